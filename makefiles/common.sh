@@ -1,0 +1,40 @@
+#!/bin/sh
+# Sourced by the other scripts: the project's folder, the build folder, which PETSc, how to start MPI programs.
+# AINSWORTH_BUILD chooses the build folder (default: build), AINSWORTH_JOBS the parallel jobs (default: the cores).
+set -eu
+root=$(cd "$(dirname "$0")/.." && pwd)
+build=${AINSWORTH_BUILD:-$root/build}
+case $build in /*) ;; *) build=$(pwd)/$build ;; esac
+# shellcheck disable=SC2034 # used by build.sh
+jobs=${AINSWORTH_JOBS:-$(nproc 2>/dev/null || echo 2)}
+
+# Did the user choose a PETSc? Then none is installed, and Debian's is not looked at.
+own_petsc=0
+if [ -n "${PETSC_DIR:-}" ]; then own_petsc=1; fi
+IFS=:
+for folder in ${PKG_CONFIG_PATH:-}; do
+  if [ -e "$folder/petsc.pc" ] || [ -e "$folder/PETSc.pc" ]; then own_petsc=1; fi
+done
+unset IFS
+# On Debian "petsc" may be any of the installed variants: the real one with 32-bit indices is taken by its own name.
+choose_petsc() {
+  if [ $own_petsc = 0 ] && [ -d /usr/lib/petscdir/petsc-real ]; then
+    PETSC_DIR=/usr/lib/petscdir/petsc-real
+    export PETSC_DIR
+  fi
+}
+
+# Debian's packages: root or sudo, and no questions.
+# shellcheck disable=SC2016 # dpkg-query expands it
+installed() { dpkg-query -W -f '${Status}\n' "$1" 2>/dev/null | grep -q '^install ok installed$'; }
+apt() {
+  if [ "$(id -u)" = 0 ]; then sudo=; else sudo=sudo; fi
+  $sudo env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o Dpkg::Use-Pty=0 "$@"
+}
+
+say() { printf '%s\n' "== $*"; }
+
+# Open MPI must be told that root, or more ranks than cores, is meant; the others know neither.
+launcher() {
+  if mpiexec --version 2>&1 | grep -E -q 'Open MPI|OpenRTE'; then echo "mpiexec --oversubscribe --allow-run-as-root"; else echo mpiexec; fi
+}

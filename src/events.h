@@ -1,0 +1,9 @@
+/* One log event per operator, so that -log_view tells where the time went */
+#ifndef AINSWORTH_EVENTS_H
+#define AINSWORTH_EVENTS_H
+
+#include <petsclog.h>
+
+extern PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS, AINSWORTH_Multiplier, AINSWORTH_InvGram, AINSWORTH_PMat;
+
+#endif

@@ -1,0 +1,321 @@
+#include "matainsworth.h"
+#include "../events.h"
+#include <petsc/private/matimpl.h>
+
+const char *const MatAinsworthWeightTypes[] = {"diagonal", "identity", "user", "MatAinsworthWeightType", "MAT_AINSWORTH_WEIGHT_", NULL};
+
+PetscErrorCode MatAinsworthGetContext(Mat mat, Mat_Ainsworth **ctx)
+{
+  PetscBool match;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(mat, MAT_CLASSID, 1);
+  PetscCall(PetscObjectTypeCompare((PetscObject)mat, MATAINSWORTH, &match));
+  PetscCheck(match, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG, "The matrix has type %s, not %s: it has no projector; create it with MatCreateAinsworth()", ((PetscObject)mat)->type_name ? ((PetscObject)mat)->type_name : "(not set)", MATAINSWORTH);
+  PetscCall(MatShellGetContext(mat, ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Builds weight, projector and default penalty where A, C or the choice of W are not those of the last time */
+PetscErrorCode MatAinsworthSetUp(Mat mat, Mat_Ainsworth **out)
+{
+  Mat_Ainsworth   *ctx;
+  PetscObjectState stateA, stateC;
+  PetscBool        changedA, changedC;
+  const char      *prefix;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  *out = ctx;
+  PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "The matrix of type %s has no A and C: call MatAinsworthSetMats() first", MATAINSWORTH);
+  PetscCall(PetscObjectStateGet((PetscObject)ctx->A, &stateA));
+  PetscCall(PetscObjectStateGet((PetscObject)ctx->C, &stateC));
+  changedA = (PetscBool)(!ctx->current || stateA != ctx->stateA);
+  changedC = (PetscBool)(!ctx->current || stateC != ctx->stateC);
+  if (!changedA && !changedC) PetscFunctionReturn(PETSC_SUCCESS);
+  if (ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL && changedA) {
+    PetscCall(VecDestroy(&ctx->weight));
+    PetscCall(AinsworthWeightCreate(ctx->A, &ctx->weight));
+  }
+  if (changedC || ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) { /* otherwise neither C nor W changed */
+    PetscCall(MatGetOptionsPrefix(mat, &prefix));
+    PetscCall(AinsworthProjectorSetUp(&ctx->proj, ctx->C, ctx->weight, ctx->rowsPerRank, (PetscObject)mat, prefix));
+  }
+  if (!ctx->v) PetscCall(MatCreateVecs(ctx->A, &ctx->v, NULL));
+  if (!ctx->bcx) PetscCall(MatCreateVecs(ctx->C, NULL, &ctx->bcx));
+  if (!ctx->userPenalty) {
+    Vec D = ctx->weight;
+
+    PetscCall(VecDestroy(&ctx->penalty));
+    if (ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(AinsworthWeightCreate(ctx->A, &D));
+    PetscCall(AinsworthRowPenaltyCreate(ctx->C, D, 1.0, &ctx->penalty));
+    if (ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(VecDestroy(&D));
+  }
+  ctx->stateA  = stateA;
+  ctx->stateC  = stateC;
+  ctx->current = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = C' B C x + Q' op(A) Q x, with op(A) = A or its adjoint: two solves with S */
+static PetscErrorCode MultOrAdjoint(Mat mat, PetscBool adjoint, Vec x, Vec y)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(PetscLogEventBegin(AINSWORTH_MatMult, mat, x, y, 0));
+  PetscCall(AinsworthProjectorMult(&ctx->proj, x, ctx->v));
+  PetscCall(VecPointwiseMult(ctx->bcx, ctx->penalty, ctx->proj.s));
+  if (adjoint) PetscCall(MatMultHermitianTranspose(ctx->A, ctx->v, y));
+  else PetscCall(MatMult(ctx->A, ctx->v, y));
+  PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, ctx->bcx, y));
+  PetscCall(PetscLogEventEnd(AINSWORTH_MatMult, mat, x, y, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode MatMult_Ainsworth(Mat mat, Vec x, Vec y)
+{
+  PetscFunctionBegin;
+  PetscCall(MultOrAdjoint(mat, PETSC_FALSE, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+#if defined(PETSC_USE_COMPLEX)
+static PetscErrorCode MatMultHermitianTranspose_Ainsworth(Mat mat, Vec x, Vec y)
+{
+  PetscFunctionBegin;
+  PetscCall(MultOrAdjoint(mat, PETSC_TRUE, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+#endif
+
+static PetscErrorCode MatMultTranspose_Ainsworth(Mat mat, Vec x, Vec y)
+{
+  PetscFunctionBegin;
+#if defined(PETSC_USE_COMPLEX)
+  Vec xc;
+  PetscCall(VecDuplicate(x, &xc));
+  PetscCall(VecCopy(x, xc));
+  PetscCall(VecConjugate(xc));
+  PetscCall(MultOrAdjoint(mat, PETSC_TRUE, xc, y));
+  PetscCall(VecConjugate(y));
+  PetscCall(VecDestroy(&xc));
+#else
+  PetscCall(MultOrAdjoint(mat, PETSC_TRUE, x, y));
+#endif
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode MatDuplicate_Ainsworth(Mat mat, MatDuplicateOption, Mat *copy)
+{
+  Mat_Ainsworth *ctx, *dup;
+  const char    *prefix;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "The matrix of type %s has no A and C: call MatAinsworthSetMats() first", MATAINSWORTH);
+  PetscCall(MatCreateAinsworth(ctx->A, ctx->C, copy));
+  PetscCall(MatGetOptionsPrefix(mat, &prefix));
+  PetscCall(MatSetOptionsPrefix(*copy, prefix));
+  PetscCall(MatAinsworthGetContext(*copy, &dup));
+  dup->rowsPerRank = ctx->rowsPerRank;
+  if (ctx->weightType == MAT_AINSWORTH_WEIGHT_USER) PetscCall(MatAinsworthSetWeight(*copy, ctx->weight));
+  else PetscCall(MatAinsworthSetWeightType(*copy, ctx->weightType));
+  if (ctx->userPenalty) PetscCall(MatAinsworthSetPenalty(*copy, ctx->penalty));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Reset(Mat_Ainsworth *ctx)
+{
+  PetscFunctionBegin;
+  PetscCall(MatDestroy(&ctx->A));
+  PetscCall(MatDestroy(&ctx->C));
+  PetscCall(VecDestroy(&ctx->weight));
+  PetscCall(VecDestroy(&ctx->penalty));
+  PetscCall(VecDestroy(&ctx->v));
+  PetscCall(VecDestroy(&ctx->bcx));
+  PetscCall(AinsworthProjectorReset(&ctx->proj));
+  ctx->current     = PETSC_FALSE;
+  ctx->userPenalty = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode MatDestroy_Ainsworth(Mat mat)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(mat, &ctx));
+  PetscCall(Reset(ctx));
+  PetscCall(PetscFree(ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode MatView_Ainsworth(Mat mat, PetscViewer viewer)
+{
+  Mat_Ainsworth *ctx;
+  PetscBool      ascii;
+  PetscInt       m;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
+  if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!ctx->C) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "not set up\n"));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatGetSize(ctx->C, &m, NULL));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "constraints=%" PetscInt_FMT ", weight: %s", m, MatAinsworthWeightTypes[ctx->weightType]));
+  if (ctx->penalty) {
+    PetscReal low, high;
+    PetscCall(VecMin(ctx->penalty, NULL, &low));
+    PetscCall(VecMax(ctx->penalty, NULL, &high));
+    PetscCall(PetscViewerASCIIPrintf(viewer, ", penalty: %g to %g", (double)low, (double)high));
+  }
+  PetscCall(PetscViewerASCIIPrintf(viewer, "\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatAinsworthSetMats - sets the blocks A and C of a `MATAINSWORTH`
+
+   Collective
+
+   Input Parameters:
++  mat - the matrix, of type `MATAINSWORTH`
+.  A   - n x n, any type with a product and a diagonal; referenced, never changed
+-  C   - m x n, linearly independent rows, `MATAIJ` with the column layout of A; referenced, never changed
+
+   Level: intermediate
+
+   Notes:
+   Sizes, block size and vector type of `mat` become those of A. Changes of the values of A and C are noticed at the next product.
+
+   Errors:
+   `PETSC_ERR_ARG_SIZ` if A is not square or C has not as many columns as A; `PETSC_ERR_ARG_WRONG` if C is not `MATAIJ`.
+
+.seealso: `MATAINSWORTH`, `MatCreateAinsworth()`, `MatAinsworthGetMats()`
+@*/
+PetscErrorCode MatAinsworthSetMats(Mat mat, Mat A, Mat C)
+{
+  Mat_Ainsworth *ctx;
+  PetscInt       n, N, cols, Cn, CN, bs;
+  PetscBool      aij, known, flag;
+  MatType        type;
+  VecType        vtype;
+  MPI_Comm       comm;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscValidHeaderSpecific(A, MAT_CLASSID, 2);
+  PetscValidHeaderSpecific(C, MAT_CLASSID, 3);
+  PetscCheckSameComm(mat, 1, A, 2);
+  PetscCheckSameComm(mat, 1, C, 3);
+  comm = PetscObjectComm((PetscObject)mat);
+  PetscCall(MatGetSize(A, &N, &cols));
+  PetscCheck(N == cols, comm, PETSC_ERR_ARG_SIZ, "A is not square: %" PetscInt_FMT " x %" PetscInt_FMT, N, cols);
+  PetscCall(MatGetSize(C, NULL, &CN));
+  PetscCheck(CN == N, comm, PETSC_ERR_ARG_SIZ, "C has %" PetscInt_FMT " columns, A has %" PetscInt_FMT, CN, N);
+  PetscCall(MatGetLocalSize(A, NULL, &n));
+  PetscCall(MatGetLocalSize(C, NULL, &Cn));
+  PetscCheck(Cn == n, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "C has %" PetscInt_FMT " local columns, A has %" PetscInt_FMT ": give C the column layout of A", Cn, n);
+  PetscCall(MatGetType(C, &type));
+  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)C, &aij, MATSEQAIJ, MATMPIAIJ, ""));
+  PetscCheck(aij, comm, PETSC_ERR_ARG_WRONG, "C has type %s, MATAINSWORTH needs %s: use MatConvert()", type, MATAIJ);
+  PetscCall(PetscObjectReference((PetscObject)A));
+  PetscCall(PetscObjectReference((PetscObject)C));
+  PetscCall(Reset(ctx));
+  ctx->A = A;
+  ctx->C = C;
+  if (ctx->weightType == MAT_AINSWORTH_WEIGHT_USER) ctx->weightType = MAT_AINSWORTH_WEIGHT_DIAGONAL; /* Reset() dropped the user's vector */
+  PetscCall(MatSetSizes(mat, n, n, N, N));
+  PetscCall(MatGetBlockSize(A, &bs));
+  PetscCall(MatSetBlockSize(mat, bs));
+  PetscCall(MatGetVecType(A, &vtype));
+  PetscCall(MatSetVecType(mat, vtype));
+  PetscCall(MatSetUp(mat));
+  PetscCall(MatIsSymmetricKnown(A, &known, &flag));
+  if (known) PetscCall(MatSetOption(mat, MAT_SYMMETRIC, flag));
+  PetscCall(MatIsHermitianKnown(A, &known, &flag));
+  if (known) PetscCall(MatSetOption(mat, MAT_HERMITIAN, flag));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatCreateAinsworth - creates the reduced operator A~ = C' B C + Q' A Q as a matrix-free matrix
+
+   Collective
+
+   Input Parameters:
++  A - n x n, any type with a product and a diagonal; referenced, never changed
+-  C - m x n, linearly independent rows, `MATAIJ` with the column layout of A; referenced, never changed
+
+   Output Parameter:
+.  S - the matrix, n x n, of type `MATAINSWORTH`
+
+   Level: intermediate
+
+   Notes:
+   Q = I - W C' (C W C')^{-1} C projects onto Ker C. W is diag(A)^{-1} and B one penalty per row unless set otherwise by
+   `MatAinsworthSetWeightType()`, `MatAinsworthSetWeight()` and `MatAinsworthSetPenalty()`.
+   Robert, Jolivet, Jamond, Badri, equation (3), with W = I and B = beta I.
+
+   In complex arithmetic ' is the adjoint.
+
+   Errors:
+   As for `MatAinsworthSetMats()`.
+
+.seealso: `MATAINSWORTH`, `MatAinsworthComputeRHS()`, `MatAinsworthComputeMultiplier()`, `MatAinsworthMultProjector()`, `PCAINSWORTH`
+@*/
+PetscErrorCode MatCreateAinsworth(Mat A, Mat C, Mat *S)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(A, MAT_CLASSID, 1);
+  PetscValidHeaderSpecific(C, MAT_CLASSID, 2);
+  PetscAssertPointer(S, 3);
+  PetscCall(AinsworthInitializePackage());
+  PetscCall(MatCreate(PetscObjectComm((PetscObject)A), S));
+  PetscCall(MatSetType(*S, MATAINSWORTH));
+  PetscCall(MatAinsworthSetMats(*S, A, C));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*MC
+   MATAINSWORTH - the reduced operator A~ = C' B C + Q' A Q of a saddle-point system [A C'; C 0], never assembled
+
+   Level: intermediate
+
+   Notes:
+   A product costs one product with A, two with C and with C', and two solves with the Gram matrix C W C', whose `KSP` has the
+   options prefix `ainsworth_gram_` after that of the matrix.
+
+   A~ x = f~, with f~ from `MatAinsworthComputeRHS()`, has the x of the saddle-point system as its solution; it is symmetric positive
+   definite when A is so on Ker C. `MatDuplicate()` gives a second matrix on the same A and C.
+
+.seealso: `MatCreateAinsworth()`, `PCAINSWORTH`, `KSPPROJECTEDCG`
+M*/
+PetscErrorCode MatCreate_Ainsworth(Mat mat)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&ctx));
+  ctx->weightType       = MAT_AINSWORTH_WEIGHT_DIAGONAL;
+  ctx->rowsPerRank      = 100000; /* paper, section 5.2 */
+  ctx->proj.gram.group  = MPI_COMM_NULL;
+  PetscCall(MatSetType(mat, MATSHELL));
+  PetscCall(MatShellSetContext(mat, ctx));
+  PetscCall(MatShellSetManageScalingShifts(mat)); /* MatScale() and the like are refused: a duplicate would lose them */
+  PetscCall(MatShellSetOperation(mat, MATOP_MULT, (void (*)(void))MatMult_Ainsworth));
+  PetscCall(MatShellSetOperation(mat, MATOP_MULT_TRANSPOSE, (void (*)(void))MatMultTranspose_Ainsworth));
+#if defined(PETSC_USE_COMPLEX)
+  PetscCall(MatShellSetOperation(mat, MATOP_MULT_HERMITIAN_TRANSPOSE, (void (*)(void))MatMultHermitianTranspose_Ainsworth));
+#endif
+  PetscCall(MatShellSetOperation(mat, MATOP_DUPLICATE, (void (*)(void))MatDuplicate_Ainsworth));
+  PetscCall(MatShellSetOperation(mat, MATOP_DESTROY, (void (*)(void))MatDestroy_Ainsworth));
+  PetscCall(MatShellSetOperation(mat, MATOP_VIEW, (void (*)(void))MatView_Ainsworth));
+  PetscCall(PetscObjectChangeTypeName((PetscObject)mat, MATAINSWORTH));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,31 @@
+/* MATAINSWORTH: the reduced operator A~ = C' B C + Q' A Q, never assembled */
+#ifndef AINSWORTH_MATAINSWORTH_H
+#define AINSWORTH_MATAINSWORTH_H
+
+#include <petscainsworth.h>
+#include "../projector/projector.h"
+
+struct Mat_Ainsworth {
+  Mat                    A, C;
+  MatAinsworthWeightType weightType;
+  Vec                    weight;      /* diagonal of W, length n; NULL for W = I */
+  Vec                    penalty;     /* diagonal of B, length m */
+  PetscBool              userPenalty; /* set by MatAinsworthSetPenalty(), otherwise one per row with gamma = 1 */
+  PetscInt               rowsPerRank;
+  AinsworthProjector     proj;
+  Vec                    v;       /* n */
+  Vec                    bcx;     /* m */
+  PetscBool              current; /* the projector belongs to the present A, C and W */
+  PetscObjectState       stateA, stateC;
+};
+
+PETSC_INTERN PetscErrorCode MatCreate_Ainsworth(Mat);
+/* the context, with the projector brought up to date; the error of a wrong type names the caller */
+PETSC_INTERN PetscErrorCode MatAinsworthGetContext(Mat, Mat_Ainsworth **);
+PETSC_INTERN PetscErrorCode MatAinsworthSetUp(Mat, Mat_Ainsworth **);
+PETSC_INTERN PetscErrorCode MatAinsworthComputeRHS_Private(Mat, PetscBool, Vec, Vec, Vec);
+PETSC_INTERN PetscErrorCode MatAinsworthComputeMultiplier_Private(Mat, PetscBool, Vec, Vec, Vec);
+PETSC_INTERN PetscErrorCode MatAinsworthMultStiffness_Private(Mat, Vec, Vec);
+PETSC_INTERN PetscErrorCode MatAinsworthGetDrift_Private(Mat, Vec, PetscReal *);
+
+#endif

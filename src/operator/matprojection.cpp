@@ -1,0 +1,303 @@
+#include "matainsworth.h"
+#include "../events.h"
+#include <petsc/private/matimpl.h>
+
+/*@
+   MatAinsworthMultProjector - y = Q x, the projection of x onto Ker C along Im(W C')
+
+   Neighbor-wise Collective
+
+   Input Parameters:
++  mat - the matrix
+-  x   - length n
+
+   Output Parameter:
+.  y - length n, C y = 0; may be x
+
+   Level: advanced
+
+   Note:
+   Q = I - W C' S^{-1} C, S = C W C' (paper, section 3.2, with W = I)
+
+.seealso: `MATAINSWORTH`, `MatAinsworthMultTransposeProjector()`, `MatAinsworthMultRightInverse()`
+@*/
+PetscErrorCode MatAinsworthMultProjector(Mat mat, Vec x, Vec y)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(x, VEC_CLASSID, 2);
+  PetscValidHeaderSpecific(y, VEC_CLASSID, 3);
+  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(AinsworthProjectorMult(&ctx->proj, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatAinsworthMultTransposeProjector - y = Q' x
+
+   Neighbor-wise Collective
+
+   Input Parameters:
++  mat - the matrix
+-  x   - length n
+
+   Output Parameter:
+.  y - length n; may be x
+
+   Level: advanced
+
+   Note:
+   Q' = I - C' S^{-1} C W, S = C W C' (paper, section 3.2, with W = I); the adjoint in complex arithmetic
+
+.seealso: `MATAINSWORTH`, `MatAinsworthMultProjector()`
+@*/
+PetscErrorCode MatAinsworthMultTransposeProjector(Mat mat, Vec x, Vec y)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(x, VEC_CLASSID, 2);
+  PetscValidHeaderSpecific(y, VEC_CLASSID, 3);
+  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, x, NULL, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatAinsworthMultRightInverse - x = R g, which has C x = g and the smallest W^{-1}-norm of all such x
+
+   Neighbor-wise Collective
+
+   Input Parameters:
++  mat - the matrix
+-  g   - length m
+
+   Output Parameter:
+.  x - length n
+
+   Level: advanced
+
+   Note:
+   R = W C' S^{-1}, S = C W C' (paper, section 3.2, with W = I)
+
+.seealso: `MATAINSWORTH`, `MatAinsworthMultTransposeRightInverse()`
+@*/
+PetscErrorCode MatAinsworthMultRightInverse(Mat mat, Vec g, Vec x)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(g, VEC_CLASSID, 2);
+  PetscValidHeaderSpecific(x, VEC_CLASSID, 3);
+  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(AinsworthProjectorRightInverse(&ctx->proj, g, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatAinsworthMultTransposeRightInverse - l = R' r
+
+   Neighbor-wise Collective
+
+   Input Parameters:
++  mat - the matrix
+-  r   - length n
+
+   Output Parameter:
+.  l - length m
+
+   Level: advanced
+
+   Note:
+   R' = S^{-1} C W, S = C W C' (paper, section 3.2, with W = I); the adjoint in complex arithmetic
+
+.seealso: `MATAINSWORTH`, `MatAinsworthMultRightInverse()`, `MatAinsworthComputeMultiplier()`
+@*/
+PetscErrorCode MatAinsworthMultTransposeRightInverse(Mat mat, Vec r, Vec l)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(r, VEC_CLASSID, 2);
+  PetscValidHeaderSpecific(l, VEC_CLASSID, 3);
+  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(AinsworthProjectorRightInverseTranspose(&ctx->proj, r, l));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatAinsworthSolveRange - x = R B^{-1} R' b, the part of the solution of A~ x = b that lies in Im(W C')
+
+   Neighbor-wise Collective
+
+   Input Parameters:
++  mat - the matrix
+-  b   - length n
+
+   Output Parameter:
+.  x - length n
+
+   Level: advanced
+
+   Note:
+   A~^{-1} = Q (Q' A Q)^+ Q' + R B^{-1} R': only Ker C needs iterations (docs/method.md).
+
+.seealso: `MATAINSWORTH`, `KSPPROJECTEDCG`
+@*/
+PetscErrorCode MatAinsworthSolveRange(Mat mat, Vec b, Vec x)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(b, VEC_CLASSID, 2);
+  PetscValidHeaderSpecific(x, VEC_CLASSID, 3);
+  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(AinsworthProjectorRightInverseTranspose(&ctx->proj, b, ctx->bcx));
+  PetscCall(VecPointwiseDivide(ctx->bcx, ctx->bcx, ctx->penalty));
+  PetscCall(AinsworthProjectorRightInverse(&ctx->proj, ctx->bcx, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* rhs = C' B g + Q' (f - op(A) R g), op(A) = A or, for the transposed system, its transpose; without g both of its terms are left out */
+PetscErrorCode MatAinsworthComputeRHS_Private(Mat mat, PetscBool transpose, Vec f, Vec g, Vec rhs)
+{
+  Mat_Ainsworth *ctx;
+  PetscReal      norm = 0.0;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(PetscLogEventBegin(AINSWORTH_RHS, mat, f, g, rhs));
+  if (g) PetscCall(VecNorm(g, NORM_INFINITY, &norm));
+  if (norm == 0.0) PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, f, NULL, rhs));
+  else {
+    PetscCall(AinsworthProjectorRightInverse(&ctx->proj, g, ctx->v));
+    if (transpose) PetscCall(MatMultTranspose(ctx->A, ctx->v, rhs));
+    else PetscCall(MatMult(ctx->A, ctx->v, rhs));
+    PetscCall(VecAYPX(rhs, -1.0, f));
+    PetscCall(VecPointwiseMult(ctx->bcx, ctx->penalty, g));
+    PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, ctx->bcx, rhs));
+  }
+  PetscCall(PetscLogEventEnd(AINSWORTH_RHS, mat, f, g, rhs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* multiplier = R' (f - op(A) x) */
+PetscErrorCode MatAinsworthComputeMultiplier_Private(Mat mat, PetscBool transpose, Vec f, Vec x, Vec multiplier)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(PetscLogEventBegin(AINSWORTH_Multiplier, mat, f, x, multiplier));
+  if (transpose) PetscCall(MatMultTranspose(ctx->A, x, ctx->v));
+  else PetscCall(MatMult(ctx->A, x, ctx->v));
+  PetscCall(VecAYPX(ctx->v, -1.0, f));
+  PetscCall(AinsworthProjectorRightInverseTranspose(&ctx->proj, ctx->v, multiplier));
+  PetscCall(PetscLogEventEnd(AINSWORTH_Multiplier, mat, f, x, multiplier));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatAinsworthComputeRHS - f~ = C' B g + Q' (f - A R g), the right-hand side of the reduced system A~ x = f~
+
+   Collective
+
+   Input Parameters:
++  mat - the matrix
+.  f   - length n, right-hand side of the primal rows
+-  g   - length m, right-hand side of the constraints; `NULL` for zero
+
+   Output Parameter:
+.  rhs - length n, not f
+
+   Level: intermediate
+
+   Note:
+   Paper, equation (3), for any W and B.
+
+.seealso: `MATAINSWORTH`, `MatAinsworthComputeMultiplier()`
+@*/
+PetscErrorCode MatAinsworthComputeRHS(Mat mat, Vec f, Vec g, Vec rhs)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(f, VEC_CLASSID, 2);
+  if (g) PetscValidHeaderSpecific(g, VEC_CLASSID, 3);
+  PetscValidHeaderSpecific(rhs, VEC_CLASSID, 4);
+  PetscCheck(f != rhs, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_IDN, "f and rhs must be different vectors");
+  PetscCall(MatAinsworthComputeRHS_Private(mat, PETSC_FALSE, f, g, rhs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatAinsworthComputeMultiplier - lambda = R' (f - A x), the Lagrange multipliers that belong to x
+
+   Collective
+
+   Input Parameters:
++  mat - the matrix
+.  f   - length n, right-hand side of the primal rows
+-  x   - length n, solution of the reduced system
+
+   Output Parameter:
+.  multiplier - length m
+
+   Level: intermediate
+
+   Note:
+   Paper, section 3.2, c).
+
+.seealso: `MATAINSWORTH`, `MatAinsworthComputeRHS()`
+@*/
+PetscErrorCode MatAinsworthComputeMultiplier(Mat mat, Vec f, Vec x, Vec multiplier)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(f, VEC_CLASSID, 2);
+  PetscValidHeaderSpecific(x, VEC_CLASSID, 3);
+  PetscValidHeaderSpecific(multiplier, VEC_CLASSID, 4);
+  PetscCall(MatAinsworthComputeMultiplier_Private(mat, PETSC_FALSE, f, x, multiplier));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = A x */
+PetscErrorCode MatAinsworthMultStiffness_Private(Mat mat, Vec x, Vec y)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(MatMult(ctx->A, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   The largest |(C z)_i| / (S_ii^{1/2} ||z||_{W^{-1}}): how far z is from Ker C, as the cosine of an angle, 0 to 1, whatever the scale
+   of the rows (the angle of Gould, Hribar and Nocedal 2001, taken row by row)
+*/
+PetscErrorCode MatAinsworthGetDrift_Private(Mat mat, Vec z, PetscReal *drift)
+{
+  Mat_Ainsworth     *ctx;
+  PetscReal          norm, largest;
+  PetscScalar        dot, *d;
+  const PetscScalar *s;
+  PetscInt           m;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  if (ctx->weight) {
+    PetscCall(VecPointwiseDivide(ctx->v, z, ctx->weight));
+    PetscCall(VecDot(z, ctx->v, &dot));
+    norm = PetscSqrtReal(PetscRealPart(dot));
+  } else PetscCall(VecNorm(z, NORM_2, &norm));
+  PetscCall(MatMult(ctx->C, z, ctx->proj.s));
+  PetscCall(MatGetDiagonal(ctx->proj.gram.S, ctx->bcx));
+  PetscCall(VecGetLocalSize(ctx->bcx, &m));
+  PetscCall(VecGetArrayRead(ctx->proj.s, &s));
+  PetscCall(VecGetArray(ctx->bcx, &d));
+  for (PetscInt i = 0; i < m; i++) d[i] = PetscAbsScalar(s[i]) / PetscSqrtReal(PetscAbsScalar(d[i]));
+  PetscCall(VecRestoreArray(ctx->bcx, &d));
+  PetscCall(VecRestoreArrayRead(ctx->proj.s, &s));
+  PetscCall(VecNorm(ctx->bcx, NORM_INFINITY, &largest));
+  *drift = norm > 0.0 ? largest / norm : 0.0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

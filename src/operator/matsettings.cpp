@@ -1,0 +1,301 @@
+#include "matainsworth.h"
+#include <petsc/private/matimpl.h>
+
+/*@
+   MatAinsworthGetMats - gets the blocks A and C of a `MATAINSWORTH`
+
+   Not Collective
+
+   Input Parameter:
+.  mat - the matrix
+
+   Output Parameters:
++  A - n x n, or `NULL` before `MatAinsworthSetMats()`; not to be destroyed; pass `NULL` if not needed
+-  C - m x n, likewise
+
+   Level: intermediate
+
+.seealso: `MATAINSWORTH`, `MatAinsworthSetMats()`
+@*/
+PetscErrorCode MatAinsworthGetMats(Mat mat, Mat *A, Mat *C)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  if (A) *A = ctx->A;
+  if (C) *C = ctx->C;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatAinsworthSetWeightType - chooses the diagonal weight W of the projector
+
+   Logically Collective
+
+   Input Parameters:
++  mat  - the matrix
+-  type - `MAT_AINSWORTH_WEIGHT_DIAGONAL` (W = diag(A)^{-1}; where an entry is not positive, the 1-norm of the row of A stands in for it) or
+          `MAT_AINSWORTH_WEIGHT_IDENTITY`
+
+   Level: intermediate
+
+   Errors:
+   `PETSC_ERR_ARG_WRONGSTATE` for `MAT_AINSWORTH_WEIGHT_USER` without a vector.
+
+.seealso: `MATAINSWORTH`, `MatAinsworthSetWeight()`, `MatAinsworthWeightType`
+@*/
+PetscErrorCode MatAinsworthSetWeightType(Mat mat, MatAinsworthWeightType type)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscValidLogicalCollectiveEnum(mat, type, 2);
+  if (type == ctx->weightType) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(type != MAT_AINSWORTH_WEIGHT_USER, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "The weight of type user needs a vector: call MatAinsworthSetWeight()");
+  PetscCall(VecDestroy(&ctx->weight));
+  ctx->weightType = type;
+  ctx->current    = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatAinsworthGetWeightType - gets the kind of the weight W
+
+   Not Collective
+
+   Input Parameter:
+.  mat - the matrix
+
+   Output Parameter:
+.  type - the kind
+
+   Level: intermediate
+
+.seealso: `MATAINSWORTH`, `MatAinsworthSetWeightType()`
+@*/
+PetscErrorCode MatAinsworthGetWeightType(Mat mat, MatAinsworthWeightType *type)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscAssertPointer(type, 2);
+  *type = ctx->weightType;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatAinsworthSetWeight - gives the diagonal of the weight W
+
+   Collective
+
+   Input Parameters:
++  mat    - the matrix, with its A and C set
+-  weight - length n, laid out as the columns of A, every entry real and positive, in units of inverse stiffness; copied
+
+   Level: intermediate
+
+   Errors:
+   `PETSC_ERR_ARG_OUTOFRANGE` naming the smallest entry if it is not positive; `PETSC_ERR_ARG_SIZ` for another length.
+
+.seealso: `MATAINSWORTH`, `MatAinsworthSetWeightType()`, `PCAinsworthSetWeight()`
+@*/
+PetscErrorCode MatAinsworthSetWeight(Mat mat, Vec weight)
+{
+  Mat_Ainsworth *ctx;
+  PetscReal      smallest;
+  PetscInt       where, length, n;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscValidHeaderSpecific(weight, VEC_CLASSID, 2);
+  PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "Call MatAinsworthSetMats() before MatAinsworthSetWeight()");
+  PetscCall(VecGetSize(weight, &length));
+  PetscCall(MatGetSize(ctx->A, NULL, &n));
+  PetscCheck(length == n, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_SIZ, "The weight has length %" PetscInt_FMT ", A has %" PetscInt_FMT " columns", length, n);
+  PetscCall(VecMin(weight, &where, &smallest));
+  PetscCheck(smallest > 0.0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE, "Entry %" PetscInt_FMT " of the weight is %g: the entries must be positive", where, (double)smallest);
+  PetscCall(VecDestroy(&ctx->weight));
+  PetscCall(VecDuplicate(weight, &ctx->weight));
+  PetscCall(VecCopy(weight, ctx->weight));
+  ctx->weightType = MAT_AINSWORTH_WEIGHT_USER;
+  ctx->current    = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatAinsworthGetWeight - gets the diagonal of the weight W
+
+   Collective
+
+   Input Parameter:
+.  mat - the matrix, with its A and C set
+
+   Output Parameter:
+.  weight - length n; `NULL` for W = I; not to be changed nor destroyed
+
+   Level: advanced
+
+.seealso: `MATAINSWORTH`, `MatAinsworthSetWeight()`
+@*/
+PetscErrorCode MatAinsworthGetWeight(Mat mat, Vec *weight)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscAssertPointer(weight, 2);
+  *weight = ctx->weight;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatAinsworthSetPenalty - gives the diagonal of the penalty B
+
+   Collective
+
+   Input Parameters:
++  mat     - the matrix, with its A and C set
+-  penalty - length m, laid out as the rows of C, every entry real and positive, in units of stiffness over the square of the row's
+             scale; copied; `NULL` for the default, 1 / (C diag(A)^{-1} C')_ii
+
+   Level: intermediate
+
+   Errors:
+   `PETSC_ERR_ARG_OUTOFRANGE` naming the smallest entry if it is not positive; `PETSC_ERR_ARG_SIZ` for another length.
+
+.seealso: `MATAINSWORTH`, `MatAinsworthGetPenalty()`, `PCAinsworthSetPenaltyType()`
+@*/
+PetscErrorCode MatAinsworthSetPenalty(Mat mat, Vec penalty)
+{
+  Mat_Ainsworth *ctx;
+  PetscReal      smallest;
+  PetscInt       where, length, m;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "Call MatAinsworthSetMats() before MatAinsworthSetPenalty()");
+  if (!penalty) {
+    ctx->userPenalty = PETSC_FALSE;
+    ctx->current     = PETSC_FALSE;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscValidHeaderSpecific(penalty, VEC_CLASSID, 2);
+  PetscCall(VecGetSize(penalty, &length));
+  PetscCall(MatGetSize(ctx->C, &m, NULL));
+  PetscCheck(length == m, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_SIZ, "The penalty has length %" PetscInt_FMT ", C has %" PetscInt_FMT " rows", length, m);
+  PetscCall(VecMin(penalty, &where, &smallest));
+  PetscCheck(smallest > 0.0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE, "Entry %" PetscInt_FMT " of the penalty is %g: the entries must be positive", where, (double)smallest);
+  PetscCall(VecDestroy(&ctx->penalty));
+  PetscCall(VecDuplicate(penalty, &ctx->penalty));
+  PetscCall(VecCopy(penalty, ctx->penalty));
+  ctx->userPenalty = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatAinsworthGetPenalty - gets the diagonal of the penalty B
+
+   Collective
+
+   Input Parameter:
+.  mat - the matrix, with its A and C set
+
+   Output Parameter:
+.  penalty - length m; not to be changed nor destroyed
+
+   Level: advanced
+
+.seealso: `MATAINSWORTH`, `MatAinsworthSetPenalty()`
+@*/
+PetscErrorCode MatAinsworthGetPenalty(Mat mat, Vec *penalty)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscAssertPointer(penalty, 2);
+  *penalty = ctx->penalty;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatAinsworthSetRowsPerRank - bounds the number of ranks that solve with the Gram matrix
+
+   Logically Collective
+
+   Input Parameters:
++  mat  - the matrix
+-  rows - the Gram matrix is gathered on ceil(m / rows) ranks, at most as many as have rows of C; 100000 by default
+          (paper, section 5.2)
+
+   Level: advanced
+
+.seealso: `MATAINSWORTH`, `PCAinsworthSetRowsPerRank()`
+@*/
+PetscErrorCode MatAinsworthSetRowsPerRank(Mat mat, PetscInt rows)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscValidLogicalCollectiveInt(mat, rows, 2);
+  PetscCheck(rows > 0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE, "The number of rows per rank must be positive, not %" PetscInt_FMT, rows);
+  if (rows != ctx->rowsPerRank) ctx->current = PETSC_FALSE;
+  ctx->rowsPerRank = rows;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatAinsworthGetGramMat - gets the Gram matrix S = C W C'
+
+   Collective
+
+   Input Parameter:
+.  mat - the matrix, with its A and C set
+
+   Output Parameter:
+.  S - m x m, `MATAIJ`, rows distributed as those of C; not to be changed nor destroyed
+
+   Level: advanced
+
+.seealso: `MATAINSWORTH`, `MatAinsworthGetGramKSP()`
+@*/
+PetscErrorCode MatAinsworthGetGramMat(Mat mat, Mat *S)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscAssertPointer(S, 2);
+  *S = ctx->proj.gram.S;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatAinsworthGetGramKSP - gets the solver of the Gram matrix
+
+   Collective
+
+   Input Parameter:
+.  mat - the matrix, with its A and C set
+
+   Output Parameter:
+.  ksp - the solver, with options prefix `ainsworth_gram_`; it lives on the ranks that the Gram matrix is gathered on and is `NULL` on the others
+
+   Level: advanced
+
+.seealso: `MATAINSWORTH`, `MatAinsworthGetGramMat()`, `MatAinsworthSetRowsPerRank()`
+@*/
+PetscErrorCode MatAinsworthGetGramKSP(Mat mat, KSP *ksp)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscAssertPointer(ksp, 2);
+  *ksp = ctx->proj.gram.ksp;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,91 @@
+#include "pcainsworth.h"
+#include <petsc/private/kspimpl.h>
+#include <petsc/private/pcimpl.h>
+
+/* BoomerAMG for 3-D elasticity: the choices of the paper (section 4.1) and of hypre's manual for distributed memory */
+static const char *const boomeramg[][2] = {
+  {"coarsen_type",     "HMIS" },
+  {"interp_type",      "ext+i"},
+  {"P_max",            "4"    },
+  {"strong_threshold", "0.5"  }
+};
+static const size_t nboomeramg = sizeof(boomeramg) / sizeof(boomeramg[0]);
+
+/* Does the options database choose something else than BoomerAMG? */
+static PetscErrorCode ChoosesBoomerAMG(PC pc, PetscBool *boomer)
+{
+  char        type[256] = "";
+  PetscBool   given;
+  const char *prefix;
+  PCType      present;
+
+  PetscFunctionBegin;
+  PetscCall(PCGetOptionsPrefix(pc, &prefix));
+  PetscCall(PCGetType(pc, &present));
+  PetscCall(PetscOptionsGetString(((PetscObject)pc)->options, prefix, "-pc_type", type, sizeof(type), &given));
+  if (!given) PetscCall(PetscStrncpy(type, present, sizeof(type)));
+  PetscCall(PetscStrcmp(type, PCHYPRE, boomer));
+  if (!*boomer) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscOptionsGetString(((PetscObject)pc)->options, prefix, "-pc_hypre_type", type, sizeof(type), &given));
+  if (given) PetscCall(PetscStrcmp(type, "boomeramg", boomer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   PCAinsworthConfigureKSP - reads the options of the inner solver, once, with our defaults where the user said nothing
+
+   PCHYPRE takes its parameters from the options database only: the defaults stand there while it reads them, and no longer.
+*/
+PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
+{
+  KSP           ksp = data->ksp;
+  PC            inner;
+  PetscBool     boomer, given[nboomeramg], normGiven, projected;
+  char          name[nboomeramg][256];
+  const char   *prefix;
+  PetscOptions  options;
+
+  PetscFunctionBegin;
+  PetscCall(KSPSetErrorIfNotConverged(ksp, pc->erroriffailure));
+  if (!data->configured) {
+    PetscCall(KSPGetPC(ksp, &inner));
+    PetscCall(PetscObjectGetOptions((PetscObject)inner, &options));
+    PetscCall(PCGetOptionsPrefix(inner, &prefix));
+    if (!((PetscObject)inner)->type_name) {
+#if defined(PETSC_HAVE_HYPRE)
+      PetscCall(PCSetType(inner, PCHYPRE));
+#else
+      PetscCall(PCSetType(inner, PCGAMG));
+#endif
+    }
+    PetscCall(ChoosesBoomerAMG(inner, &boomer));
+    for (size_t i = 0; i < nboomeramg && boomer; i++) {
+      char bare[128];
+
+      PetscCall(PetscSNPrintf(bare, sizeof(bare), "-pc_hypre_boomeramg_%s", boomeramg[i][0]));
+      PetscCall(PetscOptionsHasName(options, prefix, bare, &given[i]));
+      if (given[i]) continue;
+      PetscCall(PetscSNPrintf(name[i], sizeof(name[i]), "-%s%s", prefix ? prefix : "", bare + 1));
+      PetscCall(PetscOptionsSetValue(options, name[i], boomeramg[i][1]));
+    }
+    if (pc->setfromoptionscalled) PetscCall(KSPSetFromOptions(ksp));
+    else if (boomer) PetscCall(PCSetFromOptions(inner));
+    for (size_t i = 0; i < nboomeramg && boomer; i++)
+      if (!given[i]) PetscCall(PetscOptionsClearValue(options, name[i]));
+
+    /* the natural norm, the only one that both AMG and the energy mean something to, where the method has it */
+    PetscCall(PetscOptionsHasName(options, prefix, "-ksp_norm_type", &normGiven));
+    if (!normGiven && ksp->normtype == KSP_NORM_DEFAULT && ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] && ksp->pc_side != PC_RIGHT) PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
+    data->configured = PETSC_TRUE;
+  }
+  /* without constraints the operator is A itself, which has no projector */
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
+  if (projected && !data->constraints) {
+    PetscCall(KSPSetType(ksp, KSPCG));
+    data->projected = PETSC_TRUE;
+  } else if (data->projected && data->constraints) {
+    PetscCall(KSPSetType(ksp, KSPPROJECTEDCG));
+    data->projected = PETSC_FALSE;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

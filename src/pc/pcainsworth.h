@@ -1,0 +1,43 @@
+/* PCAINSWORTH conducts: saddle -> projector -> operator and pmat -> inner KSP -> x and lambda */
+#ifndef AINSWORTH_PCAINSWORTH_H
+#define AINSWORTH_PCAINSWORTH_H
+
+#include <petscainsworth.h>
+#include "../saddle/saddle.h"
+#include "../pmat/pmat.h"
+
+struct PC_Ainsworth {
+  /* choices */
+  PCAinsworthVariant     variant;
+  MatAinsworthWeightType weightType;
+  Vec                    weight; /* the user's, length n */
+  PetscReal              factor; /* PETSC_DEFAULT: by the type of the penalty */
+  PetscInt               rowsPerRank;
+  AinsworthPmatOptions   pmat;
+
+  /* what set-up made of the program's matrix */
+  AinsworthSaddle saddle;
+  PetscInt        constraints; /* rows of C that are kept */
+  Mat             S;           /* the reduced operator; NULL without constraints */
+  Mat             M;           /* the preconditioning matrix */
+  PetscBool       symmetric;   /* A = A' */
+  PetscBool       stale;       /* a choice changed since the last set-up */
+
+  /* the reduced solve */
+  KSP       ksp;
+  PetscBool configured; /* its defaults and options have been read */
+  PetscBool projected;  /* its type gave way to KSPCG because there are no constraints */
+  Vec       rhs;        /* f~ */
+  Vec       residual;   /* C x - g, on the kept rows */
+  Vec       g, lambda;  /* on the kept rows, where rows were dropped */
+};
+
+PETSC_INTERN PetscErrorCode PCCreate_Ainsworth(PC);
+PETSC_INTERN PetscErrorCode PCAinsworthGetData(PC, PC_Ainsworth **);
+PETSC_INTERN PetscErrorCode PCAinsworthApplyVariant(PC_Ainsworth *, PCAinsworthVariant);
+PETSC_INTERN PetscErrorCode PCAinsworthConfigureKSP(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);
+PETSC_INTERN PetscErrorCode PCView_Ainsworth(PC, PetscViewer);
+PETSC_INTERN PetscReal      PCAinsworthPenaltyFactor(const PC_Ainsworth *);
+
+#endif

@@ -1,0 +1,90 @@
+#include "pcainsworth.h"
+#include "../operator/matainsworth.h"
+#include <petsc/private/pcimpl.h>
+
+PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptionsObject)
+{
+  PC_Ainsworth          *data = (PC_Ainsworth *)pc->data;
+  PCAinsworthVariant     variant = data->variant;
+  MatAinsworthWeightType weight;
+  PCAinsworthPenaltyType penalty;
+  PCAinsworthPmatType    pmat;
+  PetscReal              real;
+  PetscInt               integer;
+  PetscBool              set;
+  const char            *prefix;
+
+  PetscFunctionBegin;
+  PetscOptionsHeadBegin(PetscOptionsObject, "Ainsworth options");
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_variant", "Sets weight, penalty, penalty factor and the inner KSP type at once", "PCAinsworthSetVariant", PCAinsworthVariants, (PetscEnum)variant, (PetscEnum *)&variant, &set));
+  if (set) PetscCall(PCAinsworthSetVariant(pc, variant));
+  weight = data->weightType;
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_weight", "Diagonal weight W of the projector", "PCAinsworthSetWeightType", MatAinsworthWeightTypes, (PetscEnum)weight, (PetscEnum *)&weight, &set));
+  if (set) PetscCall(PCAinsworthSetWeightType(pc, weight));
+  penalty = data->pmat.penalty;
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_penalty", "Diagonal penalty B", "PCAinsworthSetPenaltyType", PCAinsworthPenaltyTypes, (PetscEnum)penalty, (PetscEnum *)&penalty, &set));
+  if (set) PetscCall(PCAinsworthSetPenaltyType(pc, penalty));
+  real = PCAinsworthPenaltyFactor(data);
+  PetscCall(PetscOptionsReal("-pc_ainsworth_penalty_factor", "Factor gamma of the penalty", "PCAinsworthSetPenaltyFactor", real, &real, &set));
+  if (set) PetscCall(PCAinsworthSetPenaltyFactor(pc, real));
+  pmat = data->pmat.type;
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_pmat", "Approximation of the inverse Gram matrix in the preconditioning matrix", "PCAinsworthSetPmatType", PCAinsworthPmatTypes, (PetscEnum)pmat, (PetscEnum *)&pmat, &set));
+  if (set) PetscCall(PCAinsworthSetPmatType(pc, pmat));
+  real = data->pmat.rtol;
+  PetscCall(PetscOptionsReal("-pc_ainsworth_pmat_rtol", "Relative tolerance of cg and bj_cg", "PCAinsworthSetPmatTolerance", real, &real, &set));
+  if (set) PetscCall(PCAinsworthSetPmatTolerance(pc, real));
+  integer = data->pmat.maxRows;
+  PetscCall(PetscOptionsInt("-pc_ainsworth_pmat_max_rows", "Refuse cc and cg above this number of constraints", "PCAinsworthSetPmatMaxRows", integer, &integer, &set));
+  if (set) PetscCall(PCAinsworthSetPmatMaxRows(pc, integer));
+  integer = data->pmat.blocks;
+  PetscCall(PetscOptionsInt("-pc_ainsworth_blocks", "Number of blocks of bj_cc and bj_cg (-1: one per 32 constraints)", "PCAinsworthSetBlocks", integer, &integer, &set));
+  if (set) PetscCall(PCAinsworthSetBlocks(pc, integer));
+  integer = data->rowsPerRank;
+  PetscCall(PetscOptionsInt("-pc_ainsworth_rows_per_rank", "The Gram matrix is gathered on ceil(constraints / this) ranks", "PCAinsworthSetRowsPerRank", integer, &integer, &set));
+  if (set) PetscCall(PCAinsworthSetRowsPerRank(pc, integer));
+  PetscOptionsHeadEnd();
+  PetscCall(PCGetOptionsPrefix(pc, &prefix)); /* it may have been set after the creation of this PC */
+  PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));
+  PetscCall(KSPAppendOptionsPrefix(data->ksp, "ainsworth_"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
+{
+  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+  PetscBool     ascii, string;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
+  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERSTRING, &string));
+  if (string) PetscCall(PetscViewerStringSPrintf(viewer, " %s, pmat %s", PCAinsworthVariants[data->variant], PCAinsworthPmatTypes[data->pmat.type]));
+  if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  variant: %s (weight %s, penalty %s with factor %g)\n", PCAinsworthVariants[data->variant], MatAinsworthWeightTypes[data->weightType], PCAinsworthPenaltyTypes[data->pmat.penalty], (double)PCAinsworthPenaltyFactor(data)));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix: %s", PCAinsworthPmatTypes[data->pmat.type]));
+  if (data->pmat.type == PC_AINSWORTH_PMAT_CG || data->pmat.type == PC_AINSWORTH_PMAT_BJ_CG) PetscCall(PetscViewerASCIIPrintf(viewer, ", relative tolerance %g", (double)data->pmat.rtol));
+  if (data->pmat.type == PC_AINSWORTH_PMAT_BJ_CC || data->pmat.type == PC_AINSWORTH_PMAT_BJ_CG) {
+    if (data->pmat.blocks == PETSC_DECIDE) PetscCall(PetscViewerASCIIPrintf(viewer, ", one block per 32 constraints"));
+    else PetscCall(PetscViewerASCIIPrintf(viewer, ", %" PetscInt_FMT " blocks", data->pmat.blocks));
+  }
+  PetscCall(PetscViewerASCIIPrintf(viewer, "\n"));
+  if (!data->saddle.A) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  not set up yet\n"));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s", data->constraints, data->constraints ? "" : ", A alone is solved"));
+  if (data->saddle.zeroRows) PetscCall(PetscViewerASCIIPrintf(viewer, ", %" PetscInt_FMT " zero rows left out", data->saddle.zeroRows));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "\n"));
+  if (data->S) {
+    Mat_Ainsworth *ctx;
+
+    PetscCall(MatAinsworthGetContext(data->S, &ctx));
+    PetscCall(PetscViewerASCIIPushTab(viewer));
+    PetscCall(AinsworthGramView(&ctx->proj.gram, viewer));
+    PetscCall(PetscViewerASCIIPopTab(viewer));
+  }
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns:\n"));
+  PetscCall(PetscViewerASCIIPushTab(viewer));
+  PetscCall(KSPView(data->ksp, viewer));
+  PetscCall(PetscViewerASCIIPopTab(viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

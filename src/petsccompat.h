@@ -1,0 +1,24 @@
+/* The differences between PETSc 3.18 and 3.25 that the plugin meets, and nothing else */
+#ifndef AINSWORTH_PETSCCOMPAT_H
+#define AINSWORTH_PETSCCOMPAT_H
+
+#include <petscksp.h>
+
+#if PETSC_VERSION_LT(3, 19, 0)
+  #define PETSC_SUCCESS ((PetscErrorCode)0)
+#endif
+
+#if PETSC_VERSION_LT(3, 20, 0)
+  #define PetscAssertPointer(ptr, arg) PetscValidPointer(ptr, arg)
+  #define KSPSetNestLevel(ksp, level)      PETSC_SUCCESS
+  #define PCGetKSPNestLevel(pc, level)     (*(level) = 0, PETSC_SUCCESS)
+#endif
+
+/* the argument that PetscOptionsHeadBegin() and the like expect, by value since 3.23 */
+#if PETSC_VERSION_LT(3, 23, 0)
+typedef PetscOptionItems *AinsworthOptionItems;
+#else
+typedef PetscOptionItems AinsworthOptionItems;
+#endif
+
+#endif

@@ -1,0 +1,27 @@
+/* M_* = C' B C + Q_*' A Q_*, the assembled matrix that AMG works on (paper, section 4.3, Table 1) */
+#ifndef AINSWORTH_PMAT_H
+#define AINSWORTH_PMAT_H
+
+#include <petscainsworth.h>
+#include "../petsccompat.h"
+
+struct AinsworthPmatOptions {
+  PCAinsworthPmatType    type;
+  PCAinsworthPenaltyType penalty;
+  PetscReal              factor;   /* gamma */
+  PetscReal              rtol;     /* of cg and bj_cg */
+  PetscInt               blocks;   /* of bj_cc and bj_cg; PETSC_DECIDE: from the number of rows */
+  PetscInt               maxRows;  /* of cc and cg, which may be dense */
+  PetscBool              symmetric; /* A = A' */
+};
+
+struct AinsworthPmatInputs {
+  Mat A, C, S; /* AIJ; C without zero rows */
+  Vec weight;  /* diagonal of W, NULL for W = I */
+};
+
+PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);
+PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *, const AinsworthPmatOptions *, Vec *, Mat *);
+PetscErrorCode AinsworthBlocksCreate(Mat, PetscInt, PetscInt *);
+
+#endif

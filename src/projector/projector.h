@@ -1,0 +1,25 @@
+/* The projector Q = I - R C onto Ker C along Im(W C'), and the right inverse R = W C' S^{-1} of C (docs/method.md) */
+#ifndef AINSWORTH_PROJECTOR_H
+#define AINSWORTH_PROJECTOR_H
+
+#include "gram.h"
+
+struct AinsworthProjector {
+  Mat           C;    /* m x n AIJ */
+  Mat           CW;   /* C W; C itself for W = I */
+  AinsworthGram gram; /* S = C W C' */
+  Vec           s, t; /* m */
+};
+
+PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, Mat, Vec, PetscInt, PetscObject, const char[]);
+PetscErrorCode AinsworthProjectorReset(AinsworthProjector *);
+PetscErrorCode AinsworthProjectorMult(AinsworthProjector *, Vec, Vec);
+PetscErrorCode AinsworthProjectorMultTranspose(AinsworthProjector *, Vec, Vec, Vec);
+PetscErrorCode AinsworthProjectorRightInverse(AinsworthProjector *, Vec, Vec);
+PetscErrorCode AinsworthProjectorRightInverseTranspose(AinsworthProjector *, Vec, Vec);
+
+PetscErrorCode AinsworthRowSums(Mat, Vec);
+PetscErrorCode AinsworthWeightCreate(Mat, Vec *);
+PetscErrorCode AinsworthRowPenaltyCreate(Mat, Vec, PetscReal, Vec *);
+
+#endif

@@ -1,0 +1,113 @@
+#include "projector.h"
+
+/* sums = 1-norms of the rows of M */
+PetscErrorCode AinsworthRowSums(Mat M, Vec sums)
+{
+  Mat          R = M;
+  PetscBool    aij;
+  PetscInt     rstart, rend;
+  PetscScalar *s;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)M, &aij, MATSEQAIJ, MATMPIAIJ, ""));
+  if (!aij) PetscCall(MatConvert(M, MATAIJ, MAT_INITIAL_MATRIX, &R));
+  PetscCall(MatGetOwnershipRange(R, &rstart, &rend));
+  PetscCall(VecGetArrayWrite(sums, &s));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscInt           ncols;
+    const PetscScalar *v;
+    PetscReal          sum = 0.0;
+
+    PetscCall(MatGetRow(R, i, &ncols, NULL, &v));
+    for (PetscInt k = 0; k < ncols; k++) sum += PetscAbsScalar(v[k]);
+    PetscCall(MatRestoreRow(R, i, &ncols, NULL, &v));
+    s[i - rstart] = sum;
+  }
+  PetscCall(VecRestoreArrayWrite(sums, &s));
+  if (!aij) PetscCall(MatDestroy(&R));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthWeightCreate - W = diag(A)^{-1}, as a vector of length n of positive reals
+
+   Where a diagonal entry of A is not positive (or not stored) the 1-norm of its row stands in for it: the same local stiffness, and
+   never of the wrong sign. A row of zeros gets the smallest weight of the others, so that it is moved least.
+*/
+PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
+{
+  Vec          d, sums = NULL;
+  PetscScalar *w;
+  PetscInt     n, bad = 0;
+  PetscReal    smallest = PETSC_MAX_REAL;
+  MPI_Comm     comm     = PetscObjectComm((PetscObject)A);
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(A, NULL, &d));
+  PetscCall(MatGetDiagonal(A, d));
+  PetscCall(VecGetLocalSize(d, &n));
+  PetscCall(VecGetArray(d, &w));
+  for (PetscInt i = 0; i < n; i++) bad += !(PetscRealPart(w[i]) > 0.0);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &bad, 1, MPIU_INT, MPI_SUM, comm));
+  if (bad) {
+    const PetscScalar *s;
+
+    PetscCall(PetscInfo(A, "%" PetscInt_FMT " diagonal entries of A are not positive: the 1-norms of their rows take their place in the weight\n", bad));
+    PetscCall(VecDuplicate(d, &sums));
+    PetscCall(AinsworthRowSums(A, sums));
+    PetscCall(VecGetArrayRead(sums, &s));
+    for (PetscInt i = 0; i < n; i++)
+      if (!(PetscRealPart(w[i]) > 0.0)) w[i] = s[i];
+    PetscCall(VecRestoreArrayRead(sums, &s));
+    PetscCall(VecDestroy(&sums));
+  }
+  for (PetscInt i = 0; i < n; i++) {
+    w[i] = PetscRealPart(w[i]) > 0.0 ? 1.0 / PetscRealPart(w[i]) : 0.0;
+    if (PetscRealPart(w[i]) > 0.0) smallest = PetscMin(smallest, PetscRealPart(w[i]));
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &smallest, 1, MPIU_REAL, MPIU_MIN, comm));
+  if (smallest == PETSC_MAX_REAL) smallest = 1.0;
+  for (PetscInt i = 0; i < n; i++)
+    if (PetscRealPart(w[i]) == 0.0) w[i] = smallest;
+  PetscCall(VecRestoreArray(d, &w));
+  *weight = d;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthRowPenaltyCreate - B_ii = gamma / (C D C')_ii, length m, with D = diag(A)^{-1} given as a vector of length n
+
+   The local stiffness seen by constraint i: B scales as A, and as the inverse square of the row's own scale.
+*/
+PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec D, PetscReal gamma, Vec *penalty)
+{
+  Vec          b, root;
+  Mat          scaled;
+  PetscInt     rstart, rend;
+  PetscScalar *v;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(D, &root));
+  PetscCall(VecCopy(D, root));
+  PetscCall(VecSqrtAbs(root));
+  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &scaled));
+  PetscCall(MatDiagonalScale(scaled, NULL, root));
+  PetscCall(VecDestroy(&root));
+  PetscCall(MatCreateVecs(C, NULL, &b));
+  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
+  PetscCall(VecGetArrayWrite(b, &v));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscInt           ncols;
+    const PetscScalar *row;
+    PetscReal          sum = 0.0;
+
+    PetscCall(MatGetRow(scaled, i, &ncols, NULL, &row));
+    for (PetscInt k = 0; k < ncols; k++) sum += PetscSqr(PetscAbsScalar(row[k]));
+    PetscCall(MatRestoreRow(scaled, i, &ncols, NULL, &row));
+    v[i - rstart] = gamma / sum;
+  }
+  PetscCall(VecRestoreArrayWrite(b, &v));
+  PetscCall(MatDestroy(&scaled));
+  *penalty = b;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,116 @@
+# Two functions that add tests: ainsworth_test for a program of tests/, ainsworth_program_test for anything that runs.
+# Common arguments:
+#   RANKS 1 2 3 4     one CTest test per number, named <name>_np<number>; 0: not through mpiexec
+#   ARGS ...          arguments of the program
+#   PASS_REGEX ...    extended regular expressions that must occur in the output
+#   FAIL_REGEX ...    and such that must not
+#   FAILS             the program must end with an error
+#   ENVIRONMENT ...   further variables, as NAME=value
+#   TIMEOUT s         seconds, 120 by default
+#   LABELS ...        CTest labels
+#   PLAIN             without -malloc_debug -malloc_dump -options_left and the checks of what they print
+# Leaks and unused options fail a test, unless PLAIN or FAILS.
+
+execute_process(COMMAND "${MPIEXEC_EXECUTABLE}" --version OUTPUT_VARIABLE version ERROR_VARIABLE version)
+set(AINSWORTH_LAUNCHER "${MPIEXEC_EXECUTABLE}")
+if(version MATCHES "Open MPI|OpenRTE|open-mpi")
+  list(APPEND AINSWORTH_LAUNCHER --oversubscribe --allow-run-as-root)
+endif()
+set(AINSWORTH_PLUGIN "${PROJECT_BINARY_DIR}/libainsworth.so")
+
+# Open MPI on one machine: as root, more ranks than cores, no pinning, no look for networks (a second per start), no reading of
+# other processes' memory.
+# The names of version 4 and, where they differ, of version 5; other MPIs ignore them all.
+set(AINSWORTH_ENVIRONMENT
+  OMP_NUM_THREADS=1
+  OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+  OMPI_MCA_rmaps_base_oversubscribe=1 PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe
+  OMPI_MCA_hwloc_base_binding_policy=none PRTE_MCA_hwloc_default_binding_policy=none
+  OMPI_MCA_mpi_yield_when_idle=1
+  OMPI_MCA_pml=ob1 OMPI_MCA_btl=self,vader
+  OMPI_MCA_btl_vader_single_copy_mechanism=none OMPI_MCA_smsc=^cma)
+if(AINSWORTH_SANITIZE)
+  # MPI and PETSc's packages leak by themselves, and the plugin is also loaded by programs without the sanitizer's run time.
+  list(APPEND AINSWORTH_ENVIRONMENT ASAN_OPTIONS=detect_leaks=0:verify_asan_link_order=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1)
+endif()
+
+set(options FAILS PLAIN LOAD INTERNAL)
+set(single SOURCE TIMEOUT)
+set(multiple RANKS ARGS PASS_REGEX FAIL_REGEX ENVIRONMENT LABELS COMMAND)
+
+# ainsworth_program_test(name COMMAND <target or program> [arguments] [LOAD] ...): LOAD adds -dll_append <the plugin>
+function(ainsworth_program_test name)
+  cmake_parse_arguments(T "${options}" "${single}" "${multiple}" ${ARGN})
+  if(T_UNPARSED_ARGUMENTS)
+    message(FATAL_ERROR "test ${name}: what is ${T_UNPARSED_ARGUMENTS}?")
+  endif()
+  list(GET T_COMMAND 0 program)
+  if(TARGET "${program}")
+    list(REMOVE_AT T_COMMAND 0)
+    list(PREPEND T_COMMAND "$<TARGET_FILE:${program}>")
+  endif()
+  if("${T_TIMEOUT}" STREQUAL "")
+    set(T_TIMEOUT 120)
+  endif()
+  set(judge)
+  foreach(regex IN LISTS T_PASS_REGEX)
+    list(APPEND judge --pass "${regex}")
+  endforeach()
+  foreach(regex IN LISTS T_FAIL_REGEX)
+    list(APPEND judge --fail "${regex}")
+  endforeach()
+  if(T_FAILS)
+    list(APPEND judge --fails)
+  elseif(NOT T_PLAIN)
+    list(APPEND judge --strict)
+  endif()
+  if(NOT T_PLAIN)
+    list(APPEND T_ARGS -malloc_debug -malloc_dump -options_left)
+  endif()
+  if(T_LOAD)
+    list(PREPEND T_ARGS -dll_append "${AINSWORTH_PLUGIN}")
+  endif()
+  foreach(ranks IN LISTS T_RANKS)
+    set(launcher)
+    set(processors 1)
+    if(ranks GREATER 0)
+      set(launcher ${AINSWORTH_LAUNCHER} ${MPIEXEC_NUMPROC_FLAG} ${ranks})
+      set(processors ${ranks})
+    endif()
+    # A folder of its own for each test: some programs write files where they run.
+    set(folder "${CMAKE_CURRENT_BINARY_DIR}/run/${name}_np${ranks}")
+    file(MAKE_DIRECTORY "${folder}")
+    add_test(NAME "${name}_np${ranks}" WORKING_DIRECTORY "${folder}"
+      COMMAND sh "${PROJECT_SOURCE_DIR}/tests/run.sh" ${judge} -- ${launcher} ${T_COMMAND} ${T_ARGS})
+    set_tests_properties("${name}_np${ranks}" PROPERTIES
+      TIMEOUT "${T_TIMEOUT}" PROCESSORS ${processors} LABELS "${T_LABELS}"
+      ENVIRONMENT "${AINSWORTH_ENVIRONMENT};${T_ENVIRONMENT}")
+  endforeach()
+endfunction()
+
+# ainsworth_test(name SOURCE file.cpp ...): the program is linked to the plugin; INTERNAL: to its objects, with src/ among the include
+# folders. Several tests may share a source.
+function(ainsworth_test name)
+  cmake_parse_arguments(T "${options}" "${single}" "${multiple}" ${ARGN})
+  get_filename_component(program "${T_SOURCE}" NAME_WE)
+  set(program "test_${program}")
+  if(NOT TARGET ${program})
+    add_executable(${program} "${T_SOURCE}")
+    if(T_INTERNAL)
+      target_link_libraries(${program} PRIVATE ainsworth_objects)
+      target_include_directories(${program} PRIVATE "${PROJECT_SOURCE_DIR}/src")
+    else()
+      target_link_libraries(${program} PRIVATE ainsworth)
+    endif()
+  endif()
+  set(arguments ${ARGN})
+  ainsworth_program_test(${name} ${arguments} COMMAND ${program})
+endfunction()
+
+# Says why a test is left out, or stops where none may be.
+function(ainsworth_leave_out what why)
+  if(AINSWORTH_ALL_TESTS)
+    message(FATAL_ERROR "${what}: ${why}")
+  endif()
+  message(STATUS "Left out: ${what}: ${why}")
+endfunction()

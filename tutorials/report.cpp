@@ -1,0 +1,77 @@
+/* The line that every tutorial ends with: size, time, and the residuals of the original blocks */
+#include "report.h"
+
+/* ||f - A x - C' lambda||_2 / ||f||_2, absolute where f = 0 */
+static PetscErrorCode PrimalResidual(Mat A, Mat C, Vec f, Vec x, Vec lambda, PetscReal *residual)
+{
+  PetscReal norm;
+  Vec       r, t;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecDuplicate(f, &r));
+  PetscCall(VecDuplicate(f, &t));
+  PetscCall(MatMult(A, x, r));
+  PetscCall(MatMultTranspose(C, lambda, t));
+  PetscCall(VecAXPY(r, 1.0, t));
+  PetscCall(VecAYPX(r, -1.0, f));
+  PetscCall(VecNorm(r, NORM_2, residual));
+  PetscCall(VecNorm(f, NORM_2, &norm));
+  if (norm > 0) *residual /= norm;
+  PetscCall(VecDestroy(&r));
+  PetscCall(VecDestroy(&t));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ||C x - g||_inf / (1 + ||g||_inf) */
+static PetscErrorCode ConstraintResidual(Mat C, Vec g, Vec x, PetscReal *residual)
+{
+  PetscReal norm;
+  PetscInt  rows;
+  Vec       r;
+
+  PetscFunctionBeginUser;
+  *residual = 0;
+  PetscCall(VecGetSize(g, &rows));
+  if (!rows) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(g, &r));
+  PetscCall(MatMult(C, x, r));
+  PetscCall(VecAXPY(r, -1.0, g));
+  PetscCall(VecNorm(r, NORM_INFINITY, residual));
+  PetscCall(VecNorm(g, NORM_INFINITY, &norm));
+  *residual /= 1 + norm;
+  PetscCall(VecDestroy(&r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* "nan" whatever the sign and the kind */
+static PetscErrorCode Print(PetscReal value, char text[], size_t length)
+{
+  PetscFunctionBeginUser;
+  if (PetscIsInfOrNanReal(value)) PetscCall(PetscStrncpy(text, "nan", length));
+  else PetscCall(PetscSNPrintf(text, length, "%.3e", (double)value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ReportSolution(Mat A, Mat C, Vec f, Vec g, const SaddleSolution &s)
+{
+  MPI_Comm  comm = PetscObjectComm((PetscObject)A);
+  PetscReal primal, constraint, error = 0;
+  PetscInt  n, m;
+  char      text[2][32];
+
+  PetscFunctionBeginUser;
+  PetscCall(MatGetSize(C, &m, &n));
+  PetscCall(PrimalResidual(A, C, f, s.x, s.lambda, &primal));
+  PetscCall(ConstraintResidual(C, g, s.x, &constraint));
+  /* the infinity norm may lose a nan */
+  PetscCall(VecNorm(s.x, NORM_2, &error));
+  if (PetscIsInfOrNanReal(error)) constraint = error;
+  PetscCall(Print(primal, text[0], sizeof(text[0])));
+  PetscCall(Print(constraint, text[1], sizeof(text[1])));
+  if (s.reason < 0) {
+    PetscCall(PetscPrintf(comm, "not converged: %s after %" PetscInt_FMT " iterations\n", KSPConvergedReasons[s.reason], s.iterations));
+  }
+  PetscCall(PetscPrintf(comm, "result: unknowns=%" PetscInt_FMT " constraints=%" PetscInt_FMT " setup_s=%.3f solve_s=%.3f primal_residual=%s constraint_residual=%s\n", n, m,
+                        (double)s.setupSeconds, (double)s.solveSeconds, text[0], text[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,18 @@
+/* A saddle-point system [A C'; C 0][x; lambda] = [f; g] as a MatNest, solved by a KSP that the options choose */
+#ifndef TUTORIALS_SADDLE_H
+#define TUTORIALS_SADDLE_H
+
+#include "compat.h"
+#include <petscksp.h>
+
+struct SaddleSolution {
+  Vec                x, lambda;
+  PetscReal          setupSeconds, solveSeconds;
+  PetscInt           iterations;
+  KSPConvergedReason reason;
+};
+
+PetscErrorCode SaddleSolve(Mat A, Mat C, Vec f, Vec g, SaddleSolution *);
+PetscErrorCode SaddleSolutionDestroy(SaddleSolution *);
+
+#endif
