@@ -24,17 +24,26 @@ choose_petsc() {
   fi
 }
 
-# Debian's packages: root or sudo, and no questions.
+say() { printf '%s\n' "== $*"; }
+
+# Debian's packages: root or sudo, no questions, and no output but where something fails.
 # shellcheck disable=SC2016 # dpkg-query expands it
 installed() { dpkg-query -W -f '${Status}\n' "$1" 2>/dev/null | grep -q '^install ok installed$'; }
 apt() {
   if [ "$(id -u)" = 0 ]; then sudo=; else sudo=sudo; fi
-  $sudo env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o Dpkg::Use-Pty=0 "$@"
+  say "apt-get $*"
+  log=$(mktemp)
+  if $sudo env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o Dpkg::Use-Pty=0 -o DPkg::Lock::Timeout=300 "$@" >"$log" 2>&1; then code=0; else code=$?; cat "$log"; fi
+  rm -f "$log"
+  return $code
 }
 
-say() { printf '%s\n' "== $*"; }
-
 # Open MPI must be told that root, or more ranks than cores, is meant; the others know neither.
-launcher() {
-  if mpiexec --version 2>&1 | grep -E -q 'Open MPI|OpenRTE'; then echo "mpiexec --oversubscribe --allow-run-as-root"; else echo mpiexec; fi
+launcher() { # ranks
+  command=mpiexec
+  if mpiexec --version 2>&1 | grep -E -q 'Open MPI|OpenRTE'; then
+    if [ "$(id -u)" = 0 ]; then command="$command --allow-run-as-root"; fi
+    if [ "$1" -gt "$(nproc 2>/dev/null || echo 1)" ]; then command="$command --oversubscribe"; fi
+  fi
+  echo "$command -n $1"
 }

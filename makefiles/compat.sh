@@ -1,7 +1,8 @@
 #!/bin/sh
 # Checks the project against other PETScs and other Debians: sh makefiles/compat.sh [what...], by default all of
 #   complex int64 int64-complex   Debian's other builds of PETSc, in folders build-<what>: compiled with -Werror, loading and smoke tests
-#   bookworm trixie               Debian 12 and 13 from nothing, each in a folder of its own: makefiles/check.sh, as on a bare machine
+#   bookworm trixie               Debian 12 and 13 from nothing, each in a folder of its own: demo.sh and check.sh as on a bare
+#                                 machine, then complex
 # The last two need root. AINSWORTH_SYSTEMS chooses where they are kept (default: /var/tmp/ainsworth); a second run reuses them.
 . "$(dirname "$0")/common.sh"
 systems=${AINSWORTH_SYSTEMS:-/var/tmp/ainsworth}
@@ -44,7 +45,11 @@ system() { # release
     mount --rbind /sys "$1/sys"
     mount --bind "$2" "$1/project"
     mount -o remount,bind,ro "$1/project"
-    exec chroot "$1" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C.UTF-8 AINSWORTH_BUILD=/build sh /project/makefiles/check.sh
+    inside() { chroot "$folder" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C.UTF-8 AINSWORTH_BUILD=/build sh "$@"; }
+    folder=$1
+    inside /project/makefiles/demo.sh
+    inside /project/makefiles/check.sh
+    inside /project/makefiles/compat.sh complex
   ' sh "$folder" "$root"
 }
 

@@ -34,9 +34,7 @@ if [ "$(id -u)" != 0 ] && ! command -v sudo >/dev/null 2>&1; then
   echo "install.sh: missing:$missing. Neither root nor sudo: have them installed by an administrator" >&2
   exit 1
 fi
-say "apt-get update"
 apt update
 missing_packages
-say "apt-get install$missing"
 # shellcheck disable=SC2086 # a list of words
 apt install --no-install-recommends $missing

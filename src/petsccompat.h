@@ -14,6 +14,10 @@
   #define PCGetKSPNestLevel(pc, level)     (*(level) = 0, PETSC_SUCCESS)
 #endif
 
+#if PETSC_VERSION_LT(3, 22, 0)
+  #define VecFlag(x, flag) ((flag) ? VecSetInf(x) : PETSC_SUCCESS)
+#endif
+
 /* the argument that PetscOptionsHeadBegin() and the like expect, by value since 3.23 */
 #if PETSC_VERSION_LT(3, 23, 0)
 typedef PetscOptionItems *AinsworthOptionItems;

@@ -55,8 +55,8 @@ PetscErrorCode AinsworthInitializePackage(void)
 
   PetscFunctionBegin;
   if (initialized) PetscFunctionReturn(PETSC_SUCCESS);
-  initialized = PETSC_TRUE;
   PetscCall(CheckVersion());
+  initialized = PETSC_TRUE;
   PetscCall(PetscRegisterFinalize(AinsworthFinalizePackage));
   PetscCall(PetscClassIdRegister("Ainsworth", &classid));
   PetscCall(PetscLogEventRegister("AinsGramMat", classid, &AINSWORTH_GramMat));

@@ -11,9 +11,9 @@
 #   PLAIN             without -malloc_debug -malloc_dump -options_left and the checks of what they print
 # Leaks and unused options fail a test, unless PLAIN or FAILS.
 
-execute_process(COMMAND "${MPIEXEC_EXECUTABLE}" --version OUTPUT_VARIABLE version ERROR_VARIABLE version)
+execute_process(COMMAND "${MPIEXEC_EXECUTABLE}" --version OUTPUT_VARIABLE AINSWORTH_MPI_VERSION ERROR_VARIABLE AINSWORTH_MPI_VERSION)
 set(AINSWORTH_LAUNCHER "${MPIEXEC_EXECUTABLE}")
-if(version MATCHES "Open MPI|OpenRTE|open-mpi")
+if(AINSWORTH_MPI_VERSION MATCHES "Open MPI|OpenRTE|open-mpi")
   list(APPEND AINSWORTH_LAUNCHER --oversubscribe --allow-run-as-root)
 endif()
 set(AINSWORTH_PLUGIN "${PROJECT_BINARY_DIR}/libainsworth.so")
@@ -34,13 +34,13 @@ if(AINSWORTH_SANITIZE)
   list(APPEND AINSWORTH_ENVIRONMENT ASAN_OPTIONS=detect_leaks=0:verify_asan_link_order=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1)
 endif()
 
-set(options FAILS PLAIN LOAD INTERNAL)
-set(single SOURCE TIMEOUT)
-set(multiple RANKS ARGS PASS_REGEX FAIL_REGEX ENVIRONMENT LABELS COMMAND)
+set(AINSWORTH_TEST_OPTIONS FAILS PLAIN LOAD INTERNAL)
+set(AINSWORTH_TEST_SINGLE SOURCE TIMEOUT)
+set(AINSWORTH_TEST_MULTIPLE RANKS ARGS PASS_REGEX FAIL_REGEX ENVIRONMENT LABELS COMMAND)
 
 # ainsworth_program_test(name COMMAND <target or program> [arguments] [LOAD] ...): LOAD adds -dll_append <the plugin>
 function(ainsworth_program_test name)
-  cmake_parse_arguments(T "${options}" "${single}" "${multiple}" ${ARGN})
+  cmake_parse_arguments(T "${AINSWORTH_TEST_OPTIONS}" "${AINSWORTH_TEST_SINGLE}" "${AINSWORTH_TEST_MULTIPLE}" ${ARGN})
   if(T_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "test ${name}: what is ${T_UNPARSED_ARGUMENTS}?")
   endif()
@@ -91,13 +91,15 @@ endfunction()
 # ainsworth_test(name SOURCE file.cpp ...): the program is linked to the plugin; INTERNAL: to its objects, with src/ among the include
 # folders. Several tests may share a source.
 function(ainsworth_test name)
-  cmake_parse_arguments(T "${options}" "${single}" "${multiple}" ${ARGN})
+  cmake_parse_arguments(T "${AINSWORTH_TEST_OPTIONS}" "${AINSWORTH_TEST_SINGLE}" "${AINSWORTH_TEST_MULTIPLE}" ${ARGN})
   get_filename_component(program "${T_SOURCE}" NAME_WE)
   set(program "test_${program}")
   if(NOT TARGET ${program})
     add_executable(${program} "${T_SOURCE}")
     if(T_INTERNAL)
       target_link_libraries(${program} PRIVATE ainsworth_objects)
+      # The objects call the LAPACK that PETSc brings with it, whichever that is.
+      target_link_options(${program} PRIVATE LINKER:--copy-dt-needed-entries)
       target_include_directories(${program} PRIVATE "${PROJECT_SOURCE_DIR}/src")
     else()
       target_link_libraries(${program} PRIVATE ainsworth)

@@ -93,7 +93,8 @@ static PetscErrorCode CheckHeld(const CubesMesh &mesh, const RowPlan &plan)
     found++;
   }
   PetscCheck(found == 3, mesh.comm, PETSC_ERR_ARG_INCOMP,
-             "With -floating the upper body is free to move as a rigid body, as no three nodes off one line stick to the lower one: take a larger -stick (or -fraction), with contact");
+             "With -floating the upper body is free to move as a rigid body, as no three nodes off one line stick to the lower one: take a larger -stick (or "
+             "-fraction), with contact");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

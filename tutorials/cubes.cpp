@@ -78,10 +78,11 @@ static PetscErrorCode CheckInt(MPI_Comm comm, const char option[], PetscInt valu
 static PetscErrorCode CheckOptions(MPI_Comm comm, const CubesOptions &o)
 {
   const char *const n[2] = {"-n2", "-n1"}, *const nz[2] = {"-nz2", "-nz1"}, *const E[2] = {"-E2", "-E1"}, *const nu[2] = {"-nu2", "-nu1"};
-  const char *const bent = "strictly between minus and plus the value of -height, or elements turn inside out";
+  const char *const bent     = "strictly between minus and plus the value of -height, or elements turn inside out";
   double            unknowns = 0;
 
   PetscFunctionBeginUser;
+  PetscCall(CheckReal(comm, "-height", o.height, o.height > 0, "positive and finite"));
   for (int i = 0; i < 2; i++) {
     PetscCall(CheckInt(comm, n[i], o.n[i], 1));
     PetscCall(CheckInt(comm, nz[i], o.nz[i], 1));
@@ -90,9 +91,9 @@ static PetscErrorCode CheckOptions(MPI_Comm comm, const CubesOptions &o)
     unknowns += 3 * (o.n[i] + 1.0) * (o.n[i] + 1.0) * (o.nz[i] + 1.0);
   }
   PetscCheck(unknowns <= (double)PETSC_MAX_INT, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "Options -n1, -n2, -nz1, -nz2 ask for %.0f unknowns, more than %" PetscInt_FMT ", the largest integer of this PETSc; take fewer elements or 64-bit indices", unknowns,
-             (PetscInt)PETSC_MAX_INT);
-  PetscCall(CheckReal(comm, "-height", o.height, o.height > 0, "positive and finite"));
+             "Options -n1, -n2, -nz1, -nz2 ask for %.0f unknowns, more than %" PetscInt_FMT
+             ", the largest integer of this PETSc; take fewer elements or 64-bit indices",
+             unknowns, (PetscInt)PETSC_MAX_INT);
   PetscCall(CheckReal(comm, "-gamma", o.gamma, true, "finite"));
   PetscCall(CheckReal(comm, "-gap", o.gap, true, "finite"));
   PetscCall(CheckReal(comm, "-stick", o.stick, o.stick >= 0 && o.stick <= 1, "in [0,1]"));
@@ -106,29 +107,30 @@ static PetscErrorCode CheckOptions(MPI_Comm comm, const CubesOptions &o)
 
 PetscErrorCode CubesOptionsGet(MPI_Comm comm, CubesOptions *o)
 {
-  PetscInt  angles = 3;
-  PetscBool rotate, nz1, nz2;
+  const char *const partitions[] = {"volume", "contact"};
+  PetscInt          angles       = 3;
+  PetscBool         rotate;
 
   PetscFunctionBeginUser;
-  *o          = CubesOptions();
-  o->n[0]     = 14;
-  o->n[1]     = 16;
-  o->E[0]     = 10;
-  o->E[1]     = 1;
-  o->nu[0]    = o->nu[1] = 0.3;
-  o->height   = 1;
-  o->gamma    = 0.01;
-  o->stick    = 0.5;
-  o->contact  = PETSC_TRUE;
-  o->fraction = 1;
+  *o       = CubesOptions();
+  o->n[0]  = 14;
+  o->n[1]  = 16;
+  o->E[0]  = 10;
+  o->E[1]  = 1;
+  o->nu[0] = o->nu[1] = 0.3;
+  o->height           = 1;
+  o->gamma            = 0.01;
+  o->stick            = 0.5;
+  o->contact          = PETSC_TRUE;
+  o->fraction         = 1;
   PetscOptionsBegin(comm, NULL, "Two cubes in contact (lengths in edges of the contact surface, stresses in any one unit)", NULL);
   PetscCall(PetscOptionsInt("-n1", "Upper (secondary) body: elements per edge of the contact surface", NULL, o->n[1], &o->n[1], NULL));
   PetscCall(PetscOptionsInt("-n2", "Lower (primary) body: elements per edge of the contact surface", NULL, o->n[0], &o->n[0], NULL));
   PetscCall(PetscOptionsReal("-height", "Height of each body [length]", NULL, o->height, &o->height, NULL));
   /* cubic elements unless told otherwise; a product out of range is caught by CheckOptions() */
   for (int i = 0; i < 2; i++) o->nz[i] = (PetscInt)PetscMax(1.0, PetscMin(std::round(o->n[i] * o->height), 1.0e9));
-  PetscCall(PetscOptionsInt("-nz1", "Upper body: elements along its height (default: as cubic as can be)", NULL, o->nz[1], &o->nz[1], &nz1));
-  PetscCall(PetscOptionsInt("-nz2", "Lower body: elements along its height (default: as cubic as can be)", NULL, o->nz[0], &o->nz[0], &nz2));
+  PetscCall(PetscOptionsInt("-nz1", "Upper body: elements along its height (default: as cubic as can be)", NULL, o->nz[1], &o->nz[1], NULL));
+  PetscCall(PetscOptionsInt("-nz2", "Lower body: elements along its height (default: as cubic as can be)", NULL, o->nz[0], &o->nz[0], NULL));
   PetscCall(PetscOptionsReal("-E1", "Upper body: Young's modulus [stress]", NULL, o->E[1], &o->E[1], NULL));
   PetscCall(PetscOptionsReal("-E2", "Lower body: Young's modulus [stress]", NULL, o->E[0], &o->E[0], NULL));
   PetscCall(PetscOptionsReal("-nu1", "Upper body: Poisson's ratio [-], in (-1,0.5)", NULL, o->nu[1], &o->nu[1], NULL));
@@ -137,14 +139,19 @@ PetscErrorCode CubesOptionsGet(MPI_Comm comm, CubesOptions *o)
   PetscCall(PetscOptionsReal("-gap", "Distance, along the normal, that contact closes [length]", NULL, o->gap, &o->gap, NULL));
   PetscCall(PetscOptionsReal("-stick", "Share of the contact surface that sticks, x < stick; the rest slips [-], in [0,1]", NULL, o->stick, &o->stick, NULL));
   PetscCall(PetscOptionsRealArray("-rotate", "Turn everything about x, y, z, one after the other [degrees]", NULL, o->rotate, &angles, &rotate));
-  PetscCheck(!rotate || angles == 3, comm, PETSC_ERR_ARG_SIZ, "Option -rotate has %" PetscInt_FMT " values, it must have three: angles in degrees about x, y, z", angles);
+  PetscCheck(!rotate || angles == 3, comm, PETSC_ERR_ARG_SIZ,
+             "Option -rotate has %" PetscInt_FMT " values, it must have three: angles in degrees about x, y, z", angles);
   PetscCall(PetscOptionsReal("-curved", "Amplitude of the curved contact surface [length], in (-height,height)", NULL, o->curved, &o->curved, NULL));
-  PetscCall(PetscOptionsBool("-floating", "Load the top of the upper body instead of moving it: contact alone holds it", NULL, o->floating, &o->floating, NULL));
+  PetscCall(
+    PetscOptionsBool("-floating", "Load the top of the upper body instead of moving it: contact alone holds it", NULL, o->floating, &o->floating, NULL));
   PetscCall(PetscOptionsBool("-contact", "Constrain the bodies at all", NULL, o->contact, &o->contact, NULL));
   PetscCall(PetscOptionsReal("-fraction", "Share of the constraint rows that is kept, at random [-], in [0,1]", NULL, o->fraction, &o->fraction, NULL));
   PetscCall(PetscOptionsInt("-duplicate", "Number of constraint rows, from the first on, that appear twice", NULL, o->duplicate, &o->duplicate, NULL));
-  PetscCall(PetscOptionsReal("-rowscale", "Scale each constraint row by 10^u, u at random in [-rowscale,rowscale] [decades]", NULL, o->rowscale, &o->rowscale, NULL));
+  PetscCall(
+    PetscOptionsReal("-rowscale", "Scale each constraint row by 10^u, u at random in [-rowscale,rowscale] [decades]", NULL, o->rowscale, &o->rowscale, NULL));
   PetscCall(PetscOptionsInt("-seed", "Seed of -fraction and -rowscale", NULL, o->seed, &o->seed, NULL));
+  PetscCall(PetscOptionsEList("-partition", "What METIS heeds: the volume meshes alone, or also which elements touch", NULL, partitions, 2,
+                              partitions[o->partition], &o->partition, NULL));
   PetscCall(PetscOptionsBool("-near_nullspace", "Attach the rigid-body modes to A", NULL, o->nearNullSpace, &o->nearNullSpace, NULL));
   PetscOptionsEnd();
   PetscCall(CheckOptions(comm, *o));
@@ -161,9 +168,9 @@ PetscErrorCode CubesMeshCreate(MPI_Comm comm, const CubesOptions &options, Cubes
     CubesBody &b = mesh->body[i];
 
     b.n[0] = b.n[1] = options.n[i];
-    b.n[2]    = options.nz[i];
-    b.node    = mesh->nodes;
-    b.element = mesh->elements;
+    b.n[2]          = options.nz[i];
+    b.node          = mesh->nodes;
+    b.element       = mesh->elements;
     mesh->nodes += b.Nodes();
     mesh->elements += b.Elements();
   }

@@ -19,6 +19,12 @@
 #include <petscmat.h>
 #include <vector>
 
+/* What the partition of the elements heeds: the volume meshes alone, as in the paper, or also which elements touch across the contact surface */
+enum CubesPartition {
+  CUBES_PARTITION_VOLUME,
+  CUBES_PARTITION_CONTACT
+};
+
 struct CubesOptions {
   PetscInt  n[2];  /* elements per edge of the interface, body 0 and 1 */
   PetscInt  nz[2]; /* elements along the height */
@@ -28,6 +34,7 @@ struct CubesOptions {
   PetscBool floating, contact, nearNullSpace;
   PetscReal fraction, rowscale;
   PetscInt  duplicate, seed;
+  PetscInt  partition; /* CubesPartition */
 };
 
 struct CubesBody {

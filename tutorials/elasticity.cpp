@@ -6,27 +6,43 @@
 /* Corner, edge or node number c of a block of 2, 3, 2 or 3 points per direction is at (x,y,z): x runs fastest */
 typedef std::array<std::array<PetscReal, 9>, 8> HexRow; /* the 3x3 blocks of one corner with all eight */
 
+/* Derivatives of the eight shape functions at the eight Gauss points, on the reference cube [-1,1]^3 */
+struct ShapeTable {
+  PetscReal dN[8][8][3];
+
+  ShapeTable()
+  {
+    const PetscReal point = 1 / std::sqrt((PetscReal)3);
+
+    for (int q = 0; q < 8; q++) {
+      for (int b = 0; b < 8; b++) {
+        PetscReal s[3], v[3];
+
+        for (int d = 0; d < 3; d++) {
+          s[d] = (b >> d & 1) ? 1 : -1;
+          v[d] = 1 + s[d] * ((q >> d & 1) ? point : -point);
+        }
+        for (int d = 0; d < 3; d++) dN[q][b][d] = s[d] * v[(d + 1) % 3] * v[(d + 2) % 3] / 8;
+      }
+    }
+  }
+};
+
 /*
    Row `a` of blocks of the stiffness matrix of a hexahedron with corners X, by 2x2x2 Gauss points. The product of any two
    gradient components is formed first, so that the blocks (a,b) and (b,a) are transposed of each other to the last bit.
 */
 static PetscErrorCode HexStiffnessRow(const PetscReal X[8][3], PetscReal lambda, PetscReal mu, int a, HexRow &K)
 {
-  const PetscReal point = 1 / std::sqrt((PetscReal)3);
+  static const ShapeTable shape;
 
   PetscFunctionBeginUser;
   for (auto &block : K) block.fill(0);
   for (int q = 0; q < 8; q++) {
-    const PetscReal xi[3] = {(q & 1) ? point : -point, (q & 2) ? point : -point, (q & 4) ? point : -point};
-    PetscReal       dN[8][3], G[8][3], J[3][3] = {}, I[3][3], det, l, m;
+    const auto &dN = shape.dN[q];
+    PetscReal   G[8][3], J[3][3] = {}, I[3][3], det, l, m;
 
     for (int b = 0; b < 8; b++) {
-      const PetscReal s[3] = {(b & 1) ? 1.0 : -1.0, (b & 2) ? 1.0 : -1.0, (b & 4) ? 1.0 : -1.0};
-      const PetscReal v[3] = {1 + s[0] * xi[0], 1 + s[1] * xi[1], 1 + s[2] * xi[2]};
-
-      dN[b][0] = s[0] * v[1] * v[2] / 8;
-      dN[b][1] = s[1] * v[0] * v[2] / 8;
-      dN[b][2] = s[2] * v[0] * v[1] / 8;
       for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) J[i][j] += X[b][i] * dN[b][j];
       }
@@ -38,8 +54,8 @@ static PetscErrorCode HexStiffnessRow(const PetscReal X[8][3], PetscReal lambda,
       for (int j = 0; j < 3; j++) I[j][i] = J[i1][(j + 1) % 3] * J[i2][(j + 2) % 3] - J[i1][(j + 2) % 3] * J[i2][(j + 1) % 3];
     }
     det = J[0][0] * I[0][0] + J[0][1] * I[1][0] + J[0][2] * I[2][0];
-    PetscCheck(det > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "An element is turned inside out (Jacobian %g at a Gauss point): take a smaller -curved, or more elements",
-               (double)det);
+    PetscCheck(det > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+               "An element is turned inside out (Jacobian %g at a Gauss point): take a smaller -curved, or more elements", (double)det);
     for (int b = 0; b < 8; b++) {
       for (int i = 0; i < 3; i++) G[b][i] = (dN[b][0] * I[0][i] + dN[b][1] * I[1][i] + dN[b][2] * I[2][i]) / det;
     }

@@ -68,10 +68,9 @@ PetscErrorCode ReportSolution(Mat A, Mat C, Vec f, Vec g, const SaddleSolution &
   if (PetscIsInfOrNanReal(error)) constraint = error;
   PetscCall(Print(primal, text[0], sizeof(text[0])));
   PetscCall(Print(constraint, text[1], sizeof(text[1])));
-  if (s.reason < 0) {
-    PetscCall(PetscPrintf(comm, "not converged: %s after %" PetscInt_FMT " iterations\n", KSPConvergedReasons[s.reason], s.iterations));
-  }
-  PetscCall(PetscPrintf(comm, "result: unknowns=%" PetscInt_FMT " constraints=%" PetscInt_FMT " setup_s=%.3f solve_s=%.3f primal_residual=%s constraint_residual=%s\n", n, m,
-                        (double)s.setupSeconds, (double)s.solveSeconds, text[0], text[1]));
+  if (s.reason <= 0) PetscCall(PetscPrintf(comm, "not converged: %s after %" PetscInt_FMT " iterations\n", KSPConvergedReasons[s.reason], s.iterations));
+  PetscCall(
+    PetscPrintf(comm, "result: unknowns=%" PetscInt_FMT " constraints=%" PetscInt_FMT " setup_s=%.3f solve_s=%.3f primal_residual=%s constraint_residual=%s\n",
+                n, m, (double)s.setupSeconds, (double)s.solveSeconds, text[0], text[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

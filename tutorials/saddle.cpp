@@ -9,19 +9,20 @@ enum TransposeBlock {
 };
 
 struct Layout {
-  PetscInt  transpose;      /* TransposeBlock */
+  PetscInt  transpose; /* TransposeBlock */
   PetscBool multipliersFirst, zeroBlock;
 };
 
 static PetscErrorCode LayoutGet(MPI_Comm comm, Layout *layout)
 {
   const char *const blocks[] = {"view", "explicit", "none"}, *const orders[] = {"last", "first"}, *const zeros[] = {"absent", "empty"};
-  PetscInt          order = 0, zero = 0;
+  PetscInt order = 0, zero = 0;
 
   PetscFunctionBeginUser;
   layout->transpose = TRANSPOSE_VIEW;
   PetscOptionsBegin(comm, NULL, "Saddle-point system [A C'; C 0] as a MatNest", NULL);
-  PetscCall(PetscOptionsEList("-transpose_block", "C' is a view of C, a matrix of its own, or left out", NULL, blocks, 3, blocks[layout->transpose], &layout->transpose, NULL));
+  PetscCall(PetscOptionsEList("-transpose_block", "C' is a view of C, a matrix of its own, or left out", NULL, blocks, 3, blocks[layout->transpose],
+                              &layout->transpose, NULL));
   PetscCall(PetscOptionsEList("-multipliers", "Place of the multipliers among the two fields", NULL, orders, 2, orders[order], &order, NULL));
   PetscCall(PetscOptionsEList("-zero_block", "The zero block is no matrix or a matrix without entries", NULL, zeros, 2, zeros[zero], &zero, NULL));
   PetscOptionsEnd();

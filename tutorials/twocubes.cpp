@@ -45,8 +45,8 @@ static PetscErrorCode ViewDistribution(const CubesSystem &s)
     PetscCallMPI(MPI_Allreduce(&local[0], &least, 1, MPIU_INT, MPI_MIN, s.mesh.comm));
     PetscCallMPI(MPI_Allreduce(&local[1], &sum[0], 1, MPIU_INT, MPI_MAX, s.mesh.comm));
     PetscCallMPI(MPI_Allreduce(&local[2], &sum[1], 1, MPIU_INT, MPI_SUM, s.mesh.comm));
-    PetscCall(PetscPrintf(s.mesh.comm, "distribution: %s has %" PetscInt_FMT " to %" PetscInt_FMT " rows on %" PetscInt_FMT " of %d ranks\n", name[i], sum[1] ? least : 0, sum[0],
-                          sum[1], (int)size));
+    PetscCall(PetscPrintf(s.mesh.comm, "distribution: %s has %" PetscInt_FMT " to %" PetscInt_FMT " rows on %" PetscInt_FMT " of %d ranks\n", name[i],
+                          sum[1] ? least : 0, sum[0], sum[1], (int)size));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -78,7 +78,8 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(CubesOptionsGet(PETSC_COMM_WORLD, &options));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Output of the two-cube problem", NULL);
-  PetscCall(PetscOptionsString("-write_system", "Write A, C, f, g in PETSc's binary format to <prefix>_A.dat and so on", NULL, "", prefix, sizeof(prefix), &write));
+  PetscCall(
+    PetscOptionsString("-write_system", "Write A, C, f, g in PETSc's binary format to <prefix>_A.dat and so on", NULL, "", prefix, sizeof(prefix), &write));
   PetscCall(PetscOptionsString("-view_vtu", "Write the deformed bodies for ParaView to this file (.vtu)", NULL, "", vtu, sizeof(vtu), &view));
   PetscCall(PetscOptionsBool("-view_distribution", "Print how the rows of A and C are spread over the ranks", NULL, distribution, &distribution, NULL));
   PetscOptionsEnd();

@@ -10,7 +10,7 @@ static void AppendBase64(std::string &text, const std::vector<unsigned char> &by
 
   text.reserve(text.size() + 4 * (bytes.size() / 3 + 1));
   for (size_t i = 0; i < bytes.size(); i += 3) {
-    const size_t  n = PetscMin((size_t)3, bytes.size() - i);
+    const size_t  n    = PetscMin((size_t)3, bytes.size() - i);
     std::uint32_t word = (std::uint32_t)bytes[i] << 16;
 
     if (n > 1) word |= (std::uint32_t)bytes[i + 1] << 8;
@@ -20,10 +20,22 @@ static void AppendBase64(std::string &text, const std::vector<unsigned char> &by
 }
 
 /* VTK's name of a C++ type */
-static const char *TypeName(double) { return "Float64"; }
-static const char *TypeName(std::int64_t) { return "Int64"; }
-static const char *TypeName(std::int32_t) { return "Int32"; }
-static const char *TypeName(std::uint8_t) { return "UInt8"; }
+static const char *TypeName(double)
+{
+  return "Float64";
+}
+static const char *TypeName(std::int64_t)
+{
+  return "Int64";
+}
+static const char *TypeName(std::int32_t)
+{
+  return "Int32";
+}
+static const char *TypeName(std::uint8_t)
+{
+  return "UInt8";
+}
 
 template <typename T>
 static void AppendArray(std::string &text, const char name[], int components, const std::vector<T> &values)
@@ -33,7 +45,8 @@ static void AppendArray(std::string &text, const char name[], int components, co
 
   std::memcpy(bytes.data(), &size, sizeof(size));
   if (size) std::memcpy(bytes.data() + sizeof(size), values.data(), size);
-  text += std::string("<DataArray type=\"") + TypeName(T()) + "\" Name=\"" + name + "\" NumberOfComponents=\"" + std::to_string(components) + "\" format=\"binary\">";
+  text += std::string("<DataArray type=\"") + TypeName(T()) + "\" Name=\"" + name + "\" NumberOfComponents=\"" + std::to_string(components) +
+          "\" format=\"binary\">";
   AppendBase64(text, bytes);
   text += "</DataArray>\n";
 }
@@ -117,6 +130,7 @@ static PetscErrorCode PieceText(const CubesMesh &mesh, Vec displacement, Vec for
   PetscCall(PieceCreate(mesh, &piece));
   PetscCall(PieceValues(mesh, piece, displacement, &u));
   PetscCall(PieceValues(mesh, piece, force, &r));
+  if (piece.type.empty()) PetscFunctionReturn(PETSC_SUCCESS); /* more ranks than elements */
   for (size_t i = 0; i < piece.node.size(); i++) {
     PetscReal x[3], y[3];
 
@@ -162,7 +176,9 @@ static PetscErrorCode WritePieces(MPI_Comm comm, FILE *out, const char file[], s
       if (rank == 0) PetscCallMPI(MPI_Recv(&text[done], count, MPI_BYTE, r, 1, comm, MPI_STATUS_IGNORE));
       else if (rank == r) PetscCallMPI(MPI_Send(&text[done], count, MPI_BYTE, 0, 1, comm));
     }
-    if (rank == 0) PetscCheck(std::fwrite(text.data(), 1, text.size(), out) == text.size(), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "Cannot write all of %s: is the disk full?", file);
+    if (rank == 0)
+      PetscCheck(std::fwrite(text.data(), 1, text.size(), out) == text.size(), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE,
+                 "Cannot write all of %s: is the disk full?", file);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -180,7 +196,9 @@ PetscErrorCode CubesViewVTU(const CubesMesh &mesh, Vec displacement, Vec force, 
   PetscFunctionBeginUser;
   PetscCall(PieceText(mesh, displacement, force, &text));
   PetscCall(PetscFOpen(mesh.comm, file, "w", &out));
-  PetscCall(PetscFPrintf(mesh.comm, out, "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"%s\" header_type=\"UInt64\">\n<UnstructuredGrid>\n", order));
+  PetscCall(PetscFPrintf(
+    mesh.comm, out,
+    "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"%s\" header_type=\"UInt64\">\n<UnstructuredGrid>\n", order));
   PetscCall(WritePieces(mesh.comm, out, file, text));
   PetscCall(PetscFPrintf(mesh.comm, out, "</UnstructuredGrid>\n</VTKFile>\n"));
   PetscCall(PetscFClose(mesh.comm, out));

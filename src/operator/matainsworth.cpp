@@ -225,7 +225,7 @@ PetscErrorCode MatAinsworthSetMats(Mat mat, Mat A, Mat C)
   PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)C, &aij, MATSEQAIJ, MATMPIAIJ, ""));
   PetscCheck(aij, comm, PETSC_ERR_ARG_WRONG, "C has type %s, MATAINSWORTH needs %s: use MatConvert()", type, MATAIJ);
   PetscCall(PetscObjectReference((PetscObject)A));
-  PetscCall(PetscObjectReference((PetscObject)C));
+  PetscCall(AinsworthGetAIJ(C, &C)); /* a reference, or the sequential form on one rank */
   PetscCall(Reset(ctx));
   ctx->A = A;
   ctx->C = C;

@@ -71,7 +71,6 @@ static PetscErrorCode SetUpConstrained(PC pc, PC_Ainsworth *data, PCFailedReason
   Mat_Ainsworth       *ctx;
   Mat                  A = data->saddle.A;
   Vec                  penalty;
-  PetscBool            aij;
   const char          *prefix;
 
   PetscFunctionBegin;
@@ -88,9 +87,7 @@ static PetscErrorCode SetUpConstrained(PC pc, PC_Ainsworth *data, PCFailedReason
   PetscCall(AinsworthGramGetFailedReason(&ctx->proj.gram, reason));
   if (*reason) PetscFunctionReturn(PETSC_SUCCESS);
 
-  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)A, &aij, MATSEQAIJ, MATMPIAIJ, ""));
-  if (aij) PetscCall(PetscObjectReference((PetscObject)A));
-  else PetscCall(MatConvert(data->saddle.A, MATAIJ, MAT_INITIAL_MATRIX, &A));
+  PetscCall(AinsworthGetAIJ(data->saddle.A, &A));
   in.A              = A;
   in.C              = data->saddle.C;
   in.S              = ctx->proj.gram.S;
@@ -255,7 +252,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   if (!pc->reusepreconditioner) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changedA, &changedC));
   if (changedA || changedC) PetscCall(PCSetUp_Ainsworth(pc));
   if (data->stale) { /* the set-up failed */
-    PetscCall(VecSetInf(y));
+    PetscCall(VecFlag(y, 1));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AgreeOnFailure(pc, PC_NOERROR));

@@ -11,7 +11,7 @@
 */
 PetscErrorCode AinsworthBlocksCreate(Mat S, PetscInt blocks, PetscInt *part)
 {
-  PetscInt           m;
+  PetscInt           m, rows;
   const PetscInt    *ia, *ja;
   PetscBool          done;
   std::vector<idx_t> xadj(1, 0), adjncy, where;
@@ -24,7 +24,7 @@ PetscErrorCode AinsworthBlocksCreate(Mat S, PetscInt blocks, PetscInt *part)
     for (PetscInt i = 0; i < m; i++) part[i] = blocks <= 1 ? 0 : i;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(MatGetRowIJ(S, 0, PETSC_FALSE, PETSC_FALSE, &m, &ia, &ja, &done));
+  PetscCall(MatGetRowIJ(S, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
   PetscCheck(done, PETSC_COMM_SELF, PETSC_ERR_SUP, "The Gram matrix gives no access to its rows");
   PetscCheck(sizeof(idx_t) >= sizeof(PetscInt) || (PetscInt64)ia[m] <= (PetscInt64)std::numeric_limits<idx_t>::max(), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "The Gram matrix has %" PetscInt_FMT " nonzeros, more than METIS with %d-bit indices can take; use -pc_ainsworth_pmat jcb or id", ia[m], (int)(8 * sizeof(idx_t)));
   xadj.reserve(m + 1);
@@ -34,7 +34,7 @@ PetscErrorCode AinsworthBlocksCreate(Mat S, PetscInt blocks, PetscInt *part)
       if (ja[k] != i) adjncy.push_back((idx_t)ja[k]);
     xadj.push_back((idx_t)adjncy.size());
   }
-  PetscCall(MatRestoreRowIJ(S, 0, PETSC_FALSE, PETSC_FALSE, &m, &ia, &ja, &done));
+  PetscCall(MatRestoreRowIJ(S, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
   nvtxs = (idx_t)m;
   where.resize(m);
   METIS_SetDefaultOptions(options);

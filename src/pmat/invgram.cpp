@@ -173,7 +173,7 @@ static PetscErrorCode GatherEverywhere(Mat S, Mat **all)
 static PetscErrorCode InvertRows(Mat S, const AinsworthPmatOptions *opt, PetscInt blocks, PetscInt rstart, PetscInt rend, Rows &rows)
 {
   const bool            exact = opt->type == PC_AINSWORTH_PMAT_CC || opt->type == PC_AINSWORTH_PMAT_BJ_CC;
-  PetscInt              m;
+  PetscInt              m, n;
   const PetscScalar    *a;
   Graph                 graph;
   PetscBool             done;
@@ -183,7 +183,7 @@ static PetscErrorCode InvertRows(Mat S, const AinsworthPmatOptions *opt, PetscIn
   PetscCall(MatGetSize(S, &m, NULL));
   part.resize(m);
   PetscCall(AinsworthBlocksCreate(S, blocks, part.data()));
-  PetscCall(MatGetRowIJ(S, 0, PETSC_FALSE, PETSC_FALSE, &m, &graph.ia, &graph.ja, &done));
+  PetscCall(MatGetRowIJ(S, 0, PETSC_FALSE, PETSC_FALSE, &n, &graph.ia, &graph.ja, &done));
   PetscCall(MatSeqAIJGetArrayRead(S, &a));
   graph.a    = a;
   graph.part = part.data();
@@ -213,7 +213,7 @@ static PetscErrorCode InvertRows(Mat S, const AinsworthPmatOptions *opt, PetscIn
     for (PetscInt j = rstart; j < rend; j++) cg.solve(graph, j, opt->rtol, rows);
   }
   PetscCall(MatSeqAIJRestoreArrayRead(S, &a));
-  PetscCall(MatRestoreRowIJ(S, 0, PETSC_FALSE, PETSC_FALSE, &m, &graph.ia, &graph.ja, &done));
+  PetscCall(MatRestoreRowIJ(S, 0, PETSC_FALSE, PETSC_FALSE, &n, &graph.ia, &graph.ja, &done));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

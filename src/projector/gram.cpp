@@ -150,7 +150,7 @@ static PetscErrorCode SolveOrInf(KSP ksp, Vec b, Vec x)
   PetscCall(KSPGetConvergedReason(ksp, &reason));
   if (reason < 0) {
     PetscCall(PetscInfo(ksp, "Solve with the Gram matrix failed: %s\n", KSPConvergedReasons[reason]));
-    PetscCall(VecSetInf(x));
+    PetscCall(VecFlag(x, 1));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

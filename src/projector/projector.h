@@ -3,6 +3,7 @@
 #define AINSWORTH_PROJECTOR_H
 
 #include "gram.h"
+#include "../saddle/saddle.h"
 
 struct AinsworthProjector {
   Mat           C;    /* m x n AIJ */

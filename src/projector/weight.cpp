@@ -3,14 +3,12 @@
 /* sums = 1-norms of the rows of M */
 PetscErrorCode AinsworthRowSums(Mat M, Vec sums)
 {
-  Mat          R = M;
-  PetscBool    aij;
+  Mat          R;
   PetscInt     rstart, rend;
   PetscScalar *s;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)M, &aij, MATSEQAIJ, MATMPIAIJ, ""));
-  if (!aij) PetscCall(MatConvert(M, MATAIJ, MAT_INITIAL_MATRIX, &R));
+  PetscCall(AinsworthGetAIJ(M, &R));
   PetscCall(MatGetOwnershipRange(R, &rstart, &rend));
   PetscCall(VecGetArrayWrite(sums, &s));
   for (PetscInt i = rstart; i < rend; i++) {
@@ -24,7 +22,7 @@ PetscErrorCode AinsworthRowSums(Mat M, Vec sums)
     s[i - rstart] = sum;
   }
   PetscCall(VecRestoreArrayWrite(sums, &s));
-  if (!aij) PetscCall(MatDestroy(&R));
+  PetscCall(MatDestroy(&R));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

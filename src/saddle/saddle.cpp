@@ -58,14 +58,8 @@ static PetscErrorCode GetSource(Mat block, Mat transposed, Mat *source, PetscBoo
 /* C as AIJ */
 static PetscErrorCode GetConstraints(Mat source, PetscBool transpose, PetscBool hermitian, Mat *C)
 {
-  PetscBool aij;
-
   PetscFunctionBegin;
-  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)source, &aij, MATSEQAIJ, MATMPIAIJ, ""));
-  if (aij) {
-    PetscCall(PetscObjectReference((PetscObject)source));
-    *C = source;
-  } else PetscCall(MatConvert(source, MATAIJ, MAT_INITIAL_MATRIX, C));
+  PetscCall(AinsworthGetAIJ(source, C));
   if (transpose) {
     Mat T = *C;
     if (hermitian) PetscCall(MatHermitianTranspose(T, MAT_INITIAL_MATRIX, C));

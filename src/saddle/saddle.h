@@ -16,6 +16,7 @@ struct AinsworthSaddle {
   PetscObjectState stateA, stateSource; /* states at set-up, to see what changed since */
 };
 
+PetscErrorCode AinsworthGetAIJ(Mat, Mat *);
 PetscErrorCode AinsworthSaddleSetUp(Mat, AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleChanged(Mat, const AinsworthSaddle *, PetscBool *, PetscBool *);
