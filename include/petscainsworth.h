@@ -91,6 +91,23 @@ typedef enum {
 } PCAinsworthPmatType;
 PETSC_EXTERN const char *const PCAinsworthPmatTypes[];
 
+/*E
+   PCAinsworthFrameType - the frame that the reduced system is written in
+
++  `PC_AINSWORTH_FRAME_AUTO` (default) - the displacement components are turned, all by the same rotation, into the frame of the dominant
+                                         contact normal where there is one
+-  `PC_AINSWORTH_FRAME_NONE`           - the program's own components
+
+   Level: intermediate
+
+.seealso: `PCAinsworthSetFrameType()`
+E*/
+typedef enum {
+  PC_AINSWORTH_FRAME_AUTO,
+  PC_AINSWORTH_FRAME_NONE
+} PCAinsworthFrameType;
+PETSC_EXTERN const char *const PCAinsworthFrameTypes[];
+
 PETSC_EXTERN PetscErrorCode AinsworthInitializePackage(void);
 PETSC_EXTERN PetscErrorCode AinsworthFinalizePackage(void);
 
@@ -133,6 +150,8 @@ PETSC_EXTERN PetscErrorCode PCAinsworthSetPmatMaxRows(PC, PetscInt);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetPmatMaxRows(PC, PetscInt *);
 PETSC_EXTERN PetscErrorCode PCAinsworthSetBlocks(PC, PetscInt);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetBlocks(PC, PetscInt *);
+PETSC_EXTERN PetscErrorCode PCAinsworthSetFrameType(PC, PCAinsworthFrameType);
+PETSC_EXTERN PetscErrorCode PCAinsworthGetFrameType(PC, PCAinsworthFrameType *);
 PETSC_EXTERN PetscErrorCode PCAinsworthSetRowsPerRank(PC, PetscInt);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetRowsPerRank(PC, PetscInt *);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetKSP(PC, KSP *);

@@ -159,7 +159,7 @@ PetscErrorCode MatAinsworthSolveRange(Mat mat, Vec b, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* rhs = C' B g + Q' (f - op(A) R g), op(A) = A or, for the transposed system, its transpose; without g both of its terms are left out */
+/* In a frame f is the program's, rhs turned: rhs = C' B g + Q' (f - op(A) R g), op(A) = A or, for the transposed system, its transpose; without g both of its terms are left out */
 PetscErrorCode MatAinsworthComputeRHS_Private(Mat mat, PetscBool transpose, Vec f, Vec g, Vec rhs)
 {
   Mat_Ainsworth *ctx;
@@ -169,12 +169,17 @@ PetscErrorCode MatAinsworthComputeRHS_Private(Mat mat, PetscBool transpose, Vec 
   PetscCall(MatAinsworthSetUp(mat, &ctx));
   PetscCall(PetscLogEventBegin(AINSWORTH_RHS, mat, f, g, rhs));
   if (g) PetscCall(VecNorm(g, NORM_INFINITY, &norm));
-  if (norm == 0.0) PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, f, NULL, rhs));
-  else {
+  if (norm == 0.0) {
+    PetscCall(VecCopy(f, rhs));
+    PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_FALSE, rhs));
+    PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, NULL, rhs));
+  } else {
     PetscCall(AinsworthProjectorRightInverse(&ctx->proj, g, ctx->v));
+    PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_TRUE, ctx->v));
     if (transpose) PetscCall(MatMultTranspose(ctx->A, ctx->v, rhs));
     else PetscCall(MatMult(ctx->A, ctx->v, rhs));
     PetscCall(VecAYPX(rhs, -1.0, f));
+    PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_FALSE, rhs));
     PetscCall(VecPointwiseMult(ctx->bcx, ctx->penalty, g));
     PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, ctx->bcx, rhs));
   }
@@ -182,7 +187,7 @@ PetscErrorCode MatAinsworthComputeRHS_Private(Mat mat, PetscBool transpose, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* multiplier = R' (f - op(A) x) */
+/* multiplier = R' (f - op(A) x), with the program's f and x in a frame too */
 PetscErrorCode MatAinsworthComputeMultiplier_Private(Mat mat, PetscBool transpose, Vec f, Vec x, Vec multiplier)
 {
   Mat_Ainsworth *ctx;
@@ -193,6 +198,7 @@ PetscErrorCode MatAinsworthComputeMultiplier_Private(Mat mat, PetscBool transpos
   if (transpose) PetscCall(MatMultTranspose(ctx->A, x, ctx->v));
   else PetscCall(MatMult(ctx->A, x, ctx->v));
   PetscCall(VecAYPX(ctx->v, -1.0, f));
+  PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_FALSE, ctx->v));
   PetscCall(AinsworthProjectorRightInverseTranspose(&ctx->proj, ctx->v, multiplier));
   PetscCall(PetscLogEventEnd(AINSWORTH_Multiplier, mat, f, x, multiplier));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -259,14 +265,32 @@ PetscErrorCode MatAinsworthComputeMultiplier(Mat mat, Vec f, Vec x, Vec multipli
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = A x */
+/* The frame that the matrix acts in; before its first use */
+PetscErrorCode MatAinsworthSetFrame_Private(Mat mat, const AinsworthFrame *frame)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  ctx->frame   = *frame;
+  ctx->current = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = A x, in the frame: T A T' x */
 PetscErrorCode MatAinsworthMultStiffness_Private(Mat mat, Vec x, Vec y)
 {
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext(mat, &ctx));
+  if (ctx->frame.bs) {
+    PetscCall(VecCopy(x, ctx->u));
+    PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_TRUE, ctx->u));
+    x = ctx->u;
+  }
   PetscCall(MatMult(ctx->A, x, y));
+  PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_FALSE, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -285,11 +309,18 @@ PetscErrorCode MatAinsworthGetDrift_Private(Mat mat, Vec z, PetscReal *drift)
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp(mat, &ctx));
   if (ctx->weight) {
-    PetscCall(VecPointwiseDivide(ctx->v, z, ctx->weight));
-    PetscCall(VecDot(z, ctx->v, &dot));
+    Vec zprogram = z;
+
+    if (ctx->frame.bs) {
+      zprogram = ctx->u;
+      PetscCall(VecCopy(z, zprogram));
+      PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_TRUE, zprogram));
+    }
+    PetscCall(VecPointwiseDivide(ctx->v, zprogram, ctx->weight));
+    PetscCall(VecDot(zprogram, ctx->v, &dot));
     norm = PetscSqrtReal(PetscRealPart(dot));
   } else PetscCall(VecNorm(z, NORM_2, &norm));
-  PetscCall(MatMult(ctx->C, z, ctx->proj.s));
+  PetscCall(MatMult(ctx->proj.C, z, ctx->proj.s));
   PetscCall(MatGetDiagonal(ctx->proj.gram.S, ctx->bcx));
   PetscCall(VecGetLocalSize(ctx->bcx, &m));
   PetscCall(VecGetArrayRead(ctx->proj.s, &s));

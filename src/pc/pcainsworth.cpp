@@ -71,6 +71,7 @@ static PetscErrorCode SetUpConstrained(PC pc, PC_Ainsworth *data, PCFailedReason
   Mat_Ainsworth       *ctx;
   Mat                  A = data->saddle.A;
   Vec                  penalty;
+  PetscInt             bs;
   const char          *prefix;
 
   PetscFunctionBegin;
@@ -79,6 +80,10 @@ static PetscErrorCode SetUpConstrained(PC pc, PC_Ainsworth *data, PCFailedReason
   PetscCall(MatSetOptionsPrefix(data->S, prefix));
   PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->S, (PetscObject)pc, 0));
   PetscCall(MatAinsworthSetRowsPerRank(data->S, data->rowsPerRank));
+  PetscCall(MatGetBlockSize(A, &bs));
+  if (data->frameType == PC_AINSWORTH_FRAME_AUTO) PetscCall(AinsworthFrameChoose(data->saddle.C, bs, &data->frame));
+  else data->frame.bs = 0;
+  PetscCall(MatAinsworthSetFrame_Private(data->S, &data->frame));
   if (data->weightType == MAT_AINSWORTH_WEIGHT_USER) {
     PetscCheck(data->weight, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE, "-pc_ainsworth_weight user needs a vector: call PCAinsworthSetWeight()");
     PetscCall(MatAinsworthSetWeight(data->S, data->weight));
@@ -92,6 +97,7 @@ static PetscErrorCode SetUpConstrained(PC pc, PC_Ainsworth *data, PCFailedReason
   in.C              = data->saddle.C;
   in.S              = ctx->proj.gram.S;
   in.weight         = ctx->weight;
+  in.frame          = &data->frame;
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor(data);
   PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M));
@@ -104,19 +110,23 @@ static PetscErrorCode SetUpConstrained(PC pc, PC_Ainsworth *data, PCFailedReason
 /* Null space, near null space: hypre reads them from the operator, GAMG from the preconditioning matrix */
 static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
 {
-  MatNullSpace near, common;
+  MatNullSpace near, common, rotated;
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleGetNearNullSpace(&data->saddle, &near));
   if (near) {
-    PetscCall(MatSetNearNullSpace(data->S, near));
-    PetscCall(MatSetNearNullSpace(data->M, near));
+    PetscCall(AinsworthFrameRotateNullSpace(&data->frame, data->saddle.A, near, &rotated));
+    PetscCall(MatSetNearNullSpace(data->S, rotated));
+    PetscCall(MatSetNearNullSpace(data->M, rotated));
+    PetscCall(MatNullSpaceDestroy(&rotated));
   }
   PetscCall(AinsworthSaddleCreateNullSpace(&data->saddle, &common));
   if (common) {
-    PetscCall(MatSetNullSpace(data->S, common));
-    PetscCall(MatSetNullSpace(data->M, common));
-    if (data->symmetric) PetscCall(MatSetTransposeNullSpace(data->S, common));
+    PetscCall(AinsworthFrameRotateNullSpace(&data->frame, data->saddle.A, common, &rotated));
+    PetscCall(MatSetNullSpace(data->S, rotated));
+    PetscCall(MatSetNullSpace(data->M, rotated));
+    if (data->symmetric) PetscCall(MatSetTransposeNullSpace(data->S, rotated));
+    PetscCall(MatNullSpaceDestroy(&rotated));
     PetscCall(MatNullSpaceDestroy(&common));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -198,6 +208,7 @@ static PetscErrorCode ProjectOntoConstraints(PC_Ainsworth *data, Vec g, Vec x)
   PetscCall(MatMult(data->saddle.C, x, data->residual));
   PetscCall(VecAYPX(data->residual, -1.0, g));
   PetscCall(MatAinsworthMultRightInverse(data->S, data->residual, data->rhs));
+  PetscCall(AinsworthFrameRotate(&data->frame, PETSC_TRUE, data->rhs));
   PetscCall(VecAXPY(x, 1.0, data->rhs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -233,6 +244,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   PetscCall(KSPGetConvergedReason(data->ksp, &reason));
   if (reason == KSP_DIVERGED_ITS) PetscCall(AgreeOnFailure(pc, PC_SUBPC_ERROR)); /* an outer Krylov method may still use what there is */
   if (data->constraints) {
+    PetscCall(AinsworthFrameRotate(&data->frame, PETSC_TRUE, x));
     PetscCall(ProjectOntoConstraints(data, g, x));
     PetscCall(MatAinsworthComputeMultiplier_Private(data->S, transpose, f, x, lambda));
   }
@@ -331,6 +343,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_pmat_rtol <0.1>                         - tolerance of cg and bj_cg
 .  -pc_ainsworth_pmat_max_rows <4000>                    - refuse cc and cg, which may be dense, above this number of constraints
 .  -pc_ainsworth_blocks <decide>                         - number of blocks of bj_cc and bj_cg; by default one per 32 constraints
+.  -pc_ainsworth_frame <auto,none>                       - turn the components into the frame of the dominant contact normal
 -  -pc_ainsworth_rows_per_rank <100000>                  - the Gram matrix is gathered on ceil(m / this) ranks
 
    Level: beginner

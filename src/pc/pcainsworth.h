@@ -13,6 +13,7 @@ struct PC_Ainsworth {
   Vec                    weight; /* the user's, length n */
   PetscReal              factor; /* PETSC_DEFAULT: by the type of the penalty */
   PetscInt               rowsPerRank;
+  PCAinsworthFrameType   frameType;
   AinsworthPmatOptions   pmat;
 
   /* what set-up made of the program's matrix */
@@ -20,6 +21,7 @@ struct PC_Ainsworth {
   PetscInt        constraints; /* rows of C that are kept */
   Mat             S;           /* the reduced operator; NULL without constraints */
   Mat             M;           /* the preconditioning matrix */
+  AinsworthFrame  frame;       /* that S, M and the reduced unknowns are in */
   PetscBool       symmetric;   /* A = A' */
   PetscBool       stale;       /* a choice changed since the last set-up */
 

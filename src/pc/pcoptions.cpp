@@ -9,6 +9,7 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   MatAinsworthWeightType weight;
   PCAinsworthPenaltyType penalty;
   PCAinsworthPmatType    pmat;
+  PCAinsworthFrameType   frame;
   PetscReal              real;
   PetscInt               integer;
   PetscBool              set;
@@ -39,6 +40,9 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   integer = data->pmat.blocks;
   PetscCall(PetscOptionsInt("-pc_ainsworth_blocks", "Number of blocks of bj_cc and bj_cg (-1: one per 32 constraints)", "PCAinsworthSetBlocks", integer, &integer, &set));
   if (set) PetscCall(PCAinsworthSetBlocks(pc, integer));
+  frame = data->frameType;
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_frame", "Turn the components into the frame of the dominant contact normal", "PCAinsworthSetFrameType", PCAinsworthFrameTypes, (PetscEnum)frame, (PetscEnum *)&frame, &set));
+  if (set) PetscCall(PCAinsworthSetFrameType(pc, frame));
   integer = data->rowsPerRank;
   PetscCall(PetscOptionsInt("-pc_ainsworth_rows_per_rank", "The Gram matrix is gathered on ceil(constraints / this) ranks", "PCAinsworthSetRowsPerRank", integer, &integer, &set));
   if (set) PetscCall(PCAinsworthSetRowsPerRank(pc, integer));
@@ -74,6 +78,9 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s", data->constraints, data->constraints ? "" : ", A alone is solved"));
   if (data->saddle.zeroRows) PetscCall(PetscViewerASCIIPrintf(viewer, ", %" PetscInt_FMT " zero rows left out", data->saddle.zeroRows));
   PetscCall(PetscViewerASCIIPrintf(viewer, "\n"));
+  if (data->S && data->frame.bs == 3) PetscCall(PetscViewerASCIIPrintf(viewer, "  frame: components turned, dominant contact normal (%.3f, %.3f, %.3f)\n", (double)data->frame.normal[0], (double)data->frame.normal[1], (double)data->frame.normal[2]));
+  else if (data->S && data->frame.bs == 2) PetscCall(PetscViewerASCIIPrintf(viewer, "  frame: components turned, dominant contact normal (%.3f, %.3f)\n", (double)data->frame.normal[0], (double)data->frame.normal[1]));
+  else if (data->S) PetscCall(PetscViewerASCIIPrintf(viewer, "  frame: the program's components\n"));
   if (data->S) {
     Mat_Ainsworth *ctx;
 

@@ -1,4 +1,5 @@
 #include "pmat.h"
+#include "sum.h"
 #include "../events.h"
 #include "../projector/projector.h"
 
@@ -63,105 +64,6 @@ static PetscErrorCode CreateProjectionUpdate(const AinsworthPmatInputs *in, Mat 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One row of A + E: sorted columns and values */
-struct RowMerge {
-  PetscInt     n, max;
-  PetscInt    *columns;
-  PetscScalar *values;
-};
-
-static PetscErrorCode MergeRow(Mat A, Mat E, PetscInt row, RowMerge *out)
-{
-  PetscInt           na, ne, a = 0, e = 0, n = 0;
-  const PetscInt    *ca, *ce;
-  const PetscScalar *va, *ve;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetRow(A, row, &na, &ca, &va));
-  PetscCall(MatGetRow(E, row, &ne, &ce, &ve));
-  if (na + ne > out->max) {
-    PetscCall(PetscFree2(out->columns, out->values));
-    out->max = 2 * (na + ne);
-    PetscCall(PetscMalloc2(out->max, &out->columns, out->max, &out->values));
-  }
-  while (a < na || e < ne) {
-    if (e == ne || (a < na && ca[a] < ce[e])) {
-      out->columns[n]  = ca[a];
-      out->values[n++] = va[a++];
-    } else if (a == na || ce[e] < ca[a]) {
-      out->columns[n]  = ce[e];
-      out->values[n++] = ve[e++];
-    } else {
-      out->columns[n]  = ca[a];
-      out->values[n++] = va[a++] + ve[e++];
-    }
-  }
-  out->n = n;
-  PetscCall(MatRestoreRow(E, row, &ne, &ce, &ve));
-  PetscCall(MatRestoreRow(A, row, &na, &ca, &va));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* ||A + E||_inf, which is the 1-norm as both are symmetric; PETSc's own 1-norm stores a row of the matrix on every rank */
-static PetscErrorCode SumNorm(Mat A, Mat E, PetscReal *norm)
-{
-  PetscInt  rstart, rend;
-  PetscReal largest = 0.0;
-  RowMerge  row     = {0, 0, NULL, NULL};
-
-  PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscReal sum = 0.0;
-    PetscCall(MergeRow(A, E, i, &row));
-    for (PetscInt k = 0; k < row.n; k++) sum += PetscAbsScalar(row.values[k]);
-    largest = PetscMax(largest, sum);
-  }
-  PetscCall(PetscFree2(row.columns, row.values));
-  PetscCall(MPIU_Allreduce(&largest, norm, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)A)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* M = A + E with exact preallocation; E has few nonzero rows */
-static PetscErrorCode Sum(Mat A, Mat E, Mat *sum)
-{
-  Mat       M;
-  PetscInt  rstart, rend, cstart, cend, n, N, bs, *dnnz, *onnz;
-  RowMerge  row = {0, 0, NULL, NULL};
-
-  PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
-  PetscCall(MatGetOwnershipRangeColumn(A, &cstart, &cend));
-  PetscCall(MatGetSize(A, &N, NULL));
-  PetscCall(MatGetBlockSize(A, &bs));
-  n = rend - rstart;
-  PetscCall(PetscCalloc2(n, &dnnz, n, &onnz));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscCall(MergeRow(A, E, i, &row));
-    for (PetscInt k = 0; k < row.n; k++) {
-      if (row.columns[k] >= cstart && row.columns[k] < cend) dnnz[i - rstart]++;
-      else onnz[i - rstart]++;
-    }
-  }
-  PetscCall(MatCreate(PetscObjectComm((PetscObject)A), &M));
-  PetscCall(MatSetSizes(M, n, n, N, N));
-  PetscCall(MatSetBlockSize(M, bs));
-  PetscCall(MatSetType(M, MATAIJ));
-  PetscCall(MatSeqAIJSetPreallocation(M, 0, dnnz));
-  PetscCall(MatMPIAIJSetPreallocation(M, 0, dnnz, 0, onnz));
-  PetscCall(PetscFree2(dnnz, onnz));
-  PetscCall(MatSetOption(M, MAT_NO_OFF_PROC_ENTRIES, PETSC_TRUE));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscCall(MergeRow(A, E, i, &row));
-    PetscCall(MatSetValues(M, 1, &i, row.n, row.columns, row.values, INSERT_VALUES));
-  }
-  PetscCall(PetscFree2(row.columns, row.values));
-  PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));
-  *sum = M;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    AinsworthPmatCreate - the preconditioning matrix M_* = C' B C + Q_*' A Q_*, n x n AIJ, and the penalty B it was made with, length m
 
@@ -192,7 +94,7 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
     PetscReal normA, normC;
 
     PetscCall(MatNorm(E, NORM_INFINITY, &normC));
-    if (projection) PetscCall(SumNorm(A, projection, &normA));
+    if (projection) PetscCall(AinsworthSumNorm(A, projection, &normA));
     else PetscCall(MatNorm(A, NORM_INFINITY, &normA));
     PetscCall(MatScale(E, opt->factor * normA / normC));
     PetscCall(MatCreateVecs(in->C, NULL, penalty));
@@ -202,7 +104,7 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
     PetscCall(MatAXPY(E, 1.0, projection, DIFFERENT_NONZERO_PATTERN));
     PetscCall(MatDestroy(&projection));
   }
-  PetscCall(Sum(A, E, pmat));
+  PetscCall(AinsworthSum(A, E, in->frame, pmat));
   PetscCall(MatDestroy(&E));
   if (opt->symmetric) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(PetscLogEventEnd(AINSWORTH_PMat, A, in->C, in->S, 0));

@@ -3,7 +3,7 @@
 #define AINSWORTH_PMAT_H
 
 #include <petscainsworth.h>
-#include "../petsccompat.h"
+#include "../projector/frame.h"
 
 struct AinsworthPmatOptions {
   PCAinsworthPmatType    type;
@@ -18,6 +18,7 @@ struct AinsworthPmatOptions {
 struct AinsworthPmatInputs {
   Mat A, C, S; /* AIJ; C without zero rows */
   Vec weight;  /* diagonal of W, NULL for W = I */
+  const AinsworthFrame *frame; /* M_* is wanted as T M_* T' */
 };
 
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);

@@ -1,23 +1,29 @@
 #include "projector.h"
 #include "../events.h"
 
-/* w: the diagonal of W, length n, positive; NULL for W = I */
-PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, Mat C, Vec w, PetscInt rowsPerRank, PetscObject parent, const char prefix[])
+/*
+   w: the diagonal of W, length n, positive; NULL for W = I. In a frame T it projects x' = T x: with C T' and C W T' for C and C W, whose
+   Gram matrix is the same, vectors need no turning.
+*/
+PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, Mat C, Vec w, const AinsworthFrame *frame, PetscInt rowsPerRank, PetscObject parent, const char prefix[])
 {
   PetscFunctionBegin;
   PetscCall(AinsworthProjectorReset(proj));
-  PetscCall(PetscObjectReference((PetscObject)C));
-  proj->C = C;
+  PetscCall(AinsworthFrameRotateRows(frame, C, &proj->C));
   if (w) {
-    PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &proj->CW));
-    PetscCall(MatDiagonalScale(proj->CW, NULL, w));
+    Mat CW;
+
+    PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &CW));
+    PetscCall(MatDiagonalScale(CW, NULL, w));
+    PetscCall(AinsworthFrameRotateRows(frame, CW, &proj->CW));
+    PetscCall(MatDestroy(&CW));
   } else {
-    PetscCall(PetscObjectReference((PetscObject)C));
-    proj->CW = C;
+    PetscCall(PetscObjectReference((PetscObject)proj->C));
+    proj->CW = proj->C;
   }
   PetscCall(MatCreateVecs(C, NULL, &proj->s));
   PetscCall(VecDuplicate(proj->s, &proj->t));
-  PetscCall(AinsworthGramSetUp(&proj->gram, C, proj->CW, rowsPerRank, parent, prefix));
+  PetscCall(AinsworthGramSetUp(&proj->gram, proj->C, proj->CW, rowsPerRank, parent, prefix));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

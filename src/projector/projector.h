@@ -2,17 +2,18 @@
 #ifndef AINSWORTH_PROJECTOR_H
 #define AINSWORTH_PROJECTOR_H
 
+#include "frame.h"
 #include "gram.h"
 #include "../saddle/saddle.h"
 
 struct AinsworthProjector {
-  Mat           C;    /* m x n AIJ */
-  Mat           CW;   /* C W; C itself for W = I */
+  Mat           C;    /* m x n AIJ, in the frame: C T' */
+  Mat           CW;   /* C W T'; the same as C for W = I */
   AinsworthGram gram; /* S = C W C' */
   Vec           s, t; /* m */
 };
 
-PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, Mat, Vec, PetscInt, PetscObject, const char[]);
+PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, Mat, Vec, const AinsworthFrame *, PetscInt, PetscObject, const char[]);
 PetscErrorCode AinsworthProjectorReset(AinsworthProjector *);
 PetscErrorCode AinsworthProjectorMult(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorMultTranspose(AinsworthProjector *, Vec, Vec, Vec);

@@ -19,13 +19,10 @@ PetscErrorCode AinsworthGetAIJ(Mat M, Mat *aij)
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)M), &size));
   PetscCall(PetscObjectBaseTypeCompare((PetscObject)*aij, MATMPIAIJ, &mpi));
   if (mpi && size == 1) {
-    Mat      parallel = *aij, block;
-    PetscInt bs;
+    Mat parallel = *aij, block;
 
     PetscCall(MatGetDiagonalBlock(parallel, &block));
     PetscCall(PetscObjectReference((PetscObject)block));
-    PetscCall(MatGetBlockSize(parallel, &bs));
-    PetscCall(MatSetBlockSize(block, bs));
     PetscCall(MatDestroy(&parallel));
     *aij = block;
   }

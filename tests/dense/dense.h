@@ -45,7 +45,7 @@ std::vector<Spec> UsualSpecs(); /* one for each difficulty */
 PetscErrorCode NestCreate(Mat A, Mat Ct, Mat C, Mat *nest);
 /* KSPPREONLY with PCAINSWORTH and all options read */
 PetscErrorCode SolverCreate(Mat, KSP *);
-/* sets options, "-a 1 -b" for instance, and clears them again when it goes out of scope */
+/* sets options, "-a 1 -b" for instance; at the end of its scope it checks that they were used, and clears them */
 class Options
 {
 public:
