@@ -17,7 +17,7 @@
 #define KSPPROJECTEDCG "projectedcg"
 
 /*E
-   PCAinsworthVariant - the configuration of `PCAINSWORTH`: sets weight, penalty, penalty factor and inner Krylov method at once
+   PCAinsworthVariant - the configuration of `PCAINSWORTH`: sets weight, penalty, penalty factor, row scaling and inner Krylov method at once
 
 +  `PC_AINSWORTH_WEIGHTED` (default) - W = diag(A)^{-1}, one penalty per row, `KSPPROJECTEDCG`
 -  `PC_AINSWORTH_PAPER`              - W = I, one penalty beta, `KSPCG`: Robert, Jolivet, Jamond, Badri, sections 3 and 4
@@ -70,7 +70,7 @@ PETSC_EXTERN const char *const PCAinsworthPenaltyTypes[];
    PCAinsworthPmatType - Inv(S), the sparse approximation of the inverse Gram matrix in the preconditioning matrix M_*
    (paper, Table 1)
 
-+  `PC_AINSWORTH_PMAT_JCB` (default) - diagonal of the inverse 1-norms of the rows of S
++  `PC_AINSWORTH_PMAT_JCB` (default) - diagonal of the inverse 1-norms of the rows of S, or of S scaled to a unit diagonal
 .  `PC_AINSWORTH_PMAT_ID`            - Inv(S) = 0, that is Q_* = I and M_* = A + C' B C
 .  `PC_AINSWORTH_PMAT_CC`            - the exact inverse, by Cholesky; dense
 .  `PC_AINSWORTH_PMAT_CG`            - conjugate gradients per column to a loose tolerance; entries not reached stay zero
@@ -150,6 +150,8 @@ PETSC_EXTERN PetscErrorCode PCAinsworthSetPmatMaxRows(PC, PetscInt);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetPmatMaxRows(PC, PetscInt *);
 PETSC_EXTERN PetscErrorCode PCAinsworthSetBlocks(PC, PetscInt);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetBlocks(PC, PetscInt *);
+PETSC_EXTERN PetscErrorCode PCAinsworthSetRowScaling(PC, PetscBool);
+PETSC_EXTERN PetscErrorCode PCAinsworthGetRowScaling(PC, PetscBool *);
 PETSC_EXTERN PetscErrorCode PCAinsworthSetFrameType(PC, PCAinsworthFrameType);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetFrameType(PC, PCAinsworthFrameType *);
 PETSC_EXTERN PetscErrorCode PCAinsworthSetRowsPerRank(PC, PetscInt);

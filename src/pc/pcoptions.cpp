@@ -12,12 +12,12 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   PCAinsworthFrameType   frame;
   PetscReal              real;
   PetscInt               integer;
-  PetscBool              set;
+  PetscBool              set, flag;
   const char            *prefix;
 
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Ainsworth options");
-  PetscCall(PetscOptionsEnum("-pc_ainsworth_variant", "Sets weight, penalty, penalty factor and the inner KSP type at once", "PCAinsworthSetVariant", PCAinsworthVariants, (PetscEnum)variant, (PetscEnum *)&variant, &set));
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_variant", "Sets weight, penalty, penalty factor, row scaling and the inner KSP type at once", "PCAinsworthSetVariant", PCAinsworthVariants, (PetscEnum)variant, (PetscEnum *)&variant, &set));
   if (set) PetscCall(PCAinsworthSetVariant(pc, variant));
   weight = data->weightType;
   PetscCall(PetscOptionsEnum("-pc_ainsworth_weight", "Diagonal weight W of the projector", "PCAinsworthSetWeightType", MatAinsworthWeightTypes, (PetscEnum)weight, (PetscEnum *)&weight, &set));
@@ -40,6 +40,9 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   integer = data->pmat.blocks;
   PetscCall(PetscOptionsInt("-pc_ainsworth_blocks", "Number of blocks of bj_cc and bj_cg (-1: one per 32 constraints)", "PCAinsworthSetBlocks", integer, &integer, &set));
   if (set) PetscCall(PCAinsworthSetBlocks(pc, integer));
+  flag = data->pmat.rowScaling;
+  PetscCall(PetscOptionsBool("-pc_ainsworth_row_scaling", "Make jcb independent of the scale of the rows of C", "PCAinsworthSetRowScaling", flag, &flag, &set));
+  if (set) PetscCall(PCAinsworthSetRowScaling(pc, flag));
   frame = data->frameType;
   PetscCall(PetscOptionsEnum("-pc_ainsworth_frame", "Turn the components into the frame of the dominant contact normal", "PCAinsworthSetFrameType", PCAinsworthFrameTypes, (PetscEnum)frame, (PetscEnum *)&frame, &set));
   if (set) PetscCall(PCAinsworthSetFrameType(pc, frame));

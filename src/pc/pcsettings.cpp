@@ -48,6 +48,8 @@ PetscErrorCode PCAinsworthApplyVariant(PC_Ainsworth *data, PCAinsworthVariant va
   data->pmat.penalty = paper ? PC_AINSWORTH_PENALTY_NORM : PC_AINSWORTH_PENALTY_ROW;
   data->factor       = PETSC_DEFAULT;
   data->projected    = PETSC_FALSE;
+
+  data->pmat.rowScaling = (PetscBool)!paper;
   PetscCall(KSPSetType(data->ksp, paper ? KSPCG : KSPPROJECTEDCG));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -55,11 +57,11 @@ PetscErrorCode PCAinsworthApplyVariant(PC_Ainsworth *data, PCAinsworthVariant va
 PetscReal PCAinsworthPenaltyFactor(const PC_Ainsworth *data)
 {
   if (data->factor != (PetscReal)PETSC_DEFAULT) return data->factor;
-  return data->pmat.penalty == PC_AINSWORTH_PENALTY_NORM ? 5.0 : 1.0; /* paper, section 3.3; 1: the stiffness seen by the row */
+  return data->pmat.penalty == PC_AINSWORTH_PENALTY_NORM ? 5.0 : 0.5; /* paper, section 3.3; measured, docs/method.md */
 }
 
 /*@
-   PCAinsworthSetVariant - sets weight, penalty, penalty factor and the type of the inner `KSP` at once
+   PCAinsworthSetVariant - sets weight, penalty, penalty factor, row scaling and the type of the inner `KSP` at once
 
    Logically Collective
 
@@ -68,7 +70,7 @@ PetscReal PCAinsworthPenaltyFactor(const PC_Ainsworth *data)
 -  variant - `PC_AINSWORTH_WEIGHTED` (default) or `PC_AINSWORTH_PAPER`
 
    Options Database Key:
-.  -pc_ainsworth_variant <weighted,paper> - the variant; each of the four can then be set alone
+.  -pc_ainsworth_variant <weighted,paper> - the variant; each of them can then be set alone
 
    Level: beginner
 
@@ -269,10 +271,10 @@ PetscErrorCode PCAinsworthGetPenaltyType(PC pc, PCAinsworthPenaltyType *type)
 
    Input Parameters:
 +  pc     - the preconditioner
--  factor - positive, without unit; `PETSC_DEFAULT` for 1 (`PC_AINSWORTH_PENALTY_ROW`) or 5 (`PC_AINSWORTH_PENALTY_NORM`)
+-  factor - positive, without unit; `PETSC_DEFAULT` for 0.5 (`PC_AINSWORTH_PENALTY_ROW`) or 5 (`PC_AINSWORTH_PENALTY_NORM`)
 
    Options Database Key:
-.  -pc_ainsworth_penalty_factor <1 (row), 5 (norm)> - gamma
+.  -pc_ainsworth_penalty_factor <0.5 (row), 5 (norm)> - gamma
 
    Level: intermediate
 
@@ -544,6 +546,61 @@ PetscErrorCode PCAinsworthGetBlocks(PC pc, PetscInt *blocks)
   PetscCall(GetDataOrError(pc, &data));
   PetscAssertPointer(blocks, 2);
   *blocks = data->pmat.blocks;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   PCAinsworthSetRowScaling - makes the approximation jcb independent of the scale of the rows of C
+
+   Logically Collective
+
+   Input Parameters:
++  pc   - the preconditioner
+-  flag - `PETSC_TRUE` (`PC_AINSWORTH_WEIGHTED`): 1-norms of the rows of D S D, D = diag(S)^{-1/2}; `PETSC_FALSE` (`PC_AINSWORTH_PAPER`): of S
+
+   Options Database Key:
+.  -pc_ainsworth_row_scaling <true (weighted), false (paper)> - the flag
+
+   Level: advanced
+
+.seealso: `PCAINSWORTH`, `PCAinsworthSetPmatType()`
+@*/
+PetscErrorCode PCAinsworthSetRowScaling(PC pc, PetscBool flag)
+{
+  PC_Ainsworth *data = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthGetData(pc, &data));
+  if (!data) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscValidLogicalCollectiveBool(pc, flag, 2);
+  data->pmat.rowScaling = flag;
+  PetscCall(PCAinsworthSetStale(pc, data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   PCAinsworthGetRowScaling - tells whether the approximation jcb is independent of the scale of the rows of C
+
+   Not Collective
+
+   Input Parameter:
+.  pc - the preconditioner
+
+   Output Parameter:
+.  flag - the choice
+
+   Level: advanced
+
+.seealso: `PCAINSWORTH`, `PCAinsworthSetRowScaling()`
+@*/
+PetscErrorCode PCAinsworthGetRowScaling(PC pc, PetscBool *flag)
+{
+  PC_Ainsworth *data = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(GetDataOrError(pc, &data));
+  PetscAssertPointer(flag, 2);
+  *flag = data->pmat.rowScaling;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -217,24 +217,44 @@ static PetscErrorCode InvertRows(Mat S, const AinsworthPmatOptions *opt, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Diagonal of the inverse 1-norms of the rows of S */
-static PetscErrorCode InvertRowNorms(Mat S, Rows &rows)
+/*
+   Diagonal of the inverse 1-norms of the rows of S (paper, Table 1); scaled: of D S D with D = diag(S)^{-1/2}, brought back by D on both
+   sides, which makes M_* the same whatever the scale of the rows of C
+*/
+static PetscErrorCode InvertRowNorms(Mat S, PetscBool scaled, Rows &rows)
 {
-  PetscInt rstart, rend;
+  Mat          SD = S;
+  Vec          D = NULL;
+  PetscInt     rstart, rend;
+  PetscScalar *d = NULL;
 
   PetscFunctionBegin;
+  if (scaled) {
+    PetscCall(MatCreateVecs(S, &D, NULL));
+    PetscCall(MatGetDiagonal(S, D));
+    PetscCall(VecSqrtAbs(D));
+    PetscCall(VecReciprocal(D));
+    PetscCall(MatDuplicate(S, MAT_COPY_VALUES, &SD));
+    PetscCall(MatDiagonalScale(SD, NULL, D));
+    PetscCall(VecGetArray(D, &d));
+  }
   PetscCall(MatGetOwnershipRange(S, &rstart, &rend));
   for (PetscInt i = rstart; i < rend; i++) {
     PetscInt           ncols;
     const PetscScalar *v;
     PetscReal          sum = 0.0;
 
-    PetscCall(MatGetRow(S, i, &ncols, NULL, &v));
+    PetscCall(MatGetRow(SD, i, &ncols, NULL, &v));
     for (PetscInt k = 0; k < ncols; k++) sum += PetscAbsScalar(v[k]);
-    PetscCall(MatRestoreRow(S, i, &ncols, NULL, &v));
+    PetscCall(MatRestoreRow(SD, i, &ncols, NULL, &v));
     rows.columns.push_back(i);
-    rows.values.push_back(1.0 / sum);
+    rows.values.push_back((d ? PetscRealPart(d[i - rstart]) : 1.0) / sum);
     rows.close();
+  }
+  if (scaled) {
+    PetscCall(VecRestoreArray(D, &d));
+    PetscCall(VecDestroy(&D));
+    PetscCall(MatDestroy(&SD));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -260,7 +280,7 @@ PetscErrorCode AinsworthInvGramCreate(Mat S, const AinsworthPmatOptions *opt, Ma
   PetscCheck(!dense || m <= opt->maxRows, comm, PETSC_ERR_ARG_OUTOFRANGE, "-pc_ainsworth_pmat %s may give a dense matrix and C has %" PetscInt_FMT " rows, more than %" PetscInt_FMT ": use jcb, or raise the bound with -pc_ainsworth_pmat_max_rows", PCAinsworthPmatTypes[opt->type], m, opt->maxRows);
   if (blocks == PETSC_DECIDE) blocks = 1 + (m - 1) / 32;
   blocks = PetscMin(blocks, m);
-  if (opt->type == PC_AINSWORTH_PMAT_JCB) PetscCall(InvertRowNorms(S, rows));
+  if (opt->type == PC_AINSWORTH_PMAT_JCB) PetscCall(InvertRowNorms(S, opt->rowScaling, rows));
   else {
     Mat *all;
 

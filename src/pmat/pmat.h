@@ -9,6 +9,7 @@ struct AinsworthPmatOptions {
   PCAinsworthPmatType    type;
   PCAinsworthPenaltyType penalty;
   PetscReal              factor;   /* gamma */
+  PetscBool              rowScaling; /* jcb does not depend on the scale of the rows of C */
   PetscReal              rtol;     /* of cg and bj_cg */
   PetscInt               blocks;   /* of bj_cc and bj_cg; PETSC_DECIDE: from the number of rows */
   PetscInt               maxRows;  /* of cc and cg, which may be dense */

@@ -184,12 +184,27 @@ std::vector<Spec> UsualSpecs()
   return specs;
 }
 
-PetscErrorCode NestCreate(Mat A, Mat Ct, Mat C, Mat *nest)
+PetscErrorCode NestCreate(Mat A, Mat Ct, Mat C, Mat D, bool first, Mat *nest)
 {
-  Mat blocks[4] = {A, Ct, C, NULL};
+  MPI_Comm  comm       = PetscObjectComm((PetscObject)A);
+  Mat       blocks[4]  = {A, Ct, C, D}, reversed[4] = {D, C, Ct, A};
+  const int multiplier = first ? 0 : 1;
+  PetscInt  local[2], start, sum;
+  IS        is[2];
 
   PetscFunctionBeginUser;
-  PetscCall(MatCreateNest(PetscObjectComm((PetscObject)A), 2, NULL, 2, NULL, blocks, nest));
+  PetscCall(MatGetLocalSize(A, &local[1 - multiplier], NULL));
+  if (C) PetscCall(MatGetLocalSize(C, &local[multiplier], NULL));
+  else PetscCall(MatGetLocalSize(Ct, NULL, &local[multiplier]));
+  /* PETSc's own numbering of the fields, told explicitly: where a row or a column has no block it cannot be found */
+  sum = local[0] + local[1];
+  PetscCallMPI(MPI_Scan(&sum, &start, 1, MPIU_INT, MPI_SUM, comm));
+  start -= sum;
+  PetscCall(ISCreateStride(comm, local[0], start, 1, &is[0]));
+  PetscCall(ISCreateStride(comm, local[1], start + local[0], 1, &is[1]));
+  PetscCall(MatCreateNest(comm, 2, is, 2, is, first ? reversed : blocks, nest));
+  PetscCall(ISDestroy(&is[0]));
+  PetscCall(ISDestroy(&is[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -41,8 +41,8 @@ PetscErrorCode SystemDestroy(System *);
 PetscErrorCode SetRandom(Vec, PetscInt seed);
 std::vector<Spec> UsualSpecs(); /* one for each difficulty */
 
-/* [A C'; C 0] */
-PetscErrorCode NestCreate(Mat A, Mat Ct, Mat C, Mat *nest);
+/* [A Ct; C D] or, multipliers first, [D C; Ct A]; Ct or C, and D, may be NULL */
+PetscErrorCode NestCreate(Mat A, Mat Ct, Mat C, Mat D, bool first, Mat *nest);
 /* KSPPREONLY with PCAINSWORTH and all options read */
 PetscErrorCode SolverCreate(Mat, KSP *);
 /* sets options, "-a 1 -b" for instance; at the end of its scope it checks that they were used, and clears them */
