@@ -335,14 +335,15 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    PCAINSWORTH - solves a saddle-point system [A C'; C 0] with few constraints as a reduced symmetric positive definite one
 
    Options Database Keys:
-+  -pc_ainsworth_variant <weighted,paper>                - sets the next four and the inner `KSPType` at once
++  -pc_ainsworth_variant <weighted,paper>                - sets weight, penalty, factor, row scaling and the inner `KSPType` at once
 .  -pc_ainsworth_weight <diagonal,identity>              - W
 .  -pc_ainsworth_penalty <row,norm>                      - B: per row, or the paper's beta
-.  -pc_ainsworth_penalty_factor <1 (row), 5 (norm)>      - gamma
+.  -pc_ainsworth_penalty_factor <0.5 (row), 5 (norm)>      - gamma
 .  -pc_ainsworth_pmat <jcb,id,cc,cg,bj_cc,bj_cg>         - Inv(S) in the preconditioning matrix
 .  -pc_ainsworth_pmat_rtol <0.1>                         - tolerance of cg and bj_cg
 .  -pc_ainsworth_pmat_max_rows <4000>                    - refuse cc and cg, which may be dense, above this number of constraints
 .  -pc_ainsworth_blocks <decide>                         - number of blocks of bj_cc and bj_cg; by default one per 32 constraints
+.  -pc_ainsworth_row_scaling <true,false>                - jcb does not depend on the scale of the rows of C
 .  -pc_ainsworth_frame <auto,none>                       - turn the components into the frame of the dominant contact normal
 -  -pc_ainsworth_rows_per_rank <100000>                  - the Gram matrix is gathered on ceil(m / this) ranks
 
