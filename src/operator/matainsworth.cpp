@@ -67,12 +67,12 @@ static PetscErrorCode MultOrAdjoint(Mat mat, PetscBool adjoint, Vec x, Vec y)
   PetscCall(MatAinsworthSetUp(mat, &ctx));
   PetscCall(PetscLogEventBegin(AINSWORTH_MatMult, mat, x, y, 0));
   PetscCall(AinsworthProjectorMult(&ctx->proj, x, ctx->v));
-  PetscCall(VecPointwiseMult(ctx->bcx, ctx->penalty, ctx->proj.s));
+  if (!ctx->withoutRange) PetscCall(VecPointwiseMult(ctx->bcx, ctx->penalty, ctx->proj.s));
   PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_TRUE, ctx->v));
   if (adjoint) PetscCall(MatMultHermitianTranspose(ctx->A, ctx->v, y));
   else PetscCall(MatMult(ctx->A, ctx->v, y));
   PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_FALSE, y));
-  PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, ctx->bcx, y));
+  PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, ctx->withoutRange ? NULL : ctx->bcx, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_MatMult, mat, x, y, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -123,7 +123,8 @@ static PetscErrorCode MatDuplicate_Ainsworth(Mat mat, MatDuplicateOption, Mat *c
   PetscCall(MatSetOptionsPrefix(*copy, prefix));
   PetscCall(MatAinsworthGetContext(*copy, &dup));
   dup->rowsPerRank = ctx->rowsPerRank;
-  dup->frame       = ctx->frame;
+  dup->frame        = ctx->frame;
+  dup->withoutRange = ctx->withoutRange;
   if (ctx->weightType == MAT_AINSWORTH_WEIGHT_USER) PetscCall(MatAinsworthSetWeight(*copy, ctx->weight));
   else PetscCall(MatAinsworthSetWeightType(*copy, ctx->weightType));
   if (ctx->userPenalty) PetscCall(MatAinsworthSetPenalty(*copy, ctx->penalty));

@@ -12,7 +12,8 @@ struct Mat_Ainsworth {
   Vec                    penalty;     /* diagonal of B, length m */
   PetscBool              userPenalty; /* set by MatAinsworthSetPenalty(), otherwise one per row with gamma = 1 */
   PetscInt               rowsPerRank;
-  AinsworthFrame         frame; /* the matrix acts on x' = T x */
+  AinsworthFrame         frame;       /* the matrix acts on x' = T x */
+  PetscBool              withoutRange; /* Q' A Q, without C' B C */
   AinsworthProjector     proj;
   Vec                    v, u;    /* n; u is there in a frame only */
   Vec                    bcx;     /* m */
@@ -27,6 +28,7 @@ PETSC_INTERN PetscErrorCode MatAinsworthSetUp(Mat, Mat_Ainsworth **);
 PETSC_INTERN PetscErrorCode MatAinsworthComputeRHS_Private(Mat, PetscBool, Vec, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthComputeMultiplier_Private(Mat, PetscBool, Vec, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthSetFrame_Private(Mat, const AinsworthFrame *);
+PETSC_INTERN PetscErrorCode MatAinsworthSetWithoutRange_Private(Mat, PetscBool);
 PETSC_INTERN PetscErrorCode MatAinsworthMultStiffness_Private(Mat, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthGetDrift_Private(Mat, Vec, PetscReal *);
 

@@ -180,8 +180,8 @@ PetscErrorCode MatAinsworthComputeRHS_Private(Mat mat, PetscBool transpose, Vec 
     else PetscCall(MatMult(ctx->A, ctx->v, rhs));
     PetscCall(VecAYPX(rhs, -1.0, f));
     PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_FALSE, rhs));
-    PetscCall(VecPointwiseMult(ctx->bcx, ctx->penalty, g));
-    PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, ctx->bcx, rhs));
+    if (!ctx->withoutRange) PetscCall(VecPointwiseMult(ctx->bcx, ctx->penalty, g));
+    PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, ctx->withoutRange ? NULL : ctx->bcx, rhs));
   }
   PetscCall(PetscLogEventEnd(AINSWORTH_RHS, mat, f, g, rhs));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -274,6 +274,20 @@ PetscErrorCode MatAinsworthSetFrame_Private(Mat mat, const AinsworthFrame *frame
   PetscCall(MatAinsworthGetContext(mat, &ctx));
   ctx->frame   = *frame;
   ctx->current = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Leaves C' B C out of the matrix, and C' B g out of the right-hand side. Preconditioned by M from the right, the iterates are then those
+   of the projected preconditioner Q M^{-1} Q', up to their part in Im(W C'), which the last projection replaces by R g.
+*/
+PetscErrorCode MatAinsworthSetWithoutRange_Private(Mat mat, PetscBool flag)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  ctx->withoutRange = flag;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

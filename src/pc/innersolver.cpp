@@ -1,4 +1,5 @@
 #include "pcainsworth.h"
+#include "../operator/matainsworth.h"
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
 
@@ -50,6 +51,7 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
   char          name[nboomeramg][256];
   const char   *prefix;
   PetscOptions  options;
+  PCSide        side;
 
   PetscFunctionBegin;
   PetscCall(KSPSetErrorIfNotConverged(ksp, pc->erroriffailure));
@@ -95,6 +97,10 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
   } else if (data->projected && data->constraints) {
     PetscCall(KSPSetType(ksp, KSPPROJECTEDCG));
     data->projected = PETSC_FALSE;
+  }
+  if (data->S) {
+    PetscCall(KSPGetPCSide(ksp, &side));
+    PetscCall(MatAinsworthSetWithoutRange_Private(data->S, (PetscBool)(side == PC_RIGHT)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,6 +2,8 @@
 #include "dense.h"
 #include <cstdarg>
 #include <cstdio>
+#include <fstream>
+#include <sstream>
 
 static int  done = 0, failed = 0;
 static char label[512] = "";
@@ -108,5 +110,49 @@ PetscErrorCode ChecksFinish(int *exitcode)
   PetscFunctionBeginUser;
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%d checks, %d failed\n", done, failed));
   *exitcode = failed > 0 || !done;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FileText(const char *file, std::string &text)
+{
+  PetscMPIInt rank;
+  int         size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  if (!rank) {
+    std::ostringstream content;
+    content << std::ifstream(file).rdbuf();
+    text = content.str();
+    size = (int)text.size();
+    remove(file);
+  }
+  PetscCallMPI(MPI_Bcast(&size, 1, MPI_INT, 0, PETSC_COMM_WORLD));
+  text.resize(size);
+  PetscCallMPI(MPI_Bcast(&text[0], size, MPI_CHAR, 0, PETSC_COMM_WORLD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ViewText(KSP ksp, std::string &text)
+{
+  PetscViewer viewer;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscViewerASCIIOpen(PETSC_COMM_WORLD, "view.txt", &viewer));
+  PetscCall(KSPView(ksp, viewer));
+  PetscCall(PetscViewerDestroy(&viewer));
+  PetscCall(FileText("view.txt", text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EventCount(const char *event, PetscInt *count)
+{
+  PetscLogEvent      id;
+  PetscEventPerfInfo info;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscLogEventGetId(event, &id));
+  PetscCall(PetscLogEventGetPerfInfo(0, id, &info));
+  *count = info.count;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
