@@ -4,6 +4,7 @@
 
 #include <petsclog.h>
 
-extern PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS, AINSWORTH_Multiplier, AINSWORTH_InvGram, AINSWORTH_PMat;
+extern PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS, AINSWORTH_Multiplier,
+  AINSWORTH_InvGram, AINSWORTH_PMat;
 
 #endif

@@ -10,8 +10,8 @@
 
 #if PETSC_VERSION_LT(3, 20, 0)
   #define PetscAssertPointer(ptr, arg) PetscValidPointer(ptr, arg)
-  #define KSPSetNestLevel(ksp, level)      PETSC_SUCCESS
-  #define PCGetKSPNestLevel(pc, level)     (*(level) = 0, PETSC_SUCCESS)
+  #define KSPSetNestLevel(ksp, level)  PETSC_SUCCESS
+  #define PCGetKSPNestLevel(pc, level) (*(level) = 0, PETSC_SUCCESS)
 #endif
 
 #if PETSC_VERSION_LT(3, 22, 0)

@@ -5,7 +5,8 @@
 #include "operator/matainsworth.h"
 #include "pc/pcainsworth.h"
 
-PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS, AINSWORTH_Multiplier, AINSWORTH_InvGram, AINSWORTH_PMat;
+PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS, AINSWORTH_Multiplier,
+  AINSWORTH_InvGram, AINSWORTH_PMat;
 
 static PetscBool initialized = PETSC_FALSE;
 
@@ -16,7 +17,9 @@ static PetscErrorCode CheckVersion(void)
 
   PetscFunctionBegin;
   PetscCall(PetscGetVersionNumber(&major, &minor, &subminor, &release));
-  PetscCheck(major == PETSC_VERSION_MAJOR && minor == PETSC_VERSION_MINOR, PETSC_COMM_SELF, PETSC_ERR_SUP_SYS, "ainsworth was compiled for PETSc %d.%d and this program runs with PETSc %d.%d: compile ainsworth again with the PETSc of the program", PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, (int)major, (int)minor);
+  PetscCheck(major == PETSC_VERSION_MAJOR && minor == PETSC_VERSION_MINOR, PETSC_COMM_SELF, PETSC_ERR_SUP_SYS,
+             "ainsworth was compiled for PETSc %d.%d and this program runs with PETSc %d.%d: compile ainsworth again with the PETSc of the program",
+             PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, (int)major, (int)minor);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -38,7 +38,8 @@ static PetscErrorCode Precondition(KSP ksp, Mat mat, Vec r, Vec z, PetscInt step
   if (!cg->refine && step % driftInterval == 0) {
     PetscCall(MatAinsworthGetDrift_Private(mat, z, &drift));
     if (drift > driftTolerance) {
-      PetscCall(PetscInfo(ksp, "Step %" PetscInt_FMT ": the projected residual leaves Ker C by a cosine of %g, every projection is refined from here on\n", step, (double)drift));
+      PetscCall(PetscInfo(ksp, "Step %" PetscInt_FMT ": the projected residual leaves Ker C by a cosine of %g, every projection is refined from here on\n",
+                          step, (double)drift));
       cg->refine = PETSC_TRUE;
     }
   }
@@ -85,7 +86,8 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
 
   PetscFunctionBegin;
   PetscCall(PCGetDiagonalScale(ksp->pc, &diagonalscale));
-  PetscCheck(!diagonalscale, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP, "Krylov method %s does not support diagonal scaling", ((PetscObject)ksp)->type_name);
+  PetscCheck(!diagonalscale, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP, "Krylov method %s does not support diagonal scaling",
+             ((PetscObject)ksp)->type_name);
   PetscCall(PCGetOperators(ksp->pc, &mat, NULL));
   cg->alpha.clear();
   cg->beta.clear();
@@ -120,7 +122,8 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
       break;
     }
     if (PetscRealPart(rz) < 0.0) {
-      PetscCheck(!ksp->errorifnotconverged, PetscObjectComm((PetscObject)ksp), PETSC_ERR_NOT_CONVERGED, "Diverged due to an indefinite preconditioner: r' z = %g at step %" PetscInt_FMT, (double)PetscRealPart(rz), step);
+      PetscCheck(!ksp->errorifnotconverged, PetscObjectComm((PetscObject)ksp), PETSC_ERR_NOT_CONVERGED,
+                 "Diverged due to an indefinite preconditioner: r' z = %g at step %" PetscInt_FMT, (double)PetscRealPart(rz), step);
       PetscCall(PetscInfo(ksp, "Diverged: the preconditioner is indefinite, r' z = %g\n", (double)PetscRealPart(rz)));
       ksp->reason = KSP_DIVERGED_INDEFINITE_PC;
       break;
@@ -131,7 +134,8 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
     PetscCall(VecDot(w, p, &pAp));
     KSPCheckDot(ksp, pAp);
     if (PetscRealPart(pAp) <= 0.0) {
-      PetscCheck(!ksp->errorifnotconverged, PetscObjectComm((PetscObject)ksp), PETSC_ERR_NOT_CONVERGED, "Diverged due to a matrix that is not positive definite on Ker C: p' A p = %g at step %" PetscInt_FMT, (double)PetscRealPart(pAp), step);
+      PetscCheck(!ksp->errorifnotconverged, PetscObjectComm((PetscObject)ksp), PETSC_ERR_NOT_CONVERGED,
+                 "Diverged due to a matrix that is not positive definite on Ker C: p' A p = %g at step %" PetscInt_FMT, (double)PetscRealPart(pAp), step);
       PetscCall(PetscInfo(ksp, "Diverged: A is not positive definite on Ker C, p' A p = %g\n", (double)PetscRealPart(pAp)));
       ksp->reason = KSP_DIVERGED_INDEFINITE_MAT;
       break;
@@ -197,7 +201,8 @@ static PetscErrorCode KSPComputeEigenvalues_ProjectedCG(KSP ksp, PetscInt nmax, 
   PetscCheck(ksp->calc_sings, PetscObjectComm((PetscObject)ksp), PETSC_ERR_ORDER, "Call KSPSetComputeEigenvalues() before KSPSolve()");
   PetscCall(RitzValues(ksp, values));
   *number = (PetscInt)values.size();
-  PetscCheck(*number <= nmax, PetscObjectComm((PetscObject)ksp), PETSC_ERR_ARG_SIZ, "Room for %" PetscInt_FMT " eigenvalues, there are %" PetscInt_FMT, nmax, *number);
+  PetscCheck(*number <= nmax, PetscObjectComm((PetscObject)ksp), PETSC_ERR_ARG_SIZ, "Room for %" PetscInt_FMT " eigenvalues, there are %" PetscInt_FMT, nmax,
+             *number);
   std::copy(values.begin(), values.end(), real);
   std::fill_n(imaginary, values.size(), 0.0);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -210,7 +215,9 @@ static PetscErrorCode KSPView_ProjectedCG(KSP ksp, PetscViewer viewer)
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
-  if (ascii) PetscCall(PetscViewerASCIIPrintf(viewer, "  iterates in Ker C; refinement of the projection: %s\n", cg->refine ? "on, the constraints drifted" : "not needed"));
+  if (ascii)
+    PetscCall(
+      PetscViewerASCIIPrintf(viewer, "  iterates in Ker C; refinement of the projection: %s\n", cg->refine ? "on, the constraints drifted" : "not needed"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

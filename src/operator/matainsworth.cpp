@@ -11,7 +11,9 @@ PetscErrorCode MatAinsworthGetContext(Mat mat, Mat_Ainsworth **ctx)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(mat, MAT_CLASSID, 1);
   PetscCall(PetscObjectTypeCompare((PetscObject)mat, MATAINSWORTH, &match));
-  PetscCheck(match, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG, "The matrix has type %s, not %s: it has no projector; create it with MatCreateAinsworth()", ((PetscObject)mat)->type_name ? ((PetscObject)mat)->type_name : "(not set)", MATAINSWORTH);
+  PetscCheck(match, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG,
+             "The matrix has type %s, not %s: it has no projector; create it with MatCreateAinsworth()",
+             ((PetscObject)mat)->type_name ? ((PetscObject)mat)->type_name : "(not set)", MATAINSWORTH);
   PetscCall(MatShellGetContext(mat, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -27,7 +29,8 @@ PetscErrorCode MatAinsworthSetUp(Mat mat, Mat_Ainsworth **out)
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext(mat, &ctx));
   *out = ctx;
-  PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "The matrix of type %s has no A and C: call MatAinsworthSetMats() first", MATAINSWORTH);
+  PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "The matrix of type %s has no A and C: call MatAinsworthSetMats() first",
+             MATAINSWORTH);
   PetscCall(PetscObjectStateGet((PetscObject)ctx->A, &stateA));
   PetscCall(PetscObjectStateGet((PetscObject)ctx->C, &stateC));
   changedA = (PetscBool)(!ctx->current || stateA != ctx->stateA);
@@ -117,12 +120,13 @@ static PetscErrorCode MatDuplicate_Ainsworth(Mat mat, MatDuplicateOption, Mat *c
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext(mat, &ctx));
-  PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "The matrix of type %s has no A and C: call MatAinsworthSetMats() first", MATAINSWORTH);
+  PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "The matrix of type %s has no A and C: call MatAinsworthSetMats() first",
+             MATAINSWORTH);
   PetscCall(MatCreateAinsworth(ctx->A, ctx->C, copy));
   PetscCall(MatGetOptionsPrefix(mat, &prefix));
   PetscCall(MatSetOptionsPrefix(*copy, prefix));
   PetscCall(MatAinsworthGetContext(*copy, &dup));
-  dup->rowsPerRank = ctx->rowsPerRank;
+  dup->rowsPerRank  = ctx->rowsPerRank;
   dup->frame        = ctx->frame;
   dup->withoutRange = ctx->withoutRange;
   if (ctx->weightType == MAT_AINSWORTH_WEIGHT_USER) PetscCall(MatAinsworthSetWeight(*copy, ctx->weight));
@@ -164,6 +168,7 @@ static PetscErrorCode MatView_Ainsworth(Mat mat, PetscViewer viewer)
   Mat_Ainsworth *ctx;
   PetscBool      ascii;
   PetscInt       m;
+  char           penalty[64] = "";
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext(mat, &ctx));
@@ -174,14 +179,14 @@ static PetscErrorCode MatView_Ainsworth(Mat mat, PetscViewer viewer)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatGetSize(ctx->C, &m, NULL));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "constraints=%" PetscInt_FMT ", weight: %s", m, MatAinsworthWeightTypes[ctx->weightType]));
   if (ctx->penalty) {
     PetscReal low, high;
     PetscCall(VecMin(ctx->penalty, NULL, &low));
     PetscCall(VecMax(ctx->penalty, NULL, &high));
-    PetscCall(PetscViewerASCIIPrintf(viewer, ", penalty: %g to %g", (double)low, (double)high));
+    PetscCall(PetscSNPrintf(penalty, sizeof(penalty), ", penalty: %g to %g", (double)low, (double)high));
   }
-  PetscCall(PetscViewerASCIIPrintf(viewer, "\n"));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "constraints=%" PetscInt_FMT ", weight: %s%s%s\n", m, MatAinsworthWeightTypes[ctx->weightType], penalty,
+                                   ctx->withoutRange ? ", without C' B C" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -227,7 +232,8 @@ PetscErrorCode MatAinsworthSetMats(Mat mat, Mat A, Mat C)
   PetscCheck(CN == N, comm, PETSC_ERR_ARG_SIZ, "C has %" PetscInt_FMT " columns, A has %" PetscInt_FMT, CN, N);
   PetscCall(MatGetLocalSize(A, NULL, &n));
   PetscCall(MatGetLocalSize(C, NULL, &Cn));
-  PetscCheck(Cn == n, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "C has %" PetscInt_FMT " local columns, A has %" PetscInt_FMT ": give C the column layout of A", Cn, n);
+  PetscCheck(Cn == n, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "C has %" PetscInt_FMT " local columns, A has %" PetscInt_FMT ": give C the column layout of A", Cn,
+             n);
   PetscCall(MatGetType(C, &type));
   PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)C, &aij, MATSEQAIJ, MATMPIAIJ, ""));
   PetscCheck(aij, comm, PETSC_ERR_ARG_WRONG, "C has type %s, MATAINSWORTH needs %s: use MatConvert()", type, MATAIJ);
@@ -309,9 +315,9 @@ PetscErrorCode MatCreate_Ainsworth(Mat mat)
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&ctx));
-  ctx->weightType       = MAT_AINSWORTH_WEIGHT_DIAGONAL;
-  ctx->rowsPerRank      = 100000; /* paper, section 5.2 */
-  ctx->proj.gram.group  = MPI_COMM_NULL;
+  ctx->weightType      = MAT_AINSWORTH_WEIGHT_DIAGONAL;
+  ctx->rowsPerRank     = 100000; /* paper, section 5.2 */
+  ctx->proj.gram.group = MPI_COMM_NULL;
   PetscCall(MatSetType(mat, MATSHELL));
   PetscCall(MatShellSetContext(mat, ctx));
   PetscCall(MatShellSetManageScalingShifts(mat)); /* MatScale() and the like are refused: a duplicate would lose them */

@@ -12,7 +12,7 @@ struct Mat_Ainsworth {
   Vec                    penalty;     /* diagonal of B, length m */
   PetscBool              userPenalty; /* set by MatAinsworthSetPenalty(), otherwise one per row with gamma = 1 */
   PetscInt               rowsPerRank;
-  AinsworthFrame         frame;       /* the matrix acts on x' = T x */
+  AinsworthFrame         frame;        /* the matrix acts on x' = T x */
   PetscBool              withoutRange; /* Q' A Q, without C' B C */
   AinsworthProjector     proj;
   Vec                    v, u;    /* n; u is there in a frame only */

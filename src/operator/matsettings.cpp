@@ -53,7 +53,8 @@ PetscErrorCode MatAinsworthSetWeightType(Mat mat, MatAinsworthWeightType type)
   PetscCall(MatAinsworthGetContext(mat, &ctx));
   PetscValidLogicalCollectiveEnum(mat, type, 2);
   if (type == ctx->weightType) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(type != MAT_AINSWORTH_WEIGHT_USER, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "The weight of type user needs a vector: call MatAinsworthSetWeight()");
+  PetscCheck(type != MAT_AINSWORTH_WEIGHT_USER, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE,
+             "The weight of type user needs a vector: call MatAinsworthSetWeight()");
   PetscCall(VecDestroy(&ctx->weight));
   ctx->weightType = type;
   ctx->current    = PETSC_FALSE;
@@ -114,9 +115,11 @@ PetscErrorCode MatAinsworthSetWeight(Mat mat, Vec weight)
   PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "Call MatAinsworthSetMats() before MatAinsworthSetWeight()");
   PetscCall(VecGetSize(weight, &length));
   PetscCall(MatGetSize(ctx->A, NULL, &n));
-  PetscCheck(length == n, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_SIZ, "The weight has length %" PetscInt_FMT ", A has %" PetscInt_FMT " columns", length, n);
+  PetscCheck(length == n, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_SIZ, "The weight has length %" PetscInt_FMT ", A has %" PetscInt_FMT " columns",
+             length, n);
   PetscCall(VecMin(weight, &where, &smallest));
-  PetscCheck(smallest > 0.0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE, "Entry %" PetscInt_FMT " of the weight is %g: the entries must be positive", where, (double)smallest);
+  PetscCheck(smallest > 0.0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE,
+             "Entry %" PetscInt_FMT " of the weight is %g: the entries must be positive", where, (double)smallest);
   PetscCall(VecDestroy(&ctx->weight));
   PetscCall(VecDuplicate(weight, &ctx->weight));
   PetscCall(VecCopy(weight, ctx->weight));
@@ -185,9 +188,11 @@ PetscErrorCode MatAinsworthSetPenalty(Mat mat, Vec penalty)
   PetscValidHeaderSpecific(penalty, VEC_CLASSID, 2);
   PetscCall(VecGetSize(penalty, &length));
   PetscCall(MatGetSize(ctx->C, &m, NULL));
-  PetscCheck(length == m, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_SIZ, "The penalty has length %" PetscInt_FMT ", C has %" PetscInt_FMT " rows", length, m);
+  PetscCheck(length == m, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_SIZ, "The penalty has length %" PetscInt_FMT ", C has %" PetscInt_FMT " rows",
+             length, m);
   PetscCall(VecMin(penalty, &where, &smallest));
-  PetscCheck(smallest > 0.0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE, "Entry %" PetscInt_FMT " of the penalty is %g: the entries must be positive", where, (double)smallest);
+  PetscCheck(smallest > 0.0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE,
+             "Entry %" PetscInt_FMT " of the penalty is %g: the entries must be positive", where, (double)smallest);
   PetscCall(VecDestroy(&ctx->penalty));
   PetscCall(VecDuplicate(penalty, &ctx->penalty));
   PetscCall(VecCopy(penalty, ctx->penalty));

@@ -45,13 +45,13 @@ static PetscErrorCode ChoosesBoomerAMG(PC pc, PetscBool *boomer)
 */
 PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
 {
-  KSP           ksp = data->ksp;
-  PC            inner;
-  PetscBool     boomer, given[nboomeramg], normGiven, sideGiven, projected;
-  char          name[nboomeramg][256];
-  const char   *prefix;
-  PetscOptions  options;
-  PCSide        side;
+  KSP          ksp = data->ksp;
+  PC           inner;
+  PetscBool    boomer, given[nboomeramg], normGiven, sideGiven, projected;
+  char         name[nboomeramg][256];
+  const char  *prefix;
+  PetscOptions options;
+  PCSide       side;
 
   PetscFunctionBegin;
   PetscCall(KSPSetErrorIfNotConverged(ksp, pc->erroriffailure));
@@ -83,10 +83,13 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
 
     /* the natural norm, the only one that both AMG and the energy mean something to, where the method has it */
     PetscCall(PetscOptionsHasName(options, prefix, "-ksp_norm_type", &normGiven));
-    if (!normGiven && ksp->normtype == KSP_NORM_DEFAULT && ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] && ksp->pc_side != PC_RIGHT) PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
+    if (!normGiven && ksp->normtype == KSP_NORM_DEFAULT && ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] && ksp->pc_side != PC_RIGHT)
+      PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
     /* for GMRES and its like the residual that counts is the true one: precondition from the right */
     PetscCall(PetscOptionsHasName(options, prefix, "-ksp_pc_side", &sideGiven));
-    if (!sideGiven && !normGiven && ksp->pc_side_set == PC_SIDE_DEFAULT && !ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] && ksp->normsupporttable[KSP_NORM_UNPRECONDITIONED][PC_RIGHT]) PetscCall(KSPSetPCSide(ksp, PC_RIGHT));
+    if (!sideGiven && !normGiven && ksp->pc_side_set == PC_SIDE_DEFAULT && !ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] &&
+        ksp->normsupporttable[KSP_NORM_UNPRECONDITIONED][PC_RIGHT])
+      PetscCall(KSPSetPCSide(ksp, PC_RIGHT));
     data->configured = PETSC_TRUE;
   }
   /* without constraints the operator is A itself, which has no projector */

@@ -85,7 +85,8 @@ static PetscErrorCode SetUpConstrained(PC pc, PC_Ainsworth *data, PCFailedReason
   else data->frame.bs = 0;
   PetscCall(MatAinsworthSetFrame_Private(data->S, &data->frame));
   if (data->weightType == MAT_AINSWORTH_WEIGHT_USER) {
-    PetscCheck(data->weight, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE, "-pc_ainsworth_weight user needs a vector: call PCAinsworthSetWeight()");
+    PetscCheck(data->weight, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
+               "-pc_ainsworth_weight user needs a vector: call PCAinsworthSetWeight()");
     PetscCall(MatAinsworthSetWeight(data->S, data->weight));
   } else PetscCall(MatAinsworthSetWeightType(data->S, data->weightType));
   PetscCall(MatAinsworthSetUp(data->S, &ctx));
@@ -150,7 +151,7 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
 
 static PetscErrorCode PCSetUp_Ainsworth(PC pc)
 {
-  PC_Ainsworth  *data = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth  *data     = (PC_Ainsworth *)pc->data;
   PetscBool      changedA = PETSC_TRUE, changedC = PETSC_TRUE;
   PCFailedReason reason = PC_NOERROR;
   PC             inner;
@@ -173,7 +174,8 @@ static PetscErrorCode PCSetUp_Ainsworth(PC pc)
   if (data->constraints) {
     PetscCall(SetUpConstrained(pc, data, &reason));
     if (reason) {
-      PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_MAT_CH_ZRPVT, "The Gram matrix C W C' could not be factored (%s): are rows of C linearly dependent?", PCFailedReasons[reason]);
+      PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_MAT_CH_ZRPVT,
+                 "The Gram matrix C W C' could not be factored (%s): are rows of C linearly dependent?", PCFailedReasons[reason]);
       PetscCall(PetscInfo(pc, "The Gram matrix C W C' could not be factored (%s): are rows of C linearly dependent?\n", PCFailedReasons[reason]));
       PetscCall(AgreeOnFailure(pc, reason));
       data->stale = PETSC_TRUE;
@@ -226,12 +228,13 @@ static PetscErrorCode RestrictToKeptRows(PC pc, PC_Ainsworth *data, Vec all, Pet
   PetscCall(VecNorm(all, NORM_1, &normAll));
   PetscCall(VecNorm(data->g, NORM_1, &normKept));
   *consistent = (PetscBool)(normAll - normKept <= 100 * PETSC_MACHINE_EPSILON * normAll);
-  if (!*consistent) PetscCall(PetscInfo(pc, "The right-hand side is %g (1-norm) on rows of C that are zero: no solution exists\n", (double)(normAll - normKept)));
+  if (!*consistent)
+    PetscCall(PetscInfo(pc, "The right-hand side is %g (1-norm) on rows of C that are zero: no solution exists\n", (double)(normAll - normKept)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The reduced solve between f, g and x, lambda, all on kept rows; transpose: with the transpose of A */
-static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda)
+static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, PetscBool *failed)
 {
   KSPConvergedReason reason;
 
@@ -242,7 +245,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   else PetscCall(KSPSolve(data->ksp, data->rhs, x));
   PetscCall(KSPCheckSolve(data->ksp, pc, x));
   PetscCall(KSPGetConvergedReason(data->ksp, &reason));
-  if (reason == KSP_DIVERGED_ITS) PetscCall(AgreeOnFailure(pc, PC_SUBPC_ERROR)); /* an outer Krylov method may still use what there is */
+  *failed = (PetscBool)(reason < 0); /* at the limit of iterations too, when an outer Krylov method may still use what there is */
   if (data->constraints) {
     PetscCall(AinsworthFrameRotate(&data->frame, PETSC_TRUE, x));
     PetscCall(ProjectOntoConstraints(data, g, x));
@@ -253,10 +256,10 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
 
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
-  const IS     *in   = transpose ? data->saddle.cols : data->saddle.rows;
-  const IS     *out  = transpose ? data->saddle.rows : data->saddle.cols;
-  PetscBool     changedA = PETSC_FALSE, changedC = PETSC_FALSE, consistent = PETSC_TRUE;
+  PC_Ainsworth *data     = (PC_Ainsworth *)pc->data;
+  const IS     *in       = transpose ? data->saddle.cols : data->saddle.rows;
+  const IS     *out      = transpose ? data->saddle.rows : data->saddle.cols;
+  PetscBool     changedA = PETSC_FALSE, changedC = PETSC_FALSE, consistent = PETSC_TRUE, failed;
   Vec           f, g, x, lambda;
 
   PetscFunctionBegin;
@@ -267,7 +270,6 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
     PetscCall(VecFlag(y, 1));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AgreeOnFailure(pc, PC_NOERROR));
   PetscCall(VecGetSubVector(b, in[0], &f));
   PetscCall(VecGetSubVector(b, in[1], &g));
   PetscCall(VecGetSubVector(y, out[0], &x));
@@ -276,18 +278,19 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
     Vec sub;
 
     PetscCall(RestrictToKeptRows(pc, data, g, &consistent));
-    PetscCheck(consistent || !pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_INCOMP, "The right-hand side of the constraints is nonzero on a row of C that is zero: no solution exists; remove the row or its right-hand side");
-    PetscCall(SolveReduced(pc, data, transpose, f, data->g, x, data->lambda));
+    PetscCheck(consistent || !pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_INCOMP,
+               "The right-hand side of the constraints is nonzero on a row of C that is zero: no solution exists; remove the row or its right-hand side");
+    PetscCall(SolveReduced(pc, data, transpose, f, data->g, x, data->lambda, &failed));
     PetscCall(VecZeroEntries(lambda));
     PetscCall(VecGetSubVector(lambda, data->saddle.kept, &sub));
     PetscCall(VecCopy(data->lambda, sub));
     PetscCall(VecRestoreSubVector(lambda, data->saddle.kept, &sub));
-  } else PetscCall(SolveReduced(pc, data, transpose, f, g, x, lambda));
+  } else PetscCall(SolveReduced(pc, data, transpose, f, g, x, lambda, &failed));
   PetscCall(VecRestoreSubVector(b, in[0], &f));
   PetscCall(VecRestoreSubVector(b, in[1], &g));
   PetscCall(VecRestoreSubVector(y, out[0], &x));
   PetscCall(VecRestoreSubVector(y, out[1], &lambda));
-  if (!consistent) PetscCall(AgreeOnFailure(pc, PC_INCONSISTENT_RHS));
+  PetscCall(AgreeOnFailure(pc, !consistent ? PC_INCONSISTENT_RHS : (failed ? PC_SUBPC_ERROR : PC_NOERROR)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -355,7 +358,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 
    Options of the inner solvers have the prefixes `-ainsworth_` (reduced system, operator `MATAINSWORTH`, preconditioning matrix M_*:
    `-ainsworth_ksp_rtol`, `-ainsworth_pc_type`, ...) and `-ainsworth_gram_` (Gram matrix C W C'), after the prefix of this `PC`.
-   The inner preconditioner is BoomerAMG with HMIS coarsening, ext+i interpolation and at most 4 entries per row of the
+   The inner preconditioner is BoomerAMG with HMIS coarsening (Falgout with the penalty of the paper), ext+i interpolation and at most 4 entries per row of the
    interpolation where the options do not say otherwise.
 
    Whatever the inner tolerance, C x = g holds to rounding. An inner solve that fails, a Gram matrix that cannot be factored and a

@@ -36,6 +36,8 @@ struct PC_Ainsworth {
 
 PETSC_INTERN PetscErrorCode PCCreate_Ainsworth(PC);
 PETSC_INTERN PetscErrorCode PCAinsworthGetData(PC, PC_Ainsworth **);
+PETSC_INTERN PetscErrorCode PCAinsworthGetDataOrError(PC, PC_Ainsworth **);
+PETSC_INTERN PetscErrorCode PCAinsworthSetStale(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode PCAinsworthApplyVariant(PC_Ainsworth *, PCAinsworthVariant);
 PETSC_INTERN PetscErrorCode PCAinsworthConfigureKSP(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);

@@ -4,7 +4,7 @@
 
 PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptionsObject)
 {
-  PC_Ainsworth          *data = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth          *data    = (PC_Ainsworth *)pc->data;
   PCAinsworthVariant     variant = data->variant;
   MatAinsworthWeightType weight;
   PCAinsworthPenaltyType penalty;
@@ -17,37 +17,45 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
 
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Ainsworth options");
-  PetscCall(PetscOptionsEnum("-pc_ainsworth_variant", "Sets weight, penalty, penalty factor, row scaling and the inner KSP type at once", "PCAinsworthSetVariant", PCAinsworthVariants, (PetscEnum)variant, (PetscEnum *)&variant, &set));
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_variant", "Sets weight, penalty, penalty factor, row scaling and the inner KSP type at once",
+                             "PCAinsworthSetVariant", PCAinsworthVariants, (PetscEnum)variant, (PetscEnum *)&variant, &set));
   if (set) PetscCall(PCAinsworthSetVariant(pc, variant));
   weight = data->weightType;
-  PetscCall(PetscOptionsEnum("-pc_ainsworth_weight", "Diagonal weight W of the projector", "PCAinsworthSetWeightType", MatAinsworthWeightTypes, (PetscEnum)weight, (PetscEnum *)&weight, &set));
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_weight", "Diagonal weight W of the projector", "PCAinsworthSetWeightType", MatAinsworthWeightTypes,
+                             (PetscEnum)weight, (PetscEnum *)&weight, &set));
   if (set) PetscCall(PCAinsworthSetWeightType(pc, weight));
   penalty = data->pmat.penalty;
-  PetscCall(PetscOptionsEnum("-pc_ainsworth_penalty", "Diagonal penalty B", "PCAinsworthSetPenaltyType", PCAinsworthPenaltyTypes, (PetscEnum)penalty, (PetscEnum *)&penalty, &set));
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_penalty", "Diagonal penalty B", "PCAinsworthSetPenaltyType", PCAinsworthPenaltyTypes, (PetscEnum)penalty,
+                             (PetscEnum *)&penalty, &set));
   if (set) PetscCall(PCAinsworthSetPenaltyType(pc, penalty));
   real = PCAinsworthPenaltyFactor(data);
   PetscCall(PetscOptionsReal("-pc_ainsworth_penalty_factor", "Factor gamma of the penalty", "PCAinsworthSetPenaltyFactor", real, &real, &set));
   if (set) PetscCall(PCAinsworthSetPenaltyFactor(pc, real));
   pmat = data->pmat.type;
-  PetscCall(PetscOptionsEnum("-pc_ainsworth_pmat", "Approximation of the inverse Gram matrix in the preconditioning matrix", "PCAinsworthSetPmatType", PCAinsworthPmatTypes, (PetscEnum)pmat, (PetscEnum *)&pmat, &set));
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_pmat", "Approximation of the inverse Gram matrix in the preconditioning matrix", "PCAinsworthSetPmatType",
+                             PCAinsworthPmatTypes, (PetscEnum)pmat, (PetscEnum *)&pmat, &set));
   if (set) PetscCall(PCAinsworthSetPmatType(pc, pmat));
   real = data->pmat.rtol;
   PetscCall(PetscOptionsReal("-pc_ainsworth_pmat_rtol", "Relative tolerance of cg and bj_cg", "PCAinsworthSetPmatTolerance", real, &real, &set));
   if (set) PetscCall(PCAinsworthSetPmatTolerance(pc, real));
   integer = data->pmat.maxRows;
-  PetscCall(PetscOptionsInt("-pc_ainsworth_pmat_max_rows", "Refuse cc and cg above this number of constraints", "PCAinsworthSetPmatMaxRows", integer, &integer, &set));
+  PetscCall(
+    PetscOptionsInt("-pc_ainsworth_pmat_max_rows", "Refuse cc and cg above this number of constraints", "PCAinsworthSetPmatMaxRows", integer, &integer, &set));
   if (set) PetscCall(PCAinsworthSetPmatMaxRows(pc, integer));
   integer = data->pmat.blocks;
-  PetscCall(PetscOptionsInt("-pc_ainsworth_blocks", "Number of blocks of bj_cc and bj_cg (-1: one per 32 constraints)", "PCAinsworthSetBlocks", integer, &integer, &set));
+  PetscCall(PetscOptionsInt("-pc_ainsworth_blocks", "Number of blocks of bj_cc and bj_cg (-1: one per 32 constraints)", "PCAinsworthSetBlocks", integer,
+                            &integer, &set));
   if (set) PetscCall(PCAinsworthSetBlocks(pc, integer));
   flag = data->pmat.rowScaling;
   PetscCall(PetscOptionsBool("-pc_ainsworth_row_scaling", "Make jcb independent of the scale of the rows of C", "PCAinsworthSetRowScaling", flag, &flag, &set));
   if (set) PetscCall(PCAinsworthSetRowScaling(pc, flag));
   frame = data->frameType;
-  PetscCall(PetscOptionsEnum("-pc_ainsworth_frame", "Turn the components into the frame of the dominant contact normal", "PCAinsworthSetFrameType", PCAinsworthFrameTypes, (PetscEnum)frame, (PetscEnum *)&frame, &set));
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_frame", "Turn the components into the frame of the dominant contact normal", "PCAinsworthSetFrameType",
+                             PCAinsworthFrameTypes, (PetscEnum)frame, (PetscEnum *)&frame, &set));
   if (set) PetscCall(PCAinsworthSetFrameType(pc, frame));
   integer = data->rowsPerRank;
-  PetscCall(PetscOptionsInt("-pc_ainsworth_rows_per_rank", "The Gram matrix is gathered on ceil(constraints / this) ranks", "PCAinsworthSetRowsPerRank", integer, &integer, &set));
+  PetscCall(PetscOptionsInt("-pc_ainsworth_rows_per_rank", "The Gram matrix is gathered on ceil(constraints / this) ranks", "PCAinsworthSetRowsPerRank",
+                            integer, &integer, &set));
   if (set) PetscCall(PCAinsworthSetRowsPerRank(pc, integer));
   PetscOptionsHeadEnd();
   PetscCall(PCGetOptionsPrefix(pc, &prefix)); /* it may have been set after the creation of this PC */
@@ -60,29 +68,37 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
 {
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
   PetscBool     ascii, string;
+  char          tolerance[64] = "", blocks[64] = "", dropped[64] = "";
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERSTRING, &string));
   if (string) PetscCall(PetscViewerStringSPrintf(viewer, " %s, pmat %s", PCAinsworthVariants[data->variant], PCAinsworthPmatTypes[data->pmat.type]));
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  variant: %s (weight %s, penalty %s with factor %g)\n", PCAinsworthVariants[data->variant], MatAinsworthWeightTypes[data->weightType], PCAinsworthPenaltyTypes[data->pmat.penalty], (double)PCAinsworthPenaltyFactor(data)));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix: %s", PCAinsworthPmatTypes[data->pmat.type]));
-  if (data->pmat.type == PC_AINSWORTH_PMAT_CG || data->pmat.type == PC_AINSWORTH_PMAT_BJ_CG) PetscCall(PetscViewerASCIIPrintf(viewer, ", relative tolerance %g", (double)data->pmat.rtol));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  variant: %s (weight %s, penalty %s with factor %g)\n", PCAinsworthVariants[data->variant],
+                                   MatAinsworthWeightTypes[data->weightType], PCAinsworthPenaltyTypes[data->pmat.penalty],
+                                   (double)PCAinsworthPenaltyFactor(data)));
+  if (data->pmat.type == PC_AINSWORTH_PMAT_CG || data->pmat.type == PC_AINSWORTH_PMAT_BJ_CG)
+    PetscCall(PetscSNPrintf(tolerance, sizeof(tolerance), ", relative tolerance %g", (double)data->pmat.rtol));
   if (data->pmat.type == PC_AINSWORTH_PMAT_BJ_CC || data->pmat.type == PC_AINSWORTH_PMAT_BJ_CG) {
-    if (data->pmat.blocks == PETSC_DECIDE) PetscCall(PetscViewerASCIIPrintf(viewer, ", one block per 32 constraints"));
-    else PetscCall(PetscViewerASCIIPrintf(viewer, ", %" PetscInt_FMT " blocks", data->pmat.blocks));
+    if (data->pmat.blocks == PETSC_DECIDE) PetscCall(PetscSNPrintf(blocks, sizeof(blocks), ", one block per 32 constraints"));
+    else PetscCall(PetscSNPrintf(blocks, sizeof(blocks), ", %" PetscInt_FMT " blocks", data->pmat.blocks));
   }
-  PetscCall(PetscViewerASCIIPrintf(viewer, "\n"));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix: %s%s%s%s\n", PCAinsworthPmatTypes[data->pmat.type],
+                                   data->pmat.type == PC_AINSWORTH_PMAT_JCB && data->pmat.rowScaling ? ", rows scaled" : "", tolerance, blocks));
   if (!data->saddle.A) {
     PetscCall(PetscViewerASCIIPrintf(viewer, "  not set up yet\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s", data->constraints, data->constraints ? "" : ", A alone is solved"));
-  if (data->saddle.zeroRows) PetscCall(PetscViewerASCIIPrintf(viewer, ", %" PetscInt_FMT " zero rows left out", data->saddle.zeroRows));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "\n"));
-  if (data->S && data->frame.bs == 3) PetscCall(PetscViewerASCIIPrintf(viewer, "  frame: components turned, dominant contact normal (%.3f, %.3f, %.3f)\n", (double)data->frame.normal[0], (double)data->frame.normal[1], (double)data->frame.normal[2]));
-  else if (data->S && data->frame.bs == 2) PetscCall(PetscViewerASCIIPrintf(viewer, "  frame: components turned, dominant contact normal (%.3f, %.3f)\n", (double)data->frame.normal[0], (double)data->frame.normal[1]));
+  if (data->saddle.zeroRows) PetscCall(PetscSNPrintf(dropped, sizeof(dropped), ", %" PetscInt_FMT " zero rows left out", data->saddle.zeroRows));
+  PetscCall(
+    PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s%s\n", data->constraints, data->constraints ? "" : ", A alone is solved", dropped));
+  if (data->S && data->frame.bs == 3)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  frame: components turned, dominant contact normal (%.3f, %.3f, %.3f)\n", (double)data->frame.normal[0],
+                                     (double)data->frame.normal[1], (double)data->frame.normal[2]));
+  else if (data->S && data->frame.bs == 2)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  frame: components turned, dominant contact normal (%.3f, %.3f)\n", (double)data->frame.normal[0],
+                                     (double)data->frame.normal[1]));
   else if (data->S) PetscCall(PetscViewerASCIIPrintf(viewer, "  frame: the program's components\n"));
   if (data->S) {
     Mat_Ainsworth *ctx;

@@ -11,7 +11,7 @@ namespace
 struct Rows {
   std::vector<PetscInt>    start{0}, columns;
   std::vector<PetscScalar> values;
-  void close() { start.push_back((PetscInt)columns.size()); }
+  void                     close() { start.push_back((PetscInt)columns.size()); }
 };
 
 /* S, or the part of it within one block, seen from the rank that needs it; members are ascending */
@@ -22,8 +22,7 @@ struct Graph {
 };
 
 /* Conjugate gradients for column j of the inverse, on the entries that the iteration has reached only: the others stay zero */
-class ColumnCG
-{
+class ColumnCG {
 public:
   explicit ColumnCG(PetscInt m) : x(m, 0.0), r(m, 0.0), p(m, 0.0), q(m, 0.0), d(m, 0.0), reached(m, 0) { }
   void solve(const Graph &S, PetscInt j, PetscReal rtol, Rows &out);
@@ -94,8 +93,7 @@ void ColumnCG::solve(const Graph &S, PetscInt j, PetscReal rtol, Rows &out)
 }
 
 /* The exact inverse of one dense block; where it is not positive definite, the 1-norms of its rows stand in for it */
-class BlockInverse
-{
+class BlockInverse {
 public:
   PetscErrorCode factor(const Graph &S, const std::vector<PetscInt> &members);
   PetscErrorCode row(PetscInt local, Rows &out);
@@ -128,14 +126,16 @@ PetscErrorCode BlockInverse::factor(const Graph &S, const std::vector<PetscInt> 
   PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &nb, L.data(), &nb, &info));
   definite = info == 0;
   if (definite) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscInfo(NULL, "A block of %" PetscInt_FMT " rows of the Gram matrix, with row %" PetscInt_FMT ", is not positive definite: its diagonal takes its place\n", (PetscInt)n, block[0]));
+  PetscCall(PetscInfo(
+    NULL, "A block of %" PetscInt_FMT " rows of the Gram matrix, with row %" PetscInt_FMT ", is not positive definite: its diagonal takes its place\n",
+    (PetscInt)n, block[0]));
   L = e;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode BlockInverse::row(PetscInt local, Rows &out)
 {
-  const size_t n = members->size();
+  const size_t n  = members->size();
   PetscBLASInt nb = (PetscBLASInt)n, one = 1, info;
 
   PetscFunctionBegin;
@@ -224,7 +224,7 @@ static PetscErrorCode InvertRows(Mat S, const AinsworthPmatOptions *opt, PetscIn
 static PetscErrorCode InvertRowNorms(Mat S, PetscBool scaled, Rows &rows)
 {
   Mat          SD = S;
-  Vec          D = NULL;
+  Vec          D  = NULL;
   PetscInt     rstart, rend;
   PetscScalar *d = NULL;
 
@@ -277,7 +277,10 @@ PetscErrorCode AinsworthInvGramCreate(Mat S, const AinsworthPmatOptions *opt, Ma
   PetscCall(PetscLogEventBegin(AINSWORTH_InvGram, S, 0, 0, 0));
   PetscCall(MatGetSize(S, &m, NULL));
   PetscCall(MatGetOwnershipRange(S, &rstart, &rend));
-  PetscCheck(!dense || m <= opt->maxRows, comm, PETSC_ERR_ARG_OUTOFRANGE, "-pc_ainsworth_pmat %s may give a dense matrix and C has %" PetscInt_FMT " rows, more than %" PetscInt_FMT ": use jcb, or raise the bound with -pc_ainsworth_pmat_max_rows", PCAinsworthPmatTypes[opt->type], m, opt->maxRows);
+  PetscCheck(!dense || m <= opt->maxRows, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-pc_ainsworth_pmat %s may give a dense matrix and C has %" PetscInt_FMT " rows, more than %" PetscInt_FMT
+             ": use jcb, or raise the bound with -pc_ainsworth_pmat_max_rows",
+             PCAinsworthPmatTypes[opt->type], m, opt->maxRows);
   if (blocks == PETSC_DECIDE) blocks = 1 + (m - 1) / 32;
   blocks = PetscMin(blocks, m);
   if (opt->type == PC_AINSWORTH_PMAT_JCB) PetscCall(InvertRowNorms(S, opt->rowScaling, rows));

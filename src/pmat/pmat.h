@@ -8,18 +8,18 @@
 struct AinsworthPmatOptions {
   PCAinsworthPmatType    type;
   PCAinsworthPenaltyType penalty;
-  PetscReal              factor;   /* gamma */
+  PetscReal              factor;     /* gamma */
   PetscBool              rowScaling; /* jcb does not depend on the scale of the rows of C */
-  PetscReal              rtol;     /* of cg and bj_cg */
-  PetscInt               blocks;   /* of bj_cc and bj_cg; PETSC_DECIDE: from the number of rows */
-  PetscInt               maxRows;  /* of cc and cg, which may be dense */
-  PetscBool              symmetric; /* A = A' */
+  PetscReal              rtol;       /* of cg and bj_cg */
+  PetscInt               blocks;     /* of bj_cc and bj_cg; PETSC_DECIDE: from the number of rows */
+  PetscInt               maxRows;    /* of cc and cg, which may be dense */
+  PetscBool              symmetric;  /* A = A' */
 };
 
 struct AinsworthPmatInputs {
-  Mat A, C, S; /* AIJ; C without zero rows */
-  Vec weight;  /* diagonal of W, NULL for W = I */
-  const AinsworthFrame *frame; /* M_* is wanted as T M_* T' */
+  Mat                   A, C, S; /* AIJ; C without zero rows */
+  Vec                   weight;  /* diagonal of W, NULL for W = I */
+  const AinsworthFrame *frame;   /* M_* is wanted as T M_* T' */
 };
 
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);

@@ -41,8 +41,7 @@ PetscErrorCode Row::merge(Mat A, Mat E, PetscInt row)
 }
 
 /* The rows of one node of T (A + E) T', dense by blocks; without a frame a single row */
-class Node
-{
+class Node {
 public:
   explicit Node(const AinsworthFrame *f) : frame(f), bs(f->bs ? f->bs : 1) { }
   PetscErrorCode compute(Mat A, Mat E, PetscInt first);
@@ -72,7 +71,7 @@ PetscErrorCode Node::compute(Mat A, Mat E, PetscInt first)
   columns.clear();
   for (std::vector<PetscScalar> &v : values) v.clear();
   while (true) { /* block after block, wherever a row has an entry in it */
-    PetscInt    block = PETSC_MAX_INT;
+    PetscInt    block   = PETSC_MAX_INT;
     PetscScalar M[3][3] = {{0.0}}, MT[3][3];
 
     for (PetscInt k = 0; k < bs; k++)
@@ -121,9 +120,9 @@ PetscErrorCode AinsworthSumNorm(Mat A, Mat E, PetscReal *norm)
 /* T (A + E) T' with exact preallocation; the local sizes of A are multiples of the frame's */
 PetscErrorCode AinsworthSum(Mat A, Mat E, const AinsworthFrame *frame, Mat *sum)
 {
-  Mat       M;
-  PetscInt  rstart, rend, cstart, cend, n, N, bs, *dnnz, *onnz;
-  Node      node(frame);
+  Mat      M;
+  PetscInt rstart, rend, cstart, cend, n, N, bs, *dnnz, *onnz;
+  Node     node(frame);
 
   PetscFunctionBegin;
   PetscCall(MatGetOwnershipRange(A, &rstart, &rend));

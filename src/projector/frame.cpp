@@ -53,7 +53,7 @@ static void LargestEigenvector(PetscInt n, PetscReal N[3][3], PetscReal values[3
 PetscErrorCode AinsworthFrameChoose(Mat C, PetscInt bs, AinsworthFrame *frame)
 {
   PetscReal N[3][3] = {{0}}, values[3], n[3], sign, axis = 0.0;
-  PetscInt  rstart, rend, cstart, cend, a = 0;
+  PetscInt  rstart, rend, cstart, cend, a                = 0;
 
   PetscFunctionBegin;
   frame->bs = 0;

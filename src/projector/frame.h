@@ -5,8 +5,8 @@
 #include "../petsccompat.h"
 
 struct AinsworthFrame {
-  PetscInt  bs;       /* components of a node, 2 or 3; 0: no rotation, all functions below leave things as they are */
-  PetscReal T[3][3];  /* orthogonal: x' = T x at every node */
+  PetscInt  bs;      /* components of a node, 2 or 3; 0: no rotation, all functions below leave things as they are */
+  PetscReal T[3][3]; /* orthogonal: x' = T x at every node */
   PetscReal normal[3];
 };
 

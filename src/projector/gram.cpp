@@ -26,7 +26,7 @@ static PetscErrorCode GroupRanks(AinsworthGram *gram, PetscInt rowsPerRank)
 /* Move the rows of S to the group, in their global order, in equal shares */
 static PetscErrorCode GatherOnGroup(AinsworthGram *gram)
 {
-  MPI_Comm    comm   = PetscObjectComm((PetscObject)gram->S);
+  MPI_Comm    comm = PetscObjectComm((PetscObject)gram->S);
   PetscInt    m, n = 0, start = 0;
   PetscMPIInt size, rank;
   IS          is;
@@ -193,7 +193,7 @@ PetscErrorCode AinsworthGramGetFailedReason(AinsworthGram *gram, PCFailedReason 
     PetscCall(KSPGetPC(gram->ksp, &pc));
     PetscCall(PCGetFailedReason(pc, &r));
   }
-  local = (PetscMPIInt)r;
+  local = r < 0 ? PC_FACTOR_OTHER : (PetscMPIInt)r; /* the largest is agreed on, and PC_SETUP_ERROR is negative */
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &local, 1, MPI_INT, MPI_MAX, PetscObjectComm((PetscObject)gram->S)));
   *reason = (PCFailedReason)local;
   PetscFunctionReturn(PETSC_SUCCESS);

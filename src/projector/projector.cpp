@@ -5,7 +5,8 @@
    w: the diagonal of W, length n, positive; NULL for W = I. In a frame T it projects x' = T x: with C T' and C W T' for C and C W, whose
    Gram matrix is the same, vectors need no turning.
 */
-PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, Mat C, Vec w, const AinsworthFrame *frame, PetscInt rowsPerRank, PetscObject parent, const char prefix[])
+PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, Mat C, Vec w, const AinsworthFrame *frame, PetscInt rowsPerRank, PetscObject parent,
+                                       const char prefix[])
 {
   PetscFunctionBegin;
   PetscCall(AinsworthProjectorReset(proj));

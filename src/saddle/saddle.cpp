@@ -72,10 +72,10 @@ static PetscErrorCode GetConstraints(Mat source, PetscBool transpose, PetscBool 
 /* Leave out the rows of C that are zero: they constrain nothing and would make the Gram matrix singular */
 static PetscErrorCode DropZeroRows(AinsworthSaddle *sp)
 {
-  MPI_Comm    comm = PetscObjectComm((PetscObject)sp->C);
-  PetscInt    rstart, rend, nkept = 0, local, *kept;
-  Mat         C;
-  IS          rows, cols;
+  MPI_Comm comm = PetscObjectComm((PetscObject)sp->C);
+  PetscInt rstart, rend, nkept = 0, local, *kept;
+  Mat      C;
+  IS       rows, cols;
 
   PetscFunctionBegin;
   PetscCall(MatGetOwnershipRange(sp->C, &rstart, &rend));
@@ -123,27 +123,42 @@ PetscErrorCode AinsworthSaddleSetUp(Mat mat, AinsworthSaddle *sp)
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)mat, MATNEST, &nest));
-  PetscCheck(nest, comm, PETSC_ERR_ARG_WRONG, "PCAINSWORTH needs a matrix of type nest, [A C'; C 0], and got type %s: build it with MatCreateNest()", ((PetscObject)mat)->type_name);
+  PetscCheck(nest, comm, PETSC_ERR_ARG_WRONG, "PCAINSWORTH needs a matrix of type nest, [A C'; C 0], and got type %s: build it with MatCreateNest()",
+             ((PetscObject)mat)->type_name);
   PetscCall(MatNestGetSize(mat, &nr, &nc));
-  PetscCheck(nr == 2 && nc == 2, comm, PETSC_ERR_ARG_SIZ, "PCAINSWORTH needs a MatNest of 2 x 2 blocks, [A C'; C 0], and got %" PetscInt_FMT " x %" PetscInt_FMT ": gather the primal fields in one block and the multipliers in another", nr, nc);
+  PetscCheck(nr == 2 && nc == 2, comm, PETSC_ERR_ARG_SIZ,
+             "PCAINSWORTH needs a MatNest of 2 x 2 blocks, [A C'; C 0], and got %" PetscInt_FMT " x %" PetscInt_FMT
+             ": gather the primal fields in one block and the multipliers in another",
+             nr, nc);
   for (PetscInt i = 0; i < 2; i++)
     for (PetscInt j = 0; j < 2; j++) PetscCall(MatNestGetSubMat(mat, i, j, &B[i][j]));
   for (PetscInt i = 0; i < 2; i++) PetscCall(BlockIsZero(B[i][i], &zero[i], &norm[i]));
-  PetscCheck(zero[0] || zero[1], comm, PETSC_ERR_ARG_WRONG, "PCAINSWORTH found no multipliers: blocks (0,0) and (1,1) of the MatNest are both nonzero (Frobenius norms %g and %g; inf: cannot be computed); leave the diagonal block of the multipliers absent or zero", (double)norm[0], (double)norm[1]);
-  PetscCheck(!zero[0] || !zero[1], comm, PETSC_ERR_ARG_WRONG, "PCAINSWORTH found no primal block: blocks (0,0) and (1,1) of the MatNest are both absent or zero, A must be one of them");
+  PetscCheck(zero[0] || zero[1], comm, PETSC_ERR_ARG_WRONG,
+             "PCAINSWORTH found no multipliers: blocks (0,0) and (1,1) of the MatNest are both nonzero (Frobenius norms %g and %g; inf: cannot be computed); "
+             "leave the diagonal block of the multipliers absent or zero",
+             (double)norm[0], (double)norm[1]);
+  PetscCheck(!zero[0] || !zero[1], comm, PETSC_ERR_ARG_WRONG,
+             "PCAINSWORTH found no primal block: blocks (0,0) and (1,1) of the MatNest are both absent or zero, A must be one of them");
   p = zero[0] ? 1 : 0;
   l = 1 - p;
-  PetscCheck(B[l][p] || B[p][l], comm, PETSC_ERR_ARG_WRONG, "PCAINSWORTH found no constraints: block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest, C, is absent, and so is its transpose; to solve without constraints pass a block with no rows", l, p);
+  PetscCheck(B[l][p] || B[p][l], comm, PETSC_ERR_ARG_WRONG,
+             "PCAINSWORTH found no constraints: block (%" PetscInt_FMT ",%" PetscInt_FMT
+             ") of the MatNest, C, is absent, and so is its transpose; to solve without constraints pass a block with no rows",
+             l, p);
   PetscCall(MatGetSize(B[p][p], &n[0], &n[1]));
-  PetscCheck(n[0] == n[1], comm, PETSC_ERR_ARG_SIZ, "Block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest, A, is not square: %" PetscInt_FMT " x %" PetscInt_FMT, p, p, n[0], n[1]);
+  PetscCheck(n[0] == n[1], comm, PETSC_ERR_ARG_SIZ,
+             "Block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest, A, is not square: %" PetscInt_FMT " x %" PetscInt_FMT, p, p, n[0], n[1]);
   if (B[l][p]) PetscCall(MatGetSize(B[l][p], &m[0], &m[1]));
   else PetscCall(MatGetSize(B[p][l], &m[1], &m[0]));
-  PetscCheck(m[0] <= n[0], comm, PETSC_ERR_ARG_SIZ, "C has more rows than columns, %" PetscInt_FMT " x %" PetscInt_FMT ": its rows cannot be linearly independent", m[0], m[1]);
+  PetscCheck(m[0] <= n[0], comm, PETSC_ERR_ARG_SIZ,
+             "C has more rows than columns, %" PetscInt_FMT " x %" PetscInt_FMT ": its rows cannot be linearly independent", m[0], m[1]);
   for (PetscInt k = 0; k < 2; k++) {
     Mat M = k ? B[p][l] : B[l][p];
     if (!M) continue;
     PetscCall(MatAssembled(M, &assembled));
-    PetscCheck(assembled, comm, PETSC_ERR_ARG_WRONGSTATE, "Block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest is not assembled: call MatAssemblyBegin() and MatAssemblyEnd() on it", k ? p : l, k ? l : p);
+    PetscCheck(assembled, comm, PETSC_ERR_ARG_WRONGSTATE,
+               "Block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest is not assembled: call MatAssemblyBegin() and MatAssemblyEnd() on it", k ? p : l,
+               k ? l : p);
   }
 
   PetscCall(AinsworthSaddleReset(sp));

@@ -1,0 +1,49 @@
+#!/usr/bin/env python3
+"""How stable the iterations are: two cubes over every parameter, against A alone and a direct solution.
+
+python3 makefiles/stability.py [--quick] [--out docs/stability]   the study: a CSV, plots, and <out>.md beside the folder
+python3 makefiles/stability.py --report                           tables and plots anew from the CSV
+python3 makefiles/stability.py --acceptance                       docs/acceptance.md: the bounds that the defaults keep
+python3 makefiles/stability.py --inner                            docs/inner.md: inner preconditioners compared
+Needs Debian's python3-petsc4py, python3-numpy, python3-scipy, python3-matplotlib, and a build (AINSWORTH_BUILD, default build/).
+"""
+import argparse
+import os
+import sys
+
+from study import machine
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="at most three values of each parameter")
+    parser.add_argument("--report", action="store_true", help="no runs: write the texts and the plots of the study from its CSV")
+    parser.add_argument("--acceptance", action="store_true", help="measure the bounds instead")
+    parser.add_argument("--inner", action="store_true", help="compare inner preconditioners instead")
+    parser.add_argument("--out", default=None, help="folder of the CSV and the plots (default docs/stability; of --acceptance, --inner: docs)")
+    parser.add_argument("--n1", type=int, default=None, help="elements per edge, upper cube (default 16)")
+    parser.add_argument("--n2", type=int, default=None, help="elements per edge, lower cube (default 14)")
+    parser.add_argument("--max-it", type=int, default=1000, help="most iterations of the inner solver (default 1000)")
+    parser.add_argument("--repeat", type=int, default=3, help="seconds are the least of this many runs (default 3)")
+    parser.add_argument("--limit", type=int, default=120, help="seconds for one run, all its repetitions together (default 120)")
+    parser.add_argument("--jobs", type=int, default=1, help="systems at a time; more than 1 disturbs the seconds (default 1)")
+    arguments = parser.parse_args()
+    arguments.n1 = arguments.n1 or 16
+    arguments.n2 = arguments.n2 or 14
+    machine.require("petsc4py", "numpy", "scipy", "matplotlib")
+    if arguments.acceptance:
+        from study import acceptance
+        return acceptance.main(arguments.out or os.path.join(machine.ROOT, "docs"))
+    if arguments.inner:
+        from study import inner
+        return inner.main(arguments.out or os.path.join(machine.ROOT, "docs"), arguments)
+    from study import report, runs
+    folder = os.path.abspath(arguments.out or os.path.join(machine.ROOT, "docs", "stability"))
+    if not arguments.report:
+        runs.study(folder, arguments)
+    report.write(folder)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

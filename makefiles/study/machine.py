@@ -1,0 +1,111 @@
+"""What all the measurements share: the build folder, how to start twocubes, and which machine they ran on."""
+import ctypes
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+BUILD = os.path.abspath(os.environ.get("AINSWORTH_BUILD") or os.path.join(ROOT, "build"))
+PLUGIN = os.path.join(BUILD, "libainsworth.so")
+TWOCUBES = os.path.join(BUILD, "tutorials", "twocubes")
+ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1")
+DEFAULTS = "-ksp_type preonly -pc_type ainsworth"
+
+
+def require(*modules):
+    """Ends the program with one line unless the build and these Python modules are there."""
+    for path in (PLUGIN, TWOCUBES):
+        if not os.path.exists(path):
+            sys.exit("%s is missing: run sh makefiles/build.sh first, or say AINSWORTH_BUILD=<folder>" % path)
+    packages = {"petsc4py": "python3-petsc4py", "numpy": "python3-numpy", "scipy": "python3-scipy", "matplotlib": "python3-matplotlib"}
+    missing = []
+    for module in modules:
+        try:
+            __import__(module)
+        except ImportError:
+            missing.append(packages[module])
+    if missing:
+        sys.exit("Missing: %s. Install with apt, and run with /usr/bin/python3" % " ".join(missing))
+
+
+def launcher(ranks):
+    """As in common.sh: Open MPI must be told that root, or more ranks than cores, is meant."""
+    command = ["mpiexec"]
+    version = subprocess.run(["mpiexec", "--version"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True).stdout
+    if "Open MPI" in version or "OpenRTE" in version:
+        if os.geteuid() == 0:
+            command.append("--allow-run-as-root")
+        if ranks > (os.cpu_count() or 1):
+            command.append("--oversubscribe")
+    return command + ["-n", str(ranks)]
+
+
+def run(options, ranks=1, limit=600):
+    """twocubes with the plugin: iterations, reason, seconds and residuals, in strings and numbers; the output is kept under 'output'."""
+    command = launcher(ranks) + [TWOCUBES, "-dll_append", PLUGIN] + (DEFAULTS + " -ainsworth_ksp_converged_reason " + options).split()
+    answer = {"iterations": None, "reason": "no answer", "setup": None, "solve": None, "constraint": None, "primal": None, "unknowns": None, "constraints": None}
+    try:
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=limit, env=ENVIRONMENT)
+    except subprocess.TimeoutExpired:
+        return dict(answer, reason="time limit of %d s" % limit, output="")
+    answer["output"] = done.stdout
+    found = re.search(r"Linear ainsworth_ solve (?:converged|did not converge) due to (\w+) iterations (\d+)", done.stdout)
+    if found:
+        answer["reason"], answer["iterations"] = found.group(1), int(found.group(2))
+    found = re.search(r"unknowns=(\d+) constraints=(\d+) setup_s=(\S+) solve_s=(\S+) primal_residual=(\S+) constraint_residual=(\S+)", done.stdout)
+    if found:
+        answer["unknowns"], answer["constraints"] = int(found.group(1)), int(found.group(2))
+        for name, text in zip(("setup", "solve", "primal", "constraint"), found.groups()[2:]):
+            answer[name] = float(text)
+    elif "PETSC ERROR" in done.stdout:
+        errors = [line.split("PETSC ERROR:", 1)[1].strip() for line in done.stdout.splitlines() if "PETSC ERROR:" in line]
+        answer["reason"] = "error: " + next((line for line in errors if line and not line.startswith("---")), "?")
+    return answer
+
+
+def converged(answer):
+    return answer["reason"].startswith("CONVERGED")
+
+
+def write_system(options, prefix):
+    """A, C, f, g of this problem in PETSc's binary format; no solver is involved."""
+    command = [TWOCUBES] + options.split() + ["-write_system", prefix, "-ksp_type", "preonly", "-pc_type", "none"]
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=ENVIRONMENT)
+    if not os.path.exists(prefix + "_g.dat"):
+        raise RuntimeError("twocubes wrote no system: " + done.stdout)
+
+
+def workspace():
+    """A folder for matrices, removed at the end."""
+    return tempfile.TemporaryDirectory(prefix="ainsworth-study-")
+
+
+def load():
+    return os.getloadavg()[0]
+
+
+def describe():
+    """Cores, processor, versions: what a reader needs to judge the seconds."""
+    with open("/proc/cpuinfo") as file:
+        model = next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "unknown processor")
+    library = ctypes.CDLL(PLUGIN)
+    petsc, hypre = [ctypes.c_int() for _ in range(4)], [ctypes.c_int() for _ in range(4)]
+    library.PetscGetVersionNumber(*[ctypes.byref(number) for number in petsc])
+    try:
+        library.HYPRE_VersionNumber(*[ctypes.byref(number) for number in hypre])
+        version = ".".join(str(number.value) for number in hypre[:3])
+    except AttributeError:
+        version = "none"
+    return "%d cores, %s, PETSc %s, hypre %s" % (os.cpu_count(), model, ".".join(str(number.value) for number in petsc[:3]), version)
+
+
+def command_line():
+    """The command as a reader would type it."""
+    return " ".join(["python3", os.path.relpath(os.path.abspath(sys.argv[0]), ROOT)] + sys.argv[1:])
+
+
+def remove(folder):
+    shutil.rmtree(folder, ignore_errors=True)

@@ -1,0 +1,128 @@
+"""Runs the study: one process per system (solver.py), a time limit per run, one CSV."""
+import concurrent.futures
+import csv
+import json
+import os
+import queue
+import subprocess
+import sys
+import threading
+
+from . import cases, machine
+
+COLUMNS = ["parameter", "value", "options", "unknowns", "constraints", "configuration", "iterations", "reason", "setup", "solve", "error", "constraint", "primal"]
+REFERENCE_LIMIT = 600
+MORE_THAN_FAST = 2.0  # seconds: a run that took longer is not repeated
+
+
+def worker(job, path):
+    """Starts solver.py; its lines come through a queue, None at its end."""
+    with open(path, "w") as file:
+        json.dump(job, file)
+    process = subprocess.Popen([sys.executable, os.path.join(os.path.dirname(os.path.abspath(__file__)), "solver.py"), path], stdout=subprocess.PIPE, stderr=open(path + ".log", "w"), text=True, env=machine.ENVIRONMENT)
+    lines = queue.Queue()
+
+    def pump():
+        for line in process.stdout:
+            if line.startswith("{"):
+                lines.put(json.loads(line))
+        lines.put(None)
+
+    threading.Thread(target=pump, daemon=True).start()
+    return process, lines
+
+
+def solve(options, configs, repeat, limit, say=lambda text: None):
+    """All configurations on one system: its sizes and a list of rows in the order of configs."""
+    with machine.workspace() as folder:
+        prefix = os.path.join(folder, "system")
+        machine.write_system(options, prefix)
+        todo = list(enumerate(configs))
+        rows, sizes = {}, {}
+        while todo:
+            job = {"plugin": machine.PLUGIN, "prefix": prefix, "configs": todo, "repeat": repeat, "enough": MORE_THAN_FAST}
+            path = os.path.join(folder, "job.json")
+            process, lines = worker(job, path)
+            allowed, ready = REFERENCE_LIMIT, False
+            while todo:
+                try:
+                    line, reason = lines.get(timeout=allowed), "the solver ended without an answer"
+                except queue.Empty:
+                    line, reason = None, "time limit of %d s" % allowed
+                if line is None:
+                    if not ready:
+                        process.kill()
+                        with open(path + ".log") as file:
+                            reason += ": " + (file.read().strip().splitlines() or ["no message"])[-1]
+                        raise RuntimeError("no reference solution for %s: %s" % (options, reason))
+                    rows[todo.pop(0)[0]] = {"reason": reason}
+                    break
+                if "number" in line:
+                    rows[line["number"]] = line
+                    say(configs[line["number"]]["name"])
+                    todo = [entry for entry in todo if entry[0] != line["number"]]
+                elif "ready" in line:
+                    ready, allowed = True, limit
+                else:
+                    sizes = line
+            process.kill()
+            process.wait()
+        return sizes, [rows[i] for i in range(len(configs))]
+
+
+def select(configs, options):
+    """Without its frame only where something is turned; A alone only where it is regular."""
+    turned, floating = "-rotate" in options, "-floating" in options
+    return [c for c in configs if (turned or "no frame" not in c["name"]) and (not floating or c["system"] == "constrained")]
+
+
+def save(path, arguments, wanted, results):
+    """All that is known so far: written after every system, so that an interrupted study is not lost."""
+    with open(path, "w", newline="") as file:
+        file.write("# command: %s\n# machine: %s\n# load at the end: %.1f\n" % (machine.command_line(), machine.describe(), machine.load()))
+        table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        table.writeheader()
+        for parameter, value, options in wanted:
+            text = cases.system(arguments.n1, arguments.n2, options)
+            sizes, found = results.get(text, ({}, {}))
+            for name, row in found.items():
+                line = {"parameter": parameter, "value": value, "options": text, "configuration": name}
+                line.update({key: sizes[key] for key in ("unknowns", "constraints") if key in sizes})
+                for key in ("iterations", "reason"):
+                    line[key] = row.get(key)
+                for key in ("setup", "solve"):
+                    line[key] = "" if row.get(key) is None else "%.4f" % row[key]
+                for key in ("error", "constraint", "primal"):
+                    line[key] = "" if row.get(key) is None else "%.3e" % row[key]
+                table.writerow(line)
+
+
+def study(folder, arguments):
+    os.makedirs(folder, exist_ok=True)
+    configs = cases.configurations(arguments.max_it)
+    wanted = cases.cases(arguments.n1, arguments.n2, arguments.quick)
+    systems = {}
+    for parameter, value, options in wanted:
+        systems.setdefault(cases.system(arguments.n1, arguments.n2, options), []).append((parameter, value))
+    results, done = {}, [0]
+    lock = threading.Lock()
+
+    def one(options):
+        chosen = select(configs, options)
+        try:
+            sizes, rows = solve(options, chosen, arguments.repeat, arguments.limit)
+        except RuntimeError as error:
+            sizes, rows = {}, [{"reason": str(error)} for _ in chosen]
+        found = dict(zip((c["name"] for c in chosen), rows))
+        if "-floating" in options:
+            for name in ("alone", "alone, same x"):
+                found[name] = {"reason": "n/a: A is singular"}
+        with lock:
+            done[0] += 1
+            short = ", ".join("%s %s" % (name, row.get("iterations", row["reason"])) for name, row in found.items() if name in ("alone", "weighted jcb", "paper jcb"))
+            print("%d of %d: %s: %s" % (done[0], len(systems), options, short), flush=True)
+            results[options] = (sizes, found)
+            save(os.path.join(folder, "stability.csv"), arguments, wanted, results)
+
+    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+        list(pool.map(one, systems))

@@ -1,0 +1,221 @@
+static char help[] = "What PCAINSWORTH rebuilds when A, C, the right-hand side or nothing changes, and its life cycle.\n\n";
+
+#include "dense.h"
+
+struct Solver {
+  System sys;
+  Mat    nest = NULL;
+  KSP    ksp  = NULL;
+  Vec    b = NULL, y = NULL;
+  IS     is[2];
+};
+
+static PetscErrorCode Create(bool explicitTranspose, Solver *s)
+{
+  Spec spec;
+  Mat  Ct;
+
+  PetscFunctionBeginUser;
+  spec.uneven = !explicitTranspose;
+  PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &s->sys));
+  if (explicitTranspose) PetscCall(MatHermitianTranspose(s->sys.C, MAT_INITIAL_MATRIX, &Ct));
+  else PetscCall(MatCreateHermitianTranspose(s->sys.C, &Ct));
+  PetscCall(NestCreate(s->sys.A, Ct, s->sys.C, NULL, false, &s->nest));
+  PetscCall(MatDestroy(&Ct));
+  PetscCall(SolverCreate(s->nest, &s->ksp));
+  PetscCall(MatNestGetISs(s->nest, s->is, NULL));
+  PetscCall(MatCreateVecs(s->nest, &s->y, &s->b));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Destroy(Solver *s)
+{
+  PetscFunctionBeginUser;
+  PetscCall(KSPDestroy(&s->ksp));
+  PetscCall(MatDestroy(&s->nest));
+  PetscCall(VecDestroy(&s->b));
+  PetscCall(VecDestroy(&s->y));
+  PetscCall(SystemDestroy(&s->sys));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Solves, compares with the dense solution of the system as it is now, and counts what was built for it */
+static PetscErrorCode Solve(Solver *s, const char *what, PetscInt grams, PetscInt pmats)
+{
+  const char *const events[] = {"AinsGramMat", "AinsGramFact", "AinsPMat", "AinsInvGram"};
+  PetscInt          before[4], after;
+  DenseSystem       d;
+  Column            x, lambda, whole, expectedX, expectedLambda;
+  Vec               sub;
+
+  PetscFunctionBeginUser;
+  Case("%s", what);
+  for (int k = 0; k < 2; k++) {
+    PetscCall(VecGetSubVector(s->b, s->is[k], &sub));
+    PetscCall(VecCopy(k ? s->sys.g : s->sys.f, sub));
+    PetscCall(VecRestoreSubVector(s->b, s->is[k], &sub));
+  }
+  for (int k = 0; k < 4; k++) PetscCall(EventCount(events[k], &before[k]));
+  PetscCall(KSPSolve(s->ksp, s->b, s->y));
+  for (int k = 0; k < 4; k++) {
+    PetscCall(EventCount(events[k], &after));
+    PetscCall(CheckInt(events[k], after - before[k], k < 2 ? grams : pmats));
+  }
+  PetscCall(Gather(s->sys, d));
+  SolveSaddle(d, expectedX, expectedLambda);
+  for (int k = 0; k < 2; k++) {
+    PetscCall(VecGetSubVector(s->y, s->is[k], &sub));
+    PetscCall(Gather(sub, k ? lambda : x));
+    PetscCall(VecRestoreSubVector(s->y, s->is[k], &sub));
+  }
+  PetscCall(CheckEqual("x", x, expectedX, 1e-10));
+  PetscCall(CheckEqual("lambda", lambda, expectedLambda, 1e-10));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode AssembleNest(Mat nest)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MatAssemblyBegin(nest, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(nest, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Changes(bool explicitTranspose)
+{
+  Solver s;
+  PC     pc;
+  Mat    block, nest;
+
+  PetscFunctionBeginUser;
+  PetscCall(Create(explicitTranspose, &s));
+  PetscCall(KSPGetPC(s.ksp, &pc));
+  PetscCall(Solve(&s, "first solve", 1, 1));
+  PetscCall(Solve(&s, "the same again", 0, 0));
+  PetscCall(SetRandom(s.sys.f, 60));
+  PetscCall(SetRandom(s.sys.g, 61));
+  PetscCall(Solve(&s, "another right-hand side", 0, 0));
+  PetscCall(KSPSetOperators(s.ksp, s.nest, s.nest));
+  PetscCall(Solve(&s, "operators set again, the same", 0, 0));
+  PetscCall(AssembleNest(s.nest));
+  PetscCall(Solve(&s, "nest assembled again, nothing changed", 0, 0));
+
+  PetscCall(MatScale(s.sys.A, 3.0));
+  PetscCall(Solve(&s, "A changed in place, nest not told", 1, 1));
+  PetscCall(MatDiagonalScale(s.sys.A, s.sys.w, s.sys.w));
+  PetscCall(AssembleNest(s.nest));
+  PetscCall(Solve(&s, "A changed in place, nest assembled", 1, 1));
+  PetscCall(MatDiagonalScale(s.sys.C, NULL, s.sys.w));
+  if (explicitTranspose) {
+    PetscCall(MatNestGetSubMat(s.nest, 0, 1, &block));
+    PetscCall(MatDiagonalScale(block, s.sys.w, NULL));
+  }
+  PetscCall(Solve(&s, "C changed in place, nest not told", 1, 1));
+  PetscCall(MatScale(s.sys.C, 0.5));
+  if (explicitTranspose) PetscCall(MatScale(block, 0.5));
+  PetscCall(AssembleNest(s.nest));
+  PetscCall(Solve(&s, "C changed in place, nest assembled", 1, 1));
+
+  /* the same system in another MatNest: A and C are what they were */
+  if (explicitTranspose) PetscCall(PetscObjectReference((PetscObject)block));
+  else PetscCall(MatCreateHermitianTranspose(s.sys.C, &block));
+  PetscCall(NestCreate(s.sys.A, block, s.sys.C, NULL, false, &nest));
+  PetscCall(MatDestroy(&block));
+  PetscCall(KSPSetOperators(s.ksp, nest, nest));
+  PetscCall(MatDestroy(&s.nest));
+  s.nest = nest;
+  PetscCall(MatNestGetISs(s.nest, s.is, NULL));
+  PetscCall(Solve(&s, "another nest of the same blocks", 0, 0));
+
+  PetscCall(KSPSetReusePreconditioner(s.ksp, PETSC_TRUE));
+  PetscCall(Solve(&s, "reuse asked for, nothing changed", 0, 0));
+  PetscCall(KSPSetReusePreconditioner(s.ksp, PETSC_FALSE));
+
+  /* choices */
+  PetscCall(PCAinsworthSetPmatType(pc, PC_AINSWORTH_PMAT_ID));
+  PetscCall(Solve(&s, "another pmat", 1, 1));
+  PetscCall(PCAinsworthSetWeight(pc, s.sys.w));
+  PetscCall(Solve(&s, "a weight of the user", 1, 1));
+  PetscCall(PCAinsworthSetVariant(pc, PC_AINSWORTH_PAPER));
+  PetscCall(Solve(&s, "another variant", 1, 1));
+  PetscCall(Solve(&s, "and again", 0, 0));
+  PetscCall(Destroy(&s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* With W = I a change of A leaves the Gram matrix and its factors alone */
+static PetscErrorCode KeepGram()
+{
+  Options options("-pc_ainsworth_variant paper");
+  Solver  s;
+
+  PetscFunctionBeginUser;
+  PetscCall(Create(false, &s));
+  PetscCall(Solve(&s, "paper, first solve", 1, 1));
+  PetscCall(MatScale(s.sys.A, 3.0));
+  PetscCall(Solve(&s, "paper, A changed", 1, 1)); /* the Gram matrix could stay: 0 would do */
+  PetscCall(Destroy(&s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LifeCycle()
+{
+  Solver s;
+  PC     pc;
+  KSP    inner;
+  PCType type;
+  bool   same;
+
+  PetscFunctionBeginUser;
+  PetscCall(Create(true, &s));
+  PetscCall(Solve(&s, "before KSPReset()", 1, 1));
+  PetscCall(KSPReset(s.ksp));
+  PetscCall(KSPSetOperators(s.ksp, s.nest, s.nest));
+  PetscCall(Solve(&s, "after KSPReset()", 1, 1));
+  PetscCall(KSPGetPC(s.ksp, &pc));
+  PetscCall(PCReset(pc));
+  PetscCall(KSPSetOperators(s.ksp, s.nest, s.nest));
+  PetscCall(Solve(&s, "after PCReset()", 1, 1));
+  PetscCall(PCReset(pc));
+  PetscCall(PCReset(pc));
+  PetscCall(KSPSetOperators(s.ksp, s.nest, s.nest));
+  PetscCall(PCSetUp(pc));
+  PetscCall(Solve(&s, "after PCReset() twice and PCSetUp()", 0, 0));
+
+  Case("another type and back");
+  PetscCall(PCSetType(pc, PCNONE));
+  PetscCall(KSPSetUp(s.ksp));
+  PetscCall(CheckError("getter on a PC of another type", [&]() { return PCAinsworthGetKSP(pc, &inner); }, PETSC_ERR_ARG_WRONG, {"none", PCAINSWORTH}));
+  PetscCall(PCAinsworthSetVariant(pc, PC_AINSWORTH_PAPER)); /* setters do nothing, as everywhere in PETSc */
+  PetscCall(PCSetType(pc, PCAINSWORTH));
+  PetscCall(PCSetFromOptions(pc));
+  PetscCall(PCGetType(pc, &type));
+  same = std::string(type) == PCAINSWORTH;
+  PetscCall(CheckTrue("type", same));
+  PetscCall(Solve(&s, "after another type", 1, 1));
+  PetscCall(Destroy(&s));
+
+  Case("never set up");
+  PetscCall(Create(true, &s));
+  PetscCall(Destroy(&s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  int exitcode;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(PetscLogDefaultBegin());
+  PetscCall(AinsworthInitializePackage());
+  {
+    Options options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12");
+    for (bool explicitTranspose : {false, true}) PetscCall(Changes(explicitTranspose));
+    PetscCall(KeepGram());
+    PetscCall(LifeCycle());
+  }
+  PetscCall(ChecksFinish(&exitcode));
+  PetscCall(PetscFinalize());
+  return exitcode;
+}
