@@ -84,9 +84,11 @@ def sentences(study):
     worst = max(quotients, key=lambda pair: pair[0])
     above = [row for q, row in quotients if q > 1.25]
     answer = []
-    text = "With the defaults (weighted, `jcb`) %d of %d systems converge, in %d to %d iterations; divided by those of A alone: %s, the worst at %s." % (
+    text = "With the defaults (weighted, `jcb`) %d of %d systems converge, in %d to %d iterations; divided by those of A alone: %s, the worst at %s; " % (
         len(worked), len(weighted), min(r["iterations"] for r in worked), max(r["iterations"] for r in worked), spread([q for q, _ in quotients]), name(worst[1]))
-    answer.append(text + (" More than 1.25 times A alone: " + ", ".join(name(r) for r in above) + "." if above else " None needs more than 1.25 times A alone."))
+    lost = [row for row in weighted if not row["converged"]]
+    text += "more than 1.25 times A alone: " + ", ".join(name(r) for r in above) if above else "none needs more than 1.25 times A alone"
+    answer.append(text + ("; no convergence: " + ", ".join(name(r) for r in lost) if lost else "") + ".")
     same = [q for q in (study.relative(row, "iterations", SAME) for row in worked) if q is not None]
     if same:
         answer.append("A alone is solved with the program's right-hand side, as `twocubes -contact 0` does, whose solution is simple; when A alone has to find the very x of the constrained problem, the same quotient is %s." % spread(same))
@@ -172,7 +174,7 @@ def plot(study, folder, file_name, what, top, label):
                 panel.plot(failed, [top] * len(failed), color=color, linestyle="none", marker="x", markersize=8)
         panel.set_yscale("log")
         panel.set_xticks(range(len(values)))
-        panel.set_xticklabels(values, fontsize=7, rotation=30 if max(map(len, values)) > 5 else 0)
+        panel.set_xticklabels(values, fontsize=7)
         panel.set_title(parameter, fontsize=9)
         panel.grid(True, which="major", alpha=0.4)
         low, high = panel.get_ylim()
@@ -205,16 +207,16 @@ def write(folder):
     here = os.path.basename(folder)
     plot(study, folder, "iterations", iterations, 1000, "iterations")
     plot(study, folder, "seconds", seconds, 100, "set-up + solve / A alone")
-    base = study.rows[0]["unknowns"]
     text = ["# How stable the iterations are", ""]
     text += [line + "\n" for line in sentences(study)]
     text += ["Made by `%s` (this text too: every number in it comes from [%s/stability.csv](%s/stability.csv)) on %s, load %s." % (
         study.about["command"], here, here, study.about["machine"], study.about["load at the end"]), ""]
+    base = next(row for row in study.rows if row["parameter"] == "E2/E1" and row["unknowns"])
     text += ["Two cubes (`tutorials/twocubes`), around a base of %d unknowns and %d constraints with E2/E1 = 10, Poisson's ratio 0.3, half of the contact surface sticking and the other half slipping; one parameter is changed at a time." % (
-        next(r["unknowns"] for r in study.rows if r["parameter"] == "E2/E1" and r["unknowns"]), next(r["constraints"] for r in study.rows if r["parameter"] == "E2/E1" and r["constraints"])),
-             "All run on one rank, `-ksp_type preonly -pc_type ainsworth` and the two options named in the head of the column; BoomerAMG, rtol 1e-8 in the natural norm, at most 1000 iterations.",
+        base["unknowns"], base["constraints"]),
+             "All run on one rank, `-ksp_type preonly -pc_type ainsworth` and the two options named in the head of the column; BoomerAMG, rtol 1e-8 in the natural norm, at most `--max-it` iterations (default 1000); the paper's form coarsens by Falgout where the others take HMIS, as the plugin's defaults do.",
              "*A alone* is the same matrix without constraints, with the same right-hand side and the same inner solver; *A alone, same x* has the right-hand side that gives the solution of the constrained problem. A floating body leaves A alone singular: n/a.",
-             "The energy error is sqrt((x-x\\*)'A(x-x\\*) / x\\*'A x\\*), x\\* from MUMPS on the saddle-point matrix with refinement in extended precision. Seconds are the least of up to three runs.", ""]
+             "The energy error is sqrt((x-x\\*)'A(x-x\\*) / x\\*'A x\\*), x\\* from MUMPS on the saddle-point matrix with refinement in extended precision. Seconds are the least of the repetitions (`--repeat`); a run of more than two seconds is not repeated.", ""]
     text += ["![Iterations over each parameter](%s/iterations.svg)" % here, "", "![Set-up and solve relative to A alone](%s/seconds.svg)" % here, "", "## All systems together", ""]
     text += time_table(study) + ["", "## Iterations, one parameter at a time", ""]
     for parameter in study.parameters:
@@ -222,4 +224,3 @@ def write(folder):
     with open(folder + ".md", "w") as file:
         file.write("\n".join(text).rstrip() + "\n")
     print("wrote %s.md" % folder)
-    return base

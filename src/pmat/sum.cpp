@@ -117,31 +117,64 @@ PetscErrorCode AinsworthSumNorm(Mat A, Mat E, PetscReal *norm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* T (A + E) T' with exact preallocation; the local sizes of A are multiples of the frame's */
-PetscErrorCode AinsworthSum(Mat A, Mat E, const AinsworthFrame *frame, Mat *sum)
+/* Does a row of E have entries? Most have none, and those rows of A are taken over as they stand */
+static PetscErrorCode RowIsEmpty(Mat E, PetscInt row, bool *empty)
 {
-  Mat      M;
-  PetscInt rstart, rend, cstart, cend, n, N, bs, *dnnz, *onnz;
-  Node     node(frame);
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetRow(E, row, &n, NULL, NULL));
+  *empty = n == 0;
+  PetscCall(MatRestoreRow(E, row, &n, NULL, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Entries of each row in the diagonal block and outside, of T (A + E) T' */
+static PetscErrorCode CountEntries(Mat A, Mat E, Node &node, PetscInt dnnz[], PetscInt onnz[])
+{
+  PetscInt rstart, rend, cstart, cend;
 
   PetscFunctionBegin;
   PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
   PetscCall(MatGetOwnershipRangeColumn(A, &cstart, &cend));
+  for (PetscInt i = rstart; i < rend; i += node.bs) {
+    const PetscInt *columns = nullptr;
+    PetscInt        n = 0, inside = 0;
+    bool            asis;
+
+    PetscCall(RowIsEmpty(E, i, &asis));
+    asis = asis && !node.frame->bs;
+    if (asis) PetscCall(MatGetRow(A, i, &n, &columns, NULL));
+    else {
+      PetscCall(node.compute(A, E, i));
+      n       = (PetscInt)node.columns.size();
+      columns = node.columns.data();
+    }
+    for (PetscInt k = 0; k < n; k++) inside += columns[k] >= cstart && columns[k] < cend;
+    for (PetscInt k = 0; k < node.bs; k++) {
+      dnnz[i - rstart + k] = inside;
+      onnz[i - rstart + k] = n - inside;
+    }
+    if (asis) PetscCall(MatRestoreRow(A, i, &n, &columns, NULL));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* T (A + E) T' with exact preallocation; the local sizes of A are multiples of the frame's */
+PetscErrorCode AinsworthSum(Mat A, Mat E, const AinsworthFrame *frame, Mat *sum)
+{
+  Mat       M;
+  PetscInt  rstart, rend, n, N, bs, *dnnz, *onnz;
+  PetscBool sequential;
+  Node      node(frame);
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
   PetscCall(MatGetSize(A, &N, NULL));
   PetscCall(MatGetBlockSize(A, &bs));
   n = rend - rstart;
-  PetscCall(PetscCalloc2(n, &dnnz, n, &onnz));
-  for (PetscInt i = rstart; i < rend; i += node.bs) {
-    PetscCall(node.compute(A, E, i));
-    for (PetscInt column : node.columns) {
-      if (column >= cstart && column < cend) dnnz[i - rstart]++;
-      else onnz[i - rstart]++;
-    }
-    for (PetscInt k = 1; k < node.bs; k++) {
-      dnnz[i - rstart + k] = dnnz[i - rstart];
-      onnz[i - rstart + k] = onnz[i - rstart];
-    }
-  }
+  PetscCall(PetscMalloc2(n, &dnnz, n, &onnz));
+  PetscCall(CountEntries(A, E, node, dnnz, onnz));
   PetscCall(MatCreate(PetscObjectComm((PetscObject)A), &M));
   PetscCall(MatSetSizes(M, n, n, N, N));
   PetscCall(MatSetBlockSize(M, bs));
@@ -150,7 +183,22 @@ PetscErrorCode AinsworthSum(Mat A, Mat E, const AinsworthFrame *frame, Mat *sum)
   PetscCall(MatMPIAIJSetPreallocation(M, 0, dnnz, 0, onnz));
   PetscCall(PetscFree2(dnnz, onnz));
   PetscCall(MatSetOption(M, MAT_NO_OFF_PROC_ENTRIES, PETSC_TRUE));
+  PetscCall(PetscObjectBaseTypeCompare((PetscObject)M, MATSEQAIJ, &sequential));
+  if (sequential) PetscCall(MatSetOption(M, MAT_SORTED_FULL, PETSC_TRUE)); /* rows are copied, not searched */
   for (PetscInt i = rstart; i < rend; i += node.bs) {
+    bool asis;
+
+    PetscCall(RowIsEmpty(E, i, &asis));
+    if (asis && !frame->bs) {
+      PetscInt           ncols;
+      const PetscInt    *columns;
+      const PetscScalar *values;
+
+      PetscCall(MatGetRow(A, i, &ncols, &columns, &values));
+      PetscCall(MatSetValues(M, 1, &i, ncols, columns, values, INSERT_VALUES));
+      PetscCall(MatRestoreRow(A, i, &ncols, &columns, &values));
+      continue;
+    }
     PetscCall(node.compute(A, E, i));
     for (PetscInt k = 0; k < node.bs; k++) {
       const PetscInt row = i + k;
@@ -159,6 +207,7 @@ PetscErrorCode AinsworthSum(Mat A, Mat E, const AinsworthFrame *frame, Mat *sum)
   }
   PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));
+  if (sequential) PetscCall(MatSetOption(M, MAT_SORTED_FULL, PETSC_FALSE));
   *sum = M;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

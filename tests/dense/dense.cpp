@@ -195,7 +195,7 @@ PetscErrorCode NestCreate(Mat A, Mat Ct, Mat C, Mat D, bool first, Mat *nest)
   PetscFunctionBeginUser;
   PetscCall(MatGetLocalSize(A, &local[1 - multiplier], NULL));
   if (C) PetscCall(MatGetLocalSize(C, &local[multiplier], NULL));
-  else PetscCall(MatGetLocalSize(Ct, NULL, &local[multiplier]));
+  else PetscCall(MatGetLocalSize(Ct ? Ct : D, NULL, &local[multiplier]));
   /* PETSc's own numbering of the fields, told explicitly: where a row or a column has no block it cannot be found */
   sum = local[0] + local[1];
   PetscCallMPI(MPI_Scan(&sum, &start, 1, MPIU_INT, MPI_SUM, comm));

@@ -18,7 +18,7 @@ using Column = Eigen::Matrix<PetscScalar, Eigen::Dynamic, 1>;
 */
 struct Spec {
   const char *name         = "plain";
-  PetscInt    n            = 36, m = 7;
+  PetscInt    n            = 24, m = 5;
   PetscInt    seed         = 1;
   PetscInt    bs           = 1;
   bool        symmetric    = true;
@@ -41,7 +41,7 @@ PetscErrorCode SystemDestroy(System *);
 PetscErrorCode SetRandom(Vec, PetscInt seed);
 std::vector<Spec> UsualSpecs(); /* one for each difficulty */
 
-/* [A Ct; C D] or, multipliers first, [D C; Ct A]; Ct or C, and D, may be NULL */
+/* [A Ct; C D] or, multipliers first, [D C; Ct A]; two of Ct, C, D may be NULL */
 PetscErrorCode NestCreate(Mat A, Mat Ct, Mat C, Mat D, bool first, Mat *nest);
 /* KSPPREONLY with PCAINSWORTH and all options read */
 PetscErrorCode SolverCreate(Mat, KSP *);

@@ -98,7 +98,7 @@ static PetscErrorCode Changes(bool explicitTranspose)
   PetscCall(KSPSetOperators(s.ksp, s.nest, s.nest));
   PetscCall(Solve(&s, "operators set again, the same", 0, 0));
   PetscCall(AssembleNest(s.nest));
-  PetscCall(Solve(&s, "nest assembled again, nothing changed", 0, 0));
+  PetscCall(Solve(&s, "nest assembled again", 1, 1)); /* which raises the state of every block: PETSc itself takes them as changed */
 
   PetscCall(MatScale(s.sys.A, 3.0));
   PetscCall(Solve(&s, "A changed in place, nest not told", 1, 1));
@@ -132,28 +132,13 @@ static PetscErrorCode Changes(bool explicitTranspose)
   PetscCall(KSPSetReusePreconditioner(s.ksp, PETSC_FALSE));
 
   /* choices */
-  PetscCall(PCAinsworthSetPmatType(pc, PC_AINSWORTH_PMAT_ID));
+  PetscCall(PCAinsworthSetPmatType(pc, PC_AINSWORTH_PMAT_BJ_CC));
   PetscCall(Solve(&s, "another pmat", 1, 1));
   PetscCall(PCAinsworthSetWeight(pc, s.sys.w));
   PetscCall(Solve(&s, "a weight of the user", 1, 1));
   PetscCall(PCAinsworthSetVariant(pc, PC_AINSWORTH_PAPER));
   PetscCall(Solve(&s, "another variant", 1, 1));
   PetscCall(Solve(&s, "and again", 0, 0));
-  PetscCall(Destroy(&s));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* With W = I a change of A leaves the Gram matrix and its factors alone */
-static PetscErrorCode KeepGram()
-{
-  Options options("-pc_ainsworth_variant paper");
-  Solver  s;
-
-  PetscFunctionBeginUser;
-  PetscCall(Create(false, &s));
-  PetscCall(Solve(&s, "paper, first solve", 1, 1));
-  PetscCall(MatScale(s.sys.A, 3.0));
-  PetscCall(Solve(&s, "paper, A changed", 1, 1)); /* the Gram matrix could stay: 0 would do */
   PetscCall(Destroy(&s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -212,7 +197,6 @@ int main(int argc, char **argv)
   {
     Options options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12");
     for (bool explicitTranspose : {false, true}) PetscCall(Changes(explicitTranspose));
-    PetscCall(KeepGram());
     PetscCall(LifeCycle());
   }
   PetscCall(ChecksFinish(&exitcode));

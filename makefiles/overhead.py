@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+"""What the constraints cost in time: (set-up + solve) of twocubes divided by that of A alone, interleaved runs; writes docs/overhead.md.
+
+python3 makefiles/overhead.py [--repeat 5] [--sizes 32,48] [--ranks 1,2]      on an otherwise idle machine
+"""
+import argparse
+import csv
+import os
+import statistics
+import sys
+import tempfile
+
+from study import machine
+
+BOUND = 1.35
+EVENTS = ("AinsGramMat", "AinsGramFact", "AinsInvGram", "AinsPMat", "AinsRHS", "AinsMultiplier", "AinsProjector", "AinsGramSolve", "AinsMatMult", "PCSetUp", "PCApply", "MatMult", "KSPSolve")
+OURS = ("AinsGramMat", "AinsGramFact", "AinsInvGram", "AinsPMat")
+COLUMNS = ["n1", "n2", "ranks", "run", "contact", "iterations", "reason", "setup", "solve", "load"]
+
+
+def options(n1, n2, contact):
+    return "-n1 %d -n2 %d -E2 10%s" % (n1, n2, "" if contact else " -contact 0")
+
+
+def events(n1, n2, ranks, contact):
+    """Seconds of each event on the slowest rank."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "log.csv")
+        machine.run(options(n1, n2, contact) + " -log_view :%s:ascii_csv" % path, ranks)
+        seconds = {}
+        with open(path, newline="") as file:
+            for row in csv.DictReader(file, skipinitialspace=True):
+                row = {(key or "").strip(): value for key, value in row.items()}
+                name = row["Event Name"].strip()
+                if name in EVENTS:
+                    seconds[name] = max(seconds.get(name, 0), float(row["Time"]))
+    return seconds
+
+
+def total(run):
+    return run["setup"] + run["solve"]
+
+
+def measure(n1, n2, ranks, repeat, rows):
+    pairs = []
+    for i in range(repeat):
+        pair = {}
+        for contact in (1, 0):
+            run = machine.run(options(n1, n2, contact), ranks)
+            if not machine.converged(run):
+                sys.exit("twocubes %s: %s" % (options(n1, n2, contact), run["reason"]))
+            rows.append({"n1": n1, "n2": n2, "ranks": ranks, "run": i, "contact": contact, "iterations": run["iterations"], "reason": run["reason"], "setup": run["setup"], "solve": run["solve"], "load": "%.2f" % machine.load()})
+            pair[contact] = run
+        pairs.append(pair)
+        print("n1 %d, %d ranks: %.2f s, A alone %.2f s: %.3f" % (n1, ranks, total(pair[1]), total(pair[0]), total(pair[1]) / total(pair[0])), flush=True)
+    return pairs
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--repeat", type=int, default=5, help="pairs of runs (default 5)")
+    parser.add_argument("--sizes", default="32,48", help="n1; n2 is seven eighths of 32, five sixths of any other (default 32,48)")
+    parser.add_argument("--ranks", default="1,2", help="ranks (default 1,2)")
+    parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs"), help="folder (default docs)")
+    arguments = parser.parse_args()
+    machine.require()
+    rows, lines, breakdown, loads = [], [], [], [machine.load()]
+    for n1 in map(int, arguments.sizes.split(",")):
+        n2 = 28 if n1 == 32 else n1 * 5 // 6
+        for ranks in map(int, arguments.ranks.split(",")):
+            pairs = measure(n1, n2, ranks, arguments.repeat, rows)
+            loads.append(machine.load())
+            parts = {contact: {key: [pair[contact][key] for pair in pairs] for key in ("setup", "solve")} for contact in (0, 1)}
+            both = {contact: [total(pair[contact]) for pair in pairs] for contact in (0, 1)}
+            low, middle = min(both[1]) / min(both[0]), statistics.median(both[1]) / statistics.median(both[0])
+            lines.append("| %d | %d | %d | %d, %d | %.2f + %.2f | %.2f + %.2f | %.2f | %.2f | %s |" % (
+                n1, pairs[0][1]["unknowns"], ranks, pairs[0][1]["iterations"], pairs[0][0]["iterations"],
+                min(parts[1]["setup"]), min(parts[1]["solve"]), min(parts[0]["setup"]), min(parts[0]["solve"]), low, middle, "pass" if low <= BOUND else "**miss**"))
+            with_, without = events(n1, n2, ranks, 1), events(n1, n2, ranks, 0)
+            ours = sum(with_.get(name, 0) for name in OURS)
+            breakdown.append("| %d | %d | %s | %.3f | %.3f | %.3f |" % (n1, ranks, " | ".join("%.3f" % with_.get(name, 0) for name in OURS), with_.get("PCSetUp", 0), with_.get("PCSetUp", 0) - ours, without.get("PCSetUp", 0)))
+    text = ["# What the constraints cost in time", "",
+            "(Set-up + solve) of `twocubes -E2 10` with the defaults, divided by that of the same with `-contact 0`; the bound is %g." % BOUND,
+            "Made by `%s` on %s; load between %.1f and %.1f while it ran (a busy machine makes the quotient less sure: read the least, not the median). The runs with and without constraints take turns, %d of each." % (
+                machine.command_line(), machine.describe(), min(loads), max(loads), arguments.repeat), "",
+            "| n1 | unknowns | ranks | iterations, A alone | set-up + solve [s], least | A alone [s], least | quotient of the least | of the medians | at most %g |" % BOUND, "|" + "---|" * 9] + lines
+    text += ["", "## Where the set-up goes", "", "Seconds on the slowest rank, from `-log_view` of one run. PCSetUp holds all of it; what is left without our events is mostly BoomerAMG on M_*, the last column is BoomerAMG on A.", "",
+             "| n1 | ranks | " + " | ".join(OURS) + " | PCSetUp | without ours | PCSetUp of A alone |", "|" + "---|" * (5 + len(OURS))] + breakdown
+    with open(os.path.join(arguments.out, "overhead.csv"), "w", newline="") as file:
+        table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
+    with open(os.path.join(arguments.out, "overhead.md"), "w") as file:
+        file.write("\n".join(text) + "\n")
+    print("wrote overhead.md and overhead.csv")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,80 @@
+"""Inner preconditioners compared on the same reduced systems: docs/inner.md and docs/inner.csv."""
+import csv
+import os
+
+from . import machine
+
+NEAR = " -near_nullspace"
+HYPRE = "-ainsworth_pc_hypre_boomeramg_"
+PRECONDITIONERS = (
+    ("BoomerAMG", ""),
+    ("BoomerAMG, nodal", HYPRE + "nodal_coarsen 6 " + HYPRE + "vec_interp_variant 2" + NEAR),
+    ("GAMG", "-ainsworth_pc_type gamg -ainsworth_pc_gamg_threshold 0" + NEAR),
+    ("GAMG, 4 Chebyshev steps", "-ainsworth_pc_type gamg -ainsworth_pc_gamg_threshold 0 -ainsworth_mg_levels_ksp_max_it 4" + NEAR),
+    ("ML", "-ainsworth_pc_type ml" + NEAR),
+)
+PROBLEMS = (
+    ("plain", ""),
+    ("turned, slip", "-rotate 20,35,50 -stick 0"),
+    ("turned, curved, slip", "-rotate 20,35,50 -curved 0.15 -stick 0"),
+    ("curved", "-curved 0.15"),
+    ("nu = 0.49", "-nu1 0.49 -nu2 0.49"),
+)
+STRENGTHS, PMAX, COARSENINGS, RANKS = ("0.25", "0.5", "0.6", "0.7"), ("4", "6", "0"), ("HMIS", "PMIS", "Falgout"), (1, 2, 4)
+
+
+def best(options, ranks, repeat):
+    """The same run several times: the least seconds of each part."""
+    runs = [machine.run(options, ranks, 120) for _ in range(repeat)]
+    answer = dict(runs[0])
+    if machine.converged(answer):
+        for key in ("setup", "solve"):
+            answer[key] = min(run[key] for run in runs if run[key] is not None)
+    return answer
+
+
+def cell(run):
+    if not machine.converged(run):
+        return run["reason"].replace("DIVERGED_", "").lower()
+    return "%d, %.2f s" % (run["iterations"], run["setup"] + run["solve"])
+
+
+def main(folder, arguments):
+    size = "-n1 %d -n2 %d -ainsworth_ksp_max_it %d " % (arguments.n1, arguments.n2, arguments.max_it)
+    rows = []
+
+    def record(part, problem, inner, variant, ranks, options, repeat=1):
+        run = best(size + options, ranks, repeat)
+        row = {"part": part, "problem": problem, "inner": inner, "variant": variant, "ranks": ranks, "options": options}
+        row.update({key: run[key] for key in ("iterations", "reason", "setup", "solve")})
+        rows.append(row)
+        print(part, problem, inner, variant, ranks, cell(run), flush=True)
+        return run
+
+    text = ["# Inner preconditioners", "", "Made by `%s` on %s: iterations, then set-up + solve, the least of %d runs; n1 = %d, n2 = %d, E2/E1 = 10." % (
+        machine.command_line(), machine.describe(), arguments.repeat, arguments.n1, arguments.n2),
+        "Variant `weighted`, one rank. All but the first have the rigid-body modes as near null space (`-near_nullspace`).", "",
+        "| | options | " + " | ".join("%s | A alone" % problem for problem, _ in PROBLEMS) + " |", "|---|---|" + "---|---|" * len(PROBLEMS)]
+    for inner, options in PRECONDITIONERS:
+        cells = []
+        for problem, extra in PROBLEMS:
+            for variant, contact in (("weighted", ""), ("A alone", " -contact 0")):
+                cells.append(cell(record("preconditioner", problem, inner, variant, 1, (extra + " " + options + contact).strip(), arguments.repeat)))
+        text.append("| %s | %s | %s |" % (inner, "`%s`" % options if options else "defaults", " | ".join(cells)))
+    text += ["", "## Parameters of BoomerAMG", "", "On the plain problem, one run each."]
+    for variant in ("weighted", "paper"):
+        text += ["", "### Variant `%s`" % variant, "", "| coarsening | strong threshold | P_max | " + " | ".join("%d rank%s" % (r, "" if r == 1 else "s") for r in RANKS) + " |", "|---|---|---|" + "---|" * len(RANKS)]
+        for coarsening in COARSENINGS:
+            for strength in STRENGTHS:
+                for pmax in PMAX:
+                    options = "-pc_ainsworth_variant %s %scoarsen_type %s %sstrong_threshold %s %sP_max %s" % (variant, HYPRE, coarsening, HYPRE, strength, HYPRE, pmax)
+                    cells = [cell(record("BoomerAMG", "plain", "%s %s %s" % (coarsening, strength, pmax), variant, ranks, options)) for ranks in RANKS]
+                    text.append("| %s | %s | %s | %s |" % (coarsening, strength, pmax, " | ".join(cells)))
+    with open(os.path.join(folder, "inner.csv"), "w", newline="") as file:
+        table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
+    with open(os.path.join(folder, "inner.md"), "w") as file:
+        file.write("\n".join(text) + "\n")
+    print("wrote inner.md and inner.csv")
+    return 0

@@ -1,0 +1,264 @@
+static char help[] = "Every error message of the plugin, reached on purpose: each names the block, the row, the value or the option.\n\n";
+
+#include "dense.h"
+
+static System sys; /* a good system, made bad in one point at a time */
+
+/* Sets up PCAINSWORTH on this matrix and expects an error */
+static PetscErrorCode ExpectSetUp(const char *what, Mat mat, PetscErrorCode code, const std::vector<std::string> &parts)
+{
+  KSP ksp;
+
+  PetscFunctionBeginUser;
+  PetscCall(SolverCreate(mat, &ksp));
+  PetscCall(CheckError(what, [ksp]() { return KSPSetUp(ksp); }, code, parts));
+  PetscCall(KSPDestroy(&ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An m x n AIJ with ones where the row and the column agree modulo the smaller size, laid out as given; PETSC_DECIDE for the local sizes */
+static PetscErrorCode Ones(PetscInt lm, PetscInt ln, PetscInt m, PetscInt n, bool filled, Mat *mat)
+{
+  PetscInt start, end;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, lm, ln, m, n, 1, NULL, 1, NULL, mat));
+  PetscCall(MatGetOwnershipRange(*mat, &start, &end));
+  for (PetscInt i = start; i < end && filled; i++) PetscCall(MatSetValue(*mat, i, i % n, 1.0, INSERT_VALUES));
+  PetscCall(MatAssemblyBegin(*mat, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(*mat, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The MatNest is not [A C'; C 0] */
+static PetscErrorCode Blocks()
+{
+  Mat      nest, D, Z, T, empty, wide, tall, blocks[9] = {NULL};
+  PetscInt m, n, start, end;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatGetLocalSize(sys.C, &m, &n));
+  PetscCall(MatCreateTranspose(sys.C, &T));
+  PetscCall(Ones(m, m, PETSC_DETERMINE, PETSC_DETERMINE, true, &D));
+  PetscCall(Ones(n, n, PETSC_DETERMINE, PETSC_DETERMINE, false, &Z));
+  PetscCall(Ones(m, m, PETSC_DETERMINE, PETSC_DETERMINE, false, &empty));
+
+  PetscCall(ExpectSetUp("not a nest", sys.A, PETSC_ERR_ARG_WRONG, {"type nest", "aij", "MatCreateNest()"}));
+  blocks[0] = blocks[4] = blocks[8] = sys.A;
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 3, NULL, 3, NULL, blocks, &nest));
+  PetscCall(ExpectSetUp("3 x 3 blocks", nest, PETSC_ERR_ARG_SIZ, {"2 x 2 blocks", "got 3 x 3"}));
+  PetscCall(MatDestroy(&nest));
+  for (bool first : {false, true}) {
+    PetscCall(NestCreate(sys.A, T, sys.C, D, first, &nest));
+    PetscCall(ExpectSetUp("no zero block", nest, PETSC_ERR_ARG_WRONG, {"no multipliers", "(0,0) and (1,1)", "both nonzero"}));
+    PetscCall(MatDestroy(&nest));
+    PetscCall(NestCreate(Z, T, sys.C, NULL, first, &nest));
+    PetscCall(ExpectSetUp("no primal block", nest, PETSC_ERR_ARG_WRONG, {"no primal block", "(0,0) and (1,1)"}));
+    PetscCall(MatDestroy(&nest));
+    PetscCall(NestCreate(sys.A, NULL, NULL, empty, first, &nest));
+    PetscCall(ExpectSetUp("no constraints", nest, PETSC_ERR_ARG_WRONG, {first ? "block (0,1)" : "block (1,0)", "is absent"}));
+    PetscCall(MatDestroy(&nest));
+    PetscCall(NestCreate(sys.A, T, sys.C, NULL, first, &nest));
+    PetscCall(MatGetOwnershipRange(sys.C, &start, &end));
+    for (PetscInt i = start; i < end; i++) PetscCall(MatSetValue(sys.C, i, 12 + 2 * i, 0.0, ADD_VALUES)); /* an entry that is there */
+    PetscCall(ExpectSetUp("block not assembled", nest, PETSC_ERR_ARG_WRONGSTATE, {first ? "Block (0,1)" : "Block (1,0)", "not assembled"}));
+    PetscCall(MatAssemblyBegin(sys.C, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(sys.C, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatDestroy(&nest));
+  }
+  PetscCall(MatDestroy(&D));
+  PetscCall(MatDestroy(&T));
+  PetscCall(MatDestroy(&Z));
+  PetscCall(MatDestroy(&empty));
+
+  /* 6 x 7 for A in a nest that is square, 9 x 9 */
+  PetscCall(Ones(PETSC_DECIDE, PETSC_DECIDE, 6, 7, true, &wide));
+  PetscCall(Ones(PETSC_DECIDE, PETSC_DECIDE, 3, 7, true, &tall));
+  PetscCall(Ones(PETSC_DECIDE, PETSC_DECIDE, 3, 2, false, &Z));
+  PetscCall(Ones(PETSC_DECIDE, PETSC_DECIDE, 6, 2, true, &T));
+  Mat square[4] = {wide, T, tall, Z};
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 2, NULL, square, &nest));
+  PetscCall(ExpectSetUp("A not square", nest, PETSC_ERR_ARG_SIZ, {"Block (0,0)", "6 x 7"}));
+  for (Mat *mat : {&nest, &wide, &tall, &Z, &T}) PetscCall(MatDestroy(mat));
+
+  PetscCall(Ones(PETSC_DECIDE, PETSC_DECIDE, 6, 6, true, &wide));
+  PetscCall(Ones(PETSC_DECIDE, PETSC_DECIDE, 8, 6, true, &tall));
+  PetscCall(NestCreate(wide, NULL, tall, NULL, false, &nest));
+  PetscCall(ExpectSetUp("more constraints than unknowns", nest, PETSC_ERR_ARG_SIZ, {"more rows than columns", "8 x 6"}));
+  for (Mat *mat : {&nest, &wide, &tall}) PetscCall(MatDestroy(mat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Bad choices for PCAINSWORTH */
+static PetscErrorCode Choices()
+{
+  Mat nest;
+  KSP ksp, gram;
+  PC  pc;
+  Vec w, longer;
+
+  PetscFunctionBeginUser;
+  PetscCall(NestCreate(sys.A, NULL, sys.C, NULL, false, &nest));
+  PetscCall(SolverCreate(nest, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(CheckError("factor 0", [=]() { return PCAinsworthSetPenaltyFactor(pc, 0.0); }, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_ainsworth_penalty_factor", "not 0"}));
+  for (PetscReal rtol : {0.0, 1.0}) PetscCall(CheckError("pmat_rtol", [=]() { return PCAinsworthSetPmatTolerance(pc, rtol); }, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_ainsworth_pmat_rtol", rtol > 0.0 ? "not 1" : "not 0"}));
+  PetscCall(CheckError("pmat_max_rows 0", [=]() { return PCAinsworthSetPmatMaxRows(pc, 0); }, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_ainsworth_pmat_max_rows", "not 0"}));
+  PetscCall(CheckError("blocks 0", [=]() { return PCAinsworthSetBlocks(pc, 0); }, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_ainsworth_blocks", "not 0"}));
+  PetscCall(CheckError("rows_per_rank -3", [=]() { return PCAinsworthSetRowsPerRank(pc, -3); }, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_ainsworth_rows_per_rank", "not -3"}));
+  PetscCall(CheckError("Gram solver before set-up", [&]() { return PCAinsworthGetGramKSP(pc, &gram); }, PETSC_ERR_ORDER, {"PCSetUp()"}));
+  PetscCall(KSPDestroy(&ksp));
+
+  for (const char *option : {"-pc_ainsworth_penalty_factor -2", "-pc_ainsworth_pmat_rtol 3", "-pc_ainsworth_pmat_max_rows -1", "-pc_ainsworth_blocks -5", "-pc_ainsworth_rows_per_rank 0"}) {
+    const std::string line(option), name = line.substr(0, line.find(' '));
+    Options           options(line);
+    KSP               bad;
+
+    PetscCall(CheckError(option, [&]() { return SolverCreate(nest, &bad); }, PETSC_ERR_ARG_OUTOFRANGE, {name, "not " + line.substr(line.find(' ') + 1)}));
+    PetscCall(KSPDestroy(&bad));
+  }
+  for (const char *type : {"cc", "cg"}) {
+    Options options(std::string("-pc_ainsworth_pmat_max_rows 4 -pc_ainsworth_pmat ") + type);
+    PetscCall(ExpectSetUp("a pmat that may be dense", nest, PETSC_ERR_ARG_OUTOFRANGE, {std::string("-pc_ainsworth_pmat ") + type, "5 rows, more than 4", "-pc_ainsworth_pmat_max_rows"}));
+  }
+  {
+    Options options("-pc_ainsworth_weight user");
+    PetscCall(ExpectSetUp("weight user without a vector", nest, PETSC_ERR_ARG_WRONGSTATE, {"-pc_ainsworth_weight user", "PCAinsworthSetWeight()"}));
+  }
+  PetscCall(VecDuplicate(sys.w, &w));
+  PetscCall(VecCopy(sys.w, w));
+  PetscCall(SetRandom(w, 3));
+  PetscCall(VecShift(w, 1.5));
+  PetscCall(VecSetValue(w, 5, -2.0, INSERT_VALUES));
+  PetscCall(VecAssemblyBegin(w));
+  PetscCall(VecAssemblyEnd(w));
+  PetscCall(VecCreateMPI(PETSC_COMM_WORLD, PETSC_DECIDE, 25, &longer));
+  PetscCall(VecSet(longer, 1.0));
+  for (Vec weight : {w, longer}) {
+    PetscCall(SolverCreate(nest, &ksp));
+    PetscCall(KSPGetPC(ksp, &pc));
+    PetscCall(PCAinsworthSetWeight(pc, weight));
+    if (weight == w) PetscCall(CheckError("negative weight", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_OUTOFRANGE, {"Entry 5 of the weight is -2"}));
+    else PetscCall(CheckError("weight too long", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_SIZ, {"length 25", "24 columns"}));
+    PetscCall(KSPDestroy(&ksp));
+  }
+  PetscCall(VecDestroy(&w));
+  PetscCall(VecDestroy(&longer));
+  PetscCall(MatDestroy(&nest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Getters on a PC, and functions on a Mat, of another type */
+static PetscErrorCode OtherTypes()
+{
+  const Mat A = sys.A;
+  const Vec f = sys.f, g = sys.g, w = sys.w;
+  Mat       mat;
+  Vec       vec;
+  KSP       ksp;
+  PC        pc;
+  PetscInt  i;
+  PetscReal r;
+
+  PCAinsworthVariant     variant;
+  MatAinsworthWeightType weight;
+  PCAinsworthPenaltyType penalty;
+  PCAinsworthPmatType    pmat;
+
+  PetscFunctionBeginUser;
+  PetscCall(PCCreate(PETSC_COMM_WORLD, &pc));
+  const std::vector<std::function<PetscErrorCode()>> getters = {
+    [&]() { return PCAinsworthGetVariant(pc, &variant); }, [&]() { return PCAinsworthGetWeightType(pc, &weight); }, [&]() { return PCAinsworthGetPenaltyType(pc, &penalty); },
+    [&]() { return PCAinsworthGetPenaltyFactor(pc, &r); }, [&]() { return PCAinsworthGetPmatType(pc, &pmat); },     [&]() { return PCAinsworthGetPmatTolerance(pc, &r); },
+    [&]() { return PCAinsworthGetPmatMaxRows(pc, &i); },   [&]() { return PCAinsworthGetBlocks(pc, &i); },          [&]() { return PCAinsworthGetRowsPerRank(pc, &i); },
+    [&]() { return PCAinsworthGetKSP(pc, &ksp); },         [&]() { return PCAinsworthGetGramKSP(pc, &ksp); }};
+  for (size_t k = 0; k < getters.size(); k++) PetscCall(CheckError(("getter " + std::to_string(k) + " without a type").c_str(), getters[k], PETSC_ERR_ARG_WRONG, {"(not set)", "not ainsworth"}));
+  PetscCall(PCSetType(pc, PCNONE));
+  for (size_t k = 0; k < getters.size(); k++) PetscCall(CheckError(("getter " + std::to_string(k)).c_str(), getters[k], PETSC_ERR_ARG_WRONG, {"type none", "not ainsworth"}));
+  PetscCall(PCDestroy(&pc));
+
+  const std::vector<std::function<PetscErrorCode()>> functions = {
+    [&]() { return MatAinsworthSetMats(A, A, sys.C); },         [&]() { return MatAinsworthGetMats(A, &mat, &mat); },
+    [&]() { return MatAinsworthSetWeightType(A, MAT_AINSWORTH_WEIGHT_IDENTITY); }, [&]() { return MatAinsworthGetWeightType(A, &weight); },
+    [&]() { return MatAinsworthSetWeight(A, w); },              [&]() { return MatAinsworthGetWeight(A, &vec); },
+    [&]() { return MatAinsworthSetPenalty(A, g); },             [&]() { return MatAinsworthGetPenalty(A, &vec); },
+    [&]() { return MatAinsworthSetRowsPerRank(A, 1); },         [&]() { return MatAinsworthGetGramMat(A, &mat); },
+    [&]() { return MatAinsworthGetGramKSP(A, &ksp); },          [&]() { return MatAinsworthMultProjector(A, f, w); },
+    [&]() { return MatAinsworthMultTransposeProjector(A, f, w); }, [&]() { return MatAinsworthMultRightInverse(A, g, w); },
+    [&]() { return MatAinsworthMultTransposeRightInverse(A, f, g); }, [&]() { return MatAinsworthSolveRange(A, f, w); },
+    [&]() { return MatAinsworthComputeRHS(A, f, g, w); },       [&]() { return MatAinsworthComputeMultiplier(A, f, w, g); }};
+  for (size_t k = 0; k < functions.size(); k++) PetscCall(CheckError(("function " + std::to_string(k)).c_str(), functions[k], PETSC_ERR_ARG_WRONG, {"aij, not ainsworth", "no projector", "MatCreateAinsworth()"}));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Bad blocks and settings of MATAINSWORTH */
+static PetscErrorCode Operator()
+{
+  Mat         S, wide, dense, G;
+  Vec         bad, longer;
+  PetscInt    m, n;
+  PetscMPIInt rank, size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  PetscCall(MatGetLocalSize(sys.C, &m, &n));
+  PetscCall(MatCreate(PETSC_COMM_WORLD, &S));
+  PetscCall(MatSetType(S, MATAINSWORTH));
+  PetscCall(CheckError("no blocks", [&]() { return MatAinsworthGetGramMat(S, &G); }, PETSC_ERR_ARG_WRONGSTATE, {"no A and C", "MatAinsworthSetMats()"}));
+  PetscCall(CheckError("weight before the blocks", [&]() { return MatAinsworthSetWeight(S, sys.w); }, PETSC_ERR_ARG_WRONGSTATE, {"MatAinsworthSetMats()", "MatAinsworthSetWeight()"}));
+  PetscCall(CheckError("penalty before the blocks", [&]() { return MatAinsworthSetPenalty(S, sys.g); }, PETSC_ERR_ARG_WRONGSTATE, {"MatAinsworthSetMats()", "MatAinsworthSetPenalty()"}));
+  PetscCall(CheckError("weight user without a vector", [&]() { return MatAinsworthSetWeightType(S, MAT_AINSWORTH_WEIGHT_USER); }, PETSC_ERR_ARG_WRONGSTATE, {"MatAinsworthSetWeight()"}));
+  PetscCall(CheckError("rows per rank 0", [&]() { return MatAinsworthSetRowsPerRank(S, 0); }, PETSC_ERR_ARG_OUTOFRANGE, {"rows per rank", "not 0"}));
+
+  PetscCall(Ones(PETSC_DECIDE, PETSC_DECIDE, 24, 25, true, &wide));
+  PetscCall(CheckError("A not square", [&]() { return MatAinsworthSetMats(S, wide, sys.C); }, PETSC_ERR_ARG_SIZ, {"A is not square", "24 x 25"}));
+  PetscCall(CheckError("columns of C", [&]() { return MatAinsworthSetMats(S, sys.A, wide); }, PETSC_ERR_ARG_SIZ, {"C has 25 columns", "A has 24"}));
+  PetscCall(MatDestroy(&wide));
+  if (size > 1) { /* another layout on every rank */
+    PetscCall(Ones(m, rank ? n - 1 : n + size - 1, PETSC_DETERMINE, 24, true, &wide));
+    PetscCall(CheckError("layout of C", [&]() { return MatAinsworthSetMats(S, sys.A, wide); }, PETSC_ERR_ARG_SIZ, {"local columns", "column layout of A"}));
+    PetscCall(MatDestroy(&wide));
+  }
+  PetscCall(MatConvert(sys.C, MATDENSE, MAT_INITIAL_MATRIX, &dense));
+  PetscCall(CheckError("type of C", [&]() { return MatAinsworthSetMats(S, sys.A, dense); }, PETSC_ERR_ARG_WRONG, {"C has type", "dense", "MatConvert()"}));
+  PetscCall(MatDestroy(&dense));
+
+  PetscCall(MatAinsworthSetMats(S, sys.A, sys.C));
+  PetscCall(VecCreateMPI(PETSC_COMM_WORLD, PETSC_DECIDE, 25, &longer));
+  PetscCall(CheckError("length of the weight", [&]() { return MatAinsworthSetWeight(S, longer); }, PETSC_ERR_ARG_SIZ, {"weight has length 25", "24 columns"}));
+  PetscCall(CheckError("length of the penalty", [&]() { return MatAinsworthSetPenalty(S, longer); }, PETSC_ERR_ARG_SIZ, {"penalty has length 25", "5 rows"}));
+  PetscCall(VecDestroy(&longer));
+  for (Vec like : {sys.w, sys.g}) {
+    PetscCall(VecDuplicate(like, &bad));
+    PetscCall(VecSet(bad, 1.0));
+    PetscCall(VecSetValue(bad, 3, 0.0, INSERT_VALUES));
+    PetscCall(VecAssemblyBegin(bad));
+    PetscCall(VecAssemblyEnd(bad));
+    if (like == sys.w) PetscCall(CheckError("weight 0", [&]() { return MatAinsworthSetWeight(S, bad); }, PETSC_ERR_ARG_OUTOFRANGE, {"Entry 3 of the weight is 0"}));
+    else PetscCall(CheckError("penalty 0", [&]() { return MatAinsworthSetPenalty(S, bad); }, PETSC_ERR_ARG_OUTOFRANGE, {"Entry 3 of the penalty is 0"}));
+    PetscCall(VecDestroy(&bad));
+  }
+  PetscCall(CheckError("f in place", [&]() { return MatAinsworthComputeRHS(S, sys.f, sys.g, sys.f); }, PETSC_ERR_ARG_IDN, {"f and rhs"}));
+  PetscCall(MatDestroy(&S));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  int exitcode;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(AinsworthInitializePackage());
+  PetscCall(SystemCreate(PETSC_COMM_WORLD, Spec(), &sys));
+  Case("errors");
+  PetscCall(Blocks());
+  PetscCall(Choices());
+  PetscCall(OtherTypes());
+  PetscCall(Operator());
+  PetscCall(SystemDestroy(&sys));
+  PetscCall(ChecksFinish(&exitcode));
+  PetscCall(PetscFinalize());
+  return exitcode;
+}
