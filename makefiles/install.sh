@@ -2,7 +2,7 @@
 # Installs with apt what building and testing needs and the machine lacks: sh makefiles/install.sh
 . "$(dirname "$0")/common.sh"
 
-packages="cmake make g++ pkg-config libmetis-dev openmpi-bin libopenmpi-dev"
+packages="cmake make g++ pkg-config libmetis-dev libeigen3-dev openmpi-bin libopenmpi-dev"
 if [ $own_petsc = 0 ]; then packages="$packages libpetsc-real-dev python3 python3-petsc4py python3-numpy"; fi
 
 # PETSc's examples are in a package whose name carries the version of the PETSc at hand.

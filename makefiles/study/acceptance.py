@@ -45,7 +45,7 @@ def measure(rows, group, label, options, bound):
     good = machine.converged(run) and machine.converged(alone)
     quotient = run["iterations"] / alone["iterations"] if good else None
     row = {"group": group, "case": label, "options": options, "alone": alone["iterations"], "iterations": run["iterations"], "reason": run["reason"], "quotient": quotient, "bound": bound,
-           "pass": good and quotient <= bound, "constraint": run["constraint"], "constraint_pass": good and run["constraint"] <= CONSTRAINT_BOUND}
+           "pass": good and (bound is None or quotient <= bound), "constraint": run["constraint"], "constraint_pass": good and run["constraint"] <= CONSTRAINT_BOUND}
     rows.append(row)
     print(LINE % (label, row["alone"], row["iterations"], "%.3f" % quotient if good else row["reason"], bound or "", verdict(row["pass"]) if bound else "", run["constraint"], verdict(row["constraint_pass"])), flush=True)
     return row

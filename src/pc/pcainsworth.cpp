@@ -2,7 +2,7 @@
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
-static const char citation[] = "@inproceedings{robert2026pointselle,\n"
+static const char citation[] = "@inproceedings{robert_pointselle,\n"
                                "  author    = {V. Robert and P. Jolivet and O. Jamond and M. A. Badri},\n"
                                "  title     = {Calcul haute performance pour les probl{\\`e}mes de point-selle en m{\\'e}canique du contact},\n"
                                "  booktitle = {Colloque National en Calcul de Structures (CSMA)}\n"

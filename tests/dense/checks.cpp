@@ -5,6 +5,7 @@
 #include <fstream>
 #include <sstream>
 
+std::string unusedOptions;
 static int  done = 0, failed = 0;
 static char label[512] = "";
 
@@ -108,6 +109,8 @@ PetscErrorCode CheckError(const char *what, const std::function<PetscErrorCode()
 PetscErrorCode ChecksFinish(int *exitcode)
 {
   PetscFunctionBeginUser;
+  Case("end");
+  PetscCall(CheckTrue(("all options were used, unlike " + unusedOptions).c_str(), unusedOptions.empty()));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%d checks, %d failed\n", done, failed));
   *exitcode = failed > 0 || !done;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -240,7 +240,7 @@ Options::~Options()
   for (const std::string &name : names) {
     PetscBool used;
     PetscCallAbort(PETSC_COMM_WORLD, PetscOptionsUsed(NULL, name.c_str() + 1, &used));
-    PetscCallAbort(PETSC_COMM_WORLD, CheckTrue((name + " was used").c_str(), used || rank)); /* some are for a few ranks, rank 0 among them */
+    if (!used && !rank) unusedOptions += name + " "; /* some are for a few ranks, rank 0 among them */
     PetscCallAbort(PETSC_COMM_WORLD, PetscOptionsClearValue(NULL, name.c_str()));
   }
 }

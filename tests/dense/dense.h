@@ -45,7 +45,8 @@ std::vector<Spec> UsualSpecs(); /* one for each difficulty */
 PetscErrorCode NestCreate(Mat A, Mat Ct, Mat C, Mat D, bool first, Mat *nest);
 /* KSPPREONLY with PCAINSWORTH and all options read */
 PetscErrorCode SolverCreate(Mat, KSP *);
-/* sets options, "-a 1 -b" for instance; at the end of its scope it checks that they were used, and clears them */
+/* sets options, "-a 1 -b" for instance; at the end of its scope it clears them. Those that were not used fail the test */
+extern std::string unusedOptions;
 class Options
 {
 public:

@@ -109,7 +109,7 @@ static PetscErrorCode Choices()
   PetscCall(CheckError("Gram solver before set-up", [&]() { return PCAinsworthGetGramKSP(pc, &gram); }, PETSC_ERR_ORDER, {"PCSetUp()"}));
   PetscCall(KSPDestroy(&ksp));
 
-  for (const char *option : {"-pc_ainsworth_penalty_factor -2", "-pc_ainsworth_pmat_rtol 3", "-pc_ainsworth_pmat_max_rows -1", "-pc_ainsworth_blocks -5", "-pc_ainsworth_rows_per_rank 0"}) {
+  for (const char *option : {"-pc_ainsworth_penalty_factor -3", "-pc_ainsworth_pmat_rtol 3", "-pc_ainsworth_pmat_max_rows -1", "-pc_ainsworth_blocks -5", "-pc_ainsworth_rows_per_rank 0"}) {
     const std::string line(option), name = line.substr(0, line.find(' '));
     Options           options(line);
     KSP               bad;
@@ -159,11 +159,13 @@ static PetscErrorCode OtherTypes()
   PC        pc;
   PetscInt  i;
   PetscReal r;
+  PetscBool flag;
 
   PCAinsworthVariant     variant;
   MatAinsworthWeightType weight;
   PCAinsworthPenaltyType penalty;
   PCAinsworthPmatType    pmat;
+  PCAinsworthFrameType   frame;
 
   PetscFunctionBeginUser;
   PetscCall(PCCreate(PETSC_COMM_WORLD, &pc));
@@ -171,7 +173,8 @@ static PetscErrorCode OtherTypes()
     [&]() { return PCAinsworthGetVariant(pc, &variant); }, [&]() { return PCAinsworthGetWeightType(pc, &weight); }, [&]() { return PCAinsworthGetPenaltyType(pc, &penalty); },
     [&]() { return PCAinsworthGetPenaltyFactor(pc, &r); }, [&]() { return PCAinsworthGetPmatType(pc, &pmat); },     [&]() { return PCAinsworthGetPmatTolerance(pc, &r); },
     [&]() { return PCAinsworthGetPmatMaxRows(pc, &i); },   [&]() { return PCAinsworthGetBlocks(pc, &i); },          [&]() { return PCAinsworthGetRowsPerRank(pc, &i); },
-    [&]() { return PCAinsworthGetKSP(pc, &ksp); },         [&]() { return PCAinsworthGetGramKSP(pc, &ksp); }};
+    [&]() { return PCAinsworthGetKSP(pc, &ksp); },         [&]() { return PCAinsworthGetGramKSP(pc, &ksp); },      [&]() { return PCAinsworthGetRowScaling(pc, &flag); },
+    [&]() { return PCAinsworthGetFrameType(pc, &frame); }};
   for (size_t k = 0; k < getters.size(); k++) PetscCall(CheckError(("getter " + std::to_string(k) + " without a type").c_str(), getters[k], PETSC_ERR_ARG_WRONG, {"(not set)", "not ainsworth"}));
   PetscCall(PCSetType(pc, PCNONE));
   for (size_t k = 0; k < getters.size(); k++) PetscCall(CheckError(("getter " + std::to_string(k)).c_str(), getters[k], PETSC_ERR_ARG_WRONG, {"type none", "not ainsworth"}));

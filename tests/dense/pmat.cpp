@@ -8,8 +8,9 @@ struct Choice {
   PCAinsworthPmatType    type;
   MatAinsworthWeightType weight;
   PCAinsworthPenaltyType penalty;
-  PetscReal              factor; /* PETSC_DEFAULT: 1 for row, 5 for norm */
+  PetscReal              factor; /* PETSC_DEFAULT: 0.5 for row, 5 for norm */
   PetscInt               blocks;
+  bool                   rowScaling;
 };
 
 /* The partition that the plugin documents: METIS on the graph of S with seed 0 */
@@ -82,7 +83,8 @@ static PetscErrorCode Inverse(const Dense &S, const Choice &choice, Dense &X)
   X = Dense::Zero(m, m);
   if (choice.type == PC_AINSWORTH_PMAT_ID) PetscFunctionReturn(PETSC_SUCCESS);
   if (choice.type == PC_AINSWORTH_PMAT_JCB) {
-    for (Eigen::Index i = 0; i < m; i++) X(i, i) = 1.0 / S.row(i).cwiseAbs().sum();
+    const Column D = choice.rowScaling ? Column(S.diagonal().cwiseSqrt().cwiseInverse()) : Column(Column::Ones(m));
+    for (Eigen::Index i = 0; i < m; i++) X(i, i) = D[i] * D[i] / Dense(D.asDiagonal() * S * D.asDiagonal()).row(i).cwiseAbs().sum();
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   const std::vector<PetscInt> part = Partition(S, whole ? 1 : choice.blocks);
@@ -117,7 +119,7 @@ static PetscErrorCode Reference(const DenseSystem &d, bool symmetric, const Choi
   PetscCall(Inverse(d.C * W.asDiagonal() * d.C.adjoint(), choice, X));
   Q   = Dense::Identity(n, n) - W.asDiagonal() * d.C.adjoint() * X * d.C;
   QAQ = Q.adjoint() * d.A * Q;
-  if (choice.penalty == PC_AINSWORTH_PENALTY_ROW) B = RowPenalty(d.A, d.C, choice.factor == (PetscReal)PETSC_DEFAULT ? 1.0 : choice.factor);
+  if (choice.penalty == PC_AINSWORTH_PENALTY_ROW) B = RowPenalty(d.A, d.C, choice.factor == (PetscReal)PETSC_DEFAULT ? 0.5 : choice.factor);
   else {
     const PetscReal factor = choice.factor == (PetscReal)PETSC_DEFAULT ? 5.0 : choice.factor;
     B                      = Column::Constant(m, factor * (symmetric ? Norm1(QAQ) : Norm1(QAQ.adjoint())) / Norm1(d.C.adjoint() * d.C));
@@ -143,6 +145,8 @@ static PetscErrorCode Setup(Mat A, Mat C, Vec w, const Choice &choice, KSP *oute
   PetscCall(PCAinsworthSetPenaltyType(pc, choice.penalty));
   PetscCall(PCAinsworthSetPenaltyFactor(pc, choice.factor));
   PetscCall(PCAinsworthSetBlocks(pc, choice.blocks));
+  PetscCall(PCAinsworthSetRowScaling(pc, (PetscBool)choice.rowScaling));
+  PetscCall(PCAinsworthSetFrameType(pc, PC_AINSWORTH_FRAME_NONE));
   PetscCall(PCAinsworthGetKSP(pc, &inner));
   PetscCall(KSPGetPC(inner, &none));
   PetscCall(PCSetType(none, PCNONE));
@@ -192,7 +196,7 @@ static PetscErrorCode Formulas(const Spec &spec, bool all)
   PetscCall(Gather(sys, d));
   for (int type = 0; type < 6; type++) {
     for (int k = 0; k < 6; k++) {
-      Choice choice{(PCAinsworthPmatType)type, (MatAinsworthWeightType)(k % 3), (PCAinsworthPenaltyType)(k % 2), k < 4 ? (PetscReal)PETSC_DEFAULT : 2.5, 3};
+      Choice choice{(PCAinsworthPmatType)type, (MatAinsworthWeightType)(k % 3), (PCAinsworthPenaltyType)(k % 2), k < 4 ? (PetscReal)PETSC_DEFAULT : 2.5, 3, k % 4 < 2};
 
       if (!all && k != type % 4) continue;
       Case("%s, pmat %s, weight %s, penalty %s, factor %g", spec.name, PCAinsworthPmatTypes[choice.type], MatAinsworthWeightTypes[choice.weight], PCAinsworthPenaltyTypes[choice.penalty], (double)choice.factor);
@@ -214,7 +218,7 @@ static PetscErrorCode Blocks(const Spec &spec)
   PetscCall(Gather(sys, d));
   for (PetscInt blocks : {(PetscInt)1, (PetscInt)2, spec.m - 1, spec.m, spec.m + 5}) {
     for (PCAinsworthPmatType type : {PC_AINSWORTH_PMAT_BJ_CC, PC_AINSWORTH_PMAT_BJ_CG}) {
-      Choice choice{type, MAT_AINSWORTH_WEIGHT_DIAGONAL, PC_AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, blocks}, same = choice;
+      Choice choice{type, MAT_AINSWORTH_WEIGHT_DIAGONAL, PC_AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, blocks, true}, same = choice;
       Dense  M, expected;
       Column B;
       KSP    outer;
@@ -233,7 +237,7 @@ static PetscErrorCode Blocks(const Spec &spec)
       } else if (blocks >= spec.m) {
         const DenseProjector p(d.C, DiagonalWeight(d.A));
         const Dense          Q = Dense::Identity(spec.n, spec.n) - DiagonalWeight(d.A).asDiagonal() * d.C.adjoint() * p.S.diagonal().cwiseInverse().asDiagonal() * d.C;
-        PetscCall(CheckEqual("M with one block per row", M, ReducedOperator(d.A, d.C, Q, RowPenalty(d.A, d.C)), 1e-13));
+        PetscCall(CheckEqual("M with one block per row", M, ReducedOperator(d.A, d.C, Q, RowPenalty(d.A, d.C, 0.5)), 1e-13));
       }
     }
   }
@@ -250,7 +254,7 @@ static PetscErrorCode RankCount(const Spec &spec)
   PetscCall(SystemCreate(PETSC_COMM_SELF, spec, &one));
   PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &all));
   for (int type = 0; type < 6; type++) {
-    Choice choice{(PCAinsworthPmatType)type, MAT_AINSWORTH_WEIGHT_DIAGONAL, PC_AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3};
+    Choice choice{(PCAinsworthPmatType)type, MAT_AINSWORTH_WEIGHT_DIAGONAL, PC_AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true};
     KSP    outer[2];
     Mat    S, M;
     Dense  dense[2];
@@ -269,6 +273,31 @@ static PetscErrorCode RankCount(const Spec &spec)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The scale of the rows of C does not matter to the default M_* */
+static PetscErrorCode RowScales()
+{
+  Dense M[2];
+
+  PetscFunctionBeginUser;
+  Case("rows of C scaled by 1e-3 to 1e3");
+  for (int k = 0; k < 2; k++) {
+    Spec   spec;
+    System sys;
+    KSP    outer;
+    Mat    S, mat;
+    Choice choice{PC_AINSWORTH_PMAT_JCB, MAT_AINSWORTH_WEIGHT_DIAGONAL, PC_AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true};
+
+    spec.rowscale = 3.0 * k;
+    PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
+    PetscCall(Setup(sys.A, sys.C, sys.w, choice, &outer, &S, &mat));
+    PetscCall(Gather(mat, M[k]));
+    PetscCall(KSPDestroy(&outer));
+    PetscCall(SystemDestroy(&sys));
+  }
+  PetscCall(CheckEqual("M", M[1], M[0], 1e-13));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A and C in other formats: the type is the program's own affair */
 static PetscErrorCode Formats()
 {
@@ -284,7 +313,7 @@ static PetscErrorCode Formats()
   PetscCall(MatSetOption(sys.A, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
   for (const char *typeA : {MATBAIJ, MATSBAIJ, MATDENSE}) {
     for (const char *typeC : {MATAIJ, MATBAIJ, MATDENSE}) {
-      Choice choice{PC_AINSWORTH_PMAT_JCB, MAT_AINSWORTH_WEIGHT_DIAGONAL, PC_AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3};
+      Choice choice{PC_AINSWORTH_PMAT_JCB, MAT_AINSWORTH_WEIGHT_DIAGONAL, PC_AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true};
       Mat    A, C;
 
       Case("A of type %s, C of type %s", typeA, typeC);
@@ -312,6 +341,7 @@ int main(int argc, char **argv)
   for (const Spec &spec : UsualSpecs()) PetscCall(Formulas(spec, spec.seed % 2)); /* the plain and the non-symmetric one in all combinations */
   for (int k : {0, 3, 5}) PetscCall(Blocks(UsualSpecs()[k]));
   for (int k : {2, 3, 5}) PetscCall(RankCount(UsualSpecs()[k]));
+  PetscCall(RowScales());
   PetscCall(Formats());
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());

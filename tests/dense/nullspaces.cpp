@@ -1,0 +1,169 @@
+static char help[] = "Null spaces, near null spaces and block sizes reach both inner matrices; singular systems are solved.\n\n";
+
+#include "dense.h"
+#include <cmath>
+
+/* A chain of springs without support, A 1 = 0; C ties nodes to each other, C 1 = 0, or one to the ground too */
+static PetscErrorCode Chain(bool grounded, Mat *A, Mat *C)
+{
+  const PetscInt n = 12, m = 3;
+  PetscInt       start, end, local;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, PETSC_DECIDE, n, n, 3, NULL, 3, NULL, A));
+  PetscCall(MatGetOwnershipRange(*A, &start, &end));
+  for (PetscInt i = start; i < end; i++) {
+    for (PetscInt j : {i - 1, i + 1}) {
+      if (j < 0 || j >= n) continue;
+      PetscCall(MatSetValue(*A, i, j, -1.0 - PetscMin(i, j), ADD_VALUES));
+      PetscCall(MatSetValue(*A, i, i, 1.0 + PetscMin(i, j), ADD_VALUES));
+    }
+  }
+  PetscCall(MatAssemblyBegin(*A, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(*A, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatGetLocalSize(*A, &local, NULL));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, local, m, n, 2, NULL, 2, NULL, C));
+  PetscCall(MatGetOwnershipRange(*C, &start, &end));
+  for (PetscInt i = start; i < end; i++) {
+    PetscCall(MatSetValue(*C, i, 2 * i, 1.0, INSERT_VALUES));
+    if (!grounded || i) PetscCall(MatSetValue(*C, i, 2 * i + 5, -1.0, INSERT_VALUES));
+  }
+  PetscCall(MatAssemblyBegin(*C, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(*C, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* declared: 0 as a constant of A, 1 as a vector of A, 2 on the index set of the field, as for PCFIELDSPLIT */
+static PetscErrorCode Singular(bool grounded, int declared)
+{
+  Mat                A, C, Ct, nest, S, M;
+  IS                 is[2];
+  Vec                one, b, y;
+  MatNullSpace       nullsp, got;
+  KSP                ksp, inner;
+  KSPConvergedReason reason;
+  PC                 pc;
+  Dense              K;
+  Column             db, dy, v;
+  PetscInt           n;
+
+  PetscFunctionBeginUser;
+  Case("chain, grounded %d, declared %d", grounded, declared);
+  PetscCall(Chain(grounded, &A, &C));
+  PetscCall(MatCreateHermitianTranspose(C, &Ct));
+  PetscCall(NestCreate(A, Ct, C, NULL, false, &nest));
+  PetscCall(MatDestroy(&Ct));
+  PetscCall(MatNestGetISs(nest, is, NULL));
+  PetscCall(MatCreateVecs(A, &one, NULL));
+  PetscCall(VecSet(one, 1.0));
+  PetscCall(VecNormalize(one, NULL));
+  PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, (PetscBool)(declared == 0), declared == 0 ? 0 : 1, &one, &nullsp));
+  if (declared < 2) PetscCall(MatSetNullSpace(A, nullsp));
+  else PetscCall(PetscObjectCompose((PetscObject)is[0], "nullspace", (PetscObject)nullsp));
+  PetscCall(MatNullSpaceDestroy(&nullsp));
+  PetscCall(SolverCreate(nest, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(KSPSetUp(ksp));
+  PetscCall(PCAinsworthGetKSP(pc, &inner));
+  PetscCall(KSPGetOperators(inner, &S, &M));
+  for (Mat mat : {S, M}) {
+    PetscCall(MatGetNullSpace(mat, &got));
+    if (grounded) PetscCall(CheckTrue("what C holds is no null space", !got));
+    else {
+      PetscBool        constant;
+      PetscInt         nv = 0;
+      const Vec       *vecs;
+
+      PetscCall(CheckTrue("null space", got != NULL));
+      if (!got) continue;
+      PetscCall(MatNullSpaceGetVecs(got, &constant, &nv, &vecs));
+      PetscCall(CheckInt("dimension", nv + (constant ? 1 : 0), 1));
+      if (nv != 1) continue;
+      PetscCall(Gather(vecs[0], v));
+      PetscCall(Check("distance from a constant", PetscMin((v - Column::Constant(12, 1.0 / std::sqrt(12.0))).norm(), (v + Column::Constant(12, 1.0 / std::sqrt(12.0))).norm()), 1e-14));
+    }
+  }
+
+  /* a right-hand side that has a solution */
+  PetscCall(Gather(nest, K));
+  PetscCall(MatGetLocalSize(nest, &n, NULL));
+  PetscCall(VecCreateMPI(PETSC_COMM_WORLD, n, PETSC_DECIDE, &y));
+  PetscCall(VecDuplicate(y, &b));
+  PetscCall(SetRandom(y, 80));
+  PetscCall(MatMult(nest, y, b));
+  PetscCall(KSPSolve(ksp, b, y));
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  PetscCall(CheckTrue(KSPConvergedReasons[reason], reason > 0));
+  PetscCall(Gather(b, db));
+  PetscCall(Gather(y, dy));
+  PetscCall(CheckEqual("residual of the full system", K * dy, db, 1e-10));
+  for (Vec *vec : {&one, &b, &y}) PetscCall(VecDestroy(vec));
+  PetscCall(KSPDestroy(&ksp));
+  for (Mat *mat : {&A, &C, &nest}) PetscCall(MatDestroy(mat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* on: the matrix or the index set */
+static PetscErrorCode Near(bool onMatrix)
+{
+  Spec         spec;
+  System       sys;
+  Mat          nest, S, M;
+  IS           is[2];
+  Vec          v;
+  MatNullSpace near, got;
+  KSP          ksp, inner;
+  PC           pc;
+  PetscInt     bs;
+
+  PetscFunctionBeginUser;
+  Case("near null space on the %s", onMatrix ? "matrix" : "index set");
+  spec.bs = 3;
+  PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
+  PetscCall(NestCreate(sys.A, NULL, sys.C, NULL, true, &nest));
+  PetscCall(MatNestGetISs(nest, is, NULL));
+  PetscCall(VecDuplicate(sys.f, &v));
+  PetscCall(SetRandom(v, 81));
+  PetscCall(VecNormalize(v, NULL));
+  PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, 1, &v, &near));
+  if (onMatrix) PetscCall(MatSetNearNullSpace(sys.A, near));
+  else PetscCall(PetscObjectCompose((PetscObject)is[1], "nearnullspace", (PetscObject)near));
+  PetscCall(SolverCreate(nest, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCAinsworthSetFrameType(pc, PC_AINSWORTH_FRAME_NONE));
+  PetscCall(KSPSetUp(ksp));
+  PetscCall(PCAinsworthGetKSP(pc, &inner));
+  PetscCall(KSPGetOperators(inner, &S, &M));
+  for (Mat mat : {S, M}) {
+    PetscCall(MatGetNearNullSpace(mat, &got));
+    PetscCall(CheckTrue("the near null space that was given", got == near));
+    PetscCall(MatGetBlockSize(mat, &bs));
+    PetscCall(CheckInt("block size", bs, 3));
+    PetscCall(MatGetNullSpace(mat, &got));
+    PetscCall(CheckTrue("no null space", !got));
+  }
+  PetscCall(MatNullSpaceDestroy(&near));
+  PetscCall(VecDestroy(&v));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(MatDestroy(&nest));
+  PetscCall(SystemDestroy(&sys));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  int exitcode;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(AinsworthInitializePackage());
+  {
+    Options options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12");
+    for (bool grounded : {false, true})
+      for (int declared = 0; declared < 3; declared++) PetscCall(Singular(grounded, declared));
+    for (bool onMatrix : {false, true}) PetscCall(Near(onMatrix));
+  }
+  PetscCall(ChecksFinish(&exitcode));
+  PetscCall(PetscFinalize());
+  return exitcode;
+}
