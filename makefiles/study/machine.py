@@ -2,7 +2,7 @@
 import ctypes
 import os
 import re
-import shutil
+import resource
 import subprocess
 import sys
 import tempfile
@@ -43,15 +43,22 @@ def launcher(ranks):
     return command + ["-n", str(ranks)]
 
 
+def processor_seconds():
+    """Of all the programs that ended so far."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
 def run(options, ranks=1, limit=600):
-    """twocubes with the plugin: iterations, reason, seconds and residuals, in strings and numbers; the output is kept under 'output'."""
+    """twocubes with the plugin: iterations, reason, seconds and residuals, in strings and numbers; 'processor' are seconds of the whole program."""
     command = launcher(ranks) + [TWOCUBES, "-dll_append", PLUGIN] + (DEFAULTS + " -ainsworth_ksp_converged_reason " + options).split()
     answer = {"iterations": None, "reason": "no answer", "setup": None, "solve": None, "constraint": None, "primal": None, "unknowns": None, "constraints": None}
+    before = processor_seconds()
     try:
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=limit, env=ENVIRONMENT)
     except subprocess.TimeoutExpired:
         return dict(answer, reason="time limit of %d s" % limit, output="")
-    answer["output"] = done.stdout
+    answer["output"], answer["processor"] = done.stdout, processor_seconds() - before
     found = re.search(r"Linear ainsworth_ solve (?:converged|did not converge) due to (\w+) iterations (\d+)", done.stdout)
     if found:
         answer["reason"], answer["iterations"] = found.group(1), int(found.group(2))
@@ -105,7 +112,3 @@ def describe():
 def command_line():
     """The command as a reader would type it."""
     return " ".join(["python3", os.path.relpath(os.path.abspath(sys.argv[0]), ROOT)] + sys.argv[1:])
-
-
-def remove(folder):
-    shutil.rmtree(folder, ignore_errors=True)

@@ -55,7 +55,8 @@ static PetscErrorCode Transposed(const Spec &spec, const char *inner)
 /* Methods that precondition from the left or the right, in both variants: C x = g to rounding all the same */
 static PetscErrorCode Methods(const char *variant, const char *method, PetscReal rtol)
 {
-  Options            options(std::string("-ainsworth_pc_type jacobi -pc_ainsworth_variant ") + variant + " -ainsworth_ksp_rtol " + std::to_string(rtol) + " -ainsworth_ksp_type " + method);
+  Options            options(std::string("-ainsworth_pc_type jacobi -pc_ainsworth_variant ") + variant + " -ainsworth_ksp_rtol " + std::to_string(rtol) +
+                             " -ainsworth_ksp_type " + method);
   Spec               spec;
   System             sys;
   DenseSystem        d;

@@ -73,7 +73,8 @@ PetscErrorCode CheckEqual(const char *what, const Dense &got, const Dense &expec
     PetscCall(Count(false, message));
   } else {
     const PetscReal norm = expected.norm(), difference = (got - expected).norm();
-    snprintf(message, sizeof(message), "%s: relative difference %g, more than %g (norms %g and %g)", what, (double)(difference / norm), (double)tolerance, (double)got.norm(), (double)norm);
+    snprintf(message, sizeof(message), "%s: relative difference %g, more than %g (norms %g and %g)", what, (double)(difference / norm), (double)tolerance,
+             (double)got.norm(), (double)norm);
     PetscCall(Count(difference <= tolerance * norm, message));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

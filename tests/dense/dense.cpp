@@ -103,14 +103,16 @@ static PetscErrorCode FillC(const Spec &s, Mat C)
   PetscCall(MatGetOwnershipRange(C, &start, &end));
   for (PetscInt i = start; i < end; i++) {
     const PetscReal scale = PetscPowReal(10.0, s.rowscale * Uniform(s.seed + 100, i, 0));
-    const PetscInt  own   = half + (i * step) % half, column[] = {own, (i * step) % half, (i * step + 1) % half, half + (own - half + step) % half};
+    const PetscInt  own = half + (i * step) % half, column[] = {own, (i * step) % half, (i * step + 1) % half, half + (own - half + step) % half};
     const PetscReal size[] = {1.0, -0.7, -0.4, 0.3};
 
     if (s.zeroRows && i % 3 == 1) {
       if (i % 2) PetscCall(MatSetValue(C, i, own, 0.0, INSERT_VALUES));
       continue;
     }
-    for (int k = 0; k < 4; k++) PetscCall(MatSetValue(C, i, column[k], scale * size[k] * (1.0 + 0.3 * Uniform(s.seed + 1, i, column[k])) * Phase(s.seed + 2, i, column[k]), INSERT_VALUES));
+    for (int k = 0; k < 4; k++)
+      PetscCall(
+        MatSetValue(C, i, column[k], scale * size[k] * (1.0 + 0.3 * Uniform(s.seed + 1, i, column[k])) * Phase(s.seed + 2, i, column[k]), INSERT_VALUES));
   }
   PetscCall(MatAssemblyBegin(C, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(C, MAT_FINAL_ASSEMBLY));
@@ -186,8 +188,8 @@ std::vector<Spec> UsualSpecs()
 
 PetscErrorCode NestCreate(Mat A, Mat Ct, Mat C, Mat D, bool first, Mat *nest)
 {
-  MPI_Comm  comm       = PetscObjectComm((PetscObject)A);
-  Mat       blocks[4]  = {A, Ct, C, D}, reversed[4] = {D, C, Ct, A};
+  MPI_Comm  comm      = PetscObjectComm((PetscObject)A);
+  Mat       blocks[4] = {A, Ct, C, D}, reversed[4] = {D, C, Ct, A};
   const int multiplier = first ? 0 : 1;
   PetscInt  local[2], start, sum;
   IS        is[2];

@@ -17,8 +17,8 @@ using Column = Eigen::Matrix<PetscScalar, Eigen::Dynamic, 1>;
    of body 1 to some of body 0. Values are hashes of the seed and the indices.
 */
 struct Spec {
-  const char *name         = "plain";
-  PetscInt    n            = 24, m = 5;
+  const char *name = "plain";
+  PetscInt    n = 24, m = 5;
   PetscInt    seed         = 1;
   PetscInt    bs           = 1;
   bool        symmetric    = true;
@@ -35,10 +35,10 @@ struct System {
   Vec w = NULL; /* a positive weight, length n */
 };
 
-PetscReal      Uniform(PetscInt seed, PetscInt i, PetscInt j); /* in [-1, 1) */
-PetscErrorCode SystemCreate(MPI_Comm, const Spec &, System *);
-PetscErrorCode SystemDestroy(System *);
-PetscErrorCode SetRandom(Vec, PetscInt seed);
+PetscReal         Uniform(PetscInt seed, PetscInt i, PetscInt j); /* in [-1, 1) */
+PetscErrorCode    SystemCreate(MPI_Comm, const Spec &, System *);
+PetscErrorCode    SystemDestroy(System *);
+PetscErrorCode    SetRandom(Vec, PetscInt seed);
 std::vector<Spec> UsualSpecs(); /* one for each difficulty */
 
 /* [A Ct; C D] or, multipliers first, [D C; Ct A]; two of Ct, C, D may be NULL */
@@ -47,8 +47,7 @@ PetscErrorCode NestCreate(Mat A, Mat Ct, Mat C, Mat D, bool first, Mat *nest);
 PetscErrorCode SolverCreate(Mat, KSP *);
 /* sets options, "-a 1 -b" for instance; at the end of its scope it clears them. Those that were not used fail the test */
 extern std::string unusedOptions;
-class Options
-{
+class Options {
 public:
   explicit Options(const std::string &line);
   ~Options();

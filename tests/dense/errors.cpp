@@ -11,7 +11,8 @@ static PetscErrorCode ExpectSetUp(const char *what, Mat mat, PetscErrorCode code
 
   PetscFunctionBeginUser;
   PetscCall(SolverCreate(mat, &ksp));
-  PetscCall(CheckError(what, [ksp]() { return KSPSetUp(ksp); }, code, parts));
+  PetscCall(CheckError(
+    what, [ksp]() { return KSPSetUp(ksp); }, code, parts));
   PetscCall(KSPDestroy(&ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -101,15 +102,21 @@ static PetscErrorCode Choices()
   PetscCall(NestCreate(sys.A, NULL, sys.C, NULL, false, &nest));
   PetscCall(SolverCreate(nest, &ksp));
   PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(CheckError("factor 0", [=]() { return PCAinsworthSetPenaltyFactor(pc, 0.0); }, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_ainsworth_penalty_factor", "not 0"}));
-  for (PetscReal rtol : {0.0, 1.0}) PetscCall(CheckError("pmat_rtol", [=]() { return PCAinsworthSetPmatTolerance(pc, rtol); }, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_ainsworth_pmat_rtol", rtol > 0.0 ? "not 1" : "not 0"}));
-  PetscCall(CheckError("pmat_max_rows 0", [=]() { return PCAinsworthSetPmatMaxRows(pc, 0); }, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_ainsworth_pmat_max_rows", "not 0"}));
+  PetscCall(
+    CheckError("factor 0", [=]() { return PCAinsworthSetPenaltyFactor(pc, 0.0); }, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_ainsworth_penalty_factor", "not 0"}));
+  for (PetscReal rtol : {0.0, 1.0})
+    PetscCall(CheckError("pmat_rtol", [=]() { return PCAinsworthSetPmatTolerance(pc, rtol); }, PETSC_ERR_ARG_OUTOFRANGE,
+                         {"-pc_ainsworth_pmat_rtol", rtol > 0.0 ? "not 1" : "not 0"}));
+  PetscCall(
+    CheckError("pmat_max_rows 0", [=]() { return PCAinsworthSetPmatMaxRows(pc, 0); }, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_ainsworth_pmat_max_rows", "not 0"}));
   PetscCall(CheckError("blocks 0", [=]() { return PCAinsworthSetBlocks(pc, 0); }, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_ainsworth_blocks", "not 0"}));
-  PetscCall(CheckError("rows_per_rank -3", [=]() { return PCAinsworthSetRowsPerRank(pc, -3); }, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_ainsworth_rows_per_rank", "not -3"}));
+  PetscCall(
+    CheckError("rows_per_rank -3", [=]() { return PCAinsworthSetRowsPerRank(pc, -3); }, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_ainsworth_rows_per_rank", "not -3"}));
   PetscCall(CheckError("Gram solver before set-up", [&]() { return PCAinsworthGetGramKSP(pc, &gram); }, PETSC_ERR_ORDER, {"PCSetUp()"}));
   PetscCall(KSPDestroy(&ksp));
 
-  for (const char *option : {"-pc_ainsworth_penalty_factor -3", "-pc_ainsworth_pmat_rtol 3", "-pc_ainsworth_pmat_max_rows -1", "-pc_ainsworth_blocks -5", "-pc_ainsworth_rows_per_rank 0"}) {
+  for (const char *option : {"-pc_ainsworth_penalty_factor -3", "-pc_ainsworth_pmat_rtol 3", "-pc_ainsworth_pmat_max_rows -1", "-pc_ainsworth_blocks -5",
+                             "-pc_ainsworth_rows_per_rank 0"}) {
     const std::string line(option), name = line.substr(0, line.find(' '));
     Options           options(line);
     KSP               bad;
@@ -119,7 +126,8 @@ static PetscErrorCode Choices()
   }
   for (const char *type : {"cc", "cg"}) {
     Options options(std::string("-pc_ainsworth_pmat_max_rows 4 -pc_ainsworth_pmat ") + type);
-    PetscCall(ExpectSetUp("a pmat that may be dense", nest, PETSC_ERR_ARG_OUTOFRANGE, {std::string("-pc_ainsworth_pmat ") + type, "5 rows, more than 4", "-pc_ainsworth_pmat_max_rows"}));
+    PetscCall(ExpectSetUp("a pmat that may be dense", nest, PETSC_ERR_ARG_OUTOFRANGE,
+                          {std::string("-pc_ainsworth_pmat ") + type, "5 rows, more than 4", "-pc_ainsworth_pmat_max_rows"}));
   }
   {
     Options options("-pc_ainsworth_weight user");
@@ -170,27 +178,41 @@ static PetscErrorCode OtherTypes()
   PetscFunctionBeginUser;
   PetscCall(PCCreate(PETSC_COMM_WORLD, &pc));
   const std::vector<std::function<PetscErrorCode()>> getters = {
-    [&]() { return PCAinsworthGetVariant(pc, &variant); }, [&]() { return PCAinsworthGetWeightType(pc, &weight); }, [&]() { return PCAinsworthGetPenaltyType(pc, &penalty); },
-    [&]() { return PCAinsworthGetPenaltyFactor(pc, &r); }, [&]() { return PCAinsworthGetPmatType(pc, &pmat); },     [&]() { return PCAinsworthGetPmatTolerance(pc, &r); },
-    [&]() { return PCAinsworthGetPmatMaxRows(pc, &i); },   [&]() { return PCAinsworthGetBlocks(pc, &i); },          [&]() { return PCAinsworthGetRowsPerRank(pc, &i); },
-    [&]() { return PCAinsworthGetKSP(pc, &ksp); },         [&]() { return PCAinsworthGetGramKSP(pc, &ksp); },      [&]() { return PCAinsworthGetRowScaling(pc, &flag); },
+    [&]() { return PCAinsworthGetVariant(pc, &variant); },     [&]() { return PCAinsworthGetWeightType(pc, &weight); },
+    [&]() { return PCAinsworthGetPenaltyType(pc, &penalty); }, [&]() { return PCAinsworthGetPenaltyFactor(pc, &r); },
+    [&]() { return PCAinsworthGetPmatType(pc, &pmat); },       [&]() { return PCAinsworthGetPmatTolerance(pc, &r); },
+    [&]() { return PCAinsworthGetPmatMaxRows(pc, &i); },       [&]() { return PCAinsworthGetBlocks(pc, &i); },
+    [&]() { return PCAinsworthGetRowsPerRank(pc, &i); },       [&]() { return PCAinsworthGetKSP(pc, &ksp); },
+    [&]() { return PCAinsworthGetGramKSP(pc, &ksp); },         [&]() { return PCAinsworthGetRowScaling(pc, &flag); },
     [&]() { return PCAinsworthGetFrameType(pc, &frame); }};
-  for (size_t k = 0; k < getters.size(); k++) PetscCall(CheckError(("getter " + std::to_string(k) + " without a type").c_str(), getters[k], PETSC_ERR_ARG_WRONG, {"(not set)", "not ainsworth"}));
+  for (size_t k = 0; k < getters.size(); k++)
+    PetscCall(CheckError(("getter " + std::to_string(k) + " without a type").c_str(), getters[k], PETSC_ERR_ARG_WRONG, {"(not set)", "not ainsworth"}));
   PetscCall(PCSetType(pc, PCNONE));
-  for (size_t k = 0; k < getters.size(); k++) PetscCall(CheckError(("getter " + std::to_string(k)).c_str(), getters[k], PETSC_ERR_ARG_WRONG, {"type none", "not ainsworth"}));
+  for (size_t k = 0; k < getters.size(); k++)
+    PetscCall(CheckError(("getter " + std::to_string(k)).c_str(), getters[k], PETSC_ERR_ARG_WRONG, {"type none", "not ainsworth"}));
   PetscCall(PCDestroy(&pc));
 
-  const std::vector<std::function<PetscErrorCode()>> functions = {
-    [&]() { return MatAinsworthSetMats(A, A, sys.C); },         [&]() { return MatAinsworthGetMats(A, &mat, &mat); },
-    [&]() { return MatAinsworthSetWeightType(A, MAT_AINSWORTH_WEIGHT_IDENTITY); }, [&]() { return MatAinsworthGetWeightType(A, &weight); },
-    [&]() { return MatAinsworthSetWeight(A, w); },              [&]() { return MatAinsworthGetWeight(A, &vec); },
-    [&]() { return MatAinsworthSetPenalty(A, g); },             [&]() { return MatAinsworthGetPenalty(A, &vec); },
-    [&]() { return MatAinsworthSetRowsPerRank(A, 1); },         [&]() { return MatAinsworthGetGramMat(A, &mat); },
-    [&]() { return MatAinsworthGetGramKSP(A, &ksp); },          [&]() { return MatAinsworthMultProjector(A, f, w); },
-    [&]() { return MatAinsworthMultTransposeProjector(A, f, w); }, [&]() { return MatAinsworthMultRightInverse(A, g, w); },
-    [&]() { return MatAinsworthMultTransposeRightInverse(A, f, g); }, [&]() { return MatAinsworthSolveRange(A, f, w); },
-    [&]() { return MatAinsworthComputeRHS(A, f, g, w); },       [&]() { return MatAinsworthComputeMultiplier(A, f, w, g); }};
-  for (size_t k = 0; k < functions.size(); k++) PetscCall(CheckError(("function " + std::to_string(k)).c_str(), functions[k], PETSC_ERR_ARG_WRONG, {"aij, not ainsworth", "no projector", "MatCreateAinsworth()"}));
+  const std::vector<std::function<PetscErrorCode()>> functions = {[&]() { return MatAinsworthSetMats(A, A, sys.C); },
+                                                                  [&]() { return MatAinsworthGetMats(A, &mat, &mat); },
+                                                                  [&]() { return MatAinsworthSetWeightType(A, MAT_AINSWORTH_WEIGHT_IDENTITY); },
+                                                                  [&]() { return MatAinsworthGetWeightType(A, &weight); },
+                                                                  [&]() { return MatAinsworthSetWeight(A, w); },
+                                                                  [&]() { return MatAinsworthGetWeight(A, &vec); },
+                                                                  [&]() { return MatAinsworthSetPenalty(A, g); },
+                                                                  [&]() { return MatAinsworthGetPenalty(A, &vec); },
+                                                                  [&]() { return MatAinsworthSetRowsPerRank(A, 1); },
+                                                                  [&]() { return MatAinsworthGetGramMat(A, &mat); },
+                                                                  [&]() { return MatAinsworthGetGramKSP(A, &ksp); },
+                                                                  [&]() { return MatAinsworthMultProjector(A, f, w); },
+                                                                  [&]() { return MatAinsworthMultTransposeProjector(A, f, w); },
+                                                                  [&]() { return MatAinsworthMultRightInverse(A, g, w); },
+                                                                  [&]() { return MatAinsworthMultTransposeRightInverse(A, f, g); },
+                                                                  [&]() { return MatAinsworthSolveRange(A, f, w); },
+                                                                  [&]() { return MatAinsworthComputeRHS(A, f, g, w); },
+                                                                  [&]() { return MatAinsworthComputeMultiplier(A, f, w, g); }};
+  for (size_t k = 0; k < functions.size(); k++)
+    PetscCall(
+      CheckError(("function " + std::to_string(k)).c_str(), functions[k], PETSC_ERR_ARG_WRONG, {"aij, not ainsworth", "no projector", "MatCreateAinsworth()"}));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -209,9 +231,12 @@ static PetscErrorCode Operator()
   PetscCall(MatCreate(PETSC_COMM_WORLD, &S));
   PetscCall(MatSetType(S, MATAINSWORTH));
   PetscCall(CheckError("no blocks", [&]() { return MatAinsworthGetGramMat(S, &G); }, PETSC_ERR_ARG_WRONGSTATE, {"no A and C", "MatAinsworthSetMats()"}));
-  PetscCall(CheckError("weight before the blocks", [&]() { return MatAinsworthSetWeight(S, sys.w); }, PETSC_ERR_ARG_WRONGSTATE, {"MatAinsworthSetMats()", "MatAinsworthSetWeight()"}));
-  PetscCall(CheckError("penalty before the blocks", [&]() { return MatAinsworthSetPenalty(S, sys.g); }, PETSC_ERR_ARG_WRONGSTATE, {"MatAinsworthSetMats()", "MatAinsworthSetPenalty()"}));
-  PetscCall(CheckError("weight user without a vector", [&]() { return MatAinsworthSetWeightType(S, MAT_AINSWORTH_WEIGHT_USER); }, PETSC_ERR_ARG_WRONGSTATE, {"MatAinsworthSetWeight()"}));
+  PetscCall(CheckError("weight before the blocks", [&]() { return MatAinsworthSetWeight(S, sys.w); }, PETSC_ERR_ARG_WRONGSTATE,
+                       {"MatAinsworthSetMats()", "MatAinsworthSetWeight()"}));
+  PetscCall(CheckError("penalty before the blocks", [&]() { return MatAinsworthSetPenalty(S, sys.g); }, PETSC_ERR_ARG_WRONGSTATE,
+                       {"MatAinsworthSetMats()", "MatAinsworthSetPenalty()"}));
+  PetscCall(CheckError("weight user without a vector", [&]() { return MatAinsworthSetWeightType(S, MAT_AINSWORTH_WEIGHT_USER); }, PETSC_ERR_ARG_WRONGSTATE,
+                       {"MatAinsworthSetWeight()"}));
   PetscCall(CheckError("rows per rank 0", [&]() { return MatAinsworthSetRowsPerRank(S, 0); }, PETSC_ERR_ARG_OUTOFRANGE, {"rows per rank", "not 0"}));
 
   PetscCall(Ones(PETSC_DECIDE, PETSC_DECIDE, 24, 25, true, &wide));
@@ -238,7 +263,8 @@ static PetscErrorCode Operator()
     PetscCall(VecSetValue(bad, 3, 0.0, INSERT_VALUES));
     PetscCall(VecAssemblyBegin(bad));
     PetscCall(VecAssemblyEnd(bad));
-    if (like == sys.w) PetscCall(CheckError("weight 0", [&]() { return MatAinsworthSetWeight(S, bad); }, PETSC_ERR_ARG_OUTOFRANGE, {"Entry 3 of the weight is 0"}));
+    if (like == sys.w)
+      PetscCall(CheckError("weight 0", [&]() { return MatAinsworthSetWeight(S, bad); }, PETSC_ERR_ARG_OUTOFRANGE, {"Entry 3 of the weight is 0"}));
     else PetscCall(CheckError("penalty 0", [&]() { return MatAinsworthSetPenalty(S, bad); }, PETSC_ERR_ARG_OUTOFRANGE, {"Entry 3 of the penalty is 0"}));
     PetscCall(VecDestroy(&bad));
   }

@@ -145,6 +145,10 @@ static PetscErrorCode Dependent(bool uneven)
   PetscCall(KSPSolve(ksp, b, y));
   PetscCall(CheckReason(ksp, KSP_DIVERGED_PC_FAILED, PC_FACTOR_NUMERIC_ZEROPIVOT));
   PetscCall(KSPSetErrorIfNotConverged(ksp, PETSC_TRUE));
+  PetscCall(CheckError("solve after a failure", [=]() { return KSPSolve(ksp, b, y); }, PETSC_ERR_NOT_CONVERGED, {"FACTOR_NUMERIC_ZEROPIVOT"}));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(SolverCreate(nest, &ksp));
+  PetscCall(KSPSetErrorIfNotConverged(ksp, PETSC_TRUE));
   PetscCall(CheckError("solve", [=]() { return KSPSolve(ksp, b, y); }, PETSC_ERR_MAT_CH_ZRPVT, {"Gram matrix C W C'", "linearly dependent"}));
   PetscCall(KSPDestroy(&ksp));
   PetscCall(Destroy(&sys, &nest, &b, &y));

@@ -38,11 +38,11 @@ static PetscErrorCode CreateC(const Contact &contact, const Spec &spec, Mat A, M
 /* T at every node, made by Eigen: the smallest rotation of the dominant normal onto the nearest axis */
 static Dense Rotation(const Dense &C, PetscInt bs, Column &normal)
 {
-  Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d n;
-  Eigen::Index    axis;
+  Eigen::Matrix3d    N = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d    n;
+  Eigen::Index       axis;
   const Eigen::Index nodes = C.cols() / bs;
-  Dense           T = Dense::Zero(C.cols(), C.cols());
+  Dense              T     = Dense::Zero(C.cols(), C.cols());
 
   for (Eigen::Index i = 0; i < C.rows(); i++)
     for (Eigen::Index k = 0; k < nodes; k++)
@@ -146,13 +146,13 @@ static PetscErrorCode Frame(const Contact &contact)
 int main(int argc, char **argv)
 {
   const Contact contacts[] = {
-    {"3-D slip, turned",             3, {0.3, -0.5, 0.8},  0.2, false, true },
-    {"3-D slip, downwards",          3, {0.9, 0.2, -1.0},  0.1, false, true },
-    {"3-D slip along an axis",       3, {0.0, 0.0, 1.0},   0.0, false, false},
-    {"3-D stick",                    3, {0.0, 0.0, 0.0},   0.0, true,  false},
-    {"2-D slip, turned",             2, {-0.4, 0.6, 0.0},  0.1, false, true },
-    {"scalar unknowns",              1, {0.5, 0.0, 0.0},   0.1, false, false},
-    {"four unknowns in a node",      4, {0.5, 0.2, 0.1},   0.1, false, false}
+    {"3-D slip, turned",        3, {0.3, -0.5, 0.8}, 0.2, false, true },
+    {"3-D slip, downwards",     3, {0.9, 0.2, -1.0}, 0.1, false, true },
+    {"3-D slip along an axis",  3, {0.0, 0.0, 1.0},  0.0, false, false},
+    {"3-D stick",               3, {0.0, 0.0, 0.0},  0.0, true,  false},
+    {"2-D slip, turned",        2, {-0.4, 0.6, 0.0}, 0.1, false, true },
+    {"scalar unknowns",         1, {0.5, 0.0, 0.0},  0.1, false, false},
+    {"four unknowns in a node", 4, {0.5, 0.2, 0.1},  0.1, false, false}
   };
   int exitcode;
 

@@ -63,7 +63,8 @@ PetscErrorCode Gather(Mat mat, Dense &dense)
 
   PetscFunctionBeginUser;
   PetscCall(MatCreateVecs(mat, &in, &out));
-  PetscCall(GatherOperator(in, out, [mat](Vec x, Vec y) { return MatMult(mat, x, y); }, dense));
+  PetscCall(GatherOperator(
+    in, out, [mat](Vec x, Vec y) { return MatMult(mat, x, y); }, dense));
   PetscCall(VecDestroy(&in));
   PetscCall(VecDestroy(&out));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -88,9 +89,9 @@ DenseProjector::DenseProjector(const Dense &C, const Column &W)
   /* rows to unit length: LU sees the angles between them and not their scales */
   const Column d   = S.diagonal().cwiseSqrt().cwiseInverse();
   const Dense  inv = d.asDiagonal() * Dense(d.asDiagonal() * S * d.asDiagonal()).fullPivLu().inverse() * d.asDiagonal();
-  R = m ? Dense(W.asDiagonal() * C.adjoint() * inv) : Dense::Zero(n, 0);
-  P = R * C;
-  Q = Dense::Identity(n, n) - P;
+  R                = m ? Dense(W.asDiagonal() * C.adjoint() * inv) : Dense::Zero(n, 0);
+  P                = R * C;
+  Q                = Dense::Identity(n, n) - P;
 }
 
 Column DiagonalWeight(const Dense &A)
@@ -117,14 +118,14 @@ void SolveSaddle(const DenseSystem &s, Column &x, Column &lambda)
   Column             b(n + m), y;
   const PetscReal    a = s.A.cwiseAbs().maxCoeff(); /* rows and columns of the constraints as large as A */
 
-  K.topLeftCorner(n, n)     = s.A;
-  K.bottomLeftCorner(m, n)  = a * c.asDiagonal() * s.C;
-  K.topRightCorner(n, m)    = K.bottomLeftCorner(m, n).adjoint();
-  b.head(n)                 = s.f;
-  b.tail(m)                 = a * c.asDiagonal() * s.g;
+  K.topLeftCorner(n, n)    = s.A;
+  K.bottomLeftCorner(m, n) = a * c.asDiagonal() * s.C;
+  K.topRightCorner(n, m)   = K.bottomLeftCorner(m, n).adjoint();
+  b.head(n)                = s.f;
+  b.tail(m)                = a * c.asDiagonal() * s.g;
   const Eigen::FullPivLU<Dense> lu(K);
-  y      = lu.solve(b);
-  y     += lu.solve(b - K * y);
+  y = lu.solve(b);
+  y += lu.solve(b - K * y);
   x      = y.head(n);
   lambda = a * c.asDiagonal() * y.tail(m);
 }

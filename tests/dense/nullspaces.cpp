@@ -70,9 +70,9 @@ static PetscErrorCode Singular(bool grounded, int declared)
     PetscCall(MatGetNullSpace(mat, &got));
     if (grounded) PetscCall(CheckTrue("what C holds is no null space", !got));
     else {
-      PetscBool        constant;
-      PetscInt         nv = 0;
-      const Vec       *vecs;
+      PetscBool  constant;
+      PetscInt   nv = 0;
+      const Vec *vecs;
 
       PetscCall(CheckTrue("null space", got != NULL));
       if (!got) continue;
@@ -80,7 +80,8 @@ static PetscErrorCode Singular(bool grounded, int declared)
       PetscCall(CheckInt("dimension", nv + (constant ? 1 : 0), 1));
       if (nv != 1) continue;
       PetscCall(Gather(vecs[0], v));
-      PetscCall(Check("distance from a constant", PetscMin((v - Column::Constant(12, 1.0 / std::sqrt(12.0))).norm(), (v + Column::Constant(12, 1.0 / std::sqrt(12.0))).norm()), 1e-14));
+      PetscCall(Check("distance from a constant",
+                      PetscMin((v - Column::Constant(12, 1.0 / std::sqrt(12.0))).norm(), (v + Column::Constant(12, 1.0 / std::sqrt(12.0))).norm()), 1e-14));
     }
   }
 

@@ -21,9 +21,11 @@ static PetscErrorCode CheckProducts(Mat S, const Dense &expected, PetscReal tole
   PetscCall(Gather(S, got));
   PetscCall(CheckEqual("A~", got, expected, tolerance));
   PetscCall(MatCreateVecs(S, &x, &y));
-  PetscCall(GatherOperator(y, x, [S](Vec a, Vec b) { return MatMultTranspose(S, a, b); }, got));
+  PetscCall(GatherOperator(
+    y, x, [S](Vec a, Vec b) { return MatMultTranspose(S, a, b); }, got));
   PetscCall(CheckEqual("transpose of A~", got, expected.transpose(), tolerance));
-  PetscCall(GatherOperator(y, x, [S](Vec a, Vec b) { return MatMultHermitianTranspose(S, a, b); }, got));
+  PetscCall(GatherOperator(
+    y, x, [S](Vec a, Vec b) { return MatMultHermitianTranspose(S, a, b); }, got));
   PetscCall(CheckEqual("adjoint of A~", got, expected.adjoint(), tolerance));
   PetscCall(VecDuplicate(x, &z));
   PetscCall(SetRandom(x, 5));
@@ -79,11 +81,11 @@ static PetscErrorCode CheckVectors(Mat S, const System &sys, const DenseSystem &
 /* A~^{-1} = Q (Q' A Q)^+ Q' + R B^{-1} R'; Q (Q' A Q)^+ Q' = Z (Z' A Z)^{-1} Z' for any basis Z of Ker C */
 static PetscErrorCode CheckInverse(const Dense &reduced, const DenseSystem &d, const DenseProjector &p, const Column &B, bool illConditioned)
 {
-  const Eigen::Index     n = d.A.rows(), m = d.C.rows();
-  const Dense            V = Eigen::HouseholderQR<Dense>(d.C.adjoint()).householderQ();
-  const Dense            Z = V.rightCols(n - m), kernel = Z * (Z.adjoint() * d.A * Z).inverse() * Z.adjoint();
-  const Dense            inverse = kernel + p.R * B.cwiseInverse().asDiagonal() * p.R.adjoint();
-  const Dense            QAQ     = p.Q.adjoint() * d.A * p.Q;
+  const Eigen::Index n = d.A.rows(), m = d.C.rows();
+  const Dense        V = Eigen::HouseholderQR<Dense>(d.C.adjoint()).householderQ();
+  const Dense        Z = V.rightCols(n - m), kernel = Z * (Z.adjoint() * d.A * Z).inverse() * Z.adjoint();
+  const Dense        inverse = kernel + p.R * B.cwiseInverse().asDiagonal() * p.R.adjoint();
+  const Dense        QAQ     = p.Q.adjoint() * d.A * p.Q;
 
   PetscFunctionBeginUser;
   PetscCall(CheckEqual("A~ times its inverse", reduced * inverse, Dense::Identity(n, n), illConditioned ? 1e-5 : 1e-11));
@@ -158,11 +160,12 @@ static PetscErrorCode Spectrum(const Spec &spec)
   PetscCall(MatAinsworthSetPenalty(S, ones));
   PetscCall(Gather(S, dense));
 
-  const Dense           V       = Eigen::HouseholderQR<Dense>(d.C.adjoint()).householderQ(), Z = V.rightCols(spec.n - spec.m);
+  const Dense           V = Eigen::HouseholderQR<Dense>(d.C.adjoint()).householderQ(), Z = V.rightCols(spec.n - spec.m);
   const Eigen::VectorXd reduced = dense.selfadjointView<Eigen::Lower>().eigenvalues(), A = d.A.selfadjointView<Eigen::Lower>().eigenvalues();
-  const Eigen::VectorXd CC = Dense(d.C * d.C.adjoint()).selfadjointView<Eigen::Lower>().eigenvalues(), ZAZ = Dense(Z.adjoint() * d.A * Z).selfadjointView<Eigen::Lower>().eigenvalues();
-  const PetscReal       low = PetscMin(A.minCoeff(), CC.minCoeff()), high = PetscMax(A.maxCoeff(), CC.maxCoeff());
-  Eigen::VectorXd       both(spec.n);
+  const Eigen::VectorXd CC  = Dense(d.C * d.C.adjoint()).selfadjointView<Eigen::Lower>().eigenvalues(),
+                        ZAZ = Dense(Z.adjoint() * d.A * Z).selfadjointView<Eigen::Lower>().eigenvalues();
+  const PetscReal low = PetscMin(A.minCoeff(), CC.minCoeff()), high = PetscMax(A.maxCoeff(), CC.maxCoeff());
+  Eigen::VectorXd both(spec.n);
 
   PetscCall(CheckEqual("A~ is symmetric", dense, dense.adjoint(), 1e-12));
   PetscCall(Check("lower bound minus smallest eigenvalue", low - reduced.minCoeff(), 1e-13 * high));
@@ -189,7 +192,7 @@ static PetscErrorCode Life()
   PetscBool   same;
 
   PetscFunctionBeginUser;
-  spec.bs = 2;
+  spec.bs     = 2;
   spec.uneven = true;
   PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
   PetscCall(Gather(sys, d));

@@ -5,8 +5,8 @@ static char help[] = "The patch test of contact: two bodies with nu = 0 and matc
 
 /* Two squares of k x k bilinear elements, one on the other; node (body, i, j) has 2 unknowns; everything is turned by an angle */
 struct Squares {
-  PetscInt  k     = 4;
-  PetscReal E[2]  = {1.0, 3.0}, gamma = 0.01, angle = 0.0;
+  PetscInt  k    = 4;
+  PetscReal E[2] = {1.0, 3.0}, gamma = 0.01, angle = 0.0;
   bool      stick = false;
 
   PetscInt  nodes() const { return (k + 1) * (k + 1); }
@@ -29,7 +29,12 @@ struct Squares {
 /* Stiffness of a square element, nu = 0, in the turned frame; 2 x 2 Gauss points; it does not depend on the size */
 static Eigen::Matrix<PetscReal, 8, 8> ElementMatrix(const Squares &s)
 {
-  const PetscReal                gauss = 1.0 / std::sqrt(3.0), corner[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+  const PetscReal gauss = 1.0 / std::sqrt(3.0), corner[4][2] = {
+                                                  {-1, -1},
+                                                  {1,  -1},
+                                                  {1,  1 },
+                                                  {-1, 1 }
+  };
   Eigen::Matrix<PetscReal, 8, 8> K = Eigen::Matrix<PetscReal, 8, 8>::Zero();
   const Eigen::Vector3d          D(1.0, 1.0, 0.5); /* plane strain with nu = 0, E = 1 */
 
@@ -75,8 +80,7 @@ static PetscErrorCode Assemble(const Squares &s, Mat *A, Mat *C, Vec *f, Vec *g)
         for (int b = 0; b < 8; b++) {
           PetscReal known[2];
           if (!s.fixed(body, level[b / 2])) PetscCall(MatSetValue(*A, row, 2 * node[b / 2] + b % 2, s.E[body] * K(a, b), ADD_VALUES));
-          else { /* what is prescribed goes to the right-hand side */
-            s.turn(0.0, s.down(body, level[b / 2]), known);
+          else { /* what is prescribed goes to the right-hand side */ s.turn(0.0, s.down(body, level[b / 2]), known);
             PetscCall(VecSetValue(*f, row, -s.E[body] * K(a, b) * known[b % 2], ADD_VALUES));
           }
         }

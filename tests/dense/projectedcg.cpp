@@ -1,93 +1,7 @@
 static char help[] = "KSPPROJECTEDCG: solutions, norms, spectra, costs and failures against dense linear algebra.\n\n";
 
-#include "dense.h"
+#include "problem.h"
 #include <algorithm>
-
-static int products = 0, preconditioned = 0; /* calls of the two shells below */
-
-static PetscErrorCode CountedMult(Mat shell, Vec x, Vec y)
-{
-  Mat A;
-
-  PetscFunctionBeginUser;
-  PetscCall(MatShellGetContext(shell, &A));
-  products++;
-  PetscCall(MatMult(A, x, y));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode CountedDiagonal(Mat shell, Vec d)
-{
-  Mat A;
-
-  PetscFunctionBeginUser;
-  PetscCall(MatShellGetContext(shell, &A));
-  PetscCall(MatGetDiagonal(A, d));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode CountedApply(PC pc, Vec x, Vec y)
-{
-  PetscReal *factor;
-
-  PetscFunctionBeginUser;
-  PetscCall(PCShellGetContext(pc, &factor));
-  preconditioned++;
-  PetscCall(VecCopy(x, y));
-  PetscCall(VecScale(y, *factor));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* KSPPROJECTEDCG on the reduced operator, Jacobi of A; A counts its products if asked to */
-struct Problem {
-  System      sys;
-  DenseSystem d;
-  Mat         S = NULL, shell = NULL;
-  KSP         ksp = NULL;
-  Vec         b = NULL, x = NULL;
-  Dense       reduced;
-};
-
-static PetscErrorCode ProblemCreate(const Spec &spec, bool counted, Problem *p)
-{
-  PC pc;
-
-  PetscFunctionBeginUser;
-  PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &p->sys));
-  PetscCall(Gather(p->sys, p->d));
-  if (counted) {
-    PetscInt n;
-    PetscCall(MatGetLocalSize(p->sys.A, &n, NULL));
-    PetscCall(MatCreateShell(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, p->sys.A, &p->shell));
-    PetscCall(MatShellSetOperation(p->shell, MATOP_MULT, (void (*)(void))CountedMult));
-    PetscCall(MatShellSetOperation(p->shell, MATOP_GET_DIAGONAL, (void (*)(void))CountedDiagonal));
-  }
-  PetscCall(MatCreateAinsworth(counted ? p->shell : p->sys.A, p->sys.C, &p->S));
-  PetscCall(KSPCreate(PETSC_COMM_WORLD, &p->ksp));
-  PetscCall(KSPSetType(p->ksp, KSPPROJECTEDCG));
-  PetscCall(KSPSetOperators(p->ksp, p->S, p->sys.A));
-  PetscCall(KSPGetPC(p->ksp, &pc));
-  PetscCall(PCSetType(pc, PCJACOBI));
-  PetscCall(KSPSetTolerances(p->ksp, 1e-13, PETSC_DEFAULT, PETSC_DEFAULT, 1000));
-  PetscCall(KSPSetFromOptions(p->ksp));
-  PetscCall(VecDuplicate(p->sys.f, &p->b));
-  PetscCall(VecDuplicate(p->sys.f, &p->x));
-  PetscCall(SetRandom(p->b, 40));
-  p->reduced = ReducedOperator(p->d.A, p->d.C, DenseProjector(p->d.C, DiagonalWeight(p->d.A)).Q, RowPenalty(p->d.A, p->d.C));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode ProblemDestroy(Problem *p)
-{
-  PetscFunctionBeginUser;
-  PetscCall(KSPDestroy(&p->ksp));
-  PetscCall(MatDestroy(&p->S));
-  PetscCall(MatDestroy(&p->shell));
-  PetscCall(VecDestroy(&p->b));
-  PetscCall(VecDestroy(&p->x));
-  PetscCall(SystemDestroy(&p->sys));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* At every iteration: the constraints hold, and the norm is what it says it is */
 static PetscErrorCode Watch(KSP ksp, PetscInt step, PetscReal norm, void *ctx)
@@ -111,7 +25,8 @@ static PetscErrorCode Watch(KSP ksp, PetscInt step, PetscReal norm, void *ctx)
   if (type == KSP_NORM_PRECONDITIONED) expected = z.norm();
   if (type == KSP_NORM_UNPRECONDITIONED) expected = residual.norm();
   PetscCall(Check(("norm at step " + std::to_string(step)).c_str(), PetscAbsReal(norm - expected), 1e-6 * expected + 1e-12));
-  const Column drift = root.cwiseInverse().asDiagonal() * (p->d.C * dx) - root.asDiagonal() * (proj.R.adjoint() * b); /* row penalty, diagonal weight: B^{-1} = diag(S) */
+  const Column drift = root.cwiseInverse().asDiagonal() * (p->d.C * dx) -
+                       root.asDiagonal() * (proj.R.adjoint() * b); /* row penalty, diagonal weight: B^{-1} = diag(S) */
   PetscCall(Check(("constraints at step " + std::to_string(step)).c_str(), drift.norm(), 1e-12 * (root.asDiagonal() * (proj.R.adjoint() * b)).norm()));
   PetscCall(KSPBuildResidual(ksp, NULL, NULL, &r));
   PetscCall(Gather(r, dr));
@@ -137,7 +52,7 @@ static PetscErrorCode Solutions(const Spec &spec)
       Case("%s, norm %s, guess %d", spec.name, KSPNormTypes[type], guess);
       PetscCall(KSPSetNormType(p.ksp, type));
       PetscCall(KSPSetTolerances(p.ksp, PETSC_DEFAULT, PETSC_DEFAULT, 1e10, PETSC_DEFAULT)); /* a bad guess for a stiff body is no divergence */
-      if (type == KSP_NORM_NONE) { /* the last of the list */
+      if (type == KSP_NORM_NONE) {                                                           /* the last of the list */
         PetscCall(KSPSetConvergenceTest(p.ksp, KSPConvergedSkip, NULL, NULL));
         PetscCall(KSPSetTolerances(p.ksp, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 2 * spec.n));
       }
@@ -202,7 +117,8 @@ static PetscErrorCode Spectrum(const char *pctype)
     PetscCall(Check("distance of an eigenvalue from the nearest estimate", nearest, 1e-5 * value));
   }
   for (PetscInt k = 0; k < count; k++) PetscCall(CheckTrue("estimates are real and in order", imaginary[k] == 0.0 && (!k || real[k - 1] <= real[k])));
-  PetscCall(CheckError("too little room", [&p, &real, &imaginary, &count]() { return KSPComputeEigenvalues(p.ksp, 1, real, imaginary, &count); }, PETSC_ERR_ARG_SIZ, {"eigenvalues"}));
+  PetscCall(CheckError("too little room", [&p, &real, &imaginary, &count]() { return KSPComputeEigenvalues(p.ksp, 1, real, imaginary, &count); },
+                       PETSC_ERR_ARG_SIZ, {"eigenvalues"}));
   PetscCall(ProblemDestroy(&p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -269,118 +185,6 @@ static PetscErrorCode PlainCG()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Operators and preconditioners that are not positive definite, or no numbers at all */
-static PetscErrorCode Failures()
-{
-  const struct {
-    PetscReal          A, M;
-    KSPConvergedReason reason;
-    const char        *text;
-  } cases[] = {
-    {-1.0, 1.0,           KSP_DIVERGED_INDEFINITE_MAT, "not positive definite on Ker C"},
-    {1.0,  -1.0,          KSP_DIVERGED_INDEFINITE_PC,  "indefinite preconditioner"     },
-    {1.0,  PETSC_INFINITY, KSP_DIVERGED_NANORINF,      ""                              }
-  };
-
-  PetscFunctionBeginUser;
-  for (const auto &c : cases) {
-    Spec               spec;
-    Problem            p;
-    PC                 pc;
-    PetscReal          factor = c.M;
-    KSPConvergedReason reason;
-
-    Case("A times %g, M^-1 times %g", (double)c.A, (double)c.M);
-    PetscCall(ProblemCreate(spec, false, &p));
-    PetscCall(MatScale(p.sys.A, c.A));
-    PetscCall(KSPGetPC(p.ksp, &pc));
-    PetscCall(PCSetType(pc, PCSHELL));
-    PetscCall(PCShellSetApply(pc, CountedApply));
-    PetscCall(PCShellSetContext(pc, &factor));
-    PetscCall(KSPSolve(p.ksp, p.b, p.x));
-    PetscCall(KSPGetConvergedReason(p.ksp, &reason));
-    PetscCall(CheckInt("reason", reason, c.reason));
-    if (*c.text) {
-      PetscCall(KSPSetErrorIfNotConverged(p.ksp, PETSC_TRUE));
-      PetscCall(CheckError("solve", [&p]() { return KSPSolve(p.ksp, p.b, p.x); }, PETSC_ERR_NOT_CONVERGED, {c.text}));
-    }
-    PetscCall(ProblemDestroy(&p));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A matrix without a projector, a preconditioner on the wrong side, estimates that were not asked for */
-static PetscErrorCode Misuse()
-{
-  Spec      spec;
-  Problem   p;
-  PetscReal high, low;
-
-  PetscFunctionBeginUser;
-  Case("misuse");
-  PetscCall(ProblemCreate(spec, false, &p));
-  PetscCall(KSPSolve(p.ksp, p.b, p.x));
-  PetscCall(CheckError("estimates not asked for", [&]() { return KSPComputeExtremeSingularValues(p.ksp, &high, &low); }, PETSC_ERR_ARG_WRONGSTATE, {"not requested"}));
-  PetscCall(KSPSetOperators(p.ksp, p.sys.A, p.sys.A));
-  PetscCall(CheckError("a matrix of type aij in a second solve", [&]() { return KSPSolve(p.ksp, p.b, p.x); }, PETSC_ERR_ARG_WRONG, {"aij", MATAINSWORTH, "no projector"}));
-  PetscCall(KSPReset(p.ksp));
-  PetscCall(KSPSetOperators(p.ksp, p.sys.A, p.sys.A));
-  PetscCall(CheckError("a matrix of type aij", [&]() { return KSPSetUp(p.ksp); }, PETSC_ERR_ARG_WRONG, {"aij", MATAINSWORTH, "no projector"}));
-  PetscCall(KSPReset(p.ksp)); /* and it can be used again */
-  PetscCall(KSPSetOperators(p.ksp, p.S, p.sys.A));
-  PetscCall(KSPSolve(p.ksp, p.b, p.x));
-  PetscCall(ProblemDestroy(&p));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* PETSc's own monitor of true residuals; the refinement comes on where rows of C are nearly dependent, and not before */
-static PetscErrorCode Drift()
-{
-  Spec        spec;
-  Problem     p;
-  std::string text;
-  PetscInt    n, m, start, end;
-  Mat         C;
-  PC          pc;
-
-  KSPConvergedReason reason;
-
-  PetscFunctionBeginUser;
-  {
-    Options options("-ksp_monitor_true_residual :monitor.txt");
-    Case("true residual monitor");
-    PetscCall(ProblemCreate(spec, false, &p));
-    PetscCall(KSPSolve(p.ksp, p.b, p.x));
-    PetscCall(KSPMonitorCancel(p.ksp)); /* closes the file */
-    PetscCall(FileText("monitor.txt", text));
-    PetscCall(CheckText("monitor", text, {"0 KSP", "1 KSP", "true resid norm"}));
-  }
-  PetscCall(ViewText(p.ksp, text));
-  PetscCall(CheckText("view", text, {"type: projectedcg", "refinement of the projection: not needed"}));
-
-  Case("nearly dependent rows of C");
-  p.d.C.row(1) = p.d.C.row(0) + 1e-6 * p.d.C.row(1);
-  PetscCall(MatGetLocalSize(p.sys.C, &m, &n));
-  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, m, n, PETSC_DETERMINE, PETSC_DETERMINE, spec.n, NULL, spec.n, NULL, &C));
-  PetscCall(MatGetOwnershipRange(C, &start, &end));
-  for (PetscInt i = start; i < end; i++)
-    for (PetscInt j = 0; j < spec.n; j++)
-      if (p.d.C(i, j) != 0.0) PetscCall(MatSetValue(C, i, j, p.d.C(i, j), INSERT_VALUES));
-  PetscCall(MatAssemblyBegin(C, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(C, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAinsworthSetMats(p.S, p.sys.A, C));
-  PetscCall(KSPGetPC(p.ksp, &pc));
-  PetscCall(PCSetType(pc, PCNONE)); /* Jacobi would keep Ker C by itself: it is W */
-  PetscCall(KSPSolve(p.ksp, p.b, p.x));
-  PetscCall(ViewText(p.ksp, text));
-  PetscCall(CheckText("view", text, {"refinement of the projection: on"}));
-  PetscCall(KSPGetConvergedReason(p.ksp, &reason));
-  PetscCall(CheckTrue(KSPConvergedReasons[reason], reason > 0));
-  PetscCall(MatDestroy(&C));
-  PetscCall(ProblemDestroy(&p));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 int main(int argc, char **argv)
 {
   int exitcode;
@@ -394,9 +198,6 @@ int main(int argc, char **argv)
   for (const char *type : {PCNONE, PCJACOBI}) PetscCall(Spectrum(type));
   PetscCall(Costs());
   PetscCall(PlainCG());
-  PetscCall(Failures());
-  PetscCall(Misuse());
-  PetscCall(Drift());
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());
   return exitcode;

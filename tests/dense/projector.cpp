@@ -26,8 +26,8 @@ static Dense RowScaled(const DenseProjector &p, const Dense &X)
 static PetscErrorCode CheckOperators(Mat S, const DenseSystem &d, const Column &W, PetscReal tolerance)
 {
   const DenseProjector p(d.C, W);
-  const Eigen::Index   m = d.C.rows();
-  const Column         B = RowPenalty(d.A, d.C);
+  const Eigen::Index   m    = d.C.rows();
+  const Column         B    = RowPenalty(d.A, d.C);
   const Column         root = p.S.diagonal().cwiseSqrt();
   Dense                Q, Qt, R, Rt, gram, range;
   Mat                  G;
@@ -38,32 +38,40 @@ static PetscErrorCode CheckOperators(Mat S, const DenseSystem &d, const Column &
   PetscCall(MatAinsworthGetGramMat(S, &G));
   PetscCall(MatCreateVecs(G, &g, NULL));
   PetscCall(Gather(G, gram));
-  PetscCall(CheckEqual("S = C W C'", root.cwiseInverse().asDiagonal() * gram * root.cwiseInverse().asDiagonal(), root.cwiseInverse().asDiagonal() * p.S * root.cwiseInverse().asDiagonal(), 1e-14));
-  PetscCall(GatherOperator(x, y, [S](Vec u, Vec v) { return MatAinsworthMultProjector(S, u, v); }, Q));
+  PetscCall(CheckEqual("S = C W C'", root.cwiseInverse().asDiagonal() * gram * root.cwiseInverse().asDiagonal(),
+                       root.cwiseInverse().asDiagonal() * p.S * root.cwiseInverse().asDiagonal(), 1e-14));
+  PetscCall(GatherOperator(
+    x, y, [S](Vec u, Vec v) { return MatAinsworthMultProjector(S, u, v); }, Q));
   PetscCall(CheckEqual("Q", Q, p.Q, tolerance));
-  PetscCall(GatherOperator(x, y, [S](Vec u, Vec v) { return MatAinsworthMultTransposeProjector(S, u, v); }, Qt));
+  PetscCall(GatherOperator(
+    x, y, [S](Vec u, Vec v) { return MatAinsworthMultTransposeProjector(S, u, v); }, Qt));
   PetscCall(CheckEqual("Q'", Qt, p.Q.adjoint(), tolerance));
-  PetscCall(GatherOperator(g, y, [S](Vec u, Vec v) { return MatAinsworthMultRightInverse(S, u, v); }, R));
+  PetscCall(GatherOperator(
+    g, y, [S](Vec u, Vec v) { return MatAinsworthMultRightInverse(S, u, v); }, R));
   PetscCall(CheckEqual("R", R * root.asDiagonal(), p.R * root.asDiagonal(), tolerance));
-  PetscCall(GatherOperator(x, g, [S](Vec u, Vec v) { return MatAinsworthMultTransposeRightInverse(S, u, v); }, Rt));
+  PetscCall(GatherOperator(
+    x, g, [S](Vec u, Vec v) { return MatAinsworthMultTransposeRightInverse(S, u, v); }, Rt));
   PetscCall(CheckEqual("R'", root.asDiagonal() * Rt, root.asDiagonal() * p.R.adjoint(), tolerance));
-  PetscCall(GatherOperator(x, y, [S](Vec u, Vec v) { return MatAinsworthSolveRange(S, u, v); }, range));
+  PetscCall(GatherOperator(
+    x, y, [S](Vec u, Vec v) { return MatAinsworthSolveRange(S, u, v); }, range));
   PetscCall(CheckEqual("R B^-1 R'", range, p.R * B.cwiseInverse().asDiagonal() * p.R.adjoint(), tolerance));
 
   /* x and y may be the same */
-  PetscCall(GatherOperator(x, y,
-                           [S](Vec u, Vec v) {
-                             PetscCall(VecCopy(u, v));
-                             return MatAinsworthMultProjector(S, v, v);
-                           },
-                           Q));
+  PetscCall(GatherOperator(
+    x, y,
+    [S](Vec u, Vec v) {
+      PetscCall(VecCopy(u, v));
+      return MatAinsworthMultProjector(S, v, v);
+    },
+    Q));
   PetscCall(CheckEqual("Q in place", Q, p.Q, tolerance));
-  PetscCall(GatherOperator(x, y,
-                           [S](Vec u, Vec v) {
-                             PetscCall(VecCopy(u, v));
-                             return MatAinsworthMultTransposeProjector(S, v, v);
-                           },
-                           Qt));
+  PetscCall(GatherOperator(
+    x, y,
+    [S](Vec u, Vec v) {
+      PetscCall(VecCopy(u, v));
+      return MatAinsworthMultTransposeProjector(S, v, v);
+    },
+    Qt));
   PetscCall(CheckEqual("Q' in place", Qt, p.Q.adjoint(), tolerance));
 
   /* what defines them */
@@ -138,12 +146,12 @@ static PetscErrorCode IllDiagonals()
       if (d.A(i, j) != 0.0) PetscCall(MatSetValue(A, i, j, d.A(i, j), INSERT_VALUES));
   PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
-  expected        = d.A.diagonal();
-  expected[7]     = d.A.row(7).cwiseAbs().sum();
-  expected[20]    = d.A.row(20).cwiseAbs().sum();
-  expected[4]     = 0.0;
-  expected[4]     = expected.cwiseAbs().maxCoeff();
-  expected        = expected.cwiseInverse();
+  expected     = d.A.diagonal();
+  expected[7]  = d.A.row(7).cwiseAbs().sum();
+  expected[20] = d.A.row(20).cwiseAbs().sum();
+  expected[4]  = 0.0;
+  expected[4]  = expected.cwiseAbs().maxCoeff();
+  expected     = expected.cwiseInverse();
   PetscCall(MatCreateAinsworth(A, sys.C, &S));
   PetscCall(MatAinsworthGetWeight(S, &w));
   PetscCall(Gather(w, W));

@@ -1,0 +1,23 @@
+/* Programs' ways to pass [A C'; C 0] and its vectors, and solutions against dense LU */
+#ifndef TESTS_LAYOUT_H
+#define TESTS_LAYOUT_H
+
+#include "dense.h"
+
+/* How the program passes its system */
+struct Layout {
+  enum {
+    EXPLICIT,
+    TRANSPOSE,
+    HERMITIAN,
+    ABSENT
+  } ct   = TRANSPOSE;
+  bool c = true, empty = false, first = false, nestedVectors = false;
+};
+
+PetscErrorCode LayoutCreate(const System &, const Layout &, Mat *nest);
+/* Solves with what is set in ksp; x and lambda as dense columns */
+PetscErrorCode SolveFields(KSP ksp, const System &, bool first, bool nestedVectors, Column &x, Column &lambda);
+PetscErrorCode CheckSolution(KSP ksp, const System &, const DenseSystem &, bool first, bool nestedVectors, PetscReal tolerance);
+
+#endif

@@ -1,0 +1,21 @@
+/* M_* by dense formulas, with an Inv(S) that owes nothing to the plugin */
+#ifndef TESTS_PMATREFERENCE_H
+#define TESTS_PMATREFERENCE_H
+
+#include "dense.h"
+
+/* What is tried with each system */
+struct PmatChoice {
+  PCAinsworthPmatType    type;
+  MatAinsworthWeightType weight;
+  PCAinsworthPenaltyType penalty;
+  PetscReal              factor; /* PETSC_DEFAULT: 0.5 for row, 5 for norm */
+  PetscInt               blocks;
+  bool                   rowScaling;
+};
+
+PetscErrorCode PmatReference(const DenseSystem &, bool symmetric, const PmatChoice &, Dense &M, Column &B);
+/* PCAINSWORTH set up with this choice: the outer solver, which is to be destroyed, the reduced operator and M_* */
+PetscErrorCode PmatSetUp(Mat A, Mat C, Vec w, const PmatChoice &, KSP *outer, Mat *S, Mat *M);
+
+#endif

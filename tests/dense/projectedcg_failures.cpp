@@ -1,0 +1,132 @@
+static char help[] = "KSPPROJECTEDCG where it must not or cannot work, and the refinement of its projection.\n\n";
+
+#include "problem.h"
+
+/* Operators and preconditioners that are not positive definite, or no numbers at all */
+static PetscErrorCode Failures()
+{
+  const struct {
+    PetscReal          A, M;
+    KSPConvergedReason reason;
+    const char        *text;
+  } cases[] = {
+    {-1.0, 1.0,            KSP_DIVERGED_INDEFINITE_MAT, "not positive definite on Ker C"},
+    {1.0,  -1.0,           KSP_DIVERGED_INDEFINITE_PC,  "indefinite preconditioner"     },
+    {1.0,  PETSC_INFINITY, KSP_DIVERGED_NANORINF,       ""                              }
+  };
+
+  PetscFunctionBeginUser;
+  for (const auto &c : cases) {
+    Spec               spec;
+    Problem            p;
+    PC                 pc;
+    PetscReal          factor = c.M;
+    KSPConvergedReason reason;
+
+    Case("A times %g, M^-1 times %g", (double)c.A, (double)c.M);
+    PetscCall(ProblemCreate(spec, false, &p));
+    PetscCall(MatScale(p.sys.A, c.A));
+    PetscCall(KSPGetPC(p.ksp, &pc));
+    PetscCall(PCSetType(pc, PCSHELL));
+    PetscCall(PCShellSetApply(pc, CountedApply));
+    PetscCall(PCShellSetContext(pc, &factor));
+    PetscCall(KSPSolve(p.ksp, p.b, p.x));
+    PetscCall(KSPGetConvergedReason(p.ksp, &reason));
+    PetscCall(CheckInt("reason", reason, c.reason));
+    if (*c.text) {
+      PetscCall(KSPSetErrorIfNotConverged(p.ksp, PETSC_TRUE));
+      PetscCall(CheckError("solve", [&p]() { return KSPSolve(p.ksp, p.b, p.x); }, PETSC_ERR_NOT_CONVERGED, {c.text}));
+    }
+    PetscCall(ProblemDestroy(&p));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A matrix without a projector, a preconditioner on the wrong side, estimates that were not asked for */
+static PetscErrorCode Misuse()
+{
+  Spec      spec;
+  Problem   p;
+  PetscReal high, low;
+
+  PetscFunctionBeginUser;
+  Case("misuse");
+  PetscCall(ProblemCreate(spec, false, &p));
+  PetscCall(KSPSolve(p.ksp, p.b, p.x));
+  PetscCall(
+    CheckError("estimates not asked for", [&]() { return KSPComputeExtremeSingularValues(p.ksp, &high, &low); }, PETSC_ERR_ARG_WRONGSTATE, {"not requested"}));
+  PetscCall(KSPSetOperators(p.ksp, p.sys.A, p.sys.A));
+  PetscCall(CheckError("a matrix of type aij in a second solve", [&]() { return KSPSolve(p.ksp, p.b, p.x); }, PETSC_ERR_ARG_WRONG,
+                       {"aij", MATAINSWORTH, "no projector"}));
+  PetscCall(KSPReset(p.ksp));
+  PetscCall(KSPSetOperators(p.ksp, p.sys.A, p.sys.A));
+  PetscCall(CheckError("a matrix of type aij", [&]() { return KSPSetUp(p.ksp); }, PETSC_ERR_ARG_WRONG, {"aij", MATAINSWORTH, "no projector"}));
+  PetscCall(KSPReset(p.ksp)); /* and it can be used again */
+  PetscCall(KSPSetOperators(p.ksp, p.S, p.sys.A));
+  PetscCall(KSPSolve(p.ksp, p.b, p.x));
+  PetscCall(ProblemDestroy(&p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PETSc's own monitor of true residuals; the refinement comes on where rows of C are nearly dependent, and not before */
+static PetscErrorCode Drift()
+{
+  Spec        spec;
+  Problem     p;
+  std::string text;
+  PetscInt    n, m, start, end;
+  Mat         C;
+  PC          pc;
+
+  KSPConvergedReason reason;
+
+  PetscFunctionBeginUser;
+  {
+    Options options("-ksp_monitor_true_residual :monitor.txt");
+    Case("true residual monitor");
+    PetscCall(ProblemCreate(spec, false, &p));
+    PetscCall(KSPSolve(p.ksp, p.b, p.x));
+    PetscCall(KSPMonitorCancel(p.ksp)); /* closes the file */
+    PetscCall(FileText("monitor.txt", text));
+    PetscCall(CheckText("monitor", text, {"0 KSP", "1 KSP", "true resid norm"}));
+  }
+  PetscCall(ViewText(p.ksp, text));
+  PetscCall(CheckText("view", text, {"type: projectedcg", "refinement of the projection: not needed"}));
+
+  Case("nearly dependent rows of C");
+  p.d.C.row(1) = p.d.C.row(0) + 1e-6 * p.d.C.row(1);
+  PetscCall(MatGetLocalSize(p.sys.C, &m, &n));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, m, n, PETSC_DETERMINE, PETSC_DETERMINE, spec.n, NULL, spec.n, NULL, &C));
+  PetscCall(MatGetOwnershipRange(C, &start, &end));
+  for (PetscInt i = start; i < end; i++)
+    for (PetscInt j = 0; j < spec.n; j++)
+      if (p.d.C(i, j) != 0.0) PetscCall(MatSetValue(C, i, j, p.d.C(i, j), INSERT_VALUES));
+  PetscCall(MatAssemblyBegin(C, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(C, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAinsworthSetMats(p.S, p.sys.A, C));
+  PetscCall(KSPGetPC(p.ksp, &pc));
+  PetscCall(PCSetType(pc, PCNONE)); /* Jacobi would keep Ker C by itself: it is W */
+  PetscCall(KSPSolve(p.ksp, p.b, p.x));
+  PetscCall(ViewText(p.ksp, text));
+  PetscCall(CheckText("view", text, {"refinement of the projection: on"}));
+  PetscCall(KSPGetConvergedReason(p.ksp, &reason));
+  PetscCall(CheckTrue(KSPConvergedReasons[reason], reason > 0));
+  PetscCall(MatDestroy(&C));
+  PetscCall(ProblemDestroy(&p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  int exitcode;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(AinsworthInitializePackage());
+  PetscCall(Failures());
+  PetscCall(Misuse());
+  PetscCall(Drift());
+  PetscCall(ChecksFinish(&exitcode));
+  PetscCall(PetscFinalize());
+  return exitcode;
+}
