@@ -11,7 +11,7 @@ struct Layout {
     TRANSPOSE,
     HERMITIAN,
     ABSENT
-  } ct   = TRANSPOSE;
+  } ct   = HERMITIAN;
   bool c = true, empty = false, first = false, nestedVectors = false;
 };
 
