@@ -94,11 +94,12 @@ static PetscErrorCode SetUpConstrained(PC pc, PC_Ainsworth *data, PCFailedReason
   if (*reason) PetscFunctionReturn(PETSC_SUCCESS);
 
   PetscCall(AinsworthGetAIJ(data->saddle.A, &A));
-  in.A              = A;
-  in.C              = data->saddle.C;
-  in.S              = ctx->proj.gram.S;
-  in.weight         = ctx->weight;
-  in.frame          = &data->frame;
+  in.A      = A;
+  in.C      = data->saddle.C;
+  in.S      = ctx->proj.gram.S;
+  in.weight = ctx->weight;
+  in.frame  = &data->frame;
+  PetscCall(PCAinsworthWantsHypre(data, &in.hypre));
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor(data);
   PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M));
@@ -114,6 +115,7 @@ static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
   MatNullSpace near, common, rotated;
 
   PetscFunctionBegin;
+  if (!data->constraints) PetscFunctionReturn(PETSC_SUCCESS); /* A has its own */
   PetscCall(AinsworthSaddleGetNearNullSpace(&data->saddle, &near));
   if (near) {
     PetscCall(AinsworthFrameRotateNullSpace(&data->frame, data->saddle.A, near, &rotated));
@@ -171,6 +173,7 @@ static PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(AinsworthSaddleSetUp(pc->pmat, &data->saddle));
   PetscCall(MatGetSize(data->saddle.C, &data->constraints, NULL));
   PetscCall(ProbeSymmetry(data->saddle.A, &data->symmetric));
+  PetscCall(PCAinsworthConfigureKSP(pc, data));
   if (data->constraints) {
     PetscCall(SetUpConstrained(pc, data, &reason));
     if (reason) {
@@ -181,20 +184,16 @@ static PetscErrorCode PCSetUp_Ainsworth(PC pc)
       data->stale = PETSC_TRUE;
       PetscFunctionReturn(PETSC_SUCCESS);
     }
-    PetscCall(ForwardNullSpaces(data));
     PetscCall(MatCreateVecs(data->saddle.C, NULL, &data->residual));
     if (data->saddle.kept) {
       PetscCall(PetscInfo(pc, "%" PetscInt_FMT " rows of C are zero and left out\n", data->saddle.zeroRows));
       PetscCall(VecDuplicate(data->residual, &data->g));
       PetscCall(VecDuplicate(data->residual, &data->lambda));
     }
-    PetscCall(KSPSetOperators(data->ksp, data->S, data->M));
-  } else {
-    PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
-    PetscCall(KSPSetOperators(data->ksp, data->saddle.A, data->saddle.A));
-  }
+  } else PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
+  PetscCall(PCAinsworthSetKSPOperators(data));
+  PetscCall(ForwardNullSpaces(data));
   if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->rhs));
-  PetscCall(PCAinsworthConfigureKSP(pc, data));
   PetscCall(KSPSetUp(data->ksp));
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCGetFailedReason(inner, &reason));

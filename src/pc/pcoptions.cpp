@@ -31,7 +31,8 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   real = PCAinsworthPenaltyFactor(data);
   PetscCall(PetscOptionsReal("-pc_ainsworth_penalty_factor", "Factor gamma of the penalty", "PCAinsworthSetPenaltyFactor", real, &real, &set));
   /* PETSC_DEFAULT is a negative number, which the setter takes for the default */
-  PetscCheck(!set || real > 0.0, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_OUTOFRANGE, "-pc_ainsworth_penalty_factor must be positive, not %g", (double)real);
+  PetscCheck(!set || real > 0.0, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_OUTOFRANGE, "-pc_ainsworth_penalty_factor must be positive, not %g",
+             (double)real);
   if (set) PetscCall(PCAinsworthSetPenaltyFactor(pc, real));
   pmat = data->pmat.type;
   PetscCall(PetscOptionsEnum("-pc_ainsworth_pmat", "Approximation of the inverse Gram matrix in the preconditioning matrix", "PCAinsworthSetPmatType",
