@@ -96,7 +96,21 @@ static PetscErrorCode FillIJMatrix(AinsworthSum *sum, const AinsworthFrame *fram
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sum as n x n MATHYPRE, in the frame: PCHYPRE takes it as it is */
+/* MatCreateFromParCSR() gives a rank without rows one */
+static PetscErrorCode HasEmptyRank(Mat A, bool *empty)
+{
+  const PetscInt *ranges;
+  PetscMPIInt     size;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)A), &size));
+  PetscCall(MatGetOwnershipRanges(A, &ranges));
+  *empty = false;
+  for (PetscMPIInt r = 0; r < size; r++) *empty = *empty || ranges[r] == ranges[r + 1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The sum as n x n MATHYPRE, in the frame: PCHYPRE takes it as it is. Where a rank has no rows: AIJ, of which PCHYPRE makes a copy */
 PetscErrorCode AinsworthAssembleHypre(AinsworthSum *sum, const AinsworthFrame *frame, Mat *M)
 {
   MPI_Comm            comm = PetscObjectComm((PetscObject)sum->A);
@@ -104,8 +118,14 @@ PetscErrorCode AinsworthAssembleHypre(AinsworthSum *sum, const AinsworthFrame *f
   HYPRE_IJMatrix      ij;
   hypre_ParCSRMatrix *rows;
   PetscContainer      owner;
+  bool                empty;
 
   PetscFunctionBegin;
+  PetscCall(HasEmptyRank(sum->A, &empty));
+  if (empty) {
+    PetscCall(AinsworthAssembleAIJ(sum, frame, M));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(MatGetOwnershipRange(sum->A, &rstart, &rend));
   PetscCall(MatGetBlockSize(sum->A, &bs));
   AinsworthCallHypre(HYPRE_IJMatrixCreate(comm, rstart, rend - 1, rstart, rend - 1, &ij));
