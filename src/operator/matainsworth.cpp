@@ -18,6 +18,18 @@ PetscErrorCode MatAinsworthGetContext(Mat mat, Mat_Ainsworth **ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* B and the work space of the rows, where the projector has them now */
+static PetscErrorCode PlacePenalty(Mat_Ainsworth *ctx)
+{
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&ctx->B));
+  PetscCall(VecDestroy(&ctx->bcx));
+  PetscCall(VecDuplicate(ctx->proj.s, &ctx->B));
+  PetscCall(VecDuplicate(ctx->proj.s, &ctx->bcx));
+  PetscCall(AinsworthProjectorPlace(&ctx->proj, ctx->penalty, ctx->B));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Builds weight, projector and default penalty where A, C or the choice of W are not those of the last time */
 PetscErrorCode MatAinsworthSetUp(Mat mat, Mat_Ainsworth **out)
 {
@@ -35,7 +47,10 @@ PetscErrorCode MatAinsworthSetUp(Mat mat, Mat_Ainsworth **out)
   PetscCall(PetscObjectStateGet((PetscObject)ctx->C, &stateC));
   changedA = (PetscBool)(!ctx->current || stateA != ctx->stateA);
   changedC = (PetscBool)(!ctx->current || stateC != ctx->stateC);
-  if (!changedA && !changedC) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!changedA && !changedC) {
+    if (!ctx->B) PetscCall(PlacePenalty(ctx));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL && changedA) {
     PetscCall(VecDestroy(&ctx->weight));
     PetscCall(AinsworthWeightCreate(ctx->A, &ctx->weight));
@@ -46,7 +61,6 @@ PetscErrorCode MatAinsworthSetUp(Mat mat, Mat_Ainsworth **out)
   }
   if (!ctx->v) PetscCall(MatCreateVecs(ctx->A, &ctx->v, NULL));
   if (ctx->frame.bs && !ctx->u) PetscCall(VecDuplicate(ctx->v, &ctx->u));
-  if (!ctx->bcx) PetscCall(MatCreateVecs(ctx->C, NULL, &ctx->bcx));
   if (!ctx->userPenalty) {
     Vec D = ctx->weight;
 
@@ -55,6 +69,7 @@ PetscErrorCode MatAinsworthSetUp(Mat mat, Mat_Ainsworth **out)
     PetscCall(AinsworthRowPenaltyCreate(ctx->C, D, 1.0, &ctx->penalty));
     if (ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(VecDestroy(&D));
   }
+  PetscCall(PlacePenalty(ctx));
   ctx->stateA  = stateA;
   ctx->stateC  = stateC;
   ctx->current = PETSC_TRUE;
@@ -70,7 +85,7 @@ static PetscErrorCode MultOrAdjoint(Mat mat, PetscBool adjoint, Vec x, Vec y)
   PetscCall(MatAinsworthSetUp(mat, &ctx));
   PetscCall(PetscLogEventBegin(AINSWORTH_MatMult, mat, x, y, 0));
   PetscCall(AinsworthProjectorMult(&ctx->proj, x, ctx->v));
-  if (!ctx->withoutRange) PetscCall(VecPointwiseMult(ctx->bcx, ctx->penalty, ctx->proj.s));
+  if (!ctx->withoutRange) PetscCall(VecPointwiseMult(ctx->bcx, ctx->B, ctx->proj.s));
   PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_TRUE, ctx->v));
   if (adjoint) PetscCall(MatMultHermitianTranspose(ctx->A, ctx->v, y));
   else PetscCall(MatMult(ctx->A, ctx->v, y));
@@ -142,6 +157,7 @@ static PetscErrorCode Reset(Mat_Ainsworth *ctx)
   PetscCall(MatDestroy(&ctx->C));
   PetscCall(VecDestroy(&ctx->weight));
   PetscCall(VecDestroy(&ctx->penalty));
+  PetscCall(VecDestroy(&ctx->B));
   PetscCall(VecDestroy(&ctx->v));
   PetscCall(VecDestroy(&ctx->u));
   ctx->frame.bs = 0;

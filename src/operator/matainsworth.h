@@ -9,14 +9,15 @@ struct Mat_Ainsworth {
   Mat                    A, C;
   MatAinsworthWeightType weightType;
   Vec                    weight;      /* diagonal of W, length n; NULL for W = I */
-  Vec                    penalty;     /* diagonal of B, length m */
+  Vec                    penalty;     /* diagonal of B, length m, distributed as the rows of C */
+  Vec                    B;           /* the same where the rows are placed; NULL: not yet */
   PetscBool              userPenalty; /* set by MatAinsworthSetPenalty(), otherwise one per row with gamma = 1 */
   PetscInt               rowsPerRank;
   AinsworthFrame         frame;        /* the matrix acts on x' = T x */
   PetscBool              withoutRange; /* Q' A Q, without C' B C */
   AinsworthProjector     proj;
   Vec                    v, u;    /* n; u is there in a frame only */
-  Vec                    bcx;     /* m */
+  Vec                    bcx;     /* m, placed */
   PetscBool              current; /* the projector belongs to the present A, C and W */
   PetscObjectState       stateA, stateC;
 };

@@ -153,9 +153,7 @@ PetscErrorCode MatAinsworthSolveRange(Mat mat, Vec b, Vec x)
   PetscValidHeaderSpecific(b, VEC_CLASSID, 2);
   PetscValidHeaderSpecific(x, VEC_CLASSID, 3);
   PetscCall(MatAinsworthSetUp(mat, &ctx));
-  PetscCall(AinsworthProjectorRightInverseTranspose(&ctx->proj, b, ctx->bcx));
-  PetscCall(VecPointwiseDivide(ctx->bcx, ctx->bcx, ctx->penalty));
-  PetscCall(AinsworthProjectorRightInverse(&ctx->proj, ctx->bcx, x));
+  PetscCall(AinsworthProjectorSolveRange(&ctx->proj, ctx->B, b, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -180,7 +178,10 @@ PetscErrorCode MatAinsworthComputeRHS_Private(Mat mat, PetscBool transpose, Vec 
     else PetscCall(MatMult(ctx->A, ctx->v, rhs));
     PetscCall(VecAYPX(rhs, -1.0, f));
     PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_FALSE, rhs));
-    if (!ctx->withoutRange) PetscCall(VecPointwiseMult(ctx->bcx, ctx->penalty, g));
+    if (!ctx->withoutRange) {
+      PetscCall(AinsworthProjectorPlace(&ctx->proj, g, ctx->bcx));
+      PetscCall(VecPointwiseMult(ctx->bcx, ctx->B, ctx->bcx));
+    }
     PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, ctx->withoutRange ? NULL : ctx->bcx, rhs));
   }
   PetscCall(PetscLogEventEnd(AINSWORTH_RHS, mat, f, g, rhs));
@@ -314,11 +315,9 @@ PetscErrorCode MatAinsworthMultStiffness_Private(Mat mat, Vec x, Vec y)
 */
 PetscErrorCode MatAinsworthGetDrift_Private(Mat mat, Vec z, PetscReal *drift)
 {
-  Mat_Ainsworth     *ctx;
-  PetscReal          norm, largest;
-  PetscScalar        dot, *d;
-  const PetscScalar *s;
-  PetscInt           m;
+  Mat_Ainsworth *ctx;
+  PetscReal      norm, largest;
+  PetscScalar    dot;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp(mat, &ctx));
@@ -335,13 +334,7 @@ PetscErrorCode MatAinsworthGetDrift_Private(Mat mat, Vec z, PetscReal *drift)
     norm = PetscSqrtReal(PetscRealPart(dot));
   } else PetscCall(VecNorm(z, NORM_2, &norm));
   PetscCall(MatMult(ctx->proj.C, z, ctx->proj.s));
-  PetscCall(MatGetDiagonal(ctx->proj.gram.S, ctx->bcx));
-  PetscCall(VecGetLocalSize(ctx->bcx, &m));
-  PetscCall(VecGetArrayRead(ctx->proj.s, &s));
-  PetscCall(VecGetArray(ctx->bcx, &d));
-  for (PetscInt i = 0; i < m; i++) d[i] = PetscAbsScalar(s[i]) / PetscSqrtReal(PetscAbsScalar(d[i]));
-  PetscCall(VecRestoreArray(ctx->bcx, &d));
-  PetscCall(VecRestoreArrayRead(ctx->proj.s, &s));
+  PetscCall(VecPointwiseMult(ctx->bcx, ctx->proj.gram.scale, ctx->proj.s));
   PetscCall(VecNorm(ctx->bcx, NORM_INFINITY, &largest));
   *drift = norm > 0.0 ? largest / norm : 0.0;
   PetscFunctionReturn(PETSC_SUCCESS);

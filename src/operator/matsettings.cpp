@@ -194,6 +194,7 @@ PetscErrorCode MatAinsworthSetPenalty(Mat mat, Vec penalty)
   PetscCheck(smallest > 0.0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE,
              "Entry %" PetscInt_FMT " of the penalty is %g: the entries must be positive", where, (double)smallest);
   PetscCall(VecDestroy(&ctx->penalty));
+  PetscCall(VecDestroy(&ctx->B));
   PetscCall(VecDuplicate(penalty, &ctx->penalty));
   PetscCall(VecCopy(penalty, ctx->penalty));
   ctx->userPenalty = PETSC_TRUE;
@@ -233,8 +234,8 @@ PetscErrorCode MatAinsworthGetPenalty(Mat mat, Vec *penalty)
 
    Input Parameters:
 +  mat  - the matrix
--  rows - the Gram matrix is gathered on ceil(m / rows) ranks, at most as many as have rows of C; 100000 by default
-          (paper, section 5.2)
+-  rows - connected pieces of the Gram matrix with more than 32 rows, m rows together, are solved with on ceil(m / rows) ranks, at most as
+          many as have rows of C; 100000 by default (paper, section 5.2)
 
    Level: advanced
 
@@ -288,9 +289,15 @@ PetscErrorCode MatAinsworthGetGramMat(Mat mat, Mat *S)
 .  mat - the matrix, with its A and C set
 
    Output Parameter:
-.  ksp - the solver, with options prefix `ainsworth_gram_`; it lives on the ranks that the Gram matrix is gathered on and is `NULL` on the others
+.  ksp - the solver, with options prefix `ainsworth_gram_`; `NULL` on ranks that solve for no row of the Gram matrix
 
    Level: advanced
+
+   Notes:
+   Each rank solves with whole connected pieces of the Gram matrix, on its own; only where a piece has more rows than a rank is given
+   (`MatAinsworthSetRowsPerRank()`) the solver is one that several ranks share.
+
+   The matrix of the solver is the Gram matrix scaled to a unit diagonal, its rows piece by piece.
 
 .seealso: `MATAINSWORTH`, `MatAinsworthGetGramMat()`, `MatAinsworthSetRowsPerRank()`
 @*/
@@ -301,6 +308,6 @@ PetscErrorCode MatAinsworthGetGramKSP(Mat mat, KSP *ksp)
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp(mat, &ctx));
   PetscAssertPointer(ksp, 2);
-  *ksp = ctx->proj.gram.ksp;
+  *ksp = ctx->proj.gram.placement.sizes.size() ? ctx->proj.gram.ksp : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -274,7 +274,8 @@ PetscErrorCode PCAinsworthGetFrameType(PC pc, PCAinsworthFrameType *type)
 
    Input Parameters:
 +  pc   - the preconditioner
--  rows - positive; the Gram matrix is gathered on ceil(m / rows) ranks; 100000 by default (paper, section 5.2)
+-  rows - positive; connected pieces of the Gram matrix with more than 32 rows, m rows together, are solved with on ceil(m / rows) ranks;
+          100000 by default (paper, section 5.2)
 
    Options Database Key:
 .  -pc_ainsworth_rows_per_rank <100000> - the rows per rank
@@ -358,7 +359,7 @@ PetscErrorCode PCAinsworthGetKSP(PC pc, KSP *ksp)
 .  pc - the preconditioner, after `PCSetUp()`
 
    Output Parameter:
-.  ksp - the solver, with options prefix `ainsworth_gram_`; `NULL` on the ranks that the Gram matrix is not gathered on, and without constraints
+.  ksp - the solver, with options prefix `ainsworth_gram_`; `NULL` on ranks that solve for no row, and without constraints
 
    Level: advanced
 

@@ -1,85 +1,134 @@
 #include "gram.h"
 #include "../events.h"
 
-/* Ranks 0, size/k, 2 size/k, ... form the group; rank 0 is always in it, so that options and views find it */
-static PetscErrorCode GroupRanks(AinsworthGram *gram, PetscInt rowsPerRank)
+/* Pieces of up to this many rows are inverted as dense blocks: a factorisation would cost more in its bookkeeping */
+static const PetscInt smallPiece = 32;
+
+/* A copy of a SeqAIJ with ascending columns, which a submatrix in another order need not have and all later searches rely on */
+static PetscErrorCode SortColumns(Mat M, Mat *sorted)
 {
-  MPI_Comm    comm = PetscObjectComm((PetscObject)gram->S);
-  PetscMPIInt size, rank, member = 0;
-  PetscInt    m, local, nonempty;
+  PetscInt                 n, rows;
+  const PetscInt          *ia, *ja;
+  const PetscScalar       *a;
+  PetscBool                done;
+  std::vector<PetscInt>    start, columns;
+  std::vector<PetscScalar> values;
 
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCall(MatGetSize(gram->S, &m, NULL));
-  PetscCall(MatGetLocalSize(gram->S, &local, NULL));
-  nonempty = local > 0;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &nonempty, 1, MPIU_INT, MPI_SUM, comm));
-  gram->ranks = PetscMin(1 + (m - 1) / rowsPerRank, nonempty);
-  if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt k = 0; k < gram->ranks; k++)
-    if (rank == (PetscMPIInt)(((PetscInt64)k * size) / gram->ranks)) member = 1;
-  PetscCallMPI(MPI_Comm_split(comm, member ? 0 : MPI_UNDEFINED, rank, &gram->group));
+  PetscCall(MatGetSize(M, &n, NULL));
+  PetscCall(MatGetRowIJ(M, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
+  PetscCall(MatSeqAIJGetArrayRead(M, &a));
+  start.assign(ia, ia + n + 1);
+  columns.assign(ja, ja + ia[n]);
+  values.assign(a, a + ia[n]);
+  PetscCall(MatSeqAIJRestoreArrayRead(M, &a));
+  PetscCall(MatRestoreRowIJ(M, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
+  for (PetscInt i = 0; i < n; i++) PetscCall(PetscSortIntWithScalarArray(start[i + 1] - start[i], columns.data() + start[i], values.data() + start[i]));
+  PetscCall(MatCreate(PETSC_COMM_SELF, sorted));
+  PetscCall(MatSetSizes(*sorted, n, n, n, n));
+  PetscCall(MatSetType(*sorted, MATSEQAIJ));
+  PetscCall(MatSeqAIJSetPreallocationCSR(*sorted, start.data(), columns.data(), values.data()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Move the rows of S to the group, in their global order, in equal shares */
-static PetscErrorCode GatherOnGroup(AinsworthGram *gram)
+/* The rows of S in their places, with the rank's own diagonal block as a sequential matrix unless a piece is split */
+static PetscErrorCode Place(AinsworthGram *gram)
 {
-  MPI_Comm    comm = PetscObjectComm((PetscObject)gram->S);
-  PetscInt    m, n = 0, start = 0;
-  PetscMPIInt size, rank;
-  IS          is;
-  Mat         moved;
-  Vec         rows;
+  Mat moved = gram->S, own;
 
   PetscFunctionBegin;
-  PetscCall(MatGetSize(gram->S, &m, NULL));
-  if (gram->group != MPI_COMM_NULL) {
-    PetscCallMPI(MPI_Comm_size(gram->group, &size));
-    PetscCallMPI(MPI_Comm_rank(gram->group, &rank));
-    n     = m / size + ((m % size) > rank);
-    start = rank * (m / size) + PetscMin(m % size, rank);
-  }
-  PetscCall(ISCreateStride(comm, n, start, 1, &is));
-  PetscCall(MatCreateSubMatrix(gram->S, is, is, MAT_INITIAL_MATRIX, &moved));
-  PetscCall(MatCreateVecs(gram->S, NULL, &rows));
-  PetscCall(MatCreateVecs(moved, NULL, &gram->all));
-  PetscCall(VecScatterCreate(rows, is, gram->all, NULL, &gram->scatter));
-  PetscCall(VecDestroy(&rows));
-  PetscCall(ISDestroy(&is));
-  if (gram->group != MPI_COMM_NULL) {
-    Mat                local;
-    PetscInt           nrows;
+  if (gram->placement.rows) PetscCall(MatCreateSubMatrix(gram->S, gram->placement.rows, gram->placement.rows, MAT_INITIAL_MATRIX, &moved));
+  else PetscCall(MatDuplicate(gram->S, MAT_COPY_VALUES, &moved));
+  PetscCall(MatCreateVecs(moved, NULL, &gram->scale));
+  PetscCall(MatGetDiagonal(moved, gram->scale));
+  PetscCall(VecSqrtAbs(gram->scale));
+  PetscCall(VecReciprocal(gram->scale));
+  PetscCall(MatDiagonalScale(moved, gram->scale, gram->scale));
+  if (gram->placement.split) {
+    PetscMPIInt        rank;
+    PetscInt           n, m, rows;
     const PetscInt    *ia, *ja;
     const PetscScalar *a;
     PetscBool          done;
+    Mat                local;
 
-    PetscCall(MatMPIAIJGetLocalMat(moved, MAT_INITIAL_MATRIX, &local)); /* global column numbers, in order */
-    PetscCall(MatGetRowIJ(local, 0, PETSC_FALSE, PETSC_FALSE, &nrows, &ia, &ja, &done));
-    PetscCall(MatSeqAIJGetArrayRead(local, &a));
-    PetscCall(MatCreate(gram->group, &gram->grouped));
-    PetscCall(MatSetSizes(gram->grouped, n, n, m, m));
-    PetscCall(MatSetType(gram->grouped, MATAIJ));
-    PetscCall(MatSeqAIJSetPreallocationCSR(gram->grouped, ia, ja, a));
-    PetscCall(MatMPIAIJSetPreallocationCSR(gram->grouped, ia, ja, a));
-    PetscCall(MatSeqAIJRestoreArrayRead(local, &a));
-    PetscCall(MatRestoreRowIJ(local, 0, PETSC_FALSE, PETSC_FALSE, &nrows, &ia, &ja, &done));
-    PetscCall(MatDestroy(&local));
+    PetscCall(MatGetLocalSize(moved, &n, NULL));
+    PetscCall(MatGetSize(moved, &m, NULL));
+    PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)moved), &rank));
+    PetscCallMPI(MPI_Comm_split(PetscObjectComm((PetscObject)moved), n ? 0 : MPI_UNDEFINED, rank, &gram->group));
+    if (n) {
+      PetscCall(MatMPIAIJGetLocalMat(moved, MAT_INITIAL_MATRIX, &local)); /* global column numbers, in order */
+      PetscCall(MatGetRowIJ(local, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
+      PetscCall(MatSeqAIJGetArrayRead(local, &a));
+      PetscCall(MatCreate(gram->group, &gram->placed));
+      PetscCall(MatSetSizes(gram->placed, n, n, m, m));
+      PetscCall(MatSetType(gram->placed, MATAIJ));
+      PetscCall(MatMPIAIJSetPreallocationCSR(gram->placed, ia, ja, a));
+      PetscCall(MatSeqAIJRestoreArrayRead(local, &a));
+      PetscCall(MatRestoreRowIJ(local, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
+      PetscCall(MatDestroy(&local));
+    }
+  } else {
+    PetscCall(MatGetDiagonalBlock(moved, &own));
+    PetscCall(SortColumns(own, &gram->placed));
   }
   PetscCall(MatDestroy(&moved));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The solver that the pieces of this rank call for: none for a diagonal, dense inverses of small blocks, a factorisation */
+static PetscErrorCode ChoosePC(const AinsworthGram *gram, PC pc)
+{
+  const std::vector<PetscInt> &sizes   = gram->placement.sizes;
+  PetscInt                     largest = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt size : sizes) largest = PetscMax(largest, size);
+  if (gram->placement.split) largest = PETSC_MAX_INT;
+  if (largest <= 1) PetscCall(PCSetType(pc, PCNONE)); /* scaled, the matrix is the identity */
+  else if (largest <= smallPiece) {
+    PetscCall(MatSetVariableBlockSizes(gram->placed, (PetscInt)sizes.size(), (PetscInt *)sizes.data()));
+    PetscCall(PCSetType(pc, PCVPBJACOBI));
+  } else PetscCall(PCSetType(pc, PetscDefined(USE_COMPLEX) ? PCLU : PCCHOLESKY)); /* PETSc's own Cholesky factorisation knows L L^T only */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent, const char prefix[])
+{
+  PC       pc;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(MatSetOption(gram->placed, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
+  PetscCall(MatCreateVecs(gram->placed, NULL, &gram->b));
+  PetscCall(VecGetLocalSize(gram->b, &n));
+  PetscCall(KSPCreate(PetscObjectComm((PetscObject)gram->placed), &gram->ksp));
+  PetscCall(PetscObjectIncrementTabLevel((PetscObject)gram->ksp, parent, 1));
+  PetscCall(KSPSetOptionsPrefix(gram->ksp, prefix));
+  PetscCall(KSPAppendOptionsPrefix(gram->ksp, "ainsworth_gram_"));
+  PetscCall(KSPSetType(gram->ksp, KSPPREONLY));
+  PetscCall(KSPSetTolerances(gram->ksp, 1e-14, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT)); /* for iterative choices: Q is as exact as this */
+  PetscCall(KSPGetPC(gram->ksp, &pc));
+  PetscCall(ChoosePC(gram, pc));
+  PetscCall(KSPSetOperators(gram->ksp, gram->placed, gram->placed));
+  PetscCall(KSPSetFromOptions(gram->ksp)); /* on ranks without rows too: rank 0 tells which options nobody read */
+  if (n) PetscCall(KSPSetUp(gram->ksp));
+  if (gram->placement.split) {
+    PetscInt m;
+    PetscCall(MatGetSize(gram->placed, &m, NULL));
+    PetscCall(VecCreateMPIWithArray(gram->group, 1, n, m, NULL, &gram->x));
+  } else PetscCall(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, n, NULL, &gram->x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
-   AinsworthGramSetUp - forms S = C (C W)' and factors it on ceil(m / rowsPerRank) ranks
+   AinsworthGramSetUp - forms S = C (C W)', places its rows and factors its pieces
 
    CW is C with its columns scaled by W (C itself for W = I). The solver has the options prefix `prefix`ainsworth_gram_.
 */
 PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, PetscInt rowsPerRank, PetscObject parent, const char prefix[])
 {
-  Mat         CWt;
-  PetscMPIInt size;
+  Mat CWt;
 
   PetscFunctionBegin;
   PetscCall(AinsworthGramReset(gram));
@@ -88,39 +137,12 @@ PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, PetscInt r
   PetscCall(MatMatMult(C, CWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &gram->S));
   PetscCall(MatDestroy(&CWt));
   PetscCall(MatSetOption(gram->S, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
-  PetscCall(GroupRanks(gram, rowsPerRank));
-  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)C), &size));
-  if (size > 1) PetscCall(GatherOnGroup(gram));
-  else {
-    PetscCall(PetscObjectReference((PetscObject)gram->S));
-    gram->grouped = gram->S;
-  }
+  PetscCall(AinsworthPlacementCreate(gram->S, rowsPerRank, smallPiece, &gram->placement));
+  PetscCall(Place(gram));
   PetscCall(PetscLogEventEnd(AINSWORTH_GramMat, C, 0, 0, 0));
 
   PetscCall(PetscLogEventBegin(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
-  if (gram->grouped) {
-    PC pc;
-
-    PetscCall(MatSetOption(gram->grouped, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
-    PetscCall(KSPCreate(PetscObjectComm((PetscObject)gram->grouped), &gram->ksp));
-    PetscCall(PetscObjectIncrementTabLevel((PetscObject)gram->ksp, parent, 1));
-    PetscCall(KSPSetOptionsPrefix(gram->ksp, prefix));
-    PetscCall(KSPAppendOptionsPrefix(gram->ksp, "ainsworth_gram_"));
-    PetscCall(KSPSetType(gram->ksp, KSPPREONLY));
-    PetscCall(KSPSetTolerances(gram->ksp, 1e-14, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT)); /* for iterative choices: Q is as exact as this */
-    PetscCall(KSPGetPC(gram->ksp, &pc));
-    PetscCall(PCSetType(pc, PetscDefined(USE_COMPLEX) ? PCLU : PCCHOLESKY)); /* PETSc's own Cholesky factorisation knows L L^T only */
-    PetscCall(KSPSetOperators(gram->ksp, gram->grouped, gram->grouped));
-    PetscCall(KSPSetFromOptions(gram->ksp));
-    PetscCall(KSPSetUp(gram->ksp));
-    PetscCall(MatCreateVecs(gram->grouped, &gram->x, NULL));
-    if (gram->scatter) {
-      PetscInt n, m;
-      PetscCall(MatGetLocalSize(gram->grouped, &n, NULL));
-      PetscCall(MatGetSize(gram->grouped, &m, NULL));
-      PetscCall(VecCreateMPIWithArray(gram->group, 1, n, m, NULL, &gram->b));
-    }
-  }
+  if (gram->placed) PetscCall(CreateSolver(gram, parent, prefix));
   PetscCall(PetscLogEventEnd(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -129,10 +151,10 @@ PetscErrorCode AinsworthGramReset(AinsworthGram *gram)
 {
   PetscFunctionBegin;
   PetscCall(MatDestroy(&gram->S));
-  PetscCall(MatDestroy(&gram->grouped));
+  PetscCall(AinsworthPlacementReset(&gram->placement));
+  PetscCall(VecDestroy(&gram->scale));
+  PetscCall(MatDestroy(&gram->placed));
   PetscCall(KSPDestroy(&gram->ksp));
-  PetscCall(VecScatterDestroy(&gram->scatter));
-  PetscCall(VecDestroy(&gram->all));
   PetscCall(VecDestroy(&gram->b));
   PetscCall(VecDestroy(&gram->x));
   if (gram->group != MPI_COMM_NULL) PetscCallMPI(MPI_Comm_free(&gram->group));
@@ -140,7 +162,7 @@ PetscErrorCode AinsworthGramReset(AinsworthGram *gram)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A solve that failed on the group becomes Inf, which every rank sees at its next norm */
+/* A solve that failed becomes Inf, which every rank sees at its next norm */
 static PetscErrorCode SolveOrInf(KSP ksp, Vec b, Vec x)
 {
   KSPConvergedReason reason;
@@ -155,33 +177,38 @@ static PetscErrorCode SolveOrInf(KSP ksp, Vec b, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x = S^{-1} b, both distributed as the rows of C */
+/* x = S^{-1} b = D (D S D)^{-1} D b, D = diag(S)^{-1/2}, both placed; not the same vector. Only ranks that share a piece exchange anything */
 PetscErrorCode AinsworthGramSolve(AinsworthGram *gram, Vec b, Vec x)
 {
+  PetscInt n;
+
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_GramSolve, gram->S, b, x, 0));
-  if (!gram->scatter) PetscCall(SolveOrInf(gram->ksp, b, x));
-  else {
-    PetscCall(VecScatterBegin(gram->scatter, b, gram->all, INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecScatterEnd(gram->scatter, b, gram->all, INSERT_VALUES, SCATTER_FORWARD));
-    if (gram->ksp) {
-      PetscScalar *array;
+  PetscCall(VecGetLocalSize(b, &n));
+  if (n) {
+    const PetscScalar *d, *in;
+    PetscScalar       *out;
 
-      PetscCall(VecGetArray(gram->all, &array));
-      PetscCall(VecPlaceArray(gram->b, array));
-      PetscCall(SolveOrInf(gram->ksp, gram->b, gram->x));
-      PetscCall(VecCopy(gram->x, gram->b));
-      PetscCall(VecResetArray(gram->b));
-      PetscCall(VecRestoreArray(gram->all, &array));
-    }
-    PetscCall(VecScatterBegin(gram->scatter, gram->all, x, INSERT_VALUES, SCATTER_REVERSE));
-    PetscCall(VecScatterEnd(gram->scatter, gram->all, x, INSERT_VALUES, SCATTER_REVERSE));
+    PetscCall(VecGetArrayRead(gram->scale, &d));
+    PetscCall(VecGetArrayRead(b, &in));
+    PetscCall(VecGetArrayWrite(gram->b, &out));
+    for (PetscInt i = 0; i < n; i++) out[i] = d[i] * in[i];
+    PetscCall(VecRestoreArrayWrite(gram->b, &out));
+    PetscCall(VecRestoreArrayRead(b, &in));
+    PetscCall(VecGetArray(x, &out));
+    PetscCall(VecPlaceArray(gram->x, out));
+    PetscCall(SolveOrInf(gram->ksp, gram->b, gram->x));
+    PetscCall(VecResetArray(gram->x));
+    for (PetscInt i = 0; i < n; i++) out[i] *= d[i];
+    PetscCall(VecRestoreArray(x, &out));
+    PetscCall(VecRestoreArrayRead(gram->scale, &d));
+    PetscCall(PetscLogFlops(2.0 * n));
   }
   PetscCall(PetscLogEventEnd(AINSWORTH_GramSolve, gram->S, b, x, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective on the communicator of S: did the factorisation fail on the group? */
+/* Collective on the communicator of S: did a factorisation fail on any rank? */
 PetscErrorCode AinsworthGramGetFailedReason(AinsworthGram *gram, PCFailedReason *reason)
 {
   PetscMPIInt    local;
@@ -201,15 +228,27 @@ PetscErrorCode AinsworthGramGetFailedReason(AinsworthGram *gram, PCFailedReason 
 
 PetscErrorCode AinsworthGramView(AinsworthGram *gram, PetscViewer viewer)
 {
-  PetscViewer sub;
-  MPI_Comm    comm = gram->ksp ? PetscObjectComm((PetscObject)gram->ksp) : PETSC_COMM_SELF;
+  const AinsworthPlacement &p    = gram->placement;
+  MPI_Comm                  comm = PetscObjectComm((PetscObject)gram->S), own = MPI_COMM_NULL;
+  PetscMPIInt               rank, first;
+  PetscViewer               sub;
 
   PetscFunctionBegin;
-  PetscCall(PetscViewerASCIIPrintf(viewer, "Gram matrix S = C W C' and its solver, on %" PetscInt_FMT " rank%s:\n", gram->ranks, gram->ranks > 1 ? "s" : ""));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  first = p.sizes.size() ? rank : PETSC_MPI_INT_MAX;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "Gram matrix S = C W C': %" PetscInt_FMT " connected piece%s, the largest of %" PetscInt_FMT " row%s, on %" PetscInt_FMT " rank%s%s\n", p.pieces,
+    p.pieces > 1 ? "s" : "", p.largest, p.largest > 1 ? "s" : "", p.ranks, p.ranks > 1 ? "s" : "", p.split ? ", cut by METIS" : ""));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "its solver on rank %d:\n", first));
   PetscCall(PetscViewerASCIIPushTab(viewer));
-  PetscCall(PetscViewerGetSubViewer(viewer, comm, &sub));
-  if (gram->ksp) PetscCall(KSPView(gram->ksp, sub));
-  PetscCall(PetscViewerRestoreSubViewer(viewer, comm, &sub));
+  own = p.split && p.sizes.size() ? gram->group : PETSC_COMM_SELF;
+  PetscCall(PetscViewerASCIIPushSynchronized(viewer));
+  PetscCall(PetscViewerGetSubViewer(viewer, own, &sub));
+  if (gram->ksp && (p.split || rank == first)) PetscCall(KSPView(gram->ksp, sub));
+  PetscCall(PetscViewerRestoreSubViewer(viewer, own, &sub));
+  PetscCall(PetscViewerFlush(viewer));
+  PetscCall(PetscViewerASCIIPopSynchronized(viewer));
   PetscCall(PetscViewerASCIIPopTab(viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,18 +1,17 @@
-/* The Gram matrix S = C W C' and its solver, which lives on few ranks (paper, section 5.2) */
+/* The Gram matrix S = C W C' and its solver, piece by piece where its rows are placed (docs/method.md, Gram matrix) */
 #ifndef AINSWORTH_GRAM_H
 #define AINSWORTH_GRAM_H
 
-#include "../petsccompat.h"
+#include "pieces.h"
 
 struct AinsworthGram {
-  Mat        S;       /* m x m AIJ, rows distributed as those of C */
-  Mat        grouped; /* the same on the group of ranks that solve with it */
-  KSP        ksp;     /* on the group; NULL on the other ranks */
-  MPI_Comm   group;   /* MPI_COMM_NULL: the communicator of S itself */
-  VecScatter scatter; /* layout of C's rows to layout of the group; NULL if they are the same */
-  Vec        all;     /* layout of the group on the communicator of S; its array is lent to the two below */
-  Vec        b, x;    /* on the group */
-  PetscInt   ranks;   /* size of the group */
+  Mat                S;         /* m x m AIJ, rows distributed as those of C */
+  AinsworthPlacement placement; /* of the rows of S on the ranks that solve for them */
+  Vec                scale;     /* placed: diag(S)^{-1/2} */
+  Mat                placed;    /* S in its places, scaled to a unit diagonal: the rows of this rank, or, where a piece is split, of the group */
+  MPI_Comm           group;     /* the ranks that share a split piece; MPI_COMM_NULL: none do */
+  KSP                ksp;       /* on PETSC_COMM_SELF or the group */
+  Vec                b, x;      /* of placed; x is lent its array */
 };
 
 PetscErrorCode AinsworthGramSetUp(AinsworthGram *, Mat, Mat, PetscInt, PetscObject, const char[]);

@@ -7,18 +7,21 @@
 #include "../saddle/saddle.h"
 
 struct AinsworthProjector {
-  Mat           C;    /* m x n AIJ, in the frame: C T' */
-  Mat           CW;   /* C W T'; the same as C for W = I */
-  AinsworthGram gram; /* S = C W C' */
-  Vec           s, t; /* m */
+  Mat           C;       /* m x n AIJ, in the frame: C T'; its rows where they are solved for (placed) */
+  Mat           CW;      /* C W T', placed; the same as C for W = I */
+  AinsworthGram gram;    /* S = C W C' */
+  VecScatter    scatter; /* from the program's rows of C to their places; NULL: they stay */
+  Vec           s, t;    /* m, placed */
 };
 
 PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, Mat, Vec, const AinsworthFrame *, PetscInt, PetscObject, const char[]);
 PetscErrorCode AinsworthProjectorReset(AinsworthProjector *);
+PetscErrorCode AinsworthProjectorPlace(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorMult(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorMultTranspose(AinsworthProjector *, Vec, Vec, Vec);
 PetscErrorCode AinsworthProjectorRightInverse(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorRightInverseTranspose(AinsworthProjector *, Vec, Vec);
+PetscErrorCode AinsworthProjectorSolveRange(AinsworthProjector *, Vec, Vec, Vec);
 
 PetscErrorCode AinsworthRowSums(Mat, Vec);
 PetscErrorCode AinsworthWeightCreate(Mat, Vec *);

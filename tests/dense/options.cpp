@@ -207,7 +207,7 @@ static PetscErrorCode Views()
     PetscCall(ViewText(ksp, text));
     PetscCall(CheckText("view", text,
                         {first, second, "constraints: 5", "frame: the program's components", "reduced solve in the primal unknowns",
-                         "Gram matrix S = C W C' and its solver, on " + std::string(pmat && size > 1 ? "2 ranks" : "1 rank"), "(ainsworth_) ",
+                         "Gram matrix S = C W C': 1 connected piece, the largest of 5 rows, on " + std::string(pmat && size > 1 ? "2 ranks, cut by METIS" : "1 rank"), "(ainsworth_) ",
                          "(ainsworth_gram_) ", pmat ? "type: cg" : "type: projectedcg", "type: ainsworth",
                          "constraints=5, weight: " + std::string(pmat ? "identity" : "diagonal"), "penalty: "}));
     PetscCall(CheckTrue("no longer not set up", text.find("not set up yet") == std::string::npos));

@@ -1,0 +1,392 @@
+#include "pieces.h"
+#include <petscsf.h>
+#include <metis.h>
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <numeric>
+
+namespace
+{
+/* The rows of S that a rank owns, with the labels of the pieces that they belong to: the smallest row of the piece */
+class Labels {
+public:
+  PetscErrorCode create(Mat S);
+  PetscErrorCode destroy();
+
+  Mat                   S;
+  PetscInt              rstart, n;
+  std::vector<PetscInt> label;
+  PetscSF               roots = NULL; /* from the owner of the first row of a piece to the ranks that have rows of it */
+  std::vector<PetscInt> distinct;     /* labels on this rank, ascending: the leaves of `roots` */
+
+private:
+  PetscErrorCode findWithin(Mat inside);
+  PetscErrorCode spread(Mat outside, const PetscInt ghosts[]);
+};
+
+/* Pieces within the rank: breadth first, each from its smallest row */
+PetscErrorCode Labels::findWithin(Mat inside)
+{
+  PetscInt              rows;
+  const PetscInt       *ia, *ja;
+  PetscBool             done;
+  std::vector<PetscInt> front;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetRowIJ(inside, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
+  label.assign(n, -1);
+  for (PetscInt first = 0; first < n; first++) {
+    if (label[first] >= 0) continue;
+    label[first] = rstart + first;
+    front.assign(1, first);
+    while (front.size()) {
+      const PetscInt i = front.back();
+
+      front.pop_back();
+      for (PetscInt k = ia[i]; k < ia[i + 1]; k++) {
+        if (label[ja[k]] >= 0) continue;
+        label[ja[k]] = rstart + first;
+        front.push_back(ja[k]);
+      }
+    }
+  }
+  PetscCall(MatRestoreRowIJ(inside, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Across ranks: the smallest label wins, until none changes on any rank */
+PetscErrorCode Labels::spread(Mat outside, const PetscInt ghosts[])
+{
+  MPI_Comm              comm = PetscObjectComm((PetscObject)S);
+  const PetscInt       *ia, *ja;
+  PetscInt              rows, nghosts;
+  PetscBool             done;
+  PetscMPIInt           changed = 1;
+  PetscLayout           layout;
+  PetscSF               sf;
+  std::vector<PetscInt> ghost, best(n), start(label);
+
+  PetscFunctionBegin;
+  PetscCall(MatGetSize(outside, NULL, &nghosts));
+  ghost.resize(nghosts);
+  PetscCall(MatGetLayouts(S, NULL, &layout));
+  PetscCall(PetscSFCreate(comm, &sf));
+  PetscCall(PetscSFSetGraphLayout(sf, layout, nghosts, NULL, PETSC_USE_POINTER, ghosts));
+  PetscCall(MatGetRowIJ(outside, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
+  while (changed) {
+    PetscCall(PetscSFBcastBegin(sf, MPIU_INT, label.data(), ghost.data(), MPI_REPLACE));
+    PetscCall(PetscSFBcastEnd(sf, MPIU_INT, label.data(), ghost.data(), MPI_REPLACE));
+    changed = 0;
+    for (PetscInt i = 0; i < n; i++) best[i] = label[i];
+    for (PetscInt i = 0; i < n; i++) { /* of the part of the piece within the rank, `start` is the first row */
+      PetscInt &of = best[start[i] - rstart];
+      for (PetscInt k = ia[i]; k < ia[i + 1]; k++) of = PetscMin(of, ghost[ja[k]]);
+    }
+    for (PetscInt i = 0; i < n; i++) {
+      if (best[start[i] - rstart] == label[i]) continue;
+      label[i] = best[start[i] - rstart];
+      changed  = 1;
+    }
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_INT, MPI_MAX, comm));
+  }
+  PetscCall(MatRestoreRowIJ(outside, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
+  PetscCall(PetscSFDestroy(&sf));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode Labels::create(Mat matrix)
+{
+  PetscBool   mpi;
+  PetscLayout layout;
+
+  PetscFunctionBegin;
+  S = matrix;
+  PetscCall(MatGetOwnershipRange(S, &rstart, NULL));
+  PetscCall(MatGetLocalSize(S, &n, NULL));
+  PetscCall(PetscObjectBaseTypeCompare((PetscObject)S, MATMPIAIJ, &mpi));
+  if (mpi) {
+    Mat             inside, outside;
+    const PetscInt *ghosts;
+
+    PetscCall(MatMPIAIJGetSeqAIJ(S, &inside, &outside, &ghosts));
+    PetscCall(findWithin(inside));
+    PetscCall(spread(outside, ghosts));
+  } else PetscCall(findWithin(S));
+  distinct = label;
+  std::sort(distinct.begin(), distinct.end());
+  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+  PetscCall(MatGetLayouts(S, &layout, NULL));
+  PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)S), &roots));
+  PetscCall(PetscSFSetGraphLayout(roots, layout, (PetscInt)distinct.size(), NULL, PETSC_USE_POINTER, distinct.data()));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode Labels::destroy()
+{
+  PetscFunctionBegin;
+  PetscCall(PetscSFDestroy(&roots));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the owner of the first row of a piece knows of it */
+struct Piece {
+  PetscInt first, size, work;
+};
+
+/* Sizes and work of all pieces whose first row this rank owns; size 0 where no piece begins */
+PetscErrorCode Measure(const Labels &labels, std::vector<PetscInt> &size, std::vector<PetscInt> &work)
+{
+  std::vector<PetscInt> rows(labels.distinct.size(), 0), nonzeros(labels.distinct.size(), 0);
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < labels.n; i++) {
+    const size_t d = std::lower_bound(labels.distinct.begin(), labels.distinct.end(), labels.label[i]) - labels.distinct.begin();
+    PetscInt     ncols;
+
+    PetscCall(MatGetRow(labels.S, labels.rstart + i, &ncols, NULL, NULL));
+    rows[d]++;
+    nonzeros[d] += ncols;
+    PetscCall(MatRestoreRow(labels.S, labels.rstart + i, &ncols, NULL, NULL));
+  }
+  size.assign(labels.n, 0);
+  work.assign(labels.n, 0);
+  PetscCall(PetscSFReduceBegin(labels.roots, MPIU_INT, rows.data(), size.data(), MPI_SUM));
+  PetscCall(PetscSFReduceEnd(labels.roots, MPIU_INT, rows.data(), size.data(), MPI_SUM));
+  PetscCall(PetscSFReduceBegin(labels.roots, MPIU_INT, nonzeros.data(), work.data(), MPI_SUM));
+  PetscCall(PetscSFReduceEnd(labels.roots, MPIU_INT, nonzeros.data(), work.data(), MPI_SUM));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The pieces of more than `small` rows, the same list on every rank */
+PetscErrorCode GatherLarge(const Labels &labels, PetscInt small, const std::vector<PetscInt> &size, const std::vector<PetscInt> &work, std::vector<Piece> &all)
+{
+  MPI_Comm                 comm = PetscObjectComm((PetscObject)labels.S);
+  PetscMPIInt              ranks, count;
+  std::vector<PetscInt>    mine, list;
+  std::vector<PetscMPIInt> counts, displacements;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < labels.n; i++)
+    if (size[i] > small) mine.insert(mine.end(), {labels.rstart + i, size[i], work[i]});
+  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  counts.resize(ranks);
+  displacements.assign(ranks + 1, 0);
+  PetscCall(PetscMPIIntCast((PetscInt)mine.size(), &count));
+  PetscCallMPI(MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, comm));
+  std::partial_sum(counts.begin(), counts.end(), displacements.begin() + 1);
+  list.resize(displacements[ranks]);
+  PetscCallMPI(MPI_Allgatherv(mine.data(), count, MPIU_INT, list.data(), counts.data(), displacements.data(), MPIU_INT, comm));
+  for (size_t k = 0; k < list.size(); k += 3) all.push_back({list[k], list[k + 1], list[k + 2]});
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The `count` ranks with the most rows of S, ascending: what they own need not travel */
+PetscErrorCode ChooseRanks(Mat S, PetscInt count, std::vector<PetscMPIInt> &chosen)
+{
+  const PetscInt *ranges;
+  PetscMPIInt     size;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)S), &size));
+  PetscCall(MatGetOwnershipRanges(S, &ranges));
+  chosen.resize(size);
+  std::iota(chosen.begin(), chosen.end(), 0);
+  std::stable_sort(chosen.begin(), chosen.end(), [ranges](PetscMPIInt a, PetscMPIInt b) { return ranges[a + 1] - ranges[a] > ranges[b + 1] - ranges[b]; });
+  while (chosen.size() > 1 && ranges[chosen.back() + 1] == ranges[chosen.back()]) chosen.pop_back();
+  if (chosen.size() > (size_t)count) chosen.resize(count);
+  std::sort(chosen.begin(), chosen.end());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whole pieces to the ranks: the one with the most work first, to the rank with the least (Graham's rule) */
+std::map<PetscInt, PetscInt> Pack(std::vector<Piece> pieces, const std::vector<PetscMPIInt> &ranks)
+{
+  std::vector<PetscInt64>      load(ranks.size(), 0);
+  std::map<PetscInt, PetscInt> rank;
+
+  std::stable_sort(pieces.begin(), pieces.end(), [](const Piece &a, const Piece &b) { return a.work > b.work; });
+  for (const Piece &piece : pieces) {
+    const size_t least = std::min_element(load.begin(), load.end()) - load.begin();
+    load[least] += piece.work;
+    rank[piece.first] = ranks[least];
+  }
+  return rank;
+}
+
+/* Parts of the graph of S with equal work, cut by METIS on the first of the ranks; part[i] of the rows of this rank */
+PetscErrorCode Cut(Mat S, const std::vector<PetscMPIInt> &ranks, std::vector<PetscInt> &target)
+{
+  MPI_Comm                 comm = PetscObjectComm((PetscObject)S);
+  PetscMPIInt              rank, size, local, status = METIS_OK;
+  PetscInt                 m, n;
+  IS                       all;
+  Mat                     *whole;
+  const PetscInt          *ranges;
+  std::vector<PetscInt>    part;
+  std::vector<PetscMPIInt> counts, displacements;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(MatGetSize(S, &m, NULL));
+  PetscCall(MatGetLocalSize(S, &n, NULL));
+  PetscCall(ISCreateStride(PETSC_COMM_SELF, rank == ranks[0] ? m : 0, 0, 1, &all));
+  PetscCall(MatCreateSubMatrices(S, 1, &all, &all, MAT_INITIAL_MATRIX, &whole));
+  PetscCall(ISDestroy(&all));
+  if (rank == ranks[0]) {
+    PetscInt           rows;
+    const PetscInt    *ia, *ja;
+    PetscBool          done;
+    idx_t              nvtxs = (idx_t)m, ncon = 1, nparts = (idx_t)ranks.size(), edges, options[METIS_NOPTIONS];
+    std::vector<idx_t> xadj(1, 0), adjncy, weight, where(m);
+
+    PetscCall(MatGetRowIJ(whole[0], 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
+    if ((PetscInt64)ia[m] > (PetscInt64)std::numeric_limits<idx_t>::max()) status = METIS_ERROR_INPUT;
+    for (PetscInt i = 0; i < m && status == METIS_OK; i++) {
+      for (PetscInt k = ia[i]; k < ia[i + 1]; k++)
+        if (ja[k] != i) adjncy.push_back((idx_t)ja[k]);
+      xadj.push_back((idx_t)adjncy.size());
+      weight.push_back((idx_t)(ia[i + 1] - ia[i]));
+    }
+    PetscCall(MatRestoreRowIJ(whole[0], 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
+    adjncy.push_back(0); /* METIS takes no null pointer for a graph without edges */
+    METIS_SetDefaultOptions(options);
+    options[METIS_OPTION_SEED] = 0;
+    if (status == METIS_OK && nparts > 1)
+      status = METIS_PartGraphKway(&nvtxs, &ncon, xadj.data(), adjncy.data(), weight.data(), NULL, NULL, &nparts, NULL, NULL, options, &edges, where.data());
+    part.resize(m);
+    for (PetscInt i = 0; i < m; i++) part[i] = ranks[where[i]];
+  }
+  PetscCall(MatDestroySubMatrices(1, &whole));
+  PetscCallMPI(MPI_Bcast(&status, 1, MPI_INT, ranks[0], comm));
+  PetscCheck(status == METIS_OK, comm, PETSC_ERR_LIB, "METIS returned %d for the graph of the Gram matrix", status);
+  PetscCall(MatGetOwnershipRanges(S, &ranges));
+  for (PetscMPIInt r = 0; r < size; r++) {
+    PetscMPIInt count;
+    PetscCall(PetscMPIIntCast(ranges[r + 1] - ranges[r], &count));
+    counts.push_back(count);
+    PetscCall(PetscMPIIntCast(ranges[r], &count));
+    displacements.push_back(count);
+  }
+  PetscCall(PetscMPIIntCast(n, &local));
+  target.resize(n);
+  PetscCallMPI(MPI_Scatterv(part.data(), counts.data(), displacements.data(), MPIU_INT, target.data(), local, MPIU_INT, ranks[0], comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank of each row of this rank, when every piece stays whole: small pieces where they begin */
+PetscErrorCode TargetsOfPieces(const Labels &labels, const std::vector<PetscInt> &size, const std::map<PetscInt, PetscInt> &large,
+                               std::vector<PetscInt> &target)
+{
+  PetscMPIInt           rank;
+  std::vector<PetscInt> atRoot(labels.n, -1), atLeaf(labels.distinct.size());
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)labels.S), &rank));
+  for (PetscInt i = 0; i < labels.n; i++) {
+    if (!size[i]) continue;
+    const auto found = large.find(labels.rstart + i);
+    atRoot[i]        = found == large.end() ? rank : found->second;
+  }
+  PetscCall(PetscSFBcastBegin(labels.roots, MPIU_INT, atRoot.data(), atLeaf.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(labels.roots, MPIU_INT, atRoot.data(), atLeaf.data(), MPI_REPLACE));
+  target.resize(labels.n);
+  for (PetscInt i = 0; i < labels.n; i++)
+    target[i] = atLeaf[std::lower_bound(labels.distinct.begin(), labels.distinct.end(), labels.label[i]) - labels.distinct.begin()];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The rows that the targets send here, piece by piece, each ascending */
+PetscErrorCode Collect(const Labels &labels, const std::vector<PetscInt> &target, AinsworthPlacement *placement)
+{
+  MPI_Comm                                   comm = PetscObjectComm((PetscObject)labels.S);
+  IS                                         to, rows;
+  PetscInt                                   n, *sorted;
+  const PetscInt                            *r;
+  PetscLayout                                layout;
+  PetscSF                                    sf;
+  std::vector<PetscInt>                      piece;
+  std::vector<std::pair<PetscInt, PetscInt>> order;
+
+  PetscFunctionBegin;
+  PetscCall(ISCreateGeneral(comm, labels.n, target.data(), PETSC_USE_POINTER, &to));
+  PetscCall(ISBuildTwoSided(to, NULL, &rows));
+  PetscCall(ISDestroy(&to));
+  PetscCall(ISGetLocalSize(rows, &n));
+  PetscCall(ISGetIndices(rows, &r));
+  piece.resize(n);
+  PetscCall(MatGetLayouts(labels.S, &layout, NULL));
+  PetscCall(PetscSFCreate(comm, &sf));
+  PetscCall(PetscSFSetGraphLayout(sf, layout, n, NULL, PETSC_USE_POINTER, r));
+  PetscCall(PetscSFBcastBegin(sf, MPIU_INT, labels.label.data(), piece.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(sf, MPIU_INT, labels.label.data(), piece.data(), MPI_REPLACE));
+  PetscCall(PetscSFDestroy(&sf));
+  for (PetscInt i = 0; i < n; i++) order.emplace_back(piece[i], r[i]);
+  PetscCall(ISRestoreIndices(rows, &r));
+  PetscCall(ISDestroy(&rows));
+  std::sort(order.begin(), order.end());
+  PetscCall(PetscMalloc1(n, &sorted));
+  for (PetscInt i = 0; i < n; i++) {
+    sorted[i] = order[i].second;
+    if (!i || order[i].first != order[i - 1].first) placement->sizes.push_back(0);
+    placement->sizes.back()++;
+  }
+  PetscCall(ISCreateGeneral(comm, n, sorted, PETSC_OWN_POINTER, &placement->rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+} // namespace
+
+/*
+   AinsworthPlacementCreate - decides which rank solves for which row of S
+
+   Pieces of up to `small` rows stay where they begin. The larger ones go to ceil(rows / rowsPerRank) ranks: whole, with equal work, or, where
+   one has more than rowsPerRank rows, all of S in parts cut by METIS.
+*/
+PetscErrorCode AinsworthPlacementCreate(Mat S, PetscInt rowsPerRank, PetscInt small, AinsworthPlacement *placement)
+{
+  MPI_Comm                 comm = PetscObjectComm((PetscObject)S);
+  Labels                   labels;
+  PetscMPIInt              ranks;
+  PetscInt                 m, rows = 0, largest = 0, counts[2] = {0, 0};
+  std::vector<PetscInt>    size, work, target;
+  std::vector<Piece>       large;
+  std::vector<PetscMPIInt> chosen;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthPlacementReset(placement));
+  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  PetscCall(MatGetSize(S, &m, NULL));
+  PetscCall(labels.create(S));
+  PetscCall(Measure(labels, size, work));
+  for (PetscInt s : size) {
+    counts[0] += s > 0;
+    largest = PetscMax(largest, s);
+  }
+  PetscCall(MPIU_Allreduce(&largest, &placement->largest, 1, MPIU_INT, MPI_MAX, comm));
+  small = PetscMin(small, rowsPerRank);
+  PetscCall(GatherLarge(labels, small, size, work, large));
+  for (const Piece &piece : large) rows += piece.size;
+  placement->split = ranks > 1 && placement->largest > rowsPerRank;
+  PetscCall(ChooseRanks(S, 1 + ((placement->split ? m : PetscMax(rows, 1)) - 1) / rowsPerRank, chosen));
+  if (chosen.size() == 1) placement->split = false;
+  if (ranks == 1) target.assign(labels.n, 0);
+  else if (placement->split) PetscCall(Cut(S, chosen, target));
+  else PetscCall(TargetsOfPieces(labels, size, Pack(large, chosen), target));
+  PetscCall(Collect(labels, target, placement));
+  PetscCall(labels.destroy());
+  counts[1] = placement->sizes.size() > 0;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, counts, 2, MPIU_INT, MPI_SUM, comm));
+  placement->pieces = counts[0];
+  placement->ranks  = counts[1];
+  if (ranks == 1 && (placement->largest > small || placement->largest == 1)) PetscCall(ISDestroy(&placement->rows)); /* no blocks to keep together */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthPlacementReset(AinsworthPlacement *placement)
+{
+  PetscFunctionBegin;
+  PetscCall(ISDestroy(&placement->rows));
+  *placement = AinsworthPlacement();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
