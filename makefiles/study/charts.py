@@ -5,7 +5,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 matplotlib.rcParams["svg.hashsalt"] = "ainsworth"
-from matplotlib import pyplot  # noqa: E402 (the backend is chosen first)
+from matplotlib import pyplot, ticker  # noqa: E402 (the backend is chosen first)
 
 from . import paper  # noqa: E402
 from .experiments import ALONE  # noqa: E402
@@ -31,7 +31,9 @@ def distinct(rows, key):
 
 def logarithmic(panel, label, title):
     panel.set_xscale("log", base=2)
-    panel.set_yscale("log")
+    panel.set_yscale("log", base=2)
+    for axis in (panel.xaxis, panel.yaxis):
+        axis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
     panel.set_xlabel(label)
     panel.set_title(title, fontsize=10)
     panel.grid(True, alpha=0.4)
@@ -109,17 +111,19 @@ def cost(folder, rows):
                 panel.set_xticklabels([row["fraction"] for row in bars], fontsize=7)
                 panel.set_title("%s %s" % (variant, pmat), fontsize=9)
             line[0].set_ylabel("seconds")
-            line[0].legend(fontsize=7, loc="lower right")
+            line[0].margins(y=0.15)
+        panels[0][0].legend(fontsize=7, loc="upper left")
         figure.supxlabel("share of the rows of C; above the bars: iterations; x: failed or refused; dashed: A alone, dotted: its set-up", fontsize=8)
         save(figure, folder, cost_name(size, ranks))
 
 
 def flops(folder, rows):
-    figure, panel = pyplot.subplots(figsize=(6, 4))
+    figure, panel = pyplot.subplots(figsize=(7.5, 4.5))
     for config, color, marker in zip(distinct(rows, "config"), COLORS * 2, MARKERS * 2):
-        mine = sorted(((int(row["constraints"]), float(row["all"])) for row in rows if row["config"] == config and row["all"] and row["constraints"]))
+        mine = sorted(((int(row["constraints"]), float(row["all"]) / int(row["constraints"])) for row in rows if row["config"] == config and row["all"] and row["constraints"]))
         panel.plot([m for m, _ in mine], [count for _, count in mine], color=color, marker=marker, fillstyle="none", linestyle="-" if config.startswith("weighted") else ":", label=config)
-    logarithmic(panel, "constraints", "operations in the assembly of M_*")
+    logarithmic(panel, "constraints", "operations in the assembly of M_*, per constraint")
+    panel.legend(fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5))
     save(figure, folder, "flops")
 
 
