@@ -13,7 +13,7 @@ static PetscErrorCode Same(MPI_Comm comm, const char what[], PetscInt counted, P
 
 static PetscErrorCode CheckRows(MPI_Comm comm, const char name[], PetscInt rows, const RowCount &count)
 {
-  PetscInt local[3] = {rows > 0, rows, rows ? -rows : PETSC_MIN_INT}, ranks, largest[2];
+  PetscInt local[3] = {rows > 0, rows, rows ? -rows : -PETSC_MAX_INT}, ranks, largest[2];
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Allreduce(local, &ranks, 1, MPIU_INT, MPI_SUM, comm));
