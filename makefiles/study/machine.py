@@ -74,7 +74,8 @@ def run(options, ranks=1, limit=600, peak=False):
         answer["peak"] = sum(int(kib) for kib in re.findall(r"^peak: (\d+)$", done.stdout, re.MULTILINE)) / 1024
     if not found and "PETSC ERROR" in done.stdout:
         errors = [line.split("PETSC ERROR:", 1)[1].strip() for line in done.stdout.splitlines() if "PETSC ERROR:" in line]
-        answer["reason"] = "error: " + next((line for line in errors if line and not line.startswith("---")), "?")
+        errors = [line for line in errors if line and not line.startswith("---")][:2] + ["?"]  # the kind of error, then the message, if any
+        answer["reason"] = "error: " + errors[0 if errors[1].startswith(("See ", "?")) else 1]
     return answer
 
 

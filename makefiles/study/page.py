@@ -34,7 +34,10 @@ def verdict(holds):
 
 def why(row):
     """In the place of the iterations."""
-    return row["iterations"] if good(row) else row["reason"].replace("DIVERGED_", "").lower()
+    if good(row):
+        return row["iterations"]
+    reason = row["reason"]
+    return reason[7:].split(": ")[0] if reason.startswith("error: ") else reason.replace("DIVERGED_", "").lower()
 
 
 def distinct(rows, key):
@@ -163,12 +166,8 @@ def flops(rows, here):
             first = next(other for other in mine if edge(other["size"])[0] == edge(row["size"])[0])
             growth = value(row, "all") / value(first, "all") if row is not first and value(row, "all") and value(first, "all") else None
             millions = ["%.3g" % (1e-6 * value(row, name)) if value(row, name) else "" for name in names + ["all"]]
-            text.append(line(config, row["size"], row["unknowns"], row["constraints"], *millions, "%.0f" % (value(row, "all") / int(row["constraints"])) if value(row, "all") else why_not(row), "%.3f" % growth if growth else "", verdict(growth <= FLOPS_BOUND) if growth else ""))
+            text.append(line(config, row["size"], row["unknowns"], row["constraints"], *millions, "%.0f" % (value(row, "all") / int(row["constraints"])) if value(row, "all") else why(row), "%.3f" % growth if growth else "", verdict(growth <= FLOPS_BOUND) if growth else ""))
     return text + ["", "All but the last columns in millions.", ""] + made_by(rows)
-
-
-def why_not(row):
-    return row["reason"].replace("error: ", "") if not good(row) else ""
 
 
 def setup(rows, here):
@@ -177,7 +176,12 @@ def setup(rows, here):
     text = ["## Where the set-up goes", "", "Seconds on the slowest rank. *Ours* is the sum of our events of the set-up; what else PCSetUp takes is BoomerAMG's; their quotient has the bound %g. *A alone*: PCSetUp without constraints, that is, BoomerAMG on A." % SHARE_BOUND, ""]
     text += head("size", "ranks", "", "unknowns", *names, "ours", "PCSetUp", "BoomerAMG's", "ours / BoomerAMG's", "bound", "A alone", "PCSetUp / A alone")
     for row in rows:
-        text.append(line(row["size"], row["ranks"], row["config"], row["unknowns"], *(row.get(name) for name in names), row["ours"] or why_not(row), row["PCSetUp"], row["amg"], row["share"], verdict(value(row, "share") <= SHARE_BOUND) if row["share"] else "", row["alone"], "%.2f" % (value(row, "PCSetUp") / value(row, "alone")) if row["alone"] else ""))
+        cells = [row["size"], row["ranks"], row["config"], row["unknowns"]] + [row.get(name) for name in names]
+        if row.get("share"):
+            cells += [row["ours"], row["PCSetUp"], row["amg"], row["share"], verdict(value(row, "share") <= SHARE_BOUND), row["alone"], "%.2f" % (value(row, "PCSetUp") / value(row, "alone"))]
+        else:
+            cells += [why(row)] + 6 * [""]
+        text.append(line(*cells))
     return text + [""] + made_by(rows)
 
 
