@@ -8,9 +8,8 @@ import csv
 import os
 import statistics
 import sys
-import tempfile
 
-from study import machine
+from study import logview, machine
 
 BOUND = 1.35
 EVENTS = ("AinsGramMat", "AinsGramFact", "AinsInvGram", "AinsPMat", "AinsRHS", "AinsMultiplier", "AinsProjector", "AinsGramSolve", "AinsMatMult", "PCSetUp", "PCApply", "MatMult", "KSPSolve")
@@ -24,17 +23,8 @@ def options(n1, n2, contact):
 
 def events(n1, n2, ranks, contact):
     """Seconds of each event on the slowest rank."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = os.path.join(folder, "log.csv")
-        machine.run(options(n1, n2, contact) + " -log_view :%s:ascii_csv" % path, ranks)
-        seconds = {}
-        with open(path, newline="") as file:
-            for row in csv.DictReader(file, skipinitialspace=True):
-                row = {(key or "").strip(): value for key, value in row.items()}
-                name = row["Event Name"].strip()
-                if name in EVENTS:
-                    seconds[name] = max(seconds.get(name, 0), float(row["Time"]))
-    return seconds
+    found = logview.run(options(n1, n2, contact), ranks)["events"]
+    return {name: found[name]["seconds"] for name in EVENTS if name in found}
 
 
 def total(run):

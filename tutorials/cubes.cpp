@@ -160,6 +160,8 @@ PetscErrorCode CubesOptionsGet(MPI_Comm comm, CubesOptions *o)
 
 PetscErrorCode CubesMeshCreate(MPI_Comm comm, const CubesOptions &options, CubesMesh *mesh)
 {
+  PetscMPIInt size;
+
   PetscFunctionBeginUser;
   mesh->comm    = comm;
   mesh->options = options;
@@ -175,7 +177,8 @@ PetscErrorCode CubesMeshCreate(MPI_Comm comm, const CubesOptions &options, Cubes
     mesh->elements += b.Elements();
   }
   RotationFromAngles(options.rotate, mesh->rotation);
-  PetscCall(CubesMeshPartition(mesh));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(CubesMeshPartition(mesh, size));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

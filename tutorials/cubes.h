@@ -65,9 +65,10 @@ struct CubesMesh {
   std::vector<PetscInt>    owned;           /* natural numbers of the nodes of this rank, rising */
   PetscInt                 start;           /* the system's number of owned[0] */
 
-  int  Body(PetscInt node) const { return node >= body[1].node; }
-  bool Owns(PetscInt node) const { return number[node] >= start && number[node] < start + (PetscInt)owned.size(); }
-  bool Fixed(PetscInt node) const; /* carries a Dirichlet condition on its three components */
+  int         Body(PetscInt node) const { return node >= body[1].node; }
+  bool        Owns(PetscInt node) const { return number[node] >= start && number[node] < start + (PetscInt)owned.size(); }
+  PetscMPIInt Rank(PetscInt node) const;
+  bool        Fixed(PetscInt node) const; /* carries a Dirichlet condition on its three components */
   /* Position in the frame of the cubes, before -rotate */
   void Position(PetscInt node, PetscReal x[3]) const;
   void Rotate(const PetscReal x[3], PetscReal y[3]) const;
@@ -86,7 +87,8 @@ PetscErrorCode CubesSystemDestroy(CubesSystem *);
 
 /* Its parts */
 PetscErrorCode CubesMeshCreate(MPI_Comm, const CubesOptions &, CubesMesh *);
-PetscErrorCode CubesMeshPartition(CubesMesh *);
+/* Cuts the mesh anew, in at least as many parts as there are ranks; a system can be assembled if there are no more */
+PetscErrorCode CubesMeshPartition(CubesMesh *, PetscMPIInt parts);
 PetscErrorCode CubesMeshGetCoordinates(const CubesMesh &, Vec *);
 PetscErrorCode CubesAssembleElasticity(const CubesMesh &, Mat *, Vec *);
 PetscErrorCode CubesAssembleContact(const CubesMesh &, Mat *, Vec *);

@@ -81,58 +81,53 @@ static PetscErrorCode PartitionOnThisRank(CubesMesh *mesh, PetscMPIInt parts)
 }
 
 /* A node follows the element of which it is the lowest corner, or the last element where the body ends: as balanced as the elements are */
-static PetscMPIInt NodeRank(const CubesMesh &mesh, const CubesBody &b, PetscInt i, PetscInt j, PetscInt k)
+PetscMPIInt CubesMesh::Rank(PetscInt id) const
 {
-  return mesh.part[b.Element(PetscMin(i, b.n[0] - 1), PetscMin(j, b.n[1] - 1), PetscMin(k, b.n[2] - 1))];
+  const CubesBody &b = body[Body(id)];
+  PetscInt         ijk[3];
+
+  b.NodeIndices(id, ijk);
+  for (int d = 0; d < 3; d++) ijk[d] = PetscMin(ijk[d], b.n[d] - 1);
+  return part[b.Element(ijk[0], ijk[1], ijk[2])];
 }
 
-static PetscErrorCode NumberNodes(CubesMesh *mesh, PetscMPIInt rank, PetscMPIInt size)
+static PetscErrorCode NumberNodes(CubesMesh *mesh, PetscMPIInt rank, PetscMPIInt parts)
 {
-  std::vector<PetscInt> next(size + 1, 0);
+  std::vector<PetscInt> next(parts + 1, 0);
 
   PetscFunctionBeginUser;
   mesh->number.resize(mesh->nodes);
-  for (int sweep = 0; sweep < 2; sweep++) { /* count, then number */
-    PetscInt node = 0;
+  for (PetscInt node = 0; node < mesh->nodes; node++) next[mesh->Rank(node) + 1]++;
+  for (PetscMPIInt r = 0; r < parts; r++) next[r + 1] += next[r];
+  mesh->start = next[rank];
+  mesh->owned.clear();
+  mesh->owned.reserve(next[rank + 1] - next[rank]);
+  for (PetscInt node = 0; node < mesh->nodes; node++) {
+    const PetscMPIInt owner = mesh->Rank(node);
 
-    for (const CubesBody &b : mesh->body) {
-      for (PetscInt k = 0; k <= b.n[2]; k++) {
-        for (PetscInt j = 0; j <= b.n[1]; j++) {
-          for (PetscInt i = 0; i <= b.n[0]; i++, node++) {
-            const PetscMPIInt owner = NodeRank(*mesh, b, i, j, k);
-
-            if (sweep == 0) next[owner + 1]++;
-            else mesh->number[node] = next[owner]++;
-            if (sweep == 1 && owner == rank) mesh->owned.push_back(node);
-          }
-        }
-      }
-    }
-    if (sweep == 0) {
-      for (PetscMPIInt r = 0; r < size; r++) next[r + 1] += next[r];
-      mesh->start = next[rank];
-      mesh->owned.clear();
-      mesh->owned.reserve(next[rank + 1] - next[rank]);
-    }
+    mesh->number[node] = next[owner]++;
+    if (owner == rank) mesh->owned.push_back(node);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CubesMeshPartition(CubesMesh *mesh)
+PetscErrorCode CubesMeshPartition(CubesMesh *mesh, PetscMPIInt parts)
 {
   PetscMPIInt rank, size, count;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(mesh->comm, &rank));
   PetscCallMPI(MPI_Comm_size(mesh->comm, &size));
+  PetscCheck(parts >= size, mesh->comm, PETSC_ERR_ARG_OUTOFRANGE, "The mesh cannot be cut in %d parts on %d ranks: take at least as many parts", (int)parts,
+             (int)size);
   PetscCall(PetscMPIIntCast(mesh->elements, &count));
   mesh->part.assign(mesh->elements, 0);
-  if (mesh->elements <= size) { /* METIS wants more elements than parts */
+  if (mesh->elements <= parts) { /* METIS wants more elements than parts */
     for (PetscInt e = 0; e < mesh->elements; e++) mesh->part[e] = (PetscMPIInt)e;
-  } else if (size > 1) {
-    if (rank == 0) PetscCall(PartitionOnThisRank(mesh, size));
+  } else if (parts > 1) {
+    if (rank == 0) PetscCall(PartitionOnThisRank(mesh, parts));
     PetscCallMPI(MPI_Bcast(mesh->part.data(), count, MPI_INT, 0, mesh->comm));
   }
-  PetscCall(NumberNodes(mesh, rank, size));
+  PetscCall(NumberNodes(mesh, rank, parts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

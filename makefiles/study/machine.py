@@ -9,6 +9,7 @@ import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 BUILD = os.path.abspath(os.environ.get("AINSWORTH_BUILD") or os.path.join(ROOT, "build"))
+PEAK = os.path.join(os.path.dirname(os.path.abspath(__file__)), "peak.py")
 PLUGIN = os.path.join(BUILD, "libainsworth.so")
 TWOCUBES = os.path.join(BUILD, "tutorials", "twocubes")
 ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1")
@@ -49,9 +50,11 @@ def processor_seconds():
     return usage.ru_utime + usage.ru_stime
 
 
-def run(options, ranks=1, limit=600):
-    """twocubes with the plugin: iterations, reason, seconds and residuals, in strings and numbers; 'processor' are seconds of the whole program."""
-    command = launcher(ranks) + [TWOCUBES, "-dll_append", PLUGIN] + (DEFAULTS + " -ainsworth_ksp_converged_reason " + options).split()
+def run(options, ranks=1, limit=600, peak=False):
+    """twocubes with the plugin: iterations, reason, seconds and residuals, in strings and numbers; 'processor' are seconds of the whole program.
+
+    peak: also the sum over the ranks of the most memory that each had [MiB]."""
+    command = launcher(ranks) + ([sys.executable, PEAK] if peak else []) + [TWOCUBES, "-dll_append", PLUGIN] + (DEFAULTS + " -ainsworth_ksp_converged_reason " + options).split()
     answer = {"iterations": None, "reason": "no answer", "setup": None, "solve": None, "constraint": None, "primal": None, "unknowns": None, "constraints": None}
     before = processor_seconds()
     try:
@@ -67,9 +70,12 @@ def run(options, ranks=1, limit=600):
         answer["unknowns"], answer["constraints"] = int(found.group(1)), int(found.group(2))
         for name, text in zip(("setup", "solve", "primal", "constraint"), found.groups()[2:]):
             answer[name] = float(text)
-    elif "PETSC ERROR" in done.stdout:
+    if peak:
+        answer["peak"] = sum(int(kib) for kib in re.findall(r"^peak: (\d+)$", done.stdout, re.MULTILINE)) / 1024
+    if not found and "PETSC ERROR" in done.stdout:
         errors = [line.split("PETSC ERROR:", 1)[1].strip() for line in done.stdout.splitlines() if "PETSC ERROR:" in line]
-        answer["reason"] = "error: " + next((line for line in errors if line and not line.startswith("---")), "?")
+        errors = [line for line in errors if line and not line.startswith("---")][:2] + ["?"]  # the kind of error, then the message, if any
+        answer["reason"] = "error: " + errors[0 if errors[1].startswith(("See ", "?")) else 1]
     return answer
 
 

@@ -1,0 +1,79 @@
+#!/usr/bin/env python3
+"""The paper's experiments, at any size: docs/results/<experiment>.csv, plots beside them, and docs/results.md.
+
+/usr/bin/python3 makefiles/results.py table        5.2: rows and messages on 32 to 512 ranks, from the partition of the mesh alone
+/usr/bin/python3 makefiles/results.py strong       5.2: 96^3 + 96^3 elements, with and without constraints, and the memory that takes
+/usr/bin/python3 makefiles/results.py weak         5.3: 24^3, 48^3, 96^3
+/usr/bin/python3 makefiles/results.py cost         5.4: set-up and solve against the number of constraints
+/usr/bin/python3 makefiles/results.py flops        operations of the events that assemble M_*
+/usr/bin/python3 makefiles/results.py setup        share of the set-up that is not BoomerAMG's
+/usr/bin/python3 makefiles/results.py iterations   on 1 to 16 ranks
+/usr/bin/python3 makefiles/results.py messages     messages and reductions of a projection
+/usr/bin/python3 makefiles/results.py memory       peak memory with and without constraints
+/usr/bin/python3 makefiles/results.py report       docs/results.md and the plots from the CSV files that are there; the others end with it, too
+
+A size is N, N:M, NxZ or NxZ:M: N elements per edge of the contact surface of the upper body, M of the lower one (default seven eighths of N:
+the nodes do not meet), Z along the height (default N). A measurement that is made again takes the place of the old one; --missing makes only those that
+are not there. Needs a build (AINSWORTH_BUILD, default build/) and Debian's python3-matplotlib; seconds need an otherwise idle machine.
+"""
+import argparse
+import os
+import sys
+
+from study import experiments, machine
+
+SIX = "jcb,id,bj_cc,bj_cg,cc,cg"
+# sizes, ranks, pmats, variants, repetitions, seconds that a run may take
+DEFAULTS = {
+    "table": ("96:96,96:95", "32,64,128,256,512", "", "", 1, 600),
+    "strong": ("96:96,96:95", "2", "jcb", "weighted", 1, 3600),
+    "weak": ("24,48,96", "2", "jcb,id,bj_cg", "weighted", 1, 3600),
+    "cost": ("128x16", "2", SIX, "weighted,paper", 1, 600),
+    "flops": ("64x8,64x16,64x32,16x16,32x16", "1", SIX, "weighted,paper", 1, 600),
+    "setup": ("64x16,48", "1,2", "jcb,id", "weighted", 3, 600),
+    "iterations": ("24", "1,2,4,8,16", "jcb,id", "weighted", 1, 600),
+    "messages": ("24", "8,16", "jcb", "weighted", 1, 600),
+    "memory": ("64x16,48", "1,2", "jcb,id", "weighted", 1, 600),
+}
+
+
+def words(text):
+    return [word for word in text.split(",") if word]
+
+
+def numbers(text):
+    try:
+        return [int(word) for word in words(text)]
+    except ValueError:
+        raise argparse.ArgumentTypeError("%s is no list of numbers" % text)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("experiment", choices=list(experiments.ALL) + ["report"])
+    parser.add_argument("--sizes", type=words, help="sizes, with commas between them")
+    parser.add_argument("--ranks", type=numbers, help="numbers of ranks")
+    parser.add_argument("--pmats", type=words, help="preconditioning matrices: " + SIX)
+    parser.add_argument("--variants", type=words, help="weighted, paper")
+    parser.add_argument("--fractions", type=words, default=words("0,0.05,0.1,0.25,0.5,0.75,1"), help="shares of the rows of C (cost; default 0,0.05,0.1,0.25,0.5,0.75,1)")
+    parser.add_argument("--rows-per-rank", type=int, default=100000, help="rows of S on one rank of its group (table; default 100000, as the paper)")
+    parser.add_argument("--repeat", type=int, help="seconds are the least of this many runs")
+    parser.add_argument("--limit", type=int, help="seconds that one run may take")
+    parser.add_argument("--missing", action="store_true", help="make no measurement again that is there")
+    parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs", "results"), help="folder of the CSV files and plots (default docs/results); the text is <out>.md")
+    arguments = parser.parse_args()
+    arguments.out = os.path.abspath(arguments.out)
+    if arguments.experiment != "report":
+        machine.require("matplotlib")
+        sizes, ranks, pmats, variants, repeat, limit = DEFAULTS[arguments.experiment]
+        for name, default in (("sizes", words(sizes)), ("ranks", numbers(ranks)), ("pmats", words(pmats)), ("variants", words(variants)), ("repeat", repeat), ("limit", limit)):
+            if getattr(arguments, name) is None:
+                setattr(arguments, name, default)
+        experiments.ALL[arguments.experiment](arguments)
+    from study import page
+    page.write(arguments.out)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

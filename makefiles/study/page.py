@@ -1,0 +1,228 @@
+"""docs/results.md: every number comes from the CSV files, those of the paper apart."""
+import csv
+import os
+
+from . import charts, paper
+from .experiments import ALONE
+
+SPREAD, ALONE_BOUND, COST_BOUND, COST_ITERATIONS, FLOPS_BOUND, SHARE_BOUND, MEMORY_BOUND, STRONG_MEMORY = 1, 1.25, 1.35, 2, 1.05, 0.15, 1.15, 24
+
+
+def read(folder, name):
+    path = os.path.join(folder, name + ".csv")
+    if not os.path.exists(path):
+        return []
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def value(row, key):
+    return float(row[key]) if row and row.get(key) else None
+
+
+def good(row):
+    return row is not None and row["reason"].startswith("CONVERGED")
+
+
+def seconds(row):
+    return value(row, "setup") + value(row, "solve")
+
+
+def verdict(holds):
+    return "pass" if holds else "**miss**"
+
+
+def why(row):
+    """In the place of the iterations."""
+    if good(row):
+        return row["iterations"]
+    reason = row["reason"]
+    return reason[7:].split(": ")[0] if reason.startswith("error: ") else reason.replace("DIVERGED_", "").lower()
+
+
+def distinct(rows, key):
+    return list(dict.fromkeys(row[key] for row in rows))
+
+
+def pick(rows, **key):
+    return next((row for row in rows if all(row[name] == text for name, text in key.items())), None)
+
+
+def head(*columns):
+    return ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
+
+
+def line(*cells):
+    return "| " + " | ".join("" if cell is None else str(cell) for cell in cells) + " |"
+
+
+def made_by(rows):
+    """The commands, what they ran on, and how loaded that was."""
+    loads = [float(row["load"]) for row in rows]
+    return ["Made by %s on %s; load %.1f to %.1f." % (", ".join("`%s`" % text for text in distinct(rows, "command")), "; ".join(distinct(rows, "machine")), min(loads), max(loads)), ""]
+
+
+def span(row, key):
+    """Mean (least to most) of the ranks that have rows."""
+    total = {"A": "unknowns"}.get(key, "constraints")
+    ranks = int(row[key + "_ranks"])
+    return "%.0f (%s to %s)" % (int(row[total]) / ranks if ranks else 0, row[key + "_least"], row[key + "_most"])
+
+
+def table(rows, here):
+    text = ["## Distribution over many ranks (5.2, table 2)", "",
+            "From the METIS partition of the volume meshes alone, by `tutorials/partitiontable`; no system is assembled. A row of C, and of S = C W C', lives on the rank of its secondary node. Rows: mean (least to most) of the ranks that have some.",
+            "", "![Rows and messages](%s/table.svg)" % here, ""]
+    for size in distinct(rows, "size"):
+        mine = [row for row in rows if row["size"] == size]
+        beside = size.split(":")[0] == str(paper.TABLE2_EDGE)
+        text += ["### %s: %s unknowns, %s constraints" % (size, mine[0]["unknowns"], mine[0]["constraints"]), ""]
+        text += head("ranks", "rows of A per rank", *(["paper"] if beside else []), "ranks with rows of S", *(["paper"] if beside else []), "rows of S on each", *(["paper"] if beside else []), "regrouped on", "rows on each")
+        for row in mine:
+            ranks, other = int(row["ranks"]), paper.TABLE2.get(int(row["ranks"])) if beside else None
+            cells = [ranks, span(row, "A")] + ([other[0] if other else ""] if beside else [])
+            cells += ["%s (%.0f %%)" % (row["C_ranks"], 100 * int(row["C_ranks"]) / ranks)] + (["%d (%.0f %%)" % (other[1], 100 * other[1] / ranks) if other else ""] if beside else [])
+            cells += [span(row, "C")] + (["%d (%d to %d)" % other[2:] if other else ""] if beside else []) + [row["grouped_ranks"], span(row, "grouped")]
+            text.append(line(*cells))
+        text += [""] + head("ranks", "spread: messages", "kB", "at the busiest rank", "together: messages", "kB", "at the busiest rank")
+        for row in mine:
+            text.append(line(row["ranks"], row["spread_messages"], "%.0f" % (int(row["spread_bytes"]) / 1000), row["spread_busiest"], row["together_messages"], "%.0f" % (int(row["together_bytes"]) / 1000), row["together_busiest"]))
+        text.append("")
+    return text + ["Messages and bytes of one projection x - W C' S^-1 C x, foreseen from the same partition. *Spread*: C stays where the program has it: x between neighbours, C x to the ranks that solve with S, the solution back, W C' t between neighbours. *Together*: the rows of C are where S is solved with: every rank that has constrained unknowns sends them there and gets their change back. The solve itself sends nothing on one rank.", ""] + made_by(rows)
+
+
+def against_alone(rows, peak, bound):
+    """Solves beside A alone of the same size and ranks."""
+    text = head("size", "ranks", "", "unknowns", "constraints", "iterations", "/ A alone", "set-up [s]", "solve [s]", "/ A alone", *(["peak memory [GiB]", "/ A alone"] if peak else []), "bound")
+    for row in rows:
+        alone = pick(rows, size=row["size"], ranks=row["ranks"], config=ALONE)
+        both = good(row) and good(alone) and row is not alone
+        quotient = int(row["iterations"]) / int(alone["iterations"]) if both else None
+        size = value(row, "peak_mib") / value(alone, "peak_mib") if both and peak else None
+        held = bound(row, quotient, size) if both else None
+        cells = [row["size"], row["ranks"], row["config"], row["unknowns"], row["constraints"], why(row), "%.2f" % quotient if both else "", row["setup"], row["solve"], "%.2f" % (seconds(row) / seconds(alone)) if both else ""]
+        cells += ["%.2f" % (value(row, "peak_mib") / 1024) if value(row, "peak_mib") else "", "%.2f" % size if both else ""] if peak else []
+        text.append(line(*cells, "" if held is None else verdict(held)))
+    return text + [""]
+
+
+def strong(rows, here):
+    return ["## One large problem (5.2)", "", paper.STRONG + " Bounds: %g times the iterations of A alone, %d GiB. Peak memory is the sum over the ranks of the most that each had." % (ALONE_BOUND, STRONG_MEMORY), ""] + against_alone(
+        rows, True, lambda row, iterations, _: iterations <= ALONE_BOUND and value(row, "peak_mib") <= 1024 * STRONG_MEMORY) + made_by(rows)
+
+
+def memory(rows, here):
+    return ["## Peak memory", "", "Bound: %g times that of A alone." % MEMORY_BOUND, ""] + against_alone(rows, True, lambda row, _, size: size <= MEMORY_BOUND) + made_by(rows)
+
+
+def weak(rows, here):
+    text = ["## Finer meshes (5.3)", "", paper.WEAK, "Here the number of ranks stays and the seconds are divided by the unknowns of a rank.", "", "![Iterations and seconds per unknown](%s/weak.svg)" % here, ""]
+    text += head("size", "ranks", "", "unknowns", "constraints", "iterations", "set-up [us per unknown of a rank]", "solve [us per unknown of a rank]")
+    for row in rows:
+        share = 1e6 * int(row["ranks"]) / int(row["unknowns"]) if row["unknowns"] else None
+        text.append(line(row["size"], row["ranks"], row["config"], row["unknowns"], row["constraints"], why(row), *("%.1f" % (share * value(row, key)) if good(row) else "" for key in ("setup", "solve"))))
+    return text + [""] + made_by(rows)
+
+
+def cost(rows, here):
+    text = ["## Cost against the number of constraints (5.4)", "", paper.COST, "",
+            "Bounds for the defaults (weighted jcb): set-up + solve at most %g times that of A alone, iterations those of the share 0 up to %d." % (COST_BOUND, COST_ITERATIONS), ""]
+    for size in distinct(rows, "size"):
+        for ranks in distinct([row for row in rows if row["size"] == size], "ranks"):
+            mine = [row for row in rows if (row["size"], row["ranks"]) == (size, ranks)]
+            alone = pick(mine, config=ALONE)
+            if not good(alone):
+                continue
+            text += ["### %s on %s rank%s: %s unknowns; A alone: %s iterations, set-up %s s, solve %s s" % (size, ranks, "" if ranks == "1" else "s", alone["unknowns"], alone["iterations"], alone["setup"], alone["solve"]), "",
+                     "![Set-up and solve](%s/%s.svg)" % (here, charts.cost_name(size, ranks)), ""]
+            text += head("", "share of the rows", "constraints", "iterations", "set-up [s]", "solve [s]", "(set-up + solve) / A alone", "bounds")
+            for config in distinct(mine, "config"):
+                if config == ALONE:
+                    continue
+                none = pick(mine, config=config, fraction="0")
+                for row in sorted((row for row in mine if row["config"] == config), key=lambda row: float(row["fraction"])):
+                    quotient = seconds(row) / seconds(alone) if good(row) else None
+                    held = ""
+                    if config == "weighted jcb" and good(none):
+                        held = verdict(good(row) and quotient <= COST_BOUND and abs(int(row["iterations"]) - int(none["iterations"])) <= COST_ITERATIONS)
+                    text.append(line(config, row["fraction"], row["constraints"], why(row), row["setup"], row["solve"], "%.2f" % quotient if quotient else "", held))
+            text.append("")
+    return text + made_by(rows)
+
+
+def edge(size):
+    return size.split(":")[0].split("x")
+
+
+def flops(rows, here):
+    known = ("size", "config", "unknowns", "constraints", "reason", "all", "options", "load", "machine", "command")
+    names = [column for column in dict.fromkeys(column for row in rows for column in row) if column not in known]
+    text = ["## Operations in the assembly of M_*", "", "Floating-point operations that `-log_view` counts in our events of the set-up, all ranks together; *all* leaves out the factorisation of S (AinsGramFact). Bound: at most %g times as many where only the volume grows." % FLOPS_BOUND, "",
+            "![Operations](%s/flops.svg)" % here, ""]
+    text += head("", "size", "unknowns", "constraints", *names, "all", "all / constraints", "all / that of the flattest box", "bound")
+    for config in distinct(rows, "config"):
+        mine = sorted((row for row in rows if row["config"] == config), key=lambda row: [int(part) for part in edge(row["size"])])
+        for row in mine:
+            first = next(other for other in mine if edge(other["size"])[0] == edge(row["size"])[0])
+            growth = value(row, "all") / value(first, "all") if row is not first and value(row, "all") and value(first, "all") else None
+            millions = ["%.3g" % (1e-6 * value(row, name)) if value(row, name) else "" for name in names + ["all"]]
+            text.append(line(config, row["size"], row["unknowns"], row["constraints"], *millions, "%.0f" % (value(row, "all") / int(row["constraints"])) if value(row, "all") else why(row), "%.3f" % growth if growth else "", verdict(growth <= FLOPS_BOUND) if growth else ""))
+    return text + ["", "All but the last columns in millions.", ""] + made_by(rows)
+
+
+def setup(rows, here):
+    known = ("size", "ranks", "config", "unknowns", "constraints", "reason", "ours", "PCSetUp", "amg", "share", "alone", "options", "load", "machine", "command")
+    names = [column for column in dict.fromkeys(column for row in rows for column in row) if column not in known]
+    text = ["## Where the set-up goes", "", "Seconds on the slowest rank. *Ours* is the sum of our events of the set-up; what else PCSetUp takes is BoomerAMG's; their quotient has the bound %g. *A alone*: PCSetUp without constraints, that is, BoomerAMG on A." % SHARE_BOUND, ""]
+    text += head("size", "ranks", "", "unknowns", *names, "ours", "PCSetUp", "BoomerAMG's", "ours / BoomerAMG's", "bound", "A alone", "PCSetUp / A alone")
+    for row in rows:
+        cells = [row["size"], row["ranks"], row["config"], row["unknowns"]] + [row.get(name) for name in names]
+        if row.get("share"):
+            cells += [row["ours"], row["PCSetUp"], row["amg"], row["share"], verdict(value(row, "share") <= SHARE_BOUND), row["alone"], "%.2f" % (value(row, "PCSetUp") / value(row, "alone"))]
+        else:
+            cells += [why(row)] + 6 * [""]
+        text.append(line(*cells))
+    return text + [""] + made_by(rows)
+
+
+def iterations(rows, here):
+    text = ["## Iterations on more and more ranks", "", "Bound: those on the fewest ranks up to %d." % SPREAD, ""]
+    for size in distinct(rows, "size"):
+        mine = [row for row in rows if row["size"] == size]
+        ranks = sorted(distinct(mine, "ranks"), key=int)
+        text += head(size, *("%s rank%s" % (r, "" if r == "1" else "s") for r in ranks), "bound")
+        for config in distinct(mine, "config"):
+            found = [row for row in (pick(mine, config=config, ranks=r) for r in ranks) if row]
+            held = all(map(good, found)) and all(abs(int(row["iterations"]) - int(found[0]["iterations"])) <= SPREAD for row in found)
+            cells = [why(row) if row else "" for row in (pick(mine, config=config, ranks=r) for r in ranks)]
+            text.append(line(config, *cells, "" if config == ALONE else verdict(held)))
+        text.append("")
+    return text + made_by(rows)
+
+
+def messages(rows, here):
+    text = ["## Messages and reductions of a projection", "", "From `-log_view`, all ranks together: what a long solve has more than a short one, divided by the projections it has more. A projection holds one solve with S.", ""]
+    text += head("size", "ranks", "", "constraints", "messages", "bytes", "reductions", "of them in the solve with S: messages", "bytes", "reductions", "foreseen, spread: messages, bytes", "foreseen, together: messages, bytes")
+    for row in rows:
+        cells = [row.get(event + "_" + what, "") for event in ("AinsProjector", "AinsGramSolve") for what in ("messages", "bytes", "reductions")]
+        cells += ["%s, %s" % (row[layout + "_messages"], row[layout + "_bytes"]) if row.get(layout + "_messages") else "" for layout in ("spread", "together")]
+        text.append(line(row["size"], row["ranks"], row["config"], row["constraints"], *cells))
+    return text + [""] + made_by(rows)
+
+
+SECTIONS = {"table": table, "strong": strong, "weak": weak, "cost": cost, "flops": flops, "setup": setup, "iterations": iterations, "messages": messages, "memory": memory}
+
+
+def write(folder):
+    here = os.path.basename(folder)
+    found = {name: rows for name, rows in ((name, read(folder, name)) for name in SECTIONS) if rows}
+    text = ["# The paper's experiments", "",
+            "Two cubes, or flat boxes, in contact (`tutorials/twocubes`, paper section 5.1), linear elasticity, E2/E1 = 10, 92 % of the contact surface sticks: with that share C has as many rows as the paper's. "
+            "A size N is N elements per edge of the upper body and seven eighths of it for the lower one, so that the nodes do not meet; N:M gives the number for the lower body, NxZ the elements along the height of both. Where both have the same number (N:N) every node meets another, which is the easier case: S is diagonal. "
+            "BoomerAMG, conjugate gradients to 1e-8 in the natural norm. *A alone* is `-contact 0`. Each experiment can be made at any size: `/usr/bin/python3 makefiles/results.py --help`.", ""]
+    for name, rows in found.items():
+        text += SECTIONS[name](rows, here)
+    charts.draw(folder, found)
+    with open(folder + ".md", "w") as file:
+        file.write("\n".join(text).rstrip() + "\n")
+    print("wrote %s.md" % os.path.relpath(folder))

@@ -1,0 +1,14 @@
+"""What the paper reports (V. Robert, P. Jolivet, O. Jamond, M. A. Badri, sections 5.2 to 5.4), to stand beside what is measured."""
+
+# table 2, 5.5 million unknowns: ranks -> rows of A per rank, ranks with rows of CC', rows of CC' on each of them: mean, least, most
+TABLE2 = {
+    32: (170000, 8, 3340, 2452, 4153),
+    64: (85000, 13, 2055, 862, 3747),
+    128: (42500, 18, 1484, 64, 2466),
+    256: (21250, 29, 921, 239, 1434),
+    512: (10625, 46, 581, 176, 1198),
+}
+TABLE2_EDGE = 96  # elements per edge of each cube
+STRONG = "The paper, on 32 to 512 tasks: 30 to 33 iterations; C has 27 000 rows."
+WEAK = "The paper, with 48^3, 96^3 and 192^3 elements per cube on 8, 64 and 512 processes (83 000 unknowns on each): 18 iterations for the smallest to 23 for the largest problem; solve times as AMG lets expect, set-up times that scale badly."
+COST = "The paper, with M_JCB on 256 x 256 x 32 elements per body (13 million unknowns, up to 188 000 constraints): 22 to 24 iterations over all shares; set-up and solve constant over the first half of the shares, then growing, mostly by the Cholesky factorisation of CC'."
