@@ -93,16 +93,13 @@ static PetscErrorCode ChoosePC(const AinsworthGram *gram, PC pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent, const char prefix[])
+/* The solver with its options, which ranks without rows read as well: rank 0 tells which options nobody read */
+static PetscErrorCode CreateKSP(AinsworthGram *gram, PetscObject parent, const char prefix[])
 {
-  PC       pc;
-  PetscInt n;
+  PC pc;
 
   PetscFunctionBegin;
-  PetscCall(MatSetOption(gram->placed, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
-  PetscCall(MatCreateVecs(gram->placed, NULL, &gram->b));
-  PetscCall(VecGetLocalSize(gram->b, &n));
-  PetscCall(KSPCreate(PetscObjectComm((PetscObject)gram->placed), &gram->ksp));
+  PetscCall(KSPCreate(gram->placed ? PetscObjectComm((PetscObject)gram->placed) : PETSC_COMM_SELF, &gram->ksp));
   PetscCall(PetscObjectIncrementTabLevel((PetscObject)gram->ksp, parent, 1));
   PetscCall(KSPSetOptionsPrefix(gram->ksp, prefix));
   PetscCall(KSPAppendOptionsPrefix(gram->ksp, "ainsworth_gram_"));
@@ -110,14 +107,25 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent, cons
   PetscCall(KSPSetTolerances(gram->ksp, 1e-14, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT)); /* for iterative choices: Q is as exact as this */
   PetscCall(KSPGetPC(gram->ksp, &pc));
   PetscCall(ChoosePC(gram, pc));
-  PetscCall(KSPSetOperators(gram->ksp, gram->placed, gram->placed));
-  PetscCall(KSPSetFromOptions(gram->ksp)); /* on ranks without rows too: rank 0 tells which options nobody read */
-  if (n) PetscCall(KSPSetUp(gram->ksp));
-  if (gram->placement.split) {
-    PetscInt m;
-    PetscCall(MatGetSize(gram->placed, &m, NULL));
-    PetscCall(VecCreateMPIWithArray(gram->group, 1, n, m, NULL, &gram->x));
-  } else PetscCall(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, n, NULL, &gram->x));
+  if (gram->placed) PetscCall(KSPSetOperators(gram->ksp, gram->placed, gram->placed));
+  PetscCall(KSPSetFromOptions(gram->ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent, const char prefix[])
+{
+  PetscInt n, m;
+
+  PetscFunctionBegin;
+  PetscCall(CreateKSP(gram, parent, prefix));
+  if (!gram->placement.sizes.size()) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatSetOption(gram->placed, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
+  PetscCall(KSPSetUp(gram->ksp));
+  PetscCall(MatCreateVecs(gram->placed, NULL, &gram->b));
+  PetscCall(VecGetLocalSize(gram->b, &n));
+  PetscCall(VecGetSize(gram->b, &m));
+  if (gram->placement.split) PetscCall(VecCreateMPIWithArray(gram->group, 1, n, m, NULL, &gram->x));
+  else PetscCall(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, n, NULL, &gram->x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -142,7 +150,7 @@ PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, PetscInt r
   PetscCall(PetscLogEventEnd(AINSWORTH_GramMat, C, 0, 0, 0));
 
   PetscCall(PetscLogEventBegin(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
-  if (gram->placed) PetscCall(CreateSolver(gram, parent, prefix));
+  PetscCall(CreateSolver(gram, parent, prefix));
   PetscCall(PetscLogEventEnd(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -245,7 +253,7 @@ PetscErrorCode AinsworthGramView(AinsworthGram *gram, PetscViewer viewer)
   own = p.split && p.sizes.size() ? gram->group : PETSC_COMM_SELF;
   PetscCall(PetscViewerASCIIPushSynchronized(viewer));
   PetscCall(PetscViewerGetSubViewer(viewer, own, &sub));
-  if (gram->ksp && (p.split || rank == first)) PetscCall(KSPView(gram->ksp, sub));
+  if (p.sizes.size() && (p.split || rank == first)) PetscCall(KSPView(gram->ksp, sub));
   PetscCall(PetscViewerRestoreSubViewer(viewer, own, &sub));
   PetscCall(PetscViewerFlush(viewer));
   PetscCall(PetscViewerASCIIPopSynchronized(viewer));
