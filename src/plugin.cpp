@@ -6,7 +6,7 @@
 #include "pc/pcainsworth.h"
 
 PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS, AINSWORTH_Multiplier,
-  AINSWORTH_InvGram, AINSWORTH_PMat;
+  AINSWORTH_InvGram, AINSWORTH_PMat, AINSWORTH_PMatCopy;
 
 static PetscBool initialized = PETSC_FALSE;
 
@@ -71,6 +71,7 @@ PetscErrorCode AinsworthInitializePackage(void)
   PetscCall(PetscLogEventRegister("AinsMultiplier", classid, &AINSWORTH_Multiplier));
   PetscCall(PetscLogEventRegister("AinsInvGram", classid, &AINSWORTH_InvGram));
   PetscCall(PetscLogEventRegister("AinsPMat", classid, &AINSWORTH_PMat));
+  PetscCall(PetscLogEventRegister("AinsPMatCopy", classid, &AINSWORTH_PMatCopy));
 
   /* the same file under two names is loaded twice, with two guards: the first to register its types stays */
   PetscCall(PCInitializePackage());

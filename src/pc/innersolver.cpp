@@ -47,51 +47,73 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
 {
   KSP          ksp = data->ksp;
   PC           inner;
-  PetscBool    boomer, given[nboomeramg], normGiven, sideGiven, projected;
+  PetscBool    boomer, given[nboomeramg], normGiven, sideGiven;
   char         name[nboomeramg][256];
   const char  *prefix;
   PetscOptions options;
-  PCSide       side;
 
   PetscFunctionBegin;
   PetscCall(KSPSetErrorIfNotConverged(ksp, pc->erroriffailure));
-  if (!data->configured) {
-    PetscCall(KSPGetPC(ksp, &inner));
-    PetscCall(PetscObjectGetOptions((PetscObject)inner, &options));
-    PetscCall(PCGetOptionsPrefix(inner, &prefix));
-    if (!((PetscObject)inner)->type_name) {
+  if (data->configured) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(ksp, &inner));
+  PetscCall(PetscObjectGetOptions((PetscObject)inner, &options));
+  PetscCall(PCGetOptionsPrefix(inner, &prefix));
+  if (!((PetscObject)inner)->type_name) {
 #if defined(PETSC_HAVE_HYPRE)
-      PetscCall(PCSetType(inner, PCHYPRE));
+    PetscCall(PCSetType(inner, PCHYPRE));
 #else
-      PetscCall(PCSetType(inner, PCGAMG));
+    PetscCall(PCSetType(inner, PCGAMG));
 #endif
-    }
-    PetscCall(ChoosesBoomerAMG(inner, &boomer));
-    for (size_t i = 0; i < nboomeramg && boomer; i++) {
-      char bare[128];
-
-      PetscCall(PetscSNPrintf(bare, sizeof(bare), "-pc_hypre_boomeramg_%s", boomeramg[i][0]));
-      PetscCall(PetscOptionsHasName(options, prefix, bare, &given[i]));
-      if (given[i]) continue;
-      PetscCall(PetscSNPrintf(name[i], sizeof(name[i]), "-%s%s", prefix ? prefix : "", bare + 1));
-      PetscCall(PetscOptionsSetValue(options, name[i], DefaultValue(data, i)));
-    }
-    if (pc->setfromoptionscalled) PetscCall(KSPSetFromOptions(ksp));
-    else if (boomer) PetscCall(PCSetFromOptions(inner));
-    for (size_t i = 0; i < nboomeramg && boomer; i++)
-      if (!given[i]) PetscCall(PetscOptionsClearValue(options, name[i]));
-
-    /* the natural norm, the only one that both AMG and the energy mean something to, where the method has it */
-    PetscCall(PetscOptionsHasName(options, prefix, "-ksp_norm_type", &normGiven));
-    if (!normGiven && ksp->normtype == KSP_NORM_DEFAULT && ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] && ksp->pc_side != PC_RIGHT)
-      PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
-    /* for GMRES and its like the residual that counts is the true one: precondition from the right */
-    PetscCall(PetscOptionsHasName(options, prefix, "-ksp_pc_side", &sideGiven));
-    if (!sideGiven && !normGiven && ksp->pc_side_set == PC_SIDE_DEFAULT && !ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] &&
-        ksp->normsupporttable[KSP_NORM_UNPRECONDITIONED][PC_RIGHT])
-      PetscCall(KSPSetPCSide(ksp, PC_RIGHT));
-    data->configured = PETSC_TRUE;
   }
+  PetscCall(ChoosesBoomerAMG(inner, &boomer));
+  for (size_t i = 0; i < nboomeramg && boomer; i++) {
+    char bare[128];
+
+    PetscCall(PetscSNPrintf(bare, sizeof(bare), "-pc_hypre_boomeramg_%s", boomeramg[i][0]));
+    PetscCall(PetscOptionsHasName(options, prefix, bare, &given[i]));
+    if (given[i]) continue;
+    PetscCall(PetscSNPrintf(name[i], sizeof(name[i]), "-%s%s", prefix ? prefix : "", bare + 1));
+    PetscCall(PetscOptionsSetValue(options, name[i], DefaultValue(data, i)));
+  }
+  if (pc->setfromoptionscalled) PetscCall(KSPSetFromOptions(ksp));
+  else if (boomer) PetscCall(PCSetFromOptions(inner));
+  for (size_t i = 0; i < nboomeramg && boomer; i++)
+    if (!given[i]) PetscCall(PetscOptionsClearValue(options, name[i]));
+
+  /* the natural norm, the only one that both AMG and the energy mean something to, where the method has it */
+  PetscCall(PetscOptionsHasName(options, prefix, "-ksp_norm_type", &normGiven));
+  if (!normGiven && ksp->normtype == KSP_NORM_DEFAULT && ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] && ksp->pc_side != PC_RIGHT)
+    PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
+  /* for GMRES and its like the residual that counts is the true one: precondition from the right */
+  PetscCall(PetscOptionsHasName(options, prefix, "-ksp_pc_side", &sideGiven));
+  if (!sideGiven && !normGiven && ksp->pc_side_set == PC_SIDE_DEFAULT && !ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] &&
+      ksp->normsupporttable[KSP_NORM_UNPRECONDITIONED][PC_RIGHT])
+    PetscCall(KSPSetPCSide(ksp, PC_RIGHT));
+  data->configured = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCHYPRE takes a MATHYPRE as it is, and makes a copy of any other matrix */
+PetscErrorCode PCAinsworthWantsHypre(PC_Ainsworth *data, PetscBool *hypre)
+{
+  PC inner;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, hypre));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthSetKSPOperators - gives the inner solver what this scene needs: the reduced operator with M_*, or A alone */
+PetscErrorCode PCAinsworthSetKSPOperators(PC_Ainsworth *data)
+{
+  KSP       ksp = data->ksp;
+  PCSide    side;
+  PetscBool projected;
+
+  PetscFunctionBegin;
+  if (data->constraints) PetscCall(KSPSetOperators(ksp, data->S, data->M));
+  else PetscCall(KSPSetOperators(ksp, data->saddle.A, data->saddle.A));
   /* without constraints the operator is A itself, which has no projector */
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
   if (projected && !data->constraints) {

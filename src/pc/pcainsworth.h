@@ -46,6 +46,8 @@ PETSC_INTERN PetscErrorCode PCAinsworthGetDataOrError(PC, PC_Ainsworth **);
 PETSC_INTERN PetscErrorCode PCAinsworthSetStale(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode PCAinsworthApplyVariant(PC_Ainsworth *, PCAinsworthVariant);
 PETSC_INTERN PetscErrorCode PCAinsworthConfigureKSP(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode PCAinsworthSetKSPOperators(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode PCAinsworthWantsHypre(PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);
 PETSC_INTERN PetscErrorCode PCView_Ainsworth(PC, PetscViewer);
 PETSC_INTERN PetscReal      PCAinsworthPenaltyFactor(const PC_Ainsworth *);

@@ -205,10 +205,11 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
 
   PetscFunctionBegin;
   PetscCall(AinsworthGetAIJ(data->saddle.A, &in.A));
-  in.C              = data->saddle.C;
-  in.S              = ctx->proj.gram.S;
-  in.weight         = ctx->weight;
-  in.frame          = &data->frame;
+  in.C      = data->saddle.C;
+  in.S      = ctx->proj.gram.S;
+  in.weight = ctx->weight;
+  in.frame  = &data->frame;
+  PetscCall(PCAinsworthWantsHypre(data, &in.hypre));
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor(data);
   PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M));
@@ -219,11 +220,13 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
 }
 
 /* Null space, near null space: hypre reads them from the operator, GAMG from the preconditioning matrix */
-static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data, Mat S, Mat M)
+static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
 {
   MatNullSpace near, common, rotated;
+  Mat          S = data->constraints ? data->S : data->saddle.A, M = data->constraints ? data->M : data->saddle.A;
 
   PetscFunctionBegin;
+  if (S == data->saddle.block[0]) PetscFunctionReturn(PETSC_SUCCESS); /* the program's A has its own */
   PetscCall(AinsworthSaddleGetNearNullSpace(&data->saddle, &near));
   if (near) {
     PetscCall(AinsworthFrameRotateNullSpace(&data->frame, data->saddle.A, near, &rotated));
@@ -288,6 +291,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   }
   PetscCall(MatGetSize(data->saddle.C, &data->constraints, NULL));
   PetscCall(ProbeSymmetry(data->saddle.A, &data->symmetric));
+  PetscCall(PCAinsworthConfigureKSP(pc, data));
   if (data->constraints) {
     PetscCall(SetUpOperator(pc, data, &ctx, &reason));
     if (reason) {
@@ -299,18 +303,15 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   }
   if (data->constraints) {
     PetscCall(SetUpPmat(data, ctx));
-    PetscCall(ForwardNullSpaces(data, data->S, data->M));
     PetscCall(MatCreateVecs(data->saddle.C, NULL, &data->residual));
-    PetscCall(KSPSetOperators(data->ksp, data->S, data->M));
   } else {
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
     data->frame.bs = 0;
-    if (data->saddle.A != data->saddle.block[0]) PetscCall(ForwardNullSpaces(data, data->saddle.A, data->saddle.A));
-    PetscCall(KSPSetOperators(data->ksp, data->saddle.A, data->saddle.A));
   }
+  PetscCall(PCAinsworthSetKSPOperators(data));
+  PetscCall(ForwardNullSpaces(data));
   PetscCall(CreateKeptVectors(pc, data));
   if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->rhs));
-  PetscCall(PCAinsworthConfigureKSP(pc, data));
   PetscCall(KSPSetUp(data->ksp));
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCGetFailedReason(inner, &reason));

@@ -1,112 +1,157 @@
 #include "pmat.h"
 #include "sum.h"
+#include "surface.h"
 #include "../events.h"
 #include "../projector/projector.h"
 
 const char *const PCAinsworthPenaltyTypes[] = {"row", "norm", "PCAinsworthPenaltyType", "PC_AINSWORTH_PENALTY_", NULL};
 const char *const PCAinsworthPmatTypes[]    = {"jcb", "id", "cc", "cg", "bj_cc", "bj_cg", "PCAinsworthPmatType", "PC_AINSWORTH_PMAT_", NULL};
 
-/* U = Y op(A) - 1/2 T C with T = Y op(A) Y', op(A) = A or A'; m x n */
-static PetscErrorCode CreateU(Mat A, Mat C, Mat Y, PetscBool transpose, Mat *U)
+namespace
 {
-  Mat Yt, T, TC;
+/* A and C on the surface, and the terms that M_* adds to A there */
+struct Surface {
+  IS  dofs; /* constrained degrees of freedom and their neighbours in A, p of them */
+  Mat A, C; /* p x p, m x p */
+  Mat Ct;
+  Vec w; /* diagonal of W, NULL for W = I */
+
+  PetscErrorCode create(const AinsworthPmatInputs *in, PetscBool symmetric);
+  PetscErrorCode destroy();
+};
+
+PetscErrorCode Surface::create(const AinsworthPmatInputs *in, PetscBool symmetric)
+{
+  PetscInt rstart, rend;
+  IS       rows;
 
   PetscFunctionBegin;
-  PetscCall(MatHermitianTranspose(Y, MAT_INITIAL_MATRIX, &Yt));
-  if (transpose) {
-    Mat AYt;
-    PetscCall(MatMatMult(A, Yt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &AYt));
-    PetscCall(MatHermitianTranspose(AYt, MAT_INITIAL_MATRIX, U));
-    PetscCall(MatDestroy(&AYt));
-  } else PetscCall(MatMatMult(Y, A, MAT_INITIAL_MATRIX, PETSC_DEFAULT, U));
-  PetscCall(MatMatMult(*U, Yt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &T));
-  PetscCall(MatDestroy(&Yt));
-  PetscCall(MatMatMult(T, C, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &TC));
-  PetscCall(MatDestroy(&T));
-  PetscCall(MatAXPY(*U, -0.5, TC, DIFFERENT_NONZERO_PATTERN));
-  PetscCall(MatDestroy(&TC));
+  PetscCall(AinsworthSurfaceCreate(in->A, in->C, symmetric, &dofs));
+  PetscCall(MatGetOwnershipRange(in->C, &rstart, &rend));
+  PetscCall(ISCreateStride(PetscObjectComm((PetscObject)in->C), rend - rstart, rstart, 1, &rows));
+  PetscCall(MatCreateSubMatrix(in->C, rows, dofs, MAT_INITIAL_MATRIX, &C));
+  PetscCall(ISDestroy(&rows));
+  PetscCall(MatHermitianTranspose(C, MAT_INITIAL_MATRIX, &Ct));
+  PetscCall(MatCreateSubMatrix(in->A, dofs, dofs, MAT_INITIAL_MATRIX, &A));
+  w = NULL;
+  if (in->weight) {
+    Vec part;
+
+    PetscCall(VecGetSubVector(in->weight, dofs, &part));
+    PetscCall(VecDuplicate(part, &w));
+    PetscCall(VecCopy(part, w));
+    PetscCall(VecRestoreSubVector(in->weight, dofs, &part));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode Surface::destroy()
+{
+  PetscFunctionBegin;
+  PetscCall(ISDestroy(&dofs));
+  PetscCall(MatDestroy(&A));
+  PetscCall(MatDestroy(&C));
+  PetscCall(MatDestroy(&Ct));
+  PetscCall(VecDestroy(&w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   E = Q_*' A Q_* - A = -(C' U + U2' C), from products with m rows only: the cost follows the contact surface
+   The terms of Q_*' A Q_* - A = -C' Y A - A Y' C + C' (Y A Y') C, with Q_* = I - Y' C and Y = Inv(S) C W (docs/method.md, surface-only assembly)
 
-   Q_* = I - Y' C, Y = Inv(S) C W; U2 is U of A', the same where A is symmetric (docs/method.md, surface-only assembly).
+   Where A is symmetric the second is the adjoint of the first.
 */
-static PetscErrorCode CreateProjectionUpdate(const AinsworthPmatInputs *in, Mat inverse, Mat Ct, PetscBool symmetric, Mat *E)
+PetscErrorCode AddProjectionTerms(const Surface &surface, Mat inverse, PetscBool symmetric, std::vector<AinsworthTerm> &terms)
 {
-  Mat CW = in->C, Y, U, G, Gt;
+  Mat CW = surface.C, Y, Yt, K, T, TC, G, G2, P;
 
   PetscFunctionBegin;
-  if (in->weight) {
-    PetscCall(MatDuplicate(in->C, MAT_COPY_VALUES, &CW));
-    PetscCall(MatDiagonalScale(CW, NULL, in->weight));
+  if (surface.w) {
+    PetscCall(MatDuplicate(surface.C, MAT_COPY_VALUES, &CW));
+    PetscCall(MatDiagonalScale(CW, NULL, surface.w));
   }
   PetscCall(MatMatMult(inverse, CW, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &Y));
-  if (in->weight) PetscCall(MatDestroy(&CW));
-  PetscCall(CreateU(in->A, in->C, Y, PETSC_FALSE, &U));
-  PetscCall(MatMatMult(Ct, U, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &G));
-  PetscCall(MatDestroy(&U));
-  if (symmetric) PetscCall(MatHermitianTranspose(G, MAT_INITIAL_MATRIX, &Gt));
-  else {
-    Mat G2;
-    PetscCall(CreateU(in->A, in->C, Y, PETSC_TRUE, &U));
-    PetscCall(MatMatMult(Ct, U, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &G2));
-    PetscCall(MatDestroy(&U));
-    PetscCall(MatHermitianTranspose(G2, MAT_INITIAL_MATRIX, &Gt));
-    PetscCall(MatDestroy(&G2));
-  }
+  if (surface.w) PetscCall(MatDestroy(&CW));
+  PetscCall(MatHermitianTranspose(Y, MAT_INITIAL_MATRIX, &Yt));
+  PetscCall(MatMatMult(Y, surface.A, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &K));
   PetscCall(MatDestroy(&Y));
-  PetscCall(MatAXPY(G, 1.0, Gt, DIFFERENT_NONZERO_PATTERN));
-  PetscCall(MatDestroy(&Gt));
-  PetscCall(MatScale(G, -1.0));
-  *E = G;
+  PetscCall(MatMatMult(surface.Ct, K, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &G));
+  if (symmetric) PetscCall(MatHermitianTranspose(G, MAT_INITIAL_MATRIX, &G2));
+  else {
+    Mat AYt;
+    PetscCall(MatMatMult(surface.A, Yt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &AYt));
+    PetscCall(MatMatMult(AYt, surface.C, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &G2));
+    PetscCall(MatDestroy(&AYt));
+  }
+  PetscCall(MatMatMult(K, Yt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &T));
+  PetscCall(MatDestroy(&K));
+  PetscCall(MatDestroy(&Yt));
+  PetscCall(MatMatMult(T, surface.C, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &TC));
+  PetscCall(MatDestroy(&T));
+  PetscCall(MatMatMult(surface.Ct, TC, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &P));
+  PetscCall(MatDestroy(&TC));
+  terms.push_back({G, -1.0});
+  terms.push_back({G2, -1.0});
+  terms.push_back({P, 1.0});
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthPmatCreate - the preconditioning matrix M_* = C' B C + Q_*' A Q_*, n x n AIJ, and the penalty B it was made with, length m
+/* The term C' B C and the penalty B itself, length m: one per row, gamma / (C diag(A)^{-1} C')_ii, or beta I (paper, section 3.3) */
+PetscErrorCode AddPenaltyTerm(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, const Surface &surface, Vec *penalty,
+                              std::vector<AinsworthTerm> &terms)
+{
+  PetscReal    factor = 1.0, normA, normC;
+  Mat          BC     = surface.C, CtBC;
+  AinsworthSum sum;
 
-   B is one per row, gamma / (C diag(A)^{-1} C')_ii, or beta I with beta = gamma ||Q_*' A Q_*||_1 / ||C' C||_1 (paper, section 3.3).
-*/
+  PetscFunctionBegin;
+  if (opt->penalty == PC_AINSWORTH_PENALTY_ROW) {
+    Vec D;
+
+    PetscCall(AinsworthWeightCreate(in->A, &D));
+    PetscCall(AinsworthRowPenaltyCreate(in->C, D, opt->factor, penalty));
+    PetscCall(VecDestroy(&D));
+    PetscCall(MatDuplicate(surface.C, MAT_COPY_VALUES, &BC));
+    PetscCall(MatDiagonalScale(BC, *penalty, NULL));
+  }
+  PetscCall(MatMatMult(surface.Ct, BC, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &CtBC));
+  if (opt->penalty == PC_AINSWORTH_PENALTY_ROW) PetscCall(MatDestroy(&BC));
+  else { /* beta = gamma ||Q_*' A Q_*|| / ||C' C|| */ PetscCall(MatNorm(CtBC, NORM_INFINITY, &normC));
+    PetscCall(sum.open(in->A, surface.dofs, terms, 1));
+    PetscCall(sum.norm(&normA));
+    PetscCall(sum.close());
+    factor = opt->factor * normA / normC;
+    PetscCall(MatCreateVecs(in->C, NULL, penalty));
+    PetscCall(VecSet(*penalty, factor));
+  }
+  terms.push_back({CtBC, factor});
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+} // namespace
+
+/* AinsworthPmatCreate - the preconditioning matrix M_* = C' B C + Q_*' A Q_*, n x n, and the penalty B it was made with, length m */
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Vec *penalty, Mat *pmat)
 {
-  Mat A = in->A, BC, Ct, E, inverse, projection = NULL;
+  Mat                        inverse;
+  Surface                    surface;
+  std::vector<AinsworthTerm> terms;
+  AinsworthSum               sum;
 
   PetscFunctionBegin;
   PetscCall(AinsworthInvGramCreate(in->S, opt, &inverse));
-  PetscCall(PetscLogEventBegin(AINSWORTH_PMat, A, in->C, in->S, 0));
-  PetscCall(MatHermitianTranspose(in->C, MAT_INITIAL_MATRIX, &Ct));
-  if (inverse) PetscCall(CreateProjectionUpdate(in, inverse, Ct, opt->symmetric, &projection));
+  PetscCall(PetscLogEventBegin(AINSWORTH_PMat, in->A, in->C, in->S, 0));
+  PetscCall(surface.create(in, opt->symmetric));
+  if (inverse) PetscCall(AddProjectionTerms(surface, inverse, opt->symmetric, terms));
   PetscCall(MatDestroy(&inverse));
-  PetscCall(MatDuplicate(in->C, MAT_COPY_VALUES, &BC));
-  if (opt->penalty == PC_AINSWORTH_PENALTY_ROW) {
-    Vec D;
-    PetscCall(AinsworthWeightCreate(A, &D));
-    PetscCall(AinsworthRowPenaltyCreate(in->C, D, opt->factor, penalty));
-    PetscCall(VecDestroy(&D));
-    PetscCall(MatDiagonalScale(BC, *penalty, NULL));
-  }
-  PetscCall(MatMatMult(Ct, BC, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &E));
-  PetscCall(MatDestroy(&BC));
-  PetscCall(MatDestroy(&Ct));
-  if (opt->penalty == PC_AINSWORTH_PENALTY_NORM) {
-    PetscReal normA, normC;
-
-    PetscCall(MatNorm(E, NORM_INFINITY, &normC));
-    if (projection) PetscCall(AinsworthSumNorm(A, projection, &normA));
-    else PetscCall(MatNorm(A, NORM_INFINITY, &normA));
-    PetscCall(MatScale(E, opt->factor * normA / normC));
-    PetscCall(MatCreateVecs(in->C, NULL, penalty));
-    PetscCall(VecSet(*penalty, opt->factor * normA / normC));
-  }
-  if (projection) {
-    PetscCall(MatAXPY(E, 1.0, projection, DIFFERENT_NONZERO_PATTERN));
-    PetscCall(MatDestroy(&projection));
-  }
-  PetscCall(AinsworthSum(A, E, in->frame, pmat));
-  PetscCall(MatDestroy(&E));
+  PetscCall(AddPenaltyTerm(in, opt, surface, penalty, terms));
+  PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
+  PetscCall(PetscLogEventBegin(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
+  PetscCall(sum.open(in->A, surface.dofs, terms, in->frame->bs));
+  PetscCall(in->hypre ? AinsworthAssembleHypre(&sum, in->frame, pmat) : AinsworthAssembleAIJ(&sum, in->frame, pmat));
+  PetscCall(sum.close());
+  PetscCall(PetscLogEventEnd(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
+  for (AinsworthTerm &term : terms) PetscCall(MatDestroy(&term.E));
+  PetscCall(surface.destroy());
   if (opt->symmetric) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
-  PetscCall(PetscLogEventEnd(AINSWORTH_PMat, A, in->C, in->S, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

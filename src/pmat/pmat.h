@@ -20,6 +20,7 @@ struct AinsworthPmatInputs {
   Mat                   A, C, S; /* AIJ; C without zero rows */
   Vec                   weight;  /* diagonal of W, NULL for W = I */
   const AinsworthFrame *frame;   /* M_* is wanted as T M_* T' */
+  PetscBool             hypre;   /* as MATHYPRE, otherwise AIJ */
 };
 
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);

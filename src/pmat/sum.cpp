@@ -1,213 +1,202 @@
 #include "sum.h"
-#include <vector>
+#include "surface.h"
+#include <algorithm>
 
-namespace
+PetscErrorCode AinsworthOperand::open(Mat M)
 {
-/* One row of A + E: ascending columns and values */
-struct Row {
-  std::vector<PetscInt>    columns;
-  std::vector<PetscScalar> values;
-  PetscErrorCode           merge(Mat A, Mat E, PetscInt row);
-};
-
-PetscErrorCode Row::merge(Mat A, Mat E, PetscInt row)
-{
-  PetscInt           na, ne, a = 0, e = 0, n = 0;
-  const PetscInt    *ca, *ce;
-  const PetscScalar *va, *ve;
+  PetscInt  n;
+  PetscBool done;
 
   PetscFunctionBegin;
-  PetscCall(MatGetRow(A, row, &na, &ca, &va));
-  PetscCall(MatGetRow(E, row, &ne, &ce, &ve));
-  columns.resize(na + ne);
-  values.resize(na + ne);
-  while (a < na || e < ne) {
-    if (e == ne || (a < na && ca[a] < ce[e])) {
-      columns[n]  = ca[a];
-      values[n++] = va[a++];
-    } else if (a == na || ce[e] < ca[a]) {
-      columns[n]  = ce[e];
-      values[n++] = ve[e++];
-    } else {
-      columns[n]  = ca[a];
-      values[n++] = va[a++] + ve[e++];
-    }
-  }
-  columns.resize(n);
-  values.resize(n);
-  PetscCall(MatRestoreRow(E, row, &ne, &ce, &ve));
-  PetscCall(MatRestoreRow(A, row, &na, &ca, &va));
+  mat = M;
+  PetscCall(MatGetRowIJ(M, 0, PETSC_FALSE, PETSC_FALSE, &n, &ia, &ja, &done));
+  PetscCall(MatSeqAIJGetArrayRead(M, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows of one node of T (A + E) T', dense by blocks; without a frame a single row */
-class Node {
-public:
-  explicit Node(const AinsworthFrame *f) : frame(f), bs(f->bs ? f->bs : 1) { }
-  PetscErrorCode compute(Mat A, Mat E, PetscInt first);
-
-  const AinsworthFrame                 *frame;
-  const PetscInt                        bs;
-  std::vector<PetscInt>                 columns;
-  std::vector<std::vector<PetscScalar>> values; /* of each of the bs rows */
-
-private:
-  std::vector<Row> rows;
-};
-
-PetscErrorCode Node::compute(Mat A, Mat E, PetscInt first)
+PetscErrorCode AinsworthOperand::close()
 {
-  std::vector<size_t> at(bs, 0);
+  PetscInt  n;
+  PetscBool done;
 
   PetscFunctionBegin;
-  rows.resize(bs);
-  values.resize(bs);
-  for (PetscInt k = 0; k < bs; k++) PetscCall(rows[k].merge(A, E, first + k));
-  if (!frame->bs) {
-    columns.swap(rows[0].columns);
-    values[0].swap(rows[0].values);
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  columns.clear();
-  for (std::vector<PetscScalar> &v : values) v.clear();
-  while (true) { /* block after block, wherever a row has an entry in it */
-    PetscInt    block   = PETSC_MAX_INT;
-    PetscScalar M[3][3] = {{0.0}}, MT[3][3];
-
-    for (PetscInt k = 0; k < bs; k++)
-      if (at[k] < rows[k].columns.size()) block = PetscMin(block, rows[k].columns[at[k]] / bs);
-    if (block == PETSC_MAX_INT) break;
-    for (PetscInt k = 0; k < bs; k++)
-      for (; at[k] < rows[k].columns.size() && rows[k].columns[at[k]] / bs == block; at[k]++) M[k][rows[k].columns[at[k]] % bs] = rows[k].values[at[k]];
-    for (PetscInt k = 0; k < bs; k++) {
-      for (PetscInt l = 0; l < bs; l++) {
-        MT[k][l] = 0.0;
-        for (PetscInt j = 0; j < bs; j++) MT[k][l] += M[k][j] * frame->T[l][j];
-      }
-    }
-    for (PetscInt l = 0; l < bs; l++) columns.push_back(block * bs + l);
-    for (PetscInt k = 0; k < bs; k++) {
-      for (PetscInt l = 0; l < bs; l++) {
-        PetscScalar sum = 0.0;
-        for (PetscInt j = 0; j < bs; j++) sum += frame->T[k][j] * MT[j][l];
-        values[k].push_back(sum);
-      }
-    }
-  }
+  if (!mat) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatSeqAIJRestoreArrayRead(mat, &a));
+  PetscCall(MatGetLocalSize(mat, &n, NULL));
+  PetscCall(MatRestoreRowIJ(mat, 0, PETSC_FALSE, PETSC_FALSE, &n, &ia, &ja, &done));
+  mat = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-} // namespace
 
-/* ||A + E||_inf, which is the 1-norm where both are symmetric; PETSc's own 1-norm stores a row of the matrix on every rank */
-PetscErrorCode AinsworthSumNorm(Mat A, Mat E, PetscReal *norm)
+/* columns, values += factor times a row, both ascending; c and v are work space */
+static void MergeRow(const AinsworthOperand &op, PetscInt row, std::vector<PetscInt> &columns, std::vector<PetscScalar> &values, std::vector<PetscInt> &c,
+                     std::vector<PetscScalar> &v)
 {
-  PetscInt  rstart, rend;
+  const PetscInt first = op.ia[row], end = op.ia[row + 1];
+  const size_t   n = columns.size();
+  size_t         i = 0, k = 0;
+
+  if (first == end) return;
+  c.resize(n + (end - first));
+  v.resize(n + (end - first));
+  for (PetscInt e = first; e < end; e++) {
+    const PetscInt    column = op.column(e);
+    const PetscScalar value  = op.factor * op.a[e];
+
+    for (; i < n && columns[i] < column; i++, k++) {
+      c[k] = columns[i];
+      v[k] = values[i];
+    }
+    const bool both = i < n && columns[i] == column;
+    c[k]            = column;
+    v[k++]          = both ? values[i++] + value : value;
+  }
+  for (; i < n; i++, k++) {
+    c[k] = columns[i];
+    v[k] = values[i];
+  }
+  c.resize(k);
+  v.resize(k);
+  columns.swap(c);
+  values.swap(v);
+}
+
+void AinsworthPart::merge()
+{
+  std::vector<PetscInt>    c, work;
+  std::vector<PetscScalar> v, workValues;
+
+  start.assign(1, 0);
+  for (size_t i = 0; i < surface->size(); i++) {
+    const PetscInt s = (*surface)[i];
+
+    if (s < 0) continue;
+    c.clear();
+    v.clear();
+    MergeRow(base, (PetscInt)i, c, v, work, workValues);
+    for (const AinsworthOperand &term : terms) MergeRow(term, s, c, v, work, workValues);
+    columns.insert(columns.end(), c.begin(), c.end());
+    values.insert(values.end(), v.begin(), v.end());
+    start.push_back((PetscInt)columns.size());
+  }
+}
+
+AinsworthRow AinsworthPart::row(PetscInt i)
+{
+  const PetscInt s = (*surface)[i], first = base.ia[i], n = base.ia[i + 1] - first;
+
+  if (s >= 0) return {columns.data() + start[s], values.data() + start[s], start[s + 1] - start[s]};
+  if (!base.mapped) return {base.ja + first, base.a + first, n};
+  bufferColumns.resize(n);
+  for (PetscInt k = 0; k < n; k++) bufferColumns[k] = base.column(first + k);
+  return {bufferColumns.data(), base.a + first, n};
+}
+
+PetscErrorCode AinsworthPart::close()
+{
+  PetscFunctionBegin;
+  PetscCall(base.close());
+  for (AinsworthOperand &term : terms) PetscCall(term.close());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Columns `from` are numbered by their place in `ghosts` */
+static void MapInto(const std::vector<PetscInt> &ghosts, const PetscInt from[], size_t n, AinsworthOperand &op)
+{
+  op.mapped = true;
+  op.map.resize(n);
+  for (size_t k = 0; k < n; k++) op.map[k] = (PetscInt)(std::lower_bound(ghosts.begin(), ghosts.end(), from[k]) - ghosts.begin());
+}
+
+PetscErrorCode AinsworthSum::open(Mat matrix, IS dofs, const std::vector<AinsworthTerm> &terms, PetscInt bs)
+{
+  PetscInt              rstart, local;
+  PetscBool             mpi;
+  const PetscInt       *owned;
+  std::vector<PetscInt> onSurface;
+
+  PetscFunctionBegin;
+  A = matrix;
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  PetscCall(MatGetOwnershipRange(A, &rstart, NULL));
+  PetscCall(ISGetLocalSize(dofs, &local));
+  PetscCall(ISGetIndices(dofs, &owned));
+  surface.assign(n, -1);
+  for (PetscInt s = 0; s < local; s++) {
+    surface[owned[s] - rstart] = s;
+    onSurface.push_back(owned[s] - rstart);
+  }
+  PetscCall(ISRestoreIndices(dofs, &owned));
+  inside.surface = outside.surface = &surface;
+  inside.terms.resize(terms.size());
+  outside.terms.resize(terms.size());
+  PetscCall(PetscObjectBaseTypeCompare((PetscObject)A, MATMPIAIJ, &mpi));
+  parallel = mpi;
+  if (parallel) {
+    Mat                                in, out;
+    const PetscInt                    *garray;
+    PetscInt                           ng;
+    std::vector<std::vector<PetscInt>> of(terms.size());
+
+    PetscCall(MatMPIAIJGetSeqAIJ(A, &in, &out, &garray));
+    PetscCall(MatGetSize(out, NULL, &ng));
+    PetscCall(inside.base.open(in));
+    PetscCall(outside.base.open(out));
+    ghosts.assign(garray, garray + ng);
+    for (size_t t = 0; t < terms.size(); t++) {
+      PetscCall(AinsworthSurfaceGetGhosts(terms[t].E, dofs, of[t]));
+      ghosts.insert(ghosts.end(), of[t].begin(), of[t].end());
+      PetscCall(MatMPIAIJGetSeqAIJ(terms[t].E, &in, &out, NULL));
+      PetscCall(inside.terms[t].open(in));
+      PetscCall(outside.terms[t].open(out));
+    }
+    if (bs > 1) { /* a frame fills the blocks */
+      const size_t given = ghosts.size();
+      for (size_t k = 0; k < given; k++)
+        for (PetscInt l = 0; l < bs; l++) ghosts.push_back(ghosts[k] / bs * bs + l);
+    }
+    std::sort(ghosts.begin(), ghosts.end());
+    ghosts.erase(std::unique(ghosts.begin(), ghosts.end()), ghosts.end());
+    MapInto(ghosts, garray, ng, outside.base);
+    for (size_t t = 0; t < terms.size(); t++) MapInto(ghosts, of[t].data(), of[t].size(), outside.terms[t]);
+  } else {
+    PetscCall(inside.base.open(A));
+    for (size_t t = 0; t < terms.size(); t++) PetscCall(inside.terms[t].open(terms[t].E));
+  }
+  for (size_t t = 0; t < terms.size(); t++) {
+    inside.terms[t].mapped = true;
+    inside.terms[t].map    = onSurface;
+    inside.terms[t].factor = outside.terms[t].factor = terms[t].factor;
+  }
+  inside.merge();
+  if (parallel) outside.merge();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthSum::close()
+{
+  PetscFunctionBegin;
+  PetscCall(inside.close());
+  PetscCall(outside.close());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The infinity norm, which is the 1-norm where all are symmetric; PETSc's own 1-norm stores a row of the matrix on every rank */
+PetscErrorCode AinsworthSum::norm(PetscReal *norm)
+{
   PetscReal largest = 0.0;
-  Row       row;
 
   PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscReal sum = 0.0;
-    PetscCall(row.merge(A, E, i));
-    for (const PetscScalar &v : row.values) sum += PetscAbsScalar(v);
-    largest = PetscMax(largest, sum);
+  for (PetscInt i = 0; i < n; i++) {
+    PetscReal total = 0.0;
+
+    for (AinsworthPart *part : {&inside, &outside}) {
+      if (part == &outside && !parallel) continue;
+      const AinsworthRow row = part->row(i);
+      for (PetscInt k = 0; k < row.n; k++) total += PetscAbsScalar(row.values[k]);
+    }
+    largest = PetscMax(largest, total);
   }
   PetscCall(MPIU_Allreduce(&largest, norm, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)A)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Does a row of E have entries? Most have none, and those rows of A are taken over as they stand */
-static PetscErrorCode RowIsEmpty(Mat E, PetscInt row, bool *empty)
-{
-  PetscInt n;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetRow(E, row, &n, NULL, NULL));
-  *empty = n == 0;
-  PetscCall(MatRestoreRow(E, row, &n, NULL, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Entries of each row in the diagonal block and outside, of T (A + E) T' */
-static PetscErrorCode CountEntries(Mat A, Mat E, Node &node, PetscInt dnnz[], PetscInt onnz[])
-{
-  PetscInt rstart, rend, cstart, cend;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
-  PetscCall(MatGetOwnershipRangeColumn(A, &cstart, &cend));
-  for (PetscInt i = rstart; i < rend; i += node.bs) {
-    const PetscInt *columns = nullptr;
-    PetscInt        n = 0, inside = 0;
-    bool            asis;
-
-    PetscCall(RowIsEmpty(E, i, &asis));
-    asis = asis && !node.frame->bs;
-    if (asis) PetscCall(MatGetRow(A, i, &n, &columns, NULL));
-    else {
-      PetscCall(node.compute(A, E, i));
-      n       = (PetscInt)node.columns.size();
-      columns = node.columns.data();
-    }
-    for (PetscInt k = 0; k < n; k++) inside += columns[k] >= cstart && columns[k] < cend;
-    for (PetscInt k = 0; k < node.bs; k++) {
-      dnnz[i - rstart + k] = inside;
-      onnz[i - rstart + k] = n - inside;
-    }
-    if (asis) PetscCall(MatRestoreRow(A, i, &n, &columns, NULL));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* T (A + E) T' with exact preallocation; the local sizes of A are multiples of the frame's */
-PetscErrorCode AinsworthSum(Mat A, Mat E, const AinsworthFrame *frame, Mat *sum)
-{
-  Mat       M;
-  PetscInt  rstart, rend, n, N, bs, *dnnz, *onnz;
-  PetscBool sequential;
-  Node      node(frame);
-
-  PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
-  PetscCall(MatGetSize(A, &N, NULL));
-  PetscCall(MatGetBlockSize(A, &bs));
-  n = rend - rstart;
-  PetscCall(PetscMalloc2(n, &dnnz, n, &onnz));
-  PetscCall(CountEntries(A, E, node, dnnz, onnz));
-  PetscCall(MatCreate(PetscObjectComm((PetscObject)A), &M));
-  PetscCall(MatSetSizes(M, n, n, N, N));
-  PetscCall(MatSetBlockSize(M, bs));
-  PetscCall(MatSetType(M, MATAIJ));
-  PetscCall(MatSeqAIJSetPreallocation(M, 0, dnnz));
-  PetscCall(MatMPIAIJSetPreallocation(M, 0, dnnz, 0, onnz));
-  PetscCall(PetscFree2(dnnz, onnz));
-  PetscCall(MatSetOption(M, MAT_NO_OFF_PROC_ENTRIES, PETSC_TRUE));
-  PetscCall(PetscObjectBaseTypeCompare((PetscObject)M, MATSEQAIJ, &sequential));
-  if (sequential) PetscCall(MatSetOption(M, MAT_SORTED_FULL, PETSC_TRUE)); /* rows are copied, not searched */
-  for (PetscInt i = rstart; i < rend; i += node.bs) {
-    bool asis;
-
-    PetscCall(RowIsEmpty(E, i, &asis));
-    if (asis && !frame->bs) {
-      PetscInt           ncols;
-      const PetscInt    *columns;
-      const PetscScalar *values;
-
-      PetscCall(MatGetRow(A, i, &ncols, &columns, &values));
-      PetscCall(MatSetValues(M, 1, &i, ncols, columns, values, INSERT_VALUES));
-      PetscCall(MatRestoreRow(A, i, &ncols, &columns, &values));
-      continue;
-    }
-    PetscCall(node.compute(A, E, i));
-    for (PetscInt k = 0; k < node.bs; k++) {
-      const PetscInt row = i + k;
-      PetscCall(MatSetValues(M, 1, &row, (PetscInt)node.columns.size(), node.columns.data(), node.values[k].data(), INSERT_VALUES));
-    }
-  }
-  PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));
-  if (sequential) PetscCall(MatSetOption(M, MAT_SORTED_FULL, PETSC_FALSE));
-  *sum = M;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

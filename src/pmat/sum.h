@@ -1,10 +1,86 @@
-/* A + E, where E has few nonzero rows: its norm, and the assembled sum, seen in a frame */
+/* A + sum of f_k E_k, where the E_k live on the surface (surface.h): its norm, and the assembled sum, seen in a frame */
 #ifndef AINSWORTH_SUM_H
 #define AINSWORTH_SUM_H
 
 #include "../projector/frame.h"
+#include <vector>
 
-PetscErrorCode AinsworthSumNorm(Mat, Mat, PetscReal *);
-PetscErrorCode AinsworthSum(Mat, Mat, const AinsworthFrame *, Mat *);
+struct AinsworthTerm {
+  Mat       E;
+  PetscReal factor;
+};
+
+/* Read access to a SeqAIJ whose columns are renumbered in ascending order; no map: they keep their numbers */
+struct AinsworthOperand {
+  Mat                   mat = NULL;
+  const PetscInt       *ia = nullptr, *ja = nullptr;
+  const PetscScalar    *a      = nullptr;
+  PetscReal             factor = 1.0;
+  bool                  mapped = false;
+  std::vector<PetscInt> map;
+
+  PetscErrorCode open(Mat);
+  PetscErrorCode close();
+  PetscInt       column(PetscInt k) const { return mapped ? map[ja[k]] : ja[k]; }
+};
+
+struct AinsworthRow {
+  const PetscInt    *columns;
+  const PetscScalar *values;
+  PetscInt           n;
+};
+
+/* The columns that this rank owns, or its ghost columns, of the whole sum: rows of A as they stand, those of the surface merged */
+class AinsworthPart {
+public:
+  AinsworthOperand              base;
+  std::vector<AinsworthOperand> terms;
+  const std::vector<PetscInt>  *surface; /* row of the terms of each row of the base, -1: none */
+
+  void           merge();
+  AinsworthRow   row(PetscInt i); /* valid until the next call */
+  PetscErrorCode close();
+
+private:
+  std::vector<PetscInt>    start, columns, bufferColumns;
+  std::vector<PetscScalar> values;
+};
+
+/* A and the terms, opened for reading and merged on the surface */
+class AinsworthSum {
+public:
+  PetscErrorCode open(Mat A, IS dofs, const std::vector<AinsworthTerm> &terms, PetscInt bs);
+  PetscErrorCode close();
+  PetscErrorCode norm(PetscReal *);
+
+  AinsworthPart         inside, outside; /* nothing outside on one rank */
+  bool                  parallel = false;
+  Mat                   A        = NULL;
+  PetscInt              n;      /* local rows */
+  std::vector<PetscInt> ghosts; /* ghost columns of the sum, ascending */
+
+private:
+  std::vector<PetscInt> surface;
+};
+
+/* The rows of one node of T M T', dense by blocks; without a frame one row as it stands */
+class AinsworthNode {
+public:
+  explicit AinsworthNode(const AinsworthFrame *f) : frame(f), bs(f->bs ? f->bs : 1) { }
+  void     compute(AinsworthPart &part, PetscInt first);
+  PetscInt count(AinsworthPart &part, PetscInt first);
+
+  const AinsworthFrame *frame;
+  const PetscInt        bs;
+  AinsworthRow          rows[3];
+
+private:
+  void                     turn();
+  std::vector<PetscInt>    given[3], columns;
+  std::vector<PetscScalar> givenValues[3], values[3];
+};
+
+PetscErrorCode AinsworthAssembleAIJ(AinsworthSum *, const AinsworthFrame *, Mat *);
+PetscErrorCode AinsworthAssembleHypre(AinsworthSum *, const AinsworthFrame *, Mat *);
 
 #endif

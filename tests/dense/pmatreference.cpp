@@ -120,7 +120,7 @@ PetscErrorCode PmatSetUp(Mat A, Mat C, Vec w, const PmatChoice &choice, KSP *out
 {
   Mat nest;
   KSP inner;
-  PC  pc, none;
+  PC  pc, innerPC;
 
   PetscFunctionBeginUser;
   PetscCall(NestCreate(A, NULL, C, NULL, false, &nest));
@@ -136,8 +136,8 @@ PetscErrorCode PmatSetUp(Mat A, Mat C, Vec w, const PmatChoice &choice, KSP *out
   PetscCall(PCAinsworthSetRowScaling(pc, (PetscBool)choice.rowScaling));
   PetscCall(PCAinsworthSetFrameType(pc, PC_AINSWORTH_FRAME_NONE));
   PetscCall(PCAinsworthGetKSP(pc, &inner));
-  PetscCall(KSPGetPC(inner, &none));
-  PetscCall(PCSetType(none, PCNONE));
+  PetscCall(KSPGetPC(inner, &innerPC));
+  PetscCall(PCSetType(innerPC, choice.inner));
   PetscCall(KSPSetUp(*outer));
   PetscCall(KSPGetOperators(inner, S, M));
   PetscFunctionReturn(PETSC_SUCCESS);

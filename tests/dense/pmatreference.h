@@ -12,6 +12,7 @@ struct PmatChoice {
   PetscReal              factor; /* PETSC_DEFAULT: 0.5 for row, 5 for norm */
   PetscInt               blocks;
   bool                   rowScaling;
+  PCType                 inner = PCNONE; /* of the reduced solve */
 };
 
 PetscErrorCode PmatReference(const DenseSystem &, bool symmetric, const PmatChoice &, Dense &M, Column &B);

@@ -1,0 +1,149 @@
+#include "sum.h"
+#include <algorithm>
+
+#if defined(PETSC_HAVE_HYPRE)
+  #include <petscmathypre.h>
+  #include <HYPRE_IJ_mv.h>
+  #include <HYPRE.h>
+
+  #define AinsworthCallHypre(...) \
+    do { \
+      const HYPRE_Int ierr_hypre_ = __VA_ARGS__; \
+      PetscCheck(!ierr_hypre_, PETSC_COMM_SELF, PETSC_ERR_LIB, "Error %d in hypre: %s", (int)ierr_hypre_, #__VA_ARGS__); \
+    } while (0)
+
+namespace
+{
+/* Some rows on their way into hypre, which takes many at a time */
+class Batch {
+public:
+  explicit Batch(HYPRE_IJMatrix m) : ij(m) { }
+  void           add(const AinsworthRow &row, PetscInt shift, const std::vector<PetscInt> *map);
+  void           close(PetscInt row);
+  PetscErrorCode flush();
+  bool           full() const { return rows.size() >= 512; }
+
+private:
+  HYPRE_IJMatrix             ij;
+  size_t                     begin = 0; /* of the row that is open */
+  std::vector<HYPRE_Int>     ncols;
+  std::vector<HYPRE_BigInt>  rows, columns;
+  std::vector<HYPRE_Complex> values;
+};
+
+void Batch::add(const AinsworthRow &row, PetscInt shift, const std::vector<PetscInt> *map)
+{
+  for (PetscInt k = 0; k < row.n; k++) columns.push_back(map ? (*map)[row.columns[k]] : row.columns[k] + shift);
+  values.insert(values.end(), row.values, row.values + row.n);
+}
+
+void Batch::close(PetscInt row)
+{
+  rows.push_back(row);
+  ncols.push_back((HYPRE_Int)(columns.size() - begin));
+  begin = columns.size();
+}
+
+PetscErrorCode Batch::flush()
+{
+  PetscFunctionBegin;
+  if (rows.size()) AinsworthCallHypre(HYPRE_IJMatrixSetValues(ij, (HYPRE_Int)rows.size(), ncols.data(), rows.data(), columns.data(), values.data()));
+  begin = 0;
+  ncols.clear();
+  rows.clear();
+  columns.clear();
+  values.clear();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+} // namespace
+
+static PetscErrorCode DestroyIJMatrix(void *ij)
+{
+  PetscFunctionBegin;
+  AinsworthCallHypre(HYPRE_IJMatrixDestroy((HYPRE_IJMatrix)ij));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The rows go into hypre's own storage at once: its exact sizes are known, so that nothing is stored twice on the way */
+static PetscErrorCode FillIJMatrix(AinsworthSum *sum, const AinsworthFrame *frame, HYPRE_IJMatrix ij)
+{
+  AinsworthNode          node(frame), ghostNode(frame);
+  Batch                  batch(ij);
+  std::vector<HYPRE_Int> inside(sum->n), outside(sum->n, 0);
+  PetscInt               rstart;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRange(sum->A, &rstart, NULL));
+  for (PetscInt i = 0; i < sum->n; i += node.bs) {
+    std::fill_n(&inside[i], node.bs, (HYPRE_Int)node.count(sum->inside, i));
+    if (sum->parallel) std::fill_n(&outside[i], node.bs, (HYPRE_Int)ghostNode.count(sum->outside, i));
+  }
+  AinsworthCallHypre(HYPRE_IJMatrixSetDiagOffdSizes(ij, inside.data(), outside.data()));
+  AinsworthCallHypre(HYPRE_IJMatrixSetMaxOffProcElmts(ij, 0));
+  AinsworthCallHypre(HYPRE_IJMatrixInitialize(ij));
+  for (PetscInt i = 0; i < sum->n; i += node.bs) {
+    node.compute(sum->inside, i);
+    if (sum->parallel) ghostNode.compute(sum->outside, i);
+    for (PetscInt k = 0; k < node.bs; k++) {
+      batch.add(node.rows[k], rstart, NULL);
+      if (sum->parallel) batch.add(ghostNode.rows[k], 0, &sum->ghosts);
+      batch.close(rstart + i + k);
+    }
+    if (batch.full()) PetscCall(batch.flush());
+  }
+  PetscCall(batch.flush());
+  AinsworthCallHypre(HYPRE_IJMatrixAssemble(ij));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* MatCreateFromParCSR() gives a rank without rows one */
+static PetscErrorCode HasEmptyRank(Mat A, bool *empty)
+{
+  const PetscInt *ranges;
+  PetscMPIInt     size;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)A), &size));
+  PetscCall(MatGetOwnershipRanges(A, &ranges));
+  *empty = false;
+  for (PetscMPIInt r = 0; r < size; r++) *empty = *empty || ranges[r] == ranges[r + 1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The sum as n x n MATHYPRE, in the frame: PCHYPRE takes it as it is. Where a rank has no rows: AIJ, of which PCHYPRE makes a copy */
+PetscErrorCode AinsworthAssembleHypre(AinsworthSum *sum, const AinsworthFrame *frame, Mat *M)
+{
+  MPI_Comm            comm = PetscObjectComm((PetscObject)sum->A);
+  PetscInt            rstart, rend, bs;
+  HYPRE_IJMatrix      ij;
+  hypre_ParCSRMatrix *rows;
+  PetscContainer      owner;
+  bool                empty;
+
+  PetscFunctionBegin;
+  PetscCall(HasEmptyRank(sum->A, &empty));
+  if (empty) {
+    PetscCall(AinsworthAssembleAIJ(sum, frame, M));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatGetOwnershipRange(sum->A, &rstart, &rend));
+  PetscCall(MatGetBlockSize(sum->A, &bs));
+  AinsworthCallHypre(HYPRE_IJMatrixCreate(comm, rstart, rend - 1, rstart, rend - 1, &ij));
+  AinsworthCallHypre(HYPRE_IJMatrixSetObjectType(ij, HYPRE_PARCSR));
+  PetscCall(FillIJMatrix(sum, frame, ij));
+  AinsworthCallHypre(HYPRE_IJMatrixGetObject(ij, (void **)&rows));
+  PetscCall(MatCreateFromParCSR(rows, MATHYPRE, PETSC_USE_POINTER, M));
+  PetscCall(MatSetBlockSize(*M, bs)); /* BoomerAMG's number of functions */
+  PetscCall(PetscContainerCreate(comm, &owner));
+  PetscCall(PetscContainerSetPointer(owner, ij));
+  PetscCall(PetscContainerSetUserDestroy(owner, DestroyIJMatrix));
+  PetscCall(PetscObjectCompose((PetscObject)*M, "AinsworthIJMatrix", (PetscObject)owner));
+  PetscCall(PetscContainerDestroy(&owner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+#else
+PetscErrorCode AinsworthAssembleHypre(AinsworthSum *sum, const AinsworthFrame *, Mat *)
+{
+  SETERRQ(PetscObjectComm((PetscObject)sum->A), PETSC_ERR_SUP_SYS, "PETSc was built without hypre");
+}
+#endif
