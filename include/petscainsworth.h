@@ -108,6 +108,22 @@ typedef enum {
 } PCAinsworthFrameType;
 PETSC_EXTERN const char *const PCAinsworthFrameTypes[];
 
+/*E
+   PCAinsworthRedundantType - what to do with rows of C that are linear combinations of other rows
+
++  `PC_AINSWORTH_REDUNDANT_DROP` (default) - they are left out; a right-hand side that contradicts them is a failure, `PC_INCONSISTENT_RHS`
+-  `PC_AINSWORTH_REDUNDANT_ERROR`          - the set-up stops with an error that names them
+
+   Level: intermediate
+
+.seealso: `PCAinsworthSetRedundantType()`
+E*/
+typedef enum {
+  PC_AINSWORTH_REDUNDANT_DROP,
+  PC_AINSWORTH_REDUNDANT_ERROR
+} PCAinsworthRedundantType;
+PETSC_EXTERN const char *const PCAinsworthRedundantTypes[];
+
 PETSC_EXTERN PetscErrorCode AinsworthInitializePackage(void);
 PETSC_EXTERN PetscErrorCode AinsworthFinalizePackage(void);
 
@@ -156,6 +172,10 @@ PETSC_EXTERN PetscErrorCode PCAinsworthSetFrameType(PC, PCAinsworthFrameType);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetFrameType(PC, PCAinsworthFrameType *);
 PETSC_EXTERN PetscErrorCode PCAinsworthSetRowsPerRank(PC, PetscInt);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetRowsPerRank(PC, PetscInt *);
+PETSC_EXTERN PetscErrorCode PCAinsworthSetRedundantType(PC, PCAinsworthRedundantType);
+PETSC_EXTERN PetscErrorCode PCAinsworthGetRedundantType(PC, PCAinsworthRedundantType *);
+PETSC_EXTERN PetscErrorCode PCAinsworthSetCheckTranspose(PC, PetscBool);
+PETSC_EXTERN PetscErrorCode PCAinsworthGetCheckTranspose(PC, PetscBool *);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetKSP(PC, KSP *);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetGramKSP(PC, KSP *);
 

@@ -2,139 +2,6 @@
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
-static const char citation[] = "@inproceedings{robert_pointselle,\n"
-                               "  author    = {V. Robert and P. Jolivet and O. Jamond and M. A. Badri},\n"
-                               "  title     = {Calcul haute performance pour les probl{\\`e}mes de point-selle en m{\\'e}canique du contact},\n"
-                               "  booktitle = {Colloque National en Calcul de Structures (CSMA)}\n"
-                               "}\n"
-                               "@article{ainsworth2001essential,\n"
-                               "  author  = {M. Ainsworth},\n"
-                               "  title   = {Essential boundary conditions and multi-point constraints in finite element analysis},\n"
-                               "  journal = {Computer Methods in Applied Mechanics and Engineering},\n"
-                               "  volume  = {190},\n"
-                               "  pages   = {6323--6339},\n"
-                               "  year    = {2001}\n"
-                               "}\n";
-
-/* All ranks hear of the worst failure on any of them */
-static PetscErrorCode AgreeOnFailure(PC pc, PCFailedReason reason)
-{
-  PetscMPIInt worst = (PetscMPIInt)reason;
-
-  PetscFunctionBegin;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_INT, MPI_MAX, PetscObjectComm((PetscObject)pc)));
-  PetscCall(PCSetFailedReason(pc, (PCFailedReason)worst));
-#if PETSC_VERSION_LT(3, 20, 0)
-  pc->failedreasonrank = (PCFailedReason)worst;
-#endif
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A = A'? What the program declared, otherwise a comparison of A v with A' v for one random v */
-static PetscErrorCode ProbeSymmetry(Mat A, PetscBool *symmetric)
-{
-  PetscBool   known, has;
-  Vec         v, Av, Atv;
-  PetscRandom rand;
-  PetscReal   norm, difference;
-
-  PetscFunctionBegin;
-  PetscCall(PetscDefined(USE_COMPLEX) ? MatIsHermitianKnown(A, &known, symmetric) : MatIsSymmetricKnown(A, &known, symmetric));
-  if (known) PetscFunctionReturn(PETSC_SUCCESS);
-  *symmetric = PETSC_FALSE;
-  PetscCall(MatHasOperation(A, MATOP_MULT_TRANSPOSE, &has));
-  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(A, &v, &Av));
-  PetscCall(VecDuplicate(Av, &Atv));
-  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)A), &rand));
-  PetscCall(PetscRandomSetFromOptions(rand));
-  PetscCall(VecSetRandom(v, rand));
-  PetscCall(PetscRandomDestroy(&rand));
-  PetscCall(MatMult(A, v, Av));
-  PetscCall(MatMultHermitianTranspose(A, v, Atv));
-  PetscCall(VecNorm(Av, NORM_2, &norm));
-  PetscCall(VecAXPY(Atv, -1.0, Av));
-  PetscCall(VecNorm(Atv, NORM_2, &difference));
-  *symmetric = (PetscBool)(difference <= 1e-10 * norm);
-  PetscCall(PetscInfo(A, "A is %s: ||A v - A' v|| / ||A v|| = %g for a random v\n", *symmetric ? "symmetric" : "not symmetric", (double)(difference / norm)));
-  PetscCall(VecDestroy(&v));
-  PetscCall(VecDestroy(&Av));
-  PetscCall(VecDestroy(&Atv));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The reduced operator and its preconditioning matrix; *reason tells whether the Gram matrix could be factored */
-static PetscErrorCode SetUpConstrained(PC pc, PC_Ainsworth *data, PCFailedReason *reason)
-{
-  AinsworthPmatInputs  in;
-  AinsworthPmatOptions options = data->pmat;
-  Mat_Ainsworth       *ctx;
-  Mat                  A = data->saddle.A;
-  Vec                  penalty;
-  PetscInt             bs;
-  const char          *prefix;
-
-  PetscFunctionBegin;
-  PetscCall(MatCreateAinsworth(A, data->saddle.C, &data->S));
-  PetscCall(PCGetOptionsPrefix(pc, &prefix));
-  PetscCall(MatSetOptionsPrefix(data->S, prefix));
-  PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->S, (PetscObject)pc, 0));
-  PetscCall(MatAinsworthSetRowsPerRank(data->S, data->rowsPerRank));
-  PetscCall(MatGetBlockSize(A, &bs));
-  if (data->frameType == PC_AINSWORTH_FRAME_AUTO) PetscCall(AinsworthFrameChoose(data->saddle.C, bs, &data->frame));
-  else data->frame.bs = 0;
-  PetscCall(MatAinsworthSetFrame_Private(data->S, &data->frame));
-  if (data->weightType == MAT_AINSWORTH_WEIGHT_USER) {
-    PetscCheck(data->weight, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
-               "-pc_ainsworth_weight user needs a vector: call PCAinsworthSetWeight()");
-    PetscCall(MatAinsworthSetWeight(data->S, data->weight));
-  } else PetscCall(MatAinsworthSetWeightType(data->S, data->weightType));
-  PetscCall(MatAinsworthSetUp(data->S, &ctx));
-  PetscCall(AinsworthGramGetFailedReason(&ctx->proj.gram, reason));
-  if (*reason) PetscFunctionReturn(PETSC_SUCCESS);
-
-  PetscCall(AinsworthGetAIJ(data->saddle.A, &A));
-  in.A      = A;
-  in.C      = data->saddle.C;
-  in.S      = ctx->proj.gram.S;
-  in.weight = ctx->weight;
-  in.frame  = &data->frame;
-  PetscCall(PCAinsworthWantsHypre(data, &in.hypre));
-  options.symmetric = data->symmetric;
-  options.factor    = PCAinsworthPenaltyFactor(data);
-  PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M));
-  PetscCall(MatDestroy(&A));
-  PetscCall(MatAinsworthSetPenalty(data->S, penalty));
-  PetscCall(VecDestroy(&penalty));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Null space, near null space: hypre reads them from the operator, GAMG from the preconditioning matrix */
-static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
-{
-  MatNullSpace near, common, rotated;
-
-  PetscFunctionBegin;
-  if (!data->constraints) PetscFunctionReturn(PETSC_SUCCESS); /* A has its own */
-  PetscCall(AinsworthSaddleGetNearNullSpace(&data->saddle, &near));
-  if (near) {
-    PetscCall(AinsworthFrameRotateNullSpace(&data->frame, data->saddle.A, near, &rotated));
-    PetscCall(MatSetNearNullSpace(data->S, rotated));
-    PetscCall(MatSetNearNullSpace(data->M, rotated));
-    PetscCall(MatNullSpaceDestroy(&rotated));
-  }
-  PetscCall(AinsworthSaddleCreateNullSpace(&data->saddle, &common));
-  if (common) {
-    PetscCall(AinsworthFrameRotateNullSpace(&data->frame, data->saddle.A, common, &rotated));
-    PetscCall(MatSetNullSpace(data->S, rotated));
-    PetscCall(MatSetNullSpace(data->M, rotated));
-    if (data->symmetric) PetscCall(MatSetTransposeNullSpace(data->S, rotated));
-    PetscCall(MatNullSpaceDestroy(&rotated));
-    PetscCall(MatNullSpaceDestroy(&common));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode PCReset_Ainsworth(PC pc)
 {
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
@@ -148,57 +15,7 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscCall(VecDestroy(&data->residual));
   PetscCall(VecDestroy(&data->g));
   PetscCall(VecDestroy(&data->lambda));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode PCSetUp_Ainsworth(PC pc)
-{
-  PC_Ainsworth  *data     = (PC_Ainsworth *)pc->data;
-  PetscBool      changedA = PETSC_TRUE, changedC = PETSC_TRUE;
-  PCFailedReason reason = PC_NOERROR;
-  PC             inner;
-
-  PetscFunctionBegin;
-  PetscCall(PetscCitationsRegister(citation, NULL));
-  if (data->saddle.A && !data->stale) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changedA, &changedC));
-  if (!changedA && !changedC) {
-    PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(MatDestroy(&data->S));
-  PetscCall(MatDestroy(&data->M));
-  PetscCall(VecDestroy(&data->residual));
-  PetscCall(VecDestroy(&data->g));
-  PetscCall(VecDestroy(&data->lambda));
-  PetscCall(AinsworthSaddleSetUp(pc->pmat, &data->saddle));
-  PetscCall(MatGetSize(data->saddle.C, &data->constraints, NULL));
-  PetscCall(ProbeSymmetry(data->saddle.A, &data->symmetric));
-  PetscCall(PCAinsworthConfigureKSP(pc, data));
-  if (data->constraints) {
-    PetscCall(SetUpConstrained(pc, data, &reason));
-    if (reason) {
-      PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_MAT_CH_ZRPVT,
-                 "The Gram matrix C W C' could not be factored (%s): are rows of C linearly dependent?", PCFailedReasons[reason]);
-      PetscCall(PetscInfo(pc, "The Gram matrix C W C' could not be factored (%s): are rows of C linearly dependent?\n", PCFailedReasons[reason]));
-      PetscCall(AgreeOnFailure(pc, reason));
-      data->stale = PETSC_TRUE;
-      PetscFunctionReturn(PETSC_SUCCESS);
-    }
-    PetscCall(MatCreateVecs(data->saddle.C, NULL, &data->residual));
-    if (data->saddle.kept) {
-      PetscCall(PetscInfo(pc, "%" PetscInt_FMT " rows of C are zero and left out\n", data->saddle.zeroRows));
-      PetscCall(VecDuplicate(data->residual, &data->g));
-      PetscCall(VecDuplicate(data->residual, &data->lambda));
-    }
-  } else PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
-  PetscCall(PCAinsworthSetKSPOperators(data));
-  PetscCall(ForwardNullSpaces(data));
-  if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->rhs));
-  PetscCall(KSPSetUp(data->ksp));
-  PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PCGetFailedReason(inner, &reason));
-  PetscCall(AgreeOnFailure(pc, reason ? PC_SUBPC_ERROR : PC_NOERROR));
-  data->stale = PETSC_FALSE;
+  PetscCall(VecDestroy(&data->f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -211,24 +28,6 @@ static PetscErrorCode ProjectOntoConstraints(PC_Ainsworth *data, Vec g, Vec x)
   PetscCall(MatAinsworthMultRightInverse(data->S, data->residual, data->rhs));
   PetscCall(AinsworthFrameRotate(&data->frame, PETSC_TRUE, data->rhs));
   PetscCall(VecAXPY(x, 1.0, data->rhs));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* g on the kept rows; a nonzero g on a dropped row has no solution */
-static PetscErrorCode RestrictToKeptRows(PC pc, PC_Ainsworth *data, Vec all, PetscBool *consistent)
-{
-  Vec       sub;
-  PetscReal normAll, normKept;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetSubVector(all, data->saddle.kept, &sub));
-  PetscCall(VecCopy(sub, data->g));
-  PetscCall(VecRestoreSubVector(all, data->saddle.kept, &sub));
-  PetscCall(VecNorm(all, NORM_1, &normAll));
-  PetscCall(VecNorm(data->g, NORM_1, &normKept));
-  *consistent = (PetscBool)(normAll - normKept <= 100 * PETSC_MACHINE_EPSILON * normAll);
-  if (!*consistent)
-    PetscCall(PetscInfo(pc, "The right-hand side is %g (1-norm) on rows of C that are zero: no solution exists\n", (double)(normAll - normKept)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -245,6 +44,8 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   PetscCall(KSPCheckSolve(data->ksp, pc, x));
   PetscCall(KSPGetConvergedReason(data->ksp, &reason));
   *failed = (PetscBool)(reason < 0); /* at the limit of iterations too, when an outer Krylov method may still use what there is */
+  if (*failed && !data->symmetric)
+    PetscCall(PetscInfo(pc, "The reduced solve failed and A is not symmetric: -ainsworth_ksp_type gmres does not need it to be\n"));
   if (data->constraints) {
     PetscCall(AinsworthFrameRotate(&data->frame, PETSC_TRUE, x));
     PetscCall(ProjectOntoConstraints(data, g, x));
@@ -253,18 +54,34 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The fields of the program, reduced to the rows that are kept, solved, and extended; why says what contradicts C x = g, or is empty */
+static PetscErrorCode SolveKept(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, PetscBool *failed, char why[], size_t len)
+{
+  const AinsworthSaddle *sp = &data->saddle;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthSaddleRestrict(sp, f, g, data->g, data->f, why, len));
+  PetscCall(SolveReduced(pc, data, transpose, data->f ? data->f : f, data->g, x, data->lambda, failed));
+  if (why[0] || *failed) {
+    char ignored[256];
+    PetscCall(AinsworthSaddleExtend(sp, g, x, data->lambda, lambda, ignored, sizeof(ignored)));
+  } else PetscCall(AinsworthSaddleExtend(sp, g, x, data->lambda, lambda, why, len));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
   PC_Ainsworth *data     = (PC_Ainsworth *)pc->data;
   const IS     *in       = transpose ? data->saddle.cols : data->saddle.rows;
   const IS     *out      = transpose ? data->saddle.rows : data->saddle.cols;
-  PetscBool     changedA = PETSC_FALSE, changedC = PETSC_FALSE, consistent = PETSC_TRUE, failed;
+  PetscBool     changed  = PETSC_FALSE, failed;
+  char          why[256] = "";
   Vec           f, g, x, lambda;
 
   PetscFunctionBegin;
   /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place */
-  if (!pc->reusepreconditioner) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changedA, &changedC));
-  if (changedA || changedC) PetscCall(PCSetUp_Ainsworth(pc));
+  if (!pc->reusepreconditioner) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changed));
+  if (changed) PetscCall(PCSetUp_Ainsworth(pc));
   if (data->stale) { /* the set-up failed */
     PetscCall(VecFlag(y, 1));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -273,23 +90,18 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscCall(VecGetSubVector(b, in[1], &g));
   PetscCall(VecGetSubVector(y, out[0], &x));
   PetscCall(VecGetSubVector(y, out[1], &lambda));
-  if (data->saddle.kept) {
-    Vec sub;
-
-    PetscCall(RestrictToKeptRows(pc, data, g, &consistent));
-    PetscCheck(consistent || !pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_INCOMP,
-               "The right-hand side of the constraints is nonzero on a row of C that is zero: no solution exists; remove the row or its right-hand side");
-    PetscCall(SolveReduced(pc, data, transpose, f, data->g, x, data->lambda, &failed));
-    PetscCall(VecZeroEntries(lambda));
-    PetscCall(VecGetSubVector(lambda, data->saddle.kept, &sub));
-    PetscCall(VecCopy(data->lambda, sub));
-    PetscCall(VecRestoreSubVector(lambda, data->saddle.kept, &sub));
-  } else PetscCall(SolveReduced(pc, data, transpose, f, g, x, lambda, &failed));
+  if (data->g) PetscCall(SolveKept(pc, data, transpose, f, g, x, lambda, &failed, why, sizeof(why)));
+  else PetscCall(SolveReduced(pc, data, transpose, f, g, x, lambda, &failed));
   PetscCall(VecRestoreSubVector(b, in[0], &f));
   PetscCall(VecRestoreSubVector(b, in[1], &g));
   PetscCall(VecRestoreSubVector(y, out[0], &x));
   PetscCall(VecRestoreSubVector(y, out[1], &lambda));
-  PetscCall(AgreeOnFailure(pc, !consistent ? PC_INCONSISTENT_RHS : (failed ? PC_SUBPC_ERROR : PC_NOERROR)));
+  if (why[0]) {
+    PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_INCOMP,
+               "The right-hand side of the constraints is %s; remove the rows or mend it", why);
+    PetscCall(PetscInfo(pc, "The right-hand side of the constraints is %s\n", why));
+  }
+  PetscCall(PCAinsworthAgreeOnFailure(pc, why[0] ? PC_INCONSISTENT_RHS : (failed ? PC_SUBPC_ERROR : PC_NOERROR)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -347,7 +159,9 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_blocks <decide>                         - number of blocks of bj_cc and bj_cg; by default one per 32 constraints
 .  -pc_ainsworth_row_scaling <true,false>                - jcb does not depend on the scale of the rows of C
 .  -pc_ainsworth_frame <auto,none>                       - turn the components into the frame of the dominant contact normal
--  -pc_ainsworth_rows_per_rank <100000>                  - the Gram matrix is gathered on ceil(m / this) ranks
+.  -pc_ainsworth_rows_per_rank <100000>                  - the Gram matrix is gathered on ceil(m / this) ranks
+.  -pc_ainsworth_redundant <drop,error>                  - rows of C that are combinations of other rows
+-  -pc_ainsworth_check_transpose <false,true>            - compare the blocks C and C' entry by entry, not by one random product
 
    Level: beginner
 
@@ -355,14 +169,19 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    The matrix is a `MATNEST` of 2 x 2 blocks. The multipliers are the field whose diagonal block is absent or zero, first or last; of
    C and C' one may be absent or a transpose view. The program's matrices are never changed. Use it with `-ksp_type preonly`.
 
+   The block of the multipliers may also be diagonal. Where the row of C is zero, the multiplier is solved for alone, and where both are zero it is
+   zero; where the entry is negative, -D, the multiplier is eliminated exactly and A + C' D^{-1} C takes the place of A. Other blocks are refused.
+
+   Rows of C that are linear combinations of others are looked for when the Gram matrix turns out (nearly) singular; see `PCAinsworthSetRedundantType()`.
+
    Options of the inner solvers have the prefixes `-ainsworth_` (reduced system, operator `MATAINSWORTH`, preconditioning matrix M_*:
    `-ainsworth_ksp_rtol`, `-ainsworth_pc_type`, ...) and `-ainsworth_gram_` (Gram matrix C W C'), after the prefix of this `PC`.
    The inner preconditioner is BoomerAMG with HMIS coarsening (Falgout with the penalty of the paper), ext+i interpolation and at most 4 entries per row of the
    interpolation where the options do not say otherwise.
 
    Whatever the inner tolerance, C x = g holds to rounding. An inner solve that fails, a Gram matrix that cannot be factored and a
-   right-hand side that contradicts a zero row of C give a `PCFailedReason`, known to all ranks, or an error with
-   `-ksp_error_if_not_converged`.
+   right-hand side that contradicts a zero or a dependent row of C give a `PCFailedReason`, known to all ranks, or an error with
+   `-ksp_error_if_not_converged`; so do values that are not finite. `-info :pc` says why, naming rows.
 
    Set-up is repeated for what changed only: a `KSPSolve()` with the same A and C builds nothing, even after `KSPSetOperators()`.
 
@@ -372,7 +191,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    V. Robert, P. Jolivet, O. Jamond, M. A. Badri, Calcul haute performance pour les problemes de point-selle en mecanique du contact, CSMA;
    M. Ainsworth, Comput. Methods Appl. Mech. Engrg. 190 (2001), 6323-6339.
 
-.seealso: `PCAinsworthSetVariant()`, `PCAinsworthSetPmatType()`, `PCAinsworthGetKSP()`, `MATAINSWORTH`, `KSPPROJECTEDCG`, `PCFIELDSPLIT`
+.seealso: `PCAinsworthSetVariant()`, `PCAinsworthSetPmatType()`, `PCAinsworthSetRedundantType()`, `PCAinsworthGetKSP()`, `MATAINSWORTH`, `KSPPROJECTEDCG`, `PCFIELDSPLIT`
 M*/
 PetscErrorCode PCCreate_Ainsworth(PC pc)
 {

@@ -16,6 +16,9 @@ struct PC_Ainsworth {
   PCAinsworthFrameType   frameType;
   AinsworthPmatOptions   pmat;
 
+  PCAinsworthRedundantType redundant;
+  PetscBool                checkTranspose; /* compare blocks (0,1) and (1,0) entry by entry */
+
   /* what set-up made of the program's matrix */
   AinsworthSaddle saddle;
   PetscInt        constraints; /* rows of C that are kept */
@@ -31,10 +34,13 @@ struct PC_Ainsworth {
   PetscBool projected;  /* its type gave way to KSPCG because there are no constraints */
   Vec       rhs;        /* f~ */
   Vec       residual;   /* C x - g, on the kept rows */
-  Vec       g, lambda;  /* on the kept rows, where rows were dropped */
+  Vec       g, lambda;  /* on the kept rows, where some are not kept */
+  Vec       f;          /* f + C_p' D^{-1} g_p, where rows p are eliminated */
 };
 
 PETSC_INTERN PetscErrorCode PCCreate_Ainsworth(PC);
+PETSC_INTERN PetscErrorCode PCSetUp_Ainsworth(PC);
+PETSC_INTERN PetscErrorCode PCAinsworthAgreeOnFailure(PC, PCFailedReason);
 PETSC_INTERN PetscErrorCode PCAinsworthGetData(PC, PC_Ainsworth **);
 PETSC_INTERN PetscErrorCode PCAinsworthGetDataOrError(PC, PC_Ainsworth **);
 PETSC_INTERN PetscErrorCode PCAinsworthSetStale(PC, PC_Ainsworth *);

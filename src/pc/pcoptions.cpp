@@ -10,10 +10,12 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   PCAinsworthPenaltyType penalty;
   PCAinsworthPmatType    pmat;
   PCAinsworthFrameType   frame;
-  PetscReal              real;
-  PetscInt               integer;
-  PetscBool              set, flag;
-  const char            *prefix;
+
+  PCAinsworthRedundantType redundant;
+  PetscReal                real;
+  PetscInt                 integer;
+  PetscBool                set, flag;
+  const char              *prefix;
 
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Ainsworth options");
@@ -60,6 +62,13 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   PetscCall(PetscOptionsInt("-pc_ainsworth_rows_per_rank", "The Gram matrix is gathered on ceil(constraints / this) ranks", "PCAinsworthSetRowsPerRank",
                             integer, &integer, &set));
   if (set) PetscCall(PCAinsworthSetRowsPerRank(pc, integer));
+  redundant = data->redundant;
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_redundant", "Rows of C that are linear combinations of others", "PCAinsworthSetRedundantType",
+                             PCAinsworthRedundantTypes, (PetscEnum)redundant, (PetscEnum *)&redundant, &set));
+  if (set) PetscCall(PCAinsworthSetRedundantType(pc, redundant));
+  flag = data->checkTranspose;
+  PetscCall(PetscOptionsBool("-pc_ainsworth_check_transpose", "Compare the blocks C and C' entry by entry", "PCAinsworthSetCheckTranspose", flag, &flag, &set));
+  if (set) PetscCall(PCAinsworthSetCheckTranspose(pc, flag));
   PetscOptionsHeadEnd();
   PetscCall(PCGetOptionsPrefix(pc, &prefix)); /* it may have been set after the creation of this PC */
   PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));
@@ -71,7 +80,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
 {
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
   PetscBool     ascii, string;
-  char          tolerance[64] = "", blocks[64] = "", dropped[64] = "";
+  char          tolerance[64] = "", blocks[64] = "", dropped[256] = "";
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
@@ -93,7 +102,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  not set up yet\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (data->saddle.zeroRows) PetscCall(PetscSNPrintf(dropped, sizeof(dropped), ", %" PetscInt_FMT " zero rows left out", data->saddle.zeroRows));
+  PetscCall(AinsworthSaddleDescribeRows(&data->saddle, dropped, sizeof(dropped)));
   PetscCall(
     PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s%s\n", data->constraints, data->constraints ? "" : ", A alone is solved", dropped));
   if (data->S && data->frame.bs == 3)

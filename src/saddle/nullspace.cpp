@@ -4,7 +4,7 @@
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *sp, MatNullSpace *near)
 {
   PetscFunctionBegin;
-  PetscCall(MatGetNearNullSpace(sp->A, near));
+  PetscCall(MatGetNearNullSpace(sp->block[0], near));
   if (!*near) PetscCall(PetscObjectQuery((PetscObject)sp->rows[0], "nearnullspace", (PetscObject *)near));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -23,20 +23,21 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
   const Vec   *given;
   Vec         *v, *image, *held, *heldImage;
   PetscReal    normC;
+  Mat          C = sp->all ? sp->all : sp->C; /* eliminated rows hold a vector as well as those that are kept */
 
   PetscFunctionBegin;
   *common = NULL;
-  PetscCall(MatGetNullSpace(sp->A, &nullsp));
+  PetscCall(MatGetNullSpace(sp->block[0], &nullsp));
   if (!nullsp) PetscCall(PetscObjectQuery((PetscObject)sp->rows[0], "nullspace", (PetscObject *)&nullsp));
   if (!nullsp) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNullSpaceGetVecs(nullsp, &constant, &nv, &given));
-  PetscCall(MatNorm(sp->C, NORM_FROBENIUS, &normC));
+  PetscCall(MatNorm(C, NORM_FROBENIUS, &normC));
   PetscCall(PetscMalloc4(nv + 1, &v, nv + 1, &image, nv + 1, &held, nv + 1, &heldImage));
   for (PetscInt i = 0; i < nv + (constant ? 1 : 0); i++) {
     PetscReal   norm;
     PetscScalar alpha;
 
-    PetscCall(MatCreateVecs(sp->C, &v[nfree], &image[nfree]));
+    PetscCall(MatCreateVecs(C, &v[nfree], &image[nfree]));
     if (i < nv) PetscCall(VecCopy(given[i], v[nfree]));
     else PetscCall(VecSet(v[nfree], 1.0));
     for (PetscInt k = 0; k < nfree; k++) {
@@ -44,7 +45,7 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
       PetscCall(VecAXPY(v[nfree], -alpha, v[k]));
     }
     PetscCall(VecNormalize(v[nfree], NULL));
-    PetscCall(MatMult(sp->C, v[nfree], image[nfree]));
+    PetscCall(MatMult(C, v[nfree], image[nfree]));
     for (PetscInt k = 0; k < nheld; k++) {
       PetscCall(VecDot(image[nfree], heldImage[k], &alpha));
       PetscCall(VecAXPY(image[nfree], -alpha, heldImage[k]));

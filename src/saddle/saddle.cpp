@@ -1,22 +1,53 @@
 #include "saddle.h"
 #include <petsc/private/petscimpl.h>
 
-/* Collective: a block that is absent, or whose entries are all zero */
-static PetscErrorCode BlockIsZero(Mat M, PetscBool *zero, PetscReal *norm)
+/* Collective: the Frobenius norm of a block, 0 where it is absent, Inf where its type has none */
+static PetscErrorCode BlockNorm(Mat M, PetscInt i, PetscInt j, PetscReal *norm)
 {
-  PetscBool assembled;
+  PetscBool assembled, has;
 
   PetscFunctionBegin;
   *norm = 0.0;
-  *zero = PETSC_TRUE;
   if (!M) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatAssembled(M, &assembled));
-  if (!assembled) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatHasOperation(M, MATOP_NORM, zero));
-  if (*zero) {
-    PetscCall(MatNorm(M, NORM_FROBENIUS, norm));
-    *zero = (PetscBool)(*norm == 0.0);
-  } else *norm = PETSC_INFINITY;
+  PetscCheck(assembled, PetscObjectComm((PetscObject)M), PETSC_ERR_ARG_WRONGSTATE,
+             "Block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest is not assembled: call MatAssemblyBegin() and MatAssemblyEnd() on it", i, j);
+  PetscCall(MatHasOperation(M, MATOP_NORM, &has));
+  if (has) PetscCall(MatNorm(M, NORM_FROBENIUS, norm));
+  else *norm = PETSC_INFINITY;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Which block is A? The multipliers' is absent or zero; where neither is, it is the smaller, of two equal ones (1,1), and must be diagonal
+*/
+static PetscErrorCode ChoosePrimal(Mat mat, const Mat diagonal[2], const PetscReal norm[2], PetscInt *primal)
+{
+  MPI_Comm  comm = PetscObjectComm((PetscObject)mat);
+  PetscInt  n[2], row, col, l;
+  PetscBool rows;
+
+  PetscFunctionBegin;
+  PetscCheck(norm[0] != 0.0 || norm[1] != 0.0, comm, PETSC_ERR_ARG_WRONG,
+             "PCAINSWORTH found no primal block: blocks (0,0) and (1,1) of the MatNest are both absent or zero, A must be one of them");
+  if (norm[0] == 0.0 || norm[1] == 0.0) {
+    *primal = norm[0] == 0.0 ? 1 : 0;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  for (int i = 0; i < 2; i++) PetscCall(MatGetSize(diagonal[i], &n[i], NULL));
+  l       = n[0] < n[1] ? 0 : 1;
+  *primal = 1 - l;
+  PetscCall(MatHasOperation(diagonal[l], MATOP_GET_ROW, &rows));
+  PetscCheck(rows, comm, PETSC_ERR_ARG_WRONG,
+             "PCAINSWORTH found no multipliers: blocks (0,0) and (1,1) of the MatNest are both nonzero, and the type %s of (%" PetscInt_FMT ",%" PetscInt_FMT
+             "), the smaller one, has no rows to look at; leave the block of the multipliers absent, or pass a diagonal AIJ matrix",
+             ((PetscObject)diagonal[l])->type_name, l, l);
+  PetscCall(AinsworthMatFindOffDiagonal(diagonal[l], &row, &col));
+  PetscCheck(row < 0, comm, PETSC_ERR_ARG_WRONG,
+             "PCAINSWORTH found no multipliers: blocks (0,0) and (1,1) of the MatNest are both nonzero (Frobenius norms %g and %g), and (%" PetscInt_FMT
+             ",%" PetscInt_FMT "), the smaller one, is not diagonal: it has entry (%" PetscInt_FMT ",%" PetscInt_FMT
+             "); only zero and negative diagonal blocks, [A C'; C -D], can be treated",
+             (double)norm[0], (double)norm[1], l, l, row, col);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -69,56 +100,92 @@ static PetscErrorCode GetConstraints(Mat source, PetscBool transpose, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Leave out the rows of C that are zero: they constrain nothing and would make the Gram matrix singular */
-static PetscErrorCode DropZeroRows(AinsworthSaddle *sp)
+/* Refuses a block (p,l) that is not the adjoint of block (l,p), where the program passed both */
+static PetscErrorCode CheckAdjoint(const AinsworthSaddle *sp, Mat block, Mat transposed, PetscBool exact)
 {
-  MPI_Comm comm = PetscObjectComm((PetscObject)sp->C);
-  PetscInt rstart, rend, nkept = 0, local, *kept;
-  Mat      C;
-  IS       rows, cols;
+  const PetscInt p = sp->primal, l = 1 - p;
+  Mat            C = sp->all ? sp->all : sp->C, source[2], other;
+  PetscBool      transpose[2], hermitian[2], same = PETSC_FALSE;
+  PetscInt       row, col;
+  PetscReal      value[2];
 
   PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(sp->C, &rstart, &rend));
-  PetscCall(PetscMalloc1(rend - rstart, &kept));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt           ncols;
-    const PetscScalar *v;
-    PetscBool          zero = PETSC_TRUE;
+  if (!block || !transposed) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(GetSource(block, NULL, &source[0], &transpose[0], &hermitian[0]));
+  PetscCall(GetSource(NULL, transposed, &source[1], &transpose[1], &hermitian[1]));
+  if (source[0] == source[1] && (!PetscDefined(USE_COMPLEX) || hermitian[0] || hermitian[1])) PetscFunctionReturn(PETSC_SUCCESS); /* a view of the other */
+  if (!exact) PetscCall(AinsworthProbeAdjoint(C, transposed, &same));
+  if (same) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(GetConstraints(source[1], transpose[1], hermitian[1], &other));
+  if (PetscDefined(USE_COMPLEX) && !hermitian[1]) { /* the adjoint of a transpose */
+    Mat conjugate;
 
-    PetscCall(MatGetRow(sp->C, i, &ncols, NULL, &v));
-    for (PetscInt k = 0; k < ncols && zero; k++) zero = (PetscBool)(v[k] == 0.0);
-    PetscCall(MatRestoreRow(sp->C, i, &ncols, NULL, &v));
-    if (!zero) kept[nkept++] = i;
+    PetscCall(MatDuplicate(other, MAT_COPY_VALUES, &conjugate));
+    PetscCall(MatConjugate(conjugate));
+    PetscCall(MatDestroy(&other));
+    other = conjugate;
   }
-  local = rend - rstart - nkept;
-  PetscCall(MPIU_Allreduce(&local, &sp->zeroRows, 1, MPIU_INT, MPI_SUM, comm));
-  if (!sp->zeroRows) {
-    PetscCall(PetscFree(kept));
-    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthMatFindDifference(C, other, &row, &col, value));
+  PetscCall(MatDestroy(&other));
+  PetscCheck(row < 0, PetscObjectComm((PetscObject)block), PETSC_ERR_ARG_INCOMP,
+             "Block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest is not the %s of block (%" PetscInt_FMT ",%" PetscInt_FMT "), C: entry (%" PetscInt_FMT
+             ",%" PetscInt_FMT ") of C is %g, the other's is %g; only systems [A C'; C 0] can be solved",
+             p, l, PetscDefined(USE_COMPLEX) ? "adjoint" : "transpose", l, p, row, col, (double)value[0], (double)value[1]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The program's blocks with their states; of a transpose view the matrix behind it, whose state tells of its values */
+static PetscErrorCode GetBlocks(Mat mat, PetscInt p, Mat block[4], PetscObjectState state[4])
+{
+  const PetscInt l = 1 - p, at[4][2] = {
+                              {p, p},
+                              {l, l},
+                              {l, p},
+                              {p, l}
+  };
+
+  PetscFunctionBegin;
+  for (int k = 0; k < 4; k++) {
+    Mat       view = NULL;
+    PetscBool hermitian;
+
+    PetscCall(MatNestGetSubMat(mat, at[k][0], at[k][1], &block[k]));
+    if (block[k] && k > 1) PetscCall(GetTransposed(block[k], &view, &hermitian));
+    if (view) block[k] = view;
+    state[k] = 0;
+    if (block[k]) PetscCall(PetscObjectStateGet((PetscObject)block[k], &state[k]));
   }
-  PetscCall(ISCreateGeneral(comm, nkept, kept, PETSC_OWN_POINTER, &rows));
-  PetscCall(MatGetOwnershipRangeColumn(sp->C, &rstart, &rend));
-  PetscCall(ISCreateStride(comm, rend - rstart, rstart, 1, &cols));
-  PetscCall(MatCreateSubMatrix(sp->C, rows, cols, MAT_INITIAL_MATRIX, &C));
-  PetscCall(ISDestroy(&cols));
-  PetscCall(MatDestroy(&sp->C));
-  sp->C    = C;
-  sp->kept = rows;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: NaN or Inf in A, whose norm is known, as a text for the user; empty where there is none */
+static PetscErrorCode CheckFinite(Mat A, PetscReal norm, char bad[], size_t len)
+{
+  PetscInt  row, col;
+  PetscBool has;
+
+  PetscFunctionBegin;
+  PetscCall(MatHasOperation(A, MATOP_NORM, &has));
+  if (!has || !PetscIsInfOrNanReal(norm)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthMatFindNotFinite(A, &row, &col)); /* the norm may overflow for large values */
+  if (row >= 0) PetscCall(PetscSNPrintf(bad, len, "entry (%" PetscInt_FMT ",%" PetscInt_FMT ") of A is NaN or Inf", row, col));
+  else if (PetscIsNanReal(norm)) PetscCall(PetscSNPrintf(bad, len, "A holds NaN"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
    AinsworthSaddleSetUp - finds A and C in the matrix that the program passed
 
-   The multiplier field is the one whose diagonal block is absent or zero.
+   exact: blocks (0,1) and (1,0) are compared entry by entry, otherwise by one random product. Where values are NaN or Inf sp->bad says which,
+   and nothing else of sp may be used but to ask whether the matrix changed.
 */
-PetscErrorCode AinsworthSaddleSetUp(Mat mat, AinsworthSaddle *sp)
+PetscErrorCode AinsworthSaddleSetUp(Mat mat, PetscBool exact, AinsworthSaddle *sp)
 {
   MPI_Comm  comm = PetscObjectComm((PetscObject)mat);
-  PetscBool nest, zero[2], assembled, transpose, hermitian;
+  PetscBool nest, assembled, transpose, hermitian;
   PetscReal norm[2];
-  PetscInt  nr, nc, n[3], m[2], p, l;
-  Mat       B[2][2];
+  PetscInt  nr, nc, n[3], m[2], p = 0, l;
+  Mat       B[2][2], diagonal[2], source;
   IS        rows[2], cols[2];
 
   PetscFunctionBegin;
@@ -132,14 +199,11 @@ PetscErrorCode AinsworthSaddleSetUp(Mat mat, AinsworthSaddle *sp)
              nr, nc);
   for (PetscInt i = 0; i < 2; i++)
     for (PetscInt j = 0; j < 2; j++) PetscCall(MatNestGetSubMat(mat, i, j, &B[i][j]));
-  for (PetscInt i = 0; i < 2; i++) PetscCall(BlockIsZero(B[i][i], &zero[i], &norm[i]));
-  PetscCheck(zero[0] || zero[1], comm, PETSC_ERR_ARG_WRONG,
-             "PCAINSWORTH found no multipliers: blocks (0,0) and (1,1) of the MatNest are both nonzero (Frobenius norms %g and %g; inf: cannot be computed); "
-             "leave the diagonal block of the multipliers absent or zero",
-             (double)norm[0], (double)norm[1]);
-  PetscCheck(!zero[0] || !zero[1], comm, PETSC_ERR_ARG_WRONG,
-             "PCAINSWORTH found no primal block: blocks (0,0) and (1,1) of the MatNest are both absent or zero, A must be one of them");
-  p = zero[0] ? 1 : 0;
+  for (PetscInt i = 0; i < 2; i++) {
+    diagonal[i] = B[i][i];
+    PetscCall(BlockNorm(diagonal[i], i, i, &norm[i]));
+  }
+  PetscCall(ChoosePrimal(mat, diagonal, norm, &p));
   l = 1 - p;
   PetscCheck(B[l][p] || B[p][l], comm, PETSC_ERR_ARG_WRONG,
              "PCAINSWORTH found no constraints: block (%" PetscInt_FMT ",%" PetscInt_FMT
@@ -163,13 +227,12 @@ PetscErrorCode AinsworthSaddleSetUp(Mat mat, AinsworthSaddle *sp)
 
   PetscCall(AinsworthSaddleReset(sp));
   sp->primal = p;
+  PetscCall(GetBlocks(mat, p, sp->block, sp->state));
+  for (Mat M : sp->block) PetscCall(PetscObjectReference((PetscObject)M));
   PetscCall(PetscObjectReference((PetscObject)B[p][p]));
   sp->A = B[p][p];
-  PetscCall(PetscObjectStateGet((PetscObject)sp->A, &sp->stateA));
-  PetscCall(GetSource(B[l][p], B[p][l], &sp->source, &transpose, &hermitian));
-  PetscCall(PetscObjectReference((PetscObject)sp->source));
-  PetscCall(PetscObjectStateGet((PetscObject)sp->source, &sp->stateSource));
-  PetscCall(GetConstraints(sp->source, transpose, hermitian, &sp->C));
+  PetscCall(GetSource(B[l][p], B[p][l], &source, &transpose, &hermitian));
+  PetscCall(GetConstraints(source, transpose, hermitian, &sp->C));
   PetscCall(MatNestGetISs(mat, rows, cols));
   for (PetscInt k = 0; k < 2; k++) {
     sp->rows[k] = rows[k ? l : p];
@@ -177,7 +240,9 @@ PetscErrorCode AinsworthSaddleSetUp(Mat mat, AinsworthSaddle *sp)
     PetscCall(PetscObjectReference((PetscObject)sp->rows[k]));
     PetscCall(PetscObjectReference((PetscObject)sp->cols[k]));
   }
-  PetscCall(DropZeroRows(sp));
+  PetscCall(CheckFinite(sp->A, norm[p], sp->bad, sizeof(sp->bad)));
+  if (!sp->bad[0]) PetscCall(AinsworthSaddleClassifyRows(sp, norm[l] != 0.0 ? B[l][l] : NULL));
+  if (!sp->bad[0]) PetscCall(CheckAdjoint(sp, B[l][p], B[p][l], exact));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -190,28 +255,30 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
     PetscCall(ISDestroy(&sp->rows[k]));
     PetscCall(ISDestroy(&sp->cols[k]));
   }
-  PetscCall(ISDestroy(&sp->kept));
-  PetscCall(MatDestroy(&sp->source));
-  sp->zeroRows = 0;
+  PetscCall(PetscFree(sp->kind));
+  PetscCall(PetscFree(sp->diag));
+  PetscCall(MatDestroy(&sp->all));
+  for (int kind = 0; kind < AINSWORTH_ROW_KINDS; kind++) {
+    sp->count[kind] = 0;
+    PetscCall(MatDestroy(&sp->left[kind]));
+    PetscCall(VecDestroy(&sp->part[kind]));
+  }
+  PetscCall(MatDestroy(&sp->absolute));
+  for (Mat &M : sp->block) PetscCall(MatDestroy(&M));
+  sp->bad[0] = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Are A and C other matrices, or have they other values, than at the last set-up? */
-PetscErrorCode AinsworthSaddleChanged(Mat mat, const AinsworthSaddle *sp, PetscBool *changedA, PetscBool *changedC)
+/* Are the blocks other matrices, or have they other values, than at the last set-up? */
+PetscErrorCode AinsworthSaddleChanged(Mat mat, const AinsworthSaddle *sp, PetscBool *changed)
 {
-  const PetscInt   p = sp->primal, l = 1 - p;
-  Mat              A, block, transposed, source;
-  PetscBool        transpose, hermitian;
-  PetscObjectState state = 0;
+  Mat              block[4];
+  PetscObjectState state[4];
 
   PetscFunctionBegin;
-  PetscCall(MatNestGetSubMat(mat, p, p, &A));
-  if (A) PetscCall(PetscObjectStateGet((PetscObject)A, &state));
-  *changedA = (PetscBool)(A != sp->A || state != sp->stateA);
-  PetscCall(MatNestGetSubMat(mat, l, p, &block));
-  PetscCall(MatNestGetSubMat(mat, p, l, &transposed));
-  PetscCall(GetSource(block, transposed, &source, &transpose, &hermitian));
-  if (source) PetscCall(PetscObjectStateGet((PetscObject)source, &state));
-  *changedC = (PetscBool)(source != sp->source || state != sp->stateSource);
+  PetscCall(GetBlocks(mat, sp->primal, block, state));
+  *changed = PETSC_FALSE;
+  for (int k = 0; k < 4; k++)
+    if (block[k] != sp->block[k] || state[k] != sp->state[k]) *changed = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,0 +1,321 @@
+#include "pcainsworth.h"
+#include "../operator/matainsworth.h"
+#include "../projector/dependent.h"
+#include <petsc/private/pcimpl.h>
+
+static const char citation[] = "@inproceedings{robert_pointselle,\n"
+                               "  author    = {V. Robert and P. Jolivet and O. Jamond and M. A. Badri},\n"
+                               "  title     = {Calcul haute performance pour les probl{\\`e}mes de point-selle en m{\\'e}canique du contact},\n"
+                               "  booktitle = {Colloque National en Calcul de Structures (CSMA)}\n"
+                               "}\n"
+                               "@article{ainsworth2001essential,\n"
+                               "  author  = {M. Ainsworth},\n"
+                               "  title   = {Essential boundary conditions and multi-point constraints in finite element analysis},\n"
+                               "  journal = {Computer Methods in Applied Mechanics and Engineering},\n"
+                               "  volume  = {190},\n"
+                               "  pages   = {6323--6339},\n"
+                               "  year    = {2001}\n"
+                               "}\n";
+
+/*
+   Rows of C are looked at for linear dependence where solves with the Gram matrix have an error above the first figure, a condition number of
+   some 1e8; one is dependent if its squared distance from the others' span, in the norm of W, is at most the second part of its own square
+*/
+static const PetscReal gramError = PETSC_SQRT_MACHINE_EPSILON, dependentSquare = 1e-11;
+
+/* All ranks hear of the worst failure on any of them */
+PetscErrorCode PCAinsworthAgreeOnFailure(PC pc, PCFailedReason reason)
+{
+  PetscMPIInt worst = (PetscMPIInt)reason;
+
+  PetscFunctionBegin;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_INT, MPI_MAX, PetscObjectComm((PetscObject)pc)));
+  PetscCall(PCSetFailedReason(pc, (PCFailedReason)worst));
+#if PETSC_VERSION_LT(3, 20, 0)
+  pc->failedreasonrank = (PCFailedReason)worst;
+#endif
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A common reason for a non-symmetric A: Dirichlet rows made identity rows, with the columns left as they were */
+static PetscErrorCode ExplainAsymmetry(Mat A)
+{
+  PetscBool          has;
+  PetscInt           rstart, rend, found[2] = {0, 0}; /* identity rows, and rows with entries in their columns */
+  Vec                v, y;
+  PetscScalar       *one;
+  const PetscScalar *mask, *product;
+
+  PetscFunctionBegin;
+  PetscCall(MatHasOperation(A, MATOP_GET_ROW, &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateVecs(A, &v, &y));
+  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
+  PetscCall(VecGetArrayWrite(v, &one));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscInt           ncols, others = 0;
+    const PetscInt    *cols;
+    const PetscScalar *a;
+
+    PetscCall(MatGetRow(A, i, &ncols, &cols, &a));
+    for (PetscInt k = 0; k < ncols; k++) others += cols[k] != i && a[k] != 0.0;
+    PetscCall(MatRestoreRow(A, i, &ncols, &cols, &a));
+    one[i - rstart] = others ? 0.0 : 1.0;
+    found[0] += !others;
+  }
+  PetscCall(VecRestoreArrayWrite(v, &one));
+  PetscCall(MatMult(A, v, y));
+  PetscCall(VecGetArrayRead(v, &mask));
+  PetscCall(VecGetArrayRead(y, &product));
+  for (PetscInt i = 0; i < rend - rstart; i++) found[1] += mask[i] == 0.0 && product[i] != 0.0;
+  PetscCall(VecRestoreArrayRead(y, &product));
+  PetscCall(VecRestoreArrayRead(v, &mask));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, found, 2, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
+  if (found[1])
+    PetscCall(PetscInfo(A,
+                        "%" PetscInt_FMT " rows of A hold nothing but their diagonal, while %" PetscInt_FMT
+                        " other rows have entries in the columns of these: if they are Dirichlet conditions, MatZeroRowsColumns() keeps A symmetric\n",
+                        found[0], found[1]));
+  PetscCall(VecDestroy(&v));
+  PetscCall(VecDestroy(&y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A = A'? What the program declared, otherwise a comparison of A v with A' v for one random v */
+static PetscErrorCode ProbeSymmetry(Mat A, PetscBool *symmetric)
+{
+  PetscBool   known, has;
+  Vec         v, Av, Atv;
+  PetscRandom rand;
+  PetscReal   norm, difference;
+
+  PetscFunctionBegin;
+  PetscCall(PetscDefined(USE_COMPLEX) ? MatIsHermitianKnown(A, &known, symmetric) : MatIsSymmetricKnown(A, &known, symmetric));
+  if (known) PetscFunctionReturn(PETSC_SUCCESS);
+  *symmetric = PETSC_FALSE;
+  PetscCall(MatHasOperation(A, MATOP_MULT_TRANSPOSE, &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateVecs(A, &v, &Av));
+  PetscCall(VecDuplicate(Av, &Atv));
+  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)A), &rand));
+  PetscCall(PetscRandomSetFromOptions(rand));
+  PetscCall(VecSetRandom(v, rand));
+  PetscCall(PetscRandomDestroy(&rand));
+  PetscCall(MatMult(A, v, Av));
+  PetscCall(MatMultHermitianTranspose(A, v, Atv));
+  PetscCall(VecNorm(Av, NORM_2, &norm));
+  PetscCall(VecAXPY(Atv, -1.0, Av));
+  PetscCall(VecNorm(Atv, NORM_2, &difference));
+  *symmetric = (PetscBool)(difference <= 1e-10 * norm);
+  if (!*symmetric) PetscCall(ExplainAsymmetry(A));
+  PetscCall(PetscInfo(A, "A is %s: ||A v - A' v|| / ||A v|| = %g for a random v\n", *symmetric ? "symmetric" : "not symmetric", (double)(difference / norm)));
+  PetscCall(VecDestroy(&v));
+  PetscCall(VecDestroy(&Av));
+  PetscCall(VecDestroy(&Atv));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the user is told of a set-up that failed; the reason is the same on all ranks */
+static PetscErrorCode Fail(PC pc, PC_Ainsworth *data, PCFailedReason reason, PetscErrorCode code, const char why[])
+{
+  PetscFunctionBegin;
+  PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), code, "%s", why);
+  PetscCall(PetscInfo(pc, "%s\n", why));
+  PetscCall(PCAinsworthAgreeOnFailure(pc, reason));
+  data->stale = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* data->S with its projector; *reason tells whether the Gram matrix could be factored */
+static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx, PCFailedReason *reason)
+{
+  PetscInt    bs;
+  const char *prefix;
+
+  PetscFunctionBegin;
+  PetscCall(MatDestroy(&data->S));
+  PetscCall(MatCreateAinsworth(data->saddle.A, data->saddle.C, &data->S));
+  PetscCall(PCGetOptionsPrefix(pc, &prefix));
+  PetscCall(MatSetOptionsPrefix(data->S, prefix));
+  PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->S, (PetscObject)pc, 0));
+  PetscCall(MatAinsworthSetRowsPerRank(data->S, data->rowsPerRank));
+  PetscCall(MatGetBlockSize(data->saddle.A, &bs));
+  if (data->frameType == PC_AINSWORTH_FRAME_AUTO) PetscCall(AinsworthFrameChoose(data->saddle.C, bs, &data->frame));
+  else data->frame.bs = 0;
+  PetscCall(MatAinsworthSetFrame_Private(data->S, &data->frame));
+  if (data->weightType == MAT_AINSWORTH_WEIGHT_USER) {
+    PetscCheck(data->weight, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
+               "-pc_ainsworth_weight user needs a vector: call PCAinsworthSetWeight()");
+    PetscCall(MatAinsworthSetWeight(data->S, data->weight));
+  } else PetscCall(MatAinsworthSetWeightType(data->S, data->weightType));
+  PetscCall(MatAinsworthSetUp(data->S, ctx));
+  PetscCall(AinsworthGramGetFailedReason(&(*ctx)->proj.gram, reason));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Takes the rows of C that depend on others out of the constraints, or refuses them */
+static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, Mat gram, PetscInt *dropped)
+{
+  PetscInt  *dependent;
+  PetscBool *marked;
+  char       names[128];
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthFindDependentRows(gram, dependentSquare, dropped, &dependent));
+  if (*dropped) {
+    PetscCall(AinsworthSaddleDropDependent(&data->saddle, *dropped, dependent));
+    PetscCall(PetscMalloc1(data->saddle.local, &marked));
+    for (PetscInt i = 0; i < data->saddle.local; i++) marked[i] = (PetscBool)(data->saddle.kind[i] == AINSWORTH_ROW_DEPENDENT);
+    PetscCall(AinsworthSaddleNameRows(&data->saddle, marked, names, sizeof(names)));
+    PetscCall(PetscFree(marked));
+    PetscCheck(data->redundant != PC_AINSWORTH_REDUNDANT_ERROR, PetscObjectComm((PetscObject)pc), PETSC_ERR_MAT_CH_ZRPVT,
+               "%" PetscInt_FMT
+               " rows of C are linear combinations of others: rows %s of the multiplier field; remove them or use -pc_ainsworth_redundant drop",
+               *dropped, names);
+    PetscCall(PetscInfo(pc, "%" PetscInt_FMT " rows of C are linear combinations of others and left out: rows %s of the multiplier field\n", *dropped, names));
+  }
+  PetscCall(PetscFree(dependent));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The reduced operator, without dependent rows of C: they are looked for only if the Gram matrix is suspicious */
+static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx, PCFailedReason *reason)
+{
+  PetscReal error = PETSC_INFINITY;
+  PetscInt  dropped;
+
+  PetscFunctionBegin;
+  PetscCall(CreateOperator(pc, data, ctx, reason));
+  if (!*reason) PetscCall(AinsworthGramProbe(&(*ctx)->proj.gram, &error));
+  if (error <= gramError) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscInfo(pc, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
+  PetscCall(DropDependentRows(pc, data, (*ctx)->proj.gram.S, &dropped));
+  data->constraints -= dropped;
+  if (dropped && data->constraints) PetscCall(CreateOperator(pc, data, ctx, reason));
+  else if (dropped) PetscCall(MatDestroy(&data->S));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The preconditioning matrix, and the penalty that it has in common with the operator */
+static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
+{
+  AinsworthPmatInputs  in;
+  AinsworthPmatOptions options = data->pmat;
+  Vec                  penalty;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthGetAIJ(data->saddle.A, &in.A));
+  in.C      = data->saddle.C;
+  in.S      = ctx->proj.gram.S;
+  in.weight = ctx->weight;
+  in.frame  = &data->frame;
+  PetscCall(PCAinsworthWantsHypre(data, &in.hypre));
+  options.symmetric = data->symmetric;
+  options.factor    = PCAinsworthPenaltyFactor(data);
+  PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M));
+  PetscCall(MatDestroy(&in.A));
+  PetscCall(MatAinsworthSetPenalty(data->S, penalty));
+  PetscCall(VecDestroy(&penalty));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Null space, near null space: hypre reads them from the operator, GAMG from the preconditioning matrix */
+static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
+{
+  MatNullSpace near, common, rotated;
+  Mat          S = data->constraints ? data->S : data->saddle.A, M = data->constraints ? data->M : data->saddle.A;
+
+  PetscFunctionBegin;
+  if (S == data->saddle.block[0]) PetscFunctionReturn(PETSC_SUCCESS); /* the program's A has its own */
+  PetscCall(AinsworthSaddleGetNearNullSpace(&data->saddle, &near));
+  if (near) {
+    PetscCall(AinsworthFrameRotateNullSpace(&data->frame, data->saddle.A, near, &rotated));
+    PetscCall(MatSetNearNullSpace(S, rotated));
+    PetscCall(MatSetNearNullSpace(M, rotated));
+    PetscCall(MatNullSpaceDestroy(&rotated));
+  }
+  PetscCall(AinsworthSaddleCreateNullSpace(&data->saddle, &common));
+  if (common) {
+    PetscCall(AinsworthFrameRotateNullSpace(&data->frame, data->saddle.A, common, &rotated));
+    PetscCall(MatSetNullSpace(S, rotated));
+    PetscCall(MatSetNullSpace(M, rotated));
+    if (data->symmetric) PetscCall(MatSetTransposeNullSpace(S, rotated));
+    PetscCall(MatNullSpaceDestroy(&rotated));
+    PetscCall(MatNullSpaceDestroy(&common));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Vectors of the kept rows, where not all rows are constraints */
+static PetscErrorCode CreateKeptVectors(PC pc, PC_Ainsworth *data)
+{
+  char text[256];
+
+  PetscFunctionBegin;
+  if (!data->saddle.all) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthSaddleDescribeRows(&data->saddle, text, sizeof(text)));
+  PetscCall(PetscInfo(pc, "%" PetscInt_FMT " constraints%s\n", data->constraints, text));
+  PetscCall(MatCreateVecs(data->saddle.C, NULL, &data->g));
+  PetscCall(VecDuplicate(data->g, &data->lambda));
+  if (data->saddle.count[AINSWORTH_ROW_PENALISED]) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode PCSetUp_Ainsworth(PC pc)
+{
+  PC_Ainsworth  *data    = (PC_Ainsworth *)pc->data;
+  PetscBool      changed = PETSC_TRUE;
+  PCFailedReason reason  = PC_NOERROR;
+  Mat_Ainsworth *ctx;
+  PC             inner;
+  char           why[320];
+
+  PetscFunctionBegin;
+  PetscCall(PetscCitationsRegister(citation, NULL));
+  if (data->saddle.A && !data->stale) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changed));
+  if (!changed) {
+    PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatDestroy(&data->S));
+  PetscCall(MatDestroy(&data->M));
+  PetscCall(VecDestroy(&data->residual));
+  PetscCall(VecDestroy(&data->g));
+  PetscCall(VecDestroy(&data->lambda));
+  PetscCall(VecDestroy(&data->f));
+  PetscCall(AinsworthSaddleSetUp(pc->pmat, data->checkTranspose, &data->saddle));
+  if (data->saddle.bad[0]) {
+    PetscCall(PetscSNPrintf(why, sizeof(why), "The system cannot be solved: %s", data->saddle.bad));
+    PetscCall(Fail(pc, data, PC_FACTOR_OTHER, PETSC_ERR_FP, why));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatGetSize(data->saddle.C, &data->constraints, NULL));
+  PetscCall(ProbeSymmetry(data->saddle.A, &data->symmetric));
+  PetscCall(PCAinsworthConfigureKSP(pc, data));
+  if (data->constraints) {
+    PetscCall(SetUpOperator(pc, data, &ctx, &reason));
+    if (reason) {
+      PetscCall(PetscSNPrintf(why, sizeof(why), "The Gram matrix C W C' could not be factored (%s), and not because rows of C are linearly dependent",
+                              PCFailedReasons[reason]));
+      PetscCall(Fail(pc, data, reason, PETSC_ERR_MAT_CH_ZRPVT, why));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
+  }
+  if (data->constraints) {
+    PetscCall(SetUpPmat(data, ctx));
+    PetscCall(MatCreateVecs(data->saddle.C, NULL, &data->residual));
+  } else {
+    PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
+    data->frame.bs = 0;
+  }
+  PetscCall(PCAinsworthSetKSPOperators(data));
+  PetscCall(ForwardNullSpaces(data));
+  PetscCall(CreateKeptVectors(pc, data));
+  if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->rhs));
+  PetscCall(KSPSetUp(data->ksp));
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCGetFailedReason(inner, &reason));
+  PetscCall(PCAinsworthAgreeOnFailure(pc, reason ? PC_SUBPC_ERROR : PC_NOERROR));
+  data->stale = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,10 @@
+/* Rows of C that are combinations of others, found in the Gram matrix */
+#ifndef AINSWORTH_DEPENDENT_H
+#define AINSWORTH_DEPENDENT_H
+
+#include "gram.h"
+
+PetscErrorCode AinsworthGramProbe(AinsworthGram *, PetscReal *);
+PetscErrorCode AinsworthFindDependentRows(Mat, PetscReal, PetscInt *, PetscInt **);
+
+#endif

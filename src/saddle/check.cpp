@@ -1,0 +1,149 @@
+#include "saddle.h"
+
+/* The entry with the smallest row, then the smallest column of its rank, on all ranks; -1 where no rank has one */
+static PetscErrorCode AgreeOnEntry(MPI_Comm comm, PetscInt *row, PetscInt *col)
+{
+  PetscInt first = *row < 0 ? PETSC_MAX_INT : *row, mine = *row;
+
+  PetscFunctionBegin;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, comm));
+  *row = first == PETSC_MAX_INT ? -1 : first;
+  if (mine != first) *col = -1; /* a row belongs to one rank */
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, col, 1, MPIU_INT, MPI_MAX, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The first entry for which wanted(row, column, value); row = -1 where there is none or the type of M has no rows to look at */
+template <typename Predicate>
+static PetscErrorCode FindEntry(Mat M, PetscInt *row, PetscInt *col, Predicate wanted)
+{
+  PetscBool has;
+  PetscInt  rstart, rend;
+
+  PetscFunctionBegin;
+  *row = *col = -1;
+  PetscCall(MatHasOperation(M, MATOP_GET_ROW, &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetOwnershipRange(M, &rstart, &rend));
+  PetscCall(MatGetRowUpperTriangular(M));
+  for (PetscInt i = rstart; i < rend && *row < 0; i++) {
+    PetscInt           ncols;
+    const PetscInt    *cols;
+    const PetscScalar *v;
+
+    PetscCall(MatGetRow(M, i, &ncols, &cols, &v));
+    for (PetscInt k = 0; k < ncols && *row < 0; k++) {
+      if (!wanted(i, cols[k], v[k])) continue;
+      *row = i;
+      *col = cols[k];
+    }
+    PetscCall(MatRestoreRow(M, i, &ncols, &cols, &v));
+  }
+  PetscCall(MatRestoreRowUpperTriangular(M));
+  PetscCall(AgreeOnEntry(PetscObjectComm((PetscObject)M), row, col));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: the first entry that is NaN or Inf, row = -1 where there is none */
+PetscErrorCode AinsworthMatFindNotFinite(Mat M, PetscInt *row, PetscInt *col)
+{
+  PetscFunctionBegin;
+  PetscCall(FindEntry(M, row, col, [](PetscInt, PetscInt, PetscScalar v) { return (bool)PetscIsInfOrNanScalar(v); }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: the first entry off the diagonal that is not zero, row = -1 where there is none */
+PetscErrorCode AinsworthMatFindOffDiagonal(Mat M, PetscInt *row, PetscInt *col)
+{
+  PetscFunctionBegin;
+  PetscCall(FindEntry(M, row, col, [](PetscInt i, PetscInt j, PetscScalar v) { return i != j && v != 0.0; }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: the first entry in which C and D, both AIJ, differ by more than 1e-10 of the largest of its row; real parts of both values */
+PetscErrorCode AinsworthMatFindDifference(Mat C, Mat D, PetscInt *row, PetscInt *col, PetscReal value[2])
+{
+  Mat      difference;
+  PetscInt rstart, rend, mine;
+
+  PetscFunctionBegin;
+  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &difference));
+  PetscCall(MatAXPY(difference, -1.0, D, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
+  *row = *col = -1;
+  value[0] = value[1] = PETSC_MIN_REAL;
+  for (PetscInt i = rstart; i < rend && *row < 0; i++) {
+    PetscInt           ncols;
+    const PetscInt    *cols;
+    const PetscScalar *v;
+    PetscReal          largest = 0.0;
+
+    for (Mat M : {C, D}) {
+      PetscCall(MatGetRow(M, i, &ncols, NULL, &v));
+      for (PetscInt k = 0; k < ncols; k++) largest = PetscMax(largest, PetscAbsScalar(v[k]));
+      PetscCall(MatRestoreRow(M, i, &ncols, NULL, &v));
+    }
+    PetscCall(MatGetRow(difference, i, &ncols, &cols, &v));
+    for (PetscInt k = 0; k < ncols && *row < 0; k++) {
+      if (PetscAbsScalar(v[k]) <= 1e-10 * largest) continue;
+      *row = i;
+      *col = cols[k];
+    }
+    PetscCall(MatRestoreRow(difference, i, &ncols, &cols, &v));
+    for (int side = 0; side < 2 && *row >= 0; side++) {
+      Mat M = side ? D : C;
+
+      value[side] = 0.0;
+      PetscCall(MatGetRow(M, i, &ncols, &cols, &v));
+      for (PetscInt k = 0; k < ncols; k++)
+        if (cols[k] == *col) value[side] = PetscRealPart(v[k]);
+      PetscCall(MatRestoreRow(M, i, &ncols, &cols, &v));
+    }
+  }
+  PetscCall(MatDestroy(&difference));
+  mine = *row;
+  PetscCall(AgreeOnEntry(PetscObjectComm((PetscObject)C), row, col));
+  if (mine != *row) value[0] = value[1] = PETSC_MIN_REAL;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, value, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)C)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: do C' u and Ct u agree for a random u? Each row of C has the same share in it, whatever its scale */
+PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same)
+{
+  Vec          u, x, y;
+  PetscScalar *a;
+  PetscInt     rstart, rend;
+  PetscRandom  rand;
+  PetscReal    norm, difference;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(C, &x, &u));
+  PetscCall(VecDuplicate(x, &y));
+  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)C), &rand));
+  PetscCall(VecSetRandom(u, rand));
+  PetscCall(PetscRandomDestroy(&rand));
+  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
+  PetscCall(VecGetArray(u, &a));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscInt           ncols;
+    const PetscScalar *v;
+    PetscReal          largest = 0.0;
+
+    PetscCall(MatGetRow(C, i, &ncols, NULL, &v));
+    for (PetscInt k = 0; k < ncols; k++) largest = PetscMax(largest, PetscAbsScalar(v[k]));
+    PetscCall(MatRestoreRow(C, i, &ncols, NULL, &v));
+    if (largest > 0.0) a[i - rstart] = (1.0 + a[i - rstart]) / largest;
+  }
+  PetscCall(VecRestoreArray(u, &a));
+  PetscCall(MatMultHermitianTranspose(C, u, x));
+  PetscCall(MatMult(Ct, u, y));
+  PetscCall(VecNorm(x, NORM_2, &norm));
+  PetscCall(VecAXPY(y, -1.0, x));
+  PetscCall(VecNorm(y, NORM_2, &difference));
+  *same = (PetscBool)(difference <= 1e-10 * norm);
+  PetscCall(VecDestroy(&u));
+  PetscCall(VecDestroy(&x));
+  PetscCall(VecDestroy(&y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

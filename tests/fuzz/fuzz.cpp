@@ -1,0 +1,156 @@
+static char help[] = "Random saddle-point systems and options: each ends with the solution or with a reason.\n\
+  -cases <1000>   how many        -seed <1>      other systems\n\
+  -only <k>       case k alone    -verbose       each case before it is solved, and its verdict\n\
+  -errors <1>     also systems that are to be refused\n\
+A long run:  mpiexec -n 2 fuzz -cases 1000000 -seed 17\n\n";
+
+#include "randomsystem.h"
+
+enum Verdict {
+  SOLVED,
+  REASON,   /* a failure, with a reason, of a system that has no solution or is not promised one */
+  REFUSED,  /* an error at set-up, where it belongs */
+  UNSOLVED, /* a failure where a solution was promised */
+  WRONG,    /* another solution, success without one, an error out of place, or ranks that do not agree */
+  VERDICTS
+};
+static const char *const verdicts[] = {"solved", "with a reason", "refused", "unsolved", "wrong"};
+
+/* What a solution may lack: its residual relative to |K| |y| + |b|, and in x the residual times the condition number, both scaled */
+static const PetscReal residualBound = 1e-7, errorBound = 1e-7;
+
+/* A line of options; quick: the inner solver is direct */
+static std::string RandomOptions(Random &r, const RandomSystem &s)
+{
+  static const char *const pmats[] = {"jcb", "jcb", "jcb", "id", "cc", "cg", "bj_cc", "bj_cg"};
+  std::string              line    = "-ainsworth_ksp_rtol 1e-12 -ainsworth_ksp_max_it 3000";
+
+  if (r.Chance(0.2)) line += " -pc_ainsworth_variant paper";
+  else if (r.Chance(0.1)) line += " -pc_ainsworth_weight identity";
+  else if (r.Chance(0.1)) line += " -pc_ainsworth_penalty norm";
+  line += std::string(" -pc_ainsworth_pmat ") + pmats[r.Int(0, 7)];
+  if (r.Chance(0.1)) line += " -pc_ainsworth_frame none";
+  if (r.Chance(0.2)) line += " -pc_ainsworth_rows_per_rank " + std::to_string(r.Int(1, 4));
+  if (r.Chance(0.1)) line += " -pc_ainsworth_check_transpose";
+  if (!s.symmetric) line += " -ainsworth_ksp_type gmres -ainsworth_ksp_gmres_restart 100";
+  switch (r.Int(0, 9)) {
+  case 0:
+    break; /* hypre */
+  case 1:
+  case 2:
+  case 3:
+    line += " -ainsworth_pc_type jacobi";
+    break;
+  default:
+    line += " -ainsworth_pc_type redundant";
+  }
+  return line;
+}
+
+static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
+{
+  if (type == PETSC_ERROR_INITIAL && message) *(std::string *)ctx = message;
+  return code;
+}
+
+/* The verdict as this rank sees it */
+static PetscErrorCode Judge(const RandomSystem &s, KSPConvergedReason reason, const Column &x, const Column &lambda, Verdict *verdict, std::string &why)
+{
+  const Truth     truth(s);
+  const bool      promised = truth.consistent && truth.unique && !s.difficult && truth.condition < 1e6;
+  const PetscReal residual = reason > 0 ? truth.Residual(s, x, lambda) : 0.0, error = reason > 0 ? truth.Error(x) : 0.0;
+  char            text[256];
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscSNPrintf(text, sizeof(text), "%s, residual %g, error %g, condition %g, %s, %s", KSPConvergedReasons[reason], (double)residual, (double)error,
+                          (double)truth.condition,
+                          truth.contradictory ? "contradictory"
+                          : truth.consistent  ? "consistent"
+                                              : "nearly consistent",
+                          truth.unique ? "unique" : "not unique"));
+  why = text;
+  if (reason <= 0) *verdict = promised ? UNSOLVED : REASON;
+  else if (s.refused || truth.contradictory) *verdict = WRONG;
+  else if (!(residual <= residualBound)) *verdict = WRONG;
+  else if (truth.unique && truth.consistent && !(error <= errorBound * PetscMax(1.0, truth.condition))) *verdict = WRONG;
+  else *verdict = SOLVED;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Solve(const RandomSystem &s, Random &r, Verdict *verdict, std::string &why)
+{
+  Mat                nest;
+  Vec                b, y;
+  KSP                ksp;
+  PC                 pc;
+  KSPConvergedReason reason;
+  PetscErrorCode     code;
+  std::string        message;
+  Column             x, lambda;
+  PetscMPIInt        agreed[4];
+
+  PetscFunctionBeginUser;
+  PetscCall(RandomNestCreate(s, r, &nest, &b));
+  PetscCall(VecDuplicate(b, &y));
+  PetscCall(SolverCreate(nest, &ksp));
+  PetscCall(PetscPushErrorHandler(KeepMessage, &message));
+  code = KSPSolve(ksp, b, y);
+  PetscCall(PetscPopErrorHandler());
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  if (code) {
+    *verdict = s.refused ? REFUSED : WRONG;
+    why      = message;
+  } else {
+    PetscCall(RandomNestSplit(s, nest, y, x, lambda));
+    PetscCall(Judge(s, reason, x, lambda, verdict, why));
+    PetscCall(KSPGetPC(ksp, &pc));
+  }
+  agreed[0] = (PetscMPIInt)code;
+  agreed[1] = -agreed[0];
+  agreed[2] = code ? 0 : (PetscMPIInt)reason;
+  agreed[3] = -agreed[2];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, agreed, 4, MPI_INT, MPI_MAX, PETSC_COMM_WORLD));
+  if (agreed[0] != -agreed[1] || agreed[2] != -agreed[3]) {
+    *verdict = WRONG;
+    why += "; ranks disagree";
+  }
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(MatDestroy(&nest));
+  PetscCall(VecDestroy(&b));
+  PetscCall(VecDestroy(&y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  PetscInt  cases = 1000, seed = 1, only = -1, count[VERDICTS] = {0};
+  PetscBool verbose = PETSC_FALSE, errors = PETSC_TRUE;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(AinsworthInitializePackage());
+  PetscCall(PetscOptionsGetInt(NULL, NULL, "-cases", &cases, NULL));
+  PetscCall(PetscOptionsGetInt(NULL, NULL, "-seed", &seed, NULL));
+  PetscCall(PetscOptionsGetInt(NULL, NULL, "-only", &only, NULL));
+  PetscCall(PetscOptionsGetBool(NULL, NULL, "-verbose", &verbose, NULL));
+  PetscCall(PetscOptionsGetBool(NULL, NULL, "-errors", &errors, NULL));
+  for (PetscInt k = only < 0 ? 0 : only; k < (only < 0 ? cases : only + 1); k++) {
+    Random       r(seed * 1000003 + k);
+    RandomSystem system(r, errors);
+    std::string  line = RandomOptions(r, system), why;
+    Options      options(line);
+    Verdict      verdict = WRONG;
+
+    if (verbose) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "case %" PetscInt_FMT ": %s; %s\n", k, system.text.c_str(), line.c_str()));
+    PetscCall(Solve(system, r, &verdict, why));
+    count[verdict]++;
+    if (verbose || verdict >= UNSOLVED)
+      PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s: -seed %" PetscInt_FMT " -only %" PetscInt_FMT ": %s; %s; %s\n", verdicts[verdict], seed, k, why.c_str(),
+                            system.text.c_str(), line.c_str()));
+  }
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%" PetscInt_FMT " cases:", cases));
+  for (int v = 0; v < VERDICTS; v++) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s %" PetscInt_FMT " %s", v ? "," : "", count[v], verdicts[v]));
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "\n"));
+  PetscCall(PetscFinalize());
+  return count[UNSOLVED] + count[WRONG] > 0;
+}

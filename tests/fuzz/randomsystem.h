@@ -1,0 +1,58 @@
+/* Random saddle-point systems, the same on all ranks and on any number of them, and their dense truth */
+#ifndef TESTS_RANDOMSYSTEM_H
+#define TESTS_RANDOMSYSTEM_H
+
+#include "layout.h"
+
+/* Whole numbers that depend on the seed alone */
+class Random {
+public:
+  explicit Random(PetscInt seed) : state((uint64_t)seed * 0x9e3779b97f4a7c15u + 1) { }
+  uint64_t  Bits();
+  PetscReal Real(PetscReal low, PetscReal high) { return low + (high - low) * (PetscReal)(Bits() >> 11) / (PetscReal)(1ull << 53); }
+  int       Int(int low, int high) { return low + (int)(Bits() % (uint64_t)(high - low + 1)); } /* both included */
+  bool      Chance(PetscReal p) { return Real(0.0, 1.0) < p; }
+
+private:
+  uint64_t state;
+};
+
+/* What is wrong, or may be, with a system */
+struct RandomSystem {
+  int         bs;
+  Dense       A, C, Ct, D; /* Ct: the block (0,1), not always the adjoint of C */
+  Column      f, g;
+  bool        symmetric, refused;       /* refused: the set-up must end with an error */
+  bool        difficult;                /* indefinite or not symmetric: a failure is an answer */
+  bool        first, nested, storeZero; /* layout */
+  int         form;                     /* of C and C': both, C with a transpose view, C alone, C' alone */
+  bool        blockD;                   /* the multipliers' block is there, be it zero */
+  std::string text;
+
+  RandomSystem(Random &, bool errors);
+
+private:
+  void Stiffness(Random &);
+  void Constraints(Random &);
+  void MultiplierBlock(Random &, bool errors);
+  void RightHandSide(Random &);
+};
+
+/* By dense linear algebra on the system scaled to unit diagonal of A and unit rows of C */
+struct Truth {
+  bool      consistent, contradictory; /* neither: too close to tell */
+  bool      unique;                    /* x, though not always lambda */
+  PetscReal condition;                 /* of the scaled system, without its null space */
+  Column    x;
+  Column    scale; /* of x, then of lambda */
+  explicit Truth(const RandomSystem &);
+  /* relative residual of the scaled system, and relative error of the scaled x */
+  PetscReal Residual(const RandomSystem &, const Column &x, const Column &lambda) const;
+  PetscReal Error(const Column &x) const;
+};
+
+/* The system as PETSc matrices with random layouts */
+PetscErrorCode RandomNestCreate(const RandomSystem &, Random &, Mat *nest, Vec *b);
+PetscErrorCode RandomNestSplit(const RandomSystem &, Mat nest, Vec y, Column &x, Column &lambda);
+
+#endif
