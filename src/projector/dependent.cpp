@@ -7,32 +7,39 @@
 /*
    AinsworthGramProbe - the relative error of S^{-1} S v for a random v, about the condition number of S times the machine precision
 
-   The rows of C enter scaled to a unit diagonal of S, so that their own scale does not count. Not a number, or Inf, if the solve fails.
+   Of S scaled to a unit diagonal, so that the scale of the rows of C does not count. Not a number, or Inf, if the solve fails.
 */
 PetscErrorCode AinsworthGramProbe(AinsworthGram *gram, PetscReal *error)
 {
-  Vec         scale, v, b, y;
-  PetscRandom rand;
-  PetscReal   size;
+  PetscReal sums[2] = {0.0, 0.0}; /* squares of the error and of v */
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(gram->S, &scale, NULL));
-  for (Vec *vec : {&v, &b, &y}) PetscCall(VecDuplicate(scale, vec));
-  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)gram->S), &rand));
-  PetscCall(VecSetRandom(v, rand));
-  PetscCall(PetscRandomDestroy(&rand));
-  PetscCall(VecShift(v, -0.5)); /* of both signs: duplicated rows appear as differences */
-  PetscCall(VecNorm(v, NORM_2, &size));
-  PetscCall(MatGetDiagonal(gram->S, scale));
-  PetscCall(VecSqrtAbs(scale));
-  PetscCall(VecPointwiseDivide(v, v, scale));
-  PetscCall(MatMult(gram->S, v, b));
-  PetscCall(AinsworthGramSolve(gram, b, y));
-  PetscCall(VecAXPY(y, -1.0, v));
-  PetscCall(VecPointwiseMult(y, y, scale));
-  PetscCall(VecNorm(y, NORM_2, error));
-  *error /= size;
-  for (Vec *vec : {&scale, &v, &b, &y}) PetscCall(VecDestroy(vec));
+  if (gram->placement.sizes.size()) {
+    KSPConvergedReason reason;
+    PetscRandom        rand;
+    PetscMPIInt        rank;
+    Vec                v, y;
+
+    PetscCall(VecDuplicate(gram->b, &v));
+    PetscCall(VecDuplicate(gram->b, &y));
+    PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)gram->b), &rand));
+    PetscCall(VecSetRandom(v, rand));
+    PetscCall(PetscRandomDestroy(&rand));
+    PetscCall(VecShift(v, -0.5)); /* of both signs: duplicated rows appear as differences */
+    PetscCall(MatMult(gram->placed, v, gram->b));
+    PetscCall(KSPSolve(gram->ksp, gram->b, y));
+    PetscCall(KSPGetConvergedReason(gram->ksp, &reason));
+    PetscCall(VecAXPY(y, -1.0, v));
+    PetscCall(VecNorm(y, NORM_2, &sums[0]));
+    PetscCall(VecNorm(v, NORM_2, &sums[1]));
+    if (reason < 0) sums[0] = PETSC_INFINITY;
+    PetscCall(VecDestroy(&v));
+    PetscCall(VecDestroy(&y));
+    PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)gram->b), &rank));
+    for (PetscReal &sum : sums) sum = rank ? 0.0 : PetscSqr(sum); /* of a shared piece one rank speaks */
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sums, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)gram->S)));
+  *error = PetscSqrtReal(sums[0] / sums[1]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
