@@ -15,6 +15,7 @@ struct Mat_Ainsworth {
   PetscInt               rowsPerRank;
   AinsworthFrame         frame;        /* the matrix acts on x' = T x */
   PetscBool              withoutRange; /* Q' A Q, without C' B C */
+  PetscBool              homogeneous;  /* g was zero in the last right-hand side */
   AinsworthProjector     proj;
   Vec                    v, u;    /* n; u is there in a frame only */
   Vec                    bcx;     /* m, placed */

@@ -167,6 +167,7 @@ PetscErrorCode MatAinsworthComputeRHS_Private(Mat mat, PetscBool transpose, Vec 
   PetscCall(MatAinsworthSetUp(mat, &ctx));
   PetscCall(PetscLogEventBegin(AINSWORTH_RHS, mat, f, g, rhs));
   if (g) PetscCall(VecNorm(g, NORM_INFINITY, &norm));
+  ctx->homogeneous = (PetscBool)(norm == 0.0);
   if (norm == 0.0) {
     PetscCall(VecCopy(f, rhs));
     PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_FALSE, rhs));

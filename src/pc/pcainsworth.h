@@ -27,6 +27,7 @@ struct PC_Ainsworth {
   AinsworthFrame  frame;       /* that S, M and the reduced unknowns are in */
   PetscBool       symmetric;   /* A = A' */
   PetscBool       stale;       /* a choice changed since the last set-up */
+  PetscBool       unchanged;   /* at the last set-up neither A nor C nor a choice had changed */
 
   /* the reduced solve */
   KSP       ksp;
@@ -49,6 +50,7 @@ PETSC_INTERN PetscErrorCode PCAinsworthConfigureKSP(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode PCAinsworthSetKSPOperators(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode PCAinsworthWantsHypre(PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);
+PETSC_INTERN PetscErrorCode PCAinsworthViewLeftOut(PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode PCView_Ainsworth(PC, PetscViewer);
 PETSC_INTERN PetscReal      PCAinsworthPenaltyFactor(const PC_Ainsworth *);
 

@@ -120,6 +120,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
     PetscCall(AinsworthGramView(&ctx->proj.gram, viewer));
     PetscCall(PetscViewerASCIIPopTab(viewer));
   }
+  if (!data->stale) PetscCall(PCAinsworthViewLeftOut(data, viewer));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns:\n"));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   PetscCall(KSPView(data->ksp, viewer));

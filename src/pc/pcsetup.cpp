@@ -273,6 +273,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscFunctionBegin;
   PetscCall(PetscCitationsRegister(citation, NULL));
   if (data->saddle.A && !data->stale) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changed));
+  data->unchanged = (PetscBool)!changed;
   if (!changed) {
     PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
     PetscFunctionReturn(PETSC_SUCCESS);

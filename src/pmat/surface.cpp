@@ -1,5 +1,6 @@
 #include "surface.h"
 #include <petscsf.h>
+#include <algorithm>
 
 namespace
 {
@@ -124,6 +125,20 @@ PetscErrorCode AinsworthSurfaceCreate(Mat A, Mat C, PetscBool symmetric, IS *dof
   PetscCall(PetscMalloc1(list.size(), &owned));
   std::copy(list.begin(), list.end(), owned);
   PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)A), (PetscInt)list.size(), owned, PETSC_OWN_POINTER, dofs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The degrees of freedom of this rank that a row of C touches */
+PetscErrorCode AinsworthSurfaceCountConstrained(Mat C, PetscInt *count)
+{
+  PetscInt              n;
+  std::vector<PetscInt> mark;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLocalSize(C, NULL, &n));
+  mark.assign(n, 0);
+  PetscCall(MarkColumns(C, NULL, mark.data()));
+  *count = (PetscInt)std::count(mark.begin(), mark.end(), 1);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

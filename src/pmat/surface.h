@@ -6,6 +6,7 @@
 #include <vector>
 
 PetscErrorCode AinsworthSurfaceCreate(Mat, Mat, PetscBool, IS *);
+PetscErrorCode AinsworthSurfaceCountConstrained(Mat, PetscInt *);
 PetscErrorCode AinsworthSurfaceGetGhosts(Mat, IS, std::vector<PetscInt> &);
 
 #endif

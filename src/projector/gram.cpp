@@ -145,7 +145,7 @@ PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, PetscInt r
   PetscCall(MatMatMult(C, CWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &gram->S));
   PetscCall(MatDestroy(&CWt));
   PetscCall(MatSetOption(gram->S, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
-  PetscCall(AinsworthPlacementCreate(gram->S, rowsPerRank, smallPiece, &gram->placement));
+  PetscCall(AinsworthPlacementCreate(gram->S, C, rowsPerRank, smallPiece, &gram->placement));
   PetscCall(Place(gram));
   PetscCall(PetscLogEventEnd(AINSWORTH_GramMat, C, 0, 0, 0));
 

@@ -275,19 +275,42 @@ PetscErrorCode Cut(Mat S, const std::vector<PetscMPIInt> &ranks, std::vector<Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank of each row of this rank, when every piece stays whole: small pieces where they begin */
-PetscErrorCode TargetsOfPieces(const Labels &labels, const std::vector<PetscInt> &size, const std::map<PetscInt, PetscInt> &large,
+/* The rank that owns most of the unknowns of a row of C */
+PetscErrorCode FindHome(Mat C, PetscInt row, PetscInt *home)
+{
+  PetscInt        ncols, most = 0, count = 0;
+  const PetscInt *cols;
+  PetscMPIInt     owner, previous = -1;
+  PetscLayout     layout;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLayouts(C, NULL, &layout));
+  PetscCall(MatGetRow(C, row, &ncols, &cols, NULL));
+  for (PetscInt k = 0; k < ncols; k++) { /* ascending: those of one owner stand together */
+    PetscCall(PetscLayoutFindOwner(layout, cols[k], &owner));
+    count    = owner == previous ? count + 1 : 1;
+    previous = owner;
+    if (count > most) {
+      most  = count;
+      *home = owner;
+    }
+  }
+  PetscCall(MatRestoreRow(C, row, &ncols, &cols, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank of each row of this rank, when every piece stays whole: small pieces where the unknowns of their first row are */
+PetscErrorCode TargetsOfPieces(Mat C, const Labels &labels, const std::vector<PetscInt> &size, const std::map<PetscInt, PetscInt> &large,
                                std::vector<PetscInt> &target)
 {
-  PetscMPIInt           rank;
   std::vector<PetscInt> atRoot(labels.n, -1), atLeaf(labels.distinct.size());
 
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)labels.S), &rank));
   for (PetscInt i = 0; i < labels.n; i++) {
     if (!size[i]) continue;
     const auto found = large.find(labels.rstart + i);
-    atRoot[i]        = found == large.end() ? rank : found->second;
+    if (found == large.end()) PetscCall(FindHome(C, labels.rstart + i, &atRoot[i]));
+    else atRoot[i] = found->second;
   }
   PetscCall(PetscSFBcastBegin(labels.roots, MPIU_INT, atRoot.data(), atLeaf.data(), MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(labels.roots, MPIU_INT, atRoot.data(), atLeaf.data(), MPI_REPLACE));
@@ -338,12 +361,12 @@ PetscErrorCode Collect(const Labels &labels, const std::vector<PetscInt> &target
 } // namespace
 
 /*
-   AinsworthPlacementCreate - decides which rank solves for which row of S
+   AinsworthPlacementCreate - decides which rank solves for which row of S = C W C'
 
-   Pieces of up to `small` rows stay where they begin. The larger ones go to ceil(rows / rowsPerRank) ranks: whole, with equal work, or, where
+   Pieces of up to `small` rows go where their unknowns are. The larger ones go to ceil(rows / rowsPerRank) ranks: whole, with equal work, or, where
    one has more than rowsPerRank rows, all of S in parts cut by METIS.
 */
-PetscErrorCode AinsworthPlacementCreate(Mat S, PetscInt rowsPerRank, PetscInt small, AinsworthPlacement *placement)
+PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, PetscInt small, AinsworthPlacement *placement)
 {
   MPI_Comm                 comm = PetscObjectComm((PetscObject)S);
   Labels                   labels;
@@ -372,7 +395,7 @@ PetscErrorCode AinsworthPlacementCreate(Mat S, PetscInt rowsPerRank, PetscInt sm
   if (chosen.size() == 1) placement->split = false;
   if (ranks == 1) target.assign(labels.n, 0);
   else if (placement->split) PetscCall(Cut(S, chosen, target));
-  else PetscCall(TargetsOfPieces(labels, size, Pack(large, chosen), target));
+  else PetscCall(TargetsOfPieces(C, labels, size, Pack(large, chosen), target));
   PetscCall(Collect(labels, target, placement));
   PetscCall(labels.destroy());
   counts[1] = placement->sizes.size() > 0;

@@ -15,7 +15,7 @@ struct AinsworthPlacement {
   bool                  split   = false; /* a piece lies on several ranks */
 };
 
-PetscErrorCode AinsworthPlacementCreate(Mat, PetscInt, PetscInt, AinsworthPlacement *);
+PetscErrorCode AinsworthPlacementCreate(Mat, Mat, PetscInt, PetscInt, AinsworthPlacement *);
 PetscErrorCode AinsworthPlacementReset(AinsworthPlacement *);
 
 #endif
