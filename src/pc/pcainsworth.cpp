@@ -152,7 +152,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 +  -pc_ainsworth_variant <weighted,paper>                - sets weight, penalty, factor, row scaling and the inner `KSPType` at once
 .  -pc_ainsworth_weight <diagonal,identity>              - W
 .  -pc_ainsworth_penalty <row,norm>                      - B: per row, or the paper's beta
-.  -pc_ainsworth_penalty_factor <0.5 (row), 5 (norm)>      - gamma
+.  -pc_ainsworth_penalty_factor <0.5, 5 for norm and id>   - gamma
 .  -pc_ainsworth_pmat <jcb,id,cc,cg,bj_cc,bj_cg>         - Inv(S) in the preconditioning matrix
 .  -pc_ainsworth_pmat_rtol <0.1>                         - tolerance of cg and bj_cg
 .  -pc_ainsworth_pmat_max_rows <4000>                    - refuse cc and cg, which may be dense, above this number of constraints

@@ -66,10 +66,10 @@ PetscErrorCode PCAinsworthGetPenaltyType(PC pc, PCAinsworthPenaltyType *type)
 
    Input Parameters:
 +  pc     - the preconditioner
--  factor - positive, without unit; `PETSC_DEFAULT` for 0.5 (`PC_AINSWORTH_PENALTY_ROW`) or 5 (`PC_AINSWORTH_PENALTY_NORM`)
+-  factor - positive, without unit; `PETSC_DEFAULT` for 0.5, or 5 with `PC_AINSWORTH_PENALTY_NORM` or `PC_AINSWORTH_PMAT_ID`
 
    Options Database Key:
-.  -pc_ainsworth_penalty_factor <0.5 (row), 5 (norm)> - gamma
+.  -pc_ainsworth_penalty_factor <0.5, 5 for norm and id> - gamma
 
    Level: intermediate
 

@@ -58,7 +58,8 @@ PetscErrorCode PCAinsworthApplyVariant(PC_Ainsworth *data, PCAinsworthVariant va
 PetscReal PCAinsworthPenaltyFactor(const PC_Ainsworth *data)
 {
   if (data->factor != (PetscReal)PETSC_DEFAULT) return data->factor;
-  return data->pmat.penalty == PC_AINSWORTH_PENALTY_NORM ? 5.0 : 0.5; /* paper, section 3.3; measured, docs/method.md */
+  /* paper, section 3.3; measured, docs/method.md: without Q_* the penalty alone tells AMG of the constraints */
+  return data->pmat.penalty == PC_AINSWORTH_PENALTY_NORM || data->pmat.type == PC_AINSWORTH_PMAT_ID ? 5.0 : 0.5;
 }
 
 /*@

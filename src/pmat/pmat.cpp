@@ -147,11 +147,11 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
   PetscCall(sum.open(in->A, surface.dofs, terms, in->frame->bs));
+  for (AinsworthTerm &term : terms) PetscCall(MatDestroy(&term.E));
+  PetscCall(surface.destroy());
   PetscCall(in->hypre ? AinsworthAssembleHypre(&sum, in->frame, pmat) : AinsworthAssembleAIJ(&sum, in->frame, pmat));
   PetscCall(sum.close());
   PetscCall(PetscLogEventEnd(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
-  for (AinsworthTerm &term : terms) PetscCall(MatDestroy(&term.E));
-  PetscCall(surface.destroy());
   if (opt->symmetric) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -61,11 +61,12 @@ static void MergeRow(const AinsworthOperand &op, PetscInt row, std::vector<Petsc
   values.swap(v);
 }
 
-void AinsworthPart::merge()
+PetscErrorCode AinsworthPart::merge()
 {
   std::vector<PetscInt>    c, work;
   std::vector<PetscScalar> v, workValues;
 
+  PetscFunctionBegin;
   start.assign(1, 0);
   for (size_t i = 0; i < surface->size(); i++) {
     const PetscInt s = (*surface)[i];
@@ -79,6 +80,9 @@ void AinsworthPart::merge()
     values.insert(values.end(), v.begin(), v.end());
     start.push_back((PetscInt)columns.size());
   }
+  for (AinsworthOperand &term : terms) PetscCall(term.close());
+  terms.clear();
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 AinsworthRow AinsworthPart::row(PetscInt i)
@@ -90,14 +94,6 @@ AinsworthRow AinsworthPart::row(PetscInt i)
   bufferColumns.resize(n);
   for (PetscInt k = 0; k < n; k++) bufferColumns[k] = base.column(first + k);
   return {bufferColumns.data(), base.a + first, n};
-}
-
-PetscErrorCode AinsworthPart::close()
-{
-  PetscFunctionBegin;
-  PetscCall(base.close());
-  for (AinsworthOperand &term : terms) PetscCall(term.close());
-  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Columns `from` are numbered by their place in `ghosts` */
@@ -168,16 +164,16 @@ PetscErrorCode AinsworthSum::open(Mat matrix, IS dofs, const std::vector<Ainswor
     inside.terms[t].map    = onSurface;
     inside.terms[t].factor = outside.terms[t].factor = terms[t].factor;
   }
-  inside.merge();
-  if (parallel) outside.merge();
+  PetscCall(inside.merge());
+  if (parallel) PetscCall(outside.merge());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode AinsworthSum::close()
 {
   PetscFunctionBegin;
-  PetscCall(inside.close());
-  PetscCall(outside.close());
+  PetscCall(inside.base.close());
+  PetscCall(outside.base.close());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

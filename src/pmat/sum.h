@@ -37,16 +37,15 @@ public:
   std::vector<AinsworthOperand> terms;
   const std::vector<PetscInt>  *surface; /* row of the terms of each row of the base, -1: none */
 
-  void           merge();
+  PetscErrorCode merge();         /* the terms are no longer needed then */
   AinsworthRow   row(PetscInt i); /* valid until the next call */
-  PetscErrorCode close();
 
 private:
   std::vector<PetscInt>    start, columns, bufferColumns;
   std::vector<PetscScalar> values;
 };
 
-/* A and the terms, opened for reading and merged on the surface */
+/* A, opened for reading, with the terms merged into it on the surface: open() has done with them */
 class AinsworthSum {
 public:
   PetscErrorCode open(Mat A, IS dofs, const std::vector<AinsworthTerm> &terms, PetscInt bs);

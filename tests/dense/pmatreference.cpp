@@ -107,8 +107,10 @@ PetscErrorCode PmatReference(const DenseSystem &d, bool symmetric, const PmatCho
   PetscCall(Inverse(d.C * W.asDiagonal() * d.C.adjoint(), choice, X));
   Q   = Dense::Identity(n, n) - W.asDiagonal() * d.C.adjoint() * X * d.C;
   QAQ = Q.adjoint() * d.A * Q;
-  if (choice.penalty == PC_AINSWORTH_PENALTY_ROW) B = RowPenalty(d.A, d.C, choice.factor == (PetscReal)PETSC_DEFAULT ? 0.5 : choice.factor);
-  else {
+  if (choice.penalty == PC_AINSWORTH_PENALTY_ROW) {
+    const PetscReal usual = choice.type == PC_AINSWORTH_PMAT_ID ? 5.0 : 0.5;
+    B                     = RowPenalty(d.A, d.C, choice.factor == (PetscReal)PETSC_DEFAULT ? usual : choice.factor);
+  } else {
     const PetscReal factor = choice.factor == (PetscReal)PETSC_DEFAULT ? 5.0 : choice.factor;
     B                      = Column::Constant(m, factor * (symmetric ? Norm1(QAQ) : Norm1(QAQ.adjoint())) / Norm1(d.C.adjoint() * d.C));
   }
