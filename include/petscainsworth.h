@@ -70,12 +70,13 @@ PETSC_EXTERN const char *const PCAinsworthPenaltyTypes[];
    PCAinsworthPmatType - Inv(S), the sparse approximation of the inverse Gram matrix in the preconditioning matrix M_*
    (paper, Table 1)
 
-+  `PC_AINSWORTH_PMAT_JCB` (default) - diagonal of the inverse 1-norms of the rows of S, or of S scaled to a unit diagonal
++  `PC_AINSWORTH_PMAT_JCB`           - diagonal of the inverse 1-norms of the rows of S, or of S scaled to a unit diagonal
 .  `PC_AINSWORTH_PMAT_ID`            - Inv(S) = 0, that is Q_* = I and M_* = A + C' B C
 .  `PC_AINSWORTH_PMAT_CC`            - the exact inverse, by Cholesky; dense
 .  `PC_AINSWORTH_PMAT_CG`            - conjugate gradients per column to a loose tolerance; entries not reached stay zero
 .  `PC_AINSWORTH_PMAT_BJ_CC`         - block Jacobi, blocks cut by METIS, exact inverse in each block
--  `PC_AINSWORTH_PMAT_BJ_CG`         - block Jacobi, conjugate gradients in each block
+.  `PC_AINSWORTH_PMAT_BJ_CG`         - block Jacobi, conjugate gradients in each block
+-  `PC_AINSWORTH_PMAT_AUTO` (default) - ID where the constraints keep the components of each node apart (docs/method.md), otherwise JCB
 
    Level: intermediate
 
@@ -87,7 +88,8 @@ typedef enum {
   PC_AINSWORTH_PMAT_CC,
   PC_AINSWORTH_PMAT_CG,
   PC_AINSWORTH_PMAT_BJ_CC,
-  PC_AINSWORTH_PMAT_BJ_CG
+  PC_AINSWORTH_PMAT_BJ_CG,
+  PC_AINSWORTH_PMAT_AUTO
 } PCAinsworthPmatType;
 PETSC_EXTERN const char *const PCAinsworthPmatTypes[];
 

@@ -152,7 +152,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 +  -pc_ainsworth_variant <weighted,paper>                - sets weight, penalty, factor, row scaling and the inner `KSPType` at once
 .  -pc_ainsworth_weight <diagonal,identity>              - W
 .  -pc_ainsworth_penalty <row,norm>                      - B: per row, or the paper's beta
-.  -pc_ainsworth_penalty_factor <0.5, 5 for norm and id>   - gamma
+.  -pc_ainsworth_penalty_factor <0.5>                      - gamma, by default 10 with id and 5 with norm
 .  -pc_ainsworth_pmat <jcb,id,cc,cg,bj_cc,bj_cg>         - Inv(S) in the preconditioning matrix
 .  -pc_ainsworth_pmat_rtol <0.1>                         - tolerance of cg and bj_cg
 .  -pc_ainsworth_pmat_max_rows <4000>                    - refuse cc and cg, which may be dense, above this number of constraints
@@ -203,7 +203,7 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   PetscCall(PetscNew(&data));
   pc->data           = (void *)data;
   data->rowsPerRank  = 100000; /* paper, section 5.2 */
-  data->pmat.type    = PC_AINSWORTH_PMAT_JCB;
+  data->pmat.type    = PC_AINSWORTH_PMAT_AUTO;
   data->pmat.rtol    = 0.1; /* paper, Table 1 */
   data->pmat.blocks  = PETSC_DECIDE;
   data->pmat.maxRows = 4000;

@@ -21,13 +21,14 @@ struct PC_Ainsworth {
 
   /* what set-up made of the program's matrix */
   AinsworthSaddle saddle;
-  PetscInt        constraints; /* rows of C that are kept */
-  Mat             S;           /* the reduced operator; NULL without constraints */
-  Mat             M;           /* the preconditioning matrix */
-  AinsworthFrame  frame;       /* that S, M and the reduced unknowns are in */
-  PetscBool       symmetric;   /* A = A' */
-  PetscBool       stale;       /* a choice changed since the last set-up */
-  PetscBool       unchanged;   /* at the last set-up neither A nor C nor a choice had changed */
+  PetscInt        constraints;     /* rows of C that are kept */
+  Mat             S;               /* the reduced operator; NULL without constraints */
+  Mat             M;               /* the preconditioning matrix */
+  AinsworthFrame  frame;           /* that S, M and the reduced unknowns are in */
+  PetscBool       componentsApart; /* constraints keep the components of each node apart, in the frame */
+  PetscBool       symmetric;       /* A = A' */
+  PetscBool       stale;           /* a choice changed since the last set-up */
+  PetscBool       unchanged;       /* at the last set-up neither A nor C nor a choice had changed */
 
   /* the reduced solve */
   KSP       ksp;
@@ -39,19 +40,20 @@ struct PC_Ainsworth {
   Vec       f;          /* f + C_p' D^{-1} g_p, where rows p are eliminated */
 };
 
-PETSC_INTERN PetscErrorCode PCCreate_Ainsworth(PC);
-PETSC_INTERN PetscErrorCode PCSetUp_Ainsworth(PC);
-PETSC_INTERN PetscErrorCode PCAinsworthAgreeOnFailure(PC, PCFailedReason);
-PETSC_INTERN PetscErrorCode PCAinsworthGetData(PC, PC_Ainsworth **);
-PETSC_INTERN PetscErrorCode PCAinsworthGetDataOrError(PC, PC_Ainsworth **);
-PETSC_INTERN PetscErrorCode PCAinsworthSetStale(PC, PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode PCAinsworthApplyVariant(PC_Ainsworth *, PCAinsworthVariant);
-PETSC_INTERN PetscErrorCode PCAinsworthConfigureKSP(PC, PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode PCAinsworthSetKSPOperators(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode PCAinsworthWantsHypre(PC_Ainsworth *, PetscBool *);
-PETSC_INTERN PetscErrorCode PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);
-PETSC_INTERN PetscErrorCode PCAinsworthViewLeftOut(PC_Ainsworth *, PetscViewer);
-PETSC_INTERN PetscErrorCode PCView_Ainsworth(PC, PetscViewer);
-PETSC_INTERN PetscReal      PCAinsworthPenaltyFactor(const PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCCreate_Ainsworth(PC);
+PETSC_INTERN PetscErrorCode      PCSetUp_Ainsworth(PC);
+PETSC_INTERN PetscErrorCode      PCAinsworthAgreeOnFailure(PC, PCFailedReason);
+PETSC_INTERN PetscErrorCode      PCAinsworthGetData(PC, PC_Ainsworth **);
+PETSC_INTERN PetscErrorCode      PCAinsworthGetDataOrError(PC, PC_Ainsworth **);
+PETSC_INTERN PetscErrorCode      PCAinsworthSetStale(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthApplyVariant(PC_Ainsworth *, PCAinsworthVariant);
+PETSC_INTERN PetscErrorCode      PCAinsworthConfigureKSP(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthSetKSPOperators(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthWantsHypre(PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);
+PETSC_INTERN PetscErrorCode      PCAinsworthViewLeftOut(PC_Ainsworth *, PetscViewer);
+PETSC_INTERN PetscErrorCode      PCView_Ainsworth(PC, PetscViewer);
+PETSC_INTERN PetscReal           PCAinsworthPenaltyFactor(const PC_Ainsworth *);
+PETSC_INTERN PCAinsworthPmatType PCAinsworthPmatTypeInUse(const PC_Ainsworth *);
 
 #endif

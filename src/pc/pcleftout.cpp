@@ -54,7 +54,7 @@ PetscErrorCode PCAinsworthViewLeftOut(PC_Ainsworth *data, PetscViewer viewer)
     PetscCall(MatAinsworthGetContext(data->S, &ctx));
     PetscCall(PetscObjectTypeCompare((PetscObject)data->ksp, KSPPROJECTEDCG, &projected));
     PetscCall(DescribeGram(&ctx->proj.gram, text));
-    if (data->pmat.type == PC_AINSWORTH_PMAT_ID) text += "; id: no product with A for the preconditioning matrix";
+    if (PCAinsworthPmatTypeInUse(data) == PC_AINSWORTH_PMAT_ID) text += "; id: no product with A for the preconditioning matrix";
     if (projected) text += "; iterates in Ker C: C' B C is not applied";
     if (ctx->withoutRange) text += "; preconditioned in Ker C: C' B C is not applied";
     if (ctx->homogeneous) text += "; g = 0: neither R g nor A R g";

@@ -81,6 +81,9 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
   PetscBool     ascii, string;
   char          tolerance[64] = "", blocks[64] = "", dropped[256] = "";
+  const char   *why = "";
+
+  const PCAinsworthPmatType type = PCAinsworthPmatTypeInUse(data);
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
@@ -90,14 +93,17 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPrintf(viewer, "  variant: %s (weight %s, penalty %s with factor %g)\n", PCAinsworthVariants[data->variant],
                                    MatAinsworthWeightTypes[data->weightType], PCAinsworthPenaltyTypes[data->pmat.penalty],
                                    (double)PCAinsworthPenaltyFactor(data)));
-  if (data->pmat.type == PC_AINSWORTH_PMAT_CG || data->pmat.type == PC_AINSWORTH_PMAT_BJ_CG)
+  if (type == PC_AINSWORTH_PMAT_CG || type == PC_AINSWORTH_PMAT_BJ_CG)
     PetscCall(PetscSNPrintf(tolerance, sizeof(tolerance), ", relative tolerance %g", (double)data->pmat.rtol));
-  if (data->pmat.type == PC_AINSWORTH_PMAT_BJ_CC || data->pmat.type == PC_AINSWORTH_PMAT_BJ_CG) {
+  if (type == PC_AINSWORTH_PMAT_BJ_CC || type == PC_AINSWORTH_PMAT_BJ_CG) {
     if (data->pmat.blocks == PETSC_DECIDE) PetscCall(PetscSNPrintf(blocks, sizeof(blocks), ", one block per 32 constraints"));
     else PetscCall(PetscSNPrintf(blocks, sizeof(blocks), ", %" PetscInt_FMT " blocks", data->pmat.blocks));
   }
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix: %s%s%s%s\n", PCAinsworthPmatTypes[data->pmat.type],
-                                   data->pmat.type == PC_AINSWORTH_PMAT_JCB && data->pmat.rowScaling ? ", rows scaled" : "", tolerance, blocks));
+  if (data->pmat.type == PC_AINSWORTH_PMAT_AUTO && data->S && data->pmat.penalty == PC_AINSWORTH_PENALTY_ROW)
+    why = data->componentsApart ? ", as the constraints keep components apart" : ", as the constraints mix components";
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "  preconditioning matrix: %s%s%s%s%s\n", data->S || data->pmat.type != PC_AINSWORTH_PMAT_AUTO ? PCAinsworthPmatTypes[type] : "auto",
+    type == PC_AINSWORTH_PMAT_JCB && data->pmat.rowScaling && (data->S || data->pmat.type == type) ? ", rows scaled" : "", tolerance, blocks, why));
   if (!data->saddle.A) {
     PetscCall(PetscViewerASCIIPrintf(viewer, "  not set up yet\n"));
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -66,10 +66,10 @@ PetscErrorCode PCAinsworthGetPenaltyType(PC pc, PCAinsworthPenaltyType *type)
 
    Input Parameters:
 +  pc     - the preconditioner
--  factor - positive, without unit; `PETSC_DEFAULT` for 0.5, or 5 with `PC_AINSWORTH_PENALTY_NORM` or `PC_AINSWORTH_PMAT_ID`
+-  factor - positive, without unit; `PETSC_DEFAULT` for 0.5, 10 with `PC_AINSWORTH_PMAT_ID`, 5 with `PC_AINSWORTH_PENALTY_NORM`
 
    Options Database Key:
-.  -pc_ainsworth_penalty_factor <0.5, 5 for norm and id> - gamma
+.  -pc_ainsworth_penalty_factor <0.5> - gamma, by default 10 with id and 5 with norm
 
    Level: intermediate
 
@@ -123,7 +123,8 @@ PetscErrorCode PCAinsworthGetPenaltyFactor(PC pc, PetscReal *factor)
 
    Input Parameters:
 +  pc   - the preconditioner
--  type - one of the six of the paper (Table 1); `PC_AINSWORTH_PMAT_JCB` by default
+-  type - one of the six of the paper (Table 1), or `PC_AINSWORTH_PMAT_AUTO` (default): `PC_AINSWORTH_PMAT_ID` where constraints keep the
+          components of each node apart, in the frame, and the penalty is one per row, otherwise `PC_AINSWORTH_PMAT_JCB`
 
    Options Database Key:
 .  -pc_ainsworth_pmat <jcb,id,cc,cg,bj_cc,bj_cg> - the approximation

@@ -55,11 +55,19 @@ PetscErrorCode PCAinsworthApplyVariant(PC_Ainsworth *data, PCAinsworthVariant va
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The type itself, or what auto came to at the last set-up; before, jcb */
+PCAinsworthPmatType PCAinsworthPmatTypeInUse(const PC_Ainsworth *data)
+{
+  if (data->pmat.type != PC_AINSWORTH_PMAT_AUTO) return data->pmat.type;
+  return data->componentsApart && data->pmat.penalty == PC_AINSWORTH_PENALTY_ROW ? PC_AINSWORTH_PMAT_ID : PC_AINSWORTH_PMAT_JCB;
+}
+
 PetscReal PCAinsworthPenaltyFactor(const PC_Ainsworth *data)
 {
   if (data->factor != (PetscReal)PETSC_DEFAULT) return data->factor;
   /* paper, section 3.3; measured, docs/method.md: without Q_* the penalty alone tells AMG of the constraints */
-  return data->pmat.penalty == PC_AINSWORTH_PENALTY_NORM || data->pmat.type == PC_AINSWORTH_PMAT_ID ? 5.0 : 0.5;
+  if (data->pmat.penalty == PC_AINSWORTH_PENALTY_NORM) return 5.0;
+  return PCAinsworthPmatTypeInUse(data) == PC_AINSWORTH_PMAT_ID ? 10.0 : 0.5;
 }
 
 /*@

@@ -202,6 +202,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
   AinsworthPmatInputs  in;
   AinsworthPmatOptions options = data->pmat;
   Vec                  penalty;
+  PetscInt             bs;
 
   PetscFunctionBegin;
   PetscCall(AinsworthGetAIJ(data->saddle.A, &in.A));
@@ -210,6 +211,9 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
   in.weight = ctx->weight;
   in.frame  = &data->frame;
   PetscCall(PCAinsworthWantsHypre(data, &in.hypre));
+  PetscCall(MatGetBlockSize(data->saddle.A, &bs));
+  if (data->pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(AinsworthFrameComponentsApart(ctx->proj.C, bs, &data->componentsApart));
+  options.type      = PCAinsworthPmatTypeInUse(data);
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor(data);
   PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M));

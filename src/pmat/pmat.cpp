@@ -5,7 +5,7 @@
 #include "../projector/projector.h"
 
 const char *const PCAinsworthPenaltyTypes[] = {"row", "norm", "PCAinsworthPenaltyType", "PC_AINSWORTH_PENALTY_", NULL};
-const char *const PCAinsworthPmatTypes[]    = {"jcb", "id", "cc", "cg", "bj_cc", "bj_cg", "PCAinsworthPmatType", "PC_AINSWORTH_PMAT_", NULL};
+const char *const PCAinsworthPmatTypes[]    = {"jcb", "id", "cc", "cg", "bj_cc", "bj_cg", "auto", "PCAinsworthPmatType", "PC_AINSWORTH_PMAT_", NULL};
 
 namespace
 {

@@ -11,6 +11,7 @@ struct AinsworthFrame {
 };
 
 PetscErrorCode AinsworthFrameChoose(Mat, PetscInt, AinsworthFrame *);
+PetscErrorCode AinsworthFrameComponentsApart(Mat, PetscInt, PetscBool *);
 PetscErrorCode AinsworthFrameRotate(const AinsworthFrame *, PetscBool, Vec);
 PetscErrorCode AinsworthFrameRotateRows(const AinsworthFrame *, Mat, Mat *);
 PetscErrorCode AinsworthFrameRotateNullSpace(const AinsworthFrame *, Mat, MatNullSpace, MatNullSpace *);

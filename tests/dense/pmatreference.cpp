@@ -108,7 +108,7 @@ PetscErrorCode PmatReference(const DenseSystem &d, bool symmetric, const PmatCho
   Q   = Dense::Identity(n, n) - W.asDiagonal() * d.C.adjoint() * X * d.C;
   QAQ = Q.adjoint() * d.A * Q;
   if (choice.penalty == PC_AINSWORTH_PENALTY_ROW) {
-    const PetscReal usual = choice.type == PC_AINSWORTH_PMAT_ID ? 5.0 : 0.5;
+    const PetscReal usual = choice.type == PC_AINSWORTH_PMAT_ID ? 10.0 : 0.5;
     B                     = RowPenalty(d.A, d.C, choice.factor == (PetscReal)PETSC_DEFAULT ? usual : choice.factor);
   } else {
     const PetscReal factor = choice.factor == (PetscReal)PETSC_DEFAULT ? 5.0 : choice.factor;

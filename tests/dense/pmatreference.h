@@ -9,7 +9,7 @@ struct PmatChoice {
   PCAinsworthPmatType    type;
   MatAinsworthWeightType weight;
   PCAinsworthPenaltyType penalty;
-  PetscReal              factor; /* PETSC_DEFAULT: 0.5, 5 for norm or id */
+  PetscReal              factor; /* PETSC_DEFAULT: 0.5, 10 for id, 5 for norm */
   PetscInt               blocks;
   bool                   rowScaling;
   PCType                 inner = PCNONE; /* of the reduced solve */
