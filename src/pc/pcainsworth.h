@@ -5,6 +5,7 @@
 #include <petscainsworth.h>
 #include "../saddle/saddle.h"
 #include "../pmat/pmat.h"
+#include "../report/report.h"
 
 struct PC_Ainsworth {
   /* choices */
@@ -32,6 +33,11 @@ struct PC_Ainsworth {
   Vec       rhs;        /* f~ */
   Vec       residual;   /* C x - g, on the kept rows */
   Vec       g, lambda;  /* on the kept rows, where rows were dropped */
+
+  /* error against run time */
+  AinsworthReportSettings reporting;
+  AinsworthReport        *report;       /* NULL until a solve is reported on */
+  PetscLogDouble          setupSeconds; /* of the set-up that no solve has followed yet */
 };
 
 PETSC_INTERN PetscErrorCode PCCreate_Ainsworth(PC);
@@ -41,6 +47,11 @@ PETSC_INTERN PetscErrorCode PCAinsworthSetStale(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode PCAinsworthApplyVariant(PC_Ainsworth *, PCAinsworthVariant);
 PETSC_INTERN PetscErrorCode PCAinsworthConfigureKSP(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);
+PETSC_INTERN PetscErrorCode PCAinsworthReportSetFromOptions(PC, AinsworthOptionItems);
+PETSC_INTERN PetscErrorCode PCAinsworthReportReset(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode PCAinsworthReportBegin(PC, PC_Ainsworth *, Vec, Vec);
+PETSC_INTERN PetscErrorCode PCAinsworthReportEnd(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode PCAinsworthReportView(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode PCView_Ainsworth(PC, PetscViewer);
 PETSC_INTERN PetscReal      PCAinsworthPenaltyFactor(const PC_Ainsworth *);
 

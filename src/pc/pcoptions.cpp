@@ -31,7 +31,8 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   real = PCAinsworthPenaltyFactor(data);
   PetscCall(PetscOptionsReal("-pc_ainsworth_penalty_factor", "Factor gamma of the penalty", "PCAinsworthSetPenaltyFactor", real, &real, &set));
   /* PETSC_DEFAULT is a negative number, which the setter takes for the default */
-  PetscCheck(!set || real > 0.0, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_OUTOFRANGE, "-pc_ainsworth_penalty_factor must be positive, not %g", (double)real);
+  PetscCheck(!set || real > 0.0, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_OUTOFRANGE, "-pc_ainsworth_penalty_factor must be positive, not %g",
+             (double)real);
   if (set) PetscCall(PCAinsworthSetPenaltyFactor(pc, real));
   pmat = data->pmat.type;
   PetscCall(PetscOptionsEnum("-pc_ainsworth_pmat", "Approximation of the inverse Gram matrix in the preconditioning matrix", "PCAinsworthSetPmatType",
@@ -59,6 +60,7 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   PetscCall(PetscOptionsInt("-pc_ainsworth_rows_per_rank", "The Gram matrix is gathered on ceil(constraints / this) ranks", "PCAinsworthSetRowsPerRank",
                             integer, &integer, &set));
   if (set) PetscCall(PCAinsworthSetRowsPerRank(pc, integer));
+  PetscCall(PCAinsworthReportSetFromOptions(pc, PetscOptionsObject));
   PetscOptionsHeadEnd();
   PetscCall(PCGetOptionsPrefix(pc, &prefix)); /* it may have been set after the creation of this PC */
   PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));
@@ -110,6 +112,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
     PetscCall(AinsworthGramView(&ctx->proj.gram, viewer));
     PetscCall(PetscViewerASCIIPopTab(viewer));
   }
+  PetscCall(PCAinsworthReportView(data, viewer));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns:\n"));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   PetscCall(KSPView(data->ksp, viewer));
