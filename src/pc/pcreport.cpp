@@ -4,26 +4,24 @@
 static const char monitorOption[] = "-pc_ainsworth_monitor_error";
 
 /* "csv" and "csv:file" are short for PETSc's "ascii::ascii_csv" and "ascii:file:ascii_csv" */
-static PetscErrorCode CreateCSVViewer(PC pc, const char value[], PetscViewer *viewer)
+static PetscErrorCode CreateCSVViewer(PC pc, const char file[], PetscViewer *viewer)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)pc);
 
   PetscFunctionBegin;
-  *viewer = NULL;
-  if (!value[3]) {
+  if (file[0]) PetscCall(PetscViewerASCIIOpen(comm, file, viewer));
+  else {
     PetscCall(PetscViewerASCIIGetStdout(comm, viewer));
     PetscCall(PetscObjectReference((PetscObject)*viewer));
-  } else {
-    PetscCheck(value[3] == ':' && value[4], comm, PETSC_ERR_ARG_WRONG, "Option %s is %s: say csv or csv:file", monitorOption, value);
-    PetscCall(PetscViewerASCIIOpen(comm, value + 4, viewer));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode MonitorFromOptions(PC pc, AinsworthOptionItems PetscOptionsObject)
 {
-  char              value[PETSC_MAX_PATH_LEN] = "";
-  PetscBool         set, csv;
+  const char *const kinds[]                   = {"", "ascii", "csv", "draw"};
+  char              value[PETSC_MAX_PATH_LEN] = "", kind[PETSC_MAX_PATH_LEN], *colon;
+  PetscBool         set, known = PETSC_FALSE, csv;
   PetscViewer       viewer = NULL;
   PetscViewerFormat format = PETSC_VIEWER_DEFAULT;
   const char       *prefix;
@@ -31,9 +29,14 @@ static PetscErrorCode MonitorFromOptions(PC pc, AinsworthOptionItems PetscOption
   PetscFunctionBegin;
   PetscCall(PCGetOptionsPrefix(pc, &prefix));
   PetscCall(PetscOptionsGetString(((PetscObject)pc)->options, prefix, monitorOption, value, sizeof(value), &set));
-  PetscCall(PetscStrncmp(value, "csv", 3, &csv));
-  if (set && csv) {
-    PetscCall(CreateCSVViewer(pc, value, &viewer));
+  PetscCall(PetscStrncpy(kind, value, sizeof(kind)));
+  PetscCall(PetscStrchr(kind, ':', &colon));
+  if (colon) *colon = 0;
+  for (int i = 0; i < 4 && !known; i++) PetscCall(PetscStrcmp(kind, kinds[i], &known));
+  PetscCheck(known, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONG, "Option %s is %s: it takes ascii[:file], csv[:file] and draw", monitorOption, value);
+  PetscCall(PetscStrcmp(kind, "csv", &csv));
+  if (csv) {
+    PetscCall(CreateCSVViewer(pc, colon ? value + 4 : "", &viewer));
     format = PETSC_VIEWER_ASCII_CSV;
   } else PetscCall(PetscOptionsViewer(monitorOption, "Error against run time: also csv[:file]", "PCAinsworthSetErrorMonitor", &viewer, &format, &set));
   if (set) PetscCall(PCAinsworthSetErrorMonitor(pc, viewer, format));
