@@ -72,7 +72,6 @@ static PetscErrorCode SystemCreate(MPI_Comm comm, const Choices &choices, System
     s->f = cubes.f;
     s->g = cubes.g;
   }
-  PetscCall(MatSetOption(s->A, MAT_SPD, PETSC_TRUE));
   PetscCall(VecDuplicate(s->f, &s->x));
   PetscCall(VecDuplicate(s->g, &s->lambda));
   if (choices.hasReference) PetscCall(PetscTestFile(choices.reference, 'r', &stored));

@@ -126,12 +126,24 @@ PetscErrorCode ReferenceCompute(Mat A, Mat C, Vec f, Vec g, Vec x, Vec lambda)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Without the companion file .info: the block size in it, of the last vector, would become that of A, whose layout x shares */
+static PetscErrorCode Open(MPI_Comm comm, const char file[], PetscFileMode mode, PetscViewer *viewer)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscViewerCreate(comm, viewer));
+  PetscCall(PetscViewerSetType(*viewer, PETSCVIEWERBINARY));
+  PetscCall(PetscViewerBinarySetSkipInfo(*viewer, PETSC_TRUE));
+  PetscCall(PetscViewerFileSetMode(*viewer, mode));
+  PetscCall(PetscViewerFileSetName(*viewer, file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode ReferenceSave(const char file[], Vec x, Vec lambda)
 {
   PetscViewer viewer;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscViewerBinaryOpen(PetscObjectComm((PetscObject)x), file, FILE_MODE_WRITE, &viewer));
+  PetscCall(Open(PetscObjectComm((PetscObject)x), file, FILE_MODE_WRITE, &viewer));
   PetscCall(VecView(x, viewer));
   PetscCall(VecView(lambda, viewer));
   PetscCall(PetscViewerDestroy(&viewer));
@@ -143,7 +155,7 @@ PetscErrorCode ReferenceLoad(const char file[], Vec x, Vec lambda)
   PetscViewer viewer;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscViewerBinaryOpen(PetscObjectComm((PetscObject)x), file, FILE_MODE_READ, &viewer));
+  PetscCall(Open(PetscObjectComm((PetscObject)x), file, FILE_MODE_READ, &viewer));
   PetscCall(VecLoad(x, viewer));
   PetscCall(VecLoad(lambda, viewer));
   PetscCall(PetscViewerDestroy(&viewer));

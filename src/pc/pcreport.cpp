@@ -55,7 +55,11 @@ static PetscErrorCode ReferenceFromOptions(PC pc, AinsworthOptionItems PetscOpti
   PetscCall(PetscOptionsString("-pc_ainsworth_reference", "File of the exact solution (PETSc binary), for the monitor", "PCAinsworthSetReference", file, file,
                                sizeof(file), &set));
   if (!set) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscViewerBinaryOpen(PetscObjectComm((PetscObject)pc), file, FILE_MODE_READ, &viewer));
+  PetscCall(PetscViewerCreate(PetscObjectComm((PetscObject)pc), &viewer));
+  PetscCall(PetscViewerSetType(viewer, PETSCVIEWERBINARY));
+  PetscCall(PetscViewerBinarySetSkipInfo(viewer, PETSC_TRUE)); /* its options would stay in the program's database */
+  PetscCall(PetscViewerFileSetMode(viewer, FILE_MODE_READ));
+  PetscCall(PetscViewerFileSetName(viewer, file));
   PetscCall(VecCreate(PetscObjectComm((PetscObject)pc), &reference));
   PetscCall(VecLoad(reference, viewer));
   PetscCall(PetscViewerDestroy(&viewer));
