@@ -15,8 +15,7 @@
 #endif
 
 #if PETSC_VERSION_LT(3, 22, 0)
-  #define VecFlag(x, flag)         ((flag) ? VecSetInf(x) : PETSC_SUCCESS)
-  #define PetscOptionsCreateViewer PetscOptionsGetViewer
+  #define VecFlag(x, flag) ((flag) ? VecSetInf(x) : PETSC_SUCCESS)
 #endif
 
 /* the argument that PetscOptionsHeadBegin() and the like expect, by value since 3.23 */
