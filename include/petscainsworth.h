@@ -126,6 +126,22 @@ typedef enum {
 } PCAinsworthRedundantType;
 PETSC_EXTERN const char *const PCAinsworthRedundantTypes[];
 
+/*E
+   PCAinsworthStopType - what ends the reduced solve
+
++  `PC_AINSWORTH_STOP_RESIDUAL` (default)  - the convergence test of the inner `KSP`, on a norm of the residual
+-  `PC_AINSWORTH_STOP_ENERGY_ERROR`        - the estimated energy norm of the error
+
+   Level: intermediate
+
+.seealso: `PCAinsworthSetStop()`, `PCAinsworthSetErrorTolerance()`
+E*/
+typedef enum {
+  PC_AINSWORTH_STOP_RESIDUAL,
+  PC_AINSWORTH_STOP_ENERGY_ERROR
+} PCAinsworthStopType;
+PETSC_EXTERN const char *const PCAinsworthStopTypes[];
+
 PETSC_EXTERN PetscErrorCode AinsworthInitializePackage(void);
 PETSC_EXTERN PetscErrorCode AinsworthFinalizePackage(void);
 
@@ -180,5 +196,20 @@ PETSC_EXTERN PetscErrorCode PCAinsworthSetCheckTranspose(PC, PetscBool);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetCheckTranspose(PC, PetscBool *);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetKSP(PC, KSP *);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetGramKSP(PC, KSP *);
+
+/* Error against run time */
+PETSC_EXTERN PetscErrorCode PCAinsworthSetErrorMonitor(PC, PetscViewer, PetscViewerFormat);
+PETSC_EXTERN PetscErrorCode PCAinsworthGetErrorMonitor(PC, PetscViewer *, PetscViewerFormat *);
+PETSC_EXTERN PetscErrorCode PCAinsworthSetErrorMonitorResiduals(PC, PetscBool);
+PETSC_EXTERN PetscErrorCode PCAinsworthGetErrorMonitorResiduals(PC, PetscBool *);
+PETSC_EXTERN PetscErrorCode PCAinsworthSetReference(PC, Vec);
+PETSC_EXTERN PetscErrorCode PCAinsworthGetReference(PC, Vec *);
+PETSC_EXTERN PetscErrorCode PCAinsworthSetStop(PC, PCAinsworthStopType);
+PETSC_EXTERN PetscErrorCode PCAinsworthGetStop(PC, PCAinsworthStopType *);
+PETSC_EXTERN PetscErrorCode PCAinsworthSetErrorTolerance(PC, PetscReal);
+PETSC_EXTERN PetscErrorCode PCAinsworthGetErrorTolerance(PC, PetscReal *);
+PETSC_EXTERN PetscErrorCode PCAinsworthSetErrorEigenvalue(PC, PetscReal);
+PETSC_EXTERN PetscErrorCode PCAinsworthGetErrorEigenvalue(PC, PetscReal *);
+PETSC_EXTERN PetscErrorCode PCAinsworthGetErrorEstimate(PC, PetscInt *, PetscReal *, PetscReal *);
 
 #endif

@@ -52,6 +52,14 @@ static PetscErrorCode Print(PetscReal value, char text[], size_t length)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode ReportResiduals(Mat A, Mat C, Vec f, Vec g, Vec x, Vec lambda, PetscReal residuals[2])
+{
+  PetscFunctionBeginUser;
+  PetscCall(PrimalResidual(A, C, f, x, lambda, &residuals[0]));
+  PetscCall(ConstraintResidual(C, g, x, &residuals[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode ReportSolution(Mat A, Mat C, Vec f, Vec g, const SaddleSolution &s)
 {
   MPI_Comm  comm = PetscObjectComm((PetscObject)A);

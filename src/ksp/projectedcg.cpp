@@ -9,6 +9,7 @@
 struct KSP_ProjectedCG {
   std::vector<PetscReal> alpha, beta; /* of each step, kept where eigenvalue estimates are asked for */
   PetscBool              refine;      /* every projection is done twice */
+  PetscReal              step, rz;    /* the last alpha, and r' z after it */
 };
 
 static const PetscReal driftTolerance = 1e-12; /* as Gould, Hribar and Nocedal 2001 */
@@ -44,6 +45,17 @@ static PetscErrorCode Precondition(KSP ksp, Mat mat, Vec r, Vec z, PetscInt step
     }
   }
   if (cg->refine) PetscCall(MatAinsworthMultProjector(mat, z, z));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* For the convergence test: alpha of the step that led to the present iterate, and r' z there */
+PetscErrorCode KSPProjectedCGGetCoefficients_Private(KSP ksp, PetscReal *alpha, PetscReal *rz)
+{
+  const KSP_ProjectedCG *cg = (KSP_ProjectedCG *)ksp->data;
+
+  PetscFunctionBegin;
+  *alpha = cg->step;
+  *rz    = cg->rz;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -107,6 +119,8 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   PetscCall(Precondition(ksp, mat, r, z, 0));
   PetscCall(InnerProducts(ksp, r, z, &rz, &norm));
   KSPCheckDot(ksp, rz);
+  cg->step = 0.0;
+  cg->rz   = PetscRealPart(rz);
   if (!ksp->guess_zero) { /* the norm of b that the tolerance refers to is that of its part in Ker C, as with a zero guess */
     PetscCall(MatAinsworthMultTransposeProjector(mat, b, w));
     ksp->vec_rhs = w;
@@ -148,7 +162,9 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
     beta = PetscRealPart(rz);
     PetscCall(InnerProducts(ksp, r, z, &rz, &norm));
     KSPCheckDot(ksp, rz);
-    beta = PetscRealPart(rz) / beta;
+    beta     = PetscRealPart(rz) / beta;
+    cg->step = alpha;
+    cg->rz   = PetscRealPart(rz);
     if (ksp->calc_sings) {
       cg->alpha.push_back(alpha);
       cg->beta.push_back(beta);

@@ -5,5 +5,6 @@
 #include "../petsccompat.h"
 
 PETSC_INTERN PetscErrorCode KSPCreate_ProjectedCG(KSP);
+PETSC_INTERN PetscErrorCode KSPProjectedCGGetCoefficients_Private(KSP, PetscReal *, PetscReal *);
 
 #endif

@@ -7,6 +7,7 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
 
   PetscFunctionBegin;
+  PetscCall(PCAinsworthReportReset(data));
   PetscCall(KSPReset(data->ksp));
   PetscCall(AinsworthSaddleReset(&data->saddle));
   PetscCall(MatDestroy(&data->S));
@@ -37,10 +38,12 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   KSPConvergedReason reason;
 
   PetscFunctionBegin;
+  if (!transpose) PetscCall(PCAinsworthReportBegin(pc, data, f, g));
   if (data->constraints) PetscCall(MatAinsworthComputeRHS_Private(data->S, transpose, f, g, data->rhs));
   else PetscCall(VecCopy(f, data->rhs));
   if (transpose) PetscCall(KSPSolveTranspose(data->ksp, data->rhs, x));
   else PetscCall(KSPSolve(data->ksp, data->rhs, x));
+  if (!transpose) PetscCall(PCAinsworthReportEnd(data));
   PetscCall(KSPCheckSolve(data->ksp, pc, x));
   PetscCall(KSPGetConvergedReason(data->ksp, &reason));
   *failed = (PetscBool)(reason < 0); /* at the limit of iterations too, when an outer Krylov method may still use what there is */
@@ -140,6 +143,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
   PetscFunctionBegin;
   PetscCall(PCReset_Ainsworth(pc));
   PetscCall(VecDestroy(&data->weight));
+  PetscCall(VecDestroy(&data->reporting.reference));
+  PetscCall(PetscViewerDestroy(&data->reporting.viewer));
   PetscCall(KSPDestroy(&data->ksp));
   PetscCall(PetscFree(pc->data));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -161,7 +166,13 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_frame <auto,none>                       - turn the components into the frame of the dominant contact normal
 .  -pc_ainsworth_rows_per_rank <100000>                  - the Gram matrix is gathered on ceil(m / this) ranks
 .  -pc_ainsworth_redundant <drop,error>                  - rows of C that are combinations of other rows
--  -pc_ainsworth_check_transpose <false,true>            - compare the blocks C and C' entry by entry, not by one random product
+.  -pc_ainsworth_check_transpose <false,true>            - compare the blocks C and C' entry by entry, not by one random product
+.  -pc_ainsworth_monitor_error [ascii,csv:file,draw]     - error against run time, one row per iteration
+.  -pc_ainsworth_monitor_error_residuals <true,false>    - with the residuals of the original system
+.  -pc_ainsworth_reference <file>                        - exact solution, for the monitor
+.  -pc_ainsworth_stop <residual,energy_error>            - what ends the reduced solve
+.  -pc_ainsworth_error_rtol <1e-6>                       - tolerance of energy_error
+-  -pc_ainsworth_error_eigenvalue <estimated>            - lower bound of the spectrum, for the upper bound of the error
 
    Level: beginner
 
@@ -201,12 +212,15 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&data));
-  pc->data           = (void *)data;
-  data->rowsPerRank  = 100000; /* paper, section 5.2 */
-  data->pmat.type    = PC_AINSWORTH_PMAT_AUTO;
-  data->pmat.rtol    = 0.1; /* paper, Table 1 */
-  data->pmat.blocks  = PETSC_DECIDE;
-  data->pmat.maxRows = 4000;
+  pc->data                   = (void *)data;
+  data->rowsPerRank          = 100000; /* paper, section 5.2 */
+  data->pmat.type            = PC_AINSWORTH_PMAT_AUTO;
+  data->pmat.rtol            = 0.1; /* paper, Table 1 */
+  data->pmat.blocks          = PETSC_DECIDE;
+  data->pmat.maxRows         = 4000;
+  data->reporting.residuals  = PETSC_TRUE;
+  data->reporting.rtol       = 1e-6;
+  data->reporting.eigenvalue = PETSC_DEFAULT;
   PetscCall(KSPCreate(PetscObjectComm((PetscObject)pc), &data->ksp));
   PetscCall(PCGetOptionsPrefix(pc, &prefix));
   PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));

@@ -5,6 +5,7 @@
 #include <petscainsworth.h>
 #include "../saddle/saddle.h"
 #include "../pmat/pmat.h"
+#include "../report/report.h"
 
 struct PC_Ainsworth {
   /* choices */
@@ -38,6 +39,11 @@ struct PC_Ainsworth {
   Vec       residual;   /* C x - g, on the kept rows */
   Vec       g, lambda;  /* on the kept rows, where some are not kept */
   Vec       f;          /* f + C_p' D^{-1} g_p, where rows p are eliminated */
+
+  /* error against run time */
+  AinsworthReportSettings reporting;
+  AinsworthReport        *report;       /* NULL until a solve is reported on */
+  PetscLogDouble          setupSeconds; /* of the set-up that no solve has followed yet */
 };
 
 PETSC_INTERN PetscErrorCode      PCCreate_Ainsworth(PC);
@@ -55,5 +61,10 @@ PETSC_INTERN PetscErrorCode      PCAinsworthViewLeftOut(PC_Ainsworth *, PetscVie
 PETSC_INTERN PetscErrorCode      PCView_Ainsworth(PC, PetscViewer);
 PETSC_INTERN PetscReal           PCAinsworthPenaltyFactor(const PC_Ainsworth *);
 PETSC_INTERN PCAinsworthPmatType PCAinsworthPmatTypeInUse(const PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthReportSetFromOptions(PC, AinsworthOptionItems);
+PETSC_INTERN PetscErrorCode      PCAinsworthReportReset(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin(PC, PC_Ainsworth *, Vec, Vec);
+PETSC_INTERN PetscErrorCode      PCAinsworthReportEnd(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthReportView(const PC_Ainsworth *, PetscViewer);
 
 #endif

@@ -69,6 +69,7 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   flag = data->checkTranspose;
   PetscCall(PetscOptionsBool("-pc_ainsworth_check_transpose", "Compare the blocks C and C' entry by entry", "PCAinsworthSetCheckTranspose", flag, &flag, &set));
   if (set) PetscCall(PCAinsworthSetCheckTranspose(pc, flag));
+  PetscCall(PCAinsworthReportSetFromOptions(pc, PetscOptionsObject));
   PetscOptionsHeadEnd();
   PetscCall(PCGetOptionsPrefix(pc, &prefix)); /* it may have been set after the creation of this PC */
   PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));
@@ -127,6 +128,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
     PetscCall(PetscViewerASCIIPopTab(viewer));
   }
   if (!data->stale) PetscCall(PCAinsworthViewLeftOut(data, viewer));
+  PetscCall(PCAinsworthReportView(data, viewer));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns:\n"));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   PetscCall(KSPView(data->ksp, viewer));

@@ -2,6 +2,7 @@
 #include "../operator/matainsworth.h"
 #include "../projector/dependent.h"
 #include <petsc/private/pcimpl.h>
+#include <petsctime.h>
 
 static const char citation[] = "@inproceedings{robert_pointselle,\n"
                                "  author    = {V. Robert and P. Jolivet and O. Jamond and M. A. Badri},\n"
@@ -273,8 +274,10 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   Mat_Ainsworth *ctx;
   PC             inner;
   char           why[320];
+  PetscLogDouble start, end;
 
   PetscFunctionBegin;
+  PetscCall(PetscTime(&start));
   PetscCall(PetscCitationsRegister(citation, NULL));
   if (data->saddle.A && !data->stale) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changed));
   data->unchanged = (PetscBool)!changed;
@@ -282,6 +285,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  PetscCall(PCAinsworthReportReset(data));
   PetscCall(MatDestroy(&data->S));
   PetscCall(MatDestroy(&data->M));
   PetscCall(VecDestroy(&data->residual));
@@ -322,5 +326,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(PCGetFailedReason(inner, &reason));
   PetscCall(PCAinsworthAgreeOnFailure(pc, reason ? PC_SUBPC_ERROR : PC_NOERROR));
   data->stale = PETSC_FALSE;
+  PetscCall(PetscTime(&end));
+  data->setupSeconds += end - start;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

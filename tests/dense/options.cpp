@@ -25,22 +25,28 @@ static PetscErrorCode Value(PC pc, double *value)
 }
 
 static const std::vector<Choice> choices = {
-  {"variant paper",        PC_AINSWORTH_WEIGHTED,         PC_AINSWORTH_PAPER,            Value<PCAinsworthVariant,     PCAinsworthGetVariant>,
-   [](PC pc) { return PCAinsworthSetVariant(pc, PC_AINSWORTH_PAPER); }                                                                                                                                              },
-  {"weight identity",      MAT_AINSWORTH_WEIGHT_DIAGONAL, MAT_AINSWORTH_WEIGHT_IDENTITY, Value<MatAinsworthWeightType, PCAinsworthGetWeightType>,
-   [](PC pc) { return PCAinsworthSetWeightType(pc, MAT_AINSWORTH_WEIGHT_IDENTITY); }                                                                                                                                },
-  {"penalty norm",         PC_AINSWORTH_PENALTY_ROW,      PC_AINSWORTH_PENALTY_NORM,     Value<PCAinsworthPenaltyType, PCAinsworthGetPenaltyType>,
-   [](PC pc) { return PCAinsworthSetPenaltyType(pc, PC_AINSWORTH_PENALTY_NORM); }                                                                                                                                   },
-  {"penalty_factor 0.125", 0.5,                           0.125,                         Value<PetscReal,              PCAinsworthGetPenaltyFactor>, [](PC pc) { return PCAinsworthSetPenaltyFactor(pc, 0.125); }   },
-  {"pmat bj_cg",           PC_AINSWORTH_PMAT_JCB,         PC_AINSWORTH_PMAT_BJ_CG,       Value<PCAinsworthPmatType,    PCAinsworthGetPmatType>,
-   [](PC pc) { return PCAinsworthSetPmatType(pc, PC_AINSWORTH_PMAT_BJ_CG); }                                                                                                                                        },
-  {"pmat_rtol 0.25",       0.1,                           0.25,                          Value<PetscReal,              PCAinsworthGetPmatTolerance>, [](PC pc) { return PCAinsworthSetPmatTolerance(pc, 0.25); }    },
-  {"pmat_max_rows 17",     4000,                          17,                            Value<PetscInt,               PCAinsworthGetPmatMaxRows>,   [](PC pc) { return PCAinsworthSetPmatMaxRows(pc, 17); }        },
-  {"blocks 3",             PETSC_DECIDE,                  3,                             Value<PetscInt,               PCAinsworthGetBlocks>,        [](PC pc) { return PCAinsworthSetBlocks(pc, 3); }              },
-  {"row_scaling 0",        PETSC_TRUE,                    PETSC_FALSE,                   Value<PetscBool,              PCAinsworthGetRowScaling>,    [](PC pc) { return PCAinsworthSetRowScaling(pc, PETSC_FALSE); }},
-  {"frame none",           PC_AINSWORTH_FRAME_AUTO,       PC_AINSWORTH_FRAME_NONE,       Value<PCAinsworthFrameType,   PCAinsworthGetFrameType>,
-   [](PC pc) { return PCAinsworthSetFrameType(pc, PC_AINSWORTH_FRAME_NONE); }                                                                                                                                       },
-  {"rows_per_rank 2",      100000,                        2,                             Value<PetscInt,               PCAinsworthGetRowsPerRank>,   [](PC pc) { return PCAinsworthSetRowsPerRank(pc, 2); }         }
+  {"variant paper",             PC_AINSWORTH_WEIGHTED,         PC_AINSWORTH_PAPER,             Value<PCAinsworthVariant,     PCAinsworthGetVariant>,
+   [](PC pc) { return PCAinsworthSetVariant(pc, PC_AINSWORTH_PAPER); }                                                                                                                                                            },
+  {"weight identity",           MAT_AINSWORTH_WEIGHT_DIAGONAL, MAT_AINSWORTH_WEIGHT_IDENTITY,  Value<MatAinsworthWeightType, PCAinsworthGetWeightType>,
+   [](PC pc) { return PCAinsworthSetWeightType(pc, MAT_AINSWORTH_WEIGHT_IDENTITY); }                                                                                                                                              },
+  {"penalty norm",              PC_AINSWORTH_PENALTY_ROW,      PC_AINSWORTH_PENALTY_NORM,      Value<PCAinsworthPenaltyType, PCAinsworthGetPenaltyType>,
+   [](PC pc) { return PCAinsworthSetPenaltyType(pc, PC_AINSWORTH_PENALTY_NORM); }                                                                                                                                                 },
+  {"penalty_factor 0.125",      0.5,                           0.125,                          Value<PetscReal,              PCAinsworthGetPenaltyFactor>,         [](PC pc) { return PCAinsworthSetPenaltyFactor(pc, 0.125); }   },
+  {"pmat bj_cg",                PC_AINSWORTH_PMAT_JCB,         PC_AINSWORTH_PMAT_BJ_CG,        Value<PCAinsworthPmatType,    PCAinsworthGetPmatType>,
+   [](PC pc) { return PCAinsworthSetPmatType(pc, PC_AINSWORTH_PMAT_BJ_CG); }                                                                                                                                                      },
+  {"pmat_rtol 0.25",            0.1,                           0.25,                           Value<PetscReal,              PCAinsworthGetPmatTolerance>,         [](PC pc) { return PCAinsworthSetPmatTolerance(pc, 0.25); }    },
+  {"pmat_max_rows 17",          4000,                          17,                             Value<PetscInt,               PCAinsworthGetPmatMaxRows>,           [](PC pc) { return PCAinsworthSetPmatMaxRows(pc, 17); }        },
+  {"blocks 3",                  PETSC_DECIDE,                  3,                              Value<PetscInt,               PCAinsworthGetBlocks>,                [](PC pc) { return PCAinsworthSetBlocks(pc, 3); }              },
+  {"row_scaling 0",             PETSC_TRUE,                    PETSC_FALSE,                    Value<PetscBool,              PCAinsworthGetRowScaling>,            [](PC pc) { return PCAinsworthSetRowScaling(pc, PETSC_FALSE); }},
+  {"frame none",                PC_AINSWORTH_FRAME_AUTO,       PC_AINSWORTH_FRAME_NONE,        Value<PCAinsworthFrameType,   PCAinsworthGetFrameType>,
+   [](PC pc) { return PCAinsworthSetFrameType(pc, PC_AINSWORTH_FRAME_NONE); }                                                                                                                                                     },
+  {"rows_per_rank 2",           100000,                        2,                              Value<PetscInt,               PCAinsworthGetRowsPerRank>,           [](PC pc) { return PCAinsworthSetRowsPerRank(pc, 2); }         },
+  {"stop energy_error",         PC_AINSWORTH_STOP_RESIDUAL,    PC_AINSWORTH_STOP_ENERGY_ERROR, Value<PCAinsworthStopType,    PCAinsworthGetStop>,
+   [](PC pc) { return PCAinsworthSetStop(pc, PC_AINSWORTH_STOP_ENERGY_ERROR); }                                                                                                                                                   },
+  {"error_rtol 0.125",          1e-6,                          0.125,                          Value<PetscReal,              PCAinsworthGetErrorTolerance>,        [](PC pc) { return PCAinsworthSetErrorTolerance(pc, 0.125); }  },
+  {"error_eigenvalue 0.5",      PETSC_DEFAULT,                 0.5,                            Value<PetscReal,              PCAinsworthGetErrorEigenvalue>,       [](PC pc) { return PCAinsworthSetErrorEigenvalue(pc, 0.5); }   },
+  {"monitor_error_residuals 0", PETSC_TRUE,                    PETSC_FALSE,                    Value<PetscBool,              PCAinsworthGetErrorMonitorResiduals>,
+   [](PC pc) { return PCAinsworthSetErrorMonitorResiduals(pc, PETSC_FALSE); }                                                                                                                                                     }
 };
 
 static PetscErrorCode Pairs()

@@ -1,0 +1,38 @@
+#!/usr/bin/env python3
+"""Error against run time: every solver of tutorials/solvers on two-cube systems, a CSV and a work-precision diagram for each, and a text.
+
+python3 makefiles/errortime.py [--n1 12 24 48] [--cases base soft ...] [--out docs/error-vs-time]   measures, draws, writes <out>.md
+python3 makefiles/errortime.py --report [--out ...]                                                 diagrams and text anew from the CSVs
+Each solver is a process of its own, one after the other. Needs Debian's python3-matplotlib and a build (AINSWORTH_BUILD, default build/).
+"""
+import argparse
+import os
+import sys
+
+from study import errors, machine
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--n1", type=int, nargs="+", default=[12], help="elements per edge of the upper cube; the lower one has 5/6 of it (default 12)")
+    parser.add_argument("--cases", nargs="+", default=list(errors.CASES), choices=list(errors.CASES), help="systems (default all)")
+    parser.add_argument("--solvers", nargs="+", default=None, help="names or files of option files (default all of tutorials/solvers)")
+    parser.add_argument("--ranks", type=int, default=1, help="MPI ranks (default 1)")
+    parser.add_argument("--first", type=int, default=1, help="tolerances from 10^-first (default 1)")
+    parser.add_argument("--last", type=int, default=12, help="to 10^-last (default 12)")
+    parser.add_argument("--repeat", type=int, default=3, help="seconds are the least of this many runs (default 3)")
+    parser.add_argument("--enough", type=float, default=20, help="repeat a tolerance no more after this many seconds (default 20)")
+    parser.add_argument("--limit", type=int, default=900, help="seconds for one solver on one system, all its tolerances (default 900)")
+    parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs", "error-vs-time"), help="folder of the CSVs and pictures; <out>.md is the text")
+    parser.add_argument("--report", action="store_true", help="no runs: diagrams and text from the CSVs")
+    arguments = parser.parse_args()
+    machine.require("matplotlib")
+    folder = os.path.abspath(arguments.out)
+    if not arguments.report:
+        errors.measure(folder, arguments)
+    errors.write(folder)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,80 @@
+#include "observed.h"
+#include <petsctime.h>
+
+struct Observed {
+  Mat            A;
+  PetscInt       products;
+  PetscReal      xAx;     /* of the last product */
+  PetscLogDouble seconds; /* spent on it, all products together */
+};
+
+static PetscErrorCode MatMult_Observed(Mat mat, Vec x, Vec y)
+{
+  Observed      *observed;
+  PetscScalar    xAx;
+  PetscLogDouble start, end;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(mat, &observed));
+  PetscCall(MatMult(observed->A, x, y));
+  PetscCall(PetscTime(&start));
+  PetscCall(VecDot(y, x, &xAx));
+  PetscCall(PetscTime(&end));
+  observed->xAx = PetscRealPart(xAx);
+  observed->products++;
+  observed->seconds += end - start;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode MatDestroy_Observed(Mat mat)
+{
+  Observed *observed;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(mat, &observed));
+  PetscCall(MatDestroy(&observed->A));
+  PetscCall(PetscFree(observed));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthObservedCreate(Mat A, Mat *mat)
+{
+  Observed    *observed;
+  PetscInt     m, n;
+  MatNullSpace nullspace;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&observed));
+  PetscCall(PetscObjectReference((PetscObject)A));
+  observed->A = A;
+  PetscCall(MatGetLocalSize(A, &m, &n));
+  PetscCall(MatCreateShell(PetscObjectComm((PetscObject)A), m, n, PETSC_DETERMINE, PETSC_DETERMINE, observed, mat));
+  PetscCall(MatShellSetOperation(*mat, MATOP_MULT, (void (*)(void))MatMult_Observed));
+  PetscCall(MatShellSetOperation(*mat, MATOP_DESTROY, (void (*)(void))MatDestroy_Observed));
+  PetscCall(MatGetNullSpace(A, &nullspace));
+  if (nullspace) PetscCall(MatSetNullSpace(*mat, nullspace));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthObservedRestart(Mat mat)
+{
+  Observed *observed;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(mat, &observed));
+  observed->products = 0;
+  observed->seconds  = 0.0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthObservedGet(Mat mat, PetscInt *products, PetscReal *xAx, PetscLogDouble *seconds)
+{
+  Observed *observed;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(mat, &observed));
+  *products = observed->products;
+  *xAx      = observed->xAx;
+  *seconds  = observed->seconds;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

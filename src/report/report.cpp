@@ -1,0 +1,248 @@
+#include "report.h"
+#include "observed.h"
+#include "../ksp/projectedcg.h"
+
+/* The exact solution of the reduced system: the field of x of a whole solution, in the frame */
+static PetscErrorCode CreateExact(const AinsworthReportSystem *system, Vec reference, Vec *exact)
+{
+  MPI_Comm   comm = PetscObjectComm((PetscObject)system->A);
+  PetscInt   size, n, start, end;
+  IS         field = system->primal;
+  VecScatter scatter;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(system->A, exact, NULL));
+  PetscCall(VecGetSize(*exact, &n));
+  PetscCall(VecGetSize(reference, &size));
+  PetscCheck(size == n || size == system->size, comm, PETSC_ERR_ARG_SIZ,
+             "The reference solution has %" PetscInt_FMT " entries: it must have %" PetscInt_FMT " (x and the multipliers) or %" PetscInt_FMT
+             " (x alone); give another file to -pc_ainsworth_reference",
+             size, system->size, n);
+  PetscCall(VecGetOwnershipRange(*exact, &start, &end));
+  if (size == n) PetscCall(ISCreateStride(comm, end - start, start, 1, &field));
+  PetscCall(VecScatterCreate(reference, field, *exact, NULL, &scatter));
+  PetscCall(VecScatterBegin(scatter, reference, *exact, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(scatter, reference, *exact, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterDestroy(&scatter));
+  if (size == n) PetscCall(ISDestroy(&field));
+  if (system->S) PetscCall(AinsworthFrameRotate(system->frame, PETSC_FALSE, *exact));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthReportCreate(const AinsworthReportSettings *settings, const AinsworthReportSystem *system, AinsworthReport **out)
+{
+  AinsworthReport *report  = new AinsworthReport();
+  const PetscBool  monitor = settings->viewer ? PETSC_TRUE : PETSC_FALSE;
+
+  PetscFunctionBegin;
+  *out             = report;
+  report->settings = settings;
+  report->system   = *system;
+  if (monitor && settings->reference) PetscCall(CreateExact(system, settings->reference, &report->exact));
+  if (monitor && (settings->residuals || report->exact)) {
+    PetscCall(MatCreateVecs(system->A, &report->x, &report->r));
+    if (system->S) PetscCall(MatCreateVecs(system->C, NULL, &report->residual));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthReportDestroy(AinsworthReport **report)
+{
+  PetscFunctionBegin;
+  if (!*report) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDestroy(&(*report)->exact));
+  PetscCall(VecDestroy(&(*report)->x));
+  PetscCall(VecDestroy(&(*report)->r));
+  PetscCall(VecDestroy(&(*report)->residual));
+  PetscCall(MatDestroy(&(*report)->observed));
+  delete *report;
+  *report = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* VecNorm() with NORM_2 would leave norms of other types in a subvector, which PETSc 3.18 takes for known zeros */
+static PetscErrorCode Length(Vec v, PetscReal *length)
+{
+  PetscScalar square;
+
+  PetscFunctionBegin;
+  PetscCall(VecDot(v, v, &square));
+  *length = PetscSqrtReal(PetscRealPart(square));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ||f - A x - C' lambda|| / ||f|| with lambda = R' (f - A x), and ||g - C x|| / ||g||; absolute where f or g is zero */
+static PetscErrorCode Residuals(AinsworthReport *report, Vec iterate, AinsworthReportRow *row)
+{
+  const AinsworthReportSystem *system = &report->system;
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(iterate, report->x));
+  if (system->S) PetscCall(AinsworthFrameRotate(system->frame, PETSC_TRUE, report->x));
+  PetscCall(MatMult(system->A, report->x, report->r));
+  PetscCall(VecAYPX(report->r, -1.0, report->f));
+  if (system->S) {
+    PetscCall(AinsworthFrameRotate(system->frame, PETSC_FALSE, report->r));
+    PetscCall(MatAinsworthMultTransposeProjector(system->S, report->r, report->r)); /* r - C' R' r */
+    PetscCall(MatMult(system->C, report->x, report->residual));
+    PetscCall(VecAYPX(report->residual, -1.0, report->g));
+    PetscCall(VecNorm(report->residual, NORM_2, &row->constraint));
+    if (report->norm[1] > 0.0) row->constraint /= report->norm[1];
+  } else row->constraint = 0.0;
+  PetscCall(VecNorm(report->r, NORM_2, &row->primal));
+  if (report->norm[0] > 0.0) row->primal /= report->norm[0];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* sqrt((x - x_k)' A~ (x - x_k)) */
+static PetscErrorCode TrueError(AinsworthReport *report, Vec iterate, PetscReal *error)
+{
+  PetscScalar square;
+
+  PetscFunctionBegin;
+  PetscCall(VecWAXPY(report->x, -1.0, iterate, report->exact));
+  PetscCall(MatMult(report->system.S ? report->system.S : report->system.A, report->x, report->r));
+  PetscCall(VecDot(report->r, report->x, &square));
+  *error = PetscSqrtReal(PetscAbsScalar(square));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* alpha of the last step and r' z */
+static PetscErrorCode GetCoefficients(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, PetscReal *alpha, PetscReal *rz)
+{
+  PetscInt  products;
+  PetscReal pAp;
+  PetscBool guess;
+
+  PetscFunctionBegin;
+  if (report->coefficients == AINSWORTH_COEFFICIENTS_PROJECTED) {
+    PetscCall(KSPProjectedCGGetCoefficients_Private(ksp, alpha, rz));
+    *rz = PetscMax(*rz, 0.0); /* an indefinite preconditioner: the method stops by itself */
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(AinsworthObservedGet(report->observed, &products, &pAp, &report->observing));
+  PetscCall(KSPGetInitialGuessNonzero(ksp, &guess));
+  PetscCheck(products == step + (guess ? 1 : 0), PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
+             "The error cannot be estimated from this form of KSPCG: leave out -ksp_cg_single_reduction, or -pc_ainsworth_monitor_error and "
+             "-pc_ainsworth_stop energy_error");
+  *rz    = norm * norm;
+  *alpha = step ? report->estimator.rz / pAp : 0.0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Called in every iteration, in the place of the convergence test */
+static PetscErrorCode Record(KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason, void *ctx)
+{
+  AinsworthReport   *report   = (AinsworthReport *)ctx;
+  AinsworthReportRow row      = {NAN, NAN, NAN, NAN, NAN};
+  const bool         estimate = report->coefficients != AINSWORTH_COEFFICIENTS_NONE;
+  PetscLogDouble     now, end;
+  PetscReal          alpha, rz;
+  Vec                iterate;
+
+  PetscFunctionBegin;
+  PetscCall(PetscTime(&now));
+  if (estimate) {
+    PetscCall(GetCoefficients(report, ksp, step, norm, &alpha, &rz));
+    if (step == 0) AinsworthEstimatorStart(&report->estimator, PetscMax(report->settings->eigenvalue, 0.0), rz);
+    else AinsworthEstimatorStep(&report->estimator, alpha, rz);
+    row.natural = PetscSqrtReal(rz);
+  }
+  if (report->settings->viewer) {
+    row.seconds = now - report->start - report->spent - report->observing;
+    if (report->x) {
+      PetscCall(KSPBuildSolution(ksp, NULL, &iterate));
+      if (report->settings->residuals) PetscCall(Residuals(report, iterate, &row));
+      if (report->exact) PetscCall(TrueError(report, iterate, &row.error));
+    }
+    report->rows.push_back(row);
+    PetscCall(AinsworthReportPrint(report, PETSC_FALSE));
+  }
+  PetscCall(PetscTime(&end));
+  report->spent += end - now;
+  PetscCall((*report->converged)(ksp, step, norm, reason, report->test));
+  if (report->settings->stop != PC_AINSWORTH_STOP_ENERGY_ERROR) PetscFunctionReturn(PETSC_SUCCESS);
+  if (*reason == KSP_CONVERGED_RTOL) *reason = KSP_CONVERGED_ITERATING;
+  if (*reason == KSP_CONVERGED_ITERATING && AinsworthEstimatorReached(&report->estimator, report->settings->rtol)) {
+    *reason = KSP_CONVERGED_RTOL;
+    PetscCall(PetscInfo(ksp, "Converged: the energy norm of the error was %g at iteration %" PetscInt_FMT " already\n",
+                        (double)AinsworthEstimatorLower(&report->estimator, report->estimator.accurate - 1), report->estimator.accurate - 1));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where the coefficients come from, if this method has any */
+static PetscErrorCode ChooseCoefficients(AinsworthReport *report, KSP ksp)
+{
+  PetscBool   projected, plain;
+  KSPNormType norm;
+  KSPType     type;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCG, &plain));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
+  PetscCall(KSPGetNormType(ksp, &norm));
+  PetscCall(KSPGetType(ksp, &type));
+  report->coefficients = projected                           ? AINSWORTH_COEFFICIENTS_PROJECTED
+                         : plain && norm == KSP_NORM_NATURAL ? AINSWORTH_COEFFICIENTS_PLAIN
+                                                             : AINSWORTH_COEFFICIENTS_NONE;
+  if (report->coefficients != AINSWORTH_COEFFICIENTS_NONE) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(report->settings->stop != PC_AINSWORTH_STOP_ENERGY_ERROR, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
+             "-pc_ainsworth_stop energy_error needs the coefficients of conjugate gradients: the inner KSP is %s with norm type %s, it must be %s, or %s with "
+             "-ksp_norm_type natural",
+             type, KSPNormTypes[norm], KSPPROJECTEDCG, KSPCG);
+  PetscCall(PetscInfo(ksp, "The error of %s with norm type %s is not estimated\n", type, KSPNormTypes[norm]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The solve that follows is watched until AinsworthReportEnd(); what the KSP has of its own is kept meanwhile */
+PetscErrorCode AinsworthReportBegin(AinsworthReport *report, KSP ksp, Vec f, Vec g, PetscLogDouble setupSeconds)
+{
+  PetscFunctionBegin;
+  PetscCall(ChooseCoefficients(report, ksp));
+  report->f = f;
+  report->g = g;
+  report->rows.clear();
+  report->printed = 0;
+  report->spent = report->observing = 0.0;
+  report->solve++;
+  if (report->settings->viewer) {
+    if (report->settings->residuals) {
+      PetscCall(Length(f, &report->norm[0]));
+      if (report->system.S) PetscCall(Length(g, &report->norm[1]));
+    }
+    PetscCall(AinsworthReportHeader(report));
+  }
+  if (report->coefficients == AINSWORTH_COEFFICIENTS_PLAIN) {
+    PetscCall(KSPGetOperators(ksp, &report->operators[0], &report->operators[1]));
+    for (Mat mat : report->operators) PetscCall(PetscObjectReference((PetscObject)mat));
+    if (!report->observed) PetscCall(AinsworthObservedCreate(report->operators[0], &report->observed));
+    PetscCall(AinsworthObservedRestart(report->observed));
+    PetscCall(KSPSetOperators(ksp, report->observed, report->operators[1]));
+  }
+  PetscCall(KSPGetAndClearConvergenceTest(ksp, &report->converged, &report->test, &report->destroy));
+  PetscCall(KSPSetConvergenceTest(ksp, Record, report, NULL));
+  PetscCall(PetscTime(&report->start));
+  report->start -= setupSeconds;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthReportEnd(AinsworthReport *report, KSP ksp)
+{
+  PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
+  PetscErrorCode (*destroy)(void *);
+  void *test;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetAndClearConvergenceTest(ksp, &converged, &test, &destroy));
+  PetscCall(KSPSetConvergenceTest(ksp, report->converged, report->test, report->destroy));
+  if (report->coefficients == AINSWORTH_COEFFICIENTS_PLAIN) {
+    PetscCall(KSPSetOperators(ksp, report->operators[0], report->operators[1]));
+    for (Mat &mat : report->operators) PetscCall(MatDestroy(&mat));
+  }
+  if (report->settings->viewer) {
+    PetscCall(AinsworthReportPrint(report, PETSC_TRUE));
+    PetscCall(AinsworthReportDraw(report));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,73 @@
+/* Error against run time while the reduced system is solved: one row per iteration, and the decision to stop (docs/report.md) */
+#ifndef AINSWORTH_REPORT_H
+#define AINSWORTH_REPORT_H
+
+#include <petscainsworth.h>
+#include "../operator/matainsworth.h"
+#include "estimator.h"
+#include <petsctime.h>
+
+struct AinsworthReportSettings {
+  PetscViewer         viewer; /* NULL: no monitor */
+  PetscViewerFormat   format;
+  PetscBool           residuals;  /* of the original system, for the monitor */
+  Vec                 reference;  /* exact solution, of length n + m or n; NULL: none */
+  PCAinsworthStopType stop;       /* the residual or the error ends the solve */
+  PetscReal           rtol;       /* of the error, relative to that of the first iterate */
+  PetscReal           eigenvalue; /* lower bound of the spectrum; PETSC_DEFAULT: estimated */
+};
+
+/* The reduced system, as PCAINSWORTH knows it */
+struct AinsworthReportSystem {
+  Mat                   A, C; /* C without rows: no constraints */
+  Mat                   S;    /* the reduced operator; NULL without constraints */
+  const AinsworthFrame *frame;
+  IS                    primal; /* field of x in the solution of the saddle-point system */
+  PetscInt              size;   /* of that solution */
+};
+
+/* NAN: not known */
+struct AinsworthReportRow {
+  PetscReal seconds, natural, primal, constraint, error;
+};
+
+enum AinsworthCoefficients {
+  AINSWORTH_COEFFICIENTS_NONE,      /* the Krylov method has none */
+  AINSWORTH_COEFFICIENTS_PROJECTED, /* from KSPPROJECTEDCG */
+  AINSWORTH_COEFFICIENTS_PLAIN      /* from KSPCG, whose operator is observed */
+};
+
+struct AinsworthReport {
+  const AinsworthReportSettings  *settings;
+  AinsworthReportSystem           system;
+  AinsworthCoefficients           coefficients;
+  AinsworthEstimator              estimator;
+  std::vector<AinsworthReportRow> rows;
+  size_t                          printed;
+  PetscInt                        solve; /* number of solves so far */
+  Vec                             exact; /* of the reduced system, in its frame */
+  Vec                             f, g;  /* right-hand side of the present solve, not owned */
+  Vec                             x, r, residual;
+  Mat                             observed;
+  PetscReal                       norm[2];          /* of f and g */
+  PetscLogDouble                  start;            /* the time when this solve began, less its set-up */
+  PetscLogDouble                  spent, observing; /* seconds of the report itself, and of the observed operator */
+
+  /* what the solve had before */
+  Mat   operators[2];
+  void *test;
+  PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
+  PetscErrorCode (*destroy)(void *);
+};
+
+PetscErrorCode AinsworthReportCreate(const AinsworthReportSettings *, const AinsworthReportSystem *, AinsworthReport **);
+PetscErrorCode AinsworthReportDestroy(AinsworthReport **);
+PetscErrorCode AinsworthReportBegin(AinsworthReport *, KSP, Vec f, Vec g, PetscLogDouble setupSeconds);
+PetscErrorCode AinsworthReportEnd(AinsworthReport *, KSP);
+
+/* What the viewer shows: a row as soon as its error is known, at the end all of them */
+PetscErrorCode AinsworthReportHeader(AinsworthReport *);
+PetscErrorCode AinsworthReportPrint(AinsworthReport *, PetscBool all);
+PetscErrorCode AinsworthReportDraw(AinsworthReport *);
+
+#endif

@@ -1,0 +1,35 @@
+/* A saddle-point system in the form that a solver wants */
+#ifndef TUTORIALS_FORMS_H
+#define TUTORIALS_FORMS_H
+
+#include "compat.h"
+#include <petscksp.h>
+
+enum FormType {
+  FORM_NEST,      /* [A C'; C 0] as a MatNest */
+  FORM_AIJ,       /* the same as one sparse matrix */
+  FORM_AUGMENTED, /* [A + C' B C, C'; C 0], preconditioning matrix with -B^{-1} in the corner; B = gamma / diag(C diag(A)^{-1} C') */
+  FORM_ELIMINATED /* T' A T, x = T y + x0: one unknown of each constraint is expressed by the others */
+};
+extern const char *const FormTypes[];
+
+struct Form {
+  FormType type;
+  Mat      A, C;         /* of the system, not owned */
+  Mat      K, M;         /* what the solver gets: operator and preconditioning matrix */
+  Vec      rhs, y;       /* its right-hand side and its solution */
+  IS       fields[2];    /* of x and lambda in y; none with FORM_ELIMINATED */
+  Mat      T;            /* FORM_ELIMINATED */
+  Vec      x0, f;        /* FORM_ELIMINATED; f not owned */
+  IS       slaves;       /* FORM_ELIMINATED: the unknown of each constraint */
+  Vec      coefficients; /* FORM_ELIMINATED: its entry in C */
+};
+
+PetscErrorCode FormCreate(Mat A, Mat C, Vec f, Vec g, FormType, PetscReal gamma, Form *);
+PetscErrorCode FormGetSolution(const Form &, Vec x, Vec lambda);
+PetscErrorCode FormDestroy(Form *);
+
+PetscErrorCode FormCreateEliminated(Vec g, Form *);
+PetscErrorCode FormGetEliminated(const Form &, Vec x, Vec lambda);
+
+#endif
