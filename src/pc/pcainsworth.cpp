@@ -16,6 +16,7 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscCall(VecDestroy(&data->g));
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));
+  PetscCall(VecDestroy(&data->weights));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -34,15 +35,20 @@ static PetscErrorCode ProjectOntoConstraints(PC_Ainsworth *data, Vec g, Vec x)
 /* The reduced solve between f, g and x, lambda, all on kept rows; transpose: with the transpose of A */
 static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, PetscBool *failed)
 {
-  KSPConvergedReason reason;
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+  PetscInt           n;
 
   PetscFunctionBegin;
-  if (data->constraints) PetscCall(MatAinsworthComputeRHS_Private(data->S, transpose, f, g, data->rhs));
-  else PetscCall(VecCopy(f, data->rhs));
-  if (transpose) PetscCall(KSPSolveTranspose(data->ksp, data->rhs, x));
-  else PetscCall(KSPSolve(data->ksp, data->rhs, x));
-  PetscCall(KSPCheckSolve(data->ksp, pc, x));
-  PetscCall(KSPGetConvergedReason(data->ksp, &reason));
+  PetscCall(VecGetSize(x, &n));
+  if (data->constraints == n) PetscCall(VecZeroEntries(x)); /* Ker C = 0: the constraints alone determine x */
+  else {
+    if (data->constraints) PetscCall(MatAinsworthComputeRHS_Private(data->S, transpose, f, g, data->rhs));
+    else PetscCall(VecCopy(f, data->rhs));
+    if (transpose) PetscCall(KSPSolveTranspose(data->ksp, data->rhs, x));
+    else PetscCall(KSPSolve(data->ksp, data->rhs, x));
+    PetscCall(KSPCheckSolve(data->ksp, pc, x));
+    PetscCall(KSPGetConvergedReason(data->ksp, &reason));
+  }
   *failed = (PetscBool)(reason < 0); /* at the limit of iterations too, when an outer Krylov method may still use what there is */
   if (*failed && !data->symmetric)
     PetscCall(PetscInfo(pc, "The reduced solve failed and A is not symmetric: -ainsworth_ksp_type gmres does not need it to be\n"));
@@ -51,6 +57,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
     PetscCall(ProjectOntoConstraints(data, g, x));
     PetscCall(MatAinsworthComputeMultiplier_Private(data->S, transpose, f, x, lambda));
   }
+  if (reason > 0) PetscCall(PCAinsworthVerify(pc, data, transpose, f, g, x, lambda, failed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -26,6 +26,7 @@ struct PC_Ainsworth {
   Mat             M;           /* the preconditioning matrix */
   AinsworthFrame  frame;       /* that S, M and the reduced unknowns are in */
   PetscBool       symmetric;   /* A = A' */
+  Vec             weights;     /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */
   PetscBool       stale;       /* a choice changed since the last set-up */
 
   /* the reduced solve */
@@ -41,6 +42,7 @@ struct PC_Ainsworth {
 PETSC_INTERN PetscErrorCode PCCreate_Ainsworth(PC);
 PETSC_INTERN PetscErrorCode PCSetUp_Ainsworth(PC);
 PETSC_INTERN PetscErrorCode PCAinsworthAgreeOnFailure(PC, PCFailedReason);
+PETSC_INTERN PetscErrorCode PCAinsworthVerify(PC, PC_Ainsworth *, PetscBool, Vec, Vec, Vec, Vec, PetscBool *);
 PETSC_INTERN PetscErrorCode PCAinsworthGetData(PC, PC_Ainsworth **);
 PETSC_INTERN PetscErrorCode PCAinsworthGetDataOrError(PC, PC_Ainsworth **);
 PETSC_INTERN PetscErrorCode PCAinsworthSetStale(PC, PC_Ainsworth *);

@@ -283,6 +283,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(VecDestroy(&data->g));
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));
+  PetscCall(VecDestroy(&data->weights));
   PetscCall(AinsworthSaddleSetUp(pc->pmat, data->checkTranspose, &data->saddle));
   if (data->saddle.bad[0]) {
     PetscCall(PetscSNPrintf(why, sizeof(why), "The system cannot be solved: %s", data->saddle.bad));
@@ -308,6 +309,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
     data->frame.bs = 0;
   }
+  PetscCall(AinsworthWeightCreate(data->saddle.A, &data->weights));
   PetscCall(PCAinsworthSetKSPOperators(data));
   PetscCall(ForwardNullSpaces(data));
   PetscCall(CreateKeptVectors(pc, data));
