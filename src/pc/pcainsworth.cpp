@@ -20,6 +20,9 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Projections on C x = g where the Gram matrix is nearly singular: each is a step of iterative refinement */
+static const int refinements = 4;
+
 /* x += R (g - C x): C x = g to rounding, whatever the inner tolerance */
 static PetscErrorCode ProjectOntoConstraints(PC_Ainsworth *data, Vec g, Vec x)
 {
@@ -40,8 +43,10 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
 
   PetscFunctionBegin;
   PetscCall(VecGetSize(x, &n));
-  if (data->constraints == n) PetscCall(VecZeroEntries(x)); /* Ker C = 0: the constraints alone determine x */
-  else {
+  if (data->constraints == n) { /* Ker C = 0: the constraints alone determine x */
+    PetscCall(VecZeroEntries(x));
+    reason = KSP_CONVERGED_ITS;
+  } else {
     if (data->constraints) PetscCall(MatAinsworthComputeRHS_Private(data->S, transpose, f, g, data->rhs));
     else PetscCall(VecCopy(f, data->rhs));
     if (transpose) PetscCall(KSPSolveTranspose(data->ksp, data->rhs, x));
@@ -54,7 +59,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
     PetscCall(PetscInfo(pc, "The reduced solve failed and A is not symmetric: -ainsworth_ksp_type gmres does not need it to be\n"));
   if (data->constraints) {
     PetscCall(AinsworthFrameRotate(&data->frame, PETSC_TRUE, x));
-    PetscCall(ProjectOntoConstraints(data, g, x));
+    for (int k = 0; k < (data->doubtful ? refinements : 1); k++) PetscCall(ProjectOntoConstraints(data, g, x));
     PetscCall(MatAinsworthComputeMultiplier_Private(data->S, transpose, f, x, lambda));
   }
   if (reason > 0) PetscCall(PCAinsworthVerify(pc, data, transpose, f, g, x, lambda, failed));

@@ -27,6 +27,7 @@ struct PC_Ainsworth {
   AinsworthFrame  frame;       /* that S, M and the reduced unknowns are in */
   PetscBool       symmetric;   /* A = A' */
   Vec             weights;     /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */
+  PetscBool       doubtful;    /* rows of C are nearly dependent: C x = g is checked */
   PetscBool       stale;       /* a choice changed since the last set-up */
 
   /* the reduced solve */

@@ -181,18 +181,24 @@ static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, Mat gram, Pet
 /* The reduced operator, without dependent rows of C: they are looked for only if the Gram matrix is suspicious */
 static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx, PCFailedReason *reason)
 {
-  PetscReal error = PETSC_INFINITY;
-  PetscInt  dropped;
+  PetscReal error   = PETSC_INFINITY;
+  PetscInt  dropped = 0;
 
   PetscFunctionBegin;
   PetscCall(CreateOperator(pc, data, ctx, reason));
   if (!*reason) PetscCall(AinsworthGramProbe(&(*ctx)->proj.gram, &error));
-  if (error <= gramError) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscInfo(pc, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
-  PetscCall(DropDependentRows(pc, data, (*ctx)->proj.gram.S, &dropped));
+  if (!(error <= gramError)) {
+    PetscCall(PetscInfo(pc, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
+    PetscCall(DropDependentRows(pc, data, (*ctx)->proj.gram.S, &dropped));
+  }
   data->constraints -= dropped;
-  if (dropped && data->constraints) PetscCall(CreateOperator(pc, data, ctx, reason));
-  else if (dropped) PetscCall(MatDestroy(&data->S));
+  if (dropped && data->constraints) {
+    PetscCall(CreateOperator(pc, data, ctx, reason));
+    if (!*reason) PetscCall(AinsworthGramProbe(&(*ctx)->proj.gram, &error));
+  } else if (dropped) PetscCall(MatDestroy(&data->S));
+  data->doubtful = (PetscBool)(data->constraints && !(error <= gramError));
+  if (data->doubtful)
+    PetscCall(PetscInfo(pc, "Solves with the Gram matrix have a relative error of %g: rows of C are nearly linearly dependent\n", (double)error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

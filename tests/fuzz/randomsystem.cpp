@@ -28,7 +28,7 @@ void RandomSystem::Stiffness(Random &r)
   symmetric = true;
   difficult = false;
   for (int body = 0; body < bodies; body++) {
-    const int       from = n * body / bodies, to = n * (body + 1) / bodies;
+    const int       from = n / bs * body / bodies * bs, to = n / bs * (body + 1) / bodies * bs; /* blocks are not cut */
     const PetscReal E    = PetscPowReal(10.0, body ? r.Real(-range, range) : 0.0);
     const bool      held = r.Chance(0.7);
 
@@ -62,8 +62,9 @@ void RandomSystem::Stiffness(Random &r)
     difficult   = true;
   }
   if (A.norm() == 0.0) A(0, 0) = 1.0; /* no A at all is an error of its own */
-  uneven = range > 2.0;
-  text   = "n=" + std::to_string(n) + " bs=" + std::to_string(bs) + " bodies=" + std::to_string(bodies) + " range=1e" + std::to_string((int)range) +
+  uneven  = range > 2.0;
+  decades = range;
+  text    = "n=" + std::to_string(n) + " bs=" + std::to_string(bs) + " bodies=" + std::to_string(bodies) + " range=1e" + std::to_string((int)range) +
          (floats ? " floating" : "") + (difficult ? " difficult" : "");
 }
 
@@ -150,6 +151,15 @@ void RandomSystem::RightHandSide(Random &r)
   if (r.Chance(0.02)) f.setZero();
 }
 
+/* Condition number of G G' without its null space */
+static PetscReal SquaredCondition(const Dense &G)
+{
+  if (!G.size() || G.norm() == 0.0) return 1.0;
+  Eigen::JacobiSVD<Dense> svd(G);
+  svd.setThreshold(1e-11);
+  return PetscSqr(svd.singularValues()[0] / svd.singularValues()[svd.rank() - 1]);
+}
+
 /* Pairs of rows and columns are scaled together, by powers of the largest entries: Hermitian stays Hermitian */
 Truth::Truth(const RandomSystem &s)
 {
@@ -169,6 +179,7 @@ Truth::Truth(const RandomSystem &s)
     if (d > 0.0) scale[n + i] = 1.0 / d;
     else if (s.D(i, i) != 0.0) scale[n + i] = 1.0 / PetscSqrtReal(PetscAbsScalar(s.D(i, i)));
   }
+  gram   = SquaredCondition(scale.tail(m).asDiagonal() * s.C * scale.head(n).asDiagonal());
   scaled = scale.asDiagonal() * K * scale.asDiagonal();
   b      = scale.asDiagonal() * b;
   Eigen::JacobiSVD<Dense> svd(scaled, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -181,7 +192,7 @@ Truth::Truth(const RandomSystem &s)
   unique               = rank == n + m || svd.matrixV().topRightCorner(n, n + m - rank).norm() < 1e-8;
   const PetscReal lost = (scaled * y - b).norm() / PetscMax(b.norm(), PETSC_SMALL);
   consistent           = lost < 1e-11;
-  contradictory        = lost > 1e-5 && condition < 1e6; /* otherwise rounding may make it so */
+  contradictory        = lost > 1e-5 && condition < 1e6 && !s.uneven; /* otherwise the system is one of rounding from one that has a solution */
 }
 
 PetscReal Truth::Residual(const RandomSystem &s, const Column &px, const Column &lambda) const

@@ -26,6 +26,7 @@ struct RandomSystem {
   bool        difficult;                /* indefinite or not symmetric: a failure is an answer */
   bool        uneven;                   /* stiffnesses, or scales of rows, some decades apart: nothing for one penalty, or for W = I */
   bool        first, nested, storeZero; /* layout */
+  PetscReal   decades;                  /* of stiffness, between the bodies */
   int         form;                     /* of C and C': both, C with a transpose view, C alone, C' alone */
   bool        blockD;                   /* the multipliers' block is there, be it zero */
   std::string text;
@@ -44,6 +45,7 @@ struct Truth {
   bool      consistent, contradictory; /* neither: too close to tell */
   bool      unique;                    /* x, though not always lambda */
   PetscReal condition;                 /* of the scaled system, without its null space */
+  PetscReal gram;                      /* condition number of C W C' with W = diag(A)^{-1} and unit diagonal, without its null space */
   Column    x;
   PetscReal size;  /* of x and lambda together */
   Column    scale; /* of x, then of lambda */
