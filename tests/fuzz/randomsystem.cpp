@@ -222,7 +222,9 @@ static PetscInt Share(Random &r, int total, int bs)
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   MPI_Comm_size(PETSC_COMM_WORLD, &size);
   for (int k = 0; k < size; k++) {
-    const int share = k == size - 1 ? left : r.Int(0, 3) ? PetscMin(left, r.Int(0, 2 * total / bs / size + 1)) : 0;
+    int share = r.Int(0, 3) ? r.Int(0, 2 * total / bs / size + 1) : 0;
+
+    if (share > left || k == size - 1) share = left;
     if (k == rank) mine = share;
     left -= share;
   }
