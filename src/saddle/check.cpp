@@ -1,13 +1,14 @@
 #include "saddle.h"
+#include <limits>
 
 /* The entry with the smallest row, then the smallest column of its rank, on all ranks; -1 where no rank has one */
 static PetscErrorCode AgreeOnEntry(MPI_Comm comm, PetscInt *row, PetscInt *col)
 {
-  PetscInt first = *row < 0 ? PETSC_MAX_INT : *row, mine = *row;
+  PetscInt first = *row < 0 ? std::numeric_limits<PetscInt>::max() : *row, mine = *row;
 
   PetscFunctionBegin;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, comm));
-  *row = first == PETSC_MAX_INT ? -1 : first;
+  *row = first == std::numeric_limits<PetscInt>::max() ? -1 : first;
   if (mine != first) *col = -1; /* a row belongs to one rank */
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, col, 1, MPIU_INT, MPI_MAX, comm));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,15 +1,16 @@
 #include "saddle.h"
+#include <limits>
 
 /* All ranks: the smallest of the rows that the ranks found, -1 where none did; value is that of its owner */
 static PetscErrorCode FirstRow(MPI_Comm comm, PetscInt *row, PetscReal *value)
 {
-  PetscInt first = *row < 0 ? PETSC_MAX_INT : *row;
+  PetscInt first = *row < 0 ? std::numeric_limits<PetscInt>::max() : *row;
 
   PetscFunctionBegin;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, comm));
   if (*row != first) *value = PETSC_MIN_REAL;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, value, 1, MPIU_REAL, MPIU_MAX, comm));
-  *row = first == PETSC_MAX_INT ? -1 : first;
+  *row = first == std::numeric_limits<PetscInt>::max() ? -1 : first;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -216,7 +217,7 @@ PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *sp, const PetscBoo
     char     number[32];
 
     while (next < sp->local && !marked[next]) next++;
-    row = next < sp->local ? sp->first + next : PETSC_MAX_INT;
+    row = next < sp->local ? sp->first + next : std::numeric_limits<PetscInt>::max();
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &row, 1, MPIU_INT, MPI_MIN, comm));
     if (row == sp->first + next) next++;
     PetscCall(PetscSNPrintf(number, sizeof(number), "%s%" PetscInt_FMT, k ? ", " : "", row));
