@@ -91,7 +91,10 @@ static PetscErrorCode SplitRows(AinsworthSaddle *sp)
   else PetscCall(MatDestroy(&sp->C));
   PetscCall(SelectRows(sp, AINSWORTH_ROW_CONSTRAINT, &sp->C));
   for (AinsworthRowKind kind : {AINSWORTH_ROW_PENALISED, AINSWORTH_ROW_DEPENDENT}) {
-    if (!sp->count[kind] || sp->left[kind]) continue;
+    if (!sp->count[kind] || (sp->left[kind] && kind == AINSWORTH_ROW_PENALISED)) continue;
+    PetscCall(MatDestroy(&sp->left[kind]));
+    PetscCall(VecDestroy(&sp->part[kind]));
+    PetscCall(MatDestroy(&sp->absolute));
     PetscCall(SelectRows(sp, kind, &sp->left[kind]));
     PetscCall(MatCreateVecs(sp->left[kind], NULL, &sp->part[kind]));
     if (kind == AINSWORTH_ROW_DEPENDENT) PetscCall(AbsoluteValues(sp->left[kind], &sp->absolute));

