@@ -104,6 +104,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscCall(VecGetSubVector(y, out[1], &lambda));
   if (data->g) PetscCall(SolveKept(pc, data, transpose, f, g, x, lambda, &failed, why, sizeof(why)));
   else PetscCall(SolveReduced(pc, data, transpose, f, g, x, lambda, &failed));
+  if (data->saddle.negated) PetscCall(VecScale(lambda, -1.0));
   PetscCall(VecRestoreSubVector(b, in[0], &f));
   PetscCall(VecRestoreSubVector(b, in[1], &g));
   PetscCall(VecRestoreSubVector(y, out[0], &x));
@@ -129,6 +130,7 @@ static PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
 
   PetscFunctionBegin;
+  PetscCheck(!data->saddle.negated, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP, "The transpose of PCAINSWORTH needs blocks C and C', not C and -C'");
 #if defined(PETSC_USE_COMPLEX)
   Vec conjugate;
 

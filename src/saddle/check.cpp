@@ -109,8 +109,8 @@ PetscErrorCode AinsworthMatFindDifference(Mat C, Mat D, PetscInt *row, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: do C' u and Ct u agree for a random u? Each row of C has the same share in it, whatever its scale */
-PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same)
+/* Collective: do C' u and Ct u agree for a random u, or are they opposite? Each row of C has the same share in it, whatever its scale */
+PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *opposite)
 {
   Vec          u, x, y;
   PetscScalar *a;
@@ -143,6 +143,9 @@ PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same)
   PetscCall(VecAXPY(y, -1.0, x));
   PetscCall(VecNorm(y, NORM_2, &difference));
   *same = (PetscBool)(difference <= 1e-10 * norm);
+  PetscCall(VecAXPY(y, 2.0, x));
+  PetscCall(VecNorm(y, NORM_2, &difference));
+  *opposite = (PetscBool)(!*same && difference <= 1e-10 * norm);
   PetscCall(VecDestroy(&u));
   PetscCall(VecDestroy(&x));
   PetscCall(VecDestroy(&y));
