@@ -87,13 +87,30 @@ static PetscErrorCode Report(KSP ksp, PetscInt step, PetscReal norm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The norm of a right-hand side that does not see how stiff a body is, (r' W r)^1/2; u and v are work vectors */
+static PetscErrorCode WeightedNorm(Mat mat, Vec r, Vec u, Vec v, PetscReal *norm)
+{
+  Mat_Ainsworth *ctx;
+  PetscScalar    square;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(VecCopy(r, u));
+  PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_TRUE, u));
+  if (ctx->weight) PetscCall(VecPointwiseMult(v, ctx->weight, u));
+  else PetscCall(VecCopy(u, v));
+  PetscCall(VecDot(v, u, &square));
+  *norm = PetscSqrtReal(PetscRealPart(square));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
 {
   KSP_ProjectedCG *cg = (KSP_ProjectedCG *)ksp->data;
   Vec              b = ksp->vec_rhs, x = ksp->vec_sol, r = ksp->work[0], z = ksp->work[1], p = ksp->work[2], w = ksp->work[3];
   Mat              mat;
   PetscScalar      rz, pAp;
-  PetscReal        norm, alpha, beta;
+  PetscReal        norm, alpha, beta, before, after;
   PetscBool        diagonalscale;
 
   PetscFunctionBegin;
@@ -114,7 +131,10 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   }
   PetscCall(MatAinsworthSolveRange(mat, b, x));
   if (!ksp->guess_zero) PetscCall(VecAXPY(x, 1.0, p));
+  PetscCall(WeightedNorm(mat, r, z, w, &before));
   PetscCall(MatAinsworthMultTransposeProjector(mat, r, r));
+  PetscCall(WeightedNorm(mat, r, z, w, &after));
+  if (after <= 100 * PETSC_MACHINE_EPSILON * before) PetscCall(VecZeroEntries(r)); /* the rounding of the projection: Ker C = 0, or x = R g */
 
   PetscCall(Precondition(ksp, mat, r, z, 0));
   PetscCall(InnerProducts(ksp, r, z, &rz, &norm));

@@ -17,8 +17,12 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscCall(VecDestroy(&data->g));
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));
+  PetscCall(VecDestroy(&data->weights));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* Projections on C x = g where the Gram matrix is nearly singular: each is a step of iterative refinement */
+static const int refinements = 4;
 
 /* x += R (g - C x): C x = g to rounding, whatever the inner tolerance */
 static PetscErrorCode ProjectOntoConstraints(PC_Ainsworth *data, Vec g, Vec x)
@@ -35,25 +39,33 @@ static PetscErrorCode ProjectOntoConstraints(PC_Ainsworth *data, Vec g, Vec x)
 /* The reduced solve between f, g and x, lambda, all on kept rows; transpose: with the transpose of A */
 static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, PetscBool *failed)
 {
-  KSPConvergedReason reason;
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+  PetscInt           n;
 
   PetscFunctionBegin;
-  if (!transpose) PetscCall(PCAinsworthReportBegin(pc, data, f, g));
-  if (data->constraints) PetscCall(MatAinsworthComputeRHS_Private(data->S, transpose, f, g, data->rhs));
-  else PetscCall(VecCopy(f, data->rhs));
-  if (transpose) PetscCall(KSPSolveTranspose(data->ksp, data->rhs, x));
-  else PetscCall(KSPSolve(data->ksp, data->rhs, x));
-  if (!transpose) PetscCall(PCAinsworthReportEnd(data));
-  PetscCall(KSPCheckSolve(data->ksp, pc, x));
-  PetscCall(KSPGetConvergedReason(data->ksp, &reason));
+  PetscCall(VecGetSize(x, &n));
+  if (data->constraints == n) { /* Ker C = 0: the constraints alone determine x */
+    PetscCall(VecZeroEntries(x));
+    reason = KSP_CONVERGED_ITS;
+  } else {
+    if (!transpose) PetscCall(PCAinsworthReportBegin(pc, data, f, g));
+    if (data->constraints) PetscCall(MatAinsworthComputeRHS_Private(data->S, transpose, f, g, data->rhs));
+    else PetscCall(VecCopy(f, data->rhs));
+    if (transpose) PetscCall(KSPSolveTranspose(data->ksp, data->rhs, x));
+    else PetscCall(KSPSolve(data->ksp, data->rhs, x));
+    if (!transpose) PetscCall(PCAinsworthReportEnd(data));
+    PetscCall(KSPCheckSolve(data->ksp, pc, x));
+    PetscCall(KSPGetConvergedReason(data->ksp, &reason));
+  }
   *failed = (PetscBool)(reason < 0); /* at the limit of iterations too, when an outer Krylov method may still use what there is */
   if (*failed && !data->symmetric)
     PetscCall(PetscInfo(pc, "The reduced solve failed and A is not symmetric: -ainsworth_ksp_type gmres does not need it to be\n"));
   if (data->constraints) {
     PetscCall(AinsworthFrameRotate(&data->frame, PETSC_TRUE, x));
-    PetscCall(ProjectOntoConstraints(data, g, x));
+    for (int k = 0; k < (data->doubtful ? refinements : 1); k++) PetscCall(ProjectOntoConstraints(data, g, x));
     PetscCall(MatAinsworthComputeMultiplier_Private(data->S, transpose, f, x, lambda));
   }
+  if (reason > 0) PetscCall(PCAinsworthVerify(pc, data, transpose, f, g, x, lambda, failed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -95,6 +107,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscCall(VecGetSubVector(y, out[1], &lambda));
   if (data->g) PetscCall(SolveKept(pc, data, transpose, f, g, x, lambda, &failed, why, sizeof(why)));
   else PetscCall(SolveReduced(pc, data, transpose, f, g, x, lambda, &failed));
+  if (data->saddle.negated) PetscCall(VecScale(lambda, -1.0));
   PetscCall(VecRestoreSubVector(b, in[0], &f));
   PetscCall(VecRestoreSubVector(b, in[1], &g));
   PetscCall(VecRestoreSubVector(y, out[0], &x));
@@ -120,6 +133,7 @@ static PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
 
   PetscFunctionBegin;
+  PetscCheck(!data->saddle.negated, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP, "The transpose of PCAINSWORTH needs blocks C and C', not C and -C'");
 #if defined(PETSC_USE_COMPLEX)
   Vec conjugate;
 

@@ -28,6 +28,8 @@ struct PC_Ainsworth {
   AinsworthFrame  frame;           /* that S, M and the reduced unknowns are in */
   PetscBool       componentsApart; /* constraints keep the components of each node apart, in the frame */
   PetscBool       symmetric;       /* A = A' */
+  Vec             weights;         /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */
+  PetscBool       doubtful;        /* rows of C are nearly dependent: C x = g is checked */
   PetscBool       stale;           /* a choice changed since the last set-up */
   PetscBool       unchanged;       /* at the last set-up neither A nor C nor a choice had changed */
 
@@ -66,5 +68,6 @@ PETSC_INTERN PetscErrorCode      PCAinsworthReportReset(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin(PC, PC_Ainsworth *, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportEnd(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportView(const PC_Ainsworth *, PetscViewer);
+PETSC_INTERN PetscErrorCode      PCAinsworthVerify(PC, PC_Ainsworth *, PetscBool, Vec, Vec, Vec, Vec, PetscBool *);
 
 #endif

@@ -20,7 +20,7 @@ const char *const PCAinsworthRedundantTypes[] = {"drop", "error", "PCAinsworthRe
    Notes:
    Dependent rows are looked for only if the Gram matrix S = C W C' cannot be factored, or if its solves have a relative error of more than 1.5e-8, which
    is found out with one solve. A row counts as dependent if its squared distance from the span of rows that are kept, in the norm of W, is at most
-   1e-11 of its own square. Of a set of dependent rows it is not defined which are left out.
+   1e-13 of its own square, or 1e-11, then 1e-9, where that is not enough to solve with S. Of a set of dependent rows it is not defined which are left out.
 
    The multipliers of rows that are left out are zero: of all lambda that solve the system this is a basic one, not that of smallest norm. x and C' lambda do not
    depend on the choice. Each right-hand side is checked against these rows, C_i x = g_i to 1e-8 of |C_i| |x| + |g_i|; if it contradicts them the

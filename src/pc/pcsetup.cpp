@@ -19,10 +19,11 @@ static const char citation[] = "@inproceedings{robert_pointselle,\n"
                                "}\n";
 
 /*
-   Rows of C are looked at for linear dependence where solves with the Gram matrix have an error above the first figure, a condition number of
-   some 1e8; one is dependent if its squared distance from the others' span, in the norm of W, is at most the second part of its own square
+   Rows of C are looked at for linear dependence where solves with the Gram matrix have a relative error above the first figure, a condition number of
+   some 1e8. One is dependent if its squared distance from the others' span, in the norm of W, is at most a part of its own square: the first, a few hundred
+   roundings, and the others in turn only if solves are unusable nevertheless, with an error above the last figure
 */
-static const PetscReal gramError = PETSC_SQRT_MACHINE_EPSILON, dependentSquare = 1e-11;
+static const PetscReal gramError = PETSC_SQRT_MACHINE_EPSILON, dependentSquare[] = {1e-13, 1e-11, 1e-9}, unusable = 1e-3;
 
 /* All ranks hear of the worst failure on any of them */
 PetscErrorCode PCAinsworthAgreeOnFailure(PC pc, PCFailedReason reason)
@@ -155,14 +156,14 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
 }
 
 /* Takes the rows of C that depend on others out of the constraints, or refuses them */
-static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, Mat gram, PetscInt *dropped)
+static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, Mat gram, PetscReal square, PetscInt *dropped)
 {
   PetscInt  *dependent;
   PetscBool *marked;
   char       names[128];
 
   PetscFunctionBegin;
-  PetscCall(AinsworthFindDependentRows(gram, dependentSquare, dropped, &dependent));
+  PetscCall(AinsworthFindDependentRows(gram, square, dropped, &dependent));
   if (*dropped) {
     PetscCall(AinsworthSaddleDropDependent(&data->saddle, *dropped, dependent));
     PetscCall(PetscMalloc1(data->saddle.local, &marked));
@@ -183,17 +184,27 @@ static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, Mat gram, Pet
 static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx, PCFailedReason *reason)
 {
   PetscReal error = PETSC_INFINITY;
-  PetscInt  dropped;
 
   PetscFunctionBegin;
   PetscCall(CreateOperator(pc, data, ctx, reason));
   if (!*reason) PetscCall(AinsworthGramProbe(&(*ctx)->proj.gram, &error));
-  if (error <= gramError) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscInfo(pc, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
-  PetscCall(DropDependentRows(pc, data, (*ctx)->proj.gram.S, &dropped));
-  data->constraints -= dropped;
-  if (dropped && data->constraints) PetscCall(CreateOperator(pc, data, ctx, reason));
-  else if (dropped) PetscCall(MatDestroy(&data->S));
+  for (int pass = 0; pass < 3 && data->constraints && !(error <= (pass ? unusable : gramError)); pass++) {
+    PetscInt dropped;
+
+    PetscCall(PetscInfo(pc, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
+    PetscCall(DropDependentRows(pc, data, (*ctx)->proj.gram.S, dependentSquare[pass], &dropped));
+    if (!dropped) continue;
+    data->constraints -= dropped;
+    error   = PETSC_INFINITY;
+    *reason = PC_NOERROR;
+    if (data->constraints) PetscCall(CreateOperator(pc, data, ctx, reason));
+    else PetscCall(MatDestroy(&data->S));
+    if (data->constraints && !*reason) PetscCall(AinsworthGramProbe(&(*ctx)->proj.gram, &error));
+  }
+  if (data->constraints && !*reason && !(error <= unusable)) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT;
+  data->doubtful = (PetscBool)(data->constraints && !(error <= gramError));
+  if (data->doubtful)
+    PetscCall(PetscInfo(pc, "Solves with the Gram matrix have a relative error of %g: rows of C are nearly linearly dependent\n", (double)error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -292,6 +303,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(VecDestroy(&data->g));
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));
+  PetscCall(VecDestroy(&data->weights));
   PetscCall(AinsworthSaddleSetUp(pc->pmat, data->checkTranspose, &data->saddle));
   if (data->saddle.bad[0]) {
     PetscCall(PetscSNPrintf(why, sizeof(why), "The system cannot be solved: %s", data->saddle.bad));
@@ -304,7 +316,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   if (data->constraints) {
     PetscCall(SetUpOperator(pc, data, &ctx, &reason));
     if (reason) {
-      PetscCall(PetscSNPrintf(why, sizeof(why), "The Gram matrix C W C' could not be factored (%s), and not because rows of C are linearly dependent",
+      PetscCall(PetscSNPrintf(why, sizeof(why), "Solves with the Gram matrix C W C' fail (%s), though no more rows of C are found to be linearly dependent",
                               PCFailedReasons[reason]));
       PetscCall(Fail(pc, data, reason, PETSC_ERR_MAT_CH_ZRPVT, why));
       PetscFunctionReturn(PETSC_SUCCESS);
@@ -317,6 +329,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
     data->frame.bs = 0;
   }
+  PetscCall(AinsworthWeightCreate(data->saddle.A, &data->weights));
   PetscCall(PCAinsworthSetKSPOperators(data));
   PetscCall(ForwardNullSpaces(data));
   PetscCall(CreateKeptVectors(pc, data));

@@ -1,4 +1,5 @@
 #include "sum.h"
+#include <limits>
 
 void AinsworthNode::compute(AinsworthPart &part, PetscInt first)
 {
@@ -30,12 +31,12 @@ void AinsworthNode::turn()
   columns.clear();
   for (PetscInt k = 0; k < bs; k++) values[k].clear();
   while (true) {
-    PetscInt    block   = PETSC_MAX_INT;
+    PetscInt    block   = std::numeric_limits<PetscInt>::max();
     PetscScalar M[3][3] = {{0.0}}, MT[3][3];
 
     for (PetscInt k = 0; k < bs; k++)
       if (at[k] < given[k].size()) block = PetscMin(block, given[k][at[k]] / bs);
-    if (block == PETSC_MAX_INT) break;
+    if (block == std::numeric_limits<PetscInt>::max()) break;
     for (PetscInt k = 0; k < bs; k++)
       for (; at[k] < given[k].size() && given[k][at[k]] / bs == block; at[k]++) M[k][given[k][at[k]] % bs] = givenValues[k][at[k]];
     for (PetscInt k = 0; k < bs; k++) {

@@ -120,6 +120,7 @@ PetscErrorCode AddPenaltyTerm(const AinsworthPmatInputs *in, const AinsworthPmat
     PetscCall(sum.open(in->A, surface.dofs, terms, 1));
     PetscCall(sum.norm(&normA));
     PetscCall(sum.close());
+    if (normA == 0.0) PetscCall(MatNorm(in->A, NORM_INFINITY, &normA)); /* Ker C = 0: any penalty will do */
     factor = opt->factor * normA / normC;
     PetscCall(MatCreateVecs(in->C, NULL, penalty));
     PetscCall(VecSet(*penalty, factor));

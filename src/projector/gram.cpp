@@ -1,5 +1,6 @@
 #include "gram.h"
 #include "../events.h"
+#include <limits>
 
 /* Pieces of up to this many rows are inverted as dense blocks: a factorisation would cost more in its bookkeeping */
 static const PetscInt smallPiece = 32;
@@ -84,7 +85,7 @@ static PetscErrorCode ChoosePC(const AinsworthGram *gram, PC pc)
 
   PetscFunctionBegin;
   for (PetscInt size : sizes) largest = PetscMax(largest, size);
-  if (gram->placement.split) largest = PETSC_MAX_INT;
+  if (gram->placement.split) largest = std::numeric_limits<PetscInt>::max();
   if (largest <= 1) PetscCall(PCSetType(pc, PCNONE)); /* scaled, the matrix is the identity */
   else if (largest <= smallPiece) {
     PetscCall(MatSetVariableBlockSizes(gram->placed, (PetscInt)sizes.size(), (PetscInt *)sizes.data()));

@@ -1,13 +1,14 @@
 #include "saddle.h"
+#include <limits>
 
 /* The entry with the smallest row, then the smallest column of its rank, on all ranks; -1 where no rank has one */
 static PetscErrorCode AgreeOnEntry(MPI_Comm comm, PetscInt *row, PetscInt *col)
 {
-  PetscInt first = *row < 0 ? PETSC_MAX_INT : *row, mine = *row;
+  PetscInt first = *row < 0 ? std::numeric_limits<PetscInt>::max() : *row, mine = *row;
 
   PetscFunctionBegin;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, comm));
-  *row = first == PETSC_MAX_INT ? -1 : first;
+  *row = first == std::numeric_limits<PetscInt>::max() ? -1 : first;
   if (mine != first) *col = -1; /* a row belongs to one rank */
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, col, 1, MPIU_INT, MPI_MAX, comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -108,8 +109,8 @@ PetscErrorCode AinsworthMatFindDifference(Mat C, Mat D, PetscInt *row, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: do C' u and Ct u agree for a random u? Each row of C has the same share in it, whatever its scale */
-PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same)
+/* Collective: do C' u and Ct u agree for a random u, or are they opposite? Each row of C has the same share in it, whatever its scale */
+PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *opposite)
 {
   Vec          u, x, y;
   PetscScalar *a;
@@ -142,6 +143,9 @@ PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same)
   PetscCall(VecAXPY(y, -1.0, x));
   PetscCall(VecNorm(y, NORM_2, &difference));
   *same = (PetscBool)(difference <= 1e-10 * norm);
+  PetscCall(VecAXPY(y, 2.0, x));
+  PetscCall(VecNorm(y, NORM_2, &difference));
+  *opposite = (PetscBool)(!*same && difference <= 1e-10 * norm);
   PetscCall(VecDestroy(&u));
   PetscCall(VecDestroy(&x));
   PetscCall(VecDestroy(&y));

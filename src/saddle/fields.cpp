@@ -134,7 +134,8 @@ PetscErrorCode AinsworthSaddleExtend(const AinsworthSaddle *sp, Vec g, Vec x, Ve
 
     PetscCall(PetscCalloc1(sp->local, &marked));
     PetscCall(MarkInconsistent(sp, g, x, marked));
-    PetscCall(Name(sp, marked, "not that of the other rows of C on which it depends (rows", " of the multiplier field): no solution exists", why, len));
+    PetscCall(Name(sp, marked, "not that of the other rows of C on which it depends, exactly or nearly (rows", " of the multiplier field): no solution exists",
+                   why, len));
     PetscCall(PetscFree(marked));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

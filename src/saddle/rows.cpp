@@ -1,15 +1,16 @@
 #include "saddle.h"
+#include <limits>
 
 /* All ranks: the smallest of the rows that the ranks found, -1 where none did; value is that of its owner */
 static PetscErrorCode FirstRow(MPI_Comm comm, PetscInt *row, PetscReal *value)
 {
-  PetscInt first = *row < 0 ? PETSC_MAX_INT : *row;
+  PetscInt first = *row < 0 ? std::numeric_limits<PetscInt>::max() : *row;
 
   PetscFunctionBegin;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, comm));
   if (*row != first) *value = PETSC_MIN_REAL;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, value, 1, MPIU_REAL, MPIU_MAX, comm));
-  *row = first == PETSC_MAX_INT ? -1 : first;
+  *row = first == std::numeric_limits<PetscInt>::max() ? -1 : first;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -90,7 +91,10 @@ static PetscErrorCode SplitRows(AinsworthSaddle *sp)
   else PetscCall(MatDestroy(&sp->C));
   PetscCall(SelectRows(sp, AINSWORTH_ROW_CONSTRAINT, &sp->C));
   for (AinsworthRowKind kind : {AINSWORTH_ROW_PENALISED, AINSWORTH_ROW_DEPENDENT}) {
-    if (!sp->count[kind] || sp->left[kind]) continue;
+    if (!sp->count[kind] || (sp->left[kind] && kind == AINSWORTH_ROW_PENALISED)) continue;
+    PetscCall(MatDestroy(&sp->left[kind]));
+    PetscCall(VecDestroy(&sp->part[kind]));
+    PetscCall(MatDestroy(&sp->absolute));
     PetscCall(SelectRows(sp, kind, &sp->left[kind]));
     PetscCall(MatCreateVecs(sp->left[kind], NULL, &sp->part[kind]));
     if (kind == AINSWORTH_ROW_DEPENDENT) PetscCall(AbsoluteValues(sp->left[kind], &sp->absolute));
@@ -216,7 +220,7 @@ PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *sp, const PetscBoo
     char     number[32];
 
     while (next < sp->local && !marked[next]) next++;
-    row = next < sp->local ? sp->first + next : PETSC_MAX_INT;
+    row = next < sp->local ? sp->first + next : std::numeric_limits<PetscInt>::max();
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &row, 1, MPIU_INT, MPI_MIN, comm));
     if (row == sp->first + next) next++;
     PetscCall(PetscSNPrintf(number, sizeof(number), "%s%" PetscInt_FMT, k ? ", " : "", row));

@@ -101,7 +101,7 @@ static PetscErrorCode GetConstraints(Mat source, PetscBool transpose, PetscBool 
 }
 
 /* Refuses a block (p,l) that is not the adjoint of block (l,p), where the program passed both */
-static PetscErrorCode CheckAdjoint(const AinsworthSaddle *sp, Mat block, Mat transposed, PetscBool exact)
+static PetscErrorCode CheckAdjoint(AinsworthSaddle *sp, Mat block, Mat transposed, PetscBool exact)
 {
   const PetscInt p = sp->primal, l = 1 - p;
   Mat            C = sp->all ? sp->all : sp->C, source[2], other;
@@ -114,8 +114,9 @@ static PetscErrorCode CheckAdjoint(const AinsworthSaddle *sp, Mat block, Mat tra
   PetscCall(GetSource(block, NULL, &source[0], &transpose[0], &hermitian[0]));
   PetscCall(GetSource(NULL, transposed, &source[1], &transpose[1], &hermitian[1]));
   if (source[0] == source[1] && (!PetscDefined(USE_COMPLEX) || hermitian[0] || hermitian[1])) PetscFunctionReturn(PETSC_SUCCESS); /* a view of the other */
-  if (!exact) PetscCall(AinsworthProbeAdjoint(C, transposed, &same));
-  if (same) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthProbeAdjoint(C, transposed, &same, &sp->negated));
+  if (sp->diag) sp->negated = PETSC_FALSE; /* with a diagonal block the sign matters */
+  if ((same && !exact) || sp->negated) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(GetConstraints(source[1], transpose[1], hermitian[1], &other));
   if (PetscDefined(USE_COMPLEX) && !hermitian[1]) { /* the adjoint of a transpose */
     Mat conjugate;
@@ -265,7 +266,8 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
   }
   PetscCall(MatDestroy(&sp->absolute));
   for (Mat &M : sp->block) PetscCall(MatDestroy(&M));
-  sp->bad[0] = 0;
+  sp->bad[0]  = 0;
+  sp->negated = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

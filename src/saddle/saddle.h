@@ -15,12 +15,13 @@ typedef enum {
 } AinsworthRowKind;
 
 struct AinsworthSaddle {
-  Mat      A;        /* n x n: the program's, or with the eliminated rows added */
-  Mat      C;        /* rows that are kept, AIJ; none: no constraints */
-  IS       rows[2];  /* primal and multiplier fields in the right-hand side, shared with the MatNest */
-  IS       cols[2];  /* the same in the solution */
-  PetscInt primal;   /* position of the primal field in the MatNest, 0 or 1 */
-  char     bad[256]; /* what makes the values unusable, empty where nothing does */
+  Mat       A;        /* n x n: the program's, or with the eliminated rows added */
+  Mat       C;        /* rows that are kept, AIJ; none: no constraints */
+  IS        rows[2];  /* primal and multiplier fields in the right-hand side, shared with the MatNest */
+  IS        cols[2];  /* the same in the solution */
+  PetscInt  primal;   /* position of the primal field in the MatNest, 0 or 1 */
+  PetscBool negated;  /* block (0,1) is -C': lambda changes its sign */
+  char      bad[256]; /* what makes the values unusable, empty where nothing does */
 
   AinsworthRowKind *kind;                       /* of each local row of the multiplier field */
   PetscScalar      *diag;                       /* d_i of each, NULL where all are zero */
@@ -53,7 +54,7 @@ PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *, char[], size
 PetscErrorCode AinsworthMatFindNotFinite(Mat, PetscInt *, PetscInt *);
 PetscErrorCode AinsworthMatFindOffDiagonal(Mat, PetscInt *, PetscInt *);
 PetscErrorCode AinsworthMatFindDifference(Mat, Mat, PetscInt *, PetscInt *, PetscReal[2]);
-PetscErrorCode AinsworthProbeAdjoint(Mat, Mat, PetscBool *);
+PetscErrorCode AinsworthProbeAdjoint(Mat, Mat, PetscBool *, PetscBool *);
 
 /* fields.cpp: right-hand sides and solutions between the program's fields and what is kept */
 PetscErrorCode AinsworthSaddleRestrict(const AinsworthSaddle *, Vec, Vec, Vec, Vec, char[], size_t);

@@ -51,7 +51,7 @@ static PetscErrorCode Blocks()
   PetscCall(MatDestroy(&nest));
   for (bool first : {false, true}) {
     PetscCall(NestCreate(sys.A, T, sys.C, D, first, &nest));
-    PetscCall(ExpectSetUp("no zero block", nest, PETSC_ERR_ARG_WRONG, {"no multipliers", "(0,0) and (1,1)", "both nonzero"}));
+    PetscCall(ExpectSetUp("no zero block", nest, PETSC_ERR_ARG_WRONG, {"no multipliers", "(0,0) and (1,1)", "both nonzero", "is not diagonal"}));
     PetscCall(MatDestroy(&nest));
     PetscCall(NestCreate(Z, T, sys.C, NULL, first, &nest));
     PetscCall(ExpectSetUp("no primal block", nest, PETSC_ERR_ARG_WRONG, {"no primal block", "(0,0) and (1,1)"}));
@@ -175,6 +175,8 @@ static PetscErrorCode OtherTypes()
   PCAinsworthPmatType    pmat;
   PCAinsworthFrameType   frame;
 
+  PCAinsworthRedundantType redundant;
+
   PetscFunctionBeginUser;
   PetscCall(PCCreate(PETSC_COMM_WORLD, &pc));
   const std::vector<std::function<PetscErrorCode()>> getters = {
@@ -184,7 +186,8 @@ static PetscErrorCode OtherTypes()
     [&]() { return PCAinsworthGetPmatMaxRows(pc, &i); },       [&]() { return PCAinsworthGetBlocks(pc, &i); },
     [&]() { return PCAinsworthGetRowsPerRank(pc, &i); },       [&]() { return PCAinsworthGetKSP(pc, &ksp); },
     [&]() { return PCAinsworthGetGramKSP(pc, &ksp); },         [&]() { return PCAinsworthGetRowScaling(pc, &flag); },
-    [&]() { return PCAinsworthGetFrameType(pc, &frame); }};
+    [&]() { return PCAinsworthGetFrameType(pc, &frame); },     [&]() { return PCAinsworthGetRedundantType(pc, &redundant); },
+    [&]() { return PCAinsworthGetCheckTranspose(pc, &flag); }};
   for (size_t k = 0; k < getters.size(); k++)
     PetscCall(CheckError(("getter " + std::to_string(k) + " without a type").c_str(), getters[k], PETSC_ERR_ARG_WRONG, {"(not set)", "not ainsworth"}));
   PetscCall(PCSetType(pc, PCNONE));

@@ -102,54 +102,126 @@ static PetscErrorCode InnerLimit(bool uneven)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Two rows of C are the same: no Cholesky factors of the Gram matrix */
-static PetscErrorCode Dependent(bool uneven)
+/* A Gram matrix that cannot be factored, and not because rows depend on each other */
+static PetscErrorCode Unfactored(bool uneven)
 {
-  Options  options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_weight identity");
-  Spec     spec;
-  System   sys;
-  Mat      nest;
-  Vec      b, y;
-  KSP      ksp;
-  PetscInt start, end, twin[2] = {0, 1};
+  Options options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_weight identity");
+  Spec    spec;
+  System  sys;
+  Mat     nest;
+  Vec     b, y;
+  KSP     ksp;
 
   PetscFunctionBeginUser;
   spec.uneven = uneven;
-  Case("dependent rows, uneven %d", uneven);
+  Case("Gram matrix not factored, uneven %d", uneven);
   PetscCall(Create(spec, &sys, &nest, &b, &y));
-  PetscCall(MatGetOwnershipRange(sys.C, &start, &end));
-  PetscCall(MatZeroRows(sys.C, start == 0 && end > 0 ? 1 : 0, &twin[0], 0.0, NULL, NULL));
-  PetscCall(MatZeroRows(sys.C, start <= 1 && end > 1 ? 1 : 0, &twin[1], 0.0, NULL, NULL));
-  PetscCall(MatSetOption(sys.C, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE));
-  for (PetscInt i : twin) {
-    if (i < start || i >= end) continue;
-    PetscCall(MatSetValue(sys.C, i, 3, 1.0, INSERT_VALUES));
-    PetscCall(MatSetValue(sys.C, i, spec.n - 1, 1.0, INSERT_VALUES));
+  {
+    Options large("-ainsworth_gram_pc_factor_zeropivot 1e30"); /* every pivot counts as zero */
+    PetscCall(SolverCreate(nest, &ksp));
+    for (int repeat = 0; repeat < 2; repeat++) {
+      PetscCall(KSPSolve(ksp, b, y));
+      PetscCall(CheckReason(ksp, KSP_DIVERGED_PC_FAILED, PC_FACTOR_NUMERIC_ZEROPIVOT));
+    }
+    PetscCall(KSPDestroy(&ksp));
+    PetscCall(SolverCreate(nest, &ksp));
+    PetscCall(KSPSetErrorIfNotConverged(ksp, PETSC_TRUE));
+    PetscCall(CheckError("solve", [=]() { return KSPSolve(ksp, b, y); }, PETSC_ERR_MAT_CH_ZRPVT, {"Gram matrix C W C'", "FACTOR_NUMERIC_ZEROPIVOT"}));
   }
-  PetscCall(MatAssemblyBegin(sys.C, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(sys.C, MAT_FINAL_ASSEMBLY));
-  PetscCall(SolverCreate(nest, &ksp));
-  for (int repeat = 0; repeat < 2; repeat++) {
-    PetscCall(KSPSolve(ksp, b, y));
-    PetscCall(CheckReason(ksp, KSP_DIVERGED_PC_FAILED, PC_FACTOR_NUMERIC_ZEROPIVOT));
-  }
-  if (1 >= start && 1 < end) PetscCall(MatSetValue(sys.C, 1, 3, 2.0, INSERT_VALUES));
-  PetscCall(MatAssemblyBegin(sys.C, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(sys.C, MAT_FINAL_ASSEMBLY));
-  Case("after the repair of dependent rows, uneven %d", uneven);
-  PetscCall(SolveWell(ksp, b, y, 1e-9));
-  if (1 >= start && 1 < end) PetscCall(MatSetValue(sys.C, 1, 3, 1.0, INSERT_VALUES));
-  PetscCall(MatAssemblyBegin(sys.C, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(sys.C, MAT_FINAL_ASSEMBLY));
-  Case("dependent rows again, with errors, uneven %d", uneven);
-  PetscCall(KSPSolve(ksp, b, y));
-  PetscCall(CheckReason(ksp, KSP_DIVERGED_PC_FAILED, PC_FACTOR_NUMERIC_ZEROPIVOT));
-  PetscCall(KSPSetErrorIfNotConverged(ksp, PETSC_TRUE));
-  PetscCall(CheckError("solve after a failure", [=]() { return KSPSolve(ksp, b, y); }, PETSC_ERR_NOT_CONVERGED, {"FACTOR_NUMERIC_ZEROPIVOT"}));
   PetscCall(KSPDestroy(&ksp));
+  PetscCall(Destroy(&sys, &nest, &b, &y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Entry (i, j) of a matrix; ranks that do not own row i do nothing */
+static PetscErrorCode SetEntry(Mat M, PetscInt i, PetscInt j, PetscScalar value)
+{
+  PetscInt start, end;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatGetOwnershipRange(M, &start, &end));
+  if (i >= start && i < end) PetscCall(MatSetValue(M, i, j, value, INSERT_VALUES));
+  PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* NaN in A and Inf in C: a reason on every rank, or an error that names the place, and a solver that can be used again */
+static PetscErrorCode NotFinite(bool uneven)
+{
+  Options     options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12");
+  Spec        spec;
+  System      sys;
+  Mat         nest;
+  Vec         b, y;
+  KSP         ksp;
+  PetscScalar good;
+  PetscInt    column;
+
+  PetscFunctionBeginUser;
+  spec.uneven = uneven;
+  PetscCall(Create(spec, &sys, &nest, &b, &y));
   PetscCall(SolverCreate(nest, &ksp));
-  PetscCall(KSPSetErrorIfNotConverged(ksp, PETSC_TRUE));
-  PetscCall(CheckError("solve", [=]() { return KSPSolve(ksp, b, y); }, PETSC_ERR_MAT_CH_ZRPVT, {"Gram matrix C W C'", "linearly dependent"}));
+  for (bool inC : {false, true}) {
+    Mat   M = inC ? sys.C : sys.A;
+    Dense dense;
+
+    Case("not finite, in C %d, uneven %d", inC, uneven);
+    PetscCall(Gather(M, dense));
+    column = 0;
+    while (dense(3, column) == 0.0) column++;
+    good = dense(3, column);
+    PetscCall(SetEntry(M, 3, column, inC ? (PetscReal)INFINITY : NAN));
+    for (int repeat = 0; repeat < 2; repeat++) {
+      PetscCall(KSPSolve(ksp, b, y));
+      PetscCall(CheckReason(ksp, KSP_DIVERGED_PC_FAILED, PC_FACTOR_OTHER));
+    }
+    PetscCall(SetEntry(M, 3, column, good));
+    PetscCall(SolveWell(ksp, b, y, 1e-8));
+    PetscCall(SetEntry(M, 3, column, inC ? (PetscReal)INFINITY : NAN));
+    {
+      KSP strict;
+
+      PetscCall(SolverCreate(nest, &strict));
+      PetscCall(KSPSetErrorIfNotConverged(strict, PETSC_TRUE));
+      PetscCall(CheckError("set-up", [=]() { return KSPSetUp(strict); }, PETSC_ERR_FP,
+                           {"NaN or Inf", inC ? "row 3 of C" : "entry (3," + std::to_string(column) + ") of A"}));
+      PetscCall(KSPDestroy(&strict));
+    }
+    PetscCall(SetEntry(M, 3, column, good));
+  }
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(Destroy(&sys, &nest, &b, &y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A preconditioner that hides a residual, and an A that is singular on Ker C: what the inner solver calls converged is no solution */
+static PetscErrorCode FalseConvergence(bool strict)
+{
+  Options options("-ainsworth_pc_type shell -ainsworth_ksp_rtol 1e-12");
+  Spec    spec;
+  System  sys;
+  Mat     nest;
+  Vec     b, y;
+  KSP     ksp, inner;
+  PC      pc, shell;
+
+  PetscFunctionBeginUser;
+  Case("false convergence, strict %d", strict);
+  PetscCall(Create(spec, &sys, &nest, &b, &y));
+  PetscCall(SolverCreate(nest, &ksp));
+  PetscCall(KSPSetErrorIfNotConverged(ksp, (PetscBool)strict));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCAinsworthGetKSP(pc, &inner));
+  PetscCall(KSPGetPC(inner, &shell));
+  PetscCall(PCSetType(shell, PCSHELL));
+  PetscCall(PCShellSetApply(shell, [](PC, Vec, Vec z) { return VecZeroEntries(z); }));
+  if (strict)
+    PetscCall(CheckError("blind preconditioner", [=]() { return KSPSolve(ksp, b, y); }, PETSC_ERR_NOT_CONVERGED, {"the inner preconditioner does not see it"}));
+  else {
+    PetscCall(KSPSolve(ksp, b, y));
+    PetscCall(CheckReason(ksp, KSP_DIVERGED_PC_FAILED, PC_SUBPC_ERROR));
+  }
   PetscCall(KSPDestroy(&ksp));
   PetscCall(Destroy(&sys, &nest, &b, &y));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -170,7 +242,8 @@ static PetscErrorCode Inconsistent()
   Case("right-hand side on a zero row, with errors");
   PetscCall(Create(spec, &sys, &nest, &b, &y));
   PetscCall(SolverCreate(nest, &ksp));
-  PetscCall(CheckError("solve", [=]() { return KSPSolve(ksp, b, y); }, PETSC_ERR_ARG_INCOMP, {"nonzero on a row of C that is zero", "no solution exists"}));
+  PetscCall(CheckError("solve", [=]() { return KSPSolve(ksp, b, y); }, PETSC_ERR_ARG_INCOMP,
+                       {"nonzero on a row of C that is zero (rows 1, 4 of", "no solution exists"}));
   PetscCall(KSPDestroy(&ksp));
   PetscCall(Destroy(&sys, &nest, &b, &y));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -218,7 +291,9 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(AinsworthInitializePackage());
   for (bool uneven : {false, true}) PetscCall(InnerLimit(uneven));
-  for (bool uneven : {false, true}) PetscCall(Dependent(uneven));
+  for (bool uneven : {false, true}) PetscCall(Unfactored(uneven));
+  for (bool uneven : {false, true}) PetscCall(NotFinite(uneven));
+  for (bool strict : {false, true}) PetscCall(FalseConvergence(strict));
   PetscCall(Inconsistent());
   PetscCall(Indefinite());
   PetscCall(ChecksFinish(&exitcode));

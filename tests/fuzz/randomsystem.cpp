@@ -28,7 +28,7 @@ void RandomSystem::Stiffness(Random &r)
   symmetric = true;
   difficult = false;
   for (int body = 0; body < bodies; body++) {
-    const int       from = n * body / bodies, to = n * (body + 1) / bodies;
+    const int       from = n / bs * body / bodies * bs, to = n / bs * (body + 1) / bodies * bs; /* blocks are not cut */
     const PetscReal E    = PetscPowReal(10.0, body ? r.Real(-range, range) : 0.0);
     const bool      held = r.Chance(0.7);
 
@@ -51,7 +51,6 @@ void RandomSystem::Stiffness(Random &r)
     A.col(i).setZero();
     A(i, i) = 1.0;
   }
-  if (A.norm() == 0.0) A(0, 0) = 1.0; /* no A at all is an error of its own */
   if (range <= 2.0 && r.Chance(0.1)) { /* GMRES has no norm that is fair to soft bodies */
     A(r.Int(0, n - 1), r.Int(0, n - 1)) += A.norm() * r.Real(-1.0, 1.0) / n;
     symmetric = A.isApprox(A.adjoint(), 0.0);
@@ -62,7 +61,10 @@ void RandomSystem::Stiffness(Random &r)
     A(i, i)     = r.Chance(0.5) ? 0.0 : -A(i, i);
     difficult   = true;
   }
-  text = "n=" + std::to_string(n) + " bs=" + std::to_string(bs) + " bodies=" + std::to_string(bodies) + " range=1e" + std::to_string((int)range) +
+  if (A.norm() == 0.0) A(0, 0) = 1.0; /* no A at all is an error of its own */
+  uneven  = range > 2.0;
+  decades = range;
+  text    = "n=" + std::to_string(n) + " bs=" + std::to_string(bs) + " bodies=" + std::to_string(bodies) + " range=1e" + std::to_string((int)range) +
          (floats ? " floating" : "") + (difficult ? " difficult" : "");
 }
 
@@ -72,7 +74,8 @@ void RandomSystem::Constraints(Random &r)
   const PetscReal range = r.Chance(0.6) ? 0.0 : r.Int(1, 12), dependent = r.Chance(0.5) ? 0.0 : 0.2, zero = r.Chance(0.7) ? 0.0 : 0.2;
   int             copies = 0;
 
-  C = Dense::Zero(m, n);
+  uneven = uneven || range > 2.0;
+  C      = Dense::Zero(m, n);
   for (int i = 0; i < m; i++) {
     if (r.Chance(zero)) continue;
     if (i && r.Chance(dependent)) {
@@ -148,6 +151,15 @@ void RandomSystem::RightHandSide(Random &r)
   if (r.Chance(0.02)) f.setZero();
 }
 
+/* Condition number of G G' without its null space */
+static PetscReal SquaredCondition(const Dense &G)
+{
+  if (!G.size() || G.norm() == 0.0) return 1.0;
+  Eigen::JacobiSVD<Dense> svd(G);
+  svd.setThreshold(1e-11);
+  return PetscSqr(svd.singularValues()[0] / svd.singularValues()[svd.rank() - 1]);
+}
+
 /* Pairs of rows and columns are scaled together, by powers of the largest entries: Hermitian stays Hermitian */
 Truth::Truth(const RandomSystem &s)
 {
@@ -167,6 +179,7 @@ Truth::Truth(const RandomSystem &s)
     if (d > 0.0) scale[n + i] = 1.0 / d;
     else if (s.D(i, i) != 0.0) scale[n + i] = 1.0 / PetscSqrtReal(PetscAbsScalar(s.D(i, i)));
   }
+  gram   = SquaredCondition(scale.tail(m).asDiagonal() * s.C * scale.head(n).asDiagonal());
   scaled = scale.asDiagonal() * K * scale.asDiagonal();
   b      = scale.asDiagonal() * b;
   Eigen::JacobiSVD<Dense> svd(scaled, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -175,10 +188,11 @@ Truth::Truth(const RandomSystem &s)
   y                    = svd.solve(b);
   condition            = rank ? svd.singularValues()[0] / svd.singularValues()[rank - 1] : 1.0;
   x                    = y.head(n);
+  size                 = y.norm();
   unique               = rank == n + m || svd.matrixV().topRightCorner(n, n + m - rank).norm() < 1e-8;
   const PetscReal lost = (scaled * y - b).norm() / PetscMax(b.norm(), PETSC_SMALL);
   consistent           = lost < 1e-11;
-  contradictory        = lost > 1e-5;
+  contradictory        = lost > 1e-5 && condition < 1e6 && !s.uneven; /* otherwise the system is one of rounding from one that has a solution */
 }
 
 PetscReal Truth::Residual(const RandomSystem &s, const Column &px, const Column &lambda) const
@@ -196,7 +210,7 @@ PetscReal Truth::Residual(const RandomSystem &s, const Column &px, const Column 
 PetscReal Truth::Error(const Column &px) const
 {
   const Column scaled = scale.head(px.size()).cwiseInverse().asDiagonal() * px;
-  return (scaled - x).norm() / PetscMax(x.norm(), PETSC_SMALL);
+  return (scaled - x).norm() / PetscMax(size, PETSC_SMALL);
 }
 
 /* Local lengths that sum up to total, in multiples of bs; empty ranks are common */
@@ -208,7 +222,9 @@ static PetscInt Share(Random &r, int total, int bs)
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   MPI_Comm_size(PETSC_COMM_WORLD, &size);
   for (int k = 0; k < size; k++) {
-    const int share = k == size - 1 ? left : r.Int(0, 3) ? PetscMin(left, r.Int(0, 2 * total / bs / size + 1)) : 0;
+    int share = r.Int(0, 3) ? r.Int(0, 2 * total / bs / size + 1) : 0;
+
+    if (share > left || k == size - 1) share = left;
     if (k == rank) mine = share;
     left -= share;
   }
@@ -229,7 +245,8 @@ static PetscErrorCode Fill(const Dense &values, PetscInt localRows, PetscInt loc
   PetscCall(MatGetOwnershipRange(*M, &start, &end));
   for (PetscInt i = start; i < end; i++)
     for (PetscInt j = 0; j < values.cols(); j++)
-      if (values(i, j) != 0.0 || (i == j && values.rows() == values.cols()) || (storeZero && (i + j) % 5 == 0)) PetscCall(MatSetValue(*M, i, j, values(i, j), INSERT_VALUES));
+      if (values(i, j) != 0.0 || (i == j && values.rows() == values.cols()) || (storeZero && (i + j) % 5 == 0))
+        PetscCall(MatSetValue(*M, i, j, values(i, j), INSERT_VALUES));
   PetscCall(MatAssemblyBegin(*M, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(*M, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(PETSC_SUCCESS);

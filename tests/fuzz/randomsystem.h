@@ -24,7 +24,9 @@ struct RandomSystem {
   Column      f, g;
   bool        symmetric, refused;       /* refused: the set-up must end with an error */
   bool        difficult;                /* indefinite or not symmetric: a failure is an answer */
+  bool        uneven;                   /* stiffnesses, or scales of rows, some decades apart: nothing for one penalty, or for W = I */
   bool        first, nested, storeZero; /* layout */
+  PetscReal   decades;                  /* of stiffness, between the bodies */
   int         form;                     /* of C and C': both, C with a transpose view, C alone, C' alone */
   bool        blockD;                   /* the multipliers' block is there, be it zero */
   std::string text;
@@ -43,10 +45,12 @@ struct Truth {
   bool      consistent, contradictory; /* neither: too close to tell */
   bool      unique;                    /* x, though not always lambda */
   PetscReal condition;                 /* of the scaled system, without its null space */
+  PetscReal gram;                      /* condition number of C W C' with W = diag(A)^{-1} and unit diagonal, without its null space */
   Column    x;
+  PetscReal size;  /* of x and lambda together */
   Column    scale; /* of x, then of lambda */
   explicit Truth(const RandomSystem &);
-  /* relative residual of the scaled system, and relative error of the scaled x */
+  /* relative residual of the scaled system, and error of the scaled x relative to x and lambda */
   PetscReal Residual(const RandomSystem &, const Column &x, const Column &lambda) const;
   PetscReal Error(const Column &x) const;
 };

@@ -1,0 +1,147 @@
+#include "pcainsworth.h"
+#include "../operator/matainsworth.h"
+#include <petsc/private/pcimpl.h>
+
+/*
+   How much larger, in the norm of diag(A)^{-1}, a residual may be than the inner solver says in its natural norm, r' M^{-1} r: M_* and diag(A) differ
+   by the number of entries of a row at most. What is lost to rounding, relative to |A x| + |f|, comes on top: S may have a condition number of 1e8.
+   The third figure is the energy, relative to x' diag(A) x, below which its sign is looked at.
+*/
+static const PetscReal blind = 100.0, rounding = PETSC_SQRT_MACHINE_EPSILON, suspicious = 1e4 * PETSC_MACHINE_EPSILON;
+
+/* x' W y */
+static PetscErrorCode WeightedDot(Vec weights, Vec x, Vec y, Vec work, PetscReal *dot)
+{
+  PetscScalar value;
+
+  PetscFunctionBegin;
+  PetscCall(VecPointwiseMult(work, weights, y));
+  PetscCall(VecDot(work, x, &value));
+  *dot = PetscRealPart(value);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   A preconditioner that is zero on a part of the residual hides it in the natural norm: multigrid does so where the diagonal of M_* is zero or negative
+
+   Ax = A x; y and work are work vectors.
+*/
+static PetscErrorCode CheckResidual(PC pc, PC_Ainsworth *data, Vec f, Vec Ax, Vec lambda, Vec y, Vec work, PetscBool *failed)
+{
+  KSPNormType type;
+  PetscReal   said, residual, sizes[2];
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetNormType(data->ksp, &type));
+  if (type != KSP_NORM_NATURAL) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetResidualNorm(data->ksp, &said));
+  PetscCall(WeightedDot(data->weights, Ax, Ax, work, &sizes[0]));
+  PetscCall(WeightedDot(data->weights, f, f, work, &sizes[1]));
+  PetscCall(MatMultHermitianTranspose(data->saddle.C, lambda, y));
+  PetscCall(VecAXPBYPCZ(y, 1.0, -1.0, -1.0, f, Ax)); /* f - A x - C' lambda */
+  PetscCall(WeightedDot(data->weights, y, y, work, &residual));
+  residual = PetscSqrtReal(residual);
+  if (residual <= blind * said + rounding * (PetscSqrtReal(sizes[0]) + PetscSqrtReal(sizes[1]))) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_NOT_CONVERGED,
+             "The reduced solve converged to %g, but the residual is %g: the inner preconditioner does not see it; is A indefinite, or its diagonal zero?",
+             (double)said, (double)residual);
+  PetscCall(
+    PetscInfo(pc, "The reduced solve converged to %g, but the residual is %g: the inner preconditioner does not see it\n", (double)said, (double)residual));
+  *failed = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* C x = g where solves with the Gram matrix are not accurate, each row in units of (C_i W C_i')^1/2 |x|; work is a work vector */
+static PetscErrorCode CheckConstraints(PC pc, PC_Ainsworth *data, Vec g, Vec x, Vec work, PetscBool *failed)
+{
+  Mat       S;
+  Vec       scale, scaled;
+  PetscReal residual, sizeX, sizeG;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetGramMat(data->S, &S));
+  PetscCall(MatCreateVecs(S, &scale, NULL));
+  PetscCall(VecDuplicate(scale, &scaled));
+  PetscCall(MatGetDiagonal(S, scale));
+  PetscCall(VecSqrtAbs(scale));
+  PetscCall(MatMult(data->saddle.C, x, data->residual));
+  PetscCall(VecAXPY(data->residual, -1.0, g));
+  PetscCall(VecPointwiseDivide(scaled, data->residual, scale));
+  PetscCall(VecNorm(scaled, NORM_2, &residual));
+  PetscCall(VecPointwiseDivide(scaled, g, scale));
+  PetscCall(VecNorm(scaled, NORM_2, &sizeG));
+  PetscCall(VecCopy(data->weights, work));
+  PetscCall(VecSqrtAbs(work));
+  PetscCall(VecPointwiseDivide(work, x, work));
+  PetscCall(VecNorm(work, NORM_2, &sizeX));
+  PetscCall(VecDestroy(&scale));
+  PetscCall(VecDestroy(&scaled));
+  if (residual <= rounding * (sizeX + sizeG)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_NOT_CONVERGED,
+             "C x = g is met to %g only: rows of C are nearly linearly dependent, too nearly for the Gram matrix C W C'", (double)(residual / (sizeX + sizeG)));
+  PetscCall(PetscInfo(pc, "C x = g is met to %g only: rows of C are nearly linearly dependent, too nearly for the Gram matrix C W C'\n",
+                      (double)(residual / (sizeX + sizeG))));
+  *failed = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Where A is singular on Ker C and f pushes there, rounding makes a small positive energy of it and Krylov methods find a huge x: its part y in Ker C has an
+   energy y' A y below the rounding error of that product
+*/
+static PetscErrorCode CheckEnergy(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec g, Vec x, Vec Ax, Vec y, Vec work, PetscBool *failed)
+{
+  PetscReal   size, noise;
+  PetscScalar energy;
+
+  PetscFunctionBegin;
+  PetscCall(VecPointwiseDivide(work, x, data->weights));
+  PetscCall(VecDot(work, x, &energy));
+  size = PetscRealPart(energy);
+  PetscCall(VecDot(Ax, x, &energy));
+  if (PetscAbsScalar(energy) > suspicious * size) PetscFunctionReturn(PETSC_SUCCESS);
+
+  PetscCall(VecCopy(x, y));
+  if (data->constraints) {
+    PetscCall(MatAinsworthMultRightInverse(data->S, g, work));
+    PetscCall(AinsworthFrameRotate(&data->frame, PETSC_TRUE, work));
+    PetscCall(VecAXPY(y, -1.0, work));
+  }
+  if (transpose) PetscCall(MatMultTranspose(data->saddle.A, y, work));
+  else PetscCall(MatMult(data->saddle.A, y, work));
+  PetscCall(VecDot(work, y, &energy));
+  PetscCall(VecPointwiseDivide(work, y, data->weights));
+  PetscCall(VecPointwiseMult(work, work, y));
+  PetscCall(VecNorm(work, NORM_2, &noise)); /* errors of the terms are independent */
+  noise *= 30 * PETSC_MACHINE_EPSILON;
+  if (noise == 0.0 || PetscAbsScalar(energy) > noise) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_NOT_CONVERGED,
+             "A is singular on Ker C, x' A x = %g with a rounding error of %g, and f is not balanced there: does a body float that no constraint holds?",
+             (double)PetscRealPart(energy), (double)noise);
+  PetscCall(PetscInfo(pc, "A is singular on Ker C, x' A x = %g with a rounding error of %g, and f is not balanced there\n", (double)PetscRealPart(energy),
+                      (double)noise));
+  *failed = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the convergence test of the inner solver cannot see; one product with A */
+PetscErrorCode PCAinsworthVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, PetscBool *failed)
+{
+  Vec      Ax, y, work;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetSize(x, &n));
+  PetscCall(VecDuplicate(data->weights, &Ax));
+  PetscCall(VecDuplicate(data->weights, &y));
+  PetscCall(VecDuplicate(data->weights, &work));
+  if (transpose) PetscCall(MatMultTranspose(data->saddle.A, x, Ax));
+  else PetscCall(MatMult(data->saddle.A, x, Ax));
+  if (data->constraints && data->constraints < n) PetscCall(CheckResidual(pc, data, f, Ax, lambda, y, work, failed));
+  if (!*failed && data->constraints && data->doubtful) PetscCall(CheckConstraints(pc, data, g, x, work, failed));
+  if (!*failed && data->constraints < n) PetscCall(CheckEnergy(pc, data, transpose, g, x, Ax, y, work, failed));
+  PetscCall(VecDestroy(&Ax));
+  PetscCall(VecDestroy(&y));
+  PetscCall(VecDestroy(&work));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
