@@ -4,10 +4,10 @@
 
 /*
    How much larger, in the norm of diag(A)^{-1}, a residual may be than the inner solver says in its natural norm, r' M^{-1} r: M_* and diag(A) differ
-   by the number of entries of a row at most. What is lost to rounding, relative to |A x| + |f|, comes on top: S may have a condition number of 1e8.
+   by the number of entries of a row, and more where penalties are large. What is lost to rounding, relative to |A x| + |f|, comes on top: S may have a condition number of 1e8.
    The third figure is the energy, relative to x' diag(A) x, below which its sign is looked at.
 */
-static const PetscReal blind = 100.0, rounding = PETSC_SQRT_MACHINE_EPSILON, suspicious = 1e4 * PETSC_MACHINE_EPSILON;
+static const PetscReal blind = 1e4, rounding = PETSC_SQRT_MACHINE_EPSILON, suspicious = 1e4 * PETSC_MACHINE_EPSILON;
 
 /* x' W y */
 static PetscErrorCode WeightedDot(Vec weights, Vec x, Vec y, Vec work, PetscReal *dot)

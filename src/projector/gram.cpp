@@ -87,7 +87,7 @@ static PetscErrorCode ChoosePC(const AinsworthGram *gram, PC pc)
   for (PetscInt size : sizes) largest = PetscMax(largest, size);
   if (gram->placement.split) largest = std::numeric_limits<PetscInt>::max();
   if (largest <= 1) PetscCall(PCSetType(pc, PCNONE)); /* scaled, the matrix is the identity */
-  else if (largest <= smallPiece) {
+  else if (largest <= gram->placement.small) {
     PetscCall(MatSetVariableBlockSizes(gram->placed, (PetscInt)sizes.size(), (PetscInt *)sizes.data()));
     PetscCall(PCSetType(pc, PCVPBJACOBI));
   } else PetscCall(PCSetType(pc, PetscDefined(USE_COMPLEX) ? PCLU : PCCHOLESKY)); /* PETSc's own Cholesky factorisation knows L L^T only */

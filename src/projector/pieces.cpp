@@ -387,7 +387,7 @@ PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, Pets
     largest = PetscMax(largest, s);
   }
   PetscCall(MPIU_Allreduce(&largest, &placement->largest, 1, MPIU_INT, MPI_MAX, comm));
-  small = PetscMin(small, rowsPerRank);
+  placement->small = small = PetscMin(small, rowsPerRank);
   PetscCall(GatherLarge(labels, small, size, work, large));
   for (const Piece &piece : large) rows += piece.size;
   placement->split = ranks > 1 && placement->largest > rowsPerRank;

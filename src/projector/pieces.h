@@ -12,6 +12,7 @@ struct AinsworthPlacement {
   PetscInt              pieces  = 0;     /* in all */
   PetscInt              largest = 0;     /* rows of the largest piece */
   PetscInt              ranks   = 0;     /* that solve for any row */
+  PetscInt              small   = 0;     /* pieces of up to so many rows are small: their rows stand together */
   bool                  split   = false; /* a piece lies on several ranks */
 };
 

@@ -117,7 +117,7 @@ static PetscErrorCode Unfactored(bool uneven)
   Case("Gram matrix not factored, uneven %d", uneven);
   PetscCall(Create(spec, &sys, &nest, &b, &y));
   {
-    Options large("-ainsworth_gram_pc_factor_zeropivot 1e30"); /* every pivot counts as zero */
+    Options large("-ainsworth_gram_pc_type lu -ainsworth_gram_pc_factor_zeropivot 1e30"); /* every pivot counts as zero */
     PetscCall(SolverCreate(nest, &ksp));
     for (int repeat = 0; repeat < 2; repeat++) {
       PetscCall(KSPSolve(ksp, b, y));

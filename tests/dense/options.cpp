@@ -32,7 +32,7 @@ static const std::vector<Choice> choices = {
   {"penalty norm",              PC_AINSWORTH_PENALTY_ROW,      PC_AINSWORTH_PENALTY_NORM,      Value<PCAinsworthPenaltyType, PCAinsworthGetPenaltyType>,
    [](PC pc) { return PCAinsworthSetPenaltyType(pc, PC_AINSWORTH_PENALTY_NORM); }                                                                                                                                                 },
   {"penalty_factor 0.125",      0.5,                           0.125,                          Value<PetscReal,              PCAinsworthGetPenaltyFactor>,         [](PC pc) { return PCAinsworthSetPenaltyFactor(pc, 0.125); }   },
-  {"pmat bj_cg",                PC_AINSWORTH_PMAT_JCB,         PC_AINSWORTH_PMAT_BJ_CG,        Value<PCAinsworthPmatType,    PCAinsworthGetPmatType>,
+  {"pmat bj_cg",                PC_AINSWORTH_PMAT_AUTO,        PC_AINSWORTH_PMAT_BJ_CG,        Value<PCAinsworthPmatType,    PCAinsworthGetPmatType>,
    [](PC pc) { return PCAinsworthSetPmatType(pc, PC_AINSWORTH_PMAT_BJ_CG); }                                                                                                                                                      },
   {"pmat_rtol 0.25",            0.1,                           0.25,                           Value<PetscReal,              PCAinsworthGetPmatTolerance>,         [](PC pc) { return PCAinsworthSetPmatTolerance(pc, 0.25); }    },
   {"pmat_max_rows 17",          4000,                          17,                             Value<PetscInt,               PCAinsworthGetPmatMaxRows>,           [](PC pc) { return PCAinsworthSetPmatMaxRows(pc, 17); }        },
@@ -200,28 +200,33 @@ static PetscErrorCode Views()
   for (int pmat = 0; pmat < 2; pmat++) {
     Options options(pmat ? "-pc_ainsworth_variant paper -pc_ainsworth_pmat bj_cg -pc_ainsworth_blocks 2 -pc_ainsworth_rows_per_rank 3 -ainsworth_pc_type jacobi"
                          : "-ainsworth_pc_type jacobi");
-    const std::string first  = pmat ? "variant: paper (weight identity, penalty norm with factor 5"
-                                    : "variant: weighted (weight diagonal, penalty row with factor 0.5)";
-    const std::string second = pmat ? "preconditioning matrix: bj_cg, relative tolerance 0.1, 2 blocks" : "preconditioning matrix: jcb, rows scaled";
+    std::string first  = pmat ? "variant: paper (weight identity, penalty norm with factor 5"
+                              : "variant: weighted (weight diagonal, penalty row with factor 0.5)";
+    std::string second = pmat ? "preconditioning matrix: bj_cg, relative tolerance 0.1, 2 blocks" : "preconditioning matrix: auto";
 
     Case("view before the set-up, %d", pmat);
     PetscCall(SolverCreate(nest, &ksp));
     PetscCall(ViewText(ksp, text));
     PetscCall(CheckText("view", text, {"type: ainsworth", first, second, "not set up yet"}));
     Case("view after the set-up, %d", pmat);
+    if (!pmat) { /* auto is decided from C, and the penalty with it */
+      first  = "variant: weighted (weight diagonal, penalty row with factor 10.)";
+      second = "preconditioning matrix: id, as the constraints keep components apart\n";
+    }
     PetscCall(KSPSetUp(ksp));
     PetscCall(ViewText(ksp, text));
-    PetscCall(CheckText("view", text,
-                        {first, second, "constraints: 5", "frame: the program's components", "reduced solve in the primal unknowns",
-                         "Gram matrix S = C W C': 1 connected piece, the largest of 5 rows, on " + std::string(pmat && size > 1 ? "2 ranks, cut by METIS" : "1 rank"), "(ainsworth_) ",
-                         "(ainsworth_gram_) ", pmat ? "type: cg" : "type: projectedcg", "type: ainsworth",
-                         "constraints=5, weight: " + std::string(pmat ? "identity" : "diagonal"), "penalty: "}));
+    PetscCall(
+      CheckText("view", text,
+                {first, second, "constraints: 5", "frame: the program's components", "reduced solve in the primal unknowns",
+                 "Gram matrix S = C W C': 1 connected piece, the largest of 5 rows, on " + std::string(pmat && size > 1 ? "2 ranks, cut by METIS" : "1 rank"),
+                 "(ainsworth_) ", "(ainsworth_gram_) ", pmat ? "type: cg" : "type: projectedcg", "type: ainsworth",
+                 "constraints=5, weight: " + std::string(pmat ? "identity" : "diagonal"), "penalty: "}));
     PetscCall(CheckTrue("no longer not set up", text.find("not set up yet") == std::string::npos));
     PetscCall(PetscViewerStringOpen(PETSC_COMM_WORLD, string, sizeof(string), &viewer));
     PetscCall(KSPGetPC(ksp, &pc));
     PetscCall(PCView(pc, viewer));
     PetscCall(PetscViewerDestroy(&viewer));
-    PetscCall(CheckText("view on a string", string, {pmat ? "paper, pmat bj_cg" : "weighted, pmat jcb"}));
+    PetscCall(CheckText("view on a string", string, {pmat ? "paper, pmat bj_cg" : "weighted, pmat auto"}));
     PetscCall(KSPDestroy(&ksp));
   }
   {

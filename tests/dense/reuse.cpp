@@ -195,7 +195,7 @@ int main(int argc, char **argv)
   PetscCall(PetscLogDefaultBegin());
   PetscCall(AinsworthInitializePackage());
   {
-    Options options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12");
+    Options options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_pmat jcb");
     for (bool explicitTranspose : {false, true}) PetscCall(Changes(explicitTranspose));
     PetscCall(LifeCycle());
   }
