@@ -1,6 +1,7 @@
 #include "matainsworth.h"
 #include "../events.h"
 #include <petsc/private/matimpl.h>
+#include <cstring>
 
 /*@
    MatAinsworthMultProjector - y = Q x, the projection of x onto Ker C along Im(W C')
@@ -274,8 +275,8 @@ PetscErrorCode MatAinsworthSetFrame_Private(Mat mat, const AinsworthFrame *frame
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext(mat, &ctx));
-  ctx->frame   = *frame;
-  ctx->current = PETSC_FALSE;
+  if (ctx->frame.bs != frame->bs || (frame->bs && std::memcmp(ctx->frame.T, frame->T, sizeof(frame->T)))) ctx->current = PETSC_FALSE;
+  ctx->frame = *frame;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -124,7 +124,19 @@ static PetscErrorCode Fail(PC pc, PC_Ainsworth *data, PCFailedReason reason, Pet
   PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), code, "%s", why);
   PetscCall(PetscInfo(pc, "%s\n", why));
   PetscCall(PCAinsworthAgreeOnFailure(pc, reason));
+  PetscCall(MatDestroy(&data->S));
   data->stale = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Is data->S on the A and C that the saddle holds now? Their values may have changed since: it will notice, and keep what depends on the pattern alone */
+static PetscErrorCode KeepsOperator(const PC_Ainsworth *data, PetscBool *keeps)
+{
+  Mat A = NULL, C = NULL;
+
+  PetscFunctionBegin;
+  if (data->S && !data->stale) PetscCall(MatAinsworthGetMats(data->S, &A, &C));
+  *keeps = (PetscBool)(A && A == data->saddle.A && C == data->saddle.C);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -132,15 +144,19 @@ static PetscErrorCode Fail(PC pc, PC_Ainsworth *data, PCFailedReason reason, Pet
 static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx, PCFailedReason *reason)
 {
   PetscInt    bs;
+  PetscBool   keeps = PETSC_FALSE;
   const char *prefix;
 
   PetscFunctionBegin;
-  PetscCall(MatDestroy(&data->S));
-  PetscCall(MatCreateAinsworth(data->saddle.A, data->saddle.C, &data->S));
-  PetscCall(PCGetOptionsPrefix(pc, &prefix));
-  PetscCall(MatSetOptionsPrefix(data->S, prefix));
-  PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->S, (PetscObject)pc, 0));
-  PetscCall(MatAinsworthSetRowsPerRank(data->S, data->rowsPerRank));
+  PetscCall(KeepsOperator(data, &keeps));
+  if (!keeps) {
+    PetscCall(MatDestroy(&data->S));
+    PetscCall(MatCreateAinsworth(data->saddle.A, data->saddle.C, &data->S));
+    PetscCall(PCGetOptionsPrefix(pc, &prefix));
+    PetscCall(MatSetOptionsPrefix(data->S, prefix));
+    PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->S, (PetscObject)pc, 0));
+    PetscCall(MatAinsworthSetRowsPerRank(data->S, data->rowsPerRank));
+  }
   PetscCall(MatGetBlockSize(data->saddle.A, &bs));
   if (data->frameType == PC_AINSWORTH_FRAME_AUTO) PetscCall(AinsworthFrameChoose(data->saddle.C, bs, &data->frame));
   else data->frame.bs = 0;
@@ -244,21 +260,17 @@ static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
   PetscFunctionBegin;
   if (S == data->saddle.block[0]) PetscFunctionReturn(PETSC_SUCCESS); /* the program's A has its own */
   PetscCall(AinsworthSaddleGetNearNullSpace(&data->saddle, &near));
-  if (near) {
-    PetscCall(AinsworthFrameRotateNullSpace(&data->frame, data->saddle.A, near, &rotated));
-    PetscCall(MatSetNearNullSpace(S, rotated));
-    PetscCall(MatSetNearNullSpace(M, rotated));
-    PetscCall(MatNullSpaceDestroy(&rotated));
-  }
+  if (near) PetscCall(AinsworthFrameRotateNullSpace(&data->frame, data->saddle.A, near, &rotated));
+  PetscCall(MatSetNearNullSpace(S, near ? rotated : NULL));
+  PetscCall(MatSetNearNullSpace(M, near ? rotated : NULL));
+  if (near) PetscCall(MatNullSpaceDestroy(&rotated));
   PetscCall(AinsworthSaddleCreateNullSpace(&data->saddle, &common));
-  if (common) {
-    PetscCall(AinsworthFrameRotateNullSpace(&data->frame, data->saddle.A, common, &rotated));
-    PetscCall(MatSetNullSpace(S, rotated));
-    PetscCall(MatSetNullSpace(M, rotated));
-    if (data->symmetric) PetscCall(MatSetTransposeNullSpace(S, rotated));
-    PetscCall(MatNullSpaceDestroy(&rotated));
-    PetscCall(MatNullSpaceDestroy(&common));
-  }
+  if (common) PetscCall(AinsworthFrameRotateNullSpace(&data->frame, data->saddle.A, common, &rotated));
+  PetscCall(MatSetNullSpace(S, common ? rotated : NULL));
+  PetscCall(MatSetNullSpace(M, common ? rotated : NULL));
+  PetscCall(MatSetTransposeNullSpace(S, common && data->symmetric ? rotated : NULL));
+  if (common) PetscCall(MatNullSpaceDestroy(&rotated));
+  PetscCall(MatNullSpaceDestroy(&common));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -280,7 +292,7 @@ static PetscErrorCode CreateKeptVectors(PC pc, PC_Ainsworth *data)
 PetscErrorCode PCSetUp_Ainsworth(PC pc)
 {
   PC_Ainsworth  *data    = (PC_Ainsworth *)pc->data;
-  PetscBool      changed = PETSC_TRUE;
+  PetscBool      changed = PETSC_TRUE, symmetric;
   PCFailedReason reason  = PC_NOERROR;
   Mat_Ainsworth *ctx;
   PC             inner;
@@ -297,7 +309,6 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PCAinsworthReportReset(data));
-  PetscCall(MatDestroy(&data->S));
   PetscCall(MatDestroy(&data->M));
   PetscCall(VecDestroy(&data->residual));
   PetscCall(VecDestroy(&data->g));
@@ -311,7 +322,9 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatGetSize(data->saddle.C, &data->constraints, NULL));
+  symmetric = data->symmetric;
   PetscCall(ProbeSymmetry(data->saddle.A, &data->symmetric));
+  if (symmetric != data->symmetric) PetscCall(MatDestroy(&data->S)); /* which has the symmetry of A */
   PetscCall(PCAinsworthConfigureKSP(pc, data));
   if (data->constraints) {
     PetscCall(SetUpOperator(pc, data, &ctx, &reason));
@@ -327,6 +340,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscCall(MatCreateVecs(data->saddle.C, NULL, &data->residual));
   } else {
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
+    PetscCall(MatDestroy(&data->S));
     data->frame.bs = 0;
   }
   PetscCall(AinsworthWeightCreate(data->saddle.A, &data->weights));

@@ -11,30 +11,31 @@ namespace
 {
 /* A and C on the surface, and the terms that M_* adds to A there */
 struct Surface {
-  IS  dofs; /* constrained degrees of freedom and their neighbours in A, p of them */
+  IS  dofs; /* constrained degrees of freedom and, if A is wanted, their neighbours in A, p of them */
   Mat A, C; /* p x p, m x p */
   Mat Ct;
   Vec w; /* diagonal of W, NULL for W = I */
 
-  PetscErrorCode create(const AinsworthPmatInputs *in, PetscBool symmetric);
+  PetscErrorCode create(const AinsworthPmatInputs *in, PetscBool withA, PetscBool symmetric);
   PetscErrorCode destroy();
 };
 
-PetscErrorCode Surface::create(const AinsworthPmatInputs *in, PetscBool symmetric)
+PetscErrorCode Surface::create(const AinsworthPmatInputs *in, PetscBool withA, PetscBool symmetric)
 {
   PetscInt rstart, rend;
   IS       rows;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSurfaceCreate(in->A, in->C, symmetric, &dofs));
+  PetscCall(AinsworthSurfaceCreate(withA ? in->A : NULL, in->C, symmetric, &dofs));
   PetscCall(MatGetOwnershipRange(in->C, &rstart, &rend));
   PetscCall(ISCreateStride(PetscObjectComm((PetscObject)in->C), rend - rstart, rstart, 1, &rows));
   PetscCall(MatCreateSubMatrix(in->C, rows, dofs, MAT_INITIAL_MATRIX, &C));
   PetscCall(ISDestroy(&rows));
   PetscCall(MatHermitianTranspose(C, MAT_INITIAL_MATRIX, &Ct));
-  PetscCall(MatCreateSubMatrix(in->A, dofs, dofs, MAT_INITIAL_MATRIX, &A));
+  A = NULL;
   w = NULL;
-  if (in->weight) {
+  if (withA) PetscCall(MatCreateSubMatrix(in->A, dofs, dofs, MAT_INITIAL_MATRIX, &A));
+  if (withA && in->weight) {
     Vec part;
 
     PetscCall(VecGetSubVector(in->weight, dofs, &part));
@@ -141,7 +142,7 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscFunctionBegin;
   PetscCall(AinsworthInvGramCreate(in->S, opt, &inverse));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMat, in->A, in->C, in->S, 0));
-  PetscCall(surface.create(in, opt->symmetric));
+  PetscCall(surface.create(in, (PetscBool)(inverse != NULL), opt->symmetric));
   if (inverse) PetscCall(AddProjectionTerms(surface, inverse, opt->symmetric, terms));
   PetscCall(MatDestroy(&inverse));
   PetscCall(AddPenaltyTerm(in, opt, surface, penalty, terms));

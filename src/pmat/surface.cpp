@@ -102,7 +102,7 @@ PetscErrorCode MarkRows(Mat M, const PetscInt columns[], PetscInt mark[])
 } // namespace
 
 /*
-   AinsworthSurfaceCreate - the degrees of freedom that a row of C touches, and those that A couples to them
+   AinsworthSurfaceCreate - the degrees of freedom that a row of C touches, and those that A, if given, couples to them
 
    Each rank holds its own, ascending, so that an AIJ matrix on the surface has them in the order of A. A symmetric pattern spares the look
    at all of A.
@@ -113,18 +113,18 @@ PetscErrorCode AinsworthSurfaceCreate(Mat A, Mat C, PetscBool symmetric, IS *dof
   std::vector<PetscInt> constrained, mark, list;
 
   PetscFunctionBegin;
-  PetscCall(MatGetLocalSize(A, &n, NULL));
-  PetscCall(MatGetOwnershipRange(A, &rstart, NULL));
+  PetscCall(MatGetLocalSize(C, NULL, &n));
+  PetscCall(MatGetOwnershipRangeColumn(C, &rstart, NULL));
   constrained.assign(n, 0);
   PetscCall(MarkColumns(C, NULL, constrained.data()));
   mark = constrained;
-  PetscCall(MarkColumns(A, constrained.data(), mark.data()));
-  if (!symmetric) PetscCall(MarkRows(A, constrained.data(), mark.data()));
+  if (A) PetscCall(MarkColumns(A, constrained.data(), mark.data()));
+  if (A && !symmetric) PetscCall(MarkRows(A, constrained.data(), mark.data()));
   for (PetscInt i = 0; i < n; i++)
     if (mark[i]) list.push_back(rstart + i);
   PetscCall(PetscMalloc1(list.size(), &owned));
   std::copy(list.begin(), list.end(), owned);
-  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)A), (PetscInt)list.size(), owned, PETSC_OWN_POINTER, dofs));
+  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)C), (PetscInt)list.size(), owned, PETSC_OWN_POINTER, dofs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

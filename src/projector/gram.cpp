@@ -32,48 +32,71 @@ static PetscErrorCode SortColumns(Mat M, Mat *sorted)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The ranks that have rows of a split piece work together */
+static PetscErrorCode CreateGroup(AinsworthGram *gram)
+{
+  MPI_Comm    comm = PetscObjectComm((PetscObject)gram->S);
+  PetscInt    n;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  if (gram->placement.rows) PetscCall(ISGetLocalSize(gram->placement.rows, &n));
+  else PetscCall(MatGetLocalSize(gram->S, &n, NULL));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_split(comm, n ? 0 : MPI_UNDEFINED, rank, &gram->group));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The rows of this rank as a matrix of the group */
+static PetscErrorCode MoveToGroup(const AinsworthGram *gram, Mat moved, Mat *placed)
+{
+  PetscInt           n, m, rows;
+  const PetscInt    *ia, *ja;
+  const PetscScalar *a;
+  PetscBool          done;
+  Mat                local;
+
+  PetscFunctionBegin;
+  if (gram->group == MPI_COMM_NULL) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetLocalSize(moved, &n, NULL));
+  PetscCall(MatGetSize(moved, &m, NULL));
+  PetscCall(MatMPIAIJGetLocalMat(moved, MAT_INITIAL_MATRIX, &local)); /* global column numbers, in order */
+  PetscCall(MatGetRowIJ(local, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
+  PetscCall(MatSeqAIJGetArrayRead(local, &a));
+  PetscCall(MatCreate(gram->group, placed));
+  PetscCall(MatSetSizes(*placed, n, n, m, m));
+  PetscCall(MatSetType(*placed, MATAIJ));
+  PetscCall(MatMPIAIJSetPreallocationCSR(*placed, ia, ja, a));
+  PetscCall(MatSeqAIJRestoreArrayRead(local, &a));
+  PetscCall(MatRestoreRowIJ(local, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
+  PetscCall(MatDestroy(&local));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The rows of S in their places, with the rank's own diagonal block as a sequential matrix unless a piece is split */
 static PetscErrorCode Place(AinsworthGram *gram)
 {
-  Mat moved = gram->S, own;
+  Mat moved = gram->S, placed = NULL, own;
 
   PetscFunctionBegin;
   if (gram->placement.rows) PetscCall(MatCreateSubMatrix(gram->S, gram->placement.rows, gram->placement.rows, MAT_INITIAL_MATRIX, &moved));
   else PetscCall(MatDuplicate(gram->S, MAT_COPY_VALUES, &moved));
+  PetscCall(VecDestroy(&gram->scale));
   PetscCall(MatCreateVecs(moved, NULL, &gram->scale));
   PetscCall(MatGetDiagonal(moved, gram->scale));
   PetscCall(VecSqrtAbs(gram->scale));
   PetscCall(VecReciprocal(gram->scale));
   PetscCall(MatDiagonalScale(moved, gram->scale, gram->scale));
-  if (gram->placement.split) {
-    PetscMPIInt        rank;
-    PetscInt           n, m, rows;
-    const PetscInt    *ia, *ja;
-    const PetscScalar *a;
-    PetscBool          done;
-    Mat                local;
-
-    PetscCall(MatGetLocalSize(moved, &n, NULL));
-    PetscCall(MatGetSize(moved, &m, NULL));
-    PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)moved), &rank));
-    PetscCallMPI(MPI_Comm_split(PetscObjectComm((PetscObject)moved), n ? 0 : MPI_UNDEFINED, rank, &gram->group));
-    if (n) {
-      PetscCall(MatMPIAIJGetLocalMat(moved, MAT_INITIAL_MATRIX, &local)); /* global column numbers, in order */
-      PetscCall(MatGetRowIJ(local, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
-      PetscCall(MatSeqAIJGetArrayRead(local, &a));
-      PetscCall(MatCreate(gram->group, &gram->placed));
-      PetscCall(MatSetSizes(gram->placed, n, n, m, m));
-      PetscCall(MatSetType(gram->placed, MATAIJ));
-      PetscCall(MatMPIAIJSetPreallocationCSR(gram->placed, ia, ja, a));
-      PetscCall(MatSeqAIJRestoreArrayRead(local, &a));
-      PetscCall(MatRestoreRowIJ(local, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
-      PetscCall(MatDestroy(&local));
-    }
-  } else {
+  if (gram->placement.split) PetscCall(MoveToGroup(gram, moved, &placed));
+  else {
     PetscCall(MatGetDiagonalBlock(moved, &own));
-    PetscCall(SortColumns(own, &gram->placed));
+    PetscCall(SortColumns(own, &placed));
   }
   PetscCall(MatDestroy(&moved));
+  if (gram->placed) { /* its solver knows the pattern already */
+    PetscCall(MatCopy(placed, gram->placed, SAME_NONZERO_PATTERN));
+    PetscCall(MatDestroy(&placed));
+  } else gram->placed = placed;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -133,25 +156,34 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent, cons
 /*
    AinsworthGramSetUp - forms S = C (C W)', places its rows and factors its pieces
 
-   CW is C with its columns scaled by W (C itself for W = I). The solver has the options prefix `prefix`ainsworth_gram_.
+   CW is C with its columns scaled by W (C itself for W = I). samePattern: C has the nonzero pattern and the layout of the last time, so that
+   the symbolic product, the places and the symbolic factorisation are those of the last time. The solver has the options prefix
+   `prefix`ainsworth_gram_.
 */
-PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, PetscInt rowsPerRank, PetscObject parent, const char prefix[])
+PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, bool samePattern, PetscInt rowsPerRank, PetscObject parent, const char prefix[])
 {
   Mat CWt;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthGramReset(gram));
+  if (!samePattern) PetscCall(AinsworthGramReset(gram));
   PetscCall(PetscLogEventBegin(AINSWORTH_GramMat, C, 0, 0, 0));
   PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
-  PetscCall(MatMatMult(C, CWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &gram->S));
+  PetscCall(MatMatMult(C, CWt, samePattern ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, PETSC_DEFAULT, &gram->S));
   PetscCall(MatDestroy(&CWt));
   PetscCall(MatSetOption(gram->S, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
-  PetscCall(AinsworthPlacementCreate(gram->S, C, rowsPerRank, smallPiece, &gram->placement));
+  if (!samePattern) {
+    PetscCall(AinsworthPlacementCreate(gram->S, C, rowsPerRank, smallPiece, &gram->placement));
+    if (gram->placement.split) PetscCall(CreateGroup(gram));
+  }
   PetscCall(Place(gram));
   PetscCall(PetscLogEventEnd(AINSWORTH_GramMat, C, 0, 0, 0));
 
   PetscCall(PetscLogEventBegin(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
-  PetscCall(CreateSolver(gram, parent, prefix));
+  if (!samePattern) PetscCall(CreateSolver(gram, parent, prefix));
+  else if (gram->placement.sizes.size()) {
+    PetscCall(KSPSetOperators(gram->ksp, gram->placed, gram->placed));
+    PetscCall(KSPSetUp(gram->ksp));
+  }
   PetscCall(PetscLogEventEnd(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -14,7 +14,7 @@ struct AinsworthGram {
   Vec                b, x;      /* of placed; x is lent its array */
 };
 
-PetscErrorCode AinsworthGramSetUp(AinsworthGram *, Mat, Mat, PetscInt, PetscObject, const char[]);
+PetscErrorCode AinsworthGramSetUp(AinsworthGram *, Mat, Mat, bool, PetscInt, PetscObject, const char[]);
 PetscErrorCode AinsworthGramReset(AinsworthGram *);
 PetscErrorCode AinsworthGramSolve(AinsworthGram *, Vec, Vec);
 PetscErrorCode AinsworthGramGetFailedReason(AinsworthGram *, PCFailedReason *);

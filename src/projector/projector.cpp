@@ -1,33 +1,49 @@
 #include "projector.h"
 #include "../events.h"
 
-/* The rows of C go where they are solved for: a projection then asks for the constrained entries of x once, and sends once what it adds to them */
-static PetscErrorCode MoveRows(AinsworthProjector *proj)
+/* Rows of C go where they are solved for: a projection then asks for the constrained entries of x once, and sends once what it adds to them */
+static PetscErrorCode MoveRows(const AinsworthProjector *proj, Mat *C)
 {
-  const bool shared = proj->CW == proj->C;
-  IS         rows   = proj->gram.placement.rows, columns;
-  PetscInt   start, end;
-  Mat        C, CW;
-  Vec        program, placed;
+  IS       columns;
+  PetscInt start, end;
+  Mat      moved;
 
   PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRangeColumn(proj->C, &start, &end));
-  PetscCall(ISCreateStride(PetscObjectComm((PetscObject)proj->C), end - start, start, 1, &columns));
-  PetscCall(MatCreateSubMatrix(proj->C, rows, columns, MAT_INITIAL_MATRIX, &C));
-  if (shared) {
-    PetscCall(PetscObjectReference((PetscObject)C));
-    CW = C;
-  } else PetscCall(MatCreateSubMatrix(proj->CW, rows, columns, MAT_INITIAL_MATRIX, &CW));
+  if (!proj->gram.placement.rows) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetOwnershipRangeColumn(*C, &start, &end));
+  PetscCall(ISCreateStride(PetscObjectComm((PetscObject)*C), end - start, start, 1, &columns));
+  PetscCall(MatCreateSubMatrix(*C, proj->gram.placement.rows, columns, MAT_INITIAL_MATRIX, &moved));
   PetscCall(ISDestroy(&columns));
-  PetscCall(MatCreateVecs(proj->C, NULL, &program));
-  PetscCall(MatCreateVecs(C, NULL, &placed));
-  PetscCall(VecScatterCreate(program, rows, placed, NULL, &proj->scatter));
+  PetscCall(MatDestroy(C));
+  *C = moved;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The work space of the rows, and the way to it from a vector of the program's layout, that of C */
+static PetscErrorCode CreateVectors(AinsworthProjector *proj, Mat C)
+{
+  Vec program;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(proj->C, NULL, &proj->s));
+  PetscCall(VecDuplicate(proj->s, &proj->t));
+  if (!proj->gram.placement.rows) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateVecs(C, NULL, &program));
+  PetscCall(VecScatterCreate(program, proj->gram.placement.rows, proj->s, NULL, &proj->scatter));
   PetscCall(VecDestroy(&program));
-  PetscCall(VecDestroy(&placed));
-  PetscCall(MatDestroy(&proj->C));
-  PetscCall(MatDestroy(&proj->CW));
-  proj->C  = C;
-  proj->CW = CW;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Does all that depends on the nonzero pattern of C alone stand from the last set-up? */
+static PetscErrorCode CompareSource(AinsworthProjector *proj, Mat C, const AinsworthProjectorSource &now, bool *same)
+{
+  const AinsworthProjectorSource &last = proj->source;
+
+  PetscFunctionBegin;
+  *same = proj->C && last.id == now.id && last.pattern == now.pattern && last.bs == now.bs && last.weighted == now.weighted &&
+          last.rowsPerRank == now.rowsPerRank;
+  if (*same)
+    PetscCall(PetscInfo(C, "The nonzero pattern of C is that of the last set-up: the places and the symbolic factorisation of the Gram matrix are kept\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -38,8 +54,19 @@ static PetscErrorCode MoveRows(AinsworthProjector *proj)
 PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, Mat C, Vec w, const AinsworthFrame *frame, PetscInt rowsPerRank, PetscObject parent,
                                        const char prefix[])
 {
+  AinsworthProjectorSource source;
+  bool                     same;
+
   PetscFunctionBegin;
-  PetscCall(AinsworthProjectorReset(proj));
+  PetscCall(PetscObjectGetId((PetscObject)C, &source.id));
+  PetscCall(MatGetNonzeroState(C, &source.pattern));
+  source.bs          = frame->bs;
+  source.rowsPerRank = rowsPerRank;
+  source.weighted    = w != NULL;
+  PetscCall(CompareSource(proj, C, source, &same));
+  if (!same) PetscCall(AinsworthProjectorReset(proj));
+  PetscCall(MatDestroy(&proj->C));
+  PetscCall(MatDestroy(&proj->CW));
   PetscCall(AinsworthFrameRotateRows(frame, C, &proj->C));
   if (w) {
     Mat CW;
@@ -48,14 +75,16 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, Mat C, Vec w, c
     PetscCall(MatDiagonalScale(CW, NULL, w));
     PetscCall(AinsworthFrameRotateRows(frame, CW, &proj->CW));
     PetscCall(MatDestroy(&CW));
-  } else {
+  }
+  PetscCall(AinsworthGramSetUp(&proj->gram, proj->C, w ? proj->CW : proj->C, same, rowsPerRank, parent, prefix));
+  PetscCall(MoveRows(proj, &proj->C));
+  if (w) PetscCall(MoveRows(proj, &proj->CW));
+  else {
     PetscCall(PetscObjectReference((PetscObject)proj->C));
     proj->CW = proj->C;
   }
-  PetscCall(AinsworthGramSetUp(&proj->gram, proj->C, proj->CW, rowsPerRank, parent, prefix));
-  if (proj->gram.placement.rows) PetscCall(MoveRows(proj));
-  PetscCall(MatCreateVecs(proj->C, NULL, &proj->s));
-  PetscCall(VecDuplicate(proj->s, &proj->t));
+  if (!same) PetscCall(CreateVectors(proj, C));
+  proj->source = source;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

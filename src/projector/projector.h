@@ -6,12 +6,22 @@
 #include "gram.h"
 #include "../saddle/saddle.h"
 
+/* What the nonzero pattern of S, and the places of its rows, come from */
+struct AinsworthProjectorSource {
+  PetscObjectId    id; /* of C */
+  PetscObjectState pattern;
+  PetscInt         bs, rowsPerRank;
+  bool             weighted;
+};
+
 struct AinsworthProjector {
   Mat           C;       /* m x n AIJ, in the frame: C T'; its rows where they are solved for (placed) */
   Mat           CW;      /* C W T', placed; the same as C for W = I */
   AinsworthGram gram;    /* S = C W C' */
   VecScatter    scatter; /* from the program's rows of C to their places; NULL: they stay */
   Vec           s, t;    /* m, placed */
+
+  AinsworthProjectorSource source; /* of the last set-up, where C is there */
 };
 
 PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, Mat, Vec, const AinsworthFrame *, PetscInt, PetscObject, const char[]);

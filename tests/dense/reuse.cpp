@@ -143,6 +143,71 @@ static PetscErrorCode Changes(bool explicitTranspose)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Symbolic phases so far, of all ranks together */
+static PetscErrorCode CountSymbolic(PetscInt count[2])
+{
+  const char *const products[] = {"MatMatMultSym", "MatTrnMatMultSym"}, *const factors[] = {"MatLUFactorSym", "MatCholFctrSym"};
+
+  PetscFunctionBeginUser;
+  count[0] = count[1] = 0;
+  for (int k = 0; k < 2; k++) {
+    PetscInt number;
+
+    PetscCall(EventCount(products[k], &number));
+    count[0] += number;
+    PetscCall(EventCount(factors[k], &number));
+    count[1] += number;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Solves, and tells how many symbolic products and factorisations that took */
+static PetscErrorCode SolveCounting(Solver *s, const char *what, PetscInt count[2])
+{
+  PetscInt before[2];
+
+  PetscFunctionBeginUser;
+  PetscCall(CountSymbolic(before));
+  PetscCall(Solve(s, what, 1, 1));
+  PetscCall(CountSymbolic(count));
+  for (int k = 0; k < 2; k++) count[k] -= before[k];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What depends on the nonzero pattern of C alone is done again only where that changed */
+static PetscErrorCode Patterns(const char *choices)
+{
+  Options  options(choices);
+  Solver   s;
+  PetscInt first[2], count[2], columns;
+
+  PetscFunctionBeginUser;
+  PetscCall(Create(false, &s));
+  PetscCall(SolveCounting(&s, choices, first));
+  PetscCall(CheckTrue("a product and a factorisation at least", first[0] > 0 && first[1] > 0));
+
+  PetscCall(MatScale(s.sys.A, 3.0));
+  PetscCall(SolveCounting(&s, "other values of A", count));
+  PetscCall(CheckTrue("fewer symbolic products", count[0] < first[0]));
+  PetscCall(CheckInt("symbolic factorisations", count[1], 0));
+  PetscCall(MatDiagonalScale(s.sys.C, NULL, s.sys.w));
+  PetscCall(SolveCounting(&s, "other values of C", count));
+  PetscCall(CheckTrue("fewer symbolic products", count[0] < first[0]));
+  PetscCall(CheckInt("symbolic factorisations", count[1], 0));
+
+  PetscCall(MatGetSize(s.sys.C, NULL, &columns));
+  PetscCall(MatSetOption(s.sys.C, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE));
+  PetscCall(MatSetValue(s.sys.C, 0, columns - 1, 0.5, ADD_VALUES)); /* every rank adds its half to the last column, which row 0 does not touch */
+  PetscCall(MatAssemblyBegin(s.sys.C, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(s.sys.C, MAT_FINAL_ASSEMBLY));
+  PetscCall(SolveCounting(&s, "another pattern of C", count));
+  PetscCall(CheckInt("symbolic products", count[0], first[0]));
+  PetscCall(CheckTrue("symbolic factorisations", count[1] > 0));
+  PetscCall(Destroy(&s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode LifeCycle()
 {
   Solver s;
@@ -198,6 +263,11 @@ int main(int argc, char **argv)
     Options options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_pmat jcb");
     for (bool explicitTranspose : {false, true}) PetscCall(Changes(explicitTranspose));
     PetscCall(LifeCycle());
+  }
+  {
+    Options options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_pmat jcb");
+    PetscCall(Patterns("-ainsworth_gram_pc_type lu"));
+    PetscCall(Patterns("-pc_ainsworth_rows_per_rank 2 -ainsworth_gram_pc_type redundant")); /* pieces are split */
   }
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());
