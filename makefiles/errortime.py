@@ -20,6 +20,7 @@ def main():
     parser.add_argument("--ranks", type=int, default=1, help="MPI ranks (default 1)")
     parser.add_argument("--first", type=int, default=1, help="tolerances from 10^-first (default 1)")
     parser.add_argument("--last", type=int, default=12, help="to 10^-last (default 12)")
+    parser.add_argument("--step", type=int, default=1, help="in steps of 10^-step (default 1)")
     parser.add_argument("--repeat", type=int, default=3, help="seconds are the least of this many runs (default 3)")
     parser.add_argument("--enough", type=float, default=20, help="repeat a tolerance no more after this many seconds (default 20)")
     parser.add_argument("--limit", type=int, default=900, help="seconds for one solver on one system, all its tolerances (default 900)")

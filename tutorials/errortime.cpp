@@ -15,7 +15,7 @@ struct Choices {
   PetscBool hasReference, hasOut;
   FormType  form;
   PetscReal gamma, enough;
-  PetscInt  first, last, repetitions;
+  PetscInt  first, last, step, repetitions;
 };
 
 struct System {
@@ -32,6 +32,7 @@ static PetscErrorCode ChoicesGet(MPI_Comm comm, Choices *c)
   c->enough      = 20;
   c->first       = 1;
   c->last        = 12;
+  c->step        = 1;
   c->repetitions = 3;
   PetscCall(PetscStrncpy(c->name, "solver", sizeof(c->name)));
   PetscCall(PetscStrncpy(c->tolerance, "ksp_rtol", sizeof(c->tolerance)));
@@ -43,6 +44,7 @@ static PetscErrorCode ChoicesGet(MPI_Comm comm, Choices *c)
                                sizeof(c->tolerance), NULL));
   PetscCall(PetscOptionsInt("-first", "Tolerances from 10^-first", NULL, c->first, &c->first, NULL));
   PetscCall(PetscOptionsInt("-last", "to 10^-last", NULL, c->last, &c->last, NULL));
+  PetscCall(PetscOptionsInt("-step", "in steps of 10^-step", NULL, c->step, &c->step, NULL));
   PetscCall(PetscOptionsInt("-repetitions", "Times are the least of this many", NULL, c->repetitions, &c->repetitions, NULL));
   PetscCall(PetscOptionsReal("-enough", "Repeat a tolerance no more after this time [s]", NULL, c->enough, &c->enough, NULL));
   PetscCall(PetscOptionsString("-reference", "File of the exact solution; computed and written if it is not there", NULL, "", c->reference,
@@ -51,6 +53,7 @@ static PetscErrorCode ChoicesGet(MPI_Comm comm, Choices *c)
   PetscOptionsEnd();
   PetscCheck(c->first >= 0 && c->last >= c->first && c->last <= 15, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "Options -first %" PetscInt_FMT " -last %" PetscInt_FMT ": 0 <= first <= last <= 15", c->first, c->last);
+  PetscCheck(c->step >= 1, comm, PETSC_ERR_ARG_OUTOFRANGE, "Option -step is %" PetscInt_FMT ", it must be at least 1", c->step);
   PetscCheck(c->repetitions >= 1, comm, PETSC_ERR_ARG_OUTOFRANGE, "Option -repetitions is %" PetscInt_FMT ", it must be at least 1", c->repetitions);
   PetscCheck(c->gamma > 0, comm, PETSC_ERR_ARG_OUTOFRANGE, "Option -augmentation is %g, it must be positive", (double)c->gamma);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -273,7 +276,7 @@ int main(int argc, char **argv)
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "# unknowns=%" PetscInt_FMT " constraints=%" PetscInt_FMT "\n", n, m));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "solver,tolerance,setup_s,solve_s,iterations,memory_mb,energy_error,multiplier_error,primal_residual,"
                                           "constraint_residual,reason\n"));
-  for (PetscInt digits = choices.first; digits <= choices.last && reason >= 0; digits++) {
+  for (PetscInt digits = choices.first; digits <= choices.last && reason >= 0; digits += choices.step) {
     PetscCall(Run(system, choices, digits, &reason));
     if (std::string(choices.tolerance) == "none") break;
   }

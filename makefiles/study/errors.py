@@ -48,7 +48,7 @@ def run(path, options, arguments, reference):
     name = os.path.splitext(os.path.basename(path))[0]
     command = machine.launcher(arguments.ranks) + [ERRORTIME, "-dll_append", machine.PLUGIN] + options.split()
     command += ["-options_file", path, "-name", name, "-reference", reference, "-first", str(arguments.first), "-last", str(arguments.last),
-                "-repetitions", str(arguments.repeat), "-enough", str(arguments.enough)]
+                "-step", str(arguments.step), "-repetitions", str(arguments.repeat), "-enough", str(arguments.enough)]
     try:
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=arguments.limit, env=machine.ENVIRONMENT)
         output, why = done.stdout, reason(done.stdout, done.returncode) if done.returncode else None
@@ -207,10 +207,12 @@ def write(folder):
     systems = [System(path) for path in glob.glob(os.path.join(folder, "*.csv"))]
     systems.sort(key=lambda s: (list(CASES).index(s.case), s.n1))
     here = os.path.basename(folder)
-    about = systems[0].about
+    about, loads = systems[0].about, [float(system.about["load at the end"]) for system in systems]
     text = ["# Error against run time", ""]
-    text += ["Made by `%s` (the text too: every number comes from the CSVs in [%s/](%s)) on %s, %s rank(s), load %s." % (about["command"], here, here, about["machine"], about["ranks"], about["load at the end"]), ""]
-    text += ["Each point is one tolerance between 1e-1 and 1e-12: across, the seconds of set-up and solve together (least of the repetitions; forming the augmented or the eliminated system counts, assembling one matrix for MUMPS does not); down, the true relative error of x in the energy norm, against MUMPS with iterative refinement in extended precision.",
+    commands = sorted(set(system.about["command"] for system in systems))
+    text += ["Made by %s (the text too: every number comes from the CSVs in [%s/](%s)) on %s, %s rank(s), load %s." % (
+        " and ".join("`%s`" % command for command in commands), here, here, about["machine"], about["ranks"], "%.1f to %.1f" % (min(loads), max(loads))), ""]
+    text += ["Each point is one tolerance of a series down from 1e-1: across, the seconds of set-up and solve together (least of the repetitions; forming the augmented or the eliminated system counts, assembling one matrix for MUMPS does not); down, the true relative error of x in the energy norm, against MUMPS with iterative refinement in extended precision.",
              "A cross marks a solve that did not converge. Memory is the largest resident memory of the process, with the system and its exact solution in it; the iterations are those of the tightest tolerance, of the inner solver for `ainsworth*`, and not known for `fieldsplit_gkb`.", "",
              "`PCBDDC` is not among the peers: it needs matrices that are not assembled (`MATIS`). `PCHPDDM` needs a PETSc configured with HPDDM.", ""]
     text += ["| solver | |", "|---|---|"] + ["| [%s](../tutorials/solvers/%s.opts) | %s |" % (name, name, comment(name)) for name in systems[0].rows] + [""]
