@@ -26,13 +26,13 @@ SIX = "jcb,id,bj_cc,bj_cg,cc,cg"
 # sizes, ranks, pmats, variants, repetitions, seconds that a run may take
 DEFAULTS = {
     "table": ("96:96,96:95", "32,64,128,256,512", "", "", 1, 600),
-    "strong": ("96:96,96:95", "2", "jcb", "weighted", 1, 3600),
+    "strong": ("96:96,96:95", "2", "id,jcb", "weighted", 1, 3600),
     "weak": ("24,48,96", "2", "jcb,id,bj_cg", "weighted", 1, 3600),
     "cost": ("128x16", "2", SIX, "weighted,paper", 1, 600),
     "flops": ("64x8,64x16,64x32,16x16,32x16", "1", SIX, "weighted,paper", 1, 600),
     "setup": ("64x16,48", "1,2", "jcb,id", "weighted", 3, 600),
     "iterations": ("24", "1,2,4,8,16", "jcb,id", "weighted", 1, 600),
-    "messages": ("24", "8,16", "jcb", "weighted", 1, 600),
+    "messages": ("24", "8,16", "jcb,id", "weighted", 1, 600),
     "memory": ("64x16,48", "1,2", "jcb,id", "weighted", 1, 600),
 }
 
