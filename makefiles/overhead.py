@@ -12,8 +12,8 @@ import sys
 from study import logview, machine
 
 BOUND = 1.35
-EVENTS = ("AinsGramMat", "AinsGramFact", "AinsInvGram", "AinsPMat", "AinsRHS", "AinsMultiplier", "AinsProjector", "AinsGramSolve", "AinsMatMult", "PCSetUp", "PCApply", "MatMult", "KSPSolve")
-OURS = ("AinsGramMat", "AinsGramFact", "AinsInvGram", "AinsPMat")
+EVENTS = ("AinsGramMat", "AinsGramFact", "AinsInvGram", "AinsPMat", "AinsPMatCopy", "AinsRHS", "AinsMultiplier", "AinsProjector", "AinsGramSolve", "AinsMatMult", "PCSetUp", "PCApply", "MatMult", "KSPSolve")
+OURS = ("AinsGramMat", "AinsGramFact", "AinsInvGram", "AinsPMat", "AinsPMatCopy")
 COLUMNS = ["n1", "n2", "ranks", "run", "contact", "iterations", "reason", "setup", "solve", "processor", "load"]
 
 

@@ -208,7 +208,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    right-hand side that contradicts a zero or a dependent row of C give a `PCFailedReason`, known to all ranks, or an error with
    `-ksp_error_if_not_converged`; so do values that are not finite. `-info :pc` says why, naming rows.
 
-   Set-up is repeated for what changed only: a `KSPSolve()` with the same A and C builds nothing, even after `KSPSetOperators()`.
+   Set-up is repeated for what changed only: a `KSPSolve()` with the same A and C builds nothing, even after `KSPSetOperators()`. Where values changed but
+   not the nonzero pattern of C, the symbolic product and factorisation of the Gram matrix and the places of its rows are kept.
 
    A near null space is taken from A (`MatSetNearNullSpace()`) or from the index set of its field (key "nearnullspace").
 
