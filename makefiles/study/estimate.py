@@ -1,0 +1,159 @@
+"""Bounds of the error against the true one, row by row of the monitor, and the seconds that the monitor takes."""
+import csv
+import os
+import statistics
+import subprocess
+
+from . import machine
+from .errors import CASES, ERRORTIME
+
+VARIANTS = ("weighted", "paper")
+TOLERANCE = "1e-10"
+FALLEN, FACTOR, ROUNDING, COST_BOUND = 0.1, 2.0, 1e-6, 1.02
+KINDS = {"without": "", "estimate": "-pc_ainsworth_monitor_error_residuals false -pc_ainsworth_monitor_error csv:", "with residuals": "-pc_ainsworth_monitor_error csv:"}
+SHARP = ["case", "n1", "variant", "iteration", "delay", "natural_norm", "error_lower", "error_upper", "error_true", "options"]
+COST = ["n1", "run", "kind", "iterations", "setup", "solve"]
+
+
+def save(path, columns, rows):
+    with open(path, "w", newline="") as file:
+        file.write("# command: %s\n# machine: %s\n# load at the end: %.1f\n" % (machine.command_line(), machine.describe(), machine.load()))
+        table = csv.DictWriter(file, columns, lineterminator="\n", extrasaction="ignore")
+        table.writeheader()
+        table.writerows(rows)
+
+
+def read(path):
+    """(what the head says, rows); nothing where the file is missing."""
+    if not os.path.exists(path):
+        return {}, []
+    with open(path, newline="") as file:
+        lines = file.readlines()
+    about = dict(line[2:].strip().split(": ", 1) for line in lines if line.startswith("# "))
+    return about, list(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+
+def sharp(folder, sizes):
+    rows = []
+    for case, (_, choice) in CASES.items():
+        for n1 in sizes:
+            options = "-n1 %d -n2 %d %s" % (n1, n1 * 5 // 6, choice)
+            with machine.workspace() as workspace:
+                exact, table = os.path.join(workspace, "exact.dat"), os.path.join(workspace, "rows.csv")
+                subprocess.run(machine.launcher(1) + [ERRORTIME] + options.split() + ["-reference", exact, "-ksp_type", "preonly", "-pc_type", "none", "-first", "1", "-last", "1", "-repetitions", "1"],
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=machine.ENVIRONMENT)
+                if not os.path.exists(exact):
+                    raise RuntimeError("no exact solution for " + options)
+                for variant in VARIANTS:
+                    run = machine.run("%s -pc_ainsworth_variant %s -ainsworth_ksp_rtol %s -pc_ainsworth_reference %s -pc_ainsworth_monitor_error csv:%s" % (options, variant, TOLERANCE, exact, table))
+                    if not machine.converged(run):
+                        raise RuntimeError("%s, %s: %s" % (options, variant, run["reason"]))
+                    with open(table, newline="") as file:
+                        found = [dict(row, case=case, n1=n1, variant=variant, options=options) for row in csv.DictReader(file)]
+                    rows += found
+                    print("%s, n1 %d, %s: %s" % (case, n1, variant, ", ".join("%s %.3f to %.3f" % (what, low, high) for what, low, high in effectivity(found))), flush=True)
+    save(os.path.join(folder, "sharp.csv"), SHARP, rows)
+
+
+def fallen(rows):
+    """The rows from where the true error has fallen by 10."""
+    first = float(rows[0]["error_true"])
+    start = next(i for i, row in enumerate(rows) if float(row["error_true"]) <= FALLEN * first)
+    return rows[start:]
+
+
+def effectivity(rows):
+    """(bound, least quotient with the true error, largest) of the rows that have one."""
+    for what in ("lower", "upper"):
+        quotients = [float(row["error_" + what]) / float(row["error_true"]) for row in fallen(rows) if row["error_" + what]]
+        yield what, min(quotients), max(quotients)
+
+
+def cost(folder, sizes, repeat):
+    rows = []
+    for n1 in sizes:
+        for turn in range(repeat):
+            for kind, monitor in KINDS.items():
+                with machine.workspace() as workspace:
+                    run = machine.run("-n1 %d -n2 %d -E2 10 %s" % (n1, n1 * 5 // 6, monitor + os.path.join(workspace, "rows.csv") if monitor else ""))
+                rows.append({"n1": n1, "run": turn, "kind": kind, "iterations": run["iterations"], "setup": run["setup"], "solve": run["solve"]})
+        print("n1 %d: %s" % (n1, ", ".join("%s %.3f s" % (kind, min(row["solve"] for row in rows if row["kind"] == kind and row["n1"] == n1)) for kind in KINDS)), flush=True)
+    save(os.path.join(folder, "cost.csv"), COST, rows)
+
+
+def verdict(holds):
+    return "pass" if holds else "**miss**"
+
+
+def made_by(about):
+    return ["Made by `%s` on %s; load at the end %s." % (about["command"], about["machine"], about["load at the end"]), ""]
+
+
+def runs(rows):
+    """The rows of each solve."""
+    answer = {}
+    for row in rows:
+        answer.setdefault((row["case"], row["n1"], row["variant"]), []).append(row)
+    return answer
+
+
+def draw(path, rows):
+    import matplotlib
+    matplotlib.use("Agg")
+    matplotlib.rcParams["svg.hashsalt"] = "ainsworth"
+    from matplotlib import pyplot
+    largest = max(int(row["n1"]) for row in rows)
+    figure, panels = pyplot.subplots(1, len(CASES), figsize=(3.2 * len(CASES), 4), sharey=True)
+    for axes, case in zip(panels, CASES):
+        for variant, color in zip(VARIANTS, ("C0", "C1")):
+            mine = runs(rows).get((case, str(largest), variant), [])
+            exact = float(mine[0]["error_true"]) if mine else 1.0
+            for what, style in (("true", "-"), ("lower", "v"), ("upper", "^")):
+                points = [(int(row["iteration"]), float(row["error_" + what]) / exact) for row in mine if row["error_" + what]]
+                axes.semilogy([p[0] for p in points], [p[1] for p in points], style, color=color, fillstyle="none", markersize=5, label="%s, %s" % (variant, what))
+        axes.set_title(CASES[case][0], fontsize=9)
+        axes.set_xlabel("iteration")
+        axes.grid(True, which="major", alpha=0.4)
+    panels[0].set_ylabel("energy norm of the error / first")
+    panels[-1].legend(fontsize=7)
+    figure.tight_layout()
+    for suffix in ("svg", "png"):
+        figure.savefig(path + "." + suffix, **({"metadata": {"Date": None}} if suffix == "svg" else {"dpi": 110}))
+    pyplot.close(figure)
+
+
+def write_sharp(folder, about, rows):
+    draw(os.path.join(folder, "sharp"), rows)
+    here = os.path.basename(folder)
+    text = ["## How sharp", "", "Quotients of the bounds of `-pc_ainsworth_monitor_error` and the true energy norm of the error (`-pc_ainsworth_reference`, MUMPS with iterative refinement in extended precision), least to largest over all iterations from where the error has fallen by 10, down to a relative tolerance of %s. The upper one is an estimate, since it rests on an estimated eigenvalue, and may be below 1. Wanted: the lower one at most 1, each within a factor %g." % (TOLERANCE, FACTOR), "",
+            "![True error and its bounds](%s/sharp.svg)" % here, "",
+            "| | | variant | iterations | lower / true | | upper / true | | rows without a lower bound |", "|" + "---|" * 9]
+    for (case, n1, variant), mine in runs(rows).items():
+        (_, low, high), (_, least, most) = effectivity(mine)
+        good = (high <= 1 + ROUNDING and low >= 1 / FACTOR, least >= 1 / FACTOR and most <= FACTOR)
+        text.append("| %s | n1 = %s | %s | %s | %.4f to %.4f | %s | %.4f to %.4f | %s | %d |" % (
+            (CASES[case][0], n1, variant, mine[-1]["iteration"], low, high, verdict(good[0]), least, most, verdict(good[1]), sum(not row["error_lower"] for row in mine))))
+    return text + ["", "The last row of a solve has no later step to take a lower bound from.", ""] + made_by(about)
+
+
+def write_cost(about, rows):
+    text = ["## What it costs", "", "Seconds of the solve of `twocubes -E2 10`, least | median of the runs, which take turns; quotients with the solve without a monitor. Wanted: at most %g without the residuals." % COST_BOUND, "",
+            "| n1 | iterations | without | estimate alone | quotients | with residuals | quotients | |", "|" + "---|" * 8]
+    for n1 in dict.fromkeys(row["n1"] for row in rows):
+        solve = {kind: [float(row["solve"]) for row in rows if row["n1"] == n1 and row["kind"] == kind] for kind in KINDS}
+        both = {kind: (min(values), statistics.median(values)) for kind, values in solve.items()}
+        quotients = {kind: tuple(a / b for a, b in zip(both[kind], both["without"])) for kind in KINDS}
+        text.append("| %s | %s | %.3f, %.3f | %.3f, %.3f | %.3f, %.3f | %.3f, %.3f | %.3f, %.3f | %s |" % (
+            (n1, next(row["iterations"] for row in rows if row["n1"] == n1)) + both["without"] + both["estimate"] + quotients["estimate"] + both["with residuals"] + quotients["with residuals"] + (verdict(quotients["estimate"][0] <= COST_BOUND),)))
+    return text + [""] + made_by(about)
+
+
+def write(folder):
+    text = ["# The estimate of the error", "", "What [report.md](report.md) describes, measured.", ""]
+    for name, part in (("sharp", lambda about, rows: write_sharp(folder, about, rows)), ("cost", write_cost)):
+        about, rows = read(os.path.join(folder, name + ".csv"))
+        if rows:
+            text += part(about, rows)
+    with open(folder + ".md", "w") as file:
+        file.write("\n".join(text).rstrip() + "\n")
+    print("wrote %s.md" % folder)
