@@ -7,4 +7,4 @@ if [ $# = 0 ]; then set -- -R '^dense_.*_np[13]$|^fuzz_np[12]$'; fi
 say "test with sanitizers"
 cd "$build-sanitize"
 # PETSc's own allocation checks are no help beside the sanitizer's, and slow.
-exec env PETSC_OPTIONS='-malloc_debug 0' ctest -j2 --output-on-failure "$@"
+exec env PETSC_OPTIONS='-malloc_debug 0' ctest -j "$jobs" --output-on-failure "$@"
