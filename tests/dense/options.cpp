@@ -190,6 +190,40 @@ static PetscErrorCode Inner()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A program that reads no options: the defaults are the same */
+static PetscErrorCode Unread()
+{
+  KSP                ksp;
+  KSPConvergedReason reason;
+  Vec                b, y;
+  PetscInt           n;
+  std::string        text;
+
+  PetscFunctionBeginUser;
+  Case("no options read");
+  PetscCall(KSPCreate(PETSC_COMM_WORLD, &ksp));
+  PetscCall(KSPSetOperators(ksp, nest, nest));
+  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  {
+    PC pc;
+    PetscCall(KSPGetPC(ksp, &pc));
+    PetscCall(PCSetType(pc, PCAINSWORTH));
+  }
+  PetscCall(MatGetLocalSize(nest, &n, NULL));
+  PetscCall(VecCreateMPI(PETSC_COMM_WORLD, n, PETSC_DECIDE, &b));
+  PetscCall(VecDuplicate(b, &y));
+  PetscCall(SetRandom(b, 5));
+  PetscCall(KSPSolve(ksp, b, y));
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  PetscCall(CheckTrue(KSPConvergedReasons[reason], reason > 0));
+  PetscCall(ViewText(ksp, text));
+  PetscCall(CheckText("view", text, {PetscDefined(HAVE_HYPRE) ? "HMIS" : "type: gamg", "type: projectedcg", "relative=1e-08"}));
+  PetscCall(VecDestroy(&b));
+  PetscCall(VecDestroy(&y));
+  PetscCall(KSPDestroy(&ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Views()
 {
   KSP         ksp;
@@ -278,6 +312,7 @@ int main(int argc, char **argv)
   PetscCall(Pairs());
   PetscCall(Variants());
   PetscCall(Inner());
+  PetscCall(Unread());
   PetscCall(Views());
   PetscCall(MatDestroy(&nest));
   PetscCall(SystemDestroy(&sys));

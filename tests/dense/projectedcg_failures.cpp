@@ -53,10 +53,6 @@ static PetscErrorCode Misuse()
   PetscFunctionBeginUser;
   Case("misuse");
   PetscCall(ProblemCreate(spec, false, &p));
-  PetscCall(KSPGetPC(p.ksp, &pc));
-  PetscCall(PCSetDiagonalScale(pc, p.sys.w));
-  PetscCall(CheckError("diagonal scaling", [&]() { return KSPSolve(p.ksp, p.b, p.x); }, PETSC_ERR_SUP, {"projectedcg does not support diagonal scaling"}));
-  PetscCall(PCSetDiagonalScale(pc, NULL));
   PetscCall(KSPSolve(p.ksp, p.b, p.x));
   PetscCall(
     CheckError("estimates not asked for", [&]() { return KSPComputeExtremeSingularValues(p.ksp, &high, &low); }, PETSC_ERR_ARG_WRONGSTATE, {"not requested"}));
@@ -69,6 +65,9 @@ static PetscErrorCode Misuse()
   PetscCall(KSPReset(p.ksp)); /* and it can be used again */
   PetscCall(KSPSetOperators(p.ksp, p.S, p.sys.A));
   PetscCall(KSPSolve(p.ksp, p.b, p.x));
+  PetscCall(KSPGetPC(p.ksp, &pc));
+  PetscCall(PCSetDiagonalScale(pc, p.sys.w));
+  PetscCall(CheckError("diagonal scaling", [&]() { return KSPSolve(p.ksp, p.b, p.x); }, PETSC_ERR_SUP, {"projectedcg does not support diagonal scaling"}));
   PetscCall(ProblemDestroy(&p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

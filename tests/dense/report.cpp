@@ -235,10 +235,8 @@ static PetscErrorCode Table()
 
   PetscFunctionBeginUser;
   Case("table");
-  {
-    Options options(Solver(true, "1e-11", "3"));
-    PetscCall(RunCreate(spec, &run));
-  }
+  Options options(Solver(true, "1e-11", "3"));
+  PetscCall(RunCreate(spec, &run));
   PetscCall(PetscViewerBinaryOpen(PETSC_COMM_WORLD, "exact.bin", FILE_MODE_WRITE, &viewer));
   PetscCall(PetscViewerBinarySetSkipInfo(viewer, PETSC_TRUE));
   PetscCall(VecView(run.exact[1], viewer));
@@ -247,10 +245,8 @@ static PetscErrorCode Table()
   PetscCall(PCAinsworthGetReference(pc, &reference));
   PetscCall(PCAinsworthGetErrorMonitor(pc, &viewer, NULL));
   PetscCall(CheckTrue("nothing is monitored", !reference && !viewer));
-  {
-    Options options("-pc_ainsworth_reference exact.bin -pc_ainsworth_monitor_error ascii:table.txt -pc_ainsworth_error_eigenvalue 0.125");
-    PetscCall(KSPSetFromOptions(run.ksp));
-  }
+  Options more("-pc_ainsworth_reference exact.bin -pc_ainsworth_monitor_error ascii:table.txt -pc_ainsworth_error_eigenvalue 0.125");
+  PetscCall(KSPSetFromOptions(run.ksp));
   PetscCall(PCAinsworthGetReference(pc, &reference));
   PetscCall(Gather(reference, got));
   PetscCall(CheckEqual("reference", got, run.x, 1e-15));
