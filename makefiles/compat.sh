@@ -18,7 +18,7 @@ variant() { # name package folder
   say "$1: PETSc of $2"
   apt_install "$2"
   PETSC_DIR=/usr/lib/petscdir/$3 PETSC_ARCH='' AINSWORTH_BUILD=$build-$1 sh "$root/makefiles/build.sh" -DAINSWORTH_WERROR=ON
-  (cd "$build-$1" && ctest -j2 --output-on-failure -L 'loading|smoke')
+  (cd "$build-$1" && ctest -j "$jobs" --output-on-failure -L 'loading|smoke')
 }
 
 system() { # release

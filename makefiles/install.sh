@@ -1,8 +1,8 @@
 #!/bin/sh
-# Installs with apt what building and testing needs and the machine lacks: sh makefiles/install.sh
+# Installs with apt what building and testing needs and the machine lacks: sh makefiles/install.sh [further tools]
 . "$(dirname "$0")/common.sh"
 
-packages="cmake make g++ pkg-config libmetis-dev libeigen3-dev openmpi-bin libopenmpi-dev"
+packages="cmake make g++ pkg-config libmetis-dev libeigen3-dev openmpi-bin libopenmpi-dev $*"
 if [ $own_petsc = 0 ]; then packages="$packages libpetsc-real-dev python3 python3-petsc4py python3-numpy python3-matplotlib"; fi
 
 # PETSc's examples are in a package whose name carries the version of the PETSc at hand.
@@ -21,8 +21,8 @@ missing_packages() {
 }
 
 if ! command -v apt-get >/dev/null 2>&1; then
-  for tool in cmake make c++ pkg-config mpiexec; do
-    command -v $tool >/dev/null 2>&1 || { echo "install.sh: no apt-get here, and $tool is missing: install it, PETSc and METIS by other means" >&2; exit 1; }
+  for tool in cmake make c++ pkg-config mpiexec "$@"; do
+    command -v "$tool" >/dev/null 2>&1 || { echo "install.sh: no apt-get here, and $tool is missing: install it, PETSc and METIS by other means" >&2; exit 1; }
   done
   exit 0
 fi

@@ -8,6 +8,7 @@
 #   ENVIRONMENT ...   further variables, as NAME=value
 #   TIMEOUT s         seconds, 120 by default
 #   LABELS ...        CTest labels
+#   LEAKS             a sanitizer does not look for leaks: what an error leaves behind is not freed
 #   PLAIN             without -malloc_debug -malloc_dump -options_left and the checks of what they print
 # Leaks and unused options fail a test, unless PLAIN or FAILS.
 
@@ -30,11 +31,13 @@ set(AINSWORTH_ENVIRONMENT
   OMPI_MCA_pml=ob1 OMPI_MCA_btl=self,vader
   OMPI_MCA_btl_vader_single_copy_mechanism=none OMPI_MCA_smsc=^cma)
 if(AINSWORTH_SANITIZE)
-  # MPI and PETSc's packages leak by themselves, and the plugin is also loaded by programs without the sanitizer's run time.
-  list(APPEND AINSWORTH_ENVIRONMENT ASAN_OPTIONS=detect_leaks=0:verify_asan_link_order=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1)
+  # The plugin is also loaded by programs without the sanitizer's run time.
+  set(AINSWORTH_ASAN_OPTIONS ASAN_OPTIONS=verify_asan_link_order=0:detect_leaks)
+  list(APPEND AINSWORTH_ENVIRONMENT ${AINSWORTH_ASAN_OPTIONS}=1 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
+    LSAN_OPTIONS=print_suppressions=0:suppressions=${PROJECT_SOURCE_DIR}/tests/leaks.supp)
 endif()
 
-set(AINSWORTH_TEST_OPTIONS FAILS PLAIN LOAD INTERNAL)
+set(AINSWORTH_TEST_OPTIONS FAILS LEAKS PLAIN LOAD INTERNAL)
 set(AINSWORTH_TEST_SINGLE SOURCE TIMEOUT)
 set(AINSWORTH_TEST_MULTIPLE RANKS ARGS PASS_REGEX FAIL_REGEX ENVIRONMENT LABELS COMMAND)
 
@@ -66,6 +69,9 @@ function(ainsworth_program_test name)
   endif()
   if(NOT T_PLAIN)
     list(APPEND T_ARGS -malloc_debug -malloc_dump -options_left)
+  endif()
+  if(AINSWORTH_SANITIZE AND (T_LEAKS OR T_FAILS))
+    list(APPEND T_ENVIRONMENT ${AINSWORTH_ASAN_OPTIONS}=0)
   endif()
   if(T_LOAD)
     list(PREPEND T_ARGS -dll_append "${AINSWORTH_PLUGIN}")

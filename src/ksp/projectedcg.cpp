@@ -222,7 +222,6 @@ static PetscErrorCode KSPComputeExtremeSingularValues_ProjectedCG(KSP ksp, Petsc
   std::vector<PetscReal> values;
 
   PetscFunctionBegin;
-  PetscCheck(ksp->calc_sings, PetscObjectComm((PetscObject)ksp), PETSC_ERR_ORDER, "Call KSPSetComputeSingularValues() before KSPSolve()");
   PetscCall(RitzValues(ksp, values));
   *emin = values.empty() ? 1.0 : values.front();
   *emax = values.empty() ? 1.0 : values.back();
@@ -234,7 +233,6 @@ static PetscErrorCode KSPComputeEigenvalues_ProjectedCG(KSP ksp, PetscInt nmax, 
   std::vector<PetscReal> values;
 
   PetscFunctionBegin;
-  PetscCheck(ksp->calc_sings, PetscObjectComm((PetscObject)ksp), PETSC_ERR_ORDER, "Call KSPSetComputeEigenvalues() before KSPSolve()");
   PetscCall(RitzValues(ksp, values));
   *number = (PetscInt)values.size();
   PetscCheck(*number <= nmax, PetscObjectComm((PetscObject)ksp), PETSC_ERR_ARG_SIZ, "Room for %" PetscInt_FMT " eigenvalues, there are %" PetscInt_FMT, nmax,

@@ -6,12 +6,6 @@
   #include <HYPRE_IJ_mv.h>
   #include <HYPRE.h>
 
-  #define AinsworthCallHypre(...) \
-    do { \
-      const HYPRE_Int ierr_hypre_ = __VA_ARGS__; \
-      PetscCheck(!ierr_hypre_, PETSC_COMM_SELF, PETSC_ERR_LIB, "Error %d in hypre: %s", (int)ierr_hypre_, #__VA_ARGS__); \
-    } while (0)
-
 namespace
 {
 /* Some rows on their way into hypre, which takes many at a time */
@@ -47,7 +41,7 @@ void Batch::close(PetscInt row)
 PetscErrorCode Batch::flush()
 {
   PetscFunctionBegin;
-  if (rows.size()) AinsworthCallHypre(HYPRE_IJMatrixSetValues(ij, (HYPRE_Int)rows.size(), ncols.data(), rows.data(), columns.data(), values.data()));
+  if (rows.size()) PetscCallExternal(HYPRE_IJMatrixSetValues, ij, (HYPRE_Int)rows.size(), ncols.data(), rows.data(), columns.data(), values.data());
   begin = 0;
   ncols.clear();
   rows.clear();
@@ -60,7 +54,7 @@ PetscErrorCode Batch::flush()
 static PetscErrorCode DestroyIJMatrix(void *ij)
 {
   PetscFunctionBegin;
-  AinsworthCallHypre(HYPRE_IJMatrixDestroy((HYPRE_IJMatrix)ij));
+  PetscCallExternal(HYPRE_IJMatrixDestroy, (HYPRE_IJMatrix)ij);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -78,9 +72,9 @@ static PetscErrorCode FillIJMatrix(AinsworthSum *sum, const AinsworthFrame *fram
     std::fill_n(&inside[i], node.bs, (HYPRE_Int)node.count(sum->inside, i));
     if (sum->parallel) std::fill_n(&outside[i], node.bs, (HYPRE_Int)ghostNode.count(sum->outside, i));
   }
-  AinsworthCallHypre(HYPRE_IJMatrixSetDiagOffdSizes(ij, inside.data(), outside.data()));
-  AinsworthCallHypre(HYPRE_IJMatrixSetMaxOffProcElmts(ij, 0));
-  AinsworthCallHypre(HYPRE_IJMatrixInitialize(ij));
+  PetscCallExternal(HYPRE_IJMatrixSetDiagOffdSizes, ij, inside.data(), outside.data());
+  PetscCallExternal(HYPRE_IJMatrixSetMaxOffProcElmts, ij, 0);
+  PetscCallExternal(HYPRE_IJMatrixInitialize, ij);
   for (PetscInt i = 0; i < sum->n; i += node.bs) {
     node.compute(sum->inside, i);
     if (sum->parallel) ghostNode.compute(sum->outside, i);
@@ -92,7 +86,7 @@ static PetscErrorCode FillIJMatrix(AinsworthSum *sum, const AinsworthFrame *fram
     if (batch.full()) PetscCall(batch.flush());
   }
   PetscCall(batch.flush());
-  AinsworthCallHypre(HYPRE_IJMatrixAssemble(ij));
+  PetscCallExternal(HYPRE_IJMatrixAssemble, ij);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -128,10 +122,10 @@ PetscErrorCode AinsworthAssembleHypre(AinsworthSum *sum, const AinsworthFrame *f
   }
   PetscCall(MatGetOwnershipRange(sum->A, &rstart, &rend));
   PetscCall(MatGetBlockSize(sum->A, &bs));
-  AinsworthCallHypre(HYPRE_IJMatrixCreate(comm, rstart, rend - 1, rstart, rend - 1, &ij));
-  AinsworthCallHypre(HYPRE_IJMatrixSetObjectType(ij, HYPRE_PARCSR));
+  PetscCallExternal(HYPRE_IJMatrixCreate, comm, rstart, rend - 1, rstart, rend - 1, &ij);
+  PetscCallExternal(HYPRE_IJMatrixSetObjectType, ij, HYPRE_PARCSR);
   PetscCall(FillIJMatrix(sum, frame, ij));
-  AinsworthCallHypre(HYPRE_IJMatrixGetObject(ij, (void **)&rows));
+  PetscCallExternal(HYPRE_IJMatrixGetObject, ij, (void **)&rows);
   PetscCall(MatCreateFromParCSR(rows, MATHYPRE, PETSC_USE_POINTER, M));
   PetscCall(MatSetBlockSize(*M, bs)); /* BoomerAMG's number of functions */
   PetscCall(PetscContainerCreate(comm, &owner));

@@ -25,7 +25,7 @@ PetscErrorCode AinsworthBlocksCreate(Mat S, PetscInt blocks, PetscInt *part)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatGetRowIJ(S, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
-  PetscCheck(done, PETSC_COMM_SELF, PETSC_ERR_SUP, "The Gram matrix gives no access to its rows");
+  PetscAssert(done, PETSC_COMM_SELF, PETSC_ERR_PLIB, "The Gram matrix gives no access to its rows");
   PetscCheck(sizeof(idx_t) >= sizeof(PetscInt) || (PetscInt64)ia[m] <= (PetscInt64)std::numeric_limits<idx_t>::max(), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "The Gram matrix has %" PetscInt_FMT " nonzeros, more than METIS with %d-bit indices can take; use -pc_ainsworth_pmat jcb or id", ia[m],
              (int)(8 * sizeof(idx_t)));

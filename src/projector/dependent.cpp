@@ -52,7 +52,7 @@ struct Triangle {
   std::vector<char>        diagonal;
 };
 
-/* Nested dissection of the graph of S: new numbers of the rows; their own where there is nothing to cut, or too much for METIS' integers */
+/* Nested dissection of the graph of S: new numbers of the rows; their own where there is nothing to cut, or METIS cannot */
 static PetscErrorCode Dissect(PetscInt m, const PetscInt ia[], const PetscInt ja[], std::vector<PetscInt> &number)
 {
   std::vector<idx_t> xadj(m + 1, 0), adjacent, perm(m), iperm(m);
@@ -67,8 +67,7 @@ static PetscErrorCode Dissect(PetscInt m, const PetscInt ia[], const PetscInt ja
     xadj[i + 1] = (idx_t)adjacent.size();
   }
   if (adjacent.empty() || adjacent.size() > (size_t)std::numeric_limits<idx_t>::max()) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(METIS_NodeND(&n, xadj.data(), adjacent.data(), NULL, NULL, perm.data(), iperm.data()) == METIS_OK, PETSC_COMM_SELF, PETSC_ERR_LIB,
-             "METIS_NodeND() failed on the graph of the Gram matrix");
+  if (METIS_NodeND(&n, xadj.data(), adjacent.data(), NULL, NULL, perm.data(), iperm.data()) != METIS_OK) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt i = 0; i < m; i++) number[i] = (PetscInt)iperm[i];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -85,7 +84,7 @@ static PetscErrorCode TriangleCreate(Mat S, std::vector<PetscInt> &number, Trian
 
   PetscFunctionBegin;
   PetscCall(MatGetRowIJ(S, 0, PETSC_FALSE, PETSC_FALSE, &m, &ia, &ja, &done));
-  PetscCheck(done, PETSC_COMM_SELF, PETSC_ERR_SUP, "The Gram matrix is not AIJ");
+  PetscAssert(done, PETSC_COMM_SELF, PETSC_ERR_PLIB, "The Gram matrix is not AIJ");
   PetscCall(MatSeqAIJGetArrayRead(S, &a));
   PetscCall(Dissect(m, ia, ja, number));
   t->m = m;

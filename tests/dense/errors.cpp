@@ -67,6 +67,13 @@ static PetscErrorCode Blocks()
     PetscCall(MatAssemblyEnd(sys.C, MAT_FINAL_ASSEMBLY));
     PetscCall(MatDestroy(&nest));
   }
+  PetscCall(NestCreate(sys.A, T, sys.C, NULL, false, &nest));
+  PetscCall(MatGetOwnershipRange(sys.A, &start, &end));
+  for (PetscInt i = start; i < end; i++) PetscCall(MatSetValue(sys.A, i, i, 0.0, ADD_VALUES));
+  PetscCall(ExpectSetUp("A not assembled", nest, PETSC_ERR_ARG_WRONGSTATE, {"Block (0,0)", "not assembled"}));
+  PetscCall(MatAssemblyBegin(sys.A, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(sys.A, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatDestroy(&nest));
   PetscCall(MatDestroy(&D));
   PetscCall(MatDestroy(&T));
   PetscCall(MatDestroy(&Z));
@@ -180,14 +187,15 @@ static PetscErrorCode OtherTypes()
   PetscFunctionBeginUser;
   PetscCall(PCCreate(PETSC_COMM_WORLD, &pc));
   const std::vector<std::function<PetscErrorCode()>> getters = {
-    [&]() { return PCAinsworthGetVariant(pc, &variant); },     [&]() { return PCAinsworthGetWeightType(pc, &weight); },
-    [&]() { return PCAinsworthGetPenaltyType(pc, &penalty); }, [&]() { return PCAinsworthGetPenaltyFactor(pc, &r); },
-    [&]() { return PCAinsworthGetPmatType(pc, &pmat); },       [&]() { return PCAinsworthGetPmatTolerance(pc, &r); },
-    [&]() { return PCAinsworthGetPmatMaxRows(pc, &i); },       [&]() { return PCAinsworthGetBlocks(pc, &i); },
-    [&]() { return PCAinsworthGetRowsPerRank(pc, &i); },       [&]() { return PCAinsworthGetKSP(pc, &ksp); },
-    [&]() { return PCAinsworthGetGramKSP(pc, &ksp); },         [&]() { return PCAinsworthGetRowScaling(pc, &flag); },
-    [&]() { return PCAinsworthGetFrameType(pc, &frame); },     [&]() { return PCAinsworthGetRedundantType(pc, &redundant); },
-    [&]() { return PCAinsworthGetCheckTranspose(pc, &flag); }};
+    [&]() { return PCAinsworthGetVariant(pc, &variant); },       [&]() { return PCAinsworthGetWeightType(pc, &weight); },
+    [&]() { return PCAinsworthGetPenaltyType(pc, &penalty); },   [&]() { return PCAinsworthGetPenaltyFactor(pc, &r); },
+    [&]() { return PCAinsworthGetPmatType(pc, &pmat); },         [&]() { return PCAinsworthGetPmatTolerance(pc, &r); },
+    [&]() { return PCAinsworthGetPmatMaxRows(pc, &i); },         [&]() { return PCAinsworthGetBlocks(pc, &i); },
+    [&]() { return PCAinsworthGetRowsPerRank(pc, &i); },         [&]() { return PCAinsworthGetKSP(pc, &ksp); },
+    [&]() { return PCAinsworthGetGramKSP(pc, &ksp); },           [&]() { return PCAinsworthGetRowScaling(pc, &flag); },
+    [&]() { return PCAinsworthGetFrameType(pc, &frame); },       [&]() { return PCAinsworthGetRedundantType(pc, &redundant); },
+    [&]() { return PCAinsworthGetCheckTranspose(pc, &flag); },   [&]() { return PCAinsworthGetReference(pc, &vec); },
+    [&]() { return PCAinsworthGetErrorMonitor(pc, NULL, NULL); }};
   for (size_t k = 0; k < getters.size(); k++)
     PetscCall(CheckError(("getter " + std::to_string(k) + " without a type").c_str(), getters[k], PETSC_ERR_ARG_WRONG, {"(not set)", "not ainsworth"}));
   PetscCall(PCSetType(pc, PCNONE));
@@ -234,6 +242,8 @@ static PetscErrorCode Operator()
   PetscCall(MatCreate(PETSC_COMM_WORLD, &S));
   PetscCall(MatSetType(S, MATAINSWORTH));
   PetscCall(CheckError("no blocks", [&]() { return MatAinsworthGetGramMat(S, &G); }, PETSC_ERR_ARG_WRONGSTATE, {"no A and C", "MatAinsworthSetMats()"}));
+  PetscCall(CheckError("MatDuplicate() without blocks", [&]() { return MatDuplicate(S, MAT_COPY_VALUES, &G); }, PETSC_ERR_ARG_WRONGSTATE,
+                       {"no A and C", "MatAinsworthSetMats()"}));
   PetscCall(CheckError("weight before the blocks", [&]() { return MatAinsworthSetWeight(S, sys.w); }, PETSC_ERR_ARG_WRONGSTATE,
                        {"MatAinsworthSetMats()", "MatAinsworthSetWeight()"}));
   PetscCall(CheckError("penalty before the blocks", [&]() { return MatAinsworthSetPenalty(S, sys.g); }, PETSC_ERR_ARG_WRONGSTATE,

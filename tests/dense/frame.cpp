@@ -2,6 +2,7 @@ static char help[] = "The frame of the dominant contact normal: the rotation, M_
 
 #include "dense.h"
 #include <Eigen/Geometry>
+#include <cmath>
 
 /* Rows of C: slip along normals near one direction, or stick */
 struct Contact {
@@ -65,6 +66,7 @@ static PetscErrorCode Frame(const Contact &contact)
   KSP          ksp[2], inner;
   PC           pc;
   Vec          v, b, y[2];
+  PetscScalar  sum;
   MatNullSpace near;
   Dense        dense[2], T;
   Column       normal, given, got;
@@ -84,9 +86,11 @@ static PetscErrorCode Frame(const Contact &contact)
   PetscCall(Gather(sys, d));
   PetscCall(VecDuplicate(sys.f, &v));
   PetscCall(SetRandom(v, 70));
+  PetscCall(VecSum(v, &sum));
+  PetscCall(VecShift(v, -sum / (PetscReal)spec.n)); /* a second one is constant */
   PetscCall(VecNormalize(v, NULL));
   PetscCall(Gather(v, given));
-  PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, 1, &v, &near));
+  PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_TRUE, 1, &v, &near));
   PetscCall(MatSetNearNullSpace(sys.A, near));
   PetscCall(MatNullSpaceDestroy(&near));
   PetscCall(VecDestroy(&v));
@@ -123,9 +127,13 @@ static PetscErrorCode Frame(const Contact &contact)
       PetscCall(CheckTrue("near null space", near != NULL));
       if (!near) continue;
       PetscCall(MatNullSpaceGetVecs(near, &constant, &nv, &vecs));
-      PetscCall(CheckInt("vectors of the near null space", nv, 1));
+      PetscCall(CheckInt("vectors of the near null space", nv + (constant ? 1 : 0), 2));
+      PetscCall(CheckTrue("a constant where nothing is turned", constant == (PetscBool) !(turned && contact.turned)));
       PetscCall(Gather(vecs[0], got));
       PetscCall(CheckEqual("near null space in the frame", got, turn * given, 1e-12));
+      if (nv < 2) continue;
+      PetscCall(Gather(vecs[1], got));
+      PetscCall(CheckEqual("constant in the frame", got, turn * Column::Ones(T.rows()) / std::sqrt((PetscReal)T.rows()), 1e-12));
     }
     PetscCall(VecDuplicate(b, &y[turned]));
     PetscCall(KSPSolve(ksp[turned], b, y[turned]));

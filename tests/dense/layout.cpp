@@ -2,22 +2,27 @@
 
 PetscErrorCode LayoutCreate(const System &sys, const Layout &layout, Mat *nest)
 {
-  Mat      Ct = NULL, D = NULL;
+  Mat      C = NULL, Ct = NULL, D = NULL;
   PetscInt m;
 
   PetscFunctionBeginUser;
   if (layout.ct == Layout::EXPLICIT) PetscCall(MatHermitianTranspose(sys.C, MAT_INITIAL_MATRIX, &Ct));
   if (layout.ct == Layout::TRANSPOSE) PetscCall(MatCreateTranspose(sys.C, &Ct));
   if (layout.ct == Layout::HERMITIAN) PetscCall(MatCreateHermitianTranspose(sys.C, &Ct));
+  if (layout.view) {
+    Mat T;
+    PetscCall(MatTranspose(sys.C, MAT_INITIAL_MATRIX, &T));
+    PetscCall(MatCreateTranspose(T, &C));
+    PetscCall(MatDestroy(&T));
+  }
   if (layout.empty) {
     PetscCall(MatGetLocalSize(sys.C, &m, NULL));
     PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, m, m, PETSC_DETERMINE, PETSC_DETERMINE, 0, NULL, 0, NULL, &D));
     PetscCall(MatAssemblyBegin(D, MAT_FINAL_ASSEMBLY));
     PetscCall(MatAssemblyEnd(D, MAT_FINAL_ASSEMBLY));
   }
-  PetscCall(NestCreate(sys.A, Ct, layout.c ? sys.C : NULL, D, layout.first, nest));
-  PetscCall(MatDestroy(&Ct));
-  PetscCall(MatDestroy(&D));
+  PetscCall(NestCreate(sys.A, Ct, layout.view ? C : (layout.c ? sys.C : NULL), D, layout.first, nest));
+  for (Mat *mat : {&C, &Ct, &D}) PetscCall(MatDestroy(mat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

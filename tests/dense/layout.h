@@ -12,7 +12,7 @@ struct Layout {
     HERMITIAN,
     ABSENT
   } ct   = HERMITIAN;
-  bool c = true, empty = false, first = false, nestedVectors = false;
+  bool c = true, view = false, empty = false, first = false, nestedVectors = false; /* view: C is that of a transpose */
 };
 
 PetscErrorCode LayoutCreate(const System &, const Layout &, Mat *nest);

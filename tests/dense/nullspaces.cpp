@@ -33,19 +33,43 @@ static PetscErrorCode Chain(bool grounded, Mat *A, Mat *C)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A right-hand side that has a solution, which is not unique */
+static PetscErrorCode SolveConsistent(KSP ksp, Mat nest)
+{
+  KSPConvergedReason reason;
+  PetscInt           n;
+  Dense              K;
+  Column             db, dy;
+  Vec                b, y;
+
+  PetscFunctionBeginUser;
+  PetscCall(Gather(nest, K));
+  PetscCall(MatGetLocalSize(nest, &n, NULL));
+  PetscCall(VecCreateMPI(PETSC_COMM_WORLD, n, PETSC_DECIDE, &y));
+  PetscCall(VecDuplicate(y, &b));
+  PetscCall(SetRandom(y, 80));
+  PetscCall(MatMult(nest, y, b));
+  PetscCall(KSPSolve(ksp, b, y));
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  PetscCall(CheckTrue(KSPConvergedReasons[reason], reason > 0));
+  PetscCall(Gather(b, db));
+  PetscCall(Gather(y, dy));
+  PetscCall(CheckEqual("residual of the full system", K * dy, db, 1e-10));
+  PetscCall(VecDestroy(&b));
+  PetscCall(VecDestroy(&y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* declared: 0 as a constant of A, 1 as a vector of A, 2 on the index set of the field, as for PCFIELDSPLIT */
 static PetscErrorCode Singular(bool grounded, int declared)
 {
-  Mat                A, C, Ct, nest, S, M;
-  IS                 is[2];
-  Vec                one, b, y;
-  MatNullSpace       nullsp, got;
-  KSP                ksp, inner;
-  KSPConvergedReason reason;
-  PC                 pc;
-  Dense              K;
-  Column             db, dy, v;
-  PetscInt           n;
+  Mat          A, C, Ct, nest, S, M;
+  IS           is[2];
+  Vec          one;
+  MatNullSpace nullsp, got;
+  KSP          ksp, inner;
+  PC           pc;
+  Column       v;
 
   PetscFunctionBeginUser;
   Case("chain, grounded %d, declared %d", grounded, declared);
@@ -85,21 +109,94 @@ static PetscErrorCode Singular(bool grounded, int declared)
     }
   }
 
-  /* a right-hand side that has a solution */
-  PetscCall(Gather(nest, K));
-  PetscCall(MatGetLocalSize(nest, &n, NULL));
-  PetscCall(VecCreateMPI(PETSC_COMM_WORLD, n, PETSC_DECIDE, &y));
-  PetscCall(VecDuplicate(y, &b));
-  PetscCall(SetRandom(y, 80));
-  PetscCall(MatMult(nest, y, b));
-  PetscCall(KSPSolve(ksp, b, y));
-  PetscCall(KSPGetConvergedReason(ksp, &reason));
-  PetscCall(CheckTrue(KSPConvergedReasons[reason], reason > 0));
-  PetscCall(Gather(b, db));
-  PetscCall(Gather(y, dy));
-  PetscCall(CheckEqual("residual of the full system", K * dy, db, 1e-10));
-  for (Vec *vec : {&one, &b, &y}) PetscCall(VecDestroy(vec));
+  PetscCall(SolveConsistent(ksp, nest));
+  PetscCall(VecDestroy(&one));
   PetscCall(KSPDestroy(&ksp));
+  for (Mat *mat : {&A, &C, &nest}) PetscCall(MatDestroy(mat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Two chains side by side: Ker A has two dimensions, of which the ties between them leave some; against the kernel by SVD */
+static PetscErrorCode Chains(PetscInt ties)
+{
+  const PetscInt n = 12;
+  PetscInt       start, end, local;
+  Mat            A, C, nest, S, M;
+  Vec            v[2];
+  MatNullSpace   got;
+  KSP            ksp, inner;
+  PC             pc;
+  Dense          dense[2], stacked;
+
+  PetscFunctionBeginUser;
+  Case("two chains, %d ties", (int)ties);
+  PetscCall(Chain(false, &A, &C));
+  PetscCall(MatDestroy(&C));
+  PetscCall(MatGetLocalSize(A, &local, NULL));
+  PetscCall(MatGetOwnershipRange(A, &start, &end));
+  for (PetscInt i : {5, 6}) { /* cut between them */
+    if (i < start || i >= end) continue;
+    PetscCall(MatSetValue(A, i, i, -6.0, ADD_VALUES));
+    PetscCall(MatSetValue(A, i, 11 - i, 6.0, ADD_VALUES));
+  }
+  PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, local, 2 + ties, n, 2, NULL, 2, NULL, &C));
+  PetscCall(MatGetOwnershipRange(C, &start, &end));
+  for (PetscInt i = start; i < end; i++) { /* 0 and 2, 7 and 9: in one chain; 1 and 8: a tie; 3: to the ground */
+    const PetscInt at[4][2] = {
+      {0, 2 },
+      {7, 9 },
+      {1, 8 },
+      {3, -1}
+    };
+    for (int k = 0; k < 2; k++)
+      if (at[i][k] >= 0) PetscCall(MatSetValue(C, i, at[i][k], k ? -1.0 : 1.0, INSERT_VALUES));
+  }
+  PetscCall(MatAssemblyBegin(C, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(C, MAT_FINAL_ASSEMBLY));
+  for (int k = 0; k < 2; k++) { /* neither is that of one chain */
+    PetscCall(MatCreateVecs(A, &v[k], NULL));
+    PetscCall(MatGetOwnershipRange(A, &start, &end));
+    for (PetscInt i = start; i < end; i++) PetscCall(VecSetValue(v[k], i, k == i / 6 ? 0.8 : (k ? 0.6 : -0.6), INSERT_VALUES));
+    PetscCall(VecAssemblyBegin(v[k]));
+    PetscCall(VecAssemblyEnd(v[k]));
+    PetscCall(VecNormalize(v[k], NULL));
+  }
+  PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, 2, v, &got));
+  PetscCall(MatSetNullSpace(A, got));
+  PetscCall(MatNullSpaceDestroy(&got));
+  PetscCall(Gather(A, dense[0]));
+  PetscCall(Gather(C, dense[1]));
+  stacked.resize(n + 2 + ties, n);
+  stacked << dense[0], dense[1];
+  const Dense kernel = Eigen::JacobiSVD<Dense>(stacked, Eigen::ComputeFullV).matrixV().rightCols(2 - ties);
+
+  PetscCall(NestCreate(A, NULL, C, NULL, false, &nest));
+  PetscCall(SolverCreate(nest, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(KSPSetUp(ksp));
+  PetscCall(PCAinsworthGetKSP(pc, &inner));
+  PetscCall(KSPGetOperators(inner, &S, &M));
+  for (Mat mat : {S, M}) {
+    PetscBool  constant = PETSC_FALSE;
+    PetscInt   nv       = 0;
+    const Vec *vecs;
+    Dense      projector = Dense::Zero(n, n);
+    Column     one;
+
+    PetscCall(MatGetNullSpace(mat, &got));
+    if (got) PetscCall(MatNullSpaceGetVecs(got, &constant, &nv, &vecs));
+    PetscCall(CheckInt("dimension", nv + (constant ? 1 : 0), 2 - ties));
+    for (PetscInt k = 0; k < nv; k++) {
+      PetscCall(Gather(vecs[k], one));
+      projector += one * one.adjoint();
+    }
+    if (ties < 2) PetscCall(CheckEqual("projector onto the null space", projector, kernel * kernel.adjoint(), 1e-12));
+  }
+  if (ties) PetscCall(SolveConsistent(ksp, nest));
+  PetscCall(KSPDestroy(&ksp));
+  for (Vec &vec : v) PetscCall(VecDestroy(&vec));
   for (Mat *mat : {&A, &C, &nest}) PetscCall(MatDestroy(mat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -162,6 +259,7 @@ int main(int argc, char **argv)
     Options options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12");
     for (bool grounded : {false, true})
       for (int declared = 0; declared < 3; declared++) PetscCall(Singular(grounded, declared));
+    for (PetscInt ties = 0; ties < 3; ties++) PetscCall(Chains(ties));
     for (bool onMatrix : {false, true}) PetscCall(Near(onMatrix));
   }
   PetscCall(ChecksFinish(&exitcode));

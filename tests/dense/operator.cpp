@@ -190,6 +190,8 @@ static PetscErrorCode Life()
   PetscInt    bs;
   VecType     type;
   PetscBool   same;
+  PetscViewer viewer;
+  std::string text;
 
   PetscFunctionBeginUser;
   spec.bs     = 2;
@@ -213,6 +215,18 @@ static PetscErrorCode Life()
   PetscCall(PetscStrcmp(type, VECSTANDARD, &same));
   PetscCall(CheckTrue("vector type", same));
 
+  Case("MatSetUp() without blocks");
+  PetscCall(MatCreate(PETSC_COMM_WORLD, &copy));
+  PetscCall(MatSetSizes(copy, PETSC_DECIDE, PETSC_DECIDE, spec.n, spec.n));
+  PetscCall(MatSetType(copy, MATAINSWORTH));
+  PetscCall(MatSetUp(copy));
+  PetscCall(PetscViewerASCIIOpen(PETSC_COMM_WORLD, "view.txt", &viewer));
+  PetscCall(MatView(copy, viewer));
+  PetscCall(PetscViewerDestroy(&viewer));
+  PetscCall(FileText("view.txt", text));
+  PetscCall(CheckText("view", text, {"type: ainsworth", "not set up"}));
+  PetscCall(MatDestroy(&copy));
+
   Case("MatDuplicate()");
   PetscCall(MatAinsworthSetWeight(S, sys.w));
   PetscCall(MatDuplicate(S, MAT_COPY_VALUES, &copy));
@@ -220,6 +234,9 @@ static PetscErrorCode Life()
   PetscCall(CheckProducts(copy, ReducedOperator(d.A, d.C, DenseProjector(d.C, d.w).Q, RowPenalty(d.A, d.C)), 1e-12));
   PetscCall(MatAinsworthSetWeightType(copy, MAT_AINSWORTH_WEIGHT_DIAGONAL));
   PetscCall(CheckProducts(copy, expected, 1e-12));
+  PetscCall(MatDuplicate(copy, MAT_COPY_VALUES, &S));
+  PetscCall(CheckProducts(S, expected, 1e-12));
+  PetscCall(MatDestroy(&S));
 
   Case("A changed in place");
   PetscCall(MatDiagonalScale(sys.A, sys.w, sys.w));

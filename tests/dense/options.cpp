@@ -25,28 +25,32 @@ static PetscErrorCode Value(PC pc, double *value)
 }
 
 static const std::vector<Choice> choices = {
-  {"variant paper",             PC_AINSWORTH_WEIGHTED,         PC_AINSWORTH_PAPER,             Value<PCAinsworthVariant,     PCAinsworthGetVariant>,
-   [](PC pc) { return PCAinsworthSetVariant(pc, PC_AINSWORTH_PAPER); }                                                                                                                                                            },
-  {"weight identity",           MAT_AINSWORTH_WEIGHT_DIAGONAL, MAT_AINSWORTH_WEIGHT_IDENTITY,  Value<MatAinsworthWeightType, PCAinsworthGetWeightType>,
-   [](PC pc) { return PCAinsworthSetWeightType(pc, MAT_AINSWORTH_WEIGHT_IDENTITY); }                                                                                                                                              },
-  {"penalty norm",              PC_AINSWORTH_PENALTY_ROW,      PC_AINSWORTH_PENALTY_NORM,      Value<PCAinsworthPenaltyType, PCAinsworthGetPenaltyType>,
-   [](PC pc) { return PCAinsworthSetPenaltyType(pc, PC_AINSWORTH_PENALTY_NORM); }                                                                                                                                                 },
-  {"penalty_factor 0.125",      0.5,                           0.125,                          Value<PetscReal,              PCAinsworthGetPenaltyFactor>,         [](PC pc) { return PCAinsworthSetPenaltyFactor(pc, 0.125); }   },
-  {"pmat bj_cg",                PC_AINSWORTH_PMAT_AUTO,        PC_AINSWORTH_PMAT_BJ_CG,        Value<PCAinsworthPmatType,    PCAinsworthGetPmatType>,
-   [](PC pc) { return PCAinsworthSetPmatType(pc, PC_AINSWORTH_PMAT_BJ_CG); }                                                                                                                                                      },
-  {"pmat_rtol 0.25",            0.1,                           0.25,                           Value<PetscReal,              PCAinsworthGetPmatTolerance>,         [](PC pc) { return PCAinsworthSetPmatTolerance(pc, 0.25); }    },
-  {"pmat_max_rows 17",          4000,                          17,                             Value<PetscInt,               PCAinsworthGetPmatMaxRows>,           [](PC pc) { return PCAinsworthSetPmatMaxRows(pc, 17); }        },
-  {"blocks 3",                  PETSC_DECIDE,                  3,                              Value<PetscInt,               PCAinsworthGetBlocks>,                [](PC pc) { return PCAinsworthSetBlocks(pc, 3); }              },
-  {"row_scaling 0",             PETSC_TRUE,                    PETSC_FALSE,                    Value<PetscBool,              PCAinsworthGetRowScaling>,            [](PC pc) { return PCAinsworthSetRowScaling(pc, PETSC_FALSE); }},
-  {"frame none",                PC_AINSWORTH_FRAME_AUTO,       PC_AINSWORTH_FRAME_NONE,        Value<PCAinsworthFrameType,   PCAinsworthGetFrameType>,
-   [](PC pc) { return PCAinsworthSetFrameType(pc, PC_AINSWORTH_FRAME_NONE); }                                                                                                                                                     },
-  {"rows_per_rank 2",           100000,                        2,                              Value<PetscInt,               PCAinsworthGetRowsPerRank>,           [](PC pc) { return PCAinsworthSetRowsPerRank(pc, 2); }         },
-  {"stop energy_error",         PC_AINSWORTH_STOP_RESIDUAL,    PC_AINSWORTH_STOP_ENERGY_ERROR, Value<PCAinsworthStopType,    PCAinsworthGetStop>,
-   [](PC pc) { return PCAinsworthSetStop(pc, PC_AINSWORTH_STOP_ENERGY_ERROR); }                                                                                                                                                   },
-  {"error_rtol 0.125",          1e-6,                          0.125,                          Value<PetscReal,              PCAinsworthGetErrorTolerance>,        [](PC pc) { return PCAinsworthSetErrorTolerance(pc, 0.125); }  },
-  {"error_eigenvalue 0.5",      PETSC_DEFAULT,                 0.5,                            Value<PetscReal,              PCAinsworthGetErrorEigenvalue>,       [](PC pc) { return PCAinsworthSetErrorEigenvalue(pc, 0.5); }   },
-  {"monitor_error_residuals 0", PETSC_TRUE,                    PETSC_FALSE,                    Value<PetscBool,              PCAinsworthGetErrorMonitorResiduals>,
-   [](PC pc) { return PCAinsworthSetErrorMonitorResiduals(pc, PETSC_FALSE); }                                                                                                                                                     }
+  {"variant paper",             PC_AINSWORTH_WEIGHTED,         PC_AINSWORTH_PAPER,             Value<PCAinsworthVariant,       PCAinsworthGetVariant>,
+   [](PC pc) { return PCAinsworthSetVariant(pc, PC_AINSWORTH_PAPER); }                                                                                                                                                              },
+  {"weight identity",           MAT_AINSWORTH_WEIGHT_DIAGONAL, MAT_AINSWORTH_WEIGHT_IDENTITY,  Value<MatAinsworthWeightType,   PCAinsworthGetWeightType>,
+   [](PC pc) { return PCAinsworthSetWeightType(pc, MAT_AINSWORTH_WEIGHT_IDENTITY); }                                                                                                                                                },
+  {"penalty norm",              PC_AINSWORTH_PENALTY_ROW,      PC_AINSWORTH_PENALTY_NORM,      Value<PCAinsworthPenaltyType,   PCAinsworthGetPenaltyType>,
+   [](PC pc) { return PCAinsworthSetPenaltyType(pc, PC_AINSWORTH_PENALTY_NORM); }                                                                                                                                                   },
+  {"penalty_factor 0.125",      0.5,                           0.125,                          Value<PetscReal,                PCAinsworthGetPenaltyFactor>,         [](PC pc) { return PCAinsworthSetPenaltyFactor(pc, 0.125); }   },
+  {"pmat bj_cg",                PC_AINSWORTH_PMAT_AUTO,        PC_AINSWORTH_PMAT_BJ_CG,        Value<PCAinsworthPmatType,      PCAinsworthGetPmatType>,
+   [](PC pc) { return PCAinsworthSetPmatType(pc, PC_AINSWORTH_PMAT_BJ_CG); }                                                                                                                                                        },
+  {"pmat_rtol 0.25",            0.1,                           0.25,                           Value<PetscReal,                PCAinsworthGetPmatTolerance>,         [](PC pc) { return PCAinsworthSetPmatTolerance(pc, 0.25); }    },
+  {"pmat_max_rows 17",          4000,                          17,                             Value<PetscInt,                 PCAinsworthGetPmatMaxRows>,           [](PC pc) { return PCAinsworthSetPmatMaxRows(pc, 17); }        },
+  {"blocks 3",                  PETSC_DECIDE,                  3,                              Value<PetscInt,                 PCAinsworthGetBlocks>,                [](PC pc) { return PCAinsworthSetBlocks(pc, 3); }              },
+  {"row_scaling 0",             PETSC_TRUE,                    PETSC_FALSE,                    Value<PetscBool,                PCAinsworthGetRowScaling>,            [](PC pc) { return PCAinsworthSetRowScaling(pc, PETSC_FALSE); }},
+  {"frame none",                PC_AINSWORTH_FRAME_AUTO,       PC_AINSWORTH_FRAME_NONE,        Value<PCAinsworthFrameType,     PCAinsworthGetFrameType>,
+   [](PC pc) { return PCAinsworthSetFrameType(pc, PC_AINSWORTH_FRAME_NONE); }                                                                                                                                                       },
+  {"rows_per_rank 2",           100000,                        2,                              Value<PetscInt,                 PCAinsworthGetRowsPerRank>,           [](PC pc) { return PCAinsworthSetRowsPerRank(pc, 2); }         },
+  {"redundant error",           PC_AINSWORTH_REDUNDANT_DROP,   PC_AINSWORTH_REDUNDANT_ERROR,   Value<PCAinsworthRedundantType, PCAinsworthGetRedundantType>,
+   [](PC pc) { return PCAinsworthSetRedundantType(pc, PC_AINSWORTH_REDUNDANT_ERROR); }                                                                                                                                              },
+  {"check_transpose",           PETSC_FALSE,                   PETSC_TRUE,                     Value<PetscBool,                PCAinsworthGetCheckTranspose>,
+   [](PC pc) { return PCAinsworthSetCheckTranspose(pc, PETSC_TRUE); }                                                                                                                                                               },
+  {"stop energy_error",         PC_AINSWORTH_STOP_RESIDUAL,    PC_AINSWORTH_STOP_ENERGY_ERROR, Value<PCAinsworthStopType,      PCAinsworthGetStop>,
+   [](PC pc) { return PCAinsworthSetStop(pc, PC_AINSWORTH_STOP_ENERGY_ERROR); }                                                                                                                                                     },
+  {"error_rtol 0.125",          1e-6,                          0.125,                          Value<PetscReal,                PCAinsworthGetErrorTolerance>,        [](PC pc) { return PCAinsworthSetErrorTolerance(pc, 0.125); }  },
+  {"error_eigenvalue 0.5",      PETSC_DEFAULT,                 0.5,                            Value<PetscReal,                PCAinsworthGetErrorEigenvalue>,       [](PC pc) { return PCAinsworthSetErrorEigenvalue(pc, 0.5); }   },
+  {"monitor_error_residuals 0", PETSC_TRUE,                    PETSC_FALSE,                    Value<PetscBool,                PCAinsworthGetErrorMonitorResiduals>,
+   [](PC pc) { return PCAinsworthSetErrorMonitorResiduals(pc, PETSC_FALSE); }                                                                                                                                                       }
 };
 
 static PetscErrorCode Pairs()
@@ -186,6 +190,40 @@ static PetscErrorCode Inner()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A program that reads no options: the defaults are the same */
+static PetscErrorCode Unread()
+{
+  KSP                ksp;
+  KSPConvergedReason reason;
+  Vec                b, y;
+  PetscInt           n;
+  std::string        text;
+
+  PetscFunctionBeginUser;
+  Case("no options read");
+  PetscCall(KSPCreate(PETSC_COMM_WORLD, &ksp));
+  PetscCall(KSPSetOperators(ksp, nest, nest));
+  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  {
+    PC pc;
+    PetscCall(KSPGetPC(ksp, &pc));
+    PetscCall(PCSetType(pc, PCAINSWORTH));
+  }
+  PetscCall(MatGetLocalSize(nest, &n, NULL));
+  PetscCall(VecCreateMPI(PETSC_COMM_WORLD, n, PETSC_DECIDE, &b));
+  PetscCall(VecDuplicate(b, &y));
+  PetscCall(SetRandom(b, 5));
+  PetscCall(KSPSolve(ksp, b, y));
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  PetscCall(CheckTrue(KSPConvergedReasons[reason], reason > 0));
+  PetscCall(ViewText(ksp, text));
+  PetscCall(CheckText("view", text, {PetscDefined(HAVE_HYPRE) ? "HMIS" : "type: gamg", "type: projectedcg", "relative=1e-08"}));
+  PetscCall(VecDestroy(&b));
+  PetscCall(VecDestroy(&y));
+  PetscCall(KSPDestroy(&ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Views()
 {
   KSP         ksp;
@@ -274,6 +312,7 @@ int main(int argc, char **argv)
   PetscCall(Pairs());
   PetscCall(Variants());
   PetscCall(Inner());
+  PetscCall(Unread());
   PetscCall(Views());
   PetscCall(MatDestroy(&nest));
   PetscCall(SystemDestroy(&sys));

@@ -47,6 +47,7 @@ static PetscErrorCode Misuse()
 {
   Spec      spec;
   Problem   p;
+  PC        pc;
   PetscReal high, low;
 
   PetscFunctionBeginUser;
@@ -64,6 +65,35 @@ static PetscErrorCode Misuse()
   PetscCall(KSPReset(p.ksp)); /* and it can be used again */
   PetscCall(KSPSetOperators(p.ksp, p.S, p.sys.A));
   PetscCall(KSPSolve(p.ksp, p.b, p.x));
+  PetscCall(KSPGetPC(p.ksp, &pc));
+  PetscCall(PCSetDiagonalScale(pc, p.sys.w));
+  PetscCall(CheckError("diagonal scaling", [&]() { return KSPSolve(p.ksp, p.b, p.x); }, PETSC_ERR_SUP, {"projectedcg does not support diagonal scaling"}));
+  PetscCall(ProblemDestroy(&p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A right-hand side without a part in Ker C, and no norm that would tell: the solution is that of the range, after no step */
+static PetscErrorCode Nothing()
+{
+  Spec               spec;
+  Problem            p;
+  Column             x, b;
+  PetscInt           steps;
+  KSPConvergedReason reason;
+
+  PetscFunctionBeginUser;
+  Case("nothing in Ker C");
+  PetscCall(ProblemCreate(spec, false, &p));
+  PetscCall(KSPSetNormType(p.ksp, KSP_NORM_NONE));
+  PetscCall(MatMultHermitianTranspose(p.sys.C, p.sys.g, p.b));
+  PetscCall(KSPSolve(p.ksp, p.b, p.x));
+  PetscCall(KSPGetConvergedReason(p.ksp, &reason));
+  PetscCall(KSPGetIterationNumber(p.ksp, &steps));
+  PetscCall(CheckInt("reason", reason, KSP_CONVERGED_ATOL));
+  PetscCall(CheckInt("steps", steps, 0));
+  PetscCall(Gather(p.b, b));
+  PetscCall(Gather(p.x, x));
+  PetscCall(CheckEqual("x", x, p.reduced.fullPivLu().solve(b), 1e-12));
   PetscCall(ProblemDestroy(&p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -125,6 +155,7 @@ int main(int argc, char **argv)
   PetscCall(AinsworthInitializePackage());
   PetscCall(Failures());
   PetscCall(Misuse());
+  PetscCall(Nothing());
   PetscCall(Drift());
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());

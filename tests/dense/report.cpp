@@ -221,6 +221,47 @@ static PetscErrorCode Residuals(bool projected)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The exact solution from a file, a bound of the spectrum, and the getters, in the table as text */
+static PetscErrorCode Table()
+{
+  Spec              spec;
+  Run               run;
+  PC                pc;
+  Vec               reference;
+  PetscViewer       viewer;
+  PetscViewerFormat format;
+  std::string       text;
+  Column            got;
+
+  PetscFunctionBeginUser;
+  Case("table");
+  Options options(Solver(true, "1e-11", "3"));
+  PetscCall(RunCreate(spec, &run));
+  PetscCall(PetscViewerBinaryOpen(PETSC_COMM_WORLD, "exact.bin", FILE_MODE_WRITE, &viewer));
+  PetscCall(PetscViewerBinarySetSkipInfo(viewer, PETSC_TRUE));
+  PetscCall(VecView(run.exact[1], viewer));
+  PetscCall(PetscViewerDestroy(&viewer));
+  PetscCall(KSPGetPC(run.ksp, &pc));
+  PetscCall(PCAinsworthGetReference(pc, &reference));
+  PetscCall(PCAinsworthGetErrorMonitor(pc, &viewer, NULL));
+  PetscCall(CheckTrue("nothing is monitored", !reference && !viewer));
+  Options more("-pc_ainsworth_reference exact.bin -pc_ainsworth_monitor_error ascii:table.txt -pc_ainsworth_error_eigenvalue 0.125");
+  PetscCall(KSPSetFromOptions(run.ksp));
+  PetscCall(PCAinsworthGetReference(pc, &reference));
+  PetscCall(Gather(reference, got));
+  PetscCall(CheckEqual("reference", got, run.x, 1e-15));
+  PetscCall(PCAinsworthGetErrorMonitor(pc, &viewer, &format));
+  PetscCall(CheckTrue("the viewer of the option", viewer && format == PETSC_VIEWER_DEFAULT));
+  PetscCall(KSPSolve(run.ksp, run.b, run.y));
+  PetscCall(ViewText(run.ksp, text));
+  PetscCall(CheckText("view", text, {"error against run time: monitored, residuals of the original system, reference solution"}));
+  PetscCall(RunDestroy(&run)); /* closes the file */
+  PetscCall(FileText("table.txt", text));
+  PetscCall(CheckText("table", text, {"upper: bound for eigenvalues from 0.125 on", "true error"}));
+  PetscCall(FileText("exact.bin", text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The error ends the solve, whatever the tolerance of the residual; neither sooner than it may nor much later */
 static PetscErrorCode Stop(bool projected)
 {
@@ -324,6 +365,7 @@ int main(int argc, char **argv)
     PetscCall(Residuals(projected));
     PetscCall(Stop(projected));
   }
+  PetscCall(Table());
   PetscCall(Traces());
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());

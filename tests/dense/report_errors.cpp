@@ -42,6 +42,38 @@ static PetscErrorCode Refused(const std::string &line, PetscInt reference, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The functions refuse what the options do, and other viewers; a solve that is too short has no estimate */
+static PetscErrorCode Functions()
+{
+  Options     options("-ainsworth_pc_type jacobi -pc_ainsworth_stop energy_error -ainsworth_ksp_max_it 1");
+  KSP         ksp;
+  PC          pc;
+  PetscViewer viewer;
+  Vec         b, y;
+  PetscInt    iteration;
+  char        text[64];
+
+  PetscFunctionBeginUser;
+  Case("functions");
+  PetscCall(SolverCreate(nest, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PetscViewerStringOpen(PETSC_COMM_WORLD, text, sizeof(text), &viewer));
+  PetscCall(CheckError("viewer", [=]() { return PCAinsworthSetErrorMonitor(pc, viewer, PETSC_VIEWER_DEFAULT); }, PETSC_ERR_SUP,
+                       {"viewer of type string", "-pc_ainsworth_monitor_error"}));
+  PetscCall(PetscViewerDestroy(&viewer));
+  PetscCall(CheckError("eigenvalue", [=]() { return PCAinsworthSetErrorEigenvalue(pc, -0.25); }, PETSC_ERR_ARG_OUTOFRANGE,
+                       {"-pc_ainsworth_error_eigenvalue", "not -0.25"}));
+  PetscCall(MatCreateVecs(nest, &y, &b));
+  PetscCall(SetRandom(b, 3));
+  PetscCall(KSPSolve(ksp, b, y));
+  PetscCall(CheckError("a short solve", [pc, &iteration]() { return PCAinsworthGetErrorEstimate(pc, &iteration, NULL, NULL); }, PETSC_ERR_ARG_WRONGSTATE,
+                       {"too short"}));
+  PetscCall(VecDestroy(&b));
+  PetscCall(VecDestroy(&y));
+  PetscCall(KSPDestroy(&ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   const Spec        spec;
@@ -68,6 +100,7 @@ int main(int argc, char **argv)
   PetscCall(Refused(stop + "-pc_ainsworth_variant paper -ainsworth_ksp_norm_type unpreconditioned", 0, PETSC_ERR_SUP,
                     {"energy_error", "UNPRECONDITIONED", "-ksp_norm_type natural"}));
   PetscCall(Refused(stop + "-pc_ainsworth_variant paper -ainsworth_ksp_cg_single_reduction", 0, PETSC_ERR_SUP, {"-ksp_cg_single_reduction"}));
+  PetscCall(Functions());
   PetscCall(MatDestroy(&nest));
   PetscCall(MatDestroy(&T));
   PetscCall(SystemDestroy(&sys));

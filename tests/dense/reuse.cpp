@@ -208,6 +208,47 @@ static PetscErrorCode Patterns(const char *choices)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* C is zero, and later is not: A alone is solved meanwhile, by plain conjugate gradients */
+static PetscErrorCode ComeAndGo()
+{
+  Solver      s;
+  PC          pc;
+  KSP         inner;
+  KSPType     type;
+  Mat         kept;
+  DenseSystem d;
+  Column      x;
+  Vec         sub;
+
+  PetscFunctionBeginUser;
+  PetscCall(Create(false, &s));
+  PetscCall(KSPGetPC(s.ksp, &pc));
+  PetscCall(PCAinsworthGetKSP(pc, &inner));
+  PetscCall(Solve(&s, "with constraints", 1, 1));
+  PetscCall(MatDuplicate(s.sys.C, MAT_COPY_VALUES, &kept));
+  PetscCall(MatScale(s.sys.C, 0.0));
+  Case("C is zero");
+  PetscCall(VecZeroEntries(s.b));
+  PetscCall(VecGetSubVector(s.b, s.is[0], &sub));
+  PetscCall(VecCopy(s.sys.f, sub));
+  PetscCall(VecRestoreSubVector(s.b, s.is[0], &sub));
+  PetscCall(KSPSolve(s.ksp, s.b, s.y));
+  PetscCall(VecGetSubVector(s.y, s.is[0], &sub));
+  PetscCall(Gather(sub, x));
+  PetscCall(VecRestoreSubVector(s.y, s.is[0], &sub));
+  PetscCall(Gather(s.sys, d));
+  PetscCall(CheckEqual("x", x, d.A.fullPivLu().solve(d.f), 1e-10));
+  PetscCall(KSPGetType(inner, &type));
+  PetscCall(CheckTrue(type, type == std::string(KSPCG)));
+  PetscCall(MatCopy(kept, s.sys.C, SAME_NONZERO_PATTERN));
+  PetscCall(MatDestroy(&kept));
+  PetscCall(Solve(&s, "with constraints again", 1, 1));
+  PetscCall(KSPGetType(inner, &type));
+  PetscCall(CheckTrue(type, type == std::string(KSPPROJECTEDCG)));
+  PetscCall(Destroy(&s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode LifeCycle()
 {
   Solver s;
@@ -262,6 +303,7 @@ int main(int argc, char **argv)
   {
     Options options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_pmat jcb");
     for (bool explicitTranspose : {false, true}) PetscCall(Changes(explicitTranspose));
+    PetscCall(ComeAndGo());
     PetscCall(LifeCycle());
   }
   {

@@ -13,7 +13,7 @@ static PetscErrorCode Layouts()
   PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
   PetscCall(Gather(sys, d));
   for (int ct = 0; ct < 4; ct++) {
-    for (int bits = 0; bits < 16; bits++) {
+    for (int bits = 0; bits < 32; bits++) {
       Layout layout;
       Mat    nest;
       KSP    ksp;
@@ -23,8 +23,10 @@ static PetscErrorCode Layouts()
       layout.empty         = bits & 2;
       layout.first         = bits & 4;
       layout.nestedVectors = bits & 8;
+      layout.view          = bits & 16;
+      if (layout.view && (!layout.c || layout.empty || layout.nestedVectors)) continue;
       if (!layout.c && (ct == Layout::ABSENT || (PetscDefined(USE_COMPLEX) && ct == Layout::TRANSPOSE))) continue;
-      Case("C' %d, C %d, (1,1) %d, first %d, VecNest %d", ct, layout.c, layout.empty, layout.first, layout.nestedVectors);
+      Case("C' %d, C %d%s, (1,1) %d, first %d, VecNest %d", ct, layout.c, layout.view ? " a view" : "", layout.empty, layout.first, layout.nestedVectors);
       PetscCall(LayoutCreate(sys, layout, &nest));
       PetscCall(SolverCreate(nest, &ksp));
       PetscCall(CheckSolution(ksp, sys, d, layout.first, layout.nestedVectors, 1e-10));

@@ -141,7 +141,7 @@ int main(int argc, char **argv)
   PetscCall(PetscOptionsGetBool(NULL, NULL, "-verbose", &verbose, NULL));
   PetscCall(PetscOptionsGetBool(NULL, NULL, "-errors", &errors, NULL));
   for (PetscInt k = only < 0 ? 0 : only; k < (only < 0 ? cases : only + 1); k++) {
-    Random       r(seed * 1000003 + k);
+    Random       r((PetscInt64)seed * 1000003 + k);
     RandomSystem system(r, errors);
     Truth        truth(system);
     std::string  line = RandomOptions(r, system, truth), why;

@@ -7,7 +7,7 @@
 /* Whole numbers that depend on the seed alone */
 class Random {
 public:
-  explicit Random(PetscInt seed) : state((uint64_t)seed * 0x9e3779b97f4a7c15u + 1) { }
+  explicit Random(PetscInt64 seed) : state((uint64_t)seed * 0x9e3779b97f4a7c15u + 1) { }
   uint64_t  Bits();
   PetscReal Real(PetscReal low, PetscReal high) { return low + (high - low) * (PetscReal)(Bits() >> 11) / (PetscReal)(1ull << 53); }
   int       Int(int low, int high) { return low + (int)(Bits() % (uint64_t)(high - low + 1)); } /* both included */

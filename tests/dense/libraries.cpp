@@ -1,0 +1,184 @@
+static char help[] = "METIS, LAPACK and hypre that fail, and a PETSc of another version: their functions are interposed here, and fail on demand.\n\n";
+
+#include "layout.h"
+#include "problem.h"
+#include <dlfcn.h>
+#include <metis.h>
+#include <petscblaslapack.h>
+#if defined(PETSC_HAVE_HYPRE)
+  #include <HYPRE_IJ_mv.h>
+#endif
+
+#define TEXT(name)  #name
+#define VALUE(name) TEXT(name) /* of a name that is a macro */
+
+static bool failing = false;
+
+/* The library's own function, which the one of this name below hides */
+template <class Function>
+static Function *Hidden(Function *, const char name[])
+{
+  return (Function *)dlsym(RTLD_NEXT, name);
+}
+
+int METIS_PartGraphKway(idx_t *n, idx_t *ncon, idx_t *xadj, idx_t *adjncy, idx_t *vwgt, idx_t *vsize, idx_t *adjwgt, idx_t *nparts, real_t *tpwgts,
+                        real_t *ubvec, idx_t *options, idx_t *cut, idx_t *part)
+{
+  if (failing) return METIS_ERROR_MEMORY;
+  return Hidden(METIS_PartGraphKway, "METIS_PartGraphKway")(n, ncon, xadj, adjncy, vwgt, vsize, adjwgt, nparts, tpwgts, ubvec, options, cut, part);
+}
+
+int METIS_NodeND(idx_t *n, idx_t *xadj, idx_t *adjncy, idx_t *vwgt, idx_t *options, idx_t *perm, idx_t *iperm)
+{
+  if (failing) return METIS_ERROR_MEMORY;
+  return Hidden(METIS_NodeND, "METIS_NodeND")(n, xadj, adjncy, vwgt, options, perm, iperm);
+}
+
+void LAPACKREALsteqr_(const char *job, const PetscBLASInt *n, PetscReal *d, PetscReal *e, PetscReal *z, const PetscBLASInt *ldz, PetscReal *work,
+                      PetscBLASInt *info)
+{
+  if (failing) *info = 1;
+  else Hidden(LAPACKREALsteqr_, VALUE(LAPACKREALsteqr_))(job, n, d, e, z, ldz, work, info);
+}
+
+void LAPACKpotrf_(const char *uplo, const PetscBLASInt *n, PetscScalar *a, const PetscBLASInt *lda, PetscBLASInt *info)
+{
+  if (failing) *info = 1;
+  else Hidden(LAPACKpotrf_, VALUE(LAPACKpotrf_))(uplo, n, a, lda, info);
+}
+
+PetscErrorCode PetscGetVersionNumber(PetscInt *major, PetscInt *minor, PetscInt *subminor, PetscInt *release)
+{
+  PetscFunctionBeginUser;
+  PetscCall(Hidden(PetscGetVersionNumber, "PetscGetVersionNumber")(major, minor, subminor, release));
+  if (failing) ++*minor;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+#if defined(PETSC_HAVE_HYPRE)
+HYPRE_Int HYPRE_IJMatrixSetMaxOffProcElmts(HYPRE_IJMatrix ij, HYPRE_Int number)
+{
+  if (failing) return 1;
+  return Hidden(HYPRE_IJMatrixSetMaxOffProcElmts, "HYPRE_IJMatrixSetMaxOffProcElmts")(ij, number);
+}
+#endif
+
+/* Sets up PCAINSWORTH while a library fails, and expects an error, or none */
+static PetscErrorCode SetUp(const System &sys, const std::string &line, PetscErrorCode code, const std::vector<std::string> &parts)
+{
+  Options options(line);
+  Mat     Ct, nest;
+  KSP     ksp;
+
+  PetscFunctionBeginUser;
+  Case("%s", line.c_str());
+  PetscCall(MatHermitianTranspose(sys.C, MAT_INITIAL_MATRIX, &Ct));
+  PetscCall(NestCreate(sys.A, Ct, sys.C, NULL, false, &nest));
+  PetscCall(SolverCreate(nest, &ksp));
+  failing = true;
+  PetscCall(CheckError(
+    "set-up", [=]() { return KSPSetUp(ksp); }, code, parts));
+  failing = false;
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(MatDestroy(&nest));
+  PetscCall(MatDestroy(&Ct));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Every row of C twice: dependent rows are found without METIS' ordering, too */
+static PetscErrorCode Doubled(const System &once)
+{
+  const Mat   both[] = {once.C, once.C};
+  Mat         nest, stacked;
+  KSP         ksp;
+  std::string text;
+  Options     options("-ainsworth_pc_type jacobi");
+
+  PetscFunctionBeginUser;
+  Case("every row of C twice");
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 1, NULL, both, &nest));
+  PetscCall(MatConvert(nest, MATAIJ, MAT_INITIAL_MATRIX, &stacked));
+  PetscCall(MatDestroy(&nest));
+  PetscCall(NestCreate(once.A, NULL, stacked, NULL, false, &nest));
+  PetscCall(SolverCreate(nest, &ksp));
+  failing = true;
+  PetscCall(KSPSetUp(ksp));
+  failing = false;
+  PetscCall(ViewText(ksp, text));
+  PetscCall(CheckText("view", text, {"constraints: 5", "5 dependent rows left out"}));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(MatDestroy(&nest));
+  PetscCall(MatDestroy(&stacked));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Blocks of S that LAPACK calls indefinite: their 1-norms do, and the solve converges */
+static PetscErrorCode NotFactored()
+{
+  Options     options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_pmat cc");
+  Spec        spec;
+  System      sys;
+  DenseSystem d;
+  Mat         nest;
+  KSP         ksp;
+
+  PetscFunctionBeginUser;
+  Case("a block that is not positive definite");
+  PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
+  PetscCall(Gather(sys, d));
+  PetscCall(LayoutCreate(sys, Layout(), &nest));
+  PetscCall(SolverCreate(nest, &ksp));
+  failing = true;
+  PetscCall(KSPSetUp(ksp));
+  failing = false;
+  PetscCall(CheckSolution(ksp, sys, d, false, false, 1e-10));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(MatDestroy(&nest));
+  PetscCall(SystemDestroy(&sys));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  Spec        spec;
+  System      sys;
+  Problem     p;
+  PetscReal   high, low;
+  PetscMPIInt size;
+  int         exitcode;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  failing = true;
+  Case("another PETSc");
+  PetscCall(CheckError("initialization", []() { return AinsworthInitializePackage(); }, PETSC_ERR_SUP_SYS,
+                       {"compiled for PETSc " + std::to_string(PETSC_VERSION_MAJOR) + "." + std::to_string(PETSC_VERSION_MINOR),
+                        "runs with PETSc " + std::to_string(PETSC_VERSION_MAJOR) + "." + std::to_string(PETSC_VERSION_MINOR + 1), "compile ainsworth again"}));
+  failing = false;
+  PetscCall(AinsworthInitializePackage());
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
+  PetscCall(SetUp(sys, "-ainsworth_pc_type jacobi -pc_ainsworth_pmat bj_cc -pc_ainsworth_blocks 2", PETSC_ERR_LIB, {"METIS_PartGraphKway() returned -3"}));
+#if defined(PETSC_HAVE_HYPRE)
+  PetscCall(SetUp(sys, "-pc_ainsworth_pmat jcb", PETSC_ERR_LIB, {"HYPRE_IJMatrixSetMaxOffProcElmts"}));
+#endif
+  if (size > 1)
+    PetscCall(SetUp(sys, "-ainsworth_pc_type jacobi -pc_ainsworth_rows_per_rank 2", PETSC_ERR_LIB, {"METIS returned -3 for the graph of the Gram matrix"}));
+  PetscCall(Doubled(sys));
+  PetscCall(NotFactored());
+
+  Case("LAPACK");
+  PetscCall(ProblemCreate(spec, false, &p));
+  PetscCall(KSPSetComputeSingularValues(p.ksp, PETSC_TRUE));
+  PetscCall(KSPSolve(p.ksp, p.b, p.x));
+  failing = true;
+  PetscCall(CheckError("estimates", [&]() { return KSPComputeExtremeSingularValues(p.ksp, &high, &low); }, PETSC_ERR_LIB, {"steqr returned 1"}));
+  failing = false;
+  PetscCall(KSPComputeExtremeSingularValues(p.ksp, &high, &low));
+  PetscCall(CheckTrue("positive estimates afterwards", 0.0 < low && low <= high));
+  PetscCall(ProblemDestroy(&p));
+  PetscCall(SystemDestroy(&sys));
+  PetscCall(ChecksFinish(&exitcode));
+  PetscCall(PetscFinalize());
+  return exitcode;
+}
