@@ -39,12 +39,18 @@ def changed(C, g):
     zero, decoupled, near = (JOB["change"].get(key, 0) for key in ("zero", "decoupled", "near"))
     further = [csr_matrix((zero + decoupled, rows.shape[1]))]
     values = [numpy.full(zero, JOB["change"].get("zero_g", 0.0)), numpy.full(decoupled, 1e-3)]
-    if near:  # copies whose first entry weighs a little more
+    if near:  # copies whose last entry, of the secondary body, weighs a little more; for the direct solution what they add: that unknown is zero
         copies = rows[:near].tolil()
         for i in range(near):
-            copies[i, copies.rows[i][0]] *= 1 + JOB["change"]["distance"]
+            last = max(copies.rows[i])
+            entry = copies[i, last]
+            if JOB["solver"]:
+                copies[i, last] = entry * (1 + JOB["change"]["distance"])
+            else:
+                copies[i] = 0
+                copies[i, last] = entry
         further.insert(0, copies)
-        values.insert(0, rhs[:near])
+        values.insert(0, rhs[:near] if JOB["solver"] else numpy.zeros(near))
     m = rows.shape[0] + near + zero
     D = diags(numpy.concatenate([numpy.zeros(m), -numpy.ones(decoupled)])) if decoupled else None
     return vstack([rows] + further).tocsr(), D, numpy.concatenate([rhs] + values)

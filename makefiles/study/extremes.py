@@ -41,6 +41,7 @@ def groups():
             case("40 rows twice, contradicting g", "-duplicate 40 -inconsistent 1e-3" + GAP, solvable=False, bar=True),
             case("40 copies that differ by 1e-4 in one entry", "", change={"near": 40, "distance": 1e-4}),
             case("40 copies that differ by 1e-7 in one entry", "", change={"near": 40, "distance": 1e-7}),
+            case("40 copies that differ by 1e-10 in one entry", "", change={"near": 40, "distance": 1e-10}),
             case("40 zero rows", GAP, change={"zero": 40}, reference=GAP),
             case("40 zero rows, contradicting g", GAP, change={"zero": 40, "zero_g": 1e-3}, solvable=False),
             case("40 rows of multipliers alone", GAP, change={"decoupled": 40}, reference=GAP),
