@@ -5,6 +5,7 @@ python3 makefiles/stability.py [--quick] [--out docs/stability]   the study: a C
 python3 makefiles/stability.py --report                           tables and plots anew from the CSV
 python3 makefiles/stability.py --acceptance                       docs/acceptance.md: the bounds that the defaults keep
 python3 makefiles/stability.py --inner                            docs/inner.md: inner preconditioners compared
+python3 makefiles/stability.py --extremes [--case <regex>]        docs/extremes.md: extreme systems, four solvers, who is right
 Needs Debian's python3-petsc4py, python3-numpy, python3-scipy, python3-matplotlib, and a build (AINSWORTH_BUILD, default build/).
 """
 import argparse
@@ -17,10 +18,12 @@ from study import machine
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="at most three values of each parameter")
-    parser.add_argument("--report", action="store_true", help="no runs: write the texts and the plots of the study from its CSV")
+    parser.add_argument("--report", action="store_true", help="no runs: write the texts and the plots of the study, or of --extremes, from the CSV")
     parser.add_argument("--acceptance", action="store_true", help="measure the bounds instead")
     parser.add_argument("--inner", action="store_true", help="compare inner preconditioners instead")
-    parser.add_argument("--out", default=None, help="folder of the CSV and the plots (default docs/stability; of --acceptance, --inner: docs)")
+    parser.add_argument("--extremes", action="store_true", help="extreme systems and four solvers instead")
+    parser.add_argument("--case", default="", help="of --extremes, those whose name has this in it; the others stay as they are in the CSV")
+    parser.add_argument("--out", default=None, help="folder of the CSV and the plots (default docs/stability; of --acceptance, --inner, --extremes: docs)")
     parser.add_argument("--n1", type=int, default=None, help="elements per edge, upper cube (default 16)")
     parser.add_argument("--n2", type=int, default=None, help="elements per edge, lower cube (default 14)")
     parser.add_argument("--max-it", type=int, default=1000, help="most iterations of the inner solver (default 1000)")
@@ -37,6 +40,9 @@ def main():
     if arguments.inner:
         from study import inner
         return inner.main(arguments.out or os.path.join(machine.ROOT, "docs"), arguments)
+    if arguments.extremes:
+        from study import extremes
+        return extremes.main(arguments.out or os.path.join(machine.ROOT, "docs"), arguments)
     from study import report, runs
     folder = os.path.abspath(arguments.out or os.path.join(machine.ROOT, "docs", "stability"))
     if not arguments.report:

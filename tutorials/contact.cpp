@@ -173,6 +173,7 @@ PetscErrorCode CubesAssembleContact(const CubesMesh &mesh, Mat *C, Vec *g)
       Row row = rows[r];
 
       row.natural += plan.first.back(); /* to be scaled on its own */
+      row.g += mesh.options.inconsistent;
       rows.push_back(row);
     }
   }

@@ -102,6 +102,9 @@ static PetscErrorCode CheckOptions(MPI_Comm comm, const CubesOptions &o)
   PetscCall(CheckReal(comm, "-fraction", o.fraction, o.fraction >= 0 && o.fraction <= 1, "in [0,1]"));
   PetscCall(CheckReal(comm, "-rowscale", o.rowscale, o.rowscale >= 0 && o.rowscale <= 100, "in [0,100]"));
   PetscCall(CheckInt(comm, "-duplicate", o.duplicate, 0));
+  PetscCall(CheckReal(comm, "-inconsistent", o.inconsistent, true, "finite"));
+  PetscCheck(o.inconsistent == 0 || o.duplicate > 0, comm, PETSC_ERR_ARG_INCOMP,
+             "Option -inconsistent %g needs -duplicate: without copies no row can contradict another", (double)o.inconsistent);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -147,6 +150,8 @@ PetscErrorCode CubesOptionsGet(MPI_Comm comm, CubesOptions *o)
   PetscCall(PetscOptionsBool("-contact", "Constrain the bodies at all", NULL, o->contact, &o->contact, NULL));
   PetscCall(PetscOptionsReal("-fraction", "Share of the constraint rows that is kept, at random [-], in [0,1]", NULL, o->fraction, &o->fraction, NULL));
   PetscCall(PetscOptionsInt("-duplicate", "Number of constraint rows, from the first on, that appear twice", NULL, o->duplicate, &o->duplicate, NULL));
+  PetscCall(PetscOptionsReal("-inconsistent", "How much more the copies of -duplicate ask for than the originals [length]: not zero, and no solution exists",
+                             NULL, o->inconsistent, &o->inconsistent, NULL));
   PetscCall(
     PetscOptionsReal("-rowscale", "Scale each constraint row by 10^u, u at random in [-rowscale,rowscale] [decades]", NULL, o->rowscale, &o->rowscale, NULL));
   PetscCall(PetscOptionsInt("-seed", "Seed of -fraction and -rowscale", NULL, o->seed, &o->seed, NULL));

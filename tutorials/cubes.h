@@ -32,7 +32,7 @@ struct CubesOptions {
   PetscReal height, gamma, gap, stick, curved;
   PetscReal rotate[3]; /* degrees */
   PetscBool floating, contact, nearNullSpace;
-  PetscReal fraction, rowscale;
+  PetscReal fraction, rowscale, inconsistent;
   PetscInt  duplicate, seed;
   PetscInt  partition; /* CubesPartition */
 };

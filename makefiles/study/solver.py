@@ -15,93 +15,10 @@ with open(sys.argv[1]) as handle:
     JOB = json.load(handle)
 petsc4py.init(["solver", "-dll_append", JOB["plugin"]])
 from petsc4py import PETSc  # noqa: E402 (PETSc reads its arguments at the import)
+from direct import Rows, direct, energy, inner_iterations, load_matrix, load_vector  # noqa: E402
 
 LIBRARY = ctypes.CDLL(JOB["plugin"])
-INTEGER = ctypes.c_int64 if PETSc.IntType().itemsize == 8 else ctypes.c_int32
 REASONS = {value: name for name, value in vars(PETSc.KSP.ConvergedReason).items() if isinstance(value, int) and not name.startswith("_")}
-
-
-def load_matrix(name):
-    viewer = PETSc.Viewer().createBinary(JOB["prefix"] + "_%s.dat" % name, "r", comm=PETSc.COMM_SELF)
-    matrix = PETSc.Mat().create(comm=PETSc.COMM_SELF)
-    matrix.setType("aij")
-    matrix.load(viewer)
-    return matrix
-
-
-def load_vector(name):
-    viewer = PETSc.Viewer().createBinary(JOB["prefix"] + "_%s.dat" % name, "r", comm=PETSc.COMM_SELF)
-    vector = PETSc.Vec().create(comm=PETSc.COMM_SELF)
-    vector.load(viewer)
-    return vector
-
-
-class Rows:
-    """A matrix by rows, multiplied in extended precision; no row is empty."""
-
-    def __init__(self, matrix):
-        from scipy.sparse import csr_matrix
-        indptr, indices, values = matrix.getValuesCSR()
-        self.csr = csr_matrix((values, indices, indptr), shape=matrix.getSize())
-
-    def product(self, x):
-        return self._product(self.csr, x)
-
-    def transposed(self, x):
-        return self._product(self.csr.T.tocsr(), x)
-
-    @staticmethod
-    def _product(csr, x):
-        y = numpy.zeros(csr.shape[0], dtype=numpy.longdouble)
-        full = numpy.flatnonzero(numpy.diff(csr.indptr))
-        if len(full):
-            y[full] = numpy.add.reduceat(csr.data.astype(numpy.longdouble) * x[csr.indices], csr.indptr[full])
-        return y
-
-
-def direct(A, C, f, g):
-    """x and lambda of the saddle-point system: MUMPS on the scaled matrix, residuals of the original one in extended precision."""
-    from scipy.sparse import bmat, diags
-    n, m = A.csr.shape[0], C.csr.shape[0]
-    dx = 1 / numpy.sqrt(A.csr.diagonal())
-    blocks = diags(dx) @ A.csr @ diags(dx)
-    dl = numpy.ones(0)
-    if m:
-        scaled = C.csr @ diags(dx)
-        dl = 1 / numpy.sqrt(scaled.multiply(scaled).sum(axis=1).A1)
-        scaled = diags(dl) @ scaled
-        blocks = bmat([[blocks, scaled.T], [scaled, None]])
-    blocks = blocks.tocsr()
-    blocks.sort_indices()
-    scale = numpy.concatenate([dx, dl])
-    K = PETSc.Mat().createAIJ(size=blocks.shape, csr=(blocks.indptr.astype(PETSc.IntType), blocks.indices.astype(PETSc.IntType), blocks.data), comm=PETSc.COMM_SELF)
-    K.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-    options = PETSc.Options()
-    options["direct_mat_mumps_icntl_14"] = 100
-    options["direct_mat_mumps_icntl_7"] = 5
-    ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
-    ksp.setOptionsPrefix("direct_")
-    ksp.setOperators(K)
-    ksp.setType("preonly")
-    ksp.getPC().setType("cholesky")
-    ksp.getPC().setFactorSolverType("mumps")
-    ksp.setFromOptions()
-    b, z = K.createVecRight(), K.createVecRight()
-    x, l = numpy.zeros(n, numpy.longdouble), numpy.zeros(m, numpy.longdouble)
-    last = numpy.inf
-    for _ in range(12):
-        r = numpy.concatenate([f - A.product(x) - C.transposed(l), g - C.product(x)])
-        b.setArray((r * scale).astype(float))
-        ksp.solve(b, z)
-        step = z.getArray() * scale
-        x, l = x + step[:n], l + step[n:]
-        change = numpy.abs(step[:n]).max() / numpy.abs(x).max()
-        if change < 1e-17 or change > last / 2:
-            break
-        last = change
-    if not last < 1e-12:
-        raise RuntimeError("the reference solution is not exact: last correction %g" % last)
-    return x.astype(float), l.astype(float)
 
 
 def reference(A, C, f, g, name):
@@ -109,13 +26,6 @@ def reference(A, C, f, g, name):
     if not os.path.exists(path):
         numpy.save(path, direct(Rows(A), Rows(C), f.getArray(), g.getArray())[0])
     return numpy.load(path)
-
-
-def energy(A, values):
-    v, w = A.createVecs()
-    v.setArray(values)
-    A.mult(v, w)
-    return max(v.dot(w), 0.0)
 
 
 def solve(A, C, f, g, exact, config, number):
@@ -149,15 +59,12 @@ def solve(A, C, f, g, exact, config, number):
         row["setup"], row["solve"] = min(row["setup"], ready - start), min(row["solve"], end - ready)
         spent += end - start
         repetitions += 1
-        inner, iterations, reason = ctypes.c_void_p(), INTEGER(), ctypes.c_int()
-        LIBRARY.PCAinsworthGetKSP(ctypes.c_void_p(ksp.getPC().handle), ctypes.byref(inner))
-        LIBRARY.KSPGetIterationNumber(inner, ctypes.byref(iterations))
-        LIBRARY.KSPGetConvergedReason(inner, ctypes.byref(reason))
+        iterations, reason = inner_iterations(LIBRARY, ksp.getPC())
         failed = ksp.getConvergedReason()
         ksp.destroy()
-    row["iterations"] = iterations.value
-    row["reason"] = REASONS.get(reason.value, str(reason.value))
-    if reason.value == 0:  # the set-up failed and the inner solver never ran
+    row["iterations"] = iterations
+    row["reason"] = REASONS.get(reason, str(reason))
+    if reason == 0:  # the set-up failed and the inner solver never ran
         row["reason"] = REASONS.get(failed, str(failed))
     x, l = y.getArray()[:n], y.getArray()[n:]
     if not numpy.isfinite(y.getArray()).all():
@@ -180,7 +87,8 @@ def solve(A, C, f, g, exact, config, number):
 
 
 def main():
-    A, C, f, g = load_matrix("A"), load_matrix("C"), load_vector("f"), load_vector("g")
+    A, C = (load_matrix(JOB["prefix"], name) for name in "AC")
+    f, g = (load_vector(JOB["prefix"], name) for name in "fg")
     A.setOption(PETSc.Mat.Option.SYMMETRIC, True)
     A.setOption(PETSc.Mat.Option.SPD, True)
     n = A.getSize()[0]

@@ -124,6 +124,20 @@ static PetscErrorCode CheckEnergy(PC pc, PC_Ainsworth *data, PetscBool transpose
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Where Ker C = 0 no inner solver looks at the right-hand side; every entry of f and g that is not finite makes lambda so */
+static PetscErrorCode CheckFinite(PC pc, Vec lambda, PetscBool *failed)
+{
+  PetscReal norm;
+
+  PetscFunctionBegin;
+  PetscCall(VecNorm(lambda, NORM_2, &norm));
+  if (!PetscIsInfOrNanReal(norm)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_FP, "The right-hand side holds NaN or Inf, or values too large");
+  PetscCall(PetscInfo(pc, "The right-hand side holds NaN or Inf, or values too large\n"));
+  *failed = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* What the convergence test of the inner solver cannot see; one product with A */
 PetscErrorCode PCAinsworthVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, PetscBool *failed)
 {
@@ -132,6 +146,10 @@ PetscErrorCode PCAinsworthVerify(PC pc, PC_Ainsworth *data, PetscBool transpose,
 
   PetscFunctionBegin;
   PetscCall(VecGetSize(x, &n));
+  if (data->constraints == n) {
+    PetscCall(CheckFinite(pc, lambda, failed));
+    if (*failed) PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(VecDuplicate(data->weights, &Ax));
   PetscCall(VecDuplicate(data->weights, &y));
   PetscCall(VecDuplicate(data->weights, &work));

@@ -127,7 +127,9 @@ static PetscErrorCode AugmentStiffness(AinsworthSaddle *sp)
   PetscCall(MatDestroy(&scaled));
   PetscCall(MatDestroy(&product));
   PetscCall(MatDestroy(&sp->A));
-  sp->A = A;
+  /* MatAXPY() leaves the methods of the old pattern: orderings that do not know of the inodes of the new one, which LU works on, would spoil its factors */
+  PetscCall(MatDuplicate(A, MAT_COPY_VALUES, &sp->A));
+  PetscCall(MatDestroy(&A));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

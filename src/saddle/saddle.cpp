@@ -1,17 +1,29 @@
 #include "saddle.h"
 #include <petsc/private/petscimpl.h>
 
+/* Collective: refuses a block that waits for its assembly on any rank; each rank knows only of the values that it set itself */
+static PetscErrorCode CheckAssembled(Mat M, PetscInt i, PetscInt j)
+{
+  PetscBool assembled;
+
+  PetscFunctionBegin;
+  if (!M) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatAssembled(M, &assembled));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &assembled, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)M)));
+  PetscCheck(assembled, PetscObjectComm((PetscObject)M), PETSC_ERR_ARG_WRONGSTATE,
+             "Block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest is not assembled: call MatAssemblyBegin() and MatAssemblyEnd() on it", i, j);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collective: the Frobenius norm of a block, 0 where it is absent, Inf where its type has none */
 static PetscErrorCode BlockNorm(Mat M, PetscInt i, PetscInt j, PetscReal *norm)
 {
-  PetscBool assembled, has;
+  PetscBool has;
 
   PetscFunctionBegin;
   *norm = 0.0;
   if (!M) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatAssembled(M, &assembled));
-  PetscCheck(assembled, PetscObjectComm((PetscObject)M), PETSC_ERR_ARG_WRONGSTATE,
-             "Block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest is not assembled: call MatAssemblyBegin() and MatAssemblyEnd() on it", i, j);
+  PetscCall(CheckAssembled(M, i, j));
   PetscCall(MatHasOperation(M, MATOP_NORM, &has));
   if (has) PetscCall(MatNorm(M, NORM_FROBENIUS, norm));
   else *norm = PETSC_INFINITY;
@@ -183,7 +195,7 @@ static PetscErrorCode CheckFinite(Mat A, PetscReal norm, char bad[], size_t len)
 PetscErrorCode AinsworthSaddleSetUp(Mat mat, PetscBool exact, AinsworthSaddle *sp)
 {
   MPI_Comm  comm = PetscObjectComm((PetscObject)mat);
-  PetscBool nest, assembled, transpose, hermitian;
+  PetscBool nest, transpose, hermitian;
   PetscReal norm[2];
   PetscInt  nr, nc, n[3], m[2], p = 0, l;
   Mat       B[2][2], diagonal[2], source;
@@ -217,14 +229,8 @@ PetscErrorCode AinsworthSaddleSetUp(Mat mat, PetscBool exact, AinsworthSaddle *s
   else PetscCall(MatGetSize(B[p][l], &m[1], &m[0]));
   PetscCheck(m[0] <= n[0], comm, PETSC_ERR_ARG_SIZ,
              "C has more rows than columns, %" PetscInt_FMT " x %" PetscInt_FMT ": its rows cannot be linearly independent", m[0], m[1]);
-  for (PetscInt k = 0; k < 2; k++) {
-    Mat M = k ? B[p][l] : B[l][p];
-    if (!M) continue;
-    PetscCall(MatAssembled(M, &assembled));
-    PetscCheck(assembled, comm, PETSC_ERR_ARG_WRONGSTATE,
-               "Block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest is not assembled: call MatAssemblyBegin() and MatAssemblyEnd() on it", k ? p : l,
-               k ? l : p);
-  }
+  PetscCall(CheckAssembled(B[l][p], l, p));
+  PetscCall(CheckAssembled(B[p][l], p, l));
 
   PetscCall(AinsworthSaddleReset(sp));
   sp->primal = p;
