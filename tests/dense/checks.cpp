@@ -107,6 +107,13 @@ PetscErrorCode CheckError(const char *what, const std::function<PetscErrorCode()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PETSC_EXTERN __attribute__((weak)) void __lsan_do_leak_check(void);
+
+void CheckLeaks()
+{
+  if (__lsan_do_leak_check) __lsan_do_leak_check();
+}
+
 PetscErrorCode ChecksFinish(int *exitcode)
 {
   PetscFunctionBeginUser;
@@ -114,6 +121,7 @@ PetscErrorCode ChecksFinish(int *exitcode)
   PetscCall(CheckTrue(("all options were used, unlike " + unusedOptions).c_str(), unusedOptions.empty()));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%d checks, %d failed\n", done, failed));
   *exitcode = failed > 0 || !done;
+  CheckLeaks();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -91,6 +91,8 @@ PetscErrorCode    CheckText(const char *what, const std::string &got, const std:
 /* the action fails with this code and a message with these parts, on every rank */
 PetscErrorCode CheckError(const char *what, const std::function<PetscErrorCode()> &action, PetscErrorCode code, const std::vector<std::string> &parts);
 PetscErrorCode ChecksFinish(int *exitcode);
+/* Of a sanitizer, if the program has one: at its end it would be too late, as MPI unloads before what tells where its own memory belongs */
+void CheckLeaks();
 /* what KSPView() writes, the same on all ranks, and the text of a file, which is removed */
 PetscErrorCode ViewText(KSP, std::string &);
 PetscErrorCode FileText(const char *file, std::string &);

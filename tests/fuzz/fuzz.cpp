@@ -158,6 +158,7 @@ int main(int argc, char **argv)
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%" PetscInt_FMT " cases:", cases));
   for (int v = 0; v < VERDICTS; v++) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s %" PetscInt_FMT " %s", v ? "," : "", count[v], verdicts[v]));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "\n"));
+  CheckLeaks();
   PetscCall(PetscFinalize());
   return count[UNSOLVED] + count[WRONG] > 0;
 }
