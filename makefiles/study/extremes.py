@@ -163,7 +163,7 @@ def cells(row):
 
 def save(path, rows):
     with open(path, "w", newline="") as file:
-        file.write("# command: %s\n# machine: %s\n" % (machine.command_line(), machine.describe()))
+        file.write("# machine: %s\n" % machine.describe())
         table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         table.writeheader()
         table.writerows(rows)
@@ -195,14 +195,15 @@ def write(path, about, rows):
     text += ["| | %s |" % " | ".join(title for _, title, _, _, _ in SOLVERS), "|---|" + "---|" * len(SOLVERS)]
     for label, wanted in (("right", lambda v: v == "right"), ("wrong and silent", lambda v: "silent" in v), ("says that it failed", lambda v: v.startswith("says no")), ("cut or hangs", lambda v: v.startswith(("cut", "hangs")))):
         text.append("| %s | %s |" % (label, " | ".join(str(sum(map(wanted, counts[name]))) for name, _, _, _, _ in SOLVERS)))
-    text += ["", "Made by `%s` on %s, on one rank; the texts and tables come from [extremes.csv](extremes.csv), `--extremes --report` writes them anew. "
-             "Systems: `tutorials/twocubes`, elements per edge %d and %d, or %d and %d; solvers: `tutorials/solvers/`." % ((about["command"], about["machine"]) + SMALL + LARGE), ""]
+    text += ["", "Made by `python3 makefiles/stability.py --extremes` on %s, on one rank; the texts and tables come from [extremes.csv](extremes.csv), `--extremes --report` writes them anew. "
+             "Systems: `tutorials/twocubes`, elements per edge %d and %d, or %d and %d; solvers: `tutorials/solvers/`." % ((about["machine"],) + SMALL + LARGE), ""]
     text += ["- *direct*: MUMPS, LDL' of the assembled matrix, which looks for null pivots (`-mat_mumps_icntl_24 1`).",
              "- *fieldsplit*: Schur complement with `selfp` and BoomerAMG, GMRES to 1e-10, as its tolerance is on a residual; the Schur complement by MUMPS, which looks for null pivots too.",
              "- *plugin, `paper`*, and *plugin, defaults*: to 1e-8 in the natural norm; iterations are those of the reduced solve.",
              "- The energy error is sqrt((x-x\\*)'A(x-x\\*) / x\\*'A x\\*), x\\* from MUMPS on the scaled system without the dependent, zero and decoupled rows, refined in extended precision. "
              "It does not see what costs no energy; the CSV also has the error of the displacements, which does.",
              "- The constraint residual is the largest of |C_i x - g_i| / (|C_i| max |x|), of a zero row |g_i| / max |x|.",
+             "- Copies of rows that differ by less than 1e-8 count as the same row: docs/method.md.",
              "- *wrong, silent*: reported as converged, but no solution exists, or the energy error is above %g. *says no*: the solver says itself that it failed. "
              "*cut*: more than the limit of processor seconds." % ERROR_BOUND, ""]
     text += ["## The bar", "", "| case | options | iterations | energy error | constraint residual | verdict | |", "|---|---|---|---|---|---|---|"]

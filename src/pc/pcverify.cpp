@@ -28,6 +28,7 @@ static PetscErrorCode WeightedDot(Vec weights, Vec x, Vec y, Vec work, PetscReal
 */
 static PetscErrorCode CheckResidual(PC pc, PC_Ainsworth *data, Vec f, Vec Ax, Vec lambda, Vec y, Vec work, PetscBool *failed)
 {
+  const char *why = data->doubtful ? "rows of C are nearly linearly dependent" : "the inner preconditioner does not see it";
   KSPNormType type;
   PetscReal   said, residual, sizes[2];
 
@@ -43,10 +44,8 @@ static PetscErrorCode CheckResidual(PC pc, PC_Ainsworth *data, Vec f, Vec Ax, Ve
   residual = PetscSqrtReal(residual);
   if (residual <= blind * said + rounding * (PetscSqrtReal(sizes[0]) + PetscSqrtReal(sizes[1]))) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_NOT_CONVERGED,
-             "The reduced solve converged to %g, but the residual is %g: the inner preconditioner does not see it; is A indefinite, or its diagonal zero?",
-             (double)said, (double)residual);
-  PetscCall(
-    PetscInfo(pc, "The reduced solve converged to %g, but the residual is %g: the inner preconditioner does not see it\n", (double)said, (double)residual));
+             "The reduced solve converged to %g, but the residual is %g: %s; is A indefinite, or its diagonal zero?", (double)said, (double)residual, why);
+  PetscCall(PetscInfo(pc, "The reduced solve converged to %g, but the residual is %g: %s\n", (double)said, (double)residual, why));
   *failed = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -208,7 +208,7 @@ static PetscErrorCode NearlyDependent(PetscReal distance, bool apart, bool cross
     if (distance >= 1e-3) PetscCall(CheckEqual("x", run.x, x, 1e-8));
   } else {
     PetscCall(CheckFailed(run));
-    PetscCall(CheckTrue("rows so far apart are solved", distance < 1e-5));
+    PetscCall(CheckTrue("rows so far apart are solved", distance < 1e-4));
   }
   PetscCall(RunDestroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -438,7 +438,7 @@ int main(int argc, char **argv)
   for (bool crossed : {false, true}) {
     for (bool loose : {false, true})
       for (bool balanced : {false, true}) PetscCall(SingularOnKernel(loose, balanced, crossed));
-    for (PetscReal distance : {1e-1, 1e-3, 1e-5, 1e-6, 1e-7, 1e-9, 1e-12})
+    for (PetscReal distance : {1e-1, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-9, 1e-12})
       for (bool apart : {false, true}) PetscCall(NearlyDependent(distance, apart, crossed));
     for (const char *ordering : {"natural", "nd", "rcm"}) PetscCall(Penalised(ordering, crossed));
     PetscCall(Negated(crossed));
