@@ -216,6 +216,7 @@ def write(folder):
              "A cross marks a solve that did not converge. Memory is the largest resident memory of the process, with the system and its exact solution in it; the iterations are those of the tightest tolerance, of the inner solver for `ainsworth*`, and not known for `fieldsplit_gkb`.", "",
              "`PCBDDC` is not among the peers: it needs matrices that are not assembled (`MATIS`). `PCHPDDM` needs a PETSc configured with HPDDM.", ""]
     text += ["| solver | |", "|---|---|"] + ["| [%s](../tutorials/solvers/%s.opts) | %s |" % (name, name, comment(name)) for name in systems[0].rows] + [""]
+    text += ["Where `golub_greif` comes close to ours or before it, the two do nearly the same work: one multigrid cycle an iteration on A plus a penalty on the constraints. It lacks the projection, so that it depends on the penalty and on which body is stiffer; on a curved interface, where multigrid interpolates across what the constraints couple, that cycle decides for both. Smoothed aggregation (`ainsworth_gamg`) suffers less there.", ""]
     for system in systems:
         draw(system)
         name = os.path.splitext(os.path.basename(system.path))[0]
