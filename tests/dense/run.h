@@ -1,0 +1,26 @@
+/* One system given by dense matrices, solved by PCAINSWORTH, and how that ended */
+#ifndef TESTS_RUN_H
+#define TESTS_RUN_H
+
+#include "layout.h"
+
+struct Run {
+  System             sys;
+  Mat                nest = NULL;
+  KSP                ksp  = NULL;
+  Column             x, lambda;
+  KSPConvergedReason reason;
+  PCFailedReason     failure;
+};
+
+/* crossed: all unknowns on the first rank, all multipliers on the last one, nothing in between */
+PetscErrorCode SystemFromDense(const DenseSystem &, bool crossed, System *);
+PetscErrorCode RunCreate(const DenseSystem &, bool crossed, Run *);
+PetscErrorCode RunSolve(Run *);
+PetscErrorCode RunDestroy(Run *);
+/* KSP_DIVERGED_PC_FAILED, and a reason of the PC, on all ranks */
+PetscErrorCode CheckFailed(const Run &);
+/* Both equations, in units of their terms; each row of C on its own */
+PetscErrorCode CheckResiduals(const Run &, const DenseSystem &, PetscReal primal, PetscReal constraint);
+
+#endif
