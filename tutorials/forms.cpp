@@ -85,6 +85,10 @@ static PetscErrorCode CreateAugmented(Vec f, Vec g, PetscReal gamma, Form *form,
   PetscCall(MatDiagonalScale(root, weighted, NULL));
   PetscCall(MatTransposeMatMult(root, root, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &product));
   PetscCall(MatAXPY(product, 1.0, form->A, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(MatDestroy(&root));
+  PetscCall(MatDuplicate(product, MAT_COPY_VALUES, &root)); /* MatAXPY() leaves the methods of the old pattern, which orderings of LU rely on */
+  PetscCall(MatDestroy(&product));
+  product = root;
   PetscCall(MatSetOption(product, MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(VecReciprocal(B));
   PetscCall(VecGetLocalSize(B, &m));
@@ -99,7 +103,6 @@ static PetscErrorCode CreateAugmented(Vec f, Vec g, PetscReal gamma, Form *form,
   PetscCall(CreateNest(*form, product, D, &form->M));
   PetscCall(MatDestroy(&D));
   PetscCall(MatDestroy(&product));
-  PetscCall(MatDestroy(&root));
   PetscCall(VecDestroy(&B));
   PetscCall(VecDestroy(&weighted));
   PetscFunctionReturn(PETSC_SUCCESS);
