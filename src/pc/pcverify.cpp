@@ -5,7 +5,7 @@
 /*
    How much larger, in the norm of diag(A)^{-1}, a residual may be than the inner solver says in its natural norm, r' M^{-1} r: M_* and diag(A) differ
    by the number of entries of a row, and more where penalties are large. What is lost to rounding, relative to |A x| + |f|, comes on top: S may have a condition number of 1e8.
-   The third figure is what the product A x may lose, relative to x in the norm of diag(A): all there is of A x where x is a rigid motion.
+   The third figure is the rounding of x, or of A x, relative to x in the norm of diag(A): all there is of A x where x is a rigid motion.
    The fourth is the energy, relative to x' diag(A) x, below which its sign is looked at.
 */
 static const PetscReal blind = 1e4, rounding = PETSC_SQRT_MACHINE_EPSILON, product = 1e3 * PETSC_MACHINE_EPSILON, suspicious = 1e4 * PETSC_MACHINE_EPSILON;
@@ -112,14 +112,16 @@ static PetscErrorCode CheckEnergy(PC pc, PC_Ainsworth *data, PetscBool transpose
     PetscCall(AinsworthFrameRotate(&data->frame, PETSC_TRUE, work));
     PetscCall(VecAXPY(y, -1.0, work));
   }
-  if (transpose) PetscCall(MatMultTranspose(data->saddle.A, y, work));
-  else PetscCall(MatMult(data->saddle.A, y, work));
-  PetscCall(VecDot(work, y, &energy));
   PetscCall(VecPointwiseDivide(work, y, data->weights));
+  PetscCall(VecDot(work, y, &energy));
+  if (PetscRealPart(energy) <= PetscSqr(product) * size && !PetscIsInfOrNanReal(size)) PetscFunctionReturn(PETSC_SUCCESS); /* y is the rounding of x */
   PetscCall(VecPointwiseMult(work, work, y));
   PetscCall(VecNorm(work, NORM_2, &noise)); /* errors of the terms are independent */
   noise *= 30 * PETSC_MACHINE_EPSILON;
-  if (noise == 0.0 || PetscAbsScalar(energy) > noise) PetscFunctionReturn(PETSC_SUCCESS);
+  if (transpose) PetscCall(MatMultTranspose(data->saddle.A, y, work));
+  else PetscCall(MatMult(data->saddle.A, y, work));
+  PetscCall(VecDot(work, y, &energy));
+  if (PetscAbsScalar(energy) > noise) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_NOT_CONVERGED,
              "A is singular on Ker C, x' A x = %g with a rounding error of %g, and f is not balanced there: does a body float that no constraint holds?",
              (double)PetscRealPart(energy), (double)noise);
