@@ -5,9 +5,10 @@
 /*
    How much larger, in the norm of diag(A)^{-1}, a residual may be than the inner solver says in its natural norm, r' M^{-1} r: M_* and diag(A) differ
    by the number of entries of a row, and more where penalties are large. What is lost to rounding, relative to |A x| + |f|, comes on top: S may have a condition number of 1e8.
-   The third figure is the energy, relative to x' diag(A) x, below which its sign is looked at.
+   The third figure is the rounding of x, or of A x, relative to x in the norm of diag(A): all there is of A x where x is a rigid motion.
+   The fourth is the energy, relative to x' diag(A) x, below which its sign is looked at.
 */
-static const PetscReal blind = 1e4, rounding = PETSC_SQRT_MACHINE_EPSILON, suspicious = 1e4 * PETSC_MACHINE_EPSILON;
+static const PetscReal blind = 1e4, rounding = PETSC_SQRT_MACHINE_EPSILON, product = 1e3 * PETSC_MACHINE_EPSILON, suspicious = 1e4 * PETSC_MACHINE_EPSILON;
 
 /* x' W y */
 static PetscErrorCode WeightedDot(Vec weights, Vec x, Vec y, Vec work, PetscReal *dot)
@@ -26,11 +27,12 @@ static PetscErrorCode WeightedDot(Vec weights, Vec x, Vec y, Vec work, PetscReal
 
    Ax = A x; y and work are work vectors.
 */
-static PetscErrorCode CheckResidual(PC pc, PC_Ainsworth *data, Vec f, Vec Ax, Vec lambda, Vec y, Vec work, PetscBool *failed)
+static PetscErrorCode CheckResidual(PC pc, PC_Ainsworth *data, Vec f, Vec x, Vec Ax, Vec lambda, Vec y, Vec work, PetscBool *failed)
 {
   const char *why = data->doubtful ? "rows of C are nearly linearly dependent" : "the inner preconditioner does not see it";
   KSPNormType type;
   PetscReal   said, residual, sizes[2];
+  PetscScalar size;
 
   PetscFunctionBegin;
   PetscCall(KSPGetNormType(data->ksp, &type));
@@ -38,11 +40,14 @@ static PetscErrorCode CheckResidual(PC pc, PC_Ainsworth *data, Vec f, Vec Ax, Ve
   PetscCall(KSPGetResidualNorm(data->ksp, &said));
   PetscCall(WeightedDot(data->weights, Ax, Ax, work, &sizes[0]));
   PetscCall(WeightedDot(data->weights, f, f, work, &sizes[1]));
+  PetscCall(VecPointwiseDivide(work, x, data->weights));
+  PetscCall(VecDot(work, x, &size));
   PetscCall(MatMultHermitianTranspose(data->saddle.C, lambda, y));
   PetscCall(VecAXPBYPCZ(y, 1.0, -1.0, -1.0, f, Ax)); /* f - A x - C' lambda */
   PetscCall(WeightedDot(data->weights, y, y, work, &residual));
   residual = PetscSqrtReal(residual);
-  if (residual <= blind * said + rounding * (PetscSqrtReal(sizes[0]) + PetscSqrtReal(sizes[1]))) PetscFunctionReturn(PETSC_SUCCESS);
+  if (residual <= blind * said + rounding * (PetscSqrtReal(sizes[0]) + PetscSqrtReal(sizes[1])) + product * PetscSqrtReal(PetscRealPart(size)))
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_NOT_CONVERGED,
              "The reduced solve converged to %g, but the residual is %g: %s; is A indefinite, or its diagonal zero?", (double)said, (double)residual, why);
   PetscCall(PetscInfo(pc, "The reduced solve converged to %g, but the residual is %g: %s\n", (double)said, (double)residual, why));
@@ -106,14 +111,16 @@ static PetscErrorCode CheckEnergy(PC pc, PC_Ainsworth *data, PetscBool transpose
     PetscCall(AinsworthFrameRotate(&data->frame, PETSC_TRUE, work));
     PetscCall(VecAXPY(y, -1.0, work));
   }
-  if (transpose) PetscCall(MatMultTranspose(data->saddle.A, y, work));
-  else PetscCall(MatMult(data->saddle.A, y, work));
-  PetscCall(VecDot(work, y, &energy));
   PetscCall(VecPointwiseDivide(work, y, data->weights));
+  PetscCall(VecDot(work, y, &energy));
+  if (PetscRealPart(energy) <= PetscSqr(product) * size && !PetscIsInfOrNanReal(size)) PetscFunctionReturn(PETSC_SUCCESS); /* y is the rounding of x */
   PetscCall(VecPointwiseMult(work, work, y));
   PetscCall(VecNorm(work, NORM_2, &noise)); /* errors of the terms are independent */
   noise *= 30 * PETSC_MACHINE_EPSILON;
-  if (noise == 0.0 || PetscAbsScalar(energy) > noise) PetscFunctionReturn(PETSC_SUCCESS);
+  if (transpose) PetscCall(MatMultTranspose(data->saddle.A, y, work));
+  else PetscCall(MatMult(data->saddle.A, y, work));
+  PetscCall(VecDot(work, y, &energy));
+  if (PetscAbsScalar(energy) > noise) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_NOT_CONVERGED,
              "A is singular on Ker C, x' A x = %g with a rounding error of %g, and f is not balanced there: does a body float that no constraint holds?",
              (double)PetscRealPart(energy), (double)noise);
@@ -154,7 +161,7 @@ PetscErrorCode PCAinsworthVerify(PC pc, PC_Ainsworth *data, PetscBool transpose,
   PetscCall(VecDuplicate(data->weights, &work));
   if (transpose) PetscCall(MatMultTranspose(data->saddle.A, x, Ax));
   else PetscCall(MatMult(data->saddle.A, x, Ax));
-  if (data->constraints && data->constraints < n) PetscCall(CheckResidual(pc, data, f, Ax, lambda, y, work, failed));
+  if (data->constraints && data->constraints < n) PetscCall(CheckResidual(pc, data, f, x, Ax, lambda, y, work, failed));
   if (!*failed && data->constraints && data->doubtful) PetscCall(CheckConstraints(pc, data, g, x, work, failed));
   if (!*failed && data->constraints < n) PetscCall(CheckEnergy(pc, data, transpose, g, x, Ax, y, work, failed));
   PetscCall(VecDestroy(&Ax));

@@ -1,10 +1,11 @@
 #include "saddle.h"
 
 /*
-   A right-hand side of the constraints belongs to a dependent row if it is that of the combination, to this part of |C_i| |x| + |g_i|;
-   the second figure is the rounding that a row may get from the others, relative to the largest |x|
+   A right-hand side of the constraints belongs to a dependent row if it is that of the combination, to this part of |C_i| |x| + |g_i|; the second
+   figure is the rounding that a row may get from the others through the factors of the combination, relative to the largest |x|; the third is that
+   of the right-hand side of a zero row, relative to the largest |g|
 */
-static const PetscReal consistent = 1e-8, noise = 1000 * PETSC_MACHINE_EPSILON;
+static const PetscReal consistent = 1e-8, combined = 1e5 * PETSC_MACHINE_EPSILON, noise = 1000 * PETSC_MACHINE_EPSILON;
 
 /* Collective: what stands in `text` behind the names of the marked rows; text is empty where none is marked */
 static PetscErrorCode Name(const AinsworthSaddle *sp, PetscBool marked[], const char before[], const char behind[], char text[], size_t len)
@@ -70,7 +71,7 @@ static PetscErrorCode MarkInconsistent(const AinsworthSaddle *sp, Vec g, Vec x, 
   PetscCall(VecDuplicate(x, &absx));
   PetscCall(VecCopy(x, absx));
   PetscCall(VecAbs(absx));
-  PetscCall(VecShift(absx, noise / consistent * largest));
+  PetscCall(VecShift(absx, combined / consistent * largest));
   PetscCall(VecDuplicate(residual, &size));
   PetscCall(MatMult(sp->absolute, absx, size));
   PetscCall(VecGetArrayRead(g, &a));

@@ -155,7 +155,7 @@ int main(int argc, char **argv)
       PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s: -seed %" PetscInt_FMT " -only %" PetscInt_FMT ": %s; %s; %s\n", verdicts[verdict], seed, k, why.c_str(),
                             system.text.c_str(), line.c_str()));
   }
-  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%" PetscInt_FMT " cases:", cases));
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%" PetscInt_FMT " cases:", only < 0 ? cases : 1));
   for (int v = 0; v < VERDICTS; v++) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s %" PetscInt_FMT " %s", v ? "," : "", count[v], verdicts[v]));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "\n"));
   CheckLeaks();
