@@ -226,6 +226,17 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* diag(A)^{-1}: that of the operator, where this is its weight */
+static PetscErrorCode SetUpWeights(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
+{
+  PetscFunctionBegin;
+  if (data->constraints && ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
+    PetscCall(PetscObjectReference((PetscObject)ctx->weight));
+    data->weights = ctx->weight;
+  } else PetscCall(AinsworthWeightCreate(data->saddle.A, &data->weights));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The preconditioning matrix, and the penalty that it has in common with the operator */
 static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
 {
@@ -236,10 +247,11 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
 
   PetscFunctionBegin;
   PetscCall(AinsworthGetAIJ(data->saddle.A, &in.A));
-  in.C      = data->saddle.C;
-  in.S      = ctx->proj.gram.S;
-  in.weight = ctx->weight;
-  in.frame  = &data->frame;
+  in.C               = data->saddle.C;
+  in.S               = ctx->proj.gram.S;
+  in.weight          = ctx->weight;
+  in.inverseDiagonal = data->weights;
+  in.frame           = &data->frame;
   PetscCall(PCAinsworthWantsHypre(data, &in.hypre));
   PetscCall(MatGetBlockSize(data->saddle.A, &bs));
   if (data->pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(AinsworthFrameComponentsApart(ctx->proj.C, bs, &data->componentsApart));
@@ -296,7 +308,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PC_Ainsworth  *data    = (PC_Ainsworth *)pc->data;
   PetscBool      changed = PETSC_TRUE, symmetric;
   PCFailedReason reason  = PC_NOERROR;
-  Mat_Ainsworth *ctx;
+  Mat_Ainsworth *ctx     = NULL;
   PC             inner;
   char           why[320];
   PetscLogDouble start, end;
@@ -337,6 +349,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
       PetscFunctionReturn(PETSC_SUCCESS);
     }
   }
+  PetscCall(SetUpWeights(data, ctx));
   if (data->constraints) {
     PetscCall(SetUpPmat(data, ctx));
     PetscCall(MatCreateVecs(data->saddle.C, NULL, &data->residual));
@@ -345,7 +358,6 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscCall(MatDestroy(&data->S));
     data->frame.bs = 0;
   }
-  PetscCall(AinsworthWeightCreate(data->saddle.A, &data->weights));
   PetscCall(PCAinsworthSetKSPOperators(data));
   PetscCall(ForwardNullSpaces(data));
   PetscCall(CreateKeptVectors(pc, data));

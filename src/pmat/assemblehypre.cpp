@@ -19,34 +19,42 @@ public:
 
 private:
   HYPRE_IJMatrix             ij;
-  size_t                     begin = 0; /* of the row that is open */
+  size_t                     begin = 0, end = 0; /* of the row that is open */
   std::vector<HYPRE_Int>     ncols;
   std::vector<HYPRE_BigInt>  rows, columns;
   std::vector<HYPRE_Complex> values;
 };
 
+/* Every entry of M_* comes through here: room is made for many rows at a time */
 void Batch::add(const AinsworthRow &row, PetscInt shift, const std::vector<PetscInt> *map)
 {
-  for (PetscInt k = 0; k < row.n; k++) columns.push_back(map ? (*map)[row.columns[k]] : row.columns[k] + shift);
-  values.insert(values.end(), row.values, row.values + row.n);
+  if (end + row.n > columns.size()) {
+    columns.resize(2 * (end + row.n));
+    values.resize(columns.size());
+  }
+  HYPRE_BigInt *column = columns.data() + end;
+  if (map)
+    for (PetscInt k = 0; k < row.n; k++) column[k] = (*map)[row.columns[k]];
+  else
+    for (PetscInt k = 0; k < row.n; k++) column[k] = row.columns[k] + shift;
+  std::copy_n(row.values, row.n, values.data() + end);
+  end += row.n;
 }
 
 void Batch::close(PetscInt row)
 {
   rows.push_back(row);
-  ncols.push_back((HYPRE_Int)(columns.size() - begin));
-  begin = columns.size();
+  ncols.push_back((HYPRE_Int)(end - begin));
+  begin = end;
 }
 
 PetscErrorCode Batch::flush()
 {
   PetscFunctionBegin;
   if (rows.size()) PetscCallExternal(HYPRE_IJMatrixSetValues, ij, (HYPRE_Int)rows.size(), ncols.data(), rows.data(), columns.data(), values.data());
-  begin = 0;
+  begin = end = 0;
   ncols.clear();
   rows.clear();
-  columns.clear();
-  values.clear();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 } // namespace

@@ -107,11 +107,7 @@ PetscErrorCode AddPenaltyTerm(const AinsworthPmatInputs *in, const AinsworthPmat
 
   PetscFunctionBegin;
   if (opt->penalty == PC_AINSWORTH_PENALTY_ROW) {
-    Vec D;
-
-    PetscCall(AinsworthWeightCreate(in->A, &D));
-    PetscCall(AinsworthRowPenaltyCreate(in->C, D, opt->factor, penalty));
-    PetscCall(VecDestroy(&D));
+    PetscCall(AinsworthRowPenaltyCreate(in->C, in->inverseDiagonal, opt->factor, penalty));
     PetscCall(MatDuplicate(surface.C, MAT_COPY_VALUES, &BC));
     PetscCall(MatDiagonalScale(BC, *penalty, NULL));
   }

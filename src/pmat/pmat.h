@@ -17,10 +17,11 @@ struct AinsworthPmatOptions {
 };
 
 struct AinsworthPmatInputs {
-  Mat                   A, C, S; /* AIJ; C without zero rows */
-  Vec                   weight;  /* diagonal of W, NULL for W = I */
-  const AinsworthFrame *frame;   /* M_* is wanted as T M_* T' */
-  PetscBool             hypre;   /* as MATHYPRE, otherwise AIJ */
+  Mat                   A, C, S;         /* AIJ; C without zero rows */
+  Vec                   weight;          /* diagonal of W, NULL for W = I */
+  Vec                   inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
+  const AinsworthFrame *frame;           /* M_* is wanted as T M_* T' */
+  PetscBool             hypre;           /* as MATHYPRE, otherwise AIJ */
 };
 
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);
