@@ -23,6 +23,7 @@ def main():
     parser.add_argument("--inner", action="store_true", help="compare inner preconditioners instead")
     parser.add_argument("--extremes", action="store_true", help="extreme systems and four solvers instead")
     parser.add_argument("--case", default="", help="of --extremes, those whose name has this in it; the others stay as they are in the CSV")
+    parser.add_argument("--only", default="", help="configurations whose name has this in it (a regular expression); the others stay as they are in the CSV")
     parser.add_argument("--out", default=None, help="folder of the CSV and the plots (default docs/stability; of --acceptance, --inner, --extremes: docs)")
     parser.add_argument("--n1", type=int, default=None, help="elements per edge, upper cube (default 16)")
     parser.add_argument("--n2", type=int, default=None, help="elements per edge, lower cube (default 14)")

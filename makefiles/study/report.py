@@ -5,11 +5,11 @@ import statistics
 
 ALONE = "alone"
 SAME = "alone, same x"
-BEST = "weighted jcb"
+BEST = "weighted auto"
 PAPER = "paper jcb"
 TITLES = {ALONE: "A alone", SAME: "A alone, same x"}
-PLOTTED = (ALONE, BEST, "weighted id", PAPER)
-STYLES = {ALONE: ("k", "--", "o", "none"), BEST: ("#0072b2", "-", "s", "full"), "weighted id": ("#009e73", "-.", "^", "none"), PAPER: ("#d55e00", ":", "D", "full")}
+PLOTTED = (ALONE, BEST, "weighted jcb", PAPER)
+STYLES = {ALONE: ("k", "--", "o", "none"), BEST: ("#0072b2", "-", "s", "full"), "weighted jcb": ("#009e73", "-.", "^", "none"), PAPER: ("#d55e00", ":", "D", "full")}
 
 
 class Study:
@@ -84,7 +84,7 @@ def sentences(study):
     worst = max(quotients, key=lambda pair: pair[0])
     above = [row for q, row in quotients if q > 1.25]
     answer = []
-    text = "With the defaults (weighted, `jcb`) %d of %d systems converge, in %d to %d iterations; divided by those of A alone: %s, the worst at %s; " % (
+    text = "With the defaults (weighted, `auto`) %d of %d systems converge, in %d to %d iterations; divided by those of A alone: %s, the worst at %s; " % (
         len(worked), len(weighted), min(r["iterations"] for r in worked), max(r["iterations"] for r in worked), spread([q for q, _ in quotients]), name(worst[1]))
     lost = [row for row in weighted if not row["converged"]]
     text += "more than 1.25 times A alone: " + ", ".join(name(r) for r in above) if above else "none needs more than 1.25 times A alone"

@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import queue
+import re
 import subprocess
 import sys
 import threading
@@ -97,14 +98,35 @@ def save(path, arguments, wanted, results):
                 table.writerow(line)
 
 
+def stored(path, configs):
+    """What the CSV has of these configurations, as study() keeps it."""
+    answer, names = {}, [c["name"] for c in configs]
+    with open(path, newline="") as file:
+        for row in csv.DictReader(line for line in file if not line.startswith("#")):
+            if row["configuration"] not in names:
+                continue
+            sizes, found = answer.setdefault(row["options"], ({}, {}))
+            sizes.update({key: row[key] for key in ("unknowns", "constraints") if row[key]})
+            found[row["configuration"]] = {key: float(row[key]) if row[key] else None for key in ("setup", "solve", "error", "constraint", "primal")}
+            found[row["configuration"]].update(iterations=row["iterations"] or None, reason=row["reason"])
+    return answer
+
+
+def order(found, names):
+    return {name: found[name] for name in names if name in found}
+
+
 def study(folder, arguments):
     os.makedirs(folder, exist_ok=True)
     configs = cases.configurations(arguments.max_it)
+    names = [c["name"] for c in configs]
     wanted = cases.cases(arguments.n1, arguments.n2, arguments.quick)
     systems = {}
     for parameter, value, options in wanted:
         systems.setdefault(cases.system(arguments.n1, arguments.n2, options), []).append((parameter, value))
-    results, done = {}, [0]
+    path = os.path.join(folder, "stability.csv")
+    results, done = stored(path, configs) if arguments.only else {}, [0]
+    configs = [c for c in configs if re.search(arguments.only, c["name"])]
     lock = threading.Lock()
 
     def one(options):
@@ -119,10 +141,10 @@ def study(folder, arguments):
                 found[name] = {"reason": "n/a: A is singular"}
         with lock:
             done[0] += 1
-            short = ", ".join("%s %s" % (name, row.get("iterations", row["reason"])) for name, row in found.items() if name in ("alone", "weighted jcb", "paper jcb"))
+            short = ", ".join("%s %s" % (name, row.get("iterations", row["reason"])) for name, row in found.items() if name in ("alone", "weighted auto", "paper jcb"))
             print("%d of %d: %s: %s" % (done[0], len(systems), options, short), flush=True)
-            results[options] = (sizes, found)
-            save(os.path.join(folder, "stability.csv"), arguments, wanted, results)
+            results[options] = (sizes, order(dict(results.get(options, ({}, {}))[1], **found), names))
+            save(path, arguments, wanted, results)
 
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
         list(pool.map(one, systems))
