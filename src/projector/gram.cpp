@@ -64,6 +64,7 @@ static PetscErrorCode Place(AinsworthGram *gram)
       PetscCall(MatCreate(gram->group, &gram->placed));
       PetscCall(MatSetSizes(gram->placed, n, n, m, m));
       PetscCall(MatSetType(gram->placed, MATAIJ));
+      PetscCall(MatSeqAIJSetPreallocationCSR(gram->placed, ia, ja, a)); /* METIS may have left all to one rank */
       PetscCall(MatMPIAIJSetPreallocationCSR(gram->placed, ia, ja, a));
       PetscCall(MatSeqAIJRestoreArrayRead(local, &a));
       PetscCall(MatRestoreRowIJ(local, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
