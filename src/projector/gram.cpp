@@ -66,6 +66,7 @@ static PetscErrorCode MoveToGroup(const AinsworthGram *gram, Mat moved, Mat *pla
   PetscCall(MatCreate(gram->group, placed));
   PetscCall(MatSetSizes(*placed, n, n, m, m));
   PetscCall(MatSetType(*placed, MATAIJ));
+  PetscCall(MatSeqAIJSetPreallocationCSR(*placed, ia, ja, a)); /* METIS may have left all rows to one rank */
   PetscCall(MatMPIAIJSetPreallocationCSR(*placed, ia, ja, a));
   PetscCall(MatSeqAIJRestoreArrayRead(local, &a));
   PetscCall(MatRestoreRowIJ(local, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
