@@ -209,8 +209,9 @@ def write(folder):
     plot(study, folder, "seconds", seconds, 100, "set-up + solve / A alone")
     text = ["# How stable the iterations are", ""]
     text += [line + "\n" for line in sentences(study)]
-    text += ["Made by `%s` (this text too: every number in it comes from [%s/stability.csv](%s/stability.csv)) on %s, load %s." % (
-        study.about["command"], here, here, study.about["machine"], study.about["load at the end"]), ""]
+    earlier = ", the other configurations by an earlier run without `--only`" if "--only" in study.about["command"] else ""
+    text += ["Made by `%s`%s (this text too: every number in it comes from [%s/stability.csv](%s/stability.csv)) on %s, load %s." % (
+        study.about["command"], earlier, here, here, study.about["machine"], study.about["load at the end"]), ""]
     base = next(row for row in study.rows if row["parameter"] == "E2/E1" and row["unknowns"])
     text += ["Two cubes (`tutorials/twocubes`), around a base of %d unknowns and %d constraints with E2/E1 = 10, Poisson's ratio 0.3, half of the contact surface sticking and the other half slipping; one parameter is changed at a time." % (
         base["unknowns"], base["constraints"]),
