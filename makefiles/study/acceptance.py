@@ -3,6 +3,7 @@ import csv
 import os
 
 from . import cases, machine, runs
+from .measured import verdict
 
 STIFFNESS = ("1e-6", "1e-3", "1", "10", "1e3", "1e6")
 SIZE = "-n1 24 -n2 20 "
@@ -23,10 +24,6 @@ def groups():
         ("curved and turned", 1.5, [("curved 0.15, turned, stick " + s, "-rotate 20,35,50 -curved 0.15 -stick " + s) for s in ("0.5", "0", "1")]),
     ]
     return answer
-
-
-def verdict(good):
-    return "pass" if good else "**miss**"
 
 
 def without(options, known={}):

@@ -1,14 +1,11 @@
 """The plots of docs/results.md, as SVG and PNG."""
 import os
 
-import matplotlib
+from matplotlib import ticker
 
-matplotlib.use("Agg")
-matplotlib.rcParams["svg.hashsalt"] = "ainsworth"
-from matplotlib import pyplot, ticker  # noqa: E402 (the backend is chosen first)
-
-from . import paper  # noqa: E402
-from .experiments import ALONE  # noqa: E402
+from . import paper, plots
+from .experiments import ALONE
+from .plots import pyplot
 
 COLORS = ("#0072b2", "#009e73", "#d55e00", "#cc79a7", "#e69f00", "#56b4e9")
 MARKERS = "os^Dv*"
@@ -16,9 +13,7 @@ MARKERS = "os^Dv*"
 
 def save(figure, folder, name):
     figure.tight_layout()
-    figure.savefig(os.path.join(folder, name + ".svg"), metadata={"Date": None})
-    figure.savefig(os.path.join(folder, name + ".png"), dpi=110)
-    pyplot.close(figure)
+    plots.save(figure, os.path.join(folder, name))
 
 
 def good(row):

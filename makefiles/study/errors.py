@@ -1,10 +1,9 @@
 """Runs tutorials/errortime for each solver and system, draws work-precision diagrams, writes the text. Every number comes from the CSVs."""
-import csv
 import glob
 import os
 import subprocess
 
-from . import machine
+from . import machine, measured
 
 ERRORTIME = os.path.join(machine.BUILD, "tutorials", "errortime")
 SOLVERS = os.path.join(machine.ROOT, "tutorials", "solvers")
@@ -63,6 +62,14 @@ def run(path, options, arguments, reference):
     return rows, sizes
 
 
+def write_exact(path, options, ranks=1):
+    """The exact solution, by a run of its own, so that its memory is nobody's."""
+    command = machine.launcher(ranks) + [ERRORTIME] + options.split() + "-ksp_type preonly -pc_type none -first 1 -last 1 -repetitions 1".split() + ["-reference", path]
+    subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=machine.ENVIRONMENT)
+    if not os.path.exists(path):
+        raise RuntimeError("no exact solution for " + options)
+
+
 def measure(folder, arguments):
     os.makedirs(folder, exist_ok=True)
     paths = option_files(arguments.solvers)
@@ -72,38 +79,24 @@ def measure(folder, arguments):
             found, sizes = [], "unknown"
             with machine.workspace() as workspace:
                 reference = os.path.join(workspace, "reference.dat")
-                # a run of its own computes the exact solution, so that its memory is nobody's
-                subprocess.run(machine.launcher(arguments.ranks) + [ERRORTIME] + options.split() + ["-reference", reference, "-ksp_type", "preonly", "-pc_type", "none", "-first", "1", "-last", "1", "-repetitions", "1"],
-                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=machine.ENVIRONMENT)
-                if not os.path.exists(reference):
-                    raise RuntimeError("no exact solution for " + options)
+                write_exact(reference, options, arguments.ranks)
                 for path in paths:
                     rows, said = run(path, options, arguments, reference)
                     found, sizes = found + rows, said or sizes
                     print("%s, n1 %d: %s: %d rows, %s" % (case, n1, rows[-1]["solver"] if rows else path, len(rows), rows[-1]["reason"] if rows else "nothing"), flush=True)
-            with open(os.path.join(folder, "%s-%d.csv" % (case, n1)), "w", newline="") as file:
-                file.write("# command: %s\n# machine: %s\n# load at the end: %.1f\n# options: %s\n# ranks: %d\n# %s\n" % (
-                    machine.command_line(), machine.describe(), machine.load(), options, arguments.ranks, "sizes: " + sizes))
-                table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-                table.writeheader()
-                table.writerows(found)
+            about = dict(measured.provenance(), options=options, ranks=arguments.ranks, sizes=sizes)
+            measured.save(os.path.join(folder, "%s-%d.csv" % (case, n1)), about, COLUMNS, found)
 
 
 class System:
     """One CSV."""
 
     def __init__(self, path):
-        self.path, self.about = path, {}
+        self.path, (self.about, rows) = path, measured.read(path)
         self.case, size = os.path.splitext(os.path.basename(path))[0].rsplit("-", 1)
         self.n1 = int(size)
-        with open(path, newline="") as file:
-            lines = file.readlines()
-        for line in lines:
-            if line.startswith("# "):
-                key, value = line[2:].split(": ", 1)
-                self.about[key] = value.strip()
         self.rows = {}
-        for row in csv.DictReader(line for line in lines if not line.startswith("#")):
+        for row in rows:
             self.rows.setdefault(row["solver"], []).append(row)
 
     def title(self):
@@ -130,11 +123,8 @@ class System:
 
 
 def draw(system):
-    import matplotlib
-    matplotlib.use("Agg")
-    matplotlib.rcParams["svg.hashsalt"] = "ainsworth"
-    from matplotlib import pyplot
-    figure, axes = pyplot.subplots(figsize=(9, 6))
+    from . import plots
+    figure, axes = plots.pyplot.subplots(figsize=(9, 6))
     failed = []
     for i, solver in enumerate(system.rows):
         points = system.points(solver)
@@ -156,9 +146,7 @@ def draw(system):
     if failed:
         figure.text(0.01, 0.005, "\n".join(failed), fontsize=6)
     figure.tight_layout(rect=(0, 0.02 + 0.015 * len(failed), 1, 1))
-    for suffix in ("svg", "png"):
-        figure.savefig(os.path.splitext(system.path)[0] + "." + suffix, **({"metadata": {"Date": None}} if suffix == "svg" else {"dpi": 110}))
-    pyplot.close(figure)
+    plots.save(figure, os.path.splitext(system.path)[0])
 
 
 def seconds(value):

@@ -2,10 +2,10 @@
 import csv
 import os
 import statistics
-import subprocess
 
-from . import machine
-from .errors import CASES, ERRORTIME
+from . import machine, measured
+from .errors import CASES, write_exact
+from .measured import verdict
 
 VARIANTS = ("weighted", "paper")
 TOLERANCE = "1e-10"
@@ -15,24 +15,6 @@ SHARP = ["case", "n1", "variant", "iteration", "delay", "natural_norm", "error_l
 COST = ["n1", "run", "kind", "iterations", "setup", "solve"]
 
 
-def save(path, columns, rows):
-    with open(path, "w", newline="") as file:
-        file.write("# command: %s\n# machine: %s\n# load at the end: %.1f\n" % (machine.command_line(), machine.describe(), machine.load()))
-        table = csv.DictWriter(file, columns, lineterminator="\n", extrasaction="ignore")
-        table.writeheader()
-        table.writerows(rows)
-
-
-def read(path):
-    """(what the head says, rows); nothing where the file is missing."""
-    if not os.path.exists(path):
-        return {}, []
-    with open(path, newline="") as file:
-        lines = file.readlines()
-    about = dict(line[2:].strip().split(": ", 1) for line in lines if line.startswith("# "))
-    return about, list(csv.DictReader(line for line in lines if not line.startswith("#")))
-
-
 def sharp(folder, sizes):
     rows = []
     for case, (_, choice) in CASES.items():
@@ -40,10 +22,7 @@ def sharp(folder, sizes):
             options = "-n1 %d -n2 %d %s" % (n1, n1 * 5 // 6, choice)
             with machine.workspace() as workspace:
                 exact, table = os.path.join(workspace, "exact.dat"), os.path.join(workspace, "rows.csv")
-                subprocess.run(machine.launcher(1) + [ERRORTIME] + options.split() + ["-reference", exact, "-ksp_type", "preonly", "-pc_type", "none", "-first", "1", "-last", "1", "-repetitions", "1"],
-                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=machine.ENVIRONMENT)
-                if not os.path.exists(exact):
-                    raise RuntimeError("no exact solution for " + options)
+                write_exact(exact, options)
                 for variant in VARIANTS:
                     run = machine.run("%s -pc_ainsworth_variant %s -ainsworth_ksp_rtol %s -pc_ainsworth_reference %s -pc_ainsworth_monitor_error csv:%s" % (options, variant, TOLERANCE, exact, table))
                     if not machine.converged(run):
@@ -52,7 +31,7 @@ def sharp(folder, sizes):
                         found = [dict(row, case=case, n1=n1, variant=variant, options=options) for row in csv.DictReader(file)]
                     rows += found
                     print("%s, n1 %d, %s: %s" % (case, n1, variant, ", ".join("%s %.3f to %.3f" % (what, low, high) for what, low, high in effectivity(found))), flush=True)
-    save(os.path.join(folder, "sharp.csv"), SHARP, rows)
+    measured.save(os.path.join(folder, "sharp.csv"), measured.provenance(), SHARP, rows)
 
 
 def fallen(rows):
@@ -78,11 +57,7 @@ def cost(folder, sizes, repeat):
                     run = machine.run("-n1 %d -n2 %d -E2 10 %s" % (n1, n1 * 5 // 6, monitor + os.path.join(workspace, "rows.csv") if monitor else ""))
                 rows.append({"n1": n1, "run": turn, "kind": kind, "iterations": run["iterations"], "setup": run["setup"], "solve": run["solve"]})
         print("n1 %d: %s" % (n1, ", ".join("%s %.3f s" % (kind, min(row["solve"] for row in rows if row["kind"] == kind and row["n1"] == n1)) for kind in KINDS)), flush=True)
-    save(os.path.join(folder, "cost.csv"), COST, rows)
-
-
-def verdict(holds):
-    return "pass" if holds else "**miss**"
+    measured.save(os.path.join(folder, "cost.csv"), measured.provenance(), COST, rows)
 
 
 def made_by(about):
@@ -98,12 +73,9 @@ def runs(rows):
 
 
 def draw(path, rows):
-    import matplotlib
-    matplotlib.use("Agg")
-    matplotlib.rcParams["svg.hashsalt"] = "ainsworth"
-    from matplotlib import pyplot
+    from . import plots
     largest = max(int(row["n1"]) for row in rows)
-    figure, panels = pyplot.subplots(1, len(CASES), figsize=(3.2 * len(CASES), 4), sharey=True)
+    figure, panels = plots.pyplot.subplots(1, len(CASES), figsize=(3.2 * len(CASES), 4), sharey=True)
     for axes, case in zip(panels, CASES):
         for variant, color in zip(VARIANTS, ("C0", "C1")):
             mine = runs(rows).get((case, str(largest), variant), [])
@@ -117,9 +89,7 @@ def draw(path, rows):
     panels[0].set_ylabel("energy norm of the error / first")
     panels[-1].legend(fontsize=7)
     figure.tight_layout()
-    for suffix in ("svg", "png"):
-        figure.savefig(path + "." + suffix, **({"metadata": {"Date": None}} if suffix == "svg" else {"dpi": 110}))
-    pyplot.close(figure)
+    plots.save(figure, path)
 
 
 def write_sharp(folder, about, rows):
@@ -151,9 +121,9 @@ def write_cost(about, rows):
 def write(folder):
     text = ["# The estimate of the error", "", "What [report.md](report.md) describes, measured.", ""]
     for name, part in (("sharp", lambda about, rows: write_sharp(folder, about, rows)), ("cost", write_cost)):
-        about, rows = read(os.path.join(folder, name + ".csv"))
-        if rows:
-            text += part(about, rows)
+        path = os.path.join(folder, name + ".csv")
+        if os.path.exists(path):
+            text += part(*measured.read(path))
     with open(folder + ".md", "w") as file:
         file.write("\n".join(text).rstrip() + "\n")
     print("wrote %s.md" % folder)

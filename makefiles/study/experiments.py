@@ -59,6 +59,15 @@ class Experiment:
     def wanted(self, **key):
         return not (self.arguments.missing and self.store.has(key))
 
+    def missing(self, configurations):
+        """(size, ranks, the key and the options of twocubes) of what is wanted."""
+        for size in self.arguments.sizes:
+            for ranks in self.arguments.ranks:
+                for config in configurations:
+                    key = {"size": size, "ranks": ranks, "config": config}
+                    if self.wanted(**key):
+                        yield size, ranks, key, " ".join((mesh(size), PROBLEM, plugin(config)))
+
     def put(self, row):
         self.store.put(dict(row, load="%.2f" % machine.load(), **self.about))
         shown = {column: value for column, value in row.items() if value is not None and column != "options"}
@@ -107,13 +116,8 @@ def table(arguments):
 def solves(name, arguments, peak=False):
     """Every size on every number of ranks with every configuration."""
     experiment = Experiment(name, ("size", "ranks", "config"), arguments)
-    for size in arguments.sizes:
-        for ranks in arguments.ranks:
-            for config in configs(arguments):
-                key = {"size": size, "ranks": ranks, "config": config}
-                if experiment.wanted(**key):
-                    options = " ".join((mesh(size), PROBLEM, plugin(config)))
-                    experiment.record(key, options, experiment.best(options, ranks, peak=peak))
+    for _, ranks, key, options in experiment.missing(configs(arguments)):
+        experiment.record(key, options, experiment.best(options, ranks, peak=peak))
 
 
 def strong(arguments):
@@ -170,48 +174,36 @@ def flops(arguments):
 def setup(arguments):
     """Where the set-up goes: our events against the rest of PCSetUp, which is BoomerAMG's, and against PCSetUp of A alone."""
     experiment = Experiment("setup", ("size", "ranks", "config"), arguments)
-    for size in arguments.sizes:
-        for ranks in arguments.ranks:
-            for config in configs(arguments)[1:]:
-                key = {"size": size, "ranks": ranks, "config": config}
-                if not experiment.wanted(**key):
-                    continue
-                options = " ".join((mesh(size), PROBLEM, plugin(config)))
-                runs = []
-                for _ in range(arguments.repeat):  # in turns, so that a disturbance meets both
-                    alone = logview.run(" ".join((mesh(size), PROBLEM, plugin(ALONE))), ranks, arguments.limit)
-                    runs.append((logview.run(options, ranks, arguments.limit), alone))
-                row = dict(key, unknowns=runs[0][0]["unknowns"], constraints=runs[0][0]["constraints"], reason=runs[0][0]["reason"])
-                if all(machine.converged(run) for pair in runs for run in pair):
-                    least = min((run["events"] for run, _ in runs), key=lambda events: logview.get(events, "PCSetUp", "seconds"))
-                    names = logview.of_setup(least)
-                    ours, whole = sum(least[name]["seconds"] for name in names), logview.get(least, "PCSetUp", "seconds")
-                    row.update({name: number(least[name]["seconds"]) for name in names})
-                    row.update(ours=number(ours), PCSetUp=number(whole), amg=number(whole - ours), share="%.3f" % (ours / (whole - ours)),
-                               alone=number(min(logview.get(other["events"], "PCSetUp", "seconds") for _, other in runs)))
-                experiment.put(dict(row, options=options))
+    for size, ranks, key, options in experiment.missing(configs(arguments)[1:]):
+        runs = []
+        for _ in range(arguments.repeat):  # in turns, so that a disturbance meets both
+            alone = logview.run(" ".join((mesh(size), PROBLEM, plugin(ALONE))), ranks, arguments.limit)
+            runs.append((logview.run(options, ranks, arguments.limit), alone))
+        row = dict(key, unknowns=runs[0][0]["unknowns"], constraints=runs[0][0]["constraints"], reason=runs[0][0]["reason"])
+        if all(machine.converged(run) for pair in runs for run in pair):
+            least = min((run["events"] for run, _ in runs), key=lambda events: logview.get(events, "PCSetUp", "seconds"))
+            names = logview.of_setup(least)
+            ours, whole = sum(least[name]["seconds"] for name in names), logview.get(least, "PCSetUp", "seconds")
+            row.update({name: number(least[name]["seconds"]) for name in names})
+            row.update(ours=number(ours), PCSetUp=number(whole), amg=number(whole - ours), share="%.3f" % (ours / (whole - ours)),
+                       alone=number(min(logview.get(other["events"], "PCSetUp", "seconds") for _, other in runs)))
+        experiment.put(dict(row, options=options))
 
 
 def messages(arguments):
     """Messages, bytes and reductions of one projection: the difference of a long and a short solve, divided by that of the projections."""
     experiment = Experiment("messages", ("size", "ranks", "config"), arguments)
-    for size in arguments.sizes:
-        for ranks in arguments.ranks:
-            for config in configs(arguments)[1:]:
-                key = {"size": size, "ranks": ranks, "config": config}
-                if not experiment.wanted(**key):
-                    continue
-                options = " ".join((mesh(size), PROBLEM, plugin(config)))
-                short, long = (logview.run(options + " -ainsworth_ksp_rtol " + rtol, ranks, arguments.limit) for rtol in ("1e-3", "1e-8"))
-                row = dict(key, unknowns=long["unknowns"], constraints=long["constraints"], iterations=long["iterations"], reason=long["reason"])
-                for event in ("AinsProjector", "AinsGramSolve"):
-                    count, sent, size_sent, reductions = (logview.get(long["events"], event, what) - logview.get(short["events"], event, what) for what in ("count", "messages", "bytes", "reductions"))
-                    row[event] = count
-                    if count:
-                        row.update({event + "_messages": number(sent / count), event + "_bytes": number(size_sent / count, "%.0f"), event + "_reductions": number(reductions / count)})
-                foreseen = foresee(mesh(size) + " " + PROBLEM, [ranks], arguments.rows_per_rank)[0]
-                row.update({column: foreseen[column] for column in ("spread_messages", "spread_bytes", "together_messages", "together_bytes")})
-                experiment.put(dict(row, options=options))
+    for size, ranks, key, options in experiment.missing(configs(arguments)[1:]):
+        short, long = (logview.run(options + " -ainsworth_ksp_rtol " + rtol, ranks, arguments.limit) for rtol in ("1e-3", "1e-8"))
+        row = dict(key, unknowns=long["unknowns"], constraints=long["constraints"], iterations=long["iterations"], reason=long["reason"])
+        for event in ("AinsProjector", "AinsGramSolve"):
+            count, sent, size_sent, reductions = (logview.get(long["events"], event, what) - logview.get(short["events"], event, what) for what in ("count", "messages", "bytes", "reductions"))
+            row[event] = count
+            if count:
+                row.update({event + "_messages": number(sent / count), event + "_bytes": number(size_sent / count, "%.0f"), event + "_reductions": number(reductions / count)})
+        foreseen = foresee(mesh(size) + " " + PROBLEM, [ranks], arguments.rows_per_rank)[0]
+        row.update({column: foreseen[column] for column in ("spread_messages", "spread_bytes", "together_messages", "together_bytes")})
+        experiment.put(dict(row, options=options))
 
 
 ALL = {"table": table, "strong": strong, "weak": weak, "cost": cost, "flops": flops, "setup": setup, "iterations": iterations, "messages": messages, "memory": memory}

@@ -1,5 +1,4 @@
 """Extreme systems and four solvers: docs/extremes.md. Every figure and verdict comes from the CSV."""
-import csv
 import json
 import os
 import re
@@ -7,7 +6,7 @@ import resource
 import subprocess
 import sys
 
-from . import acceptance, cases, machine
+from . import acceptance, cases, machine, measured
 
 WORKER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "extreme.py")
 OPTIONS = os.path.join(machine.ROOT, "tutorials", "solvers")
@@ -161,21 +160,6 @@ def cells(row):
     return [row["iterations"] or "-", row["error"] and "%.0e" % float(row["error"]) or "-", row["constraint"] and "%.0e" % float(row["constraint"]) or "-", verdict(row)]
 
 
-def save(path, rows):
-    with open(path, "w", newline="") as file:
-        file.write("# machine: %s\n" % machine.describe())
-        table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
-
-
-def load(path):
-    with open(path, newline="") as file:
-        lines = file.readlines()
-    about = dict(line[2:].strip().split(": ", 1) for line in lines if line.startswith("# "))
-    return about, list(csv.DictReader(line for line in lines if not line.startswith("#")))
-
-
 def table(rows):
     """One line per case and solver."""
     text = ["| case | solver | iterations | energy error | constraint residual | verdict |", "|---|---|---|---|---|---|"]
@@ -207,7 +191,7 @@ def write(path, about, rows):
              "- *wrong, silent*: reported as converged, but no solution exists, or the energy error is above %g. *says no*: the solver says itself that it failed. "
              "*cut*: more than the limit of processor seconds." % ERROR_BOUND, ""]
     text += ["## The bar", "", "| case | options | iterations | energy error | constraint residual | verdict | |", "|---|---|---|---|---|---|---|"]
-    text += ["| %s | `%s` | %s | %s |" % (row["case"], row["options"], " | ".join(cells(row)), "pass" if passes(row) else "**miss**") for row in bar] + [""]
+    text += ["| %s | `%s` | %s | %s |" % (row["case"], row["options"], " | ".join(cells(row)), measured.verdict(passes(row))) for row in bar] + [""]
     for group in dict.fromkeys(row["group"] for row in rows):
         text += ["## " + group, ""] + table([row for row in rows if row["group"] == group]) + [""]
     said = [row for row in rows if row["why"] and row["solver"] in (OURS, "paper")]
@@ -224,7 +208,7 @@ def main(folder, arguments):
     """Rows of the CSV whose case is not run again stay: --case repeats one."""
     os.makedirs(folder, exist_ok=True)
     path = os.path.join(folder, "extremes.csv")
-    about, old = load(path) if os.path.exists(path) else ({}, [])
+    about, old = measured.read(path) if os.path.exists(path) else ({}, [])
     rows = []
     for group, size, entries in groups():
         for entry in entries:
@@ -232,6 +216,6 @@ def main(folder, arguments):
             wanted = not arguments.report and (not arguments.case or re.search(arguments.case, entry["label"]))
             rows += measure(group, size, entry, arguments.limit) if wanted else kept
             if wanted:
-                save(path, rows + [row for row in old if row["case"] not in {one["case"] for one in rows}])
-    about, _ = load(path)
+                measured.save(path, {"machine": machine.describe()}, COLUMNS, rows + [row for row in old if row["case"] not in {one["case"] for one in rows}])
+    about, _ = measured.read(path)
     return write(os.path.join(folder, "extremes.md"), about, rows)

@@ -4,6 +4,7 @@ import os
 
 from . import charts, paper
 from .experiments import ALONE
+from .measured import verdict
 
 DEFAULT = "weighted id"  # what auto chooses on a flat interface
 SPREAD, ALONE_BOUND, COST_BOUND, COST_ITERATIONS, FLOPS_BOUND, SHARE_BOUND, MEMORY_BOUND, STRONG_MEMORY = 1, 1.25, 1.35, 2, 1.05, 0.15, 1.15, 24
@@ -27,10 +28,6 @@ def good(row):
 
 def seconds(row):
     return value(row, "setup") + value(row, "solve")
-
-
-def verdict(holds):
-    return "pass" if holds else "**miss**"
 
 
 def why(row):

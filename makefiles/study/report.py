@@ -1,7 +1,8 @@
 """The study in words, tables and plots. Every number comes from the CSV."""
-import csv
 import os
 import statistics
+
+from . import measured
 
 ALONE = "alone"
 SAME = "alone, same x"
@@ -14,14 +15,7 @@ STYLES = {ALONE: ("k", "--", "o", "none"), BEST: ("#0072b2", "-", "s", "full"), 
 
 class Study:
     def __init__(self, path):
-        self.about = {}
-        with open(path, newline="") as file:
-            lines = file.readlines()
-        for line in lines:
-            if line.startswith("# "):
-                key, value = line[2:].split(": ", 1)
-                self.about[key] = value.strip()
-        self.rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+        self.about, self.rows = measured.read(path)
         for row in self.rows:
             for key in ("iterations", "unknowns", "constraints"):
                 row[key] = int(row[key]) if row[key] else None
@@ -150,13 +144,10 @@ def time_table(study):
 
 
 def plot(study, folder, file_name, what, top, label):
-    import matplotlib
-    matplotlib.use("Agg")
-    matplotlib.rcParams["svg.hashsalt"] = "ainsworth"
-    from matplotlib import pyplot
+    from . import plots
     columns = 3
     count = -(-len(study.parameters) // columns)
-    figure, axes = pyplot.subplots(count, columns, figsize=(4.2 * columns, 2.9 * count), squeeze=False)
+    figure, axes = plots.pyplot.subplots(count, columns, figsize=(4.2 * columns, 2.9 * count), squeeze=False)
     panels = [axes[i // columns][i % columns] for i in range(count * columns)]
     for panel, parameter in zip(panels, study.parameters):
         values = study.values(parameter)
@@ -189,9 +180,7 @@ def plot(study, folder, file_name, what, top, label):
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncol=len(labels), fontsize=9, title="x: no convergence", title_fontsize=8)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
-    figure.savefig(os.path.join(folder, file_name + ".svg"), metadata={"Date": None})
-    figure.savefig(os.path.join(folder, file_name + ".png"), dpi=110)
-    pyplot.close(figure)
+    plots.save(figure, os.path.join(folder, file_name))
 
 
 def iterations(study, row):

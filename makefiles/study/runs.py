@@ -1,6 +1,5 @@
 """Runs the study: one process per system (solver.py), a time limit per run, one CSV."""
 import concurrent.futures
-import csv
 import json
 import os
 import queue
@@ -9,7 +8,7 @@ import subprocess
 import sys
 import threading
 
-from . import cases, machine
+from . import cases, machine, measured
 
 COLUMNS = ["parameter", "value", "options", "unknowns", "constraints", "configuration", "iterations", "reason", "setup", "solve", "error", "constraint", "primal"]
 REFERENCE_LIMIT = 600
@@ -79,36 +78,33 @@ def select(configs, options):
 
 def save(path, arguments, wanted, results):
     """All that is known so far: written after every system, so that an interrupted study is not lost."""
-    with open(path, "w", newline="") as file:
-        file.write("# command: %s\n# machine: %s\n# load at the end: %.1f\n" % (machine.command_line(), machine.describe(), machine.load()))
-        table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        table.writeheader()
-        for parameter, value, options in wanted:
-            text = cases.system(arguments.n1, arguments.n2, options)
-            sizes, found = results.get(text, ({}, {}))
-            for name, row in found.items():
-                line = {"parameter": parameter, "value": value, "options": text, "configuration": name}
-                line.update({key: sizes[key] for key in ("unknowns", "constraints") if key in sizes})
-                for key in ("iterations", "reason"):
-                    line[key] = row.get(key)
-                for key in ("setup", "solve"):
-                    line[key] = "" if row.get(key) is None else "%.4f" % row[key]
-                for key in ("error", "constraint", "primal"):
-                    line[key] = "" if row.get(key) is None else "%.3e" % row[key]
-                table.writerow(line)
+    lines = []
+    for parameter, value, options in wanted:
+        text = cases.system(arguments.n1, arguments.n2, options)
+        sizes, found = results.get(text, ({}, {}))
+        for name, row in found.items():
+            line = {"parameter": parameter, "value": value, "options": text, "configuration": name}
+            line.update({key: sizes[key] for key in ("unknowns", "constraints") if key in sizes})
+            for key in ("iterations", "reason"):
+                line[key] = row.get(key)
+            for key in ("setup", "solve"):
+                line[key] = "" if row.get(key) is None else "%.4f" % row[key]
+            for key in ("error", "constraint", "primal"):
+                line[key] = "" if row.get(key) is None else "%.3e" % row[key]
+            lines.append(line)
+    measured.save(path, measured.provenance(), COLUMNS, lines)
 
 
 def stored(path, configs):
     """What the CSV has of these configurations, as study() keeps it."""
     answer, names = {}, [c["name"] for c in configs]
-    with open(path, newline="") as file:
-        for row in csv.DictReader(line for line in file if not line.startswith("#")):
-            if row["configuration"] not in names:
-                continue
-            sizes, found = answer.setdefault(row["options"], ({}, {}))
-            sizes.update({key: row[key] for key in ("unknowns", "constraints") if row[key]})
-            found[row["configuration"]] = {key: float(row[key]) if row[key] else None for key in ("setup", "solve", "error", "constraint", "primal")}
-            found[row["configuration"]].update(iterations=row["iterations"] or None, reason=row["reason"])
+    for row in measured.read(path)[1]:
+        if row["configuration"] not in names:
+            continue
+        sizes, found = answer.setdefault(row["options"], ({}, {}))
+        sizes.update({key: row[key] for key in ("unknowns", "constraints") if row[key]})
+        found[row["configuration"]] = {key: float(row[key]) if row[key] else None for key in ("setup", "solve", "error", "constraint", "primal")}
+        found[row["configuration"]].update(iterations=row["iterations"] or None, reason=row["reason"])
     return answer
 
 

@@ -127,7 +127,7 @@ PetscErrorCode PCAinsworthGetPenaltyFactor(PC pc, PetscReal *factor)
           components of each node apart, in the frame, and the penalty is one per row, otherwise `PC_AINSWORTH_PMAT_JCB`
 
    Options Database Key:
-.  -pc_ainsworth_pmat <jcb,id,cc,cg,bj_cc,bj_cg> - the approximation
+.  -pc_ainsworth_pmat <auto,jcb,id,cc,cg,bj_cc,bj_cg> - the approximation
 
    Level: beginner
 
