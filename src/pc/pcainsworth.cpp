@@ -213,7 +213,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_weight <diagonal,identity>              - W
 .  -pc_ainsworth_penalty <row,norm>                      - B: per row, or the paper's beta
 .  -pc_ainsworth_penalty_factor <0.5>                      - gamma, by default 10 with id and 5 with norm
-.  -pc_ainsworth_pmat <jcb,id,cc,cg,bj_cc,bj_cg>         - Inv(S) in the preconditioning matrix
+.  -pc_ainsworth_pmat <auto,jcb,id,cc,cg,bj_cc,bj_cg>    - Inv(S) in the preconditioning matrix
 .  -pc_ainsworth_pmat_rtol <0.1>                         - tolerance of cg and bj_cg
 .  -pc_ainsworth_pmat_max_rows <4000>                    - refuse cc and cg, which may be dense, above this number of constraints
 .  -pc_ainsworth_blocks <decide>                         - number of blocks of bj_cc and bj_cg; by default one per 32 constraints

@@ -1,4 +1,5 @@
 #include "pmat.h"
+#include "../saddle/saddle.h"
 #include "../events.h"
 #include <petscblaslapack.h>
 #include <algorithm>
@@ -223,10 +224,10 @@ static PetscErrorCode InvertRows(Mat S, const AinsworthPmatOptions *opt, PetscIn
 */
 static PetscErrorCode InvertRowNorms(Mat S, PetscBool scaled, Rows &rows)
 {
-  Mat          SD = S;
-  Vec          D  = NULL;
-  PetscInt     rstart, rend;
-  PetscScalar *d = NULL;
+  Mat                SD = S;
+  Vec                D  = NULL, sums;
+  PetscInt           rstart, rend;
+  const PetscScalar *d = NULL, *sum;
 
   PetscFunctionBegin;
   if (scaled) {
@@ -236,23 +237,21 @@ static PetscErrorCode InvertRowNorms(Mat S, PetscBool scaled, Rows &rows)
     PetscCall(VecReciprocal(D));
     PetscCall(MatDuplicate(S, MAT_COPY_VALUES, &SD));
     PetscCall(MatDiagonalScale(SD, NULL, D));
-    PetscCall(VecGetArray(D, &d));
+    PetscCall(VecGetArrayRead(D, &d));
   }
+  PetscCall(MatCreateVecs(S, NULL, &sums));
+  PetscCall(AinsworthRowSums(SD, 1, sums));
   PetscCall(MatGetOwnershipRange(S, &rstart, &rend));
+  PetscCall(VecGetArrayRead(sums, &sum));
   for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt           ncols;
-    const PetscScalar *v;
-    PetscReal          sum = 0.0;
-
-    PetscCall(MatGetRow(SD, i, &ncols, NULL, &v));
-    for (PetscInt k = 0; k < ncols; k++) sum += PetscAbsScalar(v[k]);
-    PetscCall(MatRestoreRow(SD, i, &ncols, NULL, &v));
     rows.columns.push_back(i);
-    rows.values.push_back((d ? PetscRealPart(d[i - rstart]) : 1.0) / sum);
+    rows.values.push_back((d ? PetscRealPart(d[i - rstart]) : 1.0) / PetscRealPart(sum[i - rstart]));
     rows.close();
   }
+  PetscCall(VecRestoreArrayRead(sums, &sum));
+  PetscCall(VecDestroy(&sums));
   if (scaled) {
-    PetscCall(VecRestoreArray(D, &d));
+    PetscCall(VecRestoreArrayRead(D, &d));
     PetscCall(VecDestroy(&D));
     PetscCall(MatDestroy(&SD));
   }

@@ -1,4 +1,5 @@
 #include "frame.h"
+#include "../saddle/saddle.h"
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -101,24 +102,16 @@ static PetscErrorCode CreateUnitTranspose(Mat C, Mat *Ct)
 {
   Mat          unit;
   Vec          length;
-  PetscInt     rstart, rend;
+  PetscInt     m;
   PetscScalar *v;
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(C, NULL, &length));
-  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
-  PetscCall(VecGetArrayWrite(length, &v));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt           ncols;
-    const PetscScalar *row;
-    PetscReal          square = 0.0;
-
-    PetscCall(MatGetRow(C, i, &ncols, NULL, &row));
-    for (PetscInt k = 0; k < ncols; k++) square += PetscSqr(PetscAbsScalar(row[k]));
-    PetscCall(MatRestoreRow(C, i, &ncols, NULL, &row));
-    v[i - rstart] = square > 0.0 ? 1.0 / PetscSqrtReal(square) : 0.0;
-  }
-  PetscCall(VecRestoreArrayWrite(length, &v));
+  PetscCall(AinsworthRowSums(C, 2, length));
+  PetscCall(VecGetLocalSize(length, &m));
+  PetscCall(VecGetArray(length, &v));
+  for (PetscInt i = 0; i < m; i++) v[i] = PetscRealPart(v[i]) > 0.0 ? 1.0 / PetscSqrtReal(PetscRealPart(v[i])) : 0.0;
+  PetscCall(VecRestoreArray(length, &v));
   PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &unit));
   PetscCall(MatDiagonalScale(unit, length, NULL));
   PetscCall(VecDestroy(&length));

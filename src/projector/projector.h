@@ -33,7 +33,6 @@ PetscErrorCode AinsworthProjectorRightInverse(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorRightInverseTranspose(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorSolveRange(AinsworthProjector *, Vec, Vec, Vec);
 
-PetscErrorCode AinsworthRowSums(Mat, Vec);
 PetscErrorCode AinsworthWeightCreate(Mat, Vec *);
 PetscErrorCode AinsworthRowPenaltyCreate(Mat, Vec, PetscReal, Vec *);
 

@@ -1,31 +1,5 @@
 #include "projector.h"
 
-/* sums = 1-norms of the rows of M */
-PetscErrorCode AinsworthRowSums(Mat M, Vec sums)
-{
-  Mat          R;
-  PetscInt     rstart, rend;
-  PetscScalar *s;
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthGetAIJ(M, &R));
-  PetscCall(MatGetOwnershipRange(R, &rstart, &rend));
-  PetscCall(VecGetArrayWrite(sums, &s));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt           ncols;
-    const PetscScalar *v;
-    PetscReal          sum = 0.0;
-
-    PetscCall(MatGetRow(R, i, &ncols, NULL, &v));
-    for (PetscInt k = 0; k < ncols; k++) sum += PetscAbsScalar(v[k]);
-    PetscCall(MatRestoreRow(R, i, &ncols, NULL, &v));
-    s[i - rstart] = sum;
-  }
-  PetscCall(VecRestoreArrayWrite(sums, &s));
-  PetscCall(MatDestroy(&R));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    AinsworthWeightCreate - W = diag(A)^{-1}, as a vector of length n of positive reals
 
@@ -52,7 +26,7 @@ PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
 
     PetscCall(PetscInfo(A, "%" PetscInt_FMT " diagonal entries of A are not positive: the 1-norms of their rows take their place in the weight\n", bad));
     PetscCall(VecDuplicate(d, &sums));
-    PetscCall(AinsworthRowSums(A, sums));
+    PetscCall(AinsworthRowSums(A, 1, sums));
     PetscCall(VecGetArrayRead(sums, &s));
     for (PetscInt i = 0; i < n; i++)
       if (!(PetscRealPart(w[i]) > 0.0)) w[i] = s[i];
@@ -81,7 +55,7 @@ PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec D, PetscReal gamma, Vec *pen
 {
   Vec          b, root;
   Mat          scaled;
-  PetscInt     rstart, rend;
+  PetscInt     n;
   PetscScalar *v;
 
   PetscFunctionBegin;
@@ -92,19 +66,11 @@ PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec D, PetscReal gamma, Vec *pen
   PetscCall(MatDiagonalScale(scaled, NULL, root));
   PetscCall(VecDestroy(&root));
   PetscCall(MatCreateVecs(C, NULL, &b));
-  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
-  PetscCall(VecGetArrayWrite(b, &v));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt           ncols;
-    const PetscScalar *row;
-    PetscReal          sum = 0.0;
-
-    PetscCall(MatGetRow(scaled, i, &ncols, NULL, &row));
-    for (PetscInt k = 0; k < ncols; k++) sum += PetscSqr(PetscAbsScalar(row[k]));
-    PetscCall(MatRestoreRow(scaled, i, &ncols, NULL, &row));
-    v[i - rstart] = gamma / sum;
-  }
-  PetscCall(VecRestoreArrayWrite(b, &v));
+  PetscCall(AinsworthRowSums(scaled, 2, b));
+  PetscCall(VecGetLocalSize(b, &n));
+  PetscCall(VecGetArray(b, &v));
+  for (PetscInt i = 0; i < n; i++) v[i] = gamma / PetscRealPart(v[i]);
+  PetscCall(VecRestoreArray(b, &v));
   PetscCall(MatDestroy(&scaled));
   *penalty = b;
   PetscFunctionReturn(PETSC_SUCCESS);

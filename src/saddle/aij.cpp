@@ -28,3 +28,29 @@ PetscErrorCode AinsworthGetAIJ(Mat M, Mat *aij)
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* sums = of each row of M the sum of |entry|^power, power 1 or 2 */
+PetscErrorCode AinsworthRowSums(Mat M, int power, Vec sums)
+{
+  Mat          R;
+  PetscInt     rstart, rend;
+  PetscScalar *s;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthGetAIJ(M, &R));
+  PetscCall(MatGetOwnershipRange(R, &rstart, &rend));
+  PetscCall(VecGetArrayWrite(sums, &s));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscInt           ncols;
+    const PetscScalar *v;
+    PetscReal          sum = 0.0;
+
+    PetscCall(MatGetRow(R, i, &ncols, NULL, &v));
+    for (PetscInt k = 0; k < ncols; k++) sum += power == 2 ? PetscSqr(PetscAbsScalar(v[k])) : PetscAbsScalar(v[k]);
+    PetscCall(MatRestoreRow(R, i, &ncols, NULL, &v));
+    s[i - rstart] = sum;
+  }
+  PetscCall(VecRestoreArrayWrite(sums, &s));
+  PetscCall(MatDestroy(&R));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -38,6 +38,7 @@ struct AinsworthSaddle {
 };
 
 PetscErrorCode AinsworthGetAIJ(Mat, Mat *);
+PetscErrorCode AinsworthRowSums(Mat, int, Vec);
 PetscErrorCode AinsworthSaddleSetUp(Mat, PetscBool, AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleChanged(Mat, const AinsworthSaddle *, PetscBool *);
