@@ -12,8 +12,8 @@
 /usr/bin/python3 makefiles/results.py memory       peak memory with and without constraints
 /usr/bin/python3 makefiles/results.py report       docs/results.md and the plots from the CSV files that are there; the others end with it, too
 
-A size is N, N:M, NxZ or NxZ:M: N elements per edge of the contact surface of the upper body, M of the lower one (default seven eighths of N:
-the nodes do not meet), Z along the height (default N). A measurement that is made again takes the place of the old one; --missing makes only those that
+A size is N, N:M, NxZ or NxZ:M, with or without -contact after it: N elements per edge of the contact surface of the upper body, M of the lower one (default seven eighths of N:
+the nodes do not meet), Z along the height (default N); -contact: METIS knows which elements touch. A measurement that is made again takes the place of the old one; --missing makes only those that
 are not there. Needs a build (AINSWORTH_BUILD, default build/) and Debian's python3-matplotlib; seconds need an otherwise idle machine.
 """
 import argparse

@@ -16,19 +16,21 @@ ALONE = "A alone"
 
 
 def mesh(size):
-    """Options for a size, written as N, N:M, NxZ or NxZ:M.
+    """Options for a size, written as N, N:M, NxZ or NxZ:M, and -contact after it.
 
     N: elements per edge of the contact surface of the upper body; M: of the lower one, by default seven eighths of N, so that the nodes
-    do not meet; Z: elements along the height, by default as many as N.
+    do not meet; Z: elements along the height, by default as many as N. With -contact METIS knows which elements touch.
     """
-    found = re.fullmatch(r"(\d+)(?:x(\d+))?(?::(\d+))?", size)
+    found = re.fullmatch(r"(\d+)(?:x(\d+))?(?::(\d+))?(-contact)?", size)
     if not found:
-        sys.exit("%s is no size: write 96, 96:95, 128x16 or 128x16:127" % size)
+        sys.exit("%s is no size: write 96, 96:95, 128x16, 128x16:127 or 128x16-contact" % size)
     n1, nz = int(found.group(1)), int(found.group(2) or 0)
     n2 = int(found.group(3) or round(n1 * 7 / 8))
     text = "-n1 %d -n2 %d" % (n1, n2)
     if nz:
         text += " -nz1 %d -nz2 %d -height %.12g" % (nz, nz, nz / n1)
+    if found.group(4):
+        text += " -partition contact"
     return text
 
 

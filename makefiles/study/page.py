@@ -110,7 +110,7 @@ def strong(rows, here):
 
 
 def memory(rows, here):
-    return ["## Peak memory", "", "Bound: %g times that of A alone." % MEMORY_BOUND, ""] + against_alone(rows, True, lambda row, _, size: size <= MEMORY_BOUND) + made_by(rows)
+    return ["## Peak memory", "", "Bound: %g times that of A alone. `jcb` couples more unknowns than `id` does: M_* and BoomerAMG's hierarchy are larger, most of all where the contact surface is a large part of a flat body ([method.md](method.md))." % MEMORY_BOUND, ""] + against_alone(rows, True, lambda row, _, size: size <= MEMORY_BOUND) + made_by(rows)
 
 
 def weak(rows, here):
@@ -125,7 +125,7 @@ def weak(rows, here):
 def cost(rows, here):
     text = ["## Cost against the number of constraints (5.4)", "", paper.COST, "",
             "Bounds for the defaults (weighted; `auto` takes `id` here): set-up + solve at most %g times that of A alone, iterations those of the share 0 up to %d." % (COST_BOUND, COST_ITERATIONS), "",
-            "On 2 ranks it is BoomerAMG's own set-up on M_* that takes longer than on A, where constraints couple the ranks; our part of the set-up is below.", ""]
+            "Where METIS cuts the volume meshes alone, the whole contact surface may lie between ranks: then BoomerAMG multiplies the coarse matrices of M_* across ranks, and those of A alone, whose bodies do not meet, not. With `-contact` (`-partition contact`) METIS knows which elements touch, as a partition of the graph of A + C'C does; this is what we recommend. Our own part of the set-up is below.", ""]
     for size in distinct(rows, "size"):
         for ranks in distinct([row for row in rows if row["size"] == size], "ranks"):
             mine = [row for row in rows if (row["size"], row["ranks"]) == (size, ranks)]
@@ -150,7 +150,7 @@ def cost(rows, here):
 
 
 def edge(size):
-    return size.split(":")[0].split("x")
+    return size.split("-")[0].split(":")[0].split("x")
 
 
 def flops(rows, here):
@@ -185,7 +185,7 @@ def setup(rows, here):
 
 
 def iterations(rows, here):
-    text = ["## Iterations on more and more ranks", "", "Bound: those on the fewest ranks up to %d." % SPREAD, ""]
+    text = ["## Iterations on more and more ranks", "", "Bound: those on the fewest ranks up to %d. BoomerAMG's coarsening and its hybrid smoother depend on the partition, those of A alone as well." % SPREAD, ""]
     for size in distinct(rows, "size"):
         mine = [row for row in rows if row["size"] == size]
         ranks = sorted(distinct(mine, "ranks"), key=int)
@@ -217,7 +217,7 @@ def write(folder):
     found = {name: rows for name, rows in ((name, read(folder, name)) for name in SECTIONS) if rows}
     text = ["# The paper's experiments", "",
             "Two cubes, or flat boxes, in contact (`tutorials/twocubes`, paper section 5.1), linear elasticity, E2/E1 = 10, 92 % of the contact surface sticks: with that share C has as many rows as the paper's. "
-            "A size N is N elements per edge of the upper body and seven eighths of it for the lower one, so that the nodes do not meet; N:M gives the number for the lower body, NxZ the elements along the height of both. Where both have the same number (N:N) every node meets another, which is the easier case: S is diagonal. "
+            "A size N is N elements per edge of the upper body and seven eighths of it for the lower one, so that the nodes do not meet; N:M gives the number for the lower body, NxZ the elements along the height of both, and after -contact METIS knows which elements touch. Where both have the same number (N:N) every node meets another, which is the easier case: S is diagonal. "
             "BoomerAMG, conjugate gradients to 1e-8 in the natural norm. *A alone* is `-contact 0`. Each experiment can be made at any size: `/usr/bin/python3 makefiles/results.py --help`.", ""]
     for name, rows in found.items():
         text += SECTIONS[name](rows, here)
