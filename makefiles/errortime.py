@@ -24,6 +24,7 @@ def main():
     parser.add_argument("--repeat", type=int, default=3, help="seconds are the least of this many runs (default 3)")
     parser.add_argument("--enough", type=float, default=20, help="repeat a tolerance no more after this many seconds (default 20)")
     parser.add_argument("--limit", type=int, default=900, help="seconds for one solver on one system, all its tolerances (default 900)")
+    parser.add_argument("--references", help="folder that keeps the exact solutions; those that are there are not computed again")
     parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs", "error-vs-time"), help="folder of the CSVs and pictures; <out>.md is the text")
     parser.add_argument("--report", action="store_true", help="no runs: diagrams and text from the CSVs")
     arguments = parser.parse_args()

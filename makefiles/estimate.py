@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How sharp the estimates of -pc_ainsworth_monitor_error are, and what they cost: docs/estimate.md, its CSVs and a plot.
 
-/usr/bin/python3 makefiles/estimate.py sharp [--n1 12 24]       bounds against the true error, on the systems of makefiles/errortime.py
+/usr/bin/python3 makefiles/estimate.py sharp [--n1 12 24] [--cases base ...]   bounds against the true error, on the systems of makefiles/errortime.py
 /usr/bin/python3 makefiles/estimate.py cost [--n1 24 48]        solves with the monitor, without and with the residuals, against solves without it
 /usr/bin/python3 makefiles/estimate.py report                   the text and the plot from the CSVs; the others end with it, too
 Needs Debian's python3-matplotlib and a build (AINSWORTH_BUILD, default build/); seconds need an otherwise idle machine.
@@ -10,13 +10,15 @@ import argparse
 import os
 import sys
 
-from study import estimate, machine
+from study import errors, estimate, machine
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("experiment", choices=("sharp", "cost", "report"))
     parser.add_argument("--n1", type=int, nargs="+", help="elements per edge of the upper cube; the lower one has 5/6 of it")
+    parser.add_argument("--cases", nargs="+", default=list(errors.CASES), choices=list(errors.CASES), help="systems (sharp; default all); other rows of the CSV stay")
+    parser.add_argument("--references", help="folder that keeps the exact solutions (sharp); those that are there are not computed again")
     parser.add_argument("--repeat", type=int, default=7, help="runs of each kind, in turns (cost; default 7)")
     parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs", "estimate"), help="folder of the CSVs and the plot; <out>.md is the text")
     arguments = parser.parse_args()
@@ -24,7 +26,7 @@ def main():
     machine.require("matplotlib")
     os.makedirs(arguments.out, exist_ok=True)
     if arguments.experiment == "sharp":
-        estimate.sharp(arguments.out, arguments.n1 or [12, 24])
+        estimate.sharp(arguments.out, arguments.cases, arguments.n1 or [12, 24], arguments.references)
     elif arguments.experiment == "cost":
         estimate.cost(arguments.out, arguments.n1 or [24, 48], arguments.repeat)
     estimate.write(arguments.out)

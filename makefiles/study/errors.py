@@ -70,16 +70,25 @@ def write_exact(path, options, ranks=1):
         raise RuntimeError("no exact solution for " + options)
 
 
+def exact_solution(workspace, keep, case, n1, ranks=1):
+    """The options of a system and the file of its exact solution, in the folder where solutions are kept, if there is one."""
+    options = "-n1 %d -n2 %d %s" % (n1, n1 * 5 // 6, CASES[case][1])
+    if keep:
+        os.makedirs(keep, exist_ok=True)
+    path = os.path.join(os.path.abspath(keep or workspace), "%s-%d-%d.dat" % (case, n1, ranks))
+    if not os.path.exists(path):
+        write_exact(path, options, ranks)
+    return options, path
+
+
 def measure(folder, arguments):
     os.makedirs(folder, exist_ok=True)
     paths = option_files(arguments.solvers)
     for case in arguments.cases:
         for n1 in arguments.n1:
-            options = "-n1 %d -n2 %d %s" % (n1, n1 * 5 // 6, CASES[case][1])
             found, sizes = [], "unknown"
             with machine.workspace() as workspace:
-                reference = os.path.join(workspace, "reference.dat")
-                write_exact(reference, options, arguments.ranks)
+                options, reference = exact_solution(workspace, arguments.references, case, n1, arguments.ranks)
                 for path in paths:
                     rows, said = run(path, options, arguments, reference)
                     found, sizes = found + rows, said or sizes

@@ -4,7 +4,7 @@ import os
 import statistics
 
 from . import machine, measured
-from .errors import CASES, write_exact
+from .errors import CASES, exact_solution
 from .measured import verdict
 
 VARIANTS = ("weighted", "paper")
@@ -15,23 +15,22 @@ SHARP = ["case", "n1", "variant", "iteration", "delay", "natural_norm", "error_l
 COST = ["n1", "run", "kind", "iterations", "setup", "solve"]
 
 
-def sharp(folder, sizes):
+def sharp(folder, cases, sizes, keep):
     rows = []
-    for case, (_, choice) in CASES.items():
+    for case in cases:
         for n1 in sizes:
-            options = "-n1 %d -n2 %d %s" % (n1, n1 * 5 // 6, choice)
             with machine.workspace() as workspace:
-                exact, table = os.path.join(workspace, "exact.dat"), os.path.join(workspace, "rows.csv")
-                write_exact(exact, options)
+                options, solution = exact_solution(workspace, keep, case, n1)
+                table = os.path.join(workspace, "rows.csv")
                 for variant in VARIANTS:
-                    run = machine.run("%s -pc_ainsworth_variant %s -ainsworth_ksp_rtol %s -pc_ainsworth_reference %s -pc_ainsworth_monitor_error csv:%s" % (options, variant, TOLERANCE, exact, table))
+                    run = machine.run("%s -pc_ainsworth_variant %s -ainsworth_ksp_rtol %s -pc_ainsworth_reference %s -pc_ainsworth_monitor_error csv:%s" % (options, variant, TOLERANCE, solution, table))
                     if not machine.converged(run):
                         raise RuntimeError("%s, %s: %s" % (options, variant, run["reason"]))
                     with open(table, newline="") as file:
                         found = [dict(row, case=case, n1=n1, variant=variant, options=options) for row in csv.DictReader(file)]
                     rows += found
                     print("%s, n1 %d, %s: %s" % (case, n1, variant, ", ".join("%s %.3f to %.3f" % (what, low, high) for what, low, high in effectivity(found))), flush=True)
-    measured.save(os.path.join(folder, "sharp.csv"), measured.provenance(), SHARP, rows)
+    measured.merge(os.path.join(folder, "sharp.csv"), measured.provenance(), SHARP, rows, ("case", "n1"))
 
 
 def fallen(rows):

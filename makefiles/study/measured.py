@@ -1,5 +1,6 @@
 """CSVs whose head, lines of `# key: value`, says how they were made; and the words for a bound that holds or does not."""
 import csv
+import os
 
 from . import machine
 
@@ -14,6 +15,18 @@ def save(path, about, columns, rows):
         table = csv.DictWriter(file, columns, lineterminator="\n", extrasaction="ignore")
         table.writeheader()
         table.writerows(rows)
+
+
+def merge(path, about, columns, rows, key):
+    """Saves the rows beside those of other keys that are there, with the commands of both."""
+    if os.path.exists(path):
+        before, found = read(path)
+        made = {tuple(str(row[name]) for name in key) for row in rows}
+        kept = [row for row in found if tuple(row[name] for name in key) not in made]
+        if kept:
+            rows = kept + rows
+            about = dict(about, command="; ".join(dict.fromkeys(before["command"].split("; ") + [about["command"]])))
+    save(path, about, columns, rows)
 
 
 def read(path):
