@@ -212,7 +212,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 +  -pc_ainsworth_variant <weighted,paper>                - sets weight, penalty, factor, row scaling and the inner `KSPType` at once
 .  -pc_ainsworth_weight <diagonal,identity>              - W
 .  -pc_ainsworth_penalty <row,norm>                      - B: per row, or the paper's beta
-.  -pc_ainsworth_penalty_factor <0.5>                      - gamma, by default 10 with id and 5 with norm
+.  -pc_ainsworth_penalty_factor <0.5>                    - gamma, by default 10 with id and 5 with norm
 .  -pc_ainsworth_pmat <auto,jcb,id,cc,cg,bj_cc,bj_cg>    - Inv(S) in the preconditioning matrix
 .  -pc_ainsworth_pmat_rtol <0.1>                         - tolerance of cg and bj_cg
 .  -pc_ainsworth_pmat_max_rows <4000>                    - refuse cc and cg, which may be dense, above this number of constraints
@@ -251,6 +251,9 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 
    Set-up is repeated for what changed only: a `KSPSolve()` with the same A and C builds nothing, even after `KSPSetOperators()`. Where values changed but
    not the nonzero pattern of C, the symbolic product and factorisation of the Gram matrix and the places of its rows are kept.
+
+   The program may lay its rows out over the ranks as it likes, but set-up is fastest where its partition knows of the constraints: that of the graph
+   of A + C'C rather than of A, so that unknowns that a row of C ties together tend to share a rank.
 
    A near null space is taken from A (`MatSetNearNullSpace()`) or from the index set of its field (key "nearnullspace").
 
