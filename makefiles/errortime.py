@@ -16,7 +16,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--n1", type=int, nargs="+", default=[12], help="elements per edge of the upper cube; the lower one has 5/6 of it (default 12)")
     parser.add_argument("--cases", nargs="+", default=list(errors.CASES), choices=list(errors.CASES), help="systems (default all)")
-    parser.add_argument("--solvers", nargs="+", default=None, help="names or files of option files (default all of tutorials/solvers)")
+    parser.add_argument("--solvers", nargs="+", default=None, help="names or files of option files (default all of tutorials/solvers); rows of others in the CSV stay")
     parser.add_argument("--ranks", type=int, default=1, help="MPI ranks (default 1)")
     parser.add_argument("--first", type=int, default=1, help="tolerances from 10^-first (default 1)")
     parser.add_argument("--last", type=int, default=12, help="to 10^-last (default 12)")

@@ -94,7 +94,11 @@ def measure(folder, arguments):
                     found, sizes = found + rows, said or sizes
                     print("%s, n1 %d: %s: %d rows, %s" % (case, n1, rows[-1]["solver"] if rows else path, len(rows), rows[-1]["reason"] if rows else "nothing"), flush=True)
             about = dict(measured.provenance(), options=options, ranks=arguments.ranks, sizes=sizes)
-            measured.save(os.path.join(folder, "%s-%d.csv" % (case, n1)), about, COLUMNS, found)
+            path = os.path.join(folder, "%s-%d.csv" % (case, n1))
+            if arguments.solvers:
+                measured.merge(path, about, COLUMNS, found, ("solver",))
+            else:
+                measured.save(path, about, COLUMNS, found)
 
 
 class System:
@@ -105,7 +109,7 @@ class System:
         self.case, size = os.path.splitext(os.path.basename(path))[0].rsplit("-", 1)
         self.n1 = int(size)
         self.rows = {}
-        for row in rows:
+        for row in sorted(rows, key=lambda row: row["solver"]):
             self.rows.setdefault(row["solver"], []).append(row)
 
     def title(self):
@@ -206,11 +210,12 @@ def write(folder):
     here = os.path.basename(folder)
     about, loads = systems[0].about, [float(system.about["load at the end"]) for system in systems]
     text = ["# Error against run time", ""]
-    commands = sorted(set(system.about["command"] for system in systems))
+    commands = sorted(set(command for system in systems for command in system.about["command"].split("; ")))
     text += ["Made by %s (the text too: every number comes from the CSVs in [%s/](%s)) on %s, %s rank(s), load %s." % (
         " and ".join("`%s`" % command for command in commands), here, here, about["machine"], about["ranks"], "%.1f to %.1f" % (min(loads), max(loads))), ""]
     text += ["Each point is one tolerance of a series down from 1e-1: across, the seconds of set-up and solve together (least of the repetitions; forming the augmented or the eliminated system counts, assembling one matrix for MUMPS does not); down, the true relative error of x in the energy norm, against MUMPS with iterative refinement in extended precision.",
              "A cross marks a solve that did not converge. Memory is the largest resident memory of the process, with the system and its exact solution in it; the iterations are those of the tightest tolerance, of the inner solver for `ainsworth*`, and not known for `fieldsplit_gkb`.", "",
+             "BLAS is OpenBLAS, which `makefiles/install.sh` installs: with Debian's reference BLAS MUMPS takes several times as long.", "",
              "`PCBDDC` is not among the peers: it needs matrices that are not assembled (`MATIS`). `PCHPDDM` needs a PETSc configured with HPDDM.", ""]
     text += ["| solver | |", "|---|---|"] + ["| [%s](../tutorials/solvers/%s.opts) | %s |" % (name, name, comment(name)) for name in systems[0].rows] + [""]
     text += ["Where `golub_greif` comes close to ours or before it, the two do nearly the same work: one multigrid cycle an iteration on A plus a penalty on the constraints. It lacks the projection, so that it depends on the penalty and on which body is stiffer; on a curved interface, where multigrid interpolates across what the constraints couple, that cycle decides for both. Smoothed aggregation (`ainsworth_gamg`) suffers less there.", ""]
