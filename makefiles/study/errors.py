@@ -1,5 +1,6 @@
 """Runs tutorials/errortime for each solver and system, draws work-precision diagrams, writes the text. Every number comes from the CSVs."""
 import glob
+import math
 import os
 import subprocess
 
@@ -116,7 +117,7 @@ class System:
         return "%s, n1 = %d" % (CASES[self.case][0], self.n1)
 
     def points(self, solver):
-        """(seconds, error, did it converge) of the rows that have an answer."""
+        """(seconds, error, did it converge) of the rows that have an answer, in the order of the tolerances."""
         answer = []
         for row in self.rows.get(solver, []):
             if row["energy_error"]:
@@ -126,8 +127,13 @@ class System:
         return answer
 
     def seconds_to(self, solver, level):
-        """The least seconds in which the error is at most this; None: never."""
-        good = [seconds for seconds, error, _ in self.points(solver) if error <= level]
+        """Where the line of the diagram first comes down to this error; None: never."""
+        points = self.points(solver)
+        good = [seconds for seconds, error, _ in points if error <= level]
+        for (before, above, _), (after, below, _) in zip(points, points[1:]):
+            if above > level >= below > 0:
+                share = math.log(above / level) / math.log(above / below)
+                good.append(before * (after / before) ** share)
         return min(good) if good else None
 
     def failure(self, solver):
@@ -213,7 +219,7 @@ def write(folder):
     commands = sorted(set(command for system in systems for command in system.about["command"].split("; ")))
     text += ["Made by %s (the text too: every number comes from the CSVs in [%s/](%s)) on %s, %s rank(s), load %s." % (
         " and ".join("`%s`" % command for command in commands), here, here, about["machine"], about["ranks"], "%.1f to %.1f" % (min(loads), max(loads))), ""]
-    text += ["Each point is one tolerance of a series down from 1e-1: across, the seconds of set-up and solve together (least of the repetitions; forming the augmented or the eliminated system counts, assembling one matrix for MUMPS does not); down, the true relative error of x in the energy norm, against MUMPS with iterative refinement in extended precision.",
+    text += ["Each point is one tolerance of a series down from 1e-1: across, the seconds of set-up and solve together (least of the repetitions; forming the augmented or the eliminated system counts, assembling one matrix for MUMPS does not); down, the true relative error of x in the energy norm, against MUMPS with iterative refinement in extended precision. Seconds to an error are read off the line between the points.",
              "A cross marks a solve that did not converge. Memory is the largest resident memory of the process, with the system and its exact solution in it; the iterations are those of the tightest tolerance, of the inner solver for `ainsworth*`, and not known for `fieldsplit_gkb`.", "",
              "BLAS is OpenBLAS, which `makefiles/install.sh` installs: with Debian's reference BLAS MUMPS takes several times as long.", "",
              "`PCBDDC` is not among the peers: it needs matrices that are not assembled (`MATIS`). `PCHPDDM` needs a PETSc configured with HPDDM.", ""]
