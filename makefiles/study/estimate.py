@@ -73,16 +73,16 @@ def runs(rows):
 
 def draw(path, rows):
     from . import plots
-    largest = max(int(row["n1"]) for row in rows)
     figure, panels = plots.pyplot.subplots(1, len(CASES), figsize=(3.2 * len(CASES), 4), sharey=True)
     for axes, case in zip(panels, CASES):
+        largest = max((int(row["n1"]) for row in rows if row["case"] == case), default=0)
         for variant, color in zip(VARIANTS, ("C0", "C1")):
             mine = runs(rows).get((case, str(largest), variant), [])
             exact = float(mine[0]["error_true"]) if mine else 1.0
             for what, style in (("true", "-"), ("lower", "v"), ("upper", "^")):
                 points = [(int(row["iteration"]), float(row["error_" + what]) / exact) for row in mine if row["error_" + what]]
                 axes.semilogy([p[0] for p in points], [p[1] for p in points], style, color=color, fillstyle="none", markersize=5, label="%s, %s" % (variant, what))
-        axes.set_title(CASES[case][0], fontsize=9)
+        axes.set_title("%s, n1 = %d" % (CASES[case][0], largest), fontsize=8)
         axes.set_xlabel("iteration")
         axes.grid(True, which="major", alpha=0.4)
     panels[0].set_ylabel("energy norm of the error / first")
