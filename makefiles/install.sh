@@ -3,7 +3,7 @@
 . "$(dirname "$0")/common.sh"
 
 packages="cmake make g++ pkg-config libmetis-dev libeigen3-dev openmpi-bin libopenmpi-dev $*"
-# OpenBLAS takes the place of Debian's reference BLAS: MUMPS is five times as fast with it.
+# OpenBLAS takes the place of Debian's reference BLAS: MUMPS is four times as fast with it.
 if [ $own_petsc = 0 ]; then packages="$packages libpetsc-real-dev libopenblas0-serial python3 python3-petsc4py python3-numpy python3-matplotlib"; fi
 
 # PETSc's examples are in a package whose name carries the version of the PETSc at hand.

@@ -112,11 +112,12 @@ PetscErrorCode AinsworthMatFindDifference(Mat C, Mat D, PetscInt *row, PetscInt 
 /* Collective: do C' u and Ct u agree for a random u, or are they opposite? Each row of C has the same share in it, whatever its scale */
 PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *opposite)
 {
-  Vec          u, x, y;
-  PetscScalar *a;
-  PetscInt     rstart, rend;
-  PetscRandom  rand;
-  PetscReal    norm, difference;
+  Vec                u, x, y, largest;
+  PetscScalar       *a;
+  const PetscScalar *scale;
+  PetscInt           m;
+  PetscRandom        rand;
+  PetscReal          norm, difference;
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(C, &x, &u));
@@ -124,18 +125,14 @@ PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *
   PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)C), &rand));
   PetscCall(VecSetRandom(u, rand));
   PetscCall(PetscRandomDestroy(&rand));
-  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
+  PetscCall(VecDuplicate(u, &largest));
+  PetscCall(MatGetRowMaxAbs(C, largest, NULL));
+  PetscCall(VecGetLocalSize(u, &m));
   PetscCall(VecGetArray(u, &a));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt           ncols;
-    const PetscScalar *v;
-    PetscReal          largest = 0.0;
-
-    PetscCall(MatGetRow(C, i, &ncols, NULL, &v));
-    for (PetscInt k = 0; k < ncols; k++) largest = PetscMax(largest, PetscAbsScalar(v[k]));
-    PetscCall(MatRestoreRow(C, i, &ncols, NULL, &v));
-    if (largest > 0.0) a[i - rstart] = (1.0 + a[i - rstart]) / largest;
-  }
+  PetscCall(VecGetArrayRead(largest, &scale));
+  for (PetscInt i = 0; i < m; i++)
+    if (PetscRealPart(scale[i]) > 0.0) a[i] = (1.0 + a[i]) / PetscRealPart(scale[i]);
+  PetscCall(VecRestoreArrayRead(largest, &scale));
   PetscCall(VecRestoreArray(u, &a));
   PetscCall(MatMultHermitianTranspose(C, u, x));
   PetscCall(MatMult(Ct, u, y));
@@ -146,6 +143,7 @@ PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *
   PetscCall(VecAXPY(y, 2.0, x));
   PetscCall(VecNorm(y, NORM_2, &difference));
   *opposite = (PetscBool)(!*same && difference <= 1e-10 * norm);
+  PetscCall(VecDestroy(&largest));
   PetscCall(VecDestroy(&u));
   PetscCall(VecDestroy(&x));
   PetscCall(VecDestroy(&y));
