@@ -55,16 +55,21 @@ def table(folder, rows):
     save(figure, folder, "table")
 
 
+def weak_key(row):
+    return row["config"], row["ranks"], ", contact" if row["size"].endswith("-contact") else ""
+
+
 def weak(folder, rows):
     rows = [row for row in rows if good(row)]
     figure, panels = pyplot.subplots(1, 3, figsize=(13, 4))
-    for (config, ranks), color, marker in zip(dict.fromkeys((row["config"], row["ranks"]) for row in rows), COLORS, MARKERS):
-        mine = sorted((row for row in rows if (row["config"], row["ranks"]) == (config, ranks)), key=lambda row: int(row["unknowns"]))
+    for key, color, marker in zip(dict.fromkeys(map(weak_key, rows)), COLORS, MARKERS):
+        config, ranks, partition = key
+        mine = sorted((row for row in rows if weak_key(row) == key), key=lambda row: int(row["unknowns"]))
         unknowns = [int(row["unknowns"]) for row in mine]
-        label = "%s, %s rank%s" % (config, ranks, "" if ranks == "1" else "s")
+        label = "%s, %s rank%s%s" % (config, ranks, "" if ranks == "1" else "s", partition)
         panels[0].plot(unknowns, [int(row["iterations"]) for row in mine], color=color, marker=marker, fillstyle="none", label=label)
-        for panel, key in zip(panels[1:], ("setup", "solve")):
-            panel.plot(unknowns, [1e6 * int(ranks) * float(row[key]) / int(row["unknowns"]) for row in mine], color=color, marker=marker, fillstyle="none", label=label)
+        for panel, phase in zip(panels[1:], ("setup", "solve")):
+            panel.plot(unknowns, [1e6 * int(ranks) * float(row[phase]) / int(row["unknowns"]) for row in mine], color=color, marker=marker, fillstyle="none", label=label)
     for panel, title in zip(panels, ("iterations", "set-up [us per unknown of a rank]", "solve [us per unknown of a rank]")):
         panel.set_xscale("log")
         panel.set_ylim(bottom=0)
