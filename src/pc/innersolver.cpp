@@ -4,37 +4,75 @@
 #include <petsc/private/pcimpl.h>
 
 /* BoomerAMG for 3-D elasticity, measured: docs/method.md, inner solver */
-static const char *const boomeramg[][2] = {
-  {"coarsen_type",     "HMIS" },
-  {"interp_type",      "ext+i"},
-  {"P_max",            "4"    },
-  {"strong_threshold", "0.5"  }
+enum {
+  COARSENING,
+  INTERPOLATION,
+  P_MAX,
+  THRESHOLD,
+  SMOOTHER,
+  NBOOMERAMG
 };
-static const size_t nboomeramg = sizeof(boomeramg) / sizeof(boomeramg[0]);
+static const char *const boomeramg[NBOOMERAMG][2] = {
+  {"coarsen_type",     "PMIS"     },
+  {"interp_type",      "ext+i"    },
+  {"P_max",            "4"        },
+  {"strong_threshold", "0.5"      },
+  {"relax_type_all",   "Chebyshev"}
+};
 
-/* One penalty for all rows makes entries far larger than their neighbours, and HMIS loses them where they cross ranks */
-static const char *DefaultValue(const PC_Ainsworth *data, size_t i)
+/*
+   NULL leaves PETSc's own default. One penalty for all rows makes entries far larger than their neighbours: PMIS loses them where they cross ranks, and
+   Chebyshev's polynomial is small on too wide a spectrum. It needs a real one, too, which the method tells
+*/
+static const char *DefaultValue(const PC_Ainsworth *data, PetscBool definite, int i)
 {
-  return i == 0 && data->pmat.penalty == PC_AINSWORTH_PENALTY_NORM ? "Falgout" : boomeramg[i][1];
+  const bool norm = data->pmat.penalty == PC_AINSWORTH_PENALTY_NORM;
+
+  if (i == COARSENING && norm) return "Falgout";
+  if (i == SMOOTHER && (norm || !definite)) return NULL;
+  return boomeramg[i][1];
+}
+
+/* The type that an object has, or gets from the options database */
+static PetscErrorCode TypeInUse(PetscObject object, const char option[], char type[], size_t length)
+{
+  PetscBool given;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsGetString(object->options, object->prefix, option, type, length, &given));
+  if (!given) PetscCall(PetscStrncpy(type, object->type_name, length));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Does the options database choose something else than BoomerAMG? */
 static PetscErrorCode ChoosesBoomerAMG(PC pc, PetscBool *boomer)
 {
-  char        type[256] = "";
-  PetscBool   given;
-  const char *prefix;
-  PCType      present;
+  char      type[256] = "";
+  PetscBool given;
 
   PetscFunctionBegin;
-  PetscCall(PCGetOptionsPrefix(pc, &prefix));
-  PetscCall(PCGetType(pc, &present));
-  PetscCall(PetscOptionsGetString(((PetscObject)pc)->options, prefix, "-pc_type", type, sizeof(type), &given));
-  if (!given) PetscCall(PetscStrncpy(type, present, sizeof(type)));
+  PetscCall(TypeInUse((PetscObject)pc, "-pc_type", type, sizeof(type)));
   PetscCall(PetscStrcmp(type, PCHYPRE, boomer));
   if (!*boomer) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscOptionsGetString(((PetscObject)pc)->options, prefix, "-pc_hypre_type", type, sizeof(type), &given));
+  PetscCall(PetscOptionsGetString(((PetscObject)pc)->options, ((PetscObject)pc)->prefix, "-pc_hypre_type", type, sizeof(type), &given));
   if (given) PetscCall(PetscStrcmp(type, "boomeramg", boomer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Is the method one of conjugate gradients, so that the system is Hermitian and positive definite? */
+static PetscErrorCode ChoosesConjugateGradients(KSP ksp, PetscBool *definite)
+{
+  char type[256] = "";
+
+  PetscFunctionBegin;
+  PetscCall(TypeInUse((PetscObject)ksp, "-ksp_type", type, sizeof(type)));
+  *definite = PETSC_FALSE;
+  for (KSPType method : {KSPPROJECTEDCG, KSPCG, KSPPIPECG, KSPGROPPCG, KSPFCG, KSPPIPEFCG}) {
+    PetscBool same;
+
+    PetscCall(PetscStrcmp(type, method, &same));
+    *definite = (PetscBool)(*definite || same);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -47,8 +85,8 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
 {
   KSP          ksp = data->ksp;
   PC           inner;
-  PetscBool    boomer, given[nboomeramg], normGiven, sideGiven;
-  char         name[nboomeramg][256];
+  PetscBool    boomer, definite, normGiven, sideGiven;
+  char         name[NBOOMERAMG][256] = {};
   const char  *prefix;
   PetscOptions options;
 
@@ -66,19 +104,22 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
 #endif
   }
   PetscCall(ChoosesBoomerAMG(inner, &boomer));
-  for (size_t i = 0; i < nboomeramg && boomer; i++) {
-    char bare[128];
+  PetscCall(ChoosesConjugateGradients(ksp, &definite));
+  for (int i = 0; i < NBOOMERAMG && boomer; i++) {
+    const char *value = DefaultValue(data, definite, i);
+    char        bare[128];
+    PetscBool   given;
 
     PetscCall(PetscSNPrintf(bare, sizeof(bare), "-pc_hypre_boomeramg_%s", boomeramg[i][0]));
-    PetscCall(PetscOptionsHasName(options, prefix, bare, &given[i]));
-    if (given[i]) continue;
+    PetscCall(PetscOptionsHasName(options, prefix, bare, &given));
+    if (given || !value) continue;
     PetscCall(PetscSNPrintf(name[i], sizeof(name[i]), "-%s%s", prefix ? prefix : "", bare + 1));
-    PetscCall(PetscOptionsSetValue(options, name[i], DefaultValue(data, i)));
+    PetscCall(PetscOptionsSetValue(options, name[i], value));
   }
   if (pc->setfromoptionscalled) PetscCall(KSPSetFromOptions(ksp));
   else if (boomer) PetscCall(PCSetFromOptions(inner));
-  for (size_t i = 0; i < nboomeramg && boomer; i++)
-    if (!given[i]) PetscCall(PetscOptionsClearValue(options, name[i]));
+  for (const char *set : name)
+    if (set[0]) PetscCall(PetscOptionsClearValue(options, set));
 
   /* the natural norm, the only one that both AMG and the energy mean something to, where the method has it */
   PetscCall(PetscOptionsHasName(options, prefix, "-ksp_norm_type", &normGiven));
