@@ -8,6 +8,9 @@ NEAR = " -near_nullspace"
 HYPRE = "-ainsworth_pc_hypre_boomeramg_"
 PRECONDITIONERS = (
     ("BoomerAMG", ""),
+    ("BoomerAMG, HMIS", HYPRE + "coarsen_type HMIS"),
+    ("BoomerAMG, hybrid Gauss-Seidel", HYPRE + "relax_type_all symmetric-SOR/Jacobi"),
+    ("BoomerAMG, HMIS, hybrid Gauss-Seidel", HYPRE + "coarsen_type HMIS " + HYPRE + "relax_type_all symmetric-SOR/Jacobi"),
     ("BoomerAMG, nodal", HYPRE + "nodal_coarsen 6 " + HYPRE + "vec_interp_variant 2" + NEAR),
     ("GAMG", "-ainsworth_pc_type gamg -ainsworth_pc_gamg_threshold 0" + NEAR),
     ("GAMG, 4 Chebyshev steps", "-ainsworth_pc_type gamg -ainsworth_pc_gamg_threshold 0 -ainsworth_mg_levels_ksp_max_it 4" + NEAR),
@@ -60,7 +63,7 @@ def main(folder, arguments):
 
     text = ["# Inner preconditioners", "", "Made by `%s` on %s: iterations, then set-up + solve, the least of %d runs (one where it takes more than %g s); n1 = %d, n2 = %d, E2/E1 = 10." % (
         machine.command_line(), machine.describe(), arguments.repeat, SLOW, arguments.n1, arguments.n2),
-        "Variant `weighted`, one rank. All but the first have the rigid-body modes as near null space (`-near_nullspace`).", "",
+        "Variant `weighted`, one rank. `-near_nullspace`: with the rigid-body modes as near null space.", "",
         "| | options | " + " | ".join("%s | A alone" % problem for problem, _ in PROBLEMS) + " |", "|---|---|" + "---|---|" * len(PROBLEMS)]
     for inner, options in PRECONDITIONERS:
         cells = []

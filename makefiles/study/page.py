@@ -187,7 +187,7 @@ def setup(rows, here):
 
 
 def iterations(rows, here):
-    text = ["## Iterations on more and more ranks", "", "Bound: those on the fewest ranks up to %d. BoomerAMG's coarsening and its hybrid smoother depend on the partition, those of A alone as well." % SPREAD, ""]
+    text = ["## Iterations on more and more ranks", "", "Bound: those on the fewest ranks up to %d. PMIS coarsening depends on the partition through its random numbers alone, Chebyshev smoothing through those of its estimate of the largest eigenvalue." % SPREAD, ""]
     for size in distinct(rows, "size"):
         mine = [row for row in rows if row["size"] == size]
         ranks = sorted(distinct(mine, "ranks"), key=int)
