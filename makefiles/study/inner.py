@@ -24,6 +24,8 @@ PROBLEMS = (
     ("nu = 0.49", "-nu1 0.49 -nu2 0.49"),
 )
 STRENGTHS, PMAX, COARSENINGS, RANKS = ("0.25", "0.5", "0.6", "0.7"), ("4", "6", "0"), ("HMIS", "PMIS", "Falgout"), (1, 2, 4)
+SMOOTHERS = (("PMIS", "Chebyshev"), ("HMIS", "Chebyshev"), ("PMIS", "symmetric-SOR/Jacobi"), ("HMIS", "symmetric-SOR/Jacobi"))
+PARTITIONED = ((24, (1, 2, 4, 8, 16)), (48, (1, 2)))  # elements per edge and numbers of ranks
 SLOW = 5.0  # seconds
 
 
@@ -71,6 +73,14 @@ def main(folder, arguments):
             for variant, contact in (("weighted", ""), ("A alone", " -contact 0")):
                 cells.append(cell(record("preconditioner", problem, inner, variant, 1, (extra + " " + options + contact).strip(), arguments.repeat)))
         text.append("| %s | %s | %s |" % (inner, "`%s`" % options if options else "defaults", " | ".join(cells)))
+    text += ["", "## Coarsening and smoother", "", "On the plain problem, %s. More ranks than cores tell iterations, not seconds." % " and ".join("n1 = %d, n2 = %d" % (n1, n1 * 7 // 8) for n1, _ in PARTITIONED)]
+    for n1, ranks in PARTITIONED:
+        text += ["", "| n1 = %d | | " % n1 + " | ".join("%d rank%s" % (r, "" if r == 1 else "s") for r in ranks) + " |", "|---|---|" + "---|" * len(ranks)]
+        for coarsening, smoother in SMOOTHERS:
+            for variant, contact in (("weighted", ""), ("A alone", " -contact 0")):
+                options = "-n1 %d -n2 %d -E2 10 -partition contact %scoarsen_type %s %srelax_type_all %s%s" % (n1, n1 * 7 // 8, HYPRE, coarsening, HYPRE, smoother, contact)
+                cells = [cell(record("smoother", "plain %d" % n1, "%s %s" % (coarsening, smoother), variant, r, options, 1 if r > 2 else arguments.repeat)) for r in ranks]
+                text.append("| %s, %s | %s | %s |" % (coarsening, smoother, variant, " | ".join(cells)))
     text += ["", "## Parameters of BoomerAMG", "", "On the plain problem, one run each."]
     for variant in ("weighted", "paper"):
         loads.append(machine.load())
