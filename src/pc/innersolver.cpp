@@ -85,7 +85,7 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
 {
   KSP          ksp = data->ksp;
   PC           inner;
-  PetscBool    boomer, definite, normGiven, sideGiven;
+  PetscBool    boomer, definite = PETSC_FALSE, normGiven, sideGiven;
   char         name[NBOOMERAMG][256] = {};
   const char  *prefix;
   PetscOptions options;
