@@ -125,7 +125,7 @@ def weak(rows, here):
 def cost(rows, here):
     text = ["## Cost against the number of constraints (5.4)", "", paper.COST, "",
             "Bounds for the defaults (weighted; `auto` takes `id` here): set-up + solve at most %g times that of A alone, iterations those of the share 0 up to %d." % (COST_BOUND, COST_ITERATIONS), "",
-            "Where METIS cuts the volume meshes alone, the whole contact surface may lie between ranks: then BoomerAMG multiplies the coarse matrices of M_* across ranks, and those of A alone, whose bodies do not meet, not. With `-contact` (`-partition contact`) METIS knows which elements touch, as a partition of the graph of A + C'C does; this is what we recommend. *Volumes cut*: the seconds of A alone with the other partition, which is better for it. Our own part of the set-up is below.", ""]
+            "Where METIS cuts the volume meshes alone, the whole contact surface may lie between ranks: then BoomerAMG multiplies the coarse matrices of M_* across ranks, and those of A alone, whose bodies do not meet, not. With `-contact` (`-partition contact`) METIS knows which elements touch, as a partition of the graph of A + C'C does; this is what we recommend. *Volumes cut*: the seconds of A alone with the other partition, which is better for it. Our own part of the set-up is below. `paper` has Falgout coarsening and hybrid Gauss-Seidel where A alone and `weighted` have PMIS and Chebyshev.", ""]
     for size in distinct(rows, "size"):
         for ranks in distinct([row for row in rows if row["size"] == size], "ranks"):
             mine = [row for row in rows if (row["size"], row["ranks"]) == (size, ranks)]
