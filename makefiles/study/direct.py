@@ -84,16 +84,17 @@ def direct(A, C, f, g):
     b, z = K.createVecRight(), K.createVecRight()
     x, l = numpy.zeros(n, numpy.longdouble), numpy.zeros(m, numpy.longdouble)
     last = numpy.inf
-    for _ in range(50):
+    for _ in range(12):
         r = numpy.concatenate([f - A.product(x) - C.transposed(l), g - C.product(x)])
         b.setArray((r * scale).astype(float))
         ksp.solve(b, z)
         step = z.getArray() * scale
         x, l = x + step[:n], l + step[n:]
         change = numpy.abs(step[:n]).max() / numpy.abs(x).max()
-        if change < 1e-17 or (last < 1e-12 and change > last / 2):
+        exact = change < 1e-17 or (last < 1e-12 and change > last / 2)
+        last = min(last, change)
+        if exact:
             break
-        last = change
     if not last < 1e-12:
         raise RuntimeError("the reference solution is not exact: last correction %g" % last)
     return x.astype(float), l.astype(float)
