@@ -91,9 +91,9 @@ def direct(A, C, f, g):
         step = z.getArray() * scale
         x, l = x + step[:n], l + step[n:]
         change = numpy.abs(step[:n]).max() / numpy.abs(x).max()
-        exact = change < 1e-17 or (last < 1e-12 and change > last / 2)
+        finished = change < 1e-17 or change > last / 2
         last = min(last, change)
-        if exact:
+        if finished:
             break
     if not last < 1e-12:
         raise RuntimeError("the reference solution is not exact: last correction %g" % last)

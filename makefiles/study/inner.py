@@ -3,14 +3,16 @@ import csv
 import os
 
 from . import machine
+from .experiments import mesh
+from .page import head
 
 NEAR = " -near_nullspace"
 HYPRE = "-ainsworth_pc_hypre_boomeramg_"
+SMOOTHERS = tuple(("%s, %s" % (coarsening, smoother), "%scoarsen_type %s %srelax_type_all %s" % (HYPRE, coarsening, HYPRE, smoother))
+                  for smoother in ("Chebyshev", "symmetric-SOR/Jacobi") for coarsening in ("PMIS", "HMIS"))
 PRECONDITIONERS = (
     ("BoomerAMG", ""),
-    ("BoomerAMG, HMIS", HYPRE + "coarsen_type HMIS"),
-    ("BoomerAMG, hybrid Gauss-Seidel", HYPRE + "relax_type_all symmetric-SOR/Jacobi"),
-    ("BoomerAMG, HMIS, hybrid Gauss-Seidel", HYPRE + "coarsen_type HMIS " + HYPRE + "relax_type_all symmetric-SOR/Jacobi"),
+    *SMOOTHERS[1:],  # the first is the default
     ("BoomerAMG, nodal", HYPRE + "nodal_coarsen 6 " + HYPRE + "vec_interp_variant 2" + NEAR),
     ("GAMG", "-ainsworth_pc_type gamg -ainsworth_pc_gamg_threshold 0" + NEAR),
     ("GAMG, 4 Chebyshev steps", "-ainsworth_pc_type gamg -ainsworth_pc_gamg_threshold 0 -ainsworth_mg_levels_ksp_max_it 4" + NEAR),
@@ -24,8 +26,8 @@ PROBLEMS = (
     ("nu = 0.49", "-nu1 0.49 -nu2 0.49"),
 )
 STRENGTHS, PMAX, COARSENINGS, RANKS = ("0.25", "0.5", "0.6", "0.7"), ("4", "6", "0"), ("HMIS", "PMIS", "Falgout"), (1, 2, 4)
-SMOOTHERS = (("PMIS", "Chebyshev"), ("HMIS", "Chebyshev"), ("PMIS", "symmetric-SOR/Jacobi"), ("HMIS", "symmetric-SOR/Jacobi"))
-PARTITIONED = ((24, (1, 2, 4, 8, 16)), (48, (1, 2)))  # elements per edge and numbers of ranks
+PARTITIONED = (("24-contact", (1, 2, 4, 8, 16)), ("48-contact", (1, 2)))  # sizes as in results.py, and numbers of ranks
+VARIANTS = (("weighted", ""), ("A alone", " -contact 0"))
 SLOW = 5.0  # seconds
 
 
@@ -47,6 +49,10 @@ def cell(run):
     return "%d, %.2f s" % (run["iterations"], run["setup"] + run["solve"])
 
 
+def columns(ranks):
+    return ["%d rank%s" % (r, "" if r == 1 else "s") for r in ranks]
+
+
 def main(folder, arguments):
     size = "-n1 %d -n2 %d -ainsworth_ksp_max_it %d " % (arguments.n1, arguments.n2, arguments.max_it)
     rows, loads = [], [machine.load()]
@@ -66,25 +72,24 @@ def main(folder, arguments):
     text = ["# Inner preconditioners", "", "Made by `%s` on %s: iterations, then set-up + solve, the least of %d runs (one where it takes more than %g s); n1 = %d, n2 = %d, E2/E1 = 10." % (
         machine.command_line(), machine.describe(), arguments.repeat, SLOW, arguments.n1, arguments.n2),
         "Variant `weighted`, one rank. `-near_nullspace`: with the rigid-body modes as near null space.", "",
-        "| | options | " + " | ".join("%s | A alone" % problem for problem, _ in PROBLEMS) + " |", "|---|---|" + "---|---|" * len(PROBLEMS)]
+        *head("", "options", *(title for problem, _ in PROBLEMS for title in (problem, "A alone")))]
     for inner, options in PRECONDITIONERS:
         cells = []
         for problem, extra in PROBLEMS:
-            for variant, contact in (("weighted", ""), ("A alone", " -contact 0")):
+            for variant, contact in VARIANTS:
                 cells.append(cell(record("preconditioner", problem, inner, variant, 1, (extra + " " + options + contact).strip(), arguments.repeat)))
         text.append("| %s | %s | %s |" % (inner, "`%s`" % options if options else "defaults", " | ".join(cells)))
-    text += ["", "## Coarsening and smoother", "", "On the plain problem, %s. More ranks than cores tell iterations, not seconds." % " and ".join("n1 = %d, n2 = %d" % (n1, n1 * 7 // 8) for n1, _ in PARTITIONED)]
-    for n1, ranks in PARTITIONED:
-        text += ["", "| n1 = %d | | " % n1 + " | ".join("%d rank%s" % (r, "" if r == 1 else "s") for r in ranks) + " |", "|---|---|" + "---|" * len(ranks)]
-        for coarsening, smoother in SMOOTHERS:
-            for variant, contact in (("weighted", ""), ("A alone", " -contact 0")):
-                options = "-n1 %d -n2 %d -E2 10 -partition contact %scoarsen_type %s %srelax_type_all %s%s" % (n1, n1 * 7 // 8, HYPRE, coarsening, HYPRE, smoother, contact)
-                cells = [cell(record("smoother", "plain %d" % n1, "%s %s" % (coarsening, smoother), variant, r, options, 1 if r > 2 else arguments.repeat)) for r in ranks]
-                text.append("| %s, %s | %s | %s |" % (coarsening, smoother, variant, " | ".join(cells)))
+    text += ["", "## Coarsening and smoother", "", "On the plain problem; sizes as in [results.md](results.md). More ranks than cores tell iterations, not seconds."]
+    for grid, ranks in PARTITIONED:
+        text += ["", *head(grid, "", *columns(ranks))]
+        for name, options in SMOOTHERS:
+            for variant, contact in VARIANTS:
+                cells = [cell(record("smoother", grid, name, variant, r, "%s %s%s" % (mesh(grid), options, contact), 1 if r > 2 else arguments.repeat)) for r in ranks]
+                text.append("| %s | %s | %s |" % (name, variant, " | ".join(cells)))
     text += ["", "## Parameters of BoomerAMG", "", "On the plain problem, one run each."]
     for variant in ("weighted", "paper"):
         loads.append(machine.load())
-        text += ["", "### Variant `%s`" % variant, "", "| coarsening | strong threshold | P_max | " + " | ".join("%d rank%s" % (r, "" if r == 1 else "s") for r in RANKS) + " |", "|---|---|---|" + "---|" * len(RANKS)]
+        text += ["", "### Variant `%s`" % variant, "", *head("coarsening", "strong threshold", "P_max", *columns(RANKS))]
         for coarsening in COARSENINGS:
             for strength in STRENGTHS:
                 for pmax in PMAX:

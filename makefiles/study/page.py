@@ -132,10 +132,11 @@ def cost(rows, here):
             alone = pick(mine, config=ALONE)
             if not good(alone):
                 continue
-            volumes = pick(rows, size=size.replace("-contact", ""), ranks=ranks, config=ALONE) if size.endswith("-contact") else None
+            volumes = pick(rows, size=size.removesuffix("-contact"), ranks=ranks, config=ALONE)
+            others = [volumes] if volumes is not alone and good(volumes) else []
             text += ["### %s on %s rank%s: %s unknowns; A alone: %s iterations, set-up %s s, solve %s s" % (size, ranks, "" if ranks == "1" else "s", alone["unknowns"], alone["iterations"], alone["setup"], alone["solve"]), "",
                      "![Set-up and solve](%s/%s.svg)" % (here, charts.cost_name(size, ranks)), ""]
-            text += head("", "share of the rows", "constraints", "iterations", "set-up [s]", "solve [s]", "(set-up + solve) / A alone", *(["/ A alone, volumes cut"] if good(volumes) else []), "bounds")
+            text += head("", "share of the rows", "constraints", "iterations", "set-up [s]", "solve [s]", "(set-up + solve) / A alone", *("/ A alone, volumes cut" for _ in others), "bounds")
             for config in distinct(mine, "config"):
                 if config == ALONE:
                     continue
@@ -146,7 +147,7 @@ def cost(rows, here):
                     if config == DEFAULT and good(none):
                         held = verdict(good(row) and quotient <= COST_BOUND and abs(int(row["iterations"]) - int(none["iterations"])) <= COST_ITERATIONS)
                     text.append(line(config, row["fraction"], row["constraints"], why(row), row["setup"], row["solve"], "%.2f" % quotient if quotient else "",
-                                     *(["%.2f" % (seconds(row) / seconds(volumes)) if quotient else ""] if good(volumes) else []), held))
+                                     *("%.2f" % (seconds(row) / seconds(other)) if quotient else "" for other in others), held))
             text.append("")
     return text + made_by(rows)
 

@@ -3,34 +3,27 @@
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
 
-/* BoomerAMG for 3-D elasticity, measured: docs/method.md, inner solver */
-enum {
-  COARSENING,
-  INTERPOLATION,
-  P_MAX,
-  THRESHOLD,
-  SMOOTHER,
-  NBOOMERAMG
-};
-static const char *const boomeramg[NBOOMERAMG][2] = {
-  {"coarsen_type",     "PMIS"     },
-  {"interp_type",      "ext+i"    },
-  {"P_max",            "4"        },
-  {"strong_threshold", "0.5"      },
-  {"relax_type_all",   "Chebyshev"}
-};
-
 /*
-   NULL leaves PETSc's own default. One penalty for all rows makes entries far larger than their neighbours: PMIS loses them where they cross ranks, and
-   Chebyshev's polynomial is small on too wide a spectrum. It needs a real one, too, which the method tells
-*/
-static const char *DefaultValue(const PC_Ainsworth *data, PetscBool definite, int i)
-{
-  const bool norm = data->pmat.penalty == PC_AINSWORTH_PENALTY_NORM;
+   BoomerAMG for 3-D elasticity, measured: docs/method.md, inner solver. NULL leaves PETSc's own default
 
-  if (i == COARSENING && norm) return "Falgout";
-  if (i == SMOOTHER && (norm || !definite)) return NULL;
-  return boomeramg[i][1];
+   Chebyshev's polynomial needs a real spectrum, which other methods than conjugate gradients do not promise, and one that is not too wide. One penalty for
+   all rows, the paper's, makes entries far larger than their neighbours, which PMIS loses where they cross ranks
+*/
+static const struct {
+  const char *option, *usual, *otherMethods, *onePenalty;
+} boomeramg[] = {
+  {"coarsen_type",     "PMIS",      "PMIS",  "Falgout"},
+  {"interp_type",      "ext+i",     "ext+i", "ext+i"  },
+  {"P_max",            "4",         "4",     "4"      },
+  {"strong_threshold", "0.5",       "0.5",   "0.5"    },
+  {"relax_type_all",   "Chebyshev", NULL,    NULL     }
+};
+static const size_t nboomeramg = sizeof(boomeramg) / sizeof(boomeramg[0]);
+
+static const char *DefaultValue(const PC_Ainsworth *data, PetscBool definite, size_t i)
+{
+  if (data->pmat.penalty == PC_AINSWORTH_PENALTY_NORM) return boomeramg[i].onePenalty;
+  return definite ? boomeramg[i].usual : boomeramg[i].otherMethods;
 }
 
 /* The type that an object has, or gets from the options database */
@@ -86,7 +79,7 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
   KSP          ksp = data->ksp;
   PC           inner;
   PetscBool    boomer, definite = PETSC_FALSE, normGiven, sideGiven;
-  char         name[NBOOMERAMG][256] = {};
+  char         name[nboomeramg][256] = {};
   const char  *prefix;
   PetscOptions options;
 
@@ -105,12 +98,12 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
   }
   PetscCall(ChoosesBoomerAMG(inner, &boomer));
   PetscCall(ChoosesConjugateGradients(ksp, &definite));
-  for (int i = 0; i < NBOOMERAMG && boomer; i++) {
+  for (size_t i = 0; i < nboomeramg && boomer; i++) {
     const char *value = DefaultValue(data, definite, i);
     char        bare[128];
     PetscBool   given;
 
-    PetscCall(PetscSNPrintf(bare, sizeof(bare), "-pc_hypre_boomeramg_%s", boomeramg[i][0]));
+    PetscCall(PetscSNPrintf(bare, sizeof(bare), "-pc_hypre_boomeramg_%s", boomeramg[i].option));
     PetscCall(PetscOptionsHasName(options, prefix, bare, &given));
     if (given || !value) continue;
     PetscCall(PetscSNPrintf(name[i], sizeof(name[i]), "-%s%s", prefix ? prefix : "", bare + 1));
