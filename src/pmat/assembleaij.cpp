@@ -1,59 +1,83 @@
 #include "sum.h"
-#include <limits>
+#include <algorithm>
+
+void AinsworthNode::read(AinsworthPart &part, PetscInt first)
+{
+  for (PetscInt k = 0; k < bs; k++) given[k] = part.row(first + k, k);
+}
 
 void AinsworthNode::compute(AinsworthPart &part, PetscInt first)
 {
-  if (bs == 1) {
-    rows[0] = part.row(first);
-    return;
-  }
-  for (PetscInt k = 0; k < bs; k++) {
-    const AinsworthRow row = part.row(first + k);
-    given[k].assign(row.columns, row.columns + row.n);
-    givenValues[k].assign(row.values, row.values + row.n);
-  }
-  turn();
-  for (PetscInt k = 0; k < bs; k++) rows[k] = {columns.data(), values[k].data(), (PetscInt)columns.size()};
+  read(part, first);
+  if (bs == 1) rows[0] = given[0];
+  else if (bs == 2) turn<2>();
+  else turn<3>();
 }
 
 /* Entries of each row of the node */
 PetscInt AinsworthNode::count(AinsworthPart &part, PetscInt first)
 {
-  compute(part, first);
-  return rows[0].n;
+  read(part, first);
+  if (bs == 1) return given[0].n;
+  return bs == 2 ? width<2>() : width<3>();
+}
+
+/* The next block column where one of the rows has an entry, N: the components of a node */
+template <PetscInt N>
+static bool NextBlock(const AinsworthRow given[], const PetscInt at[], PetscInt *block)
+{
+  bool found = false;
+
+  for (PetscInt k = 0; k < N; k++) {
+    if (at[k] == given[k].n) continue;
+    const PetscInt mine = given[k].columns[at[k]] / N;
+    *block              = found ? PetscMin(*block, mine) : mine;
+    found               = true;
+  }
+  return found;
+}
+
+template <PetscInt N>
+PetscInt AinsworthNode::width() const
+{
+  PetscInt at[N] = {}, block, n = 0;
+
+  for (; NextBlock<N>(given, at, &block); n += N)
+    for (PetscInt k = 0; k < N; k++)
+      while (at[k] < given[k].n && given[k].columns[at[k]] < (block + 1) * N) at[k]++;
+  return n;
 }
 
 /* T M T', block after block, wherever a row has an entry in it */
+template <PetscInt N>
 void AinsworthNode::turn()
 {
-  size_t at[3] = {0, 0, 0};
+  const auto &T     = frame->T;
+  PetscInt    at[N] = {}, block, n = 0, most = 0;
 
-  columns.clear();
-  for (PetscInt k = 0; k < bs; k++) values[k].clear();
-  while (true) {
-    PetscInt    block   = std::numeric_limits<PetscInt>::max();
-    PetscScalar M[3][3] = {{0.0}}, MT[3][3];
+  for (PetscInt k = 0; k < N; k++) most += N * given[k].n;
+  if ((size_t)most > columns.size()) {
+    columns.resize(most);
+    for (PetscInt k = 0; k < N; k++) values[k].resize(most);
+  }
+  for (; NextBlock<N>(given, at, &block); n += N) {
+    PetscScalar M[N][N] = {}, MT[N][N] = {};
 
-    for (PetscInt k = 0; k < bs; k++)
-      if (at[k] < given[k].size()) block = PetscMin(block, given[k][at[k]] / bs);
-    if (block == std::numeric_limits<PetscInt>::max()) break;
-    for (PetscInt k = 0; k < bs; k++)
-      for (; at[k] < given[k].size() && given[k][at[k]] / bs == block; at[k]++) M[k][given[k][at[k]] % bs] = givenValues[k][at[k]];
-    for (PetscInt k = 0; k < bs; k++) {
-      for (PetscInt l = 0; l < bs; l++) {
-        MT[k][l] = 0.0;
-        for (PetscInt j = 0; j < bs; j++) MT[k][l] += M[k][j] * frame->T[l][j];
-      }
-    }
-    for (PetscInt l = 0; l < bs; l++) columns.push_back(block * bs + l);
-    for (PetscInt k = 0; k < bs; k++) {
-      for (PetscInt l = 0; l < bs; l++) {
+    for (PetscInt k = 0; k < N; k++)
+      for (; at[k] < given[k].n && given[k].columns[at[k]] < (block + 1) * N; at[k]++) M[k][given[k].columns[at[k]] - block * N] = given[k].values[at[k]];
+    for (PetscInt k = 0; k < N; k++)
+      for (PetscInt l = 0; l < N; l++)
+        for (PetscInt j = 0; j < N; j++) MT[k][l] += M[k][j] * T[l][j];
+    for (PetscInt k = 0; k < N; k++) {
+      columns[n + k] = block * N + k;
+      for (PetscInt l = 0; l < N; l++) {
         PetscScalar sum = 0.0;
-        for (PetscInt j = 0; j < bs; j++) sum += frame->T[k][j] * MT[j][l];
-        values[k].push_back(sum);
+        for (PetscInt j = 0; j < N; j++) sum += T[k][j] * MT[j][l];
+        values[k][n + l] = sum;
       }
     }
   }
+  for (PetscInt k = 0; k < N; k++) rows[k] = {columns.data(), values[k].data(), n};
 }
 
 /* One part as a SeqAIJ with exact preallocation, its rows copied and not searched */

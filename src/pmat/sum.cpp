@@ -85,15 +85,16 @@ PetscErrorCode AinsworthPart::merge()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-AinsworthRow AinsworthPart::row(PetscInt i)
+AinsworthRow AinsworthPart::row(PetscInt i, PetscInt place)
 {
-  const PetscInt s = (*surface)[i], first = base.ia[i], n = base.ia[i + 1] - first;
+  const PetscInt         s = (*surface)[i], first = base.ia[i], n = base.ia[i + 1] - first;
+  std::vector<PetscInt> &buffer = bufferColumns[place];
 
   if (s >= 0) return {columns.data() + start[s], values.data() + start[s], start[s + 1] - start[s]};
   if (!base.mapped) return {base.ja + first, base.a + first, n};
-  bufferColumns.resize(n);
-  for (PetscInt k = 0; k < n; k++) bufferColumns[k] = base.column(first + k);
-  return {bufferColumns.data(), base.a + first, n};
+  buffer.resize(n);
+  for (PetscInt k = 0; k < n; k++) buffer[k] = base.column(first + k);
+  return {buffer.data(), base.a + first, n};
 }
 
 /* Columns `from` are numbered by their place in `ghosts` */

@@ -37,11 +37,11 @@ public:
   std::vector<AinsworthOperand> terms;
   const std::vector<PetscInt>  *surface; /* row of the terms of each row of the base, -1: none */
 
-  PetscErrorCode merge();         /* the terms are no longer needed then */
-  AinsworthRow   row(PetscInt i); /* valid until the next call */
+  PetscErrorCode merge();                             /* the terms are no longer needed then */
+  AinsworthRow   row(PetscInt i, PetscInt place = 0); /* valid until the next call with this place, 0 to 2 */
 
 private:
-  std::vector<PetscInt>    start, columns, bufferColumns;
+  std::vector<PetscInt>    start, columns, bufferColumns[3];
   std::vector<PetscScalar> values;
 };
 
@@ -74,9 +74,14 @@ public:
   AinsworthRow          rows[3];
 
 private:
+  void read(AinsworthPart &part, PetscInt first);
+  template <PetscInt N>
+  PetscInt width() const;
+  template <PetscInt N>
   void                     turn();
-  std::vector<PetscInt>    given[3], columns;
-  std::vector<PetscScalar> givenValues[3], values[3];
+  AinsworthRow             given[3];
+  std::vector<PetscInt>    columns;
+  std::vector<PetscScalar> values[3];
 };
 
 PetscErrorCode AinsworthAssembleAIJ(AinsworthSum *, const AinsworthFrame *, Mat *);
