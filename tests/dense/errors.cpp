@@ -240,6 +240,7 @@ static PetscErrorCode Operator()
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(MatGetLocalSize(sys.C, &m, &n));
   PetscCall(MatCreate(PETSC_COMM_WORLD, &S));
+  PetscCall(MatSetSizes(S, n, n, PETSC_DETERMINE, PETSC_DETERMINE)); /* later PETScs want them before any operation */
   PetscCall(MatSetType(S, MATAINSWORTH));
   PetscCall(CheckError("no blocks", [&]() { return MatAinsworthGetGramMat(S, &G); }, PETSC_ERR_ARG_WRONGSTATE, {"no A and C", "MatAinsworthSetMats()"}));
   PetscCall(CheckError("MatDuplicate() without blocks", [&]() { return MatDuplicate(S, MAT_COPY_VALUES, &G); }, PETSC_ERR_ARG_WRONGSTATE,

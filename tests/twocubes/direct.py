@@ -18,7 +18,8 @@ def system(options):
 
 
 def dense(M):
-    return M.convert("dense", PETSc.Mat()).getDenseArray().copy()
+    D = M.convert("dense", PETSc.Mat())  # has a name: the array is gone with it
+    return D.getDenseArray().copy()
 
 
 def ours(A, C, f, g, options):
