@@ -12,9 +12,11 @@
 
 #include <petscksp.h>
 
-#define PCAINSWORTH    "ainsworth"
-#define MATAINSWORTH   "ainsworth"
-#define KSPPROJECTEDCG "projectedcg"
+#define PCAINSWORTH        "ainsworth"
+#define PCBLOCKSA          "blocksa"
+#define MATAINSWORTH       "ainsworth"
+#define KSPPROJECTEDCG     "projectedcg"
+#define KSPCHEBYSHEVSINGLE "chebyshevsingle"
 
 /*E
    PCAinsworthVariant - the configuration of `PCAINSWORTH`: sets weight, penalty, penalty factor, row scaling and inner Krylov method at once

@@ -2,11 +2,13 @@
 #include <petscainsworth.h>
 #include "events.h"
 #include "ksp/projectedcg.h"
+#include "multigrid/blocksa.h"
+#include "multigrid/chebyshev.h"
 #include "operator/matainsworth.h"
 #include "pc/pcainsworth.h"
 
 PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS, AINSWORTH_Multiplier,
-  AINSWORTH_InvGram, AINSWORTH_PMat, AINSWORTH_PMatCopy;
+  AINSWORTH_InvGram, AINSWORTH_PMat, AINSWORTH_PMatCopy, AINSWORTH_Aggregate, AINSWORTH_Interpolation, AINSWORTH_Galerkin, AINSWORTH_Levels;
 
 static PetscBool initialized = PETSC_FALSE;
 
@@ -72,14 +74,20 @@ PetscErrorCode AinsworthInitializePackage(void)
   PetscCall(PetscLogEventRegister("AinsInvGram", classid, &AINSWORTH_InvGram));
   PetscCall(PetscLogEventRegister("AinsPMat", classid, &AINSWORTH_PMat));
   PetscCall(PetscLogEventRegister("AinsPMatCopy", classid, &AINSWORTH_PMatCopy));
+  PetscCall(PetscLogEventRegister("BlockSAAggreg", classid, &AINSWORTH_Aggregate));
+  PetscCall(PetscLogEventRegister("BlockSAInterp", classid, &AINSWORTH_Interpolation));
+  PetscCall(PetscLogEventRegister("BlockSAGalerk", classid, &AINSWORTH_Galerkin));
+  PetscCall(PetscLogEventRegister("BlockSALevels", classid, &AINSWORTH_Levels));
 
   /* the same file under two names is loaded twice, with two guards: the first to register its types stays */
   PetscCall(PCInitializePackage());
   PetscCall(PetscFunctionListFind(PCList, PCAINSWORTH, &present));
   if (present) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCRegister(PCAINSWORTH, PCCreate_Ainsworth));
+  PetscCall(PCRegister(PCBLOCKSA, PCCreate_BlockSA));
   PetscCall(MatRegister(MATAINSWORTH, MatCreate_Ainsworth));
   PetscCall(KSPRegister(KSPPROJECTEDCG, KSPCreate_ProjectedCG));
+  PetscCall(KSPRegister(KSPCHEBYSHEVSINGLE, KSPCreate_ChebyshevSingle));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,0 +1,36 @@
+/* PCBLOCKSA: multigrid by block smoothed aggregation */
+#ifndef AINSWORTH_BLOCKSA_H
+#define AINSWORTH_BLOCKSA_H
+
+#include "hierarchy.h"
+#include <petscainsworth.h>
+
+/* Levels of A that one PC made, for another or for the same one after PCReset() */
+struct AinsworthLevels {
+  std::shared_ptr<const AinsworthHierarchy> hierarchy;
+  PetscObjectId                             id = 0, modes = 0; /* of A and of its near null space */
+  PetscObjectState                          state = 0;
+};
+
+struct PC_BlockSA {
+  /* choices */
+  AinsworthHierarchyOptions options;
+  PetscInt                  dim; /* of the coordinates, 0: none */
+  std::vector<PetscReal>    coordinates;
+  PetscBool                 stale; /* a choice changed since the levels were made */
+
+  AinsworthLevels  levels;
+  std::vector<Mat> op, P; /* of each level, the finest first; the coarsest is AIJ */
+  std::vector<KSP> smoother;
+  PetscBool        raised; /* the damped part of the spectrum was widened since set-up */
+
+  /* what PCMG does */
+  PetscErrorCode (*setup)(PC), (*apply)(PC, Vec, Vec), (*reset)(PC), (*destroy)(PC);
+  PetscErrorCode (*setfromoptions)(PC, AinsworthOptionItems);
+};
+
+PETSC_INTERN PetscErrorCode PCCreate_BlockSA(PC);
+PetscErrorCode              PCBlockSAGet(PC, PC_BlockSA **);
+PetscErrorCode              PCSetUp_BlockSA(PC);
+
+#endif

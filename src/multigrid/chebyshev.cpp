@@ -1,0 +1,133 @@
+#include "chebyshev.h"
+#include <petsc/private/kspimpl.h>
+
+struct KSP_ChebyshevSingle {
+  PetscReal least, largest;
+};
+
+/* The part of the spectrum to damp, for either of the two smoothers; others estimate what they need themselves */
+PetscErrorCode AinsworthChebyshevSetEigenvalues(KSP ksp, PetscReal largest, PetscReal least)
+{
+  PetscBool single, chebyshev;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEVSINGLE, &single));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEV, &chebyshev));
+  if (chebyshev) PetscCall(KSPChebyshevSetEigenvalues(ksp, largest, least));
+  if (single) {
+    KSP_ChebyshevSingle *data = (KSP_ChebyshevSingle *)ksp->data;
+
+    data->largest = largest;
+    data->least   = least;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Residual of the finest level, for PCMGSetResidual() */
+PetscErrorCode AinsworthChebyshevResidual(Mat mat, Vec b, Vec x, Vec r)
+{
+  AinsworthLevel *level;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthLevelMatGet(mat, &level));
+  if (level && level->single) PetscCall(AinsworthScaledResidual(level->single.get(), b, x, r));
+  else PetscCall(MatResidual(mat, b, x, r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode GetLevel(KSP ksp, AinsworthLevel **level)
+{
+  Mat Amat;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetOperators(ksp, &Amat, NULL));
+  PetscCall(AinsworthLevelMatGet(Amat, level));
+  PetscCheck(*level && (*level)->single, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
+             "KSP type %s smooths the finest level of PC type %s in single precision only: use -mg_levels_ksp_type chebyshev", KSPCHEBYSHEVSINGLE, PCBLOCKSA);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode KSPSetUp_ChebyshevSingle(KSP ksp)
+{
+  AinsworthLevel      *level;
+  KSP_ChebyshevSingle *data = (KSP_ChebyshevSingle *)ksp->data;
+  PetscBool            jacobi;
+
+  PetscFunctionBegin;
+  PetscCall(GetLevel(ksp, &level));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp->pc, PCJACOBI, &jacobi));
+  PetscCheck(jacobi, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP, "KSP type %s works with PC type %s only, not %s: use -pc_blocksa_precision double",
+             KSPCHEBYSHEVSINGLE, PCJACOBI, ((PetscObject)ksp->pc)->type_name ? ((PetscObject)ksp->pc)->type_name : "(not set)");
+  if (data->largest <= 0.0) {
+    data->largest = 1.1 * level->largest;
+    data->least   = 0.11 * level->largest;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode KSPSolve_ChebyshevSingle(KSP ksp)
+{
+  AinsworthLevel      *level;
+  KSP_ChebyshevSingle *data = (KSP_ChebyshevSingle *)ksp->data;
+  PetscBool            known, zero = ksp->guess_zero;
+  PetscReal            norm;
+
+  PetscFunctionBegin;
+  PetscCall(GetLevel(ksp, &level));
+  if (!zero) { /* a vector that VecSet() made zero knows its norm: PCMG starts from such ones and does not say so */
+    PetscCall(VecNormAvailable(ksp->vec_sol, NORM_2, &known, &norm));
+    zero = (PetscBool)(known && norm == 0.0);
+  }
+  PetscCall(AinsworthScaledSmooth(level->single.get(), ksp->max_it, data->least, data->largest, zero, ksp->vec_rhs, ksp->vec_sol));
+  ksp->its    = ksp->max_it;
+  ksp->reason = KSP_CONVERGED_ITS;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode KSPView_ChebyshevSingle(KSP ksp, PetscViewer viewer)
+{
+  KSP_ChebyshevSingle *data = (KSP_ChebyshevSingle *)ksp->data;
+  PetscBool            ascii;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
+  if (ascii) PetscCall(PetscViewerASCIIPrintf(viewer, "  single precision, eigenvalues used: min %g, max %g\n", (double)data->least, (double)data->largest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode KSPDestroy_ChebyshevSingle(KSP ksp)
+{
+  PetscFunctionBegin;
+  PetscCall(KSPDestroyDefault(ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*MC
+   KSPCHEBYSHEVSINGLE - Chebyshev's iteration with Jacobi in single precision, the smoother of the finest level of `PCBLOCKSA`
+
+   Level: developer
+
+   Notes:
+   The operator is that of the finest level of `PCBLOCKSA`, which is stored scaled to a unit diagonal by powers of two. `-mg_levels_ksp_max_it` is the
+   degree of the polynomial. A step and its product with the matrix are one pass over the entries.
+
+   `-mg_levels_ksp_type chebyshev` takes PETSc's own, with products in single precision; `-pc_blocksa_precision double` makes all double.
+
+.seealso: `PCBLOCKSA`, `KSPCHEBYSHEV`
+M*/
+PetscErrorCode KSPCreate_ChebyshevSingle(KSP ksp)
+{
+  KSP_ChebyshevSingle *data;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&data));
+  ksp->data = (void *)data;
+  PetscCall(KSPSetSupportedNorm(ksp, KSP_NORM_NONE, PC_LEFT, 3));
+  ksp->ops->setup         = KSPSetUp_ChebyshevSingle;
+  ksp->ops->solve         = KSPSolve_ChebyshevSingle;
+  ksp->ops->view          = KSPView_ChebyshevSingle;
+  ksp->ops->destroy       = KSPDestroy_ChebyshevSingle;
+  ksp->ops->buildsolution = KSPBuildSolutionDefault;
+  ksp->ops->buildresidual = KSPBuildResidualDefault;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

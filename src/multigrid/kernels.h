@@ -1,0 +1,92 @@
+/* Products of small dense blocks, stored row by row; dimensions known to the compiler where they are common */
+#ifndef AINSWORTH_KERNELS_H
+#define AINSWORTH_KERNELS_H
+
+#include "../petsccompat.h"
+#include <complex>
+#include <type_traits>
+
+/* Numbers of the cycle's finest level in single precision */
+#if defined(PETSC_USE_COMPLEX)
+typedef std::complex<float> AinsworthSingle;
+#else
+typedef float AinsworthSingle;
+#endif
+
+template <class T>
+inline T AinsworthConj(T v)
+{
+  return v;
+}
+template <class R>
+inline std::complex<R> AinsworthConj(std::complex<R> v)
+{
+  return std::conj(v);
+}
+
+template <int N>
+using AinsworthSize = std::integral_constant<int, N>;
+
+/* f(AinsworthSize<bs>), or f(AinsworthSize<0>) where the size is not among the common ones */
+template <class F>
+inline void AinsworthDispatch(PetscInt bs, F f)
+{
+  switch (bs) {
+  case 1:
+    f(AinsworthSize<1>());
+    break;
+  case 2:
+    f(AinsworthSize<2>());
+    break;
+  case 3:
+    f(AinsworthSize<3>());
+    break;
+  case 6:
+    f(AinsworthSize<6>());
+    break;
+  default:
+    f(AinsworthSize<0>());
+  }
+}
+
+/* The same for the rows and columns of interpolation */
+template <class F>
+inline void AinsworthDispatch(PetscInt br, PetscInt bc, F f)
+{
+  if (br == 3 && bc == 6) f(AinsworthSize<3>(), AinsworthSize<6>());
+  else if (br == 6 && bc == 6) f(AinsworthSize<6>(), AinsworthSize<6>());
+  else if (br == 2 && bc == 3) f(AinsworthSize<2>(), AinsworthSize<3>());
+  else if (br == 3 && bc == 3) f(AinsworthSize<3>(), AinsworthSize<3>());
+  else if (br == 1 && bc == 1) f(AinsworthSize<1>(), AinsworthSize<1>());
+  else f(AinsworthSize<0>(), AinsworthSize<0>());
+}
+
+/* z += x y, x: R x K, y: K x C; a size of 0: the one given at run time */
+template <int R, int K, int C>
+inline void AinsworthMultAdd(PetscInt r, PetscInt k, PetscInt c, const PetscScalar *PETSC_RESTRICT x, const PetscScalar *PETSC_RESTRICT y,
+                             PetscScalar *PETSC_RESTRICT z)
+{
+  const PetscInt nr = R ? R : r, nk = K ? K : k, nc = C ? C : c;
+
+  for (PetscInt a = 0; a < nr; a++)
+    for (PetscInt l = 0; l < nk; l++) {
+      const PetscScalar v = x[a * nk + l];
+      for (PetscInt b = 0; b < nc; b++) z[a * nc + b] += v * y[l * nc + b];
+    }
+}
+
+/* z += x' y, x: K x R, y: K x C */
+template <int R, int K, int C>
+inline void AinsworthMultAdjointAdd(PetscInt r, PetscInt k, PetscInt c, const PetscScalar *PETSC_RESTRICT x, const PetscScalar *PETSC_RESTRICT y,
+                                    PetscScalar *PETSC_RESTRICT z)
+{
+  const PetscInt nr = R ? R : r, nk = K ? K : k, nc = C ? C : c;
+
+  for (PetscInt l = 0; l < nk; l++)
+    for (PetscInt a = 0; a < nr; a++) {
+      const PetscScalar v = AinsworthConj(x[l * nr + a]);
+      for (PetscInt b = 0; b < nc; b++) z[a * nc + b] += v * y[l * nc + b];
+    }
+}
+
+#endif
