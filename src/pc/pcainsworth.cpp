@@ -239,8 +239,9 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 
    Options of the inner solvers have the prefixes `-ainsworth_` (reduced system, operator `MATAINSWORTH`, preconditioning matrix M_*:
    `-ainsworth_ksp_rtol`, `-ainsworth_pc_type`, ...) and `-ainsworth_gram_` (Gram matrix C W C'), after the prefix of this `PC`.
-   Where the options do not say otherwise, the inner preconditioner is BoomerAMG with PMIS coarsening, ext+i interpolation of at most 4 entries per row, and
-   Chebyshev smoothing; with the penalty of the paper Falgout coarsening, and with it or another method than conjugate gradients PETSc's default smoother.
+   Where the options do not say otherwise, the inner preconditioner is BoomerAMG with PMIS coarsening, aggressive on the finest level, ext+i interpolation of at
+   most 4 entries per row, and Chebyshev smoothing; with the penalty of the paper Falgout coarsening, and with it or another method than conjugate gradients
+   PETSc's default smoother and no aggressive coarsening.
 
    Whatever the inner tolerance, C x = g holds to rounding. An inner solve that fails, a Gram matrix that cannot be factored and a
    right-hand side that contradicts a zero or a dependent row of C give a `PCFailedReason`, known to all ranks, or an error with
