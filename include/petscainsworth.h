@@ -96,23 +96,6 @@ typedef enum {
 PETSC_EXTERN const char *const PCAinsworthPmatTypes[];
 
 /*E
-   PCAinsworthFrameType - the frame that the reduced system is written in
-
-+  `PC_AINSWORTH_FRAME_AUTO` (default) - the displacement components are turned, all by the same rotation, into the frame of the dominant
-                                         contact normal where there is one
--  `PC_AINSWORTH_FRAME_NONE`           - the program's own components
-
-   Level: intermediate
-
-.seealso: `PCAinsworthSetFrameType()`
-E*/
-typedef enum {
-  PC_AINSWORTH_FRAME_AUTO,
-  PC_AINSWORTH_FRAME_NONE
-} PCAinsworthFrameType;
-PETSC_EXTERN const char *const PCAinsworthFrameTypes[];
-
-/*E
    PCAinsworthRedundantType - what to do with rows of C that are linear combinations of other rows
 
 +  `PC_AINSWORTH_REDUNDANT_DROP` (default) - they are left out; a right-hand side that contradicts them is a failure, `PC_INCONSISTENT_RHS`
@@ -188,8 +171,6 @@ PETSC_EXTERN PetscErrorCode PCAinsworthSetBlocks(PC, PetscInt);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetBlocks(PC, PetscInt *);
 PETSC_EXTERN PetscErrorCode PCAinsworthSetRowScaling(PC, PetscBool);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetRowScaling(PC, PetscBool *);
-PETSC_EXTERN PetscErrorCode PCAinsworthSetFrameType(PC, PCAinsworthFrameType);
-PETSC_EXTERN PetscErrorCode PCAinsworthGetFrameType(PC, PCAinsworthFrameType *);
 PETSC_EXTERN PetscErrorCode PCAinsworthSetRowsPerRank(PC, PetscInt);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetRowsPerRank(PC, PetscInt *);
 PETSC_EXTERN PetscErrorCode PCAinsworthSetRedundantType(PC, PCAinsworthRedundantType);

@@ -14,7 +14,6 @@ def configurations(max_it):
     for variant in ("weighted", "paper"):
         for pmat in PMATS if variant == "weighted" else PMATS[1:]:
             answer.append({"name": variant + " " + pmat, "system": "constrained", "options": "-pc_ainsworth_variant %s -pc_ainsworth_pmat %s" % (variant, pmat) + limit})
-    answer.append({"name": "weighted auto, no frame", "system": "constrained", "options": "-pc_ainsworth_frame none" + limit})
     return answer
 
 

@@ -101,7 +101,7 @@ def sentences(study):
     times = [q for q in (study.relative(row, "seconds") for row in worked) if q is not None]
     each = []
     for configuration in study.configurations:
-        if configuration.startswith("weighted ") and configuration != BEST and "frame" not in configuration:
+        if configuration.startswith("weighted ") and configuration != BEST:
             rows = study.systems(configuration)
             part = [q for q in (study.relative(row, "iterations") for row in rows) if q is not None]
             failed = sum(not row["converged"] for row in rows)

@@ -71,9 +71,8 @@ def solve(options, configs, repeat, limit, say=lambda text: None):
 
 
 def select(configs, options):
-    """Without its frame only where something is turned; A alone only where it is regular."""
-    turned, floating = "-rotate" in options, "-floating" in options
-    return [c for c in configs if (turned or "no frame" not in c["name"]) and (not floating or c["system"] == "constrained")]
+    """A alone only where it is regular."""
+    return [c for c in configs if "-floating" not in options or c["system"] == "constrained"]
 
 
 def save(path, arguments, wanted, results):

@@ -87,20 +87,17 @@ static PetscErrorCode Report(KSP ksp, PetscInt step, PetscReal norm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The norm of a right-hand side that does not see how stiff a body is, (r' W r)^1/2; u and v are work vectors */
-static PetscErrorCode WeightedNorm(Mat mat, Vec r, Vec u, Vec v, PetscReal *norm)
+/* The norm of a right-hand side that does not see how stiff a body is, (r' W r)^1/2; v is a work vector */
+static PetscErrorCode WeightedNorm(const Mat_Ainsworth *ctx, Vec r, Vec v, PetscReal *norm)
 {
-  Mat_Ainsworth *ctx;
-  PetscScalar    square;
+  PetscScalar square;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
-  PetscCall(VecCopy(r, u));
-  PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_TRUE, u));
-  if (ctx->weight) PetscCall(VecPointwiseMult(v, ctx->weight, u));
-  else PetscCall(VecCopy(u, v));
-  PetscCall(VecDot(v, u, &square));
-  *norm = PetscSqrtReal(PetscRealPart(square));
+  if (ctx->weight) {
+    PetscCall(VecPointwiseMult(v, ctx->weight, r));
+    PetscCall(VecDot(v, r, &square));
+    *norm = PetscSqrtReal(PetscRealPart(square));
+  } else PetscCall(VecNorm(r, NORM_2, norm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -109,6 +106,7 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   KSP_ProjectedCG *cg = (KSP_ProjectedCG *)ksp->data;
   Vec              b = ksp->vec_rhs, x = ksp->vec_sol, r = ksp->work[0], z = ksp->work[1], p = ksp->work[2], w = ksp->work[3];
   Mat              mat;
+  Mat_Ainsworth   *ctx;
   PetscScalar      rz, pAp;
   PetscReal        norm, alpha, beta, before, after;
   PetscBool        diagonalscale;
@@ -118,6 +116,7 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   PetscCheck(!diagonalscale, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP, "Krylov method %s does not support diagonal scaling",
              ((PetscObject)ksp)->type_name);
   PetscCall(PCGetOperators(ksp->pc, &mat, NULL));
+  PetscCall(MatAinsworthGetContext(mat, &ctx));
   cg->alpha.clear();
   cg->beta.clear();
   cg->refine = PETSC_FALSE;
@@ -126,14 +125,14 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   if (ksp->guess_zero) PetscCall(VecCopy(b, r));
   else {
     PetscCall(MatAinsworthMultProjector(mat, x, p));
-    PetscCall(MatAinsworthMultStiffness_Private(mat, p, w));
+    PetscCall(MatMult(ctx->A, p, w));
     PetscCall(VecWAXPY(r, -1.0, w, b));
   }
   PetscCall(MatAinsworthSolveRange(mat, b, x));
   if (!ksp->guess_zero) PetscCall(VecAXPY(x, 1.0, p));
-  PetscCall(WeightedNorm(mat, r, z, w, &before));
+  PetscCall(WeightedNorm(ctx, r, w, &before));
   PetscCall(MatAinsworthMultTransposeProjector(mat, r, r));
-  PetscCall(WeightedNorm(mat, r, z, w, &after));
+  PetscCall(WeightedNorm(ctx, r, w, &after));
   if (after <= 100 * PETSC_MACHINE_EPSILON * before) PetscCall(VecZeroEntries(r)); /* the rounding of the projection: Ker C = 0, or x = R g */
 
   PetscCall(Precondition(ksp, mat, r, z, 0));
@@ -164,7 +163,7 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
     }
     if (step == 1) PetscCall(VecCopy(z, p));
     else PetscCall(VecAYPX(p, beta, z));
-    PetscCall(MatAinsworthMultStiffness_Private(mat, p, w));
+    PetscCall(MatMult(ctx->A, p, w));
     PetscCall(VecDot(w, p, &pAp));
     KSPCheckDot(ksp, pAp);
     if (PetscRealPart(pAp) <= 0.0) {

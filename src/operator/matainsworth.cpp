@@ -57,10 +57,9 @@ PetscErrorCode MatAinsworthSetUp(Mat mat, Mat_Ainsworth **out)
   }
   if (changedC || ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) { /* otherwise neither C nor W changed */
     PetscCall(MatGetOptionsPrefix(mat, &prefix));
-    PetscCall(AinsworthProjectorSetUp(&ctx->proj, ctx->C, ctx->weight, &ctx->frame, ctx->rowsPerRank, (PetscObject)mat, prefix));
+    PetscCall(AinsworthProjectorSetUp(&ctx->proj, ctx->C, ctx->weight, ctx->rowsPerRank, (PetscObject)mat, prefix));
   }
   if (!ctx->v) PetscCall(MatCreateVecs(ctx->A, &ctx->v, NULL));
-  if (ctx->frame.bs && !ctx->u) PetscCall(VecDuplicate(ctx->v, &ctx->u));
   if (!ctx->userPenalty) {
     Vec D = ctx->weight;
 
@@ -86,10 +85,8 @@ static PetscErrorCode MultOrAdjoint(Mat mat, PetscBool adjoint, Vec x, Vec y)
   PetscCall(PetscLogEventBegin(AINSWORTH_MatMult, mat, x, y, 0));
   PetscCall(AinsworthProjectorMult(&ctx->proj, x, ctx->v));
   if (!ctx->withoutRange) PetscCall(VecPointwiseMult(ctx->bcx, ctx->B, ctx->proj.s));
-  PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_TRUE, ctx->v));
   if (adjoint) PetscCall(MatMultHermitianTranspose(ctx->A, ctx->v, y));
   else PetscCall(MatMult(ctx->A, ctx->v, y));
-  PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_FALSE, y));
   PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, ctx->withoutRange ? NULL : ctx->bcx, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_MatMult, mat, x, y, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -142,7 +139,6 @@ static PetscErrorCode MatDuplicate_Ainsworth(Mat mat, MatDuplicateOption, Mat *c
   PetscCall(MatSetOptionsPrefix(*copy, prefix));
   PetscCall(MatAinsworthGetContext(*copy, &dup));
   dup->rowsPerRank  = ctx->rowsPerRank;
-  dup->frame        = ctx->frame;
   dup->withoutRange = ctx->withoutRange;
   if (ctx->weightType == MAT_AINSWORTH_WEIGHT_USER) PetscCall(MatAinsworthSetWeight(*copy, ctx->weight));
   else PetscCall(MatAinsworthSetWeightType(*copy, ctx->weightType));
@@ -159,8 +155,6 @@ static PetscErrorCode Reset(Mat_Ainsworth *ctx)
   PetscCall(VecDestroy(&ctx->penalty));
   PetscCall(VecDestroy(&ctx->B));
   PetscCall(VecDestroy(&ctx->v));
-  PetscCall(VecDestroy(&ctx->u));
-  ctx->frame.bs = 0;
   PetscCall(VecDestroy(&ctx->bcx));
   PetscCall(AinsworthProjectorReset(&ctx->proj));
   ctx->current     = PETSC_FALSE;

@@ -13,11 +13,10 @@ struct Mat_Ainsworth {
   Vec                    B;           /* the same where the rows are placed; NULL: not yet */
   PetscBool              userPenalty; /* set by MatAinsworthSetPenalty(), otherwise one per row with gamma = 1 */
   PetscInt               rowsPerRank;
-  AinsworthFrame         frame;        /* the matrix acts on x' = T x */
   PetscBool              withoutRange; /* Q' A Q, without C' B C */
   PetscBool              homogeneous;  /* g was zero in the last right-hand side */
   AinsworthProjector     proj;
-  Vec                    v, u;    /* n; u is there in a frame only */
+  Vec                    v;       /* n */
   Vec                    bcx;     /* m, placed */
   PetscBool              current; /* the projector belongs to the present A, C and W */
   PetscObjectState       stateA, stateC;
@@ -29,9 +28,7 @@ PETSC_INTERN PetscErrorCode MatAinsworthGetContext(Mat, Mat_Ainsworth **);
 PETSC_INTERN PetscErrorCode MatAinsworthSetUp(Mat, Mat_Ainsworth **);
 PETSC_INTERN PetscErrorCode MatAinsworthComputeRHS_Private(Mat, PetscBool, Vec, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthComputeMultiplier_Private(Mat, PetscBool, Vec, Vec, Vec);
-PETSC_INTERN PetscErrorCode MatAinsworthSetFrame_Private(Mat, const AinsworthFrame *);
 PETSC_INTERN PetscErrorCode MatAinsworthSetWithoutRange_Private(Mat, PetscBool);
-PETSC_INTERN PetscErrorCode MatAinsworthMultStiffness_Private(Mat, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthGetDrift_Private(Mat, Vec, PetscReal *);
 
 #endif

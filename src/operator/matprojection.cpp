@@ -1,7 +1,6 @@
 #include "matainsworth.h"
 #include "../events.h"
 #include <petsc/private/matimpl.h>
-#include <cstring>
 
 /*@
    MatAinsworthMultProjector - y = Q x, the projection of x onto Ker C along Im(W C')
@@ -158,7 +157,7 @@ PetscErrorCode MatAinsworthSolveRange(Mat mat, Vec b, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* In a frame f is the program's, rhs turned: rhs = C' B g + Q' (f - op(A) R g), op(A) = A or, for the transposed system, its transpose; without g both of its terms are left out */
+/* rhs = C' B g + Q' (f - op(A) R g), op(A) = A or, for the transposed system, its transpose; without g both of its terms are left out */
 PetscErrorCode MatAinsworthComputeRHS_Private(Mat mat, PetscBool transpose, Vec f, Vec g, Vec rhs)
 {
   Mat_Ainsworth *ctx;
@@ -171,15 +170,12 @@ PetscErrorCode MatAinsworthComputeRHS_Private(Mat mat, PetscBool transpose, Vec 
   ctx->homogeneous = (PetscBool)(norm == 0.0);
   if (norm == 0.0) {
     PetscCall(VecCopy(f, rhs));
-    PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_FALSE, rhs));
     PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, NULL, rhs));
   } else {
     PetscCall(AinsworthProjectorRightInverse(&ctx->proj, g, ctx->v));
-    PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_TRUE, ctx->v));
     if (transpose) PetscCall(MatMultTranspose(ctx->A, ctx->v, rhs));
     else PetscCall(MatMult(ctx->A, ctx->v, rhs));
     PetscCall(VecAYPX(rhs, -1.0, f));
-    PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_FALSE, rhs));
     if (!ctx->withoutRange) {
       PetscCall(AinsworthProjectorPlace(&ctx->proj, g, ctx->bcx));
       PetscCall(VecPointwiseMult(ctx->bcx, ctx->B, ctx->bcx));
@@ -190,7 +186,7 @@ PetscErrorCode MatAinsworthComputeRHS_Private(Mat mat, PetscBool transpose, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* multiplier = R' (f - op(A) x), with the program's f and x in a frame too */
+/* multiplier = R' (f - op(A) x) */
 PetscErrorCode MatAinsworthComputeMultiplier_Private(Mat mat, PetscBool transpose, Vec f, Vec x, Vec multiplier)
 {
   Mat_Ainsworth *ctx;
@@ -201,7 +197,6 @@ PetscErrorCode MatAinsworthComputeMultiplier_Private(Mat mat, PetscBool transpos
   if (transpose) PetscCall(MatMultTranspose(ctx->A, x, ctx->v));
   else PetscCall(MatMult(ctx->A, x, ctx->v));
   PetscCall(VecAYPX(ctx->v, -1.0, f));
-  PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_FALSE, ctx->v));
   PetscCall(AinsworthProjectorRightInverseTranspose(&ctx->proj, ctx->v, multiplier));
   PetscCall(PetscLogEventEnd(AINSWORTH_Multiplier, mat, f, x, multiplier));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -268,18 +263,6 @@ PetscErrorCode MatAinsworthComputeMultiplier(Mat mat, Vec f, Vec x, Vec multipli
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The frame that the matrix acts in; before its first use */
-PetscErrorCode MatAinsworthSetFrame_Private(Mat mat, const AinsworthFrame *frame)
-{
-  Mat_Ainsworth *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
-  if (ctx->frame.bs != frame->bs || (frame->bs && std::memcmp(ctx->frame.T, frame->T, sizeof(frame->T)))) ctx->current = PETSC_FALSE;
-  ctx->frame = *frame;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    Leaves C' B C out of the matrix, and C' B g out of the right-hand side. Preconditioned by M from the right, the iterates are then those
    of the projected preconditioner Q M^{-1} Q', up to their part in Im(W C'), which the last projection replaces by R g.
@@ -291,23 +274,6 @@ PetscErrorCode MatAinsworthSetWithoutRange_Private(Mat mat, PetscBool flag)
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext(mat, &ctx));
   ctx->withoutRange = flag;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* y = A x, in the frame: T A T' x */
-PetscErrorCode MatAinsworthMultStiffness_Private(Mat mat, Vec x, Vec y)
-{
-  Mat_Ainsworth *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
-  if (ctx->frame.bs) {
-    PetscCall(VecCopy(x, ctx->u));
-    PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_TRUE, ctx->u));
-    x = ctx->u;
-  }
-  PetscCall(MatMult(ctx->A, x, y));
-  PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_FALSE, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -324,15 +290,8 @@ PetscErrorCode MatAinsworthGetDrift_Private(Mat mat, Vec z, PetscReal *drift)
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp(mat, &ctx));
   if (ctx->weight) {
-    Vec zprogram = z;
-
-    if (ctx->frame.bs) {
-      zprogram = ctx->u;
-      PetscCall(VecCopy(z, zprogram));
-      PetscCall(AinsworthFrameRotate(&ctx->frame, PETSC_TRUE, zprogram));
-    }
-    PetscCall(VecPointwiseDivide(ctx->v, zprogram, ctx->weight));
-    PetscCall(VecDot(zprogram, ctx->v, &dot));
+    PetscCall(VecPointwiseDivide(ctx->v, z, ctx->weight));
+    PetscCall(VecDot(z, ctx->v, &dot));
     norm = PetscSqrtReal(PetscRealPart(dot));
   } else PetscCall(VecNorm(z, NORM_2, &norm));
   PetscCall(MatMult(ctx->proj.C, z, ctx->proj.s));

@@ -16,7 +16,8 @@ static const struct {
   {"interp_type",      "ext+i",     "ext+i", "ext+i"  },
   {"P_max",            "4",         "4",     "4"      },
   {"strong_threshold", "0.5",       "0.5",   "0.5"    },
-  {"relax_type_all",   "Chebyshev", NULL,    NULL     }
+  {"relax_type_all",   "Chebyshev", NULL,    NULL     },
+  {"agg_nl",           "1",         NULL,    NULL     }
 };
 static const size_t nboomeramg = sizeof(boomeramg) / sizeof(boomeramg[0]);
 

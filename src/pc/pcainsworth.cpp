@@ -31,7 +31,6 @@ static PetscErrorCode ProjectOntoConstraints(PC_Ainsworth *data, Vec g, Vec x)
   PetscCall(MatMult(data->saddle.C, x, data->residual));
   PetscCall(VecAYPX(data->residual, -1.0, g));
   PetscCall(MatAinsworthMultRightInverse(data->S, data->residual, data->rhs));
-  PetscCall(AinsworthFrameRotate(&data->frame, PETSC_TRUE, data->rhs));
   PetscCall(VecAXPY(x, 1.0, data->rhs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -102,7 +101,6 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   if (*failed && !data->symmetric)
     PetscCall(PetscInfo(pc, "The reduced solve failed and A is not symmetric: -ainsworth_ksp_type gmres does not need it to be\n"));
   if (data->constraints) {
-    PetscCall(AinsworthFrameRotate(&data->frame, PETSC_TRUE, x));
     for (int k = 0; k < (data->doubtful ? refinements : 1); k++) PetscCall(ProjectOntoConstraints(data, g, x));
     PetscCall(ComputeMultiplier(data, transpose, f, x, lambda));
   }
@@ -218,7 +216,6 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_pmat_max_rows <4000>                    - refuse cc and cg, which may be dense, above this number of constraints
 .  -pc_ainsworth_blocks <decide>                         - number of blocks of bj_cc and bj_cg; by default one per 32 constraints
 .  -pc_ainsworth_row_scaling <true,false>                - jcb does not depend on the scale of the rows of C
-.  -pc_ainsworth_frame <auto,none>                       - turn the components into the frame of the dominant contact normal
 .  -pc_ainsworth_rows_per_rank <100000>                  - the Gram matrix is gathered on ceil(m / this) ranks
 .  -pc_ainsworth_redundant <drop,error>                  - rows of C that are combinations of other rows
 .  -pc_ainsworth_check_transpose <false,true>            - compare the blocks C and C' entry by entry, not by one random product
@@ -242,8 +239,9 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 
    Options of the inner solvers have the prefixes `-ainsworth_` (reduced system, operator `MATAINSWORTH`, preconditioning matrix M_*:
    `-ainsworth_ksp_rtol`, `-ainsworth_pc_type`, ...) and `-ainsworth_gram_` (Gram matrix C W C'), after the prefix of this `PC`.
-   Where the options do not say otherwise, the inner preconditioner is BoomerAMG with PMIS coarsening, ext+i interpolation of at most 4 entries per row, and
-   Chebyshev smoothing; with the penalty of the paper Falgout coarsening, and with it or another method than conjugate gradients PETSc's default smoother.
+   Where the options do not say otherwise, the inner preconditioner is BoomerAMG with PMIS coarsening, aggressive on the finest level, ext+i interpolation of at
+   most 4 entries per row, and Chebyshev smoothing; with the penalty of the paper Falgout coarsening, and with it or another method than conjugate gradients
+   PETSc's default smoother and no aggressive coarsening.
 
    Whatever the inner tolerance, C x = g holds to rounding. An inner solve that fails, a Gram matrix that cannot be factored and a
    right-hand side that contradicts a zero or a dependent row of C give a `PCFailedReason`, known to all ranks, or an error with

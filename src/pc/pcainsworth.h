@@ -14,7 +14,6 @@ struct PC_Ainsworth {
   Vec                    weight; /* the user's, length n */
   PetscReal              factor; /* PETSC_DEFAULT: by the type of the penalty */
   PetscInt               rowsPerRank;
-  PCAinsworthFrameType   frameType;
   AinsworthPmatOptions   pmat;
 
   PCAinsworthRedundantType redundant;
@@ -25,8 +24,7 @@ struct PC_Ainsworth {
   PetscInt        constraints;     /* rows of C that are kept */
   Mat             S;               /* the reduced operator; NULL without constraints */
   Mat             M;               /* the preconditioning matrix */
-  AinsworthFrame  frame;           /* that S, M and the reduced unknowns are in */
-  PetscBool       componentsApart; /* constraints keep the components of each node apart, in the frame */
+  PetscBool       componentsApart; /* constraints keep the components of each node apart */
   PetscBool       symmetric;       /* A = A' */
   Vec             weights;         /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */
   PetscBool       doubtful;        /* rows of C are nearly dependent: C x = g is checked */

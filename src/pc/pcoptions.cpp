@@ -9,7 +9,6 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   MatAinsworthWeightType weight;
   PCAinsworthPenaltyType penalty;
   PCAinsworthPmatType    pmat;
-  PCAinsworthFrameType   frame;
 
   PCAinsworthRedundantType redundant;
   PetscReal                real;
@@ -54,10 +53,6 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   flag = data->pmat.rowScaling;
   PetscCall(PetscOptionsBool("-pc_ainsworth_row_scaling", "Make jcb independent of the scale of the rows of C", "PCAinsworthSetRowScaling", flag, &flag, &set));
   if (set) PetscCall(PCAinsworthSetRowScaling(pc, flag));
-  frame = data->frameType;
-  PetscCall(PetscOptionsEnum("-pc_ainsworth_frame", "Turn the components into the frame of the dominant contact normal", "PCAinsworthSetFrameType",
-                             PCAinsworthFrameTypes, (PetscEnum)frame, (PetscEnum *)&frame, &set));
-  if (set) PetscCall(PCAinsworthSetFrameType(pc, frame));
   integer = data->rowsPerRank;
   PetscCall(PetscOptionsInt("-pc_ainsworth_rows_per_rank", "The Gram matrix is gathered on ceil(constraints / this) ranks", "PCAinsworthSetRowsPerRank",
                             integer, &integer, &set));
@@ -112,13 +107,6 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   PetscCall(AinsworthSaddleDescribeRows(&data->saddle, dropped, sizeof(dropped)));
   PetscCall(
     PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s%s\n", data->constraints, data->constraints ? "" : ", A alone is solved", dropped));
-  if (data->S && data->frame.bs == 3)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  frame: components turned, dominant contact normal (%.3f, %.3f, %.3f)\n", (double)data->frame.normal[0],
-                                     (double)data->frame.normal[1], (double)data->frame.normal[2]));
-  else if (data->S && data->frame.bs == 2)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  frame: components turned, dominant contact normal (%.3f, %.3f)\n", (double)data->frame.normal[0],
-                                     (double)data->frame.normal[1]));
-  else if (data->S) PetscCall(PetscViewerASCIIPrintf(viewer, "  frame: the program's components\n"));
   if (data->S) {
     Mat_Ainsworth *ctx;
 

@@ -124,7 +124,7 @@ PetscErrorCode PCAinsworthGetPenaltyFactor(PC pc, PetscReal *factor)
    Input Parameters:
 +  pc   - the preconditioner
 -  type - one of the six of the paper (Table 1), or `PC_AINSWORTH_PMAT_AUTO` (default): `PC_AINSWORTH_PMAT_ID` where constraints keep the
-          components of each node apart, in the frame, and the penalty is one per row, otherwise `PC_AINSWORTH_PMAT_JCB`
+          components of each node apart and the penalty is one per row, otherwise `PC_AINSWORTH_PMAT_JCB`
 
    Options Database Key:
 .  -pc_ainsworth_pmat <auto,jcb,id,cc,cg,bj_cc,bj_cg> - the approximation

@@ -115,7 +115,6 @@ PetscErrorCode PCAinsworthReportBegin(PC pc, PC_Ainsworth *data, Vec f, Vec g)
     system.A      = data->saddle.A;
     system.C      = data->saddle.C;
     system.S      = data->S;
-    system.frame  = &data->frame;
     system.primal = data->saddle.cols[0];
     PetscCall(MatGetSize(pc->pmat, NULL, &system.size));
     PetscCall(AinsworthReportCreate(&data->reporting, &system, &data->report));

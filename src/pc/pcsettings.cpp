@@ -3,8 +3,7 @@
 #include <petsc/private/pcimpl.h>
 #include <petsc/private/kspimpl.h>
 
-const char *const PCAinsworthFrameTypes[] = {"auto", "none", "PCAinsworthFrameType", "PC_AINSWORTH_FRAME_", NULL};
-const char *const PCAinsworthVariants[]   = {"weighted", "paper", "PCAinsworthVariant", "PC_AINSWORTH_", NULL};
+const char *const PCAinsworthVariants[] = {"weighted", "paper", "PCAinsworthVariant", "PC_AINSWORTH_", NULL};
 
 /* NULL for a PC of another type, whose setters do nothing, as everywhere in PETSc */
 PetscErrorCode PCAinsworthGetData(PC pc, PC_Ainsworth **data)
@@ -213,66 +212,6 @@ PetscErrorCode PCAinsworthSetWeight(PC pc, Vec weight)
   data->weight     = weight;
   data->weightType = MAT_AINSWORTH_WEIGHT_USER;
   PetscCall(PCAinsworthSetStale(pc, data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
-   PCAinsworthSetFrameType - chooses the frame that the reduced system is written in
-
-   Logically Collective
-
-   Input Parameters:
-+  pc   - the preconditioner
--  type - `PC_AINSWORTH_FRAME_AUTO` (default) or `PC_AINSWORTH_FRAME_NONE`
-
-   Options Database Key:
-.  -pc_ainsworth_frame <auto,none> - the frame
-
-   Level: intermediate
-
-   Notes:
-   Multigrid with one interpolation per displacement component locks where bodies slip along an interface that is turned against
-   the axes. With `PC_AINSWORTH_FRAME_AUTO`, a block size of A of 2 or 3 and a direction that dominates among the node blocks of the rows of C,
-   one constant rotation of all nodes brings that direction onto an axis. A is not copied: vectors are turned around its product.
-
-.seealso: `PCAINSWORTH`, `PCAinsworthFrameType`
-@*/
-PetscErrorCode PCAinsworthSetFrameType(PC pc, PCAinsworthFrameType type)
-{
-  PC_Ainsworth *data = NULL;
-
-  PetscFunctionBegin;
-  PetscCall(PCAinsworthGetData(pc, &data));
-  if (!data) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscValidLogicalCollectiveEnum(pc, type, 2);
-  data->frameType = type;
-  PetscCall(PCAinsworthSetStale(pc, data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
-   PCAinsworthGetFrameType - gets the choice of the frame that the reduced system is written in
-
-   Not Collective
-
-   Input Parameter:
-.  pc - the preconditioner
-
-   Output Parameter:
-.  type - the choice
-
-   Level: intermediate
-
-.seealso: `PCAINSWORTH`, `PCAinsworthSetFrameType()`
-@*/
-PetscErrorCode PCAinsworthGetFrameType(PC pc, PCAinsworthFrameType *type)
-{
-  PC_Ainsworth *data = NULL;
-
-  PetscFunctionBegin;
-  PetscCall(PCAinsworthGetDataOrError(pc, &data));
-  PetscAssertPointer(type, 2);
-  *type = data->frameType;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

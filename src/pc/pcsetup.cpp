@@ -144,7 +144,6 @@ static PetscErrorCode KeepsOperator(const PC_Ainsworth *data, PetscBool *keeps)
 /* data->S with its projector; *reason tells whether the Gram matrix could be factored */
 static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx, PCFailedReason *reason)
 {
-  PetscInt    bs;
   PetscBool   keeps = PETSC_FALSE;
   const char *prefix;
 
@@ -158,10 +157,6 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
     PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->S, (PetscObject)pc, 0));
     PetscCall(MatAinsworthSetRowsPerRank(data->S, data->rowsPerRank));
   }
-  PetscCall(MatGetBlockSize(data->saddle.A, &bs));
-  if (data->frameType == PC_AINSWORTH_FRAME_AUTO) PetscCall(AinsworthFrameChoose(data->saddle.C, bs, &data->frame));
-  else data->frame.bs = 0;
-  PetscCall(MatAinsworthSetFrame_Private(data->S, &data->frame));
   if (data->weightType == MAT_AINSWORTH_WEIGHT_USER) {
     PetscCheck(data->weight, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
                "-pc_ainsworth_weight user needs a vector: call PCAinsworthSetWeight()");
@@ -251,10 +246,9 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
   in.S               = ctx->proj.gram.S;
   in.weight          = ctx->weight;
   in.inverseDiagonal = data->weights;
-  in.frame           = &data->frame;
   PetscCall(PCAinsworthWantsHypre(data, &in.hypre));
   PetscCall(MatGetBlockSize(data->saddle.A, &bs));
-  if (data->pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(AinsworthFrameComponentsApart(ctx->proj.C, bs, &data->componentsApart));
+  if (data->pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(AinsworthPmatComponentsApart(in.C, bs, &data->componentsApart));
   options.type      = PCAinsworthPmatTypeInUse(data);
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor(data);
@@ -268,22 +262,18 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
 /* Null space, near null space: hypre reads them from the operator, GAMG from the preconditioning matrix */
 static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
 {
-  MatNullSpace near, common, rotated;
+  MatNullSpace near, common;
   Mat          S = data->constraints ? data->S : data->saddle.A, M = data->constraints ? data->M : data->saddle.A;
 
   PetscFunctionBegin;
   if (S == data->saddle.block[0]) PetscFunctionReturn(PETSC_SUCCESS); /* the program's A has its own */
   PetscCall(AinsworthSaddleGetNearNullSpace(&data->saddle, &near));
-  if (near) PetscCall(AinsworthFrameRotateNullSpace(&data->frame, data->saddle.A, near, &rotated));
-  PetscCall(MatSetNearNullSpace(S, near ? rotated : NULL));
-  PetscCall(MatSetNearNullSpace(M, near ? rotated : NULL));
-  if (near) PetscCall(MatNullSpaceDestroy(&rotated));
+  PetscCall(MatSetNearNullSpace(S, near));
+  PetscCall(MatSetNearNullSpace(M, near));
   PetscCall(AinsworthSaddleCreateNullSpace(&data->saddle, &common));
-  if (common) PetscCall(AinsworthFrameRotateNullSpace(&data->frame, data->saddle.A, common, &rotated));
-  PetscCall(MatSetNullSpace(S, common ? rotated : NULL));
-  PetscCall(MatSetNullSpace(M, common ? rotated : NULL));
-  PetscCall(MatSetTransposeNullSpace(S, common && data->symmetric ? rotated : NULL));
-  if (common) PetscCall(MatNullSpaceDestroy(&rotated));
+  PetscCall(MatSetNullSpace(S, common));
+  PetscCall(MatSetNullSpace(M, common));
+  PetscCall(MatSetTransposeNullSpace(S, data->symmetric ? common : NULL));
   PetscCall(MatNullSpaceDestroy(&common));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -356,7 +346,6 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   } else {
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
     PetscCall(MatDestroy(&data->S));
-    data->frame.bs = 0;
   }
   PetscCall(PCAinsworthSetKSPOperators(data));
   PetscCall(ForwardNullSpaces(data));

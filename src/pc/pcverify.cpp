@@ -108,7 +108,6 @@ static PetscErrorCode CheckEnergy(PC pc, PC_Ainsworth *data, PetscBool transpose
   PetscCall(VecCopy(x, y));
   if (data->constraints) {
     PetscCall(MatAinsworthMultRightInverse(data->S, g, work));
-    PetscCall(AinsworthFrameRotate(&data->frame, PETSC_TRUE, work));
     PetscCall(VecAXPY(y, -1.0, work));
   }
   PetscCall(VecPointwiseDivide(work, y, data->weights));

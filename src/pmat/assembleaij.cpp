@@ -1,26 +1,22 @@
 #include "sum.h"
-#include <algorithm>
 
 /* One part as a SeqAIJ with exact preallocation, its rows copied and not searched */
-static PetscErrorCode AssemblePart(AinsworthPart &part, const AinsworthFrame *frame, PetscInt n, PetscInt ncols, PetscInt bs, PetscInt cbs, Mat *M)
+static PetscErrorCode AssemblePart(AinsworthPart &part, PetscInt n, PetscInt ncols, PetscInt bs, PetscInt cbs, Mat *M)
 {
-  AinsworthNode         node(frame);
   std::vector<PetscInt> nnz(n);
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < n; i += node.bs) std::fill_n(&nnz[i], node.bs, node.count(part, i));
+  for (PetscInt i = 0; i < n; i++) nnz[i] = part.row(i).n;
   PetscCall(MatCreate(PETSC_COMM_SELF, M));
   PetscCall(MatSetSizes(*M, n, ncols, n, ncols));
   PetscCall(MatSetBlockSizes(*M, bs, cbs));
   PetscCall(MatSetType(*M, MATSEQAIJ));
   PetscCall(MatSeqAIJSetPreallocation(*M, 0, nnz.data()));
   PetscCall(MatSetOption(*M, MAT_SORTED_FULL, PETSC_TRUE));
-  for (PetscInt i = 0; i < n; i += node.bs) {
-    node.compute(part, i);
-    for (PetscInt k = 0; k < node.bs; k++) {
-      const PetscInt row = i + k;
-      PetscCall(MatSetValues(*M, 1, &row, node.rows[k].n, node.rows[k].columns, node.rows[k].values, INSERT_VALUES));
-    }
+  for (PetscInt i = 0; i < n; i++) {
+    const AinsworthRow row = part.row(i);
+
+    PetscCall(MatSetValues(*M, 1, &i, row.n, row.columns, row.values, INSERT_VALUES));
   }
   PetscCall(MatAssemblyBegin(*M, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(*M, MAT_FINAL_ASSEMBLY));
@@ -28,17 +24,17 @@ static PetscErrorCode AssemblePart(AinsworthPart &part, const AinsworthFrame *fr
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sum as n x n AIJ, in the frame; the local sizes of A are multiples of the frame's */
-PetscErrorCode AinsworthAssembleAIJ(AinsworthSum *sum, const AinsworthFrame *frame, Mat *M)
+/* The sum as n x n AIJ */
+PetscErrorCode AinsworthAssembleAIJ(AinsworthSum *sum, Mat *M)
 {
   Mat      inside, outside;
   PetscInt bs;
 
   PetscFunctionBegin;
   PetscCall(MatGetBlockSize(sum->A, &bs));
-  PetscCall(AssemblePart(sum->inside, frame, sum->n, sum->n, bs, bs, &inside));
+  PetscCall(AssemblePart(sum->inside, sum->n, sum->n, bs, bs, &inside));
   if (sum->parallel) {
-    PetscCall(AssemblePart(sum->outside, frame, sum->n, (PetscInt)sum->ghosts.size(), bs, 1, &outside));
+    PetscCall(AssemblePart(sum->outside, sum->n, (PetscInt)sum->ghosts.size(), bs, 1, &outside));
     PetscCall(MatCreateMPIAIJWithSeqAIJ(PetscObjectComm((PetscObject)sum->A), inside, outside, sum->ghosts.data(), M));
   } else *M = inside;
   PetscFunctionReturn(PETSC_SUCCESS);

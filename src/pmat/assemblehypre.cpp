@@ -67,30 +67,25 @@ static PetscErrorCode DestroyIJMatrix(void *ij)
 }
 
 /* The rows go into hypre's own storage at once: its exact sizes are known, so that nothing is stored twice on the way */
-static PetscErrorCode FillIJMatrix(AinsworthSum *sum, const AinsworthFrame *frame, HYPRE_IJMatrix ij)
+static PetscErrorCode FillIJMatrix(AinsworthSum *sum, HYPRE_IJMatrix ij)
 {
-  AinsworthNode          node(frame), ghostNode(frame);
   Batch                  batch(ij);
   std::vector<HYPRE_Int> inside(sum->n), outside(sum->n, 0);
   PetscInt               rstart;
 
   PetscFunctionBegin;
   PetscCall(MatGetOwnershipRange(sum->A, &rstart, NULL));
-  for (PetscInt i = 0; i < sum->n; i += node.bs) {
-    std::fill_n(&inside[i], node.bs, (HYPRE_Int)node.count(sum->inside, i));
-    if (sum->parallel) std::fill_n(&outside[i], node.bs, (HYPRE_Int)ghostNode.count(sum->outside, i));
+  for (PetscInt i = 0; i < sum->n; i++) {
+    inside[i] = (HYPRE_Int)sum->inside.row(i).n;
+    if (sum->parallel) outside[i] = (HYPRE_Int)sum->outside.row(i).n;
   }
   PetscCallExternal(HYPRE_IJMatrixSetDiagOffdSizes, ij, inside.data(), outside.data());
   PetscCallExternal(HYPRE_IJMatrixSetMaxOffProcElmts, ij, 0);
   PetscCallExternal(HYPRE_IJMatrixInitialize, ij);
-  for (PetscInt i = 0; i < sum->n; i += node.bs) {
-    node.compute(sum->inside, i);
-    if (sum->parallel) ghostNode.compute(sum->outside, i);
-    for (PetscInt k = 0; k < node.bs; k++) {
-      batch.add(node.rows[k], rstart, NULL);
-      if (sum->parallel) batch.add(ghostNode.rows[k], 0, &sum->ghosts);
-      batch.close(rstart + i + k);
-    }
+  for (PetscInt i = 0; i < sum->n; i++) {
+    batch.add(sum->inside.row(i), rstart, NULL);
+    if (sum->parallel) batch.add(sum->outside.row(i), 0, &sum->ghosts);
+    batch.close(rstart + i);
     if (batch.full()) PetscCall(batch.flush());
   }
   PetscCall(batch.flush());
@@ -112,8 +107,8 @@ static PetscErrorCode HasEmptyRank(Mat A, bool *empty)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sum as n x n MATHYPRE, in the frame: PCHYPRE takes it as it is. Where a rank has no rows: AIJ, of which PCHYPRE makes a copy */
-PetscErrorCode AinsworthAssembleHypre(AinsworthSum *sum, const AinsworthFrame *frame, Mat *M)
+/* The sum as n x n MATHYPRE: PCHYPRE takes it as it is. Where a rank has no rows: AIJ, of which PCHYPRE makes a copy */
+PetscErrorCode AinsworthAssembleHypre(AinsworthSum *sum, Mat *M)
 {
   MPI_Comm            comm = PetscObjectComm((PetscObject)sum->A);
   PetscInt            rstart, rend, bs;
@@ -125,14 +120,14 @@ PetscErrorCode AinsworthAssembleHypre(AinsworthSum *sum, const AinsworthFrame *f
   PetscFunctionBegin;
   PetscCall(HasEmptyRank(sum->A, &empty));
   if (empty) {
-    PetscCall(AinsworthAssembleAIJ(sum, frame, M));
+    PetscCall(AinsworthAssembleAIJ(sum, M));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatGetOwnershipRange(sum->A, &rstart, &rend));
   PetscCall(MatGetBlockSize(sum->A, &bs));
   PetscCallExternal(HYPRE_IJMatrixCreate, comm, rstart, rend - 1, rstart, rend - 1, &ij);
   PetscCallExternal(HYPRE_IJMatrixSetObjectType, ij, HYPRE_PARCSR);
-  PetscCall(FillIJMatrix(sum, frame, ij));
+  PetscCall(FillIJMatrix(sum, ij));
   PetscCallExternal(HYPRE_IJMatrixGetObject, ij, (void **)&rows);
   PetscCall(MatCreateFromParCSR(rows, MATHYPRE, PETSC_USE_POINTER, M));
   PetscCall(MatSetBlockSize(*M, bs)); /* BoomerAMG's number of functions */
@@ -144,7 +139,7 @@ PetscErrorCode AinsworthAssembleHypre(AinsworthSum *sum, const AinsworthFrame *f
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 #else
-PetscErrorCode AinsworthAssembleHypre(AinsworthSum *sum, const AinsworthFrame *, Mat *)
+PetscErrorCode AinsworthAssembleHypre(AinsworthSum *sum, Mat *)
 {
   SETERRQ(PetscObjectComm((PetscObject)sum->A), PETSC_ERR_SUP_SYS, "PETSc was built without hypre");
 }

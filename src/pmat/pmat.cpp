@@ -114,7 +114,7 @@ PetscErrorCode AddPenaltyTerm(const AinsworthPmatInputs *in, const AinsworthPmat
   PetscCall(MatMatMult(surface.Ct, BC, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &CtBC));
   if (opt->penalty == PC_AINSWORTH_PENALTY_ROW) PetscCall(MatDestroy(&BC));
   else { /* beta = gamma ||Q_*' A Q_*|| / ||C' C|| */ PetscCall(MatNorm(CtBC, NORM_INFINITY, &normC));
-    PetscCall(sum.open(in->A, surface.dofs, terms, 1));
+    PetscCall(sum.open(in->A, surface.dofs, terms));
     PetscCall(sum.norm(&normA));
     PetscCall(sum.close());
     if (normA == 0.0) PetscCall(MatNorm(in->A, NORM_INFINITY, &normA)); /* Ker C = 0: any penalty will do */
@@ -144,10 +144,10 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscCall(AddPenaltyTerm(in, opt, surface, penalty, terms));
   PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
-  PetscCall(sum.open(in->A, surface.dofs, terms, in->frame->bs));
+  PetscCall(sum.open(in->A, surface.dofs, terms));
   for (AinsworthTerm &term : terms) PetscCall(MatDestroy(&term.E));
   PetscCall(surface.destroy());
-  PetscCall(in->hypre ? AinsworthAssembleHypre(&sum, in->frame, pmat) : AinsworthAssembleAIJ(&sum, in->frame, pmat));
+  PetscCall(in->hypre ? AinsworthAssembleHypre(&sum, pmat) : AinsworthAssembleAIJ(&sum, pmat));
   PetscCall(sum.close());
   PetscCall(PetscLogEventEnd(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
   if (opt->symmetric) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));

@@ -3,7 +3,7 @@
 #define AINSWORTH_PMAT_H
 
 #include <petscainsworth.h>
-#include "../projector/frame.h"
+#include "../petsccompat.h"
 
 struct AinsworthPmatOptions {
   PCAinsworthPmatType    type;
@@ -17,15 +17,15 @@ struct AinsworthPmatOptions {
 };
 
 struct AinsworthPmatInputs {
-  Mat                   A, C, S;         /* AIJ; C without zero rows */
-  Vec                   weight;          /* diagonal of W, NULL for W = I */
-  Vec                   inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
-  const AinsworthFrame *frame;           /* M_* is wanted as T M_* T' */
-  PetscBool             hypre;           /* as MATHYPRE, otherwise AIJ */
+  Mat       A, C, S;         /* AIJ; C without zero rows */
+  Vec       weight;          /* diagonal of W, NULL for W = I */
+  Vec       inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
+  PetscBool hypre;           /* as MATHYPRE, otherwise AIJ */
 };
 
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *, const AinsworthPmatOptions *, Vec *, Mat *);
+PetscErrorCode AinsworthPmatComponentsApart(Mat, PetscInt, PetscBool *);
 PetscErrorCode AinsworthBlocksCreate(Mat, PetscInt, PetscInt *);
 
 #endif

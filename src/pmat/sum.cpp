@@ -85,10 +85,9 @@ PetscErrorCode AinsworthPart::merge()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-AinsworthRow AinsworthPart::row(PetscInt i, PetscInt place)
+AinsworthRow AinsworthPart::row(PetscInt i)
 {
-  const PetscInt         s = (*surface)[i], first = base.ia[i], n = base.ia[i + 1] - first;
-  std::vector<PetscInt> &buffer = bufferColumns[place];
+  const PetscInt s = (*surface)[i], first = base.ia[i], n = base.ia[i + 1] - first;
 
   if (s >= 0) return {columns.data() + start[s], values.data() + start[s], start[s + 1] - start[s]};
   if (!base.mapped) return {base.ja + first, base.a + first, n};
@@ -105,7 +104,7 @@ static void MapInto(const std::vector<PetscInt> &ghosts, const PetscInt from[], 
   for (size_t k = 0; k < n; k++) op.map[k] = (PetscInt)(std::lower_bound(ghosts.begin(), ghosts.end(), from[k]) - ghosts.begin());
 }
 
-PetscErrorCode AinsworthSum::open(Mat matrix, IS dofs, const std::vector<AinsworthTerm> &terms, PetscInt bs)
+PetscErrorCode AinsworthSum::open(Mat matrix, IS dofs, const std::vector<AinsworthTerm> &terms)
 {
   PetscInt              rstart, local;
   PetscBool             mpi;
@@ -146,11 +145,6 @@ PetscErrorCode AinsworthSum::open(Mat matrix, IS dofs, const std::vector<Ainswor
       PetscCall(MatMPIAIJGetSeqAIJ(terms[t].E, &in, &out, NULL));
       PetscCall(inside.terms[t].open(in));
       PetscCall(outside.terms[t].open(out));
-    }
-    if (bs > 1) { /* a frame fills the blocks */
-      const size_t given = ghosts.size();
-      for (size_t k = 0; k < given; k++)
-        for (PetscInt l = 0; l < bs; l++) ghosts.push_back(ghosts[k] / bs * bs + l);
     }
     std::sort(ghosts.begin(), ghosts.end());
     ghosts.erase(std::unique(ghosts.begin(), ghosts.end()), ghosts.end());

@@ -1,8 +1,8 @@
-/* A + sum of f_k E_k, where the E_k live on the surface (surface.h): its norm, and the assembled sum, seen in a frame */
+/* A + sum of f_k E_k, where the E_k live on the surface (surface.h): its norm, and the assembled sum */
 #ifndef AINSWORTH_SUM_H
 #define AINSWORTH_SUM_H
 
-#include "../projector/frame.h"
+#include "../petsccompat.h"
 #include <vector>
 
 struct AinsworthTerm {
@@ -37,18 +37,18 @@ public:
   std::vector<AinsworthOperand> terms;
   const std::vector<PetscInt>  *surface; /* row of the terms of each row of the base, -1: none */
 
-  PetscErrorCode merge();                             /* the terms are no longer needed then */
-  AinsworthRow   row(PetscInt i, PetscInt place = 0); /* valid until the next call with this place, 0 to 2 */
+  PetscErrorCode merge();         /* the terms are no longer needed then */
+  AinsworthRow   row(PetscInt i); /* valid until the next call */
 
 private:
-  std::vector<PetscInt>    start, columns, bufferColumns[3];
+  std::vector<PetscInt>    start, columns, buffer;
   std::vector<PetscScalar> values;
 };
 
 /* A, opened for reading, with the terms merged into it on the surface: open() has done with them */
 class AinsworthSum {
 public:
-  PetscErrorCode open(Mat A, IS dofs, const std::vector<AinsworthTerm> &terms, PetscInt bs);
+  PetscErrorCode open(Mat A, IS dofs, const std::vector<AinsworthTerm> &terms);
   PetscErrorCode close();
   PetscErrorCode norm(PetscReal *);
 
@@ -62,29 +62,7 @@ private:
   std::vector<PetscInt> surface;
 };
 
-/* The rows of one node of T M T', dense by blocks; without a frame one row as it stands */
-class AinsworthNode {
-public:
-  explicit AinsworthNode(const AinsworthFrame *f) : frame(f), bs(f->bs ? f->bs : 1) { }
-  void     compute(AinsworthPart &part, PetscInt first);
-  PetscInt count(AinsworthPart &part, PetscInt first);
-
-  const AinsworthFrame *frame;
-  const PetscInt        bs;
-  AinsworthRow          rows[3];
-
-private:
-  void read(AinsworthPart &part, PetscInt first);
-  template <PetscInt N>
-  PetscInt width() const;
-  template <PetscInt N>
-  void                     turn();
-  AinsworthRow             given[3];
-  std::vector<PetscInt>    columns;
-  std::vector<PetscScalar> values[3];
-};
-
-PetscErrorCode AinsworthAssembleAIJ(AinsworthSum *, const AinsworthFrame *, Mat *);
-PetscErrorCode AinsworthAssembleHypre(AinsworthSum *, const AinsworthFrame *, Mat *);
+PetscErrorCode AinsworthAssembleAIJ(AinsworthSum *, Mat *);
+PetscErrorCode AinsworthAssembleHypre(AinsworthSum *, Mat *);
 
 #endif

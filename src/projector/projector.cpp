@@ -40,19 +40,14 @@ static PetscErrorCode CompareSource(AinsworthProjector *proj, Mat C, const Ainsw
   const AinsworthProjectorSource &last = proj->source;
 
   PetscFunctionBegin;
-  *same = proj->C && last.id == now.id && last.pattern == now.pattern && last.bs == now.bs && last.weighted == now.weighted &&
-          last.rowsPerRank == now.rowsPerRank;
+  *same = proj->C && last.id == now.id && last.pattern == now.pattern && last.weighted == now.weighted && last.rowsPerRank == now.rowsPerRank;
   if (*same)
     PetscCall(PetscInfo(C, "The nonzero pattern of C is that of the last set-up: the places and the symbolic factorisation of the Gram matrix are kept\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   w: the diagonal of W, length n, positive; NULL for W = I. In a frame T it projects x' = T x: with C T' and C W T' for C and C W, whose
-   Gram matrix is the same, vectors need no turning.
-*/
-PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, Mat C, Vec w, const AinsworthFrame *frame, PetscInt rowsPerRank, PetscObject parent,
-                                       const char prefix[])
+/* w: the diagonal of W, length n, positive; NULL for W = I */
+PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, Mat C, Vec w, PetscInt rowsPerRank, PetscObject parent, const char prefix[])
 {
   AinsworthProjectorSource source;
   bool                     same;
@@ -60,21 +55,17 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, Mat C, Vec w, c
   PetscFunctionBegin;
   PetscCall(PetscObjectGetId((PetscObject)C, &source.id));
   PetscCall(MatGetNonzeroState(C, &source.pattern));
-  source.bs          = frame->bs;
   source.rowsPerRank = rowsPerRank;
   source.weighted    = w != NULL;
   PetscCall(CompareSource(proj, C, source, &same));
   if (!same) PetscCall(AinsworthProjectorReset(proj));
   PetscCall(MatDestroy(&proj->C));
   PetscCall(MatDestroy(&proj->CW));
-  PetscCall(AinsworthFrameRotateRows(frame, C, &proj->C));
+  PetscCall(PetscObjectReference((PetscObject)C));
+  proj->C = C;
   if (w) {
-    Mat CW;
-
-    PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &CW));
-    PetscCall(MatDiagonalScale(CW, NULL, w));
-    PetscCall(AinsworthFrameRotateRows(frame, CW, &proj->CW));
-    PetscCall(MatDestroy(&CW));
+    PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &proj->CW));
+    PetscCall(MatDiagonalScale(proj->CW, NULL, w));
   }
   PetscCall(AinsworthGramSetUp(&proj->gram, proj->C, w ? proj->CW : proj->C, same, rowsPerRank, parent, prefix));
   PetscCall(MoveRows(proj, &proj->C));

@@ -2,7 +2,6 @@
 #ifndef AINSWORTH_PROJECTOR_H
 #define AINSWORTH_PROJECTOR_H
 
-#include "frame.h"
 #include "gram.h"
 #include "../saddle/saddle.h"
 
@@ -10,13 +9,13 @@
 struct AinsworthProjectorSource {
   PetscObjectId    id; /* of C */
   PetscObjectState pattern;
-  PetscInt         bs, rowsPerRank;
+  PetscInt         rowsPerRank;
   bool             weighted;
 };
 
 struct AinsworthProjector {
-  Mat           C;       /* m x n AIJ, in the frame: C T'; its rows where they are solved for (placed) */
-  Mat           CW;      /* C W T', placed; the same as C for W = I */
+  Mat           C;       /* m x n AIJ, its rows where they are solved for (placed) */
+  Mat           CW;      /* C W, placed; the same as C for W = I */
   AinsworthGram gram;    /* S = C W C' */
   VecScatter    scatter; /* from the program's rows of C to their places; NULL: they stay */
   Vec           s, t;    /* m, placed */
@@ -24,7 +23,7 @@ struct AinsworthProjector {
   AinsworthProjectorSource source; /* of the last set-up, where C is there */
 };
 
-PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, Mat, Vec, const AinsworthFrame *, PetscInt, PetscObject, const char[]);
+PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, Mat, Vec, PetscInt, PetscObject, const char[]);
 PetscErrorCode AinsworthProjectorReset(AinsworthProjector *);
 PetscErrorCode AinsworthProjectorPlace(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorMult(AinsworthProjector *, Vec, Vec);

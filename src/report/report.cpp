@@ -2,7 +2,7 @@
 #include "observed.h"
 #include "../ksp/projectedcg.h"
 
-/* The exact solution of the reduced system: the field of x of a whole solution, in the frame */
+/* The exact solution of the reduced system: the field of x of a whole solution */
 static PetscErrorCode CreateExact(const AinsworthReportSystem *system, Vec reference, Vec *exact)
 {
   MPI_Comm   comm = PetscObjectComm((PetscObject)system->A);
@@ -25,7 +25,6 @@ static PetscErrorCode CreateExact(const AinsworthReportSystem *system, Vec refer
   PetscCall(VecScatterEnd(scatter, reference, *exact, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterDestroy(&scatter));
   if (size == n) PetscCall(ISDestroy(&field));
-  if (system->S) PetscCall(AinsworthFrameRotate(system->frame, PETSC_FALSE, *exact));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -40,7 +39,7 @@ PetscErrorCode AinsworthReportCreate(const AinsworthReportSettings *settings, co
   report->system   = *system;
   if (monitor && settings->reference) PetscCall(CreateExact(system, settings->reference, &report->exact));
   if (monitor && (settings->residuals || report->exact)) {
-    PetscCall(MatCreateVecs(system->A, &report->x, &report->r));
+    PetscCall(MatCreateVecs(system->A, report->exact ? &report->x : NULL, &report->r));
     if (system->S) PetscCall(MatCreateVecs(system->C, NULL, &report->residual));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -77,14 +76,11 @@ static PetscErrorCode Residuals(AinsworthReport *report, Vec iterate, AinsworthR
   const AinsworthReportSystem *system = &report->system;
 
   PetscFunctionBegin;
-  PetscCall(VecCopy(iterate, report->x));
-  if (system->S) PetscCall(AinsworthFrameRotate(system->frame, PETSC_TRUE, report->x));
-  PetscCall(MatMult(system->A, report->x, report->r));
+  PetscCall(MatMult(system->A, iterate, report->r));
   PetscCall(VecAYPX(report->r, -1.0, report->f));
   if (system->S) {
-    PetscCall(AinsworthFrameRotate(system->frame, PETSC_FALSE, report->r));
     PetscCall(MatAinsworthMultTransposeProjector(system->S, report->r, report->r)); /* r - C' R' r */
-    PetscCall(MatMult(system->C, report->x, report->residual));
+    PetscCall(MatMult(system->C, iterate, report->residual));
     PetscCall(VecAYPX(report->residual, -1.0, report->g));
     PetscCall(VecNorm(report->residual, NORM_2, &row->constraint));
     if (report->norm[1] > 0.0) row->constraint /= report->norm[1];
@@ -150,7 +146,7 @@ static PetscErrorCode Record(KSP ksp, PetscInt step, PetscReal norm, KSPConverge
   }
   if (report->settings->viewer) {
     row.seconds = now - report->start - report->spent - report->observing;
-    if (report->x) {
+    if (report->r) {
       PetscCall(KSPBuildSolution(ksp, NULL, &iterate));
       if (report->settings->residuals) PetscCall(Residuals(report, iterate, &row));
       if (report->exact) PetscCall(TrueError(report, iterate, &row.error));

@@ -19,11 +19,10 @@ struct AinsworthReportSettings {
 
 /* The reduced system, as PCAINSWORTH knows it */
 struct AinsworthReportSystem {
-  Mat                   A, C; /* C without rows: no constraints */
-  Mat                   S;    /* the reduced operator; NULL without constraints */
-  const AinsworthFrame *frame;
-  IS                    primal; /* field of x in the solution of the saddle-point system */
-  PetscInt              size;   /* of that solution */
+  Mat      A, C;   /* C without rows: no constraints */
+  Mat      S;      /* the reduced operator; NULL without constraints */
+  IS       primal; /* field of x in the solution of the saddle-point system */
+  PetscInt size;   /* of that solution */
 };
 
 /* NAN: not known */
@@ -45,7 +44,7 @@ struct AinsworthReport {
   std::vector<AinsworthReportRow> rows;
   size_t                          printed;
   PetscInt                        solve; /* number of solves so far */
-  Vec                             exact; /* of the reduced system, in its frame */
+  Vec                             exact; /* solution; NULL: not known */
   Vec                             f, g;  /* right-hand side of the present solve, not owned */
   Vec                             x, r, residual;
   Mat                             observed;

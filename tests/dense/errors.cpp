@@ -180,22 +180,27 @@ static PetscErrorCode OtherTypes()
   MatAinsworthWeightType weight;
   PCAinsworthPenaltyType penalty;
   PCAinsworthPmatType    pmat;
-  PCAinsworthFrameType   frame;
 
   PCAinsworthRedundantType redundant;
 
   PetscFunctionBeginUser;
   PetscCall(PCCreate(PETSC_COMM_WORLD, &pc));
-  const std::vector<std::function<PetscErrorCode()>> getters = {
-    [&]() { return PCAinsworthGetVariant(pc, &variant); },       [&]() { return PCAinsworthGetWeightType(pc, &weight); },
-    [&]() { return PCAinsworthGetPenaltyType(pc, &penalty); },   [&]() { return PCAinsworthGetPenaltyFactor(pc, &r); },
-    [&]() { return PCAinsworthGetPmatType(pc, &pmat); },         [&]() { return PCAinsworthGetPmatTolerance(pc, &r); },
-    [&]() { return PCAinsworthGetPmatMaxRows(pc, &i); },         [&]() { return PCAinsworthGetBlocks(pc, &i); },
-    [&]() { return PCAinsworthGetRowsPerRank(pc, &i); },         [&]() { return PCAinsworthGetKSP(pc, &ksp); },
-    [&]() { return PCAinsworthGetGramKSP(pc, &ksp); },           [&]() { return PCAinsworthGetRowScaling(pc, &flag); },
-    [&]() { return PCAinsworthGetFrameType(pc, &frame); },       [&]() { return PCAinsworthGetRedundantType(pc, &redundant); },
-    [&]() { return PCAinsworthGetCheckTranspose(pc, &flag); },   [&]() { return PCAinsworthGetReference(pc, &vec); },
-    [&]() { return PCAinsworthGetErrorMonitor(pc, NULL, NULL); }};
+  const std::vector<std::function<PetscErrorCode()>> getters = {[&]() { return PCAinsworthGetVariant(pc, &variant); },
+                                                                [&]() { return PCAinsworthGetWeightType(pc, &weight); },
+                                                                [&]() { return PCAinsworthGetPenaltyType(pc, &penalty); },
+                                                                [&]() { return PCAinsworthGetPenaltyFactor(pc, &r); },
+                                                                [&]() { return PCAinsworthGetPmatType(pc, &pmat); },
+                                                                [&]() { return PCAinsworthGetPmatTolerance(pc, &r); },
+                                                                [&]() { return PCAinsworthGetPmatMaxRows(pc, &i); },
+                                                                [&]() { return PCAinsworthGetBlocks(pc, &i); },
+                                                                [&]() { return PCAinsworthGetRowsPerRank(pc, &i); },
+                                                                [&]() { return PCAinsworthGetKSP(pc, &ksp); },
+                                                                [&]() { return PCAinsworthGetGramKSP(pc, &ksp); },
+                                                                [&]() { return PCAinsworthGetRowScaling(pc, &flag); },
+                                                                [&]() { return PCAinsworthGetRedundantType(pc, &redundant); },
+                                                                [&]() { return PCAinsworthGetCheckTranspose(pc, &flag); },
+                                                                [&]() { return PCAinsworthGetReference(pc, &vec); },
+                                                                [&]() { return PCAinsworthGetErrorMonitor(pc, NULL, NULL); }};
   for (size_t k = 0; k < getters.size(); k++)
     PetscCall(CheckError(("getter " + std::to_string(k) + " without a type").c_str(), getters[k], PETSC_ERR_ARG_WRONG, {"(not set)", "not ainsworth"}));
   PetscCall(PCSetType(pc, PCNONE));

@@ -228,7 +228,6 @@ static PetscErrorCode Near(bool onMatrix)
   else PetscCall(PetscObjectCompose((PetscObject)is[1], "nearnullspace", (PetscObject)near));
   PetscCall(SolverCreate(nest, &ksp));
   PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCAinsworthSetFrameType(pc, PC_AINSWORTH_FRAME_NONE));
   PetscCall(KSPSetUp(ksp));
   PetscCall(PCAinsworthGetKSP(pc, &inner));
   PetscCall(KSPGetOperators(inner, &S, &M));

@@ -38,8 +38,6 @@ static const std::vector<Choice> choices = {
   {"pmat_max_rows 17",          4000,                          17,                             Value<PetscInt,                 PCAinsworthGetPmatMaxRows>,           [](PC pc) { return PCAinsworthSetPmatMaxRows(pc, 17); }        },
   {"blocks 3",                  PETSC_DECIDE,                  3,                              Value<PetscInt,                 PCAinsworthGetBlocks>,                [](PC pc) { return PCAinsworthSetBlocks(pc, 3); }              },
   {"row_scaling 0",             PETSC_TRUE,                    PETSC_FALSE,                    Value<PetscBool,                PCAinsworthGetRowScaling>,            [](PC pc) { return PCAinsworthSetRowScaling(pc, PETSC_FALSE); }},
-  {"frame none",                PC_AINSWORTH_FRAME_AUTO,       PC_AINSWORTH_FRAME_NONE,        Value<PCAinsworthFrameType,     PCAinsworthGetFrameType>,
-   [](PC pc) { return PCAinsworthSetFrameType(pc, PC_AINSWORTH_FRAME_NONE); }                                                                                                                                                       },
   {"rows_per_rank 2",           100000,                        2,                              Value<PetscInt,                 PCAinsworthGetRowsPerRank>,           [](PC pc) { return PCAinsworthSetRowsPerRank(pc, 2); }         },
   {"redundant error",           PC_AINSWORTH_REDUNDANT_DROP,   PC_AINSWORTH_REDUNDANT_ERROR,   Value<PCAinsworthRedundantType, PCAinsworthGetRedundantType>,
    [](PC pc) { return PCAinsworthSetRedundantType(pc, PC_AINSWORTH_REDUNDANT_ERROR); }                                                                                                                                              },
@@ -255,7 +253,7 @@ static PetscErrorCode Views()
     PetscCall(ViewText(ksp, text));
     PetscCall(
       CheckText("view", text,
-                {first, second, "constraints: 5", "frame: the program's components", "reduced solve in the primal unknowns",
+                {first, second, "constraints: 5", "reduced solve in the primal unknowns",
                  "Gram matrix S = C W C': 1 connected piece, the largest of 5 rows, on " + std::string(pmat && size > 1 ? "2 ranks, cut by METIS" : "1 rank"),
                  "(ainsworth_) ", "(ainsworth_gram_) ", pmat ? "type: cg" : "type: projectedcg", "type: ainsworth",
                  "constraints=5, weight: " + std::string(pmat ? "identity" : "diagonal"), "penalty: "}));

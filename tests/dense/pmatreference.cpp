@@ -136,7 +136,6 @@ PetscErrorCode PmatSetUp(Mat A, Mat C, Vec w, const PmatChoice &choice, KSP *out
   PetscCall(PCAinsworthSetPenaltyFactor(pc, choice.factor));
   PetscCall(PCAinsworthSetBlocks(pc, choice.blocks));
   PetscCall(PCAinsworthSetRowScaling(pc, (PetscBool)choice.rowScaling));
-  PetscCall(PCAinsworthSetFrameType(pc, PC_AINSWORTH_FRAME_NONE));
   PetscCall(PCAinsworthGetKSP(pc, &inner));
   PetscCall(KSPGetPC(inner, &innerPC));
   PetscCall(PCSetType(innerPC, choice.inner));

@@ -33,7 +33,6 @@ static std::string RandomOptions(Random &r, const RandomSystem &s, const Truth &
   else if (!s.uneven && r.Chance(0.1)) line += " -pc_ainsworth_weight identity";
   else if (!s.uneven && r.Chance(0.1)) line += " -pc_ainsworth_penalty norm";
   line += std::string(" -pc_ainsworth_pmat ") + pmats[r.Int(0, 7)];
-  if (r.Chance(0.1)) line += " -pc_ainsworth_frame none";
   if (!s.uneven && r.Chance(0.3)) line += " -pc_ainsworth_rows_per_rank " + std::to_string(r.Int(1, 4));
   if (r.Chance(0.1)) line += " -pc_ainsworth_check_transpose";
   if (!s.symmetric) line += " -ainsworth_ksp_type gmres -ainsworth_ksp_gmres_restart 100";
