@@ -125,7 +125,7 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   if (ksp->guess_zero) PetscCall(VecCopy(b, r));
   else {
     PetscCall(MatAinsworthMultProjector(mat, x, p));
-    PetscCall(MatMult(ctx->A, p, w));
+    PetscCall(MatAinsworthMultA_Private(ctx, p, w));
     PetscCall(VecWAXPY(r, -1.0, w, b));
   }
   PetscCall(MatAinsworthSolveRange(mat, b, x));
@@ -163,7 +163,7 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
     }
     if (step == 1) PetscCall(VecCopy(z, p));
     else PetscCall(VecAYPX(p, beta, z));
-    PetscCall(MatMult(ctx->A, p, w));
+    PetscCall(MatAinsworthMultA_Private(ctx, p, w));
     PetscCall(VecDot(w, p, &pAp));
     KSPCheckDot(ksp, pAp);
     if (PetscRealPart(pAp) <= 0.0) {

@@ -12,6 +12,74 @@ PetscErrorCode PCBlockSAGet(PC pc, PC_BlockSA **sa)
 
 PetscErrorCode PCBlockSARaiseBounds(PC_BlockSA *);
 
+static PetscErrorCode GetOrNone(PC pc, PC_BlockSA **sa)
+{
+  PetscBool same;
+
+  PetscFunctionBegin;
+  *sa = NULL;
+  PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCBLOCKSA, &same));
+  if (same) PetscCall(PCBlockSAGet(pc, sa));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The levels of A, to be given back after PCReset() */
+PetscErrorCode PCBlockSAGetLevels(PC pc, AinsworthLevels *levels)
+{
+  PC_BlockSA *sa;
+
+  PetscFunctionBegin;
+  PetscCall(GetOrNone(pc, &sa));
+  if (sa) *levels = sa->levels;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode PCBlockSASetLevels(PC pc, const AinsworthLevels &levels)
+{
+  PC_BlockSA *sa;
+
+  PetscFunctionBegin;
+  PetscCall(GetOrNone(pc, &sa));
+  if (sa) sa->levels = levels;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* From the next set-up on A can be had for products */
+PetscErrorCode PCBlockSAKeepProduct(PC pc)
+{
+  PC_BlockSA *sa;
+
+  PetscFunctionBegin;
+  PetscCall(GetOrNone(pc, &sa));
+  if (sa) sa->options.product = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A with half of its entries stored, for products; NULL where there is no such matrix. Not to be destroyed, valid until A changes */
+PetscErrorCode PCBlockSAGetProduct(PC pc, Mat *product)
+{
+  PC_BlockSA *sa;
+
+  PetscFunctionBegin;
+  *product = NULL;
+  PetscCall(GetOrNone(pc, &sa));
+  if (!sa || !sa->levels.hierarchy || !sa->levels.hierarchy->grids[0].upper) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!sa->product) PetscCall(AinsworthHierarchyCreateProduct(*sa->levels.hierarchy, &sa->product));
+  *product = sa->product;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Why the levels of A are no good multigrid, an empty string where nothing speaks against them, NULL for another type of PC */
+PetscErrorCode PCBlockSAGetDoubts(PC pc, const char **doubts)
+{
+  PC_BlockSA *sa;
+
+  PetscFunctionBegin;
+  PetscCall(GetOrNone(pc, &sa));
+  *doubts = sa && sa->levels.hierarchy ? sa->levels.hierarchy->doubts : NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode PCApply_BlockSA(PC pc, Vec b, Vec x)
 {
   PC_BlockSA *sa;
@@ -134,6 +202,7 @@ static PetscErrorCode PCReset_BlockSA(PC pc)
   for (Mat &P : sa->P) PetscCall(MatDestroy(&P));
   sa->op.clear();
   sa->P.clear();
+  PetscCall(MatDestroy(&sa->product));
   sa->smoother.clear();
   sa->levels = AinsworthLevels();
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -22,7 +22,8 @@ struct PC_BlockSA {
   AinsworthLevels  levels;
   std::vector<Mat> op, P; /* of each level, the finest first; the coarsest is AIJ */
   std::vector<KSP> smoother;
-  PetscBool        raised; /* the damped part of the spectrum was widened since set-up */
+  Mat              product; /* A for products, of the present levels; NULL: nobody asked for it */
+  PetscBool        raised;  /* the damped part of the spectrum was widened since set-up */
 
   /* what PCMG does */
   PetscErrorCode (*setup)(PC), (*apply)(PC, Vec, Vec), (*reset)(PC), (*destroy)(PC);
@@ -32,5 +33,12 @@ struct PC_BlockSA {
 PETSC_INTERN PetscErrorCode PCCreate_BlockSA(PC);
 PetscErrorCode              PCBlockSAGet(PC, PC_BlockSA **);
 PetscErrorCode              PCSetUp_BlockSA(PC);
+
+/* For PCAINSWORTH; PCs of other types have none of this, and nothing is done */
+PetscErrorCode PCBlockSAGetLevels(PC, AinsworthLevels *);
+PetscErrorCode PCBlockSASetLevels(PC, const AinsworthLevels &);
+PetscErrorCode PCBlockSAKeepProduct(PC);
+PetscErrorCode PCBlockSAGetProduct(PC, Mat *);
+PetscErrorCode PCBlockSAGetDoubts(PC, const char **);
 
 #endif

@@ -58,6 +58,7 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
              "PCSetCoordinates() was called with %" PetscInt_FMT " coordinates on this rank, the matrix has %" PetscInt_FMT " rows in blocks of %" PetscInt_FMT,
              (PetscInt)sa->coordinates.size(), n, bs);
   sa->levels = AinsworthLevels();
+  PetscCall(MatDestroy(&sa->product));
   PetscCall(AinsworthModesCreate(A, near, n, bs, sa->dim, sa->coordinates.data(), &modes));
   if (!modes.rotations)
     PetscCall(PetscInfo(pc, "Neither a near null space nor coordinates: with rigid-body modes (MatSetNearNullSpace(), PCSetCoordinates()) slender bodies "

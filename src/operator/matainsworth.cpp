@@ -47,6 +47,7 @@ PetscErrorCode MatAinsworthSetUp(Mat mat, Mat_Ainsworth **out)
   PetscCall(PetscObjectStateGet((PetscObject)ctx->C, &stateC));
   changedA = (PetscBool)(!ctx->current || stateA != ctx->stateA);
   changedC = (PetscBool)(!ctx->current || stateC != ctx->stateC);
+  if (changedA) PetscCall(MatDestroy(&ctx->product));
   if (!changedA && !changedC) {
     if (!ctx->B) PetscCall(PlacePenalty(ctx));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -75,6 +76,27 @@ PetscErrorCode MatAinsworthSetUp(Mat mat, Mat_Ainsworth **out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* y = A x */
+PetscErrorCode MatAinsworthMultA_Private(const Mat_Ainsworth *ctx, Vec x, Vec y)
+{
+  PetscFunctionBegin;
+  PetscCall(MatMult(ctx->product ? ctx->product : ctx->A, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What multiplies as A does, until A changes; NULL: A itself */
+PetscErrorCode MatAinsworthSetProduct_Private(Mat mat, Mat product)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  if (product) PetscCall(PetscObjectReference((PetscObject)product));
+  PetscCall(MatDestroy(&ctx->product));
+  ctx->product = product;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* y = C' B C x + Q' op(A) Q x, with op(A) = A or its adjoint: two solves with S */
 static PetscErrorCode MultOrAdjoint(Mat mat, PetscBool adjoint, Vec x, Vec y)
 {
@@ -86,7 +108,7 @@ static PetscErrorCode MultOrAdjoint(Mat mat, PetscBool adjoint, Vec x, Vec y)
   PetscCall(AinsworthProjectorMult(&ctx->proj, x, ctx->v));
   if (!ctx->withoutRange) PetscCall(VecPointwiseMult(ctx->bcx, ctx->B, ctx->proj.s));
   if (adjoint) PetscCall(MatMultHermitianTranspose(ctx->A, ctx->v, y));
-  else PetscCall(MatMult(ctx->A, ctx->v, y));
+  else PetscCall(MatAinsworthMultA_Private(ctx, ctx->v, y));
   PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, ctx->withoutRange ? NULL : ctx->bcx, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_MatMult, mat, x, y, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -151,6 +173,7 @@ static PetscErrorCode Reset(Mat_Ainsworth *ctx)
   PetscFunctionBegin;
   PetscCall(MatDestroy(&ctx->A));
   PetscCall(MatDestroy(&ctx->C));
+  PetscCall(MatDestroy(&ctx->product));
   PetscCall(VecDestroy(&ctx->weight));
   PetscCall(VecDestroy(&ctx->penalty));
   PetscCall(VecDestroy(&ctx->B));

@@ -7,6 +7,7 @@
 
 struct Mat_Ainsworth {
   Mat                    A, C;
+  Mat                    product; /* A in a form that multiplies faster; NULL: A itself */
   MatAinsworthWeightType weightType;
   Vec                    weight;      /* diagonal of W, length n; NULL for W = I */
   Vec                    penalty;     /* diagonal of B, length m, distributed as the rows of C */
@@ -29,6 +30,8 @@ PETSC_INTERN PetscErrorCode MatAinsworthSetUp(Mat, Mat_Ainsworth **);
 PETSC_INTERN PetscErrorCode MatAinsworthComputeRHS_Private(Mat, PetscBool, Vec, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthComputeMultiplier_Private(Mat, PetscBool, Vec, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthSetWithoutRange_Private(Mat, PetscBool);
+PETSC_INTERN PetscErrorCode MatAinsworthSetProduct_Private(Mat, Mat);
+PETSC_INTERN PetscErrorCode MatAinsworthMultA_Private(const Mat_Ainsworth *, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthGetDrift_Private(Mat, Vec, PetscReal *);
 
 #endif

@@ -1,4 +1,5 @@
 #include "pcainsworth.h"
+#include "../multigrid/blocksa.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
@@ -53,6 +54,27 @@ static PetscErrorCode ChoosesBoomerAMG(PC pc, PetscBool *boomer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Without block smoothed aggregation, or where it does not fit */
+static PCType OtherMultigrid()
+{
+#if defined(PETSC_HAVE_HYPRE)
+  return PCHYPRE;
+#else
+  return PCGAMG;
+#endif
+}
+
+/* Block smoothed aggregation where nodes have displacements; scalar problems and frames are BoomerAMG's (docs/multigrid.md) */
+static PetscErrorCode DefaultType(const PC_Ainsworth *data, PetscBool definite, PCType *type)
+{
+  PetscInt bs;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetBlockSize(data->saddle.A, &bs));
+  *type = definite && data->symmetric && data->pmat.penalty == PC_AINSWORTH_PENALTY_ROW && bs > 1 && bs < 6 ? PCBLOCKSA : OtherMultigrid();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Is the method one of conjugate gradients, so that the system is Hermitian and positive definite? */
 static PetscErrorCode ChoosesConjugateGradients(KSP ksp, PetscBool *definite)
 {
@@ -90,15 +112,16 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
   PetscCall(KSPGetPC(ksp, &inner));
   PetscCall(PetscObjectGetOptions((PetscObject)inner, &options));
   PetscCall(PCGetOptionsPrefix(inner, &prefix));
+  PetscCall(ChoosesConjugateGradients(ksp, &definite));
   if (!((PetscObject)inner)->type_name) {
-#if defined(PETSC_HAVE_HYPRE)
-    PetscCall(PCSetType(inner, PCHYPRE));
-#else
-    PetscCall(PCSetType(inner, PCGAMG));
-#endif
+    PCType type = NULL;
+
+    PetscCall(DefaultType(data, definite, &type));
+    PetscCall(PCSetType(inner, type));
+    PetscCall(PetscOptionsHasName(options, prefix, "-pc_type", &data->ownChoice));
+    data->ownChoice = (PetscBool) !(data->ownChoice && pc->setfromoptionscalled);
   }
   PetscCall(ChoosesBoomerAMG(inner, &boomer));
-  PetscCall(ChoosesConjugateGradients(ksp, &definite));
   for (size_t i = 0; i < nboomeramg && boomer; i++) {
     const char *value = DefaultValue(data, definite, i);
     char        bare[128];
@@ -124,18 +147,56 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
   if (!sideGiven && !normGiven && ksp->pc_side_set == PC_SIDE_DEFAULT && !ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] &&
       ksp->normsupporttable[KSP_NORM_UNPRECONDITIONED][PC_RIGHT])
     PetscCall(KSPSetPCSide(ksp, PC_RIGHT));
+  PetscCall(PCBlockSAKeepProduct(inner));
   data->configured = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCHYPRE takes a MATHYPRE as it is, and makes a copy of any other matrix */
-PetscErrorCode PCAinsworthWantsHypre(PC_Ainsworth *data, PetscBool *hypre)
+/* PCHYPRE takes a MATHYPRE as it is, and makes a copy of any other matrix; PCBLOCKSA wants A and the rest apart */
+PetscErrorCode PCAinsworthGetPmatFormat(PC_Ainsworth *data, AinsworthPmatFormat *format)
 {
-  PC inner;
+  PC        inner;
+  PetscBool hypre, blocksa;
 
   PetscFunctionBegin;
   PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, hypre));
+  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &hypre));
+  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCBLOCKSA, &blocksa));
+  *format = hypre ? AINSWORTH_PMAT_HYPRE : blocksa ? AINSWORTH_PMAT_SUM : AINSWORTH_PMAT_AIJ;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCBLOCKSA has the blocks of A: products with half of them stored take the place of those with the program's matrix */
+PetscErrorCode PCAinsworthUseProduct(PC_Ainsworth *data)
+{
+  PC  inner;
+  Mat product;
+
+  PetscFunctionBegin;
+  if (!data->symmetric) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCBlockSAGetProduct(inner, &product));
+  if (!product) PetscFunctionReturn(PETSC_SUCCESS);
+  if (data->constraints) PetscCall(MatAinsworthSetProduct_Private(data->S, product));
+  else PetscCall(KSPSetOperators(data->ksp, product, data->saddle.A));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where block smoothed aggregation was our choice and does not fit this matrix, another multigrid takes its place, and the set-up goes on from there */
+PetscErrorCode PCAinsworthFallBack(PC pc, PC_Ainsworth *data, PetscBool *again)
+{
+  PC          inner;
+  const char *doubts;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCBlockSAGetDoubts(inner, &doubts));
+  *again = (PetscBool)(doubts && doubts[0] && data->ownChoice);
+  if (!*again) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscInfo(pc, "%s: PC type %s takes the place of %s\n", doubts, OtherMultigrid(), PCBLOCKSA));
+  PetscCall(PCSetType(inner, OtherMultigrid()));
+  data->configured = PETSC_FALSE;
+  PetscCall(PCAinsworthConfigureKSP(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,14 +1,21 @@
 #include "pcainsworth.h"
+#include "../multigrid/blocksa.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
 static PetscErrorCode PCReset_Ainsworth(PC pc)
 {
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth   *data = (PC_Ainsworth *)pc->data;
+  PC              inner;
+  AinsworthLevels levels;
 
   PetscFunctionBegin;
+  /* the levels of A outlive the constraints: a program that changes their number has to reset its KSP */
   PetscCall(PCAinsworthReportReset(data));
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCBlockSAGetLevels(inner, &levels));
   PetscCall(KSPReset(data->ksp));
+  PetscCall(PCBlockSASetLevels(inner, levels));
   PetscCall(AinsworthSaddleReset(&data->saddle));
   PetscCall(MatDestroy(&data->S));
   PetscCall(MatDestroy(&data->M));

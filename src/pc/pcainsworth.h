@@ -34,6 +34,8 @@ struct PC_Ainsworth {
   /* the reduced solve */
   KSP       ksp;
   PetscBool configured; /* its defaults and options have been read */
+  AinsworthPmatFormat format; /* of M, by the type of its preconditioner */
+  PetscBool ownChoice;  /* neither options nor calls chose the type of its preconditioner */
   PetscBool projected;  /* its type gave way to KSPCG because there are no constraints */
   Vec       rhs;        /* f~ */
   Vec       residual;   /* C x - g, on the kept rows */
@@ -55,7 +57,9 @@ PETSC_INTERN PetscErrorCode      PCAinsworthSetStale(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthApplyVariant(PC_Ainsworth *, PCAinsworthVariant);
 PETSC_INTERN PetscErrorCode      PCAinsworthConfigureKSP(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetKSPOperators(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthWantsHypre(PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthGetPmatFormat(PC_Ainsworth *, AinsworthPmatFormat *);
+PETSC_INTERN PetscErrorCode      PCAinsworthUseProduct(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthFallBack(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);
 PETSC_INTERN PetscErrorCode      PCAinsworthViewLeftOut(PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCView_Ainsworth(PC, PetscViewer);

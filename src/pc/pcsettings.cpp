@@ -66,7 +66,7 @@ PetscReal PCAinsworthPenaltyFactor(const PC_Ainsworth *data)
   if (data->factor != (PetscReal)PETSC_DEFAULT) return data->factor;
   /* paper, section 3.3; measured, docs/method.md: without Q_* the penalty alone tells AMG of the constraints */
   if (data->pmat.penalty == PC_AINSWORTH_PENALTY_NORM) return 5.0;
-  return PCAinsworthPmatTypeInUse(data) == PC_AINSWORTH_PMAT_ID ? 10.0 : 0.5;
+  return PCAinsworthPmatTypeInUse(data) == PC_AINSWORTH_PMAT_ID ? (data->format == AINSWORTH_PMAT_SUM ? 2.0 : 10.0) : 0.5;
 }
 
 /*@

@@ -246,7 +246,9 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
   in.S               = ctx->proj.gram.S;
   in.weight          = ctx->weight;
   in.inverseDiagonal = data->weights;
-  PetscCall(PCAinsworthWantsHypre(data, &in.hypre));
+  in.given           = data->saddle.A;
+  PetscCall(PCAinsworthGetPmatFormat(data, &data->format));
+  in.format = data->format;
   PetscCall(MatGetBlockSize(data->saddle.A, &bs));
   if (data->pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(AinsworthPmatComponentsApart(in.C, bs, &data->componentsApart));
   options.type      = PCAinsworthPmatTypeInUse(data);
@@ -290,6 +292,24 @@ static PetscErrorCode CreateKeptVectors(PC pc, PC_Ainsworth *data)
   PetscCall(MatCreateVecs(data->saddle.C, NULL, &data->g));
   PetscCall(VecDuplicate(data->g, &data->lambda));
   if (data->saddle.count[AINSWORTH_ROW_PENALISED]) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The preconditioning matrix and the inner solver, a second time where the first choice of its preconditioner does not fit */
+static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth *ctx)
+{
+  PetscBool again = PETSC_TRUE;
+
+  PetscFunctionBegin;
+  while (again) {
+    PetscCall(MatDestroy(&data->M));
+    if (data->constraints) PetscCall(SetUpPmat(data, ctx));
+    PetscCall(PCAinsworthSetKSPOperators(data));
+    PetscCall(ForwardNullSpaces(data));
+    PetscCall(KSPSetUp(data->ksp));
+    PetscCall(PCAinsworthFallBack(pc, data, &again));
+  }
+  PetscCall(PCAinsworthUseProduct(data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -341,17 +361,14 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   }
   PetscCall(SetUpWeights(data, ctx));
   if (data->constraints) {
-    PetscCall(SetUpPmat(data, ctx));
     PetscCall(MatCreateVecs(data->saddle.C, NULL, &data->residual));
   } else {
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
     PetscCall(MatDestroy(&data->S));
   }
-  PetscCall(PCAinsworthSetKSPOperators(data));
-  PetscCall(ForwardNullSpaces(data));
   PetscCall(CreateKeptVectors(pc, data));
   if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->rhs));
-  PetscCall(KSPSetUp(data->ksp));
+  PetscCall(SetUpInner(pc, data, ctx));
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCGetFailedReason(inner, &reason));
   PetscCall(PCAinsworthAgreeOnFailure(pc, reason ? PC_SUBPC_ERROR : PC_NOERROR));

@@ -127,6 +127,42 @@ PetscErrorCode AddPenaltyTerm(const AinsworthPmatInputs *in, const AinsworthPmat
 }
 } // namespace
 
+/* A matrix of zeros with the layout of A */
+static PetscErrorCode CreateZero(Mat A, Mat *zero)
+{
+  PetscInt m, n, M, N, bs;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLocalSize(A, &m, &n));
+  PetscCall(MatGetSize(A, &M, &N));
+  PetscCall(MatGetBlockSize(A, &bs));
+  PetscCall(MatCreateAIJ(PetscObjectComm((PetscObject)A), m, n, M, N, 0, NULL, 0, NULL, zero));
+  PetscCall(MatSetBlockSize(*zero, bs));
+  PetscCall(MatAssemblyBegin(*zero, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(*zero, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A + (M_* - A), so that neither is copied; the surface part comes from terms that are added to nothing */
+static PetscErrorCode AssembleSum(const AinsworthPmatInputs *in, IS dofs, const std::vector<AinsworthTerm> &terms, Mat *pmat)
+{
+  AinsworthSum sum;
+  Mat          zero, part[2] = {in->given, NULL};
+  PetscInt     bs;
+
+  PetscFunctionBegin;
+  PetscCall(CreateZero(in->A, &zero));
+  PetscCall(sum.open(zero, dofs, terms));
+  PetscCall(AinsworthAssembleAIJ(&sum, &part[1]));
+  PetscCall(sum.close());
+  PetscCall(MatDestroy(&zero));
+  PetscCall(MatCreateComposite(PetscObjectComm((PetscObject)in->A), 2, part, pmat));
+  PetscCall(MatDestroy(&part[1]));
+  PetscCall(MatGetBlockSize(in->A, &bs));
+  PetscCall(MatSetBlockSize(*pmat, bs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* AinsworthPmatCreate - the preconditioning matrix M_* = C' B C + Q_*' A Q_*, n x n, and the penalty B it was made with, length m */
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Vec *penalty, Mat *pmat)
 {
@@ -144,10 +180,12 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscCall(AddPenaltyTerm(in, opt, surface, penalty, terms));
   PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
-  PetscCall(sum.open(in->A, surface.dofs, terms));
+  if (in->format == AINSWORTH_PMAT_SUM) PetscCall(AssembleSum(in, surface.dofs, terms, pmat));
+  else PetscCall(sum.open(in->A, surface.dofs, terms));
   for (AinsworthTerm &term : terms) PetscCall(MatDestroy(&term.E));
   PetscCall(surface.destroy());
-  PetscCall(in->hypre ? AinsworthAssembleHypre(&sum, pmat) : AinsworthAssembleAIJ(&sum, pmat));
+  if (in->format == AINSWORTH_PMAT_HYPRE) PetscCall(AinsworthAssembleHypre(&sum, pmat));
+  if (in->format == AINSWORTH_PMAT_AIJ) PetscCall(AinsworthAssembleAIJ(&sum, pmat));
   PetscCall(sum.close());
   PetscCall(PetscLogEventEnd(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
   if (opt->symmetric) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));

@@ -16,11 +16,19 @@ struct AinsworthPmatOptions {
   PetscBool              symmetric;  /* A = A' */
 };
 
+/* What the inner preconditioner takes */
+typedef enum {
+  AINSWORTH_PMAT_AIJ,
+  AINSWORTH_PMAT_HYPRE,
+  AINSWORTH_PMAT_SUM /* MATCOMPOSITE of A itself and M_* - A, which is not zero on the surface only */
+} AinsworthPmatFormat;
+
 struct AinsworthPmatInputs {
-  Mat       A, C, S;         /* AIJ; C without zero rows */
-  Vec       weight;          /* diagonal of W, NULL for W = I */
-  Vec       inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
-  PetscBool hypre;           /* as MATHYPRE, otherwise AIJ */
+  Mat                 A, C, S;         /* AIJ; C without zero rows */
+  Vec                 weight;          /* diagonal of W, NULL for W = I */
+  Vec                 inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
+  AinsworthPmatFormat format;
+  Mat                 given; /* A as the program gave it, for AINSWORTH_PMAT_SUM */
 };
 
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);
