@@ -1,8 +1,8 @@
 static char help[] = "Generated systems of many kinds, with constraints or without, solved by whatever solver the options choose.\n\n";
 
+#include "alone.h"
 #include "report.h"
 #include "scenes/scene.h"
-#include <petsctime.h>
 
 static PetscErrorCode Write(PetscObject object, const char prefix[], const char name[])
 {
@@ -32,62 +32,6 @@ static PetscErrorCode WriteSystem(const Scene &scene, Mat A, Mat C, Vec f, Vec g
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* To those preconditioners that take them; the others ignore them */
-static PetscErrorCode SetCoordinates(const Scene &scene, PC pc)
-{
-  std::vector<PetscReal> x;
-
-  PetscFunctionBeginUser;
-  for (PetscInt node : scene.owned) {
-    PetscReal position[3];
-
-    scene.Position(node, position);
-    x.insert(x.end(), position, position + scene.dim);
-  }
-  PetscCall(PCSetCoordinates(pc, scene.dim, (PetscInt)scene.owned.size(), x.data()));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Now(MPI_Comm comm, PetscLogDouble *seconds)
-{
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Barrier(comm));
-  PetscCall(PetscTime(seconds));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A x = f, without a saddle point around it: as PCAINSWORTH's own reduced solve has it, CG to 1e-8 in the natural norm, unless told otherwise */
-static PetscErrorCode SolveAlone(const Scene &scene, Mat A, Mat C, Vec f, PetscBool coordinates, SaddleSolution *solution)
-{
-  PetscLogDouble start, ready, end;
-  KSP            ksp;
-  PC             pc;
-
-  PetscFunctionBeginUser;
-  PetscCall(VecDuplicate(f, &solution->x));
-  PetscCall(MatCreateVecs(C, NULL, &solution->lambda));
-  PetscCall(KSPCreate(scene.comm, &ksp));
-  PetscCall(KSPSetOperators(ksp, A, A));
-  PetscCall(KSPSetType(ksp, KSPCG));
-  PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
-  PetscCall(KSPSetTolerances(ksp, 1e-8, 1e-300, PETSC_DEFAULT, 2000));
-  PetscCall(KSPSetFromOptions(ksp));
-  PetscCall(KSPGetPC(ksp, &pc));
-  if (coordinates) PetscCall(SetCoordinates(scene, pc));
-  PetscCall(Now(scene.comm, &start));
-  PetscCall(KSPSetUp(ksp));
-  PetscCall(PCSetUpOnBlocks(pc));
-  PetscCall(Now(scene.comm, &ready));
-  PetscCall(KSPSolve(ksp, f, solution->x));
-  PetscCall(Now(scene.comm, &end));
-  solution->setupSeconds = ready - start;
-  solution->solveSeconds = end - ready;
-  PetscCall(KSPGetConvergedReason(ksp, &solution->reason));
-  PetscCall(KSPGetIterationNumber(ksp, &solution->iterations));
-  PetscCall(KSPDestroy(&ksp));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* What the common line of the tutorials does not have */
 static PetscErrorCode ReportScene(const Scene &scene, Mat A, const SaddleSolution &solution, double assembly)
 {
@@ -109,16 +53,16 @@ int main(int argc, char **argv)
 {
   char           prefix[PETSC_MAX_PATH_LEN];
   PetscBool      write, verify = PETSC_FALSE, coordinates = PETSC_FALSE, solve = PETSC_TRUE;
-  PetscLogDouble start, end;
+  PetscReal      start, end;
   Scene          scene;
   SaddleSolution solution;
   bool           converged = true;
   Mat            A, C;
-  Vec            f, g;
+  Vec            f, g, X = NULL;
 
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
-  PetscCall(Now(PETSC_COMM_WORLD, &start));
+  PetscCall(AloneNow(PETSC_COMM_WORLD, &start));
   PetscCall(SceneCreate(PETSC_COMM_WORLD, &scene));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "What is done with the scene", NULL);
   PetscCall(PetscOptionsString("-write_system", "Write A, C, f, g and the coordinates X in PETSc's binary format to <prefix>_A.dat and so on", NULL, "", prefix,
@@ -129,12 +73,13 @@ int main(int argc, char **argv)
   PetscOptionsEnd();
   PetscCall(SceneAssembleConstraints(scene, &C, &g));
   PetscCall(SceneAssemble(scene, &A, &f));
-  PetscCall(Now(PETSC_COMM_WORLD, &end));
+  PetscCall(AloneNow(PETSC_COMM_WORLD, &end));
   if (verify) PetscCall(SceneVerify(scene, A, C, f, g));
   if (write) PetscCall(WriteSystem(scene, A, C, f, g, prefix));
   if (solve) {
+    if (coordinates) PetscCall(SceneGetCoordinates(scene, &X));
     if (scene.Constrained()) PetscCall(SaddleSolve(A, C, f, g, &solution));
-    else PetscCall(SolveAlone(scene, A, C, f, coordinates, &solution));
+    else PetscCall(AloneSolve(A, C, f, X, &solution));
     PetscCall(SceneVerifySolution(scene, solution.x));
     PetscCall(ReportScene(scene, A, solution, end - start));
     PetscCall(ReportSolution(A, C, f, g, solution));
@@ -145,6 +90,7 @@ int main(int argc, char **argv)
   PetscCall(MatDestroy(&C));
   PetscCall(VecDestroy(&f));
   PetscCall(VecDestroy(&g));
+  PetscCall(VecDestroy(&X));
   PetscCall(PetscFinalize());
   return converged ? 0 : 1;
 }
