@@ -50,6 +50,8 @@ static PetscErrorCode OptionsCheck(MPI_Comm comm, const SceneOptions &o)
   PetscCall(CheckInt(comm, "-n", o.n, 1));
   PetscCall(CheckInt(comm, "-n2", o.n2, 0));
   PetscCall(CheckInt(comm, "-unknowns", o.unknowns, 0));
+  PetscCheck(o.unknowns <= PETSC_MAX_INT / 16, comm, PETSC_ERR_ARG_OUTOFRANGE, "Option -unknowns is %" PetscInt_FMT ", it must be at most %" PetscInt_FMT,
+             o.unknowns, (PetscInt)(PETSC_MAX_INT / 16));
   PetscCall(CheckInt(comm, "-count", o.count, 1));
   PetscCall(CheckReal(comm, "-contrast", o.contrast, o.contrast > 0, "positive and finite"));
   PetscCall(CheckReal(comm, "-nu", o.nu, o.nu > -1 && o.nu < 0.5, "strictly between -1 and 0.5"));
