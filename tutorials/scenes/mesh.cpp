@@ -109,7 +109,9 @@ static bool Stiff(const Scene &s, const SceneBody &b, const PetscInt ijk[3])
 
   for (int d = 0; d < s.dim; d++) shortest = PetscMin(shortest, b.size[d]);
   for (int d = 0; d < s.dim; d++) {
-    const PetscReal many = PetscMax(1, std::round(b.size[d] / shortest * s.options.count)), period = b.size[d] / many;
+    const PetscReal wanted = PetscMax(1, std::round(b.size[d] / shortest * s.options.count));
+    /* soft cells between any two fibers */
+    const PetscReal many = s.options.inclusion == SCENE_FIBERS ? PetscMin(wanted, PetscMax(1, b.n[d] / 2)) : wanted, period = b.size[d] / many;
     const PetscReal middle = b.size[d] * ((ijk[d] + 0.5) / b.n[d]), which = std::floor(middle / period);
 
     least = PetscMin(least, period);
