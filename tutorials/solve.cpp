@@ -1,5 +1,7 @@
-static char help[] = "The saddle-point system [A C'; C 0][x; lambda] = [f; g] of four files, solved by whatever solver the options choose.\n\n";
+static char help
+  [] = "The saddle-point system [A C'; C 0][x; lambda] = [f; g] of four files, or A x = f of two (-alone), solved by whatever solver the options choose.\n\n";
 
+#include "alone.h"
 #include "report.h"
 #include "system.h"
 
@@ -7,7 +9,7 @@ int main(int argc, char **argv)
 {
   SaddleSolution solution;
   char           x[PETSC_MAX_PATH_LEN], lambda[PETSC_MAX_PATH_LEN];
-  PetscBool      given, hasX, hasLambda;
+  PetscBool      given, hasX, hasLambda, alone = PETSC_FALSE;
   bool           converged;
   Mat            A, C;
   Vec            f, g;
@@ -20,7 +22,11 @@ int main(int argc, char **argv)
   PetscOptionsEnd();
   PetscCall(SystemLoad(PETSC_COMM_WORLD, &given, &A, &C, &f, &g));
   PetscCheck(given, PETSC_COMM_WORLD, PETSC_ERR_USER_INPUT, "Option -A is missing: give the files of the system by -A, -C, -f and, unless it is zero, -g");
-  PetscCall(SaddleSolve(A, C, f, g, &solution));
+  PetscCall(PetscOptionsGetBool(NULL, NULL, "-alone", &alone, NULL));
+  if (alone) {
+    PetscCall(AloneSolve(A, C, f, NULL, &solution));
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "alone: iterations=%" PetscInt_FMT " reason=%s\n", solution.iterations, KSPConvergedReasons[solution.reason]));
+  } else PetscCall(SaddleSolve(A, C, f, g, &solution));
   if (hasX) PetscCall(FileSaveVec(x, solution.x));
   if (hasLambda) PetscCall(FileSaveVec(lambda, solution.lambda));
   PetscCall(ReportSolution(A, C, f, g, solution));

@@ -2,8 +2,8 @@
 #include "system.h"
 
 struct FileNames {
-  char      A[PETSC_MAX_PATH_LEN], C[PETSC_MAX_PATH_LEN], f[PETSC_MAX_PATH_LEN], g[PETSC_MAX_PATH_LEN];
-  PetscBool hasG;
+  char      A[PETSC_MAX_PATH_LEN], C[PETSC_MAX_PATH_LEN], f[PETSC_MAX_PATH_LEN], g[PETSC_MAX_PATH_LEN], X[PETSC_MAX_PATH_LEN];
+  PetscBool hasG, hasX, alone;
   PetscInt  blockSize; /* 0: not given */
 };
 
@@ -13,20 +13,25 @@ static PetscErrorCode FileNamesGet(MPI_Comm comm, FileNames *names, PetscBool *g
 
   PetscFunctionBeginUser;
   names->blockSize = 0;
+  names->alone     = PETSC_FALSE;
   PetscOptionsBegin(comm, NULL, "Saddle-point system from files (PETSc binary or Matrix Market, seen from each file)", NULL);
   PetscCall(PetscOptionsString("-A", "File of A, n x n", NULL, "", names->A, sizeof(names->A), &A));
   PetscCall(PetscOptionsString("-C", "File of the constraints C, m x n", NULL, "", names->C, sizeof(names->C), &C));
   PetscCall(PetscOptionsString("-f", "File of the right-hand side f, of length n", NULL, "", names->f, sizeof(names->f), &f));
   PetscCall(PetscOptionsString("-g", "File of the right-hand side g, of length m (default: zero)", NULL, "", names->g, sizeof(names->g), &names->hasG));
+  PetscCall(PetscOptionsString("-X", "File of the coordinates of the nodes, from which the rigid-body modes are attached to A", NULL, "", names->X,
+                               sizeof(names->X), &names->hasX));
+  PetscCall(PetscOptionsBool("-alone", "There are no constraints: neither -C nor -g is read", NULL, names->alone, &names->alone, NULL));
   PetscCall(PetscOptionsInt("-block_size", "Unknowns per node of A (default: as the file's .info says, else 1)", NULL, names->blockSize, &names->blockSize,
                             &blockSize));
   PetscOptionsEnd();
   *given = A || C || f ? PETSC_TRUE : PETSC_FALSE;
   if (!*given) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(A && C && f, comm, PETSC_ERR_USER_INPUT, "Option %s is missing: give the files of the system by -A, -C, -f and, unless it is zero, -g",
-             !A   ? "-A"
-             : !C ? "-C"
-                  : "-f");
+  PetscCheck(A && (C || names->alone) && f, comm, PETSC_ERR_USER_INPUT,
+             "Option %s is missing: give the files of the system by -A, -C, -f and, unless it is zero, -g",
+             !A                    ? "-A"
+             : !C && !names->alone ? "-C"
+                                   : "-f");
   PetscCheck(!blockSize || names->blockSize >= 1, comm, PETSC_ERR_ARG_OUTOFRANGE, "Option -block_size is %" PetscInt_FMT ", it must be at least 1",
              names->blockSize);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -72,6 +77,48 @@ static PetscErrorCode LoadC(Mat A, const FileNames &names, Mat *C)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Without rows */
+static PetscErrorCode CreateNone(Mat A, Mat *C)
+{
+  PetscInt n, bs;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  PetscCall(MatGetBlockSize(A, &bs));
+  PetscCall(MatCreate(PetscObjectComm((PetscObject)A), C));
+  PetscCall(MatSetSizes(*C, 0, n, PETSC_DETERMINE, PETSC_DETERMINE));
+  PetscCall(MatSetBlockSizes(*C, 1, bs));
+  PetscCall(MatSetType(*C, MATAIJ));
+  PetscCall(MatSetUp(*C));
+  PetscCall(MatAssemblyBegin(*C, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(*C, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* As many coordinates as A has unknowns: two or three a node */
+static PetscErrorCode AttachModes(Mat A, const char file[])
+{
+  MatNullSpace modes;
+  PetscInt     rows, bs;
+  FileInfo     info;
+  Vec          X;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateVecs(A, NULL, &X));
+  PetscCall(MatGetSize(A, &rows, NULL));
+  PetscCall(MatGetBlockSize(A, &bs));
+  PetscCall(FileGetInfo(PetscObjectComm((PetscObject)A), file, PETSC_TRUE, &info));
+  PetscCheck(info.rows == rows, PetscObjectComm((PetscObject)A), PETSC_ERR_ARG_SIZ,
+             "X in file %s has %" PetscInt_FMT " entries, A has %" PetscInt_FMT " rows: they must agree", file, info.rows, rows);
+  PetscCall(VecSetBlockSize(X, bs));
+  PetscCall(FileLoadVec(file, info, X));
+  PetscCall(MatNullSpaceCreateRigidBody(X, &modes));
+  PetscCall(MatSetNearNullSpace(A, modes));
+  PetscCall(MatNullSpaceDestroy(&modes));
+  PetscCall(VecDestroy(&X));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Spread as the rows of M; zero without a file */
 static PetscErrorCode LoadRhs(Mat M, const char matrix[], const char matrixFile[], const char name[], const char file[], Vec *v)
 {
@@ -100,8 +147,10 @@ PetscErrorCode SystemLoad(MPI_Comm comm, PetscBool *given, Mat *A, Mat *C, Vec *
   PetscCall(FileNamesGet(comm, &names, given));
   if (!*given) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(LoadA(comm, names, A));
-  PetscCall(LoadC(*A, names, C));
+  if (names.hasX) PetscCall(AttachModes(*A, names.X));
+  if (names.alone) PetscCall(CreateNone(*A, C));
+  else PetscCall(LoadC(*A, names, C));
   PetscCall(LoadRhs(*A, "A", names.A, "f", names.f, f));
-  PetscCall(LoadRhs(*C, "C", names.C, "g", names.hasG ? names.g : NULL, g));
+  PetscCall(LoadRhs(*C, "C", names.C, "g", names.hasG && !names.alone ? names.g : NULL, g));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

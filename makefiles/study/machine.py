@@ -3,6 +3,7 @@ import ctypes
 import os
 import re
 import resource
+import signal
 import subprocess
 import sys
 import tempfile
@@ -11,14 +12,14 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 BUILD = os.path.abspath(os.environ.get("AINSWORTH_BUILD") or os.path.join(ROOT, "build"))
 PEAK = os.path.join(os.path.dirname(os.path.abspath(__file__)), "peak.py")
 PLUGIN = os.path.join(BUILD, "libainsworth.so")
-TWOCUBES = os.path.join(BUILD, "tutorials", "twocubes")
+TWOCUBES, SCENES, SOLVE = (os.path.join(BUILD, "tutorials", name) for name in ("twocubes", "scenes", "solve"))
 ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1")
 DEFAULTS = "-ksp_type preonly -pc_type ainsworth"
 
 
 def require(*modules):
     """Ends the program with one line unless the build and these Python modules are there."""
-    for path in (PLUGIN, TWOCUBES):
+    for path in (PLUGIN, TWOCUBES, SCENES, SOLVE):
         if not os.path.exists(path):
             sys.exit("%s is missing: run sh makefiles/build.sh first, or say AINSWORTH_BUILD=<folder>" % path)
     packages = {"petsc4py": "python3-petsc4py", "numpy": "python3-numpy", "scipy": "python3-scipy", "matplotlib": "python3-matplotlib"}
@@ -50,30 +51,49 @@ def processor_seconds():
     return usage.ru_utime + usage.ru_stime
 
 
-def run(options, ranks=1, limit=600, peak=False):
-    """twocubes with the plugin: iterations, reason, seconds and residuals, in strings and numbers; 'processor' are seconds of the whole program.
+def output(command, limit):
+    """What it prints; at the limit the launcher is told to end, so that it ends its ranks."""
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=ENVIRONMENT)
+    try:
+        return process.communicate(timeout=limit)[0]
+    except subprocess.TimeoutExpired:
+        process.send_signal(signal.SIGTERM)
+        try:
+            process.communicate(timeout=20)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+        raise
+
+
+def run(options, ranks=1, limit=600, peak=False, program=TWOCUBES, defaults=DEFAULTS + " -ainsworth_ksp_converged_reason"):
+    """A tutorial, twocubes, with the plugin: iterations, reason, seconds and residuals, in strings and numbers; 'processor' are seconds of the whole program.
 
     peak: also the sum over the ranks of the most memory that each had [MiB]."""
-    command = launcher(ranks) + ([sys.executable, PEAK] if peak else []) + [TWOCUBES, "-dll_append", PLUGIN] + (DEFAULTS + " -ainsworth_ksp_converged_reason " + options).split()
+    command = launcher(ranks) + ([sys.executable, PEAK] if peak else []) + [program, "-dll_append", PLUGIN] + (defaults + " " + options).split()
     answer = {"iterations": None, "reason": "no answer", "setup": None, "solve": None, "constraint": None, "primal": None, "unknowns": None, "constraints": None}
     before = processor_seconds()
     try:
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=limit, env=ENVIRONMENT)
+        text = output(command, limit)
     except subprocess.TimeoutExpired:
         return dict(answer, reason="time limit of %d s" % limit, output="")
-    answer["output"], answer["processor"] = done.stdout, processor_seconds() - before
-    found = re.search(r"Linear ainsworth_ solve (?:converged|did not converge) due to (\w+) iterations (\d+)", done.stdout)
+    answer["output"], answer["processor"] = text, processor_seconds() - before
+    found = re.search(r"Linear ainsworth_ solve (?:converged|did not converge) due to (\w+) iterations (\d+)", text)
     if found:
         answer["reason"], answer["iterations"] = found.group(1), int(found.group(2))
-    found = re.search(r"unknowns=(\d+) constraints=(\d+) setup_s=(\S+) solve_s=(\S+) primal_residual=(\S+) constraint_residual=(\S+)", done.stdout)
+    else:
+        found = re.search(r"^(?:scene|alone): .*\biterations=(\d+) reason=(\w+)$", text, re.MULTILINE)
+        if found:
+            answer["reason"], answer["iterations"] = found.group(2), int(found.group(1))
+    found = re.search(r"unknowns=(\d+) constraints=(\d+) setup_s=(\S+) solve_s=(\S+) primal_residual=(\S+) constraint_residual=(\S+)", text)
     if found:
         answer["unknowns"], answer["constraints"] = int(found.group(1)), int(found.group(2))
-        for name, text in zip(("setup", "solve", "primal", "constraint"), found.groups()[2:]):
-            answer[name] = float(text)
+        for name, number in zip(("setup", "solve", "primal", "constraint"), found.groups()[2:]):
+            answer[name] = float(number)
     if peak:
-        answer["peak"] = sum(int(kib) for kib in re.findall(r"^peak: (\d+)$", done.stdout, re.MULTILINE)) / 1024
-    if not found and "PETSC ERROR" in done.stdout:
-        errors = [line.split("PETSC ERROR:", 1)[1].strip() for line in done.stdout.splitlines() if "PETSC ERROR:" in line]
+        answer["peak"] = sum(int(kib) for kib in re.findall(r"^peak: (\d+)$", text, re.MULTILINE)) / 1024
+    if not found and "PETSC ERROR" in text:
+        errors = [line.split("PETSC ERROR:", 1)[1].strip() for line in text.splitlines() if "PETSC ERROR:" in line]
         errors = [line for line in errors if line and not line.startswith("---")][:2] + ["?"]  # the kind of error, then the message, if any
         answer["reason"] = "error: " + errors[0 if errors[1].startswith(("See ", "?")) else 1]
     return answer
