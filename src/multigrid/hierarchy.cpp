@@ -310,7 +310,7 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, AinsworthModes &&n
     const PetscInt unknowns = grid.nodes->N * grid.bs;
     if (unknowns <= options.coarseSize || (PetscInt)grids.size() == options.levels) break;
     PetscCall(PetscLogEventBegin(AINSWORTH_Aggregate, A, 0, 0, 0));
-    PetscCall(AinsworthAggregate(X, options.threshold, &aggregates));
+    PetscCall(AinsworthAggregate(X, options.threshold, near.k, &aggregates));
     PetscCall(PetscLogEventEnd(AINSWORTH_Aggregate, A, 0, 0, 0));
     PetscCall(chooseLayout(grid, aggregates.count, options.nodesOfRank, &nodes));
     PetscMPIInt ranks = 0;
