@@ -85,8 +85,12 @@ static const char *const openEvents[] = {"MatCholFctrNum", "PCSetUp", "KSPSetUp"
 static PetscErrorCode GetDepth(const char name[], PetscLogEvent *event, int *depth)
 {
   PetscEventPerfInfo info;
+  PetscBool          active;
 
   PetscFunctionBegin;
+  *depth = 0;
+  PetscCall(PetscLogIsActive(&active));
+  if (!active) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscLogEventGetId(name, event));
   PetscCall(PetscLogEventGetPerfInfo(PETSC_DETERMINE, *event, &info));
   *depth = info.depth;

@@ -267,11 +267,13 @@ PetscErrorCode AinsworthGramView(AinsworthGram *gram, PetscViewer viewer)
   const AinsworthPlacement &p    = gram->placement;
   MPI_Comm                  comm = PetscObjectComm((PetscObject)gram->S), own = MPI_COMM_NULL;
   PetscMPIInt               rank, first;
+  PetscReal                 most;
   PetscViewer               sub;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  first = p.sizes.size() ? rank : PETSC_MPI_INT_MAX;
+  PetscCall(MPIU_Allreduce(&gram->factor.operations, &most, 1, MPIU_REAL, MPIU_MAX, comm));
+  first = p.sizes.size() && gram->factor.operations == most ? rank : PETSC_MPI_INT_MAX; /* the first of those that work most */
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm));
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "Gram matrix S = C W C': %" PetscInt_FMT " connected piece%s, the largest of %" PetscInt_FMT " row%s, on %" PetscInt_FMT " rank%s%s\n", p.pieces,
