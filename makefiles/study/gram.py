@@ -16,6 +16,8 @@ PACKAGES = {
     "CHOLMOD": GRAM + "cholmod",
     "MUMPS": GRAM + "mumps",
 }
+# Open MPI's ranks that wait leave the core to the others
+ENVIRONMENT = dict(machine.ENVIRONMENT, OMPI_MCA_mpi_yield_when_idle="1", OMPI_MCA_hwloc_base_binding_policy="none")
 KEY = ("experiment", "surface", "asked", "ranks", "rows_per_rank", "solver")
 ROWS = {"packages": [10000, 30000, 100000, 300000, 1000000], "ranks": [100000]}
 
@@ -25,7 +27,7 @@ def run(options, ranks, limit=900):
         log = os.path.join(folder, "log.csv")
         command = machine.launcher(ranks) + [SOLVE, "-dll_append", machine.PLUGIN] + options.split() + ["-log_view", ":%s:ascii_csv" % log]
         try:
-            done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=limit, env=machine.ENVIRONMENT)
+            done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=limit, env=ENVIRONMENT)
         except subprocess.TimeoutExpired:
             return {"reason": "time limit of %d s" % limit}
         events = logview.read(log) if os.path.exists(log) else {}

@@ -283,11 +283,11 @@ PetscErrorCode PCAinsworthGetFrameType(PC pc, PCAinsworthFrameType *type)
 
    Input Parameters:
 +  pc   - the preconditioner
--  rows - positive; connected pieces of the Gram matrix with more than 32 rows, m rows together, are solved with on ceil(m / rows) ranks;
-          100000 by default (paper, section 5.2)
+-  rows - positive; connected pieces of the Gram matrix with more than 32 rows, m rows together, are solved with on ceil(m / rows) ranks,
+          whole unless one has more than four times as many rows; 25000 by default
 
    Options Database Key:
-.  -pc_ainsworth_rows_per_rank <100000> - the rows per rank
+.  -pc_ainsworth_rows_per_rank <25000> - the rows per rank
 
    Level: advanced
 

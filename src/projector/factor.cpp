@@ -79,21 +79,20 @@ static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, Pet
   return code;
 }
 
-/* Events that an error in a set-up leaves open, from the inside out, and how deep each is nested now */
-static const char *const openEvents[] = {"MatCholFctrNum", "PCSetUp", "KSPSetUp"};
-
-static PetscErrorCode GetDepth(const char name[], PetscLogEvent *event, int *depth)
+/* Switches the current stage of the log off, if it is on, and with `on` on again: an error leaves events open, which no logger forgives */
+static PetscErrorCode SwitchLog(bool on, PetscBool *off)
 {
-  PetscEventPerfInfo info;
-  PetscBool          active;
-
   PetscFunctionBegin;
-  *depth = 0;
+#if defined(PETSC_USE_LOG)
+  PetscBool     active;
+  PetscLogStage stage;
+
   PetscCall(PetscLogIsActive(&active));
   if (!active) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscLogEventGetId(name, event));
-  PetscCall(PetscLogEventGetPerfInfo(PETSC_DETERMINE, *event, &info));
-  *depth = info.depth;
+  PetscCall(AinsworthLogGetStage(&stage));
+  if (!on) PetscCall(PetscLogStageGetActive(stage, off));
+  if (*off) PetscCall(PetscLogStageSetActive(stage, on ? PETSC_TRUE : PETSC_FALSE));
+#endif
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -115,23 +114,25 @@ static PetscErrorCode SetUpCholmod(AinsworthFactor *factor, KSP ksp)
 {
   std::string    message, quiet;
   PetscErrorCode code;
-  PetscLogEvent  event;
-  int            depth[3], now;
+  PetscBool      off = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(Quiet(ksp, &quiet));
   if (!quiet.empty()) PetscCall(PetscOptionsSetValue(NULL, quiet.c_str(), "0"));
-  for (int i = 0; i < 3; i++) PetscCall(GetDepth(openEvents[i], &event, &depth[i]));
+  PetscCall(SwitchLog(false, &off));
+#if defined(PETSC_USE_DEBUG)
+  const PetscStack stack = petscstack; /* which an error leaves as deep as it was */
+#endif
   PetscCall(PetscPushErrorHandler(KeepMessage, &message));
   code = KSPSetUp(ksp);
+#if defined(PETSC_USE_DEBUG)
+  petscstack = stack;
+#endif
   PetscCall(PetscPopErrorHandler());
+  PetscCall(SwitchLog(true, &off));
   if (!quiet.empty()) PetscCall(PetscOptionsClearValue(NULL, quiet.c_str()));
   if (code == PETSC_SUCCESS) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(code == PETSC_ERR_MAT_CH_ZRPVT, PetscObjectComm((PetscObject)ksp), code, "%s", message.c_str());
-  for (int i = 0; i < 3; i++) {
-    PetscCall(GetDepth(openEvents[i], &event, &now));
-    for (; now > depth[i]; now--) PetscCall(PetscLogEventEnd(event, ksp, 0, 0, 0));
-  }
   PetscCall(PetscInfo(ksp, "The Gram matrix is not factored: %s\n", message.c_str()));
   factor->failed = PC_FACTOR_NUMERIC_ZEROPIVOT;
   PetscCall(KSPReset(ksp));

@@ -163,7 +163,7 @@ int main(int argc, char **argv)
   PetscCall(SetUp(sys, "-pc_ainsworth_pmat jcb", PETSC_ERR_LIB, {"HYPRE_IJMatrixSetMaxOffProcElmts"}));
 #endif
   if (size > 1)
-    PetscCall(SetUp(sys, "-ainsworth_pc_type jacobi -pc_ainsworth_rows_per_rank 2", PETSC_ERR_LIB, {"METIS returned -3 for the graph of the Gram matrix"}));
+    PetscCall(SetUp(sys, "-ainsworth_pc_type jacobi -pc_ainsworth_rows_per_rank 1", PETSC_ERR_LIB, {"METIS returned -3 for the graph of the Gram matrix"}));
   PetscCall(Doubled(sys));
   PetscCall(NotFactored());
 

@@ -40,7 +40,7 @@ static const std::vector<Choice> choices = {
   {"row_scaling 0",             PETSC_TRUE,                    PETSC_FALSE,                    Value<PetscBool,                PCAinsworthGetRowScaling>,            [](PC pc) { return PCAinsworthSetRowScaling(pc, PETSC_FALSE); }},
   {"frame none",                PC_AINSWORTH_FRAME_AUTO,       PC_AINSWORTH_FRAME_NONE,        Value<PCAinsworthFrameType,     PCAinsworthGetFrameType>,
    [](PC pc) { return PCAinsworthSetFrameType(pc, PC_AINSWORTH_FRAME_NONE); }                                                                                                                                                       },
-  {"rows_per_rank 2",           100000,                        2,                              Value<PetscInt,                 PCAinsworthGetRowsPerRank>,           [](PC pc) { return PCAinsworthSetRowsPerRank(pc, 2); }         },
+  {"rows_per_rank 2",           25000,                         2,                              Value<PetscInt,                 PCAinsworthGetRowsPerRank>,           [](PC pc) { return PCAinsworthSetRowsPerRank(pc, 2); }         },
   {"redundant error",           PC_AINSWORTH_REDUNDANT_DROP,   PC_AINSWORTH_REDUNDANT_ERROR,   Value<PCAinsworthRedundantType, PCAinsworthGetRedundantType>,
    [](PC pc) { return PCAinsworthSetRedundantType(pc, PC_AINSWORTH_REDUNDANT_ERROR); }                                                                                                                                              },
   {"check_transpose",           PETSC_FALSE,                   PETSC_TRUE,                     Value<PetscBool,                PCAinsworthGetCheckTranspose>,

@@ -309,7 +309,7 @@ int main(int argc, char **argv)
   {
     Options options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_pmat jcb");
     PetscCall(Patterns("-ainsworth_gram_pc_type lu"));
-    PetscCall(Patterns("-pc_ainsworth_rows_per_rank 2 -ainsworth_gram_pc_type redundant")); /* pieces are split */
+    PetscCall(Patterns("-pc_ainsworth_rows_per_rank 1 -ainsworth_gram_pc_type redundant")); /* pieces are split */
   }
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());
