@@ -2,8 +2,11 @@
 #include "symbolic.h"
 #include <string>
 
-/* The package for many operations, and how many those are: below, PETSc's own factorisation and its solves take less time (docs/gram.md) */
-#if defined(PETSC_HAVE_SUITESPARSE)
+/*
+   The package for many operations, and how many those are: below, PETSc's own factorisation and its solves take less time (docs/gram.md). In complex
+   arithmetic, solves with CHOLMOD's factor of a Hermitian matrix are wrong (PETSc 3.18.5)
+*/
+#if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
 static const char *const supernodal = MATSOLVERCHOLMOD;
 static const PetscReal   many       = 1e8;
 #elif defined(PETSC_HAVE_MUMPS)
@@ -60,9 +63,6 @@ PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, KSP ksp)
     PetscCall(AinsworthFactorOperations(M, ordering, &factor->operations));
     factor->package = factor->operations < many ? MATSOLVERPETSC : supernodal;
     if (factor->operations < many) PetscCall(PCFactorSetMatOrderingType(pc, ordering));
-#if defined(PETSC_HAVE_SUITESPARSE)
-    else PetscCall(PCSetType(pc, PCCHOLESKY)); /* of Hermitian matrices as well */
-#endif
   }
 #if defined(PETSC_HAVE_MUMPS)
   else

@@ -202,7 +202,7 @@ static PetscErrorCode CheckMended(bool uneven)
 static const char *const packages[] = {
   "",
   FACTORIZATION "petsc",
-#if defined(PETSC_HAVE_SUITESPARSE)
+#if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
   "-ainsworth_gram_pc_type cholesky -ainsworth_gram_pc_factor_mat_solver_type cholmod",
 #endif
 #if defined(PETSC_HAVE_MUMPS)

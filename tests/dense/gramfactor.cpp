@@ -10,7 +10,7 @@ static std::vector<std::string> Packages()
   const std::string        usual    = PetscDefined(USE_COMPLEX) ? "-ainsworth_gram_pc_type lu -ainsworth_gram_pc_factor_mat_solver_type " : cholesky;
   std::vector<std::string> all      = {"", usual + "petsc"};
 
-#if defined(PETSC_HAVE_SUITESPARSE)
+#if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
   all.push_back(cholesky + "cholmod");
 #endif
 #if defined(PETSC_HAVE_MUMPS)
@@ -124,7 +124,7 @@ static PetscErrorCode ManyOperations(bool dependent, int rows)
   }
   PetscCall(ViewText(run.ksp, text));
   PetscCall(CheckTrue("dependent rows in the view", (text.find("1 dependent row") != std::string::npos) == dependent));
-#if defined(PETSC_HAVE_SUITESPARSE)
+#if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
   if (size == 1 || rows > m)
     PetscCall(CheckText("view", text, {"factored by cholmod, for 1.5e+08 operations predicted", "package used to perform factorization: cholmod"}));
 #endif
