@@ -360,8 +360,8 @@ PetscErrorCode Collect(const Labels &labels, const std::vector<PetscInt> &target
 }
 } // namespace
 
-/* A piece is cut where it has more than so many times the rows of a rank: solves that ranks share take longer than those of one (docs/gram.md) */
-static const PetscReal cutAbove = 4.0;
+/* A piece is cut where it has more than so many times the rows of a rank: solves that ranks share take several times as long (docs/gram.md) */
+static const PetscReal cutAbove = 16.0;
 
 /*
    AinsworthPlacementCreate - decides which rank solves for which row of S = C W C'

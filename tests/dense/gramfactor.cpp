@@ -166,7 +166,7 @@ int main(int argc, char **argv)
     for (bool crossed : {false, true}) PetscCall(Scaled(package, crossed));
   PetscCall(FewOperations());
   for (bool dependent : {false, true})
-    for (int rows : {25000, 100}) PetscCall(ManyOperations(dependent, rows));
+    for (int rows : {25000, 40}) PetscCall(ManyOperations(dependent, rows));
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());
   return exitcode;
