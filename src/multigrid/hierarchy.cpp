@@ -335,6 +335,11 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, AinsworthModes &&n
     X.cols      = std::move(coarse.cols);
     coarse.cols = AinsworthColumns();
   }
+  if (grids.size() == 1 && grids[0].single) { /* it is factored */
+    grids[0].upper  = TakeUpper<PetscScalar>(X.rows, NULL);
+    grids[0].single = NULL;
+    grids[0].w      = NULL;
+  }
   PetscCall(X.cols.destroy());
   if (!doubts[0] && complexity() > tooComplex)
     PetscCall(PetscSNPrintf(doubts, sizeof(doubts), "all levels together have %.3g times the entries of the finest", (double)complexity()));

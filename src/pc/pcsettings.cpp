@@ -222,11 +222,11 @@ PetscErrorCode PCAinsworthSetWeight(PC pc, Vec weight)
 
    Input Parameters:
 +  pc   - the preconditioner
--  rows - positive; connected pieces of the Gram matrix with more than 32 rows, m rows together, are solved with on ceil(m / rows) ranks;
-          100000 by default (paper, section 5.2)
+-  rows - positive; connected pieces of the Gram matrix with more than 32 rows, m rows together, are solved with on ceil(m / rows) ranks,
+          whole unless one has more than 16 times as many rows; 25000 by default
 
    Options Database Key:
-.  -pc_ainsworth_rows_per_rank <100000> - the rows per rank
+.  -pc_ainsworth_rows_per_rank <25000> - the rows per rank
 
    Level: advanced
 
