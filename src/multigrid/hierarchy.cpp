@@ -49,7 +49,7 @@ static void ReadDiagonal(AinsworthBlockMat &A, AinsworthGrid &grid, PetscReal *j
   for (PetscInt i = 0; i < rows.n; i++)
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++) {
       const PetscInt j = rows.j[k];
-      if (j < rows.n && j != i && std::any_of(rows.block(k), rows.block(k + 1), [](PetscScalar v) { return v != 0.0; }))
+      if (j < rows.n && size[i] > *jump * size[j] && std::any_of(rows.block(k), rows.block(k + 1), [](PetscScalar v) { return v != 0.0; }))
         *jump = PetscMax(*jump, size[i] / size[j]);
     }
 }

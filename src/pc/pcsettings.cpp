@@ -57,8 +57,7 @@ PetscErrorCode PCAinsworthApplyVariant(PC_Ainsworth *data, PCAinsworthVariant va
 /* The type itself, or what auto came to at the last set-up; before, jcb */
 PCAinsworthPmatType PCAinsworthPmatTypeInUse(const PC_Ainsworth *data)
 {
-  if (data->pmat.type != PC_AINSWORTH_PMAT_AUTO) return data->pmat.type;
-  return data->componentsApart && data->pmat.penalty == PC_AINSWORTH_PENALTY_ROW ? PC_AINSWORTH_PMAT_ID : PC_AINSWORTH_PMAT_JCB;
+  return data->pmat.type == PC_AINSWORTH_PMAT_AUTO ? data->autoType : data->pmat.type;
 }
 
 PetscReal PCAinsworthPenaltyFactor(const PC_Ainsworth *data)
