@@ -182,6 +182,9 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
   PetscCall(
     PetscViewerASCIIPrintf(viewer, "    modes: %s%s\n", h.modes,
                            h.rotations ? "" : "; rigid-body modes (MatSetNearNullSpace(), PCSetCoordinates()) would be 2 to 5 times faster on slender bodies"));
+  if (h.unfit)
+    PetscCall(PetscViewerASCIIPrintf(
+      viewer, "    left out: %" PetscInt_FMT " modes that the matrix does not take to zero: are these the coordinates of its nodes?\n", h.unfit));
   PetscCall(PetscViewerASCIIPrintf(viewer, "    finest level in %s precision%s; operator complexity %.3g\n", h.single() ? "single" : "double",
                                    sa->options.single && !h.single() ? ", as its values jump too far or it is the only one" : "", (double)h.complexity()));
   for (const AinsworthGrid &grid : h.grids)

@@ -26,9 +26,11 @@ struct AinsworthModes {
   PetscInt                 k = 0;
   std::vector<PetscScalar> values;
   const char              *source    = "";
+  PetscInt                 unfit     = 0;    /* of those that were given, left out */
   bool                     rotations = true; /* false: nothing but translations, though there is more than one component */
 };
 
 PetscErrorCode AinsworthModesCreate(Mat, MatNullSpace, PetscInt, PetscInt, PetscInt, const PetscReal[], AinsworthModes *);
+PetscErrorCode AinsworthModesFit(const AinsworthBlockMat &, AinsworthModes *);
 
 #endif

@@ -23,35 +23,41 @@ PetscReal AinsworthHierarchy::complexity() const
   return grids.size() && grids[0].blocks ? entries / ((PetscReal)grids[0].blocks * grids[0].bs * grids[0].bs) : 1.0;
 }
 
-/* Diagonals; those that are not positive, of unknowns that no mode reaches, become positive in the matrix as well. Quotients of neighbors */
-static void ReadDiagonal(AinsworthBlockMat &A, AinsworthGrid &grid, PetscReal *jump)
+/* Diagonals, made positive where they are zero. coarse: so they are in the matrix then, whose unknowns that no mode reaches have rows of zeros */
+static void ReadDiagonal(AinsworthBlockRows &rows, bool coarse, std::vector<PetscReal> *diagonal)
 {
-  AinsworthBlockRows    &rows = A.rows;
-  std::vector<PetscReal> size(rows.n, 0.0);
-  const PetscInt         bs   = rows.br;
-  PetscReal              mean = 0.0;
+  const PetscInt bs   = rows.br;
+  PetscReal      mean = 0.0;
 
-  grid.diagonal.assign((size_t)rows.n * bs, 0.0);
+  diagonal->assign((size_t)rows.n * bs, 0.0);
   for (PetscInt i = 0; i < rows.n; i++)
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
       if (rows.j[k] == i)
-        for (PetscInt c = 0; c < bs; c++) mean += (grid.diagonal[i * bs + c] = PetscAbsScalar(rows.block(k)[c * bs + c]));
-  mean = grid.diagonal.size() && mean > 0.0 ? mean / (PetscReal)grid.diagonal.size() : 1.0;
-  for (PetscInt i = 0; i < rows.n; i++)
+        for (PetscInt c = 0; c < bs; c++) mean += ((*diagonal)[i * bs + c] = PetscAbsScalar(rows.block(k)[c * bs + c]));
+  mean = mean > 0.0 ? mean / (PetscReal)diagonal->size() : 1.0;
+  for (PetscInt i = 0; i < rows.n && coarse; i++)
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
       if (rows.j[k] == i)
         for (PetscInt c = 0; c < bs; c++)
-          if (grid.diagonal[i * bs + c] == 0.0) rows.block(k)[c * bs + c] = grid.diagonal[i * bs + c] = mean;
-  for (PetscReal &d : grid.diagonal)
-    if (d == 0.0) d = mean; /* a row without an entry */
-  for (PetscInt i = 0; i < rows.n; i++)
-    for (PetscInt c = 0; c < bs; c++) size[i] = PetscMax(size[i], grid.diagonal[i * bs + c]);
+          if ((*diagonal)[i * bs + c] == 0.0) rows.block(k)[c * bs + c] = mean;
+  for (PetscReal &d : *diagonal)
+    if (d == 0.0) d = mean;
+}
+
+/* The largest quotient of the diagonals of two nodes of this rank that the matrix couples */
+static PetscReal LargestJump(const AinsworthBlockRows &rows, const std::vector<PetscReal> &diagonal)
+{
+  std::vector<PetscReal> size(rows.n, 0.0);
+  PetscReal              jump = 1.0;
+
+  for (PetscInt i = 0; i < rows.n; i++) size[i] = *std::max_element(diagonal.begin() + i * rows.br, diagonal.begin() + (i + 1) * rows.br);
   for (PetscInt i = 0; i < rows.n; i++)
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++) {
       const PetscInt j = rows.j[k];
-      if (j < rows.n && size[i] > *jump * size[j] && std::any_of(rows.block(k), rows.block(k + 1), [](PetscScalar v) { return v != 0.0; }))
-        *jump = PetscMax(*jump, size[i] / size[j]);
+      if (j < rows.n && size[i] > jump * size[j] && std::any_of(rows.block(k), rows.block(k + 1), [](PetscScalar v) { return v != 0.0; }))
+        jump = size[i] / size[j];
     }
+  return jump;
 }
 
 /* The upper half of the blocks between owned nodes, times diagonal scalings where w is given */
@@ -124,18 +130,20 @@ PetscErrorCode AinsworthHierarchy::store(AinsworthBlockMat &A, const AinsworthHi
 {
   AinsworthGrid &grid     = grids.back();
   const bool     finest   = grids.size() == 1;
-  PetscReal      quotient = 1.0;
   PetscInt64     count[2] = {(PetscInt64)A.rows.j.size(), A.rows.n > 0};
   MPI_Comm       comm     = A.cols.layout->comm;
 
   PetscFunctionBegin;
   grid.bs = A.rows.br;
   PetscCall(PetscLayoutReference(A.cols.layout, &grid.nodes));
-  ReadDiagonal(A, grid, &quotient);
+  ReadDiagonal(A.rows, !finest, &grid.diagonal);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT64, MPI_SUM, comm));
   grid.blocks = count[0];
   grid.ranks  = (PetscMPIInt)count[1];
-  if (finest) PetscCall(MPIU_Allreduce(&quotient, &jump, 1, MPIU_REAL, MPIU_MAX, comm));
+  if (finest) {
+    const PetscReal quotient = LargestJump(A.rows, grid.diagonal);
+    PetscCall(MPIU_Allreduce(&quotient, &jump, 1, MPIU_REAL, MPIU_MAX, comm));
+  }
   if (finest && options.single && jump <= jumpOfSingle) {
     auto w = std::make_shared<std::vector<PetscReal>>(grid.diagonal.size());
 
@@ -286,12 +294,15 @@ PetscErrorCode AinsworthHierarchy::chooseLayout(const AinsworthGrid &grid, Petsc
 PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, AinsworthModes &&near, const AinsworthHierarchyOptions &options)
 {
   AinsworthBlockMat        X;
-  std::vector<PetscScalar> values = std::move(near.values);
+  std::vector<PetscScalar> values;
 
   PetscFunctionBegin;
+  PetscCall(AinsworthBlockMatCreate(A, bs, &X));
+  PetscCall(AinsworthModesFit(X, &near));
   modes     = near.source;
   rotations = near.rotations;
-  PetscCall(AinsworthBlockMatCreate(A, bs, &X));
+  unfit     = near.unfit;
+  values    = std::move(near.values);
   for (;;) {
     std::unique_ptr<AinsworthLevel>         level;
     AinsworthAggregates                     aggregates;

@@ -43,6 +43,7 @@ public:
   std::vector<AinsworthGrid> grids; /* the finest first */
   const char                *modes       = "";
   bool                       rotations   = true;
+  PetscInt                   unfit       = 0;   /* modes left out, which A does not take to zero */
   PetscReal                  jump        = 1.0; /* largest quotient of diagonals of nodes that A couples */
   char                       doubts[128] = "";  /* why this is no good hierarchy, empty where nothing speaks against it */
 

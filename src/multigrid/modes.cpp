@@ -1,4 +1,5 @@
 #include "coarsen.h"
+#include <algorithm>
 
 /* The values of vectors, side by side; constant: the first one is 1 everywhere */
 static PetscErrorCode FromNullSpace(MatNullSpace near, PetscInt n, AinsworthModes *modes)
@@ -90,5 +91,77 @@ PetscErrorCode AinsworthModesCreate(Mat A, MatNullSpace near, PetscInt n, PetscI
     modes->source    = "one constant per component";
     modes->rotations = bs == 1;
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Component c of node i is held: its row has no entry off the diagonal */
+static bool Held(const AinsworthBlockRows &A, PetscInt i, PetscInt c)
+{
+  const PetscInt bs = A.br;
+
+  for (PetscInt k = A.i[i]; k < A.i[i + 1]; k++)
+    for (PetscInt q = 0; q < bs; q++)
+      if (A.block(k)[c * bs + q] != 0.0 && (A.j[k] != i || q != c)) return false;
+  return true;
+}
+
+/* count[c]: in how many of some rows of A the product with mode c is no small part of its terms; count[k]: the number of these rows */
+static PetscErrorCode CountUnfit(const AinsworthBlockMat &A, const AinsworthModes &modes, std::vector<PetscInt> *count)
+{
+  const AinsworthBlockRows &rows = A.rows;
+  const PetscInt            bs = rows.br, k = modes.k, step = PetscMax(1, rows.n / 256);
+  AinsworthUnit             unit(bs * k, MPIU_SCALAR);
+  std::vector<PetscScalar>  all(modes.values), sum(k);
+  std::vector<PetscReal>    terms(k);
+
+  PetscFunctionBegin;
+  all.resize((size_t)A.cols.count() * bs * k);
+  PetscCall(A.cols.toGhosts(unit.type, modes.values.data(), all.data() + modes.values.size()));
+  count->assign(k + 1, 0);
+  for (PetscInt i = 0; i < rows.n; i += step)
+    for (PetscInt r = 0; r < bs; r++) {
+      if (Held(rows, i, r)) continue;
+      std::fill(sum.begin(), sum.end(), 0.0);
+      std::fill(terms.begin(), terms.end(), 0.0);
+      for (PetscInt e = rows.i[i]; e < rows.i[i + 1]; e++)
+        for (PetscInt q = 0; q < bs; q++)
+          for (PetscInt c = 0; c < k; c++) {
+            const PetscScalar term = rows.block(e)[r * bs + q] * all[((size_t)rows.j[e] * bs + q) * k + c];
+            sum[c] += term;
+            terms[c] += PetscAbsScalar(term);
+          }
+      for (PetscInt c = 0; c < k; c++) (*count)[c] += PetscAbsScalar(sum[c]) > 1e-4 * terms[c];
+      (*count)[k]++;
+    }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count->data(), (PetscMPIInt)(k + 1), MPIU_INT, MPI_SUM, A.cols.layout->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthModesFit - makes modes zero where unknowns are held, and leaves out those that are no near null space of A while others are; collective
+
+   Rotations about wrong coordinates, or of unknowns that are no displacements, would only make the coarse levels larger. Next to unknowns that are held no
+   mode goes to zero: one that does so in half of the rows is kept, and all are where none does.
+*/
+PetscErrorCode AinsworthModesFit(const AinsworthBlockMat &A, AinsworthModes *modes)
+{
+  const PetscInt           bs = A.rows.br, k = modes->k;
+  std::vector<PetscInt>    count, kept;
+  std::vector<PetscScalar> values;
+
+  PetscFunctionBegin;
+  PetscCall(CountUnfit(A, *modes, &count));
+  for (PetscInt c = 0; c < k; c++)
+    if (2 * count[c] <= count[k]) kept.push_back(c);
+  if (!kept.empty() && (PetscInt)kept.size() < k) {
+    for (size_t l = 0; l < (size_t)A.rows.n * bs; l++)
+      for (PetscInt c : kept) values.push_back(modes->values[l * k + c]);
+    modes->values = std::move(values);
+    modes->k      = (PetscInt)kept.size();
+    modes->unfit  = k - modes->k;
+  }
+  for (PetscInt i = 0; i < A.rows.n; i++)
+    for (PetscInt r = 0; r < bs; r++)
+      if (Held(A.rows, i, r)) std::fill_n(modes->values.begin() + ((size_t)i * bs + r) * modes->k, modes->k, 0.0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
