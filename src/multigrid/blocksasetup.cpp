@@ -173,7 +173,7 @@ static PetscErrorCode ConfigureMG(PC pc, PC_BlockSA *sa)
     KSP        ksp;
     PC         inner;
 
-    PetscCall(AinsworthInterpolationMatCreate(h.grids[l].P, single, h.grids[l].nodes, &sa->P[l]));
+    PetscCall(AinsworthInterpolationMatCreate(h.grids[l].P, h.grids[l].nodes, &sa->P[l]));
     PetscCall(PCMGSetInterpolation(pc, n - 1 - l, sa->P[l]));
 #if defined(PETSC_USE_COMPLEX)
     Mat R;

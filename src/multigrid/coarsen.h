@@ -3,11 +3,26 @@
 #define AINSWORTH_COARSEN_H
 
 #include "blocks.h"
+#include "kernels.h"
 
 /* Interpolation from the nodes of the coarser level: rows of this level's nodes, columns are places in cols */
 struct AinsworthInterpolation {
-  AinsworthBlockRows rows;
-  AinsworthColumns   cols;
+  AinsworthBlockRows           rows;
+  AinsworthColumns             cols;
+  std::vector<AinsworthSingle> single; /* the values, where this level is in single precision; rows has none then */
+
+  void round()
+  {
+    single.assign(rows.a.begin(), rows.a.end());
+    std::vector<PetscScalar>().swap(rows.a);
+  }
+  /* room: for one block */
+  const PetscScalar *block(PetscInt k, PetscScalar *room) const
+  {
+    if (single.empty()) return rows.block(k);
+    for (PetscInt q = 0; q < rows.size(); q++) room[q] = (PetscScalar)single[(size_t)k * rows.size() + q];
+    return room;
+  }
 };
 
 /* The aggregate of each node of this rank, from 0; -1: none, a node that A couples to no other */

@@ -7,26 +7,31 @@ namespace
 {
 /* All rows of P that X has columns for, own and ghost; columns are places in cols, whose ghosts are those of both */
 struct Extended {
-  AinsworthColumns          cols;
-  std::vector<PetscInt>     i, j;
-  const AinsworthBlockRows *own;
-  AinsworthBlockRows        ghost;
-  std::vector<PetscInt>     fromOwn; /* place in cols of each place in P's own columns */
-  std::vector<PetscMPIInt>  owner;   /* rank that owns each place */
+  AinsworthColumns              cols;
+  std::vector<PetscInt>         i, j;
+  const AinsworthInterpolation *own;
+  AinsworthBlockRows            ghost;
+  std::vector<PetscInt>         fromOwn; /* place in cols of each place in P's own columns */
+  std::vector<PetscMPIInt>      owner;   /* rank that owns each place */
 
   PetscErrorCode     create(const AinsworthBlockMat &, const AinsworthInterpolation &);
-  const PetscScalar *block(PetscInt k) const { return k < (PetscInt)own->j.size() ? own->block(k) : ghost.block(k - (PetscInt)own->j.size()); }
+  const PetscScalar *block(PetscInt k, PetscScalar *room) const
+  {
+    const PetscInt n = (PetscInt)own->rows.j.size();
+    return k < n ? own->block(k, room) : ghost.block(k - n);
+  }
   /* of the two blocks of a pair of nodes with the same owner the upper one is enough */
   bool wanted(PetscInt c, PetscInt e) const { return e >= c || owner[c] != owner[e]; }
 };
 
 PetscErrorCode Extended::create(const AinsworthBlockMat &X, const AinsworthInterpolation &P)
 {
-  AinsworthBlockRows    sent;
-  std::vector<PetscInt> nodes(P.cols.ghosts);
+  AinsworthBlockRows       sent;
+  std::vector<PetscInt>    nodes(P.cols.ghosts);
+  std::vector<PetscScalar> room(P.rows.size());
 
   PetscFunctionBegin;
-  own = &P.rows;
+  own = &P;
   if (X.cols.sf) { /* only rows that somebody asks for are sent */
     const PetscInt *degree;
 
@@ -38,8 +43,11 @@ PetscErrorCode Extended::create(const AinsworthBlockMat &X, const AinsworthInter
     sent.i.assign(1, 0);
     for (PetscInt r = 0; r < P.rows.n; r++) {
       if (degree[r]) {
-        for (PetscInt k = P.rows.i[r]; k < P.rows.i[r + 1]; k++) sent.j.push_back(P.cols.node(P.rows.j[k]));
-        sent.a.insert(sent.a.end(), P.rows.block(P.rows.i[r]), P.rows.block(P.rows.i[r + 1]));
+        for (PetscInt k = P.rows.i[r]; k < P.rows.i[r + 1]; k++) {
+          const PetscScalar *a = P.block(k, room.data());
+          sent.j.push_back(P.cols.node(P.rows.j[k]));
+          sent.a.insert(sent.a.end(), a, a + P.rows.size());
+        }
       }
       sent.i.push_back((PetscInt)sent.j.size());
     }
@@ -116,7 +124,7 @@ void Multiply(const AinsworthBlockRows &X, const Extended &P, const Pattern &pat
 {
   const PetscInt           bs = X.br;
   std::vector<PetscInt>    place(P.cols.count());
-  std::vector<PetscScalar> w;
+  std::vector<PetscScalar> w, room(bs * k);
 
   values->assign(pattern.uj.size() * k * k, 0.0);
   for (PetscInt r = 0; r < X.n; r++) {
@@ -127,15 +135,17 @@ void Multiply(const AinsworthBlockRows &X, const Extended &P, const Pattern &pat
     w.assign((size_t)m * bs * k, 0.0);
     for (PetscInt s = 0; s < m; s++) place[cols[s]] = s;
     for (PetscInt e = X.i[r]; e < X.i[r + 1]; e++)
-      for (PetscInt q = P.i[X.j[e]]; q < P.i[X.j[e] + 1]; q++) AinsworthMultAdd<B, B, K>(bs, bs, k, X.block(e), P.block(q), &w[(size_t)place[P.j[q]] * bs * k]);
+      for (PetscInt q = P.i[X.j[e]]; q < P.i[X.j[e] + 1]; q++)
+        AinsworthMultAdd<B, B, K>(bs, bs, k, X.block(e), P.block(q, room.data()), &w[(size_t)place[P.j[q]] * bs * k]);
     for (PetscInt q = P.i[r]; q < P.i[r + 1]; q++) {
-      const PetscInt c  = P.j[q];
-      PetscInt       at = pattern.ui[c];
+      const PetscInt     c  = P.j[q];
+      const PetscScalar *Pq = P.block(q, room.data());
+      PetscInt           at = pattern.ui[c];
 
       for (PetscInt s = 0; s < m; s++) {
         if (!P.wanted(c, cols[s])) continue;
         while (pattern.uj[at] < cols[s]) at++;
-        AinsworthMultAdjointAdd<K, B, K>(k, bs, k, P.block(q), &w[(size_t)s * bs * k], &(*values)[(size_t)at * k * k]);
+        AinsworthMultAdjointAdd<K, B, K>(k, bs, k, Pq, &w[(size_t)s * bs * k], &(*values)[(size_t)at * k * k]);
       }
     }
   }

@@ -336,8 +336,7 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, AinsworthModes &&n
     PetscCall(AinsworthInterpolationCreate(X, aggregates, grid.diagonal, 4.0 / 3.0 / grid.largest, values, near.k, nodes, P.get(), &coarseValues));
     PetscCall(PetscLogEventEnd(AINSWORTH_Interpolation, A, 0, 0, 0));
     PetscCall(PetscLayoutDestroy(&nodes));
-    if (grid.single)
-      for (PetscScalar &v : P->rows.a) v = (PetscScalar)(AinsworthSingle)v; /* the coarse operator is that of the interpolation in use */
+    if (grid.single) P->round(); /* before the product: the coarse operator is that of the interpolation in use */
     PetscCall(AinsworthGalerkin(X, *P, &coarse));
     grid.P = P;
     values = std::move(coarseValues);

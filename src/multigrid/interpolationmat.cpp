@@ -2,10 +2,9 @@
 
 namespace
 {
-/* Interpolation, its values in single precision next to a finest level in single precision */
+/* Interpolation and what an application of it needs */
 struct InterpolationMat {
   std::shared_ptr<const AinsworthInterpolation> P;
-  std::vector<AinsworthSingle>                  single; /* empty: P's own values */
   std::vector<PetscScalar>                      ghost;
   AinsworthUnit                                 unit;
 
@@ -58,7 +57,7 @@ static PetscErrorCode AddMult(Mat mat, Vec x, Vec y)
   PetscCall(VecGetArray(y, &to));
   PetscCall(P.cols.toGhosts(I->unit.type, from, I->ghost.data()));
   AinsworthDispatch(P.rows.br, P.rows.bc, [&](auto R, auto C) {
-    if (I->single.size()) Mult<R(), C()>(P, I->single.data(), from, I->ghost.data(), to);
+    if (P.single.size()) Mult<R(), C()>(P, P.single.data(), from, I->ghost.data(), to);
     else Mult<R(), C()>(P, P.rows.a.data(), from, I->ghost.data(), to);
   });
   PetscCall(VecRestoreArray(y, &to));
@@ -96,7 +95,7 @@ static PetscErrorCode MultTransposeOrAdjoint(Mat mat, bool adjoint, Vec x, Vec y
   PetscCall(VecGetArrayRead(x, &from));
   PetscCall(VecGetArray(y, &to));
   AinsworthDispatch(P.rows.br, P.rows.bc, [&](auto R, auto C) {
-    if (I->single.size()) MultTranspose<R(), C()>(P, I->single.data(), from, I->ghost.data(), to, adjoint);
+    if (P.single.size()) MultTranspose<R(), C()>(P, P.single.data(), from, I->ghost.data(), to, adjoint);
     else MultTranspose<R(), C()>(P, P.rows.a.data(), from, I->ghost.data(), to, adjoint);
   });
   if (P.cols.sf) {
@@ -156,7 +155,7 @@ static PetscErrorCode MatConvert_Interpolation_AIJ(Mat mat, MatType, MatReuse re
       for (PetscInt c = 0; c < bc; c++) {
         const size_t at = ((size_t)k * br + l % br) * bc + c;
         cols.push_back(P.cols.node(P.rows.j[k]) * bc + c);
-        values.push_back(I->single.size() ? (PetscScalar)I->single[at] : P.rows.a[at]);
+        values.push_back(P.single.size() ? (PetscScalar)P.single[at] : P.rows.a[at]);
       }
     PetscCall(MatSetValues(B, 1, &row, (PetscInt)cols.size(), cols.data(), values.data(), INSERT_VALUES));
   }
@@ -177,8 +176,8 @@ static PetscErrorCode MatDestroy_Interpolation(Mat mat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthInterpolationMatCreate - interpolation to nodes of the layout as a matrix; single: with values in single precision */
-PetscErrorCode AinsworthInterpolationMatCreate(std::shared_ptr<const AinsworthInterpolation> P, bool single, PetscLayout nodes, Mat *mat)
+/* AinsworthInterpolationMatCreate - interpolation to nodes of the layout as a matrix */
+PetscErrorCode AinsworthInterpolationMatCreate(std::shared_ptr<const AinsworthInterpolation> P, PetscLayout nodes, Mat *mat)
 {
   const PetscInt    br = P->rows.br, bc = P->rows.bc;
   PetscInt          n, N, cN;
@@ -187,7 +186,6 @@ PetscErrorCode AinsworthInterpolationMatCreate(std::shared_ptr<const AinsworthIn
   PetscFunctionBegin;
   I->P = P;
   I->ghost.assign(P->cols.ghosts.size() * bc, 0.0);
-  if (single) I->single.assign(P->rows.a.begin(), P->rows.a.end());
   PetscCall(PetscLayoutGetLocalSize(nodes, &n));
   PetscCall(PetscLayoutGetSize(nodes, &N));
   PetscCall(PetscLayoutGetSize(P->cols.layout, &cN));

@@ -44,6 +44,6 @@ PetscErrorCode AinsworthScaledMult(AinsworthScaled *, Vec, Vec);
 PetscErrorCode AinsworthScaledSmooth(AinsworthScaled *, PetscInt, PetscReal, PetscReal, PetscBool, Vec, Vec);
 PetscErrorCode AinsworthScaledResidual(AinsworthScaled *, Vec, Vec, Vec);
 
-PetscErrorCode AinsworthInterpolationMatCreate(std::shared_ptr<const AinsworthInterpolation>, bool, PetscLayout, Mat *);
+PetscErrorCode AinsworthInterpolationMatCreate(std::shared_ptr<const AinsworthInterpolation>, PetscLayout, Mat *);
 
 #endif

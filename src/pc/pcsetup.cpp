@@ -87,15 +87,21 @@ static PetscErrorCode ExplainAsymmetry(Mat A)
 /* A = A'? What the program declared, otherwise a comparison of A v with A' v for one random v */
 static PetscErrorCode ProbeSymmetry(Mat A, PetscBool *symmetric)
 {
-  PetscBool   known, has;
-  Vec         v, Av, Atv;
-  PetscRandom rand;
-  PetscReal   norm, difference;
+  static PetscInt symmetryId = -1;
+  PetscInt        found      = 0;
+  PetscBool       known, has;
+  Vec             v, Av, Atv;
+  PetscRandom     rand;
+  PetscReal       norm, difference;
 
   PetscFunctionBegin;
   PetscCall(PetscDefined(USE_COMPLEX) ? MatIsHermitianKnown(A, &known, symmetric) : MatIsSymmetricKnown(A, &known, symmetric));
   if (known) PetscFunctionReturn(PETSC_SUCCESS);
-  *symmetric = PETSC_FALSE;
+  /* what was found stays with A until its values change */
+  if (symmetryId < 0) PetscCall(PetscObjectComposedDataRegister(&symmetryId));
+  PetscCall(PetscObjectComposedDataGetInt((PetscObject)A, symmetryId, found, known));
+  *symmetric = (PetscBool)(known && found);
+  if (known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatHasOperation(A, MATOP_MULT_TRANSPOSE, &has));
   if (!has) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatCreateVecs(A, &v, &Av));
@@ -110,6 +116,7 @@ static PetscErrorCode ProbeSymmetry(Mat A, PetscBool *symmetric)
   PetscCall(VecAXPY(Atv, -1.0, Av));
   PetscCall(VecNorm(Atv, NORM_2, &difference));
   *symmetric = (PetscBool)(difference <= 1e-10 * norm);
+  PetscCall(PetscObjectComposedDataSetInt((PetscObject)A, symmetryId, (PetscInt)*symmetric));
   if (!*symmetric) PetscCall(ExplainAsymmetry(A));
   PetscCall(PetscInfo(A, "A is %s: ||A v - A' v|| / ||A v|| = %g for a random v\n", *symmetric ? "symmetric" : "not symmetric", (double)(difference / norm)));
   PetscCall(VecDestroy(&v));

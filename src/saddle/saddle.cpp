@@ -18,15 +18,24 @@ static PetscErrorCode CheckAssembled(Mat M, PetscInt i, PetscInt j)
 /* Collective: the Frobenius norm of a block, 0 where it is absent, Inf where its type has none */
 static PetscErrorCode BlockNorm(Mat M, PetscInt i, PetscInt j, PetscReal *norm)
 {
-  PetscBool has;
+  static PetscInt normId = -1;
+  PetscBool       has, known;
 
   PetscFunctionBegin;
   *norm = 0.0;
   if (!M) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(CheckAssembled(M, i, j));
   PetscCall(MatHasOperation(M, MATOP_NORM, &has));
-  if (has) PetscCall(MatNorm(M, NORM_FROBENIUS, norm));
-  else *norm = PETSC_INFINITY;
+  if (!has) {
+    *norm = PETSC_INFINITY;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  /* A is looked at once while it does not change, however often C does */
+  if (normId < 0) PetscCall(PetscObjectComposedDataRegister(&normId));
+  PetscCall(PetscObjectComposedDataGetReal((PetscObject)M, normId, *norm, known));
+  if (known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatNorm(M, NORM_FROBENIUS, norm));
+  PetscCall(PetscObjectComposedDataSetReal((PetscObject)M, normId, *norm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
