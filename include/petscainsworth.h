@@ -78,7 +78,7 @@ PETSC_EXTERN const char *const PCAinsworthPenaltyTypes[];
 .  `PC_AINSWORTH_PMAT_CG`            - conjugate gradients per column to a loose tolerance; entries not reached stay zero
 .  `PC_AINSWORTH_PMAT_BJ_CC`         - block Jacobi, blocks cut by METIS, exact inverse in each block
 .  `PC_AINSWORTH_PMAT_BJ_CG`         - block Jacobi, conjugate gradients in each block
--  `PC_AINSWORTH_PMAT_AUTO` (default) - ID where the constraints keep the components of each node apart (docs/method.md), otherwise JCB
+-  `PC_AINSWORTH_PMAT_AUTO` (default) - ID with PCBLOCKSA or where the constraints keep the components of each node apart (docs/method.md), otherwise JCB
 
    Level: intermediate
 

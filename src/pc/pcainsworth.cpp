@@ -217,7 +217,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 +  -pc_ainsworth_variant <weighted,paper>                - sets weight, penalty, factor, row scaling and the inner `KSPType` at once
 .  -pc_ainsworth_weight <diagonal,identity>              - W
 .  -pc_ainsworth_penalty <row,norm>                      - B: per row, or the paper's beta
-.  -pc_ainsworth_penalty_factor <0.5>                    - gamma, by default 10 with id and 5 with norm
+.  -pc_ainsworth_penalty_factor <0.5>                    - gamma, by default 2 with id (10 with BoomerAMG) and 5 with norm
 .  -pc_ainsworth_pmat <auto,jcb,id,cc,cg,bj_cc,bj_cg>    - Inv(S) in the preconditioning matrix
 .  -pc_ainsworth_pmat_rtol <0.1>                         - tolerance of cg and bj_cg
 .  -pc_ainsworth_pmat_max_rows <4000>                    - refuse cc and cg, which may be dense, above this number of constraints
@@ -246,9 +246,11 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 
    Options of the inner solvers have the prefixes `-ainsworth_` (reduced system, operator `MATAINSWORTH`, preconditioning matrix M_*:
    `-ainsworth_ksp_rtol`, `-ainsworth_pc_type`, ...) and `-ainsworth_gram_` (Gram matrix C W C'), after the prefix of this `PC`.
-   Where the options do not say otherwise, the inner preconditioner is BoomerAMG with PMIS coarsening, aggressive on the finest level, ext+i interpolation of at
-   most 4 entries per row, and Chebyshev smoothing; with the penalty of the paper Falgout coarsening, and with it or another method than conjugate gradients
-   PETSc's default smoother and no aggressive coarsening.
+   Where the options do not say otherwise, the inner preconditioner is `PCBLOCKSA` where nodes have 2 to 5 unknowns, A is symmetric and the method one of
+   conjugate gradients. Its levels are made from A alone and kept while A does not change, also over `PCReset()`. Otherwise, and where it does not fit
+   the matrix, it is BoomerAMG with PMIS coarsening, aggressive on the finest level, ext+i interpolation of at most 4 entries per row, and Chebyshev
+   smoothing; with the penalty of the paper Falgout coarsening, and with it or another method than conjugate gradients PETSc's default smoother and
+   no aggressive coarsening.
 
    Whatever the inner tolerance, C x = g holds to rounding. An inner solve that fails, a Gram matrix that cannot be factored and a
    right-hand side that contradicts a zero or a dependent row of C give a `PCFailedReason`, known to all ranks, or an error with
@@ -266,7 +268,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    V. Robert, P. Jolivet, O. Jamond, M. A. Badri, Calcul haute performance pour les problemes de point-selle en mecanique du contact, CSMA;
    M. Ainsworth, Comput. Methods Appl. Mech. Engrg. 190 (2001), 6323-6339.
 
-.seealso: `PCAinsworthSetVariant()`, `PCAinsworthSetPmatType()`, `PCAinsworthSetRedundantType()`, `PCAinsworthGetKSP()`, `MATAINSWORTH`, `KSPPROJECTEDCG`, `PCFIELDSPLIT`
+.seealso: `PCAinsworthSetVariant()`, `PCAinsworthSetPmatType()`, `PCAinsworthSetRedundantType()`, `PCAinsworthGetKSP()`, `MATAINSWORTH`, `KSPPROJECTEDCG`, `PCBLOCKSA`, `PCFIELDSPLIT`
 M*/
 PetscErrorCode PCCreate_Ainsworth(PC pc)
 {

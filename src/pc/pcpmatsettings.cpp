@@ -66,10 +66,10 @@ PetscErrorCode PCAinsworthGetPenaltyType(PC pc, PCAinsworthPenaltyType *type)
 
    Input Parameters:
 +  pc     - the preconditioner
--  factor - positive, without unit; `PETSC_DEFAULT` for 0.5, 10 with `PC_AINSWORTH_PMAT_ID`, 5 with `PC_AINSWORTH_PENALTY_NORM`
+-  factor - positive, without unit; `PETSC_DEFAULT` for 0.5, 2 with `PC_AINSWORTH_PMAT_ID` (10 with BoomerAMG), 5 with `PC_AINSWORTH_PENALTY_NORM`
 
    Options Database Key:
-.  -pc_ainsworth_penalty_factor <0.5> - gamma, by default 10 with id and 5 with norm
+.  -pc_ainsworth_penalty_factor <0.5> - gamma, by default 2 with id (10 with BoomerAMG) and 5 with norm
 
    Level: intermediate
 
@@ -123,8 +123,8 @@ PetscErrorCode PCAinsworthGetPenaltyFactor(PC pc, PetscReal *factor)
 
    Input Parameters:
 +  pc   - the preconditioner
--  type - one of the six of the paper (Table 1), or `PC_AINSWORTH_PMAT_AUTO` (default): `PC_AINSWORTH_PMAT_ID` where constraints keep the
-          components of each node apart and the penalty is one per row, otherwise `PC_AINSWORTH_PMAT_JCB`
+-  type - one of the six of the paper (Table 1), or `PC_AINSWORTH_PMAT_AUTO` (default): `PC_AINSWORTH_PMAT_ID` with `PCBLOCKSA`, or where
+          constraints keep the components of each node apart, if the penalty is one per row, otherwise `PC_AINSWORTH_PMAT_JCB`
 
    Options Database Key:
 .  -pc_ainsworth_pmat <auto,jcb,id,cc,cg,bj_cc,bj_cg> - the approximation
