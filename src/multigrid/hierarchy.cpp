@@ -151,7 +151,7 @@ PetscErrorCode AinsworthHierarchy::store(AinsworthBlockMat &A, const AinsworthHi
     grid.single = TakeUpper<AinsworthSingle>(A.rows, w->data());
     grid.w      = w;
   }
-  if (!grid.single || options.product) grid.upper = TakeUpper<PetscScalar>(A.rows, NULL);
+  if (!grid.single) grid.upper = TakeUpper<PetscScalar>(A.rows, NULL);
   grid.outside = TakeOutside(A);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -338,6 +338,7 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, AinsworthModes &&n
     PetscCall(PetscLayoutDestroy(&nodes));
     if (grid.single) P->round(); /* before the product: the coarse operator is that of the interpolation in use */
     PetscCall(AinsworthGalerkin(X, *P, &coarse));
+    if (grid.single && options.product) grid.upper = TakeUpper<PetscScalar>(X.rows, NULL); /* not before: the product needs the most memory */
     grid.P = P;
     values = std::move(coarseValues);
     PetscCall(X.cols.destroy());
