@@ -335,6 +335,11 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, AinsworthModes &&n
     X.cols      = std::move(coarse.cols);
     coarse.cols = AinsworthColumns();
   }
+  if (grids.size() == 1 && grids[0].single) { /* the only level is factored, in double precision */
+    grids[0].single.reset();
+    grids[0].w.reset();
+    if (!grids[0].upper) grids[0].upper = TakeUpper<PetscScalar>(X.rows, NULL);
+  }
   PetscCall(X.cols.destroy());
   if (!doubts[0] && complexity() > tooComplex)
     PetscCall(PetscSNPrintf(doubts, sizeof(doubts), "all levels together have %.3g times the entries of the finest", (double)complexity()));
