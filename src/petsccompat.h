@@ -14,6 +14,25 @@
   #define PCGetKSPNestLevel(pc, level) (*(level) = 0, PETSC_SUCCESS)
 #endif
 
+/* the stage of the log that runs; where logging is active */
+static inline PetscErrorCode AinsworthLogGetStage(PetscLogStage *stage)
+{
+#if !defined(PETSC_USE_LOG)
+  *stage = 0;
+#elif PETSC_VERSION_LT(3, 20, 0)
+  PetscStageLog log;
+
+  PetscCall(PetscLogGetStageLog(&log));
+  PetscCall(PetscStageLogGetCurrent(log, stage));
+#else
+  PetscLogState state;
+
+  PetscCall(PetscLogGetState(&state));
+  PetscCall(PetscLogStateGetCurrentStage(state, stage));
+#endif
+  return PETSC_SUCCESS;
+}
+
 #if PETSC_VERSION_LT(3, 22, 0)
   #define VecFlag(x, flag) ((flag) ? VecSetInf(x) : PETSC_SUCCESS)
 #endif

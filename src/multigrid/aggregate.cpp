@@ -147,9 +147,10 @@ void Graph::mergeSingle(AinsworthAggregates *agg) const
 /*
    AinsworthAggregate - groups the nodes of this rank by how strongly A couples them; not collective
 
-   theta is halved while there are more aggregates than a sixth of the nodes, and given up at last: the next level must be much smaller.
+   With k unknowns for each aggregate the next level shall have at most half of the unknowns of this one: theta is halved while it has more, and given up at
+   last. To go on until it is much smaller glues stiff bodies that a cell or two of soft material keep apart (docs/multigrid.md).
 */
-PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &A, PetscReal theta, AinsworthAggregates *agg)
+PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &A, PetscReal theta, PetscInt k, AinsworthAggregates *agg)
 {
   Graph graph(A);
 
@@ -157,7 +158,7 @@ PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &A, PetscReal theta, A
   for (;; theta = theta > 1e-3 ? theta / 2 : 0.0) {
     graph.select(theta);
     graph.aggregate(agg);
-    if (6 * agg->count <= graph.coupled() || theta == 0.0) break;
+    if (2 * k * agg->count <= A.rows.br * graph.coupled() || theta == 0.0) break;
   }
   graph.mergeSingle(agg);
   PetscFunctionReturn(PETSC_SUCCESS);

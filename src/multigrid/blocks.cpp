@@ -97,6 +97,37 @@ void ForEach(const std::vector<Part> &parts, PetscInt b, PetscInt bs, F f)
       }
 }
 
+/* Are the rows of node b alike, and full in all of their blocks? Then they need no search */
+bool FullBlocks(const std::vector<Part> &parts, PetscInt b, PetscInt bs)
+{
+  const Part     &in    = parts[0];
+  const PetscInt  first = in.ia[b * bs], n = in.ia[b * bs + 1] - first;
+  const PetscInt *ja = in.ja + first;
+
+  if (parts.size() > 1 && parts[1].ia[b * bs] != parts[1].ia[(b + 1) * bs]) return false;
+  if (n % bs || in.ia[(b + 1) * bs] - first != bs * n) return false;
+  for (PetscInt k = 0; k < n; k++)
+    if (ja[k] != ja[k - k % bs] + k % bs || ja[k - k % bs] % bs) return false;
+  for (PetscInt r = 1; r < bs; r++)
+    if (in.ia[b * bs + r] - first != r * n || !std::equal(ja, ja + n, in.ja + in.ia[b * bs + r])) return false;
+  return true;
+}
+
+void CopyBlocks(const Part &in, PetscInt b, PetscInt bs, AinsworthBlockRows *rows)
+{
+  const PetscInt     first = in.ia[b * bs], n = in.ia[b * bs + 1] - first;
+  const size_t       start = rows->a.size();
+  const PetscScalar *from  = in.a + first;
+
+  rows->a.resize(start + (size_t)n * bs);
+  PetscScalar *to = rows->a.data() + start;
+  for (PetscInt k = 0; k < n; k += bs) {
+    rows->j.push_back(in.ja[first + k] / bs);
+    for (PetscInt r = 0; r < bs; r++)
+      for (PetscInt c = 0; c < bs; c++) *to++ = from[r * n + k + c];
+  }
+}
+
 /* Blocks from the rows of all parts; their places rise along each row */
 void FillBlocks(const std::vector<Part> &parts, PetscInt nodes, PetscInt places, PetscInt bs, AinsworthBlockRows *rows)
 {
@@ -113,6 +144,11 @@ void FillBlocks(const std::vector<Part> &parts, PetscInt nodes, PetscInt places,
   for (PetscInt b = 0; b < nodes; b++) {
     const PetscInt start = (PetscInt)rows->j.size();
 
+    if (FullBlocks(parts, b, bs)) {
+      CopyBlocks(parts[0], b, bs, rows);
+      rows->i.push_back((PetscInt)rows->j.size());
+      continue;
+    }
     ForEach(parts, b, bs, [&](PetscInt, PetscInt place, PetscInt, PetscScalar) {
       if (at[place] < start) {
         at[place] = start;

@@ -16,7 +16,7 @@ struct AinsworthAggregates {
   std::vector<PetscInt> of;
 };
 
-PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &, PetscReal, AinsworthAggregates *);
+PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &, PetscReal, PetscInt, AinsworthAggregates *);
 PetscErrorCode AinsworthInterpolationCreate(const AinsworthBlockMat &, const AinsworthAggregates &, const std::vector<PetscReal> &, PetscReal,
                                             const std::vector<PetscScalar> &, PetscInt, PetscLayout, AinsworthInterpolation *, std::vector<PetscScalar> *);
 PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &, const AinsworthInterpolation &, AinsworthBlockMat *);

@@ -49,7 +49,7 @@ static void ReadDiagonal(AinsworthBlockMat &A, AinsworthGrid &grid, PetscReal *j
   for (PetscInt i = 0; i < rows.n; i++)
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++) {
       const PetscInt j = rows.j[k];
-      if (j < rows.n && j != i && std::any_of(rows.block(k), rows.block(k + 1), [](PetscScalar v) { return v != 0.0; }))
+      if (j < rows.n && size[i] > *jump * size[j] && std::any_of(rows.block(k), rows.block(k + 1), [](PetscScalar v) { return v != 0.0; }))
         *jump = PetscMax(*jump, size[i] / size[j]);
     }
 }
@@ -310,7 +310,7 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, AinsworthModes &&n
     const PetscInt unknowns = grid.nodes->N * grid.bs;
     if (unknowns <= options.coarseSize || (PetscInt)grids.size() == options.levels) break;
     PetscCall(PetscLogEventBegin(AINSWORTH_Aggregate, A, 0, 0, 0));
-    PetscCall(AinsworthAggregate(X, options.threshold, &aggregates));
+    PetscCall(AinsworthAggregate(X, options.threshold, near.k, &aggregates));
     PetscCall(PetscLogEventEnd(AINSWORTH_Aggregate, A, 0, 0, 0));
     PetscCall(chooseLayout(grid, aggregates.count, options.nodesOfRank, &nodes));
     PetscMPIInt ranks = 0;
@@ -335,10 +335,10 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, AinsworthModes &&n
     X.cols      = std::move(coarse.cols);
     coarse.cols = AinsworthColumns();
   }
-  if (grids.size() == 1 && grids[0].single) { /* the only level is factored, in double precision */
-    grids[0].single.reset();
-    grids[0].w.reset();
-    if (!grids[0].upper) grids[0].upper = TakeUpper<PetscScalar>(X.rows, NULL);
+  if (grids.size() == 1 && grids[0].single) { /* it is factored */
+    grids[0].upper  = TakeUpper<PetscScalar>(X.rows, NULL);
+    grids[0].single = NULL;
+    grids[0].w      = NULL;
   }
   PetscCall(X.cols.destroy());
   if (!doubts[0] && complexity() > tooComplex)

@@ -3,17 +3,9 @@
 #define AINSWORTH_PRODUCT_H
 
 #include "blocks.h"
-#include "kernels.h"
+#include "rowkernel.h"
 #include <algorithm>
 #include <memory>
-
-/* The blocks between owned nodes at and right of the diagonal, the diagonal block first in each row */
-template <class T>
-struct AinsworthUpper {
-  PetscInt              n = 0, bs = 1;
-  std::vector<PetscInt> i, j;
-  std::vector<T>        a; /* with room for one vector more, see AinsworthLanes */
-};
 
 /* Everything else in some of the rows: blocks of ghosts, and of a matrix that is added to A there, of which all are stored */
 template <class T>
@@ -21,21 +13,6 @@ struct AinsworthRest {
   std::vector<PetscInt> row, i, j;
   std::vector<T>        a;
 };
-
-/*
-   Vectors of blocks of 3 in single precision have four numbers a node: one load takes a node, and the fourth is zero in all that is multiplied.
-   Others are as they are in PETSc
-*/
-template <class T, int BS>
-struct AinsworthLanes {
-  static constexpr bool     packed = std::is_same<T, float>::value && BS == 3;
-  static constexpr PetscInt stride(PetscInt bs) { return packed ? 4 : bs; }
-};
-template <class T>
-inline PetscInt AinsworthStride(PetscInt bs)
-{
-  return std::is_same<T, float>::value && bs == 3 ? 4 : bs;
-}
 
 template <class T>
 class AinsworthProduct {
@@ -107,78 +84,21 @@ PetscErrorCode AinsworthProduct<T>::start(const T *x, T *y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Four numbers at a time, with what every compiler for PETSc on this kind of machine understands; elsewhere plain loops take its place */
-#if defined(__GNUC__)
-  #define AINSWORTH_VECTORS 1
-typedef float        AinsworthFour __attribute__((vector_size(16)));
-inline AinsworthFour AinsworthLoad(const float *p)
-{
-  AinsworthFour v;
-  __builtin_memcpy(&v, p, sizeof(v));
-  return v;
-}
-#endif
-
 template <class T>
 template <int BS, class F>
 void AinsworthProduct<T>::passBlocks(const T *x, T *y, F finish) const
 {
-  const AinsworthUpper<T> &U  = *upper;
-  const PetscInt           bs = BS ? BS : U.bs;
+  const AinsworthUpper<T> &U = *upper;
+  const PetscInt           s = stride();
+  std::vector<T>           more(BS ? 0 : 2 * s);
+  T                        few[2 * (BS ? BS + 1 : 1)], *sum = BS ? few : more.data(), *xi = sum + s;
 
-#if defined(AINSWORTH_VECTORS)
-  if constexpr (AinsworthLanes<T, BS>::packed) {
-    for (PetscInt i = 0; i < U.n; i++) {
-      const PetscInt      first = U.i[i];
-      const float        *a     = U.a.data() + (size_t)first * 9;
-      const AinsworthFour xi = AinsworthLoad(x + 4 * i), x0 = {xi[0], xi[0], xi[0], xi[0]}, x1 = {xi[1], xi[1], xi[1], xi[1]},
-                          x2 = {xi[2], xi[2], xi[2], xi[2]};
-      AinsworthFour s0 = AinsworthLoad(a) * xi, s1 = AinsworthLoad(a + 3) * xi, s2 = AinsworthLoad(a + 6) * xi; /* the diagonal block */
-
-      for (PetscInt k = first + 1; k < U.i[i + 1]; k++) {
-        a += 9;
-        float              *yj = y + 4 * U.j[k];
-        const AinsworthFour a0 = AinsworthLoad(a), a1 = AinsworthLoad(a + 3), a2 = AinsworthLoad(a + 6), xj = AinsworthLoad(x + 4 * U.j[k]);
-        s0 += a0 * xj;
-        s1 += a1 * xj;
-        s2 += a2 * xj;
-        const AinsworthFour sum = AinsworthLoad(yj) + a0 * x0 + a1 * x1 + a2 * x2;
-        __builtin_memcpy(yj, &sum, sizeof(sum));
-      }
-      float *yi = y + 4 * i;
-      yi[0] += (s0[0] + s0[1]) + s0[2];
-      yi[1] += (s1[0] + s1[1]) + s1[2];
-      yi[2] += (s2[0] + s2[1]) + s2[2];
-      yi[3] = 0.0f;
-      finish(i, yi);
-    }
-    return;
-  }
-#endif
-  const PetscInt s = stride();
-  std::vector<T> more(BS ? 0 : 2 * bs);
-  T              fixed[BS ? 2 * BS : 1], *xi = BS ? fixed : more.data(), *yi = xi + bs; /* of the present row, in registers where the size is known */
   for (PetscInt i = 0; i < U.n; i++) {
-    for (PetscInt p = 0; p < bs; p++) {
-      xi[p] = x[i * s + p];
-      yi[p] = 0;
-    }
-    for (PetscInt k = U.i[i]; k < U.i[i + 1]; k++) {
-      const T *a = U.a.data() + (size_t)k * bs * bs, *xj = x + (size_t)U.j[k] * s;
-      T       *yj = y + (size_t)U.j[k] * s;
+    T *yi = y + (size_t)i * s;
 
-      for (PetscInt p = 0; p < bs; p++)
-        for (PetscInt q = 0; q < bs; q++) yi[p] += a[p * bs + q] * xj[q];
-      if (k == U.i[i]) continue; /* the diagonal block counts once */
-      for (PetscInt q = 0; q < bs; q++) {
-        T sum = yj[q];
-        for (PetscInt p = 0; p < bs; p++) sum += AinsworthConj(a[p * bs + q]) * xi[p];
-        yj[q] = sum;
-      }
-    }
-    T *out = y + (size_t)i * s;
-    for (PetscInt p = 0; p < bs; p++) out[p] += yi[p];
-    finish(i, out);
+    AinsworthUpperRow<T, BS>(U, i, x, y, sum, xi);
+    for (PetscInt p = 0; p < s; p++) yi[p] += sum[p];
+    finish(i, yi);
   }
 }
 

@@ -349,7 +349,7 @@ PetscErrorCode MatCreate_Ainsworth(Mat mat)
   PetscFunctionBegin;
   PetscCall(PetscNew(&ctx));
   ctx->weightType      = MAT_AINSWORTH_WEIGHT_DIAGONAL;
-  ctx->rowsPerRank     = 100000; /* paper, section 5.2 */
+  ctx->rowsPerRank     = 25000; /* docs/gram.md */
   ctx->proj.gram.group = MPI_COMM_NULL;
   PetscCall(MatSetType(mat, MATSHELL));
   PetscCall(MatShellSetContext(mat, ctx));

@@ -235,7 +235,7 @@ PetscErrorCode MatAinsworthGetPenalty(Mat mat, Vec *penalty)
    Input Parameters:
 +  mat  - the matrix
 -  rows - connected pieces of the Gram matrix with more than 32 rows, m rows together, are solved with on ceil(m / rows) ranks, at most as
-          many as have rows of C; 100000 by default (paper, section 5.2)
+          many as have rows of C, whole unless one has more than 16 times as many rows; 25000 by default
 
    Level: advanced
 
@@ -294,8 +294,8 @@ PetscErrorCode MatAinsworthGetGramMat(Mat mat, Mat *S)
    Level: advanced
 
    Notes:
-   Each rank solves with whole connected pieces of the Gram matrix, on its own; only where a piece has more rows than a rank is given
-   (`MatAinsworthSetRowsPerRank()`) the solver is one that several ranks share.
+   Each rank solves with whole connected pieces of the Gram matrix, on its own; only where a piece has more than 16 times the rows that
+   a rank is given (`MatAinsworthSetRowsPerRank()`) the solver is one that several ranks share.
 
    The matrix of the solver is the Gram matrix scaled to a unit diagonal, its rows piece by piece.
 

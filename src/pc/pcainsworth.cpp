@@ -223,7 +223,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_pmat_max_rows <4000>                    - refuse cc and cg, which may be dense, above this number of constraints
 .  -pc_ainsworth_blocks <decide>                         - number of blocks of bj_cc and bj_cg; by default one per 32 constraints
 .  -pc_ainsworth_row_scaling <true,false>                - jcb does not depend on the scale of the rows of C
-.  -pc_ainsworth_rows_per_rank <100000>                  - the Gram matrix is gathered on ceil(m / this) ranks
+.  -pc_ainsworth_rows_per_rank <25000>                   - the Gram matrix is gathered on ceil(m / this) ranks
 .  -pc_ainsworth_redundant <drop,error>                  - rows of C that are combinations of other rows
 .  -pc_ainsworth_check_transpose <false,true>            - compare the blocks C and C' entry by entry, not by one random product
 .  -pc_ainsworth_monitor_error [ascii,csv:file,draw]     - error against run time, one row per iteration
@@ -277,7 +277,7 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   PetscFunctionBegin;
   PetscCall(PetscNew(&data));
   pc->data                   = (void *)data;
-  data->rowsPerRank          = 100000; /* paper, section 5.2 */
+  data->rowsPerRank          = 25000; /* docs/gram.md */
   data->pmat.type            = PC_AINSWORTH_PMAT_AUTO;
   data->pmat.rtol            = 0.1; /* paper, Table 1 */
   data->pmat.blocks          = PETSC_DECIDE;

@@ -21,26 +21,27 @@ struct PC_Ainsworth {
 
   /* what set-up made of the program's matrix */
   AinsworthSaddle saddle;
-  PetscInt        constraints;     /* rows of C that are kept */
-  Mat             S;               /* the reduced operator; NULL without constraints */
-  Mat             M;               /* the preconditioning matrix */
-  PetscBool       componentsApart; /* constraints keep the components of each node apart */
-  PetscBool       symmetric;       /* A = A' */
-  Vec             weights;         /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */
-  PetscBool       doubtful;        /* rows of C are nearly dependent: C x = g is checked */
-  PetscBool       stale;           /* a choice changed since the last set-up */
-  PetscBool       unchanged;       /* at the last set-up neither A nor C nor a choice had changed */
+  PetscInt        constraints; /* rows of C that are kept */
+  Mat             S;           /* the reduced operator; NULL without constraints */
+  Mat             M;           /* the preconditioning matrix */
+  const char     *autoReason;  /* why auto came to what it is */
+  PetscBool       symmetric;   /* A = A' */
+  Vec             weights;     /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */
+  PetscBool       doubtful;    /* rows of C are nearly dependent: C x = g is checked */
+  PetscBool       stale;       /* a choice changed since the last set-up */
+  PetscBool       unchanged;   /* at the last set-up neither A nor C nor a choice had changed */
 
   /* the reduced solve */
-  KSP       ksp;
-  PetscBool configured; /* its defaults and options have been read */
-  AinsworthPmatFormat format; /* of M, by the type of its preconditioner */
-  PetscBool ownChoice;  /* neither options nor calls chose the type of its preconditioner */
-  PetscBool projected;  /* its type gave way to KSPCG because there are no constraints */
-  Vec       rhs;        /* f~ */
-  Vec       residual;   /* C x - g, on the kept rows */
-  Vec       g, lambda;  /* on the kept rows, where some are not kept */
-  Vec       f;          /* f + C_p' D^{-1} g_p, where rows p are eliminated */
+  KSP                 ksp;
+  PetscBool           configured; /* its defaults and options have been read */
+  PCAinsworthPmatType autoType;   /* what auto came to */
+  AinsworthPmatFormat format;     /* of M, by the type of its preconditioner */
+  PetscBool           ownChoice;  /* neither options nor calls chose the type of its preconditioner */
+  PetscBool           projected;  /* its type gave way to KSPCG because there are no constraints */
+  Vec                 rhs;        /* f~ */
+  Vec                 residual;   /* C x - g, on the kept rows */
+  Vec                 g, lambda;  /* on the kept rows, where some are not kept */
+  Vec                 f;          /* f + C_p' D^{-1} g_p, where rows p are eliminated */
 
   /* error against run time */
   AinsworthReportSettings reporting;

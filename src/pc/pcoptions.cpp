@@ -95,8 +95,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
     if (data->pmat.blocks == PETSC_DECIDE) PetscCall(PetscSNPrintf(blocks, sizeof(blocks), ", one block per 32 constraints"));
     else PetscCall(PetscSNPrintf(blocks, sizeof(blocks), ", %" PetscInt_FMT " blocks", data->pmat.blocks));
   }
-  if (data->pmat.type == PC_AINSWORTH_PMAT_AUTO && data->S && data->pmat.penalty == PC_AINSWORTH_PENALTY_ROW)
-    why = data->componentsApart ? ", as the constraints keep components apart" : ", as the constraints mix components";
+  if (data->pmat.type == PC_AINSWORTH_PMAT_AUTO && data->S && data->pmat.penalty == PC_AINSWORTH_PENALTY_ROW) why = data->autoReason;
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "  preconditioning matrix: %s%s%s%s%s\n", data->S || data->pmat.type != PC_AINSWORTH_PMAT_AUTO ? PCAinsworthPmatTypes[type] : "auto",
     type == PC_AINSWORTH_PMAT_JCB && data->pmat.rowScaling && (data->S || data->pmat.type == type) ? ", rows scaled" : "", tolerance, blocks, why));

@@ -57,8 +57,7 @@ PetscErrorCode PCAinsworthApplyVariant(PC_Ainsworth *data, PCAinsworthVariant va
 /* The type itself, or what auto came to at the last set-up; before, jcb */
 PCAinsworthPmatType PCAinsworthPmatTypeInUse(const PC_Ainsworth *data)
 {
-  if (data->pmat.type != PC_AINSWORTH_PMAT_AUTO) return data->pmat.type;
-  return data->componentsApart && data->pmat.penalty == PC_AINSWORTH_PENALTY_ROW ? PC_AINSWORTH_PMAT_ID : PC_AINSWORTH_PMAT_JCB;
+  return data->pmat.type == PC_AINSWORTH_PMAT_AUTO ? data->autoType : data->pmat.type;
 }
 
 PetscReal PCAinsworthPenaltyFactor(const PC_Ainsworth *data)
@@ -222,11 +221,11 @@ PetscErrorCode PCAinsworthSetWeight(PC pc, Vec weight)
 
    Input Parameters:
 +  pc   - the preconditioner
--  rows - positive; connected pieces of the Gram matrix with more than 32 rows, m rows together, are solved with on ceil(m / rows) ranks;
-          100000 by default (paper, section 5.2)
+-  rows - positive; connected pieces of the Gram matrix with more than 32 rows, m rows together, are solved with on ceil(m / rows) ranks,
+          whole unless one has more than 16 times as many rows; 25000 by default
 
    Options Database Key:
-.  -pc_ainsworth_rows_per_rank <100000> - the rows per rank
+.  -pc_ainsworth_rows_per_rank <25000> - the rows per rank
 
    Level: advanced
 

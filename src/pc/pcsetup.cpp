@@ -232,13 +232,34 @@ static PetscErrorCode SetUpWeights(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What auto comes to (docs/method.md): id where its few entries are enough */
+static PetscErrorCode ChoosePmatType(PC_Ainsworth *data)
+{
+  PetscBool apart;
+  PetscInt  bs;
+
+  PetscFunctionBegin;
+  data->autoType   = PC_AINSWORTH_PMAT_JCB;
+  data->autoReason = "";
+  if (data->pmat.penalty != PC_AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
+  if (data->format == AINSWORTH_PMAT_SUM) {
+    data->autoType   = PC_AINSWORTH_PMAT_ID;
+    data->autoReason = ", as interpolation is made from A alone";
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatGetBlockSize(data->saddle.A, &bs));
+  PetscCall(AinsworthPmatComponentsApart(data->saddle.C, bs, &apart));
+  if (apart) data->autoType = PC_AINSWORTH_PMAT_ID;
+  data->autoReason = apart ? ", as the constraints keep components apart" : ", as the constraints mix components";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The preconditioning matrix, and the penalty that it has in common with the operator */
 static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
 {
   AinsworthPmatInputs  in;
   AinsworthPmatOptions options = data->pmat;
   Vec                  penalty;
-  PetscInt             bs;
 
   PetscFunctionBegin;
   PetscCall(AinsworthGetAIJ(data->saddle.A, &in.A));
@@ -249,8 +270,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
   in.given           = data->saddle.A;
   PetscCall(PCAinsworthGetPmatFormat(data, &data->format));
   in.format = data->format;
-  PetscCall(MatGetBlockSize(data->saddle.A, &bs));
-  if (data->pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(AinsworthPmatComponentsApart(in.C, bs, &data->componentsApart));
+  if (data->pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data));
   options.type      = PCAinsworthPmatTypeInUse(data);
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor(data);

@@ -1,4 +1,5 @@
 #include "dependent.h"
+#include "symbolic.h"
 #include <metis.h>
 #include <algorithm>
 #include <limits>
@@ -44,10 +45,7 @@ PetscErrorCode AinsworthGramProbe(AinsworthGram *gram, PetscReal *error)
 }
 
 /* A Hermitian matrix on one rank, of which the lower triangle is read, scaled to a unit diagonal, rows and columns in another order */
-struct Triangle {
-  PetscInt                 m;
-  std::vector<size_t>      start;
-  std::vector<PetscInt>    column;
+struct Triangle : AinsworthPattern {
   std::vector<PetscScalar> value; /* below the diagonal, which is 1 or, where S had none, 0 */
   std::vector<char>        diagonal;
 };
@@ -115,23 +113,6 @@ static PetscErrorCode TriangleCreate(Mat S, std::vector<PetscInt> &number, Trian
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The elimination tree: Liu, ACM Trans. Math. Software 12 (1986) */
-static std::vector<PetscInt> EliminationTree(const Triangle &t)
-{
-  std::vector<PetscInt> parent(t.m, -1), ancestor(t.m, -1);
-
-  for (PetscInt row = 0; row < t.m; row++) {
-    for (size_t k = t.start[row]; k < t.start[row + 1]; k++) {
-      for (PetscInt i = t.column[k], up; i != -1 && i < row; i = up) {
-        up          = ancestor[i];
-        ancestor[i] = row;
-        if (up == -1) parent[i] = row;
-      }
-    }
-  }
-  return parent;
-}
-
 /* Columns in which a row of the factor has entries, in an order in which each comes after those it needs; mark[] holds the last row that saw it */
 static void RowPattern(const Triangle &t, const std::vector<PetscInt> &parent, PetscInt row, std::vector<PetscInt> &mark, std::vector<PetscInt> &pattern)
 {
@@ -157,7 +138,7 @@ static void RowPattern(const Triangle &t, const std::vector<PetscInt> &parent, P
 */
 static void Eliminate(const Triangle &t, PetscReal tol, std::vector<char> &dependent)
 {
-  const std::vector<PetscInt> parent = EliminationTree(t);
+  const std::vector<PetscInt> parent = AinsworthEliminationTree(t);
   std::vector<PetscInt>       mark(t.m, -1), pattern;
   std::vector<size_t>         start(t.m + 1, 0), end;
   std::vector<PetscInt>       row; /* the factor by columns, below the diagonal */

@@ -102,27 +102,27 @@ static PetscErrorCode Place(AinsworthGram *gram)
 }
 
 /* The solver that the pieces of this rank call for: none for a diagonal, dense inverses of small blocks, a factorisation */
-static PetscErrorCode ChoosePC(const AinsworthGram *gram, PC pc)
+static PetscErrorCode ChoosePC(AinsworthGram *gram)
 {
   const std::vector<PetscInt> &sizes   = gram->placement.sizes;
   PetscInt                     largest = 0;
+  PC                           pc;
 
   PetscFunctionBegin;
+  PetscCall(KSPGetPC(gram->ksp, &pc));
   for (PetscInt size : sizes) largest = PetscMax(largest, size);
   if (gram->placement.split) largest = std::numeric_limits<PetscInt>::max();
   if (largest <= 1) PetscCall(PCSetType(pc, PCNONE)); /* scaled, the matrix is the identity */
   else if (largest <= gram->placement.small) {
     PetscCall(MatSetVariableBlockSizes(gram->placed, (PetscInt)sizes.size(), (PetscInt *)sizes.data()));
     PetscCall(PCSetType(pc, PCVPBJACOBI));
-  } else PetscCall(PCSetType(pc, PetscDefined(USE_COMPLEX) ? PCLU : PCCHOLESKY)); /* PETSc's own Cholesky factorisation knows L L^T only */
+  } else if (gram->placed) PetscCall(AinsworthFactorChoose(&gram->factor, gram->placed, gram->ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The solver with its options, which ranks without rows read as well: rank 0 tells which options nobody read */
 static PetscErrorCode CreateKSP(AinsworthGram *gram, PetscObject parent, const char prefix[])
 {
-  PC pc;
-
   PetscFunctionBegin;
   PetscCall(KSPCreate(gram->placed ? PetscObjectComm((PetscObject)gram->placed) : PETSC_COMM_SELF, &gram->ksp));
   PetscCall(PetscObjectIncrementTabLevel((PetscObject)gram->ksp, parent, 1));
@@ -130,9 +130,7 @@ static PetscErrorCode CreateKSP(AinsworthGram *gram, PetscObject parent, const c
   PetscCall(KSPAppendOptionsPrefix(gram->ksp, "ainsworth_gram_"));
   PetscCall(KSPSetType(gram->ksp, KSPPREONLY));
   PetscCall(KSPSetTolerances(gram->ksp, 1e-14, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT)); /* for iterative choices: Q is as exact as this */
-  PetscCall(KSPGetPC(gram->ksp, &pc));
-  PetscCall(ChoosePC(gram, pc));
-  if (gram->placed) PetscCall(KSPSetOperators(gram->ksp, gram->placed, gram->placed));
+  PetscCall(ChoosePC(gram));
   PetscCall(KSPSetFromOptions(gram->ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -145,7 +143,7 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent, cons
   PetscCall(CreateKSP(gram, parent, prefix));
   if (!gram->placement.sizes.size()) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatSetOption(gram->placed, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
-  PetscCall(KSPSetUp(gram->ksp));
+  PetscCall(AinsworthFactorSetUp(&gram->factor, gram->placed, gram->ksp));
   PetscCall(MatCreateVecs(gram->placed, NULL, &gram->b));
   PetscCall(VecGetLocalSize(gram->b, &n));
   PetscCall(VecGetSize(gram->b, &m));
@@ -181,10 +179,7 @@ PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, bool sameP
 
   PetscCall(PetscLogEventBegin(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
   if (!samePattern) PetscCall(CreateSolver(gram, parent, prefix));
-  else if (gram->placement.sizes.size()) {
-    PetscCall(KSPSetOperators(gram->ksp, gram->placed, gram->placed));
-    PetscCall(KSPSetUp(gram->ksp));
-  }
+  else if (gram->placement.sizes.size()) PetscCall(AinsworthFactorSetUp(&gram->factor, gram->placed, gram->ksp));
   PetscCall(PetscLogEventEnd(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -197,6 +192,7 @@ PetscErrorCode AinsworthGramReset(AinsworthGram *gram)
   PetscCall(VecDestroy(&gram->scale));
   PetscCall(MatDestroy(&gram->placed));
   PetscCall(KSPDestroy(&gram->ksp));
+  PetscCall(AinsworthFactorReset(&gram->factor));
   PetscCall(VecDestroy(&gram->b));
   PetscCall(VecDestroy(&gram->x));
   if (gram->group != MPI_COMM_NULL) PetscCallMPI(MPI_Comm_free(&gram->group));
@@ -205,15 +201,17 @@ PetscErrorCode AinsworthGramReset(AinsworthGram *gram)
 }
 
 /* A solve that failed becomes Inf, which every rank sees at its next norm */
-static PetscErrorCode SolveOrInf(KSP ksp, Vec b, Vec x)
+static PetscErrorCode SolveOrInf(AinsworthGram *gram, Vec b, Vec x)
 {
-  KSPConvergedReason reason;
+  KSPConvergedReason reason = KSP_DIVERGED_PC_FAILED;
 
   PetscFunctionBegin;
-  PetscCall(KSPSolve(ksp, b, x));
-  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  if (!gram->factor.failed) {
+    PetscCall(KSPSolve(gram->ksp, b, x));
+    PetscCall(KSPGetConvergedReason(gram->ksp, &reason));
+  }
   if (reason < 0) {
-    PetscCall(PetscInfo(ksp, "Solve with the Gram matrix failed: %s\n", KSPConvergedReasons[reason]));
+    PetscCall(PetscInfo(gram->ksp, "Solve with the Gram matrix failed: %s\n", KSPConvergedReasons[reason]));
     PetscCall(VecFlag(x, 1));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -239,7 +237,7 @@ PetscErrorCode AinsworthGramSolve(AinsworthGram *gram, Vec b, Vec x)
     PetscCall(VecRestoreArrayRead(b, &in));
     PetscCall(VecGetArray(x, &out));
     PetscCall(VecPlaceArray(gram->x, out));
-    PetscCall(SolveOrInf(gram->ksp, gram->b, gram->x));
+    PetscCall(SolveOrInf(gram, gram->b, gram->x));
     PetscCall(VecResetArray(gram->x));
     for (PetscInt i = 0; i < n; i++) out[i] *= d[i];
     PetscCall(VecRestoreArray(x, &out));
@@ -257,12 +255,8 @@ PetscErrorCode AinsworthGramGetFailedReason(AinsworthGram *gram, PCFailedReason 
   PCFailedReason r = PC_NOERROR;
 
   PetscFunctionBegin;
-  if (gram->ksp) {
-    PC pc;
-    PetscCall(KSPGetPC(gram->ksp, &pc));
-    PetscCall(PCGetFailedReason(pc, &r));
-  }
-  local = r < 0 ? PC_FACTOR_OTHER : (PetscMPIInt)r; /* the largest is agreed on, and PC_SETUP_ERROR is negative */
+  if (gram->ksp) PetscCall(AinsworthFactorGetFailedReason(&gram->factor, gram->ksp, &r));
+  local = (PetscMPIInt)r;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &local, 1, MPI_INT, MPI_MAX, PetscObjectComm((PetscObject)gram->S)));
   *reason = (PCFailedReason)local;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -273,11 +267,13 @@ PetscErrorCode AinsworthGramView(AinsworthGram *gram, PetscViewer viewer)
   const AinsworthPlacement &p    = gram->placement;
   MPI_Comm                  comm = PetscObjectComm((PetscObject)gram->S), own = MPI_COMM_NULL;
   PetscMPIInt               rank, first;
+  PetscReal                 most;
   PetscViewer               sub;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  first = p.sizes.size() ? rank : PETSC_MPI_INT_MAX;
+  PetscCall(MPIU_Allreduce(&gram->factor.operations, &most, 1, MPIU_REAL, MPIU_MAX, comm));
+  first = p.sizes.size() && gram->factor.operations == most ? rank : PETSC_MPI_INT_MAX; /* the first of those that work most */
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm));
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "Gram matrix S = C W C': %" PetscInt_FMT " connected piece%s, the largest of %" PetscInt_FMT " row%s, on %" PetscInt_FMT " rank%s%s\n", p.pieces,
@@ -287,7 +283,10 @@ PetscErrorCode AinsworthGramView(AinsworthGram *gram, PetscViewer viewer)
   own = p.split && p.sizes.size() ? gram->group : PETSC_COMM_SELF;
   PetscCall(PetscViewerASCIIPushSynchronized(viewer));
   PetscCall(PetscViewerGetSubViewer(viewer, own, &sub));
-  if (p.sizes.size() && (p.split || rank == first)) PetscCall(KSPView(gram->ksp, sub));
+  if (p.sizes.size() && (p.split || rank == first)) {
+    PetscCall(AinsworthFactorView(&gram->factor, sub));
+    PetscCall(KSPView(gram->ksp, sub));
+  }
   PetscCall(PetscViewerRestoreSubViewer(viewer, own, &sub));
   PetscCall(PetscViewerFlush(viewer));
   PetscCall(PetscViewerASCIIPopSynchronized(viewer));

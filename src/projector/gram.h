@@ -2,6 +2,7 @@
 #ifndef AINSWORTH_GRAM_H
 #define AINSWORTH_GRAM_H
 
+#include "factor.h"
 #include "pieces.h"
 
 struct AinsworthGram {
@@ -11,6 +12,7 @@ struct AinsworthGram {
   Mat                placed;    /* S in its places, scaled to a unit diagonal: the rows of this rank, or, where a piece is split, of the group */
   MPI_Comm           group;     /* the ranks that share a split piece; MPI_COMM_NULL: none do */
   KSP                ksp;       /* on PETSC_COMM_SELF or the group */
+  AinsworthFactor    factor;    /* what its PC factors, where it does */
   Vec                b, x;      /* of placed; x is lent its array */
 };
 

@@ -360,11 +360,14 @@ PetscErrorCode Collect(const Labels &labels, const std::vector<PetscInt> &target
 }
 } // namespace
 
+/* A piece is cut where it has more than so many times the rows of a rank: solves that ranks share take several times as long (docs/gram.md) */
+static const PetscReal cutAbove = 16.0;
+
 /*
    AinsworthPlacementCreate - decides which rank solves for which row of S = C W C'
 
    Pieces of up to `small` rows go where their unknowns are. The larger ones go to ceil(rows / rowsPerRank) ranks: whole, with equal work, or, where
-   one has more than rowsPerRank rows, all of S in parts cut by METIS.
+   one has more than cutAbove times rowsPerRank rows, all of S in parts cut by METIS.
 */
 PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, PetscInt small, AinsworthPlacement *placement)
 {
@@ -390,7 +393,7 @@ PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, Pets
   placement->small = small = PetscMin(small, rowsPerRank);
   PetscCall(GatherLarge(labels, small, size, work, large));
   for (const Piece &piece : large) rows += piece.size;
-  placement->split = ranks > 1 && placement->largest > rowsPerRank;
+  placement->split = ranks > 1 && (PetscReal)placement->largest > cutAbove * (PetscReal)rowsPerRank;
   PetscCall(ChooseRanks(S, 1 + ((placement->split ? m : PetscMax(rows, 1)) - 1) / rowsPerRank, chosen));
   if (chosen.size() == 1) placement->split = false;
   if (ranks == 1) target.assign(labels.n, 0);

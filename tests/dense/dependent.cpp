@@ -191,6 +191,25 @@ static PetscErrorCode CheckMended(bool uneven)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* PETSc's own Cholesky factorization is none of Hermitian matrices, nor is that of MUMPS */
+#if defined(PETSC_USE_COMPLEX)
+  #define FACTORIZATION "-ainsworth_gram_pc_type lu -ainsworth_gram_pc_factor_mat_solver_type "
+#else
+  #define FACTORIZATION "-ainsworth_gram_pc_type cholesky -ainsworth_gram_pc_factor_mat_solver_type "
+#endif
+
+/* What factors the Gram matrix; the first is what is chosen for so few rows, dense inverses */
+static const char *const packages[] = {
+  "",
+  FACTORIZATION "petsc",
+#if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
+  "-ainsworth_gram_pc_type cholesky -ainsworth_gram_pc_factor_mat_solver_type cholmod",
+#endif
+#if defined(PETSC_HAVE_MUMPS)
+  FACTORIZATION "mumps",
+#endif
+};
+
 int main(int argc, char **argv)
 {
   int exitcode;
@@ -198,8 +217,8 @@ int main(int argc, char **argv)
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(AinsworthInitializePackage());
-  {
-    Options options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12");
+  for (const char *package : packages) {
+    Options options(std::string("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 ") + package);
 
     for (bool uneven : {false, true}) {
       PetscCall(CheckConsistent(0, uneven, 2));

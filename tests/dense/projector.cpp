@@ -183,6 +183,8 @@ static PetscErrorCode GramSolvers()
         PetscMPIInt got = 0;
         int         members;
 
+        spec.n      = 48;
+        spec.m      = 20;
         spec.uneven = uneven;
         Case("rows per rank %d, uneven %d, %s", (int)rows, uneven, *choice ? choice : "default");
         PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
@@ -193,7 +195,7 @@ static PetscErrorCode GramSolvers()
         if (ksp) PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)ksp), &got));
         members = ksp != NULL;
         PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &members, 1, MPI_INT, MPI_SUM, PETSC_COMM_WORLD));
-        group = (PetscMPIInt)PetscMin((spec.m + rows - 1) / rows, uneven ? 1 : size); /* S is one piece */
+        group = spec.m > 16 * rows ? (PetscMPIInt)PetscMin((spec.m + rows - 1) / rows, uneven ? 1 : size) : 1; /* S is one piece */
         /* METIS may leave parts of so small a graph empty, but not all except one */
         PetscCall(CheckTrue("ranks with a solver", members <= group && members >= PetscMin(2, group)));
         PetscCall(CheckInt("size of their communicator", ksp ? got : members, members));

@@ -10,12 +10,14 @@ struct Solver {
   IS     is[2];
 };
 
-static PetscErrorCode Create(bool explicitTranspose, Solver *s)
+static PetscErrorCode Create(bool explicitTranspose, Solver *s, PetscInt m = 5)
 {
   Spec spec;
   Mat  Ct;
 
   PetscFunctionBeginUser;
+  spec.m      = m;
+  spec.n      = PetscMax(24, 2 * m + 8);
   spec.uneven = !explicitTranspose;
   PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &s->sys));
   if (explicitTranspose) PetscCall(MatHermitianTranspose(s->sys.C, MAT_INITIAL_MATRIX, &Ct));
@@ -176,14 +178,14 @@ static PetscErrorCode SolveCounting(Solver *s, const char *what, PetscInt count[
 }
 
 /* What depends on the nonzero pattern of C alone is done again only where that changed */
-static PetscErrorCode Patterns(const char *choices)
+static PetscErrorCode Patterns(const char *choices, PetscInt m)
 {
   Options  options(choices);
   Solver   s;
   PetscInt first[2], count[2], columns;
 
   PetscFunctionBeginUser;
-  PetscCall(Create(false, &s));
+  PetscCall(Create(false, &s, m));
   PetscCall(SolveCounting(&s, choices, first));
   PetscCall(CheckTrue("a product and a factorisation at least", first[0] > 0 && first[1] > 0));
 
@@ -308,8 +310,8 @@ int main(int argc, char **argv)
   }
   {
     Options options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_pmat jcb");
-    PetscCall(Patterns("-ainsworth_gram_pc_type lu"));
-    PetscCall(Patterns("-pc_ainsworth_rows_per_rank 2 -ainsworth_gram_pc_type redundant")); /* pieces are split */
+    PetscCall(Patterns("-ainsworth_gram_pc_type lu", 5));
+    PetscCall(Patterns("-pc_ainsworth_rows_per_rank 1 -ainsworth_gram_pc_type redundant", 20)); /* pieces are split */
   }
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());

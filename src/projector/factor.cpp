@@ -1,0 +1,213 @@
+#include "factor.h"
+#include "symbolic.h"
+#include <string>
+
+/*
+   The package for many operations, and how many those are: below, PETSc's own factorisation and its solves take less time (docs/gram.md). In complex
+   arithmetic, solves with CHOLMOD's factor of a Hermitian matrix are wrong (PETSc 3.18.5)
+*/
+#if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
+static const char *const supernodal = MATSOLVERCHOLMOD;
+static const PetscReal   many       = 1e8;
+#elif defined(PETSC_HAVE_MUMPS)
+static const char *const supernodal = MATSOLVERMUMPS;
+static const PetscReal   many       = 2e9;
+#else
+static const char *const supernodal = NULL;
+static const PetscReal   many       = PETSC_INFINITY;
+#endif
+
+#if defined(PETSC_HAVE_SUITESPARSE)
+static const char *const ordering = MATORDERINGAMD;
+#elif defined(PETSC_HAVE_METIS)
+static const char *const ordering   = MATORDERINGMETISND;
+#else
+static const char *const ordering   = MATORDERINGND;
+#endif
+
+static PetscErrorCode IsPackage(PC pc, const char name[], PetscBool *is)
+{
+  PetscBool     factors;
+  MatSolverType type = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)pc, &factors, PCCHOLESKY, PCLU, ""));
+  if (factors) PetscCall(PCFactorGetMatSolverType(pc, &type));
+  *is = PETSC_FALSE;
+  if (type) PetscCall(PetscStrcmp(type, name, is));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthFactorChoose - the factorisation of M, unless the options choose: PETSc's own or, for many operations, that of a package
+
+   Before the options of ksp are read and before it has operators. PETSc's own Cholesky factorisation knows L L^T only: in complex arithmetic it is LU.
+*/
+PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, KSP ksp)
+{
+  const char *const given[] = {"-pc_type", "-pc_factor_mat_solver_type", "-pc_factor_mat_ordering_type"};
+  const char       *prefix;
+  PetscBool         has, sequential;
+  PC                pc;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetType(pc, PetscDefined(USE_COMPLEX) ? PCLU : PCCHOLESKY));
+  PetscCall(KSPGetOptionsPrefix(ksp, &prefix));
+  for (const char *name : given) {
+    PetscCall(PetscOptionsHasName(NULL, prefix, name, &has));
+    if (has) PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscObjectBaseTypeCompare((PetscObject)M, MATSEQAIJ, &sequential));
+  if (sequential) {
+    PetscCall(AinsworthFactorOperations(M, ordering, &factor->operations));
+    factor->package = factor->operations < many ? MATSOLVERPETSC : supernodal;
+    if (factor->operations < many) PetscCall(PCFactorSetMatOrderingType(pc, ordering));
+  }
+#if defined(PETSC_HAVE_MUMPS)
+  else
+    factor->package = MATSOLVERMUMPS;
+#endif
+  if (factor->package) PetscCall(PCFactorSetMatSolverType(pc, factor->package));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Keeps the message of an error that a package raises */
+static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
+{
+  if (type == PETSC_ERROR_INITIAL && message) *(std::string *)ctx = message;
+  return code;
+}
+
+/* Switches the current stage of the log off, if it is on, and with `on` on again: an error leaves events open, which no logger forgives */
+static PetscErrorCode SwitchLog(bool on, PetscBool *off)
+{
+  PetscFunctionBegin;
+#if defined(PETSC_USE_LOG)
+  PetscBool     active;
+  PetscLogStage stage;
+
+  PetscCall(PetscLogIsActive(&active));
+  if (!active) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthLogGetStage(&stage));
+  if (!on) PetscCall(PetscLogStageGetActive(stage, off));
+  if (*off) PetscCall(PetscLogStageSetActive(stage, on ? PETSC_TRUE : PETSC_FALSE));
+#endif
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* CHOLMOD prints a line to the standard output where the matrix is not positive definite, unless the options say how much it prints */
+static PetscErrorCode Quiet(KSP ksp, std::string *option)
+{
+  const char *prefix;
+  PetscBool   given;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetOptionsPrefix(ksp, &prefix));
+  PetscCall(PetscOptionsHasName(NULL, prefix, "-mat_cholmod_print", &given));
+  if (!given) *option = std::string("-") + prefix + "mat_cholmod_print";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* CHOLMOD's interface raises an error where the matrix is not positive definite; the solver then forgets the factorisation */
+static PetscErrorCode SetUpCholmod(AinsworthFactor *factor, KSP ksp)
+{
+  std::string    message, quiet;
+  PetscErrorCode code;
+  PetscBool      off = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(Quiet(ksp, &quiet));
+  if (!quiet.empty()) PetscCall(PetscOptionsSetValue(NULL, quiet.c_str(), "0"));
+  PetscCall(SwitchLog(false, &off));
+#if defined(PETSC_USE_DEBUG)
+  const PetscStack stack = petscstack; /* which an error leaves as deep as it was */
+#endif
+  PetscCall(PetscPushErrorHandler(KeepMessage, &message));
+  code = KSPSetUp(ksp);
+#if defined(PETSC_USE_DEBUG)
+  petscstack = stack;
+#endif
+  PetscCall(PetscPopErrorHandler());
+  PetscCall(SwitchLog(true, &off));
+  if (!quiet.empty()) PetscCall(PetscOptionsClearValue(NULL, quiet.c_str()));
+  if (code == PETSC_SUCCESS) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(code == PETSC_ERR_MAT_CH_ZRPVT, PetscObjectComm((PetscObject)ksp), code, "%s", message.c_str());
+  PetscCall(PetscInfo(ksp, "The Gram matrix is not factored: %s\n", message.c_str()));
+  factor->failed = PC_FACTOR_NUMERIC_ZEROPIVOT;
+  PetscCall(KSPReset(ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthFactorSetUp - factors M, whose pattern is that of the last time, if there was one */
+PetscErrorCode AinsworthFactorSetUp(AinsworthFactor *factor, Mat M, KSP ksp)
+{
+  PetscBool   cholmod;
+  const char *prefix;
+  PC          pc;
+
+  PetscFunctionBegin;
+  factor->failed = PC_NOERROR;
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(IsPackage(pc, MATSOLVERCHOLMOD, &cholmod));
+  if (cholmod) {
+    /* its interface wraps this type in place; of AIJ it makes a copy, which it loses where the factorisation fails */
+    PetscCall(MatConvert(M, MATSEQSBAIJ, factor->upper ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, &factor->upper));
+    PetscCall(KSPGetOptionsPrefix(ksp, &prefix));
+    PetscCall(MatSetOptionsPrefix(factor->upper, prefix)); /* of -mat_cholmod_* */
+    PetscCall(MatSetOption(factor->upper, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
+    PetscCall(KSPSetOperators(ksp, M, factor->upper));
+    PetscCall(SetUpCholmod(factor, ksp));
+  } else {
+    PetscCall(KSPSetOperators(ksp, M, M));
+    PetscCall(KSPSetUp(ksp));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthFactorGetFailedReason - not collective; the same whichever package met the pivot that is not positive */
+PetscErrorCode AinsworthFactorGetFailedReason(const AinsworthFactor *factor, KSP ksp, PCFailedReason *reason)
+{
+  PC        pc;
+  PetscBool mumps;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCGetFailedReason(pc, reason));
+  if (factor->failed) *reason = factor->failed;
+  PetscCall(IsPackage(pc, MATSOLVERMUMPS, &mumps));
+#if defined(PETSC_HAVE_MUMPS)
+  if (mumps && *reason == PC_FACTOR_OTHER) {
+    Mat      F;
+    PetscInt info;
+
+    PetscCall(PCFactorGetMatrix(pc, &F));
+    PetscCall(MatMumpsGetInfog(F, 1, &info));
+    if (info == -40) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT; /* a negative pivot */
+  }
+#endif
+  if (*reason < 0) *reason = PC_FACTOR_OTHER; /* PC_SETUP_ERROR: ranks agree on the largest */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthFactorReset(AinsworthFactor *factor)
+{
+  PetscFunctionBegin;
+  PetscCall(MatDestroy(&factor->upper));
+  *factor = AinsworthFactor();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthFactorView - which package and why */
+PetscErrorCode AinsworthFactorView(const AinsworthFactor *factor, PetscViewer viewer)
+{
+  PetscFunctionBegin;
+  if (factor->operations > 0.0) {
+    char other[64] = "";
+
+    if (supernodal) PetscCall(PetscSNPrintf(other, sizeof(other), ", from %g on it would be %s", (double)many, supernodal));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "factored by %s, for %.2g operations predicted%s\n", factor->package, (double)factor->operations,
+                                     factor->operations < many ? other : ""));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

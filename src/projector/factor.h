@@ -1,0 +1,20 @@
+/* The factorisation of the Gram matrix: which package, and what its failures become (docs/method.md, Gram matrix) */
+#ifndef AINSWORTH_FACTOR_H
+#define AINSWORTH_FACTOR_H
+
+#include "../petsccompat.h"
+
+struct AinsworthFactor {
+  PetscReal      operations; /* predicted; 0: the solver is not of our choice, or shared */
+  MatSolverType  package;    /* of our choice, else NULL */
+  Mat            upper;      /* what CHOLMOD factors: the upper triangle */
+  PCFailedReason failed;     /* of a package that raises an error where others give a reason */
+};
+
+PetscErrorCode AinsworthFactorChoose(AinsworthFactor *, Mat, KSP);
+PetscErrorCode AinsworthFactorSetUp(AinsworthFactor *, Mat, KSP);
+PetscErrorCode AinsworthFactorGetFailedReason(const AinsworthFactor *, KSP, PCFailedReason *);
+PetscErrorCode AinsworthFactorReset(AinsworthFactor *);
+PetscErrorCode AinsworthFactorView(const AinsworthFactor *, PetscViewer);
+
+#endif
