@@ -50,6 +50,6 @@ multigrid_inner(twocubes cubes_stiff 12 17 ${cubes} -E2 1e12)
 multigrid_inner(twocubes cubes_turned 9 13 ${cubes} -rotate 20,35,50 -stick 0 -near_nullspace)
 multigrid_inner(twocubes cubes_floating 27 31 ${cubes} -floating)
 multigrid_inner(twocubes cubes_translations 18 22 ${cubes})
-# the levels of A are kept where C alone changes, and the default is this multigrid
+# the default is this multigrid
 ainsworth_program_test(multigrid_default COMMAND scenes LOAD RANKS 1 2 3 4 LABELS multigrid ARGS -scene tets -n 7 -ksp_type preonly -pc_type ainsworth -ksp_view
   PASS_REGEX "type: blocksa" "type: chebyshevsingle" "block smoothed aggregation, threshold" "single precision, eigenvalues used: min")

@@ -293,9 +293,10 @@ static PetscErrorCode Choice(const char *option, PetscInt most, const std::vecto
 
 static PetscErrorCode Choices()
 {
-  Mat         A;
-  KSP         ksp;
-  std::string view;
+  const std::string everywhere = std::to_string(PetscGlobalSize) + " ranks\n";
+  Mat               A;
+  KSP               ksp;
+  std::string       view;
 
   PetscFunctionBeginUser;
   Case("before the set-up");
@@ -309,6 +310,8 @@ static PetscErrorCode Choices()
                    {"type: blocksa", "block smoothed aggregation, threshold 0.03\n", "cycles=w", "level: 900 unknowns, blocks of 3,", "type: chebyshevsingle\n",
                     "single precision, eigenvalues used: min", "type: jacobi", "maximum iterations=2,", "operator complexity 1."}));
   PetscCall(Choice("-pc_blocksa_threshold 0.1", 14, {"threshold 0.1\n"}));
+  PetscCall(Choice("-pc_blocksa_process_eq_limit 0", 12, {"of them a row, on " + everywhere + "  Coarse grid solver"}));
+  PetscCall(Choice("-pc_blocksa_process_eq_limit 1000000", 12, {"of them a row, on 1 ranks\n  Coarse grid solver"}));
   PetscCall(Choice("-pc_blocksa_coarse_eq_limit 1000", 2, {"levels=1", "finest level in double precision, as its values jump too far or it is the only one"}));
   PetscCall(Choice("-pc_blocksa_precision double", 11, {"finest level in double precision;", "type: chebyshev\n"}));
   PetscCall(Choice("-pc_mg_cycle_type v", 12, {"cycles=v"}));
