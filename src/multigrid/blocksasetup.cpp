@@ -8,6 +8,11 @@
 static const PetscReal above = 1.1, below = 0.1;
 /* With more entries on all levels than this times those of A a W-cycle costs more than it saves */
 static const PetscReal complexityOfW = 1.5;
+/*
+   Shift of the coarsest matrix, of its diagonal. What rounding leaves of rigid modes in a residual grows by its inverse: from a finest level in single
+   precision it must not drown the rest
+*/
+static const PetscReal shiftOfDouble = 1e-12, shiftOfSingle = 1e-9;
 
 /* A, and what is added to it on a surface where the matrix is a sum of two */
 static PetscErrorCode Split(Mat pmat, Mat *A, Mat *added)
@@ -98,7 +103,7 @@ static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added)
       if (!sa->op[l]) PetscCall(AinsworthLevelMatCreate(h.grids[l].nodes, h.grids[l].bs, &sa->op[l]));
       PetscCall(AinsworthLevelMatSet(sa->op[l], std::move(level)));
     } else {
-      for (PetscReal &d : level->diagonal) d *= 1e-12;
+      for (PetscReal &d : level->diagonal) d *= h.single() ? shiftOfSingle : shiftOfDouble;
       const std::vector<PetscReal> shift(level->diagonal);
       Vec                          d;
       PetscScalar                 *a;

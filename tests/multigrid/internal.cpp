@@ -1,0 +1,60 @@
+#include "internal.h"
+
+PetscErrorCode Gather(const AinsworthBlockRows &rows, const AinsworthColumns &cols, PetscInt first, PetscInt N, Dense &dense)
+{
+  PetscFunctionBeginUser;
+  dense = Dense::Zero(N * rows.br, cols.layout->N * rows.bc);
+  for (PetscInt i = 0; i < rows.n; i++)
+    for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
+      for (PetscInt q = 0; q < rows.size(); q++) dense((first + i) * rows.br + q / rows.bc, cols.node(rows.j[k]) * rows.bc + q % rows.bc) += rows.block(k)[q];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, dense.data(), (PetscMPIInt)dense.size(), MPIU_SCALAR, MPIU_SUM, PETSC_COMM_WORLD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+AinsworthHierarchyOptions UsualOptions()
+{
+  AinsworthHierarchyOptions o;
+
+  o.threshold   = 0.03;
+  o.coarseSize  = 40;
+  o.levels      = 10;
+  o.nodesOfRank = 5;
+  o.single      = PETSC_FALSE;
+  o.product     = PETSC_FALSE;
+  return o;
+}
+
+PetscErrorCode Modes(const Lattice &l, Mat A, AinsworthModes *modes, Dense *dense)
+{
+  std::vector<PetscReal> x;
+  PetscInt               n, N, start;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  PetscCall(MatGetSize(A, &N, NULL));
+  PetscCall(MatGetOwnershipRange(A, &start, NULL));
+  PetscCall(LatticeCoordinates(l, A, x));
+  PetscCall(AinsworthModesCreate(A, NULL, n, l.bs, l.dim(), x.data(), modes));
+  if (!dense) PetscFunctionReturn(PETSC_SUCCESS);
+  *dense = Dense::Zero(N, modes->k);
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt c = 0; c < modes->k; c++) (*dense)(start + i, c) = modes->values[i * modes->k + c];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, dense->data(), (PetscMPIInt)dense->size(), MPIU_SCALAR, MPIU_SUM, PETSC_COMM_WORLD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode HierarchyCreate(const Lattice &l, Mat A, const AinsworthHierarchyOptions &options, AinsworthHierarchy *h)
+{
+  AinsworthModes modes;
+
+  PetscFunctionBeginUser;
+  PetscCall(Modes(l, A, &modes, NULL));
+  PetscCall(h->create(A, l.bs, std::move(modes), options));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+Dense Scaled(const Dense &X, const Dense &diagonalOf)
+{
+  const Column w = diagonalOf.diagonal().cwiseAbs().cwiseSqrt().cwiseInverse().cast<PetscScalar>();
+  return w.asDiagonal() * X * w.asDiagonal();
+}

@@ -1,0 +1,274 @@
+static char help[] = "Blocks, their products, their way between ranks and their conversion, against dense algebra.\n\n";
+
+#include "internal.h"
+
+/* The blocks of an AIJ matrix, places and ghosts */
+static PetscErrorCode Extraction(const Lattice &l, Mat A, const Dense &dense)
+{
+  AinsworthBlockMat     X;
+  Dense                 got;
+  std::vector<PetscInt> number, ghost;
+  bool                  rising = true, outside = true;
+
+  PetscFunctionBeginUser;
+  PetscCall(AinsworthBlockMatCreate(A, l.bs, &X));
+  PetscCall(Gather(X, got));
+  PetscCall(CheckEqual("blocks", got, dense, 0.0));
+  for (PetscInt i = 0; i < X.rows.n; i++)
+    for (PetscInt k = X.rows.i[i] + 1; k < X.rows.i[i + 1]; k++) rising = rising && X.rows.j[k - 1] < X.rows.j[k];
+  PetscCall(CheckTrue("places rise along a row", rising));
+  for (PetscInt i = 0; i < X.cols.local; i++) number.push_back(X.cols.first + i);
+  ghost.assign(X.cols.ghosts.size(), -1);
+  PetscCall(X.cols.toGhosts(MPIU_INT, number.data(), ghost.data()));
+  PetscCall(CheckTrue("owners know the ghosts by the same numbers", ghost == X.cols.ghosts));
+  for (size_t g = 0; g < X.cols.ghosts.size(); g++) {
+    const PetscInt node = X.cols.ghosts[g];
+    outside             = outside && (node < X.cols.first || node >= X.cols.first + X.cols.local) && (!g || X.cols.ghosts[g - 1] < node);
+    outside             = outside && X.cols.place(node) == X.cols.local + (PetscInt)g && X.cols.node(X.cols.local + (PetscInt)g) == node;
+  }
+  PetscCall(CheckTrue("ghosts are nodes of other ranks, rising", outside));
+  PetscCall(X.cols.destroy());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What a row of node holds: so many blocks, their columns and values */
+static PetscInt Length(PetscInt node, PetscInt sender)
+{
+  return (node + 2 * sender) % 4;
+}
+
+static PetscErrorCode FillRow(AinsworthBlockRows &rows, PetscInt node, PetscInt sender)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < Length(node, sender); k++) {
+    rows.j.push_back(1000 * node + 10 * k + sender);
+    for (PetscInt q = 0; q < rows.size(); q++) rows.a.push_back(Uniform(node, sender, 100 * k + q));
+  }
+  rows.i.push_back((PetscInt)rows.j.size());
+  rows.n++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static bool SameRow(const AinsworthBlockRows &rows, PetscInt row, PetscInt node, PetscInt sender)
+{
+  AinsworthBlockRows expected;
+
+  expected.br = rows.br;
+  expected.bc = rows.bc;
+  expected.i.assign(1, 0);
+  (void)FillRow(expected, node, sender);
+  if (rows.i[row + 1] - rows.i[row] != expected.i[1]) return false;
+  return std::equal(expected.j.begin(), expected.j.end(), rows.j.begin() + rows.i[row]) &&
+         std::equal(expected.a.begin(), expected.a.end(), rows.block(rows.i[row]));
+}
+
+/* Rows of different lengths to ghosts and back to owners */
+static PetscErrorCode Exchange(const Lattice &l, Mat A)
+{
+  AinsworthBlockMat     X;
+  AinsworthBlockRows    rows, arrived;
+  std::vector<PetscInt> owner;
+  PetscMPIInt           rank, size;
+  bool                  same = true;
+  PetscInt              count[2];
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  PetscCall(AinsworthBlockMatCreate(A, l.bs, &X));
+  rows.br = 2;
+  rows.bc = 3;
+  rows.i.assign(1, 0);
+  for (PetscInt i = 0; i < X.cols.local; i++) PetscCall(FillRow(rows, X.cols.first + i, 0));
+  PetscCall(AinsworthRowsToGhosts(X.cols, rows, &arrived));
+  same = arrived.n == (PetscInt)X.cols.ghosts.size() && arrived.br == 2 && arrived.bc == 3 && arrived.i.size() == X.cols.ghosts.size() + 1;
+  for (PetscInt g = 0; same && g < arrived.n; g++) same = SameRow(arrived, g, X.cols.ghosts[g], 0);
+  PetscCall(CheckTrue("rows of the owners arrive at the ghosts", same));
+
+  rows    = AinsworthBlockRows();
+  rows.br = 2;
+  rows.bc = 3;
+  rows.i.assign(1, 0);
+  for (PetscInt node : X.cols.ghosts) PetscCall(FillRow(rows, node, rank));
+  arrived = AinsworthBlockRows();
+  PetscCall(AinsworthRowsToOwners(X.cols, rows, &owner, &arrived));
+  same = arrived.n == (PetscInt)owner.size() && std::is_sorted(owner.begin(), owner.end());
+  for (PetscInt r = 0; same && r < arrived.n; r++) { /* of several senders in any order, but each once */
+    bool any = false;
+
+    same = owner[r] >= 0 && owner[r] < X.cols.local;
+    for (PetscInt sender = 0; sender < size; sender++) any = any || (sender != rank && SameRow(arrived, r, X.cols.first + owner[r], sender));
+    same = same && any;
+    for (PetscInt s = r - 1; same && s >= 0 && owner[s] == owner[r]; s--) {
+      const PetscInt a = arrived.i[s], b = arrived.i[r];
+      if (arrived.i[s + 1] > a && arrived.i[r + 1] > b) same = arrived.j[a] != arrived.j[b];
+    }
+  }
+  PetscCall(CheckTrue("rows of the ghosts arrive at the owners", same));
+  count[0] = rows.n - arrived.n;
+  count[1] = rows.i.back() - arrived.i.back();
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));
+  PetscCall(CheckTrue("all of them", !count[0] && !count[1]));
+  PetscCall(X.cols.destroy());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A level of A, or of A and what is added, as a matrix: products, diagonal, conversion */
+static PetscErrorCode CheckLevel(const char *what, const AinsworthHierarchy &h, const AinsworthBlockMat *added, bool single, const Dense &expected)
+{
+  std::unique_ptr<AinsworthLevel> level;
+  Mat                             mat, aij;
+  Vec                             d;
+  Dense                           got;
+  Column                          diagonal;
+  const PetscReal                 tolerance = single ? 1e-6 : 1e-14;
+
+  PetscFunctionBeginUser;
+  PetscCall(AinsworthLevelMatCreate(h.grids[0].nodes, h.grids[0].bs, &mat));
+  PetscCall(h.createLevel(0, added, single, &level));
+  PetscCall(CheckTrue("precision", single == (level->single != nullptr) && single != (level->product != nullptr)));
+  PetscCall(AinsworthLevelMatSet(mat, std::move(level)));
+  PetscCall(Gather(mat, got));
+  PetscCall(CheckEqual(what, Scaled(got, expected), Scaled(expected, expected), tolerance));
+  PetscCall(MatCreateVecs(mat, &d, NULL));
+  PetscCall(MatGetDiagonal(mat, d));
+  PetscCall(Gather(d, diagonal));
+  PetscCall(CheckEqual("diagonal", diagonal, expected.diagonal(), 1e-15));
+  PetscCall(VecDestroy(&d));
+  if (single) {
+    PetscCall(
+      CheckError("conversion", [mat, &aij] { return MatConvert(mat, MATAIJ, MAT_INITIAL_MATRIX, &aij); }, PETSC_ERR_SUP, {"-pc_blocksa_precision double"}));
+  } else {
+    PetscCall(MatConvert(mat, MATAIJ, MAT_INITIAL_MATRIX, &aij));
+    PetscCall(Gather(aij, got));
+    PetscCall(CheckEqual("as AIJ", got, expected, 1e-15));
+    PetscCall(MatDestroy(&aij));
+  }
+  PetscCall(MatDestroy(&mat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Products(const Lattice &l, Mat A, const Dense &dense)
+{
+  AinsworthHierarchyOptions o = UsualOptions();
+  Mat                       D;
+  AinsworthBlockMat         X;
+  Dense                     added;
+
+  PetscFunctionBeginUser;
+  PetscCall(SurfaceCreate(l, A, 3.0, 4, &D));
+  PetscCall(Gather(D, added));
+  PetscCall(AinsworthBlockMatCreate(D, l.bs, &X));
+  o.single  = PETSC_TRUE;
+  o.product = PETSC_TRUE;
+  {
+    AinsworthHierarchy h;
+    Mat                product;
+    Dense              got;
+
+    PetscCall(HierarchyCreate(l, A, o, &h));
+    PetscCall(CheckTrue("more than one level", h.grids.size() > 1));
+    PetscCall(CheckLevel("A in double precision", h, NULL, false, dense));
+    PetscCall(CheckLevel("A + D in double precision", h, &X, false, dense + added));
+    PetscCall(CheckTrue("single precision", h.single()));
+    PetscCall(CheckLevel("A in single precision", h, NULL, true, dense));
+    PetscCall(CheckLevel("A + D in single precision", h, &X, true, dense + added));
+    PetscCall(AinsworthHierarchyCreateProduct(h, &product));
+    PetscCall(Gather(product, got));
+    PetscCall(CheckEqual("A for products", got, dense, 1e-15));
+    PetscCall(MatDestroy(&product));
+  }
+  PetscCall(X.cols.destroy());
+  PetscCall(MatDestroy(&D));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Interpolation as a matrix, in both precisions: product, transpose, sum and conversion */
+static PetscErrorCode CheckInterpolation(const AinsworthHierarchy &h, bool single)
+{
+  Mat   mat, aij;
+  Vec   coarse, fine;
+  Dense expected, got, transposed;
+
+  PetscFunctionBeginUser;
+  const AinsworthInterpolation &P = *h.grids[0].P;
+  PetscCall(Gather(P.rows, P.cols, h.grids[0].nodes->rstart, h.grids[0].nodes->N, expected));
+  if (single) expected = expected.unaryExpr([](PetscScalar v) { return (PetscScalar)(AinsworthSingle)v; });
+  PetscCall(AinsworthInterpolationMatCreate(h.grids[0].P, single, h.grids[0].nodes, &mat));
+  PetscCall(Gather(mat, got));
+  PetscCall(CheckEqual("interpolation", got, expected, 1e-15));
+  PetscCall(MatCreateVecs(mat, &coarse, &fine));
+  PetscCall(GatherOperator(
+    fine, coarse, [mat](Vec x, Vec y) { return MatMultTranspose(mat, x, y); }, transposed));
+  PetscCall(CheckEqual("its transpose", transposed, expected.transpose(), 1e-15));
+  PetscCall(GatherOperator(
+    coarse, fine,
+    [mat](Vec x, Vec y) {
+      PetscFunctionBeginUser;
+      PetscCall(VecSet(y, 2.0));
+      PetscCall(MatMultAdd(mat, x, y, y));
+      PetscCall(VecShift(y, -2.0));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    },
+    got));
+  PetscCall(CheckEqual("and added to a vector", got, expected, 1e-14));
+  PetscCall(VecDestroy(&coarse));
+  PetscCall(VecDestroy(&fine));
+  PetscCall(MatConvert(mat, MATAIJ, MAT_INITIAL_MATRIX, &aij));
+  PetscCall(Gather(aij, got));
+  PetscCall(CheckEqual("interpolation as AIJ", got, expected, 1e-15));
+  PetscCall(MatDestroy(&aij));
+  PetscCall(MatDestroy(&mat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Kernels(Lattice l)
+{
+  const char *name;
+
+  PetscFunctionBeginUser;
+  for (auto layout : {Lattice::EVEN, Lattice::HOLE, Lattice::SMALL, Lattice::LAST}) {
+    Mat   A;
+    Dense dense;
+
+    l.layout = layout;
+    PetscCall(LayoutName(l, &name));
+    Case("blocks of %d, %s", (int)l.bs, name);
+    PetscCall(LatticeCreate(l, &A));
+    PetscCall(Gather(A, dense));
+    PetscCall(Extraction(l, A, dense));
+    PetscCall(Exchange(l, A));
+    PetscCall(Products(l, A, dense));
+    AinsworthHierarchy h;
+    PetscCall(HierarchyCreate(l, A, UsualOptions(), &h));
+    for (bool single : {false, true}) PetscCall(CheckInterpolation(h, single));
+    PetscCall(MatDestroy(&A));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  int exitcode;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(AinsworthInitializePackage());
+  for (PetscInt bs : {1, 2, 3, 4, 6}) {
+    Lattice l;
+
+    l.bs     = bs;
+    l.n      = bs == 2 ? 7 : 3;
+    l.layers = bs == 2 ? 6 : 5;
+    PetscCall(Kernels(l));
+  }
+  Lattice jump; /* scaling by powers of two matters */
+  jump.n        = 3;
+  jump.layers   = 5;
+  jump.contrast = 1e7;
+  jump.alone    = true;
+  PetscCall(Kernels(jump));
+  PetscCall(ChecksFinish(&exitcode));
+  PetscCall(PetscFinalize());
+  return exitcode;
+}
