@@ -38,18 +38,25 @@ struct AinsworthBlockMat {
   AinsworthColumns   cols;
 };
 
-/* An MPI type of some numbers in a row, freed at the end of its scope */
+/* An MPI type of some numbers in a row, freed at the end of its scope; one number is its own type, as MPI sums no other */
 class AinsworthUnit {
 public:
-  AinsworthUnit(PetscInt n, MPI_Datatype base)
+  AinsworthUnit(PetscInt n, MPI_Datatype base) : type(base), own(n != 1)
   {
+    if (!own) return;
     (void)MPI_Type_contiguous((PetscMPIInt)n, base, &type);
     (void)MPI_Type_commit(&type);
   }
-  ~AinsworthUnit() { (void)MPI_Type_free(&type); }
+  ~AinsworthUnit()
+  {
+    if (own) (void)MPI_Type_free(&type);
+  }
   AinsworthUnit(const AinsworthUnit &)            = delete;
   AinsworthUnit &operator=(const AinsworthUnit &) = delete;
-  MPI_Datatype   type                             = MPI_DATATYPE_NULL;
+  MPI_Datatype   type;
+
+private:
+  const bool own;
 };
 
 void           AinsworthSortUnique(std::vector<PetscInt> &);
