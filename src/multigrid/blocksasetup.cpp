@@ -9,10 +9,10 @@ static const PetscReal above = 1.1, below = 0.1;
 /* With more entries on all levels than this times those of A a W-cycle costs more than it saves */
 static const PetscReal complexityOfW = 1.5;
 /*
-   Shift of the coarsest matrix, of its diagonal. What rounding leaves of rigid modes in a residual grows by its inverse: from a finest level in single
-   precision it must not drown the rest
+   Shift of the coarsest matrix, of its diagonal, far below what multigrid resolves. What rounding leaves of a null space in a residual grows by its inverse:
+   from a finest level in single precision it must not drown the rest
 */
-static const PetscReal shiftOfDouble = 1e-12, shiftOfSingle = 1e-9;
+static const PetscReal shift = 1e-12, shiftOfSingular = 1e-9;
 
 /* A, and what is added to it on a surface where the matrix is a sum of two */
 static PetscErrorCode Split(Mat pmat, Mat *A, Mat *added)
@@ -82,7 +82,7 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
 }
 
 /* Operators of all levels: A_l, or A_l plus the Galerkin products of what is added to A */
-static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added)
+static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added, bool singular)
 {
   const AinsworthHierarchy       &h = *sa->levels.hierarchy;
   const PetscInt                  n = (PetscInt)h.grids.size();
@@ -103,8 +103,8 @@ static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added)
       if (!sa->op[l]) PetscCall(AinsworthLevelMatCreate(h.grids[l].nodes, h.grids[l].bs, &sa->op[l]));
       PetscCall(AinsworthLevelMatSet(sa->op[l], std::move(level)));
     } else {
-      for (PetscReal &d : level->diagonal) d *= h.single() ? shiftOfSingle : shiftOfDouble;
-      const std::vector<PetscReal> shift(level->diagonal);
+      for (PetscReal &d : level->diagonal) d *= singular && h.single() ? shiftOfSingular : shift;
+      const std::vector<PetscReal> shifts(level->diagonal);
       Vec                          d;
       PetscScalar                 *a;
 
@@ -113,10 +113,10 @@ static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added)
       PetscCall(MatDestroy(&sa->op[l]));
       PetscCall(MatConvert(coarsest, MATAIJ, MAT_INITIAL_MATRIX, &sa->op[l]));
       PetscCall(MatDestroy(&coarsest));
-      /* bodies that nothing holds leave their modes in the coarsest matrix: a shift far below what multigrid resolves lets it be factored */
+      /* bodies that nothing holds leave their modes in the coarsest matrix */
       PetscCall(MatCreateVecs(sa->op[l], &d, NULL));
       PetscCall(VecGetArrayWrite(d, &a));
-      for (size_t k = 0; k < shift.size(); k++) a[k] = shift[k];
+      for (size_t k = 0; k < shifts.size(); k++) a[k] = shifts[k];
       PetscCall(VecRestoreArrayWrite(d, &a));
       PetscCall(MatDiagonalSet(sa->op[l], d, ADD_VALUES));
       PetscCall(VecDestroy(&d));
@@ -240,10 +240,11 @@ PetscErrorCode PCBlockSARaiseBounds(PC_BlockSA *sa)
 
 PetscErrorCode PCSetUp_BlockSA(PC pc)
 {
-  PC_BlockSA *sa;
-  Mat         A, added;
-  PetscBool   anew = PETSC_TRUE;
-  KSP         coarse;
+  PC_BlockSA  *sa;
+  Mat          A, added;
+  PetscBool    anew = PETSC_TRUE;
+  KSP          coarse;
+  MatNullSpace null;
 
   PetscFunctionBegin;
   PetscCall(PCBlockSAGet(pc, &sa));
@@ -251,7 +252,9 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   PetscCall(Split(pc->pmat, &A, &added));
   PetscCall(SetUpLevels(pc, sa, A, &anew));
   if (anew || sa->op.empty()) PetscCall(ConfigureMG(pc, sa));
-  PetscCall(SetUpOperators(sa, added));
+  PetscCall(MatGetNullSpace(pc->pmat, &null));
+  if (!null) PetscCall(MatGetNullSpace(pc->mat, &null));
+  PetscCall(SetUpOperators(sa, added, null != NULL));
   const PetscInt n = (PetscInt)sa->op.size();
   for (PetscInt l = 0; l + 1 < n; l++) {
     PetscCall(KSPSetOperators(sa->smoother[l], sa->op[l], sa->op[l]));

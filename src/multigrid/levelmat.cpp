@@ -146,7 +146,7 @@ static PetscErrorCode MatConvert_Level_AIJ(Mat mat, MatType, MatReuse reuse, Mat
   PetscCall(MatAssemblyBegin(B, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(B, MAT_FINAL_ASSEMBLY));
   PetscCall(MatSetOption(B, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
-  PetscCall(MatSetOption(B, MAT_SPD, PETSC_TRUE));
+  if (!PetscDefined(USE_COMPLEX)) PetscCall(MatSetOption(B, MAT_SPD, PETSC_TRUE)); /* it includes A = A^T */
   if (reuse == MAT_INPLACE_MATRIX) PetscCall(MatHeaderReplace(mat, &B));
   else *newmat = B;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -190,7 +190,7 @@ PetscErrorCode AinsworthLevelMatCreate(PetscLayout nodes, PetscInt bs, Mat *mat)
   PetscCall(PetscObjectChangeTypeName((PetscObject)*mat, AINSWORTH_LEVEL_MAT));
   PetscCall(PetscObjectComposeFunction((PetscObject)*mat, "MatConvert_" AINSWORTH_LEVEL_MAT "_aij_C", MatConvert_Level_AIJ));
   PetscCall(MatSetOption(*mat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
-  PetscCall(MatSetOption(*mat, MAT_SPD, PETSC_TRUE));
+  if (!PetscDefined(USE_COMPLEX)) PetscCall(MatSetOption(*mat, MAT_SPD, PETSC_TRUE)); /* it includes A = A^T */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

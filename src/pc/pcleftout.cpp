@@ -17,7 +17,7 @@ static PetscErrorCode DescribeGram(AinsworthGram *gram, std::string &text)
   } else none = blocks = PETSC_TRUE;
   flags[0] = none;
   flags[1] = (PetscBool)(none || blocks);
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, flags, 2, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)gram->S)));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, flags, 2, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)gram->S)));
   if (gram->placement.largest == 1 && flags[0]) text += "; S is diagonal: no factorisation";
   else if (flags[1]) text += "; S is in small pieces: dense inverses, no factorisation";
   PetscFunctionReturn(PETSC_SUCCESS);

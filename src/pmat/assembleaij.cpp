@@ -35,7 +35,7 @@ PetscErrorCode AinsworthAssembleAIJ(AinsworthSum *sum, Mat *M)
   PetscCall(AssemblePart(sum->inside, sum->n, sum->n, bs, bs, &inside));
   if (sum->parallel) {
     PetscCall(AssemblePart(sum->outside, sum->n, (PetscInt)sum->ghosts.size(), bs, 1, &outside));
-    PetscCall(MatCreateMPIAIJWithSeqAIJ(PetscObjectComm((PetscObject)sum->A), inside, outside, sum->ghosts.data(), M));
+    PetscCall(AinsworthMatCreateMPIAIJ(PetscObjectComm((PetscObject)sum->A), inside, outside, (PetscInt)sum->ghosts.size(), sum->ghosts.data(), M));
   } else *M = inside;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -59,10 +59,10 @@ PetscErrorCode Batch::flush()
 }
 } // namespace
 
-static PetscErrorCode DestroyIJMatrix(void *ij)
+static PetscErrorCode DestroyIJMatrix(AinsworthContext ij)
 {
   PetscFunctionBegin;
-  PetscCallExternal(HYPRE_IJMatrixDestroy, (HYPRE_IJMatrix)ij);
+  PetscCallExternal(HYPRE_IJMatrixDestroy, (HYPRE_IJMatrix)AinsworthContextGet(ij));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -133,7 +133,7 @@ PetscErrorCode AinsworthAssembleHypre(AinsworthSum *sum, Mat *M)
   PetscCall(MatSetBlockSize(*M, bs)); /* BoomerAMG's number of functions */
   PetscCall(PetscContainerCreate(comm, &owner));
   PetscCall(PetscContainerSetPointer(owner, ij));
-  PetscCall(PetscContainerSetUserDestroy(owner, DestroyIJMatrix));
+  PetscCall(PetscContainerSetCtxDestroy(owner, DestroyIJMatrix));
   PetscCall(PetscObjectCompose((PetscObject)*M, "AinsworthIJMatrix", (PetscObject)owner));
   PetscCall(PetscContainerDestroy(&owner));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -71,6 +71,6 @@ PetscErrorCode AinsworthPmatComponentsApart(Mat C, PetscInt bs, PetscBool *apart
     here = (PetscBool)(mixed <= 0.01 * PetscSqr(trace));
   }
   PetscCall(MatDestroy(&Ct));
-  PetscCall(MPIU_Allreduce(&here, apart, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)C)));
+  PetscCall(MPIU_Allreduce(&here, apart, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)C)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -226,8 +226,8 @@ PetscErrorCode AinsworthReportBegin(AinsworthReport *report, KSP ksp, Vec f, Vec
 PetscErrorCode AinsworthReportEnd(AinsworthReport *report, KSP ksp)
 {
   PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
-  PetscErrorCode (*destroy)(void *);
-  void *test;
+  AinsworthTestDestroyFn *destroy;
+  void                   *test;
 
   PetscFunctionBegin;
   PetscCall(KSPGetAndClearConvergenceTest(ksp, &converged, &test, &destroy));

@@ -56,7 +56,7 @@ struct AinsworthReport {
   Mat   operators[2];
   void *test;
   PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
-  PetscErrorCode (*destroy)(void *);
+  AinsworthTestDestroyFn *destroy;
 };
 
 PetscErrorCode AinsworthReportCreate(const AinsworthReportSettings *, const AinsworthReportSystem *, AinsworthReport **);

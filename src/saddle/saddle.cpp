@@ -9,7 +9,7 @@ static PetscErrorCode CheckAssembled(Mat M, PetscInt i, PetscInt j)
   PetscFunctionBegin;
   if (!M) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatAssembled(M, &assembled));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &assembled, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)M)));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &assembled, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)M)));
   PetscCheck(assembled, PetscObjectComm((PetscObject)M), PETSC_ERR_ARG_WRONGSTATE,
              "Block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest is not assembled: call MatAssemblyBegin() and MatAssemblyEnd() on it", i, j);
   PetscFunctionReturn(PETSC_SUCCESS);
