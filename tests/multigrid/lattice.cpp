@@ -129,6 +129,31 @@ PetscErrorCode LatticeCreate(const Lattice &l, Mat *A)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode LatticeScale(Mat A)
+{
+  Vec          left, right;
+  PetscInt     start, end;
+  PetscScalar *s;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateVecs(A, &right, &left));
+  PetscCall(VecGetOwnershipRange(left, &start, &end));
+  PetscCall(VecGetArrayWrite(left, &s));
+  for (PetscInt i = start; i < end; i++) {
+    s[i - start] = 1.0 + 0.5 * Uniform(60, i, 0);
+#if defined(PETSC_USE_COMPLEX)
+    s[i - start] *= PetscExpScalar(PETSC_i * PETSC_PI * Uniform(61, i, 0));
+#endif
+  }
+  PetscCall(VecRestoreArrayWrite(left, &s));
+  PetscCall(VecCopy(left, right));
+  PetscCall(VecConjugate(right));
+  PetscCall(MatDiagonalScale(A, left, right));
+  PetscCall(VecDestroy(&left));
+  PetscCall(VecDestroy(&right));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode LatticeCoordinates(const Lattice &l, Mat A, std::vector<PetscReal> &coordinates)
 {
   PetscInt start, end, x[3];

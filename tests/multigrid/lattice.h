@@ -27,6 +27,8 @@ struct Lattice {
 };
 
 PetscErrorCode LatticeCreate(const Lattice &, Mat *A);
+/* S A S*, S diagonal: blocks are no longer symmetric, and no modes are kept */
+PetscErrorCode LatticeScale(Mat A);
 /* dim coordinates of each node of this rank */
 PetscErrorCode LatticeCoordinates(const Lattice &, Mat A, std::vector<PetscReal> &);
 /* rigid motions, or constants where blocks are neither of 2 nor of 3 */

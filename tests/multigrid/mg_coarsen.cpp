@@ -16,6 +16,7 @@ static PetscErrorCode LevelCreate(const Lattice &l, PetscReal theta, Level *leve
 {
   PetscFunctionBeginUser;
   PetscCall(LatticeCreate(l, &level->A));
+  PetscCall(LatticeScale(level->A));
   PetscCall(Gather(level->A, level->dense));
   level->diagonal = level->dense.diagonal();
   for (PetscScalar &d : level->diagonal)

@@ -238,6 +238,7 @@ static PetscErrorCode Kernels(Lattice l)
     PetscCall(LayoutName(l, &name));
     Case("blocks of %d, %s", (int)l.bs, name);
     PetscCall(LatticeCreate(l, &A));
+    PetscCall(LatticeScale(A));
     PetscCall(Gather(A, dense));
     PetscCall(Extraction(l, A, dense));
     PetscCall(Exchange(l, A));
