@@ -186,7 +186,8 @@ static PetscErrorCode SystemTurn(const System &sys, Vec U, System *turned)
   PetscCall(VecCopy(U, conjugate));
   PetscCall(VecConjugate(conjugate));
   PetscCall(MatDuplicate(sys.A, MAT_COPY_VALUES, &turned->A));
-  PetscCall(MatDiagonalScale(turned->A, U, conjugate));
+  /* PETSc 3.18 takes what two different vectors scaled for unsymmetric */
+  PetscCall(MatDiagonalScale(turned->A, U, PetscDefined(USE_COMPLEX) ? conjugate : U));
   PetscCall(MatDuplicate(sys.C, MAT_COPY_VALUES, &turned->C));
   PetscCall(MatDiagonalScale(turned->C, NULL, conjugate));
   PetscCall(VecDuplicate(sys.f, &turned->f));
