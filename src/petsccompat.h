@@ -1,4 +1,4 @@
-/* The differences between PETSc 3.18 and 3.26 that the plugin meets, and nothing else */
+/* The differences between PETSc 3.18 and 3.25 that the plugin meets, and nothing else */
 #ifndef AINSWORTH_PETSCCOMPAT_H
 #define AINSWORTH_PETSCCOMPAT_H
 

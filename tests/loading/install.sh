@@ -11,7 +11,9 @@ folder=$(dirname "$(find "$prefix" -name ainsworth.pc)")
 PKG_CONFIG_PATH=$folder${PKG_CONFIG_PATH:+:$PKG_CONFIG_PATH}
 export PKG_CONFIG_PATH
 plugin=$(pkg-config --variable=plugin ainsworth)
+# A PETSc outside the system's folders is found by its path, as by every program that uses it.
 # shellcheck disable=SC2046 # a list of words
-"$mpicc" "$source" -o program -Wl,-rpath,"$(dirname "$plugin")" $(pkg-config --cflags --libs ainsworth)
+"$mpicc" "$source" -o program -Wl,-rpath,"$(dirname "$plugin")" $(pkg-config --libs-only-L ainsworth | sed 's/-L/-Wl,-rpath,/g') \
+  $(pkg-config --cflags --libs ainsworth)
 ./program "$@"
 ./program -dll_append "$plugin" "$@"
