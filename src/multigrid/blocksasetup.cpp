@@ -3,6 +3,7 @@
 #include "../events.h"
 #include "../saddle/saddle.h"
 #include <petsc/private/pcmgimpl.h>
+#include <limits>
 
 /* Part of the spectrum of D^{-1} M that is damped, of the largest eigenvalue estimated */
 static const PetscReal above = 1.1, below = 0.1;
@@ -151,7 +152,7 @@ static PetscErrorCode ConfigureCoarse(PC pc)
     PetscCall(KSPGetPC(ksp, &inner));
   }
   PetscCall(PCSetType(inner, PetscDefined(USE_COMPLEX) ? PCLU : PCCHOLESKY));
-  PetscCall(PCFactorSetZeroPivot(inner, PETSC_MACHINE_EPSILON * PETSC_MACHINE_EPSILON * PETSC_SMALL)); /* pivots are relative to nothing in PETSc */
+  PetscCall(PCFactorSetZeroPivot(inner, std::numeric_limits<PetscReal>::min())); /* pivots are relative to nothing in PETSc */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

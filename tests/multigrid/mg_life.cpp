@@ -108,6 +108,26 @@ static PetscErrorCode Changes(bool single)
   PetscCall(KSPSetOperators(ksp, other, other));
   PetscCall(Solve(ksp, "another added part", false, &its));
   PetscCall(CheckFresh(other, its));
+  PetscCall(LatticeSetNearNullSpace(l, A)); /* the program sets up anew for the sum: what it was made of counts, though A is the same */
+  PetscCall(Assemble(other));
+  PetscCall(Solve(ksp, "another near null space, the same A", true));
+  PetscCall(PCSetCoordinates(pc, 3, (PetscInt)x.size() / 3, x.data()));
+  PetscCall(Assemble(other));
+  PetscCall(Solve(ksp, "other coordinates, the same A", true));
+  {
+    Options choice("-pc_blocksa_coarse_eq_limit 150");
+    PetscCall(KSPSetFromOptions(ksp));
+    PetscCall(Assemble(other));
+    PetscCall(Solve(ksp, "another choice, the same A", true));
+    PetscCall(Assemble(other));
+    PetscCall(Solve(ksp, "neither", false));
+  }
+  {
+    Options choice("-pc_blocksa_coarse_eq_limit 600");
+    PetscCall(KSPSetFromOptions(ksp));
+    PetscCall(Assemble(other));
+    PetscCall(Solve(ksp, "and back", true));
+  }
   PetscCall(KSPSetOperators(ksp, A, A));
   PetscCall(Solve(ksp, "nothing added", false, &its));
   PetscCall(CheckFresh(A, its));

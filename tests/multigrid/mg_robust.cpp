@@ -75,7 +75,7 @@ static PetscErrorCode Scales()
   for (PetscReal rtol : {1e-8, 1e-12}) {
     Case("scales, rtol %g", (double)rtol);
     PetscCall(Once(Usual(), 1.0, rtol, 1.0, rtol < 1e-10 ? 16 : 11, &first, NULL));
-    for (PetscReal factor : {1e-36, 1e36})
+    for (PetscReal factor : {1e-36, 1e36, 1e40})
       for (PetscReal rhs : {1.0, 1e-60, 1e60, factor}) {
         Case("A times %g, right-hand side times %g, rtol %g", (double)factor, (double)rhs, (double)rtol);
         PetscCall(Once(Usual(), factor, rtol, rhs, 30, &its, NULL));
@@ -182,7 +182,7 @@ static PetscErrorCode Diagonal()
 }
 
 /* Nothing holds the body, and the program says so or not: the right-hand side is in the range anyway */
-static PetscErrorCode Floating(PetscInt bs, PetscInt coarse)
+static PetscErrorCode Floating(PetscInt bs, PetscInt coarse, PetscReal factor)
 {
   Options      options("-pc_blocksa_coarse_eq_limit " + std::to_string(coarse));
   Lattice      l = Usual();
@@ -193,12 +193,13 @@ static PetscErrorCode Floating(PetscInt bs, PetscInt coarse)
   const Vec   *vec;
 
   PetscFunctionBeginUser;
-  Case("floating, blocks of %d, coarse_eq_limit %d", (int)bs, (int)coarse);
+  Case("floating, blocks of %d, coarse_eq_limit %d, A times %g", (int)bs, (int)coarse, (double)factor);
   l.bs       = bs;
   l.n        = bs == 2 ? 15 : 5;
   l.layers   = bs == 2 ? 25 : 12;
   l.floating = true;
   PetscCall(LatticeCreate(l, &A));
+  PetscCall(MatScale(A, factor));
   PetscCall(LatticeSetNearNullSpace(l, A));
   PetscCall(MatGetNearNullSpace(A, &space));
   PetscCall(MatNullSpaceGetVecs(space, NULL, &nvec, &vec));
@@ -337,7 +338,8 @@ int main(int argc, char **argv)
   PetscCall(Layouts());
   PetscCall(Diagonal());
   for (PetscInt bs : {1, 2, 3})
-    for (PetscInt coarse : {60, 2000}) PetscCall(Floating(bs, coarse));
+    for (PetscInt coarse : {60, 2000})
+      for (PetscReal factor : {1.0, 1e-36, 1e36}) PetscCall(Floating(bs, coarse, factor));
   for (PetscInt bs : {2, 3}) PetscCall(ModesFrom(bs));
   PetscCall(Types());
   PetscCall(Choices());
