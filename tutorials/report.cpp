@@ -11,7 +11,7 @@ static PetscErrorCode PrimalResidual(Mat A, Mat C, Vec f, Vec x, Vec lambda, Pet
   PetscCall(VecDuplicate(f, &r));
   PetscCall(VecDuplicate(f, &t));
   PetscCall(MatMult(A, x, r));
-  PetscCall(MatMultTranspose(C, lambda, t));
+  PetscCall(MatMultHermitianTranspose(C, lambda, t));
   PetscCall(VecAXPY(r, 1.0, t));
   PetscCall(VecAYPX(r, -1.0, f));
   PetscCall(VecNorm(r, NORM_2, residual));

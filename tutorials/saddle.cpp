@@ -67,8 +67,8 @@ static PetscErrorCode CreateNest(Mat A, Mat C, const Layout &layout, const IS is
   IS        fields[2];
 
   PetscFunctionBeginUser;
-  if (layout.transpose == TRANSPOSE_VIEW) PetscCall(MatCreateTranspose(C, &Ct));
-  if (layout.transpose == TRANSPOSE_EXPLICIT) PetscCall(MatTranspose(C, MAT_INITIAL_MATRIX, &Ct));
+  if (layout.transpose == TRANSPOSE_VIEW) PetscCall(PetscDefined(USE_COMPLEX) ? MatCreateHermitianTranspose(C, &Ct) : MatCreateTranspose(C, &Ct));
+  if (layout.transpose == TRANSPOSE_EXPLICIT) PetscCall(MatHermitianTranspose(C, MAT_INITIAL_MATRIX, &Ct));
   if (layout.zeroBlock) PetscCall(CreateZeroBlock(C, &Z));
   blocks[primal][primal] = A;
   blocks[primal][dual]   = Ct;

@@ -58,7 +58,7 @@ static PetscErrorCode ViewDeformed(const CubesSystem &s, const SaddleSolution &s
 
   PetscFunctionBeginUser;
   PetscCall(VecDuplicate(solution.x, &force));
-  PetscCall(MatMultTranspose(s.C, solution.lambda, force));
+  PetscCall(MatMultHermitianTranspose(s.C, solution.lambda, force));
   PetscCall(VecScale(force, -1.0));
   PetscCall(CubesViewVTU(s.mesh, solution.x, force, file));
   PetscCall(VecDestroy(&force));

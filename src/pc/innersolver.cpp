@@ -64,14 +64,19 @@ static PCType OtherMultigrid()
 #endif
 }
 
-/* Block smoothed aggregation where nodes have displacements; scalar problems and frames are BoomerAMG's (docs/multigrid.md) */
+/*
+   Block smoothed aggregation where nodes have displacements; scalar problems and frames are BoomerAMG's (docs/multigrid.md)
+
+   With complex numbers there is no hypre, and PCGAMG restricts by P^T, not by the adjoint, so that its cycle is not Hermitian
+*/
 static PetscErrorCode DefaultType(const PC_Ainsworth *data, PetscBool definite, PCType *type)
 {
   PetscInt bs;
 
   PetscFunctionBegin;
   PetscCall(MatGetBlockSize(data->saddle.A, &bs));
-  *type = definite && data->symmetric && data->pmat.penalty == PC_AINSWORTH_PENALTY_ROW && bs > 1 && bs < 6 ? PCBLOCKSA : OtherMultigrid();
+  const bool fits = PetscDefined(USE_COMPLEX) || (bs > 1 && bs < 6);
+  *type           = definite && data->symmetric && data->pmat.penalty == PC_AINSWORTH_PENALTY_ROW && fits ? PCBLOCKSA : OtherMultigrid();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

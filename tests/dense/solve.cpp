@@ -25,7 +25,8 @@ static PetscErrorCode Layouts()
       layout.nestedVectors = bits & 8;
       layout.view          = bits & 16;
       if (layout.view && (!layout.c || layout.empty || layout.nestedVectors)) continue;
-      if (!layout.c && (ct == Layout::ABSENT || (PetscDefined(USE_COMPLEX) && ct == Layout::TRANSPOSE))) continue;
+      if (!layout.c && ct == Layout::ABSENT) continue;
+      if (PetscDefined(USE_COMPLEX) && ct == Layout::TRANSPOSE) continue; /* not the adjoint: refused */
       Case("C' %d, C %d%s, (1,1) %d, first %d, VecNest %d", ct, layout.c, layout.view ? " a view" : "", layout.empty, layout.first, layout.nestedVectors);
       PetscCall(LayoutCreate(sys, layout, &nest));
       PetscCall(SolverCreate(nest, &ksp));
