@@ -5,7 +5,8 @@
        [ C  0  ] [ l ] = [ g ]     A: n x n,  C: m x n,  m << n
 
    as a PETSc preconditioner (PCAINSWORTH), a matrix-free reduced operator (MATAINSWORTH)
-   and a Krylov method in Ker C (KSPPROJECTEDCG). See docs/method.md for the mathematics.
+   and a Krylov method in Ker C (KSPPROJECTEDCG); multigrid for its A, and for any other (PCBLOCKSA).
+   See docs/method.md and docs/multigrid.md for the mathematics.
 */
 #ifndef PETSCAINSWORTH_H
 #define PETSCAINSWORTH_H
