@@ -212,7 +212,7 @@ static PetscErrorCode SetBounds(PC_BlockSA *sa, PetscReal factor)
   for (size_t l = 0; l < sa->smoother.size(); l++) {
     AinsworthLevel *level;
     PetscOptions    options;
-    PetscBool       given = PETSC_FALSE;
+    PetscBool       given = PETSC_FALSE, chebyshev;
     const char     *prefix;
 
     PetscCall(KSPGetOptionsPrefix(sa->smoother[l], &prefix));
@@ -223,7 +223,8 @@ static PetscErrorCode SetBounds(PC_BlockSA *sa, PetscReal factor)
       PetscCall(PetscOptionsHasName(options, prefix, name, &has));
       given = (PetscBool)(given || has);
     }
-    if (given) continue;
+    PetscCall(PetscObjectTypeCompare((PetscObject)sa->smoother[l], KSPCHEBYSHEV, &chebyshev)); /* no other reads these options */
+    if (given && chebyshev) continue;
     PetscCall(AinsworthLevelMatGet(sa->op[l], &level));
     PetscCall(AinsworthChebyshevSetEigenvalues(sa->smoother[l], factor * above * level->largest, factor * above * below * level->largest));
   }

@@ -44,20 +44,22 @@ static void ReadDiagonal(AinsworthBlockRows &rows, bool coarse, std::vector<Pets
     if (d == 0.0) d = mean;
 }
 
-/* The largest quotient of the diagonals of two nodes of this rank that the matrix couples */
-static PetscReal LargestJump(const AinsworthBlockRows &rows, const std::vector<PetscReal> &diagonal)
+/* The largest quotient of the diagonals of two nodes that the matrix couples, the first one of this rank */
+static PetscErrorCode LargestJump(const AinsworthBlockMat &A, const std::vector<PetscReal> &diagonal, PetscReal *jump)
 {
-  std::vector<PetscReal> size(rows.n, 0.0);
-  PetscReal              jump = 1.0;
+  const AinsworthBlockRows &rows = A.rows;
+  std::vector<PetscReal>    size(A.cols.count(), 0.0);
 
+  PetscFunctionBegin;
+  *jump = 1.0;
   for (PetscInt i = 0; i < rows.n; i++) size[i] = *std::max_element(diagonal.begin() + i * rows.br, diagonal.begin() + (i + 1) * rows.br);
+  PetscCall(A.cols.toGhosts(MPIU_REAL, size.data(), size.data() + rows.n));
   for (PetscInt i = 0; i < rows.n; i++)
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++) {
       const PetscInt j = rows.j[k];
-      if (j < rows.n && size[i] > jump * size[j] && std::any_of(rows.block(k), rows.block(k + 1), [](PetscScalar v) { return v != 0.0; }))
-        jump = size[i] / size[j];
+      if (size[i] > *jump * size[j] && std::any_of(rows.block(k), rows.block(k + 1), [](PetscScalar v) { return v != 0.0; })) *jump = size[i] / size[j];
     }
-  return jump;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The upper half of the blocks between owned nodes, times diagonal scalings where w is given */
@@ -141,7 +143,9 @@ PetscErrorCode AinsworthHierarchy::store(AinsworthBlockMat &A, const AinsworthHi
   grid.blocks = count[0];
   grid.ranks  = (PetscMPIInt)count[1];
   if (finest) {
-    const PetscReal quotient = LargestJump(A.rows, grid.diagonal);
+    PetscReal quotient;
+
+    PetscCall(LargestJump(A, grid.diagonal, &quotient));
     PetscCall(MPIU_Allreduce(&quotient, &jump, 1, MPIU_REAL, MPIU_MAX, comm));
   }
   if (finest && options.single && jump <= jumpOfSingle) {
