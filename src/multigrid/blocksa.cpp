@@ -10,8 +10,6 @@ PetscErrorCode PCBlockSAGet(PC pc, PC_BlockSA **sa)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode PCBlockSARaiseBounds(PC_BlockSA *);
-
 static PetscErrorCode GetOrNone(PC pc, PC_BlockSA **sa)
 {
   PetscBool same;

@@ -33,6 +33,7 @@ struct PC_BlockSA {
 PETSC_INTERN PetscErrorCode PCCreate_BlockSA(PC);
 PetscErrorCode              PCBlockSAGet(PC, PC_BlockSA **);
 PetscErrorCode              PCSetUp_BlockSA(PC);
+PetscErrorCode              PCBlockSARaiseBounds(PC_BlockSA *);
 
 /* For PCAINSWORTH; PCs of other types have none of this, and nothing is done */
 PetscErrorCode PCBlockSAGetLevels(PC, AinsworthLevels *);

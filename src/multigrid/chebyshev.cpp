@@ -95,13 +95,6 @@ static PetscErrorCode KSPView_ChebyshevSingle(KSP ksp, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode KSPDestroy_ChebyshevSingle(KSP ksp)
-{
-  PetscFunctionBegin;
-  PetscCall(KSPDestroyDefault(ksp));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*MC
    KSPCHEBYSHEVSINGLE - Chebyshev's iteration with Jacobi in single precision, the smoother of the finest level of `PCBLOCKSA`
 
@@ -126,7 +119,7 @@ PetscErrorCode KSPCreate_ChebyshevSingle(KSP ksp)
   ksp->ops->setup         = KSPSetUp_ChebyshevSingle;
   ksp->ops->solve         = KSPSolve_ChebyshevSingle;
   ksp->ops->view          = KSPView_ChebyshevSingle;
-  ksp->ops->destroy       = KSPDestroy_ChebyshevSingle;
+  ksp->ops->destroy       = KSPDestroyDefault;
   ksp->ops->buildsolution = KSPBuildSolutionDefault;
   ksp->ops->buildresidual = KSPBuildResidualDefault;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -119,12 +119,13 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
   PetscCall(PCGetOptionsPrefix(inner, &prefix));
   PetscCall(ChoosesConjugateGradients(ksp, &definite));
   if (!((PetscObject)inner)->type_name) {
-    PCType type = NULL;
+    PCType    type = NULL;
+    PetscBool given;
 
     PetscCall(DefaultType(data, definite, &type));
     PetscCall(PCSetType(inner, type));
-    PetscCall(PetscOptionsHasName(options, prefix, "-pc_type", &data->ownChoice));
-    data->ownChoice = (PetscBool) !(data->ownChoice && pc->setfromoptionscalled);
+    PetscCall(PetscOptionsHasName(options, prefix, "-pc_type", &given));
+    data->ownChoice = (PetscBool)(!given || !pc->setfromoptionscalled);
   }
   PetscCall(ChoosesBoomerAMG(inner, &boomer));
   for (size_t i = 0; i < nboomeramg && boomer; i++) {
