@@ -151,6 +151,7 @@ PetscErrorCode FormCreateEliminated(Vec g, Form *form)
   PetscCall(VecPointwiseMult(diagonal, diagonal, r));
   PetscCall(MatDiagonalSet(form->K, diagonal, ADD_VALUES));
   PetscCall(MatSetOption(form->K, MAT_SPD, PETSC_TRUE));
+  PetscCall(FormCopyNearNullSpace(form->A, form->K));
   form->M = form->K;
   PetscCall(PetscObjectReference((PetscObject)form->M));
   PetscCall(MatMult(form->A, form->x0, r));

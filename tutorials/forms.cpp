@@ -64,6 +64,16 @@ static PetscErrorCode ConstraintDiagonal(Mat A, Mat C, Vec *d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode FormCopyNearNullSpace(Mat from, Mat to)
+{
+  MatNullSpace modes;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatGetNearNullSpace(from, &modes));
+  if (modes) PetscCall(MatSetNearNullSpace(to, modes));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The augmented Lagrangian of Golub and Greif (SIAM J. Sci. Comput. 24, 2003), one gamma per row */
 static PetscErrorCode CreateAugmented(Vec f, Vec g, PetscReal gamma, Form *form, Vec augmented)
 {
@@ -90,6 +100,7 @@ static PetscErrorCode CreateAugmented(Vec f, Vec g, PetscReal gamma, Form *form,
   PetscCall(MatDestroy(&product));
   product = root;
   PetscCall(MatSetOption(product, MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(FormCopyNearNullSpace(form->A, product));
   PetscCall(VecReciprocal(B));
   PetscCall(VecGetLocalSize(B, &m));
   PetscCall(VecGetOwnershipRange(B, &start, NULL));

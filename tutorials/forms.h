@@ -29,6 +29,7 @@ PetscErrorCode FormCreate(Mat A, Mat C, Vec f, Vec g, FormType, PetscReal gamma,
 PetscErrorCode FormGetSolution(const Form &, Vec x, Vec lambda);
 PetscErrorCode FormDestroy(Form *);
 
+PetscErrorCode FormCopyNearNullSpace(Mat from, Mat to);
 PetscErrorCode FormCreateEliminated(Vec g, Form *);
 PetscErrorCode FormGetEliminated(const Form &, Vec x, Vec lambda);
 

@@ -18,7 +18,12 @@ static PetscErrorCode Write(PetscObject object, const char prefix[], const char 
 
 static PetscErrorCode WriteSystem(const CubesSystem &s, const char prefix[])
 {
+  Vec coordinates;
+
   PetscFunctionBeginUser;
+  PetscCall(CubesMeshGetCoordinates(s.mesh, &coordinates));
+  PetscCall(Write((PetscObject)coordinates, prefix, "X"));
+  PetscCall(VecDestroy(&coordinates));
   PetscCall(Write((PetscObject)s.A, prefix, "A"));
   PetscCall(Write((PetscObject)s.C, prefix, "C"));
   PetscCall(Write((PetscObject)s.f, prefix, "f"));
@@ -79,7 +84,7 @@ int main(int argc, char **argv)
   PetscCall(CubesOptionsGet(PETSC_COMM_WORLD, &options));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Output of the two-cube problem", NULL);
   PetscCall(
-    PetscOptionsString("-write_system", "Write A, C, f, g in PETSc's binary format to <prefix>_A.dat and so on", NULL, "", prefix, sizeof(prefix), &write));
+    PetscOptionsString("-write_system", "Write A, C, f, g and the coordinates X in PETSc's binary format to <prefix>_A.dat and so on", NULL, "", prefix, sizeof(prefix), &write));
   PetscCall(PetscOptionsString("-view_vtu", "Write the deformed bodies for ParaView to this file (.vtu)", NULL, "", vtu, sizeof(vtu), &view));
   PetscCall(PetscOptionsBool("-view_distribution", "Print how the rows of A and C are spread over the ranks", NULL, distribution, &distribution, NULL));
   PetscOptionsEnd();

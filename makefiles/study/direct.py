@@ -1,5 +1,6 @@
 """A system from its files, its direct solution, and what both workers (solver.py, extreme.py) need of the plugin. petsc4py must be initialised."""
 import ctypes
+import os
 
 import numpy
 from petsc4py import PETSc
@@ -29,6 +30,17 @@ def inner_iterations(library, pc):
     library.KSPGetIterationNumber(inner, ctypes.byref(iterations))
     library.KSPGetConvergedReason(inner, ctypes.byref(reason))
     return iterations.value, reason.value
+
+
+def load_system(prefix):
+    """A, C, f, g; A with rigid-body modes where the coordinates are there, as an engineer's program would have them."""
+    A, C = (load_matrix(prefix, name) for name in "AC")
+    f, g = (load_vector(prefix, name) for name in "fg")
+    A.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+    A.setOption(PETSc.Mat.Option.SPD, True)
+    if os.path.exists(prefix + "_X.dat"):
+        A.setNearNullSpace(PETSc.NullSpace().createRigidBody(load_vector(prefix, "X")))
+    return A, C, f, g
 
 
 class Rows:

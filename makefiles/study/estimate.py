@@ -23,7 +23,7 @@ def sharp(folder, cases, sizes, keep):
                 options, solution = exact_solution(workspace, keep, case, n1)
                 table = os.path.join(workspace, "rows.csv")
                 for variant in VARIANTS:
-                    run = machine.run("%s -pc_ainsworth_variant %s -ainsworth_ksp_rtol %s -pc_ainsworth_reference %s -pc_ainsworth_monitor_error csv:%s" % (options, variant, TOLERANCE, solution, table))
+                    run = machine.run("%s -near_nullspace 1 -pc_ainsworth_variant %s -ainsworth_ksp_rtol %s -pc_ainsworth_reference %s -pc_ainsworth_monitor_error csv:%s" % (options, variant, TOLERANCE, solution, table))
                     if not machine.converged(run):
                         raise RuntimeError("%s, %s: %s" % (options, variant, run["reason"]))
                     with open(table, newline="") as file:
@@ -53,7 +53,7 @@ def cost(folder, sizes, repeat):
         for turn in range(repeat):
             for kind, monitor in KINDS.items():
                 with machine.workspace() as workspace:
-                    run = machine.run("-n1 %d -n2 %d -E2 10 %s" % (n1, n1 * 5 // 6, monitor + os.path.join(workspace, "rows.csv") if monitor else ""))
+                    run = machine.run("-n1 %d -n2 %d -E2 10 -near_nullspace 1 %s" % (n1, n1 * 5 // 6, monitor + os.path.join(workspace, "rows.csv") if monitor else ""))
                 rows.append({"n1": n1, "run": turn, "kind": kind, "iterations": run["iterations"], "setup": run["setup"], "solve": run["solve"]})
         print("n1 %d: %s" % (n1, ", ".join("%s %.3f s" % (kind, min(row["solve"] for row in rows if row["kind"] == kind and row["n1"] == n1)) for kind in KINDS)), flush=True)
     measured.save(os.path.join(folder, "cost.csv"), measured.provenance(), COST, rows)

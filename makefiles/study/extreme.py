@@ -13,7 +13,7 @@ with open(sys.argv[1]) as handle:
     JOB = json.load(handle)
 petsc4py.init(["extreme", "-dll_append", JOB["plugin"]] + JOB.get("arguments", []))
 from petsc4py import PETSc  # noqa: E402 (PETSc reads its arguments at the import)
-from direct import Rows, direct, energy, inner_iterations, load_matrix, load_vector  # noqa: E402
+from direct import Rows, direct, energy, inner_iterations, load_system  # noqa: E402
 
 REASONS = {value: name for name, value in vars(PETSc.KSP.ConvergedReason).items() if isinstance(value, int) and not name.startswith("_")}
 LIBRARY = ctypes.CDLL(JOB["plugin"])
@@ -108,10 +108,7 @@ def solve(A, rows, D, f, g):
 
 
 def main():
-    A, C = (load_matrix(JOB["prefix"], name) for name in "AC")
-    f, g = (load_vector(JOB["prefix"], name) for name in "fg")
-    A.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-    A.setOption(PETSc.Mat.Option.SPD, True)
+    A, C, f, g = load_system(JOB["prefix"])
     if JOB["change"]:
         rows, D, rhs = changed(C, g)
     else:

@@ -182,7 +182,7 @@ def write(path, about, rows):
     text += ["", "Made by `python3 makefiles/stability.py --extremes` on %s, on one rank; the texts and tables come from [extremes.csv](extremes.csv), `--extremes --report` writes them anew. "
              "Systems: `tutorials/twocubes`, elements per edge %d and %d, or %d and %d; solvers: `tutorials/solvers/`." % ((about["machine"],) + SMALL + LARGE), ""]
     text += ["- *direct*: MUMPS, LDL' of the assembled matrix, which looks for null pivots (`-mat_mumps_icntl_24 1`).",
-             "- *fieldsplit*: Schur complement with `selfp` and BoomerAMG, GMRES to 1e-10, as its tolerance is on a residual; the Schur complement by MUMPS, which looks for null pivots too.",
+             "- *fieldsplit*: Schur complement with `selfp` and the same multigrid, GMRES to 1e-10, as its tolerance is on a residual; the Schur complement by MUMPS, which looks for null pivots too.",
              "- *plugin, `paper`*, and *plugin, defaults*: to 1e-8 in the natural norm; iterations are those of the reduced solve.",
              "- The energy error is sqrt((x-x\\*)'A(x-x\\*) / x\\*'A x\\*), x\\* from MUMPS on the scaled system without the dependent, zero and decoupled rows, refined in extended precision. "
              "It does not see what costs no energy; the CSV also has the error of the displacements, which does.",

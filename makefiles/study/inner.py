@@ -1,46 +1,50 @@
-"""Inner preconditioners compared on the same reduced systems: docs/inner.md and docs/inner.csv."""
+"""Inner preconditioners compared on the same reduced systems: docs/inner.csv and the tables of docs/inner.md."""
 import csv
 import os
 
 from . import machine
-from .experiments import mesh
+from .families import HYPRE
 from .page import head
 
-NEAR = " -near_nullspace"
-HYPRE = "-ainsworth_pc_hypre_boomeramg_"
-SMOOTHERS = tuple(("%s, %s" % (coarsening, smoother), "%scoarsen_type %s %srelax_type_all %s" % (HYPRE, coarsening, HYPRE, smoother))
-                  for smoother in ("Chebyshev", "symmetric-SOR/Jacobi") for coarsening in ("PMIS", "HMIS"))
+NEAR, OWN = " -near_nullspace", "-ainsworth" + HYPRE.replace("-pc", "_pc", 1)
+BOOMERAMG = "-ainsworth_pc_type hypre"
+WITHOUT_MODES = "the same, no modes"
+GAMG = "-ainsworth_pc_type gamg -ainsworth_pc_gamg_threshold 0"
 PRECONDITIONERS = (
-    ("BoomerAMG", ""),
-    *SMOOTHERS[1:],  # the first is the default
-    ("BoomerAMG, nodal", HYPRE + "nodal_coarsen 6 " + HYPRE + "vec_interp_variant 2" + NEAR),
-    ("GAMG", "-ainsworth_pc_type gamg -ainsworth_pc_gamg_threshold 0" + NEAR),
-    ("GAMG, 4 Chebyshev steps", "-ainsworth_pc_type gamg -ainsworth_pc_gamg_threshold 0 -ainsworth_mg_levels_ksp_max_it 4" + NEAR),
+    ("block smoothed aggregation, the default", NEAR),
+    (WITHOUT_MODES, ""),
+    ("BoomerAMG, as the plugin sets it", BOOMERAMG),
+    ("BoomerAMG, no aggressive level", BOOMERAMG + " %sagg_nl 0" % OWN),
+    ("BoomerAMG, HMIS, no aggressive level", BOOMERAMG + " %scoarsen_type HMIS %sagg_nl 0" % (OWN, OWN)),
+    ("BoomerAMG, HMIS, symmetric SOR", BOOMERAMG + " %scoarsen_type HMIS %srelax_type_all symmetric-SOR/Jacobi %sagg_nl 0" % (OWN, OWN, OWN)),
+    ("GAMG", GAMG + NEAR),
+    ("GAMG, 4 Chebyshev steps", GAMG + " -ainsworth_mg_levels_ksp_max_it 4" + NEAR),
     ("ML", "-ainsworth_pc_type ml" + NEAR),
 )
+# name, program, options; scenes always attach modes
 PROBLEMS = (
-    ("plain", ""),
-    ("turned, slip", "-rotate 20,35,50 -stick 0"),
-    ("turned, curved, slip", "-rotate 20,35,50 -curved 0.15 -stick 0"),
-    ("curved", "-curved 0.15"),
-    ("nu = 0.49", "-nu1 0.49 -nu2 0.49"),
+    ("plain", machine.TWOCUBES, "-n1 24 -n2 20 -E2 10"),
+    ("turned, slip", machine.TWOCUBES, "-n1 24 -n2 20 -E2 10 -rotate 20,35,50 -stick 0"),
+    ("turned, curved, slip", machine.TWOCUBES, "-n1 24 -n2 20 -E2 10 -rotate 20,35,50 -curved 0.15 -stick 0"),
+    ("E2/E1 1e-3, curved, slip", machine.TWOCUBES, "-n1 24 -n2 20 -E2 1e-3 -curved 0.15 -stick 0"),
+    ("nu = 0.49", machine.TWOCUBES, "-n1 20 -n2 18 -E2 10 -nu1 0.49 -nu2 0.49"),
+    ("plate on a block", machine.SCENES, "-scene plate_block -unknowns 40000"),
+    ("cyclic sector", machine.SCENES, "-scene cyclic -unknowns 40000"),
+    ("balls 1e4, tied", machine.SCENES, "-scene balls_tied -contrast 1e4 -unknowns 40000"),
 )
-STRENGTHS, PMAX, COARSENINGS, RANKS = ("0.25", "0.5", "0.6", "0.7"), ("4", "6", "0"), ("HMIS", "PMIS", "Falgout"), (1, 2, 4)
-PARTITIONED = (("24-contact", (1, 2, 4, 8, 16)), ("48-contact", (1, 2)))  # sizes as in results.py, and numbers of ranks
-VARIANTS = (("weighted", ""), ("A alone", " -contact 0"))
-SLOW = 5.0  # seconds
+RANKS = (1, 2, 3, 4)
+OVER_RANKS = ("block smoothed aggregation, the default", "BoomerAMG, as the plugin sets it", "GAMG", "ML")
+LIMIT = 40  # seconds of a run
 
 
-def best(options, ranks, repeat):
-    """The same run several times, unless it is slow: the least seconds of each part."""
-    answer = machine.run(options, ranks, 120)
-    for _ in range(repeat - 1):
-        if not machine.converged(answer) or answer["setup"] + answer["solve"] > SLOW:
-            break
-        again = machine.run(options, ranks, 120)
-        for key in ("setup", "solve"):
-            answer[key] = min(answer[key], again[key] or answer[key])
-    return answer
+def least(program, options, ranks, repeat):
+    """The run with the least seconds of all."""
+    runs = []
+    for _ in range(repeat):
+        runs.append(machine.run(options, ranks, LIMIT, program=program))
+        if not machine.converged(runs[-1]):
+            return runs[-1]
+    return min(runs, key=lambda run: run["setup"] + run["solve"])
 
 
 def cell(run):
@@ -49,56 +53,55 @@ def cell(run):
     return "%d, %.2f s" % (run["iterations"], run["setup"] + run["solve"])
 
 
-def columns(ranks):
-    return ["%d rank%s" % (r, "" if r == 1 else "s") for r in ranks]
+class Study:
+    """The runs so far; saved after each, so that an interrupted comparison is not lost."""
+
+    def __init__(self, path, arguments):
+        self.path, self.limit, self.repeat, self.rows = path, " -ainsworth_ksp_max_it %d " % arguments.max_it, arguments.repeat, []
+
+    def run(self, problem, inner, ranks, alone, repeat):
+        name, program, options = problem
+        options += self.limit + (inner[1].replace(NEAR, "") if program == machine.SCENES else inner[1]) + (" -contact 0" if alone else "")
+        run = least(program, options, ranks, repeat)
+        row = {"problem": name, "inner": inner[0], "alone": int(alone), "ranks": ranks, "options": options.strip(), "load": "%.1f" % machine.load()}
+        row.update({key: run[key] for key in ("iterations", "reason", "setup", "solve")})
+        self.rows.append(row)
+        with open(self.path, "w", newline="") as file:
+            table = csv.DictWriter(file, list(row), lineterminator="\n")
+            table.writeheader()
+            table.writerows(self.rows)
+        print(name, "| alone |" if alone else "|", inner[0], "|", ranks, "|", cell(run), flush=True)
+        return run
+
+    def loads(self):
+        loads = [float(row["load"]) for row in self.rows]
+        return "%.1f to %.1f" % (min(loads), max(loads))
 
 
 def main(folder, arguments):
-    size = "-n1 %d -n2 %d -ainsworth_ksp_max_it %d " % (arguments.n1, arguments.n2, arguments.max_it)
-    rows, loads = [], [machine.load()]
-
-    def record(part, problem, inner, variant, ranks, options, repeat=1):
-        run = best(size + options, ranks, repeat)
-        row = {"part": part, "problem": problem, "inner": inner, "variant": variant, "ranks": ranks, "options": options}
-        row.update({key: run[key] for key in ("iterations", "reason", "setup", "solve")})
-        rows.append(row)
-        with open(os.path.join(folder, "inner.csv"), "w", newline="") as file:  # after every run: an interrupted comparison is not lost
-            table = csv.DictWriter(file, list(row), lineterminator="\n")
-            table.writeheader()
-            table.writerows(rows)
-        print(part, problem, inner, variant, ranks, cell(run), flush=True)
-        return run
-
-    text = ["# Inner preconditioners", "", "Made by `%s` on %s: iterations, then set-up + solve, the least of %d runs (one where it takes more than %g s); n1 = %d, n2 = %d, E2/E1 = 10." % (
-        machine.command_line(), machine.describe(), arguments.repeat, SLOW, arguments.n1, arguments.n2),
-        "Variant `weighted`, one rank. `-near_nullspace`: with the rigid-body modes as near null space.", "",
-        *head("", "options", *(title for problem, _ in PROBLEMS for title in (problem, "A alone")))]
-    for inner, options in PRECONDITIONERS:
+    study = Study(os.path.join(folder, "inner.csv"), arguments)
+    text = head("", *(title for problem, program, _ in PROBLEMS for title in ((problem, "A alone") if program == machine.TWOCUBES else (problem,))))
+    for inner in PRECONDITIONERS:
         cells = []
-        for problem, extra in PROBLEMS:
-            for variant, contact in VARIANTS:
-                cells.append(cell(record("preconditioner", problem, inner, variant, 1, (extra + " " + options + contact).strip(), arguments.repeat)))
-        text.append("| %s | %s | %s |" % (inner, "`%s`" % options if options else "defaults", " | ".join(cells)))
-    text += ["", "## Coarsening and smoother", "", "On the plain problem; sizes as in [results.md](results.md). More ranks than cores tell iterations, not seconds."]
-    for grid, ranks in PARTITIONED:
-        text += ["", *head(grid, "", *columns(ranks))]
-        for name, options in SMOOTHERS:
-            for variant, contact in VARIANTS:
-                cells = [cell(record("smoother", grid, name, variant, r, "%s %s%s" % (mesh(grid), options, contact), 1 if r > 2 else arguments.repeat)) for r in ranks]
-                text.append("| %s | %s | %s |" % (name, variant, " | ".join(cells)))
-    text += ["", "## Parameters of BoomerAMG", "", "On the plain problem, one run each."]
-    for variant in ("weighted", "paper"):
-        loads.append(machine.load())
-        text += ["", "### Variant `%s`" % variant, "", *head("coarsening", "strong threshold", "P_max", *columns(RANKS))]
-        for coarsening in COARSENINGS:
-            for strength in STRENGTHS:
-                for pmax in PMAX:
-                    options = "-pc_ainsworth_variant %s %scoarsen_type %s %sstrong_threshold %s %sP_max %s" % (variant, HYPRE, coarsening, HYPRE, strength, HYPRE, pmax)
-                    cells = [cell(record("BoomerAMG", "plain", "%s %s %s" % (coarsening, strength, pmax), variant, ranks, options)) for ranks in RANKS]
-                    text.append("| %s | %s | %s | %s |" % (coarsening, strength, pmax, " | ".join(cells)))
-    loads.append(machine.load())
-    text.insert(3, "The load was between %.1f and %.1f: where it exceeds the cores, trust the iterations more than the seconds." % (min(loads), max(loads)))
+        for problem in PROBLEMS:
+            if problem[1] == machine.TWOCUBES:
+                cells += [cell(study.run(problem, inner, 1, alone, study.repeat)) for alone in (False, True)]
+            else:
+                cells.append("" if inner[0] == WITHOUT_MODES else cell(study.run(problem, inner, 1, False, study.repeat)))
+        text.append("| %s | %s |" % (inner[0], " | ".join(cells)))
+    text += ["", "## Iterations over ranks", "", *head("", "", *("%d rank%s" % (ranks, "" if ranks == 1 else "s") for ranks in RANKS))]
+    for name, program, options in PROBLEMS:
+        for inner in PRECONDITIONERS:
+            if inner[0] in OVER_RANKS:
+                runs = [study.run((name, program, options), inner, ranks, False, 1) for ranks in RANKS]
+                text.append("| %s | %s | %s |" % (name, inner[0], " | ".join(str(run["iterations"]) if machine.converged(run) else cell(run) for run in runs)))
+    text += ["", "## Options", ""] + ["- %s: `%s`" % (name, options.strip()) for name, options in PRECONDITIONERS if options.strip()]
+    text += ["", "The problems:", ""] + ["- %s: `%s %s`" % (name, os.path.basename(program), options) for name, program, options in PROBLEMS]
+    about = ["# Inner preconditioners", "", "Which multigrid inside PCAINSWORTH takes the least time, and how much of it is due to the constraints.", "",
+             "Made by `%s` on %s; load %s." % (machine.command_line(), machine.describe(), study.loads()),
+             "A cell has the iterations to 1e-8, and set-up + solve: the least of %d runs. *A alone* is the same without constraints (`-contact 0`)." % study.repeat,
+             "A run has %d seconds. All the runs: [inner.csv](inner.csv)." % LIMIT, ""]
     with open(os.path.join(folder, "inner.md"), "w") as file:
-        file.write("\n".join(text) + "\n")
+        file.write("\n".join(about + text) + "\n")
     print("wrote inner.md and inner.csv")
     return 0

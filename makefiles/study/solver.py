@@ -15,7 +15,7 @@ with open(sys.argv[1]) as handle:
     JOB = json.load(handle)
 petsc4py.init(["solver", "-dll_append", JOB["plugin"]])
 from petsc4py import PETSc  # noqa: E402 (PETSc reads its arguments at the import)
-from direct import Rows, direct, energy, inner_iterations, load_matrix, load_vector  # noqa: E402
+from direct import Rows, direct, energy, inner_iterations, load_system  # noqa: E402
 
 LIBRARY = ctypes.CDLL(JOB["plugin"])
 REASONS = {value: name for name, value in vars(PETSc.KSP.ConvergedReason).items() if isinstance(value, int) and not name.startswith("_")}
@@ -87,10 +87,7 @@ def solve(A, C, f, g, exact, config, number):
 
 
 def main():
-    A, C = (load_matrix(JOB["prefix"], name) for name in "AC")
-    f, g = (load_vector(JOB["prefix"], name) for name in "fg")
-    A.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-    A.setOption(PETSc.Mat.Option.SPD, True)
+    A, C, f, g = load_system(JOB["prefix"])
     n = A.getSize()[0]
     none = PETSc.Mat().createAIJ(size=((0, 0), (n, n)), nnz=0, comm=PETSc.COMM_SELF)
     none.assemble()
