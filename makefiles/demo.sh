@@ -3,7 +3,7 @@
 # sh makefiles/demo.sh [further options of the program]
 . "$(dirname "$0")/common.sh"
 sh "$root/makefiles/install.sh"
-sh "$root/makefiles/build.sh"
+sh "$root/makefiles/build.sh" -DBUILD_TESTING=OFF
 OMP_NUM_THREADS=1
 export OMP_NUM_THREADS
 # shellcheck disable=SC2046 # the launcher is several words

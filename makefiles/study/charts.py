@@ -1,4 +1,4 @@
-"""The plots of docs/results.md, as SVG and PNG."""
+"""The plots of docs/results.md, as SVG."""
 import os
 
 from matplotlib import ticker

@@ -237,5 +237,5 @@ def write(folder):
     with open(folder + ".md", "w") as file:
         file.write("\n".join(text).rstrip() + "\n")
     for system in systems:
-        print("%s and .svg, .png beside it" % system.path)
+        print("%s and .svg beside it" % system.path)
     print("wrote %s.md" % folder)

@@ -1,4 +1,4 @@
-"""Plots as SVG and PNG, the same bytes for the same numbers."""
+"""Plots as SVG, the same bytes for the same numbers."""
 import matplotlib
 
 matplotlib.use("Agg")
@@ -7,7 +7,6 @@ from matplotlib import pyplot  # noqa: E402 (the backend is chosen first)
 
 
 def save(figure, path):
-    """<path>.svg and <path>.png"""
+    """<path>.svg"""
     figure.savefig(path + ".svg", metadata={"Date": None})
-    figure.savefig(path + ".png", dpi=110)
     pyplot.close(figure)

@@ -128,7 +128,7 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
     PetscCall(MatAinsworthMultA_Private(ctx, p, w));
     PetscCall(VecWAXPY(r, -1.0, w, b));
   }
-  PetscCall(MatAinsworthSolveRange(mat, b, x));
+  PetscCall(MatAinsworthSolveRange_Private(mat, b, x));
   if (!ksp->guess_zero) PetscCall(VecAXPY(x, 1.0, p));
   PetscCall(WeightedNorm(ctx, r, w, &before));
   PetscCall(MatAinsworthMultTransposeProjector(mat, r, r));
@@ -286,7 +286,7 @@ static PetscErrorCode KSPDestroy_ProjectedCG(KSP ksp)
    N. I. M. Gould, M. E. Hribar, J. Nocedal, On the solution of equality constrained quadratic programming problems arising in
    optimization, SIAM J. Sci. Comput. 23 (2001), 1376-1395.
 
-.seealso: `MATAINSWORTH`, `PCAINSWORTH`, `KSPCG`, `MatAinsworthSolveRange()`
+.seealso: `MATAINSWORTH`, `PCAINSWORTH`, `KSPCG`
 M*/
 PetscErrorCode KSPCreate_ProjectedCG(KSP ksp)
 {

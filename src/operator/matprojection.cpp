@@ -126,26 +126,8 @@ PetscErrorCode MatAinsworthMultTransposeRightInverse(Mat mat, Vec r, Vec l)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-   MatAinsworthSolveRange - x = R B^{-1} R' b, the part of the solution of A~ x = b that lies in Im(W C')
-
-   Neighbor-wise Collective
-
-   Input Parameters:
-+  mat - the matrix
--  b   - length n
-
-   Output Parameter:
-.  x - length n
-
-   Level: advanced
-
-   Note:
-   A~^{-1} = Q (Q' A Q)^+ Q' + R B^{-1} R': only Ker C needs iterations (docs/method.md).
-
-.seealso: `MATAINSWORTH`, `KSPPROJECTEDCG`
-@*/
-PetscErrorCode MatAinsworthSolveRange(Mat mat, Vec b, Vec x)
+/* x = R B^{-1} R' b, the part of the solution of A~ x = b that lies in Im(W C') */
+PetscErrorCode MatAinsworthSolveRange_Private(Mat mat, Vec b, Vec x)
 {
   Mat_Ainsworth *ctx;
 

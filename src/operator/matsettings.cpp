@@ -62,32 +62,6 @@ PetscErrorCode MatAinsworthSetWeightType(Mat mat, MatAinsworthWeightType type)
 }
 
 /*@
-   MatAinsworthGetWeightType - gets the kind of the weight W
-
-   Not Collective
-
-   Input Parameter:
-.  mat - the matrix
-
-   Output Parameter:
-.  type - the kind
-
-   Level: intermediate
-
-.seealso: `MATAINSWORTH`, `MatAinsworthSetWeightType()`
-@*/
-PetscErrorCode MatAinsworthGetWeightType(Mat mat, MatAinsworthWeightType *type)
-{
-  Mat_Ainsworth *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
-  PetscAssertPointer(type, 2);
-  *type = ctx->weightType;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
    MatAinsworthSetWeight - gives the diagonal of the weight W
 
    Collective
@@ -129,32 +103,6 @@ PetscErrorCode MatAinsworthSetWeight(Mat mat, Vec weight)
 }
 
 /*@
-   MatAinsworthGetWeight - gets the diagonal of the weight W
-
-   Collective
-
-   Input Parameter:
-.  mat - the matrix, with its A and C set
-
-   Output Parameter:
-.  weight - length n; `NULL` for W = I; not to be changed nor destroyed
-
-   Level: advanced
-
-.seealso: `MATAINSWORTH`, `MatAinsworthSetWeight()`
-@*/
-PetscErrorCode MatAinsworthGetWeight(Mat mat, Vec *weight)
-{
-  Mat_Ainsworth *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
-  PetscAssertPointer(weight, 2);
-  *weight = ctx->weight;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
    MatAinsworthSetPenalty - gives the diagonal of the penalty B
 
    Collective
@@ -169,7 +117,7 @@ PetscErrorCode MatAinsworthGetWeight(Mat mat, Vec *weight)
    Errors:
    `PETSC_ERR_ARG_OUTOFRANGE` naming the smallest entry if it is not positive; `PETSC_ERR_ARG_SIZ` for another length.
 
-.seealso: `MATAINSWORTH`, `MatAinsworthGetPenalty()`, `PCAinsworthSetPenaltyType()`
+.seealso: `MATAINSWORTH`, `MatAinsworthGetPenalty()`, `PCAINSWORTH`
 @*/
 PetscErrorCode MatAinsworthSetPenalty(Mat mat, Vec penalty)
 {
@@ -239,7 +187,7 @@ PetscErrorCode MatAinsworthGetPenalty(Mat mat, Vec *penalty)
 
    Level: advanced
 
-.seealso: `MATAINSWORTH`, `PCAinsworthSetRowsPerRank()`
+.seealso: `MATAINSWORTH`, `MatAinsworthGetGramKSP()`
 @*/
 PetscErrorCode MatAinsworthSetRowsPerRank(Mat mat, PetscInt rows)
 {
@@ -251,32 +199,6 @@ PetscErrorCode MatAinsworthSetRowsPerRank(Mat mat, PetscInt rows)
   PetscCheck(rows > 0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE, "The number of rows per rank must be positive, not %" PetscInt_FMT, rows);
   if (rows != ctx->rowsPerRank) ctx->current = PETSC_FALSE;
   ctx->rowsPerRank = rows;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
-   MatAinsworthGetGramMat - gets the Gram matrix S = C W C'
-
-   Collective
-
-   Input Parameter:
-.  mat - the matrix, with its A and C set
-
-   Output Parameter:
-.  S - m x m, `MATAIJ`, rows distributed as those of C; not to be changed nor destroyed
-
-   Level: advanced
-
-.seealso: `MATAINSWORTH`, `MatAinsworthGetGramKSP()`
-@*/
-PetscErrorCode MatAinsworthGetGramMat(Mat mat, Mat *S)
-{
-  Mat_Ainsworth *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
-  PetscAssertPointer(S, 2);
-  *S = ctx->proj.gram.S;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -299,7 +221,7 @@ PetscErrorCode MatAinsworthGetGramMat(Mat mat, Mat *S)
 
    The matrix of the solver is the Gram matrix scaled to a unit diagonal, its rows piece by piece.
 
-.seealso: `MATAINSWORTH`, `MatAinsworthGetGramMat()`, `MatAinsworthSetRowsPerRank()`
+.seealso: `MATAINSWORTH`, `MatAinsworthSetRowsPerRank()`
 @*/
 PetscErrorCode MatAinsworthGetGramKSP(Mat mat, KSP *ksp)
 {
@@ -309,5 +231,16 @@ PetscErrorCode MatAinsworthGetGramKSP(Mat mat, KSP *ksp)
   PetscCall(MatAinsworthSetUp(mat, &ctx));
   PetscAssertPointer(ksp, 2);
   *ksp = ctx->proj.gram.placement.sizes.size() ? ctx->proj.gram.ksp : NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* S = C W C', m x m, MATAIJ, rows distributed as those of C */
+PetscErrorCode MatAinsworthGetGramMat_Private(Mat mat, Mat *S)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  *S = ctx->proj.gram.S;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

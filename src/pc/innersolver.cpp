@@ -24,7 +24,7 @@ static const size_t nboomeramg = sizeof(boomeramg) / sizeof(boomeramg[0]);
 
 static const char *DefaultValue(const PC_Ainsworth *data, PetscBool definite, size_t i)
 {
-  if (data->pmat.penalty == PC_AINSWORTH_PENALTY_NORM) return boomeramg[i].onePenalty;
+  if (data->choices.pmat.penalty == AINSWORTH_PENALTY_NORM) return boomeramg[i].onePenalty;
   return definite ? boomeramg[i].usual : boomeramg[i].otherMethods;
 }
 
@@ -76,7 +76,7 @@ static PetscErrorCode DefaultType(const PC_Ainsworth *data, PetscBool definite, 
   PetscFunctionBegin;
   PetscCall(MatGetBlockSize(data->saddle.A, &bs));
   const bool fits = PetscDefined(USE_COMPLEX) || (bs > 1 && bs < 6);
-  *type           = definite && data->symmetric && data->pmat.penalty == PC_AINSWORTH_PENALTY_ROW && fits ? PCBLOCKSA : OtherMultigrid();
+  *type           = definite && data->symmetric && data->choices.pmat.penalty == AINSWORTH_PENALTY_ROW && fits ? PCBLOCKSA : OtherMultigrid();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -205,6 +205,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
   PetscCall(VecDestroy(&data->weight));
   PetscCall(VecDestroy(&data->reporting.reference));
   PetscCall(PetscViewerDestroy(&data->reporting.viewer));
+  PetscCall(PetscFree(data->reporting.monitor));
+  PetscCall(PetscFree(data->reporting.file));
   PetscCall(KSPDestroy(&data->ksp));
   PetscCall(PetscFree(pc->data));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -220,14 +222,10 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_penalty_factor <0.5>                    - gamma, by default 2 with id (10 with BoomerAMG) and 5 with norm
 .  -pc_ainsworth_pmat <auto,jcb,id,cc,cg,bj_cc,bj_cg>    - Inv(S) in the preconditioning matrix
 .  -pc_ainsworth_pmat_rtol <0.1>                         - tolerance of cg and bj_cg
-.  -pc_ainsworth_pmat_max_rows <4000>                    - refuse cc and cg, which may be dense, above this number of constraints
 .  -pc_ainsworth_blocks <decide>                         - number of blocks of bj_cc and bj_cg; by default one per 32 constraints
-.  -pc_ainsworth_row_scaling <true,false>                - jcb does not depend on the scale of the rows of C
 .  -pc_ainsworth_rows_per_rank <25000>                   - the Gram matrix is gathered on ceil(m / this) ranks
 .  -pc_ainsworth_redundant <drop,error>                  - rows of C that are combinations of other rows
-.  -pc_ainsworth_check_transpose <false,true>            - compare the blocks C and C' entry by entry, not by one random product
 .  -pc_ainsworth_monitor_error [ascii,csv:file,draw]     - error against run time, one row per iteration
-.  -pc_ainsworth_monitor_error_residuals <true,false>    - with the residuals of the original system
 .  -pc_ainsworth_reference <file>                        - exact solution, for the monitor
 .  -pc_ainsworth_stop <residual,energy_error>            - what ends the reduced solve
 .  -pc_ainsworth_error_rtol <1e-6>                       - tolerance of energy_error
@@ -242,7 +240,18 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    The block of the multipliers may also be diagonal. Where the row of C is zero, the multiplier is solved for alone, and where both are zero it is
    zero; where the entry is negative, -D, the multiplier is eliminated exactly and A + C' D^{-1} C takes the place of A. Other blocks are refused.
 
-   Rows of C that are linear combinations of others are looked for when the Gram matrix turns out (nearly) singular; see `PCAinsworthSetRedundantType()`.
+   Rows of C that are linear combinations of others are looked for only if the Gram matrix S = C W C' cannot be factored, or if its solves have a relative
+   error of more than 1.5e-8, which is found out with one solve. A row counts as dependent if its squared distance from the span of rows that are kept, in
+   the norm of W, is at most 1e-13 of its own square, or 1e-11, then 1e-9, where that is not enough to solve with S. Of a set of dependent rows it is not
+   defined which are left out. Their multipliers are zero: of all lambda that solve the system this is a basic one, not that of smallest norm. x and
+   C' lambda do not depend on the choice. Each right-hand side is checked against these rows, C_i x = g_i to 1e-8 of |C_i| |x| + |g_i|; if it contradicts
+   them the failure is `PC_INCONSISTENT_RHS`. With `-pc_ainsworth_redundant error` the set-up stops with `PETSC_ERR_MAT_CH_ZRPVT` and names the rows.
+
+   A row of the error monitor has seconds of the set-up that the solve needed and of the solve so far, without those of the monitor; the natural norm of the
+   residual; relative residuals of the two blocks of the original system; lower and upper bound of the error in the energy norm of the reduced operator,
+   from the coefficients of conjugate gradients; the true error where a reference is known. docs/report.md has the formulas. With
+   `-pc_ainsworth_stop energy_error` the relative tolerance of the inner `KSP` is not heeded; the estimate is a few iterations late, so that the error is
+   smaller than asked for.
 
    Options of the inner solvers have the prefixes `-ainsworth_` (reduced system, operator `MATAINSWORTH`, preconditioning matrix M_*:
    `-ainsworth_ksp_rtol`, `-ainsworth_pc_type`, ...) and `-ainsworth_gram_` (Gram matrix C W C'), after the prefix of this `PC`.
@@ -268,7 +277,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    V. Robert, P. Jolivet, O. Jamond, M. A. Badri, Calcul haute performance pour les problemes de point-selle en mecanique du contact, CSMA;
    M. Ainsworth, Comput. Methods Appl. Mech. Engrg. 190 (2001), 6323-6339.
 
-.seealso: `PCAinsworthSetVariant()`, `PCAinsworthSetPmatType()`, `PCAinsworthSetRedundantType()`, `PCAinsworthGetKSP()`, `MATAINSWORTH`, `KSPPROJECTEDCG`, `PCBLOCKSA`, `PCFIELDSPLIT`
+.seealso: `PCAinsworthSetVariant()`, `PCAinsworthSetPmatType()`, `PCAinsworthGetErrorEstimate()`, `PCAinsworthGetKSP()`, `MATAINSWORTH`, `KSPPROJECTEDCG`, `PCBLOCKSA`, `PCFIELDSPLIT`
 M*/
 PetscErrorCode PCCreate_Ainsworth(PC pc)
 {
@@ -279,14 +288,13 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   PetscFunctionBegin;
   PetscCall(PetscNew(&data));
   pc->data                   = (void *)data;
-  data->rowsPerRank          = 25000; /* docs/gram.md */
-  data->pmat.type            = PC_AINSWORTH_PMAT_AUTO;
-  data->pmat.rtol            = 0.1; /* paper, Table 1 */
-  data->pmat.blocks          = PETSC_DECIDE;
-  data->pmat.maxRows         = 4000;
-  data->reporting.residuals  = PETSC_TRUE;
+  data->choices.rowsPerRank  = 25000; /* docs/gram.md */
+  data->choices.pmat.type    = PC_AINSWORTH_PMAT_AUTO;
+  data->choices.pmat.rtol    = 0.1; /* paper, Table 1 */
+  data->choices.pmat.blocks  = PETSC_DECIDE;
   data->reporting.rtol       = 1e-6;
   data->reporting.eigenvalue = PETSC_DEFAULT;
+  PCAinsworthChoicesApplyVariant(&data->choices, PC_AINSWORTH_WEIGHTED);
   PetscCall(KSPCreate(PetscObjectComm((PetscObject)pc), &data->ksp));
   PetscCall(PCGetOptionsPrefix(pc, &prefix));
   PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));
@@ -296,7 +304,7 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   PetscCall(PCGetKSPNestLevel(pc, &level));
   PetscCall(KSPSetNestLevel(data->ksp, level));
   PetscCall(KSPSetTolerances(data->ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT)); /* paper, section 4.1 */
-  PetscCall(PCAinsworthApplyVariant(data, PC_AINSWORTH_WEIGHTED));
+  PetscCall(KSPSetType(data->ksp, KSPPROJECTEDCG));
 
   pc->ops->setup          = PCSetUp_Ainsworth;
   pc->ops->apply          = PCApply_Ainsworth;

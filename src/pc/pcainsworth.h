@@ -7,17 +7,24 @@
 #include "../pmat/pmat.h"
 #include "../report/report.h"
 
-struct PC_Ainsworth {
-  /* choices */
+/* What to do with rows of C that are linear combinations of other rows */
+typedef enum {
+  AINSWORTH_REDUNDANT_DROP, /* they are left out; a right-hand side that contradicts them is a failure, PC_INCONSISTENT_RHS */
+  AINSWORTH_REDUNDANT_ERROR /* the set-up stops with an error that names them */
+} AinsworthRedundantType;
+
+/* What options and calls choose, compared as a whole: what says the same again rebuilds nothing */
+struct PCAinsworthChoices {
   PCAinsworthVariant     variant;
   MatAinsworthWeightType weightType;
-  Vec                    weight; /* the user's, length n */
-  PetscReal              factor; /* PETSC_DEFAULT: by the type of the penalty */
   PetscInt               rowsPerRank;
-  AinsworthPmatOptions   pmat;
+  AinsworthRedundantType redundant;
+  AinsworthPmatOptions   pmat; /* factor PETSC_DEFAULT: by the types of penalty and approximation; symmetric is that of the set-up */
+};
 
-  PCAinsworthRedundantType redundant;
-  PetscBool                checkTranspose; /* compare blocks (0,1) and (1,0) entry by entry */
+struct PC_Ainsworth {
+  PCAinsworthChoices choices;
+  Vec                weight; /* the user's, length n */
 
   /* what set-up made of the program's matrix */
   AinsworthSaddle saddle;
@@ -53,9 +60,9 @@ PETSC_INTERN PetscErrorCode      PCCreate_Ainsworth(PC);
 PETSC_INTERN PetscErrorCode      PCSetUp_Ainsworth(PC);
 PETSC_INTERN PetscErrorCode      PCAinsworthAgreeOnFailure(PC, PCFailedReason);
 PETSC_INTERN PetscErrorCode      PCAinsworthGetData(PC, PC_Ainsworth **);
-PETSC_INTERN PetscErrorCode      PCAinsworthGetDataOrError(PC, PC_Ainsworth **);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetStale(PC, PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthApplyVariant(PC_Ainsworth *, PCAinsworthVariant);
+PETSC_INTERN void                PCAinsworthChoicesApplyVariant(PCAinsworthChoices *, PCAinsworthVariant);
+PETSC_INTERN PetscErrorCode      PCAinsworthChoose(PC, PC_Ainsworth *, const PCAinsworthChoices *);
 PETSC_INTERN PetscErrorCode      PCAinsworthConfigureKSP(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetKSPOperators(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthGetPmatFormat(PC_Ainsworth *, AinsworthPmatFormat *);
@@ -66,7 +73,6 @@ PETSC_INTERN PetscErrorCode      PCAinsworthViewLeftOut(PC_Ainsworth *, PetscVie
 PETSC_INTERN PetscErrorCode      PCView_Ainsworth(PC, PetscViewer);
 PETSC_INTERN PetscReal           PCAinsworthPenaltyFactor(const PC_Ainsworth *);
 PETSC_INTERN PCAinsworthPmatType PCAinsworthPmatTypeInUse(const PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthReportSetFromOptions(PC, AinsworthOptionItems);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportReset(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin(PC, PC_Ainsworth *, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportEnd(PC_Ainsworth *);

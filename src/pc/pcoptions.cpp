@@ -1,124 +1,204 @@
 #include "pcainsworth.h"
-#include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
+
+static const char *const redundantTypes[] = {"drop", "error", "AinsworthRedundantType", "AINSWORTH_REDUNDANT_", NULL};
+static const char *const stopTypes[]      = {"residual", "energy_error", "AinsworthStopType", "AINSWORTH_STOP_", NULL};
+static const char        monitorOption[]  = "-pc_ainsworth_monitor_error";
+
+/* A real number above 0 and below a bound */
+static PetscErrorCode RealOption(PC pc, AinsworthOptionItems PetscOptionsObject, const char name[], const char help[], PetscReal below, PetscReal *value)
+{
+  PetscReal given = *value;
+  PetscBool set;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsReal(name, help, PCAINSWORTH, given, &given, &set));
+  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(given > 0.0, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_OUTOFRANGE, "%s must be positive, not %g", name, (double)given);
+  PetscCheck(given < below, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_OUTOFRANGE, "%s must be less than %g, not %g", name, (double)below, (double)given);
+  *value = given;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A number of something */
+static PetscErrorCode CountOption(PC pc, AinsworthOptionItems PetscOptionsObject, const char name[], const char help[], PetscInt *value)
+{
+  PetscInt  given = *value;
+  PetscBool set;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsInt(name, help, PCAINSWORTH, given, &given, &set));
+  PetscCheck(!set || given > 0 || given == *value, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_OUTOFRANGE, "%s must be positive, not %" PetscInt_FMT, name,
+             given);
+  *value = given;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ChoicesFromOptions(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
+{
+  PCAinsworthChoices now     = data->choices;
+  PCAinsworthVariant variant = now.variant;
+  PetscReal          factor  = PCAinsworthPenaltyFactor(data);
+  PetscBool          set;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_variant", "Sets weight, penalty, penalty factor, row scaling and the inner KSP type at once", PCAINSWORTH,
+                             PCAinsworthVariants, (PetscEnum)variant, (PetscEnum *)&variant, &set));
+  if (set) PCAinsworthChoicesApplyVariant(&now, variant);
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_weight", "Diagonal weight W of the projector", PCAINSWORTH, MatAinsworthWeightTypes, (PetscEnum)now.weightType,
+                             (PetscEnum *)&now.weightType, NULL));
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_penalty", "Diagonal penalty B", PCAINSWORTH, AinsworthPenaltyTypes, (PetscEnum)now.pmat.penalty,
+                             (PetscEnum *)&now.pmat.penalty, NULL));
+  PetscCall(PetscOptionsHasName(((PetscObject)pc)->options, ((PetscObject)pc)->prefix, "-pc_ainsworth_penalty_factor", &set));
+  PetscCall(RealOption(pc, PetscOptionsObject, "-pc_ainsworth_penalty_factor", "Factor gamma of the penalty", PETSC_INFINITY, &factor));
+  if (set) now.pmat.factor = factor;
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_pmat", "Approximation of the inverse Gram matrix in the preconditioning matrix", "PCAinsworthSetPmatType",
+                             PCAinsworthPmatTypes, (PetscEnum)now.pmat.type, (PetscEnum *)&now.pmat.type, NULL));
+  PetscCall(RealOption(pc, PetscOptionsObject, "-pc_ainsworth_pmat_rtol", "Relative tolerance of cg and bj_cg", 1.0, &now.pmat.rtol));
+  PetscCall(CountOption(pc, PetscOptionsObject, "-pc_ainsworth_blocks", "Number of blocks of bj_cc and bj_cg (-1: one per 32 constraints)", &now.pmat.blocks));
+  PetscCall(
+    CountOption(pc, PetscOptionsObject, "-pc_ainsworth_rows_per_rank", "The Gram matrix is gathered on ceil(constraints / this) ranks", &now.rowsPerRank));
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_redundant", "Rows of C that are linear combinations of others", PCAINSWORTH, redundantTypes,
+                             (PetscEnum)now.redundant, (PetscEnum *)&now.redundant, NULL));
+  PetscCall(PCAinsworthChoose(pc, data, &now));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* "csv" and "csv:file" are short for PETSc's "ascii::ascii_csv" and "ascii:file:ascii_csv" */
+static PetscErrorCode CreateCSVViewer(PC pc, const char file[], PetscViewer *viewer)
+{
+  MPI_Comm comm = PetscObjectComm((PetscObject)pc);
+
+  PetscFunctionBegin;
+  if (file[0]) PetscCall(PetscViewerASCIIOpen(comm, file, viewer));
+  else {
+    PetscCall(PetscViewerASCIIGetStdout(comm, viewer));
+    PetscCall(PetscObjectReference((PetscObject)*viewer));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Is an option's text that of the last time? It is kept */
+static PetscErrorCode SameText(char **last, const char now[], PetscBool *same)
+{
+  PetscFunctionBegin;
+  *same = PETSC_FALSE;
+  if (*last) PetscCall(PetscStrcmp(*last, now, same));
+  if (*same) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscFree(*last));
+  PetscCall(PetscStrallocpy(now, last));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode MonitorFromOptions(PC pc, AinsworthReportSettings *settings, AinsworthOptionItems PetscOptionsObject)
+{
+  const char *const kinds[]                   = {"", "ascii", "csv", "draw"};
+  char              value[PETSC_MAX_PATH_LEN] = "", kind[PETSC_MAX_PATH_LEN], *colon;
+  PetscBool         set, same, known = PETSC_FALSE, csv;
+  PetscViewer       viewer = NULL;
+  PetscViewerFormat format = PETSC_VIEWER_DEFAULT;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsGetString(((PetscObject)pc)->options, ((PetscObject)pc)->prefix, monitorOption, value, sizeof(value), &set));
+  PetscCall(PetscStrncpy(kind, value, sizeof(kind)));
+  PetscCall(PetscStrchr(kind, ':', &colon));
+  if (colon) *colon = 0;
+  for (int i = 0; i < 4 && !known; i++) PetscCall(PetscStrcmp(kind, kinds[i], &known));
+  PetscCheck(known, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONG, "Option %s is %s: it takes ascii[:file], csv[:file] and draw", monitorOption, value);
+  PetscCall(PetscStrcmp(kind, "csv", &csv));
+  if (set) {
+    PetscCall(SameText(&settings->monitor, value, &same));
+    if (same) PetscFunctionReturn(PETSC_SUCCESS); /* the file is not begun anew */
+  }
+  if (csv) {
+    PetscCall(CreateCSVViewer(pc, colon ? value + 4 : "", &viewer));
+    format = PETSC_VIEWER_ASCII_CSV;
+  } else PetscCall(PetscOptionsViewer(monitorOption, "Error against run time: also csv[:file]", PCAINSWORTH, &viewer, &format, &set));
+  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscViewerDestroy(&settings->viewer));
+  settings->viewer = viewer;
+  settings->format = format;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReferenceFromOptions(PC pc, AinsworthReportSettings *settings, AinsworthOptionItems PetscOptionsObject)
+{
+  char        file[PETSC_MAX_PATH_LEN] = "";
+  PetscBool   set, same;
+  PetscViewer viewer;
+  Vec         reference;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsString("-pc_ainsworth_reference", "File of the exact solution (PETSc binary), for the monitor", "PCAinsworthSetReference", file, file,
+                               sizeof(file), &set));
+  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SameText(&settings->file, file, &same));
+  if (same) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscViewerCreate(PetscObjectComm((PetscObject)pc), &viewer));
+  PetscCall(PetscViewerSetType(viewer, PETSCVIEWERBINARY));
+  PetscCall(PetscViewerBinarySetSkipInfo(viewer, PETSC_TRUE)); /* its options would stay in the program's database */
+  PetscCall(PetscViewerFileSetMode(viewer, FILE_MODE_READ));
+  PetscCall(PetscViewerFileSetName(viewer, file));
+  PetscCall(VecCreate(PetscObjectComm((PetscObject)pc), &reference));
+  PetscCall(VecLoad(reference, viewer));
+  PetscCall(PetscViewerDestroy(&viewer));
+  PetscCall(PCAinsworthSetReference(pc, reference));
+  PetscCall(VecDestroy(&reference));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReportFromOptions(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
+{
+  AinsworthReportSettings      *settings   = &data->reporting;
+  const AinsworthReportSettings last       = *settings;
+  PetscReal                     eigenvalue = PetscMax(settings->eigenvalue, 0.0); /* PETSC_DEFAULT is negative */
+
+  PetscFunctionBegin;
+  PetscCall(MonitorFromOptions(pc, settings, PetscOptionsObject));
+  PetscCall(ReferenceFromOptions(pc, settings, PetscOptionsObject));
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_stop", "What ends the reduced solve", PCAINSWORTH, stopTypes, (PetscEnum)settings->stop,
+                             (PetscEnum *)&settings->stop, NULL));
+  PetscCall(RealOption(pc, PetscOptionsObject, "-pc_ainsworth_error_rtol", "Tolerance of energy_error", 1.0, &settings->rtol));
+  PetscCall(RealOption(pc, PetscOptionsObject, "-pc_ainsworth_error_eigenvalue", "Lower bound of the spectrum of the preconditioned operator", PETSC_INFINITY,
+                       &eigenvalue));
+  if (eigenvalue > 0.0) settings->eigenvalue = eigenvalue;
+  if (settings->viewer != last.viewer || settings->stop != last.stop || settings->eigenvalue != last.eigenvalue) PetscCall(PCAinsworthReportReset(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The inner solver reads its options at the set-up; after that, here. Another method or preconditioner needs another set-up */
+static PetscErrorCode InnerFromOptions(PC pc, PC_Ainsworth *data)
+{
+  PC        inner;
+  char      method[256], type[256];
+  PetscBool same[2];
+
+  PetscFunctionBegin;
+  if (!data->configured) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PetscStrncpy(method, ((PetscObject)data->ksp)->type_name, sizeof(method)));
+  PetscCall(PetscStrncpy(type, ((PetscObject)inner)->type_name, sizeof(type)));
+  data->configured = PETSC_FALSE;
+  PetscCall(PCAinsworthConfigureKSP(pc, data));
+  PetscCall(PetscStrcmp(method, ((PetscObject)data->ksp)->type_name, &same[0]));
+  PetscCall(PetscStrcmp(type, ((PetscObject)inner)->type_name, &same[1]));
+  if (!same[0] || !same[1]) PetscCall(PCAinsworthSetStale(pc, data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptionsObject)
 {
-  PC_Ainsworth          *data    = (PC_Ainsworth *)pc->data;
-  PCAinsworthVariant     variant = data->variant;
-  MatAinsworthWeightType weight;
-  PCAinsworthPenaltyType penalty;
-  PCAinsworthPmatType    pmat;
-
-  PCAinsworthRedundantType redundant;
-  PetscReal                real;
-  PetscInt                 integer;
-  PetscBool                set, flag;
-  const char              *prefix;
+  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+  const char   *prefix;
 
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Ainsworth options");
-  PetscCall(PetscOptionsEnum("-pc_ainsworth_variant", "Sets weight, penalty, penalty factor, row scaling and the inner KSP type at once",
-                             "PCAinsworthSetVariant", PCAinsworthVariants, (PetscEnum)variant, (PetscEnum *)&variant, &set));
-  if (set) PetscCall(PCAinsworthSetVariant(pc, variant));
-  weight = data->weightType;
-  PetscCall(PetscOptionsEnum("-pc_ainsworth_weight", "Diagonal weight W of the projector", "PCAinsworthSetWeightType", MatAinsworthWeightTypes,
-                             (PetscEnum)weight, (PetscEnum *)&weight, &set));
-  if (set) PetscCall(PCAinsworthSetWeightType(pc, weight));
-  penalty = data->pmat.penalty;
-  PetscCall(PetscOptionsEnum("-pc_ainsworth_penalty", "Diagonal penalty B", "PCAinsworthSetPenaltyType", PCAinsworthPenaltyTypes, (PetscEnum)penalty,
-                             (PetscEnum *)&penalty, &set));
-  if (set) PetscCall(PCAinsworthSetPenaltyType(pc, penalty));
-  real = PCAinsworthPenaltyFactor(data);
-  PetscCall(PetscOptionsReal("-pc_ainsworth_penalty_factor", "Factor gamma of the penalty", "PCAinsworthSetPenaltyFactor", real, &real, &set));
-  /* PETSC_DEFAULT is a negative number, which the setter takes for the default */
-  PetscCheck(!set || real > 0.0, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_OUTOFRANGE, "-pc_ainsworth_penalty_factor must be positive, not %g",
-             (double)real);
-  if (set) PetscCall(PCAinsworthSetPenaltyFactor(pc, real));
-  pmat = data->pmat.type;
-  PetscCall(PetscOptionsEnum("-pc_ainsworth_pmat", "Approximation of the inverse Gram matrix in the preconditioning matrix", "PCAinsworthSetPmatType",
-                             PCAinsworthPmatTypes, (PetscEnum)pmat, (PetscEnum *)&pmat, &set));
-  if (set) PetscCall(PCAinsworthSetPmatType(pc, pmat));
-  real = data->pmat.rtol;
-  PetscCall(PetscOptionsReal("-pc_ainsworth_pmat_rtol", "Relative tolerance of cg and bj_cg", "PCAinsworthSetPmatTolerance", real, &real, &set));
-  if (set) PetscCall(PCAinsworthSetPmatTolerance(pc, real));
-  integer = data->pmat.maxRows;
-  PetscCall(
-    PetscOptionsInt("-pc_ainsworth_pmat_max_rows", "Refuse cc and cg above this number of constraints", "PCAinsworthSetPmatMaxRows", integer, &integer, &set));
-  if (set) PetscCall(PCAinsworthSetPmatMaxRows(pc, integer));
-  integer = data->pmat.blocks;
-  PetscCall(PetscOptionsInt("-pc_ainsworth_blocks", "Number of blocks of bj_cc and bj_cg (-1: one per 32 constraints)", "PCAinsworthSetBlocks", integer,
-                            &integer, &set));
-  if (set) PetscCall(PCAinsworthSetBlocks(pc, integer));
-  flag = data->pmat.rowScaling;
-  PetscCall(PetscOptionsBool("-pc_ainsworth_row_scaling", "Make jcb independent of the scale of the rows of C", "PCAinsworthSetRowScaling", flag, &flag, &set));
-  if (set) PetscCall(PCAinsworthSetRowScaling(pc, flag));
-  integer = data->rowsPerRank;
-  PetscCall(PetscOptionsInt("-pc_ainsworth_rows_per_rank", "The Gram matrix is gathered on ceil(constraints / this) ranks", "PCAinsworthSetRowsPerRank",
-                            integer, &integer, &set));
-  if (set) PetscCall(PCAinsworthSetRowsPerRank(pc, integer));
-  redundant = data->redundant;
-  PetscCall(PetscOptionsEnum("-pc_ainsworth_redundant", "Rows of C that are linear combinations of others", "PCAinsworthSetRedundantType",
-                             PCAinsworthRedundantTypes, (PetscEnum)redundant, (PetscEnum *)&redundant, &set));
-  if (set) PetscCall(PCAinsworthSetRedundantType(pc, redundant));
-  flag = data->checkTranspose;
-  PetscCall(PetscOptionsBool("-pc_ainsworth_check_transpose", "Compare the blocks C and C' entry by entry", "PCAinsworthSetCheckTranspose", flag, &flag, &set));
-  if (set) PetscCall(PCAinsworthSetCheckTranspose(pc, flag));
-  PetscCall(PCAinsworthReportSetFromOptions(pc, PetscOptionsObject));
+  PetscCall(ChoicesFromOptions(pc, data, PetscOptionsObject));
+  PetscCall(ReportFromOptions(pc, data, PetscOptionsObject));
   PetscOptionsHeadEnd();
   PetscCall(PCGetOptionsPrefix(pc, &prefix)); /* it may have been set after the creation of this PC */
   PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));
   PetscCall(KSPAppendOptionsPrefix(data->ksp, "ainsworth_"));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
-{
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
-  PetscBool     ascii, string;
-  char          tolerance[64] = "", blocks[64] = "", dropped[256] = "";
-  const char   *why = "";
-
-  const PCAinsworthPmatType type = PCAinsworthPmatTypeInUse(data);
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
-  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERSTRING, &string));
-  if (string) PetscCall(PetscViewerStringSPrintf(viewer, " %s, pmat %s", PCAinsworthVariants[data->variant], PCAinsworthPmatTypes[data->pmat.type]));
-  if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  variant: %s (weight %s, penalty %s with factor %g)\n", PCAinsworthVariants[data->variant],
-                                   MatAinsworthWeightTypes[data->weightType], PCAinsworthPenaltyTypes[data->pmat.penalty],
-                                   (double)PCAinsworthPenaltyFactor(data)));
-  if (type == PC_AINSWORTH_PMAT_CG || type == PC_AINSWORTH_PMAT_BJ_CG)
-    PetscCall(PetscSNPrintf(tolerance, sizeof(tolerance), ", relative tolerance %g", (double)data->pmat.rtol));
-  if (type == PC_AINSWORTH_PMAT_BJ_CC || type == PC_AINSWORTH_PMAT_BJ_CG) {
-    if (data->pmat.blocks == PETSC_DECIDE) PetscCall(PetscSNPrintf(blocks, sizeof(blocks), ", one block per 32 constraints"));
-    else PetscCall(PetscSNPrintf(blocks, sizeof(blocks), ", %" PetscInt_FMT " blocks", data->pmat.blocks));
-  }
-  if (data->pmat.type == PC_AINSWORTH_PMAT_AUTO && data->S && data->pmat.penalty == PC_AINSWORTH_PENALTY_ROW) why = data->autoReason;
-  PetscCall(PetscViewerASCIIPrintf(
-    viewer, "  preconditioning matrix: %s%s%s%s%s\n", data->S || data->pmat.type != PC_AINSWORTH_PMAT_AUTO ? PCAinsworthPmatTypes[type] : "auto",
-    type == PC_AINSWORTH_PMAT_JCB && data->pmat.rowScaling && (data->S || data->pmat.type == type) ? ", rows scaled" : "", tolerance, blocks, why));
-  if (!data->saddle.A) {
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  not set up yet\n"));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(AinsworthSaddleDescribeRows(&data->saddle, dropped, sizeof(dropped)));
-  PetscCall(
-    PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s%s\n", data->constraints, data->constraints ? "" : ", A alone is solved", dropped));
-  if (data->S) {
-    Mat_Ainsworth *ctx;
-
-    PetscCall(MatAinsworthGetContext(data->S, &ctx));
-    PetscCall(PetscViewerASCIIPushTab(viewer));
-    PetscCall(AinsworthGramView(&ctx->proj.gram, viewer));
-    PetscCall(PetscViewerASCIIPopTab(viewer));
-  }
-  if (!data->stale) PetscCall(PCAinsworthViewLeftOut(data, viewer));
-  PetscCall(PCAinsworthReportView(data, viewer));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns:\n"));
-  PetscCall(PetscViewerASCIIPushTab(viewer));
-  PetscCall(KSPView(data->ksp, viewer));
-  PetscCall(PetscViewerASCIIPopTab(viewer));
+  PetscCall(InnerFromOptions(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -18,7 +18,7 @@ PetscErrorCode PCAinsworthGetData(PC pc, PC_Ainsworth **data)
 }
 
 /* for getters: another type is an error */
-PetscErrorCode PCAinsworthGetDataOrError(PC pc, PC_Ainsworth **data)
+static PetscErrorCode GetDataOrError(PC pc, PC_Ainsworth **data)
 {
   PetscFunctionBegin;
   PetscCall(PCAinsworthGetData(pc, data));
@@ -38,33 +38,51 @@ PetscErrorCode PCAinsworthSetStale(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode PCAinsworthApplyVariant(PC_Ainsworth *data, PCAinsworthVariant variant)
+void PCAinsworthChoicesApplyVariant(PCAinsworthChoices *choices, PCAinsworthVariant variant)
 {
-  const PetscBool paper = (PetscBool)(variant == PC_AINSWORTH_PAPER);
+  const bool paper = variant == PC_AINSWORTH_PAPER;
 
+  choices->variant         = variant;
+  choices->weightType      = paper ? MAT_AINSWORTH_WEIGHT_IDENTITY : MAT_AINSWORTH_WEIGHT_DIAGONAL;
+  choices->pmat.penalty    = paper ? AINSWORTH_PENALTY_NORM : AINSWORTH_PENALTY_ROW;
+  choices->pmat.factor     = PETSC_DEFAULT;
+  choices->pmat.rowScaling = (PetscBool)!paper;
+}
+
+static bool Same(const PCAinsworthChoices &a, const PCAinsworthChoices &b)
+{
+  return a.variant == b.variant && a.weightType == b.weightType && a.rowsPerRank == b.rowsPerRank && a.redundant == b.redundant && a.pmat.type == b.pmat.type &&
+         a.pmat.penalty == b.pmat.penalty && a.pmat.factor == b.pmat.factor && a.pmat.rowScaling == b.pmat.rowScaling && a.pmat.rtol == b.pmat.rtol &&
+         a.pmat.blocks == b.pmat.blocks;
+}
+
+/* Takes these choices; what they say anew is set up at the next use. Another variant brings its inner method */
+PetscErrorCode PCAinsworthChoose(PC pc, PC_Ainsworth *data, const PCAinsworthChoices *choices)
+{
   PetscFunctionBegin;
-  data->variant      = variant;
-  data->weightType   = paper ? MAT_AINSWORTH_WEIGHT_IDENTITY : MAT_AINSWORTH_WEIGHT_DIAGONAL;
-  data->pmat.penalty = paper ? PC_AINSWORTH_PENALTY_NORM : PC_AINSWORTH_PENALTY_ROW;
-  data->factor       = PETSC_DEFAULT;
-  data->projected    = PETSC_FALSE;
-
-  data->pmat.rowScaling = (PetscBool)!paper;
-  PetscCall(KSPSetType(data->ksp, paper ? KSPCG : KSPPROJECTEDCG));
+  if (Same(data->choices, *choices)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (data->choices.variant != choices->variant) {
+    data->projected = PETSC_FALSE;
+    PetscCall(KSPSetType(data->ksp, choices->variant == PC_AINSWORTH_PAPER ? KSPCG : KSPPROJECTEDCG));
+  }
+  data->choices = *choices;
+  PetscCall(PCAinsworthSetStale(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The type itself, or what auto came to at the last set-up; before, jcb */
 PCAinsworthPmatType PCAinsworthPmatTypeInUse(const PC_Ainsworth *data)
 {
-  return data->pmat.type == PC_AINSWORTH_PMAT_AUTO ? data->autoType : data->pmat.type;
+  return data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO ? data->autoType : data->choices.pmat.type;
 }
 
 PetscReal PCAinsworthPenaltyFactor(const PC_Ainsworth *data)
 {
-  if (data->factor != (PetscReal)PETSC_DEFAULT) return data->factor;
+  const AinsworthPmatOptions &pmat = data->choices.pmat;
+
+  if (pmat.factor != (PetscReal)PETSC_DEFAULT) return pmat.factor;
   /* paper, section 3.3; measured, docs/method.md: without Q_* the penalty alone tells AMG of the constraints */
-  if (data->pmat.penalty == PC_AINSWORTH_PENALTY_NORM) return 5.0;
+  if (pmat.penalty == AINSWORTH_PENALTY_NORM) return 5.0;
   return PCAinsworthPmatTypeInUse(data) == PC_AINSWORTH_PMAT_ID ? (data->format == AINSWORTH_PMAT_SUM ? 2.0 : 10.0) : 0.5;
 }
 
@@ -77,107 +95,65 @@ PetscReal PCAinsworthPenaltyFactor(const PC_Ainsworth *data)
 +  pc      - the preconditioner
 -  variant - `PC_AINSWORTH_WEIGHTED` (default) or `PC_AINSWORTH_PAPER`
 
-   Options Database Key:
-.  -pc_ainsworth_variant <weighted,paper> - the variant; each of them can then be set alone
+   Options Database Keys:
++  -pc_ainsworth_variant <weighted,paper>     - the variant; each of them can then be set alone
+.  -pc_ainsworth_weight <diagonal,identity>   - the weight
+.  -pc_ainsworth_penalty <row,norm>           - the penalty
+-  -pc_ainsworth_penalty_factor <0.5>         - gamma, by default 2 with id (10 with BoomerAMG) and 5 with norm
 
    Level: beginner
 
-.seealso: `PCAINSWORTH`, `PCAinsworthVariant`, `PCAinsworthSetWeightType()`, `PCAinsworthSetPenaltyType()`
+.seealso: `PCAINSWORTH`, `PCAinsworthVariant`, `PCAinsworthSetPmatType()`
 @*/
 PetscErrorCode PCAinsworthSetVariant(PC pc, PCAinsworthVariant variant)
 {
-  PC_Ainsworth *data = NULL;
+  PC_Ainsworth      *data = NULL;
+  PCAinsworthChoices choices;
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthGetData(pc, &data));
   if (!data) PetscFunctionReturn(PETSC_SUCCESS);
   PetscValidLogicalCollectiveEnum(pc, variant, 2);
-  PetscCall(PCAinsworthApplyVariant(data, variant));
-  PetscCall(PCAinsworthSetStale(pc, data));
+  choices = data->choices;
+  PCAinsworthChoicesApplyVariant(&choices, variant);
+  PetscCall(PCAinsworthChoose(pc, data, &choices));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@
-   PCAinsworthGetVariant - gets the variant that was set last
-
-   Not Collective
-
-   Input Parameter:
-.  pc - the preconditioner
-
-   Output Parameter:
-.  variant - the variant; weight, penalty and factor may have been set alone since
-
-   Level: beginner
-
-.seealso: `PCAINSWORTH`, `PCAinsworthSetVariant()`
-@*/
-PetscErrorCode PCAinsworthGetVariant(PC pc, PCAinsworthVariant *variant)
-{
-  PC_Ainsworth *data = NULL;
-
-  PetscFunctionBegin;
-  PetscCall(PCAinsworthGetDataOrError(pc, &data));
-  PetscAssertPointer(variant, 2);
-  *variant = data->variant;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
-   PCAinsworthSetWeightType - chooses the diagonal weight W of the projector
+   PCAinsworthSetPmatType - chooses the approximation Inv(S) of the inverse Gram matrix in the preconditioning matrix
 
    Logically Collective
 
    Input Parameters:
 +  pc   - the preconditioner
--  type - `MAT_AINSWORTH_WEIGHT_DIAGONAL` (W = diag(A)^{-1}, default) or `MAT_AINSWORTH_WEIGHT_IDENTITY`
+-  type - one of the six of the paper (Table 1), or `PC_AINSWORTH_PMAT_AUTO` (default): `PC_AINSWORTH_PMAT_ID` with `PCBLOCKSA`, or where
+          constraints keep the components of each node apart, if the penalty is one per row, otherwise `PC_AINSWORTH_PMAT_JCB`
 
-   Options Database Key:
-.  -pc_ainsworth_weight <diagonal,identity> - the weight
+   Options Database Keys:
++  -pc_ainsworth_pmat <auto,jcb,id,cc,cg,bj_cc,bj_cg> - the approximation
+.  -pc_ainsworth_pmat_rtol <0.1>                      - of cg and bj_cg: the larger, the sparser (paper, section 4.3)
+-  -pc_ainsworth_blocks <decide>                      - of bj_cc and bj_cg; by default one per 32 constraints
 
-   Level: intermediate
+   Level: beginner
 
-   Note:
-   Where a diagonal entry of A is not positive, or not stored, the 1-norm of its row of A stands in for it.
+   Errors:
+   At set-up, `PETSC_ERR_ARG_OUTOFRANGE` for cc and cg, which may be dense, with more than 4000 constraints.
 
-.seealso: `PCAINSWORTH`, `PCAinsworthSetWeight()`, `MatAinsworthSetWeightType()`
+.seealso: `PCAINSWORTH`, `PCAinsworthPmatType`, `PCAinsworthSetVariant()`
 @*/
-PetscErrorCode PCAinsworthSetWeightType(PC pc, MatAinsworthWeightType type)
+PetscErrorCode PCAinsworthSetPmatType(PC pc, PCAinsworthPmatType type)
 {
-  PC_Ainsworth *data = NULL;
+  PC_Ainsworth      *data = NULL;
+  PCAinsworthChoices choices;
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthGetData(pc, &data));
   if (!data) PetscFunctionReturn(PETSC_SUCCESS);
   PetscValidLogicalCollectiveEnum(pc, type, 2);
-  data->weightType = type;
-  PetscCall(PCAinsworthSetStale(pc, data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
-   PCAinsworthGetWeightType - gets the kind of the weight W
-
-   Not Collective
-
-   Input Parameter:
-.  pc - the preconditioner
-
-   Output Parameter:
-.  type - the kind
-
-   Level: intermediate
-
-.seealso: `PCAINSWORTH`, `PCAinsworthSetWeightType()`
-@*/
-PetscErrorCode PCAinsworthGetWeightType(PC pc, MatAinsworthWeightType *type)
-{
-  PC_Ainsworth *data = NULL;
-
-  PetscFunctionBegin;
-  PetscCall(PCAinsworthGetDataOrError(pc, &data));
-  PetscAssertPointer(type, 2);
-  *type = data->weightType;
+  choices           = data->choices;
+  choices.pmat.type = type;
+  PetscCall(PCAinsworthChoose(pc, data, &choices));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -195,7 +171,7 @@ PetscErrorCode PCAinsworthGetWeightType(PC pc, MatAinsworthWeightType *type)
    Errors:
    At set-up, `PETSC_ERR_ARG_OUTOFRANGE` naming the smallest entry if it is not positive; `PETSC_ERR_ARG_SIZ` for another length.
 
-.seealso: `PCAINSWORTH`, `PCAinsworthSetWeightType()`, `MatAinsworthSetWeight()`
+.seealso: `PCAINSWORTH`, `MatAinsworthSetWeight()`
 @*/
 PetscErrorCode PCAinsworthSetWeight(PC pc, Vec weight)
 {
@@ -208,66 +184,9 @@ PetscErrorCode PCAinsworthSetWeight(PC pc, Vec weight)
   PetscCheckSameComm(pc, 1, weight, 2);
   PetscCall(PetscObjectReference((PetscObject)weight));
   PetscCall(VecDestroy(&data->weight));
-  data->weight     = weight;
-  data->weightType = MAT_AINSWORTH_WEIGHT_USER;
+  data->weight             = weight;
+  data->choices.weightType = MAT_AINSWORTH_WEIGHT_USER;
   PetscCall(PCAinsworthSetStale(pc, data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
-   PCAinsworthSetRowsPerRank - bounds the number of ranks that solve with the Gram matrix
-
-   Logically Collective
-
-   Input Parameters:
-+  pc   - the preconditioner
--  rows - positive; connected pieces of the Gram matrix with more than 32 rows, m rows together, are solved with on ceil(m / rows) ranks,
-          whole unless one has more than 16 times as many rows; 25000 by default
-
-   Options Database Key:
-.  -pc_ainsworth_rows_per_rank <25000> - the rows per rank
-
-   Level: advanced
-
-.seealso: `PCAINSWORTH`, `PCAinsworthGetGramKSP()`
-@*/
-PetscErrorCode PCAinsworthSetRowsPerRank(PC pc, PetscInt rows)
-{
-  PC_Ainsworth *data = NULL;
-
-  PetscFunctionBegin;
-  PetscCall(PCAinsworthGetData(pc, &data));
-  if (!data) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscValidLogicalCollectiveInt(pc, rows, 2);
-  PetscCheck(rows > 0, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_OUTOFRANGE, "-pc_ainsworth_rows_per_rank must be positive, not %" PetscInt_FMT "", rows);
-  data->rowsPerRank = rows;
-  PetscCall(PCAinsworthSetStale(pc, data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
-   PCAinsworthGetRowsPerRank - gets the number of rows of the Gram matrix per rank
-
-   Not Collective
-
-   Input Parameter:
-.  pc - the preconditioner
-
-   Output Parameter:
-.  rows - the number
-
-   Level: advanced
-
-.seealso: `PCAINSWORTH`, `PCAinsworthSetRowsPerRank()`
-@*/
-PetscErrorCode PCAinsworthGetRowsPerRank(PC pc, PetscInt *rows)
-{
-  PC_Ainsworth *data = NULL;
-
-  PetscFunctionBegin;
-  PetscCall(PCAinsworthGetDataOrError(pc, &data));
-  PetscAssertPointer(rows, 2);
-  *rows = data->rowsPerRank;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -291,7 +210,7 @@ PetscErrorCode PCAinsworthGetKSP(PC pc, KSP *ksp)
   PC_Ainsworth *data = NULL;
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthGetDataOrError(pc, &data));
+  PetscCall(GetDataOrError(pc, &data));
   PetscAssertPointer(ksp, 2);
   *ksp = data->ksp;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -308,22 +227,114 @@ PetscErrorCode PCAinsworthGetKSP(PC pc, KSP *ksp)
    Output Parameter:
 .  ksp - the solver, with options prefix `ainsworth_gram_`; `NULL` on ranks that solve for no row, and without constraints
 
+   Options Database Key:
+.  -pc_ainsworth_rows_per_rank <25000> - pieces of the Gram matrix with more than 32 rows, m rows together, are solved with on ceil(m / this) ranks
+
    Level: advanced
 
    Errors:
    `PETSC_ERR_ORDER` before `PCSetUp()`.
 
-.seealso: `PCAINSWORTH`, `PCAinsworthGetKSP()`, `PCAinsworthSetRowsPerRank()`
+.seealso: `PCAINSWORTH`, `PCAinsworthGetKSP()`, `MatAinsworthSetRowsPerRank()`
 @*/
 PetscErrorCode PCAinsworthGetGramKSP(PC pc, KSP *ksp)
 {
   PC_Ainsworth *data = NULL;
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthGetDataOrError(pc, &data));
+  PetscCall(GetDataOrError(pc, &data));
   PetscAssertPointer(ksp, 2);
   PetscCheck(data->saddle.A, PetscObjectComm((PetscObject)pc), PETSC_ERR_ORDER, "Call PCSetUp() before PCAinsworthGetGramKSP()");
   *ksp = NULL;
   if (data->S) PetscCall(MatAinsworthGetGramKSP(data->S, ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   PCAinsworthSetReference - gives the exact solution, so that the error monitor shows the true error
+
+   Logically Collective
+
+   Input Parameters:
++  pc        - the preconditioner
+-  reference - of length n + m, the solution of the saddle-point system in the numbering of the program, or of length n, its x; NULL: none
+
+   Options Database Key:
+.  -pc_ainsworth_reference <file> - a `Vec` in PETSc's binary format
+
+   Level: intermediate
+
+   Note:
+   The vector is not copied. It belongs to one right-hand side: with an outer Krylov method every application has another one, and the true error means nothing.
+
+   Errors:
+   `PETSC_ERR_ARG_SIZ` at the next solve if the length is another one.
+
+.seealso: `PCAINSWORTH`, `PCAinsworthGetErrorEstimate()`
+@*/
+PetscErrorCode PCAinsworthSetReference(PC pc, Vec reference)
+{
+  PC_Ainsworth *data = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthGetData(pc, &data));
+  if (!data) PetscFunctionReturn(PETSC_SUCCESS);
+  if (reference) {
+    PetscValidHeaderSpecific(reference, VEC_CLASSID, 2);
+    PetscCheckSameComm(pc, 1, reference, 2);
+    PetscCall(PetscObjectReference((PetscObject)reference));
+  }
+  PetscCall(VecDestroy(&data->reporting.reference));
+  data->reporting.reference = reference;
+  PetscCall(PCAinsworthReportReset(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   PCAinsworthGetErrorEstimate - gets the bounds of the error of the last solve
+
+   Not Collective
+
+   Input Parameter:
+.  pc - the preconditioner
+
+   Output Parameters:
++  iteration - the last iteration with an accurate lower bound, a few before the end; or pass NULL
+.  lower     - lower bound of the energy norm of the error then; or pass NULL
+-  upper     - upper bound of it, not a number where there is none; or pass NULL
+
+   Options Database Keys:
++  -pc_ainsworth_monitor_error [ascii,csv:file,draw] - a row of times, residuals and bounds for each iteration (docs/report.md)
+.  -pc_ainsworth_stop <residual,energy_error>        - what ends the reduced solve
+.  -pc_ainsworth_error_rtol <1e-6>                   - of energy_error: quotient of the energy norms of the error, last iterate to first
+-  -pc_ainsworth_error_eigenvalue <estimated>        - at most the smallest eigenvalue of the preconditioned operator: the upper bound is one then
+
+   Level: intermediate
+
+   Notes:
+   The error of the solution is smaller than at that iteration.
+
+   The coefficients of `KSPPROJECTEDCG`, or of `KSPCG` in the natural norm, give the bounds; other methods have none.
+
+   Errors:
+   `PETSC_ERR_ARG_WRONGSTATE` if nothing was estimated, or the solve was too short.
+
+.seealso: `PCAINSWORTH`, `PCAinsworthSetReference()`
+@*/
+PetscErrorCode PCAinsworthGetErrorEstimate(PC pc, PetscInt *iteration, PetscReal *lower, PetscReal *upper)
+{
+  PC_Ainsworth *data = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(GetDataOrError(pc, &data));
+  PetscCheck(data->report && data->report->coefficients != AINSWORTH_COEFFICIENTS_NONE, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
+             "There is no estimate: use -pc_ainsworth_monitor_error or -pc_ainsworth_stop energy_error, with conjugate gradients inside");
+  PetscCheck(data->report->estimator.accurate, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
+             "The solve was too short for an accurate estimate: it took %" PetscInt_FMT " iterations", (PetscInt)data->report->estimator.fall.size());
+  const PetscInt last = data->report->estimator.accurate - 1;
+
+  if (iteration) *iteration = last;
+  if (lower) *lower = AinsworthEstimatorLower(&data->report->estimator, last);
+  if (upper) *upper = AinsworthEstimatorUpper(&data->report->estimator, last);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -162,13 +162,13 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
     PetscCall(PCGetOptionsPrefix(pc, &prefix));
     PetscCall(MatSetOptionsPrefix(data->S, prefix));
     PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->S, (PetscObject)pc, 0));
-    PetscCall(MatAinsworthSetRowsPerRank(data->S, data->rowsPerRank));
+    PetscCall(MatAinsworthSetRowsPerRank(data->S, data->choices.rowsPerRank));
   }
-  if (data->weightType == MAT_AINSWORTH_WEIGHT_USER) {
+  if (data->choices.weightType == MAT_AINSWORTH_WEIGHT_USER) {
     PetscCheck(data->weight, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
                "-pc_ainsworth_weight user needs a vector: call PCAinsworthSetWeight()");
     PetscCall(MatAinsworthSetWeight(data->S, data->weight));
-  } else PetscCall(MatAinsworthSetWeightType(data->S, data->weightType));
+  } else PetscCall(MatAinsworthSetWeightType(data->S, data->choices.weightType));
   PetscCall(MatAinsworthSetUp(data->S, ctx));
   PetscCall(AinsworthGramGetFailedReason(&(*ctx)->proj.gram, reason));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -189,7 +189,7 @@ static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, Mat gram, Pet
     for (PetscInt i = 0; i < data->saddle.local; i++) marked[i] = (PetscBool)(data->saddle.kind[i] == AINSWORTH_ROW_DEPENDENT);
     PetscCall(AinsworthSaddleNameRows(&data->saddle, marked, names, sizeof(names)));
     PetscCall(PetscFree(marked));
-    PetscCheck(data->redundant != PC_AINSWORTH_REDUNDANT_ERROR, PetscObjectComm((PetscObject)pc), PETSC_ERR_MAT_CH_ZRPVT,
+    PetscCheck(data->choices.redundant != AINSWORTH_REDUNDANT_ERROR, PetscObjectComm((PetscObject)pc), PETSC_ERR_MAT_CH_ZRPVT,
                "%" PetscInt_FMT
                " rows of C are linear combinations of others: rows %s of the multiplier field; remove them or use -pc_ainsworth_redundant drop",
                *dropped, names);
@@ -248,7 +248,7 @@ static PetscErrorCode ChoosePmatType(PC_Ainsworth *data)
   PetscFunctionBegin;
   data->autoType   = PC_AINSWORTH_PMAT_JCB;
   data->autoReason = "";
-  if (data->pmat.penalty != PC_AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
+  if (data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
   if (data->format == AINSWORTH_PMAT_SUM) {
     data->autoType   = PC_AINSWORTH_PMAT_ID;
     data->autoReason = ", as interpolation is made from A alone";
@@ -265,7 +265,7 @@ static PetscErrorCode ChoosePmatType(PC_Ainsworth *data)
 static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
 {
   AinsworthPmatInputs  in;
-  AinsworthPmatOptions options = data->pmat;
+  AinsworthPmatOptions options = data->choices.pmat;
   Vec                  penalty;
 
   PetscFunctionBegin;
@@ -277,7 +277,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
   in.given           = data->saddle.A;
   PetscCall(PCAinsworthGetPmatFormat(data, &data->format));
   in.format = data->format;
-  if (data->pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data));
+  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data));
   options.type      = PCAinsworthPmatTypeInUse(data);
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor(data);
@@ -366,7 +366,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));
   PetscCall(VecDestroy(&data->weights));
-  PetscCall(AinsworthSaddleSetUp(pc->pmat, data->checkTranspose, &data->saddle));
+  PetscCall(AinsworthSaddleSetUp(pc->pmat, &data->saddle));
   if (data->saddle.bad[0]) {
     PetscCall(PetscSNPrintf(why, sizeof(why), "The system cannot be solved: %s", data->saddle.bad));
     PetscCall(Fail(pc, data, PC_FACTOR_OTHER, PETSC_ERR_FP, why));

@@ -63,7 +63,7 @@ static PetscErrorCode CheckConstraints(PC pc, PC_Ainsworth *data, Vec g, Vec x, 
   PetscReal residual, sizeX, sizeG;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetGramMat(data->S, &S));
+  PetscCall(MatAinsworthGetGramMat_Private(data->S, &S));
   PetscCall(MatCreateVecs(S, &scale, NULL));
   PetscCall(VecDuplicate(scale, &scaled));
   PetscCall(MatGetDiagonal(S, scale));

@@ -4,8 +4,8 @@
 #include "../events.h"
 #include "../projector/projector.h"
 
-const char *const PCAinsworthPenaltyTypes[] = {"row", "norm", "PCAinsworthPenaltyType", "PC_AINSWORTH_PENALTY_", NULL};
-const char *const PCAinsworthPmatTypes[]    = {"jcb", "id", "cc", "cg", "bj_cc", "bj_cg", "auto", "PCAinsworthPmatType", "PC_AINSWORTH_PMAT_", NULL};
+const char *const AinsworthPenaltyTypes[] = {"row", "norm", "AinsworthPenaltyType", "AINSWORTH_PENALTY_", NULL};
+const char *const PCAinsworthPmatTypes[]  = {"jcb", "id", "cc", "cg", "bj_cc", "bj_cg", "auto", "PCAinsworthPmatType", "PC_AINSWORTH_PMAT_", NULL};
 
 namespace
 {
@@ -106,13 +106,13 @@ PetscErrorCode AddPenaltyTerm(const AinsworthPmatInputs *in, const AinsworthPmat
   AinsworthSum sum;
 
   PetscFunctionBegin;
-  if (opt->penalty == PC_AINSWORTH_PENALTY_ROW) {
+  if (opt->penalty == AINSWORTH_PENALTY_ROW) {
     PetscCall(AinsworthRowPenaltyCreate(in->C, in->inverseDiagonal, opt->factor, penalty));
     PetscCall(MatDuplicate(surface.C, MAT_COPY_VALUES, &BC));
     PetscCall(MatDiagonalScale(BC, *penalty, NULL));
   }
   PetscCall(MatMatMult(surface.Ct, BC, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &CtBC));
-  if (opt->penalty == PC_AINSWORTH_PENALTY_ROW) PetscCall(MatDestroy(&BC));
+  if (opt->penalty == AINSWORTH_PENALTY_ROW) PetscCall(MatDestroy(&BC));
   else { /* beta = gamma ||Q_*' A Q_*|| / ||C' C|| */ PetscCall(MatNorm(CtBC, NORM_INFINITY, &normC));
     PetscCall(sum.open(in->A, surface.dofs, terms));
     PetscCall(sum.norm(&normA));

@@ -5,15 +5,21 @@
 #include <petscainsworth.h>
 #include "../petsccompat.h"
 
+/* The diagonal penalty B of the reduced operator */
+typedef enum {
+  AINSWORTH_PENALTY_ROW, /* B_ii = gamma / (C diag(A)^{-1} C')_ii */
+  AINSWORTH_PENALTY_NORM /* B = beta I, beta = gamma ||Q_*' A Q_*||_1 / ||C' C||_1, with the infinity norm for a non-symmetric A (paper, section 3.3) */
+} AinsworthPenaltyType;
+extern const char *const AinsworthPenaltyTypes[];
+
 struct AinsworthPmatOptions {
-  PCAinsworthPmatType    type;
-  PCAinsworthPenaltyType penalty;
-  PetscReal              factor;     /* gamma */
-  PetscBool              rowScaling; /* jcb does not depend on the scale of the rows of C */
-  PetscReal              rtol;       /* of cg and bj_cg */
-  PetscInt               blocks;     /* of bj_cc and bj_cg; PETSC_DECIDE: from the number of rows */
-  PetscInt               maxRows;    /* of cc and cg, which may be dense */
-  PetscBool              symmetric;  /* A = A' */
+  PCAinsworthPmatType  type;
+  AinsworthPenaltyType penalty;
+  PetscReal            factor;     /* gamma */
+  PetscBool            rowScaling; /* jcb does not depend on the scale of the rows of C */
+  PetscReal            rtol;       /* of cg and bj_cg */
+  PetscInt             blocks;     /* of bj_cc and bj_cg; PETSC_DECIDE: from the number of rows */
+  PetscBool            symmetric;  /* A = A' */
 };
 
 /* What the inner preconditioner takes */

@@ -38,7 +38,7 @@ PetscErrorCode AinsworthReportCreate(const AinsworthReportSettings *settings, co
   report->settings = settings;
   report->system   = *system;
   if (monitor && settings->reference) PetscCall(CreateExact(system, settings->reference, &report->exact));
-  if (monitor && (settings->residuals || report->exact)) {
+  if (monitor) {
     PetscCall(MatCreateVecs(system->A, report->exact ? &report->x : NULL, &report->r));
     if (system->S) PetscCall(MatCreateVecs(system->C, NULL, &report->residual));
   }
@@ -146,18 +146,16 @@ static PetscErrorCode Record(KSP ksp, PetscInt step, PetscReal norm, KSPConverge
   }
   if (report->settings->viewer) {
     row.seconds = now - report->start - report->spent - report->observing;
-    if (report->r) {
-      PetscCall(KSPBuildSolution(ksp, NULL, &iterate));
-      if (report->settings->residuals) PetscCall(Residuals(report, iterate, &row));
-      if (report->exact) PetscCall(TrueError(report, iterate, &row.error));
-    }
+    PetscCall(KSPBuildSolution(ksp, NULL, &iterate));
+    PetscCall(Residuals(report, iterate, &row));
+    if (report->exact) PetscCall(TrueError(report, iterate, &row.error));
     report->rows.push_back(row);
     PetscCall(AinsworthReportPrint(report, PETSC_FALSE));
   }
   PetscCall(PetscTime(&end));
   report->spent += end - now;
   PetscCall((*report->converged)(ksp, step, norm, reason, report->test));
-  if (report->settings->stop != PC_AINSWORTH_STOP_ENERGY_ERROR) PetscFunctionReturn(PETSC_SUCCESS);
+  if (report->settings->stop != AINSWORTH_STOP_ENERGY_ERROR) PetscFunctionReturn(PETSC_SUCCESS);
   if (*reason == KSP_CONVERGED_RTOL) *reason = KSP_CONVERGED_ITERATING;
   if (*reason == KSP_CONVERGED_ITERATING && AinsworthEstimatorReached(&report->estimator, report->settings->rtol)) {
     *reason = KSP_CONVERGED_RTOL;
@@ -183,7 +181,7 @@ static PetscErrorCode ChooseCoefficients(AinsworthReport *report, KSP ksp)
                          : plain && norm == KSP_NORM_NATURAL ? AINSWORTH_COEFFICIENTS_PLAIN
                                                              : AINSWORTH_COEFFICIENTS_NONE;
   if (report->coefficients != AINSWORTH_COEFFICIENTS_NONE) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(report->settings->stop != PC_AINSWORTH_STOP_ENERGY_ERROR, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
+  PetscCheck(report->settings->stop != AINSWORTH_STOP_ENERGY_ERROR, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
              "-pc_ainsworth_stop energy_error needs the coefficients of conjugate gradients: the inner KSP is %s with norm type %s, it must be %s, or %s with "
              "-ksp_norm_type natural",
              type, KSPNormTypes[norm], KSPPROJECTEDCG, KSPCG);
@@ -203,10 +201,8 @@ PetscErrorCode AinsworthReportBegin(AinsworthReport *report, KSP ksp, Vec f, Vec
   report->spent = report->observing = 0.0;
   report->solve++;
   if (report->settings->viewer) {
-    if (report->settings->residuals) {
-      PetscCall(Length(f, &report->norm[0]));
-      if (report->system.S) PetscCall(Length(g, &report->norm[1]));
-    }
+    PetscCall(Length(f, &report->norm[0]));
+    if (report->system.S) PetscCall(Length(g, &report->norm[1]));
     PetscCall(AinsworthReportHeader(report));
   }
   if (report->coefficients == AINSWORTH_COEFFICIENTS_PLAIN) {

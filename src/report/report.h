@@ -7,14 +7,20 @@
 #include "estimator.h"
 #include <petsctime.h>
 
+/* What ends the reduced solve */
+typedef enum {
+  AINSWORTH_STOP_RESIDUAL,    /* the convergence test of the inner KSP, on a norm of the residual */
+  AINSWORTH_STOP_ENERGY_ERROR /* the estimated energy norm of the error */
+} AinsworthStopType;
+
 struct AinsworthReportSettings {
-  PetscViewer         viewer; /* NULL: no monitor */
-  PetscViewerFormat   format;
-  PetscBool           residuals;  /* of the original system, for the monitor */
-  Vec                 reference;  /* exact solution, of length n + m or n; NULL: none */
-  PCAinsworthStopType stop;       /* the residual or the error ends the solve */
-  PetscReal           rtol;       /* of the error, relative to that of the first iterate */
-  PetscReal           eigenvalue; /* lower bound of the spectrum; PETSC_DEFAULT: estimated */
+  PetscViewer       viewer; /* NULL: no monitor */
+  PetscViewerFormat format;
+  Vec               reference; /* exact solution, of length n + m or n; NULL: none */
+  AinsworthStopType stop;
+  PetscReal         rtol;           /* of the error, relative to that of the first iterate */
+  char             *monitor, *file; /* the options that viewer and reference come from; NULL: none */
+  PetscReal         eigenvalue;     /* lower bound of the spectrum; PETSC_DEFAULT: estimated */
 };
 
 /* The reduced system, as PCAINSWORTH knows it */

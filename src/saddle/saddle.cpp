@@ -122,7 +122,7 @@ static PetscErrorCode GetConstraints(Mat source, PetscBool transpose, PetscBool 
 }
 
 /* Refuses a block (p,l) that is not the adjoint of block (l,p), where the program passed both */
-static PetscErrorCode CheckAdjoint(AinsworthSaddle *sp, Mat block, Mat transposed, PetscBool exact)
+static PetscErrorCode CheckAdjoint(AinsworthSaddle *sp, Mat block, Mat transposed)
 {
   const PetscInt p = sp->primal, l = 1 - p;
   Mat            C = sp->all ? sp->all : sp->C, source[2], other;
@@ -137,7 +137,7 @@ static PetscErrorCode CheckAdjoint(AinsworthSaddle *sp, Mat block, Mat transpose
   if (source[0] == source[1] && (!PetscDefined(USE_COMPLEX) || hermitian[0] || hermitian[1])) PetscFunctionReturn(PETSC_SUCCESS); /* a view of the other */
   PetscCall(AinsworthProbeAdjoint(C, transposed, &same, &sp->negated));
   if (sp->diag) sp->negated = PETSC_FALSE; /* with a diagonal block the sign matters */
-  if ((same && !exact) || sp->negated) PetscFunctionReturn(PETSC_SUCCESS);
+  if (same || sp->negated) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(GetConstraints(source[1], transpose[1], hermitian[1], &other));
   if (PetscDefined(USE_COMPLEX) && !hermitian[1]) { /* the adjoint of a transpose */
     Mat conjugate;
@@ -198,10 +198,10 @@ static PetscErrorCode CheckFinite(Mat A, PetscReal norm, char bad[], size_t len)
 /*
    AinsworthSaddleSetUp - finds A and C in the matrix that the program passed
 
-   exact: blocks (0,1) and (1,0) are compared entry by entry, otherwise by one random product. Where values are NaN or Inf sp->bad says which,
-   and nothing else of sp may be used but to ask whether the matrix changed.
+   Blocks (0,1) and (1,0) are compared by one random product. Where values are NaN or Inf sp->bad says which, and nothing else of sp may be used but to ask
+   whether the matrix changed.
 */
-PetscErrorCode AinsworthSaddleSetUp(Mat mat, PetscBool exact, AinsworthSaddle *sp)
+PetscErrorCode AinsworthSaddleSetUp(Mat mat, AinsworthSaddle *sp)
 {
   MPI_Comm  comm = PetscObjectComm((PetscObject)mat);
   PetscBool nest, transpose, hermitian;
@@ -258,7 +258,7 @@ PetscErrorCode AinsworthSaddleSetUp(Mat mat, PetscBool exact, AinsworthSaddle *s
   }
   PetscCall(CheckFinite(sp->A, norm[p], sp->bad, sizeof(sp->bad)));
   if (!sp->bad[0]) PetscCall(AinsworthSaddleClassifyRows(sp, norm[l] != 0.0 ? B[l][l] : NULL));
-  if (!sp->bad[0]) PetscCall(CheckAdjoint(sp, B[l][p], B[p][l], exact));
+  if (!sp->bad[0]) PetscCall(CheckAdjoint(sp, B[l][p], B[p][l]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

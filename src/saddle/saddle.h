@@ -39,7 +39,7 @@ struct AinsworthSaddle {
 
 PetscErrorCode AinsworthGetAIJ(Mat, Mat *);
 PetscErrorCode AinsworthRowSums(Mat, int, Vec);
-PetscErrorCode AinsworthSaddleSetUp(Mat, PetscBool, AinsworthSaddle *);
+PetscErrorCode AinsworthSaddleSetUp(Mat, AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleChanged(Mat, const AinsworthSaddle *, PetscBool *);
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *, MatNullSpace *);

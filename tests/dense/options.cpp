@@ -1,137 +1,168 @@
-static char help[] = "Every option and its pair of functions, prefixes, and what KSPView() says before and after the set-up.\n\n";
+static char help[] = "Every option, prefixes, options read again, and what KSPView() says before and after the set-up.\n\n";
 
 #include "dense.h"
 
 static System sys;
 static Mat    nest;
 
-/* What an option must do: the value that the getter shows */
+/* What an option must do: what KSPView() says without and with it */
 struct Choice {
-  const char                                 *option;
-  double                                      standard, expected; /* without and with the option */
-  std::function<PetscErrorCode(PC, double *)> get;
-  std::function<PetscErrorCode(PC)>           set;
+  const char *option, *standard, *expected;
 };
-
-template <typename T, PetscErrorCode (*Get)(PC, T *)>
-static PetscErrorCode Value(PC pc, double *value)
-{
-  T got;
-
-  PetscFunctionBeginUser;
-  PetscCall(Get(pc, &got));
-  *value = (double)got;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 static const std::vector<Choice> choices = {
-  {"variant paper",             PC_AINSWORTH_WEIGHTED,         PC_AINSWORTH_PAPER,             Value<PCAinsworthVariant,       PCAinsworthGetVariant>,
-   [](PC pc) { return PCAinsworthSetVariant(pc, PC_AINSWORTH_PAPER); }                                                                                                                                                              },
-  {"weight identity",           MAT_AINSWORTH_WEIGHT_DIAGONAL, MAT_AINSWORTH_WEIGHT_IDENTITY,  Value<MatAinsworthWeightType,   PCAinsworthGetWeightType>,
-   [](PC pc) { return PCAinsworthSetWeightType(pc, MAT_AINSWORTH_WEIGHT_IDENTITY); }                                                                                                                                                },
-  {"penalty norm",              PC_AINSWORTH_PENALTY_ROW,      PC_AINSWORTH_PENALTY_NORM,      Value<PCAinsworthPenaltyType,   PCAinsworthGetPenaltyType>,
-   [](PC pc) { return PCAinsworthSetPenaltyType(pc, PC_AINSWORTH_PENALTY_NORM); }                                                                                                                                                   },
-  {"penalty_factor 0.125",      0.5,                           0.125,                          Value<PetscReal,                PCAinsworthGetPenaltyFactor>,         [](PC pc) { return PCAinsworthSetPenaltyFactor(pc, 0.125); }   },
-  {"pmat bj_cg",                PC_AINSWORTH_PMAT_AUTO,        PC_AINSWORTH_PMAT_BJ_CG,        Value<PCAinsworthPmatType,      PCAinsworthGetPmatType>,
-   [](PC pc) { return PCAinsworthSetPmatType(pc, PC_AINSWORTH_PMAT_BJ_CG); }                                                                                                                                                        },
-  {"pmat_rtol 0.25",            0.1,                           0.25,                           Value<PetscReal,                PCAinsworthGetPmatTolerance>,         [](PC pc) { return PCAinsworthSetPmatTolerance(pc, 0.25); }    },
-  {"pmat_max_rows 17",          4000,                          17,                             Value<PetscInt,                 PCAinsworthGetPmatMaxRows>,           [](PC pc) { return PCAinsworthSetPmatMaxRows(pc, 17); }        },
-  {"blocks 3",                  PETSC_DECIDE,                  3,                              Value<PetscInt,                 PCAinsworthGetBlocks>,                [](PC pc) { return PCAinsworthSetBlocks(pc, 3); }              },
-  {"row_scaling 0",             PETSC_TRUE,                    PETSC_FALSE,                    Value<PetscBool,                PCAinsworthGetRowScaling>,            [](PC pc) { return PCAinsworthSetRowScaling(pc, PETSC_FALSE); }},
-  {"rows_per_rank 2",           25000,                         2,                              Value<PetscInt,                 PCAinsworthGetRowsPerRank>,           [](PC pc) { return PCAinsworthSetRowsPerRank(pc, 2); }         },
-  {"redundant error",           PC_AINSWORTH_REDUNDANT_DROP,   PC_AINSWORTH_REDUNDANT_ERROR,   Value<PCAinsworthRedundantType, PCAinsworthGetRedundantType>,
-   [](PC pc) { return PCAinsworthSetRedundantType(pc, PC_AINSWORTH_REDUNDANT_ERROR); }                                                                                                                                              },
-  {"check_transpose",           PETSC_FALSE,                   PETSC_TRUE,                     Value<PetscBool,                PCAinsworthGetCheckTranspose>,
-   [](PC pc) { return PCAinsworthSetCheckTranspose(pc, PETSC_TRUE); }                                                                                                                                                               },
-  {"stop energy_error",         PC_AINSWORTH_STOP_RESIDUAL,    PC_AINSWORTH_STOP_ENERGY_ERROR, Value<PCAinsworthStopType,      PCAinsworthGetStop>,
-   [](PC pc) { return PCAinsworthSetStop(pc, PC_AINSWORTH_STOP_ENERGY_ERROR); }                                                                                                                                                     },
-  {"error_rtol 0.125",          1e-6,                          0.125,                          Value<PetscReal,                PCAinsworthGetErrorTolerance>,        [](PC pc) { return PCAinsworthSetErrorTolerance(pc, 0.125); }  },
-  {"error_eigenvalue 0.5",      PETSC_DEFAULT,                 0.5,                            Value<PetscReal,                PCAinsworthGetErrorEigenvalue>,       [](PC pc) { return PCAinsworthSetErrorEigenvalue(pc, 0.5); }   },
-  {"monitor_error_residuals 0", PETSC_TRUE,                    PETSC_FALSE,                    Value<PetscBool,                PCAinsworthGetErrorMonitorResiduals>,
-   [](PC pc) { return PCAinsworthSetErrorMonitorResiduals(pc, PETSC_FALSE); }                                                                                                                                                       }
+  {"variant paper",                                  "variant: weighted (weight diagonal, penalty row with factor 0.5)", "variant: paper (weight identity, penalty norm with factor 5.)"},
+  {"weight identity",                                "weight diagonal",                                                  "variant: weighted (weight identity, "                         },
+  {"penalty norm",                                   "penalty row",                                                      "penalty norm with factor 5."                                  },
+  {"penalty_factor 0.125",                           "factor 0.5",                                                       "factor 0.125"                                                 },
+  {"pmat bj_cg",                                     "preconditioning matrix: auto",                                     "preconditioning matrix: bj_cg, relative tolerance 0.1"        },
+  {"pmat cg -pc_ainsworth_pmat_rtol .3",             "preconditioning matrix: auto",                                     "preconditioning matrix: cg, relative tolerance 0.3"           },
+  {"pmat bj_cc -pc_ainsworth_blocks 3",              "preconditioning matrix: auto",                                     "preconditioning matrix: bj_cc, 3 blocks"                      },
+  {"monitor_error",                                  "variant",                                                          "error against run time: monitored"                            },
+  {"stop energy_error",                              "variant",                                                          "the energy norm of the error has fallen by 1e-06"             },
+  {"stop energy_error -pc_ainsworth_error_rtol .25", "variant",                                                          "the energy norm of the error has fallen by 0.25"              }
 };
 
-static PetscErrorCode Pairs()
+static PetscErrorCode Each()
 {
-  KSP    ksp;
-  PC     pc;
-  double value;
+  KSP         ksp;
+  PC          pc;
+  std::string text;
 
   PetscFunctionBeginUser;
   for (const Choice &choice : choices) {
     Case("-pc_ainsworth_%s", choice.option);
-    for (int way = 0; way < 4; way++) {
-      const std::string prefix = way == 3 ? "-foo_" : "-";
-      Options           options(way % 2 ? prefix + "pc_ainsworth_" + choice.option : "");
+    for (int way = 0; way < 3; way++) {
+      std::string line = std::string("-pc_ainsworth_") + choice.option;
+
+      for (size_t at = 0; way == 2 && (at = line.find("-pc", at)) != std::string::npos; at++) line.replace(at, 3, "-foo_pc");
+      Options options(way ? line : "");
 
       PetscCall(KSPCreate(PETSC_COMM_WORLD, &ksp));
-      if (way == 3) PetscCall(KSPSetOptionsPrefix(ksp, "foo_"));
+      if (way == 2) PetscCall(KSPSetOptionsPrefix(ksp, "foo_"));
+      PetscCall(KSPSetOperators(ksp, nest, nest));
       PetscCall(KSPGetPC(ksp, &pc));
       PetscCall(PCSetType(pc, PCAINSWORTH));
-      if (way == 2) PetscCall(choice.set(pc));
       PetscCall(KSPSetFromOptions(ksp));
-      PetscCall(choice.get(pc, &value));
-      PetscCall(Check(way == 0 ? "default" : (way == 2 ? "function" : (way == 1 ? "option" : "option with a prefix")),
-                      PetscAbsReal(value - (way ? choice.expected : choice.standard)), 0.0));
+      PetscCall(ViewText(ksp, text));
+      PetscCall(CheckText(way == 0 ? "default" : (way == 1 ? "option" : "option with a prefix"), text, {way ? choice.expected : choice.standard}));
       PetscCall(KSPDestroy(&ksp));
     }
-    /* a choice after the set-up counts at the next solve */
-    PetscCall(SolverCreate(nest, &ksp));
-    PetscCall(KSPSetUp(ksp));
-    PetscCall(KSPGetPC(ksp, &pc));
-    PetscCall(choice.set(pc));
-    PetscCall(choice.get(pc, &value));
-    PetscCall(Check("function after the set-up", PetscAbsReal(value - choice.expected), 0.0));
-    PetscCall(KSPSetUp(ksp));
-    PetscCall(KSPDestroy(&ksp));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The variants set four things at once, each of which can then be set alone, in whatever order the options come */
+/* Set-ups of the Gram matrix and of M_* so far */
+static PetscErrorCode CountSetUps(PetscInt count[2])
+{
+  PetscFunctionBeginUser;
+  PetscCall(EventCount("AinsGramMat", &count[0]));
+  PetscCall(EventCount("AinsPMat", &count[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the options again, and solves; anew: all of the set-up, else nothing */
+static PetscErrorCode ReadAgain(KSP ksp, Vec b, Vec y, const char *what, bool anew)
+{
+  PetscInt           before[2], after[2];
+  KSPConvergedReason reason;
+
+  PetscFunctionBeginUser;
+  PetscCall(CountSetUps(before));
+  PetscCall(KSPSetFromOptions(ksp));
+  PetscCall(KSPSolve(ksp, b, y));
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  PetscCall(CheckTrue(KSPConvergedReasons[reason], reason > 0));
+  PetscCall(CountSetUps(after));
+  for (int k = 0; k < 2; k++) PetscCall(CheckInt(what, after[k] - before[k], anew));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A second KSPSetFromOptions(): what it says again rebuilds nothing, what it changes counts */
+static PetscErrorCode Again()
+{
+  Options   options("-pc_ainsworth_variant paper -pc_ainsworth_penalty_factor 4 -pc_ainsworth_pmat bj_cc -pc_ainsworth_blocks 2 -ainsworth_pc_type jacobi "
+                      "-ainsworth_ksp_type projectedcg -pc_ainsworth_monitor_error csv:again.csv -pc_ainsworth_stop residual -pc_ainsworth_weight identity");
+  KSP       ksp, inner;
+  PC        pc, innerPC;
+  KSPType   type;
+  PCType    pctype;
+  PetscReal rtol;
+  Vec       b, y;
+
+  PetscFunctionBeginUser;
+  Case("options read again");
+  PetscCall(MatCreateVecs(nest, &y, &b));
+  PetscCall(SetRandom(b, 5));
+  PetscCall(SolverCreate(nest, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCAinsworthGetKSP(pc, &inner));
+  PetscCall(KSPSolve(ksp, b, y));
+  PetscCall(ReadAgain(ksp, b, y, "nothing is rebuilt", false));
+  PetscCall(KSPGetType(inner, &type));
+  PetscCall(CheckTrue("inner method beside the variant", type == std::string(KSPPROJECTEDCG)));
+  {
+    Options more("-ainsworth_ksp_rtol 1e-3");
+
+    PetscCall(ReadAgain(ksp, b, y, "nor for another tolerance", false));
+    PetscCall(KSPGetTolerances(inner, &rtol, NULL, NULL, NULL));
+    PetscCall(CheckTrue("the tolerance", rtol == 1e-3));
+  }
+  {
+    Options more("-pc_ainsworth_blocks 3");
+    PetscCall(ReadAgain(ksp, b, y, "another choice", true));
+    PetscCall(ReadAgain(ksp, b, y, "and again", false));
+  }
+  {
+    Options more("-ainsworth_pc_type none -ainsworth_ksp_type cg");
+
+    PetscCall(ReadAgain(ksp, b, y, "another inner solver", true));
+    PetscCall(KSPGetPC(inner, &innerPC));
+    PetscCall(PCGetType(innerPC, &pctype));
+    PetscCall(KSPGetType(inner, &type));
+    PetscCall(CheckTrue("its types", pctype == std::string(PCNONE) && type == std::string(KSPCG)));
+  }
+  PetscCall(KSPDestroy(&ksp)); /* closes the file */
+  std::string text;
+  PetscCall(FileText("again.csv", text));
+  PetscCall(CheckTrue("one header", text.find("solve,seconds") == 0 && text.find("solve,seconds", 1) == std::string::npos));
+  PetscCall(VecDestroy(&b));
+  PetscCall(VecDestroy(&y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The variants set five things at once, each of which can then be set alone, in whatever order the options come; what is set by a call counts too */
 static PetscErrorCode Variants()
 {
-  Options                options("-pc_ainsworth_weight diagonal -pc_ainsworth_variant paper -pc_ainsworth_penalty_factor 7 -ainsworth_ksp_type projectedcg");
-  KSP                    ksp, inner;
-  PC                     pc;
-  KSPType                type;
-  MatAinsworthWeightType weight;
-  PCAinsworthPenaltyType penalty;
-  PetscReal              factor;
-  PetscBool              scaling;
+  KSP         ksp, inner;
+  PC          pc;
+  KSPType     type;
+  std::string text;
 
   PetscFunctionBeginUser;
   Case("variants");
   PetscCall(KSPCreate(PETSC_COMM_WORLD, &ksp));
+  PetscCall(KSPSetOperators(ksp, nest, nest));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCSetType(pc, PCAINSWORTH));
   PetscCall(PCAinsworthGetKSP(pc, &inner));
   for (PCAinsworthVariant variant : {PC_AINSWORTH_PAPER, PC_AINSWORTH_WEIGHTED}) {
     const bool paper = variant == PC_AINSWORTH_PAPER;
 
-    PetscCall(PCAinsworthSetPenaltyFactor(pc, 3.0));
     PetscCall(PCAinsworthSetVariant(pc, variant));
-    PetscCall(PCAinsworthGetWeightType(pc, &weight));
-    PetscCall(CheckInt("weight", weight, paper ? MAT_AINSWORTH_WEIGHT_IDENTITY : MAT_AINSWORTH_WEIGHT_DIAGONAL));
-    PetscCall(PCAinsworthGetPenaltyType(pc, &penalty));
-    PetscCall(CheckInt("penalty", penalty, paper ? PC_AINSWORTH_PENALTY_NORM : PC_AINSWORTH_PENALTY_ROW));
-    PetscCall(PCAinsworthGetPenaltyFactor(pc, &factor));
-    PetscCall(CheckTrue("factor", factor == (paper ? 5.0 : 0.5)));
-    PetscCall(PCAinsworthGetRowScaling(pc, &scaling));
-    PetscCall(CheckTrue("row scaling", scaling == (PetscBool)!paper));
+    PetscCall(PCAinsworthSetPmatType(pc, paper ? PC_AINSWORTH_PMAT_BJ_CG : PC_AINSWORTH_PMAT_JCB));
+    PetscCall(ViewText(ksp, text));
+    PetscCall(CheckText("view", text, {paper ? choices[0].expected : choices[0].standard, paper ? "matrix: bj_cg" : "matrix: jcb, rows scaled"}));
     PetscCall(KSPGetType(inner, &type));
     PetscCall(CheckTrue(type, type == std::string(paper ? KSPCG : KSPPROJECTEDCG)));
   }
   PetscCall(KSPDestroy(&ksp));
+  Options options("-pc_ainsworth_weight diagonal -pc_ainsworth_variant paper -pc_ainsworth_penalty_factor 7 -ainsworth_ksp_type projectedcg");
   PetscCall(SolverCreate(nest, &ksp));
   PetscCall(KSPSetUp(ksp));
   PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCAinsworthGetWeightType(pc, &weight));
-  PetscCall(CheckInt("weight beside the variant", weight, MAT_AINSWORTH_WEIGHT_DIAGONAL));
-  PetscCall(PCAinsworthGetPenaltyType(pc, &penalty));
-  PetscCall(CheckInt("penalty of the variant", penalty, PC_AINSWORTH_PENALTY_NORM));
-  PetscCall(PCAinsworthGetPenaltyFactor(pc, &factor));
-  PetscCall(CheckTrue("factor beside the variant", factor == 7.0));
+  PetscCall(ViewText(ksp, text));
+  PetscCall(CheckText("beside the variant", text, {"variant: paper (weight diagonal, penalty norm with factor 7."}));
   PetscCall(PCAinsworthGetKSP(pc, &inner));
   PetscCall(KSPGetType(inner, &type));
   PetscCall(CheckTrue("inner method beside the variant", type == std::string(KSPPROJECTEDCG)));
@@ -302,10 +333,12 @@ int main(int argc, char **argv)
 
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(PetscLogDefaultBegin());
   PetscCall(AinsworthInitializePackage());
   PetscCall(SystemCreate(PETSC_COMM_WORLD, Spec(), &sys));
   PetscCall(NestCreate(sys.A, NULL, sys.C, NULL, false, &nest));
-  PetscCall(Pairs());
+  PetscCall(Each());
+  PetscCall(Again());
   PetscCall(Variants());
   PetscCall(Inner());
   PetscCall(Unread());

@@ -56,11 +56,11 @@ static PetscErrorCode Formulas(const Spec &spec, bool all)
   for (int type = 0; type < 6; type++) {
     for (int k = 0; k < 6; k++) {
       PmatChoice choice{
-        (PCAinsworthPmatType)type, (MatAinsworthWeightType)(k % 3), (PCAinsworthPenaltyType)(k % 2), k < 4 ? (PetscReal)PETSC_DEFAULT : 2.5, 3, k % 4 < 2};
+        (PCAinsworthPmatType)type, (MatAinsworthWeightType)(k % 3), (AinsworthPenaltyType)(k % 2), k < 4 ? (PetscReal)PETSC_DEFAULT : 2.5, 3, k % 4 < 2};
 
       if (!all && k != type % 4) continue;
       Case("%s, pmat %s, weight %s, penalty %s, factor %g", spec.name, PCAinsworthPmatTypes[choice.type], MatAinsworthWeightTypes[choice.weight],
-           PCAinsworthPenaltyTypes[choice.penalty], (double)choice.factor);
+           PenaltyName(choice.penalty), (double)choice.factor);
       PetscCall(CheckPmat(sys.A, sys.C, sys, d, spec.symmetric, choice));
     }
   }
@@ -79,7 +79,7 @@ static PetscErrorCode Blocks(const Spec &spec)
   PetscCall(Gather(sys, d));
   for (PetscInt blocks : {(PetscInt)1, (PetscInt)2, spec.m - 1, spec.m, spec.m + 5}) {
     for (PCAinsworthPmatType type : {PC_AINSWORTH_PMAT_BJ_CC, PC_AINSWORTH_PMAT_BJ_CG}) {
-      PmatChoice choice{type, MAT_AINSWORTH_WEIGHT_DIAGONAL, PC_AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, blocks, true}, same = choice;
+      PmatChoice choice{type, MAT_AINSWORTH_WEIGHT_DIAGONAL, AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, blocks, true}, same = choice;
       Dense      M, expected;
       Column     B;
       KSP        outer;
@@ -117,8 +117,7 @@ static PetscErrorCode Hypre(const Spec &spec)
   PetscCall(Gather(sys, d));
   for (PCAinsworthPmatType type : {PC_AINSWORTH_PMAT_JCB, PC_AINSWORTH_PMAT_ID}) {
     Case("%s, pmat %s for hypre", spec.name, PCAinsworthPmatTypes[type]);
-    PetscCall(
-      CheckPmat(sys.A, sys.C, sys, d, spec.symmetric, {type, MAT_AINSWORTH_WEIGHT_DIAGONAL, PC_AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true, PCHYPRE}));
+    PetscCall(CheckPmat(sys.A, sys.C, sys, d, spec.symmetric, {type, MAT_AINSWORTH_WEIGHT_DIAGONAL, AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true, PCHYPRE}));
   }
   PetscCall(SystemDestroy(&sys));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -133,7 +132,7 @@ static PetscErrorCode RankCount(const Spec &spec)
   PetscCall(SystemCreate(PETSC_COMM_SELF, spec, &one));
   PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &all));
   for (int type = 0; type < 6; type++) {
-    PmatChoice choice{(PCAinsworthPmatType)type, MAT_AINSWORTH_WEIGHT_DIAGONAL, PC_AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true};
+    PmatChoice choice{(PCAinsworthPmatType)type, MAT_AINSWORTH_WEIGHT_DIAGONAL, AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true};
     KSP        outer[2];
     Mat        S, M;
     Dense      dense[2];
@@ -164,7 +163,7 @@ static PetscErrorCode RowScales()
     System     sys;
     KSP        outer;
     Mat        S, mat;
-    PmatChoice choice{PC_AINSWORTH_PMAT_JCB, MAT_AINSWORTH_WEIGHT_DIAGONAL, PC_AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true};
+    PmatChoice choice{PC_AINSWORTH_PMAT_JCB, MAT_AINSWORTH_WEIGHT_DIAGONAL, AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true};
 
     spec.rowscale = 3.0 * k;
     PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
@@ -193,14 +192,14 @@ static PetscErrorCode Formats()
   for (const char *typeA : {MATBAIJ, MATSBAIJ, MATDENSE}) {
     if (PetscDefined(USE_COMPLEX) && typeA == std::string(MATSBAIJ)) continue; /* PETSc has no Hermitian one with blocks */
     for (const char *typeC : {MATAIJ, MATBAIJ, MATDENSE}) {
-      PmatChoice choice{PC_AINSWORTH_PMAT_JCB, MAT_AINSWORTH_WEIGHT_DIAGONAL, PC_AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true};
+      PmatChoice choice{PC_AINSWORTH_PMAT_JCB, MAT_AINSWORTH_WEIGHT_DIAGONAL, AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true};
       Mat        A, C;
 
       Case("A of type %s, C of type %s", typeA, typeC);
       PetscCall(MatConvert(sys.A, typeA, MAT_INITIAL_MATRIX, &A));
       PetscCall(MatConvert(sys.C, typeC, MAT_INITIAL_MATRIX, &C));
       PetscCall(CheckPmat(A, C, sys, d, true, choice));
-      choice.penalty = PC_AINSWORTH_PENALTY_NORM;
+      choice.penalty = AINSWORTH_PENALTY_NORM;
       choice.type    = PC_AINSWORTH_PMAT_ID;
       PetscCall(CheckPmat(A, C, sys, d, true, choice));
       PetscCall(MatDestroy(&A));

@@ -107,7 +107,7 @@ PetscErrorCode PmatReference(const DenseSystem &d, bool symmetric, const PmatCho
   PetscCall(Inverse(d.C * W.asDiagonal() * d.C.adjoint(), choice, X));
   Q   = Dense::Identity(n, n) - W.asDiagonal() * d.C.adjoint() * X * d.C;
   QAQ = Q.adjoint() * d.A * Q;
-  if (choice.penalty == PC_AINSWORTH_PENALTY_ROW) {
+  if (choice.penalty == AINSWORTH_PENALTY_ROW) {
     const PetscReal usual = choice.type == PC_AINSWORTH_PMAT_ID ? 10.0 : 0.5;
     B                     = RowPenalty(d.A, d.C, choice.factor == (PetscReal)PETSC_DEFAULT ? usual : choice.factor);
   } else {
@@ -118,24 +118,36 @@ PetscErrorCode PmatReference(const DenseSystem &d, bool symmetric, const PmatCho
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+const char *PenaltyName(AinsworthPenaltyType type)
+{
+  return type == AINSWORTH_PENALTY_ROW ? "row" : "norm";
+}
+
+/* The same as options of PCAINSWORTH: the variants differ in the scaling of rows and in what can be set alone */
+static std::string OptionsOf(const PmatChoice &choice)
+{
+  std::string line = std::string("-pc_ainsworth_variant ") + (choice.rowScaling ? "weighted" : "paper");
+
+  line += std::string(" -pc_ainsworth_pmat ") + PCAinsworthPmatTypes[choice.type] + " -pc_ainsworth_penalty " + PenaltyName(choice.penalty) +
+          " -pc_ainsworth_blocks " + std::to_string((long long)choice.blocks);
+  if (choice.weight != MAT_AINSWORTH_WEIGHT_USER) line += std::string(" -pc_ainsworth_weight ") + MatAinsworthWeightTypes[choice.weight];
+  if (choice.factor != (PetscReal)PETSC_DEFAULT) line += " -pc_ainsworth_penalty_factor " + std::to_string((double)choice.factor);
+  return line;
+}
+
 PetscErrorCode PmatSetUp(Mat A, Mat C, Vec w, const PmatChoice &choice, KSP *outer, Mat *S, Mat *M)
 {
-  Mat nest;
-  KSP inner;
-  PC  pc, innerPC;
+  Options options(OptionsOf(choice));
+  Mat     nest;
+  KSP     inner;
+  PC      pc, innerPC;
 
   PetscFunctionBeginUser;
   PetscCall(NestCreate(A, NULL, C, NULL, false, &nest));
   PetscCall(SolverCreate(nest, outer));
   PetscCall(MatDestroy(&nest));
   PetscCall(KSPGetPC(*outer, &pc));
-  PetscCall(PCAinsworthSetPmatType(pc, choice.type));
   if (choice.weight == MAT_AINSWORTH_WEIGHT_USER) PetscCall(PCAinsworthSetWeight(pc, w));
-  else PetscCall(PCAinsworthSetWeightType(pc, choice.weight));
-  PetscCall(PCAinsworthSetPenaltyType(pc, choice.penalty));
-  PetscCall(PCAinsworthSetPenaltyFactor(pc, choice.factor));
-  PetscCall(PCAinsworthSetBlocks(pc, choice.blocks));
-  PetscCall(PCAinsworthSetRowScaling(pc, (PetscBool)choice.rowScaling));
   PetscCall(PCAinsworthGetKSP(pc, &inner));
   PetscCall(KSPGetPC(inner, &innerPC));
   PetscCall(PCSetType(innerPC, choice.inner));

@@ -3,18 +3,21 @@
 #define TESTS_PMATREFERENCE_H
 
 #include "dense.h"
+#include "pmat/pmat.h"
 
 /* What is tried with each system */
 struct PmatChoice {
   PCAinsworthPmatType    type;
   MatAinsworthWeightType weight;
-  PCAinsworthPenaltyType penalty;
+  AinsworthPenaltyType   penalty;
   PetscReal              factor; /* PETSC_DEFAULT: 0.5, 10 for id, 5 for norm */
   PetscInt               blocks;
   bool                   rowScaling;
   PCType                 inner = PCNONE; /* of the reduced solve */
 };
 
+/* As the option has it */
+const char    *PenaltyName(AinsworthPenaltyType);
 PetscErrorCode PmatReference(const DenseSystem &, bool symmetric, const PmatChoice &, Dense &M, Column &B);
 /* PCAINSWORTH set up with this choice: the outer solver, which is to be destroyed, the reduced operator and M_* */
 PetscErrorCode PmatSetUp(Mat A, Mat C, Vec w, const PmatChoice &, KSP *outer, Mat *S, Mat *M);

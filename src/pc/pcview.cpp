@@ -1,0 +1,56 @@
+#include "pcainsworth.h"
+#include "../operator/matainsworth.h"
+#include <petsc/private/pcimpl.h>
+
+PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
+{
+  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+  PetscBool     ascii, string;
+  char          tolerance[64] = "", blocks[64] = "", dropped[256] = "";
+  const char   *why = "";
+
+  const PCAinsworthPmatType type = PCAinsworthPmatTypeInUse(data);
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
+  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERSTRING, &string));
+  if (string)
+    PetscCall(PetscViewerStringSPrintf(viewer, " %s, pmat %s", PCAinsworthVariants[data->choices.variant], PCAinsworthPmatTypes[data->choices.pmat.type]));
+  if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  variant: %s (weight %s, penalty %s with factor %g)\n", PCAinsworthVariants[data->choices.variant],
+                                   MatAinsworthWeightTypes[data->choices.weightType], AinsworthPenaltyTypes[data->choices.pmat.penalty],
+                                   (double)PCAinsworthPenaltyFactor(data)));
+  if (type == PC_AINSWORTH_PMAT_CG || type == PC_AINSWORTH_PMAT_BJ_CG)
+    PetscCall(PetscSNPrintf(tolerance, sizeof(tolerance), ", relative tolerance %g", (double)data->choices.pmat.rtol));
+  if (type == PC_AINSWORTH_PMAT_BJ_CC || type == PC_AINSWORTH_PMAT_BJ_CG) {
+    if (data->choices.pmat.blocks == PETSC_DECIDE) PetscCall(PetscSNPrintf(blocks, sizeof(blocks), ", one block per 32 constraints"));
+    else PetscCall(PetscSNPrintf(blocks, sizeof(blocks), ", %" PetscInt_FMT " blocks", data->choices.pmat.blocks));
+  }
+  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO && data->S && data->choices.pmat.penalty == AINSWORTH_PENALTY_ROW) why = data->autoReason;
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "  preconditioning matrix: %s%s%s%s%s\n", data->S || data->choices.pmat.type != PC_AINSWORTH_PMAT_AUTO ? PCAinsworthPmatTypes[type] : "auto",
+    type == PC_AINSWORTH_PMAT_JCB && data->choices.pmat.rowScaling && (data->S || data->choices.pmat.type == type) ? ", rows scaled" : "", tolerance, blocks,
+    why));
+  if (!data->saddle.A) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  not set up yet\n"));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(AinsworthSaddleDescribeRows(&data->saddle, dropped, sizeof(dropped)));
+  PetscCall(
+    PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s%s\n", data->constraints, data->constraints ? "" : ", A alone is solved", dropped));
+  if (data->S) {
+    Mat_Ainsworth *ctx;
+
+    PetscCall(MatAinsworthGetContext(data->S, &ctx));
+    PetscCall(PetscViewerASCIIPushTab(viewer));
+    PetscCall(AinsworthGramView(&ctx->proj.gram, viewer));
+    PetscCall(PetscViewerASCIIPopTab(viewer));
+  }
+  if (!data->stale) PetscCall(PCAinsworthViewLeftOut(data, viewer));
+  PetscCall(PCAinsworthReportView(data, viewer));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns:\n"));
+  PetscCall(PetscViewerASCIIPushTab(viewer));
+  PetscCall(KSPView(data->ksp, viewer));
+  PetscCall(PetscViewerASCIIPopTab(viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
