@@ -179,6 +179,7 @@ static PetscErrorCode Reset(Mat_Ainsworth *ctx)
   PetscCall(VecDestroy(&ctx->B));
   PetscCall(VecDestroy(&ctx->v));
   PetscCall(VecDestroy(&ctx->bcx));
+  PetscCall(VecDestroy(&ctx->residual));
   PetscCall(AinsworthProjectorReset(&ctx->proj));
   ctx->current     = PETSC_FALSE;
   ctx->userPenalty = PETSC_FALSE;

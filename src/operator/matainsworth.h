@@ -17,9 +17,11 @@ struct Mat_Ainsworth {
   PetscBool              withoutRange; /* Q' A Q, without C' B C */
   PetscBool              homogeneous;  /* g was zero in the last right-hand side */
   AinsworthProjector     proj;
-  Vec                    v;       /* n */
-  Vec                    bcx;     /* m, placed */
-  PetscBool              current; /* the projector belongs to the present A, C and W */
+  bool                   doubtful; /* rows of C are nearly dependent: solves with the Gram matrix are refined */
+  Vec                    v;        /* n */
+  Vec                    bcx;      /* m, placed */
+  Vec                    residual; /* m, as the rows of C; NULL: not needed yet */
+  PetscBool              current;  /* the projector belongs to the present A, C and W */
   PetscObjectState       stateA, stateC;
 };
 
@@ -27,8 +29,11 @@ PETSC_INTERN PetscErrorCode MatCreate_Ainsworth(Mat);
 /* the context, with the projector brought up to date; the error of a wrong type names the caller */
 PETSC_INTERN PetscErrorCode MatAinsworthGetContext(Mat, Mat_Ainsworth **);
 PETSC_INTERN PetscErrorCode MatAinsworthSetUp(Mat, Mat_Ainsworth **);
-PETSC_INTERN PetscErrorCode MatAinsworthComputeRHS_Private(Mat, PetscBool, Vec, Vec, Vec);
-PETSC_INTERN PetscErrorCode MatAinsworthComputeMultiplier_Private(Mat, PetscBool, Vec, Vec, Vec);
+PETSC_INTERN PetscErrorCode MatAinsworthReduce_Private(Mat, PetscBool, Vec, Vec, Vec);
+PETSC_INTERN PetscErrorCode MatAinsworthRecover_Private(Mat, PetscBool, Vec, Vec, Vec, Vec);
+PETSC_INTERN PetscErrorCode MatAinsworthDiagnose_Private(Mat, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *);
+PETSC_INTERN PetscErrorCode MatAinsworthViewGram_Private(Mat, PetscViewer);
+PETSC_INTERN PetscErrorCode MatAinsworthGetGramEconomy_Private(Mat, const char **);
 PETSC_INTERN PetscErrorCode MatAinsworthGetGramMat_Private(Mat, Mat *);
 PETSC_INTERN PetscErrorCode MatAinsworthSolveRange_Private(Mat, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthSetWithoutRange_Private(Mat, PetscBool);

@@ -20,66 +20,10 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscCall(MatDestroy(&data->S));
   PetscCall(MatDestroy(&data->M));
   PetscCall(VecDestroy(&data->rhs));
-  PetscCall(VecDestroy(&data->residual));
   PetscCall(VecDestroy(&data->g));
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));
   PetscCall(VecDestroy(&data->weights));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Projections on C x = g, and computations of lambda, where the Gram matrix is nearly singular: each is a step of iterative refinement */
-static const int refinements = 4;
-
-/* x += R (g - C x): C x = g to rounding, whatever the inner tolerance */
-static PetscErrorCode ProjectOntoConstraints(PC_Ainsworth *data, Vec g, Vec x)
-{
-  PetscFunctionBegin;
-  PetscCall(MatMult(data->saddle.C, x, data->residual));
-  PetscCall(VecAYPX(data->residual, -1.0, g));
-  PetscCall(MatAinsworthMultRightInverse(data->S, data->residual, data->rhs));
-  PetscCall(VecAXPY(x, 1.0, data->rhs));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The right-hand side of the reduced system; where the Gram matrix is nearly singular with A e taken from f, e being what refinement adds to R g; x: work space */
-static PetscErrorCode ComputeRHS(PC_Ainsworth *data, PetscBool transpose, Vec f, Vec g, Vec x)
-{
-  Vec first, rest;
-
-  PetscFunctionBegin;
-  if (!data->doubtful) {
-    PetscCall(MatAinsworthComputeRHS_Private(data->S, transpose, f, g, data->rhs));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(VecDuplicate(f, &first));
-  PetscCall(VecDuplicate(f, &rest));
-  PetscCall(VecZeroEntries(x));
-  for (int k = 0; k < refinements; k++) {
-    PetscCall(ProjectOntoConstraints(data, g, x));
-    if (!k) PetscCall(VecCopy(x, first));
-  }
-  PetscCall(VecAXPY(x, -1.0, first));
-  if (transpose) PetscCall(MatMultTranspose(data->saddle.A, x, rest));
-  else PetscCall(MatMult(data->saddle.A, x, rest));
-  PetscCall(VecAYPX(rest, -1.0, f));
-  PetscCall(MatAinsworthComputeRHS_Private(data->S, transpose, rest, g, data->rhs));
-  PetscCall(VecDestroy(&first));
-  PetscCall(VecDestroy(&rest));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* lambda = R' (f - A x) and, where the Gram matrix is nearly singular, lambda += R' (f - A x - C' lambda) */
-static PetscErrorCode ComputeMultiplier(PC_Ainsworth *data, PetscBool transpose, Vec f, Vec x, Vec lambda)
-{
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthComputeMultiplier_Private(data->S, transpose, f, x, lambda));
-  for (int k = 1; k < refinements && data->doubtful; k++) {
-    PetscCall(MatMultHermitianTranspose(data->saddle.C, lambda, data->rhs));
-    PetscCall(VecAYPX(data->rhs, -1.0, f));
-    PetscCall(MatAinsworthComputeMultiplier_Private(data->S, transpose, data->rhs, x, data->residual));
-    PetscCall(VecAXPY(lambda, 1.0, data->residual));
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -96,7 +40,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
     reason = KSP_CONVERGED_ITS;
   } else {
     if (!transpose) PetscCall(PCAinsworthReportBegin(pc, data, f, g));
-    if (data->constraints) PetscCall(ComputeRHS(data, transpose, f, g, x));
+    if (data->constraints) PetscCall(MatAinsworthReduce_Private(data->S, transpose, f, g, data->rhs));
     else PetscCall(VecCopy(f, data->rhs));
     if (transpose) PetscCall(KSPSolveTranspose(data->ksp, data->rhs, x));
     else PetscCall(KSPSolve(data->ksp, data->rhs, x));
@@ -107,10 +51,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   *failed = (PetscBool)(reason < 0); /* at the limit of iterations too, when an outer Krylov method may still use what there is */
   if (*failed && !data->symmetric)
     PetscCall(PetscInfo(pc, "The reduced solve failed and A is not symmetric: -ainsworth_ksp_type gmres does not need it to be\n"));
-  if (data->constraints) {
-    for (int k = 0; k < (data->doubtful ? refinements : 1); k++) PetscCall(ProjectOntoConstraints(data, g, x));
-    PetscCall(ComputeMultiplier(data, transpose, f, x, lambda));
-  }
+  if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->S, transpose, f, g, x, lambda));
   if (reason > 0) PetscCall(PCAinsworthVerify(pc, data, transpose, f, g, x, lambda, failed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

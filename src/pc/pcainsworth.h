@@ -34,7 +34,6 @@ struct PC_Ainsworth {
   const char     *autoReason;  /* why auto came to what it is */
   PetscBool       symmetric;   /* A = A' */
   Vec             weights;     /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */
-  PetscBool       doubtful;    /* rows of C are nearly dependent: C x = g is checked */
   PetscBool       stale;       /* a choice changed since the last set-up */
   PetscBool       unchanged;   /* at the last set-up neither A nor C nor a choice had changed */
 
@@ -46,7 +45,6 @@ struct PC_Ainsworth {
   PetscBool           ownChoice;  /* neither options nor calls chose the type of its preconditioner */
   PetscBool           projected;  /* its type gave way to KSPCG because there are no constraints */
   Vec                 rhs;        /* f~ */
-  Vec                 residual;   /* C x - g, on the kept rows */
   Vec                 g, lambda;  /* on the kept rows, where some are not kept */
   Vec                 f;          /* f + C_p' D^{-1} g_p, where rows p are eliminated */
 

@@ -118,6 +118,7 @@ static PetscErrorCode MonitorFromOptions(PC pc, AinsworthReportSettings *setting
   PetscCall(PetscViewerDestroy(&settings->viewer));
   settings->viewer = viewer;
   settings->format = format;
+  settings->solves = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

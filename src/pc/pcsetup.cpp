@@ -1,6 +1,5 @@
 #include "pcainsworth.h"
 #include "../operator/matainsworth.h"
-#include "../projector/dependent.h"
 #include <petsc/private/pcimpl.h>
 #include <petsctime.h>
 
@@ -17,14 +16,6 @@ static const char citation[] = "@inproceedings{robert_pointselle,\n"
                                "  pages   = {6323--6339},\n"
                                "  year    = {2001}\n"
                                "}\n";
-
-/*
-   Rows of C are looked at for linear dependence where solves with the Gram matrix have a relative error above the first figure, a condition number of
-   some 1e8. One is dependent if its squared distance from the others' span, in the norm of W, is at most a part of its own square: the first, a few hundred
-   roundings, and the others in turn only if solves are unusable nevertheless, with an error above the last figure. Solves are refined where their error
-   is above the third one, so that it does not come near the tolerances of what is verified
-*/
-static const PetscReal gramError = PETSC_SQRT_MACHINE_EPSILON, dependentSquare[] = {1e-13, 1e-11, 1e-9}, refined = 1e6 * PETSC_MACHINE_EPSILON, unusable = 1e-3;
 
 /* All ranks hear of the worst failure on any of them */
 PetscErrorCode PCAinsworthAgreeOnFailure(PC pc, PCFailedReason reason)
@@ -148,8 +139,8 @@ static PetscErrorCode KeepsOperator(const PC_Ainsworth *data, PetscBool *keeps)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* data->S with its projector; *reason tells whether the Gram matrix could be factored */
-static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx, PCFailedReason *reason)
+/* data->S with its projector */
+static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx)
 {
   PetscBool   keeps = PETSC_FALSE;
   const char *prefix;
@@ -170,61 +161,47 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
     PetscCall(MatAinsworthSetWeight(data->S, data->weight));
   } else PetscCall(MatAinsworthSetWeightType(data->S, data->choices.weightType));
   PetscCall(MatAinsworthSetUp(data->S, ctx));
-  PetscCall(AinsworthGramGetFailedReason(&(*ctx)->proj.gram, reason));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Takes the rows of C that depend on others out of the constraints, or refuses them */
-static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, Mat gram, PetscReal square, PetscInt *dropped)
+/* Takes rows of C that depend on others out of the constraints, or refuses them */
+static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, PetscInt n, const PetscInt dependent[])
 {
-  PetscInt  *dependent;
   PetscBool *marked;
   char       names[128];
 
   PetscFunctionBegin;
-  PetscCall(AinsworthFindDependentRows(gram, square, dropped, &dependent));
-  if (*dropped) {
-    PetscCall(AinsworthSaddleDropDependent(&data->saddle, *dropped, dependent));
-    PetscCall(PetscMalloc1(data->saddle.local, &marked));
-    for (PetscInt i = 0; i < data->saddle.local; i++) marked[i] = (PetscBool)(data->saddle.kind[i] == AINSWORTH_ROW_DEPENDENT);
-    PetscCall(AinsworthSaddleNameRows(&data->saddle, marked, names, sizeof(names)));
-    PetscCall(PetscFree(marked));
-    PetscCheck(data->choices.redundant != AINSWORTH_REDUNDANT_ERROR, PetscObjectComm((PetscObject)pc), PETSC_ERR_MAT_CH_ZRPVT,
-               "%" PetscInt_FMT
-               " rows of C are linear combinations of others: rows %s of the multiplier field; remove them or use -pc_ainsworth_redundant drop",
-               *dropped, names);
-    PetscCall(PetscInfo(pc, "%" PetscInt_FMT " rows of C are linear combinations of others and left out: rows %s of the multiplier field\n", *dropped, names));
-  }
-  PetscCall(PetscFree(dependent));
+  PetscCall(AinsworthSaddleDropDependent(&data->saddle, n, dependent));
+  PetscCall(PetscMalloc1(data->saddle.local, &marked));
+  for (PetscInt i = 0; i < data->saddle.local; i++) marked[i] = (PetscBool)(data->saddle.kind[i] == AINSWORTH_ROW_DEPENDENT);
+  PetscCall(AinsworthSaddleNameRows(&data->saddle, marked, names, sizeof(names)));
+  PetscCall(PetscFree(marked));
+  PetscCheck(data->choices.redundant != AINSWORTH_REDUNDANT_ERROR, PetscObjectComm((PetscObject)pc), PETSC_ERR_MAT_CH_ZRPVT,
+             "%" PetscInt_FMT " rows of C are linear combinations of others: rows %s of the multiplier field; remove them or use -pc_ainsworth_redundant drop",
+             n, names);
+  PetscCall(PetscInfo(pc, "%" PetscInt_FMT " rows of C are linear combinations of others and left out: rows %s of the multiplier field\n", n, names));
+  data->constraints -= n;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The reduced operator, without dependent rows of C: they are looked for only if the Gram matrix is suspicious */
 static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx, PCFailedReason *reason)
 {
-  PetscReal error = PETSC_INFINITY;
+  PetscInt pass = 0, n = 1;
 
   PetscFunctionBegin;
-  PetscCall(CreateOperator(pc, data, ctx, reason));
-  if (!*reason) PetscCall(AinsworthGramProbe(&(*ctx)->proj.gram, &error));
-  for (int pass = 0; pass < 3 && data->constraints && !(error <= (pass ? unusable : gramError)); pass++) {
-    PetscInt dropped;
+  while (n) {
+    PetscInt *dependent;
 
-    PetscCall(PetscInfo(pc, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
-    PetscCall(DropDependentRows(pc, data, (*ctx)->proj.gram.S, dependentSquare[pass], &dropped));
-    if (!dropped) continue;
-    data->constraints -= dropped;
-    error   = PETSC_INFINITY;
+    PetscCall(CreateOperator(pc, data, ctx));
+    PetscCall(MatAinsworthDiagnose_Private(data->S, &pass, &n, &dependent, reason));
+    if (n) PetscCall(DropDependentRows(pc, data, n, dependent));
+    PetscCall(PetscFree(dependent));
+    if (data->constraints) continue;
+    PetscCall(MatDestroy(&data->S));
     *reason = PC_NOERROR;
-    if (data->constraints) PetscCall(CreateOperator(pc, data, ctx, reason));
-    else PetscCall(MatDestroy(&data->S));
-    if (data->constraints && !*reason) PetscCall(AinsworthGramProbe(&(*ctx)->proj.gram, &error));
+    break;
   }
-  if (data->constraints && !*reason && !(error <= unusable)) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT;
-  data->doubtful = (PetscBool)(data->constraints && !(error <= refined));
-  if (data->doubtful)
-    PetscCall(
-      PetscInfo(pc, "Solves with the Gram matrix have a relative error of %g: rows of C are nearly linearly dependent, and solves refined\n", (double)error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -270,8 +247,8 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
 
   PetscFunctionBegin;
   PetscCall(AinsworthGetAIJ(data->saddle.A, &in.A));
-  in.C               = data->saddle.C;
-  in.S               = ctx->proj.gram.S;
+  in.C = data->saddle.C;
+  PetscCall(MatAinsworthGetGramMat_Private(data->S, &in.S));
   in.weight          = ctx->weight;
   in.inverseDiagonal = data->weights;
   in.given           = data->saddle.A;
@@ -361,7 +338,6 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   }
   PetscCall(PCAinsworthReportReset(data));
   PetscCall(MatDestroy(&data->M));
-  PetscCall(VecDestroy(&data->residual));
   PetscCall(VecDestroy(&data->g));
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));
@@ -387,9 +363,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     }
   }
   PetscCall(SetUpWeights(data, ctx));
-  if (data->constraints) {
-    PetscCall(MatCreateVecs(data->saddle.C, NULL, &data->residual));
-  } else {
+  if (!data->constraints) {
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
     PetscCall(MatDestroy(&data->S));
   }

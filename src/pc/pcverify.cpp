@@ -10,6 +10,15 @@
 */
 static const PetscReal blind = 1e4, rounding = PETSC_SQRT_MACHINE_EPSILON, product = 1e3 * PETSC_MACHINE_EPSILON, suspicious = 1e4 * PETSC_MACHINE_EPSILON;
 
+/* Are rows of C nearly dependent? */
+static bool Doubtful(const PC_Ainsworth *data)
+{
+  Mat_Ainsworth *ctx = NULL;
+
+  if (data->S) (void)MatShellGetContext(data->S, &ctx);
+  return ctx && ctx->doubtful;
+}
+
 /* x' W y */
 static PetscErrorCode WeightedDot(Vec weights, Vec x, Vec y, Vec work, PetscReal *dot)
 {
@@ -29,7 +38,7 @@ static PetscErrorCode WeightedDot(Vec weights, Vec x, Vec y, Vec work, PetscReal
 */
 static PetscErrorCode CheckResidual(PC pc, PC_Ainsworth *data, Vec f, Vec x, Vec Ax, Vec lambda, Vec y, Vec work, PetscBool *failed)
 {
-  const char *why = data->doubtful ? "rows of C are nearly linearly dependent" : "the inner preconditioner does not see it";
+  const char *why = Doubtful(data) ? "rows of C are nearly linearly dependent" : "the inner preconditioner does not see it";
   KSPNormType type;
   PetscReal   said, residual, sizes[2];
   PetscScalar size;
@@ -59,18 +68,19 @@ static PetscErrorCode CheckResidual(PC pc, PC_Ainsworth *data, Vec f, Vec x, Vec
 static PetscErrorCode CheckConstraints(PC pc, PC_Ainsworth *data, Vec g, Vec x, Vec work, PetscBool *failed)
 {
   Mat       S;
-  Vec       scale, scaled;
+  Vec       scale, scaled, deviation;
   PetscReal residual, sizeX, sizeG;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetGramMat_Private(data->S, &S));
   PetscCall(MatCreateVecs(S, &scale, NULL));
   PetscCall(VecDuplicate(scale, &scaled));
+  PetscCall(VecDuplicate(scale, &deviation));
   PetscCall(MatGetDiagonal(S, scale));
   PetscCall(VecSqrtAbs(scale));
-  PetscCall(MatMult(data->saddle.C, x, data->residual));
-  PetscCall(VecAXPY(data->residual, -1.0, g));
-  PetscCall(VecPointwiseDivide(scaled, data->residual, scale));
+  PetscCall(MatMult(data->saddle.C, x, deviation));
+  PetscCall(VecAXPY(deviation, -1.0, g));
+  PetscCall(VecPointwiseDivide(scaled, deviation, scale));
   PetscCall(VecNorm(scaled, NORM_2, &residual));
   PetscCall(VecPointwiseDivide(scaled, g, scale));
   PetscCall(VecNorm(scaled, NORM_2, &sizeG));
@@ -80,6 +90,7 @@ static PetscErrorCode CheckConstraints(PC pc, PC_Ainsworth *data, Vec g, Vec x, 
   PetscCall(VecNorm(work, NORM_2, &sizeX));
   PetscCall(VecDestroy(&scale));
   PetscCall(VecDestroy(&scaled));
+  PetscCall(VecDestroy(&deviation));
   if (residual <= rounding * (sizeX + sizeG)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_NOT_CONVERGED,
              "C x = g is met to %g only: rows of C are nearly linearly dependent, too nearly for the Gram matrix C W C'", (double)(residual / (sizeX + sizeG)));
@@ -161,7 +172,7 @@ PetscErrorCode PCAinsworthVerify(PC pc, PC_Ainsworth *data, PetscBool transpose,
   if (transpose) PetscCall(MatMultTranspose(data->saddle.A, x, Ax));
   else PetscCall(MatMult(data->saddle.A, x, Ax));
   if (data->constraints && data->constraints < n) PetscCall(CheckResidual(pc, data, f, x, Ax, lambda, y, work, failed));
-  if (!*failed && data->constraints && data->doubtful) PetscCall(CheckConstraints(pc, data, g, x, work, failed));
+  if (!*failed && Doubtful(data)) PetscCall(CheckConstraints(pc, data, g, x, work, failed));
   if (!*failed && data->constraints < n) PetscCall(CheckEnergy(pc, data, transpose, g, x, Ax, y, work, failed));
   PetscCall(VecDestroy(&Ax));
   PetscCall(VecDestroy(&y));

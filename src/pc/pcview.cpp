@@ -31,6 +31,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
     viewer, "  preconditioning matrix: %s%s%s%s%s\n", data->S || data->choices.pmat.type != PC_AINSWORTH_PMAT_AUTO ? PCAinsworthPmatTypes[type] : "auto",
     type == PC_AINSWORTH_PMAT_JCB && data->choices.pmat.rowScaling && (data->S || data->choices.pmat.type == type) ? ", rows scaled" : "", tolerance, blocks,
     why));
+  PetscCall(PCAinsworthReportView(data, viewer));
   if (!data->saddle.A) {
     PetscCall(PetscViewerASCIIPrintf(viewer, "  not set up yet\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -39,15 +40,11 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   PetscCall(
     PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s%s\n", data->constraints, data->constraints ? "" : ", A alone is solved", dropped));
   if (data->S) {
-    Mat_Ainsworth *ctx;
-
-    PetscCall(MatAinsworthGetContext(data->S, &ctx));
     PetscCall(PetscViewerASCIIPushTab(viewer));
-    PetscCall(AinsworthGramView(&ctx->proj.gram, viewer));
+    PetscCall(MatAinsworthViewGram_Private(data->S, viewer));
     PetscCall(PetscViewerASCIIPopTab(viewer));
   }
   if (!data->stale) PetscCall(PCAinsworthViewLeftOut(data, viewer));
-  PetscCall(PCAinsworthReportView(data, viewer));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns:\n"));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   PetscCall(KSPView(data->ksp, viewer));

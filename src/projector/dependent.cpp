@@ -5,12 +5,22 @@
 #include <limits>
 #include <vector>
 
+/* Relative error of solves with the Gram matrix above which rows are looked at for dependence: a condition number of some 1e8 */
+static const PetscReal suspicious = PETSC_SQRT_MACHINE_EPSILON;
+/* A row is dependent if its squared distance from the others' span, in the norm of W, is at most this part of its own square: some hundred roundings, and more in
+   turn only if solves are unusable nevertheless */
+static const PetscReal dependentSquare[] = {1e-13, 1e-11, 1e-9};
+/* Error of solves that are of no use */
+static const PetscReal unusable = 1e-3;
+/* Error up to which solves need no refinement: it does not come near the tolerances of what is verified */
+static const PetscReal accurate = 1e6 * PETSC_MACHINE_EPSILON;
+
 /*
-   AinsworthGramProbe - the relative error of S^{-1} S v for a random v, about the condition number of S times the machine precision
+   The relative error of S^{-1} S v for a random v, about the condition number of S times the machine precision
 
    Of S scaled to a unit diagonal, so that the scale of the rows of C does not count. Not a number, or Inf, if the solve fails.
 */
-PetscErrorCode AinsworthGramProbe(AinsworthGram *gram, PetscReal *error)
+static PetscErrorCode Probe(AinsworthGram *gram, PetscReal *error)
 {
   PetscReal sums[2] = {0.0, 0.0}; /* squares of the error and of v */
 
@@ -176,7 +186,7 @@ static void Eliminate(const Triangle &t, PetscReal tol, std::vector<char> &depen
 }
 
 /*
-   AinsworthFindDependentRows - rows of C that are combinations of other rows, from S = C W C'
+   rows of C that are combinations of other rows, from S = C W C'
 
    Collective
 
@@ -192,7 +202,7 @@ static void Eliminate(const Triangle &t, PetscReal tol, std::vector<char> &depen
    precisions relative to the unit diagonal that S is scaled to, so that tol must stay well above 1e-15; what it cannot tell apart, distances
    below sqrt(tol), the check of the right-hand sides of the rows that are left out does.
 */
-PetscErrorCode AinsworthFindDependentRows(Mat S, PetscReal tol, PetscInt *n, PetscInt **dependent)
+static PetscErrorCode FindDependentRows(Mat S, PetscReal tol, PetscInt *n, PetscInt **dependent)
 {
   MPI_Comm    comm = PetscObjectComm((PetscObject)S);
   PetscMPIInt rank, count;
@@ -224,5 +234,40 @@ PetscErrorCode AinsworthFindDependentRows(Mat S, PetscReal tol, PetscInt *n, Pet
   if (rank) PetscCall(PetscMalloc1(*n, dependent));
   PetscCall(PetscMPIIntCast(*n, &count));
   PetscCallMPI(MPI_Bcast(*dependent, count, MPIU_INT, 0, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthGramDiagnose - are solves with the Gram matrix good enough? If not: rows of C that are linear combinations of others
+
+   Input Parameter:
+.  pass - 0, and after rows were left out what came back
+
+   Output Parameters:
++  pass      - for the next call
+.  n         - number of dependent rows, the same on all ranks
+.  dependent - their numbers, on every rank; to be freed
+.  reason    - why no solve with the Gram matrix is possible, where none is and no row depends on others
+-  doubtful  - solves are not accurate: they are to be refined
+*/
+PetscErrorCode AinsworthGramDiagnose(AinsworthGram *gram, PetscInt *pass, PetscInt *n, PetscInt **dependent, PCFailedReason *reason, bool *doubtful)
+{
+  PetscReal error = PETSC_INFINITY;
+
+  PetscFunctionBegin;
+  *n         = 0;
+  *dependent = NULL;
+  PetscCall(AinsworthGramGetFailedReason(gram, reason));
+  if (!*reason) PetscCall(Probe(gram, &error));
+  for (; *pass < 3 && !*n && !(error <= (*pass ? unusable : suspicious)); ++*pass) {
+    PetscCall(PetscFree(*dependent));
+    PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
+    PetscCall(FindDependentRows(gram->S, dependentSquare[*pass], n, dependent));
+  }
+  if (!*reason && !(error <= unusable)) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT;
+  *doubtful = !(error <= accurate);
+  if (*doubtful && !*reason && !*n)
+    PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: rows of C are nearly linearly dependent, and solves refined\n",
+                        (double)error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

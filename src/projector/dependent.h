@@ -4,7 +4,6 @@
 
 #include "gram.h"
 
-PetscErrorCode AinsworthGramProbe(AinsworthGram *, PetscReal *);
-PetscErrorCode AinsworthFindDependentRows(Mat, PetscReal, PetscInt *, PetscInt **);
+PetscErrorCode AinsworthGramDiagnose(AinsworthGram *, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *, bool *);
 
 #endif

@@ -293,3 +293,25 @@ PetscErrorCode AinsworthGramView(AinsworthGram *gram, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPopTab(viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* AinsworthGramGetEconomy - what the factorization gave way to, empty where it did not; collective */
+PetscErrorCode AinsworthGramGetEconomy(AinsworthGram *gram, const char **text)
+{
+  PetscBool none = PETSC_TRUE, blocks = PETSC_TRUE, flags[2];
+
+  PetscFunctionBegin;
+  if (gram->placement.sizes.size()) {
+    PC pc;
+
+    PetscCall(KSPGetPC(gram->ksp, &pc));
+    PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCNONE, &none));
+    PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCVPBJACOBI, &blocks));
+  }
+  flags[0] = none;
+  flags[1] = (PetscBool)(none || blocks);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, flags, 2, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)gram->S)));
+  *text = "";
+  if (gram->placement.largest == 1 && flags[0]) *text = "; S is diagonal: no factorization";
+  else if (flags[1]) *text = "; S is in small pieces: dense inverses, no factorization";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -21,5 +21,6 @@ PetscErrorCode AinsworthGramReset(AinsworthGram *);
 PetscErrorCode AinsworthGramSolve(AinsworthGram *, Vec, Vec);
 PetscErrorCode AinsworthGramGetFailedReason(AinsworthGram *, PCFailedReason *);
 PetscErrorCode AinsworthGramView(AinsworthGram *, PetscViewer);
+PetscErrorCode AinsworthGramGetEconomy(AinsworthGram *, const char **);
 
 #endif

@@ -28,7 +28,7 @@ static PetscErrorCode CreateExact(const AinsworthReportSystem *system, Vec refer
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthReportCreate(const AinsworthReportSettings *settings, const AinsworthReportSystem *system, AinsworthReport **out)
+PetscErrorCode AinsworthReportCreate(AinsworthReportSettings *settings, const AinsworthReportSystem *system, AinsworthReport **out)
 {
   AinsworthReport *report  = new AinsworthReport();
   const PetscBool  monitor = settings->viewer ? PETSC_TRUE : PETSC_FALSE;
@@ -199,7 +199,7 @@ PetscErrorCode AinsworthReportBegin(AinsworthReport *report, KSP ksp, Vec f, Vec
   report->rows.clear();
   report->printed = 0;
   report->spent = report->observing = 0.0;
-  report->solve++;
+  report->settings->solves++;
   if (report->settings->viewer) {
     PetscCall(Length(f, &report->norm[0]));
     if (report->system.S) PetscCall(Length(g, &report->norm[1]));

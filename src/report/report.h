@@ -16,6 +16,7 @@ typedef enum {
 struct AinsworthReportSettings {
   PetscViewer       viewer; /* NULL: no monitor */
   PetscViewerFormat format;
+  PetscInt          solves;    /* shown by this viewer so far */
   Vec               reference; /* exact solution, of length n + m or n; NULL: none */
   AinsworthStopType stop;
   PetscReal         rtol;           /* of the error, relative to that of the first iterate */
@@ -43,13 +44,12 @@ enum AinsworthCoefficients {
 };
 
 struct AinsworthReport {
-  const AinsworthReportSettings  *settings;
+  AinsworthReportSettings        *settings;
   AinsworthReportSystem           system;
   AinsworthCoefficients           coefficients;
   AinsworthEstimator              estimator;
   std::vector<AinsworthReportRow> rows;
   size_t                          printed;
-  PetscInt                        solve; /* number of solves so far */
   Vec                             exact; /* solution; NULL: not known */
   Vec                             f, g;  /* right-hand side of the present solve, not owned */
   Vec                             x, r, residual;
@@ -65,7 +65,7 @@ struct AinsworthReport {
   AinsworthTestDestroyFn *destroy;
 };
 
-PetscErrorCode AinsworthReportCreate(const AinsworthReportSettings *, const AinsworthReportSystem *, AinsworthReport **);
+PetscErrorCode AinsworthReportCreate(AinsworthReportSettings *, const AinsworthReportSystem *, AinsworthReport **);
 PetscErrorCode AinsworthReportDestroy(AinsworthReport **);
 PetscErrorCode AinsworthReportBegin(AinsworthReport *, KSP, Vec f, Vec g, PetscLogDouble setupSeconds);
 PetscErrorCode AinsworthReportEnd(AinsworthReport *, KSP);

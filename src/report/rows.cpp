@@ -30,7 +30,7 @@ PetscErrorCode AinsworthReportHeader(AinsworthReport *report)
   PetscCall(GetKind(report, &ascii, &csv));
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
   if (csv) {
-    if (report->solve == 1)
+    if (report->settings->solves == 1)
       PetscCall(
         PetscViewerASCIIPrintf(viewer, "solve,seconds,iteration,delay,natural_norm,primal_residual,constraint_residual,error_lower,error_upper,error_true\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -39,7 +39,7 @@ PetscErrorCode AinsworthReportHeader(AinsworthReport *report)
     PetscCall(PetscSNPrintf(upper, sizeof(upper), "bound for eigenvalues from %g on", (double)report->settings->eigenvalue));
   else PetscCall(PetscStrncpy(upper, "estimate from the smallest Ritz value", sizeof(upper)));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  Error against run time, solve %" PetscInt_FMT "; errors in the energy norm; lower: bound, upper: %s\n",
-                                   report->solve, report->coefficients == AINSWORTH_COEFFICIENTS_NONE ? "none, the method is not CG" : upper));
+                                   report->settings->solves, report->coefficients == AINSWORTH_COEFFICIENTS_NONE ? "none, the method is not CG" : upper));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  %5s %11s %11s %11s %11s %11s %11s %11s\n", "iter", "seconds", "natural", "res. f", "res. g",
                                    "error >=", "error <=", "true error"));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -68,7 +68,7 @@ PetscErrorCode AinsworthReportPrint(AinsworthReport *report, PetscBool all)
 
     for (int i = 0; i < 6; i++) PetscCall(Number(values[i], csv, text[i]));
     if (csv)
-      PetscCall(PetscViewerASCIIPrintf(viewer, "%" PetscInt_FMT ",%.6f,%" PetscInt_FMT ",%" PetscInt_FMT ",%s,%s,%s,%s,%s,%s\n", report->solve,
+      PetscCall(PetscViewerASCIIPrintf(viewer, "%" PetscInt_FMT ",%.6f,%" PetscInt_FMT ",%" PetscInt_FMT ",%s,%s,%s,%s,%s,%s\n", report->settings->solves,
                                        (double)row.seconds, step, delay, text[0], text[1], text[2], text[3], text[4], text[5]));
     else
       PetscCall(PetscViewerASCIIPrintf(viewer, "  %5" PetscInt_FMT " %11.4f %11s %11s %11s %11s %11s %11s\n", step, (double)row.seconds, text[0], text[1],

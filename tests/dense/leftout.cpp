@@ -126,7 +126,7 @@ int main(int argc, char **argv)
   PetscCall(Run({"S diagonal"}, "", cost, view, exchanged));
   PetscCall(CheckInt("AinsGramFact", cost["AinsGramFact"], 1));
   PetscCall(CheckNone(cost, {"MatCholFctrNum", "MatLUFactorNum", "AinsMatMult"})); /* projected CG applies A, not A~ */
-  PetscCall(CheckText("view", view, {"S is diagonal: no factorisation", "C' B C is not applied"}));
+  PetscCall(CheckText("view", view, {"S is diagonal: no factorization", "C' B C is not applied"}));
   if (size > 1) PetscCall(CheckText("view", view, {std::to_string(size - 1) + " of " + std::to_string(size) + " ranks have no constraints"}));
   /* the rows are tied to the first 8 unknowns, which rank 0 has: no other rank takes part in a projection */
   PetscCall(CheckTrue("messages of a rank without constraints", rank == 0 || own < 8 || exchanged[0] == 0));
@@ -139,11 +139,11 @@ int main(int argc, char **argv)
 
   PetscCall(Run({"S in small pieces", 60, 4, 3, 2}, "", cost, view, exchanged));
   PetscCall(CheckNone(cost, {"MatCholFctrNum", "MatLUFactorNum"}));
-  PetscCall(CheckText("view", view, {"S is in small pieces: dense inverses, no factorisation", "type: vpbjacobi", "1 connected piece, the largest of 4 rows"}));
+  PetscCall(CheckText("view", view, {"S is in small pieces: dense inverses, no factorization", "type: vpbjacobi", "1 connected piece, the largest of 4 rows"}));
 
   PetscCall(Run({"S in one large piece", 60, 40, 3, 1}, "", cost, view, exchanged));
   if (view.find("type: " + std::string(PetscDefined(USE_COMPLEX) ? "lu" : "cholesky")) == std::string::npos)
-    PetscCall(CheckTrue("factorisation in the view", false));
+    PetscCall(CheckTrue("factorization in the view", false));
   own = cost[factor];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &own, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));
   PetscCall(CheckInt("ranks that factor", own, 1));

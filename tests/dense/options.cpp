@@ -81,8 +81,8 @@ static PetscErrorCode ReadAgain(KSP ksp, Vec b, Vec y, const char *what, bool an
 /* A second KSPSetFromOptions(): what it says again rebuilds nothing, what it changes counts */
 static PetscErrorCode Again()
 {
-  Options   options("-pc_ainsworth_variant paper -pc_ainsworth_penalty_factor 4 -pc_ainsworth_pmat bj_cc -pc_ainsworth_blocks 2 -ainsworth_pc_type jacobi "
-                      "-ainsworth_ksp_type projectedcg -pc_ainsworth_monitor_error csv:again.csv -pc_ainsworth_stop residual -pc_ainsworth_weight identity");
+  Options   options("-pc_ainsworth_variant paper -pc_ainsworth_penalty_factor 4 -pc_ainsworth_pmat bj_cc -pc_ainsworth_monitor_error csv:again.csv "
+                      "-pc_ainsworth_stop residual -pc_ainsworth_weight identity");
   KSP       ksp, inner;
   PC        pc, innerPC;
   KSPType   type;
@@ -94,13 +94,17 @@ static PetscErrorCode Again()
   Case("options read again");
   PetscCall(MatCreateVecs(nest, &y, &b));
   PetscCall(SetRandom(b, 5));
-  PetscCall(SolverCreate(nest, &ksp));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCAinsworthGetKSP(pc, &inner));
-  PetscCall(KSPSolve(ksp, b, y));
-  PetscCall(ReadAgain(ksp, b, y, "nothing is rebuilt", false));
-  PetscCall(KSPGetType(inner, &type));
-  PetscCall(CheckTrue("inner method beside the variant", type == std::string(KSPPROJECTEDCG)));
+  {
+    Options inside("-pc_ainsworth_blocks 2 -ainsworth_pc_type jacobi -ainsworth_ksp_type projectedcg");
+
+    PetscCall(SolverCreate(nest, &ksp));
+    PetscCall(KSPGetPC(ksp, &pc));
+    PetscCall(PCAinsworthGetKSP(pc, &inner));
+    PetscCall(KSPSolve(ksp, b, y));
+    PetscCall(ReadAgain(ksp, b, y, "nothing is rebuilt", false));
+    PetscCall(KSPGetType(inner, &type));
+    PetscCall(CheckTrue("inner method beside the variant", type == std::string(KSPPROJECTEDCG)));
+  }
   {
     Options more("-ainsworth_ksp_rtol 1e-3");
 
