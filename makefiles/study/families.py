@@ -50,16 +50,16 @@ TIED = (
 
 HYPRE = "-pc_hypre_boomeramg_"
 TUNED = "-pc_type hypre %scoarsen_type PMIS %sinterp_type ext+i %srelax_type_all Chebyshev %sP_max 4 %sstrong_threshold 0.5" % ((HYPRE,) * 5)
-# name, title, options of the PC, the most seconds that a run may take, whatever --limit says
+# name, title, options of the PC, the most seconds that a run may take, whatever --limit says, title in a table
 SOLVERS = (
-    ("blocksa", "this multigrid", "-pc_type blocksa", None),
-    ("hypre", "BoomerAMG", "-pc_type hypre", None),
-    ("pmis", "BoomerAMG PMIS", TUNED, None),
-    ("agg1", "the same, agg_nl 1", TUNED + " %sagg_nl 1" % HYPRE, None),
-    ("nodal", "BoomerAMG nodal", "-pc_type hypre %snodal_coarsen 6 %svec_interp_variant 2" % (HYPRE, HYPRE), 30),
-    ("gamg", "GAMG", "-pc_type gamg -mat_no_inode", None),
-    ("ml", "ML", "-pc_type ml -mat_no_inode", None),
-    ("hmg", "HMG", "-pc_type hmg -pc_hmg_use_subspace_coarsening -hmg_inner_pc_type hypre", None),
+    ("blocksa", "this multigrid", "-pc_type blocksa", None, "blocksa"),
+    ("hypre", "BoomerAMG", "-pc_type hypre", None, "BoomerAMG"),
+    ("pmis", "BoomerAMG PMIS", TUNED + " %sagg_nl 0" % HYPRE, None, "PMIS"),
+    ("agg1", "the same, agg_nl 1", TUNED + " %sagg_nl 1" % HYPRE, None, "agg_nl 1"),
+    ("nodal", "BoomerAMG nodal", "-pc_type hypre %snodal_coarsen 6 %svec_interp_variant 2" % (HYPRE, HYPRE), 30, "nodal"),
+    ("gamg", "GAMG", "-pc_type gamg -mat_no_inode", None, "GAMG"),
+    ("ml", "ML", "-pc_type ml -mat_no_inode", None, "ML"),
+    ("hmg", "HMG", "-pc_type hmg -pc_hmg_use_subspace_coarsening -hmg_inner_pc_type hypre", None, "HMG"),
 )
 OURS = "blocksa"
 

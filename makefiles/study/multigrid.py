@@ -40,7 +40,7 @@ def seconds(run):
 
 def row(system, ranks, solver, runs, base, loads):
     """The least and the median of the runs; the greatest peak."""
-    name, _, options, _ = solver
+    name, _, options = solver[:3]
     last = runs[-1]
     answer = {"family": system.name, "size": system.size, "ranks": ranks, "solver": name, "options": options, "base": "" if not base else "%.0f" % base, "load": "%.1f" % max(loads), "runs": len(runs)}
     answer.update({key: last.get(key) for key in ("unknowns", "constraints", "iterations", "reason")})
@@ -66,7 +66,7 @@ def measure(system, ranks, solvers, repeat, limit):
     base = system.base(ranks, limit)
     for count in range(1, repeat + 1):
         for solver in solvers:
-            name, _, options, most = solver
+            name, _, options, most = solver[:4]
             if runs[name] and not machine.converged(runs[name][-1]):
                 continue
             loads[name].append(machine.load())
