@@ -1,4 +1,4 @@
-/* The differences between PETSc 3.18 and 3.25 that the plugin meets, and nothing else */
+/* The differences between PETSc 3.18 and 3.26 that the plugin meets, and nothing else */
 #ifndef AINSWORTH_PETSCCOMPAT_H
 #define AINSWORTH_PETSCCOMPAT_H
 
@@ -12,6 +12,13 @@
   #define PetscAssertPointer(ptr, arg) PetscValidPointer(ptr, arg)
   #define KSPSetNestLevel(ksp, level)  PETSC_SUCCESS
   #define PCGetKSPNestLevel(pc, level) (*(level) = 0, PETSC_SUCCESS)
+#endif
+
+/* before 3.20 a PC has a reason of each rank beside the one that ranks agree on */
+#if PETSC_VERSION_LT(3, 20, 0)
+  #define AinsworthPCSetFailedReason(pc, reason) ((pc)->failedreasonrank = (reason), PCSetFailedReason(pc, reason))
+#else
+  #define AinsworthPCSetFailedReason(pc, reason) PCSetFailedReason(pc, reason)
 #endif
 
 /* the stage of the log that runs; where logging is active */

@@ -10,18 +10,47 @@
 PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS, AINSWORTH_Multiplier,
   AINSWORTH_InvGram, AINSWORTH_PMat, AINSWORTH_PMatCopy, AINSWORTH_Aggregate, AINSWORTH_Interpolation, AINSWORTH_Galerkin, AINSWORTH_Levels;
 
-static PetscBool initialized = PETSC_FALSE;
+static PetscBool  initialized = PETSC_FALSE;
+static const char again[]     = "compile ainsworth again with the PETSc of the program";
 
-/* PETSc's private structures, which the plugin uses, change between minor versions */
-static PetscErrorCode CheckVersion(void)
+static const char *KindOf(PetscDataType scalar)
 {
-  PetscInt major, minor, subminor, release;
+  return scalar == PETSC_COMPLEX ? "complex" : "real";
+}
+
+static const char *ReleaseOf(PetscInt release)
+{
+  return release ? "a release" : "a development version";
+}
+
+/*
+   The plugin fits libraries of one scalar type, index size and minor version, whose private structures it uses; a development version has the number of the
+   last release. In this order, as a library of wider indices writes more than PetscInt has room for; PetscBool is wider before PETSc 3.24 than since
+*/
+static PetscErrorCode CheckLibrary(void)
+{
+  PetscDataType scalar;
+  PetscBool     found[sizeof(PetscInt64)];
+  PetscInt      major, minor, release;
+  size_t        scalarSize, indexSize;
 
   PetscFunctionBegin;
-  PetscCall(PetscGetVersionNumber(&major, &minor, &subminor, &release));
+  PetscCall(PetscDataTypeFromString("scalar", &scalar, found));
+  PetscCall(PetscDataTypeGetSize(scalar, &scalarSize));
+  PetscCheck(scalar == PETSC_SCALAR && scalarSize == sizeof(PetscScalar), PETSC_COMM_SELF, PETSC_ERR_SUP_SYS,
+             "ainsworth was compiled for a PETSc with %s scalars of %d bits and this program runs with one of %s scalars of %d bits: %s", KindOf(PETSC_SCALAR),
+             (int)sizeof(PetscScalar) * 8, KindOf(scalar), (int)scalarSize * 8, again);
+  PetscCall(PetscDataTypeGetSize(PETSC_INT, &indexSize));
+  PetscCheck(indexSize == sizeof(PetscInt), PETSC_COMM_SELF, PETSC_ERR_SUP_SYS,
+             "ainsworth was compiled for a PETSc with %d-bit indices and this program runs with one of %d-bit indices: %s", (int)sizeof(PetscInt) * 8,
+             (int)indexSize * 8, again);
+  PetscCall(PetscGetVersionNumber(&major, &minor, NULL, &release));
+  PetscCheck(!release == !PETSC_VERSION_RELEASE, PETSC_COMM_SELF, PETSC_ERR_SUP_SYS,
+             "ainsworth was compiled for PETSc %d.%d, %s, and this program runs with PETSc %d.%d, %s: %s", PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR,
+             ReleaseOf(PETSC_VERSION_RELEASE), (int)major, (int)minor, ReleaseOf(release), again);
   PetscCheck(major == PETSC_VERSION_MAJOR && minor == PETSC_VERSION_MINOR, PETSC_COMM_SELF, PETSC_ERR_SUP_SYS,
-             "ainsworth was compiled for PETSc %d.%d and this program runs with PETSc %d.%d: compile ainsworth again with the PETSc of the program",
-             PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, (int)major, (int)minor);
+             "ainsworth was compiled for PETSc %d.%d and this program runs with PETSc %d.%d: %s", PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, (int)major,
+             (int)minor, again);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -49,7 +78,8 @@ PetscErrorCode AinsworthFinalizePackage(void)
    both, or to load it twice, does no harm.
 
    Errors:
-   `PETSC_ERR_SUP_SYS` if the PETSc of the program is of another minor version than the one compiled with.
+   `PETSC_ERR_SUP_SYS` if the PETSc of the program has other scalars or indices, is a release where the one compiled with is a development version or the
+   reverse, or is of another minor version.
 
 .seealso: `PCAINSWORTH`, `MATAINSWORTH`, `KSPPROJECTEDCG`
 @*/
@@ -60,7 +90,7 @@ PetscErrorCode AinsworthInitializePackage(void)
 
   PetscFunctionBegin;
   if (initialized) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(CheckVersion());
+  PetscCall(CheckLibrary());
   initialized = PETSC_TRUE;
   PetscCall(PetscRegisterFinalize(AinsworthFinalizePackage));
   PetscCall(PetscClassIdRegister("Ainsworth", &classid));

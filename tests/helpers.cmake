@@ -37,6 +37,13 @@ if(AINSWORTH_SANITIZE)
     LSAN_OPTIONS=print_suppressions=0:suppressions=${PROJECT_SOURCE_DIR}/tests/leaks.supp)
 endif()
 
+# What PETSc has, in its own words: PETSC_HAVE_HYPRE, PETSC_HAVE_MUMPS
+find_file(petscconf petscconf.h PATHS ${PETSC_INCLUDE_DIRS} NO_DEFAULT_PATH NO_CACHE REQUIRED)
+file(STRINGS "${petscconf}" petscconf REGEX "^#define PETSC_HAVE_(HYPRE|MUMPS) ")
+foreach(package HYPRE MUMPS)
+  string(REGEX MATCH "PETSC_HAVE_${package} " PETSC_HAVE_${package} "${petscconf}")
+endforeach()
+
 set(AINSWORTH_TEST_OPTIONS FAILS LEAKS PLAIN LOAD INTERNAL)
 set(AINSWORTH_TEST_SINGLE SOURCE TIMEOUT)
 set(AINSWORTH_TEST_MULTIPLE RANKS ARGS PASS_REGEX FAIL_REGEX ENVIRONMENT LABELS COMMAND)

@@ -127,7 +127,8 @@ static PetscErrorCode MatConvert_Level_AIJ(Mat mat, MatType, MatReuse reuse, Mat
     for (PetscInt k = E.i[r]; k < E.i[r + 1]; k++) (E.j[k] < co.local ? diagonal : other)[E.row[r]]++;
   PetscCall(MatGetLocalSize(mat, &n, NULL));
   PetscCall(MatGetSize(mat, &N, NULL));
-  for (PetscInt &c : diagonal) c = PetscMin(c, U.n);
+  for (PetscInt &c : diagonal) c = PetscMin(c, U.n); /* blocks that were added are counted twice */
+  for (PetscInt &c : other) c = PetscMin(c, N / U.bs - U.n);
   PetscCall(MatCreate(PetscObjectComm((PetscObject)mat), &B));
   PetscCall(MatSetSizes(B, n, n, N, N));
   PetscCall(MatSetBlockSize(B, U.bs));

@@ -119,13 +119,14 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
   PetscCall(PCGetOptionsPrefix(inner, &prefix));
   PetscCall(ChoosesConjugateGradients(ksp, &definite));
   if (!((PetscObject)inner)->type_name) {
-    PCType    type = NULL;
+    char      chosen[256];
+    PCType    type = chosen; /* at once, so that a PCHYPRE, which starts hypre, is made only where it is used */
     PetscBool given;
 
-    PetscCall(DefaultType(data, definite, &type));
-    PetscCall(PCSetType(inner, type));
-    PetscCall(PetscOptionsHasName(options, prefix, "-pc_type", &given));
+    PetscCall(PetscOptionsGetString(options, prefix, "-pc_type", chosen, sizeof(chosen), &given));
     data->ownChoice = (PetscBool)(!given || !pc->setfromoptionscalled);
+    if (data->ownChoice) PetscCall(DefaultType(data, definite, &type));
+    PetscCall(PCSetType(inner, type));
   }
   PetscCall(ChoosesBoomerAMG(inner, &boomer));
   for (size_t i = 0; i < nboomeramg && boomer; i++) {

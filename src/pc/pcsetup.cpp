@@ -24,10 +24,7 @@ PetscErrorCode PCAinsworthAgreeOnFailure(PC pc, PCFailedReason reason)
 
   PetscFunctionBegin;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_INT, MPI_MAX, PetscObjectComm((PetscObject)pc)));
-  PetscCall(PCSetFailedReason(pc, (PCFailedReason)worst));
-#if PETSC_VERSION_LT(3, 20, 0)
-  pc->failedreasonrank = (PCFailedReason)worst;
-#endif
+  PetscCall(AinsworthPCSetFailedReason(pc, (PCFailedReason)worst));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -360,7 +360,10 @@ PetscErrorCode Collect(const Labels &labels, const std::vector<PetscInt> &target
 }
 } // namespace
 
-/* A piece is cut where it has more than so many times the rows of a rank: solves that ranks share take several times as long (docs/gram.md) */
+/*
+   A piece is cut where it has more than so many times the rows of a rank: solves that ranks share take several times as long (docs/gram.md). Of the packages
+   that PETSc may have MUMPS factors such parts: without it pieces stay whole
+*/
 static const PetscReal cutAbove = 16.0;
 
 /*
@@ -393,7 +396,7 @@ PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, Pets
   placement->small = small = PetscMin(small, rowsPerRank);
   PetscCall(GatherLarge(labels, small, size, work, large));
   for (const Piece &piece : large) rows += piece.size;
-  placement->split = ranks > 1 && (PetscReal)placement->largest > cutAbove * (PetscReal)rowsPerRank;
+  placement->split = PetscDefined(HAVE_MUMPS) && ranks > 1 && (PetscReal)placement->largest > cutAbove * (PetscReal)rowsPerRank;
   PetscCall(ChooseRanks(S, 1 + ((placement->split ? m : PetscMax(rows, 1)) - 1) / rowsPerRank, chosen));
   if (chosen.size() == 1) placement->split = false;
   if (ranks == 1) target.assign(labels.n, 0);

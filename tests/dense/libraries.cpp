@@ -85,6 +85,35 @@ static PetscErrorCode SetUp(const System &sys, const std::string &line, PetscErr
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+#if defined(PETSC_HAVE_HYPRE)
+static PetscErrorCode NotToBeMade(PC pc)
+{
+  PetscFunctionBeginUser;
+  SETERRQ(PetscObjectComm((PetscObject)pc), PETSC_ERR_PLIB, "PCHYPRE was made");
+}
+
+/* PCHYPRE, which starts hypre, is made only where it is used, though it would be the default */
+static PetscErrorCode OtherChosen(const System &sys)
+{
+  Options options("-pc_ainsworth_penalty norm -ainsworth_pc_type jacobi");
+  PetscErrorCode (*create)(PC);
+  Mat nest;
+  KSP ksp;
+
+  PetscFunctionBeginUser;
+  Case("another PC than hypre");
+  PetscCall(PetscFunctionListFind(PCList, PCHYPRE, &create));
+  PetscCall(PCRegister(PCHYPRE, NotToBeMade));
+  PetscCall(NestCreate(sys.A, NULL, sys.C, NULL, false, &nest));
+  PetscCall(SolverCreate(nest, &ksp));
+  PetscCall(CheckError("set-up", [=]() { return KSPSetUp(ksp); }, PETSC_SUCCESS, {}));
+  PetscCall(PCRegister(PCHYPRE, create));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(MatDestroy(&nest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+#endif
+
 /* Every row of C twice: dependent rows are found without METIS' ordering, too */
 static PetscErrorCode Doubled(const System &once)
 {
@@ -161,11 +190,12 @@ int main(int argc, char **argv)
   PetscCall(SetUp(sys, "-ainsworth_pc_type jacobi -pc_ainsworth_pmat bj_cc -pc_ainsworth_blocks 2", PETSC_ERR_LIB, {"METIS_PartGraphKway() returned -3"}));
 #if defined(PETSC_HAVE_HYPRE)
   PetscCall(SetUp(sys, "-pc_ainsworth_pmat jcb", PETSC_ERR_LIB, {"HYPRE_IJMatrixSetMaxOffProcElmts"}));
+  PetscCall(OtherChosen(sys));
 #endif
   cut.n = 48;
   cut.m = 20;
   PetscCall(SystemCreate(PETSC_COMM_WORLD, cut, &large));
-  if (size > 1)
+  if (PetscDefined(HAVE_MUMPS) && size > 1)
     PetscCall(SetUp(large, "-ainsworth_pc_type jacobi -pc_ainsworth_rows_per_rank 1", PETSC_ERR_LIB, {"METIS returned -3 for the graph of the Gram matrix"}));
   PetscCall(Doubled(sys));
   PetscCall(NotFactored());

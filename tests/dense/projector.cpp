@@ -173,7 +173,8 @@ static PetscErrorCode GramSolvers()
         if (ksp) PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)ksp), &got));
         members = ksp != NULL;
         PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &members, 1, MPI_INT, MPI_SUM, PETSC_COMM_WORLD));
-        group = spec.m > 16 * rows ? (PetscMPIInt)PetscMin((spec.m + rows - 1) / rows, uneven ? 1 : size) : 1; /* S is one piece */
+        /* S is one piece, which MUMPS alone factors in parts */
+        group = PetscDefined(HAVE_MUMPS) && spec.m > 16 * rows ? (PetscMPIInt)PetscMin((spec.m + rows - 1) / rows, uneven ? 1 : size) : 1;
         /* METIS may leave parts of so small a graph empty, but not all except one */
         PetscCall(CheckTrue("ranks with a solver", members <= group && members >= PetscMin(2, group)));
         PetscCall(CheckInt("size of their communicator", ksp ? got : members, members));
