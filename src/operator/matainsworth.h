@@ -16,6 +16,11 @@ struct Mat_Ainsworth {
   PetscInt               rowsPerRank;
   PetscBool              withoutRange; /* Q' A Q, without C' B C */
   PetscBool              homogeneous;  /* g was zero in the last right-hand side */
+  PetscBool              kernel;       /* a method iterates in Ker C: without C' B C, and Q removes its null space */
+  PetscBool              direction;    /* the next product is with a vector of Ker C: one was projected since the last */
+  PetscBool              refine;       /* in its last solve every projection was done twice from some point on */
+  PetscInt               projections;  /* of this solve */
+  MatNullSpace           nullspace;    /* which the matrix has otherwise */
   AinsworthProjector     proj;
   Vec                    v;       /* n */
   Vec                    bcx;     /* m, placed */

@@ -1,4 +1,5 @@
 #include "pcainsworth.h"
+#include "../ksp/projectedcg.h"
 #include "../multigrid/blocksa.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/kspimpl.h>
@@ -81,14 +82,11 @@ static PetscErrorCode DefaultType(const PC_Ainsworth *data, PetscBool definite, 
 }
 
 /* Is the method one of conjugate gradients, so that the system is Hermitian and positive definite? */
-static PetscErrorCode ChoosesConjugateGradients(KSP ksp, PetscBool *definite)
+static PetscErrorCode IsConjugateGradients(KSPType type, PetscBool *definite)
 {
-  char type[256] = "";
-
   PetscFunctionBegin;
-  PetscCall(TypeInUse((PetscObject)ksp, "-ksp_type", type, sizeof(type)));
   *definite = PETSC_FALSE;
-  for (KSPType method : {KSPPROJECTEDCG, KSPCG, KSPPIPECG, KSPGROPPCG, KSPFCG, KSPPIPEFCG}) {
+  for (KSPType method : {KSPPROJECTEDCG, KSPCG, KSPPIPECG, KSPPIPECGRR, KSPPIPEPRCG, KSPPIPECG2, KSPPIPELCG, KSPGROPPCG, KSPFCG, KSPPIPEFCG}) {
     PetscBool same;
 
     PetscCall(PetscStrcmp(type, method, &same));
@@ -107,7 +105,7 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
   KSP          ksp = data->ksp;
   PC           inner;
   PetscBool    boomer, definite = PETSC_FALSE, normGiven, sideGiven;
-  char         name[nboomeramg][256] = {};
+  char         name[nboomeramg][256] = {}, method[256] = "";
   const char  *prefix;
   PetscOptions options;
 
@@ -117,7 +115,8 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
   PetscCall(KSPGetPC(ksp, &inner));
   PetscCall(PetscObjectGetOptions((PetscObject)inner, &options));
   PetscCall(PCGetOptionsPrefix(inner, &prefix));
-  PetscCall(ChoosesConjugateGradients(ksp, &definite));
+  PetscCall(TypeInUse((PetscObject)ksp, "-ksp_type", method, sizeof(method)));
+  PetscCall(IsConjugateGradients(method, &definite));
   if (!((PetscObject)inner)->type_name) {
     PCType    type = NULL;
     PetscBool given;
@@ -210,8 +209,9 @@ PetscErrorCode PCAinsworthFallBack(PC pc, PC_Ainsworth *data, PetscBool *again)
 PetscErrorCode PCAinsworthSetKSPOperators(PC_Ainsworth *data)
 {
   KSP       ksp = data->ksp;
+  KSPType   type;
   PCSide    side;
-  PetscBool projected;
+  PetscBool projected, definite;
 
   PetscFunctionBegin;
   if (data->constraints) PetscCall(KSPSetOperators(ksp, data->S, data->M));
@@ -225,6 +225,11 @@ PetscErrorCode PCAinsworthSetKSPOperators(PC_Ainsworth *data)
     PetscCall(KSPSetType(ksp, KSPPROJECTEDCG));
     data->projected = PETSC_FALSE;
   }
+  PetscCall(KSPGetType(ksp, &type));
+  PetscCall(IsConjugateGradients(type, &definite));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
+  definite = (PetscBool)(definite && data->variant == PC_AINSWORTH_WEIGHTED); /* the paper has C' B C in its conjugate gradients */
+  PetscCall(KSPProjectedCGSetUse_Private(ksp, (PetscBool)(data->constraints && (projected || definite))));
   if (data->S) {
     PetscCall(KSPGetPCSide(ksp, &side));
     PetscCall(MatAinsworthSetWithoutRange_Private(data->S, (PetscBool)(side == PC_RIGHT)));

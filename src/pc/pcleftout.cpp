@@ -1,4 +1,5 @@
 #include "pcainsworth.h"
+#include "../ksp/projectedcg.h"
 #include "../operator/matainsworth.h"
 #include "../pmat/surface.h"
 #include <string>
@@ -52,7 +53,7 @@ PetscErrorCode PCAinsworthViewLeftOut(PC_Ainsworth *data, PetscViewer viewer)
     PetscBool      projected;
 
     PetscCall(MatAinsworthGetContext(data->S, &ctx));
-    PetscCall(PetscObjectTypeCompare((PetscObject)data->ksp, KSPPROJECTEDCG, &projected));
+    PetscCall(KSPProjectedCGGetUse_Private(data->ksp, &projected));
     PetscCall(DescribeGram(&ctx->proj.gram, text));
     if (PCAinsworthPmatTypeInUse(data) == PC_AINSWORTH_PMAT_ID) text += "; id: no product with A for the preconditioning matrix";
     if (projected) text += "; iterates in Ker C: C' B C is not applied";

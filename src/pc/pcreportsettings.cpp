@@ -425,7 +425,7 @@ PetscErrorCode PCAinsworthGetErrorEstimate(PC pc, PetscInt *iteration, PetscReal
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthGetDataOrError(pc, &data));
-  PetscCheck(data->report && data->report->coefficients != AINSWORTH_COEFFICIENTS_NONE, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
+  PetscCheck(data->report && data->report->estimate, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
              "There is no estimate: call PCAinsworthSetErrorMonitor() or PCAinsworthSetStop() before the solve, with conjugate gradients inside");
   PetscCheck(data->report->estimator.accurate, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
              "The solve was too short for an accurate estimate: it took %" PetscInt_FMT " iterations", (PetscInt)data->report->estimator.fall.size());
