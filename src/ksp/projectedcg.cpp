@@ -1,22 +1,19 @@
 #include "projectedcg.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/kspimpl.h>
+#include <petsc/private/pcimpl.h>
 
 static const PetscReal driftTolerance = 1e-12; /* as Gould, Hribar and Nocedal 2001 */
 static const PetscInt  driftInterval  = 10;    /* projections between two measurements */
 
 static const char ownSetUp[] = "KSPProjectedCGSetUp_C", ownSolve[] = "KSPProjectedCGSolve_C"; /* the functions of the method itself */
 
-/* z = Q z, and what was removed before: KSP calls it after each application of the preconditioner, as for any null space of its matrix */
-static PetscErrorCode Project(MatNullSpace, Vec z, void *arg)
+/* z = Q z, the direction of a step */
+static PetscErrorCode Project(Mat mat, Mat_Ainsworth *ctx, Vec z)
 {
-  Mat            mat = (Mat)arg;
-  Mat_Ainsworth *ctx;
-  PetscReal      drift;
+  PetscReal drift;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
-  if (ctx->nullspace) PetscCall(MatNullSpaceRemove(ctx->nullspace, z));
   PetscCall(MatAinsworthMultProjector(mat, z, z));
   if (!ctx->refine && ctx->projections++ % driftInterval == 0) {
     PetscCall(MatAinsworthGetDrift_Private(mat, z, &drift));
@@ -28,6 +25,27 @@ static PetscErrorCode Project(MatNullSpace, Vec z, void *arg)
   }
   if (ctx->refine) PetscCall(MatAinsworthMultProjector(mat, z, z));
   ctx->direction = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* z = Q M^{-1} r; with refinement r = Q' r comes first, the residual update of Gould, Hribar and Nocedal, which keeps r as small as the error */
+static PetscErrorCode PCApply_Projected(PC pc, Vec r, Vec z)
+{
+  Mat            mat;
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(PCGetOperators(pc, &mat, NULL));
+  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  if (ctx->refine) {
+    PetscCall(VecLockReadPop(r)); /* PCApply() has locked the method's vector */
+    PetscCall(MatAinsworthMultTransposeProjector(mat, r, r));
+    PetscCall(VecLockReadPush(r));
+  }
+  ctx->kernel = PETSC_FALSE; /* its own products are with A~ */
+  PetscCall((*ctx->apply)(pc, r, z));
+  ctx->kernel = PETSC_TRUE;
+  PetscCall(Project(mat, ctx, z));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -45,26 +63,25 @@ static PetscErrorCode WeightedNorm(const Mat_Ainsworth *ctx, Vec r, Vec v, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The method's own solve of Q' A Q x = Q' b, with Q in the place of a null space, from an x whose part in Im(W C') is that of the solution already */
+/* The method's own solve of Q' A Q x = Q' b with the preconditioner Q M^{-1}, from an x whose part in Im(W C') is that of the solution already */
 static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
 {
+  PC             pc = ksp->pc;
   Vec            b = ksp->vec_rhs, x = ksp->vec_sol, r, v;
   Mat            mat;
   Mat_Ainsworth *ctx;
-  MatNullSpace   kernel, transpose;
   PetscReal      before, after;
   PetscErrorCode (*solve)(KSP), error;
 
   PetscFunctionBegin;
-  PetscCall(PCGetOperators(ksp->pc, &mat, NULL));
+  PetscCall(PCGetOperators(pc, &mat, NULL));
   PetscCall(MatAinsworthGetContext(mat, &ctx));
   PetscCall(PetscObjectQueryFunction((PetscObject)ksp, ownSolve, &solve));
   PetscCall(VecDuplicate(b, &r));
   PetscCall(VecDuplicate(b, &v));
   PetscCall(MatAinsworthSolveRange(mat, b, v));
   if (ksp->guess_zero) PetscCall(VecCopy(v, x));
-  else { /* the guess counts in Ker C only */
-    PetscCall(MatAinsworthMultProjector(mat, x, x));
+  else { /* the guess counts in Ker C only */ PetscCall(MatAinsworthMultProjector(mat, x, x));
     PetscCall(VecAXPY(x, 1.0, v));
   }
   PetscCall(WeightedNorm(ctx, b, v, &before));
@@ -76,23 +93,13 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   ctx->kernel    = PETSC_TRUE;
   ctx->direction = ctx->refine = PETSC_FALSE;
   ctx->projections             = 0;
-  PetscCall(MatGetNullSpace(mat, &ctx->nullspace));
-  PetscCall(MatGetTransposeNullSpace(mat, &transpose));
-  PetscCall(PetscObjectReference((PetscObject)ctx->nullspace));
-  PetscCall(PetscObjectReference((PetscObject)transpose));
-  PetscCall(MatNullSpaceCreate(PetscObjectComm((PetscObject)mat), PETSC_FALSE, 0, NULL, &kernel));
-  PetscCall(MatNullSpaceSetFunction(kernel, Project, mat));
-  PetscCall(MatSetNullSpace(mat, kernel));
-  PetscCall(MatSetTransposeNullSpace(mat, kernel));
-  PetscCall(MatNullSpaceDestroy(&kernel));
-  ksp->vec_rhs = r;
-  error        = (*solve)(ksp); /* which may be an error, of a KSP that must converge */
-  ksp->vec_rhs = b;
-  ctx->kernel  = PETSC_FALSE;
-  PetscCall(MatSetNullSpace(mat, ctx->nullspace));
-  PetscCall(MatSetTransposeNullSpace(mat, transpose));
-  PetscCall(MatNullSpaceDestroy(&ctx->nullspace));
-  PetscCall(MatNullSpaceDestroy(&transpose));
+  ctx->apply                   = pc->ops->apply;
+  pc->ops->apply               = PCApply_Projected;
+  ksp->vec_rhs                 = r;
+  error                        = (*solve)(ksp); /* to be passed on when all is as it was */
+  ksp->vec_rhs                 = b;
+  pc->ops->apply               = ctx->apply;
+  ctx->kernel                  = PETSC_FALSE;
   PetscCall(VecDestroy(&r));
   PetscCall(error);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -162,8 +169,7 @@ static PetscErrorCode KSPSetUp_ProjectedCG(KSP ksp)
 
    Notes:
    Solves A~ x = b for any b: the part of x in Im(W C') comes from one direct solve, x_0 = R B^{-1} R' b, and only Ker C is
-   iterated on, by `KSPCG` with the operator Q' A Q, the right-hand side Q' b and z = Q M^{-1} r, Q being what `KSP` removes as the null space of its
-   matrix. C x stays what it is in x_0 to rounding, at every iteration, and the penalty B drops out of the
+   iterated on, by `KSPCG` with the operator Q' A Q, the right-hand side Q' b and the preconditioner Q M^{-1}. C x stays what it is in x_0 to rounding, at every iteration, and the penalty B drops out of the
    spectrum. An iteration costs one product with A, one application of the preconditioner and two solves with the Gram matrix.
 
    What holds for `KSPCG` holds here, of its options, functions and reasons too: the preconditioner must be symmetric positive definite, and A be so on Ker C.

@@ -53,6 +53,17 @@ PetscErrorCode PCBlockSAKeepProduct(PC pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Where no option says otherwise */
+PetscErrorCode PCBlockSAUseDouble(PC pc)
+{
+  PC_BlockSA *sa;
+
+  PetscFunctionBegin;
+  PetscCall(GetOrNone(pc, &sa));
+  if (sa) sa->options.single = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A with half of its entries stored, for products; NULL where there is no such matrix. Not to be destroyed, valid until A changes */
 PetscErrorCode PCBlockSAGetProduct(PC pc, Mat *product)
 {

@@ -81,17 +81,13 @@ static PetscErrorCode DefaultType(const PC_Ainsworth *data, PetscBool definite, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is the method one of conjugate gradients, so that the system is Hermitian and positive definite? */
-static PetscErrorCode IsConjugateGradients(KSPType type, PetscBool *definite)
+/* Is the method one of conjugate gradients, so that the system is Hermitian and positive definite? Is M^{-1} r kept by a recurrence? */
+static PetscErrorCode ClassifyMethod(KSPType type, PetscBool *definite, PetscBool *recurrence)
 {
   PetscFunctionBegin;
-  *definite = PETSC_FALSE;
-  for (KSPType method : {KSPPROJECTEDCG, KSPCG, KSPPIPECG, KSPPIPECGRR, KSPPIPEPRCG, KSPPIPECG2, KSPPIPELCG, KSPGROPPCG, KSPFCG, KSPPIPEFCG}) {
-    PetscBool same;
-
-    PetscCall(PetscStrcmp(type, method, &same));
-    *definite = (PetscBool)(*definite || same);
-  }
+  PetscCall(PetscStrInList(type, KSPPROJECTEDCG "," KSPCG "," KSPFCG "," KSPPIPEFCG, ',', definite));
+  PetscCall(PetscStrInList(type, KSPPIPECG "," KSPGROPPCG "," KSPPIPEPRCG "," KSPPIPECG2, ',', recurrence));
+  if (*recurrence) *definite = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -104,7 +100,7 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
 {
   KSP          ksp = data->ksp;
   PC           inner;
-  PetscBool    boomer, definite = PETSC_FALSE, normGiven, sideGiven;
+  PetscBool    boomer, definite, recurrence, normGiven, sideGiven;
   char         name[nboomeramg][256] = {}, method[256] = "";
   const char  *prefix;
   PetscOptions options;
@@ -116,7 +112,7 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
   PetscCall(PetscObjectGetOptions((PetscObject)inner, &options));
   PetscCall(PCGetOptionsPrefix(inner, &prefix));
   PetscCall(TypeInUse((PetscObject)ksp, "-ksp_type", method, sizeof(method)));
-  PetscCall(IsConjugateGradients(method, &definite));
+  PetscCall(ClassifyMethod(method, &definite, &recurrence));
   if (!((PetscObject)inner)->type_name) {
     PCType    type = NULL;
     PetscBool given;
@@ -126,6 +122,7 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
     PetscCall(PetscOptionsHasName(options, prefix, "-pc_type", &given));
     data->ownChoice = (PetscBool)(!given || !pc->setfromoptionscalled);
   }
+  if (recurrence) PetscCall(PCBlockSAUseDouble(inner)); /* M^{-1} is not linear to more digits than those of single precision */
   PetscCall(ChoosesBoomerAMG(inner, &boomer));
   for (size_t i = 0; i < nboomeramg && boomer; i++) {
     const char *value = DefaultValue(data, definite, i);
@@ -211,7 +208,7 @@ PetscErrorCode PCAinsworthSetKSPOperators(PC_Ainsworth *data)
   KSP       ksp = data->ksp;
   KSPType   type;
   PCSide    side;
-  PetscBool projected, definite;
+  PetscBool projected, definite, recurrence;
 
   PetscFunctionBegin;
   if (data->constraints) PetscCall(KSPSetOperators(ksp, data->S, data->M));
@@ -226,7 +223,7 @@ PetscErrorCode PCAinsworthSetKSPOperators(PC_Ainsworth *data)
     data->projected = PETSC_FALSE;
   }
   PetscCall(KSPGetType(ksp, &type));
-  PetscCall(IsConjugateGradients(type, &definite));
+  PetscCall(ClassifyMethod(type, &definite, &recurrence));
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
   definite = (PetscBool)(definite && data->variant == PC_AINSWORTH_WEIGHTED); /* the paper has C' B C in its conjugate gradients */
   PetscCall(KSPProjectedCGSetUse_Private(ksp, (PetscBool)(data->constraints && (projected || definite))));

@@ -125,8 +125,8 @@ static PetscErrorCode GetCoefficients(AinsworthReport *report, KSP ksp, PetscInt
 /* Called in every iteration, in the place of the convergence test */
 static PetscErrorCode Record(KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason, void *ctx)
 {
-  AinsworthReport   *report   = (AinsworthReport *)ctx;
-  AinsworthReportRow row      = {NAN, NAN, NAN, NAN, NAN};
+  AinsworthReport   *report = (AinsworthReport *)ctx;
+  AinsworthReportRow row    = {NAN, NAN, NAN, NAN, NAN};
   PetscLogDouble     now, end;
   PetscReal          alpha = 0.0, rz = 0.0;
   Vec                iterate;
