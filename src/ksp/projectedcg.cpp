@@ -8,31 +8,12 @@ static const PetscInt  driftInterval  = 10;    /* projections between two measur
 
 static const char ownSetUp[] = "KSPProjectedCGSetUp_C", ownSolve[] = "KSPProjectedCGSolve_C"; /* the functions of the method itself */
 
-/* z = Q z, the direction of a step */
-static PetscErrorCode Project(Mat mat, Mat_Ainsworth *ctx, Vec z)
-{
-  PetscReal drift;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthMultProjector(mat, z, z));
-  if (!ctx->refine && ctx->projections++ % driftInterval == 0) {
-    PetscCall(MatAinsworthGetDrift_Private(mat, z, &drift));
-    if (drift > driftTolerance) {
-      PetscCall(PetscInfo(mat, "Projection %" PetscInt_FMT ": directions leave Ker C by a cosine of %g, every projection is refined from here on\n",
-                          ctx->projections, (double)drift));
-      ctx->refine = PETSC_TRUE;
-    }
-  }
-  if (ctx->refine) PetscCall(MatAinsworthMultProjector(mat, z, z));
-  ctx->direction = PETSC_TRUE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* z = Q M^{-1} r; with refinement r = Q' r comes first, the residual update of Gould, Hribar and Nocedal, which keeps r as small as the error */
 static PetscErrorCode PCApply_Projected(PC pc, Vec r, Vec z)
 {
   Mat            mat;
   Mat_Ainsworth *ctx;
+  PetscReal      drift;
 
   PetscFunctionBegin;
   PetscCall(PCGetOperators(pc, &mat, NULL));
@@ -45,7 +26,17 @@ static PetscErrorCode PCApply_Projected(PC pc, Vec r, Vec z)
   ctx->kernel = PETSC_FALSE; /* its own products are with A~ */
   PetscCall((*ctx->apply)(pc, r, z));
   ctx->kernel = PETSC_TRUE;
-  PetscCall(Project(mat, ctx, z));
+  PetscCall(MatAinsworthMultProjector(mat, z, z));
+  if (!ctx->refine && ctx->projections++ % driftInterval == 0) {
+    PetscCall(MatAinsworthGetDrift_Private(mat, z, &drift));
+    if (drift > driftTolerance) {
+      PetscCall(PetscInfo(mat, "Projection %" PetscInt_FMT ": directions leave Ker C by a cosine of %g, every projection is refined from here on\n",
+                          ctx->projections, (double)drift));
+      ctx->refine = PETSC_TRUE;
+    }
+  }
+  if (ctx->refine) PetscCall(MatAinsworthMultProjector(mat, z, z));
+  ctx->direction = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -71,19 +62,21 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   Mat            mat;
   Mat_Ainsworth *ctx;
   PetscReal      before, after;
+  PetscBool      transpose = ksp->transpose_solve;
   PetscErrorCode (*solve)(KSP), error;
 
   PetscFunctionBegin;
+  PetscCheck(!transpose || !PetscDefined(USE_COMPLEX), PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
+             "KSPSolveTranspose() with conjugate gradients in Ker C needs real numbers");
   PetscCall(PCGetOperators(pc, &mat, NULL));
   PetscCall(MatAinsworthGetContext(mat, &ctx));
   PetscCall(PetscObjectQueryFunction((PetscObject)ksp, ownSolve, &solve));
   PetscCall(VecDuplicate(b, &r));
   PetscCall(VecDuplicate(b, &v));
   PetscCall(MatAinsworthSolveRange(mat, b, v));
-  if (ksp->guess_zero) PetscCall(VecCopy(v, x));
-  else { /* the guess counts in Ker C only */ PetscCall(MatAinsworthMultProjector(mat, x, x));
-    PetscCall(VecAXPY(x, 1.0, v));
-  }
+  if (!ksp->guess_zero) PetscCall(MatAinsworthMultProjector(mat, x, x)); /* the guess counts in Ker C only */
+  else PetscCall(VecZeroEntries(x));
+  PetscCall(VecAXPY(x, 1.0, v));
   PetscCall(WeightedNorm(ctx, b, v, &before));
   PetscCall(MatAinsworthMultTransposeProjector(mat, b, r));
   PetscCall(WeightedNorm(ctx, r, v, &after));
@@ -96,7 +89,9 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   ctx->apply                   = pc->ops->apply;
   pc->ops->apply               = PCApply_Projected;
   ksp->vec_rhs                 = r;
+  ksp->transpose_solve         = PETSC_FALSE;   /* A is symmetric */
   error                        = (*solve)(ksp); /* to be passed on when all is as it was */
+  ksp->transpose_solve         = transpose;
   ksp->vec_rhs                 = b;
   pc->ops->apply               = ctx->apply;
   ctx->kernel                  = PETSC_FALSE;
@@ -127,12 +122,12 @@ PetscErrorCode KSPProjectedCGSetUse_Private(KSP ksp, PetscBool use)
   PetscFunctionBegin;
   if (use && ksp->ops->solve != KSPSolve_ProjectedCG) {
     PetscCall(PetscObjectComposeFunction((PetscObject)ksp, ownSolve, ksp->ops->solve));
-    ksp->ops->solve         = KSPSolve_ProjectedCG;
-    ksp->ops->buildresidual = KSPBuildResidual_ProjectedCG;
+    ksp->ops->solve = KSPSolve_ProjectedCG;
+    if (ksp->ops->buildresidual == KSPBuildResidualDefault) ksp->ops->buildresidual = KSPBuildResidual_ProjectedCG;
   } else if (!use && ksp->ops->solve == KSPSolve_ProjectedCG) {
     PetscCall(PetscObjectQueryFunction((PetscObject)ksp, ownSolve, &solve));
-    ksp->ops->solve         = solve;
-    ksp->ops->buildresidual = KSPBuildResidualDefault;
+    ksp->ops->solve = solve;
+    if (ksp->ops->buildresidual == KSPBuildResidual_ProjectedCG) ksp->ops->buildresidual = KSPBuildResidualDefault;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -169,17 +164,18 @@ static PetscErrorCode KSPSetUp_ProjectedCG(KSP ksp)
 
    Notes:
    Solves A~ x = b for any b: the part of x in Im(W C') comes from one direct solve, x_0 = R B^{-1} R' b, and only Ker C is
-   iterated on, by `KSPCG` with the operator Q' A Q, the right-hand side Q' b and the preconditioner Q M^{-1}. C x stays what it is in x_0 to rounding, at every iteration, and the penalty B drops out of the
-   spectrum. An iteration costs one product with A, one application of the preconditioner and two solves with the Gram matrix.
+   iterated on, by `KSPCG` with the operator Q' A Q, the right-hand side Q' b and the preconditioner Q M^{-1}. C x stays what it is in
+   x_0 to rounding, at every iteration, and the penalty B drops out of the spectrum. An iteration costs one product with A, one
+   application of the preconditioner and two solves with the Gram matrix.
 
-   What holds for `KSPCG` holds here, of its options, functions and reasons too: the preconditioner must be symmetric positive definite, and A be so on Ker C.
-   The norm is the natural one unless `KSPSetNormType()` says otherwise; with an initial guess too the
-   relative tolerance refers to the part of b in Ker C.
-
-   Other methods of conjugate gradients, `KSPPIPECG` or `KSPFCG` for instance, iterate in the same way as inner methods of `PCAINSWORTH`, but in its paper's variant.
+   Options, functions and reasons are those of `KSPCG`. The preconditioner must be symmetric positive definite, and A be so on Ker C. The norm is
+   the natural one unless `KSPSetNormType()` says otherwise; with an initial guess too the relative tolerance refers to the part of b in Ker C.
 
    Every ten projections the angle between a direction and Ker C is measured; when rounding has turned it by more than
-   1e-12, each projection is done twice from there on.
+   1e-12, each projection is done twice from there on, and residuals are projected before the preconditioner, too.
+
+   As inner methods of `PCAINSWORTH`, but for its paper's variant, `KSPCG`, `KSPFCG`, `KSPPIPEFCG`, `KSPPIPECG`, `KSPGROPPCG`, `KSPPIPEPRCG` and
+   `KSPPIPECG2` iterate in Ker C in the same way.
 
    The matrix must be of type `MATAINSWORTH`, otherwise `PETSC_ERR_ARG_WRONG`.
 

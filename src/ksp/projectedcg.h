@@ -1,4 +1,4 @@
-/* Krylov methods that iterate in Ker C, KSPPROJECTEDCG among them */
+/* Conjugate gradients in Ker C: KSPPROJECTEDCG, and other methods that are made to do so */
 #ifndef AINSWORTH_PROJECTEDCG_H
 #define AINSWORTH_PROJECTEDCG_H
 

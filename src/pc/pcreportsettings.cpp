@@ -227,7 +227,7 @@ PetscErrorCode PCAinsworthGetReference(PC pc, Vec *reference)
    of iterations are. The reason is `KSP_CONVERGED_RTOL`. The estimate is a few iterations late, so the error is smaller than asked for.
 
    Errors:
-   `PETSC_ERR_SUP` at the next solve for `PC_AINSWORTH_STOP_ENERGY_ERROR` with another inner method than `KSPPROJECTEDCG`, or `KSPCG` in the natural norm.
+   `PETSC_ERR_SUP` at the next solve for `PC_AINSWORTH_STOP_ENERGY_ERROR` with another inner method than `KSPPROJECTEDCG` or `KSPCG` in the natural norm.
 
 .seealso: `PCAINSWORTH`, `PCAinsworthSetErrorTolerance()`, `PCAinsworthGetErrorEstimate()`
 @*/
@@ -339,7 +339,7 @@ PetscErrorCode PCAinsworthGetErrorTolerance(PC pc, PetscReal *rtol)
 
    Input Parameters:
 +  pc         - the preconditioner
--  eigenvalue - positive, at most the smallest eigenvalue of the preconditioned operator (in Ker C for `KSPPROJECTEDCG`); `PETSC_DEFAULT`: the smallest Ritz value stands in
+-  eigenvalue - positive, at most the smallest eigenvalue of the preconditioned operator (in Ker C but for the paper's variant); `PETSC_DEFAULT`: the smallest Ritz value stands in
 
    Options Database Key:
 .  -pc_ainsworth_error_eigenvalue <estimated> - the eigenvalue
