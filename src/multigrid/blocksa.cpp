@@ -53,6 +53,17 @@ PetscErrorCode PCBlockSAKeepProduct(PC pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Where no option says otherwise */
+PetscErrorCode PCBlockSAUseDouble(PC pc)
+{
+  PC_BlockSA *sa;
+
+  PetscFunctionBegin;
+  PetscCall(GetOrNone(pc, &sa));
+  if (sa) sa->options.single = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A with half of its entries stored, for products; NULL where there is no such matrix. Not to be destroyed, valid until A changes */
 PetscErrorCode PCBlockSAGetProduct(PC pc, Mat *product)
 {
@@ -250,7 +261,8 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
    preconditioning matrix in this way, as aggregates must not grow across a surface that bodies slip along.
 
    The finest level works in single precision, scaled so that neither the units of the matrix nor those of the right-hand side matter, unless
-   the diagonal jumps by more than 1e8 between neighbors.
+   the diagonal jumps by more than 1e8 between neighbors. Methods that keep M^{-1} r by a recurrence, as `KSPPIPECG` does, need double precision:
+   `PCAINSWORTH` takes it for them.
 
    References:
    P. Vanek, J. Mandel, M. Brezina, Algebraic multigrid by smoothed aggregation for second and fourth order elliptic problems, Computing 56 (1996), 179-196.

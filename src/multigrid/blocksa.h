@@ -39,6 +39,7 @@ PetscErrorCode              PCBlockSARaiseBounds(PC_BlockSA *);
 PetscErrorCode PCBlockSAGetLevels(PC, AinsworthLevels *);
 PetscErrorCode PCBlockSASetLevels(PC, const AinsworthLevels &);
 PetscErrorCode PCBlockSAKeepProduct(PC);
+PetscErrorCode PCBlockSAUseDouble(PC);
 PetscErrorCode PCBlockSAGetProduct(PC, Mat *);
 PetscErrorCode PCBlockSAGetDoubts(PC, const char **);
 

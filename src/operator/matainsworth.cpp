@@ -101,23 +101,32 @@ PetscErrorCode MatAinsworthSetProduct_Private(Mat mat, Mat product)
 static PetscErrorCode MultOrAdjoint(Mat mat, PetscBool adjoint, Vec x, Vec y)
 {
   Mat_Ainsworth *ctx;
+  bool           range;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp(mat, &ctx));
+  range = !ctx->withoutRange && !ctx->kernel;
   PetscCall(PetscLogEventBegin(AINSWORTH_MatMult, mat, x, y, 0));
   PetscCall(AinsworthProjectorMult(&ctx->proj, x, ctx->v));
-  if (!ctx->withoutRange) PetscCall(VecPointwiseMult(ctx->bcx, ctx->B, ctx->proj.s));
+  if (range) PetscCall(VecPointwiseMult(ctx->bcx, ctx->B, ctx->proj.s));
   if (adjoint) PetscCall(MatMultHermitianTranspose(ctx->A, ctx->v, y));
   else PetscCall(MatAinsworthMultA_Private(ctx, ctx->v, y));
-  PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, ctx->withoutRange ? NULL : ctx->bcx, y));
+  PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, range ? ctx->bcx : NULL, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_MatMult, mat, x, y, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode MatMult_Ainsworth(Mat mat, Vec x, Vec y)
 {
+  Mat_Ainsworth *ctx;
+
   PetscFunctionBegin;
-  PetscCall(MultOrAdjoint(mat, PETSC_FALSE, x, y));
+  PetscCall(MatShellGetContext(mat, &ctx));
+  if (ctx->kernel && ctx->direction) { /* Q x = x */
+    PetscCall(MatAinsworthMultA_Private(ctx, x, y));
+    PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, NULL, y));
+    ctx->direction = PETSC_FALSE;
+  } else PetscCall(MultOrAdjoint(mat, PETSC_FALSE, x, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -219,8 +228,9 @@ static PetscErrorCode MatView_Ainsworth(Mat mat, PetscViewer viewer)
     PetscCall(VecMax(ctx->penalty, NULL, &high));
     PetscCall(PetscSNPrintf(penalty, sizeof(penalty), ", penalty: %g to %g", (double)low, (double)high));
   }
-  PetscCall(PetscViewerASCIIPrintf(viewer, "constraints=%" PetscInt_FMT ", weight: %s%s%s\n", m, MatAinsworthWeightTypes[ctx->weightType], penalty,
-                                   ctx->withoutRange ? ", without C' B C" : ""));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "constraints=%" PetscInt_FMT ", weight: %s%s%s%s\n", m, MatAinsworthWeightTypes[ctx->weightType], penalty,
+                                   ctx->withoutRange ? ", without C' B C" : "",
+                                   ctx->refine ? ", refinement of the projection: on, the constraints drifted" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -14,15 +14,20 @@ struct Mat_Ainsworth {
   Vec                    B;           /* the same where the rows are placed; NULL: not yet */
   PetscBool              userPenalty; /* set by MatAinsworthSetPenalty(), otherwise one per row with gamma = 1 */
   PetscInt               rowsPerRank;
-  PetscBool              withoutRange; /* Q' A Q, without C' B C */
-  PetscBool              homogeneous;  /* g was zero in the last right-hand side */
-  AinsworthProjector     proj;
-  bool                   doubtful; /* rows of C are nearly dependent: solves with the Gram matrix are refined */
-  Vec                    v;        /* n */
-  Vec                    bcx;      /* m, placed */
-  Vec                    residual; /* m, as the rows of C; NULL: not needed yet */
-  PetscBool              current;  /* the projector belongs to the present A, C and W */
-  PetscObjectState       stateA, stateC;
+  PetscBool              withoutRange;   /* Q' A Q, without C' B C */
+  PetscBool              homogeneous;    /* g was zero in the last right-hand side */
+  PetscBool              kernel;         /* a method iterates in Ker C: Q' A Q, as above */
+  PetscBool              direction;      /* the next product is with a vector of Ker C: one was projected since the last */
+  PetscBool              refine;         /* from some point on its last solve did every projection twice */
+  PetscInt               projections;    /* of this solve */
+  PetscErrorCode (*apply)(PC, Vec, Vec); /* of its preconditioner, without the projection */
+  AinsworthProjector proj;
+  bool               doubtful; /* rows of C are nearly dependent: solves with the Gram matrix are refined */
+  Vec                v;        /* n */
+  Vec                bcx;      /* m, placed */
+  Vec                residual; /* m, as the rows of C; NULL: not needed yet */
+  PetscBool          current;  /* the projector belongs to the present A, C and W */
+  PetscObjectState   stateA, stateC;
 };
 
 PETSC_INTERN PetscErrorCode MatCreate_Ainsworth(Mat);

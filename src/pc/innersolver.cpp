@@ -1,4 +1,5 @@
 #include "pcainsworth.h"
+#include "../ksp/projectedcg.h"
 #include "../multigrid/blocksa.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/kspimpl.h>
@@ -80,20 +81,13 @@ static PetscErrorCode DefaultType(const PC_Ainsworth *data, PetscBool definite, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is the method one of conjugate gradients, so that the system is Hermitian and positive definite? */
-static PetscErrorCode ChoosesConjugateGradients(KSP ksp, PetscBool *definite)
+/* Is the method one of conjugate gradients, so that the system is Hermitian and positive definite? Is M^{-1} r kept by a recurrence? */
+static PetscErrorCode ClassifyMethod(KSPType type, PetscBool *definite, PetscBool *recurrence)
 {
-  char type[256] = "";
-
   PetscFunctionBegin;
-  PetscCall(TypeInUse((PetscObject)ksp, "-ksp_type", type, sizeof(type)));
-  *definite = PETSC_FALSE;
-  for (KSPType method : {KSPPROJECTEDCG, KSPCG, KSPPIPECG, KSPGROPPCG, KSPFCG, KSPPIPEFCG}) {
-    PetscBool same;
-
-    PetscCall(PetscStrcmp(type, method, &same));
-    *definite = (PetscBool)(*definite || same);
-  }
+  PetscCall(PetscStrInList(type, KSPPROJECTEDCG "," KSPCG "," KSPFCG "," KSPPIPEFCG, ',', definite));
+  PetscCall(PetscStrInList(type, KSPPIPECG "," KSPGROPPCG "," KSPPIPEPRCG "," KSPPIPECG2, ',', recurrence));
+  if (*recurrence) *definite = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -106,8 +100,8 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
 {
   KSP          ksp = data->ksp;
   PC           inner;
-  PetscBool    boomer, definite = PETSC_FALSE, normGiven, sideGiven;
-  char         name[nboomeramg][256] = {};
+  PetscBool    boomer, definite, recurrence, normGiven, sideGiven;
+  char         name[nboomeramg][256] = {}, method[256] = "";
   const char  *prefix;
   PetscOptions options;
 
@@ -117,7 +111,8 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
   PetscCall(KSPGetPC(ksp, &inner));
   PetscCall(PetscObjectGetOptions((PetscObject)inner, &options));
   PetscCall(PCGetOptionsPrefix(inner, &prefix));
-  PetscCall(ChoosesConjugateGradients(ksp, &definite));
+  PetscCall(TypeInUse((PetscObject)ksp, "-ksp_type", method, sizeof(method)));
+  PetscCall(ClassifyMethod(method, &definite, &recurrence));
   if (!((PetscObject)inner)->type_name) {
     char      chosen[256];
     PCType    type = chosen; /* at once, so that a PCHYPRE, which starts hypre, is made only where it is used */
@@ -128,6 +123,7 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
     if (data->ownChoice) PetscCall(DefaultType(data, definite, &type));
     PetscCall(PCSetType(inner, type));
   }
+  if (recurrence) PetscCall(PCBlockSAUseDouble(inner)); /* M^{-1} is not linear to more digits than those of single precision */
   PetscCall(ChoosesBoomerAMG(inner, &boomer));
   for (size_t i = 0; i < nboomeramg && boomer; i++) {
     const char *value = DefaultValue(data, definite, i);
@@ -211,8 +207,9 @@ PetscErrorCode PCAinsworthFallBack(PC pc, PC_Ainsworth *data, PetscBool *again)
 PetscErrorCode PCAinsworthSetKSPOperators(PC_Ainsworth *data)
 {
   KSP       ksp = data->ksp;
+  KSPType   type;
   PCSide    side;
-  PetscBool projected;
+  PetscBool projected, definite, recurrence;
 
   PetscFunctionBegin;
   if (data->constraints) PetscCall(KSPSetOperators(ksp, data->S, data->M));
@@ -226,6 +223,11 @@ PetscErrorCode PCAinsworthSetKSPOperators(PC_Ainsworth *data)
     PetscCall(KSPSetType(ksp, KSPPROJECTEDCG));
     data->projected = PETSC_FALSE;
   }
+  PetscCall(KSPGetType(ksp, &type));
+  PetscCall(ClassifyMethod(type, &definite, &recurrence));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
+  definite = (PetscBool)(definite && data->variant == PC_AINSWORTH_WEIGHTED); /* the paper has C' B C in its conjugate gradients */
+  PetscCall(KSPProjectedCGSetUse_Private(ksp, (PetscBool)(data->constraints && (projected || definite))));
   if (data->S) {
     PetscCall(KSPGetPCSide(ksp, &side));
     PetscCall(MatAinsworthSetWithoutRange_Private(data->S, (PetscBool)(side == PC_RIGHT)));

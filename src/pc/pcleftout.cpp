@@ -1,4 +1,5 @@
 #include "pcainsworth.h"
+#include "../ksp/projectedcg.h"
 #include "../operator/matainsworth.h"
 #include "../pmat/surface.h"
 #include <string>
@@ -34,7 +35,7 @@ PetscErrorCode PCAinsworthViewLeftOut(PC_Ainsworth *data, PetscViewer viewer)
     const char    *economy;
 
     PetscCall(MatAinsworthGetContext(data->S, &ctx));
-    PetscCall(PetscObjectTypeCompare((PetscObject)data->ksp, KSPPROJECTEDCG, &projected));
+    PetscCall(KSPProjectedCGGetUse_Private(data->ksp, &projected));
     PetscCall(MatAinsworthGetGramEconomy_Private(data->S, &economy));
     text += economy;
     if (PCAinsworthPmatTypeInUse(data) == PC_AINSWORTH_PMAT_ID) text += "; id: no product with A for the preconditioning matrix";

@@ -314,7 +314,8 @@ PetscErrorCode PCAinsworthSetReference(PC pc, Vec reference)
    Notes:
    The error of the solution is smaller than at that iteration.
 
-   The coefficients of `KSPPROJECTEDCG`, or of `KSPCG` in the natural norm, give the bounds; other methods have none.
+   The coefficients of `KSPPROJECTEDCG` or `KSPCG` in the natural norm give the bounds; other methods have none. It costs one inner product per
+   iteration more.
 
    Errors:
    `PETSC_ERR_ARG_WRONGSTATE` if nothing was estimated, or the solve was too short.
@@ -327,7 +328,7 @@ PetscErrorCode PCAinsworthGetErrorEstimate(PC pc, PetscInt *iteration, PetscReal
 
   PetscFunctionBegin;
   PetscCall(GetDataOrError(pc, &data));
-  PetscCheck(data->report && data->report->coefficients != AINSWORTH_COEFFICIENTS_NONE, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
+  PetscCheck(data->report && data->report->estimate, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
              "There is no estimate: use -pc_ainsworth_monitor_error or -pc_ainsworth_stop energy_error, with conjugate gradients inside");
   PetscCheck(data->report->estimator.accurate, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
              "The solve was too short for an accurate estimate: it took %" PetscInt_FMT " iterations", (PetscInt)data->report->estimator.fall.size());

@@ -56,17 +56,6 @@ PetscErrorCode AinsworthObservedCreate(Mat A, Mat *mat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthObservedRestart(Mat mat)
-{
-  Observed *observed;
-
-  PetscFunctionBegin;
-  PetscCall(MatShellGetContext(mat, &observed));
-  observed->products = 0;
-  observed->seconds  = 0.0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode AinsworthObservedGet(Mat mat, PetscInt *products, PetscReal *xAx, PetscLogDouble *seconds)
 {
   Observed *observed;

@@ -5,7 +5,6 @@
 #include "../petsccompat.h"
 
 PetscErrorCode AinsworthObservedCreate(Mat, Mat *);
-PetscErrorCode AinsworthObservedRestart(Mat);
 PetscErrorCode AinsworthObservedGet(Mat, PetscInt *products, PetscReal *xAx, PetscLogDouble *seconds);
 
 #endif

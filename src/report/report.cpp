@@ -54,6 +54,7 @@ PetscErrorCode AinsworthReportDestroy(AinsworthReport **report)
   PetscCall(VecDestroy(&(*report)->r));
   PetscCall(VecDestroy(&(*report)->residual));
   PetscCall(MatDestroy(&(*report)->observed));
+  PetscCall(MatDestroy(&(*report)->operation));
   delete *report;
   *report = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -97,7 +98,7 @@ static PetscErrorCode TrueError(AinsworthReport *report, Vec iterate, PetscReal 
 
   PetscFunctionBegin;
   PetscCall(VecWAXPY(report->x, -1.0, iterate, report->exact));
-  PetscCall(MatMult(report->system.S ? report->system.S : report->system.A, report->x, report->r));
+  PetscCall(MatMult(report->system.S && !report->kernel ? report->system.S : report->system.A, report->x, report->r)); /* in Ker C that is A */
   PetscCall(VecDot(report->r, report->x, &square));
   *error = PetscSqrtReal(PetscAbsScalar(square));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -111,11 +112,6 @@ static PetscErrorCode GetCoefficients(AinsworthReport *report, KSP ksp, PetscInt
   PetscBool guess;
 
   PetscFunctionBegin;
-  if (report->coefficients == AINSWORTH_COEFFICIENTS_PROJECTED) {
-    PetscCall(KSPProjectedCGGetCoefficients_Private(ksp, alpha, rz));
-    *rz = PetscMax(*rz, 0.0); /* an indefinite preconditioner: the method stops by itself */
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(AinsworthObservedGet(report->observed, &products, &pAp, &report->observing));
   PetscCall(KSPGetInitialGuessNonzero(ksp, &guess));
   PetscCheck(products == step + (guess ? 1 : 0), PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
@@ -129,16 +125,15 @@ static PetscErrorCode GetCoefficients(AinsworthReport *report, KSP ksp, PetscInt
 /* Called in every iteration, in the place of the convergence test */
 static PetscErrorCode Record(KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason, void *ctx)
 {
-  AinsworthReport   *report   = (AinsworthReport *)ctx;
-  AinsworthReportRow row      = {NAN, NAN, NAN, NAN, NAN};
-  const bool         estimate = report->coefficients != AINSWORTH_COEFFICIENTS_NONE;
+  AinsworthReport   *report = (AinsworthReport *)ctx;
+  AinsworthReportRow row    = {NAN, NAN, NAN, NAN, NAN};
   PetscLogDouble     now, end;
-  PetscReal          alpha, rz;
+  PetscReal          alpha = 0.0, rz = 0.0;
   Vec                iterate;
 
   PetscFunctionBegin;
   PetscCall(PetscTime(&now));
-  if (estimate) {
+  if (report->estimate) {
     PetscCall(GetCoefficients(report, ksp, step, norm, &alpha, &rz));
     if (step == 0) AinsworthEstimatorStart(&report->estimator, PetscMax(report->settings->eigenvalue, 0.0), rz);
     else AinsworthEstimatorStep(&report->estimator, alpha, rz);
@@ -165,27 +160,52 @@ static PetscErrorCode Record(KSP ksp, PetscInt step, PetscReal norm, KSPConverge
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where the coefficients come from, if this method has any */
+/* Are there coefficients, and where? */
 static PetscErrorCode ChooseCoefficients(AinsworthReport *report, KSP ksp)
 {
-  PetscBool   projected, plain;
+  PetscBool   cg;
   KSPNormType norm;
   KSPType     type;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCG, &plain));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &cg, KSPCG, KSPPROJECTEDCG, ""));
   PetscCall(KSPGetNormType(ksp, &norm));
   PetscCall(KSPGetType(ksp, &type));
-  report->coefficients = projected                           ? AINSWORTH_COEFFICIENTS_PROJECTED
-                         : plain && norm == KSP_NORM_NATURAL ? AINSWORTH_COEFFICIENTS_PLAIN
-                                                             : AINSWORTH_COEFFICIENTS_NONE;
-  if (report->coefficients != AINSWORTH_COEFFICIENTS_NONE) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPProjectedCGGetUse_Private(ksp, &report->kernel));
+  report->estimate = (PetscBool)(cg && norm == KSP_NORM_NATURAL);
+  if (report->estimate) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(report->settings->stop != AINSWORTH_STOP_ENERGY_ERROR, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
-             "-pc_ainsworth_stop energy_error needs the coefficients of conjugate gradients: the inner KSP is %s with norm type %s, it must be %s, or %s with "
+             "-pc_ainsworth_stop energy_error needs the coefficients of conjugate gradients: the inner KSP is %s with norm type %s, it must be %s or %s with "
              "-ksp_norm_type natural",
              type, KSPNormTypes[norm], KSPPROJECTEDCG, KSPCG);
   PetscCall(PetscInfo(ksp, "The error of %s with norm type %s is not estimated\n", type, KSPNormTypes[norm]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the method multiplies by remembers its products, or does so no longer */
+static PetscErrorCode Observe(AinsworthReport *report, KSP ksp, PetscBool begin)
+{
+  Mat            mat, pmat;
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  if (!report->estimate) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetOperators(ksp, &mat, &pmat));
+  if (begin) {
+    if (report->kernel) {
+      PetscCall(MatAinsworthGetContext(mat, &ctx));
+      mat = ctx->product ? ctx->product : ctx->A;
+    }
+    PetscCall(PetscObjectReference((PetscObject)mat));
+    report->operation = mat;
+    PetscCall(AinsworthObservedCreate(mat, &report->observed));
+  }
+  if (report->kernel) PetscCall(MatAinsworthSetProduct_Private(report->system.S, begin ? report->observed : report->operation));
+  else PetscCall(KSPSetOperators(ksp, begin ? report->observed : report->operation, pmat));
+  if (!begin) {
+    PetscCall(MatDestroy(&report->operation));
+    PetscCall(MatDestroy(&report->observed));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -205,13 +225,7 @@ PetscErrorCode AinsworthReportBegin(AinsworthReport *report, KSP ksp, Vec f, Vec
     if (report->system.S) PetscCall(Length(g, &report->norm[1]));
     PetscCall(AinsworthReportHeader(report));
   }
-  if (report->coefficients == AINSWORTH_COEFFICIENTS_PLAIN) {
-    PetscCall(KSPGetOperators(ksp, &report->operators[0], &report->operators[1]));
-    for (Mat mat : report->operators) PetscCall(PetscObjectReference((PetscObject)mat));
-    if (!report->observed) PetscCall(AinsworthObservedCreate(report->operators[0], &report->observed));
-    PetscCall(AinsworthObservedRestart(report->observed));
-    PetscCall(KSPSetOperators(ksp, report->observed, report->operators[1]));
-  }
+  PetscCall(Observe(report, ksp, PETSC_TRUE));
   PetscCall(KSPGetAndClearConvergenceTest(ksp, &report->converged, &report->test, &report->destroy));
   PetscCall(KSPSetConvergenceTest(ksp, Record, report, NULL));
   PetscCall(PetscTime(&report->start));
@@ -228,10 +242,7 @@ PetscErrorCode AinsworthReportEnd(AinsworthReport *report, KSP ksp)
   PetscFunctionBegin;
   PetscCall(KSPGetAndClearConvergenceTest(ksp, &converged, &test, &destroy));
   PetscCall(KSPSetConvergenceTest(ksp, report->converged, report->test, report->destroy));
-  if (report->coefficients == AINSWORTH_COEFFICIENTS_PLAIN) {
-    PetscCall(KSPSetOperators(ksp, report->operators[0], report->operators[1]));
-    for (Mat &mat : report->operators) PetscCall(MatDestroy(&mat));
-  }
+  PetscCall(Observe(report, ksp, PETSC_FALSE));
   if (report->settings->viewer) {
     PetscCall(AinsworthReportPrint(report, PETSC_TRUE));
     PetscCall(AinsworthReportDraw(report));

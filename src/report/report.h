@@ -37,29 +37,23 @@ struct AinsworthReportRow {
   PetscReal seconds, natural, primal, constraint, error;
 };
 
-enum AinsworthCoefficients {
-  AINSWORTH_COEFFICIENTS_NONE,      /* the Krylov method has none */
-  AINSWORTH_COEFFICIENTS_PROJECTED, /* from KSPPROJECTEDCG */
-  AINSWORTH_COEFFICIENTS_PLAIN      /* from KSPCG, whose operator is observed */
-};
-
 struct AinsworthReport {
   AinsworthReportSettings        *settings;
   AinsworthReportSystem           system;
-  AinsworthCoefficients           coefficients;
+  PetscBool                       estimate; /* the Krylov method has the coefficients of conjugate gradients, of which its operator is observed */
+  PetscBool                       kernel;   /* it iterates in Ker C: of its operator, the products with A are observed */
   AinsworthEstimator              estimator;
   std::vector<AinsworthReportRow> rows;
   size_t                          printed;
   Vec                             exact; /* solution; NULL: not known */
   Vec                             f, g;  /* right-hand side of the present solve, not owned */
   Vec                             x, r, residual;
-  Mat                             observed;
   PetscReal                       norm[2];          /* of f and g */
   PetscLogDouble                  start;            /* the time when this solve began, less its set-up */
   PetscLogDouble                  spent, observing; /* seconds of the report itself, and of the observed operator */
 
   /* what the solve had before */
-  Mat   operators[2];
+  Mat   operation, observed; /* what the method multiplies by, and what takes its place */
   void *test;
   PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
   AinsworthTestDestroyFn *destroy;

@@ -39,7 +39,7 @@ PetscErrorCode AinsworthReportHeader(AinsworthReport *report)
     PetscCall(PetscSNPrintf(upper, sizeof(upper), "bound for eigenvalues from %g on", (double)report->settings->eigenvalue));
   else PetscCall(PetscStrncpy(upper, "estimate from the smallest Ritz value", sizeof(upper)));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  Error against run time, solve %" PetscInt_FMT "; errors in the energy norm; lower: bound, upper: %s\n",
-                                   report->settings->solves, report->coefficients == AINSWORTH_COEFFICIENTS_NONE ? "none, the method is not CG" : upper));
+                                   report->settings->solves, report->estimate ? upper : "none, the method is not CG"));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  %5s %11s %11s %11s %11s %11s %11s %11s\n", "iter", "seconds", "natural", "res. f", "res. g",
                                    "error >=", "error <=", "true error"));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -48,7 +48,7 @@ PetscErrorCode AinsworthReportHeader(AinsworthReport *report)
 PetscErrorCode AinsworthReportPrint(AinsworthReport *report, PetscBool all)
 {
   const AinsworthEstimator *e        = &report->estimator;
-  const bool                estimate = report->coefficients != AINSWORTH_COEFFICIENTS_NONE;
+  const bool                estimate = report->estimate;
   const size_t              known    = all || !estimate ? report->rows.size() : (size_t)e->accurate;
   PetscViewer               viewer   = report->settings->viewer;
   PetscBool                 ascii;
@@ -91,7 +91,7 @@ PetscErrorCode AinsworthReportDraw(AinsworthReport *report)
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)report->settings->viewer, PETSCVIEWERDRAW, &isdraw));
-  if (!isdraw || report->coefficients == AINSWORTH_COEFFICIENTS_NONE) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!isdraw || !report->estimate) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscViewerDrawGetDraw(report->settings->viewer, 0, &draw));
   PetscCall(PetscDrawLGCreate(draw, curves, &graph));
   PetscCall(PetscDrawLGSetLegend(graph, names));

@@ -54,7 +54,8 @@ static PetscErrorCode Solutions(const Spec &spec)
       PetscCall(KSPSetTolerances(p.ksp, PETSC_DEFAULT, PETSC_DEFAULT, 1e10, PETSC_DEFAULT)); /* a bad guess for a stiff body is no divergence */
       if (type == KSP_NORM_NONE) {                                                           /* the last of the list */
         PetscCall(KSPSetConvergenceTest(p.ksp, KSPConvergedSkip, NULL, NULL));
-        PetscCall(KSPSetTolerances(p.ksp, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 2 * spec.n));
+        /* as many steps as Ker C has dimensions and some more, not so many that nothing but rounding is left of r' z */
+        PetscCall(KSPSetTolerances(p.ksp, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, spec.n + 2));
       }
       PetscCall(KSPMonitorCancel(p.ksp));
       if (!guess && spec.jump == 1.0 && type != KSP_NORM_NONE) PetscCall(KSPMonitorSet(p.ksp, Watch, &p, NULL));
