@@ -30,8 +30,8 @@ static PetscErrorCode PlacePenalty(Mat_Ainsworth *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Builds weight, projector and default penalty where A, C or the choice of W are not those of the last time */
-PetscErrorCode MatAinsworthSetUp(Mat mat, Mat_Ainsworth **out)
+/* Builds weight and projector where A, C or the choice of W are not those of the last time */
+PetscErrorCode MatAinsworthSetUpProjector(Mat mat, Mat_Ainsworth **out)
 {
   Mat_Ainsworth   *ctx;
   PetscObjectState stateA, stateC;
@@ -48,10 +48,7 @@ PetscErrorCode MatAinsworthSetUp(Mat mat, Mat_Ainsworth **out)
   changedA = (PetscBool)(!ctx->current || stateA != ctx->stateA);
   changedC = (PetscBool)(!ctx->current || stateC != ctx->stateC);
   if (changedA) PetscCall(MatDestroy(&ctx->product));
-  if (!changedA && !changedC) {
-    if (!ctx->B) PetscCall(PlacePenalty(ctx));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
+  if (!changedA && !changedC) PetscFunctionReturn(PETSC_SUCCESS);
   if (ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL && changedA) {
     PetscCall(VecDestroy(&ctx->weight));
     PetscCall(AinsworthWeightCreate(ctx->A, &ctx->weight));
@@ -61,18 +58,30 @@ PetscErrorCode MatAinsworthSetUp(Mat mat, Mat_Ainsworth **out)
     PetscCall(AinsworthProjectorSetUp(&ctx->proj, ctx->C, ctx->weight, ctx->rowsPerRank, (PetscObject)mat, prefix));
   }
   if (!ctx->v) PetscCall(MatCreateVecs(ctx->A, &ctx->v, NULL));
-  if (!ctx->userPenalty) {
+  if (!ctx->userPenalty) PetscCall(VecDestroy(&ctx->penalty));
+  PetscCall(VecDestroy(&ctx->B)); /* the places of the rows may be others */
+  ctx->stateA  = stateA;
+  ctx->stateC  = stateC;
+  ctx->current = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Weight, projector, and the penalty, which PCAINSWORTH sets before it is needed */
+PetscErrorCode MatAinsworthSetUp(Mat mat, Mat_Ainsworth **out)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUpProjector(mat, out));
+  ctx = *out;
+  if (!ctx->penalty) {
     Vec D = ctx->weight;
 
-    PetscCall(VecDestroy(&ctx->penalty));
     if (ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(AinsworthWeightCreate(ctx->A, &D));
     PetscCall(AinsworthRowPenaltyCreate(ctx->C, D, 1.0, &ctx->penalty));
     if (ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(VecDestroy(&D));
   }
-  PetscCall(PlacePenalty(ctx));
-  ctx->stateA  = stateA;
-  ctx->stateC  = stateC;
-  ctx->current = PETSC_TRUE;
+  if (!ctx->B) PetscCall(PlacePenalty(ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

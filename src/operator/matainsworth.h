@@ -34,6 +34,7 @@ PETSC_INTERN PetscErrorCode MatCreate_Ainsworth(Mat);
 /* the context, with the projector brought up to date; the error of a wrong type names the caller */
 PETSC_INTERN PetscErrorCode MatAinsworthGetContext(Mat, Mat_Ainsworth **);
 PETSC_INTERN PetscErrorCode MatAinsworthSetUp(Mat, Mat_Ainsworth **);
+PETSC_INTERN PetscErrorCode MatAinsworthSetUpProjector(Mat, Mat_Ainsworth **);
 PETSC_INTERN PetscErrorCode MatAinsworthReduce_Private(Mat, PetscBool, Vec, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthRecover_Private(Mat, PetscBool, Vec, Vec, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthDiagnose_Private(Mat, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *);

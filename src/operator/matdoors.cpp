@@ -140,7 +140,7 @@ PetscErrorCode MatAinsworthDiagnose_Private(Mat mat, PetscInt *pass, PetscInt *n
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(MatAinsworthSetUpProjector(mat, &ctx));
   PetscCall(AinsworthGramDiagnose(&ctx->proj.gram, pass, n, dependent, reason, &ctx->doubtful));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

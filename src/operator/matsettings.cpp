@@ -228,7 +228,7 @@ PetscErrorCode MatAinsworthGetGramKSP(Mat mat, KSP *ksp)
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(MatAinsworthSetUpProjector(mat, &ctx));
   PetscAssertPointer(ksp, 2);
   *ksp = ctx->proj.gram.placement.sizes.size() ? ctx->proj.gram.ksp : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -240,7 +240,7 @@ PetscErrorCode MatAinsworthGetGramMat_Private(Mat mat, Mat *S)
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(MatAinsworthSetUpProjector(mat, &ctx));
   *S = ctx->proj.gram.S;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -226,7 +226,7 @@ PetscErrorCode PCAinsworthSetKSPOperators(PC_Ainsworth *data)
   PetscCall(KSPGetType(ksp, &type));
   PetscCall(ClassifyMethod(type, &definite, &recurrence));
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
-  definite = (PetscBool)(definite && data->variant == PC_AINSWORTH_WEIGHTED); /* the paper has C' B C in its conjugate gradients */
+  definite = (PetscBool)(definite && data->choices.variant == PC_AINSWORTH_WEIGHTED); /* the paper has C' B C in its conjugate gradients */
   PetscCall(KSPProjectedCGSetUse_Private(ksp, (PetscBool)(data->constraints && (projected || definite))));
   if (data->S) {
     PetscCall(KSPGetPCSide(ksp, &side));

@@ -157,7 +157,7 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
                "-pc_ainsworth_weight user needs a vector: call PCAinsworthSetWeight()");
     PetscCall(MatAinsworthSetWeight(data->S, data->weight));
   } else PetscCall(MatAinsworthSetWeightType(data->S, data->choices.weightType));
-  PetscCall(MatAinsworthSetUp(data->S, ctx));
+  PetscCall(MatAinsworthSetUpProjector(data->S, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
