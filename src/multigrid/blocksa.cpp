@@ -53,17 +53,6 @@ PetscErrorCode PCBlockSAKeepProduct(PC pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where no option says otherwise */
-PetscErrorCode PCBlockSAUseDouble(PC pc)
-{
-  PC_BlockSA *sa;
-
-  PetscFunctionBegin;
-  PetscCall(GetOrNone(pc, &sa));
-  if (sa) sa->options.single = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* A with half of its entries stored, for products; NULL where there is no such matrix. Not to be destroyed, valid until A changes */
 PetscErrorCode PCBlockSAGetProduct(PC pc, Mat *product)
 {
@@ -89,6 +78,30 @@ PetscErrorCode PCBlockSAGetDoubts(PC pc, const char **doubts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   Single precision makes the cycle linear to seven digits only. Methods that take x from the very M^{-1} r whose product with A goes to the residual do not
+   mind; others, as GMRES, believe in residuals that x does not have
+*/
+static PetscErrorCode PCPreSolve_BlockSA(PC pc, KSP ksp, Vec, Vec)
+{
+  PC_BlockSA *sa;
+
+  PetscFunctionBegin;
+  PetscCall(PCBlockSAGet(pc, &sa));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &sa->tolerant, KSPCG, KSPPROJECTEDCG, KSPFCG, KSPPIPEFCG, KSPFGMRES, KSPGCR, KSPRICHARDSON, ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PCPostSolve_BlockSA(PC pc, KSP, Vec, Vec)
+{
+  PC_BlockSA *sa;
+
+  PetscFunctionBegin;
+  PetscCall(PCBlockSAGet(pc, &sa));
+  sa->tolerant = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode PCApply_BlockSA(PC pc, Vec b, Vec x)
 {
   PC_BlockSA *sa;
@@ -96,6 +109,13 @@ static PetscErrorCode PCApply_BlockSA(PC pc, Vec b, Vec x)
 
   PetscFunctionBegin;
   PetscCall(PCBlockSAGet(pc, &sa));
+  if (sa->levels.hierarchy->single() && !sa->given && !sa->tolerant) {
+    PetscCall(PetscInfo(pc, "Who applies this is not known to bear with single precision: the levels are made anew in double\n"));
+    sa->options.single = PETSC_FALSE;
+    sa->stale          = PETSC_TRUE;
+    PetscCall(PCSetUp_BlockSA(pc));
+    pc->setupcalled = PETSC_TRUE;
+  }
   PetscCall((*sa->apply)(pc, b, x));
   if (sa->raised) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDot(x, b, &energy));
@@ -142,6 +162,7 @@ static PetscErrorCode PCSetFromOptions_BlockSA(PC pc, AinsworthOptionItems Petsc
   PC_BlockSA               *sa;
   AinsworthHierarchyOptions o;
   PetscInt                  precision, unknowns;
+  PetscBool                 given;
 
   PetscFunctionBegin;
   PetscCall(PCBlockSAGet(pc, &sa));
@@ -163,8 +184,9 @@ static PetscErrorCode PCSetFromOptions_BlockSA(PC pc, AinsworthOptionItems Petsc
              unknowns);
   o.nodesOfRank = unknowns / 6;
   PetscCall(
-    PetscOptionsEList("-pc_blocksa_precision", "Of the finest level in the cycle", "PCBLOCKSA", precisions, 2, precisions[precision], &precision, NULL));
+    PetscOptionsEList("-pc_blocksa_precision", "Of the finest level in the cycle", "PCBLOCKSA", precisions, 2, precisions[precision], &precision, &given));
   o.single = (PetscBool)(precision == 1);
+  if (given) sa->given = PETSC_TRUE;
   PetscOptionsHeadEnd();
   if (o.threshold != sa->options.threshold || o.coarseSize != sa->options.coarseSize || o.nodesOfRank != sa->options.nodesOfRank ||
       o.single != sa->options.single)
@@ -242,7 +264,7 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
 +  -pc_blocksa_threshold <0.03>          - nodes with |A_ij|_F^2 > threshold^2 |A_ii|_F |A_jj|_F share aggregates
 .  -pc_blocksa_coarse_eq_limit <600>     - a level with at most so many unknowns is factored
 .  -pc_blocksa_process_eq_limit <900>    - levels with fewer unknowns a process go to fewer processes
-.  -pc_blocksa_precision <single,double> - of the finest level in the cycle
+.  -pc_blocksa_precision <single,double> - of the finest level in the cycle; by default single where the `KSP` bears with it
 .  -pc_mg_cycle_type <w,v>               - by default W where the operator complexity is at most 1.5
 .  -mg_levels_*                          - the smoothers: two steps of Chebyshev's iteration with Jacobi
 -  -mg_coarse_*                          - the coarsest level, by default factored
@@ -261,8 +283,9 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
    preconditioning matrix in this way, as aggregates must not grow across a surface that bodies slip along.
 
    The finest level works in single precision, scaled so that neither the units of the matrix nor those of the right-hand side matter, unless
-   the diagonal jumps by more than 1e8 between neighbors. Methods that keep M^{-1} r by a recurrence, as `KSPPIPECG` does, need double precision:
-   `PCAINSWORTH` takes it for them.
+   the diagonal jumps by more than 1e8 between neighbors, and where the `KSP` is known to bear with it: `KSPCG`, `KSPPROJECTEDCG`, `KSPFCG`, `KSPPIPEFCG`,
+   `KSPFGMRES`, `KSPGCR`, `KSPRICHARDSON`. For any other, as `KSPGMRES` and `KSPPIPECG`, whose residuals would differ from those of x from seven digits on,
+   and inside other preconditioners, the levels are made anew in double at the first application. `-pc_blocksa_precision` has the last word.
 
    References:
    P. Vanek, J. Mandel, M. Brezina, Algebraic multigrid by smoothed aggregation for second and fourth order elliptic problems, Computing 56 (1996), 179-196.
@@ -294,6 +317,8 @@ PetscErrorCode PCCreate_BlockSA(PC pc)
   pc->ops->apply                = PCApply_BlockSA;
   pc->ops->applytranspose       = PCApplyTranspose_BlockSA;
   pc->ops->matapply             = NULL;
+  pc->ops->presolve             = PCPreSolve_BlockSA;
+  pc->ops->postsolve            = PCPostSolve_BlockSA;
   pc->ops->reset                = PCReset_BlockSA;
   pc->ops->destroy              = PCDestroy_BlockSA;
   pc->ops->setfromoptions       = PCSetFromOptions_BlockSA;

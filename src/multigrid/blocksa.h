@@ -17,7 +17,9 @@ struct PC_BlockSA {
   AinsworthHierarchyOptions options;
   PetscInt                  dim; /* of the coordinates, 0: none */
   std::vector<PetscReal>    coordinates;
-  PetscBool                 stale; /* a choice changed since the levels were made */
+  PetscBool                 stale;    /* a choice changed since the levels were made */
+  PetscBool                 given;    /* an option says the precision */
+  PetscBool                 tolerant; /* the method that solves now bears with single precision */
 
   AinsworthLevels  levels;
   std::vector<Mat> op, P; /* of each level, the finest first; the coarsest is AIJ */
@@ -39,7 +41,6 @@ PetscErrorCode              PCBlockSARaiseBounds(PC_BlockSA *);
 PetscErrorCode PCBlockSAGetLevels(PC, AinsworthLevels *);
 PetscErrorCode PCBlockSASetLevels(PC, const AinsworthLevels &);
 PetscErrorCode PCBlockSAKeepProduct(PC);
-PetscErrorCode PCBlockSAUseDouble(PC);
 PetscErrorCode PCBlockSAGetProduct(PC, Mat *);
 PetscErrorCode PCBlockSAGetDoubts(PC, const char **);
 

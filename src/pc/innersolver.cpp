@@ -81,13 +81,12 @@ static PetscErrorCode DefaultType(const PC_Ainsworth *data, PetscBool definite, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is the method one of conjugate gradients, so that the system is Hermitian and positive definite? Is M^{-1} r kept by a recurrence? */
-static PetscErrorCode ClassifyMethod(KSPType type, PetscBool *definite, PetscBool *recurrence)
+/* Is the method one of conjugate gradients, so that the system is Hermitian and positive definite? */
+static PetscErrorCode IsConjugateGradients(KSPType type, PetscBool *definite)
 {
   PetscFunctionBegin;
-  PetscCall(PetscStrInList(type, KSPPROJECTEDCG "," KSPCG "," KSPFCG "," KSPPIPEFCG, ',', definite));
-  PetscCall(PetscStrInList(type, KSPPIPECG "," KSPGROPPCG "," KSPPIPEPRCG "," KSPPIPECG2, ',', recurrence));
-  if (*recurrence) *definite = PETSC_TRUE;
+  PetscCall(
+    PetscStrInList(type, KSPPROJECTEDCG "," KSPCG "," KSPFCG "," KSPPIPEFCG "," KSPPIPECG "," KSPGROPPCG "," KSPPIPEPRCG "," KSPPIPECG2, ',', definite));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -100,7 +99,7 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
 {
   KSP          ksp = data->ksp;
   PC           inner;
-  PetscBool    boomer, definite, recurrence, normGiven, sideGiven;
+  PetscBool    boomer, definite, normGiven, sideGiven;
   char         name[nboomeramg][256] = {}, method[256] = "";
   const char  *prefix;
   PetscOptions options;
@@ -112,7 +111,7 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
   PetscCall(PetscObjectGetOptions((PetscObject)inner, &options));
   PetscCall(PCGetOptionsPrefix(inner, &prefix));
   PetscCall(TypeInUse((PetscObject)ksp, "-ksp_type", method, sizeof(method)));
-  PetscCall(ClassifyMethod(method, &definite, &recurrence));
+  PetscCall(IsConjugateGradients(method, &definite));
   if (!((PetscObject)inner)->type_name) {
     char      chosen[256];
     PCType    type = chosen; /* at once, so that a PCHYPRE, which starts hypre, is made only where it is used */
@@ -123,7 +122,6 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
     if (data->ownChoice) PetscCall(DefaultType(data, definite, &type));
     PetscCall(PCSetType(inner, type));
   }
-  if (recurrence) PetscCall(PCBlockSAUseDouble(inner)); /* M^{-1} is not linear to more digits than those of single precision */
   PetscCall(ChoosesBoomerAMG(inner, &boomer));
   for (size_t i = 0; i < nboomeramg && boomer; i++) {
     const char *value = DefaultValue(data, definite, i);
@@ -209,7 +207,7 @@ PetscErrorCode PCAinsworthSetKSPOperators(PC_Ainsworth *data)
   KSP       ksp = data->ksp;
   KSPType   type;
   PCSide    side;
-  PetscBool projected, definite, recurrence;
+  PetscBool projected, definite;
 
   PetscFunctionBegin;
   if (data->constraints) PetscCall(KSPSetOperators(ksp, data->S, data->M));
@@ -224,7 +222,7 @@ PetscErrorCode PCAinsworthSetKSPOperators(PC_Ainsworth *data)
     data->projected = PETSC_FALSE;
   }
   PetscCall(KSPGetType(ksp, &type));
-  PetscCall(ClassifyMethod(type, &definite, &recurrence));
+  PetscCall(IsConjugateGradients(type, &definite));
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
   definite = (PetscBool)(definite && data->choices.variant == PC_AINSWORTH_WEIGHTED); /* the paper has C' B C in its conjugate gradients */
   PetscCall(KSPProjectedCGSetUse_Private(ksp, (PetscBool)(data->constraints && (projected || definite))));
