@@ -104,7 +104,7 @@ int main(int argc, char **argv)
   PetscCall(VecSum(part, &force));
   PetscCall(VecRestoreSubVector(y, is[1], &part));
   PetscCall(
-    PetscPrintf(PETSC_COMM_WORLD, "%" PetscInt_FMT " unknowns, %" PetscInt_FMT " multipliers; the ties carry %f\n", N, M, (double)PetscAbsScalar(force)));
+    PetscPrintf(PETSC_COMM_WORLD, "%" PetscInt_FMT " unknowns, %" PetscInt_FMT " multipliers; the ties carry %f\n", N, M, (double)-PetscRealPart(force)));
 
   PetscCall(KSPDestroy(&ksp));
   PetscCall(MatNullSpaceDestroy(&modes));

@@ -58,4 +58,4 @@ ksp.setErrorIfNotConverged(True)
 ksp.setFromOptions()
 ksp.solve(b, y)
 force = y.getSubVector(dual).sum()  # the multipliers are the forces in the ties
-PETSc.Sys.Print("%d unknowns, %d multipliers; the ties carry %f" % (N, M, abs(force)))
+PETSc.Sys.Print("%d unknowns, %d multipliers; the ties carry %f" % (N, M, -force.real))

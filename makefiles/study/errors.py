@@ -224,9 +224,9 @@ def write(folder):
              "BLAS is OpenBLAS, which `makefiles/install.sh` installs: with Debian's reference BLAS MUMPS takes several times as long.", "",
              "`PCBDDC` is not among the peers: it needs matrices that are not assembled (`MATIS`). `PCHPDDM` needs a PETSc configured with HPDDM.", ""]
     text += ["| solver | |", "|---|---|"] + ["| [%s](../tutorials/solvers/%s.opts) | %s |" % (name, name, comment(name)) for name in systems[0].rows] + [""]
-    text += ["Where `golub_greif` comes close to ours or before it, the two do nearly the same work: one multigrid cycle an iteration on A plus a penalty on the constraints. It lacks the projection, so that it depends on the penalty and on which body is stiffer; on a curved interface, where multigrid interpolates across what the constraints couple, that cycle decides for both. Smoothed aggregation (`ainsworth_gamg`) suffers less there.",
-             "`elimination` comes close where nothing is turned, and goes before on the curved interface at this size: `auto` takes `jcb` there, and M_* has more nonzeros than T' A T, so that each multigrid cycle costs more. It needs constraints that can be solved for one unknown each, and its iterations grow where the interface is turned or the lower body is much softer.",
-             "`mumps` is before all on the smallest system to a tight tolerance. Where the bodies are nearly incompressible, multigrid for the displacements converges slowly, whatever is built around it.", ""]
+    text += ["All solvers but `ainsworth_paper`, `ainsworth_gamg` and `mumps` have the same multigrid, with rigid-body modes: the multigrid of this plugin on A, or, for `golub_greif` and "
+             "`elimination`, on the matrix into which they have put the constraints. There its aggregates may grow across the interface. `elimination` needs constraints that can be solved for one "
+             "unknown each.", ""]
     for system in systems:
         draw(system)
         name = os.path.splitext(os.path.basename(system.path))[0]

@@ -57,7 +57,9 @@ def line(*cells):
 def made_by(rows):
     """The commands, what they ran on, and how loaded that was."""
     loads = [float(row["load"]) for row in rows]
-    return ["Made by %s on %s; load %.1f to %.1f." % (", ".join("`%s`" % text for text in distinct(rows, "command")), "; ".join(distinct(rows, "machine")), min(loads), max(loads)), ""]
+    former = [row for row in rows if "-near_nullspace" not in row.get("options", "") and "variant paper" not in row["options"] and row.get("setup")]
+    note = " Rows whose options in the CSV lack `-near_nullspace` have BoomerAMG (PMIS, Chebyshev), the former default." if former else ""
+    return ["Made by %s on %s; load %.1f to %.1f.%s" % (", ".join("`%s`" % text for text in distinct(rows, "command")), "; ".join(distinct(rows, "machine")), min(loads), max(loads), note), ""]
 
 
 def span(row, key):
