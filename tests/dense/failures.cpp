@@ -259,13 +259,17 @@ static PetscErrorCode Indefinite()
   Vec     b, y;
   KSP     ksp;
 
+  KSPConvergedReason reason;
+
   PetscFunctionBeginUser;
   PetscCall(Create(spec, &sys, &nest, &b, &y));
   PetscCall(SolverCreate(nest, &ksp));
-  Case("A negative definite");
+  Case("A negative definite"); /* conjugate gradients may well find the solution: that, or a reason */
   PetscCall(MatScale(sys.A, -1.0));
   PetscCall(KSPSolve(ksp, b, y));
-  PetscCall(CheckReason(ksp, KSP_DIVERGED_PC_FAILED, PC_SUBPC_ERROR));
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  if (reason > 0) PetscCall(SolveWell(ksp, b, y, 1e-6));
+  else PetscCall(CheckReason(ksp, KSP_DIVERGED_PC_FAILED, PC_SUBPC_ERROR));
   Case("A positive definite again");
   PetscCall(MatScale(sys.A, -1.0));
   PetscCall(SolveWell(ksp, b, y, 1e-6));
