@@ -126,11 +126,11 @@ void Graph::mergeSingle(AinsworthAggregates *agg) const
     if (agg->of[i] < 0 || members[agg->of[i]] > 1) continue;
     for (PetscInt k = A.i[i]; k < A.i[i + 1]; k++) {
       const PetscInt j = A.j[k];
-      if (j == i || j >= n || square[k] <= best || agg->of[j] < 0) continue;
+      if (j == i || square[k] <= best || (j < n && agg->of[j] < 0)) continue;
       best = square[k];
-      to   = agg->of[j];
+      to   = j < n ? agg->of[j] : -1;
     }
-    if (to < 0) continue;
+    if (to < 0) continue; /* or what it is coupled to most is on another rank: it may be a piece of a stiff body that the partition has cut */
     members[agg->of[i]]--;
     members[to]++;
     agg->of[i] = to;

@@ -35,6 +35,7 @@ multigrid_alone(beam2d 7 14 beam2d -n 3)
 multigrid_alone(heat 6 10 heat -n 16)
 
 multigrid_inner(scenes tets 12 17 -scene tets -n 7)
+multigrid_inner(scenes balls_tied 14 18 -scene balls_tied -contrast 1e4 -n 13) # on 2 ranks the partition leaves single nodes of stiff balls
 multigrid_inner(scenes three_blocks 9 13 -scene three_blocks -n 7)
 multigrid_inner(scenes cyclic 12 16 -scene cyclic -n 9)
 multigrid_inner(scenes beam_tied 12 17 -scene beam_tied -n 2)
