@@ -28,12 +28,18 @@ SYSTEMS = {
 }
 BOOMER = " -ainsworth_pc_type hypre -ainsworth_pc_hypre_boomeramg_agg_nl 0"
 MODES = " -near_nullspace 1"
-FIELDS = ("system", "ranks", "options", "boomeramg_alone", "blocksa_alone", "blocksa", "blocksa_jcb", "blocksa_without_modes")
 
 
 CHANGING = {"75k": "-n1 24 -n2 20 -E2 10", "181k": "-n1 32 -n2 28 -E2 10"}
 STICKS = (" -stick 0.5", " -stick 0.25")  # the number of rows of C changes
 CHANGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "study", "change.py")
+
+
+def save(path, rows):
+    with open(path, "w", newline="") as file:
+        table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
 
 
 def change(path):
@@ -52,10 +58,7 @@ def change(path):
                "least": "%.4f" % min(later), "median": "%.4f" % statistics.median(later), "residual": "%.1e" % max(solve["residual"] for solve in solves), "load": "%.1f" % machine.load()}
         rows.append(row)
         print("%s: first set-up %.3f s, after a change of C %.3f s (median %.3f s): %.3f" % (name, first, min(later), statistics.median(later), min(later) / first), flush=True)
-    with open(path, "w", newline="") as file:
-        table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+    save(path, rows)
 
 
 def variants(options):
@@ -93,10 +96,7 @@ def main():
             total = {key: run["setup"] + run["solve"] for key, run in best.items()}
             print("%-9s %d ranks  %s  / BoomerAMG alone %.2f, / alone %.2f, jcb / alone %.2f" % (
                 name, ranks, row["blocksa"], total["blocksa"] / total["boomeramg_alone"], total["blocksa"] / total["blocksa_alone"], total["blocksa_jcb"] / total["blocksa_alone"]), flush=True)
-    with open(path, "w", newline="") as file:
-        table = csv.DictWriter(file, FIELDS, lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+    save(path, rows)
 
 
 if __name__ == "__main__":

@@ -151,3 +151,21 @@ PetscErrorCode SaddleSolutionDestroy(SaddleSolution *solution)
   PetscCall(VecDestroy(&solution->lambda));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode SaddleWrite(Mat A, Mat C, Vec f, Vec g, Vec X, const char prefix[])
+{
+  const char *const names[]   = {"A", "C", "f", "g", "X"};
+  const PetscObject objects[] = {(PetscObject)A, (PetscObject)C, (PetscObject)f, (PetscObject)g, (PetscObject)X};
+  char              file[PETSC_MAX_PATH_LEN];
+
+  PetscFunctionBeginUser;
+  for (int k = 0; k < 5; k++) {
+    PetscViewer viewer;
+
+    PetscCall(PetscSNPrintf(file, sizeof(file), "%s_%s.dat", prefix, names[k]));
+    PetscCall(PetscViewerBinaryOpen(PetscObjectComm(objects[k]), file, FILE_MODE_WRITE, &viewer));
+    PetscCall(PetscObjectView(objects[k], viewer));
+    PetscCall(PetscViewerDestroy(&viewer));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -14,5 +14,7 @@ struct SaddleSolution {
 
 PetscErrorCode SaddleSolve(Mat A, Mat C, Vec f, Vec g, SaddleSolution *);
 PetscErrorCode SaddleSolutionDestroy(SaddleSolution *);
+/* In PETSc's binary format, <prefix>_A.dat and so on; X: coordinates */
+PetscErrorCode SaddleWrite(Mat A, Mat C, Vec f, Vec g, Vec X, const char prefix[]);
 
 #endif

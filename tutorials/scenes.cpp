@@ -4,34 +4,6 @@ static char help[] = "Generated systems of many kinds, with constraints or witho
 #include "report.h"
 #include "scenes/scene.h"
 
-static PetscErrorCode Write(PetscObject object, const char prefix[], const char name[])
-{
-  char        file[PETSC_MAX_PATH_LEN];
-  PetscViewer viewer;
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscSNPrintf(file, sizeof(file), "%s_%s.dat", prefix, name));
-  PetscCall(PetscViewerBinaryOpen(PetscObjectComm(object), file, FILE_MODE_WRITE, &viewer));
-  PetscCall(PetscObjectView(object, viewer));
-  PetscCall(PetscViewerDestroy(&viewer));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode WriteSystem(const Scene &scene, Mat A, Mat C, Vec f, Vec g, const char prefix[])
-{
-  Vec coordinates;
-
-  PetscFunctionBeginUser;
-  PetscCall(Write((PetscObject)A, prefix, "A"));
-  PetscCall(Write((PetscObject)C, prefix, "C"));
-  PetscCall(Write((PetscObject)f, prefix, "f"));
-  PetscCall(Write((PetscObject)g, prefix, "g"));
-  PetscCall(SceneGetCoordinates(scene, &coordinates));
-  PetscCall(Write((PetscObject)coordinates, prefix, "X"));
-  PetscCall(VecDestroy(&coordinates));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* What the common line of the tutorials does not have */
 static PetscErrorCode ReportScene(const Scene &scene, Mat A, const SaddleSolution &solution, double assembly)
 {
@@ -75,7 +47,13 @@ int main(int argc, char **argv)
   PetscCall(SceneAssemble(scene, &A, &f));
   PetscCall(AloneNow(PETSC_COMM_WORLD, &end));
   if (verify) PetscCall(SceneVerify(scene, A, C, f, g));
-  if (write) PetscCall(WriteSystem(scene, A, C, f, g, prefix));
+  if (write) {
+    Vec X;
+
+    PetscCall(SceneGetCoordinates(scene, &X));
+    PetscCall(SaddleWrite(A, C, f, g, X, prefix));
+    PetscCall(VecDestroy(&X));
+  }
   if (solve) {
     if (coordinates) PetscCall(SceneGetCoordinates(scene, &X));
     if (scene.Constrained()) PetscCall(SaddleSolve(A, C, f, g, &solution));

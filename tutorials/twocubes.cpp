@@ -3,34 +3,6 @@ static char help[] = "Two elastic cubes in contact, solved as a saddle-point sys
 #include "cubes.h"
 #include "report.h"
 
-static PetscErrorCode Write(PetscObject object, const char prefix[], const char name[])
-{
-  char        file[PETSC_MAX_PATH_LEN];
-  PetscViewer viewer;
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscSNPrintf(file, sizeof(file), "%s_%s.dat", prefix, name));
-  PetscCall(PetscViewerBinaryOpen(PetscObjectComm(object), file, FILE_MODE_WRITE, &viewer));
-  PetscCall(PetscObjectView(object, viewer));
-  PetscCall(PetscViewerDestroy(&viewer));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode WriteSystem(const CubesSystem &s, const char prefix[])
-{
-  Vec coordinates;
-
-  PetscFunctionBeginUser;
-  PetscCall(CubesMeshGetCoordinates(s.mesh, &coordinates));
-  PetscCall(Write((PetscObject)coordinates, prefix, "X"));
-  PetscCall(VecDestroy(&coordinates));
-  PetscCall(Write((PetscObject)s.A, prefix, "A"));
-  PetscCall(Write((PetscObject)s.C, prefix, "C"));
-  PetscCall(Write((PetscObject)s.f, prefix, "f"));
-  PetscCall(Write((PetscObject)s.g, prefix, "g"));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* How the rows of A and C are spread over the ranks (table 2 of the paper) */
 static PetscErrorCode ViewDistribution(const CubesSystem &s)
 {
@@ -83,14 +55,20 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(CubesOptionsGet(PETSC_COMM_WORLD, &options));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Output of the two-cube problem", NULL);
-  PetscCall(
-    PetscOptionsString("-write_system", "Write A, C, f, g and the coordinates X in PETSc's binary format to <prefix>_A.dat and so on", NULL, "", prefix, sizeof(prefix), &write));
+  PetscCall(PetscOptionsString("-write_system", "Write A, C, f, g and the coordinates X in PETSc's binary format to <prefix>_A.dat and so on", NULL, "", prefix,
+                               sizeof(prefix), &write));
   PetscCall(PetscOptionsString("-view_vtu", "Write the deformed bodies for ParaView to this file (.vtu)", NULL, "", vtu, sizeof(vtu), &view));
   PetscCall(PetscOptionsBool("-view_distribution", "Print how the rows of A and C are spread over the ranks", NULL, distribution, &distribution, NULL));
   PetscOptionsEnd();
   PetscCall(CubesSystemCreate(PETSC_COMM_WORLD, options, &system));
   if (distribution) PetscCall(ViewDistribution(system));
-  if (write) PetscCall(WriteSystem(system, prefix));
+  if (write) {
+    Vec X;
+
+    PetscCall(CubesMeshGetCoordinates(system.mesh, &X));
+    PetscCall(SaddleWrite(system.A, system.C, system.f, system.g, X, prefix));
+    PetscCall(VecDestroy(&X));
+  }
   PetscCall(SaddleSolve(system.A, system.C, system.f, system.g, &solution));
   if (view) PetscCall(ViewDeformed(system, solution, vtu));
   PetscCall(ReportSolution(system.A, system.C, system.f, system.g, solution));

@@ -77,14 +77,7 @@ class Experiment:
 
     def best(self, options, ranks, **how):
         """The run with the least set-up + solve of several; a failure is not repeated."""
-        answer = None
-        for _ in range(self.arguments.repeat):
-            run = machine.run(options, ranks, self.arguments.limit, **how)
-            if answer is None or (machine.converged(run) and run["setup"] + run["solve"] < answer["setup"] + answer["solve"]):
-                answer = run
-            if not machine.converged(run):
-                return run
-        return answer
+        return machine.quickest(self.arguments.repeat, options, ranks, self.arguments.limit, **how)
 
     def record(self, key, options, run):
         """The row of a solve."""

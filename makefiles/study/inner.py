@@ -37,16 +37,6 @@ OVER_RANKS = ("block smoothed aggregation, the default", "BoomerAMG, as the plug
 LIMIT = 40  # seconds of a run
 
 
-def least(program, options, ranks, repeat):
-    """The run with the least seconds of all."""
-    runs = []
-    for _ in range(repeat):
-        runs.append(machine.run(options, ranks, LIMIT, program=program))
-        if not machine.converged(runs[-1]):
-            return runs[-1]
-    return min(runs, key=lambda run: run["setup"] + run["solve"])
-
-
 def cell(run):
     if not machine.converged(run):
         return run["reason"].replace("DIVERGED_", "").lower()
@@ -62,7 +52,7 @@ class Study:
     def run(self, problem, inner, ranks, alone, repeat):
         name, program, options = problem
         options += self.limit + (inner[1].replace(NEAR, "") if program == machine.SCENES else inner[1]) + (" -contact 0" if alone else "")
-        run = least(program, options, ranks, repeat)
+        run = machine.quickest(repeat, options, ranks, LIMIT, program=program)
         row = {"problem": name, "inner": inner[0], "alone": int(alone), "ranks": ranks, "options": options.strip(), "load": "%.1f" % machine.load()}
         row.update({key: run[key] for key in ("iterations", "reason", "setup", "solve")})
         self.rows.append(row)

@@ -7,6 +7,15 @@
 /* Projections on C x = g, and computations of lambda, where the Gram matrix is nearly singular: each is a step of iterative refinement */
 static const int refinements = 4;
 
+/* y = op(A) x, op(A) = A or, for the transposed system, its transpose */
+static PetscErrorCode MultA(const Mat_Ainsworth *ctx, PetscBool transpose, Vec x, Vec y)
+{
+  PetscFunctionBegin;
+  if (transpose) PetscCall(MatMultTranspose(ctx->A, x, y));
+  else PetscCall(MatMult(ctx->A, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* x += R (g - C x): C x = g to rounding, whatever the tolerance of the reduced solve */
 static PetscErrorCode ProjectOntoConstraints(Mat mat, Mat_Ainsworth *ctx, Vec g, Vec x)
 {
@@ -19,7 +28,7 @@ static PetscErrorCode ProjectOntoConstraints(Mat mat, Mat_Ainsworth *ctx, Vec g,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* rhs = C' B g + Q' (f - op(A) R g), op(A) = A or, for the transposed system, its transpose; without g both of its terms are left out */
+/* rhs = C' B g + Q' (f - op(A) R g); without g both of its terms are left out */
 static PetscErrorCode ComputeRHS(Mat mat, PetscBool transpose, Vec f, Vec g, Vec rhs)
 {
   Mat_Ainsworth *ctx;
@@ -35,8 +44,7 @@ static PetscErrorCode ComputeRHS(Mat mat, PetscBool transpose, Vec f, Vec g, Vec
     PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, NULL, rhs));
   } else {
     PetscCall(AinsworthProjectorRightInverse(&ctx->proj, g, ctx->v));
-    if (transpose) PetscCall(MatMultTranspose(ctx->A, ctx->v, rhs));
-    else PetscCall(MatMult(ctx->A, ctx->v, rhs));
+    PetscCall(MultA(ctx, transpose, ctx->v, rhs));
     PetscCall(VecAYPX(rhs, -1.0, f));
     if (!ctx->withoutRange) {
       PetscCall(AinsworthProjectorPlace(&ctx->proj, g, ctx->bcx));
@@ -56,8 +64,7 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp(mat, &ctx));
   PetscCall(PetscLogEventBegin(AINSWORTH_Multiplier, mat, f, x, multiplier));
-  if (transpose) PetscCall(MatMultTranspose(ctx->A, x, ctx->v));
-  else PetscCall(MatMult(ctx->A, x, ctx->v));
+  PetscCall(MultA(ctx, transpose, x, ctx->v));
   PetscCall(VecAYPX(ctx->v, -1.0, f));
   PetscCall(AinsworthProjectorRightInverseTranspose(&ctx->proj, ctx->v, multiplier));
   PetscCall(PetscLogEventEnd(AINSWORTH_Multiplier, mat, f, x, multiplier));
@@ -89,8 +96,7 @@ PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, V
     if (!k) PetscCall(VecCopy(x, first));
   }
   PetscCall(VecAXPY(x, -1.0, first));
-  if (transpose) PetscCall(MatMultTranspose(ctx->A, x, rest));
-  else PetscCall(MatMult(ctx->A, x, rest));
+  PetscCall(MultA(ctx, transpose, x, rest));
   PetscCall(VecAYPX(rest, -1.0, f));
   PetscCall(ComputeRHS(mat, transpose, rest, g, rhs));
   PetscCall(VecDestroy(&x));

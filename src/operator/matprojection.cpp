@@ -1,5 +1,4 @@
 #include "matainsworth.h"
-#include "../events.h"
 #include <petsc/private/matimpl.h>
 
 /*@
