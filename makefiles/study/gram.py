@@ -34,7 +34,7 @@ def run(options, ranks, limit=900):
     solves = logview.get(events, "AinsGramSolve", "count")
     if not solves:
         return {"reason": "no answer: " + done.stdout[-200:]}
-    view = re.search(r"Gram matrix S = C W C': (\d+) connected pieces?, the largest of (\d+) rows?, on (\d+) ranks?(, cut by METIS)?", done.stdout)
+    view = re.search(r"Gram matrix S = C W C': (\d+) connected components?, the largest of (\d+) rows?, on (\d+) ranks?(, cut by METIS)?", done.stdout)
     chosen = re.search(r"factored by (\w+), for (\S+) operations", done.stdout)
     pieces, largest, solving, split = view.groups() if view else ("", "", "", None)
     return {"factor": logview.get(events, "AinsGramFact", "seconds"), "solve": logview.get(events, "AinsGramSolve", "seconds") / solves,

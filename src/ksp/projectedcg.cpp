@@ -17,15 +17,15 @@ static PetscErrorCode PCApply_Projected(PC pc, Vec r, Vec z)
 
   PetscFunctionBegin;
   PetscCall(PCGetOperators(pc, &mat, NULL));
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   if (ctx->refine) {
     PetscCall(VecLockReadPop(r)); /* PCApply() has locked the method's vector */
     PetscCall(MatAinsworthMultTransposeProjector(mat, r, r));
     PetscCall(VecLockReadPush(r));
   }
-  ctx->kernel = PETSC_FALSE; /* its own products are with A~ */
+  ctx->inKernel = PETSC_FALSE; /* its own products are with A~ */
   PetscCall((*ctx->apply)(pc, r, z));
-  ctx->kernel = PETSC_TRUE;
+  ctx->inKernel = PETSC_TRUE;
   PetscCall(MatAinsworthMultProjector(mat, z, z));
   if (!ctx->refine && ctx->projections++ % driftInterval == 0) {
     PetscCall(MatAinsworthGetDrift_Private(mat, z, &drift));
@@ -69,7 +69,7 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   PetscCheck(!transpose || !PetscDefined(USE_COMPLEX), PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
              "KSPSolveTranspose() with conjugate gradients in Ker C needs real numbers");
   PetscCall(PCGetOperators(pc, &mat, NULL));
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   PetscCall(PetscObjectQueryFunction((PetscObject)ksp, ownSolve, &solve));
   PetscCall(VecDuplicate(b, &r));
   PetscCall(VecDuplicate(b, &v));
@@ -83,7 +83,7 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   if (after <= 100 * PETSC_MACHINE_EPSILON * before) PetscCall(VecZeroEntries(r)); /* the rounding of the projection: Ker C = 0, or x = R g */
   PetscCall(VecDestroy(&v));
 
-  ctx->kernel    = PETSC_TRUE;
+  ctx->inKernel  = PETSC_TRUE;
   ctx->direction = ctx->refine = PETSC_FALSE;
   ctx->projections             = 0;
   ctx->apply                   = pc->ops->apply;
@@ -94,7 +94,7 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   ksp->transpose_solve         = transpose;
   ksp->vec_rhs                 = b;
   pc->ops->apply               = ctx->apply;
-  ctx->kernel                  = PETSC_FALSE;
+  ctx->inKernel                = PETSC_FALSE;
   PetscCall(VecDestroy(&r));
   PetscCall(error);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -108,7 +108,7 @@ static PetscErrorCode KSPBuildResidual_ProjectedCG(KSP ksp, Vec t, Vec v, Vec *r
 
   PetscFunctionBegin;
   PetscCall(PCGetOperators(ksp->pc, &mat, NULL));
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   ctx->direction = PETSC_FALSE;
   PetscCall(KSPBuildResidualDefault(ksp, t, v, residual));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -147,7 +147,7 @@ static PetscErrorCode KSPSetUp_ProjectedCG(KSP ksp)
 
   PetscFunctionBegin;
   PetscCall(PCGetOperators(ksp->pc, &mat, NULL));
-  PetscCall(MatAinsworthGetContext(mat, &ctx)); /* the error for a matrix without a projector */
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx)); /* the error for a matrix without a projector */
   PetscCall(PetscObjectQueryFunction((PetscObject)ksp, ownSetUp, &setup));
   PetscCall((*setup)(ksp));
   PetscCall(KSPProjectedCGSetUse_Private(ksp, PETSC_TRUE)); /* -ksp_cg_single_reduction has set another solve */

@@ -3,7 +3,7 @@
 
 static const char *const precisions[] = {"double", "single", "Precision", "", NULL};
 
-PetscErrorCode PCBlockSAGet(PC pc, PC_BlockSA **sa)
+PetscErrorCode PCBlockSAGet_Private(PC pc, PC_BlockSA **sa)
 {
   PetscFunctionBegin;
   *sa = (PC_BlockSA *)((PC_MG *)pc->data)->innerctx;
@@ -17,12 +17,12 @@ static PetscErrorCode GetOrNone(PC pc, PC_BlockSA **sa)
   PetscFunctionBegin;
   *sa = NULL;
   PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCBLOCKSA, &same));
-  if (same) PetscCall(PCBlockSAGet(pc, sa));
+  if (same) PetscCall(PCBlockSAGet_Private(pc, sa));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The levels of A, to be given back after PCReset() */
-PetscErrorCode PCBlockSAGetLevels(PC pc, AinsworthLevels *levels)
+PetscErrorCode PCBlockSAGetLevels_Private(PC pc, AinsworthLevels *levels)
 {
   PC_BlockSA *sa;
 
@@ -32,7 +32,7 @@ PetscErrorCode PCBlockSAGetLevels(PC pc, AinsworthLevels *levels)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode PCBlockSASetLevels(PC pc, const AinsworthLevels &levels)
+PetscErrorCode PCBlockSASetLevels_Private(PC pc, const AinsworthLevels &levels)
 {
   PC_BlockSA *sa;
 
@@ -43,7 +43,7 @@ PetscErrorCode PCBlockSASetLevels(PC pc, const AinsworthLevels &levels)
 }
 
 /* From the next set-up on A can be had for products */
-PetscErrorCode PCBlockSAKeepProduct(PC pc)
+PetscErrorCode PCBlockSAKeepProduct_Private(PC pc)
 {
   PC_BlockSA *sa;
 
@@ -54,7 +54,7 @@ PetscErrorCode PCBlockSAKeepProduct(PC pc)
 }
 
 /* A with half of its entries stored, for products; NULL where there is no such matrix. Not to be destroyed, valid until A changes */
-PetscErrorCode PCBlockSAGetProduct(PC pc, Mat *product)
+PetscErrorCode PCBlockSAGetProduct_Private(PC pc, Mat *product)
 {
   PC_BlockSA *sa;
 
@@ -68,7 +68,7 @@ PetscErrorCode PCBlockSAGetProduct(PC pc, Mat *product)
 }
 
 /* Why the levels of A are no good multigrid, an empty string where nothing speaks against them, NULL for another type of PC */
-PetscErrorCode PCBlockSAGetDoubts(PC pc, const char **doubts)
+PetscErrorCode PCBlockSAGetDoubts_Private(PC pc, const char **doubts)
 {
   PC_BlockSA *sa;
 
@@ -87,7 +87,7 @@ static PetscErrorCode PCPreSolve_BlockSA(PC pc, KSP ksp, Vec, Vec)
   PC_BlockSA *sa;
 
   PetscFunctionBegin;
-  PetscCall(PCBlockSAGet(pc, &sa));
+  PetscCall(PCBlockSAGet_Private(pc, &sa));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &sa->tolerant, KSPCG, KSPPROJECTEDCG, KSPFCG, KSPPIPEFCG, KSPFGMRES, KSPGCR, KSPRICHARDSON, ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -97,7 +97,7 @@ static PetscErrorCode PCPostSolve_BlockSA(PC pc, KSP, Vec, Vec)
   PC_BlockSA *sa;
 
   PetscFunctionBegin;
-  PetscCall(PCBlockSAGet(pc, &sa));
+  PetscCall(PCBlockSAGet_Private(pc, &sa));
   sa->tolerant = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -108,7 +108,7 @@ static PetscErrorCode PCApply_BlockSA(PC pc, Vec b, Vec x)
   PetscScalar energy;
 
   PetscFunctionBegin;
-  PetscCall(PCBlockSAGet(pc, &sa));
+  PetscCall(PCBlockSAGet_Private(pc, &sa));
   if (sa->levels.hierarchy->single() && !sa->given && !sa->tolerant) {
     PetscCall(PetscInfo(pc, "Who applies this is not known to bear with single precision: the levels are made anew in double\n"));
     sa->options.single = PETSC_FALSE;
@@ -121,7 +121,7 @@ static PetscErrorCode PCApply_BlockSA(PC pc, Vec b, Vec x)
   PetscCall(VecDot(x, b, &energy));
   if (PetscRealPart(energy) >= 0.0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscInfo(pc, "The cycle is indefinite, r'z = %g: the bounds of the smoothers are raised\n", (double)PetscRealPart(energy)));
-  PetscCall(PCBlockSARaiseBounds(sa));
+  PetscCall(PCBlockSARaiseBounds_Private(sa));
   PetscCall((*sa->apply)(pc, b, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -150,7 +150,7 @@ static PetscErrorCode PCSetCoordinates_BlockSA(PC pc, PetscInt dim, PetscInt n, 
   PC_BlockSA *sa;
 
   PetscFunctionBegin;
-  PetscCall(PCBlockSAGet(pc, &sa));
+  PetscCall(PCBlockSAGet_Private(pc, &sa));
   sa->dim = dim;
   sa->coordinates.assign(coordinates, coordinates + (size_t)n * dim);
   sa->stale = PETSC_TRUE;
@@ -165,7 +165,7 @@ static PetscErrorCode PCSetFromOptions_BlockSA(PC pc, AinsworthOptionItems Petsc
   PetscBool                 given;
 
   PetscFunctionBegin;
-  PetscCall(PCBlockSAGet(pc, &sa));
+  PetscCall(PCBlockSAGet_Private(pc, &sa));
   o         = sa->options;
   precision = o.single;
   unknowns  = o.nodesOfRank * 6;
@@ -201,7 +201,7 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
   PetscBool   ascii;
 
   PetscFunctionBegin;
-  PetscCall(PCBlockSAGet(pc, &sa));
+  PetscCall(PCBlockSAGet_Private(pc, &sa));
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscViewerASCIIPrintf(viewer, "    block smoothed aggregation, threshold %g\n", (double)sa->options.threshold));
@@ -230,7 +230,7 @@ static PetscErrorCode PCReset_BlockSA(PC pc)
   PC_BlockSA *sa;
 
   PetscFunctionBegin;
-  PetscCall(PCBlockSAGet(pc, &sa));
+  PetscCall(PCBlockSAGet_Private(pc, &sa));
   PetscCall((*sa->reset)(pc));
   for (Mat &op : sa->op) PetscCall(MatDestroy(&op));
   for (Mat &P : sa->P) PetscCall(MatDestroy(&P));
@@ -249,7 +249,7 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
 
   PetscFunctionBegin;
   PetscCall(PCReset_BlockSA(pc));
-  PetscCall(PCBlockSAGet(pc, &sa));
+  PetscCall(PCBlockSAGet_Private(pc, &sa));
   destroy = sa->destroy;
   delete sa;
   PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCSetCoordinates_C", NULL));

@@ -33,15 +33,15 @@ struct PC_BlockSA {
 };
 
 PETSC_INTERN PetscErrorCode PCCreate_BlockSA(PC);
-PetscErrorCode              PCBlockSAGet(PC, PC_BlockSA **);
+PetscErrorCode              PCBlockSAGet_Private(PC, PC_BlockSA **);
 PetscErrorCode              PCSetUp_BlockSA(PC);
-PetscErrorCode              PCBlockSARaiseBounds(PC_BlockSA *);
+PetscErrorCode              PCBlockSARaiseBounds_Private(PC_BlockSA *);
 
 /* For PCAINSWORTH; PCs of other types have none of this, and nothing is done */
-PetscErrorCode PCBlockSAGetLevels(PC, AinsworthLevels *);
-PetscErrorCode PCBlockSASetLevels(PC, const AinsworthLevels &);
-PetscErrorCode PCBlockSAKeepProduct(PC);
-PetscErrorCode PCBlockSAGetProduct(PC, Mat *);
-PetscErrorCode PCBlockSAGetDoubts(PC, const char **);
+PetscErrorCode PCBlockSAGetLevels_Private(PC, AinsworthLevels *);
+PetscErrorCode PCBlockSASetLevels_Private(PC, const AinsworthLevels &);
+PetscErrorCode PCBlockSAKeepProduct_Private(PC);
+PetscErrorCode PCBlockSAGetProduct_Private(PC, Mat *);
+PetscErrorCode PCBlockSAGetDoubts_Private(PC, const char **);
 
 #endif

@@ -232,7 +232,7 @@ static PetscErrorCode SetBounds(PC_BlockSA *sa, PetscReal factor)
 }
 
 /* A spectrum estimated too small makes the cycle indefinite: once it shows, the bounds are raised */
-PetscErrorCode PCBlockSARaiseBounds(PC_BlockSA *sa)
+PetscErrorCode PCBlockSARaiseBounds_Private(PC_BlockSA *sa)
 {
   PetscFunctionBegin;
   PetscCall(SetBounds(sa, 1.5));
@@ -249,7 +249,7 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   MatNullSpace null;
 
   PetscFunctionBegin;
-  PetscCall(PCBlockSAGet(pc, &sa));
+  PetscCall(PCBlockSAGet_Private(pc, &sa));
   PetscCall(PetscLogEventBegin(AINSWORTH_Levels, pc, 0, 0, 0));
   PetscCall(Split(pc->pmat, &A, &added));
   PetscCall(SetUpLevels(pc, sa, A, &anew));

@@ -4,7 +4,7 @@
 
 const char *const MatAinsworthWeightTypes[] = {"diagonal", "identity", "user", "MatAinsworthWeightType", "MAT_AINSWORTH_WEIGHT_", NULL};
 
-PetscErrorCode MatAinsworthGetContext(Mat mat, Mat_Ainsworth **ctx)
+PetscErrorCode MatAinsworthGetContext_Private(Mat mat, Mat_Ainsworth **ctx)
 {
   PetscBool match;
 
@@ -23,15 +23,15 @@ static PetscErrorCode PlacePenalty(Mat_Ainsworth *ctx)
 {
   PetscFunctionBegin;
   PetscCall(VecDestroy(&ctx->B));
-  PetscCall(VecDestroy(&ctx->bcx));
+  PetscCall(VecDestroy(&ctx->rowWork));
   PetscCall(VecDuplicate(ctx->proj.s, &ctx->B));
-  PetscCall(VecDuplicate(ctx->proj.s, &ctx->bcx));
+  PetscCall(VecDuplicate(ctx->proj.s, &ctx->rowWork));
   PetscCall(AinsworthProjectorPlace(&ctx->proj, ctx->penalty, ctx->B));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Builds weight and projector where A, C or the choice of W are not those of the last time */
-PetscErrorCode MatAinsworthSetUpProjector(Mat mat, Mat_Ainsworth **out)
+PetscErrorCode MatAinsworthSetUpProjector_Private(Mat mat, Mat_Ainsworth **out)
 {
   Mat_Ainsworth   *ctx;
   PetscObjectState stateA, stateC;
@@ -39,7 +39,7 @@ PetscErrorCode MatAinsworthSetUpProjector(Mat mat, Mat_Ainsworth **out)
   const char      *prefix;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   *out = ctx;
   PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "The matrix of type %s has no A and C: call MatAinsworthSetMats() first",
              MATAINSWORTH);
@@ -57,7 +57,7 @@ PetscErrorCode MatAinsworthSetUpProjector(Mat mat, Mat_Ainsworth **out)
     PetscCall(MatGetOptionsPrefix(mat, &prefix));
     PetscCall(AinsworthProjectorSetUp(&ctx->proj, ctx->C, ctx->weight, ctx->rowsPerRank, (PetscObject)mat, prefix));
   }
-  if (!ctx->v) PetscCall(MatCreateVecs(ctx->A, &ctx->v, NULL));
+  if (!ctx->work) PetscCall(MatCreateVecs(ctx->A, &ctx->work, NULL));
   if (!ctx->userPenalty) PetscCall(VecDestroy(&ctx->penalty));
   PetscCall(VecDestroy(&ctx->B)); /* the places of the rows may be others */
   ctx->stateA  = stateA;
@@ -67,12 +67,12 @@ PetscErrorCode MatAinsworthSetUpProjector(Mat mat, Mat_Ainsworth **out)
 }
 
 /* Weight, projector, and the penalty, which PCAINSWORTH sets before it is needed */
-PetscErrorCode MatAinsworthSetUp(Mat mat, Mat_Ainsworth **out)
+PetscErrorCode MatAinsworthSetUp_Private(Mat mat, Mat_Ainsworth **out)
 {
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUpProjector(mat, out));
+  PetscCall(MatAinsworthSetUpProjector_Private(mat, out));
   ctx = *out;
   if (!ctx->penalty) {
     Vec D = ctx->weight;
@@ -99,7 +99,7 @@ PetscErrorCode MatAinsworthSetProduct_Private(Mat mat, Mat product)
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
   if (product) PetscCall(PetscObjectReference((PetscObject)product));
   PetscCall(MatDestroy(&ctx->product));
   ctx->product = product;
@@ -113,14 +113,14 @@ static PetscErrorCode MultOrAdjoint(Mat mat, PetscBool adjoint, Vec x, Vec y)
   bool           range;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
-  range = !ctx->withoutRange && !ctx->kernel;
+  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
+  range = !ctx->omitPenalty && !ctx->inKernel;
   PetscCall(PetscLogEventBegin(AINSWORTH_MatMult, mat, x, y, 0));
-  PetscCall(AinsworthProjectorMult(&ctx->proj, x, ctx->v));
-  if (range) PetscCall(VecPointwiseMult(ctx->bcx, ctx->B, ctx->proj.s));
-  if (adjoint) PetscCall(MatMultHermitianTranspose(ctx->A, ctx->v, y));
-  else PetscCall(MatAinsworthMultA_Private(ctx, ctx->v, y));
-  PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, range ? ctx->bcx : NULL, y));
+  PetscCall(AinsworthProjectorMult(&ctx->proj, x, ctx->work));
+  if (range) PetscCall(VecPointwiseMult(ctx->rowWork, ctx->B, ctx->proj.s));
+  if (adjoint) PetscCall(MatMultHermitianTranspose(ctx->A, ctx->work, y));
+  else PetscCall(MatAinsworthMultA_Private(ctx, ctx->work, y));
+  PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, range ? ctx->rowWork : NULL, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_MatMult, mat, x, y, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -131,7 +131,7 @@ static PetscErrorCode MatMult_Ainsworth(Mat mat, Vec x, Vec y)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &ctx));
-  if (ctx->kernel && ctx->direction) { /* Q x = x */
+  if (ctx->inKernel && ctx->direction) { /* Q x = x */
     PetscCall(MatAinsworthMultA_Private(ctx, x, y));
     PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, NULL, y));
     ctx->direction = PETSC_FALSE;
@@ -171,15 +171,15 @@ static PetscErrorCode MatDuplicate_Ainsworth(Mat mat, MatDuplicateOption, Mat *c
   const char    *prefix;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "The matrix of type %s has no A and C: call MatAinsworthSetMats() first",
              MATAINSWORTH);
   PetscCall(MatCreateAinsworth(ctx->A, ctx->C, copy));
   PetscCall(MatGetOptionsPrefix(mat, &prefix));
   PetscCall(MatSetOptionsPrefix(*copy, prefix));
-  PetscCall(MatAinsworthGetContext(*copy, &dup));
-  dup->rowsPerRank  = ctx->rowsPerRank;
-  dup->withoutRange = ctx->withoutRange;
+  PetscCall(MatAinsworthGetContext_Private(*copy, &dup));
+  dup->rowsPerRank = ctx->rowsPerRank;
+  dup->omitPenalty = ctx->omitPenalty;
   if (ctx->weightType == MAT_AINSWORTH_WEIGHT_USER) PetscCall(MatAinsworthSetWeight(*copy, ctx->weight));
   else PetscCall(MatAinsworthSetWeightType(*copy, ctx->weightType));
   if (ctx->userPenalty) PetscCall(MatAinsworthSetPenalty(*copy, ctx->penalty));
@@ -195,8 +195,8 @@ static PetscErrorCode Reset(Mat_Ainsworth *ctx)
   PetscCall(VecDestroy(&ctx->weight));
   PetscCall(VecDestroy(&ctx->penalty));
   PetscCall(VecDestroy(&ctx->B));
-  PetscCall(VecDestroy(&ctx->v));
-  PetscCall(VecDestroy(&ctx->bcx));
+  PetscCall(VecDestroy(&ctx->work));
+  PetscCall(VecDestroy(&ctx->rowWork));
   PetscCall(VecDestroy(&ctx->residual));
   PetscCall(AinsworthProjectorReset(&ctx->proj));
   ctx->current     = PETSC_FALSE;
@@ -211,7 +211,7 @@ static PetscErrorCode MatDestroy_Ainsworth(Mat mat)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &ctx));
   PetscCall(Reset(ctx));
-  PetscCall(PetscFree(ctx));
+  delete ctx;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -223,7 +223,7 @@ static PetscErrorCode MatView_Ainsworth(Mat mat, PetscViewer viewer)
   char           penalty[64] = "";
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
   if (!ctx->C) {
@@ -238,7 +238,7 @@ static PetscErrorCode MatView_Ainsworth(Mat mat, PetscViewer viewer)
     PetscCall(PetscSNPrintf(penalty, sizeof(penalty), ", penalty: %g to %g", (double)low, (double)high));
   }
   PetscCall(PetscViewerASCIIPrintf(viewer, "constraints=%" PetscInt_FMT ", weight: %s%s%s%s\n", m, MatAinsworthWeightTypes[ctx->weightType], penalty,
-                                   ctx->withoutRange ? ", without C' B C" : "",
+                                   ctx->omitPenalty ? ", without C' B C" : "",
                                    ctx->refine ? ", refinement of the projection: on, the constraints drifted" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -273,7 +273,7 @@ PetscErrorCode MatAinsworthSetMats(Mat mat, Mat A, Mat C)
   MPI_Comm       comm;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   PetscValidHeaderSpecific(A, MAT_CLASSID, 2);
   PetscValidHeaderSpecific(C, MAT_CLASSID, 3);
   PetscCheckSameComm(mat, 1, A, 2);
@@ -367,7 +367,7 @@ PetscErrorCode MatCreate_Ainsworth(Mat mat)
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(PetscNew(&ctx));
+  ctx                  = new Mat_Ainsworth();
   ctx->weightType      = MAT_AINSWORTH_WEIGHT_DIAGONAL;
   ctx->rowsPerRank     = 25000; /* docs/gram.md */
   ctx->proj.gram.group = MPI_COMM_NULL;

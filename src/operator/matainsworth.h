@@ -14,17 +14,17 @@ struct Mat_Ainsworth {
   Vec                    B;           /* the same where the rows are placed; NULL: not yet */
   PetscBool              userPenalty; /* set by MatAinsworthSetPenalty(), otherwise one per row with gamma = 1 */
   PetscInt               rowsPerRank;
-  PetscBool              withoutRange;   /* Q' A Q, without C' B C */
+  PetscBool              omitPenalty;    /* Q' A Q, without C' B C */
   PetscBool              homogeneous;    /* g was zero in the last right-hand side */
-  PetscBool              kernel;         /* a method iterates in Ker C: Q' A Q, as above */
+  PetscBool              inKernel;       /* a method iterates in Ker C: Q' A Q, as above */
   PetscBool              direction;      /* the next product is with a vector of Ker C: one was projected since the last */
   PetscBool              refine;         /* from some point on its last solve did every projection twice */
   PetscInt               projections;    /* of this solve */
   PetscErrorCode (*apply)(PC, Vec, Vec); /* of its preconditioner, without the projection */
   AinsworthProjector proj;
   bool               doubtful; /* rows of C are nearly dependent: solves with the Gram matrix are refined */
-  Vec                v;        /* n */
-  Vec                bcx;      /* m, placed */
+  Vec                work;     /* n */
+  Vec                rowWork;  /* m, placed */
   Vec                residual; /* m, as the rows of C; NULL: not needed yet */
   PetscBool          current;  /* the projector belongs to the present A, C and W */
   PetscObjectState   stateA, stateC;
@@ -32,9 +32,9 @@ struct Mat_Ainsworth {
 
 PETSC_INTERN PetscErrorCode MatCreate_Ainsworth(Mat);
 /* the context, with the projector brought up to date; the error of a wrong type names the caller */
-PETSC_INTERN PetscErrorCode MatAinsworthGetContext(Mat, Mat_Ainsworth **);
-PETSC_INTERN PetscErrorCode MatAinsworthSetUp(Mat, Mat_Ainsworth **);
-PETSC_INTERN PetscErrorCode MatAinsworthSetUpProjector(Mat, Mat_Ainsworth **);
+PETSC_INTERN PetscErrorCode MatAinsworthGetContext_Private(Mat, Mat_Ainsworth **);
+PETSC_INTERN PetscErrorCode MatAinsworthSetUp_Private(Mat, Mat_Ainsworth **);
+PETSC_INTERN PetscErrorCode MatAinsworthSetUpProjector_Private(Mat, Mat_Ainsworth **);
 PETSC_INTERN PetscErrorCode MatAinsworthReduce_Private(Mat, PetscBool, Vec, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthRecover_Private(Mat, PetscBool, Vec, Vec, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthDiagnose_Private(Mat, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *);
@@ -42,7 +42,7 @@ PETSC_INTERN PetscErrorCode MatAinsworthViewGram_Private(Mat, PetscViewer);
 PETSC_INTERN PetscErrorCode MatAinsworthGetGramEconomy_Private(Mat, const char **);
 PETSC_INTERN PetscErrorCode MatAinsworthGetGramMat_Private(Mat, Mat *);
 PETSC_INTERN PetscErrorCode MatAinsworthSolveRange_Private(Mat, Vec, Vec);
-PETSC_INTERN PetscErrorCode MatAinsworthSetWithoutRange_Private(Mat, PetscBool);
+PETSC_INTERN PetscErrorCode MatAinsworthOmitPenalty_Private(Mat, PetscBool);
 PETSC_INTERN PetscErrorCode MatAinsworthSetProduct_Private(Mat, Mat);
 PETSC_INTERN PetscErrorCode MatAinsworthMultA_Private(const Mat_Ainsworth *, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthGetDrift_Private(Mat, Vec, PetscReal *);

@@ -23,8 +23,8 @@ static PetscErrorCode ProjectOntoConstraints(Mat mat, Mat_Ainsworth *ctx, Vec g,
   if (!ctx->residual) PetscCall(MatCreateVecs(ctx->C, NULL, &ctx->residual));
   PetscCall(MatMult(ctx->C, x, ctx->residual));
   PetscCall(VecAYPX(ctx->residual, -1.0, g));
-  PetscCall(MatAinsworthMultRightInverse(mat, ctx->residual, ctx->v));
-  PetscCall(VecAXPY(x, 1.0, ctx->v));
+  PetscCall(MatAinsworthMultRightInverse(mat, ctx->residual, ctx->work));
+  PetscCall(VecAXPY(x, 1.0, ctx->work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -35,7 +35,7 @@ static PetscErrorCode ComputeRHS(Mat mat, PetscBool transpose, Vec f, Vec g, Vec
   PetscReal      norm = 0.0;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
   PetscCall(PetscLogEventBegin(AINSWORTH_RHS, mat, f, g, rhs));
   if (g) PetscCall(VecNorm(g, NORM_INFINITY, &norm));
   ctx->homogeneous = (PetscBool)(norm == 0.0);
@@ -43,14 +43,14 @@ static PetscErrorCode ComputeRHS(Mat mat, PetscBool transpose, Vec f, Vec g, Vec
     PetscCall(VecCopy(f, rhs));
     PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, NULL, rhs));
   } else {
-    PetscCall(AinsworthProjectorRightInverse(&ctx->proj, g, ctx->v));
-    PetscCall(MultA(ctx, transpose, ctx->v, rhs));
+    PetscCall(AinsworthProjectorRightInverse(&ctx->proj, g, ctx->work));
+    PetscCall(MultA(ctx, transpose, ctx->work, rhs));
     PetscCall(VecAYPX(rhs, -1.0, f));
-    if (!ctx->withoutRange) {
-      PetscCall(AinsworthProjectorPlace(&ctx->proj, g, ctx->bcx));
-      PetscCall(VecPointwiseMult(ctx->bcx, ctx->B, ctx->bcx));
+    if (!ctx->omitPenalty) {
+      PetscCall(AinsworthProjectorPlace(&ctx->proj, g, ctx->rowWork));
+      PetscCall(VecPointwiseMult(ctx->rowWork, ctx->B, ctx->rowWork));
     }
-    PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, ctx->withoutRange ? NULL : ctx->bcx, rhs));
+    PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, ctx->omitPenalty ? NULL : ctx->rowWork, rhs));
   }
   PetscCall(PetscLogEventEnd(AINSWORTH_RHS, mat, f, g, rhs));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -62,11 +62,11 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
   PetscCall(PetscLogEventBegin(AINSWORTH_Multiplier, mat, f, x, multiplier));
-  PetscCall(MultA(ctx, transpose, x, ctx->v));
-  PetscCall(VecAYPX(ctx->v, -1.0, f));
-  PetscCall(AinsworthProjectorRightInverseTranspose(&ctx->proj, ctx->v, multiplier));
+  PetscCall(MultA(ctx, transpose, x, ctx->work));
+  PetscCall(VecAYPX(ctx->work, -1.0, f));
+  PetscCall(AinsworthProjectorRightInverseTranspose(&ctx->proj, ctx->work, multiplier));
   PetscCall(PetscLogEventEnd(AINSWORTH_Multiplier, mat, f, x, multiplier));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -82,7 +82,7 @@ PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, V
   Vec            x, first, rest;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
   if (!ctx->doubtful || !g) {
     PetscCall(ComputeRHS(mat, transpose, f, g, rhs));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -113,7 +113,7 @@ static PetscErrorCode RefinedMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
 
   PetscFunctionBegin;
   PetscCall(ComputeMultiplier(mat, transpose, f, x, lambda));
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   if (!ctx->doubtful) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(f, &rest));
   PetscCall(VecDuplicate(lambda, &more));
@@ -134,7 +134,7 @@ PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, Vec f, 
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
   for (int k = 0; k < (ctx->doubtful ? refinements : 1); k++) PetscCall(ProjectOntoConstraints(mat, ctx, g, x));
   PetscCall(RefinedMultiplier(mat, transpose, f, x, lambda));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -146,7 +146,7 @@ PetscErrorCode MatAinsworthDiagnose_Private(Mat mat, PetscInt *pass, PetscInt *n
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUpProjector(mat, &ctx));
+  PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
   PetscCall(AinsworthGramDiagnose(&ctx->proj.gram, pass, n, dependent, reason, &ctx->doubtful));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -156,7 +156,7 @@ PetscErrorCode MatAinsworthViewGram_Private(Mat mat, PetscViewer viewer)
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   PetscCall(AinsworthGramView(&ctx->proj.gram, viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -167,7 +167,7 @@ PetscErrorCode MatAinsworthGetGramEconomy_Private(Mat mat, const char **text)
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   PetscCall(AinsworthGramGetEconomy(&ctx->proj.gram, text));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

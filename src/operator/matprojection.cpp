@@ -27,7 +27,7 @@ PetscErrorCode MatAinsworthMultProjector(Mat mat, Vec x, Vec y)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(x, VEC_CLASSID, 2);
   PetscValidHeaderSpecific(y, VEC_CLASSID, 3);
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
   PetscCall(AinsworthProjectorMult(&ctx->proj, x, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -58,7 +58,7 @@ PetscErrorCode MatAinsworthMultTransposeProjector(Mat mat, Vec x, Vec y)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(x, VEC_CLASSID, 2);
   PetscValidHeaderSpecific(y, VEC_CLASSID, 3);
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
   PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, x, NULL, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -89,7 +89,7 @@ PetscErrorCode MatAinsworthMultRightInverse(Mat mat, Vec g, Vec x)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(g, VEC_CLASSID, 2);
   PetscValidHeaderSpecific(x, VEC_CLASSID, 3);
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
   PetscCall(AinsworthProjectorRightInverse(&ctx->proj, g, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -120,7 +120,7 @@ PetscErrorCode MatAinsworthMultTransposeRightInverse(Mat mat, Vec r, Vec l)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(r, VEC_CLASSID, 2);
   PetscValidHeaderSpecific(l, VEC_CLASSID, 3);
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
   PetscCall(AinsworthProjectorRightInverseTranspose(&ctx->proj, r, l));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -133,7 +133,7 @@ PetscErrorCode MatAinsworthSolveRange_Private(Mat mat, Vec b, Vec x)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(b, VEC_CLASSID, 2);
   PetscValidHeaderSpecific(x, VEC_CLASSID, 3);
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
   PetscCall(AinsworthProjectorSolveRange(&ctx->proj, ctx->B, b, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -142,13 +142,13 @@ PetscErrorCode MatAinsworthSolveRange_Private(Mat mat, Vec b, Vec x)
    Leaves C' B C out of the matrix, and C' B g out of the right-hand side. Preconditioned by M from the right, the iterates are then those
    of the projected preconditioner Q M^{-1} Q', up to their part in Im(W C'), which the last projection replaces by R g.
 */
-PetscErrorCode MatAinsworthSetWithoutRange_Private(Mat mat, PetscBool flag)
+PetscErrorCode MatAinsworthOmitPenalty_Private(Mat mat, PetscBool flag)
 {
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
-  ctx->withoutRange = flag;
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
+  ctx->omitPenalty = flag;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -163,15 +163,15 @@ PetscErrorCode MatAinsworthGetDrift_Private(Mat mat, Vec z, PetscReal *drift)
   PetscScalar    dot;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
   if (ctx->weight) {
-    PetscCall(VecPointwiseDivide(ctx->v, z, ctx->weight));
-    PetscCall(VecDot(z, ctx->v, &dot));
+    PetscCall(VecPointwiseDivide(ctx->work, z, ctx->weight));
+    PetscCall(VecDot(z, ctx->work, &dot));
     norm = PetscSqrtReal(PetscRealPart(dot));
   } else PetscCall(VecNorm(z, NORM_2, &norm));
   PetscCall(MatMult(ctx->proj.C, z, ctx->proj.s));
-  PetscCall(VecPointwiseMult(ctx->bcx, ctx->proj.gram.scale, ctx->proj.s));
-  PetscCall(VecNorm(ctx->bcx, NORM_INFINITY, &largest));
+  PetscCall(VecPointwiseMult(ctx->rowWork, ctx->proj.gram.scale, ctx->proj.s));
+  PetscCall(VecNorm(ctx->rowWork, NORM_INFINITY, &largest));
   *drift = norm > 0.0 ? largest / norm : 0.0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -22,7 +22,7 @@ PetscErrorCode MatAinsworthGetMats(Mat mat, Mat *A, Mat *C)
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   if (A) *A = ctx->A;
   if (C) *C = ctx->C;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -50,7 +50,7 @@ PetscErrorCode MatAinsworthSetWeightType(Mat mat, MatAinsworthWeightType type)
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   PetscValidLogicalCollectiveEnum(mat, type, 2);
   if (type == ctx->weightType) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(type != MAT_AINSWORTH_WEIGHT_USER, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE,
@@ -84,7 +84,7 @@ PetscErrorCode MatAinsworthSetWeight(Mat mat, Vec weight)
   PetscInt       where, length, n;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   PetscValidHeaderSpecific(weight, VEC_CLASSID, 2);
   PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "Call MatAinsworthSetMats() before MatAinsworthSetWeight()");
   PetscCall(VecGetSize(weight, &length));
@@ -126,7 +126,7 @@ PetscErrorCode MatAinsworthSetPenalty(Mat mat, Vec penalty)
   PetscInt       where, length, m;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "Call MatAinsworthSetMats() before MatAinsworthSetPenalty()");
   if (!penalty) {
     ctx->userPenalty = PETSC_FALSE;
@@ -169,7 +169,7 @@ PetscErrorCode MatAinsworthGetPenalty(Mat mat, Vec *penalty)
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUp(mat, &ctx));
+  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
   PetscAssertPointer(penalty, 2);
   *penalty = ctx->penalty;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -182,7 +182,7 @@ PetscErrorCode MatAinsworthGetPenalty(Mat mat, Vec *penalty)
 
    Input Parameters:
 +  mat  - the matrix
--  rows - connected pieces of the Gram matrix with more than 32 rows, m rows together, are solved with on ceil(m / rows) ranks, at most as
+-  rows - connected components of the Gram matrix with more than 32 rows, m rows together, are solved with on ceil(m / rows) ranks, at most as
           many as have rows of C, whole unless one has more than 16 times as many rows; 25000 by default
 
    Level: advanced
@@ -194,7 +194,7 @@ PetscErrorCode MatAinsworthSetRowsPerRank(Mat mat, PetscInt rows)
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext(mat, &ctx));
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   PetscValidLogicalCollectiveInt(mat, rows, 2);
   PetscCheck(rows > 0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE, "The number of rows per rank must be positive, not %" PetscInt_FMT, rows);
   if (rows != ctx->rowsPerRank) ctx->current = PETSC_FALSE;
@@ -216,7 +216,7 @@ PetscErrorCode MatAinsworthSetRowsPerRank(Mat mat, PetscInt rows)
    Level: advanced
 
    Notes:
-   Each rank solves with whole connected pieces of the Gram matrix, on its own; only where a piece has more than 16 times the rows that
+   Each rank solves with whole connected components of the Gram matrix, on its own; only where a piece has more than 16 times the rows that
    a rank is given (`MatAinsworthSetRowsPerRank()`) the solver is one that several ranks share.
 
    The matrix of the solver is the Gram matrix scaled to a unit diagonal, its rows piece by piece.
@@ -228,7 +228,7 @@ PetscErrorCode MatAinsworthGetGramKSP(Mat mat, KSP *ksp)
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUpProjector(mat, &ctx));
+  PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
   PetscAssertPointer(ksp, 2);
   *ksp = ctx->proj.gram.placement.sizes.size() ? ctx->proj.gram.ksp : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -240,7 +240,7 @@ PetscErrorCode MatAinsworthGetGramMat_Private(Mat mat, Mat *S)
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUpProjector(mat, &ctx));
+  PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
   *S = ctx->proj.gram.S;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -91,11 +91,11 @@ static PetscErrorCode IsConjugateGradients(KSPType type, PetscBool *definite)
 }
 
 /*
-   PCAinsworthConfigureKSP - reads the options of the inner solver, once, with our defaults where the user said nothing
+   PCAinsworthConfigureKSP_Private - reads the options of the inner solver, once, with our defaults where the user said nothing
 
    PCHYPRE takes its parameters from the options database only: the defaults stand there while it reads them, and no longer.
 */
-PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
+PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
 {
   KSP          ksp = data->ksp;
   PC           inner;
@@ -148,13 +148,13 @@ PetscErrorCode PCAinsworthConfigureKSP(PC pc, PC_Ainsworth *data)
   if (!sideGiven && !normGiven && ksp->pc_side_set == PC_SIDE_DEFAULT && !ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] &&
       ksp->normsupporttable[KSP_NORM_UNPRECONDITIONED][PC_RIGHT])
     PetscCall(KSPSetPCSide(ksp, PC_RIGHT));
-  PetscCall(PCBlockSAKeepProduct(inner));
+  PetscCall(PCBlockSAKeepProduct_Private(inner));
   data->configured = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* PCHYPRE takes a MATHYPRE as it is, and makes a copy of any other matrix; PCBLOCKSA wants A and the rest apart */
-PetscErrorCode PCAinsworthGetPmatFormat(PC_Ainsworth *data, AinsworthPmatFormat *format)
+PetscErrorCode PCAinsworthGetPmatFormat_Private(PC_Ainsworth *data, AinsworthPmatFormat *format)
 {
   PC        inner;
   PetscBool hypre, blocksa;
@@ -168,7 +168,7 @@ PetscErrorCode PCAinsworthGetPmatFormat(PC_Ainsworth *data, AinsworthPmatFormat 
 }
 
 /* PCBLOCKSA has the blocks of A: products with half of them stored take the place of those with the program's matrix */
-PetscErrorCode PCAinsworthUseProduct(PC_Ainsworth *data)
+PetscErrorCode PCAinsworthUseProduct_Private(PC_Ainsworth *data)
 {
   PC  inner;
   Mat product;
@@ -176,33 +176,33 @@ PetscErrorCode PCAinsworthUseProduct(PC_Ainsworth *data)
   PetscFunctionBegin;
   if (!data->symmetric) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PCBlockSAGetProduct(inner, &product));
+  PetscCall(PCBlockSAGetProduct_Private(inner, &product));
   if (!product) PetscFunctionReturn(PETSC_SUCCESS);
-  if (data->constraints) PetscCall(MatAinsworthSetProduct_Private(data->S, product));
+  if (data->constraints) PetscCall(MatAinsworthSetProduct_Private(data->reduced, product));
   else PetscCall(KSPSetOperators(data->ksp, product, data->saddle.A));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Where block smoothed aggregation was our choice and does not fit this matrix, another multigrid takes its place, and the set-up goes on from there */
-PetscErrorCode PCAinsworthFallBack(PC pc, PC_Ainsworth *data, PetscBool *again)
+PetscErrorCode PCAinsworthFallBack_Private(PC pc, PC_Ainsworth *data, PetscBool *again)
 {
   PC          inner;
   const char *doubts;
 
   PetscFunctionBegin;
   PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PCBlockSAGetDoubts(inner, &doubts));
+  PetscCall(PCBlockSAGetDoubts_Private(inner, &doubts));
   *again = (PetscBool)(doubts && doubts[0] && data->ownChoice);
   if (!*again) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscInfo(pc, "%s: PC type %s takes the place of %s\n", doubts, OtherMultigrid(), PCBLOCKSA));
   PetscCall(PCSetType(inner, OtherMultigrid()));
   data->configured = PETSC_FALSE;
-  PetscCall(PCAinsworthConfigureKSP(pc, data));
+  PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthSetKSPOperators - gives the inner solver what this scene needs: the reduced operator with M_*, or A alone */
-PetscErrorCode PCAinsworthSetKSPOperators(PC_Ainsworth *data)
+/* PCAinsworthSetKSPOperators_Private - gives the inner solver what this scene needs: the reduced operator with M_*, or A alone */
+PetscErrorCode PCAinsworthSetKSPOperators_Private(PC_Ainsworth *data)
 {
   KSP       ksp = data->ksp;
   KSPType   type;
@@ -210,25 +210,25 @@ PetscErrorCode PCAinsworthSetKSPOperators(PC_Ainsworth *data)
   PetscBool projected, definite;
 
   PetscFunctionBegin;
-  if (data->constraints) PetscCall(KSPSetOperators(ksp, data->S, data->M));
+  if (data->constraints) PetscCall(KSPSetOperators(ksp, data->reduced, data->M));
   else PetscCall(KSPSetOperators(ksp, data->saddle.A, data->saddle.A));
   /* without constraints the operator is A itself, which has no projector */
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
   if (projected && !data->constraints) {
     PetscCall(KSPSetType(ksp, KSPCG));
-    data->projected = PETSC_TRUE;
-  } else if (data->projected && data->constraints) {
+    data->plainCG = PETSC_TRUE;
+  } else if (data->plainCG && data->constraints) {
     PetscCall(KSPSetType(ksp, KSPPROJECTEDCG));
-    data->projected = PETSC_FALSE;
+    data->plainCG = PETSC_FALSE;
   }
   PetscCall(KSPGetType(ksp, &type));
   PetscCall(IsConjugateGradients(type, &definite));
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
   definite = (PetscBool)(definite && data->choices.variant == PC_AINSWORTH_WEIGHTED); /* the paper has C' B C in its conjugate gradients */
   PetscCall(KSPProjectedCGSetUse_Private(ksp, (PetscBool)(data->constraints && (projected || definite))));
-  if (data->S) {
+  if (data->reduced) {
     PetscCall(KSPGetPCSide(ksp, &side));
-    PetscCall(MatAinsworthSetWithoutRange_Private(data->S, (PetscBool)(side == PC_RIGHT)));
+    PetscCall(MatAinsworthOmitPenalty_Private(data->reduced, (PetscBool)(side == PC_RIGHT)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

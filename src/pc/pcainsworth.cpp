@@ -11,19 +11,19 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
 
   PetscFunctionBegin;
   /* the levels of A outlive the constraints: a program that changes their number has to reset its KSP */
-  PetscCall(PCAinsworthReportReset(data));
+  PetscCall(PCAinsworthReportReset_Private(data));
   PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PCBlockSAGetLevels(inner, &levels));
+  PetscCall(PCBlockSAGetLevels_Private(inner, &levels));
   PetscCall(KSPReset(data->ksp));
-  PetscCall(PCBlockSASetLevels(inner, levels));
+  PetscCall(PCBlockSASetLevels_Private(inner, levels));
   PetscCall(AinsworthSaddleReset(&data->saddle));
-  PetscCall(MatDestroy(&data->S));
+  PetscCall(MatDestroy(&data->reduced));
   PetscCall(MatDestroy(&data->M));
   PetscCall(VecDestroy(&data->rhs));
   PetscCall(VecDestroy(&data->g));
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));
-  PetscCall(VecDestroy(&data->weights));
+  PetscCall(VecDestroy(&data->inverseDiagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -39,20 +39,20 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
     PetscCall(VecZeroEntries(x));
     reason = KSP_CONVERGED_ITS;
   } else {
-    if (!transpose) PetscCall(PCAinsworthReportBegin(pc, data, f, g));
-    if (data->constraints) PetscCall(MatAinsworthReduce_Private(data->S, transpose, f, g, data->rhs));
+    if (!transpose) PetscCall(PCAinsworthReportBegin_Private(pc, data, f, g));
+    if (data->constraints) PetscCall(MatAinsworthReduce_Private(data->reduced, transpose, f, g, data->rhs));
     else PetscCall(VecCopy(f, data->rhs));
     if (transpose) PetscCall(KSPSolveTranspose(data->ksp, data->rhs, x));
     else PetscCall(KSPSolve(data->ksp, data->rhs, x));
-    if (!transpose) PetscCall(PCAinsworthReportEnd(data));
+    if (!transpose) PetscCall(PCAinsworthReportEnd_Private(data));
     PetscCall(KSPCheckSolve(data->ksp, pc, x));
     PetscCall(KSPGetConvergedReason(data->ksp, &reason));
   }
   *failed = (PetscBool)(reason < 0); /* at the limit of iterations too, when an outer Krylov method may still use what there is */
   if (*failed && !data->symmetric)
     PetscCall(PetscInfo(pc, "The reduced solve failed and A is not symmetric: -ainsworth_ksp_type gmres does not need it to be\n"));
-  if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->S, transpose, f, g, x, lambda));
-  if (reason > 0) PetscCall(PCAinsworthVerify(pc, data, transpose, f, g, x, lambda, failed));
+  if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, f, g, x, lambda));
+  if (reason > 0) PetscCall(PCAinsworthVerify_Private(pc, data, transpose, f, g, x, lambda, failed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -104,7 +104,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
                "The right-hand side of the constraints is %s; remove the rows or mend it", why);
     PetscCall(PetscInfo(pc, "The right-hand side of the constraints is %s\n", why));
   }
-  PetscCall(PCAinsworthAgreeOnFailure(pc, why[0] ? PC_INCONSISTENT_RHS : (failed ? PC_SUBPC_ERROR : PC_NOERROR)));
+  PetscCall(PCAinsworthAgreeOnFailure_Private(pc, why[0] ? PC_INCONSISTENT_RHS : (failed ? PC_SUBPC_ERROR : PC_NOERROR)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -143,13 +143,14 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 
   PetscFunctionBegin;
   PetscCall(PCReset_Ainsworth(pc));
-  PetscCall(VecDestroy(&data->weight));
+  PetscCall(VecDestroy(&data->userWeight));
   PetscCall(VecDestroy(&data->reporting.reference));
   PetscCall(PetscViewerDestroy(&data->reporting.viewer));
   PetscCall(PetscFree(data->reporting.monitor));
   PetscCall(PetscFree(data->reporting.file));
   PetscCall(KSPDestroy(&data->ksp));
-  PetscCall(PetscFree(pc->data));
+  delete data;
+  pc->data = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -227,7 +228,7 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   PetscInt      level;
 
   PetscFunctionBegin;
-  PetscCall(PetscNew(&data));
+  data                       = new PC_Ainsworth();
   pc->data                   = (void *)data;
   data->choices.rowsPerRank  = 25000; /* docs/gram.md */
   data->choices.pmat.type    = PC_AINSWORTH_PMAT_AUTO;
@@ -235,7 +236,7 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   data->choices.pmat.blocks  = PETSC_DECIDE;
   data->reporting.rtol       = 1e-6;
   data->reporting.eigenvalue = PETSC_DEFAULT;
-  PCAinsworthChoicesApplyVariant(&data->choices, PC_AINSWORTH_WEIGHTED);
+  PCAinsworthChoicesApplyVariant_Private(&data->choices, PC_AINSWORTH_WEIGHTED);
   PetscCall(KSPCreate(PetscObjectComm((PetscObject)pc), &data->ksp));
   PetscCall(PCGetOptionsPrefix(pc, &prefix));
   PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));

@@ -24,18 +24,18 @@ struct PCAinsworthChoices {
 
 struct PC_Ainsworth {
   PCAinsworthChoices choices;
-  Vec                weight; /* the user's, length n */
+  Vec                userWeight; /* the user's, length n */
 
   /* what set-up made of the program's matrix */
   AinsworthSaddle saddle;
-  PetscInt        constraints; /* rows of C that are kept */
-  Mat             S;           /* the reduced operator; NULL without constraints */
-  Mat             M;           /* the preconditioning matrix */
-  const char     *autoReason;  /* why auto came to what it is */
-  PetscBool       symmetric;   /* A = A' */
-  Vec             weights;     /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */
-  PetscBool       stale;       /* a choice changed since the last set-up */
-  PetscBool       unchanged;   /* at the last set-up neither A nor C nor a choice had changed */
+  PetscInt        constraints;     /* rows of C that are kept */
+  Mat             reduced;         /* the reduced operator; NULL without constraints */
+  Mat             M;               /* the preconditioning matrix */
+  const char     *autoReason;      /* why auto came to what it is */
+  PetscBool       symmetric;       /* A = A' */
+  Vec             inverseDiagonal; /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */
+  PetscBool       stale;           /* a choice changed since the last set-up */
+  PetscBool       unchanged;       /* at the last set-up neither A nor C nor a choice had changed */
 
   /* the reduced solve */
   KSP                 ksp;
@@ -43,7 +43,7 @@ struct PC_Ainsworth {
   PCAinsworthPmatType autoType;   /* what auto came to */
   AinsworthPmatFormat format;     /* of M, by the type of its preconditioner */
   PetscBool           ownChoice;  /* neither options nor calls chose the type of its preconditioner */
-  PetscBool           projected;  /* its type gave way to KSPCG because there are no constraints */
+  PetscBool           plainCG;    /* its type gave way to KSPCG because there are no constraints */
   Vec                 rhs;        /* f~ */
   Vec                 g, lambda;  /* on the kept rows, where some are not kept */
   Vec                 f;          /* f + C_p' D^{-1} g_p, where rows p are eliminated */
@@ -56,25 +56,25 @@ struct PC_Ainsworth {
 
 PETSC_INTERN PetscErrorCode      PCCreate_Ainsworth(PC);
 PETSC_INTERN PetscErrorCode      PCSetUp_Ainsworth(PC);
-PETSC_INTERN PetscErrorCode      PCAinsworthAgreeOnFailure(PC, PCFailedReason);
-PETSC_INTERN PetscErrorCode      PCAinsworthGetData(PC, PC_Ainsworth **);
-PETSC_INTERN PetscErrorCode      PCAinsworthSetStale(PC, PC_Ainsworth *);
-PETSC_INTERN void                PCAinsworthChoicesApplyVariant(PCAinsworthChoices *, PCAinsworthVariant);
-PETSC_INTERN PetscErrorCode      PCAinsworthChoose(PC, PC_Ainsworth *, const PCAinsworthChoices *);
-PETSC_INTERN PetscErrorCode      PCAinsworthConfigureKSP(PC, PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthSetKSPOperators(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthGetPmatFormat(PC_Ainsworth *, AinsworthPmatFormat *);
-PETSC_INTERN PetscErrorCode      PCAinsworthUseProduct(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthFallBack(PC, PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthAgreeOnFailure_Private(PC, PCFailedReason);
+PETSC_INTERN PetscErrorCode      PCAinsworthGetData_Private(PC, PC_Ainsworth **);
+PETSC_INTERN PetscErrorCode      PCAinsworthSetStale_Private(PC, PC_Ainsworth *);
+PETSC_INTERN void                PCAinsworthChoicesApplyVariant_Private(PCAinsworthChoices *, PCAinsworthVariant);
+PETSC_INTERN PetscErrorCode      PCAinsworthChoose_Private(PC, PC_Ainsworth *, const PCAinsworthChoices *);
+PETSC_INTERN PetscErrorCode      PCAinsworthConfigureKSP_Private(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthSetKSPOperators_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthGetPmatFormat_Private(PC_Ainsworth *, AinsworthPmatFormat *);
+PETSC_INTERN PetscErrorCode      PCAinsworthUseProduct_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthFallBack_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);
-PETSC_INTERN PetscErrorCode      PCAinsworthViewLeftOut(PC_Ainsworth *, PetscViewer);
+PETSC_INTERN PetscErrorCode      PCAinsworthViewLeftOut_Private(PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCView_Ainsworth(PC, PetscViewer);
-PETSC_INTERN PetscReal           PCAinsworthPenaltyFactor(const PC_Ainsworth *);
-PETSC_INTERN PCAinsworthPmatType PCAinsworthPmatTypeInUse(const PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthReportReset(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin(PC, PC_Ainsworth *, Vec, Vec);
-PETSC_INTERN PetscErrorCode      PCAinsworthReportEnd(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthReportView(const PC_Ainsworth *, PetscViewer);
-PETSC_INTERN PetscErrorCode      PCAinsworthVerify(PC, PC_Ainsworth *, PetscBool, Vec, Vec, Vec, Vec, PetscBool *);
+PETSC_INTERN PetscReal           PCAinsworthPenaltyFactor_Private(const PC_Ainsworth *);
+PETSC_INTERN PCAinsworthPmatType PCAinsworthPmatTypeInUse_Private(const PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthReportReset_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC, PC_Ainsworth *, Vec, Vec);
+PETSC_INTERN PetscErrorCode      PCAinsworthReportEnd_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
+PETSC_INTERN PetscErrorCode      PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, Vec, Vec, Vec, Vec, PetscBool *);
 
 #endif

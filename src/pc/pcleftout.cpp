@@ -15,15 +15,15 @@ static PetscErrorCode DescribeRanks(PC_Ainsworth *data, std::string &text)
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(comm, &size));
   PetscCall(AinsworthSurfaceCountConstrained(data->saddle.C, &touched));
-  PetscCall(MatAinsworthGetGramKSP(data->S, &gram));
+  PetscCall(MatAinsworthGetGramKSP(data->reduced, &gram));
   idle = !touched && !gram;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &idle, 1, MPI_INT, MPI_SUM, comm));
   if (idle) text += "; " + std::to_string(idle) + " of " + std::to_string(size) + " ranks have no constraints: they exchange nothing for a projection";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthViewLeftOut - one line: what this scene does not need, and why (design of the method: docs/method.md, what is left out) */
-PetscErrorCode PCAinsworthViewLeftOut(PC_Ainsworth *data, PetscViewer viewer)
+/* PCAinsworthViewLeftOut_Private - one line: what this scene does not need, and why (design of the method: docs/method.md, what is left out) */
+PetscErrorCode PCAinsworthViewLeftOut_Private(PC_Ainsworth *data, PetscViewer viewer)
 {
   std::string text;
 
@@ -34,13 +34,13 @@ PetscErrorCode PCAinsworthViewLeftOut(PC_Ainsworth *data, PetscViewer viewer)
     PetscBool      projected;
     const char    *economy;
 
-    PetscCall(MatAinsworthGetContext(data->S, &ctx));
+    PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
     PetscCall(KSPProjectedCGGetUse_Private(data->ksp, &projected));
-    PetscCall(MatAinsworthGetGramEconomy_Private(data->S, &economy));
+    PetscCall(MatAinsworthGetGramEconomy_Private(data->reduced, &economy));
     text += economy;
-    if (PCAinsworthPmatTypeInUse(data) == PC_AINSWORTH_PMAT_ID) text += "; id: no product with A for the preconditioning matrix";
+    if (PCAinsworthPmatTypeInUse_Private(data) == PC_AINSWORTH_PMAT_ID) text += "; id: no product with A for the preconditioning matrix";
     if (projected) text += "; iterates in Ker C: C' B C is not applied";
-    if (ctx->withoutRange) text += "; preconditioned in Ker C: C' B C is not applied";
+    if (ctx->omitPenalty) text += "; preconditioned in Ker C: C' B C is not applied";
     if (ctx->homogeneous) text += "; g = 0: neither R g nor A R g";
     PetscCall(DescribeRanks(data, text));
   }

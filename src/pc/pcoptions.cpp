@@ -38,13 +38,13 @@ static PetscErrorCode ChoicesFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpt
 {
   PCAinsworthChoices now     = data->choices;
   PCAinsworthVariant variant = now.variant;
-  PetscReal          factor  = PCAinsworthPenaltyFactor(data);
+  PetscReal          factor  = PCAinsworthPenaltyFactor_Private(data);
   PetscBool          set;
 
   PetscFunctionBegin;
   PetscCall(PetscOptionsEnum("-pc_ainsworth_variant", "Sets weight, penalty, penalty factor, row scaling and the inner KSP type at once", PCAINSWORTH,
                              PCAinsworthVariants, (PetscEnum)variant, (PetscEnum *)&variant, &set));
-  if (set) PCAinsworthChoicesApplyVariant(&now, variant);
+  if (set) PCAinsworthChoicesApplyVariant_Private(&now, variant);
   PetscCall(PetscOptionsEnum("-pc_ainsworth_weight", "Diagonal weight W of the projector", PCAINSWORTH, MatAinsworthWeightTypes, (PetscEnum)now.weightType,
                              (PetscEnum *)&now.weightType, NULL));
   PetscCall(PetscOptionsEnum("-pc_ainsworth_penalty", "Diagonal penalty B", PCAINSWORTH, AinsworthPenaltyTypes, (PetscEnum)now.pmat.penalty,
@@ -60,7 +60,7 @@ static PetscErrorCode ChoicesFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpt
     CountOption(pc, PetscOptionsObject, "-pc_ainsworth_rows_per_rank", "The Gram matrix is gathered on ceil(constraints / this) ranks", &now.rowsPerRank));
   PetscCall(PetscOptionsEnum("-pc_ainsworth_redundant", "Rows of C that are linear combinations of others", PCAINSWORTH, redundantTypes,
                              (PetscEnum)now.redundant, (PetscEnum *)&now.redundant, NULL));
-  PetscCall(PCAinsworthChoose(pc, data, &now));
+  PetscCall(PCAinsworthChoose_Private(pc, data, &now));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -163,7 +163,8 @@ static PetscErrorCode ReportFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpti
   PetscCall(RealOption(pc, PetscOptionsObject, "-pc_ainsworth_error_eigenvalue", "Lower bound of the spectrum of the preconditioned operator", PETSC_INFINITY,
                        &eigenvalue));
   if (eigenvalue > 0.0) settings->eigenvalue = eigenvalue;
-  if (settings->viewer != last.viewer || settings->stop != last.stop || settings->eigenvalue != last.eigenvalue) PetscCall(PCAinsworthReportReset(data));
+  if (settings->viewer != last.viewer || settings->stop != last.stop || settings->eigenvalue != last.eigenvalue)
+    PetscCall(PCAinsworthReportReset_Private(data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -180,10 +181,10 @@ static PetscErrorCode InnerFromOptions(PC pc, PC_Ainsworth *data)
   PetscCall(PetscStrncpy(method, ((PetscObject)data->ksp)->type_name, sizeof(method)));
   PetscCall(PetscStrncpy(type, ((PetscObject)inner)->type_name, sizeof(type)));
   data->configured = PETSC_FALSE;
-  PetscCall(PCAinsworthConfigureKSP(pc, data));
+  PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
   PetscCall(PetscStrcmp(method, ((PetscObject)data->ksp)->type_name, &same[0]));
   PetscCall(PetscStrcmp(type, ((PetscObject)inner)->type_name, &same[1]));
-  if (!same[0] || !same[1]) PetscCall(PCAinsworthSetStale(pc, data));
+  if (!same[0] || !same[1]) PetscCall(PCAinsworthSetStale_Private(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,7 +1,7 @@
 #include "pcainsworth.h"
 #include <petsc/private/pcimpl.h>
 
-PetscErrorCode PCAinsworthReportReset(PC_Ainsworth *data)
+PetscErrorCode PCAinsworthReportReset_Private(PC_Ainsworth *data)
 {
   PetscFunctionBegin;
   PetscCall(AinsworthReportDestroy(&data->report));
@@ -9,17 +9,17 @@ PetscErrorCode PCAinsworthReportReset(PC_Ainsworth *data)
 }
 
 /* Before the reduced solve for f and g on the kept rows */
-PetscErrorCode PCAinsworthReportBegin(PC pc, PC_Ainsworth *data, Vec f, Vec g)
+PetscErrorCode PCAinsworthReportBegin_Private(PC pc, PC_Ainsworth *data, Vec f, Vec g)
 {
   PetscFunctionBegin;
   if (!data->reporting.viewer && data->reporting.stop == AINSWORTH_STOP_RESIDUAL) PetscFunctionReturn(PETSC_SUCCESS);
   if (!data->report) {
     AinsworthReportSystem system;
 
-    system.A      = data->saddle.A;
-    system.C      = data->saddle.C;
-    system.S      = data->S;
-    system.primal = data->saddle.cols[0];
+    system.A       = data->saddle.A;
+    system.C       = data->saddle.C;
+    system.reduced = data->reduced;
+    system.primal  = data->saddle.cols[0];
     PetscCall(MatGetSize(pc->pmat, NULL, &system.size));
     PetscCall(AinsworthReportCreate(&data->reporting, &system, &data->report));
   }
@@ -28,14 +28,14 @@ PetscErrorCode PCAinsworthReportBegin(PC pc, PC_Ainsworth *data, Vec f, Vec g)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode PCAinsworthReportEnd(PC_Ainsworth *data)
+PetscErrorCode PCAinsworthReportEnd_Private(PC_Ainsworth *data)
 {
   PetscFunctionBegin;
   if (data->report) PetscCall(AinsworthReportEnd(data->report, data->ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode PCAinsworthReportView(const PC_Ainsworth *data, PetscViewer viewer)
+PetscErrorCode PCAinsworthReportView_Private(const PC_Ainsworth *data, PetscViewer viewer)
 {
   const AinsworthReportSettings *settings = &data->reporting;
 

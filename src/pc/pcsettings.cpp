@@ -6,7 +6,7 @@
 const char *const PCAinsworthVariants[] = {"weighted", "paper", "PCAinsworthVariant", "PC_AINSWORTH_", NULL};
 
 /* NULL for a PC of another type, whose setters do nothing, as everywhere in PETSc */
-PetscErrorCode PCAinsworthGetData(PC pc, PC_Ainsworth **data)
+PetscErrorCode PCAinsworthGetData_Private(PC pc, PC_Ainsworth **data)
 {
   PetscBool match;
 
@@ -21,14 +21,14 @@ PetscErrorCode PCAinsworthGetData(PC pc, PC_Ainsworth **data)
 static PetscErrorCode GetDataOrError(PC pc, PC_Ainsworth **data)
 {
   PetscFunctionBegin;
-  PetscCall(PCAinsworthGetData(pc, data));
+  PetscCall(PCAinsworthGetData_Private(pc, data));
   PetscCheck(*data, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONG, "The PC has type %s, not %s",
              ((PetscObject)pc)->type_name ? ((PetscObject)pc)->type_name : "(not set)", PCAINSWORTH);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* A choice changed: the next use sets up again */
-PetscErrorCode PCAinsworthSetStale(PC pc, PC_Ainsworth *data)
+PetscErrorCode PCAinsworthSetStale_Private(PC pc, PC_Ainsworth *data)
 {
   PetscFunctionBegin;
   if (data->saddle.A) {
@@ -38,7 +38,7 @@ PetscErrorCode PCAinsworthSetStale(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void PCAinsworthChoicesApplyVariant(PCAinsworthChoices *choices, PCAinsworthVariant variant)
+void PCAinsworthChoicesApplyVariant_Private(PCAinsworthChoices *choices, PCAinsworthVariant variant)
 {
   const bool paper = variant == PC_AINSWORTH_PAPER;
 
@@ -57,33 +57,33 @@ static bool Same(const PCAinsworthChoices &a, const PCAinsworthChoices &b)
 }
 
 /* Takes these choices; what they say anew is set up at the next use. Another variant brings its inner method */
-PetscErrorCode PCAinsworthChoose(PC pc, PC_Ainsworth *data, const PCAinsworthChoices *choices)
+PetscErrorCode PCAinsworthChoose_Private(PC pc, PC_Ainsworth *data, const PCAinsworthChoices *choices)
 {
   PetscFunctionBegin;
   if (Same(data->choices, *choices)) PetscFunctionReturn(PETSC_SUCCESS);
   if (data->choices.variant != choices->variant) {
-    data->projected = PETSC_FALSE;
+    data->plainCG = PETSC_FALSE;
     PetscCall(KSPSetType(data->ksp, choices->variant == PC_AINSWORTH_PAPER ? KSPCG : KSPPROJECTEDCG));
   }
   data->choices = *choices;
-  PetscCall(PCAinsworthSetStale(pc, data));
+  PetscCall(PCAinsworthSetStale_Private(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The type itself, or what auto came to at the last set-up; before, jcb */
-PCAinsworthPmatType PCAinsworthPmatTypeInUse(const PC_Ainsworth *data)
+PCAinsworthPmatType PCAinsworthPmatTypeInUse_Private(const PC_Ainsworth *data)
 {
   return data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO ? data->autoType : data->choices.pmat.type;
 }
 
-PetscReal PCAinsworthPenaltyFactor(const PC_Ainsworth *data)
+PetscReal PCAinsworthPenaltyFactor_Private(const PC_Ainsworth *data)
 {
   const AinsworthPmatOptions &pmat = data->choices.pmat;
 
   if (pmat.factor != (PetscReal)PETSC_DEFAULT) return pmat.factor;
   /* paper, section 3.3; measured, docs/method.md: without Q_* the penalty alone tells AMG of the constraints */
   if (pmat.penalty == AINSWORTH_PENALTY_NORM) return 5.0;
-  return PCAinsworthPmatTypeInUse(data) == PC_AINSWORTH_PMAT_ID ? (data->format == AINSWORTH_PMAT_SUM ? 2.0 : 10.0) : 0.5;
+  return PCAinsworthPmatTypeInUse_Private(data) == PC_AINSWORTH_PMAT_ID ? (data->format == AINSWORTH_PMAT_SUM ? 2.0 : 10.0) : 0.5;
 }
 
 /*@
@@ -111,12 +111,12 @@ PetscErrorCode PCAinsworthSetVariant(PC pc, PCAinsworthVariant variant)
   PCAinsworthChoices choices;
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthGetData(pc, &data));
+  PetscCall(PCAinsworthGetData_Private(pc, &data));
   if (!data) PetscFunctionReturn(PETSC_SUCCESS);
   PetscValidLogicalCollectiveEnum(pc, variant, 2);
   choices = data->choices;
-  PCAinsworthChoicesApplyVariant(&choices, variant);
-  PetscCall(PCAinsworthChoose(pc, data, &choices));
+  PCAinsworthChoicesApplyVariant_Private(&choices, variant);
+  PetscCall(PCAinsworthChoose_Private(pc, data, &choices));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -148,12 +148,12 @@ PetscErrorCode PCAinsworthSetPmatType(PC pc, PCAinsworthPmatType type)
   PCAinsworthChoices choices;
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthGetData(pc, &data));
+  PetscCall(PCAinsworthGetData_Private(pc, &data));
   if (!data) PetscFunctionReturn(PETSC_SUCCESS);
   PetscValidLogicalCollectiveEnum(pc, type, 2);
   choices           = data->choices;
   choices.pmat.type = type;
-  PetscCall(PCAinsworthChoose(pc, data, &choices));
+  PetscCall(PCAinsworthChoose_Private(pc, data, &choices));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -178,15 +178,15 @@ PetscErrorCode PCAinsworthSetWeight(PC pc, Vec weight)
   PC_Ainsworth *data = NULL;
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthGetData(pc, &data));
+  PetscCall(PCAinsworthGetData_Private(pc, &data));
   if (!data) PetscFunctionReturn(PETSC_SUCCESS);
   PetscValidHeaderSpecific(weight, VEC_CLASSID, 2);
   PetscCheckSameComm(pc, 1, weight, 2);
   PetscCall(PetscObjectReference((PetscObject)weight));
-  PetscCall(VecDestroy(&data->weight));
-  data->weight             = weight;
+  PetscCall(VecDestroy(&data->userWeight));
+  data->userWeight         = weight;
   data->choices.weightType = MAT_AINSWORTH_WEIGHT_USER;
-  PetscCall(PCAinsworthSetStale(pc, data));
+  PetscCall(PCAinsworthSetStale_Private(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -228,7 +228,7 @@ PetscErrorCode PCAinsworthGetKSP(PC pc, KSP *ksp)
 .  ksp - the solver, with options prefix `ainsworth_gram_`; `NULL` on ranks that solve for no row, and without constraints
 
    Options Database Key:
-.  -pc_ainsworth_rows_per_rank <25000> - pieces of the Gram matrix with more than 32 rows, m rows together, are solved with on ceil(m / this) ranks
+.  -pc_ainsworth_rows_per_rank <25000> - components of the Gram matrix with more than 32 rows, m rows together, are solved with on ceil(m / this) ranks
 
    Level: advanced
 
@@ -246,7 +246,7 @@ PetscErrorCode PCAinsworthGetGramKSP(PC pc, KSP *ksp)
   PetscAssertPointer(ksp, 2);
   PetscCheck(data->saddle.A, PetscObjectComm((PetscObject)pc), PETSC_ERR_ORDER, "Call PCSetUp() before PCAinsworthGetGramKSP()");
   *ksp = NULL;
-  if (data->S) PetscCall(MatAinsworthGetGramKSP(data->S, ksp));
+  if (data->reduced) PetscCall(MatAinsworthGetGramKSP(data->reduced, ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -277,7 +277,7 @@ PetscErrorCode PCAinsworthSetReference(PC pc, Vec reference)
   PC_Ainsworth *data = NULL;
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthGetData(pc, &data));
+  PetscCall(PCAinsworthGetData_Private(pc, &data));
   if (!data) PetscFunctionReturn(PETSC_SUCCESS);
   if (reference) {
     PetscValidHeaderSpecific(reference, VEC_CLASSID, 2);
@@ -286,7 +286,7 @@ PetscErrorCode PCAinsworthSetReference(PC pc, Vec reference)
   }
   PetscCall(VecDestroy(&data->reporting.reference));
   data->reporting.reference = reference;
-  PetscCall(PCAinsworthReportReset(data));
+  PetscCall(PCAinsworthReportReset_Private(data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

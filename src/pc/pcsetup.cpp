@@ -18,7 +18,7 @@ static const char citation[] = "@inproceedings{robert_pointselle,\n"
                                "}\n";
 
 /* All ranks hear of the worst failure on any of them */
-PetscErrorCode PCAinsworthAgreeOnFailure(PC pc, PCFailedReason reason)
+PetscErrorCode PCAinsworthAgreeOnFailure_Private(PC pc, PCFailedReason reason)
 {
   PetscMPIInt worst = (PetscMPIInt)reason;
 
@@ -119,24 +119,24 @@ static PetscErrorCode Fail(PC pc, PC_Ainsworth *data, PCFailedReason reason, Pet
   PetscFunctionBegin;
   PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), code, "%s", why);
   PetscCall(PetscInfo(pc, "%s\n", why));
-  PetscCall(PCAinsworthAgreeOnFailure(pc, reason));
-  PetscCall(MatDestroy(&data->S));
+  PetscCall(PCAinsworthAgreeOnFailure_Private(pc, reason));
+  PetscCall(MatDestroy(&data->reduced));
   data->stale = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is data->S on the A and C that the saddle holds now? Their values may have changed since: it will notice, and keep what depends on the pattern alone */
+/* Is data->reduced on the A and C that the saddle holds now? Their values may have changed since: it will notice, and keep what depends on the pattern alone */
 static PetscErrorCode KeepsOperator(const PC_Ainsworth *data, PetscBool *keeps)
 {
   Mat A = NULL, C = NULL;
 
   PetscFunctionBegin;
-  if (data->S && !data->stale) PetscCall(MatAinsworthGetMats(data->S, &A, &C));
+  if (data->reduced && !data->stale) PetscCall(MatAinsworthGetMats(data->reduced, &A, &C));
   *keeps = (PetscBool)(A && A == data->saddle.A && C == data->saddle.C);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* data->S with its projector */
+/* data->reduced with its projector */
 static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx)
 {
   PetscBool   keeps = PETSC_FALSE;
@@ -145,19 +145,19 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
   PetscFunctionBegin;
   PetscCall(KeepsOperator(data, &keeps));
   if (!keeps) {
-    PetscCall(MatDestroy(&data->S));
-    PetscCall(MatCreateAinsworth(data->saddle.A, data->saddle.C, &data->S));
+    PetscCall(MatDestroy(&data->reduced));
+    PetscCall(MatCreateAinsworth(data->saddle.A, data->saddle.C, &data->reduced));
     PetscCall(PCGetOptionsPrefix(pc, &prefix));
-    PetscCall(MatSetOptionsPrefix(data->S, prefix));
-    PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->S, (PetscObject)pc, 0));
-    PetscCall(MatAinsworthSetRowsPerRank(data->S, data->choices.rowsPerRank));
+    PetscCall(MatSetOptionsPrefix(data->reduced, prefix));
+    PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->reduced, (PetscObject)pc, 0));
+    PetscCall(MatAinsworthSetRowsPerRank(data->reduced, data->choices.rowsPerRank));
   }
   if (data->choices.weightType == MAT_AINSWORTH_WEIGHT_USER) {
-    PetscCheck(data->weight, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
+    PetscCheck(data->userWeight, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
                "-pc_ainsworth_weight user needs a vector: call PCAinsworthSetWeight()");
-    PetscCall(MatAinsworthSetWeight(data->S, data->weight));
-  } else PetscCall(MatAinsworthSetWeightType(data->S, data->choices.weightType));
-  PetscCall(MatAinsworthSetUpProjector(data->S, ctx));
+    PetscCall(MatAinsworthSetWeight(data->reduced, data->userWeight));
+  } else PetscCall(MatAinsworthSetWeightType(data->reduced, data->choices.weightType));
+  PetscCall(MatAinsworthSetUpProjector_Private(data->reduced, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -191,11 +191,11 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
     PetscInt *dependent;
 
     PetscCall(CreateOperator(pc, data, ctx));
-    PetscCall(MatAinsworthDiagnose_Private(data->S, &pass, &n, &dependent, reason));
+    PetscCall(MatAinsworthDiagnose_Private(data->reduced, &pass, &n, &dependent, reason));
     if (n) PetscCall(DropDependentRows(pc, data, n, dependent));
     PetscCall(PetscFree(dependent));
     if (data->constraints) continue;
-    PetscCall(MatDestroy(&data->S));
+    PetscCall(MatDestroy(&data->reduced));
     *reason = PC_NOERROR;
     break;
   }
@@ -208,8 +208,8 @@ static PetscErrorCode SetUpWeights(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
   PetscFunctionBegin;
   if (data->constraints && ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
     PetscCall(PetscObjectReference((PetscObject)ctx->weight));
-    data->weights = ctx->weight;
-  } else PetscCall(AinsworthWeightCreate(data->saddle.A, &data->weights));
+    data->inverseDiagonal = ctx->weight;
+  } else PetscCall(AinsworthWeightCreate(data->saddle.A, &data->inverseDiagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -245,19 +245,19 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
   PetscFunctionBegin;
   PetscCall(AinsworthGetAIJ(data->saddle.A, &in.A));
   in.C = data->saddle.C;
-  PetscCall(MatAinsworthGetGramMat_Private(data->S, &in.S));
+  PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &in.S));
   in.weight          = ctx->weight;
-  in.inverseDiagonal = data->weights;
+  in.inverseDiagonal = data->inverseDiagonal;
   in.given           = data->saddle.A;
-  PetscCall(PCAinsworthGetPmatFormat(data, &data->format));
+  PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->format));
   in.format = data->format;
   if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data));
-  options.type      = PCAinsworthPmatTypeInUse(data);
+  options.type      = PCAinsworthPmatTypeInUse_Private(data);
   options.symmetric = data->symmetric;
-  options.factor    = PCAinsworthPenaltyFactor(data);
+  options.factor    = PCAinsworthPenaltyFactor_Private(data);
   PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M));
   PetscCall(MatDestroy(&in.A));
-  PetscCall(MatAinsworthSetPenalty(data->S, penalty));
+  PetscCall(MatAinsworthSetPenalty(data->reduced, penalty));
   PetscCall(VecDestroy(&penalty));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -266,7 +266,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
 static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
 {
   MatNullSpace near, common;
-  Mat          S = data->constraints ? data->S : data->saddle.A, M = data->constraints ? data->M : data->saddle.A;
+  Mat          S = data->constraints ? data->reduced : data->saddle.A, M = data->constraints ? data->M : data->saddle.A;
 
   PetscFunctionBegin;
   if (S == data->saddle.block[0]) PetscFunctionReturn(PETSC_SUCCESS); /* the program's A has its own */
@@ -305,12 +305,12 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth 
   while (again) {
     PetscCall(MatDestroy(&data->M));
     if (data->constraints) PetscCall(SetUpPmat(data, ctx));
-    PetscCall(PCAinsworthSetKSPOperators(data));
+    PetscCall(PCAinsworthSetKSPOperators_Private(data));
     PetscCall(ForwardNullSpaces(data));
     PetscCall(KSPSetUp(data->ksp));
-    PetscCall(PCAinsworthFallBack(pc, data, &again));
+    PetscCall(PCAinsworthFallBack_Private(pc, data, &again));
   }
-  PetscCall(PCAinsworthUseProduct(data));
+  PetscCall(PCAinsworthUseProduct_Private(data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -333,12 +333,12 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PCAinsworthReportReset(data));
+  PetscCall(PCAinsworthReportReset_Private(data));
   PetscCall(MatDestroy(&data->M));
   PetscCall(VecDestroy(&data->g));
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));
-  PetscCall(VecDestroy(&data->weights));
+  PetscCall(VecDestroy(&data->inverseDiagonal));
   PetscCall(AinsworthSaddleSetUp(pc->pmat, &data->saddle));
   if (data->saddle.bad[0]) {
     PetscCall(PetscSNPrintf(why, sizeof(why), "The system cannot be solved: %s", data->saddle.bad));
@@ -348,8 +348,8 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(MatGetSize(data->saddle.C, &data->constraints, NULL));
   symmetric = data->symmetric;
   PetscCall(ProbeSymmetry(data->saddle.A, &data->symmetric));
-  if (symmetric != data->symmetric) PetscCall(MatDestroy(&data->S)); /* which has the symmetry of A */
-  PetscCall(PCAinsworthConfigureKSP(pc, data));
+  if (symmetric != data->symmetric) PetscCall(MatDestroy(&data->reduced)); /* which has the symmetry of A */
+  PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
   if (data->constraints) {
     PetscCall(SetUpOperator(pc, data, &ctx, &reason));
     if (reason) {
@@ -362,14 +362,14 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(SetUpWeights(data, ctx));
   if (!data->constraints) {
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
-    PetscCall(MatDestroy(&data->S));
+    PetscCall(MatDestroy(&data->reduced));
   }
   PetscCall(CreateKeptVectors(pc, data));
   if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->rhs));
   PetscCall(SetUpInner(pc, data, ctx));
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCGetFailedReason(inner, &reason));
-  PetscCall(PCAinsworthAgreeOnFailure(pc, reason ? PC_SUBPC_ERROR : PC_NOERROR));
+  PetscCall(PCAinsworthAgreeOnFailure_Private(pc, reason ? PC_SUBPC_ERROR : PC_NOERROR));
   data->stale = PETSC_FALSE;
   PetscCall(PetscTime(&end));
   data->setupSeconds += end - start;

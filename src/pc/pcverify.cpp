@@ -15,17 +15,17 @@ static bool Doubtful(const PC_Ainsworth *data)
 {
   Mat_Ainsworth *ctx = NULL;
 
-  if (data->S) (void)MatShellGetContext(data->S, &ctx);
+  if (data->reduced) (void)MatShellGetContext(data->reduced, &ctx);
   return ctx && ctx->doubtful;
 }
 
 /* x' W y */
-static PetscErrorCode WeightedDot(Vec weights, Vec x, Vec y, Vec work, PetscReal *dot)
+static PetscErrorCode WeightedDot(Vec inverseDiagonal, Vec x, Vec y, Vec work, PetscReal *dot)
 {
   PetscScalar value;
 
   PetscFunctionBegin;
-  PetscCall(VecPointwiseMult(work, weights, y));
+  PetscCall(VecPointwiseMult(work, inverseDiagonal, y));
   PetscCall(VecDot(work, x, &value));
   *dot = PetscRealPart(value);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -47,13 +47,13 @@ static PetscErrorCode CheckResidual(PC pc, PC_Ainsworth *data, Vec f, Vec x, Vec
   PetscCall(KSPGetNormType(data->ksp, &type));
   if (type != KSP_NORM_NATURAL) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetResidualNorm(data->ksp, &said));
-  PetscCall(WeightedDot(data->weights, Ax, Ax, work, &sizes[0]));
-  PetscCall(WeightedDot(data->weights, f, f, work, &sizes[1]));
-  PetscCall(VecPointwiseDivide(work, x, data->weights));
+  PetscCall(WeightedDot(data->inverseDiagonal, Ax, Ax, work, &sizes[0]));
+  PetscCall(WeightedDot(data->inverseDiagonal, f, f, work, &sizes[1]));
+  PetscCall(VecPointwiseDivide(work, x, data->inverseDiagonal));
   PetscCall(VecDot(work, x, &size));
   PetscCall(MatMultHermitianTranspose(data->saddle.C, lambda, y));
   PetscCall(VecAXPBYPCZ(y, 1.0, -1.0, -1.0, f, Ax)); /* f - A x - C' lambda */
-  PetscCall(WeightedDot(data->weights, y, y, work, &residual));
+  PetscCall(WeightedDot(data->inverseDiagonal, y, y, work, &residual));
   residual = PetscSqrtReal(residual);
   if (residual <= blind * said + rounding * (PetscSqrtReal(sizes[0]) + PetscSqrtReal(sizes[1])) + product * PetscSqrtReal(PetscRealPart(size)))
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -72,7 +72,7 @@ static PetscErrorCode CheckConstraints(PC pc, PC_Ainsworth *data, Vec g, Vec x, 
   PetscReal residual, sizeX, sizeG;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetGramMat_Private(data->S, &S));
+  PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &S));
   PetscCall(MatCreateVecs(S, &scale, NULL));
   PetscCall(VecDuplicate(scale, &scaled));
   PetscCall(VecDuplicate(scale, &deviation));
@@ -84,7 +84,7 @@ static PetscErrorCode CheckConstraints(PC pc, PC_Ainsworth *data, Vec g, Vec x, 
   PetscCall(VecNorm(scaled, NORM_2, &residual));
   PetscCall(VecPointwiseDivide(scaled, g, scale));
   PetscCall(VecNorm(scaled, NORM_2, &sizeG));
-  PetscCall(VecCopy(data->weights, work));
+  PetscCall(VecCopy(data->inverseDiagonal, work));
   PetscCall(VecSqrtAbs(work));
   PetscCall(VecPointwiseDivide(work, x, work));
   PetscCall(VecNorm(work, NORM_2, &sizeX));
@@ -110,7 +110,7 @@ static PetscErrorCode CheckEnergy(PC pc, PC_Ainsworth *data, PetscBool transpose
   PetscScalar energy;
 
   PetscFunctionBegin;
-  PetscCall(VecPointwiseDivide(work, x, data->weights));
+  PetscCall(VecPointwiseDivide(work, x, data->inverseDiagonal));
   PetscCall(VecDot(work, x, &energy));
   size = PetscRealPart(energy);
   PetscCall(VecDot(Ax, x, &energy));
@@ -118,10 +118,10 @@ static PetscErrorCode CheckEnergy(PC pc, PC_Ainsworth *data, PetscBool transpose
 
   PetscCall(VecCopy(x, y));
   if (data->constraints) {
-    PetscCall(MatAinsworthMultRightInverse(data->S, g, work));
+    PetscCall(MatAinsworthMultRightInverse(data->reduced, g, work));
     PetscCall(VecAXPY(y, -1.0, work));
   }
-  PetscCall(VecPointwiseDivide(work, y, data->weights));
+  PetscCall(VecPointwiseDivide(work, y, data->inverseDiagonal));
   PetscCall(VecDot(work, y, &energy));
   if (PetscRealPart(energy) <= PetscSqr(product) * size && !PetscIsInfOrNanReal(size)) PetscFunctionReturn(PETSC_SUCCESS); /* y is the rounding of x */
   PetscCall(VecPointwiseMult(work, work, y));
@@ -155,7 +155,7 @@ static PetscErrorCode CheckFinite(PC pc, Vec lambda, PetscBool *failed)
 }
 
 /* What the convergence test of the inner solver cannot see; one product with A */
-PetscErrorCode PCAinsworthVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, PetscBool *failed)
+PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, PetscBool *failed)
 {
   Vec      Ax, y, work;
   PetscInt n;
@@ -166,9 +166,9 @@ PetscErrorCode PCAinsworthVerify(PC pc, PC_Ainsworth *data, PetscBool transpose,
     PetscCall(CheckFinite(pc, lambda, failed));
     if (*failed) PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(VecDuplicate(data->weights, &Ax));
-  PetscCall(VecDuplicate(data->weights, &y));
-  PetscCall(VecDuplicate(data->weights, &work));
+  PetscCall(VecDuplicate(data->inverseDiagonal, &Ax));
+  PetscCall(VecDuplicate(data->inverseDiagonal, &y));
+  PetscCall(VecDuplicate(data->inverseDiagonal, &work));
   if (transpose) PetscCall(MatMultTranspose(data->saddle.A, x, Ax));
   else PetscCall(MatMult(data->saddle.A, x, Ax));
   if (data->constraints && data->constraints < n) PetscCall(CheckResidual(pc, data, f, x, Ax, lambda, y, work, failed));

@@ -9,7 +9,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   char          tolerance[64] = "", blocks[64] = "", dropped[256] = "";
   const char   *why = "";
 
-  const PCAinsworthPmatType type = PCAinsworthPmatTypeInUse(data);
+  const PCAinsworthPmatType type = PCAinsworthPmatTypeInUse_Private(data);
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
@@ -19,19 +19,19 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscViewerASCIIPrintf(viewer, "  variant: %s (weight %s, penalty %s with factor %g)\n", PCAinsworthVariants[data->choices.variant],
                                    MatAinsworthWeightTypes[data->choices.weightType], AinsworthPenaltyTypes[data->choices.pmat.penalty],
-                                   (double)PCAinsworthPenaltyFactor(data)));
+                                   (double)PCAinsworthPenaltyFactor_Private(data)));
   if (type == PC_AINSWORTH_PMAT_CG || type == PC_AINSWORTH_PMAT_BJ_CG)
     PetscCall(PetscSNPrintf(tolerance, sizeof(tolerance), ", relative tolerance %g", (double)data->choices.pmat.rtol));
   if (type == PC_AINSWORTH_PMAT_BJ_CC || type == PC_AINSWORTH_PMAT_BJ_CG) {
     if (data->choices.pmat.blocks == PETSC_DECIDE) PetscCall(PetscSNPrintf(blocks, sizeof(blocks), ", one block per 32 constraints"));
     else PetscCall(PetscSNPrintf(blocks, sizeof(blocks), ", %" PetscInt_FMT " blocks", data->choices.pmat.blocks));
   }
-  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO && data->S && data->choices.pmat.penalty == AINSWORTH_PENALTY_ROW) why = data->autoReason;
+  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO && data->reduced && data->choices.pmat.penalty == AINSWORTH_PENALTY_ROW) why = data->autoReason;
   PetscCall(PetscViewerASCIIPrintf(
-    viewer, "  preconditioning matrix: %s%s%s%s%s\n", data->S || data->choices.pmat.type != PC_AINSWORTH_PMAT_AUTO ? PCAinsworthPmatTypes[type] : "auto",
-    type == PC_AINSWORTH_PMAT_JCB && data->choices.pmat.rowScaling && (data->S || data->choices.pmat.type == type) ? ", rows scaled" : "", tolerance, blocks,
-    why));
-  PetscCall(PCAinsworthReportView(data, viewer));
+    viewer, "  preconditioning matrix: %s%s%s%s%s\n", data->reduced || data->choices.pmat.type != PC_AINSWORTH_PMAT_AUTO ? PCAinsworthPmatTypes[type] : "auto",
+    type == PC_AINSWORTH_PMAT_JCB && data->choices.pmat.rowScaling && (data->reduced || data->choices.pmat.type == type) ? ", rows scaled" : "", tolerance,
+    blocks, why));
+  PetscCall(PCAinsworthReportView_Private(data, viewer));
   if (!data->saddle.A) {
     PetscCall(PetscViewerASCIIPrintf(viewer, "  not set up yet\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -39,12 +39,12 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   PetscCall(AinsworthSaddleDescribeRows(&data->saddle, dropped, sizeof(dropped)));
   PetscCall(
     PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s%s\n", data->constraints, data->constraints ? "" : ", A alone is solved", dropped));
-  if (data->S) {
+  if (data->reduced) {
     PetscCall(PetscViewerASCIIPushTab(viewer));
-    PetscCall(MatAinsworthViewGram_Private(data->S, viewer));
+    PetscCall(MatAinsworthViewGram_Private(data->reduced, viewer));
     PetscCall(PetscViewerASCIIPopTab(viewer));
   }
-  if (!data->stale) PetscCall(PCAinsworthViewLeftOut(data, viewer));
+  if (!data->stale) PetscCall(PCAinsworthViewLeftOut_Private(data, viewer));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns:\n"));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   PetscCall(KSPView(data->ksp, viewer));

@@ -280,8 +280,7 @@ PetscErrorCode AinsworthInvGramCreate(Mat S, const AinsworthPmatOptions *opt, Ma
   PetscCall(MatGetSize(S, &m, NULL));
   PetscCall(MatGetOwnershipRange(S, &rstart, &rend));
   PetscCheck(!dense || m <= mostDenseRows, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "-pc_ainsworth_pmat %s may give a dense matrix and C has %" PetscInt_FMT " rows, more than %" PetscInt_FMT
-             ": use id, jcb, bj_cc or bj_cg",
+             "-pc_ainsworth_pmat %s may give a dense matrix and C has %" PetscInt_FMT " rows, more than %" PetscInt_FMT ": use id, jcb, bj_cc or bj_cg",
              PCAinsworthPmatTypes[opt->type], m, mostDenseRows);
   if (blocks == PETSC_DECIDE) blocks = 1 + (m - 1) / 32;
   blocks = PetscMin(blocks, m);

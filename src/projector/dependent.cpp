@@ -47,7 +47,7 @@ static PetscErrorCode Probe(AinsworthGram *gram, PetscReal *error)
     PetscCall(VecDestroy(&v));
     PetscCall(VecDestroy(&y));
     PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)gram->b), &rank));
-    for (PetscReal &sum : sums) sum = rank ? 0.0 : PetscSqr(sum); /* of a shared piece one rank speaks */
+    for (PetscReal &sum : sums) sum = rank ? 0.0 : PetscSqr(sum); /* of a shared component one rank speaks */
   }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sums, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)gram->S)));
   *error = PetscSqrtReal(sums[0] / sums[1]);

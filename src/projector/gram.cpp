@@ -2,7 +2,7 @@
 #include "../events.h"
 #include <limits>
 
-/* Pieces of up to this many rows are inverted as dense blocks: a factorisation would cost more in its bookkeeping */
+/* Components of up to this many rows are inverted as dense blocks: a factorisation would cost more in its bookkeeping */
 static const PetscInt smallPiece = 32;
 
 /* A copy of a SeqAIJ with ascending columns, which a submatrix in another order need not have and all later searches rely on */
@@ -32,7 +32,7 @@ static PetscErrorCode SortColumns(Mat M, Mat *sorted)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The ranks that have rows of a split piece work together */
+/* The ranks that have rows of a split component work together */
 static PetscErrorCode CreateGroup(AinsworthGram *gram)
 {
   MPI_Comm    comm = PetscObjectComm((PetscObject)gram->S);
@@ -74,7 +74,7 @@ static PetscErrorCode MoveToGroup(const AinsworthGram *gram, Mat moved, Mat *pla
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows of S in their places, with the rank's own diagonal block as a sequential matrix unless a piece is split */
+/* The rows of S in their places, with the rank's own diagonal block as a sequential matrix unless a component is split */
 static PetscErrorCode Place(AinsworthGram *gram)
 {
   Mat moved = gram->S, placed = NULL, own;
@@ -101,7 +101,7 @@ static PetscErrorCode Place(AinsworthGram *gram)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The solver that the pieces of this rank call for: none for a diagonal, dense inverses of small blocks, a factorisation */
+/* The solver that the components of this rank call for: none for a diagonal, dense inverses of small blocks, a factorisation */
 static PetscErrorCode ChoosePC(AinsworthGram *gram)
 {
   const std::vector<PetscInt> &sizes   = gram->placement.sizes;
@@ -153,7 +153,7 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent, cons
 }
 
 /*
-   AinsworthGramSetUp - forms S = C (C W)', places its rows and factors its pieces
+   AinsworthGramSetUp - forms S = C (C W)', places its rows and factors its components
 
    CW is C with its columns scaled by W (C itself for W = I). samePattern: C has the nonzero pattern and the layout of the last time, so that
    the symbolic product, the places and the symbolic factorisation are those of the last time. The solver has the options prefix
@@ -217,7 +217,7 @@ static PetscErrorCode SolveOrInf(AinsworthGram *gram, Vec b, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x = S^{-1} b = D (D S D)^{-1} D b, D = diag(S)^{-1/2}, both placed; not the same vector. Only ranks that share a piece exchange anything */
+/* x = S^{-1} b = D (D S D)^{-1} D b, D = diag(S)^{-1/2}, both placed; not the same vector. Only ranks that share a component exchange anything */
 PetscErrorCode AinsworthGramSolve(AinsworthGram *gram, Vec b, Vec x)
 {
   PetscInt n;
@@ -276,8 +276,8 @@ PetscErrorCode AinsworthGramView(AinsworthGram *gram, PetscViewer viewer)
   first = p.sizes.size() && gram->factor.operations == most ? rank : PETSC_MPI_INT_MAX; /* the first of those that work most */
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm));
   PetscCall(PetscViewerASCIIPrintf(
-    viewer, "Gram matrix S = C W C': %" PetscInt_FMT " connected piece%s, the largest of %" PetscInt_FMT " row%s, on %" PetscInt_FMT " rank%s%s\n", p.pieces,
-    p.pieces > 1 ? "s" : "", p.largest, p.largest > 1 ? "s" : "", p.ranks, p.ranks > 1 ? "s" : "", p.split ? ", cut by METIS" : ""));
+    viewer, "Gram matrix S = C W C': %" PetscInt_FMT " connected component%s, the largest of %" PetscInt_FMT " row%s, on %" PetscInt_FMT " rank%s%s\n",
+    p.components, p.components > 1 ? "s" : "", p.largest, p.largest > 1 ? "s" : "", p.ranks, p.ranks > 1 ? "s" : "", p.split ? ", cut by METIS" : ""));
   PetscCall(PetscViewerASCIIPrintf(viewer, "its solver on rank %d:\n", first));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   own = p.split && p.sizes.size() ? gram->group : PETSC_COMM_SELF;
@@ -312,6 +312,6 @@ PetscErrorCode AinsworthGramGetEconomy(AinsworthGram *gram, const char **text)
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, flags, 2, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)gram->S)));
   *text = "";
   if (gram->placement.largest == 1 && flags[0]) *text = "; S is diagonal: no factorization";
-  else if (flags[1]) *text = "; S is in small pieces: dense inverses, no factorization";
+  else if (flags[1]) *text = "; S is in small components: dense inverses, no factorization";
   PetscFunctionReturn(PETSC_SUCCESS);
 }

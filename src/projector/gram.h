@@ -1,16 +1,16 @@
-/* The Gram matrix S = C W C' and its solver, piece by piece where its rows are placed (docs/method.md, Gram matrix) */
+/* The Gram matrix S = C W C' and its solver, component by component where its rows are placed (docs/method.md, Gram matrix) */
 #ifndef AINSWORTH_GRAM_H
 #define AINSWORTH_GRAM_H
 
 #include "factor.h"
-#include "pieces.h"
+#include "placement.h"
 
 struct AinsworthGram {
   Mat                S;         /* m x m AIJ, rows distributed as those of C */
   AinsworthPlacement placement; /* of the rows of S on the ranks that solve for them */
   Vec                scale;     /* placed: diag(S)^{-1/2} */
-  Mat                placed;    /* S in its places, scaled to a unit diagonal: the rows of this rank, or, where a piece is split, of the group */
-  MPI_Comm           group;     /* the ranks that share a split piece; MPI_COMM_NULL: none do */
+  Mat                placed;    /* S in its places, scaled to a unit diagonal: the rows of this rank, or, where a component is split, of the group */
+  MPI_Comm           group;     /* the ranks that share a split component; MPI_COMM_NULL: none do */
   KSP                ksp;       /* on PETSC_COMM_SELF or the group */
   AinsworthFactor    factor;    /* what its PC factors, where it does */
   Vec                b, x;      /* of placed; x is lent its array */

@@ -33,7 +33,7 @@ static PetscErrorCode MatDestroy_Observed(Mat mat)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &observed));
   PetscCall(MatDestroy(&observed->A));
-  PetscCall(PetscFree(observed));
+  delete observed;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -44,7 +44,7 @@ PetscErrorCode AinsworthObservedCreate(Mat A, Mat *mat)
   MatNullSpace nullspace;
 
   PetscFunctionBegin;
-  PetscCall(PetscNew(&observed));
+  observed = new Observed();
   PetscCall(PetscObjectReference((PetscObject)A));
   observed->A = A;
   PetscCall(MatGetLocalSize(A, &m, &n));

@@ -40,7 +40,7 @@ PetscErrorCode AinsworthReportCreate(AinsworthReportSettings *settings, const Ai
   if (monitor && settings->reference) PetscCall(CreateExact(system, settings->reference, &report->exact));
   if (monitor) {
     PetscCall(MatCreateVecs(system->A, report->exact ? &report->x : NULL, &report->r));
-    if (system->S) PetscCall(MatCreateVecs(system->C, NULL, &report->residual));
+    if (system->reduced) PetscCall(MatCreateVecs(system->C, NULL, &report->residual));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -79,8 +79,8 @@ static PetscErrorCode Residuals(AinsworthReport *report, Vec iterate, AinsworthR
   PetscFunctionBegin;
   PetscCall(MatMult(system->A, iterate, report->r));
   PetscCall(VecAYPX(report->r, -1.0, report->f));
-  if (system->S) {
-    PetscCall(MatAinsworthMultTransposeProjector(system->S, report->r, report->r)); /* r - C' R' r */
+  if (system->reduced) {
+    PetscCall(MatAinsworthMultTransposeProjector(system->reduced, report->r, report->r)); /* r - C' R' r */
     PetscCall(MatMult(system->C, iterate, report->residual));
     PetscCall(VecAYPX(report->residual, -1.0, report->g));
     PetscCall(VecNorm(report->residual, NORM_2, &row->constraint));
@@ -98,7 +98,7 @@ static PetscErrorCode TrueError(AinsworthReport *report, Vec iterate, PetscReal 
 
   PetscFunctionBegin;
   PetscCall(VecWAXPY(report->x, -1.0, iterate, report->exact));
-  PetscCall(MatMult(report->system.S && !report->kernel ? report->system.S : report->system.A, report->x, report->r)); /* in Ker C that is A */
+  PetscCall(MatMult(report->system.reduced && !report->kernel ? report->system.reduced : report->system.A, report->x, report->r)); /* in Ker C that is A */
   PetscCall(VecDot(report->r, report->x, &square));
   *error = PetscSqrtReal(PetscAbsScalar(square));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -193,14 +193,14 @@ static PetscErrorCode Observe(AinsworthReport *report, KSP ksp, PetscBool begin)
   PetscCall(KSPGetOperators(ksp, &mat, &pmat));
   if (begin) {
     if (report->kernel) {
-      PetscCall(MatAinsworthGetContext(mat, &ctx));
+      PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
       mat = ctx->product ? ctx->product : ctx->A;
     }
     PetscCall(PetscObjectReference((PetscObject)mat));
     report->operation = mat;
     PetscCall(AinsworthObservedCreate(mat, &report->observed));
   }
-  if (report->kernel) PetscCall(MatAinsworthSetProduct_Private(report->system.S, begin ? report->observed : report->operation));
+  if (report->kernel) PetscCall(MatAinsworthSetProduct_Private(report->system.reduced, begin ? report->observed : report->operation));
   else PetscCall(KSPSetOperators(ksp, begin ? report->observed : report->operation, pmat));
   if (!begin) {
     PetscCall(MatDestroy(&report->operation));
@@ -222,7 +222,7 @@ PetscErrorCode AinsworthReportBegin(AinsworthReport *report, KSP ksp, Vec f, Vec
   report->settings->solves++;
   if (report->settings->viewer) {
     PetscCall(Length(f, &report->norm[0]));
-    if (report->system.S) PetscCall(Length(g, &report->norm[1]));
+    if (report->system.reduced) PetscCall(Length(g, &report->norm[1]));
     PetscCall(AinsworthReportHeader(report));
   }
   PetscCall(Observe(report, ksp, PETSC_TRUE));

@@ -26,10 +26,10 @@ struct AinsworthReportSettings {
 
 /* The reduced system, as PCAINSWORTH knows it */
 struct AinsworthReportSystem {
-  Mat      A, C;   /* C without rows: no constraints */
-  Mat      S;      /* the reduced operator; NULL without constraints */
-  IS       primal; /* field of x in the solution of the saddle-point system */
-  PetscInt size;   /* of that solution */
+  Mat      A, C;    /* C without rows: no constraints */
+  Mat      reduced; /* the reduced operator; NULL without constraints */
+  IS       primal;  /* field of x in the solution of the saddle-point system */
+  PetscInt size;    /* of that solution */
 };
 
 /* NAN: not known */

@@ -137,9 +137,9 @@ int main(int argc, char **argv)
   PetscCall(CheckInt("solves with S that g = 0 spares", cost["AinsGramSolve"] - other["AinsGramSolve"], 1));
   PetscCall(CheckInt("products with A and C that g = 0 spares", cost["MatMult"] - other["MatMult"], 1));
 
-  PetscCall(Run({"S in small pieces", 60, 4, 3, 2}, "", cost, view, exchanged));
+  PetscCall(Run({"S in small components", 60, 4, 3, 2}, "", cost, view, exchanged));
   PetscCall(CheckNone(cost, {"MatCholFctrNum", "MatLUFactorNum"}));
-  PetscCall(CheckText("view", view, {"S is in small pieces: dense inverses, no factorization", "type: vpbjacobi", "1 connected piece, the largest of 4 rows"}));
+  PetscCall(CheckText("view", view, {"S is in small components: dense inverses, no factorization", "type: vpbjacobi", "1 connected component, the largest of 4 rows"}));
 
   PetscCall(Run({"S in one large piece", 60, 40, 3, 1}, "", cost, view, exchanged));
   if (view.find("type: " + std::string(PetscDefined(USE_COMPLEX) ? "lu" : "cholesky")) == std::string::npos)

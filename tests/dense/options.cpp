@@ -287,7 +287,7 @@ static PetscErrorCode Views()
     PetscCall(ViewText(ksp, text));
     PetscCall(CheckText("view", text,
                         {first, second, "constraints: 5", "reduced solve in the primal unknowns",
-                         "Gram matrix S = C W C': 1 connected piece, the largest of 5 rows, on 1 rank", "(ainsworth_) ", "(ainsworth_gram_) ",
+                         "Gram matrix S = C W C': 1 connected component, the largest of 5 rows, on 1 rank", "(ainsworth_) ", "(ainsworth_gram_) ",
                          pmat ? "type: cg" : "type: projectedcg", "type: ainsworth", "constraints=5, weight: " + std::string(pmat ? "identity" : "diagonal"),
                          "penalty: "}));
     PetscCall(CheckTrue("no longer not set up", text.find("not set up yet") == std::string::npos));

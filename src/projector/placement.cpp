@@ -1,4 +1,4 @@
-#include "pieces.h"
+#include "placement.h"
 #include <petscsf.h>
 #include <metis.h>
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace
 {
-/* The rows of S that a rank owns, with the labels of the pieces that they belong to: the smallest row of the piece */
+/* The rows of S that a rank owns, with the labels of the components that they belong to: the smallest row of the component */
 class Labels {
 public:
   PetscErrorCode create(Mat S);
@@ -17,7 +17,7 @@ public:
   Mat                   S;
   PetscInt              rstart, n;
   std::vector<PetscInt> label;
-  PetscSF               roots = NULL; /* from the owner of the first row of a piece to the ranks that have rows of it */
+  PetscSF               roots = NULL; /* from the owner of the first row of a component to the ranks that have rows of it */
   std::vector<PetscInt> distinct;     /* labels on this rank, ascending: the leaves of `roots` */
 
 private:
@@ -25,7 +25,7 @@ private:
   PetscErrorCode spread(Mat outside, const PetscInt ghosts[]);
 };
 
-/* Pieces within the rank: breadth first, each from its smallest row */
+/* Components within the rank: breadth first, each from its smallest row */
 PetscErrorCode Labels::findWithin(Mat inside)
 {
   PetscInt              rows;
@@ -79,7 +79,7 @@ PetscErrorCode Labels::spread(Mat outside, const PetscInt ghosts[])
     PetscCall(PetscSFBcastEnd(sf, MPIU_INT, label.data(), ghost.data(), MPI_REPLACE));
     changed = 0;
     for (PetscInt i = 0; i < n; i++) best[i] = label[i];
-    for (PetscInt i = 0; i < n; i++) { /* of the part of the piece within the rank, `start` is the first row */
+    for (PetscInt i = 0; i < n; i++) { /* of the part of the component within the rank, `start` is the first row */
       PetscInt &of = best[start[i] - rstart];
       for (PetscInt k = ia[i]; k < ia[i + 1]; k++) of = PetscMin(of, ghost[ja[k]]);
     }
@@ -129,12 +129,12 @@ PetscErrorCode Labels::destroy()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the owner of the first row of a piece knows of it */
-struct Piece {
+/* What the owner of the first row of a component knows of it */
+struct Component {
   PetscInt first, size, work;
 };
 
-/* Sizes and work of all pieces whose first row this rank owns; size 0 where no piece begins */
+/* Sizes and work of all components whose first row this rank owns; size 0 where no component begins */
 PetscErrorCode Measure(const Labels &labels, std::vector<PetscInt> &size, std::vector<PetscInt> &work)
 {
   std::vector<PetscInt> rows(labels.distinct.size(), 0), nonzeros(labels.distinct.size(), 0);
@@ -158,8 +158,9 @@ PetscErrorCode Measure(const Labels &labels, std::vector<PetscInt> &size, std::v
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The pieces of more than `small` rows, the same list on every rank */
-PetscErrorCode GatherLarge(const Labels &labels, PetscInt small, const std::vector<PetscInt> &size, const std::vector<PetscInt> &work, std::vector<Piece> &all)
+/* The components of more than `small` rows, the same list on every rank */
+PetscErrorCode GatherLarge(const Labels &labels, PetscInt small, const std::vector<PetscInt> &size, const std::vector<PetscInt> &work,
+                           std::vector<Component> &all)
 {
   MPI_Comm                 comm = PetscObjectComm((PetscObject)labels.S);
   PetscMPIInt              ranks, count;
@@ -199,17 +200,17 @@ PetscErrorCode ChooseRanks(Mat S, PetscInt count, std::vector<PetscMPIInt> &chos
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whole pieces to the ranks: the one with the most work first, to the rank with the least (Graham's rule) */
-std::map<PetscInt, PetscInt> Pack(std::vector<Piece> pieces, const std::vector<PetscMPIInt> &ranks)
+/* Whole components to the ranks: the one with the most work first, to the rank with the least (Graham's rule) */
+std::map<PetscInt, PetscInt> Pack(std::vector<Component> components, const std::vector<PetscMPIInt> &ranks)
 {
   std::vector<PetscInt64>      load(ranks.size(), 0);
   std::map<PetscInt, PetscInt> rank;
 
-  std::stable_sort(pieces.begin(), pieces.end(), [](const Piece &a, const Piece &b) { return a.work > b.work; });
-  for (const Piece &piece : pieces) {
+  std::stable_sort(components.begin(), components.end(), [](const Component &a, const Component &b) { return a.work > b.work; });
+  for (const Component &component : components) {
     const size_t least = std::min_element(load.begin(), load.end()) - load.begin();
-    load[least] += piece.work;
-    rank[piece.first] = ranks[least];
+    load[least] += component.work;
+    rank[component.first] = ranks[least];
   }
   return rank;
 }
@@ -299,9 +300,9 @@ PetscErrorCode FindHome(Mat C, PetscInt row, PetscInt *home)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank of each row of this rank, when every piece stays whole: small pieces where the unknowns of their first row are */
-PetscErrorCode TargetsOfPieces(Mat C, const Labels &labels, const std::vector<PetscInt> &size, const std::map<PetscInt, PetscInt> &large,
-                               std::vector<PetscInt> &target)
+/* Rank of each row of this rank, when every component stays whole: small components where the unknowns of their first row are */
+PetscErrorCode TargetsOfComponents(Mat C, const Labels &labels, const std::vector<PetscInt> &size, const std::map<PetscInt, PetscInt> &large,
+                                   std::vector<PetscInt> &target)
 {
   std::vector<PetscInt> atRoot(labels.n, -1), atLeaf(labels.distinct.size());
 
@@ -320,7 +321,7 @@ PetscErrorCode TargetsOfPieces(Mat C, const Labels &labels, const std::vector<Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows that the targets send here, piece by piece, each ascending */
+/* The rows that the targets send here, component by component, each ascending */
 PetscErrorCode Collect(const Labels &labels, const std::vector<PetscInt> &target, AinsworthPlacement *placement)
 {
   MPI_Comm                                   comm = PetscObjectComm((PetscObject)labels.S);
@@ -329,7 +330,7 @@ PetscErrorCode Collect(const Labels &labels, const std::vector<PetscInt> &target
   const PetscInt                            *r;
   PetscLayout                                layout;
   PetscSF                                    sf;
-  std::vector<PetscInt>                      piece;
+  std::vector<PetscInt>                      component;
   std::vector<std::pair<PetscInt, PetscInt>> order;
 
   PetscFunctionBegin;
@@ -338,14 +339,14 @@ PetscErrorCode Collect(const Labels &labels, const std::vector<PetscInt> &target
   PetscCall(ISDestroy(&to));
   PetscCall(ISGetLocalSize(rows, &n));
   PetscCall(ISGetIndices(rows, &r));
-  piece.resize(n);
+  component.resize(n);
   PetscCall(MatGetLayouts(labels.S, &layout, NULL));
   PetscCall(PetscSFCreate(comm, &sf));
   PetscCall(PetscSFSetGraphLayout(sf, layout, n, NULL, PETSC_USE_POINTER, r));
-  PetscCall(PetscSFBcastBegin(sf, MPIU_INT, labels.label.data(), piece.data(), MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(sf, MPIU_INT, labels.label.data(), piece.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastBegin(sf, MPIU_INT, labels.label.data(), component.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(sf, MPIU_INT, labels.label.data(), component.data(), MPI_REPLACE));
   PetscCall(PetscSFDestroy(&sf));
-  for (PetscInt i = 0; i < n; i++) order.emplace_back(piece[i], r[i]);
+  for (PetscInt i = 0; i < n; i++) order.emplace_back(component[i], r[i]);
   PetscCall(ISRestoreIndices(rows, &r));
   PetscCall(ISDestroy(&rows));
   std::sort(order.begin(), order.end());
@@ -361,15 +362,15 @@ PetscErrorCode Collect(const Labels &labels, const std::vector<PetscInt> &target
 } // namespace
 
 /*
-   A piece is cut where it has more than so many times the rows of a rank: solves that ranks share take several times as long (docs/gram.md). Of the packages
-   that PETSc may have MUMPS factors such parts: without it pieces stay whole
+   A component is cut where it has more than so many times the rows of a rank: solves that ranks share take several times as long (docs/gram.md). Of the packages
+   that PETSc may have MUMPS factors such parts: without it components stay whole
 */
 static const PetscReal cutAbove = 16.0;
 
 /*
    AinsworthPlacementCreate - decides which rank solves for which row of S = C W C'
 
-   Pieces of up to `small` rows go where their unknowns are. The larger ones go to ceil(rows / rowsPerRank) ranks: whole, with equal work, or, where
+   Components of up to `small` rows go where their unknowns are. The larger ones go to ceil(rows / rowsPerRank) ranks: whole, with equal work, or, where
    one has more than cutAbove times rowsPerRank rows, all of S in parts cut by METIS.
 */
 PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, PetscInt small, AinsworthPlacement *placement)
@@ -379,7 +380,7 @@ PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, Pets
   PetscMPIInt              ranks;
   PetscInt                 m, rows = 0, largest = 0, counts[2] = {0, 0};
   std::vector<PetscInt>    size, work, target;
-  std::vector<Piece>       large;
+  std::vector<Component>   large;
   std::vector<PetscMPIInt> chosen;
 
   PetscFunctionBegin;
@@ -395,19 +396,19 @@ PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, Pets
   PetscCall(MPIU_Allreduce(&largest, &placement->largest, 1, MPIU_INT, MPI_MAX, comm));
   placement->small = small = PetscMin(small, rowsPerRank);
   PetscCall(GatherLarge(labels, small, size, work, large));
-  for (const Piece &piece : large) rows += piece.size;
+  for (const Component &component : large) rows += component.size;
   placement->split = PetscDefined(HAVE_MUMPS) && ranks > 1 && (PetscReal)placement->largest > cutAbove * (PetscReal)rowsPerRank;
   PetscCall(ChooseRanks(S, 1 + ((placement->split ? m : PetscMax(rows, 1)) - 1) / rowsPerRank, chosen));
   if (chosen.size() == 1) placement->split = false;
   if (ranks == 1) target.assign(labels.n, 0);
   else if (placement->split) PetscCall(Cut(S, chosen, target));
-  else PetscCall(TargetsOfPieces(C, labels, size, Pack(large, chosen), target));
+  else PetscCall(TargetsOfComponents(C, labels, size, Pack(large, chosen), target));
   PetscCall(Collect(labels, target, placement));
   PetscCall(labels.destroy());
   counts[1] = placement->sizes.size() > 0;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, counts, 2, MPIU_INT, MPI_SUM, comm));
-  placement->pieces = counts[0];
-  placement->ranks  = counts[1];
+  placement->components = counts[0];
+  placement->ranks      = counts[1];
   if (ranks == 1 && (placement->largest > small || placement->largest == 1)) PetscCall(ISDestroy(&placement->rows)); /* no blocks to keep together */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
