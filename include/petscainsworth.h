@@ -106,6 +106,7 @@ PETSC_EXTERN PetscErrorCode PCAinsworthSetWeight(PC, Vec);
 PETSC_EXTERN PetscErrorCode PCAinsworthSetPmatType(PC, PCAinsworthPmatType);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetKSP(PC, KSP *);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetGramKSP(PC, KSP *);
+PETSC_EXTERN PetscErrorCode PCAinsworthGetFailure(PC, const char *[]);
 
 /* Error against run time */
 PETSC_EXTERN PetscErrorCode PCAinsworthSetReference(PC, Vec);

@@ -8,7 +8,7 @@
 #include "pc/pcainsworth.h"
 
 PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS, AINSWORTH_Multiplier,
-  AINSWORTH_InvGram, AINSWORTH_PMat, AINSWORTH_PMatCopy, AINSWORTH_Aggregate, AINSWORTH_Interpolation, AINSWORTH_Galerkin, AINSWORTH_Levels;
+  AINSWORTH_Verify, AINSWORTH_InvGram, AINSWORTH_PMat, AINSWORTH_PMatCopy, AINSWORTH_Aggregate, AINSWORTH_Interpolation, AINSWORTH_Galerkin, AINSWORTH_Levels;
 
 static PetscBool  initialized = PETSC_FALSE;
 static const char again[]     = "compile ainsworth again with the PETSc of the program";
@@ -102,6 +102,7 @@ PetscErrorCode AinsworthInitializePackage(void)
   PetscCall(PetscLogEventRegister("AinsRHS", classid, &AINSWORTH_RHS));
   PetscCall(PetscLogEventRegister("AinsMultiplier", classid, &AINSWORTH_Multiplier));
   PetscCall(PetscLogEventRegister("AinsInvGram", classid, &AINSWORTH_InvGram));
+  PetscCall(PetscLogEventRegister("AinsVerify", classid, &AINSWORTH_Verify));
   PetscCall(PetscLogEventRegister("AinsPMat", classid, &AINSWORTH_PMat));
   PetscCall(PetscLogEventRegister("AinsPMatCopy", classid, &AINSWORTH_PMatCopy));
   PetscCall(PetscLogEventRegister("BlockSAAggreg", classid, &AINSWORTH_Aggregate));

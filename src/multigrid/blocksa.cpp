@@ -1,4 +1,5 @@
 #include "blocksa.h"
+#include "../guard.h"
 #include <petsc/private/pcmgimpl.h>
 
 static const char *const precisions[] = {"double", "single", "Precision", "", NULL};
@@ -313,9 +314,9 @@ PetscErrorCode PCCreate_BlockSA(PC pc)
   sa->reset                     = pc->ops->reset;
   sa->destroy                   = pc->ops->destroy;
   sa->setfromoptions            = pc->ops->setfromoptions;
-  pc->ops->setup                = PCSetUp_BlockSA;
-  pc->ops->apply                = PCApply_BlockSA;
-  pc->ops->applytranspose       = PCApplyTranspose_BlockSA;
+  pc->ops->setup                = AinsworthGuarded<PCSetUp_BlockSA>;
+  pc->ops->apply                = AinsworthGuarded<PCApply_BlockSA>;
+  pc->ops->applytranspose       = AinsworthGuarded<PCApplyTranspose_BlockSA>;
   pc->ops->matapply             = NULL;
   pc->ops->presolve             = PCPreSolve_BlockSA;
   pc->ops->postsolve            = PCPostSolve_BlockSA;

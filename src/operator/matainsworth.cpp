@@ -1,5 +1,6 @@
 #include "matainsworth.h"
 #include "../events.h"
+#include "../guard.h"
 #include <petsc/private/matimpl.h>
 
 const char *const MatAinsworthWeightTypes[] = {"diagonal", "identity", "user", "MatAinsworthWeightType", "MAT_AINSWORTH_WEIGHT_", NULL};
@@ -31,7 +32,7 @@ static PetscErrorCode PlacePenalty(Mat_Ainsworth *ctx)
 }
 
 /* Builds weight and projector where A, C or the choice of W are not those of the last time */
-PetscErrorCode MatAinsworthSetUpProjector_Private(Mat mat, Mat_Ainsworth **out)
+static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
 {
   Mat_Ainsworth   *ctx;
   PetscObjectState stateA, stateC;
@@ -63,6 +64,13 @@ PetscErrorCode MatAinsworthSetUpProjector_Private(Mat mat, Mat_Ainsworth **out)
   ctx->stateA  = stateA;
   ctx->stateC  = stateC;
   ctx->current = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MatAinsworthSetUpProjector_Private(Mat mat, Mat_Ainsworth **out)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthGuarded<SetUpProjector>(mat, out));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

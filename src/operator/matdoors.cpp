@@ -151,6 +151,17 @@ PetscErrorCode MatAinsworthDiagnose_Private(Mat mat, PetscInt *pass, PetscInt *n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Are rows of C nearly dependent, so that solves with the Gram matrix are refined? */
+PetscErrorCode MatAinsworthIsDoubtful_Private(Mat mat, PetscBool *doubtful)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
+  *doubtful = (PetscBool)ctx->doubtful;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MatAinsworthViewGram_Private(Mat mat, PetscViewer viewer)
 {
   Mat_Ainsworth *ctx;

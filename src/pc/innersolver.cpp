@@ -105,7 +105,6 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
   PetscOptions options;
 
   PetscFunctionBegin;
-  PetscCall(KSPSetErrorIfNotConverged(ksp, pc->erroriffailure));
   if (data->configured) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetPC(ksp, &inner));
   PetscCall(PetscObjectGetOptions((PetscObject)inner, &options));

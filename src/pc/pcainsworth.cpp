@@ -1,4 +1,5 @@
 #include "pcainsworth.h"
+#include "../guard.h"
 #include "../multigrid/blocksa.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
@@ -24,116 +25,6 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));
   PetscCall(VecDestroy(&data->inverseDiagonal));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The reduced solve between f, g and x, lambda, all on kept rows; transpose: with the transpose of A */
-static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, PetscBool *failed)
-{
-  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
-  PetscInt           n;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetSize(x, &n));
-  if (data->constraints == n) { /* Ker C = 0: the constraints alone determine x */
-    PetscCall(VecZeroEntries(x));
-    reason = KSP_CONVERGED_ITS;
-  } else {
-    if (!transpose) PetscCall(PCAinsworthReportBegin_Private(pc, data, f, g));
-    if (data->constraints) PetscCall(MatAinsworthReduce_Private(data->reduced, transpose, f, g, data->rhs));
-    else PetscCall(VecCopy(f, data->rhs));
-    if (transpose) PetscCall(KSPSolveTranspose(data->ksp, data->rhs, x));
-    else PetscCall(KSPSolve(data->ksp, data->rhs, x));
-    if (!transpose) PetscCall(PCAinsworthReportEnd_Private(data));
-    PetscCall(KSPCheckSolve(data->ksp, pc, x));
-    PetscCall(KSPGetConvergedReason(data->ksp, &reason));
-  }
-  *failed = (PetscBool)(reason < 0); /* at the limit of iterations too, when an outer Krylov method may still use what there is */
-  if (*failed && !data->symmetric)
-    PetscCall(PetscInfo(pc, "The reduced solve failed and A is not symmetric: -ainsworth_ksp_type gmres does not need it to be\n"));
-  if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, f, g, x, lambda));
-  if (reason > 0) PetscCall(PCAinsworthVerify_Private(pc, data, transpose, f, g, x, lambda, failed));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The fields of the program, reduced to the rows that are kept, solved, and extended; why says what contradicts C x = g, or is empty */
-static PetscErrorCode SolveKept(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, PetscBool *failed, char why[], size_t len)
-{
-  const AinsworthSaddle *sp = &data->saddle;
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthSaddleRestrict(sp, f, g, data->g, data->f, why, len));
-  PetscCall(SolveReduced(pc, data, transpose, data->f ? data->f : f, data->g, x, data->lambda, failed));
-  if (why[0] || *failed) {
-    char ignored[256];
-    PetscCall(AinsworthSaddleExtend(sp, g, x, data->lambda, lambda, ignored, sizeof(ignored)));
-  } else PetscCall(AinsworthSaddleExtend(sp, g, x, data->lambda, lambda, why, len));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
-{
-  PC_Ainsworth *data     = (PC_Ainsworth *)pc->data;
-  const IS     *in       = transpose ? data->saddle.cols : data->saddle.rows;
-  const IS     *out      = transpose ? data->saddle.rows : data->saddle.cols;
-  PetscBool     changed  = PETSC_FALSE, failed;
-  char          why[256] = "";
-  Vec           f, g, x, lambda;
-
-  PetscFunctionBegin;
-  /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place */
-  if (!pc->reusepreconditioner) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changed));
-  if (changed) PetscCall(PCSetUp_Ainsworth(pc));
-  if (data->stale) { /* the set-up failed */
-    PetscCall(VecFlag(y, 1));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(VecGetSubVector(b, in[0], &f));
-  PetscCall(VecGetSubVector(b, in[1], &g));
-  PetscCall(VecGetSubVector(y, out[0], &x));
-  PetscCall(VecGetSubVector(y, out[1], &lambda));
-  if (data->g) PetscCall(SolveKept(pc, data, transpose, f, g, x, lambda, &failed, why, sizeof(why)));
-  else PetscCall(SolveReduced(pc, data, transpose, f, g, x, lambda, &failed));
-  if (data->saddle.negated) PetscCall(VecScale(lambda, -1.0));
-  PetscCall(VecRestoreSubVector(b, in[0], &f));
-  PetscCall(VecRestoreSubVector(b, in[1], &g));
-  PetscCall(VecRestoreSubVector(y, out[0], &x));
-  PetscCall(VecRestoreSubVector(y, out[1], &lambda));
-  if (why[0]) {
-    PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_INCOMP,
-               "The right-hand side of the constraints is %s; remove the rows or mend it", why);
-    PetscCall(PetscInfo(pc, "The right-hand side of the constraints is %s\n", why));
-  }
-  PetscCall(PCAinsworthAgreeOnFailure_Private(pc, why[0] ? PC_INCONSISTENT_RHS : (failed ? PC_SUBPC_ERROR : PC_NOERROR)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode PCApply_Ainsworth(PC pc, Vec b, Vec y)
-{
-  PetscFunctionBegin;
-  PetscCall(ApplyOrTranspose(pc, PETSC_FALSE, b, y));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
-{
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
-
-  PetscFunctionBegin;
-  PetscCheck(!data->saddle.negated, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP, "The transpose of PCAINSWORTH needs blocks C and C', not C and -C'");
-#if defined(PETSC_USE_COMPLEX)
-  Vec conjugate;
-
-  PetscCheck(data->symmetric, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP, "The transpose of PCAINSWORTH needs a Hermitian A in complex arithmetic");
-  PetscCall(VecDuplicate(b, &conjugate));
-  PetscCall(VecCopy(b, conjugate));
-  PetscCall(VecConjugate(conjugate));
-  PetscCall(ApplyOrTranspose(pc, PETSC_FALSE, conjugate, y));
-  PetscCall(VecConjugate(y));
-  PetscCall(VecDestroy(&conjugate));
-#else
-  PetscCall(ApplyOrTranspose(pc, (PetscBool)!data->symmetric, b, y)); /* [A C'; C 0] is symmetric when A is */
-#endif
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -241,19 +132,18 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   PetscCall(PCGetOptionsPrefix(pc, &prefix));
   PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));
   PetscCall(KSPAppendOptionsPrefix(data->ksp, "ainsworth_"));
-  PetscCall(KSPSetErrorIfNotConverged(data->ksp, pc->erroriffailure));
   PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->ksp, (PetscObject)pc, 1));
   PetscCall(PCGetKSPNestLevel(pc, &level));
   PetscCall(KSPSetNestLevel(data->ksp, level));
-  PetscCall(KSPSetTolerances(data->ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT)); /* paper, section 4.1 */
+  PetscCall(KSPSetTolerances(data->ksp, 1e-8, 0.0, PETSC_DEFAULT, PETSC_DEFAULT)); /* paper, section 4.1; small right-hand sides are solved like others */
   PetscCall(KSPSetType(data->ksp, KSPPROJECTEDCG));
 
-  pc->ops->setup          = PCSetUp_Ainsworth;
-  pc->ops->apply          = PCApply_Ainsworth;
-  pc->ops->applytranspose = PCApplyTranspose_Ainsworth;
+  pc->ops->setup          = AinsworthGuarded<PCSetUp_Ainsworth>;
+  pc->ops->apply          = AinsworthGuarded<PCApply_Ainsworth>;
+  pc->ops->applytranspose = AinsworthGuarded<PCApplyTranspose_Ainsworth>;
   pc->ops->reset          = PCReset_Ainsworth;
   pc->ops->destroy        = PCDestroy_Ainsworth;
-  pc->ops->setfromoptions = PCSetFromOptions_Ainsworth;
-  pc->ops->view           = PCView_Ainsworth;
+  pc->ops->setfromoptions = AinsworthGuarded<PCSetFromOptions_Ainsworth>;
+  pc->ops->view           = AinsworthGuarded<PCView_Ainsworth>;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

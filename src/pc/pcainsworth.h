@@ -13,6 +13,14 @@ typedef enum {
   AINSWORTH_REDUNDANT_ERROR /* the set-up stops with an error that names them */
 } AinsworthRedundantType;
 
+/* What the program's own system says of a solution */
+typedef enum {
+  AINSWORTH_VERDICT_MET,
+  AINSWORTH_VERDICT_UNMET,        /* a residual is larger than was asked for */
+  AINSWORTH_VERDICT_SINGULAR,     /* A is singular on Ker C, and f not balanced there */
+  AINSWORTH_VERDICT_CONTRADICTION /* no x can have this right-hand side of the constraints */
+} AinsworthVerdict;
+
 /* What options and calls choose, compared as a whole: what says the same again rebuilds nothing */
 struct PCAinsworthChoices {
   PCAinsworthVariant     variant;
@@ -35,6 +43,7 @@ struct PC_Ainsworth {
   PetscBool       symmetric;       /* A = A' */
   Vec             inverseDiagonal; /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */
   PetscBool       stale;           /* a choice changed since the last set-up */
+  char            failure[512];    /* of the last set-up or solve, in words; empty where it was good */
   PetscBool       unchanged;       /* at the last set-up neither A nor C nor a choice had changed */
 
   /* the reduced solve */
@@ -56,6 +65,8 @@ struct PC_Ainsworth {
 
 PETSC_INTERN PetscErrorCode      PCCreate_Ainsworth(PC);
 PETSC_INTERN PetscErrorCode      PCSetUp_Ainsworth(PC);
+PETSC_INTERN PetscErrorCode      PCApply_Ainsworth(PC, Vec, Vec);
+PETSC_INTERN PetscErrorCode      PCApplyTranspose_Ainsworth(PC, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCAinsworthAgreeOnFailure_Private(PC, PCFailedReason);
 PETSC_INTERN PetscErrorCode      PCAinsworthGetData_Private(PC, PC_Ainsworth **);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetStale_Private(PC, PC_Ainsworth *);
@@ -75,6 +86,8 @@ PETSC_INTERN PetscErrorCode      PCAinsworthReportReset_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC, PC_Ainsworth *, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportEnd_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
-PETSC_INTERN PetscErrorCode      PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, Vec, Vec, Vec, Vec, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, AinsworthVerdict *, char[], size_t);
+PETSC_INTERN PetscErrorCode      PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);
+PETSC_INTERN PetscErrorCode      PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);
 
 #endif

@@ -153,6 +153,7 @@ static PetscErrorCode ReportFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpti
   AinsworthReportSettings      *settings   = &data->reporting;
   const AinsworthReportSettings last       = *settings;
   PetscReal                     eigenvalue = PetscMax(settings->eigenvalue, 0.0); /* PETSC_DEFAULT is negative */
+  PetscBool                     given;
 
   PetscFunctionBegin;
   PetscCall(MonitorFromOptions(pc, settings, PetscOptionsObject));
@@ -160,6 +161,9 @@ static PetscErrorCode ReportFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpti
   PetscCall(PetscOptionsEnum("-pc_ainsworth_stop", "What ends the reduced solve", PCAINSWORTH, stopTypes, (PetscEnum)settings->stop,
                              (PetscEnum *)&settings->stop, NULL));
   PetscCall(RealOption(pc, PetscOptionsObject, "-pc_ainsworth_error_rtol", "Tolerance of energy_error", 1.0, &settings->rtol));
+  PetscCall(PetscOptionsHasName(((PetscObject)pc)->options, ((PetscObject)pc)->prefix, "-pc_ainsworth_error_rtol", &given));
+  PetscCheck(!given || settings->stop == AINSWORTH_STOP_ENERGY_ERROR, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_INCOMP,
+             "-pc_ainsworth_error_rtol is a tolerance that nothing heeds: it needs -pc_ainsworth_stop energy_error");
   PetscCall(RealOption(pc, PetscOptionsObject, "-pc_ainsworth_error_eigenvalue", "Lower bound of the spectrum of the preconditioned operator", PETSC_INFINITY,
                        &eigenvalue));
   if (eigenvalue > 0.0) settings->eigenvalue = eigenvalue;

@@ -17,17 +17,6 @@ static const char citation[] = "@inproceedings{robert_pointselle,\n"
                                "  year    = {2001}\n"
                                "}\n";
 
-/* All ranks hear of the worst failure on any of them */
-PetscErrorCode PCAinsworthAgreeOnFailure_Private(PC pc, PCFailedReason reason)
-{
-  PetscMPIInt worst = (PetscMPIInt)reason;
-
-  PetscFunctionBegin;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_INT, MPI_MAX, PetscObjectComm((PetscObject)pc)));
-  PetscCall(AinsworthPCSetFailedReason(pc, (PCFailedReason)worst));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* A common reason for a non-symmetric A: Dirichlet rows made identity rows, with the columns left as they were */
 static PetscErrorCode ExplainAsymmetry(Mat A)
 {
@@ -113,15 +102,13 @@ static PetscErrorCode ProbeSymmetry(Mat A, PetscBool *symmetric)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the user is told of a set-up that failed; the reason is the same on all ranks */
-static PetscErrorCode Fail(PC pc, PC_Ainsworth *data, PCFailedReason reason, PetscErrorCode code, const char why[])
+/* A set-up that failed is not used, and begun anew */
+static PetscErrorCode FailSetUp(PC pc, PC_Ainsworth *data, PCFailedReason reason, PetscErrorCode code, const char why[])
 {
   PetscFunctionBegin;
-  PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), code, "%s", why);
-  PetscCall(PetscInfo(pc, "%s\n", why));
-  PetscCall(PCAinsworthAgreeOnFailure_Private(pc, reason));
   PetscCall(MatDestroy(&data->reduced));
   data->stale = PETSC_TRUE;
+  PetscCall(PCAinsworthFail_Private(pc, data, reason, code, why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -300,13 +287,23 @@ static PetscErrorCode CreateKeptVectors(PC pc, PC_Ainsworth *data)
 static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth *ctx)
 {
   PetscBool again = PETSC_TRUE;
+  PC        inner;
+  Mat       operation, M;
 
   PetscFunctionBegin;
+  PetscCall(KSPGetPC(data->ksp, &inner));
   while (again) {
     PetscCall(MatDestroy(&data->M));
     if (data->constraints) PetscCall(SetUpPmat(data, ctx));
     PetscCall(PCAinsworthSetKSPOperators_Private(data));
     PetscCall(ForwardNullSpaces(data));
+    /* the preconditioner sees M_* alone: GAMG and ML smooth with the first of their operators */
+    PetscCall(KSPGetOperators(data->ksp, &operation, &M));
+    PetscCall(PetscObjectReference((PetscObject)operation));
+    PetscCall(PCSetOperators(inner, M, M));
+    PetscCall(PCSetUp(inner));
+    PetscCall(KSPSetOperators(data->ksp, operation, M));
+    PetscCall(MatDestroy(&operation));
     PetscCall(KSPSetUp(data->ksp));
     PetscCall(PCAinsworthFallBack_Private(pc, data, &again));
   }
@@ -321,7 +318,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PCFailedReason reason  = PC_NOERROR;
   Mat_Ainsworth *ctx     = NULL;
   PC             inner;
-  char           why[320];
+  char           why[512];
   PetscLogDouble start, end;
 
   PetscFunctionBegin;
@@ -333,6 +330,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  data->failure[0] = 0;
   PetscCall(PCAinsworthReportReset_Private(data));
   PetscCall(MatDestroy(&data->M));
   PetscCall(VecDestroy(&data->g));
@@ -342,7 +340,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(AinsworthSaddleSetUp(pc->pmat, &data->saddle));
   if (data->saddle.bad[0]) {
     PetscCall(PetscSNPrintf(why, sizeof(why), "The system cannot be solved: %s", data->saddle.bad));
-    PetscCall(Fail(pc, data, PC_FACTOR_OTHER, PETSC_ERR_FP, why));
+    PetscCall(FailSetUp(pc, data, PC_FACTOR_OTHER, PETSC_ERR_FP, why));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatGetSize(data->saddle.C, &data->constraints, NULL));
@@ -355,7 +353,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     if (reason) {
       PetscCall(PetscSNPrintf(why, sizeof(why), "Solves with the Gram matrix C W C' fail (%s), though no more rows of C are found to be linearly dependent",
                               PCFailedReasons[reason]));
-      PetscCall(Fail(pc, data, reason, PETSC_ERR_MAT_CH_ZRPVT, why));
+      PetscCall(FailSetUp(pc, data, reason, PETSC_ERR_MAT_CH_ZRPVT, why));
       PetscFunctionReturn(PETSC_SUCCESS);
     }
   }
@@ -368,9 +366,13 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->rhs));
   PetscCall(SetUpInner(pc, data, ctx));
   PetscCall(KSPGetPC(data->ksp, &inner));
+  data->stale = PETSC_FALSE;
   PetscCall(PCGetFailedReason(inner, &reason));
   PetscCall(PCAinsworthAgreeOnFailure_Private(pc, reason ? PC_SUBPC_ERROR : PC_NOERROR));
-  data->stale = PETSC_FALSE;
+  if (pc->failedreason) {
+    PetscCall(PCAinsworthExplain_Private(pc, data, NULL, KSP_DIVERGED_PC_FAILED, why, sizeof(why)));
+    PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));
+  }
   PetscCall(PetscTime(&end));
   data->setupSeconds += end - start;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,102 +1,45 @@
+/* Is what the reduced solve says true of the program's own system? */
 #include "pcainsworth.h"
+#include "../events.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
 /*
-   How much larger, in the norm of diag(A)^{-1}, a residual may be than the inner solver says in its natural norm, r' M^{-1} r: M_* and diag(A) differ
-   by the number of entries of a row, and more where penalties are large. What is lost to rounding, relative to |A x| + |f|, comes on top: S may have a condition number of 1e8.
-   The third figure is the rounding of x, or of A x, relative to x in the norm of diag(A): all there is of A x where x is a rigid motion.
-   The fourth is the energy, relative to x' diag(A) x, below which its sign is looked at.
+   How much larger than asked, in the energy norm, the error of an iterate may be: its method stops by the norm of a residual, r' M^{-1} r, and M_* and A may
+   differ by the square of this.
+   `least` is what the solves with S leave where it has a condition number of 1e8, relative to the terms of a row.
+   `rounding` is that of x, or of A x, relative to x in the norm of diag(A): all there is of A x where x is a rigid motion.
+   `suspicious` is the energy, relative to x' diag(A) x, below which its sign is looked at.
 */
-static const PetscReal blind = 1e4, rounding = PETSC_SQRT_MACHINE_EPSILON, product = 1e3 * PETSC_MACHINE_EPSILON, suspicious = 1e4 * PETSC_MACHINE_EPSILON;
+static const PetscReal blind      = 100;
+static const PetscReal least      = 1e-6;
+static const PetscReal rounding   = 1e3 * PETSC_MACHINE_EPSILON;
+static const PetscReal suspicious = 1e4 * PETSC_MACHINE_EPSILON;
 
-/* Are rows of C nearly dependent? */
-static bool Doubtful(const PC_Ainsworth *data)
+/* The tolerance that the reduced solve was asked for, negative where it was asked for none: a number of iterations, or an absolute one */
+static PetscErrorCode AskedFor(const PC_Ainsworth *data, PetscReal *tol)
 {
-  Mat_Ainsworth *ctx = NULL;
-
-  if (data->reduced) (void)MatShellGetContext(data->reduced, &ctx);
-  return ctx && ctx->doubtful;
-}
-
-/* x' W y */
-static PetscErrorCode WeightedDot(Vec inverseDiagonal, Vec x, Vec y, Vec work, PetscReal *dot)
-{
-  PetscScalar value;
+  KSPConvergedReason reason;
+  KSPNormType        norm;
 
   PetscFunctionBegin;
-  PetscCall(VecPointwiseMult(work, inverseDiagonal, y));
-  PetscCall(VecDot(work, x, &value));
-  *dot = PetscRealPart(value);
+  PetscCall(KSPGetTolerances(data->ksp, tol, NULL, NULL, NULL));
+  PetscCall(KSPGetConvergedReason(data->ksp, &reason));
+  PetscCall(KSPGetNormType(data->ksp, &norm));
+  if (data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR) *tol = data->reporting.rtol;
+  else if (norm == KSP_NORM_NONE || reason == KSP_CONVERGED_ITS || reason == KSP_CONVERGED_ATOL) *tol = -1.0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   A preconditioner that is zero on a part of the residual hides it in the natural norm: multigrid does so where the diagonal of M_* is zero or negative
-
-   Ax = A x; y and work are work vectors.
-*/
-static PetscErrorCode CheckResidual(PC pc, PC_Ainsworth *data, Vec f, Vec x, Vec Ax, Vec lambda, Vec y, Vec work, PetscBool *failed)
+/* x' diag(A) x; work is a work vector */
+static PetscErrorCode DiagonalEnergy(const PC_Ainsworth *data, Vec x, Vec work, PetscReal *size)
 {
-  const char *why = Doubtful(data) ? "rows of C are nearly linearly dependent" : "the inner preconditioner does not see it";
-  KSPNormType type;
-  PetscReal   said, residual, sizes[2];
-  PetscScalar size;
+  PetscScalar dot;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetNormType(data->ksp, &type));
-  if (type != KSP_NORM_NATURAL) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPGetResidualNorm(data->ksp, &said));
-  PetscCall(WeightedDot(data->inverseDiagonal, Ax, Ax, work, &sizes[0]));
-  PetscCall(WeightedDot(data->inverseDiagonal, f, f, work, &sizes[1]));
   PetscCall(VecPointwiseDivide(work, x, data->inverseDiagonal));
-  PetscCall(VecDot(work, x, &size));
-  PetscCall(MatMultHermitianTranspose(data->saddle.C, lambda, y));
-  PetscCall(VecAXPBYPCZ(y, 1.0, -1.0, -1.0, f, Ax)); /* f - A x - C' lambda */
-  PetscCall(WeightedDot(data->inverseDiagonal, y, y, work, &residual));
-  residual = PetscSqrtReal(residual);
-  if (residual <= blind * said + rounding * (PetscSqrtReal(sizes[0]) + PetscSqrtReal(sizes[1])) + product * PetscSqrtReal(PetscRealPart(size)))
-    PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_NOT_CONVERGED,
-             "The reduced solve converged to %g, but the residual is %g: %s; is A indefinite, or its diagonal zero?", (double)said, (double)residual, why);
-  PetscCall(PetscInfo(pc, "The reduced solve converged to %g, but the residual is %g: %s\n", (double)said, (double)residual, why));
-  *failed = PETSC_TRUE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* C x = g where solves with the Gram matrix are not accurate, each row in units of (C_i W C_i')^1/2 |x|; work is a work vector */
-static PetscErrorCode CheckConstraints(PC pc, PC_Ainsworth *data, Vec g, Vec x, Vec work, PetscBool *failed)
-{
-  Mat       S;
-  Vec       scale, scaled, deviation;
-  PetscReal residual, sizeX, sizeG;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &S));
-  PetscCall(MatCreateVecs(S, &scale, NULL));
-  PetscCall(VecDuplicate(scale, &scaled));
-  PetscCall(VecDuplicate(scale, &deviation));
-  PetscCall(MatGetDiagonal(S, scale));
-  PetscCall(VecSqrtAbs(scale));
-  PetscCall(MatMult(data->saddle.C, x, deviation));
-  PetscCall(VecAXPY(deviation, -1.0, g));
-  PetscCall(VecPointwiseDivide(scaled, deviation, scale));
-  PetscCall(VecNorm(scaled, NORM_2, &residual));
-  PetscCall(VecPointwiseDivide(scaled, g, scale));
-  PetscCall(VecNorm(scaled, NORM_2, &sizeG));
-  PetscCall(VecCopy(data->inverseDiagonal, work));
-  PetscCall(VecSqrtAbs(work));
-  PetscCall(VecPointwiseDivide(work, x, work));
-  PetscCall(VecNorm(work, NORM_2, &sizeX));
-  PetscCall(VecDestroy(&scale));
-  PetscCall(VecDestroy(&scaled));
-  PetscCall(VecDestroy(&deviation));
-  if (residual <= rounding * (sizeX + sizeG)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_NOT_CONVERGED,
-             "C x = g is met to %g only: rows of C are nearly linearly dependent, too nearly for the Gram matrix C W C'", (double)(residual / (sizeX + sizeG)));
-  PetscCall(PetscInfo(pc, "C x = g is met to %g only: rows of C are nearly linearly dependent, too nearly for the Gram matrix C W C'\n",
-                      (double)(residual / (sizeX + sizeG))));
-  *failed = PETSC_TRUE;
+  PetscCall(VecDot(work, x, &dot));
+  *size = PetscRealPart(dot);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -104,78 +47,84 @@ static PetscErrorCode CheckConstraints(PC pc, PC_Ainsworth *data, Vec g, Vec x, 
    Where A is singular on Ker C and f pushes there, rounding makes a small positive energy of it and Krylov methods find a huge x: its part y in Ker C has an
    energy y' A y below the rounding error of that product
 */
-static PetscErrorCode CheckEnergy(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec g, Vec x, Vec Ax, Vec y, Vec work, PetscBool *failed)
+static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x, Vec Ax, Vec y, AinsworthVerdict *verdict, char why[], size_t len)
 {
-  PetscReal   size, noise;
+  PetscReal   size, sizeY, noise;
   PetscScalar energy;
+  Vec         work;
 
   PetscFunctionBegin;
-  PetscCall(VecPointwiseDivide(work, x, data->inverseDiagonal));
-  PetscCall(VecDot(work, x, &energy));
-  size = PetscRealPart(energy);
+  PetscCall(VecDuplicate(x, &work));
+  PetscCall(DiagonalEnergy(data, x, work, &size));
   PetscCall(VecDot(Ax, x, &energy));
-  if (PetscAbsScalar(energy) > suspicious * size) PetscFunctionReturn(PETSC_SUCCESS);
-
-  PetscCall(VecCopy(x, y));
-  if (data->constraints) {
-    PetscCall(MatAinsworthMultRightInverse(data->reduced, g, work));
-    PetscCall(VecAXPY(y, -1.0, work));
+  if (PetscAbsScalar(energy) <= suspicious * size) {
+    if (data->constraints) PetscCall(MatAinsworthMultProjector(data->reduced, x, y));
+    else PetscCall(VecCopy(x, y));
+    PetscCall(DiagonalEnergy(data, y, work, &sizeY));
+    if (sizeY > PetscSqr(rounding) * size || PetscIsInfOrNanReal(size)) { /* otherwise y is the rounding of x */
+      PetscCall(VecPointwiseMult(work, work, y));
+      PetscCall(VecNorm(work, NORM_2, &noise)); /* errors of the terms are independent */
+      noise *= 30 * PETSC_MACHINE_EPSILON;
+      if (transpose) PetscCall(MatMultTranspose(data->saddle.A, y, work));
+      else PetscCall(MatMult(data->saddle.A, y, work));
+      PetscCall(VecDot(work, y, &energy));
+      if (!(PetscAbsScalar(energy) > noise)) {
+        *verdict = AINSWORTH_VERDICT_SINGULAR;
+        PetscCall(
+          PetscSNPrintf(why, len,
+                        "A body floats that no constraint holds, and f is not balanced on it: A is singular on Ker C, x' A x = %g with a rounding error of "
+                        "%g; hold it, or attach its motions to the matrix with MatSetNullSpace()",
+                        (double)PetscRealPart(energy), (double)noise));
+      }
+    }
   }
-  PetscCall(VecPointwiseDivide(work, y, data->inverseDiagonal));
-  PetscCall(VecDot(work, y, &energy));
-  if (PetscRealPart(energy) <= PetscSqr(product) * size && !PetscIsInfOrNanReal(size)) PetscFunctionReturn(PETSC_SUCCESS); /* y is the rounding of x */
-  PetscCall(VecPointwiseMult(work, work, y));
-  PetscCall(VecNorm(work, NORM_2, &noise)); /* errors of the terms are independent */
-  noise *= 30 * PETSC_MACHINE_EPSILON;
-  if (transpose) PetscCall(MatMultTranspose(data->saddle.A, y, work));
-  else PetscCall(MatMult(data->saddle.A, y, work));
-  PetscCall(VecDot(work, y, &energy));
-  if (PetscAbsScalar(energy) > noise) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_NOT_CONVERGED,
-             "A is singular on Ker C, x' A x = %g with a rounding error of %g, and f is not balanced there: does a body float that no constraint holds?",
-             (double)PetscRealPart(energy), (double)noise);
-  PetscCall(PetscInfo(pc, "A is singular on Ker C, x' A x = %g with a rounding error of %g, and f is not balanced there\n", (double)PetscRealPart(energy),
-                      (double)noise));
-  *failed = PETSC_TRUE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Where Ker C = 0 no inner solver looks at the right-hand side; every entry of f and g that is not finite makes lambda so */
-static PetscErrorCode CheckFinite(PC pc, Vec lambda, PetscBool *failed)
-{
-  PetscReal norm;
-
-  PetscFunctionBegin;
-  PetscCall(VecNorm(lambda, NORM_2, &norm));
-  if (!PetscIsInfOrNanReal(norm)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), PETSC_ERR_FP, "The right-hand side holds NaN or Inf, or values too large");
-  PetscCall(PetscInfo(pc, "The right-hand side holds NaN or Inf, or values too large\n"));
-  *failed = PETSC_TRUE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What the convergence test of the inner solver cannot see; one product with A */
-PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, PetscBool *failed)
-{
-  Vec      Ax, y, work;
-  PetscInt n;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetSize(x, &n));
-  if (data->constraints == n) {
-    PetscCall(CheckFinite(pc, lambda, failed));
-    if (*failed) PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(VecDuplicate(data->inverseDiagonal, &Ax));
-  PetscCall(VecDuplicate(data->inverseDiagonal, &y));
-  PetscCall(VecDuplicate(data->inverseDiagonal, &work));
-  if (transpose) PetscCall(MatMultTranspose(data->saddle.A, x, Ax));
-  else PetscCall(MatMult(data->saddle.A, x, Ax));
-  if (data->constraints && data->constraints < n) PetscCall(CheckResidual(pc, data, f, x, Ax, lambda, y, work, failed));
-  if (!*failed && Doubtful(data)) PetscCall(CheckConstraints(pc, data, g, x, work, failed));
-  if (!*failed && data->constraints < n) PetscCall(CheckEnergy(pc, data, transpose, g, x, Ax, y, work, failed));
-  PetscCall(VecDestroy(&Ax));
-  PetscCall(VecDestroy(&y));
   PetscCall(VecDestroy(&work));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One product with the program's A. primal and dual become what is left of both equations; why is set where the verdict is not MET */
+PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, Vec primal, Vec dual,
+                                         AinsworthVerdict *verdict, char why[], size_t len)
+{
+  AinsworthSaddle *sp = &data->saddle;
+  AinsworthUnmet   worst;
+  PetscReal        tol;
+  PetscBool        doubtful = PETSC_FALSE;
+  PetscInt         n;
+  Vec              Ax;
+  char             rows[256];
+
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(AINSWORTH_Verify, pc, 0, 0, 0));
+  *verdict = AINSWORTH_VERDICT_MET;
+  why[0]   = 0;
+  PetscCall(VecGetSize(x, &n));
+  PetscCall(AskedFor(data, &tol));
+  if (data->reduced) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced, &doubtful));
+  PetscCall(VecDuplicate(x, &Ax));
+  PetscCall(AinsworthSaddleResidual(sp, transpose, f, g, x, lambda, Ax, primal, dual));
+  PetscCall(AinsworthSaddleCheckDual(sp, g, x, lambda, dual, &worst, rows, sizeof(rows)));
+  if (worst.quotient > 1.0) {
+    *verdict = AINSWORTH_VERDICT_UNMET;
+    PetscCall(PetscSNPrintf(why, len, "C x = g is not met: row %" PetscInt_FMT " of the multiplier field is left with %g, %g of its terms%s", worst.row,
+                            (double)worst.residual, (double)(worst.residual / worst.size),
+                            doubtful ? "; rows of C are nearly linearly dependent, too nearly for the Gram matrix C W C'" : ""));
+  } else if (rows[0]) {
+    *verdict = AINSWORTH_VERDICT_CONTRADICTION;
+    PetscCall(PetscSNPrintf(why, len, "The right-hand side of the constraints is %s; remove the rows or mend it", rows));
+  } else {
+    worst.quotient = 0.0;
+    if (tol >= 0.0) PetscCall(AinsworthSaddleCheckPrimal(sp, transpose, PetscMax(least, blind * tol), f, x, lambda, Ax, primal, &worst));
+    if (worst.quotient > 1.0) {
+      *verdict = AINSWORTH_VERDICT_UNMET;
+      PetscCall(PetscSNPrintf(why, len,
+                              "The reduced solve says that it converged, but row %" PetscInt_FMT " of A x + C' lambda = f is left with %g, %g of its terms: %s",
+                              worst.row, (double)worst.residual, (double)(worst.residual / worst.size),
+                              doubtful ? "rows of C are nearly linearly dependent"
+                                       : "its method, or its preconditioner, does not see this; is A indefinite on Ker C, or its diagonal zero?"));
+    } else if (data->constraints < n) PetscCall(CheckEnergy(data, transpose, x, Ax, primal, verdict, why, len));
+  }
+  PetscCall(VecDestroy(&Ax));
+  PetscCall(PetscLogEventEnd(AINSWORTH_Verify, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -44,6 +44,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
     PetscCall(MatAinsworthViewGram_Private(data->reduced, viewer));
     PetscCall(PetscViewerASCIIPopTab(viewer));
   }
+  if (data->failure[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "  last failure: %s\n", data->failure));
   if (!data->stale) PetscCall(PCAinsworthViewLeftOut_Private(data, viewer));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns:\n"));
   PetscCall(PetscViewerASCIIPushTab(viewer));

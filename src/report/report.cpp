@@ -1,5 +1,6 @@
 #include "report.h"
 #include "observed.h"
+#include "../guard.h"
 #include "../ksp/projectedcg.h"
 
 /* The exact solution of the reduced system: the field of x of a whole solution */
@@ -227,7 +228,7 @@ PetscErrorCode AinsworthReportBegin(AinsworthReport *report, KSP ksp, Vec f, Vec
   }
   PetscCall(Observe(report, ksp, PETSC_TRUE));
   PetscCall(KSPGetAndClearConvergenceTest(ksp, &report->converged, &report->test, &report->destroy));
-  PetscCall(KSPSetConvergenceTest(ksp, Record, report, NULL));
+  PetscCall(KSPSetConvergenceTest(ksp, AinsworthGuarded<Record>, report, NULL));
   PetscCall(PetscTime(&report->start));
   report->start -= setupSeconds;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -29,6 +29,30 @@ PetscErrorCode AinsworthGetAIJ(Mat M, Mat *aij)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* |M|, entry by entry, of an AIJ */
+PetscErrorCode AinsworthAbsoluteAIJ(Mat M, Mat *absolute)
+{
+  Mat       block[2] = {NULL, NULL};
+  PetscBool sequential;
+
+  PetscFunctionBegin;
+  PetscCall(MatDuplicate(M, MAT_COPY_VALUES, absolute));
+  PetscCall(PetscObjectBaseTypeCompare((PetscObject)*absolute, MATSEQAIJ, &sequential));
+  if (sequential) block[0] = *absolute;
+  else PetscCall(MatMPIAIJGetSeqAIJ(*absolute, &block[0], &block[1], NULL));
+  for (Mat part : block) {
+    MatInfo      info;
+    PetscScalar *v;
+
+    if (!part) continue;
+    PetscCall(MatGetInfo(part, MAT_LOCAL, &info));
+    PetscCall(MatSeqAIJGetArray(part, &v));
+    for (PetscInt k = 0; k < (PetscInt)info.nz_used; k++) v[k] = PetscAbsScalar(v[k]);
+    PetscCall(MatSeqAIJRestoreArray(part, &v));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* sums = of each row of M the sum of |entry|^power, power 1 or 2 */
 PetscErrorCode AinsworthRowSums(Mat M, int power, Vec sums)
 {

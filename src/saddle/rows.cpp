@@ -53,30 +53,6 @@ static PetscErrorCode SelectRows(const AinsworthSaddle *sp, AinsworthRowKind kin
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* |C|, entry by entry, of an AIJ */
-static PetscErrorCode AbsoluteValues(Mat C, Mat *absolute)
-{
-  Mat       block[2] = {NULL, NULL};
-  PetscBool sequential;
-
-  PetscFunctionBegin;
-  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, absolute));
-  PetscCall(PetscObjectBaseTypeCompare((PetscObject)*absolute, MATSEQAIJ, &sequential));
-  if (sequential) block[0] = *absolute;
-  else PetscCall(MatMPIAIJGetSeqAIJ(*absolute, &block[0], &block[1], NULL));
-  for (Mat M : block) {
-    MatInfo      info;
-    PetscScalar *v;
-
-    if (!M) continue;
-    PetscCall(MatGetInfo(M, MAT_LOCAL, &info));
-    PetscCall(MatSeqAIJGetArray(M, &v));
-    for (PetscInt k = 0; k < (PetscInt)info.nz_used; k++) v[k] = PetscAbsScalar(v[k]);
-    PetscCall(MatSeqAIJRestoreArray(M, &v));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* sp->C and sp->left from sp->all */
 static PetscErrorCode SplitRows(AinsworthSaddle *sp)
 {
@@ -94,10 +70,8 @@ static PetscErrorCode SplitRows(AinsworthSaddle *sp)
     if (!sp->count[kind] || (sp->left[kind] && kind == AINSWORTH_ROW_PENALISED)) continue;
     PetscCall(MatDestroy(&sp->left[kind]));
     PetscCall(VecDestroy(&sp->part[kind]));
-    PetscCall(MatDestroy(&sp->absolute));
     PetscCall(SelectRows(sp, kind, &sp->left[kind]));
     PetscCall(MatCreateVecs(sp->left[kind], NULL, &sp->part[kind]));
-    if (kind == AINSWORTH_ROW_DEPENDENT) PetscCall(AbsoluteValues(sp->left[kind], &sp->absolute));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

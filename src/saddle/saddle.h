@@ -31,13 +31,14 @@ struct AinsworthSaddle {
   Mat               all;                        /* C with all of its rows, NULL where all are kept */
   Mat               left[AINSWORTH_ROW_KINDS];  /* the rows of C that are penalised or dependent, NULL where none are */
   Vec               part[AINSWORTH_ROW_KINDS];  /* a vector of their layout each */
-  Mat               absolute;                   /* |C|, entry by entry, on the dependent rows */
+  Mat               absolute;                   /* |C|, entry by entry, with all of its rows; NULL: not needed yet */
 
   Mat              block[4]; /* the program's A, D, (1,0) and (0,1), to see what changed since; a transpose view stands for its source */
   PetscObjectState state[4];
 };
 
 PetscErrorCode AinsworthGetAIJ(Mat, Mat *);
+PetscErrorCode AinsworthAbsoluteAIJ(Mat, Mat *);
 PetscErrorCode AinsworthRowSums(Mat, int, Vec);
 PetscErrorCode AinsworthSaddleSetUp(Mat, AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
@@ -58,7 +59,16 @@ PetscErrorCode AinsworthMatFindDifference(Mat, Mat, PetscInt *, PetscInt *, Pets
 PetscErrorCode AinsworthProbeAdjoint(Mat, Mat, PetscBool *, PetscBool *);
 
 /* fields.cpp: right-hand sides and solutions between the program's fields and what is kept */
-PetscErrorCode AinsworthSaddleRestrict(const AinsworthSaddle *, Vec, Vec, Vec, Vec, char[], size_t);
-PetscErrorCode AinsworthSaddleExtend(const AinsworthSaddle *, Vec, Vec, Vec, Vec, char[], size_t);
+PetscErrorCode AinsworthSaddleRestrict(const AinsworthSaddle *, Vec, Vec, Vec, Vec);
+PetscErrorCode AinsworthSaddleExtend(const AinsworthSaddle *, Vec, Vec, Vec, Vec);
+
+/* residual.cpp: the row with the largest quotient of its residual and what is allowed, above 1 where it is not met; size: what its terms amount to */
+struct AinsworthUnmet {
+  PetscReal quotient = 0.0, residual = 0.0, size = 0.0;
+  PetscInt  row = -1;
+};
+PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec);
+PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, AinsworthUnmet *);
+PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, Vec, Vec, Vec, Vec, AinsworthUnmet *, char[], size_t);
 
 #endif

@@ -96,7 +96,7 @@ static PetscErrorCode InnerLimit(bool uneven)
   PetscCall(KSPSetType(ksp, KSPPREONLY));
   PetscCall(KSPSetErrorIfNotConverged(ksp, PETSC_TRUE));
   PetscCall(PCAinsworthSetPmatType(pc, PC_AINSWORTH_PMAT_ID)); /* set up again, with errors */
-  PetscCall(CheckError("solve", [=]() { return KSPSolve(ksp, b, y); }, PETSC_ERR_NOT_CONVERGED, {"not converge"}));
+  PetscCall(CheckError("solve", [=]() { return KSPSolve(ksp, b, y); }, PETSC_ERR_NOT_CONVERGED, {"ended without convergence (DIVERGED_ITS)"}));
   PetscCall(KSPDestroy(&ksp));
   PetscCall(Destroy(&sys, &nest, &b, &y));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -217,7 +217,7 @@ static PetscErrorCode FalseConvergence(bool strict)
   PetscCall(PCSetType(shell, PCSHELL));
   PetscCall(PCShellSetApply(shell, [](PC, Vec, Vec z) { return VecZeroEntries(z); }));
   if (strict)
-    PetscCall(CheckError("blind preconditioner", [=]() { return KSPSolve(ksp, b, y); }, PETSC_ERR_NOT_CONVERGED, {"the inner preconditioner does not see it"}));
+    PetscCall(CheckError("blind preconditioner", [=]() { return KSPSolve(ksp, b, y); }, PETSC_ERR_NOT_CONVERGED, {"says that it converged, but row", "its preconditioner, does not see this"}));
   else {
     PetscCall(KSPSolve(ksp, b, y));
     PetscCall(CheckReason(ksp, KSP_DIVERGED_PC_FAILED, PC_SUBPC_ERROR));

@@ -1,0 +1,167 @@
+/* The way of a right-hand side through PCAINSWORTH: kept rows, reduced solve (operator/matdoors.cpp, ksp/), x and lambda, and what is left of both equations */
+#include "pcainsworth.h"
+#include "../operator/matainsworth.h"
+#include <petsc/private/pcimpl.h>
+
+/* f and g, or x and lambda, in the program's fields */
+struct Fields {
+  Vec primal, dual;
+};
+
+/* The reduced solve between f, g and x, lambda, all on kept rows; transpose: with the transpose of A */
+static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool report, Vec f, Vec g, Vec x, Vec lambda,
+                                   KSPConvergedReason *reason)
+{
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetSize(x, &n));
+  *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
+  if (data->constraints == n) PetscCall(VecZeroEntries(x)); /* Ker C = 0: the constraints alone determine x */
+  else {
+    if (report) PetscCall(PCAinsworthReportBegin_Private(pc, data, f, g));
+    if (data->constraints) PetscCall(MatAinsworthReduce_Private(data->reduced, transpose, f, g, data->rhs));
+    else PetscCall(VecCopy(f, data->rhs));
+    if (transpose) PetscCall(KSPSolveTranspose(data->ksp, data->rhs, x));
+    else PetscCall(KSPSolve(data->ksp, data->rhs, x));
+    if (report) PetscCall(PCAinsworthReportEnd_Private(data));
+    PetscCall(KSPGetConvergedReason(data->ksp, reason));
+  }
+  if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, f, g, x, lambda));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The fields of the program, reduced to the rows that are kept, solved, and extended */
+static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool report, Fields b, Fields y, KSPConvergedReason *reason)
+{
+  PetscFunctionBegin;
+  if (data->g) {
+    PetscCall(AinsworthSaddleRestrict(&data->saddle, b.primal, b.dual, data->g, data->f));
+    PetscCall(SolveReduced(pc, data, transpose, report, data->f ? data->f : b.primal, data->g, y.primal, data->lambda, reason));
+    PetscCall(AinsworthSaddleExtend(&data->saddle, b.dual, y.primal, data->lambda, y.dual));
+  } else PetscCall(SolveReduced(pc, data, transpose, report, b.primal, b.dual, y.primal, y.dual, reason));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A second solve, for what the first has left */
+static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, Fields left, Fields y)
+{
+  Fields             more;
+  KSPConvergedReason reason;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(y.primal, &more.primal));
+  PetscCall(VecDuplicate(y.dual, &more.dual));
+  PetscCall(VecZeroEntries(more.primal));
+  PetscCall(SolveFields(pc, data, transpose, PETSC_FALSE, left, more, &reason));
+  if (reason > 0) {
+    PetscCall(VecAXPY(y.primal, 1.0, more.primal));
+    PetscCall(VecAXPY(y.dual, 1.0, more.dual));
+  }
+  PetscCall(VecDestroy(&more.primal));
+  PetscCall(VecDestroy(&more.dual));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A reduced solve that says to have converged is believed when the program's own system agrees; once it may be refined */
+static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, Fields b, Fields y, AinsworthVerdict *verdict, char why[], size_t len)
+{
+  Fields left;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(b.primal, &left.primal));
+  PetscCall(VecDuplicate(b.dual, &left.dual));
+  PetscCall(PCAinsworthVerify_Private(pc, data, transpose, b.primal, b.dual, y.primal, y.dual, left.primal, left.dual, verdict, why, len));
+  if (*verdict == AINSWORTH_VERDICT_UNMET) {
+    PetscCall(PetscInfo(pc, "%s: a second solve follows\n", why));
+    PetscCall(Refine(pc, data, transpose, left, y));
+    PetscCall(PCAinsworthVerify_Private(pc, data, transpose, b.primal, b.dual, y.primal, y.dual, left.primal, left.dual, verdict, why, len));
+  }
+  PetscCall(VecDestroy(&left.primal));
+  PetscCall(VecDestroy(&left.dual));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Solves, and says what came of it */
+static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, Fields b, Fields y)
+{
+  KSPConvergedReason reason;
+  AinsworthVerdict   verdict = AINSWORTH_VERDICT_MET;
+  char               why[512];
+
+  PetscFunctionBegin;
+  PetscCall(SolveFields(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
+  if (reason > 0) PetscCall(VerifyAndRefine(pc, data, transpose, b, y, &verdict, why, sizeof(why)));
+  else PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
+  /* at the limit of iterations too, when an outer Krylov method may still use what there is */
+  if (verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(PCAinsworthFail_Private(pc, data, PC_INCONSISTENT_RHS, PETSC_ERR_ARG_INCOMP, why));
+  else if (reason < 0 || verdict != AINSWORTH_VERDICT_MET) PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));
+  else PetscCall(PCAinsworthAgreeOnFailure_Private(pc, PC_NOERROR));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
+{
+  PC_Ainsworth *data    = (PC_Ainsworth *)pc->data;
+  const IS     *in      = transpose ? data->saddle.cols : data->saddle.rows;
+  const IS     *out     = transpose ? data->saddle.rows : data->saddle.cols;
+  PetscBool     changed = PETSC_FALSE;
+  PetscReal     norm;
+  Fields        left, right;
+
+  PetscFunctionBegin;
+  /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place */
+  if (!pc->reusepreconditioner) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changed));
+  if (changed) PetscCall(PCSetUp_Ainsworth(pc));
+  if (data->stale) { /* the set-up failed */
+    PetscCall(VecFlag(y, 1));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  data->failure[0] = 0;
+  PetscCall(VecNorm(b, NORM_1, &norm));
+  if (PetscIsInfOrNanReal(norm)) {
+    PetscCall(VecFlag(y, 1));
+    PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_FP, "The right-hand side holds NaN or Inf, or values too large"));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(VecGetSubVector(b, in[0], &right.primal));
+  PetscCall(VecGetSubVector(b, in[1], &right.dual));
+  PetscCall(VecGetSubVector(y, out[0], &left.primal));
+  PetscCall(VecGetSubVector(y, out[1], &left.dual));
+  PetscCall(SolveAndVerify(pc, data, transpose, right, left));
+  if (data->saddle.negated) PetscCall(VecScale(left.dual, -1.0));
+  PetscCall(VecRestoreSubVector(b, in[0], &right.primal));
+  PetscCall(VecRestoreSubVector(b, in[1], &right.dual));
+  PetscCall(VecRestoreSubVector(y, out[0], &left.primal));
+  PetscCall(VecRestoreSubVector(y, out[1], &left.dual));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode PCApply_Ainsworth(PC pc, Vec b, Vec y)
+{
+  PetscFunctionBegin;
+  PetscCall(ApplyOrTranspose(pc, PETSC_FALSE, b, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
+{
+  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+
+  PetscFunctionBegin;
+  PetscCheck(!data->saddle.negated, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP, "The transpose of PCAINSWORTH needs blocks C and C', not C and -C'");
+#if defined(PETSC_USE_COMPLEX)
+  Vec conjugate;
+
+  PetscCheck(data->symmetric, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP, "The transpose of PCAINSWORTH needs a Hermitian A in complex arithmetic");
+  PetscCall(VecDuplicate(b, &conjugate));
+  PetscCall(VecCopy(b, conjugate));
+  PetscCall(VecConjugate(conjugate));
+  PetscCall(ApplyOrTranspose(pc, PETSC_FALSE, conjugate, y));
+  PetscCall(VecConjugate(y));
+  PetscCall(VecDestroy(&conjugate));
+#else
+  PetscCall(ApplyOrTranspose(pc, (PetscBool)!data->symmetric, b, y)); /* [A C'; C 0] is symmetric when A is */
+#endif
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,297 @@
+/* Why a set-up or a solve failed, in words: the true cause first, then what to do */
+#include "pcainsworth.h"
+#include "../operator/matainsworth.h"
+#include <petsc/private/pcimpl.h>
+#include <petscblaslapack.h>
+
+/* All ranks hear of the worst failure on any of them */
+PetscErrorCode PCAinsworthAgreeOnFailure_Private(PC pc, PCFailedReason reason)
+{
+  PetscMPIInt worst = (PetscMPIInt)reason;
+
+  PetscFunctionBegin;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_INT, MPI_MAX, PetscObjectComm((PetscObject)pc)));
+  PetscCall(AinsworthPCSetFailedReason(pc, (PCFailedReason)worst));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An error where the program wants errors, otherwise a reason; the text is kept for -ksp_view and PCAinsworthGetFailure() */
+PetscErrorCode PCAinsworthFail_Private(PC pc, PC_Ainsworth *data, PCFailedReason reason, PetscErrorCode code, const char why[])
+{
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(data->failure, why, sizeof(data->failure)));
+  PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), code, "%s", why);
+  PetscCall(PetscInfo(pc, "%s\n", why));
+  PetscCall(PCAinsworthAgreeOnFailure_Private(pc, reason));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+   PCAinsworthGetFailure - why the last set-up or solve of a `PCAINSWORTH` failed, in words
+
+   Not Collective
+
+   Input Parameter:
+.  pc - the preconditioner
+
+   Output Parameter:
+.  why - the text, which the next set-up or solve changes; empty where nothing failed
+
+   Level: beginner
+
+   Note:
+   `-ksp_view` prints it, too, and with `-ksp_error_if_not_converged` it is the message of the error.
+
+.seealso: `PCAINSWORTH`, `PCGetFailedReason()`, `KSPGetConvergedReason()`
+@*/
+PetscErrorCode PCAinsworthGetFailure(PC pc, const char *why[])
+{
+  PC_Ainsworth *data;
+
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthGetData_Private(pc, &data));
+  PetscAssertPointer(why, 2);
+  *why = data->failure;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How many entries of the diagonal of A are positive, and negative */
+static PetscErrorCode CountSigns(Mat A, PetscInt *positive, PetscInt *negative)
+{
+  Vec                diagonal;
+  const PetscScalar *d;
+  PetscInt           n, count[2] = {0, 0};
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(A, NULL, &diagonal));
+  PetscCall(MatGetDiagonal(A, diagonal));
+  PetscCall(VecGetLocalSize(diagonal, &n));
+  PetscCall(VecGetArrayRead(diagonal, &d));
+  for (PetscInt i = 0; i < n; i++) {
+    count[0] += PetscRealPart(d[i]) > 0.0;
+    count[1] += PetscRealPart(d[i]) < 0.0;
+  }
+  PetscCall(VecRestoreArrayRead(diagonal, &d));
+  PetscCall(VecDestroy(&diagonal));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
+  *positive = count[0];
+  *negative = count[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = Q y and the quotient y' A y / y' diag(A) y, 1 where nothing of y is in Ker C */
+static PetscErrorCode RayleighQuotient(const PC_Ainsworth *data, Vec y, PetscReal *quotient)
+{
+  Vec         work;
+  PetscScalar energy, size, before;
+
+  PetscFunctionBegin;
+  *quotient = 1.0;
+  PetscCall(VecDuplicate(y, &work));
+  PetscCall(VecPointwiseDivide(work, y, data->inverseDiagonal));
+  PetscCall(VecDot(work, y, &before));
+  if (data->constraints) PetscCall(MatAinsworthMultProjector(data->reduced, y, y));
+  PetscCall(VecPointwiseDivide(work, y, data->inverseDiagonal));
+  PetscCall(VecDot(work, y, &size));
+  PetscCall(MatMult(data->saddle.A, y, work));
+  PetscCall(VecDot(work, y, &energy));
+  if (PetscRealPart(size) > PETSC_SQRT_MACHINE_EPSILON * PetscRealPart(before) && !PetscIsInfOrNanScalar(energy))
+    *quotient = PetscRealPart(energy) / PetscRealPart(size);
+  PetscCall(VecDestroy(&work));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A copy of a small matrix on each rank, column by column */
+static PetscErrorCode Gather(Mat M, PetscInt n, PetscScalar values[])
+{
+  Mat aij, *all, dense;
+  IS  rows;
+
+  PetscFunctionBegin;
+  PetscCall(MatConvert(M, MATAIJ, MAT_INITIAL_MATRIX, &aij));
+  PetscCall(ISCreateStride(PETSC_COMM_SELF, n, 0, 1, &rows));
+  PetscCall(MatCreateSubMatrices(aij, 1, &rows, &rows, MAT_INITIAL_MATRIX, &all));
+  PetscCall(MatConvert(all[0], MATSEQDENSE, MAT_INITIAL_MATRIX, &dense));
+  const PetscScalar *a;
+  PetscCall(MatDenseGetArrayRead(dense, &a));
+  PetscCall(PetscArraycpy(values, a, n * n));
+  PetscCall(MatDenseRestoreArrayRead(dense, &a));
+  PetscCall(MatDestroy(&dense));
+  PetscCall(MatDestroySubMatrices(1, &all));
+  PetscCall(ISDestroy(&rows));
+  PetscCall(MatDestroy(&aij));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   The softest motion that the coarsest level of multigrid knows, interpolated to the finest: where a body floats it is one of its rigid motions.
+   NULL where the preconditioner has no levels.
+*/
+static PetscErrorCode SoftestCoarseMotion(PC inner, Vec *y)
+{
+  static const PetscInt largest = 2000;
+  PetscInt              n, levels;
+  Mat                  *P, *M;
+  Vec                   fine, coarse;
+  PetscErrorCode (*has)(PC, PetscInt *, Mat *[]);
+
+  PetscFunctionBegin;
+  *y = NULL;
+  PetscCall(PetscObjectQueryFunction((PetscObject)inner, "PCGetCoarseOperators_C", &has));
+  if (!has || !inner->setupcalled) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PCGetCoarseOperators(inner, &levels, &M));
+  PetscCall(PCGetInterpolations(inner, &levels, &P));
+  levels--; /* of each there is one less than levels */
+  n = largest + 1;
+  if (levels) PetscCall(MatGetSize(M[0], &n, NULL));
+  if (n <= largest) {
+    std::vector<PetscScalar> a((size_t)n * n), work(4 * (size_t)n);
+    std::vector<PetscReal>   values(n), scale(n), real(3 * (size_t)n);
+    PetscBLASInt             nb = (PetscBLASInt)n, lwork = (PetscBLASInt)work.size(), info;
+    PetscInt                 start, end;
+
+    PetscCall(Gather(M[0], n, a.data()));
+    for (PetscInt i = 0; i < n; i++) scale[i] = 1.0 / PetscSqrtReal(PetscMax(PetscAbsScalar(a[i + i * n]), PETSC_SMALL));
+    for (PetscInt j = 0; j < n; j++)
+      for (PetscInt i = 0; i < n; i++) a[i + j * n] *= scale[i] * scale[j];
+#if defined(PETSC_USE_COMPLEX)
+    PetscCallBLAS("LAPACKsyev", LAPACKsyev_("V", "U", &nb, a.data(), &nb, values.data(), work.data(), &lwork, real.data(), &info));
+#else
+    PetscCallBLAS("LAPACKsyev", LAPACKsyev_("V", "U", &nb, a.data(), &nb, values.data(), work.data(), &lwork, &info));
+#endif
+    PetscCall(MatCreateVecs(P[0], &coarse, NULL));
+    PetscCall(VecGetOwnershipRange(coarse, &start, &end));
+    for (PetscInt i = start; i < end; i++) PetscCall(VecSetValue(coarse, i, info ? 0.0 : a[i] * scale[i], INSERT_VALUES)); /* values rise */
+    PetscCall(VecAssemblyBegin(coarse));
+    PetscCall(VecAssemblyEnd(coarse));
+    for (PetscInt l = 0; l < levels; l++) {
+      PetscCall(MatCreateVecs(P[l], NULL, &fine));
+      PetscCall(MatMult(P[l], coarse, fine));
+      PetscCall(VecDestroy(&coarse));
+      coarse = fine;
+    }
+    *y = coarse;
+  }
+  for (PetscInt l = 0; l < levels; l++) {
+    PetscCall(MatDestroy(&M[l]));
+    PetscCall(MatDestroy(&P[l]));
+  }
+  PetscCall(PetscFree(M));
+  PetscCall(PetscFree(P));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Is there a motion in Ker C that A gives no energy, or a negative one? The iterate x, which grows in its direction, and what multigrid knows are tried */
+static PetscErrorCode LookForMotion(const PC_Ainsworth *data, Vec x, PetscReal *quotient)
+{
+  Vec       tried[2] = {NULL, NULL};
+  PetscReal found;
+  PC        inner;
+
+  PetscFunctionBegin;
+  *quotient = 1.0;
+  if (!data->symmetric) PetscFunctionReturn(PETSC_SUCCESS);
+  if (x) {
+    PetscCall(VecDuplicate(x, &tried[0]));
+    PetscCall(VecCopy(x, tried[0]));
+  }
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(SoftestCoarseMotion(inner, &tried[1]));
+  for (Vec &y : tried) {
+    if (!y) continue;
+    PetscCall(RayleighQuotient(data, y, &found));
+    *quotient = PetscMin(*quotient, found);
+    PetscCall(VecDestroy(&y));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Options of the outer KSP that a program may have meant for the reduced solve */
+static PetscErrorCode MisplacedOptions(PC pc, const PC_Ainsworth *data, char text[], size_t len)
+{
+  const char *const names[] = {"-ksp_rtol", "-ksp_max_it", "-ksp_atol"};
+  const char       *prefix  = ((PetscObject)pc)->prefix;
+
+  PetscFunctionBegin;
+  text[0] = 0;
+  for (const char *name : names) {
+    PetscBool outside, inside;
+
+    PetscCall(PetscOptionsHasName(((PetscObject)pc)->options, prefix, name, &outside));
+    PetscCall(PetscOptionsHasName(((PetscObject)pc)->options, ((PetscObject)data->ksp)->prefix, name, &inside));
+    if (!outside || inside || text[0]) continue;
+    PetscCall(PetscSNPrintf(text, len, "; -%s%s is that of the outer solver, the reduced solve has -%s%s", prefix ? prefix : "", name + 1,
+                            ((PetscObject)data->ksp)->prefix, name + 1));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How the last solve with the Gram matrix ended, the worst of all ranks; not negative where there was none */
+static PetscErrorCode GramReason(const PC_Ainsworth *data, KSPConvergedReason *reason)
+{
+  KSP         gram  = NULL;
+  PetscMPIInt worst = 0;
+
+  PetscFunctionBegin;
+  if (data->reduced) PetscCall(MatAinsworthGetGramKSP(data->reduced, &gram));
+  if (gram) PetscCall(KSPGetConvergedReason(gram, reason));
+  if (gram) worst = (PetscMPIInt)*reason;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_INT, MPI_MIN, PetscObjectComm((PetscObject)data->ksp)));
+  *reason = (KSPConvergedReason)worst;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The cause of a reduced solve that ended with `reason`, as far as it can be found; x is where it ended, or NULL */
+PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPConvergedReason reason, char why[], size_t len)
+{
+  static const PetscReal none     = 1e-12; /* of the energy that diag(A) would have: the rounding of products */
+  PetscInt               positive = 0, negative = 0, iterations;
+  PetscReal              quotient, residual;
+  char                   misplaced[256];
+  const char            *prefix = ((PetscObject)data->ksp)->prefix;
+  PC                     inner;
+  PCType                 type;
+  PCFailedReason         failed;
+  KSPConvergedReason     gram;
+
+  PetscFunctionBegin;
+  PetscCall(CountSigns(data->saddle.A, &positive, &negative));
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCGetType(inner, &type));
+  PetscCall(PCGetFailedReason(inner, &failed));
+  PetscCall(KSPGetIterationNumber(data->ksp, &iterations));
+  PetscCall(KSPGetResidualNorm(data->ksp, &residual));
+  if (negative && !positive) {
+    PetscCall(PetscSNPrintf(why, len, "A has a negative diagonal, it seems to be -A: change the sign of A, C' and f, or of all of the system"));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(GramReason(data, &gram));
+  if (gram < 0) {
+    PetscCall(PetscSNPrintf(why, len, "Solves with the Gram matrix S = C W C' do not converge (%s): change the options -%sgram_ksp and -%sgram_pc",
+                            KSPConvergedReasons[gram], prefix, prefix));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(LookForMotion(data, x, &quotient));
+  PetscCall(MisplacedOptions(pc, data, misplaced, sizeof(misplaced)));
+  if (PetscAbsReal(quotient) <= none)
+    PetscCall(
+      PetscSNPrintf(why, len,
+                    "A body floats that no constraint holds: A is singular on Ker C, y' A y is %g of y' diag(A) y for a y with C y = 0; hold it, or attach "
+                    "its motions to the matrix with MatSetNullSpace() (%s)",
+                    (double)quotient, KSPConvergedReasons[reason]));
+  else if (quotient < 0.0 || reason == KSP_DIVERGED_INDEFINITE_MAT)
+    PetscCall(PetscSNPrintf(why, len, "A is indefinite on Ker C (%s): conjugate gradients need it to be positive definite there; -%sksp_type gmres does not",
+                            KSPConvergedReasons[reason], prefix));
+  else if (reason == KSP_DIVERGED_PC_FAILED)
+    PetscCall(PetscSNPrintf(why, len, "The inner preconditioner, of type %s, failed (%s): try another -%spc_type", type, PCFailedReasons[failed], prefix));
+  else if (!data->symmetric)
+    PetscCall(PetscSNPrintf(why, len, "A is not symmetric, and the reduced solve failed (%s): -%sksp_type gmres does not need it to be%s",
+                            KSPConvergedReasons[reason], prefix, misplaced));
+  else if (reason == KSP_DIVERGED_INDEFINITE_PC)
+    PetscCall(PetscSNPrintf(why, len, "The inner preconditioner, of type %s, is not positive definite (%s): try another -%spc_type, or -%sksp_type gmres", type,
+                            KSPConvergedReasons[reason], prefix, prefix));
+  else
+    PetscCall(PetscSNPrintf(why, len, "The reduced solve ended without convergence (%s) after %" PetscInt_FMT " iterations, with a residual of %g%s",
+                            KSPConvergedReasons[reason], iterations, (double)residual, misplaced));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

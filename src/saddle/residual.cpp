@@ -1,0 +1,226 @@
+/* What is left of both equations of the program's own system, row by row */
+#include "saddle.h"
+#include <vector>
+
+/*
+   Of what a row of C x = g holds, |C_i| |x| + |g_i|, this is the rounding of a right inverse through a Gram matrix with a condition number of 1e8;
+   `combined` is that which a row gets from the others through S, relative to the largest |x|; `noise` that of the right-hand side of a zero row, relative to
+   the largest |g|
+*/
+static const PetscReal consistent = 1e-8, combined = 1e5 * PETSC_MACHINE_EPSILON, noise = 1000 * PETSC_MACHINE_EPSILON;
+
+/* C with all of the program's rows */
+static Mat AllRows(const AinsworthSaddle *sp)
+{
+  return sp->all ? sp->all : sp->C;
+}
+
+/* primal = f - op(A) x - C' lambda, dual = g - C x - D lambda, of the matrix as the program passed it; Ax = op(A) x */
+PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal, Vec dual)
+{
+  PetscFunctionBegin;
+  if (transpose) PetscCall(MatMultTranspose(sp->block[0], x, Ax));
+  else PetscCall(MatMult(sp->block[0], x, Ax));
+  PetscCall(MatMultHermitianTranspose(AllRows(sp), lambda, primal));
+  PetscCall(VecAXPBYPCZ(primal, 1.0, -1.0, -1.0, f, Ax));
+  PetscCall(MatMult(AllRows(sp), x, dual));
+  PetscCall(VecAYPX(dual, -1.0, g));
+  if (sp->diag) {
+    PetscScalar       *r;
+    const PetscScalar *l;
+
+    PetscCall(VecGetArray(dual, &r));
+    PetscCall(VecGetArrayRead(lambda, &l));
+    for (PetscInt i = 0; i < sp->local; i++) r[i] -= sp->diag[i] * l[i];
+    PetscCall(VecRestoreArrayRead(lambda, &l));
+    PetscCall(VecRestoreArray(dual, &r));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode DuplicateAbs(Vec x, Vec *absolute)
+{
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(x, absolute));
+  PetscCall(VecCopy(x, *absolute));
+  PetscCall(VecAbs(*absolute));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* size = |op(A)| |x| + |C|' |lambda| + |f|, what the terms of each row of the first equation amount to */
+static PetscErrorCode PrimalSizes(const AinsworthSaddle *sp, PetscBool transpose, Vec f, Vec x, Vec lambda, Vec Ax, Vec size)
+{
+  Vec       absolute, part;
+  Mat       A, M;
+  PetscBool rows;
+
+  PetscFunctionBegin;
+  PetscCall(DuplicateAbs(f, &part));
+  PetscCall(MatHasOperation(sp->block[0], MATOP_GET_ROW, &rows));
+  if (rows) {
+    PetscCall(AinsworthGetAIJ(sp->block[0], &A));
+    PetscCall(AinsworthAbsoluteAIJ(A, &M));
+    PetscCall(DuplicateAbs(x, &absolute));
+    if (transpose) PetscCall(MatMultTransposeAdd(M, absolute, part, size));
+    else PetscCall(MatMultAdd(M, absolute, part, size));
+    PetscCall(VecDestroy(&absolute));
+    PetscCall(MatDestroy(&M));
+    PetscCall(MatDestroy(&A));
+  } else { /* a shell tells its products only */
+    PetscCall(VecCopy(Ax, size));
+    PetscCall(VecAbs(size));
+    PetscCall(VecAXPY(size, 1.0, part));
+  }
+  PetscCall(AinsworthAbsoluteAIJ(AllRows(sp), &M));
+  PetscCall(DuplicateAbs(lambda, &absolute));
+  PetscCall(MatMultTransposeAdd(M, absolute, size, part));
+  PetscCall(VecCopy(part, size));
+  PetscCall(VecDestroy(&absolute));
+  PetscCall(VecDestroy(&part));
+  PetscCall(MatDestroy(&M));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: the worst of all ranks, and its row on all of them */
+static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthUnmet *worst)
+{
+  struct {
+    double quotient;
+    int    rank;
+  } mine;
+  PetscMPIInt rank;
+  PetscReal   values[2] = {worst->residual, worst->size};
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  mine = {(double)worst->quotient, rank};
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &mine, 1, MPI_DOUBLE_INT, MPI_MAXLOC, comm));
+  worst->quotient = (PetscReal)mine.quotient;
+  PetscCallMPI(MPI_Bcast(&worst->row, 1, MPIU_INT, mine.rank, comm));
+  PetscCallMPI(MPI_Bcast(values, 2, MPIU_REAL, mine.rank, comm));
+  worst->residual = values[0];
+  worst->size     = values[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* quotient of a residual and its bound, infinite where either is not a number */
+static PetscReal Quotient(PetscReal residual, PetscReal bound)
+{
+  if (residual == 0.0) return 0.0;
+  const PetscReal quotient = residual / bound;
+  return quotient >= 0.0 ? PetscMin(quotient, PETSC_MAX_REAL) : PETSC_MAX_REAL;
+}
+
+/*
+   AinsworthSaddleCheckPrimal - the row of f - op(A) x - C' lambda that is largest against what is allowed
+
+   An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality. Where a row has more, as
+   it may where A is indefinite or x a rigid motion, tol of the row's own terms is allowed. A row of zeros of A has its own terms only.
+*/
+PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscReal tol, Vec f, Vec x, Vec lambda, Vec Ax, Vec residual,
+                                          AinsworthUnmet *worst)
+{
+  MPI_Comm           comm = PetscObjectComm((PetscObject)x);
+  Vec                diagonal, size;
+  PetscInt           first, n, suspicious = 0;
+  PetscReal          energy;
+  PetscScalar        product;
+  const PetscScalar *d, *r, *s;
+
+  PetscFunctionBegin;
+  *worst = AinsworthUnmet();
+  PetscCall(VecDot(Ax, x, &product));
+  energy = PetscSqrtReal(PetscAbsScalar(product));
+  PetscCall(VecDuplicate(x, &diagonal));
+  PetscCall(MatGetDiagonal(sp->block[0], diagonal));
+  PetscCall(VecGetOwnershipRange(residual, &first, NULL));
+  PetscCall(VecGetLocalSize(residual, &n));
+  PetscCall(VecGetArrayRead(diagonal, &d));
+  PetscCall(VecGetArrayRead(residual, &r));
+  auto allowed = [&](PetscInt i) { return tol * energy * PetscSqrtReal(PetscMax(PetscRealPart(d[i]), 0.0)); };
+  for (PetscInt i = 0; i < n && !suspicious; i++) suspicious = !(PetscAbsScalar(r[i]) <= allowed(i));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &suspicious, 1, MPIU_INT, MPI_MAX, comm));
+  if (suspicious) {
+    PetscCall(VecDuplicate(x, &size));
+    PetscCall(PrimalSizes(sp, transpose, f, x, lambda, Ax, size));
+    PetscCall(VecGetArrayRead(size, &s));
+    for (PetscInt i = 0; i < n; i++) {
+      const PetscReal own = PetscRealPart(s[i]), quotient = Quotient(PetscAbsScalar(r[i]), PetscMax(allowed(i), tol * own));
+
+      if (quotient <= worst->quotient) continue;
+      worst->quotient = quotient;
+      worst->row      = first + i;
+      worst->residual = PetscAbsScalar(r[i]);
+      worst->size     = own;
+    }
+    PetscCall(VecRestoreArrayRead(size, &s));
+    PetscCall(VecDestroy(&size));
+    PetscCall(AgreeOnWorst(comm, worst));
+  }
+  PetscCall(VecRestoreArrayRead(diagonal, &d));
+  PetscCall(VecRestoreArrayRead(residual, &r));
+  PetscCall(VecDestroy(&diagonal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthSaddleCheckDual - the rows of g - C x - D lambda that are not met: zero and dependent rows, whose right-hand side no x can have, and others
+
+   contradiction names the former, or is empty.
+*/
+PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, Vec g, Vec x, Vec lambda, Vec residual, AinsworthUnmet *worst, char contradiction[], size_t len)
+{
+  static const struct {
+    AinsworthRowKind kind;
+    const char      *text;
+  } contradictions[] = {
+    {AINSWORTH_ROW_ZERO,      "nonzero on a row of C that is zero"                                    },
+    {AINSWORTH_ROW_DEPENDENT, "not that of the other rows of C on which it depends, exactly or nearly"}
+  };
+  Vec                    absolute, size;
+  PetscReal              largest, rhs;
+  const PetscScalar     *r, *s, *a, *l;
+  std::vector<PetscBool> unmet(sp->local, PETSC_FALSE), marked(sp->local + 1);
+
+  PetscFunctionBegin;
+  *worst           = AinsworthUnmet();
+  contradiction[0] = 0;
+  if (!sp->absolute) PetscCall(AinsworthAbsoluteAIJ(AllRows(sp), &sp->absolute));
+  PetscCall(VecNorm(x, NORM_INFINITY, &largest));
+  PetscCall(VecNorm(g, NORM_INFINITY, &rhs));
+  PetscCall(DuplicateAbs(x, &absolute));
+  PetscCall(VecShift(absolute, combined / consistent * largest));
+  PetscCall(VecDuplicate(residual, &size));
+  PetscCall(MatMult(sp->absolute, absolute, size));
+  PetscCall(VecGetArrayRead(residual, &r));
+  PetscCall(VecGetArrayRead(size, &s));
+  PetscCall(VecGetArrayRead(g, &a));
+  PetscCall(VecGetArrayRead(lambda, &l));
+  for (PetscInt i = 0; i < sp->local; i++) {
+    const PetscReal own      = PetscRealPart(s[i]) + PetscAbsScalar(a[i]) + (sp->diag ? PetscAbsScalar(sp->diag[i] * l[i]) : 0.0);
+    const PetscReal quotient = Quotient(PetscAbsScalar(r[i]), sp->kind[i] == AINSWORTH_ROW_ZERO ? noise * rhs : consistent * own);
+
+    unmet[i] = (PetscBool)(quotient > 1.0);
+    if (sp->kind[i] == AINSWORTH_ROW_ZERO || sp->kind[i] == AINSWORTH_ROW_DEPENDENT || quotient <= worst->quotient) continue;
+    worst->quotient = quotient;
+    worst->row      = sp->first + i;
+    worst->residual = PetscAbsScalar(r[i]);
+    worst->size     = own;
+  }
+  PetscCall(VecRestoreArrayRead(residual, &r));
+  PetscCall(VecRestoreArrayRead(size, &s));
+  PetscCall(VecRestoreArrayRead(g, &a));
+  PetscCall(VecRestoreArrayRead(lambda, &l));
+  PetscCall(VecDestroy(&absolute));
+  PetscCall(VecDestroy(&size));
+  PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), worst));
+  for (const auto &c : contradictions) {
+    char names[128];
+
+    if (!sp->count[c.kind] || contradiction[0]) continue;
+    for (PetscInt i = 0; i < sp->local; i++) marked[i] = (PetscBool)(unmet[i] && sp->kind[i] == c.kind);
+    PetscCall(AinsworthSaddleNameRows(sp, marked.data(), names, sizeof(names)));
+    if (names[0]) PetscCall(PetscSNPrintf(contradiction, len, "%s (rows %s of the multiplier field): no solution exists", c.text, names));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
