@@ -92,7 +92,7 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
   PetscFunctionBegin;
   PetscCall(SolveFields(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
   if (reason > 0) PetscCall(VerifyAndRefine(pc, data, transpose, b, y, &verdict, why, sizeof(why)));
-  else PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
+  if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
   /* at the limit of iterations too, when an outer Krylov method may still use what there is */
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(PCAinsworthFail_Private(pc, data, PC_INCONSISTENT_RHS, PETSC_ERR_ARG_INCOMP, why));
   else if (reason < 0 || verdict != AINSWORTH_VERDICT_MET) PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));

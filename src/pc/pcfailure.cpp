@@ -181,10 +181,30 @@ static PetscErrorCode SoftestCoarseMotion(PC inner, Vec *y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The unknown with the smallest diagonal entry of A, as a unit vector */
+static PetscErrorCode SmallestDiagonal(Mat A, Vec *y)
+{
+  Vec       diagonal;
+  PetscReal smallest;
+  PetscInt  where;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(A, NULL, &diagonal));
+  PetscCall(MatGetDiagonal(A, diagonal));
+  PetscCall(VecDuplicate(diagonal, y));
+  if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(diagonal));
+  PetscCall(VecMin(diagonal, &where, &smallest));
+  PetscCall(VecSetValue(*y, where, 1.0, INSERT_VALUES)); /* the same on all ranks */
+  PetscCall(VecAssemblyBegin(*y));
+  PetscCall(VecAssemblyEnd(*y));
+  PetscCall(VecDestroy(&diagonal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Is there a motion in Ker C that A gives no energy, or a negative one? The iterate x, which grows in its direction, and what multigrid knows are tried */
 static PetscErrorCode LookForMotion(const PC_Ainsworth *data, Vec x, PetscReal *quotient)
 {
-  Vec       tried[2] = {NULL, NULL};
+  Vec       tried[3] = {NULL, NULL, NULL};
   PetscReal found;
   PC        inner;
 
@@ -197,6 +217,7 @@ static PetscErrorCode LookForMotion(const PC_Ainsworth *data, Vec x, PetscReal *
   }
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(SoftestCoarseMotion(inner, &tried[1]));
+  PetscCall(SmallestDiagonal(data->saddle.A, &tried[2]));
   for (Vec &y : tried) {
     if (!y) continue;
     PetscCall(RayleighQuotient(data, y, &found));
@@ -241,7 +262,7 @@ static PetscErrorCode GramReason(const PC_Ainsworth *data, KSPConvergedReason *r
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The cause of a reduced solve that ended with `reason`, as far as it can be found; x is where it ended, or NULL */
+/* The cause of a reduced solve that ended with `reason`, as far as it can be found; a positive one was not confirmed. x is where it ended, or NULL */
 PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPConvergedReason reason, char why[], size_t len)
 {
   static const PetscReal none     = 1e-12; /* of the energy that diag(A) would have: the rounding of products */
@@ -261,7 +282,7 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPC
   PetscCall(PCGetFailedReason(inner, &failed));
   PetscCall(KSPGetIterationNumber(data->ksp, &iterations));
   PetscCall(KSPGetResidualNorm(data->ksp, &residual));
-  if (negative && !positive) {
+  if (negative && !positive && reason < 0) {
     PetscCall(PetscSNPrintf(why, len, "A has a negative diagonal, it seems to be -A: change the sign of A, C' and f, or of all of the system"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -279,9 +300,10 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPC
                     "A body floats that no constraint holds: A is singular on Ker C, y' A y is %g of y' diag(A) y for a y with C y = 0; hold it, or attach "
                     "its motions to the matrix with MatSetNullSpace() (%s)",
                     (double)quotient, KSPConvergedReasons[reason]));
-  else if (quotient < 0.0 || reason == KSP_DIVERGED_INDEFINITE_MAT)
+  else if (quotient < -none || reason == KSP_DIVERGED_INDEFINITE_MAT)
     PetscCall(PetscSNPrintf(why, len, "A is indefinite on Ker C (%s): conjugate gradients need it to be positive definite there; -%sksp_type gmres does not",
                             KSPConvergedReasons[reason], prefix));
+  else if (reason > 0) PetscFunctionReturn(PETSC_SUCCESS); /* the verification has said what it saw */
   else if (reason == KSP_DIVERGED_PC_FAILED)
     PetscCall(PetscSNPrintf(why, len, "The inner preconditioner, of type %s, failed (%s): try another -%spc_type", type, PCFailedReasons[failed], prefix));
   else if (!data->symmetric)

@@ -302,6 +302,7 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth 
     PetscCall(PetscObjectReference((PetscObject)operation));
     PetscCall(PCSetOperators(inner, M, M));
     PetscCall(PCSetUp(inner));
+    if (operation != M) inner->ops->applyrichardson = NULL; /* its iterations would be with M_* */
     PetscCall(KSPSetOperators(data->ksp, operation, M));
     PetscCall(MatDestroy(&operation));
     PetscCall(KSPSetUp(data->ksp));

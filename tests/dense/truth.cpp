@@ -1,0 +1,243 @@
+static char help[] = "What says to have converged is right, whatever inner method, side, norm and preconditioner; what failed says why.\n\n";
+
+#include "run.h"
+#include <cmath>
+
+enum Kind {
+  DEFINITE,
+  INDEFINITE_ON_RANGE,
+  INDEFINITE_ON_KERNEL,
+  NEGATIVE,
+  FLOATING,
+  NOT_SYMMETRIC
+};
+
+/* A chain of springs with a stiff part, and rows that tie unknowns; of each kind A is what its name says */
+static DenseSystem Chain(Kind kind)
+{
+  const PetscInt n = 24, m = 5;
+  DenseSystem    d;
+
+  d.A = Dense::Zero(n, n);
+  d.C = Dense::Zero(m, n);
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal left = i > 12 ? 100.0 : 1.0, right = i > 11 ? 100.0 : 1.0;
+    const bool      first = i == 0 || i == 12, last = i == 11 || i == n - 1; /* two bodies */
+
+    d.A(i, i) = (first ? 1.0 : left) + (last ? 0.0 : right);
+    if (!first) d.A(i, i - 1) = d.A(i - 1, i) = -left;
+  }
+  for (PetscInt i = 0; i < m; i++) {
+    d.C(i, 2 * i)      = 1.0;
+    d.C(i, 12 + 2 * i) = -1.0;
+  }
+  d.f = Column::LinSpaced(n, -1.0, 2.0);
+  d.g = Column::LinSpaced(m, 0.5, 1.0);
+  if (kind == INDEFINITE_ON_RANGE) d.A -= 50.0 * d.C.transpose() * d.C;
+  if (kind == INDEFINITE_ON_KERNEL)
+    for (int i : {1, 5, 9, 11}) d.A(i, i) -= 8.0;
+  if (kind == NEGATIVE) d.A = -d.A;
+  if (kind == NOT_SYMMETRIC)
+    for (PetscInt i = 1; i < n; i++) d.A(i, i - 1) *= 0.7;
+  if (kind == FLOATING) {
+    d.A(12, 12) -= 1.0;
+    d.C.setZero();
+    for (PetscInt i = 0; i < m; i++) {
+      d.C(i, 12 + 2 * i) = 1.0;
+      d.C(i, 13 + 2 * i) = -1.0;
+    }
+  }
+  return d;
+}
+
+/* A positive reason is checked against both equations and, where x is unique, against the dense solution; known: this method must solve the system */
+static PetscErrorCode Solve(const char *name, const DenseSystem &d, const std::string &text, bool known, bool crossed)
+{
+  Options options(text);
+  Run     run;
+  Column  x, lambda;
+
+  PetscFunctionBeginUser;
+  Case("%s, crossed %d, %s", name, crossed, text.c_str());
+  PetscCall(RunCreate(d, crossed, &run));
+  PetscCall(RunSolve(&run));
+  if (run.reason > 0) {
+    PetscCall(CheckResiduals(run, d, 1e-5, 1e-10));
+    SolveSaddle(d, x, lambda);
+    PetscCall(CheckEqual("x", run.x, x, 1e-4));
+  } else {
+    const char *why;
+    PC          pc;
+
+    PetscCall(CheckFailed(run));
+    PetscCall(CheckTrue("it is solved", !known));
+    PetscCall(KSPGetPC(run.ksp, &pc));
+    PetscCall(PCAinsworthGetFailure(pc, &why));
+    PetscCall(CheckTrue("a failure has a text", why[0] != 0));
+  }
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Methods(bool crossed)
+{
+  const char *methods[] = {"projectedcg", "cg",         "cg -ainsworth_ksp_cg_single_reduction",
+                           "fcg",         "pipecg",     "minres",
+                           "cr",          "cgs",        "bcgs",
+                           "bcgsl",       "tfqmr",      "gmres",
+                           "fgmres",      "gcr",        "symmlq",
+                           "lsqr",        "richardson", "chebyshev"};
+  struct {
+    const char *name;
+    Kind        kind;
+  } kinds[] = {
+    {"definite",                DEFINITE            },
+    {"indefinite on the range", INDEFINITE_ON_RANGE },
+    {"indefinite on Ker C",     INDEFINITE_ON_KERNEL},
+    {"not symmetric",           NOT_SYMMETRIC       },
+    {"negative",                NEGATIVE            }
+  };
+  PetscMPIInt size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  for (const auto &kind : kinds) {
+    const DenseSystem d = Chain(kind.kind);
+
+    for (const char *method : methods) {
+      const bool isCG = std::string(method) == "projectedcg" || std::string(method) == "gmres";
+
+      for (const char *pc : {"jacobi", "redundant", "hypre"}) {
+        const bool known = kind.kind == DEFINITE && isCG && std::string(pc) != "hypre";
+#if !defined(PETSC_HAVE_HYPRE)
+        if (std::string(pc) == "hypre") continue;
+#endif
+        PetscCall(Solve(kind.name, d, std::string("-ainsworth_ksp_max_it 300 -ainsworth_ksp_type ") + method + " -ainsworth_pc_type " + pc, known, crossed));
+      }
+    }
+    for (const char *norm : {"preconditioned", "unpreconditioned", "natural", "none -ainsworth_ksp_max_it 60"})
+      PetscCall(Solve(kind.name, d, std::string("-ainsworth_pc_type jacobi -ainsworth_ksp_norm_type ") + norm, false, crossed));
+    for (const char *method : {"gmres", "bcgsl", "fgmres"})
+      for (const char *side : {"left", "right"}) {
+        if (std::string(method) == "fgmres" && std::string(side) == "left") continue;
+        PetscCall(Solve(kind.name, d,
+                        std::string("-ainsworth_pc_type jacobi -ainsworth_ksp_max_it 300 -ainsworth_ksp_type ") + method + " -ainsworth_ksp_pc_side " + side,
+                        false, crossed));
+      }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The text begins with the cause, and has what to do */
+static PetscErrorCode Cause(const char *name, const DenseSystem &d, const std::string &text, const std::vector<std::string> &parts, bool strict)
+{
+  Options     options(text + (strict ? " -ksp_error_if_not_converged" : ""));
+  Run         run;
+  const char *why;
+  PC          pc;
+
+  PetscFunctionBeginUser;
+  Case("cause: %s, strict %d", name, strict);
+  PetscCall(RunCreate(d, false, &run));
+  PetscCall(KSPGetPC(run.ksp, &pc));
+  if (strict) {
+    PetscErrorCode code;
+
+    PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+    code = KSPSetUp(run.ksp);
+    if (!code) code = RunSolve(&run);
+    PetscCall(PetscPopErrorHandler());
+    PetscCall(CheckTrue("an error", code != PETSC_SUCCESS));
+  } else {
+    PetscCall(RunSolve(&run));
+    PetscCall(CheckFailed(run));
+  }
+  PetscCall(PCAinsworthGetFailure(pc, &why));
+  PetscCall(CheckText("the failure", why, parts));
+  PetscCall(CheckTrue("the cause comes first", std::string(why).compare(0, parts[0].size(), parts[0]) == 0));
+  if (!strict) PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The rows of C as they came, with one more */
+static void AddRow(DenseSystem &d, const Dense &row, PetscReal g)
+{
+  const PetscInt m = d.C.rows();
+
+  d.C.conservativeResize(m + 1, Eigen::NoChange);
+  d.C.row(m) = row;
+  d.g.conservativeResize(m + 1);
+  d.g[m] = g;
+}
+
+static PetscErrorCode Causes(bool strict)
+{
+  const std::string jacobi = "-ainsworth_pc_type jacobi ";
+  DenseSystem       d;
+
+  PetscFunctionBeginUser;
+  PetscCall(Cause("indefinite", Chain(INDEFINITE_ON_KERNEL), jacobi, {"A is indefinite on Ker C", "-ainsworth_ksp_type gmres"}, strict));
+  PetscCall(Cause("floating", Chain(FLOATING), "", {"A body floats", "MatSetNullSpace()"}, strict));
+  PetscCall(Cause("floating, jacobi", Chain(FLOATING), jacobi, {"A body floats", "MatSetNullSpace()"}, strict));
+  PetscCall(Cause("too few iterations", Chain(DEFINITE), jacobi + "-ainsworth_ksp_max_it 2",
+                  {"The reduced solve ended without convergence", "DIVERGED_ITS", "2 iterations"}, strict));
+  PetscCall(Cause("wrong prefix", Chain(DEFINITE), jacobi + "-ainsworth_ksp_rtol 1e-13 -ainsworth_ksp_max_it 3 -ksp_atol 1e-3",
+                  {"The reduced solve ended without convergence", "-ksp_atol is that of the outer solver, the reduced solve has -ainsworth_ksp_atol"}, strict));
+  PetscCall(Cause("not symmetric", Chain(NOT_SYMMETRIC), jacobi + "-ainsworth_ksp_max_it 8", {"A is not symmetric", "-ainsworth_ksp_type gmres"}, strict));
+  for (bool inG : {false, true}) {
+    d                       = Chain(DEFINITE);
+    (inG ? d.g[1] : d.f[3]) = NAN;
+    PetscCall(Cause(inG ? "NaN in g" : "NaN in f", d, jacobi, {"The right-hand side holds NaN or Inf"}, strict));
+  }
+  d = Chain(DEFINITE);
+  AddRow(d, Dense::Zero(1, 24), 1.0);
+  PetscCall(Cause("zero row", d, jacobi, {"The right-hand side of the constraints is nonzero on a row of C that is zero (rows 5"}, strict));
+  d = Chain(DEFINITE);
+  AddRow(d, d.C.row(0) + d.C.row(1), 7.0);
+  PetscCall(Cause("contradicting rows", d, jacobi, {"The right-hand side of the constraints is not that of the other rows of C"}, strict));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A tolerance that nothing heeds */
+static PetscErrorCode Unheeded()
+{
+  Options options("-pc_ainsworth_error_rtol 1e-3");
+  Run     run;
+
+  PetscFunctionBeginUser;
+  Case("an error tolerance without its stop");
+  PetscCall(CheckError("options", [&]() { return RunCreate(Chain(DEFINITE), false, &run); }, PETSC_ERR_ARG_INCOMP, {"-pc_ainsworth_stop energy_error"}));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Right-hand sides, and systems, of any size */
+static PetscErrorCode Scales(bool crossed)
+{
+  PetscFunctionBeginUser;
+  for (PetscReal scale : {1e-120, 1e-60, 1.0, 1e60, 1e120}) {
+    DenseSystem d = Chain(DEFINITE);
+
+    d.f *= scale;
+    d.g *= scale;
+    PetscCall(Solve("scaled right-hand side", d, "-ainsworth_pc_type jacobi", true, crossed));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  int exitcode;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(AinsworthInitializePackage());
+  for (bool crossed : {false, true}) {
+    PetscCall(Methods(crossed));
+    PetscCall(Scales(crossed));
+  }
+  for (bool strict : {false, true}) PetscCall(Causes(strict));
+  PetscCall(Unheeded());
+  PetscCall(ChecksFinish(&exitcode));
+  PetscCall(PetscFinalize());
+  return exitcode;
+}
