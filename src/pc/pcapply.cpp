@@ -100,12 +100,33 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Has the outer method a reduction under way, among which a pipelined inner method cannot begin its own? PETSc has one at a time on a communicator */
+static PetscErrorCode ReductionsCollide(const PC_Ainsworth *data, Vec v, PetscBool *collide)
+{
+  const char *const pipelined = KSPPIPECG "," KSPPIPECGRR "," KSPPIPELCG "," KSPPIPEPRCG "," KSPPIPECG2 "," KSPGROPPCG "," KSPPIPEFCG "," KSPPIPECR
+                                          "," KSPPIPEBCGS "," KSPPIPEGCR "," KSPPIPEFGMRES "," KSPPGMRES;
+  KSPType        type;
+  PetscScalar    dot;
+  PetscErrorCode code;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetType(data->ksp, &type));
+  PetscCall(PetscStrInList(type, pipelined, ',', collide));
+  if (!*collide) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  code = VecDotBegin(v, v, &dot); /* the only way to ask */
+  PetscCall(PetscPopErrorHandler());
+  *collide = (PetscBool)(code != PETSC_SUCCESS);
+  if (!code) PetscCall(VecDotEnd(v, v, &dot));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
   PC_Ainsworth *data    = (PC_Ainsworth *)pc->data;
   const IS     *in      = transpose ? data->saddle.cols : data->saddle.rows;
   const IS     *out     = transpose ? data->saddle.rows : data->saddle.cols;
-  PetscBool     changed = PETSC_FALSE;
+  PetscBool     changed = PETSC_FALSE, collide;
   PetscReal     norm;
   Fields        left, right;
 
@@ -117,11 +138,25 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
     PetscCall(VecFlag(y, 1));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  data->failure[0] = 0;
   PetscCall(VecNorm(b, NORM_1, &norm));
-  if (PetscIsInfOrNanReal(norm)) {
+  if (PetscIsInfOrNanReal(norm)) { /* perhaps made of the result of a solve that failed, whose cause comes first */
+    char why[640];
+
+    PetscCall(PetscSNPrintf(why, sizeof(why), "%s%s", data->failure[0] ? data->failure : "The right-hand side holds NaN or Inf, or values too large",
+                            data->failure[0] ? "; the right-hand side of the next application held NaN or Inf" : ""));
     PetscCall(VecFlag(y, 1));
-    PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_FP, "The right-hand side holds NaN or Inf, or values too large"));
+    PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_FP, why));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  data->failure[0] = 0;
+  PetscCall(ReductionsCollide(data, b, &collide));
+  if (collide) {
+    char why[256];
+
+    PetscCall(PetscSNPrintf(why, sizeof(why), "The outer and the inner method, %s, are both pipelined, which PETSc cannot nest: choose -%sksp_type %s",
+                            ((PetscObject)data->ksp)->type_name, ((PetscObject)data->ksp)->prefix, KSPPROJECTEDCG));
+    PetscCall(VecFlag(y, 1));
+    PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_SUP, why));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(VecGetSubVector(b, in[0], &right.primal));

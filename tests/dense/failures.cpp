@@ -217,7 +217,8 @@ static PetscErrorCode FalseConvergence(bool strict)
   PetscCall(PCSetType(shell, PCSHELL));
   PetscCall(PCShellSetApply(shell, [](PC, Vec, Vec z) { return VecZeroEntries(z); }));
   if (strict)
-    PetscCall(CheckError("blind preconditioner", [=]() { return KSPSolve(ksp, b, y); }, PETSC_ERR_NOT_CONVERGED, {"says that it converged, but row", "its preconditioner, does not see this"}));
+    PetscCall(CheckError("blind preconditioner", [=]() { return KSPSolve(ksp, b, y); }, PETSC_ERR_NOT_CONVERGED,
+                         {"says that it converged, but row", "its preconditioner, does not see this"}));
   else {
     PetscCall(KSPSolve(ksp, b, y));
     PetscCall(CheckReason(ksp, KSP_DIVERGED_PC_FAILED, PC_SUBPC_ERROR));

@@ -139,7 +139,8 @@ int main(int argc, char **argv)
 
   PetscCall(Run({"S in small components", 60, 4, 3, 2}, "", cost, view, exchanged));
   PetscCall(CheckNone(cost, {"MatCholFctrNum", "MatLUFactorNum"}));
-  PetscCall(CheckText("view", view, {"S is in small components: dense inverses, no factorization", "type: vpbjacobi", "1 connected component, the largest of 4 rows"}));
+  PetscCall(
+    CheckText("view", view, {"S is in small components: dense inverses, no factorization", "type: vpbjacobi", "1 connected component, the largest of 4 rows"}));
 
   PetscCall(Run({"S in one large piece", 60, 40, 3, 1}, "", cost, view, exchanged));
   if (view.find("type: " + std::string(PetscDefined(USE_COMPLEX) ? "lu" : "cholesky")) == std::string::npos)

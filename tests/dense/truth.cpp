@@ -210,6 +210,41 @@ static PetscErrorCode Unheeded()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* An outer method that opens a reduction around its preconditioner, and an inner one that opens its own: what cannot be nested is said; others work after it */
+static PetscErrorCode Pipelined(const char *outer, const char *inner)
+{
+  Mat     Ct;
+  Options options(std::string("-ksp_rtol 1e-7 -ksp_max_it 40 -ksp_type ") + outer + " -ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-3 -ainsworth_ksp_type " +
+                  inner);
+  Run     run;
+  PC      pc;
+  const char *why;
+  DenseSystem d = Chain(DEFINITE);
+  Column      x, lambda;
+
+  PetscFunctionBeginUser;
+  Case("outer %s, inner %s", outer, inner);
+  SolveSaddle(d, x, lambda);
+  PetscCall(SystemFromDense(d, false, &run.sys));
+  PetscCall(MatHermitianTranspose(run.sys.C, MAT_INITIAL_MATRIX, &Ct));
+  PetscCall(NestCreate(run.sys.A, Ct, run.sys.C, NULL, false, &run.nest)); /* products with all of it */
+  PetscCall(SolverCreate(run.nest, &run.ksp));
+  PetscCall(RunSolve(&run));
+  PetscCall(KSPGetPC(run.ksp, &pc));
+  PetscCall(PCAinsworthGetFailure(pc, &why));
+  if (why[0]) {
+    PetscCall(CheckTrue("only what is pipelined fails", std::string(inner) == "pipecg"));
+    PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason < 0));
+    PetscCall(CheckText("failure", why, {"are both pipelined", "-ainsworth_ksp_type projectedcg"}));
+  } else {
+    PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason > 0));
+    PetscCall(CheckEqual("x", run.x, x, 1e-4));
+  }
+  PetscCall(MatDestroy(&Ct));
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Right-hand sides, and systems, of any size */
 static PetscErrorCode Scales(bool crossed)
 {
@@ -236,6 +271,8 @@ int main(int argc, char **argv)
     PetscCall(Scales(crossed));
   }
   for (bool strict : {false, true}) PetscCall(Causes(strict));
+  for (const char *outer : {"pgmres", "pipegcr", "pipefcg", "fgmres"})
+    for (const char *inner : {"projectedcg", "pipecg", "cg"}) PetscCall(Pipelined(outer, inner));
   PetscCall(Unheeded());
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());
