@@ -104,7 +104,6 @@ static PetscErrorCode OneRow(Attack &a)
   case 0:
     a.s.C.row(i).setZero();
     a.story += "; zero row " + std::to_string(i);
-    if (a.s.D(i, i) < 0.0 && a.r.Chance(0.5)) a.s.D(i, i) = 0.0, PetscCall(Rebuild(a, true));
     break;
   case 1:
     if (a.s.D(i, i) == 0.0) a.s.C.row(i) = a.s.C.row(other) * a.r.Real(0.5, 2.0);

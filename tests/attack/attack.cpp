@@ -49,7 +49,7 @@ static PetscErrorCode Prepare(Attack &a, PetscInt step, PetscErrorCode *code, st
 {
   PetscFunctionBeginUser;
   PetscCall(AttackCall(
-    [&a, step]() {
+    [&a, step]() -> PetscErrorCode {
       PetscFunctionBeginUser;
       if (!step) {
         PetscCall(AttackBuild(a, false));
@@ -99,7 +99,7 @@ static PetscErrorCode Sequence(PetscInt seed, PetscInt sequence, PetscInt steps,
   PetscErrorCode code;
 
   PetscCall(AttackCall(
-    [&a]() {
+    [&a]() -> PetscErrorCode {
       PetscFunctionBeginUser;
       PetscCall(KSPDestroy(&a.ksp));
       PetscCall(AttackClear(a));

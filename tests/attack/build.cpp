@@ -230,16 +230,17 @@ PetscErrorCode AttackBuild(Attack &a, bool sameTotal)
 /* The entries that are not zero; the program is told of none that it would have to preallocate */
 static PetscErrorCode Write(Mat M, const Dense &values)
 {
-  PetscInt  start, end;
+  PetscInt  start, end, bs;
   PetscBool upper;
 
   PetscFunctionBeginUser;
   PetscCall(PetscObjectTypeCompareAny((PetscObject)M, &upper, MATSEQSBAIJ, MATMPISBAIJ, ""));
+  PetscCall(MatGetBlockSize(M, &bs));
   PetscCall(MatSetOption(M, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE));
   PetscCall(MatZeroEntries(M));
   PetscCall(MatGetOwnershipRange(M, &start, &end));
   for (PetscInt i = start; i < end; i++)
-    for (PetscInt j = upper ? i : 0; j < values.cols(); j++)
+    for (PetscInt j = upper ? i - i % bs : 0; j < values.cols(); j++)
       if (values(i, j) != 0.0) PetscCall(MatSetValue(M, i, j, values(i, j), INSERT_VALUES));
   PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));

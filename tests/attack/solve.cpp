@@ -37,7 +37,7 @@ static PetscErrorCode Watch(KSP, PetscInt step, PetscReal, void *ctx)
   PetscCall(VecCreateMPI(PETSC_COMM_WORLD, a.rows[0][0], PETSC_DECIDE, &b)); /* a vector of no use, so that memory moves */
   PetscCall(VecDestroy(&b));
   PetscCall(AttackCall(
-    [&]() {
+    [&]() -> PetscErrorCode {
       PetscInt n;
 
       PetscFunctionBeginUser;
@@ -202,7 +202,7 @@ PetscErrorCode AttackElsewhere(Attack &a, Verdict *verdict, std::string &why)
   PetscCall(RandomNestCreate(comm, s, r, &nest, &b));
   PetscCall(VecDuplicate(b, &y));
   PetscCall(AttackCall(
-    [&]() {
+    [&]() -> PetscErrorCode {
       PetscFunctionBeginUser;
       PetscCall(SolverCreate(nest, &ksp));
       PetscCall(KSPSetType(ksp, KSPPREONLY));
