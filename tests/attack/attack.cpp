@@ -8,17 +8,21 @@ A long run:  mpiexec -n 2 attack -steps 50000 -seed 17\n\n";
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <execinfo.h>
 #include <unistd.h>
 
 static const char *const verdicts[] = {"right", "refused", "unsolved", "wrong"};
 static char              last[8192]; /* what a crash or a hang is reported with */
 
-/* Of a crash or a time-out; nothing but write() may be called here */
+/* Of a crash or a time-out; nothing that allocates may be called here */
 static void Died(int number)
 {
+  void *frames[64];
+
   const char *const what = number == SIGALRM ? "HANG: " : "CRASH: ";
 
   if (write(STDOUT_FILENO, what, strlen(what)) < 0 || write(STDOUT_FILENO, last, strlen(last)) < 0) _exit(4);
+  backtrace_symbols_fd(frames, backtrace(frames, 64), STDOUT_FILENO);
   _exit(3);
 }
 
@@ -27,7 +31,8 @@ static std::string Reproducer(PetscInt seed, PetscInt sequence, PetscInt step)
   PetscMPIInt size;
 
   MPI_Comm_size(PETSC_COMM_WORLD, &size);
-  return "mpiexec -n " + std::to_string(size) + " attack -seed " + std::to_string(seed) + " -sequence " + std::to_string(sequence) + " # step " + std::to_string(step);
+  return "mpiexec -n " + std::to_string(size) + " attack -seed " + std::to_string(seed) + " -sequence " + std::to_string(sequence) + " # step " +
+         std::to_string(step);
 }
 
 struct Counts {
@@ -67,7 +72,7 @@ static PetscErrorCode Prepare(Attack &a, PetscInt step, PetscErrorCode *code, st
 
 static PetscErrorCode Sequence(PetscInt seed, PetscInt sequence, PetscInt steps, PetscInt timeout, bool verbose, Counts &counts)
 {
-  Random         r((PetscInt64)seed * 1000003 + sequence);
+  Random         mix((PetscInt64)seed * 1000003 + sequence), r((PetscInt64)(mix.Bits() >> 1)); /* streams of seeds in a row are shifts of each other */
   RandomSystem   system(r, false);
   Attack         a((PetscInt64)r.Bits(), system);
   const PetscInt length = r.Int(1, 10);
@@ -94,6 +99,7 @@ static PetscErrorCode Sequence(PetscInt seed, PetscInt sequence, PetscInt steps,
     }
     PetscCall(AttackSolve(a, &verdict, why));
     PetscCall(Report(counts, verdict, verbose, reproducer, why, a));
+    if (a.errors == 2) break; /* after two errors in a solve a PCPreSolve() of PETSc's refuses any other */
   }
   std::string    message;
   PetscErrorCode code;
@@ -118,6 +124,7 @@ int main(int argc, char **argv)
 
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  (void)setvbuf(stdout, NULL, _IOLBF, 0); /* a crash would take the lines before it away */
   PetscCall(PetscPopSignalHandler());
   for (int number : {SIGALRM, SIGSEGV, SIGBUS, SIGFPE, SIGABRT, SIGILL}) (void)signal(number, Died);
   PetscCall(AinsworthInitializePackage());

@@ -43,9 +43,14 @@ struct Attack {
   Order                 order;
   Storage               storage;
   bool                  split; /* C is a nest of two blocks of rows */
-  Mat                   A = NULL, C[2] = {NULL, NULL}, block[2][2] = {{NULL, NULL}, {NULL, NULL}}; /* A, C: what values are written to */
-  Mat                   nest = NULL;
-  KSP                   ksp  = NULL;
+  Mat                   A = NULL,
+      C[2] =
+        {
+          NULL, NULL
+  },
+      block[2][2] = {{NULL, NULL}, {NULL, NULL}}; /* A, C: what values are written to */
+  Mat nest        = NULL;
+  KSP ksp         = NULL;
 
   /* options that were ever set since the KSP was made, the last value of each, and those in the database now */
   std::map<std::string, std::string> choices;
@@ -53,34 +58,43 @@ struct Attack {
 
   /* what holds for one step only, and is undone before the next action */
   bool        transpose = false, reuse = false, explode = false, nested = false, nullspace = false, broken = false, strict = false;
-  bool        other     = false; /* the KSP holds another operator than the nest */
-  bool        bogus     = false; /* an option that cannot be read */
-  int         badEntry  = -1;    /* of (f, g), which is badValue */
-  PetscReal   badValue  = 0.0;
-  int         badRow    = -1; /* of A, or behind its rows of C, one entry of which is badValue */
+  bool        other    = false; /* the KSP holds another operator than the nest */
+  bool        bogus    = false; /* an option that cannot be read */
+  int         badEntry = -1;    /* of (f, g), which is badValue */
+  PetscReal   badValue = 0.0;
+  int         badRow   = -1;  /* of A, or behind its rows of C, one entry of which is badValue */
   Dense       goodA, goodC;   /* without it */
-  bool        must      = false; /* this step has to be refused */
-  bool        user      = false; /* a weight of the program, or other calls that promise nothing */
+  bool        must   = false; /* this step has to be refused */
+  bool        user   = false; /* a weight of the program, or other calls that promise nothing */
+  int         errors = 0;     /* that left KSPSolve() */
   std::string story;
 
   Attack(PetscInt64 seed, const RandomSystem &);
 };
 
 /* build.cpp: the program's objects */
-PetscErrorCode AttackBuild(Attack &, bool sameTotal);             /* matrices and nest for the present system */
-PetscErrorCode AttackNest(Attack &);                              /* another nest of the same blocks */
-PetscErrorCode AttackWrite(Attack &, bool stiffness, bool rows);  /* present values into the same matrices */
-PetscErrorCode AttackClear(Attack &);                             /* matrices and nest */
-PetscErrorCode AttackSolver(Attack &);                            /* a KSP for the nest */
-PetscErrorCode AttackWatch(Attack &);                             /* the monitor of the inner KSP */
+PetscErrorCode AttackBuild(Attack &, bool sameTotal);            /* matrices and nest for the present system */
+PetscErrorCode AttackNest(Attack &);                             /* another nest of the same blocks */
+PetscErrorCode AttackWrite(Attack &, bool stiffness, bool rows); /* present values into the same matrices */
+PetscErrorCode AttackClear(Attack &);                            /* matrices and nest */
+PetscErrorCode AttackSolver(Attack &);                           /* a KSP for the nest */
+PetscErrorCode AttackWatch(Attack &);                            /* the monitor of the inner KSP */
 
 /* options.cpp */
 void AttackChooseOptions(Attack &, bool all);
 bool AttackTame(const Attack &); /* do the options leave a well-posed system solvable? */
 
-/* actions.cpp, errors.cpp: change something, tell the story */
+/* actions.cpp, settings.cpp, errors.cpp: change something, tell the story */
 PetscErrorCode AttackUndo(Attack &); /* what was for one step only */
 PetscErrorCode AttackAct(Attack &);
+PetscErrorCode AttackValues(Attack &);
+PetscErrorCode AttackChangeOptions(Attack &);
+PetscErrorCode AttackSetters(Attack &);
+PetscErrorCode AttackNullSpace(Attack &);
+PetscErrorCode AttackTranspose(Attack &);
+PetscErrorCode AttackReuse(Attack &);
+PetscErrorCode AttackNested(Attack &);
+PetscErrorCode AttackSame(Attack &);
 PetscErrorCode AttackPoison(Attack &);
 PetscErrorCode AttackWrongMatrix(Attack &);
 PetscErrorCode AttackWrongOption(Attack &);

@@ -184,8 +184,7 @@ PetscErrorCode AttackNest(Attack &a)
 
     index[multiplier ? l : 1 - l].push_back(start + p);
   }
-  for (int k = 0; k < 2; k++)
-    PetscCall(ISCreateGeneral(PETSC_COMM_WORLD, (PetscInt)index[k].size(), index[k].data(), PETSC_COPY_VALUES, &is[k]));
+  for (int k = 0; k < 2; k++) PetscCall(ISCreateGeneral(PETSC_COMM_WORLD, (PetscInt)index[k].size(), index[k].data(), PETSC_COPY_VALUES, &is[k]));
   for (int i = 0; i < 2; i++)
     for (int j = 0; j < 2; j++) blocks[l ? i : 1 - i][l ? j : 1 - j] = a.block[i][j];
   PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, is, 2, is, &blocks[0][0], &nest));
@@ -255,7 +254,10 @@ PetscErrorCode AttackWrite(Attack &a, bool stiffness, bool rows)
   PetscCall(Rank(&rank));
   if (stiffness) {
     PetscCall(Write(a.A, a.s.A));
-    if (a.storage == STORE_SHELL) PetscCall(PetscObjectStateIncrease((PetscObject)a.block[0][0])); /* nobody else could know */
+    if (a.storage == STORE_SHELL) { /* nobody else could know */
+      PetscCall(MatAssemblyBegin(a.block[0][0], MAT_FINAL_ASSEMBLY));
+      PetscCall(MatAssemblyEnd(a.block[0][0], MAT_FINAL_ASSEMBLY));
+    }
   }
   if (!rows) PetscFunctionReturn(PETSC_SUCCESS);
   for (int k = 0; k < 2; k++) {

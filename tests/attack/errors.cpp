@@ -8,7 +8,7 @@ PetscErrorCode AttackPoison(Attack &a)
   std::vector<int> quiet;
 
   PetscFunctionBeginUser;
-  a.badValue = a.r.Chance(0.5) ? NAN : a.r.Chance(0.5) ? PETSC_INFINITY : -PETSC_INFINITY;
+  a.badValue = a.r.Chance(0.5) ? NAN : a.r.Chance(0.5) ? INFINITY : -INFINITY; /* PETSC_INFINITY is finite */
   a.must     = true;
   if (a.r.Chance(0.3)) {
     a.badRow = a.r.Int(0, n + m - 1);
@@ -16,7 +16,7 @@ PetscErrorCode AttackPoison(Attack &a)
     a.goodC  = a.s.C;
     a.story += "; " + std::to_string(a.badValue) + " in row " + std::to_string(a.badRow < n ? a.badRow : a.badRow - n) + (a.badRow < n ? " of A" : " of C");
     (a.badRow < n ? a.s.A(a.badRow, a.badRow) : a.s.C(a.badRow - n, a.r.Int(0, n - 1))) = a.badValue;
-    const Dense keep = a.s.Ct;
+    const Dense keep                                                                    = a.s.Ct;
 
     a.s.Ct = a.s.C.adjoint();
     PetscCall(AttackWrite(a, a.badRow < n, a.badRow >= n));
@@ -30,7 +30,8 @@ PetscErrorCode AttackPoison(Attack &a)
     if (quietRow) quiet.push_back(n + i);
   }
   a.badEntry = quiet.size() && a.r.Chance(0.6) ? quiet[(size_t)a.r.Int(0, (int)quiet.size() - 1)] : a.r.Int(0, n + m - 1);
-  a.story += "; " + std::to_string(a.badValue) + " in entry " + std::to_string(a.badEntry < n ? a.badEntry : a.badEntry - n) + (a.badEntry < n ? " of f" : " of g");
+  a.story += "; " + std::to_string(a.badValue) + " in entry " + std::to_string(a.badEntry < n ? a.badEntry : a.badEntry - n) +
+             (a.badEntry < n ? " of f" : " of g");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -64,8 +65,9 @@ PetscErrorCode AttackWrongMatrix(Attack &a)
 
 PetscErrorCode AttackWrongOption(Attack &a)
 {
-  const char *const lines[] = {"-pc_ainsworth_pmat nonsense", "-pc_ainsworth_penalty_factor -1", "-ainsworth_ksp_type nonsense", "-ainsworth_pc_type nonsense",
-                               "-pc_ainsworth_monitor_error nonsense", "-pc_ainsworth_blocks 0", "-pc_ainsworth_error_rtol 2"};
+  const char *const lines[] = {"-pc_ainsworth_pmat nonsense", "-pc_ainsworth_penalty_factor -1",      "-ainsworth_ksp_type nonsense",
+                               "-ainsworth_pc_type nonsense", "-pc_ainsworth_monitor_error nonsense", "-pc_ainsworth_blocks 0",
+                               "-pc_ainsworth_error_rtol 2"};
   const char *const line    = lines[a.r.Int(0, 6)];
   std::string       message;
   PetscErrorCode    code;

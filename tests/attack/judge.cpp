@@ -6,7 +6,7 @@
    error in x, relative to x and lambda, is at most errorBound times the condition number, where this is below the third figure. A solution is promised
    where condition numbers are below the fourth and the smallest eigenvalue on Ker C, in units of the largest, is above its inverse.
 */
-static const PetscReal residualBound = 1e-6, errorBound = 1e-6, trusted = 1e6, good = 1e4, local = 1e-3;
+static const PetscReal residualBound = 1e-5, errorBound = 1e-6, trusted = 1e6, good = 1e4, local = 1e-3;
 
 /* A = a A', (f, g) = (a b f', b g'): then x = b x', lambda = a b lambda', D = D' / a */
 struct Units {
@@ -83,8 +83,8 @@ static PetscReal WorstRow(const RandomSystem &s, const Truth &truth, const Colum
   r << s.A * x + s.C.adjoint() * lambda - s.f, s.C * x + s.D * lambda - s.g;
   size << s.A.cwiseAbs() * x.cwiseAbs() + s.C.adjoint().cwiseAbs() * lambda.cwiseAbs() + s.f.cwiseAbs(),
     s.C.cwiseAbs() * x.cwiseAbs() + s.D.cwiseAbs() * lambda.cwiseAbs() + s.g.cwiseAbs();
-  r    = truth.scale.asDiagonal() * r;
-  size = truth.scale.asDiagonal() * size;
+  r                       = truth.scale.asDiagonal() * r;
+  size                    = truth.scale.asDiagonal() * size;
   const PetscReal largest = size.cwiseAbs().maxCoeff();
 
   for (Eigen::Index i = 0; i < n + m; i++) {
@@ -106,7 +106,7 @@ Verdict AttackJudge(const RandomSystem &s, bool tame, bool must, KSPConvergedRea
   const Units        u = FindUnits(s);
   const RandomSystem t = Normalised(s, u);
   const Truth        truth(t);
-  const bool         promised = tame && !must && t.symmetric && truth.consistent && truth.unique && truth.condition < good && truth.gram < good && t.decades <= 6.0 &&
+  const bool promised = tame && !must && t.symmetric && truth.consistent && truth.unique && truth.condition < good && truth.gram < good && t.decades <= 6.0 &&
                         Definite(t, truth);
   PetscReal residual = 0.0, error = 0.0;
 
@@ -116,8 +116,8 @@ Verdict AttackJudge(const RandomSystem &s, bool tame, bool must, KSPConvergedRea
     residual = WorstRow(t, truth, px, pl);
     error    = truth.Error(px);
   }
-  (void)PetscSNPrintf(text, sizeof(text), "%s, worst row %g, error %g, condition %g, Gram %g, %s, %s", KSPConvergedReasons[reason], (double)residual, (double)error,
-                      (double)truth.condition, (double)truth.gram,
+  (void)PetscSNPrintf(text, sizeof(text), "%s, worst row %g, error %g, condition %g, Gram %g, %s, %s", KSPConvergedReasons[reason], (double)residual,
+                      (double)error, (double)truth.condition, (double)truth.gram,
                       truth.contradictory ? "contradictory"
                       : truth.consistent  ? "consistent"
                                           : "nearly consistent",

@@ -13,8 +13,9 @@ static void Method(Attack &a, Line &now, bool all)
   if (all || a.r.Chance(0.5)) {
     if (a.r.Chance(0.35)) now["-ainsworth_ksp_type"] = "projectedcg";
     else
-      now["-ainsworth_ksp_type"] = Pick(a.r, {"cg", "gmres", "fgmres", "minres", "cr", "cgs", "bcgs", "bcgsl", "richardson", "tfqmr", "pipecg", "gcr", "fcg",
-                                              "pipefcg", "groppcg", "symmlq", "pipecr", "ibcgs", "lgmres", "dgmres", "pgmres", "fbcgs", "cgne"});
+      now["-ainsworth_ksp_type"] = Pick(a.r,
+                                        {"cg",  "gmres",   "fgmres",  "minres", "cr",     "cgs",   "bcgs",   "bcgsl",  "richardson", "tfqmr", "pipecg", "gcr",
+                                         "fcg", "pipefcg", "groppcg", "symmlq", "pipecr", "ibcgs", "lgmres", "dgmres", "pgmres",     "fbcgs", "cgne"});
   }
   if (a.r.Chance(0.15)) now["-ainsworth_ksp_norm_type"] = Pick(a.r, {"preconditioned", "unpreconditioned", "natural", "none"});
   if (a.r.Chance(0.15)) now["-ainsworth_ksp_pc_side"] = Pick(a.r, {"left", "right"});
@@ -27,9 +28,6 @@ static void Preconditioner(Attack &a, Line &now, bool all)
   std::vector<const char *> types = {"jacobi", "none", "redundant", "blocksa", "gamg", "bjacobi", "ksp", "sor"};
 #if defined(PETSC_HAVE_HYPRE)
   types.push_back("hypre");
-#endif
-#if defined(PETSC_HAVE_ML)
-  types.push_back("ml");
 #endif
   now["-ainsworth_pc_type"] = a.r.Chance(0.4) ? "jacobi" : Pick(a.r, types);
 }
@@ -50,7 +48,7 @@ static void Variant(Attack &a, Line &now)
 /* The program's own Krylov method */
 static void Outer(Attack &a, Line &now, bool all)
 {
-  if (a.s.form > 1) return; /* without C or C' the MatNest is not the operator */
+  if (a.s.form > 1 || a.s.nested) return; /* without C or C' the MatNest is not the operator; not all methods can do with nested vectors */
   if (!all && a.r.Chance(0.6)) return;
   now["-ksp_type"] = a.r.Chance(0.6) ? "preonly" : Pick(a.r, {"gmres", "fgmres", "pgmres", "pipegcr", "cg", "minres", "gcr", "bcgs", "richardson"});
   if (a.r.Chance(0.1)) now["-ksp_pc_side"] = Pick(a.r, {"left", "right"});
@@ -85,9 +83,10 @@ bool AttackTame(const Attack &a)
     return false;
   };
 
-  return is("-ainsworth_ksp_type", {"projectedcg", "cg", "gmres", "fgmres", "minres"}) && is("-ainsworth_pc_type", {"jacobi", "redundant", "blocksa", "hypre"}) &&
-         is("-ainsworth_ksp_norm_type", {}) && is("-ainsworth_ksp_pc_side", {}) && is("-ainsworth_ksp_initial_guess_nonzero", {"false"}) &&
-         is("-pc_ainsworth_penalty_factor", {"1"}) && is("-pc_ainsworth_redundant", {"drop"}) && is("-pc_ainsworth_stop", {"residual"}) &&
-         is("-ksp_type", {"preonly", "gmres", "fgmres"}) && is("-ksp_pc_side", {}) && !(a.s.uneven && !is("-ainsworth_ksp_type", {"projectedcg", "cg"})) &&
+  return is("-ainsworth_ksp_type", {"projectedcg", "cg", "gmres", "fgmres", "minres"}) &&
+         is("-ainsworth_pc_type", {"jacobi", "redundant", "blocksa", "hypre"}) && is("-ainsworth_ksp_norm_type", {}) && is("-ainsworth_ksp_pc_side", {}) &&
+         is("-ainsworth_ksp_initial_guess_nonzero", {"false"}) && is("-pc_ainsworth_penalty_factor", {"1"}) && is("-pc_ainsworth_redundant", {"drop"}) &&
+         is("-pc_ainsworth_stop", {"residual"}) && is("-ksp_type", {"preonly", "gmres", "fgmres"}) && is("-ksp_pc_side", {}) &&
+         !(a.s.uneven && !is("-ainsworth_ksp_type", {"projectedcg", "cg"})) &&
          !(a.s.uneven && !(is("-pc_ainsworth_variant", {"weighted"}) && is("-pc_ainsworth_weight", {"diagonal"}) && is("-pc_ainsworth_penalty", {"row"})));
 }

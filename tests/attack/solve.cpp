@@ -4,7 +4,8 @@
   #include <HYPRE_utilities.h>
 #endif
 
-static PetscErrorCode KeepMessage(MPI_Comm, int line, const char *function, const char *, PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
+static PetscErrorCode KeepMessage(MPI_Comm, int line, const char *function, const char *, PetscErrorCode code, PetscErrorType type, const char *message,
+                                  void *ctx)
 {
   if (type == PETSC_ERROR_INITIAL && message) *(std::string *)ctx = std::string(message) + " [" + function + ":" + std::to_string(line) + "]";
   return code;
@@ -132,10 +133,10 @@ static PetscErrorCode Agree(MPI_Comm comm, PetscErrorCode code, KSPConvergedReas
 
 PetscErrorCode AttackSolve(Attack &a, Verdict *verdict, std::string &why)
 {
-  RandomSystem       s = a.s;
-  const auto         outer = a.choices.find("-ksp_type");
+  RandomSystem       s      = a.s;
+  const auto         outer  = a.choices.find("-ksp_type");
   const bool         simple = outer == a.choices.end() || outer->second == KSPPREONLY;
-  const bool         tame = AttackTame(a) && !a.user && !a.reuse && !a.explode && !a.bogus && !a.nullspace && (!a.transpose || simple);
+  const bool         tame   = AttackTame(a) && !a.user && !a.reuse && !a.explode && !a.bogus && !a.nullspace && (!a.transpose || simple);
   Vec                b, y, copy;
   Column             x, lambda;
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
@@ -155,6 +156,7 @@ PetscErrorCode AttackSolve(Attack &a, Verdict *verdict, std::string &why)
   PetscCall(VecSet(y, 12345.0)); /* not to be seen by anybody */
   PetscCall(AttackCall([&]() { return a.transpose ? KSPSolveTranspose(a.ksp, b, y) : KSPSolve(a.ksp, b, y); }, &code, message));
   if (code) {
+    a.errors++;
     *verdict = AttackInternal(code, message) && !a.explode ? WRONG : AttackJudge(s, tame && !a.other, a.must, KSP_DIVERGED_PC_FAILED, x, lambda, why);
     why      = "error " + std::to_string((int)code) + ": " + message + "; " + why;
   } else {
@@ -187,7 +189,7 @@ PetscErrorCode AttackElsewhere(Attack &a, Verdict *verdict, std::string &why)
   MPI_Comm           comm;
   Mat                nest;
   Vec                b, y;
-  KSP                ksp = NULL;
+  KSP                ksp    = NULL;
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   PetscErrorCode     code;
   Column             x, lambda;
