@@ -78,7 +78,7 @@ static PetscErrorCode Sequence(PetscInt seed, PetscInt sequence, PetscInt steps,
   const PetscInt length = r.Int(1, 10);
 
   PetscFunctionBeginUser;
-  a.story = system.text;
+  a.story = system.text + " storage=" + std::to_string((int)a.storage) + (a.split ? " split" : "") + (a.s.nested ? " nested" : "");
   for (PetscInt step = 0; step <= length && counts.steps < steps; step++) {
     const std::string reproducer = Reproducer(seed, sequence, step);
     std::string       message, why;
