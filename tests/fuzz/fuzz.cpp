@@ -92,7 +92,7 @@ static PetscErrorCode Solve(const RandomSystem &s, const Truth &truth, Random &r
   PetscMPIInt        agreed[4];
 
   PetscFunctionBeginUser;
-  PetscCall(RandomNestCreate(s, r, &nest, &b));
+  PetscCall(RandomNestCreate(PETSC_COMM_WORLD, s, r, &nest, &b));
   PetscCall(VecDuplicate(b, &y));
   PetscCall(SolverCreate(nest, &ksp));
   PetscCall(PetscPushErrorHandler(KeepMessage, &message));

@@ -213,14 +213,13 @@ PetscReal Truth::Error(const Column &px) const
   return (scaled - x).norm() / PetscMax(size, PETSC_SMALL);
 }
 
-/* Local lengths that sum up to total, in multiples of bs; empty ranks are common */
-static PetscInt Share(Random &r, int total, int bs)
+PetscInt RandomShare(MPI_Comm comm, Random &r, int total, int bs)
 {
   PetscMPIInt rank, size;
   int         left = total / bs, mine = 0;
 
-  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
-  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  MPI_Comm_rank(comm, &rank);
+  MPI_Comm_size(comm, &size);
   for (int k = 0; k < size; k++) {
     int share = r.Int(0, 3) ? r.Int(0, 2 * total / bs / size + 1) : 0;
 
@@ -231,12 +230,12 @@ static PetscInt Share(Random &r, int total, int bs)
   return bs * mine;
 }
 
-static PetscErrorCode Fill(const Dense &values, PetscInt localRows, PetscInt localColumns, int bs, bool storeZero, Mat *M)
+PetscErrorCode RandomFill(MPI_Comm comm, const Dense &values, PetscInt localRows, PetscInt localColumns, int bs, bool storeZero, Mat *M)
 {
   PetscInt start, end;
 
   PetscFunctionBeginUser;
-  PetscCall(MatCreate(PETSC_COMM_WORLD, M));
+  PetscCall(MatCreate(comm, M));
   PetscCall(MatSetSizes(*M, localRows, localColumns, values.rows(), values.cols()));
   PetscCall(MatSetBlockSize(*M, bs));
   PetscCall(MatSetType(*M, MATAIJ));
@@ -264,32 +263,32 @@ static PetscErrorCode Fields(const RandomSystem &s, Mat nest, IS *primal, IS *mu
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode RandomNestCreate(const RandomSystem &s, Random &r, Mat *nest, Vec *b)
+PetscErrorCode RandomNestCreate(MPI_Comm comm, const RandomSystem &s, Random &r, Mat *nest, Vec *b)
 {
-  const PetscInt n = Share(r, (int)s.A.rows(), s.bs), m = Share(r, (int)s.C.rows(), 1);
+  const PetscInt n = RandomShare(comm, r, (int)s.A.rows(), s.bs), m = RandomShare(comm, r, (int)s.C.rows(), 1);
   Mat            A, C = NULL, Ct = NULL, D = NULL;
   IS             is[2];
   Vec            sub, fields[2];
 
   PetscFunctionBeginUser;
-  PetscCall(Fill(s.A, n, n, s.bs, s.storeZero, &A));
-  if (s.form != 3) PetscCall(Fill(s.C, m, n, 1, s.storeZero, &C));
-  if (s.form == 0 || s.form == 3) PetscCall(Fill(s.Ct, n, m, 1, s.storeZero, &Ct));
+  PetscCall(RandomFill(comm, s.A, n, n, s.bs, s.storeZero, &A));
+  if (s.form != 3) PetscCall(RandomFill(comm, s.C, m, n, 1, s.storeZero, &C));
+  if (s.form == 0 || s.form == 3) PetscCall(RandomFill(comm, s.Ct, n, m, 1, s.storeZero, &Ct));
   else if (s.form == 1) PetscCall(MatCreateHermitianTranspose(C, &Ct));
-  if (s.blockD) PetscCall(Fill(s.D, m, m, 1, s.storeZero, &D));
+  if (s.blockD) PetscCall(RandomFill(comm, s.D, m, m, 1, s.storeZero, &D));
   PetscCall(NestCreate(A, Ct, C, D, s.first, nest));
   for (Mat *M : {&A, &C, &Ct, &D}) PetscCall(MatDestroy(M));
   PetscCall(Fields(s, *nest, &is[0], &is[1]));
-  PetscCall(VecCreateMPI(PETSC_COMM_WORLD, n, s.A.rows(), &fields[0]));
-  PetscCall(VecCreateMPI(PETSC_COMM_WORLD, m, s.C.rows(), &fields[1]));
+  PetscCall(VecCreateMPI(comm, n, s.A.rows(), &fields[0]));
+  PetscCall(VecCreateMPI(comm, m, s.C.rows(), &fields[1]));
   PetscCall(Scatter(s.f, fields[0]));
   PetscCall(Scatter(s.g, fields[1]));
   if (s.nested) {
     IS  order[2] = {is[s.first ? 1 : 0], is[s.first ? 0 : 1]};
     Vec parts[2] = {fields[s.first ? 1 : 0], fields[s.first ? 0 : 1]};
-    PetscCall(VecCreateNest(PETSC_COMM_WORLD, 2, order, parts, b));
+    PetscCall(VecCreateNest(comm, 2, order, parts, b));
   } else {
-    PetscCall(VecCreateMPI(PETSC_COMM_WORLD, n + m, PETSC_DECIDE, b));
+    PetscCall(VecCreateMPI(comm, n + m, PETSC_DECIDE, b));
     for (int k = 0; k < 2; k++) {
       PetscCall(VecGetSubVector(*b, is[k], &sub));
       PetscCall(VecCopy(fields[k], sub));

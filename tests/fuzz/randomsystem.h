@@ -55,8 +55,12 @@ struct Truth {
   PetscReal Error(const Column &x) const;
 };
 
+/* Local lengths that sum up to total, in multiples of bs; empty ranks are common */
+PetscInt RandomShare(MPI_Comm, Random &, int total, int bs);
+/* The entries that are not zero, the diagonal of a square matrix, and, if asked for, some zeros, as AIJ */
+PetscErrorCode RandomFill(MPI_Comm, const Dense &, PetscInt localRows, PetscInt localColumns, int bs, bool storeZero, Mat *);
 /* The system as PETSc matrices with random layouts */
-PetscErrorCode RandomNestCreate(const RandomSystem &, Random &, Mat *nest, Vec *b);
+PetscErrorCode RandomNestCreate(MPI_Comm, const RandomSystem &, Random &, Mat *nest, Vec *b);
 PetscErrorCode RandomNestSplit(const RandomSystem &, Mat nest, Vec y, Column &x, Column &lambda);
 
 #endif

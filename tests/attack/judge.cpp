@@ -1,0 +1,170 @@
+/* The verdict on an answer, by dense linear algebra on the system in units of its own */
+#include "attack.h"
+
+/*
+   Each equation i holds if its residual is at most residualBound (|K| |y| + |b|)_i, or that of the rounding of the largest in the scaled system. The
+   error in x, relative to x and lambda, is at most errorBound times the condition number, where this is below the third figure. A solution is promised
+   where condition numbers are below the fourth and the smallest eigenvalue on Ker C, in units of the largest, is above its inverse.
+*/
+static const PetscReal residualBound = 1e-5, errorBound = 1e-6, trusted = 1e6, good = 1e4, local = 1e-3;
+
+/* A = a A', (f, g) = (a b f', b g'): then x = b x', lambda = a b lambda', D = D' / a */
+struct Units {
+  PetscReal a, b;
+};
+
+static Units FindUnits(const RandomSystem &s)
+{
+  Units u = {s.A.cwiseAbs().maxCoeff(), 0.0};
+
+  if (u.a == 0.0) u.a = 1.0;
+  u.b = s.f.cwiseAbs().maxCoeff() / u.a;
+  for (Eigen::Index i = 0; i < s.g.size(); i++) {
+    const PetscReal row = s.C.row(i).cwiseAbs().maxCoeff(), entry = PetscAbsScalar(s.g[i]);
+
+    u.b = PetscMax(u.b, row > 0.0 ? entry / row : entry);
+  }
+  if (u.b == 0.0) u.b = 1.0;
+  return u;
+}
+
+static RandomSystem Normalised(const RandomSystem &s, const Units &u)
+{
+  RandomSystem t = s;
+
+  t.A /= u.a;
+  t.D *= u.a;
+  t.f = s.f / u.a / u.b;
+  t.g = s.g / u.b;
+  return t;
+}
+
+static bool Finite(const RandomSystem &s)
+{
+  return s.A.allFinite() && s.C.allFinite() && s.f.allFinite() && s.g.allFinite();
+}
+
+/* Is A, with the rows that are eliminated, semidefinite, and definite enough on Ker C for a failure to be none of its fault? */
+static bool Definite(const RandomSystem &s, const Truth &truth)
+{
+  const Eigen::Index n = s.A.rows(), m = s.C.rows();
+  const Column       scale = truth.scale.head(n);
+  Dense              A = scale.asDiagonal() * s.A * scale.asDiagonal(), C = truth.scale.tail(m).asDiagonal() * s.C * scale.asDiagonal();
+
+  for (Eigen::Index i = 0; i < m; i++) {
+    if (s.D(i, i) > 0.0 && C.row(i).norm() > 0.0) return false;
+    if (s.D(i, i) < 0.0 && C.row(i).norm() > 0.0) {
+      const PetscReal d = -PetscRealPart(s.D(i, i)) * PetscSqr(PetscRealPart(truth.scale[n + i]));
+
+      A += C.row(i).adjoint() * C.row(i) / d;
+      C.row(i).setZero();
+    }
+  }
+  const Eigen::SelfAdjointEigenSolver<Dense> whole(A);
+
+  if (whole.eigenvalues()[0] < -1e-10 * whole.eigenvalues()[n - 1]) return false;
+  if (!m || C.norm() == 0.0) return whole.eigenvalues()[0] > whole.eigenvalues()[n - 1] / good;
+  Eigen::JacobiSVD<Dense> svd(C, Eigen::ComputeFullV);
+
+  svd.setThreshold(1e-11);
+  if (svd.rank() == n) return true;
+  const Dense                                Z = svd.matrixV().rightCols(n - svd.rank());
+  const Eigen::SelfAdjointEigenSolver<Dense> kernel(Z.adjoint() * A * Z);
+  return kernel.eigenvalues()[0] > whole.eigenvalues()[n - 1] / good;
+}
+
+/* The worst row of both equations */
+static PetscReal WorstRow(const RandomSystem &s, const Truth &truth, const Column &x, const Column &lambda)
+{
+  const Eigen::Index n = s.A.rows(), m = s.C.rows();
+  Column             r(n + m), size(n + m);
+  PetscReal          worst = 0.0;
+
+  r << s.A * x + s.C.adjoint() * lambda - s.f, s.C * x + s.D * lambda - s.g;
+  size << s.A.cwiseAbs() * x.cwiseAbs() + s.C.adjoint().cwiseAbs() * lambda.cwiseAbs() + s.f.cwiseAbs(),
+    s.C.cwiseAbs() * x.cwiseAbs() + s.D.cwiseAbs() * lambda.cwiseAbs() + s.g.cwiseAbs();
+  r                       = truth.scale.asDiagonal() * r;
+  size                    = truth.scale.asDiagonal() * size;
+  const PetscReal largest = size.cwiseAbs().maxCoeff();
+
+  for (Eigen::Index i = 0; i < n + m; i++) {
+    const PetscReal relative = PetscAbsScalar(r[i]) / (PetscRealPart(size[i]) + local * largest + PETSC_SMALL);
+
+    if (!(relative <= worst)) worst = relative; /* not a number, too */
+  }
+  return worst;
+}
+
+Verdict AttackJudge(const RandomSystem &s, bool tame, bool must, KSPConvergedReason reason, const Column &x, const Column &lambda, std::string &why)
+{
+  char text[256];
+
+  if (!Finite(s)) {
+    why = std::string("not finite, ") + KSPConvergedReasons[reason];
+    return reason > 0 ? WRONG : REFUSED;
+  }
+  const Units        u = FindUnits(s);
+  const RandomSystem t = Normalised(s, u);
+  const Truth        truth(t);
+  const bool promised = tame && !must && t.symmetric && truth.consistent && truth.unique && truth.condition < good && truth.gram < good && t.decades <= 6.0 &&
+                        Definite(t, truth);
+  PetscReal residual = 0.0, error = 0.0;
+
+  if (reason > 0) {
+    const Column px = x / u.b, pl = lambda / u.b / u.a;
+
+    residual = WorstRow(t, truth, px, pl);
+    error    = truth.Error(px);
+  }
+  (void)PetscSNPrintf(text, sizeof(text), "%s, worst row %g, error %g, condition %g, Gram %g, %s, %s", KSPConvergedReasons[reason], (double)residual,
+                      (double)error, (double)truth.condition, (double)truth.gram,
+                      truth.contradictory ? "contradictory"
+                      : truth.consistent  ? "consistent"
+                                          : "nearly consistent",
+                      truth.unique ? "unique" : "not unique");
+  why = text;
+  if (reason <= 0) return promised ? UNSOLVED : REFUSED;
+  if (must || truth.contradictory) return WRONG;
+  if (!(residual <= residualBound)) return WRONG;
+  if (truth.unique && truth.consistent && truth.condition < trusted && !(error <= errorBound * truth.condition)) return WRONG;
+  return RIGHT;
+}
+
+bool AttackInternal(PetscErrorCode code, const std::string &message)
+{
+  switch (code) {
+  case PETSC_ERR_ARG_NULL:
+  case PETSC_ERR_ARG_CORRUPT:
+  case PETSC_ERR_PLIB:
+  case PETSC_ERR_SIG:
+  case PETSC_ERR_MEM:
+  case PETSC_ERR_MEMC:
+  case PETSC_ERR_POINTER:
+  case PETSC_ERR_ARG_NOTSAMECOMM:
+  case PETSC_ERR_MPI:
+    return true;
+  default:
+    return message.empty();
+  }
+}
+
+/* Orthonormal columns that span the null space of [A C'; C D] */
+Dense AttackNullSpace(const RandomSystem &s)
+{
+  const Eigen::Index n = s.A.rows(), m = s.C.rows();
+  const RandomSystem t = Normalised(s, FindUnits(s));
+  const Truth        truth(t);
+  Dense              K(n + m, n + m);
+
+  K << t.A, t.C.adjoint(), t.C, t.D;
+  K = truth.scale.asDiagonal() * K * truth.scale.asDiagonal();
+  Eigen::JacobiSVD<Dense> svd(K, Eigen::ComputeFullV);
+
+  svd.setThreshold(1e-11);
+  const Eigen::Index dim = n + m - svd.rank();
+  Dense              null(n + m, dim);
+
+  for (Eigen::Index k = 0; k < dim; k++) null.col(k) = (truth.scale.asDiagonal() * svd.matrixV().col(svd.rank() + k)).normalized();
+  if (!dim) return null;
+  return Dense(Eigen::HouseholderQR<Dense>(null).householderQ() * Dense::Identity(n + m, dim));
+}
