@@ -14,18 +14,21 @@ static PetscErrorCode PCApply_Projected(PC pc, Vec r, Vec z)
   Mat            mat;
   Mat_Ainsworth *ctx;
   PetscReal      drift;
+  PetscErrorCode code;
 
   PetscFunctionBegin;
   PetscCall(PCGetOperators(pc, &mat, NULL));
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   if (ctx->refine) {
     PetscCall(VecLockReadPop(r)); /* PCApply() has locked the method's vector */
-    PetscCall(MatAinsworthMultTransposeProjector(mat, r, r));
+    code = MatAinsworthMultTransposeProjector(mat, r, r);
     PetscCall(VecLockReadPush(r));
+    PetscCall(code);
   }
   ctx->inKernel = PETSC_FALSE; /* its own products are with A~ */
-  PetscCall((*ctx->apply)(pc, r, z));
+  code          = (*ctx->apply)(pc, r, z);
   ctx->inKernel = PETSC_TRUE;
+  PetscCall(code);
   PetscCall(MatAinsworthMultProjector(mat, z, z));
   if (!ctx->refine && ctx->projections++ % driftInterval == 0) {
     PetscCall(MatAinsworthGetDrift_Private(mat, z, &drift));

@@ -133,6 +133,9 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
     PetscCall(PetscSNPrintf(name[i], sizeof(name[i]), "-%s%s", prefix ? prefix : "", bare + 1));
     PetscCall(PetscOptionsSetValue(options, name[i], value));
   }
+  if (data->ownNorm) ksp->normtype = KSP_NORM_DEFAULT; /* what was chosen for another method does not bind this one */
+  if (data->ownSide) ksp->pc_side_set = ksp->pc_side = PC_SIDE_DEFAULT;
+  data->ownNorm = data->ownSide = PETSC_FALSE;
   if (pc->setfromoptionscalled) PetscCall(KSPSetFromOptions(ksp));
   else if (boomer) PetscCall(PCSetFromOptions(inner));
   for (const char *set : name)
@@ -140,13 +143,17 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
 
   /* the natural norm, the only one that both AMG and the energy mean something to, where the method has it */
   PetscCall(PetscOptionsHasName(options, prefix, "-ksp_norm_type", &normGiven));
-  if (!normGiven && ksp->normtype == KSP_NORM_DEFAULT && ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] && ksp->pc_side != PC_RIGHT)
+  if (!normGiven && ksp->normtype == KSP_NORM_DEFAULT && ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] && ksp->pc_side != PC_RIGHT) {
     PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
+    data->ownNorm = PETSC_TRUE;
+  }
   /* for GMRES and its like the residual that counts is the true one: precondition from the right */
   PetscCall(PetscOptionsHasName(options, prefix, "-ksp_pc_side", &sideGiven));
   if (!sideGiven && !normGiven && ksp->pc_side_set == PC_SIDE_DEFAULT && !ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] &&
-      ksp->normsupporttable[KSP_NORM_UNPRECONDITIONED][PC_RIGHT])
+      ksp->normsupporttable[KSP_NORM_UNPRECONDITIONED][PC_RIGHT]) {
     PetscCall(KSPSetPCSide(ksp, PC_RIGHT));
+    data->ownSide = PETSC_TRUE;
+  }
   PetscCall(PCBlockSAKeepProduct_Private(inner));
   data->configured = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -4,6 +4,23 @@
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
+/* KSPReset() of PETSc's flexible conjugate gradients leaves freed vectors behind, which making the type anew does not */
+static PetscErrorCode ResetKSP(KSP ksp)
+{
+  PetscBool flexible;
+  char      type[64];
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &flexible, KSPFCG, KSPPIPEFCG, ""));
+  if (flexible) {
+    PetscCall(PetscStrncpy(type, ((PetscObject)ksp)->type_name, sizeof(type)));
+    PetscCall(KSPSetType(ksp, KSPPREONLY));
+  }
+  PetscCall(KSPReset(ksp));
+  if (flexible) PetscCall(KSPSetType(ksp, type));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode PCReset_Ainsworth(PC pc)
 {
   PC_Ainsworth   *data = (PC_Ainsworth *)pc->data;
@@ -15,7 +32,7 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscCall(PCAinsworthReportReset_Private(data));
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCBlockSAGetLevels_Private(inner, &levels));
-  PetscCall(KSPReset(data->ksp));
+  PetscCall(ResetKSP(data->ksp));
   PetscCall(PCBlockSASetLevels_Private(inner, levels));
   PetscCall(AinsworthSaddleReset(&data->saddle));
   PetscCall(MatDestroy(&data->reduced));

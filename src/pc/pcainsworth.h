@@ -44,18 +44,20 @@ struct PC_Ainsworth {
   Vec             inverseDiagonal; /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */
   PetscBool       stale;           /* a choice changed since the last set-up */
   char            failure[512];    /* of the last set-up or solve, in words; empty where it was good */
+  PetscBool       usable;          /* by an outer method: what the last solve returned */
   PetscBool       unchanged;       /* at the last set-up neither A nor C nor a choice had changed */
 
   /* the reduced solve */
   KSP                 ksp;
-  PetscBool           configured; /* its defaults and options have been read */
-  PCAinsworthPmatType autoType;   /* what auto came to */
-  AinsworthPmatFormat format;     /* of M, by the type of its preconditioner */
-  PetscBool           ownChoice;  /* neither options nor calls chose the type of its preconditioner */
-  PetscBool           plainCG;    /* its type gave way to KSPCG because there are no constraints */
-  Vec                 rhs;        /* f~ */
-  Vec                 g, lambda;  /* on the kept rows, where some are not kept */
-  Vec                 f;          /* f + C_p' D^{-1} g_p, where rows p are eliminated */
+  PetscBool           configured;       /* its defaults and options have been read */
+  PCAinsworthPmatType autoType;         /* what auto came to */
+  AinsworthPmatFormat format;           /* of M, by the type of its preconditioner */
+  PetscBool           ownChoice;        /* neither options nor calls chose the type of its preconditioner */
+  PetscBool           ownNorm, ownSide; /* nor its norm, nor its side */
+  PetscBool           plainCG;          /* its type gave way to KSPCG because there are no constraints */
+  Vec                 rhs;              /* f~ */
+  Vec                 g, lambda;        /* on the kept rows, where some are not kept */
+  Vec                 f;                /* f + C_p' D^{-1} g_p, where rows p are eliminated */
 
   /* error against run time */
   AinsworthReportSettings reporting;

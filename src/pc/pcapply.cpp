@@ -22,9 +22,9 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
     if (report) PetscCall(PCAinsworthReportBegin_Private(pc, data, f, g));
     if (data->constraints) PetscCall(MatAinsworthReduce_Private(data->reduced, transpose, f, g, data->rhs));
     else PetscCall(VecCopy(f, data->rhs));
-    if (transpose) PetscCall(KSPSolveTranspose(data->ksp, data->rhs, x));
-    else PetscCall(KSPSolve(data->ksp, data->rhs, x));
-    if (report) PetscCall(PCAinsworthReportEnd_Private(data));
+    PetscErrorCode code = transpose ? KSPSolveTranspose(data->ksp, data->rhs, x) : KSPSolve(data->ksp, data->rhs, x);
+    if (report) PetscCall(PCAinsworthReportEnd_Private(data)); /* after an error, too */
+    PetscCall(code);
     PetscCall(KSPGetConvergedReason(data->ksp, reason));
   }
   if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, f, g, x, lambda));
@@ -93,7 +93,8 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
   PetscCall(SolveFields(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
   if (reason > 0) PetscCall(VerifyAndRefine(pc, data, transpose, b, y, &verdict, why, sizeof(why)));
   if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
-  /* at the limit of iterations too, when an outer Krylov method may still use what there is */
+  /* at the limit of iterations an outer Krylov method may still use what there is; otherwise infinities tell it, which reads no reasons */
+  data->usable = (PetscBool)(reason == KSP_DIVERGED_ITS || (reason > 0 && verdict == AINSWORTH_VERDICT_MET));
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(PCAinsworthFail_Private(pc, data, PC_INCONSISTENT_RHS, PETSC_ERR_ARG_INCOMP, why));
   else if (reason < 0 || verdict != AINSWORTH_VERDICT_MET) PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));
   else PetscCall(PCAinsworthAgreeOnFailure_Private(pc, PC_NOERROR));
@@ -123,12 +124,13 @@ static PetscErrorCode ReductionsCollide(const PC_Ainsworth *data, Vec v, PetscBo
 
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
-  PC_Ainsworth *data    = (PC_Ainsworth *)pc->data;
-  const IS     *in      = transpose ? data->saddle.cols : data->saddle.rows;
-  const IS     *out     = transpose ? data->saddle.rows : data->saddle.cols;
-  PetscBool     changed = PETSC_FALSE, collide;
-  PetscReal     norm;
-  Fields        left, right;
+  PC_Ainsworth  *data    = (PC_Ainsworth *)pc->data;
+  const IS      *in      = transpose ? data->saddle.cols : data->saddle.rows;
+  const IS      *out     = transpose ? data->saddle.rows : data->saddle.cols;
+  PetscBool      changed = PETSC_FALSE, collide;
+  PetscReal      norm;
+  Fields         left, right;
+  PetscErrorCode code;
 
   PetscFunctionBegin;
   /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place */
@@ -163,12 +165,14 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscCall(VecGetSubVector(b, in[1], &right.dual));
   PetscCall(VecGetSubVector(y, out[0], &left.primal));
   PetscCall(VecGetSubVector(y, out[1], &left.dual));
-  PetscCall(SolveAndVerify(pc, data, transpose, right, left));
+  code = SolveAndVerify(pc, data, transpose, right, left); /* to be passed on when the vectors are the program's again */
   if (data->saddle.negated) PetscCall(VecScale(left.dual, -1.0));
   PetscCall(VecRestoreSubVector(b, in[0], &right.primal));
   PetscCall(VecRestoreSubVector(b, in[1], &right.dual));
   PetscCall(VecRestoreSubVector(y, out[0], &left.primal));
   PetscCall(VecRestoreSubVector(y, out[1], &left.dual));
+  PetscCall(code);
+  PetscCall(VecFlag(y, !data->usable));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -118,7 +118,7 @@ static PetscErrorCode KeepsOperator(const PC_Ainsworth *data, PetscBool *keeps)
   Mat A = NULL, C = NULL;
 
   PetscFunctionBegin;
-  if (data->reduced && !data->stale) PetscCall(MatAinsworthGetMats(data->reduced, &A, &C));
+  if (data->reduced) PetscCall(MatAinsworthGetMats(data->reduced, &A, &C));
   *keeps = (PetscBool)(A && A == data->saddle.A && C == data->saddle.C);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -312,6 +312,26 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What the inner solver and the vectors have from a system with other sizes, on any rank, goes */
+static PetscErrorCode ForgetOtherSizes(PC_Ainsworth *data)
+{
+  PetscInt  now, last;
+  PetscBool other = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLocalSize(data->saddle.A, &now, NULL));
+  if (data->rhs) {
+    PetscCall(VecGetLocalSize(data->rhs, &last));
+    other = (PetscBool)(now != last);
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)data->saddle.A)));
+  if (!other) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPReset(data->ksp));
+  PetscCall(VecDestroy(&data->rhs));
+  PetscCall(MatDestroy(&data->reduced));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode PCSetUp_Ainsworth(PC pc)
 {
   PC_Ainsworth  *data    = (PC_Ainsworth *)pc->data;
@@ -331,6 +351,8 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  if (data->stale) PetscCall(MatDestroy(&data->reduced)); /* it is not what the choices say */
+  data->stale      = PETSC_TRUE;                          /* until all is done: an error may end it anywhere */
   data->failure[0] = 0;
   PetscCall(PCAinsworthReportReset_Private(data));
   PetscCall(MatDestroy(&data->M));
@@ -344,6 +366,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscCall(FailSetUp(pc, data, PC_FACTOR_OTHER, PETSC_ERR_FP, why));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  PetscCall(ForgetOtherSizes(data));
   PetscCall(MatGetSize(data->saddle.C, &data->constraints, NULL));
   symmetric = data->symmetric;
   PetscCall(ProbeSymmetry(data->saddle.A, &data->symmetric));
