@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What the constraints cost in time: (set-up + solve) of twocubes divided by that of A alone, interleaved runs; writes docs/overhead.md.
 
-python3 makefiles/overhead.py [--repeat 5] [--sizes 32,48] [--ranks 1,2]      on an otherwise idle machine
+python3 docs/study/overhead.py [--repeat 5] [--sizes 32,48] [--ranks 1,2]      on an otherwise idle machine
 """
 import argparse
 import csv
@@ -9,7 +9,7 @@ import os
 import statistics
 import sys
 
-from study import logview, machine
+from common import logview, machine
 
 BOUND = 1.35
 EVENTS = ("AinsGramMat", "AinsGramFact", "AinsInvGram", "AinsPMat", "AinsPMatCopy", "BlockSALevels", "AinsRHS", "AinsMultiplier", "AinsProjector", "AinsGramSolve", "AinsMatMult", "PCSetUp", "PCApply", "MatMult", "KSPSolve")
