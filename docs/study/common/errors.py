@@ -4,7 +4,7 @@ import math
 import os
 import subprocess
 
-from . import machine, measured
+from . import machine, measured, prose
 
 ERRORTIME = os.path.join(machine.BUILD, "tutorials", "errortime")
 SOLVERS = os.path.join(machine.ROOT, "tutorials", "benchmark", "solvers")
@@ -234,8 +234,7 @@ def write(folder):
     grown = growth(systems)
     if grown:
         text += ["## As the problem grows"] + grown
-    with open(folder + ".md", "w") as file:
-        file.write("\n".join(text).rstrip() + "\n")
+    prose.write(folder + ".md", text)
     for system in systems:
         print("%s and .svg beside it" % system.path)
     print("wrote %s.md" % folder)

@@ -6,7 +6,7 @@ import resource
 import subprocess
 import sys
 
-from . import acceptance, cases, machine, measured
+from . import acceptance, cases, machine, measured, prose
 
 WORKER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "extreme.py")
 OPTIONS = os.path.join(machine.ROOT, "tutorials", "benchmark", "solvers")
@@ -198,8 +198,7 @@ def write(path, about, rows):
     if said:
         text += ["## What the plugin says", "", "| case | variant | `-info :pc` |", "|---|---|---|"]
         text += ["| %s | %s | %s |" % (row["case"], row["solver"], row["why"].replace("|", "\\|")) for row in said] + [""]
-    with open(path, "w") as file:
-        file.write("\n".join(text).rstrip() + "\n")
+    prose.write(path, text)
     print("%d of %d pass the bar" % (passed, len(bar)))
     return 0 if passed == len(bar) else 1
 

@@ -2,7 +2,7 @@
 import csv
 import os
 
-from . import charts, paper
+from . import charts, paper, prose
 from .experiments import ALONE
 from .measured import verdict
 
@@ -223,10 +223,10 @@ def write(folder):
     text = ["# The paper's experiments", "",
             "Two cubes, or flat boxes, in contact (`tutorials/benchmark/twocubes.cpp`, paper section 5.1), linear elasticity, E2/E1 = 10, 92 % of the contact surface sticks: with that share C has as many rows as the paper's. "
             "A size N is N elements per edge of the upper body and seven eighths of it for the lower one, so that the nodes do not meet; N:M gives the number for the lower body, NxZ the elements along the height of both, and after -contact METIS knows which elements touch. Where both have the same number (N:N) every node meets another, which is the easier case: S is diagonal. "
-            "Block smoothed aggregation with rigid-body modes, the paper's form with BoomerAMG; conjugate gradients to 1e-8 in the natural norm. *A alone* is `-contact 0`. Each experiment can be made at any size: `/usr/bin/python3 docs/study/results.py --help`.", ""]
+            "Block smoothed aggregation with rigid-body modes, the paper's form with BoomerAMG; conjugate gradients to 1e-8 in the natural norm. *A alone* is `-contact 0`. Each experiment can be made at any size: `/usr/bin/python3 docs/study/results.py --help`. "
+            + "Every number but the paper's comes from the CSV files in [%s/](%s)." % (here, here), ""]
     for name, rows in found.items():
         text += SECTIONS[name](rows, here)
     charts.draw(folder, found)
-    with open(folder + ".md", "w") as file:
-        file.write("\n".join(text).rstrip() + "\n")
+    prose.write(folder + ".md", text)
     print("wrote %s.md" % os.path.relpath(folder))

@@ -2,7 +2,7 @@
 import os
 import statistics
 
-from . import measured
+from . import measured, prose
 
 ALONE = "alone"
 SAME = "alone, same x"
@@ -211,6 +211,5 @@ def write(folder):
     text += time_table(study) + ["", "## Iterations, one parameter at a time", ""]
     for parameter in study.parameters:
         text += table(study, parameter) + [""]
-    with open(folder + ".md", "w") as file:
-        file.write("\n".join(text).rstrip() + "\n")
+    prose.write(folder + ".md", text)
     print("wrote %s.md" % folder)
