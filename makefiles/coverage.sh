@@ -13,4 +13,4 @@ say "coverage of src/"
 # PetscCall(x) is a branch that is taken on errors only: lines and checks are what counts, branches are for reading.
 gcovr --root "$root" --filter "$root/src/" --object-directory src --exclude-unreachable-branches --json coverage.json --print-summary \
   --txt coverage.txt --html-details coverage.html --fail-under-line 95
-exec python3 "$root/makefiles/checks.py" coverage.json "$root"
+exec python3 "$root/tests/checks.py" coverage.json "$root"

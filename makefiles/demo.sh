@@ -15,6 +15,6 @@ echo "\$ $*"
 "$@"
 # An own PETSc may come without Python and without MUMPS, which the exact solution needs.
 if [ $own_petsc = 1 ]; then exit 0; fi
-say "error against run time, a small problem (all solvers and sizes: python3 makefiles/errortime.py --help)"
-AINSWORTH_BUILD=$build /usr/bin/python3 "$root/makefiles/errortime.py" --out "$build/error-vs-time" --cases base --n1 12 --repeat 1 --last 8 \
+say "error against run time, a small problem (all solvers and sizes: python3 docs/study/errortime.py --help)"
+AINSWORTH_BUILD=$build /usr/bin/python3 "$root/docs/study/errortime.py" --out "$build/error-vs-time" --cases base --n1 12 --repeat 1 --last 8 \
   --solvers ainsworth ainsworth_paper elimination fieldsplit_selfp golub_greif minres mumps

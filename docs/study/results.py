@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
 """The paper's experiments, at any size: docs/results/<experiment>.csv, plots beside them, and docs/results.md.
 
-/usr/bin/python3 makefiles/results.py table        5.2: rows and messages on 32 to 512 ranks, from the partition of the mesh alone
-/usr/bin/python3 makefiles/results.py strong       5.2: 96^3 + 96^3 elements, with and without constraints, and the memory that takes
-/usr/bin/python3 makefiles/results.py weak         5.3: 24^3, 48^3, 96^3
-/usr/bin/python3 makefiles/results.py cost         5.4: set-up and solve against the number of constraints
-/usr/bin/python3 makefiles/results.py flops        operations of the events that assemble M_*
-/usr/bin/python3 makefiles/results.py setup        share of the set-up that is not BoomerAMG's
-/usr/bin/python3 makefiles/results.py iterations   on 1 to 16 ranks
-/usr/bin/python3 makefiles/results.py messages     messages and reductions of a projection
-/usr/bin/python3 makefiles/results.py memory       peak memory with and without constraints
-/usr/bin/python3 makefiles/results.py report       docs/results.md and the plots from the CSV files that are there; the others end with it, too
+/usr/bin/python3 docs/study/results.py table        5.2: rows and messages on 32 to 512 ranks, from the partition of the mesh alone
+/usr/bin/python3 docs/study/results.py strong       5.2: 96^3 + 96^3 elements, with and without constraints, and the memory that takes
+/usr/bin/python3 docs/study/results.py weak         5.3: 24^3, 48^3, 96^3
+/usr/bin/python3 docs/study/results.py cost         5.4: set-up and solve against the number of constraints
+/usr/bin/python3 docs/study/results.py flops        operations of the events that assemble M_*
+/usr/bin/python3 docs/study/results.py setup        share of the set-up that is not BoomerAMG's
+/usr/bin/python3 docs/study/results.py iterations   on 1 to 16 ranks
+/usr/bin/python3 docs/study/results.py messages     messages and reductions of a projection
+/usr/bin/python3 docs/study/results.py memory       peak memory with and without constraints
+/usr/bin/python3 docs/study/results.py report       docs/results.md and the plots from the CSV files that are there; the others end with it, too
 
 A size is N, N:M, NxZ or NxZ:M, with or without -contact after it: N elements per edge of the contact surface of the upper body, M of the lower one (default seven eighths of N:
 the nodes do not meet), Z along the height (default N); -contact: METIS knows which elements touch. A measurement that is made again takes the place of the old one; --missing makes only those that
@@ -20,7 +20,7 @@ import argparse
 import os
 import sys
 
-from study import experiments, machine
+from common import experiments, machine
 
 SIX = "jcb,id,bj_cc,bj_cg,cc,cg"
 # sizes, ranks, pmats, variants, repetitions, seconds that a run may take
@@ -70,7 +70,7 @@ def main():
             if getattr(arguments, name) is None:
                 setattr(arguments, name, default)
         experiments.ALL[arguments.experiment](arguments)
-    from study import page
+    from common import page
     page.write(arguments.out)
     return 0
 

@@ -3,7 +3,7 @@ import os
 import re
 import subprocess
 
-from . import logview, machine, store, surface
+from . import logview, machine, prose, store, surface
 
 SOLVE = os.path.join(machine.BUILD, "tutorials", "solve")
 # Ten iterations tell the time of a solve; which preconditioner they have does not matter
@@ -139,6 +139,7 @@ Turned, it is one piece. The volumes are left out: A is a diagonal matrix.
 All numbers are milliseconds, the least of several runs: first the set-up, then one solve.
 The set-up is the event AinsGramFact. It contains the ordering and the prediction. The solve is AinsGramSolve.
 A solution of the whole system needs two solves an iteration: about 50 in all.
+[gram.csv](gram.csv) has all the runs.
 
 """.splitlines()
 
@@ -154,7 +155,8 @@ A rank gets 25000 rows where pieces can be shared out whole.
 On 100352 rows in three pieces the busiest rank then has 4.3e8 operations in place of 7e8.
 The time that this saves did not show on this loaded machine.
 Where ranks share a piece, by MUMPS, a solve takes several times as long as CHOLMOD's on one rank.
-So a piece is cut only where it has more than 16 times the rows per rank: 400000.
+So a piece is cut only where it has more than 16 times the rows per rank, 400000,
+and where PETSc has MUMPS, which factors the parts.
 Whether many ranks gain above that was not measured: this machine has two cores.
 """.splitlines()
 
@@ -176,6 +178,5 @@ def write(folder):
                 text += rank_table([row for row in many if row["surface"] == kind and row["asked"] == asked], kind, asked)
         text += made_by(many)
     text += CHOICES
-    with open(os.path.join(folder, "gram.md"), "w") as file:
-        file.write("\n".join(text).rstrip() + "\n")
+    prose.write(os.path.join(folder, "gram.md"), text)
     print("wrote %s" % os.path.relpath(os.path.join(folder, "gram.md")))

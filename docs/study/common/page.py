@@ -2,7 +2,7 @@
 import csv
 import os
 
-from . import charts, paper
+from . import charts, paper, prose
 from .experiments import ALONE
 from .measured import verdict
 
@@ -71,7 +71,7 @@ def span(row, key):
 
 def table(rows, here):
     text = ["## Distribution over many ranks (5.2, table 2)", "",
-            "From the METIS partition of the volume meshes alone, by `tutorials/partitiontable`; no system is assembled. A row of C, and of S = C W C', lives on the rank of its secondary node. Rows: mean (least to most) of the ranks that have some.",
+            "From the METIS partition of the volume meshes alone, by `tutorials/benchmark/partitiontable.cpp`; no system is assembled. A row of C, and of S = C W C', lives on the rank of its secondary node. Rows: mean (least to most) of the ranks that have some.",
             "", "![Rows and messages](%s/table.svg)" % here, ""]
     for size in distinct(rows, "size"):
         mine = [row for row in rows if row["size"] == size]
@@ -221,12 +221,12 @@ def write(folder):
     here = os.path.basename(folder)
     found = {name: rows for name, rows in ((name, read(folder, name)) for name in SECTIONS) if rows}
     text = ["# The paper's experiments", "",
-            "Two cubes, or flat boxes, in contact (`tutorials/twocubes`, paper section 5.1), linear elasticity, E2/E1 = 10, 92 % of the contact surface sticks: with that share C has as many rows as the paper's. "
+            "Two cubes, or flat boxes, in contact (`tutorials/benchmark/twocubes.cpp`, paper section 5.1), linear elasticity, E2/E1 = 10, 92 % of the contact surface sticks: with that share C has as many rows as the paper's. "
             "A size N is N elements per edge of the upper body and seven eighths of it for the lower one, so that the nodes do not meet; N:M gives the number for the lower body, NxZ the elements along the height of both, and after -contact METIS knows which elements touch. Where both have the same number (N:N) every node meets another, which is the easier case: S is diagonal. "
-            "Block smoothed aggregation with rigid-body modes, the paper's form with BoomerAMG; conjugate gradients to 1e-8 in the natural norm. *A alone* is `-contact 0`. Each experiment can be made at any size: `/usr/bin/python3 makefiles/results.py --help`.", ""]
+            "Block smoothed aggregation with rigid-body modes, the paper's form with BoomerAMG; conjugate gradients to 1e-8 in the natural norm. *A alone* is `-contact 0`. Each experiment can be made at any size: `/usr/bin/python3 docs/study/results.py --help`. "
+            + "Every number but the paper's comes from the CSV files in [%s/](%s)." % (here, here), ""]
     for name, rows in found.items():
         text += SECTIONS[name](rows, here)
     charts.draw(folder, found)
-    with open(folder + ".md", "w") as file:
-        file.write("\n".join(text).rstrip() + "\n")
+    prose.write(folder + ".md", text)
     print("wrote %s.md" % os.path.relpath(folder))

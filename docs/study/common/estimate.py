@@ -3,7 +3,7 @@ import csv
 import os
 import statistics
 
-from . import machine, measured
+from . import machine, measured, prose
 from .errors import CASES, exact_solution
 from .measured import verdict
 
@@ -119,11 +119,11 @@ def write_cost(about, rows):
 
 
 def write(folder):
-    text = ["# The estimate of the error", "", "What [report.md](report.md) describes, measured.", ""]
+    here = os.path.basename(folder)
+    text = ["# The estimate of the error", "", "This is what [report.md](report.md) describes, measured. Every number comes from the CSV files in [%s/](%s)." % (here, here), ""]
     for name, part in (("sharp", lambda about, rows: write_sharp(folder, about, rows)), ("cost", write_cost)):
         path = os.path.join(folder, name + ".csv")
         if os.path.exists(path):
             text += part(*measured.read(path))
-    with open(folder + ".md", "w") as file:
-        file.write("\n".join(text).rstrip() + "\n")
+    prose.write(folder + ".md", text)
     print("wrote %s.md" % folder)

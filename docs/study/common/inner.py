@@ -2,7 +2,7 @@
 import csv
 import os
 
-from . import machine
+from . import machine, prose
 from .families import HYPRE
 from .page import head
 
@@ -91,7 +91,6 @@ def main(folder, arguments):
              "Made by `%s` on %s; load %s." % (machine.command_line(), machine.describe(), study.loads()),
              "A cell has the iterations to 1e-8, and set-up + solve: the least of %d runs. *A alone* is the same without constraints (`-contact 0`)." % study.repeat,
              "A run has %d seconds. All the runs: [inner.csv](inner.csv)." % LIMIT, ""]
-    with open(os.path.join(folder, "inner.md"), "w") as file:
-        file.write("\n".join(about + text) + "\n")
+    prose.write(os.path.join(folder, "inner.md"), about + text)
     print("wrote inner.md and inner.csv")
     return 0

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", ".."))
 BUILD = os.path.abspath(os.environ.get("AINSWORTH_BUILD") or os.path.join(ROOT, "build"))
 PEAK = os.path.join(os.path.dirname(os.path.abspath(__file__)), "peak.py")
 PLUGIN = os.path.join(BUILD, "libainsworth.so")

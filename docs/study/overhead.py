@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What the constraints cost in time: (set-up + solve) of twocubes divided by that of A alone, interleaved runs; writes docs/overhead.md.
 
-python3 makefiles/overhead.py [--repeat 5] [--sizes 32,48] [--ranks 1,2]      on an otherwise idle machine
+python3 docs/study/overhead.py [--repeat 5] [--sizes 32,48] [--ranks 1,2]      on an otherwise idle machine
 """
 import argparse
 import csv
@@ -9,7 +9,7 @@ import os
 import statistics
 import sys
 
-from study import logview, machine
+from common import logview, machine, prose
 
 BOUND = 1.35
 EVENTS = ("AinsGramMat", "AinsGramFact", "AinsInvGram", "AinsPMat", "AinsPMatCopy", "BlockSALevels", "AinsRHS", "AinsMultiplier", "AinsProjector", "AinsGramSolve", "AinsMatMult", "PCSetUp", "PCApply", "MatMult", "KSPSolve")
@@ -75,7 +75,7 @@ def main():
             breakdown.append("| %d | %d | %s | %.3f | %.3f | %.3f |" % (n1, ranks, " | ".join("%.3f" % with_.get(name, 0) for name in OURS), with_.get("PCSetUp", 0), with_.get("PCSetUp", 0) - ours, without.get("PCSetUp", 0)))
     text = ["# What the constraints cost in time", "",
             "(Set-up + solve) of `twocubes -E2 10 -near_nullspace` with the defaults, divided by that of the same with `-contact 0`; the bound is %g." % BOUND,
-            "Made by `%s` on %s; load between %.1f and %.1f while it ran (where it exceeds the cores, only the quotient of processor time is sure; ranks that wait use processor time, too, so that it is given for one rank). The runs with and without constraints take turns, %d of each." % (
+            "Made by `%s` on %s; load between %.1f and %.1f while it ran (where it exceeds the cores, only the quotient of processor time is sure; ranks that wait use processor time, too, so that it is given for one rank). The runs with and without constraints take turns, %d of each. All the runs: [overhead.csv](overhead.csv)." % (
                 machine.command_line(), machine.describe(), min(loads), max(loads), arguments.repeat), "",
             "| n1 | unknowns | ranks | iterations, A alone | set-up + solve [s], least | A alone [s], least | quotient of the least | of the medians | of processor time | at most %g |" % BOUND, "|" + "---|" * 10] + lines
     text += ["", "## Where the set-up goes", "", "Seconds on the slowest rank, from `-log_view` of one run. PCSetUp holds all of it; what is left without our events of the constraints is mostly the multigrid, and the last column is the multigrid of A alone.", "",
@@ -84,8 +84,7 @@ def main():
         table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         table.writeheader()
         table.writerows(rows)
-    with open(os.path.join(arguments.out, "overhead.md"), "w") as file:
-        file.write("\n".join(text) + "\n")
+    prose.write(os.path.join(arguments.out, "overhead.md"), text)
     print("wrote overhead.md and overhead.csv")
     return 0
 

@@ -2,9 +2,9 @@
 """Set-up and solve of contact problems with the default multigrid, beside A alone with it and with BoomerAMG: docs/multigrid-cost.csv.
 With --change: the set-up after a change of C alone, by events, beside the first: docs/multigrid-change.csv.
 
-/usr/bin/python3 makefiles/multigridcost.py                         all systems, 1 and 2 ranks, some minutes
-/usr/bin/python3 makefiles/multigridcost.py --systems base nu --ranks 1 --repeat 5
-/usr/bin/python3 makefiles/multigridcost.py --change
+/usr/bin/python3 docs/study/multigridcost.py                         all systems, 1 and 2 ranks, some minutes
+/usr/bin/python3 docs/study/multigridcost.py --systems base nu --ranks 1 --repeat 5
+/usr/bin/python3 docs/study/multigridcost.py --change
 Runs are interleaved; the least of the repetitions counts. Needs a build (AINSWORTH_BUILD, default build/); seconds need an otherwise idle machine.
 """
 import argparse
@@ -15,7 +15,7 @@ import statistics
 import subprocess
 import sys
 
-from study import machine
+from common import machine
 
 SYSTEMS = {
     "base": "-n1 24 -n2 20 -E2 10",
@@ -32,7 +32,7 @@ MODES = " -near_nullspace 1"
 
 CHANGING = {"75k": "-n1 24 -n2 20 -E2 10", "181k": "-n1 32 -n2 28 -E2 10"}
 STICKS = (" -stick 0.5", " -stick 0.25")  # the number of rows of C changes
-CHANGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "study", "change.py")
+CHANGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "common", "change.py")
 
 
 def save(path, rows):

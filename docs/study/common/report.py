@@ -2,7 +2,7 @@
 import os
 import statistics
 
-from . import measured
+from . import measured, prose
 
 ALONE = "alone"
 SAME = "alone, same x"
@@ -202,7 +202,7 @@ def write(folder):
     text += ["Made by `%s`%s (this text too: every number in it comes from [%s/stability.csv](%s/stability.csv)) on %s, load %s." % (
         study.about["command"], earlier, here, here, study.about["machine"], study.about["load at the end"]), ""]
     base = next(row for row in study.rows if row["parameter"] == "E2/E1" and row["unknowns"])
-    text += ["Two cubes (`tutorials/twocubes`), around a base of %d unknowns and %d constraints with E2/E1 = 10, Poisson's ratio 0.3, half of the contact surface sticking and the other half slipping; one parameter is changed at a time." % (
+    text += ["Two cubes (`tutorials/benchmark/twocubes.cpp`), around a base of %d unknowns and %d constraints with E2/E1 = 10, Poisson's ratio 0.3, half of the contact surface sticking and the other half slipping; one parameter is changed at a time." % (
         base["unknowns"], base["constraints"]),
              "All run on one rank, `-ksp_type preonly -pc_type ainsworth` and the two options named in the head of the column; block smoothed aggregation with rigid-body modes, rtol 1e-8 in the natural norm, at most `--max-it` iterations (default 1000); the paper's form has BoomerAMG with Falgout coarsening and hybrid Gauss-Seidel, as the plugin's defaults do.",
              "*A alone* is the same matrix without constraints, with the same right-hand side and the same inner solver; *A alone, same x* has the right-hand side that gives the solution of the constrained problem. A floating body leaves A alone singular: n/a. Duplicated rows, E2/E1 of 1e-12 and other extremes, against other solvers: [extremes.md](extremes.md).",
@@ -211,6 +211,5 @@ def write(folder):
     text += time_table(study) + ["", "## Iterations, one parameter at a time", ""]
     for parameter in study.parameters:
         text += table(study, parameter) + [""]
-    with open(folder + ".md", "w") as file:
-        file.write("\n".join(text).rstrip() + "\n")
+    prose.write(folder + ".md", text)
     print("wrote %s.md" % folder)

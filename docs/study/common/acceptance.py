@@ -2,7 +2,7 @@
 import csv
 import os
 
-from . import cases, machine, runs
+from . import cases, machine, prose, runs
 from .measured import verdict
 
 STIFFNESS = ("1e-6", "1e-3", "1", "10", "1e3", "1e6")
@@ -87,9 +87,8 @@ def main(folder):
         text.append("| %s | %s | %.2f | %s | %.2f | %s |" % (shape, " | ".join(str(row["iterations"]) for row in series), growth, ", ".join(str(row["alone"]) for row in series), alone, verdict(good)))
     text += ["", "## Energy error against MUMPS: at most %g" % ERROR_BOUND, "", "| | error | |", "|---|---|---|"]
     text += ["| %s | %s | %s |" % (label, "%.1e" % found["error"] if found.get("error") is not None else found["reason"], verdict(good)) for label, found, good in errors]
-    text += ["", "The direct solution is refined in extended precision. Time has its own page: [overhead.md](overhead.md)."]
-    with open(os.path.join(folder, "acceptance.md"), "w") as file:
-        file.write("\n".join(text) + "\n")
+    text += ["", "The direct solution is refined in extended precision. Time has its own page: [overhead.md](overhead.md). All the figures: [acceptance.csv](acceptance.csv)."]
+    prose.write(os.path.join(folder, "acceptance.md"), text)
     print("%d of %d checks pass" % (sum(checks), len(checks)))
     return 0 if all(checks) else 1
 

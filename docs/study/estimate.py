@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
 """How sharp the estimates of -pc_ainsworth_monitor_error are, and what they cost: docs/estimate.md, its CSVs and a plot.
 
-/usr/bin/python3 makefiles/estimate.py sharp [--n1 12 24] [--cases base ...]   bounds against the true error, on the systems of makefiles/errortime.py
-/usr/bin/python3 makefiles/estimate.py cost [--n1 24 48]        solves with the monitor, without and with the residuals, against solves without it
-/usr/bin/python3 makefiles/estimate.py report                   the text and the plot from the CSVs; the others end with it, too
+/usr/bin/python3 docs/study/estimate.py sharp [--n1 12 24] [--cases base ...]   bounds against the true error, on the systems of docs/study/errortime.py
+/usr/bin/python3 docs/study/estimate.py cost [--n1 24 48]        solves with the monitor, without and with the residuals, against solves without it
+/usr/bin/python3 docs/study/estimate.py report                   the text and the plot from the CSVs; the others end with it, too
 Needs Debian's python3-matplotlib and a build (AINSWORTH_BUILD, default build/); seconds need an otherwise idle machine.
 """
 import argparse
 import os
 import sys
 
-from study import errors, estimate, machine
+from common import errors, estimate, machine
 
 
 def main():

@@ -1,13 +1,13 @@
-"""Runs tutorials/errortime for each solver and system, draws work-precision diagrams, writes the text. Every number comes from the CSVs."""
+"""Runs tutorials/benchmark/errortime.cpp for each solver and system, draws work-precision diagrams, writes the text. Every number comes from the CSVs."""
 import glob
 import math
 import os
 import subprocess
 
-from . import machine, measured
+from . import machine, measured, prose
 
 ERRORTIME = os.path.join(machine.BUILD, "tutorials", "errortime")
-SOLVERS = os.path.join(machine.ROOT, "tutorials", "solvers")
+SOLVERS = os.path.join(machine.ROOT, "tutorials", "benchmark", "solvers")
 CASES = {
     "base": ("E2/E1 = 10", "-E2 10"),
     "soft": ("E2/E1 = 1e-3", "-E2 1e-3"),
@@ -223,7 +223,7 @@ def write(folder):
              "A cross marks a solve that did not converge. Memory is the largest resident memory of the process, with the system and its exact solution in it; the iterations are those of the tightest tolerance, of the inner solver for `ainsworth*`, and not known for `fieldsplit_gkb`.", "",
              "BLAS is OpenBLAS, which `makefiles/install.sh` installs: with Debian's reference BLAS MUMPS takes several times as long.", "",
              "`PCBDDC` is not among the peers: it needs matrices that are not assembled (`MATIS`). `PCHPDDM` needs a PETSc configured with HPDDM.", ""]
-    text += ["| solver | |", "|---|---|"] + ["| [%s](../tutorials/solvers/%s.opts) | %s |" % (name, name, comment(name)) for name in systems[0].rows] + [""]
+    text += ["| solver | |", "|---|---|"] + ["| [%s](../tutorials/benchmark/solvers/%s.opts) | %s |" % (name, name, comment(name)) for name in systems[0].rows] + [""]
     text += ["All solvers but `ainsworth_paper`, `ainsworth_gamg` and `mumps` have the same multigrid, with rigid-body modes: the multigrid of this plugin on A, or, for `golub_greif` and "
              "`elimination`, on the matrix into which they have put the constraints. There its aggregates may grow across the interface. `elimination` needs constraints that can be solved for one "
              "unknown each.", ""]
@@ -234,8 +234,7 @@ def write(folder):
     grown = growth(systems)
     if grown:
         text += ["## As the problem grows"] + grown
-    with open(folder + ".md", "w") as file:
-        file.write("\n".join(text).rstrip() + "\n")
+    prose.write(folder + ".md", text)
     for system in systems:
         print("%s and .svg beside it" % system.path)
     print("wrote %s.md" % folder)

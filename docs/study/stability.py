@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
 """How stable the iterations are: two cubes over every parameter, against A alone and a direct solution.
 
-python3 makefiles/stability.py [--quick] [--out docs/stability]   the study: a CSV, plots, and <out>.md beside the folder
-python3 makefiles/stability.py --report                           tables and plots anew from the CSV
-python3 makefiles/stability.py --acceptance                       docs/acceptance.md: the bounds that the defaults keep
-python3 makefiles/stability.py --inner                            docs/inner.md: inner preconditioners compared
-python3 makefiles/stability.py --extremes [--case <regex>]        docs/extremes.md: extreme systems, four solvers, who is right
+python3 docs/study/stability.py [--quick] [--out docs/stability]   the study: a CSV, plots, and <out>.md beside the folder
+python3 docs/study/stability.py --report                           tables and plots anew from the CSV
+python3 docs/study/stability.py --acceptance                       docs/acceptance.md: the bounds that the defaults keep
+python3 docs/study/stability.py --inner                            docs/inner.md: inner preconditioners compared
+python3 docs/study/stability.py --extremes [--case <regex>]        docs/extremes.md: extreme systems, four solvers, who is right
 Needs Debian's python3-petsc4py, python3-numpy, python3-scipy, python3-matplotlib, and a build (AINSWORTH_BUILD, default build/).
 """
 import argparse
 import os
 import sys
 
-from study import machine
+from common import machine
 
 
 def main():
@@ -36,15 +36,15 @@ def main():
     arguments.n2 = arguments.n2 or 14
     machine.require("petsc4py", "numpy", "scipy", "matplotlib")
     if arguments.acceptance:
-        from study import acceptance
+        from common import acceptance
         return acceptance.main(arguments.out or os.path.join(machine.ROOT, "docs"))
     if arguments.inner:
-        from study import inner
+        from common import inner
         return inner.main(arguments.out or os.path.join(machine.ROOT, "docs"), arguments)
     if arguments.extremes:
-        from study import extremes
+        from common import extremes
         return extremes.main(arguments.out or os.path.join(machine.ROOT, "docs"), arguments)
-    from study import report, runs
+    from common import report, runs
     folder = os.path.abspath(arguments.out or os.path.join(machine.ROOT, "docs", "stability"))
     if not arguments.report:
         runs.study(folder, arguments)

@@ -1,4 +1,4 @@
-/* What the tutorials need to compile with PETSc 3.18 as well as with newer versions */
+/* What these programs need to compile with PETSc 3.18 as well as with newer versions */
 #ifndef TUTORIALS_COMPAT_H
 #define TUTORIALS_COMPAT_H
 

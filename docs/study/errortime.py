@@ -1,22 +1,22 @@
 #!/usr/bin/env python3
-"""Error against run time: every solver of tutorials/solvers on two-cube systems, a CSV and a work-precision diagram for each, and a text.
+"""Error against run time: every solver of tutorials/benchmark/solvers on two-cube systems, a CSV and a work-precision diagram for each, and a text.
 
-python3 makefiles/errortime.py [--n1 12 24 48] [--cases base soft ...] [--out docs/error-vs-time]   measures, draws, writes <out>.md
-python3 makefiles/errortime.py --report [--out ...]                                                 diagrams and text anew from the CSVs
+python3 docs/study/errortime.py [--n1 12 24 48] [--cases base soft ...] [--out docs/error-vs-time]   measures, draws, writes <out>.md
+python3 docs/study/errortime.py --report [--out ...]                                                 diagrams and text anew from the CSVs
 Each solver is a process of its own, one after the other. Needs Debian's python3-matplotlib and a build (AINSWORTH_BUILD, default build/).
 """
 import argparse
 import os
 import sys
 
-from study import errors, machine
+from common import errors, machine
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--n1", type=int, nargs="+", default=[12], help="elements per edge of the upper cube; the lower one has 5/6 of it (default 12)")
     parser.add_argument("--cases", nargs="+", default=list(errors.CASES), choices=list(errors.CASES), help="systems (default all)")
-    parser.add_argument("--solvers", nargs="+", default=None, help="names or files of option files (default all of tutorials/solvers); rows of others in the CSV stay")
+    parser.add_argument("--solvers", nargs="+", default=None, help="names or files of option files (default all of tutorials/benchmark/solvers); rows of others in the CSV stay")
     parser.add_argument("--ranks", type=int, default=1, help="MPI ranks (default 1)")
     parser.add_argument("--first", type=int, default=1, help="tolerances from 10^-first (default 1)")
     parser.add_argument("--last", type=int, default=12, help="to 10^-last (default 12)")

@@ -1,6 +1,6 @@
 """A mesh and matrices of somebody else: a ball with a hole through it, quadratic tetrahedra, meshed and assembled by GetFEM.
 
-/usr/bin/python3 makefiles/study/foreign.py prefix [unknowns] writes <prefix>_A.dat, _C, _f, _g and _X, the coordinates, in PETSc's binary format.
+/usr/bin/python3 docs/study/common/foreign.py prefix [unknowns] writes <prefix>_A.dat, _C, _f, _g and _X, the coordinates, in PETSc's binary format.
 C: no displacement along the normal in the hole. Needs Debian's python3-getfem and python3-numpy.
 """
 import sys

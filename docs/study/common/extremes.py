@@ -6,10 +6,10 @@ import resource
 import subprocess
 import sys
 
-from . import acceptance, cases, machine, measured
+from . import acceptance, cases, machine, measured, prose
 
 WORKER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "extreme.py")
-OPTIONS = os.path.join(machine.ROOT, "tutorials", "solvers")
+OPTIONS = os.path.join(machine.ROOT, "tutorials", "benchmark", "solvers")
 ERROR_BOUND = 1e-6
 COLUMNS = ["group", "case", "options", "change", "solvable", "bar", "unknowns", "constraints", "solver", "iterations", "reason", "failure", "why", "converged", "error", "displacement", "constraint", "primal"]
 SMALL, LARGE, GAP = (12, 10), (24, 20), " -gap 0.003"
@@ -22,7 +22,7 @@ SOLVERS = (
     ("defaults", "plugin, defaults", "ainsworth.opts", "", False),
 )
 OURS = "defaults"
-NOT_PETSC = ("-form", "-tolerance_option", "-near_nullspace")  # of the option files, but read by tutorials/errortime alone
+NOT_PETSC = ("-form", "-tolerance_option", "-near_nullspace")  # of the option files, but read by tutorials/benchmark/errortime.cpp alone
 
 
 def case(label, options, reference=None, change=None, solvable=True, bar=False):
@@ -179,8 +179,8 @@ def write(path, about, rows):
     text += ["| | %s |" % " | ".join(title for _, title, _, _, _ in SOLVERS), "|---|" + "---|" * len(SOLVERS)]
     for label, wanted in (("right", lambda v: v == "right"), ("wrong and silent", lambda v: "silent" in v), ("says that it failed", lambda v: v.startswith("says no")), ("cut or hangs", lambda v: v.startswith(("cut", "hangs")))):
         text.append("| %s | %s |" % (label, " | ".join(str(sum(map(wanted, counts[name]))) for name, _, _, _, _ in SOLVERS)))
-    text += ["", "Made by `python3 makefiles/stability.py --extremes` on %s, on one rank; the texts and tables come from [extremes.csv](extremes.csv), `--extremes --report` writes them anew. "
-             "Systems: `tutorials/twocubes`, elements per edge %d and %d, or %d and %d; solvers: `tutorials/solvers/`." % ((about["machine"],) + SMALL + LARGE), ""]
+    text += ["", "Made by `python3 docs/study/stability.py --extremes` on %s, on one rank; the texts and tables come from [extremes.csv](extremes.csv), `--extremes --report` writes them anew. "
+             "Systems: `tutorials/benchmark/twocubes.cpp`, elements per edge %d and %d, or %d and %d; solvers: `tutorials/benchmark/solvers/`." % ((about["machine"],) + SMALL + LARGE), ""]
     text += ["- *direct*: MUMPS, LDL' of the assembled matrix, which looks for null pivots (`-mat_mumps_icntl_24 1`).",
              "- *fieldsplit*: Schur complement with `selfp` and the same multigrid, GMRES to 1e-10, as its tolerance is on a residual; the Schur complement by MUMPS, which looks for null pivots too.",
              "- *plugin, `paper`*, and *plugin, defaults*: to 1e-8 in the natural norm; iterations are those of the reduced solve.",
@@ -198,8 +198,7 @@ def write(path, about, rows):
     if said:
         text += ["## What the plugin says", "", "| case | variant | `-info :pc` |", "|---|---|---|"]
         text += ["| %s | %s | %s |" % (row["case"], row["solver"], row["why"].replace("|", "\\|")) for row in said] + [""]
-    with open(path, "w") as file:
-        file.write("\n".join(text).rstrip() + "\n")
+    prose.write(path, text)
     print("%d of %d pass the bar" % (passed, len(bar)))
     return 0 if passed == len(bar) else 1
 

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Multigrid on many kinds of systems (tutorials/scenes): docs/multigrid.csv, plots in docs/multigrid/, and the generated part of docs/multigrid.md.
+"""Multigrid on many kinds of systems (tutorials/benchmark/scenes.cpp): docs/multigrid.csv, plots in docs/multigrid/, and the generated part of docs/multigrid.md.
 
-/usr/bin/python3 makefiles/multigrid.py                                     all families without constraints, all solvers, on 1 rank
-/usr/bin/python3 makefiles/multigrid.py --families tied --ranks 1 2 4       with constraints
-/usr/bin/python3 makefiles/multigrid.py --families plate balls6 --solvers blocksa pmis --sizes 75000 500000
-/usr/bin/python3 makefiles/multigrid.py --report                            text and plots anew from the CSV
+/usr/bin/python3 docs/study/multigrid.py                                     all families without constraints, all solvers, on 1 rank
+/usr/bin/python3 docs/study/multigrid.py --families tied --ranks 1 2 4       with constraints
+/usr/bin/python3 docs/study/multigrid.py --families plate balls6 --solvers blocksa pmis --sizes 75000 500000
+/usr/bin/python3 docs/study/multigrid.py --report                            text and plots anew from the CSV
 A system that is measured again takes the place of the old one, solver by solver. Needs a build (AINSWORTH_BUILD, default build/), Debian's python3-matplotlib and, for the
 family foreign, python3-getfem; seconds need an otherwise idle machine. With peak.py between mpiexec and the program, memory is that of the program alone.
 """
@@ -12,7 +12,7 @@ import argparse
 import os
 import sys
 
-from study import families, machine
+from common import families, machine
 
 
 def main():
@@ -30,12 +30,12 @@ def main():
     path = os.path.join(os.path.abspath(arguments.out), "multigrid.csv")
     os.makedirs(os.path.dirname(path), exist_ok=True)
     if not arguments.report:
-        from study import multigrid
+        from common import multigrid
         try:
             multigrid.study(path, arguments)
         except ValueError as error:
             sys.exit(str(error))
-    from study import multigridpage
+    from common import multigridpage
     multigridpage.write(path)
     return 0
 

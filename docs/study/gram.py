@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
 """What the factorization of the Gram matrix and solves with it cost: docs/gram.csv and docs/gram.md.
 
-python3 makefiles/gram.py packages [--rows 10000 100000 1000000]      one rank: PETSc's Cholesky, CHOLMOD, MUMPS, and what is chosen
-python3 makefiles/gram.py ranks [--rows 100000] [--ranks 1 2 4]     -pc_ainsworth_rows_per_rank
-python3 makefiles/gram.py report                                      the text from the CSV; the others end with it, too
+python3 docs/study/gram.py packages [--rows 10000 100000 1000000]      one rank: PETSc's Cholesky, CHOLMOD, MUMPS, and what is chosen
+python3 docs/study/gram.py ranks [--rows 100000] [--ranks 1 2 4]     -pc_ainsworth_rows_per_rank
+python3 docs/study/gram.py report                                      the text from the CSV; the others end with it, too
 Needs Debian's python3-numpy and a build (AINSWORTH_BUILD, default build/); a million rows need 6 GB. Flat surfaces without the volumes below them.
 """
 import argparse
 import os
 import sys
 
-from study import machine
+from common import machine
 
 
 def main():
@@ -24,7 +24,7 @@ def main():
     parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs"), help="folder of gram.csv and gram.md")
     arguments = parser.parse_args()
     machine.require("numpy")
-    from study import gram
+    from common import gram
     if arguments.experiment == "packages":
         gram.packages(arguments)
     elif arguments.experiment == "ranks":
