@@ -52,6 +52,9 @@ PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *, PetscInt, const P
 PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *, const PetscBool[], char[], size_t);
 PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *, char[], size_t);
 
+/* symmetry.cpp */
+PetscErrorCode AinsworthProbeSymmetry(Mat, PetscBool *);
+
 /* check.cpp: values and symmetry of the blocks */
 PetscErrorCode AinsworthMatFindNotFinite(Mat, PetscInt *, PetscInt *);
 PetscErrorCode AinsworthMatFindOffDiagonal(Mat, PetscInt *, PetscInt *);
