@@ -171,7 +171,7 @@ static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
   Mat          S = data->constraints ? data->reduced : data->saddle.A, M = data->constraints ? data->M : data->saddle.A;
 
   PetscFunctionBegin;
-  if (S == data->saddle.block[0]) PetscFunctionReturn(PETSC_SUCCESS); /* the program's A has its own */
+  if (S == data->saddle.block[AINSWORTH_BLOCK_A]) PetscFunctionReturn(PETSC_SUCCESS); /* the program's A has its own */
   PetscCall(AinsworthSaddleGetNearNullSpace(&data->saddle, &near));
   PetscCall(MatSetNearNullSpace(S, near));
   PetscCall(MatSetNearNullSpace(M, near));
@@ -180,6 +180,25 @@ static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
   PetscCall(MatSetNullSpace(M, common));
   PetscCall(MatSetTransposeNullSpace(S, data->symmetric ? common : NULL));
   PetscCall(MatNullSpaceDestroy(&common));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: where A has another size on any rank than at the last set-up, the inner solver and its right-hand side cannot be used again */
+static PetscErrorCode ForgetOtherSizes(PC pc, PC_Ainsworth *data)
+{
+  PetscInt  before, now;
+  PetscBool other;
+
+  PetscFunctionBegin;
+  if (!data->rhs) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetLocalSize(data->rhs, &before));
+  PetscCall(MatGetLocalSize(data->saddle.A, &now, NULL));
+  other = (PetscBool)(before != now);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)pc)));
+  if (!other) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDestroy(&data->rhs));
+  PetscCall(MatDestroy(&data->reduced));
+  PetscCall(KSPReset(data->ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -253,13 +272,14 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));
   PetscCall(VecDestroy(&data->inverseDiagonal));
-  PetscCall(AinsworthSaddleSetUp(pc->pmat, &data->saddle));
+  PetscCall(AinsworthSaddleSetUp(pc->mat, pc->pmat, &data->saddle));
   if (data->saddle.bad[0]) {
     PetscCall(PetscSNPrintf(why, sizeof(why), "The system cannot be solved: %s", data->saddle.bad));
     PetscCall(FailSetUp(pc, data, PC_FACTOR_OTHER, PETSC_ERR_FP, why));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatGetSize(data->saddle.C, &data->constraints, NULL));
+  PetscCall(ForgetOtherSizes(pc, data));
   symmetric = data->symmetric;
   PetscCall(AinsworthProbeSymmetry(data->saddle.A, &data->symmetric));
   if (symmetric != data->symmetric) PetscCall(MatDestroy(&data->reduced)); /* which has the symmetry of A */
