@@ -100,6 +100,19 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A right-hand side whose norm is not finite; the row is named where an entry is not */
+static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, Fields b)
+{
+  char row[64], why[192];
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthSaddleNameNotFinite(&data->saddle, b.primal, b.dual, row, sizeof(row)));
+  PetscCall(PetscSNPrintf(why, sizeof(why),
+                          row[0] ? "The right-hand side holds NaN or Inf in %s" : "The right-hand side holds NaN or Inf, or values too large%s", row));
+  PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_FP, why));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
   PC_Ainsworth *data    = (PC_Ainsworth *)pc->data;
@@ -119,13 +132,15 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   }
   data->failure[0] = 0;
   PetscCall(VecNorm(b, NORM_1, &norm));
-  if (PetscIsInfOrNanReal(norm)) {
-    PetscCall(VecFlag(y, 1));
-    PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_FP, "The right-hand side holds NaN or Inf, or values too large"));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(VecGetSubVector(b, in[0], &right.primal));
   PetscCall(VecGetSubVector(b, in[1], &right.dual));
+  if (PetscIsInfOrNanReal(norm)) {
+    PetscCall(FailNotFinite(pc, data, right));
+    PetscCall(VecRestoreSubVector(b, in[0], &right.primal));
+    PetscCall(VecRestoreSubVector(b, in[1], &right.dual));
+    PetscCall(VecFlag(y, 1));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(VecGetSubVector(y, out[0], &left.primal));
   PetscCall(VecGetSubVector(y, out[1], &left.dual));
   PetscCall(SolveAndVerify(pc, data, transpose, right, left));

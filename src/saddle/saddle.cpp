@@ -33,21 +33,25 @@ static PetscErrorCode GetConstraints(Mat source, PetscBool transpose, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A itself; where there are constraints, of which its entries are asked, a copy of a small matrix that does not give them */
-static PetscErrorCode GetStiffness(AinsworthSaddle *sp)
+/* Where there are constraints the entries of A are asked for: a copy takes the place of a small matrix that does not give them */
+static PetscErrorCode CopyOpaque(AinsworthSaddle *sp)
 {
-  Mat       A      = sp->block[AINSWORTH_BLOCK_A];
-  PetscBool opaque = PETSC_FALSE;
-  PetscInt  m;
+  Mat          A = sp->block[AINSWORTH_BLOCK_A], copy;
+  MatNullSpace nullsp, near;
+  PetscBool    opaque = PETSC_FALSE;
+  PetscInt     m;
 
   PetscFunctionBegin;
   PetscCall(MatGetSize(sp->C, &m, NULL));
   if (m) PetscCall(AinsworthCheckEntries(A, sp->name[AINSWORTH_BLOCK_A], "A", &opaque));
-  if (opaque) PetscCall(AinsworthGetAIJ(A, &sp->A));
-  else {
-    PetscCall(PetscObjectReference((PetscObject)A));
-    sp->A = A;
-  }
+  if (!opaque) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthGetAIJ(A, &copy));
+  PetscCall(MatGetNullSpace(A, &nullsp));
+  PetscCall(MatGetNearNullSpace(A, &near));
+  PetscCall(MatSetNullSpace(copy, nullsp));
+  PetscCall(MatSetNearNullSpace(copy, near));
+  PetscCall(MatDestroy(&sp->block[AINSWORTH_BLOCK_A]));
+  sp->block[AINSWORTH_BLOCK_A] = copy;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -141,7 +145,9 @@ PetscErrorCode AinsworthSaddleSetUp(Mat amat, Mat pmat, AinsworthSaddle *sp)
   PetscCall(GetSource(sp->block[AINSWORTH_BLOCK_C], sp->block[AINSWORTH_BLOCK_B], &source, &transpose, &hermitian));
   PetscCall(AinsworthCheckEntries(source, sp->name[sp->block[AINSWORTH_BLOCK_C] ? AINSWORTH_BLOCK_C : AINSWORTH_BLOCK_B], "C", &opaque));
   PetscCall(GetConstraints(source, transpose, hermitian, &sp->C));
-  PetscCall(GetStiffness(sp));
+  PetscCall(CopyOpaque(sp));
+  sp->A = sp->block[AINSWORTH_BLOCK_A];
+  PetscCall(PetscObjectReference((PetscObject)sp->A));
   PetscCall(AinsworthBlockNorm(sp->A, &normA));
   PetscCall(AinsworthBlockNorm(sp->block[AINSWORTH_BLOCK_D], &normD));
   PetscCall(CheckFinite(sp->A, normA, sp->bad, sizeof(sp->bad)));

@@ -26,7 +26,7 @@ enum {
 struct AinsworthBlocks {
   MatType  layout;                     /* what it was found in; NULL: nothing found yet */
   PetscInt primal;                     /* MatNest: position of the primal field, 0 or 1 */
-  Mat      block[AINSWORTH_BLOCKS];    /* the program's; NULL where absent; one of B and C may be a view of the other */
+  Mat      block[AINSWORTH_BLOCKS];    /* the program's, NULL where absent; B or C may be a view of the other, A a copy of a small shell */
   char     name[AINSWORTH_BLOCKS][32]; /* for messages: "Block (1,0) of the MatNest" */
   uint64_t state[AINSWORTH_BLOCKS];    /* changes when the block, its values or those of anything that it is made of do (state.cpp) */
   IS       rows[2];                    /* primal and multiplier fields in the right-hand side, shared with the program's matrix */
@@ -34,7 +34,7 @@ struct AinsworthBlocks {
 };
 
 struct AinsworthSaddle : AinsworthBlocks {
-  Mat          A;        /* n x n: the program's, a copy of a small one of unknown entries, or with the eliminated rows added */
+  Mat          A;        /* n x n: the program's, or with the eliminated rows added */
   Mat          C;        /* rows that are kept, AIJ; none: no constraints */
   MatNullSpace whole;    /* null space of the program's matrix, NULL where it has none */
   PetscBool    negated;  /* block B is -C': lambda changes its sign */
@@ -91,6 +91,7 @@ PetscErrorCode AinsworthProbeAdjoint(Mat, Mat, PetscBool *, PetscBool *);
 /* fields.cpp: right-hand sides and solutions between the program's fields and what is kept */
 PetscErrorCode AinsworthSaddleRestrict(const AinsworthSaddle *, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthSaddleExtend(const AinsworthSaddle *, Vec, Vec, Vec, Vec);
+PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *, Vec, Vec, char[], size_t);
 
 /* residual.cpp: the row with the largest quotient of its residual and what is allowed, above 1 where it is not met; size: what its terms amount to */
 struct AinsworthUnmet {

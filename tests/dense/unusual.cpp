@@ -272,12 +272,11 @@ static PetscErrorCode NotFinite(const char *where, PetscReal value, bool strict,
   d.g[row] = value;
   PetscCall(RunCreate(d, crossed, &run));
   if (strict)
-    PetscCall(CheckError("solve", [&]() { return RunSolve(&run); }, PETSC_ERR_ARG_INCOMP,
-                         {"right-hand side", "NaN or Inf (rows", " " + std::to_string(row) + " of the"}));
+    PetscCall(CheckError("solve", [&]() { return RunSolve(&run); }, PETSC_ERR_FP,
+                         {"right-hand side holds NaN or Inf in row " + std::to_string(row) + " of the multiplier field"}));
   else {
     PetscCall(RunSolve(&run));
     PetscCall(CheckFailed(run));
-    PetscCall(CheckInt("failure", run.failure, PC_INCONSISTENT_RHS));
     PetscCall(Scatter(good.g, run.sys.g));
     PetscCall(RunSolve(&run));
     PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason > 0));
@@ -411,8 +410,7 @@ int main(int argc, char **argv)
     for (bool strict : {false, true}) PetscCall(DependentRows(strict, crossed));
     for (const char *where : {"zero", "dependent", "kept"})
       for (PetscReal value : {(PetscReal)NAN, (PetscReal)INFINITY})
-        for (bool strict : {false, true})
-          if (!strict || where != std::string("kept")) PetscCall(NotFinite(where, value, strict, crossed));
+        for (bool strict : {false, true}) PetscCall(NotFinite(where, value, strict, crossed));
     for (int declared = 0; declared < 3; declared++)
       for (bool first : {false, true}) PetscCall(WholeNullSpace(declared, first, crossed));
     for (PetscReal scale : {1e-200, 1e-100, 1e100, 1e200})
