@@ -122,6 +122,24 @@ static PetscErrorCode ReductionsCollide(const PC_Ainsworth *data, Vec v, PetscBo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A right-hand side whose norm is not finite; the row is named where an entry is not */
+static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, Fields b)
+{
+  char row[64], why[512];
+
+  PetscFunctionBegin;
+  if (data->failure[0] && !data->usable) { /* the vector is made of what a solve returned that failed: its cause is the true one */
+    PetscCall(PetscStrncpy(why, data->failure, sizeof(why)));
+    PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_FP, why));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(AinsworthSaddleNameNotFinite(&data->saddle, b.primal, b.dual, row, sizeof(row)));
+  PetscCall(PetscSNPrintf(why, sizeof(why),
+                          row[0] ? "The right-hand side holds NaN or Inf in %s" : "The right-hand side holds NaN or Inf, or values too large%s", row));
+  PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_FP, why));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
   PC_Ainsworth  *data    = (PC_Ainsworth *)pc->data;
@@ -141,16 +159,6 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(VecNorm(b, NORM_1, &norm));
-  if (PetscIsInfOrNanReal(norm)) { /* perhaps made of the result of a solve that failed, whose cause comes first */
-    char why[640];
-
-    PetscCall(PetscSNPrintf(why, sizeof(why), "%s%s", data->failure[0] ? data->failure : "The right-hand side holds NaN or Inf, or values too large",
-                            data->failure[0] ? "; the right-hand side of the next application held NaN or Inf" : ""));
-    PetscCall(VecFlag(y, 1));
-    PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_FP, why));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  data->failure[0] = 0;
   PetscCall(ReductionsCollide(data, b, &collide));
   if (collide) {
     char why[256];
@@ -163,6 +171,14 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   }
   PetscCall(VecGetSubVector(b, in[0], &right.primal));
   PetscCall(VecGetSubVector(b, in[1], &right.dual));
+  if (PetscIsInfOrNanReal(norm)) {
+    PetscCall(FailNotFinite(pc, data, right));
+    PetscCall(VecRestoreSubVector(b, in[0], &right.primal));
+    PetscCall(VecRestoreSubVector(b, in[1], &right.dual));
+    PetscCall(VecFlag(y, 1));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  data->failure[0] = 0;
   PetscCall(VecGetSubVector(y, out[0], &left.primal));
   PetscCall(VecGetSubVector(y, out[1], &left.dual));
   code = SolveAndVerify(pc, data, transpose, right, left); /* to be passed on when the vectors are the program's again */

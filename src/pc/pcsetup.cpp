@@ -17,91 +17,6 @@ static const char citation[] = "@inproceedings{robert_pointselle,\n"
                                "  year    = {2001}\n"
                                "}\n";
 
-/* A common reason for a non-symmetric A: Dirichlet rows made identity rows, with the columns left as they were */
-static PetscErrorCode ExplainAsymmetry(Mat A)
-{
-  PetscBool          has;
-  PetscInt           rstart, rend, found[2] = {0, 0}; /* identity rows, and rows with entries in their columns */
-  Vec                v, y;
-  PetscScalar       *one;
-  const PetscScalar *mask, *product;
-
-  PetscFunctionBegin;
-  PetscCall(MatHasOperation(A, MATOP_GET_ROW, &has));
-  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(A, &v, &y));
-  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
-  PetscCall(VecGetArrayWrite(v, &one));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt           ncols, others = 0;
-    const PetscInt    *cols;
-    const PetscScalar *a;
-
-    PetscCall(MatGetRow(A, i, &ncols, &cols, &a));
-    for (PetscInt k = 0; k < ncols; k++) others += cols[k] != i && a[k] != 0.0;
-    PetscCall(MatRestoreRow(A, i, &ncols, &cols, &a));
-    one[i - rstart] = others ? 0.0 : 1.0;
-    found[0] += !others;
-  }
-  PetscCall(VecRestoreArrayWrite(v, &one));
-  PetscCall(MatMult(A, v, y));
-  PetscCall(VecGetArrayRead(v, &mask));
-  PetscCall(VecGetArrayRead(y, &product));
-  for (PetscInt i = 0; i < rend - rstart; i++) found[1] += mask[i] == 0.0 && product[i] != 0.0;
-  PetscCall(VecRestoreArrayRead(y, &product));
-  PetscCall(VecRestoreArrayRead(v, &mask));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, found, 2, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
-  if (found[1])
-    PetscCall(PetscInfo(A,
-                        "%" PetscInt_FMT " rows of A hold nothing but their diagonal, while %" PetscInt_FMT
-                        " other rows have entries in the columns of these: if they are Dirichlet conditions, MatZeroRowsColumns() keeps A symmetric\n",
-                        found[0], found[1]));
-  PetscCall(VecDestroy(&v));
-  PetscCall(VecDestroy(&y));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A = A'? What the program declared, otherwise a comparison of A v with A' v for one random v */
-static PetscErrorCode ProbeSymmetry(Mat A, PetscBool *symmetric)
-{
-  static PetscInt symmetryId = -1;
-  PetscInt        found      = 0;
-  PetscBool       known, has;
-  Vec             v, Av, Atv;
-  PetscRandom     rand;
-  PetscReal       norm, difference;
-
-  PetscFunctionBegin;
-  PetscCall(PetscDefined(USE_COMPLEX) ? MatIsHermitianKnown(A, &known, symmetric) : MatIsSymmetricKnown(A, &known, symmetric));
-  if (known) PetscFunctionReturn(PETSC_SUCCESS);
-  /* what was found stays with A until its values change */
-  if (symmetryId < 0) PetscCall(PetscObjectComposedDataRegister(&symmetryId));
-  PetscCall(PetscObjectComposedDataGetInt((PetscObject)A, symmetryId, found, known));
-  *symmetric = (PetscBool)(known && found);
-  if (known) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatHasOperation(A, MATOP_MULT_TRANSPOSE, &has));
-  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(A, &v, &Av));
-  PetscCall(VecDuplicate(Av, &Atv));
-  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)A), &rand));
-  PetscCall(PetscRandomSetFromOptions(rand));
-  PetscCall(VecSetRandom(v, rand));
-  PetscCall(PetscRandomDestroy(&rand));
-  PetscCall(MatMult(A, v, Av));
-  PetscCall(MatMultHermitianTranspose(A, v, Atv));
-  PetscCall(VecNorm(Av, NORM_2, &norm));
-  PetscCall(VecAXPY(Atv, -1.0, Av));
-  PetscCall(VecNorm(Atv, NORM_2, &difference));
-  *symmetric = (PetscBool)(difference <= 1e-10 * norm);
-  PetscCall(PetscObjectComposedDataSetInt((PetscObject)A, symmetryId, (PetscInt)*symmetric));
-  if (!*symmetric) PetscCall(ExplainAsymmetry(A));
-  PetscCall(PetscInfo(A, "A is %s: ||A v - A' v|| / ||A v|| = %g for a random v\n", *symmetric ? "symmetric" : "not symmetric", (double)(difference / norm)));
-  PetscCall(VecDestroy(&v));
-  PetscCall(VecDestroy(&Av));
-  PetscCall(VecDestroy(&Atv));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* A set-up that failed is not used, and begun anew */
 static PetscErrorCode FailSetUp(PC pc, PC_Ainsworth *data, PCFailedReason reason, PetscErrorCode code, const char why[])
 {
@@ -256,7 +171,7 @@ static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
   Mat          S = data->constraints ? data->reduced : data->saddle.A, M = data->constraints ? data->M : data->saddle.A;
 
   PetscFunctionBegin;
-  if (S == data->saddle.block[0]) PetscFunctionReturn(PETSC_SUCCESS); /* the program's A has its own */
+  if (S == data->saddle.block[AINSWORTH_BLOCK_A]) PetscFunctionReturn(PETSC_SUCCESS); /* the program's A has its own */
   PetscCall(AinsworthSaddleGetNearNullSpace(&data->saddle, &near));
   PetscCall(MatSetNearNullSpace(S, near));
   PetscCall(MatSetNearNullSpace(M, near));
@@ -265,6 +180,25 @@ static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
   PetscCall(MatSetNullSpace(M, common));
   PetscCall(MatSetTransposeNullSpace(S, data->symmetric ? common : NULL));
   PetscCall(MatNullSpaceDestroy(&common));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: where A has another size on any rank than at the last set-up, the inner solver and its right-hand side cannot be used again */
+static PetscErrorCode ForgetOtherSizes(PC pc, PC_Ainsworth *data)
+{
+  PetscInt  before, now;
+  PetscBool other;
+
+  PetscFunctionBegin;
+  if (!data->rhs) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetLocalSize(data->rhs, &before));
+  PetscCall(MatGetLocalSize(data->saddle.A, &now, NULL));
+  other = (PetscBool)(before != now);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)pc)));
+  if (!other) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDestroy(&data->rhs));
+  PetscCall(MatDestroy(&data->reduced));
+  PetscCall(KSPReset(data->ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -360,7 +294,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));
   PetscCall(VecDestroy(&data->inverseDiagonal));
-  PetscCall(AinsworthSaddleSetUp(pc->pmat, &data->saddle));
+  PetscCall(AinsworthSaddleSetUp(pc->mat, pc->pmat, &data->saddle));
   if (data->saddle.bad[0]) {
     PetscCall(PetscSNPrintf(why, sizeof(why), "The system cannot be solved: %s", data->saddle.bad));
     PetscCall(FailSetUp(pc, data, PC_FACTOR_OTHER, PETSC_ERR_FP, why));
@@ -368,8 +302,9 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   }
   PetscCall(ForgetOtherSizes(data));
   PetscCall(MatGetSize(data->saddle.C, &data->constraints, NULL));
+  PetscCall(ForgetOtherSizes(pc, data));
   symmetric = data->symmetric;
-  PetscCall(ProbeSymmetry(data->saddle.A, &data->symmetric));
+  PetscCall(AinsworthProbeSymmetry(data->saddle.A, &data->symmetric));
   if (symmetric != data->symmetric) PetscCall(MatDestroy(&data->reduced)); /* which has the symmetry of A */
   PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
   if (data->constraints) {

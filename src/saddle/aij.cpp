@@ -1,4 +1,128 @@
 #include "saddle.h"
+#include <petsc/private/petscimpl.h>
+#include <vector>
+
+/* The matrix whose transpose M stands for, NULL if M is not a transpose view */
+PetscErrorCode AinsworthGetTransposed(Mat M, Mat *T, PetscBool *hermitian)
+{
+  PetscErrorCode (*get)(Mat, Mat *);
+  PetscErrorCode (*getHermitian)(Mat, Mat *);
+
+  PetscFunctionBegin;
+  *T = NULL;
+  PetscCall(PetscObjectQueryFunction((PetscObject)M, "MatTransposeGetMat_C", &get));
+  PetscCall(PetscObjectQueryFunction((PetscObject)M, "MatHermitianTransposeGetMat_C", &getHermitian));
+  *hermitian = (PetscBool)(getHermitian != NULL);
+  if (getHermitian) PetscCall((*getHermitian)(M, T));
+  else if (get) PetscCall((*get)(M, T));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The first part of M whose entries cannot be had row by row nor by a converter of PETSc, so that MatConvert() multiplies with each unit vector; or NULL */
+static PetscErrorCode FindOpaque(Mat M, Mat *opaque)
+{
+  Mat       part;
+  PetscInt  nr, nc;
+  PetscBool hermitian, nest, has;
+
+  PetscFunctionBegin;
+  *opaque = NULL;
+  PetscCall(AinsworthGetTransposed(M, &part, &hermitian));
+  PetscCall(PetscObjectTypeCompare((PetscObject)M, MATNEST, &nest));
+  if (part) PetscCall(FindOpaque(part, opaque));
+  else if (nest) {
+    PetscCall(MatNestGetSize(M, &nr, &nc));
+    for (PetscInt k = 0; k < nr * nc && !*opaque; k++) {
+      PetscCall(MatNestGetSubMat(M, k / nc, k % nc, &part));
+      if (part) PetscCall(FindOpaque(part, opaque));
+    }
+  } else {
+    PetscCall(MatHasOperation(M, MATOP_GET_ROW, &has));
+    for (const char *target : {"aij", "seqaij", "mpiaij"}) {
+      char name[128];
+      PetscErrorCode (*convert)(void);
+
+      PetscCall(PetscSNPrintf(name, sizeof(name), "MatConvert_%s_%s_C", ((PetscObject)M)->type_name, target));
+      PetscCall(PetscObjectQueryFunction((PetscObject)M, name, &convert));
+      if (convert) has = PETSC_TRUE;
+    }
+    if (!has) *opaque = M;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthCheckEntries - refuses a block of which a part has unknown entries, a shell for instance, unless a few products find them
+
+   name and letter stand for the block in the message; opaque tells whether there is such a part.
+*/
+PetscErrorCode AinsworthCheckEntries(Mat M, const char name[], const char letter[], PetscBool *opaque)
+{
+  const PetscInt few = 1000;
+  Mat            part;
+  PetscInt       n;
+
+  PetscFunctionBegin;
+  PetscCall(FindOpaque(M, &part));
+  *opaque = (PetscBool)(part != NULL);
+  if (!part) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetSize(part, NULL, &n));
+  PetscCheck(n <= few, PetscObjectComm((PetscObject)M), PETSC_ERR_SUP,
+             "%s, %s, %s type %s, which does not give its entries, and %" PetscInt_FMT
+             " products would be needed to find them: pass an assembled matrix, of MATAIJ for instance (MatCompositeMerge() makes one of a composite)",
+             name, letter, part == M ? "has" : "has a part of", ((PetscObject)part)->type_name, n);
+  PetscCall(PetscInfo(M, "%s, %s: the entries of type %s are found by %" PetscInt_FMT " products\n", name, letter, ((PetscObject)part)->type_name, n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode NestToAIJ(Mat, Mat *);
+
+/* M, or a copy, as AIJ; also of transpose views and of a MatNest within another, which MatConvert() does not know */
+static PetscErrorCode ToAIJ(Mat M, Mat *aij)
+{
+  Mat       source, copy;
+  PetscBool is, nest, hermitian;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)M, &is, MATSEQAIJ, MATMPIAIJ, ""));
+  PetscCall(PetscObjectTypeCompare((PetscObject)M, MATNEST, &nest));
+  PetscCall(AinsworthGetTransposed(M, &source, &hermitian));
+  if (is) {
+    PetscCall(PetscObjectReference((PetscObject)M));
+    *aij = M;
+  } else if (source) {
+    PetscCall(ToAIJ(source, &copy));
+    if (hermitian) PetscCall(MatHermitianTranspose(copy, MAT_INITIAL_MATRIX, aij));
+    else PetscCall(MatTranspose(copy, MAT_INITIAL_MATRIX, aij));
+    PetscCall(MatDestroy(&copy));
+  } else if (nest) PetscCall(NestToAIJ(M, aij));
+  else PetscCall(MatConvert(M, MATAIJ, MAT_INITIAL_MATRIX, aij));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode NestToAIJ(Mat M, Mat *aij)
+{
+  PetscInt nr, nc;
+  Mat      nest;
+
+  PetscFunctionBegin;
+  PetscCall(MatNestGetSize(M, &nr, &nc));
+  std::vector<IS>  rows(nr), cols(nc);
+  std::vector<Mat> blocks(nr * nc, NULL);
+
+  PetscCall(MatNestGetISs(M, rows.data(), cols.data()));
+  for (PetscInt k = 0; k < nr * nc; k++) {
+    Mat block;
+
+    PetscCall(MatNestGetSubMat(M, k / nc, k % nc, &block));
+    if (block) PetscCall(ToAIJ(block, &blocks[k]));
+  }
+  PetscCall(MatCreateNest(PetscObjectComm((PetscObject)M), nr, rows.data(), nc, cols.data(), blocks.data(), &nest));
+  PetscCall(MatConvert(nest, MATAIJ, MAT_INITIAL_MATRIX, aij));
+  PetscCall(MatDestroy(&nest));
+  for (Mat &block : blocks) PetscCall(MatDestroy(&block));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /*
    AinsworthGetAIJ - M itself where it is AIJ, otherwise a converted copy; to be destroyed
@@ -7,15 +131,11 @@
 */
 PetscErrorCode AinsworthGetAIJ(Mat M, Mat *aij)
 {
-  PetscBool   is, mpi;
+  PetscBool   mpi;
   PetscMPIInt size;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)M, &is, MATSEQAIJ, MATMPIAIJ, ""));
-  if (is) {
-    PetscCall(PetscObjectReference((PetscObject)M));
-    *aij = M;
-  } else PetscCall(MatConvert(M, MATAIJ, MAT_INITIAL_MATRIX, aij));
+  PetscCall(ToAIJ(M, aij));
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)M), &size));
   PetscCall(PetscObjectBaseTypeCompare((PetscObject)*aij, MATMPIAIJ, &mpi));
   if (mpi && size == 1) {

@@ -45,6 +45,14 @@ static PetscErrorCode FindEntry(Mat M, PetscInt *row, PetscInt *col, Predicate w
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Collective: the first entry that is not zero, row = -1 where there is none */
+PetscErrorCode AinsworthMatFindNonzero(Mat M, PetscInt *row, PetscInt *col)
+{
+  PetscFunctionBegin;
+  PetscCall(FindEntry(M, row, col, [](PetscInt, PetscInt, PetscScalar v) { return v != 0.0; }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collective: the first entry that is NaN or Inf, row = -1 where there is none */
 PetscErrorCode AinsworthMatFindNotFinite(Mat M, PetscInt *row, PetscInt *col)
 {

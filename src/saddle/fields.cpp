@@ -1,4 +1,5 @@
 #include "saddle.h"
+#include <limits>
 
 /*
    AinsworthSaddleRestrict - g on the rows that are kept and f' = f + C_p' D^{-1} g_p, where p are the eliminated rows
@@ -65,5 +66,28 @@ PetscErrorCode AinsworthSaddleExtend(const AinsworthSaddle *sp, Vec g, Vec x, Ve
   PetscCall(VecRestoreArrayRead(kept, &k));
   PetscCall(VecRestoreArrayWrite(lambda, &l));
   if (part) PetscCall(VecRestoreArrayRead(part, &p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: the row of the first entry of f, or else of g, that is NaN or Inf, for a message; empty where there is none */
+PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *sp, Vec f, Vec g, char text[], size_t len)
+{
+  PetscFunctionBegin;
+  text[0] = 0;
+  for (Vec field : {f, g}) {
+    const PetscScalar *a;
+    PetscInt           n, start, row = std::numeric_limits<PetscInt>::max();
+
+    if (text[0]) continue;
+    PetscCall(VecGetLocalSize(field, &n));
+    PetscCall(VecGetOwnershipRange(field, &start, NULL));
+    PetscCall(VecGetArrayRead(field, &a));
+    for (PetscInt i = n - 1; i >= 0; i--)
+      if (PetscIsInfOrNanScalar(a[i])) row = start + i;
+    PetscCall(VecRestoreArrayRead(field, &a));
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &row, 1, MPIU_INT, MPI_MIN, PetscObjectComm((PetscObject)sp->C)));
+    if (row < std::numeric_limits<PetscInt>::max())
+      PetscCall(PetscSNPrintf(text, len, "row %" PetscInt_FMT " of the %s field", row, field == f ? "primal" : "multiplier"));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,8 +4,65 @@
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *sp, MatNullSpace *near)
 {
   PetscFunctionBegin;
-  PetscCall(MatGetNearNullSpace(sp->block[0], near));
+  PetscCall(MatGetNearNullSpace(sp->block[AINSWORTH_BLOCK_A], near));
   if (!*near) PetscCall(PetscObjectQuery((PetscObject)sp->rows[0], "nearnullspace", (PetscObject *)near));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: does A v vanish? Entries of a semidefinite A are at most as large as those of its diagonal */
+static PetscErrorCode Annihilates(Mat A, Vec v, PetscBool *zero)
+{
+  Vec       y;
+  PetscReal size, diagonal, norm;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(A, NULL, &y));
+  PetscCall(MatGetDiagonal(A, y));
+  PetscCall(VecNorm(y, NORM_INFINITY, &diagonal));
+  PetscCall(MatMult(A, v, y));
+  PetscCall(VecNorm(y, NORM_INFINITY, &norm));
+  PetscCall(VecNorm(v, NORM_INFINITY, &size));
+  PetscCall(VecDestroy(&y));
+  *zero = (PetscBool)(norm <= PETSC_SQRT_MACHINE_EPSILON * diagonal * size);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Vectors that the program says are in the null space of A, to be destroyed and freed: those attached to A, to the index set of its field, as for
+   PCFIELDSPLIT, or the primal parts of those attached to the whole matrix, as far as A takes them to zero
+*/
+static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, PetscInt *n, Vec **vectors)
+{
+  Mat          A = sp->block[AINSWORTH_BLOCK_A];
+  MatNullSpace nullsp;
+  PetscBool    constant, whole, good = PETSC_TRUE;
+  PetscInt     nv;
+  const Vec   *given;
+
+  PetscFunctionBegin;
+  *n       = 0;
+  *vectors = NULL;
+  PetscCall(MatGetNullSpace(A, &nullsp));
+  if (!nullsp) PetscCall(PetscObjectQuery((PetscObject)sp->rows[0], "nullspace", (PetscObject *)&nullsp));
+  whole = (PetscBool)!nullsp;
+  if (whole) nullsp = sp->whole;
+  if (!nullsp) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatNullSpaceGetVecs(nullsp, &constant, &nv, &given));
+  PetscCall(PetscMalloc1(nv + 1, vectors));
+  for (PetscInt i = 0; i < nv + (constant ? 1 : 0); i++) {
+    Vec v, part;
+
+    PetscCall(MatCreateVecs(A, &v, NULL));
+    if (i == nv) PetscCall(VecSet(v, 1.0));
+    else if (whole) {
+      PetscCall(VecGetSubVector(given[i], sp->cols[0], &part));
+      PetscCall(VecCopy(part, v));
+      PetscCall(VecRestoreSubVector(given[i], sp->cols[0], &part));
+    } else PetscCall(VecCopy(given[i], v));
+    if (whole) PetscCall(Annihilates(A, v, &good));
+    if (good) (*vectors)[(*n)++] = v;
+    else PetscCall(VecDestroy(&v));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -17,33 +74,36 @@ PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *sp, MatNul
 */
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNullSpace *common)
 {
-  MatNullSpace nullsp;
-  PetscBool    constant;
-  PetscInt     nv, nheld = 0, nfree = 0;
-  const Vec   *given;
-  Vec         *v, *image, *held, *heldImage;
-  PetscReal    normC;
-  Mat          C = sp->all ? sp->all : sp->C; /* eliminated rows hold a vector as well as those that are kept */
+  PetscInt  n, nheld = 0, nfree = 0;
+  Vec      *given, *v, *image, *held, *heldImage;
+  PetscReal normC;
+  Mat       C = sp->all ? sp->all : sp->C; /* eliminated rows hold a vector as well as those that are kept */
 
   PetscFunctionBegin;
   *common = NULL;
-  PetscCall(MatGetNullSpace(sp->block[0], &nullsp));
-  if (!nullsp) PetscCall(PetscObjectQuery((PetscObject)sp->rows[0], "nullspace", (PetscObject *)&nullsp));
-  if (!nullsp) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatNullSpaceGetVecs(nullsp, &constant, &nv, &given));
+  PetscCall(GetNullVectors(sp, &n, &given));
+  if (!n) {
+    PetscCall(PetscFree(given));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(MatNorm(C, NORM_FROBENIUS, &normC));
-  PetscCall(PetscMalloc4(nv + 1, &v, nv + 1, &image, nv + 1, &held, nv + 1, &heldImage));
-  for (PetscInt i = 0; i < nv + (constant ? 1 : 0); i++) {
-    PetscReal   norm;
+  PetscCall(PetscMalloc4(n, &v, n, &image, n, &held, n, &heldImage));
+  for (PetscInt i = 0; i < n; i++) {
+    PetscReal   norm, rest;
     PetscScalar alpha;
 
-    PetscCall(MatCreateVecs(C, &v[nfree], &image[nfree]));
-    if (i < nv) PetscCall(VecCopy(given[i], v[nfree]));
-    else PetscCall(VecSet(v[nfree], 1.0));
+    v[nfree] = given[i];
+    PetscCall(VecNorm(v[nfree], NORM_2, &norm));
     for (PetscInt k = 0; k < nfree; k++) {
       PetscCall(VecDot(v[nfree], v[k], &alpha));
       PetscCall(VecAXPY(v[nfree], -alpha, v[k]));
     }
+    PetscCall(VecNorm(v[nfree], NORM_2, &rest));
+    if (rest <= PETSC_SQRT_MACHINE_EPSILON * norm) { /* zero, or a combination of the others, as primal parts may be */
+      PetscCall(VecDestroy(&v[nfree]));
+      continue;
+    }
+    PetscCall(MatCreateVecs(C, NULL, &image[nfree]));
     PetscCall(VecNormalize(v[nfree], NULL));
     PetscCall(MatMult(C, v[nfree], image[nfree]));
     for (PetscInt k = 0; k < nheld; k++) {
@@ -79,6 +139,7 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
     PetscCall(VecDestroy(&held[i]));
     PetscCall(VecDestroy(&heldImage[i]));
   }
+  PetscCall(PetscFree(given));
   PetscCall(PetscFree4(v, image, held, heldImage));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,6 +3,7 @@
 #define AINSWORTH_SADDLE_H
 
 #include "../petsccompat.h"
+#include <cstdint>
 
 /* What becomes of a row of the multiplier field, C_i x + d_i lambda_i = g_i */
 typedef enum {
@@ -14,14 +15,30 @@ typedef enum {
   AINSWORTH_ROW_KINDS
 } AinsworthRowKind;
 
-struct AinsworthSaddle {
-  Mat       A;        /* n x n: the program's, or with the eliminated rows added */
-  Mat       C;        /* rows that are kept, AIJ; none: no constraints */
-  IS        rows[2];  /* primal and multiplier fields in the right-hand side, shared with the MatNest */
-  IS        cols[2];  /* the same in the solution */
-  PetscInt  primal;   /* position of the primal field in the MatNest, 0 or 1 */
-  PetscBool negated;  /* block (0,1) is -C': lambda changes its sign */
-  char      bad[256]; /* what makes the values unusable, empty where nothing does */
+/* The blocks of [A B; C D] in the program's matrix, B the adjoint of C; one finder per layout fills this in (blocks.cpp) */
+enum {
+  AINSWORTH_BLOCK_A,
+  AINSWORTH_BLOCK_B,
+  AINSWORTH_BLOCK_C,
+  AINSWORTH_BLOCK_D,
+  AINSWORTH_BLOCKS
+};
+struct AinsworthBlocks {
+  MatType  layout;                     /* what it was found in; NULL: nothing found yet */
+  PetscInt primal;                     /* MatNest: position of the primal field, 0 or 1 */
+  Mat      block[AINSWORTH_BLOCKS];    /* the program's, NULL where absent; B or C may be a view of the other, A a copy of a small shell */
+  char     name[AINSWORTH_BLOCKS][32]; /* for messages: "Block (1,0) of the MatNest" */
+  uint64_t state[AINSWORTH_BLOCKS];    /* changes when the block, its values or those of anything that it is made of do (state.cpp) */
+  IS       rows[2];                    /* primal and multiplier fields in the right-hand side, shared with the program's matrix */
+  IS       cols[2];                    /* the same in the solution */
+};
+
+struct AinsworthSaddle : AinsworthBlocks {
+  Mat          A;        /* n x n: the program's, or with the eliminated rows added */
+  Mat          C;        /* rows that are kept, AIJ; none: no constraints */
+  MatNullSpace whole;    /* null space of the program's matrix, NULL where it has none */
+  PetscBool    negated;  /* block B is -C': lambda changes its sign */
+  char         bad[256]; /* what makes the values unusable, empty where nothing does */
 
   AinsworthRowKind *kind;                       /* of each local row of the multiplier field */
   PetscScalar      *diag;                       /* d_i of each, NULL where all are zero */
@@ -32,17 +49,26 @@ struct AinsworthSaddle {
   Mat               left[AINSWORTH_ROW_KINDS];  /* the rows of C that are penalised or dependent, NULL where none are */
   Vec               part[AINSWORTH_ROW_KINDS];  /* a vector of their layout each */
   Mat               absolute;                   /* |C|, entry by entry, with all of its rows; NULL: not needed yet */
-
-  Mat              block[4]; /* the program's A, D, (1,0) and (0,1), to see what changed since; a transpose view stands for its source */
-  PetscObjectState state[4];
 };
 
+/* aij.cpp */
+PetscErrorCode AinsworthGetTransposed(Mat, Mat *, PetscBool *);
+PetscErrorCode AinsworthCheckEntries(Mat, const char[], const char[], PetscBool *);
 PetscErrorCode AinsworthGetAIJ(Mat, Mat *);
 PetscErrorCode AinsworthAbsoluteAIJ(Mat, Mat *);
 PetscErrorCode AinsworthRowSums(Mat, int, Vec);
-PetscErrorCode AinsworthSaddleSetUp(Mat, AinsworthSaddle *);
-PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
+
+/* blocks.cpp, state.cpp: what the program passed, and whether it is what it was */
+PetscErrorCode AinsworthBlocksFind(Mat, const AinsworthBlocks *, AinsworthBlocks *);
+PetscErrorCode AinsworthBlocksReset(AinsworthBlocks *);
+PetscErrorCode AinsworthBlockNorm(Mat, PetscReal *);
+PetscErrorCode AinsworthMatGetState(Mat, uint64_t *);
 PetscErrorCode AinsworthSaddleChanged(Mat, const AinsworthSaddle *, PetscBool *);
+
+PetscErrorCode AinsworthSaddleSetUp(Mat, Mat, AinsworthSaddle *);
+PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
+
+/* nullspace.cpp */
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *, MatNullSpace *);
 
@@ -52,7 +78,11 @@ PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *, PetscInt, const P
 PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *, const PetscBool[], char[], size_t);
 PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *, char[], size_t);
 
-/* check.cpp: values and symmetry of the blocks */
+/* symmetry.cpp */
+PetscErrorCode AinsworthProbeSymmetry(Mat, PetscBool *);
+
+/* check.cpp: values of the blocks, and whether B is the adjoint of C */
+PetscErrorCode AinsworthMatFindNonzero(Mat, PetscInt *, PetscInt *);
 PetscErrorCode AinsworthMatFindNotFinite(Mat, PetscInt *, PetscInt *);
 PetscErrorCode AinsworthMatFindOffDiagonal(Mat, PetscInt *, PetscInt *);
 PetscErrorCode AinsworthMatFindDifference(Mat, Mat, PetscInt *, PetscInt *, PetscReal[2]);
@@ -61,6 +91,7 @@ PetscErrorCode AinsworthProbeAdjoint(Mat, Mat, PetscBool *, PetscBool *);
 /* fields.cpp: right-hand sides and solutions between the program's fields and what is kept */
 PetscErrorCode AinsworthSaddleRestrict(const AinsworthSaddle *, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthSaddleExtend(const AinsworthSaddle *, Vec, Vec, Vec, Vec);
+PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *, Vec, Vec, char[], size_t);
 
 /* residual.cpp: the row with the largest quotient of its residual and what is allowed, above 1 where it is not met; size: what its terms amount to */
 struct AinsworthUnmet {

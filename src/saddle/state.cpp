@@ -1,0 +1,117 @@
+/* Whether what the program passed is another matrix, or has other values, than before */
+#include "saddle.h"
+#include <petsc/private/petscimpl.h>
+
+/* The state with one more number in it */
+static uint64_t Mix(uint64_t state, uint64_t number)
+{
+  state = (state ^ number) * 0xff51afd7ed558ccdu;
+  return state ^ (state >> 32);
+}
+
+/* Mixes in what M is and what it is made of: numbers of objects, as an address may be used again, and their states; a view is what it shows */
+static PetscErrorCode AddState(Mat M, uint64_t *state)
+{
+  Mat              part;
+  PetscObjectId    id;
+  PetscObjectState own;
+  PetscInt         nr = 0, nc = 0;
+  PetscBool        hermitian, nest, composite;
+
+  PetscFunctionBegin;
+  if (!M) {
+    *state = Mix(*state, 0);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(AinsworthGetTransposed(M, &part, &hermitian));
+  if (part) {
+    *state = Mix(*state, hermitian ? 2 : 1);
+    PetscCall(AddState(part, state));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscObjectGetId((PetscObject)M, &id));
+  PetscCall(PetscObjectStateGet((PetscObject)M, &own));
+  *state = Mix(Mix(*state, (uint64_t)id), (uint64_t)own);
+  PetscCall(PetscObjectTypeCompare((PetscObject)M, MATNEST, &nest));
+  PetscCall(PetscObjectTypeCompare((PetscObject)M, MATCOMPOSITE, &composite));
+  if (nest) PetscCall(MatNestGetSize(M, &nr, &nc));
+  for (PetscInt i = 0; i < nr; i++) {
+    for (PetscInt j = 0; j < nc; j++) {
+      PetscCall(MatNestGetSubMat(M, i, j, &part));
+      PetscCall(AddState(part, state));
+    }
+  }
+  if (composite) PetscCall(MatCompositeGetNumberMat(M, &nr));
+  for (PetscInt i = 0; i < nr && composite; i++) {
+    PetscCall(MatCompositeGetMat(M, i, &part));
+    PetscCall(AddState(part, state));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthMatGetState - one number for M, its state, and all that it is made of; 0 for none
+
+   PETSc does not tell a matrix that one of its parts changed in place. Where that happened since the last call its own state is raised here, so
+   that everything that is kept with it, norm, symmetry, levels of multigrid, is made anew.
+*/
+PetscErrorCode AinsworthMatGetState(Mat M, uint64_t *state)
+{
+  static PetscInt stateId = -1;
+  PetscReal       digest, last = 0.0;
+  PetscBool       parts, known;
+
+  PetscFunctionBegin;
+  *state = 0;
+  if (!M) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AddState(M, state));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)M, &parts, MATNEST, MATCOMPOSITE, ""));
+  if (!parts) PetscFunctionReturn(PETSC_SUCCESS);
+  digest = (PetscReal)(*state >> 12); /* as many bits as a real holds */
+  if (stateId < 0) PetscCall(PetscObjectComposedDataRegister(&stateId));
+  PetscCall(PetscObjectComposedDataGetReal((PetscObject)M, stateId, last, known));
+  if (known && last == digest) PetscFunctionReturn(PETSC_SUCCESS);
+  if (known) {
+    PetscCall(PetscObjectStateIncrease((PetscObject)M));
+    *state = 0;
+    PetscCall(AddState(M, state));
+    digest = (PetscReal)(*state >> 12);
+  }
+  PetscCall(PetscObjectComposedDataSetReal((PetscObject)M, stateId, digest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: the same indices in the same order on every rank? */
+static PetscErrorCode SameSet(IS a, IS b, PetscBool *same)
+{
+  PetscObjectId id[2];
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectGetId((PetscObject)a, &id[0]));
+  PetscCall(PetscObjectGetId((PetscObject)b, &id[1]));
+  *same = (PetscBool)(id[0] == id[1]);
+  if (!*same) PetscCall(ISEqualUnsorted(a, b, same));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: are the layout, the blocks or the fields others, or have blocks other values, than at the last set-up? The same answer on all ranks */
+PetscErrorCode AinsworthSaddleChanged(Mat mat, const AinsworthSaddle *sp, PetscBool *changed)
+{
+  AinsworthBlocks now;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthBlocksFind(mat, sp, &now));
+  *changed = (PetscBool)(now.layout != sp->layout);
+  for (int k = 0; k < AINSWORTH_BLOCKS; k++)
+    if (now.state[k] != sp->state[k]) *changed = PETSC_TRUE;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, changed, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)mat)));
+  for (int k = 0; k < 2 && !*changed; k++) {
+    PetscBool rows, cols;
+
+    PetscCall(SameSet(now.rows[k], sp->rows[k], &rows));
+    PetscCall(SameSet(now.cols[k], sp->cols[k], &cols));
+    *changed = (PetscBool)(!rows || !cols);
+  }
+  PetscCall(AinsworthBlocksReset(&now));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,102 @@
+#include "saddle.h"
+#include <petsc/private/petscimpl.h>
+
+/* Collective: does anybody read what PetscInfo() tells of a matrix? */
+static PetscErrorCode SomebodyListens(Mat A, PetscBool *listens)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscInfoEnabled(MAT_CLASSID, listens));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, listens, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)A)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A common reason for a non-symmetric A: Dirichlet rows made identity rows, with the columns left as they were */
+static PetscErrorCode ExplainAsymmetry(Mat A)
+{
+  PetscBool          has, listens;
+  PetscInt           rstart, rend, found[2] = {0, 0}; /* identity rows, and rows with entries in their columns */
+  Vec                v, y;
+  PetscScalar       *one;
+  const PetscScalar *mask, *product;
+
+  PetscFunctionBegin;
+  PetscCall(SomebodyListens(A, &listens));
+  PetscCall(MatHasOperation(A, MATOP_GET_ROW, &has));
+  if (!listens || !has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateVecs(A, &v, &y));
+  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
+  PetscCall(VecGetArrayWrite(v, &one));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscInt           ncols, others = 0;
+    const PetscInt    *cols;
+    const PetscScalar *a;
+
+    PetscCall(MatGetRow(A, i, &ncols, &cols, &a));
+    for (PetscInt k = 0; k < ncols; k++) others += cols[k] != i && a[k] != 0.0;
+    PetscCall(MatRestoreRow(A, i, &ncols, &cols, &a));
+    one[i - rstart] = others ? 0.0 : 1.0;
+    found[0] += !others;
+  }
+  PetscCall(VecRestoreArrayWrite(v, &one));
+  PetscCall(MatMult(A, v, y));
+  PetscCall(VecGetArrayRead(v, &mask));
+  PetscCall(VecGetArrayRead(y, &product));
+  for (PetscInt i = 0; i < rend - rstart; i++) found[1] += mask[i] == 0.0 && product[i] != 0.0;
+  PetscCall(VecRestoreArrayRead(y, &product));
+  PetscCall(VecRestoreArrayRead(v, &mask));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, found, 2, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
+  if (found[1])
+    PetscCall(PetscInfo(A,
+                        "%" PetscInt_FMT " rows of A hold nothing but their diagonal, while %" PetscInt_FMT
+                        " other rows have entries in the columns of these: if they are Dirichlet conditions, MatZeroRowsColumns() keeps A symmetric\n",
+                        found[0], found[1]));
+  PetscCall(VecDestroy(&v));
+  PetscCall(VecDestroy(&y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthProbeSymmetry - A = A'? What the program declared, otherwise a comparison of A v with A' v for one random v
+
+   The largest entries are compared: squares of the entries of a very small A would underflow.
+*/
+PetscErrorCode AinsworthProbeSymmetry(Mat A, PetscBool *symmetric)
+{
+  static PetscInt symmetryId = -1;
+  PetscInt        found      = 0;
+  PetscBool       known, has;
+  Vec             v, Av, Atv;
+  PetscRandom     rand;
+  PetscReal       norm, difference;
+
+  PetscFunctionBegin;
+  PetscCall(PetscDefined(USE_COMPLEX) ? MatIsHermitianKnown(A, &known, symmetric) : MatIsSymmetricKnown(A, &known, symmetric));
+  if (known) PetscFunctionReturn(PETSC_SUCCESS);
+  /* what was found stays with A until its values change */
+  if (symmetryId < 0) PetscCall(PetscObjectComposedDataRegister(&symmetryId));
+  PetscCall(PetscObjectComposedDataGetInt((PetscObject)A, symmetryId, found, known));
+  *symmetric = (PetscBool)(known && found);
+  if (known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatHasOperation(A, MATOP_MULT_TRANSPOSE, &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateVecs(A, &v, &Av));
+  PetscCall(VecDuplicate(Av, &Atv));
+  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)A), &rand));
+  PetscCall(PetscRandomSetFromOptions(rand));
+  PetscCall(VecSetRandom(v, rand));
+  PetscCall(PetscRandomDestroy(&rand));
+  PetscCall(MatMult(A, v, Av));
+  PetscCall(MatMultHermitianTranspose(A, v, Atv));
+  PetscCall(VecNorm(Av, NORM_INFINITY, &norm));
+  PetscCall(VecAXPY(Atv, -1.0, Av));
+  PetscCall(VecNorm(Atv, NORM_INFINITY, &difference));
+  *symmetric = (PetscBool)(difference <= 1e-10 * norm);
+  PetscCall(PetscObjectComposedDataSetInt((PetscObject)A, symmetryId, (PetscInt)*symmetric));
+  if (!*symmetric) PetscCall(ExplainAsymmetry(A));
+  PetscCall(PetscInfo(A, "A is %s: largest entry of A v - A' v over that of A v %g for a random v\n", *symmetric ? "symmetric" : "not symmetric",
+                      (double)(norm > 0.0 ? difference / norm : 0.0)));
+  PetscCall(VecDestroy(&v));
+  PetscCall(VecDestroy(&Av));
+  PetscCall(VecDestroy(&Atv));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
