@@ -72,8 +72,8 @@ PETSC_INTERN PetscErrorCode      PCView_Ainsworth(PC, PetscViewer);
 PETSC_INTERN PetscReal           PCAinsworthPenaltyFactor_Private(const PC_Ainsworth *);
 PETSC_INTERN PCAinsworthPmatType PCAinsworthPmatTypeInUse_Private(const PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportReset_Private(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC, PC_Ainsworth *, Vec, Vec);
-PETSC_INTERN PetscErrorCode      PCAinsworthReportEnd_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC, PC_Ainsworth *, Vec, Vec, PetscLogDouble);
+PETSC_INTERN PetscErrorCode      PCAinsworthReportEnd_Private(PC_Ainsworth *, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, Vec, Vec, Vec, Vec, PetscBool *);
 

@@ -8,6 +8,7 @@
 struct AinsworthEstimator {
   PetscReal              eigenvalue;      /* lower bound of the spectrum of the preconditioned operator; 0: estimated */
   std::vector<PetscReal> fall;            /* what step k takes off the squared error: alpha_k r_k' z_k */
+  std::vector<PetscReal> natural;         /* r_k' z_k before it */
   PetscInt               accurate;        /* the iterates before this one have an accurate lower bound */
   PetscReal              rz;              /* r' z of the last iterate */
   PetscReal              alpha;           /* of the last step */
@@ -22,7 +23,7 @@ void AinsworthEstimatorStep(AinsworthEstimator *, PetscReal alpha, PetscReal rz)
 /* of the error of an iterate, in the energy norm */
 PetscReal AinsworthEstimatorLower(const AinsworthEstimator *, PetscInt iteration);
 PetscReal AinsworthEstimatorUpper(const AinsworthEstimator *, PetscInt iteration);
-/* is the error of the last accurate iterate at most rtol times that of the first? */
-bool AinsworthEstimatorReached(const AinsworthEstimator *, PetscReal rtol);
+/* is the error of the last accurate iterate at most this? */
+bool AinsworthEstimatorReached(const AinsworthEstimator *, PetscReal error);
 
 #endif
