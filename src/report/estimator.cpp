@@ -9,7 +9,6 @@ void AinsworthEstimatorStart(AinsworthEstimator *e, PetscReal eigenvalue, PetscR
 {
   e->eigenvalue = eigenvalue;
   e->fall.clear();
-  e->natural.clear();
   e->accurate = 0;
   e->rz       = rz;
   e->alpha = e->beta = 0.0;
@@ -74,7 +73,6 @@ void AinsworthEstimatorStep(AinsworthEstimator *e, PetscReal alpha, PetscReal rz
 
   GrowLanczosMatrix(e, alpha);
   e->fall.push_back(alpha * e->rz);
-  e->natural.push_back(e->rz);
   if (e->eigenvalue > 0.0) e->radau = modified > 0.0 ? modified / (e->eigenvalue * modified + beta) : -1.0;
   e->phi   = e->phi / (e->phi + beta);
   e->alpha = alpha;
@@ -90,31 +88,14 @@ PetscReal AinsworthEstimatorLower(const AinsworthEstimator *e, PetscInt iteratio
   return std::sqrt(Sum(e, iteration, (PetscInt)e->fall.size()));
 }
 
-/*
-   How much larger than r' z the squared error was at iterates where it is known, at worst in those of recent steps: once an eigenvalue that stands apart is
-   found, the error has no part of it any more, and its inverse, of which the smallest Ritz value would remind for ever, means nothing
-*/
-static PetscReal Quotient(const AinsworthEstimator *e)
-{
-  PetscReal error = Sum(e, PetscMax(e->accurate - 1, 0), (PetscInt)e->fall.size()), quotient = 0.0;
-
-  const PetscReal last = error;
-  for (PetscInt k = e->accurate; k-- > 0;) {
-    quotient = PetscMax(quotient, error / e->natural[k]);
-    if (last <= history * error) break;
-    if (k > 0) error += e->fall[k - 1];
-  }
-  return e->accurate ? quotient / (1 - missing) : PETSC_MAX_REAL;
-}
-
 /* Gauss-Radau with the given eigenvalue (Golub, Meurant 1997); with the smallest Ritz value in its place, the simpler bound that has no poles
-   (Meurant, Tichy 2019), or less, by what recent errors were. NAN where the given eigenvalue turned out too large, or before the first step gave a Ritz value */
+   (Meurant, Tichy 2019). NAN where the given eigenvalue turned out too large, or before the first step gave a Ritz value */
 PetscReal AinsworthEstimatorUpper(const AinsworthEstimator *e, PetscInt iteration)
 {
   PetscReal rest;
 
   if (e->eigenvalue > 0.0) rest = e->radau > 0.0 ? e->radau * e->rz : NAN;
-  else rest = e->fall.empty() ? NAN : PetscMin(e->phi * e->rho, Quotient(e)) * e->rz;
+  else rest = e->fall.empty() ? NAN : e->phi * e->rho * e->rz;
   return std::sqrt(rest + Sum(e, iteration, (PetscInt)e->fall.size()));
 }
 

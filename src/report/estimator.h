@@ -8,7 +8,6 @@
 struct AinsworthEstimator {
   PetscReal              eigenvalue;      /* lower bound of the spectrum of the preconditioned operator; 0: estimated */
   std::vector<PetscReal> fall;            /* what step k takes off the squared error: alpha_k r_k' z_k */
-  std::vector<PetscReal> natural;         /* r_k' z_k before it */
   PetscInt               accurate;        /* the iterates before this one have an accurate lower bound */
   PetscReal              rz;              /* r' z of the last iterate */
   PetscReal              alpha;           /* of the last step */
