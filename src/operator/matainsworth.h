@@ -16,6 +16,7 @@ struct Mat_Ainsworth {
   PetscInt               rowsPerRank;
   PetscBool              omitPenalty;    /* Q' A Q, without C' B C */
   PetscBool              homogeneous;    /* g was zero in the last right-hand side */
+  PetscReal              start[2];       /* x0' A x0 and f' x0 of the last right-hand side, x0 = R g */
   PetscBool              inKernel;       /* a method iterates in Ker C: Q' A Q, as above */
   PetscBool              direction;      /* the next product is with a vector of Ker C: one was projected since the last */
   PetscBool              refine;         /* from some point on its last solve did every projection twice */

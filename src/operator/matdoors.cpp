@@ -32,7 +32,8 @@ static PetscErrorCode ProjectOntoConstraints(Mat mat, Mat_Ainsworth *ctx, Vec g,
 static PetscErrorCode ComputeRHS(Mat mat, PetscBool transpose, Vec f, Vec g, Vec rhs)
 {
   Mat_Ainsworth *ctx;
-  PetscReal      norm = 0.0;
+  PetscReal      norm     = 0.0;
+  PetscScalar    start[2] = {0.0, 0.0};
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
@@ -45,6 +46,8 @@ static PetscErrorCode ComputeRHS(Mat mat, PetscBool transpose, Vec f, Vec g, Vec
   } else {
     PetscCall(AinsworthProjectorRightInverse(&ctx->proj, g, ctx->work));
     PetscCall(MultA(ctx, transpose, ctx->work, rhs));
+    PetscCall(VecDot(rhs, ctx->work, &start[0]));
+    PetscCall(VecDot(f, ctx->work, &start[1]));
     PetscCall(VecAYPX(rhs, -1.0, f));
     if (!ctx->omitPenalty) {
       PetscCall(AinsworthProjectorPlace(&ctx->proj, g, ctx->rowWork));
@@ -52,6 +55,7 @@ static PetscErrorCode ComputeRHS(Mat mat, PetscBool transpose, Vec f, Vec g, Vec
     }
     PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, ctx->omitPenalty ? NULL : ctx->rowWork, rhs));
   }
+  for (int i = 0; i < 2; i++) ctx->start[i] = PetscRealPart(start[i]);
   PetscCall(PetscLogEventEnd(AINSWORTH_RHS, mat, f, g, rhs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

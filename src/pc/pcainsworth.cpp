@@ -99,7 +99,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 
    A row of the error monitor has seconds of the set-up that the solve needed and of the solve so far, without those of the monitor; the natural norm of the
    residual; relative residuals of the two blocks of the original system; lower and upper bound of the error in the energy norm of the reduced operator,
-   from the coefficients of conjugate gradients; the true error where a reference is known. docs/report.md has the formulas. With
+   from the coefficients of conjugate gradients; the true error where a reference is known; the upper bound over the energy norm of x.
+   docs/report.md has the formulas. Tolerances refer to x, not to x - R g: PETSc's convergence test in the natural norm is told so by this `PC`. With
    `-pc_ainsworth_stop energy_error` the relative tolerance of the inner `KSP` is not heeded; the estimate is a few iterations late, so that the error is
    smaller than asked for.
 

@@ -2,15 +2,35 @@
 #include "pcainsworth.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
+#include <petsctime.h>
 
 /* f and g, or x and lambda, in the program's fields */
 struct Fields {
   Vec primal, dual;
 };
 
+/*
+   KSPSolve() for f and g; watched: the report sees it, and its stop refers to x. What the report has put into the KSP is taken out again after an error,
+   too, which is passed on then
+*/
+static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x)
+{
+  PetscLogDouble start;
+  PetscErrorCode error;
+
+  PetscFunctionBegin;
+  PetscCall(PetscTime(&start));
+  if (data->constraints) PetscCall(MatAinsworthReduce_Private(data->reduced, transpose, f, g, data->rhs));
+  else PetscCall(VecCopy(f, data->rhs));
+  if (watched) PetscCall(PCAinsworthReportBegin_Private(pc, data, f, g, start));
+  error = transpose ? KSPSolveTranspose(data->ksp, data->rhs, x) : KSPSolve(data->ksp, data->rhs, x);
+  if (watched) PetscCall(PCAinsworthReportEnd_Private(data, (PetscBool)(error != PETSC_SUCCESS)));
+  PetscCall(error);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The reduced solve between f, g and x, lambda, all on kept rows; transpose: with the transpose of A */
-static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool report, Vec f, Vec g, Vec x, Vec lambda,
-                                   KSPConvergedReason *reason)
+static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x, Vec lambda, KSPConvergedReason *reason)
 {
   PetscInt n;
 
@@ -19,12 +39,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
   if (data->constraints == n) PetscCall(VecZeroEntries(x)); /* Ker C = 0: the constraints alone determine x */
   else {
-    if (report) PetscCall(PCAinsworthReportBegin_Private(pc, data, f, g));
-    if (data->constraints) PetscCall(MatAinsworthReduce_Private(data->reduced, transpose, f, g, data->rhs));
-    else PetscCall(VecCopy(f, data->rhs));
-    PetscErrorCode code = transpose ? KSPSolveTranspose(data->ksp, data->rhs, x) : KSPSolve(data->ksp, data->rhs, x);
-    if (report) PetscCall(PCAinsworthReportEnd_Private(data)); /* after an error, too */
-    PetscCall(code);
+    PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
     PetscCall(KSPGetConvergedReason(data->ksp, reason));
   }
   if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, f, g, x, lambda));
@@ -32,14 +47,14 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
 }
 
 /* The fields of the program, reduced to the rows that are kept, solved, and extended */
-static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool report, Fields b, Fields y, KSPConvergedReason *reason)
+static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Fields b, Fields y, KSPConvergedReason *reason)
 {
   PetscFunctionBegin;
   if (data->g) {
     PetscCall(AinsworthSaddleRestrict(&data->saddle, b.primal, b.dual, data->g, data->f));
-    PetscCall(SolveReduced(pc, data, transpose, report, data->f ? data->f : b.primal, data->g, y.primal, data->lambda, reason));
+    PetscCall(SolveReduced(pc, data, transpose, watched, data->f ? data->f : b.primal, data->g, y.primal, data->lambda, reason));
     PetscCall(AinsworthSaddleExtend(&data->saddle, b.dual, y.primal, data->lambda, y.dual));
-  } else PetscCall(SolveReduced(pc, data, transpose, report, b.primal, b.dual, y.primal, y.dual, reason));
+  } else PetscCall(SolveReduced(pc, data, transpose, watched, b.primal, b.dual, y.primal, y.dual, reason));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -64,17 +64,35 @@ static PetscErrorCode ChoicesFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "csv" and "csv:file" are short for PETSc's "ascii::ascii_csv" and "ascii:file:ascii_csv" */
-static PetscErrorCode CreateCSVViewer(PC pc, const char file[], PetscViewer *viewer)
+/*
+   The viewer of "csv" and "csv:file", short for PETSc's "ascii::ascii_csv" and "ascii:file:ascii_csv", and of "ascii:file:format": those of one file are the
+   same, where PETSc would open it twice, and KSPs write over each other. All others are left to PETSc: viewer NULL
+*/
+static PetscErrorCode ShareViewer(PC pc, const char value[], PetscViewer *viewer, PetscViewerFormat *format)
 {
-  MPI_Comm comm = PetscObjectComm((PetscObject)pc);
+  MPI_Comm  comm = PetscObjectComm((PetscObject)pc);
+  char      kind[PETSC_MAX_PATH_LEN], *file, *name = NULL, *mode = NULL;
+  PetscBool csv, ascii, known = PETSC_TRUE;
 
   PetscFunctionBegin;
-  if (file[0]) PetscCall(PetscViewerASCIIOpen(comm, file, viewer));
-  else {
+  PetscCall(PetscStrncpy(kind, value, sizeof(kind)));
+  PetscCall(PetscStrchr(kind, ':', &file));
+  if (file) *file++ = 0;
+  PetscCall(PetscStrcmp(kind, "csv", &csv));
+  PetscCall(PetscStrcmp(kind, "ascii", &ascii));
+  if (csv) *format = PETSC_VIEWER_ASCII_CSV;
+  else if (ascii && file) {
+    PetscCall(PetscStrchr(file, ':', &name));
+    if (name) {
+      *name++ = 0;
+      PetscCall(PetscStrchr(name, ':', &mode));
+      PetscCall(PetscEnumFind(PetscViewerFormats, name, (PetscEnum *)format, &known));
+    }
+  }
+  if (csv && !(file && file[0])) {
     PetscCall(PetscViewerASCIIGetStdout(comm, viewer));
     PetscCall(PetscObjectReference((PetscObject)*viewer));
-  }
+  } else if (file && file[0] && (csv || ascii) && known && !mode) PetscCall(PetscViewerASCIIOpen(comm, file, viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -94,7 +112,7 @@ static PetscErrorCode MonitorFromOptions(PC pc, AinsworthReportSettings *setting
 {
   const char *const kinds[]                   = {"", "ascii", "csv", "draw"};
   char              value[PETSC_MAX_PATH_LEN] = "", kind[PETSC_MAX_PATH_LEN], *colon;
-  PetscBool         set, same, known = PETSC_FALSE, csv;
+  PetscBool         set, same, known = PETSC_FALSE;
   PetscViewer       viewer = NULL;
   PetscViewerFormat format = PETSC_VIEWER_DEFAULT;
 
@@ -105,20 +123,16 @@ static PetscErrorCode MonitorFromOptions(PC pc, AinsworthReportSettings *setting
   if (colon) *colon = 0;
   for (int i = 0; i < 4 && !known; i++) PetscCall(PetscStrcmp(kind, kinds[i], &known));
   PetscCheck(known, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONG, "Option %s is %s: it takes ascii[:file], csv[:file] and draw", monitorOption, value);
-  PetscCall(PetscStrcmp(kind, "csv", &csv));
   if (set) {
     PetscCall(SameText(&settings->monitor, value, &same));
     if (same) PetscFunctionReturn(PETSC_SUCCESS); /* the file is not begun anew */
+    PetscCall(ShareViewer(pc, value, &viewer, &format));
   }
-  if (csv) {
-    PetscCall(CreateCSVViewer(pc, colon ? value + 4 : "", &viewer));
-    format = PETSC_VIEWER_ASCII_CSV;
-  } else PetscCall(PetscOptionsViewer(monitorOption, "Error against run time: also csv[:file]", PCAINSWORTH, &viewer, &format, &set));
+  if (!viewer) PetscCall(PetscOptionsViewer(monitorOption, "Error against run time: also csv[:file]", PCAINSWORTH, &viewer, &format, &set));
   if (!set) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscViewerDestroy(&settings->viewer));
   settings->viewer = viewer;
   settings->format = format;
-  settings->solves = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -8,30 +8,30 @@ PetscErrorCode PCAinsworthReportReset_Private(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Before the reduced solve for f and g on the kept rows */
-PetscErrorCode PCAinsworthReportBegin_Private(PC pc, PC_Ainsworth *data, Vec f, Vec g)
+/* Before the reduced solve for f and g on the kept rows, which began with the computation of its right-hand side */
+PetscErrorCode PCAinsworthReportBegin_Private(PC pc, PC_Ainsworth *data, Vec f, Vec g, PetscLogDouble start)
 {
   PetscFunctionBegin;
-  if (!data->reporting.viewer && data->reporting.stop == AINSWORTH_STOP_RESIDUAL) PetscFunctionReturn(PETSC_SUCCESS);
   if (!data->report) {
     AinsworthReportSystem system;
 
-    system.A       = data->saddle.A;
-    system.C       = data->saddle.C;
-    system.reduced = data->reduced;
-    system.primal  = data->saddle.cols[0];
+    system.A               = data->saddle.A;
+    system.C               = data->saddle.C;
+    system.reduced         = data->reduced;
+    system.primal          = data->saddle.cols[0];
+    system.inverseDiagonal = data->inverseDiagonal;
     PetscCall(MatGetSize(pc->pmat, NULL, &system.size));
     PetscCall(AinsworthReportCreate(&data->reporting, &system, &data->report));
   }
-  PetscCall(AinsworthReportBegin(data->report, data->ksp, f, g, data->setupSeconds));
+  PetscCall(AinsworthReportBegin(data->report, data->ksp, f, g, start - data->setupSeconds));
   data->setupSeconds = 0.0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode PCAinsworthReportEnd_Private(PC_Ainsworth *data)
+PetscErrorCode PCAinsworthReportEnd_Private(PC_Ainsworth *data, PetscBool failed)
 {
   PetscFunctionBegin;
-  if (data->report) PetscCall(AinsworthReportEnd(data->report, data->ksp));
+  if (data->report) PetscCall(AinsworthReportEnd(data->report, data->ksp, failed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -42,6 +42,6 @@ PetscErrorCode PCAinsworthReportView_Private(const PC_Ainsworth *data, PetscView
   PetscFunctionBegin;
   if (settings->viewer) PetscCall(PetscViewerASCIIPrintf(viewer, "  error against run time: monitored%s\n", settings->reference ? ", reference solution" : ""));
   if (settings->stop == AINSWORTH_STOP_ENERGY_ERROR)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  stops when the energy norm of the error has fallen by %g\n", (double)settings->rtol));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  stops when the energy norm of the error is at most %g times that of x\n", (double)settings->rtol));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

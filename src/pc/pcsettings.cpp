@@ -306,7 +306,7 @@ PetscErrorCode PCAinsworthSetReference(PC pc, Vec reference)
    Options Database Keys:
 +  -pc_ainsworth_monitor_error [ascii,csv:file,draw] - a row of times, residuals and bounds for each iteration (docs/report.md)
 .  -pc_ainsworth_stop <residual,energy_error>        - what ends the reduced solve
-.  -pc_ainsworth_error_rtol <1e-6>                   - of energy_error: quotient of the energy norms of the error, last iterate to first
+.  -pc_ainsworth_error_rtol <1e-6>                   - of energy_error: quotient of the energy norms of the error and of x
 -  -pc_ainsworth_error_eigenvalue <estimated>        - at most the smallest eigenvalue of the preconditioned operator: the upper bound is one then
 
    Level: intermediate

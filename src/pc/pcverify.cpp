@@ -21,13 +21,14 @@ static PetscErrorCode AskedFor(const PC_Ainsworth *data, PetscReal *tol)
 {
   KSPConvergedReason reason;
   KSPNormType        norm;
+  PetscReal          atol;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetTolerances(data->ksp, tol, NULL, NULL, NULL));
+  PetscCall(KSPGetTolerances(data->ksp, tol, &atol, NULL, NULL));
   PetscCall(KSPGetConvergedReason(data->ksp, &reason));
   PetscCall(KSPGetNormType(data->ksp, &norm));
   if (data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR) *tol = data->reporting.rtol;
-  else if (norm == KSP_NORM_NONE || reason == KSP_CONVERGED_ITS || reason == KSP_CONVERGED_ATOL) *tol = -1.0;
+  else if (norm == KSP_NORM_NONE || reason == KSP_CONVERGED_ITS || (reason == KSP_CONVERGED_ATOL && atol > 0.0)) *tol = -1.0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -99,10 +99,7 @@ PetscReal AinsworthEstimatorUpper(const AinsworthEstimator *e, PetscInt iteratio
   return std::sqrt(rest + Sum(e, iteration, (PetscInt)e->fall.size()));
 }
 
-bool AinsworthEstimatorReached(const AinsworthEstimator *e, PetscReal rtol)
+bool AinsworthEstimatorReached(const AinsworthEstimator *e, PetscReal error)
 {
-  const PetscInt steps = (PetscInt)e->fall.size();
-
-  if (e->accurate == 0) return false;
-  return Sum(e, e->accurate - 1, steps) <= (1 - missing) * rtol * rtol * Sum(e, 0, steps);
+  return e->accurate > 0 && Sum(e, e->accurate - 1, (PetscInt)e->fall.size()) <= (1 - missing) * error * error;
 }

@@ -22,7 +22,7 @@ void AinsworthEstimatorStep(AinsworthEstimator *, PetscReal alpha, PetscReal rz)
 /* of the error of an iterate, in the energy norm */
 PetscReal AinsworthEstimatorLower(const AinsworthEstimator *, PetscInt iteration);
 PetscReal AinsworthEstimatorUpper(const AinsworthEstimator *, PetscInt iteration);
-/* is the error of the last accurate iterate at most rtol times that of the first? */
-bool AinsworthEstimatorReached(const AinsworthEstimator *, PetscReal rtol);
+/* is the error of the last accurate iterate at most this? */
+bool AinsworthEstimatorReached(const AinsworthEstimator *, PetscReal error);
 
 #endif

@@ -54,6 +54,7 @@ PetscErrorCode AinsworthReportDestroy(AinsworthReport **report)
   PetscCall(VecDestroy(&(*report)->x));
   PetscCall(VecDestroy(&(*report)->r));
   PetscCall(VecDestroy(&(*report)->residual));
+  for (Vec &work : (*report)->work) PetscCall(VecDestroy(&work));
   PetscCall(MatDestroy(&(*report)->observed));
   PetscCall(MatDestroy(&(*report)->operation));
   delete *report;
@@ -72,13 +73,16 @@ static PetscErrorCode Length(Vec v, PetscReal *length)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ||f - A x - C' lambda|| / ||f|| with lambda = R' (f - A x), and ||g - C x|| / ||g||; absolute where f or g is zero */
+/* ||f - A x - C' lambda|| / ||f|| with lambda = R' (f - A x), and ||g - C x|| / ||g||; absolute where f or g is zero. And the energy norm of x */
 static PetscErrorCode Residuals(AinsworthReport *report, Vec iterate, AinsworthReportRow *row)
 {
   const AinsworthReportSystem *system = &report->system;
+  PetscScalar                  energy;
 
   PetscFunctionBegin;
   PetscCall(MatMult(system->A, iterate, report->r));
+  PetscCall(VecDot(report->r, iterate, &energy));
+  if (!report->exact) report->energy = PetscSqrtReal(PetscAbsScalar(energy));
   PetscCall(VecAYPX(report->r, -1.0, report->f));
   if (system->reduced) {
     PetscCall(MatAinsworthMultTransposeProjector(system->reduced, report->r, report->r)); /* r - C' R' r */
@@ -151,19 +155,14 @@ static PetscErrorCode Record(KSP ksp, PetscInt step, PetscReal norm, KSPConverge
   PetscCall(PetscTime(&end));
   report->spent += end - now;
   PetscCall((*report->converged)(ksp, step, norm, reason, report->test));
-  if (report->settings->stop != AINSWORTH_STOP_ENERGY_ERROR) PetscFunctionReturn(PETSC_SUCCESS);
-  if (*reason == KSP_CONVERGED_RTOL) *reason = KSP_CONVERGED_ITERATING;
-  if (*reason == KSP_CONVERGED_ITERATING && AinsworthEstimatorReached(&report->estimator, report->settings->rtol)) {
-    *reason = KSP_CONVERGED_RTOL;
-    PetscCall(PetscInfo(ksp, "Converged: the energy norm of the error was %g at iteration %" PetscInt_FMT " already\n",
-                        (double)AinsworthEstimatorLower(&report->estimator, report->estimator.accurate - 1), report->estimator.accurate - 1));
-  }
+  PetscCall(AinsworthReportStop(report, ksp, step, norm, reason));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Are there coefficients, and where? */
+/* Are there coefficients, and where? Does the tolerance of the residual refer to x? */
 static PetscErrorCode ChooseCoefficients(AinsworthReport *report, KSP ksp)
 {
+  PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
   PetscBool   cg;
   KSPNormType norm;
   KSPType     type;
@@ -172,9 +171,12 @@ static PetscErrorCode ChooseCoefficients(AinsworthReport *report, KSP ksp)
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &cg, KSPCG, KSPPROJECTEDCG, ""));
   PetscCall(KSPGetNormType(ksp, &norm));
   PetscCall(KSPGetType(ksp, &type));
+  PetscCall(KSPGetConvergenceTest(ksp, &converged, NULL, NULL));
   PetscCall(KSPProjectedCGGetUse_Private(ksp, &report->kernel));
-  report->estimate = (PetscBool)(cg && norm == KSP_NORM_NATURAL);
-  if (report->estimate) PetscFunctionReturn(PETSC_SUCCESS);
+  report->watch    = (PetscBool)(report->settings->viewer || report->settings->stop == AINSWORTH_STOP_ENERGY_ERROR);
+  report->estimate = (PetscBool)(report->watch && cg && norm == KSP_NORM_NATURAL);
+  report->tighten  = (PetscBool)(report->kernel && converged == KSPConvergedDefault && norm == KSP_NORM_NATURAL);
+  if (report->estimate || !report->watch) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(report->settings->stop != AINSWORTH_STOP_ENERGY_ERROR, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
              "-pc_ainsworth_stop energy_error needs the coefficients of conjugate gradients: the inner KSP is %s with norm type %s, it must be %s or %s with "
              "-ksp_norm_type natural",
@@ -211,40 +213,55 @@ static PetscErrorCode Observe(AinsworthReport *report, KSP ksp, PetscBool begin)
 }
 
 /* The solve that follows is watched until AinsworthReportEnd(); what the KSP has of its own is kept meanwhile */
-PetscErrorCode AinsworthReportBegin(AinsworthReport *report, KSP ksp, Vec f, Vec g, PetscLogDouble setupSeconds)
+PetscErrorCode AinsworthReportBegin(AinsworthReport *report, KSP ksp, Vec f, Vec g, PetscLogDouble start)
 {
+  PetscLogDouble before, after;
+  PetscScalar    energy;
+
   PetscFunctionBegin;
+  PetscCall(PetscTime(&before));
   PetscCall(ChooseCoefficients(report, ksp));
+  if (!report->watch && !report->tighten) PetscFunctionReturn(PETSC_SUCCESS);
   report->f = f;
   report->g = g;
   report->rows.clear();
   report->printed = 0;
   report->spent = report->observing = 0.0;
-  report->settings->solves++;
+  report->bound                     = PETSC_MAX_REAL;
+  report->least                     = -1.0;
   if (report->settings->viewer) {
     PetscCall(Length(f, &report->norm[0]));
     if (report->system.reduced) PetscCall(Length(g, &report->norm[1]));
+    if (report->exact) {
+      PetscCall(MatMult(report->system.A, report->exact, report->r));
+      PetscCall(VecDot(report->r, report->exact, &energy));
+      report->energy = PetscSqrtReal(PetscAbsScalar(energy));
+    }
     PetscCall(AinsworthReportHeader(report));
   }
   PetscCall(Observe(report, ksp, PETSC_TRUE));
   PetscCall(KSPGetAndClearConvergenceTest(ksp, &report->converged, &report->test, &report->destroy));
   PetscCall(KSPSetConvergenceTest(ksp, AinsworthGuarded<Record>, report, NULL));
-  PetscCall(PetscTime(&report->start));
-  report->start -= setupSeconds;
+  report->installed = PETSC_TRUE;
+  PetscCall(PetscTime(&after));
+  report->start = start + after - before;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthReportEnd(AinsworthReport *report, KSP ksp)
+/* After an error nothing is shown, but the KSP gets back what is its own all the same */
+PetscErrorCode AinsworthReportEnd(AinsworthReport *report, KSP ksp, PetscBool failed)
 {
   PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
   AinsworthTestDestroyFn *destroy;
   void                   *test;
 
   PetscFunctionBegin;
+  if (!report->installed) PetscFunctionReturn(PETSC_SUCCESS);
+  report->installed = PETSC_FALSE;
   PetscCall(KSPGetAndClearConvergenceTest(ksp, &converged, &test, &destroy));
   PetscCall(KSPSetConvergenceTest(ksp, report->converged, report->test, report->destroy));
   PetscCall(Observe(report, ksp, PETSC_FALSE));
-  if (report->settings->viewer) {
+  if (report->settings->viewer && !failed) {
     PetscCall(AinsworthReportPrint(report, PETSC_TRUE));
     PetscCall(AinsworthReportDraw(report));
   }

@@ -16,20 +16,20 @@ typedef enum {
 struct AinsworthReportSettings {
   PetscViewer       viewer; /* NULL: no monitor */
   PetscViewerFormat format;
-  PetscInt          solves;    /* shown by this viewer so far */
   Vec               reference; /* exact solution, of length n + m or n; NULL: none */
   AinsworthStopType stop;
-  PetscReal         rtol;           /* of the error, relative to that of the first iterate */
+  PetscReal         rtol;           /* of the error, relative to x */
   char             *monitor, *file; /* the options that viewer and reference come from; NULL: none */
   PetscReal         eigenvalue;     /* lower bound of the spectrum; PETSC_DEFAULT: estimated */
 };
 
 /* The reduced system, as PCAINSWORTH knows it */
 struct AinsworthReportSystem {
-  Mat      A, C;    /* C without rows: no constraints */
-  Mat      reduced; /* the reduced operator; NULL without constraints */
-  IS       primal;  /* field of x in the solution of the saddle-point system */
-  PetscInt size;    /* of that solution */
+  Mat      A, C;            /* C without rows: no constraints */
+  Mat      reduced;         /* the reduced operator; NULL without constraints */
+  IS       primal;          /* field of x in the solution of the saddle-point system */
+  PetscInt size;            /* of that solution */
+  Vec      inverseDiagonal; /* diag(A)^{-1} */
 };
 
 /* NAN: not known */
@@ -42,6 +42,8 @@ struct AinsworthReport {
   AinsworthReportSystem           system;
   PetscBool                       estimate; /* the Krylov method has the coefficients of conjugate gradients, of which its operator is observed */
   PetscBool                       kernel;   /* it iterates in Ker C: of its operator, the products with A are observed */
+  PetscBool                       watch;    /* there is a monitor, or the error ends the solve */
+  PetscBool                       tighten;  /* the convergence test is PETSc's own, in the natural norm: its tolerance comes to refer to x */
   AinsworthEstimator              estimator;
   std::vector<AinsworthReportRow> rows;
   size_t                          printed;
@@ -49,20 +51,31 @@ struct AinsworthReport {
   Vec                             f, g;  /* right-hand side of the present solve, not owned */
   Vec                             x, r, residual;
   PetscReal                       norm[2];          /* of f and g */
+  PetscReal                       energy;           /* energy norm of x, as far as it is known */
+  PetscReal                       bound;            /* error that ends the solve */
+  PetscReal                       least;            /* residual norm since the solve went on for the sake of x; negative: it has not */
+  PetscInt                        steps[2];         /* when it went on, and when that norm was found */
+  PetscInt                        solve;            /* its number, among those that the viewer shows */
+  Vec                             work[2];          /* NULL: not needed yet */
   PetscLogDouble                  start;            /* the time when this solve began, less its set-up */
   PetscLogDouble                  spent, observing; /* seconds of the report itself, and of the observed operator */
 
   /* what the solve had before */
-  Mat   operation, observed; /* what the method multiplies by, and what takes its place */
-  void *test;
+  PetscBool installed;
+  Mat       operation, observed; /* what the method multiplies by, and what takes its place */
+  void     *test;
   PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
   AinsworthTestDestroyFn *destroy;
 };
 
 PetscErrorCode AinsworthReportCreate(AinsworthReportSettings *, const AinsworthReportSystem *, AinsworthReport **);
 PetscErrorCode AinsworthReportDestroy(AinsworthReport **);
-PetscErrorCode AinsworthReportBegin(AinsworthReport *, KSP, Vec f, Vec g, PetscLogDouble setupSeconds);
-PetscErrorCode AinsworthReportEnd(AinsworthReport *, KSP);
+/* start: the time when the solve began, less the seconds of its set-up */
+PetscErrorCode AinsworthReportBegin(AinsworthReport *, KSP, Vec f, Vec g, PetscLogDouble start);
+PetscErrorCode AinsworthReportEnd(AinsworthReport *, KSP, PetscBool failed);
+
+/* Whether the solve ends here, by what its own convergence test says of a residual and by the estimated error: both refer to x */
+PetscErrorCode AinsworthReportStop(AinsworthReport *, KSP, PetscInt step, PetscReal norm, KSPConvergedReason *);
 
 /* What the viewer shows: a row as soon as its error is known, at the end all of them */
 PetscErrorCode AinsworthReportHeader(AinsworthReport *);

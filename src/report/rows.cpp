@@ -19,29 +19,73 @@ static PetscErrorCode GetKind(AinsworthReport *report, PetscBool *ascii, bool *c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode DestroyCount(AinsworthContext count)
+{
+  PetscFunctionBegin;
+  delete (PetscInt *)AinsworthContextGet(count);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The number of this solve among those that the viewer has shown, which KSPs on one communicator share where they name the same file */
+static PetscErrorCode CountSolve(PetscViewer viewer, PetscInt *solve)
+{
+  const char     name[] = "AinsworthReportSolves";
+  PetscContainer container;
+  PetscInt      *count;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery((PetscObject)viewer, name, (PetscObject *)&container));
+  if (!container) {
+    PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)viewer), &container));
+    PetscCall(PetscContainerSetPointer(container, new PetscInt(0)));
+    PetscCall(PetscContainerSetCtxDestroy(container, DestroyCount));
+    PetscCall(PetscObjectCompose((PetscObject)viewer, name, (PetscObject)container));
+    PetscCall(PetscObjectDereference((PetscObject)container)); /* the viewer keeps it */
+  }
+  PetscCall(PetscContainerGetPointer(container, (void **)&count));
+  *solve = ++*count;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Does the file go on from an earlier run? Known where it is written */
+static PetscErrorCode Appends(PetscViewer viewer, bool *appends)
+{
+  PetscFileMode mode;
+  FILE         *file;
+
+  PetscFunctionBegin;
+  PetscCall(PetscViewerFileGetMode(viewer, &mode));
+  PetscCall(PetscViewerASCIIGetPointer(viewer, &file));
+  *appends = mode == FILE_MODE_APPEND && file && !fseek(file, 0, SEEK_END) && ftell(file) > 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AinsworthReportHeader(AinsworthReport *report)
 {
   PetscViewer viewer = report->settings->viewer;
   PetscBool   ascii;
-  bool        csv;
+  bool        csv, appends;
   char        upper[64];
 
   PetscFunctionBegin;
   PetscCall(GetKind(report, &ascii, &csv));
+  PetscCall(CountSolve(viewer, &report->solve));
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
   if (csv) {
-    if (report->settings->solves == 1)
-      PetscCall(
-        PetscViewerASCIIPrintf(viewer, "solve,seconds,iteration,delay,natural_norm,primal_residual,constraint_residual,error_lower,error_upper,error_true\n"));
+    PetscCall(Appends(viewer, &appends));
+    if (report->solve == 1 && !appends)
+      PetscCall(PetscViewerASCIIPrintf(
+        viewer, "solve,seconds,iteration,delay,natural_norm,primal_residual,constraint_residual,error_lower,error_upper,error_true,error_relative\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (report->settings->eigenvalue > 0.0)
     PetscCall(PetscSNPrintf(upper, sizeof(upper), "bound for eigenvalues from %g on", (double)report->settings->eigenvalue));
   else PetscCall(PetscStrncpy(upper, "estimate from the smallest Ritz value", sizeof(upper)));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  Error against run time, solve %" PetscInt_FMT "; errors in the energy norm; lower: bound, upper: %s\n",
-                                   report->settings->solves, report->estimate ? upper : "none, the method is not CG"));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  %5s %11s %11s %11s %11s %11s %11s %11s\n", "iter", "seconds", "natural", "res. f", "res. g",
-                                   "error >=", "error <=", "true error"));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "  Error against run time, solve %" PetscInt_FMT "; errors in the energy norm; lower: bound, upper: %s, relative: upper over x\n", report->solve,
+    report->estimate ? upper : "none, the method is not CG"));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  %5s %11s %11s %11s %11s %11s %11s %11s %11s\n", "iter", "seconds", "natural", "res. f", "res. g",
+                                   "error >=", "error <=", "true error", "relative"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -61,18 +105,20 @@ PetscErrorCode AinsworthReportPrint(AinsworthReport *report, PetscBool all)
     const AinsworthReportRow &row      = report->rows[report->printed];
     const PetscInt            step     = (PetscInt)report->printed;
     const PetscInt            delay    = estimate ? (PetscInt)e->fall.size() - step : 0;
-    const PetscReal           values[] = {
-                row.natural, row.primal, row.constraint, delay > 0 ? AinsworthEstimatorLower(e, step) : NAN, estimate ? AinsworthEstimatorUpper(e, step) : NAN,
-                row.error};
-    char text[6][16];
+    PetscReal                 values[] = {
+                      row.natural, row.primal, row.constraint, delay > 0 ? AinsworthEstimatorLower(e, step) : NAN, estimate ? AinsworthEstimatorUpper(e, step) : NAN,
+                      row.error,   NAN};
+    const PetscReal error = estimate ? values[4] : row.error;
+    char            text[7][16];
 
-    for (int i = 0; i < 6; i++) PetscCall(Number(values[i], csv, text[i]));
+    values[6] = report->energy > 0.0 ? error / report->energy : NAN;
+    for (int i = 0; i < 7; i++) PetscCall(Number(values[i], csv, text[i]));
     if (csv)
-      PetscCall(PetscViewerASCIIPrintf(viewer, "%" PetscInt_FMT ",%.6f,%" PetscInt_FMT ",%" PetscInt_FMT ",%s,%s,%s,%s,%s,%s\n", report->settings->solves,
-                                       (double)row.seconds, step, delay, text[0], text[1], text[2], text[3], text[4], text[5]));
+      PetscCall(PetscViewerASCIIPrintf(viewer, "%" PetscInt_FMT ",%.6f,%" PetscInt_FMT ",%" PetscInt_FMT ",%s,%s,%s,%s,%s,%s,%s\n", report->solve,
+                                       (double)row.seconds, step, delay, text[0], text[1], text[2], text[3], text[4], text[5], text[6]));
     else
-      PetscCall(PetscViewerASCIIPrintf(viewer, "  %5" PetscInt_FMT " %11.4f %11s %11s %11s %11s %11s %11s\n", step, (double)row.seconds, text[0], text[1],
-                                       text[2], text[3], text[4], text[5]));
+      PetscCall(PetscViewerASCIIPrintf(viewer, "  %5" PetscInt_FMT " %11.4f %11s %11s %11s %11s %11s %11s %11s\n", step, (double)row.seconds, text[0], text[1],
+                                       text[2], text[3], text[4], text[5], text[6]));
   }
   PetscCall(PetscViewerFlush(viewer));
   PetscFunctionReturn(PETSC_SUCCESS);

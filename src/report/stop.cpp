@@ -1,0 +1,139 @@
+/* When the reduced solve may end: tolerances refer to the energy norm of x, not to that of x - R g, which the solve looks for */
+#include "report.h"
+#include <petsc/private/kspimpl.h>
+
+/* An entry of x is right to this, relative to its size: an error below needs more digits */
+static const PetscReal digits = 10 * PETSC_MACHINE_EPSILON;
+
+/* |x|_A^2 by a product with A, and the square of what the rounding of x makes of it; x' A x itself is not known more exactly than the rounding of its terms */
+static PetscErrorCode Energy(AinsworthReport *report, Vec x, PetscReal *energy, PetscReal *rounding)
+{
+  const AinsworthReportSystem *system = &report->system;
+  PetscScalar                  product, size;
+  PetscReal                    noise;
+
+  PetscFunctionBegin;
+  for (Vec &work : report->work) {
+    if (!work) PetscCall(VecDuplicate(system->inverseDiagonal, &work));
+  }
+  PetscCall(MatMult(system->A, x, report->work[0]));
+  PetscCall(VecDot(report->work[0], x, &product));
+  PetscCall(VecPointwiseDivide(report->work[0], x, system->inverseDiagonal));
+  PetscCall(VecDot(report->work[0], x, &size));
+  PetscCall(VecPointwiseMult(report->work[1], report->work[0], x));
+  PetscCall(VecNorm(report->work[1], NORM_2, &noise)); /* rounding errors of the terms are independent */
+  *energy   = PetscMax(PetscRealPart(product), digits * noise);
+  *rounding = digits * digits * PetscRealPart(size);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The operator of the constraints, where R g is not zero; NULL otherwise */
+static PetscErrorCode GetStart(const AinsworthReport *report, Mat_Ainsworth **ctx)
+{
+  PetscFunctionBegin;
+  *ctx = NULL;
+  if (report->system.reduced) PetscCall(MatAinsworthGetContext_Private(report->system.reduced, ctx));
+  if (*ctx && (*ctx)->homogeneous) *ctx = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   PETSc's test has found a residual that is small relative to the first one, that of R g. Where R g strains what x does not, x is much smaller than
+   x - R g = z, and the tolerance shrinks by |x|_A / |z|_A. With b = Q' (f - A R g), the right-hand side of Ker C, and r = b - A z, r' z = 0 in conjugate
+   gradients, z' A z = x' b and x' A x = (R g)' A R g - x' b + 2 f' z: if that tells of a small x, cancellation and all, one product with A says how small.
+*/
+static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason)
+{
+  Mat_Ainsworth *ctx;
+  Vec            x, b;
+  PetscScalar    dot[2];
+  PetscReal      z, energy, rounding, wanted, tolerance;
+
+  PetscFunctionBegin;
+  PetscCall(GetStart(report, &ctx));
+  if (!ctx) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPBuildSolution(ksp, NULL, &x));
+  PetscCall(KSPGetRhs(ksp, &b));
+  PetscCall(VecDot(x, b, &dot[0]));
+  PetscCall(VecDot(x, report->f, &dot[1]));
+  z = PetscRealPart(dot[0]);
+  if (z <= 0.0 || ctx->start[0] + 2 * (PetscRealPart(dot[1]) - ctx->start[1]) >= 2 * z) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Energy(report, x, &energy, &rounding));
+  wanted    = PetscSqr(ksp->rtol) * PetscMin(energy, z);
+  tolerance = PetscSqrtReal(PetscMax(wanted, rounding) / z) * ksp->rnorm0;
+  if (norm <= tolerance) {
+    if (wanted >= rounding) PetscFunctionReturn(PETSC_SUCCESS);
+    *reason = KSP_CONVERGED_ATOL;
+    PetscCall(PetscInfo(ksp, "Converged: the error is as small as rounding of x allows, which is more than %g times the energy norm of x, %g\n",
+                        (double)ksp->rtol, (double)PetscSqrtReal(energy)));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (report->least < 0.0) report->steps[0] = report->steps[1] = step;
+  report->least = norm;
+  *reason       = KSP_CONVERGED_ITERATING;
+  ksp->ttol     = PetscMax(tolerance, ksp->abstol); /* the test does not ask again before */
+  PetscCall(PetscInfo(ksp, "The energy norm of x is %g, that of x - R g %g: the residual norm has to come down to %g\n", (double)PetscSqrtReal(energy),
+                      (double)PetscSqrtReal(z), (double)ksp->ttol));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Methods that add up rounding errors, pipelined ones above all, may not come down to the smaller tolerance; then they stay where they are, or go up again */
+static PetscErrorCode CheckStagnation(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason)
+{
+  const PetscInt patience = PetscMax(30, report->steps[0]);
+
+  PetscFunctionBegin;
+  if (norm < report->least / 2) {
+    report->least    = norm;
+    report->steps[1] = step;
+  }
+  if (step - report->steps[1] < patience) PetscFunctionReturn(PETSC_SUCCESS);
+  *reason = KSP_DIVERGED_BREAKDOWN;
+  PetscCall(PetscInfo(ksp, "The residual norm %g has not fallen by half for %" PetscInt_FMT " iterations: %g, a tolerance relative to x, is out of reach\n",
+                      (double)norm, patience, (double)ksp->ttol));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The error in the energy norm that may be left. Where R g is not zero, x is multiplied by A only when the error is below what the largest x would allow */
+static PetscErrorCode ErrorReached(AinsworthReport *report, KSP ksp, bool *reached)
+{
+  const AinsworthEstimator *e    = &report->estimator;
+  const PetscReal           rtol = report->settings->rtol, fallen = AinsworthEstimatorLower(e, 0);
+  Mat_Ainsworth            *ctx;
+  PetscBool                 guess;
+  PetscReal                 most, energy, rounding;
+  Vec                       x;
+
+  PetscFunctionBegin;
+  PetscCall(GetStart(report, &ctx));
+  PetscCall(KSPGetInitialGuessNonzero(ksp, &guess));
+  most     = guess ? PETSC_MAX_REAL : rtol * (fallen + (ctx ? PetscSqrtReal(PetscMax(ctx->start[0], 0.0)) : 0.0));
+  *reached = AinsworthEstimatorReached(e, PetscMin(most, report->bound));
+  if (!*reached || (!guess && !ctx)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPBuildSolution(ksp, NULL, &x));
+  PetscCall(Energy(report, x, &energy, &rounding));
+  report->energy = PetscSqrtReal(energy);
+  report->bound  = PetscSqrtReal(PetscMax(PetscSqr(rtol / (1 + rtol)) * energy, rounding)); /* |x|_A is that of this iterate less at most the error */
+  *reached       = AinsworthEstimatorReached(e, report->bound);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthReportStop(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason)
+{
+  bool reached = false;
+
+  PetscFunctionBegin;
+  if (report->settings->stop != AINSWORTH_STOP_ENERGY_ERROR) {
+    if (report->tighten && step && *reason == KSP_CONVERGED_RTOL) PetscCall(GoOn(report, ksp, step, norm, reason));
+    else if (report->least >= 0.0 && *reason == KSP_CONVERGED_ITERATING) PetscCall(CheckStagnation(report, ksp, step, norm, reason));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (*reason == KSP_CONVERGED_RTOL) *reason = KSP_CONVERGED_ITERATING;
+  if (*reason != KSP_CONVERGED_ITERATING) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ErrorReached(report, ksp, &reached));
+  if (!reached) PetscFunctionReturn(PETSC_SUCCESS);
+  *reason = KSP_CONVERGED_RTOL;
+  PetscCall(PetscInfo(ksp, "Converged: the energy norm of the error was %g at iteration %" PetscInt_FMT " already\n",
+                      (double)AinsworthEstimatorLower(&report->estimator, report->estimator.accurate - 1), report->estimator.accurate - 1));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
