@@ -52,8 +52,9 @@ static PetscErrorCode Place(AinsworthGram *gram)
   if (gram->placement.split) PetscCall(MoveToGroup(gram, moved, &placed));
   else {
     PetscCall(MatGetDiagonalBlock(moved, &own));
-    /* itself again, with ascending columns, which a submatrix in another order need not have and all later searches rely on */
-    PetscCall(MatHermitianTranspose(own, MAT_INITIAL_MATRIX, &placed));
+    /* transposed twice it has ascending columns, which a submatrix in another order need not have and all later searches rely on */
+    PetscCall(MatTranspose(own, MAT_INITIAL_MATRIX, &placed));
+    PetscCall(MatTranspose(placed, MAT_INPLACE_MATRIX, &placed));
   }
   PetscCall(MatDestroy(&moved));
   if (gram->placed) { /* its solver knows the pattern already */
