@@ -51,19 +51,6 @@ typedef PetscOptionItems *AinsworthOptionItems;
 typedef PetscOptionItems AinsworthOptionItems;
 #endif
 
-/* the argument of a function that destroys the context of a PetscContainer, and that context: the argument is its address since 3.23 */
-#if PETSC_VERSION_LT(3, 23, 0)
-typedef void *AinsworthContext;
-  #define AinsworthContextGet(argument)                   (argument)
-  #define PetscContainerSetCtxDestroy(container, destroy) PetscContainerSetUserDestroy(container, destroy)
-#elif PETSC_VERSION_LT(3, 25, 0)
-typedef void **AinsworthContext;
-  #define AinsworthContextGet(argument) (*(argument))
-#else
-typedef PetscCtxRt AinsworthContext;
-  #define AinsworthContextGet(argument) (*(void **)(argument))
-#endif
-
 /* destroys the context of a convergence test */
 #if PETSC_VERSION_LT(3, 24, 0)
 typedef PetscErrorCode AinsworthTestDestroyFn(void *);
@@ -77,21 +64,5 @@ typedef PetscCtxDestroyFn AinsworthTestDestroyFn;
 #else
   #define AINSWORTH_MPI_BOOL MPI_C_BOOL
 #endif
-
-/* a square MPIAIJ of the columns that a rank owns and of its n ghost columns; it takes both matrices, and since 3.23 the array of ghosts as well */
-static inline PetscErrorCode AinsworthMatCreateMPIAIJ(MPI_Comm comm, Mat inside, Mat outside, PetscInt n, const PetscInt ghosts[], Mat *M)
-{
-#if PETSC_VERSION_LT(3, 23, 0)
-  (void)n;
-  PetscCall(MatCreateMPIAIJWithSeqAIJ(comm, inside, outside, ghosts, M));
-#else
-  PetscInt *owned;
-
-  PetscCall(PetscMalloc1(n + 1, &owned)); /* without an array PETSc looks for ghosts itself */
-  PetscCall(PetscArraycpy(owned, ghosts, n));
-  PetscCall(MatCreateMPIAIJWithSeqAIJ(comm, PETSC_DETERMINE, PETSC_DETERMINE, inside, outside, owned, M));
-#endif
-  return PETSC_SUCCESS;
-}
 
 #endif

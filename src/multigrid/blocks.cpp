@@ -1,4 +1,5 @@
 #include "blocks.h"
+#include "../csr.h"
 #include <algorithm>
 
 void AinsworthSortUnique(std::vector<PetscInt> &list)
@@ -54,34 +55,9 @@ PetscInt AinsworthColumns::place(PetscInt node) const
 namespace
 {
 /* One of the two parts of the local rows of an AIJ matrix: owned columns, or ghost columns */
-struct Part {
-  Mat                   mat;
-  const PetscInt       *ia, *ja;
-  const PetscScalar    *a;
+struct Part : AinsworthCSR {
   std::vector<PetscInt> place; /* of the block column of each ghost column, none for owned columns */
   std::vector<PetscInt> component;
-
-  PetscErrorCode open(Mat M)
-  {
-    PetscInt  n;
-    PetscBool done;
-
-    PetscFunctionBegin;
-    mat = M;
-    PetscCall(MatGetRowIJ(M, 0, PETSC_FALSE, PETSC_FALSE, &n, &ia, &ja, &done));
-    PetscCall(MatSeqAIJGetArrayRead(M, &a));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscErrorCode close()
-  {
-    PetscInt  n;
-    PetscBool done;
-
-    PetscFunctionBegin;
-    PetscCall(MatSeqAIJRestoreArrayRead(mat, &a));
-    PetscCall(MatRestoreRowIJ(mat, 0, PETSC_FALSE, PETSC_FALSE, &n, &ia, &ja, &done));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
 };
 
 /* f(row within the node, block column, component, entry) for all entries of node b */

@@ -25,8 +25,8 @@ static PetscErrorCode PlacePenalty(Mat_Ainsworth *ctx)
   PetscFunctionBegin;
   PetscCall(VecDestroy(&ctx->B));
   PetscCall(VecDestroy(&ctx->rowWork));
-  PetscCall(VecDuplicate(ctx->proj.s, &ctx->B));
-  PetscCall(VecDuplicate(ctx->proj.s, &ctx->rowWork));
+  PetscCall(VecDuplicate(ctx->proj.rowValues, &ctx->B));
+  PetscCall(VecDuplicate(ctx->proj.rowValues, &ctx->rowWork));
   PetscCall(AinsworthProjectorPlace(&ctx->proj, ctx->penalty, ctx->B));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -125,7 +125,7 @@ static PetscErrorCode MultOrAdjoint(Mat mat, PetscBool adjoint, Vec x, Vec y)
   range = !ctx->omitPenalty && !ctx->inKernel;
   PetscCall(PetscLogEventBegin(AINSWORTH_MatMult, mat, x, y, 0));
   PetscCall(AinsworthProjectorMult(&ctx->proj, x, ctx->work));
-  if (range) PetscCall(VecPointwiseMult(ctx->rowWork, ctx->B, ctx->proj.s));
+  if (range) PetscCall(VecPointwiseMult(ctx->rowWork, ctx->B, ctx->proj.rowValues));
   if (adjoint) PetscCall(MatMultHermitianTranspose(ctx->A, ctx->work, y));
   else PetscCall(MatAinsworthMultA_Private(ctx, ctx->work, y));
   PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, range ? ctx->rowWork : NULL, y));

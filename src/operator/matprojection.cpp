@@ -169,8 +169,8 @@ PetscErrorCode MatAinsworthGetDrift_Private(Mat mat, Vec z, PetscReal *drift)
     PetscCall(VecDot(z, ctx->work, &dot));
     norm = PetscSqrtReal(PetscRealPart(dot));
   } else PetscCall(VecNorm(z, NORM_2, &norm));
-  PetscCall(MatMult(ctx->proj.C, z, ctx->proj.s));
-  PetscCall(VecPointwiseMult(ctx->rowWork, ctx->proj.gram.scale, ctx->proj.s));
+  PetscCall(MatMult(ctx->proj.C, z, ctx->proj.rowValues));
+  PetscCall(VecPointwiseMult(ctx->rowWork, ctx->proj.gram.scale, ctx->proj.rowValues));
   PetscCall(VecNorm(ctx->rowWork, NORM_INFINITY, &largest));
   *drift = norm > 0.0 ? largest / norm : 0.0;
   PetscFunctionReturn(PETSC_SUCCESS);

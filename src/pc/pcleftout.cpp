@@ -1,7 +1,6 @@
 #include "pcainsworth.h"
 #include "../ksp/projectedcg.h"
 #include "../operator/matainsworth.h"
-#include "../pmat/surface.h"
 #include <string>
 
 /* Ranks that hold no constrained degree of freedom and solve for no row */
@@ -9,14 +8,17 @@ static PetscErrorCode DescribeRanks(PC_Ainsworth *data, std::string &text)
 {
   MPI_Comm    comm = PetscObjectComm((PetscObject)data->saddle.C);
   PetscMPIInt size, idle;
-  PetscInt    touched;
+  Mat         Ct;
+  MatInfo     touched;
   KSP         gram;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCall(AinsworthSurfaceCountConstrained(data->saddle.C, &touched));
+  PetscCall(MatTranspose(data->saddle.C, MAT_INITIAL_MATRIX, &Ct));
+  PetscCall(MatGetInfo(Ct, MAT_LOCAL, &touched));
+  PetscCall(MatDestroy(&Ct));
   PetscCall(MatAinsworthGetGramKSP(data->reduced, &gram));
-  idle = !touched && !gram;
+  idle = touched.nz_used == 0.0 && !gram;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &idle, 1, MPI_INT, MPI_SUM, comm));
   if (idle) text += "; " + std::to_string(idle) + " of " + std::to_string(size) + " ranks have no constraints: they exchange nothing for a projection";
   PetscFunctionReturn(PETSC_SUCCESS);

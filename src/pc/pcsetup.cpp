@@ -145,12 +145,11 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
   Vec                  penalty;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthGetAIJ(data->saddle.A, &in.A));
+  in.A = data->saddle.A;
   in.C = data->saddle.C;
   PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &in.S));
   in.weight          = ctx->weight;
   in.inverseDiagonal = data->inverseDiagonal;
-  in.given           = data->saddle.A;
   PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->format));
   in.format = data->format;
   if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data));
@@ -158,7 +157,6 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor_Private(data);
   PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M));
-  PetscCall(MatDestroy(&in.A));
   PetscCall(MatAinsworthSetPenalty(data->reduced, penalty));
   PetscCall(VecDestroy(&penalty));
   PetscFunctionReturn(PETSC_SUCCESS);

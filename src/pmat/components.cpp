@@ -5,18 +5,14 @@
 /* C' with the rows of C scaled to length 1 */
 static PetscErrorCode CreateUnitTranspose(Mat C, Mat *Ct)
 {
-  Mat          unit;
-  Vec          length;
-  PetscInt     m;
-  PetscScalar *v;
+  Mat unit;
+  Vec length;
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(C, NULL, &length));
   PetscCall(AinsworthRowSums(C, 2, length));
-  PetscCall(VecGetLocalSize(length, &m));
-  PetscCall(VecGetArray(length, &v));
-  for (PetscInt i = 0; i < m; i++) v[i] = PetscRealPart(v[i]) > 0.0 ? 1.0 / PetscSqrtReal(PetscRealPart(v[i])) : 0.0;
-  PetscCall(VecRestoreArray(length, &v));
+  PetscCall(VecSqrtAbs(length));
+  PetscCall(VecReciprocal(length));
   PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &unit));
   PetscCall(MatDiagonalScale(unit, length, NULL));
   PetscCall(VecDestroy(&length));

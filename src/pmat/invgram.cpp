@@ -1,6 +1,8 @@
 #include "pmat.h"
-#include "../saddle/saddle.h"
+#include "../csr.h"
 #include "../events.h"
+#include "../projector/graph.h"
+#include "../saddle/saddle.h"
 #include <petscblaslapack.h>
 #include <algorithm>
 #include <cmath>
@@ -12,21 +14,61 @@ namespace
 struct Rows {
   std::vector<PetscInt>    start{0}, columns;
   std::vector<PetscScalar> values;
-  void                     close() { start.push_back((PetscInt)columns.size()); }
+  void                     add(PetscInt column, PetscScalar value)
+  {
+    columns.push_back(column);
+    values.push_back(value);
+  }
+  void close() { start.push_back((PetscInt)columns.size()); }
 };
 
-/* S, or the part of it within one block, seen from the rank that needs it; members are ascending */
-struct Graph {
-  const PetscInt    *ia, *ja;
-  const PetscScalar *a;
-  const PetscInt    *part; /* block of each row */
+/* S as a whole, on the ranks that own rows of it, and the block of each of its rows */
+struct Blocks : AinsworthCSR {
+  PetscInt                           rstart, rend; /* rows of this rank */
+  Mat                               *whole;
+  std::vector<PetscInt>              part;
+  std::vector<std::vector<PetscInt>> members; /* of each block, ascending */
+
+  PetscErrorCode create(Mat S, PetscInt blocks);
+  PetscErrorCode destroy();
 };
+
+PetscErrorCode Blocks::create(Mat S, PetscInt blocks)
+{
+  IS              parts, all;
+  PetscInt        m;
+  const PetscInt *indices;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthGraphCut(S, blocks, false, &parts));
+  PetscCall(ISAllGather(parts, &all));
+  PetscCall(ISDestroy(&parts));
+  PetscCall(ISGetLocalSize(all, &m));
+  PetscCall(ISGetIndices(all, &indices));
+  part.assign(indices, indices + m);
+  PetscCall(ISRestoreIndices(all, &indices));
+  PetscCall(ISDestroy(&all));
+  members.resize(blocks);
+  for (PetscInt i = 0; i < m; i++) members[part[i]].push_back(i);
+  PetscCall(MatGetOwnershipRange(S, &rstart, &rend));
+  PetscCall(AinsworthGraphGather(S, rend > rstart, &whole));
+  PetscCall(open(whole[0]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode Blocks::destroy()
+{
+  PetscFunctionBegin;
+  PetscCall(close());
+  PetscCall(MatDestroySubMatrices(1, &whole));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* Conjugate gradients for column j of the inverse, on the entries that the iteration has reached only: the others stay zero */
 class ColumnCG {
 public:
   explicit ColumnCG(PetscInt m) : x(m, 0.0), r(m, 0.0), p(m, 0.0), q(m, 0.0), d(m, 0.0), reached(m, 0) { }
-  void solve(const Graph &S, PetscInt j, PetscReal rtol, Rows &out);
+  void solve(const Blocks &S, PetscInt j, PetscReal rtol, Rows &out);
 
 private:
   std::vector<PetscScalar> x, r, p, q;
@@ -34,7 +76,7 @@ private:
   std::vector<char>        reached;
   std::vector<PetscInt>    support;
 
-  void reach(const Graph &S, PetscInt i)
+  void reach(const Blocks &S, PetscInt i)
   {
     if (reached[i]) return;
     reached[i] = 1;
@@ -44,7 +86,7 @@ private:
   }
 };
 
-void ColumnCG::solve(const Graph &S, PetscInt j, PetscReal rtol, Rows &out)
+void ColumnCG::solve(const Blocks &S, PetscInt j, PetscReal rtol, Rows &out)
 {
   PetscReal rz, norm, norm0;
 
@@ -83,138 +125,76 @@ void ColumnCG::solve(const Graph &S, PetscInt j, PetscReal rtol, Rows &out)
   }
   std::sort(support.begin(), support.end());
   for (PetscInt i : support) {
-    if (x[i] != 0.0) {
-      out.columns.push_back(i);
-      out.values.push_back(PetscConj(x[i]));
-    }
+    if (x[i] != 0.0) out.add(i, PetscConj(x[i]));
     x[i] = r[i] = p[i] = q[i] = 0.0;
     reached[i]                = 0;
   }
   out.close();
 }
 
-/* The exact inverse of one dense block; where it is not positive definite, the 1-norms of its rows stand in for it */
-class BlockInverse {
-public:
-  PetscErrorCode factor(const Graph &S, const std::vector<PetscInt> &members);
-  PetscErrorCode row(PetscInt local, Rows &out);
-
-private:
-  const std::vector<PetscInt> *members = nullptr;
-  std::vector<PetscScalar>     L, e;
-  bool                         definite = true;
-};
-
-PetscErrorCode BlockInverse::factor(const Graph &S, const std::vector<PetscInt> &block)
+/* The exact inverse of one block, dense and Hermitian; where the block is not positive definite, the 1-norms of its rows stand in for it */
+PetscErrorCode InvertBlock(const Blocks &S, const std::vector<PetscInt> &block, std::vector<PetscScalar> &inverse)
 {
-  const size_t n = block.size();
-  PetscBLASInt nb, info;
+  const size_t           n = block.size();
+  std::vector<PetscReal> sums(n, 0.0);
+  PetscBLASInt           nb, info;
 
   PetscFunctionBegin;
-  members = &block;
-  L.assign(n * n, 0.0);
-  e.resize(n);
+  inverse.assign(n * n, 0.0);
   PetscCall(PetscBLASIntCast((PetscInt)n, &nb));
   for (size_t i = 0; i < n; i++) {
-    e[i] = 0.0;
     for (PetscInt k = S.ia[block[i]]; k < S.ia[block[i] + 1]; k++) {
       if (S.part[S.ja[k]] != S.part[block[i]]) continue;
-      const size_t c = std::lower_bound(block.begin(), block.end(), S.ja[k]) - block.begin();
-      L[i + c * n]   = S.a[k];
-      e[i] += PetscAbsScalar(S.a[k]);
+      const size_t c     = std::lower_bound(block.begin(), block.end(), S.ja[k]) - block.begin();
+      inverse[i + c * n] = S.a[k];
+      sums[i] += PetscAbsScalar(S.a[k]);
     }
   }
-  PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &nb, L.data(), &nb, &info));
-  definite = info == 0;
-  if (definite) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &nb, inverse.data(), &nb, &info));
+  if (!info) PetscCallBLAS("LAPACKpotri", LAPACKpotri_("L", &nb, inverse.data(), &nb, &info));
+  if (!info) {
+    for (size_t i = 0; i < n; i++)
+      for (size_t c = 0; c < i; c++) inverse[c + i * n] = PetscConj(inverse[i + c * n]);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PetscInfo(
     NULL, "A block of %" PetscInt_FMT " rows of the Gram matrix, with row %" PetscInt_FMT ", is not positive definite: its diagonal takes its place\n",
     (PetscInt)n, block[0]));
-  L = e;
+  inverse.assign(n * n, 0.0);
+  for (size_t i = 0; i < n; i++) inverse[i + i * n] = 1.0 / sums[i];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode BlockInverse::row(PetscInt local, Rows &out)
+PetscErrorCode InvertExactly(Mat S, const AinsworthPmatOptions *, PetscInt blocks, Rows &rows)
 {
-  const size_t n  = members->size();
-  PetscBLASInt nb = (PetscBLASInt)n, one = 1, info;
+  Blocks                                all;
+  std::vector<std::vector<PetscScalar>> inverse(blocks);
 
   PetscFunctionBegin;
-  std::fill(e.begin(), e.end(), 0.0);
-  if (definite) {
-    e[local] = 1.0;
-    PetscCallBLAS("LAPACKpotrs", LAPACKpotrs_("L", &nb, &one, L.data(), &nb, e.data(), &nb, &info));
-  } else e[local] = 1.0 / L[local];
-  for (size_t i = 0; i < n; i++) {
-    if (e[i] == 0.0) continue;
-    out.columns.push_back((*members)[i]);
-    out.values.push_back(PetscConj(e[i]));
+  PetscCall(all.create(S, blocks));
+  for (PetscInt j = all.rstart; j < all.rend; j++) {
+    const std::vector<PetscInt> &block = all.members[all.part[j]];
+    std::vector<PetscScalar>    &dense = inverse[all.part[j]];
+    const size_t                 row   = std::lower_bound(block.begin(), block.end(), j) - block.begin();
+
+    if (dense.empty()) PetscCall(InvertBlock(all, block, dense));
+    for (size_t i = 0; i < block.size(); i++)
+      if (dense[row + i * block.size()] != 0.0) rows.add(block[i], dense[row + i * block.size()]);
+    rows.close();
   }
-  out.close();
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-} // namespace
-
-/* S as a whole on every rank that owns rows of it, nothing on the others */
-static PetscErrorCode GatherEverywhere(Mat S, Mat **all)
-{
-  PetscInt m, local;
-  IS       is;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetSize(S, &m, NULL));
-  PetscCall(MatGetLocalSize(S, &local, NULL));
-  PetscCall(ISCreateStride(PETSC_COMM_SELF, local ? m : 0, 0, 1, &is));
-  PetscCall(MatCreateSubMatrices(S, 1, &is, &is, MAT_INITIAL_MATRIX, all));
-  PetscCall(ISDestroy(&is));
+  PetscCall(all.destroy());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rows rstart <= j < rend of Inv(S) */
-static PetscErrorCode InvertRows(Mat S, const AinsworthPmatOptions *opt, PetscInt blocks, PetscInt rstart, PetscInt rend, Rows &rows)
+PetscErrorCode InvertByCG(Mat S, const AinsworthPmatOptions *opt, PetscInt blocks, Rows &rows)
 {
-  const bool            exact = opt->type == PC_AINSWORTH_PMAT_CC || opt->type == PC_AINSWORTH_PMAT_BJ_CC;
-  PetscInt              m, n;
-  const PetscScalar    *a;
-  Graph                 graph;
-  PetscBool             done;
-  std::vector<PetscInt> part;
+  Blocks all;
 
   PetscFunctionBegin;
-  PetscCall(MatGetSize(S, &m, NULL));
-  part.resize(m);
-  PetscCall(AinsworthBlocksCreate(S, blocks, part.data()));
-  PetscCall(MatGetRowIJ(S, 0, PETSC_FALSE, PETSC_FALSE, &n, &graph.ia, &graph.ja, &done));
-  PetscCall(MatSeqAIJGetArrayRead(S, &a));
-  graph.a    = a;
-  graph.part = part.data();
-  if (exact) {
-    std::vector<std::vector<PetscInt>> members(blocks);
-    std::vector<Rows>                  inverse(rend - rstart);
-    BlockInverse                       block;
-
-    for (PetscInt i = 0; i < m; i++) members[part[i]].push_back(i);
-    for (const std::vector<PetscInt> &list : members) {
-      bool factored = false;
-      for (size_t i = 0; i < list.size(); i++) {
-        if (list[i] < rstart || list[i] >= rend) continue;
-        if (!factored) PetscCall(block.factor(graph, list));
-        factored = true;
-        PetscCall(block.row((PetscInt)i, inverse[list[i] - rstart]));
-      }
-    }
-    for (Rows &row : inverse) {
-      rows.columns.insert(rows.columns.end(), row.columns.begin(), row.columns.end());
-      rows.values.insert(rows.values.end(), row.values.begin(), row.values.end());
-      rows.close();
-      row = Rows();
-    }
-  } else {
-    ColumnCG cg(m);
-    for (PetscInt j = rstart; j < rend; j++) cg.solve(graph, j, opt->rtol, rows);
-  }
-  PetscCall(MatSeqAIJRestoreArrayRead(S, &a));
-  PetscCall(MatRestoreRowIJ(S, 0, PETSC_FALSE, PETSC_FALSE, &n, &graph.ia, &graph.ja, &done));
+  PetscCall(all.create(S, blocks));
+  ColumnCG cg(all.n);
+  for (PetscInt j = all.rstart; j < all.rend; j++) cg.solve(all, j, opt->rtol, rows);
+  PetscCall(all.destroy());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -222,77 +202,80 @@ static PetscErrorCode InvertRows(Mat S, const AinsworthPmatOptions *opt, PetscIn
    Diagonal of the inverse 1-norms of the rows of S (paper, Table 1); scaled: of D S D with D = diag(S)^{-1/2}, brought back by D on both
    sides, which makes M_* the same whatever the scale of the rows of C
 */
-static PetscErrorCode InvertRowNorms(Mat S, PetscBool scaled, Rows &rows)
+PetscErrorCode InvertRowNorms(Mat S, const AinsworthPmatOptions *opt, PetscInt, Rows &rows)
 {
   Mat                SD = S;
-  Vec                D  = NULL, sums;
+  Vec                D, sums;
   PetscInt           rstart, rend;
-  const PetscScalar *d = NULL, *sum;
+  const PetscScalar *inverse;
 
   PetscFunctionBegin;
-  if (scaled) {
-    PetscCall(MatCreateVecs(S, &D, NULL));
+  PetscCall(MatCreateVecs(S, &D, &sums));
+  PetscCall(VecSet(D, 1.0));
+  if (opt->rowScaling) {
     PetscCall(MatGetDiagonal(S, D));
     PetscCall(VecSqrtAbs(D));
     PetscCall(VecReciprocal(D));
     PetscCall(MatDuplicate(S, MAT_COPY_VALUES, &SD));
     PetscCall(MatDiagonalScale(SD, NULL, D));
-    PetscCall(VecGetArrayRead(D, &d));
   }
-  PetscCall(MatCreateVecs(S, NULL, &sums));
   PetscCall(AinsworthRowSums(SD, 1, sums));
+  PetscCall(VecPointwiseDivide(D, D, sums));
   PetscCall(MatGetOwnershipRange(S, &rstart, &rend));
-  PetscCall(VecGetArrayRead(sums, &sum));
+  PetscCall(VecGetArrayRead(D, &inverse));
   for (PetscInt i = rstart; i < rend; i++) {
-    rows.columns.push_back(i);
-    rows.values.push_back((d ? PetscRealPart(d[i - rstart]) : 1.0) / PetscRealPart(sum[i - rstart]));
+    rows.add(i, inverse[i - rstart]);
     rows.close();
   }
-  PetscCall(VecRestoreArrayRead(sums, &sum));
+  PetscCall(VecRestoreArrayRead(D, &inverse));
+  PetscCall(VecDestroy(&D));
   PetscCall(VecDestroy(&sums));
-  if (scaled) {
-    PetscCall(VecRestoreArrayRead(D, &d));
-    PetscCall(VecDestroy(&D));
-    PetscCall(MatDestroy(&SD));
-  }
+  if (opt->rowScaling) PetscCall(MatDestroy(&SD));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+} // namespace
 
-/* Of cc and cg: what 4000 dense rows add to A takes 128 MB, and its factorization seconds */
+const char *const PCAinsworthPmatTypes[] = {"jcb", "id", "cc", "cg", "bj_cc", "bj_cg", "auto", "PCAinsworthPmatType", "PC_AINSWORTH_PMAT_", NULL};
+
+/* Inv(S) of each PCAinsworthPmatType (paper, Table 1): a new one has its name above and its row here */
+static const struct {
+  PetscErrorCode (*invert)(Mat S, const AinsworthPmatOptions *, PetscInt blocks, Rows &);
+  bool dense; /* S is one block, otherwise METIS cuts it */
+} approximations[] = {
+  {InvertRowNorms, false}, /* jcb: the diagonal of the inverse 1-norms of the rows of S */
+  {NULL,           false}, /* id: none, Q_* = I */
+  {InvertExactly,  true }, /* cc */
+  {InvertByCG,     true }, /* cg */
+  {InvertExactly,  false}, /* bj_cc */
+  {InvertByCG,     false}  /* bj_cg */
+};
+
+/* Where S is one block: what 4000 dense rows add to A takes 128 MB, and its factorization seconds */
 static const PetscInt mostDenseRows = 4000;
 
 /*
    AinsworthInvGramCreate - the sparse approximation Inv(S) of S^{-1} as an AIJ matrix, m x m, rows distributed as those of S; NULL for id
 
-   Row j is the adjoint of the approximate solution of S z = e_j (paper, Table 1). cc and cg are bj_cc and bj_cg with one block.
+   Row j is the adjoint of the approximate solution of S z = e_j.
 */
 PetscErrorCode AinsworthInvGramCreate(Mat S, const AinsworthPmatOptions *opt, Mat *inverse)
 {
-  const bool dense = opt->type == PC_AINSWORTH_PMAT_CC || opt->type == PC_AINSWORTH_PMAT_CG;
-  MPI_Comm   comm  = PetscObjectComm((PetscObject)S);
-  PetscInt   m, local, rstart, rend, blocks = dense ? 1 : opt->blocks;
-  Rows       rows;
+  const auto &chosen = approximations[opt->type];
+  MPI_Comm    comm   = PetscObjectComm((PetscObject)S);
+  PetscInt    m, local, blocks = chosen.dense ? 1 : opt->blocks;
+  Rows        rows;
 
   PetscFunctionBegin;
   *inverse = NULL;
-  if (opt->type == PC_AINSWORTH_PMAT_ID) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!chosen.invert) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscLogEventBegin(AINSWORTH_InvGram, S, 0, 0, 0));
   PetscCall(MatGetSize(S, &m, NULL));
-  PetscCall(MatGetOwnershipRange(S, &rstart, &rend));
-  PetscCheck(!dense || m <= mostDenseRows, comm, PETSC_ERR_ARG_OUTOFRANGE,
+  PetscCall(MatGetLocalSize(S, &local, NULL));
+  PetscCheck(!chosen.dense || m <= mostDenseRows, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-pc_ainsworth_pmat %s may give a dense matrix and C has %" PetscInt_FMT " rows, more than %" PetscInt_FMT ": use id, jcb, bj_cc or bj_cg",
              PCAinsworthPmatTypes[opt->type], m, mostDenseRows);
   if (blocks == PETSC_DECIDE) blocks = 1 + (m - 1) / 32;
-  blocks = PetscMin(blocks, m);
-  if (opt->type == PC_AINSWORTH_PMAT_JCB) PetscCall(InvertRowNorms(S, opt->rowScaling, rows));
-  else {
-    Mat *all;
-
-    PetscCall(GatherEverywhere(S, &all));
-    if (rend > rstart) PetscCall(InvertRows(all[0], opt, blocks, rstart, rend, rows));
-    PetscCall(MatDestroySubMatrices(1, &all));
-  }
-  local = rend - rstart;
+  PetscCall(chosen.invert(S, opt, PetscMin(blocks, m), rows));
   PetscCall(MatCreate(comm, inverse));
   PetscCall(MatSetSizes(*inverse, local, local, m, m));
   PetscCall(MatSetType(*inverse, MATAIJ));

@@ -1,164 +1,129 @@
 #include "pmat.h"
-#include "sum.h"
-#include "surface.h"
 #include "../events.h"
 #include "../projector/projector.h"
 
 const char *const AinsworthPenaltyTypes[] = {"row", "norm", "AinsworthPenaltyType", "AINSWORTH_PENALTY_", NULL};
-const char *const PCAinsworthPmatTypes[]  = {"jcb", "id", "cc", "cg", "bj_cc", "bj_cg", "auto", "PCAinsworthPmatType", "PC_AINSWORTH_PMAT_", NULL};
 
-namespace
+static PetscErrorCode Multiply(Mat left, Mat right, Mat *product)
 {
-/* A and C on the surface, and the terms that M_* adds to A there */
-struct Surface {
-  IS  dofs; /* constrained degrees of freedom and, if A is wanted, their neighbours in A, p of them */
-  Mat A, C; /* p x p, m x p */
-  Mat Ct;
-  Vec w; /* diagonal of W, NULL for W = I */
-
-  PetscErrorCode create(const AinsworthPmatInputs *in, PetscBool withA, PetscBool symmetric);
-  PetscErrorCode destroy();
-};
-
-PetscErrorCode Surface::create(const AinsworthPmatInputs *in, PetscBool withA, PetscBool symmetric)
-{
-  PetscInt rstart, rend;
-  IS       rows;
-
   PetscFunctionBegin;
-  PetscCall(AinsworthSurfaceCreate(withA ? in->A : NULL, in->C, symmetric, &dofs));
-  PetscCall(MatGetOwnershipRange(in->C, &rstart, &rend));
-  PetscCall(ISCreateStride(PetscObjectComm((PetscObject)in->C), rend - rstart, rstart, 1, &rows));
-  PetscCall(MatCreateSubMatrix(in->C, rows, dofs, MAT_INITIAL_MATRIX, &C));
-  PetscCall(ISDestroy(&rows));
-  PetscCall(MatHermitianTranspose(C, MAT_INITIAL_MATRIX, &Ct));
-  A = NULL;
-  w = NULL;
-  if (withA) PetscCall(MatCreateSubMatrix(in->A, dofs, dofs, MAT_INITIAL_MATRIX, &A));
-  if (withA && in->weight) {
-    Vec part;
-
-    PetscCall(VecGetSubVector(in->weight, dofs, &part));
-    PetscCall(VecDuplicate(part, &w));
-    PetscCall(VecCopy(part, w));
-    PetscCall(VecRestoreSubVector(in->weight, dofs, &part));
-  }
+  PetscCall(MatMatMult(left, right, MAT_INITIAL_MATRIX, PETSC_DEFAULT, product));
+  PetscCall(MatProductClear(*product)); /* which would hold the factors */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode Surface::destroy()
+/* Y A from Y', which has few rows that are not zero: only these rows of A are read */
+static PetscErrorCode MultiplyFewRows(Mat Yt, Mat A, Mat *product)
 {
+  Mat few[2] = {Yt, A}, Y;
+  IS  rows;
+
   PetscFunctionBegin;
-  PetscCall(ISDestroy(&dofs));
-  PetscCall(MatDestroy(&A));
-  PetscCall(MatDestroy(&C));
-  PetscCall(MatDestroy(&Ct));
-  PetscCall(VecDestroy(&w));
+  PetscCall(MatFindNonzeroRows(Yt, &rows)); /* NULL: all */
+  for (Mat &mat : few)
+    if (rows) PetscCall(MatCreateSubMatrix(mat, rows, NULL, MAT_INITIAL_MATRIX, &mat));
+  PetscCall(MatHermitianTranspose(few[0], MAT_INITIAL_MATRIX, &Y));
+  PetscCall(Multiply(Y, few[1], product));
+  PetscCall(MatDestroy(&Y));
+  for (Mat &mat : few)
+    if (rows) PetscCall(MatDestroy(&mat));
+  PetscCall(ISDestroy(&rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   The terms of Q_*' A Q_* - A = -C' Y A - A Y' C + C' (Y A Y') C, with Q_* = I - Y' C and Y = Inv(S) C W (docs/method.md, surface-only assembly)
+   Q_*' A Q_* - A = -C' Y A - A Y' C + C' (Y A Y') C, with Q_* = I - Y' C and Y = Inv(S) C W (docs/method.md, surface-only assembly)
 
-   Where A is symmetric the second is the adjoint of the first.
+   Where A is symmetric it is H + H' with H = C' ((Y A Y') C / 2 - Y A).
 */
-PetscErrorCode AddProjectionTerms(const Surface &surface, Mat inverse, PetscBool symmetric, std::vector<AinsworthTerm> &terms)
+static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, Mat A, Mat Ct, Mat inverse, PetscBool symmetric, Mat *part)
 {
-  Mat CW = surface.C, Y, Yt, K, T, TC, G, G2, P;
+  Mat CW, Y, Yt, YA, YAYt, sum, other;
 
   PetscFunctionBegin;
-  if (surface.w) {
-    PetscCall(MatDuplicate(surface.C, MAT_COPY_VALUES, &CW));
-    PetscCall(MatDiagonalScale(CW, NULL, surface.w));
-  }
-  PetscCall(MatMatMult(inverse, CW, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &Y));
-  if (surface.w) PetscCall(MatDestroy(&CW));
+  PetscCall(MatDuplicate(in->C, MAT_COPY_VALUES, &CW));
+  if (in->weight) PetscCall(MatDiagonalScale(CW, NULL, in->weight));
+  PetscCall(Multiply(inverse, CW, &Y));
+  PetscCall(MatDestroy(&CW));
   PetscCall(MatHermitianTranspose(Y, MAT_INITIAL_MATRIX, &Yt));
-  PetscCall(MatMatMult(Y, surface.A, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &K));
   PetscCall(MatDestroy(&Y));
-  PetscCall(MatMatMult(surface.Ct, K, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &G));
-  if (symmetric) PetscCall(MatHermitianTranspose(G, MAT_INITIAL_MATRIX, &G2));
+  PetscCall(MultiplyFewRows(Yt, A, &YA));
+  PetscCall(Multiply(YA, Yt, &YAYt));
+  PetscCall(Multiply(YAYt, in->C, &sum));
+  PetscCall(MatDestroy(&YAYt));
+  if (symmetric) PetscCall(MatScale(sum, 0.5));
+  PetscCall(MatAXPY(sum, -1.0, YA, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(MatDestroy(&YA));
+  PetscCall(Multiply(Ct, sum, part));
+  PetscCall(MatDestroy(&sum));
+  if (symmetric) PetscCall(MatHermitianTranspose(*part, MAT_INITIAL_MATRIX, &other));
   else {
     Mat AYt;
-    PetscCall(MatMatMult(surface.A, Yt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &AYt));
-    PetscCall(MatMatMult(AYt, surface.C, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &G2));
+
+    PetscCall(Multiply(A, Yt, &AYt));
+    PetscCall(Multiply(AYt, in->C, &other));
     PetscCall(MatDestroy(&AYt));
   }
-  PetscCall(MatMatMult(K, Yt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &T));
-  PetscCall(MatDestroy(&K));
   PetscCall(MatDestroy(&Yt));
-  PetscCall(MatMatMult(T, surface.C, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &TC));
-  PetscCall(MatDestroy(&T));
-  PetscCall(MatMatMult(surface.Ct, TC, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &P));
-  PetscCall(MatDestroy(&TC));
-  terms.push_back({G, -1.0});
-  terms.push_back({G2, -1.0});
-  terms.push_back({P, 1.0});
+  PetscCall(MatAXPY(*part, symmetric ? 1.0 : -1.0, other, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(MatDestroy(&other));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The term C' B C and the penalty B itself, length m: one per row, gamma / (C diag(A)^{-1} C')_ii, or beta I (paper, section 3.3) */
-PetscErrorCode AddPenaltyTerm(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, const Surface &surface, Vec *penalty,
-                              std::vector<AinsworthTerm> &terms)
+/* The norm of A + part, part NULL for 0: the infinity norm, which is the 1-norm where all is symmetric; PETSc's own 1-norm stores a row on every rank */
+static PetscErrorCode NormOfSum(Mat A, Mat part, PetscReal *norm)
 {
-  PetscReal    factor = 1.0, normA, normC;
-  Mat          BC     = surface.C, CtBC;
-  AinsworthSum sum;
+  Mat sum;
+
+  PetscFunctionBegin;
+  *norm = 0.0;
+  if (part) {
+    PetscCall(MatDuplicate(part, MAT_COPY_VALUES, &sum));
+    PetscCall(MatAXPY(sum, 1.0, A, DIFFERENT_NONZERO_PATTERN));
+    PetscCall(MatNorm(sum, NORM_INFINITY, norm));
+    PetscCall(MatDestroy(&sum));
+  }
+  if (*norm == 0.0) PetscCall(MatNorm(A, NORM_INFINITY, norm)); /* Ker C = 0: any penalty will do */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* C' B C and B itself, length m: one per row, gamma / (C diag(A)^{-1} C')_ii, or beta I, beta = gamma ||Q_*' A Q_*|| / ||C' C|| (paper, section 3.3) */
+static PetscErrorCode CreatePenaltyPart(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat A, Mat Ct, Mat projection, Vec *penalty, Mat *part)
+{
+  PetscReal normA, normC;
+  Mat       BC;
 
   PetscFunctionBegin;
   if (opt->penalty == AINSWORTH_PENALTY_ROW) {
     PetscCall(AinsworthRowPenaltyCreate(in->C, in->inverseDiagonal, opt->factor, penalty));
-    PetscCall(MatDuplicate(surface.C, MAT_COPY_VALUES, &BC));
+    PetscCall(MatDuplicate(in->C, MAT_COPY_VALUES, &BC));
     PetscCall(MatDiagonalScale(BC, *penalty, NULL));
-  }
-  PetscCall(MatMatMult(surface.Ct, BC, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &CtBC));
-  if (opt->penalty == AINSWORTH_PENALTY_ROW) PetscCall(MatDestroy(&BC));
-  else { /* beta = gamma ||Q_*' A Q_*|| / ||C' C|| */ PetscCall(MatNorm(CtBC, NORM_INFINITY, &normC));
-    PetscCall(sum.open(in->A, surface.dofs, terms));
-    PetscCall(sum.norm(&normA));
-    PetscCall(sum.close());
-    if (normA == 0.0) PetscCall(MatNorm(in->A, NORM_INFINITY, &normA)); /* Ker C = 0: any penalty will do */
-    factor = opt->factor * normA / normC;
+    PetscCall(Multiply(Ct, BC, part));
+    PetscCall(MatDestroy(&BC));
+  } else {
+    PetscCall(Multiply(Ct, in->C, part));
+    PetscCall(MatNorm(*part, NORM_INFINITY, &normC));
+    PetscCall(NormOfSum(A, projection, &normA));
     PetscCall(MatCreateVecs(in->C, NULL, penalty));
-    PetscCall(VecSet(*penalty, factor));
+    PetscCall(VecSet(*penalty, opt->factor * normA / normC));
+    PetscCall(MatScale(*part, opt->factor * normA / normC));
   }
-  terms.push_back({CtBC, factor});
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-} // namespace
-
-/* A matrix of zeros with the layout of A */
-static PetscErrorCode CreateZero(Mat A, Mat *zero)
-{
-  PetscInt m, n, M, N, bs;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetLocalSize(A, &m, &n));
-  PetscCall(MatGetSize(A, &M, &N));
-  PetscCall(MatGetBlockSize(A, &bs));
-  PetscCall(MatCreateAIJ(PetscObjectComm((PetscObject)A), m, n, M, N, 0, NULL, 0, NULL, zero));
-  PetscCall(MatSetBlockSize(*zero, bs));
-  PetscCall(MatAssemblyBegin(*zero, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(*zero, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A + (M_* - A), so that neither is copied; the surface part comes from terms that are added to nothing */
-static PetscErrorCode AssembleSum(const AinsworthPmatInputs *in, IS dofs, const std::vector<AinsworthTerm> &terms, Mat *pmat)
+/* *pmat, M_* - A, becomes what the inner preconditioner takes */
+static PetscErrorCode AddA(Mat given, Mat A, AinsworthPmatFormat format, Mat *pmat)
 {
-  AinsworthSum sum;
-  Mat          zero, part[2] = {in->given, NULL};
-  PetscInt     bs;
+  Mat      part[2] = {given, *pmat};
+  PetscInt bs;
 
   PetscFunctionBegin;
-  PetscCall(CreateZero(in->A, &zero));
-  PetscCall(sum.open(zero, dofs, terms));
-  PetscCall(AinsworthAssembleAIJ(&sum, &part[1]));
-  PetscCall(sum.close());
-  PetscCall(MatDestroy(&zero));
-  PetscCall(MatCreateComposite(PetscObjectComm((PetscObject)in->A), 2, part, pmat));
-  PetscCall(MatDestroy(&part[1]));
-  PetscCall(MatGetBlockSize(in->A, &bs));
+  if (format == AINSWORTH_PMAT_SUM) {
+    PetscCall(MatCreateComposite(PetscObjectComm((PetscObject)given), 2, part, pmat));
+    PetscCall(MatDestroy(&part[1]));
+  } else PetscCall(MatAXPY(*pmat, 1.0, A, DIFFERENT_NONZERO_PATTERN));
+  if (format == AINSWORTH_PMAT_HYPRE) PetscCall(MatConvert(*pmat, MATHYPRE, MAT_INPLACE_MATRIX, pmat)); /* of AIJ PCHYPRE would make a copy */
+  PetscCall(MatGetBlockSize(given, &bs));
   PetscCall(MatSetBlockSize(*pmat, bs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -166,28 +131,24 @@ static PetscErrorCode AssembleSum(const AinsworthPmatInputs *in, IS dofs, const 
 /* AinsworthPmatCreate - the preconditioning matrix M_* = C' B C + Q_*' A Q_*, n x n, and the penalty B it was made with, length m */
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Vec *penalty, Mat *pmat)
 {
-  Mat                        inverse;
-  Surface                    surface;
-  std::vector<AinsworthTerm> terms;
-  AinsworthSum               sum;
+  Mat A, Ct, inverse, projection = NULL;
 
   PetscFunctionBegin;
   PetscCall(AinsworthInvGramCreate(in->S, opt, &inverse));
+  PetscCall(AinsworthGetAIJ(in->A, &A));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMat, in->A, in->C, in->S, 0));
-  PetscCall(surface.create(in, (PetscBool)(inverse != NULL), opt->symmetric));
-  if (inverse) PetscCall(AddProjectionTerms(surface, inverse, opt->symmetric, terms));
+  PetscCall(MatHermitianTranspose(in->C, MAT_INITIAL_MATRIX, &Ct));
+  if (inverse) PetscCall(CreateProjectionPart(in, A, Ct, inverse, opt->symmetric, &projection));
   PetscCall(MatDestroy(&inverse));
-  PetscCall(AddPenaltyTerm(in, opt, surface, penalty, terms));
+  PetscCall(CreatePenaltyPart(in, opt, A, Ct, projection, penalty, pmat));
+  if (projection) PetscCall(MatAXPY(*pmat, 1.0, projection, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(MatDestroy(&projection));
+  PetscCall(MatDestroy(&Ct));
   PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
-  if (in->format == AINSWORTH_PMAT_SUM) PetscCall(AssembleSum(in, surface.dofs, terms, pmat));
-  else PetscCall(sum.open(in->A, surface.dofs, terms));
-  for (AinsworthTerm &term : terms) PetscCall(MatDestroy(&term.E));
-  PetscCall(surface.destroy());
-  if (in->format == AINSWORTH_PMAT_HYPRE) PetscCall(AinsworthAssembleHypre(&sum, pmat));
-  if (in->format == AINSWORTH_PMAT_AIJ) PetscCall(AinsworthAssembleAIJ(&sum, pmat));
-  PetscCall(sum.close());
+  PetscCall(AddA(in->A, A, in->format, pmat));
   PetscCall(PetscLogEventEnd(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
+  PetscCall(MatDestroy(&A));
   if (opt->symmetric) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

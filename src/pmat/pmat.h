@@ -30,16 +30,14 @@ typedef enum {
 } AinsworthPmatFormat;
 
 struct AinsworthPmatInputs {
-  Mat                 A, C, S;         /* AIJ; C without zero rows */
+  Mat                 A, C, S;         /* of any type; AIJ, without zero rows; AIJ */
   Vec                 weight;          /* diagonal of W, NULL for W = I */
   Vec                 inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
   AinsworthPmatFormat format;
-  Mat                 given; /* A as the program gave it, for AINSWORTH_PMAT_SUM */
 };
 
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *, const AinsworthPmatOptions *, Vec *, Mat *);
 PetscErrorCode AinsworthPmatComponentsApart(Mat, PetscInt, PetscBool *);
-PetscErrorCode AinsworthBlocksCreate(Mat, PetscInt, PetscInt *);
 
 #endif

@@ -1,19 +1,19 @@
 #include "dependent.h"
+#include "graph.h"
 #include "symbolic.h"
-#include <metis.h>
 #include <algorithm>
-#include <limits>
-#include <vector>
 
-/* Relative error of solves with the Gram matrix above which rows are looked at for dependence: a condition number of some 1e8 */
-static const PetscReal suspicious = PETSC_SQRT_MACHINE_EPSILON;
-/* A row is dependent if its squared distance from the others' span, in the norm of W, is at most this part of its own square: some hundred roundings, and more in
-   turn only if solves are unusable nevertheless */
-static const PetscReal dependentSquare[] = {1e-13, 1e-11, 1e-9};
-/* Error of solves that are of no use */
-static const PetscReal unusable = 1e-3;
-/* Error up to which solves need no refinement: it does not come near the tolerances of what is verified */
-static const PetscReal accurate = 1e6 * PETSC_MACHINE_EPSILON;
+/* Relative errors of solves with S, about its condition number times the machine precision, above which ... */
+static const PetscReal inexact    = 1e6 * PETSC_MACHINE_EPSILON; /* ... they are refined: below, they do not come near the tolerances of what is verified */
+static const PetscReal suspicious = PETSC_SQRT_MACHINE_EPSILON;  /* ... dependent rows are looked for: rounding and dependence are half of the digits apart */
+static const PetscReal unusable   = 1e-3;                        /* ... more rows have to go, or the set-up fails: refinement would not converge */
+/* A row is dependent if its squared distance from the others' span, in the norm of W, is at most this part of its own square: in each pass ... */
+static const PetscReal dependentSquare[] = {
+  1e-13, /* ... some hundred roundings */
+  1e-11, /* ... more, only if solves are unusable without those rows, too */
+  1e-9   /* ... the last before rows would go that are merely close: 3e-5 of their length */
+};
+static const PetscInt passes = sizeof(dependentSquare) / sizeof(dependentSquare[0]);
 
 /*
    The relative error of S^{-1} S v for a random v, about the condition number of S times the machine precision
@@ -54,85 +54,32 @@ static PetscErrorCode Probe(AinsworthGram *gram, PetscReal *error)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A Hermitian matrix on one rank, of which the lower triangle is read, scaled to a unit diagonal, rows and columns in another order */
-struct Triangle : AinsworthPattern {
-  std::vector<PetscScalar> value; /* below the diagonal, which is 1 or, where S had none, 0 */
-  std::vector<char>        diagonal;
-};
-
-/* Nested dissection of the graph of S: new numbers of the rows; their own where there is nothing to cut, or METIS cannot */
-static PetscErrorCode Dissect(PetscInt m, const PetscInt ia[], const PetscInt ja[], std::vector<PetscInt> &number)
+/* A sequential S, scaled to a unit diagonal; a diagonal of 0 where it had none */
+static PetscErrorCode ScaleToUnitDiagonal(Mat S)
 {
-  std::vector<idx_t> xadj(m + 1, 0), adjacent, perm(m), iperm(m);
-  idx_t              n = (idx_t)m;
+  Vec scale;
 
   PetscFunctionBegin;
-  number.resize(m);
-  for (PetscInt i = 0; i < m; i++) {
-    number[i] = i;
-    for (PetscInt k = ia[i]; k < ia[i + 1]; k++)
-      if (ja[k] != i) adjacent.push_back((idx_t)ja[k]);
-    xadj[i + 1] = (idx_t)adjacent.size();
-  }
-  if (adjacent.empty() || adjacent.size() > (size_t)std::numeric_limits<idx_t>::max()) PetscFunctionReturn(PETSC_SUCCESS);
-  if (METIS_NodeND(&n, xadj.data(), adjacent.data(), NULL, NULL, perm.data(), iperm.data()) != METIS_OK) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt i = 0; i < m; i++) number[i] = (PetscInt)iperm[i];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The lower triangle of a sequential S in the new numbers */
-static PetscErrorCode TriangleCreate(Mat S, std::vector<PetscInt> &number, Triangle *t)
-{
-  PetscInt               m;
-  const PetscInt        *ia, *ja;
-  const PetscScalar     *a;
-  PetscBool              done;
-  std::vector<PetscReal> scale;
-  std::vector<size_t>    next;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetRowIJ(S, 0, PETSC_FALSE, PETSC_FALSE, &m, &ia, &ja, &done));
-  PetscAssert(done, PETSC_COMM_SELF, PETSC_ERR_PLIB, "The Gram matrix is not AIJ");
-  PetscCall(MatSeqAIJGetArrayRead(S, &a));
-  PetscCall(Dissect(m, ia, ja, number));
-  t->m = m;
-  t->diagonal.assign(m, 0);
-  scale.assign(m, 0.0);
-  for (PetscInt i = 0; i < m; i++)
-    for (PetscInt k = ia[i]; k < ia[i + 1]; k++)
-      if (ja[k] == i && PetscRealPart(a[k]) > 0.0) scale[i] = 1.0 / PetscSqrtReal(PetscRealPart(a[k]));
-  t->start.assign(m + 1, 0);
-  for (PetscInt i = 0; i < m; i++) {
-    t->diagonal[number[i]] = scale[i] > 0.0;
-    for (PetscInt k = ia[i]; k < ia[i + 1]; k++)
-      if (number[ja[k]] < number[i]) t->start[number[i] + 1]++;
-  }
-  for (PetscInt i = 0; i < m; i++) t->start[i + 1] += t->start[i];
-  t->column.resize(t->start[m]);
-  t->value.resize(t->start[m]);
-  next.assign(t->start.begin(), t->start.end() - 1);
-  for (PetscInt i = 0; i < m; i++) {
-    for (PetscInt k = ia[i]; k < ia[i + 1]; k++) {
-      if (number[ja[k]] >= number[i]) continue;
-      t->column[next[number[i]]]  = number[ja[k]];
-      t->value[next[number[i]]++] = scale[i] * a[k] * scale[ja[k]];
-    }
-  }
-  PetscCall(MatSeqAIJRestoreArrayRead(S, &a));
-  PetscCall(MatRestoreRowIJ(S, 0, PETSC_FALSE, PETSC_FALSE, &m, &ia, &ja, &done));
+  PetscCall(MatCreateVecs(S, &scale, NULL));
+  PetscCall(MatGetDiagonal(S, scale));
+  PetscCall(VecSqrtAbs(scale));
+  PetscCall(VecReciprocal(scale));
+  PetscCall(MatDiagonalScale(S, scale, scale));
+  PetscCall(VecDestroy(&scale));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Columns in which a row of the factor has entries, in an order in which each comes after those it needs; mark[] holds the last row that saw it */
-static void RowPattern(const Triangle &t, const std::vector<PetscInt> &parent, PetscInt row, std::vector<PetscInt> &mark, std::vector<PetscInt> &pattern)
+static void RowPattern(const AinsworthTriangle &S, const std::vector<PetscInt> &parent, PetscInt row, std::vector<PetscInt> &mark,
+                       std::vector<PetscInt> &pattern)
 {
   std::vector<PetscInt> path;
 
   pattern.clear();
   mark[row] = row;
-  for (size_t k = t.start[row]; k < t.start[row + 1]; k++) {
+  for (size_t k = S.start[row]; k < S.start[row + 1]; k++) {
     path.clear();
-    for (PetscInt i = t.column[k]; i != -1 && mark[i] != row; i = parent[i]) {
+    for (PetscInt i = S.column[k]; i != -1 && mark[i] != row; i = parent[i]) {
       path.push_back(i);
       mark[i] = row;
     }
@@ -146,30 +93,30 @@ static void RowPattern(const Triangle &t, const std::vector<PetscInt> &parent, P
 
    The pivot is the squared distance of the row of C, of length 1, from the span of the rows before it.
 */
-static void Eliminate(const Triangle &t, PetscReal tol, std::vector<char> &dependent)
+static void Eliminate(const AinsworthTriangle &S, PetscReal tol, std::vector<char> &dependent)
 {
-  const std::vector<PetscInt> parent = AinsworthEliminationTree(t);
-  std::vector<PetscInt>       mark(t.m, -1), pattern;
-  std::vector<size_t>         start(t.m + 1, 0), end;
+  const std::vector<PetscInt> parent = S.eliminationTree();
+  std::vector<PetscInt>       mark(S.m, -1), pattern;
+  std::vector<size_t>         start(S.m + 1, 0), end;
   std::vector<PetscInt>       row; /* the factor by columns, below the diagonal */
-  std::vector<PetscScalar>    value, x(t.m, 0.0);
-  std::vector<PetscReal>      pivot(t.m, 0.0);
+  std::vector<PetscScalar>    value, x(S.m, 0.0);
+  std::vector<PetscReal>      pivot(S.m, 0.0);
 
-  for (PetscInt i = 0; i < t.m; i++) {
-    RowPattern(t, parent, i, mark, pattern);
+  for (PetscInt i = 0; i < S.m; i++) {
+    RowPattern(S, parent, i, mark, pattern);
     for (PetscInt j : pattern) start[j + 1]++;
   }
-  for (PetscInt i = 0; i < t.m; i++) start[i + 1] += start[i];
+  for (PetscInt i = 0; i < S.m; i++) start[i + 1] += start[i];
   end.assign(start.begin(), start.end() - 1);
-  row.resize(start[t.m]);
-  value.resize(start[t.m]);
-  mark.assign(t.m, -1);
-  dependent.assign(t.m, 0);
-  for (PetscInt i = 0; i < t.m; i++) {
-    PetscReal d = t.diagonal[i];
+  row.resize(start[S.m]);
+  value.resize(start[S.m]);
+  mark.assign(S.m, -1);
+  dependent.assign(S.m, 0);
+  for (PetscInt i = 0; i < S.m; i++) {
+    PetscReal d = S.diagonal[i];
 
-    RowPattern(t, parent, i, mark, pattern);
-    for (size_t k = t.start[i]; k < t.start[i + 1]; k++) x[t.column[k]] = t.value[k];
+    RowPattern(S, parent, i, mark, pattern);
+    for (size_t k = S.start[i]; k < S.start[i + 1]; k++) x[S.column[k]] = S.value[k];
     for (PetscInt j : pattern) {
       const PetscScalar lij = dependent[j] ? 0.0 : x[j] / pivot[j];
 
@@ -206,28 +153,23 @@ static PetscErrorCode FindDependentRows(Mat S, PetscReal tol, PetscInt *n, Petsc
 {
   MPI_Comm    comm = PetscObjectComm((PetscObject)S);
   PetscMPIInt rank, count;
-  PetscInt    m;
-  IS          all;
   Mat        *local;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCall(MatGetSize(S, &m, NULL));
-  PetscCall(ISCreateStride(PETSC_COMM_SELF, rank ? 0 : m, 0, 1, &all));
-  PetscCall(MatCreateSubMatrices(S, 1, &all, &all, MAT_INITIAL_MATRIX, &local));
-  PetscCall(ISDestroy(&all));
+  PetscCall(AinsworthGraphGather(S, rank == 0, &local));
   *n         = 0;
   *dependent = NULL;
   if (!rank) {
-    std::vector<PetscInt> number;
-    std::vector<char>     flags;
-    Triangle              triangle;
+    std::vector<char> flags;
+    AinsworthTriangle triangle;
 
-    PetscCall(TriangleCreate(local[0], number, &triangle));
+    PetscCall(ScaleToUnitDiagonal(local[0]));
+    PetscCall(triangle.create(local[0]));
     Eliminate(triangle, tol, flags);
-    PetscCall(PetscMalloc1(m, dependent));
-    for (PetscInt i = 0; i < m; i++)
-      if (flags[number[i]]) (*dependent)[(*n)++] = i;
+    PetscCall(PetscMalloc1(triangle.m, dependent));
+    for (PetscInt i = 0; i < triangle.m; i++)
+      if (flags[triangle.number[i]]) (*dependent)[(*n)++] = i;
   }
   PetscCall(MatDestroySubMatrices(1, &local));
   PetscCallMPI(MPI_Bcast(n, 1, MPIU_INT, 0, comm));
@@ -259,13 +201,13 @@ PetscErrorCode AinsworthGramDiagnose(AinsworthGram *gram, PetscInt *pass, PetscI
   *dependent = NULL;
   PetscCall(AinsworthGramGetFailedReason(gram, reason));
   if (!*reason) PetscCall(Probe(gram, &error));
-  for (; *pass < 3 && !*n && !(error <= (*pass ? unusable : suspicious)); ++*pass) {
+  for (; *pass < passes && !*n && !(error <= (*pass ? unusable : suspicious)); ++*pass) {
     PetscCall(PetscFree(*dependent));
     PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
     PetscCall(FindDependentRows(gram->S, dependentSquare[*pass], n, dependent));
   }
   if (!*reason && !(error <= unusable)) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT;
-  *doubtful = !(error <= accurate);
+  *doubtful = !(error <= inexact);
   if (*doubtful && !*reason && !*n)
     PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: rows of C are nearly linearly dependent, and solves refined\n",
                         (double)error));

@@ -17,14 +17,6 @@ static const char *const supernodal = NULL;
 static const PetscReal   many       = PETSC_INFINITY;
 #endif
 
-#if defined(PETSC_HAVE_SUITESPARSE)
-static const char *const ordering = MATORDERINGAMD;
-#elif defined(PETSC_HAVE_METIS)
-static const char *const ordering   = MATORDERINGMETISND;
-#else
-static const char *const ordering   = MATORDERINGND;
-#endif
-
 static PetscErrorCode IsPackage(PC pc, const char name[], PetscBool *is)
 {
   PetscBool     factors;
@@ -60,9 +52,9 @@ PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, KSP ksp)
   }
   PetscCall(PetscObjectBaseTypeCompare((PetscObject)M, MATSEQAIJ, &sequential));
   if (sequential) {
-    PetscCall(AinsworthFactorOperations(M, ordering, &factor->operations));
+    PetscCall(AinsworthFactorOperations(M, &factor->operations));
     factor->package = factor->operations < many ? MATSOLVERPETSC : supernodal;
-    if (factor->operations < many) PetscCall(PCFactorSetMatOrderingType(pc, ordering));
+    if (factor->operations < many) PetscCall(PCFactorSetMatOrderingType(pc, AinsworthOrdering));
   }
 #if defined(PETSC_HAVE_MUMPS)
   else

@@ -5,33 +5,6 @@
 /* Components of up to this many rows are inverted as dense blocks: a factorisation would cost more in its bookkeeping */
 static const PetscInt smallPiece = 32;
 
-/* A copy of a SeqAIJ with ascending columns, which a submatrix in another order need not have and all later searches rely on */
-static PetscErrorCode SortColumns(Mat M, Mat *sorted)
-{
-  PetscInt                 n, rows;
-  const PetscInt          *ia, *ja;
-  const PetscScalar       *a;
-  PetscBool                done;
-  std::vector<PetscInt>    start, columns;
-  std::vector<PetscScalar> values;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetSize(M, &n, NULL));
-  PetscCall(MatGetRowIJ(M, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
-  PetscCall(MatSeqAIJGetArrayRead(M, &a));
-  start.assign(ia, ia + n + 1);
-  columns.assign(ja, ja + ia[n]);
-  values.assign(a, a + ia[n]);
-  PetscCall(MatSeqAIJRestoreArrayRead(M, &a));
-  PetscCall(MatRestoreRowIJ(M, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
-  for (PetscInt i = 0; i < n; i++) PetscCall(PetscSortIntWithScalarArray(start[i + 1] - start[i], columns.data() + start[i], values.data() + start[i]));
-  PetscCall(MatCreate(PETSC_COMM_SELF, sorted));
-  PetscCall(MatSetSizes(*sorted, n, n, n, n));
-  PetscCall(MatSetType(*sorted, MATSEQAIJ));
-  PetscCall(MatSeqAIJSetPreallocationCSR(*sorted, start.data(), columns.data(), values.data()));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The ranks that have rows of a split component work together */
 static PetscErrorCode CreateGroup(AinsworthGram *gram)
 {
@@ -50,26 +23,14 @@ static PetscErrorCode CreateGroup(AinsworthGram *gram)
 /* The rows of this rank as a matrix of the group */
 static PetscErrorCode MoveToGroup(const AinsworthGram *gram, Mat moved, Mat *placed)
 {
-  PetscInt           n, m, rows;
-  const PetscInt    *ia, *ja;
-  const PetscScalar *a;
-  PetscBool          done;
-  Mat                local;
+  PetscInt n;
+  Mat      local;
 
   PetscFunctionBegin;
   if (gram->group == MPI_COMM_NULL) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatGetLocalSize(moved, &n, NULL));
-  PetscCall(MatGetSize(moved, &m, NULL));
-  PetscCall(MatMPIAIJGetLocalMat(moved, MAT_INITIAL_MATRIX, &local)); /* global column numbers, in order */
-  PetscCall(MatGetRowIJ(local, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
-  PetscCall(MatSeqAIJGetArrayRead(local, &a));
-  PetscCall(MatCreate(gram->group, placed));
-  PetscCall(MatSetSizes(*placed, n, n, m, m));
-  PetscCall(MatSetType(*placed, MATAIJ));
-  PetscCall(MatSeqAIJSetPreallocationCSR(*placed, ia, ja, a)); /* METIS may have left all rows to one rank */
-  PetscCall(MatMPIAIJSetPreallocationCSR(*placed, ia, ja, a));
-  PetscCall(MatSeqAIJRestoreArrayRead(local, &a));
-  PetscCall(MatRestoreRowIJ(local, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
+  PetscCall(MatGetLocalSize(moved, NULL, &n));
+  PetscCall(MatMPIAIJGetLocalMat(moved, MAT_INITIAL_MATRIX, &local)); /* global column numbers */
+  PetscCall(MatCreateMPIMatConcatenateSeqMat(gram->group, local, n, MAT_INITIAL_MATRIX, placed));
   PetscCall(MatDestroy(&local));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -91,7 +52,9 @@ static PetscErrorCode Place(AinsworthGram *gram)
   if (gram->placement.split) PetscCall(MoveToGroup(gram, moved, &placed));
   else {
     PetscCall(MatGetDiagonalBlock(moved, &own));
-    PetscCall(SortColumns(own, &placed));
+    /* transposed twice it has ascending columns, which a submatrix in another order need not have and all later searches rely on */
+    PetscCall(MatTranspose(own, MAT_INITIAL_MATRIX, &placed));
+    PetscCall(MatTranspose(placed, MAT_INPLACE_MATRIX, &placed));
   }
   PetscCall(MatDestroy(&moved));
   if (gram->placed) { /* its solver knows the pattern already */

@@ -1,8 +1,8 @@
 #include "placement.h"
+#include "graph.h"
+#include "../csr.h"
 #include <petscsf.h>
-#include <metis.h>
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <numeric>
 
@@ -28,13 +28,11 @@ private:
 /* Components within the rank: breadth first, each from its smallest row */
 PetscErrorCode Labels::findWithin(Mat inside)
 {
-  PetscInt              rows;
-  const PetscInt       *ia, *ja;
-  PetscBool             done;
+  AinsworthCSR          rows;
   std::vector<PetscInt> front;
 
   PetscFunctionBegin;
-  PetscCall(MatGetRowIJ(inside, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
+  PetscCall(rows.open(inside));
   label.assign(n, -1);
   for (PetscInt first = 0; first < n; first++) {
     if (label[first] >= 0) continue;
@@ -44,14 +42,14 @@ PetscErrorCode Labels::findWithin(Mat inside)
       const PetscInt i = front.back();
 
       front.pop_back();
-      for (PetscInt k = ia[i]; k < ia[i + 1]; k++) {
-        if (label[ja[k]] >= 0) continue;
-        label[ja[k]] = rstart + first;
-        front.push_back(ja[k]);
+      for (PetscInt k = rows.ia[i]; k < rows.ia[i + 1]; k++) {
+        if (label[rows.ja[k]] >= 0) continue;
+        label[rows.ja[k]] = rstart + first;
+        front.push_back(rows.ja[k]);
       }
     }
   }
-  PetscCall(MatRestoreRowIJ(inside, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
+  PetscCall(rows.close());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -59,13 +57,12 @@ PetscErrorCode Labels::findWithin(Mat inside)
 PetscErrorCode Labels::spread(Mat outside, const PetscInt ghosts[])
 {
   MPI_Comm              comm = PetscObjectComm((PetscObject)S);
-  const PetscInt       *ia, *ja;
-  PetscInt              rows, nghosts;
-  PetscBool             done;
+  AinsworthCSR          rows;
+  PetscInt              nghosts;
   PetscMPIInt           changed = 1;
   PetscLayout           layout;
   PetscSF               sf;
-  std::vector<PetscInt> ghost, best(n), start(label);
+  std::vector<PetscInt> ghost, best, start(label);
 
   PetscFunctionBegin;
   PetscCall(MatGetSize(outside, NULL, &nghosts));
@@ -73,15 +70,15 @@ PetscErrorCode Labels::spread(Mat outside, const PetscInt ghosts[])
   PetscCall(MatGetLayouts(S, NULL, &layout));
   PetscCall(PetscSFCreate(comm, &sf));
   PetscCall(PetscSFSetGraphLayout(sf, layout, nghosts, NULL, PETSC_USE_POINTER, ghosts));
-  PetscCall(MatGetRowIJ(outside, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
+  PetscCall(rows.open(outside));
   while (changed) {
     PetscCall(PetscSFBcastBegin(sf, MPIU_INT, label.data(), ghost.data(), MPI_REPLACE));
     PetscCall(PetscSFBcastEnd(sf, MPIU_INT, label.data(), ghost.data(), MPI_REPLACE));
     changed = 0;
-    for (PetscInt i = 0; i < n; i++) best[i] = label[i];
+    best    = label;
     for (PetscInt i = 0; i < n; i++) { /* of the part of the component within the rank, `start` is the first row */
       PetscInt &of = best[start[i] - rstart];
-      for (PetscInt k = ia[i]; k < ia[i + 1]; k++) of = PetscMin(of, ghost[ja[k]]);
+      for (PetscInt k = rows.ia[i]; k < rows.ia[i + 1]; k++) of = PetscMin(of, ghost[rows.ja[k]]);
     }
     for (PetscInt i = 0; i < n; i++) {
       if (best[start[i] - rstart] == label[i]) continue;
@@ -90,7 +87,7 @@ PetscErrorCode Labels::spread(Mat outside, const PetscInt ghosts[])
     }
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_INT, MPI_MAX, comm));
   }
-  PetscCall(MatRestoreRowIJ(outside, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
+  PetscCall(rows.close());
   PetscCall(PetscSFDestroy(&sf));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -160,25 +157,24 @@ PetscErrorCode Measure(const Labels &labels, std::vector<PetscInt> &size, std::v
 
 /* The components of more than `small` rows, the same list on every rank */
 PetscErrorCode GatherLarge(const Labels &labels, PetscInt small, const std::vector<PetscInt> &size, const std::vector<PetscInt> &work,
-                           std::vector<Component> &all)
+                           std::vector<Component> &large)
 {
-  MPI_Comm                 comm = PetscObjectComm((PetscObject)labels.S);
-  PetscMPIInt              ranks, count;
-  std::vector<PetscInt>    mine, list;
-  std::vector<PetscMPIInt> counts, displacements;
+  std::vector<PetscInt> mine;
+  IS                    own, all;
+  PetscInt              n;
+  const PetscInt       *list;
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < labels.n; i++)
     if (size[i] > small) mine.insert(mine.end(), {labels.rstart + i, size[i], work[i]});
-  PetscCallMPI(MPI_Comm_size(comm, &ranks));
-  counts.resize(ranks);
-  displacements.assign(ranks + 1, 0);
-  PetscCall(PetscMPIIntCast((PetscInt)mine.size(), &count));
-  PetscCallMPI(MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, comm));
-  std::partial_sum(counts.begin(), counts.end(), displacements.begin() + 1);
-  list.resize(displacements[ranks]);
-  PetscCallMPI(MPI_Allgatherv(mine.data(), count, MPIU_INT, list.data(), counts.data(), displacements.data(), MPIU_INT, comm));
-  for (size_t k = 0; k < list.size(); k += 3) all.push_back({list[k], list[k + 1], list[k + 2]});
+  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)labels.S), (PetscInt)mine.size(), mine.data(), PETSC_USE_POINTER, &own));
+  PetscCall(ISAllGather(own, &all));
+  PetscCall(ISGetLocalSize(all, &n));
+  PetscCall(ISGetIndices(all, &list));
+  for (PetscInt k = 0; k < n; k += 3) large.push_back({list[k], list[k + 1], list[k + 2]});
+  PetscCall(ISRestoreIndices(all, &list));
+  PetscCall(ISDestroy(&all));
+  PetscCall(ISDestroy(&own));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -215,64 +211,20 @@ std::map<PetscInt, PetscInt> Pack(std::vector<Component> components, const std::
   return rank;
 }
 
-/* Parts of the graph of S with equal work, cut by METIS on the first of the ranks; part[i] of the rows of this rank */
-PetscErrorCode Cut(Mat S, const std::vector<PetscMPIInt> &ranks, std::vector<PetscInt> &target)
+/* Rank of each row of this rank, when S is cut in parts with equal work */
+PetscErrorCode TargetsOfParts(Mat S, const std::vector<PetscMPIInt> &ranks, std::vector<PetscInt> &target)
 {
-  MPI_Comm                 comm = PetscObjectComm((PetscObject)S);
-  PetscMPIInt              rank, size, local, status = METIS_OK;
-  PetscInt                 m, n;
-  IS                       all;
-  Mat                     *whole;
-  const PetscInt          *ranges;
-  std::vector<PetscInt>    part;
-  std::vector<PetscMPIInt> counts, displacements;
+  IS              parts;
+  PetscInt        n;
+  const PetscInt *part;
 
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCall(MatGetSize(S, &m, NULL));
-  PetscCall(MatGetLocalSize(S, &n, NULL));
-  PetscCall(ISCreateStride(PETSC_COMM_SELF, rank == ranks[0] ? m : 0, 0, 1, &all));
-  PetscCall(MatCreateSubMatrices(S, 1, &all, &all, MAT_INITIAL_MATRIX, &whole));
-  PetscCall(ISDestroy(&all));
-  if (rank == ranks[0]) {
-    PetscInt           rows;
-    const PetscInt    *ia, *ja;
-    PetscBool          done;
-    idx_t              nvtxs = (idx_t)m, ncon = 1, nparts = (idx_t)ranks.size(), edges, options[METIS_NOPTIONS];
-    std::vector<idx_t> xadj(1, 0), adjncy, weight, where(m);
-
-    PetscCall(MatGetRowIJ(whole[0], 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
-    if ((PetscInt64)ia[m] > (PetscInt64)std::numeric_limits<idx_t>::max()) status = METIS_ERROR_INPUT;
-    for (PetscInt i = 0; i < m && status == METIS_OK; i++) {
-      for (PetscInt k = ia[i]; k < ia[i + 1]; k++)
-        if (ja[k] != i) adjncy.push_back((idx_t)ja[k]);
-      xadj.push_back((idx_t)adjncy.size());
-      weight.push_back((idx_t)(ia[i + 1] - ia[i]));
-    }
-    PetscCall(MatRestoreRowIJ(whole[0], 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
-    adjncy.push_back(0); /* METIS takes no null pointer for a graph without edges */
-    METIS_SetDefaultOptions(options);
-    options[METIS_OPTION_SEED] = 0;
-    if (status == METIS_OK && nparts > 1)
-      status = METIS_PartGraphKway(&nvtxs, &ncon, xadj.data(), adjncy.data(), weight.data(), NULL, NULL, &nparts, NULL, NULL, options, &edges, where.data());
-    part.resize(m);
-    for (PetscInt i = 0; i < m; i++) part[i] = ranks[where[i]];
-  }
-  PetscCall(MatDestroySubMatrices(1, &whole));
-  PetscCallMPI(MPI_Bcast(&status, 1, MPI_INT, ranks[0], comm));
-  PetscCheck(status == METIS_OK, comm, PETSC_ERR_LIB, "METIS returned %d for the graph of the Gram matrix", status);
-  PetscCall(MatGetOwnershipRanges(S, &ranges));
-  for (PetscMPIInt r = 0; r < size; r++) {
-    PetscMPIInt count;
-    PetscCall(PetscMPIIntCast(ranges[r + 1] - ranges[r], &count));
-    counts.push_back(count);
-    PetscCall(PetscMPIIntCast(ranges[r], &count));
-    displacements.push_back(count);
-  }
-  PetscCall(PetscMPIIntCast(n, &local));
-  target.resize(n);
-  PetscCallMPI(MPI_Scatterv(part.data(), counts.data(), displacements.data(), MPIU_INT, target.data(), local, MPIU_INT, ranks[0], comm));
+  PetscCall(AinsworthGraphCut(S, (PetscInt)ranks.size(), true, &parts));
+  PetscCall(ISGetLocalSize(parts, &n));
+  PetscCall(ISGetIndices(parts, &part));
+  for (PetscInt i = 0; i < n; i++) target.push_back(ranks[part[i]]);
+  PetscCall(ISRestoreIndices(parts, &part));
+  PetscCall(ISDestroy(&parts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -401,7 +353,7 @@ PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, Pets
   PetscCall(ChooseRanks(S, 1 + ((placement->split ? m : PetscMax(rows, 1)) - 1) / rowsPerRank, chosen));
   if (chosen.size() == 1) placement->split = false;
   if (ranks == 1) target.assign(labels.n, 0);
-  else if (placement->split) PetscCall(Cut(S, chosen, target));
+  else if (placement->split) PetscCall(TargetsOfParts(S, chosen, target));
   else PetscCall(TargetsOfComponents(C, labels, size, Pack(large, chosen), target));
   PetscCall(Collect(labels, target, placement));
   PetscCall(labels.destroy());

@@ -4,16 +4,11 @@
 /* Rows of C go where they are solved for: a projection then asks for the constrained entries of x once, and sends once what it adds to them */
 static PetscErrorCode MoveRows(const AinsworthProjector *proj, Mat *C)
 {
-  IS       columns;
-  PetscInt start, end;
-  Mat      moved;
+  Mat moved;
 
   PetscFunctionBegin;
   if (!proj->gram.placement.rows) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatGetOwnershipRangeColumn(*C, &start, &end));
-  PetscCall(ISCreateStride(PetscObjectComm((PetscObject)*C), end - start, start, 1, &columns));
-  PetscCall(MatCreateSubMatrix(*C, proj->gram.placement.rows, columns, MAT_INITIAL_MATRIX, &moved));
-  PetscCall(ISDestroy(&columns));
+  PetscCall(MatCreateSubMatrix(*C, proj->gram.placement.rows, NULL, MAT_INITIAL_MATRIX, &moved));
   PetscCall(MatDestroy(C));
   *C = moved;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -25,57 +20,48 @@ static PetscErrorCode CreateVectors(AinsworthProjector *proj, Mat C)
   Vec program;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(proj->C, NULL, &proj->s));
-  PetscCall(VecDuplicate(proj->s, &proj->t));
+  PetscCall(MatCreateVecs(proj->C, NULL, &proj->rowValues));
+  PetscCall(VecDuplicate(proj->rowValues, &proj->rowSolution));
   if (!proj->gram.placement.rows) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatCreateVecs(C, NULL, &program));
-  PetscCall(VecScatterCreate(program, proj->gram.placement.rows, proj->s, NULL, &proj->scatter));
+  PetscCall(VecScatterCreate(program, proj->gram.placement.rows, proj->rowValues, NULL, &proj->scatter));
   PetscCall(VecDestroy(&program));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does all that depends on the nonzero pattern of C alone stand from the last set-up? */
-static PetscErrorCode CompareSource(AinsworthProjector *proj, Mat C, const AinsworthProjectorSource &now, bool *same)
+/* weight: the diagonal of W, length n, positive; NULL for W = I */
+PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, Mat C, Vec weight, PetscInt rowsPerRank, PetscObject parent, const char prefix[])
 {
-  const AinsworthProjectorSource &last = proj->source;
+  const AinsworthProjectorSource last = proj->source;
+  AinsworthProjectorSource       now;
+  bool                           same; /* all that depends on the nonzero pattern of C alone */
 
   PetscFunctionBegin;
-  *same = proj->C && last.id == now.id && last.pattern == now.pattern && last.weighted == now.weighted && last.rowsPerRank == now.rowsPerRank;
-  if (*same)
+  PetscCall(PetscObjectGetId((PetscObject)C, &now.id));
+  PetscCall(MatGetNonzeroState(C, &now.pattern));
+  now.rowsPerRank = rowsPerRank;
+  now.weighted    = weight != NULL;
+  same            = proj->C && last.id == now.id && last.pattern == now.pattern && last.weighted == now.weighted && last.rowsPerRank == now.rowsPerRank;
+  if (same)
     PetscCall(PetscInfo(C, "The nonzero pattern of C is that of the last set-up: the places and the symbolic factorisation of the Gram matrix are kept\n"));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* w: the diagonal of W, length n, positive; NULL for W = I */
-PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, Mat C, Vec w, PetscInt rowsPerRank, PetscObject parent, const char prefix[])
-{
-  AinsworthProjectorSource source;
-  bool                     same;
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectGetId((PetscObject)C, &source.id));
-  PetscCall(MatGetNonzeroState(C, &source.pattern));
-  source.rowsPerRank = rowsPerRank;
-  source.weighted    = w != NULL;
-  PetscCall(CompareSource(proj, C, source, &same));
-  if (!same) PetscCall(AinsworthProjectorReset(proj));
+  else PetscCall(AinsworthProjectorReset(proj));
   PetscCall(MatDestroy(&proj->C));
   PetscCall(MatDestroy(&proj->CW));
   PetscCall(PetscObjectReference((PetscObject)C));
   proj->C = C;
-  if (w) {
+  if (weight) {
     PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &proj->CW));
-    PetscCall(MatDiagonalScale(proj->CW, NULL, w));
+    PetscCall(MatDiagonalScale(proj->CW, NULL, weight));
   }
-  PetscCall(AinsworthGramSetUp(&proj->gram, proj->C, w ? proj->CW : proj->C, same, rowsPerRank, parent, prefix));
+  PetscCall(AinsworthGramSetUp(&proj->gram, proj->C, weight ? proj->CW : proj->C, same, rowsPerRank, parent, prefix));
   PetscCall(MoveRows(proj, &proj->C));
-  if (w) PetscCall(MoveRows(proj, &proj->CW));
+  if (weight) PetscCall(MoveRows(proj, &proj->CW));
   else {
     PetscCall(PetscObjectReference((PetscObject)proj->C));
     proj->CW = proj->C;
   }
   if (!same) PetscCall(CreateVectors(proj, C));
-  proj->source = source;
+  proj->source = now;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -86,42 +72,38 @@ PetscErrorCode AinsworthProjectorReset(AinsworthProjector *proj)
   PetscCall(MatDestroy(&proj->CW));
   PetscCall(AinsworthGramReset(&proj->gram));
   PetscCall(VecScatterDestroy(&proj->scatter));
-  PetscCall(VecDestroy(&proj->s));
-  PetscCall(VecDestroy(&proj->t));
+  PetscCall(VecDestroy(&proj->rowValues));
+  PetscCall(VecDestroy(&proj->rowSolution));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A vector of length m, distributed as the program's rows of C, to the places of the rows */
+/* A vector of length m, distributed as the program's rows of C, to the places of the rows, or back */
+static PetscErrorCode Move(AinsworthProjector *proj, Vec from, Vec to, ScatterMode mode)
+{
+  PetscFunctionBegin;
+  if (proj->scatter) {
+    PetscCall(VecScatterBegin(proj->scatter, from, to, INSERT_VALUES, mode));
+    PetscCall(VecScatterEnd(proj->scatter, from, to, INSERT_VALUES, mode));
+  } else PetscCall(VecCopy(from, to));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AinsworthProjectorPlace(AinsworthProjector *proj, Vec program, Vec placed)
 {
   PetscFunctionBegin;
-  if (proj->scatter) {
-    PetscCall(VecScatterBegin(proj->scatter, program, placed, INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecScatterEnd(proj->scatter, program, placed, INSERT_VALUES, SCATTER_FORWARD));
-  } else PetscCall(VecCopy(program, placed));
+  PetscCall(Move(proj, program, placed, SCATTER_FORWARD));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* And back */
-static PetscErrorCode TakeBack(AinsworthProjector *proj, Vec placed, Vec program)
-{
-  PetscFunctionBegin;
-  if (proj->scatter) {
-    PetscCall(VecScatterBegin(proj->scatter, placed, program, INSERT_VALUES, SCATTER_REVERSE));
-    PetscCall(VecScatterEnd(proj->scatter, placed, program, INSERT_VALUES, SCATTER_REVERSE));
-  } else PetscCall(VecCopy(placed, program));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* y = Q x = x - W C' S^{-1} C x; y may be x. Leaves C x, placed, in proj->s */
+/* y = Q x = x - W C' S^{-1} C x; y may be x. Leaves C x, placed, in proj->rowValues */
 PetscErrorCode AinsworthProjectorMult(AinsworthProjector *proj, Vec x, Vec y)
 {
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Projector, proj->C, x, y, 0));
-  PetscCall(MatMult(proj->C, x, proj->s));
-  PetscCall(AinsworthGramSolve(&proj->gram, proj->s, proj->t));
-  PetscCall(VecScale(proj->t, -1.0));
-  PetscCall(MatMultHermitianTransposeAdd(proj->CW, proj->t, x, y));
+  PetscCall(MatMult(proj->C, x, proj->rowValues));
+  PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
+  PetscCall(VecScale(proj->rowSolution, -1.0));
+  PetscCall(MatMultHermitianTransposeAdd(proj->CW, proj->rowSolution, x, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_Projector, proj->C, x, y, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -131,11 +113,11 @@ PetscErrorCode AinsworthProjectorMultTranspose(AinsworthProjector *proj, Vec x, 
 {
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Projector, proj->C, x, y, 0));
-  PetscCall(MatMult(proj->CW, x, proj->s));
-  PetscCall(AinsworthGramSolve(&proj->gram, proj->s, proj->t));
-  if (l) PetscCall(VecAYPX(proj->t, -1.0, l));
-  else PetscCall(VecScale(proj->t, -1.0));
-  PetscCall(MatMultHermitianTransposeAdd(proj->C, proj->t, x, y));
+  PetscCall(MatMult(proj->CW, x, proj->rowValues));
+  PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
+  if (l) PetscCall(VecAYPX(proj->rowSolution, -1.0, l));
+  else PetscCall(VecScale(proj->rowSolution, -1.0));
+  PetscCall(MatMultHermitianTransposeAdd(proj->C, proj->rowSolution, x, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_Projector, proj->C, x, y, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -144,9 +126,9 @@ PetscErrorCode AinsworthProjectorMultTranspose(AinsworthProjector *proj, Vec x, 
 PetscErrorCode AinsworthProjectorRightInverse(AinsworthProjector *proj, Vec g, Vec x)
 {
   PetscFunctionBegin;
-  PetscCall(AinsworthProjectorPlace(proj, g, proj->s));
-  PetscCall(AinsworthGramSolve(&proj->gram, proj->s, proj->t));
-  PetscCall(MatMultHermitianTranspose(proj->CW, proj->t, x));
+  PetscCall(AinsworthProjectorPlace(proj, g, proj->rowValues));
+  PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
+  PetscCall(MatMultHermitianTranspose(proj->CW, proj->rowSolution, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -154,9 +136,9 @@ PetscErrorCode AinsworthProjectorRightInverse(AinsworthProjector *proj, Vec g, V
 PetscErrorCode AinsworthProjectorRightInverseTranspose(AinsworthProjector *proj, Vec r, Vec l)
 {
   PetscFunctionBegin;
-  PetscCall(MatMult(proj->CW, r, proj->s));
-  PetscCall(AinsworthGramSolve(&proj->gram, proj->s, proj->t));
-  PetscCall(TakeBack(proj, proj->t, l));
+  PetscCall(MatMult(proj->CW, r, proj->rowValues));
+  PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
+  PetscCall(Move(proj, proj->rowSolution, l, SCATTER_REVERSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -164,10 +146,10 @@ PetscErrorCode AinsworthProjectorRightInverseTranspose(AinsworthProjector *proj,
 PetscErrorCode AinsworthProjectorSolveRange(AinsworthProjector *proj, Vec B, Vec b, Vec x)
 {
   PetscFunctionBegin;
-  PetscCall(MatMult(proj->CW, b, proj->s));
-  PetscCall(AinsworthGramSolve(&proj->gram, proj->s, proj->t));
-  PetscCall(VecPointwiseDivide(proj->s, proj->t, B));
-  PetscCall(AinsworthGramSolve(&proj->gram, proj->s, proj->t));
-  PetscCall(MatMultHermitianTranspose(proj->CW, proj->t, x));
+  PetscCall(MatMult(proj->CW, b, proj->rowValues));
+  PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
+  PetscCall(VecPointwiseDivide(proj->rowValues, proj->rowSolution, B));
+  PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
+  PetscCall(MatMultHermitianTranspose(proj->CW, proj->rowSolution, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -14,11 +14,11 @@ struct AinsworthProjectorSource {
 };
 
 struct AinsworthProjector {
-  Mat           C;       /* m x n AIJ, its rows where they are solved for (placed) */
-  Mat           CW;      /* C W, placed; the same as C for W = I */
-  AinsworthGram gram;    /* S = C W C' */
-  VecScatter    scatter; /* from the program's rows of C to their places; NULL: they stay */
-  Vec           s, t;    /* m, placed */
+  Mat           C;                      /* m x n AIJ, its rows where they are solved for (placed) */
+  Mat           CW;                     /* C W, placed; the same as C for W = I */
+  AinsworthGram gram;                   /* S = C W C' */
+  VecScatter    scatter;                /* from the program's rows of C to their places; NULL: they stay */
+  Vec           rowValues, rowSolution; /* work space, m, placed: C x, and S^{-1} of it */
 
   AinsworthProjectorSource source; /* of the last set-up, where C is there */
 };

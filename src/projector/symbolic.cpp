@@ -1,13 +1,52 @@
 #include "symbolic.h"
+#include "../csr.h"
 
-/* The elimination tree: Liu, ACM Trans. Math. Software 12 (1986) */
-std::vector<PetscInt> AinsworthEliminationTree(const AinsworthPattern &t)
+PetscErrorCode AinsworthTriangle::create(Mat M)
 {
-  std::vector<PetscInt> parent(t.m, -1), ancestor(t.m, -1);
+  IS                  order, same;
+  const PetscInt     *old;
+  AinsworthCSR        rows;
+  std::vector<size_t> next;
 
-  for (PetscInt row = 0; row < t.m; row++) {
-    for (size_t k = t.start[row]; k < t.start[row + 1]; k++) {
-      for (PetscInt i = t.column[k], up; i != -1 && i < row; i = up) {
+  PetscFunctionBegin;
+  PetscCall(rows.open(M));
+  m = rows.n;
+  PetscCall(MatGetOrdering(M, AinsworthOrdering, &order, &same));
+  PetscCall(ISGetIndices(order, &old));
+  number.resize(m);
+  for (PetscInt i = 0; i < m; i++) number[old[i]] = i;
+  PetscCall(ISRestoreIndices(order, &old));
+  PetscCall(ISDestroy(&order));
+  PetscCall(ISDestroy(&same));
+  start.assign(m + 1, 0);
+  diagonal.assign(m, 0.0);
+  for (PetscInt i = 0; i < m; i++)
+    for (PetscInt k = rows.ia[i]; k < rows.ia[i + 1]; k++)
+      if (number[rows.ja[k]] < number[i]) start[number[i] + 1]++;
+  for (PetscInt i = 0; i < m; i++) start[i + 1] += start[i];
+  column.resize(start[m]);
+  value.resize(start[m]);
+  next.assign(start.begin(), start.end() - 1);
+  for (PetscInt i = 0; i < m; i++) {
+    for (PetscInt k = rows.ia[i]; k < rows.ia[i + 1]; k++) {
+      if (rows.ja[k] == i) diagonal[number[i]] = PetscRealPart(rows.a[k]);
+      if (number[rows.ja[k]] >= number[i]) continue;
+      column[next[number[i]]]  = number[rows.ja[k]];
+      value[next[number[i]]++] = rows.a[k];
+    }
+  }
+  PetscCall(rows.close());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Liu, ACM Trans. Math. Software 12 (1986) */
+std::vector<PetscInt> AinsworthTriangle::eliminationTree() const
+{
+  std::vector<PetscInt> parent(m, -1), ancestor(m, -1);
+
+  for (PetscInt row = 0; row < m; row++) {
+    for (size_t k = start[row]; k < start[row + 1]; k++) {
+      for (PetscInt i = column[k], up; i != -1 && i < row; i = up) {
         up          = ancestor[i];
         ancestor[i] = row;
         if (up == -1) parent[i] = row;
@@ -17,70 +56,27 @@ std::vector<PetscInt> AinsworthEliminationTree(const AinsworthPattern &t)
   return parent;
 }
 
-/* The lower triangle of a sequential M whose row i gets the number number[i] */
-static PetscErrorCode CreatePattern(Mat M, const std::vector<PetscInt> &number, AinsworthPattern *t)
+/* AinsworthFactorOperations - multiplications and additions of a Cholesky factorization: the squares of the column counts of the factor */
+PetscErrorCode AinsworthFactorOperations(Mat M, PetscReal *operations)
 {
-  PetscInt            rows;
-  const PetscInt     *ia, *ja;
-  PetscBool           done;
-  std::vector<size_t> next;
+  AinsworthTriangle     triangle;
+  std::vector<PetscInt> parent, count, last;
 
   PetscFunctionBegin;
-  PetscCall(MatGetRowIJ(M, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
-  t->m = rows; /* which the restoring sets to 0 */
-  PetscAssert(done, PETSC_COMM_SELF, PETSC_ERR_PLIB, "The Gram matrix is not AIJ");
-  t->start.assign(t->m + 1, 0);
-  for (PetscInt i = 0; i < t->m; i++)
-    for (PetscInt k = ia[i]; k < ia[i + 1]; k++)
-      if (number[ja[k]] < number[i]) t->start[number[i] + 1]++;
-  for (PetscInt i = 0; i < t->m; i++) t->start[i + 1] += t->start[i];
-  t->column.resize(t->start[t->m]);
-  next.assign(t->start.begin(), t->start.end() - 1);
-  for (PetscInt i = 0; i < t->m; i++)
-    for (PetscInt k = ia[i]; k < ia[i + 1]; k++)
-      if (number[ja[k]] < number[i]) t->column[next[number[i]]++] = number[ja[k]];
-  PetscCall(MatRestoreRowIJ(M, 0, PETSC_FALSE, PETSC_FALSE, &rows, &ia, &ja, &done));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Entries of each column of the factor, the diagonal included: each row of it is a part of the tree, which is walked once */
-static std::vector<PetscInt> CountColumns(const AinsworthPattern &t)
-{
-  const std::vector<PetscInt> parent = AinsworthEliminationTree(t);
-  std::vector<PetscInt>       count(t.m, 1), last(t.m, -1);
-
-  for (PetscInt row = 0; row < t.m; row++) {
+  PetscCall(triangle.create(M));
+  parent = triangle.eliminationTree();
+  count.assign(triangle.m, 1); /* the diagonal */
+  last.assign(triangle.m, -1);
+  for (PetscInt row = 0; row < triangle.m; row++) { /* each row of the factor is a part of the tree, which is walked once */
     last[row] = row;
-    for (size_t k = t.start[row]; k < t.start[row + 1]; k++) {
-      for (PetscInt i = t.column[k]; last[i] != row; i = parent[i]) {
+    for (size_t k = triangle.start[row]; k < triangle.start[row + 1]; k++) {
+      for (PetscInt i = triangle.column[k]; last[i] != row; i = parent[i]) {
         count[i]++;
         last[i] = row;
       }
     }
   }
-  return count;
-}
-
-/* AinsworthFactorOperations - multiplications and additions of a Cholesky factorisation of a sequential AIJ matrix in this ordering */
-PetscErrorCode AinsworthFactorOperations(Mat M, MatOrderingType ordering, PetscReal *operations)
-{
-  PetscInt              m;
-  IS                    order, same;
-  const PetscInt       *old;
-  std::vector<PetscInt> number;
-  AinsworthPattern      pattern;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetSize(M, &m, NULL));
-  PetscCall(MatGetOrdering(M, ordering, &order, &same));
-  PetscCall(ISGetIndices(order, &old));
-  number.resize(m);
-  for (PetscInt i = 0; i < m; i++) number[old[i]] = i;
-  PetscCall(ISRestoreIndices(order, &old));
-  PetscCall(ISDestroy(&order));
-  PetscCall(ISDestroy(&same));
-  PetscCall(CreatePattern(M, number, &pattern));
   *operations = 0.0;
-  for (PetscInt count : CountColumns(pattern)) *operations += PetscSqr((PetscReal)count);
+  for (PetscInt entries : count) *operations += PetscSqr((PetscReal)entries);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

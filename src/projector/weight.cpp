@@ -47,31 +47,26 @@ PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
 }
 
 /*
-   AinsworthRowPenaltyCreate - B_ii = gamma / (C D C')_ii, length m, with D = diag(A)^{-1} given as a vector of length n
+   AinsworthRowPenaltyCreate - B_ii = gamma / (C D C')_ii, length m, with the inverse diagonal D = diag(A)^{-1}, length n
 
    The local stiffness seen by constraint i: B scales as A, and as the inverse square of the row's own scale.
 */
-PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec D, PetscReal gamma, Vec *penalty)
+PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec inverseDiagonal, PetscReal gamma, Vec *penalty)
 {
-  Vec          b, root;
-  Mat          scaled;
-  PetscInt     n;
-  PetscScalar *v;
+  Vec root;
+  Mat scaled;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(D, &root));
-  PetscCall(VecCopy(D, root));
+  PetscCall(VecDuplicate(inverseDiagonal, &root));
+  PetscCall(VecCopy(inverseDiagonal, root));
   PetscCall(VecSqrtAbs(root));
   PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &scaled));
   PetscCall(MatDiagonalScale(scaled, NULL, root));
   PetscCall(VecDestroy(&root));
-  PetscCall(MatCreateVecs(C, NULL, &b));
-  PetscCall(AinsworthRowSums(scaled, 2, b));
-  PetscCall(VecGetLocalSize(b, &n));
-  PetscCall(VecGetArray(b, &v));
-  for (PetscInt i = 0; i < n; i++) v[i] = gamma / PetscRealPart(v[i]);
-  PetscCall(VecRestoreArray(b, &v));
+  PetscCall(MatCreateVecs(C, NULL, penalty));
+  PetscCall(AinsworthRowSums(scaled, 2, *penalty));
   PetscCall(MatDestroy(&scaled));
-  *penalty = b;
+  PetscCall(VecReciprocal(*penalty));
+  PetscCall(VecScale(*penalty, gamma));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,12 +1,9 @@
-static char help[] = "METIS, LAPACK and hypre that fail, and a PETSc of another version: their functions are interposed here, and fail on demand.\n\n";
+static char help[] = "METIS and LAPACK that fail, and a PETSc of another version: their functions are interposed here, and fail on demand.\n\n";
 
 #include "layout.h"
 #include <dlfcn.h>
 #include <metis.h>
 #include <petscblaslapack.h>
-#if defined(PETSC_HAVE_HYPRE)
-  #include <HYPRE_IJ_mv.h>
-#endif
 
 #define TEXT(name)  #name
 #define VALUE(name) TEXT(name) /* of a name that is a macro */
@@ -25,12 +22,6 @@ int METIS_PartGraphKway(idx_t *n, idx_t *ncon, idx_t *xadj, idx_t *adjncy, idx_t
 {
   if (failing) return METIS_ERROR_MEMORY;
   return Hidden(METIS_PartGraphKway, "METIS_PartGraphKway")(n, ncon, xadj, adjncy, vwgt, vsize, adjwgt, nparts, tpwgts, ubvec, options, cut, part);
-}
-
-int METIS_NodeND(idx_t *n, idx_t *xadj, idx_t *adjncy, idx_t *vwgt, idx_t *options, idx_t *perm, idx_t *iperm)
-{
-  if (failing) return METIS_ERROR_MEMORY;
-  return Hidden(METIS_NodeND, "METIS_NodeND")(n, xadj, adjncy, vwgt, options, perm, iperm);
 }
 
 void LAPACKREALsteqr_(const char *job, const PetscBLASInt *n, PetscReal *d, PetscReal *e, PetscReal *z, const PetscBLASInt *ldz, PetscReal *work,
@@ -53,14 +44,6 @@ PetscErrorCode PetscGetVersionNumber(PetscInt *major, PetscInt *minor, PetscInt 
   if (failing) ++*minor;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-
-#if defined(PETSC_HAVE_HYPRE)
-HYPRE_Int HYPRE_IJMatrixSetMaxOffProcElmts(HYPRE_IJMatrix ij, HYPRE_Int number)
-{
-  if (failing) return 1;
-  return Hidden(HYPRE_IJMatrixSetMaxOffProcElmts, "HYPRE_IJMatrixSetMaxOffProcElmts")(ij, number);
-}
-#endif
 
 /* Sets up PCAINSWORTH while a library fails, and expects an error, or none */
 static PetscErrorCode SetUp(const System &sys, const std::string &line, PetscErrorCode code, const std::vector<std::string> &parts)
@@ -113,33 +96,6 @@ static PetscErrorCode OtherChosen(const System &sys)
 }
 #endif
 
-/* Every row of C twice: dependent rows are found without METIS' ordering, too */
-static PetscErrorCode Doubled(const System &once)
-{
-  const Mat   both[] = {once.C, once.C};
-  Mat         nest, stacked;
-  KSP         ksp;
-  std::string text;
-  Options     options("-ainsworth_pc_type jacobi");
-
-  PetscFunctionBeginUser;
-  Case("every row of C twice");
-  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 1, NULL, both, &nest));
-  PetscCall(MatConvert(nest, MATAIJ, MAT_INITIAL_MATRIX, &stacked));
-  PetscCall(MatDestroy(&nest));
-  PetscCall(NestCreate(once.A, NULL, stacked, NULL, false, &nest));
-  PetscCall(SolverCreate(nest, &ksp));
-  failing = true;
-  PetscCall(KSPSetUp(ksp));
-  failing = false;
-  PetscCall(ViewText(ksp, text));
-  PetscCall(CheckText("view", text, {"constraints: 5", "5 dependent rows left out"}));
-  PetscCall(KSPDestroy(&ksp));
-  PetscCall(MatDestroy(&nest));
-  PetscCall(MatDestroy(&stacked));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Blocks of S that LAPACK calls indefinite: their 1-norms do, and the solve converges */
 static PetscErrorCode NotFactored()
 {
@@ -186,15 +142,13 @@ int main(int argc, char **argv)
   PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
   PetscCall(SetUp(sys, "-ainsworth_pc_type jacobi -pc_ainsworth_pmat bj_cc -pc_ainsworth_blocks 2", PETSC_ERR_LIB, {"METIS_PartGraphKway() returned -3"}));
 #if defined(PETSC_HAVE_HYPRE)
-  PetscCall(SetUp(sys, "-pc_ainsworth_pmat jcb", PETSC_ERR_LIB, {"HYPRE_IJMatrixSetMaxOffProcElmts"}));
   PetscCall(OtherChosen(sys));
 #endif
   cut.n = 48;
   cut.m = 20;
   PetscCall(SystemCreate(PETSC_COMM_WORLD, cut, &large));
   if (PetscDefined(HAVE_MUMPS) && size > 1)
-    PetscCall(SetUp(large, "-ainsworth_pc_type jacobi -pc_ainsworth_rows_per_rank 1", PETSC_ERR_LIB, {"METIS returned -3 for the graph of the Gram matrix"}));
-  PetscCall(Doubled(sys));
+    PetscCall(SetUp(large, "-ainsworth_pc_type jacobi -pc_ainsworth_rows_per_rank 1", PETSC_ERR_LIB, {"METIS_PartGraphKway() returned -3"}));
   PetscCall(NotFactored());
 
   PetscCall(SetUp(sys, "-ainsworth_pc_type blocksa -ainsworth_pc_blocksa_coarse_eq_limit 6", PETSC_ERR_LIB, {"steqr returned 1"}));

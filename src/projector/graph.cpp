@@ -1,0 +1,91 @@
+#include "graph.h"
+#include "../csr.h"
+#include <petscsf.h>
+#include <metis.h>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+/* S as a whole on the ranks that say `here`, for MatDestroySubMatrices(); an empty matrix on the others. Collective */
+PetscErrorCode AinsworthGraphGather(Mat S, bool here, Mat **whole)
+{
+  PetscInt m;
+  IS       all;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetSize(S, &m, NULL));
+  PetscCall(ISCreateStride(PETSC_COMM_SELF, here ? m : 0, 0, 1, &all));
+  PetscCall(MatCreateSubMatrices(S, 1, &all, &all, MAT_INITIAL_MATRIX, whole));
+  PetscCall(ISDestroy(&all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Parts of a sequential S by METIS; status: METIS' own, METIS_ERROR_INPUT where its indices are too short */
+static PetscErrorCode CutWhole(Mat S, PetscInt parts, bool equalWork, std::vector<PetscInt> &part, PetscMPIInt *status)
+{
+  AinsworthCSR       rows;
+  idx_t              n, one = 1, count = (idx_t)parts, cut, options[METIS_NOPTIONS];
+  std::vector<idx_t> start(1, 0), neighbors, work, where;
+
+  PetscFunctionBegin;
+  PetscCall(rows.open(S));
+  n = (idx_t)rows.n;
+  part.resize(rows.n);
+  where.resize(rows.n);
+  *status = METIS_OK;
+  if (parts <= 1 || parts >= rows.n) std::iota(where.begin(), where.end(), 0); /* METIS is not made for one part, nor for parts of one row */
+  else if ((PetscInt64)rows.ia[rows.n] > (PetscInt64)std::numeric_limits<idx_t>::max()) *status = METIS_ERROR_INPUT;
+  else {
+    for (PetscInt i = 0; i < rows.n; i++) {
+      for (PetscInt k = rows.ia[i]; k < rows.ia[i + 1]; k++)
+        if (rows.ja[k] != i) neighbors.push_back((idx_t)rows.ja[k]);
+      start.push_back((idx_t)neighbors.size());
+      work.push_back((idx_t)(rows.ia[i + 1] - rows.ia[i]));
+    }
+    neighbors.push_back(0); /* METIS takes no null pointer for a graph without edges */
+    METIS_SetDefaultOptions(options);
+    options[METIS_OPTION_SEED] = 0;
+    *status = METIS_PartGraphKway(&n, &one, start.data(), neighbors.data(), equalWork ? work.data() : NULL, NULL, NULL, &count, NULL, NULL, options, &cut,
+                                  where.data());
+  }
+  for (PetscInt i = 0; i < rows.n; i++) part[i] = parts <= 1 ? 0 : (PetscInt)where[i];
+  PetscCall(rows.close());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthGraphCut - cuts the graph of S on rank 0: the part of each row, distributed as the rows of S
+
+   Parts have equally many rows or, with equalWork, nonzeros. They do not depend on the number of ranks. More parts than rows: each row is one.
+*/
+PetscErrorCode AinsworthGraphCut(Mat S, PetscInt parts, bool equalWork, IS *part)
+{
+  MPI_Comm              comm = PetscObjectComm((PetscObject)S);
+  PetscMPIInt           rank, status = METIS_OK;
+  PetscInt              n, *own;
+  Mat                  *whole;
+  PetscLayout           layout;
+  PetscSF               sf;
+  std::vector<PetscInt> all, numbers;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCall(AinsworthGraphGather(S, rank == 0, &whole));
+  if (!rank) PetscCall(CutWhole(whole[0], parts, equalWork, all, &status));
+  PetscCall(MatDestroySubMatrices(1, &whole));
+  PetscCallMPI(MPI_Bcast(&status, 1, MPI_INT, 0, comm));
+  PetscCheck(status == METIS_OK, comm, PETSC_ERR_LIB, "METIS with %d-bit indices cannot cut the graph of the Gram matrix: METIS_PartGraphKway() returned %d",
+             (int)(8 * sizeof(idx_t)), status);
+  numbers.resize(all.size());
+  std::iota(numbers.begin(), numbers.end(), 0);
+  PetscCall(MatGetLocalSize(S, &n, NULL));
+  PetscCall(PetscMalloc1(n, &own));
+  PetscCall(MatGetLayouts(S, &layout, NULL));
+  PetscCall(PetscSFCreate(comm, &sf));
+  PetscCall(PetscSFSetGraphLayout(sf, layout, (PetscInt)all.size(), NULL, PETSC_USE_POINTER, numbers.data()));
+  PetscCall(PetscSFReduceBegin(sf, MPIU_INT, all.data(), own, MPI_REPLACE));
+  PetscCall(PetscSFReduceEnd(sf, MPIU_INT, all.data(), own, MPI_REPLACE));
+  PetscCall(PetscSFDestroy(&sf));
+  PetscCall(ISCreateGeneral(comm, n, own, PETSC_OWN_POINTER, part));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,10 @@
+/* The Gram matrix as a whole on one rank, and its graph cut by METIS */
+#ifndef AINSWORTH_GRAPH_H
+#define AINSWORTH_GRAPH_H
+
+#include "../petsccompat.h"
+
+PetscErrorCode AinsworthGraphGather(Mat, bool, Mat **);
+PetscErrorCode AinsworthGraphCut(Mat, PetscInt, bool, IS *);
+
+#endif
