@@ -3,7 +3,6 @@
 #include "events.h"
 #include "ksp/projectedcg.h"
 #include "multigrid/blocksa.h"
-#include "multigrid/chebyshev.h"
 #include "operator/matainsworth.h"
 #include "pc/pcainsworth.h"
 

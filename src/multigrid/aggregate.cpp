@@ -4,83 +4,75 @@
 namespace
 {
 /* The graph of the nodes of this rank, and how strongly A couples them */
-class Graph {
-public:
-  explicit Graph(const AinsworthBlockMat &);
-  void     select(PetscReal theta);
-  void     aggregate(AinsworthAggregates *agg) const;
-  void     mergeSingle(AinsworthAggregates *agg) const;
-  PetscInt coupled() const { return n - (PetscInt)std::count(alone.begin(), alone.end(), true); }
-
-private:
-  void findRoots(AinsworthAggregates *) const;
-  bool join(AinsworthAggregates *) const;
-  void rest(AinsworthAggregates *) const;
-
+struct Graph {
   const AinsworthBlockRows &A;
   const PetscInt            n;
   std::vector<PetscReal>    square;   /* |A_ij|_F^2 of each block */
   std::vector<PetscReal>    diagonal; /* |A_ii|_F */
   std::vector<bool>         alone;    /* not coupled to any other node, on this rank or another */
   std::vector<PetscInt>     si, sj;   /* strong neighbors on this rank */
+
+  explicit Graph(const AinsworthBlockRows &rows) : A(rows), n(A.n), square(A.j.size()), diagonal(n, 0.0), alone(n, true)
+  {
+    for (PetscInt i = 0; i < n; i++)
+      for (PetscInt k = A.i[i]; k < A.i[i + 1]; k++) {
+        PetscReal sum = 0.0;
+
+        for (const PetscScalar *a = A.block(k), *end = A.block(k + 1); a != end; a++) sum += PetscRealPart(*a * PetscConj(*a));
+        square[k] = sum;
+        if (A.j[k] == i) diagonal[i] = PetscSqrtReal(sum);
+        else if (sum > 0.0) alone[i] = false;
+      }
+  }
 };
-
-Graph::Graph(const AinsworthBlockMat &mat) : A(mat.rows), n(mat.rows.n), square(mat.rows.j.size()), diagonal(n, 0.0), alone(n, true)
-{
-  for (PetscInt i = 0; i < n; i++)
-    for (PetscInt k = A.i[i]; k < A.i[i + 1]; k++) {
-      const PetscScalar *a = A.block(k);
-      PetscReal          s = 0.0;
-
-      for (PetscInt q = 0; q < A.size(); q++) s += PetscRealPart(a[q] * PetscConj(a[q]));
-      square[k] = s;
-      if (A.j[k] == i) diagonal[i] = PetscSqrtReal(s);
-      else if (s > 0.0) alone[i] = false;
-    }
-}
+} // namespace
 
 /* Neighbors with |A_ij|^2 > theta^2 |A_ii| |A_jj| are strong */
-void Graph::select(PetscReal theta)
+static void SelectStrong(PetscReal theta, Graph *G)
 {
-  si.assign(1, 0);
-  sj.clear();
-  for (PetscInt i = 0; i < n; i++) {
+  const AinsworthBlockRows &A = G->A;
+
+  G->si.assign(1, 0);
+  G->sj.clear();
+  for (PetscInt i = 0; i < G->n; i++) {
     for (PetscInt k = A.i[i]; k < A.i[i + 1]; k++) {
       const PetscInt j = A.j[k];
-      if (j != i && j < n && square[k] > theta * theta * diagonal[i] * diagonal[j]) sj.push_back(j);
+      if (j != i && j < G->n && G->square[k] > theta * theta * G->diagonal[i] * G->diagonal[j]) G->sj.push_back(j);
     }
-    si.push_back((PetscInt)sj.size());
+    G->si.push_back((PetscInt)G->sj.size());
   }
 }
 
 /* A node whose strong neighbors are all free is the root of an aggregate of them */
-void Graph::findRoots(AinsworthAggregates *agg) const
+static void FindRoots(const Graph &G, AinsworthAggregates *agg)
 {
   std::vector<PetscInt> &of = agg->of;
 
-  for (PetscInt i = 0; i < n; i++) {
-    if (of[i] >= 0 || alone[i] || si[i] == si[i + 1]) continue;
-    if (std::any_of(sj.begin() + si[i], sj.begin() + si[i + 1], [&](PetscInt j) { return of[j] >= 0; })) continue;
+  for (PetscInt i = 0; i < G.n; i++) {
+    const auto first = G.sj.begin() + G.si[i], last = G.sj.begin() + G.si[i + 1];
+
+    if (of[i] >= 0 || G.alone[i] || first == last || std::any_of(first, last, [&](PetscInt j) { return of[j] >= 0; })) continue;
     of[i] = agg->count;
-    for (PetscInt k = si[i]; k < si[i + 1]; k++) of[sj[k]] = agg->count;
+    std::for_each(first, last, [&](PetscInt j) { of[j] = agg->count; });
     agg->count++;
   }
 }
 
 /* Free nodes join the aggregate that most of their strong neighbors are in; false where none could */
-bool Graph::join(AinsworthAggregates *agg) const
+static bool Join(const Graph &G, AinsworthAggregates *agg)
 {
   const std::vector<PetscInt> before(agg->of);
   bool                        any = false;
 
-  for (PetscInt i = 0; i < n; i++) {
-    PetscInt most = 0;
+  for (PetscInt i = 0; i < G.n; i++) {
+    const auto first = G.sj.begin() + G.si[i], last = G.sj.begin() + G.si[i + 1];
+    PetscInt   most = 0;
 
-    if (before[i] >= 0 || alone[i]) continue;
-    for (PetscInt k = si[i]; k < si[i + 1]; k++) {
-      const PetscInt g = before[sj[k]];
+    if (before[i] >= 0 || G.alone[i]) continue;
+    for (auto k = first; k != last; ++k) {
+      const PetscInt g = before[*k];
       if (g < 0) continue;
-      const PetscInt touches = (PetscInt)std::count_if(sj.begin() + si[i], sj.begin() + si[i + 1], [&](PetscInt j) { return before[j] == g; });
+      const PetscInt touches = (PetscInt)std::count_if(first, last, [&](PetscInt j) { return before[j] == g; });
       if (touches > most) {
         most       = touches;
         agg->of[i] = g;
@@ -92,45 +84,40 @@ bool Graph::join(AinsworthAggregates *agg) const
 }
 
 /* What is still free becomes aggregates of free neighbors */
-void Graph::rest(AinsworthAggregates *agg) const
+static void AggregateRest(const Graph &G, AinsworthAggregates *agg)
 {
-  for (PetscInt i = 0; i < n; i++) {
-    if (agg->of[i] >= 0 || alone[i]) continue;
+  for (PetscInt i = 0; i < G.n; i++) {
+    if (agg->of[i] >= 0 || G.alone[i]) continue;
     agg->of[i] = agg->count;
-    for (PetscInt k = si[i]; k < si[i + 1]; k++)
-      if (agg->of[sj[k]] < 0) agg->of[sj[k]] = agg->count;
+    for (PetscInt k = G.si[i]; k < G.si[i + 1]; k++)
+      if (agg->of[G.sj[k]] < 0) agg->of[G.sj[k]] = agg->count;
     agg->count++;
   }
 }
 
-void Graph::aggregate(AinsworthAggregates *agg) const
+/*
+   A node on its own joins the aggregate of the neighbor that it is coupled to most, unless that is on another rank: it may be a piece of a stiff body that
+   the partition has cut. So may larger aggregates, which stay
+*/
+static void MergeSingle(const Graph &G, AinsworthAggregates *agg)
 {
-  agg->count = 0;
-  agg->of.assign(n, -1);
-  findRoots(agg);
-  for (int pass = 0; pass < 4 && join(agg); pass++) { }
-  rest(agg);
-}
-
-/* A node on its own joins the aggregate of the neighbor that it is coupled to most: larger ones may be what a stiff body has on this rank, and stay */
-void Graph::mergeSingle(AinsworthAggregates *agg) const
-{
-  std::vector<PetscInt> members(agg->count, 0), number(agg->count, -1);
+  const AinsworthBlockRows &A = G.A;
+  std::vector<PetscInt>     members(agg->count, 0), number(agg->count, -1);
 
   for (PetscInt g : agg->of)
     if (g >= 0) members[g]++;
-  for (PetscInt i = 0; i < n; i++) {
+  for (PetscInt i = 0; i < G.n; i++) {
     PetscReal best = 0.0;
     PetscInt  to   = -1;
 
     if (agg->of[i] < 0 || members[agg->of[i]] > 1) continue;
     for (PetscInt k = A.i[i]; k < A.i[i + 1]; k++) {
       const PetscInt j = A.j[k];
-      if (j == i || square[k] <= best || (j < n && agg->of[j] < 0)) continue;
-      best = square[k];
-      to   = j < n ? agg->of[j] : -1;
+      if (j == i || G.square[k] <= best || (j < G.n && agg->of[j] < 0)) continue;
+      best = G.square[k];
+      to   = j < G.n ? agg->of[j] : -1;
     }
-    if (to < 0) continue; /* or what it is coupled to most is on another rank: it may be a piece of a stiff body that the partition has cut */
+    if (to < 0) continue;
     members[agg->of[i]]--;
     members[to]++;
     agg->of[i] = to;
@@ -142,7 +129,6 @@ void Graph::mergeSingle(AinsworthAggregates *agg) const
     g = number[g];
   }
 }
-} // namespace
 
 /*
    AinsworthAggregate - groups the nodes of this rank by how strongly A couples them; not collective
@@ -152,14 +138,19 @@ void Graph::mergeSingle(AinsworthAggregates *agg) const
 */
 PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &A, PetscReal theta, PetscInt k, AinsworthAggregates *agg)
 {
-  Graph graph(A);
+  Graph          G(A.rows);
+  const PetscInt coupled = (PetscInt)std::count(G.alone.begin(), G.alone.end(), false);
 
   PetscFunctionBegin;
   for (;; theta = theta > 1e-3 ? theta / 2 : 0.0) {
-    graph.select(theta);
-    graph.aggregate(agg);
-    if (2 * k * agg->count <= A.rows.br * graph.coupled() || theta == 0.0) break;
+    SelectStrong(theta, &G);
+    agg->count = 0;
+    agg->of.assign(G.n, -1);
+    FindRoots(G, agg);
+    for (int pass = 0; pass < 4 && Join(G, agg); pass++) { }
+    AggregateRest(G, agg);
+    if (2 * k * agg->count <= A.rows.br * coupled || theta == 0.0) break;
   }
-  graph.mergeSingle(agg);
+  MergeSingle(G, agg);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

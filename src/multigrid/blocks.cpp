@@ -8,31 +8,32 @@ void AinsworthSortUnique(std::vector<PetscInt> &list)
   list.erase(std::unique(list.begin(), list.end()), list.end());
 }
 
-/* nodes: the numbers of the ghosts, rising. Collective */
-PetscErrorCode AinsworthColumns::create(PetscLayout given, std::vector<PetscInt> &&nodes)
+/* local: nodes of this rank. Collective */
+PetscErrorCode AinsworthLayoutCreate(MPI_Comm comm, PetscInt local, AinsworthLayout *nodes)
 {
-  PetscMPIInt size;
-  PetscInt    last;
+  PetscLayout layout;
 
   PetscFunctionBegin;
-  PetscCall(PetscLayoutReference(given, &layout));
-  PetscCall(PetscLayoutGetRange(layout, &first, &last));
-  local  = last - first;
-  ghosts = std::move(nodes);
-  PetscCallMPI(MPI_Comm_size(layout->comm, &size));
-  if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscSFCreate(layout->comm, &sf));
-  PetscCall(PetscSFSetGraphLayout(sf, layout, (PetscInt)ghosts.size(), NULL, PETSC_COPY_VALUES, ghosts.data()));
-  PetscCall(PetscSFSetUp(sf));
+  PetscCall(PetscLayoutCreateFromSizes(comm, local, PETSC_DETERMINE, 1, &layout));
+  nodes->reset(layout, [](PetscLayout l) { (void)PetscLayoutDestroy(&l); });
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthColumns::destroy()
+/* nodes: the numbers of the ghosts, rising. Collective */
+PetscErrorCode AinsworthColumns::create(const AinsworthLayout &owned, std::vector<PetscInt> &&nodes)
 {
+  PetscSF graph;
+
   PetscFunctionBegin;
-  PetscCall(PetscLayoutDestroy(&layout));
-  PetscCall(PetscSFDestroy(&sf));
-  ghosts.clear();
+  layout = owned;
+  first  = layout->rstart;
+  local  = layout->rend - first;
+  ghosts = std::move(nodes);
+  if (layout->size == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSFCreate(layout->comm, &graph));
+  PetscCall(PetscSFSetGraphLayout(graph, layout.get(), (PetscInt)ghosts.size(), NULL, PETSC_COPY_VALUES, ghosts.data()));
+  PetscCall(PetscSFSetUp(graph));
+  sf.reset(graph, [](PetscSF s) { (void)PetscSFDestroy(&s); });
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -41,14 +42,14 @@ PetscErrorCode AinsworthColumns::toGhosts(MPI_Datatype unit, const void *owned, 
 {
   PetscFunctionBegin;
   if (!sf) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscSFBcastBegin(sf, unit, owned, ghost, MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(sf, unit, owned, ghost, MPI_REPLACE));
+  PetscCall(PetscSFBcastBegin(sf.get(), unit, owned, ghost, MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(sf.get(), unit, owned, ghost, MPI_REPLACE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscInt AinsworthColumns::place(PetscInt node) const
 {
-  if (node >= first && node < first + local) return node - first;
+  if (owns(node)) return node - first;
   return local + (PetscInt)(std::lower_bound(ghosts.begin(), ghosts.end(), node) - ghosts.begin());
 }
 
@@ -56,8 +57,7 @@ namespace
 {
 /* One of the two parts of the local rows of an AIJ matrix: owned columns, or ghost columns */
 struct Part : AinsworthCSR {
-  std::vector<PetscInt> place; /* of the block column of each ghost column, none for owned columns */
-  std::vector<PetscInt> component;
+  std::vector<PetscInt> columns; /* number of each column with ghosts behind those owned; none: they have it already */
 };
 
 /* f(row within the node, block column, component, entry) for all entries of node b */
@@ -67,9 +67,8 @@ void ForEach(const std::vector<Part> &parts, PetscInt b, PetscInt bs, F f)
   for (const Part &part : parts)
     for (PetscInt r = 0; r < bs; r++)
       for (PetscInt k = part.ia[b * bs + r]; k < part.ia[b * bs + r + 1]; k++) {
-        const PetscInt c = part.ja[k];
-        if (part.place.empty()) f(r, c / bs, c % bs, part.a[k]);
-        else f(r, part.place[c], part.component[c], part.a[k]);
+        const PetscInt c = part.columns.empty() ? part.ja[k] : part.columns[part.ja[k]];
+        f(r, c / bs, c % bs, part.a[k]);
       }
 }
 
@@ -110,19 +109,16 @@ void FillBlocks(const std::vector<Part> &parts, PetscInt nodes, PetscInt places,
   std::vector<PetscInt> at(places, -1);
   size_t                entries = 0;
 
-  rows->n  = nodes;
-  rows->br = rows->bc = bs;
-  rows->i.assign(1, 0);
+  *rows = AinsworthBlockRows(bs, bs);
   rows->i.reserve(nodes + 1);
   for (const Part &part : parts) entries += part.ia[nodes * bs];
   rows->j.reserve(entries / (bs * bs) + 1);
   rows->a.reserve(entries);
-  for (PetscInt b = 0; b < nodes; b++) {
+  for (PetscInt b = 0; b < nodes; b++, rows->endRow()) {
     const PetscInt start = (PetscInt)rows->j.size();
 
     if (FullBlocks(parts, b, bs)) {
       CopyBlocks(parts[0], b, bs, rows);
-      rows->i.push_back((PetscInt)rows->j.size());
       continue;
     }
     ForEach(parts, b, bs, [&](PetscInt, PetscInt place, PetscInt, PetscScalar) {
@@ -135,7 +131,6 @@ void FillBlocks(const std::vector<Part> &parts, PetscInt nodes, PetscInt places,
     for (PetscInt k = start; k < (PetscInt)rows->j.size(); k++) at[rows->j[k]] = k;
     rows->a.resize(rows->j.size() * bs * bs, 0.0);
     ForEach(parts, b, bs, [&](PetscInt r, PetscInt place, PetscInt c, PetscScalar v) { rows->block(at[place])[r * bs + c] = v; });
-    rows->i.push_back((PetscInt)rows->j.size());
   }
 }
 } // namespace
@@ -143,42 +138,89 @@ void FillBlocks(const std::vector<Part> &parts, PetscInt nodes, PetscInt places,
 /* AinsworthBlockMatCreate - the rows of an AIJ matrix on this rank, n x n, in blocks of bs, which divides the rows of every rank */
 PetscErrorCode AinsworthBlockMatCreate(Mat A, PetscInt bs, AinsworthBlockMat *B)
 {
-  PetscInt              n, N;
+  PetscInt              n, ng = 0;
   PetscBool             mpi;
-  PetscLayout           layout;
+  Mat                   inside = A, outside;
+  const PetscInt       *garray;
+  AinsworthLayout       nodes;
   std::vector<PetscInt> ghosts;
-  std::vector<Part>     parts(1);
+  std::vector<Part>     parts;
 
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(A, &n, NULL));
-  PetscCall(MatGetSize(A, &N, NULL));
-  PetscCall(PetscLayoutCreateFromSizes(PetscObjectComm((PetscObject)A), n / bs, N / bs, 1, &layout));
+  PetscCall(AinsworthLayoutCreate(PetscObjectComm((PetscObject)A), n / bs, &nodes));
   PetscCall(PetscObjectBaseTypeCompare((PetscObject)A, MATMPIAIJ, &mpi));
   if (mpi) {
-    Mat             inside, outside;
-    const PetscInt *garray;
-    PetscInt        ng;
-
     PetscCall(MatMPIAIJGetSeqAIJ(A, &inside, &outside, &garray));
     PetscCall(MatGetSize(outside, NULL, &ng));
-    parts.resize(2);
-    PetscCall(parts[0].open(inside));
-    PetscCall(parts[1].open(outside));
     for (PetscInt k = 0; k < ng; k++) ghosts.push_back(garray[k] / bs);
     AinsworthSortUnique(ghosts);
-    PetscCall(B->cols.create(layout, std::move(ghosts)));
-    parts[1].place.resize(PetscMax(ng, 1));
-    parts[1].component.resize(ng);
-    for (PetscInt k = 0; k < ng; k++) {
-      parts[1].place[k]     = B->cols.place(garray[k] / bs);
-      parts[1].component[k] = garray[k] % bs;
-    }
-  } else {
-    PetscCall(B->cols.create(layout, std::move(ghosts)));
-    PetscCall(parts[0].open(A));
   }
-  PetscCall(PetscLayoutDestroy(&layout));
+  PetscCall(B->cols.create(nodes, std::move(ghosts)));
+  parts.resize(mpi ? 2 : 1);
+  PetscCall(parts[0].open(inside));
+  if (mpi) {
+    PetscCall(parts[1].open(outside));
+    for (PetscInt k = 0; k < ng; k++) parts[1].columns.push_back(B->cols.place(garray[k] / bs) * bs + garray[k] % bs);
+  }
   FillBlocks(parts, n / bs, B->cols.count(), bs, &B->rows);
   for (Part &part : parts) PetscCall(part.close());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthBlockMatAssemble - a matrix of blocks of bs from pieces of its rows on this rank; those in the same place are added. Collective */
+PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &nodes, PetscInt bs, std::vector<AinsworthPiece> &pieces, AinsworthBlockMat *B)
+{
+  std::vector<PetscInt> ghosts;
+  AinsworthBlockRows   &rows = B->rows;
+
+  PetscFunctionBegin;
+  for (const AinsworthPiece &piece : pieces)
+    if (piece.node < nodes->rstart || piece.node >= nodes->rend) ghosts.push_back(piece.node);
+  AinsworthSortUnique(ghosts);
+  PetscCall(B->cols.create(nodes, std::move(ghosts)));
+  std::stable_sort(pieces.begin(), pieces.end(),
+                   [](const AinsworthPiece &a, const AinsworthPiece &b) { return a.row < b.row || (a.row == b.row && a.node < b.node); });
+  rows      = AinsworthBlockRows(bs, bs);
+  auto next = pieces.begin();
+  for (PetscInt r = 0; r < B->cols.local; r++, rows.endRow())
+    while (next != pieces.end() && next->row == r) {
+      const PetscInt node = next->node;
+
+      rows.j.push_back(B->cols.place(node));
+      rows.a.resize(rows.a.size() + bs * bs, 0.0);
+      PetscScalar *sum = &rows.a[rows.a.size() - bs * bs];
+      for (; next != pieces.end() && next->row == r && next->node == node; ++next)
+        for (PetscInt p = 0; p < bs; p++)
+          for (PetscInt q = 0; q < bs; q++) sum[p * bs + q] += next->adjoint ? PetscConj(next->values[q * bs + p]) : next->values[p * bs + q];
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthBlocksToAIJ - rows whose columns rise by the numbers of their nodes as AIJ, of the sizes of another matrix; collective */
+PetscErrorCode AinsworthBlocksToAIJ(const AinsworthBlockRows &rows, const AinsworthColumns &cols, Mat like, Mat *aij)
+{
+  PetscInt                 m, n, M, N;
+  std::vector<PetscInt>    i = {0}, j;
+  std::vector<PetscScalar> a;
+
+  PetscFunctionBegin;
+  for (PetscInt l = 0; l < rows.n * rows.br; l++) {
+    for (PetscInt k = rows.i[l / rows.br]; k < rows.i[l / rows.br + 1]; k++) {
+      const PetscScalar *row = rows.block(k) + l % rows.br * rows.bc;
+
+      for (PetscInt c = 0; c < rows.bc; c++) j.push_back(cols.node(rows.j[k]) * rows.bc + c);
+      a.insert(a.end(), row, row + rows.bc);
+    }
+    i.push_back((PetscInt)j.size());
+  }
+  PetscCall(MatGetLocalSize(like, &m, &n));
+  PetscCall(MatGetSize(like, &M, &N));
+  PetscCall(MatCreate(PetscObjectComm((PetscObject)like), aij));
+  PetscCall(MatSetSizes(*aij, m, n, M, N));
+  PetscCall(MatSetBlockSizes(*aij, rows.br, rows.bc));
+  PetscCall(MatSetType(*aij, MATAIJ));
+  PetscCall(MatSeqAIJSetPreallocationCSR(*aij, i.data(), j.data(), a.data()));
+  PetscCall(MatMPIAIJSetPreallocationCSR(*aij, i.data(), j.data(), a.data()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

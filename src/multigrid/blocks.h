@@ -2,33 +2,64 @@
 #ifndef AINSWORTH_BLOCKS_H
 #define AINSWORTH_BLOCKS_H
 
-#include "../petsccompat.h"
+#include "kernels.h"
 #include <petscsf.h>
+#include <memory>
 #include <vector>
 
 /* n rows of blocks, br x bc each, stored row by row */
-struct AinsworthBlockRows {
-  PetscInt                 n = 0, br = 1, bc = 1;
-  std::vector<PetscInt>    i, j;
-  std::vector<PetscScalar> a;
+template <class T>
+struct AinsworthBlocks {
+  PetscInt              n = 0, br = 1, bc = 1;
+  std::vector<PetscInt> i = {0}, j;
+  std::vector<T>        a;
 
-  PetscInt           size() const { return br * bc; }
-  const PetscScalar *block(PetscInt k) const { return a.data() + (size_t)k * size(); }
-  PetscScalar       *block(PetscInt k) { return a.data() + (size_t)k * size(); }
+  AinsworthBlocks() = default;
+  AinsworthBlocks(PetscInt rows, PetscInt columns) : br(rows), bc(columns) { }
+  PetscInt size() const { return br * bc; }
+  const T *block(PetscInt k) const { return a.data() + (size_t)k * size(); }
+  T       *block(PetscInt k) { return a.data() + (size_t)k * size(); }
+  void     endRow()
+  {
+    i.push_back((PetscInt)j.size());
+    n++;
+  }
 };
+typedef AinsworthBlocks<PetscScalar> AinsworthBlockRows;
+
+/* y += M x for rows with values a; ghost: what x has in columns that this rank does not own; nodes of x and y are xs and ys numbers apart */
+template <int R, int C, class S, class T, class V>
+inline void AinsworthRowsMultAdd(const AinsworthBlocks<S> &rows, const T *a, PetscInt local, const V *x, const V *ghost, PetscInt xs, PetscInt ys, V *y)
+{
+  const PetscInt br = R ? R : rows.br, bc = C ? C : rows.bc;
+
+  for (PetscInt i = 0; i < rows.n; i++, y += ys)
+    for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++, a += br * bc) {
+      const PetscInt j = rows.j[k];
+      const V       *z = j < local ? x + (size_t)j * xs : ghost + (size_t)(j - local) * xs;
+      for (PetscInt r = 0; r < br; r++) {
+        V sum = 0;
+        for (PetscInt c = 0; c < bc; c++) sum += (V)a[r * bc + c] * z[c];
+        y[r] += sum;
+      }
+    }
+}
+
+/* Nodes over the ranks */
+typedef std::shared_ptr<std::remove_pointer<PetscLayout>::type> AinsworthLayout;
 
 /* The nodes that block columns stand for: those that this rank owns, at places 0 to local - 1, then ghosts, by rising numbers */
 struct AinsworthColumns {
-  PetscLayout           layout = NULL; /* of the nodes over the ranks */
-  PetscInt              first = 0, local = 0;
-  std::vector<PetscInt> ghosts;    /* numbers of the nodes */
-  PetscSF               sf = NULL; /* from owners to ghosts; NULL on one rank */
+  AinsworthLayout                                     layout;
+  PetscInt                                            first = 0, local = 0;
+  std::vector<PetscInt>                               ghosts; /* numbers of the nodes */
+  std::shared_ptr<std::remove_pointer<PetscSF>::type> sf;     /* from owners to ghosts; none on one rank */
 
-  PetscErrorCode create(PetscLayout, std::vector<PetscInt> &&);
-  PetscErrorCode destroy();
+  PetscErrorCode create(const AinsworthLayout &, std::vector<PetscInt> &&);
   PetscErrorCode toGhosts(MPI_Datatype, const void *, void *) const;
 
   PetscInt count() const { return local + (PetscInt)ghosts.size(); }
+  bool     owns(PetscInt node) const { return node >= first && node < first + local; }
   PetscInt node(PetscInt place) const { return place < local ? first + place : ghosts[place - local]; }
   PetscInt place(PetscInt node) const;
 };
@@ -36,6 +67,13 @@ struct AinsworthColumns {
 struct AinsworthBlockMat {
   AinsworthBlockRows rows; /* columns are places in cols; square blocks */
   AinsworthColumns   cols;
+};
+
+/* A block on its way to a row, by the number of its column; adjoint: its adjoint is meant */
+struct AinsworthPiece {
+  PetscInt           row, node;
+  const PetscScalar *values;
+  bool               adjoint;
 };
 
 /* An MPI type of some numbers in a row, freed at the end of its scope. A single one is itself: PETSc cannot sum a row of one */
@@ -60,8 +98,11 @@ private:
 };
 
 void           AinsworthSortUnique(std::vector<PetscInt> &);
+PetscErrorCode AinsworthLayoutCreate(MPI_Comm, PetscInt, AinsworthLayout *);
 PetscErrorCode AinsworthBlockMatCreate(Mat, PetscInt, AinsworthBlockMat *);
-PetscErrorCode AinsworthRowsToGhosts(const AinsworthColumns &, const AinsworthBlockRows &, AinsworthBlockRows *);
+PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &, PetscInt, std::vector<AinsworthPiece> &, AinsworthBlockMat *);
+PetscErrorCode AinsworthBlocksToAIJ(const AinsworthBlockRows &, const AinsworthColumns &, Mat, Mat *);
+PetscErrorCode AinsworthSendRows(PetscSF, const AinsworthBlockRows &, PetscInt, AinsworthBlockRows *);
 PetscErrorCode AinsworthRowsToOwners(const AinsworthColumns &, const AinsworthBlockRows &, std::vector<PetscInt> *, AinsworthBlockRows *);
 
 #endif

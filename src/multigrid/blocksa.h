@@ -1,9 +1,10 @@
-/* PCBLOCKSA: multigrid by block smoothed aggregation */
+/* PCBLOCKSA: multigrid by block smoothed aggregation, and KSPCHEBYSHEVSINGLE, the smoother of its finest level */
 #ifndef AINSWORTH_BLOCKSA_H
 #define AINSWORTH_BLOCKSA_H
 
 #include "hierarchy.h"
 #include <petscainsworth.h>
+#include <petsc/private/pcmgimpl.h>
 
 /* Levels of A that one PC made, for another or for the same one after PCReset() */
 struct AinsworthLevels {
@@ -19,29 +20,27 @@ struct PC_BlockSA {
   std::vector<PetscReal>    coordinates;
   PetscBool                 stale;    /* a choice changed since the levels were made */
   PetscBool                 given;    /* an option says the precision */
-  PetscBool                 tolerant; /* the method that solves now bears with single precision */
+  PetscBool                 tolerant; /* the KSP that solves now tolerates single precision */
 
   AinsworthLevels  levels;
-  std::vector<Mat> op, P; /* of each level, the finest first; the coarsest is AIJ */
-  std::vector<KSP> smoother;
+  std::vector<Mat> op;      /* of each level, the finest first; the coarsest is AIJ */
   Mat              product; /* A for products, of the present levels; NULL: nobody asked for it */
   PetscBool        raised;  /* the damped part of the spectrum was widened since set-up */
-
-  /* what PCMG does */
-  PetscErrorCode (*setup)(PC), (*apply)(PC, Vec, Vec), (*reset)(PC), (*destroy)(PC);
-  PetscErrorCode (*setfromoptions)(PC, AinsworthOptionItems);
+  struct _PCOps    mg;      /* what PCMG does */
 };
 
-PETSC_INTERN PetscErrorCode PCCreate_BlockSA(PC);
-PetscErrorCode              PCBlockSAGet_Private(PC, PC_BlockSA **);
-PetscErrorCode              PCSetUp_BlockSA(PC);
-PetscErrorCode              PCBlockSARaiseBounds_Private(PC_BlockSA *);
+static inline PC_BlockSA *BlockSA(PC pc)
+{
+  return (PC_BlockSA *)((PC_MG *)pc->data)->innerctx;
+}
 
-/* For PCAINSWORTH; PCs of other types have none of this, and nothing is done */
-PetscErrorCode PCBlockSAGetLevels_Private(PC, AinsworthLevels *);
-PetscErrorCode PCBlockSASetLevels_Private(PC, const AinsworthLevels &);
-PetscErrorCode PCBlockSAKeepProduct_Private(PC);
-PetscErrorCode PCBlockSAGetProduct_Private(PC, Mat *);
-PetscErrorCode PCBlockSAGetDoubts_Private(PC, const char **);
+PETSC_INTERN PetscErrorCode PCCreate_BlockSA(PC);
+PetscErrorCode              PCSetUp_BlockSA(PC);
+PetscErrorCode              PCBlockSASetBounds_Private(PC, PetscReal);
+PetscErrorCode              PCBlockSAGet_Private(PC, PC_BlockSA **); /* NULL for a PC of another type */
+PetscErrorCode              PCBlockSAGetProduct_Private(PC, Mat *);
+
+PETSC_INTERN PetscErrorCode KSPCreate_ChebyshevSingle(KSP);
+PetscErrorCode              KSPChebyshevSingleSetEigenvalues_Private(KSP, PetscReal, PetscReal);
 
 #endif

@@ -1,8 +1,6 @@
 #include "blocksa.h"
-#include "chebyshev.h"
 #include "../events.h"
 #include "../saddle/saddle.h"
-#include <petsc/private/pcmgimpl.h>
 #include <limits>
 
 /* Part of the spectrum of D^{-1} M that is damped, of the largest eigenvalue estimated */
@@ -30,7 +28,7 @@ static PetscErrorCode Split(Mat pmat, Mat *A, Mat *added)
   PetscCall(MatCompositeGetNumberMat(pmat, &n));
   PetscCall(MatCompositeGetType(pmat, &type));
   PetscCheck(n <= 2 && type == MAT_COMPOSITE_ADDITIVE, PetscObjectComm((PetscObject)pmat), PETSC_ERR_SUP,
-             "PC type %s takes a %s of two matrices that are added, A and what is added to it on few rows", PCBLOCKSA, MATCOMPOSITE);
+             "PC type %s accepts a %s of two matrices that are added: A, and a matrix with entries in few rows", PCBLOCKSA, MATCOMPOSITE);
   PetscCall(MatCompositeGetMat(pmat, 0, A));
   if (n == 2) PetscCall(MatCompositeGetMat(pmat, 1, added));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -61,11 +59,12 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   PetscCall(MatGetBlockSize(A, &bs));
   PetscCall(MatGetLocalSize(A, &n, NULL));
   PetscCheck(!sa->dim || (PetscInt)sa->coordinates.size() == n / bs * sa->dim, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_SIZ,
-             "PCSetCoordinates() was called with %" PetscInt_FMT " coordinates on this rank, the matrix has %" PetscInt_FMT " rows in blocks of %" PetscInt_FMT,
+             "PCSetCoordinates() was called with %" PetscInt_FMT " coordinates on this rank, but the matrix has %" PetscInt_FMT
+             " rows in blocks of %" PetscInt_FMT,
              (PetscInt)sa->coordinates.size(), n, bs);
   sa->levels = AinsworthLevels();
   PetscCall(MatDestroy(&sa->product));
-  PetscCall(AinsworthModesCreate(A, near, n, bs, sa->dim, sa->coordinates.data(), &modes));
+  PetscCall(AinsworthModesCreate(A, near, sa->dim, sa->coordinates.data(), &modes));
   if (!modes.rotations)
     PetscCall(PetscInfo(pc, "Neither a near null space nor coordinates: with rigid-body modes (MatSetNearNullSpace(), PCSetCoordinates()) slender bodies "
                             "take 2 to 5 times less\n"));
@@ -82,13 +81,31 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The operator of the coarsest level, shifted: bodies that nothing holds leave their modes in it */
+static PetscErrorCode CreateCoarsest(const AinsworthGrid &grid, std::unique_ptr<AinsworthLevel> &&level, PetscReal factor, Mat *op)
+{
+  Mat coarsest = NULL;
+  Vec shifts;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthLevelMatSet(grid.nodes, grid.bs, std::move(level), &coarsest));
+  PetscCall(MatConvert(coarsest, MATAIJ, MAT_INITIAL_MATRIX, op));
+  PetscCall(MatCreateVecs(coarsest, &shifts, NULL));
+  PetscCall(MatGetDiagonal(coarsest, shifts));
+  PetscCall(VecScale(shifts, factor));
+  PetscCall(MatDiagonalSet(*op, shifts, ADD_VALUES));
+  PetscCall(VecDestroy(&shifts));
+  PetscCall(MatDestroy(&coarsest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Operators of all levels: A_l, or A_l plus the Galerkin products of what is added to A */
 static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added, bool singular)
 {
   const AinsworthHierarchy       &h = *sa->levels.hierarchy;
-  const PetscInt                  n = (PetscInt)h.grids.size();
+  const size_t                    n = h.grids.size();
   AinsworthBlockMat               D;
-  Mat                             aij, coarsest;
+  Mat                             aij;
   std::unique_ptr<AinsworthLevel> level;
 
   PetscFunctionBegin;
@@ -97,36 +114,19 @@ static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added, bool singular)
     PetscCall(AinsworthBlockMatCreate(aij, h.grids[0].bs, &D));
     PetscCall(MatDestroy(&aij));
   }
-  for (PetscInt l = 0; l < n; l++) {
-    PetscCall(h.createLevel(l, added ? &D : NULL, true, &level));
-    if (added && l + 1 < n) PetscCall(AinsworthLevelEstimate(level.get()));
-    if (l + 1 < n) {
-      if (!sa->op[l]) PetscCall(AinsworthLevelMatCreate(h.grids[l].nodes, h.grids[l].bs, &sa->op[l]));
-      PetscCall(AinsworthLevelMatSet(sa->op[l], std::move(level)));
-    } else {
-      for (PetscReal &d : level->diagonal) d *= singular && h.single() ? shiftOfSingular : shift;
-      const std::vector<PetscReal> shifts(level->diagonal);
-      Vec                          d;
-      PetscScalar                 *a;
-
-      PetscCall(AinsworthLevelMatCreate(h.grids[l].nodes, h.grids[l].bs, &coarsest));
-      PetscCall(AinsworthLevelMatSet(coarsest, std::move(level)));
+  for (size_t l = 0; l < n; l++) {
+    PetscCall(h.createLevel((PetscInt)l, added ? &D : NULL, true, &level));
+    if (l + 1 == n) {
       PetscCall(MatDestroy(&sa->op[l]));
-      PetscCall(MatConvert(coarsest, MATAIJ, MAT_INITIAL_MATRIX, &sa->op[l]));
-      PetscCall(MatDestroy(&coarsest));
-      /* bodies that nothing holds leave their modes in the coarsest matrix */
-      PetscCall(MatCreateVecs(sa->op[l], &d, NULL));
-      PetscCall(VecGetArrayWrite(d, &a));
-      for (size_t k = 0; k < shifts.size(); k++) a[k] = shifts[k];
-      PetscCall(VecRestoreArrayWrite(d, &a));
-      PetscCall(MatDiagonalSet(sa->op[l], d, ADD_VALUES));
-      PetscCall(VecDestroy(&d));
+      PetscCall(CreateCoarsest(h.grids[l], std::move(level), singular && h.single() ? shiftOfSingular : shift, &sa->op[l]));
+      break;
     }
+    if (added) PetscCall(level->estimate());
+    PetscCall(AinsworthLevelMatSet(h.grids[l].nodes, h.grids[l].bs, std::move(level), &sa->op[l]));
     if (added) {
       AinsworthBlockMat next;
 
-      if (l + 1 < n) PetscCall(AinsworthGalerkin(D, *h.grids[l].P, &next));
-      PetscCall(D.cols.destroy());
+      PetscCall(AinsworthGalerkin(D, *h.grids[l].P, &next));
       D = std::move(next);
     }
   }
@@ -148,7 +148,6 @@ static PetscErrorCode ConfigureCoarse(PC pc)
   if (size > 1) {
     PetscCall(PCSetType(inner, PCREDUNDANT));
     PetscCall(PCRedundantGetKSP(inner, &ksp));
-    PetscCall(KSPSetType(ksp, KSPPREONLY));
     PetscCall(KSPGetPC(ksp, &inner));
   }
   PetscCall(PCSetType(inner, PetscDefined(USE_COMPLEX) ? PCLU : PCCHOLESKY));
@@ -165,91 +164,78 @@ static PetscErrorCode ConfigureMG(PC pc, PC_BlockSA *sa)
 
   PetscFunctionBegin;
   for (Mat &op : sa->op) PetscCall(MatDestroy(&op));
-  for (Mat &P : sa->P) PetscCall(MatDestroy(&P));
   sa->op.assign(n, NULL);
-  sa->P.assign(n - 1, NULL);
-  sa->smoother.assign(n - 1, NULL);
-  if (mg->levels) PetscCall((*sa->reset)(pc));
+  if (mg->levels) PetscCall((*sa->mg.reset)(pc));
   pc->setupcalled = PETSC_FALSE;
   PetscCall(PCMGSetLevels(pc, n, NULL));
   PetscCall(PCMGSetGalerkin(pc, PC_MG_GALERKIN_EXTERNAL));
   PetscCall(PCMGSetCycleType(pc, h.complexity() <= complexityOfW ? PC_MG_CYCLE_W : PC_MG_CYCLE_V));
   for (PetscInt l = 0; l + 1 < n; l++) {
-    const bool single = l == 0 && h.single();
-    KSP        ksp;
-    PC         inner;
+    KSP ksp;
+    PC  inner;
+    Mat P;
 
-    PetscCall(AinsworthInterpolationMatCreate(h.grids[l].P, h.grids[l].nodes, &sa->P[l]));
-    PetscCall(PCMGSetInterpolation(pc, n - 1 - l, sa->P[l]));
-#if defined(PETSC_USE_COMPLEX)
-    Mat R;
+    PetscCall(AinsworthInterpolationMatCreate(h.grids[l].P, h.grids[l].nodes, &P));
+    PetscCall(PCMGSetInterpolation(pc, n - 1 - l, P));
+    if (PetscDefined(USE_COMPLEX)) {
+      Mat R;
 
-    PetscCall(MatCreateHermitianTranspose(sa->P[l], &R));
-    PetscCall(PCMGSetRestriction(pc, n - 1 - l, R));
-    PetscCall(MatDestroy(&R));
-#endif
-    PetscCall(PCMGGetSmoother(pc, n - 1 - l, &ksp));
-    sa->smoother[l] = ksp;
-    PetscCall(KSPSetType(ksp, single ? KSPCHEBYSHEVSINGLE : KSPCHEBYSHEV));
-    PetscCall(KSPSetNormType(ksp, KSP_NORM_NONE));
-    PetscCall(KSPSetTolerances(ksp, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 2));
+      PetscCall(MatCreateHermitianTranspose(P, &R));
+      PetscCall(PCMGSetRestriction(pc, n - 1 - l, R));
+      PetscCall(MatDestroy(&R));
+    }
+    PetscCall(MatDestroy(&P));
+    PetscCall(PCMGGetSmoother(pc, n - 1 - l, &ksp)); /* two steps without a norm are what PCMG does */
+    PetscCall(KSPSetType(ksp, l == 0 && h.single() ? KSPCHEBYSHEVSINGLE : KSPCHEBYSHEV));
     PetscCall(KSPGetPC(ksp, &inner));
     PetscCall(PCSetType(inner, PCJACOBI));
   }
   PetscCall(ConfigureCoarse(pc));
   if (pc->setfromoptionscalled) {
     PetscObjectOptionsBegin((PetscObject)pc);
-    PetscCall((*sa->setfromoptions)(pc, PetscOptionsObject));
+    PetscCall((*sa->mg.setfromoptions)(pc, PetscOptionsObject));
     PetscOptionsEnd();
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Bounds of the smoothers, unless the user chose how they are found */
-static PetscErrorCode SetBounds(PC_BlockSA *sa, PetscReal factor)
+/* Bounds of the smoothers, times a factor, unless the user chose how they are found */
+PetscErrorCode PCBlockSASetBounds_Private(PC pc, PetscReal factor)
 {
+  PC_BlockSA *sa = BlockSA(pc);
+
   PetscFunctionBegin;
-  for (size_t l = 0; l < sa->smoother.size(); l++) {
+  for (size_t l = 0; l + 1 < sa->op.size(); l++) {
+    KSP             ksp;
     AinsworthLevel *level;
     PetscOptions    options;
-    PetscBool       given = PETSC_FALSE, chebyshev;
+    PetscBool       esteig, eigenvalues, chebyshev;
     const char     *prefix;
 
-    PetscCall(KSPGetOptionsPrefix(sa->smoother[l], &prefix));
-    PetscCall(PetscObjectGetOptions((PetscObject)sa->smoother[l], &options));
-    for (const char *name : {"-ksp_chebyshev_esteig", "-ksp_chebyshev_eigenvalues"}) {
-      PetscBool has;
-
-      PetscCall(PetscOptionsHasName(options, prefix, name, &has));
-      given = (PetscBool)(given || has);
-    }
-    PetscCall(PetscObjectTypeCompare((PetscObject)sa->smoother[l], KSPCHEBYSHEV, &chebyshev)); /* no other reads these options */
-    if (given && chebyshev) continue;
+    PetscCall(PCMGGetSmoother(pc, (PetscInt)(sa->op.size() - 1 - l), &ksp));
+    PetscCall(KSPGetOptionsPrefix(ksp, &prefix));
+    PetscCall(PetscObjectGetOptions((PetscObject)ksp, &options));
+    PetscCall(PetscOptionsHasName(options, prefix, "-ksp_chebyshev_esteig", &esteig));
+    PetscCall(PetscOptionsHasName(options, prefix, "-ksp_chebyshev_eigenvalues", &eigenvalues));
+    PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEV, &chebyshev)); /* no other reads these options */
+    if (chebyshev && (esteig || eigenvalues)) continue;
     PetscCall(AinsworthLevelMatGet(sa->op[l], &level));
-    PetscCall(AinsworthChebyshevSetEigenvalues(sa->smoother[l], factor * above * level->largest, factor * above * below * level->largest));
+    const PetscReal largest = factor * above * level->largest;
+    if (chebyshev) PetscCall(KSPChebyshevSetEigenvalues(ksp, largest, below * largest));
+    else PetscCall(KSPChebyshevSingleSetEigenvalues_Private(ksp, largest, below * largest));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A spectrum estimated too small makes the cycle indefinite: once it shows, the bounds are raised */
-PetscErrorCode PCBlockSARaiseBounds_Private(PC_BlockSA *sa)
-{
-  PetscFunctionBegin;
-  PetscCall(SetBounds(sa, 1.5));
-  sa->raised = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode PCSetUp_BlockSA(PC pc)
 {
-  PC_BlockSA  *sa;
+  PC_BlockSA  *sa = BlockSA(pc);
   Mat          A, added;
   PetscBool    anew = PETSC_TRUE;
-  KSP          coarse;
+  KSP          ksp;
   MatNullSpace null;
 
   PetscFunctionBegin;
-  PetscCall(PCBlockSAGet_Private(pc, &sa));
   PetscCall(PetscLogEventBegin(AINSWORTH_Levels, pc, 0, 0, 0));
   PetscCall(Split(pc->pmat, &A, &added));
   PetscCall(SetUpLevels(pc, sa, A, &anew));
@@ -257,17 +243,15 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   PetscCall(MatGetNullSpace(pc->pmat, &null));
   if (!null) PetscCall(MatGetNullSpace(pc->mat, &null));
   PetscCall(SetUpOperators(sa, added, null != NULL));
-  const PetscInt n = (PetscInt)sa->op.size();
-  for (PetscInt l = 0; l + 1 < n; l++) {
-    PetscCall(KSPSetOperators(sa->smoother[l], sa->op[l], sa->op[l]));
-    PetscCall(PCMGSetResidual(pc, n - 1 - l, AinsworthChebyshevResidual, sa->op[l]));
+  for (PetscInt l = 0, n = (PetscInt)sa->op.size(); l < n; l++) {
+    PetscCall(PCMGGetSmoother(pc, n - 1 - l, &ksp));
+    PetscCall(KSPSetOperators(ksp, sa->op[l], sa->op[l]));
+    if (l + 1 < n) PetscCall(PCMGSetResidual(pc, n - 1 - l, PCMGResidualDefault, sa->op[l]));
   }
-  PetscCall(PCMGGetCoarseSolve(pc, &coarse));
-  PetscCall(KSPSetOperators(coarse, sa->op[n - 1], sa->op[n - 1]));
-  PetscCall(SetBounds(sa, 1.0));
+  PetscCall(PCBlockSASetBounds_Private(pc, 1.0));
   sa->raised = PETSC_FALSE;
-  PetscCall((*sa->setup)(pc));
-  PetscCall(SetBounds(sa, 1.0)); /* PCMG has read the options of the smoothers only now, which may have changed their type */
+  PetscCall((*sa->mg.setup)(pc));
+  PetscCall(PCBlockSASetBounds_Private(pc, 1.0)); /* PCMG has read the options of the smoothers only now, which may have changed their type */
   PetscCall(PetscLogEventEnd(AINSWORTH_Levels, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,37 +1,18 @@
-#include "chebyshev.h"
+#include "blocksa.h"
 #include <petsc/private/kspimpl.h>
 
 struct KSP_ChebyshevSingle {
   PetscReal least, largest;
 };
 
-/* The part of the spectrum to damp, for either of the two smoothers; others estimate what they need themselves */
-PetscErrorCode AinsworthChebyshevSetEigenvalues(KSP ksp, PetscReal largest, PetscReal least)
+/* The part of the spectrum to damp; nothing for other types, which find what they need themselves */
+PetscErrorCode KSPChebyshevSingleSetEigenvalues_Private(KSP ksp, PetscReal largest, PetscReal least)
 {
-  PetscBool single, chebyshev;
+  PetscBool same;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEVSINGLE, &single));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEV, &chebyshev));
-  if (chebyshev) PetscCall(KSPChebyshevSetEigenvalues(ksp, largest, least));
-  if (single) {
-    KSP_ChebyshevSingle *data = (KSP_ChebyshevSingle *)ksp->data;
-
-    data->largest = largest;
-    data->least   = least;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Residual of the finest level, for PCMGSetResidual() */
-PetscErrorCode AinsworthChebyshevResidual(Mat mat, Vec b, Vec x, Vec r)
-{
-  AinsworthLevel *level;
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthLevelMatGet(mat, &level));
-  if (level && level->single) PetscCall(AinsworthScaledResidual(level->single.get(), b, x, r));
-  else PetscCall(MatResidual(mat, b, x, r));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEVSINGLE, &same));
+  if (same) *(KSP_ChebyshevSingle *)ksp->data = {least, largest};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -43,7 +24,7 @@ static PetscErrorCode GetLevel(KSP ksp, AinsworthLevel **level)
   PetscCall(KSPGetOperators(ksp, &Amat, NULL));
   PetscCall(AinsworthLevelMatGet(Amat, level));
   PetscCheck(*level && (*level)->single, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
-             "KSP type %s smooths the finest level of PC type %s in single precision only: use -mg_levels_ksp_type chebyshev", KSPCHEBYSHEVSINGLE, PCBLOCKSA);
+             "KSP type %s works only on the finest level of PC type %s in single precision: use -mg_levels_ksp_type chebyshev", KSPCHEBYSHEVSINGLE, PCBLOCKSA);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -56,7 +37,7 @@ static PetscErrorCode KSPSetUp_ChebyshevSingle(KSP ksp)
   PetscFunctionBegin;
   PetscCall(GetLevel(ksp, &level));
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp->pc, PCJACOBI, &jacobi));
-  PetscCheck(jacobi, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP, "KSP type %s works with PC type %s only, not %s: use -pc_blocksa_precision double",
+  PetscCheck(jacobi, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP, "KSP type %s works only with PC type %s, not with %s: use -pc_blocksa_precision double",
              KSPCHEBYSHEVSINGLE, PCJACOBI, ((PetscObject)ksp->pc)->type_name ? ((PetscObject)ksp->pc)->type_name : "(not set)");
   if (data->largest <= 0.0) {
     data->largest = 1.1 * level->largest;
@@ -78,7 +59,7 @@ static PetscErrorCode KSPSolve_ChebyshevSingle(KSP ksp)
     PetscCall(VecNormAvailable(ksp->vec_sol, NORM_2, &known, &norm));
     zero = (PetscBool)(known && norm == 0.0);
   }
-  PetscCall(AinsworthScaledSmooth(level->single.get(), ksp->max_it, data->least, data->largest, zero, ksp->vec_rhs, ksp->vec_sol));
+  PetscCall(level->single->smooth(ksp->max_it, data->least, data->largest, zero, ksp->vec_rhs, ksp->vec_sol));
   ksp->its    = ksp->max_it;
   ksp->reason = KSP_CONVERGED_ITS;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -101,10 +82,10 @@ static PetscErrorCode KSPView_ChebyshevSingle(KSP ksp, PetscViewer viewer)
    Level: developer
 
    Notes:
-   The operator is that of the finest level of `PCBLOCKSA`, which is stored scaled to a unit diagonal by powers of two. `-mg_levels_ksp_max_it` is the
-   degree of the polynomial. A step and its product with the matrix are one pass over the entries.
+   It works on the operator of the finest level of `PCBLOCKSA`, which powers of two scale to a unit diagonal. `-mg_levels_ksp_max_it` is the degree of the
+   polynomial. A step and its product with the matrix are one pass over the entries.
 
-   `-mg_levels_ksp_type chebyshev` takes PETSc's own, with products in single precision; `-pc_blocksa_precision double` makes all double.
+   Use `-mg_levels_ksp_type chebyshev` for PETSc's own method with products in single precision, `-pc_blocksa_precision double` for double precision.
 
 .seealso: `PCBLOCKSA`, `KSPCHEBYSHEV`
 M*/

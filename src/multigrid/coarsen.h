@@ -3,7 +3,6 @@
 #define AINSWORTH_COARSEN_H
 
 #include "blocks.h"
-#include "kernels.h"
 
 /* Interpolation from the nodes of the coarser level: rows of this level's nodes, columns are places in cols */
 struct AinsworthInterpolation {
@@ -31,12 +30,7 @@ struct AinsworthAggregates {
   std::vector<PetscInt> of;
 };
 
-PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &, PetscReal, PetscInt, AinsworthAggregates *);
-PetscErrorCode AinsworthInterpolationCreate(const AinsworthBlockMat &, const AinsworthAggregates &, const std::vector<PetscReal> &, PetscReal,
-                                            const std::vector<PetscScalar> &, PetscInt, PetscLayout, AinsworthInterpolation *, std::vector<PetscScalar> *);
-PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &, const AinsworthInterpolation &, AinsworthBlockMat *);
-
-/* modes.cpp: the near null space that interpolation keeps, n values of each of k modes, those of an unknown side by side */
+/* modes.cpp: the near null space that interpolation keeps, k values of each unknown */
 struct AinsworthModes {
   PetscInt                 k = 0;
   std::vector<PetscScalar> values;
@@ -45,7 +39,11 @@ struct AinsworthModes {
   bool                     rotations = true; /* false: nothing but translations, though there is more than one component */
 };
 
-PetscErrorCode AinsworthModesCreate(Mat, MatNullSpace, PetscInt, PetscInt, PetscInt, const PetscReal[], AinsworthModes *);
+PetscErrorCode AinsworthModesCreate(Mat, MatNullSpace, PetscInt, const PetscReal[], AinsworthModes *);
 PetscErrorCode AinsworthModesFit(const AinsworthBlockMat &, AinsworthModes *);
+PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &, PetscReal, PetscInt, AinsworthAggregates *);
+PetscErrorCode AinsworthInterpolationCreate(const AinsworthBlockMat &, const AinsworthAggregates &, const std::vector<PetscReal> &, PetscReal,
+                                            const AinsworthLayout &, AinsworthModes *, AinsworthInterpolation *);
+PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &, const AinsworthInterpolation &, AinsworthBlockMat *);
 
 #endif

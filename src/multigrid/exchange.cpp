@@ -1,45 +1,33 @@
 #include "blocks.h"
 #include <petscsection.h>
 
-/* Where rows of different lengths lie after their way along sf, and the way of their entries */
-static PetscErrorCode SpreadRows(PetscSF sf, const AinsworthBlockRows &rows, PetscInt arriving, std::vector<PetscInt> *start, PetscSF *entries)
+/* AinsworthSendRows - rows of different lengths along sf, from its roots, one row each, to its leaves, of which this rank has n. Columns are numbers of nodes */
+PetscErrorCode AinsworthSendRows(PetscSF sf, const AinsworthBlockRows &rows, PetscInt n, AinsworthBlockRows *arrived)
 {
-  PetscSection from, to;
-  PetscInt    *remote;
-  MPI_Comm     comm = PetscObjectComm((PetscObject)sf);
+  PetscSF       entries;
+  PetscSection  from, to;
+  PetscInt     *remote;
+  AinsworthUnit unit(rows.size(), MPIU_SCALAR);
 
   PetscFunctionBegin;
-  PetscCall(PetscSectionCreate(comm, &from));
+  PetscCall(PetscSectionCreate(PetscObjectComm((PetscObject)sf), &from));
   PetscCall(PetscSectionSetChart(from, 0, rows.n));
   for (PetscInt r = 0; r < rows.n; r++) PetscCall(PetscSectionSetDof(from, r, rows.i[r + 1] - rows.i[r]));
   PetscCall(PetscSectionSetUp(from));
-  PetscCall(PetscSectionCreate(comm, &to));
+  PetscCall(PetscSectionCreate(PetscObjectComm((PetscObject)sf), &to));
   PetscCall(PetscSFDistributeSection(sf, from, &remote, to));
-  PetscCall(PetscSFCreateSectionSF(sf, from, remote, to, entries));
-  start->assign(arriving + 1, 0);
-  for (PetscInt r = 0; r < arriving; r++) {
-    PetscInt n;
+  PetscCall(PetscSFCreateSectionSF(sf, from, remote, to, &entries));
+  *arrived   = AinsworthBlockRows(rows.br, rows.bc);
+  arrived->n = n;
+  for (PetscInt r = 0; r < n; r++) {
+    PetscInt length;
 
-    PetscCall(PetscSectionGetDof(to, r, &n));
-    (*start)[r + 1] = (*start)[r] + n;
+    PetscCall(PetscSectionGetDof(to, r, &length));
+    arrived->i.push_back(arrived->i[r] + length);
   }
   PetscCall(PetscFree(remote));
   PetscCall(PetscSectionDestroy(&from));
   PetscCall(PetscSectionDestroy(&to));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Sends rows along sf: from its roots, one row each, to its leaves, of which this rank has n */
-static PetscErrorCode SendRows(PetscSF sf, const AinsworthBlockRows &rows, PetscInt n, AinsworthBlockRows *arrived)
-{
-  PetscSF       entries;
-  AinsworthUnit unit(rows.size(), MPIU_SCALAR);
-
-  PetscFunctionBegin;
-  arrived->n  = n;
-  arrived->br = rows.br;
-  arrived->bc = rows.bc;
-  PetscCall(SpreadRows(sf, rows, n, &arrived->i, &entries));
   arrived->j.resize(arrived->i[n]);
   arrived->a.resize((size_t)arrived->i[n] * rows.size());
   PetscCall(PetscSFBcastBegin(entries, MPIU_INT, rows.j.data(), arrived->j.data(), MPI_REPLACE));
@@ -50,23 +38,7 @@ static PetscErrorCode SendRows(PetscSF sf, const AinsworthBlockRows &rows, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthRowsToGhosts - one row of each owned node of cols, to the ranks that have the node as a ghost: a row a ghost. Columns are numbers of nodes */
-PetscErrorCode AinsworthRowsToGhosts(const AinsworthColumns &cols, const AinsworthBlockRows &rows, AinsworthBlockRows *ghostRows)
-{
-  PetscFunctionBegin;
-  ghostRows->n  = 0;
-  ghostRows->br = rows.br;
-  ghostRows->bc = rows.bc;
-  ghostRows->i.assign(1, 0);
-  if (cols.sf) PetscCall(SendRows(cols.sf, rows, (PetscInt)cols.ghosts.size(), ghostRows));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   AinsworthRowsToOwners - one row of each ghost of cols to the owner of the node. Columns are numbers of nodes
-
-   owner: the owned node, from 0, that each row that arrives belongs to; rising
-*/
+/* AinsworthRowsToOwners - one row of each ghost of cols to the owner of the node; owner: the node, from 0, that each row that arrives belongs to, rising */
 PetscErrorCode AinsworthRowsToOwners(const AinsworthColumns &cols, const AinsworthBlockRows &rows, std::vector<PetscInt> *owner, AinsworthBlockRows *arrived)
 {
   PetscSF         multi, inverse;
@@ -74,15 +46,14 @@ PetscErrorCode AinsworthRowsToOwners(const AinsworthColumns &cols, const Ainswor
 
   PetscFunctionBegin;
   owner->clear();
-  arrived->n = 0;
-  arrived->i.assign(1, 0);
+  *arrived = AinsworthBlockRows();
   if (!cols.sf) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscSFComputeDegreeBegin(cols.sf, &degree));
-  PetscCall(PetscSFComputeDegreeEnd(cols.sf, &degree));
+  PetscCall(PetscSFComputeDegreeBegin(cols.sf.get(), &degree));
+  PetscCall(PetscSFComputeDegreeEnd(cols.sf.get(), &degree));
   for (PetscInt c = 0; c < cols.local; c++) owner->insert(owner->end(), degree[c], c);
-  PetscCall(PetscSFGetMultiSF(cols.sf, &multi));
+  PetscCall(PetscSFGetMultiSF(cols.sf.get(), &multi));
   PetscCall(PetscSFCreateInverseSF(multi, &inverse));
-  PetscCall(SendRows(inverse, rows, (PetscInt)owner->size(), arrived));
+  PetscCall(AinsworthSendRows(inverse, rows, (PetscInt)owner->size(), arrived));
   PetscCall(PetscSFDestroy(&inverse));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

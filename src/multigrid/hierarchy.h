@@ -5,51 +5,42 @@
 #include "levelmat.h"
 
 struct AinsworthHierarchyOptions {
-  PetscReal threshold;   /* theta */
-  PetscInt  coarseSize;  /* unknowns at which a level is factored */
-  PetscInt  levels;      /* at most */
-  PetscInt  nodesOfRank; /* with fewer a level goes to fewer ranks */
-  PetscBool single;      /* the finest level in single precision, where the values allow */
-  PetscBool product;     /* keep what AinsworthHierarchyCreateProduct() needs */
+  PetscReal threshold;  /* theta */
+  PetscInt  coarseSize; /* unknowns at which a level is factored */
+  PetscInt  rankSize;   /* with fewer unknowns a rank a level goes to fewer ranks */
+  PetscBool single;     /* the finest level in single precision, where the values allow */
+  PetscBool product;    /* keep what AinsworthHierarchyCreateProduct() needs */
 };
 
 /* One level of A: operator, and interpolation from the next coarser one */
 struct AinsworthGrid {
-  PetscInt                                               bs    = 1;
-  PetscLayout                                            nodes = NULL;
-  std::shared_ptr<const AinsworthUpper<PetscScalar>>     upper;  /* either both of single and w, or this; the finest may have all */
-  std::shared_ptr<const AinsworthUpper<AinsworthSingle>> single; /* W A W */
-  std::shared_ptr<const std::vector<PetscReal>>          w;
-  AinsworthRest<PetscScalar>                             outside; /* blocks of ghosts, by the number of their node */
-  std::vector<PetscReal>                                 diagonal;
-  PetscReal                                              largest = 1.0; /* estimated eigenvalue of D^{-1} A */
-  PetscInt64                                             blocks  = 0;   /* on all ranks */
-  PetscMPIInt                                            ranks   = 1;   /* that own nodes */
-  std::shared_ptr<const AinsworthInterpolation>          P;             /* none: the coarsest */
+  PetscInt                                                bs = 1;
+  AinsworthLayout                                         nodes;
+  std::shared_ptr<const AinsworthBlocks<PetscScalar>>     upper;  /* either both of single and w, or this; the finest may have all */
+  std::shared_ptr<const AinsworthBlocks<AinsworthSingle>> single; /* W A W */
+  std::shared_ptr<const std::vector<PetscReal>>           w;
+  AinsworthBlockMat                                       outside; /* blocks of ghosts */
+  std::vector<PetscReal>                                  diagonal;
+  PetscReal                                               largest = 1.0; /* estimated eigenvalue of D^{-1} A */
+  PetscInt64                                              blocks  = 0;   /* on all ranks */
+  PetscMPIInt                                             ranks   = 0;   /* that own nodes */
+  std::shared_ptr<const AinsworthInterpolation>           P;             /* none: the coarsest */
 };
 
 class AinsworthHierarchy {
 public:
-  AinsworthHierarchy()                                      = default;
-  AinsworthHierarchy(const AinsworthHierarchy &)            = delete;
-  AinsworthHierarchy &operator=(const AinsworthHierarchy &) = delete;
-  ~AinsworthHierarchy();
-
   PetscErrorCode create(Mat A, PetscInt bs, AinsworthModes &&modes, const AinsworthHierarchyOptions &);
   PetscErrorCode createLevel(PetscInt l, const AinsworthBlockMat *added, bool single, std::unique_ptr<AinsworthLevel> *) const;
   PetscReal      complexity() const;
   bool           single() const { return grids[0].single != nullptr; }
 
-  std::vector<AinsworthGrid> grids; /* the finest first */
-  const char                *modes       = "";
-  bool                       rotations   = true;
-  PetscInt                   unfit       = 0;   /* modes left out, which A does not take to zero */
+  std::vector<AinsworthGrid> grids;             /* the finest first */
+  AinsworthModes             modes;             /* without their values */
   PetscReal                  jump        = 1.0; /* largest quotient of diagonals of nodes that A couples */
   char                       doubts[128] = "";  /* why this is no good hierarchy, empty where nothing speaks against it */
 
 private:
-  PetscErrorCode store(AinsworthBlockMat &, const AinsworthHierarchyOptions &);
-  PetscErrorCode chooseLayout(const AinsworthGrid &, PetscInt, PetscInt, PetscLayout *) const;
+  PetscErrorCode store(const AinsworthBlockMat &, const AinsworthHierarchyOptions &);
 };
 
 PetscErrorCode AinsworthHierarchyCreateProduct(const AinsworthHierarchy &, Mat *);

@@ -1,5 +1,4 @@
 #include "coarsen.h"
-#include "kernels.h"
 #include <algorithm>
 
 /* Columns shorter than this part of what they were before orthogonalization depend on those before them */
@@ -31,71 +30,57 @@ static void Orthonormalize(PetscInt m, PetscInt k, PetscScalar *q, PetscScalar *
   }
 }
 
-/* T: modes of each aggregate, orthonormal, one br x k block a node; coarse: what they are in terms of T, one k x k block an aggregate */
-static void CreateTentative(const AinsworthAggregates &agg, PetscInt bs, const std::vector<PetscScalar> &modes, PetscInt k, std::vector<PetscScalar> *T,
+/* T: modes of each aggregate, orthonormal, one bs x k block a node; coarse: what they are in terms of T, one k x k block an aggregate */
+static void CreateTentative(const AinsworthAggregates &agg, PetscInt bs, const AinsworthModes &modes, std::vector<PetscScalar> *T,
                             std::vector<PetscScalar> *coarse)
 {
-  const PetscInt           n = (PetscInt)agg.of.size();
-  std::vector<PetscInt>    start(agg.count + 1, 0), member(n), next;
-  std::vector<PetscScalar> q;
+  const PetscInt                     k = modes.k;
+  std::vector<std::vector<PetscInt>> members(agg.count);
+  std::vector<PetscScalar>           q;
 
-  for (PetscInt g : agg.of)
-    if (g >= 0) start[g + 1]++;
-  for (PetscInt g = 0; g < agg.count; g++) start[g + 1] += start[g];
-  next.assign(start.begin(), start.end() - 1);
-  for (PetscInt i = 0; i < n; i++)
-    if (agg.of[i] >= 0) member[next[agg.of[i]]++] = i;
-  T->assign((size_t)n * bs * k, 0.0);
+  for (size_t i = 0; i < agg.of.size(); i++)
+    if (agg.of[i] >= 0) members[agg.of[i]].push_back((PetscInt)i);
+  T->assign(agg.of.size() * bs * k, 0.0);
   coarse->assign((size_t)agg.count * k * k, 0.0);
   for (PetscInt g = 0; g < agg.count; g++) {
-    const PetscInt m = (start[g + 1] - start[g]) * bs;
+    const PetscInt m  = (PetscInt)members[g].size() * bs;
+    auto           at = [&](PetscInt l, PetscInt c) { return ((size_t)members[g][l / bs] * bs + l % bs) * k + c; };
 
     q.resize((size_t)m * k);
     for (PetscInt l = 0; l < m; l++)
-      for (PetscInt c = 0; c < k; c++) q[c * m + l] = modes[((size_t)member[start[g] + l / bs] * bs + l % bs) * k + c];
+      for (PetscInt c = 0; c < k; c++) q[c * m + l] = modes.values[at(l, c)];
     Orthonormalize(m, k, q.data(), &(*coarse)[(size_t)g * k * k]);
     for (PetscInt l = 0; l < m; l++)
-      for (PetscInt c = 0; c < k; c++) (*T)[((size_t)member[start[g] + l / bs] * bs + l % bs) * k + c] = q[c * m + l];
+      for (PetscInt c = 0; c < k; c++) (*T)[at(l, c)] = q[c * m + l];
   }
 }
 
 /* P_i = T_i - omega D_i^{-1} sum A_ij T_j, columns are numbers of coarse nodes */
 template <int B, int K>
 static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> &aggregate, const std::vector<PetscScalar> &T,
-                       const std::vector<PetscReal> &diagonal, PetscReal omega, PetscInt k, AinsworthBlockRows *P)
+                       const std::vector<PetscReal> &diagonal, PetscReal omega, AinsworthBlockRows *P)
 {
-  const PetscInt        bs = A.br, size = bs * k;
-  std::vector<PetscInt> cols, order;
-  std::vector<size_t>   at;
+  const PetscInt        bs = P->br, k = P->bc, size = bs * k;
+  std::vector<PetscInt> cols;
 
-  P->n  = A.n;
-  P->br = bs;
-  P->bc = k;
-  P->i.assign(1, 0);
-  for (PetscInt i = 0; i < A.n; i++) {
+  for (PetscInt i = 0; i < A.n; i++, P->endRow()) {
     const PetscInt start = (PetscInt)P->j.size();
+    auto           block = [&](PetscInt g) { return P->block(start + (PetscInt)(std::lower_bound(cols.begin(), cols.end(), g) - cols.begin())); };
 
-    if (aggregate[i] >= 0) {
-      cols.clear();
-      for (PetscInt e = A.i[i]; e < A.i[i + 1]; e++)
-        if (aggregate[A.j[e]] >= 0) cols.push_back(aggregate[A.j[e]]);
-      AinsworthSortUnique(cols);
-      P->j.insert(P->j.end(), cols.begin(), cols.end());
-      P->a.resize(P->j.size() * size, 0.0);
-      for (PetscInt e = A.i[i]; e < A.i[i + 1]; e++) {
-        const PetscInt g = aggregate[A.j[e]];
-
-        if (g < 0) continue;
-        const PetscInt place = start + (PetscInt)(std::lower_bound(cols.begin(), cols.end(), g) - cols.begin());
-        AinsworthMultAdd<B, B, K>(bs, bs, k, A.block(e), &T[(size_t)A.j[e] * size], P->block(place));
-      }
-      for (PetscInt p = start; p < (PetscInt)P->j.size(); p++)
-        for (PetscInt r = 0; r < bs; r++)
-          for (PetscInt c = 0; c < k; c++) P->block(p)[r * k + c] *= -omega / diagonal[i * bs + r];
-      PetscScalar *own = P->block(start + (PetscInt)(std::lower_bound(cols.begin(), cols.end(), aggregate[i]) - cols.begin()));
-      for (PetscInt q = 0; q < size; q++) own[q] += T[(size_t)i * size + q];
-    }
-    P->i.push_back((PetscInt)P->j.size());
+    if (aggregate[i] < 0) continue;
+    cols.clear();
+    for (PetscInt e = A.i[i]; e < A.i[i + 1]; e++)
+      if (aggregate[A.j[e]] >= 0) cols.push_back(aggregate[A.j[e]]);
+    AinsworthSortUnique(cols);
+    P->j.insert(P->j.end(), cols.begin(), cols.end());
+    P->a.resize(P->j.size() * size, 0.0);
+    for (PetscInt e = A.i[i]; e < A.i[i + 1]; e++)
+      if (aggregate[A.j[e]] >= 0) AinsworthMultAdd<B, B, K>(bs, bs, k, A.block(e), &T[(size_t)A.j[e] * size], block(aggregate[A.j[e]]));
+    for (PetscInt p = start; p < (PetscInt)P->j.size(); p++)
+      for (PetscInt r = 0; r < bs; r++)
+        for (PetscInt c = 0; c < k; c++) P->block(p)[r * k + c] *= -omega / diagonal[i * bs + r];
+    PetscScalar *own = block(aggregate[i]);
+    for (PetscInt q = 0; q < size; q++) own[q] += T[(size_t)i * size + q];
   }
 }
 
@@ -103,37 +88,36 @@ static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> 
    AinsworthInterpolationCreate - smoothed interpolation from aggregates of all ranks, and the modes on them; collective
 
    Input Parameters:
-+  A        - the matrix of this level, blocks of bs
++  A        - the matrix of this level
 .  agg      - the aggregates of this rank, which are numbered after those of the ranks before it
-.  diagonal - positive, of A, bs n
+.  diagonal - of A, positive
 .  omega    - of the damped Jacobi step, 4/3 over the largest eigenvalue of D^{-1} A (Vanek, Mandel, Brezina, Computing 56, 1996)
-.  modes    - near null space, k values an unknown
-.  k        - number of the modes
--  layout   - of the aggregates over the ranks that own them from now on, not always the ranks that made them
+.  layout   - of the aggregates over the ranks that own them from now on, not always the ranks that made them
+-  modes    - near null space
 
    Output Parameters:
-+  P      - interpolation, blocks of bs x k
--  coarse - the modes on the coarse nodes that this rank owns, k values for each of their k unknowns
++  P     - interpolation
+-  modes - on the coarse nodes that this rank owns
 */
 PetscErrorCode AinsworthInterpolationCreate(const AinsworthBlockMat &A, const AinsworthAggregates &agg, const std::vector<PetscReal> &diagonal, PetscReal omega,
-                                            const std::vector<PetscScalar> &modes, PetscInt k, PetscLayout layout, AinsworthInterpolation *P,
-                                            std::vector<PetscScalar> *coarse)
+                                            const AinsworthLayout &layout, AinsworthModes *modes, AinsworthInterpolation *P)
 {
-  const PetscInt           bs = A.rows.br, n = A.rows.n;
+  const PetscInt           bs = A.rows.br, n = A.rows.n, k = modes->k;
   PetscInt                 first = 0, made = agg.count;
   std::vector<PetscInt>    aggregate(A.cols.count(), -1), nodes;
-  std::vector<PetscScalar> T, madeModes;
+  std::vector<PetscScalar> T, coarse;
   AinsworthUnit            unit(bs * k, MPIU_SCALAR), square(k * k, MPIU_SCALAR);
   AinsworthColumns         makers;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Exscan(&made, &first, 1, MPIU_INT, MPI_SUM, layout->comm));
   for (PetscInt i = 0; i < n; i++) aggregate[i] = agg.of[i] < 0 ? -1 : first + agg.of[i];
-  CreateTentative(agg, bs, modes, k, &T, &madeModes);
+  CreateTentative(agg, bs, *modes, &T, &coarse);
   T.resize((size_t)A.cols.count() * bs * k);
   PetscCall(A.cols.toGhosts(MPIU_INT, aggregate.data(), aggregate.data() + n));
   PetscCall(A.cols.toGhosts(unit.type, T.data(), T.data() + (size_t)n * bs * k));
-  AinsworthDispatch(bs, k, [&](auto B, auto K) { SmoothRows<B(), K()>(A.rows, aggregate, T, diagonal, omega, k, &P->rows); });
+  P->rows = AinsworthBlockRows(bs, k);
+  AinsworthDispatch(bs, k, [&](auto B, auto K) { SmoothRows<B(), K()>(A.rows, aggregate, T, diagonal, omega, &P->rows); });
 
   nodes = P->rows.j;
   AinsworthSortUnique(nodes);
@@ -144,12 +128,11 @@ PetscErrorCode AinsworthInterpolationCreate(const AinsworthBlockMat &A, const Ai
   /* the modes move to where their nodes are owned */
   nodes.resize(made);
   for (PetscInt g = 0; g < made; g++) nodes[g] = first + g;
-  coarse->assign((size_t)P->cols.local * k * k, 0.0);
   PetscCall(makers.create(layout, std::move(nodes)));
+  modes->values.assign((size_t)P->cols.local * k * k, 0.0);
   if (makers.sf) {
-    PetscCall(PetscSFReduceBegin(makers.sf, square.type, madeModes.data(), coarse->data(), MPI_REPLACE));
-    PetscCall(PetscSFReduceEnd(makers.sf, square.type, madeModes.data(), coarse->data(), MPI_REPLACE));
-  } else *coarse = madeModes;
-  PetscCall(makers.destroy());
+    PetscCall(PetscSFReduceBegin(makers.sf.get(), square.type, coarse.data(), modes->values.data(), MPI_REPLACE));
+    PetscCall(PetscSFReduceEnd(makers.sf.get(), square.type, coarse.data(), modes->values.data(), MPI_REPLACE));
+  } else modes->values = std::move(coarse);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

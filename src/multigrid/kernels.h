@@ -16,12 +16,8 @@ typedef float AinsworthSingle;
 template <class T>
 inline T AinsworthConj(T v)
 {
-  return v;
-}
-template <class R>
-inline std::complex<R> AinsworthConj(std::complex<R> v)
-{
-  return std::conj(v);
+  if constexpr (std::is_floating_point<T>::value) return v;
+  else return std::conj(v);
 }
 
 template <int N>
@@ -31,22 +27,11 @@ using AinsworthSize = std::integral_constant<int, N>;
 template <class F>
 inline void AinsworthDispatch(PetscInt bs, F f)
 {
-  switch (bs) {
-  case 1:
-    f(AinsworthSize<1>());
-    break;
-  case 2:
-    f(AinsworthSize<2>());
-    break;
-  case 3:
-    f(AinsworthSize<3>());
-    break;
-  case 6:
-    f(AinsworthSize<6>());
-    break;
-  default:
-    f(AinsworthSize<0>());
-  }
+  if (bs == 1) f(AinsworthSize<1>());
+  else if (bs == 2) f(AinsworthSize<2>());
+  else if (bs == 3) f(AinsworthSize<3>());
+  else if (bs == 6) f(AinsworthSize<6>());
+  else f(AinsworthSize<0>());
 }
 
 /* The same for the rows and columns of interpolation */

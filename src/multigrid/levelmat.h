@@ -4,6 +4,7 @@
 
 #include "coarsen.h"
 #include "product.h"
+#include <array>
 
 #define AINSWORTH_LEVEL_MAT         "blocksalevel"
 #define AINSWORTH_INTERPOLATION_MAT "blocksainterpolation"
@@ -14,15 +15,16 @@
    b^ = s W b and x^ = s W^{-1} x with one more power of two, s, that brings b to the size of 1
 */
 struct AinsworthScaled {
-  std::shared_ptr<const std::vector<PetscReal>> w;           /* diagonal of W */
-  PetscReal                                     largest = 0; /* of all W on all ranks */
-  AinsworthProduct<AinsworthSingle>             product;
-  std::vector<AinsworthSingle>                  inverse, x, r, p, q; /* inverse: of the diagonal of W M W */
+  std::shared_ptr<const std::vector<PetscReal>>      w;           /* diagonal of W */
+  PetscReal                                          largest = 0; /* of all W on all ranks */
+  std::unique_ptr<AinsworthProduct<AinsworthSingle>> product;
+  std::vector<AinsworthSingle>                       inverse, x, r, p, q; /* inverse: of the diagonal of W M W */
+  PetscReal                                          s    = 1.0;
+  std::array<PetscInt64, 4>                          pair = {}; /* b and x that r belongs to, before the product with the last p is taken from it */
 
-  /* r before the product with the last p is taken from it belongs to this pair of vectors */
-  PetscObjectId    xid = 0, bid = 0;
-  PetscObjectState xstate = 0, bstate = 0;
-  PetscReal        s = 1.0;
+  PetscErrorCode mult(Vec x, Vec y);
+  PetscErrorCode smooth(PetscInt steps, PetscReal least, PetscReal largest, PetscBool zero, Vec b, Vec x);
+  PetscErrorCode residual(Vec b, Vec x, Vec r);
 };
 
 /* The operator of a level, in double or single precision */
@@ -31,19 +33,12 @@ struct AinsworthLevel {
   std::unique_ptr<AinsworthProduct<PetscScalar>> product;
   std::unique_ptr<AinsworthScaled>               single;
   PetscReal                                      largest = 1.0; /* estimated largest eigenvalue of D^{-1} M */
+
+  PetscErrorCode estimate();
 };
 
-PetscErrorCode AinsworthLevelMatCreate(PetscLayout, PetscInt, Mat *);
-PetscErrorCode AinsworthLevelMatSet(Mat, std::unique_ptr<AinsworthLevel> &&);
+PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &, PetscInt, std::unique_ptr<AinsworthLevel> &&, Mat *);
 PetscErrorCode AinsworthLevelMatGet(Mat, AinsworthLevel **);
-PetscErrorCode AinsworthLevelEstimate(AinsworthLevel *);
-
-/* single.cpp: the finest level of the cycle in single precision */
-PetscErrorCode AinsworthScaledScale(const AinsworthScaled &, Vec, PetscReal *);
-PetscErrorCode AinsworthScaledMult(AinsworthScaled *, Vec, Vec);
-PetscErrorCode AinsworthScaledSmooth(AinsworthScaled *, PetscInt, PetscReal, PetscReal, PetscBool, Vec, Vec);
-PetscErrorCode AinsworthScaledResidual(AinsworthScaled *, Vec, Vec, Vec);
-
-PetscErrorCode AinsworthInterpolationMatCreate(std::shared_ptr<const AinsworthInterpolation>, PetscLayout, Mat *);
+PetscErrorCode AinsworthInterpolationMatCreate(const std::shared_ptr<const AinsworthInterpolation> &, const AinsworthLayout &, Mat *);
 
 #endif

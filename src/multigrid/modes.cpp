@@ -19,8 +19,8 @@ static PetscErrorCode FromNullSpace(MatNullSpace near, PetscInt n, AinsworthMode
 
     PetscCall(VecGetLocalSize(vec[c], &local));
     PetscCheck(local == n, PetscObjectComm((PetscObject)vec[c]), PETSC_ERR_ARG_SIZ,
-               "Vector %" PetscInt_FMT " of the near null space has %" PetscInt_FMT " values on this rank, the matrix %" PetscInt_FMT
-               " rows: attach one of the layout of the matrix with MatSetNearNullSpace()",
+               "Vector %" PetscInt_FMT " of the near null space has %" PetscInt_FMT " values on this rank, but the matrix has %" PetscInt_FMT
+               " rows: call MatSetNearNullSpace() with vectors that have the layout of the matrix",
                c, local, n);
     PetscCall(VecGetArrayRead(vec[c], &v));
     for (PetscInt l = 0; l < n; l++) modes->values[(size_t)l * modes->k + first + c] = v[l];
@@ -56,38 +56,36 @@ static PetscErrorCode FromCoordinates(MPI_Comm comm, PetscInt n, PetscInt bs, co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Each component constant */
-static void Translations(PetscInt n, PetscInt bs, AinsworthModes *modes)
-{
-  modes->k = bs;
-  modes->values.assign((size_t)n * bs, 0.0);
-  for (PetscInt l = 0; l < n; l++) modes->values[(size_t)l * bs + l % bs] = 1.0;
-}
-
 /*
    AinsworthModesCreate - the near null space that interpolation keeps
 
    Input Parameters:
-+  A     - the matrix, n rows on this rank, blocks of bs
-.  near  - the near null space that the program attached, NULL for none
-.  dim   - dimension of the coordinates, 0 for none
--  x     - coordinates of the nodes of this rank, dim each
++  A    - the matrix
+.  near - the near null space that the program attached, NULL for none
+.  dim  - dimension of the coordinates, 0 for none
+-  x    - coordinates of the nodes of this rank, dim each
 
    Output Parameter:
 .  modes - n values of each mode
 */
-PetscErrorCode AinsworthModesCreate(Mat A, MatNullSpace near, PetscInt n, PetscInt bs, PetscInt dim, const PetscReal x[], AinsworthModes *modes)
+PetscErrorCode AinsworthModesCreate(Mat A, MatNullSpace near, PetscInt dim, const PetscReal x[], AinsworthModes *modes)
 {
+  PetscInt n, bs;
+
   PetscFunctionBegin;
-  modes->rotations = true;
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  PetscCall(MatGetBlockSize(A, &bs));
+  *modes = AinsworthModes();
   if (near) PetscCall(FromNullSpace(near, n, modes));
-  if (near && modes->k > 0) {
+  if (modes->k > 0) {
     modes->source = "the near null space of the matrix";
   } else if (dim == bs && (bs == 2 || bs == 3)) {
     PetscCall(FromCoordinates(PetscObjectComm((PetscObject)A), n, bs, x, modes));
     modes->source = "rigid-body modes from coordinates";
   } else {
-    Translations(n, bs, modes);
+    modes->k = bs;
+    modes->values.assign((size_t)n * bs, 0.0);
+    for (PetscInt l = 0; l < n; l++) modes->values[(size_t)l * bs + l % bs] = 1.0;
     modes->source    = "one constant per component";
     modes->rotations = bs == 1;
   }

@@ -10,37 +10,50 @@ static PetscReal InversePower(PetscReal v)
   return (PetscReal)ldexp(1.0, -exponent);
 }
 
-/* s with s W b about 1 at most; collective, but for a norm of b that is known already */
-PetscErrorCode AinsworthScaledScale(const AinsworthScaled &L, Vec b, PetscReal *s)
+/* What identifies the values of two vectors */
+static std::array<PetscInt64, 4> Identify(Vec b, Vec x)
 {
-  PetscReal norm;
+  const PetscObject B = (PetscObject)b, X = (PetscObject)x;
 
-  PetscFunctionBegin;
-  PetscCall(VecNorm(b, NORM_2, &norm));
-  *s = InversePower(norm * L.largest);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return {(PetscInt64)B->id, (PetscInt64)B->state, (PetscInt64)X->id, (PetscInt64)X->state};
 }
 
-namespace
-{
 /* f(component l, place in vectors of single precision) for all unknowns */
 template <class F>
-inline void ForUnknowns(const AinsworthScaled &L, F f)
+static inline void ForUnknowns(const AinsworthScaled &L, F f)
 {
-  const PetscInt n = L.product.n(), bs = L.product.bs(), s = L.product.stride();
+  const PetscInt n = L.product->n(), bs = L.product->bs(), s = L.product->stride();
 
   for (PetscInt i = 0; i < n; i++)
     for (PetscInt c = 0; c < bs; c++) f(i * bs + c, i * s + c);
 }
 
+/* r -= M p, and then(i) as soon as that is done for node i */
+template <class F>
+static PetscErrorCode Subtract(AinsworthScaled &L, const std::vector<AinsworthSingle> &p, F then)
+{
+  const PetscInt stride = L.product->stride();
+
+  PetscFunctionBegin;
+  PetscCall(L.product->start(p.data(), L.q.data()));
+  L.product->pass(p.data(), L.q.data(), [&](PetscInt i, AinsworthSingle *q) {
+    for (PetscInt c = 0; c < stride; c++) L.r[i * stride + c] -= q[c];
+    then(i);
+  });
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+namespace
+{
 /* One step of Chebyshev's iteration: p = f p + g D^{-1} r, x += p */
 struct Step {
   AinsworthScaled *L;
+  PetscInt         stride;
   float            f, g;
 
-  void operator()(PetscInt first) const
+  void operator()(PetscInt node) const
   {
-    const PetscInt   stride = L->product.stride(), o = first * stride;
+    const PetscInt   o = node * stride;
     AinsworthSingle *p = L->p.data() + o, *x = L->x.data() + o;
     for (PetscInt c = 0; c < stride; c++) {
       p[c] = f * p[c] + g * L->inverse[o + c] * L->r[o + c];
@@ -51,60 +64,56 @@ struct Step {
 } // namespace
 
 /* y = M x */
-PetscErrorCode AinsworthScaledMult(AinsworthScaled *L, Vec x, Vec y)
+PetscErrorCode AinsworthScaled::mult(Vec from, Vec to)
 {
-  const std::vector<PetscReal> &w    = *L->w;
+  const std::vector<PetscReal> &W    = *w;
   PetscReal                     most = 0.0;
-  const PetscScalar            *from;
-  PetscScalar                  *to;
+  const PetscScalar            *in;
+  PetscScalar                  *out;
 
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(x, &from));
-  ForUnknowns(*L, [&](PetscInt l, PetscInt) { most = PetscMax(most, PetscAbsScalar(from[l]) / w[l]); });
-  if (L->product.cols.sf) PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)x)));
-  const PetscReal s = InversePower(most);
-  ForUnknowns(*L, [&](PetscInt l, PetscInt k) { L->q[k] = (AinsworthSingle)(from[l] * (s / w[l])); });
-  PetscCall(VecRestoreArrayRead(x, &from));
-  L->xid = 0; /* r is taken from here on */
-  PetscCall(L->product.mult(L->q.data(), L->r.data()));
-  PetscCall(VecGetArrayWrite(y, &to));
-  ForUnknowns(*L, [&](PetscInt l, PetscInt k) { to[l] = (PetscScalar)L->r[k] / (s * w[l]); });
-  PetscCall(VecRestoreArrayWrite(y, &to));
+  PetscCall(VecGetArrayRead(from, &in));
+  ForUnknowns(*this, [&](PetscInt l, PetscInt) { most = PetscMax(most, PetscAbsScalar(in[l]) / W[l]); });
+  if (product->cols.sf) PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)from)));
+  const PetscReal scale = InversePower(most);
+  ForUnknowns(*this, [&](PetscInt l, PetscInt k) { q[k] = (AinsworthSingle)(in[l] * (scale / W[l])); });
+  PetscCall(VecRestoreArrayRead(from, &in));
+  pair = {}; /* r is taken from here on */
+  PetscCall(product->mult(q.data(), r.data()));
+  PetscCall(VecGetArrayWrite(to, &out));
+  ForUnknowns(*this, [&](PetscInt l, PetscInt k) { out[l] = (PetscScalar)r[k] / (scale * W[l]); });
+  PetscCall(VecRestoreArrayWrite(to, &out));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthScaledSmooth - steps of Chebyshev's iteration with Jacobi for M x = b, from x, or from zero
+   AinsworthScaled::smooth - steps of Chebyshev's iteration with Jacobi for M x = b, from x, or from zero
 
-   least, largest: the part of the spectrum of D^{-1} M that is damped
+   least, most: the part of the spectrum of D^{-1} M that is damped. Collective, but for a norm of b that is known already
 */
-PetscErrorCode AinsworthScaledSmooth(AinsworthScaled *L, PetscInt steps, PetscReal least, PetscReal largest, PetscBool zero, Vec b, Vec x)
+PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscReal most, PetscBool zero, Vec b, Vec to)
 {
-  const std::vector<PetscReal> &w     = *L->w;
-  const PetscReal               theta = (largest + least) / 2, delta = (largest - least) / 2, sigma = theta / delta;
-  const PetscInt                n = L->product.n(), stride = L->product.stride();
-  PetscReal                     s = 1.0, rho = 1.0 / sigma;
-  const PetscScalar            *from;
-  PetscScalar                  *to;
-  Step                          step = {L, 0.0f, (float)(1.0 / theta)};
+  const std::vector<PetscReal> &W     = *w;
+  const PetscReal               theta = (most + least) / 2, delta = (most - least) / 2, sigma = theta / delta;
+  PetscReal                     norm, rho = 1.0 / sigma;
+  const PetscScalar            *in;
+  PetscScalar                  *out;
+  Step                          step = {this, product->stride(), 0.0f, (float)(1.0 / theta)};
 
   PetscFunctionBegin;
-  PetscCall(AinsworthScaledScale(*L, b, &s));
-  PetscCall(VecGetArrayRead(b, &from));
-  ForUnknowns(*L, [&](PetscInt l, PetscInt k) { L->r[k] = (AinsworthSingle)(from[l] * (s * w[l])); });
-  PetscCall(VecRestoreArrayRead(b, &from));
-  PetscCall(VecGetArray(x, &to));
+  PetscCall(VecNorm(b, NORM_2, &norm));
+  const PetscReal scale = InversePower(norm * largest);
+  PetscCall(VecGetArrayRead(b, &in));
+  ForUnknowns(*this, [&](PetscInt l, PetscInt k) { r[k] = (AinsworthSingle)(in[l] * (scale * W[l])); });
+  PetscCall(VecRestoreArrayRead(b, &in));
+  PetscCall(VecGetArray(to, &out));
   if (zero) {
-    std::fill(L->x.begin(), L->x.end(), AinsworthSingle(0));
-    std::fill(L->p.begin(), L->p.end(), AinsworthSingle(0));
-    for (PetscInt i = 0; i < n; i++) step(i);
+    std::fill(x.begin(), x.end(), AinsworthSingle(0));
+    std::fill(p.begin(), p.end(), AinsworthSingle(0));
+    for (PetscInt i = 0; i < product->n(); i++) step(i);
   } else {
-    ForUnknowns(*L, [&](PetscInt l, PetscInt k) { L->x[k] = (AinsworthSingle)(to[l] * (s / w[l])); });
-    PetscCall(L->product.start(L->x.data(), L->q.data()));
-    L->product.pass(L->x.data(), L->q.data(), [&](PetscInt i, AinsworthSingle *q) {
-      for (PetscInt c = 0; c < stride; c++) L->r[i * stride + c] -= q[c];
-      step(i);
-    });
+    ForUnknowns(*this, [&](PetscInt l, PetscInt k) { x[k] = (AinsworthSingle)(out[l] * (scale / W[l])); });
+    PetscCall(Subtract(*this, x, step));
   }
   for (PetscInt k = 1; k < steps; k++) {
     const PetscReal before = rho;
@@ -112,48 +121,31 @@ PetscErrorCode AinsworthScaledSmooth(AinsworthScaled *L, PetscInt steps, PetscRe
     rho    = 1.0 / (2.0 * sigma - before);
     step.f = (float)(rho * before);
     step.g = (float)(2.0 * rho / delta);
-    PetscCall(L->product.start(L->p.data(), L->q.data()));
-    L->product.pass(L->p.data(), L->q.data(), [&](PetscInt i, AinsworthSingle *q) {
-      for (PetscInt c = 0; c < stride; c++) L->r[i * stride + c] -= q[c];
-      step(i);
-    });
+    PetscCall(Subtract(*this, p, step));
   }
-  ForUnknowns(*L, [&](PetscInt l, PetscInt k) { to[l] = (PetscScalar)L->x[k] * (w[l] / s); });
-  PetscCall(VecRestoreArray(x, &to));
-  L->s = s;
-  PetscCall(PetscObjectGetId((PetscObject)x, &L->xid));
-  PetscCall(PetscObjectGetId((PetscObject)b, &L->bid));
-  PetscCall(PetscObjectStateGet((PetscObject)x, &L->xstate));
-  PetscCall(PetscObjectStateGet((PetscObject)b, &L->bstate));
+  ForUnknowns(*this, [&](PetscInt l, PetscInt k) { out[l] = (PetscScalar)x[k] * (W[l] / scale); });
+  PetscCall(VecRestoreArray(to, &out));
+  s    = scale;
+  pair = Identify(b, to);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* r = b - M x; straight after smoothing half of the work is done already */
-PetscErrorCode AinsworthScaledResidual(AinsworthScaled *L, Vec b, Vec x, Vec r)
+PetscErrorCode AinsworthScaled::residual(Vec b, Vec from, Vec to)
 {
-  const std::vector<PetscReal> &w      = *L->w;
-  const PetscInt                stride = L->product.stride();
-  PetscObjectId                 xid, bid;
-  PetscObjectState              xstate, bstate;
-  PetscScalar                  *to;
+  const std::vector<PetscReal> &W = *w;
+  PetscScalar                  *out;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectGetId((PetscObject)x, &xid));
-  PetscCall(PetscObjectGetId((PetscObject)b, &bid));
-  PetscCall(PetscObjectStateGet((PetscObject)x, &xstate));
-  PetscCall(PetscObjectStateGet((PetscObject)b, &bstate));
-  if (xid != L->xid || xstate != L->xstate || bid != L->bid || bstate != L->bstate) {
-    PetscCall(AinsworthScaledMult(L, x, r));
-    PetscCall(VecAYPX(r, -1.0, b));
+  if (Identify(b, from) != pair) {
+    PetscCall(mult(from, to));
+    PetscCall(VecAYPX(to, -1.0, b));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(L->product.start(L->p.data(), L->q.data()));
-  L->product.pass(L->p.data(), L->q.data(), [&](PetscInt i, AinsworthSingle *q) {
-    for (PetscInt c = 0; c < stride; c++) L->r[i * stride + c] -= q[c];
-  });
-  L->xid = 0; /* r is now the residual itself */
-  PetscCall(VecGetArrayWrite(r, &to));
-  ForUnknowns(*L, [&](PetscInt l, PetscInt k) { to[l] = (PetscScalar)L->r[k] / (L->s * w[l]); });
-  PetscCall(VecRestoreArrayWrite(r, &to));
+  PetscCall(Subtract(*this, p, [](PetscInt) {}));
+  pair = {}; /* r is now the residual itself */
+  PetscCall(VecGetArrayWrite(to, &out));
+  ForUnknowns(*this, [&](PetscInt l, PetscInt k) { out[l] = (PetscScalar)r[k] / (s * W[l]); });
+  PetscCall(VecRestoreArrayWrite(to, &out));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -99,6 +99,7 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
 {
   KSP          ksp = data->ksp;
   PC           inner;
+  PC_BlockSA  *sa = NULL;
   PetscBool    boomer, definite, normGiven, sideGiven;
   char         name[nboomeramg][256] = {}, method[256] = "";
   const char  *prefix;
@@ -154,7 +155,8 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
     PetscCall(KSPSetPCSide(ksp, PC_RIGHT));
     data->ownSide = PETSC_TRUE;
   }
-  PetscCall(PCBlockSAKeepProduct_Private(inner));
+  PetscCall(PCBlockSAGet_Private(inner, &sa));
+  if (sa) sa->options.product = PETSC_TRUE; /* from the next set-up on A can be had for products */
   data->configured = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -193,14 +195,14 @@ PetscErrorCode PCAinsworthUseProduct_Private(PC_Ainsworth *data)
 PetscErrorCode PCAinsworthFallBack_Private(PC pc, PC_Ainsworth *data, PetscBool *again)
 {
   PC          inner;
-  const char *doubts;
+  PC_BlockSA *sa = NULL;
 
   PetscFunctionBegin;
   PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PCBlockSAGetDoubts_Private(inner, &doubts));
-  *again = (PetscBool)(doubts && doubts[0] && data->ownChoice);
+  PetscCall(PCBlockSAGet_Private(inner, &sa));
+  *again = (PetscBool)(sa && sa->levels.hierarchy && sa->levels.hierarchy->doubts[0] && data->ownChoice);
   if (!*again) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscInfo(pc, "%s: PC type %s takes the place of %s\n", doubts, OtherMultigrid(), PCBLOCKSA));
+  PetscCall(PetscInfo(pc, "%s: PC type %s takes the place of %s\n", sa->levels.hierarchy->doubts, OtherMultigrid(), PCBLOCKSA));
   PetscCall(PCSetType(inner, OtherMultigrid()));
   data->configured = PETSC_FALSE;
   PetscCall(PCAinsworthConfigureKSP_Private(pc, data));

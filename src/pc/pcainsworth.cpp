@@ -25,15 +25,17 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
 {
   PC_Ainsworth   *data = (PC_Ainsworth *)pc->data;
   PC              inner;
+  PC_BlockSA     *sa = NULL;
   AinsworthLevels levels;
 
   PetscFunctionBegin;
   /* the levels of A outlive the constraints: a program that changes their number has to reset its KSP */
   PetscCall(PCAinsworthReportReset_Private(data));
   PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PCBlockSAGetLevels_Private(inner, &levels));
+  PetscCall(PCBlockSAGet_Private(inner, &sa));
+  if (sa) levels = sa->levels;
   PetscCall(ResetKSP(data->ksp));
-  PetscCall(PCBlockSASetLevels_Private(inner, levels));
+  if (sa) sa->levels = levels;
   PetscCall(AinsworthSaddleReset(&data->saddle));
   PetscCall(MatDestroy(&data->reduced));
   PetscCall(MatDestroy(&data->M));

@@ -15,12 +15,11 @@ AinsworthHierarchyOptions UsualOptions()
 {
   AinsworthHierarchyOptions o;
 
-  o.threshold   = 0.03;
-  o.coarseSize  = 40;
-  o.levels      = 10;
-  o.nodesOfRank = 5;
-  o.single      = PETSC_FALSE;
-  o.product     = PETSC_FALSE;
+  o.threshold  = 0.03;
+  o.coarseSize = 40;
+  o.rankSize   = 30;
+  o.single     = PETSC_FALSE;
+  o.product    = PETSC_FALSE;
   return o;
 }
 
@@ -34,7 +33,7 @@ PetscErrorCode Modes(const Lattice &l, Mat A, AinsworthModes *modes, Dense *dens
   PetscCall(MatGetSize(A, &N, NULL));
   PetscCall(MatGetOwnershipRange(A, &start, NULL));
   PetscCall(LatticeCoordinates(l, A, x));
-  PetscCall(AinsworthModesCreate(A, NULL, n, l.bs, l.dim(), x.data(), modes));
+  PetscCall(AinsworthModesCreate(A, NULL, l.dim(), x.data(), modes));
   if (!dense) PetscFunctionReturn(PETSC_SUCCESS);
   *dense = Dense::Zero(N, modes->k);
   for (PetscInt i = 0; i < n; i++)

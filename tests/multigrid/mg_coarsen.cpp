@@ -27,14 +27,6 @@ static PetscErrorCode LevelCreate(const Lattice &l, PetscReal theta, Level *leve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode LevelDestroy(Level *level)
-{
-  PetscFunctionBeginUser;
-  PetscCall(level->X.cols.destroy());
-  PetscCall(MatDestroy(&level->A));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Is there a block other than zero between the nodes? */
 static bool Coupled(const Dense &A, PetscInt bs, PetscInt a, PetscInt b)
 {
@@ -93,7 +85,7 @@ static PetscErrorCode CheckAggregates(const Lattice &l, const Level &level)
 }
 
 /* The aggregates belong to the ranks that made them, or all to one */
-static PetscErrorCode CoarseLayout(PetscInt made, bool together, PetscLayout *layout)
+static PetscErrorCode CoarseLayout(PetscInt made, bool together, AinsworthLayout *layout)
 {
   PetscMPIInt rank;
   PetscInt    total;
@@ -101,27 +93,26 @@ static PetscErrorCode CoarseLayout(PetscInt made, bool together, PetscLayout *la
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCallMPI(MPI_Allreduce(&made, &total, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));
-  PetscCall(PetscLayoutCreateFromSizes(PETSC_COMM_WORLD, together ? (rank ? 0 : total) : made, PETSC_DECIDE, 1, layout));
+  PetscCall(AinsworthLayoutCreate(PETSC_COMM_WORLD, together ? (rank ? 0 : total) : made, layout));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Interpolate(const Lattice &l, const Level &level, PetscReal omega, bool together, AinsworthInterpolation *P, Dense *dense, Dense *coarse)
 {
-  const PetscInt           k = level.near.k;
-  std::vector<PetscReal>   diagonal;
-  std::vector<PetscScalar> values;
-  PetscLayout              layout;
+  const PetscInt         k = level.near.k;
+  std::vector<PetscReal> diagonal;
+  AinsworthModes         modes(level.near);
+  AinsworthLayout        layout;
 
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < level.X.rows.n * l.bs; i++) diagonal.push_back(PetscRealPart(level.diagonal[level.X.cols.first * l.bs + i]));
   PetscCall(CoarseLayout(level.agg.count, together, &layout));
-  PetscCall(AinsworthInterpolationCreate(level.X, level.agg, diagonal, omega, level.near.values, k, layout, P, &values));
+  PetscCall(AinsworthInterpolationCreate(level.X, level.agg, diagonal, omega, layout, &modes, P));
   PetscCall(Gather(P->rows, P->cols, level.X.cols.first, l.nodes(), *dense));
   *coarse = Dense::Zero(layout->N * k, k);
-  PetscCall(CheckInt("values of the modes on the next level", (PetscInt)values.size(), (layout->rend - layout->rstart) * k * k));
-  for (size_t i = 0; i < values.size(); i++) (*coarse)(layout->rstart * k + (PetscInt)i / k, (PetscInt)i % k) = values[i];
+  PetscCall(CheckInt("values of the modes on the next level", (PetscInt)modes.values.size(), (layout->rend - layout->rstart) * k * k));
+  for (size_t i = 0; i < modes.values.size(); i++) (*coarse)(layout->rstart * k + (PetscInt)i / k, (PetscInt)i % k) = modes.values[i];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, coarse->data(), (PetscMPIInt)coarse->size(), MPIU_SCALAR, MPIU_SUM, PETSC_COMM_WORLD));
-  PetscCall(PetscLayoutDestroy(&layout));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -134,7 +125,6 @@ static PetscErrorCode CheckGalerkin(const char *what, const AinsworthBlockMat &X
   PetscCall(AinsworthGalerkin(X, P, &coarse));
   PetscCall(Gather(coarse, got));
   PetscCall(Check(what, (got - denseP.adjoint() * dense * denseP).norm(), 1e-15 * dense.norm() * denseP.squaredNorm()));
-  PetscCall(coarse.cols.destroy());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -177,10 +167,7 @@ static PetscErrorCode CheckInterpolation(const Lattice &l, const Level &level, b
   PetscCall(Gather(D, dense));
   PetscCall(AinsworthBlockMatCreate(D, l.bs, &X));
   PetscCall(CheckGalerkin("P' D P", X, dense, P, denseP));
-  PetscCall(X.cols.destroy());
   PetscCall(MatDestroy(&D));
-  PetscCall(T.cols.destroy());
-  PetscCall(P.cols.destroy());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -198,7 +185,7 @@ static PetscErrorCode Coarsening(const char *name, Lattice l, PetscReal theta)
     PetscCall(LevelCreate(l, theta, &level));
     PetscCall(CheckAggregates(l, level));
     for (bool together : {false, true}) PetscCall(CheckInterpolation(l, level, together));
-    PetscCall(LevelDestroy(&level));
+    PetscCall(MatDestroy(&level.A));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -221,7 +208,7 @@ static PetscErrorCode Strength()
       common += level.X.cols.first + i < half && level.X.cols.first + j >= half && level.agg.of[i] == level.agg.of[j];
     }
   PetscCall(CheckInt("pairs of a soft and a stiff node in one aggregate", common, 0));
-  PetscCall(LevelDestroy(&level));
+  PetscCall(MatDestroy(&level.A));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -254,7 +241,7 @@ static PetscErrorCode CheckModes(PetscInt bs)
   PetscCall(MatGetLocalSize(A, &n, NULL));
   PetscCall(MatGetOwnershipRange(A, &start, NULL));
   PetscCall(LatticeCoordinates(l, A, x));
-  PetscCall(AinsworthModesCreate(A, space, n, bs, l.dim(), x.data(), &near));
+  PetscCall(AinsworthModesCreate(A, space, l.dim(), x.data(), &near));
   const Vec *vec;
   PetscInt   nvec;
   PetscBool  constant;
@@ -269,12 +256,12 @@ static PetscErrorCode CheckModes(PetscInt bs)
     PetscCall(CheckTrue("modes as given", same));
   }
   PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_TRUE, 1, vec, &space));
-  PetscCall(AinsworthModesCreate(A, space, n, bs, 0, NULL, &near));
+  PetscCall(AinsworthModesCreate(A, space, 0, NULL, &near));
   bool same = near.k == 2;
   for (PetscInt i = 0; same && i < n; i++) same = near.values[2 * i] == 1.0;
   PetscCall(CheckTrue("a null space with the constant vector", same));
   PetscCall(MatNullSpaceDestroy(&space));
-  PetscCall(AinsworthModesCreate(A, NULL, n, bs, 0, NULL, &near));
+  PetscCall(AinsworthModesCreate(A, NULL, 0, NULL, &near));
   same = near.k == bs && near.rotations == (bs == 1);
   for (PetscInt i = 0; same && i < n * bs; i++) same = near.values[i] == (i / bs % bs == i % bs ? 1.0 : 0.0);
   PetscCall(CheckTrue("translations where nothing is known", same));
@@ -314,13 +301,12 @@ static PetscErrorCode Estimate(PetscInt bs, PetscReal contrast, PetscReal stiffn
         const PetscReal                 largest = Eigen::SelfAdjointEigenSolver<Dense>(Scaled(M, M), Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
 
         PetscCall(h.createLevel(0, sum ? &X : NULL, single, &level));
-        PetscCall(AinsworthLevelEstimate(level.get()));
+        PetscCall(level->estimate());
         PetscCall(Check("estimate over the eigenvalue", level->largest / largest, single ? 1.0 + 1e-5 : 1.0 + 1e-12));
         PetscCall(Check("eigenvalue over the estimate", largest / level->largest, 1.0 / 0.6));
         if (!sum) PetscCall(Check("estimate of the hierarchy", PetscAbsReal(h.grids[0].largest / level->largest - 1.0), 1e-5));
       }
   }
-  PetscCall(X.cols.destroy());
   PetscCall(MatDestroy(&D));
   PetscCall(MatDestroy(&A));
   PetscFunctionReturn(PETSC_SUCCESS);

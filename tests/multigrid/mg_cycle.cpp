@@ -1,7 +1,6 @@
 static char help[] = "The cycle of PCBLOCKSA against a PCMG of PETSc's own parts: symmetric, positive, linear, and Galerkin's products on all levels.\n\n";
 
 #include "internal.h"
-#include "multigrid/chebyshev.h"
 
 /* What the PC made, as matrices that PETSc knows; the finest level first */
 struct Levels {
@@ -224,7 +223,7 @@ static PetscErrorCode CheckSmoother(PC pc, const Levels &levels)
           PetscCall(KSPSolve(ksp, b, x));
           PetscCall(VecScale(x, factor));
         }
-        PetscCall(AinsworthChebyshevResidual(op, b, x, r));
+        PetscCall(MatResidual(op, b, x, r));
         PetscCall(MatResidual(A, b, x, y));
         PetscCall(VecNorm(y, NORM_2, &norm));
         PetscCall(VecAXPY(y, -1.0, r));

@@ -27,7 +27,6 @@ static PetscErrorCode Extraction(const Lattice &l, Mat A, const Dense &dense)
     outside             = outside && X.cols.place(node) == X.cols.local + (PetscInt)g && X.cols.node(X.cols.local + (PetscInt)g) == node;
   }
   PetscCall(CheckTrue("ghosts are nodes of other ranks, rising", outside));
-  PetscCall(X.cols.destroy());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -44,18 +43,14 @@ static PetscErrorCode FillRow(AinsworthBlockRows &rows, PetscInt node, PetscInt 
     rows.j.push_back(1000 * node + 10 * k + sender);
     for (PetscInt q = 0; q < rows.size(); q++) rows.a.push_back(Uniform(node, sender, 100 * k + q));
   }
-  rows.i.push_back((PetscInt)rows.j.size());
-  rows.n++;
+  rows.endRow();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static bool SameRow(const AinsworthBlockRows &rows, PetscInt row, PetscInt node, PetscInt sender)
 {
-  AinsworthBlockRows expected;
+  AinsworthBlockRows expected(rows.br, rows.bc);
 
-  expected.br = rows.br;
-  expected.bc = rows.bc;
-  expected.i.assign(1, 0);
   (void)FillRow(expected, node, sender);
   if (rows.i[row + 1] - rows.i[row] != expected.i[1]) return false;
   return std::equal(expected.j.begin(), expected.j.end(), rows.j.begin() + rows.i[row]) &&
@@ -66,7 +61,7 @@ static bool SameRow(const AinsworthBlockRows &rows, PetscInt row, PetscInt node,
 static PetscErrorCode Exchange(const Lattice &l, Mat A)
 {
   AinsworthBlockMat     X;
-  AinsworthBlockRows    rows, arrived;
+  AinsworthBlockRows    rows(2, 3), arrived;
   std::vector<PetscInt> owner;
   PetscMPIInt           rank, size;
   bool                  same = true;
@@ -76,19 +71,14 @@ static PetscErrorCode Exchange(const Lattice &l, Mat A)
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(AinsworthBlockMatCreate(A, l.bs, &X));
-  rows.br = 2;
-  rows.bc = 3;
-  rows.i.assign(1, 0);
   for (PetscInt i = 0; i < X.cols.local; i++) PetscCall(FillRow(rows, X.cols.first + i, 0));
-  PetscCall(AinsworthRowsToGhosts(X.cols, rows, &arrived));
-  same = arrived.n == (PetscInt)X.cols.ghosts.size() && arrived.br == 2 && arrived.bc == 3 && arrived.i.size() == X.cols.ghosts.size() + 1;
+  if (X.cols.sf) PetscCall(AinsworthSendRows(X.cols.sf.get(), rows, (PetscInt)X.cols.ghosts.size(), &arrived));
+  same = arrived.n == (PetscInt)X.cols.ghosts.size() && arrived.i.size() == X.cols.ghosts.size() + 1;
+  if (X.cols.sf) same = same && arrived.br == 2 && arrived.bc == 3;
   for (PetscInt g = 0; same && g < arrived.n; g++) same = SameRow(arrived, g, X.cols.ghosts[g], 0);
   PetscCall(CheckTrue("rows of the owners arrive at the ghosts", same));
 
-  rows    = AinsworthBlockRows();
-  rows.br = 2;
-  rows.bc = 3;
-  rows.i.assign(1, 0);
+  rows = AinsworthBlockRows(2, 3);
   for (PetscInt node : X.cols.ghosts) PetscCall(FillRow(rows, node, rank));
   arrived = AinsworthBlockRows();
   PetscCall(AinsworthRowsToOwners(X.cols, rows, &owner, &arrived));
@@ -109,7 +99,6 @@ static PetscErrorCode Exchange(const Lattice &l, Mat A)
   count[1] = rows.i.back() - arrived.i.back();
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));
   PetscCall(CheckTrue("all of them", !count[0] && !count[1]));
-  PetscCall(X.cols.destroy());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -117,17 +106,16 @@ static PetscErrorCode Exchange(const Lattice &l, Mat A)
 static PetscErrorCode CheckLevel(const char *what, const AinsworthHierarchy &h, const AinsworthBlockMat *added, bool single, const Dense &expected)
 {
   std::unique_ptr<AinsworthLevel> level;
-  Mat                             mat, aij;
+  Mat                             mat = NULL, aij;
   Vec                             d;
   Dense                           got;
   Column                          diagonal;
   const PetscReal                 tolerance = single ? 1e-6 : 1e-14;
 
   PetscFunctionBeginUser;
-  PetscCall(AinsworthLevelMatCreate(h.grids[0].nodes, h.grids[0].bs, &mat));
   PetscCall(h.createLevel(0, added, single, &level));
   PetscCall(CheckTrue("precision", single == (level->single != nullptr) && single != (level->product != nullptr)));
-  PetscCall(AinsworthLevelMatSet(mat, std::move(level)));
+  PetscCall(AinsworthLevelMatSet(h.grids[0].nodes, h.grids[0].bs, std::move(level), &mat));
   PetscCall(Gather(mat, got));
   PetscCall(CheckEqual(what, Scaled(got, expected), Scaled(expected, expected), tolerance));
   PetscCall(MatCreateVecs(mat, &d, NULL));
@@ -178,7 +166,6 @@ static PetscErrorCode Products(const Lattice &l, Mat A, const Dense &dense)
     PetscCall(CheckEqual("A for products", got, dense, 1e-15));
     PetscCall(MatDestroy(&product));
   }
-  PetscCall(X.cols.destroy());
   PetscCall(MatDestroy(&D));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
