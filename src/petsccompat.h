@@ -51,6 +51,19 @@ typedef PetscOptionItems *AinsworthOptionItems;
 typedef PetscOptionItems AinsworthOptionItems;
 #endif
 
+/* the argument of a function that destroys the context of a PetscContainer, and that context: the argument is its address since 3.23 */
+#if PETSC_VERSION_LT(3, 23, 0)
+typedef void *AinsworthContext;
+  #define AinsworthContextGet(argument)                   (argument)
+  #define PetscContainerSetCtxDestroy(container, destroy) PetscContainerSetUserDestroy(container, destroy)
+#elif PETSC_VERSION_LT(3, 25, 0)
+typedef void **AinsworthContext;
+  #define AinsworthContextGet(argument) (*(argument))
+#else
+typedef PetscCtxRt AinsworthContext;
+  #define AinsworthContextGet(argument) (*(void **)(argument))
+#endif
+
 /* destroys the context of a convergence test */
 #if PETSC_VERSION_LT(3, 24, 0)
 typedef PetscErrorCode AinsworthTestDestroyFn(void *);

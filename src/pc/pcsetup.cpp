@@ -244,26 +244,6 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the inner solver and the vectors have from a system with other sizes, on any rank, goes */
-static PetscErrorCode ForgetOtherSizes(PC_Ainsworth *data)
-{
-  PetscInt  now, last;
-  PetscBool other = PETSC_FALSE;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetLocalSize(data->saddle.A, &now, NULL));
-  if (data->rhs) {
-    PetscCall(VecGetLocalSize(data->rhs, &last));
-    other = (PetscBool)(now != last);
-  }
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)data->saddle.A)));
-  if (!other) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPReset(data->ksp));
-  PetscCall(VecDestroy(&data->rhs));
-  PetscCall(MatDestroy(&data->reduced));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode PCSetUp_Ainsworth(PC pc)
 {
   PC_Ainsworth  *data    = (PC_Ainsworth *)pc->data;
@@ -298,7 +278,6 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscCall(FailSetUp(pc, data, PC_FACTOR_OTHER, PETSC_ERR_FP, why));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(ForgetOtherSizes(data));
   PetscCall(MatGetSize(data->saddle.C, &data->constraints, NULL));
   PetscCall(ForgetOtherSizes(pc, data));
   symmetric = data->symmetric;

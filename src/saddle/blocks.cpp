@@ -106,7 +106,7 @@ static PetscErrorCode ChoosePrimal(Mat mat, const Mat diagonal[2], PetscInt *pri
 }
 
 /* A MatNest of 2 x 2 blocks, the multipliers first or last */
-static PetscErrorCode FindInNest(Mat mat, const AinsworthBlocks *last, AinsworthBlocks *found)
+static PetscErrorCode FindInNest(Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   PetscInt nr, nc, p = 0, l;
   IS       rows[2], cols[2];
@@ -149,21 +149,21 @@ static PetscErrorCode FindInNest(Mat mat, const AinsworthBlocks *last, Ainsworth
 /* The layouts that are understood, by the type of the program's matrix */
 static const struct {
   MatType type;
-  PetscErrorCode (*find)(Mat, const AinsworthBlocks *, AinsworthBlocks *);
+  PetscErrorCode (*find)(Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 } layouts[] = {
   {MATNEST, FindInNest}
 };
 
 /*
-   AinsworthBlocksFind - the blocks of the program's matrix with their states, and the index sets of its fields; to be reset
+   AinsworthSaddleFindBlocks - the blocks of the program's matrix with their states, and the index sets of its fields; to be reset
 
    Collective where last is NULL. Otherwise the fields are what they were in `last`, as far as the layout is the same, and no value is looked at: to
    compare both.
 */
-PetscErrorCode AinsworthBlocksFind(Mat mat, const AinsworthBlocks *last, AinsworthBlocks *found)
+PetscErrorCode AinsworthSaddleFindBlocks(Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   PetscFunctionBegin;
-  *found = AinsworthBlocks();
+  *found = AinsworthSaddleBlocks();
   for (const auto &layout : layouts) {
     PetscBool same;
 
@@ -186,7 +186,7 @@ PetscErrorCode AinsworthBlocksFind(Mat mat, const AinsworthBlocks *last, Ainswor
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthBlocksReset(AinsworthBlocks *b)
+PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *b)
 {
   PetscFunctionBegin;
   for (Mat &M : b->block) PetscCall(MatDestroy(&M));

@@ -107,7 +107,7 @@ static PetscErrorCode CheckFinite(Mat A, PetscReal norm, char bad[], size_t len)
 }
 
 /* Sizes that do not fit together */
-static PetscErrorCode CheckSizes(const AinsworthBlocks *b)
+static PetscErrorCode CheckSizes(const AinsworthSaddleBlocks *b)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)b->block[AINSWORTH_BLOCK_A]);
   PetscInt n[2];
@@ -129,16 +129,16 @@ static PetscErrorCode CheckSizes(const AinsworthBlocks *b)
 */
 PetscErrorCode AinsworthSaddleSetUp(Mat amat, Mat pmat, AinsworthSaddle *sp)
 {
-  AinsworthBlocks found;
-  PetscBool       transpose, hermitian, opaque;
-  PetscReal       normA, normD;
-  Mat             source;
+  AinsworthSaddleBlocks found;
+  PetscBool             transpose, hermitian, opaque;
+  PetscReal             normA, normD;
+  Mat                   source;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthBlocksFind(pmat, NULL, &found));
+  PetscCall(AinsworthSaddleFindBlocks(pmat, NULL, &found));
   PetscCall(CheckSizes(&found));
   PetscCall(AinsworthSaddleReset(sp));
-  *(AinsworthBlocks *)sp = found;
+  *(AinsworthSaddleBlocks *)sp = found;
   PetscCall(MatGetNullSpace(pmat, &sp->whole));
   if (!sp->whole) PetscCall(MatGetNullSpace(amat, &sp->whole));
   PetscCall(PetscObjectReference((PetscObject)sp->whole));
@@ -159,7 +159,7 @@ PetscErrorCode AinsworthSaddleSetUp(Mat amat, Mat pmat, AinsworthSaddle *sp)
 PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
 {
   PetscFunctionBegin;
-  PetscCall(AinsworthBlocksReset(sp));
+  PetscCall(AinsworthSaddleResetBlocks(sp));
   PetscCall(MatDestroy(&sp->A));
   PetscCall(MatDestroy(&sp->C));
   PetscCall(MatNullSpaceDestroy(&sp->whole));

@@ -23,7 +23,7 @@ enum {
   AINSWORTH_BLOCK_D,
   AINSWORTH_BLOCKS
 };
-struct AinsworthBlocks {
+struct AinsworthSaddleBlocks {
   MatType  layout;                     /* what it was found in; NULL: nothing found yet */
   PetscInt primal;                     /* MatNest: position of the primal field, 0 or 1 */
   Mat      block[AINSWORTH_BLOCKS];    /* the program's, NULL where absent; B or C may be a view of the other, A a copy of a small shell */
@@ -33,7 +33,7 @@ struct AinsworthBlocks {
   IS       cols[2];                    /* the same in the solution */
 };
 
-struct AinsworthSaddle : AinsworthBlocks {
+struct AinsworthSaddle : AinsworthSaddleBlocks {
   Mat          A;        /* n x n: the program's, or with the eliminated rows added */
   Mat          C;        /* rows that are kept, AIJ; none: no constraints */
   MatNullSpace whole;    /* null space of the program's matrix, NULL where it has none */
@@ -59,8 +59,8 @@ PetscErrorCode AinsworthAbsoluteAIJ(Mat, Mat *);
 PetscErrorCode AinsworthRowSums(Mat, int, Vec);
 
 /* blocks.cpp, state.cpp: what the program passed, and whether it is what it was */
-PetscErrorCode AinsworthBlocksFind(Mat, const AinsworthBlocks *, AinsworthBlocks *);
-PetscErrorCode AinsworthBlocksReset(AinsworthBlocks *);
+PetscErrorCode AinsworthSaddleFindBlocks(Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
+PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthBlockNorm(Mat, PetscReal *);
 PetscErrorCode AinsworthMatGetState(Mat, uint64_t *);
 PetscErrorCode AinsworthSaddleChanged(Mat, const AinsworthSaddle *, PetscBool *);

@@ -97,10 +97,10 @@ static PetscErrorCode SameSet(IS a, IS b, PetscBool *same)
 /* Collective: are the layout, the blocks or the fields others, or have blocks other values, than at the last set-up? The same answer on all ranks */
 PetscErrorCode AinsworthSaddleChanged(Mat mat, const AinsworthSaddle *sp, PetscBool *changed)
 {
-  AinsworthBlocks now;
+  AinsworthSaddleBlocks now;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthBlocksFind(mat, sp, &now));
+  PetscCall(AinsworthSaddleFindBlocks(mat, sp, &now));
   *changed = (PetscBool)(now.layout != sp->layout);
   for (int k = 0; k < AINSWORTH_BLOCKS; k++)
     if (now.state[k] != sp->state[k]) *changed = PETSC_TRUE;
@@ -112,6 +112,6 @@ PetscErrorCode AinsworthSaddleChanged(Mat mat, const AinsworthSaddle *sp, PetscB
     PetscCall(SameSet(now.cols[k], sp->cols[k], &cols));
     *changed = (PetscBool)(!rows || !cols);
   }
-  PetscCall(AinsworthBlocksReset(&now));
+  PetscCall(AinsworthSaddleResetBlocks(&now));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,8 +1,6 @@
 /* One solve: what it came to, on all ranks */
 #include "attack.h"
-#if defined(PETSC_HAVE_HYPRE)
-  #include <HYPRE_utilities.h>
-#endif
+#include <dlfcn.h>
 
 static PetscErrorCode KeepMessage(MPI_Comm, int line, const char *function, const char *, PetscErrorCode code, PetscErrorType type, const char *message,
                                   void *ctx)
@@ -17,9 +15,8 @@ PetscErrorCode AttackCall(const std::function<PetscErrorCode()> &action, PetscEr
   PetscCall(PetscPushErrorHandler(KeepMessage, &message));
   *code = action();
   PetscCall(PetscPopErrorHandler());
-#if defined(PETSC_HAVE_HYPRE)
-  (void)HYPRE_ClearAllErrors(); /* hypre remembers them, and PCHYPRE takes them for its own */
-#endif
+  /* hypre, where PETSc has it, remembers errors, and PCHYPRE takes them for its own */
+  if (void *clear = dlsym(RTLD_DEFAULT, "HYPRE_ClearAllErrors")) (void)((int (*)(void))clear)();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
