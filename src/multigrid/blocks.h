@@ -71,7 +71,7 @@ struct AinsworthBlockMat {
 
 /* A block on its way to a row, by the number of its column; adjoint: its adjoint is meant */
 struct AinsworthPiece {
-  PetscInt           row, node;
+  PetscInt           node;
   const PetscScalar *values;
   bool               adjoint;
 };
@@ -100,7 +100,7 @@ private:
 void           AinsworthSortUnique(std::vector<PetscInt> &);
 PetscErrorCode AinsworthLayoutCreate(MPI_Comm, PetscInt, AinsworthLayout *);
 PetscErrorCode AinsworthBlockMatCreate(Mat, PetscInt, AinsworthBlockMat *);
-PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &, PetscInt, std::vector<AinsworthPiece> &, AinsworthBlockMat *);
+PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &, PetscInt, std::vector<std::vector<AinsworthPiece>> &, AinsworthBlockMat *);
 PetscErrorCode AinsworthBlocksToAIJ(const AinsworthBlockRows &, const AinsworthColumns &, Mat, Mat *);
 PetscErrorCode AinsworthSendRows(PetscSF, const AinsworthBlockRows &, PetscInt, AinsworthBlockRows *);
 PetscErrorCode AinsworthRowsToOwners(const AinsworthColumns &, const AinsworthBlockRows &, std::vector<PetscInt> *, AinsworthBlockRows *);
