@@ -168,32 +168,33 @@ PetscErrorCode AinsworthBlockMatCreate(Mat A, PetscInt bs, AinsworthBlockMat *B)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthBlockMatAssemble - a matrix of blocks of bs from pieces of its rows on this rank; those in the same place are added. Collective */
-PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &nodes, PetscInt bs, std::vector<AinsworthPiece> &pieces, AinsworthBlockMat *B)
+/* AinsworthBlockMatAssemble - a matrix of blocks of bs from pieces of each row on this rank; those in the same place are added. Collective */
+PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &nodes, PetscInt bs, std::vector<std::vector<AinsworthPiece>> &pieces, AinsworthBlockMat *B)
 {
   std::vector<PetscInt> ghosts;
   AinsworthBlockRows   &rows = B->rows;
 
   PetscFunctionBegin;
-  for (const AinsworthPiece &piece : pieces)
-    if (piece.node < nodes->rstart || piece.node >= nodes->rend) ghosts.push_back(piece.node);
+  for (const auto &row : pieces)
+    for (const AinsworthPiece &piece : row)
+      if (piece.node < nodes->rstart || piece.node >= nodes->rend) ghosts.push_back(piece.node);
   AinsworthSortUnique(ghosts);
   PetscCall(B->cols.create(nodes, std::move(ghosts)));
-  std::stable_sort(pieces.begin(), pieces.end(),
-                   [](const AinsworthPiece &a, const AinsworthPiece &b) { return a.row < b.row || (a.row == b.row && a.node < b.node); });
-  rows      = AinsworthBlockRows(bs, bs);
-  auto next = pieces.begin();
-  for (PetscInt r = 0; r < B->cols.local; r++, rows.endRow())
-    while (next != pieces.end() && next->row == r) {
-      const PetscInt node = next->node;
+  rows = AinsworthBlockRows(bs, bs);
+  for (auto &row : pieces) {
+    std::stable_sort(row.begin(), row.end(), [](const AinsworthPiece &a, const AinsworthPiece &b) { return a.node < b.node; });
+    for (auto piece = row.begin(); piece != row.end();) {
+      const PetscInt node = piece->node;
 
       rows.j.push_back(B->cols.place(node));
       rows.a.resize(rows.a.size() + bs * bs, 0.0);
       PetscScalar *sum = &rows.a[rows.a.size() - bs * bs];
-      for (; next != pieces.end() && next->row == r && next->node == node; ++next)
+      for (; piece != row.end() && piece->node == node; ++piece)
         for (PetscInt p = 0; p < bs; p++)
-          for (PetscInt q = 0; q < bs; q++) sum[p * bs + q] += next->adjoint ? PetscConj(next->values[q * bs + p]) : next->values[p * bs + q];
+          for (PetscInt q = 0; q < bs; q++) sum[p * bs + q] += piece->adjoint ? PetscConj(piece->values[q * bs + p]) : piece->values[p * bs + q];
     }
+    rows.endRow();
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -9,13 +9,13 @@
 
 /* n rows of blocks, br x bc each, stored row by row */
 template <class T>
-struct AinsworthBlocks {
+struct AinsworthBlockRowsOf {
   PetscInt              n = 0, br = 1, bc = 1;
   std::vector<PetscInt> i = {0}, j;
   std::vector<T>        a;
 
-  AinsworthBlocks() = default;
-  AinsworthBlocks(PetscInt rows, PetscInt columns) : br(rows), bc(columns) { }
+  AinsworthBlockRowsOf() = default;
+  AinsworthBlockRowsOf(PetscInt rows, PetscInt columns) : br(rows), bc(columns) { }
   PetscInt size() const { return br * bc; }
   const T *block(PetscInt k) const { return a.data() + (size_t)k * size(); }
   T       *block(PetscInt k) { return a.data() + (size_t)k * size(); }
@@ -25,11 +25,11 @@ struct AinsworthBlocks {
     n++;
   }
 };
-typedef AinsworthBlocks<PetscScalar> AinsworthBlockRows;
+typedef AinsworthBlockRowsOf<PetscScalar> AinsworthBlockRows;
 
 /* y += M x for rows with values a; ghost: what x has in columns that this rank does not own; nodes of x and y are xs and ys numbers apart */
 template <int R, int C, class S, class T, class V>
-inline void AinsworthRowsMultAdd(const AinsworthBlocks<S> &rows, const T *a, PetscInt local, const V *x, const V *ghost, PetscInt xs, PetscInt ys, V *y)
+inline void AinsworthRowsMultAdd(const AinsworthBlockRowsOf<S> &rows, const T *a, PetscInt local, const V *x, const V *ghost, PetscInt xs, PetscInt ys, V *y)
 {
   const PetscInt br = R ? R : rows.br, bc = C ? C : rows.bc;
 
@@ -71,7 +71,7 @@ struct AinsworthBlockMat {
 
 /* A block on its way to a row, by the number of its column; adjoint: its adjoint is meant */
 struct AinsworthPiece {
-  PetscInt           row, node;
+  PetscInt           node;
   const PetscScalar *values;
   bool               adjoint;
 };
@@ -100,7 +100,7 @@ private:
 void           AinsworthSortUnique(std::vector<PetscInt> &);
 PetscErrorCode AinsworthLayoutCreate(MPI_Comm, PetscInt, AinsworthLayout *);
 PetscErrorCode AinsworthBlockMatCreate(Mat, PetscInt, AinsworthBlockMat *);
-PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &, PetscInt, std::vector<AinsworthPiece> &, AinsworthBlockMat *);
+PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &, PetscInt, std::vector<std::vector<AinsworthPiece>> &, AinsworthBlockMat *);
 PetscErrorCode AinsworthBlocksToAIJ(const AinsworthBlockRows &, const AinsworthColumns &, Mat, Mat *);
 PetscErrorCode AinsworthSendRows(PetscSF, const AinsworthBlockRows &, PetscInt, AinsworthBlockRows *);
 PetscErrorCode AinsworthRowsToOwners(const AinsworthColumns &, const AinsworthBlockRows &, std::vector<PetscInt> *, AinsworthBlockRows *);

@@ -143,12 +143,12 @@ void Multiply(const AinsworthBlockRows &X, const Extended &P, const Pattern &pat
 */
 PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInterpolation &P, AinsworthBlockMat *coarse)
 {
-  const PetscInt              k = P.rows.bc;
-  Extended                    extended;
-  AinsworthBlockRows          sent(k, k), arrived;
-  std::vector<PetscInt>       owner;
-  std::vector<PetscScalar>    values;
-  std::vector<AinsworthPiece> pieces;
+  const PetscInt                           k = P.rows.bc;
+  Extended                                 extended;
+  AinsworthBlockRows                       sent(k, k), arrived;
+  std::vector<PetscInt>                    owner;
+  std::vector<PetscScalar>                 values;
+  std::vector<std::vector<AinsworthPiece>> pieces(P.cols.local);
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Galerkin, 0, 0, 0, 0));
@@ -166,8 +166,8 @@ PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInte
   PetscCall(AinsworthRowsToOwners(P.cols, sent, &owner, &arrived));
   /* the lower half is the adjoint of the upper one */
   auto take = [&](PetscInt row, PetscInt node, const PetscScalar *block) {
-    pieces.push_back({row, node, block, false});
-    if (cols.owns(node) && node != cols.first + row) pieces.push_back({node - cols.first, cols.first + row, block, true});
+    pieces[row].push_back({node, block, false});
+    if (cols.owns(node) && node != cols.first + row) pieces[node - cols.first].push_back({cols.first + row, block, true});
   };
   for (PetscInt c = 0; c < cols.local; c++)
     for (PetscInt s = pattern.ui[c]; s < pattern.ui[c + 1]; s++) take(c, cols.node(pattern.uj[s]), &values[(size_t)s * k * k]);

@@ -58,7 +58,7 @@ static PetscErrorCode LargestJump(const AinsworthBlockMat &A, const std::vector<
 
 /* Takes a block of the matrix, as it is or with its rows and columns scaled */
 template <class T>
-static void TakeBlock(PetscInt j, const PetscScalar *a, const PetscReal *rows, const PetscReal *columns, AinsworthBlocks<T> *taken)
+static void TakeBlock(PetscInt j, const PetscScalar *a, const PetscReal *rows, const PetscReal *columns, AinsworthBlockRowsOf<T> *taken)
 {
   const PetscInt bs = taken->br;
 
@@ -69,10 +69,10 @@ static void TakeBlock(PetscInt j, const PetscScalar *a, const PetscReal *rows, c
 
 /* The upper half of the blocks between owned nodes, the diagonal block first in each row, times diagonal scalings where w is given */
 template <class T>
-static std::shared_ptr<AinsworthBlocks<T>> TakeUpper(const AinsworthBlockRows &rows, const PetscReal *w)
+static std::shared_ptr<AinsworthBlockRowsOf<T>> TakeUpper(const AinsworthBlockRows &rows, const PetscReal *w)
 {
   const PetscInt bs = rows.br;
-  auto           U  = std::make_shared<AinsworthBlocks<T>>(bs, bs);
+  auto           U  = std::make_shared<AinsworthBlockRowsOf<T>>(bs, bs);
   const size_t   n  = (rows.j.size() + rows.n) / 2 + 1;
 
   auto take = [&](PetscInt i, PetscInt k) { TakeBlock(rows.j[k], rows.block(k), w ? w + i * bs : NULL, w ? w + rows.j[k] * bs : NULL, U.get()); };
@@ -135,15 +135,15 @@ PetscErrorCode AinsworthHierarchy::store(const AinsworthBlockMat &A, const Ainsw
 
 /* Products with a level of A plus what is added, in the precision of the upper half, scaled by w where it is given. Collective */
 template <class T>
-static PetscErrorCode CreateProduct(const AinsworthGrid &grid, const std::shared_ptr<const AinsworthBlocks<T>> &upper, const std::vector<PetscReal> *w,
+static PetscErrorCode CreateProduct(const AinsworthGrid &grid, const std::shared_ptr<const AinsworthBlockRowsOf<T>> &upper, const std::vector<PetscReal> *w,
                                     const AinsworthBlockMat *added, std::unique_ptr<AinsworthProduct<T>> *product)
 {
-  const PetscInt         bs = grid.bs;
-  std::vector<PetscInt>  ghosts(grid.outside.cols.ghosts);
-  std::vector<PetscReal> scale;
-  AinsworthColumns       cols;
-  AinsworthBlocks<T>     rest(bs, bs);
-  AinsworthUnit          unit(bs, MPIU_REAL);
+  const PetscInt          bs = grid.bs;
+  std::vector<PetscInt>   ghosts(grid.outside.cols.ghosts);
+  std::vector<PetscReal>  scale;
+  AinsworthColumns        cols;
+  AinsworthBlockRowsOf<T> rest(bs, bs);
+  AinsworthUnit           unit(bs, MPIU_REAL);
 
   PetscFunctionBegin;
   if (added) ghosts.insert(ghosts.end(), added->cols.ghosts.begin(), added->cols.ghosts.end());

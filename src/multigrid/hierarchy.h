@@ -14,17 +14,17 @@ struct AinsworthHierarchyOptions {
 
 /* One level of A: operator, and interpolation from the next coarser one */
 struct AinsworthGrid {
-  PetscInt                                                bs = 1;
-  AinsworthLayout                                         nodes;
-  std::shared_ptr<const AinsworthBlocks<PetscScalar>>     upper;  /* either both of single and w, or this; the finest may have all */
-  std::shared_ptr<const AinsworthBlocks<AinsworthSingle>> single; /* W A W */
-  std::shared_ptr<const std::vector<PetscReal>>           w;
-  AinsworthBlockMat                                       outside; /* blocks of ghosts */
-  std::vector<PetscReal>                                  diagonal;
-  PetscReal                                               largest = 1.0; /* estimated eigenvalue of D^{-1} A */
-  PetscInt64                                              blocks  = 0;   /* on all ranks */
-  PetscMPIInt                                             ranks   = 0;   /* that own nodes */
-  std::shared_ptr<const AinsworthInterpolation>           P;             /* none: the coarsest */
+  PetscInt                                                     bs = 1;
+  AinsworthLayout                                              nodes;
+  std::shared_ptr<const AinsworthBlockRowsOf<PetscScalar>>     upper;  /* either both of single and w, or this; the finest may have all */
+  std::shared_ptr<const AinsworthBlockRowsOf<AinsworthSingle>> single; /* W A W */
+  std::shared_ptr<const std::vector<PetscReal>>                w;
+  AinsworthBlockMat                                            outside; /* blocks of ghosts */
+  std::vector<PetscReal>                                       diagonal;
+  PetscReal                                                    largest = 1.0; /* estimated eigenvalue of D^{-1} A */
+  PetscInt64                                                   blocks  = 0;   /* on all ranks */
+  PetscMPIInt                                                  ranks   = 0;   /* that own nodes */
+  std::shared_ptr<const AinsworthInterpolation>                P;             /* none: the coarsest */
 };
 
 class AinsworthHierarchy {

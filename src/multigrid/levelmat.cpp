@@ -97,24 +97,24 @@ static PetscErrorCode SetSymmetric(Mat mat)
 /* As AIJ, for factorizations and for users of PCGetCoarseOperators() */
 static PetscErrorCode MatConvert_Level_AIJ(Mat mat, MatType, MatReuse reuse, Mat *newmat)
 {
-  AinsworthLevel             *level;
-  AinsworthBlockMat           blocks;
-  std::vector<AinsworthPiece> pieces;
-  Mat                         B;
+  AinsworthLevel   *level;
+  AinsworthBlockMat blocks;
+  Mat               B;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &level));
   PetscCheck(level->product, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP,
              "The finest level is stored in single precision: use -pc_blocksa_precision double");
   PetscCheck(reuse != MAT_REUSE_MATRIX, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP, "MatConvert() of a level operator makes a new matrix only");
-  const AinsworthBlockRows &U = *level->product->upper, &rest = level->product->rest;
-  const AinsworthColumns   &cols = level->product->cols;
+  const AinsworthBlockRows                &U = *level->product->upper, &rest = level->product->rest;
+  const AinsworthColumns                  &cols = level->product->cols;
+  std::vector<std::vector<AinsworthPiece>> pieces(U.n);
   for (PetscInt r = 0; r < U.n; r++) {
     for (PetscInt k = U.i[r]; k < U.i[r + 1]; k++) {
-      pieces.push_back({r, cols.first + U.j[k], U.block(k), false});
-      if (k > U.i[r]) pieces.push_back({U.j[k], cols.first + r, U.block(k), true});
+      pieces[r].push_back({cols.first + U.j[k], U.block(k), false});
+      if (k > U.i[r]) pieces[U.j[k]].push_back({cols.first + r, U.block(k), true});
     }
-    for (PetscInt k = rest.i[r]; k < rest.i[r + 1]; k++) pieces.push_back({r, cols.node(rest.j[k]), rest.block(k), false});
+    for (PetscInt k = rest.i[r]; k < rest.i[r + 1]; k++) pieces[r].push_back({cols.node(rest.j[k]), rest.block(k), false});
   }
   PetscCall(AinsworthBlockMatAssemble(cols.layout, U.br, pieces, &blocks));
   PetscCall(AinsworthBlocksToAIJ(blocks.rows, blocks.cols, mat, &B));

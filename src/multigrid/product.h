@@ -24,7 +24,7 @@ inline PetscInt AinsworthStride(PetscInt bs)
 typedef float  AinsworthFour __attribute__((vector_size(16), aligned(4)));
 typedef double AinsworthTwo __attribute__((vector_size(16), aligned(8)));
 
-inline void AinsworthRowPacked(const AinsworthBlocks<float> &U, PetscInt i, const float *x, float *y, float *sum)
+inline void AinsworthRowPacked(const AinsworthBlockRowsOf<float> &U, PetscInt i, const float *x, float *y, float *sum)
 {
   auto                four = [](const float *p) { return *(const AinsworthFour *)p; };
   const float        *a    = U.a.data() + (size_t)U.i[i] * 9;
@@ -48,7 +48,7 @@ inline void AinsworthRowPacked(const AinsworthBlocks<float> &U, PetscInt i, cons
 
 /* Rows of a block in pairs; where their number is odd the last one is single */
 template <int BS>
-inline void AinsworthRowOfPairs(const AinsworthBlocks<double> &U, PetscInt i, const double *x, double *y, double *sum)
+inline void AinsworthRowOfPairs(const AinsworthBlockRowsOf<double> &U, PetscInt i, const double *x, double *y, double *sum)
 {
   constexpr int H = BS / 2;
   const double *a = U.a.data() + (size_t)U.i[i] * BS * BS, *xi = x + BS * i;
@@ -90,7 +90,7 @@ inline void AinsworthRowOfPairs(const AinsworthBlocks<double> &U, PetscInt i, co
 
 /* sum = the row's part of (A x)_i; y += what its blocks add to other rows. BS 0: the size is known at run time only, and xi has room for a node */
 template <class T, int BS>
-inline void AinsworthUpperRow(const AinsworthBlocks<T> &U, PetscInt i, const T *x, T *y, T *sum, T *xi)
+inline void AinsworthUpperRow(const AinsworthBlockRowsOf<T> &U, PetscInt i, const T *x, T *y, T *sum, T *xi)
 {
 #if defined(__GNUC__)
   if constexpr (std::is_same<T, float>::value && BS == 3) {
@@ -123,11 +123,11 @@ inline void AinsworthUpperRow(const AinsworthBlocks<T> &U, PetscInt i, const T *
 template <class T>
 class AinsworthProduct {
 public:
-  std::shared_ptr<const AinsworthBlocks<T>> upper; /* blocks between owned nodes at and right of the diagonal */
-  AinsworthBlocks<T>                        rest;  /* all others: of ghosts, and of a matrix that is added to A */
-  AinsworthColumns                          cols;  /* whose places are the columns of both */
+  std::shared_ptr<const AinsworthBlockRowsOf<T>> upper; /* blocks between owned nodes at and right of the diagonal */
+  AinsworthBlockRowsOf<T>                        rest;  /* all others: of ghosts, and of a matrix that is added to A */
+  AinsworthColumns                               cols;  /* whose places are the columns of both */
 
-  AinsworthProduct(std::shared_ptr<const AinsworthBlocks<T>> half, AinsworthBlocks<T> &&others, AinsworthColumns &&columns)
+  AinsworthProduct(std::shared_ptr<const AinsworthBlockRowsOf<T>> half, AinsworthBlockRowsOf<T> &&others, AinsworthColumns &&columns)
     : upper(half), rest(std::move(others)), cols(std::move(columns)), ghost(cols.ghosts.size() * stride()), unit(stride() * (PetscInt)sizeof(T), MPI_BYTE)
   {
   }
