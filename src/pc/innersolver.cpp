@@ -191,6 +191,48 @@ PetscErrorCode PCAinsworthUseProduct_Private(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   Does M look positive definite? hypre estimates its largest eigenvalue for Chebyshev smoothing by conjugate gradients, and where that gives a NaN its
+   eigenvalue solver never ends: the same steps are done here before
+*/
+PetscErrorCode PCAinsworthLooksDefinite_Private(const PC_Ainsworth *data, Mat M, PetscBool *definite)
+{
+  enum {
+    steps = 10
+  };
+  PetscReal   real[steps], imaginary[steps];
+  PetscInt    n = 0;
+  KSP         probe;
+  PC          pc;
+  Vec         b, x;
+  PetscRandom random;
+
+  PetscFunctionBegin;
+  *definite = PETSC_TRUE;
+  PetscCall(MatGetSize(M, &n, NULL));
+  if (data->format != AINSWORTH_PMAT_HYPRE || data->constraints == n) PetscFunctionReturn(PETSC_SUCCESS); /* Ker C = 0 needs no inner solve */
+  PetscCall(KSPCreate(PetscObjectComm((PetscObject)M), &probe));
+  PetscCall(KSPSetOperators(probe, M, M));
+  PetscCall(KSPSetType(probe, KSPCG));
+  PetscCall(KSPSetNormType(probe, KSP_NORM_NATURAL));
+  PetscCall(KSPSetTolerances(probe, 1e-6, 0.0, PETSC_MAX_REAL, steps));
+  PetscCall(KSPSetComputeEigenvalues(probe, PETSC_TRUE));
+  PetscCall(KSPGetPC(probe, &pc));
+  PetscCall(PCSetType(pc, PCJACOBI));
+  PetscCall(MatCreateVecs(M, &x, &b));
+  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)M), &random));
+  PetscCall(VecSetRandom(b, random));
+  PetscCall(PetscRandomDestroy(&random));
+  PetscCall(KSPSolve(probe, b, x));
+  PetscCall(KSPComputeEigenvalues(probe, steps, real, imaginary, &n));
+  for (PetscInt i = 0; i < n; i++) /* values rise */
+    if (!(real[i] >= -PETSC_SQRT_MACHINE_EPSILON * real[n - 1])) *definite = PETSC_FALSE;
+  PetscCall(KSPDestroy(&probe));
+  PetscCall(VecDestroy(&b));
+  PetscCall(VecDestroy(&x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Where block smoothed aggregation was our choice and does not fit this matrix, another multigrid takes its place, and the set-up goes on from there */
 PetscErrorCode PCAinsworthFallBack_Private(PC pc, PC_Ainsworth *data, PetscBool *again)
 {

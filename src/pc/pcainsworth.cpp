@@ -114,9 +114,10 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    smoothing; with the penalty of the paper Falgout coarsening, and with it or another method than conjugate gradients PETSc's default smoother and
    no aggressive coarsening.
 
-   Whatever the inner tolerance, C x = g holds to rounding. An inner solve that fails, a Gram matrix that cannot be factored and a
-   right-hand side that contradicts a zero or a dependent row of C give a `PCFailedReason`, known to all ranks, or an error with
-   `-ksp_error_if_not_converged`; so do values that are not finite. `-info :pc` says why, naming rows.
+   Whatever the inner tolerance, C x = g holds to rounding. An inner solve that says to have converged is verified on the rows of the program's own matrix,
+   and refined once where they are not met. What is not met then, an inner solve that fails, a Gram matrix that cannot be factored, a right-hand side that
+   contradicts a zero or a dependent row of C and values that are not finite give a `PCFailedReason`, known to all ranks, or an error with
+   `-ksp_error_if_not_converged`. `PCAinsworthGetFailure()` and `-ksp_view` say why, naming rows.
 
    Set-up is repeated for what changed only: a `KSPSolve()` with the same A and C builds nothing, even after `KSPSetOperators()`. Where values changed but
    not the nonzero pattern of C, the symbolic product and factorisation of the Gram matrix and the places of its rows are kept.

@@ -312,6 +312,11 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPC
   else if (reason == KSP_DIVERGED_INDEFINITE_PC)
     PetscCall(PetscSNPrintf(why, len, "The inner preconditioner, of type %s, is not positive definite (%s): try another -%spc_type, or -%sksp_type gmres", type,
                             KSPConvergedReasons[reason], prefix, prefix));
+  else if (reason == KSP_DIVERGED_BREAKDOWN)
+    PetscCall(PetscSNPrintf(why, len,
+                            "The reduced solve stagnates (%s) after %" PetscInt_FMT " iterations, at a residual of %g: try another -%spc_type, or a "
+                            "tolerance that rounding allows",
+                            KSPConvergedReasons[reason], iterations, (double)residual, prefix));
   else
     PetscCall(PetscSNPrintf(why, len, "The reduced solve ended without convergence (%s) after %" PetscInt_FMT " iterations, with a residual of %g%s",
                             KSPConvergedReasons[reason], iterations, (double)residual, misplaced));

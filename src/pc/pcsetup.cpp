@@ -138,7 +138,7 @@ static PetscErrorCode ChoosePmatType(PC_Ainsworth *data)
 }
 
 /* The preconditioning matrix, and the penalty that it has in common with the operator */
-static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
+static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, PetscInt *bad)
 {
   AinsworthPmatInputs  in;
   AinsworthPmatOptions options = data->choices.pmat;
@@ -156,8 +156,8 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
   options.type      = PCAinsworthPmatTypeInUse_Private(data);
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor_Private(data);
-  PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M));
-  PetscCall(MatAinsworthSetPenalty(data->reduced, penalty));
+  PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M, bad));
+  if (*bad < 0) PetscCall(MatAinsworthSetPenalty(data->reduced, penalty));
   PetscCall(VecDestroy(&penalty));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -215,9 +215,11 @@ static PetscErrorCode CreateKeptVectors(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The preconditioning matrix and the inner solver, a second time where the first choice of its preconditioner does not fit */
-static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth *ctx)
+/* The preconditioning matrix and the inner solver, a second time where the first choice of its preconditioner does not fit; why it cannot be */
+static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth *ctx, char why[], size_t len)
 {
+  PetscInt  bad = -1;
+  PetscBool definite;
   PetscBool again = PETSC_TRUE;
   PC        inner;
   Mat       operation, M;
@@ -226,11 +228,27 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth 
   PetscCall(KSPGetPC(data->ksp, &inner));
   while (again) {
     PetscCall(MatDestroy(&data->M));
-    if (data->constraints) PetscCall(SetUpPmat(data, ctx));
+    if (data->constraints) PetscCall(SetUpPmat(data, ctx, &bad));
+    if (bad >= 0) {
+      PetscCall(PetscSNPrintf(why, len,
+                              "Row %" PetscInt_FMT
+                              " of the preconditioning matrix holds NaN or Inf: the penalty factor, or the values of A or C, are too large "
+                              "or too small",
+                              bad));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
     PetscCall(PCAinsworthSetKSPOperators_Private(data));
     PetscCall(ForwardNullSpaces(data));
     /* the preconditioner sees M_* alone: GAMG and ML smooth with the first of their operators */
     PetscCall(KSPGetOperators(data->ksp, &operation, &M));
+    PetscCall(PCAinsworthLooksDefinite_Private(data, M, &definite));
+    if (!definite) {
+      PetscCall(PetscSNPrintf(why, len,
+                              "The preconditioning matrix is not positive definite, as BoomerAMG needs it: is A indefinite? A larger "
+                              "-pc_ainsworth_penalty_factor may help, or another -%spc_type",
+                              ((PetscObject)inner)->prefix));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
     PetscCall(PetscObjectReference((PetscObject)operation));
     PetscCall(PCSetOperators(inner, M, M));
     PetscCall(PCSetUp(inner));
@@ -300,7 +318,12 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   }
   PetscCall(CreateKeptVectors(pc, data));
   if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->rhs));
-  PetscCall(SetUpInner(pc, data, ctx));
+  why[0] = 0;
+  PetscCall(SetUpInner(pc, data, ctx, why, sizeof(why)));
+  if (why[0]) {
+    PetscCall(FailSetUp(pc, data, PC_SUBPC_ERROR, PETSC_ERR_ARG_WRONG, why));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(KSPGetPC(data->ksp, &inner));
   data->stale = PETSC_FALSE;
   PetscCall(PCGetFailedReason(inner, &reason));

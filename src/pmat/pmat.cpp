@@ -121,17 +121,23 @@ static PetscErrorCode AddA(Mat given, Mat A, AinsworthPmatFormat format, Mat *pm
   if (format == AINSWORTH_PMAT_SUM) {
     PetscCall(MatCreateComposite(PetscObjectComm((PetscObject)given), 2, part, pmat));
     PetscCall(MatDestroy(&part[1]));
-  } else PetscCall(MatAXPY(*pmat, 1.0, A, DIFFERENT_NONZERO_PATTERN));
+  } else if (format == AINSWORTH_PMAT_AIJ) PetscCall(AinsworthAddAIJ(A, pmat));
+  else PetscCall(MatAXPY(*pmat, 1.0, A, DIFFERENT_NONZERO_PATTERN));
   if (format == AINSWORTH_PMAT_HYPRE) PetscCall(MatConvert(*pmat, MATHYPRE, MAT_INPLACE_MATRIX, pmat)); /* of AIJ PCHYPRE would make a copy */
   PetscCall(MatGetBlockSize(given, &bs));
   PetscCall(MatSetBlockSize(*pmat, bs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthPmatCreate - the preconditioning matrix M_* = C' B C + Q_*' A Q_*, n x n, and the penalty B it was made with, length m */
-PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Vec *penalty, Mat *pmat)
+/*
+   AinsworthPmatCreate - the preconditioning matrix M_* = C' B C + Q_*' A Q_*, n x n, and the penalty B it was made with, length m
+
+   bad is a row with NaN or Inf, -1 where there is none; multigrid would loop over it
+*/
+PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Vec *penalty, Mat *pmat, PetscInt *bad)
 {
-  Mat A, Ct, inverse, projection = NULL;
+  Mat      A, Ct, inverse, projection = NULL;
+  PetscInt column;
 
   PetscFunctionBegin;
   PetscCall(AinsworthInvGramCreate(in->S, opt, &inverse));
@@ -146,7 +152,8 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscCall(MatDestroy(&Ct));
   PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
-  PetscCall(AddA(in->A, A, in->format, pmat));
+  PetscCall(AinsworthMatFindNotFinite(*pmat, bad, &column));
+  if (*bad < 0) PetscCall(AddA(in->A, A, in->format, pmat));
   PetscCall(PetscLogEventEnd(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
   PetscCall(MatDestroy(&A));
   if (opt->symmetric) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));

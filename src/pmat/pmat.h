@@ -37,7 +37,7 @@ struct AinsworthPmatInputs {
 };
 
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);
-PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *, const AinsworthPmatOptions *, Vec *, Mat *);
+PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *, const AinsworthPmatOptions *, Vec *, Mat *, PetscInt *);
 PetscErrorCode AinsworthPmatComponentsApart(Mat, PetscInt, PetscBool *);
 
 #endif

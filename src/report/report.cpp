@@ -175,7 +175,8 @@ static PetscErrorCode ChooseCoefficients(AinsworthReport *report, KSP ksp)
   PetscCall(KSPProjectedCGGetUse_Private(ksp, &report->kernel));
   report->watch    = (PetscBool)(report->settings->viewer || report->settings->stop == AINSWORTH_STOP_ENERGY_ERROR);
   report->estimate = (PetscBool)(report->watch && cg && norm == KSP_NORM_NATURAL);
-  report->tighten  = (PetscBool)(report->kernel && converged == KSPConvergedDefault && norm == KSP_NORM_NATURAL);
+  report->patient  = (PetscBool)(converged == KSPConvergedDefault && norm != KSP_NORM_NONE);
+  report->tighten  = (PetscBool)(report->kernel && report->patient && norm == KSP_NORM_NATURAL);
   if (report->estimate || !report->watch) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(report->settings->stop != AINSWORTH_STOP_ENERGY_ERROR, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
              "-pc_ainsworth_stop energy_error needs the coefficients of conjugate gradients: the inner KSP is %s with norm type %s, it must be %s or %s with "
@@ -221,14 +222,14 @@ PetscErrorCode AinsworthReportBegin(AinsworthReport *report, KSP ksp, Vec f, Vec
   PetscFunctionBegin;
   PetscCall(PetscTime(&before));
   PetscCall(ChooseCoefficients(report, ksp));
-  if (!report->watch && !report->tighten) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!report->watch && !report->patient) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthReportSetPatience(report, ksp));
   report->f = f;
   report->g = g;
   report->rows.clear();
   report->printed = 0;
   report->spent = report->observing = 0.0;
   report->bound                     = PETSC_MAX_REAL;
-  report->least                     = -1.0;
   if (report->settings->viewer) {
     PetscCall(Length(f, &report->norm[0]));
     if (report->system.reduced) PetscCall(Length(g, &report->norm[1]));

@@ -43,6 +43,7 @@ struct AinsworthReport {
   PetscBool                       estimate; /* the Krylov method has the coefficients of conjugate gradients, of which its operator is observed */
   PetscBool                       kernel;   /* it iterates in Ker C: of its operator, the products with A are observed */
   PetscBool                       watch;    /* there is a monitor, or the error ends the solve */
+  PetscBool                       patient;  /* the convergence test is PETSc's own: a residual that no longer falls ends the solve, too */
   PetscBool                       tighten;  /* the convergence test is PETSc's own, in the natural norm: its tolerance comes to refer to x */
   AinsworthEstimator              estimator;
   std::vector<AinsworthReportRow> rows;
@@ -53,8 +54,10 @@ struct AinsworthReport {
   PetscReal                       norm[2];          /* of f and g */
   PetscReal                       energy;           /* energy norm of x, as far as it is known */
   PetscReal                       bound;            /* error that ends the solve */
-  PetscReal                       least;            /* residual norm since the solve went on for the sake of x; negative: it has not */
-  PetscInt                        steps[2];         /* when it went on, and when that norm was found */
+  PetscReal                       least;            /* residual norm, halved at least since the last such */
+  PetscInt                        found;            /* the iteration of that norm */
+  PetscInt                        patience;         /* iterations without half of it */
+  PetscBool                       wentOn;           /* for the sake of x */
   PetscInt                        solve;            /* its number, among those that the viewer shows */
   Vec                             work[2];          /* NULL: not needed yet */
   PetscLogDouble                  start;            /* the time when this solve began, less its set-up */
@@ -74,6 +77,7 @@ PetscErrorCode AinsworthReportDestroy(AinsworthReport **);
 PetscErrorCode AinsworthReportBegin(AinsworthReport *, KSP, Vec f, Vec g, PetscLogDouble start);
 PetscErrorCode AinsworthReportEnd(AinsworthReport *, KSP, PetscBool failed);
 
+PetscErrorCode AinsworthReportSetPatience(AinsworthReport *, KSP);
 /* Whether the solve ends here, by what its own convergence test says of a residual and by the estimated error: both refer to x */
 PetscErrorCode AinsworthReportStop(AinsworthReport *, KSP, PetscInt step, PetscReal norm, KSPConvergedReason *);
 

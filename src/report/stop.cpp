@@ -68,29 +68,51 @@ static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, Pets
                         (double)ksp->rtol, (double)PetscSqrtReal(energy)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (report->least < 0.0) report->steps[0] = report->steps[1] = step;
-  report->least = norm;
-  *reason       = KSP_CONVERGED_ITERATING;
-  ksp->ttol     = PetscMax(tolerance, ksp->abstol); /* the test does not ask again before */
+  if (!report->wentOn) report->patience = PetscMax(30, step);
+  report->wentOn = PETSC_TRUE;
+  report->found  = step;
+  report->least  = norm;
+  *reason        = KSP_CONVERGED_ITERATING;
+  ksp->ttol      = PetscMax(tolerance, ksp->abstol); /* the test does not ask again before */
   PetscCall(PetscInfo(ksp, "The energy norm of x is %g, that of x - R g %g: the residual norm has to come down to %g\n", (double)PetscSqrtReal(energy),
                       (double)PetscSqrtReal(z), (double)ksp->ttol));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Methods that add up rounding errors, pipelined ones above all, may not come down to the smaller tolerance; then they stay where they are, or go up again */
+/*
+   A residual that no longer falls ends the solve long before the limit of iterations. Multigrid needs tens of iterations; a simple preconditioner as many as
+   unknowns, in exact arithmetic; and methods that add up rounding errors, pipelined ones above all, may not come down to the smaller tolerance of GoOn()
+*/
 static PetscErrorCode CheckStagnation(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason)
 {
-  const PetscInt patience = PetscMax(30, report->steps[0]);
-
   PetscFunctionBegin;
   if (norm < report->least / 2) {
-    report->least    = norm;
-    report->steps[1] = step;
+    report->least = norm;
+    report->found = step;
   }
-  if (step - report->steps[1] < patience) PetscFunctionReturn(PETSC_SUCCESS);
+  if (step - report->found < report->patience) PetscFunctionReturn(PETSC_SUCCESS);
   *reason = KSP_DIVERGED_BREAKDOWN;
-  PetscCall(PetscInfo(ksp, "The residual norm %g has not fallen by half for %" PetscInt_FMT " iterations: %g, a tolerance relative to x, is out of reach\n",
-                      (double)norm, patience, (double)ksp->ttol));
+  PetscCall(PetscInfo(ksp, "The residual norm %g has not fallen by half for %" PetscInt_FMT " iterations%s\n", (double)norm, report->patience,
+                      report->wentOn ? ": a tolerance relative to x is out of reach" : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What CheckStagnation() has patience for */
+PetscErrorCode AinsworthReportSetPatience(AinsworthReport *report, KSP ksp)
+{
+  static const PetscInt usual = 1000;
+  PetscBool             multigrid;
+  PetscInt              n;
+  PC                    pc;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)pc, &multigrid, PCBLOCKSA, PCHYPRE, PCGAMG, PCML, PCMG, ""));
+  PetscCall(VecGetSize(report->system.inverseDiagonal, &n));
+  report->patience = multigrid ? usual : PetscMax(usual, n);
+  report->least    = PETSC_MAX_REAL;
+  report->found    = 0;
+  report->wentOn   = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -125,7 +147,7 @@ PetscErrorCode AinsworthReportStop(AinsworthReport *report, KSP ksp, PetscInt st
   PetscFunctionBegin;
   if (report->settings->stop != AINSWORTH_STOP_ENERGY_ERROR) {
     if (report->tighten && step && *reason == KSP_CONVERGED_RTOL) PetscCall(GoOn(report, ksp, step, norm, reason));
-    else if (report->least >= 0.0 && *reason == KSP_CONVERGED_ITERATING) PetscCall(CheckStagnation(report, ksp, step, norm, reason));
+    if (report->patient && *reason == KSP_CONVERGED_ITERATING) PetscCall(CheckStagnation(report, ksp, step, norm, reason));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (*reason == KSP_CONVERGED_RTOL) *reason = KSP_CONVERGED_ITERATING;

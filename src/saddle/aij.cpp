@@ -173,6 +173,22 @@ PetscErrorCode AinsworthAbsoluteAIJ(Mat M, Mat *absolute)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   *Y += X, whatever their patterns
+
+   MatAXPY() leaves the methods of the old pattern: orderings that do not know of the inodes of the new one, which LU works on, would spoil its factors
+*/
+PetscErrorCode AinsworthAddAIJ(Mat X, Mat *Y)
+{
+  Mat sum = *Y;
+
+  PetscFunctionBegin;
+  PetscCall(MatAXPY(sum, 1.0, X, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(MatDuplicate(sum, MAT_COPY_VALUES, Y));
+  PetscCall(MatDestroy(&sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* sums = of each row of M the sum of |entry|^power, power 1 or 2 */
 PetscErrorCode AinsworthRowSums(Mat M, int power, Vec sums)
 {

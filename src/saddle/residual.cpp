@@ -3,11 +3,13 @@
 #include <vector>
 
 /*
-   Of what a row of C x = g holds, |C_i| |x| + |g_i|, this is the rounding of a right inverse through a Gram matrix with a condition number of 1e8;
-   `combined` is that which a row gets from the others through S, relative to the largest |x|; `noise` that of the right-hand side of a zero row, relative to
-   the largest |g|
+   Of what a row of C x = g holds, |C_i| |x| + |g_i|, `consistent` is the rounding of a right inverse through a Gram matrix with a condition number of 1e8;
+   `combined` is that which a row gets from the others through S, relative to the largest |x|;
+   `noise` is that of the right-hand side of a zero row, relative to the largest |g|, and that of f - C' lambda, relative to both
 */
-static const PetscReal consistent = 1e-8, combined = 1e5 * PETSC_MACHINE_EPSILON, noise = 1000 * PETSC_MACHINE_EPSILON;
+static const PetscReal consistent = 1e-8;
+static const PetscReal combined   = 1e5 * PETSC_MACHINE_EPSILON;
+static const PetscReal noise      = 1000 * PETSC_MACHINE_EPSILON;
 
 /* C with all of the program's rows */
 static Mat AllRows(const AinsworthSaddle *sp)
@@ -114,8 +116,9 @@ static PetscReal Quotient(PetscReal residual, PetscReal bound)
 /*
    AinsworthSaddleCheckPrimal - the row of f - op(A) x - C' lambda that is largest against what is allowed
 
-   An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality. Where a row has more, as
-   it may where A is indefinite or x a rigid motion, tol of the row's own terms is allowed. A row of zeros of A has its own terms only.
+   An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality; the rounding of f - C' lambda
+   counts in the norm of diag(A)^{-1}. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the row's own terms is allowed. A
+   row of zeros of A has nothing but these, and the rounding of the others.
 */
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscReal tol, Vec f, Vec x, Vec lambda, Vec Ax, Vec residual,
                                           AinsworthUnmet *worst)
@@ -123,9 +126,9 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   MPI_Comm           comm = PetscObjectComm((PetscObject)x);
   Vec                diagonal, size;
   PetscInt           first, n, suspicious = 0;
-  PetscReal          energy;
+  PetscReal          energy, load = 0.0, largest = 0.0;
   PetscScalar        product;
-  const PetscScalar *d, *r, *s;
+  const PetscScalar *d, *r, *s, *b, *a;
 
   PetscFunctionBegin;
   *worst = AinsworthUnmet();
@@ -137,7 +140,20 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   PetscCall(VecGetLocalSize(residual, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));
   PetscCall(VecGetArrayRead(residual, &r));
-  auto allowed = [&](PetscInt i) { return tol * energy * PetscSqrtReal(PetscMax(PetscRealPart(d[i]), 0.0)); };
+  PetscCall(VecGetArrayRead(f, &b));
+  PetscCall(VecGetArrayRead(Ax, &a));
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal force = PetscAbsScalar(b[i]) + PetscAbsScalar(b[i] - a[i] - r[i]);
+
+    if (PetscRealPart(d[i]) > 0.0) load += PetscSqr(force) / PetscRealPart(d[i]);
+    largest = PetscMax(largest, force + PetscAbsScalar(a[i]));
+  }
+  PetscCall(VecRestoreArrayRead(f, &b));
+  PetscCall(VecRestoreArrayRead(Ax, &a));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &load, 1, MPIU_REAL, MPIU_SUM, comm));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_REAL, MPIU_MAX, comm));
+  load         = PetscSqrtReal(load);
+  auto allowed = [&](PetscInt i) { return PetscRealPart(d[i]) > 0.0 ? (tol * energy + noise * load) * PetscSqrtReal(PetscRealPart(d[i])) : noise * largest; };
   for (PetscInt i = 0; i < n && !suspicious; i++) suspicious = !(PetscAbsScalar(r[i]) <= allowed(i));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &suspicious, 1, MPIU_INT, MPI_MAX, comm));
   if (suspicious) {

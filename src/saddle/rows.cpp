@@ -95,15 +95,13 @@ static PetscErrorCode AugmentStiffness(AinsworthSaddle *sp)
   PetscCall(MatMatMult(adjoint, scaled, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &product));
   PetscCall(AinsworthGetAIJ(sp->A, &aij));
   PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &A));
-  PetscCall(MatAXPY(A, 1.0, product, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(AinsworthAddAIJ(product, &A));
   PetscCall(MatDestroy(&aij));
   PetscCall(MatDestroy(&adjoint));
   PetscCall(MatDestroy(&scaled));
   PetscCall(MatDestroy(&product));
   PetscCall(MatDestroy(&sp->A));
-  /* MatAXPY() leaves the methods of the old pattern: orderings that do not know of the inodes of the new one, which LU works on, would spoil its factors */
-  PetscCall(MatDuplicate(A, MAT_COPY_VALUES, &sp->A));
-  PetscCall(MatDestroy(&A));
+  sp->A = A;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

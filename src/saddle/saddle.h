@@ -56,6 +56,7 @@ PetscErrorCode AinsworthGetTransposed(Mat, Mat *, PetscBool *);
 PetscErrorCode AinsworthCheckEntries(Mat, const char[], const char[], PetscBool *);
 PetscErrorCode AinsworthGetAIJ(Mat, Mat *);
 PetscErrorCode AinsworthAbsoluteAIJ(Mat, Mat *);
+PetscErrorCode AinsworthAddAIJ(Mat, Mat *);
 PetscErrorCode AinsworthRowSums(Mat, int, Vec);
 
 /* blocks.cpp, state.cpp: what the program passed, and whether it is what it was */

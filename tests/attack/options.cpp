@@ -43,6 +43,7 @@ static void Variant(Attack &a, Line &now)
   if (a.r.Chance(0.08)) now["-pc_ainsworth_redundant"] = Pick(a.r, {"drop", "error"});
   if (a.r.Chance(0.08)) now["-pc_ainsworth_monitor_error"] = Pick(a.r, {"ascii:error.txt", "csv:error.csv"});
   if (a.r.Chance(0.04)) now["-pc_ainsworth_stop"] = Pick(a.r, {"residual", "energy_error"});
+  if (now.count("-pc_ainsworth_stop") && now["-pc_ainsworth_stop"] == "energy_error") now["-pc_ainsworth_error_rtol"] = "1e-8";
 }
 
 /* The program's own Krylov method */

@@ -181,6 +181,8 @@ static PetscErrorCode Causes(bool strict)
   PetscCall(Cause("floating, jacobi", Chain(FLOATING), jacobi, {"A body floats", "MatSetNullSpace()"}, strict));
   PetscCall(Cause("too few iterations", Chain(DEFINITE), jacobi + "-ainsworth_ksp_max_it 2",
                   {"The reduced solve ended without convergence", "DIVERGED_ITS", "2 iterations"}, strict));
+  PetscCall(Cause("stagnation", Chain(DEFINITE), jacobi + "-ainsworth_ksp_type richardson -ainsworth_ksp_richardson_scale 1e-9",
+                  {"The reduced solve stagnates", "after 1000 iterations", "-ainsworth_pc_type"}, strict));
   PetscCall(Cause("wrong prefix", Chain(DEFINITE), jacobi + "-ainsworth_ksp_rtol 1e-13 -ainsworth_ksp_max_it 3 -ksp_atol 1e-3",
                   {"The reduced solve ended without convergence", "-ksp_atol is that of the outer solver, the reduced solve has -ainsworth_ksp_atol"}, strict));
   PetscCall(Cause("not symmetric", Chain(NOT_SYMMETRIC), jacobi + "-ainsworth_ksp_max_it 8", {"A is not symmetric", "-ainsworth_ksp_type gmres"}, strict));
