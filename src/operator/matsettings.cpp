@@ -82,6 +82,7 @@ PetscErrorCode MatAinsworthSetWeight(Mat mat, Vec weight)
   Mat_Ainsworth *ctx;
   PetscReal      smallest;
   PetscInt       where, length, n;
+  PetscBool      other;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
@@ -91,6 +92,11 @@ PetscErrorCode MatAinsworthSetWeight(Mat mat, Vec weight)
   PetscCall(MatGetSize(ctx->A, NULL, &n));
   PetscCheck(length == n, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_SIZ, "The weight has length %" PetscInt_FMT ", A has %" PetscInt_FMT " columns",
              length, n);
+  PetscCall(VecGetLocalSize(weight, &length));
+  PetscCall(MatGetLocalSize(ctx->A, NULL, &n));
+  other = (PetscBool)(length != n);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)mat)));
+  PetscCheck(!other, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_SIZ, "The weight is not laid out over the ranks as the columns of A are");
   PetscCall(VecMin(weight, &where, &smallest));
   PetscCheck(smallest > 0.0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE,
              "Entry %" PetscInt_FMT " of the weight is %g: the entries must be positive", where, (double)smallest);

@@ -21,12 +21,18 @@ static const struct {
   {"relax_type_all",   "Chebyshev", NULL,    NULL     },
   {"agg_nl",           "1",         NULL,    NULL     }
 };
+/* Conjugate gradients of hypre's, that tell Chebyshev the largest eigenvalue, divide by zero where they find all of a few; what follows never ends */
+static const PetscInt small = 100;
+
 static const size_t nboomeramg = sizeof(boomeramg) / sizeof(boomeramg[0]);
 
 static const char *DefaultValue(const PC_Ainsworth *data, PetscBool definite, size_t i)
 {
+  PetscInt n, N;
+
+  (void)MatGetSize(data->saddle.A, &n, &N);
   if (data->choices.pmat.penalty == AINSWORTH_PENALTY_NORM) return boomeramg[i].onePenalty;
-  return definite ? boomeramg[i].usual : boomeramg[i].otherMethods;
+  return definite && n > small ? boomeramg[i].usual : boomeramg[i].otherMethods;
 }
 
 /* The type that an object has, or gets from the options database */
@@ -248,6 +254,24 @@ PetscErrorCode PCAinsworthFallBack_Private(PC pc, PC_Ainsworth *data, PetscBool 
   PetscCall(PCSetType(inner, OtherMultigrid()));
   data->configured = PETSC_FALSE;
   PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* KSPReset() of PETSc's flexible conjugate gradients leaves freed vectors behind, which making the type anew does not */
+PetscErrorCode PCAinsworthResetKSP_Private(PC_Ainsworth *data)
+{
+  KSP       ksp = data->ksp;
+  PetscBool flexible;
+  char      type[64];
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &flexible, KSPFCG, KSPPIPEFCG, ""));
+  if (flexible) {
+    PetscCall(PetscStrncpy(type, ((PetscObject)ksp)->type_name, sizeof(type)));
+    PetscCall(KSPSetType(ksp, KSPPREONLY));
+  }
+  PetscCall(KSPReset(ksp));
+  if (flexible) PetscCall(KSPSetType(ksp, type));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

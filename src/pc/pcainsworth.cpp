@@ -4,23 +4,6 @@
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
-/* KSPReset() of PETSc's flexible conjugate gradients leaves freed vectors behind, which making the type anew does not */
-static PetscErrorCode ResetKSP(KSP ksp)
-{
-  PetscBool flexible;
-  char      type[64];
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &flexible, KSPFCG, KSPPIPEFCG, ""));
-  if (flexible) {
-    PetscCall(PetscStrncpy(type, ((PetscObject)ksp)->type_name, sizeof(type)));
-    PetscCall(KSPSetType(ksp, KSPPREONLY));
-  }
-  PetscCall(KSPReset(ksp));
-  if (flexible) PetscCall(KSPSetType(ksp, type));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode PCReset_Ainsworth(PC pc)
 {
   PC_Ainsworth   *data = (PC_Ainsworth *)pc->data;
@@ -34,7 +17,7 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   if (sa) levels = sa->levels;
-  PetscCall(ResetKSP(data->ksp));
+  PetscCall(PCAinsworthResetKSP_Private(data));
   if (sa) sa->levels = levels;
   PetscCall(AinsworthSaddleReset(&data->saddle));
   PetscCall(MatDestroy(&data->reduced));
@@ -166,6 +149,8 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   pc->ops->setup          = AinsworthGuarded<PCSetUp_Ainsworth>;
   pc->ops->apply          = AinsworthGuarded<PCApply_Ainsworth>;
   pc->ops->applytranspose = AinsworthGuarded<PCApplyTranspose_Ainsworth>;
+  pc->ops->presolve       = PCPreSolve_Ainsworth;
+  pc->ops->postsolve      = PCPostSolve_Ainsworth;
   pc->ops->reset          = PCReset_Ainsworth;
   pc->ops->destroy        = PCDestroy_Ainsworth;
   pc->ops->setfromoptions = AinsworthGuarded<PCSetFromOptions_Ainsworth>;

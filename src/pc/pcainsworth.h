@@ -44,6 +44,8 @@ struct PC_Ainsworth {
   Vec             inverseDiagonal; /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */
   PetscBool       stale;           /* a choice changed since the last set-up */
   char            failure[512];    /* of the last set-up or solve, in words; empty where it was good */
+  PetscInt        applications;    /* of the outer solve that runs, and one; 0 where none does */
+  PetscBool       rigid;           /* that method takes its preconditioner for linear */
   PetscBool       usable;          /* by an outer method: what the last solve returned */
   PetscBool       unchanged;       /* at the last set-up neither A nor C nor a choice had changed */
 
@@ -67,6 +69,8 @@ struct PC_Ainsworth {
 
 PETSC_INTERN PetscErrorCode      PCCreate_Ainsworth(PC);
 PETSC_INTERN PetscErrorCode      PCSetUp_Ainsworth(PC);
+PETSC_INTERN PetscErrorCode      PCPreSolve_Ainsworth(PC, KSP, Vec, Vec);
+PETSC_INTERN PetscErrorCode      PCPostSolve_Ainsworth(PC, KSP, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCApply_Ainsworth(PC, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCApplyTranspose_Ainsworth(PC, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCAinsworthAgreeOnFailure_Private(PC, PCFailedReason);
@@ -78,6 +82,7 @@ PETSC_INTERN PetscErrorCode      PCAinsworthConfigureKSP_Private(PC, PC_Ainswort
 PETSC_INTERN PetscErrorCode      PCAinsworthSetKSPOperators_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthGetPmatFormat_Private(PC_Ainsworth *, AinsworthPmatFormat *);
 PETSC_INTERN PetscErrorCode      PCAinsworthUseProduct_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthResetKSP_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthLooksDefinite_Private(const PC_Ainsworth *, Mat, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthFallBack_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);

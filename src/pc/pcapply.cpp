@@ -29,6 +29,22 @@ static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The reason of the inner solve; GCR calls the limit of iterations convergence, which only -ksp_converged_maxits and solves without a test may */
+static PetscErrorCode GetReason(const PC_Ainsworth *data, KSPConvergedReason *reason)
+{
+  PetscErrorCode (*test)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
+  KSPNormType norm;
+  PetscBool   asked = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetConvergedReason(data->ksp, reason));
+  PetscCall(KSPGetNormType(data->ksp, &norm));
+  PetscCall(PetscOptionsGetBool(((PetscObject)data->ksp)->options, ((PetscObject)data->ksp)->prefix, "-ksp_converged_maxits", &asked, NULL));
+  PetscCall(KSPGetConvergenceTest(data->ksp, &test, NULL, NULL));
+  if (*reason == KSP_CONVERGED_ITS && norm != KSP_NORM_NONE && test == KSPConvergedDefault && !asked) *reason = KSP_DIVERGED_ITS;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The reduced solve between f, g and x, lambda, all on kept rows; transpose: with the transpose of A */
 static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x, Vec lambda,
                                    KSPConvergedReason *reason)
@@ -41,7 +57,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   if (data->constraints == n) PetscCall(VecZeroEntries(x)); /* Ker C = 0: the constraints alone determine x */
   else {
     PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
-    PetscCall(KSPGetConvergedReason(data->ksp, reason));
+    PetscCall(GetReason(data, reason));
   }
   if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, f, g, x, lambda));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -70,7 +86,7 @@ static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, Fie
   PetscCall(VecDuplicate(y.dual, &more.dual));
   PetscCall(VecZeroEntries(more.primal));
   PetscCall(SolveFields(pc, data, transpose, PETSC_FALSE, left, more, &reason));
-  if (reason > 0) {
+  if (reason >= 0) {
     PetscCall(VecAXPY(y.primal, 1.0, more.primal));
     PetscCall(VecAXPY(y.dual, 1.0, more.dual));
   }
@@ -107,10 +123,13 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
 
   PetscFunctionBegin;
   PetscCall(SolveFields(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
-  if (reason > 0) PetscCall(VerifyAndRefine(pc, data, transpose, b, y, &verdict, why, sizeof(why)));
+  /* some methods end without any reason */
+  if (reason >= 0) PetscCall(VerifyAndRefine(pc, data, transpose, b, y, &verdict, why, sizeof(why)));
   if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
-  /* at the limit of iterations an outer Krylov method may still use what there is; otherwise infinities tell it, which reads no reasons */
-  data->usable = (PetscBool)(reason == KSP_DIVERGED_ITS || (reason > 0 && verdict == AINSWORTH_VERDICT_MET));
+  /* residuals of an outer method are consistent to rounding alone: what the program passed was looked at in its first application */
+  if (verdict == AINSWORTH_VERDICT_CONTRADICTION && data->applications > 2) verdict = AINSWORTH_VERDICT_MET;
+  /* at the limit of iterations a flexible outer method may still use what there is; otherwise infinities tell it, which reads no reasons */
+  data->usable = (PetscBool)((reason == KSP_DIVERGED_ITS && !data->rigid) || (reason >= 0 && verdict == AINSWORTH_VERDICT_MET));
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(PCAinsworthFail_Private(pc, data, PC_INCONSISTENT_RHS, PETSC_ERR_ARG_INCOMP, why));
   else if (reason < 0 || verdict != AINSWORTH_VERDICT_MET) PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));
   else PetscCall(PCAinsworthAgreeOnFailure_Private(pc, PC_NOERROR));
@@ -169,8 +188,8 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscFunctionBegin;
   /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place */
   if (!pc->reusepreconditioner) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changed));
-  if (changed) PetscCall(PCSetUp_Ainsworth(pc));
-  if (data->stale) { /* the set-up failed */
+  if (changed || data->stale) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat what ended with an error */
+  if (data->stale) {                                            /* and said why */
     PetscCall(VecFlag(y, 1));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -195,6 +214,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   data->failure[0] = 0;
+  if (data->applications) data->applications++;
   PetscCall(VecGetSubVector(y, out[0], &left.primal));
   PetscCall(VecGetSubVector(y, out[1], &left.dual));
   code = SolveAndVerify(pc, data, transpose, right, left); /* to be passed on when the vectors are the program's again */
@@ -205,6 +225,27 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscCall(VecRestoreSubVector(y, out[1], &left.dual));
   PetscCall(code);
   PetscCall(VecFlag(y, !data->usable));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* From here on to PCPostSolve() all applications are those of one outer solve */
+PetscErrorCode PCPreSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
+{
+  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+  PetscBool     flexible;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &flexible, KSPPREONLY, KSPFGMRES, KSPGCR, KSPFCG, KSPPIPEFGMRES, KSPPIPEGCR, KSPPIPEFCG, ""));
+  data->rigid        = (PetscBool)!flexible;
+  data->applications = 1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode PCPostSolve_Ainsworth(PC pc, KSP, Vec, Vec)
+{
+  PetscFunctionBegin;
+  ((PC_Ainsworth *)pc->data)->applications = 0;
+  ((PC_Ainsworth *)pc->data)->rigid        = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

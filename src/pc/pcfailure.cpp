@@ -303,7 +303,7 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPC
   else if (quotient < -none || reason == KSP_DIVERGED_INDEFINITE_MAT)
     PetscCall(PetscSNPrintf(why, len, "A is indefinite on Ker C (%s): conjugate gradients need it to be positive definite there; -%sksp_type gmres does not",
                             KSPConvergedReasons[reason], prefix));
-  else if (reason > 0) PetscFunctionReturn(PETSC_SUCCESS); /* the verification has said what it saw */
+  else if (reason >= 0) PetscFunctionReturn(PETSC_SUCCESS); /* the verification has said what it saw */
   else if (reason == KSP_DIVERGED_PC_FAILED)
     PetscCall(PetscSNPrintf(why, len, "The inner preconditioner, of type %s, failed (%s): try another -%spc_type", type, PCFailedReasons[failed], prefix));
   else if (!data->symmetric)

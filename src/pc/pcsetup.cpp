@@ -196,7 +196,7 @@ static PetscErrorCode ForgetOtherSizes(PC pc, PC_Ainsworth *data)
   if (!other) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDestroy(&data->rhs));
   PetscCall(MatDestroy(&data->reduced));
-  PetscCall(KSPReset(data->ksp));
+  PetscCall(PCAinsworthResetKSP_Private(data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

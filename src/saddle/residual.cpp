@@ -4,10 +4,12 @@
 
 /*
    Of what a row of C x = g holds, |C_i| |x| + |g_i|, `consistent` is the rounding of a right inverse through a Gram matrix with a condition number of 1e8;
+   `own` is that of the terms of a row of A x + C' lambda = f, through the same solves;
    `combined` is that which a row gets from the others through S, relative to the largest |x|;
    `noise` is that of the right-hand side of a zero row, relative to the largest |g|, and that of f - C' lambda, relative to both
 */
 static const PetscReal consistent = 1e-8;
+static const PetscReal own        = 1e-6;
 static const PetscReal combined   = 1e5 * PETSC_MACHINE_EPSILON;
 static const PetscReal noise      = 1000 * PETSC_MACHINE_EPSILON;
 
@@ -117,7 +119,7 @@ static PetscReal Quotient(PetscReal residual, PetscReal bound)
    AinsworthSaddleCheckPrimal - the row of f - op(A) x - C' lambda that is largest against what is allowed
 
    An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality; the rounding of f - C' lambda
-   counts in the norm of diag(A)^{-1}. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the row's own terms is allowed. A
+   counts in the norm of diag(A)^{-1}. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the row's own terms, 1e-6 at least, is allowed. A
    row of zeros of A has nothing but these, and the rounding of the others.
 */
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscReal tol, Vec f, Vec x, Vec lambda, Vec Ax, Vec residual,
@@ -161,13 +163,13 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
     PetscCall(PrimalSizes(sp, transpose, f, x, lambda, Ax, size));
     PetscCall(VecGetArrayRead(size, &s));
     for (PetscInt i = 0; i < n; i++) {
-      const PetscReal own = PetscRealPart(s[i]), quotient = Quotient(PetscAbsScalar(r[i]), PetscMax(allowed(i), tol * own));
+      const PetscReal terms = PetscRealPart(s[i]), quotient = Quotient(PetscAbsScalar(r[i]), PetscMax(allowed(i), PetscMax(tol, own) * terms));
 
       if (quotient <= worst->quotient) continue;
       worst->quotient = quotient;
       worst->row      = first + i;
       worst->residual = PetscAbsScalar(r[i]);
-      worst->size     = own;
+      worst->size     = terms;
     }
     PetscCall(VecRestoreArrayRead(size, &s));
     PetscCall(VecDestroy(&size));
@@ -213,15 +215,15 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, Vec g, Vec x, Vec l
   PetscCall(VecGetArrayRead(g, &a));
   PetscCall(VecGetArrayRead(lambda, &l));
   for (PetscInt i = 0; i < sp->local; i++) {
-    const PetscReal own      = PetscRealPart(s[i]) + PetscAbsScalar(a[i]) + (sp->diag ? PetscAbsScalar(sp->diag[i] * l[i]) : 0.0);
-    const PetscReal quotient = Quotient(PetscAbsScalar(r[i]), sp->kind[i] == AINSWORTH_ROW_ZERO ? noise * rhs : consistent * own);
+    const PetscReal terms    = PetscRealPart(s[i]) + PetscAbsScalar(a[i]) + (sp->diag ? PetscAbsScalar(sp->diag[i] * l[i]) : 0.0);
+    const PetscReal quotient = Quotient(PetscAbsScalar(r[i]), sp->kind[i] == AINSWORTH_ROW_ZERO ? noise * rhs : consistent * terms);
 
     unmet[i] = (PetscBool)(quotient > 1.0);
     if (sp->kind[i] == AINSWORTH_ROW_ZERO || sp->kind[i] == AINSWORTH_ROW_DEPENDENT || quotient <= worst->quotient) continue;
     worst->quotient = quotient;
     worst->row      = sp->first + i;
     worst->residual = PetscAbsScalar(r[i]);
-    worst->size     = own;
+    worst->size     = terms;
   }
   PetscCall(VecRestoreArrayRead(residual, &r));
   PetscCall(VecRestoreArrayRead(size, &s));

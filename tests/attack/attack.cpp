@@ -135,7 +135,7 @@ int main(int argc, char **argv)
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-timeout", &timeout, NULL));
   PetscCall(PetscOptionsGetBool(NULL, NULL, "-verbose", &verbose, NULL));
   {
-    Options base("-ainsworth_ksp_rtol 1e-10 -ainsworth_ksp_max_it 500 -ksp_rtol 1e-10 -ksp_max_it 200");
+    Options base("-ainsworth_ksp_rtol 1e-10 -ainsworth_ksp_max_it 500 -ksp_rtol 1e-10 -ksp_atol 0 -ksp_max_it 200");
 
     for (PetscInt sequence = only < 0 ? first : only; counts.steps < steps && (only < 0 || sequence == only); sequence++)
       PetscCall(Sequence(seed, sequence, steps, timeout, verbose, counts));

@@ -103,7 +103,8 @@ PetscErrorCode AttackErrorInside(Attack &);
 PetscErrorCode AttackErrorIfNotConverged(Attack &);
 
 /* judge.cpp */
-Verdict AttackJudge(const RandomSystem &, bool tame, bool must, KSPConvergedReason, const Column &x, const Column &lambda, std::string &why);
+/* tested: the positive reason comes from a test of PCAINSWORTH's own; otherwise an outer method's, or none at all, answers for it */
+Verdict AttackJudge(const RandomSystem &, bool tame, bool must, bool tested, KSPConvergedReason, const Column &x, const Column &lambda, std::string &why);
 bool    AttackInternal(PetscErrorCode, const std::string &message); /* an error that no input should lead to */
 Dense   AttackNullSpace(const RandomSystem &);
 

@@ -25,9 +25,14 @@ static void Method(Attack &a, Line &now, bool all)
 static void Preconditioner(Attack &a, Line &now, bool all)
 {
   if (!all && a.r.Chance(0.5)) return;
-  std::vector<const char *> types = {"jacobi", "none", "redundant", "blocksa", "gamg", "bjacobi", "ksp", "sor"};
+  std::vector<const char *> types = {"jacobi", "none", "redundant", "blocksa"};
+  PetscMPIInt               size;
+
+  /* SOR and ILU stop at a zero on the diagonal with an error of its rank alone, while others wait; BoomerAMG set up again on tiny matrices crashes on several ranks */
+  (void)MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  if (size == 1) types.insert(types.end(), {"gamg", "sor", "bjacobi", "ksp"});
 #if defined(PETSC_HAVE_HYPRE)
-  types.push_back("hypre");
+  if (size == 1) types.push_back("hypre");
 #endif
   now["-ainsworth_pc_type"] = a.r.Chance(0.4) ? "jacobi" : Pick(a.r, types);
 }
@@ -51,7 +56,7 @@ static void Outer(Attack &a, Line &now, bool all)
 {
   if (a.s.form > 1 || a.s.nested) return; /* without C or C' the MatNest is not the operator; not all methods can do with nested vectors */
   if (!all && a.r.Chance(0.6)) return;
-  now["-ksp_type"] = a.r.Chance(0.6) ? "preonly" : Pick(a.r, {"gmres", "fgmres", "pgmres", "pipegcr", "cg", "minres", "gcr", "bcgs", "richardson"});
+  now["-ksp_type"] = a.r.Chance(0.6) ? "preonly" : Pick(a.r, {"gmres", "fgmres", "cg", "minres", "gcr", "bcgs", "richardson"});
   if (a.r.Chance(0.1)) now["-ksp_pc_side"] = Pick(a.r, {"left", "right"});
 }
 

@@ -130,10 +130,12 @@ static PetscErrorCode Agree(MPI_Comm comm, PetscErrorCode code, KSPConvergedReas
 
 PetscErrorCode AttackSolve(Attack &a, Verdict *verdict, std::string &why)
 {
-  RandomSystem       s      = a.s;
-  const auto         outer  = a.choices.find("-ksp_type");
-  const bool         simple = outer == a.choices.end() || outer->second == KSPPREONLY;
-  const bool         tame   = AttackTame(a) && !a.user && !a.reuse && !a.explode && !a.bogus && !a.nullspace && (!a.transpose || simple);
+  RandomSystem       s        = a.s;
+  const auto         outer    = a.choices.find("-ksp_type");
+  const bool         simple   = outer == a.choices.end() || outer->second == KSPPREONLY;
+  const auto         norm     = a.choices.find("-ainsworth_ksp_norm_type");
+  const bool         untested = norm != a.choices.end() && norm->second.compare(0, 4, "none") == 0;
+  const bool         tame     = AttackTame(a) && !a.user && !a.reuse && !a.explode && !a.bogus && !a.nullspace && (!a.transpose || simple);
   Vec                b, y, copy;
   Column             x, lambda;
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
@@ -154,7 +156,7 @@ PetscErrorCode AttackSolve(Attack &a, Verdict *verdict, std::string &why)
   PetscCall(AttackCall([&]() { return a.transpose ? KSPSolveTranspose(a.ksp, b, y) : KSPSolve(a.ksp, b, y); }, &code, message));
   if (code) {
     a.errors++;
-    *verdict = AttackInternal(code, message) && !a.explode ? WRONG : AttackJudge(s, tame && !a.other, a.must, KSP_DIVERGED_PC_FAILED, x, lambda, why);
+    *verdict = AttackInternal(code, message) && !a.explode ? WRONG : AttackJudge(s, tame && !a.other, a.must, true, KSP_DIVERGED_PC_FAILED, x, lambda, why);
     why      = "error " + std::to_string((int)code) + ": " + message + "; " + why;
   } else {
     PC             pc;
@@ -164,7 +166,7 @@ PetscErrorCode AttackSolve(Attack &a, Verdict *verdict, std::string &why)
     PetscCall(KSPGetPC(a.ksp, &pc));
     PetscCall(PCGetFailedReason(pc, &failure));
     PetscCall(Fields(a, y, false, x, lambda));
-    *verdict = AttackJudge(s, tame, a.must, reason, x, lambda, why);
+    *verdict = AttackJudge(s, tame, a.must, simple && !untested, reason, x, lambda, why);
     if (failure) why += std::string(", ") + PCFailedReasons[failure];
     if (a.badEntry < 0) {
       PetscCall(VecEqual(b, copy, &same));
@@ -215,7 +217,7 @@ PetscErrorCode AttackElsewhere(Attack &a, Verdict *verdict, std::string &why)
   } else {
     PetscCall(KSPGetConvergedReason(ksp, &reason));
     PetscCall(RandomNestSplit(s, nest, y, x, lambda));
-    *verdict = AttackJudge(s, false, false, reason, x, lambda, why);
+    *verdict = AttackJudge(s, false, false, false, reason, x, lambda, why);
   }
   PetscCall(Agree(comm, code, reason, verdict, why));
   why += "; on half of the ranks: " + s.text;
