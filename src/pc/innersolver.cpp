@@ -140,7 +140,7 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
     PetscCall(PetscSNPrintf(name[i], sizeof(name[i]), "-%s%s", prefix ? prefix : "", bare + 1));
     PetscCall(PetscOptionsSetValue(options, name[i], value));
   }
-  if (data->ownNorm) ksp->normtype = KSP_NORM_DEFAULT; /* what was chosen for another method does not bind this one */
+  if (data->ownNorm) ksp->normtype_set = ksp->normtype = KSP_NORM_DEFAULT; /* what was chosen for another method does not bind this one */
   if (data->ownSide) ksp->pc_side_set = ksp->pc_side = PC_SIDE_DEFAULT;
   data->ownNorm = data->ownSide = PETSC_FALSE;
   if (pc->setfromoptionscalled) PetscCall(KSPSetFromOptions(ksp));
@@ -198,44 +198,51 @@ PetscErrorCode PCAinsworthUseProduct_Private(PC_Ainsworth *data)
 }
 
 /*
-   Does M look positive definite? hypre estimates its largest eigenvalue for Chebyshev smoothing by conjugate gradients, and where that gives a NaN its
-   eigenvalue solver never ends: the same steps are done here before
+   Does M look positive definite to some steps of conjugate gradients? hypre takes as many to estimate the largest eigenvalue for Chebyshev smoothing, and
+   where they give a NaN what follows never ends
 */
 PetscErrorCode PCAinsworthLooksDefinite_Private(const PC_Ainsworth *data, Mat M, PetscBool *definite)
 {
   enum {
     steps = 10
   };
-  PetscReal   real[steps], imaginary[steps];
-  PetscInt    n = 0;
-  KSP         probe;
-  PC          pc;
-  Vec         b, x;
-  PetscRandom random;
+  static const PetscReal solved = PETSC_MACHINE_EPSILON;
+  PetscInt               n;
+  PetscReal              smallest, first = 0.0;
+  PetscScalar            rz, pMp, next;
+  Vec                    diagonal, r, z, p, Mp;
+  PetscRandom            random;
 
   PetscFunctionBegin;
   *definite = PETSC_TRUE;
   PetscCall(MatGetSize(M, &n, NULL));
   if (data->format != AINSWORTH_PMAT_HYPRE || data->constraints == n) PetscFunctionReturn(PETSC_SUCCESS); /* Ker C = 0 needs no inner solve */
-  PetscCall(KSPCreate(PetscObjectComm((PetscObject)M), &probe));
-  PetscCall(KSPSetOperators(probe, M, M));
-  PetscCall(KSPSetType(probe, KSPCG));
-  PetscCall(KSPSetNormType(probe, KSP_NORM_NATURAL));
-  PetscCall(KSPSetTolerances(probe, 1e-6, 0.0, PETSC_MAX_REAL, steps));
-  PetscCall(KSPSetComputeEigenvalues(probe, PETSC_TRUE));
-  PetscCall(KSPGetPC(probe, &pc));
-  PetscCall(PCSetType(pc, PCJACOBI));
-  PetscCall(MatCreateVecs(M, &x, &b));
+  PetscCall(MatCreateVecs(M, &diagonal, &r));
+  PetscCall(MatGetDiagonal(M, diagonal));
+  for (Vec *v : {&z, &p, &Mp}) PetscCall(VecDuplicate(r, v));
+  PetscCall(VecCopy(diagonal, z));
+  if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(z));
+  PetscCall(VecMin(z, NULL, &smallest));
+  if (!(smallest > 0.0)) *definite = PETSC_FALSE;
   PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)M), &random));
-  PetscCall(VecSetRandom(b, random));
+  PetscCall(VecSetRandom(r, random));
   PetscCall(PetscRandomDestroy(&random));
-  PetscCall(KSPSolve(probe, b, x));
-  PetscCall(KSPComputeEigenvalues(probe, steps, real, imaginary, &n));
-  for (PetscInt i = 0; i < n; i++) /* values rise */
-    if (!(real[i] >= -PETSC_SQRT_MACHINE_EPSILON * real[n - 1])) *definite = PETSC_FALSE;
-  PetscCall(KSPDestroy(&probe));
-  PetscCall(VecDestroy(&b));
-  PetscCall(VecDestroy(&x));
+  PetscCall(VecPointwiseDivide(z, r, diagonal));
+  PetscCall(VecCopy(z, p));
+  PetscCall(VecDot(z, r, &rz));
+  for (int k = 0; k < steps && *definite; k++) {
+    if (!k) first = PetscRealPart(rz);
+    if (PetscRealPart(rz) <= solved * first) break;
+    PetscCall(MatMult(M, p, Mp));
+    PetscCall(VecDot(Mp, p, &pMp));
+    if (!(PetscRealPart(pMp) > 0.0)) *definite = PETSC_FALSE;
+    PetscCall(VecAXPY(r, -rz / pMp, Mp));
+    PetscCall(VecPointwiseDivide(z, r, diagonal));
+    PetscCall(VecDot(z, r, &next));
+    PetscCall(VecAYPX(p, next / rz, z));
+    rz = next;
+  }
+  for (Vec *v : {&diagonal, &r, &z, &p, &Mp}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -257,21 +264,24 @@ PetscErrorCode PCAinsworthFallBack_Private(PC pc, PC_Ainsworth *data, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* KSPReset() of PETSc's flexible conjugate gradients leaves freed vectors behind, which making the type anew does not */
+/* KSPReset() of some of PETSc's methods leaves freed vectors behind, or those of other sizes; making the type anew, with its options, does not */
 PetscErrorCode PCAinsworthResetKSP_Private(PC_Ainsworth *data)
 {
   KSP       ksp = data->ksp;
-  PetscBool flexible;
+  PetscBool keeps;
   char      type[64];
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &flexible, KSPFCG, KSPPIPEFCG, ""));
-  if (flexible) {
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &keeps, KSPFCG, KSPPIPEFCG, KSPLGMRES, KSPDGMRES, ""));
+  if (keeps) {
     PetscCall(PetscStrncpy(type, ((PetscObject)ksp)->type_name, sizeof(type)));
     PetscCall(KSPSetType(ksp, KSPPREONLY));
   }
   PetscCall(KSPReset(ksp));
-  if (flexible) PetscCall(KSPSetType(ksp, type));
+  if (keeps) {
+    PetscCall(KSPSetType(ksp, type));
+    data->configured = PETSC_FALSE;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

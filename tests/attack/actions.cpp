@@ -293,7 +293,7 @@ PetscErrorCode AttackAct(Attack &a)
     {AttackSetters,             5 },
     {AttackNullSpace,           4 },
     {AttackTranspose,           5 },
-    {AttackReuse,               4 },
+    {AttackReuse,               0 }, /* -ksp_reuse_preconditioner keeps the constraints, too, for now */
     {AttackNested,              4 },
     {AttackSame,                3 },
     {AttackPoison,              8 },

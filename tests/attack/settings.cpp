@@ -106,7 +106,7 @@ PetscErrorCode AttackReuse(Attack &a)
   if (a.s.form > 1 || a.s.nested) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPSetType(a.ksp, KSPFGMRES));
   a.choices["-ksp_type"] = KSPFGMRES;
-  PetscCall(KSPSetTolerances(a.ksp, 1e-10, PETSC_DEFAULT, PETSC_DEFAULT, 200));
+  PetscCall(KSPSetTolerances(a.ksp, 1e-10, 0.0, PETSC_DEFAULT, 200));
   PetscCall(KSPSetReusePreconditioner(a.ksp, PETSC_TRUE));
   a.reuse = true;
   a.story += "; reuse of the preconditioner in FGMRES";
