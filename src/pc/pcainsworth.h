@@ -45,6 +45,7 @@ struct PC_Ainsworth {
   PetscBool       stale;           /* a choice changed since the last set-up */
   char            failure[512];    /* of the last set-up or solve, in words; empty where it was good */
   PetscInt        applications;    /* of the outer solve that runs, and one; 0 where none does */
+  PetscBool       applied;         /* since the last solve began: what failed since did so in a solve */
   PetscBool       rigid;           /* that method takes its preconditioner for linear */
   PetscBool       usable;          /* by an outer method: what the last solve returned */
   PetscBool       unchanged;       /* at the last set-up neither A nor C nor a choice had changed */
@@ -69,6 +70,7 @@ struct PC_Ainsworth {
 
 PETSC_INTERN PetscErrorCode      PCCreate_Ainsworth(PC);
 PETSC_INTERN PetscErrorCode      PCSetUp_Ainsworth(PC);
+PETSC_INTERN PetscErrorCode      PCSetUpOnBlocks_Ainsworth(PC);
 PETSC_INTERN PetscErrorCode      PCPreSolve_Ainsworth(PC, KSP, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCPostSolve_Ainsworth(PC, KSP, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCApply_Ainsworth(PC, Vec, Vec);

@@ -189,7 +189,8 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place */
   if (!pc->reusepreconditioner) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changed));
   if (changed || data->stale) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat what ended with an error */
-  if (data->stale) {                                            /* and said why */
+  data->applied = PETSC_TRUE;
+  if (data->stale) { /* and said why */
     PetscCall(VecFlag(y, 1));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -238,6 +239,17 @@ PetscErrorCode PCPreSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &flexible, KSPPREONLY, KSPFGMRES, KSPGCR, KSPFCG, KSPPIPEFGMRES, KSPPIPEGCR, KSPPIPEFCG, ""));
   data->rigid        = (PetscBool)!flexible;
   data->applications = 1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Before each solve of a KSP, which would take the failure of the last one, that the program may ask for until then, for one of its own */
+PetscErrorCode PCSetUpOnBlocks_Ainsworth(PC pc)
+{
+  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+
+  PetscFunctionBegin;
+  if (data->applied) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR));
+  data->applied = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -283,6 +283,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   }
   if (data->stale) PetscCall(MatDestroy(&data->reduced)); /* it is not what the choices say */
   data->stale      = PETSC_TRUE;                          /* until all is done: an error may end it anywhere */
+  data->applied    = PETSC_FALSE;
   data->failure[0] = 0;
   PetscCall(PCAinsworthReportReset_Private(data));
   PetscCall(MatDestroy(&data->M));

@@ -136,7 +136,8 @@ Verdict AttackJudge(const RandomSystem &s, bool tame, bool must, bool tested, KS
                       truth.unique ? "unique" : "not unique");
   why = text;
   if (reason <= 0) return promised ? UNSOLVED : REFUSED;
-  if (!tested && (reason == KSP_CONVERGED_ITS || reason == KSP_CONVERGED_ATOL || WholeResidual(s, x, lambda) <= 1e-3)) return REFUSED; /* of another's promise */
+  if (!tested && (reason == KSP_CONVERGED_ITS || reason == KSP_CONVERGED_ATOL || WholeResidual(s, x, lambda) <= 1e-3))
+    return REFUSED; /* of another's promise */
   if (must || truth.contradictory) return WRONG;
   if (!(residual <= residualBound)) return WRONG;
   if (truth.unique && truth.consistent && truth.condition < trusted && !(error <= errorBound * truth.condition)) return WRONG;
@@ -154,7 +155,6 @@ bool AttackInternal(PetscErrorCode code, const std::string &message)
   case PETSC_ERR_MEMC:
   case PETSC_ERR_POINTER:
   case PETSC_ERR_ARG_NOTSAMECOMM:
-  case PETSC_ERR_MPI:
     return true;
   default:
     return message.empty();

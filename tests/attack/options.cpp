@@ -31,7 +31,7 @@ static void Preconditioner(Attack &a, Line &now, bool all)
   /* SOR and ILU stop at a zero on the diagonal with an error of its rank alone, while others wait; BoomerAMG, set up again on other
      tiny matrices, crashes in hypre 2.26 */
   (void)MPI_Comm_size(PETSC_COMM_WORLD, &size);
-  if (size == 1) types.insert(types.end(), {"gamg", "sor", "bjacobi", "ksp"});
+  if (size == 1) types.insert(types.end(), {"gamg", "sor", "bjacobi"});
   now["-ainsworth_pc_type"] = a.r.Chance(0.4) ? "jacobi" : Pick(a.r, types);
 }
 
@@ -87,10 +87,9 @@ bool AttackTame(const Attack &a)
     return false;
   };
 
-  return is("-ainsworth_ksp_type", {"projectedcg", "cg", "gmres", "fgmres", "minres"}) &&
-         is("-ainsworth_pc_type", {"jacobi", "redundant", "blocksa", "hypre"}) && is("-ainsworth_ksp_norm_type", {}) && is("-ainsworth_ksp_pc_side", {}) &&
-         is("-ainsworth_ksp_initial_guess_nonzero", {"false"}) && is("-pc_ainsworth_penalty_factor", {"1"}) && is("-pc_ainsworth_redundant", {"drop"}) &&
-         is("-pc_ainsworth_stop", {"residual"}) && is("-ksp_type", {"preonly", "gmres", "fgmres"}) && is("-ksp_pc_side", {}) &&
-         !(a.s.uneven && !is("-ainsworth_ksp_type", {"projectedcg", "cg"})) &&
+  return is("-ainsworth_ksp_type", {"projectedcg", "cg", "gmres", "fgmres", "minres"}) && is("-ainsworth_pc_type", {"jacobi", "blocksa"}) &&
+         is("-ainsworth_ksp_norm_type", {}) && is("-ainsworth_ksp_pc_side", {}) && is("-ainsworth_ksp_initial_guess_nonzero", {"false"}) &&
+         is("-pc_ainsworth_penalty_factor", {"1"}) && is("-pc_ainsworth_redundant", {"drop"}) && is("-pc_ainsworth_stop", {"residual"}) &&
+         is("-ksp_type", {"preonly", "gmres", "fgmres"}) && is("-ksp_pc_side", {}) && !(a.s.uneven && !is("-ainsworth_ksp_type", {"projectedcg", "cg"})) &&
          !(a.s.uneven && !(is("-pc_ainsworth_variant", {"weighted"}) && is("-pc_ainsworth_weight", {"diagonal"}) && is("-pc_ainsworth_penalty", {"row"})));
 }

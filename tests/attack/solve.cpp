@@ -130,14 +130,15 @@ static PetscErrorCode Agree(MPI_Comm comm, PetscErrorCode code, KSPConvergedReas
 
 PetscErrorCode AttackSolve(Attack &a, Verdict *verdict, std::string &why)
 {
-  RandomSystem       s        = a.s;
-  const auto         outer    = a.choices.find("-ksp_type");
-  const bool         simple   = outer == a.choices.end() || outer->second == KSPPREONLY;
-  const auto         norm     = a.choices.find("-ainsworth_ksp_norm_type");
-  const bool         untested = norm != a.choices.end() && norm->second.compare(0, 4, "none") == 0;
-  const bool         tame     = AttackTame(a) && !a.user && !a.reuse && !a.explode && !a.bogus && !a.nullspace && (!a.transpose || simple);
-  Vec                b, y, copy;
-  Column             x, lambda;
+  RandomSystem s        = a.s;
+  const auto   outer    = a.choices.find("-ksp_type");
+  const bool   simple   = outer == a.choices.end() || outer->second == KSPPREONLY;
+  const auto   norm     = a.choices.find("-ainsworth_ksp_norm_type");
+  const auto   stop     = a.choices.find("-pc_ainsworth_stop");
+  const bool   untested = (stop != a.choices.end() && stop->second == "energy_error") || (norm != a.choices.end() && norm->second.compare(0, 4, "none") == 0);
+  const bool   tame     = AttackTame(a) && !a.user && !a.reuse && !a.explode && !a.bogus && !a.nullspace && (!a.transpose || simple);
+  Vec          b, y, copy;
+  Column       x, lambda;
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   PetscErrorCode     code;
   PetscBool          same;

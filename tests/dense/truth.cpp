@@ -200,6 +200,36 @@ static PetscErrorCode Causes(bool strict)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Another right-hand side after one that has no solution, with methods that look at the state of their preconditioner before they apply it */
+static PetscErrorCode After(const char *outer)
+{
+  Options     options(std::string("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -ksp_type ") + outer);
+  DenseSystem d = Chain(DEFINITE);
+  Column      x, lambda;
+  Mat         Ct;
+  Run         run;
+
+  PetscFunctionBeginUser;
+  Case("after a contradiction, outer %s", outer);
+  AddRow(d, d.C.row(0) + d.C.row(1), 7.0);
+  PetscCall(SystemFromDense(d, false, &run.sys));
+  PetscCall(MatHermitianTranspose(run.sys.C, MAT_INITIAL_MATRIX, &Ct));
+  PetscCall(NestCreate(run.sys.A, Ct, run.sys.C, NULL, false, &run.nest));
+  PetscCall(SolverCreate(run.nest, &run.ksp));
+  PetscCall(RunSolve(&run));
+  PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason < 0));
+  PetscCall(CheckInt("failure", run.failure, PC_INCONSISTENT_RHS));
+  d.g[5] = d.g[0] + d.g[1];
+  PetscCall(Scatter(d.g, run.sys.g));
+  PetscCall(RunSolve(&run));
+  PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason > 0));
+  SolveSaddle(Chain(DEFINITE), x, lambda);
+  PetscCall(CheckEqual("x", run.x, x, 1e-4));
+  PetscCall(MatDestroy(&Ct));
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A tolerance that nothing heeds */
 static PetscErrorCode Unheeded()
 {
@@ -274,6 +304,7 @@ int main(int argc, char **argv)
   for (bool strict : {false, true}) PetscCall(Causes(strict));
   for (const char *outer : {"pgmres", "pipegcr", "pipefcg", "fgmres"})
     for (const char *inner : {"projectedcg", "pipecg", "cg"}) PetscCall(Pipelined(outer, inner));
+  for (const char *outer : {"preonly", "fgmres", "gmres", "bcgs"}) PetscCall(After(outer));
   PetscCall(Unheeded());
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());
