@@ -22,7 +22,8 @@ static PetscErrorCode FailSetUp(PC pc, PC_Ainsworth *data, PCFailedReason reason
 {
   PetscFunctionBegin;
   PetscCall(MatDestroy(&data->reduced));
-  data->stale = PETSC_TRUE;
+  data->stale      = PETSC_TRUE;
+  data->unfinished = PETSC_FALSE;
   PetscCall(PCAinsworthFail_Private(pc, data, reason, code, why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -281,8 +282,10 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (data->stale) PetscCall(MatDestroy(&data->reduced)); /* it is not what the choices say */
-  data->stale      = PETSC_TRUE;                          /* until all is done: an error may end it anywhere */
+  if (data->stale) PetscCall(MatDestroy(&data->reduced));             /* it is not what the choices say */
+  data->stale = PETSC_TRUE;                                           /* until all is done: an error may end it anywhere */
+  if (data->unfinished) PetscCall(PCAinsworthResetKSP_Private(data)); /* PCs of PETSc's are not to be used again after an error in their set-up */
+  data->unfinished = PETSC_TRUE;
   data->applied    = PETSC_FALSE;
   data->failure[0] = 0;
   PetscCall(PCAinsworthReportReset_Private(data));
@@ -326,7 +329,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(KSPGetPC(data->ksp, &inner));
-  data->stale = PETSC_FALSE;
+  data->stale = data->unfinished = PETSC_FALSE;
   PetscCall(PCGetFailedReason(inner, &reason));
   PetscCall(PCAinsworthAgreeOnFailure_Private(pc, reason ? PC_SUBPC_ERROR : PC_NOERROR));
   if (pc->failedreason) {

@@ -6,12 +6,14 @@
    Of what a row of C x = g holds, |C_i| |x| + |g_i|, `consistent` is the rounding of a right inverse through a Gram matrix with a condition number of 1e8;
    `own` is that of the terms of a row of A x + C' lambda = f, through the same solves;
    `combined` is that which a row gets from the others through S, relative to the largest |x|;
-   `noise` is that of the right-hand side of a zero row, relative to the largest |g|, and that of f - C' lambda, relative to both
+   `noise` is that of the right-hand side of a zero row, relative to the largest |g|, and that of f - C' lambda, relative to both;
+   `rounding` is that of an entry of x among larger ones
 */
 static const PetscReal consistent = 1e-8;
 static const PetscReal own        = 1e-6;
 static const PetscReal combined   = 1e5 * PETSC_MACHINE_EPSILON;
 static const PetscReal noise      = 1000 * PETSC_MACHINE_EPSILON;
+static const PetscReal rounding   = 10 * PETSC_MACHINE_EPSILON;
 
 /* C with all of the program's rows */
 static Mat AllRows(const AinsworthSaddle *sp)
@@ -119,7 +121,7 @@ static PetscReal Quotient(PetscReal residual, PetscReal bound)
    AinsworthSaddleCheckPrimal - the row of f - op(A) x - C' lambda that is largest against what is allowed
 
    An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality; the rounding of f - C' lambda
-   counts in the norm of diag(A)^{-1}. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the row's own terms, 1e-6 at least, is allowed. A
+   counts in the norm of diag(A)^{-1}, that of x relative to the largest. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the row's own terms, 1e-6 at least, is allowed. A
    row of zeros of A has nothing but these, and the rounding of the others.
 */
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscReal tol, Vec f, Vec x, Vec lambda, Vec Ax, Vec residual,
@@ -127,8 +129,8 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
 {
   MPI_Comm           comm = PetscObjectComm((PetscObject)x);
   Vec                diagonal, size;
-  PetscInt           first, n, suspicious = 0;
-  PetscReal          energy, load = 0.0, largest = 0.0;
+  PetscInt           first, n, suspicious       = 0;
+  PetscReal          energy, displacement, load = 0.0, largest = 0.0, stiffest = 0.0;
   PetscScalar        product;
   const PetscScalar *d, *r, *s, *b, *a;
 
@@ -148,14 +150,22 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
     const PetscReal force = PetscAbsScalar(b[i]) + PetscAbsScalar(b[i] - a[i] - r[i]);
 
     if (PetscRealPart(d[i]) > 0.0) load += PetscSqr(force) / PetscRealPart(d[i]);
-    largest = PetscMax(largest, force + PetscAbsScalar(a[i]));
+    largest  = PetscMax(largest, force + PetscAbsScalar(a[i]));
+    stiffest = PetscMax(stiffest, PetscRealPart(d[i]));
   }
   PetscCall(VecRestoreArrayRead(f, &b));
   PetscCall(VecRestoreArrayRead(Ax, &a));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &load, 1, MPIU_REAL, MPIU_SUM, comm));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_REAL, MPIU_MAX, comm));
-  load         = PetscSqrtReal(load);
-  auto allowed = [&](PetscInt i) { return PetscRealPart(d[i]) > 0.0 ? (tol * energy + noise * load) * PetscSqrtReal(PetscRealPart(d[i])) : noise * largest; };
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &stiffest, 1, MPIU_REAL, MPIU_MAX, comm));
+  load = PetscSqrtReal(load);
+  PetscCall(VecNorm(x, NORM_INFINITY, &displacement));
+  auto allowed = [&](PetscInt i) {
+    const PetscReal stiffness = PetscRealPart(d[i]);
+
+    return stiffness > 0.0 ? (tol * energy + noise * load) * PetscSqrtReal(stiffness) + rounding * displacement * stiffness
+                           : noise * largest + rounding * displacement * stiffest;
+  };
   for (PetscInt i = 0; i < n && !suspicious; i++) suspicious = !(PetscAbsScalar(r[i]) <= allowed(i));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &suspicious, 1, MPIU_INT, MPI_MAX, comm));
   if (suspicious) {

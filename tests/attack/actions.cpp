@@ -233,7 +233,7 @@ static PetscErrorCode OtherRightHandSide(Attack &a)
 /* A, f and lambda in other units */
 static PetscErrorCode Scale(Attack &a)
 {
-  const int       decades[] = {-200, -100, -30, 30, 100};
+  const int       decades[] = {-200, -100, -30, 30, 60};
   const int       k         = decades[a.r.Int(0, 4)];
   const PetscReal size      = a.s.A.cwiseAbs().maxCoeff();
 

@@ -31,7 +31,7 @@ static void Preconditioner(Attack &a, Line &now, bool all)
   /* SOR and ILU stop at a zero on the diagonal with an error of its rank alone, while others wait; BoomerAMG, set up again on other
      tiny matrices, crashes in hypre 2.26 */
   (void)MPI_Comm_size(PETSC_COMM_WORLD, &size);
-  if (size == 1) types.insert(types.end(), {"gamg", "sor", "bjacobi"});
+  if (size == 1) types.insert(types.end(), {"sor", "bjacobi"});
   now["-ainsworth_pc_type"] = a.r.Chance(0.4) ? "jacobi" : Pick(a.r, types);
 }
 
