@@ -1,6 +1,7 @@
 #include "matainsworth.h"
 #include "../events.h"
 #include "../guard.h"
+#include "../hermitian.h"
 #include <petsc/private/matimpl.h>
 
 const char *const MatAinsworthWeightTypes[] = {"diagonal", "identity", "user", "MatAinsworthWeightType", "MAT_AINSWORTH_WEIGHT_", NULL};
@@ -159,17 +160,7 @@ static PetscErrorCode MatMultHermitianTranspose_Ainsworth(Mat mat, Vec x, Vec y)
 static PetscErrorCode MatMultTranspose_Ainsworth(Mat mat, Vec x, Vec y)
 {
   PetscFunctionBegin;
-#if defined(PETSC_USE_COMPLEX)
-  Vec xc;
-  PetscCall(VecDuplicate(x, &xc));
-  PetscCall(VecCopy(x, xc));
-  PetscCall(VecConjugate(xc));
-  PetscCall(MultOrAdjoint(mat, PETSC_TRUE, xc, y));
-  PetscCall(VecConjugate(y));
-  PetscCall(VecDestroy(&xc));
-#else
-  PetscCall(MultOrAdjoint(mat, PETSC_TRUE, x, y));
-#endif
+  PetscCall(AinsworthApplyConjugated(x, y, [mat](Vec v, Vec w) { return MultOrAdjoint(mat, PETSC_TRUE, v, w); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -45,6 +45,7 @@ struct PC_Ainsworth {
   PetscBool       stale;           /* a choice changed since the last set-up */
   char            failure[512];    /* of the last set-up or solve, in words; empty where it was good */
   PetscInt        applications;    /* of the outer solve that runs, and one; 0 where none does */
+  PetscBool       refused;         /* the last set-up ended with a reason: it is not repeated before something changes */
   PetscBool       unfinished;      /* the last set-up, or a solve since, ended with an error */
   PetscBool       applied;         /* since the last solve began: what failed since did so in a solve */
   PetscBool       rigid;           /* that method takes its preconditioner for linear */
@@ -97,6 +98,7 @@ PETSC_INTERN PetscErrorCode      PCAinsworthReportReset_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC, PC_Ainsworth *, Vec, Vec, PetscLogDouble);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportEnd_Private(PC_Ainsworth *, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
+PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *, Vec, Vec, PetscReal *);
 PETSC_INTERN PetscErrorCode      PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, AinsworthVerdict *, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);

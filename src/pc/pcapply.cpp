@@ -1,5 +1,6 @@
 /* The way of a right-hand side through PCAINSWORTH: kept rows, reduced solve (operator/matdoors.cpp, ksp/), x and lambda, and what is left of both equations */
 #include "pcainsworth.h"
+#include "../hermitian.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 #include <petsctime.h>
@@ -188,9 +189,9 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscFunctionBegin;
   /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place */
   if (!pc->reusepreconditioner) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changed));
-  if (changed || data->stale) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat what ended with an error */
+  if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat what ended with an error */
   data->applied = PETSC_TRUE;
-  if (data->stale) { /* and said why */
+  if (data->stale) { /* the set-up has said why */
     PetscCall(VecFlag(y, 1));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -249,7 +250,7 @@ PetscErrorCode PCSetUpOnBlocks_Ainsworth(PC pc)
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
 
   PetscFunctionBegin;
-  if (data->applied) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR));
+  if (data->applied && !data->refused) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR));
   data->applied = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -275,18 +276,9 @@ PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
 
   PetscFunctionBegin;
   PetscCheck(!data->saddle.negated, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP, "The transpose of PCAINSWORTH needs blocks C and C', not C and -C'");
-#if defined(PETSC_USE_COMPLEX)
-  Vec conjugate;
-
-  PetscCheck(data->symmetric, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP, "The transpose of PCAINSWORTH needs a Hermitian A in complex arithmetic");
-  PetscCall(VecDuplicate(b, &conjugate));
-  PetscCall(VecCopy(b, conjugate));
-  PetscCall(VecConjugate(conjugate));
-  PetscCall(ApplyOrTranspose(pc, PETSC_FALSE, conjugate, y));
-  PetscCall(VecConjugate(y));
-  PetscCall(VecDestroy(&conjugate));
-#else
-  PetscCall(ApplyOrTranspose(pc, (PetscBool)!data->symmetric, b, y)); /* [A C'; C 0] is symmetric when A is */
-#endif
+  PetscCheck(!PetscDefined(USE_COMPLEX) || data->symmetric, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP,
+             "The transpose of PCAINSWORTH needs a Hermitian A in complex arithmetic");
+  /* [A C'; C 0] is Hermitian when A is */
+  PetscCall(AinsworthApplyConjugated(b, y, [=](Vec v, Vec w) { return ApplyOrTranspose(pc, (PetscBool)!data->symmetric, v, w); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -83,20 +83,18 @@ static PetscErrorCode CountSigns(Mat A, PetscInt *positive, PetscInt *negative)
 static PetscErrorCode RayleighQuotient(const PC_Ainsworth *data, Vec y, PetscReal *quotient)
 {
   Vec         work;
-  PetscScalar energy, size, before;
+  PetscReal   size, before;
+  PetscScalar energy;
 
   PetscFunctionBegin;
   *quotient = 1.0;
   PetscCall(VecDuplicate(y, &work));
-  PetscCall(VecPointwiseDivide(work, y, data->inverseDiagonal));
-  PetscCall(VecDot(work, y, &before));
+  PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &before));
   if (data->constraints) PetscCall(MatAinsworthMultProjector(data->reduced, y, y));
-  PetscCall(VecPointwiseDivide(work, y, data->inverseDiagonal));
-  PetscCall(VecDot(work, y, &size));
+  PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &size));
   PetscCall(MatMult(data->saddle.A, y, work));
   PetscCall(VecDot(work, y, &energy));
-  if (PetscRealPart(size) > PETSC_SQRT_MACHINE_EPSILON * PetscRealPart(before) && !PetscIsInfOrNanScalar(energy))
-    *quotient = PetscRealPart(energy) / PetscRealPart(size);
+  if (size > PETSC_SQRT_MACHINE_EPSILON * before && !PetscIsInfOrNanScalar(energy)) *quotient = PetscRealPart(energy) / size;
   PetscCall(VecDestroy(&work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -33,6 +33,7 @@ PetscErrorCode PCAinsworthSetStale_Private(PC pc, PC_Ainsworth *data)
   PetscFunctionBegin;
   if (data->saddle.A) {
     data->stale     = PETSC_TRUE;
+    data->refused   = PETSC_FALSE;
     pc->setupcalled = PETSC_FALSE;
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -25,6 +25,7 @@ static PetscErrorCode FailSetUp(PC pc, PC_Ainsworth *data, PCFailedReason reason
   data->stale      = PETSC_TRUE;
   data->unfinished = PETSC_FALSE;
   PetscCall(PCAinsworthFail_Private(pc, data, reason, code, why));
+  data->refused = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -286,8 +287,8 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   data->stale = PETSC_TRUE;                                           /* until all is done: an error may end it anywhere */
   if (data->unfinished) PetscCall(PCAinsworthResetKSP_Private(data)); /* PCs of PETSc's are not to be used again after an error in their set-up */
   data->unfinished = PETSC_TRUE;
-  data->applied    = PETSC_FALSE;
-  data->failure[0] = 0;
+  data->applied = data->refused = PETSC_FALSE;
+  data->failure[0]              = 0;
   PetscCall(PCAinsworthReportReset_Private(data));
   PetscCall(MatDestroy(&data->M));
   PetscCall(VecDestroy(&data->g));

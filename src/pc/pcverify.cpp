@@ -30,8 +30,8 @@ static PetscErrorCode AskedFor(const PC_Ainsworth *data, PetscReal *tol)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x' diag(A) x; work is a work vector */
-static PetscErrorCode DiagonalEnergy(const PC_Ainsworth *data, Vec x, Vec work, PetscReal *size)
+/* x' diag(A) x; work becomes diag(A) x */
+PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x, Vec work, PetscReal *size)
 {
   PetscScalar dot;
 
@@ -54,12 +54,12 @@ static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(x, &work));
-  PetscCall(DiagonalEnergy(data, x, work, &size));
+  PetscCall(PCAinsworthDiagonalEnergy_Private(data, x, work, &size));
   PetscCall(VecDot(Ax, x, &energy));
   if (PetscAbsScalar(energy) <= suspicious * size) {
     if (data->constraints) PetscCall(MatAinsworthMultProjector(data->reduced, x, y));
     else PetscCall(VecCopy(x, y));
-    PetscCall(DiagonalEnergy(data, y, work, &sizeY));
+    PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &sizeY));
     if (sizeY > PetscSqr(rounding) * size || PetscIsInfOrNanReal(size)) { /* otherwise y is the rounding of x */
       PetscCall(VecPointwiseMult(work, work, y));
       PetscCall(VecNorm(work, NORM_2, &noise)); /* errors of the terms are independent */

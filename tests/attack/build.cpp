@@ -52,36 +52,6 @@ static PetscErrorCode Rank(PetscMPIInt *rank)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ShellMult(Mat M, Vec x, Vec y)
-{
-  Mat inner;
-
-  PetscFunctionBeginUser;
-  PetscCall(MatShellGetContext(M, &inner));
-  PetscCall(MatMult(inner, x, y));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode ShellMultTranspose(Mat M, Vec x, Vec y)
-{
-  Mat inner;
-
-  PetscFunctionBeginUser;
-  PetscCall(MatShellGetContext(M, &inner));
-  PetscCall(MatMultTranspose(inner, x, y));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode ShellDiagonal(Mat M, Vec d)
-{
-  Mat inner;
-
-  PetscFunctionBeginUser;
-  PetscCall(MatShellGetContext(M, &inner));
-  PetscCall(MatGetDiagonal(inner, d));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* a.A is what values are written to, the block what the program passes */
 static PetscErrorCode BuildStiffness(Attack &a, PetscInt n, Mat *block)
 {
@@ -107,10 +77,7 @@ static PetscErrorCode BuildStiffness(Attack &a, PetscInt n, Mat *block)
   }
   PetscCall(MatDestroy(&aij));
   if (a.storage == STORE_SHELL) {
-    PetscCall(MatCreateShell(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, a.A, &shell));
-    PetscCall(MatShellSetOperation(shell, MATOP_MULT, (void (*)(void))ShellMult));
-    PetscCall(MatShellSetOperation(shell, MATOP_MULT_TRANSPOSE, (void (*)(void))ShellMultTranspose));
-    PetscCall(MatShellSetOperation(shell, MATOP_GET_DIAGONAL, (void (*)(void))ShellDiagonal));
+    PetscCall(ShellCreate(a.A, true, true, &shell));
     PetscCall(MatSetBlockSize(shell, a.s.bs));
     *block = shell;
   } else if (a.storage == STORE_NEST) PetscCall(MatCreateNest(PETSC_COMM_WORLD, 1, NULL, 1, NULL, &a.A, block));

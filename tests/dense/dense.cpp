@@ -186,6 +186,49 @@ std::vector<Spec> UsualSpecs()
   return specs;
 }
 
+static PetscErrorCode ShellMult(Mat shell, Vec x, Vec y)
+{
+  Mat M;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatShellGetContext(shell, &M));
+  PetscCall(MatMult(M, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ShellMultTranspose(Mat shell, Vec x, Vec y)
+{
+  Mat M;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatShellGetContext(shell, &M));
+  PetscCall(MatMultTranspose(M, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ShellDiagonal(Mat shell, Vec d)
+{
+  Mat M;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatShellGetContext(shell, &M));
+  PetscCall(MatGetDiagonal(M, d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ShellCreate(Mat M, bool diagonal, bool transpose, Mat *shell)
+{
+  PetscInt m, n;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatGetLocalSize(M, &m, &n));
+  PetscCall(MatCreateShell(PETSC_COMM_WORLD, m, n, PETSC_DETERMINE, PETSC_DETERMINE, M, shell));
+  PetscCall(MatShellSetOperation(*shell, MATOP_MULT, (void (*)(void))ShellMult));
+  if (transpose) PetscCall(MatShellSetOperation(*shell, MATOP_MULT_TRANSPOSE, (void (*)(void))ShellMultTranspose));
+  if (diagonal) PetscCall(MatShellSetOperation(*shell, MATOP_GET_DIAGONAL, (void (*)(void))ShellDiagonal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode NestCreate(Mat A, Mat Ct, Mat C, Mat D, bool first, Mat *nest)
 {
   MPI_Comm  comm      = PetscObjectComm((PetscObject)A);

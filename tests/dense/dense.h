@@ -43,6 +43,8 @@ std::vector<Spec> UsualSpecs(); /* one for each difficulty */
 
 /* [A Ct; C D] or, multipliers first, [D C; Ct A]; two of Ct, C, D may be NULL */
 PetscErrorCode NestCreate(Mat A, Mat Ct, Mat C, Mat D, bool first, Mat *nest);
+/* M by its products alone, or with its diagonal, or with the products of its transpose */
+PetscErrorCode ShellCreate(Mat M, bool diagonal, bool transpose, Mat *shell);
 /* KSPPREONLY with PCAINSWORTH and all options read */
 PetscErrorCode SolverCreate(Mat, KSP *);
 /* sets options, "-a 1 -b" for instance; at the end of its scope it clears them. Those that were not used fail the test */

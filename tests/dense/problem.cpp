@@ -13,16 +13,6 @@ static PetscErrorCode CountedMult(Mat shell, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CountedDiagonal(Mat shell, Vec d)
-{
-  Mat A;
-
-  PetscFunctionBeginUser;
-  PetscCall(MatShellGetContext(shell, &A));
-  PetscCall(MatGetDiagonal(A, d));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode CountedApply(PC pc, Vec x, Vec y)
 {
   PetscReal *factor;
@@ -43,11 +33,8 @@ PetscErrorCode ProblemCreate(const Spec &spec, bool counted, Problem *p)
   PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &p->sys));
   PetscCall(Gather(p->sys, p->d));
   if (counted) {
-    PetscInt n;
-    PetscCall(MatGetLocalSize(p->sys.A, &n, NULL));
-    PetscCall(MatCreateShell(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, p->sys.A, &p->shell));
+    PetscCall(ShellCreate(p->sys.A, true, false, &p->shell));
     PetscCall(MatShellSetOperation(p->shell, MATOP_MULT, (void (*)(void))CountedMult));
-    PetscCall(MatShellSetOperation(p->shell, MATOP_GET_DIAGONAL, (void (*)(void))CountedDiagonal));
   }
   PetscCall(MatCreateAinsworth(counted ? p->shell : p->sys.A, p->sys.C, &p->S));
   PetscCall(KSPCreate(PETSC_COMM_WORLD, &p->ksp));

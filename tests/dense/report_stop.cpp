@@ -246,7 +246,9 @@ int main(int argc, char **argv)
   PetscCall(Settings());
   for (const char *stop : {"-pc_ainsworth_stop residual", "-pc_ainsworth_stop energy_error"}) {
     PetscCall(Rounding(1e10, 1.0, stop));
-    PetscCall(Rounding(1e8, 1.0, std::string(stop) + " -ainsworth_ksp_rtol 1e-14" + (std::string(stop).find("energy") != std::string::npos ? " -pc_ainsworth_error_rtol 1e-14" : "")));
+    PetscCall(Rounding(1e8, 1.0,
+                       std::string(stop) + " -ainsworth_ksp_rtol 1e-14" +
+                         (std::string(stop).find("energy") != std::string::npos ? " -pc_ainsworth_error_rtol 1e-14" : "")));
     PetscCall(Rounding(1e6, 0.0, stop));
     PetscCall(Rounding(1.0, 0.0, stop));
   }

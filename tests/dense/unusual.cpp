@@ -23,39 +23,6 @@ static DenseSystem Springs(PetscInt n, PetscInt m)
   return d;
 }
 
-static PetscErrorCode ShellMult(Mat shell, Vec x, Vec y)
-{
-  Mat M;
-
-  PetscFunctionBeginUser;
-  PetscCall(MatShellGetContext(shell, &M));
-  PetscCall(MatMult(M, x, y));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode ShellDiagonal(Mat shell, Vec d)
-{
-  Mat M;
-
-  PetscFunctionBeginUser;
-  PetscCall(MatShellGetContext(shell, &M));
-  PetscCall(MatGetDiagonal(M, d));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* M by its products alone, or with its diagonal */
-static PetscErrorCode ShellCreate(Mat M, bool diagonal, Mat *shell)
-{
-  PetscInt m, n;
-
-  PetscFunctionBeginUser;
-  PetscCall(MatGetLocalSize(M, &m, &n));
-  PetscCall(MatCreateShell(PETSC_COMM_WORLD, m, n, PETSC_DETERMINE, PETSC_DETERMINE, M, shell));
-  PetscCall(MatShellSetOperation(*shell, MATOP_MULT, (void (*)(void))ShellMult));
-  if (diagonal) PetscCall(MatShellSetOperation(*shell, MATOP_GET_DIAGONAL, (void (*)(void))ShellDiagonal));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* A shell of few unknowns is solved */
 static PetscErrorCode SmallShell(bool diagonal, bool ofC, bool crossed)
 {
@@ -67,7 +34,7 @@ static PetscErrorCode SmallShell(bool diagonal, bool ofC, bool crossed)
   PetscFunctionBeginUser;
   Case("small shell, diagonal %d, of C %d, crossed %d", diagonal, ofC, crossed);
   PetscCall(SystemFromDense(d, crossed, &run.sys));
-  PetscCall(ShellCreate(ofC ? run.sys.C : run.sys.A, diagonal, &shell));
+  PetscCall(ShellCreate(ofC ? run.sys.C : run.sys.A, diagonal, false, &shell));
   PetscCall(NestCreate(ofC ? run.sys.A : shell, NULL, ofC ? shell : run.sys.C, NULL, false, &run.nest));
   PetscCall(SolverCreate(run.nest, &run.ksp));
   PetscCall(CheckSolution(run.ksp, run.sys, d, false, false, 1e-10));
@@ -105,7 +72,7 @@ static PetscErrorCode LargeShell()
   PetscFunctionBeginUser;
   Case("large shell");
   PetscCall(TiedIdentity(n, &A, &C));
-  PetscCall(ShellCreate(A, true, &shell));
+  PetscCall(ShellCreate(A, true, false, &shell));
   Mat one[] = {shell};
   PetscCall(MatCreateNest(PETSC_COMM_WORLD, 1, NULL, 1, NULL, one, &parts));
   PetscCall(MatCreateComposite(PETSC_COMM_WORLD, 1, &A, &composite));
@@ -120,7 +87,7 @@ static PetscErrorCode LargeShell()
     PetscCall(MatDestroy(&nest));
   }
   PetscCall(MatDestroy(&shell));
-  PetscCall(ShellCreate(C, false, &shell));
+  PetscCall(ShellCreate(C, false, false, &shell));
   for (bool first : {false, true}) {
     KSP ksp;
 
