@@ -37,7 +37,7 @@ static PetscErrorCode Split(Mat pmat, Mat *A, Mat *added)
 /* The levels of A, made anew where A, its near null space or a choice is another than last time */
 static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
 {
-  Mat              aij;
+  Mat              aij, nodes = pc->pmat;
   MatNullSpace     near;
   PetscObjectId    id, modesId = 0;
   PetscObjectState state;
@@ -51,12 +51,14 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   if (!near) PetscCall(MatGetNearNullSpace(A, &near));
   if (!near) PetscCall(MatGetNearNullSpace(pc->mat, &near));
   if (near) PetscCall(PetscObjectGetId((PetscObject)near, &modesId));
-  *anew = (PetscBool)(sa->stale || !sa->levels.hierarchy || sa->levels.id != id || sa->levels.state != state || sa->levels.modes != modesId);
+  PetscCall(MatGetBlockSize(nodes, &bs));
+  if (bs == 1) nodes = A; /* a sum may know what its A does not, or the other way round */
+  PetscCall(MatGetBlockSize(nodes, &bs));
+  *anew = (PetscBool)(sa->stale || !sa->levels.hierarchy || sa->levels.hierarchy->grids[0].bs != bs || sa->levels.id != id || sa->levels.state != state || sa->levels.modes != modesId);
   if (!*anew) {
     PetscCall(PetscInfo(pc, "A did not change: its levels are kept\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(MatGetBlockSize(A, &bs));
   PetscCall(MatGetLocalSize(A, &n, NULL));
   PetscCheck(!sa->dim || (PetscInt)sa->coordinates.size() == n / bs * sa->dim, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_SIZ,
              "PCSetCoordinates() was called with %" PetscInt_FMT " coordinates on this rank, but the matrix has %" PetscInt_FMT
@@ -64,7 +66,7 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
              (PetscInt)sa->coordinates.size(), n, bs);
   sa->levels = AinsworthLevels();
   PetscCall(MatDestroy(&sa->product));
-  PetscCall(AinsworthModesCreate(A, near, sa->dim, sa->coordinates.data(), &modes));
+  PetscCall(AinsworthModesCreate(nodes, near, sa->dim, sa->coordinates.data(), &modes));
   if (!modes.rotations)
     PetscCall(PetscInfo(pc, "Neither a near null space nor coordinates: with rigid-body modes (MatSetNearNullSpace(), PCSetCoordinates()) slender bodies "
                             "take 2 to 5 times less\n"));

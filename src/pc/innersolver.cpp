@@ -78,10 +78,9 @@ static PCType OtherMultigrid()
 */
 static PetscErrorCode DefaultType(const PC_Ainsworth *data, PetscBool definite, PCType *type)
 {
-  PetscInt bs;
+  const PetscInt bs = data->saddle.bs;
 
   PetscFunctionBegin;
-  PetscCall(MatGetBlockSize(data->saddle.A, &bs));
   const bool fits = PetscDefined(USE_COMPLEX) || (bs > 1 && bs < 6);
   *type           = definite && data->symmetric && data->choices.pmat.penalty == AINSWORTH_PENALTY_ROW && fits ? PCBLOCKSA : OtherMultigrid();
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -36,6 +36,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 
   PetscFunctionBegin;
   PetscCall(PCReset_Ainsworth(pc));
+  PetscCall(PCAinsworthComposeFields_Private(pc, PETSC_FALSE));
   PetscCall(VecDestroy(&data->userWeight));
   PetscCall(VecDestroy(&data->reporting.reference));
   PetscCall(PetscViewerDestroy(&data->reporting.viewer));
@@ -145,6 +146,8 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   PetscCall(KSPSetNestLevel(data->ksp, level));
   PetscCall(KSPSetTolerances(data->ksp, 1e-8, 0.0, PETSC_DEFAULT, PETSC_DEFAULT)); /* paper, section 4.1; small right-hand sides are solved like others */
   PetscCall(KSPSetType(data->ksp, KSPPROJECTEDCG));
+
+  PetscCall(PCAinsworthComposeFields_Private(pc, PETSC_TRUE));
 
   pc->ops->setup          = AinsworthGuarded<PCSetUp_Ainsworth>;
   pc->ops->apply          = AinsworthGuarded<PCApply_Ainsworth>;

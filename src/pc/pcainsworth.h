@@ -30,9 +30,23 @@ struct PCAinsworthChoices {
   AinsworthPmatOptions   pmat; /* factor PETSC_DEFAULT: by the types of penalty and approximation; symmetric is that of the set-up */
 };
 
+/* A field that the program named: an index set, or components of each node, in rows and columns */
+struct PCAinsworthNamedField {
+  std::string           name;
+  AinsworthIS           is;
+  std::vector<PetscInt> rows, cols;
+};
+
 struct PC_Ainsworth {
   PCAinsworthChoices choices;
   Vec                userWeight; /* the user's, length n */
+
+  /* what the program passed, and told of its fields (pcfields.cpp) */
+  AinsworthSaddleInputs              inputs;
+  std::vector<PCAinsworthNamedField> named;
+  PetscInt                           components; /* of each node of the whole matrix, 0: its block size */
+  PetscObjectId                      resolved;   /* the matrix that inputs.fields are for */
+  PetscObjectId                      resolvedDM; /* the DM that they are from */
 
   /* what set-up made of the program's matrix */
   AinsworthSaddle saddle;
@@ -89,6 +103,9 @@ PETSC_INTERN PetscErrorCode      PCAinsworthUseProduct_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthResetKSP_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthLooksDefinite_Private(const PC_Ainsworth *, Mat, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthFallBack_Private(PC, PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthUpdateInputs_Private(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthComposeFields_Private(PC, PetscBool);
+PETSC_INTERN PetscErrorCode      PCAinsworthFieldsFromOptions_Private(PC, PC_Ainsworth *, AinsworthOptionItems);
 PETSC_INTERN PetscErrorCode      PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);
 PETSC_INTERN PetscErrorCode      PCAinsworthViewLeftOut_Private(PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCView_Ainsworth(PC, PetscViewer);

@@ -188,7 +188,10 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 
   PetscFunctionBegin;
   /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place */
-  if (!pc->reusepreconditioner) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changed));
+  if (!pc->reusepreconditioner) {
+    PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
+    PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
+  }
   if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat what ended with an error */
   data->applied = PETSC_TRUE;
   if (data->stale) { /* the set-up has said why */

@@ -214,6 +214,7 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Ainsworth options");
   PetscCall(ChoicesFromOptions(pc, data, PetscOptionsObject));
+  PetscCall(PCAinsworthFieldsFromOptions_Private(pc, data, PetscOptionsObject));
   PetscCall(ReportFromOptions(pc, data, PetscOptionsObject));
   PetscOptionsHeadEnd();
   PetscCall(PCGetOptionsPrefix(pc, &prefix)); /* it may have been set after the creation of this PC */

@@ -51,6 +51,7 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
   if (!keeps) {
     PetscCall(MatDestroy(&data->reduced));
     PetscCall(MatCreateAinsworth(data->saddle.A, data->saddle.C, &data->reduced));
+    PetscCall(MatSetBlockSize(data->reduced, data->saddle.bs));
     PetscCall(PCGetOptionsPrefix(pc, &prefix));
     PetscCall(MatSetOptionsPrefix(data->reduced, prefix));
     PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->reduced, (PetscObject)pc, 0));
@@ -121,7 +122,6 @@ static PetscErrorCode SetUpWeights(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
 static PetscErrorCode ChoosePmatType(PC_Ainsworth *data)
 {
   PetscBool apart;
-  PetscInt  bs;
 
   PetscFunctionBegin;
   data->autoType   = PC_AINSWORTH_PMAT_JCB;
@@ -132,8 +132,7 @@ static PetscErrorCode ChoosePmatType(PC_Ainsworth *data)
     data->autoReason = ", as interpolation is made from A alone";
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(MatGetBlockSize(data->saddle.A, &bs));
-  PetscCall(AinsworthPmatComponentsApart(data->saddle.C, bs, &apart));
+  PetscCall(AinsworthPmatComponentsApart(data->saddle.C, data->saddle.bs, &apart));
   if (apart) data->autoType = PC_AINSWORTH_PMAT_ID;
   data->autoReason = apart ? ", as the constraints keep components apart" : ", as the constraints mix components";
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -147,7 +146,8 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   Vec                  penalty;
 
   PetscFunctionBegin;
-  in.A = data->saddle.A;
+  in.A  = data->saddle.block[AINSWORTH_BLOCK_P] == data->saddle.block[AINSWORTH_BLOCK_A] ? data->saddle.A : data->saddle.block[AINSWORTH_BLOCK_P];
+  in.bs = data->saddle.bs;
   in.C = data->saddle.C;
   PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &in.S));
   in.weight          = ctx->weight;
@@ -217,6 +217,21 @@ static PetscErrorCode CreateKeptVectors(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A alone, for the inner solver: in a copy that knows its block size where the program's does not */
+static PetscErrorCode TellBlockSize(PC_Ainsworth *data)
+{
+  PetscInt bs;
+  Mat      A = data->saddle.A;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetBlockSize(A, &bs));
+  if (bs == data->saddle.bs) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatDuplicate(A, MAT_COPY_VALUES, &data->saddle.A));
+  PetscCall(MatSetBlockSize(data->saddle.A, data->saddle.bs));
+  PetscCall(MatDestroy(&A));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The preconditioning matrix and the inner solver, a second time where the first choice of its preconditioner does not fit; why it cannot be */
 static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth *ctx, char why[], size_t len)
 {
@@ -277,7 +292,8 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscFunctionBegin;
   PetscCall(PetscTime(&start));
   PetscCall(PetscCitationsRegister(citation, NULL));
-  if (data->saddle.A && !data->stale) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changed));
+  PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
+  if (data->saddle.A && !data->stale) PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
   data->unchanged = (PetscBool)!changed;
   if (!changed) {
     PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
@@ -295,12 +311,14 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));
   PetscCall(VecDestroy(&data->inverseDiagonal));
-  PetscCall(AinsworthSaddleSetUp(pc->mat, pc->pmat, &data->saddle));
+  PetscCall(AinsworthSaddleSetUp(&data->inputs, &data->saddle));
   if (data->saddle.bad[0]) {
     PetscCall(PetscSNPrintf(why, sizeof(why), "The system cannot be solved: %s", data->saddle.bad));
     PetscCall(FailSetUp(pc, data, PC_FACTOR_OTHER, PETSC_ERR_FP, why));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  PetscCall(AinsworthSaddleDescribeLayout(&data->saddle, why, sizeof(why)));
+  PetscCall(PetscInfo(pc, "%s; block size %" PetscInt_FMT " of A: %s\n", why, data->saddle.bs, data->saddle.bsSource));
   PetscCall(MatGetSize(data->saddle.C, &data->constraints, NULL));
   PetscCall(ForgetOtherSizes(pc, data));
   symmetric = data->symmetric;
@@ -320,6 +338,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   if (!data->constraints) {
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
     PetscCall(MatDestroy(&data->reduced));
+    PetscCall(TellBlockSize(data));
   }
   PetscCall(CreateKeptVectors(pc, data));
   if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->rhs));

@@ -112,10 +112,9 @@ static PetscErrorCode CreatePenaltyPart(const AinsworthPmatInputs *in, const Ain
 }
 
 /* *pmat, M_* - A, becomes what the inner preconditioner takes */
-static PetscErrorCode AddA(Mat given, Mat A, AinsworthPmatFormat format, Mat *pmat)
+static PetscErrorCode AddA(Mat given, Mat A, AinsworthPmatFormat format, PetscInt bs, Mat *pmat)
 {
-  Mat      part[2] = {given, *pmat};
-  PetscInt bs;
+  Mat part[2] = {given, *pmat};
 
   PetscFunctionBegin;
   if (format == AINSWORTH_PMAT_SUM) {
@@ -124,7 +123,6 @@ static PetscErrorCode AddA(Mat given, Mat A, AinsworthPmatFormat format, Mat *pm
   } else if (format == AINSWORTH_PMAT_AIJ) PetscCall(AinsworthAddAIJ(A, pmat));
   else PetscCall(MatAXPY(*pmat, 1.0, A, DIFFERENT_NONZERO_PATTERN));
   if (format == AINSWORTH_PMAT_HYPRE) PetscCall(MatConvert(*pmat, MATHYPRE, MAT_INPLACE_MATRIX, pmat)); /* of AIJ PCHYPRE would make a copy */
-  PetscCall(MatGetBlockSize(given, &bs));
   PetscCall(MatSetBlockSize(*pmat, bs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -153,7 +151,7 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
   PetscCall(AinsworthMatFindNotFinite(*pmat, bad, &column));
-  if (*bad < 0) PetscCall(AddA(in->A, A, in->format, pmat));
+  if (*bad < 0) PetscCall(AddA(in->A, A, in->format, in->bs, pmat));
   PetscCall(PetscLogEventEnd(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
   PetscCall(MatDestroy(&A));
   if (opt->symmetric) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));

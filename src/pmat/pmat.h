@@ -34,6 +34,7 @@ struct AinsworthPmatInputs {
   Vec                 weight;          /* diagonal of W, NULL for W = I */
   Vec                 inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
   AinsworthPmatFormat format;
+  PetscInt            bs; /* of M_*, which A may not know */
 };
 
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);

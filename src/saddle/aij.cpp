@@ -19,7 +19,7 @@ PetscErrorCode AinsworthGetTransposed(Mat M, Mat *T, PetscBool *hermitian)
 }
 
 /* The first part of M whose entries cannot be had row by row nor by a converter of PETSc, so that MatConvert() multiplies with each unit vector; or NULL */
-static PetscErrorCode FindOpaque(Mat M, Mat *opaque)
+PetscErrorCode AinsworthFindOpaque(Mat M, Mat *opaque)
 {
   Mat       part;
   PetscInt  nr, nc;
@@ -29,12 +29,12 @@ static PetscErrorCode FindOpaque(Mat M, Mat *opaque)
   *opaque = NULL;
   PetscCall(AinsworthGetTransposed(M, &part, &hermitian));
   PetscCall(PetscObjectTypeCompare((PetscObject)M, MATNEST, &nest));
-  if (part) PetscCall(FindOpaque(part, opaque));
+  if (part) PetscCall(AinsworthFindOpaque(part, opaque));
   else if (nest) {
     PetscCall(MatNestGetSize(M, &nr, &nc));
     for (PetscInt k = 0; k < nr * nc && !*opaque; k++) {
       PetscCall(MatNestGetSubMat(M, k / nc, k % nc, &part));
-      if (part) PetscCall(FindOpaque(part, opaque));
+      if (part) PetscCall(AinsworthFindOpaque(part, opaque));
     }
   } else {
     PetscCall(MatHasOperation(M, MATOP_GET_ROW, &has));
@@ -63,7 +63,7 @@ PetscErrorCode AinsworthCheckEntries(Mat M, const char name[], const char letter
   PetscInt       n;
 
   PetscFunctionBegin;
-  PetscCall(FindOpaque(M, &part));
+  PetscCall(AinsworthFindOpaque(M, &part));
   *opaque = (PetscBool)(part != NULL);
   if (!part) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatGetSize(part, NULL, &n));

@@ -1,10 +1,10 @@
-/* Where the blocks of the saddle point are in the program's matrix: one finder for each layout; nothing after it sees the layout */
+/* The blocks of the saddle point, from whatever the program passed: nothing after it sees the layout */
 #include "saddle.h"
 #include <petsc/private/petscimpl.h>
 #include <limits>
 
 /* Collective: refuses a block that waits for its assembly on any rank; each rank knows only of the values that it set itself */
-static PetscErrorCode CheckAssembled(Mat M, const char name[])
+PetscErrorCode AinsworthCheckAssembled(Mat M, const char name[])
 {
   PetscBool assembled;
 
@@ -50,139 +50,336 @@ PetscErrorCode AinsworthBlockNorm(Mat M, PetscReal *norm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the largest entry of the diagonal, its real part */
-static PetscErrorCode LargestDiagonal(Mat M, PetscReal *largest)
+/* Is it a MatNest of more than one block? */
+static PetscErrorCode IsNest(Mat mat, PetscBool *nest)
 {
-  Vec d;
+  PetscInt nr = 0, nc = 0;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(M, NULL, &d));
-  PetscCall(MatGetDiagonal(M, d));
-  PetscCall(VecMax(d, NULL, largest));
-  PetscCall(VecDestroy(&d));
+  PetscCall(PetscObjectTypeCompare((PetscObject)mat, MATNEST, nest));
+  if (*nest) PetscCall(MatNestGetSize(mat, &nr, &nc));
+  *nest = (PetscBool)(nr > 1);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   Which block is A? The multipliers' is absent or zero; where neither is, it is the one that is diagonal; of two diagonal ones the one without positive
-   entries, then the smaller, of two equal ones (1,1)
-*/
-static PetscErrorCode ChoosePrimal(Mat mat, const Mat diagonal[2], PetscInt *primal)
+/* The matrix that has the blocks: Amat, unless it is one that gives no entries */
+static PetscErrorCode ChooseMatrix(const AinsworthSaddleInputs *in, Mat *mat)
 {
-  MPI_Comm  comm = PetscObjectComm((PetscObject)mat);
-  PetscReal norm[2], largest[2];
-  PetscInt  n[2], row[2] = {0, 0}, col[2] = {0, 0}, l;
-  PetscBool rows[2];
+  Mat       opaque = NULL;
+  PetscBool nest[2];
 
   PetscFunctionBegin;
-  for (int i = 0; i < 2; i++) PetscCall(AinsworthBlockNorm(diagonal[i], &norm[i]));
-  PetscCheck(norm[0] != 0.0 || norm[1] != 0.0, comm, PETSC_ERR_ARG_WRONG,
-             "PCAINSWORTH found no primal block: blocks (0,0) and (1,1) of the MatNest are both absent or zero, A must be one of them");
-  if (norm[0] == 0.0 || norm[1] == 0.0) {
-    *primal = norm[0] == 0.0 ? 1 : 0;
+  *mat = in->amat;
+  if (in->amat == in->pmat) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(IsNest(in->amat, &nest[0]));
+  PetscCall(IsNest(in->pmat, &nest[1]));
+  PetscCall(AinsworthFindOpaque(in->amat, &opaque));
+  if (opaque && (!nest[0] || nest[1])) *mat = in->pmat;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Names that the program gave to the very fields of its MatNest */
+static PetscErrorCode NameFields(const AinsworthSaddleInputs *in, AinsworthFields *fields)
+{
+  PetscFunctionBegin;
+  if (in->fields.size() != fields->size()) PetscFunctionReturn(PETSC_SUCCESS);
+  for (AinsworthField &field : *fields) {
+    for (const AinsworthField &told : in->fields)
+      if (told.rows == field.rows || told.rows.get() == field.rows.get()) field.name = told.name;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whose fields are they? Those of the MatNest, those that the program or its DM named, those of a MatNest in Pmat, or, with detect, found by the diagonal */
+static PetscErrorCode FindFields(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+{
+  PetscBool nest, hides = PETSC_FALSE, pnest;
+  PetscInt  size[2] = {0, 0};
+
+  PetscFunctionBegin;
+  PetscCall(IsNest(mat, &nest));
+  found->layout    = nest ? MATNEST : ((PetscObject)mat)->type_name;
+  found->extracted = PETSC_TRUE;
+  found->told      = in->told;
+  if (nest) {
+    PetscCall(AinsworthNestHides(mat, &hides));
+    found->extracted = hides;
+    found->told      = "MatNest";
+    if (hides && last && last->extracted) found->fields = last->fields; /* another structure shows in the state */
+    else if (hides) PetscCall(AinsworthNestFlatten(mat, &found->fields));
+    else {
+      PetscCall(AinsworthNestGetFields(mat, &found->fields));
+      PetscCall(NameFields(in, &found->fields));
+    }
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  for (int i = 0; i < 2; i++) {
-    PetscCall(MatGetSize(diagonal[i], &n[i], NULL));
-    PetscCall(MatHasOperation(diagonal[i], MATOP_GET_ROW, &rows[i]));
-    if (rows[i]) PetscCall(AinsworthMatFindOffDiagonal(diagonal[i], &row[i], &col[i]));
+  PetscCall(IsNest(in->pmat, &pnest));
+  if (pnest) {
+    PetscCall(MatGetSize(mat, &size[0], NULL));
+    PetscCall(MatGetSize(in->pmat, &size[1], NULL));
   }
-  l = n[0] < n[1] ? 0 : 1;
-  if (row[0] < 0 && row[1] < 0) {
-    for (int i = 0; i < 2; i++) PetscCall(LargestDiagonal(diagonal[i], &largest[i]));
-    if (largest[l] > 0.0 && largest[1 - l] <= 0.0) l = 1 - l;
-  } else if (row[1 - l] < 0) l = 1 - l;
-  *primal = 1 - l;
-  PetscCheck(rows[l], comm, PETSC_ERR_ARG_WRONG,
-             "PCAINSWORTH found no multipliers: blocks (0,0) and (1,1) of the MatNest are both nonzero, and the type %s of (%" PetscInt_FMT ",%" PetscInt_FMT
-             "), the smaller one, has no rows to look at; leave the block of the multipliers absent, or pass a diagonal AIJ matrix",
-             ((PetscObject)diagonal[l])->type_name, l, l);
-  PetscCheck(row[l] < 0, comm, PETSC_ERR_ARG_WRONG,
-             "PCAINSWORTH found no multipliers: blocks (0,0) and (1,1) of the MatNest are both nonzero (Frobenius norms %g and %g), and (%" PetscInt_FMT
-             ",%" PetscInt_FMT "), the smaller one, is not diagonal: it has entry (%" PetscInt_FMT ",%" PetscInt_FMT
-             "); only zero and negative diagonal blocks, [A C'; C -D], can be treated",
-             (double)norm[0], (double)norm[1], l, l, row[l], col[l]);
+  if (in->fields.size() > 1 && in->detect != 1) found->fields = in->fields;
+  else if (pnest && size[0] == size[1] && in->detect != 1) {
+    found->told = "MatNest of Pmat";
+    PetscCall(AinsworthNestGetFields(in->pmat, &found->fields));
+  } else {
+    found->told = "diagonal";
+    if (last && last->extracted && last->layout == found->layout) found->fields = last->fields; /* a change of values shows in the state */
+    else {
+      PetscCheck(in->detect != 0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG,
+                 "PCAINSWORTH knows no fields of the matrix of type %s: pass a MatNest, [A C'; C 0], call PCFieldSplitSetIS() for each field, or PCSetDM(); "
+                 "-pc_ainsworth_detect_saddle_point finds multipliers by the diagonal",
+                 found->layout);
+      PetscCall(AinsworthDetectFields(mat, &found->fields));
+      found->multiplier = {false, true};
+      found->chosen     = "their diagonal entries are not positive";
+    }
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A MatNest of 2 x 2 blocks, the multipliers first or last */
-static PetscErrorCode FindInNest(Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+/* The index set of some fields: of one its own; several one after the other on each rank, as the parts of a MatNest, or sorted for submatrices */
+static PetscErrorCode JoinSets(MPI_Comm comm, const std::vector<IS> &sets, PetscBool sorted, IS *join)
 {
-  PetscInt nr, nc, p = 0, l;
-  IS       rows[2], cols[2];
+  PetscInt  n = 0, total = 0;
+  PetscInt *index;
 
   PetscFunctionBegin;
-  PetscCall(MatNestGetSize(mat, &nr, &nc));
-  PetscCheck(nr == 2 && nc == 2, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_SIZ,
-             "PCAINSWORTH needs a MatNest of 2 x 2 blocks, [A C'; C 0], and got %" PetscInt_FMT " x %" PetscInt_FMT
-             ": gather the primal fields in one block and the multipliers in another",
-             nr, nc);
-  if (last) p = last->primal;
-  else {
-    Mat diagonal[2];
-
-    for (PetscInt i = 0; i < 2; i++) {
-      char name[32];
-
-      PetscCall(MatNestGetSubMat(mat, i, i, &diagonal[i]));
-      PetscCall(PetscSNPrintf(name, sizeof(name), "Block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest", i, i));
-      PetscCall(CheckAssembled(diagonal[i], name));
-    }
-    PetscCall(ChoosePrimal(mat, diagonal, &p));
+  if (sets.size() == 1) {
+    *join = sets[0];
+    PetscCall(PetscObjectReference((PetscObject)*join));
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
-  l             = 1 - p;
-  found->primal = p;
-  PetscCall(MatNestGetISs(mat, rows, cols));
-  for (PetscInt i = 0; i < 2; i++) {
-    for (PetscInt j = 0; j < 2; j++) {
-      const int k = i == p ? (j == p ? AINSWORTH_BLOCK_A : AINSWORTH_BLOCK_B) : (j == p ? AINSWORTH_BLOCK_C : AINSWORTH_BLOCK_D);
+  for (IS set : sets) {
+    PetscCall(ISGetLocalSize(set, &n));
+    total += n;
+  }
+  PetscCall(PetscMalloc1(total, &index));
+  total = 0;
+  for (IS set : sets) {
+    const PetscInt *part;
 
-      PetscCall(MatNestGetSubMat(mat, i, j, &found->block[k]));
-      PetscCall(PetscSNPrintf(found->name[k], sizeof(found->name[k]), "Block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest", i, j));
+    PetscCall(ISGetLocalSize(set, &n));
+    PetscCall(ISGetIndices(set, &part));
+    PetscCall(PetscArraycpy(index + total, part, n));
+    PetscCall(ISRestoreIndices(set, &part));
+    total += n;
+  }
+  if (sorted) PetscCall(PetscSortInt(total, index));
+  PetscCall(ISCreateGeneral(comm, total, index, PETSC_OWN_POINTER, join));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* rows and cols of the primal and of the multiplier fields: the same objects as in last where the fields are the same */
+static PetscErrorCode JoinFields(MPI_Comm comm, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+{
+  bool same = last && last->layout && last->multiplier == found->multiplier && last->fields.size() == found->fields.size();
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < found->fields.size() && same; i++)
+    same = last->fields[i].rows.get() == found->fields[i].rows.get() && last->fields[i].cols.get() == found->fields[i].cols.get();
+  for (int k = 0; k < 2; k++) {
+    std::vector<IS> rows, cols;
+
+    for (size_t i = 0; i < found->fields.size(); i++) {
+      if (found->multiplier[i] != (k == 1)) continue;
+      rows.push_back(found->fields[i].rows.get());
+      cols.push_back(found->fields[i].cols.get());
     }
-    found->rows[i] = rows[i ? l : p];
-    found->cols[i] = cols[i ? l : p];
+    if (same) {
+      found->rows[k] = last->rows[k];
+      found->cols[k] = last->cols[k];
+      PetscCall(PetscObjectReference((PetscObject)found->rows[k]));
+      PetscCall(PetscObjectReference((PetscObject)found->cols[k]));
+    } else {
+      PetscCall(JoinSets(comm, rows, found->extracted, &found->rows[k]));
+      if (rows == cols) {
+        found->cols[k] = found->rows[k];
+        PetscCall(PetscObjectReference((PetscObject)found->cols[k]));
+      } else PetscCall(JoinSets(comm, cols, found->extracted, &found->cols[k]));
+    }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The layouts that are understood, by the type of the program's matrix */
-static const struct {
-  MatType type;
-  PetscErrorCode (*find)(Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
-} layouts[] = {
-  {MATNEST, FindInNest}
-};
+/* "Block (p,u+v) of the MatNest" */
+static PetscErrorCode NameBlocks(AinsworthSaddleBlocks *found)
+{
+  std::string part[2];
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < found->fields.size(); i++) {
+    std::string &names = part[found->multiplier[i]];
+
+    names += (names.empty() ? "" : "+") + found->fields[i].name;
+  }
+  for (std::string &names : part)
+    if (names.size() > 16) names = names.substr(0, 13) + "...";
+  for (int k = 0; k < AINSWORTH_BLOCKS; k++) {
+    const int row = k == AINSWORTH_BLOCK_C || k == AINSWORTH_BLOCK_D, col = k == AINSWORTH_BLOCK_B || k == AINSWORTH_BLOCK_D;
+
+    PetscCall(PetscSNPrintf(found->name[k], sizeof(found->name[k]), "Block (%s,%s) of %s", part[row].c_str(), part[col].c_str(),
+                            k == AINSWORTH_BLOCK_P     ? "Pmat"
+                            : found->extracted         ? "the matrix"
+                                                       : "the MatNest"));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What a block of last was made of did not change: it is taken over */
+static PetscErrorCode TakeOver(const AinsworthSaddleBlocks *last, int k, AinsworthSaddleBlocks *found, PetscBool *taken)
+{
+  *taken = (PetscBool)(last && last->layout && last->block[k] && last->state[k] == found->state[k]);
+  PetscFunctionBegin;
+  if (!*taken) PetscFunctionReturn(PETSC_SUCCESS);
+  found->block[k] = last->block[k];
+  PetscCall(PetscObjectReference((PetscObject)found->block[k]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A nest of primal blocks, the program's or one of several fields, becomes one matrix, as preconditioners need it; parts without entries stay as they are */
+static PetscErrorCode Assemble(const AinsworthSaddleBlocks *last, int k, AinsworthSaddleBlocks *found)
+{
+  Mat          given = found->block[k], opaque;
+  MatNullSpace nullsp, near;
+  PetscBool    nest, taken;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)given, MATNEST, &nest));
+  if (!nest) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthFindOpaque(given, &opaque));
+  if (opaque) PetscFunctionReturn(PETSC_SUCCESS);
+  found->made[k] = PETSC_TRUE;
+  PetscCall(TakeOver(last, k, found, &taken));
+  if (!taken) {
+    PetscCall(AinsworthGetAIJ(given, &found->block[k]));
+    PetscCall(MatGetNullSpace(given, &nullsp));
+    PetscCall(MatGetNearNullSpace(given, &near));
+    PetscCall(MatSetNullSpace(found->block[k], nullsp));
+    PetscCall(MatSetNearNullSpace(found->block[k], near));
+  }
+  PetscCall(MatDestroy(&given));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The blocks of a MatNest, those of several fields as nests of their own */
+static PetscErrorCode NestBlocks(const AinsworthSaddleInputs *in, Mat mat, PetscBool compare, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+{
+  std::vector<PetscInt> part[2];
+  PetscBool             nest;
+  PetscInt              nr = 0;
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < found->fields.size(); i++) part[found->multiplier[i]].push_back((PetscInt)i);
+  for (int k = 0; k < AINSWORTH_BLOCK_P; k++) {
+    const auto &rows = part[k == AINSWORTH_BLOCK_C || k == AINSWORTH_BLOCK_D], &cols = part[k == AINSWORTH_BLOCK_B || k == AINSWORTH_BLOCK_D];
+
+    PetscCall(AinsworthNestGetPartState(mat, rows, cols, &found->state[k]));
+    if (!compare) PetscCall(AinsworthNestGetPart(mat, rows, cols, &found->block[k]));
+  }
+  found->state[AINSWORTH_BLOCK_P] = found->state[AINSWORTH_BLOCK_A];
+  PetscCall(IsNest(in->pmat, &nest));
+  if (nest) PetscCall(MatNestGetSize(in->pmat, &nr, NULL));
+  if (in->pmat != mat && nr == (PetscInt)found->fields.size()) {
+    PetscCall(AinsworthNestGetPartState(in->pmat, part[0], part[0], &found->state[AINSWORTH_BLOCK_P]));
+    if (!compare) PetscCall(AinsworthNestGetPart(in->pmat, part[0], part[0], &found->block[AINSWORTH_BLOCK_P]));
+  }
+  if (compare) PetscFunctionReturn(PETSC_SUCCESS);
+  for (int k = 0; k < AINSWORTH_BLOCKS; k++) PetscCall(AinsworthCheckAssembled(found->block[k], found->name[k]));
+  PetscCheck(found->block[AINSWORTH_BLOCK_A], PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG, "%s, A, is absent", found->name[AINSWORTH_BLOCK_A]);
+  PetscCall(Assemble(last, AINSWORTH_BLOCK_A, found));
+  if (found->block[AINSWORTH_BLOCK_P]) PetscCall(Assemble(last, AINSWORTH_BLOCK_P, found));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Submatrices: a change of any value is one of all of them, until their values are looked at */
+static PetscErrorCode SubmatrixBlocks(const AinsworthSaddleInputs *in, Mat mat, PetscBool compare, const AinsworthSaddleBlocks *last,
+                                      AinsworthSaddleBlocks *found)
+{
+  uint64_t  state, statep;
+  PetscBool same = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthMatGetState(mat, &state));
+  PetscCall(AinsworthMatGetState(in->pmat, &statep));
+  for (int k = 0; k < AINSWORTH_BLOCKS; k++) found->state[k] = k == AINSWORTH_BLOCK_P ? statep : state;
+  if (compare) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthCheckAssembled(mat, "The matrix"));
+  if (in->pmat != mat) PetscCall(AinsworthCheckAssembled(in->pmat, "Pmat"));
+  if (last && last->layout && last->extracted && last->rows[0] == found->rows[0] && last->rows[1] == found->rows[1]) same = PETSC_TRUE;
+  PetscCall(AinsworthExtractBlocks(in, mat, same ? last : NULL, found));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A multipliers' block that is not diagonal cannot be treated */
+static PetscErrorCode CheckDiagonal(const AinsworthSaddleBlocks *found)
+{
+  Mat       D = found->block[AINSWORTH_BLOCK_D];
+  PetscReal norm;
+  PetscBool has;
+  PetscInt  row = -1, col;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthBlockNorm(D, &norm));
+  if (norm == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatHasOperation(D, MATOP_GET_ROW, &has));
+  PetscCheck(has, PetscObjectComm((PetscObject)D), PETSC_ERR_ARG_WRONG, "%s, of the multipliers, has type %s, which has no rows to look at: pass an AIJ matrix",
+             found->name[AINSWORTH_BLOCK_D], ((PetscObject)D)->type_name);
+  PetscCall(AinsworthMatFindOffDiagonal(D, &row, &col));
+  PetscCheck(row < 0, PetscObjectComm((PetscObject)D), PETSC_ERR_ARG_WRONG,
+             "%s, of the multipliers (%s), is not diagonal: it has entry (%" PetscInt_FMT ",%" PetscInt_FMT
+             "); only zero and negative diagonal blocks, [A C'; C -D], can be treated",
+             found->name[AINSWORTH_BLOCK_D], found->chosen, row, col);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /*
-   AinsworthSaddleFindBlocks - the blocks of the program's matrix with their states, and the index sets of its fields; to be reset
+   AinsworthSaddleFindBlocks - the blocks of what the program passed with their states, and the index sets of its fields; to be reset
 
-   Collective where last is NULL. Otherwise the fields are what they were in `last`, as far as the layout is the same, and no value is looked at: to
-   compare both.
+   Collective. last is what was found at the last set-up, and may be empty: what did not change is taken from it. compare: the multipliers are what they
+   were, as far as the layout is the same, no value is looked at and no block is made; layout is NULL where there are other fields.
 */
-PetscErrorCode AinsworthSaddleFindBlocks(Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *in, PetscBool compare, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
+  MPI_Comm comm = PetscObjectComm((PetscObject)in->pmat);
+  Mat      mat;
+
   PetscFunctionBegin;
   *found = AinsworthSaddleBlocks();
-  for (const auto &layout : layouts) {
-    PetscBool same;
+  PetscCall(ChooseMatrix(in, &mat));
+  PetscCall(FindFields(in, mat, compare ? last : NULL, found));
+  if (compare) {
+    if (last->fields.size() != found->fields.size()) {
+      found->layout = NULL;
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
+    found->multiplier = last->multiplier;
+  } else if (found->multiplier.empty() || !in->multipliers.empty()) PetscCall(AinsworthChooseMultipliers(in, mat, found));
+  PetscCall(NameBlocks(found));
+  PetscCall(JoinFields(comm, last, found));
+  if (found->extracted) PetscCall(SubmatrixBlocks(in, mat, compare, last, found));
+  else PetscCall(NestBlocks(in, mat, compare, last, found));
+  if (compare) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!found->block[AINSWORTH_BLOCK_P]) {
+    found->block[AINSWORTH_BLOCK_P] = found->block[AINSWORTH_BLOCK_A];
+    PetscCall(PetscObjectReference((PetscObject)found->block[AINSWORTH_BLOCK_P]));
+  }
+  PetscCall(CheckDiagonal(found));
+  if (found->made[AINSWORTH_BLOCK_A]) PetscCall(AinsworthSaddleAttachNearNullSpace(found, mat));
+  PetscCall(AinsworthFindBlockSize(in, mat, last, found));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
-    PetscCall(PetscObjectTypeCompare((PetscObject)mat, layout.type, &same));
-    if (!same) continue;
-    found->layout = layout.type;
-    PetscCall(layout.find(mat, last && last->layout == layout.type ? last : NULL, found));
-  }
-  PetscCheck(found->layout, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG,
-             "PCAINSWORTH needs a matrix of type nest, [A C'; C 0], and got type %s: build it with MatCreateNest()", ((PetscObject)mat)->type_name);
-  for (int k = 0; k < AINSWORTH_BLOCKS; k++) {
-    if (!last) PetscCall(CheckAssembled(found->block[k], found->name[k]));
-    PetscCall(PetscObjectReference((PetscObject)found->block[k]));
-    PetscCall(AinsworthMatGetState(found->block[k], &found->state[k]));
-  }
-  for (int k = 0; k < 2; k++) {
-    PetscCall(PetscObjectReference((PetscObject)found->rows[k]));
-    PetscCall(PetscObjectReference((PetscObject)found->cols[k]));
-  }
+/* In words: for views and PetscInfo() */
+PetscErrorCode AinsworthSaddleDescribeLayout(const AinsworthSaddleBlocks *b, char text[], size_t len)
+{
+  std::string names;
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < b->fields.size(); i++)
+    if (b->multiplier[i]) names += (names.empty() ? "" : ", ") + b->fields[i].name;
+  PetscCall(PetscSNPrintf(text, len, "%" PetscInt_FMT " fields of the %s in type %s, multipliers: %s (%s)", (PetscInt)b->fields.size(), b->told, b->layout,
+                          names.c_str(), b->chosen));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -194,6 +391,6 @@ PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *b)
     PetscCall(ISDestroy(&b->rows[k]));
     PetscCall(ISDestroy(&b->cols[k]));
   }
-  b->layout = NULL;
+  *b = AinsworthSaddleBlocks();
   PetscFunctionReturn(PETSC_SUCCESS);
 }

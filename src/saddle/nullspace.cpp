@@ -1,4 +1,5 @@
 #include "saddle.h"
+#include <vector>
 
 /* The near null space of A, attached to A or, as for PCFIELDSPLIT, to the index set of its field; NULL if none; not to be destroyed */
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *sp, MatNullSpace *near)
@@ -6,6 +7,82 @@ PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *sp, MatNul
   PetscFunctionBegin;
   PetscCall(MatGetNearNullSpace(sp->block[AINSWORTH_BLOCK_A], near));
   if (!*near) PetscCall(PetscObjectQuery((PetscObject)sp->rows[0], "nearnullspace", (PetscObject *)near));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Vectors of the whole with the near null space of a field in its columns, zero elsewhere, are added; cols NULL: of the whole; to be destroyed */
+static PetscErrorCode AddModes(Mat mat, MatNullSpace near, IS cols, std::vector<Vec> *modes)
+{
+  PetscBool  constant;
+  PetscInt   n, local;
+  const Vec *given;
+
+  PetscFunctionBegin;
+  PetscCall(MatNullSpaceGetVecs(near, &constant, &n, &given));
+  PetscCall(MatGetLocalSize(mat, NULL, &local));
+  for (PetscInt i = 0; i < n + (constant ? 1 : 0); i++) {
+    Vec v, part;
+
+    PetscCall(VecCreateMPI(PetscObjectComm((PetscObject)mat), local, PETSC_DETERMINE, &v));
+    part = v;
+    if (cols) PetscCall(VecGetSubVector(v, cols, &part));
+    if (i < n) PetscCall(VecCopy(given[i], part));
+    else PetscCall(VecSet(part, 1.0));
+    if (cols) PetscCall(VecRestoreSubVector(v, cols, &part));
+    modes->push_back(v);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthSaddleAttachNearNullSpace - gives an A that was made of parts of mat the near null spaces of these, or of the index sets of their fields, or
+   else the primal part of that of mat
+*/
+PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *found, Mat mat)
+{
+  Mat              A = found->block[AINSWORTH_BLOCK_A];
+  MatNullSpace     near;
+  std::vector<Vec> modes, parts;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetNearNullSpace(A, &near));
+  if (near) PetscFunctionReturn(PETSC_SUCCESS);
+  for (size_t i = 0; i < found->fields.size(); i++) {
+    Mat block = NULL;
+
+    if (found->multiplier[i]) continue;
+    near = NULL;
+    if (!found->extracted) PetscCall(MatNestGetSubMat(mat, (PetscInt)i, (PetscInt)i, &block));
+    if (block) PetscCall(MatGetNearNullSpace(block, &near));
+    if (!near) PetscCall(PetscObjectQuery((PetscObject)found->fields[i].rows.get(), "nearnullspace", (PetscObject *)&near));
+    if (near) PetscCall(AddModes(mat, near, found->fields[i].cols.get(), &modes));
+  }
+  PetscCall(MatGetNearNullSpace(mat, &near));
+  if (modes.empty() && near) PetscCall(AddModes(mat, near, NULL, &modes));
+  for (Vec &mode : modes) {
+    Vec         v, part;
+    PetscReal   norm, rest;
+    PetscScalar product;
+
+    PetscCall(MatCreateVecs(A, &v, NULL));
+    PetscCall(VecGetSubVector(mode, found->cols[0], &part));
+    PetscCall(VecCopy(part, v));
+    PetscCall(VecRestoreSubVector(mode, found->cols[0], &part));
+    PetscCall(VecDestroy(&mode));
+    PetscCall(VecNorm(v, NORM_2, &norm));
+    for (Vec w : parts) {
+      PetscCall(VecDot(v, w, &product));
+      PetscCall(VecAXPY(v, -product, w));
+    }
+    PetscCall(VecNormalize(v, &rest));
+    if (rest > PETSC_SQRT_MACHINE_EPSILON * norm) parts.push_back(v);
+    else PetscCall(VecDestroy(&v)); /* the primal part of a mode of the multipliers */
+  }
+  if (parts.empty()) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatNullSpaceCreate(PetscObjectComm((PetscObject)A), PETSC_FALSE, (PetscInt)parts.size(), parts.data(), &near));
+  PetscCall(MatSetNearNullSpace(A, near));
+  PetscCall(MatNullSpaceDestroy(&near));
+  for (Vec &v : parts) PetscCall(VecDestroy(&v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -122,12 +122,12 @@ static PetscErrorCode CheckSizes(const AinsworthSaddleBlocks *b)
 }
 
 /*
-   AinsworthSaddleSetUp - finds A and C in the matrix that the program passed, pmat; of amat only a null space is used, where pmat has none
+   AinsworthSaddleSetUp - finds A and C in what the program passed
 
    Blocks B and C are compared by one random product. Where values are NaN or Inf sp->bad says which, and nothing else of sp may be used but to ask
    whether the matrix changed.
 */
-PetscErrorCode AinsworthSaddleSetUp(Mat amat, Mat pmat, AinsworthSaddle *sp)
+PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSaddle *sp)
 {
   AinsworthSaddleBlocks found;
   PetscBool             transpose, hermitian, opaque;
@@ -135,12 +135,12 @@ PetscErrorCode AinsworthSaddleSetUp(Mat amat, Mat pmat, AinsworthSaddle *sp)
   Mat                   source;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleFindBlocks(pmat, NULL, &found));
+  PetscCall(AinsworthSaddleFindBlocks(in, PETSC_FALSE, sp, &found));
   PetscCall(CheckSizes(&found));
   PetscCall(AinsworthSaddleReset(sp));
   *(AinsworthSaddleBlocks *)sp = found;
-  PetscCall(MatGetNullSpace(pmat, &sp->whole));
-  if (!sp->whole) PetscCall(MatGetNullSpace(amat, &sp->whole));
+  PetscCall(MatGetNullSpace(in->pmat, &sp->whole));
+  if (!sp->whole) PetscCall(MatGetNullSpace(in->amat, &sp->whole));
   PetscCall(PetscObjectReference((PetscObject)sp->whole));
   PetscCall(GetSource(sp->block[AINSWORTH_BLOCK_C], sp->block[AINSWORTH_BLOCK_B], &source, &transpose, &hermitian));
   PetscCall(AinsworthCheckEntries(source, sp->name[sp->block[AINSWORTH_BLOCK_C] ? AINSWORTH_BLOCK_C : AINSWORTH_BLOCK_B], "C", &opaque));

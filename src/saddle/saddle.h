@@ -2,8 +2,7 @@
 #ifndef AINSWORTH_SADDLE_H
 #define AINSWORTH_SADDLE_H
 
-#include "../petsccompat.h"
-#include <cstdint>
+#include "layout.h"
 
 /* What becomes of a row of the multiplier field, C_i x + d_i lambda_i = g_i */
 typedef enum {
@@ -15,22 +14,34 @@ typedef enum {
   AINSWORTH_ROW_KINDS
 } AinsworthRowKind;
 
-/* The blocks of [A B; C D] in the program's matrix, B the adjoint of C; one finder per layout fills this in (blocks.cpp) */
+/* The blocks of [A B; C D] in the program's matrix, B the adjoint of C, and the primal block of Pmat, that M_* is made of: A's own where there is none */
 enum {
   AINSWORTH_BLOCK_A,
   AINSWORTH_BLOCK_B,
   AINSWORTH_BLOCK_C,
   AINSWORTH_BLOCK_D,
+  AINSWORTH_BLOCK_P,
   AINSWORTH_BLOCKS
 };
 struct AinsworthSaddleBlocks {
-  MatType  layout;                     /* what it was found in; NULL: nothing found yet */
-  PetscInt primal;                     /* MatNest: position of the primal field, 0 or 1 */
-  Mat      block[AINSWORTH_BLOCKS];    /* the program's, NULL where absent; B or C may be a view of the other, A a copy of a small shell */
-  char     name[AINSWORTH_BLOCKS][32]; /* for messages: "Block (1,0) of the MatNest" */
+  MatType  layout;                     /* type of the matrix it was found in; NULL: nothing found yet */
+  Mat      block[AINSWORTH_BLOCKS];    /* the program's or made of them, NULL where absent; B or C may be a view of the other, A a copy of a small shell */
+  char     name[AINSWORTH_BLOCKS][64]; /* for messages: "Block (1,0) of the MatNest" */
   uint64_t state[AINSWORTH_BLOCKS];    /* changes when the block, its values or those of anything that it is made of do (state.cpp) */
-  IS       rows[2];                    /* primal and multiplier fields in the right-hand side, shared with the program's matrix */
+  IS       rows[2];                    /* primal and multiplier fields in the right-hand side */
   IS       cols[2];                    /* the same in the solution */
+  PetscBool made[AINSWORTH_BLOCKS];    /* the block is not the program's */
+  PetscInt  bs;                        /* block size of A, which A itself may not know */
+
+  const char       *bsSource;                 /* how it is known */
+  AinsworthFields   fields;                   /* of the program's vectors */
+  const char       *told;                     /* who named them */
+  std::vector<bool> multiplier;               /* which of them are the multipliers' */
+  const char       *chosen;                   /* how that is known */
+  PetscBool         extracted;                /* the blocks are submatrices; otherwise they are those of a MatNest */
+  PetscObjectId     whole[2];                 /* what they were extracted from, Amat and Pmat */
+  PetscObjectState  pattern[2];               /* its nonzero state */
+  uint64_t          digest[AINSWORTH_BLOCKS]; /* of the values of this rank */
 };
 
 struct AinsworthSaddle : AinsworthSaddleBlocks {
@@ -52,6 +63,7 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
 };
 
 /* aij.cpp */
+PetscErrorCode AinsworthFindOpaque(Mat, Mat *);
 PetscErrorCode AinsworthGetTransposed(Mat, Mat *, PetscBool *);
 PetscErrorCode AinsworthCheckEntries(Mat, const char[], const char[], PetscBool *);
 PetscErrorCode AinsworthGetAIJ(Mat, Mat *);
@@ -60,16 +72,20 @@ PetscErrorCode AinsworthAddAIJ(Mat, Mat *);
 PetscErrorCode AinsworthRowSums(Mat, int, Vec);
 
 /* blocks.cpp, state.cpp: what the program passed, and whether it is what it was */
-PetscErrorCode AinsworthSaddleFindBlocks(Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
+PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *, PetscBool, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *);
+PetscErrorCode AinsworthSaddleDescribeLayout(const AinsworthSaddleBlocks *, char[], size_t);
+PetscErrorCode AinsworthCheckAssembled(Mat, const char[]);
 PetscErrorCode AinsworthBlockNorm(Mat, PetscReal *);
+uint64_t       AinsworthMixState(uint64_t, uint64_t);
 PetscErrorCode AinsworthMatGetState(Mat, uint64_t *);
-PetscErrorCode AinsworthSaddleChanged(Mat, const AinsworthSaddle *, PetscBool *);
+PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *, const AinsworthSaddle *, PetscBool *);
 
-PetscErrorCode AinsworthSaddleSetUp(Mat, Mat, AinsworthSaddle *);
+PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *, AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
 
 /* nullspace.cpp */
+PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *, Mat);
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *, MatNullSpace *);
 

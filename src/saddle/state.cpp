@@ -3,7 +3,7 @@
 #include <petsc/private/petscimpl.h>
 
 /* The state with one more number in it */
-static uint64_t Mix(uint64_t state, uint64_t number)
+uint64_t AinsworthMixState(uint64_t state, uint64_t number)
 {
   state = (state ^ number) * 0xff51afd7ed558ccdu;
   return state ^ (state >> 32);
@@ -20,18 +20,18 @@ static PetscErrorCode AddState(Mat M, uint64_t *state)
 
   PetscFunctionBegin;
   if (!M) {
-    *state = Mix(*state, 0);
+    *state = AinsworthMixState(*state, 0);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AinsworthGetTransposed(M, &part, &hermitian));
   if (part) {
-    *state = Mix(*state, hermitian ? 2 : 1);
+    *state = AinsworthMixState(*state, hermitian ? 2 : 1);
     PetscCall(AddState(part, state));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscObjectGetId((PetscObject)M, &id));
   PetscCall(PetscObjectStateGet((PetscObject)M, &own));
-  *state = Mix(Mix(*state, (uint64_t)id), (uint64_t)own);
+  *state = AinsworthMixState(AinsworthMixState(*state, (uint64_t)id), (uint64_t)own);
   PetscCall(PetscObjectTypeCompare((PetscObject)M, MATNEST, &nest));
   PetscCall(PetscObjectTypeCompare((PetscObject)M, MATCOMPOSITE, &composite));
   if (nest) PetscCall(MatNestGetSize(M, &nr, &nc));
@@ -95,16 +95,16 @@ static PetscErrorCode SameSet(IS a, IS b, PetscBool *same)
 }
 
 /* Collective: are the layout, the blocks or the fields others, or have blocks other values, than at the last set-up? The same answer on all ranks */
-PetscErrorCode AinsworthSaddleChanged(Mat mat, const AinsworthSaddle *sp, PetscBool *changed)
+PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *in, const AinsworthSaddle *sp, PetscBool *changed)
 {
   AinsworthSaddleBlocks now;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleFindBlocks(mat, sp, &now));
-  *changed = (PetscBool)(now.layout != sp->layout);
+  PetscCall(AinsworthSaddleFindBlocks(in, PETSC_TRUE, sp, &now));
+  *changed = (PetscBool)(now.layout != sp->layout || now.extracted != sp->extracted);
   for (int k = 0; k < AINSWORTH_BLOCKS; k++)
     if (now.state[k] != sp->state[k]) *changed = PETSC_TRUE;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, changed, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)mat)));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, changed, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)in->pmat)));
   for (int k = 0; k < 2 && !*changed; k++) {
     PetscBool rows, cols;
 

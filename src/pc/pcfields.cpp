@@ -1,0 +1,229 @@
+/* Fields that the program names, for PCFIELDSPLIT as for this PC, and those of its DM */
+#include "pcainsworth.h"
+#include <petsc/private/pcimpl.h>
+
+/* What was told of the fields is resolved anew at the next set-up */
+static PetscErrorCode Forget(PC pc, PC_Ainsworth *data)
+{
+  PetscFunctionBegin;
+  data->resolved = 0;
+  PetscCall(PCAinsworthSetStale_Private(pc, data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A name is said once, or again with other indices */
+static PCAinsworthNamedField *Named(PC_Ainsworth *data, const char name[])
+{
+  const std::string wanted = name ? name : std::to_string(data->named.size());
+
+  for (PCAinsworthNamedField &field : data->named)
+    if (field.name == wanted) return &field;
+  data->named.push_back({wanted, AinsworthIS(), {}, {}});
+  return &data->named.back();
+}
+
+static PetscErrorCode PCFieldSplitSetIS_Ainsworth(PC pc, const char name[], IS is)
+{
+  PC_Ainsworth          *data  = (PC_Ainsworth *)pc->data;
+  PCAinsworthNamedField *field = Named(data, name);
+  PetscBool              same  = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  if (field->is) PetscCall(ISEqual(field->is.get(), is, &same));
+  if (same) PetscFunctionReturn(PETSC_SUCCESS);
+  field->is = AinsworthShareIS(is);
+  PetscCall(Forget(pc, data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PCFieldSplitSetFields_Ainsworth(PC pc, const char name[], PetscInt n, const PetscInt rows[], const PetscInt cols[])
+{
+  PC_Ainsworth               *data  = (PC_Ainsworth *)pc->data;
+  PCAinsworthNamedField      *field = Named(data, name);
+  const std::vector<PetscInt> components[] = {
+    {rows, rows + n},
+    {cols, cols + n}
+  };
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < n; i++)
+    PetscCheck(rows[i] >= 0 && cols[i] >= 0, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_OUTOFRANGE, "Field %s has the negative component %" PetscInt_FMT,
+               field->name.c_str(), PetscMin(rows[i], cols[i]));
+  if (field->rows == components[0] && field->cols == components[1]) PetscFunctionReturn(PETSC_SUCCESS);
+  field->rows = components[0];
+  field->cols = components[1];
+  PetscCall(Forget(pc, data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PCFieldSplitSetBlockSize_Ainsworth(PC pc, PetscInt bs)
+{
+  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+
+  PetscFunctionBegin;
+  if (data->components == bs) PetscFunctionReturn(PETSC_SUCCESS);
+  data->components = bs;
+  PetscCall(Forget(pc, data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The index sets so far, in the numbering of a part of the unknowns */
+static PetscErrorCode PCFieldSplitRestrictIS_Ainsworth(PC pc, IS part)
+{
+  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+  PetscInt      local, end;
+
+  PetscFunctionBegin;
+  PetscCall(ISGetLocalSize(part, &local));
+  PetscCallMPI(MPI_Scan(&local, &end, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)part)));
+  for (PCAinsworthNamedField &field : data->named) {
+    IS              embedded, is;
+    PetscInt        n, *index;
+    const PetscInt *places;
+
+    if (!field.is) continue;
+    PetscCall(ISEmbed(field.is.get(), part, PETSC_TRUE, &embedded));
+    PetscCall(ISGetLocalSize(embedded, &n));
+    PetscCall(PetscMalloc1(n, &index));
+    PetscCall(ISGetIndices(embedded, &places));
+    for (PetscInt i = 0; i < n; i++) index[i] = places[i] + end - local;
+    PetscCall(ISRestoreIndices(embedded, &places));
+    PetscCall(ISDestroy(&embedded));
+    PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)part), n, index, PETSC_OWN_POINTER, &is));
+    field.is = AinsworthOwnIS(is);
+  }
+  PetscCall(Forget(pc, data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Some components of the nodes of a matrix, in ascending order */
+static PetscErrorCode CreateStrided(Mat mat, PetscInt bs, const std::vector<PetscInt> &components, const char name[], AinsworthIS *is)
+{
+  PetscInt first, end, n = 0, *index;
+  IS       set;
+
+  PetscFunctionBegin;
+  for (PetscInt c : components)
+    PetscCheck(c < bs, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE,
+               "Field %s has component %" PetscInt_FMT " of nodes with %" PetscInt_FMT ": call PCFieldSplitSetBlockSize() or MatSetBlockSize()", name, c, bs);
+  PetscCall(MatGetOwnershipRange(mat, &first, &end));
+  PetscCheck((end - first) % bs == 0, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "This rank has %" PetscInt_FMT " rows, which are no nodes of %" PetscInt_FMT, end - first,
+             bs);
+  PetscCall(PetscMalloc1((end - first) / bs * (PetscInt)components.size(), &index));
+  for (PetscInt node = first; node < end; node += bs)
+    for (PetscInt c : components) index[n++] = node + c;
+  PetscCall(PetscSortInt(n, index));
+  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)mat), n, index, PETSC_OWN_POINTER, &set));
+  *is = AinsworthOwnIS(set);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The named fields with the rows of mat; to one alone comes the field of all other rows, as in PCFIELDSPLIT */
+static PetscErrorCode ResolveNamed(PC pc, PC_Ainsworth *data, Mat mat)
+{
+  PetscInt  bs = data->components, size, N, total = 0;
+  PetscBool nest;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)mat, MATNEST, &nest));
+  if (!bs) PetscCall(MatGetBlockSize(mat, &bs));
+  for (const PCAinsworthNamedField &named : data->named) {
+    AinsworthField field;
+
+    field.name = named.name;
+    field.rows = field.cols = named.is;
+    if (!named.is && nest) continue; /* components of a MatNest are its own fields */
+    if (!named.is) {
+      PetscCall(CreateStrided(mat, bs, named.rows, named.name.c_str(), &field.rows));
+      field.cols = field.rows;
+      if (named.cols != named.rows) PetscCall(CreateStrided(mat, bs, named.cols, named.name.c_str(), &field.cols));
+    }
+    data->inputs.fields.push_back(field);
+    PetscCall(ISGetSize(field.rows.get(), &size));
+    total += size;
+  }
+  PetscCall(MatGetSize(mat, &N, NULL));
+  if (data->inputs.fields.size() == 1) {
+    PetscInt first, end;
+    IS       rest;
+
+    PetscCall(MatGetOwnershipRange(mat, &first, &end));
+    PetscCall(ISComplement(data->inputs.fields[0].rows.get(), first, end, &rest));
+    PetscCall(ISGetSize(rest, &size));
+    total += size;
+    data->inputs.fields.push_back({data->inputs.fields[0].name == "1" ? "rest" : "1", AinsworthOwnIS(rest), AinsworthIS()});
+    data->inputs.fields[1].cols = data->inputs.fields[1].rows;
+  }
+  PetscCheck(nest || total == N, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_SIZ,
+             "The %" PetscInt_FMT " fields given by PCFieldSplitSetIS() or PCFieldSplitSetFields() have %" PetscInt_FMT " rows, the matrix has %" PetscInt_FMT
+             ": each row belongs to one field",
+             (PetscInt)data->inputs.fields.size(), total, N);
+  data->inputs.told = "program";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthUpdateInputs_Private - data->inputs is what the program says now: named fields, those of its DM, or none; looked for again for another matrix */
+PetscErrorCode PCAinsworthUpdateInputs_Private(PC pc, PC_Ainsworth *data)
+{
+  PetscObjectId id, dm = 0;
+
+  PetscFunctionBegin;
+  data->inputs.amat = pc->mat;
+  data->inputs.pmat = pc->pmat;
+  PetscCall(PetscObjectGetId((PetscObject)pc->mat, &id));
+  if (pc->dm) PetscCall(PetscObjectGetId((PetscObject)pc->dm, &dm));
+  if (data->resolved == id && data->resolvedDM == dm) PetscFunctionReturn(PETSC_SUCCESS);
+  data->inputs.fields.clear();
+  if (!data->named.empty()) PetscCall(ResolveNamed(pc, data, pc->mat));
+  else if (pc->dm) {
+    PetscCall(AinsworthDMGetFields(pc->dm, pc->mat, &data->inputs.fields));
+    data->inputs.told = "DM";
+  }
+  data->resolved   = id;
+  data->resolvedDM = dm;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthComposeFields_Private - the PC answers what programs call for PCFIELDSPLIT, or does no longer */
+PetscErrorCode PCAinsworthComposeFields_Private(PC pc, PetscBool compose)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCFieldSplitSetIS_C", compose ? PCFieldSplitSetIS_Ainsworth : NULL));
+  PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCFieldSplitSetFields_C", compose ? PCFieldSplitSetFields_Ainsworth : NULL));
+  PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCFieldSplitSetBlockSize_C", compose ? PCFieldSplitSetBlockSize_Ainsworth : NULL));
+  PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCFieldSplitRestrictIS_C", compose ? PCFieldSplitRestrictIS_Ainsworth : NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthFieldsFromOptions_Private - which fields are the multipliers', whether they are found by the diagonal, the block size */
+PetscErrorCode PCAinsworthFieldsFromOptions_Private(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
+{
+  AinsworthSaddleInputs   *in = &data->inputs;
+  char                    *names[64];
+  PetscInt                 n = 64, bs = in->bs;
+  PetscBool                set, detect = (PetscBool)(in->detect == 1);
+  std::vector<std::string> multipliers;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsStringArray("-pc_ainsworth_multiplier_fields", "Names or numbers of the fields of the multipliers", PCAINSWORTH, names, &n, &set));
+  for (PetscInt i = 0; i < n && set; i++) {
+    multipliers.push_back(names[i]);
+    PetscCall(PetscFree(names[i]));
+  }
+  if (set && multipliers != in->multipliers) {
+    in->multipliers = multipliers;
+    PetscCall(Forget(pc, data));
+  }
+  PetscCall(PetscOptionsBool("-pc_ainsworth_detect_saddle_point", "Multipliers are the rows without a positive diagonal entry", "PCFieldSplitSetDetectSaddlePoint",
+                             detect, &detect, &set));
+  if (set && in->detect != (PetscInt)detect) {
+    in->detect = (PetscInt)detect;
+    PetscCall(Forget(pc, data));
+  }
+  PetscCall(PetscOptionsInt("-pc_ainsworth_block_size", "Block size of A, unknowns of a node", "MatSetBlockSize", bs, &bs, &set));
+  if (!set || bs == in->bs) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(bs > 0, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_OUTOFRANGE, "-pc_ainsworth_block_size must be positive, not %" PetscInt_FMT, bs);
+  in->bs = bs;
+  PetscCall(Forget(pc, data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

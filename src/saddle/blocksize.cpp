@@ -1,0 +1,204 @@
+/* The block size of A, unknowns of a node: programs lose it on the way into a saddle point, and multigrid needs it */
+#include "saddle.h"
+#include <algorithm>
+
+/* Rows that have to be blocks, of those that are looked at, and the largest size that is looked for: that of shells */
+static const PetscReal enough  = 0.9;
+static const PetscInt  largest = 6;
+
+/* Collective: are the rows of all ranks cut in blocks of this size? */
+static PetscErrorCode Divides(Mat A, PetscInt bs, PetscBool *divides)
+{
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  *divides = (PetscBool)(n % bs == 0);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, divides, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Does a row touch columns in full blocks of this size only? */
+static bool InBlocks(PetscInt n, const PetscInt cols[], PetscInt bs)
+{
+  if (n % bs) return false;
+  for (PetscInt k = 0; k < n; k += bs)
+    if (cols[k] % bs || cols[k + bs - 1] != cols[k] + bs - 1) return false;
+  return true;
+}
+
+/*
+   Collective: the largest block size for which nearly all rows of A are made of full blocks, 1 where there is none
+
+   Rows of one entry, Dirichlet conditions, do not vote; a matrix that is nearly full would vote for any size.
+*/
+static PetscErrorCode Vote(Mat A, PetscInt *bs)
+{
+  MPI_Comm              comm  = PetscObjectComm((PetscObject)A);
+  std::vector<PetscInt> votes(largest + 3, 0), sorted;
+  PetscInt              first, end, N;
+  PetscBool             aij;
+
+  PetscFunctionBegin;
+  *bs = 1;
+  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)A, &aij, MATSEQAIJ, MATMPIAIJ, ""));
+  if (!aij) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetSize(A, &N, NULL));
+  PetscCall(MatGetOwnershipRange(A, &first, &end));
+  for (PetscInt i = first; i < end; i++) {
+    PetscInt        n;
+    const PetscInt *cols;
+
+    PetscCall(MatGetRow(A, i, &n, &cols, NULL));
+    if (n > 1) {
+      votes[0]++;
+      votes[1] += n;
+      sorted.assign(cols, cols + n);
+      std::sort(sorted.begin(), sorted.end());
+      for (PetscInt b = 2; b <= largest; b++) votes[b + 1] += InBlocks(n, sorted.data(), b);
+    }
+    PetscCall(MatRestoreRow(A, i, &n, &cols, NULL));
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, votes.data(), (PetscMPIInt)votes.size(), MPIU_INT, MPI_SUM, comm));
+  if (!votes[0] || (PetscReal)votes[1] / votes[0] > N / 4.0) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt b = largest; b > 1 && *bs == 1; b--) {
+    PetscBool divides;
+
+    if (votes[b + 1] < enough * votes[0]) continue;
+    PetscCall(Divides(A, b, &divides));
+    if (divides) *bs = b;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The block size that all primal blocks of a MatNest have in common, 1 where they differ */
+static PetscErrorCode GetCommon(Mat nest, const AinsworthSaddleBlocks *found, PetscInt *bs)
+{
+  PetscFunctionBegin;
+  *bs = 0;
+  for (size_t i = 0; i < found->fields.size(); i++) {
+    Mat       block, inner;
+    PetscInt  one, nr = 1;
+    PetscBool is;
+
+    if (found->multiplier[i]) continue;
+    PetscCall(MatNestGetSubMat(nest, (PetscInt)i, (PetscInt)i, &block));
+    if (!block) continue;
+    PetscCall(PetscObjectTypeCompare((PetscObject)block, MATNEST, &is));
+    if (is) PetscCall(MatNestGetSize(block, &nr, NULL));
+    for (PetscInt j = 0; j < nr; j++) {
+      inner = block;
+      if (is) PetscCall(MatNestGetSubMat(block, j, j, &inner));
+      if (!inner) continue;
+      PetscCall(MatGetBlockSize(inner, &one));
+      if (*bs != 0 && *bs != one) one = 1;
+      *bs = one;
+    }
+  }
+  *bs = PetscMax(*bs, 1);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of each node of a matrix with a block size, the components that are primal, where these are as many in all nodes; 1 otherwise */
+static PetscErrorCode CountComponents(Mat mat, IS primal, PetscInt *components)
+{
+  PetscInt        bs, n, first, end, count[2];
+  const PetscInt *index;
+
+  PetscFunctionBegin;
+  *components = 1;
+  PetscCall(MatGetBlockSize(mat, &bs));
+  if (bs < 2) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetOwnershipRange(mat, &first, &end));
+  std::vector<PetscInt> nodes((end - first) / bs, 0);
+
+  PetscCall(ISGetLocalSize(primal, &n));
+  PetscCall(ISGetIndices(primal, &index));
+  for (PetscInt i = 0; i < n; i++)
+    if (index[i] >= first && index[i] < end && (i == 0 || index[i] > index[i - 1])) nodes[(index[i] - first) / bs]++;
+  PetscCall(ISRestoreIndices(primal, &index));
+  count[0] = nodes.empty() ? 0 : *std::max_element(nodes.begin(), nodes.end());
+  count[1] = nodes.empty() ? 0 : -*std::min_element(nodes.begin(), nodes.end());
+  if (nodes.empty()) count[1] = PETSC_MIN_INT;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)mat)));
+  if (count[0] == -count[1] && count[0] > 0) *components = count[0];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* As many vectors as there are rigid-body modes in space; three may also be the translations */
+static PetscErrorCode FromNearNullSpace(Mat A, IS field, PetscInt *bs)
+{
+  MatNullSpace near;
+  PetscBool    constant;
+  PetscInt     n = 0;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetNearNullSpace(A, &near));
+  if (!near) PetscCall(PetscObjectQuery((PetscObject)field, "nearnullspace", (PetscObject *)&near));
+  if (near) PetscCall(MatNullSpaceGetVecs(near, &constant, &n, NULL));
+  *bs = n == 6 ? 3 : 1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the program says of the block size, or its matrices, its fields or A itself show */
+static PetscErrorCode Recover(Mat mat, AinsworthSaddleBlocks *found)
+{
+  Mat A = found->block[AINSWORTH_BLOCK_A];
+  struct {
+    PetscInt    bs;
+    const char *source;
+  } known[] = {
+    {1, "A"                         },
+    {1, "Pmat"                      },
+    {1, "the blocks of the MatNest" },
+    {1, "the index set of the field"},
+    {1, "the nodes of the matrix"   },
+    {1, "the near null space"       },
+    {1, "the pattern of A"          }
+  };
+
+  PetscFunctionBegin;
+  PetscCall(MatGetBlockSize(A, &known[0].bs));
+  PetscCall(MatGetBlockSize(found->block[AINSWORTH_BLOCK_P], &known[1].bs));
+  if (!found->extracted) PetscCall(GetCommon(mat, found, &known[2].bs));
+  PetscCall(ISGetBlockSize(found->rows[0], &known[3].bs));
+  if (found->extracted) PetscCall(CountComponents(mat, found->rows[0], &known[4].bs));
+  PetscCall(FromNearNullSpace(A, found->rows[0], &known[5].bs));
+  for (auto &k : known) {
+    PetscBool divides;
+
+    if (&k == &known[6]) PetscCall(Vote(A, &k.bs));
+    if (k.bs < 2) continue;
+    PetscCall(Divides(A, k.bs, &divides));
+    if (!divides) continue;
+    found->bs       = k.bs;
+    found->bsSource = k.source;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  found->bs       = 1;
+  found->bsSource = "nothing tells another";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthFindBlockSize - found->bs and how it is known; matrices that were made for this are told, the program's are not changed */
+PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+{
+  Mat       A = found->block[AINSWORTH_BLOCK_A];
+  PetscBool divides;
+
+  PetscFunctionBegin;
+  if (in->bs > 0) {
+    PetscCall(Divides(A, in->bs, &divides));
+    PetscCheck(divides, PetscObjectComm((PetscObject)A), PETSC_ERR_ARG_SIZ,
+               "-pc_ainsworth_block_size %" PetscInt_FMT " does not divide the number of rows that each rank has of %s, A", in->bs,
+               found->name[AINSWORTH_BLOCK_A]);
+    found->bs       = in->bs;
+    found->bsSource = "-pc_ainsworth_block_size";
+  } else if (found->made[AINSWORTH_BLOCK_A] && last && last->block[AINSWORTH_BLOCK_A] == A) {
+    found->bs       = last->bs;
+    found->bsSource = last->bsSource;
+  } else PetscCall(Recover(mat, found));
+  for (int k : {AINSWORTH_BLOCK_A, AINSWORTH_BLOCK_P})
+    if (found->made[k]) PetscCall(MatSetBlockSize(found->block[k], found->bs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

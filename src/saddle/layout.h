@@ -1,0 +1,64 @@
+/* How programs hand over a saddle point: a matrix or two, what is known of its fields, and which of these are the multipliers */
+#ifndef AINSWORTH_LAYOUT_H
+#define AINSWORTH_LAYOUT_H
+
+#include "../petsccompat.h"
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+struct AinsworthSaddleBlocks;
+
+/* An index set that is destroyed with its last owner */
+typedef std::shared_ptr<struct _p_IS> AinsworthIS;
+static inline AinsworthIS AinsworthOwnIS(IS is)
+{
+  return AinsworthIS(is, [](IS set) { (void)ISDestroy(&set); });
+}
+static inline AinsworthIS AinsworthShareIS(IS is)
+{
+  (void)PetscObjectReference((PetscObject)is);
+  return AinsworthOwnIS(is);
+}
+
+/* A field of the program's vectors: its rows in the right-hand side, its columns in the solution */
+struct AinsworthField {
+  std::string name;
+  AinsworthIS rows, cols;
+};
+typedef std::vector<AinsworthField> AinsworthFields;
+
+/* What the program passed, and what it, a DM or options tell of it */
+struct AinsworthSaddleInputs {
+  Mat                      amat = NULL, pmat = NULL;
+  AinsworthFields          fields;                /* all of the rows, each once; empty: nothing is told */
+  const char              *told = "";             /* who told */
+  std::vector<std::string> multipliers;           /* names or numbers of fields; empty: by sign and shape */
+  PetscInt                 detect = PETSC_DECIDE; /* multipliers are the rows without a positive diagonal entry: 0 never, 1 always */
+  PetscInt                 bs     = PETSC_DECIDE; /* block size of A */
+};
+
+/* layoutnest.cpp */
+PetscErrorCode AinsworthNestGetFields(Mat, AinsworthFields *);
+PetscErrorCode AinsworthNestHides(Mat, PetscBool *);
+PetscErrorCode AinsworthNestFlatten(Mat, AinsworthFields *);
+PetscErrorCode AinsworthNestGetPart(Mat, const std::vector<PetscInt> &, const std::vector<PetscInt> &, Mat *);
+PetscErrorCode AinsworthNestGetPartState(Mat, const std::vector<PetscInt> &, const std::vector<PetscInt> &, uint64_t *);
+
+/* layoutindexed.cpp */
+PetscErrorCode AinsworthExtractBlocks(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
+
+/* layoutdetect.cpp */
+PetscErrorCode AinsworthDetectFields(Mat, AinsworthFields *);
+
+/* layoutdm.cpp */
+PetscErrorCode AinsworthDMGetFields(DM, Mat, AinsworthFields *);
+
+/* layoutchoice.cpp */
+PetscErrorCode AinsworthChooseMultipliers(const AinsworthSaddleInputs *, Mat, AinsworthSaddleBlocks *);
+
+/* blocksize.cpp */
+PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
+
+#endif

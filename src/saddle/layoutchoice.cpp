@@ -1,0 +1,205 @@
+/* Which fields are the multipliers', by the sign and the shape of their diagonal blocks, or as -pc_ainsworth_multiplier_fields says */
+#include "saddle.h"
+
+/* What is known of a field */
+enum Kind {
+  EMPTY,   /* its diagonal block is absent or zero */
+  NEGATIVE /* no entry of its diagonal is positive */,
+  POSITIVE
+};
+
+/* The diagonal block of a field: that of a MatNest, or extracted; to be destroyed */
+static PetscErrorCode GetDiagonalBlock(Mat mat, const AinsworthSaddleBlocks *found, PetscInt i, Mat *block)
+{
+  Mat whole;
+
+  PetscFunctionBegin;
+  if (!found->extracted) {
+    PetscCall(MatNestGetSubMat(mat, i, i, block));
+    PetscCall(PetscObjectReference((PetscObject)*block));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(AinsworthGetAIJ(mat, &whole));
+  PetscCall(MatCreateSubMatrix(whole, found->fields[i].rows.get(), found->fields[i].cols.get(), MAT_INITIAL_MATRIX, block));
+  PetscCall(MatDestroy(&whole));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: the kind of a field from the diagonal of its block, with a nonzero norm where it is one of a MatNest */
+static PetscErrorCode LookAtDiagonal(Vec d, Kind otherwise, Kind *kind)
+{
+  const PetscScalar *a;
+  PetscInt           n, seen = EMPTY;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(d, &n));
+  PetscCall(VecGetArrayRead(d, &a));
+  for (PetscInt i = 0; i < n; i++) {
+    if (!(PetscRealPart(a[i]) <= 0.0)) seen = POSITIVE; /* or NaN */
+    else if (a[i] != 0.0) seen = PetscMax(seen, NEGATIVE);
+  }
+  PetscCall(VecRestoreArrayRead(d, &a));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &seen, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)d)));
+  *kind = PetscMax((Kind)seen, otherwise);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LookAtNest(Mat nest, std::vector<Kind> *kinds)
+{
+  PetscInt n = (PetscInt)kinds->size(), present = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < n; i++) {
+    char      name[64];
+    Mat       block;
+    PetscReal norm;
+
+    PetscCall(MatNestGetSubMat(nest, i, i, &block));
+    PetscCall(PetscSNPrintf(name, sizeof(name), "Block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest", i, i));
+    PetscCall(AinsworthCheckAssembled(block, name));
+    PetscCall(AinsworthBlockNorm(block, &norm));
+    (*kinds)[i] = norm == 0.0 ? EMPTY : POSITIVE;
+    present += norm != 0.0;
+  }
+  for (PetscInt i = 0; i < n && present > 1; i++) { /* one alone is A */
+    Mat       block;
+    Vec       d;
+    PetscBool has;
+
+    if ((*kinds)[i] == EMPTY) continue;
+    PetscCall(MatNestGetSubMat(nest, i, i, &block));
+    PetscCall(MatHasOperation(block, MATOP_GET_DIAGONAL, &has));
+    if (!has) continue;
+    PetscCall(MatCreateVecs(block, NULL, &d));
+    PetscCall(MatGetDiagonal(block, d));
+    PetscCall(LookAtDiagonal(d, NEGATIVE, &(*kinds)[i]));
+    PetscCall(VecDestroy(&d));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LookAtMatrix(Mat mat, const AinsworthFields &fields, std::vector<Kind> *kinds)
+{
+  Vec diagonal, d;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthCheckAssembled(mat, "The matrix"));
+  PetscCall(MatCreateVecs(mat, NULL, &diagonal));
+  PetscCall(MatGetDiagonal(mat, diagonal));
+  for (size_t i = 0; i < fields.size(); i++) {
+    PetscCall(VecGetSubVector(diagonal, fields[i].rows.get(), &d));
+    PetscCall(LookAtDiagonal(d, EMPTY, &(*kinds)[i]));
+    PetscCall(VecRestoreSubVector(diagonal, fields[i].rows.get(), &d));
+  }
+  PetscCall(VecDestroy(&diagonal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Neither absent nor without positive entries: of those fields, or of those that are all negative, the diagonal ones are the multipliers'
+
+   Of two that are both diagonal it is the smaller, of two equal ones the last.
+*/
+static PetscErrorCode ChooseByShape(Mat mat, AinsworthSaddleBlocks *found)
+{
+  MPI_Comm             comm = PetscObjectComm((PetscObject)mat);
+  const PetscInt       n    = (PetscInt)found->fields.size();
+  PetscInt             diagonal = 0, smaller = n - 1, size[2];
+  std::vector<PetscInt> row(n, -1), col(n, -1);
+  std::vector<bool>    rows(n, false);
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < n; i++) {
+    Mat       block;
+    PetscBool has;
+
+    PetscCall(GetDiagonalBlock(mat, found, i, &block));
+    PetscCall(MatHasOperation(block, MATOP_GET_ROW, &has));
+    rows[i] = has;
+    if (has) PetscCall(AinsworthMatFindOffDiagonal(block, &row[i], &col[i]));
+    PetscCall(MatDestroy(&block));
+    found->multiplier[i] = has && row[i] < 0;
+    diagonal += found->multiplier[i];
+  }
+  found->chosen = "their diagonal block is diagonal";
+  if (n == 2) {
+    for (int i = 0; i < 2; i++) PetscCall(ISGetSize(found->fields[i].rows.get(), &size[i]));
+    smaller = size[0] < size[1] ? 0 : 1;
+  }
+  if (diagonal == 2 && n == 2) {
+    found->multiplier[1 - smaller] = false;
+    found->chosen                  = "both diagonal blocks are diagonal, theirs is not the larger one";
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (diagonal && diagonal < n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(n == 2, comm, PETSC_ERR_ARG_WRONG,
+             "PCAINSWORTH found no multipliers: the diagonal blocks of all %" PetscInt_FMT
+             " fields are nonzero and %s; -pc_ainsworth_multiplier_fields tells which are the multipliers'",
+             n, diagonal ? "diagonal" : "not diagonal");
+  PetscCheck(rows[smaller], comm, PETSC_ERR_ARG_WRONG,
+             "PCAINSWORTH found no multipliers: blocks (0,0) and (1,1) of the MatNest are both nonzero, and (%" PetscInt_FMT ",%" PetscInt_FMT
+             "), the smaller one, has no rows to look at; leave the block of the multipliers absent, pass an AIJ matrix, or use "
+             "-pc_ainsworth_multiplier_fields %" PetscInt_FMT,
+             smaller, smaller, smaller);
+  PetscCheck(PETSC_FALSE, comm, PETSC_ERR_ARG_WRONG,
+             "PCAINSWORTH found no multipliers: diagonal blocks (0,0) and (1,1) are both nonzero with the same sign, and (%" PetscInt_FMT ",%" PetscInt_FMT
+             "), the smaller one, is not diagonal: it has entry (%" PetscInt_FMT ",%" PetscInt_FMT
+             "); where it is the multipliers', say so with -pc_ainsworth_multiplier_fields %" PetscInt_FMT,
+             smaller, smaller, row[smaller], col[smaller], smaller);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The fields that an option names */
+static PetscErrorCode ChooseNamed(MPI_Comm comm, const AinsworthSaddleInputs *in, AinsworthSaddleBlocks *found)
+{
+  const size_t n     = found->fields.size();
+  size_t       count = 0;
+  std::string  known;
+
+  PetscFunctionBegin;
+  for (const AinsworthField &field : found->fields) known += (known.empty() ? "" : ", ") + field.name;
+  found->multiplier.assign(n, false);
+  for (const std::string &name : in->multipliers) {
+    size_t i = 0;
+
+    while (i < n && found->fields[i].name != name) i++;
+    if (i == n && name.find_first_not_of("0123456789") == std::string::npos && name.size() < 9) i = std::stoul(name);
+    PetscCheck(i < n, comm, PETSC_ERR_ARG_OUTOFRANGE, "-pc_ainsworth_multiplier_fields names field %s; there are %" PetscInt_FMT ", from 0 on: %s", name.c_str(),
+               (PetscInt)n, known.c_str());
+    found->multiplier[i] = true;
+  }
+  for (size_t i = 0; i < n; i++) count += found->multiplier[i];
+  PetscCheck(count < n, comm, PETSC_ERR_ARG_OUTOFRANGE, "-pc_ainsworth_multiplier_fields leaves no primal field: it names all of %s", known.c_str());
+  found->chosen = "-pc_ainsworth_multiplier_fields";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthChooseMultipliers - fills in found->multiplier, for fields of mat */
+PetscErrorCode AinsworthChooseMultipliers(const AinsworthSaddleInputs *in, Mat mat, AinsworthSaddleBlocks *found)
+{
+  MPI_Comm          comm = PetscObjectComm((PetscObject)mat);
+  const size_t      n    = found->fields.size();
+  PetscInt          count[3] = {0, 0, 0};
+  std::vector<Kind> kinds(n, EMPTY);
+
+  PetscFunctionBegin;
+  if (!in->multipliers.empty()) {
+    PetscCall(ChooseNamed(comm, in, found));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  found->multiplier.assign(n, false);
+  if (found->extracted) PetscCall(LookAtMatrix(mat, found->fields, &kinds));
+  else PetscCall(LookAtNest(mat, &kinds));
+  for (Kind kind : kinds) count[kind]++;
+  PetscCheck(count[EMPTY] < (PetscInt)n, comm, PETSC_ERR_ARG_WRONG,
+             "PCAINSWORTH found no primal block: %s of the %s are %s zero, A must be one of them",
+             n == 2 ? "blocks (0,0) and (1,1)" : "all diagonal blocks", found->extracted ? "matrix" : "MatNest", found->extracted ? "without a diagonal entry that is not" : "absent or");
+  if (!count[EMPTY] && (!count[NEGATIVE] || !count[POSITIVE])) {
+    PetscCall(ChooseByShape(mat, found));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  /* where nothing is positive, what is negative is A, and the solver will tell that it is */
+  for (size_t i = 0; i < n; i++) found->multiplier[i] = kinds[i] == EMPTY || (kinds[i] == NEGATIVE && count[POSITIVE]);
+  found->chosen = count[NEGATIVE] && count[POSITIVE] ? "no diagonal entry of theirs is positive" : "their diagonal block is zero";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
