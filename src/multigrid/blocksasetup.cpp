@@ -54,7 +54,8 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   PetscCall(MatGetBlockSize(nodes, &bs));
   if (bs == 1) nodes = A; /* a sum may know what its A does not, or the other way round */
   PetscCall(MatGetBlockSize(nodes, &bs));
-  *anew = (PetscBool)(sa->stale || !sa->levels.hierarchy || sa->levels.hierarchy->grids[0].bs != bs || sa->levels.id != id || sa->levels.state != state || sa->levels.modes != modesId);
+  *anew = (PetscBool)(sa->stale || !sa->levels.hierarchy || sa->levels.hierarchy->grids[0].bs != bs || sa->levels.id != id || sa->levels.state != state ||
+                      sa->levels.modes != modesId);
   if (!*anew) {
     PetscCall(PetscInfo(pc, "A did not change: its levels are kept\n"));
     PetscFunctionReturn(PETSC_SUCCESS);

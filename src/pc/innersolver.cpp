@@ -184,12 +184,13 @@ PetscErrorCode PCAinsworthGetPmatFormat_Private(PC_Ainsworth *data, AinsworthPma
 PetscErrorCode PCAinsworthUseProduct_Private(PC_Ainsworth *data)
 {
   PC  inner;
-  Mat product;
+  Mat product = NULL;
 
   PetscFunctionBegin;
   if (!data->symmetric) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PCBlockSAGetProduct_Private(inner, &product));
+  if (data->saddle.block[AINSWORTH_BLOCK_P] == data->saddle.block[AINSWORTH_BLOCK_A]) PetscCall(PCBlockSAGetProduct_Private(inner, &product));
+  if (!product && data->reduced) PetscCall(MatAinsworthSetProduct_Private(data->reduced, NULL));
   if (!product) PetscFunctionReturn(PETSC_SUCCESS);
   if (data->constraints) PetscCall(MatAinsworthSetProduct_Private(data->reduced, product));
   else PetscCall(KSPSetOperators(data->ksp, product, data->saddle.A));

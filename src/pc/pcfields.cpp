@@ -38,8 +38,8 @@ static PetscErrorCode PCFieldSplitSetIS_Ainsworth(PC pc, const char name[], IS i
 
 static PetscErrorCode PCFieldSplitSetFields_Ainsworth(PC pc, const char name[], PetscInt n, const PetscInt rows[], const PetscInt cols[])
 {
-  PC_Ainsworth               *data  = (PC_Ainsworth *)pc->data;
-  PCAinsworthNamedField      *field = Named(data, name);
+  PC_Ainsworth               *data         = (PC_Ainsworth *)pc->data;
+  PCAinsworthNamedField      *field        = Named(data, name);
   const std::vector<PetscInt> components[] = {
     {rows, rows + n},
     {cols, cols + n}
@@ -107,8 +107,8 @@ static PetscErrorCode CreateStrided(Mat mat, PetscInt bs, const std::vector<Pets
     PetscCheck(c < bs, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE,
                "Field %s has component %" PetscInt_FMT " of nodes with %" PetscInt_FMT ": call PCFieldSplitSetBlockSize() or MatSetBlockSize()", name, c, bs);
   PetscCall(MatGetOwnershipRange(mat, &first, &end));
-  PetscCheck((end - first) % bs == 0, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "This rank has %" PetscInt_FMT " rows, which are no nodes of %" PetscInt_FMT, end - first,
-             bs);
+  PetscCheck((end - first) % bs == 0, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "This rank has %" PetscInt_FMT " rows, which are no nodes of %" PetscInt_FMT,
+             end - first, bs);
   PetscCall(PetscMalloc1((end - first) / bs * (PetscInt)components.size(), &index));
   for (PetscInt node = first; node < end; node += bs)
     for (PetscInt c : components) index[n++] = node + c;
@@ -200,7 +200,7 @@ PetscErrorCode PCAinsworthFieldsFromOptions_Private(PC pc, PC_Ainsworth *data, A
 {
   AinsworthSaddleInputs   *in = &data->inputs;
   char                    *names[64];
-  PetscInt                 n = 64, bs = in->bs;
+  PetscInt                 n = 64, bs  = in->bs;
   PetscBool                set, detect = (PetscBool)(in->detect == 1);
   std::vector<std::string> multipliers;
 
@@ -214,8 +214,8 @@ PetscErrorCode PCAinsworthFieldsFromOptions_Private(PC pc, PC_Ainsworth *data, A
     in->multipliers = multipliers;
     PetscCall(Forget(pc, data));
   }
-  PetscCall(PetscOptionsBool("-pc_ainsworth_detect_saddle_point", "Multipliers are the rows without a positive diagonal entry", "PCFieldSplitSetDetectSaddlePoint",
-                             detect, &detect, &set));
+  PetscCall(PetscOptionsBool("-pc_ainsworth_detect_saddle_point", "Multipliers are the rows without a positive diagonal entry",
+                             "PCFieldSplitSetDetectSaddlePoint", detect, &detect, &set));
   if (set && in->detect != (PetscInt)detect) {
     in->detect = (PetscInt)detect;
     PetscCall(Forget(pc, data));

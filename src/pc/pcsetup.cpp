@@ -148,7 +148,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   PetscFunctionBegin;
   in.A  = data->saddle.block[AINSWORTH_BLOCK_P] == data->saddle.block[AINSWORTH_BLOCK_A] ? data->saddle.A : data->saddle.block[AINSWORTH_BLOCK_P];
   in.bs = data->saddle.bs;
-  in.C = data->saddle.C;
+  in.C  = data->saddle.C;
   PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &in.S));
   in.weight          = ctx->weight;
   in.inverseDiagonal = data->inverseDiagonal;

@@ -219,9 +219,9 @@ static PetscErrorCode NameBlocks(AinsworthSaddleBlocks *found)
     const int row = k == AINSWORTH_BLOCK_C || k == AINSWORTH_BLOCK_D, col = k == AINSWORTH_BLOCK_B || k == AINSWORTH_BLOCK_D;
 
     PetscCall(PetscSNPrintf(found->name[k], sizeof(found->name[k]), "Block (%s,%s) of %s", part[row].c_str(), part[col].c_str(),
-                            k == AINSWORTH_BLOCK_P     ? "Pmat"
-                            : found->extracted         ? "the matrix"
-                                                       : "the MatNest"));
+                            k == AINSWORTH_BLOCK_P ? "Pmat"
+                            : found->extracted     ? "the matrix"
+                                                   : "the MatNest"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -34,7 +34,7 @@ static bool InBlocks(PetscInt n, const PetscInt cols[], PetscInt bs)
 */
 static PetscErrorCode Vote(Mat A, PetscInt *bs)
 {
-  MPI_Comm              comm  = PetscObjectComm((PetscObject)A);
+  MPI_Comm              comm = PetscObjectComm((PetscObject)A);
   std::vector<PetscInt> votes(largest + 3, 0), sorted;
   PetscInt              first, end, N;
   PetscBool             aij;

@@ -12,7 +12,7 @@ struct AinsworthSaddleBlocks;
 
 /* An index set that is destroyed with its last owner */
 typedef std::shared_ptr<struct _p_IS> AinsworthIS;
-static inline AinsworthIS AinsworthOwnIS(IS is)
+static inline AinsworthIS             AinsworthOwnIS(IS is)
 {
   return AinsworthIS(is, [](IS set) { (void)ISDestroy(&set); });
 }

@@ -1,9 +1,10 @@
 /* Which fields are the multipliers', by the sign and the shape of their diagonal blocks, or as -pc_ainsworth_multiplier_fields says */
 #include "saddle.h"
+#include <petsc/private/petscimpl.h>
 
 /* What is known of a field */
 enum Kind {
-  EMPTY,   /* its diagonal block is absent or zero */
+  EMPTY, /* its diagonal block is absent or zero */
   NEGATIVE /* no entry of its diagonal is positive */,
   POSITIVE
 };
@@ -102,11 +103,12 @@ static PetscErrorCode LookAtMatrix(Mat mat, const AinsworthFields &fields, std::
 */
 static PetscErrorCode ChooseByShape(Mat mat, AinsworthSaddleBlocks *found)
 {
-  MPI_Comm             comm = PetscObjectComm((PetscObject)mat);
-  const PetscInt       n    = (PetscInt)found->fields.size();
-  PetscInt             diagonal = 0, smaller = n - 1, size[2];
+  MPI_Comm              comm     = PetscObjectComm((PetscObject)mat);
+  const PetscInt        n        = (PetscInt)found->fields.size();
+  PetscInt              diagonal = 0, smaller = n - 1, size[2];
   std::vector<PetscInt> row(n, -1), col(n, -1);
-  std::vector<bool>    rows(n, false);
+  std::vector<bool>     rows(n, false);
+  std::string           type[2];
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < n; i++) {
@@ -116,6 +118,7 @@ static PetscErrorCode ChooseByShape(Mat mat, AinsworthSaddleBlocks *found)
     PetscCall(GetDiagonalBlock(mat, found, i, &block));
     PetscCall(MatHasOperation(block, MATOP_GET_ROW, &has));
     rows[i] = has;
+    if (i < 2) type[i] = ((PetscObject)block)->type_name;
     if (has) PetscCall(AinsworthMatFindOffDiagonal(block, &row[i], &col[i]));
     PetscCall(MatDestroy(&block));
     found->multiplier[i] = has && row[i] < 0;
@@ -137,10 +140,9 @@ static PetscErrorCode ChooseByShape(Mat mat, AinsworthSaddleBlocks *found)
              " fields are nonzero and %s; -pc_ainsworth_multiplier_fields tells which are the multipliers'",
              n, diagonal ? "diagonal" : "not diagonal");
   PetscCheck(rows[smaller], comm, PETSC_ERR_ARG_WRONG,
-             "PCAINSWORTH found no multipliers: blocks (0,0) and (1,1) of the MatNest are both nonzero, and (%" PetscInt_FMT ",%" PetscInt_FMT
-             "), the smaller one, has no rows to look at; leave the block of the multipliers absent, pass an AIJ matrix, or use "
-             "-pc_ainsworth_multiplier_fields %" PetscInt_FMT,
-             smaller, smaller, smaller);
+             "PCAINSWORTH found no multipliers: blocks (0,0) and (1,1) of the MatNest are both nonzero, and the type %s of (%" PetscInt_FMT ",%" PetscInt_FMT
+             "), the smaller one, has no rows to look at; leave the block of the multipliers absent, or pass an AIJ matrix",
+             type[smaller].c_str(), smaller, smaller);
   PetscCheck(PETSC_FALSE, comm, PETSC_ERR_ARG_WRONG,
              "PCAINSWORTH found no multipliers: diagonal blocks (0,0) and (1,1) are both nonzero with the same sign, and (%" PetscInt_FMT ",%" PetscInt_FMT
              "), the smaller one, is not diagonal: it has entry (%" PetscInt_FMT ",%" PetscInt_FMT
@@ -164,8 +166,8 @@ static PetscErrorCode ChooseNamed(MPI_Comm comm, const AinsworthSaddleInputs *in
 
     while (i < n && found->fields[i].name != name) i++;
     if (i == n && name.find_first_not_of("0123456789") == std::string::npos && name.size() < 9) i = std::stoul(name);
-    PetscCheck(i < n, comm, PETSC_ERR_ARG_OUTOFRANGE, "-pc_ainsworth_multiplier_fields names field %s; there are %" PetscInt_FMT ", from 0 on: %s", name.c_str(),
-               (PetscInt)n, known.c_str());
+    PetscCheck(i < n, comm, PETSC_ERR_ARG_OUTOFRANGE, "-pc_ainsworth_multiplier_fields names field %s; there are %" PetscInt_FMT ", from 0 on: %s",
+               name.c_str(), (PetscInt)n, known.c_str());
     found->multiplier[i] = true;
   }
   for (size_t i = 0; i < n; i++) count += found->multiplier[i];
@@ -177,8 +179,8 @@ static PetscErrorCode ChooseNamed(MPI_Comm comm, const AinsworthSaddleInputs *in
 /* AinsworthChooseMultipliers - fills in found->multiplier, for fields of mat */
 PetscErrorCode AinsworthChooseMultipliers(const AinsworthSaddleInputs *in, Mat mat, AinsworthSaddleBlocks *found)
 {
-  MPI_Comm          comm = PetscObjectComm((PetscObject)mat);
-  const size_t      n    = found->fields.size();
+  MPI_Comm          comm     = PetscObjectComm((PetscObject)mat);
+  const size_t      n        = found->fields.size();
   PetscInt          count[3] = {0, 0, 0};
   std::vector<Kind> kinds(n, EMPTY);
 
@@ -191,9 +193,9 @@ PetscErrorCode AinsworthChooseMultipliers(const AinsworthSaddleInputs *in, Mat m
   if (found->extracted) PetscCall(LookAtMatrix(mat, found->fields, &kinds));
   else PetscCall(LookAtNest(mat, &kinds));
   for (Kind kind : kinds) count[kind]++;
-  PetscCheck(count[EMPTY] < (PetscInt)n, comm, PETSC_ERR_ARG_WRONG,
-             "PCAINSWORTH found no primal block: %s of the %s are %s zero, A must be one of them",
-             n == 2 ? "blocks (0,0) and (1,1)" : "all diagonal blocks", found->extracted ? "matrix" : "MatNest", found->extracted ? "without a diagonal entry that is not" : "absent or");
+  PetscCheck(count[EMPTY] < (PetscInt)n, comm, PETSC_ERR_ARG_WRONG, "PCAINSWORTH found no primal block: %s of the %s are %s zero, A must be one of them",
+             n == 2 ? "blocks (0,0) and (1,1)" : "all diagonal blocks", found->extracted ? "matrix" : "MatNest",
+             found->extracted ? "without a diagonal entry that is not" : "absent or");
   if (!count[EMPTY] && (!count[NEGATIVE] || !count[POSITIVE])) {
     PetscCall(ChooseByShape(mat, found));
     PetscFunctionReturn(PETSC_SUCCESS);

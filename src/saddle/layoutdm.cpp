@@ -5,10 +5,10 @@
 /* AinsworthDMGetFields - the fields of a DM with the rows of the matrix; none where it has less than two, or is of another size */
 PetscErrorCode AinsworthDMGetFields(DM dm, Mat mat, AinsworthFields *fields)
 {
-  PetscInt  n, size, total = 0;
-  char    **names;
-  IS       *sets;
-  DM       *dms;
+  PetscInt n, size, total = 0;
+  char   **names;
+  IS      *sets;
+  DM      *dms;
 
   PetscFunctionBegin;
   fields->clear();

@@ -38,8 +38,7 @@ static PetscErrorCode SamePattern(Mat mat, int which, const AinsworthSaddleBlock
   PetscFunctionBegin;
   PetscCall(PetscObjectGetId((PetscObject)mat, &found->whole[which]));
   PetscCall(MatGetNonzeroState(mat, &found->pattern[which]));
-  PetscCall(
-    PetscObjectBaseTypeCompareAny((PetscObject)mat, &tells, MATSEQAIJ, MATMPIAIJ, MATSEQBAIJ, MATMPIBAIJ, MATSEQSBAIJ, MATMPISBAIJ, ""));
+  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)mat, &tells, MATSEQAIJ, MATMPIAIJ, MATSEQBAIJ, MATMPIBAIJ, MATSEQSBAIJ, MATMPISBAIJ, ""));
   *same = (PetscBool)(tells && last && last->whole[which] == found->whole[which] && last->pattern[which] == found->pattern[which]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -51,7 +50,7 @@ static PetscErrorCode SamePattern(Mat mat, int which, const AinsworthSaddleBlock
 */
 static PetscErrorCode Extract(Mat whole, int k, PetscBool same, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
-  const int        row   = k == AINSWORTH_BLOCK_C || k == AINSWORTH_BLOCK_D, col = k == AINSWORTH_BLOCK_B || k == AINSWORTH_BLOCK_D;
+  const int        row = k == AINSWORTH_BLOCK_C || k == AINSWORTH_BLOCK_D, col = k == AINSWORTH_BLOCK_B || k == AINSWORTH_BLOCK_D;
   PetscBool        reuse = (PetscBool)(same && last->block[k]), equal;
   PetscObjectState state = 0;
 

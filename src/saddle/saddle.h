@@ -24,14 +24,14 @@ enum {
   AINSWORTH_BLOCKS
 };
 struct AinsworthSaddleBlocks {
-  MatType  layout;                     /* type of the matrix it was found in; NULL: nothing found yet */
-  Mat      block[AINSWORTH_BLOCKS];    /* the program's or made of them, NULL where absent; B or C may be a view of the other, A a copy of a small shell */
-  char     name[AINSWORTH_BLOCKS][64]; /* for messages: "Block (1,0) of the MatNest" */
-  uint64_t state[AINSWORTH_BLOCKS];    /* changes when the block, its values or those of anything that it is made of do (state.cpp) */
-  IS       rows[2];                    /* primal and multiplier fields in the right-hand side */
-  IS       cols[2];                    /* the same in the solution */
-  PetscBool made[AINSWORTH_BLOCKS];    /* the block is not the program's */
-  PetscInt  bs;                        /* block size of A, which A itself may not know */
+  MatType   layout;                     /* type of the matrix it was found in; NULL: nothing found yet */
+  Mat       block[AINSWORTH_BLOCKS];    /* the program's or made of them, NULL where absent; B or C may be a view of the other, A a copy of a small shell */
+  char      name[AINSWORTH_BLOCKS][64]; /* for messages: "Block (1,0) of the MatNest" */
+  uint64_t  state[AINSWORTH_BLOCKS];    /* changes when the block, its values or those of anything that it is made of do (state.cpp) */
+  IS        rows[2];                    /* primal and multiplier fields in the right-hand side */
+  IS        cols[2];                    /* the same in the solution */
+  PetscBool made[AINSWORTH_BLOCKS];     /* the block is not the program's */
+  PetscInt  bs;                         /* block size of A, which A itself may not know */
 
   const char       *bsSource;                 /* how it is known */
   AinsworthFields   fields;                   /* of the program's vectors */

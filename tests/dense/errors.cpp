@@ -44,10 +44,10 @@ static PetscErrorCode Blocks()
   PetscCall(Ones(n, n, PETSC_DETERMINE, PETSC_DETERMINE, false, &Z));
   PetscCall(Ones(m, m, PETSC_DETERMINE, PETSC_DETERMINE, false, &empty));
 
-  PetscCall(ExpectSetUp("not a nest", sys.A, PETSC_ERR_ARG_WRONG, {"type nest", "aij", "MatCreateNest()"}));
+  PetscCall(ExpectSetUp("no saddle point", sys.A, PETSC_ERR_ARG_WRONG, {"no saddle point", "aij", "every diagonal entry is positive", "PCFieldSplitSetIS()"}));
   blocks[0] = blocks[4] = blocks[8] = sys.A;
   PetscCall(MatCreateNest(PETSC_COMM_WORLD, 3, NULL, 3, NULL, blocks, &nest));
-  PetscCall(ExpectSetUp("3 x 3 blocks", nest, PETSC_ERR_ARG_SIZ, {"2 x 2 blocks", "got 3 x 3"}));
+  PetscCall(ExpectSetUp("3 x 3 blocks", nest, PETSC_ERR_ARG_WRONG, {"no multipliers", "all 3 fields", "-pc_ainsworth_multiplier_fields"}));
   PetscCall(MatDestroy(&nest));
   for (bool first : {false, true}) {
     PetscCall(NestCreate(sys.A, T, sys.C, D, first, &nest));

@@ -1,0 +1,291 @@
+static char help[] = "One system in every layout that programs use: the same iterations, and the solution that the right-hand side was made of.\n\n";
+
+#include "contact.h"
+#include <petscdmcomposite.h>
+#include <petscdmda.h>
+
+static Contact  c;
+static PetscInt usual = -1; /* iterations of the first layout */
+
+static PetscErrorCode Iterations(KSP ksp, PetscInt *its)
+{
+  PC  pc;
+  KSP inner;
+
+  PetscFunctionBeginUser;
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCAinsworthGetKSP(pc, &inner));
+  PetscCall(KSPGetIterationNumber(inner, its));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* numbering: of the unknowns of the matrix in the whole, NULL: the same */
+static PetscErrorCode SolveAndCheck(KSP ksp, IS numbering, const std::vector<std::string> &view)
+{
+  Vec                b = c.rhs, x, exact = c.solution;
+  PetscReal          error, norm;
+  PetscInt           its;
+  KSPConvergedReason reason;
+  std::string        text;
+
+  PetscFunctionBeginUser;
+  if (numbering) {
+    PetscCall(VecGetSubVector(c.rhs, numbering, &b));
+    PetscCall(VecGetSubVector(c.solution, numbering, &exact));
+  }
+  PetscCall(VecDuplicate(b, &x));
+  PetscCall(KSPSolve(ksp, b, x));
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  PetscCall(CheckTrue("converged", reason > 0));
+  PetscCall(VecAXPY(x, -1.0, exact));
+  PetscCall(VecNorm(x, NORM_INFINITY, &error));
+  PetscCall(VecNorm(exact, NORM_INFINITY, &norm));
+  PetscCall(Check("error", error, 1e-10 * norm));
+  PetscCall(Iterations(ksp, &its));
+  if (usual < 0) usual = its;
+  PetscCall(Check("iterations more or less", PetscAbsInt(its - usual), 1.0));
+  PetscCall(ViewText(ksp, text));
+  PetscCall(CheckText("view", text, view));
+  PetscCall(VecDestroy(&x));
+  if (numbering) {
+    PetscCall(VecRestoreSubVector(c.rhs, numbering, &b));
+    PetscCall(VecRestoreSubVector(c.solution, numbering, &exact));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Solve(Mat mat, IS numbering, const std::vector<std::string> &view)
+{
+  KSP ksp;
+
+  PetscFunctionBeginUser;
+  PetscCall(SolverCreate(mat, &ksp));
+  PetscCall(SolveAndCheck(ksp, numbering, view));
+  PetscCall(KSPDestroy(&ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The numbers of some fields one after the other, as MatCreateNest() numbers them */
+static PetscErrorCode Order(const std::vector<int> &fields, IS *order)
+{
+  std::vector<PetscInt> index;
+
+  PetscFunctionBeginUser;
+  for (int f : fields) {
+    PetscInt first, n;
+
+    PetscCall(ISStrideGetInfo(c.is[f], &first, NULL));
+    PetscCall(ISGetLocalSize(c.is[f], &n));
+    for (PetscInt i = 0; i < n; i++) index.push_back(first + i);
+  }
+  PetscCall(ISCreateGeneral(PETSC_COMM_WORLD, (PetscInt)index.size(), index.data(), PETSC_COPY_VALUES, order));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Nests()
+{
+  Mat       view, view0, view1, nest, inner, outer[4], part, empty, back; /* empty, back: of LEFT and RIGHT */
+  IS        order;
+  PetscInt  bs;
+  const int L = LEFT, R = RIGHT, T = TIES;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateHermitianTranspose(c.C, &view));
+  PetscCall(MatCreateHermitianTranspose(c.block[T][L], &view0));
+  PetscCall(MatCreateHermitianTranspose(c.block[T][R], &view1));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, c.local[L], c.local[R], PETSC_DETERMINE, PETSC_DETERMINE, 0, NULL, 0, NULL, &empty));
+  PetscCall(MatAssemblyBegin(empty, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(empty, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatCreateHermitianTranspose(empty, &back));
+
+  Case("2 x 2, block size set");
+  PetscCall(MatSetBlockSize(c.A, 2));
+  PetscCall(NestCreate(c.A, view, c.C, NULL, false, &nest));
+  PetscCall(Solve(nest, NULL, {"2 fields of the MatNest in type nest, multipliers: 1", "block size of A: 2 (A)"}));
+  PetscCall(MatDestroy(&nest));
+
+  Case("2 x 2, A as a nest");
+  Mat diagonal[] = {c.block[L][L], NULL, NULL, c.block[R][R]};
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 2, NULL, diagonal, &inner));
+  PetscCall(NestCreate(inner, view, c.C, NULL, false, &nest));
+  PetscCall(Solve(nest, NULL, {"block size of A: 2 (the blocks of the MatNest)"}));
+  PetscCall(MatDestroy(&nest));
+  PetscCall(MatDestroy(&inner));
+
+  Case("2 x 2, block size forgotten");
+  PetscCall(MatDuplicate(c.A, MAT_COPY_VALUES, &part));
+  PetscCall(MatSetBlockSize(part, 1));
+  PetscCall(NestCreate(part, view, c.C, NULL, false, &nest));
+  PetscCall(Solve(nest, NULL, {"block size of A: 2 (the pattern of A)"}));
+  PetscCall(MatGetBlockSize(part, &bs));
+  PetscCall(CheckInt("block size of the program's A", bs, 1));
+  PetscCall(MatDestroy(&nest));
+  PetscCall(MatDestroy(&part));
+
+  Case("3 x 3, absent blocks, transposed views");
+  Mat nine[] = {c.block[L][L], NULL, view0, NULL, c.block[R][R], c.block[R][T], c.block[T][L], c.block[T][R], NULL};
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 3, NULL, 3, NULL, nine, &nest));
+  PetscCall(Solve(nest, NULL, {"3 fields", "multipliers: 2 (their diagonal block is zero)", "block size of A: 2 (the blocks of the MatNest)"}));
+  {
+    Options options("-pc_ainsworth_multiplier_fields 2");
+
+    PetscCall(Solve(nest, NULL, {"multipliers: 2 (-pc_ainsworth_multiplier_fields)"}));
+  }
+  PetscCall(MatDestroy(&nest));
+
+  Case("3 x 3, multipliers in the middle");
+  Mat middle[] = {c.block[L][L], view0, NULL, c.block[T][L], NULL, c.block[T][R], NULL, view1, c.block[R][R]};
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 3, NULL, 3, NULL, middle, &nest));
+  PetscCall(Order({L, T, R}, &order));
+  PetscCall(Solve(nest, order, {"multipliers: 1"}));
+  PetscCall(MatDestroy(&nest));
+
+  Case("nests in a nest, the multipliers inside");
+  Mat four[] = {c.block[L][L], view0, c.block[T][L], NULL}, beside[] = {empty, c.block[T][R]}, below[] = {back, view1};
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 2, NULL, four, &outer[0]));
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 1, NULL, beside, &outer[1]));
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 1, NULL, 2, NULL, below, &outer[2]));
+  outer[3] = c.block[R][R];
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 2, NULL, outer, &nest));
+  PetscCall(Solve(nest, order, {"3 fields", "multipliers: 0.1"}));
+  PetscCall(MatDestroy(&nest));
+  for (int k = 0; k < 3; k++) PetscCall(MatDestroy(&outer[k]));
+  PetscCall(ISDestroy(&order));
+  for (Mat *M : {&view, &view0, &view1, &empty, &back}) PetscCall(MatDestroy(M));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The three fields, or the multipliers alone, named after the options have been read, as DOLFINx does */
+static PetscErrorCode NameFields(KSP ksp, bool all)
+{
+  PC pc;
+
+  PetscFunctionBeginUser;
+  PetscCall(KSPGetPC(ksp, &pc));
+  if (all) PetscCall(PCFieldSplitSetIS(pc, "left", c.is[LEFT]));
+  if (all) PetscCall(PCFieldSplitSetIS(pc, "right", c.is[RIGHT]));
+  PetscCall(PCFieldSplitSetIS(pc, "ties", c.is[TIES]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode IndexSets()
+{
+  KSP ksp;
+  Mat mat;
+
+  PetscFunctionBeginUser;
+  for (const char *type : {MATAIJ, MATBAIJ, MATSBAIJ, MATIS}) {
+    Case("%s with index sets", type);
+    PetscCall(MatConvert(c.whole, MATAIJ, MAT_INITIAL_MATRIX, &mat));
+    PetscCall(MatSetBlockSize(mat, 2));
+    if (!strcmp(type, MATSBAIJ)) PetscCall(MatSetOption(mat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
+    if (strcmp(type, MATAIJ)) PetscCall(MatConvert(mat, type, MAT_INPLACE_MATRIX, &mat));
+    for (bool all : {true, false}) {
+      PetscCall(SolverCreate(mat, &ksp));
+      PetscCall(NameFields(ksp, all));
+      PetscCall(SolveAndCheck(ksp, NULL, {all ? "3 fields of the program" : "2 fields of the program", "multipliers: ties", "block size of A: 2"}));
+      PetscCall(KSPDestroy(&ksp));
+    }
+    PetscCall(MatDestroy(&mat));
+  }
+  Case("index sets, the multipliers by name");
+  Options options("-pc_ainsworth_multiplier_fields ties");
+
+  PetscCall(SolverCreate(c.whole, &ksp));
+  PetscCall(NameFields(ksp, true));
+  PetscCall(SolveAndCheck(ksp, NULL, {"multipliers: ties (-pc_ainsworth_multiplier_fields)", "block size of A: 2 (the pattern of A)"}));
+  PetscCall(KSPDestroy(&ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Three DMDAs in a DMComposite */
+static PetscErrorCode Fields()
+{
+  DM  all, part;
+  KSP ksp;
+
+  PetscFunctionBeginUser;
+  Case("fields of a DM");
+  PetscCall(DMCompositeCreate(PETSC_COMM_WORLD, &all));
+  for (PetscInt size : c.size) {
+    PetscCall(DMDACreate1d(PETSC_COMM_WORLD, DM_BOUNDARY_NONE, size / 2, 2, 1, NULL, &part));
+    PetscCall(DMSetUp(part));
+    PetscCall(DMCompositeAddDM(all, part));
+    PetscCall(DMDestroy(&part));
+  }
+  PetscCall(DMSetUp(all));
+  PetscCall(SolverCreate(c.whole, &ksp));
+  PetscCall(KSPSetDM(ksp, all));
+  PetscCall(KSPSetDMActive(ksp, PETSC_FALSE));
+  PetscCall(SolveAndCheck(ksp, NULL, {"3 fields of the DM"}));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(DMDestroy(&all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Nothing but the matrix; and what a change of values in it makes anew */
+static PetscErrorCode Diagonal()
+{
+  KSP         ksp;
+  std::string text;
+
+  PetscFunctionBeginUser;
+  Case("zeros on the diagonal");
+  PetscCall(SolverCreate(c.whole, &ksp));
+  PetscCall(SolveAndCheck(ksp, NULL, {"2 fields of the diagonal", "block size of A: 2 (the pattern of A)"}));
+  Case("ties of another strength, in the same matrix");
+  PetscCall(ContactScaleTies(&c, 2.0));
+  PetscCall(SolveAndCheck(ksp, NULL, {"2 fields of the diagonal", "block size of A: 2 (the pattern of A)"}));
+  PetscCall(ContactScaleTies(&c, 0.5));
+  PetscCall(KSPDestroy(&ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Pmat is what a program has for PCFIELDSPLIT: a mass matrix of the multipliers in it */
+static PetscErrorCode OtherPmat()
+{
+  KSP ksp;
+  Mat pmat;
+  Vec mass, part;
+
+  PetscFunctionBeginUser;
+  for (bool named : {false, true}) {
+    Case("Pmat with a mass matrix of the multipliers, fields %s", named ? "named" : "not named");
+    PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &pmat));
+    PetscCall(VecDuplicate(c.rhs, &mass));
+    PetscCall(VecGetSubVector(mass, c.is[TIES], &part));
+    PetscCall(VecSet(part, 3.0));
+    PetscCall(VecRestoreSubVector(mass, c.is[TIES], &part));
+    PetscCall(MatDiagonalSet(pmat, mass, ADD_VALUES));
+    PetscCall(VecDestroy(&mass));
+    PetscCall(SolverCreate(c.whole, &ksp));
+    PetscCall(KSPSetOperators(ksp, c.whole, pmat));
+    if (named) PetscCall(NameFields(ksp, true));
+    PetscCall(SolveAndCheck(ksp, NULL, {"block size of A: 2"}));
+    PetscCall(KSPDestroy(&ksp));
+    PetscCall(MatDestroy(&pmat));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  int code;
+
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(AinsworthInitializePackage());
+  PetscCall(ContactCreate(12, &c));
+  {
+    Options options("-ainsworth_ksp_rtol 1e-13");
+
+    PetscCall(Nests());
+    PetscCall(IndexSets());
+    PetscCall(Fields());
+    PetscCall(Diagonal());
+    PetscCall(OtherPmat());
+  }
+  PetscCall(ContactDestroy(&c));
+  PetscCall(ChecksFinish(&code));
+  PetscCall(PetscFinalize());
+  return code;
+}

@@ -1,0 +1,83 @@
+static char help[] = "Layouts that cannot be understood: messages name the field, the row or the option.\n\n";
+
+#include "contact.h"
+
+static Contact c;
+
+/* Unknowns 0 and 1 without a diagonal entry, but with one beside it */
+static PetscErrorCode SetCoupled(Mat mat)
+{
+  PetscInt first;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatGetOwnershipRange(mat, &first, NULL));
+  for (PetscInt i = 0; i < 2 && !first; i++) {
+    PetscCall(MatSetValue(mat, i, i, 0.0, INSERT_VALUES));
+    PetscCall(MatSetValue(mat, i, 1 - i, 1.0, INSERT_VALUES));
+  }
+  PetscCall(MatAssemblyBegin(mat, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(mat, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Errors()
+{
+  const struct {
+    const char              *options;
+    bool                     named;
+    PetscErrorCode           code;
+    std::vector<std::string> parts;
+  } cases[] = {
+    {"-pc_ainsworth_multiplier_fields pressure",     true,  PETSC_ERR_ARG_OUTOFRANGE, {"field pressure", "there are 3", "left, right, ties"}   },
+    {"-pc_ainsworth_multiplier_fields 3",            true,  PETSC_ERR_ARG_OUTOFRANGE, {"field 3", "there are 3"}                               },
+    {"-pc_ainsworth_multiplier_fields 0,right,ties", true,  PETSC_ERR_ARG_OUTOFRANGE, {"no primal field", "left, right, ties"}                 },
+    {"-pc_ainsworth_block_size 7",                   true,  PETSC_ERR_ARG_SIZ,        {"-pc_ainsworth_block_size 7", "Block (left+right,left"} },
+    {"-pc_ainsworth_detect_saddle_point 0",          false, PETSC_ERR_ARG_WRONG,      {"knows no fields", "aij", "-pc_ainsworth_detect_saddle"}}
+  };
+  const char *const names[] = {"left", "right", "ties"};
+  KSP               ksp;
+  PC                pc;
+  Mat               mat;
+
+  PetscFunctionBeginUser;
+  Case("errors");
+  for (const auto &bad : cases) {
+    Options options(bad.options);
+
+    PetscCall(SolverCreate(c.whole, &ksp));
+    PetscCall(KSPGetPC(ksp, &pc));
+    for (int f = 0; f < FIELDS && bad.named; f++) PetscCall(PCFieldSplitSetIS(pc, names[f], c.is[f]));
+    PetscCall(CheckError(
+      bad.options, [=]() { return KSPSetUp(ksp); }, bad.code, bad.parts));
+    PetscCall(KSPDestroy(&ksp));
+  }
+  PetscCall(SolverCreate(c.whole, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCFieldSplitSetIS(pc, "left", c.is[LEFT]));
+  PetscCall(PCFieldSplitSetIS(pc, "ties", c.is[TIES]));
+  PetscCall(CheckError("a field is missing", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_SIZ, {"2 fields", "have 312 rows, the matrix has 600"}));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &mat));
+  PetscCall(MatZeroEntries(mat));
+  PetscCall(MatShift(mat, 1.0));
+  PetscCall(SetCoupled(mat));
+  PetscCall(SolverCreate(mat, &ksp));
+  PetscCall(CheckError("coupled rows", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_WRONG, {"cannot tell the multipliers", "row 0 has a zero"}));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(MatDestroy(&mat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  int code;
+
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(AinsworthInitializePackage());
+  PetscCall(ContactCreate(12, &c));
+  PetscCall(Errors());
+  PetscCall(ContactDestroy(&c));
+  PetscCall(ChecksFinish(&code));
+  PetscCall(PetscFinalize());
+  return code;
+}
