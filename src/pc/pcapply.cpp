@@ -224,6 +224,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscCall(VecGetSubVector(y, out[1], &left.dual));
   code = SolveAndVerify(pc, data, transpose, right, left); /* to be passed on when the vectors are the program's again */
   if (data->saddle.negated) PetscCall(VecScale(left.dual, -1.0));
+  PetscCall(AinsworthSaddleRemoveDualNullSpace(&data->saddle, left.dual));
   PetscCall(VecRestoreSubVector(b, in[0], &right.primal));
   PetscCall(VecRestoreSubVector(b, in[1], &right.dual));
   PetscCall(VecRestoreSubVector(y, out[0], &left.primal));

@@ -220,3 +220,32 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
   PetscCall(PetscFree4(v, image, held, heldImage));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/*
+   AinsworthSaddleRemoveDualNullSpace - of all multipliers that solve the system those without a part in the null space of their field, that of a pressure
+   for instance, attached to its index set as for PCFIELDSPLIT
+*/
+PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *sp, Vec lambda)
+{
+  Mat          C = sp->all ? sp->all : sp->C;
+  MatNullSpace nullsp;
+  Vec          removed, force;
+  PetscReal    norm, normC, size;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery((PetscObject)sp->rows[1], "nullspace", (PetscObject *)&nullsp));
+  if (!nullsp) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(lambda, &removed));
+  PetscCall(VecCopy(lambda, removed));
+  PetscCall(MatNullSpaceRemove(nullsp, lambda));
+  PetscCall(VecAXPY(removed, -1.0, lambda));
+  PetscCall(MatCreateVecs(C, &force, NULL));
+  PetscCall(MatMultHermitianTranspose(C, removed, force));
+  PetscCall(VecNorm(force, NORM_2, &norm));
+  PetscCall(VecNorm(removed, NORM_2, &size));
+  PetscCall(MatNorm(C, NORM_FROBENIUS, &normC));
+  if (norm > PETSC_SQRT_MACHINE_EPSILON * normC * size) PetscCall(VecAXPY(lambda, 1.0, removed)); /* it is none of C' */
+  PetscCall(VecDestroy(&removed));
+  PetscCall(VecDestroy(&force));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

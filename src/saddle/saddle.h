@@ -88,6 +88,7 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *, Mat);
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *, MatNullSpace *);
+PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *, Vec);
 
 /* rows.cpp: the rows of C */
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *, Mat);
