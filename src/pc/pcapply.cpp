@@ -137,6 +137,22 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The same for the blocks of minus the program's matrix */
+static PetscErrorCode SolveOpposite(PC pc, PC_Ainsworth *data, PetscBool transpose, Fields b, Fields y)
+{
+  Fields opposite;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(b.primal, &opposite.primal));
+  PetscCall(VecDuplicate(b.dual, &opposite.dual));
+  PetscCall(VecAXPBY(opposite.primal, -1.0, 0.0, b.primal));
+  PetscCall(VecAXPBY(opposite.dual, -1.0, 0.0, b.dual));
+  PetscCall(SolveAndVerify(pc, data, transpose, opposite, y));
+  PetscCall(VecDestroy(&opposite.primal));
+  PetscCall(VecDestroy(&opposite.dual));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Has the outer method a reduction under way, among which a pipelined inner method cannot begin its own? PETSc has one at a time on a communicator */
 static PetscErrorCode ReductionsCollide(const PC_Ainsworth *data, Vec v, PetscBool *collide)
 {
@@ -222,7 +238,8 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   if (data->applications) data->applications++;
   PetscCall(VecGetSubVector(y, out[0], &left.primal));
   PetscCall(VecGetSubVector(y, out[1], &left.dual));
-  code = SolveAndVerify(pc, data, transpose, right, left); /* to be passed on when the vectors are the program's again */
+  code = data->saddle.opposite ? SolveOpposite(pc, data, transpose, right, left)
+                               : SolveAndVerify(pc, data, transpose, right, left); /* to be passed on when the vectors are the program's again */
   if (data->saddle.negated) PetscCall(VecScale(left.dual, -1.0));
   PetscCall(AinsworthSaddleRemoveDualNullSpace(&data->saddle, left.dual));
   PetscCall(VecRestoreSubVector(b, in[0], &right.primal));

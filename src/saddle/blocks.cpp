@@ -237,12 +237,24 @@ static PetscErrorCode TakeOver(const AinsworthSaddleBlocks *last, int k, Ainswor
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What the program attached to the one matrix, for the other that takes its place */
+static PetscErrorCode CopyNullSpaces(Mat from, Mat to)
+{
+  MatNullSpace nullsp, near;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetNullSpace(from, &nullsp));
+  PetscCall(MatGetNearNullSpace(from, &near));
+  PetscCall(MatSetNullSpace(to, nullsp));
+  PetscCall(MatSetNearNullSpace(to, near));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A nest of primal blocks, the program's or one of several fields, becomes one matrix, as preconditioners need it; parts without entries stay as they are */
 static PetscErrorCode Assemble(const AinsworthSaddleBlocks *last, int k, AinsworthSaddleBlocks *found)
 {
-  Mat          given = found->block[k], opaque;
-  MatNullSpace nullsp, near;
-  PetscBool    nest, taken;
+  Mat       given = found->block[k], opaque;
+  PetscBool nest, taken;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)given, MATNEST, &nest));
@@ -250,15 +262,48 @@ static PetscErrorCode Assemble(const AinsworthSaddleBlocks *last, int k, Ainswor
   PetscCall(AinsworthFindOpaque(given, &opaque));
   if (opaque) PetscFunctionReturn(PETSC_SUCCESS);
   found->made[k] = PETSC_TRUE;
-  PetscCall(TakeOver(last, k, found, &taken));
+  PetscCall(TakeOver(last && !last->opposite ? last : NULL, k, found, &taken));
   if (!taken) {
     PetscCall(AinsworthGetAIJ(given, &found->block[k]));
-    PetscCall(MatGetNullSpace(given, &nullsp));
-    PetscCall(MatGetNearNullSpace(given, &near));
-    PetscCall(MatSetNullSpace(found->block[k], nullsp));
-    PetscCall(MatSetNearNullSpace(found->block[k], near));
+    PetscCall(CopyNullSpaces(given, found->block[k]));
   }
   PetscCall(MatDestroy(&given));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The blocks of minus a MatNest, copies */
+static PetscErrorCode Negate(const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+{
+  Vec       diagonal;
+  PetscBool has;
+
+  PetscFunctionBegin;
+  PetscCall(MatHasOperation(found->block[AINSWORTH_BLOCK_A], MATOP_GET_DIAGONAL, &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateVecs(found->block[AINSWORTH_BLOCK_A], NULL, &diagonal));
+  PetscCall(MatGetDiagonal(found->block[AINSWORTH_BLOCK_A], diagonal));
+  PetscCall(AinsworthIsOpposite(diagonal, &found->opposite));
+  PetscCall(VecDestroy(&diagonal));
+  for (int k = 0; k < AINSWORTH_BLOCKS && found->opposite; k++) {
+    Mat       given = found->block[k], aij;
+    PetscInt  bs;
+    PetscBool taken = PETSC_FALSE, opaque;
+
+    if (!given) continue;
+    if (last && last->opposite) PetscCall(TakeOver(last, k, found, &taken));
+    if (!taken) {
+      PetscCall(AinsworthCheckEntries(given, found->name[k], "of minus a saddle point", &opaque));
+      PetscCall(AinsworthGetAIJ(given, &aij));
+      PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &found->block[k]));
+      PetscCall(MatDestroy(&aij));
+      PetscCall(MatScale(found->block[k], -1.0));
+      PetscCall(MatGetBlockSize(given, &bs));
+      if (k == AINSWORTH_BLOCK_A || k == AINSWORTH_BLOCK_P) PetscCall(MatSetBlockSize(found->block[k], bs));
+      PetscCall(CopyNullSpaces(given, found->block[k]));
+    }
+    found->made[k] = PETSC_TRUE;
+    PetscCall(MatDestroy(&given));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -289,6 +334,7 @@ static PetscErrorCode NestBlocks(const AinsworthSaddleInputs *in, Mat mat, Petsc
   PetscCheck(found->block[AINSWORTH_BLOCK_A], PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG, "%s, A, is absent", found->name[AINSWORTH_BLOCK_A]);
   PetscCall(Assemble(last, AINSWORTH_BLOCK_A, found));
   if (found->block[AINSWORTH_BLOCK_P]) PetscCall(Assemble(last, AINSWORTH_BLOCK_P, found));
+  PetscCall(Negate(last, found));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -298,6 +344,7 @@ static PetscErrorCode SubmatrixBlocks(const AinsworthSaddleInputs *in, Mat mat, 
 {
   uint64_t  state, statep;
   PetscBool same = PETSC_FALSE;
+  Vec       diagonal, primal;
 
   PetscFunctionBegin;
   PetscCall(AinsworthMatGetState(mat, &state));
@@ -306,6 +353,12 @@ static PetscErrorCode SubmatrixBlocks(const AinsworthSaddleInputs *in, Mat mat, 
   if (compare) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthCheckAssembled(mat, "The matrix"));
   if (in->pmat != mat) PetscCall(AinsworthCheckAssembled(in->pmat, "Pmat"));
+  PetscCall(MatCreateVecs(mat, NULL, &diagonal));
+  PetscCall(MatGetDiagonal(mat, diagonal));
+  PetscCall(VecGetSubVector(diagonal, found->rows[0], &primal));
+  PetscCall(AinsworthIsOpposite(primal, &found->opposite));
+  PetscCall(VecRestoreSubVector(diagonal, found->rows[0], &primal));
+  PetscCall(VecDestroy(&diagonal));
   if (last && last->layout && last->extracted && last->rows[0] == found->rows[0] && last->rows[1] == found->rows[1]) same = PETSC_TRUE;
   PetscCall(AinsworthExtractBlocks(in, mat, same ? last : NULL, found));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -378,8 +431,8 @@ PetscErrorCode AinsworthSaddleDescribeLayout(const AinsworthSaddleBlocks *b, cha
   PetscFunctionBegin;
   for (size_t i = 0; i < b->fields.size(); i++)
     if (b->multiplier[i]) names += (names.empty() ? "" : ", ") + b->fields[i].name;
-  PetscCall(PetscSNPrintf(text, len, "%" PetscInt_FMT " fields of the %s in type %s, multipliers: %s (%s)", (PetscInt)b->fields.size(), b->told, b->layout,
-                          names.c_str(), b->chosen));
+  PetscCall(PetscSNPrintf(text, len, "%" PetscInt_FMT " fields of the %s in type %s, multipliers: %s (%s)%s", (PetscInt)b->fields.size(), b->told, b->layout,
+                          names.c_str(), b->chosen, b->opposite ? ", signs changed" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -56,6 +56,7 @@ PetscErrorCode AinsworthDetectFields(Mat, AinsworthFields *);
 PetscErrorCode AinsworthDMGetFields(DM, Mat, AinsworthFields *);
 
 /* layoutchoice.cpp */
+PetscErrorCode AinsworthIsOpposite(Vec, PetscBool *);
 PetscErrorCode AinsworthChooseMultipliers(const AinsworthSaddleInputs *, Mat, AinsworthSaddleBlocks *);
 
 /* blocksize.cpp */

@@ -45,6 +45,17 @@ static PetscErrorCode LookAtDiagonal(Vec d, Kind otherwise, Kind *kind)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Collective: is no entry of the diagonal of A positive, but one negative? */
+PetscErrorCode AinsworthIsOpposite(Vec diagonal, PetscBool *opposite)
+{
+  Kind kind;
+
+  PetscFunctionBegin;
+  PetscCall(LookAtDiagonal(diagonal, EMPTY, &kind));
+  *opposite = (PetscBool)(kind == NEGATIVE);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode LookAtNest(Mat nest, std::vector<Kind> *kinds)
 {
   PetscInt n = (PetscInt)kinds->size(), present = 0;
@@ -200,7 +211,7 @@ PetscErrorCode AinsworthChooseMultipliers(const AinsworthSaddleInputs *in, Mat m
     PetscCall(ChooseByShape(mat, found));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  /* where nothing is positive, what is negative is A, and the solver will tell that it is */
+  /* where nothing is positive, what is negative is -A */
   for (size_t i = 0; i < n; i++) found->multiplier[i] = kinds[i] == EMPTY || (kinds[i] == NEGATIVE && count[POSITIVE]);
   found->chosen = count[NEGATIVE] && count[POSITIVE] ? "no diagonal entry of theirs is positive" : "their diagonal block is zero";
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,4 +1,4 @@
-/* Nothing but a matrix: multipliers are the rows whose diagonal entry is not positive. An identity row, of a Dirichlet condition for instance, is primal */
+/* Nothing but a matrix: the diagonal tells which rows are those of multipliers */
 #include "saddle.h"
 #include <petsc/private/petscimpl.h>
 
@@ -39,14 +39,47 @@ static PetscErrorCode FindCoupled(Mat mat, IS rows, Vec diagonal, PetscInt *row)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthDetectFields - two fields, the rows with a positive diagonal entry and the others; refused where that is no saddle point */
+/* Collective: is every row with a positive diagonal entry plain, without another entry? */
+static PetscErrorCode PositiveArePlain(Mat mat, Vec diagonal, PetscBool *plain)
+{
+  Mat                aij;
+  const PetscScalar *d;
+  PetscInt           first, end;
+
+  PetscFunctionBegin;
+  *plain = PETSC_TRUE;
+  PetscCall(AinsworthGetAIJ(mat, &aij));
+  PetscCall(MatGetOwnershipRange(aij, &first, &end));
+  PetscCall(VecGetArrayRead(diagonal, &d));
+  for (PetscInt i = first; i < end && *plain; i++) {
+    PetscInt           n, entries = 0;
+    const PetscScalar *v;
+
+    if (!(PetscRealPart(d[i - first]) > 0.0)) continue;
+    PetscCall(MatGetRow(aij, i, &n, NULL, &v));
+    for (PetscInt k = 0; k < n; k++) entries += v[k] != 0.0;
+    PetscCall(MatRestoreRow(aij, i, &n, NULL, &v));
+    *plain = (PetscBool)(entries == 1);
+  }
+  PetscCall(VecRestoreArrayRead(diagonal, &d));
+  PetscCall(MatDestroy(&aij));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, plain, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)mat)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthDetectFields - two fields, the multipliers' and the others; refused where that is no saddle point
+
+   Multipliers have no positive diagonal entry. Where no row has, but for Dirichlet conditions, the matrix is minus a saddle point, and they have a zero.
+*/
 PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthFields *fields)
 {
   MPI_Comm           comm = PetscObjectComm((PetscObject)mat);
   Vec                diagonal;
   const PetscScalar *d;
   PetscInt           first, n, size[2], row;
-  IS                 set[2];
+  PetscBool          opposite;
+  AinsworthIS        set[2];
 
   PetscFunctionBegin;
   PetscCall(AinsworthCheckAssembled(mat, "The matrix"));
@@ -54,30 +87,33 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthFields *fields)
   PetscCheck(size[0] == size[1], comm, PETSC_ERR_ARG_SIZ, "The matrix is not square: %" PetscInt_FMT " x %" PetscInt_FMT, size[0], size[1]);
   PetscCall(MatCreateVecs(mat, NULL, &diagonal));
   PetscCall(MatGetDiagonal(mat, diagonal));
+  PetscCall(PositiveArePlain(mat, diagonal, &opposite));
   PetscCall(VecGetOwnershipRange(diagonal, &first, NULL));
   PetscCall(VecGetLocalSize(diagonal, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));
   for (int k = 0; k < 2; k++) {
     PetscInt *index, local = 0;
+    IS        is;
 
     PetscCall(PetscMalloc1(n, &index));
     for (PetscInt i = 0; i < n; i++)
-      if ((PetscRealPart(d[i]) <= 0.0) == (k == 1)) index[local++] = first + i;
-    PetscCall(ISCreateGeneral(comm, local, index, PETSC_OWN_POINTER, &set[k]));
-    PetscCall(ISGetSize(set[k], &size[k]));
+      if ((opposite ? d[i] == 0.0 : PetscRealPart(d[i]) <= 0.0) == (k == 1)) index[local++] = first + i;
+    PetscCall(ISCreateGeneral(comm, local, index, PETSC_OWN_POINTER, &is));
+    PetscCall(ISGetSize(is, &size[k]));
+    set[k] = AinsworthOwnIS(is);
   }
   PetscCall(VecRestoreArrayRead(diagonal, &d));
-  const AinsworthIS owned[] = {AinsworthOwnIS(set[0]), AinsworthOwnIS(set[1])};
-
   *fields = {
-    {"primal",      owned[0], owned[0]},
-    {"multipliers", owned[1], owned[1]}
+    {"primal",      set[0], set[0]},
+    {"multipliers", set[1], set[1]}
   };
   PetscCheck(size[0] && size[1], comm, PETSC_ERR_ARG_WRONG,
-             "PCAINSWORTH found no saddle point in the matrix of type %s: %s diagonal entry is positive; name the fields by PCFieldSplitSetIS() or pass a "
-             "MatNest, [A C'; C 0]",
-             ((PetscObject)mat)->type_name, size[0] ? "every" : "no");
-  PetscCall(FindCoupled(mat, set[1], diagonal, &row));
+             "PCAINSWORTH found no saddle point in the matrix of type %s: %s; name the fields by PCFieldSplitSetIS() or pass a MatNest, [A C'; C 0]",
+             ((PetscObject)mat)->type_name,
+             !size[0]   ? "its diagonal is zero"
+             : opposite ? "every diagonal entry is negative"
+                        : "every diagonal entry is positive");
+  PetscCall(FindCoupled(mat, set[1].get(), diagonal, &row));
   PetscCall(VecDestroy(&diagonal));
   PetscCheck(row < 0, comm, PETSC_ERR_ARG_WRONG,
              "PCAINSWORTH cannot tell the multipliers by the diagonal of the matrix of type %s: row %" PetscInt_FMT

@@ -63,6 +63,7 @@ static PetscErrorCode Extract(Mat whole, int k, PetscBool same, const AinsworthS
   }
   PetscCall(MatCreateSubMatrix(whole, found->rows[row], found->cols[col], reuse ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, &found->block[k]));
   PetscCall(Digest(found->block[k], &found->digest[k]));
+  if (found->opposite) PetscCall(MatScale(found->block[k], -1.0));
   if (!reuse) PetscFunctionReturn(PETSC_SUCCESS);
   equal = (PetscBool)(found->digest[k] == last->digest[k]);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &equal, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)whole)));
@@ -79,6 +80,7 @@ PetscErrorCode AinsworthExtractBlocks(const AinsworthSaddleInputs *in, Mat mat, 
   Mat               whole;
 
   PetscFunctionBegin;
+  if (last && last->opposite != found->opposite) last = NULL;
   PetscCall(SamePattern(mat, 0, last, found, &same));
   PetscCall(AinsworthCheckEntries(mat, "The matrix", "of a saddle point", &opaque));
   PetscCall(AinsworthGetAIJ(mat, &whole));

@@ -241,6 +241,30 @@ static PetscErrorCode Diagonal()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Minus the whole system */
+static PetscErrorCode Opposite()
+{
+  Mat minus, A, C, nest;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecScale(c.rhs, -1.0));
+  PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &minus));
+  PetscCall(MatScale(minus, -1.0));
+  Case("minus the matrix, zeros on the diagonal");
+  PetscCall(Solve(minus, NULL, {"2 fields of the diagonal", "signs changed"}));
+  PetscCall(MatDestroy(&minus));
+  Case("minus the nest");
+  PetscCall(MatDuplicate(c.A, MAT_COPY_VALUES, &A));
+  PetscCall(MatDuplicate(c.C, MAT_COPY_VALUES, &C));
+  PetscCall(MatScale(A, -1.0));
+  PetscCall(MatScale(C, -1.0));
+  PetscCall(NestCreate(A, NULL, C, NULL, false, &nest));
+  PetscCall(Solve(nest, NULL, {"multipliers: 1", "signs changed", "block size of A: 2"}));
+  for (Mat *M : {&A, &C, &nest}) PetscCall(MatDestroy(M));
+  PetscCall(VecScale(c.rhs, -1.0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Pmat is what a program has for PCFIELDSPLIT: a mass matrix of the multipliers in it */
 static PetscErrorCode OtherPmat()
 {
@@ -282,6 +306,7 @@ int main(int argc, char **argv)
     PetscCall(IndexSets());
     PetscCall(Fields());
     PetscCall(Diagonal());
+    PetscCall(Opposite());
     PetscCall(OtherPmat());
   }
   PetscCall(ContactDestroy(&c));
