@@ -60,6 +60,9 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_pmat_rtol <0.1>                         - tolerance of cg and bj_cg
 .  -pc_ainsworth_blocks <decide>                         - number of blocks of bj_cc and bj_cg; by default one per 32 constraints
 .  -pc_ainsworth_rows_per_rank <25000>                   - the Gram matrix is gathered on ceil(m / this) ranks
+.  -pc_ainsworth_multiplier_fields <names or numbers>    - the fields of the multipliers
+.  -pc_ainsworth_detect_saddle_point <bool>              - multipliers are found by the diagonal; by default where no fields are known
+.  -pc_ainsworth_block_size <bs>                         - unknowns of a node, where it is not found
 .  -pc_ainsworth_redundant <drop,error>                  - rows of C that are combinations of other rows
 .  -pc_ainsworth_monitor_error [ascii,csv:file,draw]     - error against run time, one row per iteration
 .  -pc_ainsworth_reference <file>                        - exact solution, for the monitor
@@ -70,8 +73,10 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    Level: beginner
 
    Notes:
-   The matrix is a `MATNEST` of 2 x 2 blocks. The multipliers are the field whose diagonal block is absent or zero, first or last; of
-   C and C' one may be absent or a transpose view. The program's matrices are never changed. Use it with `-ksp_type preonly`.
+   The fields are those of a `MATNEST`, of any number, those given by `PCFieldSplitSetIS()` or `PCFieldSplitSetFields()`, as for `PCFIELDSPLIT`, or those of
+   the DM; without any, rows without a positive diagonal entry are those of the multipliers. The multipliers are the fields whose diagonal blocks are absent,
+   zero or negative. Of blocks C and C' one may be absent or a transpose view. Blocks come from Amat, M_* is made of the primal block of Pmat. The block
+   size of A is found where it was forgotten. docs/layouts.md says how. The program's matrices are never changed. Use it with `-ksp_type preonly`.
 
    The block of the multipliers may also be diagonal. Where the row of C is zero, the multiplier is solved for alone, and where both are zero it is
    zero; where the entry is negative, -D, the multiplier is eliminated exactly and A + C' D^{-1} C takes the place of A. Other blocks are refused.

@@ -170,13 +170,13 @@ PetscErrorCode PCAinsworthUpdateInputs_Private(PC pc, PC_Ainsworth *data)
   PetscFunctionBegin;
   data->inputs.amat = pc->mat;
   data->inputs.pmat = pc->pmat;
-  PetscCall(PetscObjectGetId((PetscObject)pc->mat, &id));
+  PetscCall(PetscObjectGetId((PetscObject)pc->pmat, &id));
   if (pc->dm) PetscCall(PetscObjectGetId((PetscObject)pc->dm, &dm));
   if (data->resolved == id && data->resolvedDM == dm) PetscFunctionReturn(PETSC_SUCCESS);
   data->inputs.fields.clear();
-  if (!data->named.empty()) PetscCall(ResolveNamed(pc, data, pc->mat));
+  if (!data->named.empty()) PetscCall(ResolveNamed(pc, data, pc->pmat));
   else if (pc->dm) {
-    PetscCall(AinsworthDMGetFields(pc->dm, pc->mat, &data->inputs.fields));
+    PetscCall(AinsworthDMGetFields(pc->dm, pc->pmat, &data->inputs.fields));
     data->inputs.told = "DM";
   }
   data->resolved   = id;

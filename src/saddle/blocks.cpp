@@ -85,7 +85,7 @@ static PetscErrorCode NameFields(const AinsworthSaddleInputs *in, AinsworthField
   if (in->fields.size() != fields->size()) PetscFunctionReturn(PETSC_SUCCESS);
   for (AinsworthField &field : *fields) {
     for (const AinsworthField &told : in->fields)
-      if (told.rows == field.rows || told.rows.get() == field.rows.get()) field.name = told.name;
+      if (told.rows.get() == field.rows.get()) field.name = told.name;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -138,11 +138,31 @@ static PetscErrorCode FindFields(const AinsworthSaddleInputs *in, Mat mat, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Index sets that are equal to those of the last set-up become the same objects, which tells that nothing changed */
+static PetscErrorCode KeepSets(const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+{
+  PetscFunctionBegin;
+  if (!last || !last->layout || last->fields.size() != found->fields.size()) PetscFunctionReturn(PETSC_SUCCESS);
+  for (size_t i = 0; i < found->fields.size(); i++) {
+    for (AinsworthIS AinsworthField::*set : {&AinsworthField::rows, &AinsworthField::cols}) {
+      AinsworthIS      &now    = found->fields[i].*set;
+      const AinsworthIS before = last->fields[i].*set;
+      PetscBool         same   = PETSC_FALSE;
+
+      if (now.get() == before.get()) continue;
+      PetscCall(ISEqualUnsorted(now.get(), before.get(), &same));
+      if (same) now = before;
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The index set of some fields: of one its own; several one after the other on each rank, as the parts of a MatNest, or sorted for submatrices */
 static PetscErrorCode JoinSets(MPI_Comm comm, const std::vector<IS> &sets, PetscBool sorted, IS *join)
 {
   PetscInt  n = 0, total = 0;
   PetscInt *index;
+  PetscBool contiguous = PETSC_TRUE;
 
   PetscFunctionBegin;
   if (sets.size() == 1) {
@@ -166,14 +186,20 @@ static PetscErrorCode JoinSets(MPI_Comm comm, const std::vector<IS> &sets, Petsc
     total += n;
   }
   if (sorted) PetscCall(PetscSortInt(total, index));
-  PetscCall(ISCreateGeneral(comm, total, index, PETSC_OWN_POINTER, join));
+  for (PetscInt i = 1; i < total; i++)
+    if (index[i] != index[i - 1] + 1) contiguous = PETSC_FALSE;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &contiguous, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
+  if (contiguous) { /* submatrices of such are made several times faster */
+    PetscCall(ISCreateStride(comm, total, total ? index[0] : 0, 1, join));
+    PetscCall(PetscFree(index));
+  } else PetscCall(ISCreateGeneral(comm, total, index, PETSC_OWN_POINTER, join));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* rows and cols of the primal and of the multiplier fields: the same objects as in last where the fields are the same */
 static PetscErrorCode JoinFields(MPI_Comm comm, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
-  bool same = last && last->layout && last->multiplier == found->multiplier && last->fields.size() == found->fields.size();
+  bool same = last && last->layout && last->extracted == found->extracted && last->multiplier == found->multiplier && last->fields.size() == found->fields.size();
 
   PetscFunctionBegin;
   for (size_t i = 0; i < found->fields.size() && same; i++)
@@ -408,7 +434,8 @@ PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *in, PetscB
     }
     found->multiplier = last->multiplier;
   } else if (found->multiplier.empty() || !in->multipliers.empty()) PetscCall(AinsworthChooseMultipliers(in, mat, found));
-  PetscCall(NameBlocks(found));
+  if (!compare) PetscCall(NameBlocks(found));
+  PetscCall(KeepSets(last, found));
   PetscCall(JoinFields(comm, last, found));
   if (found->extracted) PetscCall(SubmatrixBlocks(in, mat, compare, last, found));
   else PetscCall(NestBlocks(in, mat, compare, last, found));

@@ -2,9 +2,11 @@
 #include "saddle.h"
 #include <algorithm>
 
-/* Rows that have to be blocks, of those that are looked at, and the largest size that is looked for: that of shells */
+/* Part of the rows that has to be made of blocks, and the largest size that is looked for: that of shells */
 static const PetscReal enough  = 0.9;
 static const PetscInt  largest = 6;
+/* Rows of each rank that vote, about */
+static const PetscInt voters = 1000;
 
 /* Collective: are the rows of all ranks cut in blocks of this size? */
 static PetscErrorCode Divides(Mat A, PetscInt bs, PetscBool *divides)
@@ -35,7 +37,7 @@ static bool InBlocks(PetscInt n, const PetscInt cols[], PetscInt bs)
 static PetscErrorCode Vote(Mat A, PetscInt *bs)
 {
   MPI_Comm              comm = PetscObjectComm((PetscObject)A);
-  std::vector<PetscInt> votes(largest + 3, 0), sorted;
+  std::vector<PetscInt> votes(largest + 3, 0);
   PetscInt              first, end, N;
   PetscBool             aij;
 
@@ -45,17 +47,15 @@ static PetscErrorCode Vote(Mat A, PetscInt *bs)
   if (!aij) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatGetSize(A, &N, NULL));
   PetscCall(MatGetOwnershipRange(A, &first, &end));
-  for (PetscInt i = first; i < end; i++) {
+  for (PetscInt i = first; i < end; i += PetscMax(1, (end - first) / voters)) {
     PetscInt        n;
-    const PetscInt *cols;
+    const PetscInt *cols; /* in ascending order */
 
     PetscCall(MatGetRow(A, i, &n, &cols, NULL));
     if (n > 1) {
       votes[0]++;
       votes[1] += n;
-      sorted.assign(cols, cols + n);
-      std::sort(sorted.begin(), sorted.end());
-      for (PetscInt b = 2; b <= largest; b++) votes[b + 1] += InBlocks(n, sorted.data(), b);
+      for (PetscInt b = 2; b <= largest; b++) votes[b + 1] += InBlocks(n, cols, b);
     }
     PetscCall(MatRestoreRow(A, i, &n, &cols, NULL));
   }

@@ -16,13 +16,16 @@ static PetscErrorCode Digest(Mat M, uint64_t *digest)
   for (Mat part : block) {
     MatInfo            info;
     const PetscScalar *v;
-    uint64_t           bits;
 
     if (!part) continue;
     PetscCall(MatGetInfo(part, MAT_LOCAL, &info));
     PetscCall(MatSeqAIJGetArrayRead(part, &v));
-    for (size_t k = 0; k + sizeof(bits) <= (size_t)info.nz_used * sizeof(PetscScalar); k += sizeof(bits)) {
-      memcpy(&bits, (const char *)v + k, sizeof(bits));
+    const size_t size = (size_t)info.nz_used * sizeof(PetscScalar);
+
+    for (size_t k = 0; k < size; k += sizeof(uint64_t)) {
+      uint64_t bits = 0;
+
+      memcpy(&bits, (const char *)v + k, PetscMin(sizeof(bits), size - k));
       *digest = AinsworthMixState(*digest, bits + 1);
     }
     PetscCall(MatSeqAIJRestoreArrayRead(part, &v));
@@ -51,23 +54,26 @@ static PetscErrorCode SamePattern(Mat mat, int which, const AinsworthSaddleBlock
 static PetscErrorCode Extract(Mat whole, int k, PetscBool same, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   const int        row = k == AINSWORTH_BLOCK_C || k == AINSWORTH_BLOCK_D, col = k == AINSWORTH_BLOCK_B || k == AINSWORTH_BLOCK_D;
+  Mat             *M     = &found->block[k];
   PetscBool        reuse = (PetscBool)(same && last->block[k]), equal;
-  PetscObjectState state = 0;
+  PetscObjectState state;
+  uint64_t         before, now;
 
   PetscFunctionBegin;
   found->made[k] = PETSC_TRUE;
   if (reuse) {
-    found->block[k] = last->block[k];
-    PetscCall(PetscObjectReference((PetscObject)found->block[k]));
-    PetscCall(PetscObjectStateGet((PetscObject)found->block[k], &state));
+    *M = last->block[k];
+    PetscCall(PetscObjectReference((PetscObject)*M));
+    PetscCall(PetscObjectStateGet((PetscObject)*M, &state));
+    PetscCall(Digest(*M, &before));
   }
-  PetscCall(MatCreateSubMatrix(whole, found->rows[row], found->cols[col], reuse ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, &found->block[k]));
-  PetscCall(Digest(found->block[k], &found->digest[k]));
-  if (found->opposite) PetscCall(MatScale(found->block[k], -1.0));
+  PetscCall(MatCreateSubMatrix(whole, found->rows[row], found->cols[col], reuse ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, M));
+  if (found->opposite) PetscCall(MatScale(*M, -1.0));
   if (!reuse) PetscFunctionReturn(PETSC_SUCCESS);
-  equal = (PetscBool)(found->digest[k] == last->digest[k]);
+  PetscCall(Digest(*M, &now));
+  equal = (PetscBool)(now == before);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &equal, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)whole)));
-  if (equal) PetscCall(PetscObjectStateSet((PetscObject)found->block[k], state));
+  if (equal) PetscCall(PetscObjectStateSet((PetscObject)*M, state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

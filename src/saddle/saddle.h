@@ -33,16 +33,15 @@ struct AinsworthSaddleBlocks {
   PetscBool made[AINSWORTH_BLOCKS];     /* the block is not the program's */
   PetscInt  bs;                         /* block size of A, which A itself may not know */
 
-  const char       *bsSource;                 /* how it is known */
-  AinsworthFields   fields;                   /* of the program's vectors */
-  const char       *told;                     /* who named them */
-  std::vector<bool> multiplier;               /* which of them are the multipliers' */
-  const char       *chosen;                   /* how that is known */
-  PetscBool         opposite;                 /* no entry of the diagonal of A is positive: the blocks are those of minus the matrix */
-  PetscBool         extracted;                /* the blocks are submatrices; otherwise they are those of a MatNest */
-  PetscObjectId     whole[2];                 /* what they were extracted from, Amat and Pmat */
-  PetscObjectState  pattern[2];               /* its nonzero state */
-  uint64_t          digest[AINSWORTH_BLOCKS]; /* of the values of this rank */
+  const char       *bsSource;   /* how it is known */
+  AinsworthFields   fields;     /* of the program's vectors */
+  const char       *told;       /* who named them */
+  std::vector<bool> multiplier; /* which of them are the multipliers' */
+  const char       *chosen;     /* how that is known */
+  PetscBool         opposite;   /* no entry of the diagonal of A is positive: the blocks are those of minus the matrix */
+  PetscBool         extracted;  /* the blocks are submatrices; otherwise they are those of a MatNest */
+  PetscObjectId     whole[2];   /* what they were extracted from, Amat and Pmat */
+  PetscObjectState  pattern[2]; /* its nonzero state */
 };
 
 struct AinsworthSaddle : AinsworthSaddleBlocks {
