@@ -158,7 +158,7 @@ static PetscErrorCode ResolveNamed(PC pc, PC_Ainsworth *data, Mat mat)
              "The %" PetscInt_FMT " fields given by PCFieldSplitSetIS() or PCFieldSplitSetFields() have %" PetscInt_FMT " rows, the matrix has %" PetscInt_FMT
              ": each row belongs to one field",
              (PetscInt)data->inputs.fields.size(), total, N);
-  data->inputs.told = "program";
+  data->inputs.told = "named by the program";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -177,7 +177,7 @@ PetscErrorCode PCAinsworthUpdateInputs_Private(PC pc, PC_Ainsworth *data)
   if (!data->named.empty()) PetscCall(ResolveNamed(pc, data, pc->pmat));
   else if (pc->dm) {
     PetscCall(AinsworthDMGetFields(pc->dm, pc->pmat, &data->inputs.fields));
-    data->inputs.told = "DM";
+    data->inputs.told = "of the DM";
   }
   data->resolved   = id;
   data->resolvedDM = dm;

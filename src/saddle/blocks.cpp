@@ -104,7 +104,7 @@ static PetscErrorCode FindFields(const AinsworthSaddleInputs *in, Mat mat, const
   if (nest) {
     PetscCall(AinsworthNestHides(mat, &hides));
     found->extracted = hides;
-    found->told      = "MatNest";
+    found->told      = "of the MatNest";
     if (hides && last && last->extracted) found->fields = last->fields; /* another structure shows in the state */
     else if (hides) PetscCall(AinsworthNestFlatten(mat, &found->fields));
     else {
@@ -120,10 +120,10 @@ static PetscErrorCode FindFields(const AinsworthSaddleInputs *in, Mat mat, const
   }
   if (in->fields.size() > 1 && in->detect != 1) found->fields = in->fields;
   else if (pnest && size[0] == size[1] && in->detect != 1) {
-    found->told = "MatNest of Pmat";
+    found->told = "of the MatNest in Pmat";
     PetscCall(AinsworthNestGetFields(in->pmat, &found->fields));
   } else {
-    found->told = "diagonal";
+    found->told = "by the diagonal";
     if (last && last->extracted && last->layout == found->layout) found->fields = last->fields; /* a change of values shows in the state */
     else {
       PetscCheck(in->detect != 0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG,
@@ -458,8 +458,8 @@ PetscErrorCode AinsworthSaddleDescribeLayout(const AinsworthSaddleBlocks *b, cha
   PetscFunctionBegin;
   for (size_t i = 0; i < b->fields.size(); i++)
     if (b->multiplier[i]) names += (names.empty() ? "" : ", ") + b->fields[i].name;
-  PetscCall(PetscSNPrintf(text, len, "%" PetscInt_FMT " fields of the %s in type %s, multipliers: %s (%s)%s", (PetscInt)b->fields.size(), b->told, b->layout,
-                          names.c_str(), b->chosen, b->opposite ? ", signs changed" : ""));
+  PetscCall(PetscSNPrintf(text, len, "%s, %" PetscInt_FMT " fields %s; multipliers: %s (%s)%s", b->layout, (PetscInt)b->fields.size(), b->told, names.c_str(),
+                          b->chosen, b->opposite ? "; signs changed" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

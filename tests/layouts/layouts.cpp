@@ -101,7 +101,7 @@ static PetscErrorCode Nests()
   Case("2 x 2, block size set");
   PetscCall(MatSetBlockSize(c.A, 2));
   PetscCall(NestCreate(c.A, view, c.C, NULL, false, &nest));
-  PetscCall(Solve(nest, NULL, {"2 fields of the MatNest in type nest, multipliers: 1", "block size of A: 2 (A)"}));
+  PetscCall(Solve(nest, NULL, {"nest, 2 fields of the MatNest; multipliers: 1", "block size of A: 2 (A)"}));
   PetscCall(MatDestroy(&nest));
 
   Case("2 x 2, A as a nest");
@@ -178,12 +178,12 @@ static PetscErrorCode IndexSets()
     Case("%s with index sets", type);
     PetscCall(MatConvert(c.whole, MATAIJ, MAT_INITIAL_MATRIX, &mat));
     PetscCall(MatSetBlockSize(mat, 2));
-    if (!strcmp(type, MATSBAIJ)) PetscCall(MatSetOption(mat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
+    if (!strcmp(type, MATSBAIJ)) PetscCall(MatSetOption(mat, MAT_SYMMETRIC, PETSC_TRUE));
     if (strcmp(type, MATAIJ)) PetscCall(MatConvert(mat, type, MAT_INPLACE_MATRIX, &mat));
     for (bool all : {true, false}) {
       PetscCall(SolverCreate(mat, &ksp));
       PetscCall(NameFields(ksp, all));
-      PetscCall(SolveAndCheck(ksp, NULL, {all ? "3 fields of the program" : "2 fields of the program", "multipliers: ties", "block size of A: 2"}));
+      PetscCall(SolveAndCheck(ksp, NULL, {all ? "3 fields named by the program" : "2 fields named by the program", "multipliers: ties", "block size of A: 2"}));
       PetscCall(KSPDestroy(&ksp));
     }
     PetscCall(MatDestroy(&mat));
@@ -232,10 +232,10 @@ static PetscErrorCode Diagonal()
   PetscFunctionBeginUser;
   Case("zeros on the diagonal");
   PetscCall(SolverCreate(c.whole, &ksp));
-  PetscCall(SolveAndCheck(ksp, NULL, {"2 fields of the diagonal", "block size of A: 2 (the pattern of A)"}));
+  PetscCall(SolveAndCheck(ksp, NULL, {"2 fields by the diagonal", "block size of A: 2 (the pattern of A)"}));
   Case("ties of another strength, in the same matrix");
   PetscCall(ContactScaleTies(&c, 2.0));
-  PetscCall(SolveAndCheck(ksp, NULL, {"2 fields of the diagonal", "block size of A: 2 (the pattern of A)"}));
+  PetscCall(SolveAndCheck(ksp, NULL, {"2 fields by the diagonal", "block size of A: 2 (the pattern of A)"}));
   PetscCall(ContactScaleTies(&c, 0.5));
   PetscCall(KSPDestroy(&ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -251,7 +251,7 @@ static PetscErrorCode Opposite()
   PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &minus));
   PetscCall(MatScale(minus, -1.0));
   Case("minus the matrix, zeros on the diagonal");
-  PetscCall(Solve(minus, NULL, {"2 fields of the diagonal", "signs changed"}));
+  PetscCall(Solve(minus, NULL, {"2 fields by the diagonal", "signs changed"}));
   PetscCall(MatDestroy(&minus));
   Case("minus the nest");
   PetscCall(MatDuplicate(c.A, MAT_COPY_VALUES, &A));
