@@ -199,7 +199,8 @@ static PetscErrorCode JoinSets(MPI_Comm comm, const std::vector<IS> &sets, Petsc
 /* rows and cols of the primal and of the multiplier fields: the same objects as in last where the fields are the same */
 static PetscErrorCode JoinFields(MPI_Comm comm, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
-  bool same = last && last->layout && last->extracted == found->extracted && last->multiplier == found->multiplier && last->fields.size() == found->fields.size();
+  bool same = last && last->layout && last->extracted == found->extracted && last->multiplier == found->multiplier &&
+              last->fields.size() == found->fields.size();
 
   PetscFunctionBegin;
   for (size_t i = 0; i < found->fields.size() && same; i++)
@@ -390,28 +391,6 @@ static PetscErrorCode SubmatrixBlocks(const AinsworthSaddleInputs *in, Mat mat, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A multipliers' block that is not diagonal cannot be treated */
-static PetscErrorCode CheckDiagonal(const AinsworthSaddleBlocks *found)
-{
-  Mat       D = found->block[AINSWORTH_BLOCK_D];
-  PetscReal norm;
-  PetscBool has;
-  PetscInt  row = -1, col;
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthBlockNorm(D, &norm));
-  if (norm == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatHasOperation(D, MATOP_GET_ROW, &has));
-  PetscCheck(has, PetscObjectComm((PetscObject)D), PETSC_ERR_ARG_WRONG, "%s, of the multipliers, has type %s, which has no rows to look at: pass an AIJ matrix",
-             found->name[AINSWORTH_BLOCK_D], ((PetscObject)D)->type_name);
-  PetscCall(AinsworthMatFindOffDiagonal(D, &row, &col));
-  PetscCheck(row < 0, PetscObjectComm((PetscObject)D), PETSC_ERR_ARG_WRONG,
-             "%s, of the multipliers (%s), is not diagonal: it has entry (%" PetscInt_FMT ",%" PetscInt_FMT
-             "); only zero and negative diagonal blocks, [A C'; C -D], can be treated",
-             found->name[AINSWORTH_BLOCK_D], found->chosen, row, col);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    AinsworthSaddleFindBlocks - the blocks of what the program passed with their states, and the index sets of its fields; to be reset
 
@@ -444,7 +423,6 @@ PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *in, PetscB
     found->block[AINSWORTH_BLOCK_P] = found->block[AINSWORTH_BLOCK_A];
     PetscCall(PetscObjectReference((PetscObject)found->block[AINSWORTH_BLOCK_P]));
   }
-  PetscCall(CheckDiagonal(found));
   if (found->made[AINSWORTH_BLOCK_A]) PetscCall(AinsworthSaddleAttachNearNullSpace(found, mat));
   PetscCall(AinsworthFindBlockSize(in, mat, last, found));
   PetscFunctionReturn(PETSC_SUCCESS);

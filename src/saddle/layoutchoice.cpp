@@ -110,55 +110,41 @@ static PetscErrorCode LookAtMatrix(Mat mat, const AinsworthFields &fields, std::
 /*
    Neither absent nor without positive entries: of those fields, or of those that are all negative, the diagonal ones are the multipliers'
 
-   Of two that are both diagonal it is the smaller, of two equal ones the last.
+   Of two that are both diagonal, or both not, it is the smaller, of two equal ones the last.
 */
 static PetscErrorCode ChooseByShape(Mat mat, AinsworthSaddleBlocks *found)
 {
-  MPI_Comm              comm     = PetscObjectComm((PetscObject)mat);
-  const PetscInt        n        = (PetscInt)found->fields.size();
-  PetscInt              diagonal = 0, smaller = n - 1, size[2];
-  std::vector<PetscInt> row(n, -1), col(n, -1);
-  std::vector<bool>     rows(n, false);
-  std::string           type[2];
+  MPI_Comm       comm     = PetscObjectComm((PetscObject)mat);
+  const PetscInt n        = (PetscInt)found->fields.size();
+  PetscInt       diagonal = 0, smaller, size[2];
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < n; i++) {
     Mat       block;
     PetscBool has;
+    PetscInt  row, col;
 
     PetscCall(GetDiagonalBlock(mat, found, i, &block));
     PetscCall(MatHasOperation(block, MATOP_GET_ROW, &has));
-    rows[i] = has;
-    if (i < 2) type[i] = ((PetscObject)block)->type_name;
-    if (has) PetscCall(AinsworthMatFindOffDiagonal(block, &row[i], &col[i]));
+    PetscCheck(has, comm, PETSC_ERR_ARG_WRONG,
+               "PCAINSWORTH found no multipliers: the diagonal blocks of all fields are nonzero, and the type %s of (%" PetscInt_FMT ",%" PetscInt_FMT
+               ") has no rows to look at; leave the block of the multipliers absent, pass an AIJ matrix, or use -pc_ainsworth_multiplier_fields",
+               ((PetscObject)block)->type_name, i, i);
+    PetscCall(AinsworthMatFindOffDiagonal(block, &row, &col));
     PetscCall(MatDestroy(&block));
-    found->multiplier[i] = has && row[i] < 0;
-    diagonal += found->multiplier[i];
+    found->multiplier[i] = row < 0;
+    diagonal += row < 0;
   }
   found->chosen = "their diagonal block is diagonal";
-  if (n == 2) {
-    for (int i = 0; i < 2; i++) PetscCall(ISGetSize(found->fields[i].rows.get(), &size[i]));
-    smaller = size[0] < size[1] ? 0 : 1;
-  }
-  if (diagonal == 2 && n == 2) {
-    found->multiplier[1 - smaller] = false;
-    found->chosen                  = "both diagonal blocks are diagonal, theirs is not the larger one";
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   if (diagonal && diagonal < n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(n == 2, comm, PETSC_ERR_ARG_WRONG,
              "PCAINSWORTH found no multipliers: the diagonal blocks of all %" PetscInt_FMT
-             " fields are nonzero and %s; -pc_ainsworth_multiplier_fields tells which are the multipliers'",
-             n, diagonal ? "diagonal" : "not diagonal");
-  PetscCheck(rows[smaller], comm, PETSC_ERR_ARG_WRONG,
-             "PCAINSWORTH found no multipliers: blocks (0,0) and (1,1) of the MatNest are both nonzero, and the type %s of (%" PetscInt_FMT ",%" PetscInt_FMT
-             "), the smaller one, has no rows to look at; leave the block of the multipliers absent, or pass an AIJ matrix",
-             type[smaller].c_str(), smaller, smaller);
-  PetscCheck(PETSC_FALSE, comm, PETSC_ERR_ARG_WRONG,
-             "PCAINSWORTH found no multipliers: diagonal blocks (0,0) and (1,1) are both nonzero with the same sign, and (%" PetscInt_FMT ",%" PetscInt_FMT
-             "), the smaller one, is not diagonal: it has entry (%" PetscInt_FMT ",%" PetscInt_FMT
-             "); where it is the multipliers', say so with -pc_ainsworth_multiplier_fields %" PetscInt_FMT,
-             smaller, smaller, row[smaller], col[smaller], smaller);
+             " fields have positive entries, and %s of them is diagonal; -pc_ainsworth_multiplier_fields tells which are the multipliers'",
+             n, diagonal ? "each" : "none");
+  for (int i = 0; i < 2; i++) PetscCall(ISGetSize(found->fields[i].rows.get(), &size[i]));
+  smaller           = size[0] < size[1] ? 0 : 1;
+  found->multiplier = {smaller == 0, smaller == 1};
+  found->chosen     = "both diagonal blocks have positive entries, theirs is not the larger one";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

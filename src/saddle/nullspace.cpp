@@ -154,7 +154,7 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
   PetscInt  n, nheld = 0, nfree = 0;
   Vec      *given, *v, *image, *held, *heldImage;
   PetscReal normC;
-  Mat       C = sp->all ? sp->all : sp->C; /* eliminated rows hold a vector as well as those that are kept */
+  Mat       C = sp->C;
 
   PetscFunctionBegin;
   *common = NULL;
@@ -227,14 +227,14 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
 */
 PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *sp, Vec lambda)
 {
-  Mat          C = sp->all ? sp->all : sp->C;
+  Mat          C = sp->rowsB; /* what multipliers do to x */
   MatNullSpace nullsp;
   Vec          removed, force;
   PetscReal    norm, normC, size;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectQuery((PetscObject)sp->rows[1], "nullspace", (PetscObject *)&nullsp));
-  if (!nullsp) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!nullsp || sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(lambda, &removed));
   PetscCall(VecCopy(lambda, removed));
   PetscCall(MatNullSpaceRemove(nullsp, lambda));
@@ -244,7 +244,7 @@ PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *sp, Vec
   PetscCall(VecNorm(force, NORM_2, &norm));
   PetscCall(VecNorm(removed, NORM_2, &size));
   PetscCall(MatNorm(C, NORM_FROBENIUS, &normC));
-  if (norm > PETSC_SQRT_MACHINE_EPSILON * normC * size) PetscCall(VecAXPY(lambda, 1.0, removed)); /* it is none of C' */
+  if (norm > PETSC_SQRT_MACHINE_EPSILON * normC * size) PetscCall(VecAXPY(lambda, 1.0, removed)); /* it is none of theirs */
   PetscCall(VecDestroy(&removed));
   PetscCall(VecDestroy(&force));
   PetscFunctionReturn(PETSC_SUCCESS);
