@@ -139,19 +139,26 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same for the blocks of minus the program's matrix */
-static PetscErrorCode SolveOpposite(PC pc, PC_Ainsworth *data, PetscBool transpose, Fields b, Fields y)
+/* The same where rows of the program's matrix have other signs than the blocks; their transposes have other signs in the solution */
+static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transpose, Fields b, Fields y)
 {
-  Fields opposite;
+  Vec    sign = data->saddle.sign;
+  Fields given;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(b.primal, &opposite.primal));
-  PetscCall(VecDuplicate(b.dual, &opposite.dual));
-  PetscCall(VecAXPBY(opposite.primal, -1.0, 0.0, b.primal));
-  PetscCall(VecAXPBY(opposite.dual, -1.0, 0.0, b.dual));
-  PetscCall(SolveAndVerify(pc, data, transpose, opposite, y));
-  PetscCall(VecDestroy(&opposite.primal));
-  PetscCall(VecDestroy(&opposite.dual));
+  if (transpose) {
+    PetscCall(SolveAndVerify(pc, data, transpose, b, y));
+    PetscCall(VecPointwiseMult(y.primal, y.primal, sign));
+    PetscCall(VecScale(y.dual, -1.0));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(VecDuplicate(b.primal, &given.primal));
+  PetscCall(VecDuplicate(b.dual, &given.dual));
+  PetscCall(VecPointwiseMult(given.primal, b.primal, sign));
+  PetscCall(VecAXPBY(given.dual, -1.0, 0.0, b.dual));
+  PetscCall(SolveAndVerify(pc, data, transpose, given, y));
+  PetscCall(VecDestroy(&given.primal));
+  PetscCall(VecDestroy(&given.dual));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -240,8 +247,8 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   if (data->applications) data->applications++;
   PetscCall(VecGetSubVector(y, out[0], &left.primal));
   PetscCall(VecGetSubVector(y, out[1], &left.dual));
-  code = data->saddle.opposite ? SolveOpposite(pc, data, transpose, right, left)
-                               : SolveAndVerify(pc, data, transpose, right, left); /* to be passed on when the vectors are the program's again */
+  code = data->saddle.sign ? SolveWithSigns(pc, data, transpose, right, left)
+                           : SolveAndVerify(pc, data, transpose, right, left); /* to be passed on when the vectors are the program's again */
   if (data->saddle.negated) PetscCall(VecScale(left.dual, -1.0));
   PetscCall(AinsworthSaddleRemoveDualNullSpace(&data->saddle, left.dual));
   PetscCall(VecRestoreSubVector(b, in[0], &right.primal));

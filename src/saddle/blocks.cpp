@@ -289,7 +289,7 @@ static PetscErrorCode Assemble(const AinsworthSaddleBlocks *last, int k, Ainswor
   PetscCall(AinsworthFindOpaque(given, &opaque));
   if (opaque) PetscFunctionReturn(PETSC_SUCCESS);
   found->made[k] = PETSC_TRUE;
-  PetscCall(TakeOver(last && !last->opposite ? last : NULL, k, found, &taken));
+  PetscCall(TakeOver(last && !last->sign ? last : NULL, k, found, &taken));
   if (!taken) {
     PetscCall(AinsworthGetAIJ(given, &found->block[k]));
     PetscCall(CopyNullSpaces(given, found->block[k]));
@@ -299,31 +299,23 @@ static PetscErrorCode Assemble(const AinsworthSaddleBlocks *last, int k, Ainswor
 }
 
 /* The blocks of minus a MatNest, copies */
-static PetscErrorCode Negate(const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+static PetscErrorCode ChangeSigns(const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
-  Vec       diagonal;
-  PetscBool has;
-
   PetscFunctionBegin;
-  PetscCall(MatHasOperation(found->block[AINSWORTH_BLOCK_A], MATOP_GET_DIAGONAL, &has));
-  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(found->block[AINSWORTH_BLOCK_A], NULL, &diagonal));
-  PetscCall(MatGetDiagonal(found->block[AINSWORTH_BLOCK_A], diagonal));
-  PetscCall(AinsworthIsOpposite(diagonal, &found->opposite));
-  PetscCall(VecDestroy(&diagonal));
-  for (int k = 0; k < AINSWORTH_BLOCKS && found->opposite; k++) {
+  PetscCall(AinsworthFindSign(found->block[AINSWORTH_BLOCK_A], NULL, &found->sign));
+  for (int k = 0; k < AINSWORTH_BLOCKS && found->sign; k++) {
     Mat       given = found->block[k], aij;
     PetscInt  bs;
     PetscBool taken = PETSC_FALSE, opaque;
 
     if (!given) continue;
-    if (last && last->opposite) PetscCall(TakeOver(last, k, found, &taken));
+    if (last && last->sign) PetscCall(TakeOver(last, k, found, &taken));
     if (!taken) {
       PetscCall(AinsworthCheckEntries(given, found->name[k], "of minus a saddle point", &opaque));
       PetscCall(AinsworthGetAIJ(given, &aij));
       PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &found->block[k]));
       PetscCall(MatDestroy(&aij));
-      PetscCall(MatScale(found->block[k], -1.0));
+      PetscCall(AinsworthChangeSign(found, k, found->block[k]));
       PetscCall(MatGetBlockSize(given, &bs));
       if (k == AINSWORTH_BLOCK_A || k == AINSWORTH_BLOCK_P) PetscCall(MatSetBlockSize(found->block[k], bs));
       PetscCall(CopyNullSpaces(given, found->block[k]));
@@ -361,7 +353,7 @@ static PetscErrorCode NestBlocks(const AinsworthSaddleInputs *in, Mat mat, Petsc
   PetscCheck(found->block[AINSWORTH_BLOCK_A], PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG, "%s, A, is absent", found->name[AINSWORTH_BLOCK_A]);
   PetscCall(Assemble(last, AINSWORTH_BLOCK_A, found));
   if (found->block[AINSWORTH_BLOCK_P]) PetscCall(Assemble(last, AINSWORTH_BLOCK_P, found));
-  PetscCall(Negate(last, found));
+  PetscCall(ChangeSigns(last, found));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -371,7 +363,6 @@ static PetscErrorCode SubmatrixBlocks(const AinsworthSaddleInputs *in, Mat mat, 
 {
   uint64_t  state, statep;
   PetscBool same = PETSC_FALSE;
-  Vec       diagonal, primal;
 
   PetscFunctionBegin;
   PetscCall(AinsworthMatGetState(mat, &state));
@@ -380,13 +371,9 @@ static PetscErrorCode SubmatrixBlocks(const AinsworthSaddleInputs *in, Mat mat, 
   if (compare) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthCheckAssembled(mat, "The matrix"));
   if (in->pmat != mat) PetscCall(AinsworthCheckAssembled(in->pmat, "Pmat"));
-  PetscCall(MatCreateVecs(mat, NULL, &diagonal));
-  PetscCall(MatGetDiagonal(mat, diagonal));
-  PetscCall(VecGetSubVector(diagonal, found->rows[0], &primal));
-  PetscCall(AinsworthIsOpposite(primal, &found->opposite));
-  PetscCall(VecRestoreSubVector(diagonal, found->rows[0], &primal));
-  PetscCall(VecDestroy(&diagonal));
-  if (last && last->layout && last->extracted && last->rows[0] == found->rows[0] && last->rows[1] == found->rows[1]) same = PETSC_TRUE;
+  PetscCall(AinsworthFindSign(mat, found->rows[0], &found->sign));
+  if (last && last->layout && last->extracted && last->rows[0] == found->rows[0] && last->rows[1] == found->rows[1] && !last->sign == !found->sign)
+    same = PETSC_TRUE;
   PetscCall(AinsworthExtractBlocks(in, mat, same ? last : NULL, found));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -437,7 +424,7 @@ PetscErrorCode AinsworthSaddleDescribeLayout(const AinsworthSaddleBlocks *b, cha
   for (size_t i = 0; i < b->fields.size(); i++)
     if (b->multiplier[i]) names += (names.empty() ? "" : ", ") + b->fields[i].name;
   PetscCall(PetscSNPrintf(text, len, "%s, %" PetscInt_FMT " fields %s; multipliers: %s (%s)%s", b->layout, (PetscInt)b->fields.size(), b->told, names.c_str(),
-                          b->chosen, b->opposite ? "; signs changed" : ""));
+                          b->chosen, b->sign ? "; signs changed" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -445,6 +432,7 @@ PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *b)
 {
   PetscFunctionBegin;
   for (Mat &M : b->block) PetscCall(MatDestroy(&M));
+  PetscCall(VecDestroy(&b->sign));
   for (int k = 0; k < 2; k++) {
     PetscCall(ISDestroy(&b->rows[k]));
     PetscCall(ISDestroy(&b->cols[k]));

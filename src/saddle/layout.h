@@ -56,8 +56,11 @@ PetscErrorCode AinsworthDetectFields(Mat, AinsworthFields *);
 PetscErrorCode AinsworthDMGetFields(DM, Mat, AinsworthFields *);
 
 /* layoutchoice.cpp */
-PetscErrorCode AinsworthIsOpposite(Vec, PetscBool *);
 PetscErrorCode AinsworthChooseMultipliers(const AinsworthSaddleInputs *, Mat, AinsworthSaddleBlocks *);
+
+/* layoutsign.cpp */
+PetscErrorCode AinsworthFindSign(Mat, IS, Vec *);
+PetscErrorCode AinsworthChangeSign(const AinsworthSaddleBlocks *, int, Mat);
 
 /* blocksize.cpp */
 PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);

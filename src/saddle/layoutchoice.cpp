@@ -45,17 +45,6 @@ static PetscErrorCode LookAtDiagonal(Vec d, Kind otherwise, Kind *kind)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: is no entry of the diagonal of A positive, but one negative? */
-PetscErrorCode AinsworthIsOpposite(Vec diagonal, PetscBool *opposite)
-{
-  Kind kind;
-
-  PetscFunctionBegin;
-  PetscCall(LookAtDiagonal(diagonal, EMPTY, &kind));
-  *opposite = (PetscBool)(kind == NEGATIVE);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode LookAtNest(Mat nest, std::vector<Kind> *kinds)
 {
   PetscInt n = (PetscInt)kinds->size(), present = 0;

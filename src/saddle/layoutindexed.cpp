@@ -68,7 +68,7 @@ static PetscErrorCode Extract(Mat whole, int k, PetscBool same, const AinsworthS
     PetscCall(Digest(*M, &before));
   }
   PetscCall(MatCreateSubMatrix(whole, found->rows[row], found->cols[col], reuse ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, M));
-  if (found->opposite) PetscCall(MatScale(*M, -1.0));
+  PetscCall(AinsworthChangeSign(found, k, *M));
   if (!reuse) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Digest(*M, &now));
   equal = (PetscBool)(now == before);
@@ -86,7 +86,6 @@ PetscErrorCode AinsworthExtractBlocks(const AinsworthSaddleInputs *in, Mat mat, 
   Mat               whole;
 
   PetscFunctionBegin;
-  if (last && last->opposite != found->opposite) last = NULL;
   PetscCall(SamePattern(mat, 0, last, found, &same));
   PetscCall(AinsworthCheckEntries(mat, "The matrix", "of a saddle point", &opaque));
   PetscCall(AinsworthGetAIJ(mat, &whole));

@@ -38,7 +38,7 @@ struct AinsworthSaddleBlocks {
   const char       *told;       /* who named them */
   std::vector<bool> multiplier; /* which of them are the multipliers' */
   const char       *chosen;     /* how that is known */
-  PetscBool         opposite;   /* no entry of the diagonal of A is positive: the blocks are those of minus the matrix */
+  Vec               sign;       /* of minus a saddle point what the rows of A are multiplied by, see layoutsign.cpp; NULL: it is none */
   PetscBool         extracted;  /* the blocks are submatrices; otherwise they are those of a MatNest */
   PetscObjectId     whole[2];   /* what they were extracted from, Amat and Pmat */
   PetscObjectState  pattern[2]; /* its nonzero state */

@@ -244,7 +244,9 @@ static PetscErrorCode Diagonal()
 /* Minus the whole system */
 static PetscErrorCode Opposite()
 {
-  Mat minus, A, C, nest;
+  Mat      minus, A, C, nest;
+  Vec      rhs;
+  PetscInt first;
 
   PetscFunctionBeginUser;
   PetscCall(VecScale(c.rhs, -1.0));
@@ -252,6 +254,15 @@ static PetscErrorCode Opposite()
   PetscCall(MatScale(minus, -1.0));
   Case("minus the matrix, zeros on the diagonal");
   PetscCall(Solve(minus, NULL, {"2 fields by the diagonal", "signs changed"}));
+  Case("minus the matrix, with a Dirichlet row");
+  PetscCall(MatGetOwnershipRange(minus, &first, NULL));
+  PetscCall(MatZeroRowsColumns(minus, first ? 0 : 1, &first, 1.0, NULL, NULL));
+  PetscCall(VecDuplicate(c.rhs, &rhs));
+  PetscCall(VecCopy(c.rhs, rhs));
+  PetscCall(MatMult(minus, c.solution, c.rhs));
+  PetscCall(Solve(minus, NULL, {"signs changed"}));
+  PetscCall(VecCopy(rhs, c.rhs));
+  PetscCall(VecDestroy(&rhs));
   PetscCall(MatDestroy(&minus));
   Case("minus the nest");
   PetscCall(MatDuplicate(c.A, MAT_COPY_VALUES, &A));

@@ -1,0 +1,123 @@
+/* Minus a saddle point: no entry of the diagonal of A is positive, but in rows of Dirichlet conditions, which have no other entry */
+#include "saddle.h"
+
+/* What the diagonal entry of a row is */
+enum Entry {
+  ZERO     = -2,
+  NEGATIVE = -1,
+  PLAIN    = 1, /* positive, and alone */
+  POSITIVE = 2
+};
+
+/* Collective: is there an entry below, or one above some bound? */
+static PetscErrorCode Any(Vec v, bool below, PetscReal bound, PetscBool *any)
+{
+  const PetscScalar *a;
+  PetscInt           n;
+
+  PetscFunctionBegin;
+  *any = PETSC_FALSE;
+  PetscCall(VecGetLocalSize(v, &n));
+  PetscCall(VecGetArrayRead(v, &a));
+  for (PetscInt i = 0; i < n; i++)
+    if (below ? PetscRealPart(a[i]) < bound : PetscRealPart(a[i]) > bound) *any = PETSC_TRUE;
+  PetscCall(VecRestoreArrayRead(v, &a));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, any, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)v)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* entries, the diagonal of an AIJ, becomes what these are */
+static PetscErrorCode LookAtRows(Mat aij, Vec entries)
+{
+  PetscScalar *e;
+  PetscInt     first, end;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRange(aij, &first, &end));
+  PetscCall(VecGetArray(entries, &e));
+  for (PetscInt i = first; i < end; i++) {
+    const PetscReal    d = PetscRealPart(e[i - first]);
+    PetscInt           n, present = 0;
+    const PetscScalar *v;
+
+    e[i - first] = d < 0.0 ? NEGATIVE : d > 0.0 ? POSITIVE : ZERO;
+    if (!(d > 0.0)) continue;
+    PetscCall(MatGetRow(aij, i, &n, NULL, &v));
+    for (PetscInt k = 0; k < n; k++) present += v[k] != 0.0;
+    PetscCall(MatRestoreRow(aij, i, &n, NULL, &v));
+    if (present == 1) e[i - first] = PLAIN;
+  }
+  PetscCall(VecRestoreArray(entries, &e));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthFindSign - -1 for each of some rows of a matrix, 1 for plain ones, where it is minus a saddle point, otherwise NULL; rows NULL: all */
+PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
+{
+  Vec          diagonal, part;
+  Mat          aij;
+  PetscBool    has, negative, positive = PETSC_FALSE;
+  PetscScalar *s;
+  PetscInt     n;
+
+  PetscFunctionBegin;
+  *sign = NULL;
+  PetscCall(MatHasOperation(mat, MATOP_GET_DIAGONAL, &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateVecs(mat, NULL, &diagonal));
+  PetscCall(MatGetDiagonal(mat, diagonal));
+  part = diagonal;
+  if (rows) PetscCall(VecGetSubVector(diagonal, rows, &part));
+  PetscCall(Any(part, true, 0.0, &negative)); /* of most matrices no row is looked at */
+  if (rows) PetscCall(VecRestoreSubVector(diagonal, rows, &part));
+  if (negative) {
+    PetscCall(AinsworthFindOpaque(mat, &aij));
+    negative = (PetscBool)!aij;
+  }
+  if (negative) {
+    PetscCall(AinsworthGetAIJ(mat, &aij));
+    PetscCall(LookAtRows(aij, diagonal));
+    PetscCall(MatDestroy(&aij));
+    if (rows) PetscCall(VecGetSubVector(diagonal, rows, &part));
+    PetscCall(Any(part, false, PLAIN, &positive));
+    if (!positive) {
+      PetscCall(VecDuplicate(part, sign));
+      PetscCall(VecCopy(part, *sign));
+    }
+    if (rows) PetscCall(VecRestoreSubVector(diagonal, rows, &part));
+  }
+  PetscCall(VecDestroy(&diagonal));
+  if (!*sign) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetLocalSize(*sign, &n));
+  PetscCall(VecGetArray(*sign, &s));
+  for (PetscInt i = 0; i < n; i++) s[i] = PetscRealPart(s[i]) > 0.0 ? 1.0 : -1.0;
+  PetscCall(VecRestoreArray(*sign, &s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthChangeSign - of a block; plain rows of A keep theirs. MatDiagonalScale() would make it a matrix that is known not to be symmetric */
+PetscErrorCode AinsworthChangeSign(const AinsworthSaddleBlocks *found, int k, Mat block)
+{
+  Vec                diagonal;
+  const PetscScalar *s, *d;
+  PetscInt           first, end;
+
+  PetscFunctionBegin;
+  if (!found->sign) PetscFunctionReturn(PETSC_SUCCESS);
+  if (k == AINSWORTH_BLOCK_B) PetscCall(MatDiagonalScale(block, found->sign, NULL));
+  else PetscCall(MatScale(block, -1.0));
+  if (k != AINSWORTH_BLOCK_A && k != AINSWORTH_BLOCK_P) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateVecs(block, NULL, &diagonal));
+  PetscCall(MatGetDiagonal(block, diagonal));
+  PetscCall(MatGetOwnershipRange(block, &first, &end));
+  PetscCall(VecGetArrayRead(diagonal, &d));
+  PetscCall(VecGetArrayRead(found->sign, &s));
+  for (PetscInt i = first; i < end; i++)
+    if (PetscRealPart(s[i - first]) > 0.0) PetscCall(MatSetValue(block, i, i, -d[i - first], INSERT_VALUES));
+  PetscCall(VecRestoreArrayRead(found->sign, &s));
+  PetscCall(VecRestoreArrayRead(diagonal, &d));
+  PetscCall(VecDestroy(&diagonal));
+  PetscCall(MatAssemblyBegin(block, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(block, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
