@@ -1,7 +1,7 @@
 static char help[] = "Saddle points as programs write them, each against a reference in extended precision.\n\
   systems -list | -only <name or family> | (all)\n\
   -out <file.csv>   a row for each           -mumps   MUMPS, without refinement, instead of what the options say\n\
-  -verbose          what each refusal says\n\n";
+  -verbose          what each refusal says   -write <prefix>  A, B, C, D, f, g to <prefix>_A.dat and so on instead\n\n";
 
 #include "systems.h"
 #include <petsctime.h>
@@ -279,11 +279,59 @@ static PetscErrorCode Row(const Saddle &s, const Answer &a, FILE *csv, bool verb
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* For tutorials/benchmark/solve and errortime; D is zero where the program passes none */
+static PetscErrorCode Write(const Saddle &s, const std::string &prefix)
+{
+  const PetscInt n = Share((int)s.A.rows(), s.bs), m = Share((int)s.C.rows(), 1);
+  const Matrix   D = s.D.size() ? s.D : Matrix::Zero(s.C.rows(), s.C.rows());
+  const struct {
+    const char   *name;
+    const Matrix &values;
+    PetscInt      rows, columns;
+  } matrices[] = {
+    {"A", s.A, n, n},
+    {"B", s.B, m, n},
+    {"C", s.C, m, n},
+    {"D", D,   m, m}
+  };
+  const struct {
+    const char   *name;
+    const Vector &values;
+    PetscInt      rows;
+  } vectors[] = {
+    {"f", s.f, n},
+    {"g", s.g, m}
+  };
+  PetscViewer viewer;
+
+  PetscFunctionBeginUser;
+  for (const auto &M : matrices) {
+    Mat mat;
+
+    PetscCall(RandomFill(PETSC_COMM_WORLD, M.values.cast<PetscScalar>(), M.rows, M.columns, 1, false, &mat));
+    PetscCall(PetscViewerBinaryOpen(PETSC_COMM_WORLD, (prefix + "_" + M.name + ".dat").c_str(), FILE_MODE_WRITE, &viewer));
+    PetscCall(MatView(mat, viewer));
+    PetscCall(PetscViewerDestroy(&viewer));
+    PetscCall(MatDestroy(&mat));
+  }
+  for (const auto &v : vectors) {
+    Vec vec;
+
+    PetscCall(VecCreateMPI(PETSC_COMM_WORLD, v.rows, PETSC_DETERMINE, &vec));
+    PetscCall(Scatter(v.values.cast<PetscScalar>(), vec));
+    PetscCall(PetscViewerBinaryOpen(PETSC_COMM_WORLD, (prefix + "_" + v.name + ".dat").c_str(), FILE_MODE_WRITE, &viewer));
+    PetscCall(VecView(vec, viewer));
+    PetscCall(PetscViewerDestroy(&viewer));
+    PetscCall(VecDestroy(&vec));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
-  char      only[128], out[PETSC_MAX_PATH_LEN];
+  char      only[128], out[PETSC_MAX_PATH_LEN], prefix[PETSC_MAX_PATH_LEN];
   PetscInt  count[VERDICTS] = {0}, total = 0, unexpected = 0;
-  PetscBool list = PETSC_FALSE, mumps = PETSC_FALSE, verbose = PETSC_FALSE, some, hasOut;
+  PetscBool list = PETSC_FALSE, mumps = PETSC_FALSE, verbose = PETSC_FALSE, some, hasOut, write;
   FILE     *csv = NULL;
   Entries   all;
 
@@ -295,6 +343,7 @@ int main(int argc, char **argv)
   PetscCall(PetscOptionsGetBool(NULL, NULL, "-verbose", &verbose, NULL));
   PetscCall(PetscOptionsGetString(NULL, NULL, "-only", only, sizeof(only), &some));
   PetscCall(PetscOptionsGetString(NULL, NULL, "-out", out, sizeof(out), &hasOut));
+  PetscCall(PetscOptionsGetString(NULL, NULL, "-write", prefix, sizeof(prefix), &write));
   for (auto add : {AddContact, AddMultipliers, AddOptimization, AddFlow, AddStructures}) add(all);
   if (hasOut) {
     PetscCall(PetscFOpen(PETSC_COMM_WORLD, out, "w", &csv));
@@ -313,6 +362,10 @@ int main(int argc, char **argv)
     const Saddle s = SaddleMake(e);
     Facts        facts;
 
+    if (write) {
+      PetscCall(Write(s, prefix));
+      continue;
+    }
     PetscCall(FindFacts(s, &facts));
     PetscCall(Solve(s, facts, mumps, answer));
     count[answer.verdict]++;
