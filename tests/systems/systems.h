@@ -46,7 +46,6 @@ void AddOptimization(Entries &);
 void AddFlow(Entries &);
 void AddStructures(Entries &);
 
-Saddle SaddleMake(const Entry &);
 Random SaddleRandom(const std::string &name); /* another stream for each name */
 
 /* fem.cpp: Q1 elements on nx x ny rectangles of a box; node (i, j) is j (nx + 1) + i, as in all of these */
@@ -68,9 +67,11 @@ Vector Uniform(Random &, int n);                                   /* in [-1, 1)
 
 /* What is true of a system, found by LU with complete pivoting in long double */
 struct Facts {
+  bool   decided;          /* otherwise it is one of rounding from another that has, or has not, an answer */
   bool   solvable, unique; /* unique: x */
-  Vector x, scale;         /* scale: of the columns of x, in units of which errors are measured */
+  double left;             /* of the equations, relative to their terms, by the best answer */
   double reach;            /* error in x that rounding the system to double precision may cause */
+  Vector x, scale;         /* scale: of the columns of x, in units of which errors are measured */
 };
 Facts SaddleFacts(const Saddle &);
 /* x in units of its own, relative to the reference; the largest row of both equations relative to its terms */
@@ -78,5 +79,29 @@ double SaddleError(const Facts &, const Vector &x);
 double SaddleResidual(const Saddle &, const Vector &x, const Vector &lambda);
 /* Is what the text says true of this system? */
 bool SaddleSaysTrue(const Saddle &, const Facts &, const std::string &text);
+bool SaddleIndefinite(const Saddle &); /* A, on the kernel of the constraints */
+
+struct Answer {
+  PetscErrorCode code   = PETSC_SUCCESS;        /* that KSPSolve() returned */
+  bool           solved = false, agreed = true; /* a positive reason; the same on all ranks */
+  PetscInt       iterations = -1;
+  Vector         x, lambda;
+  std::string    said; /* of a failure */
+  double         residual = NAN, error = NAN;
+};
+enum SaddleVerdict {
+  SADDLE_RIGHT,   /* a positive reason, both equations hold row by row, and x is the reference's */
+  SADDLE_REFUSED, /* a reason or an error that is true of the system */
+  SADDLE_OWED,    /* the same where there is an answer, and x is unique: it could have been solved */
+  SADDLE_UNTRUE,  /* what the refusal says is not so */
+  SADDLE_WRONG,   /* another answer, or ranks that do not agree */
+  SADDLE_VERDICTS
+};
+/* With so many rows of x and of lambda on this rank; mumps: its Cholesky or LU with its defaults, otherwise what the options say */
+PetscErrorCode SaddleSolve(const Saddle &, const PetscInt local[2], bool mumps, Answer &);
+/* listen: to what a refusal says */
+SaddleVerdict SaddleJudge(const Saddle &, const Facts &, bool listen, Answer &);
+/* Fills what is stored from A, B, C, D, f, g and the convention */
+void SaddleStore(Saddle &);
 
 #endif

@@ -1,11 +1,31 @@
-/* What is true of a system, in long double */
+/* What is stored of a system, and what is true of it, in long double */
 #include "systems.h"
 
 using Long       = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 using LongColumn = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
 
-/* Pivots, and residuals, between these two are of a system that nobody can decide: the generator is to be mended. Data is exact in double precision */
+/* Pivots, and residuals, between these two are of a system that nobody can decide. Data is exact in double precision */
 static const long double dependent = 1e-17L, independent = 3e-15L, consistent = 1e-12L, contradictory = 1e-8L;
+
+Random SaddleRandom(const std::string &name)
+{
+  uint64_t hash = 1469598103934665603u; /* FNV-1a */
+
+  for (char c : name) hash = (hash ^ (uint64_t)(unsigned char)c) * 1099511628211u;
+  return Random((PetscInt64)(hash >> 1));
+}
+
+void SaddleStore(Saddle &s)
+{
+  const double whole = s.convention == NEGATED ? -1.0 : 1.0, second = s.convention == FLIPPED ? -1.0 : whole;
+
+  s.block[0][0] = whole * s.A;
+  s.block[0][1] = (s.convention == OPPOSITE ? -1.0 : whole) * s.B.transpose();
+  s.block[1][0] = second * s.C;
+  s.block[1][1] = (s.convention == OPPOSITE ? 1.0 : -second) * s.D;
+  s.rhs[0]      = whole * s.f;
+  s.rhs[1]      = second * s.g;
+}
 
 static Long Whole(const Saddle &s)
 {
@@ -47,16 +67,15 @@ static void Equilibrate(Long &K, LongColumn &rows, LongColumn &columns)
   }
 }
 
-static Eigen::Index Rank(const Saddle &s, const Eigen::FullPivLU<Long> &lu)
+static Eigen::Index Rank(const Eigen::FullPivLU<Long> &lu, bool *decided)
 {
   const LongColumn pivots = lu.matrixLU().diagonal().cwiseAbs();
   Eigen::Index     rank   = 0;
 
-  for (Eigen::Index i = 0; i < pivots.size(); i++) {
-    const long double relative = pivots[i] / lu.maxPivot();
+  for (long double pivot : pivots) {
+    const long double relative = pivot / lu.maxPivot();
 
-    if (relative > dependent && relative < independent)
-      PetscCallAbort(PETSC_COMM_SELF, PetscPrintf(PETSC_COMM_SELF, "%s: pivot %g tells nothing\n", s.name.c_str(), (double)relative));
+    if (relative > dependent && relative < independent) *decided = false;
     rank += relative > independent;
   }
   return rank;
@@ -75,8 +94,8 @@ Facts SaddleFacts(const Saddle &s)
   Equilibrate(scaled, rows, columns);
   Eigen::FullPivLU<Long> lu(scaled);
   lu.setThreshold(independent);
-  facts.unique = true;
-  if (Rank(s, lu) < N) {
+  facts.unique = facts.decided = true;
+  if (Rank(lu, &facts.decided) < N) {
     const Long kernel = lu.kernel();
 
     facts.unique = kernel.topRows(n).cwiseAbs().maxCoeff() < 1e-10L * kernel.cwiseAbs().maxCoeff();
@@ -88,9 +107,9 @@ Facts SaddleFacts(const Saddle &s)
 
   for (Eigen::Index i = 0; i < N; i++)
     if (lost[i] > 0.0L) worst = std::max(worst, lost[i] / (size[i] + 1e-3L * size.maxCoeff()));
-  if (worst > consistent && worst < contradictory)
-    PetscCallAbort(PETSC_COMM_SELF, PetscPrintf(PETSC_COMM_SELF, "%s: residual %g tells nothing\n", s.name.c_str(), (double)worst));
+  if (worst > consistent && worst < contradictory) facts.decided = false;
   facts.solvable = worst < consistent;
+  facts.left     = (double)worst;
   facts.scale    = columns.head(n).cast<double>();
   facts.x        = columns.head(n).cwiseProduct(y.head(n)).cast<double>();
   facts.reach    = 0.0;

@@ -38,7 +38,7 @@ static bool NearlyDependent(const Saddle &s)
    Of A on Ker C, where D is not 0 of diag(A, I) on Ker [C L], -I where D is negative: if it is definite, the whole has as many negative eigenvalues as
    rows, less those of D that are negative
 */
-static bool Indefinite(const Saddle &s)
+bool SaddleIndefinite(const Saddle &s)
 {
   const Eigen::Index n = s.A.rows(), m = s.C.rows();
   Matrix             K        = Matrix::Zero(n + m, n + m);
@@ -71,7 +71,7 @@ static const struct {
   {"not that of the other rows", [](const Saddle &,  const Facts &f) { return !f.solvable; }                                                  },
   {"body floats",                [](const Saddle &,  const Facts &f) { return !f.unique; }                                                    },
   {"singular on Ker C",          [](const Saddle &,  const Facts &f) { return !f.unique; }                                                    },
-  {"is indefinite",              [](const Saddle &s, const Facts &) { return Indefinite(s); }                                                 },
+  {"is indefinite",              [](const Saddle &s, const Facts &) { return SaddleIndefinite(s); }                                           },
   {"is not symmetric",           [](const Saddle &s, const Facts &) { return s.A != s.A.transpose(); }                                        },
   {"linearly dependent",         [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                                            },
   {"linear combinations",        [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                                            },
