@@ -2,7 +2,7 @@
 #include "systems.h"
 
 /* Of each equation relative to its terms, and of x, in units of its own, relative to x or to what rounding the system may change */
-static const double residualBound = 1e-5, errorBound = 1e-6, beyondReach = 1e3;
+static const double residualBound = 1e-5, errorBound = 1e-5, beyondReach = 1e3;
 
 static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
 {
@@ -136,7 +136,7 @@ SaddleVerdict SaddleJudge(const Saddle &s, const Facts &facts, bool listen, Answ
   }
   if (!a.solved) {
     if (listen && facts.decided && !SaddleSaysTrue(s, facts, a.said)) return SADDLE_UNTRUE;
-    return facts.decided && facts.solvable && facts.unique ? SADDLE_OWED : SADDLE_REFUSED;
+    return facts.decided && facts.solvable && facts.unique && !(SaddleSymmetric(s) && SaddleIndefinite(s)) ? SADDLE_OWED : SADDLE_REFUSED;
   }
   a.residual = SaddleResidual(s, a.x, a.lambda);
   a.error    = SaddleError(facts, a.x);

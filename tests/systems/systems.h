@@ -79,7 +79,8 @@ double SaddleError(const Facts &, const Vector &x);
 double SaddleResidual(const Saddle &, const Vector &x, const Vector &lambda);
 /* Is what the text says true of this system? */
 bool SaddleSaysTrue(const Saddle &, const Facts &, const std::string &text);
-bool SaddleIndefinite(const Saddle &); /* A, on the kernel of the constraints */
+bool SaddleSymmetric(const Saddle &);  /* of its blocks, whatever the signs that they are stored with */
+bool SaddleIndefinite(const Saddle &); /* A, on the kernel of the constraints, of a symmetric one */
 
 struct Answer {
   PetscErrorCode code   = PETSC_SUCCESS;        /* that KSPSolve() returned */
