@@ -99,7 +99,9 @@ PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC, PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthReportEnd_Private(PC_Ainsworth *, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *, Vec, Vec, PetscReal *);
-PETSC_INTERN PetscErrorCode      PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, AinsworthVerdict *, char[], size_t);
+PETSC_INTERN PetscErrorCode      PCAinsworthAskedFor_Private(const PC_Ainsworth *, KSPConvergedReason, PetscReal *);
+PETSC_INTERN PetscErrorCode      PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, Vec, AinsworthVerdict *, char[],
+                                                           size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);
 

@@ -96,19 +96,36 @@ static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, Fie
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A reduced solve that says to have converged is believed when the program's own system agrees; once it may be refined */
-static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, Fields b, Fields y, AinsworthVerdict *verdict, char why[], size_t len)
+/* Without the null space that the program attached to the whole matrix, and what is left of both equations then */
+static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, Fields b, Fields y, Fields left, AinsworthVerdict *verdict,
+                             char why[], size_t len)
 {
-  Fields left;
+  PetscBool removed;
 
   PetscFunctionBegin;
+  PetscCall(AinsworthSaddleRemoveNullSpace(&data->saddle, pc->mat, transpose, y.primal, y.dual, &removed));
+  PetscCall(PCAinsworthVerify_Private(pc, data, transpose, tol, b.primal, b.dual, y.primal, y.dual, left.primal, left.dual, verdict, why, len));
+  if (removed && *verdict == AINSWORTH_VERDICT_UNMET)
+    PetscCall(PetscStrlcat(why, ", or is it the null space attached to the matrix, whose vectors mix x and lambda? Attach it to A", len));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A reduced solve that ended with a good reason is believed when the program's own system agrees; once it may be refined */
+static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, Fields b, Fields y, AinsworthVerdict *verdict,
+                                      char why[], size_t len)
+{
+  Fields    left;
+  PetscReal tol;
+
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthAskedFor_Private(data, reason, &tol));
   PetscCall(VecDuplicate(b.primal, &left.primal));
   PetscCall(VecDuplicate(b.dual, &left.dual));
-  PetscCall(PCAinsworthVerify_Private(pc, data, transpose, b.primal, b.dual, y.primal, y.dual, left.primal, left.dual, verdict, why, len));
+  PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   if (*verdict == AINSWORTH_VERDICT_UNMET) {
     PetscCall(PetscInfo(pc, "%s: a second solve follows\n", why));
     PetscCall(Refine(pc, data, transpose, left, y));
-    PetscCall(PCAinsworthVerify_Private(pc, data, transpose, b.primal, b.dual, y.primal, y.dual, left.primal, left.dual, verdict, why, len));
+    PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   }
   PetscCall(VecDestroy(&left.primal));
   PetscCall(VecDestroy(&left.dual));
@@ -125,7 +142,7 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
   PetscFunctionBegin;
   PetscCall(SolveFields(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
   /* some methods end without any reason */
-  if (reason >= 0) PetscCall(VerifyAndRefine(pc, data, transpose, b, y, &verdict, why, sizeof(why)));
+  if (reason >= 0) PetscCall(VerifyAndRefine(pc, data, transpose, reason, b, y, &verdict, why, sizeof(why)));
   if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
   /* residuals of an outer method are consistent to rounding alone: what the program passed was looked at in its first application */
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION && data->applications > 2) verdict = AINSWORTH_VERDICT_MET;
@@ -188,7 +205,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 
   PetscFunctionBegin;
   /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place */
-  if (!pc->reusepreconditioner) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changed));
+  if (!pc->reusepreconditioner) PetscCall(AinsworthSaddleChanged(pc->mat, pc->pmat, &data->saddle, &changed));
   if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat what ended with an error */
   data->applied = PETSC_TRUE;
   if (data->stale) { /* the set-up has said why */
@@ -247,10 +264,14 @@ PetscErrorCode PCPreSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
 /* Before each solve of a KSP, which would take the failure of the last one, that the program may ask for until then, for one of its own */
 PetscErrorCode PCSetUpOnBlocks_Ainsworth(PC pc)
 {
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth *data    = (PC_Ainsworth *)pc->data;
+  PetscBool     changed = PETSC_FALSE;
 
   PetscFunctionBegin;
-  if (data->applied && !data->refused) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR));
+  if (data->applied && data->refused) { /* the method would end before it asked PCApply(), where a block changed in place is noticed */
+    PetscCall(AinsworthSaddleChanged(pc->mat, pc->pmat, &data->saddle, &changed));
+    if (changed) PetscCall(PCSetUp_Ainsworth(pc));
+  } else if (data->applied) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR));
   data->applied = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

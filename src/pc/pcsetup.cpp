@@ -277,7 +277,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscFunctionBegin;
   PetscCall(PetscTime(&start));
   PetscCall(PetscCitationsRegister(citation, NULL));
-  if (data->saddle.A && !data->stale) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changed));
+  if (data->saddle.A && !data->stale) PetscCall(AinsworthSaddleChanged(pc->mat, pc->pmat, &data->saddle, &changed));
   data->unchanged = (PetscBool)!changed;
   if (!changed) {
     PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));

@@ -109,12 +109,12 @@ static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthUnmet *worst)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* quotient of a residual and its bound, infinite where either is not a number */
+/* quotient of a residual and its bound, infinite where either is not a number: a bound that overflows allows nothing */
 static PetscReal Quotient(PetscReal residual, PetscReal bound)
 {
   if (residual == 0.0) return 0.0;
   const PetscReal quotient = residual / bound;
-  return quotient >= 0.0 ? PetscMin(quotient, PETSC_MAX_REAL) : PETSC_MAX_REAL;
+  return quotient >= 0.0 && !PetscIsInfOrNanReal(bound) ? PetscMin(quotient, PETSC_MAX_REAL) : PETSC_MAX_REAL;
 }
 
 /*
@@ -149,7 +149,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal force = PetscAbsScalar(b[i]) + PetscAbsScalar(b[i] - a[i] - r[i]);
 
-    if (PetscRealPart(d[i]) > 0.0) load += PetscSqr(force) / PetscRealPart(d[i]);
+    if (PetscRealPart(d[i]) > 0.0) load += PetscSqr(force / PetscSqrtReal(PetscRealPart(d[i])));
     largest  = PetscMax(largest, force + PetscAbsScalar(a[i]));
     stiffest = PetscMax(stiffest, PetscRealPart(d[i]));
   }
@@ -162,9 +162,10 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   PetscCall(VecNorm(x, NORM_INFINITY, &displacement));
   auto allowed = [&](PetscInt i) {
     const PetscReal stiffness = PetscRealPart(d[i]);
+    const PetscReal bound     = stiffness > 0.0 ? (tol * energy + noise * load) * PetscSqrtReal(stiffness) + rounding * displacement * stiffness
+                                                : noise * largest + rounding * displacement * stiffest;
 
-    return stiffness > 0.0 ? (tol * energy + noise * load) * PetscSqrtReal(stiffness) + rounding * displacement * stiffness
-                           : noise * largest + rounding * displacement * stiffest;
+    return PetscIsInfOrNanReal(bound) ? 0.0 : bound; /* it overflows: a row has its own terms */
   };
   for (PetscInt i = 0; i < n && !suspicious; i++) suspicious = !(PetscAbsScalar(r[i]) <= allowed(i));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &suspicious, 1, MPIU_INT, MPI_MAX, comm));

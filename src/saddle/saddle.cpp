@@ -139,8 +139,7 @@ PetscErrorCode AinsworthSaddleSetUp(Mat amat, Mat pmat, AinsworthSaddle *sp)
   PetscCall(CheckSizes(&found));
   PetscCall(AinsworthSaddleReset(sp));
   *(AinsworthSaddleBlocks *)sp = found;
-  PetscCall(MatGetNullSpace(pmat, &sp->whole));
-  if (!sp->whole) PetscCall(MatGetNullSpace(amat, &sp->whole));
+  PetscCall(AinsworthSaddleGetWhole(amat, pmat, &sp->whole));
   PetscCall(PetscObjectReference((PetscObject)sp->whole));
   PetscCall(GetSource(sp->block[AINSWORTH_BLOCK_C], sp->block[AINSWORTH_BLOCK_B], &source, &transpose, &hermitian));
   PetscCall(AinsworthCheckEntries(source, sp->name[sp->block[AINSWORTH_BLOCK_C] ? AINSWORTH_BLOCK_C : AINSWORTH_BLOCK_B], "C", &opaque));

@@ -64,7 +64,7 @@ PetscErrorCode AinsworthSaddleFindBlocks(Mat, const AinsworthSaddleBlocks *, Ain
 PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthBlockNorm(Mat, PetscReal *);
 PetscErrorCode AinsworthMatGetState(Mat, uint64_t *);
-PetscErrorCode AinsworthSaddleChanged(Mat, const AinsworthSaddle *, PetscBool *);
+PetscErrorCode AinsworthSaddleChanged(Mat, Mat, const AinsworthSaddle *, PetscBool *);
 
 PetscErrorCode AinsworthSaddleSetUp(Mat, Mat, AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
@@ -72,6 +72,8 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
 /* nullspace.cpp */
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *, MatNullSpace *);
+PetscErrorCode AinsworthSaddleGetWhole(Mat, Mat, MatNullSpace *);
+PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *, Mat, PetscBool, Vec, Vec, PetscBool *);
 
 /* rows.cpp: the rows of C */
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *, Mat);

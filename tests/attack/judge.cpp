@@ -6,7 +6,7 @@
    error in x, relative to x and lambda, is at most errorBound times the condition number, where this is below the third figure. A solution is promised
    where condition numbers are below the fourth and the smallest eigenvalue on Ker C, in units of the largest, is above its inverse.
 */
-static const PetscReal residualBound = 1e-5, errorBound = 1e-6, trusted = 1e6, good = 1e4, local = 1e-3;
+static const PetscReal residualBound = 1e-5, errorBound = 1e-6, trusted = 1e6, good = 1e4, local = 1e-3, zeroRow = 1000 * PETSC_MACHINE_EPSILON;
 
 /* A = a A', (f, g) = (a b f', b g'): then x = b x', lambda = a b lambda', D = D' / a */
 struct Units {
@@ -73,7 +73,7 @@ static bool Definite(const RandomSystem &s, const Truth &truth)
   return kernel.eigenvalues()[0] > whole.eigenvalues()[n - 1] / good;
 }
 
-/* The worst row of both equations */
+/* The worst row of both equations; a zero row has no scale of its own: what rounding of the other rows makes of its right-hand side is allowed */
 static PetscReal WorstRow(const RandomSystem &s, const Truth &truth, const Column &x, const Column &lambda)
 {
   const Eigen::Index n = s.A.rows(), m = s.C.rows();
@@ -88,6 +88,7 @@ static PetscReal WorstRow(const RandomSystem &s, const Truth &truth, const Colum
   const PetscReal largest = size.cwiseAbs().maxCoeff();
 
   for (Eigen::Index i = 0; i < n + m; i++) {
+    if (i >= n && s.C.row(i - n).isZero(0.0) && s.D(i - n, i - n) == 0.0 && PetscAbsScalar(s.g[i - n]) <= zeroRow * s.g.cwiseAbs().maxCoeff()) continue;
     const PetscReal relative = PetscAbsScalar(r[i]) / (PetscRealPart(size[i]) + local * largest + PETSC_SMALL);
 
     if (!(relative <= worst)) worst = relative; /* not a number, too */
@@ -136,8 +137,12 @@ Verdict AttackJudge(const RandomSystem &s, bool tame, bool must, bool tested, KS
                       truth.unique ? "unique" : "not unique");
   why = text;
   if (reason <= 0) return promised ? UNSOLVED : REFUSED;
-  if (!tested && (reason == KSP_CONVERGED_ITS || reason == KSP_CONVERGED_ATOL || WholeResidual(s, x, lambda) <= 1e-3))
+  const PetscReal load          = PetscMax(s.f.size() ? s.f.cwiseAbs().maxCoeff() : 0.0, s.g.size() ? s.g.cwiseAbs().maxCoeff() : 0.0);
+  const bool      representable = load == 0.0 || (load > 1e-150 && load < 1e150); /* an outer method squares its residual */
+  if (!tested && (!representable || reason == KSP_CONVERGED_ITS || reason == KSP_CONVERGED_ATOL || WholeResidual(s, x, lambda) <= 1e-3))
     return REFUSED; /* of another's promise */
+  if (must && !tested && s.f.isZero(0.0) && s.g.isZero(0.0) && x.isZero(0.0) && lambda.isZero(0.0))
+    return REFUSED; /* right, whatever else is wrong: nobody is asked */
   if (must || truth.contradictory) return WRONG;
   if (!(residual <= residualBound)) return WRONG;
   if (truth.unique && truth.consistent && truth.condition < trusted && !(error <= errorBound * truth.condition)) return WRONG;
