@@ -264,6 +264,20 @@ PetscErrorCode PCAinsworthFallBack_Private(PC pc, PC_Ainsworth *data, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Whether the preconditioner of the reduced solve stays what it is, whatever its matrix; what the program chose inside is not forgotten */
+PetscErrorCode PCAinsworthKeepInner_Private(PC_Ainsworth *data, PetscBool keep)
+{
+  PC inner;
+
+  PetscFunctionBegin;
+  if (!keep && !data->kept) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  if (!data->kept) PetscCall(PCGetReusePreconditioner(inner, &data->keptInside));
+  PetscCall(PCSetReusePreconditioner(inner, (PetscBool)(keep || data->keptInside)));
+  data->kept = keep;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* KSPReset() of some of PETSc's methods leaves freed vectors behind, or those of other sizes; making the type anew, with its options, does not */
 PetscErrorCode PCAinsworthResetKSP_Private(PC_Ainsworth *data)
 {
@@ -278,6 +292,7 @@ PetscErrorCode PCAinsworthResetKSP_Private(PC_Ainsworth *data)
     PetscCall(KSPSetType(ksp, KSPPREONLY));
   }
   PetscCall(KSPReset(ksp));
+  PetscCall(PCAinsworthKeepInner_Private(data, PETSC_FALSE));
   if (keeps) {
     PetscCall(KSPSetType(ksp, type));
     data->configured = PETSC_FALSE;

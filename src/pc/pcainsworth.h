@@ -60,6 +60,8 @@ struct PC_Ainsworth {
   PetscBool           ownChoice;        /* neither options nor calls chose the type of its preconditioner */
   PetscBool           ownNorm, ownSide; /* nor its norm, nor its side */
   PetscBool           plainCG;          /* its type gave way to KSPCG because there are no constraints */
+  PetscBool           kept;             /* its preconditioner is that of an earlier set-up: KSPSetReusePreconditioner() */
+  PetscBool           keptInside;       /* what the program has said about that to the inner KSP */
   Vec                 rhs;              /* f~ */
   Vec                 g, lambda;        /* on the kept rows, where some are not kept */
   Vec                 f;                /* f + C_p' D^{-1} g_p, where rows p are eliminated */
@@ -87,6 +89,7 @@ PETSC_INTERN PetscErrorCode      PCAinsworthSetKSPOperators_Private(PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthGetPmatFormat_Private(PC_Ainsworth *, AinsworthPmatFormat *);
 PETSC_INTERN PetscErrorCode      PCAinsworthUseProduct_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthResetKSP_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthKeepInner_Private(PC_Ainsworth *, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthLooksDefinite_Private(const PC_Ainsworth *, Mat, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthFallBack_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);

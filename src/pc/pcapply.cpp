@@ -195,17 +195,18 @@ static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, Fields b)
 
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
-  PC_Ainsworth  *data    = (PC_Ainsworth *)pc->data;
-  const IS      *in      = transpose ? data->saddle.cols : data->saddle.rows;
-  const IS      *out     = transpose ? data->saddle.rows : data->saddle.cols;
-  PetscBool      changed = PETSC_FALSE, collide;
+  PC_Ainsworth  *data = (PC_Ainsworth *)pc->data;
+  const IS      *in   = transpose ? data->saddle.cols : data->saddle.rows;
+  const IS      *out  = transpose ? data->saddle.rows : data->saddle.cols;
+  PetscBool      changed, collide;
   PetscReal      norm;
   Fields         left, right;
   PetscErrorCode code;
 
   PetscFunctionBegin;
-  /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place */
-  if (!pc->reusepreconditioner) PetscCall(AinsworthSaddleChanged(pc->mat, pc->pmat, &data->saddle, &changed));
+  /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place, and at nothing where the preconditioner is to be kept */
+  PetscCall(AinsworthSaddleChanged(pc->mat, pc->pmat, &data->saddle, &changed));
+  if (data->kept && !pc->reusepreconditioner) changed = PETSC_TRUE;
   if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat what ended with an error */
   data->applied = PETSC_TRUE;
   if (data->stale) { /* the set-up has said why */

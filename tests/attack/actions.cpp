@@ -58,7 +58,7 @@ static PetscErrorCode Store(Attack &a, bool stiffness, bool rows)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AttackValues(Attack &a)
+static PetscErrorCode Values(Attack &a)
 {
   const int what = a.r.Int(1, 3);
 
@@ -272,13 +272,22 @@ static PetscErrorCode Indefinite(Attack &a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode AttackMatrix(Attack &a)
+{
+  PetscErrorCode (*const actions[])(Attack &) = {Values, Pattern, OneRow, Renumber, Restore, Replace, Inactive, Scale, Indefinite};
+
+  PetscFunctionBeginUser;
+  PetscCall(actions[a.r.Int(0, 8)](a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AttackAct(Attack &a)
 {
   static const struct {
     PetscErrorCode (*act)(Attack &);
     int weight;
   } actions[] = {
-    {AttackValues,              14},
+    {Values,                    14},
     {Pattern,                   6 },
     {OneRow,                    8 },
     {Renumber,                  6 },
@@ -293,7 +302,7 @@ PetscErrorCode AttackAct(Attack &a)
     {AttackSetters,             5 },
     {AttackNullSpace,           4 },
     {AttackTranspose,           5 },
-    {AttackReuse,               0 }, /* -ksp_reuse_preconditioner keeps the constraints, too, for now */
+    {AttackReuse,               8 },
     {AttackNested,              4 },
     {AttackSame,                3 },
     {AttackPoison,              8 },

@@ -132,7 +132,6 @@ PetscErrorCode AttackUndo(Attack &a)
   PetscFunctionBeginUser;
   if (a.other) PetscCall(KSPSetOperators(a.ksp, a.nest, a.nest));
   if (a.nullspace) PetscCall(MatSetNullSpace(a.nest, NULL));
-  if (a.reuse) PetscCall(KSPSetReusePreconditioner(a.ksp, PETSC_FALSE));
   if (a.strict) PetscCall(KSPSetErrorIfNotConverged(a.ksp, PETSC_FALSE));
   if (a.bogus) a.options.reset();
   if (a.badRow >= 0) {
@@ -142,7 +141,7 @@ PetscErrorCode AttackUndo(Attack &a)
     a.badRow = -1;
   }
   if (a.broken) PetscCall(AttackWrite(a, false, true));
-  for (bool *flag : {&a.transpose, &a.reuse, &a.explode, &a.nested, &a.nullspace, &a.broken, &a.strict, &a.other, &a.bogus, &a.must}) *flag = false;
+  for (bool *flag : {&a.transpose, &a.explode, &a.nested, &a.nullspace, &a.broken, &a.strict, &a.other, &a.bogus, &a.must}) *flag = false;
   a.badEntry = -1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

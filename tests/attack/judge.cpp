@@ -109,6 +109,10 @@ Verdict AttackJudge(const RandomSystem &s, bool tame, bool must, bool tested, KS
 {
   char text[256];
 
+  if (!tested && reason > 0 && s.f.isZero(0.0) && s.g.isZero(0.0) && x.isZero(0.0) && lambda.isZero(0.0)) {
+    why = "nothing was asked for, and an outer method asked nobody else";
+    return REFUSED;
+  }
   if (!Finite(s)) {
     why = std::string("not finite, ") + KSPConvergedReasons[reason];
     return reason > 0 ? WRONG : REFUSED;
@@ -141,8 +145,6 @@ Verdict AttackJudge(const RandomSystem &s, bool tame, bool must, bool tested, KS
   const bool      representable = load == 0.0 || (load > 1e-150 && load < 1e150); /* an outer method squares its residual */
   if (!tested && (!representable || reason == KSP_CONVERGED_ITS || reason == KSP_CONVERGED_ATOL || WholeResidual(s, x, lambda) <= 1e-3))
     return REFUSED; /* of another's promise */
-  if (must && !tested && s.f.isZero(0.0) && s.g.isZero(0.0) && x.isZero(0.0) && lambda.isZero(0.0))
-    return REFUSED; /* right, whatever else is wrong: nobody is asked */
   if (must || truth.contradictory) return WRONG;
   if (!(residual <= residualBound)) return WRONG;
   if (truth.unique && truth.consistent && truth.condition < trusted && !(error <= errorBound * truth.condition)) return WRONG;

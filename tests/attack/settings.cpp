@@ -99,18 +99,19 @@ PetscErrorCode AttackTranspose(Attack &a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Another stiffness with the old preconditioner, for an outer method that can do with it */
+/* KSPSetReusePreconditioner() from here on, until it is taken back or KSPSetFromOptions() is called; and something changes */
 PetscErrorCode AttackReuse(Attack &a)
 {
+  PC        pc;
+  PetscBool reuse;
+
   PetscFunctionBeginUser;
-  if (a.s.form > 1 || a.s.nested) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPSetType(a.ksp, KSPFGMRES));
-  a.choices["-ksp_type"] = KSPFGMRES;
-  PetscCall(KSPSetTolerances(a.ksp, 1e-10, 0.0, PETSC_DEFAULT, 200));
-  PetscCall(KSPSetReusePreconditioner(a.ksp, PETSC_TRUE));
-  a.reuse = true;
-  a.story += "; reuse of the preconditioner in FGMRES";
-  if (a.r.Chance(0.7)) PetscCall(AttackValues(a));
+  PetscCall(KSPGetPC(a.ksp, &pc));
+  PetscCall(PCGetReusePreconditioner(pc, &reuse));
+  reuse = (PetscBool)!reuse;
+  PetscCall(KSPSetReusePreconditioner(a.ksp, reuse));
+  a.story += reuse ? "; reuse of the preconditioner" : "; no reuse any more";
+  if (a.r.Chance(0.8)) PetscCall(AttackMatrix(a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
