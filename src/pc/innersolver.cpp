@@ -4,6 +4,7 @@
 #include "../operator/matainsworth.h"
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
+#include <petsc/private/pcmgimpl.h>
 
 /*
    BoomerAMG for 3-D elasticity, measured: docs/method.md, inner solver. NULL leaves PETSc's own default
@@ -278,6 +279,22 @@ PetscErrorCode PCAinsworthKeepInner_Private(PC_Ainsworth *data, PetscBool keep)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* After an error in its cycle PCMG has still the right-hand side of its caller in the place of one of its own, and would destroy it */
+PetscErrorCode PCAinsworthAfterError_Private(PC_Ainsworth *data)
+{
+  PC        inner;
+  PetscBool multigrid;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &multigrid, PCMG, PCGAMG, PCML, PCBLOCKSA, ""));
+  if (!multigrid) PetscFunctionReturn(PETSC_SUCCESS);
+  PC_MG_Levels **levels = ((PC_MG *)inner->data)->levels;
+
+  if (levels) levels[levels[0]->levels - 1]->b = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* KSPReset() of some of PETSc's methods leaves freed vectors behind, or those of other sizes; making the type anew, with its options, does not */
 PetscErrorCode PCAinsworthResetKSP_Private(PC_Ainsworth *data)
 {
@@ -286,7 +303,7 @@ PetscErrorCode PCAinsworthResetKSP_Private(PC_Ainsworth *data)
   char      type[64];
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &keeps, KSPFCG, KSPPIPEFCG, KSPLGMRES, KSPDGMRES, ""));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &keeps, KSPFCG, KSPPIPEFCG, KSPLGMRES, KSPDGMRES, KSPPIPEGCR, ""));
   if (keeps) {
     PetscCall(PetscStrncpy(type, ((PetscObject)ksp)->type_name, sizeof(type)));
     PetscCall(KSPSetType(ksp, KSPPREONLY));

@@ -243,7 +243,10 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscCall(VecRestoreSubVector(b, in[1], &right.dual));
   PetscCall(VecRestoreSubVector(y, out[0], &left.primal));
   PetscCall(VecRestoreSubVector(y, out[1], &left.dual));
-  if (code) data->stale = data->unfinished = PETSC_TRUE;
+  if (code) {
+    data->stale = data->unfinished = PETSC_TRUE;
+    PetscCall(PCAinsworthAfterError_Private(data));
+  }
   PetscCall(code);
   PetscCall(VecFlag(y, !data->usable));
   PetscFunctionReturn(PETSC_SUCCESS);

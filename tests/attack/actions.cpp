@@ -8,11 +8,28 @@ static PetscErrorCode Operators(Attack &a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* KSPReset() leaves freed vectors behind in a KSPDGMRES of PETSc 3.18: a program has to set the type anew */
+static PetscErrorCode ResetSolver(Attack &a)
+{
+  PetscBool fragile;
+  KSPType   type;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscObjectTypeCompare((PetscObject)a.ksp, KSPDGMRES, &fragile));
+  PetscCall(KSPGetType(a.ksp, &type));
+  const std::string name = type;
+
+  if (fragile) PetscCall(KSPSetType(a.ksp, KSPPREONLY));
+  PetscCall(KSPReset(a.ksp));
+  if (fragile) PetscCall(KSPSetType(a.ksp, name.c_str()));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* New matrices for the present system; another size goes through KSPReset() */
 static PetscErrorCode Rebuild(Attack &a, bool sameTotal)
 {
   PetscFunctionBeginUser;
-  if (!sameTotal) PetscCall(KSPReset(a.ksp));
+  if (!sameTotal) PetscCall(ResetSolver(a));
   PetscCall(AttackBuild(a, sameTotal));
   PetscCall(Operators(a));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -195,7 +212,7 @@ static PetscErrorCode Inactive(Attack &a)
 static PetscErrorCode Reset(Attack &a)
 {
   PetscFunctionBeginUser;
-  PetscCall(KSPReset(a.ksp));
+  PetscCall(ResetSolver(a));
   PetscCall(Operators(a));
   a.story += "; KSPReset()";
   PetscFunctionReturn(PETSC_SUCCESS);

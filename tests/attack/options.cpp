@@ -15,7 +15,7 @@ static void Method(Attack &a, Line &now, bool all)
     else
       now["-ainsworth_ksp_type"] = Pick(a.r, {"cg",         "gmres", "fgmres", "minres", "cr",    "cgs",     "bcgs",    "bcgsl",
                                               "richardson", "tfqmr", "pipecg", "gcr",    "fcg",   "pipefcg", "groppcg", "symmlq",
-                                              "pipecr",     "ibcgs", "lgmres", "pgmres", "fbcgs", "cgne"}); /* DGMRES does not survive KSPReset() */
+                                              "pipecr",     "ibcgs", "lgmres", "pgmres", "fbcgs", "cgne",    "dgmres",  "pipegcr"});
   }
   if (a.r.Chance(0.15)) now["-ainsworth_ksp_norm_type"] = Pick(a.r, {"preconditioned", "unpreconditioned", "natural", "none"});
   if (a.r.Chance(0.15)) now["-ainsworth_ksp_pc_side"] = Pick(a.r, {"left", "right"});
@@ -25,13 +25,15 @@ static void Method(Attack &a, Line &now, bool all)
 static void Preconditioner(Attack &a, Line &now, bool all)
 {
   if (!all && a.r.Chance(0.5)) return;
-  std::vector<const char *> types = {"jacobi", "none", "redundant", "blocksa"};
+  std::vector<const char *> types = {"jacobi", "none", "redundant", "blocksa", "ksp"};
   PetscMPIInt               size;
 
-  /* SOR and ILU stop at a zero on the diagonal with an error of its rank alone, while others wait; BoomerAMG, set up again on other
-     tiny matrices, crashes in hypre 2.26 */
+#if defined(PETSC_HAVE_HYPRE)
+  types.push_back("hypre");
+#endif
+  /* SOR, and with it GAMG, and ILU stop at a zero on the diagonal with an error of its rank alone, while others wait */
   (void)MPI_Comm_size(PETSC_COMM_WORLD, &size);
-  if (size == 1) types.insert(types.end(), {"sor", "bjacobi"});
+  if (size == 1) types.insert(types.end(), {"gamg", "sor", "bjacobi"});
   now["-ainsworth_pc_type"] = a.r.Chance(0.4) ? "jacobi" : Pick(a.r, types);
 }
 
@@ -54,7 +56,7 @@ static void Outer(Attack &a, Line &now, bool all)
 {
   if (a.s.form > 1 || a.s.nested) return; /* without C or C' the MatNest is not the operator; not all methods can do with nested vectors */
   if (!all && a.r.Chance(0.6)) return;
-  now["-ksp_type"] = a.r.Chance(0.6) ? "preonly" : Pick(a.r, {"gmres", "fgmres", "cg", "minres", "gcr", "bcgs", "richardson"});
+  now["-ksp_type"] = a.r.Chance(0.6) ? "preonly" : Pick(a.r, {"gmres", "fgmres", "cg", "minres", "gcr", "bcgs", "richardson", "dgmres"});
   if (a.r.Chance(0.1)) now["-ksp_pc_side"] = Pick(a.r, {"left", "right"});
 }
 
