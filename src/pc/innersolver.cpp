@@ -279,6 +279,28 @@ PetscErrorCode PCAinsworthKeepInner_Private(PC_Ainsworth *data, PetscBool keep)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* PCHYPRE of PETSc 3.18 says that it can be applied transposed, but BoomerAMG then returns zeros, or crashes */
+static PetscErrorCode PCApplyTranspose_Refused(PC inner, Vec, Vec)
+{
+  PetscFunctionBegin;
+  SETERRQ(PetscObjectComm((PetscObject)inner), PETSC_ERR_SUP,
+          "The transpose of a system with an A that is not symmetric needs that of its preconditioner, which %s has not: choose another -%spc_type",
+          ((PetscObject)inner)->type_name, ((PetscObject)inner)->prefix);
+}
+
+/* PCAinsworthSetTranspose_Private - after its set-up: where A is symmetric so is M_*, and a multigrid for it */
+PetscErrorCode PCAinsworthSetTranspose_Private(PC_Ainsworth *data)
+{
+  PC        inner;
+  PetscBool hypre;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &hypre));
+  if (hypre) inner->ops->applytranspose = data->symmetric ? inner->ops->apply : PCApplyTranspose_Refused;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* After an error in its cycle PCMG has still the right-hand side of its caller in the place of one of its own, and would destroy it */
 PetscErrorCode PCAinsworthAfterError_Private(PC_Ainsworth *data)
 {

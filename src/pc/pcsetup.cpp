@@ -254,6 +254,7 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth 
     PetscCall(PCSetOperators(inner, M, M));
     PetscCall(AinsworthPCSetFailedReason(inner, PC_NOERROR)); /* that of an earlier matrix, or type, would stay */
     PetscCall(PCSetUp(inner));
+    PetscCall(PCAinsworthSetTranspose_Private(data));
     if (operation != M) inner->ops->applyrichardson = NULL; /* its iterations would be with M_* */
     PetscCall(KSPSetOperators(data->ksp, operation, M));
     PetscCall(MatDestroy(&operation));

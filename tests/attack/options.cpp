@@ -28,12 +28,12 @@ static void Preconditioner(Attack &a, Line &now, bool all)
   std::vector<const char *> types = {"jacobi", "none", "redundant", "blocksa", "ksp"};
   PetscMPIInt               size;
 
-#if defined(PETSC_HAVE_HYPRE)
-  types.push_back("hypre");
-#endif
-  /* SOR, and with it GAMG, and ILU stop at a zero on the diagonal with an error of its rank alone, while others wait */
+  /* SOR, and with it GAMG, and ILU stop at a zero on the diagonal with an error of its rank alone, BoomerAMG where its coarsest matrix is zero; others wait */
   (void)MPI_Comm_size(PETSC_COMM_WORLD, &size);
   if (size == 1) types.insert(types.end(), {"gamg", "sor", "bjacobi"});
+#if defined(PETSC_HAVE_HYPRE)
+  if (size == 1) types.push_back("hypre");
+#endif
   now["-ainsworth_pc_type"] = a.r.Chance(0.4) ? "jacobi" : Pick(a.r, types);
 }
 

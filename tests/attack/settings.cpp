@@ -15,10 +15,12 @@ PetscErrorCode AttackChangeOptions(Attack &a)
 
 PetscErrorCode AttackSetters(Attack &a)
 {
-  PC  pc;
-  Vec w;
+  PC          pc;
+  Vec         w;
+  PetscMPIInt size;
 
   PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(KSPGetPC(a.ksp, &pc));
   switch (a.r.Int(0, 3)) {
   case 0: {
@@ -45,6 +47,10 @@ PetscErrorCode AttackSetters(Attack &a)
     a.story += "; a weight of the program";
     break;
   default:
+    if (size > 1) { /* no BoomerAMG there, see options.cpp */
+      a.options.reset();
+      a.options.reset(new Options("-ainsworth_pc_type jacobi"));
+    }
     PetscCall(PCSetType(pc, PCNONE));
     PetscCall(PCSetType(pc, PCAINSWORTH));
     PetscCall(PCSetFromOptions(pc));
