@@ -2,6 +2,7 @@
 #include "pcainsworth.h"
 #include "../hermitian.h"
 #include "../operator/matainsworth.h"
+#include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
 #include <petsctime.h>
 
@@ -210,6 +211,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat what ended with an error */
   data->applied = PETSC_TRUE;
   if (data->stale) { /* the set-up has said why */
+    data->usable = PETSC_FALSE;
     PetscCall(VecFlag(y, 1));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -220,6 +222,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 
     PetscCall(PetscSNPrintf(why, sizeof(why), "The outer and the inner method, %s, are both pipelined, which PETSc cannot nest: choose -%sksp_type %s",
                             ((PetscObject)data->ksp)->type_name, ((PetscObject)data->ksp)->prefix, KSPPROJECTEDCG));
+    data->usable = PETSC_FALSE;
     PetscCall(VecFlag(y, 1));
     PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_SUP, why));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -228,6 +231,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscCall(VecGetSubVector(b, in[1], &right.dual));
   if (PetscIsInfOrNanReal(norm)) {
     PetscCall(FailNotFinite(pc, data, right));
+    data->usable = PETSC_FALSE;
     PetscCall(VecRestoreSubVector(b, in[0], &right.primal));
     PetscCall(VecRestoreSubVector(b, in[1], &right.dual));
     PetscCall(VecFlag(y, 1));
@@ -280,11 +284,15 @@ PetscErrorCode PCSetUpOnBlocks_Ainsworth(PC pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode PCPostSolve_Ainsworth(PC pc, KSP, Vec, Vec)
+/* Some methods apply the preconditioner once more when they have converged, to get x, and do not ask whether that was good */
+PetscErrorCode PCPostSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
 {
+  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+
   PetscFunctionBegin;
-  ((PC_Ainsworth *)pc->data)->applications = 0;
-  ((PC_Ainsworth *)pc->data)->rigid        = PETSC_FALSE;
+  if (data->applied && !data->usable && ksp->reason > 0) ksp->reason = KSP_DIVERGED_PC_FAILED;
+  data->applications = 0;
+  data->rigid        = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

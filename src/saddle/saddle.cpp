@@ -96,9 +96,19 @@ static PetscErrorCode CheckFinite(Mat A, PetscReal norm, char bad[], size_t len)
 {
   PetscInt  row, col;
   PetscBool has;
+  Vec       x, y;
 
   PetscFunctionBegin;
   PetscCall(MatHasOperation(A, MATOP_NORM, &has));
+  if (!has) { /* a nest: NaN and Inf do not cancel in a product */
+    PetscCall(MatCreateVecs(A, &x, &y));
+    PetscCall(VecSet(x, 1.0));
+    PetscCall(MatMult(A, x, y));
+    PetscCall(VecNorm(y, NORM_1, &norm));
+    if (PetscIsInfOrNanReal(norm)) PetscCall(PetscStrncpy(bad, "A holds NaN or Inf, or values too large", len));
+    PetscCall(VecDestroy(&x));
+    PetscCall(VecDestroy(&y));
+  }
   if (!has || !PetscIsInfOrNanReal(norm)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthMatFindNotFinite(A, &row, &col)); /* the norm may overflow for large values */
   if (row >= 0) PetscCall(PetscSNPrintf(bad, len, "entry (%" PetscInt_FMT ",%" PetscInt_FMT ") of A is NaN or Inf", row, col));

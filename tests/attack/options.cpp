@@ -25,12 +25,12 @@ static void Method(Attack &a, Line &now, bool all)
 static void Preconditioner(Attack &a, Line &now, bool all)
 {
   if (!all && a.r.Chance(0.5)) return;
-  std::vector<const char *> types = {"jacobi", "none", "redundant", "blocksa", "ksp"};
+  std::vector<const char *> types = {"jacobi", "none", "redundant", "blocksa"};
   PetscMPIInt               size;
 
-  /* SOR, and with it GAMG, and ILU stop at a zero on the diagonal with an error of its rank alone, BoomerAMG where its coarsest matrix is zero; others wait */
+  /* SOR, and with it GAMG, and ILU stop at a zero on the diagonal with an error of its rank alone, or crash, BoomerAMG where its coarsest matrix is zero; others wait */
   (void)MPI_Comm_size(PETSC_COMM_WORLD, &size);
-  if (size == 1) types.insert(types.end(), {"gamg", "sor", "bjacobi"});
+  if (size == 1) types.insert(types.end(), {"gamg", "ksp", "sor", "bjacobi"});
 #if defined(PETSC_HAVE_HYPRE)
   if (size == 1) types.push_back("hypre");
 #endif
