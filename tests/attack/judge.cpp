@@ -80,8 +80,8 @@ static PetscReal WorstRow(const RandomSystem &s, const Truth &truth, const Colum
   Column             r(n + m), size(n + m);
   PetscReal          worst = 0.0;
 
-  r << s.A * x + s.C.adjoint() * lambda - s.f, s.C * x + s.D * lambda - s.g;
-  size << s.A.cwiseAbs() * x.cwiseAbs() + s.C.adjoint().cwiseAbs() * lambda.cwiseAbs() + s.f.cwiseAbs(),
+  r << s.A * x + s.Ct * lambda - s.f, s.C * x + s.D * lambda - s.g;
+  size << s.A.cwiseAbs() * x.cwiseAbs() + s.Ct.cwiseAbs() * lambda.cwiseAbs() + s.f.cwiseAbs(),
     s.C.cwiseAbs() * x.cwiseAbs() + s.D.cwiseAbs() * lambda.cwiseAbs() + s.g.cwiseAbs();
   r                       = truth.scale.asDiagonal() * r;
   size                    = truth.scale.asDiagonal() * size;
@@ -99,7 +99,7 @@ static PetscReal WorstRow(const RandomSystem &s, const Truth &truth, const Colum
 /* ||b - K y|| / ||b||, what an outer method promises */
 static PetscReal WholeResidual(const RandomSystem &s, const Column &x, const Column &lambda)
 {
-  const Column f = s.A * x + s.C.adjoint() * lambda - s.f, g = s.C * x + s.D * lambda - s.g;
+  const Column f = s.A * x + s.Ct * lambda - s.f, g = s.C * x + s.D * lambda - s.g;
 
   return std::hypot(f.stableNorm(), g.stableNorm()) / std::hypot(s.f.stableNorm(), s.g.stableNorm());
 }
@@ -123,7 +123,8 @@ Verdict AttackJudge(const RandomSystem &s, bool tame, bool must, bool tested, KS
   bool               usual = true; /* elimination loses digits where D is far from 1 / A: that has a reason */
   for (Eigen::Index i = 0; i < t.D.rows(); i++) usual = usual && (t.D(i, i) == 0.0 || (PetscAbsScalar(t.D(i, i)) > 1e-8 && PetscAbsScalar(t.D(i, i)) < 1e8));
   usual               = usual && u.a > 1e-30 && u.a < 1e30;
-  const bool promised = usual && tame && !must && t.symmetric && truth.consistent && truth.unique && truth.condition < good && truth.gram < good &&
+  const bool adjoint  = s.Ct == s.C.adjoint(); /* otherwise the condition is that of another system */
+  const bool promised = adjoint && usual && tame && !must && t.symmetric && truth.consistent && truth.unique && truth.condition < good && truth.gram < good &&
                         t.decades <= 6.0 && Definite(t, truth);
   PetscReal residual = 0.0, error = 0.0;
 
@@ -145,9 +146,9 @@ Verdict AttackJudge(const RandomSystem &s, bool tame, bool must, bool tested, KS
   const bool      representable = load == 0.0 || (load > 1e-150 && load < 1e150); /* an outer method squares its residual */
   if (!tested && (!representable || reason == KSP_CONVERGED_ITS || reason == KSP_CONVERGED_ATOL || WholeResidual(s, x, lambda) <= 1e-3))
     return REFUSED; /* of another's promise */
-  if (must || truth.contradictory) return WRONG;
+  if (must || (adjoint && truth.contradictory)) return WRONG;
   if (!(residual <= residualBound)) return WRONG;
-  if (truth.unique && truth.consistent && truth.condition < trusted && !(error <= errorBound * truth.condition)) return WRONG;
+  if (adjoint && truth.unique && truth.consistent && truth.condition < trusted && !(error <= errorBound * truth.condition)) return WRONG;
   return RIGHT;
 }
 

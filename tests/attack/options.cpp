@@ -28,9 +28,10 @@ static void Preconditioner(Attack &a, Line &now, bool all)
   std::vector<const char *> types = {"jacobi", "none", "redundant", "blocksa"};
   PetscMPIInt               size;
 
-  /* SOR, and with it GAMG, and ILU stop at a zero on the diagonal with an error of its rank alone, or crash, BoomerAMG where its coarsest matrix is zero; others wait */
+  /* SOR, and with it GAMG, stop at a zero on the diagonal with an error of its rank alone, BoomerAMG where its coarsest matrix is zero; others wait. ICC, in
+     PCBJACOBI and PCKSP, may go on for ever with a singular matrix */
   (void)MPI_Comm_size(PETSC_COMM_WORLD, &size);
-  if (size == 1) types.insert(types.end(), {"gamg", "ksp", "sor", "bjacobi"});
+  if (size == 1) types.insert(types.end(), {"gamg", "sor"});
 #if defined(PETSC_HAVE_HYPRE)
   if (size == 1) types.push_back("hypre");
 #endif
