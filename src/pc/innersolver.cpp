@@ -123,6 +123,54 @@ static PetscErrorCode ChooseMethod(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What was chosen for another method does not bind this one */
+static PetscErrorCode ForgetNorm(PC_Ainsworth *data)
+{
+  KSP ksp = data->ksp;
+
+  PetscFunctionBegin;
+  if (data->ownNorm) ksp->normtype_set = ksp->normtype = KSP_NORM_DEFAULT;
+  if (data->ownSide) ksp->pc_side_set = ksp->pc_side = PC_SIDE_DEFAULT;
+  data->ownNorm = data->ownSide = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The norm and the side of the inner method, where neither options nor calls did */
+static PetscErrorCode ChooseNorm(PC_Ainsworth *data)
+{
+  KSP          ksp     = data->ksp;
+  PetscOptions options = ((PetscObject)ksp)->options;
+  const char  *prefix  = ((PetscObject)ksp)->prefix;
+  PetscBool    normGiven, sideGiven;
+
+  PetscFunctionBegin;
+  /* the natural norm, the only one that both AMG and the energy mean something to, where the method has it */
+  PetscCall(PetscOptionsHasName(options, prefix, "-ksp_norm_type", &normGiven));
+  if (!normGiven && ksp->normtype == KSP_NORM_DEFAULT && ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] && ksp->pc_side != PC_RIGHT) {
+    PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
+    data->ownNorm = PETSC_TRUE;
+  }
+  /* for GMRES and its like the residual that counts is the true one: precondition from the right */
+  PetscCall(PetscOptionsHasName(options, prefix, "-ksp_pc_side", &sideGiven));
+  if (!sideGiven && !normGiven && ksp->pc_side_set == PC_SIDE_DEFAULT && !ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] &&
+      ksp->normsupporttable[KSP_NORM_UNPRECONDITIONED][PC_RIGHT]) {
+    PetscCall(KSPSetPCSide(ksp, PC_RIGHT));
+    data->ownSide = PETSC_TRUE;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthSetMethod_Private - another inner method, with the norm and the side that belong to it; once the options have been read */
+PetscErrorCode PCAinsworthSetMethod_Private(PC_Ainsworth *data, KSPType type)
+{
+  PetscFunctionBegin;
+  PetscCall(KSPSetType(data->ksp, type));
+  if (!data->configured) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ForgetNorm(data));
+  PetscCall(ChooseNorm(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    PCAinsworthConfigureKSP_Private - reads the options of the inner solver, once, with our defaults where the user said nothing
 
@@ -133,7 +181,7 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
   KSP          ksp = data->ksp;
   PC           inner;
   PC_BlockSA  *sa = NULL;
-  PetscBool    boomer, definite, normGiven, sideGiven;
+  PetscBool    boomer, definite;
   char         name[nboomeramg][256] = {}, method[256] = "";
   const char  *prefix;
   PetscOptions options;
@@ -169,27 +217,12 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
     PetscCall(PetscSNPrintf(name[i], sizeof(name[i]), "-%s%s", prefix ? prefix : "", bare + 1));
     PetscCall(PetscOptionsSetValue(options, name[i], value));
   }
-  if (data->ownNorm) ksp->normtype_set = ksp->normtype = KSP_NORM_DEFAULT; /* what was chosen for another method does not bind this one */
-  if (data->ownSide) ksp->pc_side_set = ksp->pc_side = PC_SIDE_DEFAULT;
-  data->ownNorm = data->ownSide = PETSC_FALSE;
+  PetscCall(ForgetNorm(data));
   if (pc->setfromoptionscalled) PetscCall(KSPSetFromOptions(ksp));
   else if (boomer) PetscCall(PCSetFromOptions(inner));
   for (const char *set : name)
     if (set[0]) PetscCall(PetscOptionsClearValue(options, set));
-
-  /* the natural norm, the only one that both AMG and the energy mean something to, where the method has it */
-  PetscCall(PetscOptionsHasName(options, prefix, "-ksp_norm_type", &normGiven));
-  if (!normGiven && ksp->normtype == KSP_NORM_DEFAULT && ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] && ksp->pc_side != PC_RIGHT) {
-    PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
-    data->ownNorm = PETSC_TRUE;
-  }
-  /* for GMRES and its like the residual that counts is the true one: precondition from the right */
-  PetscCall(PetscOptionsHasName(options, prefix, "-ksp_pc_side", &sideGiven));
-  if (!sideGiven && !normGiven && ksp->pc_side_set == PC_SIDE_DEFAULT && !ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] &&
-      ksp->normsupporttable[KSP_NORM_UNPRECONDITIONED][PC_RIGHT]) {
-    PetscCall(KSPSetPCSide(ksp, PC_RIGHT));
-    data->ownSide = PETSC_TRUE;
-  }
+  PetscCall(ChooseNorm(data));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   if (sa) sa->options.product = PETSC_TRUE; /* from the next set-up on A can be had for products */
   data->configured = PETSC_TRUE;

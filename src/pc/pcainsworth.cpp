@@ -23,6 +23,7 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscCall(MatDestroy(&data->reduced));
   PetscCall(MatDestroy(&data->M));
   PetscCall(VecDestroy(&data->rhs));
+  PetscCall(VecDestroy(&data->Ax));
   PetscCall(VecDestroy(&data->g));
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));

@@ -65,6 +65,8 @@ struct PC_Ainsworth {
   PetscBool           keptInside;       /* what the program has said about that to the inner KSP */
   PetscBool           ownMethod;        /* it gave way to GMRES because the system is not Hermitian */
   Vec                 rhs;              /* f~ */
+  Vec                 Ax;               /* op(A) x of the solution, with the program's A */
+  PetscBool           knownAx;          /* it came with the multipliers */
   Vec                 g, lambda;        /* on the kept rows, where some are not kept */
   Vec                 f;                /* less what is known of x and lambda, where something is */
 
@@ -91,6 +93,7 @@ PETSC_INTERN PetscErrorCode      PCAinsworthSetKSPOperators_Private(PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthGetPmatFormat_Private(PC_Ainsworth *, AinsworthPmatFormat *);
 PETSC_INTERN PetscErrorCode      PCAinsworthUseProduct_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthResetKSP_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthSetMethod_Private(PC_Ainsworth *, KSPType);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetTranspose_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthAfterError_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthKeepInner_Private(PC_Ainsworth *, PetscBool);

@@ -54,6 +54,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   PetscInt n;
 
   PetscFunctionBegin;
+  data->knownAx = (PetscBool)(data->constraints && data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A]);
   PetscCall(VecGetSize(x, &n));
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
   if (data->constraints == n && !data->saddle.D) PetscCall(VecZeroEntries(x)); /* Ker C = 0: the constraints alone determine x */
@@ -61,7 +62,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
     PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
     PetscCall(GetReason(data, reason));
   }
-  if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, f, g, x, lambda));
+  if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, f, g, x, lambda, data->knownAx ? data->Ax : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -107,6 +108,7 @@ static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, Pet
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleRemoveNullSpace(&data->saddle, pc->mat, transpose, y.primal, y.dual, &removed));
+  if (removed) data->knownAx = PETSC_FALSE;
   PetscCall(PCAinsworthVerify_Private(pc, data, transpose, tol, b.primal, b.dual, y.primal, y.dual, left.primal, left.dual, verdict, why, len));
   if (removed && *verdict == AINSWORTH_VERDICT_UNMET)
     PetscCall(PetscStrlcat(why, ", or is it the null space attached to the matrix, whose vectors mix x and lambda? Attach it to A", len));
@@ -128,6 +130,7 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
   if (*verdict == AINSWORTH_VERDICT_UNMET) {
     PetscCall(PetscInfo(pc, "%s: a second solve follows\n", why));
     PetscCall(Refine(pc, data, transpose, left, y));
+    data->knownAx = PETSC_FALSE;
     PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   }
   PetscCall(VecDestroy(&left.primal));

@@ -200,6 +200,7 @@ static PetscErrorCode ForgetOtherSizes(PC pc, PC_Ainsworth *data)
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)pc)));
   if (!other) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDestroy(&data->rhs));
+  PetscCall(VecDestroy(&data->Ax));
   PetscCall(MatDestroy(&data->reduced));
   PetscCall(PCAinsworthResetKSP_Private(data));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -356,7 +357,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscCall(MatDestroy(&data->reduced));
   }
   PetscCall(CreateKeptVectors(pc, data));
-  if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->rhs));
+  if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, &data->Ax, &data->rhs));
   why[0] = 0;
   PetscCall(KSPGetPC(data->ksp, &inner));
   if (keep && inner->setupcalled && symmetric == data->symmetric && adjoint == data->adjoint) PetscCall(KeepInner(pc, data));

@@ -86,7 +86,7 @@ static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x
 /*
    PCAinsworthVerify_Private - what is left of both equations, in primal and dual, and the verdict on it; why is set where that is not MET
 
-   One product with the program's A. tol is what was asked for, negative where nothing was.
+   One product with the program's A, where that with x is not known. tol is what was asked for, negative where nothing was.
 */
 PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, Vec f, Vec g, Vec x, Vec lambda, Vec primal, Vec dual,
                                          AinsworthVerdict *verdict, char why[], size_t len)
@@ -96,7 +96,7 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
   PetscReal        norm, energy;
   PetscBool        doubtful = PETSC_FALSE;
   PetscInt         n;
-  Vec              Ax;
+  const Vec        Ax = data->Ax;
   char             rows[256];
 
   PetscFunctionBegin;
@@ -105,8 +105,7 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
   why[0]   = 0;
   PetscCall(VecGetSize(x, &n));
   if (data->reduced) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced, &doubtful));
-  PetscCall(VecDuplicate(x, &Ax));
-  PetscCall(AinsworthSaddleResidual(sp, transpose, f, g, x, lambda, Ax, primal, dual));
+  PetscCall(AinsworthSaddleResidual(sp, transpose, data->knownAx, f, g, x, lambda, Ax, primal, dual));
   PetscCall(AinsworthSaddleEnergy(sp, x, lambda, Ax, &energy));
   PetscCall(AinsworthSaddleCheckDual(sp, tol < 0.0 ? PETSC_MAX_REAL : blind * tol * energy, g, x, lambda, dual, &worst, rows, sizeof(rows)));
   if (worst.quotient > 1.0) {
@@ -131,7 +130,6 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
                                        : "its method, or its preconditioner, does not see this; is A indefinite on Ker C, or its diagonal zero?"));
     } else if (data->constraints < n || data->saddle.D) PetscCall(CheckEnergy(data, transpose, x, Ax, primal, verdict, why, len));
   }
-  PetscCall(VecDestroy(&Ax));
   PetscCall(PetscLogEventEnd(AINSWORTH_Verify, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

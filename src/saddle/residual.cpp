@@ -15,12 +15,13 @@ static const PetscReal combined   = 1e5 * PETSC_MACHINE_EPSILON;
 static const PetscReal noise      = 1000 * PETSC_MACHINE_EPSILON;
 static const PetscReal rounding   = 10 * PETSC_MACHINE_EPSILON;
 
-/* primal = f - op(A) x - B' lambda, dual = g - C x + D lambda, of the matrix as the program passed it; Ax = op(A) x */
-PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal, Vec dual)
+/* primal = f - op(A) x - B' lambda, dual = g - C x + D lambda, of the matrix as the program passed it; Ax becomes op(A) x, unless it is that already */
+PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal,
+                                       Vec dual)
 {
   PetscFunctionBegin;
-  if (transpose) PetscCall(MatMultTranspose(sp->block[0], x, Ax));
-  else PetscCall(MatMult(sp->block[0], x, Ax));
+  if (transpose && !known) PetscCall(MatMultTranspose(sp->block[0], x, Ax));
+  else if (!known) PetscCall(MatMult(sp->block[0], x, Ax));
   PetscCall(MatMultHermitianTranspose(sp->rowsB, lambda, primal));
   PetscCall(VecAXPBYPCZ(primal, 1.0, -1.0, -1.0, f, Ax));
   PetscCall(MatMult(sp->givenC, x, dual));

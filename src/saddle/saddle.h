@@ -110,7 +110,7 @@ struct AinsworthUnmet {
   PetscReal quotient = 0.0, residual = 0.0, size = 0.0;
   PetscInt  row = -1;
 };
-PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec);
+PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, AinsworthUnmet *);
 PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *, Vec, Vec, Vec, PetscReal *);
 PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, PetscReal, Vec, Vec, Vec, Vec, AinsworthUnmet *, char[], size_t);
