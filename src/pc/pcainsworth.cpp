@@ -23,6 +23,7 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscCall(MatDestroy(&data->reduced));
   PetscCall(MatDestroy(&data->M));
   PetscCall(VecDestroy(&data->rhs));
+  PetscCall(VecDestroy(&data->Ax));
   PetscCall(VecDestroy(&data->g));
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));
@@ -105,7 +106,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    contradicts a zero or a dependent row of C and values that are not finite give a `PCFailedReason`, known to all ranks, or an error with
    `-ksp_error_if_not_converged`. `PCAinsworthGetFailure()` and `-ksp_view` say why, naming rows.
 
-   Set-up is repeated for what changed only: a `KSPSolve()` with the same A and C builds nothing, even after `KSPSetOperators()`. Where values changed but
+   Set-up is repeated for what changed only: a `KSPSolve()` with the same A and C builds nothing, even after `KSPSetOperators()`. With
+   `-ksp_reuse_preconditioner` the inner preconditioner is kept where A has the sizes that it had, but never the constraints. Where values changed but
    not the nonzero pattern of C, the symbolic product and factorisation of the Gram matrix and the places of its rows are kept.
 
    The program may lay its rows out over the ranks as it likes, but set-up is fastest where its partition knows of the constraints: that of the graph
@@ -152,7 +154,7 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   pc->ops->setup          = AinsworthGuarded<PCSetUp_Ainsworth>;
   pc->ops->apply          = AinsworthGuarded<PCApply_Ainsworth>;
   pc->ops->applytranspose = AinsworthGuarded<PCApplyTranspose_Ainsworth>;
-  pc->ops->setuponblocks  = PCSetUpOnBlocks_Ainsworth;
+  pc->ops->setuponblocks  = AinsworthGuarded<PCSetUpOnBlocks_Ainsworth>;
   pc->ops->presolve       = PCPreSolve_Ainsworth;
   pc->ops->postsolve      = PCPostSolve_Ainsworth;
   pc->ops->reset          = PCReset_Ainsworth;
