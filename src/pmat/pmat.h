@@ -29,15 +29,34 @@ typedef enum {
   AINSWORTH_PMAT_SUM /* MATCOMPOSITE of A itself and M_* - A, which is not zero on the surface only */
 } AinsworthPmatFormat;
 
+/* What the rows of C bring into M_* */
+struct AinsworthPmatFill {
+  PetscReal entries, mean; /* of A, and of a mean row of it */
+  PetscReal squares;       /* of the lengths of the rows of C that M_* has, added up */
+  PetscInt  longest;       /* row of C */
+  PetscInt  most;          /* rows with more entries than this are left out of M_* */
+  PetscInt  leftOut;       /* their number */
+};
+
 struct AinsworthPmatInputs {
   Mat                 A, C, S;         /* of any type; AIJ, without zero rows; AIJ */
+  Mat                 aij;             /* A as AIJ */
   Vec                 weight;          /* diagonal of W, NULL for W = I */
   Vec                 inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
   AinsworthPmatFormat format;
+  AinsworthPmatFill   fill; /* of A and C */
 };
+
+/* fill.cpp */
+PetscErrorCode AinsworthPmatGetFill(Mat, Mat, AinsworthPmatFill *);
+PetscReal      AinsworthPmatPredict(const AinsworthPmatFill *, const AinsworthPmatOptions *, PetscInt);
+PetscErrorCode AinsworthPmatCheckFill(Mat, const AinsworthPmatFill *, const AinsworthPmatOptions *);
+PetscErrorCode AinsworthPmatCreateShort(Mat, const AinsworthPmatFill *, Mat *);
+PetscErrorCode AinsworthPmatSplitLoose(Mat, Mat, const AinsworthPmatFill *, Mat *, Mat *);
+PetscErrorCode AinsworthPmatCreateShift(Mat, Mat, Vec, const AinsworthPmatFill *, Mat *);
 
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *, const AinsworthPmatOptions *, Vec *, Mat *, PetscInt *);
-PetscErrorCode AinsworthPmatComponentsApart(Mat, PetscInt, PetscBool *);
+PetscErrorCode AinsworthPmatComponentsApart(Mat, PetscInt, PetscInt, PetscBool *);
 
 #endif
