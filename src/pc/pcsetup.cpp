@@ -121,13 +121,13 @@ static PetscErrorCode SetUpWeights(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
 static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInputs *in)
 {
   static const PetscReal many = 1.5; /* of the entries of A */
-  AinsworthPmatOptions   jcb  = data->choices.pmat;
+  PetscReal              predicted;
   PetscBool              apart;
   PetscInt               bs;
 
   PetscFunctionBegin;
-  jcb.type = data->autoType = PC_AINSWORTH_PMAT_JCB;
-  data->autoReason          = "";
+  data->autoType   = PC_AINSWORTH_PMAT_JCB;
+  data->autoReason = "";
   if (data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
   data->autoType   = PC_AINSWORTH_PMAT_ID;
   data->autoReason = ", as interpolation is made from A alone";
@@ -137,7 +137,8 @@ static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInpu
   data->autoReason = ", as the constraints keep components apart";
   if (apart) PetscFunctionReturn(PETSC_SUCCESS);
   data->autoReason = ", as jcb would have too many entries";
-  if (AinsworthPmatPredict(&in->fill, &jcb, data->constraints) > many * in->fill.entries) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthPmatPredict(in->aij, in->C, NULL, &in->fill, &predicted));
+  if (predicted > many * in->fill.entries) PetscFunctionReturn(PETSC_SUCCESS);
   data->autoType   = PC_AINSWORTH_PMAT_JCB;
   data->autoReason = ", as the constraints mix components";
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -23,10 +23,16 @@ static PetscReal Bound(const AinsworthPmatFill *fill)
   return PetscMax(mostEntries * fill->entries, fewEntries);
 }
 
+/* An unknown in more rows than this is shared: what all pairs of its rows would bring into M_* is left out */
+static PetscReal ManyRows(const AinsworthPmatFill *fill)
+{
+  return PetscMax(usualLength, fill->mean);
+}
+
 /* The first class of rows that are left out, from the sums of the squares of the lengths in each */
 static size_t FirstLong(const AinsworthPmatFill *fill, const Classes &squares)
 {
-  const size_t usual = ClassOf((PetscInt)PetscMax(usualLength, fill->mean));
+  const size_t usual = ClassOf((PetscInt)ManyRows(fill));
   PetscReal    all = 0.0, unusual = 0.0;
 
   for (size_t k = 0; k < squares.size(); k++) {
@@ -119,40 +125,7 @@ PetscErrorCode AinsworthPmatGetFill(Mat A, Mat C, AinsworthPmatFill *fill)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthPmatPredict - about as many entries as M_* will have; where rows of C overlap it has fewer
-
-   Rows that Inv(S) couples lie side by side: most of their neighbors are their own, and the others are about twice as many
-*/
-PetscReal AinsworthPmatPredict(const AinsworthPmatFill *fill, const AinsworthPmatOptions *opt, PetscInt rows)
-{
-  PetscReal coupled = 32.0;
-
-  if (opt->type == PC_AINSWORTH_PMAT_ID) return fill->entries + fill->squares;
-  if (opt->type == PC_AINSWORTH_PMAT_JCB) coupled = 1.0;
-  else if (opt->type == PC_AINSWORTH_PMAT_CC || opt->type == PC_AINSWORTH_PMAT_CG) coupled = rows;
-  else if (opt->blocks != PETSC_DECIDE) coupled = (PetscReal)rows / (PetscReal)opt->blocks;
-  return fill->entries + fill->squares * PetscMax(fill->mean, 3.0 * coupled);
-}
-
-/* AinsworthPmatCheckFill - says how large M_* will be, and refuses one that no machine has room for */
-PetscErrorCode AinsworthPmatCheckFill(Mat C, const AinsworthPmatFill *fill, const AinsworthPmatOptions *opt)
-{
-  PetscInt  rows;
-  PetscReal predicted;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetSize(C, &rows, NULL));
-  predicted = AinsworthPmatPredict(fill, opt, rows);
-  PetscCall(PetscInfo(C, "The preconditioning matrix of type %s has about %g entries, A has %g\n", PCAinsworthPmatTypes[opt->type], (double)predicted,
-                      (double)fill->entries));
-  PetscCheck(predicted <= Bound(fill) || opt->type == PC_AINSWORTH_PMAT_ID, PetscObjectComm((PetscObject)C), PETSC_ERR_ARG_OUTOFRANGE,
-             "-pc_ainsworth_pmat %s would give the preconditioning matrix about %g entries, where A has %g: use id", PCAinsworthPmatTypes[opt->type],
-             (double)predicted, (double)fill->entries);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* C with the entries of some of its rows, those of this rank that are marked */
+/* C with the entries of some of its rows, those of this rank that are marked; entries that are zero are not stored */
 static PetscErrorCode SelectRows(Mat C, const std::vector<char> &marked, Mat *selected)
 {
   std::vector<PetscInt>    start(1, 0), columns;
@@ -169,9 +142,10 @@ static PetscErrorCode SelectRows(Mat C, const std::vector<char> &marked, Mat *se
     const PetscScalar *a;
 
     PetscCall(MatGetRow(C, rstart + i, &length, &j, &a));
-    if (marked[i]) {
-      columns.insert(columns.end(), j, j + length);
-      values.insert(values.end(), a, a + length);
+    for (PetscInt k = 0; k < length && marked[i]; k++) {
+      if (a[k] == 0.0) continue;
+      columns.push_back(j[k]);
+      values.push_back(a[k]);
     }
     start.push_back((PetscInt)columns.size());
     PetscCall(MatRestoreRow(C, rstart + i, &length, &j, &a));
@@ -209,6 +183,131 @@ PetscErrorCode AinsworthPmatCreateShort(Mat C, const AinsworthPmatFill *fill, Ma
 }
 
 /*
+   AinsworthPmatCreatePrivate - C W without its entries of shared unknowns, and S = C W C' with it, NULL where none is shared
+
+   Q_* leaves a shared unknown where it is, and moves the others of each row: the rows do not meet in it. Collective
+*/
+PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmatFill *fill, Mat *CW, Mat *S)
+{
+  PetscInt     n, m, shared = 0;
+  Vec          W;
+  PetscScalar *w;
+  Mat          scaled, CWt;
+
+  PetscFunctionBegin;
+  if (S) *S = NULL;
+  PetscCall(CountColumns(C, 0, &W));
+  PetscCall(MatGetLocalSize(C, &m, &n));
+  PetscCall(VecGetArray(W, &w));
+  for (PetscInt i = 0; i < n; i++) {
+    const bool many = PetscRealPart(w[i]) > ManyRows(fill);
+
+    shared += many;
+    w[i] = many ? 0.0 : 1.0;
+  }
+  PetscCall(VecRestoreArray(W, &w));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &shared, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
+  if (weight) PetscCall(VecPointwiseMult(W, W, weight));
+  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, CW));
+  PetscCall(MatDiagonalScale(*CW, NULL, W));
+  PetscCall(VecDestroy(&W));
+  if (!shared) PetscFunctionReturn(PETSC_SUCCESS);
+  scaled = *CW;
+  PetscCall(SelectRows(scaled, std::vector<char>(m, 1), CW));
+  PetscCall(MatDestroy(&scaled));
+  if (!S) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatHermitianTranspose(*CW, MAT_INITIAL_MATRIX, &CWt));
+  PetscCall(MatMatMult(C, CWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, S));
+  PetscCall(MatDestroy(&CWt));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Entries of the mean row of left * right; left has few rows, and becomes the product */
+static PetscErrorCode MultiplySample(Mat *left, Mat right, PetscReal *mean)
+{
+  Mat      product;
+  MatInfo  info;
+  PetscInt rows;
+
+  PetscFunctionBegin;
+  PetscCall(MatMatMult(*left, right, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &product));
+  PetscCall(MatDestroy(left));
+  *left = product;
+  PetscCall(MatGetInfo(product, MAT_GLOBAL_SUM, &info));
+  PetscCall(MatGetSize(product, &rows, NULL));
+  *mean = (PetscReal)info.nz_used / PetscMax(rows, 1);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Up to some unknowns of this rank that C has entries for, at even distances; and the number of such unknowns on all ranks */
+static PetscErrorCode SampleUnknowns(Mat Ct, IS *sample, PetscReal *touched)
+{
+  static const size_t   enough = 16;
+  PetscInt              rstart, rend;
+  std::vector<PetscInt> found, taken;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRange(Ct, &rstart, &rend));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscInt n;
+
+    PetscCall(MatGetRow(Ct, i, &n, NULL, NULL));
+    if (n) found.push_back(i);
+    PetscCall(MatRestoreRow(Ct, i, &n, NULL, NULL));
+  }
+  for (size_t k = 0; k < enough && k < found.size(); k++) taken.push_back(found[(2 * k + 1) * found.size() / (2 * PetscMin(enough, found.size()))]);
+  *touched = (PetscReal)found.size();
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, touched, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)Ct)));
+  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)Ct), (PetscInt)taken.size(), taken.data(), PETSC_COPY_VALUES, sample));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthPmatPredict - about as many entries as M_* will have with the approximation Inv(S) of S^{-1}, NULL: a diagonal one
+
+   The rows of some unknowns of C' Inv(S) C W A and that times W C' Inv(S) C are counted. Collective
+*/
+PetscErrorCode AinsworthPmatPredict(Mat A, Mat C, Mat inverse, const AinsworthPmatFill *fill, PetscReal *entries)
+{
+  Mat       kept, Ct, CW, CWt, sample;
+  IS        unknowns;
+  PetscReal touched, ring, row;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthPmatCreateShort(C, fill, &kept));
+  PetscCall(AinsworthPmatCreatePrivate(kept, NULL, fill, &CW, NULL));
+  PetscCall(MatTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
+  PetscCall(MatTranspose(kept, MAT_INITIAL_MATRIX, &Ct));
+  PetscCall(SampleUnknowns(CWt, &unknowns, &touched));
+  PetscCall(MatCreateSubMatrix(Ct, unknowns, NULL, MAT_INITIAL_MATRIX, &sample));
+  if (inverse) PetscCall(MultiplySample(&sample, inverse, &row));
+  PetscCall(MultiplySample(&sample, CW, &row));
+  PetscCall(MultiplySample(&sample, A, &ring));
+  PetscCall(MultiplySample(&sample, CWt, &row));
+  if (inverse) PetscCall(MultiplySample(&sample, inverse, &row));
+  PetscCall(MultiplySample(&sample, kept, &row));
+  *entries = fill->entries + touched * (row + ring);
+  PetscCall(ISDestroy(&unknowns));
+  for (Mat *mat : {&kept, &Ct, &CW, &CWt, &sample}) PetscCall(MatDestroy(mat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthPmatCheckFill - says how large M_* will be, and refuses one that no machine has room for */
+PetscErrorCode AinsworthPmatCheckFill(Mat A, Mat C, Mat inverse, const AinsworthPmatFill *fill, PCAinsworthPmatType type)
+{
+  PetscReal predicted = fill->entries + fill->squares; /* what bounds the latter has been left out */
+
+  PetscFunctionBegin;
+  if (type != PC_AINSWORTH_PMAT_ID) PetscCall(AinsworthPmatPredict(A, C, inverse, fill, &predicted));
+  PetscCall(PetscInfo(C, "The preconditioning matrix of type %s has about %g entries, A has %g\n", PCAinsworthPmatTypes[type], (double)predicted,
+                      (double)fill->entries));
+  PetscCheck(predicted <= Bound(fill) || type == PC_AINSWORTH_PMAT_ID, PetscObjectComm((PetscObject)C), PETSC_ERR_ARG_OUTOFRANGE,
+             "-pc_ainsworth_pmat %s would give the preconditioning matrix about %g entries, where A has %g: use id", PCAinsworthPmatTypes[type],
+             (double)predicted, (double)fill->entries);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    AinsworthPmatSplitLoose - C = rest + loose: loose has the rows with an unknown that A does nothing to, NULL where there are none
 
    Interpolation that is made from A alone does not reach such unknowns, and their rows would lock it. One that is in many rows, the strain of a
@@ -216,7 +315,6 @@ PetscErrorCode AinsworthPmatCreateShort(Mat C, const AinsworthPmatFill *fill, Ma
 */
 PetscErrorCode AinsworthPmatSplitLoose(Mat A, Mat C, const AinsworthPmatFill *fill, Mat *rest, Mat *loose)
 {
-  const PetscReal    many = PetscMax(usualLength, fill->mean);
   PetscInt           n, m, found = 0;
   Vec                counts, touched, diagonal;
   PetscScalar       *count;
@@ -237,7 +335,7 @@ PetscErrorCode AinsworthPmatSplitLoose(Mat A, Mat C, const AinsworthPmatFill *fi
   if (found) {
     PetscCall(CountColumns(C, 0, &counts));
     PetscCall(VecGetArray(counts, &count));
-    for (PetscInt i = 0; i < n; i++) count[i] = a[i] == 0.0 && PetscRealPart(count[i]) <= many ? 1.0 : 0.0;
+    for (PetscInt i = 0; i < n; i++) count[i] = a[i] == 0.0 && PetscRealPart(count[i]) <= ManyRows(fill) ? 1.0 : 0.0;
     PetscCall(VecRestoreArray(counts, &count));
     PetscCall(MatCreateVecs(C, NULL, &touched));
     PetscCall(AinsworthAbsoluteAIJ(C, &absolute));
@@ -247,10 +345,17 @@ PetscErrorCode AinsworthPmatSplitLoose(Mat A, Mat C, const AinsworthPmatFill *fi
     PetscCall(VecGetArray(touched, &count));
     for (PetscInt i = 0; i < m; i++) in.push_back(PetscRealPart(count[i]) > 0.0);
     PetscCall(VecRestoreArray(touched, &count));
-    for (char marked : in) out.push_back(!marked);
-    PetscCall(MatDestroy(rest));
-    PetscCall(SelectRows(C, out, rest));
-    PetscCall(SelectRows(C, in, loose));
+    found = 0;
+    for (char marked : in) {
+      out.push_back(!marked);
+      found |= marked;
+    }
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)A)));
+    if (found) {
+      PetscCall(MatDestroy(rest));
+      PetscCall(SelectRows(C, out, rest));
+      PetscCall(SelectRows(C, in, loose));
+    }
     PetscCall(VecDestroy(&counts));
     PetscCall(VecDestroy(&touched));
   }

@@ -36,15 +36,12 @@ static PetscErrorCode MultiplyFewRows(Mat Yt, Mat A, Mat *product)
 
    Where A is symmetric it is H + H' with H = C' ((Y A Y') C / 2 - Y A).
 */
-static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, Mat C, Mat inverse, PetscBool symmetric, Mat *part)
+static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, PetscBool symmetric, Mat *part)
 {
-  Mat A = in->aij, Ct, CW, Y, Yt, YA, YAYt, sum, other;
+  Mat Ct, Y, Yt, YA, YAYt, sum, other;
 
   PetscFunctionBegin;
-  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &CW));
-  if (in->weight) PetscCall(MatDiagonalScale(CW, NULL, in->weight));
   PetscCall(Multiply(inverse, CW, &Y));
-  PetscCall(MatDestroy(&CW));
   PetscCall(MatHermitianTranspose(Y, MAT_INITIAL_MATRIX, &Yt));
   PetscCall(MatDestroy(&Y));
   PetscCall(MultiplyFewRows(Yt, A, &YA));
@@ -69,6 +66,27 @@ static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, Mat C,
   PetscCall(MatDestroy(&Yt));
   PetscCall(MatAXPY(*part, symmetric ? 1.0 : -1.0, other, DIFFERENT_NONZERO_PATTERN));
   PetscCall(MatDestroy(&other));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Q_*' A Q_* - A, NULL for id; C may lack entries of long rows */
+static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat *part)
+{
+  Mat CW, S, inverse;
+
+  PetscFunctionBegin;
+  *part = NULL;
+  if (opt->type == PC_AINSWORTH_PMAT_ID) {
+    PetscCall(AinsworthPmatCheckFill(in->aij, in->C, NULL, &in->fill, opt->type));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(AinsworthPmatCreatePrivate(C, in->weight, &in->fill, &CW, &S));
+  PetscCall(AinsworthInvGramCreate(S ? S : in->S, opt, &inverse));
+  PetscCall(AinsworthPmatCheckFill(in->aij, in->C, inverse, &in->fill, opt->type));
+  PetscCall(MultiplyProjection(in->aij, C, CW, inverse, opt->symmetric, part));
+  PetscCall(MatDestroy(&inverse));
+  PetscCall(MatDestroy(&S));
+  PetscCall(MatDestroy(&CW));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -156,16 +174,13 @@ static PetscErrorCode AddA(Mat A, AinsworthPmatFormat format, Mat *pmat)
 */
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Vec *penalty, Mat *pmat, PetscInt *bad)
 {
-  Mat      C, rest, loose = NULL, inverse, projection = NULL, shift, base = in->format == AINSWORTH_PMAT_SUM ? in->A : in->aij;
+  Mat      C, rest, loose = NULL, projection, shift, base = in->format == AINSWORTH_PMAT_SUM ? in->A : in->aij;
   PetscInt column;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthPmatCheckFill(in->C, &in->fill, opt));
-  PetscCall(AinsworthInvGramCreate(in->S, opt, &inverse));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(AinsworthPmatCreateShort(in->C, &in->fill, &C));
-  if (inverse) PetscCall(CreateProjectionPart(in, C, inverse, opt->symmetric, &projection));
-  PetscCall(MatDestroy(&inverse));
+  PetscCall(CreateProjectionPart(in, opt, C, &projection));
   if (in->format == AINSWORTH_PMAT_SUM) PetscCall(AinsworthPmatSplitLoose(in->aij, C, &in->fill, &rest, &loose));
   PetscCall(CreatePenaltyPart(in, opt, loose ? rest : C, projection, penalty, pmat));
   if (loose) PetscCall(MultiplyBothSides(loose, *penalty, &base));

@@ -49,9 +49,10 @@ struct AinsworthPmatInputs {
 
 /* fill.cpp */
 PetscErrorCode AinsworthPmatGetFill(Mat, Mat, AinsworthPmatFill *);
-PetscReal      AinsworthPmatPredict(const AinsworthPmatFill *, const AinsworthPmatOptions *, PetscInt);
-PetscErrorCode AinsworthPmatCheckFill(Mat, const AinsworthPmatFill *, const AinsworthPmatOptions *);
+PetscErrorCode AinsworthPmatPredict(Mat, Mat, Mat, const AinsworthPmatFill *, PetscReal *);
+PetscErrorCode AinsworthPmatCheckFill(Mat, Mat, Mat, const AinsworthPmatFill *, PCAinsworthPmatType);
 PetscErrorCode AinsworthPmatCreateShort(Mat, const AinsworthPmatFill *, Mat *);
+PetscErrorCode AinsworthPmatCreatePrivate(Mat, Vec, const AinsworthPmatFill *, Mat *, Mat *);
 PetscErrorCode AinsworthPmatSplitLoose(Mat, Mat, const AinsworthPmatFill *, Mat *, Mat *);
 PetscErrorCode AinsworthPmatCreateShift(Mat, Mat, Vec, const AinsworthPmatFill *, Mat *);
 
