@@ -183,42 +183,38 @@ PetscErrorCode AinsworthPmatCreateShort(Mat C, const AinsworthPmatFill *fill, Ma
 }
 
 /*
-   AinsworthPmatCreatePrivate - C W without its entries of shared unknowns, and S = C W C' with it, NULL where none is shared
+   AinsworthPmatCreatePrivate - C W without its entries of shared unknowns
 
    Q_* leaves a shared unknown where it is, and moves the others of each row: the rows do not meet in it. Collective
 */
-PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmatFill *fill, Mat *CW, Mat *S)
+PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmatFill *fill, Mat *CW, PetscBool *shared)
 {
-  PetscInt     n, m, shared = 0;
+  PetscInt     n, m, found = 0;
   Vec          W;
   PetscScalar *w;
-  Mat          scaled, CWt;
+  Mat          scaled;
 
   PetscFunctionBegin;
-  if (S) *S = NULL;
   PetscCall(CountColumns(C, 0, &W));
   PetscCall(MatGetLocalSize(C, &m, &n));
   PetscCall(VecGetArray(W, &w));
   for (PetscInt i = 0; i < n; i++) {
     const bool many = PetscRealPart(w[i]) > ManyRows(fill);
 
-    shared += many;
+    found += many;
     w[i] = many ? 0.0 : 1.0;
   }
   PetscCall(VecRestoreArray(W, &w));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &shared, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
+  *shared = (PetscBool)(found > 0);
   if (weight) PetscCall(VecPointwiseMult(W, W, weight));
   PetscCall(MatDuplicate(C, MAT_COPY_VALUES, CW));
   PetscCall(MatDiagonalScale(*CW, NULL, W));
   PetscCall(VecDestroy(&W));
-  if (!shared) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!*shared) PetscFunctionReturn(PETSC_SUCCESS);
   scaled = *CW;
   PetscCall(SelectRows(scaled, std::vector<char>(m, 1), CW));
   PetscCall(MatDestroy(&scaled));
-  if (!S) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatHermitianTranspose(*CW, MAT_INITIAL_MATRIX, &CWt));
-  PetscCall(MatMatMult(C, CWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, S));
-  PetscCall(MatDestroy(&CWt));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -271,11 +267,12 @@ PetscErrorCode AinsworthPmatPredict(Mat A, Mat C, Mat inverse, const AinsworthPm
 {
   Mat       kept, Ct, CW, CWt, sample;
   IS        unknowns;
+  PetscBool shared;
   PetscReal touched, ring, row;
 
   PetscFunctionBegin;
   PetscCall(AinsworthPmatCreateShort(C, fill, &kept));
-  PetscCall(AinsworthPmatCreatePrivate(kept, NULL, fill, &CW, NULL));
+  PetscCall(AinsworthPmatCreatePrivate(kept, NULL, fill, &CW, &shared));
   PetscCall(MatTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
   PetscCall(MatTranspose(kept, MAT_INITIAL_MATRIX, &Ct));
   PetscCall(SampleUnknowns(CWt, &unknowns, &touched));

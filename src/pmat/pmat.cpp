@@ -72,7 +72,8 @@ static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Pets
 /* Q_*' A Q_* - A, NULL for id; C may lack entries of long rows */
 static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat *part)
 {
-  Mat CW, S, inverse;
+  PetscBool shared;
+  Mat       CW, CWt, S = in->S, inverse;
 
   PetscFunctionBegin;
   *part = NULL;
@@ -80,12 +81,17 @@ static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const 
     PetscCall(AinsworthPmatCheckFill(in->aij, in->C, NULL, &in->fill, opt->type));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AinsworthPmatCreatePrivate(C, in->weight, &in->fill, &CW, &S));
-  PetscCall(AinsworthInvGramCreate(S ? S : in->S, opt, &inverse));
+  PetscCall(AinsworthPmatCreatePrivate(C, in->weight, &in->fill, &CW, &shared));
+  if (shared || !S) {
+    PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
+    PetscCall(Multiply(C, CWt, &S));
+    PetscCall(MatDestroy(&CWt));
+  }
+  PetscCall(AinsworthInvGramCreate(S, opt, &inverse));
+  if (shared || !in->S) PetscCall(MatDestroy(&S));
   PetscCall(AinsworthPmatCheckFill(in->aij, in->C, inverse, &in->fill, opt->type));
   PetscCall(MultiplyProjection(in->aij, C, CW, inverse, opt->symmetric, part));
   PetscCall(MatDestroy(&inverse));
-  PetscCall(MatDestroy(&S));
   PetscCall(MatDestroy(&CW));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -122,30 +128,53 @@ static PetscErrorCode MultiplyBothSides(Mat C, Vec B, Mat *product)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   C' B C, where C may lack entries of long rows, and B itself, length m: one per row, gamma / (C diag(A)^{-1} C')_ii, or beta I,
-   beta = gamma ||Q_*' A Q_*|| / ||C' C|| (paper, section 3.3)
-*/
-static PetscErrorCode CreatePenaltyPart(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat projection, Vec *penalty, Mat *part)
+/* (B^{-1} + D)^{-1}, penalty and compliance in series; 0 where D_ii is negative, and the penalty would add to what is less than rigid */
+static PetscErrorCode CreateSeries(Vec penalty, Vec compliance, Vec *series)
 {
-  PetscReal normA, normC;
-  Mat       Ct;
+  PetscInt           m;
+  PetscScalar       *s;
+  const PetscScalar *d;
 
   PetscFunctionBegin;
-  if (opt->penalty == AINSWORTH_PENALTY_ROW) {
-    PetscCall(AinsworthRowPenaltyCreate(in->C, in->inverseDiagonal, opt->factor, penalty));
-    PetscCall(MultiplyBothSides(C, *penalty, part));
-  } else {
+  PetscCall(VecDuplicate(penalty, series));
+  PetscCall(VecCopy(penalty, *series));
+  if (!compliance) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetLocalSize(penalty, &m));
+  PetscCall(VecGetArray(*series, &s));
+  PetscCall(VecGetArrayRead(compliance, &d));
+  for (PetscInt i = 0; i < m; i++) {
+    const PetscReal sum = PetscRealPart(d[i]);
+
+    s[i] = sum < 0.0 ? 0.0 : s[i] / (1.0 + sum * PetscRealPart(s[i]));
+  }
+  PetscCall(VecRestoreArrayRead(compliance, &d));
+  PetscCall(VecRestoreArray(*series, &s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   B, length m: one per row, gamma / (C diag(A)^{-1} C')_ii, or beta I, beta = gamma ||Q_*' A Q_*|| / ||C' C|| (paper, section 3.3); and B in
+   series with D, for M_*. C may lack entries of long rows
+*/
+static PetscErrorCode CreatePenalty(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat projection, Vec *penalty, Vec *series)
+{
+  PetscReal normA, normC;
+  Mat       Ct, product;
+
+  PetscFunctionBegin;
+  if (opt->penalty == AINSWORTH_PENALTY_ROW) PetscCall(AinsworthRowPenaltyCreate(in->C, in->inverseDiagonal, opt->factor, penalty));
+  else {
     PetscCall(MatHermitianTranspose(C, MAT_INITIAL_MATRIX, &Ct));
-    PetscCall(Multiply(Ct, C, part));
+    PetscCall(Multiply(Ct, C, &product));
+    PetscCall(MatNorm(product, NORM_INFINITY, &normC));
     PetscCall(MatDestroy(&Ct));
-    PetscCall(MatNorm(*part, NORM_INFINITY, &normC));
+    PetscCall(MatDestroy(&product));
     if (normC == 0.0) PetscCall(MatNorm(in->C, NORM_INFINITY, &normC)); /* all rows are long */
     PetscCall(NormOfSum(in->aij, projection, &normA));
     PetscCall(MatCreateVecs(in->C, NULL, penalty));
     PetscCall(VecSet(*penalty, opt->factor * normA / normC));
-    PetscCall(MatScale(*part, opt->factor * normA / normC));
   }
+  PetscCall(CreateSeries(*penalty, in->compliance, series));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -175,6 +204,7 @@ static PetscErrorCode AddA(Mat A, AinsworthPmatFormat format, Mat *pmat)
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Vec *penalty, Mat *pmat, PetscInt *bad)
 {
   Mat      C, rest, loose = NULL, projection, shift, base = in->format == AINSWORTH_PMAT_SUM ? in->A : in->aij;
+  Vec      series;
   PetscInt column;
 
   PetscFunctionBegin;
@@ -182,8 +212,10 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscCall(AinsworthPmatCreateShort(in->C, &in->fill, &C));
   PetscCall(CreateProjectionPart(in, opt, C, &projection));
   if (in->format == AINSWORTH_PMAT_SUM) PetscCall(AinsworthPmatSplitLoose(in->aij, C, &in->fill, &rest, &loose));
-  PetscCall(CreatePenaltyPart(in, opt, loose ? rest : C, projection, penalty, pmat));
-  if (loose) PetscCall(MultiplyBothSides(loose, *penalty, &base));
+  PetscCall(CreatePenalty(in, opt, C, projection, penalty, &series));
+  PetscCall(MultiplyBothSides(loose ? rest : C, series, pmat));
+  if (loose) PetscCall(MultiplyBothSides(loose, series, &base));
+  PetscCall(VecDestroy(&series));
   if (projection) PetscCall(MatAXPY(*pmat, 1.0, projection, DIFFERENT_NONZERO_PATTERN));
   PetscCall(MatDestroy(&projection));
   if (in->format == AINSWORTH_PMAT_SUM) PetscCall(MatDestroy(&rest));

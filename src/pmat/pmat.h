@@ -39,9 +39,10 @@ struct AinsworthPmatFill {
 };
 
 struct AinsworthPmatInputs {
-  Mat                 A, C, S;         /* of any type; AIJ, without zero rows; AIJ */
+  Mat                 A, C, S;         /* of any type; AIJ, without zero rows; AIJ, NULL: C W C' is not at hand */
   Mat                 aij;             /* A as AIJ */
   Vec                 weight;          /* diagonal of W, NULL for W = I */
+  Vec                 compliance;      /* sums of the rows of |D|, negative where D_ii is; NULL: D = 0 */
   Vec                 inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
   AinsworthPmatFormat format;
   AinsworthPmatFill   fill; /* of A and C */
@@ -52,7 +53,7 @@ PetscErrorCode AinsworthPmatGetFill(Mat, Mat, AinsworthPmatFill *);
 PetscErrorCode AinsworthPmatPredict(Mat, Mat, Mat, const AinsworthPmatFill *, PetscReal *);
 PetscErrorCode AinsworthPmatCheckFill(Mat, Mat, Mat, const AinsworthPmatFill *, PCAinsworthPmatType);
 PetscErrorCode AinsworthPmatCreateShort(Mat, const AinsworthPmatFill *, Mat *);
-PetscErrorCode AinsworthPmatCreatePrivate(Mat, Vec, const AinsworthPmatFill *, Mat *, Mat *);
+PetscErrorCode AinsworthPmatCreatePrivate(Mat, Vec, const AinsworthPmatFill *, Mat *, PetscBool *);
 PetscErrorCode AinsworthPmatSplitLoose(Mat, Mat, const AinsworthPmatFill *, Mat *, Mat *);
 PetscErrorCode AinsworthPmatCreateShift(Mat, Mat, Vec, const AinsworthPmatFill *, Mat *);
 

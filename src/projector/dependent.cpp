@@ -201,7 +201,7 @@ PetscErrorCode AinsworthGramDiagnose(AinsworthGram *gram, PetscInt *pass, PetscI
   *dependent = NULL;
   PetscCall(AinsworthGramGetFailedReason(gram, reason));
   if (!*reason) PetscCall(Probe(gram, &error));
-  for (; *pass < passes && !*n && !(error <= (*pass ? unusable : suspicious)); ++*pass) {
+  for (; gram->hermitian && *pass < passes && !*n && !(error <= (*pass ? unusable : suspicious)); ++*pass) {
     PetscCall(PetscFree(*dependent));
     PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
     PetscCall(FindDependentRows(gram->S, dependentSquare[*pass], n, dependent));
