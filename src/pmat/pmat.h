@@ -31,11 +31,12 @@ typedef enum {
 
 /* What the rows of C bring into M_* */
 struct AinsworthPmatFill {
-  PetscReal entries, mean; /* of A, and of a mean row of it */
-  PetscReal squares;       /* of the lengths of the rows of C that M_* has, added up */
-  PetscInt  longest;       /* row of C */
-  PetscInt  most;          /* rows with more entries than this are left out of M_* */
-  PetscInt  leftOut;       /* their number */
+  PetscReal entries; /* of A */
+  PetscInt  usual;   /* rows of up to about this length are not long, unknowns in more rows than this are shared */
+  PetscReal squares; /* of the lengths of the rows of C that M_* has, added up */
+  PetscInt  longest; /* row of C */
+  PetscInt  most;    /* rows with more entries than this are left out of M_* */
+  PetscInt  leftOut; /* their number */
 };
 
 struct AinsworthPmatInputs {
@@ -52,6 +53,8 @@ struct AinsworthPmatInputs {
 PetscErrorCode AinsworthPmatGetFill(Mat, Mat, AinsworthPmatFill *);
 PetscErrorCode AinsworthPmatPredict(Mat, Mat, Mat, const AinsworthPmatFill *, PetscReal *);
 PetscErrorCode AinsworthPmatCheckFill(Mat, Mat, Mat, const AinsworthPmatFill *, PCAinsworthPmatType);
+
+/* rows.cpp */
 PetscErrorCode AinsworthPmatCreateShort(Mat, const AinsworthPmatFill *, Mat *);
 PetscErrorCode AinsworthPmatCreatePrivate(Mat, Vec, const AinsworthPmatFill *, Mat *, PetscBool *);
 PetscErrorCode AinsworthPmatSplitLoose(Mat, Mat, const AinsworthPmatFill *, Mat *, Mat *);
