@@ -123,17 +123,18 @@ PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmat
 /*
    AinsworthPmatSplitLoose - C = rest + loose: loose has the rows with an unknown that A does nothing to, NULL where there are none
 
-   Interpolation that is made from A alone does not reach such unknowns, and their rows would lock it. One that is in many rows, the strain of a
-   periodic cell, does not count: it alone is one direction that iterations have to find. Collective
+   Interpolation that is made from A alone does not reach such unknowns, and their rows would lock it. A few of them, or those in many rows like
+   the strain of a periodic cell, do not count: each is one direction that iterations have to find. Collective
 */
 PetscErrorCode AinsworthPmatSplitLoose(Mat A, Mat C, const AinsworthPmatFill *fill, Mat *rest, Mat *loose)
 {
-  PetscInt           n, m, found = 0;
-  Vec                counts, touched, diagonal;
-  PetscScalar       *count;
-  const PetscScalar *a;
-  Mat                absolute;
-  std::vector<char>  in, out;
+  static const PetscInt few = 24;
+  PetscInt              n, m, found = 0;
+  Vec                   counts, touched, diagonal;
+  PetscScalar          *count;
+  const PetscScalar    *a;
+  Mat                   absolute;
+  std::vector<char>     in, out;
 
   PetscFunctionBegin;
   *loose = NULL;
@@ -148,29 +149,33 @@ PetscErrorCode AinsworthPmatSplitLoose(Mat A, Mat C, const AinsworthPmatFill *fi
   if (found) {
     PetscCall(CountColumns(C, 0, &counts));
     PetscCall(VecGetArray(counts, &count));
-    for (PetscInt i = 0; i < n; i++) count[i] = a[i] == 0.0 && PetscRealPart(count[i]) <= fill->usual ? 1.0 : 0.0;
-    PetscCall(VecRestoreArray(counts, &count));
-    PetscCall(MatCreateVecs(C, NULL, &touched));
-    PetscCall(AinsworthAbsoluteAIJ(C, &absolute));
-    PetscCall(MatMult(absolute, counts, touched));
-    PetscCall(MatDestroy(&absolute));
-    PetscCall(VecGetLocalSize(touched, &m));
-    PetscCall(VecGetArray(touched, &count));
-    for (PetscInt i = 0; i < m; i++) in.push_back(PetscRealPart(count[i]) > 0.0);
-    PetscCall(VecRestoreArray(touched, &count));
     found = 0;
-    for (char marked : in) {
-      out.push_back(!marked);
-      found |= marked;
+    for (PetscInt i = 0; i < n; i++) {
+      const bool own = PetscRealPart(count[i]) > 0.0 && PetscRealPart(count[i]) <= fill->usual;
+
+      found += own && a[i] == 0.0;
+      count[i] = own && a[i] == 0.0 ? 1.0 : 0.0;
     }
-    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)A)));
-    if (found) {
+    PetscCall(VecRestoreArray(counts, &count));
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
+    if (found > few) {
+      PetscCall(MatCreateVecs(C, NULL, &touched));
+      PetscCall(AinsworthAbsoluteAIJ(C, &absolute));
+      PetscCall(MatMult(absolute, counts, touched));
+      PetscCall(MatDestroy(&absolute));
+      PetscCall(VecGetLocalSize(touched, &m));
+      PetscCall(VecGetArray(touched, &count));
+      for (PetscInt i = 0; i < m; i++) {
+        in.push_back(PetscRealPart(count[i]) > 0.0);
+        out.push_back(!in.back());
+      }
+      PetscCall(VecRestoreArray(touched, &count));
+      PetscCall(VecDestroy(&touched));
       PetscCall(MatDestroy(rest));
       PetscCall(SelectRows(C, out, rest));
       PetscCall(SelectRows(C, in, loose));
     }
     PetscCall(VecDestroy(&counts));
-    PetscCall(VecDestroy(&touched));
   }
   PetscCall(VecRestoreArrayRead(diagonal, &a));
   PetscCall(VecDestroy(&diagonal));

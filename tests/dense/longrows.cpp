@@ -138,7 +138,7 @@ static PetscErrorCode Shared()
 /* Unknowns that A does nothing to: their rows are with A in what interpolation is made from */
 static PetscErrorCode Loose()
 {
-  const PetscInt n = 120, m = 8, first = n - 8;
+  const PetscInt links = 32, n = 180, m = 2 * links + 3, first = n - links;
   Options        options(std::string(common) + "-ainsworth_pc_type blocksa -pc_ainsworth_pmat id");
   DenseSystem    d = Springs(n, m);
   Dense          got, loose, full;
@@ -149,19 +149,19 @@ static PetscErrorCode Loose()
 
   PetscFunctionBeginUser;
   Case("unknowns that A does nothing to");
-  for (PetscInt i = first; i < n; i++) d.A.row(i).setZero(), d.A.col(i).setZero(), d.f[i] = 0.1 * Uniform(4, i, 0);
-  for (PetscInt i = 0; i < m; i++) { /* 0 to 3: two unknowns by way of a loose one; the others: without */
-    d.C(i, i < 4 ? first + i : 10 * i) = 1.0;
-    d.C(i, 10 * i + 3)                 = -1.0;
-    if (i < 4) d.C(i, first + 4 + i) = 0.5;
+  for (PetscInt i = first; i < n; i++) {
+    d.A.row(i).setZero();
+    d.A.col(i).setZero();
   }
-  for (PetscInt i = 4; i < m; i++) d.C(i, first + i) = 1.0; /* each of them is in two rows */
-  d.A.block(first + 4, first + 4, 4, 4).setIdentity();
+  for (PetscInt i = 0; i < m; i++) { /* pairs of unknowns by way of a loose one, then pairs without */
+    d.C(i, i < 2 * links ? first + i / 2 : 2 * i + 1) = 1.0;
+    d.C(i, 2 * i)                                     = -1.0;
+  }
   full = d.A; /* the stiffest of the others stands in for a diagonal of zero */
-  for (PetscInt i = first; i < first + 4; i++) full(i, i) = d.A.diagonal().cwiseAbs().maxCoeff();
+  for (PetscInt i = first; i < n; i++) full(i, i) = d.A.diagonal().cwiseAbs().maxCoeff();
   B     = RowPenalty(full, d.C, 2.5);
   loose = d.C;
-  loose.bottomRows(m - 4).setZero();
+  loose.bottomRows(3).setZero();
   PetscCall(RunCreate(d, false, &run));
   PetscCall(SetUp(&run, &M, &view));
   PetscCall(Gather(M, got));
