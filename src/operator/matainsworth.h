@@ -26,12 +26,12 @@ struct Mat_Ainsworth {
   PetscErrorCode (*apply)(PC, Vec, Vec); /* of its preconditioner, without the projection or the springs of D */
   PetscErrorCode (*applyTranspose)(PC, Vec, Vec);
   AinsworthProjector proj;
-  bool               doubtful; /* rows of C are nearly dependent: solves with the Gram matrix are refined */
-  Vec                work;     /* n */
-  Vec                rowWork;  /* m, placed */
-  Vec                residual; /* m, as the rows of C; NULL: not needed yet */
-  Vec                mu;       /* the same: S^{-1} (C y - g), where D is not zero */
-  PetscBool          current;  /* the projector belongs to the present A, C and W */
+  bool               doubtful;          /* rows of C are nearly dependent: solves with the Gram matrix are refined */
+  Vec                work;              /* n */
+  Vec                rowWork;           /* m, placed */
+  Vec                residual;          /* m, as the rows of C; NULL: not needed yet */
+  Vec                mu;                /* the same: S^{-1} (C y - g), where D is not zero */
+  PetscBool          current;           /* the projector belongs to the present A, C and W */
   PetscObjectState   stateA, stateC[3]; /* the latter also of B and D */
 };
 

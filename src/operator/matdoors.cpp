@@ -20,14 +20,17 @@ static PetscErrorCode MultA(const Mat_Ainsworth *ctx, PetscBool transpose, Vec x
    x += R (g - C x): C x = g to rounding, whatever the tolerance of the reduced solve; where D is not zero, x += R r and mu -= S^{-1} r with
    r = g - C x + N mu. Each further call is a step of iterative refinement.
 */
-static PetscErrorCode ProjectOntoConstraints(Mat_Ainsworth *ctx, Vec g, Vec x)
+static PetscErrorCode ProjectOntoConstraints(Mat_Ainsworth *ctx, PetscBool zero, Vec g, Vec x)
 {
   AinsworthProjector *proj = &ctx->proj;
 
   PetscFunctionBegin;
   if (!ctx->residual) PetscCall(MatCreateVecs(ctx->C, NULL, &ctx->residual));
-  PetscCall(MatMult(ctx->C, x, ctx->residual));
-  PetscCall(VecAYPX(ctx->residual, -1.0, g));
+  if (zero) PetscCall(VecCopy(g, ctx->residual));
+  else {
+    PetscCall(MatMult(ctx->C, x, ctx->residual));
+    PetscCall(VecAYPX(ctx->residual, -1.0, g));
+  }
   if (ctx->D) PetscCall(MatMultAdd(proj->compliance.N, ctx->mu, ctx->residual, ctx->residual));
   PetscCall(AinsworthProjectorRightInverse(proj, ctx->residual, ctx->work));
   PetscCall(VecAXPY(x, 1.0, ctx->work));
@@ -37,15 +40,15 @@ static PetscErrorCode ProjectOntoConstraints(Mat_Ainsworth *ctx, Vec g, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x, from the solution of the reduced system (0: x = R g), and with it ctx->mu */
-static PetscErrorCode Complete(Mat_Ainsworth *ctx, Vec g, Vec x)
+/* x, from the solution of the reduced system (zero: x = R g), and with it ctx->mu */
+static PetscErrorCode Complete(Mat_Ainsworth *ctx, PetscBool zero, Vec g, Vec x)
 {
   PetscFunctionBegin;
   if (ctx->D) {
     if (!ctx->mu) PetscCall(MatCreateVecs(ctx->C, NULL, &ctx->mu));
     PetscCall(VecZeroEntries(ctx->mu));
   }
-  for (int k = 0; k < (ctx->doubtful ? refinements : 1); k++) PetscCall(ProjectOntoConstraints(ctx, g, x));
+  for (int k = 0; k < (ctx->doubtful ? refinements : 1); k++) PetscCall(ProjectOntoConstraints(ctx, (PetscBool)(zero && !k), g, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -72,7 +75,7 @@ PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, V
   } else {
     PetscCall(VecDuplicate(f, &x));
     PetscCall(VecZeroEntries(x));
-    PetscCall(Complete(ctx, g, x));
+    PetscCall(Complete(ctx, PETSC_TRUE, g, x));
     PetscCall(MultA(ctx, transpose, x, rhs));
     PetscCall(VecDot(rhs, x, &start[0]));
     PetscCall(VecDot(f, x, &start[1]));
@@ -182,7 +185,7 @@ PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, Vec f, 
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  PetscCall(Complete(ctx, g, x));
+  PetscCall(Complete(ctx, PETSC_FALSE, g, x));
   PetscCall(ComputeMultiplier(mat, transpose, f, x, lambda));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -101,18 +101,20 @@ static PetscErrorCode ChooseMethod(PC pc, PC_Ainsworth *data)
 {
   static const PetscInt restart   = 100; /* more than preconditioned by multigrid it takes: a restart would lose what it knows */
   const PetscBool       hermitian = (PetscBool)(data->symmetric && data->adjoint);
-  PetscBool             given, projected, gmres;
+  PetscBool             given, norm, projected, gmres;
   KSP                   ksp = data->ksp;
 
   PetscFunctionBegin;
   PetscCall(PetscOptionsHasName(((PetscObject)ksp)->options, ((PetscObject)ksp)->prefix, "-ksp_type", &given));
+  PetscCall(PetscOptionsHasName(((PetscObject)ksp)->options, ((PetscObject)ksp)->prefix, "-ksp_norm_type", &norm)); /* which another may not have */
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPGMRES, &gmres));
   if (hermitian && data->ownMethod) {
     if (gmres) PetscCall(KSPSetType(ksp, KSPPROJECTEDCG));
     data->ownMethod = PETSC_FALSE;
-  } else if (!hermitian && projected && !(given && pc->setfromoptionscalled) && data->choices.variant == PC_AINSWORTH_WEIGHTED) {
-    PetscCall(PetscInfo(pc, "%s: the reduced system is solved by GMRES\n", data->symmetric ? "The blocks (0,1) and (1,0) are not adjoint" : "A is not symmetric"));
+  } else if (!hermitian && projected && !((given || norm) && pc->setfromoptionscalled) && data->choices.variant == PC_AINSWORTH_WEIGHTED) {
+    PetscCall(
+      PetscInfo(pc, "%s: the reduced system is solved by GMRES\n", data->symmetric ? "The blocks (0,1) and (1,0) are not adjoint" : "A is not symmetric"));
     PetscCall(KSPSetType(ksp, KSPGMRES));
     PetscCall(KSPGMRESSetRestart(ksp, restart));
     data->ownMethod = PETSC_TRUE;

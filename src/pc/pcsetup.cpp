@@ -321,7 +321,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(AinsworthProbeSymmetry(data->saddle.A, &data->symmetric));
   data->adjoint = (PetscBool)(data->saddle.B == data->saddle.C);
   if (data->adjoint && data->saddle.D) PetscCall(AinsworthProbeSymmetry(data->saddle.D, &data->adjoint));
-  if (symmetric != data->symmetric) PetscCall(MatDestroy(&data->reduced)); /* which has the symmetry of A */
+  if (symmetric != data->symmetric) PetscCall(MatDestroy(&data->reduced));                      /* which has the symmetry of A */
   if (symmetric != data->symmetric || adjoint != data->adjoint) data->configured = PETSC_FALSE; /* it may need another method */
   PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
   if (data->constraints) {

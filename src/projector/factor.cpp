@@ -21,9 +21,9 @@ static const PetscReal   many       = PETSC_INFINITY;
 #if defined(PETSC_HAVE_MUMPS)
 static const char *const pivoting = MATSOLVERMUMPS;
 #elif defined(PETSC_HAVE_SUITESPARSE)
-static const char *const pivoting = MATSOLVERUMFPACK;
+static const char *const pivoting   = MATSOLVERUMFPACK;
 #else
-static const char *const pivoting = MATSOLVERPETSC;
+static const char *const pivoting   = MATSOLVERPETSC;
 #endif
 
 static PetscErrorCode IsPackage(PC pc, const char name[], PetscBool *is)

@@ -263,7 +263,8 @@ PetscErrorCode AinsworthGramView(AinsworthGram *gram, PetscViewer viewer)
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm));
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "Gram matrix S = C W %s: %" PetscInt_FMT " connected component%s, the largest of %" PetscInt_FMT " row%s, on %" PetscInt_FMT " rank%s%s\n",
-    gram->hermitian ? "C'" : "B'", p.components, p.components > 1 ? "s" : "", p.largest, p.largest > 1 ? "s" : "", p.ranks, p.ranks > 1 ? "s" : "", p.split ? ", cut by METIS" : ""));
+    gram->hermitian ? "C'" : "B'", p.components, p.components > 1 ? "s" : "", p.largest, p.largest > 1 ? "s" : "", p.ranks, p.ranks > 1 ? "s" : "",
+    p.split ? ", cut by METIS" : ""));
   PetscCall(PetscViewerASCIIPrintf(viewer, "its solver on rank %d:\n", first));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   own = p.split && p.sizes.size() ? gram->group : PETSC_COMM_SELF;
