@@ -40,6 +40,7 @@ struct PC_Ainsworth {
   Mat             reduced;         /* the reduced operator; NULL without constraints */
   Mat             M;               /* the preconditioning matrix */
   const char     *autoReason;      /* why auto came to what it is */
+  PetscInt        longRows;        /* of C, left out of the preconditioning matrix */
   PetscBool       symmetric;       /* A = A' */
   PetscBool       adjoint;         /* B is C, and D = D' */
   Vec             inverseDiagonal; /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */

@@ -119,25 +119,30 @@ static PetscErrorCode SetUpWeights(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What auto comes to (docs/method.md): id where its few entries are enough */
-static PetscErrorCode ChoosePmatType(PC_Ainsworth *data)
+/* What auto comes to (docs/method.md): id where its few entries are enough, and where jcb would have too many */
+static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInputs *in)
 {
-  PetscBool apart;
-  PetscInt  bs;
+  static const PetscReal many = 1.5; /* of the entries of A */
+  PetscReal              predicted;
+  PetscBool              apart;
+  PetscInt               bs;
 
   PetscFunctionBegin;
   data->autoType   = PC_AINSWORTH_PMAT_JCB;
   data->autoReason = "";
   if (data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
-  if (data->format == AINSWORTH_PMAT_SUM) {
-    data->autoType   = PC_AINSWORTH_PMAT_ID;
-    data->autoReason = ", as interpolation is made from A alone";
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(MatGetBlockSize(data->saddle.A, &bs));
-  PetscCall(AinsworthPmatComponentsApart(data->saddle.C, bs, &apart));
-  if (apart) data->autoType = PC_AINSWORTH_PMAT_ID;
-  data->autoReason = apart ? ", as the constraints keep components apart" : ", as the constraints mix components";
+  data->autoType   = PC_AINSWORTH_PMAT_ID;
+  data->autoReason = ", as interpolation is made from A alone";
+  if (in->format == AINSWORTH_PMAT_SUM) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetBlockSize(in->A, &bs));
+  PetscCall(AinsworthPmatComponentsApart(in->C, bs, in->fill.most, &apart));
+  data->autoReason = ", as the constraints keep components apart";
+  if (apart) PetscFunctionReturn(PETSC_SUCCESS);
+  data->autoReason = ", as jcb would have too many entries";
+  PetscCall(AinsworthPmatPredict(in->aij, in->C, NULL, &in->fill, &predicted));
+  if (predicted > many * in->fill.entries) PetscFunctionReturn(PETSC_SUCCESS);
+  data->autoType   = PC_AINSWORTH_PMAT_JCB;
+  data->autoReason = ", as the constraints mix components";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -157,11 +162,15 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   in.weight          = ctx->weight;
   in.inverseDiagonal = data->inverseDiagonal;
   in.format          = data->format;
-  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data));
+  PetscCall(AinsworthGetAIJ(in.A, &in.aij));
+  PetscCall(AinsworthPmatGetFill(in.aij, in.C, &in.fill));
+  data->longRows = in.fill.leftOut;
+  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data, &in));
   options.type      = PCAinsworthPmatTypeInUse_Private(data);
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor_Private(data);
   PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M, bad));
+  PetscCall(MatDestroy(&in.aij));
   if (*bad < 0) PetscCall(MatAinsworthSetPenalty(data->reduced, penalty));
   PetscCall(VecDestroy(&penalty));
   PetscFunctionReturn(PETSC_SUCCESS);
