@@ -151,7 +151,7 @@ PetscErrorCode MatAinsworthDiagnose_Private(Mat mat, PetscInt *pass, PetscInt *n
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
-  PetscCall(AinsworthGramDiagnose(&ctx->proj.gram, pass, n, dependent, reason, &ctx->doubtful));
+  PetscCall(AinsworthGramDiagnose(&ctx->proj.gram, ctx->proj.C, ctx->weight, pass, n, dependent, reason, &ctx->doubtful));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -6,17 +6,19 @@
 #include <numeric>
 #include <vector>
 
-/* S as a whole on the ranks that say `here`, for MatDestroySubMatrices(); an empty matrix on the others. Collective */
-PetscErrorCode AinsworthGraphGather(Mat S, bool here, Mat **whole)
+/* A matrix as a whole on the ranks that say `here`, for MatDestroySubMatrices(); an empty matrix on the others. Collective */
+PetscErrorCode AinsworthGraphGather(Mat M, bool here, Mat **whole)
 {
-  PetscInt m;
-  IS       all;
+  PetscInt m, n;
+  IS       rows, columns;
 
   PetscFunctionBegin;
-  PetscCall(MatGetSize(S, &m, NULL));
-  PetscCall(ISCreateStride(PETSC_COMM_SELF, here ? m : 0, 0, 1, &all));
-  PetscCall(MatCreateSubMatrices(S, 1, &all, &all, MAT_INITIAL_MATRIX, whole));
-  PetscCall(ISDestroy(&all));
+  PetscCall(MatGetSize(M, &m, &n));
+  PetscCall(ISCreateStride(PETSC_COMM_SELF, here ? m : 0, 0, 1, &rows));
+  PetscCall(ISCreateStride(PETSC_COMM_SELF, here ? n : 0, 0, 1, &columns));
+  PetscCall(MatCreateSubMatrices(M, 1, &rows, &columns, MAT_INITIAL_MATRIX, whole));
+  PetscCall(ISDestroy(&rows));
+  PetscCall(ISDestroy(&columns));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
