@@ -1,5 +1,6 @@
 #include "dependent.h"
 #include "elimination.h"
+#include "../events.h"
 #include "graph.h"
 #include "symbolic.h"
 #include <petscsf.h>
@@ -255,6 +256,7 @@ static PetscErrorCode FindDependentRows(const AinsworthGram *gram, Mat C, Vec we
   IS                    mine, all;
 
   PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(AINSWORTH_Dependent, C, 0, 0, 0));
   PetscCall(LoadRows(C, weight, own.rows));
   Compress(own.rows, columns);
   own.free.assign(columns.size(), 1);
@@ -281,6 +283,7 @@ static PetscErrorCode FindDependentRows(const AinsworthGram *gram, Mat C, Vec we
   PetscCall(ISRestoreIndices(all, &list));
   PetscCall(ISDestroy(&all));
   PetscCall(ISDestroy(&mine));
+  PetscCall(PetscLogEventEnd(AINSWORTH_Dependent, C, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
