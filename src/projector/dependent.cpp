@@ -293,29 +293,37 @@ static PetscErrorCode FindDependentRows(const AinsworthGram *gram, Mat C, Vec we
    Input Parameters:
 +  C      - m x n, placed
 .  weight - diagonal of W, NULL for the identity
--  pass   - 0, and after rows were left out what came back
+-  pass   - 0, and after rows were left out or another weight was taken what came back
 
    Output Parameters:
 +  pass      - for the next call
 .  n         - number of dependent rows, the same on all ranks
 .  dependent - their numbers, on every rank; to be freed
 .  reason    - why no solve with the Gram matrix is possible, where none is and no row depends on others
+.  hidden    - of these rows some are not dependent without W: take the identity, and call again
 -  doubtful  - solves are not accurate: they are to be refined
 */
 PetscErrorCode AinsworthGramDiagnose(AinsworthGram *gram, Mat C, Vec weight, PetscInt *pass, PetscInt *n, PetscInt **dependent, PCFailedReason *reason,
-                                     bool *doubtful)
+                                     PetscBool *hidden, bool *doubtful)
 {
   PetscReal error = PETSC_INFINITY;
+  PetscInt  others, *unweighted;
 
   PetscFunctionBegin;
   *n         = 0;
   *dependent = NULL;
+  *hidden    = PETSC_FALSE;
   PetscCall(AinsworthGramGetFailedReason(gram, reason));
   if (!*reason) PetscCall(Probe(gram, &error));
   for (; *pass < passes && !*n && !(error <= (*pass ? unusable : suspicious)); ++*pass) {
     PetscCall(PetscFree(*dependent));
     PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
     PetscCall(FindDependentRows(gram, C, weight, distances[*pass], n, dependent));
+    if (!*pass || !*n || !weight) continue;
+    PetscCall(FindDependentRows(gram, C, NULL, distances[*pass], &others, &unweighted));
+    PetscCall(PetscFree(unweighted));
+    *hidden = (PetscBool)(others < *n);
+    if (*hidden) break;
   }
   if (!*reason && !(error <= unusable)) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT;
   *doubtful = !(error <= inexact);

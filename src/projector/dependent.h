@@ -4,6 +4,6 @@
 
 #include "gram.h"
 
-PetscErrorCode AinsworthGramDiagnose(AinsworthGram *, Mat, Vec, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *, bool *);
+PetscErrorCode AinsworthGramDiagnose(AinsworthGram *, Mat, Vec, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *, PetscBool *, bool *);
 
 #endif
