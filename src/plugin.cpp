@@ -5,6 +5,8 @@
 #include "multigrid/blocksa.h"
 #include "operator/matainsworth.h"
 #include "pc/pcainsworth.h"
+#include "projector/graph.h"
+#include "projector/symbolic.h"
 
 PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_Dependent, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS,
   AINSWORTH_Multiplier, AINSWORTH_Verify, AINSWORTH_InvGram, AINSWORTH_PMat, AINSWORTH_PMatCopy, AINSWORTH_Aggregate, AINSWORTH_Interpolation,
@@ -118,6 +120,7 @@ PetscErrorCode AinsworthInitializePackage(void)
   PetscCall(PCRegister(PCAINSWORTH, PCCreate_Ainsworth));
   PetscCall(PCRegister(PCBLOCKSA, PCCreate_BlockSA));
   PetscCall(MatRegister(MATAINSWORTH, MatCreate_Ainsworth));
+  PetscCall(MatOrderingRegister(AinsworthDissection, AinsworthGraphDissect));
   PetscCall(KSPRegister(KSPPROJECTEDCG, KSPCreate_ProjectedCG));
   PetscCall(KSPRegister(KSPCHEBYSHEVSINGLE, KSPCreate_ChebyshevSingle));
   PetscFunctionReturn(PETSC_SUCCESS);
