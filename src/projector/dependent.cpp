@@ -57,7 +57,7 @@ static PetscErrorCode Probe(AinsworthGram *gram, PetscReal *error)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows of C W^{1/2}, of length 1, whose largest entry never overflows; without weight those of C */
+/* The rows of C W^{1/2}, or of C without a weight, over their largest entries */
 static PetscErrorCode LoadRows(Mat C, Vec weight, std::vector<AinsworthRow> &rows)
 {
   Mat      scaled = C;
@@ -81,7 +81,7 @@ static PetscErrorCode LoadRows(Mat C, Vec weight, std::vector<AinsworthRow> &row
     PetscInt           ncols;
     const PetscInt    *cols;
     const PetscScalar *values;
-    PetscReal          largest = 0.0, sum = 0.0;
+    PetscReal          largest = 0.0;
 
     PetscCall(MatGetRow(scaled, i, &ncols, &cols, &values));
     for (PetscInt k = 0; k < ncols; k++) largest = PetscMax(largest, PetscAbsScalar(values[k]));
@@ -89,10 +89,8 @@ static PetscErrorCode LoadRows(Mat C, Vec weight, std::vector<AinsworthRow> &row
       if (values[k] == 0.0) continue;
       row.column.push_back(cols[k]);
       row.value.push_back(values[k] / largest);
-      sum += PetscSqr(PetscAbsScalar(row.value.back()));
     }
     PetscCall(MatRestoreRow(scaled, i, &ncols, &cols, &values));
-    for (PetscScalar &value : row.value) value /= PetscSqrtReal(sum);
   }
   if (scaled != C) PetscCall(MatDestroy(&scaled));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -6,8 +6,8 @@
 /* A pivot is at least this part of the largest entry of its row: the choice is free for few entries in its column */
 static const PetscReal threshold = 0.1;
 /* Rows whose distance is smaller wait until all others are taken, and so on by ... */
-static const PetscReal sound = 1e-2;
-static const PetscReal step  = 1e-2;
+static const PetscReal sound = 3e-1;
+static const PetscReal step  = 1e-1;
 /* Entries below this part of the row are the rounding of zeros */
 static const PetscReal rounding = 8 * PETSC_MACHINE_EPSILON;
 

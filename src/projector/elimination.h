@@ -19,7 +19,7 @@ public:
   bool taken(PetscInt i) const { return state[i] == TAKEN; }
   bool left(PetscInt i) const { return state[i] == LEFT; }
 
-  std::vector<AinsworthRow> rows; /* of length 1, or what an elimination left of such; they are changed */
+  std::vector<AinsworthRow> rows; /* their largest entries are 1, or what an elimination left of that; they are changed */
   std::vector<char>         free; /* the columns; 0: those that may not have a pivot, because rows elsewhere share them */
 
 private:
