@@ -119,7 +119,7 @@ static int Rank(const Dense &C)
 static PetscErrorCode Solve(const char *name, const Dense &C, double decades, bool crossed, int rowsPerRank)
 {
   const int   n = (int)C.cols(), m = (int)C.rows(), missing = m - Rank(C);
-  Options     options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_rows_per_rank " + std::to_string(rowsPerRank));
+  Options     options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-10 -pc_ainsworth_rows_per_rank " + std::to_string(rowsPerRank));
   DenseSystem d;
   Run         run;
   Column      x(n);
@@ -141,7 +141,7 @@ static PetscErrorCode Solve(const char *name, const Dense &C, double decades, bo
   PetscCall(RunSolve(&run));
   PetscCall(ViewText(run.ksp, text));
   PetscCall(CheckTrue(run.reason > 0 ? "" : text.c_str(), run.reason > 0));
-  if (run.reason > 0) PetscCall(CheckResiduals(run, d, 1e-9, 1e-10));
+  if (run.reason > 0) PetscCall(CheckResiduals(run, d, 1e-8, 1e-10));
   if (C.rows() > n && decades == 12.0 && missing == m - n) PetscCall(CheckText("view", text, {"weight: identity, as rows of C differ only where"}));
   if (missing) PetscCall(CheckText("view", text, {": " + std::to_string(m - missing) + ", " + std::to_string(missing) + " dependent rows left out"}));
   else PetscCall(CheckTrue("no dependent rows in the view", text.find("dependent") == std::string::npos));
