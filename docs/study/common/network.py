@@ -3,7 +3,11 @@
 Balances: a row for each node, +1 and -1 for the flows of its branches, the unknowns; S is the weighted Laplacian of the network, and one row of each piece
 depends on the others unless a node is open (a branch that leads out). Ties: a row for each branch, the nodes are the unknowns.
 """
+import os
+
 import numpy
+
+from . import surface
 
 
 def grid(rows, seed=1):
@@ -69,3 +73,19 @@ def ties(kind, rows, seed=1):
     nodes, branches = KINDS[kind](rows, seed)
     row = numpy.arange(len(branches))
     return csr(numpy.concatenate([row, row]), branches.T.ravel(), numpy.repeat([1.0, -1.0], len(row)), len(row)) + (nodes,)
+
+
+def save(folder, what, kind, rows):
+    """Files for tutorials/benchmark/solve.cpp of closed or open balances, or ties: its options, those of the whole system in one matrix, the rows of C."""
+    offsets, columns, values, n = ties(kind, rows) if what == "ties" else balances(kind, rows, what == "closed")
+    m = len(offsets) - 1
+    stiffness = 10.0 ** numpy.random.default_rng(3).uniform(-1, 1, n)
+    path = {name: os.path.join(folder, name + ".dat") for name in ("A", "C", "f", "K", "b")}
+    surface.save_matrix(path["A"], n, numpy.arange(n + 1), numpy.arange(n), stiffness)
+    surface.save_matrix(path["C"], n, offsets, columns, values)
+    surface.save_vector(path["f"], numpy.cos(numpy.arange(n)))
+    row = n + numpy.repeat(numpy.arange(m), numpy.diff(offsets))
+    parts = (numpy.arange(n), numpy.arange(n), stiffness), (row, columns, values), (columns, row, values), (n + numpy.arange(m), n + numpy.arange(m), numpy.zeros(m))
+    surface.save_matrix(path["K"], n + m, *csr(*(numpy.concatenate(part) for part in zip(*parts)), n + m))
+    surface.save_vector(path["b"], numpy.concatenate([numpy.cos(numpy.arange(n)), numpy.zeros(m)]))
+    return "-A %(A)s -C %(C)s -f %(f)s" % path, "-A %(K)s -f %(b)s" % path, m
