@@ -8,6 +8,19 @@ static const PetscInt  driftInterval  = 10;    /* projections between two measur
 
 static const char ownSetUp[] = "KSPProjectedCGSetUp_C", ownSolve[] = "KSPProjectedCGSolve_C"; /* the functions of the method itself */
 
+/* The reduced operator of a method, behind what observes its products where the error is estimated */
+static PetscErrorCode GetOperator(PC pc, Mat *mat, Mat_Ainsworth **ctx)
+{
+  Mat behind;
+
+  PetscFunctionBegin;
+  PetscCall(PCGetOperators(pc, mat, NULL));
+  PetscCall(PetscObjectQuery((PetscObject)*mat, "AinsworthObserved", (PetscObject *)&behind));
+  if (behind) *mat = behind;
+  PetscCall(MatAinsworthGetContext_Private(*mat, ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* z = Q M^{-1} r; with refinement r = Q' r comes first, the residual update of Gould, Hribar and Nocedal, which keeps r as small as the error */
 static PetscErrorCode PCApply_Projected(PC pc, Vec r, Vec z)
 {
@@ -17,8 +30,7 @@ static PetscErrorCode PCApply_Projected(PC pc, Vec r, Vec z)
   PetscErrorCode code;
 
   PetscFunctionBegin;
-  PetscCall(PCGetOperators(pc, &mat, NULL));
-  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
+  PetscCall(GetOperator(pc, &mat, &ctx));
   if (ctx->refine) {
     PetscCall(VecLockReadPop(r)); /* PCApply() has locked the method's vector */
     code = MatAinsworthMultTransposeProjector(mat, r, r);
@@ -57,6 +69,47 @@ static PetscErrorCode WeightedNorm(const Mat_Ainsworth *ctx, Vec r, Vec v, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* z = M_*^+^{-1} r, of the unknowns and the springs of D */
+static PetscErrorCode PCApply_Springs(PC pc, Vec r, Vec z)
+{
+  Mat            mat;
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(GetOperator(pc, &mat, &ctx));
+  PetscCall(AinsworthProjectorPrecondition(&ctx->proj, pc, ctx->apply, r, z));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PCApplyTranspose_Springs(PC pc, Vec r, Vec z)
+{
+  Mat            mat;
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(GetOperator(pc, &mat, &ctx));
+  PetscCall(AinsworthProjectorPrecondition(&ctx->proj, pc, ctx->applyTranspose, r, z));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The method's own solve where D is not zero: of any type, with the reduced operator as it is */
+static PetscErrorCode SolveWithSprings(KSP ksp, Mat_Ainsworth *ctx, PetscErrorCode (*solve)(KSP))
+{
+  PC             pc = ksp->pc;
+  PetscErrorCode error;
+
+  PetscFunctionBegin;
+  ctx->apply          = pc->ops->apply;
+  ctx->applyTranspose = pc->ops->applytranspose;
+  pc->ops->apply      = PCApply_Springs;
+  if (ctx->applyTranspose) pc->ops->applytranspose = PCApplyTranspose_Springs;
+  error                   = (*solve)(ksp); /* to be passed on when all is as it was */
+  pc->ops->apply          = ctx->apply;
+  pc->ops->applytranspose = ctx->applyTranspose;
+  PetscCall(error);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The method's own solve of Q' A Q x = Q' b with the preconditioner Q M^{-1}, from an x whose part in Im(W C') is that of the solution already */
 static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
 {
@@ -71,9 +124,12 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   PetscFunctionBegin;
   PetscCheck(!transpose || !PetscDefined(USE_COMPLEX), PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
              "KSPSolveTranspose() with conjugate gradients in Ker C needs real numbers");
-  PetscCall(PCGetOperators(pc, &mat, NULL));
-  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
+  PetscCall(GetOperator(pc, &mat, &ctx));
   PetscCall(PetscObjectQueryFunction((PetscObject)ksp, ownSolve, &solve));
+  if (ctx->D) {
+    PetscCall(SolveWithSprings(ksp, ctx, solve));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(VecDuplicate(b, &r));
   PetscCall(VecDuplicate(b, &v));
   PetscCall(MatAinsworthSolveRange_Private(mat, b, v));
@@ -110,14 +166,14 @@ static PetscErrorCode KSPBuildResidual_ProjectedCG(KSP ksp, Vec t, Vec v, Vec *r
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscCall(PCGetOperators(ksp->pc, &mat, NULL));
-  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
+  PetscCall(GetOperator(ksp->pc, &mat, &ctx));
   ctx->direction = PETSC_FALSE;
   PetscCall(KSPBuildResidualDefault(ksp, t, v, residual));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A method of conjugate gradients, of any type, iterates in Ker C from here on, or no longer; its setters may put its own solve back */
+/* A method of conjugate gradients, of any type, iterates in Ker C from here on, or no longer, or any method with the springs of D; its setters may put its
+   own solve back */
 PetscErrorCode KSPProjectedCGSetUse_Private(KSP ksp, PetscBool use)
 {
   PetscErrorCode (*solve)(KSP);
@@ -135,10 +191,17 @@ PetscErrorCode KSPProjectedCGSetUse_Private(KSP ksp, PetscBool use)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Does the method iterate in Ker C? Not where D is not zero */
 PetscErrorCode KSPProjectedCGGetUse_Private(KSP ksp, PetscBool *use)
 {
+  Mat            mat;
+  Mat_Ainsworth *ctx;
+
   PetscFunctionBegin;
   *use = (PetscBool)(ksp->ops->solve == KSPSolve_ProjectedCG);
+  if (!*use) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(GetOperator(ksp->pc, &mat, &ctx));
+  *use = (PetscBool)!ctx->D;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -149,8 +212,7 @@ static PetscErrorCode KSPSetUp_ProjectedCG(KSP ksp)
   PetscErrorCode (*setup)(KSP);
 
   PetscFunctionBegin;
-  PetscCall(PCGetOperators(ksp->pc, &mat, NULL));
-  PetscCall(MatAinsworthGetContext_Private(mat, &ctx)); /* the error for a matrix without a projector */
+  PetscCall(GetOperator(ksp->pc, &mat, &ctx)); /* the error for a matrix without a projector */
   PetscCall(PetscObjectQueryFunction((PetscObject)ksp, ownSetUp, &setup));
   PetscCall((*setup)(ksp));
   PetscCall(KSPProjectedCGSetUse_Private(ksp, PETSC_TRUE)); /* -ksp_cg_single_reduction has set another solve */

@@ -20,23 +20,41 @@ PetscErrorCode MatAinsworthGetContext_Private(Mat mat, Mat_Ainsworth **ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* B and the work space of the rows, where the projector has them now */
+/* The penalty and the work space of the rows, where the projector has them now */
 static PetscErrorCode PlacePenalty(Mat_Ainsworth *ctx)
 {
   PetscFunctionBegin;
-  PetscCall(VecDestroy(&ctx->B));
+  PetscCall(VecDestroy(&ctx->placed));
   PetscCall(VecDestroy(&ctx->rowWork));
-  PetscCall(VecDuplicate(ctx->proj.rowValues, &ctx->B));
+  PetscCall(VecDuplicate(ctx->proj.rowValues, &ctx->placed));
   PetscCall(VecDuplicate(ctx->proj.rowValues, &ctx->rowWork));
-  PetscCall(AinsworthProjectorPlace(&ctx->proj, ctx->penalty, ctx->B));
+  PetscCall(AinsworthProjectorPlace(&ctx->proj, ctx->penalty, ctx->placed));
+  PetscCall(AinsworthProjectorSetPenalty(&ctx->proj, ctx->penalty));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Builds weight and projector where A, C or the choice of W are not those of the last time */
+/* Did C, B or D change since the last set-up? Their states become those of now */
+static PetscErrorCode ConstraintsChanged(Mat_Ainsworth *ctx, PetscBool *changed)
+{
+  const Mat mats[] = {ctx->C, ctx->B, ctx->D};
+
+  PetscFunctionBegin;
+  *changed = (PetscBool)!ctx->current;
+  for (int k = 0; k < 3; k++) {
+    PetscObjectState state = 0;
+
+    if (mats[k]) PetscCall(PetscObjectStateGet((PetscObject)mats[k], &state));
+    if (state != ctx->stateC[k]) *changed = PETSC_TRUE;
+    ctx->stateC[k] = state;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Builds weight and projector where A, the blocks of the constraints or the choice of W are not those of the last time */
 static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
 {
   Mat_Ainsworth   *ctx;
-  PetscObjectState stateA, stateC;
+  PetscObjectState stateA;
   PetscBool        changedA, changedC;
   const char      *prefix;
 
@@ -46,24 +64,28 @@ static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
   PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "The matrix of type %s has no A and C: call MatAinsworthSetMats() first",
              MATAINSWORTH);
   PetscCall(PetscObjectStateGet((PetscObject)ctx->A, &stateA));
-  PetscCall(PetscObjectStateGet((PetscObject)ctx->C, &stateC));
   changedA = (PetscBool)(!ctx->current || stateA != ctx->stateA);
-  changedC = (PetscBool)(!ctx->current || stateC != ctx->stateC);
+  PetscCall(ConstraintsChanged(ctx, &changedC));
   if (changedA) PetscCall(MatDestroy(&ctx->product));
   if (!changedA && !changedC) PetscFunctionReturn(PETSC_SUCCESS);
+  ctx->current = PETSC_FALSE;
   if (ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL && changedA) {
     PetscCall(VecDestroy(&ctx->weight));
     PetscCall(AinsworthWeightCreate(ctx->A, &ctx->weight));
   }
-  if (changedC || ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) { /* otherwise neither C nor W changed */
+  if (changedC || ctx->D || ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) { /* otherwise neither C nor W changed */
+    const AinsworthProjectorBlocks blocks          = {ctx->C, ctx->B, ctx->D};
+    Vec                            inverseDiagonal = ctx->weight;
+
+    if (ctx->D && ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(AinsworthWeightCreate(ctx->A, &inverseDiagonal));
     PetscCall(MatGetOptionsPrefix(mat, &prefix));
-    PetscCall(AinsworthProjectorSetUp(&ctx->proj, ctx->C, ctx->weight, ctx->rowsPerRank, (PetscObject)mat, prefix));
+    PetscCall(AinsworthProjectorSetUp(&ctx->proj, &blocks, ctx->weight, inverseDiagonal, ctx->adjoint, ctx->rowsPerRank, (PetscObject)mat, prefix));
+    if (inverseDiagonal != ctx->weight) PetscCall(VecDestroy(&inverseDiagonal));
   }
   if (!ctx->work) PetscCall(MatCreateVecs(ctx->A, &ctx->work, NULL));
   if (!ctx->userPenalty) PetscCall(VecDestroy(&ctx->penalty));
-  PetscCall(VecDestroy(&ctx->B)); /* the places of the rows may be others */
+  PetscCall(VecDestroy(&ctx->placed)); /* the places of the rows may be others */
   ctx->stateA  = stateA;
-  ctx->stateC  = stateC;
   ctx->current = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -90,7 +112,7 @@ PetscErrorCode MatAinsworthSetUp_Private(Mat mat, Mat_Ainsworth **out)
     PetscCall(AinsworthRowPenaltyCreate(ctx->C, D, 1.0, &ctx->penalty));
     if (ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(VecDestroy(&D));
   }
-  if (!ctx->B) PetscCall(PlacePenalty(ctx));
+  if (!ctx->placed) PetscCall(PlacePenalty(ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -115,22 +137,44 @@ PetscErrorCode MatAinsworthSetProduct_Private(Mat mat, Mat product)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = C' B C x + Q' op(A) Q x, with op(A) = A or its adjoint: two solves with S */
+/*
+   y = C' B C x + Q' op(A) Q x, with op(A) = A or its adjoint: two solves with S. Where D is not zero, S^{-1} E S^{-1} takes the place of the penalty B
+   (docs/method.md, compliance)
+*/
 static PetscErrorCode MultOrAdjoint(Mat mat, PetscBool adjoint, Vec x, Vec y)
 {
   Mat_Ainsworth *ctx;
-  bool           range;
+  Vec            before = NULL, after = NULL;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  range = !ctx->omitPenalty && !ctx->inKernel;
   PetscCall(PetscLogEventBegin(AINSWORTH_MatMult, mat, x, y, 0));
   PetscCall(AinsworthProjectorMult(&ctx->proj, x, ctx->work));
-  if (range) PetscCall(VecPointwiseMult(ctx->rowWork, ctx->B, ctx->proj.rowValues));
+  if (ctx->D) {
+    before = ctx->rowWork;
+    PetscCall(AinsworthProjectorMultEnergy(&ctx->proj, ctx->proj.rowSolution, before));
+  } else if (!ctx->omitPenalty && !ctx->inKernel) {
+    after = ctx->rowWork;
+    PetscCall(VecPointwiseMult(after, ctx->placed, ctx->proj.rowValues));
+  }
   if (adjoint) PetscCall(MatMultHermitianTranspose(ctx->A, ctx->work, y));
   else PetscCall(MatAinsworthMultA_Private(ctx, ctx->work, y));
-  PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, range ? ctx->rowWork : NULL, y));
+  PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, before, after, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_MatMult, mat, x, y, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The products with the transpose need that of S where B is not C */
+static PetscErrorCode CheckAdjoint(Mat mat)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(mat, &ctx));
+  PetscCheck(ctx->adjoint, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP,
+             "The blocks (0,1) and (1,0) are not adjoint, or the multipliers' is not: the reduced operator has no transpose, use a method without one, "
+             "as -%sainsworth_ksp_type gmres",
+             ((PetscObject)mat)->prefix ? ((PetscObject)mat)->prefix : "");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -142,7 +186,7 @@ static PetscErrorCode MatMult_Ainsworth(Mat mat, Vec x, Vec y)
   PetscCall(MatShellGetContext(mat, &ctx));
   if (ctx->inKernel && ctx->direction) { /* Q x = x */
     PetscCall(MatAinsworthMultA_Private(ctx, x, y));
-    PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, NULL, y));
+    PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, NULL, NULL, y));
     ctx->direction = PETSC_FALSE;
   } else PetscCall(MultOrAdjoint(mat, PETSC_FALSE, x, y));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -152,6 +196,7 @@ static PetscErrorCode MatMult_Ainsworth(Mat mat, Vec x, Vec y)
 static PetscErrorCode MatMultHermitianTranspose_Ainsworth(Mat mat, Vec x, Vec y)
 {
   PetscFunctionBegin;
+  PetscCall(CheckAdjoint(mat));
   PetscCall(MultOrAdjoint(mat, PETSC_TRUE, x, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -160,6 +205,7 @@ static PetscErrorCode MatMultHermitianTranspose_Ainsworth(Mat mat, Vec x, Vec y)
 static PetscErrorCode MatMultTranspose_Ainsworth(Mat mat, Vec x, Vec y)
 {
   PetscFunctionBegin;
+  PetscCall(CheckAdjoint(mat));
   PetscCall(AinsworthApplyConjugated(x, y, [mat](Vec v, Vec w) { return MultOrAdjoint(mat, PETSC_TRUE, v, w); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -174,6 +220,7 @@ static PetscErrorCode MatDuplicate_Ainsworth(Mat mat, MatDuplicateOption, Mat *c
   PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "The matrix of type %s has no A and C: call MatAinsworthSetMats() first",
              MATAINSWORTH);
   PetscCall(MatCreateAinsworth(ctx->A, ctx->C, copy));
+  PetscCall(MatAinsworthSetOtherBlocks_Private(*copy, ctx->B == ctx->C ? NULL : ctx->B, ctx->D, ctx->adjoint));
   PetscCall(MatGetOptionsPrefix(mat, &prefix));
   PetscCall(MatSetOptionsPrefix(*copy, prefix));
   PetscCall(MatAinsworthGetContext_Private(*copy, &dup));
@@ -188,15 +235,8 @@ static PetscErrorCode MatDuplicate_Ainsworth(Mat mat, MatDuplicateOption, Mat *c
 static PetscErrorCode Reset(Mat_Ainsworth *ctx)
 {
   PetscFunctionBegin;
-  PetscCall(MatDestroy(&ctx->A));
-  PetscCall(MatDestroy(&ctx->C));
-  PetscCall(MatDestroy(&ctx->product));
-  PetscCall(VecDestroy(&ctx->weight));
-  PetscCall(VecDestroy(&ctx->penalty));
-  PetscCall(VecDestroy(&ctx->B));
-  PetscCall(VecDestroy(&ctx->work));
-  PetscCall(VecDestroy(&ctx->rowWork));
-  PetscCall(VecDestroy(&ctx->residual));
+  for (Mat *M : {&ctx->A, &ctx->C, &ctx->B, &ctx->D, &ctx->product}) PetscCall(MatDestroy(M));
+  for (Vec *v : {&ctx->weight, &ctx->penalty, &ctx->placed, &ctx->work, &ctx->rowWork, &ctx->residual, &ctx->mu}) PetscCall(VecDestroy(v));
   PetscCall(AinsworthProjectorReset(&ctx->proj));
   ctx->current     = PETSC_FALSE;
   ctx->userPenalty = PETSC_FALSE;
@@ -292,8 +332,11 @@ PetscErrorCode MatAinsworthSetMats(Mat mat, Mat A, Mat C)
   PetscCall(PetscObjectReference((PetscObject)A));
   PetscCall(AinsworthGetAIJ(C, &C)); /* a reference, or the sequential form on one rank */
   PetscCall(Reset(ctx));
-  ctx->A = A;
-  ctx->C = C;
+  PetscCall(PetscObjectReference((PetscObject)C));
+  ctx->A       = A;
+  ctx->C       = C;
+  ctx->B       = C;
+  ctx->adjoint = PETSC_TRUE;
   if (ctx->weightType == MAT_AINSWORTH_WEIGHT_USER) ctx->weightType = MAT_AINSWORTH_WEIGHT_DIAGONAL; /* Reset() dropped the user's vector */
   PetscCall(MatSetSizes(mat, n, n, N, N));
   PetscCall(MatGetBlockSize(A, &bs));

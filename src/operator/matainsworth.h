@@ -1,4 +1,4 @@
-/* MATAINSWORTH: the reduced operator A~ = C' B C + Q' A Q, never assembled */
+/* MATAINSWORTH: the reduced operator A~ = C' B C + Q' A Q of [A C'; C 0] or, in general, that of [A B'; C -D], never assembled */
 #ifndef AINSWORTH_MATAINSWORTH_H
 #define AINSWORTH_MATAINSWORTH_H
 
@@ -7,11 +7,13 @@
 
 struct Mat_Ainsworth {
   Mat                    A, C;
+  Mat                    B, D;    /* of [A B'; C -D]: C itself and NULL where the program's own calls made this matrix */
+  PetscBool              adjoint; /* B is C, and D = D' */
   Mat                    product; /* A in a form that multiplies faster; NULL: A itself */
   MatAinsworthWeightType weightType;
   Vec                    weight;      /* diagonal of W, length n; NULL for W = I */
-  Vec                    penalty;     /* diagonal of B, length m, distributed as the rows of C */
-  Vec                    B;           /* the same where the rows are placed; NULL: not yet */
+  Vec                    penalty;     /* its diagonal, length m, distributed as the rows of C */
+  Vec                    placed;      /* the same where the rows are placed; NULL: not yet */
   PetscBool              userPenalty; /* set by MatAinsworthSetPenalty(), otherwise one per row with gamma = 1 */
   PetscInt               rowsPerRank;
   PetscBool              omitPenalty;    /* Q' A Q, without C' B C */
@@ -21,14 +23,16 @@ struct Mat_Ainsworth {
   PetscBool              direction;      /* the next product is with a vector of Ker C: one was projected since the last */
   PetscBool              refine;         /* from some point on its last solve did every projection twice */
   PetscInt               projections;    /* of this solve */
-  PetscErrorCode (*apply)(PC, Vec, Vec); /* of its preconditioner, without the projection */
+  PetscErrorCode (*apply)(PC, Vec, Vec); /* of its preconditioner, without the projection or the springs of D */
+  PetscErrorCode (*applyTranspose)(PC, Vec, Vec);
   AinsworthProjector proj;
-  bool               doubtful; /* rows of C are nearly dependent: solves with the Gram matrix are refined */
-  Vec                work;     /* n */
-  Vec                rowWork;  /* m, placed */
-  Vec                residual; /* m, as the rows of C; NULL: not needed yet */
-  PetscBool          current;  /* the projector belongs to the present A, C and W */
-  PetscObjectState   stateA, stateC;
+  bool               doubtful;          /* rows of C are nearly dependent: solves with the Gram matrix are refined */
+  Vec                work;              /* n */
+  Vec                rowWork;           /* m, placed */
+  Vec                residual;          /* m, as the rows of C; NULL: not needed yet */
+  Vec                mu;                /* the same: S^{-1} (C y - g), where D is not zero */
+  PetscBool          current;           /* the projector belongs to the present A, C and W */
+  PetscObjectState   stateA, stateC[3]; /* the latter also of B and D */
 };
 
 PETSC_INTERN PetscErrorCode MatCreate_Ainsworth(Mat);
@@ -38,6 +42,8 @@ PETSC_INTERN PetscErrorCode MatAinsworthSetUp_Private(Mat, Mat_Ainsworth **);
 PETSC_INTERN PetscErrorCode MatAinsworthSetUpProjector_Private(Mat, Mat_Ainsworth **);
 PETSC_INTERN PetscErrorCode MatAinsworthReduce_Private(Mat, PetscBool, Vec, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthRecover_Private(Mat, PetscBool, Vec, Vec, Vec, Vec);
+PETSC_INTERN PetscErrorCode MatAinsworthSetOtherBlocks_Private(Mat, Mat, Mat, PetscBool);
+PETSC_INTERN PetscErrorCode MatAinsworthGetCompliance_Private(Mat, Vec *);
 PETSC_INTERN PetscErrorCode MatAinsworthDiagnose_Private(Mat, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *, PetscBool *);
 PETSC_INTERN PetscErrorCode MatAinsworthIsDoubtful_Private(Mat, PetscBool *);
 PETSC_INTERN PetscErrorCode MatAinsworthViewGram_Private(Mat, PetscViewer);

@@ -16,22 +16,48 @@ static PetscErrorCode MultA(const Mat_Ainsworth *ctx, PetscBool transpose, Vec x
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x += R (g - C x): C x = g to rounding, whatever the tolerance of the reduced solve */
-static PetscErrorCode ProjectOntoConstraints(Mat mat, Mat_Ainsworth *ctx, Vec g, Vec x)
+/*
+   x += R (g - C x): C x = g to rounding, whatever the tolerance of the reduced solve; where D is not zero, x += R r and mu -= S^{-1} r with
+   r = g - C x + N mu. Each further call is a step of iterative refinement.
+*/
+static PetscErrorCode ProjectOntoConstraints(Mat_Ainsworth *ctx, Vec g, Vec x)
 {
+  AinsworthProjector *proj = &ctx->proj;
+
   PetscFunctionBegin;
   if (!ctx->residual) PetscCall(MatCreateVecs(ctx->C, NULL, &ctx->residual));
   PetscCall(MatMult(ctx->C, x, ctx->residual));
   PetscCall(VecAYPX(ctx->residual, -1.0, g));
-  PetscCall(MatAinsworthMultRightInverse(mat, ctx->residual, ctx->work));
+  if (ctx->D) PetscCall(MatMultAdd(proj->compliance.N, ctx->mu, ctx->residual, ctx->residual));
+  PetscCall(AinsworthProjectorRightInverse(proj, ctx->residual, ctx->work));
   PetscCall(VecAXPY(x, 1.0, ctx->work));
+  if (!ctx->D) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthProjectorReturn(proj, proj->rowSolution, ctx->residual));
+  PetscCall(VecAXPY(ctx->mu, -1.0, ctx->residual));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* rhs = C' B g + Q' (f - op(A) R g); without g both of its terms are left out */
-static PetscErrorCode ComputeRHS(Mat mat, PetscBool transpose, Vec f, Vec g, Vec rhs)
+/* x, from the solution of the reduced system (0: x = R g), and with it ctx->mu */
+static PetscErrorCode Complete(Mat_Ainsworth *ctx, Vec g, Vec x)
+{
+  PetscFunctionBegin;
+  if (ctx->D) {
+    if (!ctx->mu) PetscCall(MatCreateVecs(ctx->C, NULL, &ctx->mu));
+    PetscCall(VecZeroEntries(ctx->mu));
+  }
+  for (int k = 0; k < (ctx->doubtful ? refinements : 1); k++) PetscCall(ProjectOntoConstraints(ctx, g, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   MatAinsworthReduce_Private - rhs = C' B g + Q' (f - op(A) R g), the right-hand side of the reduced system; without g both of its terms are left out
+
+   Where D is not zero, Q' (f - op(A) R g) + C' S^{-1} E S^{-1} g
+*/
+PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, Vec g, Vec rhs)
 {
   Mat_Ainsworth *ctx;
+  Vec            x, before = NULL, after = NULL;
   PetscReal      norm     = 0.0;
   PetscScalar    start[2] = {0.0, 0.0};
 
@@ -42,116 +68,133 @@ static PetscErrorCode ComputeRHS(Mat mat, PetscBool transpose, Vec f, Vec g, Vec
   ctx->homogeneous = (PetscBool)(norm == 0.0);
   if (norm == 0.0) {
     PetscCall(VecCopy(f, rhs));
-    PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, NULL, rhs));
+    PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, NULL, NULL, rhs));
   } else {
-    PetscCall(AinsworthProjectorRightInverse(&ctx->proj, g, ctx->work));
-    PetscCall(MultA(ctx, transpose, ctx->work, rhs));
-    PetscCall(VecDot(rhs, ctx->work, &start[0]));
-    PetscCall(VecDot(f, ctx->work, &start[1]));
+    PetscCall(VecDuplicate(f, &x));
+    PetscCall(VecZeroEntries(x));
+    PetscCall(Complete(ctx, g, x));
+    PetscCall(MultA(ctx, transpose, x, rhs));
+    PetscCall(VecDot(rhs, x, &start[0]));
+    PetscCall(VecDot(f, x, &start[1]));
+    PetscCall(VecDestroy(&x));
     PetscCall(VecAYPX(rhs, -1.0, f));
-    if (!ctx->omitPenalty) {
-      PetscCall(AinsworthProjectorPlace(&ctx->proj, g, ctx->rowWork));
-      PetscCall(VecPointwiseMult(ctx->rowWork, ctx->B, ctx->rowWork));
+    if (ctx->D) {
+      before = ctx->rowWork;
+      PetscCall(AinsworthProjectorPlace(&ctx->proj, ctx->mu, ctx->proj.rowValues));
+      PetscCall(AinsworthProjectorMultEnergy(&ctx->proj, ctx->proj.rowValues, before));
+    } else if (!ctx->omitPenalty) {
+      after = ctx->rowWork;
+      PetscCall(AinsworthProjectorPlace(&ctx->proj, g, after));
+      PetscCall(VecPointwiseMult(after, ctx->placed, after));
     }
-    PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, ctx->omitPenalty ? NULL : ctx->rowWork, rhs));
+    PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, before, after, rhs));
   }
   for (int i = 0; i < 2; i++) ctx->start[i] = PetscRealPart(start[i]);
   PetscCall(PetscLogEventEnd(AINSWORTH_RHS, mat, f, g, rhs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* multiplier = R' (f - op(A) x) */
-static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec x, Vec multiplier)
+/*
+   lambda = mu / G where D lambda = C x - g determines it, not f - A x; where D couples such rows, lambda += S^{-1} G^{-1} (N mu - D lambda), which leaves what
+   D gives nothing for to f - A x
+*/
+static PetscErrorCode TakeSoftRows(Mat_Ainsworth *ctx, Vec lambda)
 {
-  Mat_Ainsworth *ctx;
+  const AinsworthCompliance *c = &ctx->proj.compliance;
+  PetscInt                   m;
+  PetscReal                  some;
+  PetscScalar               *l;
+  const PetscScalar         *mu, *soft;
+  Vec                        rest;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  PetscCall(PetscLogEventBegin(AINSWORTH_Multiplier, mat, f, x, multiplier));
-  PetscCall(MultA(ctx, transpose, x, ctx->work));
-  PetscCall(VecAYPX(ctx->work, -1.0, f));
-  PetscCall(AinsworthProjectorRightInverseTranspose(&ctx->proj, ctx->work, multiplier));
-  PetscCall(PetscLogEventEnd(AINSWORTH_Multiplier, mat, f, x, multiplier));
+  PetscCall(VecGetLocalSize(lambda, &m));
+  PetscCall(VecGetArray(lambda, &l));
+  PetscCall(VecGetArrayRead(ctx->mu, &mu));
+  PetscCall(VecGetArrayRead(c->soft, &soft));
+  for (PetscInt i = 0; i < m; i++)
+    if (soft[i] != 0.0) l[i] = mu[i] * soft[i];
+  PetscCall(VecRestoreArrayRead(c->soft, &soft));
+  PetscCall(VecRestoreArrayRead(ctx->mu, &mu));
+  PetscCall(VecRestoreArray(lambda, &l));
+  PetscCall(VecNorm(c->together, NORM_INFINITY, &some));
+  if (some == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(lambda, &rest));
+  for (int k = 0; k < refinements; k++) {
+    PetscCall(MatMult(ctx->D, lambda, rest));
+    PetscCall(VecScale(rest, -1.0));
+    PetscCall(MatMultAdd(c->N, ctx->mu, rest, rest));
+    PetscCall(VecPointwiseMult(rest, rest, c->together));
+    PetscCall(AinsworthProjectorSolve(&ctx->proj, rest, rest));
+    PetscCall(VecAXPY(lambda, 1.0, rest));
+  }
+  PetscCall(VecDestroy(&rest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   MatAinsworthReduce_Private - (f, g) to the right-hand side of the reduced system
-
-   Where the Gram matrix is nearly singular with op(A) e taken from f, e being what refinement adds to R g
+   lambda = S^{-1} (C W (f - op(A) x) + E mu), which is R' (f - op(A) x) where D is zero, and where S is nearly singular again for what is left of
+   f - op(A) x - B' lambda and E mu - N lambda
 */
-PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, Vec g, Vec rhs)
+static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec x, Vec lambda)
 {
   Mat_Ainsworth *ctx;
-  Vec            x, first, rest;
+  Vec            rest, left, more = NULL, loads = NULL;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  if (!ctx->doubtful || !g) {
-    PetscCall(ComputeRHS(mat, transpose, f, g, rhs));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(VecDuplicate(f, &x));
-  PetscCall(VecDuplicate(f, &first));
+  PetscCall(PetscLogEventBegin(AINSWORTH_Multiplier, mat, f, x, lambda));
+  PetscCheck(!ctx->D || ctx->mu, PetscObjectComm((PetscObject)mat), PETSC_ERR_ORDER, "The multipliers of a system [A B'; C -D] come with its solution");
   PetscCall(VecDuplicate(f, &rest));
-  PetscCall(VecZeroEntries(x));
-  for (int k = 0; k < refinements; k++) {
-    PetscCall(ProjectOntoConstraints(mat, ctx, g, x));
-    if (!k) PetscCall(VecCopy(x, first));
-  }
-  PetscCall(VecAXPY(x, -1.0, first));
   PetscCall(MultA(ctx, transpose, x, rest));
   PetscCall(VecAYPX(rest, -1.0, f));
-  PetscCall(ComputeRHS(mat, transpose, rest, g, rhs));
-  PetscCall(VecDestroy(&x));
-  PetscCall(VecDestroy(&first));
-  PetscCall(VecDestroy(&rest));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* lambda = R' (f - op(A) x) and, where the Gram matrix is nearly singular, lambda += R' (f - op(A) x - C' lambda) */
-static PetscErrorCode RefinedMultiplier(Mat mat, PetscBool transpose, Vec f, Vec x, Vec lambda)
-{
-  Mat_Ainsworth *ctx;
-  Vec            rest, more;
-
-  PetscFunctionBegin;
-  PetscCall(ComputeMultiplier(mat, transpose, f, x, lambda));
-  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
-  if (!ctx->doubtful) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDuplicate(f, &rest));
-  PetscCall(VecDuplicate(lambda, &more));
-  for (int k = 1; k < refinements; k++) {
-    PetscCall(MatMultHermitianTranspose(ctx->C, lambda, rest));
-    PetscCall(VecAYPX(rest, -1.0, f));
-    PetscCall(ComputeMultiplier(mat, transpose, rest, x, more));
-    PetscCall(VecAXPY(lambda, 1.0, more));
+  if (ctx->D) {
+    PetscCall(VecDuplicate(lambda, &loads));
+    PetscCall(MatMult(ctx->proj.compliance.E, ctx->mu, loads));
   }
-  PetscCall(VecDestroy(&rest));
-  PetscCall(VecDestroy(&more));
+  PetscCall(AinsworthProjectorMultiplier(&ctx->proj, rest, loads, lambda));
+  if (ctx->doubtful) {
+    PetscCall(VecDuplicate(lambda, &more));
+    PetscCall(VecDuplicate(f, &left));
+    for (int k = 1; k < refinements; k++) {
+      PetscCall(MatMultHermitianTranspose(ctx->B, lambda, left));
+      PetscCall(VecAYPX(left, -1.0, rest));
+      if (ctx->D) {
+        PetscCall(MatMult(ctx->proj.compliance.E, ctx->mu, loads));
+        PetscCall(MatMult(ctx->proj.compliance.N, lambda, more));
+        PetscCall(VecAXPY(loads, -1.0, more));
+      }
+      PetscCall(AinsworthProjectorMultiplier(&ctx->proj, left, loads, more));
+      PetscCall(VecAXPY(lambda, 1.0, more));
+    }
+    PetscCall(VecDestroy(&left));
+  }
+  if (ctx->D) PetscCall(TakeSoftRows(ctx, lambda));
+  for (Vec *v : {&rest, &more, &loads}) PetscCall(VecDestroy(v));
+  PetscCall(PetscLogEventEnd(AINSWORTH_Multiplier, mat, f, x, lambda));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* MatAinsworthRecover_Private - the reduced solution, in x, to x with C x = g, and lambda */
+/* MatAinsworthRecover_Private - the reduced solution, in x, to x with C x - D lambda = g, and lambda */
 PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda)
 {
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  for (int k = 0; k < (ctx->doubtful ? refinements : 1); k++) PetscCall(ProjectOntoConstraints(mat, ctx, g, x));
-  PetscCall(RefinedMultiplier(mat, transpose, f, x, lambda));
+  PetscCall(Complete(ctx, g, x));
+  PetscCall(ComputeMultiplier(mat, transpose, f, x, lambda));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rows of C to leave out; where there are none, whether and how well the Gram matrix can be solved with (AinsworthGramDiagnose()) */
+/* Rows of C to leave out; where there are none, whether and how well the Gram matrix can be solved with (AinsworthProjectorDiagnose()) */
 PetscErrorCode MatAinsworthDiagnose_Private(Mat mat, PetscInt *pass, PetscInt *n, PetscInt **dependent, PCFailedReason *reason, PetscBool *hidden)
 {
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
-  PetscCall(AinsworthGramDiagnose(&ctx->proj.gram, ctx->proj.C, ctx->weight, pass, n, dependent, reason, hidden, &ctx->doubtful));
+  PetscCall(AinsworthProjectorDiagnose(&ctx->proj, ctx->weight, pass, n, dependent, reason, hidden, &ctx->doubtful));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -244,6 +287,6 @@ PetscErrorCode MatAinsworthComputeMultiplier(Mat mat, Vec f, Vec x, Vec multipli
   PetscValidHeaderSpecific(f, VEC_CLASSID, 2);
   PetscValidHeaderSpecific(x, VEC_CLASSID, 3);
   PetscValidHeaderSpecific(multiplier, VEC_CLASSID, 4);
-  PetscCall(RefinedMultiplier(mat, PETSC_FALSE, f, x, multiplier));
+  PetscCall(ComputeMultiplier(mat, PETSC_FALSE, f, x, multiplier));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -59,7 +59,7 @@ PetscErrorCode MatAinsworthMultTransposeProjector(Mat mat, Vec x, Vec y)
   PetscValidHeaderSpecific(x, VEC_CLASSID, 2);
   PetscValidHeaderSpecific(y, VEC_CLASSID, 3);
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, x, NULL, y));
+  PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, x, NULL, NULL, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -121,7 +121,7 @@ PetscErrorCode MatAinsworthMultTransposeRightInverse(Mat mat, Vec r, Vec l)
   PetscValidHeaderSpecific(r, VEC_CLASSID, 2);
   PetscValidHeaderSpecific(l, VEC_CLASSID, 3);
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  PetscCall(AinsworthProjectorRightInverseTranspose(&ctx->proj, r, l));
+  PetscCall(AinsworthProjectorMultiplier(&ctx->proj, r, NULL, l));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -134,7 +134,7 @@ PetscErrorCode MatAinsworthSolveRange_Private(Mat mat, Vec b, Vec x)
   PetscValidHeaderSpecific(b, VEC_CLASSID, 2);
   PetscValidHeaderSpecific(x, VEC_CLASSID, 3);
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  PetscCall(AinsworthProjectorSolveRange(&ctx->proj, ctx->B, b, x));
+  PetscCall(AinsworthProjectorSolveRange(&ctx->proj, ctx->placed, b, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -28,6 +28,25 @@ PetscErrorCode MatAinsworthGetMats(Mat mat, Mat *A, Mat *C)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The other blocks of [A B'; C -D], AIJ, laid out as the rows of C: B NULL for C, D NULL for 0; adjoint: B is C, and D = D' */
+PetscErrorCode MatAinsworthSetOtherBlocks_Private(Mat mat, Mat B, Mat D, PetscBool adjoint)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
+  for (Mat *M : {&ctx->B, &ctx->D}) PetscCall(MatDestroy(M));
+  if (B) PetscCall(AinsworthGetAIJ(B, &ctx->B));
+  else {
+    PetscCall(PetscObjectReference((PetscObject)ctx->C));
+    ctx->B = ctx->C;
+  }
+  if (D) PetscCall(AinsworthGetAIJ(D, &ctx->D));
+  ctx->adjoint = adjoint;
+  ctx->current = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@
    MatAinsworthSetWeightType - chooses the diagonal weight W of the projector
 
@@ -148,7 +167,7 @@ PetscErrorCode MatAinsworthSetPenalty(Mat mat, Vec penalty)
   PetscCheck(smallest > 0.0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE,
              "Entry %" PetscInt_FMT " of the penalty is %g: the entries must be positive", where, (double)smallest);
   PetscCall(VecDestroy(&ctx->penalty));
-  PetscCall(VecDestroy(&ctx->B));
+  PetscCall(VecDestroy(&ctx->placed));
   PetscCall(VecDuplicate(penalty, &ctx->penalty));
   PetscCall(VecCopy(penalty, ctx->penalty));
   ctx->userPenalty = PETSC_TRUE;
@@ -240,7 +259,7 @@ PetscErrorCode MatAinsworthGetGramKSP(Mat mat, KSP *ksp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* S = C W C', m x m, MATAIJ, rows distributed as those of C */
+/* S = C W B' + N, m x m, MATAIJ, rows distributed as those of C */
 PetscErrorCode MatAinsworthGetGramMat_Private(Mat mat, Mat *S)
 {
   Mat_Ainsworth *ctx;
@@ -248,5 +267,16 @@ PetscErrorCode MatAinsworthGetGramMat_Private(Mat mat, Mat *S)
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
   *S = ctx->proj.gram.S;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The sums of the rows of |D|, negative where D_ii is, m, distributed as the rows of C; NULL where D is zero */
+PetscErrorCode MatAinsworthGetCompliance_Private(Mat mat, Vec *sums)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
+  *sums = ctx->D ? ctx->proj.compliance.sums : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -96,6 +96,30 @@ static PetscErrorCode IsConjugateGradients(KSPType type, PetscBool *definite)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Where nobody chose the method it is KSPPROJECTEDCG, or GMRES where A is not symmetric or B is not C */
+static PetscErrorCode ChooseMethod(PC pc, PC_Ainsworth *data)
+{
+  static const PetscInt restart   = 100; /* more than preconditioned by multigrid it takes: a restart would lose what it knows */
+  const PetscBool       hermitian = (PetscBool)(data->symmetric && data->adjoint);
+  PetscBool             given, projected, gmres;
+  KSP                   ksp = data->ksp;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsHasName(((PetscObject)ksp)->options, ((PetscObject)ksp)->prefix, "-ksp_type", &given));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPGMRES, &gmres));
+  if (hermitian && data->ownMethod) {
+    if (gmres) PetscCall(KSPSetType(ksp, KSPPROJECTEDCG));
+    data->ownMethod = PETSC_FALSE;
+  } else if (!hermitian && projected && !(given && pc->setfromoptionscalled) && data->choices.variant == PC_AINSWORTH_WEIGHTED) {
+    PetscCall(PetscInfo(pc, "%s: the reduced system is solved by GMRES\n", data->symmetric ? "The blocks (0,1) and (1,0) are not adjoint" : "A is not symmetric"));
+    PetscCall(KSPSetType(ksp, KSPGMRES));
+    PetscCall(KSPGMRESSetRestart(ksp, restart));
+    data->ownMethod = PETSC_TRUE;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    PCAinsworthConfigureKSP_Private - reads the options of the inner solver, once, with our defaults where the user said nothing
 
@@ -116,8 +140,10 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
   PetscCall(KSPGetPC(ksp, &inner));
   PetscCall(PetscObjectGetOptions((PetscObject)inner, &options));
   PetscCall(PCGetOptionsPrefix(inner, &prefix));
+  PetscCall(ChooseMethod(pc, data));
   PetscCall(TypeInUse((PetscObject)ksp, "-ksp_type", method, sizeof(method)));
   PetscCall(IsConjugateGradients(method, &definite));
+  definite = (PetscBool)(definite || data->ownMethod);
   if (!((PetscObject)inner)->type_name) {
     char      chosen[256];
     PCType    type = chosen; /* at once, so that a PCHYPRE, which starts hypre, is made only where it is used */
@@ -309,10 +335,10 @@ PetscErrorCode PCAinsworthSetKSPOperators_Private(PC_Ainsworth *data)
   PetscCall(IsConjugateGradients(type, &definite));
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
   definite = (PetscBool)(definite && data->choices.variant == PC_AINSWORTH_WEIGHTED); /* the paper has C' B C in its conjugate gradients */
-  PetscCall(KSPProjectedCGSetUse_Private(ksp, (PetscBool)(data->constraints && (projected || definite))));
+  PetscCall(KSPProjectedCGSetUse_Private(ksp, (PetscBool)(data->constraints && (data->saddle.D || ((projected || definite) && data->adjoint)))));
   if (data->reduced) {
     PetscCall(KSPGetPCSide(ksp, &side));
-    PetscCall(MatAinsworthOmitPenalty_Private(data->reduced, (PetscBool)(side == PC_RIGHT)));
+    PetscCall(MatAinsworthOmitPenalty_Private(data->reduced, (PetscBool)(side == PC_RIGHT && !data->saddle.D)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -41,6 +41,7 @@ struct PC_Ainsworth {
   Mat             M;               /* the preconditioning matrix */
   const char     *autoReason;      /* why auto came to what it is */
   PetscBool       symmetric;       /* A = A' */
+  PetscBool       adjoint;         /* B is C, and D = D' */
   Vec             inverseDiagonal; /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */
   PetscBool       stale;           /* a choice changed since the last set-up */
   char            failure[512];    /* of the last set-up or solve, in words; empty where it was good */
@@ -61,9 +62,10 @@ struct PC_Ainsworth {
   PetscBool           ownChoice;        /* neither options nor calls chose the type of its preconditioner */
   PetscBool           ownNorm, ownSide; /* nor its norm, nor its side */
   PetscBool           plainCG;          /* its type gave way to KSPCG because there are no constraints */
+  PetscBool           ownMethod;        /* it gave way to GMRES because the system is not Hermitian */
   Vec                 rhs;              /* f~ */
   Vec                 g, lambda;        /* on the kept rows, where some are not kept */
-  Vec                 f;                /* f + C_p' D^{-1} g_p, where rows p are eliminated */
+  Vec                 f;                /* less what is known of x and lambda, where something is */
 
   /* error against run time */
   AinsworthReportSettings reporting;

@@ -55,7 +55,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   PetscFunctionBegin;
   PetscCall(VecGetSize(x, &n));
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
-  if (data->constraints == n) PetscCall(VecZeroEntries(x)); /* Ker C = 0: the constraints alone determine x */
+  if (data->constraints == n && !data->saddle.D) PetscCall(VecZeroEntries(x)); /* Ker C = 0: the constraints alone determine x */
   else {
     PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
     PetscCall(GetReason(data, reason));
@@ -69,9 +69,11 @@ static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose
 {
   PetscFunctionBegin;
   if (data->g) {
-    PetscCall(AinsworthSaddleRestrict(&data->saddle, b.primal, b.dual, data->g, data->f));
-    PetscCall(SolveReduced(pc, data, transpose, watched, data->f ? data->f : b.primal, data->g, y.primal, data->lambda, reason));
-    PetscCall(AinsworthSaddleExtend(&data->saddle, b.dual, y.primal, data->lambda, y.dual));
+    const Vec f = data->f ? data->f : b.primal;
+
+    PetscCall(AinsworthSaddleRestrict(&data->saddle, b.primal, b.dual, f, data->g));
+    PetscCall(SolveReduced(pc, data, transpose, watched, f, data->g, y.primal, data->lambda, reason));
+    PetscCall(AinsworthSaddleExtend(&data->saddle, b.primal, b.dual, data->lambda, y.primal, y.dual));
   } else PetscCall(SolveReduced(pc, data, transpose, watched, b.primal, b.dual, y.primal, y.dual, reason));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -275,7 +277,8 @@ PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
 
   PetscFunctionBegin;
-  PetscCheck(!data->saddle.negated, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP, "The transpose of PCAINSWORTH needs blocks C and C', not C and -C'");
+  PetscCheck(!data->saddle.negated && data->adjoint && !data->saddle.known, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP,
+             "The transpose of PCAINSWORTH needs blocks C and C', not C and -C' or another, and no Dirichlet rows with columns left in place");
   PetscCheck(!PetscDefined(USE_COMPLEX) || data->symmetric, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP,
              "The transpose of PCAINSWORTH needs a Hermitian A in complex arithmetic");
   /* [A C'; C 0] is Hermitian when A is */

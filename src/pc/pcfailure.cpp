@@ -92,7 +92,7 @@ static PetscErrorCode RayleighQuotient(const PC_Ainsworth *data, Vec y, PetscRea
   PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &before));
   if (data->constraints) PetscCall(MatAinsworthMultProjector(data->reduced, y, y));
   PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &size));
-  PetscCall(MatMult(data->saddle.A, y, work));
+  PetscCall(MatMult(data->constraints && data->saddle.D ? data->reduced : data->saddle.A, y, work)); /* springs hold a body, too */
   PetscCall(VecDot(work, y, &energy));
   if (size > PETSC_SQRT_MACHINE_EPSILON * before && !PetscIsInfOrNanScalar(energy)) *quotient = PetscRealPart(energy) / size;
   PetscCall(VecDestroy(&work));

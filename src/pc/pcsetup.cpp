@@ -29,14 +29,15 @@ static PetscErrorCode FailSetUp(PC pc, PC_Ainsworth *data, PCFailedReason reason
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is data->reduced on the A and C that the saddle holds now? Their values may have changed since: it will notice, and keep what depends on the pattern alone */
+/* Is data->reduced on the A, B, C and D that the saddle holds now? Their values may have changed since: it will notice, and keep what depends on the pattern alone */
 static PetscErrorCode KeepsOperator(const PC_Ainsworth *data, PetscBool *keeps)
 {
-  Mat A = NULL, C = NULL;
+  const AinsworthSaddle *sp = &data->saddle;
+  Mat                    A = NULL, C = NULL;
 
   PetscFunctionBegin;
   if (data->reduced) PetscCall(MatAinsworthGetMats(data->reduced, &A, &C));
-  *keeps = (PetscBool)(A && A == data->saddle.A && C == data->saddle.C);
+  *keeps = (PetscBool)(A && A == sp->A && C == sp->C && sp->B == sp->C && !sp->D && data->adjoint);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -51,6 +52,7 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
   if (!keeps) {
     PetscCall(MatDestroy(&data->reduced));
     PetscCall(MatCreateAinsworth(data->saddle.A, data->saddle.C, &data->reduced));
+    PetscCall(MatAinsworthSetOtherBlocks_Private(data->reduced, data->saddle.B == data->saddle.C ? NULL : data->saddle.B, data->saddle.D, data->adjoint));
     PetscCall(PCGetOptionsPrefix(pc, &prefix));
     PetscCall(MatSetOptionsPrefix(data->reduced, prefix));
     PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->reduced, (PetscObject)pc, 0));
@@ -154,7 +156,9 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   PetscFunctionBegin;
   in.A = data->saddle.A;
   in.C = data->saddle.C;
-  PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &in.S));
+  in.S = NULL;
+  if (data->saddle.B == data->saddle.C) PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &in.S));
+  PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &in.compliance));
   in.weight          = ctx->weight;
   in.inverseDiagonal = data->inverseDiagonal;
   PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->format));
@@ -207,18 +211,18 @@ static PetscErrorCode ForgetOtherSizes(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Vectors of the kept rows, where not all rows are constraints */
+/* Vectors of what is kept, where not all rows are constraints or unknowns are known */
 static PetscErrorCode CreateKeptVectors(PC pc, PC_Ainsworth *data)
 {
   char text[256];
 
   PetscFunctionBegin;
-  if (!data->saddle.all) PetscFunctionReturn(PETSC_SUCCESS);
+  if (data->saddle.C == data->saddle.rowsC && !data->saddle.known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSaddleDescribeRows(&data->saddle, text, sizeof(text)));
   PetscCall(PetscInfo(pc, "%" PetscInt_FMT " constraints%s\n", data->constraints, text));
   PetscCall(MatCreateVecs(data->saddle.C, NULL, &data->g));
   PetscCall(VecDuplicate(data->g, &data->lambda));
-  if (data->saddle.count[AINSWORTH_ROW_PENALISED]) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->f));
+  if (data->saddle.known || data->saddle.B != data->saddle.C) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -272,7 +276,7 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth 
 PetscErrorCode PCSetUp_Ainsworth(PC pc)
 {
   PC_Ainsworth  *data    = (PC_Ainsworth *)pc->data;
-  PetscBool      changed = PETSC_TRUE, symmetric;
+  PetscBool      changed = PETSC_TRUE, symmetric, adjoint;
   PCFailedReason reason  = PC_NOERROR;
   Mat_Ainsworth *ctx     = NULL;
   PC             inner;
@@ -309,8 +313,12 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(MatGetSize(data->saddle.C, &data->constraints, NULL));
   PetscCall(ForgetOtherSizes(pc, data));
   symmetric = data->symmetric;
+  adjoint   = data->adjoint;
   PetscCall(AinsworthProbeSymmetry(data->saddle.A, &data->symmetric));
+  data->adjoint = (PetscBool)(data->saddle.B == data->saddle.C);
+  if (data->adjoint && data->saddle.D) PetscCall(AinsworthProbeSymmetry(data->saddle.D, &data->adjoint));
   if (symmetric != data->symmetric) PetscCall(MatDestroy(&data->reduced)); /* which has the symmetry of A */
+  if (symmetric != data->symmetric || adjoint != data->adjoint) data->configured = PETSC_FALSE; /* it may need another method */
   PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
   if (data->constraints) {
     PetscCall(SetUpOperator(pc, data, &ctx, &reason));

@@ -64,7 +64,8 @@ static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x
       PetscCall(VecPointwiseMult(work, work, y));
       PetscCall(VecNorm(work, NORM_2, &noise)); /* errors of the terms are independent */
       noise *= 30 * PETSC_MACHINE_EPSILON;
-      if (transpose) PetscCall(MatMultTranspose(data->saddle.A, y, work));
+      if (data->saddle.D) PetscCall(MatMult(data->reduced, y, work)); /* springs hold a body, too */
+      else if (transpose) PetscCall(MatMultTranspose(data->saddle.A, y, work));
       else PetscCall(MatMult(data->saddle.A, y, work));
       PetscCall(VecDot(work, y, &energy));
       if (!(PetscAbsScalar(energy) > noise)) {
@@ -87,7 +88,7 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
 {
   AinsworthSaddle *sp = &data->saddle;
   AinsworthUnmet   worst;
-  PetscReal        tol, norm;
+  PetscReal        tol, norm, energy;
   PetscBool        doubtful = PETSC_FALSE;
   PetscInt         n;
   Vec              Ax;
@@ -102,7 +103,8 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
   if (data->reduced) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced, &doubtful));
   PetscCall(VecDuplicate(x, &Ax));
   PetscCall(AinsworthSaddleResidual(sp, transpose, f, g, x, lambda, Ax, primal, dual));
-  PetscCall(AinsworthSaddleCheckDual(sp, g, x, lambda, dual, &worst, rows, sizeof(rows)));
+  PetscCall(AinsworthSaddleEnergy(sp, x, lambda, Ax, &energy));
+  PetscCall(AinsworthSaddleCheckDual(sp, tol < 0.0 ? PETSC_MAX_REAL : blind * tol * energy, g, x, lambda, dual, &worst, rows, sizeof(rows)));
   if (worst.quotient > 1.0) {
     *verdict = AINSWORTH_VERDICT_UNMET;
     PetscCall(PetscSNPrintf(why, len, "C x = g is not met: row %" PetscInt_FMT " of the multiplier field is left with %g, %g of its terms%s", worst.row,
@@ -123,7 +125,7 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
                               worst.row, (double)worst.residual, (double)(worst.residual / worst.size),
                               doubtful ? "rows of C are nearly linearly dependent"
                                        : "its method, or its preconditioner, does not see this; is A indefinite on Ker C, or its diagonal zero?"));
-    } else if (data->constraints < n) PetscCall(CheckEnergy(data, transpose, x, Ax, primal, verdict, why, len));
+    } else if (data->constraints < n || data->saddle.D) PetscCall(CheckEnergy(data, transpose, x, Ax, primal, verdict, why, len));
   }
   PetscCall(VecDestroy(&Ax));
   PetscCall(PetscLogEventEnd(AINSWORTH_Verify, pc, 0, 0, 0));

@@ -87,27 +87,53 @@ static PetscErrorCode NormOfSum(Mat A, Mat part, PetscReal *norm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* C' B C and B itself, length m: one per row, gamma / (C diag(A)^{-1} C')_ii, or beta I, beta = gamma ||Q_*' A Q_*|| / ||C' C|| (paper, section 3.3) */
+/* (B^{-1} + D)^{-1}, penalty and compliance in series; 0 where D_ii is negative, and the penalty would add to what is less than rigid */
+static PetscErrorCode CreateSeries(Vec penalty, Vec compliance, Vec *series)
+{
+  PetscInt           m;
+  PetscScalar       *s;
+  const PetscScalar *d;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(penalty, series));
+  PetscCall(VecCopy(penalty, *series));
+  if (!compliance) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetLocalSize(penalty, &m));
+  PetscCall(VecGetArray(*series, &s));
+  PetscCall(VecGetArrayRead(compliance, &d));
+  for (PetscInt i = 0; i < m; i++) {
+    const PetscReal sum = PetscRealPart(d[i]);
+
+    s[i] = sum < 0.0 ? 0.0 : s[i] / (1.0 + sum * PetscRealPart(s[i]));
+  }
+  PetscCall(VecRestoreArrayRead(compliance, &d));
+  PetscCall(VecRestoreArray(*series, &s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* C' B C, B in series with D, and B itself, length m: one per row, gamma / (C diag(A)^{-1} C')_ii, or beta I, beta = gamma ||Q_*' A Q_*|| / ||C' C|| (paper, section 3.3) */
 static PetscErrorCode CreatePenaltyPart(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat A, Mat Ct, Mat projection, Vec *penalty, Mat *part)
 {
   PetscReal normA, normC;
+  Vec       series;
   Mat       BC;
 
   PetscFunctionBegin;
-  if (opt->penalty == AINSWORTH_PENALTY_ROW) {
-    PetscCall(AinsworthRowPenaltyCreate(in->C, in->inverseDiagonal, opt->factor, penalty));
-    PetscCall(MatDuplicate(in->C, MAT_COPY_VALUES, &BC));
-    PetscCall(MatDiagonalScale(BC, *penalty, NULL));
-    PetscCall(Multiply(Ct, BC, part));
-    PetscCall(MatDestroy(&BC));
-  } else {
+  if (opt->penalty == AINSWORTH_PENALTY_ROW) PetscCall(AinsworthRowPenaltyCreate(in->C, in->inverseDiagonal, opt->factor, penalty));
+  else {
     PetscCall(Multiply(Ct, in->C, part));
     PetscCall(MatNorm(*part, NORM_INFINITY, &normC));
+    PetscCall(MatDestroy(part));
     PetscCall(NormOfSum(A, projection, &normA));
     PetscCall(MatCreateVecs(in->C, NULL, penalty));
     PetscCall(VecSet(*penalty, opt->factor * normA / normC));
-    PetscCall(MatScale(*part, opt->factor * normA / normC));
   }
+  PetscCall(CreateSeries(*penalty, in->compliance, &series));
+  PetscCall(MatDuplicate(in->C, MAT_COPY_VALUES, &BC));
+  PetscCall(MatDiagonalScale(BC, series, NULL));
+  PetscCall(Multiply(Ct, BC, part));
+  PetscCall(MatDestroy(&BC));
+  PetscCall(VecDestroy(&series));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -129,6 +155,25 @@ static PetscErrorCode AddA(Mat given, Mat A, AinsworthPmatFormat format, Mat *pm
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Inv(S), of C W C' where S is another */
+static PetscErrorCode CreateInverse(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat *inverse)
+{
+  Mat S = in->S, CW, CWt;
+
+  PetscFunctionBegin;
+  if (!S && opt->type != PC_AINSWORTH_PMAT_ID) {
+    PetscCall(MatDuplicate(in->C, MAT_COPY_VALUES, &CW));
+    if (in->weight) PetscCall(MatDiagonalScale(CW, NULL, in->weight));
+    PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
+    PetscCall(Multiply(in->C, CWt, &S));
+    PetscCall(MatDestroy(&CW));
+    PetscCall(MatDestroy(&CWt));
+  }
+  PetscCall(AinsworthInvGramCreate(S, opt, inverse));
+  if (!in->S) PetscCall(MatDestroy(&S));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthPmatCreate - the preconditioning matrix M_* = C' B C + Q_*' A Q_*, n x n, and the penalty B it was made with, length m
 
@@ -140,7 +185,7 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscInt column;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthInvGramCreate(in->S, opt, &inverse));
+  PetscCall(CreateInverse(in, opt, &inverse));
   PetscCall(AinsworthGetAIJ(in->A, &A));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(MatHermitianTranspose(in->C, MAT_INITIAL_MATRIX, &Ct));

@@ -30,8 +30,9 @@ typedef enum {
 } AinsworthPmatFormat;
 
 struct AinsworthPmatInputs {
-  Mat                 A, C, S;         /* of any type; AIJ, without zero rows; AIJ */
+  Mat                 A, C, S;         /* of any type; AIJ, without zero rows; AIJ, NULL: C W C' is not at hand */
   Vec                 weight;          /* diagonal of W, NULL for W = I */
+  Vec                 compliance;      /* sums of the rows of |D|, negative where D_ii is; NULL: D = 0 */
   Vec                 inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
   AinsworthPmatFormat format;
 };

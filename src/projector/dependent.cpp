@@ -57,11 +57,12 @@ static PetscErrorCode Probe(AinsworthGram *gram, PetscReal *error)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows of C W^{1/2}, or of C without a weight, over their largest entries */
-static PetscErrorCode LoadRows(Mat C, Vec weight, std::vector<AinsworthRow> &rows)
+/* The rows of C W^{1/2}, or of C without a weight, each with |N_ii|^{1/2} in a column of its own, over their largest entries */
+static PetscErrorCode LoadRows(Mat C, Vec weight, Vec N, std::vector<AinsworthRow> &rows)
 {
-  Mat      scaled = C;
-  PetscInt start, end;
+  Mat                scaled = C;
+  PetscInt           start, end, n;
+  const PetscScalar *other = NULL;
 
   PetscFunctionBegin;
   if (weight) {
@@ -74,14 +75,17 @@ static PetscErrorCode LoadRows(Mat C, Vec weight, std::vector<AinsworthRow> &row
     PetscCall(MatDiagonalScale(scaled, NULL, root));
     PetscCall(VecDestroy(&root));
   }
+  PetscCall(MatGetSize(C, NULL, &n));
   PetscCall(MatGetOwnershipRange(scaled, &start, &end));
   rows.resize(end - start);
+  if (N) PetscCall(VecGetArrayRead(N, &other));
   for (PetscInt i = start; i < end; i++) {
     AinsworthRow      &row = rows[i - start];
     PetscInt           ncols;
     const PetscInt    *cols;
     const PetscScalar *values;
-    PetscReal          largest = 0.0;
+    const PetscReal    own     = other ? PetscSqrtReal(PetscAbsScalar(other[i - start])) : 0.0;
+    PetscReal          largest = own;
 
     PetscCall(MatGetRow(scaled, i, &ncols, &cols, &values));
     for (PetscInt k = 0; k < ncols; k++) largest = PetscMax(largest, PetscAbsScalar(values[k]));
@@ -91,7 +95,11 @@ static PetscErrorCode LoadRows(Mat C, Vec weight, std::vector<AinsworthRow> &row
       row.value.push_back(values[k] / largest);
     }
     PetscCall(MatRestoreRow(scaled, i, &ncols, &cols, &values));
+    if (own == 0.0) continue;
+    row.column.push_back(n + i);
+    row.value.push_back(own / largest);
   }
+  if (N) PetscCall(VecRestoreArrayRead(N, &other));
   if (scaled != C) PetscCall(MatDestroy(&scaled));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -113,14 +121,16 @@ static PetscErrorCode FindShared(Mat C, const std::vector<PetscInt> &columns, st
   std::vector<PetscInt> count(columns.size(), 1), all;
   PetscLayout           layout;
   PetscSF               sf;
-  PetscInt              n;
+  PetscInt              n, common;
 
   PetscFunctionBegin;
   PetscCall(MatGetLayouts(C, NULL, &layout));
+  PetscCall(PetscLayoutGetSize(layout, &n));
+  common = (PetscInt)(std::lower_bound(columns.begin(), columns.end(), n) - columns.begin()); /* the others are the rows' own */
   PetscCall(PetscLayoutGetLocalSize(layout, &n));
   all.assign(n, 0);
   PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)C), &sf));
-  PetscCall(PetscSFSetGraphLayout(sf, layout, (PetscInt)columns.size(), NULL, PETSC_USE_POINTER, columns.data()));
+  PetscCall(PetscSFSetGraphLayout(sf, layout, common, NULL, PETSC_USE_POINTER, columns.data()));
   PetscCall(PetscSFReduceBegin(sf, MPIU_INT, count.data(), all.data(), MPI_SUM));
   PetscCall(PetscSFReduceEnd(sf, MPIU_INT, count.data(), all.data(), MPI_SUM));
   PetscCall(PetscSFBcastBegin(sf, MPIU_INT, all.data(), count.data(), MPI_REPLACE));
@@ -163,9 +173,13 @@ static PetscErrorCode GatherRows(Mat C, const std::vector<AinsworthRow> &rows, c
   Mat                      rest, *whole;
 
   PetscFunctionBegin;
+  PetscCall(MatGetSize(C, NULL, &n));
   for (const AinsworthRow &row : rows) {
-    for (PetscInt c : row.column) column.push_back(columns[c]);
-    value.insert(value.end(), row.value.begin(), row.value.end());
+    for (size_t k = 0; k < row.column.size(); k++) {
+      if (columns[row.column[k]] >= n) continue; /* its own, which was too small for a pivot */
+      column.push_back(columns[row.column[k]]);
+      value.push_back(row.value[k]);
+    }
     start.push_back((PetscInt)column.size());
   }
   PetscCall(MatGetLocalSize(C, NULL, &n));
@@ -232,9 +246,9 @@ static PetscErrorCode FindAmongShared(Mat C, PetscReal distance, const Ainsworth
    Collective
 
    Input Parameters:
-+  gram     - the places of the rows, and S for an order of little fill
-.  C        - its rows in their places
++  proj     - C and S in their places
 .  weight   - diagonal of W, NULL for the identity
+.  N        - diagonal of N, placed; NULL where it is zero
 -  distance - a row counts as dependent if its distance from the span of others, in the norm of W, is about this part of its length, or less
 
    Output Parameters:
@@ -244,8 +258,10 @@ static PetscErrorCode FindAmongShared(Mat C, PetscReal distance, const Ainsworth
    Rows of C are eliminated, not those of S, where distances are squares: what is told apart is far more than rounding can hide. Rows that are far from
    those already kept are kept first, the others by falling distance, so that every row left out is a combination of rows that are kept.
 */
-static PetscErrorCode FindDependentRows(const AinsworthGram *gram, Mat C, Vec weight, PetscReal distance, PetscInt *n, PetscInt **dependent)
+static PetscErrorCode FindDependentRows(const AinsworthProjector *proj, Vec weight, Vec N, PetscReal distance, PetscInt *n, PetscInt **dependent)
 {
+  const AinsworthGram  *gram = &proj->gram;
+  const Mat             C    = proj->C;
   AinsworthElimination  own;
   std::vector<PetscInt> columns, order, numbers;
   std::vector<char>     flags;
@@ -255,7 +271,7 @@ static PetscErrorCode FindDependentRows(const AinsworthGram *gram, Mat C, Vec we
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Dependent, C, 0, 0, 0));
-  PetscCall(LoadRows(C, weight, own.rows));
+  PetscCall(LoadRows(C, weight, N, own.rows));
   Compress(own.rows, columns);
   own.free.assign(columns.size(), 1);
   if (gram->placement.split) PetscCall(FindShared(C, columns, own.free));
@@ -286,11 +302,10 @@ static PetscErrorCode FindDependentRows(const AinsworthGram *gram, Mat C, Vec we
 }
 
 /*
-   AinsworthGramDiagnose - are solves with the Gram matrix good enough? If not: rows of C that are linear combinations of others
+   AinsworthProjectorDiagnose - are solves with the Gram matrix good enough? If not: rows of C that are linear combinations of others
 
    Input Parameters:
-+  C      - m x n, placed
-.  weight - diagonal of W, NULL for the identity
++  weight - diagonal of W, NULL for the identity
 -  pass   - 0, and after rows were left out or another weight was taken what came back
 
    Output Parameters:
@@ -301,11 +316,13 @@ static PetscErrorCode FindDependentRows(const AinsworthGram *gram, Mat C, Vec we
 .  hidden    - of these rows some are not dependent without W: take the identity, and call again
 -  doubtful  - solves are not accurate: they are to be refined
 */
-PetscErrorCode AinsworthGramDiagnose(AinsworthGram *gram, Mat C, Vec weight, PetscInt *pass, PetscInt *n, PetscInt **dependent, PCFailedReason *reason,
-                                     PetscBool *hidden, bool *doubtful)
+PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, PetscInt *pass, PetscInt *n, PetscInt **dependent, PCFailedReason *reason,
+                                          PetscBool *hidden, bool *doubtful)
 {
-  PetscReal error = PETSC_INFINITY;
-  PetscInt  others, *unweighted;
+  AinsworthGram *gram  = &proj->gram;
+  PetscReal      error = PETSC_INFINITY;
+  PetscInt       others, *unweighted;
+  Vec            N = NULL, program;
 
   PetscFunctionBegin;
   *n         = 0;
@@ -313,16 +330,24 @@ PetscErrorCode AinsworthGramDiagnose(AinsworthGram *gram, Mat C, Vec weight, Pet
   *hidden    = PETSC_FALSE;
   PetscCall(AinsworthGramGetFailedReason(gram, reason));
   if (!*reason) PetscCall(Probe(gram, &error));
+  if (proj->compliance.N && !(error <= suspicious)) {
+    PetscCall(MatCreateVecs(proj->compliance.N, NULL, &program));
+    PetscCall(MatGetDiagonal(proj->compliance.N, program));
+    PetscCall(VecDuplicate(proj->rowValues, &N));
+    PetscCall(AinsworthProjectorPlace(proj, program, N));
+    PetscCall(VecDestroy(&program));
+  }
   for (; *pass < passes && !*n && !(error <= (*pass ? unusable : suspicious)); ++*pass) {
     PetscCall(PetscFree(*dependent));
     PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
-    PetscCall(FindDependentRows(gram, C, weight, distances[*pass], n, dependent));
+    PetscCall(FindDependentRows(proj, weight, N, distances[*pass], n, dependent));
     if (!*pass || !*n || !weight) continue;
-    PetscCall(FindDependentRows(gram, C, NULL, distances[*pass], &others, &unweighted));
+    PetscCall(FindDependentRows(proj, NULL, N, distances[*pass], &others, &unweighted));
     PetscCall(PetscFree(unweighted));
     *hidden = (PetscBool)(others < *n);
     if (*hidden) break;
   }
+  PetscCall(VecDestroy(&N));
   if (!*reason && !(error <= unusable)) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT;
   *doubtful = !(error <= inexact);
   if (*doubtful && !*reason && !*n)

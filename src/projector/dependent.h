@@ -2,8 +2,8 @@
 #ifndef AINSWORTH_DEPENDENT_H
 #define AINSWORTH_DEPENDENT_H
 
-#include "gram.h"
+#include "projector.h"
 
-PetscErrorCode AinsworthGramDiagnose(AinsworthGram *, Mat, Vec, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *, PetscBool *, bool *);
+PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *, Vec, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *, PetscBool *, bool *);
 
 #endif

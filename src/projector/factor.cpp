@@ -21,6 +21,15 @@ static const PetscReal   many       = PETSC_INFINITY;
 static const PetscReal   dissect    = 1e8;
 #endif
 
+/* The package for a Gram matrix that is not Hermitian, where B is not C: one that pivots, which PETSc's own does not */
+#if defined(PETSC_HAVE_MUMPS)
+static const char *const pivoting = MATSOLVERMUMPS;
+#elif defined(PETSC_HAVE_SUITESPARSE)
+static const char *const pivoting   = MATSOLVERUMFPACK;
+#else
+static const char *const pivoting   = MATSOLVERPETSC;
+#endif
+
 static PetscErrorCode IsPackage(PC pc, const char name[], PetscBool *is)
 {
   PetscBool     factors;
@@ -55,7 +64,7 @@ static PetscErrorCode Predict(Mat M, AinsworthCost *cost, MatOrderingType *order
 
    Before the options of ksp are read and before it has operators. PETSc's own Cholesky factorisation knows L L^T only: in complex arithmetic it is LU.
 */
-PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, KSP ksp)
+PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, PetscBool hermitian, KSP ksp)
 {
   const char *const given[] = {"-pc_type", "-pc_factor_mat_solver_type", "-pc_factor_mat_ordering_type"};
   const char       *prefix;
@@ -65,14 +74,15 @@ PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, KSP ksp)
 
   PetscFunctionBegin;
   PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCSetType(pc, PetscDefined(USE_COMPLEX) ? PCLU : PCCHOLESKY));
+  PetscCall(PCSetType(pc, PetscDefined(USE_COMPLEX) || !hermitian ? PCLU : PCCHOLESKY));
   PetscCall(KSPGetOptionsPrefix(ksp, &prefix));
   for (const char *name : given) {
     PetscCall(PetscOptionsHasName(NULL, prefix, name, &has));
     if (has) PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscObjectBaseTypeCompare((PetscObject)M, MATSEQAIJ, &sequential));
-  if (sequential) {
+  if (!hermitian) factor->package = pivoting;
+  else if (sequential) {
     PetscCall(Predict(M, &factor->cost, &ordering));
     factor->package = factor->cost.operations < many ? MATSOLVERPETSC : supernodal;
     if (factor->cost.operations < many) PetscCall(PCFactorSetMatOrderingType(pc, ordering));

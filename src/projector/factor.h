@@ -11,7 +11,7 @@ struct AinsworthFactor {
   PCFailedReason failed;  /* of a package that raises an error where others give a reason */
 };
 
-PetscErrorCode AinsworthFactorChoose(AinsworthFactor *, Mat, KSP);
+PetscErrorCode AinsworthFactorChoose(AinsworthFactor *, Mat, PetscBool, KSP);
 PetscErrorCode AinsworthFactorCheckMemory(const AinsworthFactor *, MPI_Comm);
 PetscErrorCode AinsworthFactorSetUp(AinsworthFactor *, Mat, KSP);
 PetscErrorCode AinsworthFactorGetFailedReason(const AinsworthFactor *, KSP, PCFailedReason *);

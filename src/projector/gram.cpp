@@ -1,5 +1,6 @@
 #include "gram.h"
 #include "../events.h"
+#include "../saddle/saddle.h"
 #include <limits>
 
 /* Components of up to this many rows are inverted as dense blocks: a factorisation would cost more in its bookkeeping */
@@ -45,7 +46,8 @@ static PetscErrorCode Place(AinsworthGram *gram)
   else PetscCall(MatDuplicate(gram->S, MAT_COPY_VALUES, &moved));
   PetscCall(VecDestroy(&gram->scale));
   PetscCall(MatCreateVecs(moved, NULL, &gram->scale));
-  PetscCall(MatGetDiagonal(moved, gram->scale));
+  if (gram->hermitian) PetscCall(MatGetDiagonal(moved, gram->scale));
+  else PetscCall(AinsworthRowSums(moved, 1, gram->scale)); /* its diagonal may be zero */
   PetscCall(VecSqrtAbs(gram->scale));
   PetscCall(VecReciprocal(gram->scale));
   PetscCall(MatDiagonalScale(moved, gram->scale, gram->scale));
@@ -75,11 +77,11 @@ static PetscErrorCode ChoosePC(AinsworthGram *gram)
   PetscCall(KSPGetPC(gram->ksp, &pc));
   for (PetscInt size : sizes) largest = PetscMax(largest, size);
   if (gram->placement.split) largest = std::numeric_limits<PetscInt>::max();
-  if (largest <= 1) PetscCall(PCSetType(pc, PCNONE)); /* scaled, the matrix is the identity */
+  if (largest <= 1) PetscCall(PCSetType(pc, gram->hermitian ? PCNONE : PCJACOBI)); /* scaled, the matrix is the identity, but for signs */
   else if (largest <= gram->placement.small) {
     PetscCall(MatSetVariableBlockSizes(gram->placed, (PetscInt)sizes.size(), (PetscInt *)sizes.data()));
     PetscCall(PCSetType(pc, PCVPBJACOBI));
-  } else if (gram->placed) PetscCall(AinsworthFactorChoose(&gram->factor, gram->placed, gram->ksp));
+  } else if (gram->placed) PetscCall(AinsworthFactorChoose(&gram->factor, gram->placed, gram->hermitian, gram->ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -106,7 +108,7 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent, cons
   PetscCall(CreateKSP(gram, parent, prefix));
   PetscCall(AinsworthFactorCheckMemory(&gram->factor, PetscObjectComm((PetscObject)gram->S)));
   if (!gram->placement.sizes.size()) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatSetOption(gram->placed, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
+  if (gram->hermitian) PetscCall(MatSetOption(gram->placed, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
   PetscCall(AinsworthFactorSetUp(&gram->factor, gram->placed, gram->ksp));
   PetscCall(MatCreateVecs(gram->placed, NULL, &gram->b));
   PetscCall(VecGetLocalSize(gram->b, &n));
@@ -116,24 +118,45 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthGramSetUp - forms S = C (C W)', places its rows and factors its components
+/* Zeros where only the transpose has entries: components, orderings and packages take the pattern for symmetric */
+static PetscErrorCode MakePatternSymmetric(Mat *S)
+{
+  Mat transposed, zeros;
 
-   CW is C with its columns scaled by W (C itself for W = I). samePattern: C has the nonzero pattern and the layout of the last time, so that
-   the symbolic product, the places and the symbolic factorisation are those of the last time. The solver has the options prefix
+  PetscFunctionBegin;
+  PetscCall(MatTranspose(*S, MAT_INITIAL_MATRIX, &transposed));
+  PetscCall(MatDuplicate(transposed, MAT_DO_NOT_COPY_VALUES, &zeros));
+  PetscCall(MatDestroy(&transposed));
+  PetscCall(AinsworthAddAIJ(zeros, S));
+  PetscCall(MatDestroy(&zeros));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthGramSetUp - forms S = C (B W)' + N, places its rows and factors its components
+
+   BW is B, C itself as a rule, with its columns scaled by W. N may be NULL. samePattern: all have the nonzero patterns and the layout of the last time, so
+   that the symbolic product, the places and the symbolic factorisation are those of the last time. The solver has the options prefix
    `prefix`ainsworth_gram_.
 */
-PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, bool samePattern, PetscInt rowsPerRank, PetscObject parent, const char prefix[])
+PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat BW, Mat N, PetscBool hermitian, bool samePattern, PetscInt rowsPerRank, PetscObject parent,
+                                  const char prefix[])
 {
-  Mat CWt;
+  const bool again = samePattern && !N && hermitian; /* otherwise S is no longer a mere product */
+  Mat        BWt;
 
   PetscFunctionBegin;
   if (!samePattern) PetscCall(AinsworthGramReset(gram));
   PetscCall(PetscLogEventBegin(AINSWORTH_GramMat, C, 0, 0, 0));
-  PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
-  PetscCall(MatMatMult(C, CWt, samePattern ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, PETSC_DEFAULT, &gram->S));
-  PetscCall(MatDestroy(&CWt));
-  PetscCall(MatSetOption(gram->S, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(MatHermitianTranspose(BW, MAT_INITIAL_MATRIX, &BWt));
+  if (!again) PetscCall(MatDestroy(&gram->S));
+  PetscCall(MatMatMult(C, BWt, again ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, PETSC_DEFAULT, &gram->S));
+  PetscCall(MatDestroy(&BWt));
+  if (N || !hermitian) PetscCall(MatProductClear(gram->S));
+  if (N) PetscCall(AinsworthAddAIJ(N, &gram->S));
+  if (!hermitian) PetscCall(MakePatternSymmetric(&gram->S));
+  gram->hermitian = hermitian;
+  if (hermitian) PetscCall(MatSetOption(gram->S, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
   if (!samePattern) {
     PetscCall(AinsworthPlacementCreate(gram->S, C, rowsPerRank, smallPiece, &gram->placement));
     if (gram->placement.split) PetscCall(CreateGroup(gram));
@@ -240,8 +263,9 @@ PetscErrorCode AinsworthGramView(AinsworthGram *gram, PetscViewer viewer)
   first = p.sizes.size() && gram->factor.cost.operations == most ? rank : PETSC_MPI_INT_MAX; /* the first of those that work most */
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm));
   PetscCall(PetscViewerASCIIPrintf(
-    viewer, "Gram matrix S = C W C': %" PetscInt_FMT " connected component%s, the largest of %" PetscInt_FMT " row%s, on %" PetscInt_FMT " rank%s%s\n",
-    p.components, p.components > 1 ? "s" : "", p.largest, p.largest > 1 ? "s" : "", p.ranks, p.ranks > 1 ? "s" : "", p.split ? ", cut by METIS" : ""));
+    viewer, "Gram matrix S = C W %s: %" PetscInt_FMT " connected component%s, the largest of %" PetscInt_FMT " row%s, on %" PetscInt_FMT " rank%s%s\n",
+    gram->hermitian ? "C'" : "B'", p.components, p.components > 1 ? "s" : "", p.largest, p.largest > 1 ? "s" : "", p.ranks, p.ranks > 1 ? "s" : "",
+    p.split ? ", cut by METIS" : ""));
   PetscCall(PetscViewerASCIIPrintf(viewer, "its solver on rank %d:\n", first));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   own = p.split && p.sizes.size() ? gram->group : PETSC_COMM_SELF;

@@ -1,4 +1,4 @@
-/* The Gram matrix S = C W C' and its solver, component by component where its rows are placed (docs/method.md, Gram matrix) */
+/* The Gram matrix S = C W B' + N and its solver, component by component where its rows are placed (docs/method.md, Gram matrix) */
 #ifndef AINSWORTH_GRAM_H
 #define AINSWORTH_GRAM_H
 
@@ -7,6 +7,7 @@
 
 struct AinsworthGram {
   Mat                S;         /* m x m AIJ, rows distributed as those of C */
+  PetscBool          hermitian; /* it is, and positive definite unless rows of C depend on each other */
   AinsworthPlacement placement; /* of the rows of S on the ranks that solve for them */
   Vec                scale;     /* placed: diag(S)^{-1/2} */
   Mat                placed;    /* S in its places, scaled to a unit diagonal: the rows of this rank, or, where a component is split, of the group */
@@ -16,7 +17,7 @@ struct AinsworthGram {
   Vec                b, x;      /* of placed; x is lent its array */
 };
 
-PetscErrorCode AinsworthGramSetUp(AinsworthGram *, Mat, Mat, bool, PetscInt, PetscObject, const char[]);
+PetscErrorCode AinsworthGramSetUp(AinsworthGram *, Mat, Mat, Mat, PetscBool, bool, PetscInt, PetscObject, const char[]);
 PetscErrorCode AinsworthGramReset(AinsworthGram *);
 PetscErrorCode AinsworthGramSolve(AinsworthGram *, Vec, Vec);
 PetscErrorCode AinsworthGramGetFailedReason(AinsworthGram *, PCFailedReason *);

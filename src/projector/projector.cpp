@@ -29,38 +29,99 @@ static PetscErrorCode CreateVectors(AinsworthProjector *proj, Mat C)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* weight: the diagonal of W, length n, positive; NULL for W = I */
-PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, Mat C, Vec weight, PetscInt rowsPerRank, PetscObject parent, const char prefix[])
+/* E and the work space of D, placed as the rows */
+static PetscErrorCode PlaceCompliance(AinsworthProjector *proj)
 {
-  const AinsworthProjectorSource last = proj->source;
-  AinsworthProjectorSource       now;
-  bool                           same; /* all that depends on the nonzero pattern of C alone */
+  const AinsworthCompliance *c = &proj->compliance;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectGetId((PetscObject)C, &now.id));
-  PetscCall(MatGetNonzeroState(C, &now.pattern));
+  PetscCall(MatDestroy(&proj->E));
+  if (!c->N) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscObjectReference((PetscObject)c->E));
+  proj->E = c->E;
+  if (proj->gram.placement.rows) {
+    PetscCall(MatDestroy(&proj->E));
+    PetscCall(MatCreateSubMatrix(c->E, proj->gram.placement.rows, proj->gram.placement.rows, MAT_INITIAL_MATRIX, &proj->E));
+  }
+  for (Vec *v : {&proj->rest, &proj->shared, &proj->inverse, &proj->held})
+    if (!*v) PetscCall(VecDuplicate(proj->rowValues, v));
+  if (!proj->load) PetscCall(MatCreateVecs(proj->C, &proj->load, NULL));
+  PetscCall(AinsworthProjectorPlace(proj, c->rest, proj->rest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* M with its columns scaled by the weight; a reference where that is 1 */
+static PetscErrorCode Weigh(Mat M, Vec weight, Mat *weighted)
+{
+  PetscFunctionBegin;
+  if (weight) {
+    PetscCall(MatDuplicate(M, MAT_COPY_VALUES, weighted));
+    PetscCall(MatDiagonalScale(*weighted, NULL, weight));
+  } else {
+    PetscCall(PetscObjectReference((PetscObject)M));
+    *weighted = M;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What all that depends on nonzero patterns alone comes from */
+static PetscErrorCode GetSource(const AinsworthProjectorBlocks *blocks, AinsworthProjectorSource *source)
+{
+  const Mat mats[] = {blocks->C, blocks->B, blocks->D};
+
+  PetscFunctionBegin;
+  for (int k = 0; k < 3; k++) {
+    source->id[k]      = 0;
+    source->pattern[k] = 0;
+    if (!mats[k]) continue;
+    PetscCall(PetscObjectGetId((PetscObject)mats[k], &source->id[k]));
+    PetscCall(MatGetNonzeroState(mats[k], &source->pattern[k]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* weight: the diagonal of W, length n, positive, NULL for W = I; inverseDiagonal: diag(A)^{-1}, for D only; hermitian: B is C and D = D' */
+PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, Vec weight, Vec inverseDiagonal, PetscBool hermitian,
+                                       PetscInt rowsPerRank, PetscObject parent, const char prefix[])
+{
+  const AinsworthProjectorSource last = proj->source;
+  const Mat                      C    = blocks->C;
+  AinsworthProjectorSource       now;
+  PetscBool                      same; /* all that depends on nonzero patterns alone */
+
+  PetscFunctionBegin;
+  PetscCall(GetSource(blocks, &now));
   now.rowsPerRank = rowsPerRank;
   now.weighted    = weight != NULL;
-  same            = proj->C && last.id == now.id && last.pattern == now.pattern && last.weighted == now.weighted && last.rowsPerRank == now.rowsPerRank;
+  PetscCall(PetscArraycmp(now.id, last.id, 3, &same));
+  if (same) PetscCall(PetscArraycmp(now.pattern, last.pattern, 3, &same));
+  same = (PetscBool)(same && proj->C && last.weighted == now.weighted && last.rowsPerRank == now.rowsPerRank);
   if (same)
-    PetscCall(PetscInfo(C, "The nonzero pattern of C is that of the last set-up: the places and the symbolic factorisation of the Gram matrix are kept\n"));
+    PetscCall(PetscInfo(C, "The nonzero pattern of C is that of the last set-up: the places and the symbolic factorization of the Gram matrix are kept\n"));
   else PetscCall(AinsworthProjectorReset(proj));
-  PetscCall(MatDestroy(&proj->C));
-  PetscCall(MatDestroy(&proj->CW));
+  for (Mat *M : {&proj->C, &proj->B, &proj->CW, &proj->BW}) PetscCall(MatDestroy(M));
   PetscCall(PetscObjectReference((PetscObject)C));
   proj->C = C;
-  if (weight) {
-    PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &proj->CW));
-    PetscCall(MatDiagonalScale(proj->CW, NULL, weight));
+  PetscCall(Weigh(C, weight, &proj->CW));
+  if (blocks->B != C) {
+    PetscCall(PetscObjectReference((PetscObject)blocks->B));
+    proj->B = blocks->B;
+    PetscCall(Weigh(proj->B, weight, &proj->BW));
   }
-  PetscCall(AinsworthGramSetUp(&proj->gram, proj->C, weight ? proj->CW : proj->C, same, rowsPerRank, parent, prefix));
-  PetscCall(MoveRows(proj, &proj->C));
+  PetscCall(AinsworthComplianceSetUp(&proj->compliance, C, blocks->B, blocks->D, weight, inverseDiagonal));
+  PetscCall(AinsworthGramSetUp(&proj->gram, C, proj->BW ? proj->BW : proj->CW, proj->compliance.N, hermitian, same, rowsPerRank, parent, prefix));
+  for (Mat *M : {&proj->B, &proj->BW})
+    if (*M) PetscCall(MoveRows(proj, M));
   if (weight) PetscCall(MoveRows(proj, &proj->CW));
-  else {
-    PetscCall(PetscObjectReference((PetscObject)proj->C));
-    proj->CW = proj->C;
+  else PetscCall(MatDestroy(&proj->CW));
+  PetscCall(MoveRows(proj, &proj->C));
+  for (Mat *M : {&proj->CW, &proj->B, &proj->BW}) {
+    if (*M) continue;
+    *M = M == &proj->BW ? proj->CW : proj->C;
+    PetscCall(PetscObjectReference((PetscObject)*M));
   }
   if (!same) PetscCall(CreateVectors(proj, C));
+  PetscCall(PlaceCompliance(proj));
   proj->source = now;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -68,12 +129,11 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, Mat C, Vec weig
 PetscErrorCode AinsworthProjectorReset(AinsworthProjector *proj)
 {
   PetscFunctionBegin;
-  PetscCall(MatDestroy(&proj->C));
-  PetscCall(MatDestroy(&proj->CW));
+  for (Mat *M : {&proj->C, &proj->B, &proj->CW, &proj->BW, &proj->E}) PetscCall(MatDestroy(M));
   PetscCall(AinsworthGramReset(&proj->gram));
+  PetscCall(AinsworthComplianceReset(&proj->compliance));
   PetscCall(VecScatterDestroy(&proj->scatter));
-  PetscCall(VecDestroy(&proj->rowValues));
-  PetscCall(VecDestroy(&proj->rowSolution));
+  for (Vec *v : {&proj->rowValues, &proj->rowSolution, &proj->rest, &proj->shared, &proj->inverse, &proj->held, &proj->load}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -95,7 +155,24 @@ PetscErrorCode AinsworthProjectorPlace(AinsworthProjector *proj, Vec program, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = Q x = x - W C' S^{-1} C x; y may be x. Leaves C x, placed, in proj->rowValues */
+PetscErrorCode AinsworthProjectorReturn(AinsworthProjector *proj, Vec placed, Vec program)
+{
+  PetscFunctionBegin;
+  PetscCall(Move(proj, placed, program, SCATTER_REVERSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* l = S^{-1} g, both as the program's rows, and possibly the same vector */
+PetscErrorCode AinsworthProjectorSolve(AinsworthProjector *proj, Vec g, Vec l)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthProjectorPlace(proj, g, proj->rowValues));
+  PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
+  PetscCall(AinsworthProjectorReturn(proj, proj->rowSolution, l));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = Q x = x - W B' S^{-1} C x; y may be x. Leaves C x and -S^{-1} C x, placed, in proj->rowValues and rowSolution */
 PetscErrorCode AinsworthProjectorMult(AinsworthProjector *proj, Vec x, Vec y)
 {
   PetscFunctionBegin;
@@ -103,53 +180,104 @@ PetscErrorCode AinsworthProjectorMult(AinsworthProjector *proj, Vec x, Vec y)
   PetscCall(MatMult(proj->C, x, proj->rowValues));
   PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
   PetscCall(VecScale(proj->rowSolution, -1.0));
-  PetscCall(MatMultHermitianTransposeAdd(proj->CW, proj->rowSolution, x, y));
+  PetscCall(MatMultHermitianTransposeAdd(proj->BW, proj->rowSolution, x, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_Projector, proj->C, x, y, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = Q' x + C' l = x - C' (S^{-1} C W x - l); y may be x, l (m, placed) may be NULL */
-PetscErrorCode AinsworthProjectorMultTranspose(AinsworthProjector *proj, Vec x, Vec l, Vec y)
+/* y = x - B' (S^{-1} (C W x + before) - after), where both are zero x less its part in Im(B'); y may be x, before and after (m, placed) may be NULL */
+PetscErrorCode AinsworthProjectorMultTranspose(AinsworthProjector *proj, Vec x, Vec before, Vec after, Vec y)
 {
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Projector, proj->C, x, y, 0));
   PetscCall(MatMult(proj->CW, x, proj->rowValues));
+  if (before) PetscCall(VecAXPY(proj->rowValues, 1.0, before));
   PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
-  if (l) PetscCall(VecAYPX(proj->rowSolution, -1.0, l));
+  if (after) PetscCall(VecAYPX(proj->rowSolution, -1.0, after));
   else PetscCall(VecScale(proj->rowSolution, -1.0));
-  PetscCall(MatMultHermitianTransposeAdd(proj->C, proj->rowSolution, x, y));
+  PetscCall(MatMultHermitianTransposeAdd(proj->B, proj->rowSolution, x, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_Projector, proj->C, x, y, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x = R g = W C' S^{-1} g */
+/* x = R g = W B' S^{-1} g; leaves S^{-1} g in proj->rowSolution */
 PetscErrorCode AinsworthProjectorRightInverse(AinsworthProjector *proj, Vec g, Vec x)
 {
   PetscFunctionBegin;
   PetscCall(AinsworthProjectorPlace(proj, g, proj->rowValues));
   PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
-  PetscCall(MatMultHermitianTranspose(proj->CW, proj->rowSolution, x));
+  PetscCall(MatMultHermitianTranspose(proj->BW, proj->rowSolution, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* l = R' r = S^{-1} C W r */
-PetscErrorCode AinsworthProjectorRightInverseTranspose(AinsworthProjector *proj, Vec r, Vec l)
+/* l = S^{-1} (C W r + loads), loads (m, as the program's rows) may be NULL */
+PetscErrorCode AinsworthProjectorMultiplier(AinsworthProjector *proj, Vec r, Vec loads, Vec l)
 {
   PetscFunctionBegin;
   PetscCall(MatMult(proj->CW, r, proj->rowValues));
+  if (loads) {
+    PetscCall(AinsworthProjectorPlace(proj, loads, proj->rowSolution));
+    PetscCall(VecAXPY(proj->rowValues, 1.0, proj->rowSolution));
+  }
   PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
   PetscCall(Move(proj, proj->rowSolution, l, SCATTER_REVERSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x = R B^{-1} R' b, B placed */
-PetscErrorCode AinsworthProjectorSolveRange(AinsworthProjector *proj, Vec B, Vec b, Vec x)
+/* x = R B^{-1} R' b, with the penalty B placed */
+PetscErrorCode AinsworthProjectorSolveRange(AinsworthProjector *proj, Vec penalty, Vec b, Vec x)
 {
   PetscFunctionBegin;
   PetscCall(MatMult(proj->CW, b, proj->rowValues));
   PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
-  PetscCall(VecPointwiseDivide(proj->rowValues, proj->rowSolution, B));
+  PetscCall(VecPointwiseDivide(proj->rowValues, proj->rowSolution, penalty));
   PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
   PetscCall(MatMultHermitianTranspose(proj->CW, proj->rowSolution, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* force = E mu, of a mu that is placed, with the energy that rows without D get */
+PetscErrorCode AinsworthProjectorMultEnergy(AinsworthProjector *proj, Vec mu, Vec force)
+{
+  PetscFunctionBegin;
+  PetscCall(VecPointwiseMult(force, proj->rest, mu));
+  PetscCall(MatMultAdd(proj->E, mu, force, force));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The penalty (m, as the program's rows) that AinsworthProjectorPrecondition() has to do with */
+PetscErrorCode AinsworthProjectorSetPenalty(AinsworthProjector *proj, Vec penalty)
+{
+  Vec shared, inverse;
+
+  PetscFunctionBegin;
+  if (!proj->E) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(penalty, &shared));
+  PetscCall(VecDuplicate(penalty, &inverse));
+  PetscCall(AinsworthComplianceGetPreconditioner(&proj->compliance, penalty, shared, inverse));
+  PetscCall(AinsworthProjectorPlace(proj, shared, proj->shared));
+  PetscCall(AinsworthProjectorPlace(proj, inverse, proj->inverse));
+  PetscCall(VecDestroy(&shared));
+  PetscCall(VecDestroy(&inverse));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   y = x + W B' mu, where (x, mu) is M_*^+^{-1} (r, C W r), by elimination of mu
+
+   M_*^{-1} x is apply(pc): M_* = A + C' (B^{-1} + D)^{-1} C is what mu leaves of M_*^+.
+*/
+PetscErrorCode AinsworthProjectorPrecondition(AinsworthProjector *proj, PC pc, PetscErrorCode (*apply)(PC, Vec, Vec), Vec r, Vec y)
+{
+  PetscFunctionBegin;
+  PetscCall(MatMult(proj->CW, r, proj->held));
+  PetscCall(VecPointwiseMult(proj->rowValues, proj->shared, proj->held));
+  PetscCall(MatMultHermitianTransposeAdd(proj->C, proj->rowValues, r, proj->load));
+  PetscCall((*apply)(pc, proj->load, y));
+  PetscCall(MatMult(proj->C, y, proj->rowValues));
+  PetscCall(VecPointwiseMult(proj->rowValues, proj->shared, proj->rowValues));
+  PetscCall(VecPointwiseMult(proj->held, proj->inverse, proj->held));
+  PetscCall(VecAXPY(proj->held, 1.0, proj->rowValues));
+  PetscCall(MatMultHermitianTransposeAdd(proj->BW, proj->held, y, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -55,6 +55,7 @@ PetscErrorCode AinsworthReportDestroy(AinsworthReport **report)
   PetscCall(VecDestroy(&(*report)->r));
   PetscCall(VecDestroy(&(*report)->residual));
   for (Vec &work : (*report)->work) PetscCall(VecDestroy(&work));
+  for (Vec &part : (*report)->springs) PetscCall(VecDestroy(&part));
   PetscCall(MatDestroy(&(*report)->observed));
   PetscCall(MatDestroy(&(*report)->operation));
   delete *report;
@@ -73,21 +74,55 @@ static PetscErrorCode Length(Vec v, PetscReal *length)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode AinsworthReportGetX(AinsworthReport *report, Vec iterate, Vec *x)
+{
+  Mat_Ainsworth *ctx = NULL;
+
+  PetscFunctionBegin;
+  *x = iterate;
+  if (report->system.reduced) PetscCall(MatAinsworthGetContext_Private(report->system.reduced, &ctx));
+  if (!ctx || !ctx->D) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!report->springs[0]) PetscCall(MatCreateVecs(ctx->C, &report->springs[0], &report->springs[1]));
+  PetscCall(VecCopy(iterate, report->springs[0]));
+  PetscCall(MatAinsworthRecover_Private(report->system.reduced, PETSC_FALSE, report->f, report->g, report->springs[0], report->springs[1]));
+  *x = report->springs[0];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* f - A x - B' lambda and g - C x + D lambda, of x and lambda at this iterate, where the former is f - A x yet */
+static PetscErrorCode LeaveMultipliers(AinsworthReport *report, Vec x)
+{
+  Mat            reduced = report->system.reduced;
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext_Private(reduced, &ctx));
+  PetscCall(MatMult(report->system.C, x, report->residual));
+  PetscCall(VecAYPX(report->residual, -1.0, report->g));
+  if (ctx->D) {
+    PetscCall(VecScale(report->springs[1], -1.0));
+    PetscCall(MatMultHermitianTransposeAdd(ctx->B, report->springs[1], report->r, report->r));
+    PetscCall(VecScale(report->springs[1], -1.0));
+    PetscCall(MatMultAdd(ctx->D, report->springs[1], report->residual, report->residual));
+  } else PetscCall(MatAinsworthMultTransposeProjector(reduced, report->r, report->r)); /* r - B' R' r */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ||f - A x - C' lambda|| / ||f|| with lambda = R' (f - A x), and ||g - C x|| / ||g||; absolute where f or g is zero. And the energy norm of x */
 static PetscErrorCode Residuals(AinsworthReport *report, Vec iterate, AinsworthReportRow *row)
 {
   const AinsworthReportSystem *system = &report->system;
   PetscScalar                  energy;
+  Vec                          x;
 
   PetscFunctionBegin;
-  PetscCall(MatMult(system->A, iterate, report->r));
-  PetscCall(VecDot(report->r, iterate, &energy));
+  PetscCall(AinsworthReportGetX(report, iterate, &x));
+  PetscCall(MatMult(system->A, x, report->r));
+  PetscCall(VecDot(report->r, x, &energy));
   if (!report->exact) report->energy = PetscSqrtReal(PetscAbsScalar(energy));
   PetscCall(VecAYPX(report->r, -1.0, report->f));
   if (system->reduced) {
-    PetscCall(MatAinsworthMultTransposeProjector(system->reduced, report->r, report->r)); /* r - C' R' r */
-    PetscCall(MatMult(system->C, iterate, report->residual));
-    PetscCall(VecAYPX(report->residual, -1.0, report->g));
+    PetscCall(LeaveMultipliers(report, x));
     PetscCall(VecNorm(report->residual, NORM_2, &row->constraint));
     if (report->norm[1] > 0.0) row->constraint /= report->norm[1];
   } else row->constraint = 0.0;
@@ -96,14 +131,16 @@ static PetscErrorCode Residuals(AinsworthReport *report, Vec iterate, AinsworthR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* sqrt((x - x_k)' A~ (x - x_k)) */
+/* sqrt((x - x_k)' A~ (x - x_k)), which is that of A in Ker C; without the energy of springs */
 static PetscErrorCode TrueError(AinsworthReport *report, Vec iterate, PetscReal *error)
 {
   PetscScalar square;
+  Vec         x;
 
   PetscFunctionBegin;
-  PetscCall(VecWAXPY(report->x, -1.0, iterate, report->exact));
-  PetscCall(MatMult(report->system.reduced && !report->kernel ? report->system.reduced : report->system.A, report->x, report->r)); /* in Ker C that is A */
+  PetscCall(AinsworthReportGetX(report, iterate, &x));
+  PetscCall(VecWAXPY(report->x, -1.0, x, report->exact));
+  PetscCall(MatMult(report->system.reduced && !report->kernel && x == iterate ? report->system.reduced : report->system.A, report->x, report->r));
   PetscCall(VecDot(report->r, report->x, &square));
   *error = PetscSqrtReal(PetscAbsScalar(square));
   PetscFunctionReturn(PETSC_SUCCESS);

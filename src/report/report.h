@@ -51,6 +51,7 @@ struct AinsworthReport {
   Vec                             exact; /* solution; NULL: not known */
   Vec                             f, g;  /* right-hand side of the present solve, not owned */
   Vec                             x, r, residual;
+  Vec                             springs[2];       /* x and lambda of an iterate where D is not zero; NULL: not needed yet */
   PetscReal                       norm[2];          /* of f and g */
   PetscReal                       energy;           /* energy norm of x, as far as it is known */
   PetscReal                       bound;            /* error that ends the solve */
@@ -77,6 +78,8 @@ PetscErrorCode AinsworthReportDestroy(AinsworthReport **);
 PetscErrorCode AinsworthReportBegin(AinsworthReport *, KSP, Vec f, Vec g, PetscLogDouble start);
 PetscErrorCode AinsworthReportEnd(AinsworthReport *, KSP, PetscBool failed);
 
+/* x of an iterate of the reduced solve, which is another where D is not zero; not to be destroyed */
+PetscErrorCode AinsworthReportGetX(AinsworthReport *, Vec iterate, Vec *x);
 PetscErrorCode AinsworthReportSetPatience(AinsworthReport *, KSP);
 /* Whether the solve ends here, by what its own convergence test says of a residual and by the estimated error: both refer to x */
 PetscErrorCode AinsworthReportStop(AinsworthReport *, KSP, PetscInt step, PetscReal norm, KSPConvergedReason *);

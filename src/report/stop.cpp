@@ -133,6 +133,7 @@ static PetscErrorCode ErrorReached(AinsworthReport *report, KSP ksp, bool *reach
   *reached = AinsworthEstimatorReached(e, PetscMin(most, report->bound));
   if (!*reached || (!guess && !ctx)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPBuildSolution(ksp, NULL, &x));
+  PetscCall(AinsworthReportGetX(report, x, &x));
   PetscCall(Energy(report, x, &energy, &rounding));
   report->energy = PetscSqrtReal(energy);
   report->bound  = PetscSqrtReal(PetscMax(PetscSqr(rtol / (1 + rtol)) * energy, rounding)); /* |x|_A is that of this iterate less at most the error */

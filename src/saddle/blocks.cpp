@@ -88,20 +88,14 @@ static PetscErrorCode ChoosePrimal(Mat mat, const Mat diagonal[2], PetscInt *pri
     if (rows[i]) PetscCall(AinsworthMatFindOffDiagonal(diagonal[i], &row[i], &col[i]));
   }
   l = n[0] < n[1] ? 0 : 1;
-  if (row[0] < 0 && row[1] < 0) {
-    for (int i = 0; i < 2; i++) PetscCall(LargestDiagonal(diagonal[i], &largest[i]));
-    if (largest[l] > 0.0 && largest[1 - l] <= 0.0) l = 1 - l;
-  } else if (row[1 - l] < 0) l = 1 - l;
+  for (int i = 0; i < 2; i++) PetscCall(LargestDiagonal(diagonal[i], &largest[i]));
+  if ((largest[0] > 0.0) != (largest[1] > 0.0)) l = largest[0] > 0.0 ? 1 : 0;
+  else if (row[l] >= 0 && row[1 - l] < 0) l = 1 - l;
   *primal = 1 - l;
   PetscCheck(rows[l], comm, PETSC_ERR_ARG_WRONG,
              "PCAINSWORTH found no multipliers: blocks (0,0) and (1,1) of the MatNest are both nonzero, and the type %s of (%" PetscInt_FMT ",%" PetscInt_FMT
              "), the smaller one, has no rows to look at; leave the block of the multipliers absent, or pass a diagonal AIJ matrix",
              ((PetscObject)diagonal[l])->type_name, l, l);
-  PetscCheck(row[l] < 0, comm, PETSC_ERR_ARG_WRONG,
-             "PCAINSWORTH found no multipliers: blocks (0,0) and (1,1) of the MatNest are both nonzero (Frobenius norms %g and %g), and (%" PetscInt_FMT
-             ",%" PetscInt_FMT "), the smaller one, is not diagonal: it has entry (%" PetscInt_FMT ",%" PetscInt_FMT
-             "); only zero and negative diagonal blocks, [A C'; C -D], can be treated",
-             (double)norm[0], (double)norm[1], l, l, row[l], col[l]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

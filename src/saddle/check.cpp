@@ -69,54 +69,6 @@ PetscErrorCode AinsworthMatFindOffDiagonal(Mat M, PetscInt *row, PetscInt *col)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the first entry in which C and D, both AIJ, differ by more than 1e-10 of the largest of its row; real parts of both values */
-PetscErrorCode AinsworthMatFindDifference(Mat C, Mat D, PetscInt *row, PetscInt *col, PetscReal value[2])
-{
-  Mat      difference;
-  PetscInt rstart, rend, mine;
-
-  PetscFunctionBegin;
-  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &difference));
-  PetscCall(MatAXPY(difference, -1.0, D, DIFFERENT_NONZERO_PATTERN));
-  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
-  *row = *col = -1;
-  value[0] = value[1] = PETSC_MIN_REAL;
-  for (PetscInt i = rstart; i < rend && *row < 0; i++) {
-    PetscInt           ncols;
-    const PetscInt    *cols;
-    const PetscScalar *v;
-    PetscReal          largest = 0.0;
-
-    for (Mat M : {C, D}) {
-      PetscCall(MatGetRow(M, i, &ncols, NULL, &v));
-      for (PetscInt k = 0; k < ncols; k++) largest = PetscMax(largest, PetscAbsScalar(v[k]));
-      PetscCall(MatRestoreRow(M, i, &ncols, NULL, &v));
-    }
-    PetscCall(MatGetRow(difference, i, &ncols, &cols, &v));
-    for (PetscInt k = 0; k < ncols && *row < 0; k++) {
-      if (PetscAbsScalar(v[k]) <= 1e-10 * largest) continue;
-      *row = i;
-      *col = cols[k];
-    }
-    PetscCall(MatRestoreRow(difference, i, &ncols, &cols, &v));
-    for (int side = 0; side < 2 && *row >= 0; side++) {
-      Mat M = side ? D : C;
-
-      value[side] = 0.0;
-      PetscCall(MatGetRow(M, i, &ncols, &cols, &v));
-      for (PetscInt k = 0; k < ncols; k++)
-        if (cols[k] == *col) value[side] = PetscRealPart(v[k]);
-      PetscCall(MatRestoreRow(M, i, &ncols, &cols, &v));
-    }
-  }
-  PetscCall(MatDestroy(&difference));
-  mine = *row;
-  PetscCall(AgreeOnEntry(PetscObjectComm((PetscObject)C), row, col));
-  if (mine != *row) value[0] = value[1] = PETSC_MIN_REAL;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, value, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)C)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Collective: do C' u and Ct u agree for a random u, or are they opposite? Each row of C has the same share in it, whatever its scale */
 PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *opposite)
 {

@@ -77,7 +77,7 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
   PetscInt  n, nheld = 0, nfree = 0;
   Vec      *given, *v, *image, *held, *heldImage;
   PetscReal normC;
-  Mat       C = sp->all ? sp->all : sp->C; /* eliminated rows hold a vector as well as those that are kept */
+  Mat       C = sp->C;
 
   PetscFunctionBegin;
   *common = NULL;

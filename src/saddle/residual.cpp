@@ -15,32 +15,40 @@ static const PetscReal combined   = 1e5 * PETSC_MACHINE_EPSILON;
 static const PetscReal noise      = 1000 * PETSC_MACHINE_EPSILON;
 static const PetscReal rounding   = 10 * PETSC_MACHINE_EPSILON;
 
-/* C with all of the program's rows */
-static Mat AllRows(const AinsworthSaddle *sp)
-{
-  return sp->all ? sp->all : sp->C;
-}
-
-/* primal = f - op(A) x - C' lambda, dual = g - C x - D lambda, of the matrix as the program passed it; Ax = op(A) x */
+/* primal = f - op(A) x - B' lambda, dual = g - C x + D lambda, of the matrix as the program passed it; Ax = op(A) x */
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal, Vec dual)
 {
   PetscFunctionBegin;
   if (transpose) PetscCall(MatMultTranspose(sp->block[0], x, Ax));
   else PetscCall(MatMult(sp->block[0], x, Ax));
-  PetscCall(MatMultHermitianTranspose(AllRows(sp), lambda, primal));
+  PetscCall(MatMultHermitianTranspose(sp->rowsB, lambda, primal));
   PetscCall(VecAXPBYPCZ(primal, 1.0, -1.0, -1.0, f, Ax));
-  PetscCall(MatMult(AllRows(sp), x, dual));
+  PetscCall(MatMult(sp->givenC, x, dual));
   PetscCall(VecAYPX(dual, -1.0, g));
-  if (sp->diag) {
-    PetscScalar       *r;
-    const PetscScalar *l;
+  if (sp->rowsD) PetscCall(MatMultAdd(sp->rowsD, lambda, dual, dual));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
-    PetscCall(VecGetArray(dual, &r));
-    PetscCall(VecGetArrayRead(lambda, &l));
-    for (PetscInt i = 0; i < sp->local; i++) r[i] -= sp->diag[i] * l[i];
-    PetscCall(VecRestoreArrayRead(lambda, &l));
-    PetscCall(VecRestoreArray(dual, &r));
+/*
+   AinsworthSaddleEnergy - (x' A x + lambda' D lambda)^{1/2}, from a product with A
+
+   The energy of both equations: D is the compliance of springs that the multipliers load.
+*/
+PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *sp, Vec x, Vec lambda, Vec Ax, PetscReal *energy)
+{
+  PetscScalar product, compliance = 0.0;
+
+  PetscFunctionBegin;
+  PetscCall(VecDot(Ax, x, &product));
+  if (sp->rowsD) {
+    Vec Dl;
+
+    PetscCall(VecDuplicate(lambda, &Dl));
+    PetscCall(MatMult(sp->rowsD, lambda, Dl));
+    PetscCall(VecDot(Dl, lambda, &compliance));
+    PetscCall(VecDestroy(&Dl));
   }
+  *energy = PetscSqrtReal(PetscAbsScalar(product) + PetscAbsScalar(compliance));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -53,7 +61,7 @@ static PetscErrorCode DuplicateAbs(Vec x, Vec *absolute)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* size = |op(A)| |x| + |C|' |lambda| + |f|, what the terms of each row of the first equation amount to */
+/* size = |op(A)| |x| + |B|' |lambda| + |f|, what the terms of each row of the first equation amount to */
 static PetscErrorCode PrimalSizes(const AinsworthSaddle *sp, PetscBool transpose, Vec f, Vec x, Vec lambda, Vec Ax, Vec size)
 {
   Vec       absolute, part;
@@ -77,7 +85,7 @@ static PetscErrorCode PrimalSizes(const AinsworthSaddle *sp, PetscBool transpose
     PetscCall(VecAbs(size));
     PetscCall(VecAXPY(size, 1.0, part));
   }
-  PetscCall(AinsworthAbsoluteAIJ(AllRows(sp), &M));
+  PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
   PetscCall(DuplicateAbs(lambda, &absolute));
   PetscCall(MatMultTransposeAdd(M, absolute, size, part));
   PetscCall(VecCopy(part, size));
@@ -118,7 +126,7 @@ static PetscReal Quotient(PetscReal residual, PetscReal bound)
 }
 
 /*
-   AinsworthSaddleCheckPrimal - the row of f - op(A) x - C' lambda that is largest against what is allowed
+   AinsworthSaddleCheckPrimal - the row of f - op(A) x - B' lambda that is largest against what is allowed
 
    An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality; the rounding of f - C' lambda
    counts in the norm of diag(A)^{-1}, that of x relative to the largest. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the row's own terms, 1e-6 at least, is allowed. A
@@ -131,13 +139,11 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   Vec                diagonal, size;
   PetscInt           first, n, suspicious       = 0;
   PetscReal          energy, displacement, load = 0.0, largest = 0.0, stiffest = 0.0;
-  PetscScalar        product;
   const PetscScalar *d, *r, *s, *b, *a;
 
   PetscFunctionBegin;
   *worst = AinsworthUnmet();
-  PetscCall(VecDot(Ax, x, &product));
-  energy = PetscSqrtReal(PetscAbsScalar(product));
+  PetscCall(AinsworthSaddleEnergy(sp, x, lambda, Ax, &energy));
   PetscCall(VecDuplicate(x, &diagonal));
   PetscCall(MatGetDiagonal(sp->block[0], diagonal));
   PetscCall(VecGetOwnershipRange(residual, &first, NULL));
@@ -191,12 +197,32 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthSaddleCheckDual - the rows of g - C x - D lambda that are not met: zero and dependent rows, whose right-hand side no x can have, and others
+/* terms += |D| |lambda|, and slack = allowed times the square root of the sums of the rows of |D| */
+static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscReal allowed, Vec lambda, Vec terms, Vec slack)
+{
+  Mat M;
+  Vec absolute;
 
-   contradiction names the former, or is empty.
+  PetscFunctionBegin;
+  PetscCall(DuplicateAbs(lambda, &absolute));
+  PetscCall(AinsworthAbsoluteAIJ(sp->rowsD, &M));
+  PetscCall(MatMultAdd(M, absolute, terms, terms));
+  PetscCall(AinsworthRowSums(M, 1, slack));
+  PetscCall(VecSqrtAbs(slack));
+  PetscCall(VecScale(slack, allowed));
+  PetscCall(MatDestroy(&M));
+  PetscCall(VecDestroy(&absolute));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthSaddleCheckDual - the rows of g - C x + D lambda that are not met: zero and dependent rows, whose right-hand side no x can have, and others
+
+   contradiction names the former, or is empty. allowed is the error in the energy norm that may be left: a row with a D_ii has its part of it, by Cauchy's
+   and Schwarz's inequality, where the others are met to rounding.
 */
-PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, Vec g, Vec x, Vec lambda, Vec residual, AinsworthUnmet *worst, char contradiction[], size_t len)
+PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec residual, AinsworthUnmet *worst,
+                                        char contradiction[], size_t len)
 {
   static const struct {
     AinsworthRowKind kind;
@@ -205,28 +231,33 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, Vec g, Vec x, Vec l
     {AINSWORTH_ROW_ZERO,      "nonzero on a row of C that is zero"                                    },
     {AINSWORTH_ROW_DEPENDENT, "not that of the other rows of C on which it depends, exactly or nearly"}
   };
-  Vec                    absolute, size;
+  Vec                    absolute, size, slack = NULL;
   PetscReal              largest, rhs;
-  const PetscScalar     *r, *s, *a, *l;
+  const PetscScalar     *r, *s, *a, *l = NULL;
   std::vector<PetscBool> unmet(sp->local, PETSC_FALSE), marked(sp->local + 1);
 
   PetscFunctionBegin;
   *worst           = AinsworthUnmet();
   contradiction[0] = 0;
-  if (!sp->absolute) PetscCall(AinsworthAbsoluteAIJ(AllRows(sp), &sp->absolute));
+  if (!sp->absolute) PetscCall(AinsworthAbsoluteAIJ(sp->givenC, &sp->absolute));
   PetscCall(VecNorm(x, NORM_INFINITY, &largest));
   PetscCall(VecNorm(g, NORM_INFINITY, &rhs));
   PetscCall(DuplicateAbs(x, &absolute));
   PetscCall(VecShift(absolute, combined / consistent * largest));
   PetscCall(VecDuplicate(residual, &size));
   PetscCall(MatMult(sp->absolute, absolute, size));
+  if (sp->rowsD) {
+    PetscCall(VecDuplicate(residual, &slack));
+    PetscCall(AddCompliance(sp, allowed, lambda, size, slack));
+    PetscCall(VecGetArrayRead(slack, &l));
+  }
   PetscCall(VecGetArrayRead(residual, &r));
   PetscCall(VecGetArrayRead(size, &s));
   PetscCall(VecGetArrayRead(g, &a));
-  PetscCall(VecGetArrayRead(lambda, &l));
   for (PetscInt i = 0; i < sp->local; i++) {
-    const PetscReal terms    = PetscRealPart(s[i]) + PetscAbsScalar(a[i]) + (sp->diag ? PetscAbsScalar(sp->diag[i] * l[i]) : 0.0);
-    const PetscReal quotient = Quotient(PetscAbsScalar(r[i]), sp->kind[i] == AINSWORTH_ROW_ZERO ? noise * rhs : consistent * terms);
+    const PetscReal terms    = PetscRealPart(s[i]) + PetscAbsScalar(a[i]);
+    const PetscReal bound    = sp->kind[i] == AINSWORTH_ROW_ZERO ? noise * rhs : consistent * terms + (slack ? PetscRealPart(l[i]) : 0.0);
+    const PetscReal quotient = Quotient(PetscAbsScalar(r[i]), bound);
 
     unmet[i] = (PetscBool)(quotient > 1.0);
     if (sp->kind[i] == AINSWORTH_ROW_ZERO || sp->kind[i] == AINSWORTH_ROW_DEPENDENT || quotient <= worst->quotient) continue;
@@ -238,7 +269,8 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, Vec g, Vec x, Vec l
   PetscCall(VecRestoreArrayRead(residual, &r));
   PetscCall(VecRestoreArrayRead(size, &s));
   PetscCall(VecRestoreArrayRead(g, &a));
-  PetscCall(VecRestoreArrayRead(lambda, &l));
+  if (slack) PetscCall(VecRestoreArrayRead(slack, &l));
+  PetscCall(VecDestroy(&slack));
   PetscCall(VecDestroy(&absolute));
   PetscCall(VecDestroy(&size));
   PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), worst));

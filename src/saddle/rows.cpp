@@ -1,162 +1,138 @@
 #include "saddle.h"
 #include <limits>
 
-/* All ranks: the smallest of the rows that the ranks found, -1 where none did; value is that of its owner */
-static PetscErrorCode FirstRow(MPI_Comm comm, PetscInt *row, PetscReal *value)
+/* All ranks: the smallest of the rows that the ranks found, -1 where none did */
+static PetscErrorCode FirstRow(MPI_Comm comm, PetscInt *row)
 {
   PetscInt first = *row < 0 ? std::numeric_limits<PetscInt>::max() : *row;
 
   PetscFunctionBegin;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, comm));
-  if (*row != first) *value = PETSC_MIN_REAL;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, value, 1, MPIU_REAL, MPIU_MAX, comm));
   *row = first == std::numeric_limits<PetscInt>::max() ? -1 : first;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The diagonal of the multipliers' block D, on the rows of C */
-static PetscErrorCode GetDiagonal(AinsworthSaddle *sp, Mat D)
+/* Which of the local rows of M, AIJ, have nonzero entries, and whether off the diagonal; of M = NULL none. bad: the first row with NaN or Inf */
+static PetscErrorCode LookAtRows(Mat M, PetscBool nonzero[], PetscBool coupled[], PetscInt *bad)
 {
-  Vec                d;
-  const PetscScalar *a;
-  PetscInt           local;
+  PetscInt rstart, rend;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(D, NULL, &d));
-  PetscCall(MatGetDiagonal(D, d));
-  PetscCall(VecGetLocalSize(d, &local));
-  PetscCall(PetscMalloc1(local, &sp->diag));
-  PetscCall(VecGetArrayRead(d, &a));
-  PetscCall(PetscArraycpy(sp->diag, a, local));
-  PetscCall(VecRestoreArrayRead(d, &a));
-  PetscCall(VecDestroy(&d));
+  if (!M) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetOwnershipRange(M, &rstart, &rend));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscInt           ncols;
+    const PetscInt    *cols;
+    const PetscScalar *v;
+
+    PetscCall(MatGetRow(M, i, &ncols, &cols, &v));
+    for (PetscInt k = 0; k < ncols; k++) {
+      if (v[k] == 0.0) continue;
+      nonzero[i - rstart] = PETSC_TRUE;
+      if (coupled && cols[k] != i) coupled[i - rstart] = PETSC_TRUE;
+      if (PetscIsInfOrNanScalar(v[k]) && (*bad < 0 || i < *bad)) *bad = i;
+    }
+    PetscCall(MatRestoreRow(M, i, &ncols, &cols, &v));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows of sp->all of one kind */
-static PetscErrorCode SelectRows(const AinsworthSaddle *sp, AinsworthRowKind kind, Mat *C)
+/* The rows of all that are kept, and their columns, too, if all is square */
+static PetscErrorCode SelectRows(const AinsworthSaddle *sp, Mat all, PetscBool square, Mat *kept)
 {
-  MPI_Comm  comm = PetscObjectComm((PetscObject)sp->all);
+  MPI_Comm  comm = PetscObjectComm((PetscObject)all);
   PetscInt *index, n = 0, cstart, cend;
   IS        rows, cols;
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(sp->local, &index));
   for (PetscInt i = 0; i < sp->local; i++)
-    if (sp->kind[i] == kind) index[n++] = sp->first + i;
+    if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) index[n++] = sp->first + i;
   PetscCall(ISCreateGeneral(comm, n, index, PETSC_OWN_POINTER, &rows));
-  PetscCall(MatGetOwnershipRangeColumn(sp->all, &cstart, &cend));
-  PetscCall(ISCreateStride(comm, cend - cstart, cstart, 1, &cols));
-  PetscCall(MatCreateSubMatrix(sp->all, rows, cols, MAT_INITIAL_MATRIX, C));
+  PetscCall(MatGetOwnershipRangeColumn(all, &cstart, &cend));
+  if (square) {
+    PetscCall(PetscObjectReference((PetscObject)rows));
+    cols = rows;
+  } else PetscCall(ISCreateStride(comm, cend - cstart, cstart, 1, &cols));
+  PetscCall(MatCreateSubMatrix(all, rows, cols, MAT_INITIAL_MATRIX, kept));
   PetscCall(ISDestroy(&rows));
   PetscCall(ISDestroy(&cols));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* sp->C and sp->left from sp->all */
+/* sp->C, B and D, from those with all rows */
 static PetscErrorCode SplitRows(AinsworthSaddle *sp)
 {
-  PetscInt count[AINSWORTH_ROW_KINDS] = {0}, rows;
+  PetscInt  count[AINSWORTH_ROW_KINDS] = {0}, rows, row, col = -1;
+  PetscBool same                       = (PetscBool)(sp->rowsB == sp->rowsC);
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < sp->local; i++) count[sp->kind[i]]++;
-  PetscCall(MPIU_Allreduce(count, sp->count, AINSWORTH_ROW_KINDS, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)sp->C)));
-  PetscCall(MatGetSize(sp->all ? sp->all : sp->C, &rows, NULL));
-  if (sp->count[AINSWORTH_ROW_CONSTRAINT] == rows) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!sp->all) sp->all = sp->C;
-  else PetscCall(MatDestroy(&sp->C));
-  PetscCall(SelectRows(sp, AINSWORTH_ROW_CONSTRAINT, &sp->C));
-  for (AinsworthRowKind kind : {AINSWORTH_ROW_PENALISED, AINSWORTH_ROW_DEPENDENT}) {
-    if (!sp->count[kind] || (sp->left[kind] && kind == AINSWORTH_ROW_PENALISED)) continue;
-    PetscCall(MatDestroy(&sp->left[kind]));
-    PetscCall(VecDestroy(&sp->part[kind]));
-    PetscCall(SelectRows(sp, kind, &sp->left[kind]));
-    PetscCall(MatCreateVecs(sp->left[kind], NULL, &sp->part[kind]));
+  PetscCall(MPIU_Allreduce(count, sp->count, AINSWORTH_ROW_KINDS, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)sp->rowsC)));
+  PetscCall(MatGetSize(sp->rowsC, &rows, NULL));
+  PetscCall(MatDestroy(&sp->C));
+  PetscCall(MatDestroy(&sp->B));
+  PetscCall(MatDestroy(&sp->D));
+  if (sp->count[AINSWORTH_ROW_CONSTRAINT] == rows) {
+    sp->C = sp->rowsC;
+    sp->B = sp->rowsB;
+    sp->D = sp->rowsD;
+    for (Mat M : {sp->C, sp->B, sp->D}) PetscCall(PetscObjectReference((PetscObject)M));
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A + C_p' D^{-1} C_p, the rows p being those with d_i = -D_i < 0: docs/method.md */
-static PetscErrorCode AugmentStiffness(AinsworthSaddle *sp)
-{
-  Mat          aij, A, adjoint, scaled, product;
-  PetscScalar *w;
-  PetscInt     n    = 0;
-  Vec          root = sp->part[AINSWORTH_ROW_PENALISED];
-
-  PetscFunctionBegin;
-  PetscCall(VecGetArrayWrite(root, &w));
-  for (PetscInt i = 0; i < sp->local; i++)
-    if (sp->kind[i] == AINSWORTH_ROW_PENALISED) w[n++] = 1.0 / PetscSqrtReal(-PetscRealPart(sp->diag[i]));
-  PetscCall(VecRestoreArrayWrite(root, &w));
-  PetscCall(MatDuplicate(sp->left[AINSWORTH_ROW_PENALISED], MAT_COPY_VALUES, &scaled));
-  PetscCall(MatDiagonalScale(scaled, root, NULL));
-  PetscCall(MatHermitianTranspose(scaled, MAT_INITIAL_MATRIX, &adjoint));
-  PetscCall(MatMatMult(adjoint, scaled, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &product));
-  PetscCall(AinsworthGetAIJ(sp->A, &aij));
-  PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &A));
-  PetscCall(AinsworthAddAIJ(product, &A));
-  PetscCall(MatDestroy(&aij));
-  PetscCall(MatDestroy(&adjoint));
-  PetscCall(MatDestroy(&scaled));
-  PetscCall(MatDestroy(&product));
-  PetscCall(MatDestroy(&sp->A));
-  sp->A = A;
+  PetscCall(SelectRows(sp, sp->rowsC, PETSC_FALSE, &sp->C));
+  if (same) {
+    PetscCall(PetscObjectReference((PetscObject)sp->C));
+    sp->B = sp->C;
+  } else PetscCall(SelectRows(sp, sp->rowsB, PETSC_FALSE, &sp->B));
+  if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SelectRows(sp, sp->rowsD, PETSC_TRUE, &sp->D));
+  PetscCall(AinsworthMatFindNonzero(sp->D, &row, &col));
+  if (row < 0) PetscCall(MatDestroy(&sp->D));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthSaddleClassifyRows - what becomes of each row of sp->C, all of whose rows are there yet
+   AinsworthSaddleClassifyRows - what becomes of each row of the multiplier field
 
-   D is the multipliers' own block, a diagonal matrix, or NULL. Rows that are not kept as constraints are taken out of sp->C.
+   Rows that are not kept as constraints are taken out of sp->C, B and D.
 */
-PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *sp, Mat D)
+PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *sp)
 {
-  MPI_Comm  comm      = PetscObjectComm((PetscObject)sp->C);
-  PetscInt  notFinite = -1, positive = -1, rend;
-  PetscReal badValue = PETSC_MIN_REAL, positiveValue = PETSC_MIN_REAL;
+  const Mat Bs = sp->rowsB == sp->rowsC ? NULL : sp->rowsB;
+  MPI_Comm  comm = PetscObjectComm((PetscObject)sp->rowsC);
+  PetscInt  bad = -1, rend;
+  PetscBool *flags, *inC, *inB, *inRow, *inColumn, *row, *column;
+  Mat       columns = NULL;
 
   PetscFunctionBegin;
-  if (D) PetscCall(GetDiagonal(sp, D));
-  PetscCall(MatGetOwnershipRange(sp->C, &sp->first, &rend));
+  PetscCall(MatGetOwnershipRange(sp->rowsC, &sp->first, &rend));
   sp->local = rend - sp->first;
   PetscCall(PetscMalloc1(sp->local, &sp->kind));
+  PetscCall(PetscCalloc1(6 * sp->local, &flags));
+  inC      = flags;
+  inB      = Bs ? flags + sp->local : inC;
+  inRow    = flags + 2 * sp->local; /* of D, anything, and more than D_ii */
+  row      = flags + 3 * sp->local;
+  inColumn = flags + 4 * sp->local;
+  column   = flags + 5 * sp->local;
+  if (sp->rowsD) PetscCall(MatTranspose(sp->rowsD, MAT_INITIAL_MATRIX, &columns));
+  PetscCall(LookAtRows(sp->rowsC, inC, NULL, &bad));
+  PetscCall(LookAtRows(Bs, inB, NULL, &bad));
+  PetscCall(LookAtRows(sp->rowsD, inRow, row, &bad));
+  PetscCall(LookAtRows(columns, inColumn, column, &bad));
+  PetscCall(MatDestroy(&columns));
   for (PetscInt i = 0; i < sp->local; i++) {
-    const PetscScalar  d = sp->diag ? sp->diag[i] : 0.0;
-    PetscInt           ncols;
-    const PetscScalar *v;
-    PetscBool          zero = PETSC_TRUE, bad = PetscIsInfOrNanScalar(d) ? PETSC_TRUE : PETSC_FALSE;
-
-    PetscCall(MatGetRow(sp->C, sp->first + i, &ncols, NULL, &v));
-    for (PetscInt k = 0; k < ncols; k++) {
-      if (v[k] != 0.0) zero = PETSC_FALSE;
-      if (PetscIsInfOrNanScalar(v[k])) bad = PETSC_TRUE;
-    }
-    PetscCall(MatRestoreRow(sp->C, sp->first + i, &ncols, NULL, &v));
-    if (bad && notFinite < 0) {
-      notFinite = sp->first + i;
-      badValue  = 0.0;
-    }
-    if (d == 0.0) sp->kind[i] = zero ? AINSWORTH_ROW_ZERO : AINSWORTH_ROW_CONSTRAINT;
-    else sp->kind[i] = zero ? AINSWORTH_ROW_DECOUPLED : AINSWORTH_ROW_PENALISED;
-    if (sp->kind[i] == AINSWORTH_ROW_PENALISED && !bad && positive < 0 && (PetscRealPart(d) > 0.0 || PetscImaginaryPart(d) != 0.0)) {
-      positive      = sp->first + i;
-      positiveValue = PetscRealPart(d);
-    }
+    if (!inC[i] && !inRow[i]) sp->kind[i] = AINSWORTH_ROW_ZERO;
+    else if (!inC[i] && !row[i]) sp->kind[i] = AINSWORTH_ROW_DECOUPLED;
+    else if (!inB[i] && inColumn[i] && !column[i]) sp->kind[i] = AINSWORTH_ROW_PASSIVE;
+    else sp->kind[i] = AINSWORTH_ROW_CONSTRAINT;
   }
-  PetscCall(FirstRow(comm, &notFinite, &badValue));
-  if (notFinite >= 0) {
-    PetscCall(PetscSNPrintf(sp->bad, sizeof(sp->bad), "row %" PetscInt_FMT " of C, or its entry of the diagonal block of the multipliers, holds NaN or Inf",
-                            notFinite));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(FirstRow(comm, &positive, &positiveValue));
-  PetscCheck(positive < 0, comm, PETSC_ERR_ARG_WRONG,
-             "The diagonal block of the multipliers holds %g in row %" PetscInt_FMT
-             ", whose row of C is not zero: only real negative entries, [A C'; C -D], can be eliminated; change the sign, or leave the entry out",
-             (double)positiveValue, positive);
-  PetscCall(SplitRows(sp));
-  if (sp->count[AINSWORTH_ROW_PENALISED]) PetscCall(AugmentStiffness(sp));
+  PetscCall(PetscFree(flags));
+  PetscCall(FirstRow(comm, &bad));
+  if (bad >= 0)
+    PetscCall(PetscSNPrintf(sp->bad, sizeof(sp->bad), "row %" PetscInt_FMT " of C, or of the other blocks of the multipliers, holds NaN or Inf", bad));
+  else PetscCall(SplitRows(sp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -183,7 +159,7 @@ PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *sp, const PetscBoo
 {
   const int shown = 5;
   PetscInt  total = 0, next = 0;
-  MPI_Comm  comm = PetscObjectComm((PetscObject)sp->C);
+  MPI_Comm  comm = PetscObjectComm((PetscObject)sp->rowsC);
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < sp->local; i++) total += marked[i];
@@ -212,7 +188,7 @@ PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *sp, const PetscBoo
 /* ", 2 zero rows left out, 3 decoupled rows solved ..." for what is not an ordinary constraint */
 PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *sp, char text[], size_t len)
 {
-  static const char *const what[AINSWORTH_ROW_KINDS] = {"", "zero rows left out", "decoupled rows solved alone", "rows with a diagonal entry eliminated",
+  static const char *const what[AINSWORTH_ROW_KINDS] = {"", "zero rows left out", "decoupled rows solved alone", "rows without a column solved last",
                                                         "dependent rows left out"};
 
   PetscFunctionBegin;

@@ -1,5 +1,8 @@
 #include "saddle.h"
 
+/* Blocks are taken for adjoint that differ by this part of their entries, the rounding of a program's own */
+static const PetscReal adjoint = 1e-10;
+
 /* The matrix that holds the entries of C, and whether C is that matrix, its transpose or its adjoint */
 static PetscErrorCode GetSource(Mat block, Mat transposed, Mat *source, PetscBool *transpose, PetscBool *hermitian)
 {
@@ -42,7 +45,7 @@ static PetscErrorCode CopyOpaque(AinsworthSaddle *sp)
   PetscInt     m;
 
   PetscFunctionBegin;
-  PetscCall(MatGetSize(sp->C, &m, NULL));
+  PetscCall(MatGetSize(sp->rowsC, &m, NULL));
   if (m) PetscCall(AinsworthCheckEntries(A, sp->name[AINSWORTH_BLOCK_A], "A", &opaque));
   if (!opaque) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthGetAIJ(A, &copy));
@@ -55,39 +58,65 @@ static PetscErrorCode CopyOpaque(AinsworthSaddle *sp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses a block B that is not the adjoint of C, where the program passed both */
-static PetscErrorCode CheckAdjoint(AinsworthSaddle *sp)
+/* Collective: are two matrices the same, up to rounding? */
+static PetscErrorCode Same(Mat C, Mat other, PetscBool *same)
 {
-  Mat       block = sp->block[AINSWORTH_BLOCK_C], transposed = sp->block[AINSWORTH_BLOCK_B];
-  Mat       C = sp->all ? sp->all : sp->C, source[2], other;
-  PetscBool transpose[2], hermitian[2], opaque, same = PETSC_FALSE;
-  PetscInt  row, col;
-  PetscReal value[2];
+  Mat       difference;
+  PetscReal norm, size;
 
   PetscFunctionBegin;
-  if (!block || !transposed) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(GetSource(block, NULL, &source[0], &transpose[0], &hermitian[0]));
-  PetscCall(GetSource(NULL, transposed, &source[1], &transpose[1], &hermitian[1]));
-  if (source[0] == source[1] && (!PetscDefined(USE_COMPLEX) || hermitian[0] || hermitian[1])) PetscFunctionReturn(PETSC_SUCCESS); /* a view of the other */
-  PetscCall(AinsworthProbeAdjoint(C, transposed, &same, &sp->negated));
-  if (sp->diag) sp->negated = PETSC_FALSE; /* with a diagonal block the sign matters */
-  if (same || sp->negated) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &difference));
+  PetscCall(MatAXPY(difference, -1.0, other, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(MatNorm(difference, NORM_FROBENIUS, &norm));
+  PetscCall(MatNorm(C, NORM_FROBENIUS, &size));
+  PetscCall(MatDestroy(&difference));
+  *same = (PetscBool)(norm <= adjoint * size);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* sp->rowsB: C itself where the program passed one of the blocks (1,0) and (0,1), or where they are adjoint or negative adjoint */
+static PetscErrorCode GetOtherSide(AinsworthSaddle *sp)
+{
+  Mat       block = sp->block[AINSWORTH_BLOCK_C], transposed = sp->block[AINSWORTH_BLOCK_B], source[2], other;
+  PetscBool transpose[2], hermitian[2], opaque, same = (PetscBool)(!block || !transposed);
+
+  PetscFunctionBegin;
+  if (!same) {
+    PetscCall(GetSource(block, NULL, &source[0], &transpose[0], &hermitian[0]));
+    PetscCall(GetSource(NULL, transposed, &source[1], &transpose[1], &hermitian[1]));
+    same = (PetscBool)(source[0] == source[1] && (!PetscDefined(USE_COMPLEX) || hermitian[0] || hermitian[1])); /* a view of the other */
+  }
+  if (!same) PetscCall(AinsworthProbeAdjoint(sp->rowsC, transposed, &same, &sp->negated));
+  if (same || sp->negated) {
+    PetscCall(PetscObjectReference((PetscObject)sp->rowsC));
+    sp->rowsB = sp->rowsC;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(AinsworthCheckEntries(source[1], sp->name[AINSWORTH_BLOCK_B], "which is not the transpose of C", &opaque));
   PetscCall(GetConstraints(source[1], transpose[1], hermitian[1], &other));
   if (PetscDefined(USE_COMPLEX) && !hermitian[1]) { /* the adjoint of a transpose */
-    Mat conjugate;
-
-    PetscCall(MatDuplicate(other, MAT_COPY_VALUES, &conjugate));
-    PetscCall(MatConjugate(conjugate));
+    PetscCall(MatDuplicate(other, MAT_COPY_VALUES, &sp->rowsB));
+    PetscCall(MatConjugate(sp->rowsB));
     PetscCall(MatDestroy(&other));
-    other = conjugate;
-  }
-  PetscCall(AinsworthMatFindDifference(C, other, &row, &col, value));
-  PetscCall(MatDestroy(&other));
-  PetscCheck(row < 0, PetscObjectComm((PetscObject)block), PETSC_ERR_ARG_INCOMP,
-             "%s is not the %s of C, %s: entry (%" PetscInt_FMT ",%" PetscInt_FMT ") of C is %g, the other's is %g; only systems [A C'; C 0] can be solved",
-             sp->name[AINSWORTH_BLOCK_B], PetscDefined(USE_COMPLEX) ? "adjoint" : "transpose", sp->name[AINSWORTH_BLOCK_C], row, col, (double)value[0],
-             (double)value[1]);
+  } else sp->rowsB = other;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* sp->rowsD, the negative of block (1,1), or the block itself where lambda is the negative of the program's */
+static PetscErrorCode GetCompliance(AinsworthSaddle *sp)
+{
+  Mat       block = sp->block[AINSWORTH_BLOCK_D], aij;
+  PetscReal norm;
+  PetscBool opaque;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthBlockNorm(block, &norm));
+  if (norm == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthCheckEntries(block, sp->name[AINSWORTH_BLOCK_D], "D", &opaque));
+  PetscCall(AinsworthGetAIJ(block, &aij));
+  PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &sp->rowsD));
+  PetscCall(MatDestroy(&aij));
+  if (!sp->negated) PetscCall(MatScale(sp->rowsD, -1.0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -122,16 +151,15 @@ static PetscErrorCode CheckSizes(const AinsworthSaddleBlocks *b)
 }
 
 /*
-   AinsworthSaddleSetUp - finds A and C in the matrix that the program passed, pmat; of amat only a null space is used, where pmat has none
+   AinsworthSaddleSetUp - the normal form of the matrix that the program passed, pmat; of amat only a null space is used, where pmat has none
 
-   Blocks B and C are compared by one random product. Where values are NaN or Inf sp->bad says which, and nothing else of sp may be used but to ask
-   whether the matrix changed.
+   Where values are NaN or Inf sp->bad says which, and nothing else of sp may be used but to ask whether the matrix changed.
 */
 PetscErrorCode AinsworthSaddleSetUp(Mat amat, Mat pmat, AinsworthSaddle *sp)
 {
   AinsworthSaddleBlocks found;
-  PetscBool             transpose, hermitian, opaque;
-  PetscReal             normA, normD;
+  PetscBool             transpose, hermitian, opaque, same = PETSC_FALSE;
+  PetscReal             norm;
   Mat                   source;
 
   PetscFunctionBegin;
@@ -144,15 +172,27 @@ PetscErrorCode AinsworthSaddleSetUp(Mat amat, Mat pmat, AinsworthSaddle *sp)
   PetscCall(PetscObjectReference((PetscObject)sp->whole));
   PetscCall(GetSource(sp->block[AINSWORTH_BLOCK_C], sp->block[AINSWORTH_BLOCK_B], &source, &transpose, &hermitian));
   PetscCall(AinsworthCheckEntries(source, sp->name[sp->block[AINSWORTH_BLOCK_C] ? AINSWORTH_BLOCK_C : AINSWORTH_BLOCK_B], "C", &opaque));
-  PetscCall(GetConstraints(source, transpose, hermitian, &sp->C));
+  PetscCall(GetConstraints(source, transpose, hermitian, &sp->rowsC));
+  PetscCall(PetscObjectReference((PetscObject)sp->rowsC));
+  sp->givenC = sp->rowsC;
   PetscCall(CopyOpaque(sp));
   sp->A = sp->block[AINSWORTH_BLOCK_A];
   PetscCall(PetscObjectReference((PetscObject)sp->A));
-  PetscCall(AinsworthBlockNorm(sp->A, &normA));
-  PetscCall(AinsworthBlockNorm(sp->block[AINSWORTH_BLOCK_D], &normD));
-  PetscCall(CheckFinite(sp->A, normA, sp->bad, sizeof(sp->bad)));
-  if (!sp->bad[0]) PetscCall(AinsworthSaddleClassifyRows(sp, normD != 0.0 ? sp->block[AINSWORTH_BLOCK_D] : NULL));
-  if (!sp->bad[0]) PetscCall(CheckAdjoint(sp));
+  PetscCall(AinsworthBlockNorm(sp->A, &norm));
+  PetscCall(CheckFinite(sp->A, norm, sp->bad, sizeof(sp->bad)));
+  if (sp->bad[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(GetOtherSide(sp));
+  PetscCall(GetCompliance(sp));
+  PetscCall(AinsworthSaddleFindKnown(sp));
+  if (sp->rowsC != sp->givenC) { /* without the columns of what is known it may be B */
+    PetscCall(Same(sp->rowsC, sp->rowsB, &same));
+    if (same) {
+      PetscCall(MatDestroy(&sp->rowsB));
+      PetscCall(PetscObjectReference((PetscObject)sp->rowsC));
+      sp->rowsB = sp->rowsC;
+    }
+  }
+  PetscCall(AinsworthSaddleClassifyRows(sp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -160,18 +200,11 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
 {
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleResetBlocks(sp));
-  PetscCall(MatDestroy(&sp->A));
-  PetscCall(MatDestroy(&sp->C));
+  for (Mat *M : {&sp->A, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC, &sp->absolute}) PetscCall(MatDestroy(M));
+  for (Vec *v : {&sp->known, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
   PetscCall(MatNullSpaceDestroy(&sp->whole));
   PetscCall(PetscFree(sp->kind));
-  PetscCall(PetscFree(sp->diag));
-  PetscCall(MatDestroy(&sp->all));
-  for (int kind = 0; kind < AINSWORTH_ROW_KINDS; kind++) {
-    sp->count[kind] = 0;
-    PetscCall(MatDestroy(&sp->left[kind]));
-    PetscCall(VecDestroy(&sp->part[kind]));
-  }
-  PetscCall(MatDestroy(&sp->absolute));
+  for (PetscInt &count : sp->count) count = 0;
   sp->bad[0]  = 0;
   sp->negated = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);

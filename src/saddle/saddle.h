@@ -5,17 +5,17 @@
 #include "../petsccompat.h"
 #include <cstdint>
 
-/* What becomes of a row of the multiplier field, C_i x + d_i lambda_i = g_i */
+/* What becomes of a row of the multiplier field, C_i x - (D lambda)_i = g_i */
 typedef enum {
-  AINSWORTH_ROW_CONSTRAINT, /* d_i = 0: kept */
-  AINSWORTH_ROW_ZERO,       /* C_i = 0, d_i = 0: left out, lambda_i = 0 */
-  AINSWORTH_ROW_DECOUPLED,  /* C_i = 0: lambda_i = g_i / d_i */
-  AINSWORTH_ROW_PENALISED,  /* d_i < 0: lambda_i is eliminated, A gains C_i' C_i / |d_i| */
+  AINSWORTH_ROW_CONSTRAINT, /* kept */
+  AINSWORTH_ROW_ZERO,       /* nothing in its row: left out, lambda_i = 0 */
+  AINSWORTH_ROW_DECOUPLED,  /* nothing but D_ii in its row: lambda_i = -g_i / D_ii, what it does in other rows goes to the right-hand side */
+  AINSWORTH_ROW_PASSIVE,    /* nothing but D_ii in its column: lambda_i follows from x and the other multipliers */
   AINSWORTH_ROW_DEPENDENT,  /* C_i is a combination of rows that are kept: left out, lambda_i = 0 */
   AINSWORTH_ROW_KINDS
 } AinsworthRowKind;
 
-/* The blocks of [A B; C D] in the program's matrix, B the adjoint of C; one finder per layout fills this in (blocks.cpp) */
+/* The blocks of [A B; C D] in the program's matrix; one finder per layout fills this in (blocks.cpp) */
 enum {
   AINSWORTH_BLOCK_A,
   AINSWORTH_BLOCK_B,
@@ -33,21 +33,26 @@ struct AinsworthSaddleBlocks {
   IS       cols[2];                    /* the same in the solution */
 };
 
+/*
+   The normal form [A B'; C -D] of what the program passed (docs/method.md). Where its block (0,1) is -C', lambda is the negative of the program's
+
+   B is C itself where block (0,1) is its adjoint; D is NULL where it is zero.
+*/
 struct AinsworthSaddle : AinsworthSaddleBlocks {
-  Mat          A;        /* n x n: the program's, or with the eliminated rows added */
-  Mat          C;        /* rows that are kept, AIJ; none: no constraints */
+  Mat          A;        /* n x n: the program's, or without the columns of unknowns that are known */
+  Mat          C, B, D;  /* AIJ, of the rows that are kept; none: no constraints */
+  Mat          rowsC, rowsB, rowsD; /* the same with all of the program's rows */
+  Mat          givenC;              /* rowsC with the columns of known unknowns */
   MatNullSpace whole;    /* null space of the program's matrix, NULL where it has none */
-  PetscBool    negated;  /* block B is -C': lambda changes its sign */
+  PetscBool    negated;  /* lambda is the negative of the program's */
   char         bad[256]; /* what makes the values unusable, empty where nothing does */
 
   AinsworthRowKind *kind;                       /* of each local row of the multiplier field */
-  PetscScalar      *diag;                       /* d_i of each, NULL where all are zero */
   PetscInt          first;                      /* global number of the first of them */
   PetscInt          local;                      /* their number */
   PetscInt          count[AINSWORTH_ROW_KINDS]; /* on all ranks */
-  Mat               all;                        /* C with all of its rows, NULL where all are kept */
-  Mat               left[AINSWORTH_ROW_KINDS];  /* the rows of C that are penalised or dependent, NULL where none are */
-  Vec               part[AINSWORTH_ROW_KINDS];  /* a vector of their layout each */
+  Vec               known;                      /* n, 1 / A_ii where nothing but A_ii is in the row of an unknown, else 0; NULL: none matters */
+  Vec               work[2];                    /* n and all rows; NULL: not needed yet */
   Mat               absolute;                   /* |C|, entry by entry, with all of its rows; NULL: not needed yet */
 };
 
@@ -73,8 +78,8 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *, MatNullSpace *);
 
-/* rows.cpp: the rows of C */
-PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *, Mat);
+/* rows.cpp: the rows of the multiplier field */
+PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *, PetscInt, const PetscInt[]);
 PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *, const PetscBool[], char[], size_t);
 PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *, char[], size_t);
@@ -82,16 +87,20 @@ PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *, char[], size
 /* symmetry.cpp */
 PetscErrorCode AinsworthProbeSymmetry(Mat, PetscBool *);
 
-/* check.cpp: values of the blocks, and whether B is the adjoint of C */
+/* check.cpp: values of the blocks, and whether block (0,1) is the adjoint of C */
 PetscErrorCode AinsworthMatFindNonzero(Mat, PetscInt *, PetscInt *);
 PetscErrorCode AinsworthMatFindNotFinite(Mat, PetscInt *, PetscInt *);
 PetscErrorCode AinsworthMatFindOffDiagonal(Mat, PetscInt *, PetscInt *);
-PetscErrorCode AinsworthMatFindDifference(Mat, Mat, PetscInt *, PetscInt *, PetscReal[2]);
 PetscErrorCode AinsworthProbeAdjoint(Mat, Mat, PetscBool *, PetscBool *);
 
+/* known.cpp: unknowns that their own row determines */
+PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *);
+PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *, Vec, Vec, Vec, Vec, Vec);
+PetscErrorCode AinsworthSaddleSetKnown(const AinsworthSaddle *, Vec, Vec);
+
 /* fields.cpp: right-hand sides and solutions between the program's fields and what is kept */
-PetscErrorCode AinsworthSaddleRestrict(const AinsworthSaddle *, Vec, Vec, Vec, Vec);
-PetscErrorCode AinsworthSaddleExtend(const AinsworthSaddle *, Vec, Vec, Vec, Vec);
+PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *, Vec, Vec, Vec, Vec);
+PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *, Vec, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *, Vec, Vec, char[], size_t);
 
 /* residual.cpp: the row with the largest quotient of its residual and what is allowed, above 1 where it is not met; size: what its terms amount to */
@@ -101,6 +110,7 @@ struct AinsworthUnmet {
 };
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, AinsworthUnmet *);
-PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, Vec, Vec, Vec, Vec, AinsworthUnmet *, char[], size_t);
+PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *, Vec, Vec, Vec, PetscReal *);
+PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, PetscReal, Vec, Vec, Vec, Vec, AinsworthUnmet *, char[], size_t);
 
 #endif

@@ -1,0 +1,170 @@
+/* Unknowns that their own row determines, as Dirichlet conditions do whose columns were left in place: they are known, and their columns move */
+#include "saddle.h"
+
+/* 1 / A_ii where nothing but A_ii is in row i of [A B'], else 0; some: there are such rows */
+static PetscErrorCode FindOwnRows(const AinsworthSaddle *sp, Mat A, Vec known, PetscBool *some)
+{
+  PetscInt           rstart, rend, found = 0;
+  Vec                size, work;
+  Mat                absolute;
+  PetscScalar       *k;
+  const PetscScalar *s;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(known, &size));
+  PetscCall(MatCreateVecs(sp->rowsB, NULL, &work));
+  PetscCall(VecSet(work, 1.0));
+  PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &absolute));
+  PetscCall(MatMultTranspose(absolute, work, size));
+  PetscCall(MatDestroy(&absolute));
+  PetscCall(VecDestroy(&work));
+  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
+  PetscCall(VecGetArrayWrite(known, &k));
+  PetscCall(VecGetArrayRead(size, &s));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscInt           ncols, n = 0;
+    const PetscInt    *cols;
+    const PetscScalar *v;
+    PetscScalar        diagonal = 0.0;
+
+    PetscCall(MatGetRow(A, i, &ncols, &cols, &v));
+    for (PetscInt c = 0; c < ncols; c++) {
+      if (cols[c] == i) diagonal = v[c];
+      else n += v[c] != 0.0;
+    }
+    PetscCall(MatRestoreRow(A, i, &ncols, &cols, &v));
+    k[i - rstart] = !n && s[i - rstart] == 0.0 && diagonal != 0.0 ? 1.0 / diagonal : 0.0;
+    found += k[i - rstart] != 0.0;
+  }
+  PetscCall(VecRestoreArrayRead(size, &s));
+  PetscCall(VecRestoreArrayWrite(known, &k));
+  PetscCall(VecDestroy(&size));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
+  *some = (PetscBool)(found > 0);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* 1 where an unknown is not known, else 0 */
+static PetscErrorCode CreateMask(Vec known, Vec *mask)
+{
+  PetscInt     n;
+  PetscScalar *m;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(known, mask));
+  PetscCall(VecCopy(known, *mask));
+  PetscCall(VecGetLocalSize(*mask, &n));
+  PetscCall(VecGetArray(*mask, &m));
+  for (PetscInt i = 0; i < n; i++) m[i] = m[i] == 0.0 ? 1.0 : 0.0;
+  PetscCall(VecRestoreArray(*mask, &m));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A without the columns that mask leaves out, but for the diagonal */
+static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
+{
+  Vec          diagonal;
+  MatNullSpace near;
+
+  PetscFunctionBegin;
+  PetscCall(MatDuplicate(A, MAT_COPY_VALUES, copy));
+  PetscCall(MatCreateVecs(A, NULL, &diagonal));
+  PetscCall(MatGetDiagonal(A, diagonal));
+  PetscCall(MatDiagonalScale(*copy, NULL, mask));
+  PetscCall(MatDiagonalSet(*copy, diagonal, INSERT_VALUES));
+  PetscCall(VecDestroy(&diagonal));
+  PetscCall(MatGetNearNullSpace(A, &near));
+  PetscCall(MatSetNearNullSpace(*copy, near));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthSaddleFindKnown - takes the columns of known unknowns out of a copy of A, and of C, where A is not symmetric and becomes so without them
+
+   Collective, before the rows of C are classified: one that held known unknowns only is a row of zeros then.
+*/
+PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
+{
+  Mat       A, copy, C;
+  Vec       known, mask;
+  PetscBool has, symmetric, some;
+  PetscInt  bs;
+
+  PetscFunctionBegin;
+  PetscCall(MatHasOperation(sp->A, MATOP_GET_ROW, &has));
+  PetscCall(AinsworthProbeSymmetry(sp->A, &symmetric));
+  if (!has || symmetric) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthGetAIJ(sp->A, &A));
+  PetscCall(MatCreateVecs(A, NULL, &known));
+  PetscCall(FindOwnRows(sp, A, known, &some));
+  if (some) {
+    PetscCall(CreateMask(known, &mask));
+    PetscCall(CopyWithoutColumns(A, mask, &copy));
+    PetscCall(AinsworthProbeSymmetry(copy, &symmetric));
+    if (symmetric) {
+      PetscCall(PetscInfo(sp->A, "Rows of A that hold nothing but their diagonal determine their unknowns: without the columns of these A is symmetric\n"));
+      PetscCall(MatGetBlockSize(sp->A, &bs));
+      PetscCall(MatSetBlockSize(copy, bs));
+      PetscCall(MatDestroy(&sp->A));
+      sp->A     = copy;
+      sp->known = known;
+      known     = NULL;
+      if (sp->rowsB != sp->rowsC) { /* B has nothing in these columns */
+        PetscCall(MatDuplicate(sp->rowsC, MAT_COPY_VALUES, &C));
+        PetscCall(MatDiagonalScale(C, NULL, mask));
+        PetscCall(MatDestroy(&sp->rowsC));
+        sp->rowsC = C;
+      }
+    } else PetscCall(MatDestroy(&copy));
+    PetscCall(VecDestroy(&mask));
+  }
+  PetscCall(VecDestroy(&known));
+  PetscCall(MatDestroy(&A));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* moved -= A x and rest -= C x, of the program's A and C, with the known unknowns as x, which becomes them; rows of known unknowns become 0 */
+PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *sp, Vec f, Vec x, Vec work, Vec moved, Vec rest)
+{
+  PetscInt           n;
+  const PetscScalar *k;
+  PetscScalar       *m;
+  Vec                product;
+
+  PetscFunctionBegin;
+  PetscCall(VecPointwiseMult(x, sp->known, f));
+  PetscCall(MatMult(sp->givenC, x, work));
+  PetscCall(VecAXPY(rest, -1.0, work));
+  PetscCall(VecDuplicate(x, &product));
+  PetscCall(MatMult(sp->block[AINSWORTH_BLOCK_A], x, product));
+  PetscCall(VecAXPY(moved, -1.0, product));
+  PetscCall(VecDestroy(&product));
+  PetscCall(VecGetLocalSize(moved, &n));
+  PetscCall(VecGetArrayRead(sp->known, &k));
+  PetscCall(VecGetArray(moved, &m));
+  for (PetscInt i = 0; i < n; i++)
+    if (k[i] != 0.0) m[i] = 0.0;
+  PetscCall(VecRestoreArray(moved, &m));
+  PetscCall(VecRestoreArrayRead(sp->known, &k));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* x, which is 0 there yet but for rounding, gets its known unknowns */
+PetscErrorCode AinsworthSaddleSetKnown(const AinsworthSaddle *sp, Vec f, Vec x)
+{
+  PetscInt           n;
+  const PetscScalar *k, *r;
+  PetscScalar       *v;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(x, &n));
+  PetscCall(VecGetArrayRead(sp->known, &k));
+  PetscCall(VecGetArrayRead(f, &r));
+  PetscCall(VecGetArray(x, &v));
+  for (PetscInt i = 0; i < n; i++)
+    if (k[i] != 0.0) v[i] = k[i] * r[i];
+  PetscCall(VecRestoreArray(x, &v));
+  PetscCall(VecRestoreArrayRead(f, &r));
+  PetscCall(VecRestoreArrayRead(sp->known, &k));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
