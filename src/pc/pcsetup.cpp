@@ -94,7 +94,7 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
   PetscBool hidden;
 
   PetscFunctionBegin;
-  data->hidden = PETSC_FALSE;
+  data->hidden = data->saddle.nearly = PETSC_FALSE;
   while (n) {
     PetscInt *dependent;
 
@@ -103,7 +103,10 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
     if (hidden && data->choices.weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
       PetscCall(PetscInfo(pc, "Rows of C that diag(A)^{-1} cannot tell apart are independent without it: the weight is the identity\n"));
       data->hidden = PETSC_TRUE;
-    } else if (n) PetscCall(DropDependentRows(pc, data, n, dependent));
+    } else if (n) {
+      data->saddle.nearly = (PetscBool)(pass > 1);
+      PetscCall(DropDependentRows(pc, data, n, dependent));
+    }
     PetscCall(PetscFree(dependent));
     if (data->constraints) continue;
     PetscCall(MatDestroy(&data->reduced));
@@ -317,7 +320,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(AinsworthProbeSymmetry(data->saddle.A, &data->symmetric));
   data->adjoint = (PetscBool)(data->saddle.B == data->saddle.C);
   if (data->adjoint && data->saddle.D) PetscCall(AinsworthProbeSymmetry(data->saddle.D, &data->adjoint));
-  if (symmetric != data->symmetric) PetscCall(MatDestroy(&data->reduced)); /* which has the symmetry of A */
+  if (symmetric != data->symmetric) PetscCall(MatDestroy(&data->reduced));                      /* which has the symmetry of A */
   if (symmetric != data->symmetric || adjoint != data->adjoint) data->configured = PETSC_FALSE; /* it may need another method */
   PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
   if (data->constraints) {
