@@ -80,8 +80,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    move to the right-hand side.
 
    Rows of C that are linear combinations of others are looked for only if the Gram matrix S = C W C' cannot be factored, or if its solves have a relative
-   error of more than 1.5e-8, which is found out with one solve. A row counts as dependent if its squared distance from the span of rows that are kept, in
-   the norm of W, is at most 1e-13 of its own square, or 1e-11, then 1e-9, where that is not enough to solve with S. Of a set of dependent rows it is not
+   error of more than 1.5e-8, which is found out with one solve. A row counts as dependent if an elimination leaves at most 1e-12 of it, in the norm of W,
+   or 1e-5 where that is not enough to solve with S; then W = I is tried first, which may tell apart what diag(A)^{-1} cannot. Of a set of dependent rows it is not
    defined which are left out. Their multipliers are zero: of all lambda that solve the system this is a basic one, not that of smallest norm. x and
    C' lambda do not depend on the choice. Each right-hand side is checked against these rows, C_i x = g_i to 1e-8 of |C_i| |x| + |g_i|; if it contradicts
    them the failure is `PC_INCONSISTENT_RHS`. With `-pc_ainsworth_redundant error` the set-up stops with `PETSC_ERR_MAT_CH_ZRPVT` and names the rows.

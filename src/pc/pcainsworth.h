@@ -47,6 +47,7 @@ struct PC_Ainsworth {
   PetscBool       stale;           /* a choice changed since the last set-up */
   char            failure[512];    /* of the last set-up or solve, in words; empty where it was good */
   PetscInt        applications;    /* of the outer solve that runs, and one; 0 where none does */
+  PetscBool       hidden;          /* diag(A)^{-1} makes rows of C look dependent that are not: the weight is the identity */
   PetscBool       refused;         /* the last set-up ended with a reason: it is not repeated before something changes */
   PetscBool       unfinished;      /* the last set-up, or a solve since, ended with an error */
   PetscBool       applied;         /* since the last solve began: what failed since did so in a solve */

@@ -62,7 +62,7 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
     PetscCheck(data->userWeight, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
                "-pc_ainsworth_weight user needs a vector: call PCAinsworthSetWeight()");
     PetscCall(MatAinsworthSetWeight(data->reduced, data->userWeight));
-  } else PetscCall(MatAinsworthSetWeightType(data->reduced, data->choices.weightType));
+  } else PetscCall(MatAinsworthSetWeightType(data->reduced, data->hidden ? MAT_AINSWORTH_WEIGHT_IDENTITY : data->choices.weightType));
   PetscCall(MatAinsworthSetUpProjector_Private(data->reduced, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -90,15 +90,23 @@ static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, PetscInt n, c
 /* The reduced operator, without dependent rows of C: they are looked for only if the Gram matrix is suspicious */
 static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx, PCFailedReason *reason)
 {
-  PetscInt pass = 0, n = 1;
+  PetscInt  pass = 0, n = 1;
+  PetscBool hidden;
 
   PetscFunctionBegin;
+  data->hidden = data->saddle.nearly = PETSC_FALSE;
   while (n) {
     PetscInt *dependent;
 
     PetscCall(CreateOperator(pc, data, ctx));
-    PetscCall(MatAinsworthDiagnose_Private(data->reduced, &pass, &n, &dependent, reason));
-    if (n) PetscCall(DropDependentRows(pc, data, n, dependent));
+    PetscCall(MatAinsworthDiagnose_Private(data->reduced, &pass, &n, &dependent, reason, &hidden));
+    if (hidden && data->choices.weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
+      PetscCall(PetscInfo(pc, "Rows of C that diag(A)^{-1} cannot tell apart are independent without it: the weight is the identity\n"));
+      data->hidden = PETSC_TRUE;
+    } else if (n) {
+      data->saddle.nearly = (PetscBool)(pass > 1);
+      PetscCall(DropDependentRows(pc, data, n, dependent));
+    }
     PetscCall(PetscFree(dependent));
     if (data->constraints) continue;
     PetscCall(MatDestroy(&data->reduced));
