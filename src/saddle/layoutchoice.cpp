@@ -66,11 +66,13 @@ static PetscErrorCode LookAtNest(Mat nest, std::vector<Kind> *kinds)
     Mat       block;
     Vec       d;
     PetscBool has;
+    PetscInt  rows, cols;
 
     if ((*kinds)[i] == EMPTY) continue;
     PetscCall(MatNestGetSubMat(nest, i, i, &block));
     PetscCall(MatHasOperation(block, MATOP_GET_DIAGONAL, &has));
-    if (!has) continue;
+    PetscCall(MatGetSize(block, &rows, &cols));
+    if (!has || rows != cols) continue;
     PetscCall(MatCreateVecs(block, NULL, &d));
     PetscCall(MatGetDiagonal(block, d));
     PetscCall(LookAtDiagonal(d, NEGATIVE, &(*kinds)[i]));

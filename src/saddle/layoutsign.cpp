@@ -58,12 +58,13 @@ PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
   Mat          aij;
   PetscBool    has, negative, positive = PETSC_FALSE;
   PetscScalar *s;
-  PetscInt     n;
+  PetscInt     n, size[2];
 
   PetscFunctionBegin;
   *sign = NULL;
   PetscCall(MatHasOperation(mat, MATOP_GET_DIAGONAL, &has));
-  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetSize(mat, &size[0], &size[1]));
+  if (!has || size[0] != size[1]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatCreateVecs(mat, NULL, &diagonal));
   PetscCall(MatGetDiagonal(mat, diagonal));
   part = diagonal;
