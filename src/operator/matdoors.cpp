@@ -191,14 +191,14 @@ PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, Vec f, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rows of C to leave out; where there are none, whether and how well the Gram matrix can be solved with (AinsworthGramDiagnose()) */
-PetscErrorCode MatAinsworthDiagnose_Private(Mat mat, PetscInt *pass, PetscInt *n, PetscInt **dependent, PCFailedReason *reason)
+/* Rows of C to leave out; where there are none, whether and how well the Gram matrix can be solved with (AinsworthProjectorDiagnose()) */
+PetscErrorCode MatAinsworthDiagnose_Private(Mat mat, PetscInt *pass, PetscInt *n, PetscInt **dependent, PCFailedReason *reason, PetscBool *hidden)
 {
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
-  PetscCall(AinsworthGramDiagnose(&ctx->proj.gram, pass, n, dependent, reason, &ctx->doubtful));
+  PetscCall(AinsworthProjectorDiagnose(&ctx->proj, ctx->weight, pass, n, dependent, reason, hidden, &ctx->doubtful));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

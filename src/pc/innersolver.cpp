@@ -247,11 +247,13 @@ PetscErrorCode PCAinsworthGetPmatFormat_Private(PC_Ainsworth *data, AinsworthPma
 PetscErrorCode PCAinsworthUseProduct_Private(PC_Ainsworth *data)
 {
   PC  inner;
-  Mat product;
+  Mat product, first = data->saddle.A;
 
   PetscFunctionBegin;
   if (!data->symmetric) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetPC(data->ksp, &inner));
+  if (data->constraints && data->format == AINSWORTH_PMAT_SUM) PetscCall(MatCompositeGetMat(data->M, 0, &first));
+  if (first != data->saddle.A) PetscFunctionReturn(PETSC_SUCCESS); /* its levels are of more than A */
   PetscCall(PCBlockSAGetProduct_Private(inner, &product));
   if (!product) PetscFunctionReturn(PETSC_SUCCESS);
   if (data->constraints) PetscCall(MatAinsworthSetProduct_Private(data->reduced, product));

@@ -40,12 +40,14 @@ struct PC_Ainsworth {
   Mat             reduced;         /* the reduced operator; NULL without constraints */
   Mat             M;               /* the preconditioning matrix */
   const char     *autoReason;      /* why auto came to what it is */
+  PetscInt        longRows;        /* of C, left out of the preconditioning matrix */
   PetscBool       symmetric;       /* A = A' */
   PetscBool       adjoint;         /* B is C, and D = D' */
   Vec             inverseDiagonal; /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */
   PetscBool       stale;           /* a choice changed since the last set-up */
   char            failure[512];    /* of the last set-up or solve, in words; empty where it was good */
   PetscInt        applications;    /* of the outer solve that runs, and one; 0 where none does */
+  PetscBool       hidden;          /* diag(A)^{-1} makes rows of C look dependent that are not: the weight is the identity */
   PetscBool       refused;         /* the last set-up ended with a reason: it is not repeated before something changes */
   PetscBool       unfinished;      /* the last set-up, or a solve since, ended with an error */
   PetscBool       applied;         /* since the last solve began: what failed since did so in a solve */

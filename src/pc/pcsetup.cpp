@@ -62,7 +62,7 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
     PetscCheck(data->userWeight, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
                "-pc_ainsworth_weight user needs a vector: call PCAinsworthSetWeight()");
     PetscCall(MatAinsworthSetWeight(data->reduced, data->userWeight));
-  } else PetscCall(MatAinsworthSetWeightType(data->reduced, data->choices.weightType));
+  } else PetscCall(MatAinsworthSetWeightType(data->reduced, data->hidden ? MAT_AINSWORTH_WEIGHT_IDENTITY : data->choices.weightType));
   PetscCall(MatAinsworthSetUpProjector_Private(data->reduced, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -90,15 +90,23 @@ static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, PetscInt n, c
 /* The reduced operator, without dependent rows of C: they are looked for only if the Gram matrix is suspicious */
 static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx, PCFailedReason *reason)
 {
-  PetscInt pass = 0, n = 1;
+  PetscInt  pass = 0, n = 1;
+  PetscBool hidden;
 
   PetscFunctionBegin;
+  data->hidden = data->saddle.nearly = PETSC_FALSE;
   while (n) {
     PetscInt *dependent;
 
     PetscCall(CreateOperator(pc, data, ctx));
-    PetscCall(MatAinsworthDiagnose_Private(data->reduced, &pass, &n, &dependent, reason));
-    if (n) PetscCall(DropDependentRows(pc, data, n, dependent));
+    PetscCall(MatAinsworthDiagnose_Private(data->reduced, &pass, &n, &dependent, reason, &hidden));
+    if (hidden && data->choices.weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
+      PetscCall(PetscInfo(pc, "Rows of C that diag(A)^{-1} cannot tell apart are independent without it: the weight is the identity\n"));
+      data->hidden = PETSC_TRUE;
+    } else if (n) {
+      data->saddle.nearly = (PetscBool)(pass > 1);
+      PetscCall(DropDependentRows(pc, data, n, dependent));
+    }
     PetscCall(PetscFree(dependent));
     if (data->constraints) continue;
     PetscCall(MatDestroy(&data->reduced));
@@ -119,25 +127,30 @@ static PetscErrorCode SetUpWeights(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What auto comes to (docs/method.md): id where its few entries are enough */
-static PetscErrorCode ChoosePmatType(PC_Ainsworth *data)
+/* What auto comes to (docs/method.md): id where its few entries are enough, and where jcb would have too many */
+static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInputs *in)
 {
-  PetscBool apart;
-  PetscInt  bs;
+  static const PetscReal many = 1.5; /* of the entries of A */
+  PetscReal              predicted;
+  PetscBool              apart;
+  PetscInt               bs;
 
   PetscFunctionBegin;
   data->autoType   = PC_AINSWORTH_PMAT_JCB;
   data->autoReason = "";
   if (data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
-  if (data->format == AINSWORTH_PMAT_SUM) {
-    data->autoType   = PC_AINSWORTH_PMAT_ID;
-    data->autoReason = ", as interpolation is made from A alone";
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(MatGetBlockSize(data->saddle.A, &bs));
-  PetscCall(AinsworthPmatComponentsApart(data->saddle.C, bs, &apart));
-  if (apart) data->autoType = PC_AINSWORTH_PMAT_ID;
-  data->autoReason = apart ? ", as the constraints keep components apart" : ", as the constraints mix components";
+  data->autoType   = PC_AINSWORTH_PMAT_ID;
+  data->autoReason = ", as interpolation is made from A alone";
+  if (in->format == AINSWORTH_PMAT_SUM) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetBlockSize(in->A, &bs));
+  PetscCall(AinsworthPmatComponentsApart(in->C, bs, in->fill.most, &apart));
+  data->autoReason = ", as the constraints keep components apart";
+  if (apart) PetscFunctionReturn(PETSC_SUCCESS);
+  data->autoReason = ", as jcb would have too many entries";
+  PetscCall(AinsworthPmatPredict(in->aij, in->C, NULL, &in->fill, &predicted));
+  if (predicted > many * in->fill.entries) PetscFunctionReturn(PETSC_SUCCESS);
+  data->autoType   = PC_AINSWORTH_PMAT_JCB;
+  data->autoReason = ", as the constraints mix components";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -157,11 +170,15 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   in.weight          = ctx->weight;
   in.inverseDiagonal = data->inverseDiagonal;
   in.format          = data->format;
-  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data));
+  PetscCall(AinsworthGetAIJ(in.A, &in.aij));
+  PetscCall(AinsworthPmatGetFill(in.aij, in.C, &in.fill));
+  data->longRows = in.fill.leftOut;
+  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data, &in));
   options.type      = PCAinsworthPmatTypeInUse_Private(data);
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor_Private(data);
   PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M, bad));
+  PetscCall(MatDestroy(&in.aij));
   if (*bad < 0) PetscCall(MatAinsworthSetPenalty(data->reduced, penalty));
   PetscCall(VecDestroy(&penalty));
   PetscFunctionReturn(PETSC_SUCCESS);

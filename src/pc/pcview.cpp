@@ -39,6 +39,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   PetscCall(AinsworthSaddleDescribeRows(&data->saddle, dropped, sizeof(dropped)));
   PetscCall(
     PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s%s\n", data->constraints, data->constraints ? "" : ", A alone is solved", dropped));
+  if (data->hidden) PetscCall(PetscViewerASCIIPrintf(viewer, "  weight: identity, as rows of C differ only where diag(A)^{-1} is too small to tell\n"));
   if (data->reduced) {
     PetscCall(PetscViewerASCIIPushTab(viewer));
     PetscCall(MatAinsworthViewGram_Private(data->reduced, viewer));

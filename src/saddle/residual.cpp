@@ -230,8 +230,8 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, 
     AinsworthRowKind kind;
     const char      *text;
   } contradictions[] = {
-    {AINSWORTH_ROW_ZERO,      "nonzero on a row of C that is zero"                                    },
-    {AINSWORTH_ROW_DEPENDENT, "not that of the other rows of C on which it depends, exactly or nearly"}
+    {AINSWORTH_ROW_ZERO,      "nonzero on a row of C that is zero"                 },
+    {AINSWORTH_ROW_DEPENDENT, "not that of the other rows of C on which it depends"}
   };
   Vec                    absolute, size, slack = NULL;
   PetscReal              largest, rhs;
@@ -282,7 +282,10 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, 
     if (!sp->count[c.kind] || contradiction[0]) continue;
     for (PetscInt i = 0; i < sp->local; i++) marked[i] = (PetscBool)(unmet[i] && sp->kind[i] == c.kind);
     PetscCall(AinsworthSaddleNameRows(sp, marked.data(), names, sizeof(names)));
-    if (names[0]) PetscCall(PetscSNPrintf(contradiction, len, "%s (rows %s of the multiplier field): no solution exists", c.text, names));
+    if (names[0])
+      PetscCall(PetscSNPrintf(contradiction, len, "%s%s (rows %s of the multiplier field): no solution %s", c.text,
+                              sp->nearly && c.kind == AINSWORTH_ROW_DEPENDENT ? ", exactly or nearly" : "", names,
+                              sp->nearly && c.kind == AINSWORTH_ROW_DEPENDENT ? "is found where rows are so near each other" : "exists"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -200,7 +200,7 @@ static PetscErrorCode CheckCompliance(const Spec &spec)
       laplacian(i - 1, i - 1) += 1.0;
       laplacian(i, i - 1) = laplacian(i - 1, i) = -1.0;
     }
-    mixed(i, i) = i % 3 ? PetscPowReal(10.0, 16.0 * PetscRealPart(Uniform(7, (PetscInt)i, 0))) : 0.0;
+    mixed(i, i) = i % 3 ? PetscPowReal(10.0, 16.0 * Uniform(7, (PetscInt)i, 0)) : 0.0;
   }
   for (PetscReal scale : {1e-300, 1e-16, 1e-8, 1e-3, 1.0, 1e3, 1e12, 1e300}) {
     if (spec.semidefinite && scale > 1e3) continue; /* a body on springs as soft as that floats */
@@ -335,7 +335,7 @@ int main(int argc, char **argv)
     }
   }
   for (bool uneven : {false, true}) {
-    Options options("-ainsworth_pc_type cholesky -ainsworth_pc_factor_mat_solver_type mumps -ainsworth_ksp_max_it 400");
+    Options options("-ainsworth_pc_type redundant -ainsworth_ksp_max_it 400");
     Spec    spec;
 
     spec.uneven = uneven;
