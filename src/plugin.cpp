@@ -5,9 +5,12 @@
 #include "multigrid/blocksa.h"
 #include "operator/matainsworth.h"
 #include "pc/pcainsworth.h"
+#include "projector/graph.h"
+#include "projector/symbolic.h"
 
-PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS, AINSWORTH_Multiplier,
-  AINSWORTH_Verify, AINSWORTH_InvGram, AINSWORTH_PMat, AINSWORTH_PMatCopy, AINSWORTH_Aggregate, AINSWORTH_Interpolation, AINSWORTH_Galerkin, AINSWORTH_Levels;
+PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_Dependent, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS,
+  AINSWORTH_Multiplier, AINSWORTH_Verify, AINSWORTH_InvGram, AINSWORTH_PMat, AINSWORTH_PMatCopy, AINSWORTH_Aggregate, AINSWORTH_Interpolation,
+  AINSWORTH_Galerkin, AINSWORTH_Levels;
 
 static PetscBool  initialized = PETSC_FALSE;
 static const char again[]     = "compile ainsworth again with the PETSc of the program";
@@ -95,6 +98,7 @@ PetscErrorCode AinsworthInitializePackage(void)
   PetscCall(PetscClassIdRegister("Ainsworth", &classid));
   PetscCall(PetscLogEventRegister("AinsGramMat", classid, &AINSWORTH_GramMat));
   PetscCall(PetscLogEventRegister("AinsGramFact", classid, &AINSWORTH_GramFactor));
+  PetscCall(PetscLogEventRegister("AinsDependent", classid, &AINSWORTH_Dependent));
   PetscCall(PetscLogEventRegister("AinsGramSolve", classid, &AINSWORTH_GramSolve));
   PetscCall(PetscLogEventRegister("AinsProjector", classid, &AINSWORTH_Projector));
   PetscCall(PetscLogEventRegister("AinsMatMult", classid, &AINSWORTH_MatMult));
@@ -116,6 +120,7 @@ PetscErrorCode AinsworthInitializePackage(void)
   PetscCall(PCRegister(PCAINSWORTH, PCCreate_Ainsworth));
   PetscCall(PCRegister(PCBLOCKSA, PCCreate_BlockSA));
   PetscCall(MatRegister(MATAINSWORTH, MatCreate_Ainsworth));
+  PetscCall(MatOrderingRegister(AinsworthDissection, AinsworthGraphDissect));
   PetscCall(KSPRegister(KSPPROJECTEDCG, KSPCreate_ProjectedCG));
   PetscCall(KSPRegister(KSPCHEBYSHEVSINGLE, KSPCreate_ChebyshevSingle));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -2,6 +2,7 @@
 """What the factorization of the Gram matrix and solves with it cost: docs/gram.csv and docs/gram.md.
 
 python3 docs/study/gram.py packages [--rows 10000 100000 1000000]      one rank: PETSc's Cholesky, CHOLMOD, MUMPS, and what is chosen
+python3 docs/study/gram.py networks [--rows 3000 10000 30000]          one rank: the same on networks, and the search for dependent rows
 python3 docs/study/gram.py ranks [--rows 100000] [--ranks 1 2 4]     -pc_ainsworth_rows_per_rank
 python3 docs/study/gram.py report                                      the text from the CSV; the others end with it, too
 Needs Debian's python3-numpy and a build (AINSWORTH_BUILD, default build/); a million rows need 6 GB. Flat surfaces without the volumes below them.
@@ -15,7 +16,7 @@ from common import machine
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("experiment", choices=("packages", "ranks", "report"))
+    parser.add_argument("experiment", choices=("packages", "networks", "ranks", "report"))
     parser.add_argument("--rows", type=int, nargs="+", help="rows of C, about")
     parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2, 4])
     parser.add_argument("--rows-per-rank", type=int, nargs="+", default=[5000, 25000, 100000])
@@ -27,6 +28,8 @@ def main():
     from common import gram
     if arguments.experiment == "packages":
         gram.packages(arguments)
+    elif arguments.experiment == "networks":
+        gram.networks(arguments)
     elif arguments.experiment == "ranks":
         gram.ranks(arguments)
     gram.write(arguments.out)

@@ -137,9 +137,9 @@ static PetscErrorCode TakeSoftRows(Mat_Ainsworth *ctx, Vec lambda)
 
 /*
    lambda = S^{-1} (C W (f - op(A) x) + E mu), which is R' (f - op(A) x) where D is zero, and where S is nearly singular again for what is left of
-   f - op(A) x - B' lambda and E mu - N lambda
+   f - op(A) x - B' lambda and E mu - N lambda. product, where it is wanted, becomes op(A) x
 */
-static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec x, Vec lambda)
+static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec x, Vec lambda, Vec product)
 {
   Mat_Ainsworth *ctx;
   Vec            rest, left, more = NULL, loads = NULL;
@@ -150,6 +150,7 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
   PetscCheck(!ctx->D || ctx->mu, PetscObjectComm((PetscObject)mat), PETSC_ERR_ORDER, "The multipliers of a system [A B'; C -D] come with its solution");
   PetscCall(VecDuplicate(f, &rest));
   PetscCall(MultA(ctx, transpose, x, rest));
+  if (product) PetscCall(VecCopy(rest, product));
   PetscCall(VecAYPX(rest, -1.0, f));
   if (ctx->D) {
     PetscCall(VecDuplicate(lambda, &loads));
@@ -178,26 +179,26 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* MatAinsworthRecover_Private - the reduced solution, in x, to x with C x - D lambda = g, and lambda */
-PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda)
+/* MatAinsworthRecover_Private - the reduced solution, in x, to x with C x - D lambda = g, and lambda; and op(A) x, which that takes, unless product is NULL */
+PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, Vec product)
 {
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
   PetscCall(Complete(ctx, PETSC_FALSE, g, x));
-  PetscCall(ComputeMultiplier(mat, transpose, f, x, lambda));
+  PetscCall(ComputeMultiplier(mat, transpose, f, x, lambda, product));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rows of C to leave out; where there are none, whether and how well the Gram matrix can be solved with (AinsworthGramDiagnose()) */
-PetscErrorCode MatAinsworthDiagnose_Private(Mat mat, PetscInt *pass, PetscInt *n, PetscInt **dependent, PCFailedReason *reason)
+/* Rows of C to leave out; where there are none, whether and how well the Gram matrix can be solved with (AinsworthProjectorDiagnose()) */
+PetscErrorCode MatAinsworthDiagnose_Private(Mat mat, PetscInt *pass, PetscInt *n, PetscInt **dependent, PCFailedReason *reason, PetscBool *hidden)
 {
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
-  PetscCall(AinsworthGramDiagnose(&ctx->proj.gram, pass, n, dependent, reason, &ctx->doubtful));
+  PetscCall(AinsworthProjectorDiagnose(&ctx->proj, ctx->weight, pass, n, dependent, reason, hidden, &ctx->doubtful));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -290,6 +291,6 @@ PetscErrorCode MatAinsworthComputeMultiplier(Mat mat, Vec f, Vec x, Vec multipli
   PetscValidHeaderSpecific(f, VEC_CLASSID, 2);
   PetscValidHeaderSpecific(x, VEC_CLASSID, 3);
   PetscValidHeaderSpecific(multiplier, VEC_CLASSID, 4);
-  PetscCall(ComputeMultiplier(mat, PETSC_FALSE, f, x, multiplier));
+  PetscCall(ComputeMultiplier(mat, PETSC_FALSE, f, x, multiplier, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -47,6 +47,7 @@ struct PC_Ainsworth {
   PetscBool       stale;           /* a choice changed since the last set-up */
   char            failure[512];    /* of the last set-up or solve, in words; empty where it was good */
   PetscInt        applications;    /* of the outer solve that runs, and one; 0 where none does */
+  PetscBool       hidden;          /* diag(A)^{-1} makes rows of C look dependent that are not: the weight is the identity */
   PetscBool       refused;         /* the last set-up ended with a reason: it is not repeated before something changes */
   PetscBool       unfinished;      /* the last set-up, or a solve since, ended with an error */
   PetscBool       applied;         /* since the last solve began: what failed since did so in a solve */
@@ -62,8 +63,12 @@ struct PC_Ainsworth {
   PetscBool           ownChoice;        /* neither options nor calls chose the type of its preconditioner */
   PetscBool           ownNorm, ownSide; /* nor its norm, nor its side */
   PetscBool           plainCG;          /* its type gave way to KSPCG because there are no constraints */
+  PetscBool           kept;             /* its preconditioner is that of an earlier set-up: KSPSetReusePreconditioner() */
+  PetscBool           keptInside;       /* what the program has said about that to the inner KSP */
   PetscBool           ownMethod;        /* it gave way to GMRES because the system is not Hermitian */
   Vec                 rhs;              /* f~ */
+  Vec                 Ax;               /* op(A) x of the solution, with the program's A */
+  PetscBool           knownAx;          /* it came with the multipliers */
   Vec                 g, lambda;        /* on the kept rows, where some are not kept */
   Vec                 f;                /* less what is known of x and lambda, where something is */
 
@@ -90,6 +95,10 @@ PETSC_INTERN PetscErrorCode      PCAinsworthSetKSPOperators_Private(PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthGetPmatFormat_Private(PC_Ainsworth *, AinsworthPmatFormat *);
 PETSC_INTERN PetscErrorCode      PCAinsworthUseProduct_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthResetKSP_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthSetMethod_Private(PC_Ainsworth *, KSPType);
+PETSC_INTERN PetscErrorCode      PCAinsworthSetTranspose_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthAfterError_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthKeepInner_Private(PC_Ainsworth *, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthLooksDefinite_Private(const PC_Ainsworth *, Mat, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthFallBack_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);
@@ -102,7 +111,9 @@ PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC, PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthReportEnd_Private(PC_Ainsworth *, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *, Vec, Vec, PetscReal *);
-PETSC_INTERN PetscErrorCode      PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, AinsworthVerdict *, char[], size_t);
+PETSC_INTERN PetscErrorCode      PCAinsworthAskedFor_Private(const PC_Ainsworth *, KSPConvergedReason, PetscReal *);
+PETSC_INTERN PetscErrorCode      PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, Vec, AinsworthVerdict *, char[],
+                                                           size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);
 

@@ -62,7 +62,7 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
     PetscCheck(data->userWeight, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
                "-pc_ainsworth_weight user needs a vector: call PCAinsworthSetWeight()");
     PetscCall(MatAinsworthSetWeight(data->reduced, data->userWeight));
-  } else PetscCall(MatAinsworthSetWeightType(data->reduced, data->choices.weightType));
+  } else PetscCall(MatAinsworthSetWeightType(data->reduced, data->hidden ? MAT_AINSWORTH_WEIGHT_IDENTITY : data->choices.weightType));
   PetscCall(MatAinsworthSetUpProjector_Private(data->reduced, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -90,15 +90,23 @@ static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, PetscInt n, c
 /* The reduced operator, without dependent rows of C: they are looked for only if the Gram matrix is suspicious */
 static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx, PCFailedReason *reason)
 {
-  PetscInt pass = 0, n = 1;
+  PetscInt  pass = 0, n = 1;
+  PetscBool hidden;
 
   PetscFunctionBegin;
+  data->hidden = data->saddle.nearly = PETSC_FALSE;
   while (n) {
     PetscInt *dependent;
 
     PetscCall(CreateOperator(pc, data, ctx));
-    PetscCall(MatAinsworthDiagnose_Private(data->reduced, &pass, &n, &dependent, reason));
-    if (n) PetscCall(DropDependentRows(pc, data, n, dependent));
+    PetscCall(MatAinsworthDiagnose_Private(data->reduced, &pass, &n, &dependent, reason, &hidden));
+    if (hidden && data->choices.weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
+      PetscCall(PetscInfo(pc, "Rows of C that diag(A)^{-1} cannot tell apart are independent without it: the weight is the identity\n"));
+      data->hidden = PETSC_TRUE;
+    } else if (n) {
+      data->saddle.nearly = (PetscBool)(pass > 1);
+      PetscCall(DropDependentRows(pc, data, n, dependent));
+    }
     PetscCall(PetscFree(dependent));
     if (data->constraints) continue;
     PetscCall(MatDestroy(&data->reduced));
@@ -161,8 +169,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &in.compliance));
   in.weight          = ctx->weight;
   in.inverseDiagonal = data->inverseDiagonal;
-  PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->format));
-  in.format = data->format;
+  in.format          = data->format;
   PetscCall(AinsworthGetAIJ(in.A, &in.aij));
   PetscCall(AinsworthPmatGetFill(in.aij, in.C, &in.fill));
   data->longRows = in.fill.leftOut;
@@ -177,11 +184,11 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Null space, near null space: hypre reads them from the operator, GAMG from the preconditioning matrix */
+/* Null space, near null space: hypre reads them from the operator, GAMG from the preconditioning matrix, unless that is an earlier one */
 static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
 {
   MatNullSpace near, common;
-  Mat          S = data->constraints ? data->reduced : data->saddle.A, M = data->constraints ? data->M : data->saddle.A;
+  Mat          S = data->constraints ? data->reduced : data->saddle.A, M = data->kept ? S : data->constraints ? data->M : data->saddle.A;
 
   PetscFunctionBegin;
   if (S == data->saddle.block[AINSWORTH_BLOCK_A]) PetscFunctionReturn(PETSC_SUCCESS); /* the program's A has its own */
@@ -210,6 +217,7 @@ static PetscErrorCode ForgetOtherSizes(PC pc, PC_Ainsworth *data)
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)pc)));
   if (!other) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDestroy(&data->rhs));
+  PetscCall(VecDestroy(&data->Ax));
   PetscCall(MatDestroy(&data->reduced));
   PetscCall(PCAinsworthResetKSP_Private(data));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -243,6 +251,7 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth 
   PetscCall(KSPGetPC(data->ksp, &inner));
   while (again) {
     PetscCall(MatDestroy(&data->M));
+    PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->format));
     if (data->constraints) PetscCall(SetUpPmat(data, ctx, &bad));
     if (bad >= 0) {
       PetscCall(PetscSNPrintf(why, len,
@@ -258,15 +267,16 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth 
     PetscCall(KSPGetOperators(data->ksp, &operation, &M));
     PetscCall(PCAinsworthLooksDefinite_Private(data, M, &definite));
     if (!definite) {
-      PetscCall(PetscSNPrintf(why, len,
-                              "The preconditioning matrix is not positive definite, as BoomerAMG needs it: is A indefinite? A larger "
-                              "-pc_ainsworth_penalty_factor may help, or another -%spc_type",
+      PetscCall(PetscSNPrintf(why, len, "The preconditioning matrix is not positive definite, as BoomerAMG needs it: is A indefinite? %s-%spc_type",
+                              data->constraints ? "A larger -pc_ainsworth_penalty_factor may help, or another " : "Choose another ",
                               ((PetscObject)inner)->prefix));
       PetscFunctionReturn(PETSC_SUCCESS);
     }
     PetscCall(PetscObjectReference((PetscObject)operation));
     PetscCall(PCSetOperators(inner, M, M));
+    PetscCall(AinsworthPCSetFailedReason(inner, PC_NOERROR)); /* that of an earlier matrix, or type, would stay */
     PetscCall(PCSetUp(inner));
+    PetscCall(PCAinsworthSetTranspose_Private(data));
     if (operation != M) inner->ops->applyrichardson = NULL; /* its iterations would be with M_* */
     PetscCall(KSPSetOperators(data->ksp, operation, M));
     PetscCall(MatDestroy(&operation));
@@ -277,12 +287,36 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The operator and the constraints are those of the matrix at hand, the preconditioning matrix and its preconditioner what they were */
+static PetscErrorCode KeepInner(PC pc, PC_Ainsworth *data)
+{
+  PC  inner;
+  Mat operation, M;
+
+  PetscFunctionBegin;
+  PetscCall(PetscInfo(pc, "The inner preconditioner is kept, the constraints are set up anew\n"));
+  PetscCall(PCAinsworthKeepInner_Private(data, PETSC_TRUE));
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCGetOperators(inner, NULL, &data->M));
+  PetscCall(PetscObjectReference((PetscObject)data->M));
+  if (data->constraints) { /* both may have been made for an earlier A */
+    PetscCall(MatAinsworthSetPenalty(data->reduced, NULL));
+    PetscCall(MatAinsworthSetProduct_Private(data->reduced, NULL));
+  }
+  PetscCall(PCAinsworthSetKSPOperators_Private(data));
+  PetscCall(ForwardNullSpaces(data));
+  PetscCall(KSPGetOperators(data->ksp, &operation, &M));
+  if (operation != M) inner->ops->applyrichardson = NULL;
+  PetscCall(KSPSetUp(data->ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode PCSetUp_Ainsworth(PC pc)
 {
   PC_Ainsworth  *data    = (PC_Ainsworth *)pc->data;
-  PetscBool      changed = PETSC_TRUE, symmetric, adjoint;
-  PCFailedReason reason  = PC_NOERROR;
-  Mat_Ainsworth *ctx     = NULL;
+  PetscBool      changed = PETSC_TRUE, symmetric, adjoint, keep = (PetscBool)(pc->reusepreconditioner && !data->stale && !data->unfinished);
+  PCFailedReason reason = PC_NOERROR;
+  Mat_Ainsworth *ctx    = NULL;
   PC             inner;
   char           why[512];
   PetscLogDouble start, end;
@@ -290,7 +324,8 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscFunctionBegin;
   PetscCall(PetscTime(&start));
   PetscCall(PetscCitationsRegister(citation, NULL));
-  if (data->saddle.A && !data->stale) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changed));
+  if (data->saddle.A && !data->stale) PetscCall(AinsworthSaddleChanged(pc->mat, pc->pmat, &data->saddle, &changed));
+  if (data->kept && !pc->reusepreconditioner) changed = PETSC_TRUE;
   data->unchanged = (PetscBool)!changed;
   if (!changed) {
     PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
@@ -339,14 +374,18 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscCall(MatDestroy(&data->reduced));
   }
   PetscCall(CreateKeptVectors(pc, data));
-  if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->rhs));
+  if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, &data->Ax, &data->rhs));
   why[0] = 0;
-  PetscCall(SetUpInner(pc, data, ctx, why, sizeof(why)));
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  if (keep && inner->setupcalled && symmetric == data->symmetric && adjoint == data->adjoint) PetscCall(KeepInner(pc, data));
+  else {
+    PetscCall(PCAinsworthKeepInner_Private(data, PETSC_FALSE));
+    PetscCall(SetUpInner(pc, data, ctx, why, sizeof(why)));
+  }
   if (why[0]) {
     PetscCall(FailSetUp(pc, data, PC_SUBPC_ERROR, PETSC_ERR_ARG_WRONG, why));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(KSPGetPC(data->ksp, &inner));
   data->stale = data->unfinished = PETSC_FALSE;
   PetscCall(PCGetFailedReason(inner, &reason));
   PetscCall(PCAinsworthAgreeOnFailure_Private(pc, reason ? PC_SUBPC_ERROR : PC_NOERROR));

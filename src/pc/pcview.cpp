@@ -39,6 +39,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   PetscCall(AinsworthSaddleDescribeRows(&data->saddle, dropped, sizeof(dropped)));
   PetscCall(
     PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s%s\n", data->constraints, data->constraints ? "" : ", A alone is solved", dropped));
+  if (data->hidden) PetscCall(PetscViewerASCIIPrintf(viewer, "  weight: identity, as rows of C differ only where diag(A)^{-1} is too small to tell\n"));
   if (data->reduced) {
     PetscCall(PetscViewerASCIIPushTab(viewer));
     PetscCall(MatAinsworthViewGram_Private(data->reduced, viewer));
@@ -46,7 +47,8 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   }
   if (data->failure[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "  last failure: %s\n", data->failure));
   if (!data->stale) PetscCall(PCAinsworthViewLeftOut_Private(data, viewer));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns:\n"));
+  PetscCall(
+    PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns%s:\n", data->kept ? ", its preconditioner kept from an earlier matrix" : ""));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   PetscCall(KSPView(data->ksp, viewer));
   PetscCall(PetscViewerASCIIPopTab(viewer));

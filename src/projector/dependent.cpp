@@ -1,19 +1,22 @@
 #include "dependent.h"
+#include "elimination.h"
+#include "../events.h"
 #include "graph.h"
 #include "symbolic.h"
+#include <petscsf.h>
 #include <algorithm>
+#include <numeric>
 
 /* Relative errors of solves with S, about its condition number times the machine precision, above which ... */
 static const PetscReal inexact    = 1e6 * PETSC_MACHINE_EPSILON; /* ... they are refined: below, they do not come near the tolerances of what is verified */
 static const PetscReal suspicious = PETSC_SQRT_MACHINE_EPSILON;  /* ... dependent rows are looked for: rounding and dependence are half of the digits apart */
 static const PetscReal unusable   = 1e-3;                        /* ... more rows have to go, or the set-up fails: refinement would not converge */
-/* A row is dependent if its squared distance from the others' span, in the norm of W, is at most this part of its own square: in each pass ... */
-static const PetscReal dependentSquare[] = {
-  1e-13, /* ... some hundred roundings */
-  1e-11, /* ... more, only if solves are unusable without those rows, too */
-  1e-9   /* ... the last before rows would go that are merely close: 3e-5 of their length */
+/* A row is dependent if its distance from the others' span, in the norm of W, is at most this part of its length: in the first and second pass ... */
+static const PetscReal distances[] = {
+  1e-12, /* ... some thousand roundings */
+  1e-5   /* ... its square, of which S knows, is some hundred thousand: only if solves are unusable with such rows */
 };
-static const PetscInt passes = sizeof(dependentSquare) / sizeof(dependentSquare[0]);
+static const PetscInt passes = sizeof(distances) / sizeof(distances[0]);
 
 /*
    The relative error of S^{-1} S v for a random v, about the condition number of S times the machine precision
@@ -54,158 +57,297 @@ static PetscErrorCode Probe(AinsworthGram *gram, PetscReal *error)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A sequential S, scaled to a unit diagonal; a diagonal of 0 where it had none */
-static PetscErrorCode ScaleToUnitDiagonal(Mat S)
+/* The rows of C W^{1/2}, or of C without a weight, each with |N_ii|^{1/2} in a column of its own, over their largest entries */
+static PetscErrorCode LoadRows(Mat C, Vec weight, Vec N, std::vector<AinsworthRow> &rows)
 {
-  Vec scale;
+  Mat                scaled = C;
+  PetscInt           start, end, n;
+  const PetscScalar *other = NULL;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(S, &scale, NULL));
-  PetscCall(MatGetDiagonal(S, scale));
-  PetscCall(VecSqrtAbs(scale));
-  PetscCall(VecReciprocal(scale));
-  PetscCall(MatDiagonalScale(S, scale, scale));
-  PetscCall(VecDestroy(&scale));
+  if (weight) {
+    Vec root;
+
+    PetscCall(VecDuplicate(weight, &root));
+    PetscCall(VecCopy(weight, root));
+    PetscCall(VecSqrtAbs(root));
+    PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &scaled));
+    PetscCall(MatDiagonalScale(scaled, NULL, root));
+    PetscCall(VecDestroy(&root));
+  }
+  PetscCall(MatGetSize(C, NULL, &n));
+  PetscCall(MatGetOwnershipRange(scaled, &start, &end));
+  rows.resize(end - start);
+  if (N) PetscCall(VecGetArrayRead(N, &other));
+  for (PetscInt i = start; i < end; i++) {
+    AinsworthRow      &row = rows[i - start];
+    PetscInt           ncols;
+    const PetscInt    *cols;
+    const PetscScalar *values;
+    const PetscReal    own     = other ? PetscSqrtReal(PetscAbsScalar(other[i - start])) : 0.0;
+    PetscReal          largest = own;
+
+    PetscCall(MatGetRow(scaled, i, &ncols, &cols, &values));
+    for (PetscInt k = 0; k < ncols; k++) largest = PetscMax(largest, PetscAbsScalar(values[k]));
+    for (PetscInt k = 0; k < ncols; k++) {
+      if (values[k] == 0.0) continue;
+      row.column.push_back(cols[k]);
+      row.value.push_back(values[k] / largest);
+    }
+    PetscCall(MatRestoreRow(scaled, i, &ncols, &cols, &values));
+    if (own == 0.0) continue;
+    row.column.push_back(n + i);
+    row.value.push_back(own / largest);
+  }
+  if (N) PetscCall(VecRestoreArrayRead(N, &other));
+  if (scaled != C) PetscCall(MatDestroy(&scaled));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Columns in which a row of the factor has entries, in an order in which each comes after those it needs; mark[] holds the last row that saw it */
-static void RowPattern(const AinsworthTriangle &S, const std::vector<PetscInt> &parent, PetscInt row, std::vector<PetscInt> &mark,
-                       std::vector<PetscInt> &pattern)
+/* The columns in which rows have entries, ascending; the rows then count those only */
+static void Compress(std::vector<AinsworthRow> &rows, std::vector<PetscInt> &columns)
 {
-  std::vector<PetscInt> path;
+  columns.clear();
+  for (const AinsworthRow &row : rows) columns.insert(columns.end(), row.column.begin(), row.column.end());
+  std::sort(columns.begin(), columns.end());
+  columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+  for (AinsworthRow &row : rows)
+    for (PetscInt &c : row.column) c = (PetscInt)(std::lower_bound(columns.begin(), columns.end(), c) - columns.begin());
+}
 
-  pattern.clear();
-  mark[row] = row;
-  for (size_t k = S.start[row]; k < S.start[row + 1]; k++) {
-    path.clear();
-    for (PetscInt i = S.column[k]; i != -1 && mark[i] != row; i = parent[i]) {
-      path.push_back(i);
-      mark[i] = row;
+/* 0 for columns that several ranks have */
+static PetscErrorCode FindShared(Mat C, const std::vector<PetscInt> &columns, std::vector<char> &own)
+{
+  std::vector<PetscInt> count(columns.size(), 1), all;
+  PetscLayout           layout;
+  PetscSF               sf;
+  PetscInt              n, common;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLayouts(C, NULL, &layout));
+  PetscCall(PetscLayoutGetSize(layout, &n));
+  common = (PetscInt)(std::lower_bound(columns.begin(), columns.end(), n) - columns.begin()); /* the others are the rows' own */
+  PetscCall(PetscLayoutGetLocalSize(layout, &n));
+  all.assign(n, 0);
+  PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)C), &sf));
+  PetscCall(PetscSFSetGraphLayout(sf, layout, common, NULL, PETSC_USE_POINTER, columns.data()));
+  PetscCall(PetscSFReduceBegin(sf, MPIU_INT, count.data(), all.data(), MPI_SUM));
+  PetscCall(PetscSFReduceEnd(sf, MPIU_INT, count.data(), all.data(), MPI_SUM));
+  PetscCall(PetscSFBcastBegin(sf, MPIU_INT, all.data(), count.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(sf, MPIU_INT, all.data(), count.data(), MPI_REPLACE));
+  PetscCall(PetscSFDestroy(&sf));
+  for (size_t c = 0; c < columns.size(); c++) own[c] = count[c] == 1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An order of the rows of this rank with little fill: that of its part of S */
+static PetscErrorCode OrderRows(const AinsworthGram *gram, std::vector<PetscInt> &order)
+{
+  Mat             own = gram->placed;
+  IS              rows, columns;
+  PetscInt        n;
+  const PetscInt *number;
+
+  PetscFunctionBegin;
+  order.clear();
+  if (!gram->placement.sizes.size()) PetscFunctionReturn(PETSC_SUCCESS);
+  if (gram->placement.split) PetscCall(MatGetDiagonalBlock(gram->placed, &own));
+  PetscCall(MatGetOrdering(own, AinsworthOrdering, &rows, &columns));
+  PetscCall(ISGetLocalSize(rows, &n));
+  order.resize(n);
+  PetscCall(ISGetIndices(rows, &number));
+  std::copy(number, number + order.size(), order.begin());
+  PetscCall(ISRestoreIndices(rows, &number));
+  PetscCall(ISDestroy(&rows));
+  PetscCall(ISDestroy(&columns));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What is left of rows that share columns with those of other ranks, on rank 0. Collective */
+static PetscErrorCode GatherRows(Mat C, const std::vector<AinsworthRow> &rows, const std::vector<PetscInt> &columns, std::vector<AinsworthRow> &all)
+{
+  std::vector<PetscInt>    start(1, 0), column;
+  std::vector<PetscScalar> value;
+  PetscInt                 n, m;
+  PetscMPIInt              rank;
+  Mat                      rest, *whole;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetSize(C, NULL, &n));
+  for (const AinsworthRow &row : rows) {
+    for (size_t k = 0; k < row.column.size(); k++) {
+      if (columns[row.column[k]] >= n) continue; /* its own, which was too small for a pivot */
+      column.push_back(columns[row.column[k]]);
+      value.push_back(row.value[k]);
     }
-    pattern.insert(pattern.end(), path.rbegin(), path.rend());
+    start.push_back((PetscInt)column.size());
   }
-  std::reverse(pattern.begin(), pattern.end()); /* later paths end in earlier ones */
+  PetscCall(MatGetLocalSize(C, NULL, &n));
+  PetscCall(MatCreateMPIAIJWithArrays(PetscObjectComm((PetscObject)C), (PetscInt)rows.size(), n, PETSC_DETERMINE, PETSC_DETERMINE, start.data(), column.data(),
+                                      value.data(), &rest));
+  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)C), &rank));
+  PetscCall(AinsworthGraphGather(rest, rank == 0, &whole));
+  PetscCall(MatDestroy(&rest));
+  PetscCall(MatGetSize(whole[0], &m, NULL));
+  all.resize(m);
+  for (PetscInt i = 0; i < m; i++) {
+    PetscInt           ncols;
+    const PetscInt    *cols;
+    const PetscScalar *values;
+
+    PetscCall(MatGetRow(whole[0], i, &ncols, &cols, &values));
+    all[i].column.assign(cols, cols + ncols);
+    all[i].value.assign(values, values + ncols);
+    PetscCall(MatRestoreRow(whole[0], i, &ncols, &cols, &values));
+  }
+  PetscCall(MatDestroySubMatrices(1, &whole));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of a component that lies on several ranks each eliminates the unknowns that are its own; rank 0 does the rest */
+static PetscErrorCode FindAmongShared(Mat C, PetscReal distance, const AinsworthElimination &own, const std::vector<PetscInt> &columns,
+                                      std::vector<char> &dependent)
+{
+  MPI_Comm                  comm = PetscObjectComm((PetscObject)C);
+  AinsworthElimination      shared;
+  std::vector<AinsworthRow> rest;
+  std::vector<PetscInt>     left, all, order;
+  std::vector<char>         found;
+  PetscInt                  n, end, total;
+  PetscMPIInt               count;
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < own.rows.size(); i++) {
+    if (!own.left((PetscInt)i)) continue;
+    left.push_back((PetscInt)i);
+    rest.push_back(own.rows[i]);
+  }
+  n = (PetscInt)left.size();
+  PetscCallMPI(MPI_Scan(&n, &end, 1, MPIU_INT, MPI_SUM, comm));
+  PetscCall(MPIU_Allreduce(&n, &total, 1, MPIU_INT, MPI_SUM, comm));
+  PetscCall(GatherRows(C, rest, columns, shared.rows));
+  Compress(shared.rows, all);
+  shared.free.assign(all.size(), 1);
+  order.resize(shared.rows.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](PetscInt i, PetscInt j) { return shared.rows[i].column.size() < shared.rows[j].column.size(); });
+  shared.run(order, distance, false);
+  found.assign(total, 0);
+  for (size_t i = 0; i < shared.rows.size(); i++) found[i] = !shared.taken((PetscInt)i);
+  PetscCall(PetscMPIIntCast(total, &count));
+  PetscCallMPI(MPI_Bcast(found.data(), count, MPI_CHAR, 0, comm));
+  for (PetscInt i = 0; i < n; i++) dependent[left[i]] = found[end - n + i];
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   Row by row Cholesky factorisation in which a row whose pivot is at most tol is left out
-
-   The pivot is the squared distance of the row of C, of length 1, from the span of the rows before it.
-*/
-static void Eliminate(const AinsworthTriangle &S, PetscReal tol, std::vector<char> &dependent)
-{
-  const std::vector<PetscInt> parent = S.eliminationTree();
-  std::vector<PetscInt>       mark(S.m, -1), pattern;
-  std::vector<size_t>         start(S.m + 1, 0), end;
-  std::vector<PetscInt>       row; /* the factor by columns, below the diagonal */
-  std::vector<PetscScalar>    value, x(S.m, 0.0);
-  std::vector<PetscReal>      pivot(S.m, 0.0);
-
-  for (PetscInt i = 0; i < S.m; i++) {
-    RowPattern(S, parent, i, mark, pattern);
-    for (PetscInt j : pattern) start[j + 1]++;
-  }
-  for (PetscInt i = 0; i < S.m; i++) start[i + 1] += start[i];
-  end.assign(start.begin(), start.end() - 1);
-  row.resize(start[S.m]);
-  value.resize(start[S.m]);
-  mark.assign(S.m, -1);
-  dependent.assign(S.m, 0);
-  for (PetscInt i = 0; i < S.m; i++) {
-    PetscReal d = S.diagonal[i];
-
-    RowPattern(S, parent, i, mark, pattern);
-    for (size_t k = S.start[i]; k < S.start[i + 1]; k++) x[S.column[k]] = S.value[k];
-    for (PetscInt j : pattern) {
-      const PetscScalar lij = dependent[j] ? 0.0 : x[j] / pivot[j];
-
-      x[j] = 0.0;
-      if (lij == 0.0) continue;
-      for (size_t k = start[j]; k < end[j]; k++) x[row[k]] -= PetscConj(value[k]) * lij;
-      d -= PetscSqr(PetscAbsScalar(lij));
-      row[end[j]]     = i;
-      value[end[j]++] = lij;
-    }
-    dependent[i] = !(d > tol); /* not a number: a row whose square overflowed */
-    pivot[i]     = dependent[i] ? 0.0 : PetscSqrtReal(d);
-  }
-}
-
-/*
-   rows of C that are combinations of other rows, from S = C W C'
+   rows of C that are combinations of other rows, found where the rows are placed
 
    Collective
 
    Input Parameters:
-+  S   - m x m, AIJ
--  tol - a row of C counts as dependent if its squared distance from the span of others is at most this part of its own square
++  proj     - C and S in their places
+.  weight   - diagonal of W, NULL for the identity
+.  N        - diagonal of N, placed; NULL where it is zero
+-  distance - a row counts as dependent if its distance from the span of others, in the norm of W, is about this part of its length, or less
 
    Output Parameters:
 +  n         - their number
--  dependent - their global numbers, rising, the same on all ranks; to be freed with PetscFree()
+-  dependent - their global numbers in S, rising, the same on all ranks; to be freed with PetscFree()
 
-   S is solved on rank 0: it is sparse and as small as the contact surface. The factorisation has the backward error of Cholesky's, some machine
-   precisions relative to the unit diagonal that S is scaled to, so that tol must stay well above 1e-15; what it cannot tell apart, distances
-   below sqrt(tol), the check of the right-hand sides of the rows that are left out does.
+   Rows of C are eliminated, not those of S, where distances are squares: what is told apart is far more than rounding can hide. Rows that are far from
+   those already kept are kept first, the others by falling distance, so that every row left out is a combination of rows that are kept.
 */
-static PetscErrorCode FindDependentRows(Mat S, PetscReal tol, PetscInt *n, PetscInt **dependent)
+static PetscErrorCode FindDependentRows(const AinsworthProjector *proj, Vec weight, Vec N, PetscReal distance, PetscInt *n, PetscInt **dependent)
 {
-  MPI_Comm    comm = PetscObjectComm((PetscObject)S);
-  PetscMPIInt rank, count;
-  Mat        *local;
+  const AinsworthGram  *gram = &proj->gram;
+  const Mat             C    = proj->C;
+  AinsworthElimination  own;
+  std::vector<PetscInt> columns, order, numbers;
+  std::vector<char>     flags;
+  PetscInt              first;
+  const PetscInt       *list;
+  IS                    mine, all;
 
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCall(AinsworthGraphGather(S, rank == 0, &local));
-  *n         = 0;
-  *dependent = NULL;
-  if (!rank) {
-    std::vector<char> flags;
-    AinsworthTriangle triangle;
+  PetscCall(PetscLogEventBegin(AINSWORTH_Dependent, C, 0, 0, 0));
+  PetscCall(LoadRows(C, weight, N, own.rows));
+  Compress(own.rows, columns);
+  own.free.assign(columns.size(), 1);
+  if (gram->placement.split) PetscCall(FindShared(C, columns, own.free));
+  PetscCall(OrderRows(gram, order));
+  own.run(order, distance, gram->placement.split);
+  flags.assign(own.rows.size(), 0);
+  for (size_t i = 0; i < flags.size(); i++) flags[i] = !own.taken((PetscInt)i);
+  if (gram->placement.split) PetscCall(FindAmongShared(C, distance, own, columns, flags));
 
-    PetscCall(ScaleToUnitDiagonal(local[0]));
-    PetscCall(triangle.create(local[0]));
-    Eliminate(triangle, tol, flags);
-    PetscCall(PetscMalloc1(triangle.m, dependent));
-    for (PetscInt i = 0; i < triangle.m; i++)
-      if (flags[triangle.number[i]]) (*dependent)[(*n)++] = i;
-  }
-  PetscCall(MatDestroySubMatrices(1, &local));
-  PetscCallMPI(MPI_Bcast(n, 1, MPIU_INT, 0, comm));
-  if (rank) PetscCall(PetscMalloc1(*n, dependent));
-  PetscCall(PetscMPIIntCast(*n, &count));
-  PetscCallMPI(MPI_Bcast(*dependent, count, MPIU_INT, 0, comm));
+  PetscCall(MatGetOwnershipRange(C, &first, NULL));
+  list = NULL;
+  if (gram->placement.rows) PetscCall(ISGetIndices(gram->placement.rows, &list));
+  for (size_t i = 0; i < flags.size(); i++)
+    if (flags[i]) numbers.push_back(list ? list[i] : first + (PetscInt)i);
+  if (list) PetscCall(ISRestoreIndices(gram->placement.rows, &list));
+  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)C), (PetscInt)numbers.size(), numbers.data(), PETSC_USE_POINTER, &mine));
+  PetscCall(ISAllGather(mine, &all));
+  PetscCall(ISSort(all));
+  PetscCall(ISGetLocalSize(all, n));
+  PetscCall(PetscMalloc1(*n, dependent));
+  PetscCall(ISGetIndices(all, &list));
+  PetscCall(PetscArraycpy(*dependent, list, *n));
+  PetscCall(ISRestoreIndices(all, &list));
+  PetscCall(ISDestroy(&all));
+  PetscCall(ISDestroy(&mine));
+  PetscCall(PetscLogEventEnd(AINSWORTH_Dependent, C, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthGramDiagnose - are solves with the Gram matrix good enough? If not: rows of C that are linear combinations of others
+   AinsworthProjectorDiagnose - are solves with the Gram matrix good enough? If not: rows of C that are linear combinations of others
 
-   Input Parameter:
-.  pass - 0, and after rows were left out what came back
+   Input Parameters:
++  weight - diagonal of W, NULL for the identity
+-  pass   - 0, and after rows were left out or another weight was taken what came back
 
    Output Parameters:
 +  pass      - for the next call
 .  n         - number of dependent rows, the same on all ranks
 .  dependent - their numbers, on every rank; to be freed
 .  reason    - why no solve with the Gram matrix is possible, where none is and no row depends on others
+.  hidden    - of these rows some are not dependent without W: take the identity, and call again
 -  doubtful  - solves are not accurate: they are to be refined
 */
-PetscErrorCode AinsworthGramDiagnose(AinsworthGram *gram, PetscInt *pass, PetscInt *n, PetscInt **dependent, PCFailedReason *reason, bool *doubtful)
+PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, PetscInt *pass, PetscInt *n, PetscInt **dependent, PCFailedReason *reason,
+                                          PetscBool *hidden, bool *doubtful)
 {
-  PetscReal error = PETSC_INFINITY;
+  AinsworthGram *gram  = &proj->gram;
+  PetscReal      error = PETSC_INFINITY;
+  PetscInt       others, *unweighted;
+  Vec            N = NULL, program;
 
   PetscFunctionBegin;
   *n         = 0;
   *dependent = NULL;
+  *hidden    = PETSC_FALSE;
   PetscCall(AinsworthGramGetFailedReason(gram, reason));
   if (!*reason) PetscCall(Probe(gram, &error));
-  for (; gram->hermitian && *pass < passes && !*n && !(error <= (*pass ? unusable : suspicious)); ++*pass) {
+  if (proj->compliance.N && !(error <= suspicious)) {
+    PetscCall(MatCreateVecs(proj->compliance.N, NULL, &program));
+    PetscCall(MatGetDiagonal(proj->compliance.N, program));
+    PetscCall(VecDuplicate(proj->rowValues, &N));
+    PetscCall(AinsworthProjectorPlace(proj, program, N));
+    PetscCall(VecDestroy(&program));
+  }
+  for (; *pass < passes && !*n && !(error <= (*pass ? unusable : suspicious)); ++*pass) {
     PetscCall(PetscFree(*dependent));
     PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
-    PetscCall(FindDependentRows(gram->S, dependentSquare[*pass], n, dependent));
+    PetscCall(FindDependentRows(proj, weight, N, distances[*pass], n, dependent));
+    if (!*pass || !*n || !weight) continue;
+    PetscCall(FindDependentRows(proj, NULL, N, distances[*pass], &others, &unweighted));
+    PetscCall(PetscFree(unweighted));
+    *hidden = (PetscBool)(others < *n);
+    if (*hidden) break;
   }
+  PetscCall(VecDestroy(&N));
   if (!*reason && !(error <= unusable)) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT;
   *doubtful = !(error <= inexact);
   if (*doubtful && !*reason && !*n)

@@ -1,9 +1,9 @@
-/* Rows of C that are combinations of others, found in the Gram matrix */
+/* Rows of C that are combinations of others, looked for where solves with the Gram matrix are inexact */
 #ifndef AINSWORTH_DEPENDENT_H
 #define AINSWORTH_DEPENDENT_H
 
-#include "gram.h"
+#include "projector.h"
 
-PetscErrorCode AinsworthGramDiagnose(AinsworthGram *, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *, bool *);
+PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *, Vec, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *, PetscBool *, bool *);
 
 #endif

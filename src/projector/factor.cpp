@@ -1,20 +1,24 @@
 #include "factor.h"
-#include "symbolic.h"
 #include <string>
+#include <unistd.h>
 
 /*
    The package for many operations, and how many those are: below, PETSc's own factorisation and its solves take less time (docs/gram.md). In complex
-   arithmetic, solves with CHOLMOD's factor of a Hermitian matrix are wrong (PETSc 3.18.5)
+   arithmetic, solves with CHOLMOD's factor of a Hermitian matrix are wrong (PETSc 3.18.5). Packages order on their own; `dissect`: so many that nested
+   dissection is worth a try, too
 */
 #if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
 static const char *const supernodal = MATSOLVERCHOLMOD;
 static const PetscReal   many       = 1e8;
+static const PetscReal   dissect    = 1e10;
 #elif defined(PETSC_HAVE_MUMPS)
 static const char *const supernodal = MATSOLVERMUMPS;
 static const PetscReal   many       = 2e9;
+static const PetscReal   dissect    = 1e8;
 #else
 static const char *const supernodal = NULL;
 static const PetscReal   many       = PETSC_INFINITY;
+static const PetscReal   dissect    = 1e8;
 #endif
 
 /* The package for a Gram matrix that is not Hermitian, where B is not C: one that pivots, which PETSc's own does not */
@@ -39,6 +43,22 @@ static PetscErrorCode IsPackage(PC pc, const char name[], PetscBool *is)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The ordering with the fewest operations of those worth their own time, and its cost */
+static PetscErrorCode Predict(Mat M, AinsworthCost *cost, MatOrderingType *ordering)
+{
+  AinsworthCost dissected;
+
+  PetscFunctionBegin;
+  *ordering = AinsworthOrdering;
+  PetscCall(AinsworthFactorPredict(M, *ordering, cost));
+  if (*ordering == AinsworthDissection || cost->operations < dissect) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthFactorPredict(M, AinsworthDissection, &dissected));
+  if (dissected.operations >= cost->operations) PetscFunctionReturn(PETSC_SUCCESS);
+  *ordering = AinsworthDissection;
+  *cost     = dissected;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthFactorChoose - the factorisation of M, unless the options choose: PETSc's own or, for many operations, that of a package
 
@@ -49,6 +69,7 @@ PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, PetscBool h
   const char *const given[] = {"-pc_type", "-pc_factor_mat_solver_type", "-pc_factor_mat_ordering_type"};
   const char       *prefix;
   PetscBool         has, sequential;
+  MatOrderingType   ordering;
   PC                pc;
 
   PetscFunctionBegin;
@@ -62,15 +83,31 @@ PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, PetscBool h
   PetscCall(PetscObjectBaseTypeCompare((PetscObject)M, MATSEQAIJ, &sequential));
   if (!hermitian) factor->package = pivoting;
   else if (sequential) {
-    PetscCall(AinsworthFactorOperations(M, &factor->operations));
-    factor->package = factor->operations < many ? MATSOLVERPETSC : supernodal;
-    if (factor->operations < many) PetscCall(PCFactorSetMatOrderingType(pc, AinsworthOrdering));
+    PetscCall(Predict(M, &factor->cost, &ordering));
+    factor->package = factor->cost.operations < many ? MATSOLVERPETSC : supernodal;
+    if (factor->cost.operations < many) PetscCall(PCFactorSetMatOrderingType(pc, ordering));
   }
 #if defined(PETSC_HAVE_MUMPS)
   else
     factor->package = MATSOLVERMUMPS;
 #endif
   if (factor->package) PetscCall(PCFactorSetMatSolverType(pc, factor->package));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthFactorCheckMemory - collective on comm: refuses, on all ranks, a factor that is predicted to be larger than the memory of the machine */
+PetscErrorCode AinsworthFactorCheckMemory(const AinsworthFactor *factor, MPI_Comm comm)
+{
+  const PetscReal memory   = (PetscReal)sysconf(_SC_PHYS_PAGES) * (PetscReal)sysconf(_SC_PAGESIZE);
+  const PetscReal bytes    = factor->cost.entries * (PetscReal)sizeof(PetscScalar);
+  PetscReal       worst[2] = {memory > 0.0 && bytes > memory ? bytes : 0.0, -memory};
+
+  PetscFunctionBegin;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, worst, 2, MPIU_REAL, MPIU_MAX, comm));
+  PetscCheck(worst[0] == 0.0, comm, PETSC_ERR_MEM,
+             "The factor of the Gram matrix C W C' is predicted to take %.3g GiB, of %.3g that the machine has: rows of C share too many unknowns; use an "
+             "iterative solver, -ainsworth_gram_ksp_type cg -ainsworth_gram_pc_type icc, or write the constraints so that few rows share an unknown",
+             (double)(worst[0] / 1073741824.0), (double)(-worst[1] / 1073741824.0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -204,12 +241,12 @@ PetscErrorCode AinsworthFactorReset(AinsworthFactor *factor)
 PetscErrorCode AinsworthFactorView(const AinsworthFactor *factor, PetscViewer viewer)
 {
   PetscFunctionBegin;
-  if (factor->operations > 0.0) {
+  if (factor->cost.operations > 0.0) {
     char other[64] = "";
 
     if (supernodal) PetscCall(PetscSNPrintf(other, sizeof(other), ", from %g on it would be %s", (double)many, supernodal));
-    PetscCall(PetscViewerASCIIPrintf(viewer, "factored by %s, for %.2g operations predicted%s\n", factor->package, (double)factor->operations,
-                                     factor->operations < many ? other : ""));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "factored by %s, for %.2g operations predicted%s\n", factor->package, (double)factor->cost.operations,
+                                     factor->cost.operations < many ? other : ""));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,16 +2,17 @@
 #ifndef AINSWORTH_FACTOR_H
 #define AINSWORTH_FACTOR_H
 
-#include "../petsccompat.h"
+#include "symbolic.h"
 
 struct AinsworthFactor {
-  PetscReal      operations; /* predicted; 0: the solver is not of our choice, or shared */
-  MatSolverType  package;    /* of our choice, else NULL */
-  Mat            upper;      /* what CHOLMOD factors: the upper triangle */
-  PCFailedReason failed;     /* of a package that raises an error where others give a reason */
+  AinsworthCost  cost;    /* predicted; 0: the solver is not of our choice, or shared */
+  MatSolverType  package; /* of our choice, else NULL */
+  Mat            upper;   /* what CHOLMOD factors: the upper triangle */
+  PCFailedReason failed;  /* of a package that raises an error where others give a reason */
 };
 
 PetscErrorCode AinsworthFactorChoose(AinsworthFactor *, Mat, PetscBool, KSP);
+PetscErrorCode AinsworthFactorCheckMemory(const AinsworthFactor *, MPI_Comm);
 PetscErrorCode AinsworthFactorSetUp(AinsworthFactor *, Mat, KSP);
 PetscErrorCode AinsworthFactorGetFailedReason(const AinsworthFactor *, KSP, PCFailedReason *);
 PetscErrorCode AinsworthFactorReset(AinsworthFactor *);

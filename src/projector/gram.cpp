@@ -106,6 +106,7 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent, cons
 
   PetscFunctionBegin;
   PetscCall(CreateKSP(gram, parent, prefix));
+  PetscCall(AinsworthFactorCheckMemory(&gram->factor, PetscObjectComm((PetscObject)gram->S)));
   if (!gram->placement.sizes.size()) PetscFunctionReturn(PETSC_SUCCESS);
   if (gram->hermitian) PetscCall(MatSetOption(gram->placed, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
   PetscCall(AinsworthFactorSetUp(&gram->factor, gram->placed, gram->ksp));
@@ -258,8 +259,8 @@ PetscErrorCode AinsworthGramView(AinsworthGram *gram, PetscViewer viewer)
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCall(MPIU_Allreduce(&gram->factor.operations, &most, 1, MPIU_REAL, MPIU_MAX, comm));
-  first = p.sizes.size() && gram->factor.operations == most ? rank : PETSC_MPI_INT_MAX; /* the first of those that work most */
+  PetscCall(MPIU_Allreduce(&gram->factor.cost.operations, &most, 1, MPIU_REAL, MPIU_MAX, comm));
+  first = p.sizes.size() && gram->factor.cost.operations == most ? rank : PETSC_MPI_INT_MAX; /* the first of those that work most */
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm));
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "Gram matrix S = C W %s: %" PetscInt_FMT " connected component%s, the largest of %" PetscInt_FMT " row%s, on %" PetscInt_FMT " rank%s%s\n",

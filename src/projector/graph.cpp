@@ -6,18 +6,35 @@
 #include <numeric>
 #include <vector>
 
-/* S as a whole on the ranks that say `here`, for MatDestroySubMatrices(); an empty matrix on the others. Collective */
-PetscErrorCode AinsworthGraphGather(Mat S, bool here, Mat **whole)
+/* A matrix as a whole on the ranks that say `here`, for MatDestroySubMatrices(); an empty matrix on the others. Collective */
+PetscErrorCode AinsworthGraphGather(Mat M, bool here, Mat **whole)
 {
-  PetscInt m;
-  IS       all;
+  PetscInt m, n;
+  IS       rows, columns;
 
   PetscFunctionBegin;
-  PetscCall(MatGetSize(S, &m, NULL));
-  PetscCall(ISCreateStride(PETSC_COMM_SELF, here ? m : 0, 0, 1, &all));
-  PetscCall(MatCreateSubMatrices(S, 1, &all, &all, MAT_INITIAL_MATRIX, whole));
-  PetscCall(ISDestroy(&all));
+  PetscCall(MatGetSize(M, &m, &n));
+  PetscCall(ISCreateStride(PETSC_COMM_SELF, here ? m : 0, 0, 1, &rows));
+  PetscCall(ISCreateStride(PETSC_COMM_SELF, here ? n : 0, 0, 1, &columns));
+  PetscCall(MatCreateSubMatrices(M, 1, &rows, &columns, MAT_INITIAL_MATRIX, whole));
+  PetscCall(ISDestroy(&rows));
+  PetscCall(ISDestroy(&columns));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The graph of a sequential S for METIS; false: its indices are too short */
+static bool Neighbors(const AinsworthCSR &rows, std::vector<idx_t> &start, std::vector<idx_t> &neighbors)
+{
+  start.assign(1, 0);
+  neighbors.clear();
+  if ((PetscInt64)rows.ia[rows.n] > (PetscInt64)std::numeric_limits<idx_t>::max()) return false;
+  for (PetscInt i = 0; i < rows.n; i++) {
+    for (PetscInt k = rows.ia[i]; k < rows.ia[i + 1]; k++)
+      if (rows.ja[k] != i) neighbors.push_back((idx_t)rows.ja[k]);
+    start.push_back((idx_t)neighbors.size());
+  }
+  neighbors.push_back(0); /* METIS takes no null pointer for a graph without edges */
+  return true;
 }
 
 /* Parts of a sequential S by METIS; status: METIS' own, METIS_ERROR_INPUT where its indices are too short */
@@ -25,7 +42,7 @@ static PetscErrorCode CutWhole(Mat S, PetscInt parts, bool equalWork, std::vecto
 {
   AinsworthCSR       rows;
   idx_t              n, one = 1, count = (idx_t)parts, cut, options[METIS_NOPTIONS];
-  std::vector<idx_t> start(1, 0), neighbors, work, where;
+  std::vector<idx_t> start, neighbors, work, where;
 
   PetscFunctionBegin;
   PetscCall(rows.open(S));
@@ -34,15 +51,9 @@ static PetscErrorCode CutWhole(Mat S, PetscInt parts, bool equalWork, std::vecto
   where.resize(rows.n);
   *status = METIS_OK;
   if (parts <= 1 || parts >= rows.n) std::iota(where.begin(), where.end(), 0); /* METIS is not made for one part, nor for parts of one row */
-  else if ((PetscInt64)rows.ia[rows.n] > (PetscInt64)std::numeric_limits<idx_t>::max()) *status = METIS_ERROR_INPUT;
+  else if (!Neighbors(rows, start, neighbors)) *status = METIS_ERROR_INPUT;
   else {
-    for (PetscInt i = 0; i < rows.n; i++) {
-      for (PetscInt k = rows.ia[i]; k < rows.ia[i + 1]; k++)
-        if (rows.ja[k] != i) neighbors.push_back((idx_t)rows.ja[k]);
-      start.push_back((idx_t)neighbors.size());
-      work.push_back((idx_t)(rows.ia[i + 1] - rows.ia[i]));
-    }
-    neighbors.push_back(0); /* METIS takes no null pointer for a graph without edges */
+    for (PetscInt i = 0; i < rows.n; i++) work.push_back((idx_t)(rows.ia[i + 1] - rows.ia[i]));
     METIS_SetDefaultOptions(options);
     options[METIS_OPTION_SEED] = 0;
     *status = METIS_PartGraphKway(&n, &one, start.data(), neighbors.data(), equalWork ? work.data() : NULL, NULL, NULL, &count, NULL, NULL, options, &cut,
@@ -87,5 +98,36 @@ PetscErrorCode AinsworthGraphCut(Mat S, PetscInt parts, bool equalWork, IS *part
   PetscCall(PetscSFReduceEnd(sf, MPIU_INT, all.data(), own, MPI_REPLACE));
   PetscCall(PetscSFDestroy(&sf));
   PetscCall(ISCreateGeneral(comm, n, own, PETSC_OWN_POINTER, part));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthGraphDissect - a MatOrdering: nested dissection of a sequential matrix with a symmetric pattern, by METIS */
+PetscErrorCode AinsworthGraphDissect(Mat M, MatOrderingType, IS *row, IS *column)
+{
+  AinsworthCSR       rows;
+  idx_t              n, options[METIS_NOPTIONS];
+  PetscMPIInt        status = METIS_OK;
+  PetscInt          *order;
+  std::vector<idx_t> start, neighbors, old, number;
+
+  PetscFunctionBegin;
+  PetscCall(rows.open(M));
+  n = (idx_t)rows.n;
+  old.resize(rows.n);
+  number.resize(rows.n);
+  std::iota(old.begin(), old.end(), 0);
+  if (!Neighbors(rows, start, neighbors)) status = METIS_ERROR_INPUT;
+  else if (neighbors.size() > 1) { /* METIS is not made for graphs without edges */ METIS_SetDefaultOptions(options);
+    options[METIS_OPTION_SEED] = 0;
+    status                     = METIS_NodeND(&n, start.data(), neighbors.data(), NULL, options, old.data(), number.data());
+  }
+  PetscCheck(status == METIS_OK, PETSC_COMM_SELF, PETSC_ERR_LIB,
+             "METIS with %d-bit indices cannot order the graph of the Gram matrix: METIS_NodeND() returned %d", (int)(8 * sizeof(idx_t)), status);
+  PetscCall(PetscMalloc1(rows.n, &order));
+  for (PetscInt i = 0; i < rows.n; i++) order[i] = (PetscInt)old[i];
+  PetscCall(ISCreateGeneral(PETSC_COMM_SELF, rows.n, order, PETSC_OWN_POINTER, row));
+  PetscCall(rows.close());
+  PetscCall(PetscObjectReference((PetscObject)*row));
+  *column = *row;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,4 +1,4 @@
-/* The Gram matrix as a whole on one rank, and its graph cut by METIS */
+/* The Gram matrix as a whole on one rank, and its graph cut and ordered by METIS */
 #ifndef AINSWORTH_GRAPH_H
 #define AINSWORTH_GRAPH_H
 
@@ -6,5 +6,6 @@
 
 PetscErrorCode AinsworthGraphGather(Mat, bool, Mat **);
 PetscErrorCode AinsworthGraphCut(Mat, PetscInt, bool, IS *);
+PetscErrorCode AinsworthGraphDissect(Mat, MatOrderingType, IS *, IS *);
 
 #endif

@@ -51,6 +51,7 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   PetscInt          first;                      /* global number of the first of them */
   PetscInt          local;                      /* their number */
   PetscInt          count[AINSWORTH_ROW_KINDS]; /* on all ranks */
+  PetscBool         nearly;                     /* some dependent rows are so only to the digits of the Gram matrix: what contradicts them may have a solution */
   Vec               known;                      /* n, 1 / A_ii where nothing but A_ii is in the row of an unknown, else 0; NULL: none matters */
   Vec               work[2];                    /* n and all rows; NULL: not needed yet */
   Mat               absolute;                   /* |C|, entry by entry, with all of its rows; NULL: not needed yet */
@@ -69,7 +70,7 @@ PetscErrorCode AinsworthSaddleFindBlocks(Mat, const AinsworthSaddleBlocks *, Ain
 PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthBlockNorm(Mat, PetscReal *);
 PetscErrorCode AinsworthMatGetState(Mat, uint64_t *);
-PetscErrorCode AinsworthSaddleChanged(Mat, const AinsworthSaddle *, PetscBool *);
+PetscErrorCode AinsworthSaddleChanged(Mat, Mat, const AinsworthSaddle *, PetscBool *);
 
 PetscErrorCode AinsworthSaddleSetUp(Mat, Mat, AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
@@ -77,6 +78,8 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
 /* nullspace.cpp */
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *, MatNullSpace *);
+PetscErrorCode AinsworthSaddleGetWhole(Mat, Mat, MatNullSpace *);
+PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *, Mat, PetscBool, Vec, Vec, PetscBool *);
 
 /* rows.cpp: the rows of the multiplier field */
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *);
@@ -108,7 +111,7 @@ struct AinsworthUnmet {
   PetscReal quotient = 0.0, residual = 0.0, size = 0.0;
   PetscInt  row = -1;
 };
-PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec);
+PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, AinsworthUnmet *);
 PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *, Vec, Vec, Vec, PetscReal *);
 PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, PetscReal, Vec, Vec, Vec, Vec, AinsworthUnmet *, char[], size_t);

@@ -1,9 +1,11 @@
-static char help[] = "METIS and LAPACK that fail, and a PETSc of another version: their functions are interposed here, and fail on demand.\n\n";
+static char
+  help[] = "METIS and LAPACK that fail, a machine without memory, and a PETSc of another version: their functions are interposed here, and fail on demand.\n\n";
 
 #include "layout.h"
 #include <dlfcn.h>
 #include <metis.h>
 #include <petscblaslapack.h>
+#include <unistd.h>
 
 #define TEXT(name)  #name
 #define VALUE(name) TEXT(name) /* of a name that is a macro */
@@ -22,6 +24,18 @@ int METIS_PartGraphKway(idx_t *n, idx_t *ncon, idx_t *xadj, idx_t *adjncy, idx_t
 {
   if (failing) return METIS_ERROR_MEMORY;
   return Hidden(METIS_PartGraphKway, "METIS_PartGraphKway")(n, ncon, xadj, adjncy, vwgt, vsize, adjwgt, nparts, tpwgts, ubvec, options, cut, part);
+}
+
+int METIS_NodeND(idx_t *n, idx_t *xadj, idx_t *adjncy, idx_t *vwgt, idx_t *options, idx_t *perm, idx_t *iperm)
+{
+  if (failing) return METIS_ERROR_MEMORY;
+  return Hidden(METIS_NodeND, "METIS_NodeND")(n, xadj, adjncy, vwgt, options, perm, iperm);
+}
+
+/* A machine of one page */
+long sysconf(int name) noexcept
+{
+  return failing && name == _SC_PHYS_PAGES ? 1 : Hidden(sysconf, "sysconf")(name);
 }
 
 void LAPACKREALsteqr_(const char *job, const PetscBLASInt *n, PetscReal *d, PetscReal *e, PetscReal *z, const PetscBLASInt *ldz, PetscReal *work,
@@ -124,8 +138,8 @@ static PetscErrorCode NotFactored()
 
 int main(int argc, char **argv)
 {
-  Spec        spec, cut;
-  System      sys, large;
+  Spec        spec, cut, wide;
+  System      sys, large, sparse;
   PetscMPIInt size;
   int         exitcode;
 
@@ -149,6 +163,14 @@ int main(int argc, char **argv)
   PetscCall(SystemCreate(PETSC_COMM_WORLD, cut, &large));
   if (PetscDefined(HAVE_MUMPS) && size > 1)
     PetscCall(SetUp(large, "-ainsworth_pc_type jacobi -pc_ainsworth_rows_per_rank 1", PETSC_ERR_LIB, {"METIS_PartGraphKway() returned -3"}));
+  wide.n = 400;
+  wide.m = 250;
+  PetscCall(SystemCreate(PETSC_COMM_WORLD, wide, &sparse));
+  PetscCall(SetUp(sparse, "-ainsworth_pc_type jacobi", PETSC_ERR_MEM, {"is predicted to take", "share too many unknowns", "-ainsworth_gram_ksp_type cg"}));
+  if (size == 1)
+    PetscCall(SetUp(sparse, "-ainsworth_pc_type jacobi -ainsworth_gram_pc_type cholesky -ainsworth_gram_pc_factor_mat_ordering_type ainsworthnd", PETSC_ERR_LIB,
+                    {"METIS_NodeND() returned -3"}));
+  PetscCall(SystemDestroy(&sparse));
   PetscCall(NotFactored());
 
   PetscCall(SetUp(sys, "-ainsworth_pc_type blocksa -ainsworth_pc_blocksa_coarse_eq_limit 6", PETSC_ERR_LIB, {"steqr returned 1"}));

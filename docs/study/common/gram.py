@@ -3,7 +3,7 @@ import os
 import re
 import subprocess
 
-from . import logview, machine, prose, store, surface
+from . import logview, machine, network, prose, store, surface
 
 SOLVE = os.path.join(machine.BUILD, "tutorials", "solve")
 # Ten iterations tell the time of a solve; which preconditioner they have does not matter
@@ -16,10 +16,11 @@ PACKAGES = {
     "CHOLMOD": GRAM + "cholmod",
     "MUMPS": GRAM + "mumps",
 }
+WHOLE = "-alone -ksp_type preonly -pc_type cholesky -pc_factor_mat_solver_type mumps -mat_mumps_icntl_14 100"
 # Open MPI's ranks that wait leave the core to the others
 ENVIRONMENT = dict(machine.ENVIRONMENT, OMPI_MCA_mpi_yield_when_idle="1", OMPI_MCA_hwloc_base_binding_policy="none")
 KEY = ("experiment", "surface", "asked", "ranks", "rows_per_rank", "solver")
-ROWS = {"packages": [10000, 30000, 100000, 300000, 1000000], "ranks": [100000]}
+ROWS = {"networks": [3000, 10000, 30000], "packages": [10000, 30000, 100000, 300000, 1000000], "ranks": [100000]}
 
 
 def run(options, ranks, limit=900):
@@ -32,12 +33,15 @@ def run(options, ranks, limit=900):
             return {"reason": "time limit of %d s" % limit}
         events = logview.read(log) if os.path.exists(log) else {}
     solves = logview.get(events, "AinsGramSolve", "count")
+    if not solves and "-alone" in command and logview.get(events, "MatSolve", "count"):
+        return {"factor": sum(logview.get(events, name, "seconds") for name in ("MatCholFctrSym", "MatCholFctrNum")), "solve": logview.get(events, "MatSolve", "seconds"), "reason": ""}
     if not solves:
         return {"reason": "no answer: " + done.stdout[-200:]}
     view = re.search(r"Gram matrix S = C W C': (\d+) connected components?, the largest of (\d+) rows?, on (\d+) ranks?(, cut by METIS)?", done.stdout)
     chosen = re.search(r"factored by (\w+), for (\S+) operations", done.stdout)
     pieces, largest, solving, split = view.groups() if view else ("", "", "", None)
-    return {"factor": logview.get(events, "AinsGramFact", "seconds"), "solve": logview.get(events, "AinsGramSolve", "seconds") / solves,
+    dropped = re.search(r"(\d+) dependent rows left out", done.stdout)
+    return {"factor": logview.get(events, "AinsGramFact", "seconds"), "search": logview.get(events, "AinsDependent", "seconds"), "dropped": dropped.group(1) if dropped else "", "solve": logview.get(events, "AinsGramSolve", "seconds") / solves,
             "pieces": pieces, "largest": largest, "solving_ranks": solving, "split": bool(split),
             "package": chosen.group(1) if chosen else "", "operations": chosen.group(2) if chosen else "", "reason": ""}
 
@@ -57,12 +61,12 @@ def least(options, ranks, repeat):
     return best
 
 
-def measure(table, arguments, experiment, kind, asked, ranks, rows_per_rank, solver, options, rows):
+def measure(table, arguments, experiment, kind, asked, ranks, rows_per_rank, solver, options, rows, own=True):
     row = {"experiment": experiment, "surface": kind, "asked": asked, "ranks": ranks, "rows_per_rank": rows_per_rank, "solver": solver}
-    found = least("%s %s -pc_ainsworth_rows_per_rank %d %s" % (options, OPTIONS, rows_per_rank, PACKAGES[solver]), ranks, arguments.repeat)
+    found = least("%s %s -pc_ainsworth_rows_per_rank %d %s" % (options, OPTIONS, rows_per_rank, PACKAGES[solver]) if own else options, ranks, arguments.repeat)
     row = dict(row, rows=rows, **found)
     row.update(load="%.1f" % machine.load(), machine=machine.describe(), command=machine.command_line())
-    for key in ("factor", "solve"):
+    for key in ("factor", "search", "solve"):
         if key in row:
             row[key] = "%.3g" % row[key]
     table.put(row)
@@ -81,6 +85,22 @@ def packages(arguments):
                 options, rows = surface.save(folder, surface.edge(asked), kind == "turned")
                 for solver in PACKAGES:
                     measure(table, arguments, "packages", kind, asked, 1, 10 ** 9, solver, options, rows)
+
+
+def networks(arguments):
+    """Networks with a way out, by package and beside MUMPS on the whole system; and closed ones and ties, in which rows depend on others."""
+    table = open_table(arguments.out)
+    for kind in network.KINDS:
+        for asked in arguments.rows or ROWS["networks"]:
+            if asked > 10000 and kind == "random network":
+                continue  # the factor has m^3 / 10 operations
+            for what in ("open", "closed", "ties"):
+                with machine.workspace() as folder:
+                    options, whole, rows = network.save(folder, what, kind, asked)
+                    for solver in PACKAGES if what == "open" else ["chosen"]:
+                        measure(table, arguments, "networks", "%s, %s" % (kind, what), asked, 1, 10 ** 9, solver, options, rows)
+                    if what == "open":
+                        measure(table, arguments, "networks", "%s, %s" % (kind, what), asked, 1, 10 ** 9, "MUMPS, whole system", "%s %s" % (whole, WHOLE), rows, False)
 
 
 def ranks(arguments):
@@ -122,6 +142,27 @@ def package_table(rows, kind):
     return text + [""]
 
 
+def network_table(rows):
+    solvers = [solver for solver in PACKAGES if solver != "chosen"] + ["MUMPS, whole system"]
+    text = [line("network", "rows", "operations", *solvers, "chosen"), "|---|---|---|" + "---|" * (len(solvers) + 1)]
+    for kind, asked in dict.fromkeys((row["surface"], row["asked"]) for row in rows if row["surface"].endswith(", open")):
+        mine = {row["solver"]: row for row in rows if (row["surface"], row["asked"]) == (kind, asked)}
+        chosen = mine.get("chosen", {})
+        cells = ["%s, %s" % (milliseconds(mine.get(solver), "factor"), milliseconds(mine.get(solver), "solve")) for solver in solvers]
+        text.append(line(kind.replace(" network, open", ""), chosen.get("rows", ""), chosen.get("operations", ""), *cells, "%s: %s, %s" % (chosen.get("package", ""), milliseconds(chosen, "factor"), milliseconds(chosen, "solve"))))
+    return text + [""]
+
+
+def search_table(rows):
+    text = [line("constraints", "rows", "of them dependent", "search, ms", "both factorizations, ms"), "|---|---|---|---|---|"]
+    for row in rows:
+        if row["surface"].endswith(", open"):
+            continue
+        kind, what = row["surface"].split(" network, ")
+        text.append(line("%s of a %s network" % ("balances" if what == "closed" else "ties", kind), row["rows"], row.get("dropped", ""), milliseconds(row, "search"), milliseconds(row, "factor")))
+    return text + [""]
+
+
 def rank_table(rows, kind, asked):
     text = ["### %s rows, surface %s" % (rows[0]["rows"], kind), "", line("ranks", "rows per rank", "pieces", "ranks that solve", "cut by METIS", "operations, busiest", "factor, ms", "solve, ms"), "|---|---|---|---|---|---|---|---|"]
     for row in rows:
@@ -142,6 +183,21 @@ A solution of the whole system needs two solves an iteration: about 50 in all.
 [gram.csv](gram.csv) has all the runs.
 
 """.splitlines()
+
+
+NETWORKS = """## Networks
+
+A row for each node of a network, the balance of its flows; the unknowns are the flows of the branches. S is the Laplacian of the network.
+A grid in the plane, a power grid (a tree and half as many lines again), a random graph, and a grid in space.
+The last column but one is MUMPS' LDL' of the whole system [A C'; C 0], its analysis, factorization and one solve.
+""".splitlines() + [""]
+
+
+SEARCH = """### Dependent rows
+
+Networks that nothing leaves: one balance depends on the others. Ties: a row for each branch, x_i = x_j, of which all that close a loop depend on others.
+The search is the event AinsDependent; before and after it S is factored. In these runs A is a diagonal over two decades.
+""".splitlines() + [""]
 
 
 CHOICES = """## What was chosen
@@ -165,12 +221,15 @@ def write(folder):
     rows = open_table(folder).rows
     text = list(INTRODUCTION)
     one = [row for row in rows if row["experiment"] == "packages"]
+    nets = [row for row in rows if row["experiment"] == "networks"]
     many = [row for row in rows if row["experiment"] == "ranks"]
     if one:
         text += ["## Packages", "", "Operations are those of the Cholesky factor in the AMD ordering, as predicted.", ""]
         for kind in dict.fromkeys(row["surface"] for row in one):
             text += package_table([row for row in one if row["surface"] == kind], kind)
         text += made_by(one)
+    if nets:
+        text += NETWORKS + network_table(nets) + SEARCH + search_table(nets) + made_by(nets)
     if many:
         text += ["## Rows per rank", "", "More ranks than cores share the cores: there, operations and ratios tell more than times.", ""]
         for kind in dict.fromkeys(row["surface"] for row in many):

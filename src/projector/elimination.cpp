@@ -1,0 +1,167 @@
+#include "elimination.h"
+#include <algorithm>
+#include <functional>
+#include <queue>
+
+/* A pivot is at least this part of the largest entry of its row: the choice is free for few entries in its column */
+static const PetscReal threshold = 0.1;
+/* Rows whose distance is smaller wait until all others are taken, and so on by ... */
+static const PetscReal sound = 3e-1;
+static const PetscReal step  = 1e-1;
+/* Entries below this part of the row are the rounding of zeros */
+static const PetscReal rounding = 8 * PETSC_MACHINE_EPSILON;
+
+PetscReal AinsworthRow::largest() const
+{
+  PetscReal most = 0.0;
+
+  for (const PetscScalar &v : value) most = PetscMax(most, PetscAbsScalar(v));
+  return most;
+}
+
+/* Takes rows, again and again, that have an unknown of their own among those that are left: they change no other row */
+void AinsworthElimination::peel()
+{
+  std::vector<PetscInt>  sum(x.size(), 0), alone; /* of the numbers of the rows with an entry in the column: of one row, its number */
+  std::vector<PetscReal> largest;
+
+  for (size_t i = 0; i < rows.size(); i++) {
+    largest.push_back(rows[i].largest());
+    for (PetscInt c : rows[i].column) {
+      entries[c]++;
+      sum[c] ^= (PetscInt)i;
+    }
+  }
+  for (size_t c = 0; c < x.size(); c++)
+    if (entries[c] == 1 && free[c]) alone.push_back((PetscInt)c);
+  while (alone.size()) {
+    const PetscInt c = alone.back(), i = sum[c];
+
+    alone.pop_back();
+    if (entries[c] != 1) continue;
+    const AinsworthRow &row = rows[i];
+    const size_t        k   = std::lower_bound(row.column.begin(), row.column.end(), c) - row.column.begin();
+
+    if (!(PetscAbsScalar(row.value[k]) >= threshold * largest[i]) || largest[i] < sound) continue;
+    state[i] = TAKEN;
+    for (PetscInt j : row.column) {
+      sum[j] ^= i;
+      if (--entries[j] == 1 && free[j]) alone.push_back(j);
+    }
+  }
+}
+
+/* Eliminates the pivots of the rows taken so far from a row */
+void AinsworthElimination::reduce(AinsworthRow &row)
+{
+  std::priority_queue<PetscInt, std::vector<PetscInt>, std::greater<PetscInt>> steps;
+  std::vector<PetscInt>                                                        pattern;
+  const auto                                                                   touch = [&](PetscInt c) {
+    if (touched[c]) return;
+    touched[c] = 1;
+    pattern.push_back(c);
+    if (pivotOf[c] >= 0) steps.push(pivotOf[c]);
+  };
+  PetscReal noise;
+
+  for (size_t k = 0; k < row.column.size(); k++) {
+    x[row.column[k]] = row.value[k];
+    touch(row.column[k]);
+  }
+  if (steps.empty()) {
+    for (PetscInt c : row.column) {
+      x[c]       = 0.0;
+      touched[c] = 0;
+    }
+    return;
+  }
+  noise = rounding * row.largest();
+  while (!steps.empty()) { /* a row taken has no entry where an earlier one has its pivot */
+    const AinsworthRow &taken = rows[rowOf[steps.top()]];
+    const PetscScalar   head = x[taken.column[0]], factor = head / taken.value[0];
+
+    steps.pop();
+    if (PetscAbsScalar(head) <= noise) continue;
+    for (size_t k = 1; k < taken.column.size(); k++) {
+      touch(taken.column[k]);
+      x[taken.column[k]] -= factor * taken.value[k];
+    }
+  }
+  row.column.clear();
+  row.value.clear();
+  for (PetscInt c : pattern) {
+    if (pivotOf[c] < 0 && PetscAbsScalar(x[c]) > noise) {
+      row.column.push_back(c);
+      row.value.push_back(x[c]);
+    }
+    x[c]       = 0.0;
+    touched[c] = 0;
+  }
+}
+
+/* The place in the row of the pivot: where few rows have an entry; the largest of those. -1: in no column that it may be in */
+PetscInt AinsworthElimination::choose(const AinsworthRow &row, PetscReal largest) const
+{
+  PetscInt best = -1;
+
+  for (size_t k = 0; k < row.column.size(); k++) {
+    const PetscReal size = PetscAbsScalar(row.value[k]);
+
+    if (!free[row.column[k]] || size < threshold * largest) continue;
+    if (best >= 0) {
+      const PetscInt more = entries[row.column[k]] - entries[row.column[best]];
+
+      if (more > 0 || (!more && size <= PetscAbsScalar(row.value[best]))) continue;
+    }
+    best = (PetscInt)k;
+  }
+  return best;
+}
+
+/* Takes the rows whose distance from those taken is above `level`; false if there were none */
+bool AinsworthElimination::pass(const std::vector<PetscInt> &order, PetscReal level, PetscReal vanished)
+{
+  bool any = false;
+
+  for (PetscInt i : order) {
+    AinsworthRow &row = rows[i];
+    PetscInt      pivot;
+    PetscReal     largest;
+
+    if (state[i] != LEFT) continue;
+    reduce(row);
+    largest = row.largest();
+    if (!(largest > vanished)) state[i] = VANISHED;
+    if (!(largest > level) || (pivot = choose(row, largest)) < 0) continue;
+    std::swap(row.column[0], row.column[pivot]);
+    std::swap(row.value[0], row.value[pivot]);
+    pivotOf[row.column[0]] = (PetscInt)rowOf.size();
+    rowOf.push_back(i);
+    state[i] = TAKEN;
+    any      = true;
+  }
+  return any;
+}
+
+/*
+   AinsworthElimination::run - takes rows until the others have vanished: they are within `vanished` of the span of those taken
+
+   order: of the rows, for little fill. partly: rows elsewhere share columns that are not free. Only rows far from those taken are taken then, and some are
+   left that are to be eliminated with those from elsewhere.
+*/
+void AinsworthElimination::run(const std::vector<PetscInt> &order, PetscReal vanished, bool partly)
+{
+  PetscReal level = sound;
+
+  state.assign(rows.size(), LEFT);
+  pivotOf.assign(free.size(), -1);
+  entries.assign(free.size(), 0);
+  x.assign(free.size(), 0.0);
+  touched.assign(free.size(), 0);
+  rowOf.clear();
+  peel();
+  if (partly)
+    while (pass(order, sound, vanished)) { }
+  else
+    for (pass(order, level, vanished); level > vanished; pass(order, level, vanished)) level = PetscMax(step * level, vanished);
+}

@@ -1,0 +1,95 @@
+static char help[] = "The cost of a Cholesky factorization as it is predicted, against an elimination of the pattern, entry by entry.\n\n";
+
+#include "projector/symbolic.h"
+#include <petscainsworth.h>
+#include <vector>
+
+/* A symmetric pattern with that share of its entries, and values that are only there */
+static PetscErrorCode Create(PetscInt n, PetscReal share, PetscRandom random, Mat *M)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateSeqAIJ(PETSC_COMM_SELF, n, n, n, NULL, M));
+  for (PetscInt i = 0; i < n; i++) {
+    PetscCall(MatSetValue(*M, i, i, 1.0, INSERT_VALUES));
+    for (PetscInt j = 0; j < i; j++) {
+      PetscReal value;
+
+      PetscCall(PetscRandomGetValueReal(random, &value));
+      if (value >= share) continue;
+      PetscCall(MatSetValue(*M, i, j, 1.0, INSERT_VALUES));
+      PetscCall(MatSetValue(*M, j, i, 1.0, INSERT_VALUES));
+    }
+  }
+  PetscCall(MatAssemblyBegin(*M, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(*M, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Eliminate(Mat M, MatOrderingType type, AinsworthCost *cost)
+{
+  IS                             rows, columns;
+  const PetscInt                *old;
+  PetscInt                       n;
+  std::vector<std::vector<bool>> full;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatGetSize(M, &n, NULL));
+  PetscCall(MatGetOrdering(M, type, &rows, &columns));
+  PetscCall(ISGetIndices(rows, &old));
+  full.assign(n, std::vector<bool>(n));
+  for (PetscInt i = 0; i < n; i++) {
+    for (PetscInt j = 0; j < n; j++) {
+      PetscScalar value;
+
+      PetscCall(MatGetValue(M, old[i], old[j], &value));
+      full[i][j] = value != 0.0;
+    }
+  }
+  PetscCall(ISRestoreIndices(rows, &old));
+  PetscCall(ISDestroy(&rows));
+  PetscCall(ISDestroy(&columns));
+  cost->entries = cost->operations = 0.0;
+  for (PetscInt k = 0; k < n; k++) {
+    PetscReal count = 1.0;
+
+    for (PetscInt i = k + 1; i < n; i++) {
+      if (!full[i][k]) continue;
+      count++;
+      for (PetscInt j = k + 1; j < n; j++)
+        if (full[k][j]) full[i][j] = true;
+    }
+    cost->entries += count;
+    cost->operations += count * count;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  PetscRandom random;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(AinsworthInitializePackage());
+  PetscCall(PetscRandomCreate(PETSC_COMM_SELF, &random));
+  for (PetscInt n : {1, 2, 7, 30, 90}) {
+    for (PetscReal share : {0.0, 0.02, 0.05, 0.2, 1.0}) {
+      Mat M;
+
+      PetscCall(Create(n, share, random, &M));
+      for (MatOrderingType type : {MATORDERINGNATURAL, MATORDERINGRCM, AinsworthOrdering, (const char *)AinsworthDissection}) {
+        AinsworthCost cost, truth;
+
+        PetscCall(AinsworthFactorPredict(M, type, &cost));
+        PetscCall(Eliminate(M, type, &truth));
+        PetscCheck(cost.entries == truth.entries && cost.operations == truth.operations, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+                   "%s, %" PetscInt_FMT " rows: %g entries and %g operations, not %g and %g", type, n, (double)cost.entries, (double)cost.operations,
+                   (double)truth.entries, (double)truth.operations);
+      }
+      PetscCall(MatDestroy(&M));
+    }
+  }
+  PetscCall(PetscRandomDestroy(&random));
+  PetscCall(PetscFinalize());
+  return 0;
+}
