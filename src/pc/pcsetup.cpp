@@ -162,7 +162,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   in.S = NULL;
   if (data->saddle.B == data->saddle.C) PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &in.S));
   PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &in.compliance));
-  in.weight          = ctx->weight;
+  in.weight          = ctx->mobility;
   in.inverseDiagonal = data->inverseDiagonal;
   PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->format));
   in.format = data->format;
