@@ -20,14 +20,17 @@ static PetscErrorCode MultA(const Mat_Ainsworth *ctx, PetscBool transpose, Vec x
    x += R (g - C x): C x = g to rounding, whatever the tolerance of the reduced solve; where D is not zero, x += R r and mu -= S^{-1} r with
    r = g - C x + N mu. Each further call is a step of iterative refinement.
 */
-static PetscErrorCode ProjectOntoConstraints(Mat_Ainsworth *ctx, Vec g, Vec x)
+static PetscErrorCode ProjectOntoConstraints(Mat_Ainsworth *ctx, PetscBool zero, Vec g, Vec x)
 {
   AinsworthProjector *proj = &ctx->proj;
 
   PetscFunctionBegin;
   if (!ctx->residual) PetscCall(MatCreateVecs(ctx->C, NULL, &ctx->residual));
-  PetscCall(MatMult(ctx->C, x, ctx->residual));
-  PetscCall(VecAYPX(ctx->residual, -1.0, g));
+  if (zero) PetscCall(VecCopy(g, ctx->residual));
+  else {
+    PetscCall(MatMult(ctx->C, x, ctx->residual));
+    PetscCall(VecAYPX(ctx->residual, -1.0, g));
+  }
   if (ctx->D) PetscCall(MatMultAdd(proj->compliance.N, ctx->mu, ctx->residual, ctx->residual));
   PetscCall(AinsworthProjectorRightInverse(proj, ctx->residual, ctx->work));
   PetscCall(VecAXPY(x, 1.0, ctx->work));
@@ -37,15 +40,15 @@ static PetscErrorCode ProjectOntoConstraints(Mat_Ainsworth *ctx, Vec g, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x, from the solution of the reduced system (0: x = R g), and with it ctx->mu */
-static PetscErrorCode Complete(Mat_Ainsworth *ctx, Vec g, Vec x)
+/* x, from the solution of the reduced system (zero: x = R g), and with it ctx->mu */
+static PetscErrorCode Complete(Mat_Ainsworth *ctx, PetscBool zero, Vec g, Vec x)
 {
   PetscFunctionBegin;
   if (ctx->D) {
     if (!ctx->mu) PetscCall(MatCreateVecs(ctx->C, NULL, &ctx->mu));
     PetscCall(VecZeroEntries(ctx->mu));
   }
-  for (int k = 0; k < (ctx->doubtful ? refinements : 1); k++) PetscCall(ProjectOntoConstraints(ctx, g, x));
+  for (int k = 0; k < (ctx->doubtful ? refinements : 1); k++) PetscCall(ProjectOntoConstraints(ctx, (PetscBool)(zero && !k), g, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -72,7 +75,7 @@ PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, V
   } else {
     PetscCall(VecDuplicate(f, &x));
     PetscCall(VecZeroEntries(x));
-    PetscCall(Complete(ctx, g, x));
+    PetscCall(Complete(ctx, PETSC_TRUE, g, x));
     PetscCall(MultA(ctx, transpose, x, rhs));
     PetscCall(VecDot(rhs, x, &start[0]));
     PetscCall(VecDot(f, x, &start[1]));
@@ -134,9 +137,9 @@ static PetscErrorCode TakeSoftRows(Mat_Ainsworth *ctx, Vec lambda)
 
 /*
    lambda = S^{-1} (C W (f - op(A) x) + E mu), which is R' (f - op(A) x) where D is zero, and where S is nearly singular again for what is left of
-   f - op(A) x - B' lambda and E mu - N lambda
+   f - op(A) x - B' lambda and E mu - N lambda. product, where it is wanted, becomes op(A) x
 */
-static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec x, Vec lambda)
+static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec x, Vec lambda, Vec product)
 {
   Mat_Ainsworth *ctx;
   Vec            rest, left, more = NULL, loads = NULL;
@@ -147,6 +150,7 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
   PetscCheck(!ctx->D || ctx->mu, PetscObjectComm((PetscObject)mat), PETSC_ERR_ORDER, "The multipliers of a system [A B'; C -D] come with its solution");
   PetscCall(VecDuplicate(f, &rest));
   PetscCall(MultA(ctx, transpose, x, rest));
+  if (product) PetscCall(VecCopy(rest, product));
   PetscCall(VecAYPX(rest, -1.0, f));
   if (ctx->D) {
     PetscCall(VecDuplicate(lambda, &loads));
@@ -175,15 +179,15 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* MatAinsworthRecover_Private - the reduced solution, in x, to x with C x - D lambda = g, and lambda */
-PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda)
+/* MatAinsworthRecover_Private - the reduced solution, in x, to x with C x - D lambda = g, and lambda; and op(A) x, which that takes, unless product is NULL */
+PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, Vec product)
 {
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  PetscCall(Complete(ctx, g, x));
-  PetscCall(ComputeMultiplier(mat, transpose, f, x, lambda));
+  PetscCall(Complete(ctx, PETSC_FALSE, g, x));
+  PetscCall(ComputeMultiplier(mat, transpose, f, x, lambda, product));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -287,6 +291,6 @@ PetscErrorCode MatAinsworthComputeMultiplier(Mat mat, Vec f, Vec x, Vec multipli
   PetscValidHeaderSpecific(f, VEC_CLASSID, 2);
   PetscValidHeaderSpecific(x, VEC_CLASSID, 3);
   PetscValidHeaderSpecific(multiplier, VEC_CLASSID, 4);
-  PetscCall(ComputeMultiplier(mat, PETSC_FALSE, f, x, multiplier));
+  PetscCall(ComputeMultiplier(mat, PETSC_FALSE, f, x, multiplier, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

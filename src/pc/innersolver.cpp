@@ -4,6 +4,7 @@
 #include "../operator/matainsworth.h"
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
+#include <petsc/private/pcmgimpl.h>
 
 /*
    BoomerAMG for 3-D elasticity, measured: docs/method.md, inner solver. NULL leaves PETSc's own default
@@ -101,22 +102,72 @@ static PetscErrorCode ChooseMethod(PC pc, PC_Ainsworth *data)
 {
   static const PetscInt restart   = 100; /* more than preconditioned by multigrid it takes: a restart would lose what it knows */
   const PetscBool       hermitian = (PetscBool)(data->symmetric && data->adjoint);
-  PetscBool             given, projected, gmres;
+  PetscBool             given, norm, projected, gmres;
   KSP                   ksp = data->ksp;
 
   PetscFunctionBegin;
   PetscCall(PetscOptionsHasName(((PetscObject)ksp)->options, ((PetscObject)ksp)->prefix, "-ksp_type", &given));
+  PetscCall(PetscOptionsHasName(((PetscObject)ksp)->options, ((PetscObject)ksp)->prefix, "-ksp_norm_type", &norm)); /* which another may not have */
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPGMRES, &gmres));
   if (hermitian && data->ownMethod) {
     if (gmres) PetscCall(KSPSetType(ksp, KSPPROJECTEDCG));
     data->ownMethod = PETSC_FALSE;
-  } else if (!hermitian && projected && !(given && pc->setfromoptionscalled) && data->choices.variant == PC_AINSWORTH_WEIGHTED) {
-    PetscCall(PetscInfo(pc, "%s: the reduced system is solved by GMRES\n", data->symmetric ? "The blocks (0,1) and (1,0) are not adjoint" : "A is not symmetric"));
+  } else if (!hermitian && projected && !((given || norm) && pc->setfromoptionscalled) && data->choices.variant == PC_AINSWORTH_WEIGHTED) {
+    PetscCall(
+      PetscInfo(pc, "%s: the reduced system is solved by GMRES\n", data->symmetric ? "The blocks (0,1) and (1,0) are not adjoint" : "A is not symmetric"));
     PetscCall(KSPSetType(ksp, KSPGMRES));
     PetscCall(KSPGMRESSetRestart(ksp, restart));
     data->ownMethod = PETSC_TRUE;
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What was chosen for another method does not bind this one */
+static PetscErrorCode ForgetNorm(PC_Ainsworth *data)
+{
+  KSP ksp = data->ksp;
+
+  PetscFunctionBegin;
+  if (data->ownNorm) ksp->normtype_set = ksp->normtype = KSP_NORM_DEFAULT;
+  if (data->ownSide) ksp->pc_side_set = ksp->pc_side = PC_SIDE_DEFAULT;
+  data->ownNorm = data->ownSide = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The norm and the side of the inner method, where neither options nor calls did */
+static PetscErrorCode ChooseNorm(PC_Ainsworth *data)
+{
+  KSP          ksp     = data->ksp;
+  PetscOptions options = ((PetscObject)ksp)->options;
+  const char  *prefix  = ((PetscObject)ksp)->prefix;
+  PetscBool    normGiven, sideGiven;
+
+  PetscFunctionBegin;
+  /* the natural norm, the only one that both AMG and the energy mean something to, where the method has it */
+  PetscCall(PetscOptionsHasName(options, prefix, "-ksp_norm_type", &normGiven));
+  if (!normGiven && ksp->normtype == KSP_NORM_DEFAULT && ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] && ksp->pc_side != PC_RIGHT) {
+    PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
+    data->ownNorm = PETSC_TRUE;
+  }
+  /* for GMRES and its like the residual that counts is the true one: precondition from the right */
+  PetscCall(PetscOptionsHasName(options, prefix, "-ksp_pc_side", &sideGiven));
+  if (!sideGiven && !normGiven && ksp->pc_side_set == PC_SIDE_DEFAULT && !ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] &&
+      ksp->normsupporttable[KSP_NORM_UNPRECONDITIONED][PC_RIGHT]) {
+    PetscCall(KSPSetPCSide(ksp, PC_RIGHT));
+    data->ownSide = PETSC_TRUE;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthSetMethod_Private - another inner method, with the norm and the side that belong to it; once the options have been read */
+PetscErrorCode PCAinsworthSetMethod_Private(PC_Ainsworth *data, KSPType type)
+{
+  PetscFunctionBegin;
+  PetscCall(KSPSetType(data->ksp, type));
+  if (!data->configured) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ForgetNorm(data));
+  PetscCall(ChooseNorm(data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -130,7 +181,7 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
   KSP          ksp = data->ksp;
   PC           inner;
   PC_BlockSA  *sa = NULL;
-  PetscBool    boomer, definite, normGiven, sideGiven;
+  PetscBool    boomer, definite;
   char         name[nboomeramg][256] = {}, method[256] = "";
   const char  *prefix;
   PetscOptions options;
@@ -166,27 +217,12 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
     PetscCall(PetscSNPrintf(name[i], sizeof(name[i]), "-%s%s", prefix ? prefix : "", bare + 1));
     PetscCall(PetscOptionsSetValue(options, name[i], value));
   }
-  if (data->ownNorm) ksp->normtype_set = ksp->normtype = KSP_NORM_DEFAULT; /* what was chosen for another method does not bind this one */
-  if (data->ownSide) ksp->pc_side_set = ksp->pc_side = PC_SIDE_DEFAULT;
-  data->ownNorm = data->ownSide = PETSC_FALSE;
+  PetscCall(ForgetNorm(data));
   if (pc->setfromoptionscalled) PetscCall(KSPSetFromOptions(ksp));
   else if (boomer) PetscCall(PCSetFromOptions(inner));
   for (const char *set : name)
     if (set[0]) PetscCall(PetscOptionsClearValue(options, set));
-
-  /* the natural norm, the only one that both AMG and the energy mean something to, where the method has it */
-  PetscCall(PetscOptionsHasName(options, prefix, "-ksp_norm_type", &normGiven));
-  if (!normGiven && ksp->normtype == KSP_NORM_DEFAULT && ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] && ksp->pc_side != PC_RIGHT) {
-    PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
-    data->ownNorm = PETSC_TRUE;
-  }
-  /* for GMRES and its like the residual that counts is the true one: precondition from the right */
-  PetscCall(PetscOptionsHasName(options, prefix, "-ksp_pc_side", &sideGiven));
-  if (!sideGiven && !normGiven && ksp->pc_side_set == PC_SIDE_DEFAULT && !ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] &&
-      ksp->normsupporttable[KSP_NORM_UNPRECONDITIONED][PC_RIGHT]) {
-    PetscCall(KSPSetPCSide(ksp, PC_RIGHT));
-    data->ownSide = PETSC_TRUE;
-  }
+  PetscCall(ChooseNorm(data));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   if (sa) sa->options.product = PETSC_TRUE; /* from the next set-up on A can be had for products */
   data->configured = PETSC_TRUE;
@@ -211,11 +247,13 @@ PetscErrorCode PCAinsworthGetPmatFormat_Private(PC_Ainsworth *data, AinsworthPma
 PetscErrorCode PCAinsworthUseProduct_Private(PC_Ainsworth *data)
 {
   PC  inner;
-  Mat product;
+  Mat product, first = data->saddle.A;
 
   PetscFunctionBegin;
   if (!data->symmetric) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetPC(data->ksp, &inner));
+  if (data->constraints && data->format == AINSWORTH_PMAT_SUM) PetscCall(MatCompositeGetMat(data->M, 0, &first));
+  if (first != data->saddle.A) PetscFunctionReturn(PETSC_SUCCESS); /* its levels are of more than A */
   PetscCall(PCBlockSAGetProduct_Private(inner, &product));
   if (!product) PetscFunctionReturn(PETSC_SUCCESS);
   if (data->constraints) PetscCall(MatAinsworthSetProduct_Private(data->reduced, product));
@@ -290,6 +328,58 @@ PetscErrorCode PCAinsworthFallBack_Private(PC pc, PC_Ainsworth *data, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Whether the preconditioner of the reduced solve stays what it is, whatever its matrix; what the program chose inside is not forgotten */
+PetscErrorCode PCAinsworthKeepInner_Private(PC_Ainsworth *data, PetscBool keep)
+{
+  PC inner;
+
+  PetscFunctionBegin;
+  if (!keep && !data->kept) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  if (!data->kept) PetscCall(PCGetReusePreconditioner(inner, &data->keptInside));
+  PetscCall(PCSetReusePreconditioner(inner, (PetscBool)(keep || data->keptInside)));
+  data->kept = keep;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCHYPRE of PETSc 3.18 says that it can be applied transposed, but BoomerAMG then returns zeros, or crashes */
+static PetscErrorCode PCApplyTranspose_Refused(PC inner, Vec, Vec)
+{
+  PetscFunctionBegin;
+  SETERRQ(PetscObjectComm((PetscObject)inner), PETSC_ERR_SUP,
+          "The transpose of a system with an A that is not symmetric needs that of its preconditioner, which %s has not: choose another -%spc_type",
+          ((PetscObject)inner)->type_name, ((PetscObject)inner)->prefix);
+}
+
+/* PCAinsworthSetTranspose_Private - after its set-up: where A is symmetric so is M_*, and a multigrid for it */
+PetscErrorCode PCAinsworthSetTranspose_Private(PC_Ainsworth *data)
+{
+  PC        inner;
+  PetscBool hypre;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &hypre));
+  if (hypre) inner->ops->applytranspose = data->symmetric ? inner->ops->apply : PCApplyTranspose_Refused;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* After an error in its cycle PCMG has still the right-hand side of its caller in the place of one of its own, and would destroy it */
+PetscErrorCode PCAinsworthAfterError_Private(PC_Ainsworth *data)
+{
+  PC        inner;
+  PetscBool multigrid;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &multigrid, PCMG, PCGAMG, PCML, PCBLOCKSA, ""));
+  if (!multigrid) PetscFunctionReturn(PETSC_SUCCESS);
+  PC_MG_Levels **levels = ((PC_MG *)inner->data)->levels;
+
+  if (levels) levels[levels[0]->levels - 1]->b = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* KSPReset() of some of PETSc's methods leaves freed vectors behind, or those of other sizes; making the type anew, with its options, does not */
 PetscErrorCode PCAinsworthResetKSP_Private(PC_Ainsworth *data)
 {
@@ -298,12 +388,13 @@ PetscErrorCode PCAinsworthResetKSP_Private(PC_Ainsworth *data)
   char      type[64];
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &keeps, KSPFCG, KSPPIPEFCG, KSPLGMRES, KSPDGMRES, ""));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &keeps, KSPFCG, KSPPIPEFCG, KSPLGMRES, KSPDGMRES, KSPPIPEGCR, ""));
   if (keeps) {
     PetscCall(PetscStrncpy(type, ((PetscObject)ksp)->type_name, sizeof(type)));
     PetscCall(KSPSetType(ksp, KSPPREONLY));
   }
   PetscCall(KSPReset(ksp));
+  PetscCall(PCAinsworthKeepInner_Private(data, PETSC_FALSE));
   if (keeps) {
     PetscCall(KSPSetType(ksp, type));
     data->configured = PETSC_FALSE;

@@ -23,6 +23,7 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscCall(MatDestroy(&data->reduced));
   PetscCall(MatDestroy(&data->M));
   PetscCall(VecDestroy(&data->rhs));
+  PetscCall(VecDestroy(&data->Ax));
   PetscCall(VecDestroy(&data->g));
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));
@@ -48,7 +49,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 }
 
 /*MC
-   PCAINSWORTH - solves a saddle-point system [A C'; C 0] with few constraints as a reduced symmetric positive definite one
+   PCAINSWORTH - solves a saddle-point system [A C'; C 0], or [A B'; C -D], as a reduced one, symmetric positive definite where the system allows it
 
    Options Database Keys:
 +  -pc_ainsworth_variant <weighted,paper>                - sets weight, penalty, factor, row scaling and the inner `KSPType` at once
@@ -69,11 +70,14 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    Level: beginner
 
    Notes:
-   The matrix is a `MATNEST` of 2 x 2 blocks. The multipliers are the field whose diagonal block is absent or zero, first or last; of
+   The matrix is a `MATNEST` of 2 x 2 blocks. The multipliers are the field whose diagonal block is absent, zero or negative, first or last; of
    C and C' one may be absent or a transpose view. The program's matrices are never changed. Use it with `-ksp_type preonly`.
 
-   The block of the multipliers may also be diagonal. Where the row of C is zero, the multiplier is solved for alone, and where both are zero it is
-   zero; where the entry is negative, -D, the multiplier is eliminated exactly and A + C' D^{-1} C takes the place of A. Other blocks are refused.
+   The block of the multipliers, -D, may be any sparse matrix, D positive semidefinite as a rule: the springs of compliant contact, of a perturbed Lagrangian
+   or a stabilization. The reduced operator, its Gram matrix and M_* have D in series with the constraints, whether it is 1e-300 or 1e300 (docs/method.md, the
+   normal form). The block beside A need not be the adjoint of C: for [A B'; C -D], as for a non-symmetric A, GMRES takes the place of conjugate gradients
+   where the options do not choose. Rows and columns that determine one unknown alone, inactive constraints and Dirichlet rows with columns left in place,
+   move to the right-hand side.
 
    Rows of C that are linear combinations of others are looked for only if the Gram matrix S = C W C' cannot be factored, or if its solves have a relative
    error of more than 1.5e-8, which is found out with one solve. A row counts as dependent if an elimination leaves at most 1e-12 of it, in the norm of W,
@@ -102,7 +106,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    contradicts a zero or a dependent row of C and values that are not finite give a `PCFailedReason`, known to all ranks, or an error with
    `-ksp_error_if_not_converged`. `PCAinsworthGetFailure()` and `-ksp_view` say why, naming rows.
 
-   Set-up is repeated for what changed only: a `KSPSolve()` with the same A and C builds nothing, even after `KSPSetOperators()`. Where values changed but
+   Set-up is repeated for what changed only: a `KSPSolve()` with the same A and C builds nothing, even after `KSPSetOperators()`. With
+   `-ksp_reuse_preconditioner` the inner preconditioner is kept where A has the sizes that it had, but never the constraints. Where values changed but
    not the nonzero pattern of C, the symbolic product and factorisation of the Gram matrix and the places of its rows are kept.
 
    The program may lay its rows out over the ranks as it likes, but set-up is fastest where its partition knows of the constraints: that of the graph
@@ -149,7 +154,7 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   pc->ops->setup          = AinsworthGuarded<PCSetUp_Ainsworth>;
   pc->ops->apply          = AinsworthGuarded<PCApply_Ainsworth>;
   pc->ops->applytranspose = AinsworthGuarded<PCApplyTranspose_Ainsworth>;
-  pc->ops->setuponblocks  = PCSetUpOnBlocks_Ainsworth;
+  pc->ops->setuponblocks  = AinsworthGuarded<PCSetUpOnBlocks_Ainsworth>;
   pc->ops->presolve       = PCPreSolve_Ainsworth;
   pc->ops->postsolve      = PCPostSolve_Ainsworth;
   pc->ops->reset          = PCReset_Ainsworth;

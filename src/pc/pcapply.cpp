@@ -2,6 +2,7 @@
 #include "pcainsworth.h"
 #include "../hermitian.h"
 #include "../operator/matainsworth.h"
+#include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
 #include <petsctime.h>
 
@@ -53,6 +54,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   PetscInt n;
 
   PetscFunctionBegin;
+  data->knownAx = (PetscBool)(data->constraints && data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A]);
   PetscCall(VecGetSize(x, &n));
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
   if (data->constraints == n && !data->saddle.D) PetscCall(VecZeroEntries(x)); /* Ker C = 0: the constraints alone determine x */
@@ -60,7 +62,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
     PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
     PetscCall(GetReason(data, reason));
   }
-  if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, f, g, x, lambda));
+  if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, f, g, x, lambda, data->knownAx ? data->Ax : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -98,19 +100,38 @@ static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, Fie
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A reduced solve that says to have converged is believed when the program's own system agrees; once it may be refined */
-static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, Fields b, Fields y, AinsworthVerdict *verdict, char why[], size_t len)
+/* Without the null space that the program attached to the whole matrix, and what is left of both equations then */
+static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, Fields b, Fields y, Fields left, AinsworthVerdict *verdict,
+                             char why[], size_t len)
 {
-  Fields left;
+  PetscBool removed;
 
   PetscFunctionBegin;
+  PetscCall(AinsworthSaddleRemoveNullSpace(&data->saddle, pc->mat, transpose, y.primal, y.dual, &removed));
+  if (removed) data->knownAx = PETSC_FALSE;
+  PetscCall(PCAinsworthVerify_Private(pc, data, transpose, tol, b.primal, b.dual, y.primal, y.dual, left.primal, left.dual, verdict, why, len));
+  if (removed && *verdict == AINSWORTH_VERDICT_UNMET)
+    PetscCall(PetscStrlcat(why, ", or is it the null space attached to the matrix, whose vectors mix x and lambda? Attach it to A", len));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A reduced solve that ended with a good reason is believed when the program's own system agrees; once it may be refined */
+static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, Fields b, Fields y, AinsworthVerdict *verdict,
+                                      char why[], size_t len)
+{
+  Fields    left;
+  PetscReal tol;
+
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthAskedFor_Private(data, reason, &tol));
   PetscCall(VecDuplicate(b.primal, &left.primal));
   PetscCall(VecDuplicate(b.dual, &left.dual));
-  PetscCall(PCAinsworthVerify_Private(pc, data, transpose, b.primal, b.dual, y.primal, y.dual, left.primal, left.dual, verdict, why, len));
+  PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   if (*verdict == AINSWORTH_VERDICT_UNMET) {
     PetscCall(PetscInfo(pc, "%s: a second solve follows\n", why));
     PetscCall(Refine(pc, data, transpose, left, y));
-    PetscCall(PCAinsworthVerify_Private(pc, data, transpose, b.primal, b.dual, y.primal, y.dual, left.primal, left.dual, verdict, why, len));
+    data->knownAx = PETSC_FALSE;
+    PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   }
   PetscCall(VecDestroy(&left.primal));
   PetscCall(VecDestroy(&left.dual));
@@ -127,7 +148,7 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
   PetscFunctionBegin;
   PetscCall(SolveFields(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
   /* some methods end without any reason */
-  if (reason >= 0) PetscCall(VerifyAndRefine(pc, data, transpose, b, y, &verdict, why, sizeof(why)));
+  if (reason >= 0) PetscCall(VerifyAndRefine(pc, data, transpose, reason, b, y, &verdict, why, sizeof(why)));
   if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
   /* residuals of an outer method are consistent to rounding alone: what the program passed was looked at in its first application */
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION && data->applications > 2) verdict = AINSWORTH_VERDICT_MET;
@@ -180,20 +201,22 @@ static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, Fields b)
 
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
-  PC_Ainsworth  *data    = (PC_Ainsworth *)pc->data;
-  const IS      *in      = transpose ? data->saddle.cols : data->saddle.rows;
-  const IS      *out     = transpose ? data->saddle.rows : data->saddle.cols;
-  PetscBool      changed = PETSC_FALSE, collide;
+  PC_Ainsworth  *data = (PC_Ainsworth *)pc->data;
+  const IS      *in   = transpose ? data->saddle.cols : data->saddle.rows;
+  const IS      *out  = transpose ? data->saddle.rows : data->saddle.cols;
+  PetscBool      changed, collide;
   PetscReal      norm;
   Fields         left, right;
   PetscErrorCode code;
 
   PetscFunctionBegin;
-  /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place */
-  if (!pc->reusepreconditioner) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changed));
+  /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place, and at nothing where the preconditioner is to be kept */
+  PetscCall(AinsworthSaddleChanged(pc->mat, pc->pmat, &data->saddle, &changed));
+  if (data->kept && !pc->reusepreconditioner) changed = PETSC_TRUE;
   if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat what ended with an error */
   data->applied = PETSC_TRUE;
   if (data->stale) { /* the set-up has said why */
+    data->usable = PETSC_FALSE;
     PetscCall(VecFlag(y, 1));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -204,6 +227,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 
     PetscCall(PetscSNPrintf(why, sizeof(why), "The outer and the inner method, %s, are both pipelined, which PETSc cannot nest: choose -%sksp_type %s",
                             ((PetscObject)data->ksp)->type_name, ((PetscObject)data->ksp)->prefix, KSPPROJECTEDCG));
+    data->usable = PETSC_FALSE;
     PetscCall(VecFlag(y, 1));
     PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_SUP, why));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -212,6 +236,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscCall(VecGetSubVector(b, in[1], &right.dual));
   if (PetscIsInfOrNanReal(norm)) {
     PetscCall(FailNotFinite(pc, data, right));
+    data->usable = PETSC_FALSE;
     PetscCall(VecRestoreSubVector(b, in[0], &right.primal));
     PetscCall(VecRestoreSubVector(b, in[1], &right.dual));
     PetscCall(VecFlag(y, 1));
@@ -227,7 +252,10 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscCall(VecRestoreSubVector(b, in[1], &right.dual));
   PetscCall(VecRestoreSubVector(y, out[0], &left.primal));
   PetscCall(VecRestoreSubVector(y, out[1], &left.dual));
-  if (code) data->stale = data->unfinished = PETSC_TRUE;
+  if (code) {
+    data->stale = data->unfinished = PETSC_TRUE;
+    PetscCall(PCAinsworthAfterError_Private(data));
+  }
   PetscCall(code);
   PetscCall(VecFlag(y, !data->usable));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -249,19 +277,27 @@ PetscErrorCode PCPreSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
 /* Before each solve of a KSP, which would take the failure of the last one, that the program may ask for until then, for one of its own */
 PetscErrorCode PCSetUpOnBlocks_Ainsworth(PC pc)
 {
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth *data    = (PC_Ainsworth *)pc->data;
+  PetscBool     changed = PETSC_FALSE;
 
   PetscFunctionBegin;
-  if (data->applied && !data->refused) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR));
+  if (data->applied && data->refused) { /* the method would end before it asked PCApply(), where a block changed in place is noticed */
+    PetscCall(AinsworthSaddleChanged(pc->mat, pc->pmat, &data->saddle, &changed));
+    if (changed) PetscCall(PCSetUp_Ainsworth(pc));
+  } else if (data->applied) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR));
   data->applied = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode PCPostSolve_Ainsworth(PC pc, KSP, Vec, Vec)
+/* Some methods apply the preconditioner once more when they have converged, to get x, and do not ask whether that was good */
+PetscErrorCode PCPostSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
 {
+  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+
   PetscFunctionBegin;
-  ((PC_Ainsworth *)pc->data)->applications = 0;
-  ((PC_Ainsworth *)pc->data)->rigid        = PETSC_FALSE;
+  if (data->applied && !data->usable && ksp->reason > 0) ksp->reason = KSP_DIVERGED_PC_FAILED;
+  data->applications = 0;
+  data->rigid        = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

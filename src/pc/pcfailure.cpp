@@ -123,12 +123,13 @@ static PetscErrorCode Gather(Mat M, PetscInt n, PetscScalar values[])
 
 /*
    The softest motion that the coarsest level of multigrid knows, interpolated to the finest: where a body floats it is one of its rigid motions.
-   NULL where the preconditioner has no levels.
+   NULL where the preconditioner has no levels, or is BoomerAMG, which gives them away when it is asked for them, and crashes without.
 */
 static PetscErrorCode SoftestCoarseMotion(PC inner, Vec *y)
 {
   static const PetscInt largest = 2000;
   PetscInt              n, levels;
+  PetscBool             boomer;
   Mat                  *P, *M;
   Vec                   fine, coarse;
   PetscErrorCode (*has)(PC, PetscInt *, Mat *[]);
@@ -136,7 +137,8 @@ static PetscErrorCode SoftestCoarseMotion(PC inner, Vec *y)
   PetscFunctionBegin;
   *y = NULL;
   PetscCall(PetscObjectQueryFunction((PetscObject)inner, "PCGetCoarseOperators_C", &has));
-  if (!has || !inner->setupcalled) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &boomer));
+  if (!has || boomer || !inner->setupcalled) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCGetCoarseOperators(inner, &levels, &M));
   PetscCall(PCGetInterpolations(inner, &levels, &P));
   levels--; /* of each there is one less than levels */

@@ -41,6 +41,7 @@ PetscErrorCode PCAinsworthViewLeftOut_Private(PC_Ainsworth *data, PetscViewer vi
     PetscCall(MatAinsworthGetGramEconomy_Private(data->reduced, &economy));
     text += economy;
     if (PCAinsworthPmatTypeInUse_Private(data) == PC_AINSWORTH_PMAT_ID) text += "; id: no product with A for the preconditioning matrix";
+    if (data->longRows) text += "; " + std::to_string(data->longRows) + " long rows of C: not in the preconditioning matrix";
     if (projected) text += "; iterates in Ker C: C' B C is not applied";
     if (ctx->omitPenalty) text += "; preconditioned in Ker C: C' B C is not applied";
     if (ctx->homogeneous) text += "; g = 0: neither R g nor A R g";

@@ -64,7 +64,7 @@ PetscErrorCode PCAinsworthChoose_Private(PC pc, PC_Ainsworth *data, const PCAins
   if (Same(data->choices, *choices)) PetscFunctionReturn(PETSC_SUCCESS);
   if (data->choices.variant != choices->variant) {
     data->plainCG = PETSC_FALSE;
-    PetscCall(KSPSetType(data->ksp, choices->variant == PC_AINSWORTH_PAPER ? KSPCG : KSPPROJECTEDCG));
+    PetscCall(PCAinsworthSetMethod_Private(data, choices->variant == PC_AINSWORTH_PAPER ? KSPCG : KSPPROJECTEDCG));
   }
   data->choices = *choices;
   PetscCall(PCAinsworthSetStale_Private(pc, data));

@@ -127,25 +127,30 @@ static PetscErrorCode SetUpWeights(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What auto comes to (docs/method.md): id where its few entries are enough */
-static PetscErrorCode ChoosePmatType(PC_Ainsworth *data)
+/* What auto comes to (docs/method.md): id where its few entries are enough, and where jcb would have too many */
+static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInputs *in)
 {
-  PetscBool apart;
-  PetscInt  bs;
+  static const PetscReal many = 1.5; /* of the entries of A */
+  PetscReal              predicted;
+  PetscBool              apart;
+  PetscInt               bs;
 
   PetscFunctionBegin;
   data->autoType   = PC_AINSWORTH_PMAT_JCB;
   data->autoReason = "";
   if (data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
-  if (data->format == AINSWORTH_PMAT_SUM) {
-    data->autoType   = PC_AINSWORTH_PMAT_ID;
-    data->autoReason = ", as interpolation is made from A alone";
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(MatGetBlockSize(data->saddle.A, &bs));
-  PetscCall(AinsworthPmatComponentsApart(data->saddle.C, bs, &apart));
-  if (apart) data->autoType = PC_AINSWORTH_PMAT_ID;
-  data->autoReason = apart ? ", as the constraints keep components apart" : ", as the constraints mix components";
+  data->autoType   = PC_AINSWORTH_PMAT_ID;
+  data->autoReason = ", as interpolation is made from A alone";
+  if (in->format == AINSWORTH_PMAT_SUM) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetBlockSize(in->A, &bs));
+  PetscCall(AinsworthPmatComponentsApart(in->C, bs, in->fill.most, &apart));
+  data->autoReason = ", as the constraints keep components apart";
+  if (apart) PetscFunctionReturn(PETSC_SUCCESS);
+  data->autoReason = ", as jcb would have too many entries";
+  PetscCall(AinsworthPmatPredict(in->aij, in->C, NULL, &in->fill, &predicted));
+  if (predicted > many * in->fill.entries) PetscFunctionReturn(PETSC_SUCCESS);
+  data->autoType   = PC_AINSWORTH_PMAT_JCB;
+  data->autoReason = ", as the constraints mix components";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -164,23 +169,26 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &in.compliance));
   in.weight          = ctx->mobility;
   in.inverseDiagonal = data->inverseDiagonal;
-  PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->format));
-  in.format = data->format;
-  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data));
+  in.format          = data->format;
+  PetscCall(AinsworthGetAIJ(in.A, &in.aij));
+  PetscCall(AinsworthPmatGetFill(in.aij, in.C, &in.fill));
+  data->longRows = in.fill.leftOut;
+  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data, &in));
   options.type      = PCAinsworthPmatTypeInUse_Private(data);
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor_Private(data);
   PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M, bad));
+  PetscCall(MatDestroy(&in.aij));
   if (*bad < 0) PetscCall(MatAinsworthSetPenalty(data->reduced, penalty));
   PetscCall(VecDestroy(&penalty));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Null space, near null space: hypre reads them from the operator, GAMG from the preconditioning matrix */
+/* Null space, near null space: hypre reads them from the operator, GAMG from the preconditioning matrix, unless that is an earlier one */
 static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
 {
   MatNullSpace near, common;
-  Mat          S = data->constraints ? data->reduced : data->saddle.A, M = data->constraints ? data->M : data->saddle.A;
+  Mat          S = data->constraints ? data->reduced : data->saddle.A, M = data->kept ? S : data->constraints ? data->M : data->saddle.A;
 
   PetscFunctionBegin;
   if (S == data->saddle.block[AINSWORTH_BLOCK_A]) PetscFunctionReturn(PETSC_SUCCESS); /* the program's A has its own */
@@ -209,6 +217,7 @@ static PetscErrorCode ForgetOtherSizes(PC pc, PC_Ainsworth *data)
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)pc)));
   if (!other) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDestroy(&data->rhs));
+  PetscCall(VecDestroy(&data->Ax));
   PetscCall(MatDestroy(&data->reduced));
   PetscCall(PCAinsworthResetKSP_Private(data));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -242,6 +251,7 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth 
   PetscCall(KSPGetPC(data->ksp, &inner));
   while (again) {
     PetscCall(MatDestroy(&data->M));
+    PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->format));
     if (data->constraints) PetscCall(SetUpPmat(data, ctx, &bad));
     if (bad >= 0) {
       PetscCall(PetscSNPrintf(why, len,
@@ -257,15 +267,16 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth 
     PetscCall(KSPGetOperators(data->ksp, &operation, &M));
     PetscCall(PCAinsworthLooksDefinite_Private(data, M, &definite));
     if (!definite) {
-      PetscCall(PetscSNPrintf(why, len,
-                              "The preconditioning matrix is not positive definite, as BoomerAMG needs it: is A indefinite? A larger "
-                              "-pc_ainsworth_penalty_factor may help, or another -%spc_type",
+      PetscCall(PetscSNPrintf(why, len, "The preconditioning matrix is not positive definite, as BoomerAMG needs it: is A indefinite? %s-%spc_type",
+                              data->constraints ? "A larger -pc_ainsworth_penalty_factor may help, or another " : "Choose another ",
                               ((PetscObject)inner)->prefix));
       PetscFunctionReturn(PETSC_SUCCESS);
     }
     PetscCall(PetscObjectReference((PetscObject)operation));
     PetscCall(PCSetOperators(inner, M, M));
+    PetscCall(AinsworthPCSetFailedReason(inner, PC_NOERROR)); /* that of an earlier matrix, or type, would stay */
     PetscCall(PCSetUp(inner));
+    PetscCall(PCAinsworthSetTranspose_Private(data));
     if (operation != M) inner->ops->applyrichardson = NULL; /* its iterations would be with M_* */
     PetscCall(KSPSetOperators(data->ksp, operation, M));
     PetscCall(MatDestroy(&operation));
@@ -276,12 +287,36 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The operator and the constraints are those of the matrix at hand, the preconditioning matrix and its preconditioner what they were */
+static PetscErrorCode KeepInner(PC pc, PC_Ainsworth *data)
+{
+  PC  inner;
+  Mat operation, M;
+
+  PetscFunctionBegin;
+  PetscCall(PetscInfo(pc, "The inner preconditioner is kept, the constraints are set up anew\n"));
+  PetscCall(PCAinsworthKeepInner_Private(data, PETSC_TRUE));
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCGetOperators(inner, NULL, &data->M));
+  PetscCall(PetscObjectReference((PetscObject)data->M));
+  if (data->constraints) { /* both may have been made for an earlier A */
+    PetscCall(MatAinsworthSetPenalty(data->reduced, NULL));
+    PetscCall(MatAinsworthSetProduct_Private(data->reduced, NULL));
+  }
+  PetscCall(PCAinsworthSetKSPOperators_Private(data));
+  PetscCall(ForwardNullSpaces(data));
+  PetscCall(KSPGetOperators(data->ksp, &operation, &M));
+  if (operation != M) inner->ops->applyrichardson = NULL;
+  PetscCall(KSPSetUp(data->ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode PCSetUp_Ainsworth(PC pc)
 {
   PC_Ainsworth  *data    = (PC_Ainsworth *)pc->data;
-  PetscBool      changed = PETSC_TRUE, symmetric, adjoint;
-  PCFailedReason reason  = PC_NOERROR;
-  Mat_Ainsworth *ctx     = NULL;
+  PetscBool      changed = PETSC_TRUE, symmetric, adjoint, keep = (PetscBool)(pc->reusepreconditioner && !data->stale && !data->unfinished);
+  PCFailedReason reason = PC_NOERROR;
+  Mat_Ainsworth *ctx    = NULL;
   PC             inner;
   char           why[512];
   PetscLogDouble start, end;
@@ -289,7 +324,8 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscFunctionBegin;
   PetscCall(PetscTime(&start));
   PetscCall(PetscCitationsRegister(citation, NULL));
-  if (data->saddle.A && !data->stale) PetscCall(AinsworthSaddleChanged(pc->pmat, &data->saddle, &changed));
+  if (data->saddle.A && !data->stale) PetscCall(AinsworthSaddleChanged(pc->mat, pc->pmat, &data->saddle, &changed));
+  if (data->kept && !pc->reusepreconditioner) changed = PETSC_TRUE;
   data->unchanged = (PetscBool)!changed;
   if (!changed) {
     PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
@@ -338,14 +374,18 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscCall(MatDestroy(&data->reduced));
   }
   PetscCall(CreateKeptVectors(pc, data));
-  if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->rhs));
+  if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, &data->Ax, &data->rhs));
   why[0] = 0;
-  PetscCall(SetUpInner(pc, data, ctx, why, sizeof(why)));
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  if (keep && inner->setupcalled && symmetric == data->symmetric && adjoint == data->adjoint) PetscCall(KeepInner(pc, data));
+  else {
+    PetscCall(PCAinsworthKeepInner_Private(data, PETSC_FALSE));
+    PetscCall(SetUpInner(pc, data, ctx, why, sizeof(why)));
+  }
   if (why[0]) {
     PetscCall(FailSetUp(pc, data, PC_SUBPC_ERROR, PETSC_ERR_ARG_WRONG, why));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(KSPGetPC(data->ksp, &inner));
   data->stale = data->unfinished = PETSC_FALSE;
   PetscCall(PCGetFailedReason(inner, &reason));
   PetscCall(PCAinsworthAgreeOnFailure_Private(pc, reason ? PC_SUBPC_ERROR : PC_NOERROR));

@@ -14,16 +14,17 @@ static const PetscReal blind      = 100;
 static const PetscReal rounding   = 1e3 * PETSC_MACHINE_EPSILON;
 static const PetscReal suspicious = 1e4 * PETSC_MACHINE_EPSILON;
 
-/* The tolerance that the reduced solve was asked for, negative where it was asked for none: a number of iterations, or an absolute one */
-static PetscErrorCode AskedFor(const PC_Ainsworth *data, PetscReal *tol)
+/*
+   PCAinsworthAskedFor_Private - the tolerance of the reduced solve that has just ended with `reason`, negative where none was asked for: a number of
+   iterations, or an absolute one
+*/
+PetscErrorCode PCAinsworthAskedFor_Private(const PC_Ainsworth *data, KSPConvergedReason reason, PetscReal *tol)
 {
-  KSPConvergedReason reason;
-  KSPNormType        norm;
-  PetscReal          atol;
+  KSPNormType norm;
+  PetscReal   atol;
 
   PetscFunctionBegin;
   PetscCall(KSPGetTolerances(data->ksp, tol, &atol, NULL, NULL));
-  PetscCall(KSPGetConvergedReason(data->ksp, &reason));
   PetscCall(KSPGetNormType(data->ksp, &norm));
   if (data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR) *tol = data->reporting.rtol;
   else if (norm == KSP_NORM_NONE || reason == KSP_CONVERGED_ITS || (reason == KSP_CONVERGED_ATOL && atol > 0.0)) *tol = -1.0;
@@ -82,16 +83,20 @@ static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One product with the program's A. primal and dual become what is left of both equations; why is set where the verdict is not MET */
-PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, Vec primal, Vec dual,
+/*
+   PCAinsworthVerify_Private - what is left of both equations, in primal and dual, and the verdict on it; why is set where that is not MET
+
+   One product with the program's A, where that with x is not known. tol is what was asked for, negative where nothing was.
+*/
+PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, Vec f, Vec g, Vec x, Vec lambda, Vec primal, Vec dual,
                                          AinsworthVerdict *verdict, char why[], size_t len)
 {
   AinsworthSaddle *sp = &data->saddle;
   AinsworthUnmet   worst;
-  PetscReal        tol, norm, energy;
+  PetscReal        norm, energy;
   PetscBool        doubtful = PETSC_FALSE;
   PetscInt         n;
-  Vec              Ax;
+  const Vec        Ax = data->Ax;
   char             rows[256];
 
   PetscFunctionBegin;
@@ -99,10 +104,8 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
   *verdict = AINSWORTH_VERDICT_MET;
   why[0]   = 0;
   PetscCall(VecGetSize(x, &n));
-  PetscCall(AskedFor(data, &tol));
   if (data->reduced) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced, &doubtful));
-  PetscCall(VecDuplicate(x, &Ax));
-  PetscCall(AinsworthSaddleResidual(sp, transpose, f, g, x, lambda, Ax, primal, dual));
+  PetscCall(AinsworthSaddleResidual(sp, transpose, data->knownAx, f, g, x, lambda, Ax, primal, dual));
   PetscCall(AinsworthSaddleEnergy(sp, x, lambda, Ax, &energy));
   PetscCall(AinsworthSaddleCheckDual(sp, tol < 0.0 ? PETSC_MAX_REAL : blind * tol * energy, g, x, lambda, dual, &worst, rows, sizeof(rows)));
   if (worst.quotient > 1.0) {
@@ -127,7 +130,6 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
                                        : "its method, or its preconditioner, does not see this; is A indefinite on Ker C, or its diagonal zero?"));
     } else if (data->constraints < n || data->saddle.D) PetscCall(CheckEnergy(data, transpose, x, Ax, primal, verdict, why, len));
   }
-  PetscCall(VecDestroy(&Ax));
   PetscCall(PetscLogEventEnd(AINSWORTH_Verify, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,72 +1,47 @@
 #include "pmat.h"
-#include "../saddle/saddle.h"
 #include <vector>
 
-/* C' with the rows of C scaled to length 1 */
-static PetscErrorCode CreateUnitTranspose(Mat C, Mat *Ct)
+/* Do the entries that a row has at each node sit on one component, up to a two-hundredth of the largest in squares? */
+static bool RowKeepsApart(PetscInt bs, PetscInt n, const PetscInt columns[], const PetscScalar values[])
 {
-  Mat unit;
-  Vec length;
+  PetscReal largest = 0.0;
 
-  PetscFunctionBegin;
-  PetscCall(MatCreateVecs(C, NULL, &length));
-  PetscCall(AinsworthRowSums(C, 2, length));
-  PetscCall(VecSqrtAbs(length));
-  PetscCall(VecReciprocal(length));
-  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &unit));
-  PetscCall(MatDiagonalScale(unit, length, NULL));
-  PetscCall(VecDestroy(&length));
-  PetscCall(MatHermitianTranspose(unit, MAT_INITIAL_MATRIX, Ct));
-  PetscCall(MatDestroy(&unit));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt k = 0; k < n; k++) largest = PetscMax(largest, PetscAbsScalar(values[k]));
+  for (PetscInt k = 0, next; k < n; k = next) {
+    PetscReal sum = 0.0, most = 0.0;
+
+    for (next = k; next < n && columns[next] / bs == columns[k] / bs; next++) {
+      const PetscReal square = PetscSqr(PetscAbsScalar(values[next]) / largest);
+
+      sum += square;
+      most = PetscMax(most, square);
+    }
+    if (sum - most > 0.005) return false;
+  }
+  return true;
 }
 
 /*
-   Are the components of every node constrained apart from each other: is the block of the node in C' C, with rows of length 1, diagonal up to a
-   hundredth of its square? Multigrid that interpolates component by component can then satisfy the constraints on its coarse levels; where
-   components are mixed it cannot, and a large penalty locks.
+   Are the components of every node constrained apart from each other? Multigrid that interpolates component by component can then satisfy the
+   constraints on its coarse levels; where components are mixed it cannot, and a large penalty locks. Rows of more than `longest` entries are
+   not looked at.
 */
-PetscErrorCode AinsworthPmatComponentsApart(Mat C, PetscInt bs, PetscBool *apart)
+PetscErrorCode AinsworthPmatComponentsApart(Mat C, PetscInt bs, PetscInt longest, PetscBool *apart)
 {
-  Mat                                   Ct;
-  PetscInt                              rstart, rend;
-  PetscBool                             here = PETSC_TRUE;
-  std::vector<std::vector<PetscInt>>    columns(bs);
-  std::vector<std::vector<PetscScalar>> values(bs);
+  PetscInt  rstart, rend;
+  PetscBool here = PETSC_TRUE;
 
   PetscFunctionBegin;
-  *apart = PETSC_TRUE;
-  if (bs == 1) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(CreateUnitTranspose(C, &Ct));
-  PetscCall(MatGetOwnershipRange(Ct, &rstart, &rend));
-  for (PetscInt first = rstart; first + bs <= rend && here; first += bs) {
-    PetscReal trace = 0.0, mixed = 0.0;
+  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
+  for (PetscInt i = rstart; i < rend && here && bs > 1; i++) {
+    PetscInt           n;
+    const PetscInt    *columns;
+    const PetscScalar *values;
 
-    for (PetscInt k = 0; k < bs; k++) {
-      PetscInt           n;
-      const PetscInt    *c;
-      const PetscScalar *v;
-
-      PetscCall(MatGetRow(Ct, first + k, &n, &c, &v));
-      columns[k].assign(c, c + n);
-      values[k].assign(v, v + n);
-      PetscCall(MatRestoreRow(Ct, first + k, &n, &c, &v));
-      for (const PetscScalar &value : values[k]) trace += PetscSqr(PetscAbsScalar(value));
-    }
-    for (PetscInt k = 0; k < bs; k++) {
-      for (PetscInt l = 0; l < k; l++) {
-        PetscScalar dot = 0.0;
-        for (size_t a = 0, b = 0; a < columns[k].size() && b < columns[l].size();) {
-          if (columns[k][a] == columns[l][b]) dot += values[k][a++] * PetscConj(values[l][b++]);
-          else if (columns[k][a] < columns[l][b]) a++;
-          else b++;
-        }
-        mixed += 2.0 * PetscSqr(PetscAbsScalar(dot));
-      }
-    }
-    here = (PetscBool)(mixed <= 0.01 * PetscSqr(trace));
+    PetscCall(MatGetRow(C, i, &n, &columns, &values));
+    if (n <= longest) here = (PetscBool)RowKeepsApart(bs, n, columns, values);
+    PetscCall(MatRestoreRow(C, i, &n, &columns, &values));
   }
-  PetscCall(MatDestroy(&Ct));
   PetscCall(MPIU_Allreduce(&here, apart, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)C)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

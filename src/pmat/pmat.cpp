@@ -36,37 +36,63 @@ static PetscErrorCode MultiplyFewRows(Mat Yt, Mat A, Mat *product)
 
    Where A is symmetric it is H + H' with H = C' ((Y A Y') C / 2 - Y A).
 */
-static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, Mat A, Mat Ct, Mat inverse, PetscBool symmetric, Mat *part)
+static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, PetscBool symmetric, Mat *part)
 {
-  Mat CW, Y, Yt, YA, YAYt, sum, other;
+  Mat Ct, Y, Yt, YA, YAYt, sum, other;
 
   PetscFunctionBegin;
-  PetscCall(MatDuplicate(in->C, MAT_COPY_VALUES, &CW));
-  if (in->weight) PetscCall(MatDiagonalScale(CW, NULL, in->weight));
   PetscCall(Multiply(inverse, CW, &Y));
-  PetscCall(MatDestroy(&CW));
   PetscCall(MatHermitianTranspose(Y, MAT_INITIAL_MATRIX, &Yt));
   PetscCall(MatDestroy(&Y));
   PetscCall(MultiplyFewRows(Yt, A, &YA));
   PetscCall(Multiply(YA, Yt, &YAYt));
-  PetscCall(Multiply(YAYt, in->C, &sum));
+  PetscCall(Multiply(YAYt, C, &sum));
   PetscCall(MatDestroy(&YAYt));
   if (symmetric) PetscCall(MatScale(sum, 0.5));
   PetscCall(MatAXPY(sum, -1.0, YA, DIFFERENT_NONZERO_PATTERN));
   PetscCall(MatDestroy(&YA));
+  PetscCall(MatHermitianTranspose(C, MAT_INITIAL_MATRIX, &Ct));
   PetscCall(Multiply(Ct, sum, part));
+  PetscCall(MatDestroy(&Ct));
   PetscCall(MatDestroy(&sum));
   if (symmetric) PetscCall(MatHermitianTranspose(*part, MAT_INITIAL_MATRIX, &other));
   else {
     Mat AYt;
 
     PetscCall(Multiply(A, Yt, &AYt));
-    PetscCall(Multiply(AYt, in->C, &other));
+    PetscCall(Multiply(AYt, C, &other));
     PetscCall(MatDestroy(&AYt));
   }
   PetscCall(MatDestroy(&Yt));
   PetscCall(MatAXPY(*part, symmetric ? 1.0 : -1.0, other, DIFFERENT_NONZERO_PATTERN));
   PetscCall(MatDestroy(&other));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Q_*' A Q_* - A, NULL for id; C may lack entries of long rows */
+static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat *part)
+{
+  PetscBool shared;
+  Mat       CW, CWt, S = in->S, inverse;
+
+  PetscFunctionBegin;
+  *part = NULL;
+  if (opt->type == PC_AINSWORTH_PMAT_ID) {
+    PetscCall(AinsworthPmatCheckFill(in->aij, in->C, NULL, &in->fill, opt->type));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(AinsworthPmatCreatePrivate(C, in->weight, &in->fill, &CW, &shared));
+  if (shared || !S) {
+    PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
+    PetscCall(Multiply(C, CWt, &S));
+    PetscCall(MatDestroy(&CWt));
+  }
+  PetscCall(AinsworthInvGramCreate(S, opt, &inverse));
+  if (shared || !in->S) PetscCall(MatDestroy(&S));
+  PetscCall(AinsworthPmatCheckFill(in->aij, in->C, inverse, &in->fill, opt->type));
+  PetscCall(MultiplyProjection(in->aij, C, CW, inverse, opt->symmetric, part));
+  PetscCall(MatDestroy(&inverse));
+  PetscCall(MatDestroy(&CW));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -84,6 +110,21 @@ static PetscErrorCode NormOfSum(Mat A, Mat part, PetscReal *norm)
     PetscCall(MatDestroy(&sum));
   }
   if (*norm == 0.0) PetscCall(MatNorm(A, NORM_INFINITY, norm)); /* Ker C = 0: any penalty will do */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* C' B C */
+static PetscErrorCode MultiplyBothSides(Mat C, Vec B, Mat *product)
+{
+  Mat Ct, BC;
+
+  PetscFunctionBegin;
+  PetscCall(MatHermitianTranspose(C, MAT_INITIAL_MATRIX, &Ct));
+  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &BC));
+  PetscCall(MatDiagonalScale(BC, B, NULL));
+  PetscCall(Multiply(Ct, BC, product));
+  PetscCall(MatDestroy(&BC));
+  PetscCall(MatDestroy(&Ct));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -111,66 +152,47 @@ static PetscErrorCode CreateSeries(Vec penalty, Vec compliance, Vec *series)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* C' B C, B in series with D, and B itself, length m: one per row, gamma / (C diag(A)^{-1} C')_ii, or beta I, beta = gamma ||Q_*' A Q_*|| / ||C' C|| (paper, section 3.3) */
-static PetscErrorCode CreatePenaltyPart(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat A, Mat Ct, Mat projection, Vec *penalty, Mat *part)
+/*
+   B, length m: one per row, gamma / (C diag(A)^{-1} C')_ii, or beta I, beta = gamma ||Q_*' A Q_*|| / ||C' C|| (paper, section 3.3); and B in
+   series with D, for M_*. C may lack entries of long rows
+*/
+static PetscErrorCode CreatePenalty(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat projection, Vec *penalty, Vec *series)
 {
   PetscReal normA, normC;
-  Vec       series;
-  Mat       BC;
+  Mat       Ct, product;
 
   PetscFunctionBegin;
   if (opt->penalty == AINSWORTH_PENALTY_ROW) PetscCall(AinsworthRowPenaltyCreate(in->C, in->inverseDiagonal, opt->factor, penalty));
   else {
-    PetscCall(Multiply(Ct, in->C, part));
-    PetscCall(MatNorm(*part, NORM_INFINITY, &normC));
-    PetscCall(MatDestroy(part));
-    PetscCall(NormOfSum(A, projection, &normA));
+    PetscCall(MatHermitianTranspose(C, MAT_INITIAL_MATRIX, &Ct));
+    PetscCall(Multiply(Ct, C, &product));
+    PetscCall(MatNorm(product, NORM_INFINITY, &normC));
+    PetscCall(MatDestroy(&Ct));
+    PetscCall(MatDestroy(&product));
+    if (normC == 0.0) PetscCall(MatNorm(in->C, NORM_INFINITY, &normC)); /* all rows are long */
+    PetscCall(NormOfSum(in->aij, projection, &normA));
     PetscCall(MatCreateVecs(in->C, NULL, penalty));
     PetscCall(VecSet(*penalty, opt->factor * normA / normC));
   }
-  PetscCall(CreateSeries(*penalty, in->compliance, &series));
-  PetscCall(MatDuplicate(in->C, MAT_COPY_VALUES, &BC));
-  PetscCall(MatDiagonalScale(BC, series, NULL));
-  PetscCall(Multiply(Ct, BC, part));
-  PetscCall(MatDestroy(&BC));
-  PetscCall(VecDestroy(&series));
+  PetscCall(CreateSeries(*penalty, in->compliance, series));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* *pmat, M_* - A, becomes what the inner preconditioner takes */
-static PetscErrorCode AddA(Mat given, Mat A, AinsworthPmatFormat format, Mat *pmat)
+static PetscErrorCode AddA(Mat A, AinsworthPmatFormat format, Mat *pmat)
 {
-  Mat      part[2] = {given, *pmat};
+  Mat      part[2] = {A, *pmat};
   PetscInt bs;
 
   PetscFunctionBegin;
   if (format == AINSWORTH_PMAT_SUM) {
-    PetscCall(MatCreateComposite(PetscObjectComm((PetscObject)given), 2, part, pmat));
+    PetscCall(MatCreateComposite(PetscObjectComm((PetscObject)A), 2, part, pmat));
     PetscCall(MatDestroy(&part[1]));
   } else if (format == AINSWORTH_PMAT_AIJ) PetscCall(AinsworthAddAIJ(A, pmat));
   else PetscCall(MatAXPY(*pmat, 1.0, A, DIFFERENT_NONZERO_PATTERN));
   if (format == AINSWORTH_PMAT_HYPRE) PetscCall(MatConvert(*pmat, MATHYPRE, MAT_INPLACE_MATRIX, pmat)); /* of AIJ PCHYPRE would make a copy */
-  PetscCall(MatGetBlockSize(given, &bs));
+  PetscCall(MatGetBlockSize(A, &bs));
   PetscCall(MatSetBlockSize(*pmat, bs));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Inv(S), of C W C' where S is another */
-static PetscErrorCode CreateInverse(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat *inverse)
-{
-  Mat S = in->S, CW, CWt;
-
-  PetscFunctionBegin;
-  if (!S && opt->type != PC_AINSWORTH_PMAT_ID) {
-    PetscCall(MatDuplicate(in->C, MAT_COPY_VALUES, &CW));
-    if (in->weight) PetscCall(MatDiagonalScale(CW, NULL, in->weight));
-    PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
-    PetscCall(Multiply(in->C, CWt, &S));
-    PetscCall(MatDestroy(&CW));
-    PetscCall(MatDestroy(&CWt));
-  }
-  PetscCall(AinsworthInvGramCreate(S, opt, inverse));
-  if (!in->S) PetscCall(MatDestroy(&S));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -181,26 +203,39 @@ static PetscErrorCode CreateInverse(const AinsworthPmatInputs *in, const Ainswor
 */
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Vec *penalty, Mat *pmat, PetscInt *bad)
 {
-  Mat      A, Ct, inverse, projection = NULL;
+  Mat      C, rest, loose = NULL, projection, shift, base = in->format == AINSWORTH_PMAT_SUM ? in->A : in->aij;
+  Vec      series;
   PetscInt column;
 
   PetscFunctionBegin;
-  PetscCall(CreateInverse(in, opt, &inverse));
-  PetscCall(AinsworthGetAIJ(in->A, &A));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMat, in->A, in->C, in->S, 0));
-  PetscCall(MatHermitianTranspose(in->C, MAT_INITIAL_MATRIX, &Ct));
-  if (inverse) PetscCall(CreateProjectionPart(in, A, Ct, inverse, opt->symmetric, &projection));
-  PetscCall(MatDestroy(&inverse));
-  PetscCall(CreatePenaltyPart(in, opt, A, Ct, projection, penalty, pmat));
+  PetscCall(AinsworthPmatCreateShort(in->C, &in->fill, &C));
+  PetscCall(CreateProjectionPart(in, opt, C, &projection));
+  if (in->format == AINSWORTH_PMAT_SUM) PetscCall(AinsworthPmatSplitLoose(in->aij, C, &in->fill, &rest, &loose));
+  PetscCall(CreatePenalty(in, opt, C, projection, penalty, &series));
+  PetscCall(MultiplyBothSides(loose ? rest : C, series, pmat));
+  if (loose) PetscCall(MultiplyBothSides(loose, series, &base));
+  PetscCall(VecDestroy(&series));
   if (projection) PetscCall(MatAXPY(*pmat, 1.0, projection, DIFFERENT_NONZERO_PATTERN));
   PetscCall(MatDestroy(&projection));
-  PetscCall(MatDestroy(&Ct));
+  if (in->format == AINSWORTH_PMAT_SUM) PetscCall(MatDestroy(&rest));
+  PetscCall(MatDestroy(&C));
+  if (in->fill.leftOut) {
+    PetscCall(AinsworthPmatCreateShift(in->aij, in->C, in->inverseDiagonal, &in->fill, &shift));
+    PetscCall(MatAXPY(*pmat, 1.0, shift, DIFFERENT_NONZERO_PATTERN));
+    PetscCall(MatDestroy(&shift));
+  }
   PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
   PetscCall(AinsworthMatFindNotFinite(*pmat, bad, &column));
-  if (*bad < 0) PetscCall(AddA(in->A, A, in->format, pmat));
+  if (loose && *bad < 0) {
+    PetscCall(AinsworthMatFindNotFinite(base, bad, &column));
+    PetscCall(AddA(in->aij, AINSWORTH_PMAT_AIJ, &base));
+  }
+  if (*bad < 0) PetscCall(AddA(base, in->format, pmat));
+  if (loose) PetscCall(MatDestroy(&base));
+  PetscCall(MatDestroy(&loose));
   PetscCall(PetscLogEventEnd(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
-  PetscCall(MatDestroy(&A));
   if (opt->symmetric) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

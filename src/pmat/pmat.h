@@ -29,16 +29,39 @@ typedef enum {
   AINSWORTH_PMAT_SUM /* MATCOMPOSITE of A itself and M_* - A, which is not zero on the surface only */
 } AinsworthPmatFormat;
 
+/* What the rows of C bring into M_* */
+struct AinsworthPmatFill {
+  PetscReal entries; /* of A */
+  PetscInt  usual;   /* rows of up to about this length are not long, unknowns in more rows than this are shared */
+  PetscReal squares; /* of the lengths of the rows of C that M_* has, added up */
+  PetscInt  longest; /* row of C */
+  PetscInt  most;    /* rows with more entries than this are left out of M_* */
+  PetscInt  leftOut; /* their number */
+};
+
 struct AinsworthPmatInputs {
   Mat                 A, C, S;         /* of any type; AIJ, without zero rows; AIJ, NULL: C W C' is not at hand */
+  Mat                 aij;             /* A as AIJ */
   Vec                 weight;          /* diagonal of W, NULL for W = I */
   Vec                 compliance;      /* sums of the rows of |D|, negative where D_ii is; NULL: D = 0 */
   Vec                 inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
   AinsworthPmatFormat format;
+  AinsworthPmatFill   fill; /* of A and C */
 };
+
+/* fill.cpp */
+PetscErrorCode AinsworthPmatGetFill(Mat, Mat, AinsworthPmatFill *);
+PetscErrorCode AinsworthPmatPredict(Mat, Mat, Mat, const AinsworthPmatFill *, PetscReal *);
+PetscErrorCode AinsworthPmatCheckFill(Mat, Mat, Mat, const AinsworthPmatFill *, PCAinsworthPmatType);
+
+/* rows.cpp */
+PetscErrorCode AinsworthPmatCreateShort(Mat, const AinsworthPmatFill *, Mat *);
+PetscErrorCode AinsworthPmatCreatePrivate(Mat, Vec, const AinsworthPmatFill *, Mat *, PetscBool *);
+PetscErrorCode AinsworthPmatSplitLoose(Mat, Mat, const AinsworthPmatFill *, Mat *, Mat *);
+PetscErrorCode AinsworthPmatCreateShift(Mat, Mat, Vec, const AinsworthPmatFill *, Mat *);
 
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *, const AinsworthPmatOptions *, Vec *, Mat *, PetscInt *);
-PetscErrorCode AinsworthPmatComponentsApart(Mat, PetscInt, PetscBool *);
+PetscErrorCode AinsworthPmatComponentsApart(Mat, PetscInt, PetscInt, PetscBool *);
 
 #endif

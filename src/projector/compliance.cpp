@@ -24,8 +24,8 @@ static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec
 /* Of each row of C W B' the sign of its diagonal entry */
 static PetscErrorCode DiagonalSigns(Mat C, Mat B, Vec weight, PetscReal signs[])
 {
-  PetscInt           rstart, rend;
-  Mat                BW = B;
+  PetscInt rstart, rend;
+  Mat      BW = B;
 
   PetscFunctionBegin;
   PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
@@ -62,10 +62,10 @@ static PetscErrorCode DiagonalSigns(Mat C, Mat B, Vec weight, PetscReal signs[])
 */
 static PetscErrorCode SetRatios(AinsworthCompliance *c, Mat C, Mat B, Mat D, Vec weight)
 {
-  PetscInt         rstart, rend;
-  PetscReal       *signs, mean[2] = {0.0, 0.0};
-  PetscBool       *coupled;
-  PetscScalar     *g, *rest, *soft, *together, *sums;
+  PetscInt           rstart, rend;
+  PetscReal         *signs, mean[2] = {0.0, 0.0};
+  PetscBool         *coupled;
+  PetscScalar       *g, *rest, *soft, *together, *sums;
   const PetscScalar *flexibility;
 
   PetscFunctionBegin;
@@ -79,7 +79,7 @@ static PetscErrorCode SetRatios(AinsworthCompliance *c, Mat C, Mat B, Mat D, Vec
   PetscCall(VecGetArray(c->sums, &sums));
   PetscCall(VecGetArrayRead(c->flexibility, &flexibility));
   for (PetscInt i = rstart; i < rend; i++) {
-    const PetscInt     k = i - rstart;
+    const PetscInt     k     = i - rstart;
     const PetscReal    total = PetscRealPart(sums[k]), met = PetscRealPart(flexibility[k]);
     PetscInt           n;
     const PetscInt    *col;

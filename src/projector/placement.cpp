@@ -228,7 +228,7 @@ PetscErrorCode TargetsOfParts(Mat S, const std::vector<PetscMPIInt> &ranks, std:
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rank that owns most of the unknowns of a row of C */
+/* The rank that owns most of the unknowns of a row of C; this one where the row has none, and only D couples it */
 PetscErrorCode FindHome(Mat C, PetscInt row, PetscInt *home)
 {
   PetscInt        ncols, most = 0, count = 0;
@@ -237,6 +237,8 @@ PetscErrorCode FindHome(Mat C, PetscInt row, PetscInt *home)
   PetscLayout     layout;
 
   PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)C), &owner));
+  *home = owner;
   PetscCall(MatGetLayouts(C, NULL, &layout));
   PetscCall(MatGetRow(C, row, &ncols, &cols, NULL));
   for (PetscInt k = 0; k < ncols; k++) { /* ascending: those of one owner stand together */

@@ -49,12 +49,16 @@ PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
 /*
    AinsworthRowPenaltyCreate - B_ii = gamma / (C D C')_ii, length m, with the inverse diagonal D = diag(A)^{-1}, length n
 
-   The local stiffness seen by constraint i: B scales as A, and as the inverse square of the row's own scale.
+   The local stiffness seen by constraint i: B scales as A, and as the inverse square of the row's own scale. A row of zeros, which D couples with others, has
+   the largest of the others: it adds nothing to C' B C.
 */
 PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec inverseDiagonal, PetscReal gamma, Vec *penalty)
 {
-  Vec root;
-  Mat scaled;
+  Vec          root;
+  Mat          scaled;
+  PetscInt     m;
+  PetscReal    largest;
+  PetscScalar *b;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(inverseDiagonal, &root));
@@ -68,5 +72,11 @@ PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec inverseDiagonal, PetscReal g
   PetscCall(MatDestroy(&scaled));
   PetscCall(VecReciprocal(*penalty));
   PetscCall(VecScale(*penalty, gamma));
+  PetscCall(VecMax(*penalty, NULL, &largest));
+  PetscCall(VecGetLocalSize(*penalty, &m));
+  PetscCall(VecGetArray(*penalty, &b));
+  for (PetscInt i = 0; i < m; i++)
+    if (b[i] == 0.0) b[i] = largest > 0.0 ? largest : 1.0;
+  PetscCall(VecRestoreArray(*penalty, &b));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -84,7 +84,7 @@ PetscErrorCode AinsworthReportGetX(AinsworthReport *report, Vec iterate, Vec *x)
   if (!ctx || !ctx->D) PetscFunctionReturn(PETSC_SUCCESS);
   if (!report->springs[0]) PetscCall(MatCreateVecs(ctx->C, &report->springs[0], &report->springs[1]));
   PetscCall(VecCopy(iterate, report->springs[0]));
-  PetscCall(MatAinsworthRecover_Private(report->system.reduced, PETSC_FALSE, report->f, report->g, report->springs[0], report->springs[1]));
+  PetscCall(MatAinsworthRecover_Private(report->system.reduced, PETSC_FALSE, report->f, report->g, report->springs[0], report->springs[1], NULL));
   *x = report->springs[0];
   PetscFunctionReturn(PETSC_SUCCESS);
 }

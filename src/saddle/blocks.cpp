@@ -88,14 +88,17 @@ static PetscErrorCode ChoosePrimal(Mat mat, const Mat diagonal[2], PetscInt *pri
     if (rows[i]) PetscCall(AinsworthMatFindOffDiagonal(diagonal[i], &row[i], &col[i]));
   }
   l = n[0] < n[1] ? 0 : 1;
-  for (int i = 0; i < 2; i++) PetscCall(LargestDiagonal(diagonal[i], &largest[i]));
+  for (int i = 0; i < 2; i++) {
+    PetscCheck(
+      rows[i], comm, PETSC_ERR_ARG_WRONG,
+      "PCAINSWORTH found no multipliers: blocks (0,0) and (1,1) of the MatNest are both nonzero, and the type %s of (%d,%d) has no rows to look at; leave "
+      "the block of the multipliers absent, or pass an AIJ matrix",
+      ((PetscObject)diagonal[i])->type_name, i, i);
+    PetscCall(LargestDiagonal(diagonal[i], &largest[i]));
+  }
   if ((largest[0] > 0.0) != (largest[1] > 0.0)) l = largest[0] > 0.0 ? 1 : 0;
   else if (row[l] >= 0 && row[1 - l] < 0) l = 1 - l;
   *primal = 1 - l;
-  PetscCheck(rows[l], comm, PETSC_ERR_ARG_WRONG,
-             "PCAINSWORTH found no multipliers: blocks (0,0) and (1,1) of the MatNest are both nonzero, and the type %s of (%" PetscInt_FMT ",%" PetscInt_FMT
-             "), the smaller one, has no rows to look at; leave the block of the multipliers absent, or pass a diagonal AIJ matrix",
-             ((PetscObject)diagonal[l])->type_name, l, l);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,5 +1,6 @@
 /* Unknowns that their own row determines, as Dirichlet conditions do whose columns were left in place: they are known, and their columns move */
 #include "saddle.h"
+#include <petsc/private/matimpl.h>
 
 /* 1 / A_ii where nothing but A_ii is in row i of [A B'], else 0; some: there are such rows */
 static PetscErrorCode FindOwnRows(const AinsworthSaddle *sp, Mat A, Vec known, PetscBool *some)
@@ -71,7 +72,9 @@ static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
   PetscCall(MatCreateVecs(A, NULL, &diagonal));
   PetscCall(MatGetDiagonal(A, diagonal));
   PetscCall(MatDiagonalScale(*copy, NULL, mask));
+  PetscCall(MatSetOption(*copy, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE)); /* an entry of the diagonal that is zero may not be stored */
   PetscCall(MatDiagonalSet(*copy, diagonal, INSERT_VALUES));
+  (*copy)->symmetric = (*copy)->hermitian = PETSC_BOOL3_UNKNOWN; /* a matrix with scaled columns is taken for one that is not */
   PetscCall(VecDestroy(&diagonal));
   PetscCall(MatGetNearNullSpace(A, &near));
   PetscCall(MatSetNearNullSpace(*copy, near));
@@ -87,7 +90,7 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
 {
   Mat       A, copy, C;
   Vec       known, mask;
-  PetscBool has, symmetric, some;
+  PetscBool has, symmetric, some = PETSC_FALSE;
   PetscInt  bs;
 
   PetscFunctionBegin;

@@ -9,6 +9,50 @@ PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *sp, MatNul
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The null space of the program's matrix; of amat only where pmat has none */
+PetscErrorCode AinsworthSaddleGetWhole(Mat amat, Mat pmat, MatNullSpace *whole)
+{
+  PetscFunctionBegin;
+  PetscCall(MatGetNullSpace(pmat, whole));
+  if (!*whole) PetscCall(MatGetNullSpace(amat, whole));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthSaddleRemoveNullSpace - what a KSP does with the solution: takes the null space attached to its operator out of x and lambda together
+
+   In exact arithmetic nothing happens to the equations. But the rounding is that of the larger of x and lambda, and where their units are decades apart
+   nothing may be left of the smaller: to be done before x and lambda are verified, as the KSP does it after. The constant vector is left to the KSP.
+*/
+PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *sp, Mat amat, PetscBool transpose, Vec x, Vec lambda, PetscBool *removed)
+{
+  const IS         *field = transpose ? sp->rows : sp->cols;
+  const PetscScalar sign  = sp->negated ? -1.0 : 1.0; /* lambda is still ours */
+  MatNullSpace      whole;
+  PetscBool         constant;
+  PetscInt          n = 0;
+  const Vec        *v;
+
+  PetscFunctionBegin;
+  if (transpose) PetscCall(MatGetTransposeNullSpace(amat, &whole));
+  else PetscCall(MatGetNullSpace(amat, &whole));
+  if (whole) PetscCall(MatNullSpaceGetVecs(whole, &constant, &n, &v));
+  for (PetscInt i = 0; i < n; i++) {
+    Vec         part[2];
+    PetscScalar dot[2];
+
+    for (int k = 0; k < 2; k++) PetscCall(VecGetSubVector(v[i], field[k], &part[k]));
+    PetscCall(VecDot(x, part[0], &dot[0]));
+    PetscCall(VecDot(lambda, part[1], &dot[1]));
+    dot[0] += sign * dot[1];
+    PetscCall(VecAXPY(x, -dot[0], part[0]));
+    PetscCall(VecAXPY(lambda, -sign * dot[0], part[1]));
+    for (int k = 0; k < 2; k++) PetscCall(VecRestoreSubVector(v[i], field[k], &part[k]));
+  }
+  *removed = (PetscBool)(n > 0);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collective: does A v vanish? Entries of a semidefinite A are at most as large as those of its diagonal */
 static PetscErrorCode Annihilates(Mat A, Vec v, PetscBool *zero)
 {

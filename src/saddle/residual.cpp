@@ -15,12 +15,13 @@ static const PetscReal combined   = 1e5 * PETSC_MACHINE_EPSILON;
 static const PetscReal noise      = 1000 * PETSC_MACHINE_EPSILON;
 static const PetscReal rounding   = 10 * PETSC_MACHINE_EPSILON;
 
-/* primal = f - op(A) x - B' lambda, dual = g - C x + D lambda, of the matrix as the program passed it; Ax = op(A) x */
-PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal, Vec dual)
+/* primal = f - op(A) x - B' lambda, dual = g - C x + D lambda, of the matrix as the program passed it; Ax becomes op(A) x, unless it is that already */
+PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal,
+                                       Vec dual)
 {
   PetscFunctionBegin;
-  if (transpose) PetscCall(MatMultTranspose(sp->block[0], x, Ax));
-  else PetscCall(MatMult(sp->block[0], x, Ax));
+  if (transpose && !known) PetscCall(MatMultTranspose(sp->block[0], x, Ax));
+  else if (!known) PetscCall(MatMult(sp->block[0], x, Ax));
   PetscCall(MatMultHermitianTranspose(sp->rowsB, lambda, primal));
   PetscCall(VecAXPBYPCZ(primal, 1.0, -1.0, -1.0, f, Ax));
   PetscCall(MatMult(sp->givenC, x, dual));
@@ -117,12 +118,12 @@ static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthUnmet *worst)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* quotient of a residual and its bound, infinite where either is not a number */
+/* quotient of a residual and its bound, infinite where either is not a number: a bound that overflows allows nothing */
 static PetscReal Quotient(PetscReal residual, PetscReal bound)
 {
   if (residual == 0.0) return 0.0;
   const PetscReal quotient = residual / bound;
-  return quotient >= 0.0 ? PetscMin(quotient, PETSC_MAX_REAL) : PETSC_MAX_REAL;
+  return quotient >= 0.0 && !PetscIsInfOrNanReal(bound) ? PetscMin(quotient, PETSC_MAX_REAL) : PETSC_MAX_REAL;
 }
 
 /*
@@ -155,7 +156,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal force = PetscAbsScalar(b[i]) + PetscAbsScalar(b[i] - a[i] - r[i]);
 
-    if (PetscRealPart(d[i]) > 0.0) load += PetscSqr(force) / PetscRealPart(d[i]);
+    if (PetscRealPart(d[i]) > 0.0) load += PetscSqr(force / PetscSqrtReal(PetscRealPart(d[i])));
     largest  = PetscMax(largest, force + PetscAbsScalar(a[i]));
     stiffest = PetscMax(stiffest, PetscRealPart(d[i]));
   }
@@ -168,9 +169,10 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   PetscCall(VecNorm(x, NORM_INFINITY, &displacement));
   auto allowed = [&](PetscInt i) {
     const PetscReal stiffness = PetscRealPart(d[i]);
+    const PetscReal bound     = stiffness > 0.0 ? (tol * energy + noise * load) * PetscSqrtReal(stiffness) + rounding * displacement * stiffness
+                                                : noise * largest + rounding * displacement * stiffest;
 
-    return stiffness > 0.0 ? (tol * energy + noise * load) * PetscSqrtReal(stiffness) + rounding * displacement * stiffness
-                           : noise * largest + rounding * displacement * stiffest;
+    return PetscIsInfOrNanReal(bound) ? 0.0 : bound; /* it overflows: a row has its own terms */
   };
   for (PetscInt i = 0; i < n && !suspicious; i++) suspicious = !(PetscAbsScalar(r[i]) <= allowed(i));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &suspicious, 1, MPIU_INT, MPI_MAX, comm));

@@ -64,7 +64,7 @@ static PetscErrorCode SelectRows(const AinsworthSaddle *sp, Mat all, PetscBool s
 static PetscErrorCode SplitRows(AinsworthSaddle *sp)
 {
   PetscInt  count[AINSWORTH_ROW_KINDS] = {0}, rows, row, col = -1;
-  PetscBool same                       = (PetscBool)(sp->rowsB == sp->rowsC);
+  PetscBool same = (PetscBool)(sp->rowsB == sp->rowsC);
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < sp->local; i++) count[sp->kind[i]]++;
@@ -99,11 +99,11 @@ static PetscErrorCode SplitRows(AinsworthSaddle *sp)
 */
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *sp)
 {
-  const Mat Bs = sp->rowsB == sp->rowsC ? NULL : sp->rowsB;
-  MPI_Comm  comm = PetscObjectComm((PetscObject)sp->rowsC);
-  PetscInt  bad = -1, rend;
+  const Mat  Bs   = sp->rowsB == sp->rowsC ? NULL : sp->rowsB;
+  MPI_Comm   comm = PetscObjectComm((PetscObject)sp->rowsC);
+  PetscInt   bad  = -1, rend;
   PetscBool *flags, *inC, *inB, *inRow, *inColumn, *row, *column;
-  Mat       columns = NULL;
+  Mat        columns = NULL;
 
   PetscFunctionBegin;
   PetscCall(MatGetOwnershipRange(sp->rowsC, &sp->first, &rend));

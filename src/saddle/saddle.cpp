@@ -125,9 +125,19 @@ static PetscErrorCode CheckFinite(Mat A, PetscReal norm, char bad[], size_t len)
 {
   PetscInt  row, col;
   PetscBool has;
+  Vec       x, y;
 
   PetscFunctionBegin;
   PetscCall(MatHasOperation(A, MATOP_NORM, &has));
+  if (!has) { /* a nest: NaN and Inf do not cancel in a product */
+    PetscCall(MatCreateVecs(A, &x, &y));
+    PetscCall(VecSet(x, 1.0));
+    PetscCall(MatMult(A, x, y));
+    PetscCall(VecNorm(y, NORM_1, &norm));
+    if (PetscIsInfOrNanReal(norm)) PetscCall(PetscStrncpy(bad, "A holds NaN or Inf, or values too large", len));
+    PetscCall(VecDestroy(&x));
+    PetscCall(VecDestroy(&y));
+  }
   if (!has || !PetscIsInfOrNanReal(norm)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthMatFindNotFinite(A, &row, &col)); /* the norm may overflow for large values */
   if (row >= 0) PetscCall(PetscSNPrintf(bad, len, "entry (%" PetscInt_FMT ",%" PetscInt_FMT ") of A is NaN or Inf", row, col));
@@ -167,8 +177,7 @@ PetscErrorCode AinsworthSaddleSetUp(Mat amat, Mat pmat, AinsworthSaddle *sp)
   PetscCall(CheckSizes(&found));
   PetscCall(AinsworthSaddleReset(sp));
   *(AinsworthSaddleBlocks *)sp = found;
-  PetscCall(MatGetNullSpace(pmat, &sp->whole));
-  if (!sp->whole) PetscCall(MatGetNullSpace(amat, &sp->whole));
+  PetscCall(AinsworthSaddleGetWhole(amat, pmat, &sp->whole));
   PetscCall(PetscObjectReference((PetscObject)sp->whole));
   PetscCall(GetSource(sp->block[AINSWORTH_BLOCK_C], sp->block[AINSWORTH_BLOCK_B], &source, &transpose, &hermitian));
   PetscCall(AinsworthCheckEntries(source, sp->name[sp->block[AINSWORTH_BLOCK_C] ? AINSWORTH_BLOCK_C : AINSWORTH_BLOCK_B], "C", &opaque));

@@ -39,13 +39,13 @@ struct AinsworthSaddleBlocks {
    B is C itself where block (0,1) is its adjoint; D is NULL where it is zero.
 */
 struct AinsworthSaddle : AinsworthSaddleBlocks {
-  Mat          A;        /* n x n: the program's, or without the columns of unknowns that are known */
-  Mat          C, B, D;  /* AIJ, of the rows that are kept; none: no constraints */
+  Mat          A;                   /* n x n: the program's, or without the columns of unknowns that are known */
+  Mat          C, B, D;             /* AIJ, of the rows that are kept; none: no constraints */
   Mat          rowsC, rowsB, rowsD; /* the same with all of the program's rows */
   Mat          givenC;              /* rowsC with the columns of known unknowns */
-  MatNullSpace whole;    /* null space of the program's matrix, NULL where it has none */
-  PetscBool    negated;  /* lambda is the negative of the program's */
-  char         bad[256]; /* what makes the values unusable, empty where nothing does */
+  MatNullSpace whole;               /* null space of the program's matrix, NULL where it has none */
+  PetscBool    negated;             /* lambda is the negative of the program's */
+  char         bad[256];            /* what makes the values unusable, empty where nothing does */
 
   AinsworthRowKind *kind;                       /* of each local row of the multiplier field */
   PetscInt          first;                      /* global number of the first of them */
@@ -70,7 +70,7 @@ PetscErrorCode AinsworthSaddleFindBlocks(Mat, const AinsworthSaddleBlocks *, Ain
 PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthBlockNorm(Mat, PetscReal *);
 PetscErrorCode AinsworthMatGetState(Mat, uint64_t *);
-PetscErrorCode AinsworthSaddleChanged(Mat, const AinsworthSaddle *, PetscBool *);
+PetscErrorCode AinsworthSaddleChanged(Mat, Mat, const AinsworthSaddle *, PetscBool *);
 
 PetscErrorCode AinsworthSaddleSetUp(Mat, Mat, AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
@@ -78,6 +78,8 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
 /* nullspace.cpp */
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *, MatNullSpace *);
+PetscErrorCode AinsworthSaddleGetWhole(Mat, Mat, MatNullSpace *);
+PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *, Mat, PetscBool, Vec, Vec, PetscBool *);
 
 /* rows.cpp: the rows of the multiplier field */
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *);
@@ -109,7 +111,7 @@ struct AinsworthUnmet {
   PetscReal quotient = 0.0, residual = 0.0, size = 0.0;
   PetscInt  row = -1;
 };
-PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec);
+PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, AinsworthUnmet *);
 PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *, Vec, Vec, Vec, PetscReal *);
 PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, PetscReal, Vec, Vec, Vec, Vec, AinsworthUnmet *, char[], size_t);

@@ -13,6 +13,7 @@ static uint64_t Mix(uint64_t state, uint64_t number)
 static PetscErrorCode AddState(Mat M, uint64_t *state)
 {
   Mat              part;
+  MatNullSpace     nullsp;
   PetscObjectId    id;
   PetscObjectState own;
   PetscInt         nr = 0, nc = 0;
@@ -32,6 +33,11 @@ static PetscErrorCode AddState(Mat M, uint64_t *state)
   PetscCall(PetscObjectGetId((PetscObject)M, &id));
   PetscCall(PetscObjectStateGet((PetscObject)M, &own));
   *state = Mix(Mix(*state, (uint64_t)id), (uint64_t)own);
+  PetscCall(MatGetNullSpace(M, &nullsp));
+  if (nullsp) {
+    PetscCall(PetscObjectGetId((PetscObject)nullsp, &id));
+    *state = Mix(*state, (uint64_t)id);
+  }
   PetscCall(PetscObjectTypeCompare((PetscObject)M, MATNEST, &nest));
   PetscCall(PetscObjectTypeCompare((PetscObject)M, MATCOMPOSITE, &composite));
   if (nest) PetscCall(MatNestGetSize(M, &nr, &nc));
@@ -94,14 +100,16 @@ static PetscErrorCode SameSet(IS a, IS b, PetscBool *same)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: are the layout, the blocks or the fields others, or have blocks other values, than at the last set-up? The same answer on all ranks */
-PetscErrorCode AinsworthSaddleChanged(Mat mat, const AinsworthSaddle *sp, PetscBool *changed)
+/* Collective: are the layout, the blocks, the fields or null spaces others, or have blocks other values, than at the last set-up? The same answer on all ranks */
+PetscErrorCode AinsworthSaddleChanged(Mat amat, Mat mat, const AinsworthSaddle *sp, PetscBool *changed)
 {
   AinsworthSaddleBlocks now;
+  MatNullSpace          whole;
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleFindBlocks(mat, sp, &now));
-  *changed = (PetscBool)(now.layout != sp->layout);
+  PetscCall(AinsworthSaddleGetWhole(amat, mat, &whole));
+  *changed = (PetscBool)(now.layout != sp->layout || whole != sp->whole);
   for (int k = 0; k < AINSWORTH_BLOCKS; k++)
     if (now.state[k] != sp->state[k]) *changed = PETSC_TRUE;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, changed, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)mat)));

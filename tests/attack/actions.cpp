@@ -8,11 +8,28 @@ static PetscErrorCode Operators(Attack &a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* KSPReset() leaves freed vectors behind in a KSPDGMRES of PETSc 3.18: a program has to set the type anew */
+static PetscErrorCode ResetSolver(Attack &a)
+{
+  PetscBool fragile;
+  KSPType   type;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscObjectTypeCompare((PetscObject)a.ksp, KSPDGMRES, &fragile));
+  PetscCall(KSPGetType(a.ksp, &type));
+  const std::string name = type;
+
+  if (fragile) PetscCall(KSPSetType(a.ksp, KSPPREONLY));
+  PetscCall(KSPReset(a.ksp));
+  if (fragile) PetscCall(KSPSetType(a.ksp, name.c_str()));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* New matrices for the present system; another size goes through KSPReset() */
 static PetscErrorCode Rebuild(Attack &a, bool sameTotal)
 {
   PetscFunctionBeginUser;
-  if (!sameTotal) PetscCall(KSPReset(a.ksp));
+  if (!sameTotal) PetscCall(ResetSolver(a));
   PetscCall(AttackBuild(a, sameTotal));
   PetscCall(Operators(a));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -58,7 +75,7 @@ static PetscErrorCode Store(Attack &a, bool stiffness, bool rows)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AttackValues(Attack &a)
+static PetscErrorCode Values(Attack &a)
 {
   const int what = a.r.Int(1, 3);
 
@@ -195,7 +212,7 @@ static PetscErrorCode Inactive(Attack &a)
 static PetscErrorCode Reset(Attack &a)
 {
   PetscFunctionBeginUser;
-  PetscCall(KSPReset(a.ksp));
+  PetscCall(ResetSolver(a));
   PetscCall(Operators(a));
   a.story += "; KSPReset()";
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -272,13 +289,22 @@ static PetscErrorCode Indefinite(Attack &a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode AttackMatrix(Attack &a)
+{
+  PetscErrorCode (*const actions[])(Attack &) = {Values, Pattern, OneRow, Renumber, Restore, Replace, Inactive, Scale, Indefinite};
+
+  PetscFunctionBeginUser;
+  PetscCall(actions[a.r.Int(0, 8)](a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AttackAct(Attack &a)
 {
   static const struct {
     PetscErrorCode (*act)(Attack &);
     int weight;
   } actions[] = {
-    {AttackValues,              14},
+    {Values,                    14},
     {Pattern,                   6 },
     {OneRow,                    8 },
     {Renumber,                  6 },
@@ -293,7 +319,7 @@ PetscErrorCode AttackAct(Attack &a)
     {AttackSetters,             5 },
     {AttackNullSpace,           4 },
     {AttackTranspose,           5 },
-    {AttackReuse,               0 }, /* -ksp_reuse_preconditioner keeps the constraints, too, for now */
+    {AttackReuse,               8 },
     {AttackNested,              4 },
     {AttackSame,                3 },
     {AttackPoison,              8 },

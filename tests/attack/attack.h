@@ -57,7 +57,7 @@ struct Attack {
   std::unique_ptr<Options>           options;
 
   /* what holds for one step only, and is undone before the next action */
-  bool        transpose = false, reuse = false, explode = false, nested = false, nullspace = false, broken = false, strict = false;
+  bool        transpose = false, explode = false, nested = false, nullspace = false, broken = false, strict = false;
   bool        other    = false; /* the KSP holds another operator than the nest */
   bool        bogus    = false; /* an option that cannot be read */
   int         badEntry = -1;    /* of (f, g), which is badValue */
@@ -87,7 +87,7 @@ bool AttackTame(const Attack &); /* do the options leave a well-posed system sol
 /* actions.cpp, settings.cpp, errors.cpp: change something, tell the story */
 PetscErrorCode AttackUndo(Attack &); /* what was for one step only */
 PetscErrorCode AttackAct(Attack &);
-PetscErrorCode AttackValues(Attack &);
+PetscErrorCode AttackMatrix(Attack &); /* one of the actions that change the matrix */
 PetscErrorCode AttackChangeOptions(Attack &);
 PetscErrorCode AttackSetters(Attack &);
 PetscErrorCode AttackNullSpace(Attack &);

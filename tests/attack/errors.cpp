@@ -81,19 +81,14 @@ PetscErrorCode AttackWrongOption(Attack &a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* C' is not that of C */
+/* C' is not that of C: for one step the system is another */
 PetscErrorCode AttackBrokenAdjoint(Attack &a)
 {
   PetscFunctionBeginUser;
   if (a.s.form != 0 || !a.s.C.rows() || a.s.C.norm() == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
-  const Dense Ct = a.s.Ct;
-  Dense       wrong(Ct);
-
-  wrong(a.r.Int(0, (int)Ct.rows() - 1), a.r.Int(0, (int)Ct.cols() - 1)) += a.s.C.cwiseAbs().maxCoeff();
-  a.s.Ct = wrong;
+  a.s.Ct(a.r.Int(0, (int)a.s.Ct.rows() - 1), a.r.Int(0, (int)a.s.Ct.cols() - 1)) += a.s.C.cwiseAbs().maxCoeff();
   PetscCall(AttackWrite(a, false, true));
-  a.s.Ct   = Ct;
-  a.broken = a.must = true;
+  a.broken = true;
   a.story += "; C' is not that of C";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -132,7 +127,6 @@ PetscErrorCode AttackUndo(Attack &a)
   PetscFunctionBeginUser;
   if (a.other) PetscCall(KSPSetOperators(a.ksp, a.nest, a.nest));
   if (a.nullspace) PetscCall(MatSetNullSpace(a.nest, NULL));
-  if (a.reuse) PetscCall(KSPSetReusePreconditioner(a.ksp, PETSC_FALSE));
   if (a.strict) PetscCall(KSPSetErrorIfNotConverged(a.ksp, PETSC_FALSE));
   if (a.bogus) a.options.reset();
   if (a.badRow >= 0) {
@@ -141,8 +135,11 @@ PetscErrorCode AttackUndo(Attack &a)
     PetscCall(AttackWrite(a, true, true));
     a.badRow = -1;
   }
-  if (a.broken) PetscCall(AttackWrite(a, false, true));
-  for (bool *flag : {&a.transpose, &a.reuse, &a.explode, &a.nested, &a.nullspace, &a.broken, &a.strict, &a.other, &a.bogus, &a.must}) *flag = false;
+  if (a.broken) {
+    a.s.Ct = a.s.C.adjoint();
+    PetscCall(AttackWrite(a, false, true));
+  }
+  for (bool *flag : {&a.transpose, &a.explode, &a.nested, &a.nullspace, &a.broken, &a.strict, &a.other, &a.bogus, &a.must}) *flag = false;
   a.badEntry = -1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

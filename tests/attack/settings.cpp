@@ -15,10 +15,12 @@ PetscErrorCode AttackChangeOptions(Attack &a)
 
 PetscErrorCode AttackSetters(Attack &a)
 {
-  PC  pc;
-  Vec w;
+  PC          pc;
+  Vec         w;
+  PetscMPIInt size;
 
   PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(KSPGetPC(a.ksp, &pc));
   switch (a.r.Int(0, 3)) {
   case 0: {
@@ -45,6 +47,10 @@ PetscErrorCode AttackSetters(Attack &a)
     a.story += "; a weight of the program";
     break;
   default:
+    if (size > 1) { /* no BoomerAMG there, see options.cpp */
+      a.options.reset();
+      a.options.reset(new Options("-ainsworth_pc_type jacobi"));
+    }
     PetscCall(PCSetType(pc, PCNONE));
     PetscCall(PCSetType(pc, PCAINSWORTH));
     PetscCall(PCSetFromOptions(pc));
@@ -99,18 +105,19 @@ PetscErrorCode AttackTranspose(Attack &a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Another stiffness with the old preconditioner, for an outer method that can do with it */
+/* KSPSetReusePreconditioner() from here on, until it is taken back or KSPSetFromOptions() is called; and something changes */
 PetscErrorCode AttackReuse(Attack &a)
 {
+  PC        pc;
+  PetscBool reuse;
+
   PetscFunctionBeginUser;
-  if (a.s.form > 1 || a.s.nested) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPSetType(a.ksp, KSPFGMRES));
-  a.choices["-ksp_type"] = KSPFGMRES;
-  PetscCall(KSPSetTolerances(a.ksp, 1e-10, 0.0, PETSC_DEFAULT, 200));
-  PetscCall(KSPSetReusePreconditioner(a.ksp, PETSC_TRUE));
-  a.reuse = true;
-  a.story += "; reuse of the preconditioner in FGMRES";
-  if (a.r.Chance(0.7)) PetscCall(AttackValues(a));
+  PetscCall(KSPGetPC(a.ksp, &pc));
+  PetscCall(PCGetReusePreconditioner(pc, &reuse));
+  reuse = (PetscBool)!reuse;
+  PetscCall(KSPSetReusePreconditioner(a.ksp, reuse));
+  a.story += reuse ? "; reuse of the preconditioner" : "; no reuse any more";
+  if (a.r.Chance(0.8)) PetscCall(AttackMatrix(a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -130,13 +130,19 @@ static PetscErrorCode Agree(MPI_Comm comm, PetscErrorCode code, KSPConvergedReas
 
 PetscErrorCode AttackSolve(Attack &a, Verdict *verdict, std::string &why)
 {
+  PC        pc;
+  PetscBool reuse;
+
+  PetscFunctionBeginUser;
+  PetscCall(KSPGetPC(a.ksp, &pc));
+  PetscCall(PCGetReusePreconditioner(pc, &reuse));
   RandomSystem s        = a.s;
   const auto   outer    = a.choices.find("-ksp_type");
   const bool   simple   = outer == a.choices.end() || outer->second == KSPPREONLY;
   const auto   norm     = a.choices.find("-ainsworth_ksp_norm_type");
   const auto   stop     = a.choices.find("-pc_ainsworth_stop");
   const bool   untested = (stop != a.choices.end() && stop->second == "energy_error") || (norm != a.choices.end() && norm->second.compare(0, 4, "none") == 0);
-  const bool   tame     = AttackTame(a) && !a.user && !a.reuse && !a.explode && !a.bogus && !a.nullspace && (!a.transpose || simple);
+  const bool   tame     = AttackTame(a) && !a.user && !reuse && !a.explode && !a.bogus && !a.nullspace && (!a.transpose || simple);
   Vec          b, y, copy;
   Column       x, lambda;
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
@@ -144,7 +150,6 @@ PetscErrorCode AttackSolve(Attack &a, Verdict *verdict, std::string &why)
   PetscBool          same;
   std::string        message;
 
-  PetscFunctionBeginUser;
   if (a.transpose) s.A = Dense(a.s.A.adjoint());
   if (a.badEntry >= 0) (a.badEntry < s.f.size() ? s.f[a.badEntry] : s.g[a.badEntry - s.f.size()]) = a.badValue;
   PetscCall(WholeCreate(a, &b));
@@ -160,11 +165,9 @@ PetscErrorCode AttackSolve(Attack &a, Verdict *verdict, std::string &why)
     *verdict = AttackInternal(code, message) && !a.explode ? WRONG : AttackJudge(s, tame && !a.other, a.must, true, KSP_DIVERGED_PC_FAILED, x, lambda, why);
     why      = "error " + std::to_string((int)code) + ": " + message + "; " + why;
   } else {
-    PC             pc;
     PCFailedReason failure;
 
     PetscCall(KSPGetConvergedReason(a.ksp, &reason));
-    PetscCall(KSPGetPC(a.ksp, &pc));
     PetscCall(PCGetFailedReason(pc, &failure));
     PetscCall(Fields(a, y, false, x, lambda));
     *verdict = AttackJudge(s, tame, a.must, simple && !untested, reason, x, lambda, why);
@@ -225,7 +228,7 @@ PetscErrorCode AttackElsewhere(Attack &a, Verdict *verdict, std::string &why)
   worst = (PetscMPIInt)*verdict;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_INT, MPI_MAX, PETSC_COMM_WORLD));
   *verdict = (Verdict)worst;
-  PetscCall(KSPDestroy(&ksp));
+  PetscCall(AttackCall([&]() { return KSPDestroy(&ksp); }, &code, message)); /* after an error in hypre PETSc has one more here */
   PetscCall(MatDestroy(&nest));
   PetscCall(VecDestroy(&b));
   PetscCall(VecDestroy(&y));

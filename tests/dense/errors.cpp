@@ -34,13 +34,12 @@ static PetscErrorCode Ones(PetscInt lm, PetscInt ln, PetscInt m, PetscInt n, boo
 /* The MatNest is not [A C'; C 0] */
 static PetscErrorCode Blocks()
 {
-  Mat      nest, D, Z, T, empty, wide, tall, blocks[9] = {NULL};
+  Mat      nest, Z, T, empty, wide, tall, blocks[9] = {NULL};
   PetscInt m, n, start, end;
 
   PetscFunctionBeginUser;
   PetscCall(MatGetLocalSize(sys.C, &m, &n));
   PetscCall(MatCreateTranspose(sys.C, &T));
-  PetscCall(Ones(m, m, PETSC_DETERMINE, PETSC_DETERMINE, true, &D));
   PetscCall(Ones(n, n, PETSC_DETERMINE, PETSC_DETERMINE, false, &Z));
   PetscCall(Ones(m, m, PETSC_DETERMINE, PETSC_DETERMINE, false, &empty));
 
@@ -50,9 +49,6 @@ static PetscErrorCode Blocks()
   PetscCall(ExpectSetUp("3 x 3 blocks", nest, PETSC_ERR_ARG_SIZ, {"2 x 2 blocks", "got 3 x 3"}));
   PetscCall(MatDestroy(&nest));
   for (bool first : {false, true}) {
-    PetscCall(NestCreate(sys.A, T, sys.C, D, first, &nest));
-    PetscCall(ExpectSetUp("no zero block", nest, PETSC_ERR_ARG_WRONG, {"no multipliers", "(0,0) and (1,1)", "both nonzero", "is not diagonal"}));
-    PetscCall(MatDestroy(&nest));
     PetscCall(NestCreate(Z, T, sys.C, NULL, first, &nest));
     PetscCall(ExpectSetUp("no primal block", nest, PETSC_ERR_ARG_WRONG, {"no primal block", "(0,0) and (1,1)"}));
     PetscCall(MatDestroy(&nest));
@@ -74,7 +70,6 @@ static PetscErrorCode Blocks()
   PetscCall(MatAssemblyBegin(sys.A, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(sys.A, MAT_FINAL_ASSEMBLY));
   PetscCall(MatDestroy(&nest));
-  PetscCall(MatDestroy(&D));
   PetscCall(MatDestroy(&T));
   PetscCall(MatDestroy(&Z));
   PetscCall(MatDestroy(&empty));

@@ -4,17 +4,18 @@ static char help[] = "Random saddle-point systems and options: each ends with th
   -errors <1>     also systems that are to be refused\n\
 A long run:  mpiexec -n 2 fuzz -cases 1000000 -seed 17\n\n";
 
-#include "randomsystem.h"
+#include "randomsaddle.h"
 
 enum Verdict {
   SOLVED,
   REASON,   /* a failure, with a reason, of a system that has no solution or is not promised one */
   REFUSED,  /* an error at set-up, where it belongs */
   UNSOLVED, /* a failure where a solution was promised */
+  UNTRUE,   /* a reason, or an error, whose words are not true of the system */
   WRONG,    /* another solution, success without one, an error out of place, or ranks that do not agree */
   VERDICTS
 };
-static const char *const verdicts[] = {"solved", "with a reason", "refused", "unsolved", "wrong"};
+static const char *const verdicts[] = {"solved", "with a reason", "refused", "unsolved", "untrue", "wrong"};
 
 /*
    The solution is one if its error in x is at most the second figure times the condition number, relative to x and lambda, or, where it is not
@@ -125,10 +126,41 @@ static PetscErrorCode Solve(const RandomSystem &s, const Truth &truth, Random &r
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A system of the normal form, the same way */
+static PetscErrorCode SolveGeneral(const RandomSaddle &p, Random &r, Verdict *verdict, std::string &why)
+{
+  const PetscInt local[2] = {RandomShare(PETSC_COMM_WORLD, r, (int)p.s.A.rows(), p.s.bs), RandomShare(PETSC_COMM_WORLD, r, (int)p.s.C.rows(), 1)};
+  const Facts    facts    = SaddleFacts(p.s);
+  Answer         answer;
+  char           text[128];
+
+  PetscFunctionBeginUser;
+  PetscCall(SaddleSolve(p.s, local, false, answer));
+  switch (SaddleJudge(p.s, facts, true, answer)) {
+  case SADDLE_RIGHT:
+    *verdict = SOLVED;
+    break;
+  case SADDLE_REFUSED:
+  case SADDLE_OWED:
+    *verdict = RandomSaddlePromised(p, facts) ? UNSOLVED : answer.code ? REFUSED : REASON;
+    break;
+  case SADDLE_UNTRUE:
+    *verdict = UNTRUE;
+    break;
+  default:
+    *verdict = WRONG;
+  }
+  PetscCall(PetscSNPrintf(text, sizeof(text), "residual %g, error %g, reach %g, left %g, %s%s%s; ", answer.residual, answer.error, facts.reach, facts.left,
+                          facts.decided ? "" : "undecided, ", facts.solvable ? "solvable" : "not solvable", facts.unique ? "" : ", not unique"));
+  why = text + answer.said;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   PetscInt  cases = 1000, seed = 1, only = -1, count[VERDICTS] = {0};
-  PetscBool verbose = PETSC_FALSE, errors = PETSC_TRUE;
+  PetscBool verbose = PETSC_FALSE, errors = PETSC_TRUE, mixed = PETSC_TRUE;
+  PetscReal general = 0.0;
 
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
@@ -138,25 +170,39 @@ int main(int argc, char **argv)
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-only", &only, NULL));
   PetscCall(PetscOptionsGetBool(NULL, NULL, "-verbose", &verbose, NULL));
   PetscCall(PetscOptionsGetBool(NULL, NULL, "-errors", &errors, NULL));
+  PetscCall(PetscOptionsGetBool(NULL, NULL, "-mix", &mixed, NULL));
+  PetscCall(PetscOptionsGetReal(NULL, NULL, "-general", &general, NULL));
   for (PetscInt k = only < 0 ? 0 : only; k < (only < 0 ? cases : only + 1); k++) {
-    Random       r((PetscInt64)seed * 1000003 + k);
-    RandomSystem system(r, errors);
-    Truth        truth(system);
-    std::string  line = RandomOptions(r, system, truth), why;
-    Options      options(line);
-    Verdict      verdict = WRONG;
+    const PetscInt64 number = (PetscInt64)seed * 1000003 + k;
+    Random           mix(number), r(mixed ? (PetscInt64)(mix.Bits() >> 1) : number); /* streams of seeds in a row are shifts of each other */
+    std::string      text, line, why;
+    Verdict          verdict = WRONG;
 
-    if (verbose) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "case %" PetscInt_FMT ": %s; %s\n", k, system.text.c_str(), line.c_str()));
-    PetscCall(Solve(system, truth, r, &verdict, why));
+    if (general > 0.0 && r.Chance(general)) {
+      const RandomSaddle system(r);
+      Options            options(line = system.options);
+
+      text = system.text;
+      if (verbose) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "case %" PetscInt_FMT ": %s; %s\n", k, text.c_str(), line.c_str()));
+      PetscCall(SolveGeneral(system, r, &verdict, why));
+    } else {
+      const RandomSystem system(r, errors);
+      const Truth        truth(system);
+      Options            options(line = RandomOptions(r, system, truth));
+
+      text = system.text;
+      if (verbose) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "case %" PetscInt_FMT ": %s; %s\n", k, text.c_str(), line.c_str()));
+      PetscCall(Solve(system, truth, r, &verdict, why));
+    }
     count[verdict]++;
     if (verbose || verdict >= UNSOLVED)
       PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s: -seed %" PetscInt_FMT " -only %" PetscInt_FMT ": %s; %s; %s\n", verdicts[verdict], seed, k, why.c_str(),
-                            system.text.c_str(), line.c_str()));
+                            text.c_str(), line.c_str()));
   }
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%" PetscInt_FMT " cases:", only < 0 ? cases : 1));
   for (int v = 0; v < VERDICTS; v++) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s %" PetscInt_FMT " %s", v ? "," : "", count[v], verdicts[v]));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "\n"));
   CheckLeaks();
   PetscCall(PetscFinalize());
-  return count[UNSOLVED] + count[WRONG] > 0;
+  return count[UNSOLVED] + count[UNTRUE] + count[WRONG] > 0;
 }

@@ -1,5 +1,5 @@
 static char help[] = "Error against run time: one solver over a series of tolerances, against the exact solution.\n\
-The system is the two cubes, or that of -A -C -f -g; the solver is what the options say (-options_file tutorials/benchmark/solvers/<name>.opts).\n\n";
+The system is the two cubes, or that of -A -B -C -D -f -g; the solver is what the options say (-options_file tutorials/benchmark/solvers/<name>.opts).\n\n";
 
 #include "cubes.h"
 #include "forms.h"
@@ -19,8 +19,8 @@ struct Choices {
 };
 
 struct System {
-  Mat A, C;
-  Vec f, g, x, lambda; /* with its exact solution */
+  SaddleBlocks blocks;
+  Vec          f, g, x, lambda; /* with its exact solution */
 };
 
 static PetscErrorCode ChoicesGet(MPI_Comm comm, Choices *c)
@@ -59,38 +59,36 @@ static PetscErrorCode ChoicesGet(MPI_Comm comm, Choices *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SystemCreate(MPI_Comm comm, const Choices &choices, System *s)
+static PetscErrorCode CreateSystem(MPI_Comm comm, const Choices &choices, System *s)
 {
   CubesOptions options;
   CubesSystem  cubes;
   PetscBool    files, stored = PETSC_FALSE;
 
   PetscFunctionBeginUser;
-  PetscCall(SystemLoad(comm, &files, &s->A, &s->C, &s->f, &s->g));
+  PetscCall(SystemLoad(comm, &files, &s->blocks, &s->f, &s->g));
   if (!files) {
     PetscCall(CubesOptionsGet(comm, &options));
     PetscCall(CubesSystemCreate(comm, options, &cubes));
-    s->A = cubes.A;
-    s->C = cubes.C;
-    s->f = cubes.f;
-    s->g = cubes.g;
+    s->blocks = {cubes.A, cubes.C};
+    s->f      = cubes.f;
+    s->g      = cubes.g;
   }
   PetscCall(VecDuplicate(s->f, &s->x));
   PetscCall(VecDuplicate(s->g, &s->lambda));
   if (choices.hasReference) PetscCall(PetscTestFile(choices.reference, 'r', &stored));
   if (stored) PetscCall(ReferenceLoad(choices.reference, s->x, s->lambda));
   else {
-    PetscCall(ReferenceCompute(s->A, s->C, s->f, s->g, s->x, s->lambda));
+    PetscCall(ReferenceCompute(s->blocks, s->f, s->g, s->x, s->lambda));
     if (choices.hasReference) PetscCall(ReferenceSave(choices.reference, s->x, s->lambda));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SystemDestroy(System *s)
+static PetscErrorCode DestroySystem(System *s)
 {
   PetscFunctionBeginUser;
-  PetscCall(MatDestroy(&s->A));
-  PetscCall(MatDestroy(&s->C));
+  PetscCall(SystemDestroy(&s->blocks));
   for (Vec *v : {&s->f, &s->g, &s->x, &s->lambda}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -144,7 +142,7 @@ struct Result {
 static PetscErrorCode Solve(const System &s, const Choices &choices, Result *result)
 {
   const bool     forming = choices.form == FORM_AUGMENTED || choices.form == FORM_ELIMINATED;
-  MPI_Comm       comm    = PetscObjectComm((PetscObject)s.A);
+  MPI_Comm       comm    = PetscObjectComm((PetscObject)s.blocks.A);
   PetscLogDouble begin, formed, ready, end;
   PetscBool      split;
   Form           form;
@@ -153,7 +151,7 @@ static PetscErrorCode Solve(const System &s, const Choices &choices, Result *res
 
   PetscFunctionBeginUser;
   PetscCall(Now(comm, &begin));
-  PetscCall(FormCreate(s.A, s.C, s.f, s.g, choices.form, choices.gamma, &form));
+  PetscCall(FormCreate(s.blocks, s.f, s.g, choices.form, choices.gamma, &form));
   PetscCall(Now(comm, &formed));
   PetscCall(KSPCreate(comm, &ksp));
   PetscCall(KSPSetOperators(ksp, form.K, form.M));
@@ -228,7 +226,7 @@ static PetscErrorCode Run(const System &s, const Choices &choices, PetscInt digi
 {
   const bool     direct    = std::string(choices.tolerance) == "none";
   const double   tolerance = direct ? 0 : PetscPowReal(10, -digits);
-  MPI_Comm       comm      = PetscObjectComm((PetscObject)s.A);
+  MPI_Comm       comm      = PetscObjectComm((PetscObject)s.blocks.A);
   PetscLogDouble setup = PETSC_MAX_REAL, solve = PETSC_MAX_REAL, spent = 0;
   PetscReal      energy, multiplier, residuals[2];
   double         memory;
@@ -247,9 +245,9 @@ static PetscErrorCode Run(const System &s, const Choices &choices, PetscInt digi
     spent += result.setup + result.solve;
     PetscCallMPI(MPI_Bcast(&spent, 1, MPI_DOUBLE, 0, comm));
   }
-  PetscCall(RelativeError(s.A, s.x, result.x, &energy));
+  PetscCall(RelativeError(s.blocks.A, s.x, result.x, &energy));
   PetscCall(RelativeError(NULL, s.lambda, result.lambda, &multiplier));
-  PetscCall(ReportResiduals(s.A, s.C, s.f, s.g, result.x, result.lambda, residuals));
+  PetscCall(ReportResiduals(s.blocks, s.f, s.g, result.x, result.lambda, residuals));
   PetscCall(PeakMemory(comm, &memory));
   PetscCall(PetscSNPrintf(text, sizeof(text), "%s,%g,%.6f,%.6f,%" PetscInt_FMT ",%.1f,%.4e,%.4e,%.4e,%.4e,%s\n", choices.name, tolerance, (double)setup,
                           (double)solve, result.iterations, memory, (double)energy, (double)multiplier, (double)residuals[0], (double)residuals[1],
@@ -271,8 +269,8 @@ int main(int argc, char **argv)
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(ChoicesGet(PETSC_COMM_WORLD, &choices));
-  PetscCall(SystemCreate(PETSC_COMM_WORLD, choices, &system));
-  PetscCall(MatGetSize(system.C, &m, &n));
+  PetscCall(CreateSystem(PETSC_COMM_WORLD, choices, &system));
+  PetscCall(MatGetSize(system.blocks.C, &m, &n));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "# unknowns=%" PetscInt_FMT " constraints=%" PetscInt_FMT "\n", n, m));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "solver,tolerance,setup_s,solve_s,iterations,memory_mb,energy_error,multiplier_error,primal_residual,"
                                           "constraint_residual,reason\n"));
@@ -280,7 +278,7 @@ int main(int argc, char **argv)
     PetscCall(Run(system, choices, digits, &reason));
     if (std::string(choices.tolerance) == "none") break;
   }
-  PetscCall(SystemDestroy(&system));
+  PetscCall(DestroySystem(&system));
   PetscCall(PetscFinalize());
   return 0;
 }

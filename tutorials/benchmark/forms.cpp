@@ -19,13 +19,13 @@ static PetscErrorCode CreateFields(Form *form)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [A C'; C D], C' a matrix of its own: products of the blocks are formed from it */
-static PetscErrorCode CreateNest(const Form &form, Mat A, Mat D, Mat *K)
+/* [A B'; C corner], B' a matrix of its own: products of the blocks are formed from it */
+static PetscErrorCode CreateNest(const Form &form, Mat A, Mat corner, Mat *K)
 {
-  Mat blocks[4] = {A, NULL, form.C, D};
+  Mat blocks[4] = {A, NULL, form.C, corner};
 
   PetscFunctionBeginUser;
-  PetscCall(MatHermitianTranspose(form.C, MAT_INITIAL_MATRIX, &blocks[1]));
+  PetscCall(MatHermitianTranspose(form.B, MAT_INITIAL_MATRIX, &blocks[1]));
   PetscCall(MatCreateNest(PetscObjectComm((PetscObject)A), 2, form.fields, 2, form.fields, blocks, K));
   PetscCall(MatDestroy(&blocks[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -126,16 +126,21 @@ static PetscErrorCode SetField(Vec all, IS is, Vec field)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode FormCreate(Mat A, Mat C, Vec f, Vec g, FormType type, PetscReal gamma, Form *form)
+PetscErrorCode FormCreate(const SaddleBlocks &s, Vec f, Vec g, FormType type, PetscReal gamma, Form *form)
 {
-  Mat nest;
-  Vec first;
+  const bool general = s.B || s.D;
+  Mat        nest, corner = NULL;
+  Vec        first;
 
   PetscFunctionBeginUser;
+  PetscCheck(!general || type == FORM_NEST || type == FORM_AIJ, PetscObjectComm((PetscObject)s.A), PETSC_ERR_SUP,
+             "Option -form %s is for [A C'; C 0]: leave out -B and -D, or use -form nest or aij", FormTypes[type]);
   *form      = Form();
   form->type = type;
-  form->A    = A;
-  form->C    = C;
+  form->A    = s.A;
+  form->B    = s.B ? s.B : s.C;
+  form->C    = s.C;
+  form->D    = s.D;
   form->f    = f;
   if (type == FORM_ELIMINATED) {
     PetscCall(FormCreateEliminated(g, form));
@@ -146,11 +151,16 @@ PetscErrorCode FormCreate(Mat A, Mat C, Vec f, Vec g, FormType type, PetscReal g
   PetscCall(CreateFields(form));
   if (type == FORM_AUGMENTED) PetscCall(CreateAugmented(f, g, gamma, form, first));
   else {
-    PetscCall(CreateNest(*form, A, NULL, &nest));
+    if (s.D) {
+      PetscCall(MatDuplicate(s.D, MAT_COPY_VALUES, &corner));
+      PetscCall(MatScale(corner, -1.0));
+    }
+    PetscCall(CreateNest(*form, s.A, corner, &nest));
+    PetscCall(MatDestroy(&corner));
     if (type == FORM_AIJ) {
       PetscCall(MatConvert(nest, MATAIJ, MAT_INITIAL_MATRIX, &form->K));
       PetscCall(MatDestroy(&nest));
-      PetscCall(MatSetOption(form->K, MAT_SYMMETRIC, PETSC_TRUE));
+      PetscCall(MatSetOption(form->K, MAT_SYMMETRIC, s.B ? PETSC_FALSE : PETSC_TRUE));
     } else form->K = nest;
     form->M = form->K;
     PetscCall(PetscObjectReference((PetscObject)form->M));

@@ -2,11 +2,10 @@
 #ifndef TUTORIALS_FORMS_H
 #define TUTORIALS_FORMS_H
 
-#include "compat.h"
-#include <petscksp.h>
+#include "saddle.h"
 
 enum FormType {
-  FORM_NEST,      /* [A C'; C 0] as a MatNest */
+  FORM_NEST,      /* [A B'; C -D] as a MatNest */
   FORM_AIJ,       /* the same as one sparse matrix */
   FORM_AUGMENTED, /* [A + C' B C, C'; C 0], preconditioning matrix with -B^{-1} in the corner; B = gamma / diag(C diag(A)^{-1} C') */
   FORM_ELIMINATED /* T' A T, x = T y + x0: one unknown of each constraint is expressed by the others */
@@ -15,7 +14,7 @@ extern const char *const FormTypes[];
 
 struct Form {
   FormType type;
-  Mat      A, C;         /* of the system, not owned */
+  Mat      A, B, C, D;   /* of the system, not owned; B is C where the program has none */
   Mat      K, M;         /* what the solver gets: operator and preconditioning matrix */
   Vec      rhs, y;       /* its right-hand side and its solution */
   IS       fields[2];    /* of x and lambda in y; none with FORM_ELIMINATED */
@@ -25,7 +24,7 @@ struct Form {
   Vec      coefficients; /* FORM_ELIMINATED: its entry in C */
 };
 
-PetscErrorCode FormCreate(Mat A, Mat C, Vec f, Vec g, FormType, PetscReal gamma, Form *);
+PetscErrorCode FormCreate(const SaddleBlocks &, Vec f, Vec g, FormType, PetscReal gamma, Form *);
 PetscErrorCode FormGetSolution(const Form &, Vec x, Vec lambda);
 PetscErrorCode FormDestroy(Form *);
 

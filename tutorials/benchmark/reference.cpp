@@ -70,7 +70,7 @@ static PetscErrorCode Add(const Refined &y, Vec step)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CreateSolver(Mat K, KSP *ksp)
+static PetscErrorCode CreateSolver(Mat K, bool symmetric, KSP *ksp)
 {
   PC pc;
 
@@ -81,13 +81,13 @@ static PetscErrorCode CreateSolver(Mat K, KSP *ksp)
   PetscCall(KSPSetType(*ksp, KSPPREONLY));
   PetscCall(KSPSetErrorIfNotConverged(*ksp, PETSC_TRUE));
   PetscCall(KSPGetPC(*ksp, &pc));
-  PetscCall(PCSetType(pc, PCCHOLESKY));
+  PetscCall(PCSetType(pc, symmetric ? PCCHOLESKY : PCLU));
   PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
   PetscCall(KSPSetFromOptions(*ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode ReferenceCompute(Mat A, Mat C, Vec f, Vec g, Vec x, Vec lambda)
+PetscErrorCode ReferenceCompute(const SaddleBlocks &s, Vec f, Vec g, Vec x, Vec lambda)
 {
   const int  most = 12;
   Form       form;
@@ -98,8 +98,8 @@ PetscErrorCode ReferenceCompute(Mat A, Mat C, Vec f, Vec g, Vec x, Vec lambda)
   PetscReal  change = PETSC_MAX_REAL, last, size;
 
   PetscFunctionBeginUser;
-  PetscCall(FormCreate(A, C, f, g, FORM_AIJ, 0.0, &form));
-  PetscCall(CreateSolver(form.K, &ksp));
+  PetscCall(FormCreate(s, f, g, FORM_AIJ, 0.0, &form));
+  PetscCall(CreateSolver(form.K, !s.B, &ksp));
   for (Vec *v : {&y.high, &y.low, &r, &step}) {
     PetscCall(VecDuplicate(form.y, v));
     PetscCall(VecSet(*v, 0.0));
@@ -115,7 +115,7 @@ PetscErrorCode ReferenceCompute(Mat A, Mat C, Vec f, Vec g, Vec x, Vec lambda)
     PetscCall(VecNorm(y.high, NORM_2, &size));
     if (change <= PETSC_MACHINE_EPSILON * size || change > last / 2) break;
   }
-  PetscCheck(PetscMin(change, last) <= 1e-13 * size, PetscObjectComm((PetscObject)A), PETSC_ERR_NOT_CONVERGED,
+  PetscCheck(PetscMin(change, last) <= 1e-13 * size, PetscObjectComm((PetscObject)s.A), PETSC_ERR_NOT_CONVERGED,
              "The reference solution is not exact: the last correction is %g of it", (double)(change / size));
   PetscCall(VecCopy(y.high, form.y));
   PetscCall(FormGetSolution(form, x, lambda));

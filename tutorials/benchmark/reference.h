@@ -2,11 +2,10 @@
 #ifndef TUTORIALS_REFERENCE_H
 #define TUTORIALS_REFERENCE_H
 
-#include "compat.h"
-#include <petscksp.h>
+#include "saddle.h"
 
 /* Solver options have the prefix reference_; the default is MUMPS */
-PetscErrorCode ReferenceCompute(Mat A, Mat C, Vec f, Vec g, Vec x, Vec lambda);
+PetscErrorCode ReferenceCompute(const SaddleBlocks &, Vec f, Vec g, Vec x, Vec lambda);
 /* x and lambda, one after the other, in PETSc's binary format */
 PetscErrorCode ReferenceSave(const char file[], Vec x, Vec lambda);
 PetscErrorCode ReferenceLoad(const char file[], Vec x, Vec lambda);

@@ -1,8 +1,8 @@
 /* The line that every tutorial ends with: size, time, and the residuals of the original blocks */
 #include "report.h"
 
-/* ||f - A x - C' lambda||_2 / ||f||_2, absolute where f = 0 */
-static PetscErrorCode PrimalResidual(Mat A, Mat C, Vec f, Vec x, Vec lambda, PetscReal *residual)
+/* ||f - A x - B' lambda||_2 / ||f||_2, absolute where f = 0 */
+static PetscErrorCode PrimalResidual(const SaddleBlocks &s, Vec f, Vec x, Vec lambda, PetscReal *residual)
 {
   PetscReal norm;
   Vec       r, t;
@@ -10,8 +10,8 @@ static PetscErrorCode PrimalResidual(Mat A, Mat C, Vec f, Vec x, Vec lambda, Pet
   PetscFunctionBeginUser;
   PetscCall(VecDuplicate(f, &r));
   PetscCall(VecDuplicate(f, &t));
-  PetscCall(MatMult(A, x, r));
-  PetscCall(MatMultHermitianTranspose(C, lambda, t));
+  PetscCall(MatMult(s.A, x, r));
+  PetscCall(MatMultHermitianTranspose(s.B ? s.B : s.C, lambda, t));
   PetscCall(VecAXPY(r, 1.0, t));
   PetscCall(VecAYPX(r, -1.0, f));
   PetscCall(VecNorm(r, NORM_2, residual));
@@ -22,8 +22,8 @@ static PetscErrorCode PrimalResidual(Mat A, Mat C, Vec f, Vec x, Vec lambda, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ||C x - g||_inf / (1 + ||g||_inf) */
-static PetscErrorCode ConstraintResidual(Mat C, Vec g, Vec x, PetscReal *residual)
+/* ||C x - D lambda - g||_inf / (1 + ||g||_inf) */
+static PetscErrorCode ConstraintResidual(const SaddleBlocks &s, Vec g, Vec x, Vec lambda, PetscReal *residual)
 {
   PetscReal norm;
   PetscInt  rows;
@@ -34,8 +34,16 @@ static PetscErrorCode ConstraintResidual(Mat C, Vec g, Vec x, PetscReal *residua
   PetscCall(VecGetSize(g, &rows));
   if (!rows) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(g, &r));
-  PetscCall(MatMult(C, x, r));
+  PetscCall(MatMult(s.C, x, r));
   PetscCall(VecAXPY(r, -1.0, g));
+  if (s.D) {
+    Vec compliance;
+
+    PetscCall(VecDuplicate(g, &compliance));
+    PetscCall(MatMult(s.D, lambda, compliance));
+    PetscCall(VecAXPY(r, -1.0, compliance));
+    PetscCall(VecDestroy(&compliance));
+  }
   PetscCall(VecNorm(r, NORM_INFINITY, residual));
   PetscCall(VecNorm(g, NORM_INFINITY, &norm));
   *residual /= 1 + norm;
@@ -52,25 +60,25 @@ static PetscErrorCode Print(PetscReal value, char text[], size_t length)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode ReportResiduals(Mat A, Mat C, Vec f, Vec g, Vec x, Vec lambda, PetscReal residuals[2])
+PetscErrorCode ReportResiduals(const SaddleBlocks &s, Vec f, Vec g, Vec x, Vec lambda, PetscReal residuals[2])
 {
   PetscFunctionBeginUser;
-  PetscCall(PrimalResidual(A, C, f, x, lambda, &residuals[0]));
-  PetscCall(ConstraintResidual(C, g, x, &residuals[1]));
+  PetscCall(PrimalResidual(s, f, x, lambda, &residuals[0]));
+  PetscCall(ConstraintResidual(s, g, x, lambda, &residuals[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode ReportSolution(Mat A, Mat C, Vec f, Vec g, const SaddleSolution &s)
+PetscErrorCode ReportSolution(const SaddleBlocks &blocks, Vec f, Vec g, const SaddleSolution &s)
 {
-  MPI_Comm  comm = PetscObjectComm((PetscObject)A);
+  MPI_Comm  comm = PetscObjectComm((PetscObject)blocks.A);
   PetscReal primal, constraint, error = 0;
   PetscInt  n, m;
   char      text[2][32];
 
   PetscFunctionBeginUser;
-  PetscCall(MatGetSize(C, &m, &n));
-  PetscCall(PrimalResidual(A, C, f, s.x, s.lambda, &primal));
-  PetscCall(ConstraintResidual(C, g, s.x, &constraint));
+  PetscCall(MatGetSize(blocks.C, &m, &n));
+  PetscCall(PrimalResidual(blocks, f, s.x, s.lambda, &primal));
+  PetscCall(ConstraintResidual(blocks, g, s.x, s.lambda, &constraint));
   /* the infinity norm may lose a nan */
   PetscCall(VecNorm(s.x, NORM_2, &error));
   if (PetscIsInfOrNanReal(error)) constraint = error;

@@ -4,8 +4,8 @@
 
 #include "saddle.h"
 
-/* ||f - A x - C' lambda||_2 / ||f||_2, absolute where f = 0, and ||C x - g||_inf / (1 + ||g||_inf) */
-PetscErrorCode ReportResiduals(Mat A, Mat C, Vec f, Vec g, Vec x, Vec lambda, PetscReal residuals[2]);
-PetscErrorCode ReportSolution(Mat A, Mat C, Vec f, Vec g, const SaddleSolution &);
+/* ||f - A x - B' lambda||_2 / ||f||_2, absolute where f = 0, and ||C x - D lambda - g||_inf / (1 + ||g||_inf) */
+PetscErrorCode ReportResiduals(const SaddleBlocks &, Vec f, Vec g, Vec x, Vec lambda, PetscReal residuals[2]);
+PetscErrorCode ReportSolution(const SaddleBlocks &, Vec f, Vec g, const SaddleSolution &);
 
 #endif

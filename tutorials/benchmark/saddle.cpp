@@ -20,11 +20,11 @@ static PetscErrorCode LayoutGet(MPI_Comm comm, Layout *layout)
 
   PetscFunctionBeginUser;
   layout->transpose = TRANSPOSE_VIEW;
-  PetscOptionsBegin(comm, NULL, "Saddle-point system [A C'; C 0] as a MatNest", NULL);
-  PetscCall(PetscOptionsEList("-transpose_block", "C' is a view of C, a matrix of its own, or left out", NULL, blocks, 3, blocks[layout->transpose],
+  PetscOptionsBegin(comm, NULL, "Saddle-point system [A B'; C -D] as a MatNest", NULL);
+  PetscCall(PetscOptionsEList("-transpose_block", "B' is a view of B, a matrix of its own, or left out", NULL, blocks, 3, blocks[layout->transpose],
                               &layout->transpose, NULL));
   PetscCall(PetscOptionsEList("-multipliers", "Place of the multipliers among the two fields", NULL, orders, 2, orders[order], &order, NULL));
-  PetscCall(PetscOptionsEList("-zero_block", "The zero block is no matrix or a matrix without entries", NULL, zeros, 2, zeros[zero], &zero, NULL));
+  PetscCall(PetscOptionsEList("-zero_block", "A zero D is no matrix or a matrix without entries", NULL, zeros, 2, zeros[zero], &zero, NULL));
   PetscOptionsEnd();
   layout->multipliersFirst = order ? PETSC_TRUE : PETSC_FALSE;
   layout->zeroBlock        = zero ? PETSC_TRUE : PETSC_FALSE;
@@ -60,25 +60,30 @@ static PetscErrorCode CreateFields(Mat C, PetscBool multipliersFirst, IS is[2])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CreateNest(Mat A, Mat C, const Layout &layout, const IS is[2], Mat *K)
+static PetscErrorCode CreateNest(const SaddleBlocks &s, const Layout &layout, const IS is[2], Mat *K)
 {
   const int primal = layout.multipliersFirst ? 1 : 0, dual = 1 - primal;
-  Mat       blocks[2][2], Ct = NULL, Z = NULL;
+  MPI_Comm  comm = PetscObjectComm((PetscObject)s.A);
+  Mat       blocks[2][2], B = s.B ? s.B : s.C, Bt = NULL, corner = NULL;
   IS        fields[2];
 
   PetscFunctionBeginUser;
-  if (layout.transpose == TRANSPOSE_VIEW) PetscCall(PetscDefined(USE_COMPLEX) ? MatCreateHermitianTranspose(C, &Ct) : MatCreateTranspose(C, &Ct));
-  if (layout.transpose == TRANSPOSE_EXPLICIT) PetscCall(MatHermitianTranspose(C, MAT_INITIAL_MATRIX, &Ct));
-  if (layout.zeroBlock) PetscCall(CreateZeroBlock(C, &Z));
-  blocks[primal][primal] = A;
-  blocks[primal][dual]   = Ct;
-  blocks[dual][primal]   = C;
-  blocks[dual][dual]     = Z;
+  PetscCheck(!s.B || layout.transpose != TRANSPOSE_NONE, comm, PETSC_ERR_ARG_INCOMP, "Option -transpose_block none leaves B out, which is not C");
+  if (layout.transpose == TRANSPOSE_VIEW) PetscCall(PetscDefined(USE_COMPLEX) ? MatCreateHermitianTranspose(B, &Bt) : MatCreateTranspose(B, &Bt));
+  if (layout.transpose == TRANSPOSE_EXPLICIT) PetscCall(MatHermitianTranspose(B, MAT_INITIAL_MATRIX, &Bt));
+  if (s.D) {
+    PetscCall(MatDuplicate(s.D, MAT_COPY_VALUES, &corner));
+    PetscCall(MatScale(corner, -1.0));
+  } else if (layout.zeroBlock) PetscCall(CreateZeroBlock(s.C, &corner));
+  blocks[primal][primal] = s.A;
+  blocks[primal][dual]   = Bt;
+  blocks[dual][primal]   = s.C;
+  blocks[dual][dual]     = corner;
   fields[primal]         = is[0];
   fields[dual]           = is[1];
-  PetscCall(MatCreateNest(PetscObjectComm((PetscObject)A), 2, fields, 2, fields, &blocks[0][0], K));
-  PetscCall(MatDestroy(&Ct));
-  PetscCall(MatDestroy(&Z));
+  PetscCall(MatCreateNest(comm, 2, fields, 2, fields, &blocks[0][0], K));
+  PetscCall(MatDestroy(&Bt));
+  PetscCall(MatDestroy(&corner));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -103,9 +108,9 @@ static PetscErrorCode Now(MPI_Comm comm, PetscLogDouble *seconds)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SaddleSolve(Mat A, Mat C, Vec f, Vec g, SaddleSolution *solution)
+PetscErrorCode SaddleSolve(const SaddleBlocks &s, Vec f, Vec g, SaddleSolution *solution)
 {
-  MPI_Comm       comm = PetscObjectComm((PetscObject)A);
+  MPI_Comm       comm = PetscObjectComm((PetscObject)s.A);
   PetscLogDouble start, ready, end;
   Layout         layout;
   Mat            K;
@@ -115,8 +120,8 @@ PetscErrorCode SaddleSolve(Mat A, Mat C, Vec f, Vec g, SaddleSolution *solution)
 
   PetscFunctionBeginUser;
   PetscCall(LayoutGet(comm, &layout));
-  PetscCall(CreateFields(C, layout.multipliersFirst, is));
-  PetscCall(CreateNest(A, C, layout, is, &K));
+  PetscCall(CreateFields(s.C, layout.multipliersFirst, is));
+  PetscCall(CreateNest(s, layout, is, &K));
   PetscCall(MatCreateVecs(K, &all, &rhs));
   PetscCall(CopyField(rhs, is[0], f, PETSC_FALSE));
   PetscCall(CopyField(rhs, is[1], g, PETSC_FALSE));

@@ -1,9 +1,16 @@
-/* A saddle-point system [A C'; C 0][x; lambda] = [f; g] as a MatNest, solved by a KSP that the options choose */
+/* A saddle-point system [A B'; C -D][x; lambda] = [f; g] as a MatNest, solved by a KSP that the options choose */
 #ifndef TUTORIALS_SADDLE_H
 #define TUTORIALS_SADDLE_H
 
 #include "compat.h"
 #include <petscksp.h>
+
+/* Not owned */
+struct SaddleBlocks {
+  Mat A, C;
+  Mat B = NULL; /* as C, if NULL */
+  Mat D = NULL; /* zero, if NULL */
+};
 
 struct SaddleSolution {
   Vec                x, lambda;
@@ -12,7 +19,7 @@ struct SaddleSolution {
   KSPConvergedReason reason;
 };
 
-PetscErrorCode SaddleSolve(Mat A, Mat C, Vec f, Vec g, SaddleSolution *);
+PetscErrorCode SaddleSolve(const SaddleBlocks &, Vec f, Vec g, SaddleSolution *);
 PetscErrorCode SaddleSolutionDestroy(SaddleSolution *);
 /* In PETSc's binary format, <prefix>_A.dat and so on; X: coordinates */
 PetscErrorCode SaddleWrite(Mat A, Mat C, Vec f, Vec g, Vec X, const char prefix[]);

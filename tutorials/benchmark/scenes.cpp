@@ -56,11 +56,11 @@ int main(int argc, char **argv)
   }
   if (solve) {
     if (coordinates) PetscCall(SceneGetCoordinates(scene, &X));
-    if (scene.Constrained()) PetscCall(SaddleSolve(A, C, f, g, &solution));
+    if (scene.Constrained()) PetscCall(SaddleSolve({A, C}, f, g, &solution));
     else PetscCall(AloneSolve(A, C, f, X, &solution));
     PetscCall(SceneVerifySolution(scene, solution.x));
     PetscCall(ReportScene(scene, A, solution, end - start));
-    PetscCall(ReportSolution(A, C, f, g, solution));
+    PetscCall(ReportSolution({A, C}, f, g, solution));
     converged = solution.reason > 0;
     PetscCall(SaddleSolutionDestroy(&solution));
   }

@@ -2,8 +2,9 @@
 #include "system.h"
 
 struct FileNames {
-  char      A[PETSC_MAX_PATH_LEN], C[PETSC_MAX_PATH_LEN], f[PETSC_MAX_PATH_LEN], g[PETSC_MAX_PATH_LEN], X[PETSC_MAX_PATH_LEN];
-  PetscBool hasG, hasX, alone;
+  char A[PETSC_MAX_PATH_LEN], B[PETSC_MAX_PATH_LEN], C[PETSC_MAX_PATH_LEN], D[PETSC_MAX_PATH_LEN], f[PETSC_MAX_PATH_LEN], g[PETSC_MAX_PATH_LEN],
+    X[PETSC_MAX_PATH_LEN];
+  PetscBool hasB, hasD, hasG, hasX, alone;
   PetscInt  blockSize; /* 0: not given */
 };
 
@@ -17,18 +18,21 @@ static PetscErrorCode FileNamesGet(MPI_Comm comm, FileNames *names, PetscBool *g
   PetscOptionsBegin(comm, NULL, "Saddle-point system from files (PETSc binary or Matrix Market, seen from each file)", NULL);
   PetscCall(PetscOptionsString("-A", "File of A, n x n", NULL, "", names->A, sizeof(names->A), &A));
   PetscCall(PetscOptionsString("-C", "File of the constraints C, m x n", NULL, "", names->C, sizeof(names->C), &C));
+  PetscCall(PetscOptionsString("-B", "File of B, m x n, where the upper right block is not C' but B'", NULL, "", names->B, sizeof(names->B), &names->hasB));
+  PetscCall(
+    PetscOptionsString("-D", "File of D, m x m, where the lower right block is -D (default: zero)", NULL, "", names->D, sizeof(names->D), &names->hasD));
   PetscCall(PetscOptionsString("-f", "File of the right-hand side f, of length n", NULL, "", names->f, sizeof(names->f), &f));
   PetscCall(PetscOptionsString("-g", "File of the right-hand side g, of length m (default: zero)", NULL, "", names->g, sizeof(names->g), &names->hasG));
   PetscCall(PetscOptionsString("-X", "File of the coordinates of the nodes, from which the rigid-body modes are attached to A", NULL, "", names->X,
                                sizeof(names->X), &names->hasX));
-  PetscCall(PetscOptionsBool("-alone", "There are no constraints: neither -C nor -g is read", NULL, names->alone, &names->alone, NULL));
+  PetscCall(PetscOptionsBool("-alone", "There are no constraints: -B, -C, -D and -g are not read", NULL, names->alone, &names->alone, NULL));
   PetscCall(PetscOptionsInt("-block_size", "Unknowns per node of A (default: as the file's .info says, else 1)", NULL, names->blockSize, &names->blockSize,
                             &blockSize));
   PetscOptionsEnd();
   *given = A || C || f ? PETSC_TRUE : PETSC_FALSE;
   if (!*given) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(A && (C || names->alone) && f, comm, PETSC_ERR_USER_INPUT,
-             "Option %s is missing: give the files of the system by -A, -C, -f and, unless it is zero, -g",
+             "Option %s is missing: give the files of the system by -A, -C, -f and, unless they are zero, -g and -D",
              !A                    ? "-A"
              : !C && !names->alone ? "-C"
                                    : "-f");
@@ -55,8 +59,8 @@ static PetscErrorCode LoadA(MPI_Comm comm, const FileNames &names, Mat *A)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* With the columns spread as the rows of A */
-static PetscErrorCode LoadC(Mat A, const FileNames &names, Mat *C)
+/* B or C, with the columns spread as the rows of A */
+static PetscErrorCode LoadRows(Mat A, const FileNames &names, const char name[], const char file[], Mat *C)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)A);
   PetscInt n, N, bs;
@@ -66,14 +70,35 @@ static PetscErrorCode LoadC(Mat A, const FileNames &names, Mat *C)
   PetscCall(MatGetSize(A, &N, NULL));
   PetscCall(MatGetLocalSize(A, &n, NULL));
   PetscCall(MatGetBlockSize(A, &bs));
-  PetscCall(FileGetInfo(comm, names.C, PETSC_FALSE, &info));
-  PetscCheck(info.columns == N, comm, PETSC_ERR_ARG_SIZ, "C in file %s has %" PetscInt_FMT " columns, A in file %s has %" PetscInt_FMT " rows: they must agree",
-             names.C, info.columns, names.A, N);
+  PetscCall(FileGetInfo(comm, file, PETSC_FALSE, &info));
+  PetscCheck(info.columns == N, comm, PETSC_ERR_ARG_SIZ,
+             "%s in file %s has %" PetscInt_FMT " columns, A in file %s has %" PetscInt_FMT " rows: they must agree", name, file, info.columns, names.A, N);
   PetscCall(MatCreate(comm, C));
   PetscCall(MatSetSizes(*C, PETSC_DECIDE, n, info.rows, N));
   PetscCall(MatSetBlockSizes(*C, 1, bs));
   PetscCall(MatSetType(*C, MATAIJ));
-  PetscCall(FileLoadMat(names.C, info, *C));
+  PetscCall(FileLoadMat(file, info, *C));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Spread as the rows of C */
+static PetscErrorCode LoadD(Mat C, const FileNames &names, Mat *D)
+{
+  MPI_Comm comm = PetscObjectComm((PetscObject)C);
+  PetscInt m, M;
+  FileInfo info;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatGetSize(C, &M, NULL));
+  PetscCall(MatGetLocalSize(C, &m, NULL));
+  PetscCall(FileGetInfo(comm, names.D, PETSC_FALSE, &info));
+  PetscCheck(info.rows == M && info.columns == M, comm, PETSC_ERR_ARG_SIZ,
+             "D in file %s is %" PetscInt_FMT " x %" PetscInt_FMT ", C in file %s has %" PetscInt_FMT " rows: D must be square with as many", names.D,
+             info.rows, info.columns, names.C, M);
+  PetscCall(MatCreate(comm, D));
+  PetscCall(MatSetSizes(*D, m, m, M, M));
+  PetscCall(MatSetType(*D, MATAIJ));
+  PetscCall(FileLoadMat(names.D, info, *D));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -139,18 +164,35 @@ static PetscErrorCode LoadRhs(Mat M, const char matrix[], const char matrixFile[
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SystemLoad(MPI_Comm comm, PetscBool *given, Mat *A, Mat *C, Vec *f, Vec *g)
+PetscErrorCode SystemLoad(MPI_Comm comm, PetscBool *given, SaddleBlocks *s, Vec *f, Vec *g)
 {
   FileNames names;
+  PetscInt  rows, rowsB;
 
   PetscFunctionBeginUser;
+  *s = SaddleBlocks();
   PetscCall(FileNamesGet(comm, &names, given));
   if (!*given) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(LoadA(comm, names, A));
-  if (names.hasX) PetscCall(AttachModes(*A, names.X));
-  if (names.alone) PetscCall(CreateNone(*A, C));
-  else PetscCall(LoadC(*A, names, C));
-  PetscCall(LoadRhs(*A, "A", names.A, "f", names.f, f));
-  PetscCall(LoadRhs(*C, "C", names.C, "g", names.hasG && !names.alone ? names.g : NULL, g));
+  PetscCall(LoadA(comm, names, &s->A));
+  if (names.hasX) PetscCall(AttachModes(s->A, names.X));
+  if (names.alone) PetscCall(CreateNone(s->A, &s->C));
+  else PetscCall(LoadRows(s->A, names, "C", names.C, &s->C));
+  if (names.hasB && !names.alone) {
+    PetscCall(LoadRows(s->A, names, "B", names.B, &s->B));
+    PetscCall(MatGetSize(s->B, &rowsB, NULL));
+    PetscCall(MatGetSize(s->C, &rows, NULL));
+    PetscCheck(rows == rowsB, comm, PETSC_ERR_ARG_SIZ, "B in file %s has %" PetscInt_FMT " rows, C in file %s has %" PetscInt_FMT ": they must agree", names.B,
+               rowsB, names.C, rows);
+  }
+  if (names.hasD && !names.alone) PetscCall(LoadD(s->C, names, &s->D));
+  PetscCall(LoadRhs(s->A, "A", names.A, "f", names.f, f));
+  PetscCall(LoadRhs(s->C, "C", names.C, "g", names.hasG && !names.alone ? names.g : NULL, g));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SystemDestroy(SaddleBlocks *s)
+{
+  PetscFunctionBeginUser;
+  for (Mat *M : {&s->A, &s->B, &s->C, &s->D}) PetscCall(MatDestroy(M));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -69,9 +69,9 @@ int main(int argc, char **argv)
     PetscCall(SaddleWrite(system.A, system.C, system.f, system.g, X, prefix));
     PetscCall(VecDestroy(&X));
   }
-  PetscCall(SaddleSolve(system.A, system.C, system.f, system.g, &solution));
+  PetscCall(SaddleSolve({system.A, system.C}, system.f, system.g, &solution));
   if (view) PetscCall(ViewDeformed(system, solution, vtu));
-  PetscCall(ReportSolution(system.A, system.C, system.f, system.g, solution));
+  PetscCall(ReportSolution({system.A, system.C}, system.f, system.g, solution));
   converged = solution.reason > 0;
   PetscCall(SaddleSolutionDestroy(&solution));
   PetscCall(CubesSystemDestroy(&system));

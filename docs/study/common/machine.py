@@ -12,7 +12,7 @@ ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "..")
 BUILD = os.path.abspath(os.environ.get("AINSWORTH_BUILD") or os.path.join(ROOT, "build"))
 PEAK = os.path.join(os.path.dirname(os.path.abspath(__file__)), "peak.py")
 PLUGIN = os.path.join(BUILD, "libainsworth.so")
-TWOCUBES, SCENES, SOLVE = (os.path.join(BUILD, "tutorials", name) for name in ("twocubes", "scenes", "solve"))
+TWOCUBES, SCENES, SOLVE, MODELS = (os.path.join(BUILD, "tutorials", name) for name in ("twocubes", "scenes", "solve", "models"))
 ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1")
 DEFAULTS = "-ksp_type preonly -pc_type ainsworth"
 

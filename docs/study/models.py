@@ -1,0 +1,96 @@
+#!/usr/bin/env python3
+"""Constraints of engineering models against as many ties of pairs of unknowns: docs/models.csv and the tables of docs/models.md.
+
+python3 docs/study/models.py [--slaves 1000,10000] [--repeat 3]      100000 needs 8 GB
+Each model and the ties take turns on the same mesh, one rank; seconds are the least of the runs. One run more compares with MUMPS.
+"""
+import argparse
+import math
+import os
+import re
+import sys
+
+from common import machine, measured, prose
+
+BOUND = 1.15
+COLUMNS = ["slaves", "model", "options", "unknowns", "constraints", "longest", "shared", "iterations", "setup", "solve", "peak", "error", "quotient_setup", "quotient_iterations", "quotient_peak"]
+
+
+def models(slaves):
+    """Name and options; a single spider has half of its nodes on either side."""
+    edge = round(math.sqrt(slaves / 6))
+    return [("cyclic", ""), ("mortar", ""), ("mean", ""), ("mean", "-floating"), ("rbe3", "-patch %d" % edge), ("rbe3", "-patch 4"), ("rbe2", "-patch %d" % edge), ("rbe2", "-patch 4"),
+            ("rigid", "-patch %d" % edge), ("periodic", ""), ("strain", ""), ("chain", ""), ("redundant", "")]
+
+
+def mesh(slaves):
+    """As many nodes on the interface as ties need, cubic elements, and at most 18 layers of them."""
+    n = math.ceil(math.sqrt(slaves / 3)) - 1
+    layers = max(4, min(n, 18 if slaves <= 1000 else 8 if slaves <= 10000 else 4))
+    return "-n1 %d -n2 %d -nz1 %d -nz2 %d -height %g" % (n, n, layers, layers, layers / n)
+
+
+def run(name, options, slaves, check):
+    text = "-model %s -slaves %d %s %s -near_nullspace%s" % (name, slaves, options, mesh(slaves), " -check -ainsworth_ksp_rtol 1e-10" if check else "")
+    answer = machine.run(text, program=machine.MODELS, peak=not check)
+    if not machine.converged(answer):
+        sys.exit("models %s: %s" % (text, answer["reason"]))
+    answer["iterations"] = sum(map(int, re.findall(r"due to \w+ iterations (\d+)", answer["output"])))
+    for key in ("longest", "shared"):
+        answer[key] = int(re.search(r"\b%s=(\d+)" % key, answer["output"]).group(1))
+    return answer
+
+
+def compare(slaves, arguments):
+    rows = []
+    for name, options in [("ties", "")] + models(slaves):
+        found, ties = [], []
+        for _ in range(arguments.repeat):
+            found.append(run(name, options, slaves, False))
+            ties.append(run("ties", "", slaves, False))
+        row = dict(found[0], slaves=slaves, model=name, options=options, error="")
+        for key in ("setup", "solve", "peak"):
+            row[key] = min(answer[key] for answer in found)
+        for key in ("setup", "iterations", "peak"):
+            row["quotient_" + key] = "%.2f" % (row[key] / min(answer[key] for answer in ties))
+        if slaves <= arguments.check:
+            row["error"] = re.search(r"check: error=(\S+)", run(name, options, slaves, True)["output"]).group(1)
+        row.update(setup="%.3f" % row["setup"], solve="%.3f" % row["solve"], peak="%.0f" % row["peak"])
+        print(", ".join("%s %s" % (key, row[key]) for key in COLUMNS), flush=True)
+        rows.append(row)
+    return rows
+
+
+def table(rows):
+    lines = ["| model | unknowns | rows | longest row | most shared | iterations | set-up + solve [s] | set-up | iterations | memory | error |", "|" + "---|" * 11]
+    for row in rows:
+        lines.append("| `%s` | %s | %s | %s | %s | %s | %s + %s | %s | %s | %s | %s |" % (
+            (row["model"] + " " + row["options"]).strip(), row["unknowns"], row["constraints"], row["longest"], row["shared"], row["iterations"], row["setup"], row["solve"],
+            row["quotient_setup"], row["quotient_iterations"], row["quotient_peak"], row["error"] or ""))
+    return lines
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--slaves", default="1000,10000")
+    parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--check", type=int, default=1000, help="up to so many slaves the solution is compared with MUMPS")
+    parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs"), help="folder of models.csv and models.md")
+    arguments = parser.parse_args()
+    machine.require()
+    path, rows = os.path.join(arguments.out, "models.csv"), []
+    for slaves in map(int, arguments.slaves.split(",")):
+        rows += compare(slaves, arguments)
+        measured.save(path, measured.provenance(), COLUMNS, rows)
+    about, rows = measured.read(path)
+    text = open(os.path.join(arguments.out, "models.md")).read()
+    lines = [text.split("\n## Measured\n")[0], "## Measured", "",
+             "By `%s` on %s, one rank; load %s at the end. The three columns after the seconds are quotients by those of as many ties; the bound is %g. Iterations are those of the reduced solve and, where the verification asks for one, of a second." % (about["command"], about["machine"], about["load at the end"], BOUND)]
+    for slaves in dict.fromkeys(row["slaves"] for row in rows):
+        lines += ["", "%s slaves, `%s`:" % (slaves, mesh(int(slaves))), ""] + table([row for row in rows if row["slaves"] == slaves])
+    prose.write(os.path.join(arguments.out, "models.md"), "\n".join(lines).split("\n"))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

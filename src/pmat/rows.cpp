@@ -1,0 +1,232 @@
+#include "pmat.h"
+#include "../saddle/saddle.h"
+#include <vector>
+
+/* In how many of the rows of C with more than `length` entries each unknown is. Collective */
+static PetscErrorCode CountColumns(Mat C, PetscInt length, Vec *counts)
+{
+  PetscInt                 rstart, rend;
+  std::vector<PetscScalar> ones;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(C, counts, NULL));
+  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscInt        n;
+    const PetscInt *columns;
+
+    PetscCall(MatGetRow(C, i, &n, &columns, NULL));
+    if (n > length) {
+      ones.resize(PetscMax(ones.size(), (size_t)n), 1.0);
+      PetscCall(VecSetValues(*counts, n, columns, ones.data(), ADD_VALUES));
+    }
+    PetscCall(MatRestoreRow(C, i, &n, &columns, NULL));
+  }
+  PetscCall(VecAssemblyBegin(*counts));
+  PetscCall(VecAssemblyEnd(*counts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* C with the entries of some of its rows, those of this rank that are marked; entries that are zero are not stored */
+static PetscErrorCode SelectRows(Mat C, const std::vector<char> &marked, Mat *selected)
+{
+  std::vector<PetscInt>    start(1, 0), columns;
+  std::vector<PetscScalar> values;
+  PetscInt                 m, n, M, N, rstart;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetSize(C, &M, &N));
+  PetscCall(MatGetLocalSize(C, &m, &n));
+  PetscCall(MatGetOwnershipRange(C, &rstart, NULL));
+  for (PetscInt i = 0; i < m; i++) {
+    PetscInt           length;
+    const PetscInt    *j;
+    const PetscScalar *a;
+
+    PetscCall(MatGetRow(C, rstart + i, &length, &j, &a));
+    for (PetscInt k = 0; k < length && marked[i]; k++) {
+      if (a[k] == 0.0) continue;
+      columns.push_back(j[k]);
+      values.push_back(a[k]);
+    }
+    start.push_back((PetscInt)columns.size());
+    PetscCall(MatRestoreRow(C, rstart + i, &length, &j, &a));
+  }
+  PetscCall(MatCreate(PetscObjectComm((PetscObject)C), selected));
+  PetscCall(MatSetSizes(*selected, m, n, M, N));
+  PetscCall(MatSetType(*selected, MATAIJ));
+  PetscCall(MatSeqAIJSetPreallocationCSR(*selected, start.data(), columns.data(), values.data()));
+  PetscCall(MatMPIAIJSetPreallocationCSR(*selected, start.data(), columns.data(), values.data()));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthPmatCreateShort - C without the entries of its long rows, C itself where no row is long */
+PetscErrorCode AinsworthPmatCreateShort(Mat C, const AinsworthPmatFill *fill, Mat *kept)
+{
+  std::vector<char> taken;
+  PetscInt          rstart, rend;
+
+  PetscFunctionBegin;
+  if (!fill->leftOut) {
+    PetscCall(PetscObjectReference((PetscObject)C));
+    *kept = C;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscInt length;
+
+    PetscCall(MatGetRow(C, i, &length, NULL, NULL));
+    taken.push_back(length <= fill->most);
+    PetscCall(MatRestoreRow(C, i, &length, NULL, NULL));
+  }
+  PetscCall(SelectRows(C, taken, kept));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthPmatCreatePrivate - C W without its entries of shared unknowns
+
+   Q_* leaves a shared unknown where it is, and moves the others of each row: the rows do not meet in it. Collective
+*/
+PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmatFill *fill, Mat *CW, PetscBool *shared)
+{
+  PetscInt     n, m, found = 0;
+  Vec          W;
+  PetscScalar *w;
+  Mat          scaled;
+
+  PetscFunctionBegin;
+  PetscCall(CountColumns(C, 0, &W));
+  PetscCall(MatGetLocalSize(C, &m, &n));
+  PetscCall(VecGetArray(W, &w));
+  for (PetscInt i = 0; i < n; i++) {
+    const bool many = PetscRealPart(w[i]) > fill->usual;
+
+    found += many;
+    w[i] = many ? 0.0 : 1.0;
+  }
+  PetscCall(VecRestoreArray(W, &w));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
+  *shared = (PetscBool)(found > 0);
+  if (weight) PetscCall(VecPointwiseMult(W, W, weight));
+  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, CW));
+  PetscCall(MatDiagonalScale(*CW, NULL, W));
+  PetscCall(VecDestroy(&W));
+  if (!*shared) PetscFunctionReturn(PETSC_SUCCESS);
+  scaled = *CW;
+  PetscCall(SelectRows(scaled, std::vector<char>(m, 1), CW));
+  PetscCall(MatDestroy(&scaled));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthPmatSplitLoose - C = rest + loose: loose has the rows with an unknown that A does nothing to, NULL where there are none
+
+   Interpolation that is made from A alone does not reach such unknowns, and their rows would lock it. A few of them, or those in many rows like
+   the strain of a periodic cell, do not count: each is one direction that iterations have to find. Collective
+*/
+PetscErrorCode AinsworthPmatSplitLoose(Mat A, Mat C, const AinsworthPmatFill *fill, Mat *rest, Mat *loose)
+{
+  static const PetscInt few = 24;
+  PetscInt              n, m, found = 0;
+  Vec                   counts, touched, diagonal;
+  PetscScalar          *count;
+  const PetscScalar    *a;
+  Mat                   absolute;
+  std::vector<char>     in, out;
+
+  PetscFunctionBegin;
+  *loose = NULL;
+  *rest  = C;
+  PetscCall(PetscObjectReference((PetscObject)C));
+  PetscCall(MatCreateVecs(A, &diagonal, NULL));
+  PetscCall(MatGetDiagonal(A, diagonal));
+  PetscCall(VecGetLocalSize(diagonal, &n));
+  PetscCall(VecGetArrayRead(diagonal, &a));
+  for (PetscInt i = 0; i < n; i++) found += a[i] == 0.0;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
+  if (found) {
+    PetscCall(CountColumns(C, 0, &counts));
+    PetscCall(VecGetArray(counts, &count));
+    found = 0;
+    for (PetscInt i = 0; i < n; i++) {
+      const bool own = PetscRealPart(count[i]) > 0.0 && PetscRealPart(count[i]) <= fill->usual;
+
+      found += own && a[i] == 0.0;
+      count[i] = own && a[i] == 0.0 ? 1.0 : 0.0;
+    }
+    PetscCall(VecRestoreArray(counts, &count));
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
+    if (found > few) {
+      PetscCall(MatCreateVecs(C, NULL, &touched));
+      PetscCall(AinsworthAbsoluteAIJ(C, &absolute));
+      PetscCall(MatMult(absolute, counts, touched));
+      PetscCall(MatDestroy(&absolute));
+      PetscCall(VecGetLocalSize(touched, &m));
+      PetscCall(VecGetArray(touched, &count));
+      for (PetscInt i = 0; i < m; i++) {
+        in.push_back(PetscRealPart(count[i]) > 0.0);
+        out.push_back(!in.back());
+      }
+      PetscCall(VecRestoreArray(touched, &count));
+      PetscCall(VecDestroy(&touched));
+      PetscCall(MatDestroy(rest));
+      PetscCall(SelectRows(C, out, rest));
+      PetscCall(SelectRows(C, in, loose));
+    }
+    PetscCall(VecDestroy(&counts));
+  }
+  PetscCall(VecRestoreArrayRead(diagonal, &a));
+  PetscCall(VecDestroy(&diagonal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthPmatCreateShift - what stands in for rows that are left out: a part of diag(A) on their unknowns, all of it where A has none
+
+   M_* stays positive definite where they alone hold a body, and a rigid motion of all unknowns has the energy that it has with
+   `shift` diag(A), whatever part of them these rows have
+*/
+PetscErrorCode AinsworthPmatCreateShift(Mat A, Mat C, Vec inverseDiagonal, const AinsworthPmatFill *fill, Mat *shift)
+{
+  static const PetscReal   small = 1e-4, largest = 1e-2;
+  PetscReal                held = 0.0;
+  PetscInt                 n, N, rstart;
+  Vec                      counts, d;
+  PetscScalar             *count;
+  const PetscScalar       *inverse, *diagonal;
+  std::vector<PetscInt>    start(1, 0), columns;
+  std::vector<PetscScalar> values;
+
+  PetscFunctionBegin;
+  PetscCall(CountColumns(C, fill->most, &counts));
+  PetscCall(MatGetSize(A, &N, NULL));
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  PetscCall(MatGetOwnershipRange(A, &rstart, NULL));
+  PetscCall(VecGetArray(counts, &count));
+  for (PetscInt i = 0; i < n; i++) held += PetscRealPart(count[i]) > 0.0;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &held, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)A)));
+  PetscCall(VecDuplicate(inverseDiagonal, &d));
+  PetscCall(MatGetDiagonal(A, d));
+  PetscCall(VecGetArrayRead(inverseDiagonal, &inverse));
+  PetscCall(VecGetArrayRead(d, &diagonal));
+  for (PetscInt i = 0; i < n; i++) {
+    if (PetscRealPart(count[i]) > 0.0) {
+      columns.push_back(rstart + i);
+      values.push_back((diagonal[i] == 0.0 ? 1.0 : PetscMin(largest, small * N / held)) / inverse[i]);
+    }
+    start.push_back((PetscInt)columns.size());
+  }
+  PetscCall(VecRestoreArrayRead(d, &diagonal));
+  PetscCall(VecRestoreArrayRead(inverseDiagonal, &inverse));
+  PetscCall(VecRestoreArray(counts, &count));
+  PetscCall(VecDestroy(&counts));
+  PetscCall(VecDestroy(&d));
+  PetscCall(MatCreate(PetscObjectComm((PetscObject)A), shift));
+  PetscCall(MatSetSizes(*shift, n, n, N, N));
+  PetscCall(MatSetType(*shift, MATAIJ));
+  PetscCall(MatSeqAIJSetPreallocationCSR(*shift, start.data(), columns.data(), values.data()));
+  PetscCall(MatMPIAIJSetPreallocationCSR(*shift, start.data(), columns.data(), values.data()));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
