@@ -51,7 +51,11 @@ static PetscErrorCode LookAtRows(Mat aij, Vec entries)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFindSign - -1 for each of some rows of a matrix, 1 for plain ones, where it is minus a saddle point, otherwise NULL; rows NULL: all */
+/*
+   AinsworthFindSign - -1 for each of some rows of a matrix, 1 for plain ones, where it is minus a saddle point, otherwise NULL
+
+   rows NULL: all rows of A alone, none of which is plain, as C may use its unknown
+*/
 PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
 {
   Vec          diagonal, part;
@@ -80,7 +84,7 @@ PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
     PetscCall(LookAtRows(aij, diagonal));
     PetscCall(MatDestroy(&aij));
     if (rows) PetscCall(VecGetSubVector(diagonal, rows, &part));
-    PetscCall(Any(part, false, PLAIN, &positive));
+    PetscCall(Any(part, false, rows ? (PetscReal)PLAIN : 0.0, &positive));
     if (!positive) {
       PetscCall(VecDuplicate(part, sign));
       PetscCall(VecCopy(part, *sign));
