@@ -167,7 +167,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   in.S = NULL;
   if (data->saddle.B == data->saddle.C) PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &in.S));
   PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &in.compliance));
-  in.weight          = ctx->weight;
+  in.weight          = ctx->mobility;
   in.inverseDiagonal = data->inverseDiagonal;
   in.format          = data->format;
   PetscCall(AinsworthGetAIJ(in.A, &in.aij));
