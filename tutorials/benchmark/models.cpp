@@ -77,7 +77,7 @@ static PetscErrorCode Check(const Model &model, Vec x)
   PetscFunctionBeginUser;
   PetscCall(ModelAssembleRows(model, true, &C, &g));
   PetscCall(MatCreateVecs(C, &exact, &lambda));
-  PetscCall(ReferenceCompute(model.A, C, model.f, g, exact, lambda));
+  PetscCall(ReferenceCompute({model.A, C}, model.f, g, exact, lambda));
   PetscCall(VecDuplicate(exact, &Ae));
   PetscCall(MatMult(model.A, exact, Ae));
   PetscCall(VecDot(Ae, exact, &energy[1]));
@@ -107,9 +107,9 @@ int main(int argc, char **argv)
   PetscCall(PetscOptionsBool("-check", "Compare with a direct solver (options: -reference_)", NULL, check, &check, NULL));
   PetscOptionsEnd();
   PetscCall(ModelCreate(PETSC_COMM_WORLD, &model));
-  PetscCall(SaddleSolve(model.A, model.C, model.f, model.g, &solution));
+  PetscCall(SaddleSolve({model.A, model.C}, model.f, model.g, &solution));
   PetscCall(ReportModel(model, solution));
-  PetscCall(ReportSolution(model.A, model.C, model.f, model.g, solution));
+  PetscCall(ReportSolution({model.A, model.C}, model.f, model.g, solution));
   if (check) PetscCall(Check(model, solution.x));
   converged = solution.reason > 0;
   PetscCall(SaddleSolutionDestroy(&solution));
