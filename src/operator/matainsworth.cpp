@@ -1,4 +1,5 @@
 #include "matainsworth.h"
+#include "../projector/shared.h"
 #include "../events.h"
 #include "../guard.h"
 #include "../hermitian.h"
@@ -50,6 +51,25 @@ static PetscErrorCode ConstraintsChanged(Mat_Ainsworth *ctx, PetscBool *changed)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The weight of the projector: W, but diag(A)^{-1} without the unknowns that many rows share */
+static PetscErrorCode SetMobility(Mat_Ainsworth *ctx)
+{
+  PetscBool shared;
+
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&ctx->mobility));
+  if (ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
+    PetscCall(VecDuplicate(ctx->weight, &ctx->mobility));
+    PetscCall(VecCopy(ctx->weight, ctx->mobility));
+    PetscCall(AinsworthSharedUnweigh(ctx->C, ctx->B, ctx->mobility, &shared));
+    if (shared) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(VecDestroy(&ctx->mobility));
+  }
+  PetscCall(PetscObjectReference((PetscObject)ctx->weight));
+  ctx->mobility = ctx->weight;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Builds weight and projector where A, the blocks of the constraints or the choice of W are not those of the last time */
 static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
 {
@@ -78,8 +98,9 @@ static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
     Vec                            inverseDiagonal = ctx->weight;
 
     if (ctx->D && ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(AinsworthWeightCreate(ctx->A, &inverseDiagonal));
+    PetscCall(SetMobility(ctx));
     PetscCall(MatGetOptionsPrefix(mat, &prefix));
-    PetscCall(AinsworthProjectorSetUp(&ctx->proj, &blocks, ctx->weight, inverseDiagonal, ctx->adjoint, ctx->rowsPerRank, (PetscObject)mat, prefix));
+    PetscCall(AinsworthProjectorSetUp(&ctx->proj, &blocks, ctx->mobility, inverseDiagonal, ctx->adjoint, ctx->rowsPerRank, (PetscObject)mat, prefix));
     if (inverseDiagonal != ctx->weight) PetscCall(VecDestroy(&inverseDiagonal));
   }
   if (!ctx->work) PetscCall(MatCreateVecs(ctx->A, &ctx->work, NULL));
@@ -236,7 +257,7 @@ static PetscErrorCode Reset(Mat_Ainsworth *ctx)
 {
   PetscFunctionBegin;
   for (Mat *M : {&ctx->A, &ctx->C, &ctx->B, &ctx->D, &ctx->product}) PetscCall(MatDestroy(M));
-  for (Vec *v : {&ctx->weight, &ctx->penalty, &ctx->placed, &ctx->work, &ctx->rowWork, &ctx->residual, &ctx->mu}) PetscCall(VecDestroy(v));
+  for (Vec *v : {&ctx->weight, &ctx->mobility, &ctx->penalty, &ctx->placed, &ctx->work, &ctx->rowWork, &ctx->residual, &ctx->mu}) PetscCall(VecDestroy(v));
   PetscCall(AinsworthProjectorReset(&ctx->proj));
   ctx->current     = PETSC_FALSE;
   ctx->userPenalty = PETSC_FALSE;

@@ -12,6 +12,7 @@ struct Mat_Ainsworth {
   Mat                    product; /* A in a form that multiplies faster; NULL: A itself */
   MatAinsworthWeightType weightType;
   Vec                    weight;      /* diagonal of W, length n; NULL for W = I */
+  Vec                    mobility;    /* that of the projector: zero where many rows of C share an unknown; else the same */
   Vec                    penalty;     /* its diagonal, length m, distributed as the rows of C */
   Vec                    placed;      /* the same where the rows are placed; NULL: not yet */
   PetscBool              userPenalty; /* set by MatAinsworthSetPenalty(), otherwise one per row with gamma = 1 */

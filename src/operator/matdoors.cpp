@@ -198,7 +198,7 @@ PetscErrorCode MatAinsworthDiagnose_Private(Mat mat, PetscInt *pass, PetscInt *n
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
-  PetscCall(AinsworthProjectorDiagnose(&ctx->proj, ctx->weight, pass, n, dependent, reason, hidden, &ctx->doubtful));
+  PetscCall(AinsworthProjectorDiagnose(&ctx->proj, ctx->mobility, pass, n, dependent, reason, hidden, &ctx->doubtful));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

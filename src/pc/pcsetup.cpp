@@ -167,7 +167,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   in.S = NULL;
   if (data->saddle.B == data->saddle.C) PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &in.S));
   PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &in.compliance));
-  in.weight          = ctx->weight;
+  in.weight          = ctx->mobility;
   in.inverseDiagonal = data->inverseDiagonal;
   in.format          = data->format;
   PetscCall(AinsworthGetAIJ(in.A, &in.aij));
@@ -356,8 +356,10 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(AinsworthProbeSymmetry(data->saddle.A, &data->symmetric));
   data->adjoint = (PetscBool)(data->saddle.B == data->saddle.C);
   if (data->adjoint && data->saddle.D) PetscCall(AinsworthProbeSymmetry(data->saddle.D, &data->adjoint));
-  if (symmetric != data->symmetric) PetscCall(MatDestroy(&data->reduced));                      /* which has the symmetry of A */
-  if (symmetric != data->symmetric || adjoint != data->adjoint) data->configured = PETSC_FALSE; /* it may need another method */
+  if (symmetric != data->symmetric || adjoint != data->adjoint) {
+    PetscCall(MatDestroy(&data->reduced)); /* which has the symmetry of the system, and its B */
+    data->configured = PETSC_FALSE;        /* it may need another method */
+  }
   PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
   if (data->constraints) {
     PetscCall(SetUpOperator(pc, data, &ctx, &reason));

@@ -341,7 +341,7 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
     PetscCall(PetscFree(*dependent));
     PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
     PetscCall(FindDependentRows(proj, weight, N, distances[*pass], n, dependent));
-    if (!*pass || !*n || !weight) continue;
+    if (!*n || !weight) continue;
     PetscCall(FindDependentRows(proj, NULL, N, distances[*pass], &others, &unweighted));
     PetscCall(PetscFree(unweighted));
     *hidden = (PetscBool)(others < *n);

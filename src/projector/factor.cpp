@@ -9,7 +9,7 @@
 */
 #if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
 static const char *const supernodal = MATSOLVERCHOLMOD;
-static const PetscReal   many       = 1e8;
+static const PetscReal   many       = 1e7;
 static const PetscReal   dissect    = 1e10;
 #elif defined(PETSC_HAVE_MUMPS)
 static const char *const supernodal = MATSOLVERMUMPS;

@@ -1,4 +1,5 @@
 #include "projector.h"
+#include "shared.h"
 #include "../events.h"
 
 /* Rows of C go where they are solved for: a projection then asks for the constrained entries of x once, and sends once what it adds to them */
@@ -53,10 +54,14 @@ static PetscErrorCode PlaceCompliance(AinsworthProjector *proj)
 /* M with its columns scaled by the weight; a reference where that is 1 */
 static PetscErrorCode Weigh(Mat M, Vec weight, Mat *weighted)
 {
+  PetscReal least;
+
   PetscFunctionBegin;
   if (weight) {
     PetscCall(MatDuplicate(M, MAT_COPY_VALUES, weighted));
     PetscCall(MatDiagonalScale(*weighted, NULL, weight));
+    PetscCall(VecMin(weight, NULL, &least));
+    if (least == 0.0) PetscCall(AinsworthSharedDrop(weight, weighted));
   } else {
     PetscCall(PetscObjectReference((PetscObject)M));
     *weighted = M;

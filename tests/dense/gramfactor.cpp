@@ -105,7 +105,8 @@ static Column SharedSolution(const DenseSystem &d, bool dependent)
 static PetscErrorCode ManyOperations(bool dependent, int rows)
 {
   const int   m = 760; /* m^3 / 3 operations */
-  Options     options("-ainsworth_pc_type jacobi -pc_ainsworth_pmat id -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_rows_per_rank " + std::to_string(rows));
+  Options     options("-ainsworth_pc_type jacobi -pc_ainsworth_pmat id -pc_ainsworth_weight identity -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_rows_per_rank " +
+                      std::to_string(rows));
   DenseSystem d = Shared(m, dependent);
   Run         run;
   std::string text;
@@ -132,6 +133,38 @@ static PetscErrorCode ManyOperations(bool dependent, int rows)
   if (size > 1 && rows < m) PetscCall(CheckText("view", text, {"package used to perform factorization: mumps"}));
 #endif
   PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* With the usual weight S is not dense: the unknown that rows share has none, unless the rows have no others. id, jcb: both know of it */
+static PetscErrorCode SharedUnknown(bool dependent, bool alone, const std::string &pmat)
+{
+  const int   m = 150;
+  Options     options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_pmat " + pmat);
+  DenseSystem d = Shared(m, dependent);
+  Run         run;
+  Column      x;
+  std::string text;
+
+  PetscFunctionBeginUser;
+  Case("%d rows that share an unknown, dependent %d, one has no other %d, pmat %s", m, dependent, alone, pmat.c_str());
+  x = SharedSolution(d, dependent);
+  if (alone) { /* it holds the shared unknown, and so all others that are tied to it */
+    d.C(1, 1) = 0.0;
+    x.setZero();
+    for (int i : {1, m - 1})
+      if (i == 1 || dependent) x[i] = d.f[i] / d.A(i, i);
+  }
+  for (bool crossed : {false, true}) {
+    PetscCall(RunCreate(d, crossed, &run));
+    PetscCall(RunSolve(&run));
+    PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason > 0));
+    PetscCall(CheckEqual("x", run.x, x, 1e-9));
+    PetscCall(ViewText(run.ksp, text));
+    PetscCall(CheckTrue("dependent rows in the view", (text.find("1 dependent row") != std::string::npos) == dependent));
+    PetscCall(CheckTrue("components in the view", (text.find("1 connected component,") != std::string::npos) == alone));
+    PetscCall(RunDestroy(&run));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -167,6 +200,9 @@ int main(int argc, char **argv)
   PetscCall(FewOperations());
   for (bool dependent : {false, true})
     for (int rows : {25000, 40}) PetscCall(ManyOperations(dependent, rows));
+  for (const char *pmat : {"id", "jcb"})
+    for (bool dependent : {false, true})
+      for (bool alone : {false, true}) PetscCall(SharedUnknown(dependent, alone, pmat));
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());
   return exitcode;

@@ -27,7 +27,8 @@ static Matrix Assemble(const Grid &g, int components, const Matrix &element, con
 
       for (int a = 0; a < 4 * components; a++)
         for (int b = 0; b < 4 * components; b++)
-          A(components * nodes[a / components] + a % components, components * nodes[b / components] + b % components) += factor(i, j) * element(a, b);
+          A(components * nodes[a / components] + a % components, components * nodes[b / components] + b % components) += factor(i, j) *
+                                                                                                                         (element(a, b) + element(b, a)) / 2.0;
     }
   return A;
 }

@@ -202,10 +202,12 @@ The search is the event AinsDependent; before and after it S is factored. In the
 
 CHOICES = """## What was chosen
 
-CHOLMOD from 1e8 operations on. Below, PETSc's factorization in the AMD ordering and CHOLMOD are about equal:
-CHOLMOD's set-up is shorter, PETSc's solves are. PETSc's reports a failure without an error, so it is taken.
+CHOLMOD from 1e7 operations on. Near there PETSc's factorization in the AMD ordering has the shorter solves,
+CHOLMOD the shorter set-up, on networks and in space several times shorter.
+Below, both are short, and PETSc's reports a failure without an error, so it is taken.
 MUMPS' solves take longer than the others' at every size here.
-It is taken from 2e9 operations on where CHOLMOD is not there.
+It is taken from 2e9 operations on where CHOLMOD is not there. Without CHOLMOD nested dissection is counted as well
+from 1e8 operations on, with it from 1e10 on, for the memory that the factor will take: CHOLMOD tries it on its own.
 
 A rank gets 25000 rows where pieces can be shared out whole.
 On 100352 rows in three pieces the busiest rank then has 4.3e8 operations in place of 7e8.
