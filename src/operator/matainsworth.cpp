@@ -105,8 +105,8 @@ static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
   }
   if (!ctx->work) PetscCall(MatCreateVecs(ctx->A, &ctx->work, NULL));
   if (!ctx->userPenalty) PetscCall(VecDestroy(&ctx->penalty));
-  PetscCall(VecDestroy(&ctx->placed)); /* the places of the rows may be others */
-  ctx->stateA  = stateA;
+  PetscCall(VecDestroy(&ctx->placed));                               /* the places of the rows may be others */
+  PetscCall(PetscObjectStateGet((PetscObject)ctx->A, &ctx->stateA)); /* which may have been raised here */
   ctx->current = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -123,9 +123,10 @@ static PetscErrorCode Gather(Mat M, PetscInt n, PetscScalar values[])
 
 /*
    The softest motion that the coarsest level of multigrid knows, interpolated to the finest: where a body floats it is one of its rigid motions.
-   NULL where the preconditioner has no levels, or is BoomerAMG, which gives them away when it is asked for them, and crashes without.
+   NULL where the preconditioner has no levels. BoomerAMG gives them away when it is asked for them, and crashes without: it is set up again before its
+   next use, and only asked where none follows in this solve.
 */
-static PetscErrorCode SoftestCoarseMotion(PC inner, Vec *y)
+static PetscErrorCode SoftestCoarseMotion(PC_Ainsworth *data, PC inner, PetscBool last, Vec *y)
 {
   static const PetscInt largest = 2000;
   PetscInt              n, levels;
@@ -138,7 +139,8 @@ static PetscErrorCode SoftestCoarseMotion(PC inner, Vec *y)
   *y = NULL;
   PetscCall(PetscObjectQueryFunction((PetscObject)inner, "PCGetCoarseOperators_C", &has));
   PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &boomer));
-  if (!has || boomer || !inner->setupcalled) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!has || (boomer && !last) || !inner->setupcalled) PetscFunctionReturn(PETSC_SUCCESS);
+  if (boomer) data->stale = data->unfinished = PETSC_TRUE;
   PetscCall(PCGetCoarseOperators(inner, &levels, &M));
   PetscCall(PCGetInterpolations(inner, &levels, &P));
   levels--; /* of each there is one less than levels */
@@ -202,7 +204,7 @@ static PetscErrorCode SmallestDiagonal(Mat A, Vec *y)
 }
 
 /* Is there a motion in Ker C that A gives no energy, or a negative one? The iterate x, which grows in its direction, and what multigrid knows are tried */
-static PetscErrorCode LookForMotion(const PC_Ainsworth *data, Vec x, PetscReal *quotient)
+static PetscErrorCode LookForMotion(PC_Ainsworth *data, Vec x, PetscBool last, PetscReal *quotient)
 {
   Vec       tried[3] = {NULL, NULL, NULL};
   PetscReal found;
@@ -216,7 +218,7 @@ static PetscErrorCode LookForMotion(const PC_Ainsworth *data, Vec x, PetscReal *
     PetscCall(VecCopy(x, tried[0]));
   }
   PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(SoftestCoarseMotion(inner, &tried[1]));
+  PetscCall(SoftestCoarseMotion(data, inner, last, &tried[1]));
   PetscCall(SmallestDiagonal(data->saddle.A, &tried[2]));
   for (Vec &y : tried) {
     if (!y) continue;
@@ -292,7 +294,7 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPC
                             KSPConvergedReasons[gram], prefix, prefix));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(LookForMotion(data, x, &quotient));
+  PetscCall(LookForMotion(data, x, (PetscBool)(x && reason != KSP_DIVERGED_ITS), &quotient));
   PetscCall(MisplacedOptions(pc, data, misplaced, sizeof(misplaced)));
   if (PetscAbsReal(quotient) <= none)
     PetscCall(

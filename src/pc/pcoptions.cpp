@@ -195,6 +195,10 @@ static PetscErrorCode InnerFromOptions(PC pc, PC_Ainsworth *data)
 
   PetscFunctionBegin;
   if (!data->configured) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!data->saddle.A) { /* the last set-up ended before it had any: the next one reads them */
+    data->configured = PETSC_FALSE;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PetscStrncpy(method, ((PetscObject)data->ksp)->type_name, sizeof(method)));
   PetscCall(PetscStrncpy(type, ((PetscObject)inner)->type_name, sizeof(type)));

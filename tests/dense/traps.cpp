@@ -222,6 +222,32 @@ static PetscErrorCode Variant()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* KSPSetFromOptions() after KSPReset() and a set-up that ended before it had an A; then the matrix again */
+static PetscErrorCode OptionsWithoutA()
+{
+  Options           line("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-10");
+  const DenseSystem d = Springs(20, 4, 1.0, 10);
+  Run               run;
+  Mat               wrong;
+
+  PetscFunctionBeginUser;
+  Case("options without A");
+  PetscCall(RunCreate(d, false, &run));
+  PetscCall(Solved(&run, d));
+  PetscCall(KSPReset(run.ksp));
+  PetscCall(KSPSetOperators(run.ksp, run.sys.A, run.sys.A));
+  PetscCall(CheckError("no nest", [&]() { return KSPSetUp(run.ksp); }, PETSC_ERR_ARG_WRONG, {"MatCreateNest()"}));
+  PetscCall(KSPSetFromOptions(run.ksp));
+  PetscCall(KSPReset(run.ksp));
+  PetscCall(NestCreate(run.sys.A, NULL, run.sys.C, NULL, false, &wrong));
+  PetscCall(KSPSetOperators(run.ksp, wrong, wrong));
+  PetscCall(MatDestroy(&run.nest));
+  run.nest = wrong;
+  PetscCall(Solved(&run, d));
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 #if defined(PETSC_HAVE_HYPRE)
 /* BoomerAMG after a solve that failed, and where a method wants its transpose */
 static PetscErrorCode BoomerAMG()
@@ -307,6 +333,7 @@ int main(int argc, char **argv)
   PetscCall(MixedNullSpace(1.0, true));
   PetscCall(MixedNullSpace(1e60, false));
   PetscCall(Variant());
+  PetscCall(OptionsWithoutA());
 #if defined(PETSC_HAVE_HYPRE)
   PetscCall(BoomerAMG());
 #endif

@@ -73,7 +73,7 @@ static PetscErrorCode Judge(const RandomSystem &s, const Truth &truth, KSPConver
                           truth.unique ? "unique" : "not unique"));
   why = text;
   if (reason <= 0) *verdict = promised ? UNSOLVED : REASON;
-  else if (s.refused || truth.contradictory) *verdict = WRONG;
+  else if (truth.contradictory) *verdict = WRONG;
   else if (truth.unique && truth.consistent) *verdict = error <= errorBound * PetscMax(1.0, truth.condition) ? SOLVED : WRONG;
   else *verdict = residual <= residualBound + PETSC_MACHINE_EPSILON * truth.condition || s.decades > 6.0 ? SOLVED : WRONG;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -103,7 +103,7 @@ static PetscErrorCode Solve(const RandomSystem &s, const Truth &truth, Random &r
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCGetFailedReason(pc, &failure));
   if (code) {
-    *verdict = s.refused ? REFUSED : WRONG;
+    *verdict = WRONG;
     why      = message;
   } else {
     PetscCall(RandomNestSplit(s, nest, y, x, lambda));

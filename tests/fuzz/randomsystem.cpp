@@ -8,11 +8,11 @@ uint64_t Random::Bits()
   return z ^ (z >> 31);
 }
 
-RandomSystem::RandomSystem(Random &r, bool errors)
+RandomSystem::RandomSystem(Random &r, bool general)
 {
   Stiffness(r);
   Constraints(r);
-  MultiplierBlock(r, errors);
+  MultiplierBlock(r, general);
   RightHandSide(r);
 }
 
@@ -93,12 +93,11 @@ void RandomSystem::Constraints(Random &r)
   text += " m=" + std::to_string(m) + " scales=1e" + std::to_string((int)range) + " dependent=" + std::to_string(copies);
 }
 
-void RandomSystem::MultiplierBlock(Random &r, bool errors)
+void RandomSystem::MultiplierBlock(Random &r, bool general)
 {
   const int m   = (int)C.rows();
   bool      any = r.Chance(0.2);
 
-  refused   = false;
   blockD    = any || r.Chance(0.3);
   first     = r.Chance(0.3);
   nested    = r.Chance(0.3);
@@ -111,25 +110,24 @@ void RandomSystem::MultiplierBlock(Random &r, bool errors)
     else if (r.Chance(0.4)) D(i, i) = -s * PetscPowReal(10.0, r.Real(-3.0, 3.0));
   }
   Ct = C.adjoint();
-  if (errors && m && r.Chance(0.04)) {
+  if (general && m && r.Chance(0.04)) { /* solvable, but nothing is promised */
     const int i = r.Int(0, m - 1);
     switch (r.Int(0, 2)) {
-    case 0: /* not an adjoint */
+    case 0: /* B is not C */
       form = 0;
       Ct(r.Int(0, (int)A.rows() - 1), i) += PetscMax(C.row(i).norm(), 1e-3);
       break;
-    case 1: /* the wrong sign; alone it would be taken for A */
+    case 1: /* D with the other sign */
       if (C.row(i).norm() == 0.0) C(i, 0) = 1.0;
       Ct      = C.adjoint();
       D(i, i) = 1.0;
       break;
-    default: /* not diagonal */
-      if (m < 2) break;
-      D(0, 1) = D(1, 0) = 1.0;
+    default: /* D indefinite */
+      if (m > 1) D(0, 1) = D(1, 0) = 1.0;
     }
-    refused = m < 2 ? Ct != C.adjoint() || D(0, 0) == 1.0 : true;
-    blockD  = blockD || D.norm() > 0.0;
-    text += refused ? " refused" : "";
+    difficult = true;
+    blockD    = blockD || D.norm() > 0.0;
+    text += " general";
   }
   if (D.norm() > 0.0 && m == (int)A.rows()) first = false; /* of two blocks of the same size the second is the multipliers' */
   if (D.norm() > 0.0) text += " D";
@@ -142,7 +140,7 @@ void RandomSystem::RightHandSide(Random &r)
 
   for (int i = 0; i < n; i++) x[i] = r.Real(-1.0, 1.0);
   for (int i = 0; i < m; i++) lambda[i] = C.row(i).norm() > 0.0 ? r.Real(-1.0, 1.0) / C.row(i).norm() : 0.0;
-  f = A * x + C.adjoint() * lambda;
+  f = A * x + Ct * lambda;
   g = C * x + D * lambda;
   if (r.Chance(0.3)) f = A.diagonal().cwiseAbs().cwiseProduct(x);
   if (r.Chance(0.2)) g.setZero();
@@ -167,7 +165,7 @@ Truth::Truth(const RandomSystem &s)
   Dense     K(n + m, n + m), scaled;
   Column    b(n + m), y;
 
-  K << s.A, s.C.adjoint(), s.C, s.D;
+  K << s.A, s.Ct, s.C, s.D;
   b << s.f, s.g;
   scale = Column::Ones(n + m);
   for (int i = 0; i < n; i++) {
@@ -201,8 +199,8 @@ PetscReal Truth::Residual(const RandomSystem &s, const Column &px, const Column 
   Column       r(n + m), size(n + m);
   const Column ax = px.cwiseAbs(), al = lambda.cwiseAbs();
 
-  r << s.A * px + s.C.adjoint() * lambda - s.f, s.C * px + s.D * lambda - s.g;
-  size << s.A.cwiseAbs() * ax + s.C.adjoint().cwiseAbs() * al + s.f.cwiseAbs(), s.C.cwiseAbs() * ax + s.D.cwiseAbs() * al + s.g.cwiseAbs();
+  r << s.A * px + s.Ct * lambda - s.f, s.C * px + s.D * lambda - s.g;
+  size << s.A.cwiseAbs() * ax + s.Ct.cwiseAbs() * al + s.f.cwiseAbs(), s.C.cwiseAbs() * ax + s.D.cwiseAbs() * al + s.g.cwiseAbs();
   size = scale.asDiagonal() * size;
   return (scale.asDiagonal() * r).norm() / PetscMax(size.norm(), PETSC_SMALL);
 }

@@ -22,7 +22,7 @@ struct RandomSystem {
   int         bs;
   Dense       A, C, Ct, D; /* Ct: the block (0,1), not always the adjoint of C */
   Column      f, g;
-  bool        symmetric, refused;       /* refused: the set-up must end with an error */
+  bool        symmetric;                /* A */
   bool        difficult;                /* indefinite or not symmetric: a failure is an answer */
   bool        uneven;                   /* stiffnesses, or scales of rows, some decades apart: nothing for one penalty, or for W = I */
   bool        first, nested, storeZero; /* layout */
@@ -31,12 +31,12 @@ struct RandomSystem {
   bool        blockD;                   /* the multipliers' block is there, be it zero */
   std::string text;
 
-  RandomSystem(Random &, bool errors);
+  RandomSystem(Random &, bool general); /* now and then a B that is not C, or a D that is not diagonal or of the other sign */
 
 private:
   void Stiffness(Random &);
   void Constraints(Random &);
-  void MultiplierBlock(Random &, bool errors);
+  void MultiplierBlock(Random &, bool general);
   void RightHandSide(Random &);
 };
 

@@ -117,7 +117,8 @@ Facts SaddleFacts(const Saddle &s)
     LongColumn noise(N);
 
     for (Eigen::Index i = 0; i < N; i++) noise[i] = size[i] * (long double)PETSC_MACHINE_EPSILON * (long double)r.Real(-1.0, 1.0);
-    facts.reach = std::max(facts.reach, (double)(LongColumn(lu.solve(noise)).head(n).norm() / y.head(n).norm()));
+    facts.reach = std::max(facts.reach,
+                           (double)(LongColumn(lu.solve(noise)).head(n).norm() / std::max(y.head(n).norm(), std::numeric_limits<long double>::min())));
   }
   return facts;
 }
@@ -126,7 +127,9 @@ double SaddleError(const Facts &facts, const Vector &x)
 {
   const Vector inverse = facts.scale.cwiseInverse();
 
-  return inverse.cwiseProduct(x - facts.x).stableNorm() / inverse.cwiseProduct(facts.x).stableNorm();
+  const double error = inverse.cwiseProduct(x - facts.x).stableNorm();
+
+  return error == 0.0 ? 0.0 : error / inverse.cwiseProduct(facts.x).stableNorm();
 }
 
 double SaddleResidual(const Saddle &s, const Vector &x, const Vector &lambda)
