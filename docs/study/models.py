@@ -85,7 +85,7 @@ def main():
     about, rows = measured.read(path)
     text = open(os.path.join(arguments.out, "models.md")).read()
     lines = [text.split("\n## Measured\n")[0], "## Measured", "",
-             "By `%s` on %s, one rank; load %s at the end. The three columns after the seconds are quotients by those of as many ties; the bound is %g. Iterations are those of the reduced solve and, where the verification asks for one, of a second." % (about["command"], about["machine"], about["load at the end"], BOUND)]
+             "By `%s` on %s, one rank; load %s at the end ([models.csv](models.csv)). On a loaded machine the seconds, and the quotient of the set-up, vary by a third. The three columns after the seconds are quotients by those of as many ties; the bound is %g. Iterations are those of the reduced solve and, where the verification asks for one, of a second." % (about["command"], about["machine"], about["load at the end"], BOUND)]
     for slaves in dict.fromkeys(row["slaves"] for row in rows):
         lines += ["", "%s slaves, `%s`:" % (slaves, mesh(int(slaves))), ""] + table([row for row in rows if row["slaves"] == slaves])
     prose.write(os.path.join(arguments.out, "models.md"), "\n".join(lines).split("\n"))
