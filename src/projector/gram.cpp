@@ -118,20 +118,6 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Zeros where only the transpose has entries: components, orderings and packages take the pattern for symmetric */
-static PetscErrorCode MakePatternSymmetric(Mat *S)
-{
-  Mat transposed, zeros;
-
-  PetscFunctionBegin;
-  PetscCall(MatTranspose(*S, MAT_INITIAL_MATRIX, &transposed));
-  PetscCall(MatDuplicate(transposed, MAT_DO_NOT_COPY_VALUES, &zeros));
-  PetscCall(MatDestroy(&transposed));
-  PetscCall(AinsworthAddAIJ(zeros, S));
-  PetscCall(MatDestroy(&zeros));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    AinsworthGramSetUp - forms S = C (B W)' + N, places its rows and factors its components
 
@@ -154,7 +140,7 @@ PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat BW, Mat N, Pet
   PetscCall(MatDestroy(&BWt));
   if (N || !hermitian) PetscCall(MatProductClear(gram->S));
   if (N) PetscCall(AinsworthAddAIJ(N, &gram->S));
-  if (!hermitian) PetscCall(MakePatternSymmetric(&gram->S));
+  if (!hermitian) PetscCall(AinsworthMakePatternSymmetric(&gram->S));
   gram->hermitian = hermitian;
   if (hermitian) PetscCall(MatSetOption(gram->S, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
   if (!samePattern) {

@@ -189,6 +189,20 @@ PetscErrorCode AinsworthAddAIJ(Mat X, Mat *Y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Zeros where only the transpose of an AIJ has entries: components, orderings and packages take the pattern for symmetric */
+PetscErrorCode AinsworthMakePatternSymmetric(Mat *M)
+{
+  Mat transposed, zeros;
+
+  PetscFunctionBegin;
+  PetscCall(MatTranspose(*M, MAT_INITIAL_MATRIX, &transposed));
+  PetscCall(MatDuplicate(transposed, MAT_DO_NOT_COPY_VALUES, &zeros));
+  PetscCall(MatDestroy(&transposed));
+  PetscCall(AinsworthAddAIJ(zeros, M));
+  PetscCall(MatDestroy(&zeros));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* sums = of each row of M the sum of |entry|^power, power 1 or 2 */
 PetscErrorCode AinsworthRowSums(Mat M, int power, Vec sums)
 {

@@ -74,6 +74,7 @@ static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
   PetscCall(MatDiagonalScale(*copy, NULL, mask));
   PetscCall(MatSetOption(*copy, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE)); /* an entry of the diagonal that is zero may not be stored */
   PetscCall(MatDiagonalSet(*copy, diagonal, INSERT_VALUES));
+  PetscCall(AinsworthMakePatternSymmetric(copy));
   (*copy)->symmetric = (*copy)->hermitian = PETSC_BOOL3_UNKNOWN; /* a matrix with scaled columns is taken for one that is not */
   PetscCall(VecDestroy(&diagonal));
   PetscCall(MatGetNearNullSpace(A, &near));

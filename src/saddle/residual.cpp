@@ -5,8 +5,8 @@
 /*
    Of what a row of C x = g holds, |C_i| |x| + |g_i|, `consistent` is the rounding of a right inverse through a Gram matrix with a condition number of 1e8;
    `own` is that of the terms of a row of A x + C' lambda = f, through the same solves;
-   `combined` is that which a row gets from the others through S, relative to the largest |x|;
-   `noise` is that of the right-hand side of a zero row, relative to the largest |g|, and that of f - C' lambda, relative to both;
+   `combined` is that which a row gets from the others through S, relative to the largest |x|, and a zero row of A, whose multipliers may be small among others;
+   `noise` is that of the right-hand side of a zero row of C, relative to the largest |g|, and that of f - C' lambda, relative to both;
    `rounding` is that of an entry of x among larger ones
 */
 static const PetscReal consistent = 1e-8;
@@ -170,7 +170,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   auto allowed = [&](PetscInt i) {
     const PetscReal stiffness = PetscRealPart(d[i]);
     const PetscReal bound     = stiffness > 0.0 ? (tol * energy + noise * load) * PetscSqrtReal(stiffness) + rounding * displacement * stiffness
-                                                : noise * largest + rounding * displacement * stiffest;
+                                                : combined * largest + rounding * displacement * stiffest;
 
     return PetscIsInfOrNanReal(bound) ? 0.0 : bound; /* it overflows: a row has its own terms */
   };

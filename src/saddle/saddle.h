@@ -75,6 +75,7 @@ PetscErrorCode AinsworthCheckEntries(Mat, const char[], const char[], PetscBool 
 PetscErrorCode AinsworthGetAIJ(Mat, Mat *);
 PetscErrorCode AinsworthAbsoluteAIJ(Mat, Mat *);
 PetscErrorCode AinsworthAddAIJ(Mat, Mat *);
+PetscErrorCode AinsworthMakePatternSymmetric(Mat *);
 PetscErrorCode AinsworthRowSums(Mat, int, Vec);
 
 /* blocks.cpp, state.cpp: what the program passed, and whether it is what it was */

@@ -156,7 +156,7 @@ static PetscErrorCode NestedNaN()
   PetscCall(CheckFailed(run));
   PetscCall(KSPGetPC(run.ksp, &pc));
   PetscCall(PCAinsworthGetFailure(pc, &why));
-  PetscCall(CheckText("the cause", why, {"A holds NaN or Inf"}));
+  PetscCall(CheckText("the cause", why, {"of A is NaN or Inf"}));
   PetscCall(RunDestroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -236,7 +236,7 @@ static PetscErrorCode OptionsWithoutA()
   PetscCall(Solved(&run, d));
   PetscCall(KSPReset(run.ksp));
   PetscCall(KSPSetOperators(run.ksp, run.sys.A, run.sys.A));
-  PetscCall(CheckError("no nest", [&]() { return KSPSetUp(run.ksp); }, PETSC_ERR_ARG_WRONG, {"MatCreateNest()"}));
+  PetscCall(CheckError("no nest", [&]() { return KSPSetUp(run.ksp); }, PETSC_ERR_ARG_WRONG, {"pass a MatNest"}));
   PetscCall(KSPSetFromOptions(run.ksp));
   PetscCall(KSPReset(run.ksp));
   PetscCall(NestCreate(run.sys.A, NULL, run.sys.C, NULL, false, &wrong));

@@ -71,6 +71,7 @@ struct Facts {
   bool   solvable, unique; /* unique: x */
   double left;             /* of the equations, relative to their terms, by the best answer */
   double reach;            /* error in x that rounding the system to double precision may cause */
+  double size;             /* of x in its own units, at least a trace of that of x and lambda: where g = 0 x may be rounding */
   Vector x, scale;         /* scale: of the columns of x, in units of which errors are measured */
 };
 Facts SaddleFacts(const Saddle &);

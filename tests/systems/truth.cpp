@@ -5,7 +5,7 @@ using Long       = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 using LongColumn = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
 
 /* Pivots, and residuals, between these two are of a system that nobody can decide. Data is exact in double precision */
-static const long double dependent = 1e-17L, independent = 3e-15L, consistent = 1e-12L, contradictory = 1e-8L;
+static const long double dependent = 1e-17L, independent = 3e-15L, consistent = 1e-12L, contradictory = 1e-8L, negligible = 1e-9L;
 
 Random SaddleRandom(const std::string &name)
 {
@@ -112,13 +112,14 @@ Facts SaddleFacts(const Saddle &s)
   facts.left     = (double)worst;
   facts.scale    = columns.head(n).cast<double>();
   facts.x        = columns.head(n).cwiseProduct(y.head(n)).cast<double>();
+  facts.size     = (double)std::max(y.head(n).norm(), negligible * y.norm());
   facts.reach    = 0.0;
   for (int draw = 0; draw < 3; draw++) {
     LongColumn noise(N);
 
     for (Eigen::Index i = 0; i < N; i++) noise[i] = size[i] * (long double)PETSC_MACHINE_EPSILON * (long double)r.Real(-1.0, 1.0);
     facts.reach = std::max(facts.reach,
-                           (double)(LongColumn(lu.solve(noise)).head(n).norm() / std::max(y.head(n).norm(), std::numeric_limits<long double>::min())));
+                           (double)(LongColumn(lu.solve(noise)).head(n).norm() / std::max((long double)facts.size, std::numeric_limits<long double>::min())));
   }
   return facts;
 }
@@ -129,7 +130,7 @@ double SaddleError(const Facts &facts, const Vector &x)
 
   const double error = inverse.cwiseProduct(x - facts.x).stableNorm();
 
-  return error == 0.0 ? 0.0 : error / inverse.cwiseProduct(facts.x).stableNorm();
+  return error == 0.0 ? 0.0 : error / facts.size;
 }
 
 double SaddleResidual(const Saddle &s, const Vector &x, const Vector &lambda)
