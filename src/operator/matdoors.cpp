@@ -98,38 +98,23 @@ PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, V
 }
 
 /*
-   lambda = mu / G where D lambda = C x - g determines it, not f - A x; where D couples such rows, lambda += S^{-1} G^{-1} (N mu - D lambda), which leaves what
-   D gives nothing for to f - A x
+   lambda += S^{-1} G^{-1} (N mu - D lambda), some times: where D couples rows and gives way much more than A, D lambda = C x - g determines lambda, not
+   f - A x, but for what a singular D leaves free
 */
-static PetscErrorCode TakeSoftRows(Mat_Ainsworth *ctx, Vec lambda)
+static PetscErrorCode TakeFromSprings(Mat_Ainsworth *ctx, Vec lambda)
 {
-  const AinsworthCompliance *c = &ctx->proj.compliance;
-  PetscInt                   m;
-  PetscReal                  some;
-  PetscScalar               *l;
-  const PetscScalar         *mu, *soft;
-  Vec                        rest;
+  AinsworthProjector *proj = &ctx->proj;
+  Vec                 rest;
 
   PetscFunctionBegin;
-  PetscCall(VecGetLocalSize(lambda, &m));
-  PetscCall(VecGetArray(lambda, &l));
-  PetscCall(VecGetArrayRead(ctx->mu, &mu));
-  PetscCall(VecGetArrayRead(c->soft, &soft));
-  for (PetscInt i = 0; i < m; i++)
-    if (soft[i] != 0.0) l[i] = mu[i] * soft[i];
-  PetscCall(VecRestoreArrayRead(c->soft, &soft));
-  PetscCall(VecRestoreArrayRead(ctx->mu, &mu));
-  PetscCall(VecRestoreArray(lambda, &l));
-  PetscCall(VecNorm(c->together, NORM_INFINITY, &some));
-  if (some == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(lambda, &rest));
   for (int k = 0; k < refinements; k++) {
     PetscCall(MatMult(ctx->D, lambda, rest));
     PetscCall(VecScale(rest, -1.0));
-    PetscCall(MatMultAdd(c->N, ctx->mu, rest, rest));
-    PetscCall(VecPointwiseMult(rest, rest, c->together));
-    PetscCall(AinsworthProjectorSolve(&ctx->proj, rest, rest));
-    PetscCall(VecAXPY(lambda, 1.0, rest));
+    PetscCall(MatMultAdd(proj->compliance.N, ctx->mu, rest, rest));
+    PetscCall(AinsworthProjectorRightInverse(proj, rest, ctx->work));
+    PetscCall(AinsworthProjectorReturn(proj, proj->rowSolution, rest));
+    PetscCall(VecAXPY(lambda, proj->compliance.soft, rest));
   }
   PetscCall(VecDestroy(&rest));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -173,7 +158,7 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
     }
     PetscCall(VecDestroy(&left));
   }
-  if (ctx->D) PetscCall(TakeSoftRows(ctx, lambda));
+  if (ctx->D && ctx->proj.compliance.soft > 0.0) PetscCall(TakeFromSprings(ctx, lambda));
   for (Vec *v : {&rest, &more, &loads}) PetscCall(VecDestroy(v));
   PetscCall(PetscLogEventEnd(AINSWORTH_Multiplier, mat, f, x, lambda));
   PetscFunctionReturn(PETSC_SUCCESS);

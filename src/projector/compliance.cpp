@@ -57,30 +57,35 @@ static PetscErrorCode DiagonalSigns(Mat C, Mat B, Vec weight, PetscReal signs[])
 }
 
 /*
-   G: (D_ii / flexibility_i)^{1/2} where D has no other entry in the row, with the sign that adds N to the diagonal of C W B'; of rows that D couples all have
-   the same, the mean of their decades, so that N and E are as symmetric as D
+   The energy of mu_i, relative to the flexibility of the constraint, to which G scales up what is smaller: it would drown in the rounding of other energies,
+   whose part of it is the machine precision over the root of this. More would be felt by the preconditioner where rows of C are close to each other: what it
+   leaves of C x comes to mu as S^{-1} C x. Rows that D couples, of which it may leave some combinations without energy, need more against rounding.
 */
-static PetscErrorCode SetRatios(AinsworthCompliance *c, Mat C, Mat B, Mat D, Vec weight)
+static const PetscReal alone = 1e-4, together = 1e-2;
+
+/*
+   1 / G: G is 1, or (D_ii / flexibility_i / alone)^{1/2} where that is smaller, with the sign that adds N to the diagonal of C W B'. Rows that D couples all have
+   the same, by the mean of their decades, so that N and E are as symmetric as D; where it is larger than 1, (D_ii / flexibility_i)^{1/2}, as their D may be
+   singular and its rounding count. flexibility becomes the energy of rows without D
+*/
+static PetscErrorCode InvertRatios(AinsworthCompliance *c, Mat C, Mat B, Mat D, Vec weight, Vec flexibility, Vec inverse)
 {
-  PetscInt           rstart, rend;
-  PetscReal         *signs, mean[2] = {0.0, 0.0};
-  PetscBool         *coupled;
-  PetscScalar       *g, *rest, *soft, *together, *sums;
-  const PetscScalar *flexibility;
+  PetscInt     rstart, rend;
+  PetscReal   *signs, mean[2] = {0.0, 0.0};
+  PetscBool   *coupled;
+  PetscScalar *g, *rest, *sums;
 
   PetscFunctionBegin;
   PetscCall(MatGetOwnershipRange(D, &rstart, &rend));
   PetscCall(PetscMalloc2(rend - rstart, &signs, rend - rstart, &coupled));
   PetscCall(DiagonalSigns(C, B, weight, signs));
-  PetscCall(VecGetArrayWrite(c->ratio, &g));
-  PetscCall(VecGetArrayWrite(c->rest, &rest));
-  PetscCall(VecGetArrayWrite(c->soft, &soft));
-  PetscCall(VecGetArrayWrite(c->together, &together));
+  PetscCall(VecGetArrayWrite(inverse, &g));
+  PetscCall(VecGetArray(flexibility, &rest));
   PetscCall(VecGetArray(c->sums, &sums));
-  PetscCall(VecGetArrayRead(c->flexibility, &flexibility));
   for (PetscInt i = rstart; i < rend; i++) {
     const PetscInt     k     = i - rstart;
-    const PetscReal    total = PetscRealPart(sums[k]), met = PetscRealPart(flexibility[k]);
+    const PetscReal    total = PetscRealPart(sums[k]), met = PetscRealPart(rest[k]);
+    const PetscReal    ratio = total > 0.0 && met > 0.0 ? PetscSqrtReal(total) / PetscSqrtReal(met) : 1.0;
     PetscInt           n;
     const PetscInt    *col;
     const PetscScalar *v;
@@ -93,30 +98,26 @@ static PetscErrorCode SetRatios(AinsworthCompliance *c, Mat C, Mat B, Mat D, Vec
       else if (v[a] != 0.0) coupled[k] = PETSC_TRUE;
     }
     PetscCall(MatRestoreRow(D, i, &n, &col, &v));
-    g[k]    = 1.0;
-    rest[k] = total == 0.0 ? met : 0.0;
-    if (coupled[k] && met > 0.0) {
-      mean[0] += PetscLogReal(PetscSqrtReal(total) / PetscSqrtReal(met));
-      mean[1] += 1.0;
-    } else if (!coupled[k] && total > 0.0 && met > 0.0) g[k] = (diagonal < 0.0 ? -signs[k] : signs[k]) * PetscSqrtReal(total) / PetscSqrtReal(met);
-    soft[k] = !coupled[k] && total > met ? 1.0 / g[k] : 0.0;
+    rest[k] = total == 0.0 ? alone * met : 0.0;
+    g[k]    = (diagonal < 0.0 ? -signs[k] : signs[k]) / PetscMin(1.0, ratio / PetscSqrtReal(alone));
     if (diagonal < 0.0) sums[k] = -sums[k];
+    if (!coupled[k] || met == 0.0) continue;
+    mean[0] += PetscLogReal(PetscMin(1.0, ratio / PetscSqrtReal(together)) * PetscMax(1.0, ratio));
+    mean[1] += 1.0;
   }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, mean, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)D)));
+  mean[0] = mean[1] > 0.0 ? PetscExpReal(-mean[0] / mean[1]) : 1.0;
+  c->soft = mean[0] < 1.0 ? mean[0] : 0.0;
   for (PetscInt k = 0; k < rend - rstart; k++)
-    if (coupled[k] && mean[1] > 0.0) g[k] = PetscExpReal(mean[0] / mean[1]);
-  for (PetscInt k = 0; k < rend - rstart; k++) together[k] = coupled[k] && PetscRealPart(g[k]) > 1.0 ? 1.0 / g[k] : 0.0;
-  PetscCall(VecRestoreArrayWrite(c->together, &together));
-  PetscCall(VecRestoreArrayRead(c->flexibility, &flexibility));
+    if (coupled[k]) g[k] = mean[0];
   PetscCall(VecRestoreArray(c->sums, &sums));
-  PetscCall(VecRestoreArrayWrite(c->soft, &soft));
-  PetscCall(VecRestoreArrayWrite(c->rest, &rest));
-  PetscCall(VecRestoreArrayWrite(c->ratio, &g));
+  PetscCall(VecRestoreArray(flexibility, &rest));
+  PetscCall(VecRestoreArrayWrite(inverse, &g));
   PetscCall(PetscFree2(signs, coupled));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthComplianceSetUp - G, N and E; C, B: m x n; D: m x m, laid out as the rows of C */
+/* AinsworthComplianceSetUp - N and E; C, B: m x n; D: m x m, laid out as the rows of C */
 PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *c, Mat C, Mat B, Mat D, Vec weight, Vec inverseDiagonal)
 {
   Vec inverse, other;
@@ -124,20 +125,19 @@ PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *c, Mat C, Mat B, Ma
   PetscFunctionBegin;
   PetscCall(AinsworthComplianceReset(c));
   if (!D) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(C, NULL, &c->ratio));
-  for (Vec *v : {&c->flexibility, &c->sums, &c->rest, &c->soft, &c->together, &inverse}) PetscCall(VecDuplicate(c->ratio, v));
-  PetscCall(RowFlexibility(C, weight, inverseDiagonal, c->flexibility));
+  PetscCall(MatCreateVecs(C, NULL, &c->sums));
+  PetscCall(VecDuplicate(c->sums, &c->rest));
+  PetscCall(VecDuplicate(c->sums, &inverse));
+  PetscCall(RowFlexibility(C, weight, inverseDiagonal, c->rest));
   if (B != C) { /* the geometric mean of both sides */
-    PetscCall(VecDuplicate(c->flexibility, &other));
+    PetscCall(VecDuplicate(c->rest, &other));
     PetscCall(RowFlexibility(B, weight, inverseDiagonal, other));
-    for (Vec v : {other, c->flexibility}) PetscCall(VecSqrtAbs(v));
-    PetscCall(VecPointwiseMult(c->flexibility, c->flexibility, other));
+    for (Vec v : {other, c->rest}) PetscCall(VecSqrtAbs(v));
+    PetscCall(VecPointwiseMult(c->rest, c->rest, other));
     PetscCall(VecDestroy(&other));
   }
   PetscCall(AinsworthRowSums(D, 1, c->sums));
-  PetscCall(SetRatios(c, C, B, D, weight));
-  PetscCall(VecCopy(c->ratio, inverse));
-  PetscCall(VecReciprocal(inverse));
+  PetscCall(InvertRatios(c, C, B, D, weight, c->rest, inverse));
   PetscCall(MatDuplicate(D, MAT_COPY_VALUES, &c->N));
   PetscCall(MatDiagonalScale(c->N, NULL, inverse));
   PetscCall(MatDuplicate(c->N, MAT_COPY_VALUES, &c->E));
@@ -195,6 +195,6 @@ PetscErrorCode AinsworthComplianceReset(AinsworthCompliance *c)
   PetscFunctionBegin;
   PetscCall(MatDestroy(&c->N));
   PetscCall(MatDestroy(&c->E));
-  for (Vec *v : {&c->ratio, &c->flexibility, &c->sums, &c->rest, &c->soft, &c->together}) PetscCall(VecDestroy(v));
+  for (Vec *v : {&c->sums, &c->rest}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -167,16 +167,6 @@ PetscErrorCode AinsworthProjectorReturn(AinsworthProjector *proj, Vec placed, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* l = S^{-1} g, both as the program's rows, and possibly the same vector */
-PetscErrorCode AinsworthProjectorSolve(AinsworthProjector *proj, Vec g, Vec l)
-{
-  PetscFunctionBegin;
-  PetscCall(AinsworthProjectorPlace(proj, g, proj->rowValues));
-  PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
-  PetscCall(AinsworthProjectorReturn(proj, proj->rowSolution, l));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* y = Q x = x - W B' S^{-1} C x; y may be x. Leaves C x and -S^{-1} C x, placed, in proj->rowValues and rowSolution */
 PetscErrorCode AinsworthProjectorMult(AinsworthProjector *proj, Vec x, Vec y)
 {

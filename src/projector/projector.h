@@ -39,7 +39,6 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, const AinsworthProj
 PetscErrorCode AinsworthProjectorReset(AinsworthProjector *);
 PetscErrorCode AinsworthProjectorPlace(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorReturn(AinsworthProjector *, Vec, Vec);
-PetscErrorCode AinsworthProjectorSolve(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorMult(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorMultTranspose(AinsworthProjector *, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthProjectorRightInverse(AinsworthProjector *, Vec, Vec);

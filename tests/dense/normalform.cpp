@@ -124,9 +124,12 @@ struct Blocks {
   Dense A, Bt, C, E;
 };
 
+static PetscInt iterations; /* of the last reduced solve */
+
 static PetscErrorCode CheckForm(const char *name, const System &sys, const DenseSystem &d, const Blocks &blocks, const std::string &text, bool refused = false,
                                 PetscReal tolerance = 1e-7)
 {
+  KSP            inner;
   const PetscInt n = (PetscInt)d.A.rows(), m = (PetscInt)blocks.C.rows();
   PetscInt       ln, lm, bs;
   Options        options("-ainsworth_ksp_rtol 1e-12 " + text);
@@ -161,6 +164,8 @@ static PetscErrorCode CheckForm(const char *name, const System &sys, const Dense
   PetscCall(KSPGetConvergedReason(ksp, &reason));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCAinsworthGetFailure(pc, &why));
+  PetscCall(PCAinsworthGetKSP(pc, &inner));
+  PetscCall(KSPGetIterationNumber(inner, &iterations));
   if (refused) PetscCall(CheckTrue("refused with a text", reason < 0 && why[0]));
   else {
     PetscCall(CheckTrue(why, reason > 0));
@@ -228,6 +233,32 @@ static PetscErrorCode CheckCompliance(const Spec &spec)
   if (!spec.semidefinite) {
     PetscCall(CheckForm("negative D", sys, d, {d.A, d.C.adjoint(), d.C, 1e3 * size * I}, ""));
     PetscCall(CheckForm("indefinite", sys, d, {d.A, d.C.adjoint(), d.C, 1e-3 * size * I}, "", true));
+  }
+  PetscCall(SystemDestroy(&sys));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* However large D is, as many iterations as without it or without constraints; rows of C are close to each other, as on curved contact of a soft body */
+static PetscErrorCode CheckIterations(const Spec &spec)
+{
+  System      sys;
+  DenseSystem d;
+  PetscInt    least = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
+  PetscCall(Gather(sys, d));
+  const Eigen::Index m = d.C.rows();
+
+  for (Eigen::Index i = 1; i < m; i++) d.C.row(i) = 0.2 * d.C.row(i) + d.C.row(0) * PetscReal(1.0 + i);
+  const Column flexibility = (d.C * d.A.diagonal().cwiseInverse().asDiagonal() * d.C.adjoint()).diagonal();
+
+  for (PetscReal scale : {0.0, 1e-16, 1e-8, 1e-4, 1e-2, 1.0, 1e2, 1e8}) {
+    const Dense D = Dense((scale * flexibility).asDiagonal());
+
+    PetscCall(CheckForm(("iterations, D " + std::to_string(scale)).c_str(), sys, d, {d.A, d.C.adjoint(), d.C, -D}, "", false, 1e-6));
+    if (scale == 0.0) least = iterations;
+    PetscCall(Check("iterations", (PetscReal)iterations, (PetscReal)least + 2.0));
   }
   PetscCall(SystemDestroy(&sys));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -341,6 +372,9 @@ int main(int argc, char **argv)
     spec.uneven = uneven;
     PetscCall(CheckCompliance(spec));
     PetscCall(CheckSides(spec));
+    spec.jump = 1e-3;
+    PetscCall(CheckIterations(spec));
+    spec.jump         = 1.0;
     spec.semidefinite = true;
     PetscCall(CheckCompliance(spec));
     PetscCall(CheckSides(spec));
