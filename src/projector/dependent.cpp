@@ -57,12 +57,36 @@ static PetscErrorCode Probe(AinsworthGram *gram, PetscReal *error)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows of C W^{1/2}, or of C without a weight, each with |N_ii|^{1/2} in a column of its own, over their largest entries */
-static PetscErrorCode LoadRows(Mat C, Vec weight, Vec N, std::vector<AinsworthRow> &rows)
+/* The nonzero entries of a row of M over the square roots of `roots`, NULL for 1, are added, in columns that begin with `first`: those of this rank, with roots */
+static PetscErrorCode AddEntries(Mat M, PetscInt i, Vec roots, PetscInt first, AinsworthRow *row)
 {
-  Mat                scaled = C;
-  PetscInt           start, end, n;
-  const PetscScalar *other = NULL;
+  PetscInt           n, start, end;
+  const PetscInt    *cols;
+  const PetscScalar *values, *d = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRangeColumn(M, &start, &end));
+  if (roots) PetscCall(VecGetArrayRead(roots, &d));
+  PetscCall(MatGetRow(M, i, &n, &cols, &values));
+  for (PetscInt k = 0; k < n; k++) {
+    if (values[k] == 0.0 || (d && (cols[k] < start || cols[k] >= end || d[cols[k] - start] == 0.0))) continue;
+    row->column.push_back(first + cols[k]);
+    row->value.push_back(d ? values[k] / PetscSqrtReal(PetscAbsScalar(d[cols[k] - start])) : values[k]);
+  }
+  PetscCall(MatRestoreRow(M, i, &n, &cols, &values));
+  if (roots) PetscCall(VecRestoreArrayRead(roots, &d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   The rows of C W^{1/2}, or of C without a weight, over their largest entries; where N is not NULL each with those of N diag(N)^{-1/2} behind it: C' z = 0 and
+   N z = 0 is what makes S singular
+*/
+static PetscErrorCode LoadRows(Mat C, Vec weight, Mat N, std::vector<AinsworthRow> &rows)
+{
+  Mat      scaled   = C;
+  Vec      diagonal = NULL;
+  PetscInt start, end, n;
 
   PetscFunctionBegin;
   if (weight) {
@@ -75,31 +99,23 @@ static PetscErrorCode LoadRows(Mat C, Vec weight, Vec N, std::vector<AinsworthRo
     PetscCall(MatDiagonalScale(scaled, NULL, root));
     PetscCall(VecDestroy(&root));
   }
+  if (N) {
+    PetscCall(MatCreateVecs(N, NULL, &diagonal));
+    PetscCall(MatGetDiagonal(N, diagonal));
+  }
   PetscCall(MatGetSize(C, NULL, &n));
   PetscCall(MatGetOwnershipRange(scaled, &start, &end));
   rows.resize(end - start);
-  if (N) PetscCall(VecGetArrayRead(N, &other));
   for (PetscInt i = start; i < end; i++) {
-    AinsworthRow      &row = rows[i - start];
-    PetscInt           ncols;
-    const PetscInt    *cols;
-    const PetscScalar *values;
-    const PetscReal    own     = other ? PetscSqrtReal(PetscAbsScalar(other[i - start])) : 0.0;
-    PetscReal          largest = own;
+    AinsworthRow &row     = rows[i - start];
+    PetscReal     largest = 0.0;
 
-    PetscCall(MatGetRow(scaled, i, &ncols, &cols, &values));
-    for (PetscInt k = 0; k < ncols; k++) largest = PetscMax(largest, PetscAbsScalar(values[k]));
-    for (PetscInt k = 0; k < ncols; k++) {
-      if (values[k] == 0.0) continue;
-      row.column.push_back(cols[k]);
-      row.value.push_back(values[k] / largest);
-    }
-    PetscCall(MatRestoreRow(scaled, i, &ncols, &cols, &values));
-    if (own == 0.0) continue;
-    row.column.push_back(n + i);
-    row.value.push_back(own / largest);
+    PetscCall(AddEntries(scaled, i, NULL, 0, &row));
+    if (N) PetscCall(AddEntries(N, i, diagonal, n, &row));
+    for (const PetscScalar &v : row.value) largest = PetscMax(largest, PetscAbsScalar(v));
+    for (PetscScalar &v : row.value) v /= largest;
   }
-  if (N) PetscCall(VecRestoreArrayRead(N, &other));
+  PetscCall(VecDestroy(&diagonal));
   if (scaled != C) PetscCall(MatDestroy(&scaled));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -247,8 +263,8 @@ static PetscErrorCode FindAmongShared(Mat C, PetscReal distance, const Ainsworth
 
    Input Parameters:
 +  proj     - C and S in their places
+.  N        - placed; NULL where it is zero
 .  weight   - diagonal of W, NULL for the identity
-.  N        - diagonal of N, placed; NULL where it is zero
 -  distance - a row counts as dependent if its distance from the span of others, in the norm of W, is about this part of its length, or less
 
    Output Parameters:
@@ -258,7 +274,7 @@ static PetscErrorCode FindAmongShared(Mat C, PetscReal distance, const Ainsworth
    Rows of C are eliminated, not those of S, where distances are squares: what is told apart is far more than rounding can hide. Rows that are far from
    those already kept are kept first, the others by falling distance, so that every row left out is a combination of rows that are kept.
 */
-static PetscErrorCode FindDependentRows(const AinsworthProjector *proj, Vec weight, Vec N, PetscReal distance, PetscInt *n, PetscInt **dependent)
+static PetscErrorCode FindDependentRows(const AinsworthProjector *proj, Mat N, Vec weight, PetscReal distance, PetscInt *n, PetscInt **dependent)
 {
   const AinsworthGram  *gram = &proj->gram;
   const Mat             C    = proj->C;
@@ -322,7 +338,7 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
   AinsworthGram *gram  = &proj->gram;
   PetscReal      error = PETSC_INFINITY;
   PetscInt       others, *unweighted;
-  Vec            N = NULL, program;
+  Mat            N = NULL;
 
   PetscFunctionBegin;
   *n         = 0;
@@ -331,23 +347,20 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
   PetscCall(AinsworthGramGetFailedReason(gram, reason));
   if (!*reason) PetscCall(Probe(gram, &error));
   if (proj->compliance.N && !(error <= suspicious)) {
-    PetscCall(MatCreateVecs(proj->compliance.N, NULL, &program));
-    PetscCall(MatGetDiagonal(proj->compliance.N, program));
-    PetscCall(VecDuplicate(proj->rowValues, &N));
-    PetscCall(AinsworthProjectorPlace(proj, program, N));
-    PetscCall(VecDestroy(&program));
+    if (gram->placement.rows) PetscCall(MatCreateSubMatrix(proj->compliance.N, gram->placement.rows, gram->placement.rows, MAT_INITIAL_MATRIX, &N));
+    else PetscCall(PetscObjectReference((PetscObject)(N = proj->compliance.N)));
   }
   for (; *pass < passes && !*n && !(error <= (*pass ? unusable : suspicious)); ++*pass) {
     PetscCall(PetscFree(*dependent));
     PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
-    PetscCall(FindDependentRows(proj, weight, N, distances[*pass], n, dependent));
+    PetscCall(FindDependentRows(proj, N, weight, distances[*pass], n, dependent));
     if (!*n || !weight) continue;
-    PetscCall(FindDependentRows(proj, NULL, N, distances[*pass], &others, &unweighted));
+    PetscCall(FindDependentRows(proj, N, NULL, distances[*pass], &others, &unweighted));
     PetscCall(PetscFree(unweighted));
     *hidden = (PetscBool)(others < *n);
     if (*hidden) break;
   }
-  PetscCall(VecDestroy(&N));
+  PetscCall(MatDestroy(&N));
   if (!*reason && !(error <= unusable)) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT;
   *doubtful = !(error <= inexact);
   if (*doubtful && !*reason && !*n)
