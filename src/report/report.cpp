@@ -200,9 +200,10 @@ static PetscErrorCode Record(KSP ksp, PetscInt step, PetscReal norm, KSPConverge
 static PetscErrorCode ChooseCoefficients(AinsworthReport *report, KSP ksp)
 {
   PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
-  PetscBool   cg;
-  KSPNormType norm;
-  KSPType     type;
+  PetscBool      cg;
+  KSPNormType    norm;
+  KSPType        type;
+  Mat_Ainsworth *ctx = NULL;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &cg, KSPCG, KSPPROJECTEDCG, ""));
@@ -210,10 +211,11 @@ static PetscErrorCode ChooseCoefficients(AinsworthReport *report, KSP ksp)
   PetscCall(KSPGetType(ksp, &type));
   PetscCall(KSPGetConvergenceTest(ksp, &converged, NULL, NULL));
   PetscCall(KSPProjectedCGGetUse_Private(ksp, &report->kernel));
+  if (report->system.reduced) PetscCall(MatAinsworthGetContext_Private(report->system.reduced, &ctx));
   report->watch    = (PetscBool)(report->settings->viewer || report->settings->stop == AINSWORTH_STOP_ENERGY_ERROR);
   report->estimate = (PetscBool)(report->watch && cg && norm == KSP_NORM_NATURAL);
   report->patient  = (PetscBool)(converged == KSPConvergedDefault && norm != KSP_NORM_NONE);
-  report->tighten  = (PetscBool)(report->kernel && report->patient && norm == KSP_NORM_NATURAL);
+  report->tighten  = (PetscBool)((report->kernel || (ctx && ctx->D)) && report->patient && norm == KSP_NORM_NATURAL);
   if (report->estimate || !report->watch) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(report->settings->stop != AINSWORTH_STOP_ENERGY_ERROR, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
              "-pc_ainsworth_stop energy_error needs the coefficients of conjugate gradients: the inner KSP is %s with norm type %s, it must be %s or %s with "

@@ -27,6 +27,22 @@ static PetscErrorCode Energy(AinsworthReport *report, Vec x, PetscReal *energy, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* |lambda|_D^2, where D is not zero and AinsworthReportGetX() has found lambda: the energy of the springs */
+static PetscErrorCode AddSprings(AinsworthReport *report, const Mat_Ainsworth *ctx, PetscReal *energy)
+{
+  PetscScalar product;
+  Vec         Dl;
+
+  PetscFunctionBegin;
+  if (!ctx->D) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(report->springs[1], &Dl));
+  PetscCall(MatMult(ctx->D, report->springs[1], Dl));
+  PetscCall(VecDot(Dl, report->springs[1], &product));
+  PetscCall(VecDestroy(&Dl));
+  *energy += PetscAbsScalar(product);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The operator of the constraints, where R g is not zero; NULL otherwise */
 static PetscErrorCode GetStart(const AinsworthReport *report, Mat_Ainsworth **ctx)
 {
@@ -40,7 +56,8 @@ static PetscErrorCode GetStart(const AinsworthReport *report, Mat_Ainsworth **ct
 /*
    PETSc's test has found a residual that is small relative to the first one, that of R g. Where R g strains what x does not, x is much smaller than
    x - R g = z, and the tolerance shrinks by |x|_A / |z|_A. With b = Q' (f - A R g), the right-hand side of Ker C, and r = b - A z, r' z = 0 in conjugate
-   gradients, z' A z = x' b and x' A x = (R g)' A R g - x' b + 2 f' z: if that tells of a small x, cancellation and all, one product with A says how small.
+   gradients, z' A z = x' b and x' A x = (R g)' A R g - x' b + 2 f' z: if that tells of a small x, cancellation and all, one product with A says how small. Where D is not
+   zero the product is made anyway.
 */
 static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason)
 {
@@ -57,8 +74,10 @@ static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, Pets
   PetscCall(VecDot(x, b, &dot[0]));
   PetscCall(VecDot(x, report->f, &dot[1]));
   z = PetscRealPart(dot[0]);
-  if (z <= 0.0 || ctx->start[0] + 2 * (PetscRealPart(dot[1]) - ctx->start[1]) >= 2 * z) PetscFunctionReturn(PETSC_SUCCESS);
+  if (z <= 0.0 || (!ctx->D && ctx->start[0] + 2 * (PetscRealPart(dot[1]) - ctx->start[1]) >= 2 * z)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthReportGetX(report, x, &x));
   PetscCall(Energy(report, x, &energy, &rounding));
+  PetscCall(AddSprings(report, ctx, &energy));
   wanted    = PetscSqr(ksp->rtol) * PetscMin(energy, z);
   tolerance = PetscSqrtReal(PetscMax(wanted, rounding) / z) * ksp->rnorm0;
   if (norm <= tolerance) {
@@ -135,6 +154,7 @@ static PetscErrorCode ErrorReached(AinsworthReport *report, KSP ksp, bool *reach
   PetscCall(KSPBuildSolution(ksp, NULL, &x));
   PetscCall(AinsworthReportGetX(report, x, &x));
   PetscCall(Energy(report, x, &energy, &rounding));
+  if (ctx) PetscCall(AddSprings(report, ctx, &energy));
   report->energy = PetscSqrtReal(energy);
   report->bound  = PetscSqrtReal(PetscMax(PetscSqr(rtol / (1 + rtol)) * energy, rounding)); /* |x|_A is that of this iterate less at most the error */
   *reached       = AinsworthEstimatorReached(e, report->bound);

@@ -8,7 +8,7 @@ static char help[] = "Saddle points as programs write them, each against a refer
 static const char *const verdicts[] = {"right", "refused", "owed", "untrue", "wrong"};
 
 /* Systems that have an answer which is not found yet: they are not to be wrong, and one that is right may be taken from this list */
-static const char *const owed[] = {"qp_free", NULL};
+static const char *const owed[] = {NULL};
 
 /* Rows spread evenly, in whole blocks */
 static PetscInt Share(int total, int bs)
