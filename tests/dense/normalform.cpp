@@ -132,7 +132,7 @@ static PetscErrorCode CheckForm(const char *name, const System &sys, const Dense
   KSP            inner;
   const PetscInt n = (PetscInt)d.A.rows(), m = (PetscInt)blocks.C.rows();
   PetscInt       ln, lm, bs;
-  Options        options("-ainsworth_ksp_rtol 1e-12 " + text);
+  Options        options((text.find("ksp_rtol") == std::string::npos ? "-ainsworth_ksp_rtol 1e-12 " : "") + text);
   Mat            A, Bt, C, E, nest;
   System         own = sys;
   KSP            ksp;
@@ -228,7 +228,8 @@ static PetscErrorCode CheckCompliance(const Spec &spec)
   CC << d.C, d.C;
   for (PetscReal scale : {1e-4, 1.0, 1e4}) {
     twice << -scale * size * I, scale * size * I, scale * size * I, -scale * size * I;
-    PetscCall(CheckForm("double multipliers", sys, d, {d.A, CC.adjoint(), CC, twice}, ""));
+    /* what a singular D leaves free has no energy but that of rounding, which ends conjugate gradients near 1e-12 */
+    PetscCall(CheckForm("double multipliers", sys, d, {d.A, CC.adjoint(), CC, twice}, "-ainsworth_ksp_rtol 1e-10"));
   }
   if (!spec.semidefinite) {
     PetscCall(CheckForm("negative D", sys, d, {d.A, d.C.adjoint(), d.C, 1e3 * size * I}, ""));
