@@ -69,26 +69,16 @@ static PetscErrorCode WeightedNorm(const Mat_Ainsworth *ctx, Vec r, Vec v, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* z = M_*^+^{-1} r, of the unknowns and the springs of D */
-static PetscErrorCode PCApply_Springs(PC pc, Vec r, Vec z)
+/* z = M_*^+^{-1} r, of the unknowns and the springs of D; with the preconditioner or its transpose */
+template <PetscErrorCode (*Mat_Ainsworth::*apply)(PC, Vec, Vec)>
+static PetscErrorCode ApplyWithSprings(PC pc, Vec r, Vec z)
 {
   Mat            mat;
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
   PetscCall(GetOperator(pc, &mat, &ctx));
-  PetscCall(AinsworthProjectorPrecondition(&ctx->proj, pc, ctx->apply, r, z));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode PCApplyTranspose_Springs(PC pc, Vec r, Vec z)
-{
-  Mat            mat;
-  Mat_Ainsworth *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(GetOperator(pc, &mat, &ctx));
-  PetscCall(AinsworthProjectorPrecondition(&ctx->proj, pc, ctx->applyTranspose, r, z));
+  PetscCall(AinsworthProjectorPrecondition(&ctx->proj, pc, ctx->*apply, r, z));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -101,8 +91,8 @@ static PetscErrorCode SolveWithSprings(KSP ksp, Mat_Ainsworth *ctx, PetscErrorCo
   PetscFunctionBegin;
   ctx->apply          = pc->ops->apply;
   ctx->applyTranspose = pc->ops->applytranspose;
-  pc->ops->apply      = PCApply_Springs;
-  if (ctx->applyTranspose) pc->ops->applytranspose = PCApplyTranspose_Springs;
+  pc->ops->apply      = ApplyWithSprings<&Mat_Ainsworth::apply>;
+  if (ctx->applyTranspose) pc->ops->applytranspose = ApplyWithSprings<&Mat_Ainsworth::applyTranspose>;
   error                   = (*solve)(ksp); /* to be passed on when all is as it was */
   pc->ops->apply          = ctx->apply;
   pc->ops->applytranspose = ctx->applyTranspose;

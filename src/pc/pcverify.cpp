@@ -120,7 +120,7 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
     worst.quotient = 0.0;
     PetscCall(VecNorm(primal, NORM_1, &norm));
     if (PetscIsInfOrNanReal(norm)) tol = PetscMax(tol, 0.0); /* whatever was asked for */
-    if (tol >= 0.0) PetscCall(AinsworthSaddleCheckPrimal(sp, transpose, blind * tol, f, x, lambda, Ax, primal, &worst));
+    if (tol >= 0.0) PetscCall(AinsworthSaddleCheckPrimal(sp, transpose, blind * tol, energy, f, x, lambda, Ax, primal, &worst));
     if (worst.quotient > 1.0) {
       *verdict = AINSWORTH_VERDICT_UNMET;
       PetscCall(PetscSNPrintf(why, len,

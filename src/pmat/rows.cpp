@@ -2,31 +2,6 @@
 #include "../saddle/saddle.h"
 #include <vector>
 
-/* In how many of the rows of C with more than `length` entries each unknown is. Collective */
-static PetscErrorCode CountColumns(Mat C, PetscInt length, Vec *counts)
-{
-  PetscInt                 rstart, rend;
-  std::vector<PetscScalar> ones;
-
-  PetscFunctionBegin;
-  PetscCall(MatCreateVecs(C, counts, NULL));
-  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt        n;
-    const PetscInt *columns;
-
-    PetscCall(MatGetRow(C, i, &n, &columns, NULL));
-    if (n > length) {
-      ones.resize(PetscMax(ones.size(), (size_t)n), 1.0);
-      PetscCall(VecSetValues(*counts, n, columns, ones.data(), ADD_VALUES));
-    }
-    PetscCall(MatRestoreRow(C, i, &n, &columns, NULL));
-  }
-  PetscCall(VecAssemblyBegin(*counts));
-  PetscCall(VecAssemblyEnd(*counts));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* C with the entries of some of its rows, those of this rank that are marked; entries that are zero are not stored */
 static PetscErrorCode SelectRows(Mat C, const std::vector<char> &marked, Mat *selected)
 {
@@ -97,7 +72,7 @@ PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmat
   Mat          scaled;
 
   PetscFunctionBegin;
-  PetscCall(CountColumns(C, 0, &W));
+  PetscCall(AinsworthCountRows(C, 0, &W));
   PetscCall(MatGetLocalSize(C, &m, &n));
   PetscCall(VecGetArray(W, &w));
   for (PetscInt i = 0; i < n; i++) {
@@ -110,8 +85,7 @@ PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmat
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
   *shared = (PetscBool)(found > 0);
   if (weight) PetscCall(VecPointwiseMult(W, W, weight));
-  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, CW));
-  PetscCall(MatDiagonalScale(*CW, NULL, W));
+  PetscCall(AinsworthScaleColumns(C, W, CW));
   PetscCall(VecDestroy(&W));
   if (!*shared) PetscFunctionReturn(PETSC_SUCCESS);
   scaled = *CW;
@@ -147,7 +121,7 @@ PetscErrorCode AinsworthPmatSplitLoose(Mat A, Mat C, const AinsworthPmatFill *fi
   for (PetscInt i = 0; i < n; i++) found += a[i] == 0.0;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
   if (found) {
-    PetscCall(CountColumns(C, 0, &counts));
+    PetscCall(AinsworthCountRows(C, 0, &counts));
     PetscCall(VecGetArray(counts, &count));
     found = 0;
     for (PetscInt i = 0; i < n; i++) {
@@ -200,7 +174,7 @@ PetscErrorCode AinsworthPmatCreateShift(Mat A, Mat C, Vec inverseDiagonal, const
   std::vector<PetscScalar> values;
 
   PetscFunctionBegin;
-  PetscCall(CountColumns(C, fill->most, &counts));
+  PetscCall(AinsworthCountRows(C, fill->most, &counts));
   PetscCall(MatGetSize(A, &N, NULL));
   PetscCall(MatGetLocalSize(A, &n, NULL));
   PetscCall(MatGetOwnershipRange(A, &rstart, NULL));

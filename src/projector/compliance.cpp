@@ -5,7 +5,6 @@
 static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec sums)
 {
   Vec root;
-  Mat scaled;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(inverseDiagonal, &root));
@@ -13,28 +12,20 @@ static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec
   PetscCall(VecSqrtAbs(root));
   PetscCall(VecReciprocal(root));
   if (weight) PetscCall(VecPointwiseMult(root, root, weight));
-  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &scaled));
-  PetscCall(MatDiagonalScale(scaled, NULL, root));
-  PetscCall(AinsworthRowSums(scaled, 2, sums));
-  PetscCall(MatDestroy(&scaled));
+  PetscCall(AinsworthRowSquares(C, root, sums));
   PetscCall(VecDestroy(&root));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of each row of C W B' the sign of its diagonal entry */
-static PetscErrorCode DiagonalSigns(Mat C, Mat B, Vec weight, PetscReal signs[])
+/* Of each row of C (B W)' the sign of its diagonal entry; BW is NULL where B is C */
+static PetscErrorCode DiagonalSigns(Mat C, Mat BW, PetscReal signs[])
 {
   PetscInt rstart, rend;
-  Mat      BW = B;
 
   PetscFunctionBegin;
   PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
   for (PetscInt i = rstart; i < rend; i++) signs[i - rstart] = 1.0;
-  if (B == C) PetscFunctionReturn(PETSC_SUCCESS);
-  if (weight) {
-    PetscCall(MatDuplicate(B, MAT_COPY_VALUES, &BW));
-    PetscCall(MatDiagonalScale(BW, NULL, weight));
-  }
+  if (!BW) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt i = rstart; i < rend; i++) {
     PetscInt           n[2];
     const PetscInt    *col[2];
@@ -52,7 +43,6 @@ static PetscErrorCode DiagonalSigns(Mat C, Mat B, Vec weight, PetscReal signs[])
     PetscCall(MatRestoreRow(C, i, &n[0], &col[0], &v[0]));
     if (PetscRealPart(dot) < 0.0) signs[i - rstart] = -1.0;
   }
-  if (weight) PetscCall(MatDestroy(&BW));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -68,7 +58,7 @@ static const PetscReal alone = 1e-4, together = 1e-2;
    the same, by the mean of their decades, so that N and E are as symmetric as D; where it is larger than 1, (D_ii / flexibility_i)^{1/2}, as their D may be
    singular and its rounding count. flexibility becomes the energy of rows without D
 */
-static PetscErrorCode InvertRatios(AinsworthCompliance *c, Mat C, Mat B, Mat D, Vec weight, Vec flexibility, Vec inverse)
+static PetscErrorCode InvertRatios(AinsworthCompliance *c, Mat C, Mat BW, Mat D, Vec flexibility, Vec inverse)
 {
   PetscInt     rstart, rend;
   PetscReal   *signs, mean[2] = {0.0, 0.0};
@@ -78,7 +68,7 @@ static PetscErrorCode InvertRatios(AinsworthCompliance *c, Mat C, Mat B, Mat D, 
   PetscFunctionBegin;
   PetscCall(MatGetOwnershipRange(D, &rstart, &rend));
   PetscCall(PetscMalloc2(rend - rstart, &signs, rend - rstart, &coupled));
-  PetscCall(DiagonalSigns(C, B, weight, signs));
+  PetscCall(DiagonalSigns(C, BW, signs));
   PetscCall(VecGetArrayWrite(inverse, &g));
   PetscCall(VecGetArray(flexibility, &rest));
   PetscCall(VecGetArray(c->sums, &sums));
@@ -117,8 +107,8 @@ static PetscErrorCode InvertRatios(AinsworthCompliance *c, Mat C, Mat B, Mat D, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthComplianceSetUp - N and E; C, B: m x n; D: m x m, laid out as the rows of C */
-PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *c, Mat C, Mat B, Mat D, Vec weight, Vec inverseDiagonal)
+/* AinsworthComplianceSetUp - N and E; C, B, and BW = B W, NULL where B is C: m x n; D: m x m, laid out as the rows of C */
+PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *c, Mat C, Mat B, Mat BW, Mat D, Vec weight, Vec inverseDiagonal)
 {
   Vec inverse, other;
 
@@ -137,9 +127,8 @@ PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *c, Mat C, Mat B, Ma
     PetscCall(VecDestroy(&other));
   }
   PetscCall(AinsworthRowSums(D, 1, c->sums));
-  PetscCall(InvertRatios(c, C, B, D, weight, c->rest, inverse));
-  PetscCall(MatDuplicate(D, MAT_COPY_VALUES, &c->N));
-  PetscCall(MatDiagonalScale(c->N, NULL, inverse));
+  PetscCall(InvertRatios(c, C, BW, D, c->rest, inverse));
+  PetscCall(AinsworthScaleColumns(D, inverse, &c->N));
   PetscCall(MatDuplicate(c->N, MAT_COPY_VALUES, &c->E));
   PetscCall(MatDiagonalScale(c->E, inverse, NULL));
   PetscCall(VecDestroy(&inverse));

@@ -6,7 +6,8 @@
 
 /*
    With mu = G lambda the constraint C x - D lambda = g is C x - N mu = g, N = D G^{-1}, and the springs' energy is mu' E mu, E = G^{-1} D G^{-1}. G is
-   diagonal: 1, or smaller where D is far smaller than the flexibility (C diag(A)^{-1} C')_ii that A has under a constraint
+   diagonal: 1, or smaller where D is far smaller than the flexibility (C diag(A)^{-1} C')_ii that A has under a constraint, larger where a D that couples rows
+   is far larger
 */
 struct AinsworthCompliance {
   Mat       N, E; /* m x m, rows as those of C; NULL: D = 0 */
@@ -15,7 +16,7 @@ struct AinsworthCompliance {
   PetscReal soft; /* 1 / G of the rows that D couples, where that is below 1, else 0 */
 };
 
-PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *, Mat C, Mat B, Mat D, Vec weight, Vec inverseDiagonal);
+PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *, Mat C, Mat B, Mat BW, Mat D, Vec weight, Vec inverseDiagonal);
 PetscErrorCode AinsworthComplianceGetPreconditioner(const AinsworthCompliance *, Vec penalty, Vec shared, Vec inverse);
 PetscErrorCode AinsworthComplianceReset(AinsworthCompliance *);
 

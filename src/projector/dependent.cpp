@@ -95,8 +95,7 @@ static PetscErrorCode LoadRows(Mat C, Vec weight, Mat N, std::vector<AinsworthRo
     PetscCall(VecDuplicate(weight, &root));
     PetscCall(VecCopy(weight, root));
     PetscCall(VecSqrtAbs(root));
-    PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &scaled));
-    PetscCall(MatDiagonalScale(scaled, NULL, root));
+    PetscCall(AinsworthScaleColumns(C, root, &scaled));
     PetscCall(VecDestroy(&root));
   }
   if (N) {

@@ -58,8 +58,7 @@ static PetscErrorCode Weigh(Mat M, Vec weight, Mat *weighted)
 
   PetscFunctionBegin;
   if (weight) {
-    PetscCall(MatDuplicate(M, MAT_COPY_VALUES, weighted));
-    PetscCall(MatDiagonalScale(*weighted, NULL, weight));
+    PetscCall(AinsworthScaleColumns(M, weight, weighted));
     PetscCall(VecMin(weight, NULL, &least));
     if (least == 0.0) PetscCall(AinsworthSharedDrop(weight, weighted));
   } else {
@@ -113,7 +112,7 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const Ainsworth
     proj->B = blocks->B;
     PetscCall(Weigh(proj->B, weight, &proj->BW));
   }
-  PetscCall(AinsworthComplianceSetUp(&proj->compliance, C, blocks->B, blocks->D, weight, inverseDiagonal));
+  PetscCall(AinsworthComplianceSetUp(&proj->compliance, C, blocks->B, proj->BW, blocks->D, weight, inverseDiagonal));
   PetscCall(AinsworthGramSetUp(&proj->gram, C, proj->BW ? proj->BW : proj->CW, proj->compliance.N, hermitian, same, rowsPerRank, parent, prefix));
   for (Mat *M : {&proj->B, &proj->BW})
     if (*M) PetscCall(MoveRows(proj, M));

@@ -1,4 +1,5 @@
 #include "shared.h"
+#include "../saddle/saddle.h"
 #include <algorithm>
 #include <vector>
 
@@ -6,28 +7,6 @@
 static const PetscReal many = 100.0;
 /* ... in so many times more than the others on average: of constraints of a volume, all of whose unknowns are in many rows, S itself is sparser */
 static const PetscReal unusual = 10.0;
-
-/* Adds the number of rows that have an entry in each column */
-static PetscErrorCode CountRows(Mat C, Vec count)
-{
-  std::vector<PetscScalar> ones;
-  PetscInt                 start, end;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(C, &start, &end));
-  for (PetscInt i = start; i < end; i++) {
-    PetscInt        ncols;
-    const PetscInt *cols;
-
-    PetscCall(MatGetRow(C, i, &ncols, &cols, NULL));
-    ones.resize(PetscMax((size_t)ncols, ones.size()), 1.0);
-    PetscCall(VecSetValues(count, ncols, cols, ones.data(), ADD_VALUES));
-    PetscCall(MatRestoreRow(C, i, &ncols, &cols, NULL));
-  }
-  PetscCall(VecAssemblyBegin(count));
-  PetscCall(VecAssemblyEnd(count));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /*
    AinsworthSharedUnweigh - sets the weight of unknowns to zero that many rows of C or B share: the projection does not move them
@@ -41,13 +20,15 @@ PetscErrorCode AinsworthSharedUnweigh(Mat C, Mat B, Vec weight, PetscBool *any)
   PetscReal          sums[2] = {0.0, 0.0}, bound, largest; /* sums: entries, and columns that have any */
   PetscScalar       *w;
   const PetscScalar *number;
-  Vec                count;
+  Vec                count, other;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(weight, &count));
-  PetscCall(VecZeroEntries(count));
-  PetscCall(CountRows(C, count));
-  if (B != C) PetscCall(CountRows(B, count));
+  PetscCall(AinsworthCountRows(C, 0, &count));
+  if (B != C) {
+    PetscCall(AinsworthCountRows(B, 0, &other));
+    PetscCall(VecAXPY(count, 1.0, other));
+    PetscCall(VecDestroy(&other));
+  }
   PetscCall(VecGetLocalSize(count, &n));
   PetscCall(VecGetArrayRead(count, &number));
   for (PetscInt j = 0; j < n; j++) {

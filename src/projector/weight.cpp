@@ -55,7 +55,6 @@ PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
 PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec inverseDiagonal, PetscReal gamma, Vec *penalty)
 {
   Vec          root;
-  Mat          scaled;
   PetscInt     m;
   PetscReal    largest;
   PetscScalar *b;
@@ -64,12 +63,9 @@ PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec inverseDiagonal, PetscReal g
   PetscCall(VecDuplicate(inverseDiagonal, &root));
   PetscCall(VecCopy(inverseDiagonal, root));
   PetscCall(VecSqrtAbs(root));
-  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &scaled));
-  PetscCall(MatDiagonalScale(scaled, NULL, root));
-  PetscCall(VecDestroy(&root));
   PetscCall(MatCreateVecs(C, NULL, penalty));
-  PetscCall(AinsworthRowSums(scaled, 2, *penalty));
-  PetscCall(MatDestroy(&scaled));
+  PetscCall(AinsworthRowSquares(C, root, *penalty));
+  PetscCall(VecDestroy(&root));
   PetscCall(VecReciprocal(*penalty));
   PetscCall(VecScale(*penalty, gamma));
   PetscCall(VecMax(*penalty, NULL, &largest));

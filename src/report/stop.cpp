@@ -30,16 +30,11 @@ static PetscErrorCode Energy(AinsworthReport *report, Vec x, PetscReal *energy, 
 /* |lambda|_D^2, where D is not zero and AinsworthReportGetX() has found lambda: the energy of the springs */
 static PetscErrorCode AddSprings(AinsworthReport *report, const Mat_Ainsworth *ctx, PetscReal *energy)
 {
-  PetscScalar product;
-  Vec         Dl;
+  PetscReal springs = 0.0;
 
   PetscFunctionBegin;
-  if (!ctx->D) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDuplicate(report->springs[1], &Dl));
-  PetscCall(MatMult(ctx->D, report->springs[1], Dl));
-  PetscCall(VecDot(Dl, report->springs[1], &product));
-  PetscCall(VecDestroy(&Dl));
-  *energy += PetscAbsScalar(product);
+  if (ctx->D) PetscCall(AinsworthFormValue(ctx->D, report->springs[1], &springs));
+  *energy += springs;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

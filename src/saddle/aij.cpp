@@ -228,3 +228,64 @@ PetscErrorCode AinsworthRowSums(Mat M, int power, Vec sums)
   PetscCall(MatDestroy(&R));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* In how many of the rows of C with more than `length` entries each unknown is. Collective */
+PetscErrorCode AinsworthCountRows(Mat C, PetscInt length, Vec *counts)
+{
+  PetscInt                 rstart, rend;
+  std::vector<PetscScalar> ones;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(C, counts, NULL));
+  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscInt        n;
+    const PetscInt *columns;
+
+    PetscCall(MatGetRow(C, i, &n, &columns, NULL));
+    if (n > length) {
+      ones.resize(PetscMax(ones.size(), (size_t)n), 1.0);
+      PetscCall(VecSetValues(*counts, n, columns, ones.data(), ADD_VALUES));
+    }
+    PetscCall(MatRestoreRow(C, i, &n, &columns, NULL));
+  }
+  PetscCall(VecAssemblyBegin(*counts));
+  PetscCall(VecAssemblyEnd(*counts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A copy of M with its columns scaled */
+PetscErrorCode AinsworthScaleColumns(Mat M, Vec scale, Mat *scaled)
+{
+  PetscFunctionBegin;
+  PetscCall(MatDuplicate(M, MAT_COPY_VALUES, scaled));
+  PetscCall(MatDiagonalScale(*scaled, NULL, scale));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* sums = of each row of C the sum of |C_ij|^2 scale_j^2 */
+PetscErrorCode AinsworthRowSquares(Mat C, Vec scale, Vec sums)
+{
+  Mat scaled;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthScaleColumns(C, scale, &scaled));
+  PetscCall(AinsworthRowSums(scaled, 2, sums));
+  PetscCall(MatDestroy(&scaled));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* value = |x' M x| */
+PetscErrorCode AinsworthFormValue(Mat M, Vec x, PetscReal *value)
+{
+  PetscScalar product;
+  Vec         Mx;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(x, &Mx));
+  PetscCall(MatMult(M, x, Mx));
+  PetscCall(VecDot(Mx, x, &product));
+  PetscCall(VecDestroy(&Mx));
+  *value = PetscAbsScalar(product);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

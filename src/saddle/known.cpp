@@ -68,10 +68,9 @@ static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
   MatNullSpace near;
 
   PetscFunctionBegin;
-  PetscCall(MatDuplicate(A, MAT_COPY_VALUES, copy));
+  PetscCall(AinsworthScaleColumns(A, mask, copy));
   PetscCall(MatCreateVecs(A, NULL, &diagonal));
   PetscCall(MatGetDiagonal(A, diagonal));
-  PetscCall(MatDiagonalScale(*copy, NULL, mask));
   PetscCall(MatSetOption(*copy, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE)); /* an entry of the diagonal that is zero may not be stored */
   PetscCall(MatDiagonalSet(*copy, diagonal, INSERT_VALUES));
   PetscCall(AinsworthMakePatternSymmetric(copy));
@@ -114,8 +113,7 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
       sp->known = known;
       known     = NULL;
       if (sp->rowsB != sp->rowsC) { /* B has nothing in these columns */
-        PetscCall(MatDuplicate(sp->rowsC, MAT_COPY_VALUES, &C));
-        PetscCall(MatDiagonalScale(C, NULL, mask));
+        PetscCall(AinsworthScaleColumns(sp->rowsC, mask, &C));
         PetscCall(MatDestroy(&sp->rowsC));
         sp->rowsC = C;
       }

@@ -37,19 +37,13 @@ PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool tran
 */
 PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *sp, Vec x, Vec lambda, Vec Ax, PetscReal *energy)
 {
-  PetscScalar product, compliance = 0.0;
+  PetscScalar product;
+  PetscReal   springs = 0.0;
 
   PetscFunctionBegin;
   PetscCall(VecDot(Ax, x, &product));
-  if (sp->rowsD) {
-    Vec Dl;
-
-    PetscCall(VecDuplicate(lambda, &Dl));
-    PetscCall(MatMult(sp->rowsD, lambda, Dl));
-    PetscCall(VecDot(Dl, lambda, &compliance));
-    PetscCall(VecDestroy(&Dl));
-  }
-  *energy = PetscSqrtReal(PetscAbsScalar(product) + PetscAbsScalar(compliance));
+  if (sp->rowsD) PetscCall(AinsworthFormValue(sp->rowsD, lambda, &springs));
+  *energy = PetscSqrtReal(PetscAbsScalar(product) + springs);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -130,21 +124,20 @@ static PetscReal Quotient(PetscReal residual, PetscReal bound)
    AinsworthSaddleCheckPrimal - the row of f - op(A) x - B' lambda that is largest against what is allowed
 
    An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality; the rounding of f - C' lambda
-   counts in the norm of diag(A)^{-1}, that of x relative to the largest. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the row's own terms, 1e-6 at least, is allowed. A
-   row of zeros of A has nothing but these, and the rounding of the others.
+   counts in the norm of diag(A)^{-1}, that of x relative to the largest. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the
+   row's own terms, 1e-6 at least, is allowed. A row of zeros of A has nothing but these, and the rounding of the others. energy: AinsworthSaddleEnergy()
 */
-PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscReal tol, Vec f, Vec x, Vec lambda, Vec Ax, Vec residual,
-                                          AinsworthUnmet *worst)
+PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscReal tol, PetscReal energy, Vec f, Vec x, Vec lambda, Vec Ax,
+                                          Vec residual, AinsworthUnmet *worst)
 {
   MPI_Comm           comm = PetscObjectComm((PetscObject)x);
   Vec                diagonal, size;
-  PetscInt           first, n, suspicious       = 0;
-  PetscReal          energy, displacement, load = 0.0, largest = 0.0, stiffest = 0.0;
+  PetscInt           first, n, suspicious = 0;
+  PetscReal          displacement, load = 0.0, largest = 0.0, stiffest = 0.0;
   const PetscScalar *d, *r, *s, *b, *a;
 
   PetscFunctionBegin;
   *worst = AinsworthUnmet();
-  PetscCall(AinsworthSaddleEnergy(sp, x, lambda, Ax, &energy));
   PetscCall(VecDuplicate(x, &diagonal));
   PetscCall(MatGetDiagonal(sp->block[0], diagonal));
   PetscCall(VecGetOwnershipRange(residual, &first, NULL));

@@ -1,4 +1,4 @@
-/* What the program passed, seen as [A C'; C 0]: the blocks, the fields of its vectors and what becomes of each row of C */
+/* What the program passed, seen as [A B'; C -D]: the blocks, the fields of its vectors and what becomes of each row of C */
 #ifndef AINSWORTH_SADDLE_H
 #define AINSWORTH_SADDLE_H
 
@@ -77,6 +77,10 @@ PetscErrorCode AinsworthAbsoluteAIJ(Mat, Mat *);
 PetscErrorCode AinsworthAddAIJ(Mat, Mat *);
 PetscErrorCode AinsworthMakePatternSymmetric(Mat *);
 PetscErrorCode AinsworthRowSums(Mat, int, Vec);
+PetscErrorCode AinsworthCountRows(Mat, PetscInt, Vec *);
+PetscErrorCode AinsworthScaleColumns(Mat, Vec, Mat *);
+PetscErrorCode AinsworthRowSquares(Mat, Vec, Vec);
+PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
 
 /* blocks.cpp, state.cpp: what the program passed, and whether it is what it was */
 PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *, PetscBool, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
@@ -130,7 +134,7 @@ struct AinsworthUnmet {
   PetscInt  row = -1;
 };
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec);
-PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, AinsworthUnmet *);
+PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *, PetscBool, PetscReal, PetscReal, Vec, Vec, Vec, Vec, Vec, AinsworthUnmet *);
 PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *, Vec, Vec, Vec, PetscReal *);
 PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, PetscReal, Vec, Vec, Vec, Vec, AinsworthUnmet *, char[], size_t);
 
