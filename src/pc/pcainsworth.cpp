@@ -97,7 +97,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    from the coefficients of conjugate gradients; the true error where a reference is known; the upper bound over the energy norm of x.
    docs/report.md has the formulas. Tolerances refer to x, not to x - R g: PETSc's convergence test in the natural norm is told so by this `PC`. With
    `-pc_ainsworth_stop energy_error` the relative tolerance of the inner `KSP` is not heeded; the estimate is a few iterations late, so that the error is
-   smaller than asked for.
+   smaller than asked for. It rests on the smallest Ritz value: an eigenvalue that is far below the others, as inclusions of high contrast may leave, is known
+   only when the rest has converged, and before that the error may be several times larger than estimated. `-pc_ainsworth_error_eigenvalue` makes a bound of it.
 
    Options of the inner solvers have the prefixes `-ainsworth_` (reduced system, operator `MATAINSWORTH`, preconditioning matrix M_*:
    `-ainsworth_ksp_rtol`, `-ainsworth_pc_type`, ...) and `-ainsworth_gram_` (Gram matrix C W C'), after the prefix of this `PC`.
