@@ -1,9 +1,13 @@
-"""ainsworth.py: module.py <plugin, or nothing: as load() finds it>. A chain of springs with ties, loaded after PETSc was initialized."""
+"""ainsworth.py, loaded after PETSc was initialized: module.py [plugin [module that initializes PETSc]]. A chain of springs with ties."""
+import importlib
 import sys
 
-from petsc4py import PETSc
+for module in sys.argv[2:]:
+    importlib.import_module(module)
 
-import ainsworth
+from petsc4py import PETSc  # noqa: E402
+
+import ainsworth  # noqa: E402
 
 ainsworth.load(*sys.argv[1:2])
 assert ainsworth.load() is ainsworth.load(), "loaded twice"

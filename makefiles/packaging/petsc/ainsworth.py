@@ -6,6 +6,7 @@ class Configure(config.package.Package):
   def __init__(self, framework):
     config.package.Package.__init__(self, framework)
     self.version          = '0.2.0'
+    self.gitcommit        = 'HEAD'
     self.download         = ['give the archive or the folder: --download-ainsworth=<where>']
     self.functions        = []
     self.includes         = []
