@@ -2,7 +2,7 @@
 # Installs, builds, solves the two-cube contact problem on 2 ranks, and draws error against run time for a few solvers on a small one:
 # sh makefiles/demo.sh [further options of the program]
 . "$(dirname "$0")/common.sh"
-sh "$root/makefiles/install.sh"
+sh "$root/makefiles/install.sh" demo
 sh "$root/makefiles/build.sh" -DBUILD_TESTING=OFF
 OMP_NUM_THREADS=1
 export OMP_NUM_THREADS
