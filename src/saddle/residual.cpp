@@ -1,5 +1,6 @@
 /* What is left of both equations of the program's own system, row by row */
 #include "saddle.h"
+#include <memory>
 #include <vector>
 
 /*
@@ -226,10 +227,11 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, 
     {AINSWORTH_ROW_ZERO,      "nonzero on a row of C that is zero"                 },
     {AINSWORTH_ROW_DEPENDENT, "not that of the other rows of C on which it depends"}
   };
-  Vec                    absolute, size, slack = NULL;
-  PetscReal              largest, rhs;
-  const PetscScalar     *r, *s, *a, *l = NULL;
-  std::vector<PetscBool> unmet(sp->local, PETSC_FALSE), marked(sp->local + 1);
+  Vec                          absolute, size, slack = NULL;
+  PetscReal                    largest, rhs;
+  const PetscScalar           *r, *s, *a, *l = NULL;
+  std::vector<PetscBool>       unmet(sp->local, PETSC_FALSE);
+  std::unique_ptr<PetscBool[]> marked(new PetscBool[sp->local + 1]); /* a vector of C's bool, which PetscBool is since 3.24, has no array */
 
   PetscFunctionBegin;
   *worst           = AinsworthUnmet();
@@ -274,7 +276,7 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, 
 
     if (!sp->count[c.kind] || contradiction[0]) continue;
     for (PetscInt i = 0; i < sp->local; i++) marked[i] = (PetscBool)(unmet[i] && sp->kind[i] == c.kind);
-    PetscCall(AinsworthSaddleNameRows(sp, marked.data(), names, sizeof(names)));
+    PetscCall(AinsworthSaddleNameRows(sp, marked.get(), names, sizeof(names)));
     if (names[0])
       PetscCall(PetscSNPrintf(contradiction, len, "%s%s (rows %s of the multiplier field): no solution %s", c.text,
                               sp->nearly && c.kind == AINSWORTH_ROW_DEPENDENT ? ", exactly or nearly" : "", names,
