@@ -227,11 +227,10 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, 
     {AINSWORTH_ROW_ZERO,      "nonzero on a row of C that is zero"                 },
     {AINSWORTH_ROW_DEPENDENT, "not that of the other rows of C on which it depends"}
   };
-  Vec                          absolute, size, slack = NULL;
-  PetscReal                    largest, rhs;
-  const PetscScalar           *r, *s, *a, *l = NULL;
-  std::vector<PetscBool>       unmet(sp->local, PETSC_FALSE);
-  std::unique_ptr<PetscBool[]> marked(new PetscBool[sp->local + 1]); /* a vector of C's bool, which PetscBool is since 3.24, has no array */
+  Vec                    absolute, size, slack = NULL;
+  PetscReal              largest, rhs;
+  const PetscScalar     *r, *s, *a, *l = NULL;
+  std::vector<PetscBool> unmet(sp->local, PETSC_FALSE);
 
   PetscFunctionBegin;
   *worst           = AinsworthUnmet();
@@ -275,6 +274,7 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, 
     char names[128];
 
     if (!sp->count[c.kind] || contradiction[0]) continue;
+    std::unique_ptr<PetscBool[]> marked(new PetscBool[sp->local + 1]); /* a vector of C's bool, which PetscBool is since 3.24, has no array */
     for (PetscInt i = 0; i < sp->local; i++) marked[i] = (PetscBool)(unmet[i] && sp->kind[i] == c.kind);
     PetscCall(AinsworthSaddleNameRows(sp, marked.get(), names, sizeof(names)));
     if (names[0])
