@@ -32,15 +32,15 @@ missing() {
   has_metis || echo libmetis-dev
   if [ $own_petsc = 0 ]; then has_program mpiexec || echo openmpi-bin; fi
   for package in "$@"; do has_program "$package" || installed "$package" || echo "$package"; done
-  if [ $what = build ]; then return; fi
+  if [ "$what" = build ]; then return; fi
   has_program python3 || echo python3
-  if [ $what = tests ]; then [ -e /usr/include/eigen3/Eigen/Dense ] || echo libeigen3-dev; fi
+  if [ "$what" = tests ]; then [ -e /usr/include/eigen3/Eigen/Dense ] || echo libeigen3-dev; fi
   if [ $own_petsc = 1 ]; then return; fi
   has_module numpy || echo python3-numpy
   has_module matplotlib || echo python3-matplotlib
   # MUMPS is four times as fast as with Debian's reference BLAS.
   installed libopenblas0-pthread || installed libopenblas0-serial || installed libopenblas0-openmp || echo libopenblas0-serial
-  if [ $what = demo ]; then return; fi
+  if [ "$what" = demo ]; then return; fi
   has_module petsc4py || echo python3-petsc4py
   installed "$(examples)" || examples
 }

@@ -12,15 +12,16 @@ import os
 import re
 import sys
 
+from common import prose
+
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
 OPTIONS = os.path.join(ROOT, "docs", "options.md")
 PREFIXES = ("pc_ainsworth_", "pc_blocksa_")  # options of our own
 TYPES = ("PCAINSWORTH", "PCBLOCKSA", "KSPPROJECTEDCG", "KSPCHEBYSHEVSINGLE", "MATAINSWORTH")
 HEAD = """# Options
 
-Which option does what, with its default. The table of each type is that of its manual page; `-help` has the same
-options, and so has `docs/study/manual.py --check`, which compares the two. Values in <> that are separated by commas are
-the choices, the default first.
+Which option does what, with its default. Choices are separated by commas, the default first. The tables are those of
+the manual pages, and a test compares them with `-help`.
 
 Options of the solvers inside have prefixes, after the program's own prefix:
 
@@ -30,8 +31,8 @@ Options of the solvers inside have prefixes, after the program's own prefix:
 | `-ainsworth_mg_levels_`, `-ainsworth_mg_coarse_` | of the levels of its multigrid, as for PETSc's `PCMG` |
 | `-ainsworth_gram_ksp_`, `-ainsworth_gram_pc_` | of the Gram matrix |
 
-Begin with `-ainsworth_ksp_converged_reason` and `-ksp_view`, and change nothing unless a page says why: the defaults are
-what the studies measured. [layouts.md](layouts.md) has fields and block sizes, [multigrid.md](multigrid.md) the
+Begin with `-ainsworth_ksp_converged_reason` and `-ksp_view`, and change nothing unless a page says why. The defaults
+are what the studies measured. [layouts.md](layouts.md) has fields and block sizes, [multigrid.md](multigrid.md) the
 multigrid, [report.md](report.md) the monitor and the stop, [method.md](method.md) what the choices mean.
 """
 
@@ -80,6 +81,7 @@ def options_page(found):
         if options:
             text += "\n## %s\n\n%s.\n\n| option | values | |\n|---|---|---|\n" % (name, found[name].what[0].upper() + found[name].what[1:])
             text += "".join("| `%s` | %s | %s |\n" % (option, "`%s`" % values if values else "", meaning.replace("|", "\\|")) for option, values, meaning in options)
+    text = "\n".join(prose.broken(line) for line in text.split("\n"))
     return text + "\nMade by `python3 docs/study/manual.py` of the comments in `src/`.\n"
 
 

@@ -1,6 +1,6 @@
 """The commands of docs/tutorial.md, run in an empty folder by a user whose home has the plugin installed; what they print is compared, up to numbers.
 
-python3 tutorial.py <page> <cmake> <build> <mpicc> <launcher, one word each separated by ;> <python with petsc4py, or nothing>
+python3 tutorial.py <page> <cmake> <build> <mpicc> <launcher, one word each separated by a bar> <python with petsc4py, or nothing>
 """
 import os
 import re
@@ -34,7 +34,7 @@ shutil.rmtree(home, ignore_errors=True)
 os.makedirs(os.path.join(home, "bin"))
 os.makedirs(os.path.join(home, "work"))
 subprocess.run([CMAKE, "--install", BUILD, "--prefix", os.path.join(home, "ainsworth")], check=True, stdout=subprocess.DEVNULL)
-tools = {"mpicc": [MPICC], "mpiexec": LAUNCHER.split(";")}
+tools = {"mpicc": [MPICC], "mpiexec": LAUNCHER.split("|")}
 if PYTHON:
     tools["python3"] = [PYTHON]
 for name, command in tools.items():
