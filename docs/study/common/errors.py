@@ -109,6 +109,9 @@ def measure_own(folder, arguments):
     os.makedirs(folder, exist_ok=True)
     with machine.workspace() as workspace:
         reference = os.path.join(workspace, "exact.dat")
-        write_exact(reference, options, arguments.ranks)
+        try:
+            write_exact(reference, options, arguments.ranks)
+        except RuntimeError as error:
+            raise SystemExit(str(error)) from None
         found, sizes = series(option_files(arguments.solvers), options, reference, arguments, OWN)
     measured.save(os.path.join(folder, OWN + "-0.csv"), dict(measured.provenance(), options=options, ranks=arguments.ranks, sizes=sizes), COLUMNS, found)
