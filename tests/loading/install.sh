@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs into a scratch folder, moves it, and uses it from there as a new user would: by pkg-config, by find_package, from Python, from the
-# shell. Then uninstalls. install.sh <sources> <build> <cmake> <python or ''> <mpicc> <linked.c> <options of the program>
+# shell. Then uninstalls. The mpiexec of the makefile's check is that of CMake's cache. install.sh <sources> <build> <cmake> <python or ''> <mpicc> <linked.c> <options of the program>
 set -eu
 sources=$1 build=$2 cmake=$3 python=$4 mpicc=$5 linked=$6
 shift 6
@@ -22,7 +22,9 @@ by-pkg-config/linked "$@"
 by-pkg-config/linked -dll_append "$plugin" "$@"
 # shellcheck disable=SC2046
 "$mpicc" "$tutorials/ex1.c" -o by-pkg-config/ex1 $(pkg-config --cflags --libs ainsworth)
-MPIEXEC='' sh "$sources/makefiles/quickcheck.sh" "$plugin" by-pkg-config/ex1
+sh "$sources/makefiles/quickcheck.sh" "$plugin" by-pkg-config/ex1
+# The makefile, but for what CMake does
+make -f "$sources/makefiles/Makefile" BUILD="$build" CMAKE=true prefix="$here/none" all check install uninstall
 
 cat >by-cmake/CMakeLists.txt <<EOF
 cmake_minimum_required(VERSION 3.20)
