@@ -2,8 +2,8 @@
 # Two elastic bodies in contact, solved and drawn, and error against run time for a few solvers: sh makefiles/demo.sh [options of the program]
 . "$(dirname "$0")/common.sh"
 build=$build-demo
-say "demo: installs Debian's packages where they are missing (up to 1 GB, a minute or two), then compiles for one to two minutes on two cores"
-say "and computes for less than a minute; all that it writes is 60 MB at most, in $build"
+say "demo: installs Debian's packages where they are missing (with PETSc 1 to 2 GB, minutes), compiles for about a minute and computes for less."
+say "All that it writes is in $build, less than 60 MB."
 sh "$root/makefiles/install.sh" demo
 begin=$(date +%s)
 # Without the tests, and without what debuggers read
