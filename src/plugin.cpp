@@ -133,3 +133,22 @@ PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_ainsworth(void)
   PetscCall(AinsworthInitializePackage());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* The same for libpetscainsworth.so, a name of the kind that PETSc looks for beside its own library */
+PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_petscainsworth(void)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthInitializePackage());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* call AinsworthInitializePackage(ierr) in Fortran; a PETSc without Fortran does not know how its names are written: as most compilers do */
+#if defined(PETSC_HAVE_FORTRAN_CAPS)
+  #define ainsworthinitializepackage_ AINSWORTHINITIALIZEPACKAGE
+#elif PetscDefined(HAVE_FORTRAN) && !defined(PETSC_HAVE_FORTRAN_UNDERSCORE)
+  #define ainsworthinitializepackage_ ainsworthinitializepackage
+#endif
+PETSC_EXTERN void ainsworthinitializepackage_(PetscErrorCode *ierr)
+{
+  *ierr = AinsworthInitializePackage();
+}

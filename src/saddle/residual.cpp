@@ -1,5 +1,6 @@
 /* What is left of both equations of the program's own system, row by row */
 #include "saddle.h"
+#include <memory>
 #include <vector>
 
 /*
@@ -265,7 +266,7 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, 
   Vec                    absolute, size, slack = NULL;
   PetscReal              largest, rhs;
   const PetscScalar     *r, *s, *a, *l = NULL;
-  std::vector<PetscBool> unmet(sp->local, PETSC_FALSE), marked(sp->local + 1);
+  std::vector<PetscBool> unmet(sp->local, PETSC_FALSE);
 
   PetscFunctionBegin;
   *worst           = AinsworthUnmet();
@@ -309,8 +310,9 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, 
     char names[128];
 
     if (!sp->count[c.kind] || contradiction[0]) continue;
+    std::unique_ptr<PetscBool[]> marked(new PetscBool[sp->local + 1]); /* a vector of C's bool, which PetscBool is since 3.24, has no array */
     for (PetscInt i = 0; i < sp->local; i++) marked[i] = (PetscBool)(unmet[i] && sp->kind[i] == c.kind);
-    PetscCall(AinsworthSaddleNameRows(sp, marked.data(), names, sizeof(names)));
+    PetscCall(AinsworthSaddleNameRows(sp, marked.get(), names, sizeof(names)));
     if (names[0])
       PetscCall(PetscSNPrintf(contradiction, len, "%s%s (rows %s of the multiplier field): no solution %s", c.text,
                               sp->nearly && c.kind == AINSWORTH_ROW_DEPENDENT ? ", exactly or nearly" : "", names,
