@@ -3,14 +3,14 @@
 #define AINSWORTH_BLOCKSA_H
 
 #include "hierarchy.h"
+#include "source.h"
 #include <petscainsworth.h>
 #include <petsc/private/pcmgimpl.h>
 
 /* Levels of A that one PC made, for another or for the same one after PCReset() */
 struct AinsworthLevels {
   std::shared_ptr<const AinsworthHierarchy> hierarchy;
-  PetscObjectId                             id = 0, modes = 0; /* of A and of its near null space */
-  PetscObjectState                          state = 0;
+  AinsworthSource                           source;
 };
 
 struct PC_BlockSA {

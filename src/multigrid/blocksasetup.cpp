@@ -37,27 +37,25 @@ static PetscErrorCode Split(Mat pmat, Mat *A, Mat *added)
 /* The levels of A, made anew where A, its near null space or a choice is another than last time */
 static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
 {
-  Mat              aij, nodes = pc->pmat;
-  MatNullSpace     near;
-  PetscObjectId    id, modesId = 0;
-  PetscObjectState state;
-  PetscInt         bs, n;
-  AinsworthModes   modes;
+  Mat            aij, nodes = pc->pmat;
+  MatNullSpace   near;
+  PetscInt       bs, n;
+  PetscBool      same = PETSC_FALSE;
+  AinsworthModes modes;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectGetId((PetscObject)A, &id));
-  PetscCall(PetscObjectStateGet((PetscObject)A, &state));
   PetscCall(MatGetNearNullSpace(pc->pmat, &near));
   if (!near) PetscCall(MatGetNearNullSpace(A, &near));
   if (!near) PetscCall(MatGetNearNullSpace(pc->mat, &near));
-  if (near) PetscCall(PetscObjectGetId((PetscObject)near, &modesId));
   PetscCall(MatGetBlockSize(nodes, &bs));
   if (bs == 1) nodes = A; /* a sum may know what its A does not, or the other way round */
   PetscCall(MatGetBlockSize(nodes, &bs));
-  *anew = (PetscBool)(sa->stale || !sa->levels.hierarchy || sa->levels.hierarchy->grids[0].bs != bs || sa->levels.id != id || sa->levels.state != state ||
-                      sa->levels.modes != modesId);
-  if (!*anew) {
-    PetscCall(PetscInfo(pc, "A did not change: its levels are kept\n"));
+  if (!sa->stale && sa->levels.hierarchy && sa->levels.hierarchy->grids[0].bs == bs)
+    PetscCall(sa->levels.source.holds(A, near, sa->levels.hierarchy->grids[0].diagonal, &same));
+  *anew = (PetscBool)!same;
+  if (same) {
+    PetscCall(PetscInfo(pc, "A has the values that it had: its levels are kept\n"));
+    PetscCall(sa->levels.source.identify(A, near));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatGetLocalSize(A, &n, NULL));
@@ -76,10 +74,8 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   PetscCall(hierarchy->create(aij, bs, std::move(modes), sa->options));
   PetscCall(MatDestroy(&aij));
   sa->levels.hierarchy = hierarchy;
-  sa->levels.id        = id;
-  sa->levels.state     = state;
-  sa->levels.modes     = modesId;
   sa->stale            = PETSC_FALSE;
+  PetscCall(sa->levels.source.take(A, near));
   if (hierarchy->doubts[0]) PetscCall(PetscInfo(pc, "%s: PC type hypre may be faster on this matrix\n", hierarchy->doubts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
