@@ -120,7 +120,7 @@ static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added, bool singular)
       PetscCall(CreateCoarsest(h.grids[l], std::move(level), singular && h.single() ? shiftOfSingular : shift, &sa->op[l]));
       break;
     }
-    if (added) PetscCall(level->estimate());
+    if (added) PetscCall(level->estimate(l ? NULL : &D.rows)); /* on coarser levels all is near the surface, and ten steps cost little */
     PetscCall(AinsworthLevelMatSet(h.grids[l].nodes, h.grids[l].bs, std::move(level), &sa->op[l]));
     if (added) {
       AinsworthBlockMat next;
