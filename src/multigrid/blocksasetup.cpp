@@ -40,7 +40,7 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   Mat            aij, nodes = pc->pmat;
   MatNullSpace   near;
   PetscInt       bs, n;
-  PetscBool      same = PETSC_FALSE;
+  PetscBool      same = PETSC_FALSE, fits = PETSC_FALSE;
   AinsworthModes modes;
 
   PetscFunctionBegin;
@@ -51,11 +51,12 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   if (bs == 1) nodes = A; /* a sum may know what its A does not, or the other way round */
   PetscCall(MatGetBlockSize(nodes, &bs));
   if (!sa->stale && sa->levels.hierarchy && sa->levels.hierarchy->grids[0].bs == bs)
-    PetscCall(sa->levels.source.holds(A, near, sa->levels.hierarchy->grids[0].diagonal, &same));
-  *anew = (PetscBool)!same;
-  if (same) {
-    PetscCall(PetscInfo(pc, "A has the values that it had: its levels are kept\n"));
-    PetscCall(sa->levels.source.identify(A, near));
+    PetscCall(sa->levels.source.holds(A, near, sa->levels.hierarchy->grids[0].diagonal, &same, &fits));
+  sa->old = (PetscBool)(!same && fits && sa->keep);
+  *anew   = (PetscBool)(!same && !sa->old);
+  if (!*anew) {
+    PetscCall(PetscInfo(pc, "%s\n", same ? "A has the values that it had: its levels are kept" : "A has other values: its levels are kept nevertheless"));
+    if (same) PetscCall(sa->levels.source.identify(A, near));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatGetLocalSize(A, &n, NULL));

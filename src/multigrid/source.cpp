@@ -81,8 +81,8 @@ PetscErrorCode AinsworthSource::take(Mat A, MatNullSpace near)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Has A the values, but for rounding, and the near null space that it had? diagonal: its own, then; collective */
-PetscErrorCode AinsworthSource::holds(Mat A, MatNullSpace near, const std::vector<PetscReal> &diagonal, PetscBool *same) const
+/* Has A the values, but for rounding, and the near null space that it had, or at least (fits) the size? diagonal: its own, then; collective */
+PetscErrorCode AinsworthSource::holds(Mat A, MatNullSpace near, const std::vector<PetscReal> &diagonal, PetscBool *same, PetscBool *fits) const
 {
   MPI_Comm        comm = PetscObjectComm((PetscObject)A);
   AinsworthSource now;
@@ -96,6 +96,7 @@ PetscErrorCode AinsworthSource::holds(Mat A, MatNullSpace near, const std::vecto
   answer[1] = (PetscBool)((size_t)n == image.size());
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, answer, 2, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
   *same = answer[0];
+  *fits = answer[1];
   if (*same || !answer[1]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(now.take(A, near));
   *same = (PetscBool)(now.modes == modes);

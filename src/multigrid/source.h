@@ -14,7 +14,7 @@ struct AinsworthSource {
 
   PetscErrorCode identify(Mat A, MatNullSpace near);
   PetscErrorCode take(Mat A, MatNullSpace near);
-  PetscErrorCode holds(Mat A, MatNullSpace near, const std::vector<PetscReal> &diagonal, PetscBool *same) const;
+  PetscErrorCode holds(Mat A, MatNullSpace near, const std::vector<PetscReal> &diagonal, PetscBool *same, PetscBool *fits) const;
 };
 
 #endif
