@@ -65,6 +65,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_detect_saddle_point <bool>              - multipliers are found by the diagonal; by default where no fields are known
 .  -pc_ainsworth_block_size <bs>                         - unknowns of a node, where it is not found
 .  -pc_ainsworth_redundant <drop,error>                  - rows of C that are combinations of other rows
+.  -pc_ainsworth_rebuild <auto,always,never>             - when the inner preconditioner is made anew for other values of A or C
 .  -pc_ainsworth_monitor_error [ascii,csv:file,draw]     - error against run time, one row per iteration
 .  -pc_ainsworth_reference <file>                        - exact solution, for the monitor
 .  -pc_ainsworth_stop <residual,energy_error>            - what ends the reduced solve
@@ -148,6 +149,7 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   data->reporting.rtol       = 1e-6;
   data->reporting.eigenvalue = PETSC_DEFAULT;
   PCAinsworthChoicesApplyVariant_Private(&data->choices, PC_AINSWORTH_WEIGHTED);
+  data->first = -1;
   PetscCall(KSPCreate(PetscObjectComm((PetscObject)pc), &data->ksp));
   PetscCall(PCGetOptionsPrefix(pc, &prefix));
   PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));

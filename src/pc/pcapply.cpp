@@ -47,6 +47,36 @@ static PetscErrorCode GetReason(const PC_Ainsworth *data, KSPConvergedReason *re
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* SolveInner(), a second time with a preconditioner of the matrix at hand where an earlier one does not help */
+static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x, KSPConvergedReason *reason)
+{
+  KSP       ksp = data->ksp;
+  PetscInt  limit, most = ksp->max_it;
+  PetscBool strict   = ksp->errorifnotconverged;
+  char      why[512] = "";
+
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthLimit_Private(pc, data, &limit));
+  if (limit) {
+    PetscErrorCode error;
+
+    ksp->max_it              = limit;
+    ksp->errorifnotconverged = PETSC_FALSE;
+    error                    = SolveInner(pc, data, transpose, watched, f, g, x); /* to be passed on when all is as it was */
+    ksp->max_it              = most;
+    ksp->errorifnotconverged = strict;
+    PetscCall(error);
+    PetscCall(GetReason(data, reason));
+    if (*reason < 0) PetscCall(PCAinsworthRebuild_Private(pc, data, why, sizeof(why)));
+  }
+  if (!limit || (*reason < 0 && !why[0])) {
+    PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
+    PetscCall(GetReason(data, reason));
+  }
+  if (*reason > 0) PetscCall(PCAinsworthCount_Private(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The reduced solve between f, g and x, lambda, all on kept rows; transpose: with the transpose of A */
 static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x, Vec lambda,
                                    KSPConvergedReason *reason)
@@ -58,10 +88,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   PetscCall(VecGetSize(x, &n));
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
   if (data->constraints == n && !data->saddle.D) PetscCall(VecZeroEntries(x)); /* Ker C = 0: the constraints alone determine x */
-  else {
-    PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
-    PetscCall(GetReason(data, reason));
-  }
+  else PetscCall(SolveOrRebuild(pc, data, transpose, watched, f, g, x, reason));
   if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, f, g, x, lambda, data->knownAx ? data->Ax : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -236,7 +263,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place, and at nothing where the preconditioner is to be kept */
   PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
   PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
-  if (data->kept && !pc->reusepreconditioner) changed = PETSC_TRUE;
+  if (data->ordered && !pc->reusepreconditioner) changed = PETSC_TRUE;
   if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat what ended with an error */
   data->applied = PETSC_TRUE;
   if (data->stale) { /* the set-up has said why */

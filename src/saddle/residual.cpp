@@ -171,7 +171,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   PetscFunctionBegin;
   *worst = AinsworthUnmet();
   PetscCall(VecDuplicate(x, &diagonal));
-  PetscCall(MatGetDiagonal(sp->block[0], diagonal));
+  PetscCall(AinsworthGetDiagonal(sp->block[0], diagonal));
   PetscCall(VecGetOwnershipRange(residual, &first, NULL));
   PetscCall(VecGetLocalSize(residual, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));

@@ -90,6 +90,7 @@ PetscErrorCode AinsworthCheckAssembled(Mat, const char[]);
 PetscErrorCode AinsworthBlockNorm(Mat, PetscReal *);
 uint64_t       AinsworthMixState(uint64_t, uint64_t);
 PetscErrorCode AinsworthMatGetState(Mat, uint64_t *);
+PetscErrorCode AinsworthGetDiagonal(Mat, Vec);
 PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *, const AinsworthSaddle *, PetscBool *);
 
 PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *, AinsworthSaddle *);

@@ -87,6 +87,42 @@ PetscErrorCode AinsworthMatGetState(Mat M, uint64_t *state)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   AinsworthGetDiagonal - as MatGetDiagonal(), which reads most of A from memory; of AIJ, whose own state tells of every change, a copy is kept with A as long as
+   its values are the same
+*/
+PetscErrorCode AinsworthGetDiagonal(Mat A, Vec diagonal)
+{
+  static const char name[]  = "AinsworthDiagonal";
+  static PetscInt   stateId = -1;
+  PetscBool         aij, current;
+  PetscReal         one = 0.0;
+  Vec               kept;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)A, &aij, MATSEQAIJ, MATMPIAIJ, ""));
+  if (!aij) {
+    PetscCall(MatGetDiagonal(A, diagonal));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (stateId < 0) PetscCall(PetscObjectComposedDataRegister(&stateId));
+  PetscCall(PetscObjectComposedDataGetReal((PetscObject)A, stateId, one, current));
+  PetscCall(PetscObjectQuery((PetscObject)A, name, (PetscObject *)&kept));
+  if (kept && current && one == 1.0) {
+    PetscCall(VecCopy(kept, diagonal));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatGetDiagonal(A, diagonal));
+  if (!kept) {
+    PetscCall(VecDuplicate(diagonal, &kept));
+    PetscCall(PetscObjectCompose((PetscObject)A, name, (PetscObject)kept));
+    PetscCall(PetscObjectDereference((PetscObject)kept)); /* A has it */
+  }
+  PetscCall(VecCopy(diagonal, kept));
+  PetscCall(PetscObjectComposedDataSetReal((PetscObject)A, stateId, 1.0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collective: the same indices in the same order on every rank? */
 static PetscErrorCode SameSet(IS a, IS b, PetscBool *same)
 {
