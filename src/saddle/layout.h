@@ -2,11 +2,9 @@
 #ifndef AINSWORTH_LAYOUT_H
 #define AINSWORTH_LAYOUT_H
 
-#include "../petsccompat.h"
+#include "split.h"
 #include <cstdint>
-#include <memory>
 #include <string>
-#include <vector>
 
 struct AinsworthSaddleBlocks;
 
@@ -39,6 +37,12 @@ struct AinsworthSaddleInputs {
   PetscInt                 bs     = PETSC_DECIDE; /* block size of A */
 };
 
+/* layoutfields.cpp */
+PetscErrorCode AinsworthIsNest(Mat, PetscBool *);
+PetscErrorCode AinsworthChooseMatrix(const AinsworthSaddleInputs *, Mat *);
+PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
+PetscErrorCode AinsworthJoinFields(MPI_Comm, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
+
 /* layoutnest.cpp */
 PetscErrorCode AinsworthNestGetFields(Mat, AinsworthFields *);
 PetscErrorCode AinsworthNestHides(Mat, PetscBool *);
@@ -47,7 +51,8 @@ PetscErrorCode AinsworthNestGetPart(Mat, const std::vector<PetscInt> &, const st
 PetscErrorCode AinsworthNestGetPartState(Mat, const std::vector<PetscInt> &, const std::vector<PetscInt> &, uint64_t *);
 
 /* layoutindexed.cpp */
-PetscErrorCode AinsworthExtractBlocks(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
+PetscErrorCode AinsworthExtractBlocks(Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
+PetscErrorCode AinsworthExtractPrimal(Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 
 /* layoutdetect.cpp */
 PetscErrorCode AinsworthDetectFields(Mat, AinsworthFields *);
@@ -60,7 +65,7 @@ PetscErrorCode AinsworthChooseMultipliers(const AinsworthSaddleInputs *, Mat, Ai
 
 /* layoutsign.cpp */
 PetscErrorCode AinsworthFindSign(Mat, IS, Vec *);
-PetscErrorCode AinsworthChangeSign(const AinsworthSaddleBlocks *, int, Mat);
+PetscErrorCode AinsworthChangeSign(Vec, int, Mat);
 
 /* blocksize.cpp */
 PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);

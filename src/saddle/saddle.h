@@ -42,6 +42,8 @@ struct AinsworthSaddleBlocks {
   PetscBool         extracted;  /* the blocks are submatrices; otherwise they are those of a MatNest */
   PetscObjectId     whole[2];   /* what they were extracted from, Amat and Pmat */
   PetscObjectState  pattern[2]; /* its nonzero state */
+
+  std::shared_ptr<const AinsworthSplit> split[2]; /* how; NULL: by MatCreateSubMatrix() */
 };
 
 /*
@@ -81,6 +83,9 @@ PetscErrorCode AinsworthCountRows(Mat, PetscInt, Vec *);
 PetscErrorCode AinsworthScaleColumns(Mat, Vec, Mat *);
 PetscErrorCode AinsworthRowSquares(Mat, Vec, Vec);
 PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
+
+/* merge.cpp */
+PetscErrorCode AinsworthMergeAIJ(MPI_Comm, const std::vector<IS> &, const std::vector<IS> &, const std::vector<Mat> &, Mat *);
 
 /* blocks.cpp, state.cpp: what the program passed, and whether it is what it was */
 PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *, PetscBool, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
