@@ -7,16 +7,16 @@
 #include <memory>
 #include <vector>
 
-/* Rows in the making: first their lengths, i[r + 1] - i[r], then memory for their entries */
+/* Rows in the making: those of row r are i[r] to i[r + 1] */
 struct AinsworthRows {
   std::vector<PetscInt>          i{0};
   std::unique_ptr<PetscInt[]>    j;
   std::unique_ptr<PetscScalar[]> a;
 
-  void reserve()
+  void reserve(PetscInt entries)
   {
-    j.reset(new PetscInt[i.back()]);
-    a.reset(new PetscScalar[i.back()]);
+    j.reset(new PetscInt[entries]);
+    a.reset(new PetscScalar[entries]);
   }
 };
 
@@ -32,5 +32,6 @@ PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm, PetscInt, std::unique_ptr<Ai
 PetscErrorCode AinsworthPartGet(Mat, AinsworthPart *);
 PetscErrorCode AinsworthPartRestore(AinsworthPart *);
 PetscErrorCode AinsworthAIJGetParts(Mat, Mat[2], const PetscInt *[], PetscInt *);
+PetscErrorCode AinsworthMatCreateDiagonal(Mat, Vec *);
 
 #endif

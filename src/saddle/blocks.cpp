@@ -175,24 +175,28 @@ static PetscErrorCode SubmatrixBlocks(const AinsworthSaddleInputs *in, Mat mat, 
 
 static PetscErrorCode FindBlocks(const AinsworthSaddleInputs *in, PetscBool compare, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
-  Mat mat;
+  Mat  mat;
+  bool detected;
 
   PetscFunctionBegin;
   *found = AinsworthSaddleBlocks();
   PetscCall(AinsworthChooseMatrix(in, &mat));
   PetscCall(AinsworthFindFields(in, mat, compare ? last : NULL, found));
+  detected = !found->multiplier.empty();
   if (compare) {
     if (last->fields.size() != found->fields.size()) {
       found->layout = NULL;
       PetscFunctionReturn(PETSC_SUCCESS);
     }
     found->multiplier = last->multiplier;
-  } else if (found->multiplier.empty() || !in->multipliers.empty()) PetscCall(AinsworthChooseMultipliers(in, mat, found));
+  }
+  if (!compare && (!detected || !in->multipliers.empty())) PetscCall(AinsworthChooseMultipliers(in, mat, found));
   if (!compare) PetscCall(NameBlocks(found));
   PetscCall(AinsworthJoinFields(PetscObjectComm((PetscObject)in->pmat), last, found));
   if (found->extracted) PetscCall(SubmatrixBlocks(in, mat, compare, last, found));
   else PetscCall(NestBlocks(in, mat, compare, last, found));
   if (compare) PetscFunctionReturn(PETSC_SUCCESS);
+  if (detected) PetscCall(AinsworthCheckDetected(found));
   if (!found->block[AINSWORTH_BLOCK_P]) {
     found->block[AINSWORTH_BLOCK_P] = found->block[AINSWORTH_BLOCK_A];
     PetscCall(PetscObjectReference((PetscObject)found->block[AINSWORTH_BLOCK_P]));

@@ -56,6 +56,7 @@ PetscErrorCode AinsworthExtractPrimal(Mat, const AinsworthSaddleBlocks *, Ainswo
 
 /* layoutdetect.cpp */
 PetscErrorCode AinsworthDetectFields(Mat, AinsworthFields *);
+PetscErrorCode AinsworthCheckDetected(const AinsworthSaddleBlocks *);
 
 /* layoutdm.cpp */
 PetscErrorCode AinsworthDMGetFields(DM, Mat, AinsworthFields *);

@@ -135,7 +135,7 @@ static std::unique_ptr<AinsworthRows> Merge(const std::vector<Block> &blocks, si
       rows->i.push_back(rows->i.back() + length);
     }
   }
-  rows->reserve();
+  rows->reserve(rows->i.back());
   size_t at = 0;
 
   for (const Block *row = blocks.data(); row < blocks.data() + blocks.size(); row += nc) {

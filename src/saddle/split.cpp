@@ -2,6 +2,7 @@
 #include "split.h"
 #include <petsc/private/petscimpl.h>
 #include <petscsf.h>
+#include <algorithm>
 
 /* Field 1 in the numbers of maps: -1, -2, ... for 0, 1, ... */
 static inline PetscInt Flip(PetscInt number)
@@ -87,10 +88,10 @@ PetscErrorCode AinsworthSplitCreate(Mat aij, const IS rows[2], const IS cols[2],
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Calls visit(block, column, value) for each entry of a part, row by row, and end(block) for both blocks that a row is part of */
-template <typename Visit, typename End>
+/* Calls visit(block, column, value) for each entry of a part, row by row */
+template <typename Visit>
 static inline void ForEntries(const AinsworthPart &part, const std::vector<PetscInt> &rows, const std::vector<PetscInt> &cols, const PetscReal factor[],
-                              Visit visit, End end)
+                              Visit visit)
 {
   for (PetscInt r = 0; r < part.n; r++) {
     const int       row = rows[r] < 0 ? 2 : 0; /* A and B, or C and D */
@@ -102,42 +103,53 @@ static inline void ForEntries(const AinsworthPart &part, const std::vector<Petsc
       if (c >= 0) visit(row, c, s * part.a[k]);
       else visit(row + 1, Flip(c), s * part.a[k]);
     }
-    end(row);
-    end(row + 1);
   }
 }
 
-static inline void Nothing(int) { }
+/* Entries of B or D, few, in the making */
+struct Few {
+  std::vector<PetscInt>    j;
+  std::vector<PetscScalar> a;
+};
 
-/* The rows of the blocks that are wanted from one of the parts of the whole */
-static void Fill(const AinsworthPart &part, const AinsworthSplit *split, int which, int wanted, const PetscReal factor[], std::unique_ptr<AinsworthRows> rows[])
+/* Rows of a part of the whole become rows of A and B, or of C and D, in one pass: nearly all of their entries are those of A, or of C */
+static void FillRows(const AinsworthPart &part, const AinsworthSplit *split, int which, bool multipliers, const PetscReal factor[], AinsworthRows *rows,
+                     AinsworthRows *rest)
 {
-  PetscInt at[4] = {0, 0, 0, 0};
+  const PetscInt *map   = split->cols[which].data();
+  PetscInt        bound = 0, n = 0;
+  Few             few;
 
-  for (int k = 0; k < wanted; k++) rows[k].reset(new AinsworthRows);
-  auto count = [&](int k, PetscInt, PetscScalar) { at[k]++; };
-  auto close = [&](int k) {
-    if (k < wanted) rows[k]->i.push_back(at[k]);
-  };
-  ForEntries(part, split->rows, split->cols[which], NULL, count, close);
-  PetscInt    *j[4] = {NULL};
-  PetscScalar *a[4] = {NULL};
+  for (PetscInt r = 0; r < part.n; r++)
+    if ((split->rows[r] < 0) == multipliers) bound += part.i[r + 1] - part.i[r];
+  rows->reserve(bound);
+  PetscInt    *j = rows->j.get();
+  PetscScalar *a = rows->a.get();
 
-  for (int k = 0; k < wanted; k++) {
-    if (!part.mat) rows[k]->i.assign(split->rows.size() + 1, 0);
-    rows[k]->reserve();
-    j[k] = rows[k]->j.get();
-    a[k] = rows[k]->a.get();
+  for (PetscInt r = 0; r < (PetscInt)split->rows.size(); r++) {
+    if ((split->rows[r] < 0) != multipliers) continue;
+    const PetscReal s = factor ? factor[r] : 1.0;
+
+    for (PetscInt k = part.mat ? part.i[r] : 0, end = part.mat ? part.i[r + 1] : 0; k < end; k++) {
+      const PetscInt c = map[part.j[k]];
+
+      if (c >= 0) {
+        j[n]   = c;
+        a[n++] = s * part.a[k];
+      } else {
+        few.j.push_back(Flip(c));
+        few.a.push_back(s * part.a[k]);
+      }
+    }
+    rows->i.push_back(n);
+    rest->i.push_back((PetscInt)few.j.size());
   }
-  auto fill = [&](int k, PetscInt c, PetscScalar v) {
-    if (k >= wanted) return;
-    *j[k]++ = c;
-    *a[k]++ = v;
-  };
-  ForEntries(part, split->rows, split->cols[which], factor, fill, Nothing);
+  rest->reserve((PetscInt)few.j.size());
+  std::copy(few.j.begin(), few.j.end(), rest->j.get());
+  std::copy(few.a.begin(), few.a.end(), rest->a.get());
 }
 
-/* AinsworthSplitFill - the first `wanted` of the blocks A, B, C, D; factor: of each row, NULL: 1 */
+/* AinsworthSplitFill - the blocks A, B, C, D, or A alone; factor: of each row, NULL: 1 */
 PetscErrorCode AinsworthSplitFill(Mat aij, const AinsworthSplit *split, int wanted, const PetscReal factor[], Mat block[])
 {
   Mat                            mat[2];
@@ -151,7 +163,8 @@ PetscErrorCode AinsworthSplitFill(Mat aij, const AinsworthSplit *split, int want
     AinsworthPart part;
 
     PetscCall(AinsworthPartGet(mat[p], &part));
-    Fill(part, split, p, wanted, factor, rows[p]);
+    for (auto &r : rows[p]) r.reset(new AinsworthRows);
+    for (int k = 0; k < wanted; k += 2) FillRows(part, split, p, k > 0, factor, rows[p][k].get(), rows[p][k + 1].get());
     PetscCall(AinsworthPartRestore(&part));
   }
   for (int k = 0; k < wanted; k++)
@@ -182,7 +195,7 @@ PetscErrorCode AinsworthSplitRefill(Mat aij, const AinsworthSplit *split, int wa
     auto compare = [&](int k, PetscInt, PetscScalar v) {
       if (k < wanted && !changed[k] && *a[k]++ != v) changed[k] = 1;
     };
-    ForEntries(part[p], split->rows, split->cols[p], factor, compare, Nothing);
+    ForEntries(part[p], split->rows, split->cols[p], factor, compare);
     for (int k = 0; k < wanted && mat[p]; k++) PetscCall(MatSeqAIJRestoreArrayRead(parts[k][p], &start[k]));
   }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, changed, 4, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)aij)));
@@ -195,7 +208,7 @@ PetscErrorCode AinsworthSplitRefill(Mat aij, const AinsworthSplit *split, int wa
     auto fill = [&](int k, PetscInt, PetscScalar v) {
       if (changed[k]) *a[k]++ = v;
     };
-    if (changed[0] || changed[1] || changed[2] || changed[3]) ForEntries(part[p], split->rows, split->cols[p], factor, fill, Nothing);
+    if (changed[0] || changed[1] || changed[2] || changed[3]) ForEntries(part[p], split->rows, split->cols[p], factor, fill);
     for (int k = 0; k < wanted && mat[p]; k++)
       if (changed[k]) PetscCall(MatSeqAIJRestoreArrayWrite(parts[k][p], &start[k]));
     PetscCall(AinsworthPartRestore(&part[p]));
