@@ -203,6 +203,7 @@ static PetscErrorCode FindBlocks(const AinsworthSaddleInputs *in, PetscBool comp
   }
   if (found->made[AINSWORTH_BLOCK_A]) PetscCall(AinsworthSaddleAttachNearNullSpace(found, mat));
   PetscCall(AinsworthFindBlockSize(in, mat, last, found));
+  PetscCall(AinsworthFindRigidModes(in, mat, last, found));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -239,6 +240,7 @@ PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *b)
   PetscFunctionBegin;
   for (Mat &M : b->block) PetscCall(MatDestroy(&M));
   PetscCall(VecDestroy(&b->sign));
+  PetscCall(MatNullSpaceDestroy(&b->modes));
   for (int k = 0; k < 2; k++) {
     PetscCall(ISDestroy(&b->rows[k]));
     PetscCall(ISDestroy(&b->cols[k]));

@@ -35,6 +35,9 @@ struct AinsworthSaddleInputs {
   std::vector<std::string> multipliers;           /* names or numbers of fields; empty: by sign and shape */
   PetscInt                 detect = PETSC_DECIDE; /* multipliers are the rows without a positive diagonal entry: 0 never, 1 always */
   PetscInt                 bs     = PETSC_DECIDE; /* block size of A */
+  PetscInt                 dim    = 0;            /* of the coordinates; 0: none */
+  std::vector<PetscReal>   coordinates;           /* of nodes */
+  PetscInt                 located = 0;           /* how often they were given */
 };
 
 /* layoutfields.cpp */
@@ -67,6 +70,10 @@ PetscErrorCode AinsworthChooseMultipliers(const AinsworthSaddleInputs *, Mat, Ai
 /* layoutsign.cpp */
 PetscErrorCode AinsworthFindSign(Mat, IS, Vec *);
 PetscErrorCode AinsworthChangeSign(Vec, int, Mat);
+
+/* coordinates.cpp */
+PetscErrorCode AinsworthCreateRigidModes(Vec, const char[], MatNullSpace *);
+PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 
 /* blocksize.cpp */
 PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);

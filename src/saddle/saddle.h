@@ -34,6 +34,8 @@ struct AinsworthSaddleBlocks {
   PetscInt  bs;                         /* block size of A, which A itself may not know */
 
   const char       *bsSource;   /* how it is known */
+  MatNullSpace      modes;      /* rigid-body modes from coordinates; NULL: none were given */
+  PetscInt          located;    /* which coordinates */
   AinsworthFields   fields;     /* of the program's vectors */
   const char       *told;       /* who named them */
   std::vector<bool> multiplier; /* which of them are the multipliers' */
@@ -99,6 +101,9 @@ PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *, const Ainsw
 
 PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *, AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
+
+/* coordinates.cpp */
+PetscErrorCode AinsworthSaddleDescribeModes(const AinsworthSaddle *, char[], size_t);
 
 /* nullspace.cpp */
 PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *, Mat);

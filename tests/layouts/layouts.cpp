@@ -201,18 +201,46 @@ static PetscErrorCode IndexSets()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Three DMDAs in a DMComposite */
-static PetscErrorCode Fields()
+/* Where the nodes are whose unknowns a vector has; the bodies meet between x = n - 1 and x = n */
+static PetscErrorCode Locate(int field, Vec x)
+{
+  PetscInt     first, end;
+  PetscScalar *a;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecSetBlockSize(x, 2));
+  PetscCall(VecGetOwnershipRange(x, &first, &end));
+  PetscCall(VecGetArrayWrite(x, &a));
+  for (PetscInt i = first; i < end; i += 2) {
+    const PetscInt node = i / 2;
+
+    a[i - first]     = (PetscReal)(node / c.n + (field == RIGHT ? c.n : 0));
+    a[i - first + 1] = (PetscReal)(node % c.n);
+  }
+  PetscCall(VecRestoreArrayWrite(x, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Three DMDAs in a DMComposite, those of the bodies with or without coordinates */
+static PetscErrorCode Fields(bool located, const std::vector<std::string> &view)
 {
   DM  all, part;
   KSP ksp;
 
   PetscFunctionBeginUser;
-  Case("fields of a DM");
+  Case("fields of a DM%s", located ? " with coordinates" : "");
   PetscCall(DMCompositeCreate(PETSC_COMM_WORLD, &all));
-  for (PetscInt size : c.size) {
-    PetscCall(DMDACreate1d(PETSC_COMM_WORLD, DM_BOUNDARY_NONE, size / 2, 2, 1, NULL, &part));
+  for (int f = 0; f < FIELDS; f++) {
+    Vec x;
+
+    PetscCall(DMDACreate1d(PETSC_COMM_WORLD, DM_BOUNDARY_NONE, c.size[f] / 2, 2, 1, NULL, &part));
     PetscCall(DMSetUp(part));
+    if (located && f != TIES) {
+      PetscCall(VecCreateMPI(PETSC_COMM_WORLD, c.local[f], PETSC_DETERMINE, &x));
+      PetscCall(Locate(f, x));
+      PetscCall(DMSetCoordinates(part, x));
+      PetscCall(VecDestroy(&x));
+    }
     PetscCall(DMCompositeAddDM(all, part));
     PetscCall(DMDestroy(&part));
   }
@@ -220,9 +248,77 @@ static PetscErrorCode Fields()
   PetscCall(SolverCreate(c.whole, &ksp));
   PetscCall(KSPSetDM(ksp, all));
   PetscCall(KSPSetDMActive(ksp, PETSC_FALSE));
-  PetscCall(SolveAndCheck(ksp, NULL, {"3 fields of the DM"}));
+  PetscCall(SolveAndCheck(ksp, NULL, view));
   PetscCall(KSPDestroy(&ksp));
   PetscCall(DMDestroy(&all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Coordinates of the nodes of A, or of all rows, make the iterations of MatSetNearNullSpace() */
+static PetscErrorCode Coordinates()
+{
+  KSP                    ksp;
+  PC                     pc;
+  Mat                    A, nest;
+  Vec                    whole, part, nodes;
+  MatNullSpace           modes;
+  PetscInt               m, n;
+  const PetscScalar     *x;
+  std::vector<PetscReal> located[2];
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateVecs(c.whole, &whole, NULL));
+  PetscCall(MatCreateVecs(c.A, &nodes, NULL));
+  for (int f = 0; f < TIES; f++) {
+    PetscCall(VecGetSubVector(whole, c.is[f], &part));
+    PetscCall(Locate(f, part));
+    PetscCall(VecRestoreSubVector(whole, c.is[f], &part));
+  }
+  PetscCall(VecGetSubVector(whole, c.primal, &part));
+  PetscCall(VecCopy(part, nodes));
+  PetscCall(VecRestoreSubVector(whole, c.primal, &part));
+  PetscCall(VecSetBlockSize(nodes, 2));
+  PetscCall(MatNullSpaceCreateRigidBody(nodes, &modes));
+  PetscCall(VecGetLocalSize(nodes, &n));
+  PetscCall(VecGetLocalSize(whole, &m));
+  PetscCall(VecGetArrayRead(nodes, &x));
+  for (PetscInt i = 0; i < n; i++) located[0].push_back(PetscRealPart(x[i]));
+  PetscCall(VecRestoreArrayRead(nodes, &x));
+  for (PetscInt i = 0; i < m; i++) /* of both rows of a node, and anything for the ties */
+    for (PetscInt d = 0; d < 2; d++) located[1].push_back(i < n ? located[0][i / 2 * 2 + d] : 0.0);
+
+  PetscCall(MatDuplicate(c.A, MAT_COPY_VALUES, &A));
+  for (const char *inner : {"blocksa", "gamg", "ml"}) {
+    Options        options(std::string("-ainsworth_pc_type ") + inner);
+    const PetscInt before = usual;
+    PetscInt       its[3];
+
+#if !defined(PETSC_HAVE_ML)
+    if (!strcmp(inner, "ml")) continue;
+#endif
+    for (int k = 0; k < 3; k++) {
+      Case("%s, modes from %s", inner, k == 0 ? "MatSetNearNullSpace()" : k == 1 ? "coordinates of nodes" : "coordinates of rows");
+      usual = -1;
+      PetscCall(MatSetNearNullSpace(A, k == 0 ? modes : NULL));
+      PetscCall(MatSetBlockSize(A, 2));
+      PetscCall(NestCreate(A, NULL, c.C, NULL, false, &nest));
+      PetscCall(SolverCreate(k == 2 ? c.whole : nest, &ksp));
+      PetscCall(KSPGetPC(ksp, &pc));
+      if (k == 2) PetscCall(NameFields(ksp, true));
+      if (k > 0) PetscCall(PCSetCoordinates(pc, 2, k == 1 ? n / 2 : m, located[k - 1].data()));
+      PetscCall(SolveAndCheck(ksp, NULL,
+                              {k == 0 ? "near null space of A: 3 vectors (MatSetNearNullSpace())" : "near null space of A: 3 vectors (PCSetCoordinates())"}));
+      PetscCall(Iterations(ksp, &its[k]));
+      PetscCall(CheckInt("iterations as with MatSetNearNullSpace()", its[k], its[0]));
+      PetscCall(KSPDestroy(&ksp));
+      PetscCall(MatDestroy(&nest));
+    }
+    usual = before;
+  }
+  PetscCall(MatNullSpaceDestroy(&modes));
+  PetscCall(MatDestroy(&A));
+  PetscCall(VecDestroy(&whole));
+  PetscCall(VecDestroy(&nodes));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -338,7 +434,9 @@ int main(int argc, char **argv)
 
     PetscCall(Nests());
     PetscCall(IndexSets());
-    PetscCall(Fields());
+    PetscCall(Fields(false, {"3 fields of the DM"}));
+    PetscCall(Fields(true, {"block size of A: 2 (the pattern of A)", "near null space of A: 6 vectors (coordinates of the DM)"}));
+    PetscCall(Coordinates());
     PetscCall(Diagonal());
     PetscCall(Opposite());
     PetscCall(OtherPmat());
