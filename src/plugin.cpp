@@ -10,7 +10,7 @@
 
 PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_Dependent, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS,
   AINSWORTH_Multiplier, AINSWORTH_Verify, AINSWORTH_InvGram, AINSWORTH_PMat, AINSWORTH_PMatCopy, AINSWORTH_Aggregate, AINSWORTH_Interpolation,
-  AINSWORTH_Galerkin, AINSWORTH_Levels;
+  AINSWORTH_Galerkin, AINSWORTH_Levels, AINSWORTH_Layout;
 
 static PetscBool  initialized = PETSC_FALSE;
 static const char again[]     = "compile ainsworth again with the PETSc of the program";
@@ -96,6 +96,7 @@ PetscErrorCode AinsworthInitializePackage(void)
   initialized = PETSC_TRUE;
   PetscCall(PetscRegisterFinalize(AinsworthFinalizePackage));
   PetscCall(PetscClassIdRegister("Ainsworth", &classid));
+  PetscCall(PetscLogEventRegister("AinsLayout", classid, &AINSWORTH_Layout));
   PetscCall(PetscLogEventRegister("AinsGramMat", classid, &AINSWORTH_GramMat));
   PetscCall(PetscLogEventRegister("AinsGramFact", classid, &AINSWORTH_GramFactor));
   PetscCall(PetscLogEventRegister("AinsDependent", classid, &AINSWORTH_Dependent));

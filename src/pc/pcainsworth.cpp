@@ -121,8 +121,9 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    The program may lay its rows out over the ranks as it likes, but set-up is fastest where its partition knows of the constraints: that of the graph
    of A + C'C rather than of A, so that unknowns that a row of C ties together tend to share a rank.
 
-   A near null space is taken from A (`MatSetNearNullSpace()`) or from the index set of its field (key "nearnullspace"); a null space likewise
-   (`MatSetNullSpace()`, key "nullspace") or, its primal part, from the whole matrix.
+   A near null space is taken from A (`MatSetNearNullSpace()`) or from the index set of its field (key "nearnullspace"), or is that of the rigid-body modes
+   of the coordinates of its nodes (`PCSetCoordinates()`, a DM); a null space likewise (`MatSetNullSpace()`, key "nullspace") or, its primal part, from the
+   whole matrix.
 
    The entries of A and C are needed: a block that does not give them, `MATSHELL` for instance, is found by products where it has at most 1000 columns, and
    refused otherwise.

@@ -34,6 +34,8 @@ struct AinsworthSaddleBlocks {
   PetscInt  bs;                         /* block size of A, which A itself may not know */
 
   const char       *bsSource;   /* how it is known */
+  MatNullSpace      modes;      /* rigid-body modes from coordinates; NULL: none were given */
+  PetscInt          located;    /* which coordinates */
   AinsworthFields   fields;     /* of the program's vectors */
   const char       *told;       /* who named them */
   std::vector<bool> multiplier; /* which of them are the multipliers' */
@@ -42,6 +44,8 @@ struct AinsworthSaddleBlocks {
   PetscBool         extracted;  /* the blocks are submatrices; otherwise they are those of a MatNest */
   PetscObjectId     whole[2];   /* what they were extracted from, Amat and Pmat */
   PetscObjectState  pattern[2]; /* its nonzero state */
+
+  std::shared_ptr<const AinsworthSplit> split[2]; /* how; NULL: by MatCreateSubMatrix() */
 };
 
 /*
@@ -68,6 +72,9 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   Mat               absolute; /* |C|, entry by entry, with all of its rows; NULL: not needed yet */
 };
 
+/* arrays.cpp */
+PetscErrorCode AinsworthGetDiagonal(Mat, Vec);
+
 /* aij.cpp */
 PetscErrorCode AinsworthFindOpaque(Mat, Mat *);
 PetscErrorCode AinsworthGetTransposed(Mat, Mat *, PetscBool *);
@@ -82,6 +89,9 @@ PetscErrorCode AinsworthScaleColumns(Mat, Vec, Mat *);
 PetscErrorCode AinsworthRowSquares(Mat, Vec, Vec);
 PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
 
+/* merge.cpp */
+PetscErrorCode AinsworthMergeAIJ(MPI_Comm, const std::vector<IS> &, const std::vector<IS> &, const std::vector<Mat> &, Mat *);
+
 /* blocks.cpp, state.cpp: what the program passed, and whether it is what it was */
 PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *, PetscBool, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *);
@@ -90,11 +100,13 @@ PetscErrorCode AinsworthCheckAssembled(Mat, const char[]);
 PetscErrorCode AinsworthBlockNorm(Mat, PetscReal *);
 uint64_t       AinsworthMixState(uint64_t, uint64_t);
 PetscErrorCode AinsworthMatGetState(Mat, uint64_t *);
-PetscErrorCode AinsworthGetDiagonal(Mat, Vec);
 PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *, const AinsworthSaddle *, PetscBool *);
 
 PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *, AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
+
+/* coordinates.cpp */
+PetscErrorCode AinsworthSaddleDescribeModes(const AinsworthSaddle *, char[], size_t);
 
 /* nullspace.cpp */
 PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *, Mat);
