@@ -128,6 +128,7 @@ PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC, PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthReportEnd_Private(PC_Ainsworth *, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *, Vec, Vec, PetscReal *);
+PETSC_INTERN PetscErrorCode      PCAinsworthIsFree_Private(const PC_Ainsworth *, Vec, Vec, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthAskedFor_Private(const PC_Ainsworth *, KSPConvergedReason, PetscReal *);
 PETSC_INTERN PetscErrorCode      PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, Vec, AinsworthVerdict *, char[],
                                                            size_t);

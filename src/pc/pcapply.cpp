@@ -115,19 +115,64 @@ static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   Where D is not zero, or B is not C, unknowns of very different stiffness meet, and the norms of the reduced solve are not fair to all of them: further solves
+   for what is left, while it falls, until each row of both equations is met to the tolerance, relative to its terms
+*/
+static PetscErrorCode RefineRows(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, Fields b, Fields y, Fields left, PetscBool *refined)
+{
+  static const PetscReal worthIt = 1e-10, fallen = 0.1;
+  static const int       most = 4;
+  AinsworthSaddle       *sp   = &data->saddle;
+  PetscReal              error, next;
+  Fields                 best;
+
+  PetscFunctionBegin;
+  *refined = PETSC_FALSE;
+  if (!data->constraints || (data->adjoint && !sp->D) || tol < 0.0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthSaddleBackwardError(sp, transpose, b.primal, b.dual, y.primal, y.dual, data->Ax, left.primal, left.dual, &error));
+  if (error <= PetscMax(100 * tol, worthIt)) PetscFunctionReturn(PETSC_SUCCESS);
+  *refined = PETSC_TRUE;
+  PetscCall(VecDuplicate(y.primal, &best.primal));
+  PetscCall(VecDuplicate(y.dual, &best.dual));
+  for (int k = 0; k < most && error > PetscMax(100 * tol, worthIt); k++) {
+    PetscCall(PetscInfo(pc, "A row of both equations is left with %g of its terms: another solve follows\n", (double)error));
+    PetscCall(VecCopy(y.primal, best.primal));
+    PetscCall(VecCopy(y.dual, best.dual));
+    PetscCall(Refine(pc, data, transpose, left, y));
+    data->knownAx = PETSC_FALSE;
+    PetscCall(AinsworthSaddleResidual(sp, transpose, PETSC_FALSE, b.primal, b.dual, y.primal, y.dual, data->Ax, left.primal, left.dual));
+    PetscCall(AinsworthSaddleBackwardError(sp, transpose, b.primal, b.dual, y.primal, y.dual, data->Ax, left.primal, left.dual, &next));
+    if (!(next < error)) {
+      PetscCall(VecCopy(best.primal, y.primal));
+      PetscCall(VecCopy(best.dual, y.dual));
+    }
+    if (!(next < fallen * error)) break;
+    error = next;
+  }
+  PetscCall(VecDestroy(&best.primal));
+  PetscCall(VecDestroy(&best.dual));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A reduced solve that ended with a good reason is believed when the program's own system agrees; once it may be refined */
 static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, Fields b, Fields y, AinsworthVerdict *verdict,
                                       char why[], size_t len)
 {
   Fields    left;
   PetscReal tol;
+  PetscBool refined = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthAskedFor_Private(data, reason, &tol));
   PetscCall(VecDuplicate(b.primal, &left.primal));
   PetscCall(VecDuplicate(b.dual, &left.dual));
   PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
-  if (*verdict == AINSWORTH_VERDICT_UNMET) {
+  if (*verdict <= AINSWORTH_VERDICT_UNMET) {
+    PetscCall(RefineRows(pc, data, transpose, tol, b, y, left, &refined));
+    if (refined) PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
+  }
+  if (*verdict == AINSWORTH_VERDICT_UNMET && !refined) {
     PetscCall(PetscInfo(pc, "%s: a second solve follows\n", why));
     PetscCall(Refine(pc, data, transpose, left, y));
     data->knownAx = PETSC_FALSE;

@@ -210,6 +210,69 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscReal allowed
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The terms of each row of the second equation, |C| |x| + |D| |lambda| + |g|, and the rounding that it gets from others; slack: what AddCompliance() allows, or NULL */
+static PetscErrorCode DualSizes(AinsworthSaddle *sp, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec size, Vec *slack)
+{
+  Vec       absolute;
+  PetscReal largest;
+
+  PetscFunctionBegin;
+  if (!sp->absolute) PetscCall(AinsworthAbsoluteAIJ(sp->givenC, &sp->absolute));
+  PetscCall(VecNorm(x, NORM_INFINITY, &largest));
+  PetscCall(DuplicateAbs(x, &absolute));
+  PetscCall(VecShift(absolute, combined / consistent * largest));
+  PetscCall(MatMult(sp->absolute, absolute, size));
+  PetscCall(VecDestroy(&absolute));
+  *slack = NULL;
+  if (sp->rowsD) {
+    PetscCall(VecDuplicate(g, slack));
+    PetscCall(AddCompliance(sp, allowed, lambda, size, *slack));
+  }
+  PetscCall(DuplicateAbs(g, &absolute));
+  PetscCall(VecAXPY(size, 1.0, absolute));
+  PetscCall(VecDestroy(&absolute));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The largest |r_i| / s_i of rows that are kept, all where kind is NULL */
+static PetscErrorCode LargestQuotient(Vec residual, Vec size, const AinsworthRowKind *kind, PetscReal *largest)
+{
+  PetscInt           n;
+  const PetscScalar *r, *s;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(residual, &n));
+  PetscCall(VecGetArrayRead(residual, &r));
+  PetscCall(VecGetArrayRead(size, &s));
+  for (PetscInt i = 0; i < n; i++)
+    if (!kind || (kind[i] != AINSWORTH_ROW_ZERO && kind[i] != AINSWORTH_ROW_DEPENDENT))
+      *largest = PetscMax(*largest, Quotient(PetscAbsScalar(r[i]), PetscRealPart(s[i])));
+  PetscCall(VecRestoreArrayRead(residual, &r));
+  PetscCall(VecRestoreArrayRead(size, &s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthSaddleBackwardError - the largest residual of a row of both equations, relative to its terms. primal and dual: AinsworthSaddleResidual() */
+PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal, Vec dual,
+                                            PetscReal *error)
+{
+  Vec size, slack;
+
+  PetscFunctionBegin;
+  *error = 0.0;
+  PetscCall(VecDuplicate(primal, &size));
+  PetscCall(PrimalSizes(sp, transpose, f, x, lambda, Ax, size));
+  PetscCall(LargestQuotient(primal, size, NULL, error));
+  PetscCall(VecDestroy(&size));
+  PetscCall(VecDuplicate(dual, &size));
+  PetscCall(DualSizes(sp, 0.0, g, x, lambda, size, &slack));
+  PetscCall(LargestQuotient(dual, size, sp->kind, error));
+  PetscCall(VecDestroy(&size));
+  PetscCall(VecDestroy(&slack));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, error, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)f)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthSaddleCheckDual - the rows of g - C x + D lambda that are not met: zero and dependent rows, whose right-hand side no x can have, and others
 
@@ -226,31 +289,22 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, 
     {AINSWORTH_ROW_ZERO,      "nonzero on a row of C that is zero"                 },
     {AINSWORTH_ROW_DEPENDENT, "not that of the other rows of C on which it depends"}
   };
-  Vec                    absolute, size, slack = NULL;
-  PetscReal              largest, rhs;
-  const PetscScalar     *r, *s, *a, *l = NULL;
+  Vec                    size, slack;
+  PetscReal              rhs;
+  const PetscScalar     *r, *s, *l = NULL;
   std::vector<PetscBool> unmet(sp->local, PETSC_FALSE), marked(sp->local + 1);
 
   PetscFunctionBegin;
   *worst           = AinsworthUnmet();
   contradiction[0] = 0;
-  if (!sp->absolute) PetscCall(AinsworthAbsoluteAIJ(sp->givenC, &sp->absolute));
-  PetscCall(VecNorm(x, NORM_INFINITY, &largest));
   PetscCall(VecNorm(g, NORM_INFINITY, &rhs));
-  PetscCall(DuplicateAbs(x, &absolute));
-  PetscCall(VecShift(absolute, combined / consistent * largest));
   PetscCall(VecDuplicate(residual, &size));
-  PetscCall(MatMult(sp->absolute, absolute, size));
-  if (sp->rowsD) {
-    PetscCall(VecDuplicate(residual, &slack));
-    PetscCall(AddCompliance(sp, allowed, lambda, size, slack));
-    PetscCall(VecGetArrayRead(slack, &l));
-  }
+  PetscCall(DualSizes(sp, allowed, g, x, lambda, size, &slack));
+  if (slack) PetscCall(VecGetArrayRead(slack, &l));
   PetscCall(VecGetArrayRead(residual, &r));
   PetscCall(VecGetArrayRead(size, &s));
-  PetscCall(VecGetArrayRead(g, &a));
   for (PetscInt i = 0; i < sp->local; i++) {
-    const PetscReal terms    = PetscRealPart(s[i]) + PetscAbsScalar(a[i]);
+    const PetscReal terms    = PetscRealPart(s[i]);
     const PetscReal bound    = sp->kind[i] == AINSWORTH_ROW_ZERO ? noise * rhs : consistent * terms + (slack ? PetscRealPart(l[i]) : 0.0);
     const PetscReal quotient = Quotient(PetscAbsScalar(r[i]), bound);
 
@@ -263,10 +317,8 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, 
   }
   PetscCall(VecRestoreArrayRead(residual, &r));
   PetscCall(VecRestoreArrayRead(size, &s));
-  PetscCall(VecRestoreArrayRead(g, &a));
   if (slack) PetscCall(VecRestoreArrayRead(slack, &l));
   PetscCall(VecDestroy(&slack));
-  PetscCall(VecDestroy(&absolute));
   PetscCall(VecDestroy(&size));
   PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), worst));
   for (const auto &c : contradictions) {
