@@ -6,11 +6,6 @@
 #include <petsc/private/pcimpl.h>
 #include <petsctime.h>
 
-/* f and g, or x and lambda, in the program's fields */
-struct Fields {
-  Vec primal, dual;
-};
-
 /*
    KSPSolve() for f and g; watched: the report sees it, and its stop refers to x. What the report has put into the KSP is taken out again after an error,
    too, which is passed on then
@@ -67,7 +62,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
 }
 
 /* The fields of the program, reduced to the rows that are kept, solved, and extended */
-static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Fields b, Fields y, KSPConvergedReason *reason)
+PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, PCAinsworthFields b, PCAinsworthFields y, KSPConvergedReason *reason)
 {
   PetscFunctionBegin;
   if (data->g) {
@@ -81,16 +76,16 @@ static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose
 }
 
 /* A second solve, for what the first has left */
-static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, Fields left, Fields y)
+static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields left, PCAinsworthFields y)
 {
-  Fields             more;
+  PCAinsworthFields             more;
   KSPConvergedReason reason;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(y.primal, &more.primal));
   PetscCall(VecDuplicate(y.dual, &more.dual));
   PetscCall(VecZeroEntries(more.primal));
-  PetscCall(SolveFields(pc, data, transpose, PETSC_FALSE, left, more, &reason));
+  PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, PETSC_FALSE, left, more, &reason));
   if (reason >= 0) {
     PetscCall(VecAXPY(y.primal, 1.0, more.primal));
     PetscCall(VecAXPY(y.dual, 1.0, more.dual));
@@ -101,7 +96,7 @@ static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, Fie
 }
 
 /* Without the null space that the program attached to the whole matrix, and what is left of both equations then */
-static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, Fields b, Fields y, Fields left, AinsworthVerdict *verdict,
+static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, PCAinsworthFields b, PCAinsworthFields y, PCAinsworthFields left, AinsworthVerdict *verdict,
                              char why[], size_t len)
 {
   PetscBool removed;
@@ -115,51 +110,11 @@ static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   Where D is not zero, or B is not C, unknowns of very different stiffness meet, and the norms of the reduced solve are not fair to all of them: further solves
-   for what is left, while it falls, until each row of both equations is met to the tolerance, relative to its terms
-*/
-static PetscErrorCode RefineRows(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, Fields b, Fields y, Fields left, PetscBool *refined)
-{
-  static const PetscReal worthIt = 1e-10, fallen = 0.1;
-  static const int       most = 4;
-  AinsworthSaddle       *sp   = &data->saddle;
-  PetscReal              error, next;
-  Fields                 best;
-
-  PetscFunctionBegin;
-  *refined = PETSC_FALSE;
-  if (!data->constraints || (data->adjoint && !sp->D) || tol < 0.0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthSaddleBackwardError(sp, transpose, b.primal, b.dual, y.primal, y.dual, data->Ax, left.primal, left.dual, &error));
-  if (error <= PetscMax(100 * tol, worthIt)) PetscFunctionReturn(PETSC_SUCCESS);
-  *refined = PETSC_TRUE;
-  PetscCall(VecDuplicate(y.primal, &best.primal));
-  PetscCall(VecDuplicate(y.dual, &best.dual));
-  for (int k = 0; k < most && error > PetscMax(100 * tol, worthIt); k++) {
-    PetscCall(PetscInfo(pc, "A row of both equations is left with %g of its terms: another solve follows\n", (double)error));
-    PetscCall(VecCopy(y.primal, best.primal));
-    PetscCall(VecCopy(y.dual, best.dual));
-    PetscCall(Refine(pc, data, transpose, left, y));
-    data->knownAx = PETSC_FALSE;
-    PetscCall(AinsworthSaddleResidual(sp, transpose, PETSC_FALSE, b.primal, b.dual, y.primal, y.dual, data->Ax, left.primal, left.dual));
-    PetscCall(AinsworthSaddleBackwardError(sp, transpose, b.primal, b.dual, y.primal, y.dual, data->Ax, left.primal, left.dual, &next));
-    if (!(next < error)) {
-      PetscCall(VecCopy(best.primal, y.primal));
-      PetscCall(VecCopy(best.dual, y.dual));
-    }
-    if (!(next < fallen * error)) break;
-    error = next;
-  }
-  PetscCall(VecDestroy(&best.primal));
-  PetscCall(VecDestroy(&best.dual));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* A reduced solve that ended with a good reason is believed when the program's own system agrees; once it may be refined */
-static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, Fields b, Fields y, AinsworthVerdict *verdict,
+static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, PCAinsworthFields b, PCAinsworthFields y, AinsworthVerdict *verdict,
                                       char why[], size_t len)
 {
-  Fields    left;
+  PCAinsworthFields    left;
   PetscReal tol;
   PetscBool refined = PETSC_FALSE;
 
@@ -169,7 +124,7 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
   PetscCall(VecDuplicate(b.dual, &left.dual));
   PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   if (*verdict <= AINSWORTH_VERDICT_UNMET) {
-    PetscCall(RefineRows(pc, data, transpose, tol, b, y, left, &refined));
+    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, tol, b, y, left, &refined));
     if (refined) PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   }
   if (*verdict == AINSWORTH_VERDICT_UNMET && !refined) {
@@ -184,14 +139,14 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
 }
 
 /* Solves, and says what came of it */
-static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, Fields b, Fields y)
+static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields b, PCAinsworthFields y)
 {
   KSPConvergedReason reason;
   AinsworthVerdict   verdict = AINSWORTH_VERDICT_MET;
   char               why[512];
 
   PetscFunctionBegin;
-  PetscCall(SolveFields(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
+  PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
   /* some methods end without any reason */
   if (reason >= 0) PetscCall(VerifyAndRefine(pc, data, transpose, reason, b, y, &verdict, why, sizeof(why)));
   if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
@@ -206,10 +161,10 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
 }
 
 /* The same where rows of the program's matrix have other signs than the blocks; their transposes have other signs in the solution */
-static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transpose, Fields b, Fields y)
+static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields b, PCAinsworthFields y)
 {
   Vec    sign = data->saddle.sign;
-  Fields given;
+  PCAinsworthFields given;
 
   PetscFunctionBegin;
   if (transpose) {
@@ -250,7 +205,7 @@ static PetscErrorCode ReductionsCollide(const PC_Ainsworth *data, Vec v, PetscBo
 }
 
 /* A right-hand side whose norm is not finite; the row is named where an entry is not */
-static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, Fields b)
+static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, PCAinsworthFields b)
 {
   char row[64], why[512];
 
@@ -274,7 +229,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   const IS      *out  = transpose ? data->saddle.rows : data->saddle.cols;
   PetscBool      changed, collide;
   PetscReal      norm;
-  Fields         left, right;
+  PCAinsworthFields         left, right;
   PetscErrorCode code;
 
   PetscFunctionBegin;

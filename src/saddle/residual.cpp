@@ -234,40 +234,77 @@ static PetscErrorCode DualSizes(AinsworthSaddle *sp, PetscReal allowed, Vec g, V
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The largest |r_i| / s_i of rows that are kept, all where kind is NULL */
+/* The largest |r_i| / s_i of rows that are kept, all where kind is NULL; size becomes 1 / s, 0 on other rows */
 static PetscErrorCode LargestQuotient(Vec residual, Vec size, const AinsworthRowKind *kind, PetscReal *largest)
 {
   PetscInt           n;
-  const PetscScalar *r, *s;
+  const PetscScalar *r;
+  PetscScalar       *s;
 
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(residual, &n));
   PetscCall(VecGetArrayRead(residual, &r));
-  PetscCall(VecGetArrayRead(size, &s));
-  for (PetscInt i = 0; i < n; i++)
-    if (!kind || (kind[i] != AINSWORTH_ROW_ZERO && kind[i] != AINSWORTH_ROW_DEPENDENT))
-      *largest = PetscMax(*largest, Quotient(PetscAbsScalar(r[i]), PetscRealPart(s[i])));
+  PetscCall(VecGetArray(size, &s));
+  for (PetscInt i = 0; i < n; i++) {
+    const bool kept = !kind || (kind[i] != AINSWORTH_ROW_ZERO && kind[i] != AINSWORTH_ROW_DEPENDENT);
+
+    if (kept) *largest = PetscMax(*largest, Quotient(PetscAbsScalar(r[i]), PetscRealPart(s[i])));
+    s[i] = kept && PetscRealPart(s[i]) > 0.0 ? 1.0 / PetscRealPart(s[i]) : 0.0;
+  }
   PetscCall(VecRestoreArrayRead(residual, &r));
-  PetscCall(VecRestoreArrayRead(size, &s));
+  PetscCall(VecRestoreArray(size, &s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSaddleBackwardError - the largest residual of a row of both equations, relative to its terms. primal and dual: AinsworthSaddleResidual() */
-PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal, Vec dual,
-                                            PetscReal *error)
+/* size_i at least `little` of the largest of all, in the norm of diag(A)^{-1}: the row of a body that nothing moves has only rounding to show */
+static PetscErrorCode RaiseSmallTerms(const AinsworthSaddle *sp, Vec size)
 {
-  Vec size, slack;
+  static const PetscReal little = 1e-3;
+  Vec                    diagonal;
+  PetscScalar           *s;
+  const PetscScalar     *d;
+  PetscReal              most[2] = {0.0, 0.0};
+  PetscInt               n;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(size, &diagonal));
+  PetscCall(MatGetDiagonal(sp->block[0], diagonal));
+  PetscCall(VecGetLocalSize(size, &n));
+  PetscCall(VecGetArrayRead(diagonal, &d));
+  PetscCall(VecGetArray(size, &s));
+  for (PetscInt i = 0; i < n; i++) {
+    most[0] = PetscMax(most[0], PetscRealPart(d[i]));
+    if (PetscRealPart(d[i]) > 0.0) most[1] = PetscMax(most[1], PetscRealPart(s[i]) / PetscSqrtReal(PetscRealPart(d[i])));
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, most, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)size)));
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal stiffness = PetscRealPart(d[i]) > 0.0 ? PetscRealPart(d[i]) : most[0];
+
+    s[i] = PetscMax(PetscRealPart(s[i]), little * most[1] * PetscSqrtReal(stiffness));
+  }
+  PetscCall(VecRestoreArray(size, &s));
+  PetscCall(VecRestoreArrayRead(diagonal, &d));
+  PetscCall(VecDestroy(&diagonal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthSaddleBackwardError - the largest residual of a row of both equations, relative to its terms
+
+   primal and dual: AinsworthSaddleResidual(). rows, of both: one over these terms, 0 where no x can do anything
+*/
+PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal, Vec dual,
+                                            Vec rowsPrimal, Vec rowsDual, PetscReal *error)
+{
+  Vec slack;
 
   PetscFunctionBegin;
   *error = 0.0;
-  PetscCall(VecDuplicate(primal, &size));
-  PetscCall(PrimalSizes(sp, transpose, f, x, lambda, Ax, size));
-  PetscCall(LargestQuotient(primal, size, NULL, error));
-  PetscCall(VecDestroy(&size));
-  PetscCall(VecDuplicate(dual, &size));
-  PetscCall(DualSizes(sp, 0.0, g, x, lambda, size, &slack));
-  PetscCall(LargestQuotient(dual, size, sp->kind, error));
-  PetscCall(VecDestroy(&size));
+  PetscCall(PrimalSizes(sp, transpose, f, x, lambda, Ax, rowsPrimal));
+  PetscCall(RaiseSmallTerms(sp, rowsPrimal));
+  PetscCall(LargestQuotient(primal, rowsPrimal, NULL, error));
+  PetscCall(DualSizes(sp, 0.0, g, x, lambda, rowsDual, &slack));
+  PetscCall(LargestQuotient(dual, rowsDual, sp->kind, error));
   PetscCall(VecDestroy(&slack));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, error, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)f)));
   PetscFunctionReturn(PETSC_SUCCESS);

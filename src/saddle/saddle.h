@@ -136,7 +136,7 @@ struct AinsworthUnmet {
 };
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *, PetscBool, PetscReal, PetscReal, Vec, Vec, Vec, Vec, Vec, AinsworthUnmet *);
-PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec, PetscReal *);
+PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec, Vec, Vec, PetscReal *);
 PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *, Vec, Vec, Vec, PetscReal *);
 PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, PetscReal, Vec, Vec, Vec, Vec, AinsworthUnmet *, char[], size_t);
 

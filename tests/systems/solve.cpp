@@ -3,7 +3,7 @@
 #include <dlfcn.h>
 
 /* Of each equation relative to its terms, and of x, in units of its own, relative to x or to what rounding the system may change */
-static const double residualBound = 1e-5, errorBound = 1e-5, beyondReach = 1e3;
+static const double residualBound = 1e-5, errorBound = 1e-5;
 
 /* hypre keeps the flag of an error for all solvers that come after, and PETSc 3.18 does not take it back */
 static void ForgetErrors()
@@ -137,7 +137,7 @@ PetscErrorCode SaddleSolve(const Saddle &s, const PetscInt local[2], bool mumps,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-SaddleVerdict SaddleJudge(const Saddle &s, const Facts &facts, bool listen, Answer &a)
+SaddleVerdict SaddleJudge(const Saddle &s, const Facts &facts, bool listen, Answer &a, double beyond)
 {
   if (!a.agreed) {
     a.said += "; ranks disagree";
@@ -152,5 +152,5 @@ SaddleVerdict SaddleJudge(const Saddle &s, const Facts &facts, bool listen, Answ
   if (!(a.residual <= residualBound)) return SADDLE_WRONG;
   if (!facts.decided) return SADDLE_RIGHT;
   if (!facts.solvable) return facts.left > residualBound ? SADDLE_WRONG : SADDLE_RIGHT;
-  return !facts.unique || a.error <= std::max(errorBound, beyondReach * facts.reach) ? SADDLE_RIGHT : SADDLE_WRONG;
+  return !facts.unique || a.error <= std::max(errorBound, beyond * facts.reach) ? SADDLE_RIGHT : SADDLE_WRONG;
 }
