@@ -362,6 +362,13 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
     if (*hidden) break;
   }
   PetscCall(MatDestroy(&N));
+  if (!*reason && !*n && !*hidden && proj->B != proj->C) {
+    PetscReal other = PETSC_INFINITY;
+
+    PetscCall(AinsworthGramGetFailedReason(&proj->gramB, reason));
+    if (!*reason) PetscCall(Probe(&proj->gramB, &other));
+    error = PetscMax(error, other);
+  }
   if (!*reason && !(error <= unusable)) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT;
   *doubtful = !(error <= inexact);
   if (*doubtful && !*reason && !*n)
