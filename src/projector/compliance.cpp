@@ -23,6 +23,8 @@ static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec
    leaves of C x comes to mu as S^{-1} C x. Rows that D couples, of which it may leave some combinations without energy, need more against rounding.
 */
 static const PetscReal alone = 1e-4, together = 1e-2;
+/* What a D that couples rows, and is singular, leaves without energy is given this part of the others': it moves nothing, but rounding would give it any sign */
+static const PetscReal undecided = 1e-10;
 
 /*
    1 / G: G is 1, or (D_ii / flexibility_i / alone)^{1/2} where that is smaller, with the sign that adds N to the diagonal of C W C'. Rows that D couples all have
@@ -68,8 +70,11 @@ static PetscErrorCode InvertRatios(AinsworthCompliance *c, Mat D, Vec flexibilit
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, mean, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)D)));
   mean[0] = mean[1] > 0.0 ? PetscExpReal(-mean[0] / mean[1]) : 1.0;
   c->soft = mean[0] < 1.0 ? mean[0] : 0.0;
-  for (PetscInt k = 0; k < rend - rstart; k++)
-    if (coupled[k]) g[k] = mean[0];
+  for (PetscInt k = 0; k < rend - rstart; k++) {
+    if (!coupled[k]) continue;
+    g[k]    = mean[0];
+    rest[k] = undecided * PetscAbsScalar(sums[k]) * PetscSqr(mean[0]);
+  }
   PetscCall(VecRestoreArray(c->sums, &sums));
   PetscCall(VecRestoreArray(flexibility, &rest));
   PetscCall(VecRestoreArrayWrite(inverse, &g));
