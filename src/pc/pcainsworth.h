@@ -32,6 +32,11 @@ typedef enum {
   AINSWORTH_VERDICT_CONTRADICTION /* no x can have this right-hand side of the constraints */
 } AinsworthVerdict;
 
+/* f and g, or x and lambda, in the program's fields */
+struct PCAinsworthFields {
+  Vec primal, dual;
+};
+
 /* What options and calls choose, compared as a whole: what says the same again rebuilds nothing */
 struct PCAinsworthChoices {
   PCAinsworthVariant     variant;
@@ -154,6 +159,10 @@ PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC, PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthReportEnd_Private(PC_Ainsworth *, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *, Vec, Vec, PetscReal *);
+PETSC_INTERN PetscErrorCode      PCAinsworthSolveFields_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PCAinsworthFields, PCAinsworthFields, KSPConvergedReason *);
+PETSC_INTERN PetscErrorCode      PCAinsworthRefineRows_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, PCAinsworthFields, PCAinsworthFields,
+                                                               PCAinsworthFields, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthIsFree_Private(const PC_Ainsworth *, Vec, Vec, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthAskedFor_Private(const PC_Ainsworth *, KSPConvergedReason, PetscReal *);
 PETSC_INTERN PetscErrorCode      PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, Vec, AinsworthVerdict *, char[],
                                                            size_t);

@@ -6,11 +6,6 @@
 #include <petsc/private/pcimpl.h>
 #include <petsctime.h>
 
-/* f and g, or x and lambda, in the program's fields */
-struct Fields {
-  Vec primal, dual;
-};
-
 /*
    KSPSolve() for f and g; watched: the report sees it, and its stop refers to x. What the report has put into the KSP is taken out again after an error,
    too, which is passed on then
@@ -94,7 +89,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
 }
 
 /* The fields of the program, reduced to the rows that are kept, solved, and extended */
-static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Fields b, Fields y, KSPConvergedReason *reason)
+PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, PCAinsworthFields b, PCAinsworthFields y, KSPConvergedReason *reason)
 {
   PetscFunctionBegin;
   if (data->g) {
@@ -108,16 +103,16 @@ static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose
 }
 
 /* A second solve, for what the first has left */
-static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, Fields left, Fields y)
+static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields left, PCAinsworthFields y)
 {
-  Fields             more;
+  PCAinsworthFields             more;
   KSPConvergedReason reason;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(y.primal, &more.primal));
   PetscCall(VecDuplicate(y.dual, &more.dual));
   PetscCall(VecZeroEntries(more.primal));
-  PetscCall(SolveFields(pc, data, transpose, PETSC_FALSE, left, more, &reason));
+  PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, PETSC_FALSE, left, more, &reason));
   if (reason >= 0) {
     PetscCall(VecAXPY(y.primal, 1.0, more.primal));
     PetscCall(VecAXPY(y.dual, 1.0, more.dual));
@@ -128,7 +123,7 @@ static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, Fie
 }
 
 /* Without the null space that the program attached to the whole matrix, and what is left of both equations then */
-static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, Fields b, Fields y, Fields left, AinsworthVerdict *verdict,
+static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, PCAinsworthFields b, PCAinsworthFields y, PCAinsworthFields left, AinsworthVerdict *verdict,
                              char why[], size_t len)
 {
   PetscBool removed;
@@ -143,18 +138,23 @@ static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, Pet
 }
 
 /* A reduced solve that ended with a good reason is believed when the program's own system agrees; once it may be refined */
-static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, Fields b, Fields y, AinsworthVerdict *verdict,
+static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, PCAinsworthFields b, PCAinsworthFields y, AinsworthVerdict *verdict,
                                       char why[], size_t len)
 {
-  Fields    left;
+  PCAinsworthFields    left;
   PetscReal tol;
+  PetscBool refined = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthAskedFor_Private(data, reason, &tol));
   PetscCall(VecDuplicate(b.primal, &left.primal));
   PetscCall(VecDuplicate(b.dual, &left.dual));
   PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
-  if (*verdict == AINSWORTH_VERDICT_UNMET) {
+  if (*verdict <= AINSWORTH_VERDICT_UNMET) {
+    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, tol, b, y, left, &refined));
+    if (refined) PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
+  }
+  if (*verdict == AINSWORTH_VERDICT_UNMET && !refined) {
     PetscCall(PetscInfo(pc, "%s: a second solve follows\n", why));
     PetscCall(Refine(pc, data, transpose, left, y));
     data->knownAx = PETSC_FALSE;
@@ -166,14 +166,14 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
 }
 
 /* Solves, and says what came of it */
-static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, Fields b, Fields y)
+static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields b, PCAinsworthFields y)
 {
   KSPConvergedReason reason;
   AinsworthVerdict   verdict = AINSWORTH_VERDICT_MET;
   char               why[512];
 
   PetscFunctionBegin;
-  PetscCall(SolveFields(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
+  PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
   /* some methods end without any reason */
   if (reason >= 0) PetscCall(VerifyAndRefine(pc, data, transpose, reason, b, y, &verdict, why, sizeof(why)));
   if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
@@ -188,10 +188,10 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
 }
 
 /* The same where rows of the program's matrix have other signs than the blocks; their transposes have other signs in the solution */
-static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transpose, Fields b, Fields y)
+static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields b, PCAinsworthFields y)
 {
   Vec    sign = data->saddle.sign;
-  Fields given;
+  PCAinsworthFields given;
 
   PetscFunctionBegin;
   if (transpose) {
@@ -232,7 +232,7 @@ static PetscErrorCode ReductionsCollide(const PC_Ainsworth *data, Vec v, PetscBo
 }
 
 /* A right-hand side whose norm is not finite; the row is named where an entry is not */
-static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, Fields b)
+static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, PCAinsworthFields b)
 {
   char row[64], why[512];
 
@@ -256,7 +256,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   const IS      *out  = transpose ? data->saddle.rows : data->saddle.cols;
   PetscBool      changed, collide;
   PetscReal      norm;
-  Fields         left, right;
+  PCAinsworthFields         left, right;
   PetscErrorCode code;
 
   PetscFunctionBegin;

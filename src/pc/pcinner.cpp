@@ -41,8 +41,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   in.A  = data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A] ? data->saddle.block[AINSWORTH_BLOCK_P] : data->saddle.A;
   in.bs = data->saddle.bs;
   in.C  = data->saddle.C;
-  in.S  = NULL;
-  if (data->saddle.B == data->saddle.C) PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &in.S));
+  PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &in.S));
   PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &in.compliance));
   in.weight          = ctx->mobility;
   in.inverseDiagonal = data->inverseDiagonal;
