@@ -17,7 +17,7 @@ from common import prose
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
 OPTIONS = os.path.join(ROOT, "docs", "options.md")
 PREFIXES = ("pc_ainsworth_", "pc_blocksa_")  # options of our own
-TYPES = ("PCAINSWORTH", "PCBLOCKSA", "KSPPROJECTEDCG", "KSPCHEBYSHEVSINGLE", "MATAINSWORTH")
+TYPES = ("PCAINSWORTH", "PCBLOCKSA", "KSPPROJECTEDCG", "KSPCHEBYSHEVSINGLE", "MATAINSWORTH", "SNESAINSWORTHACTIVESET")
 HEAD = """# Options
 
 Which option does what, with its default. Choices are separated by commas, the default first. The tables are those of
