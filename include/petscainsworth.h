@@ -26,6 +26,8 @@
 #define KSPPROJECTEDCG     "projectedcg"
 #define KSPCHEBYSHEVSINGLE "chebyshevsingle"
 
+#define SNESAINSWORTHACTIVESET "ainsworthactiveset"
+
 /*E
    PCAinsworthVariant - the configuration of `PCAINSWORTH`: sets weight, penalty, penalty factor, row scaling and inner Krylov method at once
 

@@ -160,6 +160,7 @@ static PetscErrorCode FindShared(Mat C, const std::vector<PetscInt> &columns, st
 static PetscErrorCode OrderRows(const AinsworthGram *gram, std::vector<PetscInt> &order)
 {
   Mat             own = gram->placed;
+  MatInfo         info;
   IS              rows, columns;
   PetscInt        n;
   const PetscInt *number;
@@ -168,7 +169,8 @@ static PetscErrorCode OrderRows(const AinsworthGram *gram, std::vector<PetscInt>
   order.clear();
   if (!gram->placement.sizes.size()) PetscFunctionReturn(PETSC_SUCCESS);
   if (gram->placement.split) PetscCall(MatGetDiagonalBlock(gram->placed, &own));
-  PetscCall(MatGetOrdering(own, AinsworthOrdering, &rows, &columns));
+  PetscCall(MatGetInfo(own, MAT_LOCAL, &info));
+  PetscCall(MatGetOrdering(own, info.nz_used > 0.0 ? AinsworthOrdering : MATORDERINGNATURAL, &rows, &columns)); /* AMD refuses a matrix without entries */
   PetscCall(ISGetLocalSize(rows, &n));
   order.resize(n);
   PetscCall(ISGetIndices(rows, &number));
@@ -363,6 +365,13 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
     if (*hidden) break;
   }
   PetscCall(MatDestroy(&N));
+  if (!*reason && !*n && !*hidden && proj->B != proj->C) {
+    PetscReal other = PETSC_INFINITY;
+
+    PetscCall(AinsworthGramGetFailedReason(&proj->gramB, reason));
+    if (!*reason) PetscCall(Probe(&proj->gramB, &other));
+    error = PetscMax(error, other);
+  }
   if (!*reason && !(error <= unusable)) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT;
   *doubtful = !(error <= inexact);
   if (*doubtful && !*reason && !*n)
