@@ -166,7 +166,7 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
     *verdict = AINSWORTH_VERDICT_UNMET;
     PetscCall(PetscSNPrintf(why, len, "C x = g is not met: row %" PetscInt_FMT " of the multiplier field is left with %g, %g of its terms%s", worst.row,
                             (double)worst.residual, (double)(worst.residual / worst.size),
-                            doubtful ? "; rows of C are nearly linearly dependent, too nearly for the Gram matrix C W C'" : ""));
+                            doubtful ? "; the Gram matrix C W C' is ill-conditioned: rows of C are close to others" : ""));
   } else if (rows[0]) {
     *verdict = AINSWORTH_VERDICT_CONTRADICTION;
     PetscCall(PetscSNPrintf(why, len, "The right-hand side of the constraints is %s; remove the rows or mend it", rows));
@@ -180,7 +180,7 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
       PetscCall(PetscSNPrintf(why, len,
                               "The reduced solve says that it converged, but row %" PetscInt_FMT " of A x + C' lambda = f is left with %g, %g of its terms: %s",
                               worst.row, (double)worst.residual, (double)(worst.residual / worst.size),
-                              doubtful ? "rows of C are nearly linearly dependent"
+                              doubtful ? "the Gram matrix C W C' is ill-conditioned: rows of C are close to others"
                                        : "its method, or its preconditioner, does not see this; is A indefinite on Ker C, or its diagonal zero?"));
     } else if (data->constraints < n || data->saddle.D) PetscCall(CheckEnergy(data, transpose, x, Ax, primal, verdict, why, len));
   }
