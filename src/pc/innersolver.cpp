@@ -320,7 +320,7 @@ PetscErrorCode PCAinsworthLooksDefinite_Private(const PC_Ainsworth *data, Mat M,
   PetscCall(VecPointwiseDivide(z, r, diagonal));
   PetscCall(VecCopy(z, p));
   PetscCall(VecDot(z, r, &rz));
-  for (int k = 0; k < steps && *definite; k++) {
+  for (int k = 0; k < steps && *definite && data->symmetric; k++) { /* otherwise Chebyshev is not asked for */
     if (!k) first = PetscRealPart(rz);
     if (PetscRealPart(rz) <= solved * first) break;
     PetscCall(MatMult(M, p, Mp));
