@@ -105,7 +105,7 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
       PetscCall(PetscInfo(pc, "Rows of C that diag(A)^{-1} cannot tell apart are independent without it: the weight is the identity\n"));
       data->hidden = PETSC_TRUE;
     } else if (n) {
-      data->saddle.nearly = (PetscBool)(pass > 1);
+      data->saddle.nearly = (PetscBool)(pass > 1 || data->saddle.D); /* a small D may tell rows apart */
       PetscCall(DropDependentRows(pc, data, n, dependent));
     }
     PetscCall(PetscFree(dependent));
@@ -226,6 +226,8 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(AinsworthProbeSymmetry(data->saddle.A, &data->symmetric));
   data->adjoint = (PetscBool)(data->saddle.B == data->saddle.C);
   if (data->adjoint && data->saddle.D) PetscCall(AinsworthProbeSymmetry(data->saddle.D, &data->adjoint));
+  if (data->indefinite) data->configured = PETSC_FALSE; /* conjugate gradients are tried again */
+  data->indefinite = PETSC_FALSE;
   if (symmetric != data->symmetric || adjoint != data->adjoint) {
     PetscCall(MatDestroy(&data->reduced)); /* which has the symmetry of the system, and its B */
     data->configured = PETSC_FALSE;        /* it may need another method */
