@@ -32,12 +32,12 @@ static PetscErrorCode FailSetUp(PC pc, PC_Ainsworth *data, PCFailedReason reason
 /* Is data->reduced on the A, B, C and D that the saddle holds now? Their values may have changed since: it will notice, and keep what depends on the pattern alone */
 static PetscErrorCode KeepsOperator(const PC_Ainsworth *data, PetscBool *keeps)
 {
-  const AinsworthSaddle *sp = &data->saddle;
-  Mat                    A = NULL, C = NULL;
+  const AinsworthSaddle *sp  = &data->saddle;
+  Mat_Ainsworth         *ctx = NULL;
 
   PetscFunctionBegin;
-  if (data->reduced) PetscCall(MatAinsworthGetMats(data->reduced, &A, &C));
-  *keeps = (PetscBool)(A && A == sp->A && C == sp->C && sp->B == sp->C && !sp->D && data->adjoint);
+  if (data->reduced) PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+  *keeps = (PetscBool)(ctx && ctx->A == sp->A && ctx->C == sp->C && ctx->B == sp->B && ctx->D == sp->D && ctx->adjoint == data->adjoint);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
