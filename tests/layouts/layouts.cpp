@@ -392,6 +392,72 @@ static PetscErrorCode Opposite()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Contact that is open: rows of multipliers with nothing but +1 or -1 on the diagonal, whose columns stay, as active-set methods write them */
+static PetscErrorCode OneSided(PetscScalar sign)
+{
+  const PetscInt n    = 4; /* on each rank */
+  const double   open = (double)PetscRealPart(sign);
+  Mat            D, B, Ct, nest, whole;
+  Vec            closed[] = {solution, rhs};
+  KSP            ksp;
+  PC             pc;
+  IS             is[3], both;
+  PetscInt       first, unknown, at;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, &D));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, c.local[LEFT] + c.local[RIGHT], n, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, &B));
+  PetscCall(MatGetOwnershipRange(D, &first, NULL));
+  PetscCall(MatGetOwnershipRange(B, &unknown, NULL));
+  for (PetscInt i = 0; i < n; i++) {
+    PetscCall(MatSetValue(D, first + i, first + i, sign, INSERT_VALUES));
+    PetscCall(MatSetValue(B, unknown + 3 * i, first + i, 0.7, INSERT_VALUES));
+  }
+  for (Mat M : {D, B}) {
+    PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));
+  }
+  PetscCall(MatHermitianTranspose(c.C, MAT_INITIAL_MATRIX, &Ct));
+  Mat nine[] = {c.A, Ct, B, c.C, NULL, NULL, NULL, NULL, D};
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 3, NULL, 3, NULL, nine, &nest));
+  PetscCall(MatConvert(nest, MATAIJ, MAT_INITIAL_MATRIX, &whole));
+  PetscCall(MatNestGetISs(nest, is, NULL));
+
+  /* x and the forces in the ties are those of the other cases */
+  PetscCall(MatCreateVecs(whole, &solution, &rhs));
+  PetscCall(SetRandom(solution, 5));
+  for (int k = 0; k < 2; k++) {
+    Vec from, to;
+
+    PetscCall(VecGetSubVector(closed[0], k ? c.is[TIES] : c.primal, &from));
+    PetscCall(VecGetSubVector(solution, is[k], &to));
+    PetscCall(VecCopy(from, to));
+    PetscCall(VecRestoreSubVector(solution, is[k], &to));
+    PetscCall(VecRestoreSubVector(closed[0], k ? c.is[TIES] : c.primal, &from));
+  }
+  PetscCall(MatMult(whole, solution, rhs));
+
+  Case("one-sided rows of %g, 3 x 3", open);
+  PetscCall(Solve(nest, NULL, {"3 fields of the MatNest", "block size of A: 2"}));
+  Case("one-sided rows of %g, one matrix", open);
+  PetscCall(Solve(whole, NULL, {"2 fields by the diagonal", "block size of A: 2"}));
+  Case("one-sided rows of %g, one matrix with index sets", open);
+  PetscCall(MatGetOwnershipRange(whole, &at, NULL));
+  PetscCall(ISCreateStride(PETSC_COMM_WORLD, c.local[TIES] + n, at + c.local[LEFT] + c.local[RIGHT], 1, &both));
+  PetscCall(SolverCreate(whole, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCFieldSplitSetIS(pc, "x", is[0]));
+  PetscCall(PCFieldSplitSetIS(pc, "ties", both));
+  PetscCall(SolveAndCheck(ksp, NULL, {"2 fields named by the program; multipliers: ties", "block size of A: 2"}));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(ISDestroy(&both));
+  for (Vec *v : {&solution, &rhs}) PetscCall(VecDestroy(v));
+  solution = closed[0];
+  rhs      = closed[1];
+  for (Mat *M : {&D, &B, &Ct, &nest, &whole}) PetscCall(MatDestroy(M));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Pmat is what a program has for PCFIELDSPLIT: a mass matrix of the multipliers in it */
 static PetscErrorCode OtherPmat()
 {
@@ -439,6 +505,7 @@ int main(int argc, char **argv)
     PetscCall(Coordinates());
     PetscCall(Diagonal());
     PetscCall(Opposite());
+    for (PetscScalar sign : {-1.0, 1.0}) PetscCall(OneSided(sign));
     PetscCall(OtherPmat());
   }
   PetscCall(VecDestroy(&solution));
