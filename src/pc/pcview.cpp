@@ -52,8 +52,8 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   }
   if (data->failure[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "  last failure: %s\n", data->failure));
   if (!data->stale) PetscCall(PCAinsworthViewLeftOut_Private(data, viewer));
-  PetscCall(
-    PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns%s:\n", data->kept ? ", its preconditioner kept from an earlier matrix" : ""));
+  PetscCall(PCAinsworthViewRebuild_Private(data, viewer));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns:\n"));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   PetscCall(KSPView(data->ksp, viewer));
   PetscCall(PetscViewerASCIIPopTab(viewer));

@@ -1,5 +1,6 @@
 /* AIJ matrices made in place: their arrays are filled once, and belong to the matrix */
 #include "arrays.h"
+#include "saddle.h"
 #include <algorithm>
 
 static PetscErrorCode DestroyRows(AinsworthContext context)
@@ -87,8 +88,8 @@ PetscErrorCode AinsworthAIJGetParts(Mat aij, Mat part[2], const PetscInt *ghosts
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthMatCreateDiagonal - the diagonal of any matrix; of an AIJ by bisection of its rows, where MatGetDiagonal() looks at their entries one by one */
-PetscErrorCode AinsworthMatCreateDiagonal(Mat M, Vec *diagonal)
+/* AinsworthGetDiagonal - the diagonal of any matrix; of an AIJ by bisection of its rows, where MatGetDiagonal() looks at their entries one by one */
+PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
 {
   PetscBool       aij;
   Mat             mat[2];
@@ -98,21 +99,20 @@ PetscErrorCode AinsworthMatCreateDiagonal(Mat M, Vec *diagonal)
   AinsworthPart   part;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(M, NULL, diagonal));
   PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)M, &aij, MATSEQAIJ, MATMPIAIJ, ""));
   if (!aij) {
-    PetscCall(MatGetDiagonal(M, *diagonal));
+    PetscCall(MatGetDiagonal(M, diagonal));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AinsworthAIJGetParts(M, mat, &ghosts, &nghosts));
   PetscCall(AinsworthPartGet(mat[0], &part));
-  PetscCall(VecGetArrayWrite(*diagonal, &d));
+  PetscCall(VecGetArrayWrite(diagonal, &d));
   for (PetscInt r = 0; r < part.n; r++) {
     const PetscInt *end = part.j + part.i[r + 1], *at = std::lower_bound(part.j + part.i[r], end, r);
 
     d[r] = at < end && *at == r ? part.a[at - part.j] : 0.0;
   }
-  PetscCall(VecRestoreArrayWrite(*diagonal, &d));
+  PetscCall(VecRestoreArrayWrite(diagonal, &d));
   PetscCall(AinsworthPartRestore(&part));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

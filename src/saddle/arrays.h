@@ -32,6 +32,5 @@ PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm, PetscInt, std::unique_ptr<Ai
 PetscErrorCode AinsworthPartGet(Mat, AinsworthPart *);
 PetscErrorCode AinsworthPartRestore(AinsworthPart *);
 PetscErrorCode AinsworthAIJGetParts(Mat, Mat[2], const PetscInt *[], PetscInt *);
-PetscErrorCode AinsworthMatCreateDiagonal(Mat, Vec *);
 
 #endif

@@ -92,7 +92,8 @@ static PetscErrorCode LookAtNest(Mat nest, std::vector<Kind> *kinds)
     PetscCall(MatHasOperation(block, MATOP_GET_DIAGONAL, &has));
     PetscCall(MatGetSize(block, &rows, &cols));
     if (!has || rows != cols) continue;
-    PetscCall(AinsworthMatCreateDiagonal(block, &d));
+    PetscCall(MatCreateVecs(block, NULL, &d));
+    PetscCall(AinsworthGetDiagonal(block, d));
     PetscCall(LookAtDiagonal(d, NEGATIVE, &(*kinds)[i]));
     PetscCall(VecDestroy(&d));
   }
@@ -105,7 +106,8 @@ static PetscErrorCode LookAtMatrix(Mat mat, const AinsworthFields &fields, std::
 
   PetscFunctionBegin;
   PetscCall(AinsworthCheckAssembled(mat, "The matrix"));
-  PetscCall(AinsworthMatCreateDiagonal(mat, &diagonal));
+  PetscCall(MatCreateVecs(mat, NULL, &diagonal));
+  PetscCall(AinsworthGetDiagonal(mat, diagonal));
   for (size_t i = 0; i < fields.size(); i++) {
     PetscCall(VecGetSubVector(diagonal, fields[i].rows.get(), &d));
     PetscCall(LookAtDiagonal(d, EMPTY, &(*kinds)[i]));

@@ -55,7 +55,7 @@ struct AinsworthSaddleBlocks {
 */
 struct AinsworthSaddle : AinsworthSaddleBlocks {
   Mat          A;                   /* n x n: the program's, or without the columns of unknowns that are known */
-  Mat          C, B, D;             /* AIJ, of the rows that are kept; none: no constraints */
+  Mat          C, B, D;             /* AIJ, of the rows that are kept, times balance; none: no constraints */
   Mat          rowsC, rowsB, rowsD; /* the same with all of the program's rows */
   Mat          givenC;              /* rowsC with the columns of known unknowns */
   MatNullSpace whole;               /* null space of the program's matrix, NULL where it has none */
@@ -67,10 +67,14 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   PetscInt          local;                      /* their number */
   PetscInt          count[AINSWORTH_ROW_KINDS]; /* on all ranks */
   PetscBool         nearly;   /* some dependent rows are so only to the digits of the Gram matrix: what contradicts them may have a solution */
+  Vec               balance;  /* of the rows of C, B and D, and the columns of D, powers of 2; NULL: 1 */
   Vec               known;    /* n, 1 / A_ii where nothing but A_ii is in the row of an unknown, else 0; NULL: none matters */
   Vec               work[2];  /* n and all rows; NULL: not needed yet */
   Mat               absolute; /* |C|, entry by entry, with all of its rows; NULL: not needed yet */
 };
+
+/* arrays.cpp */
+PetscErrorCode AinsworthGetDiagonal(Mat, Vec);
 
 /* aij.cpp */
 PetscErrorCode AinsworthFindOpaque(Mat, Mat *);
@@ -145,6 +149,7 @@ struct AinsworthUnmet {
 };
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *, PetscBool, PetscReal, PetscReal, Vec, Vec, Vec, Vec, Vec, AinsworthUnmet *);
+PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec, Vec, Vec, PetscReal *);
 PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *, Vec, Vec, Vec, PetscReal *);
 PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, PetscReal, Vec, Vec, Vec, Vec, AinsworthUnmet *, char[], size_t);
 
