@@ -485,6 +485,95 @@ static PetscErrorCode OtherPmat()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   M_* is made of Pmat in every layout: here a poor one, the diagonal of A, which takes more iterations than A itself does, and as many in each layout
+
+   The blocks, and the solution, are those of Amat.
+*/
+static PetscErrorCode PoorPmat()
+{
+  const PetscInt before = usual;
+  PetscInt       good;
+  Mat            P, primal, mass, nestP, nest, three, Ct, minus, minusP, dirichlet;
+  Vec            diagonal, part, backup;
+  KSP            ksp;
+  PetscInt       row;
+  Options        options("-ainsworth_pc_type redundant");
+
+  PetscFunctionBeginUser;
+  usual = -1;
+  Case("Pmat is Amat");
+  PetscCall(Solve(c.whole, NULL, {"block size of A: 2"}));
+  good = usual;
+  PetscCall(MatCreateVecs(c.whole, &diagonal, NULL));
+  PetscCall(MatGetDiagonal(c.whole, diagonal));
+  PetscCall(VecGetSubVector(diagonal, c.is[TIES], &part));
+  PetscCall(VecSet(part, 3.0));
+  PetscCall(VecRestoreSubVector(diagonal, c.is[TIES], &part));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, c.local[LEFT] + c.local[RIGHT] + c.local[TIES], c.local[LEFT] + c.local[RIGHT] + c.local[TIES], PETSC_DETERMINE,
+                         PETSC_DETERMINE, 1, NULL, 0, NULL, &P));
+  PetscCall(MatDiagonalSet(P, diagonal, INSERT_VALUES));
+  PetscCall(MatCreateSubMatrix(P, c.primal, c.primal, MAT_INITIAL_MATRIX, &primal));
+  PetscCall(MatCreateSubMatrix(P, c.is[TIES], c.is[TIES], MAT_INITIAL_MATRIX, &mass));
+  PetscCall(MatCreateHermitianTranspose(c.C, &Ct));
+  Mat blocks[] = {primal, NULL, NULL, mass}, nine[FIELDS * FIELDS];
+  for (int k = 0; k < FIELDS * FIELDS; k++) nine[k] = c.block[k / FIELDS][k % FIELDS];
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 2, NULL, blocks, &nestP));
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, FIELDS, NULL, FIELDS, NULL, nine, &three));
+  PetscCall(NestCreate(c.A, Ct, c.C, NULL, false, &nest));
+  PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &minus));
+  PetscCall(MatScale(minus, -1.0));
+  PetscCall(MatDuplicate(P, MAT_COPY_VALUES, &minusP));
+  PetscCall(MatScale(minusP, -1.0));
+  const struct {
+    const char *name;
+    Mat         amat, pmat;
+    bool        named;
+  } layouts[] = {
+    {"a nest, Pmat another",                    nest,    nestP,  false},
+    {"a nest, Pmat one matrix",                 nest,    P,      false},
+    {"a nest of three fields, Pmat of two",     three,   nestP,  false},
+    {"a nest of three fields, Pmat one matrix", three,   P,      false},
+    {"one matrix, fields named",                c.whole, P,      true },
+    {"one matrix, Pmat a nest",                 c.whole, nestP,  false},
+    {"one matrix, fields by the diagonal",      c.whole, P,      false},
+    {"minus one matrix",                        minus,   minusP, false}
+  };
+
+  usual = -1;
+  for (const auto &layout : layouts) {
+    Case("poor Pmat: %s", layout.name);
+    PetscCall(VecScale(rhs, layout.amat == minus ? -1.0 : 1.0));
+    PetscCall(SolverCreate(layout.amat, &ksp));
+    PetscCall(KSPSetOperators(ksp, layout.amat, layout.pmat));
+    if (layout.named) PetscCall(NameFields(ksp, true));
+    PetscCall(SolveAndCheck(ksp, NULL, {"block size of A: 2"}));
+    PetscCall(KSPDestroy(&ksp));
+    PetscCall(VecScale(rhs, layout.amat == minus ? -1.0 : 1.0));
+    PetscCall(CheckTrue("more iterations than with A", usual > 2 * good));
+  }
+
+  Case("poor Pmat: a Dirichlet row whose column stays");
+  PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &dirichlet));
+  PetscCall(MatGetOwnershipRange(dirichlet, &row, NULL));
+  PetscCall(MatZeroRows(dirichlet, 1, &row, 1.0, NULL, NULL));
+  PetscCall(VecDuplicate(rhs, &backup));
+  PetscCall(VecCopy(rhs, backup));
+  PetscCall(MatMult(dirichlet, solution, rhs));
+  usual = -1;
+  PetscCall(SolverCreate(dirichlet, &ksp));
+  PetscCall(KSPSetOperators(ksp, dirichlet, P));
+  PetscCall(SolveAndCheck(ksp, NULL, {"block size of A: 2"}));
+  PetscCall(CheckTrue("more iterations than with A", usual > 2 * good));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(VecCopy(backup, rhs));
+  PetscCall(VecDestroy(&backup));
+  PetscCall(VecDestroy(&diagonal));
+  for (Mat *M : {&P, &primal, &mass, &Ct, &nestP, &three, &nest, &minus, &minusP, &dirichlet}) PetscCall(MatDestroy(M));
+  usual = before;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   int code;
@@ -507,6 +596,7 @@ int main(int argc, char **argv)
     PetscCall(Opposite());
     for (PetscScalar sign : {-1.0, 1.0}) PetscCall(OneSided(sign));
     PetscCall(OtherPmat());
+    PetscCall(PoorPmat());
   }
   PetscCall(VecDestroy(&solution));
   PetscCall(VecDestroy(&rhs));
