@@ -65,6 +65,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_detect_saddle_point <bool>              - multipliers are found by the diagonal; by default where no fields are known
 .  -pc_ainsworth_block_size <bs>                         - unknowns of a node, where it is not found
 .  -pc_ainsworth_redundant <drop,error>                  - rows of C that are combinations of other rows
+.  -pc_ainsworth_rebuild <auto,always,never>             - when the inner preconditioner is made anew for other values of A or C
 .  -pc_ainsworth_monitor_error [ascii,csv:file,draw]     - error against run time, one row per iteration
 .  -pc_ainsworth_reference <file>                        - exact solution, for the monitor
 .  -pc_ainsworth_stop <residual,energy_error>            - what ends the reduced solve
@@ -120,8 +121,9 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    The program may lay its rows out over the ranks as it likes, but set-up is fastest where its partition knows of the constraints: that of the graph
    of A + C'C rather than of A, so that unknowns that a row of C ties together tend to share a rank.
 
-   A near null space is taken from A (`MatSetNearNullSpace()`) or from the index set of its field (key "nearnullspace"); a null space likewise
-   (`MatSetNullSpace()`, key "nullspace") or, its primal part, from the whole matrix.
+   A near null space is taken from A (`MatSetNearNullSpace()`) or from the index set of its field (key "nearnullspace"), or is that of the rigid-body modes
+   of the coordinates of its nodes (`PCSetCoordinates()`, a DM); a null space likewise (`MatSetNullSpace()`, key "nullspace") or, its primal part, from the
+   whole matrix.
 
    The entries of A and C are needed: a block that does not give them, `MATSHELL` for instance, is found by products where it has at most 1000 columns, and
    refused otherwise.
@@ -148,6 +150,7 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   data->reporting.rtol       = 1e-6;
   data->reporting.eigenvalue = PETSC_DEFAULT;
   PCAinsworthChoicesApplyVariant_Private(&data->choices, PC_AINSWORTH_WEIGHTED);
+  data->first = -1;
   PetscCall(KSPCreate(PetscObjectComm((PetscObject)pc), &data->ksp));
   PetscCall(PCGetOptionsPrefix(pc, &prefix));
   PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));

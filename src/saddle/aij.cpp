@@ -129,11 +129,14 @@ static PetscErrorCode NestToAIJ(Mat M, Mat *aij)
     Mat block;
 
     PetscCall(MatNestGetSubMat(M, k / nc, k % nc, &block));
-    if (block) PetscCall(ToAIJ(block, &blocks[k]));
+    if (block) PetscCall(AinsworthGetAIJ(block, &blocks[k]));
   }
-  PetscCall(MatCreateNest(PetscObjectComm((PetscObject)M), nr, rows.data(), nc, cols.data(), blocks.data(), &nest));
-  PetscCall(ConvertUnchanged(nest, nr * nc, blocks.data(), aij));
-  PetscCall(MatDestroy(&nest));
+  PetscCall(AinsworthMergeAIJ(PetscObjectComm((PetscObject)M), rows, cols, blocks, aij));
+  if (!*aij) {
+    PetscCall(MatCreateNest(PetscObjectComm((PetscObject)M), nr, rows.data(), nc, cols.data(), blocks.data(), &nest));
+    PetscCall(ConvertUnchanged(nest, nr * nc, blocks.data(), aij));
+    PetscCall(MatDestroy(&nest));
+  }
   for (Mat &block : blocks) PetscCall(MatDestroy(&block));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
