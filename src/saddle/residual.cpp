@@ -152,6 +152,40 @@ static PetscErrorCode StiffnessThroughRows(const AinsworthSaddle *sp, Vec diagon
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Where the diagonal of A has a zero, or a negative entry, the largest of its row tells how stiff it is; rows of zeros stay what they are */
+static PetscErrorCode LookAtRows(const AinsworthSaddle *sp, Vec diagonal)
+{
+  Mat          A;
+  PetscInt     first, n;
+  PetscBool    look = PETSC_FALSE, has;
+  PetscScalar *d;
+
+  PetscFunctionBegin;
+  PetscCall(MatHasOperation(sp->block[0], MATOP_GET_ROW, &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetOwnershipRange(diagonal, &first, NULL));
+  PetscCall(VecGetLocalSize(diagonal, &n));
+  PetscCall(VecGetArray(diagonal, &d));
+  for (PetscInt i = 0; i < n; i++)
+    if (!(PetscRealPart(d[i]) > 0.0)) look = PETSC_TRUE;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &look, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)diagonal)));
+  if (look) PetscCall(AinsworthGetAIJ(sp->block[0], &A));
+  for (PetscInt i = 0; i < n && look; i++) {
+    PetscInt           entries;
+    const PetscScalar *a;
+    PetscReal          most = 0.0;
+
+    if (PetscRealPart(d[i]) > 0.0) continue;
+    PetscCall(MatGetRow(A, first + i, &entries, NULL, &a));
+    for (PetscInt k = 0; k < entries; k++) most = PetscMax(most, PetscAbsScalar(a[k]));
+    PetscCall(MatRestoreRow(A, first + i, &entries, NULL, &a));
+    d[i] = most;
+  }
+  if (look) PetscCall(MatDestroy(&A));
+  PetscCall(VecRestoreArray(diagonal, &d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthSaddleCheckPrimal - the row of f - op(A) x - B' lambda that is largest against what is allowed
 
@@ -172,6 +206,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   *worst = AinsworthUnmet();
   PetscCall(VecDuplicate(x, &diagonal));
   PetscCall(AinsworthGetDiagonal(sp->block[0], diagonal));
+  PetscCall(LookAtRows(sp, diagonal));
   PetscCall(VecGetOwnershipRange(residual, &first, NULL));
   PetscCall(VecGetLocalSize(residual, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));
