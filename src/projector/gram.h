@@ -21,6 +21,7 @@ PetscErrorCode AinsworthGramSetUp(AinsworthGram *, Mat, Mat, Mat, PetscBool, boo
 PetscErrorCode AinsworthGramReset(AinsworthGram *);
 PetscErrorCode AinsworthGramSolve(AinsworthGram *, Vec, Vec);
 PetscErrorCode AinsworthGramGetFailedReason(AinsworthGram *, PCFailedReason *);
+PetscErrorCode AinsworthGramDescribe(const AinsworthGram *, char[], size_t);
 PetscErrorCode AinsworthGramView(AinsworthGram *, PetscViewer);
 PetscErrorCode AinsworthGramGetEconomy(AinsworthGram *, const char **);
 
