@@ -50,13 +50,21 @@ static PetscErrorCode DiagnosePassed(PC pc, AinsworthDiagnosis *d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void AddScale(AinsworthDiagnosis *d, const char key[], const char what[], const AinsworthSurvey &s)
+/* A range of moduli, with the rows that have the ends of it */
+static void AddRange(AinsworthDiagnosis *d, const char key[], const char what[], const AinsworthSurvey &s)
 {
-  if (s.leastRow < 0) return;
-  AinsworthDiagnosisAdd(d, FACT, (std::string(key) + "_least").c_str(), AinsworthJSON(s.least), "%s: smallest %.3g, in row %" PetscInt_FMT, what,
-                        (double)s.least, s.leastRow);
-  AinsworthDiagnosisAdd(d, FACT, (std::string(key) + "_most").c_str(), AinsworthJSON(s.most), "%s: largest %.3g, in row %" PetscInt_FMT, what, (double)s.most,
-                        s.mostRow);
+  const std::string value = AinsworthJSON({
+    {"least",     AinsworthJSON(s.least)   },
+    {"least_row", AinsworthJSON(s.leastRow)},
+    {"most",      AinsworthJSON(s.most)    },
+    {"most_row",  AinsworthJSON(s.mostRow) },
+    {"zero",      AinsworthJSON(s.zero)    },
+    {"negative",  AinsworthJSON(s.negative)}
+  });
+
+  AinsworthDiagnosisAdd(d, FACT, key, value,
+                        "%s: %.3g (row %" PetscInt_FMT ") to %.3g (row %" PetscInt_FMT "), %" PetscInt_FMT " zero, %" PetscInt_FMT " negative", what,
+                        (double)s.least, s.leastRow, (double)s.most, s.mostRow, s.zero, s.negative);
 }
 
 /* A and its diagonal */
@@ -72,12 +80,9 @@ static PetscErrorCode DiagnoseA(const AinsworthSaddle *sp, Mat A, PetscBool symm
                         symmetric ? "symmetric" : "not symmetric", sp->sign ? ", with the other sign as the program's" : "");
   AinsworthDiagnosisAdd(d, FACT, "block_size", AinsworthJSON(sp->bs), "block size of A: %" PetscInt_FMT " (%s)", sp->bs, sp->bsSource);
   PetscCall(AinsworthSurveyDiagonal(A, &diagonal));
-  AinsworthDiagnosisAdd(d, FACT, "A_diagonal_negative", AinsworthJSON(diagonal.negative), "diagonal of A: %" PetscInt_FMT " negative entries",
-                        diagonal.negative);
-  AinsworthDiagnosisAdd(d, FACT, "A_diagonal_zero", AinsworthJSON(diagonal.zero), "diagonal of A: %" PetscInt_FMT " zeros", diagonal.zero);
-  AddScale(d, "A_diagonal", "diagonal of A", diagonal);
+  AddRange(d, "A_diagonal", "diagonal of A", diagonal);
   if (diagonal.negative)
-    AinsworthDiagnosisAdd(d, FATAL, "negative_diagonal", AinsworthJSON(diagonal.firstNegative),
+    AinsworthDiagnosisAdd(d, DOUBTFUL, "negative_diagonal", AinsworthJSON(diagonal.firstNegative),
                           "%" PetscInt_FMT " of %" PetscInt_FMT " entries of the diagonal of A are negative, the first in row %" PetscInt_FMT
                           ": A is not positive definite; is its sign that of the other blocks, are its values those that were meant?",
                           diagonal.negative, diagonal.negative + diagonal.positive + diagonal.zero, diagonal.firstNegative);
@@ -96,15 +101,15 @@ static PetscErrorCode DiagnoseA(const AinsworthSaddle *sp, Mat A, PetscBool symm
 }
 
 /* What A has beside, or in place of, the stiffness of bodies */
-static PetscErrorCode DiagnoseStiffness(const AinsworthSaddle *sp, Mat A, AinsworthDiagnosis *d)
+static PetscErrorCode DiagnoseStiffness(const PC_Ainsworth *data, Mat A, AinsworthDiagnosis *d)
 {
   AinsworthJump jump;
   PetscBool     penalty = PETSC_FALSE;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSurveyJump(A, sp->bs, &jump));
+  PetscCall(AinsworthSurveyJump(A, data->saddle.bs, &jump));
   AinsworthDiagnosisAdd(d, FACT, "A_jump", AinsworthJSON(jump.quotient), "diagonal of A: neighbors differ by up to a factor of %.3g", (double)jump.quotient);
-  PetscCall(AinsworthSurveyPenalty(A, sp->C, &penalty));
+  PetscCall(AinsworthSurveyPenalty(A, data->saddle.C, &penalty));
   if (penalty)
     AinsworthDiagnosisAdd(d, DOUBTFUL, "penalty_in_A", "true",
                           "A seems to have penalty terms beta C'C of the same constraints, far larger than the rest of it: leave them out, the constraints "
@@ -112,8 +117,8 @@ static PetscErrorCode DiagnoseStiffness(const AinsworthSaddle *sp, Mat A, Ainswo
   else if (jump.quotient >= largeJump)
     AinsworthDiagnosisAdd(d, COSTLY, "jump_in_A", AinsworthJSON(jump.quotient),
                           "The stiffness jumps by a factor of %.3g inside a body, between rows %" PetscInt_FMT " and %" PetscInt_FMT
-                          " of A: are units and materials what was meant? Multigrid may be slow; -ainsworth_pc_type cholesky does not feel it",
-                          (double)jump.quotient, jump.row, jump.col);
+                          " of A: are units and materials what was meant? Multigrid may be slow; -%spc_type cholesky does not feel it",
+                          (double)jump.quotient, jump.row, jump.col, ((PetscObject)data->ksp)->prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -161,7 +166,7 @@ static PetscErrorCode DiagnoseD(const AinsworthSaddle *sp, AinsworthDiagnosis *d
   PetscCall(MatGetInfo(sp->rowsD, MAT_GLOBAL_SUM, &info));
   AinsworthDiagnosisAdd(d, FACT, "D_entries", AinsworthJSON((PetscReal)info.nz_used), "D, of the multipliers: %.0f entries", (double)info.nz_used);
   PetscCall(AinsworthSurveyDiagonal(sp->rowsD, &diagonal));
-  AddScale(d, "D_diagonal", "diagonal of D", diagonal);
+  AddRange(d, "D_diagonal", "diagonal of D", diagonal);
   if (diagonal.negative)
     AinsworthDiagnosisAdd(d, DOUBTFUL, "D_sign", AinsworthJSON(diagonal.negative),
                           "The block of the multipliers has the wrong sign in %" PetscInt_FMT " rows, the first is %" PetscInt_FMT
@@ -188,20 +193,30 @@ static PetscErrorCode DiagnoseC(const AinsworthSaddle *sp, AinsworthDiagnosis *d
   if (!m) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSurveyRows(sp->rowsC, &norms, &longest, &row));
   PetscCall(AinsworthSurveyColumns(sp->rowsC, &most, &column));
-  AddScale(d, "C_row", "norms of rows of C", norms);
-  AinsworthDiagnosisAdd(d, FACT, "longest_row", AinsworthJSON(longest), "longest row of C: %" PetscInt_FMT " entries, row %" PetscInt_FMT, longest, row);
-  AinsworthDiagnosisAdd(d, FACT, "most_shared", AinsworthJSON(most), "most shared unknown: in %" PetscInt_FMT " rows of C, row %" PetscInt_FMT " of A", most,
-                        column);
+  AddRange(d, "C_row", "norms of rows of C", norms);
+  AinsworthDiagnosisAdd(d, FACT, "longest_row",
+                        AinsworthJSON({
+                          {"entries", AinsworthJSON(longest)},
+                          {"row",     AinsworthJSON(row)    }
+  }),
+                        "longest row of C: %" PetscInt_FMT " entries, row %" PetscInt_FMT, longest, row);
+  AinsworthDiagnosisAdd(d, FACT, "most_shared",
+                        AinsworthJSON({
+                          {"rows",    AinsworthJSON(most)  },
+                          {"unknown", AinsworthJSON(column)}
+  }),
+                        "most shared unknown: in %" PetscInt_FMT " rows of C, row %" PetscInt_FMT " of A", most, column);
   if (norms.most > unlikeRows * norms.least)
     AinsworthDiagnosisAdd(d, DOUBTFUL, "scales_of_rows", AinsworthJSON(norms.most / norms.least),
                           "Rows of C differ by a factor of %.3g, from row %" PetscInt_FMT " to row %" PetscInt_FMT
                           " of the multiplier field: are they in the same units? The projection does not depend on it, g and the multipliers do",
                           (double)(norms.most / norms.least), norms.leastRow, norms.mostRow);
   if (longest > many && (PetscReal)longest > muchOf * (PetscReal)n)
-    AinsworthDiagnosisAdd(d, COSTLY, "long_row", AinsworthJSON(longest),
-                          "Row %" PetscInt_FMT " of the multiplier field has %" PetscInt_FMT " entries, for %" PetscInt_FMT
-                          " unknowns: rows so long are exact in the projection but left out of the preconditioning matrix; iterations may rise",
-                          row, longest, n);
+    AinsworthDiagnosisAdd(
+      d, COSTLY, "long_row", AinsworthJSON(longest),
+      "Row %" PetscInt_FMT " of the multiplier field has %" PetscInt_FMT " entries, for %" PetscInt_FMT
+      " unknowns: it is exact in the projection; where it would fill the preconditioning matrix it is left out of that, and iterations may rise",
+      row, longest, n);
   if (most > many && (PetscReal)most > muchOf * (PetscReal)m)
     AinsworthDiagnosisAdd(d, COSTLY, "shared_unknown", AinsworthJSON(most),
                           "Row %" PetscInt_FMT " of the primal field is in %" PetscInt_FMT " of %" PetscInt_FMT
@@ -220,15 +235,19 @@ static PetscErrorCode DiagnoseMatrices(PC_Ainsworth *data, AinsworthDiagnosis *d
 
   PetscFunctionBegin;
   PetscCall(MatGetSize(sp->rowsC, &m, &n));
-  AinsworthDiagnosisAdd(d, FACT, "unknowns", AinsworthJSON(n), "unknowns: %" PetscInt_FMT, n);
-  AinsworthDiagnosisAdd(d, FACT, "multipliers", AinsworthJSON(m), "multipliers: %" PetscInt_FMT, m);
+  AinsworthDiagnosisAdd(d, FACT, "sizes",
+                        AinsworthJSON({
+                          {"unknowns",    AinsworthJSON(n)},
+                          {"multipliers", AinsworthJSON(m)}
+  }),
+                        "sizes: %" PetscInt_FMT " unknowns, %" PetscInt_FMT " multipliers", n, m);
   PetscCall(AinsworthSaddleDescribeLayout(sp, layout, sizeof(layout)));
   AinsworthDiagnosisAdd(d, FACT, "layout", AinsworthJSON(layout), "layout: %s", layout);
   PetscCall(AinsworthFindOpaque(sp->A, &opaque));
   if (!opaque) {
     PetscCall(AinsworthGetAIJ(sp->A, &A));
     PetscCall(DiagnoseA(sp, A, data->symmetric, d));
-    PetscCall(DiagnoseStiffness(sp, A, d));
+    PetscCall(DiagnoseStiffness(data, A, d));
     PetscCall(MatDestroy(&A));
   }
   PetscCall(DiagnoseC(sp, d));
@@ -280,16 +299,23 @@ static PetscErrorCode DiagnoseGram(PC_Ainsworth *data, AinsworthDiagnosis *d)
   const AinsworthGram *gram = &ctx->proj.gram;
 
   PetscCall(AinsworthGramDescribe(gram, text, sizeof(text)));
-  AinsworthDiagnosisAdd(d, FACT, "pieces", AinsworthJSON(gram->placement.components), "%s", text);
-  AinsworthDiagnosisAdd(d, FACT, "largest_piece", AinsworthJSON(gram->placement.largest), "largest piece of S: %" PetscInt_FMT " rows",
-                        gram->placement.largest);
+  AinsworthDiagnosisAdd(d, FACT, "pieces",
+                        AinsworthJSON({
+                          {"pieces",  AinsworthJSON(gram->placement.components)},
+                          {"largest", AinsworthJSON(gram->placement.largest)   }
+  }),
+                        "%s", text);
   cost[0] = gram->factor.cost.entries;
   cost[1] = gram->factor.cost.operations;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, cost, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)data->reduced)));
   PetscCall(MPIU_Allreduce(&gram->factor.cost.operations, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)data->reduced)));
-  AinsworthDiagnosisAdd(d, FACT, "factor_bytes", AinsworthJSON(cost[0] * (PetscReal)sizeof(PetscScalar)), "factor of S: %.3g MB predicted",
-                        (double)(cost[0] * (PetscReal)sizeof(PetscScalar) / 1e6));
-  AinsworthDiagnosisAdd(d, FACT, "factor_operations", AinsworthJSON(cost[1]), "factor of S: %.3g operations predicted", (double)cost[1]);
+  cost[0] *= (PetscReal)sizeof(PetscScalar);
+  AinsworthDiagnosisAdd(d, FACT, "factor",
+                        AinsworthJSON({
+                          {"bytes",      AinsworthJSON(cost[0])},
+                          {"operations", AinsworthJSON(cost[1])}
+  }),
+                        "factor of S, predicted: %.3g MB, %.3g operations", (double)(cost[0] / 1e6), (double)cost[1]);
   if (most > heavy)
     AinsworthDiagnosisAdd(d, COSTLY, "heavy_factor", AinsworthJSON(most),
                           "The factor of S takes %.3g operations on one rank: constraints share too many unknowns; more ranks take part with a smaller "
@@ -311,13 +337,23 @@ static PetscErrorCode DiagnoseFill(PC_Ainsworth *data, AinsworthDiagnosis *d)
   PetscCall(AinsworthPmatGetFill(A, data->saddle.C, &fill));
   PetscCall(AinsworthPmatPredict(A, data->saddle.C, NULL, &fill, &jcb));
   PetscCall(MatDestroy(&A));
-  AinsworthDiagnosisAdd(d, FACT, "A_bytes", AinsworthJSON(entry * fill.entries), "A: %.3g MB", (double)(entry * fill.entries / 1e6));
-  AinsworthDiagnosisAdd(d, FACT, "id_bytes", AinsworthJSON(entry * (fill.entries + fill.squares)), "preconditioning matrix id: up to %.3g MB predicted",
-                        (double)(entry * (fill.entries + fill.squares) / 1e6));
-  AinsworthDiagnosisAdd(d, FACT, "jcb_bytes", AinsworthJSON(entry * jcb), "preconditioning matrix jcb: %.3g MB predicted", (double)(entry * jcb / 1e6));
+  AinsworthDiagnosisAdd(d, FACT, "memory",
+                        AinsworthJSON({
+                          {"A_bytes",   AinsworthJSON(entry * fill.entries)                 },
+                          {"id_bytes",  AinsworthJSON(entry * (fill.entries + fill.squares))},
+                          {"jcb_bytes", AinsworthJSON(entry * jcb)                          }
+  }),
+                        "A has %.3g MB; the preconditioning matrix, predicted: at most %.3g MB as id, %.3g MB as jcb", (double)(entry * fill.entries / 1e6),
+                        (double)(entry * (fill.entries + fill.squares) / 1e6), (double)(entry * jcb / 1e6));
   AinsworthDiagnosisAdd(d, FACT, "long_rows", AinsworthJSON(fill.leftOut), "long rows of C, left out of the preconditioning matrix: %" PetscInt_FMT,
                         fill.leftOut);
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Signs that are wrong explain a failure */
+static void ConfirmSigns(AinsworthDiagnosis *d)
+{
+  for (const char *key : {"negative_diagonal", "D_sign"}) AinsworthDiagnosisConfirm(d, key);
 }
 
 /* The reduced system is there: how well can it be solved? */
@@ -327,21 +363,32 @@ static PetscErrorCode DiagnoseReduced(PC pc, PC_Ainsworth *data, AinsworthDiagno
   PetscInt           iterations;
   char               why[512];
   std::string        text;
+  KSPType            method;
+  PCType             type;
   PC                 inner;
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthDescribePmat_Private(data, text));
   AinsworthDiagnosisAdd(d, FACT, "pmat", AinsworthJSON(text.c_str()), "preconditioning matrix: %s", text.c_str());
+  PetscCall(KSPGetType(data->ksp, &method));
   PetscCall(KSPGetPC(data->ksp, &inner));
-  AinsworthDiagnosisAdd(d, FACT, "method", AinsworthJSON(((PetscObject)data->ksp)->type_name), "reduced solve: %s", ((PetscObject)data->ksp)->type_name);
-  AinsworthDiagnosisAdd(d, FACT, "preconditioner", AinsworthJSON(((PetscObject)inner)->type_name), "preconditioned by: %s", ((PetscObject)inner)->type_name);
+  PetscCall(PCGetType(inner, &type));
+  AinsworthDiagnosisAdd(d, FACT, "solver",
+                        AinsworthJSON({
+                          {"method",         AinsworthJSON(method)},
+                          {"preconditioner", AinsworthJSON(type)  }
+  }),
+                        "reduced solve: %s, preconditioned by %s", method, type);
   PetscCall(PCAinsworthDescribeLeftOut_Private(data, text));
   AinsworthDiagnosisAdd(d, FACT, "left_out", AinsworthJSON(text.c_str()), "left out: %s", text.c_str());
   PetscCall(PCAinsworthTry_Private(pc, data, &reason, &iterations, why, sizeof(why)));
   AinsworthDiagnosisAdd(d, FACT, "trial_iterations", AinsworthJSON(iterations), "trial solve with a random f: %" PetscInt_FMT " iterations, %s", iterations,
                         KSPConvergedReasons[reason]);
-  if (why[0]) AinsworthDiagnosisAdd(d, FATAL, "trial", AinsworthJSON(KSPConvergedReasons[reason]), "%s", why);
-  else if (iterations > slow)
+  if (why[0]) {
+    ConfirmSigns(d);
+    AinsworthDiagnosisAdd(d, FATAL, "trial", AinsworthJSON(KSPConvergedReasons[reason]), "%s", why);
+  }
+  if (!why[0] && iterations > slow)
     AinsworthDiagnosisAdd(
       d, COSTLY, "slow", AinsworthJSON(iterations),
       "The reduced solve takes %" PetscInt_FMT
@@ -393,6 +440,7 @@ PetscErrorCode PCAinsworthDiagnoseFailure_Private(PC pc, PC_Ainsworth *data, Pet
   if (code) PetscCall(PetscErrorMessage(code, NULL, &message));
   if (code) why = message ? message : "";
   if (why[0]) AinsworthDiagnosisAdd(d, FATAL, code ? "error" : "failure", AinsworthJSON(why), "%s", why);
+  if (!d->finished) ConfirmSigns(d);
   d->finished = true;
   PetscCall(AinsworthDiagnosisPrintAdvice(d, PetscObjectComm((PetscObject)pc)));
   PetscCall(AinsworthDiagnosisSave(d, PetscObjectComm((PetscObject)pc), code ? PETSC_FALSE : PETSC_TRUE));

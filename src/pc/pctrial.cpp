@@ -1,6 +1,7 @@
 /* A solve of the reduced system with a random right-hand side, which finds bodies that float, indefinite matrices and multigrid that does not fit */
 #include "pcainsworth.h"
 #include "../ksp/projectedcg.h"
+#include "../operator/matainsworth.h"
 #include <petsc/private/kspimpl.h>
 
 /* Of the method of the inner solver and with its preconditioner, but with neither its monitors nor its options */
@@ -32,7 +33,10 @@ static PetscErrorCode CreateKSP(const PC_Ainsworth *data, KSP *trial)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Forces of all unknowns, each in proportion to its stiffness, without those that the null space of the matrix leaves no answer for */
+/*
+   The reduced right-hand side of forces on all unknowns, each in proportion to its stiffness, without those that the null space of the matrix leaves no
+   answer for. What the view tells of the last right-hand side stays
+*/
 static PetscErrorCode CreateForces(const PC_Ainsworth *data, KSP trial, Vec *f)
 {
   Vec          root;
@@ -51,13 +55,22 @@ static PetscErrorCode CreateForces(const PC_Ainsworth *data, KSP trial, Vec *f)
   PetscCall(PetscRandomDestroy(&random));
   PetscCall(VecPointwiseDivide(*f, *f, root));
   PetscCall(VecDestroy(&root));
+  if (data->constraints) {
+    Mat_Ainsworth *ctx;
+
+    PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+    const PetscBool homogeneous = ctx->homogeneous;
+
+    PetscCall(MatAinsworthReduce_Private(data->reduced, PETSC_FALSE, *f, NULL, *f));
+    ctx->homogeneous = homogeneous;
+  }
   PetscCall(KSPGetOperators(trial, &operation, NULL));
   PetscCall(MatGetNullSpace(operation, &nullsp));
   if (nullsp) PetscCall(MatNullSpaceRemove(nullsp, *f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthTry_Private - how a solve with random forces ends; why: the cause where that is a failure, otherwise empty. After the set-up */
+/* PCAinsworthTry_Private - how a solve with random forces ends; why: the cause where that is a failure, otherwise empty, as where it is only slow. After the set-up */
 PetscErrorCode PCAinsworthTry_Private(PC pc, PC_Ainsworth *data, KSPConvergedReason *reason, PetscInt *iterations, char why[], size_t len)
 {
   static const PetscReal suspicious = 1e-10; /* of the energy that diag(A) would have */
@@ -83,7 +96,8 @@ PetscErrorCode PCAinsworthTry_Private(PC pc, PC_Ainsworth *data, KSPConvergedRea
   PetscCall(KSPDestroy(&trial));
   PetscCall(VecCopy(x, f));
   PetscCall(PCAinsworthRayleighQuotient_Private(data, f, &quotient));
-  if (*reason < 0 || (data->symmetric && quotient < suspicious)) PetscCall(PCAinsworthExplain_Private(pc, data, x, *reason, why, len));
+  if ((*reason < 0 && *reason != KSP_DIVERGED_ITS) || (data->symmetric && quotient < suspicious))
+    PetscCall(PCAinsworthExplain_Private(pc, data, x, *reason, why, len));
   PetscCall(VecDestroy(&f));
   PetscCall(VecDestroy(&x));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -34,6 +34,14 @@ std::string AinsworthJSON(const char text[])
   return quoted + '"';
 }
 
+std::string AinsworthJSON(const std::vector<std::pair<const char *, std::string>> &members)
+{
+  std::string object = "{";
+
+  for (const auto &member : members) object += (object.size() > 1 ? ", " : "") + AinsworthJSON(member.first) + ": " + member.second;
+  return object + '}';
+}
+
 void AinsworthDiagnosisAdd(AinsworthDiagnosis *d, AinsworthFindingType type, const char key[], const std::string &value, const char sentence[], ...)
 {
   char    text[1024];
@@ -45,6 +53,12 @@ void AinsworthDiagnosisAdd(AinsworthDiagnosis *d, AinsworthFindingType type, con
   for (const AinsworthFinding &finding : d->findings)
     if (finding.sentence == text) return;
   d->findings.push_back({type, key, value, text, false});
+}
+
+void AinsworthDiagnosisConfirm(AinsworthDiagnosis *d, const char key[])
+{
+  for (AinsworthFinding &finding : d->findings)
+    if (finding.key == key) finding.type = AINSWORTH_FINDING_FATAL;
 }
 
 /* The facts, or the advice, the worst first, of those the order in which they were found */

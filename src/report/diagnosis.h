@@ -29,10 +29,13 @@ struct AinsworthDiagnosis {
 std::string AinsworthJSON(PetscInt);
 std::string AinsworthJSON(PetscReal);
 std::string AinsworthJSON(const char[]);
+std::string AinsworthJSON(const std::vector<std::pair<const char *, std::string>> &); /* an object, of values that are JSON already */
 
 /* Not collective, but the same on all ranks; what was found already is not added again */
 PETSC_INTERN void AinsworthDiagnosisAdd(AinsworthDiagnosis *, AinsworthFindingType, const char key[], const std::string &value, const char sentence[], ...)
   PETSC_ATTRIBUTE_FORMAT(5, 6);
+/* What may be the cause of a failure, and is more than doubtful after one */
+void AinsworthDiagnosisConfirm(AinsworthDiagnosis *, const char key[]);
 /* New facts under a title; new advice, or that there is none; all of it as JSON. Only the last is collective */
 PetscErrorCode AinsworthDiagnosisPrintFacts(AinsworthDiagnosis *, MPI_Comm, const char title[]);
 PetscErrorCode AinsworthDiagnosisPrintAdvice(AinsworthDiagnosis *, MPI_Comm);
