@@ -7,7 +7,7 @@
 /* Of the method of the inner solver and with its preconditioner, but with neither its monitors nor its options */
 static PetscErrorCode CreateKSP(const PC_Ainsworth *data, KSP *trial)
 {
-  static const PetscInt most = 300, restart = 100;
+  static const PetscInt most = 300, restart = 100; /* a residual may grow: where a body floats it does until x is the motion of it */
   KSPType               type;
   KSPNormType           norm;
   PCSide                side;
@@ -28,7 +28,7 @@ static PetscErrorCode CreateKSP(const PC_Ainsworth *data, KSP *trial)
   PetscCall(KSPSetNormType(*trial, norm));
   PetscCall(KSPSetPCSide(*trial, side));
   PetscCall(KSPGMRESSetRestart(*trial, restart));
-  PetscCall(KSPSetTolerances(*trial, 1e-8, 0.0, PETSC_DEFAULT, most));
+  PetscCall(KSPSetTolerances(*trial, 1e-8, 0.0, PETSC_MAX_REAL, most));
   PetscCall(KSPProjectedCGSetUse_Private(*trial, (PetscBool)(projected || (data->constraints && data->saddle.D))));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -215,7 +215,7 @@ static PetscErrorCode Diagnose(Saddle &s, const char options[], Answer *answer, 
   PetscCall(PetscOptionsInsertString(given, options));
   PetscCall(PetscOptionsPush(given));
   PetscCall(PetscOptionsSetValue(NULL, "-pc_ainsworth_diagnose", file));
-  const PetscInt local[2] = {Share(s.A.rows(), s.bs), Share(s.C.rows(), 1)};
+  const PetscInt n = Share(s.A.rows(), s.A.rows() % 2 ? 1 : 2), local[2] = {n, s.C.rows() == s.A.rows() ? n : Share(s.C.rows(), 1)};
   PetscCall(SaddleSolve(s, local, false, *answer));
   PetscCall(PetscOptionsPop());
   PetscCall(PetscOptionsDestroy(&given));
