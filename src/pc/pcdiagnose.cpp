@@ -7,7 +7,7 @@
 /* Advice is given from these on: rows of C whose norms differ so much, ... */
 static const PetscReal unlikeRows = 1e8;
 /* ... neighbors in A whose stiffness differs so much, ... */
-static const PetscReal largeJump = 1e4;
+static const PetscReal largeJump = 1e6;
 /* ... a row of C on this part of the unknowns, an unknown in this part of the rows, once they are more than ... */
 static const PetscReal muchOf = 0.25;
 static const PetscInt  many   = 100;
@@ -29,8 +29,14 @@ static PetscErrorCode DiagnosePassed(PC pc, AinsworthDiagnosis *d)
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)pc), &size));
   PetscCall(MatGetSize(pc->mat, &rows, &cols));
-  AinsworthDiagnosisAdd(d, FACT, "matrix_rows", AinsworthJSON(rows), "matrix: %s, %" PetscInt_FMT " x %" PetscInt_FMT ", on %d rank%s%s",
-                        ((PetscObject)pc->mat)->type_name, rows, cols, size, size > 1 ? "s" : "", pc->pmat == pc->mat ? "" : "; Pmat is another");
+  AinsworthDiagnosisAdd(d, FACT, "matrix",
+                        AinsworthJSON({
+                          {"type",  AinsworthJSON(((PetscObject)pc->mat)->type_name)},
+                          {"rows",  AinsworthJSON(rows)                             },
+                          {"ranks", AinsworthJSON((PetscInt)size)                   }
+  }),
+                        "matrix: %s, %" PetscInt_FMT " x %" PetscInt_FMT ", on %d rank%s%s", ((PetscObject)pc->mat)->type_name, rows, cols, size,
+                        size > 1 ? "s" : "", pc->pmat == pc->mat ? "" : "; Pmat is another");
   PetscCall(PetscObjectTypeCompare((PetscObject)pc->mat, MATNEST, &nest));
   if (!nest) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNestGetSize(pc->mat, &nr, &nc));
@@ -42,7 +48,12 @@ static PetscErrorCode DiagnosePassed(PC pc, AinsworthDiagnosis *d)
       PetscCall(MatNestGetSubMat(pc->mat, i, j, &block));
       if (!block) continue;
       PetscCall(MatGetSize(block, &rows, &cols));
-      AinsworthDiagnosisAdd(d, FACT, key.c_str(), AinsworthJSON(((PetscObject)block)->type_name),
+      AinsworthDiagnosisAdd(d, FACT, key.c_str(),
+                            AinsworthJSON({
+                              {"type",    AinsworthJSON(((PetscObject)block)->type_name)},
+                              {"rows",    AinsworthJSON(rows)                           },
+                              {"columns", AinsworthJSON(cols)                           }
+      }),
                             "block (%" PetscInt_FMT ",%" PetscInt_FMT "): %s, %" PetscInt_FMT " x %" PetscInt_FMT, i, j, ((PetscObject)block)->type_name, rows,
                             cols);
     }
