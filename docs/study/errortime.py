@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Error against run time: every solver of tutorials/benchmark/solvers on two-cube systems, a CSV and a work-precision diagram for each, and a text.
+"""Error against run time: every solver of tutorials/benchmark/solvers on two-cube systems: a CSV for each system, diagrams, a heat map and a text.
 
 python3 docs/study/errortime.py [--n1 12 24 48] [--cases base soft ...] [--out docs/error-vs-time]   measures, draws, writes <out>.md
 python3 docs/study/errortime.py --report [--out ...]                                                 diagrams and text anew from the CSVs
@@ -9,7 +9,7 @@ import argparse
 import os
 import sys
 
-from common import errors, machine
+from common import errors, errorspage, machine
 
 
 def main():
@@ -32,7 +32,7 @@ def main():
     folder = os.path.abspath(arguments.out)
     if not arguments.report:
         errors.measure(folder, arguments)
-    errors.write(folder)
+    errorspage.write(folder)
     return 0
 
 

@@ -121,20 +121,51 @@ static PetscReal Quotient(PetscReal residual, PetscReal bound)
 }
 
 /*
+   The square root of what each unknown sees of A through its rows of C, sum_i |B_ij| / (C diag(A)^{-1} C')_ii^{1/2}: how stiff a row of zeros of A is where
+   those that it is tied to follow it
+*/
+static PetscErrorCode StiffnessThroughRows(const AinsworthSaddle *sp, Vec diagonal, PetscReal stiffest, Vec *stiffness)
+{
+  Vec          weight, sums;
+  Mat          M;
+  PetscInt     n;
+  PetscScalar *w;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(diagonal, &weight));
+  PetscCall(VecDuplicate(diagonal, stiffness));
+  PetscCall(MatCreateVecs(sp->rowsC, NULL, &sums));
+  PetscCall(VecCopy(diagonal, weight));
+  PetscCall(VecGetLocalSize(weight, &n));
+  PetscCall(VecGetArray(weight, &w));
+  for (PetscInt i = 0; i < n; i++) w[i] = 1 / PetscSqrtReal(PetscRealPart(w[i]) > 0.0 ? PetscRealPart(w[i]) : stiffest);
+  PetscCall(VecRestoreArray(weight, &w));
+  PetscCall(AinsworthRowSquares(sp->rowsC, weight, sums));
+  PetscCall(VecSqrtAbs(sums));
+  PetscCall(VecReciprocal(sums)); /* leaves zeros */
+  PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
+  PetscCall(MatMultTranspose(M, sums, *stiffness));
+  PetscCall(MatDestroy(&M));
+  PetscCall(VecDestroy(&weight));
+  PetscCall(VecDestroy(&sums));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    AinsworthSaddleCheckPrimal - the row of f - op(A) x - B' lambda that is largest against what is allowed
 
    An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality; the rounding of f - C' lambda
    counts in the norm of diag(A)^{-1}, that of x relative to the largest. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the
-   row's own terms, 1e-6 at least, is allowed. A row of zeros of A has nothing but these, and the rounding of the others. energy: AinsworthSaddleEnergy()
+   row's own terms, 1e-6 at least, is allowed. A row of zeros of A is as stiff as its rows of C see it. energy: AinsworthSaddleEnergy()
 */
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscReal tol, PetscReal energy, Vec f, Vec x, Vec lambda, Vec Ax,
                                           Vec residual, AinsworthUnmet *worst)
 {
   MPI_Comm           comm = PetscObjectComm((PetscObject)x);
-  Vec                diagonal, size;
+  Vec                diagonal, size, through;
   PetscInt           first, n, suspicious = 0;
   PetscReal          displacement, load = 0.0, largest = 0.0, stiffest = 0.0;
-  const PetscScalar *d, *r, *s, *b, *a;
+  const PetscScalar *d, *r, *s, *t, *b, *a;
 
   PetscFunctionBegin;
   *worst = AinsworthUnmet();
@@ -172,9 +203,12 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   if (suspicious) {
     PetscCall(VecDuplicate(x, &size));
     PetscCall(PrimalSizes(sp, transpose, f, x, lambda, Ax, size));
+    PetscCall(StiffnessThroughRows(sp, diagonal, stiffest, &through));
     PetscCall(VecGetArrayRead(size, &s));
+    PetscCall(VecGetArrayRead(through, &t));
     for (PetscInt i = 0; i < n; i++) {
-      const PetscReal terms = PetscRealPart(s[i]), quotient = Quotient(PetscAbsScalar(r[i]), PetscMax(allowed(i), PetscMax(tol, own) * terms));
+      const PetscReal terms = PetscRealPart(s[i]), tied = d[i] == 0.0 ? tol * energy * PetscRealPart(t[i]) : 0.0;
+      const PetscReal quotient = Quotient(PetscAbsScalar(r[i]), PetscMax(allowed(i) + (PetscIsInfOrNanReal(tied) ? 0.0 : tied), PetscMax(tol, own) * terms));
 
       if (quotient <= worst->quotient) continue;
       worst->quotient = quotient;
@@ -183,7 +217,9 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
       worst->size     = terms;
     }
     PetscCall(VecRestoreArrayRead(size, &s));
+    PetscCall(VecRestoreArrayRead(through, &t));
     PetscCall(VecDestroy(&size));
+    PetscCall(VecDestroy(&through));
     PetscCall(AgreeOnWorst(comm, worst));
   }
   PetscCall(VecRestoreArrayRead(diagonal, &d));
