@@ -146,6 +146,8 @@ PETSC_INTERN PetscErrorCode      PCAinsworthVerify_Private(PC, PC_Ainsworth *, P
 PETSC_INTERN PetscErrorCode      PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *, Vec, PetscReal *);
 PETSC_INTERN PetscErrorCode      PCAinsworthTry_Private(PC, PC_Ainsworth *, KSPConvergedReason *, PetscInt *, char[], size_t);
+PETSC_INTERN PetscErrorCode      PCAinsworthDiagnosePassed_Private(PC, AinsworthDiagnosis *);
+PETSC_INTERN PetscErrorCode      PCAinsworthDiagnoseBlocks_Private(const PC_Ainsworth *, AinsworthDiagnosis *);
 PETSC_INTERN PetscErrorCode      PCAinsworthDiagnose_Private(PC, PC_Ainsworth *, PCAinsworthStage);
 PETSC_INTERN PetscErrorCode      PCAinsworthDiagnoseFailure_Private(PC, PC_Ainsworth *, PetscErrorCode, const char[]);
 PETSC_INTERN PetscErrorCode      PCAinsworthDiagnoseFromOptions_Private(PC, PC_Ainsworth *, AinsworthOptionItems);

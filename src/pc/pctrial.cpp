@@ -25,7 +25,7 @@ static PetscErrorCode CreateKSP(const PC_Ainsworth *data, KSP *trial)
   PetscCall(KSPAppendOptionsPrefix(*trial, "trial_"));
   PetscCall(KSPSetType(*trial, type));
   PetscCall(KSPSetPC(*trial, inner));
-  PetscCall(KSPSetNormType(*trial, norm));
+  if (norm != KSP_NORM_NONE) PetscCall(KSPSetNormType(*trial, norm));
   PetscCall(KSPSetPCSide(*trial, side));
   PetscCall(KSPGMRESSetRestart(*trial, restart));
   PetscCall(KSPSetTolerances(*trial, 1e-8, 0.0, PETSC_MAX_REAL, most));

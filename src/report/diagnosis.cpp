@@ -34,14 +34,6 @@ std::string AinsworthJSON(const char text[])
   return quoted + '"';
 }
 
-std::string AinsworthJSON(const std::vector<std::pair<const char *, std::string>> &members)
-{
-  std::string object = "{";
-
-  for (const auto &member : members) object += (object.size() > 1 ? ", " : "") + AinsworthJSON(member.first) + ": " + member.second;
-  return object + '}';
-}
-
 void AinsworthDiagnosisAdd(AinsworthDiagnosis *d, AinsworthFindingType type, const char key[], const std::string &value, const char sentence[], ...)
 {
   char    text[1024];
@@ -58,7 +50,7 @@ void AinsworthDiagnosisAdd(AinsworthDiagnosis *d, AinsworthFindingType type, con
 void AinsworthDiagnosisConfirm(AinsworthDiagnosis *d, const char key[])
 {
   for (AinsworthFinding &finding : d->findings)
-    if (finding.key == key) finding.type = AINSWORTH_FINDING_FATAL;
+    if (finding.key == key) finding.type = AINSWORTH_FATAL;
 }
 
 /* The facts, or the advice, the worst first, of those the order in which they were found */
@@ -67,7 +59,7 @@ static std::vector<AinsworthFinding *> Select(AinsworthDiagnosis *d, bool advice
   std::vector<AinsworthFinding *> selected;
 
   for (AinsworthFinding &finding : d->findings)
-    if ((finding.type != AINSWORTH_FINDING_FACT) == advice) selected.push_back(&finding);
+    if ((finding.type != AINSWORTH_FACT) == advice) selected.push_back(&finding);
   std::stable_sort(selected.begin(), selected.end(), [](const AinsworthFinding *a, const AinsworthFinding *b) { return a->type > b->type; });
   return selected;
 }

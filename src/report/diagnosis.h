@@ -8,10 +8,10 @@
 
 /* Advice comes the worst first */
 typedef enum {
-  AINSWORTH_FINDING_FACT,
-  AINSWORTH_FINDING_COSTLY,   /* it could be had for less */
-  AINSWORTH_FINDING_DOUBTFUL, /* a mistake, as a rule */
-  AINSWORTH_FINDING_FATAL     /* there is no solution, or none was found */
+  AINSWORTH_FACT,
+  AINSWORTH_COSTLY,   /* it could be had for less */
+  AINSWORTH_DOUBTFUL, /* a mistake, as a rule */
+  AINSWORTH_FATAL     /* there is no solution, or none was found */
 } AinsworthFindingType;
 
 struct AinsworthFinding {
@@ -29,7 +29,16 @@ struct AinsworthDiagnosis {
 std::string AinsworthJSON(PetscInt);
 std::string AinsworthJSON(PetscReal);
 std::string AinsworthJSON(const char[]);
-std::string AinsworthJSON(const std::vector<std::pair<const char *, std::string>> &); /* an object, of values that are JSON already */
+
+/* An object, of names and values that are JSON already */
+template <typename... Rest>
+std::string AinsworthJSON(const char name[], const std::string &value, const Rest &...rest)
+{
+  const std::string member = AinsworthJSON(name) + ": " + value;
+
+  if constexpr (sizeof...(rest) > 0) return "{" + member + ", " + AinsworthJSON(rest...).substr(1);
+  else return "{" + member + "}";
+}
 
 /* Not collective, but the same on all ranks; what was found already is not added again */
 PETSC_INTERN void AinsworthDiagnosisAdd(AinsworthDiagnosis *, AinsworthFindingType, const char key[], const std::string &value, const char sentence[], ...)
