@@ -1,6 +1,7 @@
 """Runs tutorials/benchmark/errortime.cpp for each solver and system: one CSV for each system. errorspage.py has the pictures and the text."""
 import glob
 import os
+import shlex
 import subprocess
 
 from . import machine, measured, prose
@@ -14,6 +15,7 @@ CASES = {
     "turned": ("turned slip interface", "-E2 10 -rotate 20,35,50 -stick 0"),
     "incompressible": ("nearly incompressible, Poisson's ratio 0.49", "-E2 10 -nu1 0.49 -nu2 0.49"),
 }
+OWN = "system"  # the name of one that comes from files
 COLUMNS = ["solver", "tolerance", "setup_s", "solve_s", "iterations", "memory_mb", "energy_error", "multiplier_error", "primal_residual", "constraint_residual", "reason"]
 
 
@@ -33,7 +35,7 @@ def reason(output, code):
 def run(path, options, arguments, reference):
     """The rows of one solver, as dictionaries of strings; a failure is the last of them."""
     name = os.path.splitext(os.path.basename(path))[0]
-    command = machine.launcher(arguments.ranks) + [ERRORTIME, "-dll_append", machine.PLUGIN] + options.split()
+    command = machine.launcher(arguments.ranks) + [ERRORTIME, "-dll_append", machine.PLUGIN] + shlex.split(options)
     command += ["-options_file", path, "-name", name, "-reference", reference, "-first", str(arguments.first), "-last", str(arguments.last),
                 "-step", str(arguments.step), "-repetitions", str(arguments.repeat), "-enough", str(arguments.enough)]
     try:
@@ -52,10 +54,10 @@ def run(path, options, arguments, reference):
 
 def write_exact(path, options, ranks=1):
     """The exact solution, by a run of its own, so that its memory is nobody's."""
-    command = machine.launcher(ranks) + [ERRORTIME] + options.split() + "-ksp_type preonly -pc_type none -first 1 -last 1 -repetitions 1".split() + ["-reference", path]
-    subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=machine.ENVIRONMENT)
+    command = machine.launcher(ranks) + [ERRORTIME] + shlex.split(options) + "-ksp_type preonly -pc_type none -first 1 -last 1 -repetitions 1".split() + ["-reference", path]
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=machine.ENVIRONMENT)
     if not os.path.exists(path):
-        raise RuntimeError("no exact solution for " + options)
+        raise RuntimeError("no exact solution for %s: %s" % (options, reason(done.stdout, done.returncode)))
 
 
 def exact_solution(workspace, keep, case, n1, ranks=1):
@@ -69,21 +71,47 @@ def exact_solution(workspace, keep, case, n1, ranks=1):
     return options, path
 
 
+def series(paths, options, reference, arguments, name):
+    """The rows of all solvers, and the sizes of the system."""
+    found, sizes = [], "unknown"
+    for path in paths:
+        rows, said = run(path, options, arguments, reference)
+        found, sizes = found + rows, said or sizes
+        print("%s: %s: %d rows, %s" % (name, rows[-1]["solver"] if rows else path, len(rows), rows[-1]["reason"] if rows else "nothing"), flush=True)
+    return found, sizes
+
+
 def measure(folder, arguments):
     os.makedirs(folder, exist_ok=True)
     paths = option_files(arguments.solvers)
     for case in arguments.cases:
         for n1 in arguments.n1:
-            found, sizes = [], "unknown"
             with machine.workspace() as workspace:
                 options, reference = exact_solution(workspace, arguments.references, case, n1, arguments.ranks)
-                for path in paths:
-                    rows, said = run(path, options, arguments, reference)
-                    found, sizes = found + rows, said or sizes
-                    print("%s, n1 %d: %s: %d rows, %s" % (case, n1, rows[-1]["solver"] if rows else path, len(rows), rows[-1]["reason"] if rows else "nothing"), flush=True)
+                found, sizes = series(paths, options, reference, arguments, "%s, n1 %d" % (case, n1))
             about = dict(measured.provenance(), options=options, ranks=arguments.ranks, sizes=sizes)
             path = os.path.join(folder, "%s-%d.csv" % (case, n1))
             if arguments.solvers:
                 measured.merge(path, about, COLUMNS, found, ("solver",))
             else:
                 measured.save(path, about, COLUMNS, found)
+
+
+def measure_own(folder, arguments):
+    """A system in files, of anybody's."""
+    files = list(zip(("-A", "-C", "-f", "-g"), arguments.system)) + ([("-X", arguments.coordinates)] if arguments.coordinates else [])
+    for _, path in files:
+        if not os.path.exists(path):
+            raise SystemExit("%s is missing" % path)
+    options = " ".join("%s %s" % (name, shlex.quote(path)) for name, path in files)
+    if arguments.block_size:
+        options += " -block_size %d" % arguments.block_size
+    os.makedirs(folder, exist_ok=True)
+    with machine.workspace() as workspace:
+        reference = os.path.join(workspace, "exact.dat")
+        try:
+            write_exact(reference, options, arguments.ranks)
+        except RuntimeError as error:
+            raise SystemExit(str(error)) from None
+        found, sizes = series(option_files(arguments.solvers), options, reference, arguments, OWN)
+    measured.save(os.path.join(folder, OWN + "-0.csv"), dict(measured.provenance(), options=options, ranks=arguments.ranks, sizes=sizes), COLUMNS, found)

@@ -4,7 +4,7 @@ import math
 import os
 
 from . import measured, prose
-from .errors import CASES, SOLVERS
+from .errors import CASES, OWN, SOLVERS
 
 LEVELS = (1e-4, 1e-6, 1e-8)
 MIDDLE = LEVELS[1]
@@ -33,7 +33,7 @@ class System:
             self.rows.setdefault(row["solver"], []).append(row)
 
     def title(self):
-        return "%s, n1 = %d" % (CASES[self.case][0], self.n1)
+        return "own system" if self.case == OWN else "%s, n1 = %d" % (CASES[self.case][0], self.n1)
 
     def size(self, what="unknowns"):
         return dict(word.split("=") for word in self.about["sizes"].split() if "=" in word).get(what, "?")
@@ -163,13 +163,29 @@ def growth(systems):
     return lines
 
 
-def write(folder):
+def pictures(folder):
+    """Of all the CSVs of a folder, with seconds.csv; the systems."""
     systems = [System(path) for path in glob.glob(os.path.join(folder, "*-[0-9]*.csv"))]
-    systems.sort(key=lambda s: (list(CASES).index(s.case), s.n1))
-    here = os.path.basename(folder)
+    systems.sort(key=lambda s: (([OWN] + list(CASES)).index(s.case), s.n1))
     draw(systems, os.path.join(folder, "diagrams"))
     heat_map(systems, os.path.join(folder, "seconds"))
     measured.save(os.path.join(folder, "seconds.csv"), {}, SUMMARY, summary(systems))
+    return systems
+
+
+def show(folder):
+    """The pictures, and a table for the terminal: the quickest first."""
+    for system in pictures(folder):
+        print("\n%s (%s)\n%-20s %15s %12s %11s" % (system.title(), system.about["sizes"].replace("=", " "), "solver", "seconds to %.0e" % MIDDLE, "least error", "iterations"))
+        lines = {line["solver"]: line for line in summary([system])}
+        for solver in sorted(lines, key=lambda solver: system.seconds_to(solver, MIDDLE) or float("inf")):
+            line = lines[solver]
+            print("%-20s %15s %12s %11s %s" % (solver, line["seconds_to_%.0e" % MIDDLE] or "-", line["least_error"] or "-", line["iterations"] or "-", line["failure"]))
+    print("\npictures: %s, %s" % tuple(os.path.join(folder, name) for name in ("diagrams.svg", "seconds.svg")))
+
+
+def write(folder):
+    systems, here = pictures(folder), os.path.basename(folder)
     text = ["# Error against run time", "", "Which solver has the smallest error after a given time?", verdict(systems), "",
             "![Seconds to an error of 1e-6](%s/seconds.svg)" % here, "", "![Error against seconds, for each system](%s/diagrams.svg)" % here, "",
             "Each point is one tolerance of a series down from 1e-1. Across: the seconds of set-up and solve together, the least of the repetitions. Forming the augmented or the eliminated system counts; assembling one matrix for MUMPS does not. Down: the true relative error of x in the energy norm. The exact x is from MUMPS with iterative refinement in extended precision. Seconds to an error are read off the line between the points. A cross marks a solve that did not converge. A series that takes longer than its limit is cut; the commands at the foot give the limit for all tolerances together.", "",

@@ -1,8 +1,8 @@
 /* Two lattices of springs tied by multipliers, in one matrix; the layouts of programs are made of its submatrices */
-#ifndef TESTS_CONTACT_H
-#define TESTS_CONTACT_H
+#ifndef SPRINGS_H
+#define SPRINGS_H
 
-#include "dense.h"
+#include <petscksp.h>
 
 enum {
   LEFT,
@@ -14,14 +14,12 @@ struct Contact {
   Mat      whole      = NULL;                  /* AIJ; each rank has its part of LEFT, then of RIGHT, then of TIES */
   IS       is[FIELDS] = {NULL}, primal = NULL; /* primal: LEFT and RIGHT */
   Mat      block[FIELDS][FIELDS] = {{NULL}};   /* its submatrices, NULL where there are no entries */
-  Mat      A = NULL, C = NULL;                 /* of the primal unknowns together, two to a node */
-  Vec      solution = NULL, rhs = NULL;        /* random */
+  Mat      A = NULL, C = NULL;                 /* of the primal unknowns together */
+  PetscInt dim, n;                             /* unknowns of a node, nodes along each side of both bodies */
   PetscInt size[FIELDS], local[FIELDS];        /* of the fields */
 };
 
-PetscErrorCode ContactCreate(PetscInt n, Contact *);
+PetscErrorCode ContactCreate(PetscInt dim, PetscInt n, Contact *);
 PetscErrorCode ContactDestroy(Contact *);
-/* ties of another strength: other values of C, and the right-hand side for them, in whole itself */
-PetscErrorCode ContactScaleTies(Contact *, PetscScalar);
 
 #endif
