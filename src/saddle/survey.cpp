@@ -67,7 +67,7 @@ PetscErrorCode AinsworthSurveyDiagonal(Mat M, AinsworthSurvey *survey)
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(M, NULL, &diagonal));
-  PetscCall(MatGetDiagonal(M, diagonal));
+  PetscCall(AinsworthGetDiagonal(M, diagonal));
   PetscCall(AinsworthSurveyVec(diagonal, survey));
   PetscCall(VecDestroy(&diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -198,7 +198,7 @@ PetscErrorCode AinsworthSurveyJump(Mat A, PetscInt bs, AinsworthJump *jump)
   PetscFunctionBegin;
   *jump = AinsworthJump();
   PetscCall(MatCreateVecs(A, NULL, &diagonal));
-  PetscCall(MatGetDiagonal(A, diagonal));
+  PetscCall(AinsworthGetDiagonal(A, diagonal));
   PetscCall(d.open(A, diagonal));
   PetscCall(VecDestroy(&diagonal));
   PetscCall(MatGetOwnershipRange(A, &start, &end));
@@ -278,7 +278,7 @@ PetscErrorCode AinsworthSurveyPenalty(Mat A, Mat C, PetscBool *penalty)
   PetscCall(MatCreateSubMatrix(C, sample, NULL, MAT_INITIAL_MATRIX, &rows));
   PetscCall(ISDestroy(&sample));
   PetscCall(MatCreateVecs(A, NULL, &inverse));
-  PetscCall(MatGetDiagonal(A, inverse));
+  PetscCall(AinsworthGetDiagonal(A, inverse));
   PetscCall(VecReciprocal(inverse)); /* 0 where the diagonal is */
   PetscCall(AinsworthScaleColumns(rows, inverse, &CW));
   PetscCall(VecDestroy(&inverse));
