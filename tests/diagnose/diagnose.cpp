@@ -200,6 +200,54 @@ static PetscInt Share(Eigen::Index total, int bs)
   return bs * (blocks / size + (rank < blocks % size));
 }
 
+/* What PETSc prints on this rank, and how */
+static std::string printed;
+static PetscErrorCode (*print)(FILE *, const char[], va_list);
+
+static PetscErrorCode Listen(FILE *file, const char format[], va_list arguments)
+{
+  char    text[16384];
+  va_list copy;
+
+  va_copy(copy, arguments);
+  if (file == stdout && vsnprintf(text, sizeof(text), format, copy) > 0) printed += text;
+  va_end(copy);
+  return (*print)(file, format, arguments);
+}
+
+/* Each finding of the JSON is a line of what was printed, once */
+static PetscErrorCode CompareForms(const Saddle &s, const Json &diagnosis)
+{
+  PetscFunctionBeginUser;
+  for (const char *part : {"facts", "advice"})
+    for (const Json &finding : diagnosis.object.at(part).list) {
+      const std::string line  = finding.object.at("sentence").text + "\n";
+      const size_t      first = printed.find(line);
+
+      PetscCheck(first != std::string::npos && printed.find(line, first + 1) == std::string::npos, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s: not printed once: %s",
+                 s.name.c_str(), line.c_str());
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A file that cannot be written is refused by all ranks */
+static PetscErrorCode CheckUnwritable()
+{
+  PC             pc;
+  PetscErrorCode code;
+
+  PetscFunctionBeginUser;
+  PetscCall(PCCreate(PETSC_COMM_WORLD, &pc));
+  PetscCall(PCSetType(pc, PCAINSWORTH));
+  PetscCall(PetscOptionsSetValue(NULL, "-pc_ainsworth_diagnose", "no/such/folder.json"));
+  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  code = PCSetFromOptions(pc);
+  PetscCall(PetscPopErrorHandler());
+  PetscCall(PetscOptionsClearValue(NULL, "-pc_ainsworth_diagnose"));
+  PetscCheck(code == PETSC_ERR_FILE_OPEN, PETSC_COMM_SELF, PETSC_ERR_PLIB, "A file that cannot be written: error %d", (int)code);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Solves with a diagnosis, and reads it: on rank 0, which wrote it */
 static PetscErrorCode Diagnose(Saddle &s, const char options[], Answer *answer, Json *diagnosis)
 {
@@ -216,7 +264,11 @@ static PetscErrorCode Diagnose(Saddle &s, const char options[], Answer *answer, 
   PetscCall(PetscOptionsPush(given));
   PetscCall(PetscOptionsSetValue(NULL, "-pc_ainsworth_diagnose", file));
   const PetscInt n = Share(s.A.rows(), s.A.rows() % 2 ? 1 : 2), local[2] = {n, s.C.rows() == s.A.rows() ? n : Share(s.C.rows(), 1)};
+  printed.clear();
+  print         = PetscVFPrintf;
+  PetscVFPrintf = Listen;
   PetscCall(SaddleSolve(s, local, false, *answer));
+  PetscVFPrintf = print;
   PetscCall(PetscOptionsPop());
   PetscCall(PetscOptionsDestroy(&given));
   PetscCheck(answer->agreed, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "%s: ranks do not agree", s.name.c_str());
@@ -228,6 +280,7 @@ static PetscErrorCode Diagnose(Saddle &s, const char options[], Answer *answer, 
   *diagnosis = JsonParse(text.str());
   PetscCheck(diagnosis->type == Json::OBJECT && diagnosis->object["facts"].list.size() > 1 && diagnosis->object["advice"].type == Json::LIST, PETSC_COMM_SELF,
              PETSC_ERR_PLIB, "%s: no valid JSON", s.name.c_str());
+  PetscCall(CompareForms(s, *diagnosis));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -309,6 +362,7 @@ int main(int argc, char **argv)
     PetscCall(RunCollection(e));
     count++;
   }
+  if (!some && !list) PetscCall(CheckUnwritable()); /* the last: its error leaves a PC behind */
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%" PetscInt_FMT " diagnoses\n", count));
   PetscCall(PetscFinalize());
 }
