@@ -37,6 +37,25 @@ struct PCAinsworthNamedField {
   std::vector<PetscInt> rows, cols;
 };
 
+/* A factorization of M_* in the place of multigrid (escape.cpp) */
+struct PCAinsworthEscape {
+  PetscBool              taken;      /* M_* is factored, by our choice */
+  PetscBool              refused;    /* which failed for this matrix */
+  PetscBool              now;        /* the solve that runs has ended for it */
+  PetscBool              counted;    /* what follows is known */
+  PetscInt               n;          /* of the A of that choice */
+  PetscReal              entries;    /* of that A */
+  PetscReal              operations; /* predicted */
+  PetscReal              iterations; /* with multigrid that take as long */
+  std::vector<PetscReal> norms;      /* of the residuals of the solve that runs */
+  char                   why[256];   /* in words */
+  PetscBool              watching;   /* the KSP has another convergence test than its own, which is: */
+  void                  *test;
+  PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
+  AinsworthTestDestroyFn *destroy;
+  PetscBool               error; /* KSPSetErrorIfNotConverged() of its own */
+};
+
 struct PC_Ainsworth {
   PCAinsworthChoices choices;
   Vec                userWeight; /* the user's, length n */
@@ -80,11 +99,12 @@ struct PC_Ainsworth {
   PetscBool           kept;             /* its preconditioner is that of an earlier set-up: KSPSetReusePreconditioner() */
   PetscBool           keptInside;       /* what the program has said about that to the inner KSP */
   PetscBool           ownMethod;        /* it gave way to GMRES because the system is not Hermitian */
-  Vec                 rhs;              /* f~ */
-  Vec                 Ax;               /* op(A) x of the solution, with the program's A */
-  PetscBool           knownAx;          /* it came with the multipliers */
-  Vec                 g, lambda;        /* on the kept rows, where some are not kept */
-  Vec                 f;                /* less what is known of x and lambda, where something is */
+  PCAinsworthEscape   escape;
+  Vec                 rhs;       /* f~ */
+  Vec                 Ax;        /* op(A) x of the solution, with the program's A */
+  PetscBool           knownAx;   /* it came with the multipliers */
+  Vec                 g, lambda; /* on the kept rows, where some are not kept */
+  Vec                 f;         /* less what is known of x and lambda, where something is */
 
   /* error against run time */
   AinsworthReportSettings reporting;
@@ -114,6 +134,19 @@ PETSC_INTERN PetscErrorCode      PCAinsworthSetTranspose_Private(PC_Ainsworth *)
 PETSC_INTERN PetscErrorCode      PCAinsworthAfterError_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthKeepInner_Private(PC_Ainsworth *, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthLooksDefinite_Private(const PC_Ainsworth *, Mat, PetscBool *);
+PETSC_INTERN PCType              PCAinsworthFactorType_Private(const PC_Ainsworth *, MatSolverType *);
+PETSC_INTERN PetscErrorCode      PCAinsworthChooseType_Private(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthIsOwnMultigrid_Private(const PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthConvertPmat_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthSetUpPreconditioner_Private(PC, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthSetUpInner_Private(PC, PC_Ainsworth *, char[], size_t);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeAtOnce_Private(PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeReview_Private(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCheck_Private(PC, PC_Ainsworth *, PetscBool, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeBegin_Private(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeEnd_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscape_Private(PC, PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeView_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthFallBack_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthUpdateInputs_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthComposeFields_Private(PC, PetscBool);

@@ -25,7 +25,9 @@ static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose,
   if (data->constraints) PetscCall(MatAinsworthReduce_Private(data->reduced, transpose, f, g, data->rhs));
   else PetscCall(VecCopy(f, data->rhs));
   if (watched) PetscCall(PCAinsworthReportBegin_Private(pc, data, f, g, start));
+  PetscCall(PCAinsworthEscapeBegin_Private(pc, data));
   error = transpose ? KSPSolveTranspose(data->ksp, data->rhs, x) : KSPSolve(data->ksp, data->rhs, x);
+  PetscCall(PCAinsworthEscapeEnd_Private(data));
   if (watched) PetscCall(PCAinsworthReportEnd_Private(data, (PetscBool)(error != PETSC_SUCCESS)));
   PetscCall(error);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -51,7 +53,8 @@ static PetscErrorCode GetReason(const PC_Ainsworth *data, KSPConvergedReason *re
 static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x, Vec lambda,
                                    KSPConvergedReason *reason)
 {
-  PetscInt n;
+  PetscInt  n;
+  PetscBool again = PETSC_TRUE;
 
   PetscFunctionBegin;
   data->knownAx = (PetscBool)(data->constraints && data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A]);
@@ -59,7 +62,10 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
   if (data->constraints == n && !data->saddle.D) PetscCall(VecZeroEntries(x)); /* Ker C = 0: the constraints alone determine x */
   else {
-    PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
+    while (again) {
+      PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
+      PetscCall(PCAinsworthEscape_Private(pc, data, &again));
+    }
     PetscCall(GetReason(data, reason));
   }
   if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, f, g, x, lambda, data->knownAx ? data->Ax : NULL));

@@ -142,6 +142,8 @@ static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInpu
   data->autoType   = PC_AINSWORTH_PMAT_ID;
   data->autoReason = ", as interpolation is made from A alone";
   if (in->format == AINSWORTH_PMAT_SUM) PetscFunctionReturn(PETSC_SUCCESS);
+  data->autoReason = ", as it is factored";
+  if (in->format == AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthPmatComponentsApart(in->C, data->saddle.bs, in->fill.most, &apart));
   data->autoReason = ", as the constraints keep components apart";
   if (apart) PetscFunctionReturn(PETSC_SUCCESS);
@@ -254,17 +256,23 @@ static PetscErrorCode TellBlockSize(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The preconditioning matrix and the inner solver, a second time where the first choice of its preconditioner does not fit; why it cannot be */
-static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth *ctx, char why[], size_t len)
+/*
+   PCAinsworthSetUpInner_Private - the preconditioning matrix and the inner solver, a second time where the first choice of its preconditioner does not fit;
+   why it cannot be
+*/
+PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, char why[], size_t len)
 {
-  PetscInt  bad = -1;
-  PetscBool definite;
-  PetscBool again = PETSC_TRUE;
-  PC        inner;
-  Mat       operation, M;
+  PetscInt       bad = -1;
+  PetscBool      definite;
+  PetscBool      again = PETSC_TRUE;
+  PC             inner;
+  Mat            operation, M;
+  Mat_Ainsworth *ctx = NULL;
 
   PetscFunctionBegin;
   PetscCall(KSPGetPC(data->ksp, &inner));
+  if (data->reduced) PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+  PetscCall(PCAinsworthEscapeReview_Private(pc, data));
   while (again) {
     PetscCall(MatDestroy(&data->M));
     PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->format));
@@ -277,6 +285,7 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth 
                               bad));
       PetscFunctionReturn(PETSC_SUCCESS);
     }
+    PetscCall(PCAinsworthConvertPmat_Private(data));
     PetscCall(PCAinsworthSetKSPOperators_Private(data));
     PetscCall(ForwardNullSpaces(data));
     /* the preconditioner sees M_* alone: GAMG and ML smooth with the first of their operators */
@@ -291,11 +300,20 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth 
     PetscCall(PetscObjectReference((PetscObject)operation));
     PetscCall(PCSetOperators(inner, M, M));
     PetscCall(AinsworthPCSetFailedReason(inner, PC_NOERROR)); /* that of an earlier matrix, or type, would stay */
-    PetscCall(PCSetUp(inner));
+    PetscCall(PCAinsworthSetUpPreconditioner_Private(inner, &definite));
     PetscCall(PCAinsworthSetTranspose_Private(data));
     if (operation != M) inner->ops->applyrichardson = NULL; /* its iterations would be with M_* */
     PetscCall(KSPSetOperators(data->ksp, operation, M));
     PetscCall(MatDestroy(&operation));
+    PetscCall(PCAinsworthEscapeCheck_Private(pc, data, definite, &again));
+    if (again) continue;
+    if (!definite) {
+      PetscCall(PetscSNPrintf(why, len,
+                              "The preconditioning matrix is not positive definite, as a Cholesky factorization needs it: is A indefinite? "
+                              "Choose another -%spc_type",
+                              ((PetscObject)inner)->prefix));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
     PetscCall(KSPSetUp(data->ksp));
     PetscCall(PCAinsworthFallBack_Private(pc, data, &again));
   }
@@ -402,7 +420,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   if (keep && inner->setupcalled && symmetric == data->symmetric && adjoint == data->adjoint) PetscCall(KeepInner(pc, data));
   else {
     PetscCall(PCAinsworthKeepInner_Private(data, PETSC_FALSE));
-    PetscCall(SetUpInner(pc, data, ctx, why, sizeof(why)));
+    PetscCall(PCAinsworthSetUpInner_Private(pc, data, why, sizeof(why)));
   }
   if (why[0]) {
     PetscCall(FailSetUp(pc, data, PC_SUBPC_ERROR, PETSC_ERR_ARG_WRONG, why));

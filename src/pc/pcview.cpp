@@ -31,6 +31,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
     viewer, "  preconditioning matrix: %s%s%s%s%s\n", data->reduced || data->choices.pmat.type != PC_AINSWORTH_PMAT_AUTO ? PCAinsworthPmatTypes[type] : "auto",
     type == PC_AINSWORTH_PMAT_JCB && data->choices.pmat.rowScaling && (data->reduced || data->choices.pmat.type == type) ? ", rows scaled" : "", tolerance,
     blocks, why));
+  PetscCall(PCAinsworthEscapeView_Private(data, viewer));
   PetscCall(PCAinsworthReportView_Private(data, viewer));
   if (!data->saddle.A) {
     PetscCall(PetscViewerASCIIPrintf(viewer, "  not set up yet\n"));

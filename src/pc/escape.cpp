@@ -1,0 +1,430 @@
+/* Where multigrid does not fit: M_* is factored, and the solve repeated; docs/models.md */
+#include "pcainsworth.h"
+#include "../guard.h"
+#include "../projector/factor.h"
+#include "../projector/graph.h"
+#include <petsc/private/kspimpl.h>
+#include <petsc/private/pcimpl.h>
+#include <unistd.h>
+
+/* Of a package, measured (docs/models.md): what it does beside operations takes as long as so many iterations, and one takes as long as so many operations
+   for each entry of A */
+struct Speed {
+  PetscReal iterations, operations;
+};
+static const Speed speedCholmod = {50.0, 84.0}, speedMumps = {30.0, 48.0}, speedOther = {30.0, 8.0};
+/* Systems of so few unknowns are factored at once: a multigrid's set-up would take as long */
+static const PetscInt tiny = 1000;
+/* Iterations before the first look ahead; and no factorization takes less time than so many */
+static const PetscInt  early  = 6;
+static const PetscReal fewest = 45.0;
+
+/* The factorization for M_*, or one that the options chose: its type, NULL where it is not to be had, and its package. A Hermitian matrix that is not real is
+   a general one for all of them */
+PCType PCAinsworthFactorType_Private(const PC_Ainsworth *data, MatSolverType *package)
+{
+  PetscMPIInt size;
+  const bool  definite = data->symmetric && !PetscDefined(USE_COMPLEX);
+
+  (void)MPI_Comm_size(PetscObjectComm((PetscObject)data->ksp), &size);
+  *package = NULL;
+#if defined(PETSC_HAVE_MUMPS)
+  *package = MATSOLVERMUMPS;
+#elif defined(PETSC_HAVE_SUPERLU_DIST)
+  if (!definite) *package = MATSOLVERSUPERLU_DIST;
+#endif
+#if defined(PETSC_HAVE_SUITESPARSE)
+  if (size == 1 && definite) *package = MATSOLVERCHOLMOD;
+  else if (size == 1 && !*package) *package = MATSOLVERUMFPACK;
+#endif
+  if (size == 1 && !*package) *package = MATSOLVERPETSC;
+  return *package ? definite ? PCCHOLESKY : PCLU : NULL;
+}
+
+static Speed SpeedOf(MatSolverType package)
+{
+  PetscBool is;
+
+  (void)PetscStrcmp(package, MATSOLVERCHOLMOD, &is);
+  if (is) return speedCholmod;
+  (void)PetscStrcmp(package, MATSOLVERMUMPS, &is);
+  return is ? speedMumps : speedOther;
+}
+
+static PetscErrorCode IsCholmod(PC inner, PetscBool *is)
+{
+  MatSolverType package = NULL;
+  PetscBool     factors;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &factors, PCCHOLESKY, PCLU, ""));
+  if (factors) PetscCall(PCFactorGetMatSolverType(inner, &package));
+  *is = PETSC_FALSE;
+  if (package) PetscCall(PetscStrcmp(package, MATSOLVERCHOLMOD, is));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* May M_* be factored where nobody chose its preconditioner? A vector that it takes to zero would be a pivot that is */
+static PetscErrorCode MayFactor(const PC_Ainsworth *data, PetscBool *may)
+{
+  MatSolverType package;
+  MatNullSpace  common;
+
+  PetscFunctionBegin;
+  *may = PETSC_FALSE;
+  if (!data->ownChoice || data->escape.refused || data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!PCAinsworthFactorType_Private(data, &package)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthSaddleCreateNullSpace(&data->saddle, &common));
+  *may = (PetscBool)!common;
+  PetscCall(MatNullSpaceDestroy(&common));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What stays the same as long as the choice does: the number of unknowns, and about that of the entries of A */
+static PetscErrorCode Measure(const PC_Ainsworth *data, PetscInt *n, PetscReal *entries)
+{
+  Mat     aij;
+  MatInfo info;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetSize(data->saddle.A, n, NULL));
+  PetscCall(AinsworthGetAIJ(data->saddle.A, &aij));
+  PetscCall(MatGetInfo(aij, MAT_GLOBAL_SUM, &info));
+  *entries = (PetscReal)info.nz_used;
+  PetscCall(MatDestroy(&aij));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthEscapeAtOnce_Private - is the system one for which no multigrid is worth its set-up? */
+PetscErrorCode PCAinsworthEscapeAtOnce_Private(PC_Ainsworth *data, PetscBool *factor)
+{
+  PCAinsworthEscape *e = &data->escape;
+  PetscInt           n;
+
+  PetscFunctionBegin;
+  *factor = PETSC_FALSE;
+  PetscCall(MatGetSize(data->saddle.A, &n, NULL));
+  if (n > tiny) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MayFactor(data, factor));
+  if (!*factor) PetscFunctionReturn(PETSC_SUCCESS);
+  e->taken = PETSC_TRUE;
+  PetscCall(Measure(data, &e->n, &e->entries));
+  PetscCall(PetscSNPrintf(e->why, sizeof(e->why), "of %" PetscInt_FMT " unknowns, for which a multigrid is not worth its set-up", n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthEscapeReview_Private - before a set-up: does a choice of before hold for the matrix at hand? */
+PetscErrorCode PCAinsworthEscapeReview_Private(PC pc, PC_Ainsworth *data)
+{
+  PCAinsworthEscape *e = &data->escape;
+  PetscInt           n;
+  PetscReal          entries;
+  PetscBool          type;
+  MatSolverType      package;
+  PC                 inner;
+
+  PetscFunctionBegin;
+  e->counted = PETSC_FALSE;
+  if (!e->taken && !e->refused) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &type, PCCHOLESKY, PCLU, ""));
+  if (e->taken && (!type || !data->ownChoice)) { /* the program has chosen since */
+    e->taken = PETSC_FALSE;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(Measure(data, &n, &entries));
+  if (n == e->n && PetscAbsReal(entries - e->entries) <= 0.25 * e->entries) {
+    PCType wanted = PCAinsworthFactorType_Private(data, &package);
+
+    if (e->refused || !wanted) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(PetscObjectTypeCompare((PetscObject)inner, wanted, &type));
+    if (type) PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscInfo(pc, "The matrix is another one: multigrid is tried again\n"));
+  e->refused = PETSC_FALSE;
+  if (!e->taken) PetscFunctionReturn(PETSC_SUCCESS);
+  e->taken = PETSC_FALSE;
+  PetscCall(PCAinsworthChooseType_Private(pc, data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The factorization did not work: multigrid takes its place, and keeps it */
+static PetscErrorCode GoBack(PC pc, PC_Ainsworth *data, const char why[])
+{
+  PetscFunctionBegin;
+  PetscCall(PetscInfo(pc, "%s: multigrid takes its place\n", why));
+  data->escape.taken   = PETSC_FALSE;
+  data->escape.refused = PETSC_TRUE;
+  PetscCall(PCAinsworthChooseType_Private(pc, data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Are solves with the factor of M those of M? Not where it is singular to rounding, which no pivot need tell */
+static PetscErrorCode Solves(PC inner, Mat M, PetscBool *good)
+{
+  static const PetscReal enough = 1e-3;
+  Vec                    x, b, y;
+  PetscRandom            random;
+  PetscReal              norm, error;
+  PetscScalar            square;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(M, &x, &b));
+  PetscCall(VecDuplicate(x, &y));
+  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)M), &random));
+  PetscCall(VecSetRandom(x, random));
+  PetscCall(PetscRandomDestroy(&random));
+  PetscCall(MatMult(M, x, b));
+  PetscCall(PCApply(inner, b, y));
+  PetscCall(VecAXPY(y, -1.0, x));
+  PetscCall(VecDot(x, x, &square));
+  norm = PetscRealPart(square);
+  PetscCall(VecDot(y, y, &square));
+  error = PetscRealPart(square);
+  *good = (PetscBool)(error <= enough * enough * norm); /* NaN is not */
+  for (Vec *v : {&x, &b, &y}) PetscCall(VecDestroy(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthEscapeCheck_Private - after a set-up: where M_* could not be factored by our choice it begins again with multigrid */
+PetscErrorCode PCAinsworthEscapeCheck_Private(PC pc, PC_Ainsworth *data, PetscBool definite, PetscBool *again)
+{
+  PCFailedReason reason;
+  PetscBool      good = definite;
+  Mat            M;
+  PC             inner;
+
+  PetscFunctionBegin;
+  *again = PETSC_FALSE;
+  if (!data->escape.taken) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  if (definite) {
+    PetscCall(PCGetFailedReason(inner, &reason));
+    PetscCall(PCGetOperators(inner, NULL, &M));
+    if (reason) good = PETSC_FALSE;
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &good, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)pc)));
+    if (good) PetscCall(Solves(inner, M, &good));
+  }
+  if (good) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(GoBack(pc, data, "The preconditioning matrix cannot be factored"));
+  *again = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthConvertPmat_Private - M_* in the form that its factorization takes; that of A where there are no constraints */
+PetscErrorCode PCAinsworthConvertPmat_Private(PC_Ainsworth *data)
+{
+  PC        inner;
+  PetscBool cholmod;
+  Mat       aij;
+
+  PetscFunctionBegin;
+  if (data->format != AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(IsCholmod(inner, &cholmod));
+  aij = data->M;
+  if (!aij) PetscCall(AinsworthGetAIJ(data->saddle.A, &aij));
+  data->M = aij;
+  if (!cholmod) PetscFunctionReturn(PETSC_SUCCESS);
+  if (aij == data->saddle.A) { /* its block size is not to be changed */
+    PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &data->M));
+    PetscCall(MatDestroy(&aij));
+  }
+  PetscCall(MatSetBlockSize(data->M, 1)); /* CHOLMOD's interface wraps this type in place, without blocks */
+  PetscCall(MatSetOption(data->M, MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(MatConvert(data->M, MATSEQSBAIJ, MAT_INPLACE_MATRIX, &data->M));
+  PetscCall(MatSetOption(data->M, MAT_SPD, PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthSetUpPreconditioner_Private - PCSetUp(), which with CHOLMOD would raise an error where M_* is not positive definite */
+PetscErrorCode PCAinsworthSetUpPreconditioner_Private(PC inner, PetscBool *definite)
+{
+  PetscBool cholmod, indefinite = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(IsCholmod(inner, &cholmod));
+  if (cholmod) PetscCall(AinsworthFactorTryCholmod((PetscObject)inner, [=] { return PCSetUp(inner); }, &indefinite));
+  else PetscCall(PCSetUp(inner));
+  if (indefinite) PetscCall(PCReset(inner));
+  *definite = (PetscBool)!indefinite;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Iterations that are left until the residual norm has come down to `goal`, at the faster of two rates: that of all steps, and of the last half of them */
+static PetscReal Forecast(const std::vector<PetscReal> &norms, PetscReal goal)
+{
+  const size_t    last = norms.size() - 1, middle = last / 2;
+  const PetscReal all  = PetscLogReal(norms[0] / norms[last]) / (PetscReal)last;
+  const PetscReal late = PetscLogReal(norms[middle] / norms[last]) / (PetscReal)(last - middle), rate = PetscMax(all, late);
+
+  return rate > 0.0 ? PetscLogReal(norms[last] / goal) / rate : PETSC_INFINITY;
+}
+
+/* The least memory of the machines that the ranks are on, as if all were on that one [bytes] */
+static PetscErrorCode LeastMemory(MPI_Comm comm, PetscReal *memory)
+{
+  PetscFunctionBegin;
+  *memory = (PetscReal)sysconf(_SC_PHYS_PAGES) * (PetscReal)sysconf(_SC_PAGESIZE);
+  if (!(*memory > 0.0)) *memory = PETSC_MAX_REAL;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, memory, 1, MPIU_REAL, MPIU_MIN, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How many iterations take as long as the factorization, from its symbolic one on the graph of nodes; Infinity where it does not fit in memory */
+static PetscErrorCode Count(PC pc, PC_Ainsworth *data)
+{
+  static const PetscReal share = 0.5, extra = 1.5; /* of the memory, for the factor and what else a package needs */
+  PCAinsworthEscape     *e    = &data->escape;
+  MPI_Comm               comm = PetscObjectComm((PetscObject)pc);
+  std::vector<Mat>       parts;
+  Mat                   *graph, part;
+  PetscInt               n, bs = data->saddle.bs;
+  PetscMPIInt            rank;
+  PetscBool              whole;
+  PetscReal              cost[2] = {0.0, 0.0}, memory;
+  MatSolverType          package;
+  PCType                 type = PCAinsworthFactorType_Private(data, &package);
+
+  PetscFunctionBegin;
+  if (data->format == AINSWORTH_PMAT_SUM && data->constraints) {
+    for (PetscInt i = 0; i < 2; i++) {
+      PetscCall(MatCompositeGetMat(data->M, i, &part));
+      parts.push_back(part);
+    }
+  } else parts.push_back(data->constraints ? data->M : data->saddle.A);
+  for (Mat &mat : parts) PetscCall(AinsworthGetAIJ(mat, &mat));
+  PetscCall(MatGetLocalSize(data->saddle.A, &n, NULL));
+  whole = (PetscBool)(n % bs == 0);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &whole, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
+  if (!whole) bs = 1;
+  PetscCall(AinsworthGraphOfNodes(parts, bs, &graph));
+  for (Mat &mat : parts) PetscCall(MatDestroy(&mat));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (!rank) {
+    AinsworthCost predicted;
+
+    PetscCall(AinsworthFactorPredict(graph[0], AinsworthDissection, bs, &predicted));
+    cost[0] = predicted.entries;
+    cost[1] = predicted.operations;
+  }
+  PetscCall(MatDestroySubMatrices(1, &graph));
+  PetscCallMPI(MPI_Bcast(cost, 2, MPIU_REAL, 0, comm));
+  PetscCall(PetscStrcmp(type, PCLU, &whole));
+  for (PetscReal &value : cost) value *= whole ? 2.0 : 1.0;
+  PetscCall(Measure(data, &e->n, &e->entries));
+  PetscCall(LeastMemory(comm, &memory));
+  const Speed speed = SpeedOf(package);
+
+  e->counted    = PETSC_TRUE;
+  e->operations = cost[1];
+  e->iterations = speed.iterations + cost[1] / (speed.operations * e->entries);
+  if (extra * cost[0] * (PetscReal)sizeof(PetscScalar) > share * memory || cost[0] > (PetscReal)PETSC_MAX_INT) e->iterations = PETSC_INFINITY;
+  PetscCall(PetscInfo(pc, "A factorization by %s would take %g operations and hold %g entries%s: as long as %g iterations with multigrid\n", package,
+                      (double)cost[1], (double)cost[0], e->iterations < PETSC_INFINITY ? "" : ", more than memory has room for", (double)e->iterations));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* In the place of the convergence test: does it take longer from here on than with a factorization? All ranks have the same norms, and count alike */
+static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason, void *ctx)
+{
+  PC                 pc   = (PC)ctx;
+  PC_Ainsworth      *data = (PC_Ainsworth *)pc->data;
+  PCAinsworthEscape *e    = &data->escape;
+  PetscReal          goal, left;
+
+  PetscFunctionBegin;
+  PetscCall((*e->converged)(ksp, step, norm, reason, e->test));
+  if (!step) e->norms.clear();
+  e->norms.push_back(norm);
+  if (*reason || step < early || !(norm > 0.0) || PetscIsInfOrNanReal(norm) || e->norms.size() <= (size_t)early) PetscFunctionReturn(PETSC_SUCCESS);
+  goal = PetscMax((data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR ? data->reporting.rtol : ksp->rtol) * e->norms[0], ksp->abstol);
+  if (norm <= goal) PetscFunctionReturn(PETSC_SUCCESS);
+  left = Forecast(e->norms, goal);
+  if (left <= fewest) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!e->counted) PetscCall(Count(pc, data));
+  if (left <= e->iterations) PetscFunctionReturn(PETSC_SUCCESS);
+  e->now  = PETSC_TRUE;
+  *reason = KSP_CONVERGED_ITS; /* no failure, which -ksp_error_if_not_converged would make an error */
+  PetscCall(PetscSNPrintf(e->why, sizeof(e->why),
+                          "for %.2g operations, as multigrid would have taken %.2g iterations more after %" PetscInt_FMT ", and it takes as long as %.0f",
+                          (double)e->operations, (double)PetscMin(left, 1e4), step, (double)e->iterations));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthEscapeBegin_Private - before a reduced solve: it is watched where a factorization may take the place of multigrid. With one of our choice its
+   failure is no error yet */
+PetscErrorCode PCAinsworthEscapeBegin_Private(PC pc, PC_Ainsworth *data)
+{
+  PCAinsworthEscape *e = &data->escape;
+  PetscBool          multigrid, may;
+  KSPNormType        norm;
+  PC                 inner;
+
+  PetscFunctionBegin;
+  e->now   = PETSC_FALSE;
+  e->error = data->ksp->errorifnotconverged;
+  if (e->taken) data->ksp->errorifnotconverged = PETSC_FALSE;
+  if (e->taken || data->kept) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCAinsworthIsOwnMultigrid_Private(data, &multigrid));
+  PetscCall(KSPGetNormType(data->ksp, &norm));
+  if (!multigrid || norm == KSP_NORM_NONE) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MayFactor(data, &may));
+  if (!may) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetAndClearConvergenceTest(data->ksp, &e->converged, &e->test, &e->destroy));
+  PetscCall(KSPSetConvergenceTest(data->ksp, AinsworthGuarded<LookAhead>, pc, NULL));
+  e->watching = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthEscapeEnd_Private - the KSP gets back what is its own, after an error, too */
+PetscErrorCode PCAinsworthEscapeEnd_Private(PC_Ainsworth *data)
+{
+  PCAinsworthEscape *e = &data->escape;
+  PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
+  AinsworthTestDestroyFn *destroy;
+  void                   *test;
+
+  PetscFunctionBegin;
+  data->ksp->errorifnotconverged = e->error;
+  if (!e->watching) PetscFunctionReturn(PETSC_SUCCESS);
+  e->watching = PETSC_FALSE;
+  PetscCall(KSPGetAndClearConvergenceTest(data->ksp, &converged, &test, &destroy));
+  PetscCall(KSPSetConvergenceTest(data->ksp, e->converged, e->test, e->destroy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthEscape_Private - after a reduced solve: another preconditioner takes the place of the present one, and the solve is to be repeated */
+PetscErrorCode PCAinsworthEscape_Private(PC pc, PC_Ainsworth *data, PetscBool *again)
+{
+  PCAinsworthEscape *e = &data->escape;
+  KSPConvergedReason reason;
+  PCFailedReason     failed;
+  PC                 inner;
+  char               why[512] = "";
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetConvergedReason(data->ksp, &reason));
+  *again = (PetscBool)(e->now || (e->taken && reason < 0 && reason != KSP_DIVERGED_ITS));
+  if (!*again) PetscFunctionReturn(PETSC_SUCCESS);
+  if (e->now) {
+    e->now   = PETSC_FALSE;
+    e->taken = PETSC_TRUE;
+    PetscCall(PCAinsworthChooseType_Private(pc, data));
+    PetscCall(PetscInfo(pc, "The preconditioning matrix is factored %s\n", e->why));
+  } else PetscCall(GoBack(pc, data, "The solve with a factorization of the preconditioning matrix failed"));
+  PetscCall(PCAinsworthSetUpInner_Private(pc, data, why, sizeof(why)));
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCGetFailedReason(inner, &failed));
+  if (why[0] || failed) PetscCall(PetscInfo(pc, "%s\n", why));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthEscapeView_Private - which of both, and why */
+PetscErrorCode PCAinsworthEscapeView_Private(const PC_Ainsworth *data, PetscViewer viewer)
+{
+  PetscFunctionBegin;
+  if (data->escape.taken) PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix factored %s\n", data->escape.why));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
