@@ -12,12 +12,12 @@
 struct Speed {
   PetscReal iterations, operations;
 };
-static const Speed speedCholmod = {50.0, 84.0}, speedMumps = {30.0, 48.0}, speedOther = {30.0, 8.0};
+static const Speed speedCholmod = {75.0, 55.0}, speedMumps = {50.0, 30.0}, speedOther = {50.0, 5.0};
 /* Systems of so few unknowns are factored at once: a multigrid's set-up would take as long */
-static const PetscInt tiny = 1000;
-/* Iterations before the first look ahead; and no factorization takes less time than so many */
-static const PetscInt  early  = 6;
-static const PetscReal fewest = 45.0;
+static const PetscInt tiny = 2000;
+/* Iterations before the first look ahead; and the part of a factorization's time that the rest of the solve has to take: a wrong guess costs little either way */
+static const PetscInt  early = 6;
+static const PetscReal part  = 0.7;
 
 /* The factorization for M_*, or one that the options chose: its type, NULL where it is not to be had, and its package. A Hermitian matrix that is not real is
    a general one for all of them */
@@ -302,9 +302,10 @@ static PetscErrorCode Count(PC pc, PC_Ainsworth *data)
   for (Mat &mat : parts) PetscCall(MatDestroy(&mat));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (!rank) {
-    AinsworthCost predicted;
+    AinsworthCost   predicted;
+    MatOrderingType ordering;
 
-    PetscCall(AinsworthFactorPredict(graph[0], AinsworthDissection, bs, &predicted));
+    PetscCall(AinsworthFactorPredictBest(graph[0], bs, &predicted, &ordering));
     cost[0] = predicted.entries;
     cost[1] = predicted.operations;
   }
@@ -331,7 +332,8 @@ static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConve
   PC                 pc   = (PC)ctx;
   PC_Ainsworth      *data = (PC_Ainsworth *)pc->data;
   PCAinsworthEscape *e    = &data->escape;
-  PetscReal          goal, left;
+  MatSolverType      package;
+  PetscReal          goal, left, least;
 
   PetscFunctionBegin;
   PetscCall((*e->converged)(ksp, step, norm, reason, e->test));
@@ -340,10 +342,12 @@ static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConve
   if (*reason || step < early || !(norm > 0.0) || PetscIsInfOrNanReal(norm) || e->norms.size() <= (size_t)early) PetscFunctionReturn(PETSC_SUCCESS);
   goal = PetscMax((data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR ? data->reporting.rtol : ksp->rtol) * e->norms[0], ksp->abstol);
   if (norm <= goal) PetscFunctionReturn(PETSC_SUCCESS);
-  left = Forecast(e->norms, goal);
-  if (left <= fewest) PetscFunctionReturn(PETSC_SUCCESS);
+  (void)PCAinsworthFactorType_Private(data, &package);
+  least = SpeedOf(package).iterations;
+  left  = Forecast(e->norms, goal);
+  if (left <= part * least) PetscFunctionReturn(PETSC_SUCCESS);
   if (!e->counted) PetscCall(Count(pc, data));
-  if (left <= e->iterations) PetscFunctionReturn(PETSC_SUCCESS);
+  if (left <= part * e->iterations) PetscFunctionReturn(PETSC_SUCCESS);
   e->now  = PETSC_TRUE;
   *reason = KSP_CONVERGED_ITS; /* no failure, which -ksp_error_if_not_converged would make an error */
   PetscCall(PetscSNPrintf(e->why, sizeof(e->why),

@@ -44,16 +44,16 @@ static PetscErrorCode IsPackage(PC pc, const char name[], PetscBool *is)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The ordering with the fewest operations of those worth their own time, and its cost */
-static PetscErrorCode Predict(Mat M, AinsworthCost *cost, MatOrderingType *ordering)
+/* AinsworthFactorPredictBest - the ordering with the fewest operations of those worth their own time, and its cost; M has a row for each node of bs unknowns */
+PetscErrorCode AinsworthFactorPredictBest(Mat M, PetscInt bs, AinsworthCost *cost, MatOrderingType *ordering)
 {
   AinsworthCost dissected;
 
   PetscFunctionBegin;
   *ordering = AinsworthOrdering;
-  PetscCall(AinsworthFactorPredict(M, *ordering, 1, cost));
+  PetscCall(AinsworthFactorPredict(M, *ordering, bs, cost));
   if (*ordering == AinsworthDissection || cost->operations < dissect) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthFactorPredict(M, AinsworthDissection, 1, &dissected));
+  PetscCall(AinsworthFactorPredict(M, AinsworthDissection, bs, &dissected));
   if (dissected.operations >= cost->operations) PetscFunctionReturn(PETSC_SUCCESS);
   *ordering = AinsworthDissection;
   *cost     = dissected;
@@ -84,7 +84,7 @@ PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, PetscBool h
   PetscCall(PetscObjectBaseTypeCompare((PetscObject)M, MATSEQAIJ, &sequential));
   if (!hermitian) factor->package = pivoting;
   else if (sequential) {
-    PetscCall(Predict(M, &factor->cost, &ordering));
+    PetscCall(AinsworthFactorPredictBest(M, 1, &factor->cost, &ordering));
     factor->package = factor->cost.operations < many ? MATSOLVERPETSC : supernodal;
     if (factor->cost.operations < many) PetscCall(PCFactorSetMatOrderingType(pc, ordering));
   }
