@@ -136,7 +136,7 @@ static void SeveralBodies(Scene &s)
 
     for (int i = 0; i < storeys; i++) {
       AddBox(s, n, n, Cells((PetscReal)n / storeys), 0, 0, (PetscReal)i / storeys, 1, 1, 1.0 / storeys).fixed[2][0] = i == 0;
-      s.body.back().loose                                                                                         = i > 0;
+      s.body.back().loose                                                                                           = i > 0;
       if (i) AddTie(s, i, i - 1, 2, 1);
     }
   } else if (Is(s, "slabs")) { /* a wall at x = 0 holds what slips */
@@ -155,8 +155,8 @@ static void SeveralBodies(Scene &s)
 
     AddBox(s, n2, n2, n2, 0, 0, -height, 1, 1, height).fixed[2][0] = true;
     SceneBody &b                                                   = AddBox(s, n, n, n, 0, 0, 0, 1, 1, height);
-    b.loose                                              = o.floating == PETSC_TRUE;
-    b.fixed[2][1]                                        = !o.floating;
+    b.loose                                                        = o.floating == PETSC_TRUE;
+    b.fixed[2][1]                                                  = !o.floating;
     AddTie(s, 1, 0, 2, o.stick);
   }
 }
