@@ -13,56 +13,15 @@ struct Speed {
   PetscReal iterations, operations;
 };
 static const Speed speedCholmod = {75.0, 55.0}, speedMumps = {50.0, 30.0}, speedOther = {50.0, 5.0};
-/* Systems of so few unknowns are factored at once: a multigrid's set-up would take as long */
-static const PetscInt tiny = 2000;
+/*
+   A quick multigrid takes as long as so many iterations for its set-up and its solve, and as operations for so many entries of A, however few it has: the
+   factorization of a small system takes less
+*/
+static const PetscReal quick = 60.0, overhead = 6e6;
+static const PetscInt  small = 5000; /* unknowns; the symbolic factorization of more would be felt where multigrid is quick */
 /* Iterations before the first look ahead; and the part of a factorization's time that the rest of the solve has to take: a wrong guess costs little either way */
 static const PetscInt  early = 6;
 static const PetscReal part  = 0.7;
-
-/* The factorization for M_*, or one that the options chose: its type, NULL where it is not to be had, and its package. A Hermitian matrix that is not real is
-   a general one for all of them */
-PCType PCAinsworthFactorType_Private(const PC_Ainsworth *data, MatSolverType *package)
-{
-  PetscMPIInt size;
-  const bool  definite = data->symmetric && !PetscDefined(USE_COMPLEX);
-
-  (void)MPI_Comm_size(PetscObjectComm((PetscObject)data->ksp), &size);
-  *package = NULL;
-#if defined(PETSC_HAVE_MUMPS)
-  *package = MATSOLVERMUMPS;
-#elif defined(PETSC_HAVE_SUPERLU_DIST)
-  if (!definite) *package = MATSOLVERSUPERLU_DIST;
-#endif
-#if defined(PETSC_HAVE_SUITESPARSE)
-  if (size == 1 && definite) *package = MATSOLVERCHOLMOD;
-  else if (size == 1 && !*package) *package = MATSOLVERUMFPACK;
-#endif
-  if (size == 1 && !*package) *package = MATSOLVERPETSC;
-  return *package ? definite ? PCCHOLESKY : PCLU : NULL;
-}
-
-static Speed SpeedOf(MatSolverType package)
-{
-  PetscBool is;
-
-  (void)PetscStrcmp(package, MATSOLVERCHOLMOD, &is);
-  if (is) return speedCholmod;
-  (void)PetscStrcmp(package, MATSOLVERMUMPS, &is);
-  return is ? speedMumps : speedOther;
-}
-
-static PetscErrorCode IsCholmod(PC inner, PetscBool *is)
-{
-  MatSolverType package = NULL;
-  PetscBool     factors;
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &factors, PCCHOLESKY, PCLU, ""));
-  if (factors) PetscCall(PCFactorGetMatSolverType(inner, &package));
-  *is = PETSC_FALSE;
-  if (package) PetscCall(PetscStrcmp(package, MATSOLVERCHOLMOD, is));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* May M_* be factored where nobody chose its preconditioner? A vector that it takes to zero would be a pivot that is */
 static PetscErrorCode MayFactor(const PC_Ainsworth *data, PetscBool *may)
@@ -95,21 +54,78 @@ static PetscErrorCode Measure(const PC_Ainsworth *data, PetscInt *n, PetscReal *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthEscapeAtOnce_Private - is the system one for which no multigrid is worth its set-up? */
+/* Operations of a factorization of the sum of some matrices, and the entries of its factor: from the graph of nodes, on rank 0 */
+static PetscErrorCode Predict(const PC_Ainsworth *data, std::vector<Mat> parts, AinsworthCost *cost)
+{
+  MPI_Comm        comm = PetscObjectComm((PetscObject)data->ksp);
+  Mat            *graph;
+  PetscInt        n, bs = data->saddle.bs;
+  PetscMPIInt     rank;
+  PetscBool       whole, general;
+  MatSolverType   package;
+  MatOrderingType ordering;
+  PetscReal       predicted[2] = {0.0, 0.0};
+
+  PetscFunctionBegin;
+  for (Mat &mat : parts) PetscCall(AinsworthGetAIJ(mat, &mat));
+  PetscCall(MatGetLocalSize(data->saddle.A, &n, NULL));
+  whole = (PetscBool)(n % bs == 0);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &whole, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
+  if (!whole) bs = 1;
+  PetscCall(AinsworthGraphOfNodes(parts, bs, &graph));
+  for (Mat &mat : parts) PetscCall(MatDestroy(&mat));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (!rank) {
+    PetscCall(AinsworthFactorPredictBest(graph[0], bs, cost, &ordering));
+    predicted[0] = cost->entries;
+    predicted[1] = cost->operations;
+  }
+  PetscCall(MatDestroySubMatrices(1, &graph));
+  PetscCallMPI(MPI_Bcast(predicted, 2, MPIU_REAL, 0, comm));
+  PetscCall(PetscStrcmp(PCAinsworthFactorType_Private(data, &package), PCLU, &general));
+  cost->entries    = general ? 2.0 * predicted[0] : predicted[0];
+  cost->operations = general ? 2.0 * predicted[1] : predicted[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How long a factorization takes, in iterations with multigrid */
+static PetscReal IterationsFor(const PC_Ainsworth *data, PetscReal operations, PetscReal entries)
+{
+  MatSolverType package;
+  PetscBool     is;
+  Speed         speed = speedOther;
+
+  (void)PCAinsworthFactorType_Private(data, &package);
+  (void)PetscStrcmp(package, MATSOLVERCHOLMOD, &is);
+  if (is) speed = speedCholmod;
+  (void)PetscStrcmp(package, MATSOLVERMUMPS, &is);
+  if (is) speed = speedMumps;
+  return speed.iterations + operations / (speed.operations * PetscMax(entries, 1.0));
+}
+
+/* PCAinsworthEscapeAtOnce_Private - does a factorization take no longer than a multigrid, even where that is quick? Only small systems are looked at */
 PetscErrorCode PCAinsworthEscapeAtOnce_Private(PC_Ainsworth *data, PetscBool *factor)
 {
   PCAinsworthEscape *e = &data->escape;
   PetscInt           n;
+  PetscReal          entries;
+  AinsworthCost      cost;
 
   PetscFunctionBegin;
   *factor = PETSC_FALSE;
   PetscCall(MatGetSize(data->saddle.A, &n, NULL));
-  if (n > tiny) PetscFunctionReturn(PETSC_SUCCESS);
+  if (n > small) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MayFactor(data, factor));
   if (!*factor) PetscFunctionReturn(PETSC_SUCCESS);
-  e->taken = PETSC_TRUE;
-  PetscCall(Measure(data, &e->n, &e->entries));
-  PetscCall(PetscSNPrintf(e->why, sizeof(e->why), "of %" PetscInt_FMT " unknowns, for which a multigrid is not worth its set-up", n));
+  PetscCall(Measure(data, &n, &entries));
+  PetscCall(Predict(data, {data->saddle.A}, &cost));
+  *factor = (PetscBool)(entries * IterationsFor(data, cost.operations, entries) <= quick * entries + overhead);
+  if (!*factor) PetscFunctionReturn(PETSC_SUCCESS);
+  e->taken   = PETSC_TRUE;
+  e->n       = n;
+  e->entries = entries;
+  PetscCall(PetscSNPrintf(e->why, sizeof(e->why), "at once, for %.2g operations: a multigrid is not worth its set-up for %" PetscInt_FMT " unknowns",
+                          (double)cost.operations, n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -211,46 +227,6 @@ PetscErrorCode PCAinsworthEscapeCheck_Private(PC pc, PC_Ainsworth *data, PetscBo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthConvertPmat_Private - M_* in the form that its factorization takes; that of A where there are no constraints */
-PetscErrorCode PCAinsworthConvertPmat_Private(PC_Ainsworth *data)
-{
-  PC        inner;
-  PetscBool cholmod;
-  Mat       aij;
-
-  PetscFunctionBegin;
-  if (data->format != AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(IsCholmod(inner, &cholmod));
-  aij = data->M;
-  if (!aij) PetscCall(AinsworthGetAIJ(data->saddle.A, &aij));
-  data->M = aij;
-  if (!cholmod) PetscFunctionReturn(PETSC_SUCCESS);
-  if (aij == data->saddle.A) { /* its block size is not to be changed */
-    PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &data->M));
-    PetscCall(MatDestroy(&aij));
-  }
-  PetscCall(MatSetBlockSize(data->M, 1)); /* CHOLMOD's interface wraps this type in place, without blocks */
-  PetscCall(MatSetOption(data->M, MAT_SYMMETRIC, PETSC_TRUE));
-  PetscCall(MatConvert(data->M, MATSEQSBAIJ, MAT_INPLACE_MATRIX, &data->M));
-  PetscCall(MatSetOption(data->M, MAT_SPD, PETSC_TRUE));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* PCAinsworthSetUpPreconditioner_Private - PCSetUp(), which with CHOLMOD would raise an error where M_* is not positive definite */
-PetscErrorCode PCAinsworthSetUpPreconditioner_Private(PC inner, PetscBool *definite)
-{
-  PetscBool cholmod, indefinite = PETSC_FALSE;
-
-  PetscFunctionBegin;
-  PetscCall(IsCholmod(inner, &cholmod));
-  if (cholmod) PetscCall(AinsworthFactorTryCholmod((PetscObject)inner, [=] { return PCSetUp(inner); }, &indefinite));
-  else PetscCall(PCSetUp(inner));
-  if (indefinite) PetscCall(PCReset(inner));
-  *definite = (PetscBool)!indefinite;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Iterations that are left until the residual norm has come down to `goal`, at the faster of two rates: that of all steps, and of the last half of them */
 static PetscReal Forecast(const std::vector<PetscReal> &norms, PetscReal goal)
 {
@@ -271,20 +247,15 @@ static PetscErrorCode LeastMemory(MPI_Comm comm, PetscReal *memory)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How many iterations take as long as the factorization, from its symbolic one on the graph of nodes; Infinity where it does not fit in memory */
+/* How many iterations take as long as the factorization; Infinity where it does not fit in memory */
 static PetscErrorCode Count(PC pc, PC_Ainsworth *data)
 {
   static const PetscReal share = 0.5, extra = 1.5; /* of the memory, for the factor and what else a package needs */
-  PCAinsworthEscape     *e    = &data->escape;
-  MPI_Comm               comm = PetscObjectComm((PetscObject)pc);
+  PCAinsworthEscape     *e = &data->escape;
   std::vector<Mat>       parts;
-  Mat                   *graph, part;
-  PetscInt               n, bs = data->saddle.bs;
-  PetscMPIInt            rank;
-  PetscBool              whole;
-  PetscReal              cost[2] = {0.0, 0.0}, memory;
-  MatSolverType          package;
-  PCType                 type = PCAinsworthFactorType_Private(data, &package);
+  Mat                    part;
+  PetscReal              memory;
+  AinsworthCost          cost;
 
   PetscFunctionBegin;
   if (data->format == AINSWORTH_PMAT_SUM && data->constraints) {
@@ -293,36 +264,15 @@ static PetscErrorCode Count(PC pc, PC_Ainsworth *data)
       parts.push_back(part);
     }
   } else parts.push_back(data->constraints ? data->M : data->saddle.A);
-  for (Mat &mat : parts) PetscCall(AinsworthGetAIJ(mat, &mat));
-  PetscCall(MatGetLocalSize(data->saddle.A, &n, NULL));
-  whole = (PetscBool)(n % bs == 0);
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &whole, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
-  if (!whole) bs = 1;
-  PetscCall(AinsworthGraphOfNodes(parts, bs, &graph));
-  for (Mat &mat : parts) PetscCall(MatDestroy(&mat));
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (!rank) {
-    AinsworthCost   predicted;
-    MatOrderingType ordering;
-
-    PetscCall(AinsworthFactorPredictBest(graph[0], bs, &predicted, &ordering));
-    cost[0] = predicted.entries;
-    cost[1] = predicted.operations;
-  }
-  PetscCall(MatDestroySubMatrices(1, &graph));
-  PetscCallMPI(MPI_Bcast(cost, 2, MPIU_REAL, 0, comm));
-  PetscCall(PetscStrcmp(type, PCLU, &whole));
-  for (PetscReal &value : cost) value *= whole ? 2.0 : 1.0;
+  PetscCall(Predict(data, parts, &cost));
   PetscCall(Measure(data, &e->n, &e->entries));
-  PetscCall(LeastMemory(comm, &memory));
-  const Speed speed = SpeedOf(package);
-
+  PetscCall(LeastMemory(PetscObjectComm((PetscObject)pc), &memory));
   e->counted    = PETSC_TRUE;
-  e->operations = cost[1];
-  e->iterations = speed.iterations + cost[1] / (speed.operations * e->entries);
-  if (extra * cost[0] * (PetscReal)sizeof(PetscScalar) > share * memory || cost[0] > (PetscReal)PETSC_MAX_INT) e->iterations = PETSC_INFINITY;
-  PetscCall(PetscInfo(pc, "A factorization by %s would take %g operations and hold %g entries%s: as long as %g iterations with multigrid\n", package,
-                      (double)cost[1], (double)cost[0], e->iterations < PETSC_INFINITY ? "" : ", more than memory has room for", (double)e->iterations));
+  e->operations = cost.operations;
+  e->iterations = IterationsFor(data, cost.operations, e->entries);
+  if (extra * cost.entries * (PetscReal)sizeof(PetscScalar) > share * memory || cost.entries > (PetscReal)PETSC_MAX_INT) e->iterations = PETSC_INFINITY;
+  PetscCall(PetscInfo(pc, "A factorization would take %g operations and hold %g entries%s: as long as %g iterations with multigrid\n", (double)cost.operations,
+                      (double)cost.entries, e->iterations < PETSC_INFINITY ? "" : ", more than memory has room for", (double)e->iterations));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -332,8 +282,7 @@ static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConve
   PC                 pc   = (PC)ctx;
   PC_Ainsworth      *data = (PC_Ainsworth *)pc->data;
   PCAinsworthEscape *e    = &data->escape;
-  MatSolverType      package;
-  PetscReal          goal, left, least;
+  PetscReal          goal, left;
 
   PetscFunctionBegin;
   PetscCall((*e->converged)(ksp, step, norm, reason, e->test));
@@ -342,17 +291,15 @@ static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConve
   if (*reason || step < early || !(norm > 0.0) || PetscIsInfOrNanReal(norm) || e->norms.size() <= (size_t)early) PetscFunctionReturn(PETSC_SUCCESS);
   goal = PetscMax((data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR ? data->reporting.rtol : ksp->rtol) * e->norms[0], ksp->abstol);
   if (norm <= goal) PetscFunctionReturn(PETSC_SUCCESS);
-  (void)PCAinsworthFactorType_Private(data, &package);
-  least = SpeedOf(package).iterations;
-  left  = Forecast(e->norms, goal);
-  if (left <= part * least) PetscFunctionReturn(PETSC_SUCCESS);
+  left = Forecast(e->norms, goal);
+  if (left <= part * IterationsFor(data, 0.0, 1.0)) PetscFunctionReturn(PETSC_SUCCESS);
   if (!e->counted) PetscCall(Count(pc, data));
   if (left <= part * e->iterations) PetscFunctionReturn(PETSC_SUCCESS);
   e->now  = PETSC_TRUE;
   *reason = KSP_CONVERGED_ITS; /* no failure, which -ksp_error_if_not_converged would make an error */
   PetscCall(PetscSNPrintf(e->why, sizeof(e->why),
-                          "for %.2g operations, as multigrid would have taken %.2g iterations more after %" PetscInt_FMT ", and it takes as long as %.0f",
-                          (double)e->operations, (double)PetscMin(left, 1e4), step, (double)e->iterations));
+                          "for %.2g operations, the time of %.0f iterations with multigrid, of which %.0f or more were left after %" PetscInt_FMT,
+                          (double)e->operations, (double)e->iterations, (double)PetscMin(left, 1e5), step));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

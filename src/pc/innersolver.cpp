@@ -203,20 +203,6 @@ PetscErrorCode PCAinsworthChooseType_Private(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The package for a factorization that is not PETSc's own, unless the program chose one; the options may */
-static PetscErrorCode ChoosePackage(const PC_Ainsworth *data, PC inner)
-{
-  MatSolverType package, given = NULL;
-  PCType        type    = PCAinsworthFactorType_Private(data, &package);
-  PetscBool     factors = PETSC_FALSE;
-
-  PetscFunctionBegin;
-  if (type) PetscCall(PetscObjectTypeCompare((PetscObject)inner, type, &factors));
-  if (factors) PetscCall(PCFactorGetMatSolverType(inner, &given));
-  if (factors && !given) PetscCall(PCFactorSetMatSolverType(inner, package));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    PCAinsworthConfigureKSP_Private - reads the options of the inner solver, once, with our defaults where the user said nothing
 
@@ -249,7 +235,7 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
     if (given) PetscCall(PCSetType(inner, chosen));
     else PetscCall(SetOwnType(data, method));
   }
-  PetscCall(ChoosePackage(data, inner));
+  PetscCall(PCAinsworthChoosePackage_Private(data, inner));
   PetscCall(ChoosesBoomerAMG(inner, &boomer));
   for (size_t i = 0; i < nboomeramg && boomer; i++) {
     const char *value = DefaultValue(data, definite, i);
