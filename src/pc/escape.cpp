@@ -13,12 +13,8 @@ struct Speed {
   PetscReal iterations, operations;
 };
 static const Speed speedCholmod = {75.0, 55.0}, speedMumps = {50.0, 30.0}, speedOther = {50.0, 5.0};
-/*
-   A quick multigrid takes as long as so many iterations for its set-up and its solve, and as operations for so many entries of A, however few it has: the
-   factorization of a small system takes less
-*/
-static const PetscReal quick = 60.0, overhead = 6e6;
-static const PetscInt  small = 5000; /* unknowns; the symbolic factorization of more would be felt where multigrid is quick */
+/* Systems of so few unknowns are factored at once: PCBLOCKSA would have a single level, and factor that */
+static const PetscInt tiny = 600;
 /* Iterations before the first look ahead; and the part of a factorization's time that the rest of the solve has to take: a wrong guess costs little either way */
 static const PetscInt  early = 6;
 static const PetscReal part  = 0.7;
@@ -103,29 +99,21 @@ static PetscReal IterationsFor(const PC_Ainsworth *data, PetscReal operations, P
   return speed.iterations + operations / (speed.operations * PetscMax(entries, 1.0));
 }
 
-/* PCAinsworthEscapeAtOnce_Private - does a factorization take no longer than a multigrid, even where that is quick? Only small systems are looked at */
+/* PCAinsworthEscapeAtOnce_Private - is the system one for which no multigrid is worth its set-up? */
 PetscErrorCode PCAinsworthEscapeAtOnce_Private(PC_Ainsworth *data, PetscBool *factor)
 {
   PCAinsworthEscape *e = &data->escape;
   PetscInt           n;
-  PetscReal          entries;
-  AinsworthCost      cost;
 
   PetscFunctionBegin;
   *factor = PETSC_FALSE;
   PetscCall(MatGetSize(data->saddle.A, &n, NULL));
-  if (n > small) PetscFunctionReturn(PETSC_SUCCESS);
+  if (n > tiny) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MayFactor(data, factor));
   if (!*factor) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Measure(data, &n, &entries));
-  PetscCall(Predict(data, {data->saddle.A}, &cost));
-  *factor = (PetscBool)(entries * IterationsFor(data, cost.operations, entries) <= quick * entries + overhead);
-  if (!*factor) PetscFunctionReturn(PETSC_SUCCESS);
-  e->taken   = PETSC_TRUE;
-  e->n       = n;
-  e->entries = entries;
-  PetscCall(PetscSNPrintf(e->why, sizeof(e->why), "at once, for %.2g operations: a multigrid is not worth its set-up for %" PetscInt_FMT " unknowns",
-                          (double)cost.operations, n));
+  e->taken = PETSC_TRUE;
+  PetscCall(Measure(data, &e->n, &e->entries));
+  PetscCall(PetscSNPrintf(e->why, sizeof(e->why), "at once, as multigrid is not worth its set-up for %" PetscInt_FMT " unknowns", n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -134,7 +134,7 @@ static PetscErrorCode Solve(const char *what, const Grid &grid, bool transpose, 
 /* Where multigrid is quick it stays; where it is slow it gives way in the first solve, and does so no more */
 static PetscErrorCode Sequence()
 {
-  const PetscInt  n    = 52;
+  const PetscInt  n    = 36;
   const PetscReal soft = 1.0, stiff = 1e3;
   Options         options("-ainsworth_ksp_rtol 1e-12");
   Grid            grid;
