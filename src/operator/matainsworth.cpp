@@ -100,7 +100,7 @@ static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
     if (ctx->D && ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(AinsworthWeightCreate(ctx->A, &inverseDiagonal));
     PetscCall(SetMobility(ctx));
     PetscCall(MatGetOptionsPrefix(mat, &prefix));
-    PetscCall(AinsworthProjectorSetUp(&ctx->proj, &blocks, ctx->mobility, inverseDiagonal, ctx->adjoint, ctx->rowsPerRank, (PetscObject)mat, prefix));
+    PetscCall(AinsworthProjectorSetUp(&ctx->proj, &blocks, ctx->mobility, inverseDiagonal, ctx->rowsPerRank, (PetscObject)mat, prefix));
     if (inverseDiagonal != ctx->weight) PetscCall(VecDestroy(&inverseDiagonal));
   }
   if (!ctx->work) PetscCall(MatCreateVecs(ctx->A, &ctx->work, NULL));
@@ -433,7 +433,7 @@ PetscErrorCode MatCreate_Ainsworth(Mat mat)
   ctx                  = new Mat_Ainsworth();
   ctx->weightType      = MAT_AINSWORTH_WEIGHT_DIAGONAL;
   ctx->rowsPerRank     = 25000; /* docs/gram.md */
-  ctx->proj.gram.group = MPI_COMM_NULL;
+  ctx->proj.gram.group = ctx->proj.gramB.group = MPI_COMM_NULL;
   PetscCall(MatSetType(mat, MATSHELL));
   PetscCall(MatShellSetContext(mat, ctx));
   PetscCall(MatShellSetManageScalingShifts(mat)); /* MatScale() and the like are refused: a duplicate would lose them */

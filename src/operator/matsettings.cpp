@@ -259,7 +259,7 @@ PetscErrorCode MatAinsworthGetGramKSP(Mat mat, KSP *ksp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* S = C W B' + N, m x m, MATAIJ, rows distributed as those of C */
+/* S = C W C' + N, m x m, MATAIJ, rows distributed as those of C */
 PetscErrorCode MatAinsworthGetGramMat_Private(Mat mat, Mat *S)
 {
   Mat_Ainsworth *ctx;

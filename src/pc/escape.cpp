@@ -1,6 +1,7 @@
 /* Where multigrid does not fit: M_* is factored, and the solve repeated; docs/models.md */
 #include "pcainsworth.h"
 #include "../guard.h"
+#include "../operator/matainsworth.h"
 #include "../projector/factor.h"
 #include "../projector/graph.h"
 #include <petsc/private/kspimpl.h>
@@ -304,7 +305,8 @@ PetscErrorCode PCAinsworthEscapeBegin_Private(PC pc, PC_Ainsworth *data)
   e->now   = PETSC_FALSE;
   e->error = data->ksp->errorifnotconverged;
   if (e->taken) data->ksp->errorifnotconverged = PETSC_FALSE;
-  if (e->taken || data->kept) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PCAinsworthIsOld_Private(data, &may));
+  if (e->taken || may) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCAinsworthIsOwnMultigrid_Private(data, &multigrid));
   PetscCall(KSPGetNormType(data->ksp, &norm));
@@ -342,6 +344,7 @@ PetscErrorCode PCAinsworthEscape_Private(PC pc, PC_Ainsworth *data, PetscBool *a
   PCFailedReason     failed;
   PC                 inner;
   char               why[512] = "";
+  Mat_Ainsworth     *reduced  = NULL;
 
   PetscFunctionBegin;
   PetscCall(KSPGetConvergedReason(data->ksp, &reason));
@@ -353,7 +356,8 @@ PetscErrorCode PCAinsworthEscape_Private(PC pc, PC_Ainsworth *data, PetscBool *a
     PetscCall(PCAinsworthChooseType_Private(pc, data));
     PetscCall(PetscInfo(pc, "The preconditioning matrix is factored %s\n", e->why));
   } else PetscCall(GoBack(pc, data, "The solve with a factorization of the preconditioning matrix failed"));
-  PetscCall(PCAinsworthSetUpInner_Private(pc, data, why, sizeof(why)));
+  if (data->constraints) PetscCall(MatAinsworthSetUpProjector_Private(data->reduced, &reduced));
+  PetscCall(PCAinsworthKeepOrSetUpInner_Private(pc, data, reduced, PETSC_FALSE, why, sizeof(why)));
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCGetFailedReason(inner, &failed));
   if (why[0] || failed) PetscCall(PetscInfo(pc, "%s\n", why));

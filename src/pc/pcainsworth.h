@@ -4,14 +4,25 @@
 
 #include <petscainsworth.h>
 #include "../saddle/saddle.h"
+#include "../multigrid/source.h"
 #include "../pmat/pmat.h"
 #include "../report/report.h"
+
+struct Mat_Ainsworth;
 
 /* What to do with rows of C that are linear combinations of other rows */
 typedef enum {
   AINSWORTH_REDUNDANT_DROP, /* they are left out; a right-hand side that contradicts them is a failure, PC_INCONSISTENT_RHS */
   AINSWORTH_REDUNDANT_ERROR /* the set-up stops with an error that names them */
 } AinsworthRedundantType;
+
+/* When the inner preconditioner is made anew for other values of A or C */
+typedef enum {
+  AINSWORTH_REBUILD_AUTO, /* when it costs more iterations than a set-up */
+  AINSWORTH_REBUILD_ALWAYS,
+  AINSWORTH_REBUILD_NEVER
+} AinsworthRebuildType;
+PETSC_INTERN const char *const PCAinsworthRebuildTypes[];
 
 /* What the program's own system says of a solution */
 typedef enum {
@@ -20,6 +31,11 @@ typedef enum {
   AINSWORTH_VERDICT_SINGULAR,     /* A is singular on Ker C, and f not balanced there */
   AINSWORTH_VERDICT_CONTRADICTION /* no x can have this right-hand side of the constraints */
 } AinsworthVerdict;
+
+/* f and g, or x and lambda, in the program's fields */
+struct PCAinsworthFields {
+  Vec primal, dual;
+};
 
 /* What options and calls choose, compared as a whole: what says the same again rebuilds nothing */
 struct PCAinsworthChoices {
@@ -97,6 +113,7 @@ struct PC_Ainsworth {
   PetscBool           ownNorm, ownSide; /* nor its norm, nor its side */
   PetscBool           plainCG;          /* its type gave way to KSPCG because there are no constraints */
   PetscBool           kept;             /* its preconditioner is that of an earlier set-up: KSPSetReusePreconditioner() */
+  PetscBool           ordered;          /* the program wanted that for its own */
   PetscBool           keptInside;       /* what the program has said about that to the inner KSP */
   PetscBool           ownMethod;        /* it gave way to GMRES because the system is not Hermitian */
   PCAinsworthEscape   escape;
@@ -105,6 +122,11 @@ struct PC_Ainsworth {
   PetscBool           knownAx;   /* it came with the multipliers */
   Vec                 g, lambda; /* on the kept rows, where some are not kept */
   Vec                 f;         /* less what is known of x and lambda, where something is */
+
+  /* pcrebuild.cpp: iterations of the first solve with the preconditioner, -1: none yet; of the last; and how many more than the first one all took */
+  AinsworthRebuildType rebuild;
+  PetscInt             first, last, more;
+  AinsworthSource      source; /* the C that a preconditioner that is kept as a whole was made for */
 
   /* error against run time */
   AinsworthReportSettings reporting;
@@ -140,7 +162,6 @@ PETSC_INTERN PetscErrorCode      PCAinsworthChooseType_Private(PC, PC_Ainsworth 
 PETSC_INTERN PetscErrorCode      PCAinsworthIsOwnMultigrid_Private(const PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthConvertPmat_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetUpPreconditioner_Private(PC, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthSetUpInner_Private(PC, PC_Ainsworth *, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeAtOnce_Private(PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeReview_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCheck_Private(PC, PC_Ainsworth *, PetscBool, PetscBool *);
@@ -148,6 +169,15 @@ PETSC_INTERN PetscErrorCode      PCAinsworthEscapeBegin_Private(PC, PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeEnd_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscape_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeView_Private(const PC_Ainsworth *, PetscViewer);
+PETSC_INTERN PetscErrorCode      PCAinsworthSetUpInner_Private(PC, PC_Ainsworth *, const Mat_Ainsworth *, char[], size_t);
+PETSC_INTERN PetscErrorCode      PCAinsworthKeepOrSetUpInner_Private(PC, PC_Ainsworth *, const Mat_Ainsworth *, PetscBool, char[], size_t);
+PETSC_INTERN PetscBool           PCAinsworthKeepsAlways_Private(PC, const PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthKeeps_Private(PC, const PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthIsOld_Private(const PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthLimit_Private(PC, const PC_Ainsworth *, PetscInt *);
+PETSC_INTERN PetscErrorCode      PCAinsworthCount_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthRebuild_Private(PC, PC_Ainsworth *, char[], size_t);
+PETSC_INTERN PetscErrorCode      PCAinsworthViewRebuild_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthFallBack_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthUpdateInputs_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthComposeFields_Private(PC, PetscBool);
@@ -162,10 +192,15 @@ PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC, PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthReportEnd_Private(PC_Ainsworth *, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *, Vec, Vec, PetscReal *);
-PETSC_INTERN PetscErrorCode      PCAinsworthAskedFor_Private(const PC_Ainsworth *, KSPConvergedReason, PetscReal *);
-PETSC_INTERN PetscErrorCode      PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, Vec, AinsworthVerdict *, char[],
-                                                           size_t);
-PETSC_INTERN PetscErrorCode      PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);
-PETSC_INTERN PetscErrorCode      PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);
+PETSC_INTERN PetscErrorCode      PCAinsworthSolveFields_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PCAinsworthFields, PCAinsworthFields,
+                                                                KSPConvergedReason *);
+PETSC_INTERN PetscErrorCode PCAinsworthRefineRows_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, PCAinsworthFields, PCAinsworthFields, PCAinsworthFields,
+                                                          PetscBool *);
+PETSC_INTERN PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *, Vec, Vec, PetscBool *);
+PETSC_INTERN PetscErrorCode PCAinsworthAskedFor_Private(const PC_Ainsworth *, KSPConvergedReason, PetscReal *);
+PETSC_INTERN PetscErrorCode PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, Vec, AinsworthVerdict *, char[],
+                                                      size_t);
+PETSC_INTERN PetscErrorCode PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);
+PETSC_INTERN PetscErrorCode PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);
 
 #endif

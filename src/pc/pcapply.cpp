@@ -6,16 +6,11 @@
 #include <petsc/private/pcimpl.h>
 #include <petsctime.h>
 
-/* f and g, or x and lambda, in the program's fields */
-struct Fields {
-  Vec primal, dual;
-};
-
 /*
    KSPSolve() for f and g; watched: the report sees it, and its stop refers to x. What the report has put into the KSP is taken out again after an error,
    too, which is passed on then
 */
-static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x)
+static PetscErrorCode SolveOnce(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x)
 {
   PetscLogDouble start;
   PetscErrorCode error;
@@ -30,6 +25,19 @@ static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose,
   PetscCall(PCAinsworthEscapeEnd_Private(data));
   if (watched) PetscCall(PCAinsworthReportEnd_Private(data, (PetscBool)(error != PETSC_SUCCESS)));
   PetscCall(error);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The same until the preconditioner is not changed for another */
+static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x)
+{
+  PetscBool again = PETSC_TRUE;
+
+  PetscFunctionBegin;
+  while (again) {
+    PetscCall(SolveOnce(pc, data, transpose, watched, f, g, x));
+    PetscCall(PCAinsworthEscape_Private(pc, data, &again));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -49,31 +57,55 @@ static PetscErrorCode GetReason(const PC_Ainsworth *data, KSPConvergedReason *re
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* SolveInner(), a second time with a preconditioner of the matrix at hand where an earlier one does not help */
+static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x, KSPConvergedReason *reason)
+{
+  KSP       ksp = data->ksp;
+  PetscInt  limit, most = ksp->max_it;
+  PetscBool strict   = ksp->errorifnotconverged;
+  char      why[512] = "";
+
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthLimit_Private(pc, data, &limit));
+  if (limit) {
+    PetscErrorCode error;
+
+    ksp->max_it              = limit;
+    ksp->errorifnotconverged = PETSC_FALSE;
+    error                    = SolveInner(pc, data, transpose, watched, f, g, x); /* to be passed on when all is as it was */
+    ksp->max_it              = most;
+    ksp->errorifnotconverged = strict;
+    PetscCall(error);
+    PetscCall(GetReason(data, reason));
+    if (*reason < 0) PetscCall(PCAinsworthRebuild_Private(pc, data, why, sizeof(why)));
+  }
+  if (!limit || (*reason < 0 && !why[0])) {
+    PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
+    PetscCall(GetReason(data, reason));
+  }
+  if (*reason > 0) PetscCall(PCAinsworthCount_Private(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The reduced solve between f, g and x, lambda, all on kept rows; transpose: with the transpose of A */
 static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x, Vec lambda,
                                    KSPConvergedReason *reason)
 {
-  PetscInt  n;
-  PetscBool again = PETSC_TRUE;
+  PetscInt n;
 
   PetscFunctionBegin;
   data->knownAx = (PetscBool)(data->constraints && data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A]);
   PetscCall(VecGetSize(x, &n));
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
   if (data->constraints == n && !data->saddle.D) PetscCall(VecZeroEntries(x)); /* Ker C = 0: the constraints alone determine x */
-  else {
-    while (again) {
-      PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
-      PetscCall(PCAinsworthEscape_Private(pc, data, &again));
-    }
-    PetscCall(GetReason(data, reason));
-  }
+  else PetscCall(SolveOrRebuild(pc, data, transpose, watched, f, g, x, reason));
   if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, f, g, x, lambda, data->knownAx ? data->Ax : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The fields of the program, reduced to the rows that are kept, solved, and extended */
-static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Fields b, Fields y, KSPConvergedReason *reason)
+PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, PCAinsworthFields b, PCAinsworthFields y,
+                                              KSPConvergedReason *reason)
 {
   PetscFunctionBegin;
   if (data->g) {
@@ -87,16 +119,16 @@ static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose
 }
 
 /* A second solve, for what the first has left */
-static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, Fields left, Fields y)
+static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields left, PCAinsworthFields y)
 {
-  Fields             more;
+  PCAinsworthFields  more;
   KSPConvergedReason reason;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(y.primal, &more.primal));
   PetscCall(VecDuplicate(y.dual, &more.dual));
   PetscCall(VecZeroEntries(more.primal));
-  PetscCall(SolveFields(pc, data, transpose, PETSC_FALSE, left, more, &reason));
+  PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, PETSC_FALSE, left, more, &reason));
   if (reason >= 0) {
     PetscCall(VecAXPY(y.primal, 1.0, more.primal));
     PetscCall(VecAXPY(y.dual, 1.0, more.dual));
@@ -107,8 +139,8 @@ static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, Fie
 }
 
 /* Without the null space that the program attached to the whole matrix, and what is left of both equations then */
-static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, Fields b, Fields y, Fields left, AinsworthVerdict *verdict,
-                             char why[], size_t len)
+static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, PCAinsworthFields b, PCAinsworthFields y, PCAinsworthFields left,
+                             AinsworthVerdict *verdict, char why[], size_t len)
 {
   PetscBool removed;
 
@@ -122,18 +154,23 @@ static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, Pet
 }
 
 /* A reduced solve that ended with a good reason is believed when the program's own system agrees; once it may be refined */
-static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, Fields b, Fields y, AinsworthVerdict *verdict,
-                                      char why[], size_t len)
+static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, PCAinsworthFields b, PCAinsworthFields y,
+                                      AinsworthVerdict *verdict, char why[], size_t len)
 {
-  Fields    left;
-  PetscReal tol;
+  PCAinsworthFields left;
+  PetscReal         tol;
+  PetscBool         refined = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthAskedFor_Private(data, reason, &tol));
   PetscCall(VecDuplicate(b.primal, &left.primal));
   PetscCall(VecDuplicate(b.dual, &left.dual));
   PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
-  if (*verdict == AINSWORTH_VERDICT_UNMET) {
+  if (*verdict <= AINSWORTH_VERDICT_UNMET) {
+    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, tol, b, y, left, &refined));
+    if (refined) PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
+  }
+  if (*verdict == AINSWORTH_VERDICT_UNMET && !refined) {
     PetscCall(PetscInfo(pc, "%s: a second solve follows\n", why));
     PetscCall(Refine(pc, data, transpose, left, y));
     data->knownAx = PETSC_FALSE;
@@ -145,14 +182,14 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
 }
 
 /* Solves, and says what came of it */
-static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, Fields b, Fields y)
+static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields b, PCAinsworthFields y)
 {
   KSPConvergedReason reason;
   AinsworthVerdict   verdict = AINSWORTH_VERDICT_MET;
   char               why[512];
 
   PetscFunctionBegin;
-  PetscCall(SolveFields(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
+  PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
   /* some methods end without any reason */
   if (reason >= 0) PetscCall(VerifyAndRefine(pc, data, transpose, reason, b, y, &verdict, why, sizeof(why)));
   if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
@@ -167,10 +204,10 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
 }
 
 /* The same where rows of the program's matrix have other signs than the blocks; their transposes have other signs in the solution */
-static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transpose, Fields b, Fields y)
+static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields b, PCAinsworthFields y)
 {
-  Vec    sign = data->saddle.sign;
-  Fields given;
+  Vec               sign = data->saddle.sign;
+  PCAinsworthFields given;
 
   PetscFunctionBegin;
   if (transpose) {
@@ -211,7 +248,7 @@ static PetscErrorCode ReductionsCollide(const PC_Ainsworth *data, Vec v, PetscBo
 }
 
 /* A right-hand side whose norm is not finite; the row is named where an entry is not */
-static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, Fields b)
+static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, PCAinsworthFields b)
 {
   char row[64], why[512];
 
@@ -230,19 +267,19 @@ static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, Fields b)
 
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
-  PC_Ainsworth  *data = (PC_Ainsworth *)pc->data;
-  const IS      *in   = transpose ? data->saddle.cols : data->saddle.rows;
-  const IS      *out  = transpose ? data->saddle.rows : data->saddle.cols;
-  PetscBool      changed, collide;
-  PetscReal      norm;
-  Fields         left, right;
-  PetscErrorCode code;
+  PC_Ainsworth     *data = (PC_Ainsworth *)pc->data;
+  const IS         *in   = transpose ? data->saddle.cols : data->saddle.rows;
+  const IS         *out  = transpose ? data->saddle.rows : data->saddle.cols;
+  PetscBool         changed, collide;
+  PetscReal         norm;
+  PCAinsworthFields left, right;
+  PetscErrorCode    code;
 
   PetscFunctionBegin;
   /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place, and at nothing where the preconditioner is to be kept */
   PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
   PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
-  if (data->kept && !pc->reusepreconditioner) changed = PETSC_TRUE;
+  if (data->ordered && !pc->reusepreconditioner) changed = PETSC_TRUE;
   if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat what ended with an error */
   data->applied = PETSC_TRUE;
   if (data->stale) { /* the set-up has said why */

@@ -79,20 +79,24 @@ static PetscErrorCode CountSigns(Mat A, PetscInt *positive, PetscInt *negative)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = Q y and the quotient y' A y / y' diag(A) y, 1 where nothing of y is in Ker C */
+/* y = Q y and the quotient y' A y / y' diag(A) y, 1 where nothing of y is in Ker C. Where Q is not onto Ker C, D not zero for instance, y is taken as it is */
 static PetscErrorCode RayleighQuotient(const PC_Ainsworth *data, Vec y, PetscReal *quotient)
 {
   Vec         work;
   PetscReal   size, before;
   PetscScalar energy;
+  PetscBool   isFree;
 
   PetscFunctionBegin;
   *quotient = 1.0;
   PetscCall(VecDuplicate(y, &work));
   PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &before));
-  if (data->constraints) PetscCall(MatAinsworthMultProjector(data->reduced, y, y));
+  if (data->constraints && !(data->adjoint && !data->saddle.D)) {
+    PetscCall(PCAinsworthIsFree_Private(data, y, work, &isFree));
+    if (!isFree) before = PETSC_INFINITY;
+  } else if (data->constraints) PetscCall(MatAinsworthMultProjector(data->reduced, y, y));
   PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &size));
-  PetscCall(MatMult(data->constraints && data->saddle.D ? data->reduced : data->saddle.A, y, work)); /* springs hold a body, too */
+  PetscCall(MatMult(data->saddle.A, y, work));
   PetscCall(VecDot(work, y, &energy));
   if (size > PETSC_SQRT_MACHINE_EPSILON * before && !PetscIsInfOrNanScalar(energy)) *quotient = PetscRealPart(energy) / size;
   PetscCall(VecDestroy(&work));

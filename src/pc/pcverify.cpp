@@ -44,6 +44,50 @@ PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x
 }
 
 /*
+   PCAinsworthIsFree_Private - is y a motion that neither A nor a row of C resists? For a D that is not zero, or a B that is not C, whose Q does not tell
+
+   C_i y = 0 is asked for in the norms of W, in which Q moves, A y = 0 in those of diag(A): the root of what rounding may make of its energy. work: n
+*/
+PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec work, PetscBool *isFree)
+{
+  static const PetscReal along = 1e-8, force = 1e-7;
+  const Mat              C = data->saddle.C;
+  PetscReal              size;
+  PetscScalar            resistance;
+  PetscInt               m, held = 0;
+  Vec                    rows, lengths, root;
+  const PetscScalar     *r, *l;
+
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &size));
+  PetscCall(MatMult(data->saddle.A, y, work));
+  PetscCall(VecDuplicate(work, &root));
+  PetscCall(VecPointwiseMult(root, work, data->inverseDiagonal));
+  PetscCall(VecDot(root, work, &resistance));
+  *isFree = (PetscBool)(size > 0.0 && PetscRealPart(resistance) <= PetscSqr(force) * size && !PetscIsInfOrNanReal(size));
+  if (*isFree) {
+    PetscCall(VecCopy(data->inverseDiagonal, root));
+    PetscCall(VecSqrtAbs(root));
+    PetscCall(MatCreateVecs(C, NULL, &rows));
+    PetscCall(VecDuplicate(rows, &lengths));
+    PetscCall(AinsworthRowSquares(C, root, lengths));
+    PetscCall(MatMult(C, y, rows));
+    PetscCall(VecGetLocalSize(rows, &m));
+    PetscCall(VecGetArrayRead(rows, &r));
+    PetscCall(VecGetArrayRead(lengths, &l));
+    for (PetscInt i = 0; i < m; i++) held += PetscAbsScalar(r[i]) > along * PetscSqrtReal(PetscRealPart(l[i])) * PetscSqrtReal(size);
+    PetscCall(VecRestoreArrayRead(rows, &r));
+    PetscCall(VecRestoreArrayRead(lengths, &l));
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &held, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
+    *isFree = (PetscBool)!held;
+    PetscCall(VecDestroy(&rows));
+    PetscCall(VecDestroy(&lengths));
+  }
+  PetscCall(VecDestroy(&root));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    Where A is singular on Ker C and f pushes there, rounding makes a small positive energy of it and Krylov methods find a huge x: its part y in Ker C has an
    energy y' A y below the rounding error of that product
 */
@@ -51,13 +95,24 @@ static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x
 {
   PetscReal   size, sizeY, noise;
   PetscScalar energy;
+  PetscBool   isFree;
   Vec         work;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(x, &work));
   PetscCall(PCAinsworthDiagonalEnergy_Private(data, x, work, &size));
   PetscCall(VecDot(Ax, x, &energy));
-  if (PetscAbsScalar(energy) <= suspicious * size) {
+  if (data->constraints && !(data->adjoint && !data->saddle.D)) {
+    isFree = PETSC_FALSE;
+    if (PetscAbsScalar(energy) <= suspicious * size) PetscCall(PCAinsworthIsFree_Private(data, x, work, &isFree));
+    if (isFree) {
+      *verdict = AINSWORTH_VERDICT_SINGULAR;
+      PetscCall(PetscSNPrintf(why, len,
+                              "A body floats that no constraint holds, and f is not balanced on it: A is singular on Ker C, x' A x = %g, %g of x' diag(A) x; "
+                              "hold it, or attach its motions to the matrix with MatSetNullSpace()",
+                              (double)PetscRealPart(energy), (double)(PetscRealPart(energy) / size)));
+    }
+  } else if (PetscAbsScalar(energy) <= suspicious * size) {
     if (data->constraints) PetscCall(MatAinsworthMultProjector(data->reduced, x, y));
     else PetscCall(VecCopy(x, y));
     PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &sizeY));
@@ -65,8 +120,7 @@ static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x
       PetscCall(VecPointwiseMult(work, work, y));
       PetscCall(VecNorm(work, NORM_2, &noise)); /* errors of the terms are independent */
       noise *= 30 * PETSC_MACHINE_EPSILON;
-      if (data->saddle.D) PetscCall(MatMult(data->reduced, y, work)); /* springs hold a body, too */
-      else if (transpose) PetscCall(MatMultTranspose(data->saddle.A, y, work));
+      if (transpose) PetscCall(MatMultTranspose(data->saddle.A, y, work));
       else PetscCall(MatMult(data->saddle.A, y, work));
       PetscCall(VecDot(work, y, &energy));
       if (!(PetscAbsScalar(energy) > noise)) {

@@ -6,7 +6,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
 {
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
   PetscBool     ascii, string;
-  char          tolerance[64] = "", blocks[64] = "", dropped[256] = "", layout[256];
+  char          tolerance[64] = "", blocks[64] = "", dropped[256] = "", layout[256], modes[128];
   const char   *why = "";
 
   const PCAinsworthPmatType type = PCAinsworthPmatTypeInUse_Private(data);
@@ -40,6 +40,8 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   PetscCall(AinsworthSaddleDescribeLayout(&data->saddle, layout, sizeof(layout)));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  layout: %s\n", layout));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  block size of A: %" PetscInt_FMT " (%s)\n", data->saddle.bs, data->saddle.bsSource));
+  PetscCall(AinsworthSaddleDescribeModes(&data->saddle, modes, sizeof(modes)));
+  if (modes[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "  near null space of A: %s\n", modes));
   PetscCall(AinsworthSaddleDescribeRows(&data->saddle, dropped, sizeof(dropped)));
   PetscCall(
     PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s%s\n", data->constraints, data->constraints ? "" : ", A alone is solved", dropped));
@@ -51,8 +53,8 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   }
   if (data->failure[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "  last failure: %s\n", data->failure));
   if (!data->stale) PetscCall(PCAinsworthViewLeftOut_Private(data, viewer));
-  PetscCall(
-    PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns%s:\n", data->kept ? ", its preconditioner kept from an earlier matrix" : ""));
+  PetscCall(PCAinsworthViewRebuild_Private(data, viewer));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns:\n"));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   PetscCall(KSPView(data->ksp, viewer));
   PetscCall(PetscViewerASCIIPopTab(viewer));

@@ -17,58 +17,30 @@ static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of each row of C (B W)' the sign of its diagonal entry; BW is NULL where B is C */
-static PetscErrorCode DiagonalSigns(Mat C, Mat BW, PetscReal signs[])
-{
-  PetscInt rstart, rend;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
-  for (PetscInt i = rstart; i < rend; i++) signs[i - rstart] = 1.0;
-  if (!BW) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt           n[2];
-    const PetscInt    *col[2];
-    const PetscScalar *v[2];
-    PetscScalar        dot = 0.0;
-
-    PetscCall(MatGetRow(C, i, &n[0], &col[0], &v[0]));
-    PetscCall(MatGetRow(BW, i, &n[1], &col[1], &v[1]));
-    for (PetscInt a = 0, b = 0; a < n[0] && b < n[1];) {
-      if (col[0][a] == col[1][b]) dot += v[0][a++] * PetscConj(v[1][b++]);
-      else if (col[0][a] < col[1][b]) a++;
-      else b++;
-    }
-    PetscCall(MatRestoreRow(BW, i, &n[1], &col[1], &v[1]));
-    PetscCall(MatRestoreRow(C, i, &n[0], &col[0], &v[0]));
-    if (PetscRealPart(dot) < 0.0) signs[i - rstart] = -1.0;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    The energy of mu_i, relative to the flexibility of the constraint, to which G scales up what is smaller: it would drown in the rounding of other energies,
    whose part of it is the machine precision over the root of this. More would be felt by the preconditioner where rows of C are close to each other: what it
    leaves of C x comes to mu as S^{-1} C x. Rows that D couples, of which it may leave some combinations without energy, need more against rounding.
 */
 static const PetscReal alone = 1e-4, together = 1e-2;
+/* What a D that couples rows, and is singular, leaves without energy is given this part of the others': it moves nothing, but rounding would give it any sign */
+static const PetscReal undecided = 1e-10;
 
 /*
-   1 / G: G is 1, or (D_ii / flexibility_i / alone)^{1/2} where that is smaller, with the sign that adds N to the diagonal of C W B'. Rows that D couples all have
+   1 / G: G is 1, or (D_ii / flexibility_i / alone)^{1/2} where that is smaller, with the sign that adds N to the diagonal of C W C'. Rows that D couples all have
    the same, by the mean of their decades, so that N and E are as symmetric as D; where it is larger than 1, (D_ii / flexibility_i)^{1/2}, as their D may be
    singular and its rounding count. flexibility becomes the energy of rows without D
 */
-static PetscErrorCode InvertRatios(AinsworthCompliance *c, Mat C, Mat BW, Mat D, Vec flexibility, Vec inverse)
+static PetscErrorCode InvertRatios(AinsworthCompliance *c, Mat D, Vec flexibility, Vec inverse)
 {
   PetscInt     rstart, rend;
-  PetscReal   *signs, mean[2] = {0.0, 0.0};
+  PetscReal    mean[2] = {0.0, 0.0};
   PetscBool   *coupled;
   PetscScalar *g, *rest, *sums;
 
   PetscFunctionBegin;
   PetscCall(MatGetOwnershipRange(D, &rstart, &rend));
-  PetscCall(PetscMalloc2(rend - rstart, &signs, rend - rstart, &coupled));
-  PetscCall(DiagonalSigns(C, BW, signs));
+  PetscCall(PetscMalloc1(rend - rstart, &coupled));
   PetscCall(VecGetArrayWrite(inverse, &g));
   PetscCall(VecGetArray(flexibility, &rest));
   PetscCall(VecGetArray(c->sums, &sums));
@@ -89,7 +61,7 @@ static PetscErrorCode InvertRatios(AinsworthCompliance *c, Mat C, Mat BW, Mat D,
     }
     PetscCall(MatRestoreRow(D, i, &n, &col, &v));
     rest[k] = total == 0.0 ? alone * met : 0.0;
-    g[k]    = (diagonal < 0.0 ? -signs[k] : signs[k]) / PetscMin(1.0, ratio / PetscSqrtReal(alone));
+    g[k]    = (diagonal < 0.0 ? -1.0 : 1.0) / PetscMin(1.0, ratio / PetscSqrtReal(alone));
     if (diagonal < 0.0) sums[k] = -sums[k];
     if (!coupled[k] || met == 0.0) continue;
     mean[0] += PetscLogReal(PetscMin(1.0, ratio / PetscSqrtReal(together)) * PetscMax(1.0, ratio));
@@ -98,17 +70,20 @@ static PetscErrorCode InvertRatios(AinsworthCompliance *c, Mat C, Mat BW, Mat D,
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, mean, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)D)));
   mean[0] = mean[1] > 0.0 ? PetscExpReal(-mean[0] / mean[1]) : 1.0;
   c->soft = mean[0] < 1.0 ? mean[0] : 0.0;
-  for (PetscInt k = 0; k < rend - rstart; k++)
-    if (coupled[k]) g[k] = mean[0];
+  for (PetscInt k = 0; k < rend - rstart; k++) {
+    if (!coupled[k]) continue;
+    g[k]    = mean[0];
+    rest[k] = undecided * PetscAbsScalar(sums[k]) * PetscSqr(mean[0]);
+  }
   PetscCall(VecRestoreArray(c->sums, &sums));
   PetscCall(VecRestoreArray(flexibility, &rest));
   PetscCall(VecRestoreArrayWrite(inverse, &g));
-  PetscCall(PetscFree2(signs, coupled));
+  PetscCall(PetscFree(coupled));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthComplianceSetUp - N and E; C, B, and BW = B W, NULL where B is C: m x n; D: m x m, laid out as the rows of C */
-PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *c, Mat C, Mat B, Mat BW, Mat D, Vec weight, Vec inverseDiagonal)
+/* AinsworthComplianceSetUp - N and E; C and B: m x n; D: m x m, laid out as the rows of C */
+PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *c, Mat C, Mat B, Mat D, Vec weight, Vec inverseDiagonal)
 {
   Vec inverse, other;
 
@@ -127,7 +102,7 @@ PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *c, Mat C, Mat B, Ma
     PetscCall(VecDestroy(&other));
   }
   PetscCall(AinsworthRowSums(D, 1, c->sums));
-  PetscCall(InvertRatios(c, C, BW, D, c->rest, inverse));
+  PetscCall(InvertRatios(c, D, c->rest, inverse));
   PetscCall(AinsworthScaleColumns(D, inverse, &c->N));
   PetscCall(MatDuplicate(c->N, MAT_COPY_VALUES, &c->E));
   PetscCall(MatDiagonalScale(c->E, inverse, NULL));

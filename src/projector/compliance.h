@@ -16,7 +16,7 @@ struct AinsworthCompliance {
   PetscReal soft; /* 1 / G of the rows that D couples, where that is below 1, else 0 */
 };
 
-PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *, Mat C, Mat B, Mat BW, Mat D, Vec weight, Vec inverseDiagonal);
+PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *, Mat C, Mat B, Mat D, Vec weight, Vec inverseDiagonal);
 PetscErrorCode AinsworthComplianceGetPreconditioner(const AinsworthCompliance *, Vec penalty, Vec shared, Vec inverse);
 PetscErrorCode AinsworthComplianceReset(AinsworthCompliance *);
 

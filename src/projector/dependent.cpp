@@ -8,9 +8,10 @@
 #include <numeric>
 
 /* Relative errors of solves with S, about its condition number times the machine precision, above which ... */
-static const PetscReal inexact    = 1e6 * PETSC_MACHINE_EPSILON; /* ... they are refined: below, they do not come near the tolerances of what is verified */
-static const PetscReal suspicious = PETSC_SQRT_MACHINE_EPSILON;  /* ... dependent rows are looked for: rounding and dependence are half of the digits apart */
-static const PetscReal unusable   = 1e-3;                        /* ... more rows have to go, or the set-up fails: refinement would not converge */
+static const PetscReal inexact = 1e6 * PETSC_MACHINE_EPSILON; /* ... they are refined: below, they do not come near the tolerances of what is verified */
+static const PetscReal
+  suspicious = 1e-3; /* ... times m^{-1/2}, dependent rows are looked for: S v has lost the part of v in Ker S, about m^{-1/2} of a random v */
+static const PetscReal unusable = 1e-3; /* ... more rows have to go, or the set-up fails: refinement would not converge */
 /* A row is dependent if its distance from the others' span, in the norm of W, is at most this part of its length: in the first and second pass ... */
 static const PetscReal distances[] = {
   1e-12, /* ... some thousand roundings */
@@ -159,6 +160,7 @@ static PetscErrorCode FindShared(Mat C, const std::vector<PetscInt> &columns, st
 static PetscErrorCode OrderRows(const AinsworthGram *gram, std::vector<PetscInt> &order)
 {
   Mat             own = gram->placed;
+  MatInfo         info;
   IS              rows, columns;
   PetscInt        n;
   const PetscInt *number;
@@ -167,7 +169,8 @@ static PetscErrorCode OrderRows(const AinsworthGram *gram, std::vector<PetscInt>
   order.clear();
   if (!gram->placement.sizes.size()) PetscFunctionReturn(PETSC_SUCCESS);
   if (gram->placement.split) PetscCall(MatGetDiagonalBlock(gram->placed, &own));
-  PetscCall(MatGetOrdering(own, AinsworthOrdering, &rows, &columns));
+  PetscCall(MatGetInfo(own, MAT_LOCAL, &info));
+  PetscCall(MatGetOrdering(own, info.nz_used > 0.0 ? AinsworthOrdering : MATORDERINGNATURAL, &rows, &columns)); /* AMD refuses a matrix without entries */
   PetscCall(ISGetLocalSize(rows, &n));
   order.resize(n);
   PetscCall(ISGetIndices(rows, &number));
@@ -335,8 +338,8 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
                                           PetscBool *hidden, bool *doubtful)
 {
   AinsworthGram *gram  = &proj->gram;
-  PetscReal      error = PETSC_INFINITY;
-  PetscInt       others, *unweighted;
+  PetscReal      error = PETSC_INFINITY, regular;
+  PetscInt       m, others, *unweighted;
   Mat            N = NULL;
 
   PetscFunctionBegin;
@@ -345,11 +348,13 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
   *hidden    = PETSC_FALSE;
   PetscCall(AinsworthGramGetFailedReason(gram, reason));
   if (!*reason) PetscCall(Probe(gram, &error));
-  if (proj->compliance.N && !(error <= suspicious)) {
+  PetscCall(MatGetSize(gram->S, &m, NULL));
+  regular = suspicious / PetscSqrtReal((PetscReal)PetscMax(m, 1));
+  if (proj->compliance.N && !(error <= regular)) {
     if (gram->placement.rows) PetscCall(MatCreateSubMatrix(proj->compliance.N, gram->placement.rows, gram->placement.rows, MAT_INITIAL_MATRIX, &N));
     else PetscCall(PetscObjectReference((PetscObject)(N = proj->compliance.N)));
   }
-  for (; *pass < passes && !*n && !(error <= (*pass ? unusable : suspicious)); ++*pass) {
+  for (; *pass < passes && !*n && !(error <= (*pass ? unusable : regular)); ++*pass) {
     PetscCall(PetscFree(*dependent));
     PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
     PetscCall(FindDependentRows(proj, N, weight, distances[*pass], n, dependent));
@@ -360,6 +365,13 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
     if (*hidden) break;
   }
   PetscCall(MatDestroy(&N));
+  if (!*reason && !*n && !*hidden && proj->B != proj->C) {
+    PetscReal other = PETSC_INFINITY;
+
+    PetscCall(AinsworthGramGetFailedReason(&proj->gramB, reason));
+    if (!*reason) PetscCall(Probe(&proj->gramB, &other));
+    error = PetscMax(error, other);
+  }
   if (!*reason && !(error <= unusable)) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT;
   *doubtful = !(error <= inexact);
   if (*doubtful && !*reason && !*n)

@@ -119,32 +119,36 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent, cons
 }
 
 /*
-   AinsworthGramSetUp - forms S = C (B W)' + N, places its rows and factors its components
+   AinsworthGramSetUp - forms S = C (C W)' + N, places its rows and factors its components
 
-   BW is B, C itself as a rule, with its columns scaled by W. N may be NULL. samePattern: all have the nonzero patterns and the layout of the last time, so
+   CW is C with its columns scaled by W. N may be NULL. hermitian: N is. twin: of B, where that is not C, whose rows have the same places. samePattern: all have the nonzero patterns and the layout of the last time, so
    that the symbolic product, the places and the symbolic factorisation are those of the last time. The solver has the options prefix
    `prefix`ainsworth_gram_.
 */
-PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat BW, Mat N, PetscBool hermitian, bool samePattern, PetscInt rowsPerRank, PetscObject parent,
-                                  const char prefix[])
+PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, Mat N, AinsworthGramTwin twin, PetscBool hermitian, bool samePattern,
+                                  PetscInt rowsPerRank, PetscObject parent, const char prefix[])
 {
-  const bool again = samePattern && !N && hermitian; /* otherwise S is no longer a mere product */
-  Mat        BWt;
+  const bool again = samePattern && !N && !twin.other && hermitian; /* otherwise S is no longer a mere product */
+  Mat        CWt;
 
   PetscFunctionBegin;
   if (!samePattern) PetscCall(AinsworthGramReset(gram));
   PetscCall(PetscLogEventBegin(AINSWORTH_GramMat, C, 0, 0, 0));
-  PetscCall(MatHermitianTranspose(BW, MAT_INITIAL_MATRIX, &BWt));
+  PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
   if (!again) PetscCall(MatDestroy(&gram->S));
-  PetscCall(MatMatMult(C, BWt, again ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, PETSC_DEFAULT, &gram->S));
-  PetscCall(MatDestroy(&BWt));
-  if (N || !hermitian) PetscCall(MatProductClear(gram->S));
+  PetscCall(MatMatMult(C, CWt, again ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, PETSC_DEFAULT, &gram->S));
+  PetscCall(MatDestroy(&CWt));
+  if (N || twin.other || !hermitian) PetscCall(MatProductClear(gram->S));
   if (N) PetscCall(AinsworthAddAIJ(N, &gram->S));
+  if (twin.other) PetscCall(AinsworthAddAIJ(twin.other, &gram->S));
   if (!hermitian) PetscCall(AinsworthMakePatternSymmetric(&gram->S));
   gram->hermitian = hermitian;
   if (hermitian) PetscCall(MatSetOption(gram->S, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
   if (!samePattern) {
-    PetscCall(AinsworthPlacementCreate(gram->S, C, rowsPerRank, smallPiece, &gram->placement));
+    if (twin.placement) {
+      gram->placement = *twin.placement;
+      PetscCall(PetscObjectReference((PetscObject)gram->placement.rows));
+    } else PetscCall(AinsworthPlacementCreate(gram->S, C, rowsPerRank, smallPiece, &gram->placement));
     if (gram->placement.split) PetscCall(CreateGroup(gram));
   }
   PetscCall(Place(gram));
@@ -249,8 +253,8 @@ PetscErrorCode AinsworthGramView(AinsworthGram *gram, PetscViewer viewer)
   first = p.sizes.size() && gram->factor.cost.operations == most ? rank : PETSC_MPI_INT_MAX; /* the first of those that work most */
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm));
   PetscCall(PetscViewerASCIIPrintf(
-    viewer, "Gram matrix S = C W %s: %" PetscInt_FMT " connected component%s, the largest of %" PetscInt_FMT " row%s, on %" PetscInt_FMT " rank%s%s\n",
-    gram->hermitian ? "C'" : "B'", p.components, p.components > 1 ? "s" : "", p.largest, p.largest > 1 ? "s" : "", p.ranks, p.ranks > 1 ? "s" : "",
+    viewer, "Gram matrix S = C W C': %" PetscInt_FMT " connected component%s, the largest of %" PetscInt_FMT " row%s, on %" PetscInt_FMT " rank%s%s\n",
+    p.components, p.components > 1 ? "s" : "", p.largest, p.largest > 1 ? "s" : "", p.ranks, p.ranks > 1 ? "s" : "",
     p.split ? ", cut by METIS" : ""));
   PetscCall(PetscViewerASCIIPrintf(viewer, "its solver on rank %d:\n", first));
   PetscCall(PetscViewerASCIIPushTab(viewer));

@@ -1,4 +1,4 @@
-/* The Gram matrix S = C W B' + N and its solver, component by component where its rows are placed (docs/method.md, Gram matrix) */
+/* The Gram matrix S = C W C' + N and its solver, component by component where its rows are placed (docs/method.md, Gram matrix) */
 #ifndef AINSWORTH_GRAM_H
 #define AINSWORTH_GRAM_H
 
@@ -17,7 +17,13 @@ struct AinsworthGram {
   Vec                b, x;      /* of placed; x is lent its array */
 };
 
-PetscErrorCode AinsworthGramSetUp(AinsworthGram *, Mat, Mat, Mat, PetscBool, bool, PetscInt, PetscObject, const char[]);
+/* Where B is not C: what S has in common with that of B; both NULL where it is */
+struct AinsworthGramTwin {
+  Mat                       other;     /* a matrix whose nonzero pattern connects rows, too */
+  const AinsworthPlacement *placement; /* of the other */
+};
+
+PetscErrorCode AinsworthGramSetUp(AinsworthGram *, Mat, Mat, Mat, AinsworthGramTwin, PetscBool, bool, PetscInt, PetscObject, const char[]);
 PetscErrorCode AinsworthGramReset(AinsworthGram *);
 PetscErrorCode AinsworthGramSolve(AinsworthGram *, Vec, Vec);
 PetscErrorCode AinsworthGramGetFailedReason(AinsworthGram *, PCFailedReason *);

@@ -84,9 +84,34 @@ static PetscErrorCode GetSource(const AinsworthProjectorBlocks *blocks, Ainswort
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* weight: the diagonal of W, length n, positive, NULL for W = I; inverseDiagonal: diag(A)^{-1}, for D only; hermitian: B is C and D = D' */
-PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, Vec weight, Vec inverseDiagonal, PetscBool hermitian,
-                                       PetscInt rowsPerRank, PetscObject parent, const char prefix[])
+/* proj->gram, and proj->gramB where B is not C: their components, and so their places, are those of both together */
+static PetscErrorCode SetUpGrams(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, PetscBool same, PetscInt rowsPerRank, PetscObject parent,
+                                 const char prefix[])
+{
+  const Mat         C = blocks->C, B = blocks->B, N = proj->compliance.N;
+  AinsworthGramTwin twin      = {NULL, NULL};
+  PetscBool         hermitian = PETSC_TRUE;
+  Mat               BWt;
+
+  PetscFunctionBegin;
+  if (blocks->D) PetscCall(AinsworthProbeSymmetry(blocks->D, &hermitian));
+  if (B != C) {
+    PetscCall(MatHermitianTranspose(proj->BW, MAT_INITIAL_MATRIX, &BWt));
+    PetscCall(MatMatMult(B, BWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &twin.other));
+    PetscCall(MatProductClear(twin.other));
+    PetscCall(MatZeroEntries(twin.other));
+    PetscCall(MatDestroy(&BWt));
+  }
+  PetscCall(AinsworthGramSetUp(&proj->gram, C, proj->CW, N, twin, hermitian, same, rowsPerRank, parent, prefix));
+  PetscCall(MatDestroy(&twin.other));
+  twin.placement = &proj->gram.placement;
+  if (B != C) PetscCall(AinsworthGramSetUp(&proj->gramB, B, proj->BW, N, twin, hermitian, same, rowsPerRank, parent, prefix));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* weight: the diagonal of W, length n, positive, NULL for W = I; inverseDiagonal: diag(A)^{-1}, for D only */
+PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, Vec weight, Vec inverseDiagonal, PetscInt rowsPerRank,
+                                       PetscObject parent, const char prefix[])
 {
   const AinsworthProjectorSource last = proj->source;
   const Mat                      C    = blocks->C;
@@ -112,8 +137,8 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const Ainsworth
     proj->B = blocks->B;
     PetscCall(Weigh(proj->B, weight, &proj->BW));
   }
-  PetscCall(AinsworthComplianceSetUp(&proj->compliance, C, blocks->B, proj->BW, blocks->D, weight, inverseDiagonal));
-  PetscCall(AinsworthGramSetUp(&proj->gram, C, proj->BW ? proj->BW : proj->CW, proj->compliance.N, hermitian, same, rowsPerRank, parent, prefix));
+  PetscCall(AinsworthComplianceSetUp(&proj->compliance, C, blocks->B, blocks->D, weight, inverseDiagonal));
+  PetscCall(SetUpGrams(proj, blocks, same, rowsPerRank, parent, prefix));
   for (Mat *M : {&proj->B, &proj->BW})
     if (*M) PetscCall(MoveRows(proj, M));
   if (weight) PetscCall(MoveRows(proj, &proj->CW));
@@ -135,6 +160,7 @@ PetscErrorCode AinsworthProjectorReset(AinsworthProjector *proj)
   PetscFunctionBegin;
   for (Mat *M : {&proj->C, &proj->B, &proj->CW, &proj->BW, &proj->E}) PetscCall(MatDestroy(M));
   PetscCall(AinsworthGramReset(&proj->gram));
+  PetscCall(AinsworthGramReset(&proj->gramB));
   PetscCall(AinsworthComplianceReset(&proj->compliance));
   PetscCall(VecScatterDestroy(&proj->scatter));
   for (Vec *v : {&proj->rowValues, &proj->rowSolution, &proj->rest, &proj->shared, &proj->inverse, &proj->held, &proj->load}) PetscCall(VecDestroy(v));
@@ -166,7 +192,7 @@ PetscErrorCode AinsworthProjectorReturn(AinsworthProjector *proj, Vec placed, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = Q x = x - W B' S^{-1} C x; y may be x. Leaves C x and -S^{-1} C x, placed, in proj->rowValues and rowSolution */
+/* y = Q x = x - W C' S^{-1} C x; y may be x. Leaves C x and -S^{-1} C x, placed, in proj->rowValues and rowSolution */
 PetscErrorCode AinsworthProjectorMult(AinsworthProjector *proj, Vec x, Vec y)
 {
   PetscFunctionBegin;
@@ -174,19 +200,19 @@ PetscErrorCode AinsworthProjectorMult(AinsworthProjector *proj, Vec x, Vec y)
   PetscCall(MatMult(proj->C, x, proj->rowValues));
   PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
   PetscCall(VecScale(proj->rowSolution, -1.0));
-  PetscCall(MatMultHermitianTransposeAdd(proj->BW, proj->rowSolution, x, y));
+  PetscCall(MatMultHermitianTransposeAdd(proj->CW, proj->rowSolution, x, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_Projector, proj->C, x, y, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = x - B' (S^{-1} (C W x + before) - after), where both are zero x less its part in Im(B'); y may be x, before and after (m, placed) may be NULL */
+/* y = x - B' (S^{-1} (B W x + before) - after), S that of B, where both are zero x less its part in Im(B'); y may be x, before and after (m, placed) may be NULL */
 PetscErrorCode AinsworthProjectorMultTranspose(AinsworthProjector *proj, Vec x, Vec before, Vec after, Vec y)
 {
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Projector, proj->C, x, y, 0));
-  PetscCall(MatMult(proj->CW, x, proj->rowValues));
+  PetscCall(MatMult(proj->BW, x, proj->rowValues));
   if (before) PetscCall(VecAXPY(proj->rowValues, 1.0, before));
-  PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
+  PetscCall(AinsworthGramSolve(AinsworthProjectorOtherGram(proj), proj->rowValues, proj->rowSolution));
   if (after) PetscCall(VecAYPX(proj->rowSolution, -1.0, after));
   else PetscCall(VecScale(proj->rowSolution, -1.0));
   PetscCall(MatMultHermitianTransposeAdd(proj->B, proj->rowSolution, x, y));
@@ -194,26 +220,26 @@ PetscErrorCode AinsworthProjectorMultTranspose(AinsworthProjector *proj, Vec x, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x = R g = W B' S^{-1} g; leaves S^{-1} g in proj->rowSolution */
+/* x = R g = W C' S^{-1} g; leaves S^{-1} g in proj->rowSolution */
 PetscErrorCode AinsworthProjectorRightInverse(AinsworthProjector *proj, Vec g, Vec x)
 {
   PetscFunctionBegin;
   PetscCall(AinsworthProjectorPlace(proj, g, proj->rowValues));
   PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
-  PetscCall(MatMultHermitianTranspose(proj->BW, proj->rowSolution, x));
+  PetscCall(MatMultHermitianTranspose(proj->CW, proj->rowSolution, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* l = S^{-1} (C W r + loads), loads (m, as the program's rows) may be NULL */
+/* l = S^{-1} (B W r + loads), S that of B, loads (m, as the program's rows) may be NULL */
 PetscErrorCode AinsworthProjectorMultiplier(AinsworthProjector *proj, Vec r, Vec loads, Vec l)
 {
   PetscFunctionBegin;
-  PetscCall(MatMult(proj->CW, r, proj->rowValues));
+  PetscCall(MatMult(proj->BW, r, proj->rowValues));
   if (loads) {
     PetscCall(AinsworthProjectorPlace(proj, loads, proj->rowSolution));
     PetscCall(VecAXPY(proj->rowValues, 1.0, proj->rowSolution));
   }
-  PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
+  PetscCall(AinsworthGramSolve(AinsworthProjectorOtherGram(proj), proj->rowValues, proj->rowSolution));
   PetscCall(Move(proj, proj->rowSolution, l, SCATTER_REVERSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -257,14 +283,14 @@ PetscErrorCode AinsworthProjectorSetPenalty(AinsworthProjector *proj, Vec penalt
 }
 
 /*
-   y = x + W B' mu, where (x, mu) is M_*^+^{-1} (r, C W r), by elimination of mu
+   y = x + W C' mu, where (x, mu) is M_*^+^{-1} (r, B W r), by elimination of mu
 
    M_*^{-1} x is apply(pc): M_* = A + C' (B^{-1} + D)^{-1} C is what mu leaves of M_*^+.
 */
 PetscErrorCode AinsworthProjectorPrecondition(AinsworthProjector *proj, PC pc, PetscErrorCode (*apply)(PC, Vec, Vec), Vec r, Vec y)
 {
   PetscFunctionBegin;
-  PetscCall(MatMult(proj->CW, r, proj->held));
+  PetscCall(MatMult(proj->BW, r, proj->held));
   PetscCall(VecPointwiseMult(proj->rowValues, proj->shared, proj->held));
   PetscCall(MatMultHermitianTransposeAdd(proj->C, proj->rowValues, r, proj->load));
   PetscCall((*apply)(pc, proj->load, y));
@@ -272,6 +298,6 @@ PetscErrorCode AinsworthProjectorPrecondition(AinsworthProjector *proj, PC pc, P
   PetscCall(VecPointwiseMult(proj->rowValues, proj->shared, proj->rowValues));
   PetscCall(VecPointwiseMult(proj->held, proj->inverse, proj->held));
   PetscCall(VecAXPY(proj->held, 1.0, proj->rowValues));
-  PetscCall(MatMultHermitianTransposeAdd(proj->BW, proj->held, y, y));
+  PetscCall(MatMultHermitianTransposeAdd(proj->CW, proj->held, y, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,4 +1,7 @@
-/* The projector Q = I - R C onto Ker C along Im(W B'), and the right inverse R = W B' S^{-1} of C, S = C W B' + N (docs/method.md); B is C as a rule */
+/*
+   The projector Q = I - R C onto Ker C along Im(W C'), and the right inverse R = W C' S^{-1} of C, S = C W C' + N (docs/method.md); those of B, where that is not
+   C, on the side of the first equation
+*/
 #ifndef AINSWORTH_PROJECTOR_H
 #define AINSWORTH_PROJECTOR_H
 
@@ -17,7 +20,8 @@ struct AinsworthProjectorSource {
 struct AinsworthProjector {
   Mat           C, B;                   /* m x n AIJ, their rows where they are solved for (placed); B may be C */
   Mat           CW, BW;                 /* C W and B W, placed; the same as C and B for W = I */
-  AinsworthGram gram;                   /* S = C W B' + N */
+  AinsworthGram gram;                   /* S = C W C' + N */
+  AinsworthGram gramB;                  /* B W B' + N, with the same places; nothing where B is C */
   VecScatter    scatter;                /* from the program's rows of C to their places; NULL: they stay */
   Vec           rowValues, rowSolution; /* work space, m, placed: C x, and S^{-1} of it */
 
@@ -35,7 +39,13 @@ struct AinsworthProjectorBlocks {
   Mat C, B, D;
 };
 
-PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, const AinsworthProjectorBlocks *, Vec, Vec, PetscBool, PetscInt, PetscObject, const char[]);
+/* The Gram matrix of B */
+inline AinsworthGram *AinsworthProjectorOtherGram(AinsworthProjector *proj)
+{
+  return proj->B == proj->C ? &proj->gram : &proj->gramB;
+}
+
+PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, const AinsworthProjectorBlocks *, Vec, Vec, PetscInt, PetscObject, const char[]);
 PetscErrorCode AinsworthProjectorReset(AinsworthProjector *);
 PetscErrorCode AinsworthProjectorPlace(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorReturn(AinsworthProjector *, Vec, Vec);

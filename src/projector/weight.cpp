@@ -16,7 +16,7 @@ PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(A, NULL, &d));
-  PetscCall(MatGetDiagonal(A, d));
+  PetscCall(AinsworthGetDiagonal(A, d));
   PetscCall(VecGetLocalSize(d, &n));
   PetscCall(VecGetArray(d, &w));
   for (PetscInt i = 0; i < n; i++) bad += !(PetscRealPart(w[i]) > 0.0);
@@ -49,15 +49,16 @@ PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
 /*
    AinsworthRowPenaltyCreate - B_ii = gamma / (C D C')_ii, length m, with the inverse diagonal D = diag(A)^{-1}, length n
 
-   The local stiffness seen by constraint i: B scales as A, and as the inverse square of the row's own scale. A row of zeros, which D couples with others, has
-   the largest of the others: it adds nothing to C' B C.
+   The local stiffness seen by constraint i: B scales as A, and as the inverse square of the row's own scale. A row of zeros, which D couples with others, and
+   one that D_ii dwarfs so have the largest of the others: they add nothing to C' B C.
 */
 PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec inverseDiagonal, PetscReal gamma, Vec *penalty)
 {
-  Vec          root;
-  PetscInt     m;
-  PetscReal    largest;
-  PetscScalar *b;
+  const PetscReal tiny = 1e-290; /* its inverse may overflow */
+  Vec             root;
+  PetscInt        m;
+  PetscReal       largest;
+  PetscScalar    *b;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(inverseDiagonal, &root));
@@ -66,10 +67,11 @@ PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec inverseDiagonal, PetscReal g
   PetscCall(MatCreateVecs(C, NULL, penalty));
   PetscCall(AinsworthRowSquares(C, root, *penalty));
   PetscCall(VecDestroy(&root));
-  PetscCall(VecReciprocal(*penalty));
-  PetscCall(VecScale(*penalty, gamma));
-  PetscCall(VecMax(*penalty, NULL, &largest));
   PetscCall(VecGetLocalSize(*penalty, &m));
+  PetscCall(VecGetArray(*penalty, &b));
+  for (PetscInt i = 0; i < m; i++) b[i] = PetscRealPart(b[i]) > tiny ? gamma / PetscRealPart(b[i]) : 0.0;
+  PetscCall(VecRestoreArray(*penalty, &b));
+  PetscCall(VecMax(*penalty, NULL, &largest));
   PetscCall(VecGetArray(*penalty, &b));
   for (PetscInt i = 0; i < m; i++)
     if (b[i] == 0.0) b[i] = largest > 0.0 ? largest : 1.0;

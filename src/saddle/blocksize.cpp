@@ -153,8 +153,8 @@ static PetscErrorCode Recover(Mat mat, AinsworthSaddleBlocks *found)
     {1, "the blocks of the MatNest" },
     {1, "the index set of the field"},
     {1, "the nodes of the matrix"   },
-    {1, "the near null space"       },
-    {1, "the pattern of A"          }
+    {1, "the pattern of A"          },
+    {1, "the near null space"       }
   };
 
   PetscFunctionBegin;
@@ -163,11 +163,11 @@ static PetscErrorCode Recover(Mat mat, AinsworthSaddleBlocks *found)
   if (!found->extracted) PetscCall(GetCommon(mat, found, &known[2].bs));
   PetscCall(ISGetBlockSize(found->rows[0], &known[3].bs));
   if (found->extracted) PetscCall(CountComponents(mat, found->rows[0], &known[4].bs));
-  PetscCall(FromNearNullSpace(A, found->rows[0], &known[5].bs));
+  PetscCall(FromNearNullSpace(A, found->rows[0], &known[6].bs));
   for (auto &k : known) {
     PetscBool divides;
 
-    if (&k == &known[6]) PetscCall(Vote(A, &k.bs));
+    if (&k == &known[5]) PetscCall(Vote(A, &k.bs));
     if (k.bs < 2) continue;
     PetscCall(Divides(A, k.bs, &divides));
     if (!divides) continue;

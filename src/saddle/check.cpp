@@ -1,4 +1,5 @@
 #include "saddle.h"
+#include <petsc/private/petscimpl.h>
 #include <limits>
 
 /* The entry with the smallest row, then the smallest column of its rank, on all ranks; -1 where no rank has one */
@@ -107,5 +108,52 @@ PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *
   PetscCall(VecDestroy(&u));
   PetscCall(VecDestroy(&x));
   PetscCall(VecDestroy(&y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: refuses a block that waits for its assembly on any rank; each rank knows only of the values that it set itself */
+PetscErrorCode AinsworthCheckAssembled(Mat M, const char name[])
+{
+  PetscBool assembled;
+
+  PetscFunctionBegin;
+  if (!M) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatAssembled(M, &assembled));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &assembled, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)M)));
+  PetscCheck(assembled, PetscObjectComm((PetscObject)M), PETSC_ERR_ARG_WRONGSTATE, "%s is not assembled: call MatAssemblyBegin() and MatAssemblyEnd() on it",
+             name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthBlockNorm - the Frobenius norm of a block, 0 where it is absent or zero and only there, Inf where its type has none
+
+   Collective. A is looked at once while it does not change, however often C does.
+*/
+PetscErrorCode AinsworthBlockNorm(Mat M, PetscReal *norm)
+{
+  static PetscInt normId = -1;
+  PetscBool       has, known;
+  PetscInt        row, col;
+  uint64_t        state;
+
+  PetscFunctionBegin;
+  *norm = 0.0;
+  if (!M) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthMatGetState(M, &state)); /* changes of its parts come to its own state */
+  PetscCall(MatHasOperation(M, MATOP_NORM, &has));
+  if (!has) {
+    *norm = PETSC_INFINITY;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (normId < 0) PetscCall(PetscObjectComposedDataRegister(&normId));
+  PetscCall(PetscObjectComposedDataGetReal((PetscObject)M, normId, *norm, known));
+  if (known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatNorm(M, NORM_FROBENIUS, norm));
+  if (*norm == 0.0) { /* or the squares of its entries underflow */
+    PetscCall(AinsworthMatFindNonzero(M, &row, &col));
+    if (row >= 0) *norm = std::numeric_limits<PetscReal>::min();
+  }
+  PetscCall(PetscObjectComposedDataSetReal((PetscObject)M, normId, *norm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

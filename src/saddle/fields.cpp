@@ -62,6 +62,7 @@ PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *sp, Vec f, Vec g, Vec mo
   PetscCall(VecRestoreArrayRead(rest, &a));
   PetscCall(VecRestoreArrayWrite(kept, &k));
   if (rest != g) PetscCall(VecDestroy(&rest));
+  if (sp->balance) PetscCall(VecPointwiseMult(kept, kept, sp->balance));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -78,6 +79,7 @@ PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, Vec f, Vec g, Vec kept
   if (sp->known) PetscCall(AinsworthSaddleSetKnown(sp, f, x));
   if (sp->count[AINSWORTH_ROW_DECOUPLED]) PetscCall(SolveDecoupled(sp, g, lambda));
   else PetscCall(VecZeroEntries(lambda));
+  if (sp->balance) PetscCall(VecPointwiseMult(kept, kept, sp->balance));
   PetscCall(VecGetArrayRead(kept, &k));
   PetscCall(VecGetArray(lambda, &l));
   for (PetscInt i = 0; i < sp->local; i++)

@@ -1,5 +1,6 @@
 /* What is left of both equations of the program's own system, row by row */
 #include "saddle.h"
+#include <memory>
 #include <vector>
 
 /*
@@ -121,25 +122,56 @@ static PetscReal Quotient(PetscReal residual, PetscReal bound)
 }
 
 /*
+   The square root of what each unknown sees of A through its rows of C, sum_i |B_ij| / (C diag(A)^{-1} C')_ii^{1/2}: how stiff a row of zeros of A is where
+   those that it is tied to follow it
+*/
+static PetscErrorCode StiffnessThroughRows(const AinsworthSaddle *sp, Vec diagonal, PetscReal stiffest, Vec *stiffness)
+{
+  Vec          weight, sums;
+  Mat          M;
+  PetscInt     n;
+  PetscScalar *w;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(diagonal, &weight));
+  PetscCall(VecDuplicate(diagonal, stiffness));
+  PetscCall(MatCreateVecs(sp->rowsC, NULL, &sums));
+  PetscCall(VecCopy(diagonal, weight));
+  PetscCall(VecGetLocalSize(weight, &n));
+  PetscCall(VecGetArray(weight, &w));
+  for (PetscInt i = 0; i < n; i++) w[i] = 1 / PetscSqrtReal(PetscRealPart(w[i]) > 0.0 ? PetscRealPart(w[i]) : stiffest);
+  PetscCall(VecRestoreArray(weight, &w));
+  PetscCall(AinsworthRowSquares(sp->rowsC, weight, sums));
+  PetscCall(VecSqrtAbs(sums));
+  PetscCall(VecReciprocal(sums)); /* leaves zeros */
+  PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
+  PetscCall(MatMultTranspose(M, sums, *stiffness));
+  PetscCall(MatDestroy(&M));
+  PetscCall(VecDestroy(&weight));
+  PetscCall(VecDestroy(&sums));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    AinsworthSaddleCheckPrimal - the row of f - op(A) x - B' lambda that is largest against what is allowed
 
    An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality; the rounding of f - C' lambda
    counts in the norm of diag(A)^{-1}, that of x relative to the largest. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the
-   row's own terms, 1e-6 at least, is allowed. A row of zeros of A has nothing but these, and the rounding of the others. energy: AinsworthSaddleEnergy()
+   row's own terms, 1e-6 at least, is allowed. A row of zeros of A is as stiff as its rows of C see it. energy: AinsworthSaddleEnergy()
 */
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscReal tol, PetscReal energy, Vec f, Vec x, Vec lambda, Vec Ax,
                                           Vec residual, AinsworthUnmet *worst)
 {
   MPI_Comm           comm = PetscObjectComm((PetscObject)x);
-  Vec                diagonal, size;
+  Vec                diagonal, size, through;
   PetscInt           first, n, suspicious = 0;
   PetscReal          displacement, load = 0.0, largest = 0.0, stiffest = 0.0;
-  const PetscScalar *d, *r, *s, *b, *a;
+  const PetscScalar *d, *r, *s, *t, *b, *a;
 
   PetscFunctionBegin;
   *worst = AinsworthUnmet();
   PetscCall(VecDuplicate(x, &diagonal));
-  PetscCall(MatGetDiagonal(sp->block[0], diagonal));
+  PetscCall(AinsworthGetDiagonal(sp->block[0], diagonal));
   PetscCall(VecGetOwnershipRange(residual, &first, NULL));
   PetscCall(VecGetLocalSize(residual, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));
@@ -172,9 +204,12 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   if (suspicious) {
     PetscCall(VecDuplicate(x, &size));
     PetscCall(PrimalSizes(sp, transpose, f, x, lambda, Ax, size));
+    PetscCall(StiffnessThroughRows(sp, diagonal, stiffest, &through));
     PetscCall(VecGetArrayRead(size, &s));
+    PetscCall(VecGetArrayRead(through, &t));
     for (PetscInt i = 0; i < n; i++) {
-      const PetscReal terms = PetscRealPart(s[i]), quotient = Quotient(PetscAbsScalar(r[i]), PetscMax(allowed(i), PetscMax(tol, own) * terms));
+      const PetscReal terms = PetscRealPart(s[i]), tied = d[i] == 0.0 ? tol * energy * PetscRealPart(t[i]) : 0.0;
+      const PetscReal quotient = Quotient(PetscAbsScalar(r[i]), PetscMax(allowed(i) + (PetscIsInfOrNanReal(tied) ? 0.0 : tied), PetscMax(tol, own) * terms));
 
       if (quotient <= worst->quotient) continue;
       worst->quotient = quotient;
@@ -183,7 +218,9 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
       worst->size     = terms;
     }
     PetscCall(VecRestoreArrayRead(size, &s));
+    PetscCall(VecRestoreArrayRead(through, &t));
     PetscCall(VecDestroy(&size));
+    PetscCall(VecDestroy(&through));
     PetscCall(AgreeOnWorst(comm, worst));
   }
   PetscCall(VecRestoreArrayRead(diagonal, &d));
@@ -210,6 +247,106 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscReal allowed
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The terms of each row of the second equation, |C| |x| + |D| |lambda| + |g|, and the rounding that it gets from others; slack: what AddCompliance() allows, or NULL */
+static PetscErrorCode DualSizes(AinsworthSaddle *sp, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec size, Vec *slack)
+{
+  Vec       absolute;
+  PetscReal largest;
+
+  PetscFunctionBegin;
+  if (!sp->absolute) PetscCall(AinsworthAbsoluteAIJ(sp->givenC, &sp->absolute));
+  PetscCall(VecNorm(x, NORM_INFINITY, &largest));
+  PetscCall(DuplicateAbs(x, &absolute));
+  PetscCall(VecShift(absolute, combined / consistent * largest));
+  PetscCall(MatMult(sp->absolute, absolute, size));
+  PetscCall(VecDestroy(&absolute));
+  *slack = NULL;
+  if (sp->rowsD) {
+    PetscCall(VecDuplicate(g, slack));
+    PetscCall(AddCompliance(sp, allowed, lambda, size, *slack));
+  }
+  PetscCall(DuplicateAbs(g, &absolute));
+  PetscCall(VecAXPY(size, 1.0, absolute));
+  PetscCall(VecDestroy(&absolute));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The largest |r_i| / s_i of rows that are kept, all where kind is NULL; size becomes 1 / s, 0 on other rows */
+static PetscErrorCode LargestQuotient(Vec residual, Vec size, const AinsworthRowKind *kind, PetscReal *largest)
+{
+  PetscInt           n;
+  const PetscScalar *r;
+  PetscScalar       *s;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(residual, &n));
+  PetscCall(VecGetArrayRead(residual, &r));
+  PetscCall(VecGetArray(size, &s));
+  for (PetscInt i = 0; i < n; i++) {
+    const bool kept = !kind || (kind[i] != AINSWORTH_ROW_ZERO && kind[i] != AINSWORTH_ROW_DEPENDENT);
+
+    if (kept) *largest = PetscMax(*largest, Quotient(PetscAbsScalar(r[i]), PetscRealPart(s[i])));
+    s[i] = kept && PetscRealPart(s[i]) > 0.0 ? 1.0 / PetscRealPart(s[i]) : 0.0;
+  }
+  PetscCall(VecRestoreArrayRead(residual, &r));
+  PetscCall(VecRestoreArray(size, &s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* size_i at least `little` of the largest of all, in the norm of diag(A)^{-1}: the row of a body that nothing moves has only rounding to show */
+static PetscErrorCode RaiseSmallTerms(const AinsworthSaddle *sp, Vec size)
+{
+  static const PetscReal little = 1e-3;
+  Vec                    diagonal;
+  PetscScalar           *s;
+  const PetscScalar     *d;
+  PetscReal              most[2] = {0.0, 0.0};
+  PetscInt               n;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(size, &diagonal));
+  PetscCall(MatGetDiagonal(sp->block[0], diagonal));
+  PetscCall(VecGetLocalSize(size, &n));
+  PetscCall(VecGetArrayRead(diagonal, &d));
+  PetscCall(VecGetArray(size, &s));
+  for (PetscInt i = 0; i < n; i++) {
+    most[0] = PetscMax(most[0], PetscRealPart(d[i]));
+    if (PetscRealPart(d[i]) > 0.0) most[1] = PetscMax(most[1], PetscRealPart(s[i]) / PetscSqrtReal(PetscRealPart(d[i])));
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, most, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)size)));
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal stiffness = PetscRealPart(d[i]) > 0.0 ? PetscRealPart(d[i]) : most[0];
+
+    s[i] = PetscMax(PetscRealPart(s[i]), little * most[1] * PetscSqrtReal(stiffness));
+  }
+  PetscCall(VecRestoreArray(size, &s));
+  PetscCall(VecRestoreArrayRead(diagonal, &d));
+  PetscCall(VecDestroy(&diagonal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthSaddleBackwardError - the largest residual of a row of both equations, relative to its terms
+
+   primal and dual: AinsworthSaddleResidual(). rows, of both: one over these terms, 0 where no x can do anything
+*/
+PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal, Vec dual,
+                                            Vec rowsPrimal, Vec rowsDual, PetscReal *error)
+{
+  Vec slack;
+
+  PetscFunctionBegin;
+  *error = 0.0;
+  PetscCall(PrimalSizes(sp, transpose, f, x, lambda, Ax, rowsPrimal));
+  PetscCall(RaiseSmallTerms(sp, rowsPrimal));
+  PetscCall(LargestQuotient(primal, rowsPrimal, NULL, error));
+  PetscCall(DualSizes(sp, 0.0, g, x, lambda, rowsDual, &slack));
+  PetscCall(LargestQuotient(dual, rowsDual, sp->kind, error));
+  PetscCall(VecDestroy(&slack));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, error, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)f)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthSaddleCheckDual - the rows of g - C x + D lambda that are not met: zero and dependent rows, whose right-hand side no x can have, and others
 
@@ -226,31 +363,22 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, 
     {AINSWORTH_ROW_ZERO,      "nonzero on a row of C that is zero"                 },
     {AINSWORTH_ROW_DEPENDENT, "not that of the other rows of C on which it depends"}
   };
-  Vec                    absolute, size, slack = NULL;
-  PetscReal              largest, rhs;
-  const PetscScalar     *r, *s, *a, *l = NULL;
-  std::vector<PetscBool> unmet(sp->local, PETSC_FALSE), marked(sp->local + 1);
+  Vec                    size, slack;
+  PetscReal              rhs;
+  const PetscScalar     *r, *s, *l = NULL;
+  std::vector<PetscBool> unmet(sp->local, PETSC_FALSE);
 
   PetscFunctionBegin;
   *worst           = AinsworthUnmet();
   contradiction[0] = 0;
-  if (!sp->absolute) PetscCall(AinsworthAbsoluteAIJ(sp->givenC, &sp->absolute));
-  PetscCall(VecNorm(x, NORM_INFINITY, &largest));
   PetscCall(VecNorm(g, NORM_INFINITY, &rhs));
-  PetscCall(DuplicateAbs(x, &absolute));
-  PetscCall(VecShift(absolute, combined / consistent * largest));
   PetscCall(VecDuplicate(residual, &size));
-  PetscCall(MatMult(sp->absolute, absolute, size));
-  if (sp->rowsD) {
-    PetscCall(VecDuplicate(residual, &slack));
-    PetscCall(AddCompliance(sp, allowed, lambda, size, slack));
-    PetscCall(VecGetArrayRead(slack, &l));
-  }
+  PetscCall(DualSizes(sp, allowed, g, x, lambda, size, &slack));
+  if (slack) PetscCall(VecGetArrayRead(slack, &l));
   PetscCall(VecGetArrayRead(residual, &r));
   PetscCall(VecGetArrayRead(size, &s));
-  PetscCall(VecGetArrayRead(g, &a));
   for (PetscInt i = 0; i < sp->local; i++) {
-    const PetscReal terms    = PetscRealPart(s[i]) + PetscAbsScalar(a[i]);
+    const PetscReal terms    = PetscRealPart(s[i]);
     const PetscReal bound    = sp->kind[i] == AINSWORTH_ROW_ZERO ? noise * rhs : consistent * terms + (slack ? PetscRealPart(l[i]) : 0.0);
     const PetscReal quotient = Quotient(PetscAbsScalar(r[i]), bound);
 
@@ -263,18 +391,17 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, 
   }
   PetscCall(VecRestoreArrayRead(residual, &r));
   PetscCall(VecRestoreArrayRead(size, &s));
-  PetscCall(VecRestoreArrayRead(g, &a));
   if (slack) PetscCall(VecRestoreArrayRead(slack, &l));
   PetscCall(VecDestroy(&slack));
-  PetscCall(VecDestroy(&absolute));
   PetscCall(VecDestroy(&size));
   PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), worst));
   for (const auto &c : contradictions) {
     char names[128];
 
     if (!sp->count[c.kind] || contradiction[0]) continue;
+    std::unique_ptr<PetscBool[]> marked(new PetscBool[sp->local + 1]); /* a vector of C's bool, which PetscBool is since 3.24, has no array */
     for (PetscInt i = 0; i < sp->local; i++) marked[i] = (PetscBool)(unmet[i] && sp->kind[i] == c.kind);
-    PetscCall(AinsworthSaddleNameRows(sp, marked.data(), names, sizeof(names)));
+    PetscCall(AinsworthSaddleNameRows(sp, marked.get(), names, sizeof(names)));
     if (names[0])
       PetscCall(PetscSNPrintf(contradiction, len, "%s%s (rows %s of the multiplier field): no solution %s", c.text,
                               sp->nearly && c.kind == AINSWORTH_ROW_DEPENDENT ? ", exactly or nearly" : "", names,

@@ -60,6 +60,49 @@ static PetscErrorCode SelectRows(const AinsworthSaddle *sp, Mat all, PetscBool s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   Where D has entries whose squares overflow, its rows are brought to entries of about 1, and lambda with them. C_i may become as small as 1e-150: it does
+   little beside such a D_ii. Powers of 2 round nothing.
+*/
+static PetscErrorCode BalanceRows(AinsworthSaddle *sp)
+{
+  static const PetscReal large = 1e60; /* a product of some such numbers, and of those of C, has to be finite */
+  PetscScalar           *b;
+  PetscReal              most;
+  PetscInt               m;
+
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&sp->balance));
+  if (!sp->D) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateVecs(sp->D, NULL, &sp->balance));
+  PetscCall(MatGetRowMaxAbs(sp->D, sp->balance, NULL));
+  if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(sp->balance));
+  PetscCall(VecMax(sp->balance, NULL, &most));
+  if (most <= large) {
+    PetscCall(VecDestroy(&sp->balance));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(VecGetLocalSize(sp->balance, &m));
+  PetscCall(VecGetArray(sp->balance, &b));
+  for (PetscInt i = 0; i < m; i++) b[i] = PetscRealPart(b[i]) > large ? PetscPowReal(2.0, -PetscFloorReal(0.5 * PetscLog2Real(PetscRealPart(b[i])))) : 1.0;
+  PetscCall(VecRestoreArray(sp->balance, &b));
+  for (Mat *M : {&sp->C, &sp->B, &sp->D}) {
+    Mat  copy;
+    bool again = M == &sp->B && sp->rowsB == sp->rowsC;
+
+    if (again) {
+      PetscCall(PetscObjectReference((PetscObject)sp->C));
+      copy = sp->C;
+    } else {
+      PetscCall(MatDuplicate(*M, MAT_COPY_VALUES, &copy));
+      PetscCall(MatDiagonalScale(copy, sp->balance, M == &sp->D ? sp->balance : NULL));
+    }
+    PetscCall(MatDestroy(M));
+    *M = copy;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* sp->C, B and D, from those with all rows */
 static PetscErrorCode SplitRows(AinsworthSaddle *sp)
 {
@@ -78,6 +121,7 @@ static PetscErrorCode SplitRows(AinsworthSaddle *sp)
     sp->B = sp->rowsB;
     sp->D = sp->rowsD;
     for (Mat M : {sp->C, sp->B, sp->D}) PetscCall(PetscObjectReference((PetscObject)M));
+    PetscCall(BalanceRows(sp));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SelectRows(sp, sp->rowsC, PETSC_FALSE, &sp->C));
@@ -85,10 +129,12 @@ static PetscErrorCode SplitRows(AinsworthSaddle *sp)
     PetscCall(PetscObjectReference((PetscObject)sp->C));
     sp->B = sp->C;
   } else PetscCall(SelectRows(sp, sp->rowsB, PETSC_FALSE, &sp->B));
-  if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SelectRows(sp, sp->rowsD, PETSC_TRUE, &sp->D));
-  PetscCall(AinsworthMatFindNonzero(sp->D, &row, &col));
-  if (row < 0) PetscCall(MatDestroy(&sp->D));
+  if (sp->rowsD) {
+    PetscCall(SelectRows(sp, sp->rowsD, PETSC_TRUE, &sp->D));
+    PetscCall(AinsworthMatFindNonzero(sp->D, &row, &col));
+    if (row < 0) PetscCall(MatDestroy(&sp->D));
+  }
+  PetscCall(BalanceRows(sp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

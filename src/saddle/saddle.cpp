@@ -210,7 +210,7 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleResetBlocks(sp));
   for (Mat *M : {&sp->A, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC, &sp->absolute}) PetscCall(MatDestroy(M));
-  for (Vec *v : {&sp->known, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
+  for (Vec *v : {&sp->balance, &sp->known, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
   PetscCall(MatNullSpaceDestroy(&sp->whole));
   PetscCall(PetscFree(sp->kind));
   for (PetscInt &count : sp->count) count = 0;

@@ -34,6 +34,8 @@ struct AinsworthSaddleBlocks {
   PetscInt  bs;                         /* block size of A, which A itself may not know */
 
   const char       *bsSource;   /* how it is known */
+  MatNullSpace      modes;      /* rigid-body modes from coordinates; NULL: none were given */
+  PetscInt          located;    /* which coordinates */
   AinsworthFields   fields;     /* of the program's vectors */
   const char       *told;       /* who named them */
   std::vector<bool> multiplier; /* which of them are the multipliers' */
@@ -42,6 +44,8 @@ struct AinsworthSaddleBlocks {
   PetscBool         extracted;  /* the blocks are submatrices; otherwise they are those of a MatNest */
   PetscObjectId     whole[2];   /* what they were extracted from, Amat and Pmat */
   PetscObjectState  pattern[2]; /* its nonzero state */
+
+  std::shared_ptr<const AinsworthSplit> split[2]; /* how; NULL: by MatCreateSubMatrix() */
 };
 
 /*
@@ -51,7 +55,7 @@ struct AinsworthSaddleBlocks {
 */
 struct AinsworthSaddle : AinsworthSaddleBlocks {
   Mat          A;                   /* n x n: the program's, or without the columns of unknowns that are known */
-  Mat          C, B, D;             /* AIJ, of the rows that are kept; none: no constraints */
+  Mat          C, B, D;             /* AIJ, of the rows that are kept, times balance; none: no constraints */
   Mat          rowsC, rowsB, rowsD; /* the same with all of the program's rows */
   Mat          givenC;              /* rowsC with the columns of known unknowns */
   MatNullSpace whole;               /* null space of the program's matrix, NULL where it has none */
@@ -63,10 +67,14 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   PetscInt          local;                      /* their number */
   PetscInt          count[AINSWORTH_ROW_KINDS]; /* on all ranks */
   PetscBool         nearly;   /* some dependent rows are so only to the digits of the Gram matrix: what contradicts them may have a solution */
+  Vec               balance;  /* of the rows of C, B and D, and the columns of D, powers of 2; NULL: 1 */
   Vec               known;    /* n, 1 / A_ii where nothing but A_ii is in the row of an unknown, else 0; NULL: none matters */
   Vec               work[2];  /* n and all rows; NULL: not needed yet */
   Mat               absolute; /* |C|, entry by entry, with all of its rows; NULL: not needed yet */
 };
+
+/* arrays.cpp */
+PetscErrorCode AinsworthGetDiagonal(Mat, Vec);
 
 /* aij.cpp */
 PetscErrorCode AinsworthFindOpaque(Mat, Mat *);
@@ -82,6 +90,9 @@ PetscErrorCode AinsworthScaleColumns(Mat, Vec, Mat *);
 PetscErrorCode AinsworthRowSquares(Mat, Vec, Vec);
 PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
 
+/* merge.cpp */
+PetscErrorCode AinsworthMergeAIJ(MPI_Comm, const std::vector<IS> &, const std::vector<IS> &, const std::vector<Mat> &, Mat *);
+
 /* blocks.cpp, state.cpp: what the program passed, and whether it is what it was */
 PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *, PetscBool, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *);
@@ -94,6 +105,9 @@ PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *, const Ainsw
 
 PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *, AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
+
+/* coordinates.cpp */
+PetscErrorCode AinsworthSaddleDescribeModes(const AinsworthSaddle *, char[], size_t);
 
 /* nullspace.cpp */
 PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *, Mat);
@@ -135,6 +149,7 @@ struct AinsworthUnmet {
 };
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *, PetscBool, PetscReal, PetscReal, Vec, Vec, Vec, Vec, Vec, AinsworthUnmet *);
+PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec, Vec, Vec, PetscReal *);
 PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *, Vec, Vec, Vec, PetscReal *);
 PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, PetscReal, Vec, Vec, Vec, Vec, AinsworthUnmet *, char[], size_t);
 

@@ -136,7 +136,7 @@ static PetscErrorCode Sequence()
 {
   const PetscInt  n    = 36;
   const PetscReal soft = 1.0, stiff = 1e3;
-  Options         options("-ainsworth_ksp_rtol 1e-12");
+  Options         options("-ainsworth_ksp_rtol 1e-12 -pc_ainsworth_rebuild always");
   Grid            grid;
   PetscInt        before, after;
 

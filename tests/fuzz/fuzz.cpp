@@ -131,12 +131,13 @@ static PetscErrorCode SolveGeneral(const RandomSaddle &p, Random &r, Verdict *ve
 {
   const PetscInt local[2] = {RandomShare(PETSC_COMM_WORLD, r, (int)p.s.A.rows(), p.s.bs), RandomShare(PETSC_COMM_WORLD, r, (int)p.s.C.rows(), 1)};
   const Facts    facts    = SaddleFacts(p.s);
+  const double   asked    = 1e-11; /* of each row relative to its terms: ten times the tolerance */
   Answer         answer;
   char           text[128];
 
   PetscFunctionBeginUser;
   PetscCall(SaddleSolve(p.s, local, false, answer));
-  switch (SaddleJudge(p.s, facts, true, answer)) {
+  switch (SaddleJudge(p.s, facts, true, answer, asked / PETSC_MACHINE_EPSILON)) {
   case SADDLE_RIGHT:
     *verdict = SOLVED;
     break;

@@ -196,6 +196,9 @@ void RandomSaddle::Options(Random &r)
   static const char *const pmats[] = {"jcb", "id", "cc", "cg", "bj_cc", "bj_cg"};
 
   options = "-ainsworth_ksp_rtol 1e-12";
+  /* with D on its other side A is as good a D itself, unless an entry has the other sign, or squares of it overflow */
+  if (s.D.size() && (s.D.minCoeff() < 0.0 || (s.convention != PLAIN && (r.Chance(0.5) || s.D.maxCoeff() > 1e20 || s.D.diagonal().minCoeff() < 1e-20))))
+    options += std::string(" -pc_ainsworth_multiplier_fields ") + (s.first ? "0" : "1");
   if (r.Chance(0.3)) options += std::string(" -pc_ainsworth_pmat ") + pmats[r.Int(0, 5)];
   if (r.Chance(0.1)) {
     options += " -pc_ainsworth_weight identity";
@@ -207,7 +210,7 @@ void RandomSaddle::Options(Random &r)
     options += " -ainsworth_pc_type jacobi";
     break;
   case 1:
-    options += " -ainsworth_pc_type redundant"; /* LU */
+    options += " -ainsworth_pc_type redundant -ainsworth_redundant_pc_factor_zeropivot 1e-300"; /* LU, which takes small pivots for zero, whatever the scale */
     break;
   default:
     break;

@@ -1,8 +1,15 @@
 /* A system as PETSc matrices, solved by the plugin or by MUMPS, and the verdict on what came out */
 #include "systems.h"
+#include <dlfcn.h>
 
 /* Of each equation relative to its terms, and of x, in units of its own, relative to x or to what rounding the system may change */
-static const double residualBound = 1e-5, errorBound = 1e-5, beyondReach = 1e3;
+static const double residualBound = 1e-5, errorBound = 1e-5;
+
+/* hypre keeps the flag of an error for all solvers that come after, and PETSc 3.18 does not take it back */
+static void ForgetErrors()
+{
+  if (auto clear = (int (*)())dlsym(RTLD_DEFAULT, "HYPRE_ClearAllErrors")) clear();
+}
 
 static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
 {
@@ -103,11 +110,13 @@ PetscErrorCode SaddleSolve(const Saddle &s, const PetscInt local[2], bool mumps,
   for (int k = 0; k < 2; k++) PetscCall(Field(s, nest, b, k, [&](Vec v) { return Scatter(s.rhs[k].cast<PetscScalar>(), v); }));
   PetscCall(VecDuplicate(b, &y));
   PetscCall(CreateSolver(s, nest, mumps, &ksp));
-  PetscCall(PetscPushErrorHandler(KeepMessage, &message));
+  PetscCall(PetscPushErrorHandler(getenv("KKT_TRACE") ? PetscTraceBackErrorHandler : KeepMessage, &message));
   a.code = KSPSolve(ksp, b, y);
   PetscCall(PetscPopErrorHandler());
-  if (a.code) a.said = message;
-  else {
+  if (a.code) {
+    a.said = message;
+    ForgetErrors();
+  } else {
     PetscCall(KSPGetConvergedReason(ksp, &reason));
     PetscCall(AskSolver(ksp, a));
     for (int k = 0; k < 2; k++) PetscCall(Field(s, nest, y, k, [&](Vec v) { return Gather(v, part[k]); }));
@@ -121,14 +130,14 @@ PetscErrorCode SaddleSolve(const Saddle &s, const PetscInt local[2], bool mumps,
   agreed[3] = -agreed[2];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, agreed, 4, MPI_INT, MPI_MAX, PETSC_COMM_WORLD));
   a.agreed = agreed[0] == -agreed[1] && agreed[2] == -agreed[3];
-  PetscCall(KSPDestroy(&ksp));
+  if (!a.code) PetscCall(KSPDestroy(&ksp)); /* what an error leaves behind may not be fit for it */
   PetscCall(MatDestroy(&nest));
   PetscCall(VecDestroy(&b));
   PetscCall(VecDestroy(&y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-SaddleVerdict SaddleJudge(const Saddle &s, const Facts &facts, bool listen, Answer &a)
+SaddleVerdict SaddleJudge(const Saddle &s, const Facts &facts, bool listen, Answer &a, double beyond)
 {
   if (!a.agreed) {
     a.said += "; ranks disagree";
@@ -143,5 +152,5 @@ SaddleVerdict SaddleJudge(const Saddle &s, const Facts &facts, bool listen, Answ
   if (!(a.residual <= residualBound)) return SADDLE_WRONG;
   if (!facts.decided) return SADDLE_RIGHT;
   if (!facts.solvable) return facts.left > residualBound ? SADDLE_WRONG : SADDLE_RIGHT;
-  return !facts.unique || a.error <= std::max(errorBound, beyondReach * facts.reach) ? SADDLE_RIGHT : SADDLE_WRONG;
+  return !facts.unique || a.error <= std::max(errorBound, beyond * facts.reach) ? SADDLE_RIGHT : SADDLE_WRONG;
 }

@@ -101,8 +101,8 @@ enum SaddleVerdict {
 };
 /* With so many rows of x and of lambda on this rank; mumps: its Cholesky or LU with its defaults, otherwise what the options say */
 PetscErrorCode SaddleSolve(const Saddle &, const PetscInt local[2], bool mumps, Answer &);
-/* listen: to what a refusal says */
-SaddleVerdict SaddleJudge(const Saddle &, const Facts &, bool listen, Answer &);
+/* listen: to what a refusal says; beyond: so many times what rounding may change in x is not wrong yet */
+SaddleVerdict SaddleJudge(const Saddle &, const Facts &, bool listen, Answer &, double beyond = 1e3);
 /* Fills what is stored from A, B, C, D, f, g and the convention */
 void SaddleStore(Saddle &);
 

@@ -87,6 +87,7 @@ static const struct {
   {"has no transpose",          [](const Saddle &s, const Facts &) { return !SaddleSymmetric(s); }                       },
   {"nearly linearly dependent", [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                        },
   {"linear combinations",       [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                        },
+  {"Error in HYPRE",            [](const Saddle &,  const Facts &f) { return !f.unique; }                                },
   {"seems to be -A",            [](const Saddle &s, const Facts &) { return s.convention == NEGATED; }                   }
 };
 

@@ -16,6 +16,35 @@ void SceneBody::BoxPosition(const PetscInt ijk[3], PetscReal x[3]) const
   for (int d = 0; d < 3; d++) x[d] = n[d] ? lo[d] + size[d] * ((PetscReal)ijk[d] / (order * n[d])) : lo[d];
 }
 
+/* Cells of one size within the inner half, then larger and larger ones: the distance from the origin, in the norm of the box */
+static PetscReal Grade(const SceneBody &b, PetscReal distance)
+{
+  const PetscReal t = 2 * distance, beyond = PetscMax(0, t - 1);
+
+  return b.near * (t + (b.far / b.near - 2) * beyond * beyond * beyond);
+}
+
+static PetscReal LargestEntry(const PetscReal x[3])
+{
+  return PetscMax(PetscAbsReal(x[0]), PetscMax(PetscAbsReal(x[1]), PetscAbsReal(x[2])));
+}
+
+void SceneBody::Unmap(const PetscReal x[3], PetscReal box[3]) const
+{
+  const PetscReal distance = LargestEntry(x);
+  PetscReal       t        = distance / (2 * near);
+
+  if (t > 0.5) { /* Newton's method from the side of the root where it is monotone */
+    for (int step = 0; step < 100; step++) {
+      const PetscReal beyond = 2 * t - 1, slope = 2 * near * (1 + 3 * (far / near - 2) * beyond * beyond), change = (Grade(*this, t) - distance) / slope;
+
+      t -= change;
+      if (PetscAbsReal(change) < 1e-15) break;
+    }
+  }
+  for (int d = 0; d < 3; d++) box[d] = distance == 0 ? 0 : x[d] * (t / distance);
+}
+
 void SceneBody::Map(const PetscReal box[3], PetscReal x[3]) const
 {
   for (int d = 0; d < 3; d++) x[d] = box[d];
@@ -27,6 +56,10 @@ void SceneBody::Map(const PetscReal box[3], PetscReal x[3]) const
 
     x[0] = (radius + box[2]) * std::sin(angle);
     x[2] = (radius + box[2]) * std::cos(angle) - radius;
+  } else if (map == SCENE_GRADED) {
+    const PetscReal distance = LargestEntry(box);
+
+    for (int d = 0; d < 3 && distance > 0; d++) x[d] = box[d] * (Grade(*this, distance) / distance);
   }
 }
 
