@@ -32,12 +32,12 @@ static PetscErrorCode FailSetUp(PC pc, PC_Ainsworth *data, PCFailedReason reason
 /* Is data->reduced on the A, B, C and D that the saddle holds now? Their values may have changed since: it will notice, and keep what depends on the pattern alone */
 static PetscErrorCode KeepsOperator(const PC_Ainsworth *data, PetscBool *keeps)
 {
-  const AinsworthSaddle *sp = &data->saddle;
-  Mat                    A = NULL, C = NULL;
+  const AinsworthSaddle *sp  = &data->saddle;
+  Mat_Ainsworth         *ctx = NULL;
 
   PetscFunctionBegin;
-  if (data->reduced) PetscCall(MatAinsworthGetMats(data->reduced, &A, &C));
-  *keeps = (PetscBool)(A && A == sp->A && C == sp->C && sp->B == sp->C && !sp->D && data->adjoint);
+  if (data->reduced) PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+  *keeps = (PetscBool)(ctx && ctx->A == sp->A && ctx->C == sp->C && ctx->B == sp->B && ctx->D == sp->D && ctx->adjoint == data->adjoint);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -101,7 +101,7 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
       PetscCall(PetscInfo(pc, "Rows of C that diag(A)^{-1} cannot tell apart are independent without it: the weight is the identity\n"));
       data->hidden = PETSC_TRUE;
     } else if (n) {
-      data->saddle.nearly = (PetscBool)(pass > 1);
+      data->saddle.nearly = (PetscBool)(pass > 1 || data->saddle.D); /* a small D may tell rows apart */
       PetscCall(DropDependentRows(pc, data, n, dependent));
     }
     PetscCall(PetscFree(dependent));
@@ -223,6 +223,8 @@ static PetscErrorCode SetUp(PC pc)
   PetscCall(AinsworthProbeSymmetry(data->saddle.A, &data->symmetric));
   data->adjoint = (PetscBool)(data->saddle.B == data->saddle.C);
   if (data->adjoint && data->saddle.D) PetscCall(AinsworthProbeSymmetry(data->saddle.D, &data->adjoint));
+  if (data->indefinite) data->configured = PETSC_FALSE; /* conjugate gradients are tried again */
+  data->indefinite = PETSC_FALSE;
   if (symmetric != data->symmetric || adjoint != data->adjoint) {
     PetscCall(MatDestroy(&data->reduced)); /* which has the symmetry of the system, and its B */
     data->configured = PETSC_FALSE;        /* it may need another method */

@@ -398,7 +398,7 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
   if (!*reason && !(error <= unusable)) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT;
   *doubtful = !(error <= inexact);
   if (*doubtful && !*reason && !*n)
-    PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: rows of C are nearly linearly dependent, and solves refined\n",
+    PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: they are refined\n",
                         (double)error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -50,6 +50,11 @@ static PetscErrorCode CopyOpaque(AinsworthSaddle *sp)
   PetscCall(MatGetNearNullSpace(A, &near));
   PetscCall(MatSetNullSpace(copy, nullsp));
   PetscCall(MatSetNearNullSpace(copy, near));
+  if (sp->block[AINSWORTH_BLOCK_P] == A) {
+    PetscCall(MatDestroy(&sp->block[AINSWORTH_BLOCK_P]));
+    PetscCall(PetscObjectReference((PetscObject)copy));
+    sp->block[AINSWORTH_BLOCK_P] = copy;
+  }
   PetscCall(MatDestroy(&sp->block[AINSWORTH_BLOCK_A]));
   sp->block[AINSWORTH_BLOCK_A] = copy;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -167,7 +172,9 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
   sp->givenC = sp->rowsC;
   PetscCall(CopyOpaque(sp));
   sp->A = sp->block[AINSWORTH_BLOCK_A];
+  sp->P = sp->block[AINSWORTH_BLOCK_P];
   PetscCall(PetscObjectReference((PetscObject)sp->A));
+  PetscCall(PetscObjectReference((PetscObject)sp->P));
   PetscCall(AinsworthBlockNorm(sp->A, &norm));
   PetscCall(CheckFinite(sp->A, norm, sp->bad, sizeof(sp->bad)));
   if (sp->bad[0]) PetscFunctionReturn(PETSC_SUCCESS);
@@ -190,7 +197,7 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
 {
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleResetBlocks(sp));
-  for (Mat *M : {&sp->A, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC, &sp->absolute}) PetscCall(MatDestroy(M));
+  for (Mat *M : {&sp->A, &sp->P, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC, &sp->absolute}) PetscCall(MatDestroy(M));
   for (Vec *v : {&sp->balance, &sp->known, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
   PetscCall(MatNullSpaceDestroy(&sp->whole));
   PetscCall(PetscFree(sp->kind));

@@ -55,6 +55,7 @@ struct AinsworthSaddleBlocks {
 */
 struct AinsworthSaddle : AinsworthSaddleBlocks {
   Mat          A;                   /* n x n: the program's, or without the columns of unknowns that are known */
+  Mat          P;                   /* what M_* is made of, the primal block of Pmat: A itself where there is none */
   Mat          C, B, D;             /* AIJ, of the rows that are kept, times balance; none: no constraints */
   Mat          rowsC, rowsB, rowsD; /* the same with all of the program's rows */
   Mat          givenC;              /* rowsC with the columns of known unknowns */
