@@ -18,6 +18,8 @@ static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInpu
   data->autoType   = PC_AINSWORTH_PMAT_ID;
   data->autoReason = ", as interpolation is made from A alone";
   if (in->format == AINSWORTH_PMAT_SUM) PetscFunctionReturn(PETSC_SUCCESS);
+  data->autoReason = ", as it is factored";
+  if (in->format == AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthPmatComponentsApart(in->C, data->saddle.bs, in->fill.most, &apart));
   data->autoReason = ", as the constraints keep components apart";
   if (apart) PetscFunctionReturn(PETSC_SUCCESS);
@@ -37,8 +39,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   Vec                  penalty;
 
   PetscFunctionBegin;
-  /* where columns of known unknowns were moved Pmat still has them */
-  in.A  = data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A] ? data->saddle.block[AINSWORTH_BLOCK_P] : data->saddle.A;
+  in.A  = data->saddle.P;
   in.bs = data->saddle.bs;
   in.C  = data->saddle.C;
   PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &in.S));
@@ -90,6 +91,7 @@ PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, const Ma
 
   PetscFunctionBegin;
   PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCAinsworthEscapeReview_Private(pc, data));
   while (again) {
     PetscCall(MatDestroy(&data->M));
     PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->format));
@@ -102,6 +104,7 @@ PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, const Ma
                               bad));
       PetscFunctionReturn(PETSC_SUCCESS);
     }
+    PetscCall(PCAinsworthConvertPmat_Private(data));
     PetscCall(PCAinsworthSetKSPOperators_Private(data));
     PetscCall(ForwardNullSpaces(data));
     /* the preconditioner sees M_* alone: GAMG and ML smooth with the first of their operators */
@@ -116,11 +119,20 @@ PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, const Ma
     PetscCall(PetscObjectReference((PetscObject)operation));
     PetscCall(PCSetOperators(inner, M, M));
     PetscCall(AinsworthPCSetFailedReason(inner, PC_NOERROR)); /* that of an earlier matrix, or type, would stay */
-    PetscCall(PCSetUp(inner));
+    PetscCall(PCAinsworthSetUpPreconditioner_Private(inner, &definite));
     PetscCall(PCAinsworthSetTranspose_Private(data));
     if (operation != M) inner->ops->applyrichardson = NULL; /* its iterations would be with M_* */
     PetscCall(KSPSetOperators(data->ksp, operation, M));
     PetscCall(MatDestroy(&operation));
+    PetscCall(PCAinsworthEscapeCheck_Private(pc, data, definite, &again));
+    if (again) continue;
+    if (!definite) {
+      PetscCall(PetscSNPrintf(why, len,
+                              "The preconditioning matrix is not positive definite, as a Cholesky factorization needs it: is A indefinite? "
+                              "Choose another -%spc_type",
+                              ((PetscObject)inner)->prefix));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
     PetscCall(KSPSetUp(data->ksp));
     PetscCall(PCAinsworthFallBack_Private(pc, data, &again));
   }

@@ -26,6 +26,7 @@ struct AinsworthPmatOptions {
 typedef enum {
   AINSWORTH_PMAT_AIJ,
   AINSWORTH_PMAT_HYPRE,
+  AINSWORTH_PMAT_FACTOR, /* AIJ, to be factored */
   AINSWORTH_PMAT_SUM /* MATCOMPOSITE of A itself and M_* - A, which is not zero on the surface only */
 } AinsworthPmatFormat;
 
