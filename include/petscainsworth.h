@@ -13,11 +13,20 @@
 
 #include <petscksp.h>
 
+/* CMake and packages take the version from here */
+#define AINSWORTH_VERSION_MAJOR    0
+#define AINSWORTH_VERSION_MINOR    2
+#define AINSWORTH_VERSION_SUBMINOR 0
+#define AINSWORTH_VERSION_GE(MAJOR, MINOR, SUBMINOR) \
+  (AINSWORTH_VERSION_MAJOR * 10000 + AINSWORTH_VERSION_MINOR * 100 + AINSWORTH_VERSION_SUBMINOR >= (MAJOR)*10000 + (MINOR)*100 + (SUBMINOR))
+
 #define PCAINSWORTH        "ainsworth"
 #define PCBLOCKSA          "blocksa"
 #define MATAINSWORTH       "ainsworth"
 #define KSPPROJECTEDCG     "projectedcg"
 #define KSPCHEBYSHEVSINGLE "chebyshevsingle"
+
+#define SNESAINSWORTHACTIVESET "ainsworthactiveset"
 
 /*E
    PCAinsworthVariant - the configuration of `PCAINSWORTH`: sets weight, penalty, penalty factor, row scaling and inner Krylov method at once

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Sourced by the other scripts: the project's folder, the build folder, which PETSc, how to start MPI programs.
-# AINSWORTH_BUILD chooses the build folder (default: build), AINSWORTH_JOBS the parallel jobs (default: the cores).
+# AINSWORTH_BUILD chooses the build folder (default: build), AINSWORTH_JOBS the parallel jobs (default: the cores), MPIEXEC the launcher.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 build=${AINSWORTH_BUILD:-$root/build}
@@ -40,8 +40,8 @@ apt() {
 
 # Open MPI must be told that root, or more ranks than cores, is meant; the others know neither.
 launcher() { # ranks
-  command=mpiexec
-  if mpiexec --version 2>&1 | grep -E -q 'Open MPI|OpenRTE'; then
+  command=${MPIEXEC:-mpiexec}
+  if $command --version 2>&1 | grep -E -q 'Open MPI|OpenRTE'; then
     if [ "$(id -u)" = 0 ]; then command="$command --allow-run-as-root"; fi
     if [ "$1" -gt "$(nproc 2>/dev/null || echo 1)" ]; then command="$command --oversubscribe"; fi
   fi

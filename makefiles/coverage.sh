@@ -2,7 +2,7 @@
 # Which lines of src/ the tests reach, and which error checks they do not: sh makefiles/coverage.sh [arguments for ctest]
 # In a folder of its own; installs gcovr where it is missing. Fails below 95 % of the lines, or where a PetscCheck() has never failed.
 . "$(dirname "$0")/common.sh"
-command -v gcovr >/dev/null 2>&1 || sh "$root/makefiles/install.sh" gcovr
+command -v gcovr >/dev/null 2>&1 || sh "$root/makefiles/install.sh" tests gcovr
 AINSWORTH_BUILD=$build-coverage sh "$root/makefiles/build.sh" -DAINSWORTH_COVERAGE=ON
 find "$build-coverage" -name '*.gcda' -delete
 say "test with coverage"

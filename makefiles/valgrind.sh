@@ -2,7 +2,7 @@
 # A parallel test under valgrind's memcheck: sh makefiles/valgrind.sh [program of the build folder [arguments]]
 # Without arguments: 40 random systems on 2 ranks. Errors inside of MPI and of its helpers do not count; those of the plugin and of the test fail.
 . "$(dirname "$0")/common.sh"
-command -v valgrind >/dev/null 2>&1 || sh "$root/makefiles/install.sh" valgrind
+command -v valgrind >/dev/null 2>&1 || sh "$root/makefiles/install.sh" tests valgrind
 if [ ! -e "$build/libainsworth.so" ]; then sh "$root/makefiles/build.sh"; fi
 if [ $# = 0 ]; then set -- tests/fuzz/fuzz -cases 40 -errors 0; fi
 log=$(mktemp -d)

@@ -71,6 +71,10 @@ typedef PetscErrorCode AinsworthTestDestroyFn(void *);
 typedef PetscCtxDestroyFn AinsworthTestDestroyFn;
 #endif
 
+#if PETSC_VERSION_LT(3, 25, 0)
+  #define SNES_DIVERGED_FUNCTION_NANORINF SNES_DIVERGED_FNORM_NAN
+#endif
+
 /* the MPI type of PetscBool, which is C's bool since 3.24 */
 #if PETSC_VERSION_LT(3, 24, 0)
   #define AINSWORTH_MPI_BOOL MPIU_BOOL

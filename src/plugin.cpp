@@ -7,10 +7,11 @@
 #include "pc/pcainsworth.h"
 #include "projector/graph.h"
 #include "projector/symbolic.h"
+#include "snes/activeset.h"
 
 PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_Dependent, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS,
   AINSWORTH_Multiplier, AINSWORTH_Verify, AINSWORTH_InvGram, AINSWORTH_PMat, AINSWORTH_PMatCopy, AINSWORTH_Aggregate, AINSWORTH_Interpolation,
-  AINSWORTH_Galerkin, AINSWORTH_Levels;
+  AINSWORTH_Galerkin, AINSWORTH_Levels, AINSWORTH_Layout;
 
 static PetscBool  initialized = PETSC_FALSE;
 static const char again[]     = "compile ainsworth again with the PETSc of the program";
@@ -71,7 +72,7 @@ PetscErrorCode AinsworthFinalizePackage(void)
 }
 
 /*@C
-   AinsworthInitializePackage - registers `PCAINSWORTH`, `MATAINSWORTH`, `KSPPROJECTEDCG` and their log events
+   AinsworthInitializePackage - registers `PCAINSWORTH`, `MATAINSWORTH`, `KSPPROJECTEDCG`, `SNESAINSWORTHACTIVESET` and their log events
 
    Level: developer
 
@@ -96,6 +97,7 @@ PetscErrorCode AinsworthInitializePackage(void)
   initialized = PETSC_TRUE;
   PetscCall(PetscRegisterFinalize(AinsworthFinalizePackage));
   PetscCall(PetscClassIdRegister("Ainsworth", &classid));
+  PetscCall(PetscLogEventRegister("AinsLayout", classid, &AINSWORTH_Layout));
   PetscCall(PetscLogEventRegister("AinsGramMat", classid, &AINSWORTH_GramMat));
   PetscCall(PetscLogEventRegister("AinsGramFact", classid, &AINSWORTH_GramFactor));
   PetscCall(PetscLogEventRegister("AinsDependent", classid, &AINSWORTH_Dependent));
@@ -123,6 +125,7 @@ PetscErrorCode AinsworthInitializePackage(void)
   PetscCall(MatOrderingRegister(AinsworthDissection, AinsworthGraphDissect));
   PetscCall(KSPRegister(KSPPROJECTEDCG, KSPCreate_ProjectedCG));
   PetscCall(KSPRegister(KSPCHEBYSHEVSINGLE, KSPCreate_ChebyshevSingle));
+  PetscCall(SNESRegister(SNESAINSWORTHACTIVESET, SNESCreate_AinsworthActiveSet));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -132,4 +135,23 @@ PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_ainsworth(void)
   PetscFunctionBegin;
   PetscCall(AinsworthInitializePackage());
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The same for libpetscainsworth.so, a name of the kind that PETSc looks for beside its own library */
+PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_petscainsworth(void)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthInitializePackage());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* call AinsworthInitializePackage(ierr) in Fortran; a PETSc without Fortran does not know how its names are written: as most compilers do */
+#if defined(PETSC_HAVE_FORTRAN_CAPS)
+  #define ainsworthinitializepackage_ AINSWORTHINITIALIZEPACKAGE
+#elif PetscDefined(HAVE_FORTRAN) && !defined(PETSC_HAVE_FORTRAN_UNDERSCORE)
+  #define ainsworthinitializepackage_ ainsworthinitializepackage
+#endif
+PETSC_EXTERN void ainsworthinitializepackage_(PetscErrorCode *ierr)
+{
+  *ierr = AinsworthInitializePackage();
 }

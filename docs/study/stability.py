@@ -18,7 +18,7 @@ from common import machine
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="at most three values of each parameter")
-    parser.add_argument("--report", action="store_true", help="no runs: write the texts and the plots of the study, or of --extremes, from the CSV")
+    parser.add_argument("--report", action="store_true", help="no runs: write the texts and the plots of the study, or of --inner or --extremes, from the CSV")
     parser.add_argument("--acceptance", action="store_true", help="measure the bounds instead")
     parser.add_argument("--inner", action="store_true", help="compare inner preconditioners instead")
     parser.add_argument("--extremes", action="store_true", help="extreme systems and four solvers instead")

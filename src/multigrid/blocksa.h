@@ -3,14 +3,14 @@
 #define AINSWORTH_BLOCKSA_H
 
 #include "hierarchy.h"
+#include "source.h"
 #include <petscainsworth.h>
 #include <petsc/private/pcmgimpl.h>
 
 /* Levels of A that one PC made, for another or for the same one after PCReset() */
 struct AinsworthLevels {
   std::shared_ptr<const AinsworthHierarchy> hierarchy;
-  PetscObjectId                             id = 0, modes = 0; /* of A and of its near null space */
-  PetscObjectState                          state = 0;
+  AinsworthSource                           source;
 };
 
 struct PC_BlockSA {
@@ -22,7 +22,10 @@ struct PC_BlockSA {
   PetscBool                 given;    /* an option says the precision */
   PetscBool                 tolerant; /* the KSP that solves now tolerates single precision */
 
+  PetscBool keep; /* the levels, whatever values A has */
+
   AinsworthLevels  levels;
+  PetscBool        old;     /* they are of other values of A */
   std::vector<Mat> op;      /* of each level, the finest first; the coarsest is AIJ */
   Mat              product; /* A for products, of the present levels; NULL: nobody asked for it */
   PetscBool        raised;  /* the damped part of the spectrum was widened since set-up */

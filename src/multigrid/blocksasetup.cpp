@@ -37,27 +37,26 @@ static PetscErrorCode Split(Mat pmat, Mat *A, Mat *added)
 /* The levels of A, made anew where A, its near null space or a choice is another than last time */
 static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
 {
-  Mat              aij, nodes = pc->pmat;
-  MatNullSpace     near;
-  PetscObjectId    id, modesId = 0;
-  PetscObjectState state;
-  PetscInt         bs, n;
-  AinsworthModes   modes;
+  Mat            aij, nodes = pc->pmat;
+  MatNullSpace   near;
+  PetscInt       bs, n;
+  PetscBool      same = PETSC_FALSE, fits = PETSC_FALSE;
+  AinsworthModes modes;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectGetId((PetscObject)A, &id));
-  PetscCall(PetscObjectStateGet((PetscObject)A, &state));
   PetscCall(MatGetNearNullSpace(pc->pmat, &near));
   if (!near) PetscCall(MatGetNearNullSpace(A, &near));
   if (!near) PetscCall(MatGetNearNullSpace(pc->mat, &near));
-  if (near) PetscCall(PetscObjectGetId((PetscObject)near, &modesId));
   PetscCall(MatGetBlockSize(nodes, &bs));
   if (bs == 1) nodes = A; /* a sum may know what its A does not, or the other way round */
   PetscCall(MatGetBlockSize(nodes, &bs));
-  *anew = (PetscBool)(sa->stale || !sa->levels.hierarchy || sa->levels.hierarchy->grids[0].bs != bs || sa->levels.id != id || sa->levels.state != state ||
-                      sa->levels.modes != modesId);
+  if (!sa->stale && sa->levels.hierarchy && sa->levels.hierarchy->grids[0].bs == bs)
+    PetscCall(sa->levels.source.holds(A, near, sa->levels.hierarchy->grids[0].diagonal, &same, &fits));
+  sa->old = (PetscBool)(!same && fits && sa->keep);
+  *anew   = (PetscBool)(!same && !sa->old);
   if (!*anew) {
-    PetscCall(PetscInfo(pc, "A did not change: its levels are kept\n"));
+    PetscCall(PetscInfo(pc, "%s\n", same ? "A has the values that it had: its levels are kept" : "A has other values: its levels are kept nevertheless"));
+    if (same) PetscCall(sa->levels.source.identify(A, near));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatGetLocalSize(A, &n, NULL));
@@ -76,10 +75,8 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   PetscCall(hierarchy->create(aij, bs, std::move(modes), sa->options));
   PetscCall(MatDestroy(&aij));
   sa->levels.hierarchy = hierarchy;
-  sa->levels.id        = id;
-  sa->levels.state     = state;
-  sa->levels.modes     = modesId;
   sa->stale            = PETSC_FALSE;
+  PetscCall(sa->levels.source.take(A, near));
   if (hierarchy->doubts[0]) PetscCall(PetscInfo(pc, "%s: PC type hypre may be faster on this matrix\n", hierarchy->doubts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -93,6 +90,7 @@ static PetscErrorCode CreateCoarsest(const AinsworthGrid &grid, std::unique_ptr<
   PetscFunctionBegin;
   PetscCall(AinsworthLevelMatSet(grid.nodes, grid.bs, std::move(level), &coarsest));
   PetscCall(MatConvert(coarsest, MATAIJ, MAT_INITIAL_MATRIX, op));
+  PetscCall(AinsworthMakePatternSymmetric(op)); /* PETSc's orderings do not end where it is not */
   PetscCall(MatCreateVecs(coarsest, &shifts, NULL));
   PetscCall(MatGetDiagonal(coarsest, shifts));
   PetscCall(VecScale(shifts, factor));
@@ -124,7 +122,7 @@ static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added, bool singular)
       PetscCall(CreateCoarsest(h.grids[l], std::move(level), singular && h.single() ? shiftOfSingular : shift, &sa->op[l]));
       break;
     }
-    if (added) PetscCall(level->estimate());
+    if (added) PetscCall(level->estimate(l ? NULL : &D.rows)); /* on coarser levels all is near the surface, and ten steps cost little */
     PetscCall(AinsworthLevelMatSet(h.grids[l].nodes, h.grids[l].bs, std::move(level), &sa->op[l]));
     if (added) {
       AinsworthBlockMat next;

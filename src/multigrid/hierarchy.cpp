@@ -16,18 +16,29 @@ PetscReal AinsworthHierarchy::complexity() const
   return grids.size() && grids[0].blocks ? entries / ((PetscReal)grids[0].blocks * grids[0].bs * grids[0].bs) : 1.0;
 }
 
-/* Diagonals, made positive where they are zero. coarse: so they are in the matrix then, whose unknowns that no mode reaches have rows of zeros */
-static void ReadDiagonal(AinsworthBlockRows &rows, bool coarse, std::vector<PetscReal> *diagonal)
+/*
+   Diagonals, where they are zero the mean of those that are not, on all ranks. coarse: so they are in the matrix then, whose unknowns that no mode reaches
+   have rows of zeros
+*/
+static PetscErrorCode ReadDiagonal(AinsworthBlockMat &X, bool coarse, std::vector<PetscReal> *diagonal)
 {
-  const PetscInt bs   = rows.br;
-  PetscReal      mean = 0.0;
+  AinsworthBlockRows &rows   = X.rows;
+  const PetscInt      bs     = rows.br;
+  PetscReal           sum[2] = {0.0, 0.0};
 
+  PetscFunctionBegin;
   diagonal->assign((size_t)rows.n * bs, 0.0);
   for (PetscInt i = 0; i < rows.n; i++)
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
       if (rows.j[k] == i)
-        for (PetscInt c = 0; c < bs; c++) mean += ((*diagonal)[i * bs + c] = PetscAbsScalar(rows.block(k)[c * bs + c]));
-  mean = mean > 0.0 ? mean / (PetscReal)diagonal->size() : 1.0;
+        for (PetscInt c = 0; c < bs; c++) (*diagonal)[i * bs + c] = PetscAbsScalar(rows.block(k)[c * bs + c]);
+  for (PetscReal d : *diagonal) {
+    sum[0] += d;
+    sum[1] += d > 0.0;
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, X.cols.layout->comm));
+  const PetscReal mean = sum[1] > 0.0 ? sum[0] / sum[1] : 1.0;
+
   for (PetscInt i = 0; i < rows.n && coarse; i++)
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
       if (rows.j[k] == i)
@@ -35,6 +46,7 @@ static void ReadDiagonal(AinsworthBlockRows &rows, bool coarse, std::vector<Pets
           if ((*diagonal)[i * bs + c] == 0.0) rows.block(k)[c * bs + c] = mean;
   for (PetscReal &d : *diagonal)
     if (d == 0.0) d = mean;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The largest quotient of the diagonals of two nodes that the matrix couples; collective */
@@ -249,7 +261,7 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, AinsworthModes &&n
 
     grids.emplace_back();
     AinsworthGrid &grid = grids.back();
-    ReadDiagonal(X.rows, grids.size() > 1, &grid.diagonal);
+    PetscCall(ReadDiagonal(X, grids.size() > 1, &grid.diagonal));
     PetscCall(store(X, options));
     PetscCall(createLevel((PetscInt)grids.size() - 1, NULL, true, &level));
     PetscCall(level->estimate());

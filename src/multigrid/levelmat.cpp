@@ -178,12 +178,13 @@ static PetscReal Hash(size_t l)
 }
 
 /*
-   Ten steps of conjugate gradients with Jacobi from r_i = sqrt(a_ii) times a random number, of which stiff and soft unknowns have the same share
+   Steps of conjugate gradients with Jacobi from r_i = sqrt(a_ii) times a random number, of which stiff and soft unknowns have the same share
 
-   w: what unknowns are scaled by, NULL: by nothing
+   w: what unknowns are scaled by, NULL: by nothing; start: r is zero but for the rows that have entries there, NULL: for all
 */
 template <class T>
-static PetscErrorCode Estimate(AinsworthProduct<T> &A, const std::vector<PetscReal> &diagonal, const std::vector<PetscReal> *w, PetscReal *largest)
+static PetscErrorCode Estimate(AinsworthProduct<T> &A, const std::vector<PetscReal> &diagonal, const std::vector<PetscReal> *w, PetscInt steps,
+                               const AinsworthBlockRows *start, PetscReal *largest)
 {
   const PetscInt         bs = A.bs(), stride = A.stride();
   const size_t           n = (size_t)A.n() * stride, first = (size_t)A.cols.first * bs;
@@ -209,11 +210,11 @@ static PetscErrorCode Estimate(AinsworthProduct<T> &A, const std::vector<PetscRe
     const PetscReal scale = w ? (*w)[l] : 1.0;
 
     inverse[at] = (T)(1.0 / (diagonal[l] * scale * scale));
-    r[at]       = (T)(PetscSqrtReal(diagonal[l]) * scale * Hash(first + l));
+    if (!start || start->i[l / bs] < start->i[l / bs + 1]) r[at] = (T)(PetscSqrtReal(diagonal[l]) * scale * Hash(first + l));
   }
   for (size_t l = 0; l < n; l++) p[l] = inverse[l] * r[l];
   PetscCall(sum(energy, &rz));
-  for (PetscInt k = 0; k < 10 && rz > 0.0; k++) {
+  for (PetscInt k = 0; k < steps && rz > 0.0; k++) {
     PetscReal pq, before = rz;
 
     PetscCall(A.mult(p.data(), q.data()));
@@ -237,11 +238,20 @@ static PetscErrorCode Estimate(AinsworthProduct<T> &A, const std::vector<PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthLevel::estimate - the largest eigenvalue of D^{-1} M, somewhat from below; collective */
-PetscErrorCode AinsworthLevel::estimate()
+/*
+   AinsworthLevel::estimate - the largest eigenvalue of D^{-1} M, somewhat from below; collective
+
+   added: M is A and a part with entries in these rows, and what is known is the largest eigenvalue of A. Where that of M is larger its vector is near these
+   rows, and found from there in half of the steps (docs/multigrid.md)
+*/
+PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added)
 {
+  const PetscReal known = added ? largest : 0.0;
+  const PetscInt  steps = added ? 5 : 10;
+
   PetscFunctionBegin;
-  if (single) PetscCall(Estimate(*single->product, diagonal, single->w.get(), &largest));
-  else PetscCall(Estimate(*product, diagonal, NULL, &largest));
+  if (single) PetscCall(Estimate(*single->product, diagonal, single->w.get(), steps, added, &largest));
+  else PetscCall(Estimate(*product, diagonal, NULL, steps, added, &largest));
+  largest = PetscMax(largest, known);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

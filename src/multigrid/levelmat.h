@@ -34,7 +34,7 @@ struct AinsworthLevel {
   std::unique_ptr<AinsworthScaled>               single;
   PetscReal                                      largest = 1.0; /* estimated largest eigenvalue of D^{-1} M */
 
-  PetscErrorCode estimate();
+  PetscErrorCode estimate(const AinsworthBlockRows *added = NULL);
 };
 
 PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &, PetscInt, std::unique_ptr<AinsworthLevel> &&, Mat *);

@@ -65,6 +65,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_detect_saddle_point <bool>              - multipliers are found by the diagonal; by default where no fields are known
 .  -pc_ainsworth_block_size <bs>                         - unknowns of a node, where it is not found
 .  -pc_ainsworth_redundant <drop,error>                  - rows of C that are combinations of other rows
+.  -pc_ainsworth_rebuild <auto,always,never>             - when the inner preconditioner is made anew for other values of A or C
+.  -pc_ainsworth_diagnose [file.json]                    - prints what set-up finds and what is wrong with it, before anything is solved
 .  -pc_ainsworth_monitor_error [ascii,csv:file,draw]     - error against run time, one row per iteration
 .  -pc_ainsworth_reference <file>                        - exact solution, for the monitor
 .  -pc_ainsworth_stop <residual,energy_error>            - what ends the reduced solve
@@ -97,7 +99,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    from the coefficients of conjugate gradients; the true error where a reference is known; the upper bound over the energy norm of x.
    docs/report.md has the formulas. Tolerances refer to x, not to x - R g: PETSc's convergence test in the natural norm is told so by this `PC`. With
    `-pc_ainsworth_stop energy_error` the relative tolerance of the inner `KSP` is not heeded; the estimate is a few iterations late, so that the error is
-   smaller than asked for.
+   smaller than asked for. It rests on the smallest Ritz value: an eigenvalue that is far below the others, as inclusions of high contrast may leave, is known
+   only when the rest has converged, and before that the error may be several times larger than estimated. `-pc_ainsworth_error_eigenvalue` makes a bound of it.
 
    Options of the inner solvers have the prefixes `-ainsworth_` (reduced system, operator `MATAINSWORTH`, preconditioning matrix M_*:
    `-ainsworth_ksp_rtol`, `-ainsworth_pc_type`, ...) and `-ainsworth_gram_` (Gram matrix C W C'), after the prefix of this `PC`.
@@ -119,8 +122,9 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    The program may lay its rows out over the ranks as it likes, but set-up is fastest where its partition knows of the constraints: that of the graph
    of A + C'C rather than of A, so that unknowns that a row of C ties together tend to share a rank.
 
-   A near null space is taken from A (`MatSetNearNullSpace()`) or from the index set of its field (key "nearnullspace"); a null space likewise
-   (`MatSetNullSpace()`, key "nullspace") or, its primal part, from the whole matrix.
+   A near null space is taken from A (`MatSetNearNullSpace()`) or from the index set of its field (key "nearnullspace"), or is that of the rigid-body modes
+   of the coordinates of its nodes (`PCSetCoordinates()`, a DM); a null space likewise (`MatSetNullSpace()`, key "nullspace") or, its primal part, from the
+   whole matrix.
 
    The entries of A and C are needed: a block that does not give them, `MATSHELL` for instance, is found by products where it has at most 1000 columns, and
    refused otherwise.
@@ -147,6 +151,7 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   data->reporting.rtol       = 1e-6;
   data->reporting.eigenvalue = PETSC_DEFAULT;
   PCAinsworthChoicesApplyVariant_Private(&data->choices, PC_AINSWORTH_WEIGHTED);
+  data->first = -1;
   PetscCall(KSPCreate(PetscObjectComm((PetscObject)pc), &data->ksp));
   PetscCall(PCGetOptionsPrefix(pc, &prefix));
   PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));

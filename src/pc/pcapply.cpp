@@ -10,7 +10,7 @@
    KSPSolve() for f and g; watched: the report sees it, and its stop refers to x. What the report has put into the KSP is taken out again after an error,
    too, which is passed on then
 */
-static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x)
+static PetscErrorCode SolveOnce(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x)
 {
   PetscLogDouble start;
   PetscErrorCode error;
@@ -20,9 +20,24 @@ static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose,
   if (data->constraints) PetscCall(MatAinsworthReduce_Private(data->reduced, transpose, f, g, data->rhs));
   else PetscCall(VecCopy(f, data->rhs));
   if (watched) PetscCall(PCAinsworthReportBegin_Private(pc, data, f, g, start));
+  PetscCall(PCAinsworthEscapeBegin_Private(pc, data));
   error = transpose ? KSPSolveTranspose(data->ksp, data->rhs, x) : KSPSolve(data->ksp, data->rhs, x);
+  PetscCall(PCAinsworthEscapeEnd_Private(data));
   if (watched) PetscCall(PCAinsworthReportEnd_Private(data, (PetscBool)(error != PETSC_SUCCESS)));
   PetscCall(error);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The same until the preconditioner is not changed for another */
+static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x)
+{
+  PetscBool again = PETSC_TRUE;
+
+  PetscFunctionBegin;
+  while (again) {
+    PetscCall(SolveOnce(pc, data, transpose, watched, f, g, x));
+    PetscCall(PCAinsworthEscape_Private(pc, data, &again));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -42,6 +57,36 @@ static PetscErrorCode GetReason(const PC_Ainsworth *data, KSPConvergedReason *re
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* SolveInner(), a second time with a preconditioner of the matrix at hand where an earlier one does not help */
+static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x, KSPConvergedReason *reason)
+{
+  KSP       ksp = data->ksp;
+  PetscInt  limit, most = ksp->max_it;
+  PetscBool strict   = ksp->errorifnotconverged;
+  char      why[512] = "";
+
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthLimit_Private(pc, data, &limit));
+  if (limit) {
+    PetscErrorCode error;
+
+    ksp->max_it              = limit;
+    ksp->errorifnotconverged = PETSC_FALSE;
+    error                    = SolveInner(pc, data, transpose, watched, f, g, x); /* to be passed on when all is as it was */
+    ksp->max_it              = most;
+    ksp->errorifnotconverged = strict;
+    PetscCall(error);
+    PetscCall(GetReason(data, reason));
+    if (*reason < 0) PetscCall(PCAinsworthRebuild_Private(pc, data, why, sizeof(why)));
+  }
+  if (!limit || (*reason < 0 && !why[0])) {
+    PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
+    PetscCall(GetReason(data, reason));
+  }
+  if (*reason > 0) PetscCall(PCAinsworthCount_Private(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The reduced solve between f, g and x, lambda, all on kept rows; transpose: with the transpose of A */
 static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x, Vec lambda,
                                    KSPConvergedReason *reason)
@@ -55,8 +100,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
   if (data->constraints == n && !data->saddle.D) PetscCall(VecZeroEntries(x)); /* Ker C = 0: the constraints alone determine x */
   else {
-    PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
-    PetscCall(GetReason(data, reason));
+    PetscCall(SolveOrRebuild(pc, data, transpose, watched, f, g, x, reason));
     if (*reason == KSP_DIVERGED_INDEFINITE_MAT && data->saddle.D) PetscCall(PCAinsworthTakeGMRES_Private(pc, data, &again));
     if (again) {
       PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
@@ -68,7 +112,8 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
 }
 
 /* The fields of the program, reduced to the rows that are kept, solved, and extended */
-PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, PCAinsworthFields b, PCAinsworthFields y, KSPConvergedReason *reason)
+PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, PCAinsworthFields b, PCAinsworthFields y,
+                                              KSPConvergedReason *reason)
 {
   PetscFunctionBegin;
   if (data->g) {
@@ -84,7 +129,7 @@ PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBo
 /* A second solve, for what the first has left */
 static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields left, PCAinsworthFields y)
 {
-  PCAinsworthFields             more;
+  PCAinsworthFields  more;
   KSPConvergedReason reason;
 
   PetscFunctionBegin;
@@ -102,8 +147,8 @@ static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, PCA
 }
 
 /* Without the null space that the program attached to the whole matrix, and what is left of both equations then */
-static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, PCAinsworthFields b, PCAinsworthFields y, PCAinsworthFields left, AinsworthVerdict *verdict,
-                             char why[], size_t len)
+static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, PCAinsworthFields b, PCAinsworthFields y, PCAinsworthFields left,
+                             AinsworthVerdict *verdict, char why[], size_t len)
 {
   PetscBool removed;
 
@@ -117,12 +162,12 @@ static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, Pet
 }
 
 /* A reduced solve that ended with a good reason is believed when the program's own system agrees; once it may be refined */
-static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, PCAinsworthFields b, PCAinsworthFields y, AinsworthVerdict *verdict,
-                                      char why[], size_t len)
+static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, PCAinsworthFields b, PCAinsworthFields y,
+                                      AinsworthVerdict *verdict, char why[], size_t len)
 {
-  PCAinsworthFields    left;
-  PetscReal tol, reached;
-  PetscBool refined = PETSC_FALSE;
+  PCAinsworthFields left;
+  PetscReal         tol, reached;
+  PetscBool         refined = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthAskedFor_Private(data, reason, &tol));
@@ -195,7 +240,7 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
 /* The same where rows of the program's matrix have other signs than the blocks; their transposes have other signs in the solution */
 static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields b, PCAinsworthFields y)
 {
-  Vec    sign = data->saddle.sign;
+  Vec               sign = data->saddle.sign;
   PCAinsworthFields given;
 
   PetscFunctionBegin;
@@ -256,19 +301,19 @@ static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, PCAinsworthFields
 
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
-  PC_Ainsworth  *data = (PC_Ainsworth *)pc->data;
-  const IS      *in   = transpose ? data->saddle.cols : data->saddle.rows;
-  const IS      *out  = transpose ? data->saddle.rows : data->saddle.cols;
-  PetscBool      changed, collide;
-  PetscReal      norm;
-  PCAinsworthFields         left, right;
-  PetscErrorCode code;
+  PC_Ainsworth     *data = (PC_Ainsworth *)pc->data;
+  const IS         *in   = transpose ? data->saddle.cols : data->saddle.rows;
+  const IS         *out  = transpose ? data->saddle.rows : data->saddle.cols;
+  PetscBool         changed, collide;
+  PetscReal         norm;
+  PCAinsworthFields left, right;
+  PetscErrorCode    code;
 
   PetscFunctionBegin;
   /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place, and at nothing where the preconditioner is to be kept */
   PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
   PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
-  if (data->kept && !pc->reusepreconditioner) changed = PETSC_TRUE;
+  if (data->ordered && !pc->reusepreconditioner) changed = PETSC_TRUE;
   if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat what ended with an error */
   data->applied = PETSC_TRUE;
   if (data->stale) { /* the set-up has said why */

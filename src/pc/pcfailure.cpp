@@ -2,6 +2,7 @@
 #include "pcainsworth.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/kspimpl.h>
+#include "../saddle/survey.h"
 #include <petsc/private/pcimpl.h>
 #include <petscblaslapack.h>
 
@@ -23,6 +24,7 @@ PetscErrorCode PCAinsworthFail_Private(PC pc, PC_Ainsworth *data, PCFailedReason
 {
   PetscFunctionBegin;
   PetscCall(PetscStrncpy(data->failure, why, sizeof(data->failure)));
+  PetscCall(PCAinsworthDiagnoseFailure_Private(pc, data, PETSC_SUCCESS, why));
   PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), code, "%s", why);
   PetscCall(PetscInfo(pc, "%s\n", why));
   PetscCall(PCAinsworthAgreeOnFailure_Private(pc, reason));
@@ -58,30 +60,6 @@ PetscErrorCode PCAinsworthGetFailure(PC pc, const char *why[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How many entries of the diagonal of A are positive, and negative */
-static PetscErrorCode CountSigns(Mat A, PetscInt *positive, PetscInt *negative)
-{
-  Vec                diagonal;
-  const PetscScalar *d;
-  PetscInt           n, count[2] = {0, 0};
-
-  PetscFunctionBegin;
-  PetscCall(MatCreateVecs(A, NULL, &diagonal));
-  PetscCall(MatGetDiagonal(A, diagonal));
-  PetscCall(VecGetLocalSize(diagonal, &n));
-  PetscCall(VecGetArrayRead(diagonal, &d));
-  for (PetscInt i = 0; i < n; i++) {
-    count[0] += PetscRealPart(d[i]) > 0.0;
-    count[1] += PetscRealPart(d[i]) < 0.0;
-  }
-  PetscCall(VecRestoreArrayRead(diagonal, &d));
-  PetscCall(VecDestroy(&diagonal));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
-  *positive = count[0];
-  *negative = count[1];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Is w = A y, projected onto the residuals of Ker C, more than rounding in the norm of diag(A)^{-1}? Where y' A y = 0, A is indefinite then. w is changed */
 static PetscErrorCode Resists(const PC_Ainsworth *data, Vec w, PetscReal size, PetscBool *resists)
 {
@@ -100,7 +78,7 @@ static PetscErrorCode Resists(const PC_Ainsworth *data, Vec w, PetscReal size, P
 }
 
 /* y = Q y and the quotient y' A y / y' diag(A) y, -1 where it is 0 and A is indefinite, 1 where nothing of y is in Ker C. Where Q is not onto Ker C, D not zero for instance, y is taken as it is */
-static PetscErrorCode RayleighQuotient(const PC_Ainsworth *data, Vec y, PetscReal *quotient)
+PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *data, Vec y, PetscReal *quotient)
 {
   Vec         work;
   PetscReal   size, before;
@@ -258,7 +236,7 @@ static PetscErrorCode LookForMotion(PC_Ainsworth *data, Vec x, PetscBool last, P
   }
   for (Vec &y : tried) {
     if (!y) continue;
-    PetscCall(RayleighQuotient(data, y, &found));
+    PetscCall(PCAinsworthRayleighQuotient_Private(data, y, &found));
     *quotient = PetscMin(*quotient, found);
     PetscCall(VecDestroy(&y));
   }
@@ -303,23 +281,24 @@ static PetscErrorCode GramReason(const PC_Ainsworth *data, KSPConvergedReason *r
 /* The cause of a reduced solve that ended with `reason`, as far as it can be found; a positive one was not confirmed. x is where it ended, or NULL */
 PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPConvergedReason reason, char why[], size_t len)
 {
-  PetscInt               positive = 0, negative = 0, iterations;
-  PetscReal              quotient, residual;
-  char                   misplaced[256];
-  const char            *prefix = ((PetscObject)data->ksp)->prefix;
-  PC                     inner;
-  PCType                 type;
-  PCFailedReason         failed;
-  KSPConvergedReason     gram;
+  AinsworthSurvey    diagonal;
+  PetscInt           iterations;
+  PetscReal          quotient, residual;
+  char               misplaced[256];
+  const char        *prefix = ((PetscObject)data->ksp)->prefix;
+  PC                 inner;
+  PCType             type;
+  PCFailedReason     failed;
+  KSPConvergedReason gram;
 
   PetscFunctionBegin;
-  PetscCall(CountSigns(data->saddle.A, &positive, &negative));
+  PetscCall(AinsworthSurveyDiagonal(data->saddle.A, &diagonal));
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCGetType(inner, &type));
   PetscCall(PCGetFailedReason(inner, &failed));
   PetscCall(KSPGetIterationNumber(data->ksp, &iterations));
   PetscCall(KSPGetResidualNorm(data->ksp, &residual));
-  if (negative && !positive && reason < 0) {
+  if (diagonal.negative && !diagonal.positive && reason < 0) {
     PetscCall(PetscSNPrintf(why, len, "A has a negative diagonal, it seems to be -A: change the sign of A, C' and f, or of all of the system"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

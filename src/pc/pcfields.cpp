@@ -96,6 +96,19 @@ static PetscErrorCode PCFieldSplitRestrictIS_Ainsworth(PC pc, IS part)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* As for PCGAMG: of the nodes of A or of the whole matrix; or of all of its rows, as for PCFIELDSPLIT */
+static PetscErrorCode PCSetCoordinates_Ainsworth(PC pc, PetscInt dim, PetscInt n, PetscReal *coordinates)
+{
+  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+
+  PetscFunctionBegin;
+  data->inputs.dim = dim;
+  data->inputs.coordinates.assign(coordinates, coordinates + (size_t)n * dim);
+  data->inputs.located++;
+  PetscCall(PCAinsworthSetStale_Private(pc, data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Some components of the nodes of a matrix, in ascending order */
 static PetscErrorCode CreateStrided(Mat mat, PetscInt bs, const std::vector<PetscInt> &components, const char name[], AinsworthIS *is)
 {
@@ -192,6 +205,7 @@ PetscErrorCode PCAinsworthComposeFields_Private(PC pc, PetscBool compose)
   PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCFieldSplitSetFields_C", compose ? PCFieldSplitSetFields_Ainsworth : NULL));
   PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCFieldSplitSetBlockSize_C", compose ? PCFieldSplitSetBlockSize_Ainsworth : NULL));
   PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCFieldSplitRestrictIS_C", compose ? PCFieldSplitRestrictIS_Ainsworth : NULL));
+  PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCSetCoordinates_C", compose ? PCSetCoordinates_Ainsworth : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,9 +1,10 @@
 #include "pcainsworth.h"
 #include <petsc/private/pcimpl.h>
 
-static const char *const redundantTypes[] = {"drop", "error", "AinsworthRedundantType", "AINSWORTH_REDUNDANT_", NULL};
-static const char *const stopTypes[]      = {"residual", "energy_error", "AinsworthStopType", "AINSWORTH_STOP_", NULL};
-static const char        monitorOption[]  = "-pc_ainsworth_monitor_error";
+static const char *const redundantTypes[]          = {"drop", "error", "AinsworthRedundantType", "AINSWORTH_REDUNDANT_", NULL};
+const char *const        PCAinsworthRebuildTypes[] = {"auto", "always", "never", "AinsworthRebuildType", "AINSWORTH_REBUILD_", NULL};
+static const char *const stopTypes[]               = {"residual", "energy_error", "AinsworthStopType", "AINSWORTH_STOP_", NULL};
+static const char        monitorOption[]           = "-pc_ainsworth_monitor_error";
 
 /* A real number above 0 and below a bound */
 static PetscErrorCode RealOption(PC pc, AinsworthOptionItems PetscOptionsObject, const char name[], const char help[], PetscReal below, PetscReal *value)
@@ -60,6 +61,8 @@ static PetscErrorCode ChoicesFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpt
     CountOption(pc, PetscOptionsObject, "-pc_ainsworth_rows_per_rank", "The Gram matrix is gathered on ceil(constraints / this) ranks", &now.rowsPerRank));
   PetscCall(PetscOptionsEnum("-pc_ainsworth_redundant", "Rows of C that are linear combinations of others", PCAINSWORTH, redundantTypes,
                              (PetscEnum)now.redundant, (PetscEnum *)&now.redundant, NULL));
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_rebuild", "When the inner preconditioner is made anew for other values of A or C", PCAINSWORTH,
+                             PCAinsworthRebuildTypes, (PetscEnum)data->rebuild, (PetscEnum *)&data->rebuild, NULL));
   PetscCall(PCAinsworthChoose_Private(pc, data, &now));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -220,6 +223,7 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   PetscCall(ChoicesFromOptions(pc, data, PetscOptionsObject));
   PetscCall(PCAinsworthFieldsFromOptions_Private(pc, data, PetscOptionsObject));
   PetscCall(ReportFromOptions(pc, data, PetscOptionsObject));
+  PetscCall(PCAinsworthDiagnoseFromOptions_Private(pc, data, PetscOptionsObject));
   PetscOptionsHeadEnd();
   PetscCall(PCGetOptionsPrefix(pc, &prefix)); /* it may have been set after the creation of this PC */
   PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));

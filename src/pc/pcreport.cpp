@@ -42,6 +42,7 @@ PetscErrorCode PCAinsworthReportView_Private(const PC_Ainsworth *data, PetscView
   PetscFunctionBegin;
   if (settings->viewer) PetscCall(PetscViewerASCIIPrintf(viewer, "  error against run time: monitored%s\n", settings->reference ? ", reference solution" : ""));
   if (settings->stop == AINSWORTH_STOP_ENERGY_ERROR)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  stops when the energy norm of the error is at most %g times that of x\n", (double)settings->rtol));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  stops when the energy norm of the error is at most %g times that of x, %s\n", (double)settings->rtol,
+                                     settings->eigenvalue > 0.0 ? "by an upper bound" : "by an estimate (-pc_ainsworth_error_eigenvalue makes it a bound)"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

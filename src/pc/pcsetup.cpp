@@ -32,12 +32,12 @@ static PetscErrorCode FailSetUp(PC pc, PC_Ainsworth *data, PCFailedReason reason
 /* Is data->reduced on the A, B, C and D that the saddle holds now? Their values may have changed since: it will notice, and keep what depends on the pattern alone */
 static PetscErrorCode KeepsOperator(const PC_Ainsworth *data, PetscBool *keeps)
 {
-  const AinsworthSaddle *sp = &data->saddle;
-  Mat                    A = NULL, C = NULL;
+  const AinsworthSaddle *sp  = &data->saddle;
+  Mat_Ainsworth         *ctx = NULL;
 
   PetscFunctionBegin;
-  if (data->reduced) PetscCall(MatAinsworthGetMats(data->reduced, &A, &C));
-  *keeps = (PetscBool)(A && A == sp->A && C == sp->C && sp->B == sp->C && !sp->D && data->adjoint);
+  if (data->reduced) PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+  *keeps = (PetscBool)(ctx && ctx->A == sp->A && ctx->C == sp->C && ctx->B == sp->B && ctx->D == sp->D && ctx->adjoint == data->adjoint);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -71,15 +71,11 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
 /* Takes rows of C that depend on others out of the constraints, or refuses them */
 static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, PetscInt n, const PetscInt dependent[])
 {
-  PetscBool *marked;
-  char       names[128];
+  char names[128];
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleDropDependent(&data->saddle, n, dependent));
-  PetscCall(PetscMalloc1(data->saddle.local, &marked));
-  for (PetscInt i = 0; i < data->saddle.local; i++) marked[i] = (PetscBool)(data->saddle.kind[i] == AINSWORTH_ROW_DEPENDENT);
-  PetscCall(AinsworthSaddleNameRows(&data->saddle, marked, names, sizeof(names)));
-  PetscCall(PetscFree(marked));
+  PetscCall(AinsworthSaddleNameKind(&data->saddle, AINSWORTH_ROW_DEPENDENT, names, sizeof(names)));
   PetscCheck(data->choices.redundant != AINSWORTH_REDUNDANT_ERROR, PetscObjectComm((PetscObject)pc), PETSC_ERR_MAT_CH_ZRPVT,
              "%" PetscInt_FMT " rows of C are linear combinations of others: rows %s of the multiplier field; remove them or use -pc_ainsworth_redundant drop",
              n, names);
@@ -125,81 +121,6 @@ static PetscErrorCode SetUpWeights(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
     PetscCall(PetscObjectReference((PetscObject)ctx->weight));
     data->inverseDiagonal = ctx->weight;
   } else PetscCall(AinsworthWeightCreate(data->saddle.A, &data->inverseDiagonal));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What auto comes to (docs/method.md): id where its few entries are enough, and where jcb would have too many */
-static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInputs *in)
-{
-  static const PetscReal many = 1.5; /* of the entries of A */
-  PetscReal              predicted;
-  PetscBool              apart;
-
-  PetscFunctionBegin;
-  data->autoType   = PC_AINSWORTH_PMAT_JCB;
-  data->autoReason = "";
-  if (data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
-  data->autoType   = PC_AINSWORTH_PMAT_ID;
-  data->autoReason = ", as interpolation is made from A alone";
-  if (in->format == AINSWORTH_PMAT_SUM) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthPmatComponentsApart(in->C, data->saddle.bs, in->fill.most, &apart));
-  data->autoReason = ", as the constraints keep components apart";
-  if (apart) PetscFunctionReturn(PETSC_SUCCESS);
-  data->autoReason = ", as jcb would have too many entries";
-  PetscCall(AinsworthPmatPredict(in->aij, in->C, NULL, &in->fill, &predicted));
-  if (predicted > many * in->fill.entries) PetscFunctionReturn(PETSC_SUCCESS);
-  data->autoType   = PC_AINSWORTH_PMAT_JCB;
-  data->autoReason = ", as the constraints mix components";
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The preconditioning matrix, and the penalty that it has in common with the operator */
-static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, PetscInt *bad)
-{
-  AinsworthPmatInputs  in;
-  AinsworthPmatOptions options = data->choices.pmat;
-  Vec                  penalty;
-
-  PetscFunctionBegin;
-  /* where columns of known unknowns were moved Pmat still has them */
-  in.A  = data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A] ? data->saddle.block[AINSWORTH_BLOCK_P] : data->saddle.A;
-  in.bs = data->saddle.bs;
-  in.C  = data->saddle.C;
-  PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &in.S));
-  PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &in.compliance));
-  in.weight          = ctx->mobility;
-  in.inverseDiagonal = data->inverseDiagonal;
-  in.format          = data->format;
-  PetscCall(AinsworthGetAIJ(in.A, &in.aij));
-  PetscCall(AinsworthPmatGetFill(in.aij, in.C, &in.fill));
-  data->longRows = in.fill.leftOut;
-  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data, &in));
-  options.type      = PCAinsworthPmatTypeInUse_Private(data);
-  options.symmetric = data->symmetric;
-  options.factor    = PCAinsworthPenaltyFactor_Private(data);
-  PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M, bad));
-  PetscCall(MatDestroy(&in.aij));
-  if (*bad < 0) PetscCall(MatAinsworthSetPenalty(data->reduced, penalty));
-  PetscCall(VecDestroy(&penalty));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Null space, near null space: hypre reads them from the operator, GAMG from the preconditioning matrix, unless that is an earlier one */
-static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
-{
-  MatNullSpace near, common;
-  Mat          S = data->constraints ? data->reduced : data->saddle.A, M = data->kept ? S : data->constraints ? data->M : data->saddle.A;
-
-  PetscFunctionBegin;
-  if (S == data->saddle.block[AINSWORTH_BLOCK_A]) PetscFunctionReturn(PETSC_SUCCESS); /* the program's A has its own */
-  PetscCall(AinsworthSaddleGetNearNullSpace(&data->saddle, &near));
-  PetscCall(MatSetNearNullSpace(S, near));
-  PetscCall(MatSetNearNullSpace(M, near));
-  PetscCall(AinsworthSaddleCreateNullSpace(&data->saddle, &common));
-  PetscCall(MatSetNullSpace(S, common));
-  PetscCall(MatSetNullSpace(M, common));
-  PetscCall(MatSetTransposeNullSpace(S, data->symmetric ? common : NULL));
-  PetscCall(MatNullSpaceDestroy(&common));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -253,83 +174,10 @@ static PetscErrorCode TellBlockSize(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The preconditioning matrix and the inner solver, a second time where the first choice of its preconditioner does not fit; why it cannot be */
-static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, const Mat_Ainsworth *ctx, char why[], size_t len)
-{
-  PetscInt  bad = -1;
-  PetscBool definite;
-  PetscBool again = PETSC_TRUE;
-  PC        inner;
-  Mat       operation, M;
-
-  PetscFunctionBegin;
-  PetscCall(KSPGetPC(data->ksp, &inner));
-  while (again) {
-    PetscCall(MatDestroy(&data->M));
-    PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->format));
-    if (data->constraints) PetscCall(SetUpPmat(data, ctx, &bad));
-    if (bad >= 0) {
-      PetscCall(PetscSNPrintf(why, len,
-                              "Row %" PetscInt_FMT
-                              " of the preconditioning matrix holds NaN or Inf: the penalty factor, or the values of A or C, are too large "
-                              "or too small",
-                              bad));
-      PetscFunctionReturn(PETSC_SUCCESS);
-    }
-    PetscCall(PCAinsworthSetKSPOperators_Private(data));
-    PetscCall(ForwardNullSpaces(data));
-    /* the preconditioner sees M_* alone: GAMG and ML smooth with the first of their operators */
-    PetscCall(KSPGetOperators(data->ksp, &operation, &M));
-    PetscCall(PCAinsworthLooksDefinite_Private(data, M, &definite));
-    if (!definite) {
-      PetscCall(PetscSNPrintf(why, len, "The preconditioning matrix is not positive definite, as BoomerAMG needs it: is A indefinite? %s-%spc_type",
-                              data->constraints ? "A larger -pc_ainsworth_penalty_factor may help, or another " : "Choose another ",
-                              ((PetscObject)inner)->prefix));
-      PetscFunctionReturn(PETSC_SUCCESS);
-    }
-    PetscCall(PetscObjectReference((PetscObject)operation));
-    PetscCall(PCSetOperators(inner, M, M));
-    PetscCall(AinsworthPCSetFailedReason(inner, PC_NOERROR)); /* that of an earlier matrix, or type, would stay */
-    PetscCall(PCSetUp(inner));
-    PetscCall(PCAinsworthSetTranspose_Private(data));
-    if (operation != M) inner->ops->applyrichardson = NULL; /* its iterations would be with M_* */
-    PetscCall(KSPSetOperators(data->ksp, operation, M));
-    PetscCall(MatDestroy(&operation));
-    PetscCall(KSPSetUp(data->ksp));
-    PetscCall(PCAinsworthFallBack_Private(pc, data, &again));
-  }
-  PetscCall(PCAinsworthUseProduct_Private(data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The operator and the constraints are those of the matrix at hand, the preconditioning matrix and its preconditioner what they were */
-static PetscErrorCode KeepInner(PC pc, PC_Ainsworth *data)
-{
-  PC  inner;
-  Mat operation, M;
-
-  PetscFunctionBegin;
-  PetscCall(PetscInfo(pc, "The inner preconditioner is kept, the constraints are set up anew\n"));
-  PetscCall(PCAinsworthKeepInner_Private(data, PETSC_TRUE));
-  PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PCGetOperators(inner, NULL, &data->M));
-  PetscCall(PetscObjectReference((PetscObject)data->M));
-  if (data->constraints) { /* both may have been made for an earlier A */
-    PetscCall(MatAinsworthSetPenalty(data->reduced, NULL));
-    PetscCall(MatAinsworthSetProduct_Private(data->reduced, NULL));
-  }
-  PetscCall(PCAinsworthSetKSPOperators_Private(data));
-  PetscCall(ForwardNullSpaces(data));
-  PetscCall(KSPGetOperators(data->ksp, &operation, &M));
-  if (operation != M) inner->ops->applyrichardson = NULL;
-  PetscCall(KSPSetUp(data->ksp));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode PCSetUp_Ainsworth(PC pc)
+static PetscErrorCode SetUp(PC pc)
 {
   PC_Ainsworth  *data    = (PC_Ainsworth *)pc->data;
-  PetscBool      changed = PETSC_TRUE, symmetric, adjoint, keep = (PetscBool)(pc->reusepreconditioner && !data->stale && !data->unfinished);
+  PetscBool      changed = PETSC_TRUE, symmetric, adjoint, keep = (PetscBool)(!data->stale && !data->unfinished);
   PCFailedReason reason = PC_NOERROR;
   Mat_Ainsworth *ctx    = NULL;
   PC             inner;
@@ -341,7 +189,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(PetscCitationsRegister(citation, NULL));
   PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
   if (data->saddle.A && !data->stale) PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
-  if (data->kept && !pc->reusepreconditioner) changed = PETSC_TRUE;
+  if (data->ordered && !pc->reusepreconditioner) changed = PETSC_TRUE;
   data->unchanged = (PetscBool)!changed;
   if (!changed) {
     PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
@@ -359,6 +207,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));
   PetscCall(VecDestroy(&data->inverseDiagonal));
+  PetscCall(PCAinsworthDiagnose_Private(pc, data, PC_AINSWORTH_STAGE_PASSED));
   PetscCall(AinsworthSaddleSetUp(&data->inputs, &data->saddle));
   if (data->saddle.bad[0]) {
     PetscCall(PetscSNPrintf(why, sizeof(why), "The system cannot be solved: %s", data->saddle.bad));
@@ -380,6 +229,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
     PetscCall(MatDestroy(&data->reduced)); /* which has the symmetry of the system, and its B */
     data->configured = PETSC_FALSE;        /* it may need another method */
   }
+  PetscCall(PCAinsworthDiagnose_Private(pc, data, PC_AINSWORTH_STAGE_BLOCKS));
   PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
   if (data->constraints) {
     PetscCall(SetUpOperator(pc, data, &ctx, &reason));
@@ -390,6 +240,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
       PetscFunctionReturn(PETSC_SUCCESS);
     }
   }
+  PetscCall(PCAinsworthDiagnose_Private(pc, data, PC_AINSWORTH_STAGE_CONSTRAINTS));
   PetscCall(SetUpWeights(data, ctx));
   if (!data->constraints) {
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
@@ -400,11 +251,11 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, &data->Ax, &data->rhs));
   why[0] = 0;
   PetscCall(KSPGetPC(data->ksp, &inner));
-  if (keep && inner->setupcalled && symmetric == data->symmetric && adjoint == data->adjoint) PetscCall(KeepInner(pc, data));
-  else {
-    PetscCall(PCAinsworthKeepInner_Private(data, PETSC_FALSE));
-    PetscCall(SetUpInner(pc, data, ctx, why, sizeof(why)));
-  }
+  if (keep) PetscCall(PCAinsworthKeeps_Private(pc, data, &keep));
+  keep = (PetscBool)(keep && symmetric == data->symmetric && adjoint == data->adjoint);
+  PetscCall(PCAinsworthKeepOrSetUpInner_Private(pc, data, ctx, keep, why, sizeof(why)));
+  PetscCall(PCAinsworthIsOld_Private(data, &data->ordered));
+  data->ordered = (PetscBool)(data->ordered && pc->reusepreconditioner);
   if (why[0]) {
     PetscCall(FailSetUp(pc, data, PC_SUBPC_ERROR, PETSC_ERR_ARG_WRONG, why));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -418,5 +269,16 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   }
   PetscCall(PetscTime(&end));
   data->setupSeconds += end - start;
+  if (!pc->failedreason) PetscCall(PCAinsworthDiagnose_Private(pc, data, PC_AINSWORTH_STAGE_REDUCED));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode PCSetUp_Ainsworth(PC pc)
+{
+  const PetscErrorCode code = SetUp(pc);
+
+  PetscFunctionBegin;
+  if (code) PetscCall(PCAinsworthDiagnoseFailure_Private(pc, (PC_Ainsworth *)pc->data, code, NULL));
+  PetscCall(code);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

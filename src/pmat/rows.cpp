@@ -59,6 +59,20 @@ PetscErrorCode AinsworthPmatCreateShort(Mat C, const AinsworthPmatFill *fill, Ma
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthPmatSharesUnknowns - is an unknown in more rows of C than usual? Collective */
+PetscErrorCode AinsworthPmatSharesUnknowns(Mat C, const AinsworthPmatFill *fill, PetscBool *shares)
+{
+  Vec       counts;
+  PetscReal most;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthCountRows(C, 0, &counts));
+  PetscCall(VecMax(counts, NULL, &most));
+  PetscCall(VecDestroy(&counts));
+  *shares = (PetscBool)(most > (PetscReal)fill->usual);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthPmatCreatePrivate - C W without its entries of shared unknowns
 
@@ -115,7 +129,7 @@ PetscErrorCode AinsworthPmatSplitLoose(Mat A, Mat C, const AinsworthPmatFill *fi
   *rest  = C;
   PetscCall(PetscObjectReference((PetscObject)C));
   PetscCall(MatCreateVecs(A, &diagonal, NULL));
-  PetscCall(MatGetDiagonal(A, diagonal));
+  PetscCall(AinsworthGetDiagonal(A, diagonal));
   PetscCall(VecGetLocalSize(diagonal, &n));
   PetscCall(VecGetArrayRead(diagonal, &a));
   for (PetscInt i = 0; i < n; i++) found += a[i] == 0.0;
@@ -182,7 +196,7 @@ PetscErrorCode AinsworthPmatCreateShift(Mat A, Mat C, Vec inverseDiagonal, const
   for (PetscInt i = 0; i < n; i++) held += PetscRealPart(count[i]) > 0.0;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &held, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)A)));
   PetscCall(VecDuplicate(inverseDiagonal, &d));
-  PetscCall(MatGetDiagonal(A, d));
+  PetscCall(AinsworthGetDiagonal(A, d));
   PetscCall(VecGetArrayRead(inverseDiagonal, &inverse));
   PetscCall(VecGetArrayRead(d, &diagonal));
   for (PetscInt i = 0; i < n; i++) {

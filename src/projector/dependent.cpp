@@ -8,15 +8,18 @@
 #include <numeric>
 
 /* Relative errors of solves with S, about its condition number times the machine precision, above which ... */
-static const PetscReal inexact    = 1e6 * PETSC_MACHINE_EPSILON; /* ... they are refined: below, they do not come near the tolerances of what is verified */
-static const PetscReal suspicious = PETSC_SQRT_MACHINE_EPSILON;  /* ... dependent rows are looked for: rounding and dependence are half of the digits apart */
-static const PetscReal unusable   = 1e-3;                        /* ... more rows have to go, or the set-up fails: refinement would not converge */
+static const PetscReal inexact = 1e6 * PETSC_MACHINE_EPSILON; /* ... they are refined: below, they do not come near the tolerances of what is verified */
+static const PetscReal
+  suspicious = 1e-3; /* ... times m^{-1/2}, dependent rows are looked for: S v has lost the part of v in Ker S, about m^{-1/2} of a random v */
+static const PetscReal unusable = 1e-3; /* ... more rows have to go, or the set-up fails: refinement would not converge */
 /* A row is dependent if its distance from the others' span, in the norm of W, is at most this part of its length: in the first and second pass ... */
 static const PetscReal distances[] = {
   1e-12, /* ... some thousand roundings */
   1e-5   /* ... its square, of which S knows, is some hundred thousand: only if solves are unusable with such rows */
 };
-static const PetscInt passes = sizeof(distances) / sizeof(distances[0]);
+/* Rows so near to others' span, the square root of the condition number that makes solves inexact, are nearly dependent */
+static const PetscReal nearly = 1e-3;
+static const PetscInt  passes = sizeof(distances) / sizeof(distances[0]);
 
 /*
    The relative error of S^{-1} S v for a random v, about the condition number of S times the machine precision
@@ -318,6 +321,30 @@ static PetscErrorCode FindDependentRows(const AinsworthProjector *proj, Mat N, V
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* N in the places of the rows; NULL where it is zero */
+static PetscErrorCode PlaceN(const AinsworthProjector *proj, Mat *N)
+{
+  const IS rows = proj->gram.placement.rows;
+
+  PetscFunctionBegin;
+  *N = proj->compliance.N;
+  if (*N && rows) PetscCall(MatCreateSubMatrix(proj->compliance.N, rows, rows, MAT_INITIAL_MATRIX, N));
+  else PetscCall(PetscObjectReference((PetscObject)*N));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthProjectorFindNear - the rows that make solves with the Gram matrix inexact, as above */
+PetscErrorCode AinsworthProjectorFindNear(const AinsworthProjector *proj, Vec weight, PetscInt *n, PetscInt **rows)
+{
+  Mat N;
+
+  PetscFunctionBegin;
+  PetscCall(PlaceN(proj, &N));
+  PetscCall(FindDependentRows(proj, N, weight, nearly, n, rows));
+  PetscCall(MatDestroy(&N));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthProjectorDiagnose - are solves with the Gram matrix good enough? If not: rows of C that are linear combinations of others
 
@@ -337,8 +364,8 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
                                           PetscBool *hidden, bool *doubtful)
 {
   AinsworthGram *gram  = &proj->gram;
-  PetscReal      error = PETSC_INFINITY;
-  PetscInt       others, *unweighted;
+  PetscReal      error = PETSC_INFINITY, regular;
+  PetscInt       m, others, *unweighted;
   Mat            N = NULL;
 
   PetscFunctionBegin;
@@ -347,11 +374,10 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
   *hidden    = PETSC_FALSE;
   PetscCall(AinsworthGramGetFailedReason(gram, reason));
   if (!*reason) PetscCall(Probe(gram, &error));
-  if (proj->compliance.N && !(error <= suspicious)) {
-    if (gram->placement.rows) PetscCall(MatCreateSubMatrix(proj->compliance.N, gram->placement.rows, gram->placement.rows, MAT_INITIAL_MATRIX, &N));
-    else PetscCall(PetscObjectReference((PetscObject)(N = proj->compliance.N)));
-  }
-  for (; *pass < passes && !*n && !(error <= (*pass ? unusable : suspicious)); ++*pass) {
+  PetscCall(MatGetSize(gram->S, &m, NULL));
+  regular = suspicious / PetscSqrtReal((PetscReal)PetscMax(m, 1));
+  if (!(error <= regular)) PetscCall(PlaceN(proj, &N));
+  for (; *pass < passes && !*n && !(error <= (*pass ? unusable : regular)); ++*pass) {
     PetscCall(PetscFree(*dependent));
     PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
     PetscCall(FindDependentRows(proj, N, weight, distances[*pass], n, dependent));

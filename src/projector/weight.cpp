@@ -16,7 +16,7 @@ PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(A, NULL, &d));
-  PetscCall(MatGetDiagonal(A, d));
+  PetscCall(AinsworthGetDiagonal(A, d));
   PetscCall(VecGetLocalSize(d, &n));
   PetscCall(VecGetArray(d, &w));
   for (PetscInt i = 0; i < n; i++) bad += !(PetscRealPart(w[i]) > 0.0);

@@ -75,6 +75,20 @@ PetscErrorCode AinsworthCheckEntries(Mat M, const char name[], const char letter
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* MatConvert(), which raises the state of a MATMPIBAIJ, and of the parts of a MATNEST, as if their values were others */
+static PetscErrorCode ConvertUnchanged(Mat M, PetscInt n, const Mat parts[], Mat *aij)
+{
+  std::vector<PetscObjectState> states(n + 1);
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k <= n; k++)
+    if (k == n || parts[k]) PetscCall(PetscObjectStateGet(k < n ? (PetscObject)parts[k] : (PetscObject)M, &states[k]));
+  PetscCall(MatConvert(M, MATAIJ, MAT_INITIAL_MATRIX, aij));
+  for (PetscInt k = 0; k <= n; k++)
+    if (k == n || parts[k]) PetscCall(PetscObjectStateSet(k < n ? (PetscObject)parts[k] : (PetscObject)M, states[k]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode NestToAIJ(Mat, Mat *);
 
 /* M, or a copy, as AIJ; also of transpose views and of a MatNest within another, which MatConvert() does not know */
@@ -96,14 +110,16 @@ static PetscErrorCode ToAIJ(Mat M, Mat *aij)
     else PetscCall(MatTranspose(copy, MAT_INITIAL_MATRIX, aij));
     PetscCall(MatDestroy(&copy));
   } else if (nest) PetscCall(NestToAIJ(M, aij));
-  else PetscCall(MatConvert(M, MATAIJ, MAT_INITIAL_MATRIX, aij));
+  else PetscCall(ConvertUnchanged(M, 0, NULL, aij));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* MatConvert() of a MatNest gets and restores the values of its parts, and PETSc takes them as changed, though they are not */
 static PetscErrorCode NestToAIJ(Mat M, Mat *aij)
 {
-  PetscInt nr, nc;
-  Mat      nest;
+  PetscInt                      nr, nc;
+  Mat                           nest;
+  std::vector<PetscObjectState> states;
 
   PetscFunctionBegin;
   PetscCall(MatNestGetSize(M, &nr, &nc));
@@ -115,11 +131,14 @@ static PetscErrorCode NestToAIJ(Mat M, Mat *aij)
     Mat block;
 
     PetscCall(MatNestGetSubMat(M, k / nc, k % nc, &block));
-    if (block) PetscCall(ToAIJ(block, &blocks[k]));
+    if (block) PetscCall(AinsworthGetAIJ(block, &blocks[k]));
   }
-  PetscCall(MatCreateNest(PetscObjectComm((PetscObject)M), nr, rows.data(), nc, cols.data(), blocks.data(), &nest));
-  PetscCall(MatConvert(nest, MATAIJ, MAT_INITIAL_MATRIX, aij));
-  PetscCall(MatDestroy(&nest));
+  PetscCall(AinsworthMergeAIJ(PetscObjectComm((PetscObject)M), rows, cols, blocks, aij));
+  if (!*aij) {
+    PetscCall(MatCreateNest(PetscObjectComm((PetscObject)M), nr, rows.data(), nc, cols.data(), blocks.data(), &nest));
+    PetscCall(ConvertUnchanged(nest, nr * nc, blocks.data(), aij));
+    PetscCall(MatDestroy(&nest));
+  }
   for (Mat &block : blocks) PetscCall(MatDestroy(&block));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

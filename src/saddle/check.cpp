@@ -1,5 +1,9 @@
 #include "saddle.h"
+#include <petsc/private/petscimpl.h>
 #include <limits>
+
+/* Blocks are taken for adjoint that differ by this part of their entries, the rounding of a program's own */
+static const PetscReal adjoint = 1e-10;
 
 /* The entry with the smallest row, then the smallest column of its rank, on all ranks; -1 where no rank has one */
 static PetscErrorCode AgreeOnEntry(MPI_Comm comm, PetscInt *row, PetscInt *col)
@@ -69,6 +73,22 @@ PetscErrorCode AinsworthMatFindOffDiagonal(Mat M, PetscInt *row, PetscInt *col)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Collective: are two matrices the same, up to rounding? */
+PetscErrorCode AinsworthMatEqual(Mat C, Mat other, PetscBool *same)
+{
+  Mat       difference;
+  PetscReal norm, size;
+
+  PetscFunctionBegin;
+  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &difference));
+  PetscCall(MatAXPY(difference, -1.0, other, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(MatNorm(difference, NORM_FROBENIUS, &norm));
+  PetscCall(MatNorm(C, NORM_FROBENIUS, &size));
+  PetscCall(MatDestroy(&difference));
+  *same = (PetscBool)(norm <= adjoint * size);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collective: do C' u and Ct u agree for a random u, or are they opposite? Each row of C has the same share in it, whatever its scale */
 PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *opposite)
 {
@@ -99,13 +119,60 @@ PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *
   PetscCall(VecNorm(x, NORM_2, &norm));
   PetscCall(VecAXPY(y, -1.0, x));
   PetscCall(VecNorm(y, NORM_2, &difference));
-  *same = (PetscBool)(difference <= 1e-10 * norm);
+  *same = (PetscBool)(difference <= adjoint * norm);
   PetscCall(VecAXPY(y, 2.0, x));
   PetscCall(VecNorm(y, NORM_2, &difference));
-  *opposite = (PetscBool)(!*same && difference <= 1e-10 * norm);
+  *opposite = (PetscBool)(!*same && difference <= adjoint * norm);
   PetscCall(VecDestroy(&largest));
   PetscCall(VecDestroy(&u));
   PetscCall(VecDestroy(&x));
   PetscCall(VecDestroy(&y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: refuses a block that waits for its assembly on any rank; each rank knows only of the values that it set itself */
+PetscErrorCode AinsworthCheckAssembled(Mat M, const char name[])
+{
+  PetscBool assembled;
+
+  PetscFunctionBegin;
+  if (!M) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatAssembled(M, &assembled));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &assembled, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)M)));
+  PetscCheck(assembled, PetscObjectComm((PetscObject)M), PETSC_ERR_ARG_WRONGSTATE, "%s is not assembled: call MatAssemblyBegin() and MatAssemblyEnd() on it",
+             name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthBlockNorm - the Frobenius norm of a block, 0 where it is absent or zero and only there, Inf where its type has none
+
+   Collective. A is looked at once while it does not change, however often C does.
+*/
+PetscErrorCode AinsworthBlockNorm(Mat M, PetscReal *norm)
+{
+  static PetscInt normId = -1;
+  PetscBool       has, known;
+  PetscInt        row, col;
+  uint64_t        state;
+
+  PetscFunctionBegin;
+  *norm = 0.0;
+  if (!M) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthMatGetState(M, &state)); /* changes of its parts come to its own state */
+  PetscCall(MatHasOperation(M, MATOP_NORM, &has));
+  if (!has) {
+    *norm = PETSC_INFINITY;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (normId < 0) PetscCall(PetscObjectComposedDataRegister(&normId));
+  PetscCall(PetscObjectComposedDataGetReal((PetscObject)M, normId, *norm, known));
+  if (known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatNorm(M, NORM_FROBENIUS, norm));
+  if (*norm == 0.0) { /* or the squares of its entries underflow */
+    PetscCall(AinsworthMatFindNonzero(M, &row, &col));
+    if (row >= 0) *norm = std::numeric_limits<PetscReal>::min();
+  }
+  PetscCall(PetscObjectComposedDataSetReal((PetscObject)M, normId, *norm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

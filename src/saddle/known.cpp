@@ -70,7 +70,7 @@ static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
   PetscFunctionBegin;
   PetscCall(AinsworthScaleColumns(A, mask, copy));
   PetscCall(MatCreateVecs(A, NULL, &diagonal));
-  PetscCall(MatGetDiagonal(A, diagonal));
+  PetscCall(AinsworthGetDiagonal(A, diagonal));
   PetscCall(MatSetOption(*copy, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE)); /* an entry of the diagonal that is zero may not be stored */
   PetscCall(MatDiagonalSet(*copy, diagonal, INSERT_VALUES));
   PetscCall(AinsworthMakePatternSymmetric(copy));
@@ -78,6 +78,29 @@ static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
   PetscCall(VecDestroy(&diagonal));
   PetscCall(MatGetNearNullSpace(A, &near));
   PetscCall(MatSetNearNullSpace(*copy, near));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* sp->P without the same columns, where A lost them and its own entries are known */
+static PetscErrorCode MovePmat(AinsworthSaddle *sp, Mat A, Vec mask)
+{
+  Mat      opaque, P = NULL, copy;
+  PetscInt bs;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthFindOpaque(sp->P, &opaque));
+  if (sp->P == sp->block[AINSWORTH_BLOCK_A] || opaque) {
+    PetscCall(PetscObjectReference((PetscObject)A));
+    copy = A;
+  } else {
+    PetscCall(AinsworthGetAIJ(sp->P, &P));
+    PetscCall(CopyWithoutColumns(P, mask, &copy));
+    PetscCall(MatGetBlockSize(sp->P, &bs));
+    PetscCall(MatSetBlockSize(copy, bs));
+    PetscCall(MatDestroy(&P));
+  }
+  PetscCall(MatDestroy(&sp->P));
+  sp->P = copy;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -108,6 +131,7 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
       PetscCall(PetscInfo(sp->A, "Rows of A that hold nothing but their diagonal determine their unknowns: without the columns of these A is symmetric\n"));
       PetscCall(MatGetBlockSize(sp->A, &bs));
       PetscCall(MatSetBlockSize(copy, bs));
+      PetscCall(MovePmat(sp, copy, mask));
       PetscCall(MatDestroy(&sp->A));
       sp->A     = copy;
       sp->known = known;

@@ -2,11 +2,9 @@
 #ifndef AINSWORTH_LAYOUT_H
 #define AINSWORTH_LAYOUT_H
 
-#include "../petsccompat.h"
+#include "split.h"
 #include <cstdint>
-#include <memory>
 #include <string>
-#include <vector>
 
 struct AinsworthSaddleBlocks;
 
@@ -37,7 +35,16 @@ struct AinsworthSaddleInputs {
   std::vector<std::string> multipliers;           /* names or numbers of fields; empty: by sign and shape */
   PetscInt                 detect = PETSC_DECIDE; /* multipliers are the rows without a positive diagonal entry: 0 never, 1 always */
   PetscInt                 bs     = PETSC_DECIDE; /* block size of A */
+  PetscInt                 dim    = 0;            /* of the coordinates; 0: none */
+  std::vector<PetscReal>   coordinates;           /* of nodes */
+  PetscInt                 located = 0;           /* how often they were given */
 };
+
+/* layoutfields.cpp */
+PetscErrorCode AinsworthIsNest(Mat, PetscBool *);
+PetscErrorCode AinsworthChooseMatrix(const AinsworthSaddleInputs *, Mat *);
+PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
+PetscErrorCode AinsworthJoinFields(MPI_Comm, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 
 /* layoutnest.cpp */
 PetscErrorCode AinsworthNestGetFields(Mat, AinsworthFields *);
@@ -47,10 +54,12 @@ PetscErrorCode AinsworthNestGetPart(Mat, const std::vector<PetscInt> &, const st
 PetscErrorCode AinsworthNestGetPartState(Mat, const std::vector<PetscInt> &, const std::vector<PetscInt> &, uint64_t *);
 
 /* layoutindexed.cpp */
-PetscErrorCode AinsworthExtractBlocks(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
+PetscErrorCode AinsworthExtractBlocks(Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
+PetscErrorCode AinsworthExtractPrimal(Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 
 /* layoutdetect.cpp */
 PetscErrorCode AinsworthDetectFields(Mat, AinsworthFields *);
+PetscErrorCode AinsworthCheckDetected(const AinsworthSaddleBlocks *);
 
 /* layoutdm.cpp */
 PetscErrorCode AinsworthDMGetFields(DM, Mat, AinsworthFields *);
@@ -60,7 +69,11 @@ PetscErrorCode AinsworthChooseMultipliers(const AinsworthSaddleInputs *, Mat, Ai
 
 /* layoutsign.cpp */
 PetscErrorCode AinsworthFindSign(Mat, IS, Vec *);
-PetscErrorCode AinsworthChangeSign(const AinsworthSaddleBlocks *, int, Mat);
+PetscErrorCode AinsworthChangeSign(Vec, int, Mat);
+
+/* coordinates.cpp */
+PetscErrorCode AinsworthCreateRigidModes(Vec, const char[], MatNullSpace *);
+PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 
 /* blocksize.cpp */
 PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);

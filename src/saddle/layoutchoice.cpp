@@ -45,6 +45,25 @@ static PetscErrorCode LookAtDiagonal(Vec d, Kind otherwise, Kind *kind)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Collective: is a block absent, or without an entry? The first one tells */
+static PetscErrorCode IsZero(Mat M, PetscBool *zero)
+{
+  PetscBool has = PETSC_FALSE;
+  PetscInt  row, col;
+  PetscReal norm;
+
+  PetscFunctionBegin;
+  if (M) PetscCall(MatHasOperation(M, MATOP_GET_ROW, &has));
+  if (has) {
+    PetscCall(AinsworthMatFindNonzero(M, &row, &col));
+    *zero = (PetscBool)(row < 0);
+  } else {
+    PetscCall(AinsworthBlockNorm(M, &norm));
+    *zero = (PetscBool)(norm == 0.0);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode LookAtNest(Mat nest, std::vector<Kind> *kinds)
 {
   PetscInt n = (PetscInt)kinds->size(), present = 0;
@@ -53,14 +72,14 @@ static PetscErrorCode LookAtNest(Mat nest, std::vector<Kind> *kinds)
   for (PetscInt i = 0; i < n; i++) {
     char      name[64];
     Mat       block;
-    PetscReal norm;
+    PetscBool zero = PETSC_TRUE;
 
     PetscCall(MatNestGetSubMat(nest, i, i, &block));
     PetscCall(PetscSNPrintf(name, sizeof(name), "Block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest", i, i));
     PetscCall(AinsworthCheckAssembled(block, name));
-    PetscCall(AinsworthBlockNorm(block, &norm));
-    (*kinds)[i] = norm == 0.0 ? EMPTY : POSITIVE;
-    present += norm != 0.0;
+    PetscCall(IsZero(block, &zero));
+    (*kinds)[i] = zero ? EMPTY : POSITIVE;
+    present += !zero;
   }
   for (PetscInt i = 0; i < n && present > 1; i++) { /* one alone is A */
     Mat       block;
@@ -74,7 +93,7 @@ static PetscErrorCode LookAtNest(Mat nest, std::vector<Kind> *kinds)
     PetscCall(MatGetSize(block, &rows, &cols));
     if (!has || rows != cols) continue;
     PetscCall(MatCreateVecs(block, NULL, &d));
-    PetscCall(MatGetDiagonal(block, d));
+    PetscCall(AinsworthGetDiagonal(block, d));
     PetscCall(LookAtDiagonal(d, NEGATIVE, &(*kinds)[i]));
     PetscCall(VecDestroy(&d));
   }
@@ -88,7 +107,7 @@ static PetscErrorCode LookAtMatrix(Mat mat, const AinsworthFields &fields, std::
   PetscFunctionBegin;
   PetscCall(AinsworthCheckAssembled(mat, "The matrix"));
   PetscCall(MatCreateVecs(mat, NULL, &diagonal));
-  PetscCall(MatGetDiagonal(mat, diagonal));
+  PetscCall(AinsworthGetDiagonal(mat, diagonal));
   for (size_t i = 0; i < fields.size(); i++) {
     PetscCall(VecGetSubVector(diagonal, fields[i].rows.get(), &d));
     PetscCall(LookAtDiagonal(d, EMPTY, &(*kinds)[i]));

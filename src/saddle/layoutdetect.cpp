@@ -2,43 +2,6 @@
 #include "saddle.h"
 #include <petsc/private/petscimpl.h>
 
-/* Collective: the first row without a diagonal entry that another such row is coupled with; -1 where there is none */
-static PetscErrorCode FindCoupled(Mat mat, IS rows, Vec diagonal, PetscInt *row)
-{
-  Mat                whole, D;
-  Vec                d;
-  const PetscScalar *a;
-  const PetscInt    *index;
-  PetscInt           first, end, mine = PETSC_MAX_INT;
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthGetAIJ(mat, &whole));
-  PetscCall(MatCreateSubMatrix(whole, rows, rows, MAT_INITIAL_MATRIX, &D));
-  PetscCall(MatDestroy(&whole));
-  PetscCall(VecGetSubVector(diagonal, rows, &d));
-  PetscCall(VecGetArrayRead(d, &a));
-  PetscCall(ISGetIndices(rows, &index));
-  PetscCall(MatGetOwnershipRange(D, &first, &end));
-  for (PetscInt i = end - 1; i >= first; i--) {
-    PetscInt           n;
-    const PetscInt    *cols;
-    const PetscScalar *v;
-
-    if (a[i - first] != 0.0) continue;
-    PetscCall(MatGetRow(D, i, &n, &cols, &v));
-    for (PetscInt k = 0; k < n; k++)
-      if (v[k] != 0.0) mine = index[i - first];
-    PetscCall(MatRestoreRow(D, i, &n, &cols, &v));
-  }
-  PetscCall(ISRestoreIndices(rows, &index));
-  PetscCall(VecRestoreArrayRead(d, &a));
-  PetscCall(VecRestoreSubVector(diagonal, rows, &d));
-  PetscCall(MatDestroy(&D));
-  PetscCall(MPIU_Allreduce(&mine, row, 1, MPIU_INT, MPI_MIN, PetscObjectComm((PetscObject)mat)));
-  if (*row == PETSC_MAX_INT) *row = -1;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Collective: is every row with a positive diagonal entry plain, without another entry? */
 static PetscErrorCode PositiveArePlain(Mat mat, Vec diagonal, PetscBool *plain)
 {
@@ -77,7 +40,7 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthFields *fields)
   MPI_Comm           comm = PetscObjectComm((PetscObject)mat);
   Vec                diagonal;
   const PetscScalar *d;
-  PetscInt           first, n, size[2], row;
+  PetscInt           first, n, size[2];
   PetscBool          opposite;
   AinsworthIS        set[2];
 
@@ -86,7 +49,7 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthFields *fields)
   PetscCall(MatGetSize(mat, &size[0], &size[1]));
   PetscCheck(size[0] == size[1], comm, PETSC_ERR_ARG_SIZ, "The matrix is not square: %" PetscInt_FMT " x %" PetscInt_FMT, size[0], size[1]);
   PetscCall(MatCreateVecs(mat, NULL, &diagonal));
-  PetscCall(MatGetDiagonal(mat, diagonal));
+  PetscCall(AinsworthGetDiagonal(mat, diagonal));
   PetscCall(PositiveArePlain(mat, diagonal, &opposite));
   PetscCall(VecGetOwnershipRange(diagonal, &first, NULL));
   PetscCall(VecGetLocalSize(diagonal, &n));
@@ -113,11 +76,43 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthFields *fields)
              !size[0]   ? "its diagonal is zero"
              : opposite ? "every diagonal entry is negative"
                         : "every diagonal entry is positive");
-  PetscCall(FindCoupled(mat, set[1].get(), diagonal, &row));
   PetscCall(VecDestroy(&diagonal));
-  PetscCheck(row < 0, comm, PETSC_ERR_ARG_WRONG,
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthCheckDetected - refuses a row without a diagonal entry that is coupled with another that is not positive: it need not be that of a multiplier. Collective */
+PetscErrorCode AinsworthCheckDetected(const AinsworthSaddleBlocks *found)
+{
+  Mat                D    = found->block[AINSWORTH_BLOCK_D];
+  MPI_Comm           comm = PetscObjectComm((PetscObject)D);
+  Vec                diagonal;
+  const PetscScalar *d;
+  const PetscInt    *index;
+  PetscInt           first, end, row = PETSC_MAX_INT;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(D, NULL, &diagonal));
+  PetscCall(AinsworthGetDiagonal(D, diagonal));
+  PetscCall(VecGetArrayRead(diagonal, &d));
+  PetscCall(ISGetIndices(found->rows[1], &index));
+  PetscCall(MatGetOwnershipRange(D, &first, &end));
+  for (PetscInt i = end - 1; i >= first; i--) {
+    PetscInt           n;
+    const PetscScalar *v;
+
+    if (d[i - first] != 0.0) continue;
+    PetscCall(MatGetRow(D, i, &n, NULL, &v));
+    for (PetscInt k = 0; k < n; k++)
+      if (v[k] != 0.0) row = index[i - first];
+    PetscCall(MatRestoreRow(D, i, &n, NULL, &v));
+  }
+  PetscCall(ISRestoreIndices(found->rows[1], &index));
+  PetscCall(VecRestoreArrayRead(diagonal, &d));
+  PetscCall(VecDestroy(&diagonal));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &row, 1, MPIU_INT, MPI_MIN, comm));
+  PetscCheck(row == PETSC_MAX_INT, comm, PETSC_ERR_ARG_WRONG,
              "PCAINSWORTH cannot tell the multipliers by the diagonal of the matrix of type %s: row %" PetscInt_FMT
              " has a zero on it and is coupled with another row that has no positive entry there; name the fields by PCFieldSplitSetIS()",
-             ((PetscObject)mat)->type_name, row);
+             found->layout, row);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

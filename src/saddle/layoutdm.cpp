@@ -2,6 +2,31 @@
 #include "layout.h"
 #include <petscdm.h>
 
+/* Rigid-body modes to the index set of a field whose DM has coordinates, as many on each rank as the field has unknowns */
+static PetscErrorCode AttachModes(DM dm, IS field)
+{
+  Vec          coordinates = NULL;
+  MatNullSpace modes;
+  PetscInt     bs = 0, n, m = -1;
+  PetscBool    fits;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery((PetscObject)field, "nearnullspace", (PetscObject *)&modes));
+  if (modes || !dm) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(DMGetCoordinates(dm, &coordinates));
+  if (!coordinates) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetBlockSize(coordinates, &bs));
+  PetscCall(VecGetLocalSize(coordinates, &m));
+  PetscCall(ISGetLocalSize(field, &n));
+  fits = (PetscBool)((bs == 2 || bs == 3) && m == n);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &fits, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)field)));
+  if (!fits) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthCreateRigidModes(coordinates, "coordinates of the DM", &modes));
+  PetscCall(PetscObjectCompose((PetscObject)field, "nearnullspace", (PetscObject)modes));
+  PetscCall(MatNullSpaceDestroy(&modes));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* AinsworthDMGetFields - the fields of a DM with the rows of the matrix; none where it has less than two, or is of another size */
 PetscErrorCode AinsworthDMGetFields(DM dm, Mat mat, AinsworthFields *fields)
 {
@@ -21,6 +46,7 @@ PetscErrorCode AinsworthDMGetFields(DM dm, Mat mat, AinsworthFields *fields)
     total += size;
     fields->push_back({names[i] ? names[i] : std::to_string(i), set, set});
     PetscCall(PetscFree(names[i]));
+    if (dms) PetscCall(AttachModes(dms[i], sets[i]));
     if (dms) PetscCall(DMDestroy(&dms[i]));
   }
   PetscCall(PetscFree(names));

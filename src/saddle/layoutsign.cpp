@@ -70,7 +70,7 @@ PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
   PetscCall(MatGetSize(mat, &size[0], &size[1]));
   if (!has || size[0] != size[1]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatCreateVecs(mat, NULL, &diagonal));
-  PetscCall(MatGetDiagonal(mat, diagonal));
+  PetscCall(AinsworthGetDiagonal(mat, diagonal));
   part = diagonal;
   if (rows) PetscCall(VecGetSubVector(diagonal, rows, &part));
   PetscCall(Any(part, true, 0.0, &negative)); /* of most matrices no row is looked at */
@@ -101,25 +101,25 @@ PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
 }
 
 /* AinsworthChangeSign - of a block; plain rows of A keep theirs. MatDiagonalScale() would make it a matrix that is known not to be symmetric */
-PetscErrorCode AinsworthChangeSign(const AinsworthSaddleBlocks *found, int k, Mat block)
+PetscErrorCode AinsworthChangeSign(Vec sign, int k, Mat block)
 {
   Vec                diagonal;
   const PetscScalar *s, *d;
   PetscInt           first, end;
 
   PetscFunctionBegin;
-  if (!found->sign) PetscFunctionReturn(PETSC_SUCCESS);
-  if (k == AINSWORTH_BLOCK_B) PetscCall(MatDiagonalScale(block, found->sign, NULL));
+  if (!sign) PetscFunctionReturn(PETSC_SUCCESS);
+  if (k == AINSWORTH_BLOCK_B) PetscCall(MatDiagonalScale(block, sign, NULL));
   else PetscCall(MatScale(block, -1.0));
   if (k != AINSWORTH_BLOCK_A && k != AINSWORTH_BLOCK_P) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatCreateVecs(block, NULL, &diagonal));
   PetscCall(MatGetDiagonal(block, diagonal));
   PetscCall(MatGetOwnershipRange(block, &first, &end));
   PetscCall(VecGetArrayRead(diagonal, &d));
-  PetscCall(VecGetArrayRead(found->sign, &s));
+  PetscCall(VecGetArrayRead(sign, &s));
   for (PetscInt i = first; i < end; i++)
     if (PetscRealPart(s[i - first]) > 0.0) PetscCall(MatSetValue(block, i, i, -d[i - first], INSERT_VALUES));
-  PetscCall(VecRestoreArrayRead(found->sign, &s));
+  PetscCall(VecRestoreArrayRead(sign, &s));
   PetscCall(VecRestoreArrayRead(diagonal, &d));
   PetscCall(VecDestroy(&diagonal));
   PetscCall(MatAssemblyBegin(block, MAT_FINAL_ASSEMBLY));

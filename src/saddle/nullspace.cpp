@@ -1,12 +1,13 @@
 #include "saddle.h"
 #include <vector>
 
-/* The near null space of A, attached to A or, as for PCFIELDSPLIT, to the index set of its field; NULL if none; not to be destroyed */
+/* The near null space of A, attached to A or, as for PCFIELDSPLIT, to the index set of its field, or made of coordinates; NULL if none; not to be destroyed */
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *sp, MatNullSpace *near)
 {
   PetscFunctionBegin;
   PetscCall(MatGetNearNullSpace(sp->block[AINSWORTH_BLOCK_A], near));
   if (!*near) PetscCall(PetscObjectQuery((PetscObject)sp->rows[0], "nearnullspace", (PetscObject *)near));
+  if (!*near) *near = sp->modes;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -42,6 +43,7 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
 {
   Mat              A = found->block[AINSWORTH_BLOCK_A];
   MatNullSpace     near;
+  const char      *name = NULL; /* of what the modes are made of */
   std::vector<Vec> modes, parts;
 
   PetscFunctionBegin;
@@ -56,6 +58,7 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
     if (block) PetscCall(MatGetNearNullSpace(block, &near));
     if (!near) PetscCall(PetscObjectQuery((PetscObject)found->fields[i].rows.get(), "nearnullspace", (PetscObject *)&near));
     if (near) PetscCall(AddModes(mat, near, found->fields[i].cols.get(), &modes));
+    if (near && ((PetscObject)near)->name) name = ((PetscObject)near)->name;
   }
   PetscCall(MatGetNearNullSpace(mat, &near));
   if (modes.empty() && near) PetscCall(AddModes(mat, near, NULL, &modes));
@@ -80,6 +83,7 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
   }
   if (parts.empty()) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNullSpaceCreate(PetscObjectComm((PetscObject)A), PETSC_FALSE, (PetscInt)parts.size(), parts.data(), &near));
+  if (name) PetscCall(PetscObjectSetName((PetscObject)near, name));
   PetscCall(MatSetNearNullSpace(A, near));
   PetscCall(MatNullSpaceDestroy(&near));
   for (Vec &v : parts) PetscCall(VecDestroy(&v));

@@ -1,5 +1,6 @@
 /* What is left of both equations of the program's own system, row by row */
 #include "saddle.h"
+#include <memory>
 #include <vector>
 
 /*
@@ -121,25 +122,91 @@ static PetscReal Quotient(PetscReal residual, PetscReal bound)
 }
 
 /*
+   The square root of what each unknown sees of A through its rows of C, sum_i |B_ij| / (C diag(A)^{-1} C')_ii^{1/2}: how stiff a row of zeros of A is where
+   those that it is tied to follow it
+*/
+static PetscErrorCode StiffnessThroughRows(const AinsworthSaddle *sp, Vec diagonal, PetscReal stiffest, Vec *stiffness)
+{
+  Vec          weight, sums;
+  Mat          M;
+  PetscInt     n;
+  PetscScalar *w;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(diagonal, &weight));
+  PetscCall(VecDuplicate(diagonal, stiffness));
+  PetscCall(MatCreateVecs(sp->rowsC, NULL, &sums));
+  PetscCall(VecCopy(diagonal, weight));
+  PetscCall(VecGetLocalSize(weight, &n));
+  PetscCall(VecGetArray(weight, &w));
+  for (PetscInt i = 0; i < n; i++) w[i] = 1 / PetscSqrtReal(PetscRealPart(w[i]) > 0.0 ? PetscRealPart(w[i]) : stiffest);
+  PetscCall(VecRestoreArray(weight, &w));
+  PetscCall(AinsworthRowSquares(sp->rowsC, weight, sums));
+  PetscCall(VecSqrtAbs(sums));
+  PetscCall(VecReciprocal(sums)); /* leaves zeros */
+  PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
+  PetscCall(MatMultTranspose(M, sums, *stiffness));
+  PetscCall(MatDestroy(&M));
+  PetscCall(VecDestroy(&weight));
+  PetscCall(VecDestroy(&sums));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where the diagonal of A has a zero, or a negative entry, the largest of its row tells how stiff it is; rows of zeros stay what they are */
+static PetscErrorCode LookAtRows(const AinsworthSaddle *sp, Vec diagonal)
+{
+  Mat          A;
+  PetscInt     first, n;
+  PetscBool    look = PETSC_FALSE, has;
+  PetscScalar *d;
+
+  PetscFunctionBegin;
+  PetscCall(MatHasOperation(sp->block[0], MATOP_GET_ROW, &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetOwnershipRange(diagonal, &first, NULL));
+  PetscCall(VecGetLocalSize(diagonal, &n));
+  PetscCall(VecGetArray(diagonal, &d));
+  for (PetscInt i = 0; i < n; i++)
+    if (!(PetscRealPart(d[i]) > 0.0)) look = PETSC_TRUE;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &look, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)diagonal)));
+  if (look) PetscCall(AinsworthGetAIJ(sp->block[0], &A));
+  for (PetscInt i = 0; i < n && look; i++) {
+    PetscInt           entries;
+    const PetscScalar *a;
+    PetscReal          most = 0.0;
+
+    if (PetscRealPart(d[i]) > 0.0) continue;
+    PetscCall(MatGetRow(A, first + i, &entries, NULL, &a));
+    for (PetscInt k = 0; k < entries; k++) most = PetscMax(most, PetscAbsScalar(a[k]));
+    PetscCall(MatRestoreRow(A, first + i, &entries, NULL, &a));
+    d[i] = most;
+  }
+  if (look) PetscCall(MatDestroy(&A));
+  PetscCall(VecRestoreArray(diagonal, &d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    AinsworthSaddleCheckPrimal - the row of f - op(A) x - B' lambda that is largest against what is allowed
 
    An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality; the rounding of f - C' lambda
    counts in the norm of diag(A)^{-1}, that of x relative to the largest. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the
-   row's own terms, 1e-6 at least, is allowed. A row of zeros of A has nothing but these, and the rounding of the others. energy: AinsworthSaddleEnergy()
+   row's own terms, 1e-6 at least, is allowed. A row of zeros of A is as stiff as its rows of C see it. energy: AinsworthSaddleEnergy()
 */
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscReal tol, PetscReal energy, Vec f, Vec x, Vec lambda, Vec Ax,
                                           Vec residual, AinsworthUnmet *worst)
 {
   MPI_Comm           comm = PetscObjectComm((PetscObject)x);
-  Vec                diagonal, size;
+  Vec                diagonal, size, through;
   PetscInt           first, n, suspicious = 0;
   PetscReal          displacement, load = 0.0, largest = 0.0, stiffest = 0.0;
-  const PetscScalar *d, *r, *s, *b, *a;
+  const PetscScalar *d, *r, *s, *t, *b, *a;
 
   PetscFunctionBegin;
   *worst = AinsworthUnmet();
   PetscCall(VecDuplicate(x, &diagonal));
-  PetscCall(MatGetDiagonal(sp->block[0], diagonal));
+  PetscCall(AinsworthGetDiagonal(sp->block[0], diagonal));
+  PetscCall(LookAtRows(sp, diagonal));
   PetscCall(VecGetOwnershipRange(residual, &first, NULL));
   PetscCall(VecGetLocalSize(residual, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));
@@ -172,9 +239,12 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   if (suspicious) {
     PetscCall(VecDuplicate(x, &size));
     PetscCall(PrimalSizes(sp, transpose, f, x, lambda, Ax, size));
+    PetscCall(StiffnessThroughRows(sp, diagonal, stiffest, &through));
     PetscCall(VecGetArrayRead(size, &s));
+    PetscCall(VecGetArrayRead(through, &t));
     for (PetscInt i = 0; i < n; i++) {
-      const PetscReal terms = PetscRealPart(s[i]), quotient = Quotient(PetscAbsScalar(r[i]), PetscMax(allowed(i), PetscMax(tol, own) * terms));
+      const PetscReal terms = PetscRealPart(s[i]), tied = d[i] == 0.0 ? tol * energy * PetscRealPart(t[i]) : 0.0;
+      const PetscReal quotient = Quotient(PetscAbsScalar(r[i]), PetscMax(allowed(i) + (PetscIsInfOrNanReal(tied) ? 0.0 : tied), PetscMax(tol, own) * terms));
 
       if (quotient <= worst->quotient) continue;
       worst->quotient = quotient;
@@ -183,7 +253,9 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
       worst->size     = terms;
     }
     PetscCall(VecRestoreArrayRead(size, &s));
+    PetscCall(VecRestoreArrayRead(through, &t));
     PetscCall(VecDestroy(&size));
+    PetscCall(VecDestroy(&through));
     PetscCall(AgreeOnWorst(comm, worst));
   }
   PetscCall(VecRestoreArrayRead(diagonal, &d));
@@ -369,7 +441,7 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, 
   Vec                    size, slack;
   PetscReal              rhs;
   const PetscScalar     *r, *s, *l = NULL;
-  std::vector<PetscBool> unmet(sp->local, PETSC_FALSE), marked(sp->local + 1);
+  std::vector<PetscBool> unmet(sp->local, PETSC_FALSE);
 
   PetscFunctionBegin;
   *worst           = AinsworthUnmet();
@@ -402,8 +474,9 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, 
     char names[128];
 
     if (!sp->count[c.kind] || contradiction[0]) continue;
+    std::unique_ptr<PetscBool[]> marked(new PetscBool[sp->local + 1]); /* a vector of C's bool, which PetscBool is since 3.24, has no array */
     for (PetscInt i = 0; i < sp->local; i++) marked[i] = (PetscBool)(unmet[i] && sp->kind[i] == c.kind);
-    PetscCall(AinsworthSaddleNameRows(sp, marked.data(), names, sizeof(names)));
+    PetscCall(AinsworthSaddleNameRows(sp, marked.get(), names, sizeof(names)));
     if (names[0])
       PetscCall(PetscSNPrintf(contradiction, len, "%s%s (rows %s of the multiplier field): no solution %s", c.text,
                               sp->nearly && c.kind == AINSWORTH_ROW_DEPENDENT ? ", exactly or nearly" : "", names,

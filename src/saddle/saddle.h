@@ -34,6 +34,8 @@ struct AinsworthSaddleBlocks {
   PetscInt  bs;                         /* block size of A, which A itself may not know */
 
   const char       *bsSource;   /* how it is known */
+  MatNullSpace      modes;      /* rigid-body modes from coordinates; NULL: none were given */
+  PetscInt          located;    /* which coordinates */
   AinsworthFields   fields;     /* of the program's vectors */
   const char       *told;       /* who named them */
   std::vector<bool> multiplier; /* which of them are the multipliers' */
@@ -42,6 +44,8 @@ struct AinsworthSaddleBlocks {
   PetscBool         extracted;  /* the blocks are submatrices; otherwise they are those of a MatNest */
   PetscObjectId     whole[2];   /* what they were extracted from, Amat and Pmat */
   PetscObjectState  pattern[2]; /* its nonzero state */
+
+  std::shared_ptr<const AinsworthSplit> split[2]; /* how; NULL: by MatCreateSubMatrix() */
 };
 
 /*
@@ -51,6 +55,7 @@ struct AinsworthSaddleBlocks {
 */
 struct AinsworthSaddle : AinsworthSaddleBlocks {
   Mat          A;                   /* n x n: the program's, or without the columns of unknowns that are known */
+  Mat          P;                   /* what M_* is made of, the primal block of Pmat: A itself where there is none */
   Mat          C, B, D;             /* AIJ, of the rows that are kept, times balance; none: no constraints */
   Mat          rowsC, rowsB, rowsD; /* the same with all of the program's rows */
   Mat          givenC;              /* rowsC with the columns of known unknowns */
@@ -69,6 +74,9 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   Mat               absolute; /* |C|, entry by entry, with all of its rows; NULL: not needed yet */
 };
 
+/* arrays.cpp */
+PetscErrorCode AinsworthGetDiagonal(Mat, Vec);
+
 /* aij.cpp */
 PetscErrorCode AinsworthFindOpaque(Mat, Mat *);
 PetscErrorCode AinsworthGetTransposed(Mat, Mat *, PetscBool *);
@@ -83,6 +91,9 @@ PetscErrorCode AinsworthScaleColumns(Mat, Vec, Mat *);
 PetscErrorCode AinsworthRowSquares(Mat, Vec, Vec);
 PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
 
+/* merge.cpp */
+PetscErrorCode AinsworthMergeAIJ(MPI_Comm, const std::vector<IS> &, const std::vector<IS> &, const std::vector<Mat> &, Mat *);
+
 /* blocks.cpp, state.cpp: what the program passed, and whether it is what it was */
 PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *, PetscBool, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *);
@@ -96,6 +107,9 @@ PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *, const Ainsw
 PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *, AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
 
+/* coordinates.cpp */
+PetscErrorCode AinsworthSaddleDescribeModes(const AinsworthSaddle *, char[], size_t);
+
 /* nullspace.cpp */
 PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *, Mat);
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *, MatNullSpace *);
@@ -108,12 +122,15 @@ PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *, Mat, Pets
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *, PetscInt, const PetscInt[]);
 PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *, const PetscBool[], char[], size_t);
+PetscErrorCode AinsworthSaddleNameKind(const AinsworthSaddle *, AinsworthRowKind, char[], size_t);
+PetscErrorCode AinsworthSaddleNameKept(const AinsworthSaddle *, PetscInt, const PetscInt[], char[], size_t);
 PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *, char[], size_t);
 
 /* symmetry.cpp */
 PetscErrorCode AinsworthProbeSymmetry(Mat, PetscBool *);
 
 /* check.cpp: values of the blocks, and whether block (0,1) is the adjoint of C */
+PetscErrorCode AinsworthMatEqual(Mat, Mat, PetscBool *);
 PetscErrorCode AinsworthMatFindNonzero(Mat, PetscInt *, PetscInt *);
 PetscErrorCode AinsworthMatFindNotFinite(Mat, PetscInt *, PetscInt *);
 PetscErrorCode AinsworthMatFindOffDiagonal(Mat, PetscInt *, PetscInt *);

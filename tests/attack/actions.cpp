@@ -1,13 +1,6 @@
 /* What a program may do between two solves */
 #include "attack.h"
 
-static PetscErrorCode Operators(Attack &a)
-{
-  PetscFunctionBeginUser;
-  PetscCall(KSPSetOperators(a.ksp, a.nest, a.nest));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* KSPReset() leaves freed vectors behind in a KSPDGMRES of PETSc 3.18: a program has to set the type anew */
 static PetscErrorCode ResetSolver(Attack &a)
 {
@@ -31,7 +24,7 @@ static PetscErrorCode Rebuild(Attack &a, bool sameTotal)
   PetscFunctionBeginUser;
   if (!sameTotal) PetscCall(ResetSolver(a));
   PetscCall(AttackBuild(a, sameTotal));
-  PetscCall(Operators(a));
+  PetscCall(AttackOperators(a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -43,7 +36,7 @@ static void RightHandSide(Attack &a)
 
   for (Eigen::Index i = 0; i < n; i++) x[i] = a.r.Real(-1.0, 1.0);
   for (Eigen::Index i = 0; i < m; i++) lambda[i] = a.s.C.row(i).norm() > 0.0 ? a.s.A.cwiseAbs().maxCoeff() * a.r.Real(-1.0, 1.0) / a.s.C.row(i).norm() : 0.0;
-  a.s.f = a.s.A * x + a.s.C.adjoint() * lambda;
+  a.s.f = a.s.A * x + a.s.Ct * lambda;
   a.s.g = a.s.C * x + a.s.D * lambda;
 }
 
@@ -51,6 +44,7 @@ static void RightHandSide(Attack &a)
 static void Changed(Attack &a)
 {
   a.s.Ct        = a.s.C.adjoint();
+  a.otherB      = false;
   a.s.symmetric = a.s.A.isApprox(a.s.A.adjoint(), 0.0);
   if (a.r.Chance(0.9)) RightHandSide(a);
 }
@@ -59,12 +53,13 @@ static void Changed(Attack &a)
 static PetscErrorCode Store(Attack &a, bool stiffness, bool rows)
 {
   PetscFunctionBeginUser;
+  rows = rows || a.otherB;
   Changed(a);
   if (a.storage == STORE_SBAIJ && !a.s.symmetric) a.storage = STORE_BAIJ;
   else if (a.r.Chance(0.8)) {
     PetscCall(AttackWrite(a, stiffness, rows));
     a.story += " in place";
-    if (!a.r.Chance(0.3)) PetscFunctionReturn(PETSC_SUCCESS);
+    if (!a.r.Chance(0.3) || a.whole) PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(MatAssemblyBegin(a.nest, MAT_FINAL_ASSEMBLY));
     PetscCall(MatAssemblyEnd(a.nest, MAT_FINAL_ASSEMBLY));
     a.story += ", nest told";
@@ -151,7 +146,7 @@ static PetscErrorCode Renumber(Attack &a)
   if (a.r.Chance(0.3) && !(a.s.D.norm() > 0.0 && a.s.C.rows() >= a.s.A.rows())) a.s.first = !a.s.first;
   a.story += std::string("; the same blocks, multipliers ") + names[a.order] + (a.s.first ? ", first block" : "");
   PetscCall(AttackNest(a));
-  PetscCall(Operators(a));
+  PetscCall(AttackOperators(a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -213,7 +208,7 @@ static PetscErrorCode Reset(Attack &a)
 {
   PetscFunctionBeginUser;
   PetscCall(ResetSolver(a));
-  PetscCall(Operators(a));
+  PetscCall(AttackOperators(a));
   a.story += "; KSPReset()";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -271,6 +266,74 @@ static PetscErrorCode Scale(Attack &a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Another compliance of the multipliers, a diagonal or one that couples some of them; the block may not have been there */
+static PetscErrorCode Compliance(Attack &a)
+{
+  const int m = (int)a.s.C.rows(), kind = a.r.Int(0, 3);
+
+  PetscFunctionBeginUser;
+  if (!m) PetscFunctionReturn(PETSC_SUCCESS);
+  const bool there = a.s.blockD, first = a.s.first;
+  Dense      D = Dense::Zero(m, m);
+
+  for (int i = 0; i < m && kind; i++) {
+    const PetscReal s = a.s.C.row(i).squaredNorm() / PetscMax(a.s.A.cwiseAbs().maxCoeff(), PETSC_SMALL);
+
+    if (a.r.Chance(0.5)) D(i, i) = s == 0.0 ? a.r.Real(-2.0, -0.5) : -s * PetscPowReal(10.0, a.r.Real(-6.0, 6.0));
+  }
+  for (int i = 1; i < m && kind == 2; i++) { /* -L L' */
+    const PetscScalar off = 0.5 * PetscSqrtReal(PetscAbsScalar(D(i, i) * D(i - 1, i - 1)));
+
+    D(i, i - 1) = D(i - 1, i) = off;
+  }
+  if (kind == 3 && a.r.Chance(0.3)) {
+    D(0, 0)       = 1.0; /* of the other sign */
+    a.s.difficult = true;
+  }
+  a.s.D      = D;
+  a.s.blockD = there || D.norm() > 0.0;
+  if (a.s.blockD && m >= (int)a.s.A.rows()) a.s.first = false;
+  a.story += std::string("; ") + (kind ? kind == 2 ? "a D that couples" : "a diagonal D" : "D zero");
+  RightHandSide(a);
+  if (there && a.s.first == first && a.r.Chance(0.7)) {
+    PetscCall(AttackWrite(a, false, true));
+    a.story += ", in place";
+  } else PetscCall(Rebuild(a, true));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One AIJ for all, its fields named or not; or the nest again */
+static PetscErrorCode Reshape(Attack &a)
+{
+  static const char *const names[] = {"a nest", "one AIJ with named fields", "one AIJ"};
+
+  PetscFunctionBeginUser;
+  const Shape shape = (Shape)a.r.Int(0, SHAPES - 1);
+
+  if (a.s.nested || (a.otherB && a.s.form != 0 && shape == SHAPE_NEST)) PetscFunctionReturn(PETSC_SUCCESS); /* vectors are nests; no block for B */
+  a.shape = shape;
+  a.story += std::string("; the whole as ") + names[a.shape];
+  PetscCall(AttackNest(a));
+  PetscCall(AttackOperators(a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode OtherB(Attack &a)
+{
+  PetscFunctionBeginUser;
+  PetscCall(AttackBrokenAdjoint(a, true));
+  a.otherB = !(a.s.Ct == a.s.C.adjoint());
+  RightHandSide(a);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode BrokenAdjoint(Attack &a)
+{
+  PetscFunctionBeginUser;
+  PetscCall(AttackBrokenAdjoint(a, false));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Indefinite(Attack &a)
 {
   const int i = a.r.Int(0, (int)a.s.A.rows() - 1);
@@ -291,10 +354,10 @@ static PetscErrorCode Indefinite(Attack &a)
 
 PetscErrorCode AttackMatrix(Attack &a)
 {
-  PetscErrorCode (*const actions[])(Attack &) = {Values, Pattern, OneRow, Renumber, Restore, Replace, Inactive, Scale, Indefinite};
+  PetscErrorCode (*const actions[])(Attack &) = {Values, Pattern, OneRow, Renumber, Restore, Replace, Inactive, Scale, Indefinite, Compliance, Reshape, OtherB};
 
   PetscFunctionBeginUser;
-  PetscCall(actions[a.r.Int(0, 8)](a));
+  PetscCall(actions[a.r.Int(0, 11)](a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -325,7 +388,10 @@ PetscErrorCode AttackAct(Attack &a)
     {AttackPoison,              8 },
     {AttackWrongMatrix,         4 },
     {AttackWrongOption,         3 },
-    {AttackBrokenAdjoint,       3 },
+    {BrokenAdjoint,             3 },
+    {OtherB,                    4 },
+    {Compliance,                8 },
+    {Reshape,                   8 },
     {AttackErrorInside,         3 },
     {AttackErrorIfNotConverged, 3 }
   };

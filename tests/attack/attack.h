@@ -33,6 +33,14 @@ enum Storage {
   STORAGES
 };
 
+/* What the program passes: the nest, or one AIJ whose fields it names, or nobody */
+enum Shape {
+  SHAPE_NEST,
+  SHAPE_NAMED,
+  SHAPE_DIAGONAL,
+  SHAPES
+};
+
 struct Attack {
   Random       r;      /* of the actions: the same on any number of ranks */
   Random       layout; /* of the distribution over the ranks */
@@ -49,8 +57,10 @@ struct Attack {
           NULL, NULL
   },
       block[2][2] = {{NULL, NULL}, {NULL, NULL}}; /* A, C: what values are written to */
-  Mat nest        = NULL;
-  KSP ksp         = NULL;
+  Mat   nest      = NULL;
+  Shape shape     = SHAPE_NEST;
+  Mat   whole     = NULL; /* the AIJ, of the numbering of the nest */
+  KSP   ksp       = NULL;
 
   /* options that were ever set since the KSP was made, the last value of each, and those in the database now */
   std::map<std::string, std::string> choices;
@@ -65,6 +75,8 @@ struct Attack {
   int         badRow   = -1;  /* of A, or behind its rows of C, one entry of which is badValue */
   Dense       goodA, goodC;   /* without it */
   bool        must   = false; /* this step has to be refused */
+  bool        named  = false; /* fields of an AIJ, which are not forgotten */
+  bool        otherB = false; /* the block (0,1) is not C' */
   bool        user   = false; /* a weight of the program, or other calls that promise nothing */
   int         errors = 0;     /* that left KSPSolve() */
   std::string story;
@@ -74,7 +86,8 @@ struct Attack {
 
 /* build.cpp: the program's objects */
 PetscErrorCode AttackBuild(Attack &, bool sameTotal);            /* matrices and nest for the present system */
-PetscErrorCode AttackNest(Attack &);                             /* another nest of the same blocks */
+PetscErrorCode AttackNest(Attack &);                             /* another nest of the same blocks, or the AIJ of it */
+PetscErrorCode AttackOperators(Attack &);                        /* the KSP has it, and the names of its fields */
 PetscErrorCode AttackWrite(Attack &, bool stiffness, bool rows); /* present values into the same matrices */
 PetscErrorCode AttackClear(Attack &);                            /* matrices and nest */
 PetscErrorCode AttackSolver(Attack &);                           /* a KSP for the nest */
@@ -98,7 +111,7 @@ PetscErrorCode AttackSame(Attack &);
 PetscErrorCode AttackPoison(Attack &);
 PetscErrorCode AttackWrongMatrix(Attack &);
 PetscErrorCode AttackWrongOption(Attack &);
-PetscErrorCode AttackBrokenAdjoint(Attack &);
+PetscErrorCode AttackBrokenAdjoint(Attack &, bool stays);
 PetscErrorCode AttackErrorInside(Attack &);
 PetscErrorCode AttackErrorIfNotConverged(Attack &);
 
@@ -107,6 +120,8 @@ PetscErrorCode AttackErrorIfNotConverged(Attack &);
 Verdict AttackJudge(const RandomSystem &, bool tame, bool must, bool tested, KSPConvergedReason, const Column &x, const Column &lambda, std::string &why);
 bool    AttackInternal(PetscErrorCode, const std::string &message); /* an error that no input should lead to */
 Dense   AttackNullSpace(const RandomSystem &);
+
+bool AttackAdjoint(const RandomSystem &); /* is B = C and D symmetric? */
 
 /* solve.cpp */
 PetscErrorCode AttackSolve(Attack &, Verdict *, std::string &why);

@@ -131,6 +131,52 @@ static PetscErrorCode BuildConstraints(Attack &a, PetscInt n, PetscInt m, PetscM
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Positions of the rows of x, then of lambda, in the numbering of the nest */
+static PetscErrorCode Positions(const Attack &a, std::vector<PetscInt> &position)
+{
+  IS is[2], all;
+
+  PetscFunctionBeginUser;
+  position.clear();
+  PetscCall(MatNestGetISs(a.nest, is, NULL));
+  for (int field = 0; field < 2; field++) {
+    const PetscInt *index;
+    PetscInt        n;
+
+    PetscCall(ISAllGather(is[a.s.first ? 1 - field : field], &all));
+    PetscCall(ISGetSize(all, &n));
+    PetscCall(ISGetIndices(all, &index));
+    position.insert(position.end(), index, index + n);
+    PetscCall(ISRestoreIndices(all, &index));
+    PetscCall(ISDestroy(&all));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The present values into the AIJ; the blocks that the program's nest leaves out are those of C here, too */
+static PetscErrorCode FillWhole(Attack &a)
+{
+  const Eigen::Index    n = a.s.A.rows(), m = a.s.C.rows();
+  Dense                 K(n + m, n + m);
+  std::vector<PetscInt> position;
+  PetscInt              start, end;
+
+  PetscFunctionBeginUser;
+  K << a.s.A, a.s.Ct, a.s.C, a.s.D;
+  PetscCall(Positions(a, position));
+  PetscCall(MatSetOption(a.whole, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE));
+  PetscCall(MatZeroEntries(a.whole));
+  PetscCall(MatGetOwnershipRange(a.whole, &start, &end));
+  for (Eigen::Index i = 0; i < n + m; i++) {
+    if (position[i] < start || position[i] >= end) continue;
+    for (Eigen::Index j = 0; j < n + m; j++)
+      if (K(i, j) != 0.0 || (i == j && (i < n || a.s.blockD))) PetscCall(MatSetValue(a.whole, position[i], position[j], K(i, j), INSERT_VALUES));
+  }
+  PetscCall(MatAssemblyBegin(a.whole, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(a.whole, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AttackNest(Attack &a)
 {
   const int             l = a.s.first ? 0 : 1;
@@ -157,7 +203,27 @@ PetscErrorCode AttackNest(Attack &a)
   PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, is, 2, is, &blocks[0][0], &nest));
   for (IS &field : is) PetscCall(ISDestroy(&field));
   PetscCall(MatDestroy(&a.nest));
+  PetscCall(MatDestroy(&a.whole));
   a.nest = nest;
+  if (a.shape == SHAPE_NEST) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, n + m, n + m, PETSC_DETERMINE, PETSC_DETERMINE, 10, NULL, 10, NULL, &a.whole));
+  PetscCall(FillWhole(a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AttackOperators(Attack &a)
+{
+  Mat op = a.whole ? a.whole : a.nest;
+  PC  pc;
+  IS  is[2];
+
+  PetscFunctionBeginUser;
+  PetscCall(KSPSetOperators(a.ksp, op, op));
+  if (a.shape != SHAPE_NAMED) PetscFunctionReturn(PETSC_SUCCESS);
+  a.named = true;
+  PetscCall(KSPGetPC(a.ksp, &pc));
+  PetscCall(MatNestGetISs(a.nest, is, NULL));
+  for (int field = 0; field < 2; field++) PetscCall(PCFieldSplitSetIS(pc, field ? "lambda" : "x", is[a.s.first ? 1 - field : field]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -169,6 +235,7 @@ PetscErrorCode AttackClear(Attack &a)
   for (auto &row : a.block)
     for (Mat &M : row) PetscCall(MatDestroy(&M));
   PetscCall(MatDestroy(&a.nest));
+  PetscCall(MatDestroy(&a.whole));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -207,7 +274,7 @@ static PetscErrorCode Write(Mat M, const Dense &values)
   PetscCall(MatGetOwnershipRange(M, &start, &end));
   for (PetscInt i = start; i < end; i++)
     for (PetscInt j = upper ? i - i % bs : 0; j < values.cols(); j++)
-      if (values(i, j) != 0.0) PetscCall(MatSetValue(M, i, j, values(i, j), INSERT_VALUES));
+      if (values(i, j) != 0.0 || (i == j && values.rows() == values.cols())) PetscCall(MatSetValue(M, i, j, values(i, j), INSERT_VALUES));
   PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -226,6 +293,7 @@ PetscErrorCode AttackWrite(Attack &a, bool stiffness, bool rows)
       PetscCall(MatAssemblyEnd(a.block[0][0], MAT_FINAL_ASSEMBLY));
     }
   }
+  if (a.whole) PetscCall(FillWhole(a));
   if (!rows) PetscFunctionReturn(PETSC_SUCCESS);
   for (int k = 0; k < 2; k++) {
     PetscInt local;
@@ -233,5 +301,6 @@ PetscErrorCode AttackWrite(Attack &a, bool stiffness, bool rows)
     if (a.C[k]) PetscCall(Write(a.C[k], a.split ? Rows(a.s.C, Half(a, k, rank, &local)) : a.s.C));
   }
   if (a.s.form == 0 || a.s.form == 3) PetscCall(Write(a.block[0][1], a.s.Ct));
+  if (a.block[1][1]) PetscCall(Write(a.block[1][1], a.s.D));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -15,10 +15,12 @@ PetscErrorCode AttackPoison(Attack &a)
     a.goodA  = a.s.A;
     a.goodC  = a.s.C;
     a.story += "; " + std::to_string(a.badValue) + " in row " + std::to_string(a.badRow < n ? a.badRow : a.badRow - n) + (a.badRow < n ? " of A" : " of C");
+    const bool adjoint = AttackAdjoint(a.s);
+
     (a.badRow < n ? a.s.A(a.badRow, a.badRow) : a.s.C(a.badRow - n, a.r.Int(0, n - 1))) = a.badValue;
     const Dense keep                                                                    = a.s.Ct;
 
-    a.s.Ct = a.s.C.adjoint();
+    if (adjoint) a.s.Ct = a.s.C.adjoint();
     PetscCall(AttackWrite(a, a.badRow < n, a.badRow >= n));
     a.s.Ct = keep;
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -43,6 +45,7 @@ PetscErrorCode AttackWrongMatrix(Attack &a)
   Vec      one;
 
   PetscFunctionBeginUser;
+  if (a.named || a.shape != SHAPE_NEST) PetscFunctionReturn(PETSC_SUCCESS); /* with named fields it is one that can be solved */
   PetscCall(MatGetLocalSize(a.nest, &n, NULL));
   PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, &M));
   PetscCall(MatCreateVecs(M, &one, NULL));
@@ -81,15 +84,15 @@ PetscErrorCode AttackWrongOption(Attack &a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* C' is not that of C: for one step the system is another */
-PetscErrorCode AttackBrokenAdjoint(Attack &a)
+/* C' is not that of C: for one step, or for good, the system is another */
+PetscErrorCode AttackBrokenAdjoint(Attack &a, bool stays)
 {
   PetscFunctionBeginUser;
-  if (a.s.form != 0 || !a.s.C.rows() || a.s.C.norm() == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
+  if ((a.s.form != 0 && !a.whole) || !a.s.C.rows() || a.s.C.norm() == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
   a.s.Ct(a.r.Int(0, (int)a.s.Ct.rows() - 1), a.r.Int(0, (int)a.s.Ct.cols() - 1)) += a.s.C.cwiseAbs().maxCoeff();
   PetscCall(AttackWrite(a, false, true));
-  a.broken = true;
-  a.story += "; C' is not that of C";
+  a.broken = !stays;
+  a.story += stays ? "; another B" : "; C' is not that of C";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -125,8 +128,8 @@ PetscErrorCode AttackErrorIfNotConverged(Attack &a)
 PetscErrorCode AttackUndo(Attack &a)
 {
   PetscFunctionBeginUser;
-  if (a.other) PetscCall(KSPSetOperators(a.ksp, a.nest, a.nest));
-  if (a.nullspace) PetscCall(MatSetNullSpace(a.nest, NULL));
+  if (a.other) PetscCall(AttackOperators(a));
+  if (a.nullspace) PetscCall(MatSetNullSpace(a.whole ? a.whole : a.nest, NULL));
   if (a.strict) PetscCall(KSPSetErrorIfNotConverged(a.ksp, PETSC_FALSE));
   if (a.bogus) a.options.reset();
   if (a.badRow >= 0) {
@@ -136,7 +139,8 @@ PetscErrorCode AttackUndo(Attack &a)
     a.badRow = -1;
   }
   if (a.broken) {
-    a.s.Ct = a.s.C.adjoint();
+    a.s.Ct   = a.s.C.adjoint();
+    a.otherB = false;
     PetscCall(AttackWrite(a, false, true));
   }
   for (bool *flag : {&a.transpose, &a.explode, &a.nested, &a.nullspace, &a.broken, &a.strict, &a.other, &a.bogus, &a.must}) *flag = false;

@@ -39,6 +39,11 @@ static RandomSystem Normalised(const RandomSystem &s, const Units &u)
   return t;
 }
 
+bool AttackAdjoint(const RandomSystem &s)
+{
+  return s.Ct == s.C.adjoint() && s.D == s.D.adjoint();
+}
+
 static bool Finite(const RandomSystem &s)
 {
   return s.A.allFinite() && s.C.allFinite() && s.f.allFinite() && s.g.allFinite();
@@ -123,7 +128,8 @@ Verdict AttackJudge(const RandomSystem &s, bool tame, bool must, bool tested, KS
   bool               usual = true; /* elimination loses digits where D is far from 1 / A: that has a reason */
   for (Eigen::Index i = 0; i < t.D.rows(); i++) usual = usual && (t.D(i, i) == 0.0 || (PetscAbsScalar(t.D(i, i)) > 1e-8 && PetscAbsScalar(t.D(i, i)) < 1e8));
   usual               = usual && u.a > 1e-30 && u.a < 1e30;
-  const bool adjoint  = s.Ct == s.C.adjoint(); /* otherwise the condition is that of another system */
+  usual               = usual && s.D.isDiagonal(0.0); /* Definite() eliminates row by row */
+  const bool adjoint  = AttackAdjoint(s);             /* otherwise the condition is that of another system */
   const bool promised = adjoint && usual && tame && !must && t.symmetric && truth.consistent && truth.unique && truth.condition < good && truth.gram < good &&
                         t.decades <= 6.0 && Definite(t, truth);
   PetscReal residual = 0.0, error = 0.0;
@@ -178,7 +184,7 @@ Dense AttackNullSpace(const RandomSystem &s)
   const Truth        truth(t);
   Dense              K(n + m, n + m);
 
-  K << t.A, t.C.adjoint(), t.C, t.D;
+  K << t.A, t.Ct, t.C, t.D;
   K = truth.scale.asDiagonal() * K * truth.scale.asDiagonal();
   Eigen::JacobiSVD<Dense> svd(K, Eigen::ComputeFullV);
 

@@ -45,7 +45,9 @@ static void Variant(Attack &a, Line &now)
   if (a.r.Chance(0.1)) now["-pc_ainsworth_penalty"] = Pick(a.r, {"row", "norm"});
   if (a.r.Chance(0.08)) now["-pc_ainsworth_penalty_factor"] = Pick(a.r, {"1e-300", "1e-30", "1e-12", "1", "1e12", "1e30", "1e300"});
   if (a.r.Chance(0.4)) now["-pc_ainsworth_pmat"] = Pick(a.r, {"auto", "jcb", "id", "cc", "cg", "bj_cc", "bj_cg"});
+  if (a.r.Chance(0.05)) now["-pc_ainsworth_block_size"] = Pick(a.r, {"1", "2", "3", "6"});
   if (a.r.Chance(0.2)) now["-pc_ainsworth_rows_per_rank"] = Pick(a.r, {"1", "2", "5", "1000"});
+  if (a.r.Chance(0.3)) now["-pc_ainsworth_rebuild"] = Pick(a.r, {"auto", "always", "never"});
   if (a.r.Chance(0.08)) now["-pc_ainsworth_redundant"] = Pick(a.r, {"drop", "error"});
   if (a.r.Chance(0.08)) now["-pc_ainsworth_monitor_error"] = Pick(a.r, {"ascii:error.txt", "csv:error.csv"});
   if (a.r.Chance(0.04)) now["-pc_ainsworth_stop"] = Pick(a.r, {"residual", "energy_error"});
@@ -93,11 +95,13 @@ bool AttackTame(const Attack &a)
   const auto      method = a.choices.find("-ainsworth_ksp_type");
   const PetscReal load   = PetscMax(a.s.f.cwiseAbs().maxCoeff(), a.s.g.size() ? a.s.g.cwiseAbs().maxCoeff() : 0.0);
 
-  if (method != a.choices.end() && method->second == "minres" && load < 1e-20) return false; /* for which r' z < 1e-50 is negative */
-  if ((a.storage == STORE_NEST || a.storage == STORE_SHELL) && a.s.D.norm() > 0.0) return false;                           /* of which block is A nothing tells */
+  if (method != a.choices.end() && method->second == "minres" && load < 1e-20) return false;     /* for which r' z < 1e-50 is negative */
+  if ((a.storage == STORE_NEST || a.storage == STORE_SHELL) && a.s.D.norm() > 0.0) return false; /* of which block is A nothing tells */
+  if (a.shape == SHAPE_DIAGONAL || !AttackAdjoint(a.s)) return false;                            /* a zero on the diagonal of A looks like a multiplier's */
   return is("-ainsworth_ksp_type", {"projectedcg", "cg", "gmres", "fgmres", "minres"}) && is("-ainsworth_pc_type", {"jacobi", "blocksa"}) &&
-         is("-ainsworth_ksp_norm_type", {}) && is("-ainsworth_ksp_pc_side", {}) && is("-ainsworth_ksp_initial_guess_nonzero", {"false"}) &&
-         is("-pc_ainsworth_penalty_factor", {"1"}) && is("-pc_ainsworth_redundant", {"drop"}) && is("-pc_ainsworth_stop", {"residual"}) &&
-         is("-ksp_type", {"preonly", "gmres", "fgmres"}) && is("-ksp_pc_side", {}) && !(a.s.uneven && !is("-ainsworth_ksp_type", {"projectedcg", "cg"})) &&
+         is("-pc_ainsworth_block_size", {"1"}) && is("-ainsworth_ksp_norm_type", {}) && is("-ainsworth_ksp_pc_side", {}) &&
+         is("-ainsworth_ksp_initial_guess_nonzero", {"false"}) && is("-pc_ainsworth_penalty_factor", {"1"}) && is("-pc_ainsworth_redundant", {"drop"}) &&
+         is("-pc_ainsworth_stop", {"residual"}) && is("-ksp_type", {"preonly", "gmres", "fgmres"}) && is("-ksp_pc_side", {}) &&
+         !(a.s.uneven && !is("-ainsworth_ksp_type", {"projectedcg", "cg"})) &&
          !(a.s.uneven && !(is("-pc_ainsworth_variant", {"weighted"}) && is("-pc_ainsworth_weight", {"diagonal"}) && is("-pc_ainsworth_penalty", {"row"})));
 }

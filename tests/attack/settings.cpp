@@ -53,6 +53,7 @@ PetscErrorCode AttackSetters(Attack &a)
     }
     PetscCall(PCSetType(pc, PCNONE));
     PetscCall(PCSetType(pc, PCAINSWORTH));
+    PetscCall(AttackOperators(a));
     PetscCall(PCSetFromOptions(pc));
     PetscCall(AttackWatch(a));
     a.user = false;
@@ -89,7 +90,7 @@ PetscErrorCode AttackNullSpace(Attack &a)
     k++;
   }
   PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, (PetscInt)v.size(), v.data(), &nullspace));
-  PetscCall(MatSetNullSpace(a.nest, nullspace));
+  PetscCall(MatSetNullSpace(a.whole ? a.whole : a.nest, nullspace));
   PetscCall(MatNullSpaceDestroy(&nullspace));
   for (Vec &vec : v) PetscCall(VecDestroy(&vec));
   a.nullspace = true;
@@ -133,6 +134,6 @@ PetscErrorCode AttackSame(Attack &a)
 {
   PetscFunctionBeginUser;
   a.story += "; the same again";
-  if (a.r.Chance(0.5)) PetscCall(KSPSetOperators(a.ksp, a.nest, a.nest));
+  if (a.r.Chance(0.5)) PetscCall(AttackOperators(a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -101,9 +101,9 @@ static PetscErrorCode Choices()
   PetscCall(CheckError("Gram solver before set-up", [&]() { return PCAinsworthGetGramKSP(pc, &gram); }, PETSC_ERR_ORDER, {"PCSetUp()"}));
   PetscCall(KSPDestroy(&ksp));
 
-  for (const char *option :
-       {"-pc_ainsworth_penalty_factor -3", "-pc_ainsworth_penalty_factor 0", "-pc_ainsworth_pmat_rtol 3", "-pc_ainsworth_pmat_rtol 0",
-        "-pc_ainsworth_pmat_rtol 1", "-pc_ainsworth_blocks -5", "-pc_ainsworth_blocks 0", "-pc_ainsworth_rows_per_rank 0", "-pc_ainsworth_rows_per_rank -3"}) {
+  for (const char *option : {"-pc_ainsworth_penalty_factor -3", "-pc_ainsworth_penalty_factor 0", "-pc_ainsworth_penalty_factor inf",
+                             "-pc_ainsworth_penalty_factor nan", "-pc_ainsworth_pmat_rtol 3", "-pc_ainsworth_pmat_rtol 0", "-pc_ainsworth_pmat_rtol 1",
+                             "-pc_ainsworth_blocks -5", "-pc_ainsworth_blocks 0", "-pc_ainsworth_rows_per_rank 0", "-pc_ainsworth_rows_per_rank -3"}) {
     const std::string line(option), name = line.substr(0, line.find(' '));
     Options           options(line);
     KSP               bad;

@@ -224,6 +224,42 @@ static PetscErrorCode Error(PetscReal contrast, PetscReal load, PetscReal displa
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   A mode v that the preconditioner all but misses, and of which x has five times what it may be wrong by: no coefficient knows of it when the rest has
+   converged. With the smallest eigenvalue given the solve goes on; without, it ends on the plateau unless the coefficients have found it
+*/
+static PetscErrorCode Plateau()
+{
+  const PetscReal missed = 1e-8, rtol = 1e-6;
+  Springs         s;
+  Result          given, estimated;
+  char            line[256];
+
+  PetscFunctionBeginUser;
+  Case("plateau");
+  Create(1.0, 1.0, 1.0, 0.0, &s);
+  const DenseProjector                       proj(s.d.C, DiagonalWeight(s.d.A));
+  const PetscInt                             dim = 2 * nodes - (PetscInt)s.d.C.rows();
+  const Dense                                Z   = Eigen::FullPivLU<Dense>(s.d.C).kernel().householderQr().householderQ() * Dense::Identity(2 * nodes, dim);
+  const Dense                                T   = Z.adjoint() * proj.Q * s.inverse * proj.Q.adjoint() * Z; /* the preconditioner in Ker C */
+  const Dense                                L   = (Z.adjoint() * s.d.A * Z).llt().matrixL();
+  const Eigen::SelfAdjointEigenSolver<Dense> spectrum(L.adjoint() * T * L);
+  const Column                               v = L.adjoint().triangularView<Eigen::Upper>().solve(spectrum.eigenvectors().col(0)), y = Z * v;
+
+  s.inverse = Z * (T + (missed - spectrum.eigenvalues()[0]) * v * v.adjoint()) * Z.adjoint();
+  s.x += (5 * rtol * Energy(s, s.x) - y.dot(s.d.A * s.x)) * y;
+  s.d.f = s.d.A * s.x + s.d.C.adjoint() * s.lambda;
+  (void)snprintf(line, sizeof(line), "-pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol %g", (double)rtol);
+  PetscCall(Solve(&s, line, false, &estimated));
+  (void)snprintf(line, sizeof(line), "-pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol %g -pc_ainsworth_error_eigenvalue %g", (double)rtol,
+                 (double)(0.9 * missed));
+  PetscCall(Solve(&s, line, false, &given));
+  PetscCall(CheckTrue("the estimate alone ends on the plateau", estimated.error > 2 * rtol));
+  PetscCall(CheckTrue(KSPConvergedReasons[given.reason], given.reason == KSP_CONVERGED_RTOL));
+  PetscCall(Check("error with the eigenvalue given", given.error, rtol));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   int exitcode;
@@ -243,6 +279,7 @@ int main(int argc, char **argv)
   }
   for (const char *method : {"cg", "fcg", "groppcg"}) PetscCall(Residual(1e6, 0.0, 1.0, std::string("-ainsworth_ksp_type ") + method));
   PetscCall(Stagnation());
+  PetscCall(Plateau());
   PetscCall(Settings());
   for (const char *stop : {"-pc_ainsworth_stop residual", "-pc_ainsworth_stop energy_error"}) {
     PetscCall(Rounding(1e10, 1.0, stop));

@@ -82,3 +82,47 @@ PetscErrorCode CheckResiduals(const Run &run, const DenseSystem &d, PetscReal pr
   PetscCall(Check("A x + C' lambda - f", (d.A * run.x + force - d.f).norm(), primal * (d.A.norm() * run.x.norm() + force.norm() + d.f.norm())));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+DenseSystem SpringsCreate(PetscInt n, PetscInt m, PetscReal stiffness, PetscInt seed)
+{
+  DenseSystem d;
+
+  d.A = Dense::Zero(n, n);
+  d.C = Dense::Zero(m, n);
+  d.f.resize(n);
+  d.g.resize(m);
+  for (PetscInt i = 0; i < n; i++) {
+    d.A(i, i) = 3.0 * stiffness;
+    if (i) d.A(i, i - 1) = d.A(i - 1, i) = -stiffness;
+    d.f[i] = stiffness * Uniform(seed, i, 0);
+  }
+  for (PetscInt i = 0; i < m; i++) {
+    d.C(i, i)     = 1.0 + 0.1 * Uniform(seed, i, 1);
+    d.C(i, n / 2) = -1.0;
+    d.g[i]        = Uniform(seed, i, 2);
+  }
+  return d;
+}
+
+PetscErrorCode WriteDense(const Dense &values, Mat M)
+{
+  PetscInt start, end;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatGetOwnershipRange(M, &start, &end));
+  for (PetscInt i = start; i < end; i++)
+    for (PetscInt j = 0; j < values.cols(); j++)
+      if (values(i, j) != 0.0) PetscCall(MatSetValue(M, i, j, values(i, j), INSERT_VALUES));
+  PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckSolved(Run *run, const DenseSystem &d)
+{
+  PetscFunctionBeginUser;
+  PetscCall(RunSolve(run));
+  PetscCall(CheckTrue(KSPConvergedReasons[run->reason], run->reason > 0));
+  PetscCall(CheckResiduals(*run, d, 1e-7, 1e-10));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

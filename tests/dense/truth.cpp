@@ -108,7 +108,7 @@ static PetscErrorCode Methods(bool crossed)
       const bool isCG = std::string(method) == "projectedcg" || std::string(method) == "gmres";
 
       for (const char *pc : {"jacobi", "redundant", "hypre"}) {
-        const bool known = kind.kind == DEFINITE && isCG && std::string(pc) != "hypre";
+        const bool known = (kind.kind == DEFINITE || kind.kind == NEGATIVE) && isCG && std::string(pc) != "hypre";
 #if !defined(PETSC_HAVE_HYPRE)
         if (std::string(pc) == "hypre") continue;
 #endif

@@ -1,11 +1,13 @@
 static char help[] = "One system in every layout that programs use: the same iterations, and the solution that the right-hand side was made of.\n\n";
 
-#include "contact.h"
+#include "dense.h"
+#include "springs.h"
 #include <petscdmcomposite.h>
 #include <petscdmda.h>
 
 static Contact  c;
-static PetscInt usual = -1; /* iterations of the first layout */
+static Vec      solution, rhs; /* random */
+static PetscInt usual = -1;    /* iterations of the first layout */
 
 static PetscErrorCode Iterations(KSP ksp, PetscInt *its)
 {
@@ -22,7 +24,7 @@ static PetscErrorCode Iterations(KSP ksp, PetscInt *its)
 /* numbering: of the unknowns of the matrix in the whole, NULL: the same */
 static PetscErrorCode SolveAndCheck(KSP ksp, IS numbering, const std::vector<std::string> &view)
 {
-  Vec                b = c.rhs, x, exact = c.solution;
+  Vec                b = rhs, x, exact = solution;
   PetscReal          error, norm;
   PetscInt           its;
   KSPConvergedReason reason;
@@ -30,8 +32,8 @@ static PetscErrorCode SolveAndCheck(KSP ksp, IS numbering, const std::vector<std
 
   PetscFunctionBeginUser;
   if (numbering) {
-    PetscCall(VecGetSubVector(c.rhs, numbering, &b));
-    PetscCall(VecGetSubVector(c.solution, numbering, &exact));
+    PetscCall(VecGetSubVector(rhs, numbering, &b));
+    PetscCall(VecGetSubVector(solution, numbering, &exact));
   }
   PetscCall(VecDuplicate(b, &x));
   PetscCall(KSPSolve(ksp, b, x));
@@ -48,8 +50,8 @@ static PetscErrorCode SolveAndCheck(KSP ksp, IS numbering, const std::vector<std
   PetscCall(CheckText("view", text, view));
   PetscCall(VecDestroy(&x));
   if (numbering) {
-    PetscCall(VecRestoreSubVector(c.rhs, numbering, &b));
-    PetscCall(VecRestoreSubVector(c.solution, numbering, &exact));
+    PetscCall(VecRestoreSubVector(rhs, numbering, &b));
+    PetscCall(VecRestoreSubVector(solution, numbering, &exact));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -199,18 +201,46 @@ static PetscErrorCode IndexSets()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Three DMDAs in a DMComposite */
-static PetscErrorCode Fields()
+/* Where the nodes are whose unknowns a vector has; the bodies meet between x = n - 1 and x = n */
+static PetscErrorCode Locate(int field, Vec x)
+{
+  PetscInt     first, end;
+  PetscScalar *a;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecSetBlockSize(x, 2));
+  PetscCall(VecGetOwnershipRange(x, &first, &end));
+  PetscCall(VecGetArrayWrite(x, &a));
+  for (PetscInt i = first; i < end; i += 2) {
+    const PetscInt node = i / 2;
+
+    a[i - first]     = (PetscReal)(node / c.n + (field == RIGHT ? c.n : 0));
+    a[i - first + 1] = (PetscReal)(node % c.n);
+  }
+  PetscCall(VecRestoreArrayWrite(x, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Three DMDAs in a DMComposite, those of the bodies with or without coordinates */
+static PetscErrorCode Fields(bool located, const std::vector<std::string> &view)
 {
   DM  all, part;
   KSP ksp;
 
   PetscFunctionBeginUser;
-  Case("fields of a DM");
+  Case("fields of a DM%s", located ? " with coordinates" : "");
   PetscCall(DMCompositeCreate(PETSC_COMM_WORLD, &all));
-  for (PetscInt size : c.size) {
-    PetscCall(DMDACreate1d(PETSC_COMM_WORLD, DM_BOUNDARY_NONE, size / 2, 2, 1, NULL, &part));
+  for (int f = 0; f < FIELDS; f++) {
+    Vec x;
+
+    PetscCall(DMDACreate1d(PETSC_COMM_WORLD, DM_BOUNDARY_NONE, c.size[f] / 2, 2, 1, NULL, &part));
     PetscCall(DMSetUp(part));
+    if (located && f != TIES) {
+      PetscCall(VecCreateMPI(PETSC_COMM_WORLD, c.local[f], PETSC_DETERMINE, &x));
+      PetscCall(Locate(f, x));
+      PetscCall(DMSetCoordinates(part, x));
+      PetscCall(VecDestroy(&x));
+    }
     PetscCall(DMCompositeAddDM(all, part));
     PetscCall(DMDestroy(&part));
   }
@@ -218,9 +248,94 @@ static PetscErrorCode Fields()
   PetscCall(SolverCreate(c.whole, &ksp));
   PetscCall(KSPSetDM(ksp, all));
   PetscCall(KSPSetDMActive(ksp, PETSC_FALSE));
-  PetscCall(SolveAndCheck(ksp, NULL, {"3 fields of the DM"}));
+  PetscCall(SolveAndCheck(ksp, NULL, view));
   PetscCall(KSPDestroy(&ksp));
   PetscCall(DMDestroy(&all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Coordinates of the nodes of A, or of all rows, make the iterations of MatSetNearNullSpace() */
+static PetscErrorCode Coordinates()
+{
+  KSP                    ksp;
+  PC                     pc;
+  Mat                    A, nest;
+  Vec                    whole, part, nodes;
+  MatNullSpace           modes;
+  PetscInt               m, n;
+  const PetscScalar     *x;
+  std::vector<PetscReal> located[2];
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateVecs(c.whole, &whole, NULL));
+  PetscCall(MatCreateVecs(c.A, &nodes, NULL));
+  for (int f = 0; f < TIES; f++) {
+    PetscCall(VecGetSubVector(whole, c.is[f], &part));
+    PetscCall(Locate(f, part));
+    PetscCall(VecRestoreSubVector(whole, c.is[f], &part));
+  }
+  PetscCall(VecGetSubVector(whole, c.primal, &part));
+  PetscCall(VecCopy(part, nodes));
+  PetscCall(VecRestoreSubVector(whole, c.primal, &part));
+  PetscCall(VecSetBlockSize(nodes, 2));
+  PetscCall(MatNullSpaceCreateRigidBody(nodes, &modes));
+  PetscCall(VecGetLocalSize(nodes, &n));
+  PetscCall(VecGetLocalSize(whole, &m));
+  PetscCall(VecGetArrayRead(nodes, &x));
+  for (PetscInt i = 0; i < n; i++) located[0].push_back(PetscRealPart(x[i]));
+  PetscCall(VecRestoreArrayRead(nodes, &x));
+  for (PetscInt i = 0; i < m; i++) /* of both rows of a node, and anything for the ties */
+    for (PetscInt d = 0; d < 2; d++) located[1].push_back(i < n ? located[0][i / 2 * 2 + d] : 0.0);
+
+  PetscCall(MatDuplicate(c.A, MAT_COPY_VALUES, &A));
+  for (const char *inner : {"blocksa", "gamg", "ml"}) {
+    Options        options(std::string("-ainsworth_pc_type ") + inner);
+    const PetscInt before = usual;
+    PetscInt       its[3];
+
+#if !defined(PETSC_HAVE_ML)
+    if (!strcmp(inner, "ml")) continue;
+#endif
+    for (int k = 0; k < 3; k++) {
+      Case("%s, modes from %s", inner, k == 0 ? "MatSetNearNullSpace()" : k == 1 ? "coordinates of nodes" : "coordinates of rows");
+      usual = -1;
+      PetscCall(MatSetNearNullSpace(A, k == 0 ? modes : NULL));
+      PetscCall(MatSetBlockSize(A, 2));
+      PetscCall(NestCreate(A, NULL, c.C, NULL, false, &nest));
+      PetscCall(SolverCreate(k == 2 ? c.whole : nest, &ksp));
+      PetscCall(KSPGetPC(ksp, &pc));
+      if (k == 2) PetscCall(NameFields(ksp, true));
+      if (k > 0) PetscCall(PCSetCoordinates(pc, 2, k == 1 ? n / 2 : m, located[k - 1].data()));
+      PetscCall(SolveAndCheck(ksp, NULL,
+                              {k == 0 ? "near null space of A: 3 vectors (MatSetNearNullSpace())" : "near null space of A: 3 vectors (PCSetCoordinates())"}));
+      PetscCall(Iterations(ksp, &its[k]));
+      PetscCall(CheckInt("iterations as with MatSetNearNullSpace()", its[k], its[0]));
+      PetscCall(KSPDestroy(&ksp));
+      PetscCall(MatDestroy(&nest));
+    }
+    usual = before;
+  }
+  PetscCall(MatNullSpaceDestroy(&modes));
+  PetscCall(MatDestroy(&A));
+  PetscCall(VecDestroy(&whole));
+  PetscCall(VecDestroy(&nodes));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Ties of another strength: other values of C, and the right-hand side for them, in the matrix itself */
+static PetscErrorCode ScaleTies(PetscScalar factor)
+{
+  Vec scale, part;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecDuplicate(rhs, &scale));
+  PetscCall(VecSet(scale, 1.0));
+  PetscCall(VecGetSubVector(scale, c.is[TIES], &part));
+  PetscCall(VecSet(part, factor));
+  PetscCall(VecRestoreSubVector(scale, c.is[TIES], &part));
+  PetscCall(MatDiagonalScale(c.whole, scale, scale));
+  PetscCall(VecDestroy(&scale));
+  PetscCall(MatMult(c.whole, solution, rhs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -235,9 +350,9 @@ static PetscErrorCode Diagonal()
   PetscCall(SolverCreate(c.whole, &ksp));
   PetscCall(SolveAndCheck(ksp, NULL, {"2 fields by the diagonal", "block size of A: 2 (the pattern of A)"}));
   Case("ties of another strength, in the same matrix");
-  PetscCall(ContactScaleTies(&c, 2.0));
+  PetscCall(ScaleTies(2.0));
   PetscCall(SolveAndCheck(ksp, NULL, {"2 fields by the diagonal", "block size of A: 2 (the pattern of A)"}));
-  PetscCall(ContactScaleTies(&c, 0.5));
+  PetscCall(ScaleTies(0.5));
   PetscCall(KSPDestroy(&ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -246,11 +361,11 @@ static PetscErrorCode Diagonal()
 static PetscErrorCode Opposite()
 {
   Mat      minus, A, C, nest;
-  Vec      rhs;
+  Vec      backup;
   PetscInt first;
 
   PetscFunctionBeginUser;
-  PetscCall(VecScale(c.rhs, -1.0));
+  PetscCall(VecScale(rhs, -1.0));
   PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &minus));
   PetscCall(MatScale(minus, -1.0));
   Case("minus the matrix, zeros on the diagonal");
@@ -258,12 +373,12 @@ static PetscErrorCode Opposite()
   Case("minus the matrix, with a Dirichlet row");
   PetscCall(MatGetOwnershipRange(minus, &first, NULL));
   PetscCall(MatZeroRowsColumns(minus, first ? 0 : 1, &first, 1.0, NULL, NULL));
-  PetscCall(VecDuplicate(c.rhs, &rhs));
-  PetscCall(VecCopy(c.rhs, rhs));
-  PetscCall(MatMult(minus, c.solution, c.rhs));
+  PetscCall(VecDuplicate(rhs, &backup));
+  PetscCall(VecCopy(rhs, backup));
+  PetscCall(MatMult(minus, solution, rhs));
   PetscCall(Solve(minus, NULL, {"signs changed"}));
-  PetscCall(VecCopy(rhs, c.rhs));
-  PetscCall(VecDestroy(&rhs));
+  PetscCall(VecCopy(backup, rhs));
+  PetscCall(VecDestroy(&backup));
   PetscCall(MatDestroy(&minus));
   Case("minus the nest");
   PetscCall(MatDuplicate(c.A, MAT_COPY_VALUES, &A));
@@ -273,7 +388,73 @@ static PetscErrorCode Opposite()
   PetscCall(NestCreate(A, NULL, C, NULL, false, &nest));
   PetscCall(Solve(nest, NULL, {"multipliers: 1", "signs changed", "block size of A: 2"}));
   for (Mat *M : {&A, &C, &nest}) PetscCall(MatDestroy(M));
-  PetscCall(VecScale(c.rhs, -1.0));
+  PetscCall(VecScale(rhs, -1.0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Contact that is open: rows of multipliers with nothing but +1 or -1 on the diagonal, whose columns stay, as active-set methods write them */
+static PetscErrorCode OneSided(PetscScalar sign)
+{
+  const PetscInt n    = 4; /* on each rank */
+  const double   open = (double)PetscRealPart(sign);
+  Mat            D, B, Ct, nest, whole;
+  Vec            closed[] = {solution, rhs};
+  KSP            ksp;
+  PC             pc;
+  IS             is[3], both;
+  PetscInt       first, unknown, at;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, &D));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, c.local[LEFT] + c.local[RIGHT], n, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, &B));
+  PetscCall(MatGetOwnershipRange(D, &first, NULL));
+  PetscCall(MatGetOwnershipRange(B, &unknown, NULL));
+  for (PetscInt i = 0; i < n; i++) {
+    PetscCall(MatSetValue(D, first + i, first + i, sign, INSERT_VALUES));
+    PetscCall(MatSetValue(B, unknown + 3 * i, first + i, 0.7, INSERT_VALUES));
+  }
+  for (Mat M : {D, B}) {
+    PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));
+  }
+  PetscCall(MatHermitianTranspose(c.C, MAT_INITIAL_MATRIX, &Ct));
+  Mat nine[] = {c.A, Ct, B, c.C, NULL, NULL, NULL, NULL, D};
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 3, NULL, 3, NULL, nine, &nest));
+  PetscCall(MatConvert(nest, MATAIJ, MAT_INITIAL_MATRIX, &whole));
+  PetscCall(MatNestGetISs(nest, is, NULL));
+
+  /* x and the forces in the ties are those of the other cases */
+  PetscCall(MatCreateVecs(whole, &solution, &rhs));
+  PetscCall(SetRandom(solution, 5));
+  for (int k = 0; k < 2; k++) {
+    Vec from, to;
+
+    PetscCall(VecGetSubVector(closed[0], k ? c.is[TIES] : c.primal, &from));
+    PetscCall(VecGetSubVector(solution, is[k], &to));
+    PetscCall(VecCopy(from, to));
+    PetscCall(VecRestoreSubVector(solution, is[k], &to));
+    PetscCall(VecRestoreSubVector(closed[0], k ? c.is[TIES] : c.primal, &from));
+  }
+  PetscCall(MatMult(whole, solution, rhs));
+
+  Case("one-sided rows of %g, 3 x 3", open);
+  PetscCall(Solve(nest, NULL, {"3 fields of the MatNest", "block size of A: 2"}));
+  Case("one-sided rows of %g, one matrix", open);
+  PetscCall(Solve(whole, NULL, {"2 fields by the diagonal", "block size of A: 2"}));
+  Case("one-sided rows of %g, one matrix with index sets", open);
+  PetscCall(MatGetOwnershipRange(whole, &at, NULL));
+  PetscCall(ISCreateStride(PETSC_COMM_WORLD, c.local[TIES] + n, at + c.local[LEFT] + c.local[RIGHT], 1, &both));
+  PetscCall(SolverCreate(whole, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCFieldSplitSetIS(pc, "x", is[0]));
+  PetscCall(PCFieldSplitSetIS(pc, "ties", both));
+  PetscCall(SolveAndCheck(ksp, NULL, {"2 fields named by the program; multipliers: ties", "block size of A: 2"}));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(ISDestroy(&both));
+  for (Vec *v : {&solution, &rhs}) PetscCall(VecDestroy(v));
+  solution = closed[0];
+  rhs      = closed[1];
+  for (Mat *M : {&D, &B, &Ct, &nest, &whole}) PetscCall(MatDestroy(M));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -288,7 +469,7 @@ static PetscErrorCode OtherPmat()
   for (bool named : {false, true}) {
     Case("Pmat with a mass matrix of the multipliers, fields %s", named ? "named" : "not named");
     PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &pmat));
-    PetscCall(VecDuplicate(c.rhs, &mass));
+    PetscCall(VecDuplicate(rhs, &mass));
     PetscCall(VecGetSubVector(mass, c.is[TIES], &part));
     PetscCall(VecSet(part, 3.0));
     PetscCall(VecRestoreSubVector(mass, c.is[TIES], &part));
@@ -304,23 +485,121 @@ static PetscErrorCode OtherPmat()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   M_* is made of Pmat in every layout: here a poor one, the diagonal of A, which takes more iterations than A itself does, and as many in each layout
+
+   The blocks, and the solution, are those of Amat.
+*/
+static PetscErrorCode PoorPmat()
+{
+  const PetscInt before = usual;
+  PetscInt       good;
+  Mat            P, primal, mass, nestP, nest, three, Ct, minus, minusP, dirichlet;
+  Vec            diagonal, part, backup;
+  KSP            ksp;
+  PetscInt       row;
+  Options        options("-ainsworth_pc_type redundant");
+
+  PetscFunctionBeginUser;
+  usual = -1;
+  Case("Pmat is Amat");
+  PetscCall(Solve(c.whole, NULL, {"block size of A: 2"}));
+  good = usual;
+  PetscCall(MatCreateVecs(c.whole, &diagonal, NULL));
+  PetscCall(MatGetDiagonal(c.whole, diagonal));
+  PetscCall(VecGetSubVector(diagonal, c.is[TIES], &part));
+  PetscCall(VecSet(part, 3.0));
+  PetscCall(VecRestoreSubVector(diagonal, c.is[TIES], &part));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, c.local[LEFT] + c.local[RIGHT] + c.local[TIES], c.local[LEFT] + c.local[RIGHT] + c.local[TIES], PETSC_DETERMINE,
+                         PETSC_DETERMINE, 1, NULL, 0, NULL, &P));
+  PetscCall(MatDiagonalSet(P, diagonal, INSERT_VALUES));
+  PetscCall(MatCreateSubMatrix(P, c.primal, c.primal, MAT_INITIAL_MATRIX, &primal));
+  PetscCall(MatCreateSubMatrix(P, c.is[TIES], c.is[TIES], MAT_INITIAL_MATRIX, &mass));
+  PetscCall(MatCreateHermitianTranspose(c.C, &Ct));
+  Mat blocks[] = {primal, NULL, NULL, mass}, nine[FIELDS * FIELDS];
+  for (int k = 0; k < FIELDS * FIELDS; k++) nine[k] = c.block[k / FIELDS][k % FIELDS];
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 2, NULL, blocks, &nestP));
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, FIELDS, NULL, FIELDS, NULL, nine, &three));
+  PetscCall(NestCreate(c.A, Ct, c.C, NULL, false, &nest));
+  PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &minus));
+  PetscCall(MatScale(minus, -1.0));
+  PetscCall(MatDuplicate(P, MAT_COPY_VALUES, &minusP));
+  PetscCall(MatScale(minusP, -1.0));
+  const struct {
+    const char *name;
+    Mat         amat, pmat;
+    bool        named;
+  } layouts[] = {
+    {"a nest, Pmat another",                    nest,    nestP,  false},
+    {"a nest, Pmat one matrix",                 nest,    P,      false},
+    {"a nest of three fields, Pmat of two",     three,   nestP,  false},
+    {"a nest of three fields, Pmat one matrix", three,   P,      false},
+    {"one matrix, fields named",                c.whole, P,      true },
+    {"one matrix, Pmat a nest",                 c.whole, nestP,  false},
+    {"one matrix, fields by the diagonal",      c.whole, P,      false},
+    {"minus one matrix",                        minus,   minusP, false}
+  };
+
+  usual = -1;
+  for (const auto &layout : layouts) {
+    Case("poor Pmat: %s", layout.name);
+    PetscCall(VecScale(rhs, layout.amat == minus ? -1.0 : 1.0));
+    PetscCall(SolverCreate(layout.amat, &ksp));
+    PetscCall(KSPSetOperators(ksp, layout.amat, layout.pmat));
+    if (layout.named) PetscCall(NameFields(ksp, true));
+    PetscCall(SolveAndCheck(ksp, NULL, {"block size of A: 2"}));
+    PetscCall(KSPDestroy(&ksp));
+    PetscCall(VecScale(rhs, layout.amat == minus ? -1.0 : 1.0));
+    PetscCall(CheckTrue("more iterations than with A", usual > 2 * good));
+  }
+
+  Case("poor Pmat: a Dirichlet row whose column stays");
+  PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &dirichlet));
+  PetscCall(MatGetOwnershipRange(dirichlet, &row, NULL));
+  PetscCall(MatZeroRows(dirichlet, 1, &row, 1.0, NULL, NULL));
+  PetscCall(VecDuplicate(rhs, &backup));
+  PetscCall(VecCopy(rhs, backup));
+  PetscCall(MatMult(dirichlet, solution, rhs));
+  usual = -1;
+  PetscCall(SolverCreate(dirichlet, &ksp));
+  PetscCall(KSPSetOperators(ksp, dirichlet, P));
+  PetscCall(SolveAndCheck(ksp, NULL, {"block size of A: 2"}));
+  PetscCall(CheckTrue("more iterations than with A", usual > 2 * good));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(VecCopy(backup, rhs));
+  PetscCall(VecDestroy(&backup));
+  PetscCall(VecDestroy(&diagonal));
+  for (Mat *M : {&P, &primal, &mass, &Ct, &nestP, &three, &nest, &minus, &minusP, &dirichlet}) PetscCall(MatDestroy(M));
+  usual = before;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   int code;
 
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(AinsworthInitializePackage());
-  PetscCall(ContactCreate(12, &c));
+  PetscCall(ContactCreate(2, 12, &c));
+  PetscCall(MatCreateVecs(c.whole, &solution, &rhs));
+  PetscCall(SetRandom(solution, 3));
+  PetscCall(MatMult(c.whole, solution, rhs));
   {
     Options options("-ainsworth_ksp_rtol 1e-13");
 
     PetscCall(Nests());
     PetscCall(IndexSets());
-    PetscCall(Fields());
+    PetscCall(Fields(false, {"3 fields of the DM"}));
+    PetscCall(Fields(true, {"block size of A: 2 (the pattern of A)", "near null space of A: 6 vectors (coordinates of the DM)"}));
+    PetscCall(Coordinates());
     PetscCall(Diagonal());
     PetscCall(Opposite());
+    for (PetscScalar sign : {-1.0, 1.0}) PetscCall(OneSided(sign));
     PetscCall(OtherPmat());
+    PetscCall(PoorPmat());
   }
+  PetscCall(VecDestroy(&solution));
+  PetscCall(VecDestroy(&rhs));
   PetscCall(ContactDestroy(&c));
   PetscCall(ChecksFinish(&code));
   PetscCall(PetscFinalize());

@@ -1,6 +1,7 @@
 static char help[] = "Layouts that cannot be understood: messages name the field, the row or the option.\n\n";
 
-#include "contact.h"
+#include "dense.h"
+#include "springs.h"
 
 static Contact c;
 
@@ -74,7 +75,7 @@ int main(int argc, char **argv)
 
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(AinsworthInitializePackage());
-  PetscCall(ContactCreate(12, &c));
+  PetscCall(ContactCreate(2, 12, &c));
   PetscCall(Errors());
   PetscCall(ContactDestroy(&c));
   PetscCall(ChecksFinish(&code));

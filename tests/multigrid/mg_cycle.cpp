@@ -187,7 +187,7 @@ static PetscErrorCode CheckApply(PC pc, const Levels &levels, PCMGCycleType cycl
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The finest smoother, one to five steps from zero and from elsewhere, and the residual that it leaves */
+/* The finest smoother, none to five steps from zero and from elsewhere, and the residual that it leaves */
 static PetscErrorCode CheckSmoother(PC pc, const Levels &levels)
 {
   Mat       A = levels.op[0], op;
@@ -205,6 +205,18 @@ static PetscErrorCode CheckSmoother(PC pc, const Levels &levels)
   PetscCall(MatCreateVecs(A, &b, &x));
   PetscCall(VecDuplicate(x, &y));
   PetscCall(VecDuplicate(x, &r));
+  for (PetscBool guess : {PETSC_FALSE, PETSC_TRUE}) {
+    PetscCall(KSPSetTolerances(ksp, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 0));
+    PetscCall(SetRandom(b, 81));
+    PetscCall(SetRandom(x, 91));
+    PetscCall(VecCopy(x, y));
+    if (!guess) PetscCall(VecZeroEntries(y));
+    PetscCall(KSPSetInitialGuessNonzero(ksp, guess));
+    PetscCall(KSPSolve(ksp, b, x));
+    PetscCall(VecAXPY(x, -1.0, y));
+    PetscCall(VecNorm(x, NORM_2, &norm));
+    PetscCall(Check("change by no steps", norm, 0.0));
+  }
   for (PetscInt steps : {1, 2, 3, 5})
     for (PetscBool guess : {PETSC_FALSE, PETSC_TRUE}) {
       PetscCall(ConfigureChebyshev(reference, A, levels.largest[0], steps));

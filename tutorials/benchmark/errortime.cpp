@@ -114,23 +114,6 @@ static PetscErrorCode PeakMemory(MPI_Comm comm, double *sum)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the inner solver where there is one: the plugin is not linked, but if it is loaded PETSc knows where its functions are */
-static PetscErrorCode Iterations(KSP ksp, PetscInt *iterations)
-{
-  PetscErrorCode (*getInner)(PC, KSP *) = NULL;
-  PetscBool ours;
-  PC        pc;
-  KSP       inner = ksp;
-
-  PetscFunctionBeginUser;
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PetscObjectTypeCompare((PetscObject)pc, "ainsworth", &ours));
-  if (ours) PetscCall(PetscDLLibrarySym(PetscObjectComm((PetscObject)ksp), &PetscDLLibrariesLoaded, NULL, "PCAinsworthGetKSP", (void **)&getInner));
-  if (getInner) PetscCall((*getInner)(pc, &inner));
-  PetscCall(KSPGetIterationNumber(inner, iterations));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 struct Result {
   PetscLogDouble     setup, solve;
   PetscInt           iterations;
@@ -170,7 +153,7 @@ static PetscErrorCode Solve(const System &s, const Choices &choices, Result *res
   result->setup = ready - (forming ? begin : formed);
   result->solve = end - ready;
   PetscCall(KSPGetConvergedReason(ksp, &result->reason));
-  PetscCall(Iterations(ksp, &result->iterations));
+  PetscCall(ReportIterations(ksp, &result->iterations));
   PetscCall(FormGetSolution(form, result->x, result->lambda));
   PetscCall(KSPDestroy(&ksp));
   PetscCall(FormDestroy(&form));

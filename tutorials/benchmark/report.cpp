@@ -90,3 +90,20 @@ PetscErrorCode ReportSolution(const SaddleBlocks &blocks, Vec f, Vec g, const Sa
                 n, m, (double)s.setupSeconds, (double)s.solveSeconds, text[0], text[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* Of the inner solver where there is one: the plugin is not linked, but if it is loaded PETSc knows where its functions are */
+PetscErrorCode ReportIterations(KSP ksp, PetscInt *iterations)
+{
+  PetscErrorCode (*getInner)(PC, KSP *) = NULL;
+  PetscBool ours;
+  PC        pc;
+  KSP       inner = ksp;
+
+  PetscFunctionBeginUser;
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PetscObjectTypeCompare((PetscObject)pc, "ainsworth", &ours));
+  if (ours) PetscCall(PetscDLLibrarySym(PetscObjectComm((PetscObject)ksp), &PetscDLLibrariesLoaded, NULL, "PCAinsworthGetKSP", (void **)&getInner));
+  if (getInner) PetscCall((*getInner)(pc, &inner));
+  PetscCall(KSPGetIterationNumber(inner, iterations));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -160,16 +160,6 @@ def cells(row):
     return [row["iterations"] or "-", row["error"] and "%.0e" % float(row["error"]) or "-", row["constraint"] and "%.0e" % float(row["constraint"]) or "-", verdict(row)]
 
 
-def table(rows):
-    """One line per case and solver."""
-    text = ["| case | solver | iterations | energy error | constraint residual | verdict |", "|---|---|---|---|---|---|"]
-    titles = {name: title for name, title, _, _, _ in SOLVERS}
-    for number, row in enumerate(rows):
-        first = number == 0 or rows[number - 1]["case"] != row["case"]
-        text.append("| %s | %s | %s |" % (row["case"] if first else "", titles[row["solver"]], " | ".join(cells(row))))
-    return text
-
-
 def write(path, about, rows):
     ours = [row for row in rows if row["solver"] == OURS]
     bar = [row for row in ours if row["bar"] == "True"]
@@ -192,12 +182,15 @@ def write(path, about, rows):
              "*cut*: more than the limit of processor seconds." % ERROR_BOUND, ""]
     text += ["## The bar", "", "| case | options | iterations | energy error | constraint residual | verdict | |", "|---|---|---|---|---|---|---|"]
     text += ["| %s | `%s` | %s | %s |" % (row["case"], row["options"], " | ".join(cells(row)), measured.verdict(passes(row))) for row in bar] + [""]
-    for group in dict.fromkeys(row["group"] for row in rows):
-        text += ["## " + group, ""] + table([row for row in rows if row["group"] == group]) + [""]
+    titles = {name: title for name, title, _, _, _ in SOLVERS}
+    silent = {name: [row["case"] for row in rows if row["solver"] == name and "silent" in verdict(row)] for name in titles}
+    text += ["## Wrong and silent", ""] + ["- %s: %s." % (titles[name], "; ".join(found) if found else "never") for name, found in silent.items()]
+    text += ["", "[extremes.csv](extremes.csv) has every case and solver, with iterations, errors and residuals.", ""]
     said = [row for row in rows if row["why"] and row["solver"] in (OURS, "paper")]
     if said:
-        text += ["## What the plugin says", "", "| case | variant | `-info :pc` |", "|---|---|---|"]
-        text += ["| %s | %s | %s |" % (row["case"], row["solver"], row["why"].replace("|", "\\|")) for row in said] + [""]
+        text += ["## What the plugin says", ""]
+        for why in dict.fromkeys(row["why"] for row in said):
+            text += ["- " + "; ".join("%s (%s)" % (row["case"], titles[row["solver"]].split()[-1]) for row in said if row["why"] == why) + ": \"" + why + "\""]
     prose.write(path, text)
     print("%d of %d pass the bar" % (passed, len(bar)))
     return 0 if passed == len(bar) else 1

@@ -155,9 +155,8 @@ def network_table(rows):
 
 def search_table(rows):
     text = [line("constraints", "rows", "of them dependent", "search, ms", "both factorizations, ms"), "|---|---|---|---|---|"]
-    for row in rows:
-        if row["surface"].endswith(", open"):
-            continue
+    closed = [row for row in rows if not row["surface"].endswith(", open")]
+    for row in ({row["surface"]: row for row in closed}).values():  # the largest of each
         kind, what = row["surface"].split(" network, ")
         text.append(line("%s of a %s network" % ("balances" if what == "closed" else "ties", kind), row["rows"], row.get("dropped", ""), milliseconds(row, "search"), milliseconds(row, "factor")))
     return text + [""]
@@ -172,6 +171,9 @@ def rank_table(rows, kind, asked):
 
 
 INTRODUCTION = """# The factorization of the Gram matrix
+
+Which package factors S, and what does that cost?
+The plugin chooses by the predicted number of operations: PETSc below 1e7, CHOLMOD above ([why](#what-was-chosen)).
 
 Two bodies touch on a flat square. Half of the surface sticks and half slips. The surface lies along the axes,
 or is turned by 20, 35 and 50 degrees. Along the axes the Gram matrix falls into three pieces, one for each component.
@@ -199,6 +201,7 @@ SEARCH = """### Dependent rows
 
 Networks that nothing leaves: one balance depends on the others. Ties: a row for each branch, x_i = x_j, of which all that close a loop depend on others.
 The search is the event AinsDependent; before and after it S is factored. In these runs A is a diagonal over two decades.
+The largest network of each kind is shown.
 """.splitlines() + [""]
 
 

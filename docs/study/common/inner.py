@@ -1,10 +1,9 @@
 """Inner preconditioners compared on the same reduced systems: docs/inner.csv and the tables of docs/inner.md."""
-import csv
 import os
 
-from . import machine, prose
+from . import machine, measured, prose
 from .families import HYPRE
-from .page import head
+from .page import head, line
 
 NEAR, OWN = " -near_nullspace", "-ainsworth" + HYPRE.replace("-pc", "_pc", 1)
 BOOMERAMG = "-ainsworth_pc_type hypre"
@@ -37,60 +36,69 @@ OVER_RANKS = ("block smoothed aggregation, the default", "BoomerAMG, as the plug
 LIMIT = 40  # seconds of a run
 
 
-def cell(run):
-    if not machine.converged(run):
-        return run["reason"].replace("DIVERGED_", "").lower()
-    return "%d, %.2f s" % (run["iterations"], run["setup"] + run["solve"])
+def cell(row):
+    if row is None:
+        return ""
+    if not row["reason"].startswith("CONVERGED"):
+        return row["reason"].replace("DIVERGED_", "").lower()
+    return "%s, %.2f s" % (row["iterations"], float(row["setup"]) + float(row["solve"]))
 
 
-class Study:
-    """The runs so far; saved after each, so that an interrupted comparison is not lost."""
+def measure(path, arguments):
+    """Saved after each run, so that an interrupted comparison is not lost."""
+    rows = []
 
-    def __init__(self, path, arguments):
-        self.path, self.limit, self.repeat, self.rows = path, " -ainsworth_ksp_max_it %d " % arguments.max_it, arguments.repeat, []
-
-    def run(self, problem, inner, ranks, alone, repeat):
+    def run(problem, inner, ranks, alone, repeat):
         name, program, options = problem
-        options += self.limit + (inner[1].replace(NEAR, "") if program == machine.SCENES else inner[1]) + (" -contact 0" if alone else "")
-        run = machine.quickest(repeat, options, ranks, LIMIT, program=program)
+        options += " -ainsworth_ksp_max_it %d " % arguments.max_it + (inner[1].replace(NEAR, "") if program == machine.SCENES else inner[1]) + (" -contact 0" if alone else "")
+        found = machine.quickest(repeat, options, ranks, LIMIT, program=program)
         row = {"problem": name, "inner": inner[0], "alone": int(alone), "ranks": ranks, "options": options.strip(), "load": "%.1f" % machine.load()}
-        row.update({key: run[key] for key in ("iterations", "reason", "setup", "solve")})
-        self.rows.append(row)
-        with open(self.path, "w", newline="") as file:
-            table = csv.DictWriter(file, list(row), lineterminator="\n")
-            table.writeheader()
-            table.writerows(self.rows)
-        print(name, "| alone |" if alone else "|", inner[0], "|", ranks, "|", cell(run), flush=True)
-        return run
+        row.update({key: found[key] for key in ("iterations", "reason", "setup", "solve")})
+        rows.append(row)
+        measured.save(path, {"command": machine.command_line(), "machine": machine.describe(), "repeat": arguments.repeat}, list(row), rows)
+        print(name, "| alone |" if alone else "|", inner[0], "|", ranks, "|", cell(row), flush=True)
 
-    def loads(self):
-        loads = [float(row["load"]) for row in self.rows]
-        return "%.1f to %.1f" % (min(loads), max(loads))
+    for inner in PRECONDITIONERS:
+        for problem in PROBLEMS:
+            if problem[1] == machine.TWOCUBES or inner[0] != WITHOUT_MODES:
+                for alone in (False, True) if problem[1] == machine.TWOCUBES else (False,):
+                    run(problem, inner, 1, alone, arguments.repeat)
+    for problem in PROBLEMS:
+        for inner in PRECONDITIONERS:
+            if inner[0] in OVER_RANKS:
+                for ranks in RANKS:
+                    run(problem, inner, ranks, False, 1)
+
+
+def write(folder):
+    about, rows = measured.read(os.path.join(folder, "inner.csv"))
+    index = {}
+    for row in rows:
+        index.setdefault((row["problem"], row["inner"], row["alone"], row["ranks"]), row)
+    loads = [float(row["load"]) for row in rows]
+    solved = {inner: [row for (_, name, alone, ranks), row in index.items() if name == inner and alone == "0" and ranks == "1"] for inner, _ in PRECONDITIONERS}
+    quickest = [min((row for (name, _, alone, ranks), row in index.items() if (name, alone, ranks) == (problem, "0", "1") and row["reason"].startswith("CONVERGED")),
+                    key=lambda row: float(row["setup"]) + float(row["solve"]))["inner"] for problem, _, _ in PROBLEMS]
+    text = ["# Inner preconditioners", "", "Which multigrid inside PCAINSWORTH takes the least time, and how much of it is due to the constraints?", "",
+            "Quickest: " + "; ".join("%s on %d of %d problems" % (name, quickest.count(name), len(PROBLEMS)) for name in dict.fromkeys(quickest)) + ".",
+            "A cell has the iterations to 1e-8 and the seconds of set-up and solve, the least of %s runs. *A alone* is the same without constraints (`-contact 0`). A run has %d seconds." % (about.get("repeat", "1"), LIMIT), ""]
+    text += head("", *(title for problem, program, _ in PROBLEMS for title in ((problem, "A alone") if program == machine.TWOCUBES else (problem,))))
+    for inner, _ in PRECONDITIONERS:
+        cells = [cell(index.get((problem, inner, str(alone), "1"))) for problem, program, _ in PROBLEMS for alone in ((0, 1) if program == machine.TWOCUBES else (0,))]
+        text.append(line(inner, *cells))
+    text += ["", "## Iterations on %s ranks" % ", ".join(map(str, RANKS)), "", *head("", *OVER_RANKS)]
+    for problem, _, _ in PROBLEMS:
+        found = [[index.get((problem, inner, "0", str(ranks))) for ranks in RANKS] for inner in OVER_RANKS]
+        text.append(line(problem, *(", ".join(row["iterations"] if row["reason"].startswith("CONVERGED") else cell(row) for row in rows_ if row) for rows_ in found)))
+    text += ["", "## Options", ""] + ["- %s: `%s`" % (name, options.strip()) for name, options in PRECONDITIONERS if options.strip()]
+    text += ["", "The problems:", ""] + ["- %s: `%s %s`" % (name, os.path.basename(program), options) for name, program, options in PROBLEMS]
+    text += ["", "All the runs: [inner.csv](inner.csv). Made by `%s` on %s; load %.1f to %.1f." % (about["command"], about["machine"], min(loads), max(loads))]
+    prose.write(os.path.join(folder, "inner.md"), text)
+    print("wrote inner.md")
 
 
 def main(folder, arguments):
-    study = Study(os.path.join(folder, "inner.csv"), arguments)
-    text = head("", *(title for problem, program, _ in PROBLEMS for title in ((problem, "A alone") if program == machine.TWOCUBES else (problem,))))
-    for inner in PRECONDITIONERS:
-        cells = []
-        for problem in PROBLEMS:
-            if problem[1] == machine.TWOCUBES:
-                cells += [cell(study.run(problem, inner, 1, alone, study.repeat)) for alone in (False, True)]
-            else:
-                cells.append("" if inner[0] == WITHOUT_MODES else cell(study.run(problem, inner, 1, False, study.repeat)))
-        text.append("| %s | %s |" % (inner[0], " | ".join(cells)))
-    text += ["", "## Iterations over ranks", "", *head("", "", *("%d rank%s" % (ranks, "" if ranks == 1 else "s") for ranks in RANKS))]
-    for name, program, options in PROBLEMS:
-        for inner in PRECONDITIONERS:
-            if inner[0] in OVER_RANKS:
-                runs = [study.run((name, program, options), inner, ranks, False, 1) for ranks in RANKS]
-                text.append("| %s | %s | %s |" % (name, inner[0], " | ".join(str(run["iterations"]) if machine.converged(run) else cell(run) for run in runs)))
-    text += ["", "## Options", ""] + ["- %s: `%s`" % (name, options.strip()) for name, options in PRECONDITIONERS if options.strip()]
-    text += ["", "The problems:", ""] + ["- %s: `%s %s`" % (name, os.path.basename(program), options) for name, program, options in PROBLEMS]
-    about = ["# Inner preconditioners", "", "Which multigrid inside PCAINSWORTH takes the least time, and how much of it is due to the constraints.", "",
-             "Made by `%s` on %s; load %s." % (machine.command_line(), machine.describe(), study.loads()),
-             "A cell has the iterations to 1e-8, and set-up + solve: the least of %d runs. *A alone* is the same without constraints (`-contact 0`)." % study.repeat,
-             "A run has %d seconds. All the runs: [inner.csv](inner.csv)." % LIMIT, ""]
-    prose.write(os.path.join(folder, "inner.md"), about + text)
-    print("wrote inner.md and inner.csv")
+    if not arguments.report:
+        measure(os.path.join(folder, "inner.csv"), arguments)
+    write(folder)
     return 0

@@ -19,7 +19,7 @@ DEFAULTS = "-ksp_type preonly -pc_type ainsworth"
 
 def require(*modules):
     """Ends the program with one line unless the build and these Python modules are there."""
-    for path in (PLUGIN, TWOCUBES, SCENES, SOLVE):
+    for path in (PLUGIN, TWOCUBES):
         if not os.path.exists(path):
             sys.exit("%s is missing: run sh makefiles/build.sh first, or say AINSWORTH_BUILD=<folder>" % path)
     packages = {"petsc4py": "python3-petsc4py", "numpy": "python3-numpy", "scipy": "python3-scipy", "matplotlib": "python3-matplotlib"}

@@ -54,12 +54,12 @@ def line(*cells):
     return "| " + " | ".join("" if cell is None else str(cell) for cell in cells) + " |"
 
 
-def made_by(rows):
+def made_by(name, rows):
     """The commands, what they ran on, and how loaded that was."""
     loads = [float(row["load"]) for row in rows]
     former = [row for row in rows if "-near_nullspace" not in row.get("options", "") and "variant paper" not in row["options"] and row.get("setup")]
     note = " Rows whose options in the CSV lack `-near_nullspace` have BoomerAMG (PMIS, Chebyshev), the former default." if former else ""
-    return ["Made by %s on %s; load %.1f to %.1f.%s" % (", ".join("`%s`" % text for text in distinct(rows, "command")), "; ".join(distinct(rows, "machine")), min(loads), max(loads), note), ""]
+    return "- %s: %s; %s; load %.1f to %.1f.%s" % (name, ", ".join("`%s`" % text for text in distinct(rows, "command")), "; ".join(distinct(rows, "machine")), min(loads), max(loads), note)
 
 
 def span(row, key):
@@ -88,31 +88,37 @@ def table(rows, here):
         for row in mine:
             text.append(line(row["ranks"], row["spread_messages"], "%.0f" % (int(row["spread_bytes"]) / 1000), row["spread_busiest"], row["together_messages"], "%.0f" % (int(row["together_bytes"]) / 1000), row["together_busiest"]))
         text.append("")
-    return text + ["Messages and bytes of one projection x - W C' S^-1 C x, foreseen from the same partition. *Spread*: C stays where the program has it: x between neighbours, C x to the ranks that solve with S, the solution back, W C' t between neighbours. *Together*: the rows of C are where S is solved with: every rank that has constrained unknowns sends them there and gets their change back. The solve itself sends nothing on one rank.", ""] + made_by(rows)
-
-
-def against_alone(rows, peak, bound):
-    """Solves beside A alone of the same size and ranks."""
-    text = head("size", "ranks", "", "unknowns", "constraints", "iterations", "/ A alone", "set-up [s]", "solve [s]", "/ A alone", *(["peak memory [GiB]", "/ A alone"] if peak else []), "bound")
-    for row in rows:
-        alone = pick(rows, size=row["size"], ranks=row["ranks"], config=ALONE)
-        both = good(row) and good(alone) and row is not alone
-        quotient = int(row["iterations"]) / int(alone["iterations"]) if both else None
-        size = value(row, "peak_mib") / value(alone, "peak_mib") if both and peak else None
-        held = bound(row, quotient, size) if both else None
-        cells = [row["size"], row["ranks"], row["config"], row["unknowns"], row["constraints"], why(row), "%.2f" % quotient if both else "", row["setup"], row["solve"], "%.2f" % (seconds(row) / seconds(alone)) if both else ""]
-        cells += ["%.2f" % (value(row, "peak_mib") / 1024) if value(row, "peak_mib") else "", "%.2f" % size if both else ""] if peak else []
-        text.append(line(*cells, "" if held is None else verdict(held)))
-    return text + [""]
+    return text + ["Messages and bytes of one projection x - W C' S^-1 C x, foreseen from the same partition. *Spread*: C stays where the program has it: x between neighbours, C x to the ranks that solve with S, the solution back, W C' t between neighbours. *Together*: the rows of C are where S is solved with: every rank that has constrained unknowns sends them there and gets their change back. The solve itself sends nothing on one rank.", ""]
 
 
 def strong(rows, here):
-    return ["## One large problem (5.2)", "", paper.STRONG + " Bounds: %g times the iterations of A alone, %d GiB. Peak memory is the sum over the ranks of the most that each had." % (ALONE_BOUND, STRONG_MEMORY), ""] + against_alone(
-        rows, True, lambda row, iterations, _: iterations <= ALONE_BOUND and value(row, "peak_mib") <= 1024 * STRONG_MEMORY) + made_by(rows)
+    text = ["## One large problem (5.2)", "", paper.STRONG + " Bounds: %g times the iterations of A alone, %d GiB. Peak memory is the sum over the ranks of the most that each had." % (ALONE_BOUND, STRONG_MEMORY), ""]
+    text += head("size", "ranks", "", "unknowns", "constraints", "iterations", "/ A alone", "set-up [s]", "solve [s]", "/ A alone", "peak memory [GiB]", "/ A alone", "bounds")
+    for row in rows:
+        alone = pick(rows, size=row["size"], ranks=row["ranks"], config=ALONE)
+        cells = [row["size"], row["ranks"], row["config"], row["unknowns"], row["constraints"], why(row)]
+        if good(row) and good(alone) and row is not alone:
+            quotient = int(row["iterations"]) / int(alone["iterations"])
+            cells += ["%.2f" % quotient, row["setup"], row["solve"], "%.2f" % (seconds(row) / seconds(alone)), "%.2f" % (value(row, "peak_mib") / 1024), "%.2f" % (value(row, "peak_mib") / value(alone, "peak_mib")),
+                      verdict(quotient <= ALONE_BOUND and value(row, "peak_mib") <= 1024 * STRONG_MEMORY)]
+        else:
+            cells += ["", row["setup"], row["solve"], "", "%.2f" % (value(row, "peak_mib") / 1024) if value(row, "peak_mib") else "", "", ""]
+        text.append(line(*cells))
+    return text + [""]
 
 
 def memory(rows, here):
-    return ["## Peak memory", "", "Bound: %g times that of A alone. `jcb` couples more unknowns than `id` does: the operators of all levels are larger, most of all where the contact surface is a large part of a flat body ([method.md](method.md))." % MEMORY_BOUND, ""] + against_alone(rows, True, lambda row, _, size: size <= MEMORY_BOUND) + made_by(rows)
+    configs = [config for config in distinct(rows, "config") if config != ALONE]
+    text = ["## Peak memory", "", "Bound: %g times that of A alone. `jcb` couples more unknowns than `id` does: the operators of all levels are larger, most of all where the contact surface is a large part of a flat body ([method.md](method.md))." % MEMORY_BOUND, ""]
+    text += head("size", "ranks", "unknowns", "constraints", "A alone [GiB]", *(title for config in configs for title in (config + " [GiB]", "/ A alone", "bound")))
+    for size, ranks in dict.fromkeys((row["size"], row["ranks"]) for row in rows):
+        alone, cells = pick(rows, size=size, ranks=ranks, config=ALONE), []
+        for row in (pick(rows, size=size, ranks=ranks, config=config) for config in configs):
+            quotient = value(row, "peak_mib") / value(alone, "peak_mib") if good(row) and good(alone) else None
+            cells += ["%.2f" % (value(row, "peak_mib") / 1024), "%.2f" % quotient, verdict(quotient <= MEMORY_BOUND)] if quotient else [why(row) if row else "", "", ""]
+        constrained = pick(rows, size=size, ranks=ranks, config=configs[0])
+        text.append(line(size, ranks, alone["unknowns"], constrained["constraints"], "%.2f" % (value(alone, "peak_mib") / 1024), *cells))
+    return text + [""]
 
 
 def weak(rows, here):
@@ -121,13 +127,14 @@ def weak(rows, here):
     for row in rows:
         share = 1e6 * int(row["ranks"]) / int(row["unknowns"]) if row["unknowns"] else None
         text.append(line(row["size"], row["ranks"], row["config"], row["unknowns"], row["constraints"], why(row), *("%.1f" % (share * value(row, key)) if good(row) else "" for key in ("setup", "solve"))))
-    return text + [""] + made_by(rows)
+    return text + [""]
 
 
 def cost(rows, here):
     text = ["## Cost against the number of constraints (5.4)", "", paper.COST, "",
             "Bounds for the defaults (weighted; `auto` takes `id` here): set-up + solve at most %g times that of A alone, iterations those of the share 0 up to %d." % (COST_BOUND, COST_ITERATIONS), "",
             "Where METIS cuts the volume meshes alone, the whole contact surface may lie between ranks: then the coarse matrices of M_* are multiplied across ranks, and those of A alone, whose bodies do not meet, not. With `-contact` (`-partition contact`) METIS knows which elements touch, as a partition of the graph of A + C'C does; this is what we recommend. *Volumes cut*: the seconds of A alone with the other partition, which is better for it. Our own part of the set-up is below. `paper` has BoomerAMG (Falgout coarsening, hybrid Gauss-Seidel) where A alone and `weighted` have block smoothed aggregation.", ""]
+    lines, pictures = [], []
     for size in distinct(rows, "size"):
         for ranks in distinct([row for row in rows if row["size"] == size], "ranks"):
             mine = [row for row in rows if (row["size"], row["ranks"]) == (size, ranks)]
@@ -135,23 +142,16 @@ def cost(rows, here):
             if not good(alone):
                 continue
             volumes = pick(rows, size=size.removesuffix("-contact"), ranks=ranks, config=ALONE)
-            others = [volumes] if volumes is not alone and good(volumes) else []
-            text += ["### %s on %s rank%s: %s unknowns; A alone: %s iterations, set-up %s s, solve %s s" % (size, ranks, "" if ranks == "1" else "s", alone["unknowns"], alone["iterations"], alone["setup"], alone["solve"]), "",
-                     "![Set-up and solve](%s/%s.svg)" % (here, charts.cost_name(size, ranks)), ""]
-            text += head("", "share of the rows", "constraints", "iterations", "set-up [s]", "solve [s]", "(set-up + solve) / A alone", *("/ A alone, volumes cut" for _ in others), "bounds")
-            for config in distinct(mine, "config"):
-                if config == ALONE:
-                    continue
-                none = pick(mine, config=config, fraction="0")
-                for row in sorted((row for row in mine if row["config"] == config), key=lambda row: float(row["fraction"])):
-                    quotient = seconds(row) / seconds(alone) if good(row) else None
-                    held = ""
-                    if config == DEFAULT and good(none):
-                        held = verdict(good(row) and quotient <= COST_BOUND and abs(int(row["iterations"]) - int(none["iterations"])) <= COST_ITERATIONS)
-                    text.append(line(config, row["fraction"], row["constraints"], why(row), row["setup"], row["solve"], "%.2f" % quotient if quotient else "",
-                                     *("%.2f" % (seconds(row) / seconds(other)) if quotient else "" for other in others), held))
-            text.append("")
-    return text + made_by(rows)
+            pictures.append("![Set-up and solve, %s on %s rank%s](%s/%s.svg)" % (size, ranks, "" if ranks == "1" else "s", here, charts.cost_name(size, ranks)))
+            none = pick(mine, config=DEFAULT, fraction="0")
+            for row in sorted((row for row in mine if row["config"] == DEFAULT), key=lambda row: float(row["fraction"])):
+                quotient = seconds(row) / seconds(alone) if good(row) else None
+                held = verdict(good(row) and quotient <= COST_BOUND and abs(int(row["iterations"]) - int(none["iterations"])) <= COST_ITERATIONS) if good(none) else ""
+                lines.append(line(size, ranks, alone["unknowns"], row["fraction"], row["constraints"], why(row), alone["iterations"], row["setup"], row["solve"], "%.2f" % quotient if quotient else "",
+                                  "%.2f" % (seconds(row) / seconds(volumes)) if quotient and volumes is not alone and good(volumes) else "", held))
+    text += head("size", "ranks", "unknowns", "share of the rows", "constraints", "iterations", "A alone", "set-up [s]", "solve [s]", "(set-up + solve) / A alone", "/ A alone, volumes cut", "bounds") + lines
+    text += ["", "[cost.csv](%s/cost.csv) has the other approximations and the paper's form; the pictures show them." % here, ""] + [part for picture in pictures for part in (picture, "")]
+    return text
 
 
 def edge(size):
@@ -159,19 +159,21 @@ def edge(size):
 
 
 def flops(rows, here):
-    known = ("size", "config", "unknowns", "constraints", "reason", "all", "options", "load", "machine", "command")
-    names = [column for column in dict.fromkeys(column for row in rows for column in row) if column not in known]
-    text = ["## Operations in the assembly of M_*", "", "Floating-point operations that `-log_view` counts in our events of the set-up, all ranks together; *all* leaves out the factorisation of S (AinsGramFact). Bound: at most %g times as many where only the volume grows." % FLOPS_BOUND, "",
-            "![Operations](%s/flops.svg)" % here, ""]
-    text += head("", "size", "unknowns", "constraints", *names, "all", "all / constraints", "all / that of the flattest box", "bound")
+    sizes = sorted(distinct(rows, "size"), key=lambda size: [int(part) for part in edge(size)])
+    growths = []
+    text = ["## Operations in the assembly of M_*", "", "Floating-point operations for each row of C that `-log_view` counts in our events of the set-up, all ranks together, without the factorization of S.", "",
+            "![Operations](%s/flops.svg)" % here, ""] + head("", *sizes)
     for config in distinct(rows, "config"):
-        mine = sorted((row for row in rows if row["config"] == config), key=lambda row: [int(part) for part in edge(row["size"])])
-        for row in mine:
-            first = next(other for other in mine if edge(other["size"])[0] == edge(row["size"])[0])
-            growth = value(row, "all") / value(first, "all") if row is not first and value(row, "all") and value(first, "all") else None
-            millions = ["%.3g" % (1e-6 * value(row, name)) if value(row, name) else "" for name in names + ["all"]]
-            text.append(line(config, row["size"], row["unknowns"], row["constraints"], *millions, "%.0f" % (value(row, "all") / int(row["constraints"])) if value(row, "all") else why(row), "%.3f" % growth if growth else "", verdict(growth <= FLOPS_BOUND) if growth else ""))
-    return text + ["", "All but the last columns in millions.", ""] + made_by(rows)
+        cells = []
+        for size in sizes:
+            row = pick(rows, config=config, size=size)
+            first = next((other for other in (pick(rows, config=config, size=other) for other in sizes if edge(other)[0] == edge(size)[0]) if other), None)
+            if row is not None and row is not first and value(row, "all") and value(first, "all"):
+                growths.append(value(row, "all") / value(first, "all"))
+            cells.append("" if row is None else "%.0f" % (value(row, "all") / int(row["constraints"])) if value(row, "all") else "refused")
+        text.append(line(config, *cells))
+    text += ["", "Where only the volume grows they are at most %.3f times as many (bound %g: %s). [flops.csv](%s/flops.csv) has each event. *Refused*: the types `cc` and `cg` may give a dense matrix." % (max(growths), FLOPS_BOUND, verdict(max(growths) <= FLOPS_BOUND), here)]
+    return text + [""]
 
 
 def setup(rows, here):
@@ -186,7 +188,7 @@ def setup(rows, here):
         else:
             cells += [why(row)] + 6 * [""]
         text.append(line(*cells))
-    return text + [""] + made_by(rows)
+    return text + [""]
 
 
 def iterations(rows, here):
@@ -201,7 +203,7 @@ def iterations(rows, here):
             cells = [why(row) if row else "" for row in (pick(mine, config=config, ranks=r) for r in ranks)]
             text.append(line(config, *cells, "" if config == ALONE else verdict(held)))
         text.append("")
-    return text + made_by(rows)
+    return text
 
 
 def messages(rows, here):
@@ -211,22 +213,43 @@ def messages(rows, here):
         cells = [row.get(event + "_" + what, "") for event in ("AinsProjector", "AinsGramSolve") for what in ("messages", "bytes", "reductions")]
         cells += ["%s, %s" % (row[layout + "_messages"], row[layout + "_bytes"]) if row.get(layout + "_messages") else "" for layout in ("spread", "together")]
         text.append(line(row["size"], row["ranks"], row["config"], row["constraints"], *cells))
-    return text + [""] + made_by(rows)
+    return text + [""]
 
 
 SECTIONS = {"table": table, "strong": strong, "weak": weak, "cost": cost, "flops": flops, "setup": setup, "iterations": iterations, "messages": messages, "memory": memory}
 
 
+def span_of(numbers):
+    low, high = min(numbers), max(numbers)
+    return str(low) if low == high else "%s to %s" % (low, high)
+
+
+def answers(found):
+    """What the page begins with."""
+    text = []
+    mine = {name: [row for row in rows if row.get("config") == DEFAULT and good(row)] for name, rows in found.items() if rows and "reason" in rows[0]}
+    if mine.get("strong"):
+        row = max(mine["strong"], key=lambda row: int(row["unknowns"]))
+        text.append("- One large problem: %s unknowns and %s constraints take %s iterations on %s ranks. %s" % (row["unknowns"], row["constraints"], row["iterations"], row["ranks"], paper.STRONG))
+    if mine.get("weak"):
+        text.append("- Finer meshes: %s iterations from %s to %s unknowns." % ((span_of([int(row["iterations"]) for row in mine["weak"]]),) + tuple(limit(int(row["unknowns"]) for row in mine["weak"]) for limit in (min, max))))
+    quotients = [seconds(row) / seconds(alone) for row, alone in ((row, pick(found["cost"], size=row["size"], ranks=row["ranks"], config=ALONE)) for row in mine.get("cost", ())) if good(alone)]
+    if quotients:
+        text.append("- More constraints: set-up and solve take %.2f to %.2f times the seconds of A alone." % (min(quotients), max(quotients)))
+    return text + [""]
+
+
 def write(folder):
     here = os.path.basename(folder)
     found = {name: rows for name, rows in ((name, read(folder, name)) for name in SECTIONS) if rows}
-    text = ["# The paper's experiments", "",
-            "Two cubes, or flat boxes, in contact (`tutorials/benchmark/twocubes.cpp`, paper section 5.1), linear elasticity, E2/E1 = 10, 92 % of the contact surface sticks: with that share C has as many rows as the paper's. "
-            "A size N is N elements per edge of the upper body and seven eighths of it for the lower one, so that the nodes do not meet; N:M gives the number for the lower body, NxZ the elements along the height of both, and after -contact METIS knows which elements touch. Where both have the same number (N:N) every node meets another, which is the easier case: S is diagonal. "
-            "Block smoothed aggregation with rigid-body modes, the paper's form with BoomerAMG; conjugate gradients to 1e-8 in the natural norm. *A alone* is `-contact 0`. Each experiment can be made at any size: `/usr/bin/python3 docs/study/results.py --help`. "
-            + "Every number but the paper's comes from the CSV files in [%s/](%s)." % (here, here), ""]
+    text = ["# The paper's experiments", "", "What the three experiments of the paper give with this plugin (`%s`, its default there):" % DEFAULT, ""] + answers(found)
     for name, rows in found.items():
         text += SECTIONS[name](rows, here)
+    text += ["## The systems", "", "Two cubes, or flat boxes, in contact (`tutorials/benchmark/twocubes.cpp`, paper section 5.1): linear elasticity, E2/E1 = 10, 92 % of the contact surface sticks. With that share C has as many rows as the paper's.", "",
+             "A size N is N elements per edge of the upper body and seven eighths of it for the lower one, so that the nodes do not meet. N:M gives the number for the lower body, NxZ the elements along the height of both. After -contact METIS knows which elements touch. With N:N every node meets another, which is the easier case: S is diagonal.", "",
+             "Block smoothed aggregation with rigid-body modes, the paper's form with BoomerAMG; conjugate gradients to 1e-8 in the natural norm. *A alone* is `-contact 0`. The paper's own configuration on a small problem: [paper.md](paper.md).", "",
+             "## Made by", "", "Each experiment can be made at any size (`/usr/bin/python3 docs/study/results.py --help`). Every number but the paper's comes from the CSV files in [%s/](%s)." % (here, here), ""]
+    text += [made_by(name, rows) for name, rows in found.items()]
     charts.draw(folder, found)
     prose.write(folder + ".md", text)
     print("wrote %s.md" % os.path.relpath(folder))

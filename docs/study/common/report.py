@@ -53,75 +53,28 @@ def title(configuration):
     return TITLES.get(configuration, configuration)
 
 
-def cell(row):
-    if row is None:
-        return ""
-    if row["converged"]:
-        return str(row["iterations"])
-    reason = row["reason"]
-    if reason.startswith("n/a"):
-        return "n/a"
-    if "MAX_IT" in reason or "DIVERGED_ITS" in reason:
-        return "> %d" % row["iterations"]
-    return "**%s**" % reason.replace("DIVERGED_", "").lower().replace("_", " ")
-
-
 def spread(numbers, form="%.2f"):
-    return "%s (median), %s (worst)" % (form % statistics.median(numbers), form % max(numbers))
+    return "%s (median) to %s (worst)" % (form % statistics.median(numbers), form % max(numbers))
 
 
 def sentences(study):
+    """What the page begins with, from the data of this run."""
     weighted, paper = study.systems(BEST), study.systems(PAPER)
-    worked = [row for row in weighted if row["converged"]]
-    quotients = [(study.relative(row, "iterations"), row) for row in worked]
-    quotients = [(q, row) for q, row in quotients if q is not None]
-    worst = max(quotients, key=lambda pair: pair[0])
-    above = [row for q, row in quotients if q > 1.25]
-    answer = []
-    text = "With the defaults (weighted, `auto`) %d of %d systems converge, in %d to %d iterations; divided by those of A alone: %s, the worst at %s; " % (
-        len(worked), len(weighted), min(r["iterations"] for r in worked), max(r["iterations"] for r in worked), spread([q for q, _ in quotients]), name(worst[1]))
+    worked, good = ([row for row in rows if row["converged"]] for rows in (weighted, paper))
+    quotients = [(q, row) for q, row in ((study.relative(row, "iterations"), row) for row in worked) if q is not None]
+    answer = ["- The defaults converge on %d of %d systems, in %d to %d iterations: %s times those of A alone. The worst is %s." % (
+        len(worked), len(weighted), min(r["iterations"] for r in worked), max(r["iterations"] for r in worked), spread([q for q, _ in quotients]), name(max(quotients, key=lambda pair: pair[0])[1]))]
     lost = [row for row in weighted if not row["converged"]]
-    text += "more than 1.25 times A alone: " + ", ".join(name(r) for r in above) if above else "none needs more than 1.25 times A alone"
-    answer.append(text + ("; no convergence: " + ", ".join(name(r) for r in lost) if lost else "") + ".")
-    same = [q for q in (study.relative(row, "iterations", SAME) for row in worked) if q is not None]
-    if same:
-        answer.append("A alone is solved with the program's right-hand side, as `twocubes -contact 0` does, whose solution is simple; when A alone has to find the very x of the constrained problem, the same quotient is %s." % spread(same))
-    good = [row for row in paper if row["converged"]]
-    bad = [row for row in paper if not row["converged"]]
-    quotients = [q for q in (study.relative(row, "iterations") for row in good) if q is not None]
-    text = "The paper's form (`paper`, `jcb`) converges on %d of %d, in %d to %d iterations, %s times those of A alone" % (
-        len(good), len(paper), min(r["iterations"] for r in good), max(r["iterations"] for r in good), spread(quotients))
-    answer.append(text + ("; it fails at " + ", ".join(name(r) for r in bad) + "." if bad else "."))
+    if lost:
+        answer.append("- They do not converge at %s." % ", ".join(map(name, lost)))
     errors = [row for row in worked if row["error"] is not None]
-    high = max(errors, key=lambda row: row["error"])
-    paper_high = max((row for row in good if row["error"] is not None), key=lambda row: row["error"])
-    constraint = max(worked, key=lambda row: row["constraint"] or 0)
-    answer.append("The relative energy error against the direct solution, at rtol 1e-8 in the natural norm, is at most %.1e (%s) with the defaults and %.1e (%s) with the paper's form where it converges; C x = g holds to %.1e (%s)." % (
-        high["error"], name(high), paper_high["error"], name(paper_high), constraint["constraint"], name(constraint)))
-    times = [q for q in (study.relative(row, "seconds") for row in worked) if q is not None]
-    each = []
-    for configuration in study.configurations:
-        if configuration.startswith("weighted ") and configuration != BEST:
-            rows = study.systems(configuration)
-            part = [q for q in (study.relative(row, "iterations") for row in rows) if q is not None]
-            failed = sum(not row["converged"] for row in rows)
-            if part:
-                each.append("`%s` %.2f%s" % (configuration.split()[1], max(part), " and %d failures" % failed if failed else ""))
-    answer.append("Set-up and solve together take %s times as long as those of A alone on these small systems (docs/overhead.md has larger ones); the worst iterations of the other preconditioning matrices, weighted, divided by those of A alone: %s." % (spread(times), ", ".join(each)))
-    return answer
-
-
-def table(study, parameter):
-    configurations = [c for c in study.configurations if any(study.get(parameter, v, c) for v in study.values(parameter))]
-    lines = ["| " + " | ".join([parameter] + [title(c) for c in configurations]) + " |", "|" + "---|" * (len(configurations) + 1)]
-    for value in study.values(parameter):
-        lines.append("| " + " | ".join([value] + [cell(study.get(parameter, value, c)) for c in configurations]) + " |")
-    worst = []
-    for c in configurations:
-        errors = [row["error"] for row in (study.get(parameter, v, c) for v in study.values(parameter)) if row and row["converged"] and row["error"] is not None]
-        worst.append("%.0e" % max(errors) if errors else "")
-    lines.append("| *worst energy error* | " + " | ".join(worst) + " |")
-    return lines
+    high, constraint = max(errors, key=lambda row: row["error"]), max(worked, key=lambda row: row["constraint"] or 0)
+    answer.append("- With a tolerance of 1e-8 the relative energy error is at most %.1e (%s). C x = g holds to %.1e (%s)." % (high["error"], name(high), constraint["constraint"], name(constraint)))
+    answer.append("- Set-up and solve take %s times the seconds of A alone on these small systems. [overhead.md](overhead.md) has larger ones." % spread([q for q in (study.relative(row, "seconds") for row in worked) if q is not None]))
+    bad = [row for row in paper if not row["converged"]]
+    text = "- The paper's form (`paper`, `jcb`) converges on %d of %d, in %d to %d iterations: %s times those of A alone." % (
+        len(good), len(paper), min(r["iterations"] for r in good), max(r["iterations"] for r in good), spread([q for q in (study.relative(row, "iterations") for row in good) if q is not None]))
+    return answer + [text + (" It fails at %s." % ", ".join(map(name, bad)) if bad else "")]
 
 
 def time_table(study):
@@ -143,73 +96,54 @@ def time_table(study):
     return lines
 
 
-def plot(study, folder, file_name, what, top, label):
+def draw(study, folder):
+    """Every system across, in groups of the parameter that is changed; down: iterations, seconds, and the error."""
     from . import plots
-    columns = 3
-    count = -(-len(study.parameters) // columns)
-    figure, axes = plots.pyplot.subplots(count, columns, figsize=(4.2 * columns, 2.9 * count), squeeze=False)
-    panels = [axes[i // columns][i % columns] for i in range(count * columns)]
-    for panel, parameter in zip(panels, study.parameters):
-        values = study.values(parameter)
+    places, ticks, edges = {}, [], []
+    for parameter in study.parameters:
+        first = len(places) + len(edges)
+        for value in study.values(parameter):
+            places[parameter, value] = len(places) + len(edges)
+        ticks.append((first + len(places) + len(edges) - 1) / 2)
+        edges.append(len(places) + len(edges))
+    figure, panels = plots.pyplot.subplots(3, 1, figsize=(12, 9), sharex=True)
+    handles = {}
+    for panel, (label, what, top) in zip(panels, (("iterations", lambda row: row["iterations"], 1000), ("(set-up + solve) / A alone", lambda row: study.relative(row, "seconds"), 100), ("relative energy error", lambda row: row["error"], 1))):
         for configuration in PLOTTED:
             color, line, marker, fill = STYLES[configuration]
-            points, failed = [], []
-            for i, value in enumerate(values):
-                row = study.get(parameter, value, configuration)
-                y = what(study, row) if row and row["converged"] else None
-                points.append(float("nan") if y is None else y)
-                if row and not row["converged"] and not row["reason"].startswith("n/a"):
-                    failed.append(i)
-            panel.plot(range(len(values)), points, color=color, linestyle=line, marker=marker, fillstyle=fill, markersize=5, label=title(configuration))
-            if failed:
-                panel.plot(failed, [top] * len(failed), color=color, linestyle="none", marker="x", markersize=8)
+            for parameter in study.parameters:
+                known = [(places[parameter, value], study.get(parameter, value, configuration)) for value in study.values(parameter)]
+                points = [(x, what(row)) for x, row in known if row and row["converged"] and what(row)]
+                drawn, = panel.plot([x for x, _ in points], [y for _, y in points], color=color, linestyle=line, marker=marker, fillstyle=fill, markersize=4, linewidth=1, label=title(configuration))
+                handles[title(configuration)] = drawn
+                lost = [x for x, row in known if row and not row["converged"] and not row["reason"].startswith("n/a")]
+                panel.plot(lost, [top] * len(lost), color=color, linestyle="none", marker="x", markersize=8)
         panel.set_yscale("log")
-        panel.set_xticks(range(len(values)))
-        panel.set_xticklabels(values, fontsize=7)
-        panel.set_title(parameter, fontsize=9)
-        panel.grid(True, which="major", alpha=0.4)
-        low, high = panel.get_ylim()
-        if what is iterations:
-            panel.set_ylim(min(low, 5), max(high, 100))
-        else:
-            panel.set_ylim(min(low, 0.7), max(high, 10))
-    for panel in panels[len(study.parameters):]:
-        panel.set_visible(False)
-    for row in axes:
-        row[0].set_ylabel(label, fontsize=9)
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncol=len(labels), fontsize=9, title="x: no convergence", title_fontsize=8)
-    figure.tight_layout(rect=(0, 0.05, 1, 1))
-    plots.save(figure, os.path.join(folder, file_name))
-
-
-def iterations(study, row):
-    return row["iterations"]
-
-
-def seconds(study, row):
-    return study.relative(row, "seconds")
+        panel.set_ylabel(label, fontsize=9)
+        panel.grid(True, axis="y", which="major", alpha=0.4)
+        for edge in edges[:-1]:
+            panel.axvline(edge, color="0.8", linewidth=0.8)
+    panels[-1].set_xticks(ticks)
+    panels[-1].set_xticklabels(["%s: %s to %s" % (parameter, study.values(parameter)[0], study.values(parameter)[-1]) for parameter in study.parameters], fontsize=8, rotation=25, ha="right")
+    panels[0].set_title("x at the upper edge: no convergence", fontsize=8)
+    plots.legend_below(figure, handles, len(handles))
+    plots.save(figure, os.path.join(folder, "stability"))
 
 
 def write(folder):
     study = Study(os.path.join(folder, "stability.csv"))
     here = os.path.basename(folder)
-    plot(study, folder, "iterations", iterations, 1000, "iterations")
-    plot(study, folder, "seconds", seconds, 100, "set-up + solve / A alone")
-    text = ["# How stable the iterations are", ""]
-    text += [line + "\n" for line in sentences(study)]
-    earlier = ", the other configurations by an earlier run without `--only`" if "--only" in study.about["command"] else ""
-    text += ["Made by `%s`%s (this text too: every number in it comes from [%s/stability.csv](%s/stability.csv)) on %s, load %s." % (
-        study.about["command"], earlier, here, here, study.about["machine"], study.about["load at the end"]), ""]
+    draw(study, folder)
     base = next(row for row in study.rows if row["parameter"] == "E2/E1" and row["unknowns"])
-    text += ["Two cubes (`tutorials/benchmark/twocubes.cpp`), around a base of %d unknowns and %d constraints with E2/E1 = 10, Poisson's ratio 0.3, half of the contact surface sticking and the other half slipping; one parameter is changed at a time." % (
-        base["unknowns"], base["constraints"]),
-             "All run on one rank, `-ksp_type preonly -pc_type ainsworth` and the two options named in the head of the column; block smoothed aggregation with rigid-body modes, rtol 1e-8 in the natural norm, at most `--max-it` iterations (default 1000); the paper's form has BoomerAMG with Falgout coarsening and hybrid Gauss-Seidel, as the plugin's defaults do.",
-             "*A alone* is the same matrix without constraints, with the same right-hand side and the same inner solver; *A alone, same x* has the right-hand side that gives the solution of the constrained problem. A floating body leaves A alone singular: n/a. Duplicated rows, E2/E1 of 1e-12 and other extremes, against other solvers: [extremes.md](extremes.md).",
-             "The energy error is sqrt((x-x\\*)'A(x-x\\*) / x\\*'A x\\*), x\\* from MUMPS on the saddle-point matrix with refinement in extended precision. Seconds are the least of the repetitions (`--repeat`); a run of more than two seconds is not repeated.", ""]
-    text += ["![Iterations over each parameter](%s/iterations.svg)" % here, "", "![Set-up and solve relative to A alone](%s/seconds.svg)" % here, "", "## All systems together", ""]
-    text += time_table(study) + ["", "## Iterations, one parameter at a time", ""]
-    for parameter in study.parameters:
-        text += table(study, parameter) + [""]
+    earlier = ", the other configurations by an earlier run without `--only`" if "--only" in study.about["command"] else ""
+    text = ["# How stable the iterations are", ""] + sentences(study) + ["", "![Iterations, seconds and errors of every system](%s/stability.svg)" % here, ""]
+    text += ["## All systems together", ""] + time_table(study) + [""]
+    text += ["## How it was measured", "", "Two cubes (`tutorials/benchmark/twocubes.cpp`), around a base of %d unknowns and %d constraints: E2/E1 = 10, Poisson's ratio 0.3, half of the contact surface sticks and half slips. One parameter is changed at a time. All run on one rank." % (base["unknowns"], base["constraints"]), "",
+             "- Each row of the table is `-ksp_type preonly -pc_type ainsworth` with the variant and the preconditioning matrix that it names. The multigrid is block smoothed aggregation with rigid-body modes; the paper's form has BoomerAMG with Falgout coarsening and hybrid Gauss-Seidel, as the plugin sets it. CG runs to 1e-8 in the natural norm, at most `--max-it` iterations (default 1000).",
+             "- *A alone* is the same matrix without constraints, with the same right-hand side and inner solver. Its solution is simple. *A alone, same x* has the right-hand side that gives the solution of the constrained problem. A floating body leaves A alone singular: n/a.",
+             "- The energy error is sqrt((x-x\\*)'A(x-x\\*) / x\\*'A x\\*), x\\* from MUMPS on the saddle-point matrix with refinement in extended precision.",
+             "- Seconds are the least of the repetitions (`--repeat`); a run of more than two seconds is not repeated.",
+             "- Duplicated rows, E2/E1 of 1e-12 and other extremes, against other solvers: [extremes.md](extremes.md).", "",
+             "Every number comes from [%s/stability.csv](%s/stability.csv), which has each system. Made by `%s`%s on %s, load %s." % (here, here, study.about["command"], earlier, study.about["machine"], study.about["load at the end"])]
     prose.write(folder + ".md", text)
     print("wrote %s.md" % folder)

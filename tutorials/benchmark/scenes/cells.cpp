@@ -2,16 +2,19 @@
 #include "scene.h"
 #include <array>
 #include <cmath>
+#include <map>
 #include <utility>
 
 /*
    Summed over the cells in their natural order, whatever the partition, so that A is the same to the last bit on any
    number of ranks. Nothing is sent: a rank computes all that its own nodes need. Cells of a body are all alike but for
-   their modulus, if need be turned; of a curved body those of one radius are.
+   their modulus, if need be turned; of a curved body those of one radius are. Those of a graded body are not, and are
+   kept as long as nodes of theirs may come.
 */
 struct CellRows : SceneRows {
   const Scene                        &s;
-  std::vector<std::vector<SceneCell>> like; /* by body, and by cell along the radius of a curved one */
+  std::vector<std::vector<SceneCell>> like;   /* by body, and by cell along the radius of a curved one */
+  std::map<PetscInt, SceneCell>       graded; /* by natural number */
 
   explicit CellRows(const Scene &scene) : s(scene) { }
   PetscErrorCode Prepare();
@@ -25,6 +28,7 @@ struct CellRows : SceneRows {
   template <class Visit>
   void             Around(PetscInt node, Visit visit) const;
   const SceneCell &Like(const SceneBody &b, const PetscInt c[3]) const;
+  PetscErrorCode   Grade(PetscInt node);
 };
 
 static PetscInt Along(int local, int d, int points)
@@ -38,6 +42,24 @@ static int Radius(const SceneBody &b)
   return b.map == SCENE_SECTOR ? 0 : b.map == SCENE_BENT ? 2 : 3;
 }
 
+/* The one at c, as it lies there */
+static PetscErrorCode CreateCell(const Scene &s, const SceneBody &b, const PetscInt c[3], SceneCell *cell)
+{
+  PetscReal X[8][3];
+
+  PetscFunctionBeginUser;
+  for (int i = 0; i < 1 << s.dim; i++) {
+    PetscReal box[3];
+    PetscInt  ijk[3];
+
+    for (int d = 0; d < 3; d++) ijk[d] = b.order * ((i >> d & 1) + c[d]);
+    b.BoxPosition(ijk, box);
+    b.Map(box, X[i]);
+  }
+  PetscCall(SceneCellCreate(s, b, X, cell));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CellRows::Prepare()
 {
   PetscFunctionBeginUser;
@@ -46,18 +68,10 @@ PetscErrorCode CellRows::Prepare()
 
     like.emplace_back(radius < 3 ? b.n[radius] : 1);
     for (size_t c = 0; c < like.back().size(); c++) {
-      PetscReal X[8][3];
+      PetscInt at[3] = {0, 0, 0};
 
-      for (int i = 0; i < 1 << s.dim; i++) {
-        PetscReal box[3];
-        PetscInt  ijk[3];
-
-        for (int d = 0; d < 3; d++) ijk[d] = b.order * ((i >> d & 1) + (d == radius ? (PetscInt)c : 0));
-
-        b.BoxPosition(ijk, box);
-        b.Map(box, X[i]);
-      }
-      PetscCall(SceneCellCreate(s, b, X, &like.back()[c]));
+      if (radius < 3) at[radius] = (PetscInt)c;
+      PetscCall(CreateCell(s, b, at, &like.back()[c]));
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -67,7 +81,27 @@ const SceneCell &CellRows::Like(const SceneBody &b, const PetscInt c[3]) const
 {
   const int radius = Radius(b);
 
+  if (b.map == SCENE_GRADED) return graded.at(b.Cell(c[0], c[1], c[2]));
   return like[&b - s.body.data()][radius < 3 ? c[radius] : 0];
+}
+
+/* The cells of a node, where they are not all alike */
+PetscErrorCode CellRows::Grade(PetscInt node)
+{
+  const SceneBody &body = s.body[s.Body(node)];
+  PetscErrorCode   ierr = PETSC_SUCCESS;
+
+  PetscFunctionBeginUser;
+  if (body.map != SCENE_GRADED) PetscFunctionReturn(PETSC_SUCCESS);
+  Around(node, [&](const SceneBody &b, const PetscInt c[3], int, int) {
+    const PetscInt cell = b.Cell(c[0], c[1], c[2]), passed = cell - 2 * b.CellsAlong(0) * b.CellsAlong(1) - 2;
+
+    if (ierr || graded.count(cell)) return;
+    graded.erase(graded.begin(), graded.lower_bound(passed));
+    ierr = CreateCell(s, b, c, &graded[cell]);
+  });
+  PetscCall(ierr);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* visit(cell's indices, local number of the node in it, patch slot of the cell's lowest node) for each cell of a node */
@@ -110,6 +144,7 @@ static int Slot(int dim, int p, int lowest, int local)
 PetscErrorCode CellRows::Neighbors(PetscInt node, std::vector<PetscInt> &found)
 {
   PetscFunctionBeginUser;
+  PetscCall(Grade(node));
   found.clear();
   slot.fill(-1);
   Around(node, [&](const SceneBody &b, const PetscInt c[3], int a, int lowest) {

@@ -16,6 +16,35 @@ void SceneBody::BoxPosition(const PetscInt ijk[3], PetscReal x[3]) const
   for (int d = 0; d < 3; d++) x[d] = n[d] ? lo[d] + size[d] * ((PetscReal)ijk[d] / (order * n[d])) : lo[d];
 }
 
+/* Cells of one size within the inner half, then larger and larger ones: the distance from the origin, in the norm of the box */
+static PetscReal Grade(const SceneBody &b, PetscReal distance)
+{
+  const PetscReal t = 2 * distance, beyond = PetscMax(0, t - 1);
+
+  return b.near * (t + (b.far / b.near - 2) * beyond * beyond * beyond);
+}
+
+static PetscReal LargestEntry(const PetscReal x[3])
+{
+  return PetscMax(PetscAbsReal(x[0]), PetscMax(PetscAbsReal(x[1]), PetscAbsReal(x[2])));
+}
+
+void SceneBody::Unmap(const PetscReal x[3], PetscReal box[3]) const
+{
+  const PetscReal distance = LargestEntry(x);
+  PetscReal       t        = distance / (2 * near);
+
+  if (t > 0.5) { /* Newton's method from the side of the root where it is monotone */
+    for (int step = 0; step < 100; step++) {
+      const PetscReal beyond = 2 * t - 1, slope = 2 * near * (1 + 3 * (far / near - 2) * beyond * beyond), change = (Grade(*this, t) - distance) / slope;
+
+      t -= change;
+      if (PetscAbsReal(change) < 1e-15) break;
+    }
+  }
+  for (int d = 0; d < 3; d++) box[d] = distance == 0 ? 0 : x[d] * (t / distance);
+}
+
 void SceneBody::Map(const PetscReal box[3], PetscReal x[3]) const
 {
   for (int d = 0; d < 3; d++) x[d] = box[d];
@@ -27,6 +56,10 @@ void SceneBody::Map(const PetscReal box[3], PetscReal x[3]) const
 
     x[0] = (radius + box[2]) * std::sin(angle);
     x[2] = (radius + box[2]) * std::cos(angle) - radius;
+  } else if (map == SCENE_GRADED) {
+    const PetscReal distance = LargestEntry(box);
+
+    for (int d = 0; d < 3 && distance > 0; d++) x[d] = box[d] * (Grade(*this, distance) / distance);
   }
 }
 
@@ -101,7 +134,7 @@ PetscReal SceneRandom(PetscInt seed, int stream, PetscInt which)
   return (PetscReal)((z >> 11) * (1.0 / 9007199254740992.0));
 }
 
-/* Balls and fibers are on a lattice that is as cubic as the body allows, with options.count of them along its shortest edge */
+/* Balls, fibers and rods are on a lattice that is as cubic as the body allows, with options.count of them along its shortest edge */
 static bool Stiff(const Scene &s, const SceneBody &b, const PetscInt ijk[3])
 {
   PetscReal shortest = PETSC_MAX_REAL, distance = 0, least = PETSC_MAX_REAL;
@@ -115,7 +148,8 @@ static bool Stiff(const Scene &s, const SceneBody &b, const PetscInt ijk[3])
     const PetscReal middle = b.size[d] * ((ijk[d] + 0.5) / b.n[d]), which = std::floor(middle / period);
 
     least = PetscMin(least, period);
-    if (s.options.inclusion == SCENE_BALLS) {
+    if (s.options.inclusion == SCENE_RODS && d == 0) continue; /* endless along x */
+    if (s.options.inclusion != SCENE_FIBERS) {
       distance += PetscSqr(middle - (which + 0.5) * period);
     } else if (d == 0) { /* fibers run along x, inside the body; in a periodic cell they are endless */
       inside = inside && (s.pairs == SCENE_PERIODIC || (middle > 0.1 * b.size[0] && middle < 0.9 * b.size[0]));
@@ -123,7 +157,7 @@ static bool Stiff(const Scene &s, const SceneBody &b, const PetscInt ijk[3])
       inside = inside && ijk[d] == (PetscInt)std::floor((which + 0.5) * period / b.size[d] * b.n[d] * (1 + 1e-12));
     }
   }
-  return s.options.inclusion == SCENE_BALLS ? distance < PetscSqr(0.35 * least) : inside;
+  return s.options.inclusion == SCENE_FIBERS ? inside : distance < PetscSqr(0.35 * least);
 }
 
 PetscReal Scene::Modulus(int which, const PetscInt ijk[3]) const
@@ -135,6 +169,7 @@ PetscReal Scene::Modulus(int which, const PetscInt ijk[3]) const
   switch (options.inclusion) {
   case SCENE_BALLS:
   case SCENE_FIBERS:
+  case SCENE_RODS:
     return b.E * (Stiff(*this, b, ijk) ? options.contrast : 1);
   case SCENE_RANDOM:
     return b.E * std::pow(options.contrast, random);

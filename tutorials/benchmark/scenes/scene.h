@@ -26,17 +26,19 @@ enum SceneInclusion {
   SCENE_BALLS,
   SCENE_FIBERS,
   SCENE_RANDOM,
-  SCENE_BINARY
+  SCENE_BINARY,
+  SCENE_RODS
 };
 enum ScenePartition {
   SCENE_SLAB,
   SCENE_METIS
 };
-/* How a box becomes a body: as it is, rolled up about y, or with x, y for the radius and the angle */
+/* How a box becomes a body: as it is, rolled up about y, with x, y for the radius and the angle, or with cells that grow away from the origin */
 enum SceneMap {
   SCENE_BOX,
   SCENE_BENT,
-  SCENE_SECTOR
+  SCENE_SECTOR,
+  SCENE_GRADED
 };
 /* What a scene solves for */
 enum ScenePhysics {
@@ -65,6 +67,7 @@ struct SceneBody {
   bool      fixed[3][2], loose; /* faces with a Dirichlet condition; loose: without any */
   int       map;                /* SceneMap */
   PetscReal bend;               /* whole angle of SCENE_BENT [radians] */
+  PetscReal near, far;          /* SCENE_GRADED: what is within a half of the origin in the box comes to lie within near, what is within 1 within far */
   PetscInt  node, cell;         /* natural number of the first node and of the first cell */
 
   PetscInt Points(int d) const { return order * n[d] + 1; }
@@ -77,6 +80,7 @@ struct SceneBody {
   /* In the box, and where the map puts it */
   void BoxPosition(const PetscInt ijk[3], PetscReal x[3]) const;
   void Map(const PetscReal box[3], PetscReal x[3]) const;
+  void Unmap(const PetscReal x[3], PetscReal box[3]) const; /* of SCENE_GRADED */
 };
 
 /* The face of one body, low or high along an axis, on the opposite face of another: nodes with x < stick stick, the others slip */
@@ -153,6 +157,17 @@ PetscErrorCode SceneRowsOfCells(const Scene &, SceneRows **);
 PetscErrorCode SceneRowsOfBeams(const Scene &, SceneRows **);
 PetscErrorCode SceneAssemble(const Scene &, Mat *A, Vec *f);
 PetscErrorCode SceneAssembleConstraints(const Scene &, Mat *C, Vec *g);
+
+/* One row of C, and of g */
+struct SceneConstraint {
+  std::vector<PetscInt>  columns;
+  std::vector<PetscReal> values;
+  PetscReal              g;
+};
+/* A component of a node; of one with a Dirichlet condition nothing, it is held in the origin */
+void SceneAppend(const Scene &, SceneConstraint &, PetscInt node, int component, PetscReal value);
+/* From the rows of this rank */
+PetscErrorCode SceneCreateConstraints(const Scene &, const std::vector<SceneConstraint> &, Mat *C, Vec *g);
 
 /* Symmetry, rigid modes and more of the assembled matrices, printed */
 PetscErrorCode SceneVerify(const Scene &, Mat A, Mat C, Vec f, Vec g);

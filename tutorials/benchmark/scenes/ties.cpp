@@ -2,15 +2,8 @@
 #include "scene.h"
 #include <cmath>
 
-/* One row of C */
-struct Row {
-  std::vector<PetscInt>  columns;
-  std::vector<PetscReal> values;
-  PetscReal              g;
-};
-
 /* Nodes with a Dirichlet condition are held in the origin: they have nothing to say */
-static void Append(const Scene &s, Row &row, PetscInt node, int component, PetscReal value)
+void SceneAppend(const Scene &s, SceneConstraint &row, PetscInt node, int component, PetscReal value)
 {
   if (PetscAbsReal(value) < 1e-14 || s.Fixed(node)) return;
   row.columns.push_back(s.bs * s.number[node] + component);
@@ -18,7 +11,7 @@ static void Append(const Scene &s, Row &row, PetscInt node, int component, Petsc
 }
 
 /* u_s - sum_p w_p u_p = 0, component by component where the node sticks, along the normal, an axis, where it slips */
-static PetscErrorCode TieRows(const Scene &s, const SceneTie &tie, PetscInt node, std::vector<Row> &rows)
+static PetscErrorCode TieRows(const Scene &s, const SceneTie &tie, PetscInt node, std::vector<SceneConstraint> &rows)
 {
   const SceneBody   &b = s.body[tie.secondary], &primary = s.body[tie.primary];
   SceneInterpolation at;
@@ -37,11 +30,11 @@ static PetscErrorCode TieRows(const Scene &s, const SceneTie &tie, PetscInt node
   }
   PetscCall(SceneInterpolate(s, tie.primary, x, &at));
   for (int c = 0; c < s.dim; c++) {
-    Row row;
+    SceneConstraint row;
 
     if (c != tie.axis && tie.stick < 1 && x[tie.axis == 0 ? 1 : 0] >= tie.stick) continue;
-    Append(s, row, node, c, 1);
-    for (int p = 0; p < at.size; p++) Append(s, row, at.node[p], c, -at.weight[p]);
+    SceneAppend(s, row, node, c, 1);
+    for (int p = 0; p < at.size; p++) SceneAppend(s, row, at.node[p], c, -at.weight[p]);
     row.g = 0;
     rows.push_back(row);
   }
@@ -49,7 +42,7 @@ static PetscErrorCode TieRows(const Scene &s, const SceneTie &tie, PetscInt node
 }
 
 /* u+ - u- = E (x+ - x-): a node on a high face follows that on the low one, on several faces that on all of them */
-static void PeriodicRows(const Scene &s, PetscInt node, std::vector<Row> &rows)
+static void PeriodicRows(const Scene &s, PetscInt node, std::vector<SceneConstraint> &rows)
 {
   const SceneBody &b = s.body[0];
   PetscReal        here[3], there[3], high[3], low[3];
@@ -69,17 +62,17 @@ static void PeriodicRows(const Scene &s, PetscInt node, std::vector<Row> &rows)
   s.Linear(here, high);
   s.Linear(there, low);
   for (int c = 0; c < s.bs; c++) {
-    Row row;
+    SceneConstraint row;
 
-    Append(s, row, node, c, 1);
-    Append(s, row, other, c, -1);
+    SceneAppend(s, row, node, c, 1);
+    SceneAppend(s, row, other, c, -1);
     row.g = high[c] - low[c];
     rows.push_back(row);
   }
 }
 
 /* u2 = R u1: the last face of the sector turns with the first one */
-static void CyclicRows(const Scene &s, PetscInt node, std::vector<Row> &rows)
+static void CyclicRows(const Scene &s, PetscInt node, std::vector<SceneConstraint> &rows)
 {
   const SceneBody &b = s.body[0];
   const PetscReal  c = std::cos(b.size[1]), n = std::sin(b.size[1]);
@@ -93,22 +86,22 @@ static void CyclicRows(const Scene &s, PetscInt node, std::vector<Row> &rows)
   b.NodeIndices(node, ijk);
   if (ijk[1] < b.Points(1) - 1 || s.Fixed(node)) return;
   for (int i = 0; i < 3; i++) {
-    Row row;
+    SceneConstraint row;
 
-    Append(s, row, node, i, 1);
-    for (int j = 0; j < 3; j++) Append(s, row, b.Node(ijk[0], 0, ijk[2]), j, -R[i][j]);
+    SceneAppend(s, row, node, i, 1);
+    for (int j = 0; j < 3; j++) SceneAppend(s, row, b.Node(ijk[0], 0, ijk[2]), j, -R[i][j]);
     row.g = 0;
     rows.push_back(row);
   }
 }
 
-static PetscErrorCode CreateMatrix(const Scene &s, const std::vector<Row> &rows, Mat *C)
+static PetscErrorCode CreateMatrix(const Scene &s, const std::vector<SceneConstraint> &rows, Mat *C)
 {
   const PetscInt        n = s.bs * (PetscInt)s.owned.size();
   std::vector<PetscInt> here, there;
 
   PetscFunctionBeginUser;
-  for (const Row &row : rows) {
+  for (const SceneConstraint &row : rows) {
     PetscInt mine = 0;
 
     for (PetscInt c : row.columns) mine += c >= s.bs * s.start && c < s.bs * s.start + n;
@@ -125,22 +118,12 @@ static PetscErrorCode CreateMatrix(const Scene &s, const std::vector<Row> &rows,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A rank has the rows of its secondary nodes */
-PetscErrorCode SceneAssembleConstraints(const Scene &s, Mat *C, Vec *g)
+PetscErrorCode SceneCreateConstraints(const Scene &s, const std::vector<SceneConstraint> &rows, Mat *C, Vec *g)
 {
-  std::vector<Row> rows;
-  PetscScalar     *rhs;
-  PetscInt         start;
+  PetscScalar *rhs;
+  PetscInt     start;
 
   PetscFunctionBeginUser;
-  for (PetscInt node : s.owned) {
-    if (!s.Constrained()) break;
-    if (s.pairs == SCENE_PERIODIC) PeriodicRows(s, node, rows);
-    if (s.pairs == SCENE_CYCLIC) CyclicRows(s, node, rows);
-    for (const SceneTie &tie : s.tie) {
-      if (tie.secondary == s.Body(node)) PetscCall(TieRows(s, tie, node, rows));
-    }
-  }
   PetscCall(CreateMatrix(s, rows, C));
   PetscCall(MatCreateVecs(*C, NULL, g));
   PetscCall(MatGetOwnershipRange(*C, &start, NULL));
@@ -155,5 +138,23 @@ PetscErrorCode SceneAssembleConstraints(const Scene &s, Mat *C, Vec *g)
   PetscCall(VecRestoreArrayWrite(*g, &rhs));
   PetscCall(MatAssemblyBegin(*C, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(*C, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A rank has the rows of its secondary nodes */
+PetscErrorCode SceneAssembleConstraints(const Scene &s, Mat *C, Vec *g)
+{
+  std::vector<SceneConstraint> rows;
+
+  PetscFunctionBeginUser;
+  for (PetscInt node : s.owned) {
+    if (!s.Constrained()) break;
+    if (s.pairs == SCENE_PERIODIC) PeriodicRows(s, node, rows);
+    if (s.pairs == SCENE_CYCLIC) CyclicRows(s, node, rows);
+    for (const SceneTie &tie : s.tie) {
+      if (tie.secondary == s.Body(node)) PetscCall(TieRows(s, tie, node, rows));
+    }
+  }
+  PetscCall(SceneCreateConstraints(s, rows, C, g));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,0 +1,207 @@
+/* The preconditioner of the reduced solve: M_*, and the inner solver with it, made anew or kept */
+#include "pcainsworth.h"
+#include "../multigrid/blocksa.h"
+#include "../operator/matainsworth.h"
+#include <petsc/private/pcimpl.h>
+
+/*
+   What auto comes to (docs/method.md): id where its few entries are enough, and where jcb would have too many. The penalties of many rows that share an unknown
+   add up there, and lock interpolation from A alone, which jcb moves out of their way
+*/
+static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInputs *in)
+{
+  static const PetscReal many = 1.5; /* of the entries of A */
+  PetscReal              predicted;
+  PetscBool              apart, shares;
+
+  PetscFunctionBegin;
+  data->autoType   = PC_AINSWORTH_PMAT_JCB;
+  data->autoReason = "";
+  if (data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
+  data->autoType   = PC_AINSWORTH_PMAT_ID;
+  data->autoReason = ", as it is factored";
+  if (in->format == AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthPmatSharesUnknowns(in->C, &in->fill, &shares));
+  data->autoReason = ", as interpolation is made from A alone";
+  if (in->format == AINSWORTH_PMAT_SUM && !shares) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthPmatComponentsApart(in->C, data->saddle.bs, in->fill.most, &apart));
+  data->autoReason = ", as the constraints keep components apart";
+  if (apart && !shares) PetscFunctionReturn(PETSC_SUCCESS);
+  data->autoReason = ", as jcb would have too many entries";
+  PetscCall(AinsworthPmatPredict(in->aij, in->C, NULL, &in->fill, &predicted));
+  if (predicted > many * in->fill.entries) PetscFunctionReturn(PETSC_SUCCESS);
+  data->autoType   = PC_AINSWORTH_PMAT_JCB;
+  data->autoReason = shares ? ", as many constraints share an unknown" : ", as the constraints mix components";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The preconditioning matrix, and the penalty that it has in common with the operator */
+static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, PetscInt *bad)
+{
+  AinsworthPmatInputs  in;
+  AinsworthPmatOptions options = data->choices.pmat;
+  Vec                  penalty;
+
+  PetscFunctionBegin;
+  in.A  = data->saddle.P;
+  in.bs = data->saddle.bs;
+  in.C  = data->saddle.C;
+  PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &in.S));
+  PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &in.compliance));
+  in.weight          = ctx->mobility;
+  in.inverseDiagonal = data->inverseDiagonal;
+  in.format          = data->format;
+  PetscCall(AinsworthGetAIJ(in.A, &in.aij));
+  PetscCall(AinsworthPmatGetFill(in.aij, in.C, &in.fill));
+  data->longRows = in.fill.leftOut;
+  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data, &in));
+  options.type      = PCAinsworthPmatTypeInUse_Private(data);
+  options.symmetric = data->symmetric;
+  options.factor    = PCAinsworthPenaltyFactor_Private(data);
+  PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M, bad));
+  PetscCall(MatDestroy(&in.aij));
+  if (*bad < 0) PetscCall(MatAinsworthSetPenalty(data->reduced, penalty));
+  PetscCall(VecDestroy(&penalty));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Null space, near null space: hypre reads them from the operator, GAMG from the preconditioning matrix, unless that is an earlier one */
+static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
+{
+  MatNullSpace near, common;
+  Mat          S = data->constraints ? data->reduced : data->saddle.A, M = data->kept ? S : data->constraints ? data->M : data->saddle.A;
+
+  PetscFunctionBegin;
+  if (S == data->saddle.block[AINSWORTH_BLOCK_A]) PetscFunctionReturn(PETSC_SUCCESS); /* the program's A has its own */
+  PetscCall(AinsworthSaddleGetNearNullSpace(&data->saddle, &near));
+  PetscCall(MatSetNearNullSpace(S, near));
+  PetscCall(MatSetNearNullSpace(M, near));
+  PetscCall(AinsworthSaddleCreateNullSpace(&data->saddle, &common));
+  PetscCall(MatSetNullSpace(S, common));
+  PetscCall(MatSetNullSpace(M, common));
+  PetscCall(MatSetTransposeNullSpace(S, data->symmetric ? common : NULL));
+  PetscCall(MatNullSpaceDestroy(&common));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthSetUpInner_Private - the preconditioning matrix and the inner solver, a second time where the first choice of its preconditioner does not fit; why it cannot be */
+PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, const Mat_Ainsworth *ctx, char why[], size_t len)
+{
+  PetscInt  bad = -1;
+  PetscBool definite;
+  PetscBool again = PETSC_TRUE;
+  PC        inner;
+  Mat       operation, M;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCAinsworthEscapeReview_Private(pc, data));
+  while (again) {
+    PetscCall(MatDestroy(&data->M));
+    PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->format));
+    if (data->constraints) PetscCall(SetUpPmat(data, ctx, &bad));
+    if (bad >= 0) {
+      PetscCall(PetscSNPrintf(why, len,
+                              "Row %" PetscInt_FMT
+                              " of the preconditioning matrix holds NaN or Inf: the penalty factor, or the values of A or C, are too large "
+                              "or too small",
+                              bad));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
+    PetscCall(PCAinsworthConvertPmat_Private(data));
+    PetscCall(PCAinsworthSetKSPOperators_Private(data));
+    PetscCall(ForwardNullSpaces(data));
+    /* the preconditioner sees M_* alone: GAMG and ML smooth with the first of their operators */
+    PetscCall(KSPGetOperators(data->ksp, &operation, &M));
+    PetscCall(PCAinsworthLooksDefinite_Private(data, M, &definite));
+    if (!definite) {
+      PetscCall(PetscSNPrintf(why, len, "The preconditioning matrix is not positive definite, as BoomerAMG needs it: is A indefinite? %s-%spc_type",
+                              data->constraints ? "A larger -pc_ainsworth_penalty_factor may help, or another " : "Choose another ",
+                              ((PetscObject)inner)->prefix));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
+    PetscCall(PetscObjectReference((PetscObject)operation));
+    PetscCall(PCSetOperators(inner, M, M));
+    PetscCall(AinsworthPCSetFailedReason(inner, PC_NOERROR)); /* that of an earlier matrix, or type, would stay */
+    PetscCall(PCAinsworthSetUpPreconditioner_Private(inner, &definite));
+    PetscCall(PCAinsworthSetTranspose_Private(data));
+    if (operation != M) inner->ops->applyrichardson = NULL; /* its iterations would be with M_* */
+    PetscCall(KSPSetOperators(data->ksp, operation, M));
+    PetscCall(MatDestroy(&operation));
+    PetscCall(PCAinsworthEscapeCheck_Private(pc, data, definite, &again));
+    if (again) continue;
+    if (!definite) {
+      PetscCall(PetscSNPrintf(why, len,
+                              "The preconditioning matrix is not positive definite, as a Cholesky factorization needs it: is A indefinite? "
+                              "Choose another -%spc_type",
+                              ((PetscObject)inner)->prefix));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
+    PetscCall(KSPSetUp(data->ksp));
+    PetscCall(PCAinsworthFallBack_Private(pc, data, &again));
+  }
+  PetscCall(PCAinsworthUseProduct_Private(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The operator and the constraints are those of the matrix at hand, the preconditioning matrix and its preconditioner what they were */
+static PetscErrorCode KeepWhole(PC pc, PC_Ainsworth *data)
+{
+  PC  inner;
+  Mat operation, M;
+
+  PetscFunctionBegin;
+  PetscCall(PetscInfo(pc, "The inner preconditioner is kept, the constraints are set up anew\n"));
+  PetscCall(PCAinsworthKeepInner_Private(data, PETSC_TRUE));
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCGetOperators(inner, NULL, &data->M));
+  PetscCall(PetscObjectReference((PetscObject)data->M));
+  if (data->constraints) { /* both may have been made for an earlier A */
+    PetscCall(MatAinsworthSetPenalty(data->reduced, NULL));
+    PetscCall(MatAinsworthSetProduct_Private(data->reduced, NULL));
+  }
+  PetscCall(PCAinsworthSetKSPOperators_Private(data));
+  PetscCall(ForwardNullSpaces(data));
+  PetscCall(KSPGetOperators(data->ksp, &operation, &M));
+  if (operation != M) inner->ops->applyrichardson = NULL;
+  PetscCall(KSPSetUp(data->ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Is C what it was when the inner preconditioner was made? Where it is not, a preconditioner that is kept as a whole costs more iterations than it saves */
+static PetscErrorCode SameConstraints(const PC_Ainsworth *data, PetscBool *same)
+{
+  PetscInt  m;
+  PetscBool fits;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLocalSize(data->saddle.C, &m, NULL));
+  PetscCall(data->source.holds(data->saddle.C, NULL, std::vector<PetscReal>(m, 0.0), same, &fits));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   PCAinsworthKeepOrSetUpInner_Private - keep: the inner preconditioner stays what it was, where that was asked for or C is the same; of PCBLOCKSA the levels
+   of A stay, and get the surface of the matrix at hand, which costs little
+*/
+PetscErrorCode PCAinsworthKeepOrSetUpInner_Private(PC pc, PC_Ainsworth *data, const Mat_Ainsworth *ctx, PetscBool keep, char why[], size_t len)
+{
+  PC          inner;
+  PC_BlockSA *sa;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCBlockSAGet_Private(inner, &sa));
+  if (!sa) keep = (PetscBool)(keep && inner->setupcalled);
+  if (!sa && keep && !PCAinsworthKeepsAlways_Private(pc, data)) PetscCall(SameConstraints(data, &keep));
+  if (!sa && keep) {
+    PetscCall(KeepWhole(pc, data));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PCAinsworthKeepInner_Private(data, PETSC_FALSE));
+  if (sa) sa->keep = keep;
+  else PetscCall(data->source.take(data->saddle.C, NULL));
+  if (!keep) data->first = -1;
+  PetscCall(PCAinsworthSetUpInner_Private(pc, data, ctx, why, len));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,151 @@
+/* AIJ matrices made in place: their arrays are filled once, and belong to the matrix */
+#include "arrays.h"
+#include "saddle.h"
+#include <algorithm>
+#include <petsc/private/petscimpl.h>
+
+static PetscErrorCode DestroyRows(AinsworthContext context)
+{
+  delete (AinsworthRows *)AinsworthContextGet(context);
+  return PETSC_SUCCESS;
+}
+
+/* The arrays live as long as the matrix */
+static PetscErrorCode Attach(Mat seq, std::unique_ptr<AinsworthRows> rows)
+{
+  PetscContainer container;
+
+  PetscFunctionBegin;
+  PetscCall(PetscContainerCreate(PETSC_COMM_SELF, &container));
+  PetscCall(PetscContainerSetPointer(container, rows.release()));
+  PetscCall(PetscContainerSetCtxDestroy(container, DestroyRows));
+  PetscCall(PetscObjectCompose((PetscObject)seq, "ainsworth_rows", (PetscObject)container));
+  PetscCall(PetscContainerDestroy(&container));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthMatCreateFromRows - an AIJ with n columns of its own from entries in these, and from those in columns of other ranks, by global numbers */
+PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm comm, PetscInt n, std::unique_ptr<AinsworthRows> own, std::unique_ptr<AinsworthRows> others, Mat *mat)
+{
+  const PetscInt m = (PetscInt)own->i.size() - 1;
+  PetscMPIInt    size;
+  Mat            part[2];
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  if (size == 1) {
+    PetscCall(MatCreateSeqAIJWithArrays(comm, m, n, own->i.data(), own->j.get(), own->a.get(), mat));
+    PetscCall(Attach(*mat, std::move(own)));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatCreateMPIAIJWithSplitArrays(comm, m, n, PETSC_DETERMINE, PETSC_DETERMINE, own->i.data(), own->j.get(), own->a.get(), others->i.data(),
+                                           others->j.get(), others->a.get(), mat));
+  PetscCall(MatMPIAIJGetSeqAIJ(*mat, &part[0], &part[1], NULL));
+  PetscCall(Attach(part[0], std::move(own)));
+  PetscCall(Attach(part[1], std::move(others)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthPartGet - the arrays of a sequential AIJ, or nothing; to be restored */
+PetscErrorCode AinsworthPartGet(Mat seq, AinsworthPart *part)
+{
+  PetscBool done;
+
+  PetscFunctionBegin;
+  *part     = AinsworthPart();
+  part->mat = seq;
+  if (!seq) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetRowIJ(seq, 0, PETSC_FALSE, PETSC_FALSE, &part->n, &part->i, &part->j, &done));
+  PetscCheck(done, PETSC_COMM_SELF, PETSC_ERR_PLIB, "The type %s does not give its arrays", ((PetscObject)seq)->type_name);
+  PetscCall(MatSeqAIJGetArrayRead(seq, &part->a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthPartRestore(AinsworthPart *part)
+{
+  PetscBool done;
+
+  PetscFunctionBegin;
+  if (!part->mat) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatSeqAIJRestoreArrayRead(part->mat, &part->a));
+  PetscCall(MatRestoreRowIJ(part->mat, 0, PETSC_FALSE, PETSC_FALSE, &part->n, &part->i, &part->j, &done));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthAIJGetParts - the sequential parts of an AIJ: its own columns, and those of other ranks or NULL with their global numbers */
+PetscErrorCode AinsworthAIJGetParts(Mat aij, Mat part[2], const PetscInt *ghosts[], PetscInt *n)
+{
+  PetscBool mpi;
+
+  PetscFunctionBegin;
+  part[0] = aij;
+  part[1] = NULL;
+  *ghosts = NULL;
+  *n      = 0;
+  PetscCall(PetscObjectBaseTypeCompare((PetscObject)aij, MATMPIAIJ, &mpi));
+  if (!mpi) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatMPIAIJGetSeqAIJ(aij, &part[0], &part[1], ghosts));
+  PetscCall(MatGetLocalSize(part[1], NULL, n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The diagonal of an AIJ, by bisection of its rows, where MatGetDiagonal() looks at their entries one by one */
+static PetscErrorCode ReadDiagonal(Mat aij, Vec diagonal)
+{
+  Mat             mat[2];
+  const PetscInt *ghosts;
+  PetscInt        nghosts;
+  PetscScalar    *d;
+  AinsworthPart   part;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthAIJGetParts(aij, mat, &ghosts, &nghosts));
+  PetscCall(AinsworthPartGet(mat[0], &part));
+  PetscCall(VecGetArrayWrite(diagonal, &d));
+  for (PetscInt r = 0; r < part.n; r++) {
+    const PetscInt *end = part.j + part.i[r + 1], *at = std::lower_bound(part.j + part.i[r], end, r);
+
+    d[r] = at < end && *at == r ? part.a[at - part.j] : 0.0;
+  }
+  PetscCall(VecRestoreArrayWrite(diagonal, &d));
+  PetscCall(AinsworthPartRestore(&part));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthGetDiagonal - the diagonal of any matrix
+
+   Each row of an AIJ is a page to fetch from memory: a copy is kept with A as long as its values are the same, which its own state tells. The set-up after a change
+   of C would spend a quarter of its time here
+*/
+PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
+{
+  static const char name[]  = "AinsworthDiagonal";
+  static PetscInt   stateId = -1;
+  PetscReal         one     = 0.0;
+  PetscBool         aij, current;
+  Vec               kept;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)M, &aij, MATSEQAIJ, MATMPIAIJ, ""));
+  if (!aij) {
+    PetscCall(MatGetDiagonal(M, diagonal));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (stateId < 0) PetscCall(PetscObjectComposedDataRegister(&stateId));
+  PetscCall(PetscObjectComposedDataGetReal((PetscObject)M, stateId, one, current));
+  PetscCall(PetscObjectQuery((PetscObject)M, name, (PetscObject *)&kept));
+  if (kept && current && one == 1.0) {
+    PetscCall(VecCopy(kept, diagonal));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(ReadDiagonal(M, diagonal));
+  if (!kept) {
+    PetscCall(VecDuplicate(diagonal, &kept));
+    PetscCall(PetscObjectCompose((PetscObject)M, name, (PetscObject)kept));
+    PetscCall(PetscObjectDereference((PetscObject)kept)); /* M has it */
+  }
+  PetscCall(VecCopy(diagonal, kept));
+  PetscCall(PetscObjectComposedDataSetReal((PetscObject)M, stateId, 1.0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

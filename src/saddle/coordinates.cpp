@@ -1,0 +1,104 @@
+/* Rigid-body modes from the coordinates of nodes, where the program attached no near null space */
+#include "saddle.h"
+#include <petsc/private/petscimpl.h>
+
+/* Collective: is the number of coordinates the same as this one on all ranks? */
+static PetscErrorCode Fits(MPI_Comm comm, size_t have, PetscInt expected, PetscBool *fits)
+{
+  PetscFunctionBegin;
+  *fits = (PetscBool)(expected >= 0 && have == (size_t)expected);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, fits, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   The coordinates of each node of A, an interlaced vector
+
+   The program gives those of the nodes of A, of the nodes of its matrix, as PCGAMG expects them, or of all rows of its matrix, as PCFIELDSPLIT does.
+*/
+static PetscErrorCode GetCoordinates(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *found, Vec *coordinates)
+{
+  MPI_Comm        comm = PetscObjectComm((PetscObject)mat);
+  const PetscInt  dim = in->dim, nodes = (PetscInt)in->coordinates.size() / dim;
+  PetscInt        n, m, bs, first;
+  PetscBool       ofA, ofNodes, ofRows;
+  const PetscInt *index;
+  PetscScalar    *x;
+
+  PetscFunctionBegin;
+  PetscCall(ISGetLocalSize(found->rows[0], &n));
+  PetscCall(MatGetLocalSize(mat, &m, NULL));
+  PetscCall(MatGetBlockSize(mat, &bs));
+  PetscCall(MatGetOwnershipRange(mat, &first, NULL));
+  PetscCall(Fits(comm, nodes, n / found->bs, &ofA));
+  PetscCall(Fits(comm, nodes, m / bs, &ofNodes));
+  PetscCall(Fits(comm, nodes, m, &ofRows));
+  PetscCheck(ofA || ofNodes || ofRows, comm, PETSC_ERR_ARG_SIZ,
+             "PCSetCoordinates() gave coordinates of %" PetscInt_FMT " nodes on this rank: %s, A, has %" PetscInt_FMT " nodes of %" PetscInt_FMT
+             " unknowns, the matrix %" PetscInt_FMT " of %" PetscInt_FMT,
+             nodes, found->name[AINSWORTH_BLOCK_A], n / found->bs, found->bs, m / bs, bs);
+  if (ofRows) bs = 1;
+  PetscCall(VecCreate(comm, coordinates));
+  PetscCall(VecSetSizes(*coordinates, n / found->bs * dim, PETSC_DETERMINE));
+  PetscCall(VecSetBlockSize(*coordinates, dim));
+  PetscCall(VecSetType(*coordinates, VECSTANDARD));
+  PetscCall(ISGetIndices(found->rows[0], &index));
+  PetscCall(VecGetArrayWrite(*coordinates, &x));
+  for (PetscInt node = 0; node < n / found->bs; node++) {
+    const PetscInt at = ofA ? node : (index[node * found->bs] - first) / bs;
+
+    for (PetscInt d = 0; d < dim; d++) x[dim * node + d] = at >= 0 && at < nodes ? in->coordinates[dim * at + d] : 0.0;
+  }
+  PetscCall(VecRestoreArrayWrite(*coordinates, &x));
+  PetscCall(ISRestoreIndices(found->rows[0], &index));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthCreateRigidModes - of nodes with as many unknowns as coordinates, in 2 or 3 dimensions; who: told them */
+PetscErrorCode AinsworthCreateRigidModes(Vec coordinates, const char who[], MatNullSpace *modes)
+{
+  PetscFunctionBegin;
+  PetscCall(MatNullSpaceCreateRigidBody(coordinates, modes));
+  PetscCall(PetscObjectSetName((PetscObject)*modes, who));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthFindRigidModes - found->modes from what PCSetCoordinates() was told; those of the last set-up where nothing of it changed */
+PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+{
+  Vec coordinates;
+
+  PetscFunctionBegin;
+  if (!in->dim) PetscFunctionReturn(PETSC_SUCCESS);
+  found->located = in->located;
+  if (last && last->modes && last->located == in->located && last->rows[0] == found->rows[0] && last->bs == found->bs) {
+    found->modes = last->modes;
+    PetscCall(PetscObjectReference((PetscObject)found->modes));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (in->dim == 1 || found->bs != in->dim) {
+    PetscCall(PetscInfo(mat, "Coordinates are of no use: they have %" PetscInt_FMT " components, a node has %" PetscInt_FMT " unknowns\n", in->dim, found->bs));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(GetCoordinates(in, mat, found, &coordinates));
+  PetscCall(AinsworthCreateRigidModes(coordinates, "PCSetCoordinates()", &found->modes));
+  PetscCall(VecDestroy(&coordinates));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* In words: for views */
+PetscErrorCode AinsworthSaddleDescribeModes(const AinsworthSaddle *sp, char text[], size_t len)
+{
+  MatNullSpace near;
+  PetscBool    constant;
+  PetscInt     n;
+
+  PetscFunctionBegin;
+  text[0] = 0;
+  PetscCall(AinsworthSaddleGetNearNullSpace(sp, &near));
+  if (!near) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatNullSpaceGetVecs(near, &constant, &n, NULL));
+  PetscCall(PetscSNPrintf(text, len, "%" PetscInt_FMT " vectors (%s)", n + (constant ? 1 : 0),
+                          ((PetscObject)near)->name ? ((PetscObject)near)->name : "MatSetNearNullSpace()"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

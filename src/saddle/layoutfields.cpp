@@ -1,0 +1,183 @@
+/* Which of the program's matrices has the blocks, whose fields are they, and which index sets do the primal ones and the multipliers have together */
+#include "saddle.h"
+#include <petsc/private/petscimpl.h>
+
+/* AinsworthIsNest - is it a MatNest of more than one block? */
+PetscErrorCode AinsworthIsNest(Mat mat, PetscBool *nest)
+{
+  PetscInt nr = 0, nc = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)mat, MATNEST, nest));
+  if (*nest) PetscCall(MatNestGetSize(mat, &nr, &nc));
+  *nest = (PetscBool)(nr > 1);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthChooseMatrix - the matrix that has the blocks: Amat, unless it is one that gives no entries */
+PetscErrorCode AinsworthChooseMatrix(const AinsworthSaddleInputs *in, Mat *mat)
+{
+  Mat       opaque = NULL;
+  PetscBool nest[2];
+
+  PetscFunctionBegin;
+  *mat = in->amat;
+  if (in->amat == in->pmat) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthIsNest(in->amat, &nest[0]));
+  PetscCall(AinsworthIsNest(in->pmat, &nest[1]));
+  PetscCall(AinsworthFindOpaque(in->amat, &opaque));
+  if (opaque && (!nest[0] || nest[1])) *mat = in->pmat;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Names that the program gave to the very fields of its MatNest */
+static PetscErrorCode NameFields(const AinsworthSaddleInputs *in, AinsworthFields *fields)
+{
+  PetscFunctionBegin;
+  if (in->fields.size() != fields->size()) PetscFunctionReturn(PETSC_SUCCESS);
+  for (AinsworthField &field : *fields) {
+    for (const AinsworthField &told : in->fields)
+      if (told.rows.get() == field.rows.get()) field.name = told.name;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthFindFields - those of the MatNest, those that the program or its DM named, those of a MatNest in Pmat, or, with detect, found by the diagonal */
+PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+{
+  PetscBool nest, hides = PETSC_FALSE, pnest;
+  PetscInt  size[2] = {0, 0};
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthIsNest(mat, &nest));
+  found->layout    = nest ? MATNEST : ((PetscObject)mat)->type_name;
+  found->extracted = PETSC_TRUE;
+  found->told      = in->told;
+  if (nest) {
+    PetscCall(AinsworthNestHides(mat, &hides));
+    found->extracted = hides;
+    found->told      = "of the MatNest";
+    if (hides && last && last->extracted) found->fields = last->fields; /* another structure shows in the state */
+    else if (hides) PetscCall(AinsworthNestFlatten(mat, &found->fields));
+    else {
+      PetscCall(AinsworthNestGetFields(mat, &found->fields));
+      PetscCall(NameFields(in, &found->fields));
+    }
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(AinsworthIsNest(in->pmat, &pnest));
+  if (pnest) {
+    PetscCall(MatGetSize(mat, &size[0], NULL));
+    PetscCall(MatGetSize(in->pmat, &size[1], NULL));
+  }
+  if (in->fields.size() > 1 && in->detect != 1) found->fields = in->fields;
+  else if (pnest && size[0] == size[1] && in->detect != 1) {
+    found->told = "of the MatNest in Pmat";
+    PetscCall(AinsworthNestGetFields(in->pmat, &found->fields));
+  } else {
+    found->told = "by the diagonal";
+    if (last && last->extracted && last->layout == found->layout) found->fields = last->fields; /* a change of values shows in the state */
+    else {
+      PetscCheck(in->detect != 0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG,
+                 "PCAINSWORTH knows no fields of the matrix of type %s: pass a MatNest, [A C'; C 0], call PCFieldSplitSetIS() for each field, or PCSetDM(); "
+                 "-pc_ainsworth_detect_saddle_point finds multipliers by the diagonal",
+                 found->layout);
+      PetscCall(AinsworthDetectFields(mat, &found->fields));
+      found->multiplier = {false, true};
+      found->chosen     = "their diagonal entries are not positive";
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Index sets that are equal to those of the last set-up become the same objects, which tells that nothing changed */
+static PetscErrorCode KeepSets(const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+{
+  PetscFunctionBegin;
+  if (!last || !last->layout || last->fields.size() != found->fields.size()) PetscFunctionReturn(PETSC_SUCCESS);
+  for (size_t i = 0; i < found->fields.size(); i++) {
+    for (AinsworthIS AinsworthField::*set : {&AinsworthField::rows, &AinsworthField::cols}) {
+      AinsworthIS      &now    = found->fields[i].*set;
+      const AinsworthIS before = last->fields[i].*set;
+      PetscBool         same   = PETSC_FALSE;
+
+      if (now.get() == before.get()) continue;
+      PetscCall(ISEqualUnsorted(now.get(), before.get(), &same));
+      if (same) now = before;
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The index set of some fields: of one its own; several one after the other on each rank, as the parts of a MatNest, or sorted for submatrices */
+static PetscErrorCode JoinSets(MPI_Comm comm, const std::vector<IS> &sets, PetscBool sorted, IS *join)
+{
+  PetscInt  n = 0, total = 0;
+  PetscInt *index;
+  PetscBool contiguous = PETSC_TRUE;
+
+  PetscFunctionBegin;
+  if (sets.size() == 1) {
+    *join = sets[0];
+    PetscCall(PetscObjectReference((PetscObject)*join));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  for (IS set : sets) {
+    PetscCall(ISGetLocalSize(set, &n));
+    total += n;
+  }
+  PetscCall(PetscMalloc1(total, &index));
+  total = 0;
+  for (IS set : sets) {
+    const PetscInt *part;
+
+    PetscCall(ISGetLocalSize(set, &n));
+    PetscCall(ISGetIndices(set, &part));
+    PetscCall(PetscArraycpy(index + total, part, n));
+    PetscCall(ISRestoreIndices(set, &part));
+    total += n;
+  }
+  if (sorted) PetscCall(PetscSortInt(total, index));
+  for (PetscInt i = 1; i < total; i++)
+    if (index[i] != index[i - 1] + 1) contiguous = PETSC_FALSE;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &contiguous, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
+  if (contiguous) { /* submatrices of such are made several times faster */
+    PetscCall(ISCreateStride(comm, total, total ? index[0] : 0, 1, join));
+    PetscCall(PetscFree(index));
+  } else PetscCall(ISCreateGeneral(comm, total, index, PETSC_OWN_POINTER, join));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthJoinFields - rows and cols of the primal and of the multiplier fields: the same objects as in last where the fields are the same */
+PetscErrorCode AinsworthJoinFields(MPI_Comm comm, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+{
+  bool same = last && last->layout && last->extracted == found->extracted && last->multiplier == found->multiplier &&
+              last->fields.size() == found->fields.size();
+
+  PetscFunctionBegin;
+  PetscCall(KeepSets(last, found));
+  for (size_t i = 0; i < found->fields.size() && same; i++)
+    same = last->fields[i].rows.get() == found->fields[i].rows.get() && last->fields[i].cols.get() == found->fields[i].cols.get();
+  for (int k = 0; k < 2; k++) {
+    std::vector<IS> rows, cols;
+
+    for (size_t i = 0; i < found->fields.size(); i++) {
+      if (found->multiplier[i] != (k == 1)) continue;
+      rows.push_back(found->fields[i].rows.get());
+      cols.push_back(found->fields[i].cols.get());
+    }
+    if (same) {
+      found->rows[k] = last->rows[k];
+      found->cols[k] = last->cols[k];
+      PetscCall(PetscObjectReference((PetscObject)found->rows[k]));
+      PetscCall(PetscObjectReference((PetscObject)found->cols[k]));
+    } else {
+      PetscCall(JoinSets(comm, rows, found->extracted, &found->rows[k]));
+      if (rows == cols) {
+        found->cols[k] = found->rows[k];
+        PetscCall(PetscObjectReference((PetscObject)found->cols[k]));
+      } else PetscCall(JoinSets(comm, cols, found->extracted, &found->cols[k]));
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

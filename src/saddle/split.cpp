@@ -1,0 +1,219 @@
+/* An AIJ whose fields are sorted and local is split into blocks in one pass over its entries, without symbolic work but for the columns of other ranks */
+#include "split.h"
+#include <petsc/private/petscimpl.h>
+#include <petscsf.h>
+#include <algorithm>
+
+/* Field 1 in the numbers of maps: -1, -2, ... for 0, 1, ... */
+static inline PetscInt Flip(PetscInt number)
+{
+  return -1 - number;
+}
+
+/* Each row of this rank gets its number in its field. false: a set is not sorted, has rows of other ranks, or one that another has, too */
+static PetscErrorCode AddSets(const IS sets[2], PetscInt first, std::vector<PetscInt> *map, bool *splits)
+{
+  std::vector<char> seen(map->size(), 0);
+
+  PetscFunctionBegin;
+  for (int f = 0; f < 2; f++) {
+    const PetscInt *index;
+    PetscInt        n;
+
+    PetscCall(ISGetLocalSize(sets[f], &n));
+    PetscCall(ISGetIndices(sets[f], &index));
+    for (PetscInt k = 0; k < n && *splits; k++) {
+      const PetscInt row = index[k] - first;
+
+      *splits = row >= 0 && row < (PetscInt)map->size() && !seen[row] && (k == 0 || index[k] > index[k - 1]);
+      if (!*splits) break;
+      seen[row]   = 1;
+      (*map)[row] = f ? Flip(k) : k;
+    }
+    PetscCall(ISRestoreIndices(sets[f], &index));
+  }
+  for (char s : seen) *splits = *splits && s;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The numbers of columns of other ranks, global ones, from their owners */
+static PetscErrorCode MapGhosts(Mat aij, const PetscInt first[2], const PetscInt *ghosts, AinsworthSplit *split)
+{
+  std::vector<PetscInt> numbers(split->cols[0]);
+  PetscSF               sf;
+  PetscLayout           layout;
+
+  PetscFunctionBegin;
+  for (PetscInt &number : numbers) number = number < 0 ? number - first[1] : number + first[0];
+  PetscCall(MatGetLayouts(aij, NULL, &layout));
+  PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)aij), &sf));
+  PetscCall(PetscSFSetGraphLayout(sf, layout, (PetscInt)split->cols[1].size(), NULL, PETSC_USE_POINTER, ghosts));
+  PetscCall(PetscSFBcastBegin(sf, MPIU_INT, numbers.data(), split->cols[1].data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(sf, MPIU_INT, numbers.data(), split->cols[1].data(), MPI_REPLACE));
+  PetscCall(PetscSFDestroy(&sf));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthSplitCreate - which entry of an AIJ goes where; collective. NULL where index sets do not allow for it */
+PetscErrorCode AinsworthSplitCreate(Mat aij, const IS rows[2], const IS cols[2], std::shared_ptr<const AinsworthSplit> *split)
+{
+  auto            plan = std::make_shared<AinsworthSplit>();
+  Mat             part[2];
+  const PetscInt *ghosts;
+  PetscInt        m, n, nghosts, first[2];
+  bool            splits = true;
+  PetscBool       all;
+
+  PetscFunctionBegin;
+  split->reset();
+  PetscCall(MatGetLocalSize(aij, &m, &n));
+  PetscCall(AinsworthAIJGetParts(aij, part, &ghosts, &nghosts));
+  plan->rows.resize(m);
+  plan->cols[0].resize(n);
+  plan->cols[1].resize(nghosts);
+  PetscCall(MatGetOwnershipRange(aij, &first[0], NULL));
+  PetscCall(MatGetOwnershipRangeColumn(aij, &first[1], NULL));
+  PetscCall(AddSets(rows, first[0], &plan->rows, &splits));
+  PetscCall(AddSets(cols, first[1], &plan->cols[0], &splits));
+  all = (PetscBool)splits;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &all, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)aij)));
+  if (!all) PetscFunctionReturn(PETSC_SUCCESS);
+  for (int f = 0; f < 2; f++) {
+    PetscCall(ISGetLocalSize(cols[f], &plan->size[f]));
+    first[f] = 0;
+    PetscCallMPI(MPI_Exscan(&plan->size[f], &first[f], 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)aij)));
+  }
+  if (part[1]) PetscCall(MapGhosts(aij, first, ghosts, plan.get()));
+  *split = plan;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Calls visit(block, column, value) for each entry of a part, row by row */
+template <typename Visit>
+static inline void ForEntries(const AinsworthPart &part, const std::vector<PetscInt> &rows, const std::vector<PetscInt> &cols, const PetscReal factor[],
+                              Visit visit)
+{
+  for (PetscInt r = 0; r < part.n; r++) {
+    const int       row = rows[r] < 0 ? 2 : 0; /* A and B, or C and D */
+    const PetscReal s   = factor ? factor[r] : 1.0;
+
+    for (PetscInt k = part.i[r]; k < part.i[r + 1]; k++) {
+      const PetscInt c = cols[part.j[k]];
+
+      if (c >= 0) visit(row, c, s * part.a[k]);
+      else visit(row + 1, Flip(c), s * part.a[k]);
+    }
+  }
+}
+
+/* Entries of B or D, few, in the making */
+struct Few {
+  std::vector<PetscInt>    j;
+  std::vector<PetscScalar> a;
+};
+
+/* Rows of a part of the whole become rows of A and B, or of C and D, in one pass: nearly all of their entries are those of A, or of C */
+static void FillRows(const AinsworthPart &part, const AinsworthSplit *split, int which, bool multipliers, const PetscReal factor[], AinsworthRows *rows,
+                     AinsworthRows *rest)
+{
+  const PetscInt *map   = split->cols[which].data();
+  PetscInt        bound = 0, n = 0;
+  Few             few;
+
+  for (PetscInt r = 0; r < part.n; r++)
+    if ((split->rows[r] < 0) == multipliers) bound += part.i[r + 1] - part.i[r];
+  rows->reserve(bound);
+  PetscInt    *j = rows->j.get();
+  PetscScalar *a = rows->a.get();
+
+  for (PetscInt r = 0; r < (PetscInt)split->rows.size(); r++) {
+    if ((split->rows[r] < 0) != multipliers) continue;
+    const PetscReal s = factor ? factor[r] : 1.0;
+
+    for (PetscInt k = part.mat ? part.i[r] : 0, end = part.mat ? part.i[r + 1] : 0; k < end; k++) {
+      const PetscInt c = map[part.j[k]];
+
+      if (c >= 0) {
+        j[n]   = c;
+        a[n++] = s * part.a[k];
+      } else {
+        few.j.push_back(Flip(c));
+        few.a.push_back(s * part.a[k]);
+      }
+    }
+    rows->i.push_back(n);
+    rest->i.push_back((PetscInt)few.j.size());
+  }
+  rest->reserve((PetscInt)few.j.size());
+  std::copy(few.j.begin(), few.j.end(), rest->j.get());
+  std::copy(few.a.begin(), few.a.end(), rest->a.get());
+}
+
+/* AinsworthSplitFill - the blocks A, B, C, D, or A alone; factor: of each row, NULL: 1 */
+PetscErrorCode AinsworthSplitFill(Mat aij, const AinsworthSplit *split, int wanted, const PetscReal factor[], Mat block[])
+{
+  Mat                            mat[2];
+  const PetscInt                *ghosts;
+  PetscInt                       nghosts;
+  std::unique_ptr<AinsworthRows> rows[2][4];
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthAIJGetParts(aij, mat, &ghosts, &nghosts));
+  for (int p = 0; p < 2; p++) {
+    AinsworthPart part;
+
+    PetscCall(AinsworthPartGet(mat[p], &part));
+    for (auto &r : rows[p]) r.reset(new AinsworthRows);
+    for (int k = 0; k < wanted; k += 2) FillRows(part, split, p, k > 0, factor, rows[p][k].get(), rows[p][k + 1].get());
+    PetscCall(AinsworthPartRestore(&part));
+  }
+  for (int k = 0; k < wanted; k++)
+    PetscCall(AinsworthMatCreateFromRows(PetscObjectComm((PetscObject)aij), split->size[k % 2], std::move(rows[0][k]), std::move(rows[1][k]), &block[k]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthSplitRefill - the values of blocks that were filled from a matrix of the same pattern. Of those that are the same the state stays what it was, so
+   that nothing that depends on them is made again
+*/
+PetscErrorCode AinsworthSplitRefill(Mat aij, const AinsworthSplit *split, int wanted, const PetscReal factor[], Mat block[])
+{
+  Mat             mat[2], parts[4][2];
+  const PetscInt *ghosts;
+  PetscInt        nghosts, changed[4] = {0, 0, 0, 0};
+  AinsworthPart   part[2];
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthAIJGetParts(aij, mat, &ghosts, &nghosts));
+  for (int k = 0; k < wanted; k++) PetscCall(AinsworthAIJGetParts(block[k], parts[k], &ghosts, &nghosts));
+  for (int p = 0; p < 2; p++) {
+    const PetscScalar *start[4] = {NULL}, *a[4] = {NULL};
+
+    PetscCall(AinsworthPartGet(mat[p], &part[p]));
+    for (int k = 0; k < wanted && mat[p]; k++) PetscCall(MatSeqAIJGetArrayRead(parts[k][p], &start[k]));
+    for (int k = 0; k < 4; k++) a[k] = start[k];
+    auto compare = [&](int k, PetscInt, PetscScalar v) {
+      if (k < wanted && !changed[k] && *a[k]++ != v) changed[k] = 1;
+    };
+    ForEntries(part[p], split->rows, split->cols[p], factor, compare);
+    for (int k = 0; k < wanted && mat[p]; k++) PetscCall(MatSeqAIJRestoreArrayRead(parts[k][p], &start[k]));
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, changed, 4, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)aij)));
+  for (int p = 0; p < 2; p++) {
+    PetscScalar *start[4] = {NULL}, *a[4] = {NULL};
+
+    for (int k = 0; k < wanted && mat[p]; k++)
+      if (changed[k]) PetscCall(MatSeqAIJGetArrayWrite(parts[k][p], &start[k]));
+    for (int k = 0; k < 4; k++) a[k] = start[k];
+    auto fill = [&](int k, PetscInt, PetscScalar v) {
+      if (changed[k]) *a[k]++ = v;
+    };
+    if (changed[0] || changed[1] || changed[2] || changed[3]) ForEntries(part[p], split->rows, split->cols[p], factor, fill);
+    for (int k = 0; k < wanted && mat[p]; k++)
+      if (changed[k]) PetscCall(MatSeqAIJRestoreArrayWrite(parts[k][p], &start[k]));
+    PetscCall(AinsworthPartRestore(&part[p]));
+  }
+  for (int k = 0; k < wanted; k++)
+    if (changed[k]) PetscCall(PetscObjectStateIncrease((PetscObject)block[k]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,122 @@
+/* The matrix of one step: the Jacobian without the rows and columns of multipliers that are held at a bound. Blocks without such are the program's own */
+#include "activeset.h"
+#include "../saddle/saddle.h"
+#include <vector>
+
+/* -1 on the diagonal where keep is 0; zeros are stored elsewhere, so that the pattern is that of every step */
+static PetscErrorCode CreateHeldDiagonal(Mat like, Vec keep, Mat *E)
+{
+  PetscInt           rstart, rend, n;
+  const PetscScalar *k;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetOwnershipRange(keep, &rstart, &rend));
+  n = rend - rstart;
+  PetscCall(MatCreateAIJ(PetscObjectComm((PetscObject)like), n, n, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, E));
+  PetscCall(VecGetArrayRead(keep, &k));
+  for (PetscInt i = rstart; i < rend; i++) PetscCall(MatSetValue(*E, i, i, k[i - rstart] - 1.0, INSERT_VALUES));
+  PetscCall(VecRestoreArrayRead(keep, &k));
+  PetscCall(MatAssemblyBegin(*E, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(*E, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* diag(left) M diag(right), either may be NULL, as a view where M is one */
+static PetscErrorCode CreateScaled(Mat M, Vec left, Vec right, Mat *scaled)
+{
+  Mat       source;
+  PetscBool hermitian;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthGetTransposed(M, &source, &hermitian));
+  if (source) {
+    Mat copy;
+
+    PetscCall(CreateScaled(source, right, left, &copy)); /* real factors */
+    if (hermitian) PetscCall(MatCreateHermitianTranspose(copy, scaled));
+    else PetscCall(MatCreateTranspose(copy, scaled));
+    PetscCall(MatDestroy(&copy));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatDuplicate(M, MAT_COPY_VALUES, scaled));
+  PetscCall(MatDiagonalScale(*scaled, left, right));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* M, which may be NULL, with rows and columns held: a diagonal block, or the whole Jacobian */
+static PetscErrorCode CreateHeld(Mat like, Mat M, Vec keep, Mat *held)
+{
+  Mat E;
+
+  PetscFunctionBegin;
+  PetscCall(CreateHeldDiagonal(like, keep, &E));
+  if (!M) {
+    *held = E;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(CreateScaled(M, keep, keep, held));
+  PetscCall(MatAXPY(*held, 1.0, E, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(MatDestroy(&E));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CreateNest(Mat J, Vec bounded, Vec keep, Mat *step)
+{
+  PetscInt         nr, nc;
+  std::vector<IS>  rows, cols;
+  std::vector<Vec> held; /* keep of the fields that have bounds, NULL for others */
+  std::vector<Mat> block;
+
+  PetscFunctionBegin;
+  PetscCall(MatNestGetSize(J, &nr, &nc));
+  PetscCheck(nr == nc, PetscObjectComm((PetscObject)J), PETSC_ERR_ARG_SIZ,
+             "The Jacobian is a MatNest of %" PetscInt_FMT " by %" PetscInt_FMT " blocks, SNES type %s needs as many rows as columns", nr, nc,
+             SNESAINSWORTHACTIVESET);
+  rows.resize(nr);
+  cols.resize(nc);
+  PetscCall(MatNestGetISs(J, rows.data(), cols.data()));
+  for (IS is : rows) {
+    PetscReal some;
+    Vec       part, copy = NULL;
+
+    PetscCall(VecGetSubVector(bounded, is, &part));
+    PetscCall(VecMax(part, NULL, &some));
+    PetscCall(VecRestoreSubVector(bounded, is, &part));
+    if (some > 0.0) {
+      PetscCall(VecGetSubVector(keep, is, &part));
+      PetscCall(VecDuplicate(part, &copy));
+      PetscCall(VecCopy(part, copy));
+      PetscCall(VecRestoreSubVector(keep, is, &part));
+    }
+    held.push_back(copy);
+  }
+  for (PetscInt i = 0; i < nr; i++) {
+    for (PetscInt j = 0; j < nc; j++) {
+      Mat from, to = NULL;
+
+      PetscCall(MatNestGetSubMat(J, i, j, &from));
+      if (i == j && held[i]) PetscCall(CreateHeld(J, from, held[i], &to));
+      else if (from && (held[i] || held[j])) PetscCall(CreateScaled(from, held[i], held[j], &to));
+      else {
+        to = from;
+        PetscCall(PetscObjectReference((PetscObject)to));
+      }
+      block.push_back(to);
+    }
+  }
+  PetscCall(MatCreateNest(PetscObjectComm((PetscObject)J), nr, rows.data(), nc, cols.data(), block.data(), step));
+  for (Mat &M : block) PetscCall(MatDestroy(&M));
+  for (Vec &v : held) PetscCall(VecDestroy(&v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthStepMatCreate(Mat J, Vec bounded, Vec keep, Mat *step)
+{
+  PetscBool nest;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)J, MATNEST, &nest));
+  if (nest) PetscCall(CreateNest(J, bounded, keep, step));
+  else PetscCall(CreateHeld(J, J, keep, step));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,263 @@
+static char help[] = "Traps of the inner solver: what it says, leaves behind or fails at in one solve must not be believed, or stay, in another.\n\n";
+
+#include "run.h"
+#include <petsc/private/pcimpl.h>
+#include <petsccompat.h>
+
+/* What the inner solver is told to do, counted from the first solve or application */
+struct Plan {
+  PetscInt           solves = 0, applications = 0;
+  PetscInt           from = 0, to = 0; /* solves that end with `reason` after `steps` */
+  PetscInt           steps   = 1;
+  KSPConvergedReason reason  = KSP_CONVERGED_RTOL;
+  KSPConvergedReason later   = KSP_CONVERGED_ITERATING; /* of the solves after `to`; ITERATING: the usual test */
+  PetscInt           failing = 0;                       /* application that raises an error; 0: none */
+  void              *usual   = NULL;
+};
+
+static PetscErrorCode Test(KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason, void *ctx)
+{
+  Plan *plan = (Plan *)ctx;
+
+  PetscFunctionBeginUser;
+  if (!step) plan->solves++;
+  PetscCall(KSPConvergedDefault(ksp, step, norm, reason, plan->usual));
+  const KSPConvergedReason told = plan->solves > plan->to ? plan->later : plan->solves >= plan->from ? plan->reason : KSP_CONVERGED_ITERATING;
+  if (told) *reason = step < plan->steps ? KSP_CONVERGED_ITERATING : told;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Identity(PC pc, Vec r, Vec z)
+{
+  Plan *plan;
+
+  PetscFunctionBeginUser;
+  PetscCall(PCShellGetContext(pc, (void **)&plan));
+  PetscCheck(++plan->applications != plan->failing, PetscObjectComm((PetscObject)pc), PETSC_ERR_USER, "an error in the middle");
+  PetscCall(VecCopy(r, z));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Inner(const Run &run, KSP *inner, PC *pc)
+{
+  PC outer;
+
+  PetscFunctionBeginUser;
+  PetscCall(KSPGetPC(run.ksp, &outer));
+  PetscCall(PCAinsworthGetKSP(outer, inner));
+  PetscCall(KSPGetPC(*inner, pc));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Obey(const Run &run, Plan *plan)
+{
+  KSP inner;
+  PC  pc;
+
+  PetscFunctionBeginUser;
+  PetscCall(Inner(run, &inner, &pc));
+  PetscCall(KSPConvergedDefaultCreate(&plan->usual));
+  PetscCall(KSPSetConvergenceTest(inner, Test, plan, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Done(Run *run, Plan *plan)
+{
+  PetscFunctionBeginUser;
+  PetscCall(RunDestroy(run));
+  if (plan->usual) PetscCall(KSPConvergedDefaultDestroy(plan->usual));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* GCR calls its limit of iterations convergence; a limit that the program takes for convergence is one */
+static PetscErrorCode Limit()
+{
+  const DenseSystem d = SpringsCreate(40, 4, 1.0, 11);
+  Run               run;
+  const char       *why;
+  PC                pc;
+
+  PetscFunctionBeginUser;
+  Case("limit of iterations of GCR");
+  for (const char *more : {"", " -ainsworth_ksp_converged_maxits"}) {
+    Options line(std::string("-ainsworth_ksp_type gcr -ainsworth_pc_type jacobi -ainsworth_ksp_max_it 2 -ainsworth_ksp_rtol 1e-10") + more);
+
+    PetscCall(RunCreate(d, false, &run));
+    PetscCall(RunSolve(&run));
+    if (more[0]) PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason > 0));
+    else {
+      PetscCall(CheckFailed(run));
+      PetscCall(KSPGetPC(run.ksp, &pc));
+      PetscCall(PCAinsworthGetFailure(pc, &why));
+      PetscCall(CheckText("the cause", why, {"The reduced solve ended without convergence (DIVERGED_ITS) after 2 iterations"}));
+    }
+    PetscCall(RunDestroy(&run));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The first solve says that it converged, which is not true; the second, which refines it, ends at a number of iterations. What was asked for is that of the first */
+static PetscErrorCode Refinement(const char *method)
+{
+  Options           line(std::string("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-10 -ainsworth_ksp_type ") + method);
+  const DenseSystem d = SpringsCreate(40, 4, 1.0, 12);
+  Run               run;
+  Plan              plan;
+
+  PetscFunctionBeginUser;
+  Case("refinement by %s", method);
+  plan.from = plan.to = 1;
+  plan.later          = KSP_CONVERGED_ITS;
+  PetscCall(RunCreate(d, false, &run));
+  PetscCall(Obey(run, &plan));
+  PetscCall(RunSolve(&run));
+  PetscCall(CheckInt("solves", plan.solves, 2));
+  PetscCall(CheckFailed(run));
+  PetscCall(Done(&run, &plan));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An error in the cycle of multigrid inside; the next solve, and the end, are as if there had been none */
+static PetscErrorCode Multigrid()
+{
+  Options           line("-ainsworth_pc_type mg -ainsworth_ksp_rtol 1e-10");
+  const DenseSystem d = SpringsCreate(20, 4, 1.0, 13);
+  Run               run;
+  Plan              plan;
+  KSP               inner, coarse;
+  PC                mg, pc;
+
+  PetscFunctionBeginUser;
+  Case("an error in PCMG");
+  PetscCall(RunCreate(d, false, &run));
+  PetscCall(Inner(run, &inner, &mg));
+  PetscCall(PCSetType(mg, PCMG));
+  PetscCall(PCMGSetLevels(mg, 1, NULL));
+  PetscCall(PCMGGetCoarseSolve(mg, &coarse));
+  PetscCall(KSPSetType(coarse, KSPPREONLY));
+  PetscCall(KSPGetPC(coarse, &pc));
+  PetscCall(PCSetType(pc, PCSHELL));
+  PetscCall(PCShellSetApply(pc, Identity));
+  PetscCall(PCShellSetContext(pc, &plan));
+  PetscCall(CheckSolved(&run, d));
+  plan.failing = plan.applications + 3;
+  PetscCall(CheckError("the error is passed on", [&]() { return RunSolve(&run); }, PETSC_ERR_USER, {"an error in the middle"}));
+  PetscCall(CheckSolved(&run, d));
+  PetscCall(Done(&run, &plan));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* GMRES from the right applies its preconditioner a last time to get x: where that failed nothing has converged */
+static PetscErrorCode LastApplication()
+{
+  Options           line("-ksp_type gmres -ksp_pc_side right -ksp_rtol 1e-6 -ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12");
+  const DenseSystem d = SpringsCreate(20, 4, 1.0, 14);
+  Run               run;
+  Plan              plan;
+
+  PetscFunctionBeginUser;
+  Case("the last application");
+  PetscCall(SystemFromDense(d, false, &run.sys));
+  {
+    Mat Ct;
+
+    PetscCall(MatCreateHermitianTranspose(run.sys.C, &Ct));
+    PetscCall(NestCreate(run.sys.A, Ct, run.sys.C, NULL, false, &run.nest));
+    PetscCall(MatDestroy(&Ct));
+  }
+  PetscCall(SolverCreate(run.nest, &run.ksp));
+  plan.from = plan.to = 2;
+  plan.reason         = KSP_DIVERGED_NANORINF;
+  PetscCall(Obey(run, &plan));
+  PetscCall(RunSolve(&run));
+  PetscCall(CheckInt("applications", plan.solves, 2));
+  PetscCall(CheckFailed(run));
+  PetscCall(CheckSolved(&run, d));
+  PetscCall(Done(&run, &plan));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What failed in one application does not fail the next solve, whatever the outer method */
+static PetscErrorCode Stale(const char *outer)
+{
+  Options           line(std::string("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -ksp_rtol 1e-10 -ksp_type ") + outer);
+  const DenseSystem d = SpringsCreate(20, 4, 1.0, 15);
+  Run               run;
+  Plan              plan;
+  Mat               Ct;
+
+  PetscFunctionBeginUser;
+  Case("after a failed application, %s", outer);
+  PetscCall(SystemFromDense(d, false, &run.sys));
+  PetscCall(MatCreateHermitianTranspose(run.sys.C, &Ct));
+  PetscCall(NestCreate(run.sys.A, Ct, run.sys.C, NULL, false, &run.nest));
+  PetscCall(MatDestroy(&Ct));
+  PetscCall(SolverCreate(run.nest, &run.ksp));
+  plan.from = plan.to = 1;
+  plan.reason         = KSP_DIVERGED_NANORINF;
+  PetscCall(Obey(run, &plan));
+  PetscCall(RunSolve(&run));
+  PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason < 0));
+  PetscCall(CheckSolved(&run, d));
+  PetscCall(Done(&run, &plan));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode FailingSetUp(PC pc)
+{
+  PetscFunctionBeginUser;
+  PetscCall(AinsworthPCSetFailedReason(pc, PC_FACTOR_NUMERIC_ZEROPIVOT));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An inner preconditioner fails in its set-up; another type of it, or the same for another A, does not */
+static PetscErrorCode OtherType(bool type)
+{
+  Options     line("-ainsworth_ksp_rtol 1e-12 -ainsworth_pc_type shell");
+  DenseSystem d = SpringsCreate(20, 4, 1.0, 16);
+  Plan        plan;
+  Run         run;
+  KSP         inner;
+  PC          pc;
+  const char *why;
+
+  PetscFunctionBeginUser;
+  Case("after a failed set-up, %s", type ? "another type" : "the same type");
+  PetscCall(RunCreate(d, false, &run));
+  PetscCall(Inner(run, &inner, &pc));
+  PetscCall(PCSetType(pc, PCSHELL));
+  PetscCall(PCShellSetApply(pc, Identity));
+  PetscCall(PCShellSetContext(pc, &plan));
+  PetscCall(PCShellSetSetUp(pc, FailingSetUp));
+  PetscCall(RunSolve(&run));
+  PetscCall(CheckFailed(run));
+  PetscCall(KSPGetPC(run.ksp, &pc));
+  PetscCall(PCAinsworthGetFailure(pc, &why));
+  PetscCall(CheckText("the cause", why, {"The inner preconditioner, of type shell, failed (FACTOR_NUMERIC_ZEROPIVOT)"}));
+  PetscCall(Inner(run, &inner, &pc));
+  if (type) PetscCall(PCSetType(pc, PCJACOBI));
+  else PetscCall(PCShellSetSetUp(pc, NULL));
+  d.A *= 2.0;
+  PetscCall(WriteDense(d.A, run.sys.A));
+  PetscCall(CheckSolved(&run, d));
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  int exitcode;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(AinsworthInitializePackage());
+  PetscCall(Limit());
+  for (const char *method : {"projectedcg", "gcr", "gmres"}) PetscCall(Refinement(method));
+  PetscCall(Multigrid());
+  PetscCall(LastApplication());
+  for (const char *outer : {"preonly", "fgmres", "gmres", "gcr"}) PetscCall(Stale(outer));
+  for (bool type : {false, true}) PetscCall(OtherType(type));
+  PetscCall(ChecksFinish(&exitcode));
+  PetscCall(PetscFinalize());
+  return exitcode;
+}

@@ -1,0 +1,36 @@
+/* Two blocks of elastic material, one on the other, that touch in the origin: a quarter of them, in the plane a half */
+#ifndef TUTORIALS_BODIES_H
+#define TUTORIALS_BODIES_H
+
+#include "../benchmark/scenes/scene.h"
+#include <petscsnes.h>
+
+struct BodiesOptions {
+  PetscInt  dim, n[2]; /* cells along each edge, lower and upper body */
+  PetscReal E[2], nu;  /* Young's moduli, and Poisson's ratio of both */
+  PetscReal near, far; /* half of the cells lie within near of the origin, all within far */
+  PetscReal radius;    /* of the upper body, whose surface is at r^2 / (2 radius) */
+};
+
+/* A node of the upper body that may come into contact: the multiplier of its row is its force */
+struct ContactNode {
+  PetscInt  row; /* local number of its multiplier in the vectors of the system */
+  PetscReal x[3], area, gap;
+};
+
+struct Bodies {
+  BodiesOptions            options;
+  Scene                    scene;
+  Mat                      A, C, N; /* N = -C */
+  Mat                      J;       /* [A C'; -C 0] */
+  Vec                      gaps;    /* for all unknowns: the distance before anything moves in rows of contact, zero elsewhere */
+  Vec                      contact; /* for all unknowns: 1 in rows of contact, zero elsewhere */
+  std::vector<ContactNode> node;    /* of this rank */
+};
+
+PetscErrorCode BodiesCreate(MPI_Comm, const BodiesOptions &, Bodies *);
+PetscErrorCode BodiesDestroy(Bodies *);
+/* The deformed bodies, their displacement and the forces of contact, for ParaView */
+PetscErrorCode BodiesViewVTU(const Bodies &, Vec solution, PetscReal approach, const char file[]);
+
+#endif
