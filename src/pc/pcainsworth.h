@@ -6,6 +6,7 @@
 #include "../saddle/saddle.h"
 #include "../multigrid/source.h"
 #include "../pmat/pmat.h"
+#include "../report/diagnosis.h"
 #include "../report/report.h"
 
 struct Mat_Ainsworth;
@@ -32,6 +33,14 @@ typedef enum {
   AINSWORTH_VERDICT_CONTRADICTION /* no x can have this right-hand side of the constraints */
 } AinsworthVerdict;
 
+/* What set-up has come to: a diagnosis tells of each on its own */
+typedef enum {
+  PC_AINSWORTH_STAGE_PASSED,      /* a matrix */
+  PC_AINSWORTH_STAGE_BLOCKS,      /* its normal form */
+  PC_AINSWORTH_STAGE_CONSTRAINTS, /* the projector, or no constraints */
+  PC_AINSWORTH_STAGE_REDUCED      /* all is set up */
+} PCAinsworthStage;
+
 /* f and g, or x and lambda, in the program's fields */
 struct PCAinsworthFields {
   Vec primal, dual;
@@ -51,6 +60,25 @@ struct PCAinsworthNamedField {
   std::string           name;
   AinsworthIS           is;
   std::vector<PetscInt> rows, cols;
+};
+
+/* A factorization of M_* in the place of multigrid (escape.cpp) */
+struct PCAinsworthEscape {
+  PetscBool              taken;      /* M_* is factored, by our choice */
+  PetscBool              refused;    /* which failed for this matrix */
+  PetscBool              now;        /* the solve that runs has ended for it */
+  PetscBool              counted;    /* what follows is known */
+  PetscInt               n;          /* of the A of that choice */
+  PetscReal              entries;    /* of that A */
+  PetscReal              operations; /* predicted */
+  PetscReal              iterations; /* with multigrid that take as long */
+  std::vector<PetscReal> norms;      /* of the residuals of the solve that runs */
+  char                   why[256];   /* in words */
+  PetscBool              watching;   /* the KSP has another convergence test than its own, which is: */
+  void                  *test;
+  PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
+  AinsworthTestDestroyFn *destroy;
+  PetscBool               error; /* KSPSetErrorIfNotConverged() of its own */
 };
 
 struct PC_Ainsworth {
@@ -74,6 +102,7 @@ struct PC_Ainsworth {
   PetscBool       symmetric;       /* A = A' */
   PetscBool       adjoint;         /* B is C, and D = D' */
   Vec             inverseDiagonal; /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */
+  PetscBool       indefinite;      /* conjugate gradients gave way to GMRES since the last set-up */
   PetscBool       stale;           /* a choice changed since the last set-up */
   char            failure[512];    /* of the last set-up or solve, in words; empty where it was good */
   PetscInt        applications;    /* of the outer solve that runs, and one; 0 where none does */
@@ -97,11 +126,12 @@ struct PC_Ainsworth {
   PetscBool           ordered;          /* the program wanted that for its own */
   PetscBool           keptInside;       /* what the program has said about that to the inner KSP */
   PetscBool           ownMethod;        /* it gave way to GMRES because the system is not Hermitian */
-  Vec                 rhs;              /* f~ */
-  Vec                 Ax;               /* op(A) x of the solution, with the program's A */
-  PetscBool           knownAx;          /* it came with the multipliers */
-  Vec                 g, lambda;        /* on the kept rows, where some are not kept */
-  Vec                 f;                /* less what is known of x and lambda, where something is */
+  PCAinsworthEscape   escape;
+  Vec                 rhs;       /* f~ */
+  Vec                 Ax;        /* op(A) x of the solution, with the program's A */
+  PetscBool           knownAx;   /* it came with the multipliers */
+  Vec                 g, lambda; /* on the kept rows, where some are not kept */
+  Vec                 f;         /* less what is known of x and lambda, where something is */
 
   /* pcrebuild.cpp: iterations of the first solve with the preconditioner, -1: none yet; of the last; and how many more than the first one all took */
   AinsworthRebuildType rebuild;
@@ -112,6 +142,8 @@ struct PC_Ainsworth {
   AinsworthReportSettings reporting;
   AinsworthReport        *report;       /* NULL until a solve is reported on */
   PetscLogDouble          setupSeconds; /* of the set-up that no solve has followed yet */
+
+  std::unique_ptr<AinsworthDiagnosis> diagnosis; /* NULL: not asked for */
 };
 
 PETSC_INTERN PetscErrorCode      PCCreate_Ainsworth(PC);
@@ -136,6 +168,19 @@ PETSC_INTERN PetscErrorCode      PCAinsworthSetTranspose_Private(PC_Ainsworth *)
 PETSC_INTERN PetscErrorCode      PCAinsworthAfterError_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthKeepInner_Private(PC_Ainsworth *, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthLooksDefinite_Private(const PC_Ainsworth *, Mat, PetscBool *);
+PETSC_INTERN PCType              PCAinsworthFactorType_Private(const PC_Ainsworth *, MatSolverType *);
+PETSC_INTERN PetscErrorCode      PCAinsworthChoosePackage_Private(const PC_Ainsworth *, PC);
+PETSC_INTERN PetscErrorCode      PCAinsworthChooseType_Private(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthIsOwnMultigrid_Private(const PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthConvertPmat_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthSetUpPreconditioner_Private(PC, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeAtOnce_Private(PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeReview_Private(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCheck_Private(PC, PC_Ainsworth *, PetscBool, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeBegin_Private(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeEnd_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscape_Private(PC, PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeView_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetUpInner_Private(PC, PC_Ainsworth *, const Mat_Ainsworth *, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthKeepOrSetUpInner_Private(PC, PC_Ainsworth *, const Mat_Ainsworth *, PetscBool, char[], size_t);
 PETSC_INTERN PetscBool           PCAinsworthKeepsAlways_Private(PC, const PC_Ainsworth *);
@@ -145,12 +190,14 @@ PETSC_INTERN PetscErrorCode      PCAinsworthLimit_Private(PC, const PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthCount_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthRebuild_Private(PC, PC_Ainsworth *, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthViewRebuild_Private(const PC_Ainsworth *, PetscViewer);
+PETSC_INTERN PetscErrorCode      PCAinsworthTakeGMRES_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthFallBack_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthUpdateInputs_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthComposeFields_Private(PC, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthFieldsFromOptions_Private(PC, PC_Ainsworth *, AinsworthOptionItems);
 PETSC_INTERN PetscErrorCode      PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);
-PETSC_INTERN PetscErrorCode      PCAinsworthViewLeftOut_Private(PC_Ainsworth *, PetscViewer);
+PETSC_INTERN PetscErrorCode      PCAinsworthDescribeLeftOut_Private(PC_Ainsworth *, std::string &);
+PETSC_INTERN PetscErrorCode      PCAinsworthDescribePmat_Private(const PC_Ainsworth *, std::string &);
 PETSC_INTERN PetscErrorCode      PCView_Ainsworth(PC, PetscViewer);
 PETSC_INTERN PetscReal           PCAinsworthPenaltyFactor_Private(const PC_Ainsworth *);
 PETSC_INTERN PCAinsworthPmatType PCAinsworthPmatTypeInUse_Private(const PC_Ainsworth *);
@@ -159,14 +206,22 @@ PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC, PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthReportEnd_Private(PC_Ainsworth *, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *, Vec, Vec, PetscReal *);
-PETSC_INTERN PetscErrorCode      PCAinsworthSolveFields_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PCAinsworthFields, PCAinsworthFields, KSPConvergedReason *);
-PETSC_INTERN PetscErrorCode      PCAinsworthRefineRows_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, PCAinsworthFields, PCAinsworthFields,
-                                                               PCAinsworthFields, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthIsFree_Private(const PC_Ainsworth *, Vec, Vec, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthAskedFor_Private(const PC_Ainsworth *, KSPConvergedReason, PetscReal *);
-PETSC_INTERN PetscErrorCode      PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, Vec, AinsworthVerdict *, char[],
-                                                           size_t);
-PETSC_INTERN PetscErrorCode      PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);
-PETSC_INTERN PetscErrorCode      PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);
+PETSC_INTERN PetscErrorCode      PCAinsworthSolveFields_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PCAinsworthFields, PCAinsworthFields,
+                                                                KSPConvergedReason *);
+PETSC_INTERN PetscErrorCode PCAinsworthRefineRows_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, PCAinsworthFields, PCAinsworthFields, PCAinsworthFields,
+                                                          PetscBool *, PetscReal *);
+PETSC_INTERN PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *, Vec, Vec, PetscBool *);
+PETSC_INTERN PetscErrorCode PCAinsworthAskedFor_Private(const PC_Ainsworth *, KSPConvergedReason, PetscReal *);
+PETSC_INTERN PetscErrorCode PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, Vec, AinsworthVerdict *, char[],
+                                                      size_t);
+PETSC_INTERN PetscErrorCode PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);
+PETSC_INTERN PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *, Vec, PetscReal *);
+PETSC_INTERN PetscErrorCode PCAinsworthTry_Private(PC, PC_Ainsworth *, KSPConvergedReason *, PetscInt *, char[], size_t);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnosePassed_Private(PC, AinsworthDiagnosis *);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseBlocks_Private(const PC_Ainsworth *, AinsworthDiagnosis *);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnose_Private(PC, PC_Ainsworth *, PCAinsworthStage);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseFailure_Private(PC, PC_Ainsworth *, PetscErrorCode, const char[]);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseFromOptions_Private(PC, PC_Ainsworth *, AinsworthOptionItems);
+PETSC_INTERN PetscErrorCode PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);
 
 #endif

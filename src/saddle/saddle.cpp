@@ -1,8 +1,5 @@
 #include "saddle.h"
 
-/* Blocks are taken for adjoint that differ by this part of their entries, the rounding of a program's own */
-static const PetscReal adjoint = 1e-10;
-
 /* The matrix that holds the entries of C, and whether C is that matrix, its transpose or its adjoint */
 static PetscErrorCode GetSource(Mat block, Mat transposed, Mat *source, PetscBool *transpose, PetscBool *hermitian)
 {
@@ -60,22 +57,6 @@ static PetscErrorCode CopyOpaque(AinsworthSaddle *sp)
   }
   PetscCall(MatDestroy(&sp->block[AINSWORTH_BLOCK_A]));
   sp->block[AINSWORTH_BLOCK_A] = copy;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Collective: are two matrices the same, up to rounding? */
-static PetscErrorCode Same(Mat C, Mat other, PetscBool *same)
-{
-  Mat       difference;
-  PetscReal norm, size;
-
-  PetscFunctionBegin;
-  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &difference));
-  PetscCall(MatAXPY(difference, -1.0, other, DIFFERENT_NONZERO_PATTERN));
-  PetscCall(MatNorm(difference, NORM_FROBENIUS, &norm));
-  PetscCall(MatNorm(C, NORM_FROBENIUS, &size));
-  PetscCall(MatDestroy(&difference));
-  *same = (PetscBool)(norm <= adjoint * size);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -201,7 +182,7 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
   PetscCall(GetCompliance(sp));
   PetscCall(AinsworthSaddleFindKnown(sp));
   if (sp->rowsC != sp->givenC) { /* without the columns of what is known it may be B */
-    PetscCall(Same(sp->rowsC, sp->rowsB, &same));
+    PetscCall(AinsworthMatEqual(sp->rowsC, sp->rowsB, &same));
     if (same) {
       PetscCall(MatDestroy(&sp->rowsB));
       PetscCall(PetscObjectReference((PetscObject)sp->rowsC));

@@ -122,12 +122,15 @@ PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *, Mat, Pets
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *, PetscInt, const PetscInt[]);
 PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *, const PetscBool[], char[], size_t);
+PetscErrorCode AinsworthSaddleNameKind(const AinsworthSaddle *, AinsworthRowKind, char[], size_t);
+PetscErrorCode AinsworthSaddleNameKept(const AinsworthSaddle *, PetscInt, const PetscInt[], char[], size_t);
 PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *, char[], size_t);
 
 /* symmetry.cpp */
 PetscErrorCode AinsworthProbeSymmetry(Mat, PetscBool *);
 
 /* check.cpp: values of the blocks, and whether block (0,1) is the adjoint of C */
+PetscErrorCode AinsworthMatEqual(Mat, Mat, PetscBool *);
 PetscErrorCode AinsworthMatFindNonzero(Mat, PetscInt *, PetscInt *);
 PetscErrorCode AinsworthMatFindNotFinite(Mat, PetscInt *, PetscInt *);
 PetscErrorCode AinsworthMatFindOffDiagonal(Mat, PetscInt *, PetscInt *);
