@@ -38,6 +38,6 @@ install(FILES include/ainsworth.py DESTINATION "${AINSWORTH_PYTHON_DIR}")
 install(FILES tutorials/ex1.c tutorials/ex1.py DESTINATION "${data}/tutorials")
 install(DIRECTORY tutorials/benchmark/solvers/ DESTINATION "${data}/options" FILES_MATCHING PATTERN "*.opts")
 install(FILES README.md LICENSE CITATION.cff CHANGELOG.md DESTINATION "${CMAKE_INSTALL_DOCDIR}")
-install(DIRECTORY docs DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATTERN "*.md" PATTERN "*.svg" PATTERN "*.csv" PATTERN study EXCLUDE)
+install(DIRECTORY docs DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATTERN "*.md" PATTERN "*.svg" PATTERN "*.png" PATTERN "*.csv" PATTERN study EXCLUDE)
 
 add_custom_target(uninstall COMMAND "${CMAKE_COMMAND}" -P "${PROJECT_SOURCE_DIR}/makefiles/uninstall.cmake" WORKING_DIRECTORY "${PROJECT_BINARY_DIR}")

@@ -96,7 +96,7 @@ function(ainsworth_program_test name)
     add_test(NAME "${name}_np${ranks}" WORKING_DIRECTORY "${folder}"
       COMMAND sh "${PROJECT_SOURCE_DIR}/tests/run.sh" ${judge} -- ${launcher} ${T_COMMAND} ${T_ARGS})
     set_tests_properties("${name}_np${ranks}" PROPERTIES
-      TIMEOUT "${T_TIMEOUT}" PROCESSORS ${processors} LABELS "${T_LABELS}"
+      TIMEOUT "${T_TIMEOUT}" PROCESSORS ${processors} LABELS "${T_LABELS}" SKIP_RETURN_CODE 77
       ENVIRONMENT "${AINSWORTH_ENVIRONMENT};${T_ENVIRONMENT}")
   endforeach()
 endfunction()

@@ -101,7 +101,7 @@ def main():
     bar = figure.colorbar(pyplot.cm.ScalarMappable(pyplot.Normalize(0, most), colors), cax=figure.add_axes((0.86, 0.2, 0.03, 0.6)))
     bar.set_label("contact pressure")
     figure.suptitle("Deformed bodies, displacements %.3g times; the upper body is lifted" % scale, fontsize=10)
-    figure.savefig(sys.argv[2], dpi=130)
+    figure.savefig(sys.argv[2], dpi=110)
     print("wrote %s: %d nodes, %d faces in contact, pressure up to %.4g" % (sys.argv[2], len(place), len(touching), most))
 
 

@@ -16,8 +16,7 @@ from common import prose
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
 OPTIONS = os.path.join(ROOT, "docs", "options.md")
-PREFIXES = ("pc_ainsworth_", "pc_blocksa_")  # options of our own
-TYPES = ("PCAINSWORTH", "PCBLOCKSA", "KSPPROJECTEDCG", "KSPCHEBYSHEVSINGLE", "MATAINSWORTH")
+PREFIXES = ("pc_ainsworth_", "pc_blocksa_")  # options of our own that a linear solve shows in its -help
 HEAD = """# Options
 
 Which option does what, with its default. Choices are separated by commas, the default first. The tables are those of
@@ -74,10 +73,15 @@ def pages():
     return found
 
 
+def types(found):
+    """Pages of types, our preconditioner first."""
+    return sorted((name for name in found if found[name].kind == "MC"), key=lambda name: (name != "PCAINSWORTH", not name.startswith("PC"), name))
+
+
 def options_page(found):
     text = HEAD
-    for name in TYPES:
-        options = found[name].options() if name in found else []
+    for name in types(found):
+        options = found[name].options()
         if options:
             text += "\n## %s\n\n%s.\n\n| option | values | |\n|---|---|---|\n" % (name, found[name].what[0].upper() + found[name].what[1:])
             text += "".join("| `%s` | %s | %s |\n" % (option, "`%s`" % values if values else "", meaning.replace("|", "\\|")) for option, values, meaning in options)
@@ -145,7 +149,7 @@ def check(path, found):
     """What is wrong, a line each."""
     with open(path, encoding="utf-8", errors="replace") as file:
         told = own("\n".join(re.findall(r"^ +-(?:\w+_)?((?:%s)\w+)" % "|".join(PREFIXES), file.read(), re.MULTILINE)).replace("pc_", "-pc_"))
-    documented = own("\n".join(option for name in TYPES if name in found for option, _, _ in found[name].options()))
+    documented = own("\n".join(option for name in types(found) for option, _, _ in found[name].options()))
     wrong = ["-help has -%s, its manual page does not" % name for name in sorted(told - documented)]
     wrong += ["a manual page has -%s, -help does not" % name for name in sorted(documented - told)]
     for page in sorted(glob.glob(os.path.join(ROOT, "docs", "*.md"))) + [os.path.join(ROOT, "README.md")]:

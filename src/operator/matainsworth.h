@@ -46,6 +46,7 @@ PETSC_INTERN PetscErrorCode MatAinsworthRecover_Private(Mat, PetscBool, Vec, Vec
 PETSC_INTERN PetscErrorCode MatAinsworthSetOtherBlocks_Private(Mat, Mat, Mat, PetscBool);
 PETSC_INTERN PetscErrorCode MatAinsworthGetCompliance_Private(Mat, Vec *);
 PETSC_INTERN PetscErrorCode MatAinsworthDiagnose_Private(Mat, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *, PetscBool *);
+PETSC_INTERN PetscErrorCode MatAinsworthFindNear_Private(Mat, PetscInt *, PetscInt **);
 PETSC_INTERN PetscErrorCode MatAinsworthIsDoubtful_Private(Mat, PetscBool *);
 PETSC_INTERN PetscErrorCode MatAinsworthViewGram_Private(Mat, PetscViewer);
 PETSC_INTERN PetscErrorCode MatAinsworthGetGramEconomy_Private(Mat, const char **);

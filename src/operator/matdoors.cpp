@@ -187,6 +187,17 @@ PetscErrorCode MatAinsworthDiagnose_Private(Mat mat, PetscInt *pass, PetscInt *n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Rows of C that are nearly dependent, by their numbers, the same on all ranks; to be freed */
+PetscErrorCode MatAinsworthFindNear_Private(Mat mat, PetscInt *n, PetscInt **rows)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
+  PetscCall(AinsworthProjectorFindNear(&ctx->proj, ctx->mobility, n, rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Are rows of C nearly dependent, so that solves with the Gram matrix are refined? */
 PetscErrorCode MatAinsworthIsDoubtful_Private(Mat mat, PetscBool *doubtful)
 {

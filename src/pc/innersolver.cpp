@@ -103,13 +103,14 @@ static PetscErrorCode IsConjugateGradients(KSPType type, PetscBool *definite)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static const PetscInt restart = 100; /* more than preconditioned by multigrid it takes: a restart would lose what it knows */
+
 /* Where nobody chose the method it is KSPPROJECTEDCG, or GMRES where A is not symmetric or B is not C */
 static PetscErrorCode ChooseMethod(PC pc, PC_Ainsworth *data)
 {
-  static const PetscInt restart   = 100; /* more than preconditioned by multigrid it takes: a restart would lose what it knows */
-  const PetscBool       hermitian = (PetscBool)(data->symmetric && data->adjoint);
-  PetscBool             given, norm, projected, gmres;
-  KSP                   ksp = data->ksp;
+  const PetscBool hermitian = (PetscBool)(data->symmetric && data->adjoint);
+  PetscBool       given, norm, projected, gmres;
+  KSP             ksp = data->ksp;
 
   PetscFunctionBegin;
   PetscCall(PetscOptionsHasName(((PetscObject)ksp)->options, ((PetscObject)ksp)->prefix, "-ksp_type", &given));
@@ -126,6 +127,29 @@ static PetscErrorCode ChooseMethod(PC pc, PC_Ainsworth *data)
     PetscCall(KSPGMRESSetRestart(ksp, restart));
     data->ownMethod = PETSC_TRUE;
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   PCAinsworthTakeGMRES_Private - where nobody chose the method, and conjugate gradients have found springs of negative stiffness not to be held: GMRES, until the
+   next set-up
+*/
+PetscErrorCode PCAinsworthTakeGMRES_Private(PC pc, PC_Ainsworth *data, PetscBool *taken)
+{
+  KSP       ksp = data->ksp;
+  PetscBool given, norm, projected;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsHasName(((PetscObject)ksp)->options, ((PetscObject)ksp)->prefix, "-ksp_type", &given));
+  PetscCall(PetscOptionsHasName(((PetscObject)ksp)->options, ((PetscObject)ksp)->prefix, "-ksp_norm_type", &norm));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
+  *taken = (PetscBool)(projected && !((given || norm) && pc->setfromoptionscalled) && data->choices.variant == PC_AINSWORTH_WEIGHTED);
+  if (!*taken) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscInfo(pc, "The reduced system is not positive definite: it is solved by GMRES\n"));
+  PetscCall(PCAinsworthSetMethod_Private(data, KSPGMRES));
+  PetscCall(KSPGMRESSetRestart(ksp, restart));
+  PetscCall(PCAinsworthSetKSPOperators_Private(data));
+  data->ownMethod = data->indefinite = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -327,7 +351,7 @@ PetscErrorCode PCAinsworthLooksDefinite_Private(const PC_Ainsworth *data, Mat M,
   PetscCall(VecPointwiseDivide(z, r, diagonal));
   PetscCall(VecCopy(z, p));
   PetscCall(VecDot(z, r, &rz));
-  for (int k = 0; k < steps && *definite; k++) {
+  for (int k = 0; k < steps && *definite && data->symmetric; k++) { /* otherwise Chebyshev is not asked for */
     if (!k) first = PetscRealPart(rz);
     if (PetscRealPart(rz) <= solved * first) break;
     PetscCall(MatMult(M, p, Mp));

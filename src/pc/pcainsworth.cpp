@@ -66,6 +66,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_block_size <bs>                         - unknowns of a node, where it is not found
 .  -pc_ainsworth_redundant <drop,error>                  - rows of C that are combinations of other rows
 .  -pc_ainsworth_rebuild <auto,always,never>             - when the inner preconditioner is made anew for other values of A or C
+.  -pc_ainsworth_diagnose [file.json]                    - prints what set-up finds and what is wrong with it, before anything is solved
 .  -pc_ainsworth_monitor_error [ascii,csv:file,draw]     - error against run time, one row per iteration
 .  -pc_ainsworth_reference <file>                        - exact solution, for the monitor
 .  -pc_ainsworth_stop <residual,energy_error>            - what ends the reduced solve

@@ -6,6 +6,7 @@
 #include "../saddle/saddle.h"
 #include "../multigrid/source.h"
 #include "../pmat/pmat.h"
+#include "../report/diagnosis.h"
 #include "../report/report.h"
 
 struct Mat_Ainsworth;
@@ -31,6 +32,14 @@ typedef enum {
   AINSWORTH_VERDICT_SINGULAR,     /* A is singular on Ker C, and f not balanced there */
   AINSWORTH_VERDICT_CONTRADICTION /* no x can have this right-hand side of the constraints */
 } AinsworthVerdict;
+
+/* What set-up has come to: a diagnosis tells of each on its own */
+typedef enum {
+  PC_AINSWORTH_STAGE_PASSED,      /* a matrix */
+  PC_AINSWORTH_STAGE_BLOCKS,      /* its normal form */
+  PC_AINSWORTH_STAGE_CONSTRAINTS, /* the projector, or no constraints */
+  PC_AINSWORTH_STAGE_REDUCED      /* all is set up */
+} PCAinsworthStage;
 
 /* f and g, or x and lambda, in the program's fields */
 struct PCAinsworthFields {
@@ -93,6 +102,7 @@ struct PC_Ainsworth {
   PetscBool       symmetric;       /* A = A' */
   PetscBool       adjoint;         /* B is C, and D = D' */
   Vec             inverseDiagonal; /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */
+  PetscBool       indefinite;      /* conjugate gradients gave way to GMRES since the last set-up */
   PetscBool       stale;           /* a choice changed since the last set-up */
   char            failure[512];    /* of the last set-up or solve, in words; empty where it was good */
   PetscInt        applications;    /* of the outer solve that runs, and one; 0 where none does */
@@ -132,6 +142,8 @@ struct PC_Ainsworth {
   AinsworthReportSettings reporting;
   AinsworthReport        *report;       /* NULL until a solve is reported on */
   PetscLogDouble          setupSeconds; /* of the set-up that no solve has followed yet */
+
+  std::unique_ptr<AinsworthDiagnosis> diagnosis; /* NULL: not asked for */
 };
 
 PETSC_INTERN PetscErrorCode      PCCreate_Ainsworth(PC);
@@ -178,12 +190,14 @@ PETSC_INTERN PetscErrorCode      PCAinsworthLimit_Private(PC, const PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthCount_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthRebuild_Private(PC, PC_Ainsworth *, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthViewRebuild_Private(const PC_Ainsworth *, PetscViewer);
+PETSC_INTERN PetscErrorCode      PCAinsworthTakeGMRES_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthFallBack_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthUpdateInputs_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthComposeFields_Private(PC, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthFieldsFromOptions_Private(PC, PC_Ainsworth *, AinsworthOptionItems);
 PETSC_INTERN PetscErrorCode      PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);
-PETSC_INTERN PetscErrorCode      PCAinsworthViewLeftOut_Private(PC_Ainsworth *, PetscViewer);
+PETSC_INTERN PetscErrorCode      PCAinsworthDescribeLeftOut_Private(PC_Ainsworth *, std::string &);
+PETSC_INTERN PetscErrorCode      PCAinsworthDescribePmat_Private(const PC_Ainsworth *, std::string &);
 PETSC_INTERN PetscErrorCode      PCView_Ainsworth(PC, PetscViewer);
 PETSC_INTERN PetscReal           PCAinsworthPenaltyFactor_Private(const PC_Ainsworth *);
 PETSC_INTERN PCAinsworthPmatType PCAinsworthPmatTypeInUse_Private(const PC_Ainsworth *);
@@ -195,12 +209,19 @@ PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ains
 PETSC_INTERN PetscErrorCode      PCAinsworthSolveFields_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PCAinsworthFields, PCAinsworthFields,
                                                                 KSPConvergedReason *);
 PETSC_INTERN PetscErrorCode PCAinsworthRefineRows_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, PCAinsworthFields, PCAinsworthFields, PCAinsworthFields,
-                                                          PetscBool *);
+                                                          PetscBool *, PetscReal *);
 PETSC_INTERN PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *, Vec, Vec, PetscBool *);
 PETSC_INTERN PetscErrorCode PCAinsworthAskedFor_Private(const PC_Ainsworth *, KSPConvergedReason, PetscReal *);
 PETSC_INTERN PetscErrorCode PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, Vec, AinsworthVerdict *, char[],
                                                       size_t);
 PETSC_INTERN PetscErrorCode PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);
+PETSC_INTERN PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *, Vec, PetscReal *);
+PETSC_INTERN PetscErrorCode PCAinsworthTry_Private(PC, PC_Ainsworth *, KSPConvergedReason *, PetscInt *, char[], size_t);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnosePassed_Private(PC, AinsworthDiagnosis *);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseBlocks_Private(const PC_Ainsworth *, AinsworthDiagnosis *);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnose_Private(PC, PC_Ainsworth *, PCAinsworthStage);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseFailure_Private(PC, PC_Ainsworth *, PetscErrorCode, const char[]);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseFromOptions_Private(PC, PC_Ainsworth *, AinsworthOptionItems);
 PETSC_INTERN PetscErrorCode PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);
 
 #endif

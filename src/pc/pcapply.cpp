@@ -91,14 +91,22 @@ static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transp
 static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x, Vec lambda,
                                    KSPConvergedReason *reason)
 {
-  PetscInt n;
+  PetscInt  n;
+  PetscBool again = PETSC_FALSE;
 
   PetscFunctionBegin;
   data->knownAx = (PetscBool)(data->constraints && data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A]);
   PetscCall(VecGetSize(x, &n));
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
   if (data->constraints == n && !data->saddle.D) PetscCall(VecZeroEntries(x)); /* Ker C = 0: the constraints alone determine x */
-  else PetscCall(SolveOrRebuild(pc, data, transpose, watched, f, g, x, reason));
+  else {
+    PetscCall(SolveOrRebuild(pc, data, transpose, watched, f, g, x, reason));
+    if (*reason == KSP_DIVERGED_INDEFINITE_MAT && data->saddle.D) PetscCall(PCAinsworthTakeGMRES_Private(pc, data, &again));
+    if (again) {
+      PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
+      PetscCall(GetReason(data, reason));
+    }
+  }
   if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, f, g, x, lambda, data->knownAx ? data->Ax : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -158,7 +166,7 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
                                       AinsworthVerdict *verdict, char why[], size_t len)
 {
   PCAinsworthFields left;
-  PetscReal         tol;
+  PetscReal         tol, reached;
   PetscBool         refined = PETSC_FALSE;
 
   PetscFunctionBegin;
@@ -167,7 +175,7 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
   PetscCall(VecDuplicate(b.dual, &left.dual));
   PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   if (*verdict <= AINSWORTH_VERDICT_UNMET) {
-    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, tol, b, y, left, &refined));
+    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, tol, b, y, left, &refined, &reached));
     if (refined) PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   }
   if (*verdict == AINSWORTH_VERDICT_UNMET && !refined) {
@@ -175,6 +183,31 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
     PetscCall(Refine(pc, data, transpose, left, y));
     data->knownAx = PETSC_FALSE;
     PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
+  }
+  PetscCall(VecDestroy(&left.primal));
+  PetscCall(VecDestroy(&left.dual));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What a reduced solve left that failed may be a start, and further solves for the rest, failing as they may, be good directions */
+static PetscErrorCode Rescue(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields b, PCAinsworthFields y, KSPConvergedReason *reason)
+{
+  static const PetscReal met = 100; /* times the tolerance */
+  PCAinsworthFields      left;
+  PetscReal              tol, reached, norm[2];
+  PetscBool              refined;
+
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthAskedFor_Private(data, KSP_CONVERGED_RTOL, &tol));
+  PetscCall(VecNorm(y.primal, NORM_INFINITY, &norm[0]));
+  PetscCall(VecNorm(y.dual, NORM_INFINITY, &norm[1]));
+  if (*reason == KSP_DIVERGED_ITS || PetscIsInfOrNanReal(norm[0]) || PetscIsInfOrNanReal(norm[1])) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(b.primal, &left.primal));
+  PetscCall(VecDuplicate(b.dual, &left.dual));
+  PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, tol, b, y, left, &refined, &reached));
+  if (reached >= 0.0 && reached <= met * tol) {
+    PetscCall(PetscInfo(pc, "The reduced solve failed (%s), but both equations are met\n", KSPConvergedReasons[*reason]));
+    *reason = KSP_CONVERGED_RTOL;
   }
   PetscCall(VecDestroy(&left.primal));
   PetscCall(VecDestroy(&left.dual));
@@ -190,6 +223,7 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
+  if (reason < 0) PetscCall(Rescue(pc, data, transpose, b, y, &reason));
   /* some methods end without any reason */
   if (reason >= 0) PetscCall(VerifyAndRefine(pc, data, transpose, reason, b, y, &verdict, why, sizeof(why)));
   if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));

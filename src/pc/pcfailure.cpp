@@ -1,8 +1,12 @@
 /* Why a set-up or a solve failed, in words: the true cause first, then what to do */
 #include "pcainsworth.h"
 #include "../operator/matainsworth.h"
+#include <petsc/private/kspimpl.h>
+#include "../saddle/survey.h"
 #include <petsc/private/pcimpl.h>
 #include <petscblaslapack.h>
+
+static const PetscReal none = 1e-12; /* of the energy that diag(A) would have: the rounding of products */
 
 /* All ranks hear of the worst failure on any of them */
 PetscErrorCode PCAinsworthAgreeOnFailure_Private(PC pc, PCFailedReason reason)
@@ -20,6 +24,7 @@ PetscErrorCode PCAinsworthFail_Private(PC pc, PC_Ainsworth *data, PCFailedReason
 {
   PetscFunctionBegin;
   PetscCall(PetscStrncpy(data->failure, why, sizeof(data->failure)));
+  PetscCall(PCAinsworthDiagnoseFailure_Private(pc, data, PETSC_SUCCESS, why));
   PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), code, "%s", why);
   PetscCall(PetscInfo(pc, "%s\n", why));
   PetscCall(PCAinsworthAgreeOnFailure_Private(pc, reason));
@@ -55,37 +60,30 @@ PetscErrorCode PCAinsworthGetFailure(PC pc, const char *why[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How many entries of the diagonal of A are positive, and negative */
-static PetscErrorCode CountSigns(Mat A, PetscInt *positive, PetscInt *negative)
+/* Is w = A y, projected onto the residuals of Ker C, more than rounding in the norm of diag(A)^{-1}? Where y' A y = 0, A is indefinite then. w is changed */
+static PetscErrorCode Resists(const PC_Ainsworth *data, Vec w, PetscReal size, PetscBool *resists)
 {
-  Vec                diagonal;
-  const PetscScalar *d;
-  PetscInt           n, count[2] = {0, 0};
+  static const PetscReal force = 1e-5;
+  PetscScalar            dot;
+  Vec                    work;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(A, NULL, &diagonal));
-  PetscCall(MatGetDiagonal(A, diagonal));
-  PetscCall(VecGetLocalSize(diagonal, &n));
-  PetscCall(VecGetArrayRead(diagonal, &d));
-  for (PetscInt i = 0; i < n; i++) {
-    count[0] += PetscRealPart(d[i]) > 0.0;
-    count[1] += PetscRealPart(d[i]) < 0.0;
-  }
-  PetscCall(VecRestoreArrayRead(diagonal, &d));
-  PetscCall(VecDestroy(&diagonal));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
-  *positive = count[0];
-  *negative = count[1];
+  if (data->constraints) PetscCall(MatAinsworthMultTransposeProjector(data->reduced, w, w));
+  PetscCall(VecDuplicate(w, &work));
+  PetscCall(VecPointwiseMult(work, w, data->inverseDiagonal));
+  PetscCall(VecDot(work, w, &dot));
+  PetscCall(VecDestroy(&work));
+  *resists = (PetscBool)(PetscRealPart(dot) > PetscSqr(force) * size);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = Q y and the quotient y' A y / y' diag(A) y, 1 where nothing of y is in Ker C. Where Q is not onto Ker C, D not zero for instance, y is taken as it is */
-static PetscErrorCode RayleighQuotient(const PC_Ainsworth *data, Vec y, PetscReal *quotient)
+/* y = Q y and the quotient y' A y / y' diag(A) y, -1 where it is 0 and A is indefinite, 1 where nothing of y is in Ker C. Where Q is not onto Ker C, D not zero for instance, y is taken as it is */
+PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *data, Vec y, PetscReal *quotient)
 {
   Vec         work;
   PetscReal   size, before;
   PetscScalar energy;
-  PetscBool   isFree;
+  PetscBool   isFree, resists = PETSC_FALSE;
 
   PetscFunctionBegin;
   *quotient = 1.0;
@@ -99,6 +97,10 @@ static PetscErrorCode RayleighQuotient(const PC_Ainsworth *data, Vec y, PetscRea
   PetscCall(MatMult(data->saddle.A, y, work));
   PetscCall(VecDot(work, y, &energy));
   if (size > PETSC_SQRT_MACHINE_EPSILON * before && !PetscIsInfOrNanScalar(energy)) *quotient = PetscRealPart(energy) / size;
+  if (PetscAbsReal(*quotient) <= none && data->adjoint && !data->saddle.D) {
+    PetscCall(Resists(data, work, size, &resists));
+    if (resists) *quotient = -1.0;
+  }
   PetscCall(VecDestroy(&work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -207,12 +209,15 @@ static PetscErrorCode SmallestDiagonal(Mat A, Vec *y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is there a motion in Ker C that A gives no energy, or a negative one? The iterate x, which grows in its direction, and what multigrid knows are tried */
+/* Is there a motion in Ker C that A gives no energy, or a negative one? The iterate x, which grows in its direction, what multigrid knows, and where
+   conjugate gradients met no positive energy are tried */
 static PetscErrorCode LookForMotion(PC_Ainsworth *data, Vec x, PetscBool last, PetscReal *quotient)
 {
-  Vec       tried[3] = {NULL, NULL, NULL};
-  PetscReal found;
-  PC        inner;
+  static const int direction = 2; /* the work vector of KSPCG that is its search direction */
+  Vec              tried[4]  = {NULL, NULL, NULL, NULL};
+  PetscReal        found;
+  PetscBool        cg;
+  PC               inner;
 
   PetscFunctionBegin;
   *quotient = 1.0;
@@ -224,9 +229,14 @@ static PetscErrorCode LookForMotion(PC_Ainsworth *data, Vec x, PetscBool last, P
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(SoftestCoarseMotion(data, inner, last, &tried[1]));
   PetscCall(SmallestDiagonal(data->saddle.A, &tried[2]));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)data->ksp, &cg, KSPPROJECTEDCG, KSPCG, ""));
+  if (x && cg && data->ksp->reason == KSP_DIVERGED_INDEFINITE_MAT && data->ksp->nwork > direction) {
+    PetscCall(VecDuplicate(x, &tried[3]));
+    PetscCall(VecCopy(data->ksp->work[direction], tried[3]));
+  }
   for (Vec &y : tried) {
     if (!y) continue;
-    PetscCall(RayleighQuotient(data, y, &found));
+    PetscCall(PCAinsworthRayleighQuotient_Private(data, y, &found));
     *quotient = PetscMin(*quotient, found);
     PetscCall(VecDestroy(&y));
   }
@@ -271,24 +281,24 @@ static PetscErrorCode GramReason(const PC_Ainsworth *data, KSPConvergedReason *r
 /* The cause of a reduced solve that ended with `reason`, as far as it can be found; a positive one was not confirmed. x is where it ended, or NULL */
 PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPConvergedReason reason, char why[], size_t len)
 {
-  static const PetscReal none     = 1e-12; /* of the energy that diag(A) would have: the rounding of products */
-  PetscInt               positive = 0, negative = 0, iterations;
-  PetscReal              quotient, residual;
-  char                   misplaced[256];
-  const char            *prefix = ((PetscObject)data->ksp)->prefix;
-  PC                     inner;
-  PCType                 type;
-  PCFailedReason         failed;
-  KSPConvergedReason     gram;
+  AinsworthSurvey    diagonal;
+  PetscInt           iterations;
+  PetscReal          quotient, residual;
+  char               misplaced[256];
+  const char        *prefix = ((PetscObject)data->ksp)->prefix;
+  PC                 inner;
+  PCType             type;
+  PCFailedReason     failed;
+  KSPConvergedReason gram;
 
   PetscFunctionBegin;
-  PetscCall(CountSigns(data->saddle.A, &positive, &negative));
+  PetscCall(AinsworthSurveyDiagonal(data->saddle.A, &diagonal));
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCGetType(inner, &type));
   PetscCall(PCGetFailedReason(inner, &failed));
   PetscCall(KSPGetIterationNumber(data->ksp, &iterations));
   PetscCall(KSPGetResidualNorm(data->ksp, &residual));
-  if (negative && !positive && reason < 0) {
+  if (diagonal.negative && !diagonal.positive && reason < 0) {
     PetscCall(PetscSNPrintf(why, len, "A has a negative diagonal, it seems to be -A: change the sign of A, C' and f, or of all of the system"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -306,7 +316,12 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPC
                     "A body floats that no constraint holds: A is singular on Ker C, y' A y is %g of y' diag(A) y for a y with C y = 0; hold it, or attach "
                     "its motions to the matrix with MatSetNullSpace() (%s)",
                     (double)quotient, KSPConvergedReasons[reason]));
-  else if (quotient < -none || reason == KSP_DIVERGED_INDEFINITE_MAT)
+  else if (reason == KSP_DIVERGED_INDEFINITE_MAT && !(quotient < -none))
+    PetscCall(PetscSNPrintf(why, len,
+                            "The reduced operator is not positive definite, or not beyond rounding (%s): conjugate gradients need it to be; -%sksp_type gmres "
+                            "does not",
+                            KSPConvergedReasons[reason], prefix));
+  else if (quotient < -none)
     PetscCall(PetscSNPrintf(why, len, "A is indefinite on Ker C (%s): conjugate gradients need it to be positive definite there; -%sksp_type gmres does not",
                             KSPConvergedReasons[reason], prefix));
   else if (reason >= 0) PetscFunctionReturn(PETSC_SUCCESS); /* the verification has said what it saw */

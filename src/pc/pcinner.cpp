@@ -39,8 +39,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   Vec                  penalty;
 
   PetscFunctionBegin;
-  /* where columns of known unknowns were moved Pmat still has them */
-  in.A  = data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A] ? data->saddle.block[AINSWORTH_BLOCK_P] : data->saddle.A;
+  in.A  = data->saddle.P;
   in.bs = data->saddle.bs;
   in.C  = data->saddle.C;
   PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &in.S));

@@ -24,12 +24,11 @@ static PetscErrorCode DescribeRanks(PC_Ainsworth *data, std::string &text)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthViewLeftOut_Private - one line: what this scene does not need, and why (design of the method: docs/method.md, what is left out) */
-PetscErrorCode PCAinsworthViewLeftOut_Private(PC_Ainsworth *data, PetscViewer viewer)
+/* PCAinsworthDescribeLeftOut_Private - one line: what this scene does not need, and why (design of the method: docs/method.md, what is left out) */
+PetscErrorCode PCAinsworthDescribeLeftOut_Private(PC_Ainsworth *data, std::string &text)
 {
-  std::string text;
-
   PetscFunctionBegin;
+  text.clear();
   if (!data->constraints) text += "; no constraints: neither projector nor copy of A";
   else {
     Mat_Ainsworth *ctx;
@@ -48,6 +47,6 @@ PetscErrorCode PCAinsworthViewLeftOut_Private(PC_Ainsworth *data, PetscViewer vi
     PetscCall(DescribeRanks(data, text));
   }
   if (data->unchanged) text += "; A and C as at the last set-up: nothing rebuilt";
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  left out: %s\n", text.empty() ? "nothing" : text.c_str() + 2));
+  text = text.empty() ? "nothing" : text.substr(2);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

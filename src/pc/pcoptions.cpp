@@ -223,6 +223,7 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   PetscCall(ChoicesFromOptions(pc, data, PetscOptionsObject));
   PetscCall(PCAinsworthFieldsFromOptions_Private(pc, data, PetscOptionsObject));
   PetscCall(ReportFromOptions(pc, data, PetscOptionsObject));
+  PetscCall(PCAinsworthDiagnoseFromOptions_Private(pc, data, PetscOptionsObject));
   PetscOptionsHeadEnd();
   PetscCall(PCGetOptionsPrefix(pc, &prefix)); /* it may have been set after the creation of this PC */
   PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));

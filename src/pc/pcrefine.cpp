@@ -107,10 +107,11 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
 
    Where D is not zero, or B is not C, unknowns of very different stiffness meet, and the norms of the reduced solve are not fair to all of them.
 
-   tol: what was asked for, negative where nothing was. left: of both equations, by y; both are changed. refined: there was something to do
+   tol: what was asked for, negative where nothing was. left: of both equations, by y; both are changed. refined: there was something to do;
+   reached: the largest of a row relative to its terms, negative where this is not for it
 */
 PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, PCAinsworthFields b, PCAinsworthFields y,
-                                             PCAinsworthFields left, PetscBool *refined)
+                                             PCAinsworthFields left, PetscBool *refined, PetscReal *reached)
 {
   static const PetscReal         rounding = 1e-13;
   static const int               most = 10, patience = 3;
@@ -123,6 +124,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
 
   PetscFunctionBegin;
   *refined = PETSC_FALSE;
+  *reached = -1.0;
   if (!data->constraints || (data->adjoint && !data->saddle.D) || tol < 0.0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Duplicate(y, &weights));
   PetscCall(Duplicate(y, &others));
@@ -142,6 +144,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
     PetscCall(VecCopy(y.primal, kept.primal));
     PetscCall(VecCopy(y.dual, kept.dual));
   }
+  *reached = best;
   PetscCall(VecCopy(kept.primal, y.primal));
   PetscCall(VecCopy(kept.dual, y.dual));
   for (auto *list : {&directions, &images})

@@ -32,12 +32,12 @@ static PetscErrorCode FailSetUp(PC pc, PC_Ainsworth *data, PCFailedReason reason
 /* Is data->reduced on the A, B, C and D that the saddle holds now? Their values may have changed since: it will notice, and keep what depends on the pattern alone */
 static PetscErrorCode KeepsOperator(const PC_Ainsworth *data, PetscBool *keeps)
 {
-  const AinsworthSaddle *sp = &data->saddle;
-  Mat                    A = NULL, C = NULL;
+  const AinsworthSaddle *sp  = &data->saddle;
+  Mat_Ainsworth         *ctx = NULL;
 
   PetscFunctionBegin;
-  if (data->reduced) PetscCall(MatAinsworthGetMats(data->reduced, &A, &C));
-  *keeps = (PetscBool)(A && A == sp->A && C == sp->C && sp->B == sp->C && !sp->D && data->adjoint);
+  if (data->reduced) PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+  *keeps = (PetscBool)(ctx && ctx->A == sp->A && ctx->C == sp->C && ctx->B == sp->B && ctx->D == sp->D && ctx->adjoint == data->adjoint);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -71,15 +71,11 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
 /* Takes rows of C that depend on others out of the constraints, or refuses them */
 static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, PetscInt n, const PetscInt dependent[])
 {
-  PetscBool *marked;
-  char       names[128];
+  char names[128];
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleDropDependent(&data->saddle, n, dependent));
-  PetscCall(PetscMalloc1(data->saddle.local, &marked));
-  for (PetscInt i = 0; i < data->saddle.local; i++) marked[i] = (PetscBool)(data->saddle.kind[i] == AINSWORTH_ROW_DEPENDENT);
-  PetscCall(AinsworthSaddleNameRows(&data->saddle, marked, names, sizeof(names)));
-  PetscCall(PetscFree(marked));
+  PetscCall(AinsworthSaddleNameKind(&data->saddle, AINSWORTH_ROW_DEPENDENT, names, sizeof(names)));
   PetscCheck(data->choices.redundant != AINSWORTH_REDUNDANT_ERROR, PetscObjectComm((PetscObject)pc), PETSC_ERR_MAT_CH_ZRPVT,
              "%" PetscInt_FMT " rows of C are linear combinations of others: rows %s of the multiplier field; remove them or use -pc_ainsworth_redundant drop",
              n, names);
@@ -105,7 +101,7 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
       PetscCall(PetscInfo(pc, "Rows of C that diag(A)^{-1} cannot tell apart are independent without it: the weight is the identity\n"));
       data->hidden = PETSC_TRUE;
     } else if (n) {
-      data->saddle.nearly = (PetscBool)(pass > 1);
+      data->saddle.nearly = (PetscBool)(pass > 1 || data->saddle.D); /* a small D may tell rows apart */
       PetscCall(DropDependentRows(pc, data, n, dependent));
     }
     PetscCall(PetscFree(dependent));
@@ -178,7 +174,7 @@ static PetscErrorCode TellBlockSize(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode PCSetUp_Ainsworth(PC pc)
+static PetscErrorCode SetUp(PC pc)
 {
   PC_Ainsworth  *data    = (PC_Ainsworth *)pc->data;
   PetscBool      changed = PETSC_TRUE, symmetric, adjoint, keep = (PetscBool)(!data->stale && !data->unfinished);
@@ -211,6 +207,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(VecDestroy(&data->lambda));
   PetscCall(VecDestroy(&data->f));
   PetscCall(VecDestroy(&data->inverseDiagonal));
+  PetscCall(PCAinsworthDiagnose_Private(pc, data, PC_AINSWORTH_STAGE_PASSED));
   PetscCall(AinsworthSaddleSetUp(&data->inputs, &data->saddle));
   if (data->saddle.bad[0]) {
     PetscCall(PetscSNPrintf(why, sizeof(why), "The system cannot be solved: %s", data->saddle.bad));
@@ -226,10 +223,13 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   PetscCall(AinsworthProbeSymmetry(data->saddle.A, &data->symmetric));
   data->adjoint = (PetscBool)(data->saddle.B == data->saddle.C);
   if (data->adjoint && data->saddle.D) PetscCall(AinsworthProbeSymmetry(data->saddle.D, &data->adjoint));
+  if (data->indefinite) data->configured = PETSC_FALSE; /* conjugate gradients are tried again */
+  data->indefinite = PETSC_FALSE;
   if (symmetric != data->symmetric || adjoint != data->adjoint) {
     PetscCall(MatDestroy(&data->reduced)); /* which has the symmetry of the system, and its B */
     data->configured = PETSC_FALSE;        /* it may need another method */
   }
+  PetscCall(PCAinsworthDiagnose_Private(pc, data, PC_AINSWORTH_STAGE_BLOCKS));
   PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
   if (data->constraints) {
     PetscCall(SetUpOperator(pc, data, &ctx, &reason));
@@ -240,6 +240,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
       PetscFunctionReturn(PETSC_SUCCESS);
     }
   }
+  PetscCall(PCAinsworthDiagnose_Private(pc, data, PC_AINSWORTH_STAGE_CONSTRAINTS));
   PetscCall(SetUpWeights(data, ctx));
   if (!data->constraints) {
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
@@ -268,5 +269,16 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   }
   PetscCall(PetscTime(&end));
   data->setupSeconds += end - start;
+  if (!pc->failedreason) PetscCall(PCAinsworthDiagnose_Private(pc, data, PC_AINSWORTH_STAGE_REDUCED));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode PCSetUp_Ainsworth(PC pc)
+{
+  const PetscErrorCode code = SetUp(pc);
+
+  PetscFunctionBegin;
+  if (code) PetscCall(PCAinsworthDiagnoseFailure_Private(pc, (PC_Ainsworth *)pc->data, code, NULL));
+  PetscCall(code);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

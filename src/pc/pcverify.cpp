@@ -46,17 +46,19 @@ PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x
 /*
    PCAinsworthIsFree_Private - is y a motion that neither A nor a row of C resists? For a D that is not zero, or a B that is not C, whose Q does not tell
 
-   C_i y = 0 is asked for in the norms of W, in which Q moves, A y = 0 in those of diag(A): the root of what rounding may make of its energy. work: n
+   C_i y = 0 is asked for relative to |C_i| |y|, or to the rounding of others in the norm of W; A y = 0 in the norm of diag(A), to the root of what rounding
+   may make of its energy. work: n
 */
 PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec work, PetscBool *isFree)
 {
-  static const PetscReal along = 1e-8, force = 1e-7;
+  static const PetscReal along = 1e-8, others = 1e-14, force = 1e-7;
   const Mat              C = data->saddle.C;
   PetscReal              size;
   PetscScalar            resistance;
   PetscInt               m, held = 0;
-  Vec                    rows, lengths, root;
-  const PetscScalar     *r, *l;
+  Vec                    rows, lengths, terms, root;
+  Mat                    absolute;
+  const PetscScalar     *r, *l, *t;
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &size));
@@ -72,10 +74,20 @@ PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec wo
     PetscCall(VecDuplicate(rows, &lengths));
     PetscCall(AinsworthRowSquares(C, root, lengths));
     PetscCall(MatMult(C, y, rows));
+    PetscCall(VecDuplicate(rows, &terms));
+    PetscCall(VecCopy(y, root));
+    PetscCall(VecAbs(root));
+    PetscCall(AinsworthAbsoluteAIJ(C, &absolute));
+    PetscCall(MatMult(absolute, root, terms));
+    PetscCall(MatDestroy(&absolute));
     PetscCall(VecGetLocalSize(rows, &m));
+    PetscCall(VecGetArrayRead(terms, &t));
     PetscCall(VecGetArrayRead(rows, &r));
     PetscCall(VecGetArrayRead(lengths, &l));
-    for (PetscInt i = 0; i < m; i++) held += PetscAbsScalar(r[i]) > along * PetscSqrtReal(PetscRealPart(l[i])) * PetscSqrtReal(size);
+    for (PetscInt i = 0; i < m; i++)
+      held += PetscAbsScalar(r[i]) > PetscMax(along * PetscRealPart(t[i]), others * PetscSqrtReal(PetscRealPart(l[i])) * PetscSqrtReal(size));
+    PetscCall(VecRestoreArrayRead(terms, &t));
+    PetscCall(VecDestroy(&terms));
     PetscCall(VecRestoreArrayRead(rows, &r));
     PetscCall(VecRestoreArrayRead(lengths, &l));
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &held, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
@@ -166,7 +178,7 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
     *verdict = AINSWORTH_VERDICT_UNMET;
     PetscCall(PetscSNPrintf(why, len, "C x = g is not met: row %" PetscInt_FMT " of the multiplier field is left with %g, %g of its terms%s", worst.row,
                             (double)worst.residual, (double)(worst.residual / worst.size),
-                            doubtful ? "; rows of C are nearly linearly dependent, too nearly for the Gram matrix C W C'" : ""));
+                            doubtful ? "; the Gram matrix C W C' is ill-conditioned: rows of C are close to others" : ""));
   } else if (rows[0]) {
     *verdict = AINSWORTH_VERDICT_CONTRADICTION;
     PetscCall(PetscSNPrintf(why, len, "The right-hand side of the constraints is %s; remove the rows or mend it", rows));
@@ -180,7 +192,7 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
       PetscCall(PetscSNPrintf(why, len,
                               "The reduced solve says that it converged, but row %" PetscInt_FMT " of A x + C' lambda = f is left with %g, %g of its terms: %s",
                               worst.row, (double)worst.residual, (double)(worst.residual / worst.size),
-                              doubtful ? "rows of C are nearly linearly dependent"
+                              doubtful ? "the Gram matrix C W C' is ill-conditioned: rows of C are close to others"
                                        : "its method, or its preconditioner, does not see this; is A indefinite on Ker C, or its diagonal zero?"));
     } else if (data->constraints < n || data->saddle.D) PetscCall(CheckEnergy(data, transpose, x, Ax, primal, verdict, why, len));
   }

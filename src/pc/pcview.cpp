@@ -2,14 +2,34 @@
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
+/* PCAinsworthDescribePmat_Private - the type of M_* with its settings, and why auto came to it */
+PetscErrorCode PCAinsworthDescribePmat_Private(const PC_Ainsworth *data, std::string &text)
+{
+  const AinsworthPmatOptions *chosen = &data->choices.pmat;
+  const PCAinsworthPmatType   type   = PCAinsworthPmatTypeInUse_Private(data);
+  char                        part[64];
+
+  PetscFunctionBegin;
+  text = data->reduced || chosen->type != PC_AINSWORTH_PMAT_AUTO ? PCAinsworthPmatTypes[type] : "auto";
+  if (type == PC_AINSWORTH_PMAT_JCB && chosen->rowScaling && (data->reduced || chosen->type == type)) text += ", rows scaled";
+  if (type == PC_AINSWORTH_PMAT_CG || type == PC_AINSWORTH_PMAT_BJ_CG) {
+    PetscCall(PetscSNPrintf(part, sizeof(part), ", relative tolerance %g", (double)chosen->rtol));
+    text += part;
+  }
+  if (type == PC_AINSWORTH_PMAT_BJ_CC || type == PC_AINSWORTH_PMAT_BJ_CG) {
+    if (chosen->blocks == PETSC_DECIDE) text += ", one block per 32 constraints";
+    else text += ", " + std::to_string(chosen->blocks) + " blocks";
+  }
+  if (chosen->type == PC_AINSWORTH_PMAT_AUTO && data->reduced && chosen->penalty == AINSWORTH_PENALTY_ROW) text += data->autoReason;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
 {
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
   PetscBool     ascii, string;
-  char          tolerance[64] = "", blocks[64] = "", dropped[256] = "", layout[256], modes[128];
-  const char   *why = "";
-
-  const PCAinsworthPmatType type = PCAinsworthPmatTypeInUse_Private(data);
+  char          dropped[256] = "", layout[256], modes[128];
+  std::string   text;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
@@ -20,17 +40,8 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPrintf(viewer, "  variant: %s (weight %s, penalty %s with factor %g)\n", PCAinsworthVariants[data->choices.variant],
                                    MatAinsworthWeightTypes[data->choices.weightType], AinsworthPenaltyTypes[data->choices.pmat.penalty],
                                    (double)PCAinsworthPenaltyFactor_Private(data)));
-  if (type == PC_AINSWORTH_PMAT_CG || type == PC_AINSWORTH_PMAT_BJ_CG)
-    PetscCall(PetscSNPrintf(tolerance, sizeof(tolerance), ", relative tolerance %g", (double)data->choices.pmat.rtol));
-  if (type == PC_AINSWORTH_PMAT_BJ_CC || type == PC_AINSWORTH_PMAT_BJ_CG) {
-    if (data->choices.pmat.blocks == PETSC_DECIDE) PetscCall(PetscSNPrintf(blocks, sizeof(blocks), ", one block per 32 constraints"));
-    else PetscCall(PetscSNPrintf(blocks, sizeof(blocks), ", %" PetscInt_FMT " blocks", data->choices.pmat.blocks));
-  }
-  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO && data->reduced && data->choices.pmat.penalty == AINSWORTH_PENALTY_ROW) why = data->autoReason;
-  PetscCall(PetscViewerASCIIPrintf(
-    viewer, "  preconditioning matrix: %s%s%s%s%s\n", data->reduced || data->choices.pmat.type != PC_AINSWORTH_PMAT_AUTO ? PCAinsworthPmatTypes[type] : "auto",
-    type == PC_AINSWORTH_PMAT_JCB && data->choices.pmat.rowScaling && (data->reduced || data->choices.pmat.type == type) ? ", rows scaled" : "", tolerance,
-    blocks, why));
+  PetscCall(PCAinsworthDescribePmat_Private(data, text));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix: %s\n", text.c_str()));
   PetscCall(PCAinsworthEscapeView_Private(data, viewer));
   PetscCall(PCAinsworthReportView_Private(data, viewer));
   if (!data->saddle.A) {
@@ -52,7 +63,10 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
     PetscCall(PetscViewerASCIIPopTab(viewer));
   }
   if (data->failure[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "  last failure: %s\n", data->failure));
-  if (!data->stale) PetscCall(PCAinsworthViewLeftOut_Private(data, viewer));
+  if (!data->stale) {
+    PetscCall(PCAinsworthDescribeLeftOut_Private(data, text));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  left out: %s\n", text.c_str()));
+  }
   PetscCall(PCAinsworthViewRebuild_Private(data, viewer));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns:\n"));
   PetscCall(PetscViewerASCIIPushTab(viewer));

@@ -17,7 +17,9 @@ static const PetscReal distances[] = {
   1e-12, /* ... some thousand roundings */
   1e-5   /* ... its square, of which S knows, is some hundred thousand: only if solves are unusable with such rows */
 };
-static const PetscInt passes = sizeof(distances) / sizeof(distances[0]);
+/* Rows so near to others' span, the square root of the condition number that makes solves inexact, are nearly dependent */
+static const PetscReal nearly = 1e-3;
+static const PetscInt  passes = sizeof(distances) / sizeof(distances[0]);
 
 /*
    The relative error of S^{-1} S v for a random v, about the condition number of S times the machine precision
@@ -319,6 +321,30 @@ static PetscErrorCode FindDependentRows(const AinsworthProjector *proj, Mat N, V
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* N in the places of the rows; NULL where it is zero */
+static PetscErrorCode PlaceN(const AinsworthProjector *proj, Mat *N)
+{
+  const IS rows = proj->gram.placement.rows;
+
+  PetscFunctionBegin;
+  *N = proj->compliance.N;
+  if (*N && rows) PetscCall(MatCreateSubMatrix(proj->compliance.N, rows, rows, MAT_INITIAL_MATRIX, N));
+  else PetscCall(PetscObjectReference((PetscObject)*N));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthProjectorFindNear - the rows that make solves with the Gram matrix inexact, as above */
+PetscErrorCode AinsworthProjectorFindNear(const AinsworthProjector *proj, Vec weight, PetscInt *n, PetscInt **rows)
+{
+  Mat N;
+
+  PetscFunctionBegin;
+  PetscCall(PlaceN(proj, &N));
+  PetscCall(FindDependentRows(proj, N, weight, nearly, n, rows));
+  PetscCall(MatDestroy(&N));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthProjectorDiagnose - are solves with the Gram matrix good enough? If not: rows of C that are linear combinations of others
 
@@ -350,10 +376,7 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
   if (!*reason) PetscCall(Probe(gram, &error));
   PetscCall(MatGetSize(gram->S, &m, NULL));
   regular = suspicious / PetscSqrtReal((PetscReal)PetscMax(m, 1));
-  if (proj->compliance.N && !(error <= regular)) {
-    if (gram->placement.rows) PetscCall(MatCreateSubMatrix(proj->compliance.N, gram->placement.rows, gram->placement.rows, MAT_INITIAL_MATRIX, &N));
-    else PetscCall(PetscObjectReference((PetscObject)(N = proj->compliance.N)));
-  }
+  if (!(error <= regular)) PetscCall(PlaceN(proj, &N));
   for (; *pass < passes && !*n && !(error <= (*pass ? unusable : regular)); ++*pass) {
     PetscCall(PetscFree(*dependent));
     PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
@@ -375,7 +398,7 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
   if (!*reason && !(error <= unusable)) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT;
   *doubtful = !(error <= inexact);
   if (*doubtful && !*reason && !*n)
-    PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: rows of C are nearly linearly dependent, and solves refined\n",
+    PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: they are refined\n",
                         (double)error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -5,5 +5,6 @@
 #include "projector.h"
 
 PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *, Vec, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *, PetscBool *, bool *);
+PetscErrorCode AinsworthProjectorFindNear(const AinsworthProjector *, Vec, PetscInt *, PetscInt **);
 
 #endif

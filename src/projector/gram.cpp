@@ -239,6 +239,18 @@ PetscErrorCode AinsworthGramGetFailedReason(AinsworthGram *gram, PCFailedReason 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthGramDescribe - its pieces, and where they are */
+PetscErrorCode AinsworthGramDescribe(const AinsworthGram *gram, char text[], size_t len)
+{
+  const AinsworthPlacement &p = gram->placement;
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(
+    text, len, "Gram matrix S = C W C': %" PetscInt_FMT " connected component%s, the largest of %" PetscInt_FMT " row%s, on %" PetscInt_FMT " rank%s%s",
+    p.components, p.components > 1 ? "s" : "", p.largest, p.largest > 1 ? "s" : "", p.ranks, p.ranks > 1 ? "s" : "", p.split ? ", cut by METIS" : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AinsworthGramView(AinsworthGram *gram, PetscViewer viewer)
 {
   const AinsworthPlacement &p    = gram->placement;
@@ -246,16 +258,15 @@ PetscErrorCode AinsworthGramView(AinsworthGram *gram, PetscViewer viewer)
   PetscMPIInt               rank, first;
   PetscReal                 most;
   PetscViewer               sub;
+  char                      text[256];
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(MPIU_Allreduce(&gram->factor.cost.operations, &most, 1, MPIU_REAL, MPIU_MAX, comm));
   first = p.sizes.size() && gram->factor.cost.operations == most ? rank : PETSC_MPI_INT_MAX; /* the first of those that work most */
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm));
-  PetscCall(PetscViewerASCIIPrintf(
-    viewer, "Gram matrix S = C W C': %" PetscInt_FMT " connected component%s, the largest of %" PetscInt_FMT " row%s, on %" PetscInt_FMT " rank%s%s\n",
-    p.components, p.components > 1 ? "s" : "", p.largest, p.largest > 1 ? "s" : "", p.ranks, p.ranks > 1 ? "s" : "",
-    p.split ? ", cut by METIS" : ""));
+  PetscCall(AinsworthGramDescribe(gram, text, sizeof(text)));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "%s\n", text));
   PetscCall(PetscViewerASCIIPrintf(viewer, "its solver on rank %d:\n", first));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   own = p.split && p.sizes.size() ? gram->group : PETSC_COMM_SELF;

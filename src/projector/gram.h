@@ -27,6 +27,7 @@ PetscErrorCode AinsworthGramSetUp(AinsworthGram *, Mat, Mat, Mat, AinsworthGramT
 PetscErrorCode AinsworthGramReset(AinsworthGram *);
 PetscErrorCode AinsworthGramSolve(AinsworthGram *, Vec, Vec);
 PetscErrorCode AinsworthGramGetFailedReason(AinsworthGram *, PCFailedReason *);
+PetscErrorCode AinsworthGramDescribe(const AinsworthGram *, char[], size_t);
 PetscErrorCode AinsworthGramView(AinsworthGram *, PetscViewer);
 PetscErrorCode AinsworthGramGetEconomy(AinsworthGram *, const char **);
 

@@ -2,6 +2,7 @@
 #include "arrays.h"
 #include "saddle.h"
 #include <algorithm>
+#include <petsc/private/petscimpl.h>
 
 static PetscErrorCode DestroyRows(AinsworthContext context)
 {
@@ -88,10 +89,9 @@ PetscErrorCode AinsworthAIJGetParts(Mat aij, Mat part[2], const PetscInt *ghosts
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthGetDiagonal - the diagonal of any matrix; of an AIJ by bisection of its rows, where MatGetDiagonal() looks at their entries one by one */
-PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
+/* The diagonal of an AIJ, by bisection of its rows, where MatGetDiagonal() looks at their entries one by one */
+static PetscErrorCode ReadDiagonal(Mat aij, Vec diagonal)
 {
-  PetscBool       aij;
   Mat             mat[2];
   const PetscInt *ghosts;
   PetscInt        nghosts;
@@ -99,12 +99,7 @@ PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
   AinsworthPart   part;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)M, &aij, MATSEQAIJ, MATMPIAIJ, ""));
-  if (!aij) {
-    PetscCall(MatGetDiagonal(M, diagonal));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(AinsworthAIJGetParts(M, mat, &ghosts, &nghosts));
+  PetscCall(AinsworthAIJGetParts(aij, mat, &ghosts, &nghosts));
   PetscCall(AinsworthPartGet(mat[0], &part));
   PetscCall(VecGetArrayWrite(diagonal, &d));
   for (PetscInt r = 0; r < part.n; r++) {
@@ -114,5 +109,43 @@ PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
   }
   PetscCall(VecRestoreArrayWrite(diagonal, &d));
   PetscCall(AinsworthPartRestore(&part));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthGetDiagonal - the diagonal of any matrix
+
+   Each row of an AIJ is a page to fetch from memory: a copy is kept with A as long as its values are the same, which its own state tells. The set-up after a change
+   of C would spend a quarter of its time here
+*/
+PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
+{
+  static const char name[]  = "AinsworthDiagonal";
+  static PetscInt   stateId = -1;
+  PetscReal         one     = 0.0;
+  PetscBool         aij, current;
+  Vec               kept;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)M, &aij, MATSEQAIJ, MATMPIAIJ, ""));
+  if (!aij) {
+    PetscCall(MatGetDiagonal(M, diagonal));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (stateId < 0) PetscCall(PetscObjectComposedDataRegister(&stateId));
+  PetscCall(PetscObjectComposedDataGetReal((PetscObject)M, stateId, one, current));
+  PetscCall(PetscObjectQuery((PetscObject)M, name, (PetscObject *)&kept));
+  if (kept && current && one == 1.0) {
+    PetscCall(VecCopy(kept, diagonal));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(ReadDiagonal(M, diagonal));
+  if (!kept) {
+    PetscCall(VecDuplicate(diagonal, &kept));
+    PetscCall(PetscObjectCompose((PetscObject)M, name, (PetscObject)kept));
+    PetscCall(PetscObjectDereference((PetscObject)kept)); /* M has it */
+  }
+  PetscCall(VecCopy(diagonal, kept));
+  PetscCall(PetscObjectComposedDataSetReal((PetscObject)M, stateId, 1.0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

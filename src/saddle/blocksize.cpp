@@ -2,7 +2,7 @@
 #include "saddle.h"
 #include <algorithm>
 
-/* Part of the rows that has to be made of blocks, and the largest size that is looked for: that of shells */
+/* Part of the nodes that has to agree, and the largest size that is looked for: that of shells */
 static const PetscReal enough  = 0.9;
 static const PetscInt  largest = 6;
 /* Rows of each rank that vote, about */
@@ -20,24 +20,34 @@ static PetscErrorCode Divides(Mat A, PetscInt bs, PetscBool *divides)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does a row touch columns in full blocks of this size only? */
-static bool InBlocks(PetscInt n, const PetscInt cols[], PetscInt bs)
+/* The nodes of bs unknowns that a row touches, in ascending order; none where it has but one entry */
+static PetscErrorCode TouchedNodes(Mat A, PetscInt row, PetscInt bs, std::vector<PetscInt> *nodes)
 {
-  if (n % bs) return false;
-  for (PetscInt k = 0; k < n; k += bs)
-    if (cols[k] % bs || cols[k + bs - 1] != cols[k] + bs - 1) return false;
-  return true;
+  PetscInt        n;
+  const PetscInt *cols;
+
+  PetscFunctionBegin;
+  nodes->clear();
+  PetscCall(MatGetRow(A, row, &n, &cols, NULL));
+  for (PetscInt k = 0; k < n && n > 1; k++)
+    if (nodes->empty() || nodes->back() != cols[k] / bs) nodes->push_back(cols[k] / bs);
+  PetscCall(MatRestoreRow(A, row, &n, &cols, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   Collective: the largest block size for which nearly all rows of A are made of full blocks, 1 where there is none
+   Collective: the largest block size for which the rows of nearly all nodes touch the same nodes, 1 where there is none
 
-   Rows of one entry, Dirichlet conditions, do not vote; a matrix that is nearly full would vote for any size.
+   Entries that are zero may be missing, as some programs drop them. Nodes with a row of one entry, Dirichlet conditions, do not vote; a matrix that is nearly
+   full would vote for any size.
 */
 static PetscErrorCode Vote(Mat A, PetscInt *bs)
 {
-  MPI_Comm              comm = PetscObjectComm((PetscObject)A);
-  std::vector<PetscInt> votes(largest + 3, 0);
+  struct Ballot {
+    PetscInt yes, all, touched;
+  };
+  std::vector<Ballot>   ballots(largest + 1, {0, 0, 0}); /* of each size */
+  std::vector<PetscInt> nodes, others;
   PetscInt              first, end, N;
   PetscBool             aij;
 
@@ -47,24 +57,28 @@ static PetscErrorCode Vote(Mat A, PetscInt *bs)
   if (!aij) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatGetSize(A, &N, NULL));
   PetscCall(MatGetOwnershipRange(A, &first, &end));
-  for (PetscInt i = first; i < end; i += PetscMax(1, (end - first) / voters)) {
-    PetscInt        n;
-    const PetscInt *cols; /* in ascending order */
+  for (PetscInt b = 2; b <= largest; b++) {
+    for (PetscInt i = first; i + b <= end; i += b * PetscMax(1, (end - first) / voters)) {
+      bool same = true, votes;
 
-    PetscCall(MatGetRow(A, i, &n, &cols, NULL));
-    if (n > 1) {
-      votes[0]++;
-      votes[1] += n;
-      for (PetscInt b = 2; b <= largest; b++) votes[b + 1] += InBlocks(n, cols, b);
+      PetscCall(TouchedNodes(A, i, b, &nodes));
+      votes = !nodes.empty();
+      for (PetscInt c = 1; c < b; c++) {
+        PetscCall(TouchedNodes(A, i + c, b, &others));
+        votes = votes && !others.empty();
+        same  = same && nodes == others;
+      }
+      if (!votes) continue;
+      ballots[b].yes += same;
+      ballots[b].all++;
+      ballots[b].touched += (PetscInt)nodes.size();
     }
-    PetscCall(MatRestoreRow(A, i, &n, &cols, NULL));
   }
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, votes.data(), (PetscMPIInt)votes.size(), MPIU_INT, MPI_SUM, comm));
-  if (!votes[0] || (PetscReal)votes[1] / votes[0] > N / 4.0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &ballots[0].yes, (PetscMPIInt)(3 * ballots.size()), MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
   for (PetscInt b = largest; b > 1 && *bs == 1; b--) {
     PetscBool divides;
 
-    if (votes[b + 1] < enough * votes[0]) continue;
+    if (!ballots[b].all || ballots[b].yes < enough * ballots[b].all || ballots[b].touched > (PetscReal)N / b / 4.0 * ballots[b].all) continue;
     PetscCall(Divides(A, b, &divides));
     if (divides) *bs = b;
   }

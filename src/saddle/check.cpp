@@ -2,6 +2,9 @@
 #include <petsc/private/petscimpl.h>
 #include <limits>
 
+/* Blocks are taken for adjoint that differ by this part of their entries, the rounding of a program's own */
+static const PetscReal adjoint = 1e-10;
+
 /* The entry with the smallest row, then the smallest column of its rank, on all ranks; -1 where no rank has one */
 static PetscErrorCode AgreeOnEntry(MPI_Comm comm, PetscInt *row, PetscInt *col)
 {
@@ -70,6 +73,22 @@ PetscErrorCode AinsworthMatFindOffDiagonal(Mat M, PetscInt *row, PetscInt *col)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Collective: are two matrices the same, up to rounding? */
+PetscErrorCode AinsworthMatEqual(Mat C, Mat other, PetscBool *same)
+{
+  Mat       difference;
+  PetscReal norm, size;
+
+  PetscFunctionBegin;
+  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &difference));
+  PetscCall(MatAXPY(difference, -1.0, other, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(MatNorm(difference, NORM_FROBENIUS, &norm));
+  PetscCall(MatNorm(C, NORM_FROBENIUS, &size));
+  PetscCall(MatDestroy(&difference));
+  *same = (PetscBool)(norm <= adjoint * size);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collective: do C' u and Ct u agree for a random u, or are they opposite? Each row of C has the same share in it, whatever its scale */
 PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *opposite)
 {
@@ -100,10 +119,10 @@ PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *
   PetscCall(VecNorm(x, NORM_2, &norm));
   PetscCall(VecAXPY(y, -1.0, x));
   PetscCall(VecNorm(y, NORM_2, &difference));
-  *same = (PetscBool)(difference <= 1e-10 * norm);
+  *same = (PetscBool)(difference <= adjoint * norm);
   PetscCall(VecAXPY(y, 2.0, x));
   PetscCall(VecNorm(y, NORM_2, &difference));
-  *opposite = (PetscBool)(!*same && difference <= 1e-10 * norm);
+  *opposite = (PetscBool)(!*same && difference <= adjoint * norm);
   PetscCall(VecDestroy(&largest));
   PetscCall(VecDestroy(&u));
   PetscCall(VecDestroy(&x));

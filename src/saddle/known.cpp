@@ -81,6 +81,29 @@ static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* sp->P without the same columns, where A lost them and its own entries are known */
+static PetscErrorCode MovePmat(AinsworthSaddle *sp, Mat A, Vec mask)
+{
+  Mat      opaque, P = NULL, copy;
+  PetscInt bs;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthFindOpaque(sp->P, &opaque));
+  if (sp->P == sp->block[AINSWORTH_BLOCK_A] || opaque) {
+    PetscCall(PetscObjectReference((PetscObject)A));
+    copy = A;
+  } else {
+    PetscCall(AinsworthGetAIJ(sp->P, &P));
+    PetscCall(CopyWithoutColumns(P, mask, &copy));
+    PetscCall(MatGetBlockSize(sp->P, &bs));
+    PetscCall(MatSetBlockSize(copy, bs));
+    PetscCall(MatDestroy(&P));
+  }
+  PetscCall(MatDestroy(&sp->P));
+  sp->P = copy;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthSaddleFindKnown - takes the columns of known unknowns out of a copy of A, and of C, where A is not symmetric and becomes so without them
 
@@ -108,6 +131,7 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
       PetscCall(PetscInfo(sp->A, "Rows of A that hold nothing but their diagonal determine their unknowns: without the columns of these A is symmetric\n"));
       PetscCall(MatGetBlockSize(sp->A, &bs));
       PetscCall(MatSetBlockSize(copy, bs));
+      PetscCall(MovePmat(sp, copy, mask));
       PetscCall(MatDestroy(&sp->A));
       sp->A     = copy;
       sp->known = known;

@@ -152,6 +152,40 @@ static PetscErrorCode StiffnessThroughRows(const AinsworthSaddle *sp, Vec diagon
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Where the diagonal of A has a zero, or a negative entry, the largest of its row tells how stiff it is; rows of zeros stay what they are */
+static PetscErrorCode LookAtRows(const AinsworthSaddle *sp, Vec diagonal)
+{
+  Mat          A;
+  PetscInt     first, n;
+  PetscBool    look = PETSC_FALSE, has;
+  PetscScalar *d;
+
+  PetscFunctionBegin;
+  PetscCall(MatHasOperation(sp->block[0], MATOP_GET_ROW, &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetOwnershipRange(diagonal, &first, NULL));
+  PetscCall(VecGetLocalSize(diagonal, &n));
+  PetscCall(VecGetArray(diagonal, &d));
+  for (PetscInt i = 0; i < n; i++)
+    if (!(PetscRealPart(d[i]) > 0.0)) look = PETSC_TRUE;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &look, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)diagonal)));
+  if (look) PetscCall(AinsworthGetAIJ(sp->block[0], &A));
+  for (PetscInt i = 0; i < n && look; i++) {
+    PetscInt           entries;
+    const PetscScalar *a;
+    PetscReal          most = 0.0;
+
+    if (PetscRealPart(d[i]) > 0.0) continue;
+    PetscCall(MatGetRow(A, first + i, &entries, NULL, &a));
+    for (PetscInt k = 0; k < entries; k++) most = PetscMax(most, PetscAbsScalar(a[k]));
+    PetscCall(MatRestoreRow(A, first + i, &entries, NULL, &a));
+    d[i] = most;
+  }
+  if (look) PetscCall(MatDestroy(&A));
+  PetscCall(VecRestoreArray(diagonal, &d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthSaddleCheckPrimal - the row of f - op(A) x - B' lambda that is largest against what is allowed
 
@@ -172,6 +206,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   *worst = AinsworthUnmet();
   PetscCall(VecDuplicate(x, &diagonal));
   PetscCall(AinsworthGetDiagonal(sp->block[0], diagonal));
+  PetscCall(LookAtRows(sp, diagonal));
   PetscCall(VecGetOwnershipRange(residual, &first, NULL));
   PetscCall(VecGetLocalSize(residual, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));
@@ -293,32 +328,72 @@ static PetscErrorCode LargestQuotient(Vec residual, Vec size, const AinsworthRow
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* |B|' t, with t_k the lambda_k that has the energy 1, of A under C_k' or of D_kk: the scale of a row of A that is zero */
+static PetscErrorCode UnitForces(AinsworthSaddle *sp, Vec diagonal, Vec forces)
+{
+  Vec          root, rows, lengths;
+  Mat          M;
+  PetscInt     n, m;
+  PetscReal    stiffest;
+  PetscScalar *r, *t;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(diagonal, &root));
+  PetscCall(VecCopy(diagonal, root));
+  if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(root));
+  PetscCall(VecMax(root, NULL, &stiffest));
+  PetscCall(VecGetLocalSize(root, &n));
+  PetscCall(VecGetArray(root, &r));
+  for (PetscInt i = 0; i < n; i++) r[i] = 1.0 / PetscSqrtReal(PetscRealPart(r[i]) > 0.0 ? PetscRealPart(r[i]) : stiffest);
+  PetscCall(VecRestoreArray(root, &r));
+  PetscCall(MatCreateVecs(sp->rowsC, NULL, &rows));
+  PetscCall(VecDuplicate(rows, &lengths));
+  PetscCall(AinsworthRowSquares(sp->rowsC, root, lengths));
+  if (sp->rowsD) {
+    PetscCall(MatGetDiagonal(sp->rowsD, rows));
+    PetscCall(VecAbs(rows));
+    PetscCall(VecAXPY(lengths, 1.0, rows));
+  }
+  PetscCall(VecGetLocalSize(lengths, &m));
+  PetscCall(VecGetArray(lengths, &t));
+  for (PetscInt k = 0; k < m; k++) t[k] = PetscRealPart(t[k]) > 0.0 ? 1.0 / PetscSqrtReal(PetscRealPart(t[k])) : 0.0;
+  PetscCall(VecRestoreArray(lengths, &t));
+  PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
+  PetscCall(MatMultTranspose(M, lengths, forces));
+  PetscCall(MatDestroy(&M));
+  PetscCall(VecDestroy(&root));
+  PetscCall(VecDestroy(&rows));
+  PetscCall(VecDestroy(&lengths));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* size_i at least `little` of the largest of all, in the norm of diag(A)^{-1}: the row of a body that nothing moves has only rounding to show */
-static PetscErrorCode RaiseSmallTerms(const AinsworthSaddle *sp, Vec size)
+static PetscErrorCode RaiseSmallTerms(AinsworthSaddle *sp, Vec size)
 {
   static const PetscReal little = 1e-3;
-  Vec                    diagonal;
+  Vec                    diagonal, forces;
   PetscScalar           *s;
-  const PetscScalar     *d;
-  PetscReal              most[2] = {0.0, 0.0};
+  const PetscScalar     *d, *b;
+  PetscReal              most = 0.0;
   PetscInt               n;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(size, &diagonal));
+  PetscCall(VecDuplicate(size, &forces));
   PetscCall(MatGetDiagonal(sp->block[0], diagonal));
+  PetscCall(UnitForces(sp, diagonal, forces));
   PetscCall(VecGetLocalSize(size, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));
   PetscCall(VecGetArray(size, &s));
   for (PetscInt i = 0; i < n; i++) {
-    most[0] = PetscMax(most[0], PetscRealPart(d[i]));
-    if (PetscRealPart(d[i]) > 0.0) most[1] = PetscMax(most[1], PetscRealPart(s[i]) / PetscSqrtReal(PetscRealPart(d[i])));
+    if (PetscRealPart(d[i]) > 0.0) most = PetscMax(most, PetscRealPart(s[i]) / PetscSqrtReal(PetscRealPart(d[i])));
   }
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, most, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)size)));
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal stiffness = PetscRealPart(d[i]) > 0.0 ? PetscRealPart(d[i]) : most[0];
-
-    s[i] = PetscMax(PetscRealPart(s[i]), little * most[1] * PetscSqrtReal(stiffness));
-  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)size)));
+  PetscCall(VecGetArrayRead(forces, &b));
+  for (PetscInt i = 0; i < n; i++)
+    s[i] = PetscMax(PetscRealPart(s[i]), little * most * (PetscRealPart(d[i]) > 0.0 ? PetscSqrtReal(PetscRealPart(d[i])) : PetscRealPart(b[i])));
+  PetscCall(VecRestoreArrayRead(forces, &b));
+  PetscCall(VecDestroy(&forces));
   PetscCall(VecRestoreArray(size, &s));
   PetscCall(VecRestoreArrayRead(diagonal, &d));
   PetscCall(VecDestroy(&diagonal));

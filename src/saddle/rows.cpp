@@ -182,20 +182,32 @@ PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *sp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Takes rows out of sp->C that depend on the others: n of them, by their number in sp->C, rising, the same on all ranks */
-PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *sp, PetscInt n, const PetscInt dependent[])
+/* marked, of the local rows: those of n that are known by their number in sp->C, rising, the same on all ranks */
+static PetscErrorCode MarkKept(const AinsworthSaddle *sp, PetscInt n, const PetscInt numbers[], PetscBool marked[])
 {
   PetscInt row, next = 0;
 
   PetscFunctionBegin;
   PetscCall(MatGetOwnershipRange(sp->C, &row, NULL));
-  while (next < n && dependent[next] < row) next++;
-  for (PetscInt i = 0; i < sp->local && next < n; i++) {
-    if (sp->kind[i] != AINSWORTH_ROW_CONSTRAINT) continue;
-    if (row++ != dependent[next]) continue;
-    sp->kind[i] = AINSWORTH_ROW_DEPENDENT;
-    next++;
+  while (next < n && numbers[next] < row) next++;
+  for (PetscInt i = 0; i < sp->local; i++) {
+    marked[i] = (PetscBool)(sp->kind[i] == AINSWORTH_ROW_CONSTRAINT && next < n && row++ == numbers[next]);
+    next += marked[i];
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Takes rows out of sp->C that depend on the others: n of them, by their number in sp->C, rising, the same on all ranks */
+PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *sp, PetscInt n, const PetscInt dependent[])
+{
+  PetscBool *marked;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(sp->local, &marked));
+  PetscCall(MarkKept(sp, n, dependent, marked));
+  for (PetscInt i = 0; i < sp->local; i++)
+    if (marked[i]) sp->kind[i] = AINSWORTH_ROW_DEPENDENT;
+  PetscCall(PetscFree(marked));
   PetscCall(SplitRows(sp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -228,6 +240,32 @@ PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *sp, const PetscBoo
     PetscCall(PetscSNPrintf(more, sizeof(more), " and %" PetscInt_FMT " more", total - shown));
     PetscCall(PetscStrlcat(text, more, len));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The rows of a kind */
+PetscErrorCode AinsworthSaddleNameKind(const AinsworthSaddle *sp, AinsworthRowKind kind, char text[], size_t len)
+{
+  PetscBool *marked;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(sp->local, &marked));
+  for (PetscInt i = 0; i < sp->local; i++) marked[i] = (PetscBool)(sp->kind[i] == kind);
+  PetscCall(AinsworthSaddleNameRows(sp, marked, text, len));
+  PetscCall(PetscFree(marked));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* n rows by their numbers in sp->C, as in AinsworthSaddleDropDependent() */
+PetscErrorCode AinsworthSaddleNameKept(const AinsworthSaddle *sp, PetscInt n, const PetscInt numbers[], char text[], size_t len)
+{
+  PetscBool *marked;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(sp->local, &marked));
+  PetscCall(MarkKept(sp, n, numbers, marked));
+  PetscCall(AinsworthSaddleNameRows(sp, marked, text, len));
+  PetscCall(PetscFree(marked));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

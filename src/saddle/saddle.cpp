@@ -1,8 +1,5 @@
 #include "saddle.h"
 
-/* Blocks are taken for adjoint that differ by this part of their entries, the rounding of a program's own */
-static const PetscReal adjoint = 1e-10;
-
 /* The matrix that holds the entries of C, and whether C is that matrix, its transpose or its adjoint */
 static PetscErrorCode GetSource(Mat block, Mat transposed, Mat *source, PetscBool *transpose, PetscBool *hermitian)
 {
@@ -53,24 +50,13 @@ static PetscErrorCode CopyOpaque(AinsworthSaddle *sp)
   PetscCall(MatGetNearNullSpace(A, &near));
   PetscCall(MatSetNullSpace(copy, nullsp));
   PetscCall(MatSetNearNullSpace(copy, near));
+  if (sp->block[AINSWORTH_BLOCK_P] == A) {
+    PetscCall(MatDestroy(&sp->block[AINSWORTH_BLOCK_P]));
+    PetscCall(PetscObjectReference((PetscObject)copy));
+    sp->block[AINSWORTH_BLOCK_P] = copy;
+  }
   PetscCall(MatDestroy(&sp->block[AINSWORTH_BLOCK_A]));
   sp->block[AINSWORTH_BLOCK_A] = copy;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Collective: are two matrices the same, up to rounding? */
-static PetscErrorCode Same(Mat C, Mat other, PetscBool *same)
-{
-  Mat       difference;
-  PetscReal norm, size;
-
-  PetscFunctionBegin;
-  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &difference));
-  PetscCall(MatAXPY(difference, -1.0, other, DIFFERENT_NONZERO_PATTERN));
-  PetscCall(MatNorm(difference, NORM_FROBENIUS, &norm));
-  PetscCall(MatNorm(C, NORM_FROBENIUS, &size));
-  PetscCall(MatDestroy(&difference));
-  *same = (PetscBool)(norm <= adjoint * size);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -186,7 +172,9 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
   sp->givenC = sp->rowsC;
   PetscCall(CopyOpaque(sp));
   sp->A = sp->block[AINSWORTH_BLOCK_A];
+  sp->P = sp->block[AINSWORTH_BLOCK_P];
   PetscCall(PetscObjectReference((PetscObject)sp->A));
+  PetscCall(PetscObjectReference((PetscObject)sp->P));
   PetscCall(AinsworthBlockNorm(sp->A, &norm));
   PetscCall(CheckFinite(sp->A, norm, sp->bad, sizeof(sp->bad)));
   if (sp->bad[0]) PetscFunctionReturn(PETSC_SUCCESS);
@@ -194,7 +182,7 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
   PetscCall(GetCompliance(sp));
   PetscCall(AinsworthSaddleFindKnown(sp));
   if (sp->rowsC != sp->givenC) { /* without the columns of what is known it may be B */
-    PetscCall(Same(sp->rowsC, sp->rowsB, &same));
+    PetscCall(AinsworthMatEqual(sp->rowsC, sp->rowsB, &same));
     if (same) {
       PetscCall(MatDestroy(&sp->rowsB));
       PetscCall(PetscObjectReference((PetscObject)sp->rowsC));
@@ -209,7 +197,7 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
 {
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleResetBlocks(sp));
-  for (Mat *M : {&sp->A, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC, &sp->absolute}) PetscCall(MatDestroy(M));
+  for (Mat *M : {&sp->A, &sp->P, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC, &sp->absolute}) PetscCall(MatDestroy(M));
   for (Vec *v : {&sp->balance, &sp->known, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
   PetscCall(MatNullSpaceDestroy(&sp->whole));
   PetscCall(PetscFree(sp->kind));

@@ -55,6 +55,7 @@ struct AinsworthSaddleBlocks {
 */
 struct AinsworthSaddle : AinsworthSaddleBlocks {
   Mat          A;                   /* n x n: the program's, or without the columns of unknowns that are known */
+  Mat          P;                   /* what M_* is made of, the primal block of Pmat: A itself where there is none */
   Mat          C, B, D;             /* AIJ, of the rows that are kept, times balance; none: no constraints */
   Mat          rowsC, rowsB, rowsD; /* the same with all of the program's rows */
   Mat          givenC;              /* rowsC with the columns of known unknowns */
@@ -121,12 +122,15 @@ PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *, Mat, Pets
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *, PetscInt, const PetscInt[]);
 PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *, const PetscBool[], char[], size_t);
+PetscErrorCode AinsworthSaddleNameKind(const AinsworthSaddle *, AinsworthRowKind, char[], size_t);
+PetscErrorCode AinsworthSaddleNameKept(const AinsworthSaddle *, PetscInt, const PetscInt[], char[], size_t);
 PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *, char[], size_t);
 
 /* symmetry.cpp */
 PetscErrorCode AinsworthProbeSymmetry(Mat, PetscBool *);
 
 /* check.cpp: values of the blocks, and whether block (0,1) is the adjoint of C */
+PetscErrorCode AinsworthMatEqual(Mat, Mat, PetscBool *);
 PetscErrorCode AinsworthMatFindNonzero(Mat, PetscInt *, PetscInt *);
 PetscErrorCode AinsworthMatFindNotFinite(Mat, PetscInt *, PetscInt *);
 PetscErrorCode AinsworthMatFindOffDiagonal(Mat, PetscInt *, PetscInt *);

@@ -86,3 +86,40 @@ PetscErrorCode AinsworthMatGetState(Mat M, uint64_t *state)
   PetscCall(PetscObjectComposedDataSetReal((PetscObject)M, stateId, digest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* Collective: the same indices in the same order on every rank? */
+static PetscErrorCode SameSet(IS a, IS b, PetscBool *same)
+{
+  PetscObjectId id[2];
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectGetId((PetscObject)a, &id[0]));
+  PetscCall(PetscObjectGetId((PetscObject)b, &id[1]));
+  *same = (PetscBool)(id[0] == id[1]);
+  if (!*same) PetscCall(ISEqualUnsorted(a, b, same));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: are the layout, the blocks, the fields or null spaces others, or have blocks other values, than at the last set-up? The same answer on all ranks */
+PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *in, const AinsworthSaddle *sp, PetscBool *changed)
+{
+  AinsworthSaddleBlocks now;
+  MatNullSpace          whole;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthSaddleFindBlocks(in, PETSC_TRUE, sp, &now));
+  PetscCall(AinsworthSaddleGetWhole(in->amat, in->pmat, &whole));
+  *changed = (PetscBool)(now.layout != sp->layout || now.extracted != sp->extracted || whole != sp->whole);
+  for (int k = 0; k < AINSWORTH_BLOCKS; k++)
+    if (now.state[k] != sp->state[k]) *changed = PETSC_TRUE;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, changed, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)in->pmat)));
+  for (int k = 0; k < 2 && !*changed; k++) {
+    PetscBool rows, cols;
+
+    PetscCall(SameSet(now.rows[k], sp->rows[k], &rows));
+    PetscCall(SameSet(now.cols[k], sp->cols[k], &cols));
+    *changed = (PetscBool)(!rows || !cols);
+  }
+  PetscCall(AinsworthSaddleResetBlocks(&now));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -355,7 +355,7 @@ static PetscErrorCode SNESView_AinsworthActiveSet(SNES snes, PetscViewer viewer)
 }
 
 /*MC
-   SNESAINSWORTHACTIVESET - "ainsworthactiveset" - Newton's method with an active set of multipliers
+   SNESAINSWORTHACTIVESET - Newton's method with an active set: inequalities C x <= g, given as bounds of their multipliers
 
    Options Database Key:
 .  -snes_ainsworthactiveset_tolerance <1e-8> - what counts as zero, of the largest multiplier and of the largest residual of a row with bounds

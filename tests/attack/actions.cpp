@@ -308,8 +308,10 @@ static PetscErrorCode Reshape(Attack &a)
   static const char *const names[] = {"a nest", "one AIJ with named fields", "one AIJ"};
 
   PetscFunctionBeginUser;
-  a.shape = (Shape)a.r.Int(0, SHAPES - 1);
-  if (a.shape != SHAPE_NEST && a.s.nested) a.shape = SHAPE_NEST; /* vectors are nests */
+  const Shape shape = (Shape)a.r.Int(0, SHAPES - 1);
+
+  if (a.s.nested || (a.otherB && a.s.form != 0 && shape == SHAPE_NEST)) PetscFunctionReturn(PETSC_SUCCESS); /* vectors are nests; no block for B */
+  a.shape = shape;
   a.story += std::string("; the whole as ") + names[a.shape];
   PetscCall(AttackNest(a));
   PetscCall(AttackOperators(a));

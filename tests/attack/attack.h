@@ -75,6 +75,7 @@ struct Attack {
   int         badRow   = -1;  /* of A, or behind its rows of C, one entry of which is badValue */
   Dense       goodA, goodC;   /* without it */
   bool        must   = false; /* this step has to be refused */
+  bool        named  = false; /* fields of an AIJ, which are not forgotten */
   bool        otherB = false; /* the block (0,1) is not C' */
   bool        user   = false; /* a weight of the program, or other calls that promise nothing */
   int         errors = 0;     /* that left KSPSolve() */

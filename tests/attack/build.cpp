@@ -220,6 +220,7 @@ PetscErrorCode AttackOperators(Attack &a)
   PetscFunctionBeginUser;
   PetscCall(KSPSetOperators(a.ksp, op, op));
   if (a.shape != SHAPE_NAMED) PetscFunctionReturn(PETSC_SUCCESS);
+  a.named = true;
   PetscCall(KSPGetPC(a.ksp, &pc));
   PetscCall(MatNestGetISs(a.nest, is, NULL));
   for (int field = 0; field < 2; field++) PetscCall(PCFieldSplitSetIS(pc, field ? "lambda" : "x", is[a.s.first ? 1 - field : field]));

@@ -45,7 +45,7 @@ PetscErrorCode AttackWrongMatrix(Attack &a)
   Vec      one;
 
   PetscFunctionBeginUser;
-  if (a.shape != SHAPE_NEST) PetscFunctionReturn(PETSC_SUCCESS); /* with named fields it is one that can be solved */
+  if (a.named || a.shape != SHAPE_NEST) PetscFunctionReturn(PETSC_SUCCESS); /* with named fields it is one that can be solved */
   PetscCall(MatGetLocalSize(a.nest, &n, NULL));
   PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, &M));
   PetscCall(MatCreateVecs(M, &one, NULL));

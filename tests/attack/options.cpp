@@ -47,6 +47,7 @@ static void Variant(Attack &a, Line &now)
   if (a.r.Chance(0.4)) now["-pc_ainsworth_pmat"] = Pick(a.r, {"auto", "jcb", "id", "cc", "cg", "bj_cc", "bj_cg"});
   if (a.r.Chance(0.05)) now["-pc_ainsworth_block_size"] = Pick(a.r, {"1", "2", "3", "6"});
   if (a.r.Chance(0.2)) now["-pc_ainsworth_rows_per_rank"] = Pick(a.r, {"1", "2", "5", "1000"});
+  if (a.r.Chance(0.3)) now["-pc_ainsworth_rebuild"] = Pick(a.r, {"auto", "always", "never"});
   if (a.r.Chance(0.08)) now["-pc_ainsworth_redundant"] = Pick(a.r, {"drop", "error"});
   if (a.r.Chance(0.08)) now["-pc_ainsworth_monitor_error"] = Pick(a.r, {"ascii:error.txt", "csv:error.csv"});
   if (a.r.Chance(0.04)) now["-pc_ainsworth_stop"] = Pick(a.r, {"residual", "energy_error"});

@@ -75,7 +75,7 @@ static PetscErrorCode GramSolver(bool stops, bool uneven, bool strict)
   PetscCall(PCAinsworthGetGramKSP(pc, &gram));
   if (gram && stops) PetscCall(KSPSetTolerances(gram, 1e-12, PETSC_DEFAULT, PETSC_DEFAULT, 1));
   if (gram && !stops) PetscCall(KSPSetTolerances(gram, 0.5, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  PetscCall(CheckFailure(ksp, sys, strict, stops ? "Solves with the Gram matrix S = C W C' do not converge" : "rows of C are nearly linearly dependent"));
+  PetscCall(CheckFailure(ksp, sys, strict, stops ? "Solves with the Gram matrix S = C W C' do not converge" : "the Gram matrix C W C' is ill-conditioned"));
   PetscCall(KSPDestroy(&ksp));
   PetscCall(MatDestroy(&nest));
   PetscCall(SystemDestroy(&sys));

@@ -1,6 +1,6 @@
 """The commands of docs/tutorial.md, run in an empty folder by a user whose home has the plugin installed; what they print is compared, up to numbers.
 
-python3 tutorial.py <page> <cmake> <build> <mpicc> <launcher, one word each separated by a bar> <python with petsc4py, or nothing>
+python3 tutorial.py <page> <cmake> <build> <mpicc> <launcher, one word each separated by a bar> <python with petsc4py, or none>
 """
 import os
 import re
@@ -35,7 +35,7 @@ os.makedirs(os.path.join(home, "bin"))
 os.makedirs(os.path.join(home, "work"))
 subprocess.run([CMAKE, "--install", BUILD, "--prefix", os.path.join(home, "ainsworth")], check=True, stdout=subprocess.DEVNULL)
 tools = {"mpicc": [MPICC], "mpiexec": LAUNCHER.split("|")}
-if PYTHON:
+if PYTHON != "none":
     tools["python3"] = [PYTHON]
 for name, command in tools.items():
     path = os.path.join(home, "bin", name)
@@ -45,7 +45,7 @@ for name, command in tools.items():
 environment = dict(os.environ, HOME=home, PATH=os.path.join(home, "bin") + ":" + os.environ["PATH"])
 session, wanted = "set -e\n", []
 for command, printed in steps(PAGE):
-    if PYTHON or not command.startswith("python3"):
+    if PYTHON != "none" or not command.startswith("python3"):
         session += "echo '<<%d>>'\n%s\n" % (len(wanted), command)
         wanted.append((command, printed))
 done = subprocess.run(["bash", "-c", session], cwd=os.path.join(home, "work"), env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)

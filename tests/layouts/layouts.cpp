@@ -392,6 +392,72 @@ static PetscErrorCode Opposite()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Contact that is open: rows of multipliers with nothing but +1 or -1 on the diagonal, whose columns stay, as active-set methods write them */
+static PetscErrorCode OneSided(PetscScalar sign)
+{
+  const PetscInt n    = 4; /* on each rank */
+  const double   open = (double)PetscRealPart(sign);
+  Mat            D, B, Ct, nest, whole;
+  Vec            closed[] = {solution, rhs};
+  KSP            ksp;
+  PC             pc;
+  IS             is[3], both;
+  PetscInt       first, unknown, at;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, &D));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, c.local[LEFT] + c.local[RIGHT], n, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, &B));
+  PetscCall(MatGetOwnershipRange(D, &first, NULL));
+  PetscCall(MatGetOwnershipRange(B, &unknown, NULL));
+  for (PetscInt i = 0; i < n; i++) {
+    PetscCall(MatSetValue(D, first + i, first + i, sign, INSERT_VALUES));
+    PetscCall(MatSetValue(B, unknown + 3 * i, first + i, 0.7, INSERT_VALUES));
+  }
+  for (Mat M : {D, B}) {
+    PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));
+  }
+  PetscCall(MatHermitianTranspose(c.C, MAT_INITIAL_MATRIX, &Ct));
+  Mat nine[] = {c.A, Ct, B, c.C, NULL, NULL, NULL, NULL, D};
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 3, NULL, 3, NULL, nine, &nest));
+  PetscCall(MatConvert(nest, MATAIJ, MAT_INITIAL_MATRIX, &whole));
+  PetscCall(MatNestGetISs(nest, is, NULL));
+
+  /* x and the forces in the ties are those of the other cases */
+  PetscCall(MatCreateVecs(whole, &solution, &rhs));
+  PetscCall(SetRandom(solution, 5));
+  for (int k = 0; k < 2; k++) {
+    Vec from, to;
+
+    PetscCall(VecGetSubVector(closed[0], k ? c.is[TIES] : c.primal, &from));
+    PetscCall(VecGetSubVector(solution, is[k], &to));
+    PetscCall(VecCopy(from, to));
+    PetscCall(VecRestoreSubVector(solution, is[k], &to));
+    PetscCall(VecRestoreSubVector(closed[0], k ? c.is[TIES] : c.primal, &from));
+  }
+  PetscCall(MatMult(whole, solution, rhs));
+
+  Case("one-sided rows of %g, 3 x 3", open);
+  PetscCall(Solve(nest, NULL, {"3 fields of the MatNest", "block size of A: 2"}));
+  Case("one-sided rows of %g, one matrix", open);
+  PetscCall(Solve(whole, NULL, {"2 fields by the diagonal", "block size of A: 2"}));
+  Case("one-sided rows of %g, one matrix with index sets", open);
+  PetscCall(MatGetOwnershipRange(whole, &at, NULL));
+  PetscCall(ISCreateStride(PETSC_COMM_WORLD, c.local[TIES] + n, at + c.local[LEFT] + c.local[RIGHT], 1, &both));
+  PetscCall(SolverCreate(whole, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCFieldSplitSetIS(pc, "x", is[0]));
+  PetscCall(PCFieldSplitSetIS(pc, "ties", both));
+  PetscCall(SolveAndCheck(ksp, NULL, {"2 fields named by the program; multipliers: ties", "block size of A: 2"}));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(ISDestroy(&both));
+  for (Vec *v : {&solution, &rhs}) PetscCall(VecDestroy(v));
+  solution = closed[0];
+  rhs      = closed[1];
+  for (Mat *M : {&D, &B, &Ct, &nest, &whole}) PetscCall(MatDestroy(M));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Pmat is what a program has for PCFIELDSPLIT: a mass matrix of the multipliers in it */
 static PetscErrorCode OtherPmat()
 {
@@ -419,6 +485,95 @@ static PetscErrorCode OtherPmat()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   M_* is made of Pmat in every layout: here a poor one, the diagonal of A, which takes more iterations than A itself does, and as many in each layout
+
+   The blocks, and the solution, are those of Amat.
+*/
+static PetscErrorCode PoorPmat()
+{
+  const PetscInt before = usual;
+  PetscInt       good;
+  Mat            P, primal, mass, nestP, nest, three, Ct, minus, minusP, dirichlet;
+  Vec            diagonal, part, backup;
+  KSP            ksp;
+  PetscInt       row;
+  Options        options("-ainsworth_pc_type redundant");
+
+  PetscFunctionBeginUser;
+  usual = -1;
+  Case("Pmat is Amat");
+  PetscCall(Solve(c.whole, NULL, {"block size of A: 2"}));
+  good = usual;
+  PetscCall(MatCreateVecs(c.whole, &diagonal, NULL));
+  PetscCall(MatGetDiagonal(c.whole, diagonal));
+  PetscCall(VecGetSubVector(diagonal, c.is[TIES], &part));
+  PetscCall(VecSet(part, 3.0));
+  PetscCall(VecRestoreSubVector(diagonal, c.is[TIES], &part));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, c.local[LEFT] + c.local[RIGHT] + c.local[TIES], c.local[LEFT] + c.local[RIGHT] + c.local[TIES], PETSC_DETERMINE,
+                         PETSC_DETERMINE, 1, NULL, 0, NULL, &P));
+  PetscCall(MatDiagonalSet(P, diagonal, INSERT_VALUES));
+  PetscCall(MatCreateSubMatrix(P, c.primal, c.primal, MAT_INITIAL_MATRIX, &primal));
+  PetscCall(MatCreateSubMatrix(P, c.is[TIES], c.is[TIES], MAT_INITIAL_MATRIX, &mass));
+  PetscCall(MatCreateHermitianTranspose(c.C, &Ct));
+  Mat blocks[] = {primal, NULL, NULL, mass}, nine[FIELDS * FIELDS];
+  for (int k = 0; k < FIELDS * FIELDS; k++) nine[k] = c.block[k / FIELDS][k % FIELDS];
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 2, NULL, blocks, &nestP));
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, FIELDS, NULL, FIELDS, NULL, nine, &three));
+  PetscCall(NestCreate(c.A, Ct, c.C, NULL, false, &nest));
+  PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &minus));
+  PetscCall(MatScale(minus, -1.0));
+  PetscCall(MatDuplicate(P, MAT_COPY_VALUES, &minusP));
+  PetscCall(MatScale(minusP, -1.0));
+  const struct {
+    const char *name;
+    Mat         amat, pmat;
+    bool        named;
+  } layouts[] = {
+    {"a nest, Pmat another",                    nest,    nestP,  false},
+    {"a nest, Pmat one matrix",                 nest,    P,      false},
+    {"a nest of three fields, Pmat of two",     three,   nestP,  false},
+    {"a nest of three fields, Pmat one matrix", three,   P,      false},
+    {"one matrix, fields named",                c.whole, P,      true },
+    {"one matrix, Pmat a nest",                 c.whole, nestP,  false},
+    {"one matrix, fields by the diagonal",      c.whole, P,      false},
+    {"minus one matrix",                        minus,   minusP, false}
+  };
+
+  usual = -1;
+  for (const auto &layout : layouts) {
+    Case("poor Pmat: %s", layout.name);
+    PetscCall(VecScale(rhs, layout.amat == minus ? -1.0 : 1.0));
+    PetscCall(SolverCreate(layout.amat, &ksp));
+    PetscCall(KSPSetOperators(ksp, layout.amat, layout.pmat));
+    if (layout.named) PetscCall(NameFields(ksp, true));
+    PetscCall(SolveAndCheck(ksp, NULL, {"block size of A: 2"}));
+    PetscCall(KSPDestroy(&ksp));
+    PetscCall(VecScale(rhs, layout.amat == minus ? -1.0 : 1.0));
+    PetscCall(CheckTrue("more iterations than with A", usual > 2 * good));
+  }
+
+  Case("poor Pmat: a Dirichlet row whose column stays");
+  PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &dirichlet));
+  PetscCall(MatGetOwnershipRange(dirichlet, &row, NULL));
+  PetscCall(MatZeroRows(dirichlet, 1, &row, 1.0, NULL, NULL));
+  PetscCall(VecDuplicate(rhs, &backup));
+  PetscCall(VecCopy(rhs, backup));
+  PetscCall(MatMult(dirichlet, solution, rhs));
+  usual = -1;
+  PetscCall(SolverCreate(dirichlet, &ksp));
+  PetscCall(KSPSetOperators(ksp, dirichlet, P));
+  PetscCall(SolveAndCheck(ksp, NULL, {"block size of A: 2"}));
+  PetscCall(CheckTrue("more iterations than with A", usual > 2 * good));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(VecCopy(backup, rhs));
+  PetscCall(VecDestroy(&backup));
+  PetscCall(VecDestroy(&diagonal));
+  for (Mat *M : {&P, &primal, &mass, &Ct, &nestP, &three, &nest, &minus, &minusP, &dirichlet}) PetscCall(MatDestroy(M));
+  usual = before;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   int code;
@@ -439,7 +594,9 @@ int main(int argc, char **argv)
     PetscCall(Coordinates());
     PetscCall(Diagonal());
     PetscCall(Opposite());
+    for (PetscScalar sign : {-1.0, 1.0}) PetscCall(OneSided(sign));
     PetscCall(OtherPmat());
+    PetscCall(PoorPmat());
   }
   PetscCall(VecDestroy(&solution));
   PetscCall(VecDestroy(&rhs));

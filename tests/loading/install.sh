@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs into a scratch folder, moves it, and uses it from there as a new user would: by pkg-config, by find_package, from Python, from the
-# shell. Then uninstalls. The mpiexec of the makefile's check is that of CMake's cache. install.sh <sources> <build> <cmake> <python or ''> <mpicc> <linked.c> <options of the program>
+# shell. Then uninstalls. The mpiexec of the makefile's check is that of CMake's cache. install.sh <sources> <build> <cmake> <python or none> <mpicc> <linked.c> <options of the program>
 set -eu
 sources=$1 build=$2 cmake=$3 python=$4 mpicc=$5 linked=$6
 shift 6
@@ -44,7 +44,7 @@ AINSWORTH_LIB=$(dirname "$plugin")
 export AINSWORTH_LIB
 # shellcheck disable=SC2016 # PETSc expands it
 by-pkg-config/ex1 -dll_append '${AINSWORTH_LIB}/libpetscainsworth' -ksp_type preonly -pc_type ainsworth
-if [ -n "$python" ]; then
+if [ "$python" != none ]; then
   pythondir=$(asked pythondir)
   "$python" "$tutorials/ex1.py" -dll_append "$plugin" -ksp_type preonly -pc_type ainsworth
   PYTHONPATH=$pythondir${PYTHONPATH:+:$PYTHONPATH} "$python" "$sources/tests/loading/module.py"

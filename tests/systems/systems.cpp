@@ -115,7 +115,7 @@ int main(int argc, char **argv)
   PetscCall(PetscOptionsGetString(NULL, NULL, "-only", only, sizeof(only), &some));
   PetscCall(PetscOptionsGetString(NULL, NULL, "-out", out, sizeof(out), &hasOut));
   PetscCall(PetscOptionsGetString(NULL, NULL, "-write", prefix, sizeof(prefix), &write));
-  for (auto add : {AddContact, AddMultipliers, AddOptimization, AddFlow, AddStructures}) add(all);
+  for (auto add : {AddContact, AddMultipliers, AddOptimization, AddFlow, AddStructures, AddPrograms}) add(all);
   if (hasOut) {
     PetscCall(PetscFOpen(PETSC_COMM_WORLD, out, "w", &csv));
     PetscCall(PetscFPrintf(PETSC_COMM_WORLD, csv, "family,name,n,m,verdict,iterations,residual,error,reach\n"));

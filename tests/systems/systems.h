@@ -45,6 +45,7 @@ void AddMultipliers(Entries &); /* other layouts of contact: active sets, double
 void AddOptimization(Entries &);
 void AddFlow(Entries &);
 void AddStructures(Entries &);
+void AddPrograms(Entries &);
 
 Random SaddleRandom(const std::string &name); /* another stream for each name */
 

@@ -86,6 +86,7 @@ static const struct {
   {"is not symmetric",          [](const Saddle &s, const Facts &) { return !SaddleSymmetric(s); }                       },
   {"has no transpose",          [](const Saddle &s, const Facts &) { return !SaddleSymmetric(s); }                       },
   {"nearly linearly dependent", [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                        },
+  {"exactly or nearly",         [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                        },
   {"linear combinations",       [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                        },
   {"Error in HYPRE",            [](const Saddle &,  const Facts &f) { return !f.unique; }                                },
   {"seems to be -A",            [](const Saddle &s, const Facts &) { return s.convention == NEGATED; }                   }
@@ -93,7 +94,7 @@ static const struct {
 
 /* What is said of the attempt, which only who made it knows */
 static const char *const failures[] = {"without convergence", "stagnates",         "is not positive definite",    "do not converge",
-                                       "is not met",          "does not see this", "Solves with the Gram matrix", "The inner preconditioner, of type"};
+                                       "is not met",          "says that it converged", "Solves with the Gram matrix", "The inner preconditioner, of type"};
 
 bool SaddleSaysTrue(const Saddle &s, const Facts &facts, const std::string &text)
 {

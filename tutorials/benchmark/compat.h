@@ -7,5 +7,8 @@
 #if PETSC_VERSION_LT(3, 19, 0)
   #define PETSC_SUCCESS ((PetscErrorCode)0)
 #endif
+#if PETSC_VERSION_LT(3, 24, 0)
+  #define SNESLINESEARCHSECANT SNESLINESEARCHL2
+#endif
 
 #endif

@@ -419,7 +419,7 @@ int main(int argc, char **argv)
   PetscCall(SNESSetJacobian(snes, f.J, f.J, Jacobian, &f));
   PetscCall(SNESMonitorSet(snes, Monitor, &f, NULL));
   PetscCall(SNESGetLineSearch(snes, &search)); /* full steps go in circles for some mu */
-  PetscCall(SNESLineSearchSetType(search, SNESLINESEARCHL2));
+  PetscCall(SNESLineSearchSetType(search, SNESLINESEARCHSECANT));
   PetscCall(SNESLineSearchSetPreCheck(search, PreCheck, &f));
   PetscCall(SNESSetTolerances(snes, 0.0, 0.0, 1e-9, 50, PETSC_MAX_INT));
   PetscCall(SNESSetFromOptions(snes));

@@ -57,7 +57,7 @@ def write_exact(path, options, ranks=1):
     command = machine.launcher(ranks) + [ERRORTIME] + shlex.split(options) + "-ksp_type preonly -pc_type none -first 1 -last 1 -repetitions 1".split() + ["-reference", path]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=machine.ENVIRONMENT)
     if not os.path.exists(path):
-        raise RuntimeError("no exact solution for %s: %s" % (options, reason(done.stdout, done.returncode)))
+        raise SystemExit("no exact solution for %s: %s" % (options, reason(done.stdout, done.returncode)))
 
 
 def exact_solution(workspace, keep, case, n1, ranks=1):
@@ -109,9 +109,6 @@ def measure_own(folder, arguments):
     os.makedirs(folder, exist_ok=True)
     with machine.workspace() as workspace:
         reference = os.path.join(workspace, "exact.dat")
-        try:
-            write_exact(reference, options, arguments.ranks)
-        except RuntimeError as error:
-            raise SystemExit(str(error)) from None
+        write_exact(reference, options, arguments.ranks)
         found, sizes = series(option_files(arguments.solvers), options, reference, arguments, OWN)
     measured.save(os.path.join(folder, OWN + "-0.csv"), dict(measured.provenance(), options=options, ranks=arguments.ranks, sizes=sizes), COLUMNS, found)

@@ -134,7 +134,7 @@ PetscReal SceneRandom(PetscInt seed, int stream, PetscInt which)
   return (PetscReal)((z >> 11) * (1.0 / 9007199254740992.0));
 }
 
-/* Balls and fibers are on a lattice that is as cubic as the body allows, with options.count of them along its shortest edge */
+/* Balls, fibers and rods are on a lattice that is as cubic as the body allows, with options.count of them along its shortest edge */
 static bool Stiff(const Scene &s, const SceneBody &b, const PetscInt ijk[3])
 {
   PetscReal shortest = PETSC_MAX_REAL, distance = 0, least = PETSC_MAX_REAL;
@@ -148,7 +148,8 @@ static bool Stiff(const Scene &s, const SceneBody &b, const PetscInt ijk[3])
     const PetscReal middle = b.size[d] * ((ijk[d] + 0.5) / b.n[d]), which = std::floor(middle / period);
 
     least = PetscMin(least, period);
-    if (s.options.inclusion == SCENE_BALLS) {
+    if (s.options.inclusion == SCENE_RODS && d == 0) continue; /* endless along x */
+    if (s.options.inclusion != SCENE_FIBERS) {
       distance += PetscSqr(middle - (which + 0.5) * period);
     } else if (d == 0) { /* fibers run along x, inside the body; in a periodic cell they are endless */
       inside = inside && (s.pairs == SCENE_PERIODIC || (middle > 0.1 * b.size[0] && middle < 0.9 * b.size[0]));
@@ -156,7 +157,7 @@ static bool Stiff(const Scene &s, const SceneBody &b, const PetscInt ijk[3])
       inside = inside && ijk[d] == (PetscInt)std::floor((which + 0.5) * period / b.size[d] * b.n[d] * (1 + 1e-12));
     }
   }
-  return s.options.inclusion == SCENE_BALLS ? distance < PetscSqr(0.35 * least) : inside;
+  return s.options.inclusion == SCENE_FIBERS ? inside : distance < PetscSqr(0.35 * least);
 }
 
 PetscReal Scene::Modulus(int which, const PetscInt ijk[3]) const
@@ -168,6 +169,7 @@ PetscReal Scene::Modulus(int which, const PetscInt ijk[3]) const
   switch (options.inclusion) {
   case SCENE_BALLS:
   case SCENE_FIBERS:
+  case SCENE_RODS:
     return b.E * (Stiff(*this, b, ijk) ? options.contrast : 1);
   case SCENE_RANDOM:
     return b.E * std::pow(options.contrast, random);

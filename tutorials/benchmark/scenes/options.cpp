@@ -115,7 +115,7 @@ static PetscErrorCode CheckScene(const Scene &s)
 
 PetscErrorCode SceneCreate(MPI_Comm comm, Scene *s)
 {
-  const char *const elements[] = {"q1", "p1", "p2"}, *const inclusions[] = {"none", "balls", "fibers", "random", "binary"},
+  const char *const elements[] = {"q1", "p1", "p2"}, *const inclusions[] = {"none", "balls", "fibers", "random", "binary", "rods"},
                     *const partitions[] = {"slab", "metis"};
   SceneOptions            &o            = s->options;
 
@@ -131,7 +131,7 @@ PetscErrorCode SceneCreate(MPI_Comm comm, Scene *s)
   PetscCall(PetscOptionsInt("-unknowns", "Choose -n so that there are about as many unknowns (default 0: -n)", NULL, o.unknowns, &o.unknowns, NULL));
   PetscCall(
     PetscOptionsEList("-element", "Bilinear or trilinear, linear simplices, quadratic simplices", NULL, elements, 3, elements[o.element], &o.element, NULL));
-  PetscCall(PetscOptionsEList("-inclusion", "What is stiff: balls, thin fibers, or each cell at random", NULL, inclusions, 5, inclusions[o.inclusion],
+  PetscCall(PetscOptionsEList("-inclusion", "What is stiff: balls, thin fibers, each cell at random, or rods", NULL, inclusions, 6, inclusions[o.inclusion],
                               &o.inclusion, NULL));
   PetscCall(PetscOptionsInt("-count", "Balls or fibers along the shortest edge of a body", NULL, o.count, &o.count, NULL));
   PetscCall(PetscOptionsReal("-contrast", "How much stiffer the inclusions are, or the range of random moduli", NULL, o.contrast, &o.contrast, NULL));

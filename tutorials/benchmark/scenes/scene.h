@@ -26,7 +26,8 @@ enum SceneInclusion {
   SCENE_BALLS,
   SCENE_FIBERS,
   SCENE_RANDOM,
-  SCENE_BINARY
+  SCENE_BINARY,
+  SCENE_RODS
 };
 enum ScenePartition {
   SCENE_SLAB,

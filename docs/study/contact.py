@@ -1,0 +1,174 @@
+#!/usr/bin/env python3
+"""Contact: Hertz' problem over meshes, what a sequence of steps costs, friction and mortar rows over meshes; CSVs and plots in docs/contact.
+
+/usr/bin/python3 docs/study/contact.py [--cylinder 8,16,32,64,128] [--sphere 8,12,16,20,26] [--sequence 12,16,20] [--friction 6,8,12,16,24]
+One rank; seconds of the processor in the solve. The tables of docs/contact.md are printed.
+"""
+import argparse
+import base64
+import csv
+import math
+import os
+import re
+import struct
+import subprocess
+import sys
+
+from matplotlib import collections
+
+from common import machine, measured, plots
+
+FOLDER = os.path.join(machine.ROOT, "docs", "contact")
+BUILD = os.path.dirname(machine.PLUGIN)
+OURS = "-ksp_type preonly -pc_type ainsworth"
+SOLVERS = [("kept", OURS), ("fresh", OURS + " -fresh"), ("MUMPS", "-monolithic -ksp_type preonly -pc_type lu -pc_factor_mat_solver_type mumps")]
+
+
+def run(program, options):
+    command = [os.path.join(BUILD, "tutorials", program), "-dll_append", machine.PLUGIN] + options.split()
+    answer = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=machine.ENVIRONMENT)
+    if answer.returncode:
+        sys.exit("%s: %s" % (" ".join(command), answer.stdout))
+    return answer.stdout
+
+
+def values(text, line):
+    found = re.search(r"^%s: (.*)$" % line, text, re.M).group(1)
+    return dict(part.split("=", 1) for part in found.split() if "=" in part)
+
+
+def hertz(dim, n, options, pressure=None):
+    text = run("hertz", "-dim %d -n %d -snes_type ainsworthactiveset %s%s" % (dim, n, options, " -pressure " + pressure if pressure else ""))
+    steps = [int(count) for count in re.findall(r"(\d+) iterations", text)]
+    row = dict(values(text, "hertz"), **values(text, "errors"))
+    return dict(row, first=steps[0], most=max(steps), solves=len(steps), error_radius=values(text, "errors")["radius"], error_pressure=values(text, "errors")["pressure"], error_sink=values(text, "errors")["sink"])
+
+
+def rate(rows, key):
+    """The exponent of the mesh width that fits the errors best."""
+    points = [(math.log(float(row["n"])), math.log(abs(float(row[key])))) for row in rows]
+    x, y = (sum(p[k] for p in points) / len(points) for k in (0, 1))
+    return -sum((p[0] - x) * (p[1] - y) for p in points) / sum((p[0] - x) ** 2 for p in points)
+
+
+def table(names, rows):
+    print("\n| " + " | ".join(names) + " |\n|" + "---|" * len(names))
+    for row in rows:
+        print("| " + " | ".join(str(cell) for cell in row) + " |")
+
+
+def percent(text):
+    return "%+.2f %%" % (100 * float(text))
+
+
+def accuracy(arguments):
+    rows = []
+    for dim, sizes in ((2, arguments.cylinder), (3, arguments.sphere)):
+        mine = []
+        for n in sizes:
+            path = os.path.join(FOLDER, "pressure%d.csv" % dim)
+            mine.append(hertz(dim, n, OURS + (" -reach 96" if dim == 2 else ""), path))
+            print(mine[-1], flush=True)
+        table(["n", "unknowns", "rows in contact", "steps", "iterations", "radius", "pressure", "sinking", "distance", "processor [s]"],
+              [[r["n"], r["size"], r["active"], r["steps"], r["most"], percent(r["error_radius"]), percent(r["error_pressure"]), percent(r["error_sink"]), r["distance"], r["cpu_s"]] for r in mine])
+        print("rates: " + ", ".join("%s %.1f" % (key, rate(mine, key)) for key in ("error_radius", "error_pressure", "error_sink", "distance")))
+        rows += mine
+    measured.save(os.path.join(FOLDER, "hertz.csv"), measured.provenance(), ["dim", "n", "size", "active", "steps", "first", "most", "force", "error_radius", "error_pressure", "error_sink", "distance", "cpu_s"], rows)
+
+
+def sequence(arguments):
+    rows = []
+    for n in arguments.sequence:
+        for name, options in SOLVERS:
+            best = min((hertz(3, n, options) for _ in range(arguments.repeat)), key=lambda row: float(row["cpu_s"]))
+            rows.append(dict(best, solver=name))
+            print(rows[-1], flush=True)
+    table(["unknowns", "solver", "solves", "iterations, first and most", "processor [s]", "of fresh"],
+          [[r["size"], r["solver"], r["solves"], "%s, %s" % (r["first"], r["most"]), r["cpu_s"], "%.2f" % (float(r["cpu_s"]) / float(next(o["cpu_s"] for o in rows if o["size"] == r["size"] and o["solver"] == "fresh")))] for r in rows])
+    measured.save(os.path.join(FOLDER, "sequence.csv"), measured.provenance(), ["n", "size", "solver", "solves", "first", "most", "cpu_s"], rows)
+
+
+def friction(arguments):
+    rows = []
+    for n in arguments.friction:
+        text = run("friction", "-n1 %d -n2 %d -mu 0.2 %s" % (n, n * 5 // 6, OURS))
+        rows.append(dict(values(text, "friction"), n=n, most=max(int(i) for i in re.findall(r"(\d+) iterations", text))))
+        print(rows[-1], flush=True)
+    last = rows[-1]
+    table(["n1", "steps", "stuck, slipped", "iterations", "tangential force", "from the last"],
+          [[r["n"], r["steps"], r["stick"] + ", " + r["slip"], r["most"], r["tangential"], percent(float(r["tangential"]) / float(last["tangential"]) - 1)] for r in rows])
+    measured.save(os.path.join(FOLDER, "friction.csv"), measured.provenance(), ["n", "mu", "steps", "stick", "slip", "open", "most", "normal", "tangential", "law"], rows)
+
+
+def plot():
+    figure, panels = plots.pyplot.subplots(1, 2, figsize=(10, 4))
+    for panel, dim, title in zip(panels, (2, 3), ("cylinder on block", "sphere on block")):
+        with open(os.path.join(FOLDER, "pressure%d.csv" % dim), newline="") as file:
+            rows = sorted(((float(r["distance"]), float(r["pressure"]), float(r["hertz"])) for r in csv.DictReader(file)))
+        edge = max(r[0] for r in rows if r[2] > 0)
+        exact = sorted(r for r in rows if r[0] < 1.3 * edge)
+        panel.plot([r[0] for r in exact], [r[1] for r in exact], "o", fillstyle="none", color="#0072b2", markersize=4, label="forces of nodes / area")
+        panel.plot([r[0] for r in exact], [r[2] for r in exact], "-", color="#d55e00", label="Hertz")
+        panel.set_xlabel("distance from the axis [mm]")
+        panel.set_ylabel("pressure [MPa]")
+        panel.set_title(title, fontsize=10)
+        panel.grid(True, alpha=0.4)
+        panel.legend(fontsize=8)
+    figure.tight_layout()
+    plots.save(figure, os.path.join(FOLDER, "pressure"))
+
+
+def array(text, name, kind):
+    """A DataArray of a VTU file that tutorials/benchmark/vtufile.cpp wrote: base64, its size in eight bytes first."""
+    data = base64.b64decode(re.search(r'Name="%s"[^>]*>([^<]*)<' % name, text).group(1))
+    return struct.unpack("<%d%s" % ((len(data) - 8) // struct.calcsize(kind), kind), data[8:])
+
+
+def picture():
+    """The deformed cylinder and block around the contact, colored by how far they moved down."""
+    with machine.workspace() as folder:
+        path = os.path.join(folder, "bodies.vtu")
+        run("hertz", "-dim 2 -n 20 -snes_type ainsworthactiveset %s -vtu %s" % (OURS, path))
+        with open(path) as file:
+            text = file.read()
+    points, moved, corners = array(text, "position", "d"), array(text, "displacement", "d"), array(text, "connectivity", "q")
+    cells = [corners[i:i + 4] for i in range(0, len(corners), 4)]
+    cells = [cell for cell in cells if min(abs(points[3 * k]) for k in cell) < 16 and min(abs(points[3 * k + 1]) for k in cell) < 12]
+    figure, panel = plots.pyplot.subplots(figsize=(6, 4.5))
+    for side in (1, -1):
+        shapes = collections.PolyCollection([[(side * points[3 * k], points[3 * k + 1]) for k in cell] for cell in cells], edgecolors="k", linewidths=0.2, cmap="viridis")
+        shapes.set_array([-sum(moved[3 * k + 1] for k in cell) / 4 for cell in cells])
+        panel.add_collection(shapes)
+    panel.set_xlim(-16, 16)
+    panel.set_ylim(-12, 12)
+    panel.set_aspect("equal")
+    panel.set_xlabel("x [mm]")
+    panel.set_ylabel("y [mm]")
+    figure.colorbar(shapes, label="way down [mm]")
+    figure.tight_layout()
+    plots.save(figure, os.path.join(FOLDER, "bodies"))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    for name, sizes in (("cylinder", "8,16,32,64,128"), ("sphere", "8,12,16,20,26"), ("sequence", "12,16,20"), ("friction", "6,8,12,16,24")):
+        parser.add_argument("--" + name, default=sizes, type=lambda text: [int(n) for n in text.split(",") if n], help="meshes (default %s)" % sizes)
+    parser.add_argument("--repeat", type=int, default=2, help="runs of each sequence (default 2)")
+    arguments = parser.parse_args()
+    for name in ("cylinder", "sphere", "sequence", "friction"):
+        if isinstance(getattr(arguments, name), str):
+            setattr(arguments, name, [int(n) for n in getattr(arguments, name).split(",")])
+    os.makedirs(FOLDER, exist_ok=True)
+    if arguments.cylinder and arguments.sphere:
+        accuracy(arguments)
+        plot()
+        picture()
+    if arguments.sequence:
+        sequence(arguments)
+    if arguments.friction:
+        friction(arguments)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,210 @@
+/* The doctor: what set-up sees, stage by stage, and what is wrong with it, before anything is solved (docs/diagnose.md) */
+#include "pcainsworth.h"
+#include "../operator/matainsworth.h"
+#include <petsc/private/pcimpl.h>
+
+/* Advice is given from these on: a factor of S of so many operations, ... */
+static const PetscReal heavy = 1e11;
+/* ... a trial solve of so many iterations */
+static const PetscInt slow = 100;
+
+/* Rows that depend on others, or nearly so */
+static PetscErrorCode DiagnoseDependence(PC_Ainsworth *data, AinsworthDiagnosis *d)
+{
+  const AinsworthSaddle *sp    = &data->saddle;
+  const PetscInt         count = sp->count[AINSWORTH_ROW_DEPENDENT];
+  char                   names[128];
+  PetscBool              doubtful = PETSC_FALSE;
+  PetscInt               n, *rows;
+
+  PetscFunctionBegin;
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "dependent_rows", AinsworthJSON(count), "dependent rows of C: %" PetscInt_FMT, count);
+  if (count) {
+    PetscCall(AinsworthSaddleNameKind(sp, AINSWORTH_ROW_DEPENDENT, names, sizeof(names)));
+    AinsworthDiagnosisAdd(d, AINSWORTH_DOUBTFUL, "dependent", AinsworthJSON(count),
+                          "%" PetscInt_FMT " rows of C are %s others, rows %s of the multiplier field: they are left out and their multipliers zero; remove "
+                          "them, a constraint that is said twice among them, or see that g agrees",
+                          count, sp->nearly ? "combinations, exactly or nearly, of" : "combinations of", names);
+  }
+  if (data->reduced) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced, &doubtful));
+  if (!doubtful) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatAinsworthFindNear_Private(data->reduced, &n, &rows));
+  PetscCall(AinsworthSaddleNameKept(sp, n, rows, names, sizeof(names)));
+  PetscCall(PetscFree(rows));
+  if (!n) {
+    AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "gram_inexact", "true",
+                          "Rows of C taken together are nearly dependent, though none is near the span of the others: solves with the Gram matrix are refined");
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  AinsworthDiagnosisAdd(d, AINSWORTH_DOUBTFUL, "nearly_dependent", AinsworthJSON(n),
+                        "%" PetscInt_FMT
+                        " rows of C are nearly combinations of others, rows %s of the multiplier field: solves are refined, but multipliers and "
+                        "what contradicts in g grow; remove such rows or make them exact",
+                        n, names);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* S, its pieces and its factor */
+static PetscErrorCode DiagnoseGram(PC_Ainsworth *data, AinsworthDiagnosis *d)
+{
+  Mat_Ainsworth *ctx;
+  char           text[256];
+  PetscReal      cost[2], most; /* entries and operations */
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+  const AinsworthGram *gram = &ctx->proj.gram;
+
+  PetscCall(AinsworthGramDescribe(gram, text, sizeof(text)));
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "pieces",
+                        AinsworthJSON("pieces", AinsworthJSON(gram->placement.components), "largest", AinsworthJSON(gram->placement.largest)), "%s", text);
+  cost[0] = gram->factor.cost.entries;
+  cost[1] = gram->factor.cost.operations;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, cost, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)data->reduced)));
+  PetscCall(MPIU_Allreduce(&gram->factor.cost.operations, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)data->reduced)));
+  cost[0] *= (PetscReal)sizeof(PetscScalar);
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "factor", AinsworthJSON("bytes", AinsworthJSON(cost[0]), "operations", AinsworthJSON(cost[1])),
+                        "factor of S, predicted: %.3g MB, %.3g operations", (double)(cost[0] / 1e6), (double)cost[1]);
+  if (most > heavy)
+    AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "heavy_factor", AinsworthJSON(most),
+                          "The factor of S takes %.3g operations on one rank: constraints share too many unknowns; more ranks take part with a smaller "
+                          "-pc_ainsworth_rows_per_rank",
+                          (double)most);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What M_* will have, by what is known of A and C: before it is made */
+static PetscErrorCode DiagnoseFill(PC_Ainsworth *data, AinsworthDiagnosis *d)
+{
+  static const PetscReal entry = (PetscReal)(sizeof(PetscScalar) + sizeof(PetscInt));
+  AinsworthPmatFill      fill;
+  PetscReal              jcb;
+  Mat                    A;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthGetAIJ(data->saddle.A, &A));
+  PetscCall(AinsworthPmatGetFill(A, data->saddle.C, &fill));
+  PetscCall(AinsworthPmatPredict(A, data->saddle.C, NULL, &fill, &jcb));
+  PetscCall(MatDestroy(&A));
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "memory",
+                        AinsworthJSON("A_bytes", AinsworthJSON(entry * fill.entries), "id_bytes", AinsworthJSON(entry * (fill.entries + fill.squares)),
+                                      "jcb_bytes", AinsworthJSON(entry * jcb)),
+                        "A has %.3g MB; the preconditioning matrix, predicted: at most %.3g MB as id, %.3g MB as jcb", (double)(entry * fill.entries / 1e6),
+                        (double)(entry * (fill.entries + fill.squares) / 1e6), (double)(entry * jcb / 1e6));
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "long_rows", AinsworthJSON(fill.leftOut), "long rows of C, left out of the preconditioning matrix: %" PetscInt_FMT,
+                        fill.leftOut);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Signs that are wrong explain a failure */
+static void ConfirmSigns(AinsworthDiagnosis *d)
+{
+  for (const char *key : {"negative_diagonal", "D_sign"}) AinsworthDiagnosisConfirm(d, key);
+}
+
+/* The reduced system is there: how well can it be solved? */
+static PetscErrorCode DiagnoseReduced(PC pc, PC_Ainsworth *data, AinsworthDiagnosis *d)
+{
+  KSPConvergedReason reason;
+  PetscInt           iterations;
+  char               why[512];
+  std::string        text;
+  KSPType            method;
+  PCType             type;
+  PC                 inner;
+
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthDescribePmat_Private(data, text));
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "pmat", AinsworthJSON(text.c_str()), "preconditioning matrix: %s", text.c_str());
+  PetscCall(KSPGetType(data->ksp, &method));
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCGetType(inner, &type));
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "solver", AinsworthJSON("method", AinsworthJSON(method), "preconditioner", AinsworthJSON(type)),
+                        "reduced solve: %s, preconditioned by %s", method, type);
+  PetscCall(PCAinsworthDescribeLeftOut_Private(data, text));
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "left_out", AinsworthJSON(text.c_str()), "left out: %s", text.c_str());
+  PetscCall(PCAinsworthTry_Private(pc, data, &reason, &iterations, why, sizeof(why)));
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "trial_iterations", AinsworthJSON(iterations), "trial solve with a random f: %" PetscInt_FMT " iterations, %s",
+                        iterations, KSPConvergedReasons[reason]);
+  if (why[0]) {
+    ConfirmSigns(d);
+    AinsworthDiagnosisAdd(d, AINSWORTH_FATAL, "trial", AinsworthJSON(KSPConvergedReasons[reason]), "%s", why);
+  }
+  if (!why[0] && iterations > slow)
+    AinsworthDiagnosisAdd(
+      d, AINSWORTH_COSTLY, "slow", AinsworthJSON(iterations),
+      "The reduced solve takes %" PetscInt_FMT
+      " iterations: multigrid does not fit A, as with elements stretched far, nearly incompressible material or thin structures; attach the "
+      "rigid-body modes with MatSetNearNullSpace(), or use -%spc_type cholesky",
+      iterations, ((PetscObject)data->ksp)->prefix);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthDiagnose_Private - what is known at a stage of the set-up, printed at once; after the last one the advice. Collective */
+PetscErrorCode PCAinsworthDiagnose_Private(PC pc, PC_Ainsworth *data, PCAinsworthStage stage)
+{
+  static const char *const titles[] = {"what was passed", "the blocks", "the constraints", "the reduced system"};
+  AinsworthDiagnosis      *d        = data->diagnosis.get();
+  MPI_Comm                 comm     = PetscObjectComm((PetscObject)pc);
+
+  PetscFunctionBegin;
+  if (!d || d->finished) PetscFunctionReturn(PETSC_SUCCESS);
+  switch (stage) {
+  case PC_AINSWORTH_STAGE_PASSED:
+    PetscCall(PCAinsworthDiagnosePassed_Private(pc, d));
+    break;
+  case PC_AINSWORTH_STAGE_BLOCKS:
+    PetscCall(PCAinsworthDiagnoseBlocks_Private(data, d));
+    break;
+  case PC_AINSWORTH_STAGE_CONSTRAINTS:
+    PetscCall(DiagnoseDependence(data, d));
+    if (data->constraints) PetscCall(DiagnoseGram(data, d));
+    if (data->constraints) PetscCall(DiagnoseFill(data, d));
+    break;
+  case PC_AINSWORTH_STAGE_REDUCED:
+    PetscCall(DiagnoseReduced(pc, data, d));
+    d->finished = true;
+  }
+  PetscCall(AinsworthDiagnosisPrintFacts(d, comm, titles[stage]));
+  if (d->finished) PetscCall(AinsworthDiagnosisPrintAdvice(d, comm));
+  PetscCall(AinsworthDiagnosisSave(d, comm, PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthDiagnoseFailure_Private - a set-up or a solve ended, and why; code: with an error, after which nothing is collective */
+PetscErrorCode PCAinsworthDiagnoseFailure_Private(PC pc, PC_Ainsworth *data, PetscErrorCode code, const char why[])
+{
+  AinsworthDiagnosis *d       = data->diagnosis.get();
+  char               *message = NULL;
+
+  PetscFunctionBegin;
+  if (!d) PetscFunctionReturn(PETSC_SUCCESS);
+  if (code) PetscCall(PetscErrorMessage(code, NULL, &message));
+  if (code) why = message ? message : "";
+  if (why[0]) AinsworthDiagnosisAdd(d, AINSWORTH_FATAL, code ? "error" : "failure", AinsworthJSON(why), "%s", why);
+  if (!d->finished) ConfirmSigns(d);
+  d->finished = true;
+  PetscCall(AinsworthDiagnosisPrintAdvice(d, PetscObjectComm((PetscObject)pc)));
+  PetscCall(AinsworthDiagnosisSave(d, PetscObjectComm((PetscObject)pc), code ? PETSC_FALSE : PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthDiagnoseFromOptions_Private - -pc_ainsworth_diagnose, with or without a file */
+PetscErrorCode PCAinsworthDiagnoseFromOptions_Private(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
+{
+  char      file[PETSC_MAX_PATH_LEN] = "";
+  PetscBool set, yes, no;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsString("-pc_ainsworth_diagnose", "Prints what set-up finds, and advice, [also as JSON to this file]", PCAINSWORTH, file, file,
+                               sizeof(file), &set));
+  PetscCall(PetscStrInList(file, "true,yes,on,1", ',', &yes));
+  PetscCall(PetscStrInList(file, "false,no,off,0", ',', &no));
+  if (!set || no) data->diagnosis.reset();
+  else if (!data->diagnosis || data->diagnosis->file != (yes ? "" : file)) {
+    data->diagnosis.reset(new AinsworthDiagnosis());
+    if (!yes) data->diagnosis->file = file;
+    PetscCall(AinsworthDiagnosisSave(data->diagnosis.get(), PetscObjectComm((PetscObject)pc), PETSC_TRUE)); /* can it be written? */
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,104 @@
+/* A solve of the reduced system with a random right-hand side, which finds bodies that float, indefinite matrices and multigrid that does not fit */
+#include "pcainsworth.h"
+#include "../ksp/projectedcg.h"
+#include "../operator/matainsworth.h"
+#include <petsc/private/kspimpl.h>
+
+/* Of the method of the inner solver and with its preconditioner, but with neither its monitors nor its options */
+static PetscErrorCode CreateKSP(const PC_Ainsworth *data, KSP *trial)
+{
+  static const PetscInt most = 300, restart = 100; /* a residual may grow: where a body floats it does until x is the motion of it */
+  KSPType               type;
+  KSPNormType           norm;
+  PCSide                side;
+  PetscBool             projected;
+  PC                    inner;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetType(data->ksp, &type));
+  PetscCall(KSPGetNormType(data->ksp, &norm));
+  PetscCall(KSPGetPCSide(data->ksp, &side));
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(KSPProjectedCGGetUse_Private(data->ksp, &projected));
+  PetscCall(KSPCreate(PetscObjectComm((PetscObject)data->ksp), trial));
+  PetscCall(KSPSetOptionsPrefix(*trial, ((PetscObject)data->ksp)->prefix));
+  PetscCall(KSPAppendOptionsPrefix(*trial, "trial_"));
+  PetscCall(KSPSetType(*trial, type));
+  PetscCall(KSPSetPC(*trial, inner));
+  if (norm != KSP_NORM_NONE) PetscCall(KSPSetNormType(*trial, norm));
+  PetscCall(KSPSetPCSide(*trial, side));
+  PetscCall(KSPGMRESSetRestart(*trial, restart));
+  PetscCall(KSPSetTolerances(*trial, 1e-8, 0.0, PETSC_MAX_REAL, most));
+  PetscCall(KSPProjectedCGSetUse_Private(*trial, (PetscBool)(projected || (data->constraints && data->saddle.D))));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   The reduced right-hand side of forces on all unknowns, each in proportion to its stiffness, without those that the null space of the matrix leaves no
+   answer for. What the view tells of the last right-hand side stays
+*/
+static PetscErrorCode CreateForces(const PC_Ainsworth *data, KSP trial, Vec *f)
+{
+  Vec          root;
+  Mat          operation;
+  MatNullSpace nullsp;
+  PetscRandom  random;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(data->inverseDiagonal, f));
+  PetscCall(VecDuplicate(data->inverseDiagonal, &root));
+  PetscCall(VecCopy(data->inverseDiagonal, root));
+  PetscCall(VecSqrtAbs(root));
+  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)*f), &random));
+  PetscCall(PetscRandomSetInterval(random, -1.0, 1.0));
+  PetscCall(VecSetRandom(*f, random));
+  PetscCall(PetscRandomDestroy(&random));
+  PetscCall(VecPointwiseDivide(*f, *f, root));
+  PetscCall(VecDestroy(&root));
+  if (data->constraints) {
+    Mat_Ainsworth *ctx;
+
+    PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+    const PetscBool homogeneous = ctx->homogeneous;
+
+    PetscCall(MatAinsworthReduce_Private(data->reduced, PETSC_FALSE, *f, NULL, *f));
+    ctx->homogeneous = homogeneous;
+  }
+  PetscCall(KSPGetOperators(trial, &operation, NULL));
+  PetscCall(MatGetNullSpace(operation, &nullsp));
+  if (nullsp) PetscCall(MatNullSpaceRemove(nullsp, *f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthTry_Private - how a solve with random forces ends; why: the cause where that is a failure, otherwise empty, as where it is only slow. After the set-up */
+PetscErrorCode PCAinsworthTry_Private(PC pc, PC_Ainsworth *data, KSPConvergedReason *reason, PetscInt *iterations, char why[], size_t len)
+{
+  static const PetscReal suspicious = 1e-10; /* of the energy that diag(A) would have */
+  PetscInt               n;
+  PetscReal              quotient;
+  Vec                    f, x;
+  KSP                    trial;
+
+  PetscFunctionBegin;
+  why[0]      = 0;
+  *iterations = 0;
+  *reason     = KSP_CONVERGED_HAPPY_BREAKDOWN;
+  PetscCall(VecGetSize(data->inverseDiagonal, &n));
+  if (data->constraints == n && !data->saddle.D) PetscFunctionReturn(PETSC_SUCCESS); /* the constraints alone determine x */
+  PetscCall(CreateKSP(data, &trial));
+  PetscCall(CreateForces(data, trial, &f));
+  PetscCall(VecDuplicate(f, &x));
+  PetscCall(KSPSolve(trial, f, x));
+  PetscCall(KSPGetConvergedReason(trial, reason));
+  PetscCall(KSPGetIterationNumber(trial, iterations));
+  data->ksp->its   = trial->its; /* what the explanation tells of */
+  data->ksp->rnorm = trial->rnorm;
+  PetscCall(KSPDestroy(&trial));
+  PetscCall(VecCopy(x, f));
+  PetscCall(PCAinsworthRayleighQuotient_Private(data, f, &quotient));
+  if ((*reason < 0 && *reason != KSP_DIVERGED_ITS) || (data->symmetric && quotient < suspicious))
+    PetscCall(PCAinsworthExplain_Private(pc, data, x, *reason, why, len));
+  PetscCall(VecDestroy(&f));
+  PetscCall(VecDestroy(&x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,310 @@
+#include "survey.h"
+#include "saddle.h"
+#include <algorithm>
+#include <limits>
+
+/* Collective: the place of the smallest (or largest) value of all ranks, and that value; -1 where no rank has any */
+static PetscErrorCode AgreeOnPlace(MPI_Comm comm, bool largest, PetscReal *value, PetscInt *place)
+{
+  PetscReal best = *place < 0 ? PETSC_MAX_REAL : largest ? -*value : *value, mine = best;
+  PetscInt  at;
+
+  PetscFunctionBegin;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &best, 1, MPIU_REAL, MPIU_MIN, comm));
+  at = *place >= 0 && mine == best ? *place : std::numeric_limits<PetscInt>::max();
+  PetscCall(MPIU_Allreduce(&at, place, 1, MPIU_INT, MPI_MIN, comm));
+  if (*place == std::numeric_limits<PetscInt>::max()) *place = -1;
+  *value = *place < 0 ? 0.0 : largest ? -best : best;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: the signs and the moduli of the entries of a vector */
+PetscErrorCode AinsworthSurveyVec(Vec v, AinsworthSurvey *survey)
+{
+  MPI_Comm           comm = PetscObjectComm((PetscObject)v);
+  PetscInt           n, start, count[3] = {0, 0, 0};
+  PetscReal          first[2] = {0.0, 0.0}; /* places are agreed on as values are */
+  const PetscScalar *a;
+
+  PetscFunctionBegin;
+  *survey = AinsworthSurvey();
+  PetscCall(VecGetLocalSize(v, &n));
+  PetscCall(VecGetOwnershipRange(v, &start, NULL));
+  PetscCall(VecGetArrayRead(v, &a));
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal size = PetscAbsScalar(a[i]);
+
+    count[0] += PetscRealPart(a[i]) > 0.0;
+    count[1] += PetscRealPart(a[i]) < 0.0;
+    count[2] += size == 0.0;
+    if (PetscRealPart(a[i]) < 0.0 && survey->firstNegative < 0) survey->firstNegative = start + i;
+    if (size == 0.0 && survey->firstZero < 0) survey->firstZero = start + i;
+    if (!(size > 0.0)) continue;
+    if (survey->leastRow < 0 || size < survey->least) {
+      survey->least    = size;
+      survey->leastRow = start + i;
+    }
+    if (survey->mostRow < 0 || size > survey->most) {
+      survey->most    = size;
+      survey->mostRow = start + i;
+    }
+  }
+  PetscCall(VecRestoreArrayRead(v, &a));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 3, MPIU_INT, MPI_SUM, comm));
+  survey->positive = count[0];
+  survey->negative = count[1];
+  survey->zero     = count[2];
+  PetscCall(AgreeOnPlace(comm, false, &survey->least, &survey->leastRow));
+  PetscCall(AgreeOnPlace(comm, true, &survey->most, &survey->mostRow));
+  PetscCall(AgreeOnPlace(comm, false, &first[0], &survey->firstNegative));
+  PetscCall(AgreeOnPlace(comm, false, &first[1], &survey->firstZero));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthSurveyDiagonal(Mat M, AinsworthSurvey *survey)
+{
+  Vec diagonal;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(M, NULL, &diagonal));
+  PetscCall(AinsworthGetDiagonal(M, diagonal));
+  PetscCall(AinsworthSurveyVec(diagonal, survey));
+  PetscCall(VecDestroy(&diagonal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The norms of the rows of an AIJ, and the row with the most entries */
+PetscErrorCode AinsworthSurveyRows(Mat M, AinsworthSurvey *norms, PetscInt *longest, PetscInt *row)
+{
+  Vec       sums;
+  PetscInt  start, end;
+  PetscReal most = 0.0;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(M, NULL, &sums));
+  PetscCall(AinsworthRowSums(M, 2, sums));
+  PetscCall(VecSqrtAbs(sums));
+  PetscCall(AinsworthSurveyVec(sums, norms));
+  PetscCall(VecDestroy(&sums));
+  *row = -1;
+  PetscCall(MatGetOwnershipRange(M, &start, &end));
+  for (PetscInt i = start; i < end; i++) {
+    PetscInt n;
+
+    PetscCall(MatGetRow(M, i, &n, NULL, NULL));
+    if (*row < 0 || (PetscReal)n > most) {
+      most = (PetscReal)n;
+      *row = i;
+    }
+    PetscCall(MatRestoreRow(M, i, &n, NULL, NULL));
+  }
+  PetscCall(AgreeOnPlace(PetscObjectComm((PetscObject)M), true, &most, row));
+  *longest = (PetscInt)most;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The column that most rows have an entry in */
+PetscErrorCode AinsworthSurveyColumns(Mat M, PetscInt *most, PetscInt *column)
+{
+  Vec             counts;
+  AinsworthSurvey survey;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthCountRows(M, 0, &counts));
+  PetscCall(AinsworthSurveyVec(counts, &survey));
+  PetscCall(VecDestroy(&counts));
+  *most   = (PetscInt)survey.most;
+  *column = survey.mostRow;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Unknowns that are in no equation: nothing is in their row of [A B'] */
+PetscErrorCode AinsworthSurveyLoose(Mat A, Mat B, PetscInt *loose, PetscInt *first)
+{
+  Vec             size, ones, held;
+  Mat             absolute;
+  AinsworthSurvey survey;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(A, &size, NULL));
+  PetscCall(VecDuplicate(size, &held));
+  PetscCall(AinsworthRowSums(A, 1, size));
+  PetscCall(MatCreateVecs(B, NULL, &ones));
+  PetscCall(VecSet(ones, 1.0));
+  PetscCall(AinsworthAbsoluteAIJ(B, &absolute));
+  PetscCall(MatMultTransposeAdd(absolute, ones, size, held));
+  PetscCall(AinsworthSurveyVec(held, &survey));
+  *loose = survey.zero;
+  *first = survey.firstZero;
+  PetscCall(MatDestroy(&absolute));
+  for (Vec *v : {&size, &held, &ones}) PetscCall(VecDestroy(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Values of a vector: those of this rank, and those at the places of other ranks that a matrix has columns for, ascending */
+namespace
+{
+struct Neighbors {
+  PetscInt               start = 0, n = 0;
+  const PetscInt        *ghosts = nullptr;
+  std::vector<PetscReal> own, others;
+
+  PetscErrorCode open(Mat M, Vec v);
+  PetscReal      operator[](PetscInt column) const
+  {
+    if (column >= start && column < start + (PetscInt)own.size()) return own[column - start];
+    return others[std::lower_bound(ghosts, ghosts + n, column) - ghosts];
+  }
+};
+
+PetscErrorCode Neighbors::open(Mat M, Vec v)
+{
+  Vec                ghosted;
+  IS                 from;
+  VecScatter         scatter;
+  PetscInt           local;
+  const PetscScalar *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetOwnershipRange(v, &start, NULL));
+  PetscCall(VecGetLocalSize(v, &local));
+  PetscCall(VecGetArrayRead(v, &a));
+  for (PetscInt i = 0; i < local; i++) own.push_back(PetscAbsScalar(a[i]));
+  PetscCall(VecRestoreArrayRead(v, &a));
+  PetscCall(MatGetGhosts(M, &n, &ghosts));
+  PetscCall(ISCreateGeneral(PETSC_COMM_SELF, n, ghosts, PETSC_COPY_VALUES, &from));
+  PetscCall(VecCreateSeq(PETSC_COMM_SELF, n, &ghosted));
+  PetscCall(VecScatterCreate(v, from, ghosted, NULL, &scatter));
+  PetscCall(VecScatterBegin(scatter, v, ghosted, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(scatter, v, ghosted, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecGetArrayRead(ghosted, &a));
+  for (PetscInt i = 0; i < n; i++) others.push_back(PetscAbsScalar(a[i]));
+  PetscCall(VecRestoreArrayRead(ghosted, &a));
+  PetscCall(VecScatterDestroy(&scatter));
+  PetscCall(ISDestroy(&from));
+  PetscCall(VecDestroy(&ghosted));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+} // namespace
+
+/* The largest jump of the diagonal between unknowns that an entry of A joins, one that the smaller of both feels; bs: components are compared each with its like */
+PetscErrorCode AinsworthSurveyJump(Mat A, PetscInt bs, AinsworthJump *jump)
+{
+  static const PetscReal felt = 1e-3;
+  Vec                    diagonal;
+  Neighbors              d;
+  PetscInt               start, end, mine;
+
+  PetscFunctionBegin;
+  *jump = AinsworthJump();
+  PetscCall(MatCreateVecs(A, NULL, &diagonal));
+  PetscCall(AinsworthGetDiagonal(A, diagonal));
+  PetscCall(d.open(A, diagonal));
+  PetscCall(VecDestroy(&diagonal));
+  PetscCall(MatGetOwnershipRange(A, &start, &end));
+  for (PetscInt i = start; i < end; i++) {
+    PetscInt           n;
+    const PetscInt    *columns;
+    const PetscScalar *values;
+
+    PetscCall(MatGetRow(A, i, &n, &columns, &values));
+    for (PetscInt k = 0; k < n; k++) {
+      const PetscReal low = PetscMin(d[i], d[columns[k]]), high = PetscMax(d[i], d[columns[k]]);
+
+      if (columns[k] == i || (columns[k] - i) % bs || low == 0.0 || PetscAbsScalar(values[k]) < felt * low || high <= jump->quotient * low) continue;
+      jump->quotient = high / low;
+      jump->row      = i;
+      jump->col      = columns[k];
+    }
+    PetscCall(MatRestoreRow(A, i, &n, &columns, &values));
+  }
+  mine = jump->row;
+  PetscCall(AgreeOnPlace(PetscObjectComm((PetscObject)A), true, &jump->quotient, &jump->row));
+  if (mine != jump->row) jump->col = -1;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &jump->col, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)A)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y' z of two rows in compressed form, both with ascending columns */
+static PetscReal Dot(PetscInt n, const PetscInt columns[], const PetscScalar y[], PetscInt m, const PetscInt others[], const PetscScalar z[])
+{
+  PetscReal sum = 0.0;
+
+  for (PetscInt i = 0, k = 0; i < n && k < m;) {
+    if (columns[i] < others[k]) i++;
+    else if (columns[i] > others[k]) k++;
+    else sum += PetscRealPart(PetscConj(y[i++]) * z[k++]);
+  }
+  return sum;
+}
+
+/* Some of the short rows of this rank, at even distances */
+static PetscErrorCode SampleRows(Mat C, IS *sample)
+{
+  static const PetscInt enough = 32, few = 64;
+  PetscInt              start, end;
+  std::vector<PetscInt> found, taken;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRange(C, &start, &end));
+  for (PetscInt i = start; i < end; i++) {
+    PetscInt n;
+
+    PetscCall(MatGetRow(C, i, &n, NULL, NULL));
+    if (n > 1 && n <= few) found.push_back(i);
+    PetscCall(MatRestoreRow(C, i, &n, NULL, NULL));
+  }
+  for (size_t k = 0; k < found.size(); k += 1 + found.size() / enough) taken.push_back(found[k]);
+  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)C), (PetscInt)taken.size(), taken.data(), PETSC_COPY_VALUES, sample));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthSurveyPenalty - has A still penalty terms beta C'C of most rows of C?
+
+   Of an A that is beta c c' on the p unknowns of a row c, and W = diag(A)^{-1}, c'W A W c is p times c'W c; without such terms it is far less.
+*/
+PetscErrorCode AinsworthSurveyPenalty(Mat A, Mat C, PetscBool *penalty)
+{
+  static const PetscReal all  = 0.99;
+  MPI_Comm               comm = PetscObjectComm((PetscObject)C);
+  Mat                    rows, CW, CWA;
+  Vec                    inverse;
+  IS                     sample;
+  PetscInt               start, end, count[2] = {0, 0}; /* looked at, with a penalty */
+
+  PetscFunctionBegin;
+  PetscCall(SampleRows(C, &sample));
+  PetscCall(MatCreateSubMatrix(C, sample, NULL, MAT_INITIAL_MATRIX, &rows));
+  PetscCall(ISDestroy(&sample));
+  PetscCall(MatCreateVecs(A, NULL, &inverse));
+  PetscCall(AinsworthGetDiagonal(A, inverse));
+  PetscCall(VecReciprocal(inverse)); /* 0 where the diagonal is */
+  PetscCall(AinsworthScaleColumns(rows, inverse, &CW));
+  PetscCall(VecDestroy(&inverse));
+  PetscCall(MatMatMult(CW, A, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &CWA));
+  PetscCall(MatGetOwnershipRange(rows, &start, &end));
+  for (PetscInt i = start; i < end; i++) {
+    PetscInt           n, m;
+    const PetscInt    *columns, *others;
+    const PetscScalar *c, *w, *energy;
+
+    PetscCall(MatGetRow(rows, i, &n, &columns, &c));
+    const std::vector<PetscInt>    place(columns, columns + n);
+    const std::vector<PetscScalar> row(c, c + n);
+    PetscCall(MatRestoreRow(rows, i, &n, &columns, &c));
+    PetscCall(MatGetRow(CW, i, &n, &columns, &w));
+    const std::vector<PetscScalar> weighted(w, w + n);
+    PetscCall(MatRestoreRow(CW, i, &n, &columns, &w));
+    n                    = (PetscInt)place.size();
+    const PetscReal size = Dot(n, place.data(), row.data(), n, place.data(), weighted.data());
+    PetscCall(MatGetRow(CWA, i, &m, &others, &energy));
+    count[0]++;
+    count[1] += Dot(n, place.data(), weighted.data(), m, others, energy) > all * (PetscReal)n * size;
+    PetscCall(MatRestoreRow(CWA, i, &m, &others, &energy));
+  }
+  for (Mat *M : {&rows, &CW, &CWA}) PetscCall(MatDestroy(M));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT, MPI_SUM, comm));
+  *penalty = (PetscBool)(count[0] > 0 && 2 * count[1] > count[0]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
