@@ -109,7 +109,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    others says `-pc_ainsworth_rebuild` (docs/sequence.md). Otherwise, and where it does not fit
    the matrix, it is BoomerAMG with PMIS coarsening, aggressive on the finest level, ext+i interpolation of at most 4 entries per row, and Chebyshev
    smoothing; with the penalty of the paper Falgout coarsening, and with it or another method than conjugate gradients PETSc's default smoother and
-   no aggressive coarsening.
+   no aggressive coarsening. Where the rest of a solve would take longer than a factorization that fits in memory, this takes its place, and keeps it for the
+   solves that follow; tiny systems are factored at once. The choice is made by predicted iterations and operations (docs/models.md).
 
    Whatever the inner tolerance, C x = g holds to rounding. An inner solve that says to have converged is verified on the rows of the program's own matrix,
    and refined once where they are not met. What is not met then, an inner solve that fails, a Gram matrix that cannot be factored, a right-hand side that
