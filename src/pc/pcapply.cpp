@@ -83,7 +83,7 @@ static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transp
     PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
     PetscCall(GetReason(data, reason));
   }
-  if (*reason > 0) PetscCall(PCAinsworthCount_Private(data));
+  if (*reason > 0 && watched) PetscCall(PCAinsworthCount_Private(data)); /* a refinement says nothing of other solves */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
