@@ -1,6 +1,5 @@
 /* Further solves of a system [A B'; C -D] for what the first has left, until each row of both equations is met relative to its own terms */
 #include "pcainsworth.h"
-#include "../ksp/projectedcg.h"
 #include <vector>
 
 /* weights of the rows of both equations, y * w */
@@ -124,10 +123,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
 
   PetscFunctionBegin;
   *refined = PETSC_FALSE;
-  if (!data->constraints || tol < 0.0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPProjectedCGGetUse_Private(data->ksp, &some)); /* conjugate gradients in Ker C have the norm of the energy, which asks for no more */
-  if (some) PetscFunctionReturn(PETSC_SUCCESS);
-  some = PETSC_TRUE;
+  if (!data->constraints || (data->adjoint && !data->saddle.D) || tol < 0.0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Duplicate(y, &weights));
   PetscCall(Duplicate(y, &others));
   PetscCall(Duplicate(y, &kept));

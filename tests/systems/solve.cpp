@@ -110,7 +110,7 @@ PetscErrorCode SaddleSolve(const Saddle &s, const PetscInt local[2], bool mumps,
   for (int k = 0; k < 2; k++) PetscCall(Field(s, nest, b, k, [&](Vec v) { return Scatter(s.rhs[k].cast<PetscScalar>(), v); }));
   PetscCall(VecDuplicate(b, &y));
   PetscCall(CreateSolver(s, nest, mumps, &ksp));
-  PetscCall(PetscPushErrorHandler(getenv("KKT_TRACE") ? PetscTraceBackErrorHandler : KeepMessage, &message));
+  PetscCall(PetscPushErrorHandler(KeepMessage, &message));
   a.code = KSPSolve(ksp, b, y);
   PetscCall(PetscPopErrorHandler());
   if (a.code) {
