@@ -94,113 +94,6 @@ static PetscErrorCode DefaultType(PC_Ainsworth *data, PetscBool definite, PCType
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is the method one of conjugate gradients, so that the system is Hermitian and positive definite? */
-static PetscErrorCode IsConjugateGradients(KSPType type, PetscBool *definite)
-{
-  PetscFunctionBegin;
-  PetscCall(
-    PetscStrInList(type, KSPPROJECTEDCG "," KSPCG "," KSPFCG "," KSPPIPEFCG "," KSPPIPECG "," KSPGROPPCG "," KSPPIPEPRCG "," KSPPIPECG2, ',', definite));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static const PetscInt restart = 100; /* more than preconditioned by multigrid it takes: a restart would lose what it knows */
-
-/* Where nobody chose the method it is KSPPROJECTEDCG, or GMRES where A is not symmetric or B is not C */
-static PetscErrorCode ChooseMethod(PC pc, PC_Ainsworth *data)
-{
-  const PetscBool hermitian = (PetscBool)(data->symmetric && data->adjoint);
-  PetscBool       given, norm, projected, gmres;
-  KSP             ksp = data->ksp;
-
-  PetscFunctionBegin;
-  PetscCall(PetscOptionsHasName(((PetscObject)ksp)->options, ((PetscObject)ksp)->prefix, "-ksp_type", &given));
-  PetscCall(PetscOptionsHasName(((PetscObject)ksp)->options, ((PetscObject)ksp)->prefix, "-ksp_norm_type", &norm)); /* which another may not have */
-  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPGMRES, &gmres));
-  if (hermitian && data->ownMethod) {
-    if (gmres) PetscCall(KSPSetType(ksp, KSPPROJECTEDCG));
-    data->ownMethod = PETSC_FALSE;
-  } else if (!hermitian && projected && !((given || norm) && pc->setfromoptionscalled) && data->choices.variant == PC_AINSWORTH_WEIGHTED) {
-    PetscCall(
-      PetscInfo(pc, "%s: the reduced system is solved by GMRES\n", data->symmetric ? "The blocks (0,1) and (1,0) are not adjoint" : "A is not symmetric"));
-    PetscCall(KSPSetType(ksp, KSPGMRES));
-    PetscCall(KSPGMRESSetRestart(ksp, restart));
-    data->ownMethod = PETSC_TRUE;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   PCAinsworthTakeGMRES_Private - where nobody chose the method, and conjugate gradients have found springs of negative stiffness not to be held: GMRES, until the
-   next set-up
-*/
-PetscErrorCode PCAinsworthTakeGMRES_Private(PC pc, PC_Ainsworth *data, PetscBool *taken)
-{
-  KSP       ksp = data->ksp;
-  PetscBool given, norm, projected;
-
-  PetscFunctionBegin;
-  PetscCall(PetscOptionsHasName(((PetscObject)ksp)->options, ((PetscObject)ksp)->prefix, "-ksp_type", &given));
-  PetscCall(PetscOptionsHasName(((PetscObject)ksp)->options, ((PetscObject)ksp)->prefix, "-ksp_norm_type", &norm));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
-  *taken = (PetscBool)(projected && !((given || norm) && pc->setfromoptionscalled) && data->choices.variant == PC_AINSWORTH_WEIGHTED);
-  if (!*taken) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscInfo(pc, "The reduced system is not positive definite: it is solved by GMRES\n"));
-  PetscCall(PCAinsworthSetMethod_Private(data, KSPGMRES));
-  PetscCall(KSPGMRESSetRestart(ksp, restart));
-  PetscCall(PCAinsworthSetKSPOperators_Private(data));
-  data->ownMethod = data->indefinite = PETSC_TRUE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What was chosen for another method does not bind this one */
-static PetscErrorCode ForgetNorm(PC_Ainsworth *data)
-{
-  KSP ksp = data->ksp;
-
-  PetscFunctionBegin;
-  if (data->ownNorm) ksp->normtype_set = ksp->normtype = KSP_NORM_DEFAULT;
-  if (data->ownSide) ksp->pc_side_set = ksp->pc_side = PC_SIDE_DEFAULT;
-  data->ownNorm = data->ownSide = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The norm and the side of the inner method, where neither options nor calls did */
-static PetscErrorCode ChooseNorm(PC_Ainsworth *data)
-{
-  KSP          ksp     = data->ksp;
-  PetscOptions options = ((PetscObject)ksp)->options;
-  const char  *prefix  = ((PetscObject)ksp)->prefix;
-  PetscBool    normGiven, sideGiven;
-
-  PetscFunctionBegin;
-  /* the natural norm, the only one that both AMG and the energy mean something to, where the method has it */
-  PetscCall(PetscOptionsHasName(options, prefix, "-ksp_norm_type", &normGiven));
-  if (!normGiven && ksp->normtype == KSP_NORM_DEFAULT && ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] && ksp->pc_side != PC_RIGHT) {
-    PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
-    data->ownNorm = PETSC_TRUE;
-  }
-  /* for GMRES and its like the residual that counts is the true one: precondition from the right */
-  PetscCall(PetscOptionsHasName(options, prefix, "-ksp_pc_side", &sideGiven));
-  if (!sideGiven && !normGiven && ksp->pc_side_set == PC_SIDE_DEFAULT && !ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] &&
-      ksp->normsupporttable[KSP_NORM_UNPRECONDITIONED][PC_RIGHT]) {
-    PetscCall(KSPSetPCSide(ksp, PC_RIGHT));
-    data->ownSide = PETSC_TRUE;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* PCAinsworthSetMethod_Private - another inner method, with the norm and the side that belong to it; once the options have been read */
-PetscErrorCode PCAinsworthSetMethod_Private(PC_Ainsworth *data, KSPType type)
-{
-  PetscFunctionBegin;
-  PetscCall(KSPSetType(data->ksp, type));
-  if (!data->configured) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(ForgetNorm(data));
-  PetscCall(ChooseNorm(data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The type of the preconditioner that nobody chose; `method`: of the reduced solve. At once, so that a PCHYPRE, which starts hypre, is made only where it is
    used */
 static PetscErrorCode SetOwnType(PC_Ainsworth *data, KSPType method)
@@ -211,7 +104,7 @@ static PetscErrorCode SetOwnType(PC_Ainsworth *data, KSPType method)
 
   PetscFunctionBegin;
   PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(IsConjugateGradients(method, &definite));
+  PetscCall(PCAinsworthIsConjugateGradients_Private(method, &definite));
   PetscCall(DefaultType(data, (PetscBool)(definite || data->ownMethod), &type));
   PetscCall(PCSetType(inner, type));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -247,9 +140,9 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
   PetscCall(KSPGetPC(ksp, &inner));
   PetscCall(PetscObjectGetOptions((PetscObject)inner, &options));
   PetscCall(PCGetOptionsPrefix(inner, &prefix));
-  PetscCall(ChooseMethod(pc, data));
+  PetscCall(PCAinsworthChooseMethod_Private(pc, data));
   PetscCall(TypeInUse((PetscObject)ksp, "-ksp_type", method, sizeof(method)));
-  PetscCall(IsConjugateGradients(method, &definite));
+  PetscCall(PCAinsworthIsConjugateGradients_Private(method, &definite));
   definite = (PetscBool)(definite || data->ownMethod);
   PetscCall(PetscOptionsGetString(options, prefix, "-pc_type", chosen, sizeof(chosen), &given));
   given = (PetscBool)(given && pc->setfromoptionscalled);
@@ -271,12 +164,12 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
     PetscCall(PetscSNPrintf(name[i], sizeof(name[i]), "-%s%s", prefix ? prefix : "", bare + 1));
     PetscCall(PetscOptionsSetValue(options, name[i], value));
   }
-  PetscCall(ForgetNorm(data));
+  PetscCall(PCAinsworthForgetNorm_Private(data));
   if (pc->setfromoptionscalled) PetscCall(KSPSetFromOptions(ksp));
   else if (boomer) PetscCall(PCSetFromOptions(inner));
   for (const char *set : name)
     if (set[0]) PetscCall(PetscOptionsClearValue(options, set));
-  PetscCall(ChooseNorm(data));
+  PetscCall(PCAinsworthChooseNorm_Private(data));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   if (sa) sa->options.product = PETSC_TRUE; /* from the next set-up on A can be had for products */
   data->configured = PETSC_TRUE;
@@ -492,7 +385,7 @@ PetscErrorCode PCAinsworthSetKSPOperators_Private(PC_Ainsworth *data)
     data->plainCG = PETSC_FALSE;
   }
   PetscCall(KSPGetType(ksp, &type));
-  PetscCall(IsConjugateGradients(type, &definite));
+  PetscCall(PCAinsworthIsConjugateGradients_Private(type, &definite));
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
   definite = (PetscBool)(definite && data->choices.variant == PC_AINSWORTH_WEIGHTED); /* the paper has C' B C in its conjugate gradients */
   PetscCall(KSPProjectedCGSetUse_Private(ksp, (PetscBool)(data->constraints && (data->saddle.D || ((projected || definite) && data->adjoint)))));

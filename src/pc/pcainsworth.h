@@ -190,6 +190,10 @@ PETSC_INTERN PetscErrorCode      PCAinsworthLimit_Private(PC, const PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthCount_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthRebuild_Private(PC, PC_Ainsworth *, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthViewRebuild_Private(const PC_Ainsworth *, PetscViewer);
+PETSC_INTERN PetscErrorCode      PCAinsworthIsConjugateGradients_Private(KSPType, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthChooseMethod_Private(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthForgetNorm_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthChooseNorm_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthTakeGMRES_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthFallBack_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthUpdateInputs_Private(PC, PC_Ainsworth *);

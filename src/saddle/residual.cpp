@@ -1,20 +1,16 @@
 /* What is left of both equations of the program's own system, row by row */
-#include "saddle.h"
+#include "terms.h"
 #include <memory>
 #include <vector>
 
 /*
-   Of what a row of C x = g holds, |C_i| |x| + |g_i|, `consistent` is the rounding of a right inverse through a Gram matrix with a condition number of 1e8;
-   `own` is that of the terms of a row of A x + C' lambda = f, through the same solves;
-   `combined` is that which a row gets from the others through S, relative to the largest |x|, and a zero row of A, whose multipliers may be small among others;
+   `own` is the rounding of the terms of a row of A x + C' lambda = f, through solves with a Gram matrix with a condition number of 1e8;
    `noise` is that of the right-hand side of a zero row of C, relative to the largest |g|, and that of f - C' lambda, relative to both;
    `rounding` is that of an entry of x among larger ones
 */
-static const PetscReal consistent = 1e-8;
-static const PetscReal own        = 1e-6;
-static const PetscReal combined   = 1e5 * PETSC_MACHINE_EPSILON;
-static const PetscReal noise      = 1000 * PETSC_MACHINE_EPSILON;
-static const PetscReal rounding   = 10 * PETSC_MACHINE_EPSILON;
+static const PetscReal own      = 1e-6;
+static const PetscReal noise    = 1000 * PETSC_MACHINE_EPSILON;
+static const PetscReal rounding = 10 * PETSC_MACHINE_EPSILON;
 
 /* primal = f - op(A) x - B' lambda, dual = g - C x + D lambda, of the matrix as the program passed it; Ax becomes op(A) x, unless it is that already */
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal,
@@ -48,49 +44,6 @@ PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *sp, Vec x, Vec lambd
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode DuplicateAbs(Vec x, Vec *absolute)
-{
-  PetscFunctionBegin;
-  PetscCall(VecDuplicate(x, absolute));
-  PetscCall(VecCopy(x, *absolute));
-  PetscCall(VecAbs(*absolute));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* size = |op(A)| |x| + |B|' |lambda| + |f|, what the terms of each row of the first equation amount to */
-static PetscErrorCode PrimalSizes(const AinsworthSaddle *sp, PetscBool transpose, Vec f, Vec x, Vec lambda, Vec Ax, Vec size)
-{
-  Vec       absolute, part;
-  Mat       A, M;
-  PetscBool rows;
-
-  PetscFunctionBegin;
-  PetscCall(DuplicateAbs(f, &part));
-  PetscCall(MatHasOperation(sp->block[0], MATOP_GET_ROW, &rows));
-  if (rows) {
-    PetscCall(AinsworthGetAIJ(sp->block[0], &A));
-    PetscCall(AinsworthAbsoluteAIJ(A, &M));
-    PetscCall(DuplicateAbs(x, &absolute));
-    if (transpose) PetscCall(MatMultTransposeAdd(M, absolute, part, size));
-    else PetscCall(MatMultAdd(M, absolute, part, size));
-    PetscCall(VecDestroy(&absolute));
-    PetscCall(MatDestroy(&M));
-    PetscCall(MatDestroy(&A));
-  } else { /* a shell tells its products only */
-    PetscCall(VecCopy(Ax, size));
-    PetscCall(VecAbs(size));
-    PetscCall(VecAXPY(size, 1.0, part));
-  }
-  PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
-  PetscCall(DuplicateAbs(lambda, &absolute));
-  PetscCall(MatMultTransposeAdd(M, absolute, size, part));
-  PetscCall(VecCopy(part, size));
-  PetscCall(VecDestroy(&absolute));
-  PetscCall(VecDestroy(&part));
-  PetscCall(MatDestroy(&M));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Collective: the worst of all ranks, and its row on all of them */
 static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthUnmet *worst)
 {
@@ -110,45 +63,6 @@ static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthUnmet *worst)
   PetscCallMPI(MPI_Bcast(values, 2, MPIU_REAL, mine.rank, comm));
   worst->residual = values[0];
   worst->size     = values[1];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* quotient of a residual and its bound, infinite where either is not a number: a bound that overflows allows nothing */
-static PetscReal Quotient(PetscReal residual, PetscReal bound)
-{
-  if (residual == 0.0) return 0.0;
-  const PetscReal quotient = residual / bound;
-  return quotient >= 0.0 && !PetscIsInfOrNanReal(bound) ? PetscMin(quotient, PETSC_MAX_REAL) : PETSC_MAX_REAL;
-}
-
-/*
-   The square root of what each unknown sees of A through its rows of C, sum_i |B_ij| / (C diag(A)^{-1} C')_ii^{1/2}: how stiff a row of zeros of A is where
-   those that it is tied to follow it
-*/
-static PetscErrorCode StiffnessThroughRows(const AinsworthSaddle *sp, Vec diagonal, PetscReal stiffest, Vec *stiffness)
-{
-  Vec          weight, sums;
-  Mat          M;
-  PetscInt     n;
-  PetscScalar *w;
-
-  PetscFunctionBegin;
-  PetscCall(VecDuplicate(diagonal, &weight));
-  PetscCall(VecDuplicate(diagonal, stiffness));
-  PetscCall(MatCreateVecs(sp->rowsC, NULL, &sums));
-  PetscCall(VecCopy(diagonal, weight));
-  PetscCall(VecGetLocalSize(weight, &n));
-  PetscCall(VecGetArray(weight, &w));
-  for (PetscInt i = 0; i < n; i++) w[i] = 1 / PetscSqrtReal(PetscRealPart(w[i]) > 0.0 ? PetscRealPart(w[i]) : stiffest);
-  PetscCall(VecRestoreArray(weight, &w));
-  PetscCall(AinsworthRowSquares(sp->rowsC, weight, sums));
-  PetscCall(VecSqrtAbs(sums));
-  PetscCall(VecReciprocal(sums)); /* leaves zeros */
-  PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
-  PetscCall(MatMultTranspose(M, sums, *stiffness));
-  PetscCall(MatDestroy(&M));
-  PetscCall(VecDestroy(&weight));
-  PetscCall(VecDestroy(&sums));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -230,7 +144,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   auto allowed = [&](PetscInt i) {
     const PetscReal stiffness = PetscRealPart(d[i]);
     const PetscReal bound     = stiffness > 0.0 ? (tol * energy + noise * load) * PetscSqrtReal(stiffness) + rounding * displacement * stiffness
-                                                : combined * largest + rounding * displacement * stiffest;
+                                                : AinsworthCombined * largest + rounding * displacement * stiffest;
 
     return PetscIsInfOrNanReal(bound) ? 0.0 : bound; /* it overflows: a row has its own terms */
   };
@@ -238,13 +152,15 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &suspicious, 1, MPIU_INT, MPI_MAX, comm));
   if (suspicious) {
     PetscCall(VecDuplicate(x, &size));
-    PetscCall(PrimalSizes(sp, transpose, f, x, lambda, Ax, size));
-    PetscCall(StiffnessThroughRows(sp, diagonal, stiffest, &through));
+    PetscCall(AinsworthTermsPrimal(sp, transpose, f, x, lambda, Ax, size));
+    PetscCall(VecDuplicate(x, &through));
+    PetscCall(AinsworthTermsThroughRows(sp, diagonal, through));
     PetscCall(VecGetArrayRead(size, &s));
     PetscCall(VecGetArrayRead(through, &t));
     for (PetscInt i = 0; i < n; i++) {
       const PetscReal terms = PetscRealPart(s[i]), tied = d[i] == 0.0 ? tol * energy * PetscRealPart(t[i]) : 0.0;
-      const PetscReal quotient = Quotient(PetscAbsScalar(r[i]), PetscMax(allowed(i) + (PetscIsInfOrNanReal(tied) ? 0.0 : tied), PetscMax(tol, own) * terms));
+      const PetscReal quotient = AinsworthQuotient(PetscAbsScalar(r[i]),
+                                                   PetscMax(allowed(i) + (PetscIsInfOrNanReal(tied) ? 0.0 : tied), PetscMax(tol, own) * terms));
 
       if (quotient <= worst->quotient) continue;
       worst->quotient = quotient;
@@ -261,164 +177,6 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   PetscCall(VecRestoreArrayRead(diagonal, &d));
   PetscCall(VecRestoreArrayRead(residual, &r));
   PetscCall(VecDestroy(&diagonal));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* terms += |D| |lambda|, and slack = allowed times the square root of the sums of the rows of |D| */
-static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscReal allowed, Vec lambda, Vec terms, Vec slack)
-{
-  Mat M;
-  Vec absolute;
-
-  PetscFunctionBegin;
-  PetscCall(DuplicateAbs(lambda, &absolute));
-  PetscCall(AinsworthAbsoluteAIJ(sp->rowsD, &M));
-  PetscCall(MatMultAdd(M, absolute, terms, terms));
-  PetscCall(AinsworthRowSums(M, 1, slack));
-  PetscCall(VecSqrtAbs(slack));
-  PetscCall(VecScale(slack, allowed));
-  PetscCall(MatDestroy(&M));
-  PetscCall(VecDestroy(&absolute));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The terms of each row of the second equation, |C| |x| + |D| |lambda| + |g|, and the rounding that it gets from others; slack: what AddCompliance() allows, or NULL */
-static PetscErrorCode DualSizes(AinsworthSaddle *sp, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec size, Vec *slack)
-{
-  Vec       absolute;
-  PetscReal largest;
-
-  PetscFunctionBegin;
-  if (!sp->absolute) PetscCall(AinsworthAbsoluteAIJ(sp->givenC, &sp->absolute));
-  PetscCall(VecNorm(x, NORM_INFINITY, &largest));
-  PetscCall(DuplicateAbs(x, &absolute));
-  PetscCall(VecShift(absolute, combined / consistent * largest));
-  PetscCall(MatMult(sp->absolute, absolute, size));
-  PetscCall(VecDestroy(&absolute));
-  *slack = NULL;
-  if (sp->rowsD) {
-    PetscCall(VecDuplicate(g, slack));
-    PetscCall(AddCompliance(sp, allowed, lambda, size, *slack));
-  }
-  PetscCall(DuplicateAbs(g, &absolute));
-  PetscCall(VecAXPY(size, 1.0, absolute));
-  PetscCall(VecDestroy(&absolute));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The largest |r_i| / s_i of rows that are kept, all where kind is NULL; size becomes 1 / s, 0 on other rows */
-static PetscErrorCode LargestQuotient(Vec residual, Vec size, const AinsworthRowKind *kind, PetscReal *largest)
-{
-  PetscInt           n;
-  const PetscScalar *r;
-  PetscScalar       *s;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetLocalSize(residual, &n));
-  PetscCall(VecGetArrayRead(residual, &r));
-  PetscCall(VecGetArray(size, &s));
-  for (PetscInt i = 0; i < n; i++) {
-    const bool kept = !kind || (kind[i] != AINSWORTH_ROW_ZERO && kind[i] != AINSWORTH_ROW_DEPENDENT);
-
-    if (kept) *largest = PetscMax(*largest, Quotient(PetscAbsScalar(r[i]), PetscRealPart(s[i])));
-    s[i] = kept && PetscRealPart(s[i]) > 0.0 ? 1.0 / PetscRealPart(s[i]) : 0.0;
-  }
-  PetscCall(VecRestoreArrayRead(residual, &r));
-  PetscCall(VecRestoreArray(size, &s));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* |B|' t, with t_k the lambda_k that has the energy 1, of A under C_k' or of D_kk: the scale of a row of A that is zero */
-static PetscErrorCode UnitForces(AinsworthSaddle *sp, Vec diagonal, Vec forces)
-{
-  Vec          root, rows, lengths;
-  Mat          M;
-  PetscInt     n, m;
-  PetscReal    stiffest;
-  PetscScalar *r, *t;
-
-  PetscFunctionBegin;
-  PetscCall(VecDuplicate(diagonal, &root));
-  PetscCall(VecCopy(diagonal, root));
-  if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(root));
-  PetscCall(VecMax(root, NULL, &stiffest));
-  PetscCall(VecGetLocalSize(root, &n));
-  PetscCall(VecGetArray(root, &r));
-  for (PetscInt i = 0; i < n; i++) r[i] = 1.0 / PetscSqrtReal(PetscRealPart(r[i]) > 0.0 ? PetscRealPart(r[i]) : stiffest);
-  PetscCall(VecRestoreArray(root, &r));
-  PetscCall(MatCreateVecs(sp->rowsC, NULL, &rows));
-  PetscCall(VecDuplicate(rows, &lengths));
-  PetscCall(AinsworthRowSquares(sp->rowsC, root, lengths));
-  if (sp->rowsD) {
-    PetscCall(MatGetDiagonal(sp->rowsD, rows));
-    PetscCall(VecAbs(rows));
-    PetscCall(VecAXPY(lengths, 1.0, rows));
-  }
-  PetscCall(VecGetLocalSize(lengths, &m));
-  PetscCall(VecGetArray(lengths, &t));
-  for (PetscInt k = 0; k < m; k++) t[k] = PetscRealPart(t[k]) > 0.0 ? 1.0 / PetscSqrtReal(PetscRealPart(t[k])) : 0.0;
-  PetscCall(VecRestoreArray(lengths, &t));
-  PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
-  PetscCall(MatMultTranspose(M, lengths, forces));
-  PetscCall(MatDestroy(&M));
-  PetscCall(VecDestroy(&root));
-  PetscCall(VecDestroy(&rows));
-  PetscCall(VecDestroy(&lengths));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* size_i at least `little` of the largest of all, in the norm of diag(A)^{-1}: the row of a body that nothing moves has only rounding to show */
-static PetscErrorCode RaiseSmallTerms(AinsworthSaddle *sp, Vec size)
-{
-  static const PetscReal little = 1e-3;
-  Vec                    diagonal, forces;
-  PetscScalar           *s;
-  const PetscScalar     *d, *b;
-  PetscReal              most = 0.0;
-  PetscInt               n;
-
-  PetscFunctionBegin;
-  PetscCall(VecDuplicate(size, &diagonal));
-  PetscCall(VecDuplicate(size, &forces));
-  PetscCall(MatGetDiagonal(sp->block[0], diagonal));
-  PetscCall(UnitForces(sp, diagonal, forces));
-  PetscCall(VecGetLocalSize(size, &n));
-  PetscCall(VecGetArrayRead(diagonal, &d));
-  PetscCall(VecGetArray(size, &s));
-  for (PetscInt i = 0; i < n; i++) {
-    if (PetscRealPart(d[i]) > 0.0) most = PetscMax(most, PetscRealPart(s[i]) / PetscSqrtReal(PetscRealPart(d[i])));
-  }
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)size)));
-  PetscCall(VecGetArrayRead(forces, &b));
-  for (PetscInt i = 0; i < n; i++)
-    s[i] = PetscMax(PetscRealPart(s[i]), little * most * (PetscRealPart(d[i]) > 0.0 ? PetscSqrtReal(PetscRealPart(d[i])) : PetscRealPart(b[i])));
-  PetscCall(VecRestoreArrayRead(forces, &b));
-  PetscCall(VecDestroy(&forces));
-  PetscCall(VecRestoreArray(size, &s));
-  PetscCall(VecRestoreArrayRead(diagonal, &d));
-  PetscCall(VecDestroy(&diagonal));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   AinsworthSaddleBackwardError - the largest residual of a row of both equations, relative to its terms
-
-   primal and dual: AinsworthSaddleResidual(). rows, of both: one over these terms, 0 where no x can do anything
-*/
-PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal, Vec dual,
-                                            Vec rowsPrimal, Vec rowsDual, PetscReal *error)
-{
-  Vec slack;
-
-  PetscFunctionBegin;
-  *error = 0.0;
-  PetscCall(PrimalSizes(sp, transpose, f, x, lambda, Ax, rowsPrimal));
-  PetscCall(RaiseSmallTerms(sp, rowsPrimal));
-  PetscCall(LargestQuotient(primal, rowsPrimal, NULL, error));
-  PetscCall(DualSizes(sp, 0.0, g, x, lambda, rowsDual, &slack));
-  PetscCall(LargestQuotient(dual, rowsDual, sp->kind, error));
-  PetscCall(VecDestroy(&slack));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, error, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)f)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -448,14 +206,14 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, 
   contradiction[0] = 0;
   PetscCall(VecNorm(g, NORM_INFINITY, &rhs));
   PetscCall(VecDuplicate(residual, &size));
-  PetscCall(DualSizes(sp, allowed, g, x, lambda, size, &slack));
+  PetscCall(AinsworthTermsDual(sp, allowed, g, x, lambda, size, &slack));
   if (slack) PetscCall(VecGetArrayRead(slack, &l));
   PetscCall(VecGetArrayRead(residual, &r));
   PetscCall(VecGetArrayRead(size, &s));
   for (PetscInt i = 0; i < sp->local; i++) {
     const PetscReal terms    = PetscRealPart(s[i]);
-    const PetscReal bound    = sp->kind[i] == AINSWORTH_ROW_ZERO ? noise * rhs : consistent * terms + (slack ? PetscRealPart(l[i]) : 0.0);
-    const PetscReal quotient = Quotient(PetscAbsScalar(r[i]), bound);
+    const PetscReal bound    = sp->kind[i] == AINSWORTH_ROW_ZERO ? noise * rhs : AinsworthConsistent * terms + (slack ? PetscRealPart(l[i]) : 0.0);
+    const PetscReal quotient = AinsworthQuotient(PetscAbsScalar(r[i]), bound);
 
     unmet[i] = (PetscBool)(quotient > 1.0);
     if (sp->kind[i] == AINSWORTH_ROW_ZERO || sp->kind[i] == AINSWORTH_ROW_DEPENDENT || quotient <= worst->quotient) continue;

@@ -1,0 +1,118 @@
+/* The method of the reduced solve, its norm and its side, where nobody chose them */
+#include "pcainsworth.h"
+#include "../ksp/projectedcg.h"
+#include <petsc/private/kspimpl.h>
+#include <petsc/private/pcimpl.h>
+
+/* Is the method one of conjugate gradients, so that the system is Hermitian and positive definite? */
+PetscErrorCode PCAinsworthIsConjugateGradients_Private(KSPType type, PetscBool *definite)
+{
+  PetscFunctionBegin;
+  PetscCall(
+    PetscStrInList(type, KSPPROJECTEDCG "," KSPCG "," KSPFCG "," KSPPIPEFCG "," KSPPIPECG "," KSPGROPPCG "," KSPPIPEPRCG "," KSPPIPECG2, ',', definite));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Did nobody choose the method, nor a norm, which another may not have? */
+static PetscErrorCode IsOpen(PC pc, const PC_Ainsworth *data, PetscBool *open)
+{
+  PetscObject ksp = (PetscObject)data->ksp;
+  PetscBool   given, norm, projected;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsHasName(ksp->options, ksp->prefix, "-ksp_type", &given));
+  PetscCall(PetscOptionsHasName(ksp->options, ksp->prefix, "-ksp_norm_type", &norm));
+  PetscCall(PetscObjectTypeCompare(ksp, KSPPROJECTEDCG, &projected));
+  *open = (PetscBool)(projected && !((given || norm) && pc->setfromoptionscalled) && data->choices.variant == PC_AINSWORTH_WEIGHTED);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static const PetscInt restart = 100; /* more than preconditioned by multigrid it takes: a restart would lose what it knows */
+
+/* Where nobody chose the method it is KSPPROJECTEDCG, or GMRES where A is not symmetric or B is not C */
+PetscErrorCode PCAinsworthChooseMethod_Private(PC pc, PC_Ainsworth *data)
+{
+  const PetscBool hermitian = (PetscBool)(data->symmetric && data->adjoint);
+  PetscBool       open, gmres;
+  KSP             ksp = data->ksp;
+
+  PetscFunctionBegin;
+  PetscCall(IsOpen(pc, data, &open));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPGMRES, &gmres));
+  if (hermitian && data->ownMethod) {
+    if (gmres) PetscCall(KSPSetType(ksp, KSPPROJECTEDCG));
+    data->ownMethod = PETSC_FALSE;
+  } else if (!hermitian && open) {
+    PetscCall(
+      PetscInfo(pc, "%s: the reduced system is solved by GMRES\n", data->symmetric ? "The blocks (0,1) and (1,0) are not adjoint" : "A is not symmetric"));
+    PetscCall(KSPSetType(ksp, KSPGMRES));
+    PetscCall(KSPGMRESSetRestart(ksp, restart));
+    data->ownMethod = PETSC_TRUE;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   PCAinsworthTakeGMRES_Private - where nobody chose the method, and conjugate gradients have found springs of negative stiffness not to be held: GMRES, until the
+   next set-up
+*/
+PetscErrorCode PCAinsworthTakeGMRES_Private(PC pc, PC_Ainsworth *data, PetscBool *taken)
+{
+  PetscFunctionBegin;
+  PetscCall(IsOpen(pc, data, taken));
+  if (!*taken) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscInfo(pc, "The reduced system is not positive definite: it is solved by GMRES\n"));
+  PetscCall(PCAinsworthSetMethod_Private(data, KSPGMRES));
+  PetscCall(KSPGMRESSetRestart(data->ksp, restart));
+  PetscCall(PCAinsworthSetKSPOperators_Private(data));
+  data->ownMethod = data->indefinite = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What was chosen for another method does not bind this one */
+PetscErrorCode PCAinsworthForgetNorm_Private(PC_Ainsworth *data)
+{
+  KSP ksp = data->ksp;
+
+  PetscFunctionBegin;
+  if (data->ownNorm) ksp->normtype_set = ksp->normtype = KSP_NORM_DEFAULT;
+  if (data->ownSide) ksp->pc_side_set = ksp->pc_side = PC_SIDE_DEFAULT;
+  data->ownNorm = data->ownSide = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The norm and the side of the inner method, where neither options nor calls did */
+PetscErrorCode PCAinsworthChooseNorm_Private(PC_Ainsworth *data)
+{
+  KSP          ksp     = data->ksp;
+  PetscOptions options = ((PetscObject)ksp)->options;
+  const char  *prefix  = ((PetscObject)ksp)->prefix;
+  PetscBool    normGiven, sideGiven;
+
+  PetscFunctionBegin;
+  /* the natural norm, the only one that both AMG and the energy mean something to, where the method has it */
+  PetscCall(PetscOptionsHasName(options, prefix, "-ksp_norm_type", &normGiven));
+  if (!normGiven && ksp->normtype == KSP_NORM_DEFAULT && ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] && ksp->pc_side != PC_RIGHT) {
+    PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
+    data->ownNorm = PETSC_TRUE;
+  }
+  /* for GMRES and its like the residual that counts is the true one: precondition from the right */
+  PetscCall(PetscOptionsHasName(options, prefix, "-ksp_pc_side", &sideGiven));
+  if (!sideGiven && !normGiven && ksp->pc_side_set == PC_SIDE_DEFAULT && !ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] &&
+      ksp->normsupporttable[KSP_NORM_UNPRECONDITIONED][PC_RIGHT]) {
+    PetscCall(KSPSetPCSide(ksp, PC_RIGHT));
+    data->ownSide = PETSC_TRUE;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthSetMethod_Private - another inner method, with the norm and the side that belong to it; once the options have been read */
+PetscErrorCode PCAinsworthSetMethod_Private(PC_Ainsworth *data, KSPType type)
+{
+  PetscFunctionBegin;
+  PetscCall(KSPSetType(data->ksp, type));
+  if (!data->configured) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PCAinsworthForgetNorm_Private(data));
+  PetscCall(PCAinsworthChooseNorm_Private(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

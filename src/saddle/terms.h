@@ -1,0 +1,25 @@
+/* What the terms of the rows of both equations amount to: the measure of their residuals */
+#ifndef AINSWORTH_TERMS_H
+#define AINSWORTH_TERMS_H
+
+#include "saddle.h"
+
+/* Of what a row of C x = g holds, |C_i| |x| + |g_i|, the rounding of a right inverse through a Gram matrix with a condition number of 1e8 */
+static const PetscReal AinsworthConsistent = 1e-8;
+/* What a row gets from the others through S, relative to the largest |x|, and a zero row of A, whose multipliers may be small among others */
+static const PetscReal AinsworthCombined = 1e5 * PETSC_MACHINE_EPSILON;
+
+PetscErrorCode AinsworthDuplicateAbs(Vec, Vec *);
+PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *, PetscBool, Vec, Vec, Vec, Vec, Vec);
+PetscErrorCode AinsworthTermsDual(AinsworthSaddle *, PetscReal, Vec, Vec, Vec, Vec, Vec *);
+PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *, Vec, Vec);
+
+/* quotient of a residual and its bound, infinite where either is not a number: a bound that overflows allows nothing */
+inline PetscReal AinsworthQuotient(PetscReal residual, PetscReal bound)
+{
+  if (residual == 0.0) return 0.0;
+  const PetscReal quotient = residual / bound;
+  return quotient >= 0.0 && !PetscIsInfOrNanReal(bound) ? PetscMin(quotient, PETSC_MAX_REAL) : PETSC_MAX_REAL;
+}
+
+#endif
