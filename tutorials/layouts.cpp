@@ -12,7 +12,7 @@ static char help[] = "One contact problem in the layouts that programs use, each
 
    $ mpiexec -n 2 ./layouts -layout nests -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_converged_reason \
        -direct_pc_factor_mat_solver_type mumps
-     Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 15
+     Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 18
    nests: 6400 unknowns, 80 multipliers; difference from the direct solver below 1e-6: yes
 */
 #include "springs.h"

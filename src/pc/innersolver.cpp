@@ -77,11 +77,18 @@ static PCType OtherMultigrid()
 
    With complex numbers there is no hypre, and PCGAMG restricts by P^T, not by the adjoint, so that its cycle is not Hermitian
 */
-static PetscErrorCode DefaultType(const PC_Ainsworth *data, PetscBool definite, PCType *type)
+static PetscErrorCode DefaultType(PC_Ainsworth *data, PetscBool definite, PCType *type)
 {
   const PetscInt bs = data->saddle.bs;
+  MatSolverType  package;
+  PetscBool      factor = data->escape.taken;
 
   PetscFunctionBegin;
+  if (!factor) PetscCall(PCAinsworthEscapeAtOnce_Private(data, &factor));
+  if (factor) {
+    *type = PCAinsworthFactorType_Private(data, &package);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   const bool fits = PetscDefined(USE_COMPLEX) || (bs > 1 && bs < 6);
   *type           = definite && data->symmetric && data->choices.pmat.penalty == AINSWORTH_PENALTY_ROW && fits ? PCBLOCKSA : OtherMultigrid();
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -101,9 +108,9 @@ static const PetscInt restart = 100; /* more than preconditioned by multigrid it
 /* Where nobody chose the method it is KSPPROJECTEDCG, or GMRES where A is not symmetric or B is not C */
 static PetscErrorCode ChooseMethod(PC pc, PC_Ainsworth *data)
 {
-  const PetscBool       hermitian = (PetscBool)(data->symmetric && data->adjoint);
-  PetscBool             given, norm, projected, gmres;
-  KSP                   ksp = data->ksp;
+  const PetscBool hermitian = (PetscBool)(data->symmetric && data->adjoint);
+  PetscBool       given, norm, projected, gmres;
+  KSP             ksp = data->ksp;
 
   PetscFunctionBegin;
   PetscCall(PetscOptionsHasName(((PetscObject)ksp)->options, ((PetscObject)ksp)->prefix, "-ksp_type", &given));
@@ -194,6 +201,32 @@ PetscErrorCode PCAinsworthSetMethod_Private(PC_Ainsworth *data, KSPType type)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The type of the preconditioner that nobody chose; `method`: of the reduced solve. At once, so that a PCHYPRE, which starts hypre, is made only where it is
+   used */
+static PetscErrorCode SetOwnType(PC_Ainsworth *data, KSPType method)
+{
+  PetscBool definite;
+  PCType    type = NULL;
+  PC        inner;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(IsConjugateGradients(method, &definite));
+  PetscCall(DefaultType(data, (PetscBool)(definite || data->ownMethod), &type));
+  PetscCall(PCSetType(inner, type));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthChooseType_Private - makes that choice again */
+PetscErrorCode PCAinsworthChooseType_Private(PC pc, PC_Ainsworth *data)
+{
+  PetscFunctionBegin;
+  PetscCall(SetOwnType(data, ((PetscObject)data->ksp)->type_name));
+  data->configured = PETSC_FALSE;
+  PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    PCAinsworthConfigureKSP_Private - reads the options of the inner solver, once, with our defaults where the user said nothing
 
@@ -204,8 +237,8 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
   KSP          ksp = data->ksp;
   PC           inner;
   PC_BlockSA  *sa = NULL;
-  PetscBool    boomer, definite;
-  char         name[nboomeramg][256] = {}, method[256] = "";
+  PetscBool    boomer, definite, given;
+  char         name[nboomeramg][256] = {}, method[256] = "", chosen[256];
   const char  *prefix;
   PetscOptions options;
 
@@ -218,21 +251,19 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
   PetscCall(TypeInUse((PetscObject)ksp, "-ksp_type", method, sizeof(method)));
   PetscCall(IsConjugateGradients(method, &definite));
   definite = (PetscBool)(definite || data->ownMethod);
+  PetscCall(PetscOptionsGetString(options, prefix, "-pc_type", chosen, sizeof(chosen), &given));
+  given = (PetscBool)(given && pc->setfromoptionscalled);
+  if (given) data->ownChoice = PETSC_FALSE;
   if (!((PetscObject)inner)->type_name) {
-    char      chosen[256];
-    PCType    type = chosen; /* at once, so that a PCHYPRE, which starts hypre, is made only where it is used */
-    PetscBool given;
-
-    PetscCall(PetscOptionsGetString(options, prefix, "-pc_type", chosen, sizeof(chosen), &given));
-    data->ownChoice = (PetscBool)(!given || !pc->setfromoptionscalled);
-    if (data->ownChoice) PetscCall(DefaultType(data, definite, &type));
-    PetscCall(PCSetType(inner, type));
+    data->ownChoice = (PetscBool)!given;
+    if (given) PetscCall(PCSetType(inner, chosen));
+    else PetscCall(SetOwnType(data, method));
   }
+  PetscCall(PCAinsworthChoosePackage_Private(data, inner));
   PetscCall(ChoosesBoomerAMG(inner, &boomer));
   for (size_t i = 0; i < nboomeramg && boomer; i++) {
     const char *value = DefaultValue(data, definite, i);
     char        bare[128];
-    PetscBool   given;
 
     PetscCall(PetscSNPrintf(bare, sizeof(bare), "-pc_hypre_boomeramg_%s", boomeramg[i].option));
     PetscCall(PetscOptionsHasName(options, prefix, bare, &given));
@@ -256,13 +287,14 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
 PetscErrorCode PCAinsworthGetPmatFormat_Private(PC_Ainsworth *data, AinsworthPmatFormat *format)
 {
   PC        inner;
-  PetscBool hypre, blocksa;
+  PetscBool hypre, blocksa, factors;
 
   PetscFunctionBegin;
   PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &factors, PCCHOLESKY, PCLU, ""));
   PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &hypre));
   PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCBLOCKSA, &blocksa));
-  *format = hypre ? AINSWORTH_PMAT_HYPRE : blocksa ? AINSWORTH_PMAT_SUM : AINSWORTH_PMAT_AIJ;
+  *format = hypre ? AINSWORTH_PMAT_HYPRE : blocksa ? AINSWORTH_PMAT_SUM : factors ? AINSWORTH_PMAT_FACTOR : AINSWORTH_PMAT_AIJ;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -276,12 +308,11 @@ PetscErrorCode PCAinsworthUseProduct_Private(PC_Ainsworth *data)
   if (!data->symmetric) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetPC(data->ksp, &inner));
   if (data->constraints && data->format == AINSWORTH_PMAT_SUM) PetscCall(MatCompositeGetMat(data->M, 0, &first));
-  if (first != data->saddle.A) { /* its levels are of more than A, or of Pmat's */
+  PetscCall(PCBlockSAGetProduct_Private(inner, &product));
+  if (!product || first != data->saddle.A) { /* its levels are of more than A, or of Pmat's */
     if (data->reduced) PetscCall(MatAinsworthSetProduct_Private(data->reduced, NULL));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PCBlockSAGetProduct_Private(inner, &product));
-  if (!product) PetscFunctionReturn(PETSC_SUCCESS);
   if (data->constraints) PetscCall(MatAinsworthSetProduct_Private(data->reduced, product));
   else PetscCall(KSPSetOperators(data->ksp, product, data->saddle.A));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -333,6 +364,18 @@ PetscErrorCode PCAinsworthLooksDefinite_Private(const PC_Ainsworth *data, Mat M,
     rz = next;
   }
   for (Vec *v : {&diagonal, &r, &z, &p, &Mp}) PetscCall(VecDestroy(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Is the preconditioner of the reduced solve the multigrid that nobody chose? */
+PetscErrorCode PCAinsworthIsOwnMultigrid_Private(const PC_Ainsworth *data, PetscBool *own)
+{
+  PC inner;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, own, PCBLOCKSA, OtherMultigrid(), ""));
+  *own = (PetscBool)(*own && data->ownChoice);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -438,7 +481,7 @@ PetscErrorCode PCAinsworthSetKSPOperators_Private(PC_Ainsworth *data)
 
   PetscFunctionBegin;
   if (data->constraints) PetscCall(KSPSetOperators(ksp, data->reduced, data->M));
-  else PetscCall(KSPSetOperators(ksp, data->saddle.A, data->saddle.A));
+  else PetscCall(KSPSetOperators(ksp, data->saddle.A, data->M ? data->M : data->saddle.A));
   /* without constraints the operator is A itself, which has no projector */
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
   if (projected && !data->constraints) {

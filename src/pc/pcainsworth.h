@@ -62,6 +62,25 @@ struct PCAinsworthNamedField {
   std::vector<PetscInt> rows, cols;
 };
 
+/* A factorization of M_* in the place of multigrid (escape.cpp) */
+struct PCAinsworthEscape {
+  PetscBool              taken;      /* M_* is factored, by our choice */
+  PetscBool              refused;    /* which failed for this matrix */
+  PetscBool              now;        /* the solve that runs has ended for it */
+  PetscBool              counted;    /* what follows is known */
+  PetscInt               n;          /* of the A of that choice */
+  PetscReal              entries;    /* of that A */
+  PetscReal              operations; /* predicted */
+  PetscReal              iterations; /* with multigrid that take as long */
+  std::vector<PetscReal> norms;      /* of the residuals of the solve that runs */
+  char                   why[256];   /* in words */
+  PetscBool              watching;   /* the KSP has another convergence test than its own, which is: */
+  void                  *test;
+  PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
+  AinsworthTestDestroyFn *destroy;
+  PetscBool               error; /* KSPSetErrorIfNotConverged() of its own */
+};
+
 struct PC_Ainsworth {
   PCAinsworthChoices choices;
   Vec                userWeight; /* the user's, length n */
@@ -107,11 +126,12 @@ struct PC_Ainsworth {
   PetscBool           ordered;          /* the program wanted that for its own */
   PetscBool           keptInside;       /* what the program has said about that to the inner KSP */
   PetscBool           ownMethod;        /* it gave way to GMRES because the system is not Hermitian */
-  Vec                 rhs;              /* f~ */
-  Vec                 Ax;               /* op(A) x of the solution, with the program's A */
-  PetscBool           knownAx;          /* it came with the multipliers */
-  Vec                 g, lambda;        /* on the kept rows, where some are not kept */
-  Vec                 f;                /* less what is known of x and lambda, where something is */
+  PCAinsworthEscape   escape;
+  Vec                 rhs;       /* f~ */
+  Vec                 Ax;        /* op(A) x of the solution, with the program's A */
+  PetscBool           knownAx;   /* it came with the multipliers */
+  Vec                 g, lambda; /* on the kept rows, where some are not kept */
+  Vec                 f;         /* less what is known of x and lambda, where something is */
 
   /* pcrebuild.cpp: iterations of the first solve with the preconditioner, -1: none yet; of the last; and how many more than the first one all took */
   AinsworthRebuildType rebuild;
@@ -148,6 +168,19 @@ PETSC_INTERN PetscErrorCode      PCAinsworthSetTranspose_Private(PC_Ainsworth *)
 PETSC_INTERN PetscErrorCode      PCAinsworthAfterError_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthKeepInner_Private(PC_Ainsworth *, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthLooksDefinite_Private(const PC_Ainsworth *, Mat, PetscBool *);
+PETSC_INTERN PCType              PCAinsworthFactorType_Private(const PC_Ainsworth *, MatSolverType *);
+PETSC_INTERN PetscErrorCode      PCAinsworthChoosePackage_Private(const PC_Ainsworth *, PC);
+PETSC_INTERN PetscErrorCode      PCAinsworthChooseType_Private(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthIsOwnMultigrid_Private(const PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthConvertPmat_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthSetUpPreconditioner_Private(PC, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeAtOnce_Private(PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeReview_Private(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCheck_Private(PC, PC_Ainsworth *, PetscBool, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeBegin_Private(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeEnd_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscape_Private(PC, PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeView_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetUpInner_Private(PC, PC_Ainsworth *, const Mat_Ainsworth *, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthKeepOrSetUpInner_Private(PC, PC_Ainsworth *, const Mat_Ainsworth *, PetscBool, char[], size_t);
 PETSC_INTERN PetscBool           PCAinsworthKeepsAlways_Private(PC, const PC_Ainsworth *);
@@ -173,21 +206,22 @@ PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC, PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthReportEnd_Private(PC_Ainsworth *, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *, Vec, Vec, PetscReal *);
-PETSC_INTERN PetscErrorCode      PCAinsworthSolveFields_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PCAinsworthFields, PCAinsworthFields, KSPConvergedReason *);
-PETSC_INTERN PetscErrorCode      PCAinsworthRefineRows_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, PCAinsworthFields, PCAinsworthFields,
-                                                               PCAinsworthFields, PetscBool *, PetscReal *);
-PETSC_INTERN PetscErrorCode      PCAinsworthIsFree_Private(const PC_Ainsworth *, Vec, Vec, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthAskedFor_Private(const PC_Ainsworth *, KSPConvergedReason, PetscReal *);
-PETSC_INTERN PetscErrorCode      PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, Vec, AinsworthVerdict *, char[],
-                                                           size_t);
-PETSC_INTERN PetscErrorCode      PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);
-PETSC_INTERN PetscErrorCode      PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *, Vec, PetscReal *);
-PETSC_INTERN PetscErrorCode      PCAinsworthTry_Private(PC, PC_Ainsworth *, KSPConvergedReason *, PetscInt *, char[], size_t);
-PETSC_INTERN PetscErrorCode      PCAinsworthDiagnosePassed_Private(PC, AinsworthDiagnosis *);
-PETSC_INTERN PetscErrorCode      PCAinsworthDiagnoseBlocks_Private(const PC_Ainsworth *, AinsworthDiagnosis *);
-PETSC_INTERN PetscErrorCode      PCAinsworthDiagnose_Private(PC, PC_Ainsworth *, PCAinsworthStage);
-PETSC_INTERN PetscErrorCode      PCAinsworthDiagnoseFailure_Private(PC, PC_Ainsworth *, PetscErrorCode, const char[]);
-PETSC_INTERN PetscErrorCode      PCAinsworthDiagnoseFromOptions_Private(PC, PC_Ainsworth *, AinsworthOptionItems);
-PETSC_INTERN PetscErrorCode      PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);
+PETSC_INTERN PetscErrorCode      PCAinsworthSolveFields_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PCAinsworthFields, PCAinsworthFields,
+                                                                KSPConvergedReason *);
+PETSC_INTERN PetscErrorCode PCAinsworthRefineRows_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, PCAinsworthFields, PCAinsworthFields, PCAinsworthFields,
+                                                          PetscBool *);
+PETSC_INTERN PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *, Vec, Vec, PetscBool *);
+PETSC_INTERN PetscErrorCode PCAinsworthAskedFor_Private(const PC_Ainsworth *, KSPConvergedReason, PetscReal *);
+PETSC_INTERN PetscErrorCode PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, Vec, AinsworthVerdict *, char[],
+                                                      size_t);
+PETSC_INTERN PetscErrorCode PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);
+PETSC_INTERN PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *, Vec, PetscReal *);
+PETSC_INTERN PetscErrorCode PCAinsworthTry_Private(PC, PC_Ainsworth *, KSPConvergedReason *, PetscInt *, char[], size_t);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnosePassed_Private(PC, AinsworthDiagnosis *);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseBlocks_Private(const PC_Ainsworth *, AinsworthDiagnosis *);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnose_Private(PC, PC_Ainsworth *, PCAinsworthStage);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseFailure_Private(PC, PC_Ainsworth *, PetscErrorCode, const char[]);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseFromOptions_Private(PC, PC_Ainsworth *, AinsworthOptionItems);
+PETSC_INTERN PetscErrorCode PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);
 
 #endif

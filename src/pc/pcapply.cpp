@@ -10,7 +10,7 @@
    KSPSolve() for f and g; watched: the report sees it, and its stop refers to x. What the report has put into the KSP is taken out again after an error,
    too, which is passed on then
 */
-static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x)
+static PetscErrorCode SolveOnce(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x)
 {
   PetscLogDouble start;
   PetscErrorCode error;
@@ -20,9 +20,24 @@ static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose,
   if (data->constraints) PetscCall(MatAinsworthReduce_Private(data->reduced, transpose, f, g, data->rhs));
   else PetscCall(VecCopy(f, data->rhs));
   if (watched) PetscCall(PCAinsworthReportBegin_Private(pc, data, f, g, start));
+  PetscCall(PCAinsworthEscapeBegin_Private(pc, data));
   error = transpose ? KSPSolveTranspose(data->ksp, data->rhs, x) : KSPSolve(data->ksp, data->rhs, x);
+  PetscCall(PCAinsworthEscapeEnd_Private(data));
   if (watched) PetscCall(PCAinsworthReportEnd_Private(data, (PetscBool)(error != PETSC_SUCCESS)));
   PetscCall(error);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The same until the preconditioner is not changed for another */
+static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x)
+{
+  PetscBool again = PETSC_TRUE;
+
+  PetscFunctionBegin;
+  while (again) {
+    PetscCall(SolveOnce(pc, data, transpose, watched, f, g, x));
+    PetscCall(PCAinsworthEscape_Private(pc, data, &again));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -68,7 +83,7 @@ static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transp
     PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
     PetscCall(GetReason(data, reason));
   }
-  if (*reason > 0) PetscCall(PCAinsworthCount_Private(data));
+  if (*reason > 0 && watched) PetscCall(PCAinsworthCount_Private(data)); /* a refinement says nothing of other solves */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -97,7 +112,8 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
 }
 
 /* The fields of the program, reduced to the rows that are kept, solved, and extended */
-PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, PCAinsworthFields b, PCAinsworthFields y, KSPConvergedReason *reason)
+PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, PCAinsworthFields b, PCAinsworthFields y,
+                                              KSPConvergedReason *reason)
 {
   PetscFunctionBegin;
   if (data->g) {
@@ -113,7 +129,7 @@ PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBo
 /* A second solve, for what the first has left */
 static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields left, PCAinsworthFields y)
 {
-  PCAinsworthFields             more;
+  PCAinsworthFields  more;
   KSPConvergedReason reason;
 
   PetscFunctionBegin;
@@ -131,8 +147,8 @@ static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, PCA
 }
 
 /* Without the null space that the program attached to the whole matrix, and what is left of both equations then */
-static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, PCAinsworthFields b, PCAinsworthFields y, PCAinsworthFields left, AinsworthVerdict *verdict,
-                             char why[], size_t len)
+static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, PCAinsworthFields b, PCAinsworthFields y, PCAinsworthFields left,
+                             AinsworthVerdict *verdict, char why[], size_t len)
 {
   PetscBool removed;
 
@@ -146,12 +162,12 @@ static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, Pet
 }
 
 /* A reduced solve that ended with a good reason is believed when the program's own system agrees; once it may be refined */
-static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, PCAinsworthFields b, PCAinsworthFields y, AinsworthVerdict *verdict,
-                                      char why[], size_t len)
+static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, PCAinsworthFields b, PCAinsworthFields y,
+                                      AinsworthVerdict *verdict, char why[], size_t len)
 {
-  PCAinsworthFields    left;
-  PetscReal tol, reached;
-  PetscBool refined = PETSC_FALSE;
+  PCAinsworthFields left;
+  PetscReal         tol;
+  PetscBool         refined = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthAskedFor_Private(data, reason, &tol));
@@ -159,7 +175,7 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
   PetscCall(VecDuplicate(b.dual, &left.dual));
   PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   if (*verdict <= AINSWORTH_VERDICT_UNMET) {
-    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, tol, b, y, left, &refined, &reached));
+    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, tol, b, y, left, &refined));
     if (refined) PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   }
   if (*verdict == AINSWORTH_VERDICT_UNMET && !refined) {
@@ -167,31 +183,6 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
     PetscCall(Refine(pc, data, transpose, left, y));
     data->knownAx = PETSC_FALSE;
     PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
-  }
-  PetscCall(VecDestroy(&left.primal));
-  PetscCall(VecDestroy(&left.dual));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What a reduced solve left that failed may be a start, and further solves for the rest, failing as they may, be good directions */
-static PetscErrorCode Rescue(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields b, PCAinsworthFields y, KSPConvergedReason *reason)
-{
-  static const PetscReal met = 100; /* times the tolerance */
-  PCAinsworthFields      left;
-  PetscReal              tol, reached, norm[2];
-  PetscBool              refined;
-
-  PetscFunctionBegin;
-  PetscCall(PCAinsworthAskedFor_Private(data, KSP_CONVERGED_RTOL, &tol));
-  PetscCall(VecNorm(y.primal, NORM_INFINITY, &norm[0]));
-  PetscCall(VecNorm(y.dual, NORM_INFINITY, &norm[1]));
-  if (*reason == KSP_DIVERGED_ITS || PetscIsInfOrNanReal(norm[0]) || PetscIsInfOrNanReal(norm[1])) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDuplicate(b.primal, &left.primal));
-  PetscCall(VecDuplicate(b.dual, &left.dual));
-  PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, tol, b, y, left, &refined, &reached));
-  if (reached >= 0.0 && reached <= met * tol) {
-    PetscCall(PetscInfo(pc, "The reduced solve failed (%s), but both equations are met\n", KSPConvergedReasons[*reason]));
-    *reason = KSP_CONVERGED_RTOL;
   }
   PetscCall(VecDestroy(&left.primal));
   PetscCall(VecDestroy(&left.dual));
@@ -207,7 +198,6 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
-  if (reason < 0) PetscCall(Rescue(pc, data, transpose, b, y, &reason));
   /* some methods end without any reason */
   if (reason >= 0) PetscCall(VerifyAndRefine(pc, data, transpose, reason, b, y, &verdict, why, sizeof(why)));
   if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
@@ -224,7 +214,7 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
 /* The same where rows of the program's matrix have other signs than the blocks; their transposes have other signs in the solution */
 static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields b, PCAinsworthFields y)
 {
-  Vec    sign = data->saddle.sign;
+  Vec               sign = data->saddle.sign;
   PCAinsworthFields given;
 
   PetscFunctionBegin;
@@ -285,13 +275,13 @@ static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, PCAinsworthFields
 
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
-  PC_Ainsworth  *data = (PC_Ainsworth *)pc->data;
-  const IS      *in   = transpose ? data->saddle.cols : data->saddle.rows;
-  const IS      *out  = transpose ? data->saddle.rows : data->saddle.cols;
-  PetscBool      changed, collide;
-  PetscReal      norm;
-  PCAinsworthFields         left, right;
-  PetscErrorCode code;
+  PC_Ainsworth     *data = (PC_Ainsworth *)pc->data;
+  const IS         *in   = transpose ? data->saddle.cols : data->saddle.rows;
+  const IS         *out  = transpose ? data->saddle.rows : data->saddle.cols;
+  PetscBool         changed, collide;
+  PetscReal         norm;
+  PCAinsworthFields left, right;
+  PetscErrorCode    code;
 
   PetscFunctionBegin;
   /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place, and at nothing where the preconditioner is to be kept */

@@ -171,6 +171,14 @@ PetscErrorCode PCAinsworthDiagnose_Private(PC pc, PC_Ainsworth *data, PCAinswort
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Has the trial failed for the same cause? Its numbers may be others */
+static bool ToldByTrial(const AinsworthDiagnosis *d, const std::string &why)
+{
+  for (const AinsworthFinding &finding : d->findings)
+    if (finding.key == "trial" && finding.sentence.compare(0, why.find(':'), why, 0, why.find(':')) == 0) return true;
+  return false;
+}
+
 /* PCAinsworthDiagnoseFailure_Private - a set-up or a solve ended, and why; code: with an error, after which nothing is collective */
 PetscErrorCode PCAinsworthDiagnoseFailure_Private(PC pc, PC_Ainsworth *data, PetscErrorCode code, const char why[])
 {
@@ -181,7 +189,7 @@ PetscErrorCode PCAinsworthDiagnoseFailure_Private(PC pc, PC_Ainsworth *data, Pet
   if (!d) PetscFunctionReturn(PETSC_SUCCESS);
   if (code) PetscCall(PetscErrorMessage(code, NULL, &message));
   if (code) why = message ? message : "";
-  if (why[0]) AinsworthDiagnosisAdd(d, AINSWORTH_FATAL, code ? "error" : "failure", AinsworthJSON(why), "%s", why);
+  if (why[0] && !ToldByTrial(d, why)) AinsworthDiagnosisAdd(d, AINSWORTH_FATAL, code ? "error" : "failure", AinsworthJSON(why), "%s", why);
   if (!d->finished) ConfirmSigns(d);
   d->finished = true;
   PetscCall(AinsworthDiagnosisPrintAdvice(d, PetscObjectComm((PetscObject)pc)));

@@ -281,15 +281,15 @@ static PetscErrorCode GramReason(const PC_Ainsworth *data, KSPConvergedReason *r
 /* The cause of a reduced solve that ended with `reason`, as far as it can be found; a positive one was not confirmed. x is where it ended, or NULL */
 PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPConvergedReason reason, char why[], size_t len)
 {
-  AinsworthSurvey        diagonal;
-  PetscInt               iterations;
-  PetscReal              quotient, residual;
-  char                   misplaced[256];
-  const char            *prefix = ((PetscObject)data->ksp)->prefix;
-  PC                     inner;
-  PCType                 type;
-  PCFailedReason         failed;
-  KSPConvergedReason     gram;
+  AinsworthSurvey    diagonal;
+  PetscInt           iterations;
+  PetscReal          quotient, residual;
+  char               misplaced[256];
+  const char        *prefix = ((PetscObject)data->ksp)->prefix;
+  PC                 inner;
+  PCType             type;
+  PCFailedReason     failed;
+  KSPConvergedReason gram;
 
   PetscFunctionBegin;
   PetscCall(AinsworthSurveyDiagonal(data->saddle.A, &diagonal));

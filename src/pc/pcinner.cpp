@@ -4,28 +4,34 @@
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
-/* What auto comes to (docs/method.md): id where its few entries are enough, and where jcb would have too many */
+/*
+   What auto comes to (docs/method.md): id where its few entries are enough, and where jcb would have too many. The penalties of many rows that share an unknown
+   add up there, and lock interpolation from A alone, which jcb moves out of their way
+*/
 static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInputs *in)
 {
   static const PetscReal many = 1.5; /* of the entries of A */
   PetscReal              predicted;
-  PetscBool              apart;
+  PetscBool              apart, shares;
 
   PetscFunctionBegin;
   data->autoType   = PC_AINSWORTH_PMAT_JCB;
   data->autoReason = "";
   if (data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
   data->autoType   = PC_AINSWORTH_PMAT_ID;
+  data->autoReason = ", as it is factored";
+  if (in->format == AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthPmatSharesUnknowns(in->C, &in->fill, &shares));
   data->autoReason = ", as interpolation is made from A alone";
-  if (in->format == AINSWORTH_PMAT_SUM) PetscFunctionReturn(PETSC_SUCCESS);
+  if (in->format == AINSWORTH_PMAT_SUM && !shares) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthPmatComponentsApart(in->C, data->saddle.bs, in->fill.most, &apart));
   data->autoReason = ", as the constraints keep components apart";
-  if (apart) PetscFunctionReturn(PETSC_SUCCESS);
+  if (apart && !shares) PetscFunctionReturn(PETSC_SUCCESS);
   data->autoReason = ", as jcb would have too many entries";
   PetscCall(AinsworthPmatPredict(in->aij, in->C, NULL, &in->fill, &predicted));
   if (predicted > many * in->fill.entries) PetscFunctionReturn(PETSC_SUCCESS);
   data->autoType   = PC_AINSWORTH_PMAT_JCB;
-  data->autoReason = ", as the constraints mix components";
+  data->autoReason = shares ? ", as many constraints share an unknown" : ", as the constraints mix components";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -89,6 +95,7 @@ PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, const Ma
 
   PetscFunctionBegin;
   PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCAinsworthEscapeReview_Private(pc, data));
   while (again) {
     PetscCall(MatDestroy(&data->M));
     PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->format));
@@ -101,6 +108,7 @@ PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, const Ma
                               bad));
       PetscFunctionReturn(PETSC_SUCCESS);
     }
+    PetscCall(PCAinsworthConvertPmat_Private(data));
     PetscCall(PCAinsworthSetKSPOperators_Private(data));
     PetscCall(ForwardNullSpaces(data));
     /* the preconditioner sees M_* alone: GAMG and ML smooth with the first of their operators */
@@ -115,11 +123,20 @@ PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, const Ma
     PetscCall(PetscObjectReference((PetscObject)operation));
     PetscCall(PCSetOperators(inner, M, M));
     PetscCall(AinsworthPCSetFailedReason(inner, PC_NOERROR)); /* that of an earlier matrix, or type, would stay */
-    PetscCall(PCSetUp(inner));
+    PetscCall(PCAinsworthSetUpPreconditioner_Private(inner, &definite));
     PetscCall(PCAinsworthSetTranspose_Private(data));
     if (operation != M) inner->ops->applyrichardson = NULL; /* its iterations would be with M_* */
     PetscCall(KSPSetOperators(data->ksp, operation, M));
     PetscCall(MatDestroy(&operation));
+    PetscCall(PCAinsworthEscapeCheck_Private(pc, data, definite, &again));
+    if (again) continue;
+    if (!definite) {
+      PetscCall(PetscSNPrintf(why, len,
+                              "The preconditioning matrix is not positive definite, as a Cholesky factorization needs it: is A indefinite? "
+                              "Choose another -%spc_type",
+                              ((PetscObject)inner)->prefix));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
     PetscCall(KSPSetUp(data->ksp));
     PetscCall(PCAinsworthFallBack_Private(pc, data, &again));
   }

@@ -84,7 +84,9 @@ PetscReal PCAinsworthPenaltyFactor_Private(const PC_Ainsworth *data)
   if (pmat.factor != (PetscReal)PETSC_DEFAULT) return pmat.factor;
   /* paper, section 3.3; measured, docs/method.md: without Q_* the penalty alone tells AMG of the constraints */
   if (pmat.penalty == AINSWORTH_PENALTY_NORM) return 5.0;
-  return PCAinsworthPmatTypeInUse_Private(data) == PC_AINSWORTH_PMAT_ID ? (data->format == AINSWORTH_PMAT_SUM ? 2.0 : 10.0) : 0.5;
+  if (PCAinsworthPmatTypeInUse_Private(data) != PC_AINSWORTH_PMAT_ID) return 0.5;
+  if (data->format == AINSWORTH_PMAT_FACTOR) return 1e4; /* the error falls to 1 / gamma of itself in one iteration */
+  return data->format == AINSWORTH_PMAT_SUM ? 2.0 : 10.0;
 }
 
 /*@

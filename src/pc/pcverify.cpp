@@ -52,7 +52,7 @@ PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x
 PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec work, PetscBool *isFree)
 {
   static const PetscReal along = 1e-8, others = 1e-14, force = 1e-7;
-  const Mat              C     = data->saddle.C;
+  const Mat              C = data->saddle.C;
   PetscReal              size;
   PetscScalar            resistance;
   PetscInt               m, held = 0;

@@ -187,7 +187,7 @@ static PetscErrorCode AddA(Mat A, AinsworthPmatFormat format, PetscInt bs, Mat *
   if (format == AINSWORTH_PMAT_SUM) {
     PetscCall(MatCreateComposite(PetscObjectComm((PetscObject)A), 2, part, pmat));
     PetscCall(MatDestroy(&part[1]));
-  } else if (format == AINSWORTH_PMAT_AIJ) PetscCall(AinsworthAddAIJ(A, pmat));
+  } else if (format != AINSWORTH_PMAT_HYPRE) PetscCall(AinsworthAddAIJ(A, pmat));
   else PetscCall(MatAXPY(*pmat, 1.0, A, DIFFERENT_NONZERO_PATTERN));
   if (format == AINSWORTH_PMAT_HYPRE) PetscCall(MatConvert(*pmat, MATHYPRE, MAT_INPLACE_MATRIX, pmat)); /* of AIJ PCHYPRE would make a copy */
   PetscCall(MatSetBlockSize(*pmat, bs));

@@ -26,7 +26,8 @@ struct AinsworthPmatOptions {
 typedef enum {
   AINSWORTH_PMAT_AIJ,
   AINSWORTH_PMAT_HYPRE,
-  AINSWORTH_PMAT_SUM /* MATCOMPOSITE of A itself and M_* - A, which is not zero on the surface only */
+  AINSWORTH_PMAT_FACTOR, /* AIJ, to be factored */
+  AINSWORTH_PMAT_SUM     /* MATCOMPOSITE of A itself and M_* - A, which is not zero on the surface only */
 } AinsworthPmatFormat;
 
 /* What the rows of C bring into M_* */
@@ -57,6 +58,7 @@ PetscErrorCode AinsworthPmatCheckFill(Mat, Mat, Mat, const AinsworthPmatFill *, 
 
 /* rows.cpp */
 PetscErrorCode AinsworthPmatCreateShort(Mat, const AinsworthPmatFill *, Mat *);
+PetscErrorCode AinsworthPmatSharesUnknowns(Mat, const AinsworthPmatFill *, PetscBool *);
 PetscErrorCode AinsworthPmatCreatePrivate(Mat, Vec, const AinsworthPmatFill *, Mat *, PetscBool *);
 PetscErrorCode AinsworthPmatSplitLoose(Mat, Mat, const AinsworthPmatFill *, Mat *, Mat *);
 PetscErrorCode AinsworthPmatCreateShift(Mat, Mat, Vec, const AinsworthPmatFill *, Mat *);

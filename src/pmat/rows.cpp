@@ -59,6 +59,20 @@ PetscErrorCode AinsworthPmatCreateShort(Mat C, const AinsworthPmatFill *fill, Ma
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthPmatSharesUnknowns - is an unknown in more rows of C than usual? Collective */
+PetscErrorCode AinsworthPmatSharesUnknowns(Mat C, const AinsworthPmatFill *fill, PetscBool *shares)
+{
+  Vec       counts;
+  PetscReal most;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthCountRows(C, 0, &counts));
+  PetscCall(VecMax(counts, NULL, &most));
+  PetscCall(VecDestroy(&counts));
+  *shares = (PetscBool)(most > (PetscReal)fill->usual);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthPmatCreatePrivate - C W without its entries of shared unknowns
 

@@ -1,4 +1,5 @@
 #include "factor.h"
+#include <petsc/private/petscimpl.h>
 #include <string>
 #include <unistd.h>
 
@@ -43,16 +44,16 @@ static PetscErrorCode IsPackage(PC pc, const char name[], PetscBool *is)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The ordering with the fewest operations of those worth their own time, and its cost */
-static PetscErrorCode Predict(Mat M, AinsworthCost *cost, MatOrderingType *ordering)
+/* AinsworthFactorPredictBest - the ordering with the fewest operations of those worth their own time, and its cost; M has a row for each node of bs unknowns */
+PetscErrorCode AinsworthFactorPredictBest(Mat M, PetscInt bs, AinsworthCost *cost, MatOrderingType *ordering)
 {
   AinsworthCost dissected;
 
   PetscFunctionBegin;
   *ordering = AinsworthOrdering;
-  PetscCall(AinsworthFactorPredict(M, *ordering, cost));
+  PetscCall(AinsworthFactorPredict(M, *ordering, bs, cost));
   if (*ordering == AinsworthDissection || cost->operations < dissect) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthFactorPredict(M, AinsworthDissection, &dissected));
+  PetscCall(AinsworthFactorPredict(M, AinsworthDissection, bs, &dissected));
   if (dissected.operations >= cost->operations) PetscFunctionReturn(PETSC_SUCCESS);
   *ordering = AinsworthDissection;
   *cost     = dissected;
@@ -83,7 +84,7 @@ PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, PetscBool h
   PetscCall(PetscObjectBaseTypeCompare((PetscObject)M, MATSEQAIJ, &sequential));
   if (!hermitian) factor->package = pivoting;
   else if (sequential) {
-    PetscCall(Predict(M, &factor->cost, &ordering));
+    PetscCall(AinsworthFactorPredictBest(M, 1, &factor->cost, &ordering));
     factor->package = factor->cost.operations < many ? MATSOLVERPETSC : supernodal;
     if (factor->cost.operations < many) PetscCall(PCFactorSetMatOrderingType(pc, ordering));
   }
@@ -136,52 +137,51 @@ static PetscErrorCode SwitchLog(bool on, PetscBool *off)
 }
 
 /* CHOLMOD prints a line to the standard output where the matrix is not positive definite, unless the options say how much it prints */
-static PetscErrorCode Quiet(KSP ksp, std::string *option)
+static PetscErrorCode Quiet(PetscObject solver, std::string *option)
 {
-  const char *prefix;
-  PetscBool   given;
+  PetscBool given;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetOptionsPrefix(ksp, &prefix));
-  PetscCall(PetscOptionsHasName(NULL, prefix, "-mat_cholmod_print", &given));
-  if (!given) *option = std::string("-") + prefix + "mat_cholmod_print";
+  PetscCall(PetscOptionsHasName(solver->options, solver->prefix, "-mat_cholmod_print", &given));
+  if (!given) *option = std::string("-") + (solver->prefix ? solver->prefix : "") + "mat_cholmod_print";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* CHOLMOD's interface raises an error where the matrix is not positive definite; the solver then forgets the factorisation */
-static PetscErrorCode SetUpCholmod(AinsworthFactor *factor, KSP ksp)
+/*
+   AinsworthFactorTryCholmod - setUp() of a solver, with its prefix, that factors by CHOLMOD, whose interface raises an error where the matrix is not
+   positive definite: then the solver has to forget the factorisation
+*/
+PetscErrorCode AinsworthFactorTryCholmod(PetscObject solver, const std::function<PetscErrorCode()> &setUp, PetscBool *indefinite)
 {
   std::string    message, quiet;
   PetscErrorCode code;
   PetscBool      off = PETSC_FALSE;
 
   PetscFunctionBegin;
-  PetscCall(Quiet(ksp, &quiet));
-  if (!quiet.empty()) PetscCall(PetscOptionsSetValue(NULL, quiet.c_str(), "0"));
+  PetscCall(Quiet(solver, &quiet));
+  if (!quiet.empty()) PetscCall(PetscOptionsSetValue(solver->options, quiet.c_str(), "0"));
   PetscCall(SwitchLog(false, &off));
 #if defined(PETSC_USE_DEBUG)
   const PetscStack stack = petscstack; /* which an error leaves as deep as it was */
 #endif
   PetscCall(PetscPushErrorHandler(KeepMessage, &message));
-  code = KSPSetUp(ksp);
+  code = setUp();
 #if defined(PETSC_USE_DEBUG)
   petscstack = stack;
 #endif
   PetscCall(PetscPopErrorHandler());
   PetscCall(SwitchLog(true, &off));
-  if (!quiet.empty()) PetscCall(PetscOptionsClearValue(NULL, quiet.c_str()));
-  if (code == PETSC_SUCCESS) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(code == PETSC_ERR_MAT_CH_ZRPVT, PetscObjectComm((PetscObject)ksp), code, "%s", message.c_str());
-  PetscCall(PetscInfo(ksp, "The Gram matrix is not factored: %s\n", message.c_str()));
-  factor->failed = PC_FACTOR_NUMERIC_ZEROPIVOT;
-  PetscCall(KSPReset(ksp));
+  if (!quiet.empty()) PetscCall(PetscOptionsClearValue(solver->options, quiet.c_str()));
+  *indefinite = (PetscBool)(code == PETSC_ERR_MAT_CH_ZRPVT);
+  PetscCheck(code == PETSC_SUCCESS || *indefinite, solver->comm, code, "%s", message.c_str());
+  if (*indefinite) PetscCall(PetscInfo(solver, "The matrix is not factored: %s\n", message.c_str()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* AinsworthFactorSetUp - factors M, whose pattern is that of the last time, if there was one */
 PetscErrorCode AinsworthFactorSetUp(AinsworthFactor *factor, Mat M, KSP ksp)
 {
-  PetscBool   cholmod;
+  PetscBool   cholmod, indefinite;
   const char *prefix;
   PC          pc;
 
@@ -196,7 +196,11 @@ PetscErrorCode AinsworthFactorSetUp(AinsworthFactor *factor, Mat M, KSP ksp)
     PetscCall(MatSetOptionsPrefix(factor->upper, prefix)); /* of -mat_cholmod_* */
     PetscCall(MatSetOption(factor->upper, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
     PetscCall(KSPSetOperators(ksp, M, factor->upper));
-    PetscCall(SetUpCholmod(factor, ksp));
+    PetscCall(AinsworthFactorTryCholmod((PetscObject)ksp, [=] { return KSPSetUp(ksp); }, &indefinite));
+    if (indefinite) {
+      factor->failed = PC_FACTOR_NUMERIC_ZEROPIVOT;
+      PetscCall(KSPReset(ksp));
+    }
   } else {
     PetscCall(KSPSetOperators(ksp, M, M));
     PetscCall(KSPSetUp(ksp));

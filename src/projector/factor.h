@@ -3,6 +3,7 @@
 #define AINSWORTH_FACTOR_H
 
 #include "symbolic.h"
+#include <functional>
 
 struct AinsworthFactor {
   AinsworthCost  cost;    /* predicted; 0: the solver is not of our choice, or shared */
@@ -11,9 +12,11 @@ struct AinsworthFactor {
   PCFailedReason failed;  /* of a package that raises an error where others give a reason */
 };
 
+PetscErrorCode AinsworthFactorPredictBest(Mat, PetscInt, AinsworthCost *, MatOrderingType *);
 PetscErrorCode AinsworthFactorChoose(AinsworthFactor *, Mat, PetscBool, KSP);
 PetscErrorCode AinsworthFactorCheckMemory(const AinsworthFactor *, MPI_Comm);
 PetscErrorCode AinsworthFactorSetUp(AinsworthFactor *, Mat, KSP);
+PetscErrorCode AinsworthFactorTryCholmod(PetscObject, const std::function<PetscErrorCode()> &, PetscBool *);
 PetscErrorCode AinsworthFactorGetFailedReason(const AinsworthFactor *, KSP, PCFailedReason *);
 PetscErrorCode AinsworthFactorReset(AinsworthFactor *);
 PetscErrorCode AinsworthFactorView(const AinsworthFactor *, PetscViewer);

@@ -2,6 +2,7 @@
 #include "../csr.h"
 #include <petscsf.h>
 #include <metis.h>
+#include <algorithm>
 #include <limits>
 #include <numeric>
 #include <vector>
@@ -19,6 +20,53 @@ PetscErrorCode AinsworthGraphGather(Mat M, bool here, Mat **whole)
   PetscCall(MatCreateSubMatrices(M, 1, &rows, &columns, MAT_INITIAL_MATRIX, whole));
   PetscCall(ISDestroy(&rows));
   PetscCall(ISDestroy(&columns));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthGraphOfNodes - the pattern of the sum of some matrices, all distributed alike, with a row and a column for each node of bs unknowns
+
+   On rank 0, empty on the others. Collective
+*/
+PetscErrorCode AinsworthGraphOfNodes(const std::vector<Mat> &parts, PetscInt bs, Mat **graph)
+{
+  std::vector<PetscInt> start(1, 0), columns;
+  PetscInt              n, N, rstart, rend;
+  Mat                   nodes;
+  PetscMPIInt           rank;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetSize(parts[0], &N, NULL));
+  PetscCall(MatGetLocalSize(parts[0], &n, NULL));
+  PetscCall(MatGetOwnershipRange(parts[0], &rstart, &rend));
+  for (PetscInt node = rstart; node < rend; node += bs) {
+    const auto first = columns.size();
+
+    for (Mat part : parts) {
+      for (PetscInt i = node; i < node + bs; i++) {
+        PetscInt        length;
+        const PetscInt *j;
+
+        PetscCall(MatGetRow(part, i, &length, &j, NULL));
+        for (PetscInt k = 0; k < length; k++)
+          if (columns.size() == first || columns.back() != j[k] / bs) columns.push_back(j[k] / bs);
+        PetscCall(MatRestoreRow(part, i, &length, &j, NULL));
+      }
+    }
+    std::sort(columns.begin() + (std::ptrdiff_t)first, columns.end());
+    columns.erase(std::unique(columns.begin() + (std::ptrdiff_t)first, columns.end()), columns.end());
+    start.push_back((PetscInt)columns.size());
+  }
+  const std::vector<PetscScalar> values(columns.size() + 1, 1.0);
+
+  PetscCall(MatCreate(PetscObjectComm((PetscObject)parts[0]), &nodes));
+  PetscCall(MatSetSizes(nodes, n / bs, n / bs, N / bs, N / bs));
+  PetscCall(MatSetType(nodes, MATAIJ));
+  PetscCall(MatSeqAIJSetPreallocationCSR(nodes, start.data(), columns.data(), values.data()));
+  PetscCall(MatMPIAIJSetPreallocationCSR(nodes, start.data(), columns.data(), values.data()));
+  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)nodes), &rank));
+  PetscCall(AinsworthGraphGather(nodes, rank == 0, graph));
+  PetscCall(MatDestroy(&nodes));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

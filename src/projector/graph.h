@@ -3,8 +3,10 @@
 #define AINSWORTH_GRAPH_H
 
 #include "../petsccompat.h"
+#include <vector>
 
 PetscErrorCode AinsworthGraphGather(Mat, bool, Mat **);
+PetscErrorCode AinsworthGraphOfNodes(const std::vector<Mat> &, PetscInt, Mat **);
 PetscErrorCode AinsworthGraphCut(Mat, PetscInt, bool, IS *);
 PetscErrorCode AinsworthGraphDissect(Mat, MatOrderingType, IS *, IS *);
 

@@ -117,8 +117,12 @@ std::vector<PetscInt> Pattern::columnCounts(const std::vector<PetscInt> &parent)
 }
 } // namespace
 
-/* AinsworthFactorPredict - what a Cholesky factorization of M, sequential, costs in an ordering; in little more time than it takes to read M */
-PetscErrorCode AinsworthFactorPredict(Mat M, MatOrderingType ordering, AinsworthCost *cost)
+/*
+   AinsworthFactorPredict - what a Cholesky factorization of M, sequential, costs in an ordering; in little more time than it takes to read M
+
+   M has one row for each node of bs unknowns
+*/
+PetscErrorCode AinsworthFactorPredict(Mat M, MatOrderingType ordering, PetscInt bs, AinsworthCost *cost)
 {
   Pattern pattern;
 
@@ -126,11 +130,15 @@ PetscErrorCode AinsworthFactorPredict(Mat M, MatOrderingType ordering, Ainsworth
   PetscCall(pattern.open(M, ordering));
   cost->entries = cost->operations = 0.0;
   for (PetscInt count : pattern.columnCounts(pattern.eliminationTree())) {
-    cost->entries += (PetscReal)count;
-    cost->operations += PetscSqr((PetscReal)count);
+    for (PetscInt i = 0; i < bs; i++) {
+      const PetscReal entries = (PetscReal)count * bs - i;
+
+      cost->entries += entries;
+      cost->operations += PetscSqr(entries);
+    }
   }
+  PetscCall(PetscInfo(M, "A Cholesky factor of %" PetscInt_FMT " unknowns has %g entries and takes %g operations in the ordering %s\n", bs * pattern.rows.n,
+                      (double)cost->entries, (double)cost->operations, ordering));
   PetscCall(pattern.rows.close());
-  PetscCall(PetscInfo(M, "The Cholesky factor of the Gram matrix has %g entries and takes %g operations in the ordering %s\n", (double)cost->entries,
-                      (double)cost->operations, ordering));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

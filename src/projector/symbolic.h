@@ -18,6 +18,6 @@ struct AinsworthCost {
   PetscReal entries, operations; /* of the factor; multiplications and additions: the squares of its column counts */
 };
 
-PetscErrorCode AinsworthFactorPredict(Mat, MatOrderingType, AinsworthCost *);
+PetscErrorCode AinsworthFactorPredict(Mat, MatOrderingType, PetscInt bs, AinsworthCost *);
 
 #endif

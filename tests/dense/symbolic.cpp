@@ -80,7 +80,7 @@ int main(int argc, char **argv)
       for (MatOrderingType type : {MATORDERINGNATURAL, MATORDERINGRCM, AinsworthOrdering, (const char *)AinsworthDissection}) {
         AinsworthCost cost, truth;
 
-        PetscCall(AinsworthFactorPredict(M, type, &cost));
+        PetscCall(AinsworthFactorPredict(M, type, 1, &cost));
         PetscCall(Eliminate(M, type, &truth));
         PetscCheck(cost.entries == truth.entries && cost.operations == truth.operations, PETSC_COMM_SELF, PETSC_ERR_PLIB,
                    "%s, %" PetscInt_FMT " rows: %g entries and %g operations, not %g and %g", type, n, (double)cost.entries, (double)cost.operations,

@@ -81,6 +81,13 @@ static void Untie(Saddle &s)
   s.g       = Vector::Zero(m);
 }
 
+/* BoomerAMG gives its levels away when it is asked for them: a set-up follows that is not told of again */
+#if defined(PETSC_HAVE_HYPRE)
+static const char otherMultigrid[] = "-ainsworth_pc_type hypre";
+#else
+static const char otherMultigrid[] = "-ainsworth_pc_type gamg";
+#endif
+
 static const std::vector<Patient> patients = {
   {"healthy",            "",                                  "",                     "",                                                                                      [](Saddle &) {}                                                         },
   {"healthy_springs",    "",                                  "",                     "",                                                                                      [](Saddle &s) { s.D = 1e-3 * Matrix::Identity(s.C.rows(), s.C.rows()); }},
@@ -99,7 +106,7 @@ static const std::vector<Patient> patients = {
                    s.g       = Vector::Zero(0);
    }                                                                                                                                                                                                                                                   },
   {"floating",           "",                                  "trial",                "A body floats that no constraint holds",                                                Untie                                                                   },
-  {"floating_boomeramg", "-ainsworth_pc_type gamg",           "trial",                "A body floats that no constraint holds",                                                Untie                                                                   },
+  {"floating_other",     otherMultigrid,                      "trial",                "A body floats that no constraint holds",                                                Untie                                                                   },
   {"contradicting",      "",                                  "failure",              "not that of the other rows of C on which it depends (rows 26 of the multiplier field)",
    [](Saddle &s) { Append(s, 2.0 * s.C.row(4).transpose(), 1.0); }                                                                                                                                                                                     },
   {"contradicting_zero", "",                                  "failure",              "nonzero on a row of C that is zero (rows 26 of the multiplier field)",

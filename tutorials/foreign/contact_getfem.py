@@ -7,6 +7,10 @@ is serial: each rank assembles all and passes its rows.
 
   $ export PETSC_OPTIONS="-dll_append /path/of/libainsworth.so -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_converged_reason"
   $ mpiexec -n 2 python3 contact_getfem.py
+  1250 unknowns, 25 nodes may touch the obstacle, 16 do
+    Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 19
+  ...
+  fields named: 5 steps; difference from GetFEM's own solver below 1e-7: yes
 """
 import sys
 try:

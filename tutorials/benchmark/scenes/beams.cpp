@@ -26,7 +26,7 @@ PetscErrorCode BeamRows::Neighbors(PetscInt node, std::vector<PetscInt> &found)
   PetscInt ijk[3], end[6];
 
   PetscFunctionBeginUser;
-  Ends(s.body[0], node, ijk, end);
+  Ends(s.body[s.Body(node)], node, ijk, end);
   found.assign(1, node);
   for (PetscInt e : end) {
     if (e >= 0) found.push_back(e);
@@ -64,7 +64,8 @@ static void Beam(PetscReal E, PetscReal nu, PetscReal L, PetscReal aspect, int a
 
 PetscErrorCode BeamRows::Compute(PetscInt node, SceneRow &row)
 {
-  const SceneBody &b = s.body[0];
+  const int        body = s.Body(node);
+  const SceneBody &b    = s.body[body];
   PetscInt         ijk[3], end[6];
   size_t           at = 36;
 
@@ -81,7 +82,7 @@ PetscErrorCode BeamRows::Compute(PetscInt node, SceneRow &row)
 
     if (end[e] < 0) continue;
     for (int d = 0; d < 3; d++) cell[d] = PetscMin(low[d], b.CellsAlong(d) - 1); /* the modulus of a cell is that of its lowest edges */
-    Beam(s.Modulus(0, cell), s.options.nu, L, s.options.aspect, e / 2, e % 2 ? 1 : -1, same, other);
+    Beam(s.Modulus(body, cell), s.options.nu, L, s.options.aspect, e / 2, e % 2 ? 1 : -1, same, other);
     for (int k = 0; k < 36; k++) {
       row.block[k] += same[k];
       row.block[at + k] = other[k];

@@ -22,6 +22,7 @@ const SceneKind sceneKinds[] = {
   {"beam_tied",    SCENE_Q1, SCENE_NONE,   3, 1e4, 3,  50,  0,  1},
   {"tets",         SCENE_P1, SCENE_NONE,   3, 1e4, 10, 1,   0,  1},
   {"slabs",        SCENE_Q1, SCENE_NONE,   3, 1e4, 18, 6,   0,  0},
+  {"hinged",       SCENE_Q1, SCENE_NONE,   3, 1e4, 8,  50,  0,  1},
 };
 const int sceneKindCount = sizeof(sceneKinds) / sizeof(sceneKinds[0]);
 
@@ -130,6 +131,14 @@ static void SeveralBodies(Scene &s)
     AddBox(s, 2 * n2, 3 * n2, 3 * n2, -2, -1, -1, 2, 3, 3).fixed[0][0]  = true;
     AddBox(s, Cells(n * o.aspect), n, n, 0, 0, 0, o.aspect, 1, 1).loose = true;
     AddTie(s, 1, 0, 0, o.stick);
+  } else if (Is(s, "hinged")) { /* storeys of a frame, each on the columns of the one below */
+    const int storeys = 4;
+
+    for (int i = 0; i < storeys; i++) {
+      AddBox(s, n, n, Cells((PetscReal)n / storeys), 0, 0, (PetscReal)i / storeys, 1, 1, 1.0 / storeys).fixed[2][0] = i == 0;
+      s.body.back().loose                                                                                           = i > 0;
+      if (i) AddTie(s, i, i - 1, 2, 1);
+    }
   } else if (Is(s, "slabs")) { /* a wall at x = 0 holds what slips */
     const int count = (int)PetscMax(2, o.aspect);
 
@@ -142,10 +151,12 @@ static void SeveralBodies(Scene &s)
       if (i) AddTie(s, i, i - 1, 2, i % 2 ? 1 : o.stick);
     }
   } else { /* two cubes, one on the other */
-    AddBox(s, n2, n2, n2, 0, 0, -1, 1, 1, 1).fixed[2][0] = true;
-    SceneBody &b                                         = AddBox(s, n, n, n, 0, 0, 0, 1, 1, 1);
-    b.loose                                              = o.floating == PETSC_TRUE;
-    b.fixed[2][1]                                        = !o.floating;
+    const PetscReal height = 1 / o.aspect;
+
+    AddBox(s, n2, n2, n2, 0, 0, -height, 1, 1, height).fixed[2][0] = true;
+    SceneBody &b                                                   = AddBox(s, n, n, n, 0, 0, 0, 1, 1, height);
+    b.loose                                                        = o.floating == PETSC_TRUE;
+    b.fixed[2][1]                                                  = !o.floating;
     AddTie(s, 1, 0, 2, o.stick);
   }
 }
@@ -154,7 +165,7 @@ void SceneAddBodies(Scene &s)
 {
   s.name    = sceneKinds[s.options.scene].name;
   s.dim     = Is(s, "square") || Is(s, "beam2d") ? 2 : 3;
-  s.physics = Is(s, "heat") ? SCENE_HEAT : Is(s, "frame") ? SCENE_BEAMS : SCENE_ELASTIC;
+  s.physics = Is(s, "heat") ? SCENE_HEAT : Is(s, "frame") || Is(s, "hinged") ? SCENE_BEAMS : SCENE_ELASTIC;
   s.bs      = s.physics == SCENE_HEAT ? 1 : s.physics == SCENE_BEAMS ? 6 : s.dim;
   s.pairs   = SCENE_NO_PAIRS;
   s.body.clear();

@@ -136,7 +136,8 @@ PetscErrorCode SceneCreate(MPI_Comm comm, Scene *s)
   PetscCall(PetscOptionsInt("-count", "Balls or fibers along the shortest edge of a body", NULL, o.count, &o.count, NULL));
   PetscCall(PetscOptionsReal("-contrast", "How much stiffer the inclusions are, or the range of random moduli", NULL, o.contrast, &o.contrast, NULL));
   PetscCall(PetscOptionsReal("-nu", "Poisson's ratio, in (-1,0.5)", NULL, o.nu, &o.nu, NULL));
-  PetscCall(PetscOptionsReal("-aspect", "Length to thickness of the plate, shell, beam, element or wall; of slabs: how many", NULL, o.aspect, &o.aspect, NULL));
+  PetscCall(PetscOptionsReal("-aspect", "Length to thickness of the plate, shell, beam, element or wall, or of each of two cubes; of slabs: how many", NULL,
+                             o.aspect, &o.aspect, NULL));
   PetscCall(PetscOptionsReal("-bend", "Angle about which the plate or shell is rolled up [degrees]", NULL, o.bend, &o.bend, NULL));
   PetscCall(PetscOptionsReal("-angle", "Angle of the cyclic sector [degrees]", NULL, o.angle, &o.angle, NULL));
   PetscCall(PetscOptionsReal("-stick", "Share of a tied surface that sticks, x < stick; the rest slips, in [0,1]", NULL, o.stick, &o.stick, NULL));

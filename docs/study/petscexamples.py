@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+"""PETSc's own examples, unchanged, with their usual solver and with PCAINSWORTH by options alone: the layout that is found, the difference of the solutions.
+
+The table of docs/layouts.md. The examples are those of PETSc's package (libpetsc3.18-dev-examples) or sources; /usr/bin/python3 has petsc4py.
+"""
+import argparse
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+LU = '-{p}pc_type lu -{p}pc_factor_mat_solver_type mumps -{p}ksp_type preonly'
+SCHUR = ('-{p}ksp_type fgmres -{p}pc_type fieldsplit -{p}pc_fieldsplit_type schur -{p}pc_fieldsplit_schur_fact_type full '
+         '-{p}pc_fieldsplit_schur_precondition full -{p}fieldsplit_%s_pc_type lu -{p}fieldsplit_%s_pc_type svd')
+TAYLOR = '-dm_plex_simplex 0 -dm_refine 2 -dm_plex_separate_marker -vel_petscspace_degree 2 -pres_petscspace_degree 1'
+STOKES = SCHUR % ('velocity', 'pressure')
+# name, file, options of the program, its usual solver, prefix of the KSP, what writes the solution
+EXAMPLES = [
+    ('Stokes, finite volumes', 'snes/tutorials/ex70.c', '-nx 24 -ny 24', '-user_ksp -ksp_type fgmres -pc_type fieldsplit -pc_fieldsplit_type schur '
+     '-pc_fieldsplit_schur_fact_type lower -pc_fieldsplit_schur_precondition selfp -fieldsplit_1_pc_type jacobi -fieldsplit_0_pc_type lu', '', 'ksp'),
+    ('Stokes, DMPlex', 'snes/tutorials/ex62.c', '-sol quadratic ' + TAYLOR.replace('-dm_plex_separate_marker ', ''), STOKES, '', 'snes'),
+    ('Stokes with variable viscosity, DMPlex', 'snes/tutorials/ex69.c', TAYLOR, STOKES, '', 'snes'),
+    ('Poiseuille flow, DMPlex', 'snes/tutorials/ex71.c', TAYLOR, STOKES, '', 'snes'),
+    ('Mixed Poisson, DMPlex', 'snes/tutorials/ex24.c', '-sol_type quadratic -dm_plex_simplex 0 -dm_refine 2 -field_petscspace_degree 2 '
+     '-potential_petscspace_degree 0', SCHUR % ('field', 'potential'), '', 'snes'),
+    ('Hyperelasticity, DMPlex', 'snes/tutorials/ex77.c', '-run_type full -dm_plex_dim 3 -dm_plex_simplex 0 -def_petscspace_degree 2 '
+     '-pres_petscspace_degree 1 -elastMat_petscspace_degree 0 -wall_pres_petscspace_degree 0 -bc_fixed 1 -bc_pressure 2 -wall_pressure 0.4',
+     SCHUR % ('deformation', 'pressure'), '', 'snes'),
+    ('Bratu with a constraint, Fortran', 'snes/tutorials/ex73f90t.F90', '-par 5.0 -da_grid_x 10 -da_grid_y 10', '-ksp_type fgmres -pc_type fieldsplit '
+     '-pc_fieldsplit_type schur -pc_fieldsplit_schur_fact_type upper -fieldsplit_lambda_pc_type jacobi -fieldsplit_phi_pc_type gamg', '', 'snes'),
+    ('Stokes, DMDA in 2D', 'ksp/ksp/tutorials/ex43.c', '-mx 12 -my 12', '-{p}ksp_type gmres -{p}ksp_gmres_restart 500', 'stokes_', 'ksp'),
+    ('Stokes, DMDA in 3D', 'ksp/ksp/tutorials/ex42.c', '-mx 4', '-{p}ksp_type gmres -{p}ksp_gmres_restart 500', 'stokes_', 'ksp'),
+    ('Stokes, particles', 'ksp/ksp/tutorials/ex70.c', '-mx 10 -my 10 -no_view', '-{p}ksp_type gmres -{p}ksp_gmres_restart 500', 'stokes_', 'ksp'),
+    ('Multiphysics, DMComposite', 'snes/tutorials/ex28.c', '-u_da_grid_x 20 -problem_type 2 -pack_dm_mat_type nest', '-pc_type none', '', 'snes'),
+    ('Low Mach flow, DMPlex', 'snes/tutorials/ex76.c', '-sol_type quadratic ' + TAYLOR + ' -temp_petscspace_degree 1', LU, '', 'snes'),
+    ('Navier-Stokes, DMPlex', 'ts/tutorials/ex46.c', TAYLOR + ' -ts_max_steps 2 -ts_dt 0.1', STOKES, '', 'ts'),
+]
+LAYOUT = re.compile(r'^ *layout: (.*)$', re.M)
+ITERATIONS = re.compile(r'ainsworth_ solve.* iterations (\d+)')
+MESSAGE = re.compile(r'Error Message -+\n.*\n\[\d+\]PETSC ERROR: (.*)')
+
+
+def build(source, folder, petsc):
+    program = os.path.join(folder, os.path.basename(source).split('.')[0] + '_' + source.split('/')[-3])
+    os.environ['PKG_CONFIG_PATH'] = os.path.join(petsc, 'lib/pkgconfig')
+    flags = subprocess.run(['pkg-config', '--cflags', '--libs', 'PETSc'], capture_output=True, text=True, check=True).stdout.split()
+    compiler = ['mpif90', '-ffree-line-length-none'] if source.endswith('F90') else ['mpicc']
+    subprocess.run([*compiler, '-w', '-o', program, source, *flags, '-lm'], check=True, cwd=folder)
+    return program
+
+
+def run(program, options, ranks, solution):
+    for file in solution, os.path.join(os.path.dirname(solution), 'matrix'):
+        if os.path.exists(file):
+            os.remove(file)
+    try:
+        out = subprocess.run(['mpiexec', '-n', str(ranks), program, *options.split()], capture_output=True, text=True, timeout=100,
+                             env=dict(os.environ))  # without what MPI in petsc4py adds
+    except subprocess.TimeoutExpired:
+        return 1, ''
+    return out.returncode, out.stdout + out.stderr
+
+
+def read(file):
+    from petsc4py import PETSc
+    kind = PETSc.Mat if file.endswith('matrix') else PETSc.Vec
+    return kind().load(PETSc.Viewer().createBinary(file, comm=PETSc.COMM_SELF)) if os.path.exists(file) and os.path.getsize(file) else None
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--petsc', default='/usr/lib/petsc', help='PETSC_DIR')
+    parser.add_argument('--examples', default='/usr/share/petsc/3.18/share/petsc/examples/src')
+    parser.add_argument('--plugin', default='build/libainsworth.so')
+    parser.add_argument('--ranks', type=int, default=1)
+    parser.add_argument('--only', default='', help='part of a name or a file')
+    parser.add_argument('--verbose', action='store_true')
+    given = parser.parse_args()
+    folder = tempfile.mkdtemp()
+    print('| example | layout found | iterations | difference |\n|---|---|---|---|')
+    for name, source, options, usual, p, writer in EXAMPLES:
+        if given.only not in name + source:
+            continue
+        program = build(os.path.join(given.examples, source), folder, given.petsc)
+        tight = f' -{p}ksp_rtol 1e-10 -snes_rtol 1e-9 -{p}ksp_error_if_not_converged '
+        view = ' -{}_view_solution binary:{}'.format((p + 'ksp') if writer == 'ksp' else writer, '{}')
+        matrix = os.path.join(folder, 'matrix')
+        files = [os.path.join(folder, f) for f in ('usual', 'ours')]
+        _, text = run(program, options + tight + usual.format(p=p) + view.format(files[0]), given.ranks, files[0])
+        if given.verbose:
+            print(text)
+        code, text = run(program, options + tight + f'-dll_append {os.path.abspath(given.plugin)} -{p}pc_type ainsworth -{p}ksp_type preonly '
+                         f'-{p}ainsworth_ksp_rtol 1e-11 -{p}ainsworth_ksp_converged_reason -{p}ksp_view -{p}ksp_view_mat binary:{matrix}' + view.format(files[1]), given.ranks, files[1])
+        if given.verbose:
+            print(text)
+        layout, iterations, x, y = LAYOUT.findall(text), ITERATIONS.findall(text), *map(read, files)
+        if code or x is None or y is None:
+            message = MESSAGE.findall(text)
+            difference = ('refused: ' + message[0]) if code and message else 'failed' if code else 'no solution written'
+        else:
+            x.axpy(-1, y)
+            K = read(matrix)  # pressures may differ by what it does not see
+            difference = f'{(K * x).norm() / (K * y).norm() if K else x.norm() / y.norm():.0e}'
+        print(f'| {name}, {source.replace("tutorials/", "")} | {layout[-1] if layout else ""} | {", ".join(iterations[:4])} | {difference} |', flush=True)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

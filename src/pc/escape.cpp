@@ -1,0 +1,373 @@
+/* Where multigrid does not fit: M_* is factored, and the solve repeated; docs/models.md */
+#include "pcainsworth.h"
+#include "../guard.h"
+#include "../operator/matainsworth.h"
+#include "../projector/factor.h"
+#include "../projector/graph.h"
+#include <petsc/private/kspimpl.h>
+#include <petsc/private/pcimpl.h>
+#include <unistd.h>
+
+/* Of a package, measured (docs/models.md): what it does beside operations takes as long as so many iterations, and one takes as long as so many operations
+   for each entry of A */
+struct Speed {
+  PetscReal iterations, operations;
+};
+static const Speed speedCholmod = {75.0, 55.0}, speedMumps = {50.0, 30.0}, speedOther = {50.0, 5.0};
+/* Systems of so few unknowns are factored at once: PCBLOCKSA would have a single level, and factor that */
+static const PetscInt tiny = 600;
+/* Iterations before the first look ahead; and the part of a factorization's time that the rest of the solve has to take: a wrong guess costs little either way */
+static const PetscInt  early = 6;
+static const PetscReal part  = 0.7;
+
+/* May M_* be factored where nobody chose its preconditioner? A vector that it takes to zero would be a pivot that is */
+static PetscErrorCode MayFactor(const PC_Ainsworth *data, PetscBool *may)
+{
+  MatSolverType package;
+  MatNullSpace  common;
+
+  PetscFunctionBegin;
+  *may = PETSC_FALSE;
+  if (!data->ownChoice || data->escape.refused || data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!PCAinsworthFactorType_Private(data, &package)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthSaddleCreateNullSpace(&data->saddle, &common));
+  *may = (PetscBool)!common;
+  PetscCall(MatNullSpaceDestroy(&common));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What stays the same as long as the choice does: the number of unknowns, and about that of the entries of A */
+static PetscErrorCode Measure(const PC_Ainsworth *data, PetscInt *n, PetscReal *entries)
+{
+  Mat     aij;
+  MatInfo info;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetSize(data->saddle.A, n, NULL));
+  PetscCall(AinsworthGetAIJ(data->saddle.A, &aij));
+  PetscCall(MatGetInfo(aij, MAT_GLOBAL_SUM, &info));
+  *entries = (PetscReal)info.nz_used;
+  PetscCall(MatDestroy(&aij));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Operations of a factorization of the sum of some matrices, and the entries of its factor: from the graph of nodes, on rank 0 */
+static PetscErrorCode Predict(const PC_Ainsworth *data, std::vector<Mat> parts, AinsworthCost *cost)
+{
+  MPI_Comm        comm = PetscObjectComm((PetscObject)data->ksp);
+  Mat            *graph;
+  PetscInt        n, bs = data->saddle.bs;
+  PetscMPIInt     rank;
+  PetscBool       whole, general;
+  MatSolverType   package;
+  MatOrderingType ordering;
+  PetscReal       predicted[2] = {0.0, 0.0};
+
+  PetscFunctionBegin;
+  for (Mat &mat : parts) PetscCall(AinsworthGetAIJ(mat, &mat));
+  PetscCall(MatGetLocalSize(data->saddle.A, &n, NULL));
+  whole = (PetscBool)(n % bs == 0);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &whole, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
+  if (!whole) bs = 1;
+  PetscCall(AinsworthGraphOfNodes(parts, bs, &graph));
+  for (Mat &mat : parts) PetscCall(MatDestroy(&mat));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (!rank) {
+    PetscCall(AinsworthFactorPredictBest(graph[0], bs, cost, &ordering));
+    predicted[0] = cost->entries;
+    predicted[1] = cost->operations;
+  }
+  PetscCall(MatDestroySubMatrices(1, &graph));
+  PetscCallMPI(MPI_Bcast(predicted, 2, MPIU_REAL, 0, comm));
+  PetscCall(PetscStrcmp(PCAinsworthFactorType_Private(data, &package), PCLU, &general));
+  cost->entries    = general ? 2.0 * predicted[0] : predicted[0];
+  cost->operations = general ? 2.0 * predicted[1] : predicted[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How long a factorization takes, in iterations with multigrid */
+static PetscReal IterationsFor(const PC_Ainsworth *data, PetscReal operations, PetscReal entries)
+{
+  MatSolverType package;
+  PetscBool     is;
+  Speed         speed = speedOther;
+
+  (void)PCAinsworthFactorType_Private(data, &package);
+  (void)PetscStrcmp(package, MATSOLVERCHOLMOD, &is);
+  if (is) speed = speedCholmod;
+  (void)PetscStrcmp(package, MATSOLVERMUMPS, &is);
+  if (is) speed = speedMumps;
+  return speed.iterations + operations / (speed.operations * PetscMax(entries, 1.0));
+}
+
+/* PCAinsworthEscapeAtOnce_Private - is the system one for which no multigrid is worth its set-up? */
+PetscErrorCode PCAinsworthEscapeAtOnce_Private(PC_Ainsworth *data, PetscBool *factor)
+{
+  PCAinsworthEscape *e = &data->escape;
+  PetscInt           n;
+
+  PetscFunctionBegin;
+  *factor = PETSC_FALSE;
+  PetscCall(MatGetSize(data->saddle.A, &n, NULL));
+  if (n > tiny) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MayFactor(data, factor));
+  if (!*factor) PetscFunctionReturn(PETSC_SUCCESS);
+  e->taken = PETSC_TRUE;
+  PetscCall(Measure(data, &e->n, &e->entries));
+  PetscCall(PetscSNPrintf(e->why, sizeof(e->why), "at once, as multigrid is not worth its set-up for %" PetscInt_FMT " unknowns", n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthEscapeReview_Private - before a set-up: does a choice of before hold for the matrix at hand? */
+PetscErrorCode PCAinsworthEscapeReview_Private(PC pc, PC_Ainsworth *data)
+{
+  PCAinsworthEscape *e = &data->escape;
+  PetscInt           n;
+  PetscReal          entries;
+  PetscBool          type;
+  MatSolverType      package;
+  PC                 inner;
+
+  PetscFunctionBegin;
+  e->counted = PETSC_FALSE;
+  if (!e->taken && !e->refused) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &type, PCCHOLESKY, PCLU, ""));
+  if (e->taken && (!type || !data->ownChoice)) { /* the program has chosen since */
+    e->taken = PETSC_FALSE;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(Measure(data, &n, &entries));
+  if (n == e->n && PetscAbsReal(entries - e->entries) <= 0.25 * e->entries) {
+    PCType wanted = PCAinsworthFactorType_Private(data, &package);
+
+    if (e->refused || !wanted) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(PetscObjectTypeCompare((PetscObject)inner, wanted, &type));
+    if (type) PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscInfo(pc, "The matrix is another one: multigrid is tried again\n"));
+  e->refused = PETSC_FALSE;
+  if (!e->taken) PetscFunctionReturn(PETSC_SUCCESS);
+  e->taken = PETSC_FALSE;
+  PetscCall(PCAinsworthChooseType_Private(pc, data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The factorization did not work: multigrid takes its place, and keeps it */
+static PetscErrorCode GoBack(PC pc, PC_Ainsworth *data, const char why[])
+{
+  PetscFunctionBegin;
+  PetscCall(PetscInfo(pc, "%s: multigrid takes its place\n", why));
+  data->escape.taken   = PETSC_FALSE;
+  data->escape.refused = PETSC_TRUE;
+  PetscCall(PCAinsworthChooseType_Private(pc, data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Are solves with the factor of M those of M? Not where it is singular to rounding, which no pivot need tell */
+static PetscErrorCode Solves(PC inner, Mat M, PetscBool *good)
+{
+  static const PetscReal enough = 1e-3;
+  Vec                    x, b, y;
+  PetscRandom            random;
+  PetscReal              norm, error;
+  PetscScalar            square;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(M, &x, &b));
+  PetscCall(VecDuplicate(x, &y));
+  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)M), &random));
+  PetscCall(VecSetRandom(x, random));
+  PetscCall(PetscRandomDestroy(&random));
+  PetscCall(MatMult(M, x, b));
+  PetscCall(PCApply(inner, b, y));
+  PetscCall(VecAXPY(y, -1.0, x));
+  PetscCall(VecDot(x, x, &square));
+  norm = PetscRealPart(square);
+  PetscCall(VecDot(y, y, &square));
+  error = PetscRealPart(square);
+  *good = (PetscBool)(error <= enough * enough * norm); /* NaN is not */
+  for (Vec *v : {&x, &b, &y}) PetscCall(VecDestroy(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthEscapeCheck_Private - after a set-up: where M_* could not be factored by our choice it begins again with multigrid */
+PetscErrorCode PCAinsworthEscapeCheck_Private(PC pc, PC_Ainsworth *data, PetscBool definite, PetscBool *again)
+{
+  PCFailedReason reason;
+  PetscBool      good = definite;
+  Mat            M;
+  PC             inner;
+
+  PetscFunctionBegin;
+  *again = PETSC_FALSE;
+  if (!data->escape.taken) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  if (definite) {
+    PetscCall(PCGetFailedReason(inner, &reason));
+    PetscCall(PCGetOperators(inner, NULL, &M));
+    if (reason) good = PETSC_FALSE;
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &good, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)pc)));
+    if (good) PetscCall(Solves(inner, M, &good));
+  }
+  if (good) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(GoBack(pc, data, "The preconditioning matrix cannot be factored"));
+  *again = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Iterations that are left until the residual norm has come down to `goal`, at the faster of two rates: that of all steps, and of the last half of them */
+static PetscReal Forecast(const std::vector<PetscReal> &norms, PetscReal goal)
+{
+  const size_t    last = norms.size() - 1, middle = last / 2;
+  const PetscReal all  = PetscLogReal(norms[0] / norms[last]) / (PetscReal)last;
+  const PetscReal late = PetscLogReal(norms[middle] / norms[last]) / (PetscReal)(last - middle), rate = PetscMax(all, late);
+
+  return rate > 0.0 ? PetscLogReal(norms[last] / goal) / rate : PETSC_INFINITY;
+}
+
+/* The least memory of the machines that the ranks are on, as if all were on that one [bytes] */
+static PetscErrorCode LeastMemory(MPI_Comm comm, PetscReal *memory)
+{
+  PetscFunctionBegin;
+  *memory = (PetscReal)sysconf(_SC_PHYS_PAGES) * (PetscReal)sysconf(_SC_PAGESIZE);
+  if (!(*memory > 0.0)) *memory = PETSC_MAX_REAL;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, memory, 1, MPIU_REAL, MPIU_MIN, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How many iterations take as long as the factorization; Infinity where it does not fit in memory */
+static PetscErrorCode Count(PC pc, PC_Ainsworth *data)
+{
+  static const PetscReal share = 0.5, extra = 1.5; /* of the memory, for the factor and what else a package needs */
+  PCAinsworthEscape     *e = &data->escape;
+  std::vector<Mat>       parts;
+  Mat                    part;
+  PetscReal              memory;
+  AinsworthCost          cost;
+
+  PetscFunctionBegin;
+  if (data->format == AINSWORTH_PMAT_SUM && data->constraints) {
+    for (PetscInt i = 0; i < 2; i++) {
+      PetscCall(MatCompositeGetMat(data->M, i, &part));
+      parts.push_back(part);
+    }
+  } else parts.push_back(data->constraints ? data->M : data->saddle.A);
+  PetscCall(Predict(data, parts, &cost));
+  PetscCall(Measure(data, &e->n, &e->entries));
+  PetscCall(LeastMemory(PetscObjectComm((PetscObject)pc), &memory));
+  e->counted    = PETSC_TRUE;
+  e->operations = cost.operations;
+  e->iterations = IterationsFor(data, cost.operations, e->entries);
+  if (extra * cost.entries * (PetscReal)sizeof(PetscScalar) > share * memory || cost.entries > (PetscReal)PETSC_MAX_INT) e->iterations = PETSC_INFINITY;
+  PetscCall(PetscInfo(pc, "A factorization would take %g operations and hold %g entries%s: as long as %g iterations with multigrid\n", (double)cost.operations,
+                      (double)cost.entries, e->iterations < PETSC_INFINITY ? "" : ", more than memory has room for", (double)e->iterations));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* In the place of the convergence test: does it take longer from here on than with a factorization? All ranks have the same norms, and count alike */
+static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason, void *ctx)
+{
+  PC                 pc   = (PC)ctx;
+  PC_Ainsworth      *data = (PC_Ainsworth *)pc->data;
+  PCAinsworthEscape *e    = &data->escape;
+  PetscReal          goal, left;
+
+  PetscFunctionBegin;
+  PetscCall((*e->converged)(ksp, step, norm, reason, e->test));
+  if (!step) e->norms.clear();
+  e->norms.push_back(norm);
+  if (*reason || step < early || !(norm > 0.0) || PetscIsInfOrNanReal(norm) || e->norms.size() <= (size_t)early) PetscFunctionReturn(PETSC_SUCCESS);
+  goal = PetscMax((data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR ? data->reporting.rtol : ksp->rtol) * e->norms[0], ksp->abstol);
+  if (norm <= goal) PetscFunctionReturn(PETSC_SUCCESS);
+  left = Forecast(e->norms, goal);
+  if (left <= part * IterationsFor(data, 0.0, 1.0)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!e->counted) PetscCall(Count(pc, data));
+  if (left <= part * e->iterations) PetscFunctionReturn(PETSC_SUCCESS);
+  e->now  = PETSC_TRUE;
+  *reason = KSP_CONVERGED_ITS; /* no failure, which -ksp_error_if_not_converged would make an error */
+  PetscCall(PetscSNPrintf(e->why, sizeof(e->why),
+                          "for %.2g operations, the time of %.0f iterations with multigrid, of which %.0f or more were left after %" PetscInt_FMT,
+                          (double)e->operations, (double)e->iterations, (double)PetscMin(left, 1e5), step));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthEscapeBegin_Private - before a reduced solve: it is watched where a factorization may take the place of multigrid. With one of our choice its
+   failure is no error yet */
+PetscErrorCode PCAinsworthEscapeBegin_Private(PC pc, PC_Ainsworth *data)
+{
+  PCAinsworthEscape *e = &data->escape;
+  PetscBool          multigrid, may;
+  KSPNormType        norm;
+  PC                 inner;
+
+  PetscFunctionBegin;
+  e->now   = PETSC_FALSE;
+  e->error = data->ksp->errorifnotconverged;
+  if (e->taken) data->ksp->errorifnotconverged = PETSC_FALSE;
+  PetscCall(PCAinsworthIsOld_Private(data, &may));
+  if (e->taken || may) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCAinsworthIsOwnMultigrid_Private(data, &multigrid));
+  PetscCall(KSPGetNormType(data->ksp, &norm));
+  if (!multigrid || norm == KSP_NORM_NONE) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MayFactor(data, &may));
+  if (!may) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetAndClearConvergenceTest(data->ksp, &e->converged, &e->test, &e->destroy));
+  PetscCall(KSPSetConvergenceTest(data->ksp, AinsworthGuarded<LookAhead>, pc, NULL));
+  e->watching = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthEscapeEnd_Private - the KSP gets back what is its own, after an error, too */
+PetscErrorCode PCAinsworthEscapeEnd_Private(PC_Ainsworth *data)
+{
+  PCAinsworthEscape *e = &data->escape;
+  PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
+  AinsworthTestDestroyFn *destroy;
+  void                   *test;
+
+  PetscFunctionBegin;
+  data->ksp->errorifnotconverged = e->error;
+  if (!e->watching) PetscFunctionReturn(PETSC_SUCCESS);
+  e->watching = PETSC_FALSE;
+  PetscCall(KSPGetAndClearConvergenceTest(data->ksp, &converged, &test, &destroy));
+  PetscCall(KSPSetConvergenceTest(data->ksp, e->converged, e->test, e->destroy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthEscape_Private - after a reduced solve: another preconditioner takes the place of the present one, and the solve is to be repeated */
+PetscErrorCode PCAinsworthEscape_Private(PC pc, PC_Ainsworth *data, PetscBool *again)
+{
+  PCAinsworthEscape *e = &data->escape;
+  KSPConvergedReason reason;
+  PCFailedReason     failed;
+  PC                 inner;
+  char               why[512] = "";
+  Mat_Ainsworth     *reduced  = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetConvergedReason(data->ksp, &reason));
+  *again = (PetscBool)(e->now || (e->taken && reason < 0 && reason != KSP_DIVERGED_ITS));
+  if (!*again) PetscFunctionReturn(PETSC_SUCCESS);
+  if (e->now) {
+    e->now   = PETSC_FALSE;
+    e->taken = PETSC_TRUE;
+    PetscCall(PCAinsworthChooseType_Private(pc, data));
+    PetscCall(PetscInfo(pc, "The preconditioning matrix is factored %s\n", e->why));
+  } else PetscCall(GoBack(pc, data, "The solve with a factorization of the preconditioning matrix failed"));
+  if (data->constraints) PetscCall(MatAinsworthSetUpProjector_Private(data->reduced, &reduced));
+  PetscCall(PCAinsworthKeepOrSetUpInner_Private(pc, data, reduced, PETSC_FALSE, why, sizeof(why)));
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCGetFailedReason(inner, &failed));
+  if (why[0] || failed) PetscCall(PetscInfo(pc, "%s\n", why));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthEscapeView_Private - which of both, and why */
+PetscErrorCode PCAinsworthEscapeView_Private(const PC_Ainsworth *data, PetscViewer viewer)
+{
+  PetscFunctionBegin;
+  if (data->escape.taken) PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix factored %s\n", data->escape.why));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,93 @@
+/* M_* factored, by our choice or that of the options: by which package, and in which form */
+#include "pcainsworth.h"
+#include "../projector/factor.h"
+#include <petsc/private/pcimpl.h>
+
+/* The factorization for M_*, or one that the options chose: its type, NULL where it is not to be had, and its package. A Hermitian matrix that is not real is
+   a general one for all of them */
+PCType PCAinsworthFactorType_Private(const PC_Ainsworth *data, MatSolverType *package)
+{
+  PetscMPIInt size;
+  const bool  definite = data->symmetric && !PetscDefined(USE_COMPLEX);
+
+  (void)MPI_Comm_size(PetscObjectComm((PetscObject)data->ksp), &size);
+  *package = NULL;
+#if defined(PETSC_HAVE_MUMPS)
+  *package = MATSOLVERMUMPS;
+#elif defined(PETSC_HAVE_SUPERLU_DIST)
+  if (!definite) *package = MATSOLVERSUPERLU_DIST;
+#endif
+#if defined(PETSC_HAVE_SUITESPARSE)
+  if (size == 1 && definite) *package = MATSOLVERCHOLMOD;
+  else if (size == 1 && !*package) *package = MATSOLVERUMFPACK;
+#endif
+  if (size == 1 && !*package) *package = MATSOLVERPETSC;
+  return *package ? definite ? PCCHOLESKY : PCLU : NULL;
+}
+
+static PetscErrorCode IsCholmod(PC inner, PetscBool *is)
+{
+  MatSolverType package = NULL;
+  PetscBool     factors;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &factors, PCCHOLESKY, PCLU, ""));
+  if (factors) PetscCall(PCFactorGetMatSolverType(inner, &package));
+  *is = PETSC_FALSE;
+  if (package) PetscCall(PetscStrcmp(package, MATSOLVERCHOLMOD, is));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthChoosePackage_Private - the package for a factorization that is not PETSc's own, unless the program chose one; the options may */
+PetscErrorCode PCAinsworthChoosePackage_Private(const PC_Ainsworth *data, PC inner)
+{
+  MatSolverType package, given = NULL;
+  PCType        type    = PCAinsworthFactorType_Private(data, &package);
+  PetscBool     factors = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  if (type) PetscCall(PetscObjectTypeCompare((PetscObject)inner, type, &factors));
+  if (factors) PetscCall(PCFactorGetMatSolverType(inner, &given));
+  if (factors && !given) PetscCall(PCFactorSetMatSolverType(inner, package));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthConvertPmat_Private - M_* in the form that its factorization takes; that of A where there are no constraints */
+PetscErrorCode PCAinsworthConvertPmat_Private(PC_Ainsworth *data)
+{
+  PC        inner;
+  PetscBool cholmod;
+  Mat       aij;
+
+  PetscFunctionBegin;
+  if (data->format != AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(IsCholmod(inner, &cholmod));
+  aij = data->M;
+  if (!aij) PetscCall(AinsworthGetAIJ(data->saddle.A, &aij));
+  data->M = aij;
+  if (!cholmod) PetscFunctionReturn(PETSC_SUCCESS);
+  if (aij == data->saddle.A) { /* its block size is not to be changed */
+    PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &data->M));
+    PetscCall(MatDestroy(&aij));
+  }
+  PetscCall(MatSetBlockSize(data->M, 1)); /* CHOLMOD's interface wraps this type in place, without blocks */
+  PetscCall(MatSetOption(data->M, MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(MatConvert(data->M, MATSEQSBAIJ, MAT_INPLACE_MATRIX, &data->M));
+  PetscCall(MatSetOption(data->M, MAT_SPD, PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthSetUpPreconditioner_Private - PCSetUp(), which with CHOLMOD would raise an error where M_* is not positive definite */
+PetscErrorCode PCAinsworthSetUpPreconditioner_Private(PC inner, PetscBool *definite)
+{
+  PetscBool cholmod, indefinite = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(IsCholmod(inner, &cholmod));
+  if (cholmod) PetscCall(AinsworthFactorTryCholmod((PetscObject)inner, [=] { return PCSetUp(inner); }, &indefinite));
+  else PetscCall(PCSetUp(inner));
+  if (indefinite) PetscCall(PCReset(inner));
+  *definite = (PetscBool)!indefinite;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,207 @@
+static char help[] = "Multigrid gives way to a factorization where that takes less time, and only there: against a direct solver.\n\n";
+
+#include "dense.h"
+
+/*
+   Two displacements on each node of a grid of n x n cells. A cell has the energy of its edges, times `edges`, and `stiffness` times the square of its change
+   of volume, for which multigrid is slow. Nodes on the left are held, those on the right have the same horizontal displacement
+*/
+static PetscErrorCode Assemble(PetscInt n, PetscReal stiffness, PetscReal edges, Mat A)
+{
+  PetscInt rstart, rend;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatZeroEntries(A));
+  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
+  for (PetscInt cell = 0; cell < n * n; cell++) {
+    const PetscInt  i = cell % n, j = cell / n, corner[4] = {j * (n + 1) + i, j * (n + 1) + i + 1, (j + 1) * (n + 1) + i, (j + 1) * (n + 1) + i + 1};
+    const PetscReal volume[8] = {-0.5, -0.5, 0.5, -0.5, -0.5, 0.5, 0.5, 0.5};
+    PetscScalar     K[8][8];
+
+    for (int a = 0; a < 8; a++)
+      for (int b = 0; b < 8; b++) {
+        const bool diagonal = a / 2 + b / 2 == 3; /* of the cell */
+
+        K[a][b] = stiffness * volume[a] * volume[b] + edges * (a % 2 != b % 2 ? 0.0 : a == b ? 1.0 : diagonal ? 0.0 : -0.5);
+      }
+    for (int a = 0; a < 8; a++) {
+      const PetscInt row = 2 * corner[a / 2] + a % 2;
+
+      for (int b = 0; b < 8 && row >= rstart && row < rend && corner[a / 2] % (n + 1); b++) {
+        const PetscInt column = 2 * corner[b / 2] + b % 2;
+
+        if (corner[b / 2] % (n + 1)) PetscCall(MatSetValue(A, row, column, K[a][b], ADD_VALUES));
+        else PetscCall(MatSetValue(A, row, column, 0.0, ADD_VALUES));
+      }
+    }
+  }
+  for (PetscInt row = rstart; row < rend; row++)
+    if ((row / 2) % (n + 1) == 0) PetscCall(MatSetValue(A, row, row, 1.0 + stiffness, ADD_VALUES));
+  PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+struct Grid {
+  Mat A, C, nest;
+  KSP ksp;
+  PC  inner;
+};
+
+static PetscErrorCode GridCreate(PetscInt n, PetscReal stiffness, Grid *grid)
+{
+  const PetscInt nodes = (n + 1) * (n + 1);
+  PetscInt       local = PETSC_DECIDE, all = nodes, rstart, rend;
+  Mat            Ct, blocks[4];
+  PC             pc;
+  KSP            reduced;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscSplitOwnership(PETSC_COMM_WORLD, &local, &all));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, 2 * local, 2 * local, 2 * nodes, 2 * nodes, 18, NULL, 18, NULL, &grid->A));
+  PetscCall(MatSetBlockSize(grid->A, 2));
+  PetscCall(Assemble(n, stiffness, 1.0, grid->A));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, 2 * local, n, 2 * nodes, 2, NULL, 2, NULL, &grid->C));
+  PetscCall(MatGetOwnershipRange(grid->C, &rstart, &rend));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscCall(MatSetValue(grid->C, i, 2 * ((i + 1) * (n + 1) + n), 1.0, INSERT_VALUES));
+    PetscCall(MatSetValue(grid->C, i, 2 * (i * (n + 1) + n), -1.0, INSERT_VALUES));
+  }
+  PetscCall(MatAssemblyBegin(grid->C, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(grid->C, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatTranspose(grid->C, MAT_INITIAL_MATRIX, &Ct));
+  blocks[0] = grid->A;
+  blocks[1] = Ct;
+  blocks[2] = grid->C;
+  blocks[3] = NULL;
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 2, NULL, blocks, &grid->nest));
+  PetscCall(MatDestroy(&Ct));
+  PetscCall(SolverCreate(grid->nest, &grid->ksp));
+  PetscCall(KSPGetPC(grid->ksp, &pc));
+  PetscCall(PCAinsworthGetKSP(pc, &reduced));
+  PetscCall(KSPGetPC(reduced, &grid->inner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode GridDestroy(Grid *grid)
+{
+  PetscFunctionBeginUser;
+  PetscCall(KSPDestroy(&grid->ksp));
+  PetscCall(MatDestroy(&grid->nest));
+  PetscCall(MatDestroy(&grid->C));
+  PetscCall(MatDestroy(&grid->A));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Solves for a solution that is known; is M_* factored then, in few iterations? */
+static PetscErrorCode Solve(const char *what, const Grid &grid, bool transpose, bool factored)
+{
+  const PetscInt     few = 8;
+  Vec                x, y, b;
+  PetscReal          norm, error;
+  PetscInt           iterations;
+  PetscBool          is;
+  KSP                reduced;
+  PC                 pc;
+  KSPConvergedReason reason;
+  std::string        view;
+
+  PetscFunctionBeginUser;
+  Case("%s", what);
+  PetscCall(MatCreateVecs(grid.nest, &x, &b));
+  PetscCall(VecDuplicate(x, &y));
+  PetscCall(SetRandom(x, 7));
+  PetscCall(MatMult(grid.nest, x, b)); /* which is symmetric */
+  PetscCall(transpose ? KSPSolveTranspose(grid.ksp, b, y) : KSPSolve(grid.ksp, b, y));
+  PetscCall(KSPGetConvergedReason(grid.ksp, &reason));
+  PetscCall(CheckTrue("converged", reason > 0));
+  PetscCall(VecNorm(x, NORM_2, &norm));
+  PetscCall(VecAXPY(y, -1.0, x));
+  PetscCall(VecNorm(y, NORM_2, &error));
+  PetscCall(Check("the error of x and lambda", error / norm, 1e-5));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)grid.inner, &is, PCCHOLESKY, PCLU, ""));
+  PetscCall(CheckInt("a factorization", is, factored));
+  PetscCall(KSPGetPC(grid.ksp, &pc));
+  PetscCall(PCAinsworthGetKSP(pc, &reduced));
+  PetscCall(KSPGetIterationNumber(reduced, &iterations));
+  PetscCall(CheckTrue(factored ? "few iterations" : "more iterations", (iterations <= few) == factored));
+  PetscCall(ViewText(grid.ksp, view));
+  PetscCall(CheckTrue("what the view says of it", (view.find("preconditioning matrix factored") != std::string::npos) == factored));
+  for (Vec *v : {&x, &y, &b}) PetscCall(VecDestroy(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where multigrid is quick it stays; where it is slow it gives way in the first solve, and does so no more */
+static PetscErrorCode Sequence()
+{
+  const PetscInt  n    = 36;
+  const PetscReal soft = 1.0, stiff = 1e3;
+  Options         options("-ainsworth_ksp_rtol 1e-12 -pc_ainsworth_rebuild always");
+  Grid            grid;
+  PetscInt        before, after;
+
+  PetscFunctionBeginUser;
+  PetscCall(GridCreate(n, soft, &grid));
+  PetscCall(Solve("multigrid is quick", grid, false, false));
+  PetscCall(Assemble(n, stiff, 1.0, grid.A));
+  PetscCall(Solve("it is slow with other values", grid, false, true));
+  PetscCall(EventCount("BlockSALevels", &before));
+  PetscCall(Solve("the same again", grid, false, true));
+  PetscCall(Assemble(n, 2 * stiff, 3.0, grid.A));
+  PetscCall(Solve("other values, the choice is kept", grid, false, true));
+  PetscCall(Solve("the transpose", grid, true, true));
+  PetscCall(KSPReset(grid.ksp));
+  PetscCall(KSPSetOperators(grid.ksp, grid.nest, grid.nest));
+  PetscCall(Solve("after KSPReset()", grid, false, true));
+  PetscCall(EventCount("BlockSALevels", &after));
+  PetscCall(CheckInt("levels of multigrid made since", after - before, 0));
+  {
+    Options chosen("-ainsworth_pc_type blocksa");
+    PetscCall(KSPSetFromOptions(grid.ksp));
+    PetscCall(Solve("the options choose multigrid", grid, false, false));
+  }
+  PetscCall(GridDestroy(&grid));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A small system is factored at once; where that is not possible multigrid says what is wrong, as it does where it is chosen */
+static PetscErrorCode Small()
+{
+  const PetscInt     n = 8;
+  Options            options("-ainsworth_ksp_rtol 1e-12");
+  Grid               grid;
+  Vec                x, b;
+  KSPConvergedReason reason;
+  PetscBool          is;
+
+  PetscFunctionBeginUser;
+  PetscCall(GridCreate(n, 1.0, &grid));
+  PetscCall(Solve("a small system", grid, false, true));
+  Case("an indefinite one");
+  PetscCall(Assemble(n, 1.0, -1.0, grid.A));
+  PetscCall(MatCreateVecs(grid.nest, &x, &b));
+  PetscCall(SetRandom(b, 3));
+  PetscCall(KSPSolve(grid.ksp, b, x));
+  PetscCall(KSPGetConvergedReason(grid.ksp, &reason));
+  PetscCall(CheckTrue("refused", reason < 0));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)grid.inner, &is, PCCHOLESKY, PCLU, ""));
+  PetscCall(CheckInt("a factorization", is, PETSC_FALSE));
+  PetscCall(VecDestroy(&x));
+  PetscCall(VecDestroy(&b));
+  PetscCall(GridDestroy(&grid));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  int code;
+
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(PetscLogDefaultBegin());
+  PetscCall(AinsworthInitializePackage());
+  PetscCall(Sequence());
+  PetscCall(Small());
+  PetscCall(ChecksFinish(&code));
+  PetscCall(PetscFinalize());
+  return code;
+}
