@@ -111,7 +111,7 @@ static PetscErrorCode Refinement(const char *method)
   PetscCall(RunCreate(d, false, &run));
   PetscCall(Obey(run, &plan));
   PetscCall(RunSolve(&run));
-  PetscCall(CheckInt("solves", plan.solves, 2));
+  PetscCall(CheckTrue("another solve refines", plan.solves >= 2));
   PetscCall(CheckFailed(run));
   PetscCall(Done(&run, &plan));
   PetscFunctionReturn(PETSC_SUCCESS);
