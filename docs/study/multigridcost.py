@@ -1,19 +1,13 @@
 #!/usr/bin/env python3
 """Set-up and solve of contact problems with the default multigrid, beside A alone with it and with BoomerAMG: docs/multigrid-cost.csv.
-With --change: the set-up after a change of C alone, by events, beside the first: docs/multigrid-change.csv.
 
 /usr/bin/python3 docs/study/multigridcost.py                         all systems, 1 and 2 ranks, some minutes
 /usr/bin/python3 docs/study/multigridcost.py --systems base nu --ranks 1 --repeat 5
-/usr/bin/python3 docs/study/multigridcost.py --change
 Runs are interleaved; the least of the repetitions counts. Needs a build (AINSWORTH_BUILD, default build/); seconds need an otherwise idle machine.
 """
 import argparse
 import csv
-import json
 import os
-import statistics
-import subprocess
-import sys
 
 from common import machine
 
@@ -30,35 +24,11 @@ BOOMER = " -ainsworth_pc_type hypre -ainsworth_pc_hypre_boomeramg_agg_nl 0"
 MODES = " -near_nullspace 1"
 
 
-CHANGING = {"75k": "-n1 24 -n2 20 -E2 10", "181k": "-n1 32 -n2 28 -E2 10"}
-STICKS = (" -stick 0.5", " -stick 0.25")  # the number of rows of C changes
-CHANGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "common", "change.py")
-
-
 def save(path, rows):
     with open(path, "w", newline="") as file:
         table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
         table.writeheader()
         table.writerows(rows)
-
-
-def change(path):
-    """PCSetUp, first and after another C: the least and the median of the later ones."""
-    rows = []
-    for name, options in CHANGING.items():
-        with machine.workspace() as folder:
-            prefixes = [os.path.join(folder, "system%d" % number) for number in range(len(STICKS))]
-            for prefix, stick in zip(prefixes, STICKS):
-                machine.write_system(options + stick, prefix)
-            command = [sys.executable, CHANGE, machine.PLUGIN] + prefixes
-            text = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True, env=machine.ENVIRONMENT).stdout
-        solves = [json.loads(line) for line in text.splitlines() if line.startswith("{")]
-        first, later = solves[0]["setup"], [solve["setup"] for solve in solves[1:]]
-        row = {"system": name, "options": options, "unknowns": solves[0]["unknowns"], "rows": " ".join(str(solve["rows"]) for solve in solves[:2]), "first": "%.4f" % first,
-               "least": "%.4f" % min(later), "median": "%.4f" % statistics.median(later), "residual": "%.1e" % max(solve["residual"] for solve in solves), "load": "%.1f" % machine.load()}
-        rows.append(row)
-        print("%s: first set-up %.3f s, after a change of C %.3f s (median %.3f s): %.3f" % (name, first, min(later), statistics.median(later), min(later) / first), flush=True)
-    save(path, rows)
 
 
 def variants(options):
@@ -72,13 +42,8 @@ def main():
     parser.add_argument("--systems", nargs="+", default=list(SYSTEMS), choices=list(SYSTEMS))
     parser.add_argument("--ranks", nargs="+", type=int, default=[1, 2])
     parser.add_argument("--repeat", type=int, default=3)
-    parser.add_argument("--change", action="store_true", help="C alone changes; on one rank")
-    parser.add_argument("--out", help="default docs/multigrid-cost.csv, or docs/multigrid-change.csv")
+    parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs", "multigrid-cost.csv"))
     arguments = parser.parse_args()
-    path = arguments.out or os.path.join(machine.ROOT, "docs", "multigrid-change.csv" if arguments.change else "multigrid-cost.csv")
-    if arguments.change:
-        machine.require("petsc4py", "numpy")
-        return change(path)
     rows = []
     for ranks in arguments.ranks:
         for name in arguments.systems:
@@ -96,7 +61,7 @@ def main():
             total = {key: run["setup"] + run["solve"] for key, run in best.items()}
             print("%-9s %d ranks  %s  / BoomerAMG alone %.2f, / alone %.2f, jcb / alone %.2f" % (
                 name, ranks, row["blocksa"], total["blocksa"] / total["boomeramg_alone"], total["blocksa"] / total["blocksa_alone"], total["blocksa_jcb"] / total["blocksa_alone"]), flush=True)
-    save(path, rows)
+    save(arguments.out, rows)
 
 
 if __name__ == "__main__":

@@ -105,7 +105,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    Options of the inner solvers have the prefixes `-ainsworth_` (reduced system, operator `MATAINSWORTH`, preconditioning matrix M_*:
    `-ainsworth_ksp_rtol`, `-ainsworth_pc_type`, ...) and `-ainsworth_gram_` (Gram matrix C W C'), after the prefix of this `PC`.
    Where the options do not say otherwise, the inner preconditioner is `PCBLOCKSA` where nodes have 2 to 5 unknowns, A is symmetric and the method one of
-   conjugate gradients. Its levels are made from A alone and kept while A does not change, also over `PCReset()`. Otherwise, and where it does not fit
+   conjugate gradients. Its levels are made from A alone and kept while A has the same values, also over `PCReset()`; what happens when it has
+   others says `-pc_ainsworth_rebuild` (docs/sequence.md). Otherwise, and where it does not fit
    the matrix, it is BoomerAMG with PMIS coarsening, aggressive on the finest level, ext+i interpolation of at most 4 entries per row, and Chebyshev
    smoothing; with the penalty of the paper Falgout coarsening, and with it or another method than conjugate gradients PETSc's default smoother and
    no aggressive coarsening.

@@ -83,7 +83,7 @@ static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transp
     PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
     PetscCall(GetReason(data, reason));
   }
-  if (*reason > 0) PetscCall(PCAinsworthCount_Private(data));
+  if (*reason > 0 && watched) PetscCall(PCAinsworthCount_Private(data)); /* a refinement says nothing of other solves */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -166,7 +166,7 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
                                       AinsworthVerdict *verdict, char why[], size_t len)
 {
   PCAinsworthFields left;
-  PetscReal         tol, reached;
+  PetscReal         tol;
   PetscBool         refined = PETSC_FALSE;
 
   PetscFunctionBegin;
@@ -175,7 +175,7 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
   PetscCall(VecDuplicate(b.dual, &left.dual));
   PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   if (*verdict <= AINSWORTH_VERDICT_UNMET) {
-    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, tol, b, y, left, &refined, &reached));
+    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, tol, b, y, left, &refined));
     if (refined) PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   }
   if (*verdict == AINSWORTH_VERDICT_UNMET && !refined) {
@@ -183,31 +183,6 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
     PetscCall(Refine(pc, data, transpose, left, y));
     data->knownAx = PETSC_FALSE;
     PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
-  }
-  PetscCall(VecDestroy(&left.primal));
-  PetscCall(VecDestroy(&left.dual));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What a reduced solve left that failed may be a start, and further solves for the rest, failing as they may, be good directions */
-static PetscErrorCode Rescue(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields b, PCAinsworthFields y, KSPConvergedReason *reason)
-{
-  static const PetscReal met = 100; /* times the tolerance */
-  PCAinsworthFields      left;
-  PetscReal              tol, reached, norm[2];
-  PetscBool              refined;
-
-  PetscFunctionBegin;
-  PetscCall(PCAinsworthAskedFor_Private(data, KSP_CONVERGED_RTOL, &tol));
-  PetscCall(VecNorm(y.primal, NORM_INFINITY, &norm[0]));
-  PetscCall(VecNorm(y.dual, NORM_INFINITY, &norm[1]));
-  if (*reason == KSP_DIVERGED_ITS || PetscIsInfOrNanReal(norm[0]) || PetscIsInfOrNanReal(norm[1])) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDuplicate(b.primal, &left.primal));
-  PetscCall(VecDuplicate(b.dual, &left.dual));
-  PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, tol, b, y, left, &refined, &reached));
-  if (reached >= 0.0 && reached <= met * tol) {
-    PetscCall(PetscInfo(pc, "The reduced solve failed (%s), but both equations are met\n", KSPConvergedReasons[*reason]));
-    *reason = KSP_CONVERGED_RTOL;
   }
   PetscCall(VecDestroy(&left.primal));
   PetscCall(VecDestroy(&left.dual));
@@ -223,7 +198,6 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
-  if (reason < 0) PetscCall(Rescue(pc, data, transpose, b, y, &reason));
   /* some methods end without any reason */
   if (reason >= 0) PetscCall(VerifyAndRefine(pc, data, transpose, reason, b, y, &verdict, why, sizeof(why)));
   if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));

@@ -1,4 +1,4 @@
-/* Whether the inner preconditioner is kept when A or C have other values: -pc_ainsworth_rebuild (docs/contact.md) */
+/* Whether the inner preconditioner is kept when A or C have other values: -pc_ainsworth_rebuild (docs/sequence.md) */
 #include "pcainsworth.h"
 #include "../multigrid/blocksa.h"
 #include "../operator/matainsworth.h"

@@ -1,5 +1,6 @@
 /* Further solves of a system [A B'; C -D] for what the first has left, until each row of both equations is met relative to its own terms */
 #include "pcainsworth.h"
+#include "../ksp/projectedcg.h"
 #include <vector>
 
 /* weights of the rows of both equations, y * w */
@@ -107,11 +108,10 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
 
    Where D is not zero, or B is not C, unknowns of very different stiffness meet, and the norms of the reduced solve are not fair to all of them.
 
-   tol: what was asked for, negative where nothing was. left: of both equations, by y; both are changed. refined: there was something to do;
-   reached: the largest of a row relative to its terms, negative where this is not for it
+   tol: what was asked for, negative where nothing was. left: of both equations, by y; both are changed. refined: there was something to do
 */
 PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, PCAinsworthFields b, PCAinsworthFields y,
-                                             PCAinsworthFields left, PetscBool *refined, PetscReal *reached)
+                                             PCAinsworthFields left, PetscBool *refined)
 {
   static const PetscReal         rounding = 1e-13;
   static const int               most = 10, patience = 3;
@@ -124,8 +124,10 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
 
   PetscFunctionBegin;
   *refined = PETSC_FALSE;
-  *reached = -1.0;
-  if (!data->constraints || (data->adjoint && !data->saddle.D) || tol < 0.0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!data->constraints || tol < 0.0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPProjectedCGGetUse_Private(data->ksp, &some)); /* conjugate gradients in Ker C have the norm of the energy, which asks for no more */
+  if (some) PetscFunctionReturn(PETSC_SUCCESS);
+  some = PETSC_TRUE;
   PetscCall(Duplicate(y, &weights));
   PetscCall(Duplicate(y, &others));
   PetscCall(Duplicate(y, &kept));
@@ -144,7 +146,6 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
     PetscCall(VecCopy(y.primal, kept.primal));
     PetscCall(VecCopy(y.dual, kept.dual));
   }
-  *reached = best;
   PetscCall(VecCopy(kept.primal, y.primal));
   PetscCall(VecCopy(kept.dual, y.dual));
   for (auto *list : {&directions, &images})

@@ -104,8 +104,11 @@ static PetscErrorCode SetUpGrams(AinsworthProjector *proj, const AinsworthProjec
   }
   PetscCall(AinsworthGramSetUp(&proj->gram, C, proj->CW, N, twin, hermitian, same, rowsPerRank, parent, prefix));
   PetscCall(MatDestroy(&twin.other));
+  if (B == C) PetscFunctionReturn(PETSC_SUCCESS);
   twin.placement = &proj->gram.placement;
-  if (B != C) PetscCall(AinsworthGramSetUp(&proj->gramB, B, proj->BW, N, twin, hermitian, same, rowsPerRank, parent, prefix));
+  PetscCall(MatDuplicate(proj->gram.S, MAT_DO_NOT_COPY_VALUES, &twin.other)); /* with its diagonal, which a row of B that is zero lacks */
+  PetscCall(AinsworthGramSetUp(&proj->gramB, B, proj->BW, N, twin, hermitian, same, rowsPerRank, parent, prefix));
+  PetscCall(MatDestroy(&twin.other));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -114,12 +114,10 @@ static PetscErrorCode ToAIJ(Mat M, Mat *aij)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* MatConvert() of a MatNest gets and restores the values of its parts, and PETSc takes them as changed, though they are not */
 static PetscErrorCode NestToAIJ(Mat M, Mat *aij)
 {
-  PetscInt                      nr, nc;
-  Mat                           nest;
-  std::vector<PetscObjectState> states;
+  PetscInt nr, nc;
+  Mat      nest;
 
   PetscFunctionBegin;
   PetscCall(MatNestGetSize(M, &nr, &nc));

@@ -17,6 +17,8 @@ struct SNES_AinsworthActiveSet {
   Vec                   bounded   = NULL; /* 1 where there is a bound, else 0 */
   Mat                   step = NULL, pstep = NULL;
   std::vector<Hold>     hold;         /* of each local row */
+  std::vector<Hold>     solved;       /* the same when the matrices of the step were made */
+  uint64_t              state[2];     /* of the Jacobian then */
   std::vector<PetscInt> rows;         /* the local rows that have bounds */
   PetscReal             largest;      /* residual of a row with bounds, so far */
   std::set<uint64_t>    seen;         /* the sets there were */
@@ -179,15 +181,33 @@ static PetscErrorCode WasLinear(SNES snes, SNES_AinsworthActiveSet *as, Vec Y, V
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The matrices of the step; the last ones where rows and Jacobian are those of before: then nothing is set up */
+static PetscErrorCode UpdateStep(SNES snes, SNES_AinsworthActiveSet *as, Vec keep)
+{
+  uint64_t  state[2] = {0, 0};
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthMatGetState(snes->jacobian, &state[0]));
+  if (snes->jacobian_pre != snes->jacobian) PetscCall(AinsworthMatGetState(snes->jacobian_pre, &state[1]));
+  same = (PetscBool)(as->step && as->solved == as->hold && as->state[0] == state[0] && as->state[1] == state[1]);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &same, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)snes)));
+  if (same) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatDestroy(&as->step));
+  PetscCall(MatDestroy(&as->pstep));
+  PetscCall(AinsworthStepMatCreate(snes->jacobian, as->bounded, keep, &as->step));
+  if (snes->jacobian_pre != snes->jacobian) PetscCall(AinsworthStepMatCreate(snes->jacobian_pre, as->bounded, keep, &as->pstep));
+  for (int k = 0; k < 2; k++) as->state[k] = state[k];
+  as->solved = as->hold;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* J Y = F, with Y = known where rows are held */
 static PetscErrorCode SolveStep(SNES snes, SNES_AinsworthActiveSet *as, Vec keep, Vec known, Vec rhs, Vec Y)
 {
   PetscFunctionBegin;
   PetscCall(SNESComputeJacobian(snes, snes->vec_sol, snes->jacobian, snes->jacobian_pre));
-  PetscCall(MatDestroy(&as->step));
-  PetscCall(MatDestroy(&as->pstep));
-  PetscCall(AinsworthStepMatCreate(snes->jacobian, as->bounded, keep, &as->step));
-  if (snes->jacobian_pre != snes->jacobian) PetscCall(AinsworthStepMatCreate(snes->jacobian_pre, as->bounded, keep, &as->pstep));
+  PetscCall(UpdateStep(snes, as, keep));
   PetscCall(MatMult(snes->jacobian, known, rhs));
   PetscCall(VecAYPX(rhs, -1.0, snes->vec_func));
   PetscCall(VecPointwiseMult(rhs, keep, rhs));

@@ -50,6 +50,20 @@ static DenseSystem Chain(Kind kind)
   return d;
 }
 
+/* Two unknowns more, so soft that the norm of a residual does not see them; where they do not move only the row without a diagonal is not met */
+static DenseSystem SoftPair()
+{
+  const PetscReal soft = 1e-11;
+  DenseSystem     d    = Chain(DEFINITE);
+  const PetscInt  n    = d.A.rows();
+
+  d.A.conservativeResizeLike(Dense::Zero(n + 2, n + 2));
+  d.C.conservativeResizeLike(Dense::Zero(d.C.rows(), n + 2));
+  d.f.conservativeResizeLike(Column::Zero(n + 2));
+  d.A(n, n + 1) = d.A(n + 1, n) = d.A(n + 1, n + 1) = d.f[n] = soft;
+  return d;
+}
+
 /* A positive reason is checked against both equations and, where x is unique, against the dense solution; known: this method must solve the system */
 static PetscErrorCode Solve(const char *name, const DenseSystem &d, const std::string &text, bool known, bool crossed)
 {
@@ -300,6 +314,8 @@ int main(int argc, char **argv)
   for (bool crossed : {false, true}) {
     PetscCall(Methods(crossed));
     PetscCall(Scales(crossed));
+    PetscCall(Solve("a soft row without a diagonal", SoftPair(),
+                    "-ainsworth_pc_type none -ainsworth_ksp_type gmres -ainsworth_ksp_norm_type unpreconditioned -ainsworth_ksp_rtol 1e-9", false, crossed));
   }
   for (bool strict : {false, true}) PetscCall(Causes(strict));
   for (const char *outer : {"pgmres", "pipegcr", "pipefcg", "fgmres"})

@@ -283,7 +283,7 @@ static PetscErrorCode Ties(const Lattice &l, Mat A, PetscInt m, Mat *C)
 /* A's levels outlive a KSPReset() and another number of constraints */
 static PetscErrorCode Constraints(bool near)
 {
-  Options  options("-ainsworth_pc_blocksa_coarse_eq_limit 60 -ainsworth_ksp_rtol 1e-11");
+  Options  options("-ainsworth_pc_type blocksa -ainsworth_pc_blocksa_coarse_eq_limit 60 -ainsworth_ksp_rtol 1e-11");
   Lattice  l;
   System   sys;
   KSP      ksp = NULL;

@@ -51,7 +51,6 @@ static PetscErrorCode OptionsGet(MPI_Comm comm, HertzOptions *o)
   o->force      = 35e3;
   o->reach      = 24;
   o->monolithic = o->fresh = PETSC_FALSE;
-  o->vtu[0] = o->pressure[0] = 0;
   PetscOptionsBegin(comm, NULL, "Hertz' contact (mm, N, MPa)", NULL);
   PetscCall(PetscOptionsInt("-dim", "3: a sphere; 2: a cylinder in plane strain, forces per mm of its length", NULL, b.dim, &b.dim, NULL));
   PetscCall(PetscOptionsInt("-n", "Cells along each edge of a body, half of them near the contact", NULL, b.n[1], &b.n[1], NULL));
