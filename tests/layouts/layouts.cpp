@@ -289,13 +289,13 @@ static PetscErrorCode Coordinates()
 
   PetscCall(MatDuplicate(c.A, MAT_COPY_VALUES, &A));
   for (const char *inner : {"blocksa", "gamg", "ml"}) {
+#if !defined(PETSC_HAVE_ML)
+    if (!strcmp(inner, "ml")) continue;
+#endif
     Options        options(std::string("-ainsworth_pc_type ") + inner);
     const PetscInt before = usual;
     PetscInt       its[3];
 
-#if !defined(PETSC_HAVE_ML)
-    if (!strcmp(inner, "ml")) continue;
-#endif
     for (int k = 0; k < 3; k++) {
       Case("%s, modes from %s", inner, k == 0 ? "MatSetNearNullSpace()" : k == 1 ? "coordinates of nodes" : "coordinates of rows");
       usual = -1;
