@@ -9,6 +9,7 @@
 #   TIMEOUT s         seconds, 120 by default
 #   LABELS ...        CTest labels
 #   LEAKS             a sanitizer does not look for leaks: what an error leaves behind is not freed
+#   SKIPS             the test is skipped where the program ends with 77
 #   PLAIN             without -malloc_debug -malloc_dump -options_left and the checks of what they print
 # Leaks and unused options fail a test, unless PLAIN or FAILS.
 
@@ -44,7 +45,7 @@ foreach(package HYPRE MUMPS)
   string(REGEX MATCH "PETSC_HAVE_${package} " PETSC_HAVE_${package} "${petscconf}")
 endforeach()
 
-set(AINSWORTH_TEST_OPTIONS FAILS LEAKS PLAIN LOAD INTERNAL)
+set(AINSWORTH_TEST_OPTIONS FAILS LEAKS PLAIN LOAD INTERNAL SKIPS)
 set(AINSWORTH_TEST_SINGLE SOURCE TIMEOUT)
 set(AINSWORTH_TEST_MULTIPLE RANKS ARGS PASS_REGEX FAIL_REGEX ENVIRONMENT LABELS COMMAND)
 
@@ -74,6 +75,9 @@ function(ainsworth_program_test name)
   elseif(NOT T_PLAIN)
     list(APPEND judge --strict)
   endif()
+  if(T_SKIPS)
+    list(APPEND judge --skips)
+  endif()
   if(NOT T_PLAIN)
     list(APPEND T_ARGS -malloc_debug -malloc_dump -options_left)
   endif()
@@ -96,8 +100,11 @@ function(ainsworth_program_test name)
     add_test(NAME "${name}_np${ranks}" WORKING_DIRECTORY "${folder}"
       COMMAND sh "${PROJECT_SOURCE_DIR}/tests/run.sh" ${judge} -- ${launcher} ${T_COMMAND} ${T_ARGS})
     set_tests_properties("${name}_np${ranks}" PROPERTIES
-      TIMEOUT "${T_TIMEOUT}" PROCESSORS ${processors} LABELS "${T_LABELS}" SKIP_RETURN_CODE 77
+      TIMEOUT "${T_TIMEOUT}" PROCESSORS ${processors} LABELS "${T_LABELS}"
       ENVIRONMENT "${AINSWORTH_ENVIRONMENT};${T_ENVIRONMENT}")
+    if(T_SKIPS)
+      set_tests_properties("${name}_np${ranks}" PROPERTIES SKIP_RETURN_CODE 77)
+    endif()
   endforeach()
 endfunction()
 

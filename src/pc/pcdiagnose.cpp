@@ -127,8 +127,10 @@ static PetscErrorCode DiagnoseReduced(PC pc, PC_Ainsworth *data, AinsworthDiagno
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "trial_iterations", AinsworthJSON(iterations), "trial solve with a random f: %" PetscInt_FMT " iterations, %s",
                         iterations, KSPConvergedReasons[reason]);
   if (why[0]) {
-    ConfirmSigns(d);
-    AinsworthDiagnosisAdd(d, AINSWORTH_FATAL, "trial", AinsworthJSON(KSPConvergedReasons[reason]), "%s", why);
+    const bool again = reason == KSP_DIVERGED_INDEFINITE_MAT && data->saddle.D; /* springs of negative stiffness: GMRES comes next */
+
+    if (!again) ConfirmSigns(d);
+    AinsworthDiagnosisAdd(d, again ? AINSWORTH_DOUBTFUL : AINSWORTH_FATAL, "trial", AinsworthJSON(KSPConvergedReasons[reason]), "%s", why);
   }
   if (!why[0] && iterations > slow)
     AinsworthDiagnosisAdd(
@@ -190,7 +192,7 @@ PetscErrorCode PCAinsworthDiagnoseFailure_Private(PC pc, PC_Ainsworth *data, Pet
   if (code) PetscCall(PetscErrorMessage(code, NULL, &message));
   if (code) why = message ? message : "";
   if (why[0] && !ToldByTrial(d, why)) AinsworthDiagnosisAdd(d, AINSWORTH_FATAL, code ? "error" : "failure", AinsworthJSON(why), "%s", why);
-  if (!d->finished) ConfirmSigns(d);
+  ConfirmSigns(d);
   d->finished = true;
   PetscCall(AinsworthDiagnosisPrintAdvice(d, PetscObjectComm((PetscObject)pc)));
   PetscCall(AinsworthDiagnosisSave(d, PetscObjectComm((PetscObject)pc), code ? PETSC_FALSE : PETSC_TRUE));
