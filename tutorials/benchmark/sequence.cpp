@@ -2,6 +2,7 @@ static char help[] = "A sequence of systems of two elastic cubes: rows of C, rig
 
 #include "cubes.h"
 #include "reference.h"
+#include "report.h"
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -271,23 +272,6 @@ static double Processor()
   return (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) + 1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
 }
 
-/* Of the inner solver where there is one: the plugin is not linked, but if it is loaded PETSc knows where its functions are */
-static PetscErrorCode Iterations(KSP ksp, PetscInt *iterations)
-{
-  PetscErrorCode (*getInner)(PC, KSP *) = NULL;
-  PetscBool ours;
-  PC        pc;
-  KSP       inner = ksp;
-
-  PetscFunctionBeginUser;
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PetscObjectTypeCompare((PetscObject)pc, "ainsworth", &ours));
-  if (ours) PetscCall(PetscDLLibrarySym(PetscObjectComm((PetscObject)ksp), &PetscDLLibrariesLoaded, NULL, "PCAinsworthGetKSP", (void **)&getInner));
-  if (getInner) PetscCall((*getInner)(pc, &inner));
-  PetscCall(KSPGetIterationNumber(inner, iterations));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* ||x - exact||_A / ||exact||_A */
 static PetscErrorCode EnergyError(Mat A, Vec x, Vec exact, PetscReal *error)
 {
@@ -353,7 +337,7 @@ static PetscErrorCode Solve(const Sequence &s, KSP ksp, Result *result)
   result->setup = at[1] - at[0];
   result->solve = at[2] - at[1];
   PetscCall(KSPGetConvergedReason(ksp, &result->reason));
-  PetscCall(Iterations(ksp, &result->iterations));
+  PetscCall(ReportIterations(ksp, &result->iterations));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
