@@ -209,6 +209,17 @@ PetscErrorCode MatAinsworthIsDoubtful_Private(Mat mat, PetscBool *doubtful)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* S and its solver, to be looked at */
+PetscErrorCode MatAinsworthGetGram_Private(Mat mat, const AinsworthGram **gram)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
+  *gram = &ctx->proj.gram;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MatAinsworthViewGram_Private(Mat mat, PetscViewer viewer)
 {
   Mat_Ainsworth *ctx;

@@ -20,8 +20,8 @@ static const PetscInt tiny = 600;
 static const PetscInt  early = 6;
 static const PetscReal part  = 0.7;
 
-/* May M_* be factored where nobody chose its preconditioner? A vector that it takes to zero would be a pivot that is */
-static PetscErrorCode MayFactor(const PC_Ainsworth *data, PetscBool *may)
+/* May M_* be factored where nobody chose its preconditioner? A vector that it takes to zero would be a pivot that is. known: the set-up has found such vectors */
+static PetscErrorCode MayFactor(const PC_Ainsworth *data, PetscBool known, PetscBool *may)
 {
   MatSolverType package;
   MatNullSpace  common;
@@ -30,9 +30,10 @@ static PetscErrorCode MayFactor(const PC_Ainsworth *data, PetscBool *may)
   *may = PETSC_FALSE;
   if (!data->ownChoice || data->escape.refused || data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
   if (!PCAinsworthFactorType_Private(data, &package)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthSaddleCreateNullSpace(&data->saddle, &common));
+  if (known && data->constraints) PetscCall(MatGetNullSpace(data->reduced, &common));
+  else PetscCall(AinsworthSaddleCreateNullSpace(&data->saddle, &common));
   *may = (PetscBool)!common;
-  PetscCall(MatNullSpaceDestroy(&common));
+  if (!known || !data->constraints) PetscCall(MatNullSpaceDestroy(&common));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -110,7 +111,7 @@ PetscErrorCode PCAinsworthEscapeAtOnce_Private(PC_Ainsworth *data, PetscBool *fa
   *factor = PETSC_FALSE;
   PetscCall(MatGetSize(data->saddle.A, &n, NULL));
   if (n > tiny) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MayFactor(data, factor));
+  PetscCall(MayFactor(data, PETSC_FALSE, factor));
   if (!*factor) PetscFunctionReturn(PETSC_SUCCESS);
   e->taken = PETSC_TRUE;
   PetscCall(Measure(data, &e->n, &e->entries));
@@ -311,7 +312,7 @@ PetscErrorCode PCAinsworthEscapeBegin_Private(PC pc, PC_Ainsworth *data)
   PetscCall(PCAinsworthIsOwnMultigrid_Private(data, &multigrid));
   PetscCall(KSPGetNormType(data->ksp, &norm));
   if (!multigrid || norm == KSP_NORM_NONE) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MayFactor(data, &may));
+  PetscCall(MayFactor(data, PETSC_TRUE, &may));
   if (!may) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetAndClearConvergenceTest(data->ksp, &e->converged, &e->test, &e->destroy));
   PetscCall(KSPSetConvergenceTest(data->ksp, AinsworthGuarded<LookAhead>, pc, NULL));

@@ -47,14 +47,12 @@ static PetscErrorCode DiagnoseDependence(PC_Ainsworth *data, AinsworthDiagnosis 
 /* S, its pieces and its factor */
 static PetscErrorCode DiagnoseGram(PC_Ainsworth *data, AinsworthDiagnosis *d)
 {
-  Mat_Ainsworth *ctx;
-  char           text[256];
-  PetscReal      cost[2], most; /* entries and operations */
+  const AinsworthGram *gram;
+  char                 text[256];
+  PetscReal            cost[2], most; /* entries and operations */
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
-  const AinsworthGram *gram = &ctx->proj.gram;
-
+  PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
   PetscCall(AinsworthGramDescribe(gram, text, sizeof(text)));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "pieces",
                         AinsworthJSON("pieces", AinsworthJSON(gram->placement.components), "largest", AinsworthJSON(gram->placement.largest)), "%s", text);
