@@ -32,6 +32,7 @@ struct AinsworthSaddleBlocks {
   IS        cols[2];                    /* the same in the solution */
   PetscBool made[AINSWORTH_BLOCKS];     /* the block is not the program's */
   PetscInt  bs;                         /* block size of A, which A itself may not know */
+  PetscInt  scattered;                  /* unknowns of a node where these are not next to each other, which PCBLOCKSA sorts; 1: bs says it */
 
   const char       *bsSource;   /* how it is known */
   MatNullSpace      modes;      /* rigid-body modes from coordinates; NULL: none were given */
@@ -95,6 +96,9 @@ PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
 PetscErrorCode AinsworthVecGetFlat(Vec, Vec *);
 PetscErrorCode AinsworthVecRestoreFlat(Vec, PetscBool, Vec *);
 PetscErrorCode AinsworthCreateDiagonal(Mat, Vec *);
+
+/* nodes.cpp */
+PetscErrorCode AinsworthFindNodes(Mat, PetscInt *, std::vector<PetscInt> *);
 
 /* merge.cpp */
 PetscErrorCode AinsworthMergeAIJ(MPI_Comm, const std::vector<IS> &, const std::vector<IS> &, const std::vector<Mat> &, Mat *);
