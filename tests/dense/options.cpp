@@ -150,11 +150,10 @@ static PetscErrorCode Variants()
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCSetType(pc, PCAINSWORTH));
   PetscCall(PCAinsworthGetKSP(pc, &inner));
-  for (PCAinsworthVariant variant : {PC_AINSWORTH_PAPER, PC_AINSWORTH_WEIGHTED}) {
-    const bool paper = variant == PC_AINSWORTH_PAPER;
+  for (bool paper : {true, false}) {
+    Options options(paper ? "-pc_ainsworth_variant paper -pc_ainsworth_pmat bj_cg" : "-pc_ainsworth_variant weighted -pc_ainsworth_pmat jcb");
 
-    PetscCall(PCAinsworthSetVariant(pc, variant));
-    PetscCall(PCAinsworthSetPmatType(pc, paper ? PC_AINSWORTH_PMAT_BJ_CG : PC_AINSWORTH_PMAT_JCB));
+    PetscCall(PCSetFromOptions(pc));
     PetscCall(ViewText(ksp, text));
     PetscCall(CheckText("view", text, {paper ? choices[0].expected : choices[0].standard, paper ? "matrix: bj_cg" : "matrix: jcb, rows scaled"}));
     PetscCall(KSPGetType(inner, &type));
