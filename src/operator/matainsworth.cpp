@@ -1,5 +1,7 @@
 #include "matainsworth.h"
+#include "../projector/shared.h"
 #include "../events.h"
+#include "../guard.h"
 #include "../hermitian.h"
 #include <petsc/private/matimpl.h>
 
@@ -16,6 +18,122 @@ PetscErrorCode MatAinsworthGetContext_Private(Mat mat, Mat_Ainsworth **ctx)
              "The matrix has type %s, not %s: it has no projector; create it with MatCreateAinsworth()",
              ((PetscObject)mat)->type_name ? ((PetscObject)mat)->type_name : "(not set)", MATAINSWORTH);
   PetscCall(MatShellGetContext(mat, ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The penalty and the work space of the rows, where the projector has them now */
+static PetscErrorCode PlacePenalty(Mat_Ainsworth *ctx)
+{
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&ctx->placed));
+  PetscCall(VecDestroy(&ctx->rowWork));
+  PetscCall(VecDuplicate(ctx->proj.rowValues, &ctx->placed));
+  PetscCall(VecDuplicate(ctx->proj.rowValues, &ctx->rowWork));
+  PetscCall(AinsworthProjectorPlace(&ctx->proj, ctx->penalty, ctx->placed));
+  PetscCall(AinsworthProjectorSetPenalty(&ctx->proj, ctx->penalty));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Did C, B or D change since the last set-up? Their states become those of now */
+static PetscErrorCode ConstraintsChanged(Mat_Ainsworth *ctx, PetscBool *changed)
+{
+  const Mat mats[] = {ctx->C, ctx->B, ctx->D};
+
+  PetscFunctionBegin;
+  *changed = (PetscBool)!ctx->current;
+  for (int k = 0; k < 3; k++) {
+    PetscObjectState state = 0;
+
+    if (mats[k]) PetscCall(PetscObjectStateGet((PetscObject)mats[k], &state));
+    if (state != ctx->stateC[k]) *changed = PETSC_TRUE;
+    ctx->stateC[k] = state;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The weight of the projector: W, but diag(A)^{-1} without the unknowns that many rows share */
+static PetscErrorCode SetMobility(Mat_Ainsworth *ctx)
+{
+  PetscBool shared;
+
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&ctx->mobility));
+  if (ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
+    PetscCall(VecDuplicate(ctx->weight, &ctx->mobility));
+    PetscCall(VecCopy(ctx->weight, ctx->mobility));
+    PetscCall(AinsworthSharedUnweigh(ctx->C, ctx->B, ctx->mobility, &shared));
+    if (shared) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(VecDestroy(&ctx->mobility));
+  }
+  PetscCall(PetscObjectReference((PetscObject)ctx->weight));
+  ctx->mobility = ctx->weight;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Builds weight and projector where A, the blocks of the constraints or the choice of W are not those of the last time */
+static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
+{
+  Mat_Ainsworth   *ctx;
+  PetscObjectState stateA;
+  PetscBool        changedA, changedC;
+  const char      *prefix;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
+  *out = ctx;
+  PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "The matrix of type %s has no A and C: call MatAinsworthSetMats() first",
+             MATAINSWORTH);
+  PetscCall(PetscObjectStateGet((PetscObject)ctx->A, &stateA));
+  changedA = (PetscBool)(!ctx->current || stateA != ctx->stateA);
+  PetscCall(ConstraintsChanged(ctx, &changedC));
+  if (changedA) PetscCall(MatDestroy(&ctx->product));
+  if (!changedA && !changedC) PetscFunctionReturn(PETSC_SUCCESS);
+  ctx->current = PETSC_FALSE;
+  if (ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL && changedA) {
+    PetscCall(VecDestroy(&ctx->weight));
+    PetscCall(AinsworthWeightCreate(ctx->A, &ctx->weight));
+  }
+  if (changedC || ctx->D || ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) { /* otherwise neither C nor W changed */
+    const AinsworthProjectorBlocks blocks          = {ctx->C, ctx->B, ctx->D};
+    Vec                            inverseDiagonal = ctx->weight;
+
+    if (ctx->D && ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(AinsworthWeightCreate(ctx->A, &inverseDiagonal));
+    PetscCall(SetMobility(ctx));
+    PetscCall(MatGetOptionsPrefix(mat, &prefix));
+    PetscCall(AinsworthProjectorSetUp(&ctx->proj, &blocks, ctx->mobility, inverseDiagonal, ctx->rowsPerRank, (PetscObject)mat, prefix));
+    if (inverseDiagonal != ctx->weight) PetscCall(VecDestroy(&inverseDiagonal));
+  }
+  if (!ctx->work) PetscCall(MatCreateVecs(ctx->A, &ctx->work, NULL));
+  if (!ctx->userPenalty) PetscCall(VecDestroy(&ctx->penalty));
+  PetscCall(VecDestroy(&ctx->placed));                               /* the places of the rows may be others */
+  PetscCall(PetscObjectStateGet((PetscObject)ctx->A, &ctx->stateA)); /* which may have been raised here */
+  ctx->current = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MatAinsworthSetUpProjector_Private(Mat mat, Mat_Ainsworth **out)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthGuarded<SetUpProjector>(mat, out));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Weight, projector, and the penalty, which PCAINSWORTH sets before it is needed */
+PetscErrorCode MatAinsworthSetUp_Private(Mat mat, Mat_Ainsworth **out)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUpProjector_Private(mat, out));
+  ctx = *out;
+  if (!ctx->penalty) {
+    Vec D = ctx->weight;
+
+    if (ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(AinsworthWeightCreate(ctx->A, &D));
+    PetscCall(AinsworthRowPenaltyCreate(ctx->C, D, 1.0, &ctx->penalty));
+    if (ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(VecDestroy(&D));
+  }
+  if (!ctx->placed) PetscCall(PlacePenalty(ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -135,7 +253,8 @@ static PetscErrorCode MatDuplicate_Ainsworth(Mat mat, MatDuplicateOption, Mat *c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Reset(Mat_Ainsworth *ctx)
+/* Without A and C again */
+PetscErrorCode MatAinsworthReset_Private(Mat_Ainsworth *ctx)
 {
   PetscFunctionBegin;
   for (Mat *M : {&ctx->A, &ctx->C, &ctx->B, &ctx->D, &ctx->product}) PetscCall(MatDestroy(M));
@@ -152,7 +271,7 @@ static PetscErrorCode MatDestroy_Ainsworth(Mat mat)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &ctx));
-  PetscCall(Reset(ctx));
+  PetscCall(MatAinsworthReset_Private(ctx));
   delete ctx;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -182,75 +301,6 @@ static PetscErrorCode MatView_Ainsworth(Mat mat, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPrintf(viewer, "constraints=%" PetscInt_FMT ", weight: %s%s%s%s\n", m, MatAinsworthWeightTypes[ctx->weightType], penalty,
                                    ctx->omitPenalty ? ", without C' B C" : "",
                                    ctx->refine ? ", refinement of the projection: on, the constraints drifted" : ""));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
-   MatAinsworthSetMats - sets the blocks A and C of a `MATAINSWORTH`
-
-   Collective
-
-   Input Parameters:
-+  mat - the matrix, of type `MATAINSWORTH`
-.  A   - n x n, any type with a product and a diagonal; referenced, never changed
--  C   - m x n, linearly independent rows, `MATAIJ` with the column layout of A; referenced, never changed
-
-   Level: intermediate
-
-   Notes:
-   Sizes, block size and vector type of `mat` become those of A. Changes of the values of A and C are noticed at the next product.
-
-   Errors:
-   `PETSC_ERR_ARG_SIZ` if A is not square or C has not as many columns as A; `PETSC_ERR_ARG_WRONG` if C is not `MATAIJ`.
-
-.seealso: `MATAINSWORTH`, `MatCreateAinsworth()`, `MatAinsworthGetMats()`
-@*/
-PetscErrorCode MatAinsworthSetMats(Mat mat, Mat A, Mat C)
-{
-  Mat_Ainsworth *ctx;
-  PetscInt       n, N, cols, Cn, CN, bs;
-  PetscBool      aij, known, flag;
-  MatType        type;
-  VecType        vtype;
-  MPI_Comm       comm;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
-  PetscValidHeaderSpecific(A, MAT_CLASSID, 2);
-  PetscValidHeaderSpecific(C, MAT_CLASSID, 3);
-  PetscCheckSameComm(mat, 1, A, 2);
-  PetscCheckSameComm(mat, 1, C, 3);
-  comm = PetscObjectComm((PetscObject)mat);
-  PetscCall(MatGetSize(A, &N, &cols));
-  PetscCheck(N == cols, comm, PETSC_ERR_ARG_SIZ, "A is not square: %" PetscInt_FMT " x %" PetscInt_FMT, N, cols);
-  PetscCall(MatGetSize(C, NULL, &CN));
-  PetscCheck(CN == N, comm, PETSC_ERR_ARG_SIZ, "C has %" PetscInt_FMT " columns, A has %" PetscInt_FMT, CN, N);
-  PetscCall(MatGetLocalSize(A, NULL, &n));
-  PetscCall(MatGetLocalSize(C, NULL, &Cn));
-  PetscCheck(Cn == n, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "C has %" PetscInt_FMT " local columns, A has %" PetscInt_FMT ": give C the column layout of A", Cn,
-             n);
-  PetscCall(MatGetType(C, &type));
-  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)C, &aij, MATSEQAIJ, MATMPIAIJ, ""));
-  PetscCheck(aij, comm, PETSC_ERR_ARG_WRONG, "C has type %s, MATAINSWORTH needs %s: use MatConvert()", type, MATAIJ);
-  PetscCall(PetscObjectReference((PetscObject)A));
-  PetscCall(AinsworthGetAIJ(C, &C)); /* a reference, or the sequential form on one rank */
-  PetscCall(Reset(ctx));
-  PetscCall(PetscObjectReference((PetscObject)C));
-  ctx->A       = A;
-  ctx->C       = C;
-  ctx->B       = C;
-  ctx->adjoint = PETSC_TRUE;
-  if (ctx->weightType == MAT_AINSWORTH_WEIGHT_USER) ctx->weightType = MAT_AINSWORTH_WEIGHT_DIAGONAL; /* Reset() dropped the user's vector */
-  PetscCall(MatSetSizes(mat, n, n, N, N));
-  PetscCall(MatGetBlockSize(A, &bs));
-  PetscCall(MatSetBlockSize(mat, bs));
-  PetscCall(MatGetVecType(A, &vtype));
-  PetscCall(MatSetVecType(mat, vtype));
-  PetscCall(MatSetUp(mat));
-  PetscCall(MatIsSymmetricKnown(A, &known, &flag));
-  if (known) PetscCall(MatSetOption(mat, MAT_SYMMETRIC, flag));
-  PetscCall(MatIsHermitianKnown(A, &known, &flag));
-  if (known) PetscCall(MatSetOption(mat, MAT_HERMITIAN, flag));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

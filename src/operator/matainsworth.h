@@ -39,6 +39,7 @@ struct Mat_Ainsworth {
 PETSC_INTERN PetscErrorCode MatCreate_Ainsworth(Mat);
 /* the context, with the projector brought up to date; the error of a wrong type names the caller */
 PETSC_INTERN PetscErrorCode MatAinsworthGetContext_Private(Mat, Mat_Ainsworth **);
+PETSC_INTERN PetscErrorCode MatAinsworthReset_Private(Mat_Ainsworth *);
 PETSC_INTERN PetscErrorCode MatAinsworthSetUp_Private(Mat, Mat_Ainsworth **);
 PETSC_INTERN PetscErrorCode MatAinsworthSetUpProjector_Private(Mat, Mat_Ainsworth **);
 PETSC_INTERN PetscErrorCode MatAinsworthReduce_Private(Mat, PetscBool, Vec, Vec, Vec);

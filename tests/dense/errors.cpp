@@ -129,7 +129,7 @@ static PetscErrorCode Choices()
     PetscCall(KSPGetPC(ksp, &pc));
     PetscCall(PCAinsworthSetWeight(pc, weight));
     if (weight == w) PetscCall(CheckError("negative weight", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_OUTOFRANGE, {"Entry 5 of the weight is -2"}));
-    else PetscCall(CheckError("weight too long", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_SIZ, {"length 25", "24 columns"}));
+    else PetscCall(CheckError("weight too long", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_SIZ, {"length 25", "columns of A are 24"}));
     PetscCall(KSPDestroy(&ksp));
   }
   PetscCall(VecDestroy(&w));

@@ -83,6 +83,7 @@ static PetscErrorCode AssembleNest(Mat nest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* One more option, which is not left to other solvers */
 static PetscErrorCode Choose(PC pc, const char option[])
 {
   Options options(option);
@@ -143,8 +144,8 @@ static PetscErrorCode Changes(bool explicitTranspose)
   PetscCall(KSPSetReusePreconditioner(s.ksp, PETSC_FALSE));
 
   /* choices */
-  PetscCall(Choose(pc, "-pc_ainsworth_pmat bj_cc"));
-  PetscCall(Solve(&s, "another pmat", 1, 1));
+  PetscCall(Choose(pc, "-pc_ainsworth_penalty_factor 0.7"));
+  PetscCall(Solve(&s, "another penalty", 1, 1));
   PetscCall(PCAinsworthSetWeight(pc, s.sys.w));
   PetscCall(Solve(&s, "a weight of the user", 1, 1));
   PetscCall(Choose(pc, "-pc_ainsworth_variant paper"));
