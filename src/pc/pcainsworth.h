@@ -11,6 +11,13 @@
 
 struct Mat_Ainsworth;
 
+/* Weight, penalty, its factor, scaling of rows and inner Krylov method at once */
+typedef enum {
+  PC_AINSWORTH_WEIGHTED, /* W = diag(A)^{-1}, one penalty per row, KSPPROJECTEDCG */
+  PC_AINSWORTH_PAPER     /* W = I, one penalty beta, KSPCG: Robert, Jolivet, Jamond, Badri, sections 3 and 4 */
+} PCAinsworthVariant;
+PETSC_INTERN const char *const PCAinsworthVariants[];
+
 /* What to do with rows of C that are linear combinations of other rows */
 typedef enum {
   AINSWORTH_REDUNDANT_DROP, /* they are left out; a right-hand side that contradicts them is a failure, PC_INCONSISTENT_RHS */

@@ -88,6 +88,7 @@ PetscErrorCode AinsworthAddAIJ(Mat, Mat *);
 PetscErrorCode AinsworthMakePatternSymmetric(Mat *);
 PetscErrorCode AinsworthRowSums(Mat, int, Vec);
 PetscErrorCode AinsworthCountRows(Mat, PetscInt, Vec *);
+PetscErrorCode AinsworthSampleRows(Mat, PetscInt, PetscInt, PetscInt, IS *, PetscInt *);
 PetscErrorCode AinsworthScaleColumns(Mat, Vec, Mat *);
 PetscErrorCode AinsworthRowSquares(Mat, Vec, Vec);
 PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
