@@ -149,6 +149,27 @@ static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* An x so large that f and g drown in the rounding of its terms solves nothing: whatever D or B, it is a motion that the system does not resist */
+static PetscErrorCode CheckVacuous(PC_Ainsworth *data, Vec f, Vec g, Vec x, Vec lambda, AinsworthVerdict *verdict, char why[], size_t len)
+{
+  PetscReal norms[3];
+  PetscBool vacuous;
+
+  PetscFunctionBegin;
+  PetscCall(VecNorm(f, NORM_INFINITY, &norms[0]));
+  PetscCall(VecNorm(g, NORM_INFINITY, &norms[1]));
+  PetscCall(VecNorm(x, NORM_INFINITY, &norms[2]));
+  if (norms[0] == 0.0 && norms[1] == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthSaddleIsVacuous(&data->saddle, f, g, x, lambda, &vacuous));
+  if (!vacuous) PetscFunctionReturn(PETSC_SUCCESS);
+  *verdict = AINSWORTH_VERDICT_SINGULAR;
+  PetscCall(PetscSNPrintf(why, len,
+                          "The reduced solve ended with an x of up to %g, where f and g, up to %g and %g, drown in the rounding of its terms: it is a motion "
+                          "that neither A nor C seems to resist, and no solution; does a body float?",
+                          (double)norms[2], (double)norms[0], (double)norms[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    PCAinsworthVerify_Private - what is left of both equations, in primal and dual, and the verdict on it; why is set where that is not MET
 
@@ -173,7 +194,8 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
   if (data->reduced) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced, &doubtful));
   PetscCall(AinsworthSaddleResidual(sp, transpose, data->knownAx, f, g, x, lambda, Ax, primal, dual));
   PetscCall(AinsworthSaddleEnergy(sp, x, lambda, Ax, &energy));
-  PetscCall(AinsworthSaddleCheckDual(sp, tol < 0.0 ? PETSC_MAX_REAL : blind * tol * energy, g, x, lambda, dual, &worst, rows, sizeof(rows)));
+  PetscCall(AinsworthSaddleCheckDual(sp, tol < 0.0 ? PETSC_MAX_REAL : tol, tol < 0.0 ? PETSC_MAX_REAL : blind * tol * energy, g, x, lambda, dual, &worst, rows,
+                                     sizeof(rows)));
   if (worst.quotient > 1.0) {
     *verdict = AINSWORTH_VERDICT_UNMET;
     PetscCall(PetscSNPrintf(why, len, "C x = g is not met: row %" PetscInt_FMT " of the multiplier field is left with %g, %g of its terms%s", worst.row,
@@ -195,6 +217,7 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
                               doubtful ? "the Gram matrix C W C' is ill-conditioned: rows of C are close to others"
                                        : "its method, or its preconditioner, does not see this; is A indefinite on Ker C, or its diagonal zero?"));
     } else if (data->constraints < n || data->saddle.D) PetscCall(CheckEnergy(data, transpose, x, Ax, primal, verdict, why, len));
+    if (*verdict == AINSWORTH_VERDICT_MET) PetscCall(CheckVacuous(data, f, g, x, lambda, verdict, why, len));
   }
   PetscCall(PetscLogEventEnd(AINSWORTH_Verify, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
