@@ -234,27 +234,6 @@ static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Has the outer method a reduction under way, among which a pipelined inner method cannot begin its own? PETSc has one at a time on a communicator */
-static PetscErrorCode ReductionsCollide(const PC_Ainsworth *data, Vec v, PetscBool *collide)
-{
-  const char *const pipelined = KSPPIPECG "," KSPPIPECGRR "," KSPPIPELCG "," KSPPIPEPRCG "," KSPPIPECG2 "," KSPGROPPCG "," KSPPIPEFCG "," KSPPIPECR
-                                          "," KSPPIPEBCGS "," KSPPIPEGCR "," KSPPIPEFGMRES "," KSPPGMRES;
-  KSPType        type;
-  PetscScalar    dot;
-  PetscErrorCode code;
-
-  PetscFunctionBegin;
-  PetscCall(KSPGetType(data->ksp, &type));
-  PetscCall(PetscStrInList(type, pipelined, ',', collide));
-  if (!*collide) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
-  code = VecDotBegin(v, v, &dot); /* the only way to ask */
-  PetscCall(PetscPopErrorHandler());
-  *collide = (PetscBool)(code != PETSC_SUCCESS);
-  if (!code) PetscCall(VecDotEnd(v, v, &dot));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* A right-hand side whose norm is not finite; the row is named where an entry is not */
 static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, PCAinsworthFields b)
 {
@@ -296,7 +275,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(VecNorm(b, NORM_1, &norm));
-  PetscCall(ReductionsCollide(data, b, &collide));
+  PetscCall(PCAinsworthReductionsCollide_Private(data, b, &collide));
   if (collide) {
     char why[256];
 
@@ -335,47 +314,6 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   }
   PetscCall(code);
   PetscCall(VecFlag(y, !data->usable));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* From here on to PCPostSolve() all applications are those of one outer solve */
-PetscErrorCode PCPreSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
-{
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
-  PetscBool     flexible;
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &flexible, KSPPREONLY, KSPFGMRES, KSPGCR, KSPFCG, KSPPIPEFGMRES, KSPPIPEGCR, KSPPIPEFCG, ""));
-  data->rigid        = (PetscBool)!flexible;
-  data->applications = 1;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Before each solve of a KSP, which would take the failure of the last one, that the program may ask for until then, for one of its own */
-PetscErrorCode PCSetUpOnBlocks_Ainsworth(PC pc)
-{
-  PC_Ainsworth *data    = (PC_Ainsworth *)pc->data;
-  PetscBool     changed = PETSC_FALSE;
-
-  PetscFunctionBegin;
-  if (data->applied && data->refused) { /* the method would end before it asked PCApply(), where a block changed in place is noticed */
-    PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
-    PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
-    if (changed) PetscCall(PCSetUp_Ainsworth(pc));
-  } else if (data->applied) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR));
-  data->applied = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Some methods apply the preconditioner once more when they have converged, to get x, and do not ask whether that was good */
-PetscErrorCode PCPostSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
-{
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
-
-  PetscFunctionBegin;
-  if (data->applied && !data->usable && ksp->reason > 0) ksp->reason = KSP_DIVERGED_PC_FAILED;
-  data->applications = 0;
-  data->rigid        = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

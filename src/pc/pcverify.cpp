@@ -149,6 +149,18 @@ static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Is an entry NaN or Inf, or nearly so? A sum tells it on all ranks, where a maximum may lose a NaN; a product with a column of zeros hides it */
+static PetscErrorCode IsFinite(Vec x, Vec lambda, PetscBool *finite)
+{
+  PetscReal sums[2];
+
+  PetscFunctionBegin;
+  PetscCall(VecNorm(x, NORM_1, &sums[0]));
+  PetscCall(VecNorm(lambda, NORM_1, &sums[1]));
+  *finite = (PetscBool)!PetscIsInfOrNanReal(sums[0] + sums[1]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    PCAinsworthVerify_Private - what is left of both equations, in primal and dual, and the verdict on it; why is set where that is not MET
 
@@ -160,7 +172,7 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
   AinsworthSaddle *sp = &data->saddle;
   AinsworthUnmet   worst;
   PetscReal        norm, energy;
-  PetscBool        doubtful = PETSC_FALSE;
+  PetscBool        doubtful = PETSC_FALSE, finite = PETSC_TRUE;
   PetscInt         n;
   const Vec        Ax = data->Ax;
   char             rows[256];
@@ -174,11 +186,15 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
   PetscCall(AinsworthSaddleResidual(sp, transpose, data->knownAx, f, g, x, lambda, Ax, primal, dual));
   PetscCall(AinsworthSaddleEnergy(sp, x, lambda, Ax, &energy));
   PetscCall(AinsworthSaddleCheckDual(sp, tol < 0.0 ? PETSC_MAX_REAL : blind * tol * energy, g, x, lambda, dual, &worst, rows, sizeof(rows)));
+  PetscCall(IsFinite(x, lambda, &finite));
   if (worst.quotient > 1.0) {
     *verdict = AINSWORTH_VERDICT_UNMET;
     PetscCall(PetscSNPrintf(why, len, "C x = g is not met: row %" PetscInt_FMT " of the multiplier field is left with %g, %g of its terms%s", worst.row,
                             (double)worst.residual, (double)(worst.residual / worst.size),
                             doubtful ? "; the Gram matrix C W C' is ill-conditioned: rows of C are close to others" : ""));
+  } else if (!finite) {
+    *verdict = AINSWORTH_VERDICT_UNMET;
+    PetscCall(PetscSNPrintf(why, len, "The reduced solve says that it converged, but x or lambda holds NaN or Inf, or values too large"));
   } else if (rows[0]) {
     *verdict = AINSWORTH_VERDICT_CONTRADICTION;
     PetscCall(PetscSNPrintf(why, len, "The right-hand side of the constraints is %s; remove the rows or mend it", rows));

@@ -157,15 +157,7 @@ static PetscErrorCode LastApplication()
 
   PetscFunctionBeginUser;
   Case("the last application");
-  PetscCall(SystemFromDense(d, false, &run.sys));
-  {
-    Mat Ct;
-
-    PetscCall(MatCreateHermitianTranspose(run.sys.C, &Ct));
-    PetscCall(NestCreate(run.sys.A, Ct, run.sys.C, NULL, false, &run.nest));
-    PetscCall(MatDestroy(&Ct));
-  }
-  PetscCall(SolverCreate(run.nest, &run.ksp));
+  PetscCall(RunCreateWhole(d, &run));
   plan.from = plan.to = 2;
   plan.reason         = KSP_DIVERGED_NANORINF;
   PetscCall(Obey(run, &plan));
@@ -184,15 +176,10 @@ static PetscErrorCode Stale(const char *outer)
   const DenseSystem d = SpringsCreate(20, 4, 1.0, 15);
   Run               run;
   Plan              plan;
-  Mat               Ct;
 
   PetscFunctionBeginUser;
   Case("after a failed application, %s", outer);
-  PetscCall(SystemFromDense(d, false, &run.sys));
-  PetscCall(MatCreateHermitianTranspose(run.sys.C, &Ct));
-  PetscCall(NestCreate(run.sys.A, Ct, run.sys.C, NULL, false, &run.nest));
-  PetscCall(MatDestroy(&Ct));
-  PetscCall(SolverCreate(run.nest, &run.ksp));
+  PetscCall(RunCreateWhole(d, &run));
   plan.from = plan.to = 1;
   plan.reason         = KSP_DIVERGED_NANORINF;
   PetscCall(Obey(run, &plan));
@@ -200,6 +187,51 @@ static PetscErrorCode Stale(const char *outer)
   PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason < 0));
   PetscCall(CheckSolved(&run, d));
   PetscCall(Done(&run, &plan));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PoisonLast(PC, Vec r, Vec z)
+{
+  PetscInt N;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecCopy(r, z));
+  PetscCall(VecGetSize(z, &N));
+  PetscCall(VecSetValue(z, N - 1, NAN, INSERT_VALUES)); /* on all ranks: the owner's is the last */
+  PetscCall(VecAssemblyBegin(z));
+  PetscCall(VecAssemblyEnd(z));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* NaN in an unknown that no row of A or C reads, so that no residual tells; a maximum over ranks may lose it */
+static PetscErrorCode HiddenNaN(PetscInt m)
+{
+  Options     line("-ainsworth_ksp_type richardson -ainsworth_ksp_norm_type none -ainsworth_ksp_max_it 1 -ainsworth_pc_type shell");
+  DenseSystem d = SpringsCreate(20, m, 1.0, 18);
+  Run         run;
+  Mat         A;
+  PetscInt    n;
+  KSP         inner;
+  PC          pc;
+
+  PetscFunctionBeginUser;
+  Case("NaN in an unknown that no row reads, %d constraints", (int)m);
+  d.A.row(19).setZero();
+  d.A.col(19).setZero();
+  d.f[19] = 0.0;
+  PetscCall(SystemFromDense(d, false, &run.sys));
+  PetscCall(MatGetLocalSize(run.sys.A, &n, NULL));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 3, NULL, 3, NULL, &A));
+  PetscCall(WriteDense(d.A, A)); /* without the zero on its diagonal */
+  PetscCall(NestCreate(A, NULL, run.sys.C, NULL, false, &run.nest));
+  PetscCall(SolverCreate(run.nest, &run.ksp));
+  PetscCall(MatDestroy(&A));
+  PetscCall(Inner(run, &inner, &pc));
+  PetscCall(PCSetType(pc, PCSHELL));
+  PetscCall(PCShellSetApply(pc, PoisonLast));
+  PetscCall(RunSolve(&run));
+  PetscCall(CheckFailed(run));
+  PetscCall(RunDestroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -256,6 +288,7 @@ int main(int argc, char **argv)
   PetscCall(Multigrid());
   PetscCall(LastApplication());
   for (const char *outer : {"preonly", "fgmres", "gmres", "gcr"}) PetscCall(Stale(outer));
+  for (PetscInt m : {0, 4}) PetscCall(HiddenNaN(m));
   for (bool type : {false, true}) PetscCall(OtherType(type));
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());
