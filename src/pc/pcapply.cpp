@@ -298,6 +298,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   }
   data->failure[0] = 0;
   if (data->applications) data->applications++;
+  if (data->applications) PetscCall(VecZeroEntries(y)); /* a work vector of the outer method is no guess, whatever the inner one wants */
   PetscCall(VecGetSubVector(y, out[0], &left.primal));
   PetscCall(VecGetSubVector(y, out[1], &left.dual));
   code = data->saddle.sign ? SolveWithSigns(pc, data, transpose, right, left)

@@ -273,11 +273,12 @@ static PetscErrorCode Compliance(Attack &a)
 
   PetscFunctionBeginUser;
   if (!m) PetscFunctionReturn(PETSC_SUCCESS);
-  const bool there = a.s.blockD, first = a.s.first;
-  Dense      D = Dense::Zero(m, m);
+  const bool      there = a.s.blockD, first = a.s.first;
+  Dense           D       = Dense::Zero(m, m);
+  const PetscReal largest = a.s.A.cwiseAbs().maxCoeff(), stiffest = largest > 0.0 ? largest : 1.0; /* 1e-200, too */
 
   for (int i = 0; i < m && kind; i++) {
-    const PetscReal s = a.s.C.row(i).squaredNorm() / PetscMax(a.s.A.cwiseAbs().maxCoeff(), PETSC_SMALL);
+    const PetscReal s = a.s.C.row(i).squaredNorm() / stiffest;
 
     if (a.r.Chance(0.5)) D(i, i) = s == 0.0 ? a.r.Real(-2.0, -0.5) : -s * PetscPowReal(10.0, a.r.Real(-6.0, 6.0));
   }

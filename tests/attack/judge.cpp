@@ -6,7 +6,8 @@
    error in x, relative to x and lambda, is at most errorBound times the condition number, where this is below the third figure. A solution is promised
    where condition numbers are below the fourth and the smallest eigenvalue on Ker C, in units of the largest, is above its inverse.
 */
-static const PetscReal residualBound = 1e-5, errorBound = 1e-6, trusted = 1e6, good = 1e4, local = 1e-3, zeroRow = 1000 * PETSC_MACHINE_EPSILON;
+static const PetscReal residualBound = 1e-5, errorBound = 1e-6, trusted = 1e6, good = 1e4, local = 1e-3, zeroRow = 1000 * PETSC_MACHINE_EPSILON,
+                       rounding = 1e-14;
 
 /* A = a A', (f, g) = (a b f', b g'): then x = b x', lambda = a b lambda', D = D' / a */
 struct Units {
@@ -194,5 +195,6 @@ Dense AttackNullSpace(const RandomSystem &s)
 
   for (Eigen::Index k = 0; k < dim; k++) null.col(k) = (truth.scale.asDiagonal() * svd.matrixV().col(svd.rank() + k)).normalized();
   if (!dim) return null;
-  return Dense(Eigen::HouseholderQR<Dense>(null).householderQ() * Dense::Identity(n + m, dim));
+  null = Eigen::HouseholderQR<Dense>(null).householderQ() * Dense::Identity(n + m, dim);
+  return null.unaryExpr([](PetscScalar v) { return PetscAbsScalar(v) < rounding ? PetscScalar(0.0) : v; }); /* traps.cpp has what it does to a soft A */
 }

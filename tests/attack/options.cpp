@@ -101,7 +101,7 @@ bool AttackTame(const Attack &a)
   return is("-ainsworth_ksp_type", {"projectedcg", "cg", "gmres", "fgmres", "minres"}) && is("-ainsworth_pc_type", {"jacobi", "blocksa"}) &&
          is("-pc_ainsworth_block_size", {"1"}) && is("-ainsworth_ksp_norm_type", {}) && is("-ainsworth_ksp_pc_side", {}) &&
          is("-ainsworth_ksp_initial_guess_nonzero", {"false"}) && is("-pc_ainsworth_penalty_factor", {"1"}) && is("-pc_ainsworth_redundant", {"drop"}) &&
-         is("-pc_ainsworth_stop", {"residual"}) && is("-ksp_type", {"preonly", "gmres", "fgmres"}) && is("-ksp_pc_side", {}) &&
-         !(a.s.uneven && !is("-ainsworth_ksp_type", {"projectedcg", "cg"})) &&
+         is("-pc_ainsworth_rebuild", {"auto", "always"}) && is("-pc_ainsworth_stop", {"residual"}) && is("-ksp_type", {"preonly", "gmres", "fgmres"}) &&
+         is("-ksp_pc_side", {}) && !(a.s.uneven && !is("-ainsworth_ksp_type", {"projectedcg", "cg"})) &&
          !(a.s.uneven && !(is("-pc_ainsworth_variant", {"weighted"}) && is("-pc_ainsworth_weight", {"diagonal"}) && is("-pc_ainsworth_penalty", {"row"})));
 }

@@ -90,6 +90,43 @@ static PetscErrorCode Underflow(const char *outer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A spring of D with the other sign that gives what A takes: the matrix is singular, and an x of 1e15 balances to rounding */
+static PetscErrorCode Driven()
+{
+  Options        line("-ainsworth_ksp_type minres -ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-10 -pc_ainsworth_multiplier_fields 1");
+  const PetscInt n = 20, last = n - 1;
+  DenseSystem    d = SpringsCreate(n, 2, 1.0, 20);
+  Dense          D = Dense::Zero(2, 2);
+  Run            run;
+  Mat            block;
+  PetscInt       m;
+  const char    *why;
+  PC             pc;
+
+  PetscFunctionBeginUser;
+  Case("a spring that drives");
+  d.A.row(last).setZero();
+  d.A.col(last).setZero();
+  d.C.row(0).setZero();
+  d.g.setZero();
+  d.C(0, last) = -1.0;
+  D(0, 0) = d.A(last, last) = 1.0;
+  PetscCall(SystemFromDense(d, false, &run.sys));
+  PetscCall(VecGetLocalSize(run.sys.g, &m));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, m, m, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, &block));
+  PetscCall(WriteDense(D, block));
+  PetscCall(NestCreate(run.sys.A, NULL, run.sys.C, block, false, &run.nest));
+  PetscCall(SolverCreate(run.nest, &run.ksp));
+  PetscCall(MatDestroy(&block));
+  PetscCall(RunSolve(&run));
+  PetscCall(CheckFailed(run));
+  PetscCall(KSPGetPC(run.ksp, &pc));
+  PetscCall(PCAinsworthGetFailure(pc, &why));
+  PetscCall(CheckText("the cause", why, {"A row of D has the sign of a spring that drives"}));
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Two equal rows: their multipliers have a null vector, in which the program left a rounding error of x. Where lambda is 1e60 times x a KSP makes noise of x */
 static PetscErrorCode MixedNullSpace(PetscReal stiffness, bool right)
 {
@@ -257,6 +294,7 @@ int main(int argc, char **argv)
   PetscCall(Mended());
   PetscCall(NestedNaN());
   for (const char *outer : {"fgmres", "gcr"}) PetscCall(Underflow(outer));
+  PetscCall(Driven());
   PetscCall(MixedNullSpace(1.0, true));
   PetscCall(MixedNullSpace(1e60, false));
   PetscCall(Variant());

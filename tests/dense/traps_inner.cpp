@@ -170,7 +170,7 @@ static PetscErrorCode LastApplication()
 }
 
 /* What failed in one application does not fail the next solve, whatever the outer method */
-static PetscErrorCode Stale(const char *outer)
+static PetscErrorCode Stale(const char *outer, bool again)
 {
   Options           line(std::string("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -ksp_rtol 1e-10 -ksp_type ") + outer);
   const DenseSystem d = SpringsCreate(20, 4, 1.0, 15);
@@ -178,15 +178,45 @@ static PetscErrorCode Stale(const char *outer)
   Plan              plan;
 
   PetscFunctionBeginUser;
-  Case("after a failed application, %s", outer);
+  Case("after a failed application, %s%s", outer, again ? ", another nest of the same blocks" : "");
   PetscCall(RunCreateWhole(d, &run));
   plan.from = plan.to = 1;
   plan.reason         = KSP_DIVERGED_NANORINF;
   PetscCall(Obey(run, &plan));
   PetscCall(RunSolve(&run));
   PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason < 0));
+  if (again) {
+    Mat Ct;
+
+    PetscCall(MatDestroy(&run.nest));
+    PetscCall(MatCreateHermitianTranspose(run.sys.C, &Ct));
+    PetscCall(NestCreate(run.sys.A, Ct, run.sys.C, NULL, false, &run.nest));
+    PetscCall(MatDestroy(&Ct));
+    PetscCall(KSPSetOperators(run.ksp, run.nest, run.nest));
+  }
   PetscCall(CheckSolved(&run, d));
   PetscCall(Done(&run, &plan));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The work vector that an outer method wants its answer in is no guess for the inner one: here it holds what marks a failure */
+static PetscErrorCode Guess(const char *outer)
+{
+  Options     line(std::string("-ainsworth_ksp_initial_guess_nonzero -ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -ksp_rtol 1e-10 -ksp_type ") + outer);
+  DenseSystem d = SpringsCreate(20, 4, 1.0, 19), bad = d;
+  Run         run;
+
+  PetscFunctionBeginUser;
+  Case("a guess from %s", outer);
+  bad.f[3] = NAN;
+  PetscCall(RunCreateWhole(d, &run));
+  PetscCall(CheckSolved(&run, d));
+  PetscCall(Scatter(bad.f, run.sys.f));
+  PetscCall(RunSolve(&run));
+  PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason < 0));
+  PetscCall(Scatter(d.f, run.sys.f));
+  PetscCall(CheckSolved(&run, d));
+  PetscCall(RunDestroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -287,7 +317,9 @@ int main(int argc, char **argv)
   for (const char *method : {"projectedcg", "gcr", "gmres"}) PetscCall(Refinement(method));
   PetscCall(Multigrid());
   PetscCall(LastApplication());
-  for (const char *outer : {"preonly", "fgmres", "gmres", "gcr"}) PetscCall(Stale(outer));
+  for (const char *outer : {"preonly", "fgmres", "gmres", "gcr"})
+    for (bool again : {false, true}) PetscCall(Stale(outer, again));
+  for (const char *outer : {"fgmres", "gmres", "richardson"}) PetscCall(Guess(outer));
   for (PetscInt m : {0, 4}) PetscCall(HiddenNaN(m));
   for (bool type : {false, true}) PetscCall(OtherType(type));
   PetscCall(ChecksFinish(&exitcode));
