@@ -252,22 +252,31 @@ static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, PCAinsworthFields
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place, and at nothing where the preconditioner is to be kept */
+static PetscErrorCode Refresh(PC pc)
+{
+  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+  PetscBool     changed;
+
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
+  PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
+  if (data->ordered && !pc->reusepreconditioner) changed = PETSC_TRUE;
+  if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat what ended with an error */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
   PC_Ainsworth     *data = (PC_Ainsworth *)pc->data;
   const IS         *in   = transpose ? data->saddle.cols : data->saddle.rows;
   const IS         *out  = transpose ? data->saddle.rows : data->saddle.cols;
-  PetscBool         changed, collide;
+  PetscBool         collide;
   PetscReal         norm;
   PCAinsworthFields left, right;
   PetscErrorCode    code;
 
   PetscFunctionBegin;
-  /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place, and at nothing where the preconditioner is to be kept */
-  PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
-  PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
-  if (data->ordered && !pc->reusepreconditioner) changed = PETSC_TRUE;
-  if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat what ended with an error */
   data->applied = PETSC_TRUE;
   if (data->stale) { /* the set-up has said why */
     data->usable = PETSC_FALSE;
@@ -334,6 +343,7 @@ static PetscErrorCode ApplyFlat(PC pc, PetscBool transpose, Vec b, Vec y)
 PetscErrorCode PCApply_Ainsworth(PC pc, Vec b, Vec y)
 {
   PetscFunctionBegin;
+  PetscCall(Refresh(pc));
   PetscCall(ApplyFlat(pc, PETSC_FALSE, b, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -343,6 +353,7 @@ PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
 
   PetscFunctionBegin;
+  PetscCall(Refresh(pc));
   PetscCheck(!data->saddle.negated && data->adjoint && !data->saddle.known, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP,
              "The transpose of PCAINSWORTH needs blocks C and C', not C and -C' or another, and no Dirichlet rows with columns left in place");
   PetscCheck(!PetscDefined(USE_COMPLEX) || data->symmetric, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP,

@@ -181,7 +181,8 @@ bool AttackInternal(PetscErrorCode code, const std::string &message)
 Dense AttackNullSpace(const RandomSystem &s)
 {
   const Eigen::Index n = s.A.rows(), m = s.C.rows();
-  const RandomSystem t = Normalised(s, FindUnits(s));
+  const Units        u = FindUnits(s);
+  const RandomSystem t = Normalised(s, u);
   const Truth        truth(t);
   Dense              K(n + m, n + m);
 
@@ -193,7 +194,13 @@ Dense AttackNullSpace(const RandomSystem &s)
   const Eigen::Index dim = n + m - svd.rank();
   Dense              null(n + m, dim);
 
-  for (Eigen::Index k = 0; k < dim; k++) null.col(k) = (truth.scale.asDiagonal() * svd.matrixV().col(svd.rank() + k)).normalized();
+  for (Eigen::Index k = 0; k < dim; k++) {
+    Column v = truth.scale.asDiagonal() * svd.matrixV().col(svd.rank() + k);
+
+    v = v.unaryExpr([&v](PetscScalar entry) { return PetscAbsScalar(entry) < rounding * v.cwiseAbs().maxCoeff() ? PetscScalar(0.0) : entry; }).eval();
+    v.tail(m) *= u.a;
+    null.col(k) = v.stableNormalized();
+  }
   if (!dim) return null;
   null = Eigen::HouseholderQR<Dense>(null).householderQ() * Dense::Identity(n + m, dim);
   return null.unaryExpr([](PetscScalar v) { return PetscAbsScalar(v) < rounding ? PetscScalar(0.0) : v; }); /* traps.cpp has what it does to a soft A */
