@@ -46,12 +46,12 @@ PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x
 /*
    PCAinsworthIsFree_Private - is y a motion that neither A nor a row of C resists? For a D that is not zero, or a B that is not C, whose Q does not tell
 
-   C_i y = 0 is asked for relative to |C_i| |y|, or to the rounding of others in the norm of W; A y = 0 in the norm of diag(A), to the root of what rounding
+   C_i y = 0 is asked for relative to |C_i| |y|, or, as y has a part that is not free, to the noise of a huge y in the norm of W; A y = 0 in the norm of diag(A), to the root of what rounding
    may make of its energy. work: n
 */
 PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec work, PetscBool *isFree)
 {
-  static const PetscReal along = 1e-8, others = 1e-14, force = 1e-7;
+  static const PetscReal along = 1e-8, others = 1e-10, force = 1e-7;
   const Mat              C = data->saddle.C;
   PetscReal              size;
   PetscScalar            resistance;

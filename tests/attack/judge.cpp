@@ -149,14 +149,14 @@ Verdict AttackJudge(const RandomSystem &s, bool tame, bool must, bool tested, KS
                       truth.unique ? "unique" : "not unique");
   why = text;
   if (reason <= 0) return promised ? UNSOLVED : REFUSED;
+  const bool wrong = must || (adjoint && truth.contradictory) || !(residual <= residualBound) ||
+                     (adjoint && truth.unique && truth.consistent && truth.condition < trusted && !(error <= errorBound * truth.condition));
+  if (!wrong) return RIGHT;
   const PetscReal load          = PetscMax(s.f.size() ? s.f.cwiseAbs().maxCoeff() : 0.0, s.g.size() ? s.g.cwiseAbs().maxCoeff() : 0.0);
   const bool      representable = load == 0.0 || (load > 1e-150 && load < 1e150); /* an outer method squares its residual */
-  if (!tested && (!representable || reason == KSP_CONVERGED_ITS || reason == KSP_CONVERGED_ATOL || WholeResidual(s, x, lambda) <= 1e-3))
-    return REFUSED; /* of another's promise */
-  if (must || (adjoint && truth.contradictory)) return WRONG;
-  if (!(residual <= residualBound)) return WRONG;
-  if (adjoint && truth.unique && truth.consistent && truth.condition < trusted && !(error <= errorBound * truth.condition)) return WRONG;
-  return RIGHT;
+  const bool      excused       = !representable || reason == KSP_CONVERGED_ITS || reason == KSP_CONVERGED_ATOL || residual <= residualBound ||
+                       WholeResidual(s, x, lambda) <= 1e-3;
+  return !tested && excused ? REFUSED : WRONG; /* another's promise */
 }
 
 bool AttackInternal(PetscErrorCode code, const std::string &message)
