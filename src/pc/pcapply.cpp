@@ -327,16 +327,20 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The program's vectors may be nests, of parts that are no fields of ours */
 static PetscErrorCode ApplyFlat(PC pc, PetscBool transpose, Vec b, Vec y)
 {
-  Vec flat[2];
+  const PetscBool other = (PetscBool)!transpose;
+  Vec             flat[2];
+  PetscErrorCode  code;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthVecGetFlat(b, &flat[0]));
-  PetscCall(AinsworthVecGetFlat(y, &flat[1]));
-  PetscCall(ApplyOrTranspose(pc, transpose, flat[0], flat[1]));
-  PetscCall(AinsworthVecRestoreFlat(b, PETSC_FALSE, &flat[0]));
-  PetscCall(AinsworthVecRestoreFlat(y, PETSC_TRUE, &flat[1]));
+  PetscCall(AinsworthVecGetFlat(pc->pmat, other, b, &flat[0]));
+  PetscCall(AinsworthVecGetFlat(pc->pmat, transpose, y, &flat[1]));
+  code = ApplyOrTranspose(pc, transpose, flat[0], flat[1]); /* to be passed on when nothing is left behind */
+  PetscCall(AinsworthVecRestoreFlat(pc->pmat, other, b, PETSC_FALSE, &flat[0]));
+  PetscCall(AinsworthVecRestoreFlat(pc->pmat, transpose, y, PETSC_TRUE, &flat[1]));
+  PetscCall(code);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
