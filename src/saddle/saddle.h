@@ -61,6 +61,7 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   Mat          rowsC, rowsB, rowsD; /* the same with all of the program's rows */
   Mat          givenC;              /* rowsC with the columns of known unknowns */
   MatNullSpace whole;               /* null space of the program's matrix, NULL where it has none */
+  Mat          numbering;           /* that matrix */
   PetscBool    negated;             /* lambda is the negative of the program's */
   char         bad[256];            /* what makes the values unusable, empty where nothing does */
 
@@ -94,8 +95,8 @@ PetscErrorCode AinsworthRowSquares(Mat, Vec, Vec);
 PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
 
 /* flat.cpp */
-PetscErrorCode AinsworthVecGetFlat(Vec, Vec *);
-PetscErrorCode AinsworthVecRestoreFlat(Vec, PetscBool, Vec *);
+PetscErrorCode AinsworthVecGetFlat(Mat, PetscBool, Vec, Vec *);
+PetscErrorCode AinsworthVecRestoreFlat(Mat, PetscBool, Vec, PetscBool, Vec *);
 PetscErrorCode AinsworthCreateDiagonal(Mat, Vec *);
 
 /* nodes.cpp */
