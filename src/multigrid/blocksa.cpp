@@ -21,9 +21,9 @@ PetscErrorCode PCBlockSAGetProduct_Private(PC pc, Mat *product)
 
   PetscFunctionBegin;
   PetscCall(PCBlockSAGet_Private(pc, &sa));
-  if (sa && !sa->product && !sa->old && sa->levels.hierarchy && sa->levels.hierarchy->grids[0].upper && !sa->levels.hierarchy->sorted)
+  if (sa && !sa->product && sa->levels.hierarchy && sa->levels.hierarchy->grids[0].upper && !sa->levels.hierarchy->sorted)
     PetscCall(AinsworthHierarchyCreateProduct(*sa->levels.hierarchy, &sa->product));
-  *product = sa && !sa->old ? sa->product : NULL;
+  *product = sa ? sa->product : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -168,7 +168,7 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   const AinsworthHierarchy &h = *sa->levels.hierarchy;
-  if (sa->old) PetscCall(PetscViewerASCIIPrintf(viewer, "    levels of an earlier matrix, but for what is added to it\n"));
+  if (sa->old) PetscCall(PetscViewerASCIIPrintf(viewer, "    coarser levels of an earlier matrix, but for what is added to it\n"));
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "    modes: %s%s\n", h.modes.source,
     h.modes.rotations ? "" : "; rigid-body modes (MatSetNearNullSpace(), PCSetCoordinates()) would be 2 to 5 times faster on slender bodies"));

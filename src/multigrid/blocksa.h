@@ -22,10 +22,10 @@ struct PC_BlockSA {
   PetscBool                 given;    /* an option says the precision */
   PetscBool                 tolerant; /* the KSP that solves now tolerates single precision */
 
-  PetscBool keep; /* the levels, whatever values A has */
+  PetscBool keep; /* the coarser levels, whatever values A has */
 
   AinsworthLevels  levels;
-  PetscBool        old;       /* they are of other values of A */
+  PetscBool        old;       /* the coarser ones are of other values of A */
   std::vector<Mat> op;        /* of each level, the finest first; the coarsest is AIJ */
   Mat              product;   /* A for products, of the present levels; NULL: nobody asked for it */
   Vec              sorted[2]; /* right-hand side and solution node by node; NULL: not needed */

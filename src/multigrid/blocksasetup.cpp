@@ -80,6 +80,28 @@ static PetscErrorCode GetCoordinates(PC pc, const PC_BlockSA *sa, Mat A, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The coarser levels of an earlier A stay, under the finest one of A; *anew: they do not, as the precision of this would be another */
+static PetscErrorCode KeepCoarse(PC pc, PC_BlockSA *sa, Mat A, MatNullSpace near, PetscBool *anew)
+{
+  auto       hierarchy = std::make_shared<AinsworthHierarchy>(*sa->levels.hierarchy);
+  const bool single    = hierarchy->single();
+  Mat        aij;
+
+  PetscFunctionBegin;
+  sa->levels.hierarchy.reset();
+  PetscCall(AinsworthGetAIJ(A, &aij));
+  PetscCall(hierarchy->replaceFinest(aij, sa->options));
+  PetscCall(MatDestroy(&aij));
+  *anew = (PetscBool)(hierarchy->single() != single);
+  if (*anew) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscInfo(pc, "A has other values: the coarser levels are kept nevertheless\n"));
+  PetscCall(MatDestroy(&sa->product));
+  sa->levels.hierarchy = hierarchy;
+  sa->old              = PETSC_TRUE;
+  PetscCall(sa->levels.source.take(A, near));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The levels of A, made anew where A, its near null space or a choice is another than last time */
 static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
 {
@@ -97,13 +119,15 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   if (!near) PetscCall(MatGetNearNullSpace(pc->mat, &near));
   PetscCall(GetBlockSize(pc, A, &bs));
   if (HasLevels(sa, bs)) PetscCall(sa->levels.source.holds(A, near, Unsorted(*sa->levels.hierarchy), &same, &fits));
-  sa->old = (PetscBool)(!same && fits && sa->keep);
-  *anew   = (PetscBool)(!same && !sa->old);
-  if (!*anew) {
-    PetscCall(PetscInfo(pc, "%s\n", same ? "A has the values that it had: its levels are kept" : "A has other values: its levels are kept nevertheless"));
-    if (same) PetscCall(sa->levels.source.identify(A, near));
+  *anew = (PetscBool)(!fits || (!sa->keep && (!same || sa->old)));
+  if (!*anew && same) {
+    PetscCall(PetscInfo(pc, "A has the values that it had: its levels are kept\n"));
+    PetscCall(sa->levels.source.identify(A, near));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  if (!*anew) PetscCall(KeepCoarse(pc, sa, A, near, anew));
+  if (!*anew) PetscFunctionReturn(PETSC_SUCCESS);
+  sa->old = PETSC_FALSE;
   PetscCall(AinsworthGetAIJ(A, &aij));
   if (bs == 1) PetscCall(AinsworthFindNodes(aij, &bs, &order));
   if (bs > 1 && !order.empty()) PetscCall(PetscInfo(pc, "Nodes have %" PetscInt_FMT " unknowns, by the pattern of A, not next to each other\n", bs));

@@ -301,6 +301,38 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   AinsworthHierarchy::replaceFinest - the finest level is that of an A with other values, the coarser ones and the interpolation stay
+
+   Collective. A: as in create(), distributed as the one of that
+*/
+PetscErrorCode AinsworthHierarchy::replaceFinest(Mat A, const AinsworthHierarchyOptions &options)
+{
+  const PetscInt                  bs = grids[0].bs;
+  AinsworthBlockMat               X;
+  AinsworthHierarchy              finest;
+  std::unique_ptr<AinsworthLevel> level;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthBlockMatCreate(A, bs, order, &X));
+  finest.grids.emplace_back();
+  AinsworthGrid &grid = finest.grids[0];
+  PetscCall(ReadDiagonal(X, false, &grid.diagonal));
+  PetscCall(finest.store(X, options));
+  PetscCall(finest.createLevel(0, NULL, true, &level));
+  PetscCall(level->estimate());
+  grid.largest = level->largest;
+  grid.P       = grids[0].P;
+  if (grid.single && (options.product || !grid.P)) grid.upper = TakeUpper<PetscScalar>(X.rows, NULL);
+  if (!grid.P) { /* it is factored */
+    grid.single = NULL;
+    grid.w      = NULL;
+  }
+  grids[0] = std::move(grid);
+  jump     = finest.jump;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* AinsworthHierarchyCreateProduct - A itself as a matrix for products, with half of its entries stored */
 PetscErrorCode AinsworthHierarchyCreateProduct(const AinsworthHierarchy &hierarchy, Mat *mat)
 {

@@ -30,6 +30,7 @@ struct AinsworthGrid {
 class AinsworthHierarchy {
 public:
   PetscErrorCode create(Mat A, PetscInt bs, std::vector<PetscInt> &&order, AinsworthModes &&modes, const AinsworthHierarchyOptions &);
+  PetscErrorCode replaceFinest(Mat A, const AinsworthHierarchyOptions &);
   PetscErrorCode createLevel(PetscInt l, const AinsworthBlockMat *added, bool single, std::unique_ptr<AinsworthLevel> *) const;
   PetscReal      complexity() const;
   bool           single() const { return grids[0].single != nullptr; }

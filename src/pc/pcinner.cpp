@@ -205,7 +205,7 @@ PetscErrorCode PCAinsworthKeepOrSetUpInner_Private(PC pc, PC_Ainsworth *data, co
   PetscCall(PCAinsworthKeepInner_Private(data, PETSC_FALSE));
   if (sa) sa->keep = keep;
   else PetscCall(data->source.take(data->saddle.C, NULL));
-  if (!keep) data->first = -1;
+  if (!keep) PetscCall(PCAinsworthForgetCounts_Private(data));
   PetscCall(PCAinsworthSetUpInner_Private(pc, data, ctx, why, len));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -55,15 +55,19 @@ struct AinsworthSaddleBlocks {
    B is C itself where block (0,1) is its adjoint; D is NULL where it is zero.
 */
 struct AinsworthSaddle : AinsworthSaddleBlocks {
-  Mat          A;                   /* n x n: the program's, or without the columns of unknowns that are known */
-  Mat          P;                   /* what M_* is made of, the primal block of Pmat: A itself where there is none */
-  Mat          C, B, D;             /* AIJ, of the rows that are kept, times balance; none: no constraints */
-  Mat          rowsC, rowsB, rowsD; /* the same with all of the program's rows */
-  Mat          givenC;              /* rowsC with the columns of known unknowns */
-  MatNullSpace whole;               /* null space of the program's matrix, NULL where it has none */
-  Mat          numbering;           /* that matrix */
-  PetscBool    negated;             /* lambda is the negative of the program's */
-  char         bad[256];            /* what makes the values unusable, empty where nothing does */
+  Mat A;                   /* n x n: the program's, or without the columns of unknowns that are known */
+  Mat P;                   /* what M_* is made of, the primal block of Pmat: A itself where there is none */
+  Mat C, B, D;             /* AIJ, of the rows that are kept, times balance; none: no constraints */
+  Mat rowsC, rowsB, rowsD; /* the same with all of the program's rows */
+  Mat givenC;              /* rowsC with the columns of known unknowns */
+
+  PetscObjectId    idD;      /* of the block that rowsD is a copy of */
+  PetscObjectState patternD; /* of that */
+
+  MatNullSpace whole;     /* null space of the program's matrix, NULL where it has none */
+  Mat          numbering; /* that matrix */
+  PetscBool    negated;   /* lambda is the negative of the program's */
+  char         bad[256];  /* what makes the values unusable, empty where nothing does */
 
   AinsworthRowKind *kind;                       /* of each local row of the multiplier field */
   PetscInt          first;                      /* global number of the first of them */
