@@ -16,12 +16,18 @@
 struct Speed {
   PetscReal iterations, operations;
 };
-static const Speed speedCholmod[2] =
-  {
-    {75.0,  55.0 },
-    {110.0, 120.0}
-},
-                   speedMumps[2] = {{50.0, 30.0}, {50.0, 30.0}}, speedOther[2] = {{50.0, 5.0}, {50.0, 5.0}};
+static const Speed speedCholmod[] = {
+  {75.0,  55.0 },
+  {110.0, 120.0}
+};
+static const Speed speedMumps[] = {
+  {50.0, 30.0},
+  {50.0, 30.0}
+};
+static const Speed speedOther[] = {
+  {50.0, 5.0},
+  {50.0, 5.0}
+};
 /* All levels of the multigrid that this was measured with have so many times the entries of A; an iteration has a product with A beside */
 static const PetscReal usualComplexity = 1.14;
 /* Systems of so few unknowns are factored at once: PCBLOCKSA would have a single level, and factor that */
