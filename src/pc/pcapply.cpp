@@ -379,10 +379,23 @@ PetscErrorCode PCPostSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode ApplyFlat(PC pc, PetscBool transpose, Vec b, Vec y)
+{
+  Vec flat[2];
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthVecGetFlat(b, &flat[0]));
+  PetscCall(AinsworthVecGetFlat(y, &flat[1]));
+  PetscCall(ApplyOrTranspose(pc, transpose, flat[0], flat[1]));
+  PetscCall(AinsworthVecRestoreFlat(b, PETSC_FALSE, &flat[0]));
+  PetscCall(AinsworthVecRestoreFlat(y, PETSC_TRUE, &flat[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode PCApply_Ainsworth(PC pc, Vec b, Vec y)
 {
   PetscFunctionBegin;
-  PetscCall(ApplyOrTranspose(pc, PETSC_FALSE, b, y));
+  PetscCall(ApplyFlat(pc, PETSC_FALSE, b, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -396,6 +409,6 @@ PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
   PetscCheck(!PetscDefined(USE_COMPLEX) || data->symmetric, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP,
              "The transpose of PCAINSWORTH needs a Hermitian A in complex arithmetic");
   /* [A C'; C 0] is Hermitian when A is */
-  PetscCall(AinsworthApplyConjugated(b, y, [=](Vec v, Vec w) { return ApplyOrTranspose(pc, (PetscBool)!data->symmetric, v, w); }));
+  PetscCall(AinsworthApplyConjugated(b, y, [=](Vec v, Vec w) { return ApplyFlat(pc, (PetscBool)!data->symmetric, v, w); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

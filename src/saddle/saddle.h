@@ -91,6 +91,11 @@ PetscErrorCode AinsworthScaleColumns(Mat, Vec, Mat *);
 PetscErrorCode AinsworthRowSquares(Mat, Vec, Vec);
 PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
 
+/* flat.cpp */
+PetscErrorCode AinsworthVecGetFlat(Vec, Vec *);
+PetscErrorCode AinsworthVecRestoreFlat(Vec, PetscBool, Vec *);
+PetscErrorCode AinsworthCreateDiagonal(Mat, Vec *);
+
 /* merge.cpp */
 PetscErrorCode AinsworthMergeAIJ(MPI_Comm, const std::vector<IS> &, const std::vector<IS> &, const std::vector<Mat> &, Mat *);
 
