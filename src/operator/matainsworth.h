@@ -49,7 +49,6 @@ PETSC_INTERN PetscErrorCode MatAinsworthDiagnose_Private(Mat, PetscInt *, PetscI
 PETSC_INTERN PetscErrorCode MatAinsworthFindNear_Private(Mat, PetscInt *, PetscInt **);
 PETSC_INTERN PetscErrorCode MatAinsworthIsDoubtful_Private(Mat, PetscBool *);
 PETSC_INTERN PetscErrorCode MatAinsworthGetGram_Private(Mat, const AinsworthGram **);
-PETSC_INTERN PetscErrorCode MatAinsworthGetStart_Private(Mat, PetscReal *);
 PETSC_INTERN PetscErrorCode MatAinsworthViewGram_Private(Mat, PetscViewer);
 PETSC_INTERN PetscErrorCode MatAinsworthGetGramEconomy_Private(Mat, const char **);
 PETSC_INTERN PetscErrorCode MatAinsworthGetGramMat_Private(Mat, Mat *);

@@ -175,8 +175,14 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
   PetscCall(VecDuplicate(b.dual, &left.dual));
   PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   if (*verdict <= AINSWORTH_VERDICT_UNMET) {
-    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, tol, b, y, left, &refined));
+    char more[256];
+
+    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, tol, b, y, left, &refined, more, sizeof(more)));
     if (refined) PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
+    if (refined && more[0] && *verdict == AINSWORTH_VERDICT_MET) {
+      *verdict = AINSWORTH_VERDICT_UNMET;
+      PetscCall(PetscStrncpy(why, more, len));
+    }
   }
   if (*verdict == AINSWORTH_VERDICT_UNMET && !refined) {
     PetscCall(PetscInfo(pc, "%s: a second solve follows\n", why));

@@ -59,6 +59,8 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor_Private(data);
   PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M, bad));
+  if (*bad < 0 && !data->symmetric && data->format == AINSWORTH_PMAT_AIJ)
+    PetscCall(AinsworthMakePatternSymmetric(&data->M)); /* PETSc's orderings do not end where it is not */
   PetscCall(MatDestroy(&in.aij));
   if (*bad < 0) PetscCall(MatAinsworthSetPenalty(data->reduced, penalty));
   PetscCall(VecDestroy(&penalty));
