@@ -127,6 +127,28 @@ static PetscErrorCode Driven()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A block size that is part of A's type, and another that the options want, without constraints: A itself goes to the inner solver */
+static PetscErrorCode BlockSize(const char *type)
+{
+  Options           line("-pc_ainsworth_block_size 1 -ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12");
+  const DenseSystem d = SpringsCreate(20, 0, 1.0, 23);
+  Run               run;
+  Mat               A;
+
+  PetscFunctionBeginUser;
+  Case("block size of %s", type);
+  PetscCall(SystemFromDense(d, true, &run.sys));
+  PetscCall(MatSetBlockSize(run.sys.A, 2));
+  PetscCall(MatSetOption(run.sys.A, MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(MatConvert(run.sys.A, type, MAT_INITIAL_MATRIX, &A));
+  PetscCall(NestCreate(A, NULL, run.sys.C, NULL, false, &run.nest));
+  PetscCall(MatDestroy(&A));
+  PetscCall(SolverCreate(run.nest, &run.ksp));
+  PetscCall(CheckSolved(&run, d));
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Two equal rows: their multipliers have a null vector, in which the program left a rounding error of x. Where lambda is 1e60 times x a KSP makes noise of x */
 static PetscErrorCode MixedNullSpace(PetscReal stiffness, bool right)
 {
@@ -295,6 +317,8 @@ int main(int argc, char **argv)
   PetscCall(NestedNaN());
   for (const char *outer : {"fgmres", "gcr"}) PetscCall(Underflow(outer));
   PetscCall(Driven());
+  for (const char *type : {MATAIJ, MATBAIJ, MATSBAIJ})
+    if (!PetscDefined(USE_COMPLEX) || type != std::string(MATSBAIJ)) PetscCall(BlockSize(type));
   PetscCall(MixedNullSpace(1.0, true));
   PetscCall(MixedNullSpace(1e60, false));
   PetscCall(Variant());
