@@ -149,6 +149,35 @@ static PetscErrorCode BlockSize(const char *type)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* GAMG and ML smooth with the first of their operators on the finest level: this must be M_*, as products with the reduced operator take solves with S */
+static PetscErrorCode Smoothers(const char *inner, const char *coarse)
+{
+  Options           line(std::string("-ainsworth_ksp_rtol 1e-8 -ainsworth_pc_type ") + inner + " -ainsworth_" + coarse + " 8");
+  const DenseSystem d = SpringsCreate(100, 4, 1.0, 24);
+  Run               run;
+  KSP               ksp;
+  PC                pc;
+  PetscInt          levels, steps, before, after;
+
+  PetscFunctionBeginUser;
+  Case("smoothers of %s", inner);
+  PetscCall(RunCreate(d, false, &run));
+  PetscCall(KSPSetUp(run.ksp));
+  PetscCall(EventCount("AinsGramSolve", &before));
+  PetscCall(RunSolve(&run));
+  PetscCall(EventCount("AinsGramSolve", &after));
+  PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason > 0));
+  PetscCall(KSPGetPC(run.ksp, &pc));
+  PetscCall(PCAinsworthGetKSP(pc, &ksp));
+  PetscCall(KSPGetIterationNumber(ksp, &steps));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCMGGetLevels(pc, &levels));
+  PetscCall(CheckTrue("there is a finest level", levels > 1));
+  PetscCall(Check("solves with S", (PetscReal)(after - before), 2.0 * steps + 8.0)); /* one each for C and C', and those of R g and lambda */
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Two equal rows: their multipliers have a null vector, in which the program left a rounding error of x. Where lambda is 1e60 times x a KSP makes noise of x */
 static PetscErrorCode MixedNullSpace(PetscReal stiffness, bool right)
 {
@@ -317,6 +346,10 @@ int main(int argc, char **argv)
   PetscCall(NestedNaN());
   for (const char *outer : {"fgmres", "gcr"}) PetscCall(Underflow(outer));
   PetscCall(Driven());
+  PetscCall(Smoothers(PCGAMG, "pc_gamg_coarse_eq_limit"));
+#if defined(PETSC_HAVE_ML)
+  PetscCall(Smoothers(PCML, "pc_ml_maxCoarseSize"));
+#endif
   for (const char *type : {MATAIJ, MATBAIJ, MATSBAIJ})
     if (!PetscDefined(USE_COMPLEX) || type != std::string(MATSBAIJ)) PetscCall(BlockSize(type));
   PetscCall(MixedNullSpace(1.0, true));
