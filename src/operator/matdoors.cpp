@@ -220,27 +220,6 @@ PetscErrorCode MatAinsworthGetGram_Private(Mat mat, const AinsworthGram **gram)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MatAinsworthViewGram_Private(Mat mat, PetscViewer viewer)
-{
-  Mat_Ainsworth *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
-  PetscCall(AinsworthGramView(&ctx->proj.gram, viewer));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What is left out of the solver of the Gram matrix */
-PetscErrorCode MatAinsworthGetGramEconomy_Private(Mat mat, const char **text)
-{
-  Mat_Ainsworth *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
-  PetscCall(AinsworthGramGetEconomy(&ctx->proj.gram, text));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*@
    MatAinsworthComputeRHS - f~ = C' B g + Q' (f - A R g), the right-hand side of the reduced system A~ x = f~
 

@@ -57,8 +57,8 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
     PetscCall(PCGetOptionsPrefix(pc, &prefix));
     PetscCall(MatSetOptionsPrefix(data->reduced, prefix));
     PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->reduced, (PetscObject)pc, 0));
-    PetscCall(MatAinsworthSetRowsPerRank(data->reduced, data->choices.rowsPerRank));
   }
+  PetscCall(MatAinsworthSetRowsPerRank_Private(data->reduced, data->choices.rowsPerRank));
   if (data->choices.weightType == MAT_AINSWORTH_WEIGHT_USER) {
     PetscCheck(data->userWeight, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
                "-pc_ainsworth_weight user needs a vector: call PCAinsworthSetWeight()");

@@ -58,8 +58,8 @@ static bool Definite(const RandomSystem &s, const Truth &truth)
   Dense              A = scale.asDiagonal() * s.A * scale.asDiagonal(), C = truth.scale.tail(m).asDiagonal() * s.C * scale.asDiagonal();
 
   for (Eigen::Index i = 0; i < m; i++) {
-    if (s.D(i, i) > 0.0 && C.row(i).norm() > 0.0) return false;
-    if (s.D(i, i) < 0.0 && C.row(i).norm() > 0.0) {
+    if (PetscRealPart(s.D(i, i)) > 0.0 && C.row(i).norm() > 0.0) return false;
+    if (PetscRealPart(s.D(i, i)) < 0.0 && C.row(i).norm() > 0.0) {
       const PetscReal d = -PetscRealPart(s.D(i, i)) * PetscSqr(PetscRealPart(truth.scale[n + i]));
 
       A += C.row(i).adjoint() * C.row(i) / d;

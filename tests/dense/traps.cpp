@@ -233,7 +233,11 @@ static PetscErrorCode Variant()
     PetscCall(CheckSolved(&run, d));
   }
   PetscCall(KSPGetPC(run.ksp, &pc));
-  PetscCall(PCAinsworthSetVariant(pc, PC_AINSWORTH_PAPER));
+  {
+    Options line("-pc_ainsworth_variant paper");
+
+    PetscCall(PCSetFromOptions(pc));
+  }
   PetscCall(CheckSolved(&run, d));
   PetscCall(RunDestroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
