@@ -159,16 +159,20 @@ static PetscErrorCode CreateKeptVectors(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A alone, for the inner solver: in a copy that knows its block size where the program's does not */
+/* A alone, for the inner solver: in a copy that knows its block size where the program's does not, an AIJ where that is part of the type */
 static PetscErrorCode TellBlockSize(PC_Ainsworth *data)
 {
   PetscInt bs;
-  Mat      A = data->saddle.A;
+  Mat      A = data->saddle.A, copy;
 
   PetscFunctionBegin;
   PetscCall(MatGetBlockSize(A, &bs));
   if (bs == data->saddle.bs) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatDuplicate(A, MAT_COPY_VALUES, &data->saddle.A));
+  PetscCall(AinsworthGetAIJ(A, &copy));
+  if (copy == A) {
+    PetscCall(MatDuplicate(A, MAT_COPY_VALUES, &data->saddle.A));
+    PetscCall(MatDestroy(&copy));
+  } else data->saddle.A = copy;
   PetscCall(MatSetBlockSize(data->saddle.A, data->saddle.bs));
   PetscCall(MatDestroy(&A));
   PetscFunctionReturn(PETSC_SUCCESS);

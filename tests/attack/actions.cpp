@@ -283,7 +283,7 @@ static PetscErrorCode Compliance(Attack &a)
     if (a.r.Chance(0.5)) D(i, i) = s == 0.0 ? a.r.Real(-2.0, -0.5) : -s * PetscPowReal(10.0, a.r.Real(-6.0, 6.0));
   }
   for (int i = 1; i < m && kind == 2; i++) { /* -L L' */
-    const PetscScalar off = 0.5 * PetscSqrtReal(PetscAbsScalar(D(i, i) * D(i - 1, i - 1)));
+    const PetscScalar off = 0.5 * PetscSqrtReal(PetscAbsScalar(D(i, i))) * PetscSqrtReal(PetscAbsScalar(D(i - 1, i - 1)));
 
     D(i, i - 1) = D(i - 1, i) = off;
   }

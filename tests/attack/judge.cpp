@@ -188,6 +188,7 @@ Dense AttackNullSpace(const RandomSystem &s)
 
   K << t.A, t.Ct, t.C, t.D;
   K = truth.scale.asDiagonal() * K * truth.scale.asDiagonal();
+  if (!K.allFinite()) return Dense(n + m, 0);
   Eigen::JacobiSVD<Dense> svd(K, Eigen::ComputeFullV);
 
   svd.setThreshold(1e-11);
