@@ -178,6 +178,24 @@ static PetscErrorCode CreatePenalty(const AinsworthPmatInputs *in, const Ainswor
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   M += 1e-12 diag(M): where a body floats M_* is singular, BoomerAMG's coarse matrices have zeros on the diagonal, or less by rounding, and hypre's estimate of
+   their largest eigenvalue never ends
+*/
+static PetscErrorCode Shift(Mat M)
+{
+  static const PetscReal shift = 1e-12;
+  Vec                    diagonal;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(M, &diagonal, NULL));
+  PetscCall(MatGetDiagonal(M, diagonal));
+  PetscCall(VecScale(diagonal, shift));
+  PetscCall(MatDiagonalSet(M, diagonal, ADD_VALUES));
+  PetscCall(VecDestroy(&diagonal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* *pmat, M_* - A, becomes what the inner preconditioner takes */
 static PetscErrorCode AddA(Mat A, AinsworthPmatFormat format, PetscInt bs, Mat *pmat)
 {
@@ -189,7 +207,10 @@ static PetscErrorCode AddA(Mat A, AinsworthPmatFormat format, PetscInt bs, Mat *
     PetscCall(MatDestroy(&part[1]));
   } else if (format != AINSWORTH_PMAT_HYPRE) PetscCall(AinsworthAddAIJ(A, pmat));
   else PetscCall(MatAXPY(*pmat, 1.0, A, DIFFERENT_NONZERO_PATTERN));
-  if (format == AINSWORTH_PMAT_HYPRE) PetscCall(MatConvert(*pmat, MATHYPRE, MAT_INPLACE_MATRIX, pmat)); /* of AIJ PCHYPRE would make a copy */
+  if (format == AINSWORTH_PMAT_HYPRE) {
+    PetscCall(Shift(*pmat));
+    PetscCall(MatConvert(*pmat, MATHYPRE, MAT_INPLACE_MATRIX, pmat)); /* of AIJ PCHYPRE would make a copy */
+  }
   PetscCall(MatSetBlockSize(*pmat, bs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,5 +1,6 @@
 static char help[] = "Rows of C that are long, unknowns that many rows share or that A does nothing to: what M_* has of them, by dense formulas.\n\n";
 
+#include "pmatreference.h"
 #include "run.h"
 #include <algorithm>
 
@@ -69,7 +70,7 @@ static Dense Jcb(const Dense &A, const Dense &C, const Column &W, const Column &
 static PetscErrorCode LongRow(bool floating, PCAinsworthPmatType type)
 {
   const PetscInt    n = 240, m = 6, size = 120;
-  const std::string line = std::string(common) + "-ainsworth_pc_type jacobi -ainsworth_ksp_max_it 1000 -pc_ainsworth_pmat " + PCAinsworthPmatTypes[type];
+  const std::string line = std::string(common) + "-ainsworth_pc_type jacobi -ainsworth_ksp_max_it 1000 -pc_ainsworth_pmat " + PmatName(type);
   Options           options(line);
   DenseSystem       d = Springs(n, m);
   Dense             shortC, expected, got;
@@ -79,7 +80,7 @@ static PetscErrorCode LongRow(bool floating, PCAinsworthPmatType type)
   std::string       view;
 
   PetscFunctionBeginUser;
-  Case("a long row, %s, %s", floating ? "floating" : "fixed", PCAinsworthPmatTypes[type]);
+  Case("a long row, %s, %s", floating ? "floating" : "fixed", PmatName(type));
   if (floating)
     for (PetscInt i = n - size; i < n; i++) { /* nothing but the long row has an entry there */
       d.A(i, i)     = i == n - size || i == n - 1 ? 1.0 : 2.0;
