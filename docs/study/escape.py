@@ -16,6 +16,7 @@ from common import machine, measured, prose
 SYSTEMS = [  # name, options of scenes, the multigrid of the default
     ("two cubes, Poisson's ratio .3", "balls_tied -inclusion none", "blocksa"),
     ("periodic cell with balls", "periodic", "blocksa"),
+    ("periodic cell, Poisson's ratio .4999", "periodic -nu .4999", "blocksa"),
     ("cyclic sector", "cyclic", "blocksa"),
     ("plate on a block", "plate_block", "blocksa"),
     ("Poisson's ratio .499", "balls_tied -inclusion none -nu .499", "blocksa"),

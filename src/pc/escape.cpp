@@ -303,7 +303,7 @@ static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConve
   PetscFunctionBegin;
   PetscCall((*e->converged)(ksp, step, norm, reason, e->test));
   if (!step) e->norms.clear();
-  e->norms.push_back(norm);
+  e->norms.push_back(e->norms.empty() ? norm : PetscMin(norm, e->norms.back())); /* with long rows they go up and down */
   if (*reason || step < early || !(norm > 0.0) || PetscIsInfOrNanReal(norm) || e->norms.size() <= (size_t)early) PetscFunctionReturn(PETSC_SUCCESS);
   goal = PetscMax((data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR ? data->reporting.rtol : ksp->rtol) * e->norms[0], ksp->abstol);
   if (norm <= goal) PetscFunctionReturn(PETSC_SUCCESS);
