@@ -5,8 +5,8 @@
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
 
-/* A set-up of multigrid costs as much as so many iterations: 8 to 10 of BoomerAMG's, 15 of PCGAMG's, 14 to 20 of PCBLOCKSA's, measured */
-static const PetscReal multigrid = 15;
+/* A set-up of multigrid costs as much as so many iterations, measured: BoomerAMG's 8 to 10, PCGAMG's 15, PCBLOCKSA's 14 to 20 */
+static const PetscReal boomer = 9, multigrid = 15;
 /* A factorization as many as this part of the entries of a column of the factor: 30 where these are 750, with CHOLMOD; 20 to 25 with MUMPS */
 static const PetscReal column = 0.04;
 /* A solve with an old preconditioner ends that has taken so many times the iterations of the first, and those of a set-up */
@@ -34,13 +34,14 @@ PetscBool PCAinsworthKeepsAlways_Private(PC pc, const PC_Ainsworth *data)
 /* The cost of a set-up of the inner preconditioner, in iterations with it: by its type and its entries, not by a clock, so that all runs are alike */
 static PetscErrorCode SetUpCost(PC inner, PetscReal *iterations)
 {
-  PetscBool factored, known;
+  PetscBool factored, known, hypre;
   PetscInt  n;
   MatInfo   info;
   Mat       F;
 
   PetscFunctionBegin;
-  *iterations = multigrid;
+  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &hypre));
+  *iterations = hypre ? boomer : multigrid;
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &factored, PCLU, PCCHOLESKY, ""));
   if (!factored || !inner->setupcalled) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCFactorGetMatrix(inner, &F));
