@@ -241,15 +241,18 @@ static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt enoug
 /*
    AinsworthHierarchy::create - levels of A from the finest to one that can be factored
 
-   Collective. A: AIJ, Hermitian, blocks of bs
+   Collective. A: AIJ, Hermitian, nodes of bs unknowns; nodes: the rows of this rank node by node, empty: they are so already
 */
-PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, AinsworthModes &&near, const AinsworthHierarchyOptions &options)
+PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscInt> &&nodes, AinsworthModes &&near, const AinsworthHierarchyOptions &options)
 {
   AinsworthBlockMat X;
 
   PetscFunctionBegin;
-  modes = std::move(near);
-  PetscCall(AinsworthBlockMatCreate(A, bs, &X));
+  modes  = std::move(near);
+  order  = std::move(nodes);
+  sorted = (PetscBool)!order.empty();
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &sorted, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)A)));
+  PetscCall(AinsworthBlockMatCreate(A, bs, order, &X));
   PetscCall(AinsworthModesFit(X, &modes));
   for (;;) {
     std::unique_ptr<AinsworthLevel> level;
@@ -311,7 +314,7 @@ PetscErrorCode AinsworthHierarchy::replaceFinest(Mat A, const AinsworthHierarchy
   std::unique_ptr<AinsworthLevel> level;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthBlockMatCreate(A, bs, &X));
+  PetscCall(AinsworthBlockMatCreate(A, bs, order, &X));
   finest.grids.emplace_back();
   AinsworthGrid &grid = finest.grids[0];
   PetscCall(ReadDiagonal(X, false, &grid.diagonal));

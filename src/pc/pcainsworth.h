@@ -11,6 +11,13 @@
 
 struct Mat_Ainsworth;
 
+/* Weight, penalty, its factor, scaling of rows and inner Krylov method at once */
+typedef enum {
+  PC_AINSWORTH_WEIGHTED, /* W = diag(A)^{-1}, one penalty per row, KSPPROJECTEDCG */
+  PC_AINSWORTH_PAPER     /* W = I, one penalty beta, KSPCG: Robert, Jolivet, Jamond, Badri, sections 3 and 4 */
+} PCAinsworthVariant;
+PETSC_INTERN const char *const PCAinsworthVariants[];
+
 /* What to do with rows of C that are linear combinations of other rows */
 typedef enum {
   AINSWORTH_REDUNDANT_DROP, /* they are left out; a right-hand side that contradicts them is a failure, PC_INCONSISTENT_RHS */
@@ -158,6 +165,7 @@ PETSC_INTERN PetscErrorCode      PCPreSolve_Ainsworth(PC, KSP, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCPostSolve_Ainsworth(PC, KSP, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCApply_Ainsworth(PC, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCApplyTranspose_Ainsworth(PC, Vec, Vec);
+PETSC_INTERN PetscErrorCode      PCAinsworthReductionsCollide_Private(const PC_Ainsworth *, Vec, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthAgreeOnFailure_Private(PC, PCFailedReason);
 PETSC_INTERN PetscErrorCode      PCAinsworthGetData_Private(PC, PC_Ainsworth **);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetStale_Private(PC, PC_Ainsworth *);
@@ -219,7 +227,7 @@ PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ains
 PETSC_INTERN PetscErrorCode      PCAinsworthSolveFields_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PCAinsworthFields, PCAinsworthFields,
                                                                 KSPConvergedReason *);
 PETSC_INTERN PetscErrorCode PCAinsworthRefineRows_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, PCAinsworthFields, PCAinsworthFields, PCAinsworthFields,
-                                                          PetscBool *);
+                                                          PetscBool *, char[], size_t);
 PETSC_INTERN PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *, Vec, Vec, PetscBool *);
 PETSC_INTERN PetscErrorCode PCAinsworthAskedFor_Private(const PC_Ainsworth *, KSPConvergedReason, PetscReal *);
 PETSC_INTERN PetscErrorCode PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, Vec, AinsworthVerdict *, char[],

@@ -40,14 +40,16 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
 {
   AinsworthPmatInputs  in;
   AinsworthPmatOptions options = data->choices.pmat;
+  const AinsworthGram *gram;
   Vec                  penalty;
 
   PetscFunctionBegin;
   in.A  = data->saddle.P;
   in.bs = data->saddle.bs;
   in.C  = data->saddle.C;
-  PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &in.S));
+  PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
   PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &in.compliance));
+  in.S               = gram->S;
   in.weight          = ctx->mobility;
   in.inverseDiagonal = data->inverseDiagonal;
   in.format          = data->format;
@@ -59,6 +61,8 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor_Private(data);
   PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M, bad));
+  if (*bad < 0 && !data->symmetric && data->format == AINSWORTH_PMAT_AIJ)
+    PetscCall(AinsworthMakePatternSymmetric(&data->M)); /* PETSc's orderings do not end where it is not */
   PetscCall(MatDestroy(&in.aij));
   if (*bad < 0) PetscCall(MatAinsworthSetPenalty(data->reduced, penalty));
   PetscCall(VecDestroy(&penalty));

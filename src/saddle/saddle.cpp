@@ -181,6 +181,8 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
   *(AinsworthSaddleBlocks *)sp = found;
   PetscCall(AinsworthSaddleGetWhole(in->amat, in->pmat, &sp->whole));
   PetscCall(PetscObjectReference((PetscObject)sp->whole));
+  PetscCall(PetscObjectReference((PetscObject)in->pmat));
+  sp->numbering = in->pmat;
   PetscCall(GetSource(sp->block[AINSWORTH_BLOCK_C], sp->block[AINSWORTH_BLOCK_B], &source, &transpose, &hermitian));
   PetscCall(AinsworthCheckEntries(source, sp->name[sp->block[AINSWORTH_BLOCK_C] ? AINSWORTH_BLOCK_C : AINSWORTH_BLOCK_B], "C", &opaque));
   PetscCall(GetConstraints(source, transpose, hermitian, &sp->rowsC));
@@ -219,6 +221,7 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
   for (Mat *M : {&sp->A, &sp->P, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC, &sp->absolute}) PetscCall(MatDestroy(M));
   for (Vec *v : {&sp->balance, &sp->known, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
   PetscCall(MatNullSpaceDestroy(&sp->whole));
+  PetscCall(MatDestroy(&sp->numbering));
   PetscCall(PetscFree(sp->kind));
   for (PetscInt &count : sp->count) count = 0;
   sp->bad[0]  = 0;

@@ -32,6 +32,7 @@ struct AinsworthSaddleBlocks {
   IS        cols[2];                    /* the same in the solution */
   PetscBool made[AINSWORTH_BLOCKS];     /* the block is not the program's */
   PetscInt  bs;                         /* block size of A, which A itself may not know */
+  PetscInt  scattered;                  /* unknowns of a node where these are not next to each other, which PCBLOCKSA sorts; 1: bs says it */
 
   const char       *bsSource;   /* how it is known */
   MatNullSpace      modes;      /* rigid-body modes from coordinates; NULL: none were given */
@@ -63,9 +64,10 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   PetscObjectId    idD;      /* of the block that rowsD is a copy of */
   PetscObjectState patternD; /* of that */
 
-  MatNullSpace whole;    /* null space of the program's matrix, NULL where it has none */
-  PetscBool    negated;  /* lambda is the negative of the program's */
-  char         bad[256]; /* what makes the values unusable, empty where nothing does */
+  MatNullSpace whole;     /* null space of the program's matrix, NULL where it has none */
+  Mat          numbering; /* that matrix */
+  PetscBool    negated;   /* lambda is the negative of the program's */
+  char         bad[256];  /* what makes the values unusable, empty where nothing does */
 
   AinsworthRowKind *kind;                       /* of each local row of the multiplier field */
   PetscInt          first;                      /* global number of the first of them */
@@ -91,14 +93,18 @@ PetscErrorCode AinsworthAddAIJ(Mat, Mat *);
 PetscErrorCode AinsworthMakePatternSymmetric(Mat *);
 PetscErrorCode AinsworthRowSums(Mat, int, Vec);
 PetscErrorCode AinsworthCountRows(Mat, PetscInt, Vec *);
+PetscErrorCode AinsworthSampleRows(Mat, PetscInt, PetscInt, PetscInt, IS *, PetscInt *);
 PetscErrorCode AinsworthScaleColumns(Mat, Vec, Mat *);
 PetscErrorCode AinsworthRowSquares(Mat, Vec, Vec);
 PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
 
 /* flat.cpp */
-PetscErrorCode AinsworthVecGetFlat(Vec, Vec *);
-PetscErrorCode AinsworthVecRestoreFlat(Vec, PetscBool, Vec *);
+PetscErrorCode AinsworthVecGetFlat(Mat, PetscBool, Vec, Vec *);
+PetscErrorCode AinsworthVecRestoreFlat(Mat, PetscBool, Vec, PetscBool, Vec *);
 PetscErrorCode AinsworthCreateDiagonal(Mat, Vec *);
+
+/* nodes.cpp */
+PetscErrorCode AinsworthFindNodes(Mat, PetscInt *, std::vector<PetscInt> *);
 
 /* merge.cpp */
 PetscErrorCode AinsworthMergeAIJ(MPI_Comm, const std::vector<IS> &, const std::vector<IS> &, const std::vector<Mat> &, Mat *);
@@ -163,7 +169,8 @@ struct AinsworthUnmet {
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *, PetscBool, PetscReal, PetscReal, Vec, Vec, Vec, Vec, Vec, AinsworthUnmet *);
 PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec, Vec, Vec, PetscReal *);
+PetscErrorCode AinsworthSaddleIsVacuous(AinsworthSaddle *, Vec, Vec, Vec, Vec, PetscBool *);
 PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *, Vec, Vec, Vec, PetscReal *);
-PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, PetscReal, Vec, Vec, Vec, Vec, AinsworthUnmet *, char[], size_t);
+PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, PetscReal, PetscReal, Vec, Vec, Vec, Vec, AinsworthUnmet *, char[], size_t);
 
 #endif
