@@ -81,17 +81,23 @@ PetscErrorCode PCAinsworthForgetCounts_Private(PC_Ainsworth *data)
 {
   PetscFunctionBegin;
   for (PetscInt &took : data->took) took = -1;
-  data->more = 0.0;
-  data->last = -1;
+  data->more = data->extra = 0.0;
+  data->solves             = 0;
+  data->last               = -1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthKeeps_Private - before a set-up: is the inner preconditioner to be kept? While it has cost fewer iterations than the set-up that it saves */
+/*
+   PCAinsworthKeeps_Private - before a set-up: is the inner preconditioner to be kept?
+
+   Until the next solve would cost more than the mean so far, that of the set-up included, as replacement theory has it. The next one is taken to need as many
+   more iterations as if these grew in equal steps.
+*/
 PetscErrorCode PCAinsworthKeeps_Private(PC pc, const PC_Ainsworth *data, PetscBool *keeps)
 {
   PC          inner;
   KSPNormType norm;
-  PetscReal   cost;
+  PetscReal   cost, next, mean;
   PetscBool   expensive;
 
   PetscFunctionBegin;
@@ -101,10 +107,13 @@ PetscErrorCode PCAinsworthKeeps_Private(PC pc, const PC_Ainsworth *data, PetscBo
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &expensive, PCBLOCKSA, PCHYPRE, PCGAMG, PCML, PCHMG, PCLU, PCCHOLESKY, PCREDUNDANT, ""));
   PetscCall(KSPGetNormType(data->ksp, &norm));
   PetscCall(SetUpCost(inner, &cost));
-  *keeps = (PetscBool)(expensive && norm != KSP_NORM_NONE && data->more <= cost);
+  next   = data->solves ? data->extra * (PetscReal)(data->solves + 1) / (PetscReal)data->solves : 0.0;
+  mean   = (cost + data->more) / (PetscReal)(data->solves + 1);
+  *keeps = (PetscBool)(expensive && norm != KSP_NORM_NONE && next <= mean);
   if (expensive && !*keeps)
-    PetscCall(PetscInfo(pc, "The inner preconditioner is not kept: it took %g iterations more than at first, and a set-up costs %g\n", (double)data->more,
-                        (double)cost));
+    PetscCall(PetscInfo(pc,
+                        "The inner preconditioner is not kept: it took %g iterations more than at first in %" PetscInt_FMT " solves, and a set-up costs %g\n",
+                        (double)data->more, data->solves, (double)cost));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -140,7 +149,11 @@ PetscErrorCode PCAinsworthCount_Private(PC_Ainsworth *data)
   PetscCall(PCAinsworthIsOld_Private(data, &old));
   first = FirstTook(data, decades);
   if (data->took[decades] < 0 && (!old || first < 0.0)) data->took[decades] = data->last;
-  else data->more += PetscMax(0.0, (PetscReal)data->last - first);
+  else if (old) {
+    data->extra = PetscMax(0.0, (PetscReal)data->last - first);
+    data->more += data->extra;
+    data->solves++;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
