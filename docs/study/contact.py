@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Contact: Hertz' problem over meshes, what a sequence of steps costs, friction and mortar rows over meshes; CSVs and plots in docs/contact.
+"""Contact: Hertz' problem over meshes, what a sequence of steps costs, other solvers, friction over meshes; CSVs and plots in docs/contact.
 
-/usr/bin/python3 docs/study/contact.py [--cylinder 8,16,32,64,128] [--sphere 8,12,16,20,26] [--sequence 12,16,20] [--friction 6,8,12,16,24]
+/usr/bin/python3 docs/study/contact.py [--cylinder 16,32,64,128] [--sphere 8,12,16,20,26] [--sequence 12,16,20] [--peers 12,16] [--friction 6,8,12,16,24]
+Some minutes; one part alone: --sphere "" --sequence "" and so on.
 One rank; seconds of the processor in the solve. The tables of docs/contact.md are printed.
 """
 import argparse
@@ -21,7 +22,18 @@ from common import machine, measured, plots
 FOLDER = os.path.join(machine.ROOT, "docs", "contact")
 BUILD = os.path.dirname(machine.PLUGIN)
 OURS = "-ksp_type preonly -pc_type ainsworth"
-SOLVERS = [("kept", OURS), ("fresh", OURS + " -fresh"), ("MUMPS", "-monolithic -ksp_type preonly -pc_type lu -pc_factor_mat_solver_type mumps")]
+EXACT = " -snes_ainsworthactiveset_loose 0"
+MUMPS = "-monolithic -ksp_type preonly -pc_type lu -pc_factor_mat_solver_type mumps"
+SOLVERS = [("kept", OURS), ("fresh", OURS + " -fresh"), ("kept, all solves exact", OURS + EXACT), ("fresh, all solves exact", OURS + EXACT + " -fresh"), ("MUMPS", MUMPS)]
+SET = "-snes_type ainsworthactiveset "
+ELIMINATION = "-method elimination -ksp_type cg -ksp_norm_type natural -pc_type "
+TOLERANCES = ("1e-4", "1e-6", "1e-8")
+# name, options, the option of the tolerance, the tolerances
+PEERS = [(name, SET + options, "-ainsworth_ksp_rtol", TOLERANCES) for name, options in SOLVERS[:4]] + [
+    ("MUMPS", SET + MUMPS, "", ("",)),
+    ("elimination, blocksa", ELIMINATION + "blocksa", "-ksp_rtol", TOLERANCES),
+    ("elimination, BoomerAMG", ELIMINATION + "hypre", "-ksp_rtol", TOLERANCES),
+    ("TAO, PDIPM", "-method tao -tao_type pdipm", "-tao_gatol", ("1", "1e-3", "1e-5"))]
 
 
 def run(program, options):
@@ -88,8 +100,41 @@ def sequence(arguments):
     measured.save(os.path.join(FOLDER, "sequence.csv"), measured.provenance(), ["n", "size", "solver", "solves", "first", "most", "cpu_s"], rows)
 
 
+def peers(arguments):
+    """Whole simulations by all solvers, over their tolerances: error and processor seconds."""
+    rows = []
+    for n in arguments.peers:
+        for name, options, option, tolerances in PEERS:
+            for tolerance in tolerances:
+                runs = [values(run("peers", "-n %d %s %s %s" % (n, options, option, tolerance)), "peer") for _ in range(arguments.repeat)]
+                rows.append(dict(min(runs, key=lambda row: float(row["cpu_s"])), n=n, solver=name, tolerance=tolerance))
+                print(rows[-1], flush=True)
+    ours = {(n, t): float(next(r["cpu_s"] for r in rows if (r["n"], r["solver"], r["tolerance"]) == (n, "kept", t))) for n in arguments.peers for t in TOLERANCES}
+    table(["unknowns", "solver", "tolerance", "steps", "iterations", "error", "processor [s]", "of kept at 1e-8"],
+          [[r["unknowns"], r["solver"], r["tolerance"], r["steps"], r["iterations"], r["error"], r["cpu_s"], "%.2f" % (float(r["cpu_s"]) / ours[r["n"], "1e-8"])] for r in rows])
+    measured.save(os.path.join(FOLDER, "peers.csv"), measured.provenance(), ["n", "unknowns", "solver", "tolerance", "steps", "iterations", "error", "depth", "cpu_s"], rows)
+
+
+def plot_peers():
+    """Error against seconds of the largest size."""
+    rows = measured.read(os.path.join(FOLDER, "peers.csv"))[1]
+    rows = [row for row in rows if row["n"] == rows[-1]["n"] and float(row["error"]) > 0]
+    figure, panel = plots.pyplot.subplots(figsize=(6, 4))
+    for mark, name in zip("os^vDPX", dict.fromkeys(row["solver"] for row in rows)):
+        mine = [row for row in rows if row["solver"] == name]
+        panel.loglog([float(row["cpu_s"]) for row in mine], [float(row["error"]) for row in mine], mark + "-", fillstyle="none", label=name)
+    panel.set_xlabel("processor seconds of the simulation")
+    panel.set_ylabel("error in the energy norm")
+    panel.grid(True, alpha=0.4)
+    panel.legend(fontsize=7)
+    figure.tight_layout()
+    plots.save(figure, os.path.join(FOLDER, "peers"))
+
+
 def friction(arguments):
     rows = []
+    print("friction, n1 = 16: " + ", ".join("%s %s s" % (name, min(values(run("friction", "-n1 16 -n2 14 -mu 0.2 " + OURS + more), "friction")["cpu_s"] for _ in range(arguments.repeat)))
+                                            for name, more in (("kept", " -ainsworth_ksp_rtol 1e-2"), ("fresh", " -ainsworth_ksp_rtol 1e-2 -fresh"), ("kept, 1e-8", ""), ("fresh, 1e-8", " -fresh"))), flush=True)
     for n in arguments.friction:
         text = run("friction", "-n1 %d -n2 %d -mu 0.2 %s" % (n, n * 5 // 6, OURS))
         rows.append(dict(values(text, "friction"), n=n, most=max(int(i) for i in re.findall(r"(\d+) iterations", text))))
@@ -151,11 +196,11 @@ def picture():
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    for name, sizes in (("cylinder", "8,16,32,64,128"), ("sphere", "8,12,16,20,26"), ("sequence", "12,16,20"), ("friction", "6,8,12,16,24")):
+    for name, sizes in (("cylinder", "8,16,32,64,128"), ("sphere", "8,12,16,20,26"), ("sequence", "12,16,20"), ("peers", "12,16"), ("friction", "6,8,12,16,24")):
         parser.add_argument("--" + name, default=sizes, type=lambda text: [int(n) for n in text.split(",") if n], help="meshes (default %s)" % sizes)
     parser.add_argument("--repeat", type=int, default=2, help="runs of each sequence (default 2)")
     arguments = parser.parse_args()
-    for name in ("cylinder", "sphere", "sequence", "friction"):
+    for name in ("cylinder", "sphere", "sequence", "peers", "friction"):
         if isinstance(getattr(arguments, name), str):
             setattr(arguments, name, [int(n) for n in getattr(arguments, name).split(",")])
     os.makedirs(FOLDER, exist_ok=True)
@@ -165,6 +210,9 @@ def main():
         picture()
     if arguments.sequence:
         sequence(arguments)
+    if arguments.peers:
+        peers(arguments)
+        plot_peers()
     if arguments.friction:
         friction(arguments)
     return 0

@@ -147,7 +147,8 @@ struct PC_Ainsworth {
   AinsworthRebuildType rebuild;
   PetscInt             took[PC_AINSWORTH_DECADES]; /* iterations of the first solve with the preconditioner for so many decades; -1: none yet */
   PetscInt             last;                       /* of the last one */
-  PetscReal            more;                       /* how many more than the first ones all took */
+  PetscInt             solves;                     /* since the matrix is another one */
+  PetscReal            extra, more;                /* how many iterations more than at first the last one of them took, and all */
   AinsworthSource      source;                     /* the C that a preconditioner that is kept as a whole was made for */
 
   /* error against run time */

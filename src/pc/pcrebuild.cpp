@@ -5,8 +5,8 @@
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
 
-/* A set-up of multigrid costs as much as so many iterations: 8 to 10 of BoomerAMG's, 15 of PCGAMG's, 14 to 20 of PCBLOCKSA's, measured */
-static const PetscReal multigrid = 15;
+/* A set-up of multigrid costs as much as so many iterations, measured: BoomerAMG's 8 to 10, PCGAMG's 15, PCBLOCKSA's 14 to 20 */
+static const PetscReal boomer = 9, multigrid = 15;
 /* A factorization as many as this part of the entries of a column of the factor: 30 where these are 750, with CHOLMOD; 20 to 25 with MUMPS */
 static const PetscReal column = 0.04;
 /* A solve with an old preconditioner ends that has taken so many times the iterations of the first, and those of a set-up */
@@ -34,13 +34,14 @@ PetscBool PCAinsworthKeepsAlways_Private(PC pc, const PC_Ainsworth *data)
 /* The cost of a set-up of the inner preconditioner, in iterations with it: by its type and its entries, not by a clock, so that all runs are alike */
 static PetscErrorCode SetUpCost(PC inner, PetscReal *iterations)
 {
-  PetscBool factored, known;
+  PetscBool factored, known, hypre;
   PetscInt  n;
   MatInfo   info;
   Mat       F;
 
   PetscFunctionBegin;
-  *iterations = multigrid;
+  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &hypre));
+  *iterations = hypre ? boomer : multigrid;
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &factored, PCLU, PCCHOLESKY, ""));
   if (!factored || !inner->setupcalled) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCFactorGetMatrix(inner, &F));
@@ -80,17 +81,23 @@ PetscErrorCode PCAinsworthForgetCounts_Private(PC_Ainsworth *data)
 {
   PetscFunctionBegin;
   for (PetscInt &took : data->took) took = -1;
-  data->more = 0.0;
-  data->last = -1;
+  data->more = data->extra = 0.0;
+  data->solves             = 0;
+  data->last               = -1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthKeeps_Private - before a set-up: is the inner preconditioner to be kept? While it has cost fewer iterations than the set-up that it saves */
+/*
+   PCAinsworthKeeps_Private - before a set-up: is the inner preconditioner to be kept?
+
+   Until the next solve would cost more than the mean so far, that of the set-up included, as replacement theory has it. The next one is taken to need as many
+   more iterations as if these grew in equal steps.
+*/
 PetscErrorCode PCAinsworthKeeps_Private(PC pc, const PC_Ainsworth *data, PetscBool *keeps)
 {
   PC          inner;
   KSPNormType norm;
-  PetscReal   cost;
+  PetscReal   cost, next, mean;
   PetscBool   expensive;
 
   PetscFunctionBegin;
@@ -100,10 +107,13 @@ PetscErrorCode PCAinsworthKeeps_Private(PC pc, const PC_Ainsworth *data, PetscBo
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &expensive, PCBLOCKSA, PCHYPRE, PCGAMG, PCML, PCHMG, PCLU, PCCHOLESKY, PCREDUNDANT, ""));
   PetscCall(KSPGetNormType(data->ksp, &norm));
   PetscCall(SetUpCost(inner, &cost));
-  *keeps = (PetscBool)(expensive && norm != KSP_NORM_NONE && data->more <= cost);
+  next   = data->solves ? data->extra * (PetscReal)(data->solves + 1) / (PetscReal)data->solves : 0.0;
+  mean   = (cost + data->more) / (PetscReal)(data->solves + 1);
+  *keeps = (PetscBool)(expensive && norm != KSP_NORM_NONE && next <= mean);
   if (expensive && !*keeps)
-    PetscCall(PetscInfo(pc, "The inner preconditioner is not kept: it took %g iterations more than at first, and a set-up costs %g\n", (double)data->more,
-                        (double)cost));
+    PetscCall(PetscInfo(pc,
+                        "The inner preconditioner is not kept: it took %g iterations more than at first in %" PetscInt_FMT " solves, and a set-up costs %g\n",
+                        (double)data->more, data->solves, (double)cost));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -139,7 +149,11 @@ PetscErrorCode PCAinsworthCount_Private(PC_Ainsworth *data)
   PetscCall(PCAinsworthIsOld_Private(data, &old));
   first = FirstTook(data, decades);
   if (data->took[decades] < 0 && (!old || first < 0.0)) data->took[decades] = data->last;
-  else data->more += PetscMax(0.0, (PetscReal)data->last - first);
+  else if (old) {
+    data->extra = PetscMax(0.0, (PetscReal)data->last - first);
+    data->more += data->extra;
+    data->solves++;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

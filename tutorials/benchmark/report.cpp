@@ -1,5 +1,6 @@
 /* The line that every tutorial ends with: size, time, and the residuals of the original blocks */
 #include "report.h"
+#include <sys/resource.h>
 
 /* ||f - A x - B' lambda||_2 / ||f||_2, absolute where f = 0 */
 static PetscErrorCode PrimalResidual(const SaddleBlocks &s, Vec f, Vec x, Vec lambda, PetscReal *residual)
@@ -105,5 +106,27 @@ PetscErrorCode ReportIterations(KSP ksp, PetscInt *iterations)
   if (ours) PetscCall(PetscDLLibrarySym(PetscObjectComm((PetscObject)ksp), &PetscDLLibrariesLoaded, NULL, "PCAinsworthGetKSP", (void **)&getInner));
   if (getInner) PetscCall((*getInner)(pc, &inner));
   PetscCall(KSPGetIterationNumber(inner, iterations));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+double ReportProcessor()
+{
+  struct rusage usage;
+
+  getrusage(RUSAGE_SELF, &usage);
+  return (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) + 1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+}
+
+PetscErrorCode ReportForget(SNES snes, PetscInt)
+{
+  KSP ksp;
+  PC  pc;
+
+  PetscFunctionBeginUser;
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(KSPReset(ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetType(pc, PCNONE));
+  PetscCall(KSPSetFromOptions(ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -6,7 +6,6 @@ static char help[] = "A sequence of systems of two elastic cubes: rows of C, rig
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <sys/resource.h>
 
 enum Change {
   CHANGE_ROWS,    /* rows of C leave and come, at random */
@@ -263,15 +262,6 @@ static PetscErrorCode Update(Sequence *s, PetscInt *changes)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Processor seconds of this rank so far */
-static double Processor()
-{
-  struct rusage usage;
-
-  getrusage(RUSAGE_SELF, &usage);
-  return (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) + 1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
-}
-
 /* ||x - exact||_A / ||exact||_A */
 static PetscErrorCode EnergyError(Mat A, Vec x, Vec exact, PetscReal *error)
 {
@@ -328,11 +318,11 @@ static PetscErrorCode Solve(const Sequence &s, KSP ksp, Result *result)
   PetscCall(VecISCopy(s.b, is[1], SCATTER_FORWARD, s.g));
   if (s.choices.guess) PetscCall(VecISCopy(s.y, is[0], SCATTER_FORWARD, s.x));
   PetscCall(SetOperators(ksp, s.K));
-  at[0] = Processor();
+  at[0] = ReportProcessor();
   PetscCall(KSPSetUp(ksp));
-  at[1] = Processor();
+  at[1] = ReportProcessor();
   PetscCall(KSPSolve(ksp, s.b, s.y));
-  at[2] = Processor();
+  at[2] = ReportProcessor();
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, at, 3, MPI_DOUBLE, MPI_SUM, comm));
   result->setup = at[1] - at[0];
   result->solve = at[2] - at[1];

@@ -373,7 +373,8 @@ static PetscErrorCode Compare(const Friction &f, SNES snes, Vec X, bool tied, Pe
 int main(int argc, char **argv)
 {
   PetscReal           aside = 0.002, down = 0.01, force[3] = {0, 0, 0}, law = 0, distance;
-  PetscBool           tied = PETSC_FALSE, slips = PETSC_FALSE;
+  PetscBool           tied = PETSC_FALSE, slips = PETSC_FALSE, fresh = PETSC_FALSE;
+  double              cpu;
   SNESConvergedReason reason;
   SNESLineSearch      search;
   CubesOptions        options;
@@ -392,6 +393,7 @@ int main(int argc, char **argv)
   PetscCall(PetscOptionsReal("-mu", "Coefficient of friction", NULL, f.mu, &f.mu, NULL));
   PetscCall(PetscOptionsReal("-aside", "How far the top of the upper cube moves along x [length]", NULL, aside, &aside, NULL));
   PetscCall(PetscOptionsReal("-down", "How far it moves down [length]", NULL, down, &down, NULL));
+  PetscCall(PetscOptionsBool("-fresh", "Let each step begin with a solver that knows nothing of the last one", NULL, fresh, &fresh, NULL));
   PetscCall(PetscOptionsBool("-compare_tied", "Compare with cubes that are glued together", NULL, tied, &tied, NULL));
   PetscCall(PetscOptionsBool("-compare_slips", "Compare with cubes that slip without friction and do not part", NULL, slips, &slips, NULL));
   PetscOptionsEnd();
@@ -423,16 +425,19 @@ int main(int argc, char **argv)
   PetscCall(SNESLineSearchSetPreCheck(search, PreCheck, &f));
   PetscCall(SNESSetTolerances(snes, 0.0, 0.0, 1e-9, 50, PETSC_MAX_INT));
   PetscCall(SNESSetFromOptions(snes));
+  if (fresh) PetscCall(SNESSetUpdate(snes, ReportForget));
+  cpu = ReportProcessor();
   PetscCall(SNESSolve(snes, NULL, X));
+  cpu = ReportProcessor() - cpu;
   PetscCall(SNESGetConvergedReason(snes, &reason));
   PetscCheck(reason > 0, PETSC_COMM_WORLD, PETSC_ERR_NOT_CONVERGED, "Newton's method failed: %s", SNESConvergedReasons[reason]);
   PetscCall(SNESGetIterationNumber(snes, &steps));
   PetscCall(SNESGetLinearSolveIterations(snes, &linear));
   PetscCall(Judge(f, X, force, &law));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD,
-                        "friction: mu=%g steps=%" PetscInt_FMT " stick=%" PetscInt_FMT " slip=%" PetscInt_FMT " open=%" PetscInt_FMT
+                        "friction: mu=%g cpu_s=%.3f steps=%" PetscInt_FMT " stick=%" PetscInt_FMT " slip=%" PetscInt_FMT " open=%" PetscInt_FMT
                         " normal=%.8e tangential=%.8e law=%.1e\n",
-                        (double)f.mu, steps, f.count[STICK], f.count[SLIP], f.count[OPEN], (double)-force[2], (double)force[0], (double)law));
+                        (double)f.mu, cpu, steps, f.count[STICK], f.count[SLIP], f.count[OPEN], (double)-force[2], (double)force[0], (double)law));
   for (int k = 0; k < 2; k++) {
     if (!(k ? slips : tied)) continue;
     PetscCall(Compare(f, snes, X, k == 0, &distance));

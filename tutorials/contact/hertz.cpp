@@ -5,7 +5,6 @@ saddle point [A C'; -C 0], solved as the options say:\n\
 #include "bodies.h"
 #include "../benchmark/report.h"
 #include <petsctime.h>
-#include <sys/resource.h>
 #include <algorithm>
 #include <cmath>
 
@@ -197,20 +196,6 @@ static PetscErrorCode Monitor(SNES snes, PetscInt step, PetscReal norm, void *ct
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Fresh(SNES snes, PetscInt)
-{
-  KSP ksp;
-  PC  pc;
-
-  PetscFunctionBeginUser;
-  PetscCall(SNESGetKSP(snes, &ksp));
-  PetscCall(KSPReset(ksp));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCSetType(pc, PCNONE));
-  PetscCall(KSPSetFromOptions(ksp));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* A first guess of the approach; in the plane, where it grows for ever with the size of the bodies, that of a half-space at this depth */
 static PetscReal FirstApproach(const Hertz &h)
 {
@@ -249,15 +234,6 @@ static PetscErrorCode Press(Hertz *h, SNES snes, Vec X, PetscInt *first, PetscIn
     h->approach *= std::pow(h->options.force / found.force, 1 / power);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Seconds that this rank used, whatever else ran */
-static PetscLogDouble ProcessorTime(void)
-{
-  struct rusage usage;
-
-  getrusage(RUSAGE_SELF, &usage);
-  return (double)usage.ru_utime.tv_sec + 1e-6 * (double)usage.ru_utime.tv_usec;
 }
 
 /* Rows of this rank after those of the others, in no order */
@@ -334,14 +310,14 @@ int main(int argc, char **argv)
   PetscCall(SNESSetJacobian(snes, J, J, Jacobian, &h));
   PetscCall(SetBounds(snes, h.bodies));
   PetscCall(SNESMonitorSet(snes, Monitor, &h, NULL));
-  if (h.options.fresh) PetscCall(SNESSetUpdate(snes, Fresh));
+  if (h.options.fresh) PetscCall(SNESSetUpdate(snes, ReportForget));
   PetscCall(SNESSetFromOptions(snes));
-  cpu[0] = ProcessorTime();
+  cpu[0] = ReportProcessor();
   PetscCall(PetscTime(&ready));
   h.last = ready;
   PetscCall(Press(&h, snes, X, &first, &later));
   PetscCall(PetscTime(&end));
-  cpu[1] = ProcessorTime();
+  cpu[1] = ReportProcessor();
   PetscCall(Look(h, X, F, &found));
   PetscCall(VecGetSize(X, &size));
   PetscCall(SNESGetLinearSolveIterations(snes, &linear));
