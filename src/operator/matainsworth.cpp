@@ -51,18 +51,19 @@ static PetscErrorCode ConstraintsChanged(Mat_Ainsworth *ctx, PetscBool *changed)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The weight of the projector: W, but diag(A)^{-1} without the unknowns that many rows share */
+/* The weight of the projector: W, but diag(A)^{-1} without the unknowns that many rows share, and a larger one for those that A does nothing to */
 static PetscErrorCode SetMobility(Mat_Ainsworth *ctx)
 {
-  PetscBool shared;
+  PetscBool shared, loose;
 
   PetscFunctionBegin;
   PetscCall(VecDestroy(&ctx->mobility));
   if (ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
     PetscCall(VecDuplicate(ctx->weight, &ctx->mobility));
     PetscCall(VecCopy(ctx->weight, ctx->mobility));
+    PetscCall(AinsworthWeightLoosen(ctx->A, ctx->C, ctx->D, ctx->mobility, &loose));
     PetscCall(AinsworthSharedUnweigh(ctx->C, ctx->B, ctx->mobility, &shared));
-    if (shared) PetscFunctionReturn(PETSC_SUCCESS);
+    if (loose || shared) PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(VecDestroy(&ctx->mobility));
   }
   PetscCall(PetscObjectReference((PetscObject)ctx->weight));

@@ -209,6 +209,17 @@ PetscErrorCode MatAinsworthIsDoubtful_Private(Mat mat, PetscBool *doubtful)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The energy of R g, of the last right-hand side */
+PetscErrorCode MatAinsworthGetStart_Private(Mat mat, PetscReal *energy)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
+  *energy = ctx->homogeneous ? 0.0 : ctx->start[0];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* S and its solver, to be looked at */
 PetscErrorCode MatAinsworthGetGram_Private(Mat mat, const AinsworthGram **gram)
 {

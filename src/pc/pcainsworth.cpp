@@ -152,7 +152,7 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   data->reporting.rtol       = 1e-6;
   data->reporting.eigenvalue = PETSC_DEFAULT;
   PCAinsworthChoicesApplyVariant_Private(&data->choices, PC_AINSWORTH_WEIGHTED);
-  data->first = -1;
+  PetscCall(PCAinsworthForgetCounts_Private(data));
   PetscCall(KSPCreate(PetscObjectComm((PetscObject)pc), &data->ksp));
   PetscCall(PCGetOptionsPrefix(pc, &prefix));
   PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));

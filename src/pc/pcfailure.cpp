@@ -198,7 +198,7 @@ static PetscErrorCode SmallestDiagonal(Mat A, Vec *y)
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(A, NULL, &diagonal));
-  PetscCall(MatGetDiagonal(A, diagonal));
+  PetscCall(AinsworthGetDiagonal(A, diagonal));
   PetscCall(VecDuplicate(diagonal, y));
   if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(diagonal));
   PetscCall(VecMin(diagonal, &where, &smallest));

@@ -61,6 +61,8 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor_Private(data);
   PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M, bad));
+  if (*bad < 0 && !data->symmetric && data->format == AINSWORTH_PMAT_AIJ)
+    PetscCall(AinsworthMakePatternSymmetric(&data->M)); /* PETSc's orderings do not end where it is not */
   PetscCall(MatDestroy(&in.aij));
   if (*bad < 0) PetscCall(MatAinsworthSetPenalty(data->reduced, penalty));
   PetscCall(VecDestroy(&penalty));
@@ -203,7 +205,7 @@ PetscErrorCode PCAinsworthKeepOrSetUpInner_Private(PC pc, PC_Ainsworth *data, co
   PetscCall(PCAinsworthKeepInner_Private(data, PETSC_FALSE));
   if (sa) sa->keep = keep;
   else PetscCall(data->source.take(data->saddle.C, NULL));
-  if (!keep) data->first = -1;
+  if (!keep) PetscCall(PCAinsworthForgetCounts_Private(data));
   PetscCall(PCAinsworthSetUpInner_Private(pc, data, ctx, why, len));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -58,12 +58,40 @@ static PetscErrorCode Left(PC_Ainsworth *data, PetscBool transpose, PCAinsworthF
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The largest change of an unknown by p, relative to the largest of those that have a stiffness, or of those that have none and may have any unit */
+static PetscErrorCode LargestChange(const PC_Ainsworth *data, Vec x, Vec p, PetscReal *change)
+{
+  PetscInt           n;
+  PetscReal          most[2] = {0.0, 0.0};
+  const PetscScalar *v, *d, *w;
+  Vec                stiffness;
+
+  PetscFunctionBegin;
+  *change = 0.0;
+  PetscCall(VecDuplicate(x, &stiffness));
+  PetscCall(MatGetDiagonal(data->saddle.A, stiffness));
+  PetscCall(VecGetLocalSize(x, &n));
+  PetscCall(VecGetArrayRead(x, &v));
+  PetscCall(VecGetArrayRead(p, &d));
+  PetscCall(VecGetArrayRead(stiffness, &w));
+  for (PetscInt i = 0; i < n; i++) most[w[i] == 0.0] = PetscMax(most[w[i] == 0.0], PetscAbsScalar(v[i]));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, most, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)x)));
+  for (PetscInt i = 0; i < n; i++)
+    if (d[i] != 0.0) *change = PetscMax(*change, PetscAbsScalar(d[i]) / PetscMax(most[w[i] == 0.0], PetscAbsScalar(d[i])));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, change, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)x)));
+  PetscCall(VecRestoreArrayRead(stiffness, &w));
+  PetscCall(VecRestoreArrayRead(p, &d));
+  PetscCall(VecRestoreArrayRead(x, &v));
+  PetscCall(VecDestroy(&stiffness));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    One more direction for y, from a reduced solve for what is left, and the step along it that leaves least, in the norm in which each row is relative to its
-   terms; images: K times the directions, weighted, orthonormal. some: there was one
+   terms; images: K times the directions, weighted, orthonormal. some: there was one; change: how far its solve moves x
 */
 static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields left, PCAinsworthFields weights, PCAinsworthFields y,
-                           std::vector<PCAinsworthFields> &directions, std::vector<PCAinsworthFields> &images, PetscBool *some)
+                           std::vector<PCAinsworthFields> &directions, std::vector<PCAinsworthFields> &images, PetscBool *some, PetscReal *change)
 {
   PCAinsworthFields  p, q, r, none;
   KSPConvergedReason reason;
@@ -73,6 +101,7 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
   for (PCAinsworthFields *v : {&p, &q, &r, &none}) PetscCall(Duplicate(left, v));
   PetscCall(VecZeroEntries(p.primal));
   PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, PETSC_FALSE, left, p, &reason));
+  PetscCall(LargestChange(data, y.primal, p.primal, change));
   PetscCall(VecZeroEntries(none.primal));
   PetscCall(VecZeroEntries(none.dual));
   PetscCall(AinsworthSaddleResidual(&data->saddle, transpose, PETSC_FALSE, none.primal, none.dual, p.primal, p.dual, data->Ax, q.primal, q.dual));
@@ -107,15 +136,16 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
 
    Where D is not zero, or B is not C, unknowns of very different stiffness meet, and the norms of the reduced solve are not fair to all of them.
 
-   tol: what was asked for, negative where nothing was. left: of both equations, by y; both are changed. refined: there was something to do
+   tol: what was asked for, negative where nothing was. left: of both equations, by y; both are changed. refined: there was something to do. why: what is left
+   where that is too much, or moves x: empty otherwise
 */
 PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, PCAinsworthFields b, PCAinsworthFields y,
-                                             PCAinsworthFields left, PetscBool *refined)
+                                             PCAinsworthFields left, PetscBool *refined, char why[], size_t len)
 {
-  static const PetscReal         rounding = 1e-13;
+  static const PetscReal         rounding = 1e-13, own = 1e-6, determined = 1e-5;
   static const int               most = 10, patience = 3;
   const PetscReal                wanted = PetscMax(10 * tol, rounding);
-  PetscReal                      error, best;
+  PetscReal                      error, best, change = 0.0;
   int                            idle = 0;
   PCAinsworthFields              weights, others, kept;
   std::vector<PCAinsworthFields> directions, images;
@@ -123,6 +153,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
 
   PetscFunctionBegin;
   *refined = PETSC_FALSE;
+  why[0]   = 0;
   if (!data->constraints || (data->adjoint && !data->saddle.D) || tol < 0.0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Duplicate(y, &weights));
   PetscCall(Duplicate(y, &others));
@@ -134,7 +165,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   PetscCall(VecCopy(y.dual, kept.dual));
   for (int k = 0; k < most && error > wanted && some && idle < patience; k++) {
     PetscCall(PetscInfo(pc, "A row of both equations is left with %g of its terms: another solve follows\n", (double)error));
-    PetscCall(Step(pc, data, transpose, left, weights, y, directions, images, &some));
+    PetscCall(Step(pc, data, transpose, left, weights, y, directions, images, &some, &change));
     if (some) PetscCall(Left(data, transpose, b, y, left, others, &error)); /* all steps have the norm of the first */
     idle = error < 0.5 * best ? 0 : idle + 1;
     if (!(error < best)) continue;
@@ -144,6 +175,12 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   }
   PetscCall(VecCopy(kept.primal, y.primal));
   PetscCall(VecCopy(kept.dual, y.dual));
+  if (best > PetscMax(100 * tol, own))
+    PetscCall(
+      PetscSNPrintf(why, len, "The system is not met: a row of both equations is left with %g of its terms, and further solves do not help", (double)best));
+  else if (best > wanted && change > PetscMax(100 * tol, determined))
+    PetscCall(PetscSNPrintf(why, len, "The solution is not met: rows are left with up to %g of their terms, which another solve takes for %g of x",
+                            (double)best, (double)change));
   for (auto *list : {&directions, &images})
     for (PCAinsworthFields &v : *list) PetscCall(Destroy(&v));
   PetscCall(Destroy(&weights));

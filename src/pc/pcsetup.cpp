@@ -192,6 +192,7 @@ static PetscErrorCode SetUp(PC pc)
   if (data->ordered && !pc->reusepreconditioner) changed = PETSC_TRUE;
   data->unchanged = (PetscBool)!changed;
   if (!changed) {
+    if (data->applied) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR)); /* that of the last solve, which a KSP would take for one of this set-up */
     PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

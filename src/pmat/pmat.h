@@ -4,6 +4,7 @@
 
 #include <petscainsworth.h>
 #include "../petsccompat.h"
+#include <vector>
 
 /* Inv(S), the sparse approximation of the inverse Gram matrix in M_* (paper, Table 1) */
 typedef enum {
@@ -68,14 +69,18 @@ PetscErrorCode AinsworthPmatGetFill(Mat, Mat, AinsworthPmatFill *);
 PetscErrorCode AinsworthPmatPredict(Mat, Mat, Mat, const AinsworthPmatFill *, PetscReal *);
 PetscErrorCode AinsworthPmatCheckFill(Mat, Mat, Mat, const AinsworthPmatFill *, PCAinsworthPmatType);
 
+/* loose.cpp */
+PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *, PetscReal, Mat, Mat *, Mat *);
+
 /* rows.cpp */
+PetscErrorCode AinsworthSelectRows(Mat, const std::vector<char> &, Mat *);
 PetscErrorCode AinsworthPmatCreateShort(Mat, const AinsworthPmatFill *, Mat *);
 PetscErrorCode AinsworthPmatSharesUnknowns(Mat, const AinsworthPmatFill *, PetscBool *);
 PetscErrorCode AinsworthPmatCreatePrivate(Mat, Vec, const AinsworthPmatFill *, Mat *, PetscBool *);
-PetscErrorCode AinsworthPmatSplitLoose(Mat, Mat, const AinsworthPmatFill *, Mat *, Mat *);
 PetscErrorCode AinsworthPmatCreateShift(Mat, Mat, Vec, const AinsworthPmatFill *, Mat *);
 
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);
+PetscErrorCode AinsworthPmatCreateSeries(Vec, Vec, Vec *);
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *, const AinsworthPmatOptions *, Vec *, Mat *, PetscInt *);
 PetscErrorCode AinsworthPmatComponentsApart(Mat, PetscInt, PetscInt, PetscBool *);
 

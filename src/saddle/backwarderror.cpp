@@ -36,7 +36,7 @@ static PetscErrorCode RaiseSmallTerms(AinsworthSaddle *sp, Vec size)
   PetscFunctionBegin;
   PetscCall(VecDuplicate(size, &diagonal));
   PetscCall(VecDuplicate(size, &forces));
-  PetscCall(MatGetDiagonal(sp->block[0], diagonal));
+  PetscCall(AinsworthGetDiagonal(sp->block[0], diagonal));
   PetscCall(AinsworthTermsThroughRows(sp, diagonal, forces));
   PetscCall(VecGetLocalSize(size, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));
@@ -75,5 +75,82 @@ PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool trans
   PetscCall(LargestQuotient(dual, rowsDual, sp->kind, error));
   PetscCall(VecDestroy(&slack));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, error, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)f)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* forces = |f|, and what multipliers that their own row determines do to A x */
+static PetscErrorCode GivenForces(const AinsworthSaddle *sp, Vec f, Vec lambda, Vec forces)
+{
+  Vec          known, part;
+  Mat          M;
+  PetscScalar *k;
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(f, forces));
+  PetscCall(VecAbs(forces));
+  if (!sp->count[AINSWORTH_ROW_DECOUPLED]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthDuplicateAbs(lambda, &known));
+  PetscCall(VecGetArray(known, &k));
+  for (PetscInt i = 0; i < sp->local; i++)
+    if (sp->kind[i] != AINSWORTH_ROW_DECOUPLED) k[i] = 0.0;
+  PetscCall(VecRestoreArray(known, &k));
+  PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
+  PetscCall(VecDuplicate(f, &part));
+  PetscCall(MatMultTranspose(M, known, part));
+  PetscCall(VecAXPY(forces, 1.0, part));
+  PetscCall(MatDestroy(&M));
+  PetscCall(VecDestroy(&part));
+  PetscCall(VecDestroy(&known));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthSaddleIsVacuous - is all of the right-hand side below the rounding of the terms of its rows? Then x = 0 would pass for a solution, too, and x is, to
+   rounding, a motion that neither equation resists
+
+   A force on an unknown without stiffness is never taken for rounding.
+*/
+PetscErrorCode AinsworthSaddleIsVacuous(AinsworthSaddle *sp, Vec f, Vec g, Vec x, Vec lambda, PetscBool *vacuous)
+{
+  static const PetscReal rounding = 10 * PETSC_MACHINE_EPSILON;
+  MPI_Comm               comm     = PetscObjectComm((PetscObject)x);
+  Vec                    stiffness, forces, size;
+  PetscInt               n, found = 0;
+  PetscReal              displacement;
+  const PetscScalar     *d, *b, *s;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(x, &stiffness));
+  PetscCall(VecDuplicate(x, &forces));
+  PetscCall(AinsworthTermsStiffness(sp, stiffness));
+  PetscCall(AinsworthTermsDisplacement(stiffness, x, &displacement));
+  PetscCall(GivenForces(sp, f, lambda, forces));
+  PetscCall(VecGetLocalSize(f, &n));
+  PetscCall(VecGetArrayRead(stiffness, &d));
+  PetscCall(VecGetArrayRead(forces, &b));
+  for (PetscInt i = 0; i < n && !found; i++) found = PetscRealPart(b[i]) > rounding * displacement * PetscRealPart(d[i]);
+  PetscCall(VecRestoreArrayRead(forces, &b));
+  PetscCall(VecRestoreArrayRead(stiffness, &d));
+  PetscCall(VecDestroy(&forces));
+  PetscCall(VecDestroy(&stiffness));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_MAX, comm));
+  if (!found && sp->absolute) {
+    Vec absolute;
+
+    PetscCall(VecDuplicate(g, &size));
+    PetscCall(AinsworthDuplicateAbs(x, &absolute));
+    PetscCall(VecShift(absolute, displacement));
+    PetscCall(MatMult(sp->absolute, absolute, size));
+    PetscCall(VecDestroy(&absolute));
+    PetscCall(VecGetArrayRead(size, &s));
+    PetscCall(VecGetArrayRead(g, &b));
+    for (PetscInt i = 0; i < sp->local && !found; i++)
+      found = sp->kind[i] != AINSWORTH_ROW_DECOUPLED && PetscAbsScalar(b[i]) > AinsworthCombined * PetscRealPart(s[i]);
+    PetscCall(VecRestoreArrayRead(g, &b));
+    PetscCall(VecRestoreArrayRead(size, &s));
+    PetscCall(VecDestroy(&size));
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_MAX, comm));
+  }
+  *vacuous = (PetscBool)(!found && displacement > 0.0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -105,7 +105,8 @@ static PetscErrorCode MovePmat(AinsworthSaddle *sp, Mat A, Vec mask)
 }
 
 /*
-   AinsworthSaddleFindKnown - takes the columns of known unknowns out of a copy of A, and of C, where A is not symmetric and becomes so without them
+   AinsworthSaddleFindKnown - takes the columns of known unknowns out of a copy of A, and of C, where A is not symmetric and becomes so without them, or where B,
+   which has nothing in these columns, is not C
 
    Collective, before the rows of C are classified: one that held known unknowns only is a row of zeros then.
 */
@@ -119,7 +120,7 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
   PetscFunctionBegin;
   PetscCall(MatHasOperation(sp->A, MATOP_GET_ROW, &has));
   PetscCall(AinsworthProbeSymmetry(sp->A, &symmetric));
-  if (!has || symmetric) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!has || (symmetric && sp->rowsB == sp->rowsC)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthGetAIJ(sp->A, &A));
   PetscCall(MatCreateVecs(A, NULL, &known));
   PetscCall(FindOwnRows(sp, A, known, &some));
@@ -127,8 +128,8 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
     PetscCall(CreateMask(known, &mask));
     PetscCall(CopyWithoutColumns(A, mask, &copy));
     PetscCall(AinsworthProbeSymmetry(copy, &symmetric));
-    if (symmetric) {
-      PetscCall(PetscInfo(sp->A, "Rows of A that hold nothing but their diagonal determine their unknowns: without the columns of these A is symmetric\n"));
+    if (symmetric || sp->rowsB != sp->rowsC) {
+      PetscCall(PetscInfo(sp->A, "Rows of A that hold nothing but their diagonal determine their unknowns: their columns move to the right-hand side\n"));
       PetscCall(MatGetBlockSize(sp->A, &bs));
       PetscCall(MatSetBlockSize(copy, bs));
       PetscCall(MovePmat(sp, copy, mask));

@@ -28,9 +28,9 @@ static PetscErrorCode AddModes(Mat mat, MatNullSpace near, IS cols, std::vector<
     part = v;
     if (cols) PetscCall(VecGetSubVector(v, cols, &part));
     if (i < n) {
-      PetscCall(AinsworthVecGetFlat(given[i], &mode));
+      PetscCall(AinsworthVecGetFlat(cols ? NULL : mat, PETSC_FALSE, given[i], &mode));
       PetscCall(VecCopy(mode, part));
-      PetscCall(AinsworthVecRestoreFlat(given[i], PETSC_FALSE, &mode));
+      PetscCall(AinsworthVecRestoreFlat(cols ? NULL : mat, PETSC_FALSE, given[i], PETSC_FALSE, &mode));
     } else PetscCall(VecSet(part, 1.0));
     if (cols) PetscCall(VecRestoreSubVector(v, cols, &part));
     modes->push_back(v);
@@ -125,7 +125,7 @@ PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *sp, Mat ama
     Vec         flat, part[2];
     PetscScalar dot[2];
 
-    PetscCall(AinsworthVecGetFlat(v[i], &flat));
+    PetscCall(AinsworthVecGetFlat(amat, transpose, v[i], &flat));
     for (int k = 0; k < 2; k++) PetscCall(VecGetSubVector(flat, field[k], &part[k]));
     PetscCall(VecDot(x, part[0], &dot[0]));
     PetscCall(VecDot(lambda, part[1], &dot[1]));
@@ -133,7 +133,7 @@ PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *sp, Mat ama
     PetscCall(VecAXPY(x, -dot[0], part[0]));
     PetscCall(VecAXPY(lambda, -sign * dot[0], part[1]));
     for (int k = 0; k < 2; k++) PetscCall(VecRestoreSubVector(flat, field[k], &part[k]));
-    PetscCall(AinsworthVecRestoreFlat(v[i], PETSC_FALSE, &flat));
+    PetscCall(AinsworthVecRestoreFlat(amat, transpose, v[i], PETSC_FALSE, &flat));
   }
   *removed = (PetscBool)(n > 0);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -183,14 +183,14 @@ static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, PetscInt *n, Vec
     Vec v, part, flat = NULL;
 
     PetscCall(MatCreateVecs(A, &v, NULL));
-    if (i < nv) PetscCall(AinsworthVecGetFlat(given[i], &flat));
+    if (i < nv) PetscCall(AinsworthVecGetFlat(whole ? sp->numbering : A, PETSC_FALSE, given[i], &flat));
     if (i == nv) PetscCall(VecSet(v, 1.0));
     else if (whole) {
       PetscCall(VecGetSubVector(flat, sp->cols[0], &part));
       PetscCall(VecCopy(part, v));
       PetscCall(VecRestoreSubVector(flat, sp->cols[0], &part));
     } else PetscCall(VecCopy(flat, v));
-    if (flat) PetscCall(AinsworthVecRestoreFlat(given[i], PETSC_FALSE, &flat));
+    if (flat) PetscCall(AinsworthVecRestoreFlat(whole ? sp->numbering : A, PETSC_FALSE, given[i], PETSC_FALSE, &flat));
     if (whole) PetscCall(Annihilates(A, v, &good));
     if (good) (*vectors)[(*n)++] = v;
     else PetscCall(VecDestroy(&v));

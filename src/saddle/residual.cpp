@@ -6,11 +6,13 @@
 /*
    `own` is the rounding of the terms of a row of A x + C' lambda = f, through solves with a Gram matrix with a condition number of 1e8;
    `noise` is that of the right-hand side of a zero row of C, relative to the largest |g|, and that of f - C' lambda, relative to both;
-   `rounding` is that of an entry of x among larger ones
+   `rounding` is that of an entry of x among larger ones;
+   `nearly` is that of a row that depends on others
 */
 static const PetscReal own      = 1e-6;
 static const PetscReal noise    = 1000 * PETSC_MACHINE_EPSILON;
 static const PetscReal rounding = 10 * PETSC_MACHINE_EPSILON;
+static const PetscReal nearly   = 1e-11;
 
 /* primal = f - op(A) x - B' lambda, dual = g - C x + D lambda, of the matrix as the program passed it; Ax becomes op(A) x, unless it is that already */
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal,
@@ -66,46 +68,12 @@ static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthUnmet *worst)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where the diagonal of A has a zero, or a negative entry, the largest of its row tells how stiff it is; rows of zeros stay what they are */
-static PetscErrorCode LookAtRows(const AinsworthSaddle *sp, Vec diagonal)
-{
-  Mat          A;
-  PetscInt     first, n;
-  PetscBool    look = PETSC_FALSE, has;
-  PetscScalar *d;
-
-  PetscFunctionBegin;
-  PetscCall(MatHasOperation(sp->block[0], MATOP_GET_ROW, &has));
-  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetOwnershipRange(diagonal, &first, NULL));
-  PetscCall(VecGetLocalSize(diagonal, &n));
-  PetscCall(VecGetArray(diagonal, &d));
-  for (PetscInt i = 0; i < n; i++)
-    if (!(PetscRealPart(d[i]) > 0.0)) look = PETSC_TRUE;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &look, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)diagonal)));
-  if (look) PetscCall(AinsworthGetAIJ(sp->block[0], &A));
-  for (PetscInt i = 0; i < n && look; i++) {
-    PetscInt           entries;
-    const PetscScalar *a;
-    PetscReal          most = 0.0;
-
-    if (PetscRealPart(d[i]) > 0.0) continue;
-    PetscCall(MatGetRow(A, first + i, &entries, NULL, &a));
-    for (PetscInt k = 0; k < entries; k++) most = PetscMax(most, PetscAbsScalar(a[k]));
-    PetscCall(MatRestoreRow(A, first + i, &entries, NULL, &a));
-    d[i] = most;
-  }
-  if (look) PetscCall(MatDestroy(&A));
-  PetscCall(VecRestoreArray(diagonal, &d));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    AinsworthSaddleCheckPrimal - the row of f - op(A) x - B' lambda that is largest against what is allowed
 
    An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality; the rounding of f - C' lambda
    counts in the norm of diag(A)^{-1}, that of x relative to the largest. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the
-   row's own terms, 1e-6 at least, is allowed. A row of zeros of A is as stiff as its rows of C see it. energy: AinsworthSaddleEnergy()
+   row's own terms, 1e-6 at least, is allowed; a row of zeros of A has these and the rounding that its rows of C see. energy: AinsworthSaddleEnergy()
 */
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscReal tol, PetscReal energy, Vec f, Vec x, Vec lambda, Vec Ax,
                                           Vec residual, AinsworthUnmet *worst)
@@ -113,14 +81,13 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   MPI_Comm           comm = PetscObjectComm((PetscObject)x);
   Vec                diagonal, size, through;
   PetscInt           first, n, suspicious = 0;
-  PetscReal          displacement, load = 0.0, largest = 0.0, stiffest = 0.0;
+  PetscReal          displacement, load = 0.0;
   const PetscScalar *d, *r, *s, *t, *b, *a;
 
   PetscFunctionBegin;
   *worst = AinsworthUnmet();
   PetscCall(VecDuplicate(x, &diagonal));
-  PetscCall(AinsworthGetDiagonal(sp->block[0], diagonal));
-  PetscCall(LookAtRows(sp, diagonal));
+  PetscCall(AinsworthTermsStiffness(sp, diagonal));
   PetscCall(VecGetOwnershipRange(residual, &first, NULL));
   PetscCall(VecGetLocalSize(residual, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));
@@ -131,24 +98,20 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
     const PetscReal force = PetscAbsScalar(b[i]) + PetscAbsScalar(b[i] - a[i] - r[i]);
 
     if (PetscRealPart(d[i]) > 0.0) load += PetscSqr(force / PetscSqrtReal(PetscRealPart(d[i])));
-    largest  = PetscMax(largest, force + PetscAbsScalar(a[i]));
-    stiffest = PetscMax(stiffest, PetscRealPart(d[i]));
   }
   PetscCall(VecRestoreArrayRead(f, &b));
   PetscCall(VecRestoreArrayRead(Ax, &a));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &load, 1, MPIU_REAL, MPIU_SUM, comm));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_REAL, MPIU_MAX, comm));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &stiffest, 1, MPIU_REAL, MPIU_MAX, comm));
   load = PetscSqrtReal(load);
-  PetscCall(VecNorm(x, NORM_INFINITY, &displacement));
-  auto allowed = [&](PetscInt i) {
+  PetscCall(AinsworthTermsDisplacement(diagonal, x, &displacement));
+  auto allowed = [&](PetscInt i, PetscReal through) {
     const PetscReal stiffness = PetscRealPart(d[i]);
     const PetscReal bound     = stiffness > 0.0 ? (tol * energy + noise * load) * PetscSqrtReal(stiffness) + rounding * displacement * stiffness
-                                                : AinsworthCombined * largest + rounding * displacement * stiffest;
+                                                : noise * load * through;
 
     return PetscIsInfOrNanReal(bound) ? 0.0 : bound; /* it overflows: a row has its own terms */
   };
-  for (PetscInt i = 0; i < n && !suspicious; i++) suspicious = !(PetscAbsScalar(r[i]) <= allowed(i));
+  for (PetscInt i = 0; i < n && !suspicious; i++) suspicious = !(PetscAbsScalar(r[i]) <= allowed(i, 0.0));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &suspicious, 1, MPIU_INT, MPI_MAX, comm));
   if (suspicious) {
     PetscCall(VecDuplicate(x, &size));
@@ -158,9 +121,8 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
     PetscCall(VecGetArrayRead(size, &s));
     PetscCall(VecGetArrayRead(through, &t));
     for (PetscInt i = 0; i < n; i++) {
-      const PetscReal terms = PetscRealPart(s[i]), tied = d[i] == 0.0 ? tol * energy * PetscRealPart(t[i]) : 0.0;
-      const PetscReal quotient = AinsworthQuotient(PetscAbsScalar(r[i]),
-                                                   PetscMax(allowed(i) + (PetscIsInfOrNanReal(tied) ? 0.0 : tied), PetscMax(tol, own) * terms));
+      const PetscReal terms    = PetscRealPart(s[i]);
+      const PetscReal quotient = AinsworthQuotient(PetscAbsScalar(r[i]), PetscMax(allowed(i, PetscRealPart(t[i])), PetscMax(tol, own) * terms));
 
       if (quotient <= worst->quotient) continue;
       worst->quotient = quotient;
@@ -183,10 +145,11 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
 /*
    AinsworthSaddleCheckDual - the rows of g - C x + D lambda that are not met: zero and dependent rows, whose right-hand side no x can have, and others
 
-   contradiction names the former, or is empty. allowed is the error in the energy norm that may be left: a row with a D_ii has its part of it, by Cauchy's
+   contradiction names the former, or is empty. tol: what was asked for; a row that depends on others nearly tells what they do not, and has to be met as well as
+   that, or to AinsworthConsistent. allowed is the error in the energy norm that may be left: a row with a D_ii has its part of it, by Cauchy's
    and Schwarz's inequality, where the others are met to rounding.
 */
-PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec residual, AinsworthUnmet *worst,
+PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec residual, AinsworthUnmet *worst,
                                         char contradiction[], size_t len)
 {
   static const struct {
@@ -212,7 +175,8 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal allowed, 
   PetscCall(VecGetArrayRead(size, &s));
   for (PetscInt i = 0; i < sp->local; i++) {
     const PetscReal terms    = PetscRealPart(s[i]);
-    const PetscReal bound    = sp->kind[i] == AINSWORTH_ROW_ZERO ? noise * rhs : AinsworthConsistent * terms + (slack ? PetscRealPart(l[i]) : 0.0);
+    const PetscReal part     = sp->kind[i] == AINSWORTH_ROW_DEPENDENT ? PetscMin(AinsworthConsistent, PetscMax(10 * tol, nearly)) : AinsworthConsistent;
+    const PetscReal bound    = sp->kind[i] == AINSWORTH_ROW_ZERO ? noise * rhs : part * terms + (slack ? PetscRealPart(l[i]) : 0.0);
     const PetscReal quotient = AinsworthQuotient(PetscAbsScalar(r[i]), bound);
 
     unmet[i] = (PetscBool)(quotient > 1.0);

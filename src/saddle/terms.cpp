@@ -70,7 +70,10 @@ PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal allowed, Vec g,
 
   PetscFunctionBegin;
   if (!sp->absolute) PetscCall(AinsworthAbsoluteAIJ(sp->givenC, &sp->absolute));
-  PetscCall(VecNorm(x, NORM_INFINITY, &largest));
+  PetscCall(VecDuplicate(x, &absolute));
+  PetscCall(AinsworthTermsStiffness(sp, absolute));
+  PetscCall(AinsworthTermsDisplacement(absolute, x, &largest));
+  PetscCall(VecDestroy(&absolute));
   PetscCall(AinsworthDuplicateAbs(x, &absolute));
   PetscCall(VecShift(absolute, AinsworthCombined / AinsworthConsistent * largest));
   PetscCall(MatMult(sp->absolute, absolute, size));
@@ -86,7 +89,89 @@ PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal allowed, Vec g,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* |B|' t, with t_k the lambda_k that has the energy 1, of A under C_k' or of D_kk: the scale of a row of A that is zero */
+/* Of each column of M the smallest entry, of those that are not zero; 0 where there is none. least: as the columns of M */
+static PetscErrorCode LeastOfColumns(Mat M, Vec least)
+{
+  Mat          Mt;
+  PetscInt     rstart, rend;
+  PetscScalar *l;
+
+  PetscFunctionBegin;
+  PetscCall(MatTranspose(M, MAT_INITIAL_MATRIX, &Mt));
+  PetscCall(MatGetOwnershipRange(Mt, &rstart, &rend));
+  PetscCall(VecGetArrayWrite(least, &l));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscInt           n;
+    const PetscScalar *v;
+    PetscReal          smallest = 0.0;
+
+    PetscCall(MatGetRow(Mt, i, &n, NULL, &v));
+    for (PetscInt k = 0; k < n; k++)
+      if (v[k] != 0.0 && (smallest == 0.0 || PetscRealPart(v[k]) < smallest)) smallest = PetscRealPart(v[k]);
+    PetscCall(MatRestoreRow(Mt, i, &n, NULL, &v));
+    l[i - rstart] = smallest;
+  }
+  PetscCall(VecRestoreArrayWrite(least, &l));
+  PetscCall(MatDestroy(&Mt));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where the diagonal of A has a zero, or a negative entry, the largest of its row tells how stiff it is; rows of zeros, without stiffness, have 0 */
+PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *sp, Vec stiffness)
+{
+  Mat          A;
+  PetscInt     first, n;
+  PetscBool    look = PETSC_FALSE, has;
+  PetscScalar *d;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthGetDiagonal(sp->block[0], stiffness));
+  PetscCall(MatHasOperation(sp->block[0], MATOP_GET_ROW, &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetOwnershipRange(stiffness, &first, NULL));
+  PetscCall(VecGetLocalSize(stiffness, &n));
+  PetscCall(VecGetArray(stiffness, &d));
+  for (PetscInt i = 0; i < n; i++)
+    if (!(PetscRealPart(d[i]) > 0.0)) look = PETSC_TRUE;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &look, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)stiffness)));
+  if (look) PetscCall(AinsworthGetAIJ(sp->block[0], &A));
+  for (PetscInt i = 0; i < n && look; i++) {
+    PetscInt           entries;
+    const PetscScalar *a;
+    PetscReal          most = 0.0;
+
+    if (PetscRealPart(d[i]) > 0.0) continue;
+    PetscCall(MatGetRow(A, first + i, &entries, NULL, &a));
+    for (PetscInt k = 0; k < entries; k++) most = PetscMax(most, PetscAbsScalar(a[k]));
+    PetscCall(MatRestoreRow(A, first + i, &entries, NULL, &a));
+    d[i] = most;
+  }
+  if (look) PetscCall(MatDestroy(&A));
+  PetscCall(VecRestoreArray(stiffness, &d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The largest |x_i| of unknowns with a stiffness, of all where there is none: others may have any unit */
+PetscErrorCode AinsworthTermsDisplacement(Vec stiffness, Vec x, PetscReal *displacement)
+{
+  PetscInt           n;
+  const PetscScalar *d, *v;
+
+  PetscFunctionBegin;
+  *displacement = 0.0;
+  PetscCall(VecGetLocalSize(x, &n));
+  PetscCall(VecGetArrayRead(stiffness, &d));
+  PetscCall(VecGetArrayRead(x, &v));
+  for (PetscInt i = 0; i < n; i++)
+    if (d[i] != 0.0) *displacement = PetscMax(*displacement, PetscAbsScalar(v[i]));
+  PetscCall(VecRestoreArrayRead(x, &v));
+  PetscCall(VecRestoreArrayRead(stiffness, &d));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, displacement, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)x)));
+  if (*displacement == 0.0) PetscCall(VecNorm(x, NORM_INFINITY, displacement));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The smallest |B_ki| t_k, with t_k the lambda_k that has the energy 1, of A under C_k' or of D_kk: the scale of a row of A that is zero */
 PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *sp, Vec diagonal, Vec forces)
 {
   Vec          root, rows, lengths;
@@ -117,7 +202,8 @@ PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *sp, Vec diagonal
   for (PetscInt k = 0; k < m; k++) t[k] = PetscRealPart(t[k]) > 0.0 ? 1.0 / PetscSqrtReal(PetscRealPart(t[k])) : 0.0;
   PetscCall(VecRestoreArray(lengths, &t));
   PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
-  PetscCall(MatMultTranspose(M, lengths, forces));
+  PetscCall(MatDiagonalScale(M, lengths, NULL));
+  PetscCall(LeastOfColumns(M, forces));
   PetscCall(MatDestroy(&M));
   PetscCall(VecDestroy(&root));
   PetscCall(VecDestroy(&rows));

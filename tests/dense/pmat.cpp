@@ -20,6 +20,7 @@ static PetscErrorCode CheckPmat(Mat A, Mat C, const System &sys, const DenseSyst
   PetscCall(MatGetBlockSize(M, &bsM));
   PetscCall(CheckInt("block size of M", bsM, bsA));
   PetscCall(PmatReference(d, symmetric, choice, expected, B));
+  if (choice.inner == std::string(PCHYPRE)) expected.diagonal() *= 1.0 + 1e-12; /* never singular: hypre would not end its set-up */
   PetscCall(Gather(M, got));
   PetscCall(CheckEqual("M", got, expected, 1e-13));
   if (choice.type == PC_AINSWORTH_PMAT_CC && symmetric) { /* otherwise GMRES has no C' B C in it; exact: M is the reduced operator itself */

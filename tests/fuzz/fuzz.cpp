@@ -5,6 +5,21 @@ static char help[] = "Random saddle-point systems and options: each ends with th
 A long run:  mpiexec -n 2 fuzz -cases 1000000 -seed 17\n\n";
 
 #include "randomsaddle.h"
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <unistd.h>
+
+static char last[2048]; /* what a hang is reported with */
+
+/* Nothing that allocates may be called here */
+static void Hang(int)
+{
+  static const char what[] = "hang: ";
+
+  if (write(STDOUT_FILENO, what, strlen(what)) < 0 || write(STDOUT_FILENO, last, strlen(last)) < 0) _exit(4);
+  _exit(3);
+}
 
 enum Verdict {
   SOLVED,
@@ -159,13 +174,16 @@ static PetscErrorCode SolveGeneral(const RandomSaddle &p, Random &r, Verdict *ve
 
 int main(int argc, char **argv)
 {
-  PetscInt  cases = 1000, seed = 1, only = -1, count[VERDICTS] = {0};
+  PetscInt  cases = 1000, seed = 1, only = -1, timeout = 60, count[VERDICTS] = {0};
   PetscBool verbose = PETSC_FALSE, errors = PETSC_TRUE, mixed = PETSC_TRUE;
   PetscReal general = 0.0;
 
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(AinsworthInitializePackage());
+  (void)setvbuf(stdout, NULL, _IOLBF, 0); /* a hang would take the lines before it away */
+  (void)signal(SIGALRM, Hang);
+  PetscCall(PetscOptionsGetInt(NULL, NULL, "-timeout", &timeout, NULL));
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-cases", &cases, NULL));
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-seed", &seed, NULL));
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-only", &only, NULL));
@@ -179,6 +197,8 @@ int main(int argc, char **argv)
     std::string      text, line, why;
     Verdict          verdict = WRONG;
 
+    (void)snprintf(last, sizeof(last), "-seed %d -only %d\n", (int)seed, (int)k);
+    (void)alarm((unsigned)timeout);
     if (general > 0.0 && r.Chance(general)) {
       const RandomSaddle system(r);
       Options            options(line = system.options);
@@ -195,6 +215,7 @@ int main(int argc, char **argv)
       if (verbose) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "case %" PetscInt_FMT ": %s; %s\n", k, text.c_str(), line.c_str()));
       PetscCall(Solve(system, truth, r, &verdict, why));
     }
+    (void)alarm(0);
     count[verdict]++;
     if (verbose || verdict >= UNSOLVED)
       PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s: -seed %" PetscInt_FMT " -only %" PetscInt_FMT ": %s; %s; %s\n", verdicts[verdict], seed, k, why.c_str(),

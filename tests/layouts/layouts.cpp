@@ -265,6 +265,43 @@ static PetscErrorCode IndexSets()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* One matrix, whose primal unknowns are numbered component by component, of both bodies or of each */
+static PetscErrorCode Components(bool both)
+{
+  std::vector<PetscInt> index;
+  IS                    order;
+  Mat                   mat;
+  PetscInt              first[3], n[3];
+
+  PetscFunctionBeginUser;
+  Case(both ? "component by component" : "body by body, component by component");
+  for (int f : {LEFT, RIGHT, TIES}) {
+    PetscCall(ISStrideGetInfo(c.is[f], &first[f], NULL));
+    PetscCall(ISGetLocalSize(c.is[f], &n[f]));
+  }
+  for (int k = 0; k < 4; k++) {
+    const int f = (both ? k % 2 : k / 2) ? RIGHT : LEFT, d = both ? k / 2 : k % 2;
+
+    for (PetscInt i = d; i < n[f]; i += 2) index.push_back(first[f] + i);
+  }
+  for (PetscInt i = 0; i < n[TIES]; i++) index.push_back(first[TIES] + i);
+  PetscCall(ISCreateGeneral(PETSC_COMM_WORLD, (PetscInt)index.size(), index.data(), PETSC_COPY_VALUES, &order));
+  PetscCall(ISSetPermutation(order));
+  PetscCall(MatPermute(c.whole, order, order, &mat));
+  PetscCall(MatSetBlockSize(mat, 1));
+  PetscCall(Solve(mat, order, {"2 fields by the diagonal", "nodes have several unknowns, not next to each other"}));
+  Options  options("-ainsworth_pc_type blocksa");
+  PetscInt factored = usual;
+
+  usual = -1; /* of multigrid */
+  PetscCall(Solve(c.whole, NULL, {"2 fields by the diagonal", "type: blocksa", "blocks of 2"}));
+  PetscCall(Solve(mat, order, {"type: blocksa", "unknowns sorted by nodes", "blocks of 2"}));
+  usual = factored;
+  PetscCall(MatDestroy(&mat));
+  PetscCall(ISDestroy(&order));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Where the nodes are whose unknowns a vector has; the bodies meet between x = n - 1 and x = n */
 static PetscErrorCode Locate(int field, Vec x)
 {
@@ -746,6 +783,7 @@ int main(int argc, char **argv)
     PetscCall(Fields(true, {"block size of A: 2 (the pattern of A)", "near null space of A: 6 vectors (coordinates of the DM)"}));
     PetscCall(Coordinates());
     PetscCall(Diagonal());
+    for (bool both : {true, false}) PetscCall(Components(both));
     PetscCall(Opposite());
     for (PetscScalar sign : {-1.0, 1.0}) PetscCall(OneSided(sign));
     PetscCall(OtherPmat());

@@ -79,6 +79,8 @@ Facts SaddleFacts(const Saddle &);
 /* x in units of its own, relative to the reference; the largest row of both equations relative to its terms */
 double SaddleError(const Facts &, const Vector &x);
 double SaddleResidual(const Saddle &, const Vector &x, const Vector &lambda);
+/* Does each row hold, to 1e-5 of its own right-hand side, or 1e-11 of its terms where that is zero? Then there is a solution, whatever a rank may say */
+bool SaddleHolds(const Saddle &, const Vector &x, const Vector &lambda);
 /* Is what the text says true of this system? */
 bool SaddleSaysTrue(const Saddle &, const Facts &, const std::string &text);
 bool SaddleSymmetric(const Saddle &);  /* of its blocks, whatever the signs that they are stored with */

@@ -152,3 +152,17 @@ double SaddleResidual(const Saddle &s, const Vector &x, const Vector &lambda)
   }
   return (double)worst;
 }
+
+bool SaddleHolds(const Saddle &s, const Vector &x, const Vector &lambda)
+{
+  const Long       K = Whole(s);
+  const LongColumn b = RightHandSide(s);
+  LongColumn       y(b.size());
+  bool             holds = true;
+
+  y << x.cast<long double>(), lambda.cast<long double>();
+  const LongColumn size = K.cwiseAbs() * y.cwiseAbs(), residual = (K * y - b).cwiseAbs();
+
+  for (Eigen::Index i = 0; i < y.size(); i++) holds = holds && residual[i] <= (b[i] == 0.0L ? 1e-11L * size[i] : 1e-5L * std::abs(b[i]));
+  return holds;
+}

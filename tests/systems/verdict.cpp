@@ -58,9 +58,29 @@ static Eigen::Index Negative(const Matrix &M)
   return count;
 }
 
+/* The rank of the rows of [C D], scaled to entries of about 1 */
+static Eigen::Index RowRank(const Saddle &s)
+{
+  using Long = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+  Long rows(s.C.rows(), s.C.cols() + s.D.cols());
+
+  if (!rows.size()) return 0;
+  if (s.D.size()) rows << s.C.cast<long double>(), s.D.cast<long double>();
+  else rows = s.C.cast<long double>();
+  for (int sweep = 0; sweep < 20; sweep++) {
+    for (auto row : rows.rowwise())
+      if (row.cwiseAbs().maxCoeff() > 0.0L) row /= std::sqrt(row.cwiseAbs().maxCoeff());
+    for (auto column : rows.colwise())
+      if (column.cwiseAbs().maxCoeff() > 0.0L) column /= std::sqrt(column.cwiseAbs().maxCoeff());
+  }
+  Eigen::FullPivLU<Long> lu(rows);
+  lu.setThreshold(3e-15L);
+  return lu.rank();
+}
+
 /*
-   Where D is not 0, of diag(A, I) on Ker [C L], -I where D is negative: if it is definite, the whole has as many negative eigenvalues as rows, less those of D
-   that are negative
+   Where D is not 0, of diag(A, I) on Ker [C L], -I where D is negative: if it is definite, the whole has as many negative eigenvalues as independent rows, less
+   those of D that are negative
 */
 bool SaddleIndefinite(const Saddle &s)
 {
@@ -71,7 +91,7 @@ bool SaddleIndefinite(const Saddle &s)
   K.bottomLeftCorner(m, n) = s.C;
   K.topRightCorner(n, m)   = s.C.transpose();
   if (s.D.size()) K.bottomRightCorner(m, m) = -s.D;
-  return Negative(K) > m - Negative(s.D);
+  return Negative(K) > RowRank(s) - Negative(s.D);
 }
 
 /* What is said of the system, and when it is so */
@@ -79,22 +99,29 @@ static const struct {
   const char *said;
   bool (*holds)(const Saddle &, const Facts &);
 } phrases[] = {
-  {"no solution exists",        [](const Saddle &,  const Facts &f) { return !f.solvable; }                              },
-  {"body floats",               [](const Saddle &,  const Facts &f) { return !f.unique; }                                },
-  {"singular on Ker C",         [](const Saddle &,  const Facts &f) { return !f.unique; }                                },
-  {"is indefinite",             [](const Saddle &s, const Facts &) { return !SaddleSymmetric(s) || SaddleIndefinite(s); }},
-  {"is not symmetric",          [](const Saddle &s, const Facts &) { return !SaddleSymmetric(s); }                       },
-  {"has no transpose",          [](const Saddle &s, const Facts &) { return !SaddleSymmetric(s); }                       },
-  {"nearly linearly dependent", [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                        },
-  {"exactly or nearly",         [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                        },
-  {"linear combinations",       [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                        },
-  {"Error in HYPRE",            [](const Saddle &,  const Facts &f) { return !f.unique; }                                },
-  {"seems to be -A",            [](const Saddle &s, const Facts &) { return s.convention == NEGATED; }                   }
+  {"no solution exists",        [](const Saddle &,  const Facts &f) { return !f.solvable; }                                                         },
+  {"body floats",               [](const Saddle &,  const Facts &f) { return !f.unique; }                                                           },
+  {"singular on Ker C",         [](const Saddle &,  const Facts &f) { return !f.unique; }                                                           },
+  {"is indefinite",             /* the program's A is -A where all has the other sign */
+   [](const Saddle &s,           const Facts &) { return !SaddleSymmetric(s) || s.convention == NEGATED || SaddleIndefinite(s); }},
+  {"is not symmetric",          [](const Saddle &s, const Facts &) { return !SaddleSymmetric(s); }                                                  },
+  {"has no transpose",          [](const Saddle &s, const Facts &) { return !SaddleSymmetric(s); }                                                  },
+  {"nearly linearly dependent", [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                                                   },
+  {"exactly or nearly",         [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                                                   },
+  {"linear combinations",       [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                                                   },
+  {"Error in HYPRE",            [](const Saddle &,  const Facts &f) { return !f.unique; }                                                           },
+  {"seems to be -A",            [](const Saddle &s, const Facts &) { return s.convention == NEGATED; }                                              }
 };
 
 /* What is said of the attempt, which only who made it knows */
-static const char *const failures[] = {"without convergence", "stagnates",         "is not positive definite",    "do not converge",
-                                       "is not met",          "says that it converged", "Solves with the Gram matrix", "The inner preconditioner, of type"};
+static const char *const failures[] = {"without convergence",
+                                       "stagnates",
+                                       "is not positive definite",
+                                       "do not converge",
+                                       "is not met",
+                                       "says that it converged",
+                                       "Solves with the Gram matrix",
+                                       "The inner preconditioner, of type"};
 
 bool SaddleSaysTrue(const Saddle &s, const Facts &facts, const std::string &text)
 {
