@@ -348,7 +348,7 @@ static PetscErrorCode Fields(bool located, const std::vector<std::string> &view)
   PetscCall(DMSetUp(all));
   PetscCall(SolverCreate(c.whole, &ksp));
   PetscCall(KSPSetDM(ksp, all));
-  PetscCall(KSPSetDMActive(ksp, PETSC_FALSE));
+  PetscCall(KSPKeepOperators(ksp));
   PetscCall(SolveAndCheck(ksp, NULL, view));
   PetscCall(KSPDestroy(&ksp));
   PetscCall(DMDestroy(&all));
