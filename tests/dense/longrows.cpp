@@ -140,7 +140,7 @@ static PetscErrorCode Shared()
 static PetscErrorCode Loose(PCAinsworthPmatType type)
 {
   const PetscInt links = 32, n = 340, many = 70, m = 2 * links + 3 + many, first = n - links - 1;
-  Options        options(std::string(common) + "-ainsworth_pc_type jacobi -ainsworth_ksp_max_it 1000 -pc_ainsworth_pmat " + PCAinsworthPmatTypes[type]);
+  Options        options(std::string(common) + "-ainsworth_pc_type jacobi -ainsworth_ksp_max_it 1000 -pc_ainsworth_pmat " + PmatName(type));
   DenseSystem    d = Springs(n, m);
   Dense          got, rest, with, on, K, full, expected;
   Column         B, W, P;
@@ -149,7 +149,7 @@ static PetscErrorCode Loose(PCAinsworthPmatType type)
   std::string    view;
 
   PetscFunctionBeginUser;
-  Case("unknowns that A does nothing to, %s", PCAinsworthPmatTypes[type]);
+  Case("unknowns that A does nothing to, %s", PmatName(type));
   for (PetscInt i = first; i < n; i++) {
     d.A.row(i).setZero();
     d.A.col(i).setZero();
