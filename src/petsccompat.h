@@ -75,6 +75,13 @@ typedef PetscCtxDestroyFn AinsworthTestDestroyFn;
   #define SNES_DIVERGED_FUNCTION_NANORINF SNES_DIVERGED_FNORM_NAN
 #endif
 
+/* what PetscErrorMessage() returns */
+#if PETSC_VERSION_LT(3, 25, 0)
+typedef char *AinsworthErrorText;
+#else
+typedef const char *AinsworthErrorText;
+#endif
+
 /* the MPI type of PetscBool, which is C's bool since 3.24 */
 #if PETSC_VERSION_LT(3, 24, 0)
   #define AINSWORTH_MPI_BOOL MPIU_BOOL

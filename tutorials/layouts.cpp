@@ -70,7 +70,7 @@ static PetscErrorCode SetFields(const Contact &c, KSP ksp)
   }
   PetscCall(DMSetUp(all));
   PetscCall(KSPSetDM(ksp, all));
-  PetscCall(KSPSetDMActive(ksp, PETSC_FALSE));
+  PetscCall(KSPKeepOperators(ksp));
   PetscCall(DMDestroy(&all));
   PetscFunctionReturn((PetscErrorCode)0);
 }

@@ -4,6 +4,13 @@
 
 #include <petscksp.h>
 
+/* The DM of a KSP tells of fields; the matrix is the program's own */
+#if PETSC_VERSION_LT(3, 25, 0)
+  #define KSPKeepOperators(ksp) KSPSetDMActive(ksp, PETSC_FALSE)
+#else
+  #define KSPKeepOperators(ksp) KSPSetDMActive(ksp, KSP_DMACTIVE_ALL, PETSC_FALSE)
+#endif
+
 enum {
   LEFT,
   RIGHT,

@@ -183,7 +183,7 @@ static bool ToldByTrial(const AinsworthDiagnosis *d, const std::string &why)
 PetscErrorCode PCAinsworthDiagnoseFailure_Private(PC pc, PC_Ainsworth *data, PetscErrorCode code, const char why[])
 {
   AinsworthDiagnosis *d       = data->diagnosis.get();
-  char               *message = NULL;
+  AinsworthErrorText  message = NULL;
 
   PetscFunctionBegin;
   if (!d) PetscFunctionReturn(PETSC_SUCCESS);

@@ -63,8 +63,12 @@ int main(int argc, char **argv)
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(AinsworthInitializePackage());
-  for (const char *text :
-       {"-ainsworth_pc_type blocksa", "-ainsworth_pc_type jacobi -pc_ainsworth_pmat bj_cc", "-ainsworth_pc_type hypre -pc_ainsworth_pmat jcb"}) {
+  for (const char *text : {
+         "-ainsworth_pc_type blocksa", "-ainsworth_pc_type jacobi -pc_ainsworth_pmat bj_cc",
+#if defined(PETSC_HAVE_HYPRE)
+           "-ainsworth_pc_type hypre -pc_ainsworth_pmat jcb",
+#endif
+       }) {
     bool failed  = true;
     long allowed = 0;
 

@@ -1,6 +1,6 @@
 static char help[] = "Null spaces, near null spaces and block sizes reach both inner matrices; singular systems are solved.\n\n";
 
-#include "dense.h"
+#include "run.h"
 #include <cmath>
 
 /* A chain of springs without support, A 1 = 0; C ties nodes to each other, C 1 = 0, or one to the ground too */
@@ -247,6 +247,43 @@ static PetscErrorCode Near(bool onMatrix)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   The sum of all rows of C is zero. With the constant attached to the field of the multipliers they have none of it, as those of least norm; a vector that is no
+   null vector of C' is not taken out
+*/
+static PetscErrorCode Multipliers(bool constant, bool crossed)
+{
+  const PetscInt n = 24, m = 6;
+  DenseSystem    d = SpringsCreate(n, m - 1, 2.0, 17);
+  Dense          K = Dense::Zero(n + m, n + m);
+  Column         b(n + m);
+  Run            run;
+  IS             is[2];
+  Vec            v;
+  MatNullSpace   nullsp;
+
+  PetscFunctionBeginUser;
+  Case("null space of the multipliers, constant %d, crossed %d", constant, crossed);
+  d.C.conservativeResize(m, Eigen::NoChange);
+  d.g.conservativeResize(m);
+  d.C.row(m - 1) = -d.C.topRows(m - 1).colwise().sum();
+  d.g[m - 1]     = -d.g.head(m - 1).sum();
+  K << d.A, d.C.adjoint(), d.C, Dense::Zero(m, m);
+  b << d.f, d.g;
+  PetscCall(RunCreate(d, crossed, &run));
+  PetscCall(MatNestGetISs(run.nest, is, NULL));
+  PetscCall(MatCreateVecs(run.sys.C, NULL, &v));
+  PetscCall(Scatter(constant ? Column(Column::Ones(m).normalized()) : Column(Column::Unit(m, 2)), v));
+  PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, 1, &v, &nullsp));
+  PetscCall(PetscObjectCompose((PetscObject)is[1], "nullspace", (PetscObject)nullsp));
+  PetscCall(MatNullSpaceDestroy(&nullsp));
+  PetscCall(VecDestroy(&v));
+  PetscCall(CheckSolved(&run, d));
+  if (constant) PetscCall(CheckEqual("lambda", run.lambda, K.completeOrthogonalDecomposition().solve(b).tail(m), 1e-9));
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   int exitcode;
@@ -260,6 +297,8 @@ int main(int argc, char **argv)
       for (int declared = 0; declared < 3; declared++) PetscCall(Singular(grounded, declared));
     for (PetscInt ties = 0; ties < 3; ties++) PetscCall(Chains(ties));
     for (bool onMatrix : {false, true}) PetscCall(Near(onMatrix));
+    for (bool constant : {false, true})
+      for (bool crossed : {false, true}) PetscCall(Multipliers(constant, crossed));
   }
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());

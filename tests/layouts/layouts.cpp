@@ -348,7 +348,7 @@ static PetscErrorCode Fields(bool located, const std::vector<std::string> &view)
   PetscCall(DMSetUp(all));
   PetscCall(SolverCreate(c.whole, &ksp));
   PetscCall(KSPSetDM(ksp, all));
-  PetscCall(KSPSetDMActive(ksp, PETSC_FALSE));
+  PetscCall(KSPKeepOperators(ksp));
   PetscCall(SolveAndCheck(ksp, NULL, view));
   PetscCall(KSPDestroy(&ksp));
   PetscCall(DMDestroy(&all));
@@ -675,6 +675,95 @@ static PetscErrorCode PoorPmat()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Where an unknown of two components, or a multiplier, of a node stands in a matrix of nodes with so many unknowns */
+static PetscInt Place(PetscInt i, PetscInt n, PetscInt unknowns)
+{
+  return i < n ? unknowns * (i / 2) + i % 2 : unknowns * (i - n) + unknowns - 1;
+}
+
+/* Fields that are components of each node, or index sets of a larger numbering with a gap in each node, against dense linear algebra */
+static PetscErrorCode Nodes(const char *told)
+{
+  const std::string  how(told);
+  Spec               spec;
+  System             sys;
+  DenseSystem        d;
+  Mat                mat;
+  KSP                ksp;
+  PC                 pc;
+  Vec                b, y;
+  Column             x, lambda, got;
+  PetscInt           start, end;
+  const PetscInt     primal[] = {0, 1}, other[] = {1, 0}, dual[] = {2};
+  KSPConvergedReason reason;
+
+  PetscFunctionBeginUser;
+  Case("fields by %s", told);
+  spec.n = 24;
+  spec.m = 12;
+  PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
+  PetscCall(Gather(sys, d));
+  SolveSaddle(d, x, lambda);
+  PetscCall(MatGetOwnershipRange(sys.C, &start, &end));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, 3 * (end - start), 3 * (end - start), PETSC_DETERMINE, PETSC_DETERMINE, 36, NULL, 36, NULL, &mat));
+  PetscCall(MatCreateVecs(mat, &y, &b));
+  for (PetscInt i = 0; i < spec.n + spec.m; i++) {
+    const PetscInt row = Place(i, spec.n, 3);
+
+    if (row < 3 * start || row >= 3 * end) continue;
+    for (PetscInt j = 0; j < spec.n + spec.m; j++) {
+      const PetscScalar value = i < spec.n ? (j < spec.n ? d.A(i, j) : PetscConj(d.C(j - spec.n, i))) : (j < spec.n ? d.C(i - spec.n, j) : 0.0);
+
+      if (value != 0.0 || i == j) PetscCall(MatSetValue(mat, row, Place(j, spec.n, 3), value, INSERT_VALUES));
+    }
+    PetscCall(VecSetValue(b, row, i < spec.n ? d.f[i] : d.g[i - spec.n], INSERT_VALUES));
+  }
+  PetscCall(MatAssemblyBegin(mat, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(mat, MAT_FINAL_ASSEMBLY));
+  PetscCall(VecAssemblyBegin(b));
+  PetscCall(VecAssemblyEnd(b));
+  PetscCall(SolverCreate(mat, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  if (how == "the block size of the matrix") PetscCall(MatSetBlockSize(mat, 3));
+  if (how == "a block size of their own") PetscCall(PCFieldSplitSetBlockSize(pc, 3));
+  if (how == "a part of index sets") {
+    std::vector<PetscInt> numbers[3]; /* of the fields and the part: a node has four, of which one is not in the matrix */
+
+    for (PetscInt node = start; node < end; node++) {
+      for (PetscInt c : {0, 1}) numbers[0].push_back(4 * node + c);
+      numbers[1].push_back(4 * node + 3);
+      for (PetscInt c : {0, 1, 3}) numbers[2].push_back(4 * node + c);
+    }
+    for (int k = 0; k < 3; k++) {
+      IS is;
+
+      PetscCall(ISCreateGeneral(PETSC_COMM_WORLD, (PetscInt)numbers[k].size(), numbers[k].data(), PETSC_COPY_VALUES, &is));
+      if (k < 2) PetscCall(PCFieldSplitSetIS(pc, k ? "p" : "u", is));
+      else PetscCall(PCFieldSplitRestrictIS(pc, is));
+      PetscCall(ISDestroy(&is));
+    }
+  } else {
+    PetscCall(PCFieldSplitSetFields(pc, NULL, 2, primal, other));
+    PetscCall(PCFieldSplitSetFields(pc, "p", 1, dual, dual));
+  }
+  for (int k = 0; k < 2; k++) {
+    PetscCall(KSPSolve(ksp, b, y));
+    PetscCall(KSPGetConvergedReason(ksp, &reason));
+    PetscCall(CheckTrue("converged", reason > 0));
+    PetscCall(Gather(y, got));
+    for (PetscInt i = 0; i < spec.n; i++) x[i] -= got[Place(i, spec.n, 3)];
+    for (PetscInt i = 0; i < spec.m; i++) lambda[i] -= got[Place(spec.n + i, spec.n, 3)];
+    PetscCall(Check("errors of x and lambda", PetscMax(x.norm(), lambda.norm()), 1e-9));
+    SolveSaddle(d, x, lambda);
+  }
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(VecDestroy(&b));
+  PetscCall(VecDestroy(&y));
+  PetscCall(MatDestroy(&mat));
+  PetscCall(SystemDestroy(&sys));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   int code;
@@ -699,6 +788,7 @@ int main(int argc, char **argv)
     for (PetscScalar sign : {-1.0, 1.0}) PetscCall(OneSided(sign));
     PetscCall(OtherPmat());
     PetscCall(PoorPmat());
+    for (const char *told : {"the block size of the matrix", "a block size of their own", "a part of index sets"}) PetscCall(Nodes(told));
   }
   PetscCall(VecDestroy(&solution));
   PetscCall(VecDestroy(&rhs));

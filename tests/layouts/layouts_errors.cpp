@@ -69,6 +69,41 @@ static PetscErrorCode Errors()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Fields that are components of nodes */
+static PetscErrorCode Components()
+{
+  const struct {
+    PetscInt                 bs, component;
+    PetscErrorCode           code;
+    std::vector<std::string> parts;
+  } cases[] = {
+    {3,   3,  PETSC_ERR_ARG_OUTOFRANGE, {"Field u has component 3 of nodes with 3"}},
+    {599, 1,  PETSC_ERR_ARG_SIZ,        {"rows, which are no nodes of 599"}        },
+    {3,   -1, PETSC_ERR_ARG_OUTOFRANGE, {"Field u has the negative component -1"}  }
+  };
+
+  PetscFunctionBeginUser;
+  Case("components of nodes");
+  for (const auto &bad : cases) {
+    KSP ksp;
+    PC  pc;
+
+    PetscCall(SolverCreate(c.whole, &ksp));
+    PetscCall(KSPGetPC(ksp, &pc));
+    PetscCall(PCFieldSplitSetBlockSize(pc, bad.bs));
+    PetscCall(CheckError(
+      "set-up",
+      [&]() {
+        PetscErrorCode code = PCFieldSplitSetFields(pc, "u", 1, &bad.component, &bad.component);
+
+        return code ? code : KSPSetUp(ksp);
+      },
+      bad.code, bad.parts));
+    PetscCall(KSPDestroy(&ksp));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   int code;
@@ -77,6 +112,7 @@ int main(int argc, char **argv)
   PetscCall(AinsworthInitializePackage());
   PetscCall(ContactCreate(2, 12, &c));
   PetscCall(Errors());
+  PetscCall(Components());
   PetscCall(ContactDestroy(&c));
   PetscCall(ChecksFinish(&code));
   PetscCall(PetscFinalize());
