@@ -29,22 +29,6 @@
 #define SNESAINSWORTHACTIVESET "ainsworthactiveset"
 
 /*E
-   PCAinsworthVariant - the configuration of `PCAINSWORTH`: sets weight, penalty, penalty factor, row scaling and inner Krylov method at once
-
-+  `PC_AINSWORTH_WEIGHTED` (default) - W = diag(A)^{-1}, one penalty per row, `KSPPROJECTEDCG`
--  `PC_AINSWORTH_PAPER`              - W = I, one penalty beta, `KSPCG`: Robert, Jolivet, Jamond, Badri, sections 3 and 4
-
-   Level: intermediate
-
-.seealso: `PCAinsworthSetVariant()`
-E*/
-typedef enum {
-  PC_AINSWORTH_WEIGHTED,
-  PC_AINSWORTH_PAPER
-} PCAinsworthVariant;
-PETSC_EXTERN const char *const PCAinsworthVariants[];
-
-/*E
    MatAinsworthWeightType - the diagonal weight W of the projector
 
 +  `MAT_AINSWORTH_WEIGHT_DIAGONAL` (default) - W = diag(A)^{-1}
@@ -62,35 +46,7 @@ typedef enum {
 } MatAinsworthWeightType;
 PETSC_EXTERN const char *const MatAinsworthWeightTypes[];
 
-/*E
-   PCAinsworthPmatType - Inv(S), the sparse approximation of the inverse Gram matrix in the preconditioning matrix M_*
-   (paper, Table 1)
-
-+  `PC_AINSWORTH_PMAT_JCB`           - diagonal of the inverse 1-norms of the rows of S, or of S scaled to a unit diagonal
-.  `PC_AINSWORTH_PMAT_ID`            - Inv(S) = 0, that is Q_* = I and M_* = A + C' B C
-.  `PC_AINSWORTH_PMAT_CC`            - the exact inverse, by Cholesky; dense
-.  `PC_AINSWORTH_PMAT_CG`            - conjugate gradients per column to a loose tolerance; entries not reached stay zero
-.  `PC_AINSWORTH_PMAT_BJ_CC`         - block Jacobi, blocks cut by METIS, exact inverse in each block
-.  `PC_AINSWORTH_PMAT_BJ_CG`         - block Jacobi, conjugate gradients in each block
--  `PC_AINSWORTH_PMAT_AUTO` (default) - ID with PCBLOCKSA or where the constraints keep the components of each node apart (docs/method.md), otherwise JCB
-
-   Level: intermediate
-
-.seealso: `PCAinsworthSetPmatType()`
-E*/
-typedef enum {
-  PC_AINSWORTH_PMAT_JCB,
-  PC_AINSWORTH_PMAT_ID,
-  PC_AINSWORTH_PMAT_CC,
-  PC_AINSWORTH_PMAT_CG,
-  PC_AINSWORTH_PMAT_BJ_CC,
-  PC_AINSWORTH_PMAT_BJ_CG,
-  PC_AINSWORTH_PMAT_AUTO
-} PCAinsworthPmatType;
-PETSC_EXTERN const char *const PCAinsworthPmatTypes[];
-
 PETSC_EXTERN PetscErrorCode AinsworthInitializePackage(void);
-PETSC_EXTERN PetscErrorCode AinsworthFinalizePackage(void);
 
 /* The reduced operator */
 PETSC_EXTERN PetscErrorCode MatCreateAinsworth(Mat, Mat, Mat *);
@@ -99,9 +55,6 @@ PETSC_EXTERN PetscErrorCode MatAinsworthGetMats(Mat, Mat *, Mat *);
 PETSC_EXTERN PetscErrorCode MatAinsworthSetWeightType(Mat, MatAinsworthWeightType);
 PETSC_EXTERN PetscErrorCode MatAinsworthSetWeight(Mat, Vec);
 PETSC_EXTERN PetscErrorCode MatAinsworthSetPenalty(Mat, Vec);
-PETSC_EXTERN PetscErrorCode MatAinsworthGetPenalty(Mat, Vec *);
-PETSC_EXTERN PetscErrorCode MatAinsworthSetRowsPerRank(Mat, PetscInt);
-PETSC_EXTERN PetscErrorCode MatAinsworthGetGramKSP(Mat, KSP *);
 PETSC_EXTERN PetscErrorCode MatAinsworthMultProjector(Mat, Vec, Vec);
 PETSC_EXTERN PetscErrorCode MatAinsworthMultTransposeProjector(Mat, Vec, Vec);
 PETSC_EXTERN PetscErrorCode MatAinsworthMultRightInverse(Mat, Vec, Vec);
@@ -110,9 +63,7 @@ PETSC_EXTERN PetscErrorCode MatAinsworthComputeRHS(Mat, Vec, Vec, Vec);
 PETSC_EXTERN PetscErrorCode MatAinsworthComputeMultiplier(Mat, Vec, Vec, Vec);
 
 /* The preconditioner */
-PETSC_EXTERN PetscErrorCode PCAinsworthSetVariant(PC, PCAinsworthVariant);
 PETSC_EXTERN PetscErrorCode PCAinsworthSetWeight(PC, Vec);
-PETSC_EXTERN PetscErrorCode PCAinsworthSetPmatType(PC, PCAinsworthPmatType);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetKSP(PC, KSP *);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetGramKSP(PC, KSP *);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetFailure(PC, const char *[]);

@@ -57,14 +57,8 @@ static PetscErrorCode CheckLibrary(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-   AinsworthFinalizePackage - forgets that the package was initialized; called by `PetscFinalize()`
-
-   Level: developer
-
-.seealso: `AinsworthInitializePackage()`
-@*/
-PetscErrorCode AinsworthFinalizePackage(void)
+/* PetscFinalize() calls it: after another PetscInitialize() the types are registered again */
+static PetscErrorCode FinalizePackage(void)
 {
   PetscFunctionBegin;
   initialized = PETSC_FALSE;
@@ -95,7 +89,7 @@ PetscErrorCode AinsworthInitializePackage(void)
   if (initialized) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(CheckLibrary());
   initialized = PETSC_TRUE;
-  PetscCall(PetscRegisterFinalize(AinsworthFinalizePackage));
+  PetscCall(PetscRegisterFinalize(FinalizePackage));
   PetscCall(PetscClassIdRegister("Ainsworth", &classid));
   PetscCall(PetscLogEventRegister("AinsLayout", classid, &AINSWORTH_Layout));
   PetscCall(PetscLogEventRegister("AinsGramMat", classid, &AINSWORTH_GramMat));

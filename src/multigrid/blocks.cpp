@@ -57,7 +57,10 @@ namespace
 {
 /* One of the two parts of the local rows of an AIJ matrix: owned columns, or ghost columns */
 struct Part : AinsworthCSR {
-  std::vector<PetscInt> columns; /* number of each column with ghosts behind those owned; none: they have it already */
+  std::vector<PetscInt> columns;         /* number of each column with ghosts behind those owned; none: they have it already */
+  const PetscInt       *order = nullptr; /* the rows node by node; NULL: they are so already */
+
+  PetscInt row(PetscInt l) const { return order ? order[l] : l; }
 };
 
 /* f(row within the node, block column, component, entry) for all entries of node b */
@@ -66,7 +69,7 @@ void ForEach(const std::vector<Part> &parts, PetscInt b, PetscInt bs, F f)
 {
   for (const Part &part : parts)
     for (PetscInt r = 0; r < bs; r++)
-      for (PetscInt k = part.ia[b * bs + r]; k < part.ia[b * bs + r + 1]; k++) {
+      for (PetscInt row = part.row(b * bs + r), k = part.ia[row]; k < part.ia[row + 1]; k++) {
         const PetscInt c = part.columns.empty() ? part.ja[k] : part.columns[part.ja[k]];
         f(r, c / bs, c % bs, part.a[k]);
       }
@@ -79,7 +82,7 @@ bool FullBlocks(const std::vector<Part> &parts, PetscInt b, PetscInt bs)
   const PetscInt  first = in.ia[b * bs], n = in.ia[b * bs + 1] - first;
   const PetscInt *ja = in.ja + first;
 
-  if (parts.size() > 1 && parts[1].ia[b * bs] != parts[1].ia[(b + 1) * bs]) return false;
+  if (in.order || (parts.size() > 1 && parts[1].ia[b * bs] != parts[1].ia[(b + 1) * bs])) return false;
   if (n % bs || in.ia[(b + 1) * bs] - first != bs * n) return false;
   for (PetscInt k = 0; k < n; k++)
     if (ja[k] != ja[k - k % bs] + k % bs || ja[k - k % bs] % bs) return false;
@@ -135,34 +138,70 @@ void FillBlocks(const std::vector<Part> &parts, PetscInt nodes, PetscInt places,
 }
 } // namespace
 
-/* AinsworthBlockMatCreate - the rows of an AIJ matrix on this rank, n x n, in blocks of bs, which divides the rows of every rank */
-PetscErrorCode AinsworthBlockMatCreate(Mat A, PetscInt bs, AinsworthBlockMat *B)
+/*
+   The numbers that unknowns get where they are sorted by nodes: of this rank, from 0, and of ghosts, from the first of all ranks. Without an order those that
+   they have. Collective
+*/
+static PetscErrorCode NumberUnknowns(Mat A, const std::vector<PetscInt> &order, PetscInt ng, const PetscInt garray[], std::vector<PetscInt> *owned,
+                                     std::vector<PetscInt> *ghosts)
+{
+  PetscLayout           layout;
+  PetscSF               sf;
+  PetscInt              first;
+  std::vector<PetscInt> all(order.size());
+  PetscMPIInt           sorted = !order.empty();
+
+  PetscFunctionBegin;
+  ghosts->assign(garray, garray + ng);
+  owned->resize(order.size());
+  for (size_t l = 0; l < order.size(); l++) (*owned)[order[l]] = (PetscInt)l;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &sorted, 1, MPI_INT, MPI_MAX, PetscObjectComm((PetscObject)A)));
+  if (!sorted) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetOwnershipRangeColumn(A, &first, NULL));
+  for (size_t l = 0; l < order.size(); l++) all[l] = first + (*owned)[l];
+  PetscCall(MatGetLayouts(A, NULL, &layout));
+  PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)A), &sf));
+  PetscCall(PetscSFSetGraphLayout(sf, layout, ng, NULL, PETSC_USE_POINTER, garray));
+  PetscCall(PetscSFBcastBegin(sf, MPIU_INT, all.data(), ghosts->data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(sf, MPIU_INT, all.data(), ghosts->data(), MPI_REPLACE));
+  PetscCall(PetscSFDestroy(&sf));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthBlockMatCreate - the rows of an AIJ matrix on this rank, n x n, in blocks of bs, which divides the rows of every rank
+
+   order: the rows of this rank node by node; empty: they are so already. Collective
+*/
+PetscErrorCode AinsworthBlockMatCreate(Mat A, PetscInt bs, const std::vector<PetscInt> &order, AinsworthBlockMat *B)
 {
   PetscInt              n, ng = 0;
   PetscBool             mpi;
   Mat                   inside = A, outside;
-  const PetscInt       *garray;
+  const PetscInt       *garray = NULL;
   AinsworthLayout       nodes;
-  std::vector<PetscInt> ghosts;
+  std::vector<PetscInt> ghosts, numbers;
   std::vector<Part>     parts;
 
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(A, &n, NULL));
   PetscCall(AinsworthLayoutCreate(PetscObjectComm((PetscObject)A), n / bs, &nodes));
   PetscCall(PetscObjectBaseTypeCompare((PetscObject)A, MATMPIAIJ, &mpi));
+  parts.resize(mpi ? 2 : 1);
   if (mpi) {
     PetscCall(MatMPIAIJGetSeqAIJ(A, &inside, &outside, &garray));
     PetscCall(MatGetSize(outside, NULL, &ng));
-    for (PetscInt k = 0; k < ng; k++) ghosts.push_back(garray[k] / bs);
-    AinsworthSortUnique(ghosts);
   }
+  PetscCall(NumberUnknowns(A, order, ng, garray, &parts[0].columns, &numbers));
+  for (PetscInt number : numbers) ghosts.push_back(number / bs);
+  AinsworthSortUnique(ghosts);
   PetscCall(B->cols.create(nodes, std::move(ghosts)));
-  parts.resize(mpi ? 2 : 1);
   PetscCall(parts[0].open(inside));
   if (mpi) {
     PetscCall(parts[1].open(outside));
-    for (PetscInt k = 0; k < ng; k++) parts[1].columns.push_back(B->cols.place(garray[k] / bs) * bs + garray[k] % bs);
+    for (PetscInt number : numbers) parts[1].columns.push_back(B->cols.place(number / bs) * bs + number % bs);
   }
+  for (Part &part : parts) part.order = order.empty() ? NULL : order.data();
   FillBlocks(parts, n / bs, B->cols.count(), bs, &B->rows);
   for (Part &part : parts) PetscCall(part.close());
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -21,9 +21,9 @@ PetscErrorCode PCBlockSAGetProduct_Private(PC pc, Mat *product)
 
   PetscFunctionBegin;
   PetscCall(PCBlockSAGet_Private(pc, &sa));
-  if (sa && !sa->product && !sa->old && sa->levels.hierarchy && sa->levels.hierarchy->grids[0].upper)
+  if (sa && !sa->product && sa->levels.hierarchy && sa->levels.hierarchy->grids[0].upper && !sa->levels.hierarchy->sorted)
     PetscCall(AinsworthHierarchyCreateProduct(*sa->levels.hierarchy, &sa->product));
-  *product = sa && !sa->old ? sa->product : NULL;
+  *product = sa ? sa->product : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -49,6 +49,35 @@ static PetscErrorCode PCPostSolve_BlockSA(PC pc, KSP, Vec, Vec)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The cycle, node by node where the program has its unknowns in another order */
+static PetscErrorCode Cycle(PC pc, Vec b, Vec x)
+{
+  PC_BlockSA                  *sa    = BlockSA(pc);
+  const std::vector<PetscInt> &order = sa->levels.hierarchy->order;
+  const PetscScalar           *from;
+  PetscScalar                 *to;
+
+  PetscFunctionBegin;
+  if (!sa->levels.hierarchy->sorted) {
+    PetscCall((*sa->mg.apply)(pc, b, x));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  for (Vec &v : sa->sorted)
+    if (!v) PetscCall(VecDuplicate(b, &v));
+  PetscCall(VecGetArrayRead(b, &from));
+  PetscCall(VecGetArrayWrite(sa->sorted[0], &to));
+  for (size_t l = 0; l < order.size(); l++) to[l] = from[order[l]];
+  PetscCall(VecRestoreArrayWrite(sa->sorted[0], &to));
+  PetscCall(VecRestoreArrayRead(b, &from));
+  PetscCall((*sa->mg.apply)(pc, sa->sorted[0], sa->sorted[1]));
+  PetscCall(VecGetArrayRead(sa->sorted[1], &from));
+  PetscCall(VecGetArrayWrite(x, &to));
+  for (size_t l = 0; l < order.size(); l++) to[order[l]] = from[l];
+  PetscCall(VecRestoreArrayWrite(x, &to));
+  PetscCall(VecRestoreArrayRead(sa->sorted[1], &from));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode PCApply_BlockSA(PC pc, Vec b, Vec x)
 {
   PC_BlockSA *sa = BlockSA(pc);
@@ -62,14 +91,14 @@ static PetscErrorCode PCApply_BlockSA(PC pc, Vec b, Vec x)
     PetscCall(PCSetUp_BlockSA(pc));
     pc->setupcalled = PETSC_TRUE;
   }
-  PetscCall((*sa->mg.apply)(pc, b, x));
+  PetscCall(Cycle(pc, b, x));
   if (sa->raised) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDot(x, b, &energy));
   if (PetscRealPart(energy) >= 0.0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscInfo(pc, "The cycle is indefinite, r'z = %g: the bounds of the smoothers are raised\n", (double)PetscRealPart(energy)));
   PetscCall(PCBlockSASetBounds_Private(pc, 1.5));
   sa->raised = PETSC_TRUE;
-  PetscCall((*sa->mg.apply)(pc, b, x));
+  PetscCall(Cycle(pc, b, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -139,7 +168,7 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   const AinsworthHierarchy &h = *sa->levels.hierarchy;
-  if (sa->old) PetscCall(PetscViewerASCIIPrintf(viewer, "    levels of an earlier matrix, but for what is added to it\n"));
+  if (sa->old) PetscCall(PetscViewerASCIIPrintf(viewer, "    coarser levels of an earlier matrix, but for what is added to it\n"));
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "    modes: %s%s\n", h.modes.source,
     h.modes.rotations ? "" : "; rigid-body modes (MatSetNearNullSpace(), PCSetCoordinates()) would be 2 to 5 times faster on slender bodies"));
@@ -148,6 +177,7 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
       viewer, "    left out: %" PetscInt_FMT " modes that the matrix does not take to zero: are these the coordinates of its nodes?\n", h.modes.unfit));
   PetscCall(PetscViewerASCIIPrintf(viewer, "    finest level in %s precision%s; operator complexity %.3g\n", h.single() ? "single" : "double",
                                    sa->options.single && !h.single() ? ", as its values jump too far or it is the only one" : "", (double)h.complexity()));
+  if (h.sorted) PetscCall(PetscViewerASCIIPrintf(viewer, "    unknowns sorted by nodes, which the pattern of the matrix shows\n"));
   for (const AinsworthGrid &grid : h.grids)
     PetscCall(PetscViewerASCIIPrintf(viewer, "    level: %" PetscInt_FMT " unknowns, blocks of %" PetscInt_FMT ", %.1f of them a row, on %d ranks\n",
                                      grid.nodes->N * grid.bs, grid.bs, grid.nodes->N ? (double)grid.blocks / (double)grid.nodes->N : 0.0, (int)grid.ranks));
@@ -164,6 +194,7 @@ static PetscErrorCode PCReset_BlockSA(PC pc)
   for (Mat &op : sa->op) PetscCall(MatDestroy(&op));
   sa->op.clear();
   PetscCall(MatDestroy(&sa->product));
+  for (Vec &v : sa->sorted) PetscCall(VecDestroy(&v));
   sa->levels = AinsworthLevels();
   sa->old    = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -199,7 +230,8 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
 
    Notes:
    This is a `PCMG`; its functions and options work here. The matrix may have any type that `MatConvert()` can convert to `MATAIJ`. Its block size is the
-   number of unknowns per node.
+   number of unknowns per node. If it is 1, and the pattern shows nodes whose unknowns are not next to each other (numbered component by component, or in any
+   other order on the same process), the cycle works on a sorted copy.
 
    Attach the near null space to the matrix with `MatSetNearNullSpace()`; for elasticity use `MatNullSpaceCreateRigidBody()`. If there is none, it is made
    from `PCSetCoordinates()`. Without coordinates it is one constant per component. Slender bodies then take 2 to 5 times as long.

@@ -22,14 +22,15 @@ struct PC_BlockSA {
   PetscBool                 given;    /* an option says the precision */
   PetscBool                 tolerant; /* the KSP that solves now tolerates single precision */
 
-  PetscBool keep; /* the levels, whatever values A has */
+  PetscBool keep; /* the coarser levels, whatever values A has */
 
   AinsworthLevels  levels;
-  PetscBool        old;     /* they are of other values of A */
-  std::vector<Mat> op;      /* of each level, the finest first; the coarsest is AIJ */
-  Mat              product; /* A for products, of the present levels; NULL: nobody asked for it */
-  PetscBool        raised;  /* the damped part of the spectrum was widened since set-up */
-  struct _PCOps    mg;      /* what PCMG does */
+  PetscBool        old;       /* the coarser ones are of other values of A */
+  std::vector<Mat> op;        /* of each level, the finest first; the coarsest is AIJ */
+  Mat              product;   /* A for products, of the present levels; NULL: nobody asked for it */
+  Vec              sorted[2]; /* right-hand side and solution node by node; NULL: not needed */
+  PetscBool        raised;    /* the damped part of the spectrum was widened since set-up */
+  struct _PCOps    mg;        /* what PCMG does */
 };
 
 static inline PC_BlockSA *BlockSA(PC pc)

@@ -34,45 +34,112 @@ static PetscErrorCode Split(Mat pmat, Mat *A, Mat *added)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What the matrices say of the unknowns of a node. A sum may know what its A does not, or the other way round */
+static PetscErrorCode GetBlockSize(PC pc, Mat A, PetscInt *bs)
+{
+  PetscFunctionBegin;
+  PetscCall(MatGetBlockSize(pc->pmat, bs));
+  if (*bs == 1) PetscCall(MatGetBlockSize(A, bs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The diagonal of the finest level in the order of the program */
+static std::vector<PetscReal> Unsorted(const AinsworthHierarchy &h)
+{
+  std::vector<PetscReal> diagonal(h.grids[0].diagonal);
+
+  for (size_t l = 0; l < h.order.size(); l++) diagonal[h.order[l]] = h.grids[0].diagonal[l];
+  return diagonal;
+}
+
+/* Are there levels, of nodes that these matrices have, too? */
+static bool HasLevels(const PC_BlockSA *sa, PetscInt bs)
+{
+  const AinsworthHierarchy *h = sa->levels.hierarchy.get();
+
+  return !sa->stale && h && (h->sorted ? bs == 1 : h->grids[0].bs == bs);
+}
+
+/* The coordinates of nodes, in their order; where the program has unknowns sorted otherwise they may also be those of all unknowns */
+static PetscErrorCode GetCoordinates(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs, const std::vector<PetscInt> &order, std::vector<PetscReal> *x)
+{
+  const PetscInt given = (PetscInt)sa->coordinates.size(), dim = sa->dim;
+  PetscInt       n;
+
+  PetscFunctionBegin;
+  *x = sa->coordinates;
+  if (!dim) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  if (!order.empty() && given == n * dim)
+    for (PetscInt l = 0; l < n / bs * dim; l++) (*x)[l] = sa->coordinates[order[l / dim * bs] * dim + l % dim];
+  else
+    PetscCheck(given == n / bs * dim, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_SIZ,
+               "PCSetCoordinates() was called with %" PetscInt_FMT " coordinates on this rank, but the matrix has %" PetscInt_FMT
+               " rows in blocks of %" PetscInt_FMT,
+               given, n, bs);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The coarser levels of an earlier A stay, under the finest one of A; *anew: they do not, as the precision of this would be another */
+static PetscErrorCode KeepCoarse(PC pc, PC_BlockSA *sa, Mat A, MatNullSpace near, PetscBool *anew)
+{
+  auto       hierarchy = std::make_shared<AinsworthHierarchy>(*sa->levels.hierarchy);
+  const bool single    = hierarchy->single();
+  Mat        aij;
+
+  PetscFunctionBegin;
+  sa->levels.hierarchy.reset();
+  PetscCall(AinsworthGetAIJ(A, &aij));
+  PetscCall(hierarchy->replaceFinest(aij, sa->options));
+  PetscCall(MatDestroy(&aij));
+  *anew = (PetscBool)(hierarchy->single() != single);
+  if (*anew) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscInfo(pc, "A has other values: the coarser levels are kept nevertheless\n"));
+  PetscCall(MatDestroy(&sa->product));
+  sa->levels.hierarchy = hierarchy;
+  sa->old              = PETSC_TRUE;
+  PetscCall(sa->levels.source.take(A, near));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The levels of A, made anew where A, its near null space or a choice is another than last time */
 static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
 {
-  Mat            aij, nodes = pc->pmat;
-  MatNullSpace   near;
-  PetscInt       bs, n;
-  PetscBool      same = PETSC_FALSE, fits = PETSC_FALSE;
-  AinsworthModes modes;
+  Mat                    aij;
+  MatNullSpace           near;
+  PetscInt               bs;
+  PetscBool              same = PETSC_FALSE, fits = PETSC_FALSE;
+  AinsworthModes         modes;
+  std::vector<PetscInt>  order;
+  std::vector<PetscReal> coordinates;
 
   PetscFunctionBegin;
   PetscCall(MatGetNearNullSpace(pc->pmat, &near));
   if (!near) PetscCall(MatGetNearNullSpace(A, &near));
   if (!near) PetscCall(MatGetNearNullSpace(pc->mat, &near));
-  PetscCall(MatGetBlockSize(nodes, &bs));
-  if (bs == 1) nodes = A; /* a sum may know what its A does not, or the other way round */
-  PetscCall(MatGetBlockSize(nodes, &bs));
-  if (!sa->stale && sa->levels.hierarchy && sa->levels.hierarchy->grids[0].bs == bs)
-    PetscCall(sa->levels.source.holds(A, near, sa->levels.hierarchy->grids[0].diagonal, &same, &fits));
-  sa->old = (PetscBool)(!same && fits && sa->keep);
-  *anew   = (PetscBool)(!same && !sa->old);
-  if (!*anew) {
-    PetscCall(PetscInfo(pc, "%s\n", same ? "A has the values that it had: its levels are kept" : "A has other values: its levels are kept nevertheless"));
-    if (same) PetscCall(sa->levels.source.identify(A, near));
+  PetscCall(GetBlockSize(pc, A, &bs));
+  if (HasLevels(sa, bs)) PetscCall(sa->levels.source.holds(A, near, Unsorted(*sa->levels.hierarchy), &same, &fits));
+  *anew = (PetscBool)(!fits || (!sa->keep && (!same || sa->old)));
+  if (!*anew && same) {
+    PetscCall(PetscInfo(pc, "A has the values that it had: its levels are kept\n"));
+    PetscCall(sa->levels.source.identify(A, near));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(MatGetLocalSize(A, &n, NULL));
-  PetscCheck(!sa->dim || (PetscInt)sa->coordinates.size() == n / bs * sa->dim, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_SIZ,
-             "PCSetCoordinates() was called with %" PetscInt_FMT " coordinates on this rank, but the matrix has %" PetscInt_FMT
-             " rows in blocks of %" PetscInt_FMT,
-             (PetscInt)sa->coordinates.size(), n, bs);
+  if (!*anew) PetscCall(KeepCoarse(pc, sa, A, near, anew));
+  if (!*anew) PetscFunctionReturn(PETSC_SUCCESS);
+  sa->old = PETSC_FALSE;
+  PetscCall(AinsworthGetAIJ(A, &aij));
+  if (bs == 1) PetscCall(AinsworthFindNodes(aij, &bs, &order));
+  if (bs > 1 && !order.empty()) PetscCall(PetscInfo(pc, "Nodes have %" PetscInt_FMT " unknowns, by the pattern of A, not next to each other\n", bs));
+  PetscCall(GetCoordinates(pc, sa, A, bs, order, &coordinates));
   sa->levels = AinsworthLevels();
   PetscCall(MatDestroy(&sa->product));
-  PetscCall(AinsworthModesCreate(nodes, near, sa->dim, sa->coordinates.data(), &modes));
+  PetscCall(AinsworthModesCreate(A, bs, order, near, sa->dim, coordinates.data(), &modes));
   if (!modes.rotations)
     PetscCall(PetscInfo(pc, "Neither a near null space nor coordinates: with rigid-body modes (MatSetNearNullSpace(), PCSetCoordinates()) slender bodies "
                             "take 2 to 5 times less\n"));
-  PetscCall(AinsworthGetAIJ(A, &aij));
   auto hierarchy = std::make_shared<AinsworthHierarchy>();
-  PetscCall(hierarchy->create(aij, bs, std::move(modes), sa->options));
+  PetscCall(hierarchy->create(aij, bs, std::move(order), std::move(modes), sa->options));
   PetscCall(MatDestroy(&aij));
   sa->levels.hierarchy = hierarchy;
   sa->stale            = PETSC_FALSE;
@@ -112,7 +179,7 @@ static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added, bool singular)
   PetscFunctionBegin;
   if (added) {
     PetscCall(AinsworthGetAIJ(added, &aij));
-    PetscCall(AinsworthBlockMatCreate(aij, h.grids[0].bs, &D));
+    PetscCall(AinsworthBlockMatCreate(aij, h.grids[0].bs, h.order, &D));
     PetscCall(MatDestroy(&aij));
   }
   for (size_t l = 0; l < n; l++) {
@@ -241,6 +308,7 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   PetscCall(Split(pc->pmat, &A, &added));
   PetscCall(SetUpLevels(pc, sa, A, &anew));
   if (anew || sa->op.empty()) PetscCall(ConfigureMG(pc, sa));
+  if (sa->levels.hierarchy->sorted) pc->ops->applyrichardson = NULL; /* that of PCMG would know nothing of the order */
   PetscCall(MatGetNullSpace(pc->pmat, &null));
   if (!null) PetscCall(MatGetNullSpace(pc->mat, &null));
   PetscCall(SetUpOperators(sa, added, null != NULL));

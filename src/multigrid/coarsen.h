@@ -39,7 +39,7 @@ struct AinsworthModes {
   bool                     rotations = true; /* false: nothing but translations, though there is more than one component */
 };
 
-PetscErrorCode AinsworthModesCreate(Mat, MatNullSpace, PetscInt, const PetscReal[], AinsworthModes *);
+PetscErrorCode AinsworthModesCreate(Mat, PetscInt, const std::vector<PetscInt> &, MatNullSpace, PetscInt, const PetscReal[], AinsworthModes *);
 PetscErrorCode AinsworthModesFit(const AinsworthBlockMat &, AinsworthModes *);
 PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &, PetscReal, PetscInt, AinsworthAggregates *);
 PetscErrorCode AinsworthInterpolationCreate(const AinsworthBlockMat &, const AinsworthAggregates &, const std::vector<PetscReal> &, PetscReal,

@@ -241,15 +241,18 @@ static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt enoug
 /*
    AinsworthHierarchy::create - levels of A from the finest to one that can be factored
 
-   Collective. A: AIJ, Hermitian, blocks of bs
+   Collective. A: AIJ, Hermitian, nodes of bs unknowns; nodes: the rows of this rank node by node, empty: they are so already
 */
-PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, AinsworthModes &&near, const AinsworthHierarchyOptions &options)
+PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscInt> &&nodes, AinsworthModes &&near, const AinsworthHierarchyOptions &options)
 {
   AinsworthBlockMat X;
 
   PetscFunctionBegin;
-  modes = std::move(near);
-  PetscCall(AinsworthBlockMatCreate(A, bs, &X));
+  modes  = std::move(near);
+  order  = std::move(nodes);
+  sorted = (PetscBool)!order.empty();
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &sorted, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)A)));
+  PetscCall(AinsworthBlockMatCreate(A, bs, order, &X));
   PetscCall(AinsworthModesFit(X, &modes));
   for (;;) {
     std::unique_ptr<AinsworthLevel> level;
@@ -295,6 +298,38 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, AinsworthModes &&n
   }
   if (!doubts[0] && complexity() > tooComplex)
     PetscCall(PetscSNPrintf(doubts, sizeof(doubts), "all levels together have %.3g times the entries of the finest", (double)complexity()));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthHierarchy::replaceFinest - the finest level is that of an A with other values, the coarser ones and the interpolation stay
+
+   Collective. A: as in create(), distributed as the one of that
+*/
+PetscErrorCode AinsworthHierarchy::replaceFinest(Mat A, const AinsworthHierarchyOptions &options)
+{
+  const PetscInt                  bs = grids[0].bs;
+  AinsworthBlockMat               X;
+  AinsworthHierarchy              finest;
+  std::unique_ptr<AinsworthLevel> level;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthBlockMatCreate(A, bs, order, &X));
+  finest.grids.emplace_back();
+  AinsworthGrid &grid = finest.grids[0];
+  PetscCall(ReadDiagonal(X, false, &grid.diagonal));
+  PetscCall(finest.store(X, options));
+  PetscCall(finest.createLevel(0, NULL, true, &level));
+  PetscCall(level->estimate());
+  grid.largest = level->largest;
+  grid.P       = grids[0].P;
+  if (grid.single && (options.product || !grid.P)) grid.upper = TakeUpper<PetscScalar>(X.rows, NULL);
+  if (!grid.P) { /* it is factored */
+    grid.single = NULL;
+    grid.w      = NULL;
+  }
+  grids[0] = std::move(grid);
+  jump     = finest.jump;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -29,15 +29,18 @@ struct AinsworthGrid {
 
 class AinsworthHierarchy {
 public:
-  PetscErrorCode create(Mat A, PetscInt bs, AinsworthModes &&modes, const AinsworthHierarchyOptions &);
+  PetscErrorCode create(Mat A, PetscInt bs, std::vector<PetscInt> &&order, AinsworthModes &&modes, const AinsworthHierarchyOptions &);
+  PetscErrorCode replaceFinest(Mat A, const AinsworthHierarchyOptions &);
   PetscErrorCode createLevel(PetscInt l, const AinsworthBlockMat *added, bool single, std::unique_ptr<AinsworthLevel> *) const;
   PetscReal      complexity() const;
   bool           single() const { return grids[0].single != nullptr; }
 
-  std::vector<AinsworthGrid> grids;             /* the finest first */
-  AinsworthModes             modes;             /* without their values */
-  PetscReal                  jump        = 1.0; /* largest quotient of diagonals of nodes that A couples */
-  char                       doubts[128] = "";  /* why this is no good hierarchy, empty where nothing speaks against it */
+  std::vector<AinsworthGrid> grids;                /* the finest first */
+  std::vector<PetscInt>      order;                /* rows of A on this rank node by node, where sorted */
+  PetscBool                  sorted = PETSC_FALSE; /* A has them in another order; on all ranks */
+  AinsworthModes             modes;                /* without their values */
+  PetscReal                  jump        = 1.0;    /* largest quotient of diagonals of nodes that A couples */
+  char                       doubts[128] = "";     /* why this is no good hierarchy, empty where nothing speaks against it */
 
 private:
   PetscErrorCode store(const AinsworthBlockMat &, const AinsworthHierarchyOptions &);

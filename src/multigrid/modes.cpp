@@ -1,8 +1,8 @@
 #include "coarsen.h"
 #include <algorithm>
 
-/* The values of vectors, side by side; constant: the first one is 1 everywhere */
-static PetscErrorCode FromNullSpace(MatNullSpace near, PetscInt n, AinsworthModes *modes)
+/* The values of vectors, side by side; constant: the first one is 1 everywhere; order: of the rows, empty: their own */
+static PetscErrorCode FromNullSpace(MatNullSpace near, PetscInt n, const std::vector<PetscInt> &order, AinsworthModes *modes)
 {
   PetscBool  constant;
   PetscInt   nvec;
@@ -23,7 +23,7 @@ static PetscErrorCode FromNullSpace(MatNullSpace near, PetscInt n, AinsworthMode
                " rows: call MatSetNearNullSpace() with vectors that have the layout of the matrix",
                c, local, n);
     PetscCall(VecGetArrayRead(vec[c], &v));
-    for (PetscInt l = 0; l < n; l++) modes->values[(size_t)l * modes->k + first + c] = v[l];
+    for (PetscInt l = 0; l < n; l++) modes->values[(size_t)l * modes->k + first + c] = v[order.empty() ? l : order[l]];
     PetscCall(VecRestoreArrayRead(vec[c], &v));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -60,23 +60,25 @@ static PetscErrorCode FromCoordinates(MPI_Comm comm, PetscInt n, PetscInt bs, co
    AinsworthModesCreate - the near null space that interpolation keeps
 
    Input Parameters:
-+  A    - the matrix
-.  near - the near null space that the program attached, NULL for none
-.  dim  - dimension of the coordinates, 0 for none
--  x    - coordinates of the nodes of this rank, dim each
++  A     - the matrix
+.  bs    - unknowns of a node
+.  order - its rows on this rank node by node; empty: they are so already
+.  near  - the near null space that the program attached, NULL for none
+.  dim   - dimension of the coordinates, 0 for none
+-  x     - coordinates of the nodes of this rank, dim each
 
    Output Parameter:
-.  modes - n values of each mode
+.  modes - n values of each mode, node by node
 */
-PetscErrorCode AinsworthModesCreate(Mat A, MatNullSpace near, PetscInt dim, const PetscReal x[], AinsworthModes *modes)
+PetscErrorCode AinsworthModesCreate(Mat A, PetscInt bs, const std::vector<PetscInt> &order, MatNullSpace near, PetscInt dim, const PetscReal x[],
+                                    AinsworthModes *modes)
 {
-  PetscInt n, bs;
+  PetscInt n;
 
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(A, &n, NULL));
-  PetscCall(MatGetBlockSize(A, &bs));
   *modes = AinsworthModes();
-  if (near) PetscCall(FromNullSpace(near, n, modes));
+  if (near) PetscCall(FromNullSpace(near, n, order, modes));
   if (modes->k > 0) {
     modes->source = "the near null space of the matrix";
   } else if (dim == bs && (bs == 2 || bs == 3)) {

@@ -51,18 +51,19 @@ static PetscErrorCode ConstraintsChanged(Mat_Ainsworth *ctx, PetscBool *changed)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The weight of the projector: W, but diag(A)^{-1} without the unknowns that many rows share */
+/* The weight of the projector: W, but diag(A)^{-1} without the unknowns that many rows share, and a larger one for those that A does nothing to */
 static PetscErrorCode SetMobility(Mat_Ainsworth *ctx)
 {
-  PetscBool shared;
+  PetscBool shared, loose;
 
   PetscFunctionBegin;
   PetscCall(VecDestroy(&ctx->mobility));
   if (ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
     PetscCall(VecDuplicate(ctx->weight, &ctx->mobility));
     PetscCall(VecCopy(ctx->weight, ctx->mobility));
+    PetscCall(AinsworthWeightLoosen(ctx->A, ctx->C, ctx->D, ctx->mobility, &loose));
     PetscCall(AinsworthSharedUnweigh(ctx->C, ctx->B, ctx->mobility, &shared));
-    if (shared) PetscFunctionReturn(PETSC_SUCCESS);
+    if (loose || shared) PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(VecDestroy(&ctx->mobility));
   }
   PetscCall(PetscObjectReference((PetscObject)ctx->weight));
@@ -253,7 +254,8 @@ static PetscErrorCode MatDuplicate_Ainsworth(Mat mat, MatDuplicateOption, Mat *c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Reset(Mat_Ainsworth *ctx)
+/* Without A and C again */
+PetscErrorCode MatAinsworthReset_Private(Mat_Ainsworth *ctx)
 {
   PetscFunctionBegin;
   for (Mat *M : {&ctx->A, &ctx->C, &ctx->B, &ctx->D, &ctx->product}) PetscCall(MatDestroy(M));
@@ -270,7 +272,7 @@ static PetscErrorCode MatDestroy_Ainsworth(Mat mat)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &ctx));
-  PetscCall(Reset(ctx));
+  PetscCall(MatAinsworthReset_Private(ctx));
   delete ctx;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -300,75 +302,6 @@ static PetscErrorCode MatView_Ainsworth(Mat mat, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPrintf(viewer, "constraints=%" PetscInt_FMT ", weight: %s%s%s%s\n", m, MatAinsworthWeightTypes[ctx->weightType], penalty,
                                    ctx->omitPenalty ? ", without C' B C" : "",
                                    ctx->refine ? ", refinement of the projection: on, the constraints drifted" : ""));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
-   MatAinsworthSetMats - sets the blocks A and C of a `MATAINSWORTH`
-
-   Collective
-
-   Input Parameters:
-+  mat - the matrix, of type `MATAINSWORTH`
-.  A   - n x n, any type with a product and a diagonal; referenced, never changed
--  C   - m x n, linearly independent rows, `MATAIJ` with the column layout of A; referenced, never changed
-
-   Level: intermediate
-
-   Notes:
-   Sizes, block size and vector type of `mat` become those of A. Changes of the values of A and C are noticed at the next product.
-
-   Errors:
-   `PETSC_ERR_ARG_SIZ` if A is not square or C has not as many columns as A; `PETSC_ERR_ARG_WRONG` if C is not `MATAIJ`.
-
-.seealso: `MATAINSWORTH`, `MatCreateAinsworth()`, `MatAinsworthGetMats()`
-@*/
-PetscErrorCode MatAinsworthSetMats(Mat mat, Mat A, Mat C)
-{
-  Mat_Ainsworth *ctx;
-  PetscInt       n, N, cols, Cn, CN, bs;
-  PetscBool      aij, known, flag;
-  MatType        type;
-  VecType        vtype;
-  MPI_Comm       comm;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
-  PetscValidHeaderSpecific(A, MAT_CLASSID, 2);
-  PetscValidHeaderSpecific(C, MAT_CLASSID, 3);
-  PetscCheckSameComm(mat, 1, A, 2);
-  PetscCheckSameComm(mat, 1, C, 3);
-  comm = PetscObjectComm((PetscObject)mat);
-  PetscCall(MatGetSize(A, &N, &cols));
-  PetscCheck(N == cols, comm, PETSC_ERR_ARG_SIZ, "A is not square: %" PetscInt_FMT " x %" PetscInt_FMT, N, cols);
-  PetscCall(MatGetSize(C, NULL, &CN));
-  PetscCheck(CN == N, comm, PETSC_ERR_ARG_SIZ, "C has %" PetscInt_FMT " columns, A has %" PetscInt_FMT, CN, N);
-  PetscCall(MatGetLocalSize(A, NULL, &n));
-  PetscCall(MatGetLocalSize(C, NULL, &Cn));
-  PetscCheck(Cn == n, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "C has %" PetscInt_FMT " local columns, A has %" PetscInt_FMT ": give C the column layout of A", Cn,
-             n);
-  PetscCall(MatGetType(C, &type));
-  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)C, &aij, MATSEQAIJ, MATMPIAIJ, ""));
-  PetscCheck(aij, comm, PETSC_ERR_ARG_WRONG, "C has type %s, MATAINSWORTH needs %s: use MatConvert()", type, MATAIJ);
-  PetscCall(PetscObjectReference((PetscObject)A));
-  PetscCall(AinsworthGetAIJ(C, &C)); /* a reference, or the sequential form on one rank */
-  PetscCall(Reset(ctx));
-  PetscCall(PetscObjectReference((PetscObject)C));
-  ctx->A       = A;
-  ctx->C       = C;
-  ctx->B       = C;
-  ctx->adjoint = PETSC_TRUE;
-  if (ctx->weightType == MAT_AINSWORTH_WEIGHT_USER) ctx->weightType = MAT_AINSWORTH_WEIGHT_DIAGONAL; /* Reset() dropped the user's vector */
-  PetscCall(MatSetSizes(mat, n, n, N, N));
-  PetscCall(MatGetBlockSize(A, &bs));
-  PetscCall(MatSetBlockSize(mat, bs));
-  PetscCall(MatGetVecType(A, &vtype));
-  PetscCall(MatSetVecType(mat, vtype));
-  PetscCall(MatSetUp(mat));
-  PetscCall(MatIsSymmetricKnown(A, &known, &flag));
-  if (known) PetscCall(MatSetOption(mat, MAT_SYMMETRIC, flag));
-  PetscCall(MatIsHermitianKnown(A, &known, &flag));
-  if (known) PetscCall(MatSetOption(mat, MAT_HERMITIAN, flag));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -39,6 +39,7 @@ struct Mat_Ainsworth {
 PETSC_INTERN PetscErrorCode MatCreate_Ainsworth(Mat);
 /* the context, with the projector brought up to date; the error of a wrong type names the caller */
 PETSC_INTERN PetscErrorCode MatAinsworthGetContext_Private(Mat, Mat_Ainsworth **);
+PETSC_INTERN PetscErrorCode MatAinsworthReset_Private(Mat_Ainsworth *);
 PETSC_INTERN PetscErrorCode MatAinsworthSetUp_Private(Mat, Mat_Ainsworth **);
 PETSC_INTERN PetscErrorCode MatAinsworthSetUpProjector_Private(Mat, Mat_Ainsworth **);
 PETSC_INTERN PetscErrorCode MatAinsworthReduce_Private(Mat, PetscBool, Vec, Vec, Vec);
@@ -49,10 +50,10 @@ PETSC_INTERN PetscErrorCode MatAinsworthDiagnose_Private(Mat, PetscInt *, PetscI
 PETSC_INTERN PetscErrorCode MatAinsworthFindNear_Private(Mat, PetscInt *, PetscInt **);
 PETSC_INTERN PetscErrorCode MatAinsworthIsDoubtful_Private(Mat, PetscBool *);
 PETSC_INTERN PetscErrorCode MatAinsworthGetGram_Private(Mat, const AinsworthGram **);
-PETSC_INTERN PetscErrorCode MatAinsworthViewGram_Private(Mat, PetscViewer);
-PETSC_INTERN PetscErrorCode MatAinsworthGetGramEconomy_Private(Mat, const char **);
-PETSC_INTERN PetscErrorCode MatAinsworthGetGramMat_Private(Mat, Mat *);
+PETSC_INTERN PetscErrorCode MatAinsworthSetRowsPerRank_Private(Mat, PetscInt);
+PETSC_INTERN PetscErrorCode MatAinsworthGetStart_Private(Mat, PetscReal *);
 PETSC_INTERN PetscErrorCode MatAinsworthSolveRange_Private(Mat, Vec, Vec);
+PETSC_INTERN PetscErrorCode MatAinsworthPrecondition_Private(Mat, PC, PetscErrorCode (*)(PC, Vec, Vec), Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthOmitPenalty_Private(Mat, PetscBool);
 PETSC_INTERN PetscErrorCode MatAinsworthSetProduct_Private(Mat, Mat);
 PETSC_INTERN PetscErrorCode MatAinsworthMultA_Private(const Mat_Ainsworth *, Vec, Vec);

@@ -209,6 +209,17 @@ PetscErrorCode MatAinsworthIsDoubtful_Private(Mat mat, PetscBool *doubtful)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The energy of R g, of the last right-hand side */
+PetscErrorCode MatAinsworthGetStart_Private(Mat mat, PetscReal *energy)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
+  *energy = ctx->homogeneous ? 0.0 : ctx->start[0];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* S and its solver, to be looked at */
 PetscErrorCode MatAinsworthGetGram_Private(Mat mat, const AinsworthGram **gram)
 {
@@ -217,27 +228,6 @@ PetscErrorCode MatAinsworthGetGram_Private(Mat mat, const AinsworthGram **gram)
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   *gram = &ctx->proj.gram;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode MatAinsworthViewGram_Private(Mat mat, PetscViewer viewer)
-{
-  Mat_Ainsworth *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
-  PetscCall(AinsworthGramView(&ctx->proj.gram, viewer));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What is left out of the solver of the Gram matrix */
-PetscErrorCode MatAinsworthGetGramEconomy_Private(Mat mat, const char **text)
-{
-  Mat_Ainsworth *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
-  PetscCall(AinsworthGramGetEconomy(&ctx->proj.gram, text));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

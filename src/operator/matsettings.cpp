@@ -2,6 +2,75 @@
 #include <petsc/private/matimpl.h>
 
 /*@
+   MatAinsworthSetMats - sets the blocks A and C of a `MATAINSWORTH`
+
+   Collective
+
+   Input Parameters:
++  mat - the matrix, of type `MATAINSWORTH`
+.  A   - n x n, any type with a product and a diagonal; referenced, never changed
+-  C   - m x n, linearly independent rows, `MATAIJ` with the column layout of A; referenced, never changed
+
+   Level: intermediate
+
+   Notes:
+   Sizes, block size and vector type of `mat` become those of A. Changes of the values of A and C are noticed at the next product.
+
+   Errors:
+   `PETSC_ERR_ARG_SIZ` if A is not square or C has not as many columns as A; `PETSC_ERR_ARG_WRONG` if C is not `MATAIJ`.
+
+.seealso: `MATAINSWORTH`, `MatCreateAinsworth()`, `MatAinsworthGetMats()`
+@*/
+PetscErrorCode MatAinsworthSetMats(Mat mat, Mat A, Mat C)
+{
+  Mat_Ainsworth *ctx;
+  PetscInt       n, N, cols, Cn, CN, bs;
+  PetscBool      aij, known, flag;
+  MatType        type;
+  VecType        vtype;
+  MPI_Comm       comm;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
+  PetscValidHeaderSpecific(A, MAT_CLASSID, 2);
+  PetscValidHeaderSpecific(C, MAT_CLASSID, 3);
+  PetscCheckSameComm(mat, 1, A, 2);
+  PetscCheckSameComm(mat, 1, C, 3);
+  comm = PetscObjectComm((PetscObject)mat);
+  PetscCall(MatGetSize(A, &N, &cols));
+  PetscCheck(N == cols, comm, PETSC_ERR_ARG_SIZ, "A is not square: %" PetscInt_FMT " x %" PetscInt_FMT, N, cols);
+  PetscCall(MatGetSize(C, NULL, &CN));
+  PetscCheck(CN == N, comm, PETSC_ERR_ARG_SIZ, "C has %" PetscInt_FMT " columns, A has %" PetscInt_FMT, CN, N);
+  PetscCall(MatGetLocalSize(A, NULL, &n));
+  PetscCall(MatGetLocalSize(C, NULL, &Cn));
+  PetscCheck(Cn == n, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "C has %" PetscInt_FMT " local columns, A has %" PetscInt_FMT ": give C the column layout of A", Cn,
+             n);
+  PetscCall(MatGetType(C, &type));
+  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)C, &aij, MATSEQAIJ, MATMPIAIJ, ""));
+  PetscCheck(aij, comm, PETSC_ERR_ARG_WRONG, "C has type %s, MATAINSWORTH needs %s: use MatConvert()", type, MATAIJ);
+  PetscCall(PetscObjectReference((PetscObject)A));
+  PetscCall(AinsworthGetAIJ(C, &C)); /* a reference, or the sequential form on one rank */
+  PetscCall(MatAinsworthReset_Private(ctx));
+  PetscCall(PetscObjectReference((PetscObject)C));
+  ctx->A       = A;
+  ctx->C       = C;
+  ctx->B       = C;
+  ctx->adjoint = PETSC_TRUE;
+  if (ctx->weightType == MAT_AINSWORTH_WEIGHT_USER) ctx->weightType = MAT_AINSWORTH_WEIGHT_DIAGONAL; /* the user's vector is gone */
+  PetscCall(MatSetSizes(mat, n, n, N, N));
+  PetscCall(MatGetBlockSize(A, &bs));
+  PetscCall(MatSetBlockSize(mat, bs));
+  PetscCall(MatGetVecType(A, &vtype));
+  PetscCall(MatSetVecType(mat, vtype));
+  PetscCall(MatSetUp(mat));
+  PetscCall(MatIsSymmetricKnown(A, &known, &flag));
+  if (known) PetscCall(MatSetOption(mat, MAT_SYMMETRIC, flag));
+  PetscCall(MatIsHermitianKnown(A, &known, &flag));
+  if (known) PetscCall(MatSetOption(mat, MAT_HERMITIAN, flag));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
    MatAinsworthGetMats - gets the blocks A and C of a `MATAINSWORTH`
 
    Not Collective
@@ -80,6 +149,33 @@ PetscErrorCode MatAinsworthSetWeightType(Mat mat, MatAinsworthWeightType type)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* *copy is v, whose entries must be positive, laid out as the columns of A or the rows of C, of which it is the `what` */
+static PetscErrorCode CopyPositive(Mat block, bool columns, Vec v, const char what[], Vec *copy)
+{
+  MPI_Comm    comm = PetscObjectComm((PetscObject)block);
+  const char *of   = columns ? "columns of A" : "rows of C";
+  PetscReal   smallest;
+  PetscInt    where, size, local, sizes[2], locals[2];
+  PetscBool   other;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetSize(v, &size));
+  PetscCall(VecGetLocalSize(v, &local));
+  PetscCall(MatGetSize(block, &sizes[0], &sizes[1]));
+  PetscCall(MatGetLocalSize(block, &locals[0], &locals[1]));
+  PetscCheck(size == sizes[columns], comm, PETSC_ERR_ARG_SIZ, "The %s has length %" PetscInt_FMT ", the %s are %" PetscInt_FMT, what, size, of, sizes[columns]);
+  other = (PetscBool)(local != locals[columns]);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, comm));
+  PetscCheck(!other, comm, PETSC_ERR_ARG_SIZ, "The %s is not laid out over the ranks as the %s are", what, of);
+  PetscCall(VecMin(v, &where, &smallest));
+  PetscCheck(smallest > 0.0, comm, PETSC_ERR_ARG_OUTOFRANGE, "Entry %" PetscInt_FMT " of the %s is %g: the entries must be positive", where, what,
+             (double)smallest);
+  PetscCall(VecDestroy(copy));
+  PetscCall(VecDuplicate(v, copy));
+  PetscCall(VecCopy(v, *copy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@
    MatAinsworthSetWeight - gives the diagonal of the weight W
 
@@ -99,29 +195,12 @@ PetscErrorCode MatAinsworthSetWeightType(Mat mat, MatAinsworthWeightType type)
 PetscErrorCode MatAinsworthSetWeight(Mat mat, Vec weight)
 {
   Mat_Ainsworth *ctx;
-  PetscReal      smallest;
-  PetscInt       where, length, n;
-  PetscBool      other;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   PetscValidHeaderSpecific(weight, VEC_CLASSID, 2);
   PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "Call MatAinsworthSetMats() before MatAinsworthSetWeight()");
-  PetscCall(VecGetSize(weight, &length));
-  PetscCall(MatGetSize(ctx->A, NULL, &n));
-  PetscCheck(length == n, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_SIZ, "The weight has length %" PetscInt_FMT ", A has %" PetscInt_FMT " columns",
-             length, n);
-  PetscCall(VecGetLocalSize(weight, &length));
-  PetscCall(MatGetLocalSize(ctx->A, NULL, &n));
-  other = (PetscBool)(length != n);
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)mat)));
-  PetscCheck(!other, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_SIZ, "The weight is not laid out over the ranks as the columns of A are");
-  PetscCall(VecMin(weight, &where, &smallest));
-  PetscCheck(smallest > 0.0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE,
-             "Entry %" PetscInt_FMT " of the weight is %g: the entries must be positive", where, (double)smallest);
-  PetscCall(VecDestroy(&ctx->weight));
-  PetscCall(VecDuplicate(weight, &ctx->weight));
-  PetscCall(VecCopy(weight, ctx->weight));
+  PetscCall(CopyPositive(ctx->A, true, weight, "weight", &ctx->weight));
   ctx->weightType = MAT_AINSWORTH_WEIGHT_USER;
   ctx->current    = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -142,131 +221,33 @@ PetscErrorCode MatAinsworthSetWeight(Mat mat, Vec weight)
    Errors:
    `PETSC_ERR_ARG_OUTOFRANGE` naming the smallest entry if it is not positive; `PETSC_ERR_ARG_SIZ` for another length.
 
-.seealso: `MATAINSWORTH`, `MatAinsworthGetPenalty()`, `PCAINSWORTH`
+.seealso: `MATAINSWORTH`, `PCAINSWORTH`
 @*/
 PetscErrorCode MatAinsworthSetPenalty(Mat mat, Vec penalty)
 {
   Mat_Ainsworth *ctx;
-  PetscReal      smallest;
-  PetscInt       where, length, m;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "Call MatAinsworthSetMats() before MatAinsworthSetPenalty()");
-  if (!penalty) {
-    ctx->userPenalty = PETSC_FALSE;
-    ctx->current     = PETSC_FALSE;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscValidHeaderSpecific(penalty, VEC_CLASSID, 2);
-  PetscCall(VecGetSize(penalty, &length));
-  PetscCall(MatGetSize(ctx->C, &m, NULL));
-  PetscCheck(length == m, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_SIZ, "The penalty has length %" PetscInt_FMT ", C has %" PetscInt_FMT " rows",
-             length, m);
-  PetscCall(VecMin(penalty, &where, &smallest));
-  PetscCheck(smallest > 0.0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE,
-             "Entry %" PetscInt_FMT " of the penalty is %g: the entries must be positive", where, (double)smallest);
-  PetscCall(VecDestroy(&ctx->penalty));
-  PetscCall(VecDestroy(&ctx->placed));
-  PetscCall(VecDuplicate(penalty, &ctx->penalty));
-  PetscCall(VecCopy(penalty, ctx->penalty));
-  ctx->userPenalty = PETSC_TRUE;
+  if (penalty) {
+    PetscValidHeaderSpecific(penalty, VEC_CLASSID, 2);
+    PetscCall(CopyPositive(ctx->C, false, penalty, "penalty", &ctx->penalty));
+    PetscCall(VecDestroy(&ctx->placed));
+  } else ctx->current = PETSC_FALSE;
+  ctx->userPenalty = (PetscBool)(penalty != NULL);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-   MatAinsworthGetPenalty - gets the diagonal of the penalty B
-
-   Collective
-
-   Input Parameter:
-.  mat - the matrix, with its A and C set
-
-   Output Parameter:
-.  penalty - length m; not to be changed nor destroyed
-
-   Level: advanced
-
-.seealso: `MATAINSWORTH`, `MatAinsworthSetPenalty()`
-@*/
-PetscErrorCode MatAinsworthGetPenalty(Mat mat, Vec *penalty)
-{
-  Mat_Ainsworth *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  PetscAssertPointer(penalty, 2);
-  *penalty = ctx->penalty;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
-   MatAinsworthSetRowsPerRank - bounds the number of ranks that solve with the Gram matrix
-
-   Logically Collective
-
-   Input Parameters:
-+  mat  - the matrix
--  rows - connected components of the Gram matrix with more than 32 rows, m rows together, are solved with on ceil(m / rows) ranks, at most as
-          many as have rows of C, whole unless one has more than 16 times as many rows; 25000 by default
-
-   Level: advanced
-
-.seealso: `MATAINSWORTH`, `MatAinsworthGetGramKSP()`
-@*/
-PetscErrorCode MatAinsworthSetRowsPerRank(Mat mat, PetscInt rows)
+/* Bounds the number of ranks that solve with the Gram matrix */
+PetscErrorCode MatAinsworthSetRowsPerRank_Private(Mat mat, PetscInt rows)
 {
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
-  PetscValidLogicalCollectiveInt(mat, rows, 2);
-  PetscCheck(rows > 0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE, "The number of rows per rank must be positive, not %" PetscInt_FMT, rows);
   if (rows != ctx->rowsPerRank) ctx->current = PETSC_FALSE;
   ctx->rowsPerRank = rows;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
-   MatAinsworthGetGramKSP - gets the solver of the Gram matrix
-
-   Collective
-
-   Input Parameter:
-.  mat - the matrix, with its A and C set
-
-   Output Parameter:
-.  ksp - the solver, with options prefix `ainsworth_gram_`; `NULL` on ranks that solve for no row of the Gram matrix
-
-   Level: advanced
-
-   Notes:
-   Each rank solves with whole connected components of the Gram matrix, on its own; only where a piece has more than 16 times the rows that
-   a rank is given (`MatAinsworthSetRowsPerRank()`) the solver is one that several ranks share.
-
-   The matrix of the solver is the Gram matrix scaled to a unit diagonal, its rows piece by piece.
-
-.seealso: `MATAINSWORTH`, `MatAinsworthSetRowsPerRank()`
-@*/
-PetscErrorCode MatAinsworthGetGramKSP(Mat mat, KSP *ksp)
-{
-  Mat_Ainsworth *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
-  PetscAssertPointer(ksp, 2);
-  *ksp = ctx->proj.gram.placement.sizes.size() ? ctx->proj.gram.ksp : NULL;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* S = C W C' + N, m x m, MATAIJ, rows distributed as those of C */
-PetscErrorCode MatAinsworthGetGramMat_Private(Mat mat, Mat *S)
-{
-  Mat_Ainsworth *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
-  *S = ctx->proj.gram.S;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,6 +1,7 @@
 /* Where multigrid does not fit: M_* is factored, and the solve repeated; docs/models.md */
 #include "pcainsworth.h"
 #include "../guard.h"
+#include "../multigrid/blocksa.h"
 #include "../operator/matainsworth.h"
 #include "../projector/factor.h"
 #include "../projector/graph.h"
@@ -8,17 +9,32 @@
 #include <petsc/private/pcimpl.h>
 #include <unistd.h>
 
-/* Of a package, measured (docs/models.md): what it does beside operations takes as long as so many iterations, and one takes as long as so many operations
-   for each entry of A */
+/*
+   Of a package, measured (docs/models.md): what it does beside operations takes as long as so many iterations, and one takes as long as so many operations for
+   each entry of A; or the second, where that is less: beyond the cache an iteration takes longer for an entry, and large fronts take less for an operation
+*/
 struct Speed {
   PetscReal iterations, operations;
 };
-static const Speed speedCholmod = {75.0, 55.0}, speedMumps = {50.0, 30.0}, speedOther = {50.0, 5.0};
+static const Speed speedCholmod[] = {
+  {75.0,  55.0 },
+  {110.0, 120.0}
+};
+static const Speed speedMumps[] = {
+  {50.0, 30.0},
+  {50.0, 30.0}
+};
+static const Speed speedOther[] = {
+  {50.0, 5.0},
+  {50.0, 5.0}
+};
+/* All levels of the multigrid that this was measured with have so many times the entries of A; an iteration has a product with A beside */
+static const PetscReal usualComplexity = 1.14;
 /* Systems of so few unknowns are factored at once: PCBLOCKSA would have a single level, and factor that */
 static const PetscInt tiny = 600;
 /* Iterations before the first look ahead; and the part of a factorization's time that the rest of the solve has to take: a wrong guess costs little either way */
 static const PetscInt  early = 6;
-static const PetscReal part  = 0.7;
+static const PetscReal part  = 0.8;
 
 /* May M_* be factored where nobody chose its preconditioner? A vector that it takes to zero would be a pivot that is. known: the set-up has found such vectors */
 static PetscErrorCode MayFactor(const PC_Ainsworth *data, PetscBool known, PetscBool *may)
@@ -91,14 +107,21 @@ static PetscReal IterationsFor(const PC_Ainsworth *data, PetscReal operations, P
 {
   MatSolverType package;
   PetscBool     is;
-  Speed         speed = speedOther;
+  PC            inner;
+  PC_BlockSA   *sa;
+  const Speed  *speed      = speedOther;
+  PetscReal     complexity = usualComplexity, least = PETSC_INFINITY;
 
+  (void)KSPGetPC(data->ksp, &inner);
+  (void)PCBlockSAGet_Private(inner, &sa);
+  if (sa && sa->levels.hierarchy) complexity = sa->levels.hierarchy->complexity();
   (void)PCAinsworthFactorType_Private(data, &package);
   (void)PetscStrcmp(package, MATSOLVERCHOLMOD, &is);
   if (is) speed = speedCholmod;
   (void)PetscStrcmp(package, MATSOLVERMUMPS, &is);
   if (is) speed = speedMumps;
-  return speed.iterations + operations / (speed.operations * PetscMax(entries, 1.0));
+  for (int k = 0; k < 2; k++) least = PetscMin(least, speed[k].iterations + operations / (speed[k].operations * PetscMax(entries, 1.0)));
+  return least * (1.0 + usualComplexity) / (1.0 + complexity);
 }
 
 /* PCAinsworthEscapeAtOnce_Private - is the system one for which no multigrid is worth its set-up? */
@@ -217,13 +240,16 @@ PetscErrorCode PCAinsworthEscapeCheck_Private(PC pc, PC_Ainsworth *data, PetscBo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Iterations that are left until the residual norm has come down to `goal`, at the faster of two rates: that of all steps, and of the last half of them */
+/*
+   Iterations that are left until the residual norm has come down to `goal`, at the faster of two rates: that of the last half of the steps, and of the last
+   quarter. That of all steps is misleading, as what multigrid does well goes first
+*/
 static PetscReal Forecast(const std::vector<PetscReal> &norms, PetscReal goal)
 {
-  const size_t    last = norms.size() - 1, middle = last / 2;
-  const PetscReal all  = PetscLogReal(norms[0] / norms[last]) / (PetscReal)last;
-  const PetscReal late = PetscLogReal(norms[middle] / norms[last]) / (PetscReal)(last - middle), rate = PetscMax(all, late);
+  const size_t last = norms.size() - 1;
+  PetscReal    rate = 0.0;
 
+  for (size_t from : {last / 2, 3 * last / 4}) rate = PetscMax(rate, PetscLogReal(norms[from] / norms[last]) / (PetscReal)(last - from));
   return rate > 0.0 ? PetscLogReal(norms[last] / goal) / rate : PETSC_INFINITY;
 }
 

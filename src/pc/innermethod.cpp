@@ -1,6 +1,5 @@
 /* The method of the reduced solve, its norm and its side, where nobody chose them */
 #include "pcainsworth.h"
-#include "../ksp/projectedcg.h"
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
 

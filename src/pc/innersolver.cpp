@@ -79,7 +79,7 @@ static PCType OtherMultigrid()
 */
 static PetscErrorCode DefaultType(PC_Ainsworth *data, PetscBool definite, PCType *type)
 {
-  const PetscInt bs = data->saddle.bs;
+  const PetscInt bs = PetscMax(data->saddle.bs, data->saddle.scattered);
   MatSolverType  package;
   PetscBool      factor = data->escape.taken;
 

@@ -1,7 +1,6 @@
 #include "pcainsworth.h"
 #include "../guard.h"
 #include "../multigrid/blocksa.h"
-#include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
 static PetscErrorCode PCReset_Ainsworth(PC pc)
@@ -135,7 +134,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    V. Robert, P. Jolivet, O. Jamond, M. A. Badri, Calcul haute performance pour les problemes de point-selle en mecanique du contact, CSMA;
    M. Ainsworth, Comput. Methods Appl. Mech. Engrg. 190 (2001), 6323-6339.
 
-.seealso: `PCAinsworthSetVariant()`, `PCAinsworthSetPmatType()`, `PCAinsworthGetErrorEstimate()`, `PCAinsworthGetKSP()`, `MATAINSWORTH`, `KSPPROJECTEDCG`, `PCBLOCKSA`, `PCFIELDSPLIT`
+.seealso: `PCAinsworthGetErrorEstimate()`, `PCAinsworthGetKSP()`, `MATAINSWORTH`, `KSPPROJECTEDCG`, `PCBLOCKSA`, `PCFIELDSPLIT`
 M*/
 PetscErrorCode PCCreate_Ainsworth(PC pc)
 {
@@ -153,7 +152,7 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   data->reporting.rtol       = 1e-6;
   data->reporting.eigenvalue = PETSC_DEFAULT;
   PCAinsworthChoicesApplyVariant_Private(&data->choices, PC_AINSWORTH_WEIGHTED);
-  data->first = -1;
+  PetscCall(PCAinsworthForgetCounts_Private(data));
   PetscCall(KSPCreate(PetscObjectComm((PetscObject)pc), &data->ksp));
   PetscCall(PCGetOptionsPrefix(pc, &prefix));
   PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));

@@ -11,6 +11,13 @@
 
 struct Mat_Ainsworth;
 
+/* Weight, penalty, its factor, scaling of rows and inner Krylov method at once */
+typedef enum {
+  PC_AINSWORTH_WEIGHTED, /* W = diag(A)^{-1}, one penalty per row, KSPPROJECTEDCG */
+  PC_AINSWORTH_PAPER     /* W = I, one penalty beta, KSPCG: Robert, Jolivet, Jamond, Badri, sections 3 and 4 */
+} PCAinsworthVariant;
+PETSC_INTERN const char *const PCAinsworthVariants[];
+
 /* What to do with rows of C that are linear combinations of other rows */
 typedef enum {
   AINSWORTH_REDUNDANT_DROP, /* they are left out; a right-hand side that contradicts them is a failure, PC_INCONSISTENT_RHS */
@@ -24,6 +31,9 @@ typedef enum {
   AINSWORTH_REBUILD_NEVER
 } AinsworthRebuildType;
 PETSC_INTERN const char *const PCAinsworthRebuildTypes[];
+
+/* Solves are counted apart by the decades that they are asked for, up to so many */
+#define PC_AINSWORTH_DECADES 17
 
 /* What the program's own system says of a solution */
 typedef enum {
@@ -133,10 +143,12 @@ struct PC_Ainsworth {
   Vec                 g, lambda; /* on the kept rows, where some are not kept */
   Vec                 f;         /* less what is known of x and lambda, where something is */
 
-  /* pcrebuild.cpp: iterations of the first solve with the preconditioner, -1: none yet; of the last; and how many more than the first one all took */
+  /* pcrebuild.cpp */
   AinsworthRebuildType rebuild;
-  PetscInt             first, last, more;
-  AinsworthSource      source; /* the C that a preconditioner that is kept as a whole was made for */
+  PetscInt             took[PC_AINSWORTH_DECADES]; /* iterations of the first solve with the preconditioner for so many decades; -1: none yet */
+  PetscInt             last;                       /* of the last one */
+  PetscReal            more;                       /* how many more than the first ones all took */
+  AinsworthSource      source;                     /* the C that a preconditioner that is kept as a whole was made for */
 
   /* error against run time */
   AinsworthReportSettings reporting;
@@ -153,6 +165,7 @@ PETSC_INTERN PetscErrorCode      PCPreSolve_Ainsworth(PC, KSP, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCPostSolve_Ainsworth(PC, KSP, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCApply_Ainsworth(PC, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCApplyTranspose_Ainsworth(PC, Vec, Vec);
+PETSC_INTERN PetscErrorCode      PCAinsworthReductionsCollide_Private(const PC_Ainsworth *, Vec, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthAgreeOnFailure_Private(PC, PCFailedReason);
 PETSC_INTERN PetscErrorCode      PCAinsworthGetData_Private(PC, PC_Ainsworth **);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetStale_Private(PC, PC_Ainsworth *);
@@ -188,6 +201,7 @@ PETSC_INTERN PetscErrorCode      PCAinsworthKeeps_Private(PC, const PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthIsOld_Private(const PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthLimit_Private(PC, const PC_Ainsworth *, PetscInt *);
 PETSC_INTERN PetscErrorCode      PCAinsworthCount_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthForgetCounts_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthRebuild_Private(PC, PC_Ainsworth *, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthViewRebuild_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthIsConjugateGradients_Private(KSPType, PetscBool *);

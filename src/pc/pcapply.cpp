@@ -240,27 +240,6 @@ static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Has the outer method a reduction under way, among which a pipelined inner method cannot begin its own? PETSc has one at a time on a communicator */
-static PetscErrorCode ReductionsCollide(const PC_Ainsworth *data, Vec v, PetscBool *collide)
-{
-  const char *const pipelined = KSPPIPECG "," KSPPIPECGRR "," KSPPIPELCG "," KSPPIPEPRCG "," KSPPIPECG2 "," KSPGROPPCG "," KSPPIPEFCG "," KSPPIPECR
-                                          "," KSPPIPEBCGS "," KSPPIPEGCR "," KSPPIPEFGMRES "," KSPPGMRES;
-  KSPType        type;
-  PetscScalar    dot;
-  PetscErrorCode code;
-
-  PetscFunctionBegin;
-  PetscCall(KSPGetType(data->ksp, &type));
-  PetscCall(PetscStrInList(type, pipelined, ',', collide));
-  if (!*collide) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
-  code = VecDotBegin(v, v, &dot); /* the only way to ask */
-  PetscCall(PetscPopErrorHandler());
-  *collide = (PetscBool)(code != PETSC_SUCCESS);
-  if (!code) PetscCall(VecDotEnd(v, v, &dot));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* A right-hand side whose norm is not finite; the row is named where an entry is not */
 static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, PCAinsworthFields b)
 {
@@ -279,22 +258,31 @@ static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, PCAinsworthFields
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place, and at nothing where the preconditioner is to be kept */
+static PetscErrorCode Refresh(PC pc)
+{
+  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+  PetscBool     changed;
+
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
+  PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
+  if (data->ordered && !pc->reusepreconditioner) changed = PETSC_TRUE;
+  if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat what ended with an error */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
   PC_Ainsworth     *data = (PC_Ainsworth *)pc->data;
   const IS         *in   = transpose ? data->saddle.cols : data->saddle.rows;
   const IS         *out  = transpose ? data->saddle.rows : data->saddle.cols;
-  PetscBool         changed, collide;
+  PetscBool         collide;
   PetscReal         norm;
   PCAinsworthFields left, right;
   PetscErrorCode    code;
 
   PetscFunctionBegin;
-  /* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place, and at nothing where the preconditioner is to be kept */
-  PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
-  PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
-  if (data->ordered && !pc->reusepreconditioner) changed = PETSC_TRUE;
-  if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat what ended with an error */
   data->applied = PETSC_TRUE;
   if (data->stale) { /* the set-up has said why */
     data->usable = PETSC_FALSE;
@@ -302,7 +290,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(VecNorm(b, NORM_1, &norm));
-  PetscCall(ReductionsCollide(data, b, &collide));
+  PetscCall(PCAinsworthReductionsCollide_Private(data, b, &collide));
   if (collide) {
     char why[256];
 
@@ -325,6 +313,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   }
   data->failure[0] = 0;
   if (data->applications) data->applications++;
+  if (data->applications) PetscCall(VecZeroEntries(y)); /* a work vector of the outer method is no guess, whatever the inner one wants */
   PetscCall(VecGetSubVector(y, out[0], &left.primal));
   PetscCall(VecGetSubVector(y, out[1], &left.dual));
   code = data->saddle.sign ? SolveWithSigns(pc, data, transpose, right, left)
@@ -344,51 +333,28 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* From here on to PCPostSolve() all applications are those of one outer solve */
-PetscErrorCode PCPreSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
+/* The program's vectors may be nests, of parts that are no fields of ours */
+static PetscErrorCode ApplyFlat(PC pc, PetscBool transpose, Vec b, Vec y)
 {
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
-  PetscBool     flexible;
+  const PetscBool other = (PetscBool)!transpose;
+  Vec             flat[2];
+  PetscErrorCode  code;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &flexible, KSPPREONLY, KSPFGMRES, KSPGCR, KSPFCG, KSPPIPEFGMRES, KSPPIPEGCR, KSPPIPEFCG, ""));
-  data->rigid        = (PetscBool)!flexible;
-  data->applications = 1;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Before each solve of a KSP, which would take the failure of the last one, that the program may ask for until then, for one of its own */
-PetscErrorCode PCSetUpOnBlocks_Ainsworth(PC pc)
-{
-  PC_Ainsworth *data    = (PC_Ainsworth *)pc->data;
-  PetscBool     changed = PETSC_FALSE;
-
-  PetscFunctionBegin;
-  if (data->applied && data->refused) { /* the method would end before it asked PCApply(), where a block changed in place is noticed */
-    PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
-    PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
-    if (changed) PetscCall(PCSetUp_Ainsworth(pc));
-  } else if (data->applied) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR));
-  data->applied = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Some methods apply the preconditioner once more when they have converged, to get x, and do not ask whether that was good */
-PetscErrorCode PCPostSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
-{
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
-
-  PetscFunctionBegin;
-  if (data->applied && !data->usable && ksp->reason > 0) ksp->reason = KSP_DIVERGED_PC_FAILED;
-  data->applications = 0;
-  data->rigid        = PETSC_FALSE;
+  PetscCall(AinsworthVecGetFlat(pc->pmat, other, b, &flat[0]));
+  PetscCall(AinsworthVecGetFlat(pc->pmat, transpose, y, &flat[1]));
+  code = ApplyOrTranspose(pc, transpose, flat[0], flat[1]); /* to be passed on when nothing is left behind */
+  PetscCall(AinsworthVecRestoreFlat(pc->pmat, other, b, PETSC_FALSE, &flat[0]));
+  PetscCall(AinsworthVecRestoreFlat(pc->pmat, transpose, y, PETSC_TRUE, &flat[1]));
+  PetscCall(code);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode PCApply_Ainsworth(PC pc, Vec b, Vec y)
 {
   PetscFunctionBegin;
-  PetscCall(ApplyOrTranspose(pc, PETSC_FALSE, b, y));
+  PetscCall(Refresh(pc));
+  PetscCall(ApplyFlat(pc, PETSC_FALSE, b, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -397,11 +363,12 @@ PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
 
   PetscFunctionBegin;
+  PetscCall(Refresh(pc));
   PetscCheck(!data->saddle.negated && data->adjoint && !data->saddle.known, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP,
              "The transpose of PCAINSWORTH needs blocks C and C', not C and -C' or another, and no Dirichlet rows with columns left in place");
   PetscCheck(!PetscDefined(USE_COMPLEX) || data->symmetric, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP,
              "The transpose of PCAINSWORTH needs a Hermitian A in complex arithmetic");
   /* [A C'; C 0] is Hermitian when A is */
-  PetscCall(AinsworthApplyConjugated(b, y, [=](Vec v, Vec w) { return ApplyOrTranspose(pc, (PetscBool)!data->symmetric, v, w); }));
+  PetscCall(AinsworthApplyConjugated(b, y, [=](Vec v, Vec w) { return ApplyFlat(pc, (PetscBool)!data->symmetric, v, w); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

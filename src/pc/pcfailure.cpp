@@ -198,7 +198,7 @@ static PetscErrorCode SmallestDiagonal(Mat A, Vec *y)
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(A, NULL, &diagonal));
-  PetscCall(MatGetDiagonal(A, diagonal));
+  PetscCall(AinsworthGetDiagonal(A, diagonal));
   PetscCall(VecDuplicate(diagonal, y));
   if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(diagonal));
   PetscCall(VecMin(diagonal, &where, &smallest));
@@ -266,13 +266,17 @@ static PetscErrorCode MisplacedOptions(PC pc, const PC_Ainsworth *data, char tex
 /* How the last solve with the Gram matrix ended, the worst of all ranks; not negative where there was none */
 static PetscErrorCode GramReason(const PC_Ainsworth *data, KSPConvergedReason *reason)
 {
-  KSP         gram  = NULL;
-  PetscMPIInt worst = 0;
+  const AinsworthGram *gram;
+  KSP                  ksp   = NULL;
+  PetscMPIInt          worst = 0;
 
   PetscFunctionBegin;
-  if (data->reduced) PetscCall(MatAinsworthGetGramKSP(data->reduced, &gram));
-  if (gram) PetscCall(KSPGetConvergedReason(gram, reason));
-  if (gram) worst = (PetscMPIInt)*reason;
+  if (data->reduced) {
+    PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
+    ksp = AinsworthGramGetKSP(gram);
+  }
+  if (ksp) PetscCall(KSPGetConvergedReason(ksp, reason));
+  if (ksp) worst = (PetscMPIInt)*reason;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_INT, MPI_MIN, PetscObjectComm((PetscObject)data->ksp)));
   *reason = (KSPConvergedReason)worst;
   PetscFunctionReturn(PETSC_SUCCESS);

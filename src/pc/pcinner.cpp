@@ -40,14 +40,16 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
 {
   AinsworthPmatInputs  in;
   AinsworthPmatOptions options = data->choices.pmat;
+  const AinsworthGram *gram;
   Vec                  penalty;
 
   PetscFunctionBegin;
   in.A  = data->saddle.P;
   in.bs = data->saddle.bs;
   in.C  = data->saddle.C;
-  PetscCall(MatAinsworthGetGramMat_Private(data->reduced, &in.S));
+  PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
   PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &in.compliance));
+  in.S               = gram->S;
   in.weight          = ctx->mobility;
   in.inverseDiagonal = data->inverseDiagonal;
   in.format          = data->format;
@@ -203,7 +205,7 @@ PetscErrorCode PCAinsworthKeepOrSetUpInner_Private(PC pc, PC_Ainsworth *data, co
   PetscCall(PCAinsworthKeepInner_Private(data, PETSC_FALSE));
   if (sa) sa->keep = keep;
   else PetscCall(data->source.take(data->saddle.C, NULL));
-  if (!keep) data->first = -1;
+  if (!keep) PetscCall(PCAinsworthForgetCounts_Private(data));
   PetscCall(PCAinsworthSetUpInner_Private(pc, data, ctx, why, len));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,21 +4,19 @@
 #include <string>
 
 /* Ranks that hold no constrained degree of freedom and solve for no row */
-static PetscErrorCode DescribeRanks(PC_Ainsworth *data, std::string &text)
+static PetscErrorCode DescribeRanks(PC_Ainsworth *data, const AinsworthGram *gram, std::string &text)
 {
   MPI_Comm    comm = PetscObjectComm((PetscObject)data->saddle.C);
   PetscMPIInt size, idle;
   Mat         Ct;
   MatInfo     touched;
-  KSP         gram;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(comm, &size));
   PetscCall(MatTranspose(data->saddle.C, MAT_INITIAL_MATRIX, &Ct));
   PetscCall(MatGetInfo(Ct, MAT_LOCAL, &touched));
   PetscCall(MatDestroy(&Ct));
-  PetscCall(MatAinsworthGetGramKSP(data->reduced, &gram));
-  idle = touched.nz_used == 0.0 && !gram;
+  idle = touched.nz_used == 0.0 && !AinsworthGramGetKSP(gram);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &idle, 1, MPI_INT, MPI_SUM, comm));
   if (idle) text += "; " + std::to_string(idle) + " of " + std::to_string(size) + " ranks have no constraints: they exchange nothing for a projection";
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -31,20 +29,22 @@ PetscErrorCode PCAinsworthDescribeLeftOut_Private(PC_Ainsworth *data, std::strin
   text.clear();
   if (!data->constraints) text += "; no constraints: neither projector nor copy of A";
   else {
-    Mat_Ainsworth *ctx;
-    PetscBool      projected;
-    const char    *economy;
+    Mat_Ainsworth       *ctx;
+    const AinsworthGram *gram;
+    PetscBool            projected;
+    const char          *economy;
 
     PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
     PetscCall(KSPProjectedCGGetUse_Private(data->ksp, &projected));
-    PetscCall(MatAinsworthGetGramEconomy_Private(data->reduced, &economy));
+    PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
+    PetscCall(AinsworthGramGetEconomy(gram, &economy));
     text += economy;
     if (PCAinsworthPmatTypeInUse_Private(data) == PC_AINSWORTH_PMAT_ID) text += "; id: no product with A for the preconditioning matrix";
     if (data->longRows) text += "; " + std::to_string(data->longRows) + " long rows of C: not in the preconditioning matrix";
     if (projected) text += "; iterates in Ker C: C' B C is not applied";
     if (ctx->omitPenalty) text += "; preconditioned in Ker C: C' B C is not applied";
     if (ctx->homogeneous) text += "; g = 0: neither R g nor A R g";
-    PetscCall(DescribeRanks(data, text));
+    PetscCall(DescribeRanks(data, gram, text));
   }
   if (data->unchanged) text += "; A and C as at the last set-up: nothing rebuilt";
   text = text.empty() ? "nothing" : text.substr(2);

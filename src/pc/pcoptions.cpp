@@ -1,6 +1,7 @@
 #include "pcainsworth.h"
 #include <petsc/private/pcimpl.h>
 
+const char *const        PCAinsworthVariants[]     = {"weighted", "paper", "PCAinsworthVariant", "PC_AINSWORTH_", NULL};
 static const char *const redundantTypes[]          = {"drop", "error", "AinsworthRedundantType", "AINSWORTH_REDUNDANT_", NULL};
 const char *const        PCAinsworthRebuildTypes[] = {"auto", "always", "never", "AinsworthRebuildType", "AINSWORTH_REBUILD_", NULL};
 static const char *const stopTypes[]               = {"residual", "energy_error", "AinsworthStopType", "AINSWORTH_STOP_", NULL};
@@ -53,8 +54,8 @@ static PetscErrorCode ChoicesFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpt
   PetscCall(PetscOptionsHasName(((PetscObject)pc)->options, ((PetscObject)pc)->prefix, "-pc_ainsworth_penalty_factor", &set));
   PetscCall(RealOption(pc, PetscOptionsObject, "-pc_ainsworth_penalty_factor", "Factor gamma of the penalty", PETSC_INFINITY, &factor));
   if (set) now.pmat.factor = factor;
-  PetscCall(PetscOptionsEnum("-pc_ainsworth_pmat", "Approximation of the inverse Gram matrix in the preconditioning matrix", "PCAinsworthSetPmatType",
-                             PCAinsworthPmatTypes, (PetscEnum)now.pmat.type, (PetscEnum *)&now.pmat.type, NULL));
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_pmat", "Approximation of the inverse Gram matrix in the preconditioning matrix", PCAINSWORTH, PCAinsworthPmatTypes,
+                             (PetscEnum)now.pmat.type, (PetscEnum *)&now.pmat.type, NULL));
   PetscCall(RealOption(pc, PetscOptionsObject, "-pc_ainsworth_pmat_rtol", "Relative tolerance of cg and bj_cg", 1.0, &now.pmat.rtol));
   PetscCall(CountOption(pc, PetscOptionsObject, "-pc_ainsworth_blocks", "Number of blocks of bj_cc and bj_cg (-1: one per 32 constraints)", &now.pmat.blocks));
   PetscCall(

@@ -5,9 +5,11 @@
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
 
-/* A set-up of multigrid costs as much as so many iterations: 10 of BoomerAMG's, 15 of PCGAMG's, 15 to 20 of PCBLOCKSA's, measured */
-static const PetscInt setUp = 15;
-/* A solve that takes so many times the iterations of the first ends the life of its preconditioner */
+/* A set-up of multigrid costs as much as so many iterations: 8 to 10 of BoomerAMG's, 15 of PCGAMG's, 14 to 20 of PCBLOCKSA's, measured */
+static const PetscReal multigrid = 15;
+/* A factorization as many as this part of the entries of a column of the factor: 30 where these are 750, with CHOLMOD; 20 to 25 with MUMPS */
+static const PetscReal column = 0.04;
+/* A solve with an old preconditioner ends that has taken so many times the iterations of the first, and those of a set-up */
 static const PetscReal many = 1.3;
 
 /* PCAinsworthIsOld_Private - is the preconditioner that the reduced solve has of an earlier matrix, in the whole or in part? */
@@ -29,25 +31,79 @@ PetscBool PCAinsworthKeepsAlways_Private(PC pc, const PC_Ainsworth *data)
   return (PetscBool)(pc->reusepreconditioner || data->rebuild == AINSWORTH_REBUILD_NEVER);
 }
 
-/* PCAinsworthKeeps_Private - before a set-up: is the inner preconditioner to be kept? */
+/* The cost of a set-up of the inner preconditioner, in iterations with it: by its type and its entries, not by a clock, so that all runs are alike */
+static PetscErrorCode SetUpCost(PC inner, PetscReal *iterations)
+{
+  PetscBool factored, known;
+  PetscInt  n;
+  MatInfo   info;
+  Mat       F;
+
+  PetscFunctionBegin;
+  *iterations = multigrid;
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &factored, PCLU, PCCHOLESKY, ""));
+  if (!factored || !inner->setupcalled) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PCFactorGetMatrix(inner, &F));
+  PetscCall(MatHasOperation(F, MATOP_GETINFO, &known));
+  if (!known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetInfo(F, MAT_GLOBAL_SUM, &info));
+  PetscCall(MatGetSize(F, &n, NULL));
+  if (n && info.nz_allocated > 0.0) *iterations = PetscMax(multigrid, column * (PetscReal)info.nz_allocated / (PetscReal)n);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the reduced solve is asked for, in decades: solves are compared with such that were asked for as much */
+static PetscErrorCode Decades(const PC_Ainsworth *data, PetscInt *decades)
+{
+  PetscReal rtol;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetTolerances(data->ksp, &rtol, NULL, NULL, NULL));
+  if (data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR) rtol = data->reporting.rtol;
+  *decades = rtol > 0.0 ? (PetscInt)(0.5 - PetscLog10Real(rtol)) : PC_AINSWORTH_DECADES - 1;
+  *decades = PetscMin(PetscMax(*decades, 1), PC_AINSWORTH_DECADES - 1);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Iterations that the preconditioner took at first for so many decades, or about: negative where it has not solved yet */
+static PetscReal FirstTook(const PC_Ainsworth *data, PetscInt decades)
+{
+  for (PetscInt k = 0; k < PC_AINSWORTH_DECADES; k++) {
+    for (PetscInt d : {decades - k, decades + k})
+      if (d > 0 && d < PC_AINSWORTH_DECADES && data->took[d] >= 0) return (PetscReal)(data->took[d] * decades) / (PetscReal)d;
+  }
+  return -1.0;
+}
+
+/* PCAinsworthForgetCounts_Private - the preconditioner is a new one */
+PetscErrorCode PCAinsworthForgetCounts_Private(PC_Ainsworth *data)
+{
+  PetscFunctionBegin;
+  for (PetscInt &took : data->took) took = -1;
+  data->more = 0.0;
+  data->last = -1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthKeeps_Private - before a set-up: is the inner preconditioner to be kept? While it has cost fewer iterations than the set-up that it saves */
 PetscErrorCode PCAinsworthKeeps_Private(PC pc, const PC_Ainsworth *data, PetscBool *keeps)
 {
   PC          inner;
   KSPNormType norm;
+  PetscReal   cost;
   PetscBool   expensive;
 
   PetscFunctionBegin;
   *keeps = PCAinsworthKeepsAlways_Private(pc, data);
-  if (*keeps || data->rebuild == AINSWORTH_REBUILD_ALWAYS || data->first < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (*keeps || data->rebuild == AINSWORTH_REBUILD_ALWAYS || data->last < 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &expensive, PCBLOCKSA, PCHYPRE, PCGAMG, PCML, PCHMG, PCLU, PCCHOLESKY, PCREDUNDANT, ""));
   PetscCall(KSPGetNormType(data->ksp, &norm));
-  *keeps = (PetscBool)(expensive && norm != KSP_NORM_NONE && data->last <= many * data->first && data->more <= setUp);
+  PetscCall(SetUpCost(inner, &cost));
+  *keeps = (PetscBool)(expensive && norm != KSP_NORM_NONE && data->more <= cost);
   if (expensive && !*keeps)
-    PetscCall(PetscInfo(pc,
-                        "The inner preconditioner is not kept: the first solve with it took %" PetscInt_FMT " iterations, the last one %" PetscInt_FMT
-                        ", and all %" PetscInt_FMT " more than the first\n",
-                        data->first, data->last, data->more));
+    PetscCall(PetscInfo(pc, "The inner preconditioner is not kept: it took %g iterations more than at first, and a set-up costs %g\n", (double)data->more,
+                        (double)cost));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -55,24 +111,35 @@ PetscErrorCode PCAinsworthKeeps_Private(PC pc, const PC_Ainsworth *data, PetscBo
 PetscErrorCode PCAinsworthLimit_Private(PC pc, const PC_Ainsworth *data, PetscInt *limit)
 {
   PetscBool old;
+  PetscInt  decades;
+  PetscReal cost;
+  PC        inner;
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthIsOld_Private(data, &old));
   *limit = 0;
-  if (!old || PCAinsworthKeepsAlways_Private(pc, data) || data->first < 0) PetscFunctionReturn(PETSC_SUCCESS);
-  *limit = PetscMin((PetscInt)(many * data->first) + setUp, data->ksp->max_it);
+  if (!old || PCAinsworthKeepsAlways_Private(pc, data) || data->last < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(SetUpCost(inner, &cost));
+  PetscCall(Decades(data, &decades));
+  *limit = PetscMin((PetscInt)(many * FirstTook(data, decades) + cost), data->ksp->max_it);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* PCAinsworthCount_Private - after a reduced solve that converged: what it says of the preconditioner */
 PetscErrorCode PCAinsworthCount_Private(PC_Ainsworth *data)
 {
+  PetscBool old;
+  PetscInt  decades;
+  PetscReal first;
+
   PetscFunctionBegin;
   PetscCall(KSPGetIterationNumber(data->ksp, &data->last));
-  if (data->first < 0) {
-    data->first = data->last;
-    data->more  = 0;
-  } else data->more += PetscMax(0, data->last - data->first);
+  PetscCall(Decades(data, &decades));
+  PetscCall(PCAinsworthIsOld_Private(data, &old));
+  first = FirstTook(data, decades);
+  if (data->took[decades] < 0 && (!old || first < 0.0)) data->took[decades] = data->last;
+  else data->more += PetscMax(0.0, (PetscReal)data->last - first);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -82,7 +149,7 @@ PetscErrorCode PCAinsworthRebuild_Private(PC pc, PC_Ainsworth *data, char why[],
   Mat_Ainsworth *ctx = NULL;
 
   PetscFunctionBegin;
-  PetscCall(PetscInfo(pc, "The inner preconditioner of an earlier matrix took more iterations than its set-up costs: it is made anew\n"));
+  PetscCall(PetscInfo(pc, "The inner preconditioner of an earlier matrix took more iterations than a set-up costs: it is made anew\n"));
   if (data->constraints) PetscCall(MatAinsworthSetUpProjector_Private(data->reduced, &ctx));
   PetscCall(PCAinsworthKeepOrSetUpInner_Private(pc, data, ctx, PETSC_FALSE, why, len));
   if (why[0]) data->stale = PETSC_TRUE;
@@ -99,9 +166,9 @@ PetscErrorCode PCAinsworthViewRebuild_Private(const PC_Ainsworth *data, PetscVie
   PetscCall(PetscViewerASCIIPrintf(viewer, "  inner preconditioner: rebuilt %s%s\n", PCAinsworthRebuildTypes[data->rebuild],
                                    !old         ? ""
                                    : data->kept ? "; now that of an earlier matrix"
-                                                : "; now with the levels of an earlier A"));
-  if (data->first >= 0)
-    PetscCall(
-      PetscViewerASCIIPrintf(viewer, "    iterations: %" PetscInt_FMT " in the first solve with it, %" PetscInt_FMT " in the last\n", data->first, data->last));
+                                                : "; now with the coarser levels of an earlier A"));
+  if (data->last >= 0)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "    iterations: %" PetscInt_FMT " in the last solve with it; all took %g more than at first\n", data->last,
+                                     (double)data->more));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

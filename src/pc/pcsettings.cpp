@@ -3,8 +3,6 @@
 #include <petsc/private/pcimpl.h>
 #include <petsc/private/kspimpl.h>
 
-const char *const PCAinsworthVariants[] = {"weighted", "paper", "PCAinsworthVariant", "PC_AINSWORTH_", NULL};
-
 /* NULL for a PC of another type, whose setters do nothing, as everywhere in PETSc */
 PetscErrorCode PCAinsworthGetData_Private(PC pc, PC_Ainsworth **data)
 {
@@ -90,77 +88,6 @@ PetscReal PCAinsworthPenaltyFactor_Private(const PC_Ainsworth *data)
 }
 
 /*@
-   PCAinsworthSetVariant - sets weight, penalty, penalty factor, row scaling and the type of the inner `KSP` at once
-
-   Logically Collective
-
-   Input Parameters:
-+  pc      - the preconditioner
--  variant - `PC_AINSWORTH_WEIGHTED` (default) or `PC_AINSWORTH_PAPER`
-
-   Options Database Keys:
-+  -pc_ainsworth_variant <weighted,paper>     - the variant; each of them can then be set alone
-.  -pc_ainsworth_weight <diagonal,identity>   - the weight
-.  -pc_ainsworth_penalty <row,norm>           - the penalty
--  -pc_ainsworth_penalty_factor <0.5>         - gamma, by default 2 with id (10 with BoomerAMG) and 5 with norm
-
-   Level: beginner
-
-.seealso: `PCAINSWORTH`, `PCAinsworthVariant`, `PCAinsworthSetPmatType()`
-@*/
-PetscErrorCode PCAinsworthSetVariant(PC pc, PCAinsworthVariant variant)
-{
-  PC_Ainsworth      *data = NULL;
-  PCAinsworthChoices choices;
-
-  PetscFunctionBegin;
-  PetscCall(PCAinsworthGetData_Private(pc, &data));
-  if (!data) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscValidLogicalCollectiveEnum(pc, variant, 2);
-  choices = data->choices;
-  PCAinsworthChoicesApplyVariant_Private(&choices, variant);
-  PetscCall(PCAinsworthChoose_Private(pc, data, &choices));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
-   PCAinsworthSetPmatType - chooses the approximation Inv(S) of the inverse Gram matrix in the preconditioning matrix
-
-   Logically Collective
-
-   Input Parameters:
-+  pc   - the preconditioner
--  type - one of the six of the paper (Table 1), or `PC_AINSWORTH_PMAT_AUTO` (default): `PC_AINSWORTH_PMAT_ID` with `PCBLOCKSA`, or where
-          constraints keep the components of each node apart, if the penalty is one per row, otherwise `PC_AINSWORTH_PMAT_JCB`
-
-   Options Database Keys:
-+  -pc_ainsworth_pmat <auto,jcb,id,cc,cg,bj_cc,bj_cg> - the approximation
-.  -pc_ainsworth_pmat_rtol <0.1>                      - of cg and bj_cg: the larger, the sparser (paper, section 4.3)
--  -pc_ainsworth_blocks <decide>                      - of bj_cc and bj_cg; by default one per 32 constraints
-
-   Level: beginner
-
-   Errors:
-   At set-up, `PETSC_ERR_ARG_OUTOFRANGE` for cc and cg, which may be dense, with more than 4000 constraints.
-
-.seealso: `PCAINSWORTH`, `PCAinsworthPmatType`, `PCAinsworthSetVariant()`
-@*/
-PetscErrorCode PCAinsworthSetPmatType(PC pc, PCAinsworthPmatType type)
-{
-  PC_Ainsworth      *data = NULL;
-  PCAinsworthChoices choices;
-
-  PetscFunctionBegin;
-  PetscCall(PCAinsworthGetData_Private(pc, &data));
-  if (!data) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscValidLogicalCollectiveEnum(pc, type, 2);
-  choices           = data->choices;
-  choices.pmat.type = type;
-  PetscCall(PCAinsworthChoose_Private(pc, data, &choices));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
    PCAinsworthSetWeight - gives the diagonal of the weight W of the projector
 
    Collective
@@ -238,7 +165,11 @@ PetscErrorCode PCAinsworthGetKSP(PC pc, KSP *ksp)
    Errors:
    `PETSC_ERR_ORDER` before `PCSetUp()`.
 
-.seealso: `PCAINSWORTH`, `PCAinsworthGetKSP()`, `MatAinsworthSetRowsPerRank()`
+   Notes:
+   Each rank solves with whole connected components of the Gram matrix, on its own; only where one has more than 16 times the rows that a rank is
+   given, the solver is one that several ranks share. Its matrix is the Gram matrix scaled to a unit diagonal.
+
+.seealso: `PCAINSWORTH`, `PCAinsworthGetKSP()`
 @*/
 PetscErrorCode PCAinsworthGetGramKSP(PC pc, KSP *ksp)
 {
@@ -249,7 +180,12 @@ PetscErrorCode PCAinsworthGetGramKSP(PC pc, KSP *ksp)
   PetscAssertPointer(ksp, 2);
   PetscCheck(data->saddle.A, PetscObjectComm((PetscObject)pc), PETSC_ERR_ORDER, "Call PCSetUp() before PCAinsworthGetGramKSP()");
   *ksp = NULL;
-  if (data->reduced) PetscCall(MatAinsworthGetGramKSP(data->reduced, ksp));
+  if (data->reduced) {
+    const AinsworthGram *gram;
+
+    PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
+    *ksp = AinsworthGramGetKSP(gram);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -57,8 +57,8 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
     PetscCall(PCGetOptionsPrefix(pc, &prefix));
     PetscCall(MatSetOptionsPrefix(data->reduced, prefix));
     PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->reduced, (PetscObject)pc, 0));
-    PetscCall(MatAinsworthSetRowsPerRank(data->reduced, data->choices.rowsPerRank));
   }
+  PetscCall(MatAinsworthSetRowsPerRank_Private(data->reduced, data->choices.rowsPerRank));
   if (data->choices.weightType == MAT_AINSWORTH_WEIGHT_USER) {
     PetscCheck(data->userWeight, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
                "-pc_ainsworth_weight user needs a vector: call PCAinsworthSetWeight()");
@@ -192,6 +192,7 @@ static PetscErrorCode SetUp(PC pc)
   if (data->ordered && !pc->reusepreconditioner) changed = PETSC_TRUE;
   data->unchanged = (PetscBool)!changed;
   if (!changed) {
+    if (data->applied) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR)); /* that of the last solve, which a KSP would take for one of this set-up */
     PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

@@ -60,12 +60,12 @@ PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x
 /*
    PCAinsworthIsFree_Private - is y a motion that neither A nor a row of C resists? For a D that is not zero, or a B that is not C, whose Q does not tell
 
-   C_i y = 0 is asked for relative to |C_i| |y|, or to the rounding of others in the norm of W; A y = 0 in the norm of diag(A), to the root of what rounding
+   C_i y = 0 is asked for relative to |C_i| |y|, or, as y has a part that is not free, to the noise of a huge y in the norm of W; A y = 0 in the norm of diag(A), to the root of what rounding
    may make of its energy. work: n
 */
 PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec work, PetscBool *isFree)
 {
-  static const PetscReal along = 1e-8, others = 1e-14, force = 1e-7;
+  static const PetscReal along = 1e-8, others = 1e-10, force = 1e-7;
   const Mat              C = data->saddle.C;
   PetscReal              size;
   PetscScalar            resistance;
@@ -114,10 +114,42 @@ PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec wo
 }
 
 /*
+   Where a spring of D with the other sign gives as much energy as A resists with, the whole matrix is singular, and Krylov methods find a huge x that balances
+   to rounding: the energies cancel, and are far larger than those of the loads. work: n
+*/
+static PetscErrorCode CheckSprings(const PC_Ainsworth *data, Vec f, Vec lambda, PetscReal body, Vec work, AinsworthVerdict *verdict, char why[], size_t len)
+{
+  static const PetscReal amplified = 1e14;
+  PetscReal              start;
+  PetscScalar            spring, load;
+  Vec                    Dlambda;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(lambda, &Dlambda));
+  PetscCall(MatMult(data->saddle.rowsD, lambda, Dlambda));
+  PetscCall(VecDot(Dlambda, lambda, &spring));
+  PetscCall(VecDestroy(&Dlambda));
+  PetscCall(VecPointwiseMult(work, f, data->inverseDiagonal));
+  PetscCall(VecDot(work, f, &load));
+  PetscCall(MatAinsworthGetStart_Private(data->reduced, &start));
+  if (PetscAbsReal(body + PetscRealPart(spring)) <= suspicious * PetscAbsReal(body) &&
+      PetscAbsReal(body) > amplified * (PetscRealPart(load) + PetscAbsReal(start))) {
+    *verdict = AINSWORTH_VERDICT_SINGULAR;
+    PetscCall(
+      PetscSNPrintf(why, len,
+                    "A row of D has the sign of a spring that drives, not holds, and cancels A there: the energies x' A x = %g and lambda' D lambda = %g "
+                    "leave nothing, and the system is singular, to rounding",
+                    (double)body, (double)PetscRealPart(spring)));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    Where A is singular on Ker C and f pushes there, rounding makes a small positive energy of it and Krylov methods find a huge x: its part y in Ker C has an
    energy y' A y below the rounding error of that product
 */
-static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x, Vec Ax, Vec y, AinsworthVerdict *verdict, char why[], size_t len)
+static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec f, Vec x, Vec lambda, Vec Ax, Vec y, AinsworthVerdict *verdict, char why[],
+                                  size_t len)
 {
   PetscReal   size, sizeY, noise;
   PetscScalar energy;
@@ -131,6 +163,7 @@ static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x
   if (data->constraints && !(data->adjoint && !data->saddle.D)) {
     isFree = PETSC_FALSE;
     if (PetscAbsScalar(energy) <= suspicious * size) PetscCall(PCAinsworthIsFree_Private(data, x, work, &isFree));
+    else if (data->saddle.rowsD) PetscCall(CheckSprings(data, f, lambda, PetscRealPart(energy), work, verdict, why, len));
     if (isFree) {
       *verdict = AINSWORTH_VERDICT_SINGULAR;
       PetscCall(PetscSNPrintf(why, len,
@@ -184,6 +217,18 @@ static PetscErrorCode CheckVacuous(PC_Ainsworth *data, Vec f, Vec g, Vec x, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Is an entry NaN or Inf, or nearly so? A sum tells it on all ranks, where a maximum may lose a NaN; a product with a column of zeros hides it */
+static PetscErrorCode IsFinite(Vec x, Vec lambda, PetscBool *finite)
+{
+  PetscReal sums[2];
+
+  PetscFunctionBegin;
+  PetscCall(VecNorm(x, NORM_1, &sums[0]));
+  PetscCall(VecNorm(lambda, NORM_1, &sums[1]));
+  *finite = (PetscBool)!PetscIsInfOrNanReal(sums[0] + sums[1]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    PCAinsworthVerify_Private - what is left of both equations, in primal and dual, and the verdict on it; why is set where that is not MET
 
@@ -195,7 +240,7 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
   AinsworthSaddle *sp = &data->saddle;
   AinsworthUnmet   worst;
   PetscReal        norm, energy;
-  PetscBool        doubtful = PETSC_FALSE;
+  PetscBool        doubtful = PETSC_FALSE, finite = PETSC_TRUE;
   PetscInt         n;
   const Vec        Ax = data->Ax;
   char             rows[256];
@@ -210,11 +255,15 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
   PetscCall(AinsworthSaddleEnergy(sp, x, lambda, Ax, &energy));
   PetscCall(AinsworthSaddleCheckDual(sp, tol < 0.0 ? PETSC_MAX_REAL : tol, tol < 0.0 ? PETSC_MAX_REAL : blind * tol * energy, g, x, lambda, dual, &worst, rows,
                                      sizeof(rows)));
+  PetscCall(IsFinite(x, lambda, &finite));
   if (worst.quotient > 1.0) {
     *verdict = AINSWORTH_VERDICT_UNMET;
     PetscCall(PetscSNPrintf(why, len, "C x = g is not met: row %" PetscInt_FMT " of the multiplier field is left with %g, %g of its terms%s", worst.row,
                             (double)worst.residual, (double)(worst.residual / worst.size),
                             doubtful ? "; the Gram matrix C W C' is ill-conditioned: rows of C are close to others" : ""));
+  } else if (!finite) {
+    *verdict = AINSWORTH_VERDICT_UNMET;
+    PetscCall(PetscSNPrintf(why, len, "The reduced solve says that it converged, but x or lambda holds NaN or Inf, or values too large"));
   } else if (rows[0]) {
     *verdict = AINSWORTH_VERDICT_CONTRADICTION;
     PetscCall(PetscSNPrintf(why, len, "The right-hand side of the constraints is %s; remove the rows or mend it", rows));
@@ -230,7 +279,7 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
                               worst.row, (double)worst.residual, (double)(worst.residual / worst.size),
                               doubtful ? "the Gram matrix C W C' is ill-conditioned: rows of C are close to others"
                                        : "its method, or its preconditioner, does not see this; is A indefinite on Ker C, or its diagonal zero?"));
-    } else if (data->constraints < n || data->saddle.D) PetscCall(CheckEnergy(data, transpose, x, Ax, primal, verdict, why, len));
+    } else if (data->constraints < n || data->saddle.D) PetscCall(CheckEnergy(data, transpose, f, x, lambda, Ax, primal, verdict, why, len));
     if (*verdict == AINSWORTH_VERDICT_MET) PetscCall(CheckVacuous(data, f, g, x, lambda, verdict, why, len));
   }
   PetscCall(PetscLogEventEnd(AINSWORTH_Verify, pc, 0, 0, 0));

@@ -1,5 +1,4 @@
 #include "pmat.h"
-#include <vector>
 
 /* Do the entries that a row has at each node sit on one component, up to a two-hundredth of the largest in squares? */
 static bool RowKeepsApart(PetscInt bs, PetscInt n, const PetscInt columns[], const PetscScalar values[])

@@ -1,7 +1,8 @@
 #include "pmat.h"
+#include "../saddle/saddle.h"
 #include <array>
 #include <cmath>
-#include <vector>
+#include <limits>
 
 /* Rows of about this length, or of that of a mean row of A, are not long */
 static const PetscReal usualLength = 64.0;
@@ -75,7 +76,7 @@ PetscErrorCode AinsworthPmatGetFill(Mat A, Mat C, AinsworthPmatFill *fill)
   PetscCall(MatGetSize(A, &n, NULL));
   fill->entries = (PetscReal)info.nz_used;
   fill->usual   = (PetscInt)PetscMax(usualLength, fill->entries / PetscMax(n, 1));
-  PetscCall(CountRows(C, PETSC_MAX_INT, &squares, &longest, &longer));
+  PetscCall(CountRows(C, std::numeric_limits<PetscInt>::max(), &squares, &longest, &longer));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, squares.data(), (PetscMPIInt)squares.size(), MPIU_REAL, MPIU_SUM, comm));
   PetscCall(MPIU_Allreduce(&longest, &fill->longest, 1, MPIU_INT, MPI_MAX, comm));
   end           = FirstLong(fill, squares);
@@ -110,29 +111,6 @@ static PetscErrorCode MultiplySample(Mat *left, Mat right, PetscReal *mean)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Up to some unknowns of this rank that C has entries for, at even distances; and the number of such unknowns on all ranks */
-static PetscErrorCode SampleUnknowns(Mat Ct, IS *sample, PetscReal *touched)
-{
-  static const size_t   enough = 16;
-  PetscInt              rstart, rend;
-  std::vector<PetscInt> found, taken;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(Ct, &rstart, &rend));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt n;
-
-    PetscCall(MatGetRow(Ct, i, &n, NULL, NULL));
-    if (n) found.push_back(i);
-    PetscCall(MatRestoreRow(Ct, i, &n, NULL, NULL));
-  }
-  for (size_t k = 0; k < enough && k < found.size(); k++) taken.push_back(found[(2 * k + 1) * found.size() / (2 * PetscMin(enough, found.size()))]);
-  *touched = (PetscReal)found.size();
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, touched, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)Ct)));
-  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)Ct), (PetscInt)taken.size(), taken.data(), PETSC_COPY_VALUES, sample));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    AinsworthPmatPredict - about as many entries as M_* will have with the approximation Inv(S) of S^{-1}, NULL: a diagonal one
 
@@ -143,14 +121,15 @@ PetscErrorCode AinsworthPmatPredict(Mat A, Mat C, Mat inverse, const AinsworthPm
   Mat       kept, Ct, CW, CWt, sample;
   IS        unknowns;
   PetscBool shared;
-  PetscReal touched, ring, row;
+  PetscInt  found;
+  PetscReal ring, row;
 
   PetscFunctionBegin;
   PetscCall(AinsworthPmatCreateShort(C, fill, &kept));
   PetscCall(AinsworthPmatCreatePrivate(kept, NULL, fill, &CW, &shared));
   PetscCall(MatTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
   PetscCall(MatTranspose(kept, MAT_INITIAL_MATRIX, &Ct));
-  PetscCall(SampleUnknowns(CWt, &unknowns, &touched));
+  PetscCall(AinsworthSampleRows(CWt, 1, std::numeric_limits<PetscInt>::max(), 16, &unknowns, &found));
   PetscCall(MatCreateSubMatrix(Ct, unknowns, NULL, MAT_INITIAL_MATRIX, &sample));
   if (inverse) PetscCall(MultiplySample(&sample, inverse, &row));
   PetscCall(MultiplySample(&sample, CW, &row));
@@ -158,7 +137,7 @@ PetscErrorCode AinsworthPmatPredict(Mat A, Mat C, Mat inverse, const AinsworthPm
   PetscCall(MultiplySample(&sample, CWt, &row));
   if (inverse) PetscCall(MultiplySample(&sample, inverse, &row));
   PetscCall(MultiplySample(&sample, kept, &row));
-  *entries = fill->entries + touched * (row + ring);
+  *entries = fill->entries + (PetscReal)found * (row + ring);
   PetscCall(ISDestroy(&unknowns));
   for (Mat *mat : {&kept, &Ct, &CW, &CWt, &sample}) PetscCall(MatDestroy(mat));
   PetscFunctionReturn(PETSC_SUCCESS);

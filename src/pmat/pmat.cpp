@@ -69,11 +69,11 @@ static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Q_*' A Q_* - A, NULL for id; C may lack entries of long rows */
-static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat *part)
+/* Q_*' A Q_* - A, NULL for id; C may lack entries of long rows. S: C W C', NULL where it is not at hand */
+static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat S, Mat *part)
 {
   PetscBool shared;
-  Mat       CW, CWt, S = in->S, inverse;
+  Mat       CW, CWt, given = S, inverse;
 
   PetscFunctionBegin;
   *part = NULL;
@@ -82,13 +82,13 @@ static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const 
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AinsworthPmatCreatePrivate(C, in->weight, &in->fill, &CW, &shared));
-  if (shared || !S) {
+  if (shared || !given) {
     PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
     PetscCall(Multiply(C, CWt, &S));
     PetscCall(MatDestroy(&CWt));
   }
   PetscCall(AinsworthInvGramCreate(S, opt, &inverse));
-  if (shared || !in->S) PetscCall(MatDestroy(&S));
+  if (S != given) PetscCall(MatDestroy(&S));
   PetscCall(AinsworthPmatCheckFill(in->aij, in->C, inverse, &in->fill, opt->type));
   PetscCall(MultiplyProjection(in->aij, C, CW, inverse, opt->symmetric, part));
   PetscCall(MatDestroy(&inverse));
@@ -128,8 +128,8 @@ static PetscErrorCode MultiplyBothSides(Mat C, Vec B, Mat *product)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* (B^{-1} + D)^{-1}, penalty and compliance in series; 0 where D_ii is negative, and the penalty would add to what is less than rigid */
-static PetscErrorCode CreateSeries(Vec penalty, Vec compliance, Vec *series)
+/* AinsworthPmatCreateSeries - (B^{-1} + D)^{-1}, penalty and compliance in series; 0 where D_ii is negative, and the penalty would add to what is less than rigid */
+PetscErrorCode AinsworthPmatCreateSeries(Vec penalty, Vec compliance, Vec *series)
 {
   PetscInt           m;
   PetscScalar       *s;
@@ -174,7 +174,25 @@ static PetscErrorCode CreatePenalty(const AinsworthPmatInputs *in, const Ainswor
     PetscCall(MatCreateVecs(in->C, NULL, penalty));
     PetscCall(VecSet(*penalty, opt->factor * normA / normC));
   }
-  PetscCall(CreateSeries(*penalty, in->compliance, series));
+  PetscCall(AinsworthPmatCreateSeries(*penalty, in->compliance, series));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   M += 1e-12 diag(M): where a body floats M_* is singular, BoomerAMG's coarse matrices have zeros on the diagonal, or less by rounding, and hypre's estimate of
+   their largest eigenvalue never ends
+*/
+static PetscErrorCode Shift(Mat M)
+{
+  static const PetscReal shift = 1e-12;
+  Vec                    diagonal;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(M, &diagonal, NULL));
+  PetscCall(MatGetDiagonal(M, diagonal));
+  PetscCall(VecScale(diagonal, shift));
+  PetscCall(MatDiagonalSet(M, diagonal, ADD_VALUES));
+  PetscCall(VecDestroy(&diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -189,7 +207,10 @@ static PetscErrorCode AddA(Mat A, AinsworthPmatFormat format, PetscInt bs, Mat *
     PetscCall(MatDestroy(&part[1]));
   } else if (format != AINSWORTH_PMAT_HYPRE) PetscCall(AinsworthAddAIJ(A, pmat));
   else PetscCall(MatAXPY(*pmat, 1.0, A, DIFFERENT_NONZERO_PATTERN));
-  if (format == AINSWORTH_PMAT_HYPRE) PetscCall(MatConvert(*pmat, MATHYPRE, MAT_INPLACE_MATRIX, pmat)); /* of AIJ PCHYPRE would make a copy */
+  if (format == AINSWORTH_PMAT_HYPRE) {
+    PetscCall(Shift(*pmat));
+    PetscCall(MatConvert(*pmat, MATHYPRE, MAT_INPLACE_MATRIX, pmat)); /* of AIJ PCHYPRE would make a copy */
+  }
   PetscCall(MatSetBlockSize(*pmat, bs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -208,16 +229,18 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(AinsworthPmatCreateShort(in->C, &in->fill, &C));
-  PetscCall(CreateProjectionPart(in, opt, C, &projection));
-  if (in->format == AINSWORTH_PMAT_SUM) PetscCall(AinsworthPmatSplitLoose(in->aij, C, &in->fill, &rest, &loose));
+  if (opt->penalty == AINSWORTH_PENALTY_ROW && in->weight && in->format != AINSWORTH_PMAT_FACTOR) { /* a factorization takes the rows as they are */
+    PetscCall(AinsworthPmatEliminateLoose(in, opt->factor, C, &rest, &loose));
+    PetscCall(MatDestroy(&C));
+    C = rest;
+  }
+  PetscCall(CreateProjectionPart(in, opt, C, loose ? NULL : in->S, &projection));
   PetscCall(CreatePenalty(in, opt, C, projection, penalty, &series));
-  PetscCall(MultiplyBothSides(loose ? rest : C, series, pmat));
-  if (loose) PetscCall(MultiplyBothSides(loose, series, &base));
+  PetscCall(MultiplyBothSides(C, series, pmat));
   PetscCall(VecDestroy(&series));
   if (projection) PetscCall(MatAXPY(*pmat, 1.0, projection, DIFFERENT_NONZERO_PATTERN));
-  PetscCall(MatDestroy(&projection));
-  if (in->format == AINSWORTH_PMAT_SUM) PetscCall(MatDestroy(&rest));
-  PetscCall(MatDestroy(&C));
+  if (loose) PetscCall(MatAXPY(*pmat, 1.0, loose, DIFFERENT_NONZERO_PATTERN));
+  for (Mat *mat : {&projection, &loose, &C}) PetscCall(MatDestroy(mat));
   if (in->fill.leftOut) {
     PetscCall(AinsworthPmatCreateShift(in->aij, in->C, in->inverseDiagonal, &in->fill, &shift));
     PetscCall(MatAXPY(*pmat, 1.0, shift, DIFFERENT_NONZERO_PATTERN));
@@ -226,13 +249,7 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
   PetscCall(AinsworthMatFindNotFinite(*pmat, bad, &column));
-  if (loose && *bad < 0) {
-    PetscCall(AinsworthMatFindNotFinite(base, bad, &column));
-    PetscCall(AddA(in->aij, AINSWORTH_PMAT_AIJ, in->bs, &base));
-  }
   if (*bad < 0) PetscCall(AddA(base, in->format, in->bs, pmat));
-  if (loose) PetscCall(MatDestroy(&base));
-  PetscCall(MatDestroy(&loose));
   PetscCall(PetscLogEventEnd(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
   if (opt->symmetric) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);

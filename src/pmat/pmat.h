@@ -4,6 +4,19 @@
 
 #include <petscainsworth.h>
 #include "../petsccompat.h"
+#include <vector>
+
+/* Inv(S), the sparse approximation of the inverse Gram matrix in M_* (paper, Table 1) */
+typedef enum {
+  PC_AINSWORTH_PMAT_JCB,   /* diagonal of the inverse 1-norms of the rows of S, or of S scaled to a unit diagonal */
+  PC_AINSWORTH_PMAT_ID,    /* Inv(S) = 0: Q_* = I, M_* = A + C' B C */
+  PC_AINSWORTH_PMAT_CC,    /* the exact inverse, by Cholesky; dense */
+  PC_AINSWORTH_PMAT_CG,    /* conjugate gradients per column to a loose tolerance; entries not reached stay zero */
+  PC_AINSWORTH_PMAT_BJ_CC, /* block Jacobi, blocks cut by METIS, exact inverse in each block */
+  PC_AINSWORTH_PMAT_BJ_CG, /* block Jacobi, conjugate gradients in each block */
+  PC_AINSWORTH_PMAT_AUTO   /* one of the first two (docs/method.md) */
+} PCAinsworthPmatType;
+extern const char *const PCAinsworthPmatTypes[];
 
 /* The diagonal penalty B of the reduced operator */
 typedef enum {
@@ -56,14 +69,18 @@ PetscErrorCode AinsworthPmatGetFill(Mat, Mat, AinsworthPmatFill *);
 PetscErrorCode AinsworthPmatPredict(Mat, Mat, Mat, const AinsworthPmatFill *, PetscReal *);
 PetscErrorCode AinsworthPmatCheckFill(Mat, Mat, Mat, const AinsworthPmatFill *, PCAinsworthPmatType);
 
+/* loose.cpp */
+PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *, PetscReal, Mat, Mat *, Mat *);
+
 /* rows.cpp */
+PetscErrorCode AinsworthSelectRows(Mat, const std::vector<char> &, Mat *);
 PetscErrorCode AinsworthPmatCreateShort(Mat, const AinsworthPmatFill *, Mat *);
 PetscErrorCode AinsworthPmatSharesUnknowns(Mat, const AinsworthPmatFill *, PetscBool *);
 PetscErrorCode AinsworthPmatCreatePrivate(Mat, Vec, const AinsworthPmatFill *, Mat *, PetscBool *);
-PetscErrorCode AinsworthPmatSplitLoose(Mat, Mat, const AinsworthPmatFill *, Mat *, Mat *);
 PetscErrorCode AinsworthPmatCreateShift(Mat, Mat, Vec, const AinsworthPmatFill *, Mat *);
 
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);
+PetscErrorCode AinsworthPmatCreateSeries(Vec, Vec, Vec *);
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *, const AinsworthPmatOptions *, Vec *, Mat *, PetscInt *);
 PetscErrorCode AinsworthPmatComponentsApart(Mat, PetscInt, PetscInt, PetscBool *);
 

@@ -2,8 +2,8 @@
 #include "../saddle/saddle.h"
 #include <vector>
 
-/* C with the entries of some of its rows, those of this rank that are marked; entries that are zero are not stored */
-static PetscErrorCode SelectRows(Mat C, const std::vector<char> &marked, Mat *selected)
+/* AinsworthSelectRows - C with the entries of some of its rows, those of this rank that are marked; entries that are zero are not stored */
+PetscErrorCode AinsworthSelectRows(Mat C, const std::vector<char> &marked, Mat *selected)
 {
   std::vector<PetscInt>    start(1, 0), columns;
   std::vector<PetscScalar> values;
@@ -55,7 +55,7 @@ PetscErrorCode AinsworthPmatCreateShort(Mat C, const AinsworthPmatFill *fill, Ma
     taken.push_back(length <= fill->most);
     PetscCall(MatRestoreRow(C, i, &length, NULL, NULL));
   }
-  PetscCall(SelectRows(C, taken, kept));
+  PetscCall(AinsworthSelectRows(C, taken, kept));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -103,70 +103,8 @@ PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmat
   PetscCall(VecDestroy(&W));
   if (!*shared) PetscFunctionReturn(PETSC_SUCCESS);
   scaled = *CW;
-  PetscCall(SelectRows(scaled, std::vector<char>(m, 1), CW));
+  PetscCall(AinsworthSelectRows(scaled, std::vector<char>(m, 1), CW));
   PetscCall(MatDestroy(&scaled));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   AinsworthPmatSplitLoose - C = rest + loose: loose has the rows with an unknown that A does nothing to, NULL where there are none
-
-   Interpolation that is made from A alone does not reach such unknowns, and their rows would lock it. A few of them, or those in many rows like
-   the strain of a periodic cell, do not count: each is one direction that iterations have to find. Collective
-*/
-PetscErrorCode AinsworthPmatSplitLoose(Mat A, Mat C, const AinsworthPmatFill *fill, Mat *rest, Mat *loose)
-{
-  static const PetscInt few = 24;
-  PetscInt              n, m, found = 0;
-  Vec                   counts, touched, diagonal;
-  PetscScalar          *count;
-  const PetscScalar    *a;
-  Mat                   absolute;
-  std::vector<char>     in, out;
-
-  PetscFunctionBegin;
-  *loose = NULL;
-  *rest  = C;
-  PetscCall(PetscObjectReference((PetscObject)C));
-  PetscCall(MatCreateVecs(A, &diagonal, NULL));
-  PetscCall(AinsworthGetDiagonal(A, diagonal));
-  PetscCall(VecGetLocalSize(diagonal, &n));
-  PetscCall(VecGetArrayRead(diagonal, &a));
-  for (PetscInt i = 0; i < n; i++) found += a[i] == 0.0;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
-  if (found) {
-    PetscCall(AinsworthCountRows(C, 0, &counts));
-    PetscCall(VecGetArray(counts, &count));
-    found = 0;
-    for (PetscInt i = 0; i < n; i++) {
-      const bool own = PetscRealPart(count[i]) > 0.0 && PetscRealPart(count[i]) <= fill->usual;
-
-      found += own && a[i] == 0.0;
-      count[i] = own && a[i] == 0.0 ? 1.0 : 0.0;
-    }
-    PetscCall(VecRestoreArray(counts, &count));
-    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
-    if (found > few) {
-      PetscCall(MatCreateVecs(C, NULL, &touched));
-      PetscCall(AinsworthAbsoluteAIJ(C, &absolute));
-      PetscCall(MatMult(absolute, counts, touched));
-      PetscCall(MatDestroy(&absolute));
-      PetscCall(VecGetLocalSize(touched, &m));
-      PetscCall(VecGetArray(touched, &count));
-      for (PetscInt i = 0; i < m; i++) {
-        in.push_back(PetscRealPart(count[i]) > 0.0);
-        out.push_back(!in.back());
-      }
-      PetscCall(VecRestoreArray(touched, &count));
-      PetscCall(VecDestroy(&touched));
-      PetscCall(MatDestroy(rest));
-      PetscCall(SelectRows(C, out, rest));
-      PetscCall(SelectRows(C, in, loose));
-    }
-    PetscCall(VecDestroy(&counts));
-  }
-  PetscCall(VecRestoreArrayRead(diagonal, &a));
-  PetscCall(VecDestroy(&diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -251,7 +251,7 @@ PetscErrorCode AinsworthGramDescribe(const AinsworthGram *gram, char text[], siz
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthGramView(AinsworthGram *gram, PetscViewer viewer)
+PetscErrorCode AinsworthGramView(const AinsworthGram *gram, PetscViewer viewer)
 {
   const AinsworthPlacement &p    = gram->placement;
   MPI_Comm                  comm = PetscObjectComm((PetscObject)gram->S), own = MPI_COMM_NULL;
@@ -284,7 +284,7 @@ PetscErrorCode AinsworthGramView(AinsworthGram *gram, PetscViewer viewer)
 }
 
 /* AinsworthGramGetEconomy - what the factorization gave way to, empty where it did not; collective */
-PetscErrorCode AinsworthGramGetEconomy(AinsworthGram *gram, const char **text)
+PetscErrorCode AinsworthGramGetEconomy(const AinsworthGram *gram, const char **text)
 {
   PetscBool none = PETSC_TRUE, blocks = PETSC_TRUE, flags[2];
 

@@ -23,12 +23,18 @@ struct AinsworthGramTwin {
   const AinsworthPlacement *placement; /* of the other */
 };
 
+/* NULL on ranks that solve for no row */
+inline KSP AinsworthGramGetKSP(const AinsworthGram *gram)
+{
+  return gram->placement.sizes.empty() ? NULL : gram->ksp;
+}
+
 PetscErrorCode AinsworthGramSetUp(AinsworthGram *, Mat, Mat, Mat, AinsworthGramTwin, PetscBool, bool, PetscInt, PetscObject, const char[]);
 PetscErrorCode AinsworthGramReset(AinsworthGram *);
 PetscErrorCode AinsworthGramSolve(AinsworthGram *, Vec, Vec);
 PetscErrorCode AinsworthGramGetFailedReason(AinsworthGram *, PCFailedReason *);
 PetscErrorCode AinsworthGramDescribe(const AinsworthGram *, char[], size_t);
-PetscErrorCode AinsworthGramView(AinsworthGram *, PetscViewer);
-PetscErrorCode AinsworthGramGetEconomy(AinsworthGram *, const char **);
+PetscErrorCode AinsworthGramView(const AinsworthGram *, PetscViewer);
+PetscErrorCode AinsworthGramGetEconomy(const AinsworthGram *, const char **);
 
 #endif

@@ -164,8 +164,10 @@ PetscErrorCode AinsworthGraphDissect(Mat M, MatOrderingType, IS *row, IS *column
   old.resize(rows.n);
   number.resize(rows.n);
   std::iota(old.begin(), old.end(), 0);
+  /* METIS is not made for graphs without edges */
   if (!Neighbors(rows, start, neighbors)) status = METIS_ERROR_INPUT;
-  else if (neighbors.size() > 1) { /* METIS is not made for graphs without edges */ METIS_SetDefaultOptions(options);
+  else if (neighbors.size() > 1) {
+    METIS_SetDefaultOptions(options);
     options[METIS_OPTION_SEED] = 0;
     status                     = METIS_NodeND(&n, start.data(), neighbors.data(), NULL, options, old.data(), number.data());
   }

@@ -58,7 +58,10 @@ PetscErrorCode AinsworthProjectorSetPenalty(AinsworthProjector *, Vec);
 PetscErrorCode AinsworthProjectorMultEnergy(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorPrecondition(AinsworthProjector *, PC, PetscErrorCode (*)(PC, Vec, Vec), Vec, Vec);
 
+/* weight.cpp */
+#define AINSWORTH_WEIGHT_LOOSE 100.0 /* so many times that of their surroundings is the weight of unknowns that A does nothing to */
 PetscErrorCode AinsworthWeightCreate(Mat, Vec *);
+PetscErrorCode AinsworthWeightLoosen(Mat, Mat, Mat, Vec, PetscBool *);
 PetscErrorCode AinsworthRowPenaltyCreate(Mat, Vec, PetscReal, Vec *);
 
 #endif

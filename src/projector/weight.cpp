@@ -1,4 +1,7 @@
 #include "projector.h"
+#include <vector>
+
+static const PetscReal tiny = 1e-290; /* its inverse may overflow */
 
 /*
    AinsworthWeightCreate - W = diag(A)^{-1}, as a vector of length n of positive reals
@@ -46,6 +49,114 @@ PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Of each row of C the root of its stiffness, 1 / (C W C')_ii, in place of (C W C')_ii; zero where that is zero, or where D gives way */
+static PetscErrorCode RootOfStiffness(Mat D, Vec row)
+{
+  static const PetscReal rigid = 1e-3;
+  PetscInt               m;
+  PetscScalar           *r;
+  const PetscScalar     *d;
+  Vec                    sums;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(row, &sums));
+  if (D) PetscCall(AinsworthRowSums(D, 1, sums));
+  PetscCall(VecGetLocalSize(row, &m));
+  PetscCall(VecGetArray(row, &r));
+  PetscCall(VecGetArrayRead(sums, &d));
+  for (PetscInt i = 0; i < m; i++) {
+    const PetscReal flexible = PetscRealPart(r[i]);
+
+    r[i] = flexible > tiny && PetscRealPart(d[i]) <= rigid * flexible ? PetscSqrtReal(1.0 / flexible) : 0.0;
+  }
+  PetscCall(VecRestoreArrayRead(sums, &d));
+  PetscCall(VecRestoreArray(row, &r));
+  PetscCall(VecDestroy(&sums));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Marks the local rows of zeros of A; their number on all ranks */
+static PetscErrorCode FindZeroRows(Mat A, Vec like, std::vector<char> *zero, PetscInt *number)
+{
+  Vec                sums;
+  PetscInt           n;
+  const PetscScalar *s;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(like, &sums));
+  PetscCall(AinsworthGetDiagonal(A, sums));
+  for (int look = 0; look < 2; look++) { /* as a rule the diagonal tells that there are none */
+    PetscCall(VecGetLocalSize(sums, &n));
+    PetscCall(VecGetArrayRead(sums, &s));
+    zero->assign(n, 0);
+    *number = 0;
+    for (PetscInt i = 0; i < n; i++) *number += (*zero)[i] = s[i] == 0.0;
+    PetscCall(VecRestoreArrayRead(sums, &s));
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, number, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
+    if (!*number) break;
+    if (!look) PetscCall(AinsworthRowSums(A, 1, sums));
+  }
+  PetscCall(VecDestroy(&sums));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthWeightLoosen - a large weight for unknowns with rows of zeros in A, reference nodes and links: they move before what they are tied to does
+
+   Forces in Ker C are in inverse proportion to the weights of a row: few of them then are on unknowns that the preconditioner knows nothing of. Such an
+   unknown is as stiff as the rows of C that tie it to unknowns with a weight; and so on from one to the next. Collective
+*/
+PetscErrorCode AinsworthWeightLoosen(Mat A, Mat C, Mat D, Vec weight, PetscBool *any)
+{
+  static const int  steps = 8;
+  std::vector<char> zero;
+  PetscInt          n, found;
+  PetscScalar      *w, *r;
+  Mat               Ct;
+  Vec               old, root, row;
+
+  PetscFunctionBegin;
+  PetscCall(FindZeroRows(A, weight, &zero, &found));
+  *any = (PetscBool)(found > 0);
+  if (!*any) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatTranspose(C, MAT_INITIAL_MATRIX, &Ct));
+  PetscCall(MatCreateVecs(C, &root, &row));
+  PetscCall(VecDuplicate(weight, &old));
+  PetscCall(VecCopy(weight, old));
+  n = (PetscInt)zero.size();
+  PetscCall(VecGetArray(weight, &w));
+  for (PetscInt i = 0; i < n; i++)
+    if (zero[i]) w[i] = 0.0;
+  PetscCall(VecRestoreArray(weight, &w));
+  for (int step = 0; step < steps && found; step++) {
+    PetscCall(VecCopy(weight, root));
+    PetscCall(VecSqrtAbs(root));
+    PetscCall(AinsworthRowSquares(C, root, row));
+    PetscCall(RootOfStiffness(D, row));
+    PetscCall(AinsworthRowSquares(Ct, row, root));
+    found = 0;
+    PetscCall(VecGetArray(weight, &w));
+    PetscCall(VecGetArray(root, &r));
+    for (PetscInt i = 0; i < n; i++) {
+      if (w[i] != 0.0 || !(PetscRealPart(r[i]) > tiny)) continue;
+      w[i] = 1.0 / PetscRealPart(r[i]);
+      found++;
+    }
+    PetscCall(VecRestoreArray(root, &r));
+    PetscCall(VecRestoreArray(weight, &w));
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
+  }
+  PetscCall(VecGetArray(weight, &w));
+  PetscCall(VecGetArray(old, &r));
+  for (PetscInt i = 0; i < n; i++)
+    if (zero[i]) w[i] = w[i] != 0.0 ? AINSWORTH_WEIGHT_LOOSE * w[i] : r[i];
+  PetscCall(VecRestoreArray(old, &r));
+  PetscCall(VecRestoreArray(weight, &w));
+  PetscCall(MatDestroy(&Ct));
+  for (Vec *v : {&old, &root, &row}) PetscCall(VecDestroy(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthRowPenaltyCreate - B_ii = gamma / (C D C')_ii, length m, with the inverse diagonal D = diag(A)^{-1}, length n
 
@@ -54,11 +165,10 @@ PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
 */
 PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec inverseDiagonal, PetscReal gamma, Vec *penalty)
 {
-  const PetscReal tiny = 1e-290; /* its inverse may overflow */
-  Vec             root;
-  PetscInt        m;
-  PetscReal       largest;
-  PetscScalar    *b;
+  Vec          root;
+  PetscInt     m;
+  PetscReal    largest;
+  PetscScalar *b;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(inverseDiagonal, &root));

@@ -271,6 +271,29 @@ PetscErrorCode AinsworthCountRows(Mat C, PetscInt length, Vec *counts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Up to `enough` rows of each rank with `least` to `most` entries, at even distances; and the number of all such rows, of all ranks */
+PetscErrorCode AinsworthSampleRows(Mat M, PetscInt least, PetscInt most, PetscInt enough, IS *sample, PetscInt *number)
+{
+  PetscInt              start, end;
+  std::vector<PetscInt> found, taken;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRange(M, &start, &end));
+  for (PetscInt i = start; i < end; i++) {
+    PetscInt n;
+
+    PetscCall(MatGetRow(M, i, &n, NULL, NULL));
+    if (n >= least && n <= most) found.push_back(i);
+    PetscCall(MatRestoreRow(M, i, &n, NULL, NULL));
+  }
+  *number = (PetscInt)found.size();
+  enough  = PetscMin(enough, *number);
+  for (PetscInt k = 0; k < enough; k++) taken.push_back(found[(2 * k + 1) * found.size() / (2 * enough)]);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, number, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)M)));
+  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)M), enough, taken.data(), PETSC_COPY_VALUES, sample));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A copy of M with its columns scaled */
 PetscErrorCode AinsworthScaleColumns(Mat M, Vec scale, Mat *scaled)
 {

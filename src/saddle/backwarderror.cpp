@@ -36,7 +36,7 @@ static PetscErrorCode RaiseSmallTerms(AinsworthSaddle *sp, Vec size)
   PetscFunctionBegin;
   PetscCall(VecDuplicate(size, &diagonal));
   PetscCall(VecDuplicate(size, &forces));
-  PetscCall(MatGetDiagonal(sp->block[0], diagonal));
+  PetscCall(AinsworthGetDiagonal(sp->block[0], diagonal));
   PetscCall(AinsworthTermsThroughRows(sp, diagonal, forces));
   PetscCall(VecGetLocalSize(size, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));

@@ -170,6 +170,7 @@ static PetscErrorCode Recover(Mat mat, AinsworthSaddleBlocks *found)
     {1, "the pattern of A"          },
     {1, "the near null space"       }
   };
+  std::vector<PetscInt> order;
 
   PetscFunctionBegin;
   PetscCall(MatGetBlockSize(A, &known[0].bs));
@@ -191,6 +192,8 @@ static PetscErrorCode Recover(Mat mat, AinsworthSaddleBlocks *found)
   }
   found->bs       = 1;
   found->bsSource = "nothing tells another";
+  PetscCall(AinsworthFindNodes(A, &found->scattered, &order));
+  if (found->scattered > 1) found->bsSource = "nodes have several unknowns, not next to each other";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -201,6 +204,7 @@ PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *in, Mat mat, 
   PetscBool divides;
 
   PetscFunctionBegin;
+  found->scattered = 1;
   if (in->bs > 0) {
     PetscCall(Divides(A, in->bs, &divides));
     PetscCheck(divides, PetscObjectComm((PetscObject)A), PETSC_ERR_ARG_SIZ,
@@ -209,8 +213,9 @@ PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *in, Mat mat, 
     found->bs       = in->bs;
     found->bsSource = "-pc_ainsworth_block_size";
   } else if (found->made[AINSWORTH_BLOCK_A] && last && last->block[AINSWORTH_BLOCK_A] == A) {
-    found->bs       = last->bs;
-    found->bsSource = last->bsSource;
+    found->bs        = last->bs;
+    found->scattered = last->scattered;
+    found->bsSource  = last->bsSource;
   } else PetscCall(Recover(mat, found));
   for (int k : {AINSWORTH_BLOCK_A, AINSWORTH_BLOCK_P})
     if (found->made[k]) PetscCall(MatSetBlockSize(found->block[k], found->bs));

@@ -106,8 +106,7 @@ static PetscErrorCode LookAtMatrix(Mat mat, const AinsworthFields &fields, std::
 
   PetscFunctionBegin;
   PetscCall(AinsworthCheckAssembled(mat, "The matrix"));
-  PetscCall(MatCreateVecs(mat, NULL, &diagonal));
-  PetscCall(AinsworthGetDiagonal(mat, diagonal));
+  PetscCall(AinsworthCreateDiagonal(mat, &diagonal));
   for (size_t i = 0; i < fields.size(); i++) {
     PetscCall(VecGetSubVector(diagonal, fields[i].rows.get(), &d));
     PetscCall(LookAtDiagonal(d, EMPTY, &(*kinds)[i]));

@@ -69,8 +69,7 @@ PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
   PetscCall(MatHasOperation(mat, MATOP_GET_DIAGONAL, &has));
   PetscCall(MatGetSize(mat, &size[0], &size[1]));
   if (!has || size[0] != size[1]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(mat, NULL, &diagonal));
-  PetscCall(AinsworthGetDiagonal(mat, diagonal));
+  PetscCall(AinsworthCreateDiagonal(mat, &diagonal));
   part = diagonal;
   if (rows) PetscCall(VecGetSubVector(diagonal, rows, &part));
   PetscCall(Any(part, true, 0.0, &negative)); /* of most matrices no row is looked at */

@@ -22,13 +22,16 @@ static PetscErrorCode AddModes(Mat mat, MatNullSpace near, IS cols, std::vector<
   PetscCall(MatNullSpaceGetVecs(near, &constant, &n, &given));
   PetscCall(MatGetLocalSize(mat, NULL, &local));
   for (PetscInt i = 0; i < n + (constant ? 1 : 0); i++) {
-    Vec v, part;
+    Vec v, part, mode;
 
     PetscCall(VecCreateMPI(PetscObjectComm((PetscObject)mat), local, PETSC_DETERMINE, &v));
     part = v;
     if (cols) PetscCall(VecGetSubVector(v, cols, &part));
-    if (i < n) PetscCall(VecCopy(given[i], part));
-    else PetscCall(VecSet(part, 1.0));
+    if (i < n) {
+      PetscCall(AinsworthVecGetFlat(cols ? NULL : mat, PETSC_FALSE, given[i], &mode));
+      PetscCall(VecCopy(mode, part));
+      PetscCall(AinsworthVecRestoreFlat(cols ? NULL : mat, PETSC_FALSE, given[i], PETSC_FALSE, &mode));
+    } else PetscCall(VecSet(part, 1.0));
     if (cols) PetscCall(VecRestoreSubVector(v, cols, &part));
     modes->push_back(v);
   }
@@ -119,16 +122,18 @@ PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *sp, Mat ama
   else PetscCall(MatGetNullSpace(amat, &whole));
   if (whole) PetscCall(MatNullSpaceGetVecs(whole, &constant, &n, &v));
   for (PetscInt i = 0; i < n; i++) {
-    Vec         part[2];
+    Vec         flat, part[2];
     PetscScalar dot[2];
 
-    for (int k = 0; k < 2; k++) PetscCall(VecGetSubVector(v[i], field[k], &part[k]));
+    PetscCall(AinsworthVecGetFlat(amat, transpose, v[i], &flat));
+    for (int k = 0; k < 2; k++) PetscCall(VecGetSubVector(flat, field[k], &part[k]));
     PetscCall(VecDot(x, part[0], &dot[0]));
     PetscCall(VecDot(lambda, part[1], &dot[1]));
     dot[0] += sign * dot[1];
     PetscCall(VecAXPY(x, -dot[0], part[0]));
     PetscCall(VecAXPY(lambda, -sign * dot[0], part[1]));
-    for (int k = 0; k < 2; k++) PetscCall(VecRestoreSubVector(v[i], field[k], &part[k]));
+    for (int k = 0; k < 2; k++) PetscCall(VecRestoreSubVector(flat, field[k], &part[k]));
+    PetscCall(AinsworthVecRestoreFlat(amat, transpose, v[i], PETSC_FALSE, &flat));
   }
   *removed = (PetscBool)(n > 0);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -175,15 +180,17 @@ static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, PetscInt *n, Vec
   PetscCall(MatNullSpaceGetVecs(nullsp, &constant, &nv, &given));
   PetscCall(PetscMalloc1(nv + 1, vectors));
   for (PetscInt i = 0; i < nv + (constant ? 1 : 0); i++) {
-    Vec v, part;
+    Vec v, part, flat = NULL;
 
     PetscCall(MatCreateVecs(A, &v, NULL));
+    if (i < nv) PetscCall(AinsworthVecGetFlat(whole ? sp->numbering : A, PETSC_FALSE, given[i], &flat));
     if (i == nv) PetscCall(VecSet(v, 1.0));
     else if (whole) {
-      PetscCall(VecGetSubVector(given[i], sp->cols[0], &part));
+      PetscCall(VecGetSubVector(flat, sp->cols[0], &part));
       PetscCall(VecCopy(part, v));
-      PetscCall(VecRestoreSubVector(given[i], sp->cols[0], &part));
-    } else PetscCall(VecCopy(given[i], v));
+      PetscCall(VecRestoreSubVector(flat, sp->cols[0], &part));
+    } else PetscCall(VecCopy(flat, v));
+    if (flat) PetscCall(AinsworthVecRestoreFlat(whole ? sp->numbering : A, PETSC_FALSE, given[i], PETSC_FALSE, &flat));
     if (whole) PetscCall(Annihilates(A, v, &good));
     if (good) (*vectors)[(*n)++] = v;
     else PetscCall(VecDestroy(&v));

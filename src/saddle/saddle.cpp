@@ -88,19 +88,33 @@ static PetscErrorCode GetOtherSide(AinsworthSaddle *sp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* sp->rowsD, the negative of block (1,1), or the block itself where lambda is the negative of the program's */
-static PetscErrorCode GetCompliance(AinsworthSaddle *sp)
+/*
+   sp->rowsD, the negative of block (1,1), or the block itself where lambda is the negative of the program's
+
+   last: that of before, or NULL. Where the block is the same object, with the same pattern, it is used again, and so is what depends on patterns.
+*/
+static PetscErrorCode GetCompliance(AinsworthSaddle *sp, Mat last)
 {
-  Mat       block = sp->block[AINSWORTH_BLOCK_D], aij;
-  PetscReal norm;
-  PetscBool opaque;
+  Mat              block = sp->block[AINSWORTH_BLOCK_D], aij;
+  PetscReal        norm;
+  PetscBool        opaque;
+  PetscObjectId    id;
+  PetscObjectState pattern;
 
   PetscFunctionBegin;
   PetscCall(AinsworthBlockNorm(block, &norm));
   if (norm == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthCheckEntries(block, sp->name[AINSWORTH_BLOCK_D], "D", &opaque));
   PetscCall(AinsworthGetAIJ(block, &aij));
-  PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &sp->rowsD));
+  PetscCall(PetscObjectGetId((PetscObject)aij, &id));
+  PetscCall(MatGetNonzeroState(aij, &pattern));
+  if (last && id == sp->idD && pattern == sp->patternD) {
+    PetscCall(PetscObjectReference((PetscObject)last));
+    sp->rowsD = last;
+    PetscCall(MatCopy(aij, sp->rowsD, SAME_NONZERO_PATTERN));
+  } else PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &sp->rowsD));
+  sp->idD      = id;
+  sp->patternD = pattern;
   PetscCall(MatDestroy(&aij));
   if (!sp->negated) PetscCall(MatScale(sp->rowsD, -1.0));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -156,15 +170,19 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
   AinsworthSaddleBlocks found;
   PetscBool             transpose, hermitian, opaque, same = PETSC_FALSE;
   PetscReal             norm;
-  Mat                   source;
+  Mat                   source, last;
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleFindBlocks(in, PETSC_FALSE, sp, &found));
   PetscCall(CheckSizes(&found));
+  last      = sp->rowsD;
+  sp->rowsD = NULL;
   PetscCall(AinsworthSaddleReset(sp));
   *(AinsworthSaddleBlocks *)sp = found;
   PetscCall(AinsworthSaddleGetWhole(in->amat, in->pmat, &sp->whole));
   PetscCall(PetscObjectReference((PetscObject)sp->whole));
+  PetscCall(PetscObjectReference((PetscObject)in->pmat));
+  sp->numbering = in->pmat;
   PetscCall(GetSource(sp->block[AINSWORTH_BLOCK_C], sp->block[AINSWORTH_BLOCK_B], &source, &transpose, &hermitian));
   PetscCall(AinsworthCheckEntries(source, sp->name[sp->block[AINSWORTH_BLOCK_C] ? AINSWORTH_BLOCK_C : AINSWORTH_BLOCK_B], "C", &opaque));
   PetscCall(GetConstraints(source, transpose, hermitian, &sp->rowsC));
@@ -177,9 +195,12 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
   PetscCall(PetscObjectReference((PetscObject)sp->P));
   PetscCall(AinsworthBlockNorm(sp->A, &norm));
   PetscCall(CheckFinite(sp->A, norm, sp->bad, sizeof(sp->bad)));
+  if (!sp->bad[0]) {
+    PetscCall(GetOtherSide(sp));
+    PetscCall(GetCompliance(sp, last));
+  }
+  PetscCall(MatDestroy(&last));
   if (sp->bad[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(GetOtherSide(sp));
-  PetscCall(GetCompliance(sp));
   PetscCall(AinsworthSaddleFindKnown(sp));
   if (sp->rowsC != sp->givenC) { /* without the columns of what is known it may be B */
     PetscCall(AinsworthMatEqual(sp->rowsC, sp->rowsB, &same));
@@ -200,6 +221,7 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
   for (Mat *M : {&sp->A, &sp->P, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC, &sp->absolute}) PetscCall(MatDestroy(M));
   for (Vec *v : {&sp->balance, &sp->known, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
   PetscCall(MatNullSpaceDestroy(&sp->whole));
+  PetscCall(MatDestroy(&sp->numbering));
   PetscCall(PetscFree(sp->kind));
   for (PetscInt &count : sp->count) count = 0;
   sp->bad[0]  = 0;

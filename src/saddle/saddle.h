@@ -32,6 +32,7 @@ struct AinsworthSaddleBlocks {
   IS        cols[2];                    /* the same in the solution */
   PetscBool made[AINSWORTH_BLOCKS];     /* the block is not the program's */
   PetscInt  bs;                         /* block size of A, which A itself may not know */
+  PetscInt  scattered;                  /* unknowns of a node where these are not next to each other, which PCBLOCKSA sorts; 1: bs says it */
 
   const char       *bsSource;   /* how it is known */
   MatNullSpace      modes;      /* rigid-body modes from coordinates; NULL: none were given */
@@ -54,14 +55,19 @@ struct AinsworthSaddleBlocks {
    B is C itself where block (0,1) is its adjoint; D is NULL where it is zero.
 */
 struct AinsworthSaddle : AinsworthSaddleBlocks {
-  Mat          A;                   /* n x n: the program's, or without the columns of unknowns that are known */
-  Mat          P;                   /* what M_* is made of, the primal block of Pmat: A itself where there is none */
-  Mat          C, B, D;             /* AIJ, of the rows that are kept, times balance; none: no constraints */
-  Mat          rowsC, rowsB, rowsD; /* the same with all of the program's rows */
-  Mat          givenC;              /* rowsC with the columns of known unknowns */
-  MatNullSpace whole;               /* null space of the program's matrix, NULL where it has none */
-  PetscBool    negated;             /* lambda is the negative of the program's */
-  char         bad[256];            /* what makes the values unusable, empty where nothing does */
+  Mat A;                   /* n x n: the program's, or without the columns of unknowns that are known */
+  Mat P;                   /* what M_* is made of, the primal block of Pmat: A itself where there is none */
+  Mat C, B, D;             /* AIJ, of the rows that are kept, times balance; none: no constraints */
+  Mat rowsC, rowsB, rowsD; /* the same with all of the program's rows */
+  Mat givenC;              /* rowsC with the columns of known unknowns */
+
+  PetscObjectId    idD;      /* of the block that rowsD is a copy of */
+  PetscObjectState patternD; /* of that */
+
+  MatNullSpace whole;     /* null space of the program's matrix, NULL where it has none */
+  Mat          numbering; /* that matrix */
+  PetscBool    negated;   /* lambda is the negative of the program's */
+  char         bad[256];  /* what makes the values unusable, empty where nothing does */
 
   AinsworthRowKind *kind;                       /* of each local row of the multiplier field */
   PetscInt          first;                      /* global number of the first of them */
@@ -87,9 +93,18 @@ PetscErrorCode AinsworthAddAIJ(Mat, Mat *);
 PetscErrorCode AinsworthMakePatternSymmetric(Mat *);
 PetscErrorCode AinsworthRowSums(Mat, int, Vec);
 PetscErrorCode AinsworthCountRows(Mat, PetscInt, Vec *);
+PetscErrorCode AinsworthSampleRows(Mat, PetscInt, PetscInt, PetscInt, IS *, PetscInt *);
 PetscErrorCode AinsworthScaleColumns(Mat, Vec, Mat *);
 PetscErrorCode AinsworthRowSquares(Mat, Vec, Vec);
 PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
+
+/* flat.cpp */
+PetscErrorCode AinsworthVecGetFlat(Mat, PetscBool, Vec, Vec *);
+PetscErrorCode AinsworthVecRestoreFlat(Mat, PetscBool, Vec, PetscBool, Vec *);
+PetscErrorCode AinsworthCreateDiagonal(Mat, Vec *);
+
+/* nodes.cpp */
+PetscErrorCode AinsworthFindNodes(Mat, PetscInt *, std::vector<PetscInt> *);
 
 /* merge.cpp */
 PetscErrorCode AinsworthMergeAIJ(MPI_Comm, const std::vector<IS> &, const std::vector<IS> &, const std::vector<Mat> &, Mat *);

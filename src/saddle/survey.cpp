@@ -238,27 +238,6 @@ static PetscReal Dot(PetscInt n, const PetscInt columns[], const PetscScalar y[]
   return sum;
 }
 
-/* Some of the short rows of this rank, at even distances */
-static PetscErrorCode SampleRows(Mat C, IS *sample)
-{
-  static const PetscInt enough = 32, few = 64;
-  PetscInt              start, end;
-  std::vector<PetscInt> found, taken;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(C, &start, &end));
-  for (PetscInt i = start; i < end; i++) {
-    PetscInt n;
-
-    PetscCall(MatGetRow(C, i, &n, NULL, NULL));
-    if (n > 1 && n <= few) found.push_back(i);
-    PetscCall(MatRestoreRow(C, i, &n, NULL, NULL));
-  }
-  for (size_t k = 0; k < found.size(); k += 1 + found.size() / enough) taken.push_back(found[k]);
-  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)C), (PetscInt)taken.size(), taken.data(), PETSC_COPY_VALUES, sample));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    AinsworthSurveyPenalty - has A still penalty terms beta C'C of most rows of C?
 
@@ -267,14 +246,15 @@ static PetscErrorCode SampleRows(Mat C, IS *sample)
 PetscErrorCode AinsworthSurveyPenalty(Mat A, Mat C, PetscBool *penalty)
 {
   static const PetscReal all  = 0.99;
+  static const PetscInt  few  = 64;
   MPI_Comm               comm = PetscObjectComm((PetscObject)C);
   Mat                    rows, CW, CWA;
   Vec                    inverse;
   IS                     sample;
-  PetscInt               start, end, count[2] = {0, 0}; /* looked at, with a penalty */
+  PetscInt               found, start, end, count[2] = {0, 0}; /* looked at, with a penalty */
 
   PetscFunctionBegin;
-  PetscCall(SampleRows(C, &sample));
+  PetscCall(AinsworthSampleRows(C, 2, few, 32, &sample, &found));
   PetscCall(MatCreateSubMatrix(C, sample, NULL, MAT_INITIAL_MATRIX, &rows));
   PetscCall(ISDestroy(&sample));
   PetscCall(MatCreateVecs(A, NULL, &inverse));

@@ -98,7 +98,7 @@ static PetscErrorCode Pattern(Attack &a)
   const int i = a.r.Int(0, m - 1), j = a.r.Int(0, n - 1);
 
   a.story += "; another pattern of row " + std::to_string(i) + " of C";
-  if (a.s.C(i, j) == 0.0 && a.s.C.row(i).norm() > 0.0) a.s.C(i, j) = a.s.C.row(i).cwiseAbs().maxCoeff() * a.r.Real(0.5, 1.0);
+  if (a.s.C(i, j) == 0.0 && !a.s.C.row(i).isZero(0.0)) a.s.C(i, j) = a.s.C.row(i).cwiseAbs().maxCoeff() * a.r.Real(0.5, 1.0);
   else if (a.s.C.row(i).cwiseAbs().sum() > PetscAbsScalar(a.s.C(i, j))) a.s.C(i, j) = 0.0;
   PetscCall(Store(a, false, true));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -143,7 +143,7 @@ static PetscErrorCode Renumber(Attack &a)
 
   PetscFunctionBeginUser;
   a.order = (Order)a.r.Int(0, ORDERS - 1);
-  if (a.r.Chance(0.3) && !(a.s.D.norm() > 0.0 && a.s.C.rows() >= a.s.A.rows())) a.s.first = !a.s.first;
+  if (a.r.Chance(0.3) && !(!a.s.D.isZero(0.0) && a.s.C.rows() >= a.s.A.rows())) a.s.first = !a.s.first;
   a.story += std::string("; the same blocks, multipliers ") + names[a.order] + (a.s.first ? ", first block" : "");
   PetscCall(AttackNest(a));
   PetscCall(AttackOperators(a));
@@ -227,7 +227,7 @@ static PetscErrorCode OtherRightHandSide(Attack &a)
     a.story += " times 1e" + std::to_string(sign * decades);
   } else if (what == 1) {
     a.s.f.setZero();
-    if (a.s.D.norm() == 0.0) a.story += ", f = 0";
+    if (a.s.D.isZero(0.0)) a.story += ", f = 0";
   } else if (what == 2) {
     for (Eigen::Index i = 0; i < a.s.g.size(); i++) a.s.g[i] = 0.0;
     a.story += ", g = 0";
@@ -261,7 +261,7 @@ static PetscErrorCode Scale(Attack &a)
   }
   RightHandSide(a);
   a.s.symmetric = a.s.A.isApprox(a.s.A.adjoint(), 0.0);
-  if (a.s.D.norm() > 0.0) PetscCall(Rebuild(a, true));
+  if (!a.s.D.isZero(0.0)) PetscCall(Rebuild(a, true));
   else PetscCall(AttackWrite(a, true, false));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -273,11 +273,12 @@ static PetscErrorCode Compliance(Attack &a)
 
   PetscFunctionBeginUser;
   if (!m) PetscFunctionReturn(PETSC_SUCCESS);
-  const bool there = a.s.blockD, first = a.s.first;
-  Dense      D = Dense::Zero(m, m);
+  const bool      there = a.s.blockD, first = a.s.first;
+  Dense           D       = Dense::Zero(m, m);
+  const PetscReal largest = a.s.A.cwiseAbs().maxCoeff(), stiffest = largest > 0.0 ? largest : 1.0; /* 1e-200, too */
 
   for (int i = 0; i < m && kind; i++) {
-    const PetscReal s = a.s.C.row(i).squaredNorm() / PetscMax(a.s.A.cwiseAbs().maxCoeff(), PETSC_SMALL);
+    const PetscReal s = a.s.C.row(i).squaredNorm() / stiffest;
 
     if (a.r.Chance(0.5)) D(i, i) = s == 0.0 ? a.r.Real(-2.0, -0.5) : -s * PetscPowReal(10.0, a.r.Real(-6.0, 6.0));
   }
@@ -291,7 +292,7 @@ static PetscErrorCode Compliance(Attack &a)
     a.s.difficult = true;
   }
   a.s.D      = D;
-  a.s.blockD = there || D.norm() > 0.0;
+  a.s.blockD = there || !D.isZero(0.0);
   if (a.s.blockD && m >= (int)a.s.A.rows()) a.s.first = false;
   a.story += std::string("; ") + (kind ? kind == 2 ? "a D that couples" : "a diagonal D" : "D zero");
   RightHandSide(a);

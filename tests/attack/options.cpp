@@ -96,12 +96,12 @@ bool AttackTame(const Attack &a)
   const PetscReal load   = PetscMax(a.s.f.cwiseAbs().maxCoeff(), a.s.g.size() ? a.s.g.cwiseAbs().maxCoeff() : 0.0);
 
   if (method != a.choices.end() && method->second == "minres" && load < 1e-20) return false;     /* for which r' z < 1e-50 is negative */
-  if ((a.storage == STORE_NEST || a.storage == STORE_SHELL) && a.s.D.norm() > 0.0) return false; /* of which block is A nothing tells */
+  if ((a.storage == STORE_NEST || a.storage == STORE_SHELL) && !a.s.D.isZero(0.0)) return false; /* of which block is A nothing tells */
   if (a.shape == SHAPE_DIAGONAL || !AttackAdjoint(a.s)) return false;                            /* a zero on the diagonal of A looks like a multiplier's */
   return is("-ainsworth_ksp_type", {"projectedcg", "cg", "gmres", "fgmres", "minres"}) && is("-ainsworth_pc_type", {"jacobi", "blocksa"}) &&
          is("-pc_ainsworth_block_size", {"1"}) && is("-ainsworth_ksp_norm_type", {}) && is("-ainsworth_ksp_pc_side", {}) &&
          is("-ainsworth_ksp_initial_guess_nonzero", {"false"}) && is("-pc_ainsworth_penalty_factor", {"1"}) && is("-pc_ainsworth_redundant", {"drop"}) &&
-         is("-pc_ainsworth_stop", {"residual"}) && is("-ksp_type", {"preonly", "gmres", "fgmres"}) && is("-ksp_pc_side", {}) &&
-         !(a.s.uneven && !is("-ainsworth_ksp_type", {"projectedcg", "cg"})) &&
+         is("-pc_ainsworth_rebuild", {"auto", "always"}) && is("-pc_ainsworth_stop", {"residual"}) && is("-ksp_type", {"preonly", "gmres", "fgmres"}) &&
+         is("-ksp_pc_side", {}) && !(a.s.uneven && !is("-ainsworth_ksp_type", {"projectedcg", "cg"})) &&
          !(a.s.uneven && !(is("-pc_ainsworth_variant", {"weighted"}) && is("-pc_ainsworth_weight", {"diagonal"}) && is("-pc_ainsworth_penalty", {"row"})));
 }

@@ -13,6 +13,17 @@ PetscErrorCode AttackChangeOptions(Attack &a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* One choice alone, told to the PC */
+static PetscErrorCode Choose(Attack &a, PC pc, const std::string &line)
+{
+  PetscFunctionBeginUser;
+  a.options.reset();
+  a.options.reset(new Options(line));
+  a.story += "; PC alone: " + line;
+  PetscCall(PCSetFromOptions(pc));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AttackSetters(Attack &a)
 {
   PC          pc;
@@ -24,16 +35,14 @@ PetscErrorCode AttackSetters(Attack &a)
   PetscCall(KSPGetPC(a.ksp, &pc));
   switch (a.r.Int(0, 3)) {
   case 0: {
-    const PCAinsworthVariant variant = a.r.Chance(0.5) ? PC_AINSWORTH_PAPER : PC_AINSWORTH_WEIGHTED;
-    PetscCall(PCAinsworthSetVariant(pc, variant));
-    a.choices["-pc_ainsworth_variant"] = PCAinsworthVariants[variant];
-    a.story += std::string("; variant ") + PCAinsworthVariants[variant];
+    const char *variant = a.r.Chance(0.5) ? "paper" : "weighted";
+    PetscCall(Choose(a, pc, std::string("-pc_ainsworth_variant ") + variant));
+    a.choices["-pc_ainsworth_variant"] = variant;
     break;
   }
   case 1: {
-    const int type = a.r.Int(0, 6);
-    PetscCall(PCAinsworthSetPmatType(pc, (PCAinsworthPmatType)type));
-    a.story += std::string("; pmat ") + PCAinsworthPmatTypes[type];
+    const char *const types[] = {"jcb", "id", "cc", "cg", "bj_cc", "bj_cg", "auto"};
+    PetscCall(Choose(a, pc, std::string("-pc_ainsworth_pmat ") + types[a.r.Int(0, 6)]));
     break;
   }
   case 2:

@@ -152,7 +152,12 @@ PetscErrorCode AttackSolve(Attack &a, Verdict *verdict, std::string &why)
   PetscBool          same;
   std::string        message;
 
-  if (a.transpose) s.A = Dense(a.s.A.adjoint());
+  if (a.transpose) {
+    s.A  = Dense(a.s.A.adjoint());
+    s.D  = Dense(a.s.D.adjoint());
+    s.C  = Dense(a.s.Ct.adjoint());
+    s.Ct = Dense(a.s.C.adjoint());
+  }
   if (a.badEntry >= 0) (a.badEntry < s.f.size() ? s.f[a.badEntry] : s.g[a.badEntry - s.f.size()]) = a.badValue;
   PetscCall(WholeCreate(a, &b));
   PetscCall(VecDuplicate(b, &y));

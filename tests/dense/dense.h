@@ -78,6 +78,7 @@ struct DenseProjector {
   DenseProjector(const Dense &C, const Column &W);
 };
 Column DiagonalWeight(const Dense &A);
+void   WeighLoose(const Dense &C, Column &W);
 Column RowPenalty(const Dense &A, const Dense &C, PetscReal factor = 1.0);
 Dense  ReducedOperator(const Dense &A, const Dense &C, const Dense &Q, const Column &B);
 /* x and lambda of the full system, by LU with full pivoting after scaling */

@@ -129,7 +129,7 @@ static PetscErrorCode Choices()
     PetscCall(KSPGetPC(ksp, &pc));
     PetscCall(PCAinsworthSetWeight(pc, weight));
     if (weight == w) PetscCall(CheckError("negative weight", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_OUTOFRANGE, {"Entry 5 of the weight is -2"}));
-    else PetscCall(CheckError("weight too long", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_SIZ, {"length 25", "24 columns"}));
+    else PetscCall(CheckError("weight too long", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_SIZ, {"length 25", "columns of A are 24"}));
     PetscCall(KSPDestroy(&ksp));
   }
   PetscCall(VecDestroy(&w));
@@ -144,7 +144,6 @@ static PetscErrorCode OtherTypes()
   const Mat A = sys.A;
   const Vec f = sys.f, g = sys.g, w = sys.w;
   Mat       mat;
-  Vec       vec;
   KSP       ksp;
   PC        pc;
 
@@ -165,9 +164,6 @@ static PetscErrorCode OtherTypes()
                                                                   [&]() { return MatAinsworthSetWeightType(A, MAT_AINSWORTH_WEIGHT_IDENTITY); },
                                                                   [&]() { return MatAinsworthSetWeight(A, w); },
                                                                   [&]() { return MatAinsworthSetPenalty(A, g); },
-                                                                  [&]() { return MatAinsworthGetPenalty(A, &vec); },
-                                                                  [&]() { return MatAinsworthSetRowsPerRank(A, 1); },
-                                                                  [&]() { return MatAinsworthGetGramKSP(A, &ksp); },
                                                                   [&]() { return MatAinsworthMultProjector(A, f, w); },
                                                                   [&]() { return MatAinsworthMultTransposeProjector(A, f, w); },
                                                                   [&]() { return MatAinsworthMultRightInverse(A, g, w); },
@@ -195,7 +191,8 @@ static PetscErrorCode Operator()
   PetscCall(MatCreate(PETSC_COMM_WORLD, &S));
   PetscCall(MatSetSizes(S, n, n, PETSC_DETERMINE, PETSC_DETERMINE)); /* later PETScs want them before any operation */
   PetscCall(MatSetType(S, MATAINSWORTH));
-  PetscCall(CheckError("no blocks", [&]() { return MatAinsworthGetPenalty(S, &bad); }, PETSC_ERR_ARG_WRONGSTATE, {"no A and C", "MatAinsworthSetMats()"}));
+  PetscCall(
+    CheckError("no blocks", [&]() { return MatAinsworthMultProjector(S, sys.w, bad); }, PETSC_ERR_ARG_WRONGSTATE, {"no A and C", "MatAinsworthSetMats()"}));
   PetscCall(CheckError("MatDuplicate() without blocks", [&]() { return MatDuplicate(S, MAT_COPY_VALUES, &G); }, PETSC_ERR_ARG_WRONGSTATE,
                        {"no A and C", "MatAinsworthSetMats()"}));
   PetscCall(CheckError("weight before the blocks", [&]() { return MatAinsworthSetWeight(S, sys.w); }, PETSC_ERR_ARG_WRONGSTATE,
@@ -204,7 +201,6 @@ static PetscErrorCode Operator()
                        {"MatAinsworthSetMats()", "MatAinsworthSetPenalty()"}));
   PetscCall(CheckError("weight user without a vector", [&]() { return MatAinsworthSetWeightType(S, MAT_AINSWORTH_WEIGHT_USER); }, PETSC_ERR_ARG_WRONGSTATE,
                        {"MatAinsworthSetWeight()"}));
-  PetscCall(CheckError("rows per rank 0", [&]() { return MatAinsworthSetRowsPerRank(S, 0); }, PETSC_ERR_ARG_OUTOFRANGE, {"rows per rank", "not 0"}));
 
   PetscCall(Ones(PETSC_DECIDE, PETSC_DECIDE, 24, 25, true, &wide));
   PetscCall(CheckError("A not square", [&]() { return MatAinsworthSetMats(S, wide, sys.C); }, PETSC_ERR_ARG_SIZ, {"A is not square", "24 x 25"}));
@@ -221,9 +217,20 @@ static PetscErrorCode Operator()
 
   PetscCall(MatAinsworthSetMats(S, sys.A, sys.C));
   PetscCall(VecCreateMPI(PETSC_COMM_WORLD, PETSC_DECIDE, 25, &longer));
-  PetscCall(CheckError("length of the weight", [&]() { return MatAinsworthSetWeight(S, longer); }, PETSC_ERR_ARG_SIZ, {"weight has length 25", "24 columns"}));
-  PetscCall(CheckError("length of the penalty", [&]() { return MatAinsworthSetPenalty(S, longer); }, PETSC_ERR_ARG_SIZ, {"penalty has length 25", "5 rows"}));
+  PetscCall(
+    CheckError("length of the weight", [&]() { return MatAinsworthSetWeight(S, longer); }, PETSC_ERR_ARG_SIZ, {"weight has length 25", "columns of A are 24"}));
+  PetscCall(
+    CheckError("length of the penalty", [&]() { return MatAinsworthSetPenalty(S, longer); }, PETSC_ERR_ARG_SIZ, {"penalty has length 25", "rows of C are 5"}));
   PetscCall(VecDestroy(&longer));
+  if (size > 1) {
+    for (bool weight : {false, true}) {
+      PetscCall(VecCreateMPI(PETSC_COMM_WORLD, rank ? 0 : weight ? 24 : 5, PETSC_DETERMINE, &bad));
+      PetscCall(VecSet(bad, 1.0));
+      PetscCall(CheckError("layout of the weight or the penalty", [&]() { return weight ? MatAinsworthSetWeight(S, bad) : MatAinsworthSetPenalty(S, bad); },
+                           PETSC_ERR_ARG_SIZ, {"not laid out over the ranks", weight ? "columns of A" : "rows of C"}));
+      PetscCall(VecDestroy(&bad));
+    }
+  }
   for (Vec like : {sys.w, sys.g}) {
     PetscCall(VecDuplicate(like, &bad));
     PetscCall(VecSet(bad, 1.0));

@@ -95,7 +95,8 @@ static PetscErrorCode InnerLimit(bool uneven)
   Case("errors asked for, uneven %d", uneven);
   PetscCall(KSPSetType(ksp, KSPPREONLY));
   PetscCall(KSPSetErrorIfNotConverged(ksp, PETSC_TRUE));
-  PetscCall(PCAinsworthSetPmatType(pc, PC_AINSWORTH_PMAT_ID)); /* set up again, with errors */
+  Options another("-pc_ainsworth_pmat id");
+  PetscCall(PCSetFromOptions(pc)); /* set up again, with errors */
   PetscCall(CheckError("solve", [=]() { return KSPSolve(ksp, b, y); }, PETSC_ERR_NOT_CONVERGED, {"ended without convergence (DIVERGED_ITS)"}));
   PetscCall(KSPDestroy(&ksp));
   PetscCall(Destroy(&sys, &nest, &b, &y));

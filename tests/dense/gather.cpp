@@ -99,6 +99,29 @@ Column DiagonalWeight(const Dense &A)
   return A.diagonal().cwiseInverse();
 }
 
+/* Weights that are zero so far: the inverse of the stiffness that an unknown gets through the rows of C, from those with a weight to the next */
+void WeighLoose(const Dense &C, Column &W)
+{
+  for (bool found = true; found;) {
+    const Column before = W;
+
+    found = false;
+    for (Eigen::Index l = 0; l < W.size(); l++) {
+      PetscReal stiffness = 0.0;
+
+      for (Eigen::Index i = 0; i < C.rows() && before[l] == 0.0; i++) {
+        const PetscReal flexible = std::abs(PetscScalar((C.row(i).cwiseAbs2() * before.cwiseAbs()).value()));
+
+        if (flexible > 0.0) stiffness += std::norm(C(i, l)) / flexible;
+      }
+      if (stiffness > 0.0) {
+        W[l]  = 1.0 / stiffness;
+        found = true;
+      }
+    }
+  }
+}
+
 Column RowPenalty(const Dense &A, const Dense &C, PetscReal factor)
 {
   const Dense S = C * DiagonalWeight(A).asDiagonal() * C.adjoint();

@@ -150,11 +150,10 @@ static PetscErrorCode Variants()
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCSetType(pc, PCAINSWORTH));
   PetscCall(PCAinsworthGetKSP(pc, &inner));
-  for (PCAinsworthVariant variant : {PC_AINSWORTH_PAPER, PC_AINSWORTH_WEIGHTED}) {
-    const bool paper = variant == PC_AINSWORTH_PAPER;
+  for (bool paper : {true, false}) {
+    Options options(paper ? "-pc_ainsworth_variant paper -pc_ainsworth_pmat bj_cg" : "-pc_ainsworth_variant weighted -pc_ainsworth_pmat jcb");
 
-    PetscCall(PCAinsworthSetVariant(pc, variant));
-    PetscCall(PCAinsworthSetPmatType(pc, paper ? PC_AINSWORTH_PMAT_BJ_CG : PC_AINSWORTH_PMAT_JCB));
+    PetscCall(PCSetFromOptions(pc));
     PetscCall(ViewText(ksp, text));
     PetscCall(CheckText("view", text, {paper ? choices[0].expected : choices[0].standard, paper ? "matrix: bj_cg" : "matrix: jcb, rows scaled"}));
     PetscCall(KSPGetType(inner, &type));
@@ -306,29 +305,21 @@ static PetscErrorCode Views()
     Mat     other;
     Spec    spec;
 
-    Case("view with zero rows");
-    spec.zeroRows = true;
-    PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &zeros));
-    PetscCall(NestCreate(zeros.A, NULL, zeros.C, NULL, false, &other));
-    PetscCall(SystemDestroy(&zeros));
-    PetscCall(SolverCreate(other, &ksp));
-    PetscCall(KSPSetUp(ksp));
-    PetscCall(ViewText(ksp, text));
-    PetscCall(CheckText("view", text, {"constraints: 3, 2 zero rows left out", "bj_cc, one block per 32 constraints"}));
-    PetscCall(KSPDestroy(&ksp));
-    PetscCall(MatDestroy(&other));
-    Case("view without constraints");
-    spec.m        = 0;
-    spec.zeroRows = false;
-    PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &zeros));
-    PetscCall(NestCreate(zeros.A, NULL, zeros.C, NULL, false, &other));
-    PetscCall(SystemDestroy(&zeros));
-    PetscCall(SolverCreate(other, &ksp));
-    PetscCall(KSPSetUp(ksp));
-    PetscCall(ViewText(ksp, text));
-    PetscCall(CheckText("view", text, {"constraints: 0, A alone is solved", "type: cg"}));
-    PetscCall(KSPDestroy(&ksp));
-    PetscCall(MatDestroy(&other));
+    for (bool zeroRows : {true, false}) {
+      Case("view %s", zeroRows ? "with zero rows" : "without constraints");
+      spec.zeroRows = zeroRows;
+      if (!zeroRows) spec.m = 0;
+      PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &zeros));
+      PetscCall(NestCreate(zeros.A, NULL, zeros.C, NULL, false, &other));
+      PetscCall(SystemDestroy(&zeros));
+      PetscCall(SolverCreate(other, &ksp));
+      PetscCall(KSPSetUp(ksp));
+      PetscCall(ViewText(ksp, text));
+      if (zeroRows) PetscCall(CheckText("view", text, {"constraints: 3, 2 zero rows left out", "bj_cc, one block per 32 constraints"}));
+      else PetscCall(CheckText("view", text, {"constraints: 0, A alone is solved", "type: cg"}));
+      PetscCall(KSPDestroy(&ksp));
+      PetscCall(MatDestroy(&other));
+    }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -118,6 +118,13 @@ PetscErrorCode PmatReference(const DenseSystem &d, bool symmetric, const PmatCho
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+const char *PmatName(int type)
+{
+  static const char *const names[] = {"jcb", "id", "cc", "cg", "bj_cc", "bj_cg", "auto"};
+
+  return names[type];
+}
+
 const char *PenaltyName(AinsworthPenaltyType type)
 {
   return type == AINSWORTH_PENALTY_ROW ? "row" : "norm";
@@ -128,8 +135,8 @@ static std::string OptionsOf(const PmatChoice &choice)
 {
   std::string line = std::string("-pc_ainsworth_variant ") + (choice.rowScaling ? "weighted" : "paper");
 
-  line += std::string(" -pc_ainsworth_pmat ") + PCAinsworthPmatTypes[choice.type] + " -pc_ainsworth_penalty " + PenaltyName(choice.penalty) +
-          " -pc_ainsworth_blocks " + std::to_string((long long)choice.blocks);
+  line += std::string(" -pc_ainsworth_pmat ") + PmatName(choice.type) + " -pc_ainsworth_penalty " + PenaltyName(choice.penalty) + " -pc_ainsworth_blocks " +
+          std::to_string((long long)choice.blocks);
   if (choice.weight != MAT_AINSWORTH_WEIGHT_USER) line += std::string(" -pc_ainsworth_weight ") + MatAinsworthWeightTypes[choice.weight];
   if (choice.factor != (PetscReal)PETSC_DEFAULT) line += " -pc_ainsworth_penalty_factor " + std::to_string((double)choice.factor);
   return line;

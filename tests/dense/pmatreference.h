@@ -16,8 +16,9 @@ struct PmatChoice {
   PCType                 inner = PCNONE; /* of the reduced solve */
 };
 
-/* As the option has it */
+/* As the options have it */
 const char    *PenaltyName(AinsworthPenaltyType);
+const char    *PmatName(int);
 PetscErrorCode PmatReference(const DenseSystem &, bool symmetric, const PmatChoice &, Dense &M, Column &B);
 /* PCAINSWORTH set up with this choice: the outer solver, which is to be destroyed, the reduced operator and M_* */
 PetscErrorCode PmatSetUp(Mat A, Mat C, Vec w, const PmatChoice &, KSP *outer, Mat *S, Mat *M);

@@ -1,6 +1,6 @@
 static char help[] = "Error estimates, the error monitor and the error as stopping criterion against dense linear algebra.\n\n";
 
-#include "dense.h"
+#include "pmatreference.h"
 #include <cmath>
 #include <map>
 #include <sstream>
@@ -35,14 +35,12 @@ static PetscErrorCode Watch(KSP ksp, PetscInt, PetscReal, void *ctx)
 /* The operator of the inner solver, by its formula, and the smallest eigenvalue with -ainsworth_pc_type none */
 static PetscErrorCode FormReduced(Run *run, bool projected)
 {
-  Mat    S;
-  Vec    penalty;
-  Column B;
+  const PmatChoice paper{PC_AINSWORTH_PMAT_JCB, MAT_AINSWORTH_WEIGHT_IDENTITY, AINSWORTH_PENALTY_NORM, PETSC_DEFAULT, PETSC_DECIDE, false};
+  Dense            M;
+  Column           B = RowPenalty(run->d.A, run->d.C); /* in Ker C any will do */
 
   PetscFunctionBeginUser;
-  PetscCall(KSPGetOperators(run->inner, &S, NULL));
-  PetscCall(MatAinsworthGetPenalty(S, &penalty));
-  PetscCall(Gather(penalty, B));
+  if (!projected) PetscCall(PmatReference(run->d, true, paper, M, B));
   const Column         W = projected ? DiagonalWeight(run->d.A) : Column(Column::Ones(run->d.A.rows()));
   const DenseProjector proj(run->d.C, W);
   run->reduced = ReducedOperator(run->d.A, run->d.C, proj.Q, B);

@@ -83,6 +83,16 @@ static PetscErrorCode AssembleNest(Mat nest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* One more option, which is not left to other solvers */
+static PetscErrorCode Choose(PC pc, const char option[])
+{
+  Options options(option);
+
+  PetscFunctionBeginUser;
+  PetscCall(PCSetFromOptions(pc));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Changes(bool explicitTranspose)
 {
   Solver s;
@@ -134,11 +144,11 @@ static PetscErrorCode Changes(bool explicitTranspose)
   PetscCall(KSPSetReusePreconditioner(s.ksp, PETSC_FALSE));
 
   /* choices */
-  PetscCall(PCAinsworthSetPmatType(pc, PC_AINSWORTH_PMAT_BJ_CC));
-  PetscCall(Solve(&s, "another pmat", 1, 1));
+  PetscCall(Choose(pc, "-pc_ainsworth_penalty_factor 0.7"));
+  PetscCall(Solve(&s, "another penalty", 1, 1));
   PetscCall(PCAinsworthSetWeight(pc, s.sys.w));
   PetscCall(Solve(&s, "a weight of the user", 1, 1));
-  PetscCall(PCAinsworthSetVariant(pc, PC_AINSWORTH_PAPER));
+  PetscCall(Choose(pc, "-pc_ainsworth_variant paper"));
   PetscCall(Solve(&s, "another variant", 1, 1));
   PetscCall(Solve(&s, "and again", 0, 0));
   PetscCall(Destroy(&s));
@@ -279,7 +289,7 @@ static PetscErrorCode LifeCycle()
   PetscCall(PCSetType(pc, PCNONE));
   PetscCall(KSPSetUp(s.ksp));
   PetscCall(CheckError("getter on a PC of another type", [&]() { return PCAinsworthGetKSP(pc, &inner); }, PETSC_ERR_ARG_WRONG, {"none", PCAINSWORTH}));
-  PetscCall(PCAinsworthSetVariant(pc, PC_AINSWORTH_PAPER)); /* setters do nothing, as everywhere in PETSc */
+  PetscCall(PCAinsworthSetReference(pc, s.b)); /* setters do nothing, as everywhere in PETSc */
   PetscCall(PCSetType(pc, PCAINSWORTH));
   PetscCall(PCSetFromOptions(pc));
   PetscCall(PCGetType(pc, &type));

@@ -41,6 +41,19 @@ PetscErrorCode RunCreate(const DenseSystem &d, bool crossed, Run *run)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode RunCreateWhole(const DenseSystem &d, Run *run)
+{
+  Mat Ct;
+
+  PetscFunctionBeginUser;
+  PetscCall(SystemFromDense(d, false, &run->sys));
+  PetscCall(MatCreateHermitianTranspose(run->sys.C, &Ct));
+  PetscCall(NestCreate(run->sys.A, Ct, run->sys.C, NULL, false, &run->nest));
+  PetscCall(MatDestroy(&Ct));
+  PetscCall(SolverCreate(run->nest, &run->ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode RunSolve(Run *run)
 {
   PC pc;

@@ -16,6 +16,8 @@ struct Run {
 /* crossed: all unknowns on the first rank, all multipliers on the last one, nothing in between */
 PetscErrorCode SystemFromDense(const DenseSystem &, bool crossed, System *);
 PetscErrorCode RunCreate(const DenseSystem &, bool crossed, Run *);
+/* The same with C', too, so that the matrix can be multiplied with, as outer methods do */
+PetscErrorCode RunCreateWhole(const DenseSystem &, Run *);
 PetscErrorCode RunSolve(Run *);
 PetscErrorCode RunDestroy(Run *);
 /* Springs of this stiffness between neighbors and to the ground; rows of C tie unknowns far from each other */

@@ -1,6 +1,9 @@
 static char help[] = "x and lambda of PCAINSWORTH against a dense LU of the full system.\n\n";
 
 #include "layout.h"
+#include "pmatreference.h"
+
+static const char *const variants[] = {"weighted", "paper"};
 
 static PetscErrorCode Layouts()
 {
@@ -51,12 +54,12 @@ static PetscErrorCode Pmats(const Spec &spec)
   PetscCall(Gather(sys, d));
   for (int variant = 0; variant < 2; variant++) {
     for (int type = 0; type < 6; type++) {
-      Options options(std::string("-ainsworth_pc_type redundant -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_variant ") + PCAinsworthVariants[variant] +
-                      " -pc_ainsworth_pmat " + PCAinsworthPmatTypes[type] + (spec.symmetric ? "" : " -ainsworth_ksp_type gmres"));
+      Options options(std::string("-ainsworth_pc_type redundant -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_variant ") + variants[variant] +
+                      " -pc_ainsworth_pmat " + PmatName(type) + (spec.symmetric ? "" : " -ainsworth_ksp_type gmres"));
       Mat     nest;
       KSP     ksp;
 
-      Case("%s, %s, %s", spec.name, PCAinsworthVariants[variant], PCAinsworthPmatTypes[type]);
+      Case("%s, %s, %s", spec.name, variants[variant], PmatName(type));
       PetscCall(LayoutCreate(sys, Layout(), &nest));
       PetscCall(SolverCreate(nest, &ksp));
       PetscCall(CheckSolution(ksp, sys, d, false, type % 2, tolerance));
@@ -67,7 +70,7 @@ static PetscErrorCode Pmats(const Spec &spec)
         PetscCall(VecDuplicate(sys.g, &zero.g));
         PetscCall(VecSet(zero.g, 0.0));
         dzero.g.setZero();
-        Case("%s, %s, %s, g = 0", spec.name, PCAinsworthVariants[variant], PCAinsworthPmatTypes[type]);
+        Case("%s, %s, %s, g = 0", spec.name, variants[variant], PmatName(type));
         PetscCall(CheckSolution(ksp, zero, dzero, false, false, tolerance));
         PetscCall(VecDestroy(&zero.g));
       }
@@ -85,7 +88,7 @@ static PetscErrorCode Unconstrained()
   PetscFunctionBeginUser;
   for (int variant = 0; variant < 2; variant++) {
     for (bool uneven : {false, true}) {
-      Options     options(std::string("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_variant ") + PCAinsworthVariants[variant]);
+      Options     options(std::string("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_variant ") + variants[variant]);
       Spec        spec;
       System      sys;
       DenseSystem d;
@@ -94,7 +97,7 @@ static PetscErrorCode Unconstrained()
 
       spec.m      = 0;
       spec.uneven = uneven;
-      Case("m = 0, %s, uneven %d", PCAinsworthVariants[variant], uneven);
+      Case("m = 0, %s, uneven %d", variants[variant], uneven);
       PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
       PetscCall(Gather(sys, d));
       PetscCall(LayoutCreate(sys, Layout(), &nest));

@@ -157,15 +157,7 @@ static PetscErrorCode LastApplication()
 
   PetscFunctionBeginUser;
   Case("the last application");
-  PetscCall(SystemFromDense(d, false, &run.sys));
-  {
-    Mat Ct;
-
-    PetscCall(MatCreateHermitianTranspose(run.sys.C, &Ct));
-    PetscCall(NestCreate(run.sys.A, Ct, run.sys.C, NULL, false, &run.nest));
-    PetscCall(MatDestroy(&Ct));
-  }
-  PetscCall(SolverCreate(run.nest, &run.ksp));
+  PetscCall(RunCreateWhole(d, &run));
   plan.from = plan.to = 2;
   plan.reason         = KSP_DIVERGED_NANORINF;
   PetscCall(Obey(run, &plan));
@@ -178,28 +170,98 @@ static PetscErrorCode LastApplication()
 }
 
 /* What failed in one application does not fail the next solve, whatever the outer method */
-static PetscErrorCode Stale(const char *outer)
+static PetscErrorCode Stale(const char *outer, bool again)
 {
   Options           line(std::string("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -ksp_rtol 1e-10 -ksp_type ") + outer);
   const DenseSystem d = SpringsCreate(20, 4, 1.0, 15);
   Run               run;
   Plan              plan;
-  Mat               Ct;
 
   PetscFunctionBeginUser;
-  Case("after a failed application, %s", outer);
-  PetscCall(SystemFromDense(d, false, &run.sys));
-  PetscCall(MatCreateHermitianTranspose(run.sys.C, &Ct));
-  PetscCall(NestCreate(run.sys.A, Ct, run.sys.C, NULL, false, &run.nest));
-  PetscCall(MatDestroy(&Ct));
-  PetscCall(SolverCreate(run.nest, &run.ksp));
+  Case("after a failed application, %s%s", outer, again ? ", another nest of the same blocks" : "");
+  PetscCall(RunCreateWhole(d, &run));
   plan.from = plan.to = 1;
   plan.reason         = KSP_DIVERGED_NANORINF;
   PetscCall(Obey(run, &plan));
   PetscCall(RunSolve(&run));
   PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason < 0));
+  if (again) {
+    Mat Ct;
+
+    PetscCall(MatDestroy(&run.nest));
+    PetscCall(MatCreateHermitianTranspose(run.sys.C, &Ct));
+    PetscCall(NestCreate(run.sys.A, Ct, run.sys.C, NULL, false, &run.nest));
+    PetscCall(MatDestroy(&Ct));
+    PetscCall(KSPSetOperators(run.ksp, run.nest, run.nest));
+  }
   PetscCall(CheckSolved(&run, d));
   PetscCall(Done(&run, &plan));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The work vector that an outer method wants its answer in is no guess for the inner one: here it holds what marks a failure */
+static PetscErrorCode Guess(const char *outer)
+{
+  Options     line(std::string("-ainsworth_ksp_initial_guess_nonzero -ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -ksp_rtol 1e-10 -ksp_type ") + outer);
+  DenseSystem d = SpringsCreate(20, 4, 1.0, 19), bad = d;
+  Run         run;
+
+  PetscFunctionBeginUser;
+  Case("a guess from %s", outer);
+  bad.f[3] = NAN;
+  PetscCall(RunCreateWhole(d, &run));
+  PetscCall(CheckSolved(&run, d));
+  PetscCall(Scatter(bad.f, run.sys.f));
+  PetscCall(RunSolve(&run));
+  PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason < 0));
+  PetscCall(Scatter(d.f, run.sys.f));
+  PetscCall(CheckSolved(&run, d));
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PoisonLast(PC, Vec r, Vec z)
+{
+  PetscInt N;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecCopy(r, z));
+  PetscCall(VecGetSize(z, &N));
+  PetscCall(VecSetValue(z, N - 1, NAN, INSERT_VALUES)); /* on all ranks: the owner's is the last */
+  PetscCall(VecAssemblyBegin(z));
+  PetscCall(VecAssemblyEnd(z));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* NaN in an unknown that no row of A or C reads, so that no residual tells; a maximum over ranks may lose it */
+static PetscErrorCode HiddenNaN(PetscInt m)
+{
+  Options     line("-ainsworth_ksp_type richardson -ainsworth_ksp_norm_type none -ainsworth_ksp_max_it 1 -ainsworth_pc_type shell");
+  DenseSystem d = SpringsCreate(20, m, 1.0, 18);
+  Run         run;
+  Mat         A;
+  PetscInt    n;
+  KSP         inner;
+  PC          pc;
+
+  PetscFunctionBeginUser;
+  Case("NaN in an unknown that no row reads, %d constraints", (int)m);
+  d.A.row(19).setZero();
+  d.A.col(19).setZero();
+  d.f[19] = 0.0;
+  PetscCall(SystemFromDense(d, false, &run.sys));
+  PetscCall(MatGetLocalSize(run.sys.A, &n, NULL));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 3, NULL, 3, NULL, &A));
+  PetscCall(WriteDense(d.A, A)); /* without the zero on its diagonal */
+  PetscCall(NestCreate(A, NULL, run.sys.C, NULL, false, &run.nest));
+  PetscCall(SolverCreate(run.nest, &run.ksp));
+  PetscCall(MatDestroy(&A));
+  PetscCall(Inner(run, &inner, &pc));
+  PetscCall(PCSetType(pc, PCSHELL));
+  PetscCall(PCShellSetApply(pc, PoisonLast));
+  PetscCall(RunSolve(&run));
+  PetscCall(CheckFailed(run));
+  PetscCall(RunDestroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -255,7 +317,10 @@ int main(int argc, char **argv)
   for (const char *method : {"projectedcg", "gcr", "gmres"}) PetscCall(Refinement(method));
   PetscCall(Multigrid());
   PetscCall(LastApplication());
-  for (const char *outer : {"preonly", "fgmres", "gmres", "gcr"}) PetscCall(Stale(outer));
+  for (const char *outer : {"preonly", "fgmres", "gmres", "gcr"})
+    for (bool again : {false, true}) PetscCall(Stale(outer, again));
+  for (const char *outer : {"fgmres", "gmres", "richardson"}) PetscCall(Guess(outer));
+  for (PetscInt m : {0, 4}) PetscCall(HiddenNaN(m));
   for (bool type : {false, true}) PetscCall(OtherType(type));
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());

@@ -115,6 +115,38 @@ static PetscErrorCode CheckBoth(Run *run, const DenseSystem &d, const Dense &B)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The transpose of a system that has one since its last change in place */
+static PetscErrorCode CheckTransposed(const Run &run, const DenseSystem &d)
+{
+  const Eigen::Index n = d.A.rows(), m = d.C.rows();
+  Dense              K = Dense::Zero(n + m, n + m);
+  Vec                b, y, part;
+  IS                 is[2];
+  Column             rhs(n + m), x, lambda, got(n + m);
+
+  PetscFunctionBeginUser;
+  K << d.A, d.C.adjoint(), d.C, Dense::Zero(m, m);
+  rhs << d.f, d.g;
+  PetscCall(MatCreateVecs(run.nest, &y, &b));
+  PetscCall(MatNestGetISs(run.nest, is, NULL));
+  for (int k = 0; k < 2; k++) {
+    PetscCall(VecGetSubVector(b, is[k], &part));
+    PetscCall(Scatter(k ? d.g : d.f, part));
+    PetscCall(VecRestoreSubVector(b, is[k], &part));
+  }
+  PetscCall(KSPSolveTranspose(run.ksp, b, y));
+  for (int k = 0; k < 2; k++) {
+    PetscCall(VecGetSubVector(y, is[k], &part));
+    PetscCall(Gather(part, k ? lambda : x));
+    PetscCall(VecRestoreSubVector(y, is[k], &part));
+  }
+  got << x, lambda;
+  PetscCall(CheckEqual("x and lambda, transposed", got, K.fullPivLu().solve(rhs), 1e-8));
+  PetscCall(VecDestroy(&b));
+  PetscCall(VecDestroy(&y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The block (0,1) changes while A and C stay: in place, to that of C and back, and in another nest */
 static PetscErrorCode OtherB(const char *reuse)
 {
@@ -136,6 +168,7 @@ static PetscErrorCode OtherB(const char *reuse)
   PetscCall(SolverCreate(run.nest, &run.ksp));
   PetscCall(CheckBoth(&run, d, B));
   PetscCall(WriteDense(d.C.adjoint(), Bt[0]));
+  PetscCall(CheckTransposed(run, d));
   PetscCall(CheckBoth(&run, d, d.C));
   PetscCall(WriteDense(B.adjoint(), Bt[0]));
   PetscCall(CheckBoth(&run, d, B));

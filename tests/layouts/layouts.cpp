@@ -21,12 +21,31 @@ static PetscErrorCode Iterations(KSP ksp, PetscInt *its)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A scatter reads and writes any type of vector, PETSc's copy two of a type only */
+static PetscErrorCode CopyEntries(Vec from, Vec to)
+{
+  VecScatter scatter;
+  IS         all;
+  PetscInt   first, end;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecGetOwnershipRange(to, &first, &end));
+  PetscCall(ISCreateStride(PETSC_COMM_WORLD, end - first, first, 1, &all));
+  PetscCall(VecScatterCreate(from, all, to, all, &scatter));
+  PetscCall(VecScatterBegin(scatter, from, to, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(scatter, from, to, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterDestroy(&scatter));
+  PetscCall(ISDestroy(&all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* numbering: of the unknowns of the matrix in the whole, NULL: the same */
 static PetscErrorCode SolveAndCheck(KSP ksp, IS numbering, const std::vector<std::string> &view)
 {
-  Vec                b = rhs, x, exact = solution;
+  Vec                b = rhs, x, exact = solution, given, nested;
   PetscReal          error, norm;
   PetscInt           its;
+  Mat                mat;
   KSPConvergedReason reason;
   std::string        text;
 
@@ -35,10 +54,14 @@ static PetscErrorCode SolveAndCheck(KSP ksp, IS numbering, const std::vector<std
     PetscCall(VecGetSubVector(rhs, numbering, &b));
     PetscCall(VecGetSubVector(solution, numbering, &exact));
   }
-  PetscCall(VecDuplicate(b, &x));
-  PetscCall(KSPSolve(ksp, b, x));
+  PetscCall(KSPGetOperators(ksp, &mat, NULL));
+  PetscCall(MatCreateVecs(mat, &nested, &given)); /* of the type that the matrix asks for, VECNEST for instance */
+  PetscCall(CopyEntries(b, given));
+  PetscCall(KSPSolve(ksp, given, nested));
   PetscCall(KSPGetConvergedReason(ksp, &reason));
   PetscCall(CheckTrue("converged", reason > 0));
+  PetscCall(VecDuplicate(b, &x));
+  PetscCall(CopyEntries(nested, x));
   PetscCall(VecAXPY(x, -1.0, exact));
   PetscCall(VecNorm(x, NORM_INFINITY, &error));
   PetscCall(VecNorm(exact, NORM_INFINITY, &norm));
@@ -48,7 +71,7 @@ static PetscErrorCode SolveAndCheck(KSP ksp, IS numbering, const std::vector<std
   PetscCall(Check("iterations more or less", PetscAbsInt(its - usual), 1.0));
   PetscCall(ViewText(ksp, text));
   PetscCall(CheckText("view", text, view));
-  PetscCall(VecDestroy(&x));
+  for (Vec *v : {&x, &given, &nested}) PetscCall(VecDestroy(v));
   if (numbering) {
     PetscCall(VecRestoreSubVector(rhs, numbering, &b));
     PetscCall(VecRestoreSubVector(solution, numbering, &exact));
@@ -81,6 +104,35 @@ static PetscErrorCode Order(const std::vector<int> &fields, IS *order)
     for (PetscInt i = 0; i < n; i++) index.push_back(first + i);
   }
   PetscCall(ISCreateGeneral(PETSC_COMM_WORLD, (PetscInt)index.size(), index.data(), PETSC_COPY_VALUES, order));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Translations of the points, for multigrid */
+static PetscErrorCode SetModes(Mat nest)
+{
+  Vec          mode[2];
+  MatNullSpace near;
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < 2; d++) {
+    PetscInt first, end;
+
+    PetscCall(MatCreateVecs(nest, &mode[d], NULL));
+    for (int f : {LEFT, RIGHT}) {
+      Vec part;
+
+      PetscCall(VecNestGetSubVec(mode[d], f, &part));
+      PetscCall(VecGetOwnershipRange(part, &first, &end));
+      for (PetscInt i = first; i < end; i++) PetscCall(VecSetValue(part, i, i % 2 == d ? 1.0 : 0.0, INSERT_VALUES));
+      PetscCall(VecAssemblyBegin(part));
+      PetscCall(VecAssemblyEnd(part));
+    }
+    PetscCall(VecNormalize(mode[d], NULL));
+  }
+  PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, 2, mode, &near));
+  PetscCall(MatSetNearNullSpace(nest, near));
+  PetscCall(MatNullSpaceDestroy(&near));
+  for (Vec &v : mode) PetscCall(VecDestroy(&v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -135,6 +187,13 @@ static PetscErrorCode Nests()
   }
   PetscCall(MatDestroy(&nest));
 
+  Case("3 x 3, vectors that are nests");
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 3, NULL, 3, NULL, nine, &nest));
+  PetscCall(MatNestSetVecType(nest, VECNEST));
+  PetscCall(SetModes(nest));
+  PetscCall(Solve(nest, NULL, {"3 fields", "block size of A: 2 (the blocks of the MatNest)", "near null space of A: 2 vectors"}));
+  PetscCall(MatDestroy(&nest));
+
   Case("3 x 3, multipliers in the middle");
   Mat middle[] = {c.block[L][L], view0, NULL, c.block[T][L], NULL, c.block[T][R], NULL, view1, c.block[R][R]};
   PetscCall(MatCreateNest(PETSC_COMM_WORLD, 3, NULL, 3, NULL, middle, &nest));
@@ -149,6 +208,11 @@ static PetscErrorCode Nests()
   PetscCall(MatCreateNest(PETSC_COMM_WORLD, 1, NULL, 2, NULL, below, &outer[2]));
   outer[3] = c.block[R][R];
   PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 2, NULL, outer, &nest));
+  PetscCall(Solve(nest, order, {"3 fields", "multipliers: 0.1"}));
+  PetscCall(MatDestroy(&nest));
+  for (int k = 0; k < 3; k++) PetscCall(MatNestSetVecType(outer[k], VECNEST));
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 2, NULL, outer, &nest));
+  PetscCall(MatNestSetVecType(nest, VECNEST));
   PetscCall(Solve(nest, order, {"3 fields", "multipliers: 0.1"}));
   PetscCall(MatDestroy(&nest));
   for (int k = 0; k < 3; k++) PetscCall(MatDestroy(&outer[k]));
@@ -198,6 +262,43 @@ static PetscErrorCode IndexSets()
   PetscCall(NameFields(ksp, true));
   PetscCall(SolveAndCheck(ksp, NULL, {"multipliers: ties (-pc_ainsworth_multiplier_fields)", "block size of A: 2 (the pattern of A)"}));
   PetscCall(KSPDestroy(&ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One matrix, whose primal unknowns are numbered component by component, of both bodies or of each */
+static PetscErrorCode Components(bool both)
+{
+  std::vector<PetscInt> index;
+  IS                    order;
+  Mat                   mat;
+  PetscInt              first[3], n[3];
+
+  PetscFunctionBeginUser;
+  Case(both ? "component by component" : "body by body, component by component");
+  for (int f : {LEFT, RIGHT, TIES}) {
+    PetscCall(ISStrideGetInfo(c.is[f], &first[f], NULL));
+    PetscCall(ISGetLocalSize(c.is[f], &n[f]));
+  }
+  for (int k = 0; k < 4; k++) {
+    const int f = (both ? k % 2 : k / 2) ? RIGHT : LEFT, d = both ? k / 2 : k % 2;
+
+    for (PetscInt i = d; i < n[f]; i += 2) index.push_back(first[f] + i);
+  }
+  for (PetscInt i = 0; i < n[TIES]; i++) index.push_back(first[TIES] + i);
+  PetscCall(ISCreateGeneral(PETSC_COMM_WORLD, (PetscInt)index.size(), index.data(), PETSC_COPY_VALUES, &order));
+  PetscCall(ISSetPermutation(order));
+  PetscCall(MatPermute(c.whole, order, order, &mat));
+  PetscCall(MatSetBlockSize(mat, 1));
+  PetscCall(Solve(mat, order, {"2 fields by the diagonal", "nodes have several unknowns, not next to each other"}));
+  Options  options("-ainsworth_pc_type blocksa");
+  PetscInt factored = usual;
+
+  usual = -1; /* of multigrid */
+  PetscCall(Solve(c.whole, NULL, {"2 fields by the diagonal", "type: blocksa", "blocks of 2"}));
+  PetscCall(Solve(mat, order, {"type: blocksa", "unknowns sorted by nodes", "blocks of 2"}));
+  usual = factored;
+  PetscCall(MatDestroy(&mat));
+  PetscCall(ISDestroy(&order));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -593,6 +694,7 @@ int main(int argc, char **argv)
     PetscCall(Fields(true, {"block size of A: 2 (the pattern of A)", "near null space of A: 6 vectors (coordinates of the DM)"}));
     PetscCall(Coordinates());
     PetscCall(Diagonal());
+    for (bool both : {true, false}) PetscCall(Components(both));
     PetscCall(Opposite());
     for (PetscScalar sign : {-1.0, 1.0}) PetscCall(OneSided(sign));
     PetscCall(OtherPmat());

@@ -21,7 +21,7 @@ static PetscErrorCode LevelCreate(const Lattice &l, PetscReal theta, Level *leve
   level->diagonal = level->dense.diagonal();
   for (PetscScalar &d : level->diagonal)
     if (d == 0.0) d = 1.0; /* a line of bars has no stiffness across */
-  PetscCall(AinsworthBlockMatCreate(level->A, l.bs, &level->X));
+  PetscCall(AinsworthBlockMatCreate(level->A, l.bs, {}, &level->X));
   PetscCall(Modes(l, level->A, &level->near, &level->modes));
   PetscCall(AinsworthAggregate(level->X, theta, level->near.k, &level->agg));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -165,7 +165,7 @@ static PetscErrorCode CheckInterpolation(const Lattice &l, const Level &level, b
   PetscCall(CheckGalerkin("P' A P", level.X, level.dense, P, denseP));
   PetscCall(SurfaceCreate(l, level.A, 2.0, 5, &D));
   PetscCall(Gather(D, dense));
-  PetscCall(AinsworthBlockMatCreate(D, l.bs, &X));
+  PetscCall(AinsworthBlockMatCreate(D, l.bs, {}, &X));
   PetscCall(CheckGalerkin("P' D P", X, dense, P, denseP));
   PetscCall(MatDestroy(&D));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -241,7 +241,7 @@ static PetscErrorCode CheckModes(PetscInt bs)
   PetscCall(MatGetLocalSize(A, &n, NULL));
   PetscCall(MatGetOwnershipRange(A, &start, NULL));
   PetscCall(LatticeCoordinates(l, A, x));
-  PetscCall(AinsworthModesCreate(A, space, l.dim(), x.data(), &near));
+  PetscCall(AinsworthModesCreate(A, bs, {}, space, l.dim(), x.data(), &near));
   const Vec *vec;
   PetscInt   nvec;
   PetscBool  constant;
@@ -256,12 +256,12 @@ static PetscErrorCode CheckModes(PetscInt bs)
     PetscCall(CheckTrue("modes as given", same));
   }
   PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_TRUE, 1, vec, &space));
-  PetscCall(AinsworthModesCreate(A, space, 0, NULL, &near));
+  PetscCall(AinsworthModesCreate(A, bs, {}, space, 0, NULL, &near));
   bool same = near.k == 2;
   for (PetscInt i = 0; same && i < n; i++) same = near.values[2 * i] == 1.0;
   PetscCall(CheckTrue("a null space with the constant vector", same));
   PetscCall(MatNullSpaceDestroy(&space));
-  PetscCall(AinsworthModesCreate(A, NULL, 0, NULL, &near));
+  PetscCall(AinsworthModesCreate(A, bs, {}, NULL, 0, NULL, &near));
   same = near.k == bs && near.rotations == (bs == 1);
   for (PetscInt i = 0; same && i < n * bs; i++) same = near.values[i] == (i / bs % bs == i % bs ? 1.0 : 0.0);
   PetscCall(CheckTrue("translations where nothing is known", same));
@@ -289,7 +289,7 @@ static PetscErrorCode Estimate(PetscInt bs, PetscReal contrast, PetscReal stiffn
   PetscCall(Gather(A, dense));
   PetscCall(SurfaceCreate(l, A, stiffness, 6, &D));
   PetscCall(Gather(D, added));
-  PetscCall(AinsworthBlockMatCreate(D, bs, &X));
+  PetscCall(AinsworthBlockMatCreate(D, bs, {}, &X));
   {
     AinsworthHierarchy h;
 

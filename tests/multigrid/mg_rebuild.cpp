@@ -173,6 +173,21 @@ static PetscErrorCode Solve(Sequence *s, const char *options, const char *what, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The reduced operator */
+static PetscErrorCode GetOperator(const Sequence &s, PetscObjectId *id)
+{
+  PC  pc;
+  KSP inner;
+  Mat reduced;
+
+  PetscFunctionBeginUser;
+  PetscCall(KSPGetPC(s.ksp, &pc));
+  PetscCall(PCAinsworthGetKSP(pc, &inner));
+  PetscCall(KSPGetOperators(inner, &reduced, NULL));
+  PetscCall(PetscObjectGetId((PetscObject)reduced, id));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Set-ups so far, of the projector, of the preconditioning matrix and of multigrid */
 static PetscErrorCode CountSetUps(PetscInt *count)
 {
@@ -200,10 +215,11 @@ static PetscErrorCode CheckView(const Sequence &s, bool old)
 /* kept: a multigrid that auto keeps over small changes of A */
 static PetscErrorCode Changes(Layout layout, const char *line, bool kept)
 {
-  Options     options(line);
-  Sequence    s;
-  PetscInt    before, after;
-  const char *o = line;
+  Options       options(line);
+  Sequence      s;
+  PetscInt      before, after;
+  PetscObjectId of[2];
+  const char   *o = line;
 
   PetscFunctionBeginUser;
   s.layout        = layout;
@@ -229,6 +245,13 @@ static PetscErrorCode Changes(Layout layout, const char *line, bool kept)
   PetscCall(Solve(&s, o, "rows come", 6));
   PetscCall(Spring(&s, 0.5));
   PetscCall(Solve(&s, o, "springs come", 7));
+  PetscCall(GetOperator(s, &of[0]));
+  PetscCall(MatScale(s.D, 3.0));
+  PetscCall(Solve(&s, o, "springs change", 14));
+  PetscCall(GetOperator(s, &of[1]));
+  if (layout == NEST) PetscCall(CheckTrue("the operator is kept", of[0] == of[1]));
+  PetscCall(Scale(s.C, false, 0.1, 9));
+  PetscCall(Solve(&s, o, "values of C with springs", 15));
   PetscCall(Spring(&s, 30.0));
   PetscCall(Solve(&s, o, "softer springs", 8));
   PetscCall(Scale(s.A, true, 0.1, 5));
@@ -236,8 +259,8 @@ static PetscErrorCode Changes(Layout layout, const char *line, bool kept)
   PetscCall(Solve(&s, o, "A and C", 9));
   PetscCall(Spring(&s, 0.0));
   PetscCall(Solve(&s, o, "springs go", 10));
-  PetscCall(Scale(s.A, true, 1.0, 7));
-  PetscCall(Solve(&s, o, "A, by two decades", 11));
+  PetscCall(Scale(s.A, true, 1.5, 7));
+  PetscCall(Solve(&s, o, "A, by three decades", 11));
   if (kept) PetscCall(CheckView(s, false));
   PetscCall(Tie(&s, 5, 2));
   PetscCall(Scale(s.A, true, 0.05, 8));

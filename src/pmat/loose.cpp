@@ -1,0 +1,362 @@
+/* Unknowns that A does nothing to, reference nodes and links: they are eliminated from the penalty of M_*; docs/models.md */
+#include "pmat.h"
+#include "../csr.h"
+#include "../projector/graph.h"
+#include "../projector/projector.h"
+#include "../saddle/saddle.h"
+#include <petscblaslapack.h>
+#include <algorithm>
+#include <vector>
+
+/* Loose unknowns that rows of C couple, directly or by way of others, are a group. One of at most so many unknowns, none of them shared by more
+   rows than usual, whose rows have at most so many entries on other unknowns, is eliminated */
+static const PetscInt  mostLoose   = 64;
+static const PetscReal mostEntries = 512.0;
+/* D takes less from the penalty of their rows: AinsworthWeightLoosen() counts on it, too */
+static const PetscReal rigidEnough = 0.998;
+/* The squares of these numbers of entries add up to at most this part of the entries of A */
+static const PetscReal budget = 0.25;
+/* Shift of what is inverted, of its diagonal: nothing need hold a group */
+static const PetscReal shift = 1e-12;
+
+namespace
+{
+/* The groups, on every rank: K = Cl' B Cl as a whole, Cl being the columns of the loose unknowns of C */
+struct Groups : AinsworthCSR {
+  Mat                               *whole = NULL;
+  std::vector<PetscInt>              of;      /* each loose unknown */
+  std::vector<std::vector<PetscInt>> members; /* of each group, ascending */
+  std::vector<char>                  taken;   /* is each group eliminated? */
+
+  PetscErrorCode create(Mat K);
+  PetscErrorCode choose(Mat C, Mat Cl, Vec rigid, const AinsworthPmatFill *fill);
+  PetscErrorCode markRows(Mat Cl, std::vector<char> *rows) const;
+  PetscErrorCode invert(PetscInt group, std::vector<PetscScalar> *inverse) const;
+  PetscErrorCode createInverse(Mat K, Mat *inverse) const;
+  PetscErrorCode destroy();
+};
+
+PetscErrorCode Groups::create(Mat K)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthGraphGather(K, true, &whole));
+  PetscCall(open(whole[0]));
+  of.assign(n, -1);
+  for (PetscInt i = 0; i < n; i++) {
+    if (of[i] >= 0) continue;
+    std::vector<PetscInt> group(1, i);
+
+    of[i] = (PetscInt)members.size();
+    for (size_t next = 0; next < group.size(); next++)
+      for (PetscInt k = ia[group[next]]; k < ia[group[next] + 1]; k++)
+        if (of[ja[k]] < 0) {
+          of[ja[k]] = of[i];
+          group.push_back(ja[k]);
+        }
+    std::sort(group.begin(), group.end());
+    members.push_back(std::move(group));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode Groups::destroy()
+{
+  PetscFunctionBegin;
+  PetscCall(close());
+  PetscCall(MatDestroySubMatrices(1, &whole));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Which groups are eliminated: those of rows that are rigid, which bring few entries into M_*. Collective */
+PetscErrorCode Groups::choose(Mat C, Mat Cl, Vec rigid, const AinsworthPmatFill *fill)
+{
+  std::vector<PetscReal> touched(members.size(), 0.0), count(n, 0.0);
+  std::vector<char>      small;
+  PetscInt               rstart, rend;
+  const PetscScalar     *part;
+  PetscReal              most = mostEntries, sum = PETSC_INFINITY;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
+  PetscCall(VecGetArrayRead(rigid, &part));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscInt        length, own;
+    const PetscInt *j;
+
+    PetscCall(MatGetRow(C, i, &length, NULL, NULL));
+    PetscCall(MatRestoreRow(C, i, &length, NULL, NULL));
+    PetscCall(MatGetRow(Cl, i, &own, &j, NULL));
+    if (own) touched[of[j[0]]] += PetscRealPart(part[i - rstart]) < rigidEnough ? 2.0 * mostEntries : (PetscReal)(length - own);
+    for (PetscInt k = 0; k < own; k++) count[j[k]] += 1.0;
+    PetscCall(MatRestoreRow(Cl, i, &own, &j, NULL));
+  }
+  PetscCall(VecRestoreArrayRead(rigid, &part));
+  for (std::vector<PetscReal> *sums : {&touched, &count})
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sums->data(), (PetscMPIInt)sums->size(), MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)C)));
+  for (const auto &group : members)
+    small.push_back((PetscInt)group.size() <= mostLoose && std::all_of(group.begin(), group.end(), [&](PetscInt l) { return count[l] <= fill->usual; }));
+  for (; sum > budget * fill->entries && most >= 1.0; most *= 0.5) {
+    sum = 0.0;
+    taken.clear();
+    for (size_t g = 0; g < members.size(); g++) {
+      taken.push_back(small[g] && touched[g] <= most);
+      if (taken[g]) sum += PetscSqr(touched[g]);
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The rows of this rank with an unknown that is eliminated */
+PetscErrorCode Groups::markRows(Mat Cl, std::vector<char> *rows) const
+{
+  PetscInt rstart, rend;
+
+  PetscFunctionBegin;
+  rows->clear();
+  PetscCall(MatGetOwnershipRange(Cl, &rstart, &rend));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscInt        own;
+    const PetscInt *j;
+
+    PetscCall(MatGetRow(Cl, i, &own, &j, NULL));
+    rows->push_back(own && taken[of[j[0]]]);
+    PetscCall(MatRestoreRow(Cl, i, &own, &j, NULL));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The block of a group, shifted, and inverted; it is Hermitian and dense. Zero where it is not positive definite: nothing is eliminated then */
+PetscErrorCode Groups::invert(PetscInt group, std::vector<PetscScalar> *inverse) const
+{
+  const std::vector<PetscInt> &in   = members[group];
+  const size_t                 size = in.size();
+  PetscBLASInt                 nb, info;
+
+  PetscFunctionBegin;
+  inverse->assign(size * size, 0.0);
+  PetscCall(PetscBLASIntCast((PetscInt)size, &nb));
+  for (size_t i = 0; i < size; i++)
+    for (PetscInt k = ia[in[i]]; k < ia[in[i] + 1]; k++) {
+      const size_t c = std::lower_bound(in.begin(), in.end(), ja[k]) - in.begin();
+
+      (*inverse)[i + c * size] = i == c ? a[k] * (1.0 + shift) : a[k];
+    }
+  PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &nb, inverse->data(), &nb, &info));
+  if (!info) PetscCallBLAS("LAPACKpotri", LAPACKpotri_("L", &nb, inverse->data(), &nb, &info));
+  if (info) inverse->assign(size * size, 0.0);
+  for (size_t i = 0; i < size; i++)
+    for (size_t c = 0; c < i; c++) (*inverse)[c + i * size] = PetscConj((*inverse)[i + c * size]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* K^{-1} of the groups that are eliminated, zero elsewhere, distributed as K. Collective */
+PetscErrorCode Groups::createInverse(Mat K, Mat *inverse) const
+{
+  PetscInt                 rstart, rend, last = -1;
+  std::vector<PetscInt>    start(1, 0), columns;
+  std::vector<PetscScalar> values, dense;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRange(K, &rstart, &rend));
+  for (PetscInt i = rstart; i < rend; i++) {
+    const PetscInt               group = of[i];
+    const std::vector<PetscInt> &in    = members[group];
+    const size_t                 row   = std::lower_bound(in.begin(), in.end(), i) - in.begin();
+
+    if (taken[group] && group != last) PetscCall(invert(group, &dense));
+    if (taken[group]) last = group;
+    for (size_t c = 0; c < in.size() && taken[group]; c++) {
+      columns.push_back(in[c]);
+      values.push_back(dense[row + c * in.size()]);
+    }
+    start.push_back((PetscInt)columns.size());
+  }
+  PetscCall(MatCreate(PetscObjectComm((PetscObject)K), inverse));
+  PetscCall(MatSetSizes(*inverse, rend - rstart, rend - rstart, n, n));
+  PetscCall(MatSetType(*inverse, MATAIJ));
+  PetscCall(MatSeqAIJSetPreallocationCSR(*inverse, start.data(), columns.data(), values.data()));
+  PetscCall(MatMPIAIJSetPreallocationCSR(*inverse, start.data(), columns.data(), values.data()));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* a' b */
+PetscErrorCode Product(Mat a, Mat b, Mat *product)
+{
+  Mat at;
+
+  PetscFunctionBegin;
+  PetscCall(MatHermitianTranspose(a, MAT_INITIAL_MATRIX, &at));
+  PetscCall(MatMatMult(at, b, MAT_INITIAL_MATRIX, PETSC_DEFAULT, product));
+  PetscCall(MatProductClear(*product));
+  PetscCall(MatDestroy(&at));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+} // namespace
+
+/* Unknowns of this rank that A does nothing to, rows of C have and the projector moves, ascending: global numbers; NULL where there are none on any rank */
+static PetscErrorCode FindLoose(Mat A, Mat C, Vec weight, IS *loose)
+{
+  PetscInt              n, rstart, found;
+  std::vector<PetscInt> list;
+  Vec                   diagonal, counts;
+  const PetscScalar    *a, *w, *count;
+
+  PetscFunctionBegin;
+  *loose = NULL;
+  PetscCall(MatCreateVecs(A, &diagonal, NULL));
+  PetscCall(AinsworthGetDiagonal(A, diagonal));
+  PetscCall(AinsworthCountRows(C, 0, &counts));
+  PetscCall(VecGetLocalSize(diagonal, &n));
+  PetscCall(VecGetOwnershipRange(diagonal, &rstart, NULL));
+  PetscCall(VecGetArrayRead(diagonal, &a));
+  PetscCall(VecGetArrayRead(counts, &count));
+  PetscCall(VecGetArrayRead(weight, &w));
+  for (PetscInt i = 0; i < n; i++)
+    if (a[i] == 0.0 && w[i] != 0.0 && count[i] != 0.0) list.push_back(rstart + i);
+  PetscCall(VecRestoreArrayRead(weight, &w));
+  PetscCall(VecRestoreArrayRead(counts, &count));
+  PetscCall(VecRestoreArrayRead(diagonal, &a));
+  PetscCall(VecDestroy(&counts));
+  PetscCall(VecDestroy(&diagonal));
+  found = (PetscInt)list.size();
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
+  if (found) PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)A), (PetscInt)list.size(), list.data(), PETSC_COPY_VALUES, loose));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* B^{1/2} C apart: Cl, the columns of loose unknowns, and Cx, the others; rigid: of each row the part of its penalty that D leaves */
+static PetscErrorCode Split(const AinsworthPmatInputs *in, PetscReal gamma, Mat C, IS loose, Mat *Cx, Mat *Cl, Vec *rigid)
+{
+  static const PetscReal stiffer = 0.1; /* weights of loose unknowns than they are: springs in series are then about as stiff as others */
+  PetscInt               rstart, rend;
+  Vec                    scale, weight, penalty, series;
+  IS                     rows;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(in->inverseDiagonal, &scale));
+  PetscCall(VecDuplicate(scale, &weight));
+  PetscCall(VecSet(scale, 1.0));
+  PetscCall(VecISSet(scale, loose, 0.0));
+  PetscCall(AinsworthScaleColumns(C, scale, Cx));
+  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
+  PetscCall(ISCreateStride(PetscObjectComm((PetscObject)C), rend - rstart, rstart, 1, &rows));
+  PetscCall(MatCreateSubMatrix(C, rows, loose, MAT_INITIAL_MATRIX, Cl));
+  PetscCall(ISDestroy(&rows));
+  PetscCall(VecISSet(scale, loose, stiffer / AINSWORTH_WEIGHT_LOOSE));
+  PetscCall(VecPointwiseMult(weight, scale, in->weight));
+  PetscCall(AinsworthRowPenaltyCreate(C, weight, gamma, &penalty));
+  PetscCall(VecDestroy(&scale));
+  PetscCall(VecDestroy(&weight));
+  PetscCall(AinsworthPmatCreateSeries(penalty, in->compliance, &series));
+  PetscCall(VecDuplicate(series, rigid));
+  PetscCall(VecPointwiseDivide(*rigid, series, penalty));
+  PetscCall(VecSqrtAbs(series));
+  PetscCall(MatDiagonalScale(*Cx, series, NULL));
+  PetscCall(MatDiagonalScale(*Cl, series, NULL));
+  PetscCall(VecDestroy(&penalty));
+  PetscCall(VecDestroy(&series));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The diagonal of K on the loose unknowns that are eliminated, where nothing else is in M_* any more, to part */
+static PetscErrorCode AddDiagonal(Mat K, const Groups &groups, IS loose, Mat *part)
+{
+  PetscInt                 n, N, nl, rstart, first;
+  const PetscInt          *l;
+  const PetscScalar       *d;
+  std::vector<PetscInt>    start(1, 0), columns;
+  std::vector<PetscScalar> values;
+  Vec                      diagonal;
+  Mat                      added;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLocalSize(*part, &n, NULL));
+  PetscCall(MatGetSize(*part, &N, NULL));
+  PetscCall(MatGetOwnershipRange(*part, &rstart, NULL));
+  PetscCall(MatGetOwnershipRange(K, &first, NULL));
+  PetscCall(MatCreateVecs(K, &diagonal, NULL));
+  PetscCall(MatGetDiagonal(K, diagonal));
+  PetscCall(VecGetArrayRead(diagonal, &d));
+  PetscCall(ISGetLocalSize(loose, &nl));
+  PetscCall(ISGetIndices(loose, &l));
+  for (PetscInt i = 0, k = 0; i < n; i++) {
+    if (k < nl && l[k] == rstart + i) {
+      if (groups.taken[groups.of[first + k]]) {
+        columns.push_back(l[k]);
+        values.push_back(d[k]);
+      }
+      k++;
+    }
+    start.push_back((PetscInt)columns.size());
+  }
+  PetscCall(ISRestoreIndices(loose, &l));
+  PetscCall(VecRestoreArrayRead(diagonal, &d));
+  PetscCall(VecDestroy(&diagonal));
+  PetscCall(MatCreate(PetscObjectComm((PetscObject)*part), &added));
+  PetscCall(MatSetSizes(added, n, n, N, N));
+  PetscCall(MatSetType(added, MATAIJ));
+  PetscCall(MatSeqAIJSetPreallocationCSR(added, start.data(), columns.data(), values.data()));
+  PetscCall(MatMPIAIJSetPreallocationCSR(added, start.data(), columns.data(), values.data()));
+  PetscCall(MatAXPY(*part, 1.0, added, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(MatDestroy(&added));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthPmatEliminateLoose - C = rest + rows with unknowns l that A does nothing to; part is what these rows bring into M_*, NULL where there are none
+
+   Their penalty is Cx' (P - P Cl K^{-1} Cl' P) Cx with K = Cl' P Cl: l follows the other unknowns at no energy, as springs in series do. Interpolation that is
+   made from A alone does not reach l, and the penalty of rows that have it would lock. l itself is left to the projector, whose weight lets it move first.
+   Groups of loose unknowns that would bring many entries stay in rest. Collective
+*/
+PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *in, PetscReal gamma, Mat C, Mat *rest, Mat *part)
+{
+  IS                loose;
+  Vec               rigid;
+  Mat               Cx, Cl, K, inverse, mixed, product;
+  std::vector<char> rows;
+  PetscInt          any;
+  Groups            groups;
+
+  PetscFunctionBegin;
+  *part = NULL;
+  *rest = C;
+  PetscCall(PetscObjectReference((PetscObject)C));
+  PetscCall(FindLoose(in->aij, C, in->weight, &loose));
+  if (!loose) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Split(in, gamma, C, loose, &Cx, &Cl, &rigid));
+  PetscCall(Product(Cl, Cl, &K));
+  PetscCall(groups.create(K));
+  PetscCall(groups.choose(C, Cl, rigid, &in->fill));
+  PetscCall(PetscInfo(C, "%" PetscInt_FMT " unknowns without stiffness in %d groups, of which %d are eliminated from the preconditioning matrix\n", groups.n,
+                      (int)groups.members.size(), (int)std::count(groups.taken.begin(), groups.taken.end(), 1)));
+  any = std::count(groups.taken.begin(), groups.taken.end(), 1) > 0;
+  if (any) {
+    PetscCall(groups.markRows(Cl, &rows));
+    PetscCall(AinsworthSelectRows(Cx, rows, &product));
+    PetscCall(MatDestroy(&Cx));
+    Cx = product;
+    PetscCall(AinsworthSelectRows(Cl, rows, &product));
+    PetscCall(MatDestroy(&Cl));
+    Cl = product;
+    for (char &row : rows) row = !row;
+    PetscCall(MatDestroy(rest));
+    PetscCall(AinsworthSelectRows(C, rows, rest));
+    PetscCall(groups.createInverse(K, &inverse));
+    PetscCall(Product(Cl, Cx, &mixed));
+    PetscCall(MatMatMult(inverse, mixed, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &product));
+    PetscCall(MatDestroy(&inverse));
+    PetscCall(Product(mixed, product, &inverse));
+    PetscCall(MatDestroy(&mixed));
+    PetscCall(MatDestroy(&product));
+    PetscCall(Product(Cx, Cx, part));
+    PetscCall(MatAXPY(*part, -1.0, inverse, DIFFERENT_NONZERO_PATTERN));
+    PetscCall(MatDestroy(&inverse));
+    PetscCall(AddDiagonal(K, groups, loose, part));
+  }
+  PetscCall(groups.destroy());
+  for (Mat *mat : {&Cx, &Cl, &K}) PetscCall(MatDestroy(mat));
+  PetscCall(VecDestroy(&rigid));
+  PetscCall(ISDestroy(&loose));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

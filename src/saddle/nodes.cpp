@@ -1,0 +1,184 @@
+/* Nodes whose unknowns are not next to each other: numbered component by component, or as a program met them */
+#include "saddle.h"
+#include <algorithm>
+#include <unordered_map>
+
+/* Part of the nodes that has to agree, largest number of their unknowns, rows of each rank that are looked at before all are */
+static const PetscReal enough  = 0.9;
+static const PetscInt  largest = 6;
+static const PetscInt  voters  = 100;
+/* Part of the entries that components of nodes have among each other: a scalar problem, whose lower half looks like its upper, has 1/2 at most */
+static const PetscReal coupled = 0.6;
+
+namespace
+{
+/* Rows of an AIJ; those of one entry, Dirichlet conditions, are empty */
+class Rows {
+public:
+  explicit Rows(Mat A) : A(A) { }
+  PetscErrorCode get(PetscInt row, std::vector<PetscInt> *columns) const
+  {
+    PetscInt        n;
+    const PetscInt *cols;
+
+    PetscFunctionBegin;
+    PetscCall(MatGetRow(A, row, &n, &cols, NULL));
+    columns->assign(cols, cols + (n > 1 ? n : 0));
+    PetscCall(MatRestoreRow(A, row, &n, &cols, NULL));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+
+private:
+  const Mat A;
+};
+} // namespace
+
+/* The nodes that columns belong to where each rank has its unknowns component by component, rising */
+static void ToNodes(const PetscInt ranges[], PetscMPIInt size, PetscInt bs, std::vector<PetscInt> *columns)
+{
+  for (PetscInt &c : *columns) {
+    const PetscInt *owner = std::upper_bound(ranges, ranges + size + 1, c) - 1, nodes = (owner[1] - owner[0]) / bs;
+
+    c = owner[0] / bs + (c - owner[0]) % nodes;
+  }
+  std::sort(columns->begin(), columns->end());
+  columns->erase(std::unique(columns->begin(), columns->end()), columns->end());
+}
+
+/* Collective: would the rows of nearly all nodes touch the same nodes, in most of their components, if each rank had its unknowns component by component? */
+static PetscErrorCode AreByComponent(Mat A, PetscInt bs, PetscBool *yes)
+{
+  PetscInt              n, first, count[4] = {0, 0, 0, 0}; /* nodes that agree, that vote, that they touch, entries */
+  PetscMPIInt           size;
+  const PetscInt       *ranges;
+  PetscBool             divides;
+  std::vector<PetscInt> nodes, others;
+  const Rows            rows(A);
+
+  PetscFunctionBegin;
+  *yes = PETSC_FALSE;
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  divides = (PetscBool)(n % bs == 0);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &divides, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
+  if (!divides) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)A), &size));
+  PetscCall(MatGetOwnershipRanges(A, &ranges));
+  PetscCall(MatGetOwnershipRange(A, &first, NULL));
+  for (PetscInt i = 0; i < n / bs; i += PetscMax(1, n / bs / voters)) {
+    PetscInt entries = 0;
+    bool     same = true, votes = true;
+
+    for (PetscInt c = 0; c < bs && votes; c++) {
+      PetscCall(rows.get(first + c * (n / bs) + i, &others));
+      votes = !others.empty();
+      entries += (PetscInt)others.size();
+      ToNodes(ranges, size, bs, &others);
+      if (c == 0) nodes = others;
+      same = same && nodes == others;
+    }
+    if (!votes) continue;
+    count[0] += same;
+    count[1]++;
+    count[2] += (PetscInt)nodes.size();
+    count[3] += entries;
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 4, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
+  *yes = (PetscBool)(count[1] && count[0] >= enough * count[1] && count[3] >= coupled * bs * bs * count[2]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: have nearly all of some rows a twin, one with entries in the same columns, among the rows that they touch? */
+static PetscErrorCode HaveTwins(Mat A, PetscBool *yes)
+{
+  PetscInt              first, end, count[2] = {0, 0};
+  std::vector<PetscInt> columns, others;
+  const Rows            rows(A);
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRange(A, &first, &end));
+  for (PetscInt i = first; i < end; i += PetscMax(1, (end - first) / voters)) {
+    bool twin = false;
+
+    PetscCall(rows.get(i, &columns));
+    if (columns.empty()) continue;
+    for (PetscInt c : columns) {
+      if (c == i || c < first || c >= end) continue;
+      PetscCall(rows.get(c, &others));
+      twin = others == columns;
+      if (twin) break;
+    }
+    count[0] += twin;
+    count[1]++;
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
+  *yes = (PetscBool)(count[1] && count[0] >= enough * count[1]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: nodes are rows with entries in the same columns, where all have as many of them; bs is 1 otherwise */
+static PetscErrorCode FindTwins(Mat A, PetscInt *bs, std::vector<PetscInt> *order)
+{
+  PetscInt                                  first, end, size = 0;
+  std::unordered_map<uint64_t, std::size_t> known; /* the node of a pattern */
+  std::vector<std::vector<PetscInt>>        nodes;
+  std::vector<PetscInt>                     columns, alone; /* alone: Dirichlet conditions, coupled with nothing, which may make up any node */
+  PetscBool                                 good;
+  const Rows                                rows(A);
+
+  PetscFunctionBegin;
+  *bs = 1;
+  PetscCall(HaveTwins(A, &good));
+  if (!good) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetOwnershipRange(A, &first, &end));
+  for (PetscInt i = first; i < end; i++) {
+    uint64_t pattern = 0;
+
+    PetscCall(rows.get(i, &columns));
+    if (columns.empty()) {
+      alone.push_back(i - first);
+      continue;
+    }
+    for (PetscInt c : columns) pattern = AinsworthMixState(pattern, (uint64_t)c);
+    const auto at = known.emplace(pattern, nodes.size());
+    if (at.second) nodes.emplace_back();
+    nodes[at.first->second].push_back(i - first);
+  }
+  for (const auto &node : nodes) size = PetscMax(size, (PetscInt)node.size());
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &size, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)A)));
+  good = (PetscBool)(size > 1 && size <= largest && alone.size() % size == 0);
+  for (const auto &node : nodes) good = (PetscBool)(good && (PetscInt)node.size() == size);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &good, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
+  if (!good) PetscFunctionReturn(PETSC_SUCCESS);
+  *bs = size;
+  nodes.push_back(std::move(alone));
+  for (const auto &node : nodes) order->insert(order->end(), node.begin(), node.end());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthFindNodes - unknowns of a node where these are not next to each other, and the rows of this rank node by node; 1 and none where there are no such nodes
+
+   Collective. Entries that are zero may be missing only where unknowns are numbered component by component, and rows of Dirichlet conditions be there.
+*/
+PetscErrorCode AinsworthFindNodes(Mat A, PetscInt *bs, std::vector<PetscInt> *order)
+{
+  PetscBool aij, found = PETSC_FALSE;
+  PetscInt  n;
+
+  PetscFunctionBegin;
+  *bs = 1;
+  order->clear();
+  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)A, &aij, MATSEQAIJ, MATMPIAIJ, ""));
+  if (!aij) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt b = largest; b > 1 && !found; b--) {
+    PetscCall(AreByComponent(A, b, &found));
+    if (found) *bs = b;
+  }
+  if (!found) {
+    PetscCall(FindTwins(A, bs, order));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  for (PetscInt i = 0; i < n; i++) order->push_back(i % *bs * (n / *bs) + i / *bs);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

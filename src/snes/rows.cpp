@@ -1,0 +1,103 @@
+/* Which rows with bounds are held at one in the next step */
+#include "activeset.h"
+#include "../saddle/saddle.h"
+#include <petsc/private/snesimpl.h>
+
+/* The number of a set, the same on any number of ranks */
+static PetscErrorCode NumberOfSet(SNES snes, const SNES_AinsworthActiveSet *as, uint64_t *number)
+{
+  PetscInt rstart;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetOwnershipRange(snes->vec_sol, &rstart, NULL));
+  *number = 0;
+  for (PetscInt i : as->rows) *number += AinsworthMixState(0, 4 * (uint64_t)(rstart + i) + (uint64_t)as->hold[i] + 1);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, number, 1, MPI_UINT64_T, MPI_SUM, PetscObjectComm((PetscObject)snes)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Which bound each row with bounds belongs at, as X and F say; first: whatever it was before */
+PetscErrorCode AinsworthActiveSetFindWrong(SNES snes, SNES_AinsworthActiveSet *as, bool first, std::vector<AinsworthHold> &wanted)
+{
+  const PetscScalar *x, *f, *l, *u;
+  PetscReal          now[2] = {0.0, 0.0};
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(snes->vec_sol, &x));
+  PetscCall(VecGetArrayRead(snes->vec_func, &f));
+  PetscCall(VecGetArrayRead(snes->xl, &l));
+  PetscCall(VecGetArrayRead(snes->xu, &u));
+  for (PetscInt i : as->rows) {
+    now[0] = PetscMax(now[0], PetscAbsScalar(x[i]));
+    now[1] = PetscMax(now[1], PetscAbsScalar(f[i]));
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, now, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)snes)));
+  as->largest = PetscMax(as->largest, now[1]);
+  wanted      = as->hold;
+  as->wrong   = 0;
+  for (PetscInt i : as->rows) {
+    const PetscReal at = PetscRealPart(x[i]), force = PetscRealPart(f[i]), low = PetscRealPart(l[i]), high = PetscRealPart(u[i]);
+    const PetscReal little = as->tolerance * now[0], slight = as->tolerance * as->largest;
+
+    if (first) as->hold[i] = at <= low ? HOLD_LOWER : at >= high ? HOLD_UPPER : HOLD_NONE;
+    wanted[i] = as->hold[i];
+    if (as->hold[i] == HOLD_NONE) wanted[i] = at < low - little ? HOLD_LOWER : at > high + little ? HOLD_UPPER : HOLD_NONE;
+    else if (low < high && (as->hold[i] == HOLD_LOWER ? force < -slight : force > slight)) wanted[i] = HOLD_NONE;
+    as->wrong += wanted[i] != as->hold[i];
+  }
+  PetscCall(VecRestoreArrayRead(snes->xu, &u));
+  PetscCall(VecRestoreArrayRead(snes->xl, &l));
+  PetscCall(VecRestoreArrayRead(snes->vec_func, &f));
+  PetscCall(VecRestoreArrayRead(snes->vec_sol, &x));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &as->wrong, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)snes)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   The next set. All wrong rows change at once. When a set comes for the second time linear solves are no longer loose; when one does so again, only the last
+   of the wrong rows changes, until fewer are wrong than ever.
+
+   Where the Schur complement C A^{-1} C' is positive definite this ends (K. G. Murty, 1974; J. J. Judice and F. M. Pires, 1994). *cycles: even that way a
+   set came again
+*/
+PetscErrorCode AinsworthActiveSetChange(SNES snes, SNES_AinsworthActiveSet *as, const std::vector<AinsworthHold> &wanted, bool *cycles)
+{
+  PetscInt last = -1, rstart;
+  uint64_t number;
+
+  PetscFunctionBegin;
+  *cycles = false;
+  if (!as->wrong) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(NumberOfSet(snes, as, &number));
+  if (as->single && as->wrong < as->least) {
+    as->single = false;
+    as->seen.clear();
+  }
+  if (!as->seen.insert(number).second) {
+    *cycles = as->single;
+    if (!as->tight) {
+      PetscCall(PetscInfo(snes, "A set of held multipliers came for the second time: linear solves are exact from here on\n"));
+      as->tight = true;
+      as->seen  = {number};
+      *cycles   = false;
+    } else if (!as->single) {
+      PetscCall(PetscInfo(snes, "A set of held multipliers came for the second time: one row changes at a time, until fewer than %" PetscInt_FMT " are wrong\n",
+                          as->least));
+      as->single = true;
+      as->seen   = {number};
+    }
+  }
+  if (!as->single) as->least = PetscMin(as->least, as->wrong);
+  if (!as->single) as->hold = wanted;
+  else {
+    for (PetscInt i : as->rows)
+      if (wanted[i] != as->hold[i]) last = i;
+    PetscCall(VecGetOwnershipRange(snes->vec_sol, &rstart, NULL));
+    const PetscInt mine = last < 0 ? -1 : rstart + last;
+    PetscInt       all  = mine;
+
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &all, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)snes)));
+    if (all == mine) as->hold[last] = wanted[last];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,160 @@
+/* The linear solve of a step, and how exact it has to be */
+#include "activeset.h"
+#include "../saddle/saddle.h"
+#include <petsc/private/kspimpl.h>
+#include <petsc/private/snesimpl.h>
+#include <cmath>
+
+/* The matrices of the step; the last ones where rows and Jacobian are those of before: then nothing is set up */
+static PetscErrorCode UpdateStep(SNES snes, SNES_AinsworthActiveSet *as, Vec keep)
+{
+  uint64_t  state[2] = {0, 0};
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthMatGetState(snes->jacobian, &state[0]));
+  if (snes->jacobian_pre != snes->jacobian) PetscCall(AinsworthMatGetState(snes->jacobian_pre, &state[1]));
+  same = (PetscBool)(as->step && as->solved == as->hold && as->state[0] == state[0] && as->state[1] == state[1]);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &same, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)snes)));
+  if (same) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatDestroy(&as->step));
+  PetscCall(MatDestroy(&as->pstep));
+  PetscCall(AinsworthStepMatCreate(snes->jacobian, as->bounded, keep, &as->step));
+  if (snes->jacobian_pre != snes->jacobian) PetscCall(AinsworthStepMatCreate(snes->jacobian_pre, as->bounded, keep, &as->pstep));
+  for (int k = 0; k < 2; k++) as->state[k] = state[k];
+  as->solved = as->hold;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The solver whose tolerance counts: that of the reduced system behind KSPPREONLY; NULL where there is none */
+static PetscErrorCode GetSolver(SNES snes, KSP *solver)
+{
+  PetscBool once, ours;
+  PC        pc;
+
+  PetscFunctionBegin;
+  *solver = snes->ksp;
+  PetscCall(PetscObjectTypeCompare((PetscObject)snes->ksp, KSPPREONLY, &once));
+  if (!once) PetscFunctionReturn(PETSC_SUCCESS);
+  *solver = NULL;
+  PetscCall(KSPGetPC(snes->ksp, &pc));
+  PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCAINSWORTH, &ours));
+  if (!ours) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPSetUp(snes->ksp)); /* which reads its options */
+  PetscCall(PCAinsworthGetKSP(pc, solver));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   The relative tolerance of the next linear solve: loose where rows have changed, or F did not follow its Jacobian before; else so that the error of x, not
+   that of the step, comes down to rtol
+*/
+static PetscReal ToleranceOf(const SNES_AinsworthActiveSet *as, PetscReal rtol)
+{
+  static const PetscReal margin = 0.5;
+
+  if (as->tight) return rtol;
+  if (as->wrong || as->left < 0.0) return PetscMax(rtol, as->loose);
+  return as->linear ? PetscMax(rtol, PetscMin(as->loose, margin * rtol / as->left)) : rtol;
+}
+
+/* KSPSolve() with the tolerance of the step, and how much the residual fell; 0 where the method does not say */
+static PetscErrorCode SolveLoosely(SNES snes, SNES_AinsworthActiveSet *as, Vec rhs, Vec Y)
+{
+  KSP            solver;
+  PetscReal      rtol, atol, dtol, norm;
+  PetscInt       most;
+  PetscErrorCode error;
+
+  PetscFunctionBegin;
+  as->asked = as->reached = 0.0;
+  PetscCall(GetSolver(snes, &solver));
+  if (!solver) {
+    PetscCall(KSPSolve(snes->ksp, rhs, Y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(KSPGetTolerances(solver, &rtol, &atol, &dtol, &most));
+  PetscCall(KSPSetTolerances(solver, ToleranceOf(as, rtol), atol, dtol, most));
+  solver->rnorm0 = 0.0;
+  error          = KSPSolve(snes->ksp, rhs, Y); /* to be passed on when all is as it was */
+  PetscCall(KSPSetTolerances(solver, rtol, atol, dtol, most));
+  PetscCall(error);
+  PetscCall(KSPGetResidualNorm(solver, &norm));
+  if (solver->rnorm0 > 0.0 && norm > 0.0) as->reached = norm / solver->rnorm0;
+  as->asked = rtol;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* J Y = F, with Y = known where rows are held */
+PetscErrorCode AinsworthActiveSetSolveStep(SNES snes, SNES_AinsworthActiveSet *as, Vec keep, Vec known, Vec rhs, Vec Y)
+{
+  PetscFunctionBegin;
+  PetscCall(SNESComputeJacobian(snes, snes->vec_sol, snes->jacobian, snes->jacobian_pre));
+  PetscCall(UpdateStep(snes, as, keep));
+  PetscCall(MatMult(snes->jacobian, known, rhs));
+  PetscCall(VecAYPX(rhs, -1.0, snes->vec_func));
+  PetscCall(VecPointwiseMult(rhs, keep, rhs));
+  PetscCall(VecAXPY(rhs, -1.0, known)); /* -1 is on the diagonal of a held row */
+  PetscCall(KSPSetOperators(snes->ksp, as->step, as->pstep ? as->pstep : as->step));
+  PetscCall(SolveLoosely(snes, as, rhs, Y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Is the function what its Jacobian said of it, so that nothing is left but what the linear solver left? predicted: F - J Y at the last X, overwritten
+
+   Rows with bounds are compared with the largest of them, the others, where all terms cancel, with their diagonal and Y, or X: with what rounding leaves.
+*/
+static PetscErrorCode WasLinear(SNES snes, SNES_AinsworthActiveSet *as, Vec Y, Vec predicted)
+{
+  const PetscReal ofStep = 1e4 * PETSC_MACHINE_EPSILON, ofX = 100 * PETSC_MACHINE_EPSILON;
+  PetscReal       others, bounded, diagonal, step, x;
+
+  PetscFunctionBegin;
+  PetscCall(VecAXPY(predicted, -1.0, snes->vec_func));
+  PetscCall(VecNorm(predicted, NORM_INFINITY, &others));
+  PetscCall(VecPointwiseMult(predicted, as->bounded, predicted));
+  PetscCall(VecNorm(predicted, NORM_INFINITY, &bounded));
+  PetscCall(MatGetDiagonal(snes->jacobian, predicted));
+  PetscCall(VecNorm(predicted, NORM_INFINITY, &diagonal));
+  PetscCall(VecNorm(Y, NORM_INFINITY, &step));
+  PetscCall(VecNorm(snes->vec_sol, NORM_INFINITY, &x));
+  as->linear = others <= PetscMax(ofStep * step, ofX * x) * diagonal && bounded <= as->tolerance * as->largest;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the linear solve may have left of the energy norm of x. Y' J Y = y' A y, as C and -C cancel; JY is overwritten */
+static PetscErrorCode EstimateLeft(SNES snes, SNES_AinsworthActiveSet *as, Vec Y, Vec JY)
+{
+  PetscScalar energy[2];
+  PetscReal   ratio = 1.0;
+
+  PetscFunctionBegin;
+  if (!as->wrong && as->linear && as->left >= 0.0) as->left *= as->reached; /* Y was the error that the last solve left */
+  else {
+    PetscCall(VecDot(JY, Y, &energy[0]));
+    PetscCall(MatMult(snes->jacobian, snes->vec_sol, JY));
+    PetscCall(VecDot(JY, snes->vec_sol, &energy[1]));
+    if (PetscRealPart(energy[0]) > 0.0 && PetscRealPart(energy[1]) > 0.0) ratio = PetscSqrtReal(PetscRealPart(energy[0]) / PetscRealPart(energy[1]));
+    as->left = as->reached * ratio;
+  }
+  as->exact = as->left <= as->asked || as->reached <= as->asked;
+  PetscCall(
+    PetscInfo(snes, "The linear solve came to %g of its right-hand side: %g of the energy norm of x may be left\n", (double)as->reached, (double)as->left));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* X -= Y, F of the new X, and what the step was worth; two work vectors */
+PetscErrorCode AinsworthActiveSetTakeStep(SNES snes, SNES_AinsworthActiveSet *as, Vec JY, Vec predicted, Vec Y)
+{
+  PetscFunctionBegin;
+  PetscCall(MatMult(snes->jacobian, Y, JY));
+  PetscCall(VecWAXPY(predicted, -1.0, JY, snes->vec_func));
+  PetscCall(VecAXPY(snes->vec_sol, -1.0, Y));
+  PetscCall(VecNorm(Y, NORM_2, &snes->ynorm));
+  PetscCall(VecNorm(snes->vec_sol, NORM_2, &snes->xnorm));
+  PetscCall(EstimateLeft(snes, as, Y, JY));
+  PetscCall(SNESComputeFunction(snes, snes->vec_sol, snes->vec_func));
+  PetscCall(WasLinear(snes, as, Y, predicted));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
