@@ -2,6 +2,7 @@
 #include "pcainsworth.h"
 #include "../events.h"
 #include "../operator/matainsworth.h"
+#include "../saddle/terms.h"
 #include <petsc/private/pcimpl.h>
 
 /*
@@ -31,13 +32,26 @@ PetscErrorCode PCAinsworthAskedFor_Private(const PC_Ainsworth *data, KSPConverge
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x' diag(A) x; work becomes diag(A) x */
+/* x' diag(A) x; work becomes diag(A) x, 0 where the row of A is, whose weight is made up */
 PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x, Vec work, PetscReal *size)
 {
-  PetscScalar dot;
+  PetscScalar        dot, *w;
+  const PetscScalar *d;
+  PetscInt           n;
+  Vec                stiffness;
 
   PetscFunctionBegin;
+  PetscCall(VecDuplicate(x, &stiffness));
+  PetscCall(AinsworthTermsStiffness(&data->saddle, stiffness));
   PetscCall(VecPointwiseDivide(work, x, data->inverseDiagonal));
+  PetscCall(VecGetLocalSize(x, &n));
+  PetscCall(VecGetArrayRead(stiffness, &d));
+  PetscCall(VecGetArray(work, &w));
+  for (PetscInt i = 0; i < n; i++)
+    if (d[i] == 0.0) w[i] = 0.0;
+  PetscCall(VecRestoreArray(work, &w));
+  PetscCall(VecRestoreArrayRead(stiffness, &d));
+  PetscCall(VecDestroy(&stiffness));
   PetscCall(VecDot(work, x, &dot));
   *size = PetscRealPart(dot);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -224,7 +238,7 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
     worst.quotient = 0.0;
     PetscCall(VecNorm(primal, NORM_1, &norm));
     if (PetscIsInfOrNanReal(norm)) tol = PetscMax(tol, 0.0); /* whatever was asked for */
-    if (tol >= 0.0) PetscCall(AinsworthSaddleCheckPrimal(sp, transpose, blind * tol, energy, f, x, lambda, Ax, primal, &worst));
+    if (tol >= 0.0) PetscCall(AinsworthSaddleCheckPrimal(sp, transpose, doubtful, blind * tol, energy, f, x, lambda, Ax, primal, &worst));
     if (worst.quotient > 1.0) {
       *verdict = AINSWORTH_VERDICT_UNMET;
       PetscCall(PetscSNPrintf(why, len,

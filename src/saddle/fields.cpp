@@ -11,7 +11,7 @@ static PetscErrorCode GetWork(AinsworthSaddle *sp, Vec *primal, Vec *dual)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* lambda_i = -g_i / D_ii where nothing else is in the row, otherwise 0, on all rows */
+/* lambda_i = -g_i / D_ii where nothing else is in the row, otherwise 0, on all rows. g: less the columns of known unknowns, which the row may have had */
 static PetscErrorCode SolveDecoupled(const AinsworthSaddle *sp, Vec g, Vec lambda)
 {
   PetscScalar       *l;
@@ -46,15 +46,15 @@ PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *sp, Vec f, Vec g, Vec mo
     PetscCall(VecDuplicate(g, &rest));
     PetscCall(VecCopy(g, rest));
   }
+  if (sp->known) PetscCall(AinsworthSaddleMoveColumns(sp, f, x, lambda, moved, rest));
   if (sp->count[AINSWORTH_ROW_DECOUPLED]) {
-    PetscCall(SolveDecoupled(sp, g, lambda));
+    PetscCall(SolveDecoupled(sp, rest, lambda));
     PetscCall(MatMultAdd(sp->rowsD, lambda, rest, rest));
     if (sp->rowsB != sp->rowsC) {
       PetscCall(MatMultHermitianTranspose(sp->rowsB, lambda, x));
       PetscCall(VecAXPY(moved, -1.0, x));
     }
   }
-  if (sp->known) PetscCall(AinsworthSaddleMoveColumns(sp, f, x, lambda, moved, rest));
   PetscCall(VecGetArrayRead(rest, &a));
   PetscCall(VecGetArrayWrite(kept, &k));
   for (PetscInt i = 0; i < sp->local; i++)
@@ -77,7 +77,11 @@ PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, Vec f, Vec g, Vec kept
   PetscFunctionBegin;
   PetscCall(GetWork(sp, &work, &rest));
   if (sp->known) PetscCall(AinsworthSaddleSetKnown(sp, f, x));
-  if (sp->count[AINSWORTH_ROW_DECOUPLED]) PetscCall(SolveDecoupled(sp, g, lambda));
+  if (sp->count[AINSWORTH_ROW_DECOUPLED] && sp->known) {
+    PetscCall(MatMult(sp->givenC, x, rest));
+    PetscCall(VecAYPX(rest, -1.0, g));
+    PetscCall(SolveDecoupled(sp, rest, lambda));
+  } else if (sp->count[AINSWORTH_ROW_DECOUPLED]) PetscCall(SolveDecoupled(sp, g, lambda));
   else PetscCall(VecZeroEntries(lambda));
   if (sp->balance) PetscCall(VecPointwiseMult(kept, kept, sp->balance));
   PetscCall(VecGetArrayRead(kept, &k));

@@ -4,15 +4,17 @@
 #include <vector>
 
 /*
-   `own` is the rounding of the terms of a row of A x + C' lambda = f, through solves with a Gram matrix with a condition number of 1e8;
+   `own` is the rounding of the terms of a row of A x + C' lambda = f, through solves with a Gram matrix whose condition number is a million, and 1e8 where it is
+   `doubtful`;
    `noise` is that of the right-hand side of a zero row of C, relative to the largest |g|, and that of f - C' lambda, relative to both;
    `rounding` is that of an entry of x among larger ones;
    `nearly` is that of a row that depends on others
 */
-static const PetscReal own      = 1e-6;
+static const PetscReal own      = 1e-10;
+static const PetscReal doubted  = 1e-6;
 static const PetscReal noise    = 1000 * PETSC_MACHINE_EPSILON;
 static const PetscReal rounding = 10 * PETSC_MACHINE_EPSILON;
-static const PetscReal nearly   = 1e-11;
+static const PetscReal nearly   = 1e-10;
 
 /* primal = f - op(A) x - B' lambda, dual = g - C x + D lambda, of the matrix as the program passed it; Ax becomes op(A) x, unless it is that already */
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal,
@@ -73,10 +75,10 @@ static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthUnmet *worst)
 
    An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality; the rounding of f - C' lambda
    counts in the norm of diag(A)^{-1}, that of x relative to the largest. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the
-   row's own terms, 1e-6 at least, is allowed; a row of zeros of A has these and the rounding that its rows of C see. energy: AinsworthSaddleEnergy()
+   row's own terms, more where solves with the Gram matrix are doubtful, is allowed; a row of zeros of A has these and the rounding that its rows of C see. energy: AinsworthSaddleEnergy()
 */
-PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscReal tol, PetscReal energy, Vec f, Vec x, Vec lambda, Vec Ax,
-                                          Vec residual, AinsworthUnmet *worst)
+PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscBool doubtful, PetscReal tol, PetscReal energy, Vec f, Vec x,
+                                          Vec lambda, Vec Ax, Vec residual, AinsworthUnmet *worst)
 {
   MPI_Comm           comm = PetscObjectComm((PetscObject)x);
   Vec                diagonal, size, through;
@@ -122,7 +124,8 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
     PetscCall(VecGetArrayRead(through, &t));
     for (PetscInt i = 0; i < n; i++) {
       const PetscReal terms    = PetscRealPart(s[i]);
-      const PetscReal quotient = AinsworthQuotient(PetscAbsScalar(r[i]), PetscMax(allowed(i, PetscRealPart(t[i])), PetscMax(tol, own) * terms));
+      const PetscReal quotient = AinsworthQuotient(PetscAbsScalar(r[i]),
+                                                   PetscMax(allowed(i, PetscRealPart(t[i])), PetscMax(tol, doubtful ? doubted : own) * terms));
 
       if (quotient <= worst->quotient) continue;
       worst->quotient = quotient;
@@ -145,8 +148,8 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
 /*
    AinsworthSaddleCheckDual - the rows of g - C x + D lambda that are not met: zero and dependent rows, whose right-hand side no x can have, and others
 
-   contradiction names the former, or is empty. tol: what was asked for; a row that depends on others nearly tells what they do not, and has to be met as well as
-   that, or to AinsworthConsistent. allowed is the error in the energy norm that may be left: a row with a D_ii has its part of it, by Cauchy's
+   contradiction names the former, or is empty. tol: what was asked for; a row that depends on others nearly tells what they do not, and has to be met to a
+   hundred times that. allowed is the error in the energy norm that may be left: a row with a D_ii has its part of it, by Cauchy's
    and Schwarz's inequality, where the others are met to rounding.
 */
 PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec residual, AinsworthUnmet *worst,
@@ -161,6 +164,7 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   };
   Vec                    size, slack;
   PetscReal              rhs;
+  AinsworthUnmet         close;
   const PetscScalar     *r, *s, *l = NULL;
   std::vector<PetscBool> unmet(sp->local, PETSC_FALSE);
 
@@ -174,17 +178,19 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   PetscCall(VecGetArrayRead(residual, &r));
   PetscCall(VecGetArrayRead(size, &s));
   for (PetscInt i = 0; i < sp->local; i++) {
-    const PetscReal terms    = PetscRealPart(s[i]);
-    const PetscReal part     = sp->kind[i] == AINSWORTH_ROW_DEPENDENT ? PetscMin(AinsworthConsistent, PetscMax(10 * tol, nearly)) : AinsworthConsistent;
-    const PetscReal bound    = sp->kind[i] == AINSWORTH_ROW_ZERO ? noise * rhs : part * terms + (slack ? PetscRealPart(l[i]) : 0.0);
-    const PetscReal quotient = AinsworthQuotient(PetscAbsScalar(r[i]), bound);
+    const PetscReal terms = PetscRealPart(s[i]);
+    const PetscReal own = slack ? PetscRealPart(l[i]) : 0.0, rest = PetscAbsScalar(r[i]);
+    const bool      zero = sp->kind[i] == AINSWORTH_ROW_ZERO, dependent = sp->kind[i] == AINSWORTH_ROW_DEPENDENT;
+    const PetscReal quotient = AinsworthQuotient(rest, zero ? noise * rhs : AinsworthConsistent * terms + own);
+    AinsworthUnmet *where    = dependent ? &close : worst;
+    const PetscReal found    = dependent ? AinsworthQuotient(rest, PetscMin(AinsworthConsistent, PetscMax(100 * tol, nearly)) * terms) : quotient;
 
     unmet[i] = (PetscBool)(quotient > 1.0);
-    if (sp->kind[i] == AINSWORTH_ROW_ZERO || sp->kind[i] == AINSWORTH_ROW_DEPENDENT || quotient <= worst->quotient) continue;
-    worst->quotient = quotient;
-    worst->row      = sp->first + i;
-    worst->residual = PetscAbsScalar(r[i]);
-    worst->size     = terms;
+    if (zero || found <= where->quotient) continue;
+    where->quotient = found;
+    where->row      = sp->first + i;
+    where->residual = rest;
+    where->size     = terms;
   }
   PetscCall(VecRestoreArrayRead(residual, &r));
   PetscCall(VecRestoreArrayRead(size, &s));
@@ -192,6 +198,7 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   PetscCall(VecDestroy(&slack));
   PetscCall(VecDestroy(&size));
   PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), worst));
+  PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), &close));
   for (const auto &c : contradictions) {
     char names[128];
 
@@ -204,5 +211,6 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
                               sp->nearly && c.kind == AINSWORTH_ROW_DEPENDENT ? ", exactly or nearly" : "", names,
                               sp->nearly && c.kind == AINSWORTH_ROW_DEPENDENT ? "is found where rows are so near each other" : "exists"));
   }
+  if (!contradiction[0] && close.quotient > worst->quotient) *worst = close;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

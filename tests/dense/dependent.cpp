@@ -170,8 +170,9 @@ static PetscErrorCode CheckContradicted(int kind, bool uneven)
     PetscCall(SolveFields(s.ksp, s.sys, false, false, x, lambda));
     PetscCall(KSPGetConvergedReason(s.ksp, &reason));
     PetscCall(PCGetFailedReason(pc, &failure));
-    PetscCall(CheckInt("reason", reason, zero ? KSP_CONVERGED_ITS : KSP_DIVERGED_PC_FAILED));
-    PetscCall(CheckInt("failure of the PC", failure, zero ? PC_NOERROR : PC_INCONSISTENT_RHS));
+    /* without a row that is 1e-9 from another x is not what this small distance makes of it: the residual tells */
+    PetscCall(CheckInt("reason", reason, zero && kind < 3 ? KSP_CONVERGED_ITS : KSP_DIVERGED_PC_FAILED));
+    PetscCall(CheckInt("failure of the PC", failure, !zero ? PC_INCONSISTENT_RHS : kind < 3 ? PC_NOERROR : PC_SUBPC_ERROR));
   }
   PetscCall(KSPDestroy(&s.ksp));
   PetscCall(SolverCreate(s.nest, &s.ksp));

@@ -73,14 +73,14 @@ struct Facts {
   double left;             /* of the equations, relative to their terms, by the best answer */
   double reach;            /* error in x that rounding the system to double precision may cause */
   double size;             /* of x in its own units, at least a trace of that of x and lambda: where g = 0 x may be rounding */
+  Vector graded;           /* x if no pivot is taken for zero: where decades of D are what makes a system regular, others find it, too */
   Vector x, scale;         /* scale: of the columns of x, in units of which errors are measured */
 };
 Facts SaddleFacts(const Saddle &);
+bool SaddleGraded(const Facts &, const Vector &x); /* is x what LU finds that takes no pivot for zero? Two roundings would not agree on an x that is rounding */
 /* x in units of its own, relative to the reference; the largest row of both equations relative to its terms */
 double SaddleError(const Facts &, const Vector &x);
 double SaddleResidual(const Saddle &, const Vector &x, const Vector &lambda);
-/* Does each row hold, to 1e-5 of its own right-hand side, or 1e-11 of its terms where that is zero? Then there is a solution, whatever a rank may say */
-bool SaddleHolds(const Saddle &, const Vector &x, const Vector &lambda);
 /* Is what the text says true of this system? */
 bool SaddleSaysTrue(const Saddle &, const Facts &, const std::string &text);
 bool SaddleSymmetric(const Saddle &);  /* of its blocks, whatever the signs that they are stored with */

@@ -100,6 +100,9 @@ Facts SaddleFacts(const Saddle &s)
 
     facts.unique = kernel.topRows(n).cwiseAbs().maxCoeff() < 1e-10L * kernel.cwiseAbs().maxCoeff();
   }
+  const LongColumn bare = lu.setThreshold(0.0L).solve(rows.cwiseProduct(b));
+  lu.setThreshold(independent);
+  facts.graded           = columns.head(n).cwiseProduct(bare.head(n)).cast<double>();
   const LongColumn y     = lu.solve(rows.cwiseProduct(b)); /* scaled */
   const LongColumn size  = scaled.cwiseAbs() * y.cwiseAbs() + rows.cwiseProduct(b).cwiseAbs();
   const LongColumn lost  = (scaled * y - rows.cwiseProduct(b)).cwiseAbs();
@@ -153,16 +156,9 @@ double SaddleResidual(const Saddle &s, const Vector &x, const Vector &lambda)
   return (double)worst;
 }
 
-bool SaddleHolds(const Saddle &s, const Vector &x, const Vector &lambda)
+bool SaddleGraded(const Facts &facts, const Vector &x)
 {
-  const Long       K = Whole(s);
-  const LongColumn b = RightHandSide(s);
-  LongColumn       y(b.size());
-  bool             holds = true;
+  const Vector inverse = facts.scale.cwiseInverse();
 
-  y << x.cast<long double>(), lambda.cast<long double>();
-  const LongColumn size = K.cwiseAbs() * y.cwiseAbs(), residual = (K * y - b).cwiseAbs();
-
-  for (Eigen::Index i = 0; i < y.size(); i++) holds = holds && residual[i] <= (b[i] == 0.0L ? 1e-11L * size[i] : 1e-5L * std::abs(b[i]));
-  return holds;
+  return inverse.cwiseProduct(x - facts.graded).stableNorm() <= 1e-5 * inverse.cwiseProduct(facts.graded).stableNorm();
 }

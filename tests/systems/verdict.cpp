@@ -3,12 +3,15 @@
 
 static const double nearly = 1e-6; /* the singular values of rows that may be called nearly dependent, relative to the largest */
 
-/* The rows of [C L], D = L L', scaled to size 1; those that are zero are left out */
+/* The rows of [C L], D = L L', scaled to size 1; those that are zero are left out, and the columns of unknowns that their own row determines */
 static Matrix Rows(const Saddle &s)
 {
   const bool       any = s.D.size() > 0 && s.D.norm() > 0.0;
   Matrix           all = s.C * s.A.diagonal().cwiseAbs().cwiseMax(1e-12 * s.A.diagonal().cwiseAbs().maxCoeff()).cwiseSqrt().cwiseInverse().asDiagonal();
   std::vector<int> kept;
+
+  for (Eigen::Index j = 0; j < s.A.rows(); j++)
+    if (s.A(j, j) != 0.0 && (s.A.row(j).array() != 0.0).count() == 1 && s.B.col(j).isZero(0.0)) all.col(j).setZero();
 
   if (any) {
     const Eigen::SelfAdjointEigenSolver<Matrix> eigen(s.D);
@@ -25,13 +28,27 @@ static Matrix Rows(const Saddle &s)
   return all;
 }
 
-static bool NearlyDependent(const Saddle &s)
+static bool RowsNearlyDependent(const Saddle &s)
 {
   const Matrix rows = Rows(s);
 
   if (rows.rows() > rows.cols()) return true;
   const Vector values = Eigen::JacobiSVD<Matrix>(rows).singularValues();
   return values.size() && values[values.size() - 1] < nearly * values[0];
+}
+
+/* Where all is stored with the other sign, and fields are not named, D is the block with a positive diagonal: it is A then, and the rows are those of B' */
+static bool NearlyDependent(const Saddle &s)
+{
+  if (RowsNearlyDependent(s)) return true;
+  if (s.convention != NEGATED || !s.D.size() || s.D.diagonal().maxCoeff() <= 0.0) return false;
+  Saddle other;
+
+  other.A = s.D;
+  other.C = s.B.transpose();
+  other.B = s.C.transpose();
+  other.D = s.A;
+  return RowsNearlyDependent(other);
 }
 
 bool SaddleSymmetric(const Saddle &s)
@@ -119,6 +136,8 @@ static const char *const failures[] = {"without convergence",
                                        "is not positive definite",
                                        "do not converge",
                                        "is not met",
+                                       "drown in the rounding",
+                                       "HH(it,it) is identically zero", /* LGMRES, by an error of PETSc's own */
                                        "says that it converged",
                                        "Solves with the Gram matrix",
                                        "The inner preconditioner, of type"};
