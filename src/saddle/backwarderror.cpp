@@ -71,7 +71,7 @@ PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool trans
   PetscCall(AinsworthTermsPrimal(sp, transpose, f, x, lambda, Ax, rowsPrimal));
   PetscCall(RaiseSmallTerms(sp, rowsPrimal));
   PetscCall(LargestQuotient(primal, rowsPrimal, NULL, error));
-  PetscCall(AinsworthTermsDual(sp, 0.0, g, x, lambda, rowsDual, &slack));
+  PetscCall(AinsworthTermsDual(sp, PETSC_FALSE, 0.0, g, x, lambda, rowsDual, &slack));
   PetscCall(LargestQuotient(dual, rowsDual, sp->kind, error));
   PetscCall(VecDestroy(&slack));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, error, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)f)));

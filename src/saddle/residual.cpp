@@ -109,7 +109,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   auto allowed = [&](PetscInt i, PetscReal through) {
     const PetscReal stiffness = PetscRealPart(d[i]);
     const PetscReal bound     = stiffness > 0.0 ? (tol * energy + noise * load) * PetscSqrtReal(stiffness) + rounding * displacement * stiffness
-                                                : noise * load * through;
+                                                : (tol * energy + noise * load) * through;
 
     return PetscIsInfOrNanReal(bound) ? 0.0 : bound; /* it overflows: a row has its own terms */
   };
@@ -173,7 +173,7 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   contradiction[0] = 0;
   PetscCall(VecNorm(g, NORM_INFINITY, &rhs));
   PetscCall(VecDuplicate(residual, &size));
-  PetscCall(AinsworthTermsDual(sp, allowed, g, x, lambda, size, &slack));
+  PetscCall(AinsworthTermsDual(sp, PETSC_TRUE, allowed, g, x, lambda, size, &slack));
   if (slack) PetscCall(VecGetArrayRead(slack, &l));
   PetscCall(VecGetArrayRead(residual, &r));
   PetscCall(VecGetArrayRead(size, &s));

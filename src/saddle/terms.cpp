@@ -44,16 +44,22 @@ PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* terms += |D| |lambda|, and slack = allowed times the square root of the sums of the rows of |D| */
-static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscReal allowed, Vec lambda, Vec terms, Vec slack)
+/*
+   terms += |D| |lambda|, and slack = allowed times the square root of the sums of the rows of |D|
+
+   sums: terms += |D lambda|, as a huge lambda that D takes to nearly nothing would drown all else in its rounding
+*/
+static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscBool sums, PetscReal allowed, Vec lambda, Vec terms, Vec slack)
 {
   Mat M;
   Vec absolute;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthDuplicateAbs(lambda, &absolute));
   PetscCall(AinsworthAbsoluteAIJ(sp->rowsD, &M));
-  PetscCall(MatMultAdd(M, absolute, terms, terms));
+  PetscCall(AinsworthDuplicateAbs(lambda, &absolute));
+  PetscCall(MatMult(sums ? sp->rowsD : M, sums ? lambda : absolute, slack));
+  PetscCall(VecAbs(slack));
+  PetscCall(VecAXPY(terms, 1.0, slack));
   PetscCall(AinsworthRowSums(M, 1, slack));
   PetscCall(VecSqrtAbs(slack));
   PetscCall(VecScale(slack, allowed));
@@ -62,11 +68,16 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscReal allowed
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The terms of each row of the second equation, |C| |x| + |D| |lambda| + |g|, and the rounding that it gets from others; slack: what AddCompliance() allows, or NULL */
-PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec size, Vec *slack)
+/*
+   AinsworthTermsDual - the terms of each row of the second equation, |C| |x| + |D| |lambda| + |g|, and the rounding that it gets from others
+
+   sums: with |D lambda|, and a part of the largest of the other terms; slack: what AddCompliance() allows, or NULL
+*/
+PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscBool sums, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec size, Vec *slack)
 {
-  Vec       absolute;
-  PetscReal largest;
+  static const PetscReal others = 1e-4;
+  Vec                    absolute;
+  PetscReal              largest;
 
   PetscFunctionBegin;
   if (!sp->absolute) PetscCall(AinsworthAbsoluteAIJ(sp->givenC, &sp->absolute));
@@ -78,14 +89,15 @@ PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal allowed, Vec g,
   PetscCall(VecShift(absolute, AinsworthCombined / AinsworthConsistent * largest));
   PetscCall(MatMult(sp->absolute, absolute, size));
   PetscCall(VecDestroy(&absolute));
-  *slack = NULL;
-  if (sp->rowsD) {
-    PetscCall(VecDuplicate(g, slack));
-    PetscCall(AddCompliance(sp, allowed, lambda, size, *slack));
-  }
   PetscCall(AinsworthDuplicateAbs(g, &absolute));
   PetscCall(VecAXPY(size, 1.0, absolute));
   PetscCall(VecDestroy(&absolute));
+  *slack = NULL;
+  if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(g, slack));
+  PetscCall(VecNorm(size, NORM_INFINITY, &largest));
+  PetscCall(AddCompliance(sp, sums, allowed, lambda, size, *slack));
+  if (sums) PetscCall(VecShift(size, others * largest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
