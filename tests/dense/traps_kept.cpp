@@ -3,7 +3,7 @@ static char help[] = "Traps of what is kept: the preconditioner for other constr
 #include "run.h"
 
 /* -ksp_reuse_preconditioner keeps the inner preconditioner, never the constraints; A changes in place, C too, rows come and go */
-static PetscErrorCode Reuse(const char *options, PetscInt pmats)
+static PetscErrorCode Reuse(const char *options, PetscInt pmats, PetscInt last)
 {
   Options     line(options);
   DenseSystem d = SpringsCreate(24, 5, 1.0, 1);
@@ -54,7 +54,7 @@ static PetscErrorCode Reuse(const char *options, PetscInt pmats)
   PetscCall(KSPSetReusePreconditioner(run.ksp, PETSC_FALSE));
   PetscCall(CheckSolved(&run, d));
   PetscCall(EventCount("AinsPMat", &before));
-  PetscCall(CheckInt("and one for the matrix at hand when nothing is kept any more", before - after, 1));
+  PetscCall(CheckInt("and for the matrix at hand when nothing is kept any more", before - after, last));
   PetscCall(RunDestroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -236,9 +236,9 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(PetscLogDefaultBegin());
   PetscCall(AinsworthInitializePackage());
-  PetscCall(Reuse("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-10", 2)); /* of three, one has no constraints */
-  PetscCall(Reuse("-ainsworth_pc_type jacobi -ainsworth_ksp_type gmres -ainsworth_ksp_rtol 1e-10 -pc_ainsworth_pmat jcb", 2));
-  PetscCall(Reuse("-ainsworth_pc_type blocksa -ainsworth_ksp_rtol 1e-10", 6)); /* its levels get each surface */
+  PetscCall(Reuse("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-10", 2, 1)); /* of three, one has no constraints */
+  PetscCall(Reuse("-ainsworth_pc_type jacobi -ainsworth_ksp_type gmres -ainsworth_ksp_rtol 1e-10 -pc_ainsworth_pmat jcb", 2, 1));
+  PetscCall(Reuse("-ainsworth_pc_type blocksa -ainsworth_ksp_rtol 1e-10", 6, 0)); /* its levels get each surface, and are those of this A */
   for (const char *more : {"", "-ainsworth_ksp_type gmres", "-ainsworth_pc_type blocksa"})
     for (bool inPlace : {false, true})
       PetscCall(Kept((std::string("-ksp_reuse_preconditioner -ainsworth_ksp_rtol 1e-10 ") + (more[0] ? more : "-ainsworth_pc_type jacobi")).c_str(), inPlace));
