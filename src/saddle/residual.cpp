@@ -165,7 +165,7 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   Vec                    size, slack;
   PetscReal              rhs;
   AinsworthUnmet         close;
-  const PetscScalar     *r, *s, *l = NULL;
+  const PetscScalar     *r, *s, *b, *l = NULL;
   std::vector<PetscBool> unmet(sp->local, PETSC_FALSE);
 
   PetscFunctionBegin;
@@ -177,11 +177,13 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   if (slack) PetscCall(VecGetArrayRead(slack, &l));
   PetscCall(VecGetArrayRead(residual, &r));
   PetscCall(VecGetArrayRead(size, &s));
+  PetscCall(VecGetArrayRead(g, &b));
   for (PetscInt i = 0; i < sp->local; i++) {
     const PetscReal terms = PetscRealPart(s[i]);
+    const bool      empty = terms <= PetscAbsScalar(b[i]); /* other zero rows had columns of unknowns that are known */
     const PetscReal own = slack ? PetscRealPart(l[i]) : 0.0, rest = PetscAbsScalar(r[i]);
     const bool      zero = sp->kind[i] == AINSWORTH_ROW_ZERO, dependent = sp->kind[i] == AINSWORTH_ROW_DEPENDENT;
-    const PetscReal quotient = AinsworthQuotient(rest, zero ? noise * rhs : AinsworthConsistent * terms + own);
+    const PetscReal quotient = AinsworthQuotient(rest, zero && empty ? noise * rhs : AinsworthConsistent * terms + own);
     AinsworthUnmet *where    = dependent ? &close : worst;
     const PetscReal found    = dependent ? AinsworthQuotient(rest, PetscMin(AinsworthConsistent, PetscMax(100 * tol, nearly)) * terms) : quotient;
 
@@ -194,6 +196,7 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   }
   PetscCall(VecRestoreArrayRead(residual, &r));
   PetscCall(VecRestoreArrayRead(size, &s));
+  PetscCall(VecRestoreArrayRead(g, &b));
   if (slack) PetscCall(VecRestoreArrayRead(slack, &l));
   PetscCall(VecDestroy(&slack));
   PetscCall(VecDestroy(&size));

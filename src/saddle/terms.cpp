@@ -47,37 +47,47 @@ PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpo
 /*
    terms += |D| |lambda|, and slack = allowed times the square root of the sums of the rows of |D|
 
-   sums: terms += |D lambda|, as a huge lambda that D takes to nearly nothing would drown all else in its rounding
+   sums: a huge lambda that D takes to nearly nothing would drown all else in its rounding; what cancels counts up to a part of the largest of the other terms
 */
 static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscBool sums, PetscReal allowed, Vec lambda, Vec terms, Vec slack)
 {
-  Mat M;
-  Vec absolute;
+  static const PetscReal others = 1e-4;
+  Mat                    M;
+  Vec                    absolute, size;
+  PetscReal              largest;
 
   PetscFunctionBegin;
   PetscCall(AinsworthAbsoluteAIJ(sp->rowsD, &M));
   PetscCall(AinsworthDuplicateAbs(lambda, &absolute));
-  PetscCall(MatMult(sums ? sp->rowsD : M, sums ? lambda : absolute, slack));
-  PetscCall(VecAbs(slack));
-  PetscCall(VecAXPY(terms, 1.0, slack));
+  PetscCall(VecDuplicate(terms, &size));
+  PetscCall(MatMult(M, absolute, size));
+  PetscCall(VecDestroy(&absolute));
+  if (sums) {
+    PetscCall(VecNorm(terms, NORM_INFINITY, &largest));
+    PetscCall(VecSet(slack, others * largest));
+    PetscCall(VecPointwiseMin(size, size, slack));
+    PetscCall(MatMult(sp->rowsD, lambda, slack));
+    PetscCall(VecAbs(slack));
+    PetscCall(VecPointwiseMax(size, size, slack));
+  }
+  PetscCall(VecAXPY(terms, 1.0, size));
+  PetscCall(VecDestroy(&size));
   PetscCall(AinsworthRowSums(M, 1, slack));
   PetscCall(VecSqrtAbs(slack));
   PetscCall(VecScale(slack, allowed));
   PetscCall(MatDestroy(&M));
-  PetscCall(VecDestroy(&absolute));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
    AinsworthTermsDual - the terms of each row of the second equation, |C| |x| + |D| |lambda| + |g|, and the rounding that it gets from others
 
-   sums: with |D lambda|, and a part of the largest of the other terms; slack: what AddCompliance() allows, or NULL
+   sums: what cancels in D lambda counts little; slack: what AddCompliance() allows, or NULL
 */
 PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscBool sums, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec size, Vec *slack)
 {
-  static const PetscReal others = 1e-4;
-  Vec                    absolute;
-  PetscReal              largest;
+  Vec       absolute;
+  PetscReal largest;
 
   PetscFunctionBegin;
   if (!sp->absolute) PetscCall(AinsworthAbsoluteAIJ(sp->givenC, &sp->absolute));
@@ -95,9 +105,7 @@ PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscBool sums, PetscReal
   *slack = NULL;
   if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(g, slack));
-  PetscCall(VecNorm(size, NORM_INFINITY, &largest));
   PetscCall(AddCompliance(sp, sums, allowed, lambda, size, *slack));
-  if (sums) PetscCall(VecShift(size, others * largest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
