@@ -185,7 +185,9 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
     const bool      zero = sp->kind[i] == AINSWORTH_ROW_ZERO, dependent = sp->kind[i] == AINSWORTH_ROW_DEPENDENT;
     const PetscReal quotient = AinsworthQuotient(rest, zero && empty ? noise * rhs : AinsworthConsistent * terms + own);
     AinsworthUnmet *where    = dependent ? &close : worst;
-    const PetscReal found    = dependent ? AinsworthQuotient(rest, PetscMin(AinsworthConsistent, PetscMax(100 * tol, nearly)) * terms) : quotient;
+    const PetscReal found    = dependent
+                                 ? AinsworthQuotient(rest, (sp->nearly ? PetscMin(AinsworthConsistent, PetscMax(100 * tol, nearly)) : AinsworthConsistent) * terms)
+                                 : quotient;
 
     unmet[i] = (PetscBool)(quotient > 1.0);
     if (zero || found <= where->quotient) continue;
