@@ -197,8 +197,7 @@ static PetscErrorCode SmallestDiagonal(Mat A, Vec *y)
   PetscInt  where;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(A, NULL, &diagonal));
-  PetscCall(AinsworthGetDiagonal(A, diagonal));
+  PetscCall(AinsworthCreateDiagonal(A, &diagonal));
   PetscCall(VecDuplicate(diagonal, y));
   if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(diagonal));
   PetscCall(VecMin(diagonal, &where, &smallest));

@@ -276,11 +276,7 @@ PetscErrorCode AinsworthInvGramCreate(Mat S, const AinsworthPmatOptions *opt, Ma
              PCAinsworthPmatTypes[opt->type], m, mostDenseRows);
   if (blocks == PETSC_DECIDE) blocks = 1 + (m - 1) / 32;
   PetscCall(chosen.invert(S, opt, PetscMin(blocks, m), rows));
-  PetscCall(MatCreate(comm, inverse));
-  PetscCall(MatSetSizes(*inverse, local, local, m, m));
-  PetscCall(MatSetType(*inverse, MATAIJ));
-  PetscCall(MatSeqAIJSetPreallocationCSR(*inverse, rows.start.data(), rows.columns.data(), rows.values.data()));
-  PetscCall(MatMPIAIJSetPreallocationCSR(*inverse, rows.start.data(), rows.columns.data(), rows.values.data()));
+  PetscCall(AinsworthCreateAIJ(comm, local, local, rows.start, rows.columns, rows.values, inverse));
   PetscCall(PetscLogEventEnd(AINSWORTH_InvGram, S, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -171,11 +171,7 @@ PetscErrorCode Groups::createInverse(Mat K, Mat *inverse) const
     }
     start.push_back((PetscInt)columns.size());
   }
-  PetscCall(MatCreate(PetscObjectComm((PetscObject)K), inverse));
-  PetscCall(MatSetSizes(*inverse, rend - rstart, rend - rstart, n, n));
-  PetscCall(MatSetType(*inverse, MATAIJ));
-  PetscCall(MatSeqAIJSetPreallocationCSR(*inverse, start.data(), columns.data(), values.data()));
-  PetscCall(MatMPIAIJSetPreallocationCSR(*inverse, start.data(), columns.data(), values.data()));
+  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)K), rend - rstart, rend - rstart, start, columns, values, inverse));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -203,8 +199,7 @@ static PetscErrorCode FindLoose(Mat A, Mat C, Vec weight, IS *loose)
 
   PetscFunctionBegin;
   *loose = NULL;
-  PetscCall(MatCreateVecs(A, &diagonal, NULL));
-  PetscCall(AinsworthGetDiagonal(A, diagonal));
+  PetscCall(AinsworthCreateDiagonal(A, &diagonal));
   PetscCall(AinsworthCountRows(C, 0, &counts));
   PetscCall(VecGetLocalSize(diagonal, &n));
   PetscCall(VecGetOwnershipRange(diagonal, &rstart, NULL));
@@ -261,7 +256,7 @@ static PetscErrorCode Split(const AinsworthPmatInputs *in, PetscReal gamma, Mat 
 /* The diagonal of K on the loose unknowns that are eliminated, where nothing else is in M_* any more, to part */
 static PetscErrorCode AddDiagonal(Mat K, const Groups &groups, IS loose, Mat *part)
 {
-  PetscInt                 n, N, nl, rstart, first;
+  PetscInt                 n, nl, rstart, first;
   const PetscInt          *l;
   const PetscScalar       *d;
   std::vector<PetscInt>    start(1, 0), columns;
@@ -271,7 +266,6 @@ static PetscErrorCode AddDiagonal(Mat K, const Groups &groups, IS loose, Mat *pa
 
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(*part, &n, NULL));
-  PetscCall(MatGetSize(*part, &N, NULL));
   PetscCall(MatGetOwnershipRange(*part, &rstart, NULL));
   PetscCall(MatGetOwnershipRange(K, &first, NULL));
   PetscCall(MatCreateVecs(K, &diagonal, NULL));
@@ -292,11 +286,7 @@ static PetscErrorCode AddDiagonal(Mat K, const Groups &groups, IS loose, Mat *pa
   PetscCall(ISRestoreIndices(loose, &l));
   PetscCall(VecRestoreArrayRead(diagonal, &d));
   PetscCall(VecDestroy(&diagonal));
-  PetscCall(MatCreate(PetscObjectComm((PetscObject)*part), &added));
-  PetscCall(MatSetSizes(added, n, n, N, N));
-  PetscCall(MatSetType(added, MATAIJ));
-  PetscCall(MatSeqAIJSetPreallocationCSR(added, start.data(), columns.data(), values.data()));
-  PetscCall(MatMPIAIJSetPreallocationCSR(added, start.data(), columns.data(), values.data()));
+  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)*part), n, n, start, columns, values, &added));
   PetscCall(MatAXPY(*part, 1.0, added, DIFFERENT_NONZERO_PATTERN));
   PetscCall(MatDestroy(&added));
   PetscFunctionReturn(PETSC_SUCCESS);

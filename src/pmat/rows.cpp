@@ -7,10 +7,9 @@ PetscErrorCode AinsworthSelectRows(Mat C, const std::vector<char> &marked, Mat *
 {
   std::vector<PetscInt>    start(1, 0), columns;
   std::vector<PetscScalar> values;
-  PetscInt                 m, n, M, N, rstart;
+  PetscInt                 m, n, rstart;
 
   PetscFunctionBegin;
-  PetscCall(MatGetSize(C, &M, &N));
   PetscCall(MatGetLocalSize(C, &m, &n));
   PetscCall(MatGetOwnershipRange(C, &rstart, NULL));
   for (PetscInt i = 0; i < m; i++) {
@@ -27,11 +26,7 @@ PetscErrorCode AinsworthSelectRows(Mat C, const std::vector<char> &marked, Mat *
     start.push_back((PetscInt)columns.size());
     PetscCall(MatRestoreRow(C, rstart + i, &length, &j, &a));
   }
-  PetscCall(MatCreate(PetscObjectComm((PetscObject)C), selected));
-  PetscCall(MatSetSizes(*selected, m, n, M, N));
-  PetscCall(MatSetType(*selected, MATAIJ));
-  PetscCall(MatSeqAIJSetPreallocationCSR(*selected, start.data(), columns.data(), values.data()));
-  PetscCall(MatMPIAIJSetPreallocationCSR(*selected, start.data(), columns.data(), values.data()));
+  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)C), m, n, start, columns, values, selected));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -149,10 +144,6 @@ PetscErrorCode AinsworthPmatCreateShift(Mat A, Mat C, Vec inverseDiagonal, const
   PetscCall(VecRestoreArray(counts, &count));
   PetscCall(VecDestroy(&counts));
   PetscCall(VecDestroy(&d));
-  PetscCall(MatCreate(PetscObjectComm((PetscObject)A), shift));
-  PetscCall(MatSetSizes(*shift, n, n, N, N));
-  PetscCall(MatSetType(*shift, MATAIJ));
-  PetscCall(MatSeqAIJSetPreallocationCSR(*shift, start.data(), columns.data(), values.data()));
-  PetscCall(MatMPIAIJSetPreallocationCSR(*shift, start.data(), columns.data(), values.data()));
+  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)A), n, n, start, columns, values, shift));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

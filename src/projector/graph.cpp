@@ -1,5 +1,6 @@
 #include "graph.h"
 #include "../csr.h"
+#include "../saddle/saddle.h"
 #include <petscsf.h>
 #include <metis.h>
 #include <algorithm>
@@ -31,12 +32,11 @@ PetscErrorCode AinsworthGraphGather(Mat M, bool here, Mat **whole)
 PetscErrorCode AinsworthGraphOfNodes(const std::vector<Mat> &parts, PetscInt bs, Mat **graph)
 {
   std::vector<PetscInt> start(1, 0), columns;
-  PetscInt              n, N, rstart, rend;
+  PetscInt              n, rstart, rend;
   Mat                   nodes;
   PetscMPIInt           rank;
 
   PetscFunctionBegin;
-  PetscCall(MatGetSize(parts[0], &N, NULL));
   PetscCall(MatGetLocalSize(parts[0], &n, NULL));
   PetscCall(MatGetOwnershipRange(parts[0], &rstart, &rend));
   for (PetscInt node = rstart; node < rend; node += bs) {
@@ -59,11 +59,7 @@ PetscErrorCode AinsworthGraphOfNodes(const std::vector<Mat> &parts, PetscInt bs,
   }
   const std::vector<PetscScalar> values(columns.size() + 1, 1.0);
 
-  PetscCall(MatCreate(PetscObjectComm((PetscObject)parts[0]), &nodes));
-  PetscCall(MatSetSizes(nodes, n / bs, n / bs, N / bs, N / bs));
-  PetscCall(MatSetType(nodes, MATAIJ));
-  PetscCall(MatSeqAIJSetPreallocationCSR(nodes, start.data(), columns.data(), values.data()));
-  PetscCall(MatMPIAIJSetPreallocationCSR(nodes, start.data(), columns.data(), values.data()));
+  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)parts[0]), n / bs, n / bs, start, columns, values, &nodes));
   PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)nodes), &rank));
   PetscCall(AinsworthGraphGather(nodes, rank == 0, graph));
   PetscCall(MatDestroy(&nodes));

@@ -114,11 +114,7 @@ PetscErrorCode AinsworthSharedDrop(Vec weight, Mat *CW)
     offsets.push_back((PetscInt)column.size());
   }
   PetscCall(MatGetLocalSize(*CW, &m, &n));
-  PetscCall(MatCreate(PetscObjectComm((PetscObject)*CW), &rest));
-  PetscCall(MatSetSizes(rest, m, n, PETSC_DETERMINE, PETSC_DETERMINE));
-  PetscCall(MatSetType(rest, MATAIJ));
-  PetscCall(MatSeqAIJSetPreallocationCSR(rest, offsets.data(), column.data(), value.data()));
-  PetscCall(MatMPIAIJSetPreallocationCSR(rest, offsets.data(), column.data(), value.data()));
+  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)*CW), m, n, offsets, column, value, &rest));
   PetscCall(MatDestroy(CW));
   *CW = rest;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -18,8 +18,7 @@ PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
   MPI_Comm     comm     = PetscObjectComm((PetscObject)A);
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(A, NULL, &d));
-  PetscCall(AinsworthGetDiagonal(A, d));
+  PetscCall(AinsworthCreateDiagonal(A, &d));
   PetscCall(VecGetLocalSize(d, &n));
   PetscCall(VecGetArray(d, &w));
   for (PetscInt i = 0; i < n; i++) bad += !(PetscRealPart(w[i]) > 0.0);

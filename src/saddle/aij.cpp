@@ -220,6 +220,19 @@ PetscErrorCode AinsworthMakePatternSymmetric(Mat *M)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthCreateAIJ - m local rows with n columns of this rank, columns by global numbers that rise along each row; collective */
+PetscErrorCode AinsworthCreateAIJ(MPI_Comm comm, PetscInt m, PetscInt n, const std::vector<PetscInt> &start, const std::vector<PetscInt> &columns,
+                                  const std::vector<PetscScalar> &values, Mat *aij)
+{
+  PetscFunctionBegin;
+  PetscCall(MatCreate(comm, aij));
+  PetscCall(MatSetSizes(*aij, m, n, PETSC_DETERMINE, PETSC_DETERMINE));
+  PetscCall(MatSetType(*aij, MATAIJ));
+  PetscCall(MatSeqAIJSetPreallocationCSR(*aij, start.data(), columns.data(), values.data()));
+  PetscCall(MatMPIAIJSetPreallocationCSR(*aij, start.data(), columns.data(), values.data()));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* sums = of each row of M the sum of |entry|^power, power 1 or 2 */
 PetscErrorCode AinsworthRowSums(Mat M, int power, Vec sums)
 {

@@ -69,8 +69,7 @@ static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
 
   PetscFunctionBegin;
   PetscCall(AinsworthScaleColumns(A, mask, copy));
-  PetscCall(MatCreateVecs(A, NULL, &diagonal));
-  PetscCall(AinsworthGetDiagonal(A, diagonal));
+  PetscCall(AinsworthCreateDiagonal(A, &diagonal));
   PetscCall(MatSetOption(*copy, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE)); /* an entry of the diagonal that is zero may not be stored */
   PetscCall(MatDiagonalSet(*copy, diagonal, INSERT_VALUES));
   PetscCall(AinsworthMakePatternSymmetric(copy));

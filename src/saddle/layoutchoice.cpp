@@ -92,8 +92,7 @@ static PetscErrorCode LookAtNest(Mat nest, std::vector<Kind> *kinds)
     PetscCall(MatHasOperation(block, MATOP_GET_DIAGONAL, &has));
     PetscCall(MatGetSize(block, &rows, &cols));
     if (!has || rows != cols) continue;
-    PetscCall(MatCreateVecs(block, NULL, &d));
-    PetscCall(AinsworthGetDiagonal(block, d));
+    PetscCall(AinsworthCreateDiagonal(block, &d));
     PetscCall(LookAtDiagonal(d, NEGATIVE, &(*kinds)[i]));
     PetscCall(VecDestroy(&d));
   }

@@ -48,8 +48,7 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthFields *fields)
   PetscCall(AinsworthCheckAssembled(mat, "The matrix"));
   PetscCall(MatGetSize(mat, &size[0], &size[1]));
   PetscCheck(size[0] == size[1], comm, PETSC_ERR_ARG_SIZ, "The matrix is not square: %" PetscInt_FMT " x %" PetscInt_FMT, size[0], size[1]);
-  PetscCall(MatCreateVecs(mat, NULL, &diagonal));
-  PetscCall(AinsworthGetDiagonal(mat, diagonal));
+  PetscCall(AinsworthCreateDiagonal(mat, &diagonal));
   PetscCall(PositiveArePlain(mat, diagonal, &opposite));
   PetscCall(VecGetOwnershipRange(diagonal, &first, NULL));
   PetscCall(VecGetLocalSize(diagonal, &n));
@@ -91,8 +90,7 @@ PetscErrorCode AinsworthCheckDetected(const AinsworthSaddleBlocks *found)
   PetscInt           first, end, row = PETSC_MAX_INT;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(D, NULL, &diagonal));
-  PetscCall(AinsworthGetDiagonal(D, diagonal));
+  PetscCall(AinsworthCreateDiagonal(D, &diagonal));
   PetscCall(VecGetArrayRead(diagonal, &d));
   PetscCall(ISGetIndices(found->rows[1], &index));
   PetscCall(MatGetOwnershipRange(D, &first, &end));

@@ -10,28 +10,18 @@ static const PetscInt  voters  = 100;
 /* Part of the entries that components of nodes have among each other: a scalar problem, whose lower half looks like its upper, has 1/2 at most */
 static const PetscReal coupled = 0.6;
 
-namespace
+/* The columns of a row; none where it has but one entry, as with Dirichlet conditions */
+static PetscErrorCode GetColumns(Mat A, PetscInt row, std::vector<PetscInt> *columns)
 {
-/* Rows of an AIJ; those of one entry, Dirichlet conditions, are empty */
-class Rows {
-public:
-  explicit Rows(Mat A) : A(A) { }
-  PetscErrorCode get(PetscInt row, std::vector<PetscInt> *columns) const
-  {
-    PetscInt        n;
-    const PetscInt *cols;
+  PetscInt        n;
+  const PetscInt *cols;
 
-    PetscFunctionBegin;
-    PetscCall(MatGetRow(A, row, &n, &cols, NULL));
-    columns->assign(cols, cols + (n > 1 ? n : 0));
-    PetscCall(MatRestoreRow(A, row, &n, &cols, NULL));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-
-private:
-  const Mat A;
-};
-} // namespace
+  PetscFunctionBegin;
+  PetscCall(MatGetRow(A, row, &n, &cols, NULL));
+  columns->assign(cols, cols + (n > 1 ? n : 0));
+  PetscCall(MatRestoreRow(A, row, &n, &cols, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* The nodes that columns belong to where each rank has its unknowns component by component, rising */
 static void ToNodes(const PetscInt ranges[], PetscMPIInt size, PetscInt bs, std::vector<PetscInt> *columns)
@@ -53,7 +43,6 @@ static PetscErrorCode AreByComponent(Mat A, PetscInt bs, PetscBool *yes)
   const PetscInt       *ranges;
   PetscBool             divides;
   std::vector<PetscInt> nodes, others;
-  const Rows            rows(A);
 
   PetscFunctionBegin;
   *yes = PETSC_FALSE;
@@ -69,7 +58,7 @@ static PetscErrorCode AreByComponent(Mat A, PetscInt bs, PetscBool *yes)
     bool     same = true, votes = true;
 
     for (PetscInt c = 0; c < bs && votes; c++) {
-      PetscCall(rows.get(first + c * (n / bs) + i, &others));
+      PetscCall(GetColumns(A, first + c * (n / bs) + i, &others));
       votes = !others.empty();
       entries += (PetscInt)others.size();
       ToNodes(ranges, size, bs, &others);
@@ -92,18 +81,17 @@ static PetscErrorCode HaveTwins(Mat A, PetscBool *yes)
 {
   PetscInt              first, end, count[2] = {0, 0};
   std::vector<PetscInt> columns, others;
-  const Rows            rows(A);
 
   PetscFunctionBegin;
   PetscCall(MatGetOwnershipRange(A, &first, &end));
   for (PetscInt i = first; i < end; i += PetscMax(1, (end - first) / voters)) {
     bool twin = false;
 
-    PetscCall(rows.get(i, &columns));
+    PetscCall(GetColumns(A, i, &columns));
     if (columns.empty()) continue;
     for (PetscInt c : columns) {
       if (c == i || c < first || c >= end) continue;
-      PetscCall(rows.get(c, &others));
+      PetscCall(GetColumns(A, c, &others));
       twin = others == columns;
       if (twin) break;
     }
@@ -123,7 +111,6 @@ static PetscErrorCode FindTwins(Mat A, PetscInt *bs, std::vector<PetscInt> *orde
   std::vector<std::vector<PetscInt>>        nodes;
   std::vector<PetscInt>                     columns, alone; /* alone: Dirichlet conditions, coupled with nothing, which may make up any node */
   PetscBool                                 good;
-  const Rows                                rows(A);
 
   PetscFunctionBegin;
   *bs = 1;
@@ -133,7 +120,7 @@ static PetscErrorCode FindTwins(Mat A, PetscInt *bs, std::vector<PetscInt> *orde
   for (PetscInt i = first; i < end; i++) {
     uint64_t pattern = 0;
 
-    PetscCall(rows.get(i, &columns));
+    PetscCall(GetColumns(A, i, &columns));
     if (columns.empty()) {
       alone.push_back(i - first);
       continue;

@@ -88,6 +88,8 @@ PetscErrorCode AinsworthFindOpaque(Mat, Mat *);
 PetscErrorCode AinsworthGetTransposed(Mat, Mat *, PetscBool *);
 PetscErrorCode AinsworthCheckEntries(Mat, const char[], const char[], PetscBool *);
 PetscErrorCode AinsworthGetAIJ(Mat, Mat *);
+PetscErrorCode AinsworthCreateAIJ(MPI_Comm, PetscInt, PetscInt, const std::vector<PetscInt> &, const std::vector<PetscInt> &, const std::vector<PetscScalar> &,
+                                  Mat *);
 PetscErrorCode AinsworthAbsoluteAIJ(Mat, Mat *);
 PetscErrorCode AinsworthAddAIJ(Mat, Mat *);
 PetscErrorCode AinsworthMakePatternSymmetric(Mat *);

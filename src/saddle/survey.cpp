@@ -66,8 +66,7 @@ PetscErrorCode AinsworthSurveyDiagonal(Mat M, AinsworthSurvey *survey)
   Vec diagonal;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(M, NULL, &diagonal));
-  PetscCall(AinsworthGetDiagonal(M, diagonal));
+  PetscCall(AinsworthCreateDiagonal(M, &diagonal));
   PetscCall(AinsworthSurveyVec(diagonal, survey));
   PetscCall(VecDestroy(&diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -197,8 +196,7 @@ PetscErrorCode AinsworthSurveyJump(Mat A, PetscInt bs, AinsworthJump *jump)
 
   PetscFunctionBegin;
   *jump = AinsworthJump();
-  PetscCall(MatCreateVecs(A, NULL, &diagonal));
-  PetscCall(AinsworthGetDiagonal(A, diagonal));
+  PetscCall(AinsworthCreateDiagonal(A, &diagonal));
   PetscCall(d.open(A, diagonal));
   PetscCall(VecDestroy(&diagonal));
   PetscCall(MatGetOwnershipRange(A, &start, &end));
@@ -257,8 +255,7 @@ PetscErrorCode AinsworthSurveyPenalty(Mat A, Mat C, PetscBool *penalty)
   PetscCall(AinsworthSampleRows(C, 2, few, 32, &sample, &found));
   PetscCall(MatCreateSubMatrix(C, sample, NULL, MAT_INITIAL_MATRIX, &rows));
   PetscCall(ISDestroy(&sample));
-  PetscCall(MatCreateVecs(A, NULL, &inverse));
-  PetscCall(AinsworthGetDiagonal(A, inverse));
+  PetscCall(AinsworthCreateDiagonal(A, &inverse));
   PetscCall(VecReciprocal(inverse)); /* 0 where the diagonal is */
   PetscCall(AinsworthScaleColumns(rows, inverse, &CW));
   PetscCall(VecDestroy(&inverse));

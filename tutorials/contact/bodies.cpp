@@ -210,8 +210,25 @@ static PetscErrorCode CreatePiece(const Scene &s, VtuPiece *piece, std::vector<P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode BodiesFunction(SNES, Vec X, Vec F, void *ctx)
+{
+  const Bodies *b = (const Bodies *)ctx;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatMult(b->J, X, F));
+  PetscCall(VecAXPY(F, 1.0, b->gaps));
+  PetscCall(VecAXPY(F, -b->approach, b->contact));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode BodiesJacobian(SNES, Vec, Mat, Mat, void *)
+{
+  PetscFunctionBeginUser;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The upper body is drawn with its round surface: its gap, which fades with the height, and the approach on top of its displacement */
-PetscErrorCode BodiesViewVTU(const Bodies &b, Vec solution, PetscReal approach, const char file[])
+PetscErrorCode BodiesViewVTU(const Bodies &b, Vec solution, const char file[])
 {
   const Scene          &s  = b.scene;
   const int             up = s.dim - 1;
@@ -243,7 +260,7 @@ PetscErrorCode BodiesViewVTU(const Bodies &b, Vec solution, PetscReal approach, 
     for (int d = 0; d < up; d++) squares += PetscSqr(x[d]);
     if (s.Body(natural[i]) == UPPER) {
       x[up] += squares / (2 * b.options.radius) * PetscSqr(1 - PetscAbsReal(x[up]) / b.options.far);
-      piece.vectors[0].second[3 * i + up] -= approach;
+      piece.vectors[0].second[3 * i + up] -= b.approach;
     }
     for (int d = 0; d < 3; d++) piece.position.push_back((double)x[d] + piece.vectors[0].second[3 * i + d]);
   }

@@ -21,16 +21,20 @@ struct ContactNode {
 struct Bodies {
   BodiesOptions            options;
   Scene                    scene;
-  Mat                      A, C, N; /* N = -C */
-  Mat                      J;       /* [A C'; -C 0] */
-  Vec                      gaps;    /* for all unknowns: the distance before anything moves in rows of contact, zero elsewhere */
-  Vec                      contact; /* for all unknowns: 1 in rows of contact, zero elsewhere */
-  std::vector<ContactNode> node;    /* of this rank */
+  Mat                      A, C, N;  /* N = -C */
+  Mat                      J;        /* [A C'; -C 0] */
+  Vec                      gaps;     /* for all unknowns: the distance before anything moves in rows of contact, zero elsewhere */
+  Vec                      contact;  /* for all unknowns: 1 in rows of contact, zero elsewhere */
+  std::vector<ContactNode> node;     /* of this rank */
+  PetscReal                approach; /* how far the upper body is moved down */
 };
 
 PetscErrorCode BodiesCreate(MPI_Comm, const BodiesOptions &, Bodies *);
 PetscErrorCode BodiesDestroy(Bodies *);
+/* (A u + C' l, gap - approach - C u), and its Jacobian, which does not change; ctx: Bodies */
+PetscErrorCode BodiesFunction(SNES, Vec, Vec, void *ctx);
+PetscErrorCode BodiesJacobian(SNES, Vec, Mat, Mat, void *ctx);
 /* The deformed bodies, their displacement and the forces of contact, for ParaView */
-PetscErrorCode BodiesViewVTU(const Bodies &, Vec solution, PetscReal approach, const char file[]);
+PetscErrorCode BodiesViewVTU(const Bodies &, Vec solution, const char file[]);
 
 #endif

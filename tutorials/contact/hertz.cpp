@@ -24,7 +24,6 @@ struct Hertz {
   HertzOptions   options;
   Theory         theory;
   Bodies         bodies;
-  PetscReal      approach;
   PetscLogDouble last;   /* time of the last step */
   PetscInt       linear; /* iterations before it */
 };
@@ -149,25 +148,6 @@ static PetscErrorCode Look(const Hertz &h, Vec X, Vec F, Found *found)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* (A u + C' l, gap - approach - C u) */
-static PetscErrorCode Function(SNES, Vec X, Vec F, void *ctx)
-{
-  const Hertz *h = (const Hertz *)ctx;
-
-  PetscFunctionBeginUser;
-  PetscCall(MatMult(h->bodies.J, X, F));
-  PetscCall(VecAXPY(F, 1.0, h->bodies.gaps));
-  PetscCall(VecAXPY(F, -h->approach, h->bodies.contact));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* It does not change */
-static PetscErrorCode Jacobian(SNES, Vec, Mat, Mat, void *)
-{
-  PetscFunctionBeginUser;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Monitor(SNES snes, PetscInt step, PetscReal norm, void *ctx)
 {
   Hertz         *h = (Hertz *)ctx;
@@ -214,12 +194,12 @@ static PetscErrorCode Press(Hertz *h, SNES snes, Vec X, PetscInt *first, PetscIn
   Vec                 F;
 
   PetscFunctionBeginUser;
-  *first = *later = 0;
-  h->approach     = FirstApproach(*h);
+  *first = *later    = 0;
+  h->bodies.approach = FirstApproach(*h);
   for (int load = 0; load < 10; load++) {
     PetscInt steps;
 
-    PetscCall(PetscPrintf(h->bodies.scene.comm, "approach %.6e\n", (double)h->approach));
+    PetscCall(PetscPrintf(h->bodies.scene.comm, "approach %.6e\n", (double)h->bodies.approach));
     PetscCall(SNESSolve(snes, NULL, X));
     PetscCall(SNESGetConvergedReason(snes, &reason));
     PetscCall(SNESGetIterationNumber(snes, &steps));
@@ -228,10 +208,10 @@ static PetscErrorCode Press(Hertz *h, SNES snes, Vec X, PetscInt *first, PetscIn
     PetscCall(SNESGetFunction(snes, &F, NULL, NULL));
     PetscCall(Look(*h, X, F, &found));
     if (PetscAbsReal(found.force / h->options.force - 1) < 1e-5) break;
-    if (load) power = std::log(found.force / before[1]) / std::log(h->approach / before[0]);
-    before[0] = h->approach;
+    if (load) power = std::log(found.force / before[1]) / std::log(h->bodies.approach / before[0]);
+    before[0] = h->bodies.approach;
     before[1] = found.force;
-    h->approach *= std::pow(h->options.force / found.force, 1 / power);
+    h->bodies.approach *= std::pow(h->options.force / found.force, 1 / power);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -306,8 +286,8 @@ int main(int argc, char **argv)
   PetscCall(VecDuplicate(h.bodies.gaps, &F));
   PetscCall(VecSet(X, 0.0));
   PetscCall(SNESCreate(PETSC_COMM_WORLD, &snes));
-  PetscCall(SNESSetFunction(snes, F, Function, &h));
-  PetscCall(SNESSetJacobian(snes, J, J, Jacobian, &h));
+  PetscCall(SNESSetFunction(snes, F, BodiesFunction, &h.bodies));
+  PetscCall(SNESSetJacobian(snes, J, J, BodiesJacobian, &h.bodies));
   PetscCall(SetBounds(snes, h.bodies));
   PetscCall(SNESMonitorSet(snes, Monitor, &h, NULL));
   if (h.options.fresh) PetscCall(SNESSetUpdate(snes, ReportForget));
@@ -325,11 +305,11 @@ int main(int argc, char **argv)
                         "hertz: dim=%" PetscInt_FMT " n=%" PetscInt_FMT " size=%" PetscInt_FMT " active=%" PetscInt_FMT " steps=%" PetscInt_FMT
                         "+%" PetscInt_FMT " force=%.6e radius=%.6e pressure=%.6e sink=%.6e approach=%.6e\n",
                         h.options.bodies.dim, h.options.bodies.n[1], size, found.active, first, later, (double)found.force, (double)found.radius,
-                        (double)found.pressure, (double)found.sink, (double)h.approach));
+                        (double)found.pressure, (double)found.sink, (double)h.bodies.approach));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "errors: radius=%+.3e pressure=%+.3e sink=%+.3e distance=%.3e assembly_s=%.2f solve_s=%.2f cpu_s=%.2f\n",
                         (double)(found.radius / h.theory.radius - 1), (double)(found.pressure / h.theory.pressure - 1),
                         (double)(found.sink / h.theory.sink - 1), (double)found.distance, ready - start, end - ready, cpu[1] - cpu[0]));
-  if (h.options.vtu[0]) PetscCall(BodiesViewVTU(h.bodies, X, h.approach, h.options.vtu));
+  if (h.options.vtu[0]) PetscCall(BodiesViewVTU(h.bodies, X, h.options.vtu));
   if (h.options.pressure[0]) PetscCall(WritePressure(h, X));
   PetscCall(SNESDestroy(&snes));
   PetscCall(VecDestroy(&X));

@@ -17,10 +17,9 @@ enum Method {
 };
 
 struct Problem {
-  Bodies    bodies;
-  PetscReal approach;
-  Mat       A, C; /* with planes of symmetry in A, and rows of contact only */
-  Vec       g;
+  Bodies bodies;
+  Mat    A, C; /* with planes of symmetry in A, and rows of contact only */
+  Vec    g;
 };
 
 /* p->A, C and g of the bodies: rows of one entry say that an unknown is zero */
@@ -37,7 +36,7 @@ static PetscErrorCode Reduce(Problem *p)
   PetscCall(MatGetOwnershipRange(b.C, &start, &end));
   for (const ContactNode &node : b.node) {
     rows.push_back(start + node.row - n);
-    gap.push_back(node.gap - p->approach);
+    gap.push_back(node.gap - p->bodies.approach);
   }
   for (PetscInt i = start; i < end; i++) {
     const PetscInt *columns;
@@ -62,24 +61,6 @@ static PetscErrorCode Reduce(Problem *p)
   for (size_t i = 0; i < gap.size(); i++) PetscCall(VecSetValue(p->g, start + (PetscInt)i, gap[i], INSERT_VALUES));
   PetscCall(VecAssemblyBegin(p->g));
   PetscCall(VecAssemblyEnd(p->g));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* (A u + C' l, gap - approach - C u) */
-static PetscErrorCode Function(SNES, Vec X, Vec F, void *ctx)
-{
-  const Problem *p = (const Problem *)ctx;
-
-  PetscFunctionBeginUser;
-  PetscCall(MatMult(p->bodies.J, X, F));
-  PetscCall(VecAXPY(F, 1.0, p->bodies.gaps));
-  PetscCall(VecAXPY(F, -p->approach, p->bodies.contact));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Jacobian(SNES, Vec, Mat, Mat, void *)
-{
-  PetscFunctionBeginUser;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -121,8 +102,8 @@ static PetscErrorCode SolveSNES(Problem *p, PetscBool reference, PetscBool fresh
   for (const ContactNode &node : p->bodies.node) l[node.row] = 0;
   PetscCall(VecRestoreArray(bound[0], &l));
   PetscCall(SNESCreate(p->bodies.scene.comm, &snes));
-  PetscCall(SNESSetFunction(snes, F, Function, p));
-  PetscCall(SNESSetJacobian(snes, J, J, Jacobian, p));
+  PetscCall(SNESSetFunction(snes, F, BodiesFunction, &p->bodies));
+  PetscCall(SNESSetJacobian(snes, J, J, BodiesJacobian, &p->bodies));
   PetscCall(SNESVISetVariableBounds(snes, bound[0], bound[1]));
   PetscCall(SNESMonitorSet(snes, Count, &count[1], NULL));
   if (reference) {
@@ -302,7 +283,7 @@ static PetscErrorCode Judge(Problem *p, Vec u, Vec exact, PetscReal *error, Pets
   PetscCall(VecDuplicate(p->g, &gap));
   PetscCall(Gap(NULL, u, gap, p));
   PetscCall(VecMin(gap, NULL, depth));
-  *depth = PetscMax(0, -*depth) / p->approach;
+  *depth = PetscMax(0, -*depth) / p->bodies.approach;
   PetscCall(VecDuplicate(u, &e));
   PetscCall(VecDuplicate(u, &work));
   PetscCall(VecWAXPY(e, -1.0, exact, u));
@@ -326,11 +307,11 @@ int main(int argc, char **argv)
 
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
-  p.approach = 0.16;
+  p.bodies.approach = 0.16;
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Hertz' sphere at one approach (mm, N, MPa)", NULL);
   PetscCall(PetscOptionsEList("-method", "What finds the displacements", NULL, methods, 3, methods[method], &method, NULL));
   PetscCall(PetscOptionsInt("-n", "Cells along each edge of a body, even", NULL, n, &n, NULL));
-  PetscCall(PetscOptionsReal("-approach", "Of the bodies", NULL, p.approach, &p.approach, NULL));
+  PetscCall(PetscOptionsReal("-approach", "Of the bodies", NULL, p.bodies.approach, &p.bodies.approach, NULL));
   PetscCall(PetscOptionsBool("-fresh", "Let each step of the active set begin with a solver that knows nothing of the last one", NULL, fresh, &fresh, NULL));
   PetscCall(PetscOptionsBool("-monolithic", "One AIJ matrix in place of a MatNest", NULL, monolithic, &monolithic, NULL));
   PetscOptionsEnd();
@@ -341,7 +322,7 @@ int main(int argc, char **argv)
   o.E[1]   = 210e3;
   o.nu     = 0.3;
   o.radius = 50;
-  o.near   = 1.5 * std::sqrt(p.approach * o.radius);
+  o.near   = 1.5 * std::sqrt(p.bodies.approach * o.radius);
   o.far    = 16 * o.near;
   PetscCall(BodiesCreate(PETSC_COMM_WORLD, o, &p.bodies));
   PetscCall(Reduce(&p));
