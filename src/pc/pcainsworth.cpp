@@ -61,6 +61,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_blocks <decide>                         - number of blocks of bj_cc and bj_cg; by default one per 32 constraints
 .  -pc_ainsworth_rows_per_rank <25000>                   - the Gram matrix is gathered on ceil(m / this) ranks
 .  -pc_ainsworth_multiplier_fields <names or numbers>    - the fields of the multipliers
+.  -pc_fieldsplit_<i>_fields <components>                - components of each node that are field i, as for `PCFIELDSPLIT`
+.  -pc_fieldsplit_block_size <bs>                        - components of a node, where the matrix does not say
 .  -pc_ainsworth_detect_saddle_point <bool>              - multipliers are found by the diagonal; by default where no fields are known
 .  -pc_ainsworth_block_size <bs>                         - unknowns of a node, where it is not found
 .  -pc_ainsworth_redundant <drop,error>                  - rows of C that are combinations of other rows

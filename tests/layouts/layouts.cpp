@@ -722,6 +722,8 @@ static PetscErrorCode Nodes(const char *told)
   PetscCall(MatAssemblyEnd(mat, MAT_FINAL_ASSEMBLY));
   PetscCall(VecAssemblyBegin(b));
   PetscCall(VecAssemblyEnd(b));
+  Options options(how == "the options of PCFIELDSPLIT" ? "-pc_fieldsplit_block_size 3 -pc_fieldsplit_0_fields 0,1 -pc_fieldsplit_1_fields 2" : "");
+
   PetscCall(SolverCreate(mat, &ksp));
   PetscCall(KSPGetPC(ksp, &pc));
   if (how == "the block size of the matrix") PetscCall(MatSetBlockSize(mat, 3));
@@ -742,7 +744,7 @@ static PetscErrorCode Nodes(const char *told)
       else PetscCall(PCFieldSplitRestrictIS(pc, is));
       PetscCall(ISDestroy(&is));
     }
-  } else {
+  } else if (how != "the options of PCFIELDSPLIT") {
     PetscCall(PCFieldSplitSetFields(pc, NULL, 2, primal, other));
     PetscCall(PCFieldSplitSetFields(pc, "p", 1, dual, dual));
   }
@@ -788,7 +790,8 @@ int main(int argc, char **argv)
     for (PetscScalar sign : {-1.0, 1.0}) PetscCall(OneSided(sign));
     PetscCall(OtherPmat());
     PetscCall(PoorPmat());
-    for (const char *told : {"the block size of the matrix", "a block size of their own", "a part of index sets"}) PetscCall(Nodes(told));
+    for (const char *told : {"the block size of the matrix", "a block size of their own", "a part of index sets", "the options of PCFIELDSPLIT"})
+      PetscCall(Nodes(told));
   }
   PetscCall(VecDestroy(&solution));
   PetscCall(VecDestroy(&rhs));
