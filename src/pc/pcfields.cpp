@@ -231,7 +231,7 @@ static PetscErrorCode ComponentsFromOptions(PC pc, PC_Ainsworth *data, Ainsworth
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthFieldsFromOptions_Private - which fields are the multipliers', whether they are found by the diagonal, the block size */
+/* PCAinsworthFieldsFromOptions_Private - which fields are the multipliers', whether they are found by the diagonal or by signs, the block size */
 PetscErrorCode PCAinsworthFieldsFromOptions_Private(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
 {
   AinsworthSaddleInputs   *in = &data->inputs;
