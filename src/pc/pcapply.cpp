@@ -372,3 +372,26 @@ PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
   PetscCall(AinsworthApplyConjugated(b, y, [=](Vec v, Vec w) { return ApplyFlat(pc, (PetscBool)!data->symmetric, v, w); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* Column by column, as PETSc does by default, which forgets that one failed when the next one does not; a KSP cannot write Inf into a dense matrix */
+PetscErrorCode PCMatApply_Ainsworth(PC pc, Mat X, Mat Y)
+{
+  PC_Ainsworth  *data = (PC_Ainsworth *)pc->data;
+  PCFailedReason reason;
+  PetscInt       n;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetSize(X, NULL, &n));
+  for (PetscInt j = 0; j < n; j++) {
+    Vec x, y;
+
+    PetscCall(MatDenseGetColumnVecRead(X, j, &x));
+    PetscCall(MatDenseGetColumnVecWrite(Y, j, &y));
+    PetscCall(PCApply(pc, x, y));
+    PetscCall(MatDenseRestoreColumnVecWrite(Y, j, &y));
+    PetscCall(MatDenseRestoreColumnVecRead(X, j, &x));
+    PetscCall(PCGetFailedReason(pc, &reason));
+    PetscCheck(!reason, PetscObjectComm((PetscObject)pc), PETSC_ERR_NOT_CONVERGED, "Column %" PetscInt_FMT " of the right-hand sides: %s", j, data->failure);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
