@@ -41,8 +41,7 @@ PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x
   Vec                stiffness;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(x, &stiffness));
-  PetscCall(AinsworthTermsStiffness(&data->saddle, stiffness));
+  PetscCall(AinsworthTermsStiffness(&data->saddle, &stiffness));
   PetscCall(VecPointwiseDivide(work, x, data->inverseDiagonal));
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(VecGetArrayRead(stiffness, &d));
@@ -51,7 +50,6 @@ PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x
     if (d[i] == 0.0) w[i] = 0.0;
   PetscCall(VecRestoreArray(work, &w));
   PetscCall(VecRestoreArrayRead(stiffness, &d));
-  PetscCall(VecDestroy(&stiffness));
   PetscCall(VecDot(work, x, &dot));
   *size = PetscRealPart(dot);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -88,8 +88,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
 
   PetscFunctionBegin;
   *worst = AinsworthUnmet();
-  PetscCall(VecDuplicate(x, &diagonal));
-  PetscCall(AinsworthTermsStiffness(sp, diagonal));
+  PetscCall(AinsworthTermsStiffness(sp, &diagonal));
   PetscCall(VecGetOwnershipRange(residual, &first, NULL));
   PetscCall(VecGetLocalSize(residual, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));
@@ -105,7 +104,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   PetscCall(VecRestoreArrayRead(Ax, &a));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &load, 1, MPIU_REAL, MPIU_SUM, comm));
   load = PetscSqrtReal(load);
-  PetscCall(AinsworthTermsDisplacement(diagonal, x, &displacement));
+  PetscCall(AinsworthTermsDisplacement(diagonal, x, &displacement, NULL));
   auto allowed = [&](PetscInt i, PetscReal through) {
     const PetscReal stiffness = PetscRealPart(d[i]);
     const PetscReal bound     = stiffness > 0.0 ? (tol * energy + noise * load) * PetscSqrtReal(stiffness) + rounding * displacement * stiffness
@@ -141,7 +140,6 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   }
   PetscCall(VecRestoreArrayRead(diagonal, &d));
   PetscCall(VecRestoreArrayRead(residual, &r));
-  PetscCall(VecDestroy(&diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
