@@ -131,6 +131,12 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Is each row of both equations to be met relative to its own terms? tol: what was asked for, negative where nothing was */
+bool PCAinsworthRefinesRows_Private(const PC_Ainsworth *data, PetscReal tol)
+{
+  return data->constraints && (!data->adjoint || data->saddle.D) && tol >= 0.0;
+}
+
 /*
    PCAinsworthRefineRows_Private - generalized conjugate residuals, preconditioned by reduced solves
 
@@ -154,7 +160,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   PetscFunctionBegin;
   *refined = PETSC_FALSE;
   why[0]   = 0;
-  if (!data->constraints || (data->adjoint && !data->saddle.D) || tol < 0.0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!PCAinsworthRefinesRows_Private(data, tol)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Duplicate(y, &weights));
   PetscCall(Duplicate(y, &others));
   PetscCall(Duplicate(y, &kept));

@@ -119,7 +119,7 @@ static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x
 {
   PetscReal   size, sizeY, noise;
   PetscScalar energy;
-  PetscBool   isFree;
+  PetscBool   isFree, resists = PETSC_TRUE;
   Vec         work;
 
   PetscFunctionBegin;
@@ -147,7 +147,8 @@ static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x
       if (transpose) PetscCall(MatMultTranspose(data->saddle.A, y, work));
       else PetscCall(MatMult(data->saddle.A, y, work));
       PetscCall(VecDot(work, y, &energy));
-      if (!(PetscAbsScalar(energy) > noise)) {
+      if (!(PetscAbsScalar(energy) > noise)) PetscCall(PCAinsworthResists_Private(data, work, sizeY, &resists)); /* y' A y = 0 where A is indefinite, too */
+      if (!resists) {
         *verdict = AINSWORTH_VERDICT_SINGULAR;
         PetscCall(
           PetscSNPrintf(why, len,

@@ -68,7 +68,7 @@ PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool trans
 
   PetscFunctionBegin;
   *error = 0.0;
-  PetscCall(AinsworthTermsPrimal(sp, transpose, f, x, lambda, Ax, rowsPrimal));
+  PetscCall(AinsworthTermsPrimal(sp, transpose, PETSC_INFINITY, f, x, lambda, Ax, rowsPrimal));
   PetscCall(RaiseSmallTerms(sp, rowsPrimal));
   PetscCall(LargestQuotient(primal, rowsPrimal, NULL, error));
   PetscCall(AinsworthTermsDual(sp, PETSC_FALSE, 0.0, g, x, lambda, rowsDual, &slack));

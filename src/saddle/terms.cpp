@@ -10,9 +10,15 @@ PetscErrorCode AinsworthDuplicateAbs(Vec x, Vec *absolute)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* size = |op(A)| |x| + |B|' |lambda| + |f|, what the terms of each row of the first equation amount to */
-PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpose, Vec f, Vec x, Vec lambda, Vec Ax, Vec size)
+/*
+   AinsworthTermsPrimal - |op(A)| |x| + |B|' |lambda| + |f|, what the terms of each row of the first equation amount to
+
+   A huge lambda that B' takes to nearly nothing, where rows depend on others, would drown all else in its rounding: what cancels counts up to `others` times the
+   largest of the other terms
+*/
+PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscReal others, Vec f, Vec x, Vec lambda, Vec Ax, Vec size)
 {
+  PetscReal largest;
   Vec       absolute, part;
   Mat       A, M;
   PetscBool rows;
@@ -36,9 +42,19 @@ PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpo
   }
   PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
   PetscCall(AinsworthDuplicateAbs(lambda, &absolute));
-  PetscCall(MatMultTransposeAdd(M, absolute, size, part));
-  PetscCall(VecCopy(part, size));
+  PetscCall(MatMultTranspose(M, absolute, part));
   PetscCall(VecDestroy(&absolute));
+  if (others < PETSC_INFINITY) {
+    PetscCall(VecNorm(size, NORM_INFINITY, &largest));
+    PetscCall(VecDuplicate(size, &absolute));
+    PetscCall(VecSet(absolute, others * largest));
+    PetscCall(VecPointwiseMin(part, part, absolute));
+    PetscCall(MatMultHermitianTranspose(sp->rowsB, lambda, absolute));
+    PetscCall(VecAbs(absolute));
+    PetscCall(VecPointwiseMax(part, part, absolute));
+    PetscCall(VecDestroy(&absolute));
+  }
+  PetscCall(VecAXPY(size, 1.0, part));
   PetscCall(VecDestroy(&part));
   PetscCall(MatDestroy(&M));
   PetscFunctionReturn(PETSC_SUCCESS);
