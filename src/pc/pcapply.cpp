@@ -162,8 +162,8 @@ static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, Pet
 }
 
 /* A reduced solve that ended with a good reason is believed when the program's own system agrees; once it may be refined */
-static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, PCAinsworthFields b, PCAinsworthFields y,
-                                      AinsworthVerdict *verdict, char why[], size_t len)
+static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscReal tol, PCAinsworthFields b,
+                                      PCAinsworthFields y, AinsworthVerdict *verdict, char why[], size_t len)
 {
   PCAinsworthFields left;
   PetscBool         refined = PETSC_FALSE;
@@ -175,7 +175,7 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
   if (*verdict <= AINSWORTH_VERDICT_UNMET) {
     char more[256];
 
-    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, tol, b, y, left, &refined, more, sizeof(more)));
+    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, stopped, tol, b, y, left, &refined, more, sizeof(more)));
     if (refined) PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
     if (refined && more[0] && *verdict == AINSWORTH_VERDICT_MET) {
       *verdict = AINSWORTH_VERDICT_UNMET;
@@ -206,7 +206,7 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
   /* some methods end without any reason; where rounding stops one, further solves, which are fair to each row, may go on from what it has */
   PetscCall(PCAinsworthAskedFor_Private(data, reason, &tol));
   if (reason >= 0 || (reason == KSP_DIVERGED_BREAKDOWN && PCAinsworthRefinesRows_Private(data, tol))) {
-    PetscCall(VerifyAndRefine(pc, data, transpose, tol, b, y, &verdict, why, sizeof(why)));
+    PetscCall(VerifyAndRefine(pc, data, transpose, (PetscBool)(reason < 0), tol, b, y, &verdict, why, sizeof(why)));
     if (verdict == AINSWORTH_VERDICT_MET) reason = KSP_CONVERGED_RTOL;
   }
   if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
