@@ -172,7 +172,7 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
   PetscCall(VecDuplicate(b.primal, &left.primal));
   PetscCall(VecDuplicate(b.dual, &left.dual));
   PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
-  if (*verdict <= AINSWORTH_VERDICT_UNMET) {
+  if (*verdict != AINSWORTH_VERDICT_SINGULAR) { /* a row may seem to contradict others that are not yet met well enough */
     char more[256];
 
     PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, stopped, tol, b, y, left, &refined, more, sizeof(more)));
