@@ -162,22 +162,20 @@ static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, Pet
 }
 
 /* A reduced solve that ended with a good reason is believed when the program's own system agrees; once it may be refined */
-static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, PCAinsworthFields b, PCAinsworthFields y,
-                                      AinsworthVerdict *verdict, char why[], size_t len)
+static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscReal tol, PCAinsworthFields b,
+                                      PCAinsworthFields y, AinsworthVerdict *verdict, char why[], size_t len)
 {
   PCAinsworthFields left;
-  PetscReal         tol;
   PetscBool         refined = PETSC_FALSE;
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthAskedFor_Private(data, reason, &tol));
   PetscCall(VecDuplicate(b.primal, &left.primal));
   PetscCall(VecDuplicate(b.dual, &left.dual));
   PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
-  if (*verdict <= AINSWORTH_VERDICT_UNMET) {
+  if (*verdict != AINSWORTH_VERDICT_SINGULAR) { /* a row may seem to contradict others that are not yet met well enough */
     char more[256];
 
-    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, tol, b, y, left, &refined, more, sizeof(more)));
+    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, stopped, tol, b, y, left, &refined, more, sizeof(more)));
     if (refined) PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
     if (refined && more[0] && *verdict == AINSWORTH_VERDICT_MET) {
       *verdict = AINSWORTH_VERDICT_UNMET;
@@ -200,12 +198,17 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
 {
   KSPConvergedReason reason;
   AinsworthVerdict   verdict = AINSWORTH_VERDICT_MET;
+  PetscReal          tol;
   char               why[512];
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
-  /* some methods end without any reason */
-  if (reason >= 0) PetscCall(VerifyAndRefine(pc, data, transpose, reason, b, y, &verdict, why, sizeof(why)));
+  /* some methods end without any reason; where rounding stops one, further solves, which are fair to each row, may go on from what it has */
+  PetscCall(PCAinsworthAskedFor_Private(data, reason, &tol));
+  if (reason >= 0 || (reason == KSP_DIVERGED_BREAKDOWN && PCAinsworthRefinesRows_Private(data, tol))) {
+    PetscCall(VerifyAndRefine(pc, data, transpose, (PetscBool)(reason < 0), tol, b, y, &verdict, why, sizeof(why)));
+    if (verdict == AINSWORTH_VERDICT_MET) reason = KSP_CONVERGED_RTOL;
+  }
   if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
   /* residuals of an outer method are consistent to rounding alone: what the program passed was looked at in its first application */
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION && data->applications > 2) verdict = AINSWORTH_VERDICT_MET;
