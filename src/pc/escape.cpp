@@ -196,7 +196,7 @@ static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConve
   e->norms.push_back(e->norms.empty() ? norm : PetscMin(norm, e->norms.back())); /* with long rows they go up and down */
   goal = PetscMax((data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR ? data->reporting.rtol : ksp->rtol) * e->norms[0], ksp->abstol);
   if (*reason || PetscIsInfOrNanReal(norm) || norm <= goal) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!e->counted) e->iterations = PCAinsworthEscapeLeast_Private();
+  if (!e->counted) e->iterations = PCAinsworthEscapeLeast_Private(data);
   while (true) {
     const PetscReal taken = (PetscReal)(e->norms.size() - 1);
 

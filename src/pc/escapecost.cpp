@@ -1,18 +1,25 @@
 /* What a factorization of M_* would take, in iterations of the solve that runs: by what both take in this process, on this machine; docs/models.md */
 #include "pcainsworth.h"
+#include "../multigrid/blocksa.h"
 #include "../projector/factor.h"
 #include "../projector/graph.h"
 #include <petscblaslapack.h>
 #include <petsctime.h>
 #include <unistd.h>
 
-/* Its orderings, copies and solves take as long as so many iterations, and its operations reach a part of the rate of dense ones; measured (docs/models.md) */
-static const PetscReal overhead = 180.0, shareMumps = 0.5, shareOther = 0.05;
+/* Its orderings, copies and solves take as long as so many products with A, and its operations reach a part of the rate of dense ones; measured (docs/models.md) */
+static const PetscReal overhead = 320.0, shareMumps = 0.5, shareOther = 0.05;
 
-/* PCAinsworthEscapeLeast_Private - the iterations that any factorization takes as long as */
-PetscReal PCAinsworthEscapeLeast_Private()
+/* PCAinsworthEscapeLeast_Private - the iterations that any factorization takes as long as: each has a product with A, and all levels of multigrid */
+PetscReal PCAinsworthEscapeLeast_Private(const PC_Ainsworth *data)
 {
-  return overhead;
+  static const PetscReal usual = 1.14; /* times the entries of A, on all levels */
+  PC                     inner;
+  PC_BlockSA            *sa;
+
+  (void)KSPGetPC(data->ksp, &inner);
+  (void)PCBlockSAGet_Private(inner, &sa);
+  return overhead / (1.0 + (sa && sa->levels.hierarchy ? sa->levels.hierarchy->complexity() : usual));
 }
 
 /* Operations of a factorization of M_*, and the entries of its factor: from the graph of nodes, on rank 0 */
@@ -121,7 +128,7 @@ PetscErrorCode PCAinsworthEscapeCost_Private(PC pc, const PC_Ainsworth *data, Pe
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &seconds, 1, MPIU_REAL, MPIU_MAX, comm));
   PetscCall(LeastMemory(comm, &memory));
   *operations = cost.operations;
-  *iterations = overhead + cost.operations / (share * rate * PetscMax(seconds, 1e-9));
+  *iterations = PCAinsworthEscapeLeast_Private(data) + cost.operations / (share * rate * PetscMax(seconds, 1e-9));
   if (extra * cost.entries * (PetscReal)sizeof(PetscScalar) > half * memory || cost.entries > (PetscReal)PETSC_MAX_INT) *iterations = PETSC_INFINITY;
   PetscCall(PetscInfo(pc,
                       "A factorization would take %g operations and hold %g entries%s: as long as %g iterations of %g s, with %g dense operations a second\n",

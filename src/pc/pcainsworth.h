@@ -191,7 +191,7 @@ PETSC_INTERN PetscErrorCode      PCAinsworthIsOwnMultigrid_Private(const PC_Ains
 PETSC_INTERN PetscErrorCode      PCAinsworthConvertPmat_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetUpPreconditioner_Private(PC, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeAtOnce_Private(PC_Ainsworth *, PetscBool *);
-PETSC_INTERN PetscReal           PCAinsworthEscapeLeast_Private();
+PETSC_INTERN PetscReal           PCAinsworthEscapeLeast_Private(const PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCost_Private(PC, const PC_Ainsworth *, PetscReal, PetscReal *, PetscReal *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeReview_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCheck_Private(PC, PC_Ainsworth *, PetscBool, PetscBool *);

@@ -5,7 +5,7 @@ static char help[] = "Generated systems of many kinds, with constraints or witho
 #include "scenes/scene.h"
 
 /* What the common line of the tutorials does not have */
-static PetscErrorCode ReportScene(const Scene &scene, Mat A, const SaddleSolution &solution, double assembly)
+static PetscErrorCode ReportScene(const Scene &scene, Mat A, const SaddleSolution &solution, double assembly, double processor)
 {
   PetscMPIInt size;
   MatInfo     info;
@@ -15,9 +15,11 @@ static PetscErrorCode ReportScene(const Scene &scene, Mat A, const SaddleSolutio
   PetscCallMPI(MPI_Comm_size(scene.comm, &size));
   PetscCall(MatGetInfo(A, MAT_GLOBAL_SUM, &info));
   PetscCall(MatGetType(A, &type));
-  PetscCall(PetscPrintf(
-    scene.comm, "scene: %s n=%" PetscInt_FMT " ranks=%d operator=%s bs=%d nonzeros=%.0f assembly_s=%.3f iterations=%" PetscInt_FMT " reason=%s\n", scene.name,
-    scene.options.n, (int)size, type, scene.bs, (double)info.nz_used, assembly, solution.iterations, KSPConvergedReasons[solution.reason]));
+  PetscCall(PetscPrintf(scene.comm,
+                        "scene: %s n=%" PetscInt_FMT " ranks=%d operator=%s bs=%d nonzeros=%.0f assembly_s=%.3f processor_s=%.4f iterations=%" PetscInt_FMT
+                        " reason=%s\n",
+                        scene.name, scene.options.n, (int)size, type, scene.bs, (double)info.nz_used, assembly, processor, solution.iterations,
+                        KSPConvergedReasons[solution.reason]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -29,6 +31,7 @@ int main(int argc, char **argv)
   Scene          scene;
   SaddleSolution solution;
   bool           converged = true;
+  double         processor;
   Mat            A, C;
   Vec            f, g, X = NULL;
 
@@ -56,10 +59,12 @@ int main(int argc, char **argv)
   }
   if (solve) {
     if (coordinates) PetscCall(SceneGetCoordinates(scene, &X));
+    processor = ReportProcessor();
     if (scene.Constrained()) PetscCall(SaddleSolve({A, C}, f, g, &solution));
     else PetscCall(AloneSolve(A, C, f, X, &solution));
+    processor = ReportProcessor() - processor;
     PetscCall(SceneVerifySolution(scene, solution.x));
-    PetscCall(ReportScene(scene, A, solution, end - start));
+    PetscCall(ReportScene(scene, A, solution, end - start, processor));
     PetscCall(ReportSolution({A, C}, f, g, solution));
     converged = solution.reason > 0;
     PetscCall(SaddleSolutionDestroy(&solution));
