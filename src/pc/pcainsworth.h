@@ -82,6 +82,8 @@ struct PCAinsworthEscape {
   PetscReal              entries;    /* of that A */
   PetscReal              operations; /* predicted */
   PetscReal              iterations; /* with multigrid that take as long */
+  PetscReal              seconds;    /* the least that one has taken in the solve that runs, on this rank */
+  PetscLogDouble         last;       /* the time of its last one */
   std::vector<PetscReal> norms;      /* of the residuals of the solve that runs */
   char                   why[256];   /* in words */
   PetscBool              watching;   /* the KSP has another convergence test than its own, which is: */
@@ -190,6 +192,8 @@ PETSC_INTERN PetscErrorCode      PCAinsworthIsOwnMultigrid_Private(const PC_Ains
 PETSC_INTERN PetscErrorCode      PCAinsworthConvertPmat_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetUpPreconditioner_Private(PC, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeAtOnce_Private(PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscReal           PCAinsworthEscapeLeast_Private(const PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCost_Private(PC, const PC_Ainsworth *, PetscReal, PetscReal *, PetscReal *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeReview_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCheck_Private(PC, PC_Ainsworth *, PetscBool, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeBegin_Private(PC, PC_Ainsworth *);
