@@ -2,7 +2,6 @@
 #include "pcainsworth.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/kspimpl.h>
-#include "../saddle/survey.h"
 #include <petsc/private/pcimpl.h>
 #include <petscblaslapack.h>
 
@@ -61,7 +60,7 @@ PetscErrorCode PCAinsworthGetFailure(PC pc, const char *why[])
 }
 
 /* Is w = A y, projected onto the residuals of Ker C, more than rounding in the norm of diag(A)^{-1}? Where y' A y = 0, A is indefinite then. w is changed */
-static PetscErrorCode Resists(const PC_Ainsworth *data, Vec w, PetscReal size, PetscBool *resists)
+PetscErrorCode PCAinsworthResists_Private(const PC_Ainsworth *data, Vec w, PetscReal size, PetscBool *resists)
 {
   static const PetscReal force = 1e-5;
   PetscScalar            dot;
@@ -84,21 +83,22 @@ PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *data, Vec
   PetscReal   size, before;
   PetscScalar energy;
   PetscBool   isFree, resists = PETSC_FALSE;
+  const bool  projected = !data->constraints || (data->adjoint && !data->saddle.D);
 
   PetscFunctionBegin;
   *quotient = 1.0;
   PetscCall(VecDuplicate(y, &work));
   PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &before));
-  if (data->constraints && !(data->adjoint && !data->saddle.D)) {
+  if (!projected) {
     PetscCall(PCAinsworthIsFree_Private(data, y, work, &isFree));
     if (!isFree) before = PETSC_INFINITY;
   } else if (data->constraints) PetscCall(MatAinsworthMultProjector(data->reduced, y, y));
   PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &size));
   PetscCall(MatMult(data->saddle.A, y, work));
   PetscCall(VecDot(work, y, &energy));
-  if (size > PETSC_SQRT_MACHINE_EPSILON * before && !PetscIsInfOrNanScalar(energy)) *quotient = PetscRealPart(energy) / size;
-  if (PetscAbsReal(*quotient) <= none && data->adjoint && !data->saddle.D) {
-    PetscCall(Resists(data, work, size, &resists));
+  if (size > PETSC_SQRT_MACHINE_EPSILON * before && !PetscIsInfOrNanReal(size) && !PetscIsInfOrNanScalar(energy)) *quotient = PetscRealPart(energy) / size;
+  if (PetscAbsReal(*quotient) <= none && projected) {
+    PetscCall(PCAinsworthResists_Private(data, work, size, &resists));
     if (resists) *quotient = -1.0;
   }
   PetscCall(VecDestroy(&work));
@@ -284,7 +284,6 @@ static PetscErrorCode GramReason(const PC_Ainsworth *data, KSPConvergedReason *r
 /* The cause of a reduced solve that ended with `reason`, as far as it can be found; a positive one was not confirmed. x is where it ended, or NULL */
 PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPConvergedReason reason, char why[], size_t len)
 {
-  AinsworthSurvey    diagonal;
   PetscInt           iterations;
   PetscReal          quotient, residual;
   char               misplaced[256];
@@ -295,16 +294,11 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPC
   KSPConvergedReason gram;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSurveyDiagonal(data->saddle.A, &diagonal));
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCGetType(inner, &type));
   PetscCall(PCGetFailedReason(inner, &failed));
   PetscCall(KSPGetIterationNumber(data->ksp, &iterations));
   PetscCall(KSPGetResidualNorm(data->ksp, &residual));
-  if (diagonal.negative && !diagonal.positive && reason < 0) {
-    PetscCall(PetscSNPrintf(why, len, "A has a negative diagonal, it seems to be -A: change the sign of A, C' and f, or of all of the system"));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(GramReason(data, &gram));
   if (gram < 0) {
     PetscCall(PetscSNPrintf(why, len, "Solves with the Gram matrix S = C W C' do not converge (%s): change the options -%sgram_ksp and -%sgram_pc",

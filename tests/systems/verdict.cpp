@@ -15,8 +15,10 @@ static Matrix Rows(const Saddle &s)
 
   if (any) {
     const Eigen::SelfAdjointEigenSolver<Matrix> eigen(s.D);
-    const Matrix                                L = eigen.eigenvectors() * eigen.eigenvalues().cwiseAbs().cwiseSqrt().asDiagonal();
-    Matrix                                      both(all.rows(), all.cols() + L.cols());
+    const Vector                                values = eigen.eigenvalues().cwiseAbs();
+    /* what is an eigenvalue by rounding alone would come out as its root, and tell apart rows that D does not */
+    const Matrix L = eigen.eigenvectors() * (values.array() > 1e-13 * values.maxCoeff()).select(values, 0.0).cwiseSqrt().asDiagonal();
+    Matrix       both(all.rows(), all.cols() + L.cols());
 
     both << all, L;
     all = both;
@@ -126,8 +128,7 @@ static const struct {
   {"nearly linearly dependent", [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                                                   },
   {"exactly or nearly",         [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                                                   },
   {"linear combinations",       [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                                                   },
-  {"Error in HYPRE",            [](const Saddle &,  const Facts &f) { return !f.unique; }                                                           },
-  {"seems to be -A",            [](const Saddle &s, const Facts &) { return s.convention == NEGATED; }                                              }
+  {"Error in HYPRE",            [](const Saddle &,  const Facts &f) { return !f.unique; }                                                           }
 };
 
 /* What is said of the attempt, which only who made it knows */
