@@ -53,12 +53,13 @@ def build(source, folder, petsc):
 
 
 def run(program, options, ranks, solution):
-    for file in solution, os.path.join(os.path.dirname(solution), 'matrix'):
+    folder = os.path.dirname(solution)
+    for file in solution, os.path.join(folder, 'matrix'):
         if os.path.exists(file):
             os.remove(file)
     try:
         out = subprocess.run(['mpiexec', '-n', str(ranks), program, *options.split()], capture_output=True, text=True, timeout=100,
-                             env=dict(os.environ))  # without what MPI in petsc4py adds
+                             cwd=folder, env=dict(os.environ))  # without what MPI in petsc4py adds
     except subprocess.TimeoutExpired:
         return 1, ''
     return out.returncode, out.stdout + out.stderr
@@ -80,6 +81,7 @@ def main():
     parser.add_argument('--verbose', action='store_true')
     given = parser.parse_args()
     folder = tempfile.mkdtemp()
+    right = True
     print('| example | layout found | iterations | difference |\n|---|---|---|---|')
     for name, source, options, usual, p, writer in EXAMPLES:
         if given.only not in name + source:
@@ -89,7 +91,7 @@ def main():
         view = ' -{}_view_solution binary:{}'.format((p + 'ksp') if writer == 'ksp' else writer, '{}')
         matrix = os.path.join(folder, 'matrix')
         files = [os.path.join(folder, f) for f in ('usual', 'ours')]
-        _, text = run(program, options + tight + usual.format(p=p) + view.format(files[0]), given.ranks, files[0])
+        usual_code, text = run(program, options + tight + usual.format(p=p) + view.format(files[0]), given.ranks, files[0])
         if given.verbose:
             print(text)
         code, text = run(program, options + tight + f'-dll_append {os.path.abspath(given.plugin)} -{p}pc_type ainsworth -{p}ksp_type preonly '
@@ -99,12 +101,17 @@ def main():
         layout, iterations, x, y = LAYOUT.findall(text), ITERATIONS.findall(text), *map(read, files)
         if code or x is None or y is None:  # PETSc does not write vectors that are nests
             message, residual = MESSAGE.findall(text), RESIDUAL.findall(text)
-            difference = ('refused: ' + message[0]) if code and message else 'failed' if code else f'residual {float(residual[-1]):.0e}' if residual else 'none written'
+            difference = ('refused: ' + message[0]) if code and message else 'its usual solver failed, too' if usual_code else 'failed' if code else f'residual {float(residual[-1]):.0e}' if residual else 'none written'
+            right = right and bool(usual_code or (not code and residual and float(residual[-1]) < 1e-8))
         else:
             x.axpy(-1, y)
             K = read(matrix)  # pressures may differ by what it does not see
-            difference = f'{(K * x).norm() / (K * y).norm() if K else x.norm() / y.norm():.0e}'
+            error = (K * x).norm() / (K * y).norm() if K else x.norm() / y.norm()
+            right = right and error < 1e-6
+            difference = f'{error:.0e}'
         print(f'| {name}, {source.replace("tutorials/", "")} | {layout[-1] if layout else ""} | {", ".join(iterations[:4])} | {difference} |', flush=True)
+    print('each as its usual solver has it:', 'yes' if right else 'no')
+    return 0 if right else 1
 
 
 if __name__ == '__main__':

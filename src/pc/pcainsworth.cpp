@@ -61,7 +61,9 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_blocks <decide>                         - number of blocks of bj_cc and bj_cg; by default one per 32 constraints
 .  -pc_ainsworth_rows_per_rank <25000>                   - the Gram matrix is gathered on ceil(m / this) ranks
 .  -pc_ainsworth_multiplier_fields <names or numbers>    - the fields of the multipliers
-.  -pc_ainsworth_detect_saddle_point <bool>              - multipliers are found by the diagonal; by default where no fields are known
+.  -pc_fieldsplit_<i>_fields <components>                - components of each node that are field i, as for `PCFIELDSPLIT`
+.  -pc_fieldsplit_block_size <bs>                        - components of a node, where the matrix does not say
+.  -pc_ainsworth_detect_saddle_point <bool>              - multipliers are found by the diagonal or by signs; by default where no fields are known
 .  -pc_ainsworth_block_size <bs>                         - unknowns of a node, where it is not found
 .  -pc_ainsworth_redundant <drop,error>                  - rows of C that are combinations of other rows
 .  -pc_ainsworth_rebuild <auto,always,never>             - when the inner preconditioner is made anew for other values of A or C
@@ -76,7 +78,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 
    Notes:
    The fields are those of a `MATNEST`, of any number, those given by `PCFieldSplitSetIS()` or `PCFieldSplitSetFields()`, as for `PCFIELDSPLIT`, or those of
-   the DM; without any, rows without a positive diagonal entry are those of the multipliers. The multipliers are the fields whose diagonal blocks are absent,
+   the DM; without any, rows without a positive diagonal entry are those of the multipliers, or, of [A -B'; B D], signs tell. The multipliers are the fields whose diagonal blocks are absent,
    zero or negative. Of blocks C and C' one may be absent or a transpose view. Blocks come from Amat, M_* is made of the primal block of Pmat. The block
    size of A is found where it was forgotten. docs/layouts.md says how. The program's matrices are never changed. Use it with `-ksp_type preonly`.
 
@@ -168,6 +170,7 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   pc->ops->setup          = AinsworthGuarded<PCSetUp_Ainsworth>;
   pc->ops->apply          = AinsworthGuarded<PCApply_Ainsworth>;
   pc->ops->applytranspose = AinsworthGuarded<PCApplyTranspose_Ainsworth>;
+  pc->ops->matapply       = AinsworthGuarded<PCMatApply_Ainsworth>;
   pc->ops->setuponblocks  = AinsworthGuarded<PCSetUpOnBlocks_Ainsworth>;
   pc->ops->presolve       = PCPreSolve_Ainsworth;
   pc->ops->postsolve      = PCPostSolve_Ainsworth;

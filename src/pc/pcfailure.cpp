@@ -2,7 +2,6 @@
 #include "pcainsworth.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/kspimpl.h>
-#include "../saddle/survey.h"
 #include <petsc/private/pcimpl.h>
 #include <petscblaslapack.h>
 
@@ -285,7 +284,6 @@ static PetscErrorCode GramReason(const PC_Ainsworth *data, KSPConvergedReason *r
 /* The cause of a reduced solve that ended with `reason`, as far as it can be found; a positive one was not confirmed. x is where it ended, or NULL */
 PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPConvergedReason reason, char why[], size_t len)
 {
-  AinsworthSurvey    diagonal;
   PetscInt           iterations;
   PetscReal          quotient, residual;
   char               misplaced[256];
@@ -296,16 +294,11 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPC
   KSPConvergedReason gram;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSurveyDiagonal(data->saddle.A, &diagonal));
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCGetType(inner, &type));
   PetscCall(PCGetFailedReason(inner, &failed));
   PetscCall(KSPGetIterationNumber(data->ksp, &iterations));
   PetscCall(KSPGetResidualNorm(data->ksp, &residual));
-  if (diagonal.negative && !diagonal.positive && reason < 0) {
-    PetscCall(PetscSNPrintf(why, len, "A has a negative diagonal, it seems to be -A: change the sign of A, C' and f, or of all of the system"));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(GramReason(data, &gram));
   if (gram < 0) {
     PetscCall(PetscSNPrintf(why, len, "Solves with the Gram matrix S = C W C' do not converge (%s): change the options -%sgram_ksp and -%sgram_pc",

@@ -209,7 +209,29 @@ PetscErrorCode PCAinsworthComposeFields_Private(PC pc, PetscBool compose)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthFieldsFromOptions_Private - which fields are the multipliers', whether they are found by the diagonal, the block size */
+/* The options by which PCFIELDSPLIT names components of nodes, where the program has not named fields itself: as there, it is not overruled */
+static PetscErrorCode ComponentsFromOptions(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
+{
+  PetscInt  bs = data->components;
+  PetscBool set;
+
+  PetscFunctionBegin;
+  for (const PCAinsworthNamedField &field : data->named)
+    if (field.is || field.name.find_first_not_of("0123456789") != std::string::npos) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscOptionsInt("-pc_fieldsplit_block_size", "Components of a node", "PCFieldSplitSetBlockSize", bs, &bs, &set));
+  if (set) PetscCall(PCFieldSplitSetBlockSize_Ainsworth(pc, bs));
+  set = PETSC_TRUE;
+  for (int i = 0; set; i++) {
+    const std::string name = std::to_string(i), option = "-pc_fieldsplit_" + name + "_fields";
+    PetscInt          components[64], n                = 64;
+
+    PetscCall(PetscOptionsIntArray(option.c_str(), "Components of a field", "PCFieldSplitSetFields", components, &n, &set));
+    if (set) PetscCall(PCFieldSplitSetFields_Ainsworth(pc, name.c_str(), n, components, components));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthFieldsFromOptions_Private - which fields are the multipliers', whether they are found by the diagonal or by signs, the block size */
 PetscErrorCode PCAinsworthFieldsFromOptions_Private(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
 {
   AinsworthSaddleInputs   *in = &data->inputs;
@@ -219,6 +241,7 @@ PetscErrorCode PCAinsworthFieldsFromOptions_Private(PC pc, PC_Ainsworth *data, A
   std::vector<std::string> multipliers;
 
   PetscFunctionBegin;
+  PetscCall(ComponentsFromOptions(pc, data, PetscOptionsObject));
   PetscCall(PetscOptionsStringArray("-pc_ainsworth_multiplier_fields", "Names or numbers of the fields of the multipliers", PCAINSWORTH, names, &n, &set));
   for (PetscInt i = 0; i < n && set; i++) {
     multipliers.push_back(names[i]);

@@ -27,10 +27,13 @@ PetscErrorCode PCAinsworthReductionsCollide_Private(const PC_Ainsworth *data, Ve
 /* From here on to PCPostSolve() all applications are those of one outer solve */
 PetscErrorCode PCPreSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
 {
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
-  PetscBool     flexible;
+  PC_Ainsworth  *data = (PC_Ainsworth *)pc->data;
+  PetscBool      flexible;
+  PCFailedReason failed;
 
   PetscFunctionBegin;
+  PetscCall(PCGetFailedReason(pc, &failed)); /* KSPSetUp() of another method than before has taken the failure of the last solve for one of the set-up */
+  if (ksp->reason == KSP_DIVERGED_PC_FAILED && !failed) ksp->reason = KSP_CONVERGED_ITERATING;
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &flexible, KSPPREONLY, KSPFGMRES, KSPGCR, KSPFCG, KSPPIPEFGMRES, KSPPIPEGCR, KSPPIPEFCG, ""));
   data->rigid        = (PetscBool)!flexible;
   data->applications = 1;

@@ -58,8 +58,11 @@ PetscErrorCode AinsworthExtractBlocks(Mat, const AinsworthSaddleBlocks *, Ainswo
 PetscErrorCode AinsworthExtractPrimal(Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 
 /* layoutdetect.cpp */
-PetscErrorCode AinsworthDetectFields(Mat, AinsworthFields *);
+PetscErrorCode AinsworthDetectFields(Mat, AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthCheckDetected(const AinsworthSaddleBlocks *);
+
+/* layoutskew.cpp */
+PetscErrorCode AinsworthFindSides(Mat, Vec *);
 
 /* layoutdm.cpp */
 PetscErrorCode AinsworthDMGetFields(DM, Mat, AinsworthFields *);

@@ -34,14 +34,16 @@ static PetscErrorCode PositiveArePlain(Mat mat, Vec diagonal, PetscBool *plain)
    AinsworthDetectFields - two fields, the multipliers' and the others; refused where that is no saddle point
 
    Multipliers have no positive diagonal entry. Where no row has, but for Dirichlet conditions, the matrix is minus a saddle point, and they have a zero.
+   Where all rows have, the signs of what couples them tell.
 */
-PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthFields *fields)
+PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
 {
   MPI_Comm           comm = PetscObjectComm((PetscObject)mat);
-  Vec                diagonal;
+  Vec                diagonal, side = NULL;
   const PetscScalar *d;
   PetscInt           first, n, size[2];
   PetscBool          opposite;
+  PetscReal          least;
   AinsworthIS        set[2];
 
   PetscFunctionBegin;
@@ -50,6 +52,16 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthFields *fields)
   PetscCheck(size[0] == size[1], comm, PETSC_ERR_ARG_SIZ, "The matrix is not square: %" PetscInt_FMT " x %" PetscInt_FMT, size[0], size[1]);
   PetscCall(AinsworthCreateDiagonal(mat, &diagonal));
   PetscCall(PositiveArePlain(mat, diagonal, &opposite));
+  found->told   = "by the diagonal";
+  found->chosen = "their diagonal entries are not positive";
+  PetscCall(VecMin(diagonal, NULL, &least));
+  if (least > 0.0 && !opposite) PetscCall(AinsworthFindSides(mat, &side));
+  if (side) {
+    PetscCall(VecDestroy(&diagonal));
+    diagonal      = side;
+    found->told   = "by signs";
+    found->chosen = "what couples them with the others has opposite signs on both sides";
+  }
   PetscCall(VecGetOwnershipRange(diagonal, &first, NULL));
   PetscCall(VecGetLocalSize(diagonal, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));
@@ -65,10 +77,11 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthFields *fields)
     set[k] = AinsworthOwnIS(is);
   }
   PetscCall(VecRestoreArrayRead(diagonal, &d));
-  *fields = {
+  found->fields = {
     {"primal",      set[0], set[0]},
     {"multipliers", set[1], set[1]}
   };
+  found->multiplier = {false, true};
   PetscCheck(size[0] && size[1], comm, PETSC_ERR_ARG_WRONG,
              "PCAINSWORTH found no saddle point in the matrix of type %s: %s; name the fields by PCFieldSplitSetIS() or pass a MatNest, [A C'; C 0]",
              ((PetscObject)mat)->type_name,

@@ -75,16 +75,15 @@ PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *in, Mat mat, con
     found->told = "of the MatNest in Pmat";
     PetscCall(AinsworthNestGetFields(in->pmat, &found->fields));
   } else {
-    found->told = "by the diagonal";
-    if (last && last->extracted && last->layout == found->layout) found->fields = last->fields; /* a change of values shows in the state */
-    else {
+    if (last && last->extracted && last->layout == found->layout) { /* a change of values shows in the state */
+      found->fields = last->fields;
+      found->told   = last->told;
+    } else {
       PetscCheck(in->detect != 0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG,
                  "PCAINSWORTH knows no fields of the matrix of type %s: pass a MatNest, [A C'; C 0], call PCFieldSplitSetIS() for each field, or PCSetDM(); "
-                 "-pc_ainsworth_detect_saddle_point finds multipliers by the diagonal",
+                 "-pc_ainsworth_detect_saddle_point finds multipliers by the diagonal, or by signs",
                  found->layout);
-      PetscCall(AinsworthDetectFields(mat, &found->fields));
-      found->multiplier = {false, true};
-      found->chosen     = "their diagonal entries are not positive";
+      PetscCall(AinsworthDetectFields(mat, found));
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);

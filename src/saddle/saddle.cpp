@@ -148,15 +148,27 @@ static PetscErrorCode CheckFinite(Mat A, PetscReal norm, char bad[], size_t len)
 /* Sizes that do not fit together */
 static PetscErrorCode CheckSizes(const AinsworthSaddleBlocks *b)
 {
-  MPI_Comm comm = PetscObjectComm((PetscObject)b->block[AINSWORTH_BLOCK_A]);
-  PetscInt n[2];
+  const Mat C = b->block[AINSWORTH_BLOCK_C], B = b->block[AINSWORTH_BLOCK_B];
+  MPI_Comm  comm = PetscObjectComm((PetscObject)b->block[AINSWORTH_BLOCK_A]);
+  PetscInt  n[2], given[2], rows, cols;
 
   PetscFunctionBegin;
-  PetscCheck(b->block[AINSWORTH_BLOCK_C] || b->block[AINSWORTH_BLOCK_B], comm, PETSC_ERR_ARG_WRONG,
+  PetscCheck(C || B, comm, PETSC_ERR_ARG_WRONG,
              "%s, C, is absent, and so is its transpose: PCAINSWORTH found no constraints; to solve without constraints pass a block with no rows",
              b->name[AINSWORTH_BLOCK_C]);
   PetscCall(MatGetSize(b->block[AINSWORTH_BLOCK_A], &n[0], &n[1]));
   PetscCheck(n[0] == n[1], comm, PETSC_ERR_ARG_SIZ, "%s, A, is not square: %" PetscInt_FMT " x %" PetscInt_FMT, b->name[AINSWORTH_BLOCK_A], n[0], n[1]);
+  if (C) PetscCall(MatGetSize(C, &n[1], &cols));
+  else PetscCall(MatGetSize(B, &cols, &n[1]));
+  rows = n[1];
+  PetscCheck(cols == n[0], comm, PETSC_ERR_ARG_SIZ, "%s, %s, has %" PetscInt_FMT " %s, A has %" PetscInt_FMT,
+             b->name[C ? AINSWORTH_BLOCK_C : AINSWORTH_BLOCK_B], C ? "C" : "C'", cols, C ? "columns" : "rows", n[0]);
+  if (!C || !B) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetSize(B, &given[0], &given[1]));
+  PetscCheck(given[0] == cols && given[1] == rows, comm, PETSC_ERR_ARG_SIZ,
+             "%s, C', is %" PetscInt_FMT " x %" PetscInt_FMT ", not %" PetscInt_FMT " x %" PetscInt_FMT "%s", b->name[AINSWORTH_BLOCK_B], given[0], given[1],
+             cols, rows,
+             given[0] == rows && given[1] == cols ? ": it is C, or of its size; pass its transpose, MatCreateTranspose() makes it, or no block" : "");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

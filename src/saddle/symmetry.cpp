@@ -1,4 +1,4 @@
-#include "saddle.h"
+#include "terms.h"
 #include <petsc/private/petscimpl.h>
 
 /* Collective: does anybody read what PetscInfo() tells of a matrix? */
@@ -78,7 +78,7 @@ static PetscErrorCode LargestDifference(Mat A, Vec Av, Vec Atv, PetscReal *large
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal size = PetscMax(PetscMax(PetscAbsScalar(a[i]), PetscAbsScalar(b[i])), PetscAbsScalar(d[i]));
 
-    if (a[i] != b[i]) *largest = PetscMax(*largest, PetscAbsScalar(a[i] - b[i]) / size);
+    if (a[i] != b[i]) *largest = PetscMax(*largest, AinsworthQuotient(PetscAbsScalar(a[i] - b[i]), size)); /* of numbers that overflow, too */
   }
   PetscCall(VecRestoreArrayRead(Av, &a));
   PetscCall(VecRestoreArrayRead(Atv, &b));

@@ -7,7 +7,7 @@
 /* Of what a row of C x = g holds, |C_i| |x| + |g_i|, the rounding of a right inverse through a Gram matrix with a condition number of 1e8 */
 static const PetscReal AinsworthConsistent = 1e-8;
 /* What a row gets from the others through S, relative to the largest |x| */
-static const PetscReal AinsworthCombined = 1e5 * PETSC_MACHINE_EPSILON;
+static const PetscReal AinsworthCombined = 1e3 * PETSC_MACHINE_EPSILON;
 
 PetscErrorCode AinsworthDuplicateAbs(Vec, Vec *);
 PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec);

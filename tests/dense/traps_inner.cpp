@@ -170,7 +170,7 @@ static PetscErrorCode LastApplication()
 }
 
 /* What failed in one application does not fail the next solve, whatever the outer method */
-static PetscErrorCode Stale(const char *outer, bool again)
+static PetscErrorCode Stale(const char *outer, const char *next)
 {
   Options           line(std::string("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -ksp_rtol 1e-10 -ksp_type ") + outer);
   const DenseSystem d = SpringsCreate(20, 4, 1.0, 15);
@@ -178,14 +178,15 @@ static PetscErrorCode Stale(const char *outer, bool again)
   Plan              plan;
 
   PetscFunctionBeginUser;
-  Case("after a failed application, %s%s", outer, again ? ", another nest of the same blocks" : "");
+  Case("after a failed application, %s, %s", outer, next);
   PetscCall(RunCreateWhole(d, &run));
   plan.from = plan.to = 1;
   plan.reason         = KSP_DIVERGED_NANORINF;
   PetscCall(Obey(run, &plan));
   PetscCall(RunSolve(&run));
   PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason < 0));
-  if (again) {
+  if (next == std::string("another method")) PetscCall(KSPSetType(run.ksp, outer == std::string(KSPFGMRES) ? KSPGCR : KSPFGMRES));
+  if (next == std::string("another nest of the same blocks")) {
     Mat Ct;
 
     PetscCall(MatDestroy(&run.nest));
@@ -318,7 +319,7 @@ int main(int argc, char **argv)
   PetscCall(Multigrid());
   PetscCall(LastApplication());
   for (const char *outer : {"preonly", "fgmres", "gmres", "gcr"})
-    for (bool again : {false, true}) PetscCall(Stale(outer, again));
+    for (const char *next : {"the same", "another nest of the same blocks", "another method"}) PetscCall(Stale(outer, next));
   for (const char *outer : {"fgmres", "gmres", "richardson"}) PetscCall(Guess(outer));
   for (PetscInt m : {0, 4}) PetscCall(HiddenNaN(m));
   for (bool type : {false, true}) PetscCall(OtherType(type));

@@ -173,9 +173,8 @@ Truth::Truth(const RandomSystem &s)
     if (d > 0.0) scale[i] = 1.0 / PetscSqrtReal(d);
   }
   for (int i = 0; i < m; i++) {
-    const PetscReal d = (s.C.row(i) * scale.head(n).asDiagonal()).norm();
+    const PetscReal d = PetscMax((s.C.row(i) * scale.head(n).asDiagonal()).norm(), PetscSqrtReal(PetscAbsScalar(s.D(i, i))));
     if (d > 0.0) scale[n + i] = 1.0 / d;
-    else if (s.D(i, i) != 0.0) scale[n + i] = 1.0 / PetscSqrtReal(PetscAbsScalar(s.D(i, i)));
   }
   gram   = SquaredCondition(scale.tail(m).asDiagonal() * s.C * scale.head(n).asDiagonal());
   scaled = scale.asDiagonal() * K * scale.asDiagonal();

@@ -493,6 +493,40 @@ static PetscErrorCode Opposite()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* [A C'; -C D] in one matrix, all of whose diagonal is positive */
+static PetscErrorCode Signs()
+{
+  Mat          mat;
+  Vec          backup, diagonal, factors;
+  PetscScalar *d, *f;
+  PetscInt     n;
+
+  PetscFunctionBeginUser;
+  Case("the signs of what couples the fields");
+  PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &mat));
+  PetscCall(MatCreateVecs(mat, &factors, &diagonal));
+  PetscCall(MatGetDiagonal(mat, diagonal));
+  PetscCall(VecGetLocalSize(diagonal, &n));
+  PetscCall(VecGetArray(diagonal, &d));
+  PetscCall(VecGetArrayWrite(factors, &f));
+  for (PetscInt i = 0; i < n; i++) {
+    f[i] = d[i] == 0.0 ? -1.0 : 1.0;
+    if (d[i] == 0.0) d[i] = 1e-3;
+  }
+  PetscCall(VecRestoreArrayWrite(factors, &f));
+  PetscCall(VecRestoreArray(diagonal, &d));
+  PetscCall(MatDiagonalScale(mat, factors, NULL));
+  PetscCall(MatDiagonalSet(mat, diagonal, INSERT_VALUES));
+  PetscCall(VecDuplicate(rhs, &backup));
+  PetscCall(VecCopy(rhs, backup));
+  PetscCall(MatMult(mat, solution, rhs));
+  PetscCall(Solve(mat, NULL, {"2 fields by signs", "block size of A: 2"}));
+  PetscCall(VecCopy(backup, rhs));
+  for (Vec *v : {&backup, &diagonal, &factors}) PetscCall(VecDestroy(v));
+  PetscCall(MatDestroy(&mat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Contact that is open: rows of multipliers with nothing but +1 or -1 on the diagonal, whose columns stay, as active-set methods write them */
 static PetscErrorCode OneSided(PetscScalar sign)
 {
@@ -722,6 +756,8 @@ static PetscErrorCode Nodes(const char *told)
   PetscCall(MatAssemblyEnd(mat, MAT_FINAL_ASSEMBLY));
   PetscCall(VecAssemblyBegin(b));
   PetscCall(VecAssemblyEnd(b));
+  Options options(how == "the options of PCFIELDSPLIT" ? "-pc_fieldsplit_block_size 3 -pc_fieldsplit_0_fields 0,1 -pc_fieldsplit_1_fields 2" : "");
+
   PetscCall(SolverCreate(mat, &ksp));
   PetscCall(KSPGetPC(ksp, &pc));
   if (how == "the block size of the matrix") PetscCall(MatSetBlockSize(mat, 3));
@@ -742,7 +778,7 @@ static PetscErrorCode Nodes(const char *told)
       else PetscCall(PCFieldSplitRestrictIS(pc, is));
       PetscCall(ISDestroy(&is));
     }
-  } else {
+  } else if (how != "the options of PCFIELDSPLIT") {
     PetscCall(PCFieldSplitSetFields(pc, NULL, 2, primal, other));
     PetscCall(PCFieldSplitSetFields(pc, "p", 1, dual, dual));
   }
@@ -785,10 +821,12 @@ int main(int argc, char **argv)
     PetscCall(Diagonal());
     for (bool both : {true, false}) PetscCall(Components(both));
     PetscCall(Opposite());
+    PetscCall(Signs());
     for (PetscScalar sign : {-1.0, 1.0}) PetscCall(OneSided(sign));
     PetscCall(OtherPmat());
     PetscCall(PoorPmat());
-    for (const char *told : {"the block size of the matrix", "a block size of their own", "a part of index sets"}) PetscCall(Nodes(told));
+    for (const char *told : {"the block size of the matrix", "a block size of their own", "a part of index sets", "the options of PCFIELDSPLIT"})
+      PetscCall(Nodes(told));
   }
   PetscCall(VecDestroy(&solution));
   PetscCall(VecDestroy(&rhs));

@@ -5,17 +5,17 @@ static char help[] = "Layouts that cannot be understood: messages name the field
 
 static Contact c;
 
-/* Unknowns 0 and 1 without a diagonal entry, but with one beside it */
-static PetscErrorCode SetCoupled(Mat mat)
+/* Unknowns 0 to rows - 1, each coupled with each, by entries of this sign below the diagonal, with this diagonal entry; all others with none */
+static PetscErrorCode SetCoupled(Mat mat, PetscInt rows, PetscScalar diagonal, PetscScalar sign)
 {
   PetscInt first;
 
   PetscFunctionBeginUser;
+  PetscCall(MatZeroEntries(mat));
+  PetscCall(MatShift(mat, 1.0));
   PetscCall(MatGetOwnershipRange(mat, &first, NULL));
-  for (PetscInt i = 0; i < 2 && !first; i++) {
-    PetscCall(MatSetValue(mat, i, i, 0.0, INSERT_VALUES));
-    PetscCall(MatSetValue(mat, i, 1 - i, 1.0, INSERT_VALUES));
-  }
+  for (PetscInt i = 0; i < rows && !first; i++)
+    for (PetscInt j = 0; j < rows; j++) PetscCall(MatSetValue(mat, i, j, i == j ? diagonal : i > j ? sign : 1.0, INSERT_VALUES));
   PetscCall(MatAssemblyBegin(mat, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(mat, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -59,12 +59,16 @@ static PetscErrorCode Errors()
   PetscCall(CheckError("a field is missing", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_SIZ, {"2 fields", "have 312 rows, the matrix has 600"}));
   PetscCall(KSPDestroy(&ksp));
   PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &mat));
-  PetscCall(MatZeroEntries(mat));
-  PetscCall(MatShift(mat, 1.0));
-  PetscCall(SetCoupled(mat));
+  PetscCall(SetCoupled(mat, 2, 0.0, 1.0));
   PetscCall(SolverCreate(mat, &ksp));
   PetscCall(CheckError("coupled rows", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_WRONG, {"cannot tell the multipliers", "row 0 has a zero"}));
   PetscCall(KSPDestroy(&ksp));
+  for (PetscScalar sign : {1.0, -1.0}) { /* one field, or three, each opposite to the others */
+    PetscCall(SetCoupled(mat, 3, 1.0, sign));
+    PetscCall(SolverCreate(mat, &ksp));
+    PetscCall(CheckError("positive rows", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_WRONG, {"no saddle point", "every diagonal entry is positive"}));
+    PetscCall(KSPDestroy(&ksp));
+  }
   PetscCall(MatDestroy(&mat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -128,8 +128,7 @@ static const struct {
   {"nearly linearly dependent", [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                                                   },
   {"exactly or nearly",         [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                                                   },
   {"linear combinations",       [](const Saddle &s, const Facts &) { return NearlyDependent(s); }                                                   },
-  {"Error in HYPRE",            [](const Saddle &,  const Facts &f) { return !f.unique; }                                                           },
-  {"seems to be -A",            [](const Saddle &s, const Facts &) { return s.convention == NEGATED; }                                              }
+  {"Error in HYPRE",            [](const Saddle &,  const Facts &f) { return !f.unique; }                                                           }
 };
 
 /* What is said of the attempt, which only who made it knows */
