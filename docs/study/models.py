@@ -2,7 +2,7 @@
 """Constraints of engineering models against as many ties of pairs of unknowns: docs/models.csv and the tables of docs/models.md.
 
 python3 docs/study/models.py [--slaves 1000,10000] [--repeat 3]      100000 needs 8 GB
-Each model and the ties take turns on the same mesh, one rank; seconds are the least of the runs. One run more compares with MUMPS.
+Each model and the ties take turns on the same mesh, one rank; seconds of the processor are the least of the runs. One run more compares with MUMPS.
 """
 import argparse
 import math
@@ -38,6 +38,8 @@ def run(name, options, slaves, check):
     answer["iterations"] = sum(map(int, re.findall(r"due to \w+ iterations (\d+)", answer["output"])))
     for key in ("longest", "shared"):
         answer[key] = int(re.search(r"\b%s=(\d+)" % key, answer["output"]).group(1))
+    for key in ("setup", "solve"):
+        answer[key] = float(re.search(r"\b%s_processor_s=(\S+)" % key, answer["output"]).group(1))
     return answer
 
 
@@ -85,7 +87,7 @@ def main():
     about, rows = measured.read(path)
     text = open(os.path.join(arguments.out, "models.md")).read()
     lines = [text.split("\n## Measured\n")[0], "## Measured", "",
-             "By `%s` on %s, one rank; load %s at the end ([models.csv](models.csv)). On a loaded machine the seconds, and the quotient of the set-up, vary by a third. The three columns after the seconds are quotients by those of as many ties; the bound is %g. Iterations are those of the reduced solve and, where the verification asks for one, of a second." % (about["command"], about["machine"], about["load at the end"], BOUND)]
+             "By `%s` on %s, one rank; load %s at the end ([models.csv](models.csv)). Seconds are those of the processor; on a loaded machine they, and the quotient of the set-up, still vary. The three columns after the seconds are quotients by those of as many ties; the bound is %g. Iterations are those of the reduced solve and, where the verification asks for one, of a second." % (about["command"], about["machine"], about["load at the end"], BOUND)]
     for slaves in dict.fromkeys(row["slaves"] for row in rows):
         lines += ["", "%s slaves, `%s`:" % (slaves, mesh(int(slaves))), ""] + table([row for row in rows if row["slaves"] == slaves])
     prose.write(os.path.join(arguments.out, "models.md"), "\n".join(lines).split("\n"))

@@ -31,12 +31,42 @@ PetscErrorCode PCBlockSAGetProduct_Private(PC pc, Mat *product)
    Single precision makes the cycle linear to seven digits only. Methods that update x and the residual with the same M^{-1} r tolerate that. Others, such as
    GMRES, would report residuals that x does not have
 */
-static PetscErrorCode PCPreSolve_BlockSA(PC pc, KSP ksp, Vec, Vec)
+static PetscErrorCode Tolerates(KSP ksp, PetscBool *tolerates)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, tolerates, KSPCG, KSPPROJECTEDCG, KSPFCG, KSPPIPEFCG, KSPFGMRES, KSPGCR, KSPRICHARDSON, ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode UseDouble(PC pc)
 {
   PC_BlockSA *sa = BlockSA(pc);
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &sa->tolerant, KSPCG, KSPPROJECTEDCG, KSPFCG, KSPPIPEFCG, KSPFGMRES, KSPGCR, KSPRICHARDSON, ""));
+  PetscCall(PetscInfo(pc, "The caller is not known to tolerate single precision: the levels have double precision\n"));
+  sa->options.single = PETSC_FALSE;
+  if (sa->levels.hierarchy && sa->levels.hierarchy->single()) sa->stale = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Before the set-up, from a caller that knows the method: no levels are made that it does not tolerate */
+PetscErrorCode PCBlockSAExpect_Private(PC pc, KSP ksp)
+{
+  PC_BlockSA *sa = NULL;
+  PetscBool   tolerates;
+
+  PetscFunctionBegin;
+  PetscCall(PCBlockSAGet_Private(pc, &sa));
+  if (!sa || sa->given || !sa->options.single) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Tolerates(ksp, &tolerates));
+  if (!tolerates) PetscCall(UseDouble(pc));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PCPreSolve_BlockSA(PC pc, KSP ksp, Vec, Vec)
+{
+  PetscFunctionBegin;
+  PetscCall(Tolerates(ksp, &BlockSA(pc)->tolerant));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -85,9 +115,7 @@ static PetscErrorCode PCApply_BlockSA(PC pc, Vec b, Vec x)
 
   PetscFunctionBegin;
   if (sa->levels.hierarchy->single() && !sa->given && !sa->tolerant) {
-    PetscCall(PetscInfo(pc, "The caller is not known to tolerate single precision: the levels are rebuilt in double precision\n"));
-    sa->options.single = PETSC_FALSE;
-    sa->stale          = PETSC_TRUE;
+    PetscCall(UseDouble(pc));
     PetscCall(PCSetUp_BlockSA(pc));
     pc->setupcalled = PETSC_TRUE;
   }

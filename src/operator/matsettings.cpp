@@ -233,8 +233,8 @@ PetscErrorCode MatAinsworthSetPenalty(Mat mat, Vec penalty)
   if (penalty) {
     PetscValidHeaderSpecific(penalty, VEC_CLASSID, 2);
     PetscCall(CopyPositive(ctx->C, false, penalty, "penalty", &ctx->penalty));
-    PetscCall(VecDestroy(&ctx->placed));
-  } else ctx->current = PETSC_FALSE;
+  } else PetscCall(VecDestroy(&ctx->penalty));
+  PetscCall(VecDestroy(&ctx->placed));
   ctx->userPenalty = (PetscBool)(penalty != NULL);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

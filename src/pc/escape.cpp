@@ -1,40 +1,16 @@
 /* Where multigrid does not fit: M_* is factored, and the solve repeated; docs/models.md */
 #include "pcainsworth.h"
 #include "../guard.h"
-#include "../multigrid/blocksa.h"
 #include "../operator/matainsworth.h"
-#include "../projector/factor.h"
-#include "../projector/graph.h"
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
-#include <unistd.h>
+#include <petsctime.h>
 
-/*
-   Of a package, measured (docs/models.md): what it does beside operations takes as long as so many iterations, and one takes as long as so many operations for
-   each entry of A; or the second, where that is less: beyond the cache an iteration takes longer for an entry, and large fronts take less for an operation
-*/
-struct Speed {
-  PetscReal iterations, operations;
-};
-static const Speed speedCholmod[] = {
-  {75.0,  55.0 },
-  {110.0, 120.0}
-};
-static const Speed speedMumps[] = {
-  {50.0, 30.0},
-  {50.0, 30.0}
-};
-static const Speed speedOther[] = {
-  {50.0, 5.0},
-  {50.0, 5.0}
-};
-/* All levels of the multigrid that this was measured with have so many times the entries of A; an iteration has a product with A beside */
-static const PetscReal usualComplexity = 1.14;
 /* Systems of so few unknowns are factored at once: PCBLOCKSA would have a single level, and factor that */
 static const PetscInt tiny = 600;
-/* Iterations before the first look ahead; and the part of a factorization's time that the rest of the solve has to take: a wrong guess costs little either way */
-static const PetscInt  early = 6;
-static const PetscReal part  = 0.8;
+/* The part of the factorization's time that iterations take before any choice, which makes their forecast a good one; and the part of it that the rest of the
+   solve has to take: forecasts are too good rather than too bad */
+static const PetscReal patience = 0.1, part = 0.8;
 
 /* May M_* be factored where nobody chose its preconditioner? A vector that it takes to zero would be a pivot that is. known: the set-up has found such vectors */
 static PetscErrorCode MayFactor(const PC_Ainsworth *data, PetscBool known, PetscBool *may)
@@ -66,62 +42,6 @@ static PetscErrorCode Measure(const PC_Ainsworth *data, PetscInt *n, PetscReal *
   *entries = (PetscReal)info.nz_used;
   PetscCall(MatDestroy(&aij));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Operations of a factorization of the sum of some matrices, and the entries of its factor: from the graph of nodes, on rank 0 */
-static PetscErrorCode Predict(const PC_Ainsworth *data, std::vector<Mat> parts, AinsworthCost *cost)
-{
-  MPI_Comm        comm = PetscObjectComm((PetscObject)data->ksp);
-  Mat            *graph;
-  PetscInt        n, bs = data->saddle.bs;
-  PetscMPIInt     rank;
-  PetscBool       whole, general;
-  MatSolverType   package;
-  MatOrderingType ordering;
-  PetscReal       predicted[2] = {0.0, 0.0};
-
-  PetscFunctionBegin;
-  for (Mat &mat : parts) PetscCall(AinsworthGetAIJ(mat, &mat));
-  PetscCall(MatGetLocalSize(data->saddle.A, &n, NULL));
-  whole = (PetscBool)(n % bs == 0);
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &whole, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
-  if (!whole) bs = 1;
-  PetscCall(AinsworthGraphOfNodes(parts, bs, &graph));
-  for (Mat &mat : parts) PetscCall(MatDestroy(&mat));
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (!rank) {
-    PetscCall(AinsworthFactorPredictBest(graph[0], bs, cost, &ordering));
-    predicted[0] = cost->entries;
-    predicted[1] = cost->operations;
-  }
-  PetscCall(MatDestroySubMatrices(1, &graph));
-  PetscCallMPI(MPI_Bcast(predicted, 2, MPIU_REAL, 0, comm));
-  PetscCall(PetscStrcmp(PCAinsworthFactorType_Private(data, &package), PCLU, &general));
-  cost->entries    = general ? 2.0 * predicted[0] : predicted[0];
-  cost->operations = general ? 2.0 * predicted[1] : predicted[1];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* How long a factorization takes, in iterations with multigrid */
-static PetscReal IterationsFor(const PC_Ainsworth *data, PetscReal operations, PetscReal entries)
-{
-  MatSolverType package;
-  PetscBool     is;
-  PC            inner;
-  PC_BlockSA   *sa;
-  const Speed  *speed      = speedOther;
-  PetscReal     complexity = usualComplexity, least = PETSC_INFINITY;
-
-  (void)KSPGetPC(data->ksp, &inner);
-  (void)PCBlockSAGet_Private(inner, &sa);
-  if (sa && sa->levels.hierarchy) complexity = sa->levels.hierarchy->complexity();
-  (void)PCAinsworthFactorType_Private(data, &package);
-  (void)PetscStrcmp(package, MATSOLVERCHOLMOD, &is);
-  if (is) speed = speedCholmod;
-  (void)PetscStrcmp(package, MATSOLVERMUMPS, &is);
-  if (is) speed = speedMumps;
-  for (int k = 0; k < 2; k++) least = PetscMin(least, speed[k].iterations + operations / (speed[k].operations * PetscMax(entries, 1.0)));
-  return least * (1.0 + usualComplexity) / (1.0 + complexity);
 }
 
 /* PCAinsworthEscapeAtOnce_Private - is the system one for which no multigrid is worth its set-up? */
@@ -253,64 +173,41 @@ static PetscReal Forecast(const std::vector<PetscReal> &norms, PetscReal goal)
   return rate > 0.0 ? PetscLogReal(norms[last] / goal) / rate : PETSC_INFINITY;
 }
 
-/* The least memory of the machines that the ranks are on, as if all were on that one [bytes] */
-static PetscErrorCode LeastMemory(MPI_Comm comm, PetscReal *memory)
-{
-  PetscFunctionBegin;
-  *memory = (PetscReal)sysconf(_SC_PHYS_PAGES) * (PetscReal)sysconf(_SC_PAGESIZE);
-  if (!(*memory > 0.0)) *memory = PETSC_MAX_REAL;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, memory, 1, MPIU_REAL, MPIU_MIN, comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* How many iterations take as long as the factorization; Infinity where it does not fit in memory */
-static PetscErrorCode Count(PC pc, PC_Ainsworth *data)
-{
-  static const PetscReal share = 0.5, extra = 1.5; /* of the memory, for the factor and what else a package needs */
-  PCAinsworthEscape     *e = &data->escape;
-  std::vector<Mat>       parts;
-  Mat                    part;
-  PetscReal              memory;
-  AinsworthCost          cost;
-
-  PetscFunctionBegin;
-  if (data->format == AINSWORTH_PMAT_SUM && data->constraints) {
-    for (PetscInt i = 0; i < 2; i++) {
-      PetscCall(MatCompositeGetMat(data->M, i, &part));
-      parts.push_back(part);
-    }
-  } else parts.push_back(data->constraints ? data->M : data->saddle.A);
-  PetscCall(Predict(data, parts, &cost));
-  PetscCall(Measure(data, &e->n, &e->entries));
-  PetscCall(LeastMemory(PetscObjectComm((PetscObject)pc), &memory));
-  e->counted    = PETSC_TRUE;
-  e->operations = cost.operations;
-  e->iterations = IterationsFor(data, cost.operations, e->entries);
-  if (extra * cost.entries * (PetscReal)sizeof(PetscScalar) > share * memory || cost.entries > (PetscReal)PETSC_MAX_INT) e->iterations = PETSC_INFINITY;
-  PetscCall(PetscInfo(pc, "A factorization would take %g operations and hold %g entries%s: as long as %g iterations with multigrid\n", (double)cost.operations,
-                      (double)cost.entries, e->iterations < PETSC_INFINITY ? "" : ", more than memory has room for", (double)e->iterations));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* In the place of the convergence test: does it take longer from here on than with a factorization? All ranks have the same norms, and count alike */
+/*
+   In the place of the convergence test: does it take longer from here on than with a factorization? All ranks have the same norms, and agree on what a
+   factorization takes, so that all end alike
+*/
 static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason, void *ctx)
 {
   PC                 pc   = (PC)ctx;
   PC_Ainsworth      *data = (PC_Ainsworth *)pc->data;
   PCAinsworthEscape *e    = &data->escape;
   PetscReal          goal, left;
+  PetscLogDouble     now;
 
   PetscFunctionBegin;
   PetscCall((*e->converged)(ksp, step, norm, reason, e->test));
-  if (!step) e->norms.clear();
+  PetscCall(PetscTime(&now));
+  if (!step) {
+    e->norms.clear();
+    e->seconds = PETSC_INFINITY;
+  } else e->seconds = PetscMin(e->seconds, now - e->last);
+  e->last = now;
   e->norms.push_back(e->norms.empty() ? norm : PetscMin(norm, e->norms.back())); /* with long rows they go up and down */
-  if (*reason || step < early || !(norm > 0.0) || PetscIsInfOrNanReal(norm) || e->norms.size() <= (size_t)early) PetscFunctionReturn(PETSC_SUCCESS);
   goal = PetscMax((data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR ? data->reporting.rtol : ksp->rtol) * e->norms[0], ksp->abstol);
-  if (norm <= goal) PetscFunctionReturn(PETSC_SUCCESS);
-  left = Forecast(e->norms, goal);
-  if (left <= part * IterationsFor(data, 0.0, 1.0)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!e->counted) PetscCall(Count(pc, data));
-  if (left <= part * e->iterations) PetscFunctionReturn(PETSC_SUCCESS);
+  if (*reason || PetscIsInfOrNanReal(norm) || norm <= goal) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!e->counted) e->iterations = PCAinsworthEscapeLeast_Private(data);
+  while (true) {
+    const PetscReal taken = (PetscReal)(e->norms.size() - 1);
+
+    if (taken < patience * e->iterations) PetscFunctionReturn(PETSC_SUCCESS);
+    left = Forecast(e->norms, goal);
+    if (left <= part * e->iterations) PetscFunctionReturn(PETSC_SUCCESS);
+    if (e->counted) break;
+    PetscCall(Measure(data, &e->n, &e->entries));
+    PetscCall(PCAinsworthEscapeCost_Private(pc, data, e->seconds, &e->operations, &e->iterations));
+    e->counted = PETSC_TRUE;
+  }
   e->now  = PETSC_TRUE;
   *reason = KSP_CONVERGED_ITS; /* no failure, which -ksp_error_if_not_converged would make an error */
   PetscCall(PetscSNPrintf(e->why, sizeof(e->why),

@@ -170,6 +170,7 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   pc->ops->setup          = AinsworthGuarded<PCSetUp_Ainsworth>;
   pc->ops->apply          = AinsworthGuarded<PCApply_Ainsworth>;
   pc->ops->applytranspose = AinsworthGuarded<PCApplyTranspose_Ainsworth>;
+  pc->ops->matapply       = AinsworthGuarded<PCMatApply_Ainsworth>;
   pc->ops->setuponblocks  = AinsworthGuarded<PCSetUpOnBlocks_Ainsworth>;
   pc->ops->presolve       = PCPreSolve_Ainsworth;
   pc->ops->postsolve      = PCPostSolve_Ainsworth;

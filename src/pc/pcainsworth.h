@@ -82,6 +82,8 @@ struct PCAinsworthEscape {
   PetscReal              entries;    /* of that A */
   PetscReal              operations; /* predicted */
   PetscReal              iterations; /* with multigrid that take as long */
+  PetscReal              seconds;    /* the least that one has taken in the solve that runs, on this rank */
+  PetscLogDouble         last;       /* the time of its last one */
   std::vector<PetscReal> norms;      /* of the residuals of the solve that runs */
   char                   why[256];   /* in words */
   PetscBool              watching;   /* the KSP has another convergence test than its own, which is: */
@@ -166,6 +168,7 @@ PETSC_INTERN PetscErrorCode      PCPreSolve_Ainsworth(PC, KSP, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCPostSolve_Ainsworth(PC, KSP, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCApply_Ainsworth(PC, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCApplyTranspose_Ainsworth(PC, Vec, Vec);
+PETSC_INTERN PetscErrorCode      PCMatApply_Ainsworth(PC, Mat, Mat);
 PETSC_INTERN PetscErrorCode      PCAinsworthReductionsCollide_Private(const PC_Ainsworth *, Vec, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthAgreeOnFailure_Private(PC, PCFailedReason);
 PETSC_INTERN PetscErrorCode      PCAinsworthGetData_Private(PC, PC_Ainsworth **);
@@ -189,6 +192,8 @@ PETSC_INTERN PetscErrorCode      PCAinsworthIsOwnMultigrid_Private(const PC_Ains
 PETSC_INTERN PetscErrorCode      PCAinsworthConvertPmat_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetUpPreconditioner_Private(PC, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeAtOnce_Private(PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscReal           PCAinsworthEscapeLeast_Private(const PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCost_Private(PC, const PC_Ainsworth *, PetscReal, PetscReal *, PetscReal *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeReview_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCheck_Private(PC, PC_Ainsworth *, PetscBool, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeBegin_Private(PC, PC_Ainsworth *);
@@ -227,8 +232,10 @@ PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainswort
 PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *, Vec, Vec, PetscReal *);
 PETSC_INTERN PetscErrorCode      PCAinsworthSolveFields_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PCAinsworthFields, PCAinsworthFields,
                                                                 KSPConvergedReason *);
-PETSC_INTERN PetscErrorCode PCAinsworthRefineRows_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, PCAinsworthFields, PCAinsworthFields, PCAinsworthFields,
+PETSC_INTERN bool           PCAinsworthRefinesRows_Private(const PC_Ainsworth *, PetscReal);
+PETSC_INTERN PetscErrorCode PCAinsworthRefineRows_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PetscReal, PCAinsworthFields, PCAinsworthFields, PCAinsworthFields,
                                                           PetscBool *, char[], size_t);
+PETSC_INTERN PetscErrorCode PCAinsworthResists_Private(const PC_Ainsworth *, Vec, PetscReal, PetscBool *);
 PETSC_INTERN PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *, Vec, Vec, PetscBool *);
 PETSC_INTERN PetscErrorCode PCAinsworthAskedFor_Private(const PC_Ainsworth *, KSPConvergedReason, PetscReal *);
 PETSC_INTERN PetscErrorCode PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, Vec, AinsworthVerdict *, char[],

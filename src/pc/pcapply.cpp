@@ -162,22 +162,20 @@ static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, Pet
 }
 
 /* A reduced solve that ended with a good reason is believed when the program's own system agrees; once it may be refined */
-static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, PCAinsworthFields b, PCAinsworthFields y,
-                                      AinsworthVerdict *verdict, char why[], size_t len)
+static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscReal tol, PCAinsworthFields b,
+                                      PCAinsworthFields y, AinsworthVerdict *verdict, char why[], size_t len)
 {
   PCAinsworthFields left;
-  PetscReal         tol;
   PetscBool         refined = PETSC_FALSE;
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthAskedFor_Private(data, reason, &tol));
   PetscCall(VecDuplicate(b.primal, &left.primal));
   PetscCall(VecDuplicate(b.dual, &left.dual));
   PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
-  if (*verdict <= AINSWORTH_VERDICT_UNMET) {
+  if (*verdict != AINSWORTH_VERDICT_SINGULAR) { /* a row may seem to contradict others that are not yet met well enough */
     char more[256];
 
-    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, tol, b, y, left, &refined, more, sizeof(more)));
+    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, stopped, tol, b, y, left, &refined, more, sizeof(more)));
     if (refined) PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
     if (refined && more[0] && *verdict == AINSWORTH_VERDICT_MET) {
       *verdict = AINSWORTH_VERDICT_UNMET;
@@ -200,12 +198,17 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
 {
   KSPConvergedReason reason;
   AinsworthVerdict   verdict = AINSWORTH_VERDICT_MET;
+  PetscReal          tol;
   char               why[512];
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
-  /* some methods end without any reason */
-  if (reason >= 0) PetscCall(VerifyAndRefine(pc, data, transpose, reason, b, y, &verdict, why, sizeof(why)));
+  /* some methods end without any reason; where rounding stops one, further solves, which are fair to each row, may go on from what it has */
+  PetscCall(PCAinsworthAskedFor_Private(data, reason, &tol));
+  if (reason >= 0 || (reason == KSP_DIVERGED_BREAKDOWN && PCAinsworthRefinesRows_Private(data, tol))) {
+    PetscCall(VerifyAndRefine(pc, data, transpose, (PetscBool)(reason < 0), tol, b, y, &verdict, why, sizeof(why)));
+    if (verdict == AINSWORTH_VERDICT_MET) reason = KSP_CONVERGED_RTOL;
+  }
   if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
   /* residuals of an outer method are consistent to rounding alone: what the program passed was looked at in its first application */
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION && data->applications > 2) verdict = AINSWORTH_VERDICT_MET;
@@ -278,7 +281,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   const IS         *in   = transpose ? data->saddle.cols : data->saddle.rows;
   const IS         *out  = transpose ? data->saddle.rows : data->saddle.cols;
   PetscBool         collide;
-  PetscReal         norm;
+  PetscScalar       sum;
   PCAinsworthFields left, right;
   PetscErrorCode    code;
 
@@ -289,7 +292,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
     PetscCall(VecFlag(y, 1));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(VecNorm(b, NORM_1, &norm));
+  PetscCall(VecSum(b, &sum)); /* a norm would be kept with b, and PETSc 3.18 then takes norms of other types for known zeros */
   PetscCall(PCAinsworthReductionsCollide_Private(data, b, &collide));
   if (collide) {
     char why[256];
@@ -303,7 +306,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   }
   PetscCall(VecGetSubVector(b, in[0], &right.primal));
   PetscCall(VecGetSubVector(b, in[1], &right.dual));
-  if (PetscIsInfOrNanReal(norm)) {
+  if (PetscIsInfOrNanScalar(sum)) {
     PetscCall(FailNotFinite(pc, data, right));
     data->usable = PETSC_FALSE;
     PetscCall(VecRestoreSubVector(b, in[0], &right.primal));
@@ -370,5 +373,28 @@ PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
              "The transpose of PCAINSWORTH needs a Hermitian A in complex arithmetic");
   /* [A C'; C 0] is Hermitian when A is */
   PetscCall(AinsworthApplyConjugated(b, y, [=](Vec v, Vec w) { return ApplyFlat(pc, (PetscBool)!data->symmetric, v, w); }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Column by column, as PETSc does by default, which forgets that one failed when the next one does not; a KSP cannot write Inf into a dense matrix */
+PetscErrorCode PCMatApply_Ainsworth(PC pc, Mat X, Mat Y)
+{
+  PC_Ainsworth  *data = (PC_Ainsworth *)pc->data;
+  PCFailedReason reason;
+  PetscInt       n;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetSize(X, NULL, &n));
+  for (PetscInt j = 0; j < n; j++) {
+    Vec x, y;
+
+    PetscCall(MatDenseGetColumnVecRead(X, j, &x));
+    PetscCall(MatDenseGetColumnVecWrite(Y, j, &y));
+    PetscCall(PCApply(pc, x, y));
+    PetscCall(MatDenseRestoreColumnVecWrite(Y, j, &y));
+    PetscCall(MatDenseRestoreColumnVecRead(X, j, &x));
+    PetscCall(PCGetFailedReason(pc, &reason));
+    PetscCheck(!reason, PetscObjectComm((PetscObject)pc), PETSC_ERR_NOT_CONVERGED, "Column %" PetscInt_FMT " of the right-hand sides: %s", j, data->failure);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -60,7 +60,7 @@ PetscErrorCode PCAinsworthGetFailure(PC pc, const char *why[])
 }
 
 /* Is w = A y, projected onto the residuals of Ker C, more than rounding in the norm of diag(A)^{-1}? Where y' A y = 0, A is indefinite then. w is changed */
-static PetscErrorCode Resists(const PC_Ainsworth *data, Vec w, PetscReal size, PetscBool *resists)
+PetscErrorCode PCAinsworthResists_Private(const PC_Ainsworth *data, Vec w, PetscReal size, PetscBool *resists)
 {
   static const PetscReal force = 1e-5;
   PetscScalar            dot;
@@ -83,21 +83,22 @@ PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *data, Vec
   PetscReal   size, before;
   PetscScalar energy;
   PetscBool   isFree, resists = PETSC_FALSE;
+  const bool  projected = !data->constraints || (data->adjoint && !data->saddle.D);
 
   PetscFunctionBegin;
   *quotient = 1.0;
   PetscCall(VecDuplicate(y, &work));
   PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &before));
-  if (data->constraints && !(data->adjoint && !data->saddle.D)) {
+  if (!projected) {
     PetscCall(PCAinsworthIsFree_Private(data, y, work, &isFree));
     if (!isFree) before = PETSC_INFINITY;
   } else if (data->constraints) PetscCall(MatAinsworthMultProjector(data->reduced, y, y));
   PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &size));
   PetscCall(MatMult(data->saddle.A, y, work));
   PetscCall(VecDot(work, y, &energy));
-  if (size > PETSC_SQRT_MACHINE_EPSILON * before && !PetscIsInfOrNanScalar(energy)) *quotient = PetscRealPart(energy) / size;
-  if (PetscAbsReal(*quotient) <= none && data->adjoint && !data->saddle.D) {
-    PetscCall(Resists(data, work, size, &resists));
+  if (size > PETSC_SQRT_MACHINE_EPSILON * before && !PetscIsInfOrNanReal(size) && !PetscIsInfOrNanScalar(energy)) *quotient = PetscRealPart(energy) / size;
+  if (PetscAbsReal(*quotient) <= none && projected) {
+    PetscCall(PCAinsworthResists_Private(data, work, size, &resists));
     if (resists) *quotient = -1.0;
   }
   PetscCall(VecDestroy(&work));

@@ -203,6 +203,7 @@ PetscErrorCode PCAinsworthKeepOrSetUpInner_Private(PC pc, PC_Ainsworth *data, co
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PCAinsworthKeepInner_Private(data, PETSC_FALSE));
+  PetscCall(PCBlockSAExpect_Private(inner, data->ksp));
   if (sa) sa->keep = keep;
   else PetscCall(data->source.take(data->saddle.C, NULL));
   if (!keep) PetscCall(PCAinsworthForgetCounts_Private(data));

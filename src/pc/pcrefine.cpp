@@ -131,20 +131,26 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Is each row of both equations to be met relative to its own terms? tol: what was asked for, negative where nothing was */
+bool PCAinsworthRefinesRows_Private(const PC_Ainsworth *data, PetscReal tol)
+{
+  return data->constraints && (!data->adjoint || data->saddle.D) && tol >= 0.0;
+}
+
 /*
    PCAinsworthRefineRows_Private - generalized conjugate residuals, preconditioned by reduced solves
 
    Where D is not zero, or B is not C, unknowns of very different stiffness meet, and the norms of the reduced solve are not fair to all of them.
 
-   tol: what was asked for, negative where nothing was. left: of both equations, by y; both are changed. refined: there was something to do. why: what is left
+   tol: what was asked for, negative where nothing was. stopped: rounding ended the first solve, and another one has to agree with what it has. left: of both equations, by y; both are changed. refined: there was something to do. why: what is left
    where that is too much, or moves x: empty otherwise
 */
-PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, PCAinsworthFields b, PCAinsworthFields y,
-                                             PCAinsworthFields left, PetscBool *refined, char why[], size_t len)
+PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscReal tol, PCAinsworthFields b,
+                                             PCAinsworthFields y, PCAinsworthFields left, PetscBool *refined, char why[], size_t len)
 {
   static const PetscReal         rounding = 1e-13, own = 1e-6, determined = 1e-5;
   static const int               most = 10, patience = 3;
-  const PetscReal                wanted = PetscMax(10 * tol, rounding);
+  const PetscReal                wanted = stopped ? 0.0 : PetscMax(10 * tol, rounding);
   PetscReal                      error, best, change = 0.0;
   int                            idle = 0;
   PCAinsworthFields              weights, others, kept;
@@ -154,7 +160,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   PetscFunctionBegin;
   *refined = PETSC_FALSE;
   why[0]   = 0;
-  if (!data->constraints || (data->adjoint && !data->saddle.D) || tol < 0.0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!PCAinsworthRefinesRows_Private(data, tol)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Duplicate(y, &weights));
   PetscCall(Duplicate(y, &others));
   PetscCall(Duplicate(y, &kept));

@@ -41,8 +41,7 @@ PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x
   Vec                stiffness;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(x, &stiffness));
-  PetscCall(AinsworthTermsStiffness(&data->saddle, stiffness));
+  PetscCall(AinsworthTermsStiffness(&data->saddle, &stiffness));
   PetscCall(VecPointwiseDivide(work, x, data->inverseDiagonal));
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(VecGetArrayRead(stiffness, &d));
@@ -51,7 +50,6 @@ PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x
     if (d[i] == 0.0) w[i] = 0.0;
   PetscCall(VecRestoreArray(work, &w));
   PetscCall(VecRestoreArrayRead(stiffness, &d));
-  PetscCall(VecDestroy(&stiffness));
   PetscCall(VecDot(work, x, &dot));
   *size = PetscRealPart(dot);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -61,7 +59,7 @@ PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x
    PCAinsworthIsFree_Private - is y a motion that neither A nor a row of C resists? For a D that is not zero, or a B that is not C, whose Q does not tell
 
    C_i y = 0 is asked for relative to |C_i| |y|, or, as y has a part that is not free, to the noise of a huge y in the norm of W; A y = 0 in the norm of diag(A), to the root of what rounding
-   may make of its energy. work: n
+   may make of its energy. A row with a spring D_ii resists by the energy of that, which may drown in the rounding of y' A y. work: n
 */
 PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec work, PetscBool *isFree)
 {
@@ -70,9 +68,9 @@ PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec wo
   PetscReal              size;
   PetscScalar            resistance;
   PetscInt               m, held = 0;
-  Vec                    rows, lengths, terms, root;
+  Vec                    rows, lengths, terms, root, springs;
   Mat                    absolute;
-  const PetscScalar     *r, *l, *t;
+  const PetscScalar     *r, *l, *t, *s;
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &size));
@@ -94,12 +92,21 @@ PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec wo
     PetscCall(AinsworthAbsoluteAIJ(C, &absolute));
     PetscCall(MatMult(absolute, root, terms));
     PetscCall(MatDestroy(&absolute));
+    PetscCall(VecDuplicate(rows, &springs));
+    PetscCall(VecZeroEntries(springs));
+    if (data->saddle.D) PetscCall(AinsworthGetDiagonal(data->saddle.D, springs));
     PetscCall(VecGetLocalSize(rows, &m));
+    PetscCall(VecGetArrayRead(springs, &s));
     PetscCall(VecGetArrayRead(terms, &t));
     PetscCall(VecGetArrayRead(rows, &r));
     PetscCall(VecGetArrayRead(lengths, &l));
-    for (PetscInt i = 0; i < m; i++)
-      held += PetscAbsScalar(r[i]) > PetscMax(along * PetscRealPart(t[i]), others * PetscSqrtReal(PetscRealPart(l[i])) * PetscSqrtReal(size));
+    for (PetscInt i = 0; i < m; i++) {
+      const PetscReal drowned = PetscSqrtReal(PETSC_MACHINE_EPSILON * PetscAbsScalar(s[i])), seen = others * PetscSqrtReal(PetscRealPart(l[i]));
+
+      held += PetscAbsScalar(r[i]) > PetscMax(along * PetscRealPart(t[i]), PetscMax(drowned, seen) * PetscSqrtReal(size));
+    }
+    PetscCall(VecRestoreArrayRead(springs, &s));
+    PetscCall(VecDestroy(&springs));
     PetscCall(VecRestoreArrayRead(terms, &t));
     PetscCall(VecDestroy(&terms));
     PetscCall(VecRestoreArrayRead(rows, &r));
@@ -121,7 +128,7 @@ static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x
 {
   PetscReal   size, sizeY, noise;
   PetscScalar energy;
-  PetscBool   isFree;
+  PetscBool   isFree, resists = PETSC_TRUE;
   Vec         work;
 
   PetscFunctionBegin;
@@ -149,7 +156,8 @@ static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x
       if (transpose) PetscCall(MatMultTranspose(data->saddle.A, y, work));
       else PetscCall(MatMult(data->saddle.A, y, work));
       PetscCall(VecDot(work, y, &energy));
-      if (!(PetscAbsScalar(energy) > noise)) {
+      if (!(PetscAbsScalar(energy) > noise)) PetscCall(PCAinsworthResists_Private(data, work, sizeY, &resists)); /* y' A y = 0 where A is indefinite, too */
+      if (!resists) {
         *verdict = AINSWORTH_VERDICT_SINGULAR;
         PetscCall(
           PetscSNPrintf(why, len,

@@ -68,7 +68,7 @@ PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool trans
 
   PetscFunctionBegin;
   *error = 0.0;
-  PetscCall(AinsworthTermsPrimal(sp, transpose, f, x, lambda, Ax, rowsPrimal));
+  PetscCall(AinsworthTermsPrimal(sp, transpose, PETSC_INFINITY, f, x, lambda, Ax, rowsPrimal));
   PetscCall(RaiseSmallTerms(sp, rowsPrimal));
   PetscCall(LargestQuotient(primal, rowsPrimal, NULL, error));
   PetscCall(AinsworthTermsDual(sp, PETSC_FALSE, 0.0, g, x, lambda, rowsDual, &slack));
@@ -120,10 +120,9 @@ PetscErrorCode AinsworthSaddleIsVacuous(AinsworthSaddle *sp, Vec f, Vec g, Vec x
   const PetscScalar     *d, *b, *s;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(x, &stiffness));
   PetscCall(VecDuplicate(x, &forces));
-  PetscCall(AinsworthTermsStiffness(sp, stiffness));
-  PetscCall(AinsworthTermsDisplacement(stiffness, x, &displacement));
+  PetscCall(AinsworthTermsStiffness(sp, &stiffness));
+  PetscCall(AinsworthTermsDisplacement(stiffness, x, &displacement, NULL));
   PetscCall(GivenForces(sp, f, lambda, forces));
   PetscCall(VecGetLocalSize(f, &n));
   PetscCall(VecGetArrayRead(stiffness, &d));
@@ -132,7 +131,6 @@ PetscErrorCode AinsworthSaddleIsVacuous(AinsworthSaddle *sp, Vec f, Vec g, Vec x
   PetscCall(VecRestoreArrayRead(forces, &b));
   PetscCall(VecRestoreArrayRead(stiffness, &d));
   PetscCall(VecDestroy(&forces));
-  PetscCall(VecDestroy(&stiffness));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_MAX, comm));
   if (!found && sp->absolute) {
     Vec absolute;

@@ -73,31 +73,49 @@ PetscErrorCode AinsworthMatFindOffDiagonal(Mat M, PetscInt *row, PetscInt *col)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: are two matrices the same, up to rounding? */
+/* Collective: are two AIJ matrices the same, row by row up to rounding? */
 PetscErrorCode AinsworthMatEqual(Mat C, Mat other, PetscBool *same)
 {
-  Mat       difference;
-  PetscReal norm, size;
+  Mat                difference;
+  Vec                most, largest;
+  const PetscScalar *d, *c;
+  PetscInt           m;
 
   PetscFunctionBegin;
+  *same = PETSC_TRUE;
   PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &difference));
   PetscCall(MatAXPY(difference, -1.0, other, DIFFERENT_NONZERO_PATTERN));
-  PetscCall(MatNorm(difference, NORM_FROBENIUS, &norm));
-  PetscCall(MatNorm(C, NORM_FROBENIUS, &size));
+  PetscCall(MatCreateVecs(C, NULL, &most));
+  PetscCall(VecDuplicate(most, &largest));
+  PetscCall(MatGetRowMaxAbs(difference, most, NULL));
+  PetscCall(MatGetRowMaxAbs(C, largest, NULL));
   PetscCall(MatDestroy(&difference));
-  *same = (PetscBool)(norm <= adjoint * size);
+  PetscCall(VecGetLocalSize(most, &m));
+  PetscCall(VecGetArrayRead(most, &d));
+  PetscCall(VecGetArrayRead(largest, &c));
+  for (PetscInt i = 0; i < m; i++)
+    if (!(PetscAbsScalar(d[i]) <= adjoint * PetscAbsScalar(c[i]))) *same = PETSC_FALSE;
+  PetscCall(VecRestoreArrayRead(largest, &c));
+  PetscCall(VecRestoreArrayRead(most, &d));
+  PetscCall(VecDestroy(&largest));
+  PetscCall(VecDestroy(&most));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, same, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)C)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: do C' u and Ct u agree for a random u, or are they opposite? Each row of C has the same share in it, whatever its scale */
+/*
+   Collective: do C' u and Ct u agree for a random u, or are they opposite? Each row of C has the same share in it, whatever its scale
+
+   A row of zeros has no scale: what Ct has there is asked for by a product of its own, and is nothing where they agree.
+*/
 PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *opposite)
 {
-  Vec                u, x, y, largest;
-  PetscScalar       *a;
+  Vec                u, zero, x, y, largest;
+  PetscScalar       *a, *z;
   const PetscScalar *scale;
   PetscInt           m;
   PetscRandom        rand;
-  PetscReal          norm, difference;
+  PetscReal          norm, difference, empty, beside = 0.0;
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(C, &x, &u));
@@ -106,27 +124,37 @@ PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *
   PetscCall(VecSetRandom(u, rand));
   PetscCall(PetscRandomDestroy(&rand));
   PetscCall(VecDuplicate(u, &largest));
+  PetscCall(VecDuplicate(u, &zero));
+  PetscCall(VecZeroEntries(zero));
   PetscCall(MatGetRowMaxAbs(C, largest, NULL));
   PetscCall(VecGetLocalSize(u, &m));
   PetscCall(VecGetArray(u, &a));
+  PetscCall(VecGetArray(zero, &z));
   PetscCall(VecGetArrayRead(largest, &scale));
-  for (PetscInt i = 0; i < m; i++)
-    if (PetscRealPart(scale[i]) > 0.0) a[i] = (1.0 + a[i]) / PetscRealPart(scale[i]);
+  for (PetscInt i = 0; i < m; i++) {
+    const PetscReal size = PetscAbsScalar(scale[i]);
+
+    if (size == 0.0) z[i] = 1.0 + a[i];
+    a[i] = size == 0.0 ? 0.0 : (1.0 + a[i]) / size;
+  }
   PetscCall(VecRestoreArrayRead(largest, &scale));
+  PetscCall(VecRestoreArray(zero, &z));
   PetscCall(VecRestoreArray(u, &a));
+  PetscCall(VecNorm(zero, NORM_INFINITY, &empty));
+  if (empty > 0.0) {
+    PetscCall(MatMult(Ct, zero, y));
+    PetscCall(VecNorm(y, NORM_INFINITY, &beside));
+  }
   PetscCall(MatMultHermitianTranspose(C, u, x));
   PetscCall(MatMult(Ct, u, y));
   PetscCall(VecNorm(x, NORM_2, &norm));
   PetscCall(VecAXPY(y, -1.0, x));
   PetscCall(VecNorm(y, NORM_2, &difference));
-  *same = (PetscBool)(difference <= adjoint * norm);
+  *same = (PetscBool)(beside == 0.0 && difference <= adjoint * norm);
   PetscCall(VecAXPY(y, 2.0, x));
   PetscCall(VecNorm(y, NORM_2, &difference));
-  *opposite = (PetscBool)(!*same && difference <= adjoint * norm);
-  PetscCall(VecDestroy(&largest));
-  PetscCall(VecDestroy(&u));
-  PetscCall(VecDestroy(&x));
-  PetscCall(VecDestroy(&y));
+  *opposite = (PetscBool)(!*same && beside == 0.0 && difference <= adjoint * norm);
+  for (Vec *v : {&largest, &zero, &u, &x, &y}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

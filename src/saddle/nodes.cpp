@@ -142,21 +142,13 @@ static PetscErrorCode FindTwins(Mat A, PetscInt *bs, std::vector<PetscInt> *orde
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthFindNodes - unknowns of a node where these are not next to each other, and the rows of this rank node by node; 1 and none where there are no such nodes
-
-   Collective. Entries that are zero may be missing only where unknowns are numbered component by component, and rows of Dirichlet conditions be there.
-*/
-PetscErrorCode AinsworthFindNodes(Mat A, PetscInt *bs, std::vector<PetscInt> *order)
+/* AinsworthFindNodes() of any A, whatever was found before */
+static PetscErrorCode Find(Mat A, PetscInt *bs, std::vector<PetscInt> *order)
 {
-  PetscBool aij, found = PETSC_FALSE;
+  PetscBool found = PETSC_FALSE;
   PetscInt  n;
 
   PetscFunctionBegin;
-  *bs = 1;
-  order->clear();
-  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)A, &aij, MATSEQAIJ, MATMPIAIJ, ""));
-  if (!aij) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt b = largest; b > 1 && !found; b--) {
     PetscCall(AreByComponent(A, b, &found));
     if (found) *bs = b;
@@ -167,5 +159,51 @@ PetscErrorCode AinsworthFindNodes(Mat A, PetscInt *bs, std::vector<PetscInt> *or
   }
   PetscCall(MatGetLocalSize(A, &n, NULL));
   for (PetscInt i = 0; i < n; i++) order->push_back(i % *bs * (n / *bs) + i / *bs);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthFindNodes - unknowns of a node where these are not next to each other, and the rows of this rank node by node; 1 and none where there are no such nodes
+
+   Collective. Entries that are zero may be missing only where unknowns are numbered component by component, and rows of Dirichlet conditions be there. What is
+   found stays with A, for the next caller, as long as its pattern does.
+*/
+PetscErrorCode AinsworthFindNodes(Mat A, PetscInt *bs, std::vector<PetscInt> *order)
+{
+  static const char name[]  = "AinsworthNodes";
+  static PetscInt   stateId = -1;
+  PetscObjectState  pattern;
+  PetscReal         before = -1.0;
+  PetscBool         aij, known = PETSC_FALSE;
+  IS                nodes;
+
+  PetscFunctionBegin;
+  *bs = 1;
+  order->clear();
+  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)A, &aij, MATSEQAIJ, MATMPIAIJ, ""));
+  if (!aij) PetscFunctionReturn(PETSC_SUCCESS);
+  if (stateId < 0) PetscCall(PetscObjectComposedDataRegister(&stateId));
+  PetscCall(MatGetNonzeroState(A, &pattern));
+  PetscCall(PetscObjectQuery((PetscObject)A, name, (PetscObject *)&nodes));
+  if (nodes) PetscCall(PetscObjectComposedDataGetReal((PetscObject)nodes, stateId, before, known));
+  known = (PetscBool)(known && before == (PetscReal)pattern);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &known, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
+  if (known) {
+    const PetscInt *index;
+    PetscInt        n;
+
+    PetscCall(ISGetBlockSize(nodes, bs));
+    PetscCall(ISGetLocalSize(nodes, &n));
+    PetscCall(ISGetIndices(nodes, &index));
+    order->assign(index, index + n);
+    PetscCall(ISRestoreIndices(nodes, &index));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(Find(A, bs, order));
+  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)A), (PetscInt)order->size(), order->data(), PETSC_COPY_VALUES, &nodes));
+  PetscCall(ISSetBlockSize(nodes, *bs));
+  PetscCall(PetscObjectComposedDataSetReal((PetscObject)nodes, stateId, (PetscReal)pattern));
+  PetscCall(PetscObjectCompose((PetscObject)A, name, (PetscObject)nodes));
+  PetscCall(ISDestroy(&nodes)); /* A has it */
   PetscFunctionReturn(PETSC_SUCCESS);
 }

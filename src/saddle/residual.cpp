@@ -5,13 +5,14 @@
 
 /*
    `own` is the rounding of the terms of a row of A x + C' lambda = f, through solves with a Gram matrix whose condition number is a million, and 1e8 where it is
-   `doubtful`;
+   `doubtful`; `most` is the part of the largest other term that the rounding of multipliers may be which cancel each other;
    `noise` is that of the right-hand side of a zero row of C, relative to the largest |g|, and that of f - C' lambda, relative to both;
    `rounding` is that of an entry of x among larger ones;
    `nearly` is that of a row that depends on others
 */
 static const PetscReal own      = 1e-10;
 static const PetscReal doubted  = 1e-6;
+static const PetscReal most     = 1e-6;
 static const PetscReal noise    = 1000 * PETSC_MACHINE_EPSILON;
 static const PetscReal rounding = 10 * PETSC_MACHINE_EPSILON;
 static const PetscReal nearly   = 1e-10;
@@ -34,16 +35,28 @@ PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool tran
 /*
    AinsworthSaddleEnergy - (x' A x + lambda' D lambda)^{1/2}, from a product with A
 
-   The energy of both equations: D is the compliance of springs that the multipliers load.
+   The energy of both equations: D is the compliance of springs that the multipliers load. A huge lambda that a singular D takes to nothing has none: what is
+   left of its terms is their rounding.
 */
 PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *sp, Vec x, Vec lambda, Vec Ax, PetscReal *energy)
 {
-  PetscScalar product;
-  PetscReal   springs = 0.0;
+  static const PetscReal cancelled = 100 * PETSC_MACHINE_EPSILON;
+  PetscScalar            product;
+  PetscReal              springs = 0.0, terms;
+  Mat                    M;
+  Vec                    absolute;
 
   PetscFunctionBegin;
   PetscCall(VecDot(Ax, x, &product));
-  if (sp->rowsD) PetscCall(AinsworthFormValue(sp->rowsD, lambda, &springs));
+  if (sp->rowsD) {
+    PetscCall(AinsworthFormValue(sp->rowsD, lambda, &springs));
+    PetscCall(AinsworthAbsoluteAIJ(sp->rowsD, &M));
+    PetscCall(AinsworthDuplicateAbs(lambda, &absolute));
+    PetscCall(AinsworthFormValue(M, absolute, &terms));
+    PetscCall(VecDestroy(&absolute));
+    PetscCall(MatDestroy(&M));
+    if (springs <= cancelled * terms) springs = 0.0;
+  }
   *energy = PetscSqrtReal(PetscAbsScalar(product) + springs);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -80,7 +93,8 @@ static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthUnmet *worst)
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscBool doubtful, PetscReal tol, PetscReal energy, Vec f, Vec x,
                                           Vec lambda, Vec Ax, Vec residual, AinsworthUnmet *worst)
 {
-  MPI_Comm           comm = PetscObjectComm((PetscObject)x);
+  MPI_Comm           comm    = PetscObjectComm((PetscObject)x);
+  const PetscReal    excused = PetscMax(tol, doubtful ? doubted : own);
   Vec                diagonal, size, through;
   PetscInt           first, n, suspicious = 0;
   PetscReal          displacement, load = 0.0;
@@ -88,8 +102,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
 
   PetscFunctionBegin;
   *worst = AinsworthUnmet();
-  PetscCall(VecDuplicate(x, &diagonal));
-  PetscCall(AinsworthTermsStiffness(sp, diagonal));
+  PetscCall(AinsworthTermsStiffness(sp, &diagonal));
   PetscCall(VecGetOwnershipRange(residual, &first, NULL));
   PetscCall(VecGetLocalSize(residual, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));
@@ -105,7 +118,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   PetscCall(VecRestoreArrayRead(Ax, &a));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &load, 1, MPIU_REAL, MPIU_SUM, comm));
   load = PetscSqrtReal(load);
-  PetscCall(AinsworthTermsDisplacement(diagonal, x, &displacement));
+  PetscCall(AinsworthTermsDisplacement(diagonal, x, &displacement, NULL));
   auto allowed = [&](PetscInt i, PetscReal through) {
     const PetscReal stiffness = PetscRealPart(d[i]);
     const PetscReal bound     = stiffness > 0.0 ? (tol * energy + noise * load) * PetscSqrtReal(stiffness) + rounding * displacement * stiffness
@@ -117,15 +130,14 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &suspicious, 1, MPIU_INT, MPI_MAX, comm));
   if (suspicious) {
     PetscCall(VecDuplicate(x, &size));
-    PetscCall(AinsworthTermsPrimal(sp, transpose, f, x, lambda, Ax, size));
+    PetscCall(AinsworthTermsPrimal(sp, transpose, most / excused, f, x, lambda, Ax, size));
     PetscCall(VecDuplicate(x, &through));
     PetscCall(AinsworthTermsThroughRows(sp, diagonal, through));
     PetscCall(VecGetArrayRead(size, &s));
     PetscCall(VecGetArrayRead(through, &t));
     for (PetscInt i = 0; i < n; i++) {
       const PetscReal terms    = PetscRealPart(s[i]);
-      const PetscReal quotient = AinsworthQuotient(PetscAbsScalar(r[i]),
-                                                   PetscMax(allowed(i, PetscRealPart(t[i])), PetscMax(tol, doubtful ? doubted : own) * terms));
+      const PetscReal quotient = AinsworthQuotient(PetscAbsScalar(r[i]), PetscMax(allowed(i, PetscRealPart(t[i])), excused * terms));
 
       if (quotient <= worst->quotient) continue;
       worst->quotient = quotient;
@@ -141,7 +153,6 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   }
   PetscCall(VecRestoreArrayRead(diagonal, &d));
   PetscCall(VecRestoreArrayRead(residual, &r));
-  PetscCall(VecDestroy(&diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -231,7 +231,7 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleResetBlocks(sp));
   for (Mat *M : {&sp->A, &sp->P, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC, &sp->absolute}) PetscCall(MatDestroy(M));
-  for (Vec *v : {&sp->balance, &sp->known, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
+  for (Vec *v : {&sp->balance, &sp->known, &sp->stiffness, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
   PetscCall(MatNullSpaceDestroy(&sp->whole));
   PetscCall(MatDestroy(&sp->numbering));
   PetscCall(PetscFree(sp->kind));

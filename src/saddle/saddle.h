@@ -73,11 +73,12 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   PetscInt          first;                      /* global number of the first of them */
   PetscInt          local;                      /* their number */
   PetscInt          count[AINSWORTH_ROW_KINDS]; /* on all ranks */
-  PetscBool         nearly;   /* some dependent rows are so only to the digits of the Gram matrix: what contradicts them may have a solution */
-  Vec               balance;  /* of the rows of C, B and D, and the columns of D, powers of 2; NULL: 1 */
-  Vec               known;    /* n, 1 / A_ii where nothing but A_ii is in the row of an unknown, else 0; NULL: none matters */
-  Vec               work[2];  /* n and all rows; NULL: not needed yet */
-  Mat               absolute; /* |C|, entry by entry, with all of its rows; NULL: not needed yet */
+  PetscBool         nearly;    /* some dependent rows are so only to the digits of the Gram matrix: what contradicts them may have a solution */
+  Vec               balance;   /* of the rows of C, B and D, and the columns of D, powers of 2; NULL: 1 */
+  Vec               known;     /* n, 1 / A_ii where nothing but A_ii is in the row of an unknown, else 0; NULL: none matters */
+  Vec               work[2];   /* n and all rows; NULL: not needed yet */
+  Mat               absolute;  /* |C|, entry by entry, with all of its rows; NULL: not needed yet */
+  mutable Vec       stiffness; /* AinsworthTermsStiffness(); NULL: not needed yet */
 };
 
 /* arrays.cpp */

@@ -10,9 +10,15 @@ PetscErrorCode AinsworthDuplicateAbs(Vec x, Vec *absolute)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* size = |op(A)| |x| + |B|' |lambda| + |f|, what the terms of each row of the first equation amount to */
-PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpose, Vec f, Vec x, Vec lambda, Vec Ax, Vec size)
+/*
+   AinsworthTermsPrimal - |op(A)| |x| + |B|' |lambda| + |f|, what the terms of each row of the first equation amount to
+
+   A huge lambda that B' takes to nearly nothing, where rows depend on others, would drown all else in its rounding: what cancels counts up to `others` times the
+   largest of the other terms
+*/
+PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscReal others, Vec f, Vec x, Vec lambda, Vec Ax, Vec size)
 {
+  PetscReal largest;
   Vec       absolute, part;
   Mat       A, M;
   PetscBool rows;
@@ -36,9 +42,19 @@ PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpo
   }
   PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
   PetscCall(AinsworthDuplicateAbs(lambda, &absolute));
-  PetscCall(MatMultTransposeAdd(M, absolute, size, part));
-  PetscCall(VecCopy(part, size));
+  PetscCall(MatMultTranspose(M, absolute, part));
   PetscCall(VecDestroy(&absolute));
+  if (others < PETSC_INFINITY) {
+    PetscCall(VecNorm(size, NORM_INFINITY, &largest));
+    PetscCall(VecDuplicate(size, &absolute));
+    PetscCall(VecSet(absolute, others * largest));
+    PetscCall(VecPointwiseMin(part, part, absolute));
+    PetscCall(MatMultHermitianTranspose(sp->rowsB, lambda, absolute));
+    PetscCall(VecAbs(absolute));
+    PetscCall(VecPointwiseMax(part, part, absolute));
+    PetscCall(VecDestroy(&absolute));
+  }
+  PetscCall(VecAXPY(size, 1.0, part));
   PetscCall(VecDestroy(&part));
   PetscCall(MatDestroy(&M));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -86,17 +102,27 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscBool sums, P
 */
 PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscBool sums, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec size, Vec *slack)
 {
-  Vec       absolute;
-  PetscReal largest;
+  Vec                stiffness, absolute;
+  PetscInt           n;
+  PetscReal          largest, root;
+  PetscScalar       *a;
+  const PetscScalar *d;
 
   PetscFunctionBegin;
   if (!sp->absolute) PetscCall(AinsworthAbsoluteAIJ(sp->givenC, &sp->absolute));
-  PetscCall(VecDuplicate(x, &absolute));
-  PetscCall(AinsworthTermsStiffness(sp, absolute));
-  PetscCall(AinsworthTermsDisplacement(absolute, x, &largest));
-  PetscCall(VecDestroy(&absolute));
+  PetscCall(AinsworthTermsStiffness(sp, &stiffness));
+  PetscCall(AinsworthTermsDisplacement(stiffness, x, &largest, &root));
   PetscCall(AinsworthDuplicateAbs(x, &absolute));
-  PetscCall(VecShift(absolute, AinsworthCombined / AinsworthConsistent * largest));
+  PetscCall(VecGetLocalSize(x, &n));
+  PetscCall(VecGetArray(absolute, &a));
+  PetscCall(VecGetArrayRead(stiffness, &d));
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal k = PetscSqrtReal(PetscAbsScalar(d[i])); /* W moves a stiff unknown by as little as has the energy of the others */
+
+    a[i] += AinsworthCombined / AinsworthConsistent * (k * largest > root ? root / k : largest);
+  }
+  PetscCall(VecRestoreArrayRead(stiffness, &d));
+  PetscCall(VecRestoreArray(absolute, &a));
   PetscCall(MatMult(sp->absolute, absolute, size));
   PetscCall(VecDestroy(&absolute));
   PetscCall(AinsworthDuplicateAbs(g, &absolute));
@@ -136,8 +162,12 @@ static PetscErrorCode LeastOfColumns(Mat M, Vec least)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where the diagonal of A has a zero, or a negative entry, the largest of its row tells how stiff it is; rows of zeros, without stiffness, have 0 */
-PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *sp, Vec stiffness)
+/*
+   AinsworthTermsStiffness - how stiff each unknown is, borrowed until the next set-up
+
+   Where the diagonal of A has a zero, or a negative entry, the largest of its row tells it; rows of zeros, without stiffness, have 0
+*/
+PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *sp, Vec *stiffness)
 {
   Mat          A;
   PetscInt     first, n;
@@ -145,49 +175,60 @@ PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *sp, Vec stiffness)
   PetscScalar *d;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthGetDiagonal(sp->block[0], stiffness));
-  PetscCall(MatHasOperation(sp->block[0], MATOP_GET_ROW, &has));
-  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetOwnershipRange(stiffness, &first, NULL));
-  PetscCall(VecGetLocalSize(stiffness, &n));
-  PetscCall(VecGetArray(stiffness, &d));
-  for (PetscInt i = 0; i < n; i++)
-    if (!(PetscRealPart(d[i]) > 0.0)) look = PETSC_TRUE;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &look, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)stiffness)));
-  if (look) PetscCall(AinsworthGetAIJ(sp->block[0], &A));
-  for (PetscInt i = 0; i < n && look; i++) {
-    PetscInt           entries;
-    const PetscScalar *a;
-    PetscReal          most = 0.0;
+  if (!sp->stiffness) {
+    PetscCall(AinsworthCreateDiagonal(sp->block[0], &sp->stiffness));
+    PetscCall(MatHasOperation(sp->block[0], MATOP_GET_ROW, &has));
+    PetscCall(VecGetOwnershipRange(sp->stiffness, &first, NULL));
+    PetscCall(VecGetLocalSize(sp->stiffness, &n));
+    PetscCall(VecGetArray(sp->stiffness, &d));
+    for (PetscInt i = 0; i < n && has; i++)
+      if (!(PetscRealPart(d[i]) > 0.0)) look = PETSC_TRUE;
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &look, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)sp->stiffness)));
+    if (look) PetscCall(AinsworthGetAIJ(sp->block[0], &A));
+    for (PetscInt i = 0; i < n && look; i++) {
+      PetscInt           entries;
+      const PetscScalar *a;
+      PetscReal          most = 0.0;
 
-    if (PetscRealPart(d[i]) > 0.0) continue;
-    PetscCall(MatGetRow(A, first + i, &entries, NULL, &a));
-    for (PetscInt k = 0; k < entries; k++) most = PetscMax(most, PetscAbsScalar(a[k]));
-    PetscCall(MatRestoreRow(A, first + i, &entries, NULL, &a));
-    d[i] = most;
+      if (PetscRealPart(d[i]) > 0.0) continue;
+      PetscCall(MatGetRow(A, first + i, &entries, NULL, &a));
+      for (PetscInt k = 0; k < entries; k++) most = PetscMax(most, PetscAbsScalar(a[k]));
+      PetscCall(MatRestoreRow(A, first + i, &entries, NULL, &a));
+      d[i] = most;
+    }
+    if (look) PetscCall(MatDestroy(&A));
+    PetscCall(VecRestoreArray(sp->stiffness, &d));
   }
-  if (look) PetscCall(MatDestroy(&A));
-  PetscCall(VecRestoreArray(stiffness, &d));
+  *stiffness = sp->stiffness;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The largest |x_i| of unknowns with a stiffness, of all where there is none: others may have any unit */
-PetscErrorCode AinsworthTermsDisplacement(Vec stiffness, Vec x, PetscReal *displacement)
+/*
+   AinsworthTermsDisplacement - the largest |x_i| of unknowns with a stiffness, of all where there is none: others may have any unit
+
+   root: the largest |x_i| d_i^{1/2}, the root of its energy; may be NULL
+*/
+PetscErrorCode AinsworthTermsDisplacement(Vec stiffness, Vec x, PetscReal *displacement, PetscReal *root)
 {
   PetscInt           n;
+  PetscReal          most[2] = {0.0, 0.0};
   const PetscScalar *d, *v;
 
   PetscFunctionBegin;
-  *displacement = 0.0;
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(VecGetArrayRead(stiffness, &d));
   PetscCall(VecGetArrayRead(x, &v));
-  for (PetscInt i = 0; i < n; i++)
-    if (d[i] != 0.0) *displacement = PetscMax(*displacement, PetscAbsScalar(v[i]));
+  for (PetscInt i = 0; i < n; i++) {
+    if (d[i] == 0.0) continue;
+    most[0] = PetscMax(most[0], PetscAbsScalar(v[i]));
+    most[1] = PetscMax(most[1], PetscAbsScalar(v[i]) * PetscSqrtReal(PetscAbsScalar(d[i])));
+  }
   PetscCall(VecRestoreArrayRead(x, &v));
   PetscCall(VecRestoreArrayRead(stiffness, &d));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, displacement, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)x)));
-  if (*displacement == 0.0) PetscCall(VecNorm(x, NORM_INFINITY, displacement));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, most, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)x)));
+  if (most[0] == 0.0) PetscCall(VecNorm(x, NORM_INFINITY, &most[0]));
+  *displacement = most[0];
+  if (root) *root = most[1];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -10,10 +10,10 @@ static const PetscReal AinsworthConsistent = 1e-8;
 static const PetscReal AinsworthCombined = 1e3 * PETSC_MACHINE_EPSILON;
 
 PetscErrorCode AinsworthDuplicateAbs(Vec, Vec *);
-PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *, PetscBool, Vec, Vec, Vec, Vec, Vec);
+PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthTermsDual(AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec *);
-PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *, Vec);
-PetscErrorCode AinsworthTermsDisplacement(Vec, Vec, PetscReal *);
+PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *, Vec *);
+PetscErrorCode AinsworthTermsDisplacement(Vec, Vec, PetscReal *, PetscReal *);
 PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *, Vec, Vec);
 
 /* quotient of a residual and its bound, infinite where either is not a number: a bound that overflows allows nothing */

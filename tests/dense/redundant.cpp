@@ -158,6 +158,60 @@ static PetscErrorCode Scene(const char *name, const Dense &C)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Several right-hand sides at once; where one contradicts the rows, no later one makes that good */
+static PetscErrorCode Several(bool contradicts)
+{
+  const Options options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-10");
+  DenseSystem   d;
+  Run           run;
+  Mat           B, X;
+  IS            fields[2];
+  PetscInt      n;
+
+  PetscFunctionBeginUser;
+  Case("several right-hand sides, one contradicts the rows: %d", contradicts);
+  d.C = Rows(Rings(8));
+  d.A = 2.0 * Dense::Identity(d.C.cols(), d.C.cols());
+  d.f = Column::Ones(d.C.cols());
+  d.g = Column::Zero(d.C.rows());
+  PetscCall(RunCreateWhole(d, &run));
+  PetscCall(MatGetLocalSize(run.nest, &n, NULL));
+  PetscCall(MatNestGetISs(run.nest, fields, NULL));
+  PetscCall(MatCreateDense(PETSC_COMM_WORLD, n, PETSC_DECIDE, PETSC_DETERMINE, 3, NULL, &B));
+  for (PetscInt j = 0; j < 3; j++) {
+    Vec b;
+
+    PetscCall(MatDenseGetColumnVecWrite(B, j, &b));
+    PetscCall(VecISSet(b, fields[0], 1.0 + (PetscReal)j));
+    PetscCall(VecISSet(b, fields[1], contradicts && !j ? 1.0 : 0.0)); /* around a ring */
+    PetscCall(MatDenseRestoreColumnVecWrite(B, j, &b));
+  }
+  PetscCall(MatDuplicate(B, MAT_DO_NOT_COPY_VALUES, &X));
+  if (contradicts)
+    PetscCall(
+      CheckError("KSPMatSolve", [&]() { return KSPMatSolve(run.ksp, B, X); }, PETSC_ERR_NOT_CONVERGED, {"Column 0 of", "is not that of the other rows"}));
+  else PetscCall(KSPMatSolve(run.ksp, B, X));
+  for (PetscInt j = 0; j < 3 && !contradicts; j++) {
+    Vec       x, b, difference;
+    PetscReal norm;
+
+    PetscCall(MatCreateVecs(run.nest, NULL, &difference));
+    PetscCall(MatDenseGetColumnVecRead(X, j, &x));
+    PetscCall(MatMult(run.nest, x, difference));
+    PetscCall(MatDenseRestoreColumnVecRead(X, j, &x));
+    PetscCall(MatDenseGetColumnVecRead(B, j, &b));
+    PetscCall(VecAXPY(difference, -1.0, b));
+    PetscCall(MatDenseRestoreColumnVecRead(B, j, &b));
+    PetscCall(VecNorm(difference, NORM_INFINITY, &norm));
+    PetscCall(Check("K x - b", norm, 1e-9));
+    PetscCall(VecDestroy(&difference));
+  }
+  PetscCall(MatDestroy(&X));
+  PetscCall(MatDestroy(&B));
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   int exitcode;
@@ -165,6 +219,7 @@ int main(int argc, char **argv)
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(AinsworthInitializePackage());
+  for (bool contradicts : {false, true}) PetscCall(Several(contradicts));
   PetscCall(Scene("edges of grids", Rows(Grids(7))));
   PetscCall(Scene("nodes of grids", Rows(Grids(7)).transpose()));
   PetscCall(Scene("edges of network", Rows(Network(40, 120))));

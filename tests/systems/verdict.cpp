@@ -15,8 +15,10 @@ static Matrix Rows(const Saddle &s)
 
   if (any) {
     const Eigen::SelfAdjointEigenSolver<Matrix> eigen(s.D);
-    const Matrix                                L = eigen.eigenvectors() * eigen.eigenvalues().cwiseAbs().cwiseSqrt().asDiagonal();
-    Matrix                                      both(all.rows(), all.cols() + L.cols());
+    const Vector                                values = eigen.eigenvalues().cwiseAbs();
+    /* what is an eigenvalue by rounding alone would come out as its root, and tell apart rows that D does not */
+    const Matrix L = eigen.eigenvectors() * (values.array() > 1e-13 * values.maxCoeff()).select(values, 0.0).cwiseSqrt().asDiagonal();
+    Matrix       both(all.rows(), all.cols() + L.cols());
 
     both << all, L;
     all = both;

@@ -61,8 +61,9 @@ static PetscErrorCode ReportModel(const Model &model, const SaddleSolution &solu
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, model.mesh.comm));
   PetscCall(PetscPrintf(model.mesh.comm,
                         "model: %s slaves=%" PetscInt_FMT " nonzeros_A=%.0f nonzeros_C=%.0f longest=%" PetscInt_FMT " shared=%" PetscInt_FMT
-                        " memory_mib=%.0f iterations=%" PetscInt_FMT "\n",
-                        model.name, model.slaves, (double)A.nz_used, (double)C.nz_used, longest, shared, total / 1048576, solution.iterations));
+                        " memory_mib=%.0f setup_processor_s=%.3f solve_processor_s=%.3f iterations=%" PetscInt_FMT "\n",
+                        model.name, model.slaves, (double)A.nz_used, (double)C.nz_used, longest, shared, total / 1048576, solution.setupProcessor,
+                        solution.solveProcessor, solution.iterations));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

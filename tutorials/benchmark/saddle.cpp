@@ -1,5 +1,6 @@
 /* A saddle-point system as a MatNest, solved by a KSP that the options choose */
 #include "saddle.h"
+#include "report.h"
 #include <petsctime.h>
 
 enum TransposeBlock {
@@ -112,6 +113,7 @@ PetscErrorCode SaddleSolve(const SaddleBlocks &s, Vec f, Vec g, SaddleSolution *
 {
   MPI_Comm       comm = PetscObjectComm((PetscObject)s.A);
   PetscLogDouble start, ready, end;
+  double         processor[3];
   Layout         layout;
   Mat            K;
   Vec            rhs, all;
@@ -129,12 +131,17 @@ PetscErrorCode SaddleSolve(const SaddleBlocks &s, Vec f, Vec g, SaddleSolution *
   PetscCall(KSPSetOperators(ksp, K, K));
   PetscCall(KSPSetFromOptions(ksp));
   PetscCall(Now(comm, &start));
+  processor[0] = ReportProcessor();
   PetscCall(KSPSetUp(ksp));
   PetscCall(Now(comm, &ready));
+  processor[1] = ReportProcessor();
   PetscCall(KSPSolve(ksp, rhs, all));
   PetscCall(Now(comm, &end));
-  solution->setupSeconds = ready - start;
-  solution->solveSeconds = end - ready;
+  processor[2]             = ReportProcessor();
+  solution->setupProcessor = processor[1] - processor[0];
+  solution->solveProcessor = processor[2] - processor[1];
+  solution->setupSeconds   = ready - start;
+  solution->solveSeconds   = end - ready;
   PetscCall(KSPGetConvergedReason(ksp, &solution->reason));
   PetscCall(KSPGetIterationNumber(ksp, &solution->iterations));
   PetscCall(VecDuplicate(f, &solution->x));

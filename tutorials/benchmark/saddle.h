@@ -15,6 +15,7 @@ struct SaddleBlocks {
 struct SaddleSolution {
   Vec                x, lambda;
   PetscReal          setupSeconds, solveSeconds;
+  double             setupProcessor = 0, solveProcessor = 0; /* seconds of the processor, of this rank */
   PetscInt           iterations;
   KSPConvergedReason reason;
 };

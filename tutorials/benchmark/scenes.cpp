@@ -15,9 +15,11 @@ static PetscErrorCode ReportScene(const Scene &scene, Mat A, const SaddleSolutio
   PetscCallMPI(MPI_Comm_size(scene.comm, &size));
   PetscCall(MatGetInfo(A, MAT_GLOBAL_SUM, &info));
   PetscCall(MatGetType(A, &type));
-  PetscCall(PetscPrintf(
-    scene.comm, "scene: %s n=%" PetscInt_FMT " ranks=%d operator=%s bs=%d nonzeros=%.0f assembly_s=%.3f iterations=%" PetscInt_FMT " reason=%s\n", scene.name,
-    scene.options.n, (int)size, type, scene.bs, (double)info.nz_used, assembly, solution.iterations, KSPConvergedReasons[solution.reason]));
+  PetscCall(PetscPrintf(scene.comm,
+                        "scene: %s n=%" PetscInt_FMT " ranks=%d operator=%s bs=%d nonzeros=%.0f assembly_s=%.3f processor_s=%.4f iterations=%" PetscInt_FMT
+                        " reason=%s\n",
+                        scene.name, scene.options.n, (int)size, type, scene.bs, (double)info.nz_used, assembly,
+                        solution.setupProcessor + solution.solveProcessor, solution.iterations, KSPConvergedReasons[solution.reason]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

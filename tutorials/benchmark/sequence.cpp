@@ -18,7 +18,7 @@ enum Change {
 struct Choices {
   PetscInt  steps, change;
   PetscReal changed, bulge;
-  PetscBool compare, verify, guess;
+  PetscBool compare, verify;
 };
 
 /* All rows of C that there may be, and which of them are active, on every rank; the system of those, and the solution of the last step */
@@ -58,8 +58,6 @@ static PetscErrorCode ChoicesGet(MPI_Comm comm, Choices *c)
     PetscOptionsReal("-bulge", "How far the upper body is above the lower one at the edges of the contact surface [length]", NULL, c->bulge, &c->bulge, NULL));
   PetscCall(PetscOptionsBool("-compare", "Solve each system with a new KSP, too", NULL, c->compare, &c->compare, NULL));
   PetscCall(PetscOptionsBool("-verify", "Compare with a direct solver, which takes its time", NULL, c->verify, &c->verify, NULL));
-  PetscCall(
-    PetscOptionsBool("-guess", "Leave the last x in the vector of the solution, for -ainsworth_ksp_initial_guess_nonzero", NULL, c->guess, &c->guess, NULL));
   PetscOptionsEnd();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -305,7 +303,7 @@ static PetscErrorCode SetOperators(KSP ksp, Mat K)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Solves the system at hand, from the x that is there if that is asked for, but does not keep the solution */
+/* Solves the system at hand, but does not keep the solution */
 static PetscErrorCode Solve(const Sequence &s, KSP ksp, Result *result)
 {
   MPI_Comm comm = s.whole.mesh.comm;
@@ -316,7 +314,6 @@ static PetscErrorCode Solve(const Sequence &s, KSP ksp, Result *result)
   PetscCall(MatNestGetISs(s.K, is, NULL));
   PetscCall(VecISCopy(s.b, is[0], SCATTER_FORWARD, s.whole.f));
   PetscCall(VecISCopy(s.b, is[1], SCATTER_FORWARD, s.g));
-  if (s.choices.guess) PetscCall(VecISCopy(s.y, is[0], SCATTER_FORWARD, s.x));
   PetscCall(SetOperators(ksp, s.K));
   at[0] = ReportProcessor();
   PetscCall(KSPSetUp(ksp));

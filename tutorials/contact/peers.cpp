@@ -2,7 +2,8 @@ static char help[] = "Hertz' sphere on a block at one approach, as a whole: the 
   -method snes         an active set that the options choose, for instance -snes_type ainsworthactiveset -ksp_type preonly -pc_type ainsworth\n\
   -method elimination  the same active set, where each step eliminates one unknown of each row in contact and makes a new solver\n\
   -method tao          TAO, for instance -tao_type pdipm or almm\n\
-Processor seconds, and how far x is from that of an active set with a direct solver, in the energy norm.\n\n";
+Processor seconds, and how far x is from that of an active set with a direct solver, in the energy norm.\n\
+  -write <file>        A, C, g and that x, in PETSc's binary format\n\n";
 
 #include "bodies.h"
 #include "../benchmark/forms.h"
@@ -294,6 +295,23 @@ static PetscErrorCode Judge(Problem *p, Vec u, Vec exact, PetscReal *error, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A, C, g and the solution, for programs that other packages need (docs/study/permon.c) */
+static PetscErrorCode Write(const Problem *p, Vec exact)
+{
+  char        file[PETSC_MAX_PATH_LEN];
+  PetscBool   wanted;
+  PetscViewer viewer;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsGetString(NULL, NULL, "-write", file, sizeof(file), &wanted));
+  if (!wanted) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscViewerBinaryOpen(p->bodies.scene.comm, file, FILE_MODE_WRITE, &viewer));
+  for (Mat M : {p->A, p->C}) PetscCall(MatView(M, viewer));
+  for (Vec v : {p->g, exact}) PetscCall(VecView(v, viewer));
+  PetscCall(PetscViewerDestroy(&viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   const char *const methods[] = {"snes", "elimination", "tao"};
@@ -330,6 +348,7 @@ int main(int argc, char **argv)
   PetscCall(VecDuplicate(u, &exact));
   PetscCall(MatGetSize(p.A, &size, NULL));
   PetscCall(SolveSNES(&p, PETSC_TRUE, PETSC_FALSE, PETSC_FALSE, exact, other));
+  PetscCall(Write(&p, exact));
   cpu = ReportProcessor();
   if (method == METHOD_SNES) PetscCall(SolveSNES(&p, PETSC_FALSE, fresh, monolithic, u, count));
   else if (method == METHOD_ELIMINATION) PetscCall(SolveElimination(&p, u, count));

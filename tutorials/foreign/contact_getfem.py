@@ -47,12 +47,12 @@ def block(n):
     return md, (m, mfu, mim)  # the model does not keep them
 
 
-def tangent(md):
-    """GetFEM's tangent matrix as AIJ and the residual; both unknowns of a node on one rank, all multipliers on the first"""
+def tangent(md, body='u'):
+    """GetFEM's tangent matrix as AIJ and the residual; both unknowns of a node on one rank, the body on all, what comes before it on the first"""
     K = md.tangent_matrix()
     K.transpose()
     starts, columns = K.csc_ind()  # of the transpose, hence row by row
-    u, size = md.interval_of_variable('u')
+    u, size = md.interval_of_variable(body)
     ranks, rank = PETSc.COMM_WORLD.size, PETSc.COMM_WORLD.rank
     cut = [0] + [u + 2 * (size // 2 * r // ranks) for r in range(1, ranks)] + [K.size()[0]]
     first, end = cut[rank], cut[rank + 1]
@@ -92,15 +92,20 @@ def newton(md, named):
     return step
 
 
-gf.util_trace_level(0)
-md, kept = block(int(sys.argv[1]) if len(sys.argv) > 1 else 24)
-zero = md.from_variables()
-md.solve('max_res', 1e-12)
-u, contact = md.variable('u'), md.variable('contact')
-PETSc.Sys.Print(f'{len(u)} unknowns, {len(contact)} nodes may touch the obstacle, {np.count_nonzero(contact)} do')
-for named in True, False:
-    md.to_variables(zero)
-    steps = newton(md, named)
-    error = max(abs(md.variable('u') - u).max(), abs(md.variable('contact') - contact).max())
-    PETSc.Sys.Print(f'fields {"named" if named else "not named"}: {steps} steps; difference from GetFEM\'s own solver below 1e-7: '
-                    f'{"yes" if error < 1e-7 else error}')
+def main():
+    gf.util_trace_level(0)
+    md, kept = block(int(sys.argv[1]) if len(sys.argv) > 1 else 24)
+    zero = md.from_variables()
+    md.solve('max_res', 1e-12)
+    u, contact = md.variable('u'), md.variable('contact')
+    PETSc.Sys.Print(f'{len(u)} unknowns, {len(contact)} nodes may touch the obstacle, {np.count_nonzero(contact)} do')
+    for named in True, False:
+        md.to_variables(zero)
+        steps = newton(md, named)
+        error = max(abs(md.variable('u') - u).max(), abs(md.variable('contact') - contact).max())
+        PETSc.Sys.Print(f'fields {"named" if named else "not named"}: {steps} steps; difference from GetFEM\'s own solver below 1e-7: '
+                        f'{"yes" if error < 1e-7 else error}')
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,138 @@
+/* What a factorization of M_* would take, in iterations of the solve that runs: by what both take in this process, on this machine; docs/models.md */
+#include "pcainsworth.h"
+#include "../multigrid/blocksa.h"
+#include "../projector/factor.h"
+#include "../projector/graph.h"
+#include <petscblaslapack.h>
+#include <petsctime.h>
+#include <unistd.h>
+
+/* Its orderings, copies and solves take as long as so many products with A, and its operations reach a part of the rate of dense ones; measured (docs/models.md) */
+static const PetscReal overhead = 320.0, shareMumps = 0.5, shareOther = 0.05;
+
+/* PCAinsworthEscapeLeast_Private - the iterations that any factorization takes as long as: each has a product with A, and all levels of multigrid */
+PetscReal PCAinsworthEscapeLeast_Private(const PC_Ainsworth *data)
+{
+  static const PetscReal usual = 1.14; /* times the entries of A, on all levels */
+  PC                     inner;
+  PC_BlockSA            *sa;
+
+  (void)KSPGetPC(data->ksp, &inner);
+  (void)PCBlockSAGet_Private(inner, &sa);
+  return overhead / (1.0 + (sa && sa->levels.hierarchy ? sa->levels.hierarchy->complexity() : usual));
+}
+
+/* Operations of a factorization of M_*, and the entries of its factor: from the graph of nodes, on rank 0 */
+static PetscErrorCode Predict(const PC_Ainsworth *data, MatSolverType package, AinsworthCost *cost)
+{
+  MPI_Comm         comm = PetscObjectComm((PetscObject)data->ksp);
+  std::vector<Mat> parts(1, data->constraints ? data->M : data->saddle.A);
+  Mat             *graph;
+  PetscInt         n, bs = data->saddle.bs;
+  PetscMPIInt      rank;
+  PetscBool        whole, general;
+  MatOrderingType  ordering;
+  PetscReal        predicted[2] = {0.0, 0.0};
+
+  PetscFunctionBegin;
+  if (data->format == AINSWORTH_PMAT_SUM && data->constraints) {
+    parts.resize(2);
+    for (PetscInt i = 0; i < 2; i++) PetscCall(MatCompositeGetMat(data->M, i, &parts[i]));
+  }
+  for (Mat &mat : parts) PetscCall(AinsworthGetAIJ(mat, &mat));
+  PetscCall(MatGetLocalSize(data->saddle.A, &n, NULL));
+  whole = (PetscBool)(n % bs == 0);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &whole, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
+  if (!whole) bs = 1;
+  PetscCall(AinsworthGraphOfNodes(parts, bs, &graph));
+  for (Mat &mat : parts) PetscCall(MatDestroy(&mat));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (!rank) {
+    PetscCall(AinsworthFactorPredictBest(graph[0], bs, cost, &ordering));
+    predicted[0] = cost->entries;
+    predicted[1] = cost->operations;
+  }
+  PetscCall(MatDestroySubMatrices(1, &graph));
+  PetscCallMPI(MPI_Bcast(predicted, 2, MPIU_REAL, 0, comm));
+  PetscCall(PetscStrcmp(PCAinsworthFactorType_Private(data, &package), PCLU, &general));
+  cost->entries    = general ? 2.0 * predicted[0] : predicted[0];
+  cost->operations = general ? 2.0 * predicted[1] : predicted[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Operations a second of a dense factorization by LAPACK in this process, the better of two */
+static PetscErrorCode DenseRate(PetscReal *rate)
+{
+  enum {
+    n = 256
+  };
+  PetscBLASInt             size = n, info;
+  PetscLogDouble           start, end;
+  std::vector<PetscScalar> M;
+
+  PetscFunctionBegin;
+  *rate = 0.0;
+  for (int run = 0; run < 2; run++) {
+    M.assign(n * n, 1.0);
+    for (size_t i = 0; i < n; i++) M[i * (n + 1)] = 2.0 * n;
+    PetscCall(PetscTime(&start));
+    PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &size, M.data(), &size, &info));
+    PetscCall(PetscTime(&end));
+    *rate = PetscMax(*rate, n * n * (n / 3.0) / PetscMax(end - start, 1e-9));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The part of that rate that a package has on each rank */
+static PetscErrorCode ShareOf(MatSolverType package, PetscReal *share)
+{
+  PetscBool is;
+
+  PetscFunctionBegin;
+  *share = shareOther;
+  PetscCall(PetscStrcmp(package, MATSOLVERCHOLMOD, &is));
+  if (is) *share = 1.0;
+  PetscCall(PetscStrcmp(package, MATSOLVERMUMPS, &is));
+  if (is) *share = shareMumps;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The least memory of the machines that the ranks are on, as if all were on that one [bytes] */
+static PetscErrorCode LeastMemory(MPI_Comm comm, PetscReal *memory)
+{
+  PetscFunctionBegin;
+  *memory = (PetscReal)sysconf(_SC_PHYS_PAGES) * (PetscReal)sysconf(_SC_PAGESIZE);
+  if (!(*memory > 0.0)) *memory = PETSC_MAX_REAL;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, memory, 1, MPIU_REAL, MPIU_MIN, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   PCAinsworthEscapeCost_Private - operations of a factorization of M_*, and how many iterations, of which one takes so many seconds here, take as long;
+   Infinity where it does not fit in memory. Collective, all ranks agree
+*/
+PetscErrorCode PCAinsworthEscapeCost_Private(PC pc, const PC_Ainsworth *data, PetscReal seconds, PetscReal *operations, PetscReal *iterations)
+{
+  static const PetscReal half = 0.5, extra = 1.5; /* of the memory, for the factor and what else a package needs */
+  MPI_Comm               comm = PetscObjectComm((PetscObject)pc);
+  MatSolverType          package;
+  PetscReal              rate, share, memory;
+  AinsworthCost          cost;
+
+  PetscFunctionBegin;
+  (void)PCAinsworthFactorType_Private(data, &package);
+  PetscCall(Predict(data, package, &cost));
+  PetscCall(DenseRate(&rate));
+  PetscCall(ShareOf(package, &share));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &rate, 1, MPIU_REAL, MPIU_SUM, comm));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &seconds, 1, MPIU_REAL, MPIU_MAX, comm));
+  PetscCall(LeastMemory(comm, &memory));
+  *operations = cost.operations;
+  *iterations = PCAinsworthEscapeLeast_Private(data) + cost.operations / (share * rate * PetscMax(seconds, 1e-9));
+  if (extra * cost.entries * (PetscReal)sizeof(PetscScalar) > half * memory || cost.entries > (PetscReal)PETSC_MAX_INT) *iterations = PETSC_INFINITY;
+  PetscCall(PetscInfo(pc,
+                      "A factorization would take %g operations and hold %g entries%s: as long as %g iterations of %g s, with %g dense operations a second\n",
+                      (double)cost.operations, (double)cost.entries, *iterations < PETSC_INFINITY ? "" : ", more than memory has room for", (double)*iterations,
+                      (double)seconds, (double)rate));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
