@@ -4,6 +4,7 @@
 */
 #include "projectedcg.h"
 #include "../operator/matainsworth.h"
+#include <petsc/private/pcimpl.h>
 #include <petscblaslapack.h>
 
 /* A row costs an application of the preconditioner, and a vector: more of them are left to the projector */
@@ -75,7 +76,9 @@ PetscErrorCode KSPProjectedCGLiftLongRows_Private(PC pc, Mat_Ainsworth *ctx)
   bool             apart = true;
 
   PetscFunctionBegin;
-  if (ctx->longest == PETSC_MAX_INT || !ctx->lifted.empty()) PetscFunctionReturn(PETSC_SUCCESS);
+  if (ctx->longest == PETSC_MAX_INT || (!ctx->lifted.empty() && ctx->liftedBy == pc->data)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, ctx->longest));
+  ctx->liftedBy = pc->data;
   PetscCall(GetLongRows(ctx->C, ctx->longest, &rows));
   ctx->longFactor.assign(rows.size() * rows.size(), 0.0);
   for (size_t k = 0; k < rows.size(); k++) {

@@ -30,6 +30,7 @@ struct Mat_Ainsworth {
   AinsworthProjector       proj;
   PetscInt                 longest = PETSC_MAX_INT; /* rows of C with more entries are not in the preconditioning matrix (ksp/longrows.cpp) */
   std::vector<Vec>         lifted;                  /* M^{-1} C' of those rows */
+  const void              *liftedBy = NULL;         /* the data of the preconditioner */
   std::vector<PetscScalar> longFactor;              /* of C M^{-1} C' */
   bool                     doubtful;                /* rows of C are nearly dependent: solves with the Gram matrix are refined */
   Vec                      work;                    /* n */
