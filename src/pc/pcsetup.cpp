@@ -93,7 +93,8 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
   PetscFunctionBegin;
   data->hidden = data->saddle.nearly = PETSC_FALSE;
   while (n) {
-    PetscInt *dependent;
+    PetscInt      *dependent;
+    PetscErrorCode error = PETSC_SUCCESS; /* to be passed on when nothing is left behind */
 
     PetscCall(CreateOperator(pc, data, ctx));
     PetscCall(MatAinsworthDiagnose_Private(data->reduced, &pass, &n, &dependent, reason, &hidden));
@@ -102,9 +103,10 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
       data->hidden = PETSC_TRUE;
     } else if (n) {
       data->saddle.nearly = (PetscBool)(pass > 1 || data->saddle.D); /* a small D may tell rows apart */
-      PetscCall(DropDependentRows(pc, data, n, dependent));
+      error               = DropDependentRows(pc, data, n, dependent);
     }
     PetscCall(PetscFree(dependent));
+    PetscCall(error);
     if (data->constraints) continue;
     PetscCall(MatDestroy(&data->reduced));
     *reason = PC_NOERROR;
