@@ -2,6 +2,9 @@
 """Iterations of two cubes on springs between the constraints, D over 32 decades: the table of docs/method.md, compliance.
 
 /usr/bin/python3 docs/study/compliance.py [--ranks 1] [--system "-E2 1e-3 -curved .15"]      half a minute; needs a build
+/usr/bin/python3 docs/study/compliance.py --collection torn_elastic mixed_raviart            systems of tests/systems, and the error of x
+
+The error is that of x in the norm of A against LU with refinement in extended precision, with a tolerance of 1e-12; iterations are those of the default tolerance.
 """
 import argparse
 import os
@@ -13,6 +16,9 @@ from common import machine
 
 machine.require("petsc4py", "numpy")
 import numpy
+import petsc4py
+
+petsc4py.init(["compliance", "-dll_append", machine.PLUGIN])
 from petsc4py import PETSc
 
 SCALES = [0.0, 1e-16, 1e-8, 1e-4, 1e-2, 1.0, 1e2, 1e4, 1e16]
@@ -41,12 +47,71 @@ def iterations(ranks, prefix, D):
     return "+".join(found) if found else "no"
 
 
+def error(A, C, D, f, g, x):
+    """Of x in the norm of A; the equations are scaled to entries of about 1, and the residuals of refinement are in extended precision."""
+    n = len(A)
+    K = numpy.block([[A, C.T], [C, -D]]).astype(numpy.longdouble)
+    b = numpy.concatenate([f, g]).astype(numpy.longdouble)
+    scale = 1 / numpy.sqrt(abs(K).max(axis=1))
+    K, b, y = K * scale[:, None] * scale, b * scale, numpy.zeros(len(b), numpy.longdouble)
+    inverse = numpy.linalg.inv(K.astype(float))
+    for _ in range(20):
+        y += inverse @ (b - K @ y).astype(float)
+    exact = (y * scale)[:n].astype(float)
+    return numpy.sqrt((x - exact) @ A @ (x - exact) / (exact @ A @ exact))
+
+
+def solve(A, C, D, f, g, tolerance):
+    """x by the plugin, from a nest."""
+    def mat(values):
+        M = PETSc.Mat().createAIJ(values.shape, nnz=max(1, int((values != 0).sum(axis=1).max())))
+        for i, j in zip(*numpy.nonzero(values)):
+            M.setValue(int(i), int(j), values[i, j])
+        M.assemble()
+        return M
+    K = PETSc.Mat().createNest([[mat(A), mat(C.T.copy())], [mat(C), mat(-D)]])
+    K.assemble()
+    ksp = PETSc.KSP().create()
+    ksp.setOperators(K)
+    for name, value in (("ksp_type", "preonly"), ("pc_type", "ainsworth"), ("ainsworth_ksp_rtol", tolerance)):
+        PETSc.Options()[name] = value
+    ksp.setFromOptions()
+    x, b = PETSc.Vec().createSeq(len(f) + len(g)), PETSc.Vec().createSeq(len(f) + len(g))
+    b.setArray(numpy.concatenate([f, g]))
+    ksp.solve(b, x)
+    return x.getArray()[: len(A)].copy()
+
+
+def collection(names, random):
+    print("| system of `tests/systems` | " + " | ".join("%g" % s for s in SCALES) + " | 1e-16 to 1e16 | the same, half 0 |\n|---|" + "---|" * (len(SCALES) + 2))
+    for name in names:
+        with tempfile.TemporaryDirectory() as folder:
+            prefix = os.path.join(folder, "system")
+            binary = os.path.join(machine.BUILD, "tests", "systems", "systems")
+            subprocess.run(machine.launcher(1) + [binary, "-only", name, "-write", prefix], env=machine.ENVIRONMENT, stdout=subprocess.DEVNULL, check=True)
+            A, C = (PETSc.Mat().load(PETSc.Viewer().createBinary(prefix + part, "r")) for part in ("_A.dat", "_C.dat"))
+            f, g = (PETSc.Vec().load(PETSc.Viewer().createBinary(prefix + part, "r")).getArray().copy() for part in ("_f.dat", "_g.dat"))
+            F = flexibility(prefix)
+            spread = 10.0 ** random.uniform(-16, 16, len(F))
+            counts, errors = [], []
+            for diagonal in [scale * F for scale in SCALES] + [spread * F, numpy.where(random.random(len(F)) < 0.5, 0.0, spread) * F]:
+                write(os.path.join(folder, "D"), diagonal)
+                counts.append(iterations(1, prefix, os.path.join(folder, "D")))
+                dense = [M.convert("dense").getDenseArray().copy() for M in (A.copy(), C.copy())]
+                errors.append(error(*dense, numpy.diag(diagonal), f, g, solve(*dense, numpy.diag(diagonal), f, g, 1e-12)))
+            print("| `%s`, iterations | %s |" % (name, " | ".join(counts)))
+            print("| error, tolerance 1e-12 | %s |" % " | ".join("%.0e" % e for e in errors), flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--ranks", type=int, default=1)
     parser.add_argument("--system", default="-E2 1e-3 -curved .15", help="options of twocubes")
+    parser.add_argument("--collection", nargs="+", default=[], help="names of systems of tests/systems instead")
     options = parser.parse_args()
     random = numpy.random.default_rng(5)
+    if options.collection:
+        return collection(options.collection, random)
     with tempfile.TemporaryDirectory() as folder:
         prefix, D = (os.path.join(folder, name) for name in ("cubes", "D.mtx"))
         command = [machine.TWOCUBES, "-n1", "16", "-n2", "14", "-write_system", prefix, "-dll_append", machine.PLUGIN] + options.system.split() + machine.DEFAULTS.split()

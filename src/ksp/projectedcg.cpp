@@ -41,6 +41,7 @@ static PetscErrorCode PCApply_Projected(PC pc, Vec r, Vec z)
   code          = (*ctx->apply)(pc, r, z);
   ctx->inKernel = PETSC_TRUE;
   PetscCall(code);
+  PetscCall(KSPProjectedCGTakeLongRows_Private(ctx, r, z));
   PetscCall(MatAinsworthMultProjector(mat, z, z));
   if (!ctx->refine && ctx->projections++ % driftInterval == 0) {
     PetscCall(MatAinsworthGetDrift_Private(mat, z, &drift));
@@ -132,10 +133,11 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   if (after <= 100 * PETSC_MACHINE_EPSILON * before) PetscCall(VecZeroEntries(r)); /* the rounding of the projection: Ker C = 0, or x = R g */
   PetscCall(VecDestroy(&v));
 
+  ctx->apply = pc->ops->apply;
+  PetscCall(KSPProjectedCGLiftLongRows_Private(pc, ctx));
   ctx->inKernel  = PETSC_TRUE;
   ctx->direction = ctx->refine = PETSC_FALSE;
   ctx->projections             = 0;
-  ctx->apply                   = pc->ops->apply;
   pc->ops->apply               = PCApply_Projected;
   ksp->vec_rhs                 = r;
   ksp->transpose_solve         = PETSC_FALSE;   /* A is symmetric */

@@ -208,6 +208,30 @@ PetscErrorCode AinsworthHierarchy::createLevel(PetscInt l, const AinsworthBlockM
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Another level, from its blocks, and the largest eigenvalue of its operator */
+PetscErrorCode AinsworthHierarchy::add(AinsworthBlockMat &X, const AinsworthHierarchyOptions &options)
+{
+  std::unique_ptr<AinsworthLevel> level;
+
+  PetscFunctionBegin;
+  grids.emplace_back();
+  PetscCall(ReadDiagonal(X, grids.size() > 1, &grids.back().diagonal));
+  PetscCall(store(X, options));
+  PetscCall(createLevel((PetscInt)grids.size() - 1, NULL, true, &level));
+  PetscCall(level->estimate());
+  grids.back().largest = level->largest;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What a level in single precision needs of the double one: for products, and instead of it where it is factored */
+static void TakeDouble(const AinsworthBlockMat &X, bool factored, const AinsworthHierarchyOptions &options, AinsworthGrid *grid)
+{
+  if (grid->single && (options.product || factored)) grid->upper = TakeUpper<PetscScalar>(X.rows, NULL);
+  if (!factored) return;
+  grid->single = NULL;
+  grid->w      = NULL;
+}
+
 /* The ranks that own the next level, of which this rank has made some nodes: where ranks would have few, the first of some in a row owns those of all */
 static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt enough, AinsworthLayout *layout, PetscMPIInt *owners)
 {
@@ -255,21 +279,14 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   PetscCall(AinsworthBlockMatCreate(A, bs, order, &X));
   PetscCall(AinsworthModesFit(X, &modes));
   for (;;) {
-    std::unique_ptr<AinsworthLevel> level;
-    AinsworthAggregates             aggregates;
-    AinsworthLayout                 nodes;
-    PetscMPIInt                     ranks;
-    AinsworthBlockMat               coarse;
-    auto                            P = std::make_shared<AinsworthInterpolation>();
+    AinsworthAggregates aggregates;
+    AinsworthLayout     nodes;
+    PetscMPIInt         ranks = 0;
+    AinsworthBlockMat   coarse;
+    auto                P = std::make_shared<AinsworthInterpolation>();
 
-    grids.emplace_back();
-    AinsworthGrid &grid = grids.back();
-    PetscCall(ReadDiagonal(X, grids.size() > 1, &grid.diagonal));
-    PetscCall(store(X, options));
-    PetscCall(createLevel((PetscInt)grids.size() - 1, NULL, true, &level));
-    PetscCall(level->estimate());
-    grid.largest = level->largest;
-    level.reset();
+    PetscCall(add(X, options));
+    AinsworthGrid &grid     = grids.back();
     const PetscInt unknowns = grid.nodes->N * grid.bs;
     if (unknowns <= options.coarseSize || grids.size() == mostLevels) break;
     PetscCall(PetscLogEventBegin(AINSWORTH_Aggregate, A, 0, 0, 0));
@@ -286,16 +303,12 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
     PetscCall(PetscLogEventEnd(AINSWORTH_Interpolation, A, 0, 0, 0));
     if (grid.single) P->round(); /* before the product: the coarse operator is that of the interpolation in use */
     PetscCall(AinsworthGalerkin(X, *P, &coarse));
-    if (grid.single && options.product) grid.upper = TakeUpper<PetscScalar>(X.rows, NULL); /* not before: the product needs the most memory */
+    TakeDouble(X, false, options, &grid); /* not before: the product needs the most memory */
     grid.P = P;
     X      = std::move(coarse);
   }
   modes.values.clear();
-  if (grids.size() == 1 && grids[0].single) { /* it is factored */
-    grids[0].upper  = TakeUpper<PetscScalar>(X.rows, NULL);
-    grids[0].single = NULL;
-    grids[0].w      = NULL;
-  }
+  if (grids.size() == 1) TakeDouble(X, true, options, &grids[0]);
   if (!doubts[0] && complexity() > tooComplex)
     PetscCall(PetscSNPrintf(doubts, sizeof(doubts), "all levels together have %.3g times the entries of the finest", (double)complexity()));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -308,26 +321,15 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
 */
 PetscErrorCode AinsworthHierarchy::replaceFinest(Mat A, const AinsworthHierarchyOptions &options)
 {
-  const PetscInt                  bs = grids[0].bs;
-  AinsworthBlockMat               X;
-  AinsworthHierarchy              finest;
-  std::unique_ptr<AinsworthLevel> level;
+  AinsworthBlockMat  X;
+  AinsworthHierarchy finest;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthBlockMatCreate(A, bs, order, &X));
-  finest.grids.emplace_back();
+  PetscCall(AinsworthBlockMatCreate(A, grids[0].bs, order, &X));
+  PetscCall(finest.add(X, options));
   AinsworthGrid &grid = finest.grids[0];
-  PetscCall(ReadDiagonal(X, false, &grid.diagonal));
-  PetscCall(finest.store(X, options));
-  PetscCall(finest.createLevel(0, NULL, true, &level));
-  PetscCall(level->estimate());
-  grid.largest = level->largest;
-  grid.P       = grids[0].P;
-  if (grid.single && (options.product || !grid.P)) grid.upper = TakeUpper<PetscScalar>(X.rows, NULL);
-  if (!grid.P) { /* it is factored */
-    grid.single = NULL;
-    grid.w      = NULL;
-  }
+  grid.P              = grids[0].P;
+  TakeDouble(X, !grid.P, options, &grid);
   grids[0] = std::move(grid);
   jump     = finest.jump;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -43,6 +43,7 @@ public:
   char                       doubts[128] = "";     /* why this is no good hierarchy, empty where nothing speaks against it */
 
 private:
+  PetscErrorCode add(AinsworthBlockMat &, const AinsworthHierarchyOptions &);
   PetscErrorCode store(const AinsworthBlockMat &, const AinsworthHierarchyOptions &);
 };
 

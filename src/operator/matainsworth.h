@@ -4,6 +4,7 @@
 
 #include <petscainsworth.h>
 #include "../projector/projector.h"
+#include <vector>
 
 struct Mat_Ainsworth {
   Mat                    A, C;
@@ -26,14 +27,18 @@ struct Mat_Ainsworth {
   PetscInt               projections;    /* of this solve */
   PetscErrorCode (*apply)(PC, Vec, Vec); /* of its preconditioner, without the projection or the springs of D */
   PetscErrorCode (*applyTranspose)(PC, Vec, Vec);
-  AinsworthProjector proj;
-  bool               doubtful;          /* rows of C are nearly dependent: solves with the Gram matrix are refined */
-  Vec                work;              /* n */
-  Vec                rowWork;           /* m, placed */
-  Vec                residual;          /* m, as the rows of C; NULL: not needed yet */
-  Vec                mu;                /* the same: S^{-1} (C y - g), where D is not zero */
-  PetscBool          current;           /* the projector belongs to the present A, C and W */
-  PetscObjectState   stateA, stateC[3]; /* the latter also of B and D */
+  AinsworthProjector       proj;
+  PetscInt                 longest = PETSC_MAX_INT; /* rows of C with more entries are not in the preconditioning matrix (ksp/longrows.cpp) */
+  std::vector<Vec>         lifted;                  /* M^{-1} C' of those rows */
+  const void              *liftedBy = NULL;         /* the data of the preconditioner */
+  std::vector<PetscScalar> longFactor;              /* of C M^{-1} C' */
+  bool                     doubtful;                /* rows of C are nearly dependent: solves with the Gram matrix are refined */
+  Vec                      work;                    /* n */
+  Vec                      rowWork;                 /* m, placed */
+  Vec                      residual;                /* m, as the rows of C; NULL: not needed yet */
+  Vec                      mu;                      /* the same: S^{-1} (C y - g), where D is not zero */
+  PetscBool                current;                 /* the projector belongs to the present A, C and W */
+  PetscObjectState         stateA, stateC[3];       /* the latter also of B and D */
 };
 
 PETSC_INTERN PetscErrorCode MatCreate_Ainsworth(Mat);

@@ -1,10 +1,8 @@
+/* Which inner solver there is where the program does not say, and its options */
 #include "pcainsworth.h"
-#include "../ksp/projectedcg.h"
 #include "../multigrid/blocksa.h"
-#include "../operator/matainsworth.h"
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
-#include <petsc/private/pcmgimpl.h>
 
 /*
    BoomerAMG for 3-D elasticity, measured: docs/method.md, inner solver. NULL leaves PETSc's own default
@@ -191,75 +189,6 @@ PetscErrorCode PCAinsworthGetPmatFormat_Private(PC_Ainsworth *data, AinsworthPma
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCBLOCKSA has the blocks of A: products with half of them stored take the place of those with the program's matrix */
-PetscErrorCode PCAinsworthUseProduct_Private(PC_Ainsworth *data)
-{
-  PC  inner;
-  Mat product, first = data->saddle.A;
-
-  PetscFunctionBegin;
-  if (!data->symmetric) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPGetPC(data->ksp, &inner));
-  if (data->constraints && data->format == AINSWORTH_PMAT_SUM) PetscCall(MatCompositeGetMat(data->M, 0, &first));
-  PetscCall(PCBlockSAGetProduct_Private(inner, &product));
-  if (!product || first != data->saddle.A) { /* its levels are of more than A, or of Pmat's */
-    if (data->reduced) PetscCall(MatAinsworthSetProduct_Private(data->reduced, NULL));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (data->constraints) PetscCall(MatAinsworthSetProduct_Private(data->reduced, product));
-  else PetscCall(KSPSetOperators(data->ksp, product, data->saddle.A));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   Does M look positive definite to some steps of conjugate gradients? hypre takes as many to estimate the largest eigenvalue for Chebyshev smoothing, and
-   where they give a NaN what follows never ends
-*/
-PetscErrorCode PCAinsworthLooksDefinite_Private(const PC_Ainsworth *data, Mat M, PetscBool *definite)
-{
-  enum {
-    steps = 10
-  };
-  static const PetscReal solved = PETSC_MACHINE_EPSILON;
-  PetscInt               n;
-  PetscReal              smallest, first = 0.0;
-  PetscScalar            rz, pMp, next;
-  Vec                    diagonal, r, z, p, Mp;
-  PetscRandom            random;
-
-  PetscFunctionBegin;
-  *definite = PETSC_TRUE;
-  PetscCall(MatGetSize(M, &n, NULL));
-  if (data->format != AINSWORTH_PMAT_HYPRE || data->constraints == n) PetscFunctionReturn(PETSC_SUCCESS); /* Ker C = 0 needs no inner solve */
-  PetscCall(MatCreateVecs(M, &diagonal, &r));
-  PetscCall(MatGetDiagonal(M, diagonal));
-  for (Vec *v : {&z, &p, &Mp}) PetscCall(VecDuplicate(r, v));
-  PetscCall(VecCopy(diagonal, z));
-  if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(z));
-  PetscCall(VecMin(z, NULL, &smallest));
-  if (!(smallest > 0.0)) *definite = PETSC_FALSE;
-  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)M), &random));
-  PetscCall(VecSetRandom(r, random));
-  PetscCall(PetscRandomDestroy(&random));
-  PetscCall(VecPointwiseDivide(z, r, diagonal));
-  PetscCall(VecCopy(z, p));
-  PetscCall(VecDot(z, r, &rz));
-  for (int k = 0; k < steps && *definite && data->symmetric; k++) { /* otherwise Chebyshev is not asked for */
-    if (!k) first = PetscRealPart(rz);
-    if (PetscRealPart(rz) <= solved * first) break;
-    PetscCall(MatMult(M, p, Mp));
-    PetscCall(VecDot(Mp, p, &pMp));
-    if (!(PetscRealPart(pMp) > 0.0)) *definite = PETSC_FALSE;
-    PetscCall(VecAXPY(r, -rz / pMp, Mp));
-    PetscCall(VecPointwiseDivide(z, r, diagonal));
-    PetscCall(VecDot(z, r, &next));
-    PetscCall(VecAYPX(p, next / rz, z));
-    rz = next;
-  }
-  for (Vec *v : {&diagonal, &r, &z, &p, &Mp}) PetscCall(VecDestroy(v));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Is the preconditioner of the reduced solve the multigrid that nobody chose? */
 PetscErrorCode PCAinsworthIsOwnMultigrid_Private(const PC_Ainsworth *data, PetscBool *own)
 {
@@ -287,111 +216,5 @@ PetscErrorCode PCAinsworthFallBack_Private(PC pc, PC_Ainsworth *data, PetscBool 
   PetscCall(PCSetType(inner, OtherMultigrid()));
   data->configured = PETSC_FALSE;
   PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Whether the preconditioner of the reduced solve stays what it is, whatever its matrix; what the program chose inside is not forgotten */
-PetscErrorCode PCAinsworthKeepInner_Private(PC_Ainsworth *data, PetscBool keep)
-{
-  PC inner;
-
-  PetscFunctionBegin;
-  if (!keep && !data->kept) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPGetPC(data->ksp, &inner));
-  if (!data->kept) PetscCall(PCGetReusePreconditioner(inner, &data->keptInside));
-  PetscCall(PCSetReusePreconditioner(inner, (PetscBool)(keep || data->keptInside)));
-  data->kept = keep;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* PCHYPRE of PETSc 3.18 says that it can be applied transposed, but BoomerAMG then returns zeros, or crashes */
-static PetscErrorCode PCApplyTranspose_Refused(PC inner, Vec, Vec)
-{
-  PetscFunctionBegin;
-  SETERRQ(PetscObjectComm((PetscObject)inner), PETSC_ERR_SUP,
-          "The transpose of a system with an A that is not symmetric needs that of its preconditioner, which %s has not: choose another -%spc_type",
-          ((PetscObject)inner)->type_name, ((PetscObject)inner)->prefix);
-}
-
-/* PCAinsworthSetTranspose_Private - after its set-up: where A is symmetric so is M_*, and a multigrid for it */
-PetscErrorCode PCAinsworthSetTranspose_Private(PC_Ainsworth *data)
-{
-  PC        inner;
-  PetscBool hypre;
-
-  PetscFunctionBegin;
-  PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &hypre));
-  if (hypre) inner->ops->applytranspose = data->symmetric ? inner->ops->apply : PCApplyTranspose_Refused;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* After an error in its cycle PCMG has still the right-hand side of its caller in the place of one of its own, and would destroy it */
-PetscErrorCode PCAinsworthAfterError_Private(PC_Ainsworth *data)
-{
-  PC        inner;
-  PetscBool multigrid;
-
-  PetscFunctionBegin;
-  PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &multigrid, PCMG, PCGAMG, PCML, PCBLOCKSA, ""));
-  if (!multigrid) PetscFunctionReturn(PETSC_SUCCESS);
-  PC_MG_Levels **levels = ((PC_MG *)inner->data)->levels;
-
-  if (levels) levels[levels[0]->levels - 1]->b = NULL;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* KSPReset() of some of PETSc's methods leaves freed vectors behind, or those of other sizes; making the type anew, with its options, does not */
-PetscErrorCode PCAinsworthResetKSP_Private(PC_Ainsworth *data)
-{
-  KSP       ksp = data->ksp;
-  PetscBool keeps;
-  char      type[64];
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &keeps, KSPFCG, KSPPIPEFCG, KSPLGMRES, KSPDGMRES, KSPPIPEGCR, ""));
-  if (keeps) {
-    PetscCall(PetscStrncpy(type, ((PetscObject)ksp)->type_name, sizeof(type)));
-    PetscCall(KSPSetType(ksp, KSPPREONLY));
-  }
-  PetscCall(KSPReset(ksp));
-  PetscCall(PCAinsworthKeepInner_Private(data, PETSC_FALSE));
-  if (keeps) {
-    PetscCall(KSPSetType(ksp, type));
-    data->configured = PETSC_FALSE;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* PCAinsworthSetKSPOperators_Private - gives the inner solver what this scene needs: the reduced operator with M_*, or A alone */
-PetscErrorCode PCAinsworthSetKSPOperators_Private(PC_Ainsworth *data)
-{
-  KSP       ksp = data->ksp;
-  KSPType   type;
-  PCSide    side;
-  PetscBool projected, definite;
-
-  PetscFunctionBegin;
-  if (data->constraints) PetscCall(KSPSetOperators(ksp, data->reduced, data->M));
-  else PetscCall(KSPSetOperators(ksp, data->saddle.A, data->M ? data->M : data->saddle.A));
-  /* without constraints the operator is A itself, which has no projector */
-  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
-  if (projected && !data->constraints) {
-    PetscCall(KSPSetType(ksp, KSPCG));
-    data->plainCG = PETSC_TRUE;
-  } else if (data->plainCG && data->constraints) {
-    PetscCall(KSPSetType(ksp, KSPPROJECTEDCG));
-    data->plainCG = PETSC_FALSE;
-  }
-  PetscCall(KSPGetType(ksp, &type));
-  PetscCall(PCAinsworthIsConjugateGradients_Private(type, &definite));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
-  definite = (PetscBool)(definite && data->choices.variant == PC_AINSWORTH_WEIGHTED); /* the paper has C' B C in its conjugate gradients */
-  PetscCall(KSPProjectedCGSetUse_Private(ksp, (PetscBool)(data->constraints && (data->saddle.D || ((projected || definite) && data->adjoint)))));
-  if (data->reduced) {
-    PetscCall(KSPGetPCSide(ksp, &side));
-    PetscCall(MatAinsworthOmitPenalty_Private(data->reduced, (PetscBool)(side == PC_RIGHT && !data->saddle.D)));
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,5 +1,6 @@
 /* The preconditioner of the reduced solve: M_*, and the inner solver with it, made anew or kept */
 #include "pcainsworth.h"
+#include "../ksp/projectedcg.h"
 #include "../multigrid/blocksa.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
@@ -36,7 +37,7 @@ static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInpu
 }
 
 /* The preconditioning matrix, and the penalty that it has in common with the operator */
-static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, PetscInt *bad)
+static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PetscInt *bad)
 {
   AinsworthPmatInputs  in;
   AinsworthPmatOptions options = data->choices.pmat;
@@ -56,6 +57,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, const Mat_Ainsworth *ctx, Pe
   PetscCall(AinsworthGetAIJ(in.A, &in.aij));
   PetscCall(AinsworthPmatGetFill(in.aij, in.C, &in.fill));
   data->longRows = in.fill.leftOut;
+  PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, data->longRows ? in.fill.most : PETSC_MAX_INT));
   if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data, &in));
   options.type      = PCAinsworthPmatTypeInUse_Private(data);
   options.symmetric = data->symmetric;
@@ -89,7 +91,7 @@ static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
 }
 
 /* PCAinsworthSetUpInner_Private - the preconditioning matrix and the inner solver, a second time where the first choice of its preconditioner does not fit; why it cannot be */
-PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, const Mat_Ainsworth *ctx, char why[], size_t len)
+PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, char why[], size_t len)
 {
   PetscInt  bad = -1;
   PetscBool definite;
@@ -160,7 +162,11 @@ static PetscErrorCode KeepWhole(PC pc, PC_Ainsworth *data)
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCGetOperators(inner, NULL, &data->M));
   PetscCall(PetscObjectReference((PetscObject)data->M));
-  if (data->constraints) { /* both may have been made for an earlier A */
+  if (data->constraints) { /* all may have been made for an earlier A or C */
+    Mat_Ainsworth *ctx;
+
+    PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+    PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, ctx->longest));
     PetscCall(MatAinsworthSetPenalty(data->reduced, NULL));
     PetscCall(MatAinsworthSetProduct_Private(data->reduced, NULL));
   }
@@ -188,7 +194,7 @@ static PetscErrorCode SameConstraints(const PC_Ainsworth *data, PetscBool *same)
    PCAinsworthKeepOrSetUpInner_Private - keep: the inner preconditioner stays what it was, where that was asked for or C is the same; of PCBLOCKSA the levels
    of A stay, and get the surface of the matrix at hand, which costs little
 */
-PetscErrorCode PCAinsworthKeepOrSetUpInner_Private(PC pc, PC_Ainsworth *data, const Mat_Ainsworth *ctx, PetscBool keep, char why[], size_t len)
+PetscErrorCode PCAinsworthKeepOrSetUpInner_Private(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, PetscBool keep, char why[], size_t len)
 {
   PC          inner;
   PC_BlockSA *sa;

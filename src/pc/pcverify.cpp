@@ -101,7 +101,7 @@ PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec wo
     PetscCall(VecGetArrayRead(rows, &r));
     PetscCall(VecGetArrayRead(lengths, &l));
     for (PetscInt i = 0; i < m; i++) {
-      const PetscReal drowned = PetscSqrtReal(PETSC_MACHINE_EPSILON * PetscAbsScalar(s[i])), seen = others * PetscSqrtReal(PetscRealPart(l[i]));
+      const PetscReal drowned = PetscSqrtReal(1e-3 * PETSC_MACHINE_EPSILON * PetscAbsScalar(s[i])), seen = others * PetscSqrtReal(PetscRealPart(l[i]));
 
       held += PetscAbsScalar(r[i]) > PetscMax(along * PetscRealPart(t[i]), PetscMax(drowned, seen) * PetscSqrtReal(size));
     }

@@ -288,8 +288,8 @@ int main(int argc, char **argv)
   inner.push_back("hypre");
 #endif
   for (const std::string &type : inner) {
-    for (const std::string rebuild : {"", " -pc_ainsworth_rebuild always", " -pc_ainsworth_rebuild never", " -ksp_reuse_preconditioner",
-                                      " -ksp_reuse_preconditioner -pc_ainsworth_rebuild always"})
+    for (const std::string rebuild :
+         {"", " -pc_ainsworth_rebuild always", " -pc_ainsworth_rebuild never", " -ksp_reuse_preconditioner -pc_ainsworth_rebuild always"})
       for (Layout layout : {NEST, COPIES, FIELDS, WHOLE}) {
         const bool first = type == inner[0], usual = rebuild.empty(); /* all layouts for our own multigrid alone */
 

@@ -73,6 +73,7 @@ struct Facts {
   double left;             /* of the equations, relative to their terms, by the best answer */
   double reach;            /* error in x that rounding the system to double precision may cause */
   double size;             /* of x in its own units, at least a trace of that of x and lambda: where g = 0 x may be rounding */
+  double gradedReach;      /* the same of this */
   Vector graded;           /* x if no pivot is taken for zero: where decades of D are what makes a system regular, others find it, too */
   Vector x, scale;         /* scale: of the columns of x, in units of which errors are measured */
 };

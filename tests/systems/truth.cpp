@@ -6,6 +6,7 @@ using LongColumn = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
 
 /* Pivots, and residuals, between these two are of a system that nobody can decide. Data is exact in double precision */
 static const long double dependent = 1e-17L, independent = 3e-15L, consistent = 1e-12L, contradictory = 1e-8L, negligible = 1e-9L;
+static const double      unknown = 1e-3; /* rounding the system changes x by this part: nobody can say what x is */
 
 Random SaddleRandom(const std::string &name)
 {
@@ -116,14 +117,19 @@ Facts SaddleFacts(const Saddle &s)
   facts.scale    = columns.head(n).cast<double>();
   facts.x        = columns.head(n).cwiseProduct(y.head(n)).cast<double>();
   facts.size     = (double)std::max(y.head(n).norm(), negligible * y.norm());
-  facts.reach    = 0.0;
+  facts.reach = facts.gradedReach = 0.0;
   for (int draw = 0; draw < 3; draw++) {
     LongColumn noise(N);
 
     for (Eigen::Index i = 0; i < N; i++) noise[i] = size[i] * (long double)PETSC_MACHINE_EPSILON * (long double)r.Real(-1.0, 1.0);
     facts.reach = std::max(facts.reach,
                            (double)(LongColumn(lu.solve(noise)).head(n).norm() / std::max((long double)facts.size, std::numeric_limits<long double>::min())));
+    lu.setThreshold(0.0L);
+    noise             = noise.cwiseQuotient(size.cwiseMax(std::numeric_limits<long double>::min())).cwiseProduct(scaled.cwiseAbs() * bare.cwiseAbs());
+    facts.gradedReach = std::max(facts.gradedReach, (double)(LongColumn(lu.solve(noise)).head(n).norm() / bare.head(n).norm()));
+    lu.setThreshold(independent);
   }
+  if (facts.reach > unknown) facts.decided = false;
   return facts;
 }
 
@@ -160,5 +166,5 @@ bool SaddleGraded(const Facts &facts, const Vector &x)
 {
   const Vector inverse = facts.scale.cwiseInverse();
 
-  return inverse.cwiseProduct(x - facts.graded).stableNorm() <= 1e-5 * inverse.cwiseProduct(facts.graded).stableNorm();
+  return inverse.cwiseProduct(x - facts.graded).stableNorm() <= std::max(1e-5, 10.0 * facts.gradedReach) * inverse.cwiseProduct(facts.graded).stableNorm();
 }
