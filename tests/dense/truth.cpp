@@ -261,27 +261,34 @@ static PetscErrorCode Causes(DenseSystem (*make)(Kind), const std::string &outer
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* C itself, and not its transpose, beside A */
-static PetscErrorCode Untransposed(DenseSystem (*make)(Kind))
+/* C itself, and not its transpose, beside A; below it C, or its transpose */
+static PetscErrorCode Untransposed(DenseSystem (*make)(Kind), bool below)
 {
   const DenseSystem d = make(DEFINITE);
   const std::string n = std::to_string(d.A.rows()), m = std::to_string(d.C.rows());
-  const std::string size = m + " x " + n + ", not " + n + " x " + m;
+  Mat               Ct;
   Run               run;
 
   PetscFunctionBeginUser;
-  Case("C in the place of C', of %d unknowns", (int)d.A.rows());
+  Case("C in the place of C', C' in that of C %d, of %d unknowns", below, (int)d.A.rows());
   PetscCall(SystemFromDense(d, false, &run.sys));
-  Mat blocks[] = {run.sys.A, run.sys.C, run.sys.C, NULL};
-  PetscCall(CheckError("nest",
-                       [&]() -> PetscErrorCode {
-                         PetscFunctionBeginUser;
-                         PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 2, NULL, blocks, &run.nest));
-                         PetscCall(SolverCreate(run.nest, &run.ksp));
-                         PetscCall(KSPSetUp(run.ksp));
-                         PetscFunctionReturn(PETSC_SUCCESS);
-                       },
-                       PETSC_ERR_ARG_SIZ, {"Block (0,1) of the MatNest, C', is " + size + ": it is C, or of its size", "pass its transpose"}));
+  PetscCall(MatTranspose(run.sys.C, MAT_INITIAL_MATRIX, &Ct));
+  Mat blocks[] = {run.sys.A, run.sys.C, below ? Ct : run.sys.C, NULL};
+
+  const std::vector<std::string> parts = below ? std::vector<std::string>{"Block (1,0) of the MatNest, C, has " + m + " columns, A has " + n}
+                                               : std::vector<std::string>{"Block (0,1) of the MatNest, C', is " + m + " x " + n + ", not " + n + " x " + m +
+                                                                            ": it is C, or of its size",
+                                                                          "pass its transpose"};
+  PetscCall(CheckError(
+    "nest",
+    [&]() -> PetscErrorCode {
+      PetscFunctionBeginUser;
+      PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 2, NULL, blocks, &run.nest));
+      PetscCall(SolverCreate(run.nest, &run.ksp));
+      PetscCall(KSPSetUp(run.ksp));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    },
+    PETSC_ERR_ARG_SIZ, parts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -391,7 +398,7 @@ int main(int argc, char **argv)
   }
   for (DenseSystem (*make)(Kind) : {Chain, Cell}) {
     for (const char *outer : {KSPPREONLY, KSPPREONLY " -ksp_error_if_not_converged", KSPGMRES}) PetscCall(Causes(make, outer));
-    PetscCall(Untransposed(make));
+    for (bool below : {false, true}) PetscCall(Untransposed(make, below));
     PetscCall(Unheeded(make));
   }
   for (const char *outer : {"pgmres", "pipegcr", "pipefcg", "fgmres"}) {
