@@ -61,8 +61,8 @@ static PetscErrorCode CreateMask(Vec known, Vec *mask)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A without the columns that mask leaves out, but for the diagonal */
-static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
+/* A without the columns that mask leaves out, but for the diagonal; where A is symmetric its pattern is believed to be so, too */
+static PetscErrorCode CopyWithoutColumns(Mat A, PetscBool symmetric, Vec mask, Mat *copy)
 {
   Vec          diagonal;
   MatNullSpace near;
@@ -72,7 +72,7 @@ static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
   PetscCall(AinsworthCreateDiagonal(A, &diagonal));
   PetscCall(MatSetOption(*copy, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE)); /* an entry of the diagonal that is zero may not be stored */
   PetscCall(MatDiagonalSet(*copy, diagonal, INSERT_VALUES));
-  PetscCall(AinsworthMakePatternSymmetric(copy));
+  if (!symmetric) PetscCall(AinsworthMakePatternSymmetric(copy));
   (*copy)->symmetric = (*copy)->hermitian = PETSC_BOOL3_UNKNOWN; /* a matrix with scaled columns is taken for one that is not */
   PetscCall(VecDestroy(&diagonal));
   PetscCall(MatGetNearNullSpace(A, &near));
@@ -93,7 +93,7 @@ static PetscErrorCode MovePmat(AinsworthSaddle *sp, Mat A, Vec mask)
     copy = A;
   } else {
     PetscCall(AinsworthGetAIJ(sp->P, &P));
-    PetscCall(CopyWithoutColumns(P, mask, &copy));
+    PetscCall(CopyWithoutColumns(P, PETSC_FALSE, mask, &copy));
     PetscCall(MatGetBlockSize(sp->P, &bs));
     PetscCall(MatSetBlockSize(copy, bs));
     PetscCall(MatDestroy(&P));
@@ -125,7 +125,7 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
   PetscCall(FindOwnRows(sp, A, known, &some));
   if (some) {
     PetscCall(CreateMask(known, &mask));
-    PetscCall(CopyWithoutColumns(A, mask, &copy));
+    PetscCall(CopyWithoutColumns(A, symmetric, mask, &copy));
     PetscCall(AinsworthProbeSymmetry(copy, &symmetric));
     if (symmetric || sp->rowsB != sp->rowsC) {
       PetscCall(PetscInfo(sp->A, "Rows of A that hold nothing but their diagonal determine their unknowns: their columns move to the right-hand side\n"));
