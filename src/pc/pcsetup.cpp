@@ -202,9 +202,13 @@ static PetscErrorCode SetUp(PC pc)
     PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (data->stale) PetscCall(MatDestroy(&data->reduced));             /* it is not what the choices say */
-  data->stale = PETSC_TRUE;                                           /* until all is done: an error may end it anywhere */
-  if (data->unfinished) PetscCall(PCAinsworthResetKSP_Private(data)); /* PCs of PETSc's are not to be used again after an error in their set-up */
+  if (data->stale) PetscCall(MatDestroy(&data->reduced)); /* it is not what the choices say */
+  data->stale = PETSC_TRUE;                               /* until all is done: an error may end it anywhere */
+  if (data->unfinished) { /* PCs of PETSc's are not to be used again after an error in their set-up, and vectors may be locked */
+    PetscCall(PCAinsworthResetKSP_Private(data));
+    PetscCall(VecDestroy(&data->rhs));
+    PetscCall(VecDestroy(&data->Ax));
+  }
   data->unfinished = PETSC_TRUE;
   data->applied = data->refused = PETSC_FALSE;
   data->failure[0]              = 0;

@@ -154,8 +154,8 @@ Verdict AttackJudge(const RandomSystem &s, bool tame, bool must, bool tested, KS
   if (!wrong) return RIGHT;
   const PetscReal load          = PetscMax(s.f.size() ? s.f.cwiseAbs().maxCoeff() : 0.0, s.g.size() ? s.g.cwiseAbs().maxCoeff() : 0.0);
   const bool      representable = load == 0.0 || (load > 1e-150 && load < 1e150); /* an outer method squares its residual */
-  const bool      excused       = !representable || reason == KSP_CONVERGED_ITS || reason == KSP_CONVERGED_ATOL || residual <= residualBound ||
-                       WholeResidual(s, x, lambda) <= 1e-3;
+  const bool      promises      = reason != KSP_CONVERGED_ITS && reason != KSP_CONVERGED_ATOL && reason != KSP_CONVERGED_STEP_LENGTH; /* MINRES' bound of x */
+  const bool      excused       = !representable || !promises || residual <= residualBound || WholeResidual(s, x, lambda) <= 1e-3;
   return !tested && excused ? REFUSED : WRONG; /* another's promise */
 }
 
