@@ -108,22 +108,24 @@ PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *data, Vec
 /* A copy of a small matrix on each rank, column by column */
 static PetscErrorCode Gather(Mat M, PetscInt n, PetscScalar values[])
 {
-  Mat aij, *all, dense;
-  IS  rows;
+  Mat      aij;
+  PetscInt start, end;
 
   PetscFunctionBegin;
-  PetscCall(MatConvert(M, MATAIJ, MAT_INITIAL_MATRIX, &aij));
-  PetscCall(ISCreateStride(PETSC_COMM_SELF, n, 0, 1, &rows));
-  PetscCall(MatCreateSubMatrices(aij, 1, &rows, &rows, MAT_INITIAL_MATRIX, &all));
-  PetscCall(MatConvert(all[0], MATSEQDENSE, MAT_INITIAL_MATRIX, &dense));
-  const PetscScalar *a;
-  PetscCall(MatDenseGetArrayRead(dense, &a));
-  PetscCall(PetscArraycpy(values, a, n * n));
-  PetscCall(MatDenseRestoreArrayRead(dense, &a));
-  PetscCall(MatDestroy(&dense));
-  PetscCall(MatDestroySubMatrices(1, &all));
-  PetscCall(ISDestroy(&rows));
+  PetscCall(PetscArrayzero(values, n * n));
+  PetscCall(AinsworthGetAIJ(M, &aij));
+  PetscCall(MatGetOwnershipRange(aij, &start, &end));
+  for (PetscInt i = start; i < end; i++) {
+    PetscInt           length;
+    const PetscInt    *columns;
+    const PetscScalar *a;
+
+    PetscCall(MatGetRow(aij, i, &length, &columns, &a));
+    for (PetscInt k = 0; k < length; k++) values[i + columns[k] * n] = a[k];
+    PetscCall(MatRestoreRow(aij, i, &length, &columns, &a));
+  }
   PetscCall(MatDestroy(&aij));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, values, (PetscMPIInt)(n * n), MPIU_SCALAR, MPIU_SUM, PetscObjectComm((PetscObject)M)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
