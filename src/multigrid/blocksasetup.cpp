@@ -148,35 +148,11 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   Is a matrix on one rank nearly full, and finite? LAPACK factors it in a fraction of the time that PETSc takes to find its pattern; an exact zero or a NaN would
-   be an error there, and no reason
-*/
-static PetscErrorCode IsDense(Mat op, Vec diagonal, PetscBool *dense)
-{
-  static const PetscReal part = 0.25;
-  MatInfo                info;
-  PetscInt               n;
-  PetscReal              least, norm;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetSize(op, &n, NULL));
-  PetscCall(MatGetInfo(op, MAT_LOCAL, &info));
-  PetscCall(PetscObjectTypeCompare((PetscObject)op, MATSEQAIJ, dense));
-  if (!*dense || info.nz_used < part * n * n) *dense = PETSC_FALSE;
-  if (!*dense) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecMin(diagonal, NULL, &least));
-  PetscCall(MatNorm(op, NORM_INFINITY, &norm));
-  *dense = (PetscBool)(least > 0.0 && !PetscIsInfOrNanReal(norm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The operator of the coarsest level, shifted: bodies that nothing holds leave their modes in it */
 static PetscErrorCode CreateCoarsest(const AinsworthGrid &grid, std::unique_ptr<AinsworthLevel> &&level, PetscReal factor, Mat *op)
 {
-  Mat       coarsest = NULL;
-  Vec       shifts;
-  PetscBool dense;
+  Mat coarsest = NULL;
+  Vec shifts;
 
   PetscFunctionBegin;
   PetscCall(AinsworthLevelMatSet(grid.nodes, grid.bs, std::move(level), &coarsest));
@@ -186,8 +162,6 @@ static PetscErrorCode CreateCoarsest(const AinsworthGrid &grid, std::unique_ptr<
   PetscCall(MatGetDiagonal(coarsest, shifts));
   PetscCall(VecScale(shifts, factor));
   PetscCall(MatDiagonalSet(*op, shifts, ADD_VALUES));
-  PetscCall(IsDense(*op, shifts, &dense));
-  if (dense) PetscCall(MatConvert(*op, MATSEQDENSE, MAT_INPLACE_MATRIX, op));
   PetscCall(VecDestroy(&shifts));
   PetscCall(MatDestroy(&coarsest));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -132,12 +132,13 @@ static PetscErrorCode Gather(Mat M, PetscInt n, PetscScalar values[])
 /*
    The softest motion that the coarsest level of multigrid knows, interpolated to the finest: where a body floats it is one of its rigid motions.
    NULL where the preconditioner has no levels. BoomerAMG gives them away when it is asked for them, and crashes without: it is set up again before its
-   next use, and only asked where none follows in this solve.
+   next use, and only asked where none follows in this solve. On several ranks it is not: what PETSc 3.22 makes of levels that leave out a rank is broken.
 */
 static PetscErrorCode SoftestCoarseMotion(PC_Ainsworth *data, PC inner, PetscBool last, Vec *y)
 {
   static const PetscInt largest = 2000;
   PetscInt              n, levels;
+  PetscMPIInt           size;
   PetscBool             boomer;
   Mat                  *P, *M;
   Vec                   fine, coarse;
@@ -147,7 +148,8 @@ static PetscErrorCode SoftestCoarseMotion(PC_Ainsworth *data, PC inner, PetscBoo
   *y = NULL;
   PetscCall(PetscObjectQueryFunction((PetscObject)inner, "PCGetCoarseOperators_C", &has));
   PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &boomer));
-  if (!has || (boomer && !last) || !inner->setupcalled) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)inner), &size));
+  if (!has || (boomer && (!last || size > 1)) || !inner->setupcalled) PetscFunctionReturn(PETSC_SUCCESS);
   if (boomer) data->stale = data->unfinished = PETSC_TRUE;
   PetscCall(PCGetCoarseOperators(inner, &levels, &M));
   PetscCall(PCGetInterpolations(inner, &levels, &P));
