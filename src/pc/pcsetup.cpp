@@ -126,6 +126,17 @@ static PetscErrorCode SetUpWeights(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The inner solver, its operator and their vectors are made anew */
+static PetscErrorCode ForgetInner(PC_Ainsworth *data)
+{
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&data->rhs));
+  PetscCall(VecDestroy(&data->Ax));
+  PetscCall(MatDestroy(&data->reduced));
+  PetscCall(PCAinsworthResetKSP_Private(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collective: where A has another size on any rank than at the last set-up, the inner solver and its right-hand side cannot be used again */
 static PetscErrorCode ForgetOtherSizes(PC pc, PC_Ainsworth *data)
 {
@@ -138,11 +149,7 @@ static PetscErrorCode ForgetOtherSizes(PC pc, PC_Ainsworth *data)
   PetscCall(MatGetLocalSize(data->saddle.A, &now, NULL));
   other = (PetscBool)(before != now);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)pc)));
-  if (!other) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDestroy(&data->rhs));
-  PetscCall(VecDestroy(&data->Ax));
-  PetscCall(MatDestroy(&data->reduced));
-  PetscCall(PCAinsworthResetKSP_Private(data));
+  if (other) PetscCall(ForgetInner(data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -204,11 +211,7 @@ static PetscErrorCode SetUp(PC pc)
   }
   if (data->stale) PetscCall(MatDestroy(&data->reduced)); /* it is not what the choices say */
   data->stale = PETSC_TRUE;                               /* until all is done: an error may end it anywhere */
-  if (data->unfinished) { /* PCs of PETSc's are not to be used again after an error in their set-up, and vectors may be locked */
-    PetscCall(PCAinsworthResetKSP_Private(data));
-    PetscCall(VecDestroy(&data->rhs));
-    PetscCall(VecDestroy(&data->Ax));
-  }
+  if (data->unfinished) PetscCall(ForgetInner(data)); /* PCs of PETSc's are not to be used again after an error in their set-up, and vectors may be locked */
   data->unfinished = PETSC_TRUE;
   data->applied = data->refused = PETSC_FALSE;
   data->failure[0]              = 0;

@@ -101,6 +101,7 @@ static PetscErrorCode Driven()
   Mat            block;
   PetscInt       m;
   const char    *why;
+  bool           named = false;
   PC             pc;
 
   PetscFunctionBeginUser;
@@ -122,8 +123,10 @@ static PetscErrorCode Driven()
   PetscCall(CheckFailed(run));
   PetscCall(KSPGetPC(run.ksp, &pc));
   PetscCall(PCAinsworthGetFailure(pc, &why));
-  if (m == 2)
-    PetscCall(CheckText("the cause", why, {"terms"})); /* how far rounding lets it come differs: it drowns x, or another solve disagrees; others end before */
+  /* rounding decides whether x drowns or another solve disagrees; on several ranks it ends before */
+  for (const char *cause : {"drown in the rounding of its terms", "of their terms, which another solve takes for"})
+    named = named || std::string(why).find(cause) != std::string::npos;
+  if (m == 2) PetscCall(CheckTrue(why, named));
   PetscCall(RunDestroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
