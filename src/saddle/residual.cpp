@@ -8,7 +8,7 @@
    `doubtful`; `most` is the part of the largest other term that the rounding of multipliers may be which cancel each other;
    `noise` is that of the right-hand side of a zero row of C, relative to the largest |g|, and that of f - C' lambda, relative to both;
    `rounding` is that of an entry of x among larger ones;
-   `nearly` is that of a row that depends on others
+   `nearly` is that of a row that depends on others, also of the largest terms of earlier solves
 */
 static const PetscReal own      = 1e-10;
 static const PetscReal doubted  = 1e-6;
@@ -161,10 +161,10 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
 
    contradiction names the former, or is empty. tol: what was asked for; a row that depends on others nearly tells what they do not, and has to be met to a
    hundred times that. allowed is the error in the energy norm that may be left: a row with a D_ii has its part of it, by Cauchy's
-   and Schwarz's inequality, where the others are met to rounding.
+   and Schwarz's inequality, where the others are met to rounding. largest: of the terms of earlier solves whose rounding may be all that g is, and of this one.
 */
-PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec residual, AinsworthUnmet *worst,
-                                        char contradiction[], size_t len)
+PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, PetscReal allowed, PetscReal *largest, Vec g, Vec x, Vec lambda, Vec residual,
+                                        AinsworthUnmet *worst, char contradiction[], size_t len)
 {
   static const struct {
     AinsworthRowKind kind;
@@ -174,7 +174,7 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
     {AINSWORTH_ROW_DEPENDENT, "not that of the other rows of C on which it depends"}
   };
   Vec                    size, slack;
-  PetscReal              rhs;
+  PetscReal              rhs, most;
   AinsworthUnmet         close;
   const PetscScalar     *r, *s, *b, *l = NULL;
   std::vector<PetscBool> unmet(sp->local, PETSC_FALSE);
@@ -194,11 +194,11 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
     const bool      empty = terms <= PetscAbsScalar(b[i]); /* other zero rows had columns of unknowns that are known */
     const PetscReal own = slack ? PetscRealPart(l[i]) : 0.0, rest = PetscAbsScalar(r[i]);
     const bool      zero = sp->kind[i] == AINSWORTH_ROW_ZERO, dependent = sp->kind[i] == AINSWORTH_ROW_DEPENDENT;
-    const PetscReal quotient = AinsworthQuotient(rest, zero && empty ? noise * rhs : AinsworthConsistent * terms + own);
+    const PetscReal earlier  = dependent ? nearly * *largest : 0.0;
+    const PetscReal quotient = AinsworthQuotient(rest, zero && empty ? noise * rhs : AinsworthConsistent * terms + own + earlier);
     AinsworthUnmet *where    = dependent ? &close : worst;
-    const PetscReal found    = dependent
-                                 ? AinsworthQuotient(rest, (sp->nearly ? PetscMin(AinsworthConsistent, PetscMax(100 * tol, nearly)) : AinsworthConsistent) * terms)
-                                 : quotient;
+    const PetscReal part     = sp->nearly ? PetscMin(AinsworthConsistent, PetscMax(100 * tol, nearly)) : AinsworthConsistent;
+    const PetscReal found    = dependent ? AinsworthQuotient(rest, part * terms + earlier) : quotient;
 
     unmet[i] = (PetscBool)(quotient > 1.0);
     if (zero || found <= where->quotient) continue;
@@ -211,6 +211,8 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   PetscCall(VecRestoreArrayRead(size, &s));
   PetscCall(VecRestoreArrayRead(g, &b));
   if (slack) PetscCall(VecRestoreArrayRead(slack, &l));
+  PetscCall(VecNorm(size, NORM_INFINITY, &most));
+  *largest = PetscMax(*largest, most);
   PetscCall(VecDestroy(&slack));
   PetscCall(VecDestroy(&size));
   PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), worst));
