@@ -96,7 +96,8 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
     PetscCall(PetscFree(dependent));
     PetscCall(error);
     if (data->constraints) continue;
-    PetscCall(MatDestroy(&data->reduced));
+    PetscCall(MatDestroy(&data->reduced)); /* and ctx with it */
+    *ctx    = NULL;
     *reason = PC_NOERROR;
     break;
   }
