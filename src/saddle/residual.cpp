@@ -6,7 +6,7 @@
 /*
    `own` is the rounding of the terms of a row of A x + C' lambda = f, through solves with a Gram matrix whose condition number is a million, and 1e8 where it is
    `doubtful`; `most` is the part of the largest other term that the rounding of multipliers may be which cancel each other;
-   `noise` is that of the right-hand side of a zero row of C, relative to the largest |g|, and that of f - C' lambda, relative to both;
+   `noise` is that of the right-hand side of a zero row of C, relative to the largest |g|, and that of f - C' lambda, by way of the rows of C;
    `rounding` is that of an entry of x among larger ones;
    `nearly` is that of a row that depends on others, also of the largest terms of earlier solves
 */
@@ -86,58 +86,52 @@ static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthUnmet *worst)
 /*
    AinsworthSaddleCheckPrimal - the row of f - op(A) x - B' lambda that is largest against what is allowed
 
-   An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality; the rounding of f - C' lambda
-   counts in the norm of diag(A)^{-1}, that of x relative to the largest. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the
-   row's own terms, more where solves with the Gram matrix are doubtful, is allowed; a row of zeros of A has these and the rounding that its rows of C see. energy: AinsworthSaddleEnergy()
+   An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality; the rounding of x counts relative
+   to the largest, that of f - C' lambda where rows of C take it. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the row's own
+   terms, more where solves with the Gram matrix are doubtful, is allowed; a row of zeros of A has these and what its rows of C see. energy: AinsworthSaddleEnergy()
 */
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscBool doubtful, PetscReal tol, PetscReal energy, Vec f, Vec x,
                                           Vec lambda, Vec Ax, Vec residual, AinsworthUnmet *worst)
 {
-  MPI_Comm           comm    = PetscObjectComm((PetscObject)x);
   const PetscReal    excused = PetscMax(tol, doubtful ? doubted : own);
-  Vec                diagonal, size, through;
+  Vec                diagonal, size, through, forces;
   PetscInt           first, n, suspicious = 0;
-  PetscReal          displacement, load = 0.0;
-  const PetscScalar *d, *r, *s, *t, *b, *a;
+  PetscReal          displacement;
+  const PetscScalar *d, *r, *s, *t, *p;
 
   PetscFunctionBegin;
   *worst = AinsworthUnmet();
   PetscCall(AinsworthTermsStiffness(sp, &diagonal));
+  PetscCall(AinsworthTermsDisplacement(diagonal, x, &displacement, NULL));
   PetscCall(VecGetOwnershipRange(residual, &first, NULL));
   PetscCall(VecGetLocalSize(residual, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));
   PetscCall(VecGetArrayRead(residual, &r));
-  PetscCall(VecGetArrayRead(f, &b));
-  PetscCall(VecGetArrayRead(Ax, &a));
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal force = PetscAbsScalar(b[i]) + PetscAbsScalar(b[i] - a[i] - r[i]);
-
-    if (PetscRealPart(d[i]) > 0.0) load += PetscSqr(force / PetscSqrtReal(PetscRealPart(d[i])));
-  }
-  PetscCall(VecRestoreArrayRead(f, &b));
-  PetscCall(VecRestoreArrayRead(Ax, &a));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &load, 1, MPIU_REAL, MPIU_SUM, comm));
-  load = PetscSqrtReal(load);
-  PetscCall(AinsworthTermsDisplacement(diagonal, x, &displacement, NULL));
-  auto allowed = [&](PetscInt i, PetscReal through) {
+  auto allowed = [&](PetscInt i, PetscReal through, PetscReal spread) {
     const PetscReal stiffness = PetscRealPart(d[i]);
-    const PetscReal bound     = stiffness > 0.0 ? (tol * energy + noise * load) * PetscSqrtReal(stiffness) + rounding * displacement * stiffness
-                                                : (tol * energy + noise * load) * through;
+    const PetscReal bound     = tol * energy * (stiffness > 0.0 ? PetscSqrtReal(stiffness) : through) + rounding * displacement * stiffness + noise * spread;
 
     return PetscIsInfOrNanReal(bound) ? 0.0 : bound; /* it overflows: a row has its own terms */
   };
-  for (PetscInt i = 0; i < n && !suspicious; i++) suspicious = !(PetscAbsScalar(r[i]) <= allowed(i, 0.0));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &suspicious, 1, MPIU_INT, MPI_MAX, comm));
+  for (PetscInt i = 0; i < n && !suspicious; i++) suspicious = !(PetscAbsScalar(r[i]) <= allowed(i, 0.0, 0.0));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &suspicious, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)x)));
   if (suspicious) {
-    PetscCall(VecDuplicate(x, &size));
+    for (Vec *v : {&size, &through, &forces}) PetscCall(VecDuplicate(x, v));
     PetscCall(AinsworthTermsPrimal(sp, transpose, most / excused, f, x, lambda, Ax, size));
-    PetscCall(VecDuplicate(x, &through));
+    PetscCall(MatMultHermitianTranspose(sp->rowsB, lambda, forces));
+    PetscCall(VecAbs(forces));
+    PetscCall(VecCopy(f, through));
+    PetscCall(VecAbs(through));
+    PetscCall(VecAXPY(forces, 1.0, through));
+    PetscCall(AinsworthTermsSpread(sp, diagonal, forces));
     PetscCall(AinsworthTermsThroughRows(sp, diagonal, through));
     PetscCall(VecGetArrayRead(size, &s));
     PetscCall(VecGetArrayRead(through, &t));
+    PetscCall(VecGetArrayRead(forces, &p));
     for (PetscInt i = 0; i < n; i++) {
       const PetscReal terms    = PetscRealPart(s[i]);
-      const PetscReal quotient = AinsworthQuotient(PetscAbsScalar(r[i]), PetscMax(allowed(i, PetscRealPart(t[i])), excused * terms));
+      const PetscReal bound    = PetscMax(allowed(i, PetscRealPart(t[i]), PetscRealPart(p[i])), excused * terms);
+      const PetscReal quotient = AinsworthQuotient(PetscAbsScalar(r[i]), bound);
 
       if (quotient <= worst->quotient) continue;
       worst->quotient = quotient;
@@ -147,9 +141,9 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
     }
     PetscCall(VecRestoreArrayRead(size, &s));
     PetscCall(VecRestoreArrayRead(through, &t));
-    PetscCall(VecDestroy(&size));
-    PetscCall(VecDestroy(&through));
-    PetscCall(AgreeOnWorst(comm, worst));
+    PetscCall(VecRestoreArrayRead(forces, &p));
+    for (Vec *v : {&size, &through, &forces}) PetscCall(VecDestroy(v));
+    PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), worst));
   }
   PetscCall(VecRestoreArrayRead(diagonal, &d));
   PetscCall(VecRestoreArrayRead(residual, &r));
