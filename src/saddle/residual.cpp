@@ -8,14 +8,15 @@
    `doubtful`; `most` is the part of the largest other term that the rounding of multipliers may be which cancel each other;
    `noise` is that of the right-hand side of a zero row of C, relative to the largest |g|, and that of f - C' lambda, by way of the rows of C;
    `rounding` is that of an entry of x among larger ones;
-   `nearly` is that of a row that depends on others
+   `told` is that of a row that depends on others nearly; `before` that of one that depends on others, of the largest terms of earlier solves
 */
 static const PetscReal own      = 1e-10;
 static const PetscReal doubted  = 1e-6;
 static const PetscReal most     = 1e-6;
 static const PetscReal noise    = 1000 * PETSC_MACHINE_EPSILON;
 static const PetscReal rounding = 10 * PETSC_MACHINE_EPSILON;
-static const PetscReal nearly   = 1e-10;
+static const PetscReal told     = 1e-12;
+static const PetscReal before   = 1e-10;
 
 /* primal = f - op(A) x - B' lambda, dual = g - C x + D lambda, of the matrix as the program passed it; Ax becomes op(A) x, unless it is that already */
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal,
@@ -153,24 +154,26 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
 /*
    AinsworthSaddleCheckDual - the rows of g - C x + D lambda that are not met: zero and dependent rows, whose right-hand side no x can have, and others
 
-   contradiction names the former, or is empty. tol: what was asked for; a row that depends on others nearly tells what they do not, and has to be met to a
-   hundred times that. allowed is the error in the energy norm that may be left: a row with a D_ii has its part of it, by Cauchy's
-   and Schwarz's inequality, where the others are met to rounding.
+   contradiction names the former, or is empty. tol: what was asked for; a row that depends on others nearly tells what they do not, and has to be met to
+   ten times that. allowed is the error in the energy norm that may be left: a row with a D_ii has its part of it, by Cauchy's
+   and Schwarz's inequality, where the others are met to rounding. largest: of the terms of earlier solves whose rounding may be all that g is, and of this one.
 */
-PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec residual, AinsworthUnmet *worst,
-                                        char contradiction[], size_t len)
+PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, PetscReal allowed, PetscReal *largest, Vec g, Vec x, Vec lambda, Vec residual,
+                                        AinsworthUnmet *worst, char contradiction[], size_t len)
 {
   static const struct {
     AinsworthRowKind kind;
     const char      *text;
   } contradictions[] = {
-    {AINSWORTH_ROW_ZERO,      "nonzero on a row of C that is zero"                 },
-    {AINSWORTH_ROW_DEPENDENT, "not that of the other rows of C on which it depends"}
+    {AINSWORTH_ROW_ZERO,      "nonzero on a row of C that is zero (rows %s of the multiplier field): no solution exists"                 },
+    {AINSWORTH_ROW_DEPENDENT, "not that of the other rows of C on which it depends (rows %s of the multiplier field): no solution exists"}
   };
-  Vec                    size, slack;
-  PetscReal              rhs;
-  AinsworthUnmet         close;
-  const PetscScalar     *r, *s, *b, *l = NULL;
+  static const char  near[] = "not met on rows of C that were left out, as the Gram matrix C W C' does not tell them from others (rows %s of the multiplier "
+                              "field): no solution is found where rows are so near each other in the norm of W";
+  Vec                size, slack, stiffness;
+  PetscReal          rhs, most, least;
+  AinsworthUnmet     close;
+  const PetscScalar *r, *s, *b, *l = NULL;
   std::vector<PetscBool> unmet(sp->local, PETSC_FALSE);
 
   PetscFunctionBegin;
@@ -188,11 +191,11 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
     const bool      empty = terms <= PetscAbsScalar(b[i]); /* other zero rows had columns of unknowns that are known */
     const PetscReal own = slack ? PetscRealPart(l[i]) : 0.0, rest = PetscAbsScalar(r[i]);
     const bool      zero = sp->kind[i] == AINSWORTH_ROW_ZERO, dependent = sp->kind[i] == AINSWORTH_ROW_DEPENDENT;
-    const PetscReal quotient = AinsworthQuotient(rest, zero && empty ? noise * rhs : AinsworthConsistent * terms + own);
+    const PetscReal earlier  = dependent ? before * *largest : 0.0;
+    const PetscReal quotient = AinsworthQuotient(rest, zero && empty ? noise * rhs : AinsworthConsistent * terms + own + earlier);
     AinsworthUnmet *where    = dependent ? &close : worst;
-    const PetscReal found    = dependent
-                                 ? AinsworthQuotient(rest, (sp->nearly ? PetscMin(AinsworthConsistent, PetscMax(100 * tol, nearly)) : AinsworthConsistent) * terms)
-                                 : quotient;
+    const PetscReal part     = sp->nearly ? PetscMin(AinsworthConsistent, PetscMax(10 * tol, told)) : AinsworthConsistent;
+    const PetscReal found    = dependent ? AinsworthQuotient(rest, part * terms + earlier) : quotient;
 
     unmet[i] = (PetscBool)(quotient > 1.0);
     if (zero || found <= where->quotient) continue;
@@ -205,6 +208,8 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   PetscCall(VecRestoreArrayRead(size, &s));
   PetscCall(VecRestoreArrayRead(g, &b));
   if (slack) PetscCall(VecRestoreArrayRead(slack, &l));
+  PetscCall(VecNorm(size, NORM_INFINITY, &most));
+  *largest = PetscMax(*largest, most);
   PetscCall(VecDestroy(&slack));
   PetscCall(VecDestroy(&size));
   PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), worst));
@@ -216,10 +221,10 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
     std::unique_ptr<PetscBool[]> marked(new PetscBool[sp->local + 1]); /* a vector of C's bool, which PetscBool is since 3.24, has no array */
     for (PetscInt i = 0; i < sp->local; i++) marked[i] = (PetscBool)(unmet[i] && sp->kind[i] == c.kind);
     PetscCall(AinsworthSaddleNameRows(sp, marked.get(), names, sizeof(names)));
-    if (names[0])
-      PetscCall(PetscSNPrintf(contradiction, len, "%s%s (rows %s of the multiplier field): no solution %s", c.text,
-                              sp->nearly && c.kind == AINSWORTH_ROW_DEPENDENT ? ", exactly or nearly" : "", names,
-                              sp->nearly && c.kind == AINSWORTH_ROW_DEPENDENT ? "is found where rows are so near each other" : "exists"));
+    if (!names[0]) continue;
+    PetscCall(AinsworthTermsStiffness(sp, &stiffness));
+    PetscCall(VecMin(stiffness, NULL, &least)); /* 0: an unknown without stiffness, whose weight is made up */
+    PetscCall(PetscSNPrintf(contradiction, len, c.kind == AINSWORTH_ROW_DEPENDENT && (sp->nearly || least == 0.0) ? near : c.text, names));
   }
   if (!contradiction[0] && close.quotient > worst->quotient) *worst = close;
   PetscFunctionReturn(PETSC_SUCCESS);

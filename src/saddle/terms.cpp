@@ -61,7 +61,7 @@ PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpo
 }
 
 /*
-   terms += |D| |lambda|, and slack = allowed times the square root of the sums of the rows of |D|
+   terms += |D| |lambda|, and slack = allowed times the square root of D_ii, 0 where D couples the row to others: what D leaves free moves x
 
    sums: a huge lambda that D takes to nearly nothing would drown all else in its rounding; what cancels counts up to a part of the largest of the other terms
 */
@@ -71,6 +71,9 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscBool sums, P
   Mat                    M;
   Vec                    absolute, size;
   PetscReal              largest;
+  PetscInt               m;
+  PetscScalar           *s;
+  const PetscScalar     *d;
 
   PetscFunctionBegin;
   PetscCall(AinsworthAbsoluteAIJ(sp->rowsD, &M));
@@ -87,8 +90,15 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscBool sums, P
     PetscCall(VecPointwiseMax(size, size, slack));
   }
   PetscCall(VecAXPY(terms, 1.0, size));
-  PetscCall(VecDestroy(&size));
   PetscCall(AinsworthRowSums(M, 1, slack));
+  PetscCall(MatGetDiagonal(M, size));
+  PetscCall(VecGetLocalSize(size, &m));
+  PetscCall(VecGetArrayRead(size, &d));
+  PetscCall(VecGetArray(slack, &s));
+  for (PetscInt i = 0; i < m; i++) s[i] = PetscRealPart(s[i]) > PetscRealPart(d[i]) ? 0.0 : s[i];
+  PetscCall(VecRestoreArray(slack, &s));
+  PetscCall(VecRestoreArrayRead(size, &d));
+  PetscCall(VecDestroy(&size));
   PetscCall(VecSqrtAbs(slack));
   PetscCall(VecScale(slack, allowed));
   PetscCall(MatDestroy(&M));
