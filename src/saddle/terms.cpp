@@ -242,42 +242,87 @@ PetscErrorCode AinsworthTermsDisplacement(Vec stiffness, Vec x, PetscReal *displ
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* root: 1 / d_i^{1/2}, that of the stiffest where d_i is 0; flexibility: of each row of C, (C W C' - D)_kk */
+static PetscErrorCode FlexibilityOfRows(const AinsworthSaddle *sp, Vec diagonal, Vec *root, Vec *flexibility)
+{
+  Vec          rows;
+  PetscInt     n;
+  PetscReal    stiffest;
+  PetscScalar *r;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(diagonal, root));
+  PetscCall(VecCopy(diagonal, *root));
+  if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(*root));
+  PetscCall(VecMax(*root, NULL, &stiffest));
+  PetscCall(VecGetLocalSize(*root, &n));
+  PetscCall(VecGetArray(*root, &r));
+  for (PetscInt i = 0; i < n; i++) r[i] = 1.0 / PetscSqrtReal(PetscRealPart(r[i]) > 0.0 ? PetscRealPart(r[i]) : stiffest);
+  PetscCall(VecRestoreArray(*root, &r));
+  PetscCall(MatCreateVecs(sp->rowsC, NULL, flexibility));
+  PetscCall(AinsworthRowSquares(sp->rowsC, *root, *flexibility));
+  if (sp->rowsD) {
+    PetscCall(VecDuplicate(*flexibility, &rows));
+    PetscCall(MatGetDiagonal(sp->rowsD, rows));
+    PetscCall(VecAbs(rows));
+    PetscCall(VecAXPY(*flexibility, 1.0, rows));
+    PetscCall(VecDestroy(&rows));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* v_k = 1 / v_k, 0 where that is 0 */
+static PetscErrorCode Invert(Vec v)
+{
+  PetscInt     m;
+  PetscScalar *t;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(v, &m));
+  PetscCall(VecGetArray(v, &t));
+  for (PetscInt k = 0; k < m; k++) t[k] = PetscRealPart(t[k]) > 0.0 ? 1.0 / PetscRealPart(t[k]) : 0.0;
+  PetscCall(VecRestoreArray(v, &t));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The smallest |B_ki| t_k, with t_k the lambda_k that has the energy 1, of A under C_k' or of D_kk: the scale of a row of A that is zero */
 PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *sp, Vec diagonal, Vec forces)
 {
-  Vec          root, rows, lengths;
-  Mat          M;
-  PetscInt     n, m;
-  PetscReal    stiffest;
-  PetscScalar *r, *t;
+  Vec root, lengths;
+  Mat M;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(diagonal, &root));
-  PetscCall(VecCopy(diagonal, root));
-  if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(root));
-  PetscCall(VecMax(root, NULL, &stiffest));
-  PetscCall(VecGetLocalSize(root, &n));
-  PetscCall(VecGetArray(root, &r));
-  for (PetscInt i = 0; i < n; i++) r[i] = 1.0 / PetscSqrtReal(PetscRealPart(r[i]) > 0.0 ? PetscRealPart(r[i]) : stiffest);
-  PetscCall(VecRestoreArray(root, &r));
-  PetscCall(MatCreateVecs(sp->rowsC, NULL, &rows));
-  PetscCall(VecDuplicate(rows, &lengths));
-  PetscCall(AinsworthRowSquares(sp->rowsC, root, lengths));
-  if (sp->rowsD) {
-    PetscCall(MatGetDiagonal(sp->rowsD, rows));
-    PetscCall(VecAbs(rows));
-    PetscCall(VecAXPY(lengths, 1.0, rows));
-  }
-  PetscCall(VecGetLocalSize(lengths, &m));
-  PetscCall(VecGetArray(lengths, &t));
-  for (PetscInt k = 0; k < m; k++) t[k] = PetscRealPart(t[k]) > 0.0 ? 1.0 / PetscSqrtReal(PetscRealPart(t[k])) : 0.0;
-  PetscCall(VecRestoreArray(lengths, &t));
+  PetscCall(FlexibilityOfRows(sp, diagonal, &root, &lengths));
+  PetscCall(Invert(lengths));
+  PetscCall(VecSqrtAbs(lengths));
   PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
   PetscCall(MatDiagonalScale(M, lengths, NULL));
   PetscCall(LeastOfColumns(M, forces));
   PetscCall(MatDestroy(&M));
   PetscCall(VecDestroy(&root));
-  PetscCall(VecDestroy(&rows));
   PetscCall(VecDestroy(&lengths));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthTermsSpread - forces become |B|' |S|^{-1} |C| W forces, with the diagonal of S: what the rounding of forces does to each row by way of the multipliers */
+PetscErrorCode AinsworthTermsSpread(const AinsworthSaddle *sp, Vec diagonal, Vec forces)
+{
+  Vec root, flexibility, moved;
+  Mat M;
+
+  PetscFunctionBegin;
+  PetscCall(FlexibilityOfRows(sp, diagonal, &root, &flexibility));
+  PetscCall(Invert(flexibility));
+  PetscCall(VecDuplicate(flexibility, &moved));
+  PetscCall(VecPointwiseMult(forces, forces, root));
+  PetscCall(VecPointwiseMult(forces, forces, root));
+  PetscCall(AinsworthAbsoluteAIJ(sp->rowsC, &M));
+  PetscCall(MatMult(M, forces, moved));
+  PetscCall(MatDestroy(&M));
+  PetscCall(VecPointwiseMult(moved, moved, flexibility));
+  PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
+  PetscCall(MatMultTranspose(M, moved, forces));
+  PetscCall(MatDestroy(&M));
+  for (Vec *v : {&root, &flexibility, &moved}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
