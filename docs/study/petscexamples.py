@@ -15,6 +15,8 @@ SCHUR = ('-{p}ksp_type fgmres -{p}pc_type fieldsplit -{p}pc_fieldsplit_type schu
          '-{p}pc_fieldsplit_schur_precondition full -{p}fieldsplit_%s_pc_type lu -{p}fieldsplit_%s_pc_type svd')
 TAYLOR = '-dm_plex_simplex 0 -dm_refine 2 -dm_plex_separate_marker -vel_petscspace_degree 2 -pres_petscspace_degree 1'
 STOKES = SCHUR % ('velocity', 'pressure')
+CRASHES = {('snes/tutorials/ex77.c', 2)}  # with their usual solvers, on so many ranks
+FULL = '-ksp_type gmres -ksp_gmres_restart 3000 -ksp_max_it 3000 -pc_type none'
 # name, file, options of the program, its usual solver, prefix of the KSP, what writes the solution
 EXAMPLES = [
     ('Stokes, finite volumes', 'snes/tutorials/ex70.c', '-nx 24 -ny 24', '-user_ksp -ksp_type fgmres -pc_type fieldsplit -pc_fieldsplit_type schur '
@@ -32,6 +34,13 @@ EXAMPLES = [
     ('Stokes, DMDA in 2D', 'ksp/ksp/tutorials/ex43.c', '-mx 12 -my 12', '-{p}ksp_type gmres -{p}ksp_gmres_restart 500', 'stokes_', 'ksp'),
     ('Stokes, DMDA in 3D', 'ksp/ksp/tutorials/ex42.c', '-mx 4', '-{p}ksp_type gmres -{p}ksp_gmres_restart 500', 'stokes_', 'ksp'),
     ('Stokes, particles', 'ksp/ksp/tutorials/ex70.c', '-mx 10 -my 10 -no_view', '-{p}ksp_type gmres -{p}ksp_gmres_restart 500', 'stokes_', 'ksp'),
+    ('Stokes, DMStag in 2D', 'dm/impls/stag/tutorials/ex2.c', '-stag_grid_x 20 -stag_grid_y 20', FULL, '', 'ksp'),
+    ('Stokes, DMStag in 3D', 'dm/impls/stag/tutorials/ex3.c', '-stag_grid_x 6 -stag_grid_y 5 -stag_grid_z 4', FULL, '', 'ksp'),
+    ('Stokes with a sinker, DMStag', 'dm/impls/stag/tutorials/ex4.c', '-dim 2 -coefficients sinker -nondimensional 1 -s 16', FULL, '', 'ksp'),
+    ('A fluid at rest, DMStag', 'dm/impls/stag/tests/ex15.c', '-dim 2', FULL, '', 'ksp'),
+    ('Low Mach flow in time, DMPlex', 'ts/tutorials/ex76.c', '-sol_type taylor_green ' + TAYLOR.replace('refine 2', 'refine 1') + ' -temp_petscspace_degree 1 '
+     '-ts_max_steps 2 -ts_dt 0.1', '-ksp_type fgmres -pc_type fieldsplit -pc_fieldsplit_0_fields 0,2 -pc_fieldsplit_1_fields 1 -pc_fieldsplit_type schur '
+     '-pc_fieldsplit_schur_fact_type full -pc_fieldsplit_schur_precondition full -fieldsplit_0_pc_type lu -fieldsplit_pressure_pc_type svd', '', 'ts'),
     ('3 x 3 nest, vectors that are nests', 'ksp/ksp/tests/ex57.c', '-pc_ainsworth_multiplier_fields c', '-pc_type fieldsplit', '', 'ksp'),
     ('Multiphysics, DMComposite', 'snes/tutorials/ex28.c', '-u_da_grid_x 20 -problem_type 2 -pack_dm_mat_type nest', '-pc_type none', '', 'snes'),
     ('Low Mach flow, DMPlex', 'snes/tutorials/ex76.c', '-sol_type quadratic ' + TAYLOR + ' -temp_petscspace_degree 1', LU, '', 'snes'),
@@ -101,8 +110,8 @@ def main():
         layout, iterations, x, y = LAYOUT.findall(text), ITERATIONS.findall(text), *map(read, files)
         if code or x is None or y is None:  # PETSc does not write vectors that are nests
             message, residual = MESSAGE.findall(text), RESIDUAL.findall(text)
-            difference = ('refused: ' + message[0]) if code and message else 'its usual solver failed, too' if usual_code else 'failed' if code else f'residual {float(residual[-1]):.0e}' if residual else 'none written'
-            right = right and bool(usual_code or (not code and residual and float(residual[-1]) < 1e-8))
+            difference = ('refused: ' + message[0]) if code and message else 'failed, as its usual solver does' if usual_code and code else 'failed' if code else f'residual {float(residual[-1]):.0e}' if residual else 'none written'
+            right = right and bool((source, given.ranks) in CRASHES or (not code and residual and float(residual[-1]) < 1e-8))
         else:
             x.axpy(-1, y)
             K = read(matrix)  # pressures may differ by what it does not see

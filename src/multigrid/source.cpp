@@ -1,7 +1,7 @@
 #include "source.h"
 #include <petsc/private/petscimpl.h>
 
-/* Rounding of the sums by which an entry of A is assembled, in another order each time, relative to the diagonal */
+/* Rounding of the sums by which an entry of A, or of a mode, is made in another order each time, relative to the diagonal and to the modes */
 static const PetscReal rounding = 64 * PETSC_MACHINE_EPSILON;
 
 /* v of random numbers that are the same whenever v has the same layout */
@@ -36,8 +36,8 @@ static PetscErrorCode GetImage(Mat A, std::vector<PetscScalar> *image)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One number of all entries that this rank has of the near null space, NULL for none */
-static PetscErrorCode GetDigest(MatNullSpace near, PetscScalar *digest)
+/* One number of all entries that this rank has of the near null space, NULL for none, and the sum of the magnitudes that are in it */
+static PetscErrorCode GetDigest(MatNullSpace near, PetscScalar *digest, PetscReal *size)
 {
   PetscBool  constant;
   PetscInt   n = 0;
@@ -45,6 +45,7 @@ static PetscErrorCode GetDigest(MatNullSpace near, PetscScalar *digest)
 
   PetscFunctionBegin;
   *digest = 0.0;
+  *size   = 0.0;
   if (!near) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNullSpaceGetVecs(near, &constant, &n, &v));
   if (constant) *digest = 1.0;
@@ -54,7 +55,12 @@ static PetscErrorCode GetDigest(MatNullSpace near, PetscScalar *digest)
 
     PetscCall(VecGetLocalSize(v[k], &local));
     PetscCall(VecGetArrayRead(v[k], &a));
-    for (PetscInt i = 0; i < local; i++) *digest += a[i] * (PetscReal)((37 * k + i) % 1009 + 1);
+    for (PetscInt i = 0; i < local; i++) {
+      const PetscReal factor = (PetscReal)((37 * k + i) % 1009 + 1);
+
+      *digest += a[i] * factor;
+      *size += PetscAbsScalar(a[i]) * factor;
+    }
     PetscCall(VecRestoreArrayRead(v[k], &a));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -77,7 +83,7 @@ PetscErrorCode AinsworthSource::take(Mat A, MatNullSpace near)
   PetscFunctionBegin;
   PetscCall(identify(A, near));
   PetscCall(GetImage(A, &image));
-  PetscCall(GetDigest(near, &modes));
+  PetscCall(GetDigest(near, &modes, &modesSize));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -99,7 +105,7 @@ PetscErrorCode AinsworthSource::holds(Mat A, MatNullSpace near, const std::vecto
   *fits = answer[1];
   if (*same || !answer[1]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(now.take(A, near));
-  *same = (PetscBool)(now.modes == modes);
+  *same = (PetscBool)(PetscAbsScalar(now.modes - modes) <= rounding * modesSize);
   for (size_t i = 0; i < image.size(); i++)
     if (!(PetscAbsScalar(now.image[i] - image[i]) <= rounding * diagonal[i])) *same = PETSC_FALSE;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, same, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));

@@ -9,8 +9,9 @@
 struct AinsworthSource {
   PetscObjectId            id = 0, modesId = 0; /* of A and of its near null space */
   PetscObjectState         state = 0;
-  std::vector<PetscScalar> image;       /* A times a vector of random numbers, which are always the same */
-  PetscScalar              modes = 0.0; /* the entries of the near null space on this rank, times such numbers */
+  std::vector<PetscScalar> image;           /* A times a vector of random numbers, which are always the same */
+  PetscScalar              modes     = 0.0; /* the entries of the near null space on this rank, times such numbers */
+  PetscReal                modesSize = 0.0; /* their magnitudes, times the same */
 
   PetscErrorCode identify(Mat A, MatNullSpace near);
   PetscErrorCode take(Mat A, MatNullSpace near);

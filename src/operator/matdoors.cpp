@@ -92,6 +92,8 @@ PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, V
     }
     PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, before, after, rhs));
   }
+  /* where f - A R g is a force of the constraints alone, what one projection leaves is the rounding of it, of which half lies outside the range of Q' A Q */
+  if (ctx->omitPenalty && !ctx->D) PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, NULL, NULL, rhs));
   for (int i = 0; i < 2; i++) ctx->start[i] = PetscRealPart(start[i]);
   PetscCall(PetscLogEventEnd(AINSWORTH_RHS, mat, f, g, rhs));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -117,6 +117,7 @@ struct PC_Ainsworth {
   PetscBool       indefinite;      /* conjugate gradients gave way to GMRES since the last set-up */
   PetscBool       stale;           /* a choice changed since the last set-up */
   char            failure[512];    /* of the last set-up or solve, in words; empty where it was good */
+  PetscReal       terms;           /* the largest of C x in a solve, whose rounding is left in the residuals of later ones */
   PetscInt        applications;    /* of the outer solve that runs, and one; 0 where none does */
   PetscBool       hidden;          /* diag(A)^{-1} makes rows of C look dependent that are not: the weight is the identity */
   PetscBool       refused;         /* the last set-up ended with a reason: it is not repeated before something changes */

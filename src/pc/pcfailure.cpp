@@ -290,6 +290,7 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPC
 {
   PetscInt           iterations;
   PetscReal          quotient, residual;
+  PetscBool          definite;
   char               misplaced[256];
   const char        *prefix = ((PetscObject)data->ksp)->prefix;
   PC                 inner;
@@ -303,6 +304,7 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPC
   PetscCall(PCGetFailedReason(inner, &failed));
   PetscCall(KSPGetIterationNumber(data->ksp, &iterations));
   PetscCall(KSPGetResidualNorm(data->ksp, &residual));
+  PetscCall(PCAinsworthIsConjugateGradients_Private(((PetscObject)data->ksp)->type_name, &definite));
   PetscCall(GramReason(data, &gram));
   if (gram < 0) {
     PetscCall(PetscSNPrintf(why, len, "Solves with the Gram matrix S = C W C' do not converge (%s): change the options -%sgram_ksp and -%sgram_pc",
@@ -328,7 +330,7 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPC
   else if (reason >= 0) PetscFunctionReturn(PETSC_SUCCESS); /* the verification has said what it saw */
   else if (reason == KSP_DIVERGED_PC_FAILED)
     PetscCall(PetscSNPrintf(why, len, "The inner preconditioner, of type %s, failed (%s): try another -%spc_type", type, PCFailedReasons[failed], prefix));
-  else if (!data->symmetric)
+  else if (!data->symmetric && definite)
     PetscCall(PetscSNPrintf(why, len, "A is not symmetric, and the reduced solve failed (%s): -%sksp_type gmres does not need it to be%s",
                             KSPConvergedReasons[reason], prefix, misplaced));
   else if (reason == KSP_DIVERGED_INDEFINITE_PC)

@@ -205,6 +205,22 @@ static PetscErrorCode CheckVacuous(PC_Ainsworth *data, Vec f, Vec g, Vec x, Vec 
 }
 
 /*
+   Rows that depend on others: may g be the rounding of an x that is decades larger than the one at hand? Residuals of Newton's method are at its end, and of
+   any other solver that this one is nested in; and a program that attaches a null space of multipliers knows of these rows
+*/
+static PetscErrorCode MayBeResidual(PC pc, const AinsworthSaddle *saddle, PetscBool *residual)
+{
+  MatNullSpace attached = saddle->whole;
+  PetscInt     nested;
+
+  PetscFunctionBegin;
+  if (!attached) PetscCall(PetscObjectQuery((PetscObject)saddle->rows[1], "nullspace", (PetscObject *)&attached));
+  PetscCall(PetscObjectGetTabLevel((PetscObject)pc, &nested));
+  *residual = (PetscBool)(attached || nested > 0);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    PCAinsworthVerify_Private - what is left of both equations, in primal and dual, and the verdict on it; why is set where that is not MET
 
    One product with the program's A, where that with x is not known. tol is what was asked for, negative where nothing was.
@@ -214,8 +230,8 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
 {
   AinsworthSaddle *sp = &data->saddle;
   AinsworthUnmet   worst;
-  PetscReal        norm, energy;
-  PetscBool        doubtful = PETSC_FALSE, finite = PETSC_TRUE;
+  PetscReal        norm, energy, terms;
+  PetscBool        doubtful = PETSC_FALSE, finite = PETSC_TRUE, residual = PETSC_FALSE;
   PetscInt         n;
   const Vec        Ax = data->Ax;
   char             rows[256];
@@ -228,8 +244,10 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
   if (data->reduced) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced, &doubtful));
   PetscCall(AinsworthSaddleResidual(sp, transpose, data->knownAx, f, g, x, lambda, Ax, primal, dual));
   PetscCall(AinsworthSaddleEnergy(sp, x, lambda, Ax, &energy));
-  PetscCall(AinsworthSaddleCheckDual(sp, tol < 0.0 ? PETSC_MAX_REAL : tol, tol < 0.0 ? PETSC_MAX_REAL : blind * tol * energy, g, x, lambda, dual, &worst, rows,
-                                     sizeof(rows)));
+  PetscCall(MayBeResidual(pc, sp, &residual));
+  terms = residual ? data->terms : 0.0;
+  PetscCall(AinsworthSaddleCheckDual(sp, tol < 0.0 ? PETSC_MAX_REAL : tol, tol < 0.0 ? PETSC_MAX_REAL : blind * tol * energy, &terms, g, x, lambda, dual,
+                                     &worst, rows, sizeof(rows)));
   PetscCall(IsFinite(x, lambda, &finite));
   if (worst.quotient > 1.0) {
     *verdict = AINSWORTH_VERDICT_UNMET;
@@ -256,6 +274,7 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
                                        : "its method, or its preconditioner, does not see this; is A indefinite on Ker C, or its diagonal zero?"));
     } else if (data->constraints < n || data->saddle.D) PetscCall(CheckEnergy(data, transpose, x, Ax, primal, verdict, why, len));
     if (*verdict == AINSWORTH_VERDICT_MET) PetscCall(CheckVacuous(data, f, g, x, lambda, verdict, why, len));
+    if (*verdict == AINSWORTH_VERDICT_MET) data->terms = PetscMax(data->terms, terms);
   }
   PetscCall(PetscLogEventEnd(AINSWORTH_Verify, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);

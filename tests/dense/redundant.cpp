@@ -2,6 +2,7 @@ static char help[] = "Constraints of which many depend on others: as many are le
 
 #include "run.h"
 #include <cmath>
+#include <petscsnes.h>
 
 /* Rows as lists of ties x_i - x_j, or of sums */
 struct Ties {
@@ -212,6 +213,98 @@ static PetscErrorCode Several(bool contradicts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A x + k x^3 + C' l = f, C x = g */
+struct Cubic {
+  Run       linear, tangent; /* both of A without the cube */
+  PetscReal k;
+  IS        is[2];
+  Vec       b;
+};
+
+static PetscErrorCode ComputeResidual(SNES, Vec y, Vec r, void *ctx)
+{
+  Cubic *cubic = (Cubic *)ctx;
+  Vec    x, cube;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatMult(cubic->linear.nest, y, r));
+  PetscCall(VecAXPY(r, -1.0, cubic->b));
+  PetscCall(VecGetSubVector(y, cubic->is[0], &x));
+  PetscCall(VecDuplicate(x, &cube));
+  PetscCall(VecPointwiseMult(cube, x, x));
+  PetscCall(VecPointwiseMult(cube, cube, x));
+  PetscCall(VecRestoreSubVector(y, cubic->is[0], &x));
+  PetscCall(VecGetSubVector(r, cubic->is[0], &x));
+  PetscCall(VecAXPY(x, cubic->k, cube));
+  PetscCall(VecRestoreSubVector(r, cubic->is[0], &x));
+  PetscCall(VecDestroy(&cube));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ComputeTangent(SNES, Vec y, Mat J, Mat, void *ctx)
+{
+  Cubic *cubic = (Cubic *)ctx;
+  Vec    x, square;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecGetSubVector(y, cubic->is[0], &x));
+  PetscCall(VecDuplicate(x, &square));
+  PetscCall(VecPointwiseMult(square, x, x));
+  PetscCall(VecRestoreSubVector(y, cubic->is[0], &x));
+  PetscCall(VecScale(square, 3.0 * cubic->k));
+  PetscCall(MatCopy(cubic->linear.sys.A, cubic->tangent.sys.A, SAME_NONZERO_PATTERN));
+  PetscCall(MatDiagonalSet(cubic->tangent.sys.A, square, ADD_VALUES));
+  PetscCall(VecDestroy(&square));
+  PetscCall(MatAssemblyBegin(J, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(J, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The last residuals of Newton's method are the rounding of x: rows that depend on others contradict them there, by much of what the last steps are */
+static PetscErrorCode Newton(const Dense &C)
+{
+  Options             options("-snes_rtol 1e-30 -snes_atol 1e-30 -snes_stol 1e-14 -pc_type ainsworth -ksp_type preonly -ainsworth_pc_type jacobi");
+  DenseSystem         d = SpringsCreate(C.cols(), 1, 2e4, 19);
+  Cubic               cubic;
+  SNES                snes;
+  Vec                 y, r;
+  PetscReal           first, last;
+  SNESConvergedReason reason;
+
+  PetscFunctionBeginUser;
+  Case("Newton's method");
+  cubic.k = 2e4;
+  d.C     = C;
+  d.g     = C * Column::NullaryExpr(C.cols(), [](Eigen::Index i) { return Uniform(21, (PetscInt)i, 0); });
+  for (Run *run : {&cubic.linear, &cubic.tangent}) PetscCall(RunCreateWhole(d, run));
+  PetscCall(MatNestGetISs(cubic.linear.nest, cubic.is, NULL));
+  PetscCall(MatCreateVecs(cubic.linear.nest, &y, &r));
+  PetscCall(VecDuplicate(r, &cubic.b));
+  for (int k = 0; k < 2; k++) {
+    Vec part;
+
+    PetscCall(VecGetSubVector(cubic.b, cubic.is[k], &part));
+    PetscCall(VecCopy(k ? cubic.linear.sys.g : cubic.linear.sys.f, part));
+    PetscCall(VecRestoreSubVector(cubic.b, cubic.is[k], &part));
+  }
+  PetscCall(SNESCreate(PETSC_COMM_WORLD, &snes));
+  PetscCall(SNESSetFunction(snes, r, ComputeResidual, &cubic));
+  PetscCall(SNESSetJacobian(snes, cubic.tangent.nest, cubic.tangent.nest, ComputeTangent, &cubic));
+  PetscCall(SNESSetFromOptions(snes));
+  PetscCall(ComputeResidual(snes, y, r, &cubic));
+  PetscCall(VecNorm(r, NORM_2, &first));
+  PetscCall(SNESSolve(snes, NULL, y));
+  PetscCall(SNESGetConvergedReason(snes, &reason));
+  PetscCall(CheckTrue(SNESConvergedReasons[reason], reason > 0));
+  PetscCall(ComputeResidual(snes, y, r, &cubic));
+  PetscCall(VecNorm(r, NORM_2, &last));
+  PetscCall(Check("the residual", last, 1e-13 * first));
+  PetscCall(SNESDestroy(&snes));
+  for (Vec *v : {&y, &r, &cubic.b}) PetscCall(VecDestroy(v));
+  for (Run *run : {&cubic.linear, &cubic.tangent}) PetscCall(RunDestroy(run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   int exitcode;
@@ -220,6 +313,8 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(AinsworthInitializePackage());
   for (bool contradicts : {false, true}) PetscCall(Several(contradicts));
+  PetscCall(Newton(Rows(PeriodicCell(3))));
+  PetscCall(Newton(Rows(Rings(12))));
   PetscCall(Scene("edges of grids", Rows(Grids(7))));
   PetscCall(Scene("nodes of grids", Rows(Grids(7)).transpose()));
   PetscCall(Scene("edges of network", Rows(Network(40, 120))));
