@@ -77,13 +77,88 @@ static PetscErrorCode CheckUnderflow(PC pc, PC_Ainsworth *data, KSP ksp, Vec b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The largest part of the terms of a row of the program's system that is left, of b by x */
+static PetscErrorCode WorstRow(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec b, Vec x, Vec left, PetscReal *error)
+{
+  const PetscBool   other = (PetscBool)!transpose, side[] = {other, transpose, other};
+  const IS         *of[]    = {transpose ? data->saddle.cols : data->saddle.rows, transpose ? data->saddle.rows : data->saddle.cols};
+  Vec               given[] = {b, x, left}, flat[3];
+  PCAinsworthFields part[4]; /* b, x, what is left, and the sizes of its rows */
+
+  PetscFunctionBegin;
+  for (int k = 0; k < 3; k++) {
+    PetscCall(AinsworthVecGetFlat(pc->pmat, side[k], given[k], &flat[k]));
+    PetscCall(VecGetSubVector(flat[k], of[k % 2][0], &part[k].primal));
+    PetscCall(VecGetSubVector(flat[k], of[k % 2][1], &part[k].dual));
+  }
+  PetscCall(VecDuplicate(part[0].primal, &part[3].primal));
+  PetscCall(VecDuplicate(part[0].dual, &part[3].dual));
+  if (transpose) PetscCall(MatMultTranspose(data->saddle.block[AINSWORTH_BLOCK_A], part[1].primal, data->Ax));
+  else PetscCall(MatMult(data->saddle.block[AINSWORTH_BLOCK_A], part[1].primal, data->Ax));
+  PetscCall(AinsworthSaddleBackwardError(&data->saddle, transpose, part[0].primal, part[0].dual, part[1].primal, part[1].dual, data->Ax, part[2].primal,
+                                         part[2].dual, part[3].primal, part[3].dual, error)); /* signs are none of its matter */
+  PetscCall(VecDestroy(&part[3].primal));
+  PetscCall(VecDestroy(&part[3].dual));
+  for (int k = 0; k < 3; k++) {
+    PetscCall(VecRestoreSubVector(flat[k], of[k % 2][0], &part[k].primal));
+    PetscCall(VecRestoreSubVector(flat[k], of[k % 2][1], &part[k].dual));
+    PetscCall(AinsworthVecRestoreFlat(pc->pmat, side[k], given[k], PETSC_FALSE, &flat[k]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   A method that stops by P (b - K x) relative to P b is content with anything where P b is huge, as it is where a motion is free. What it was asked for is what
+   it has to have come to, in the norm of b or row by row
+*/
+static PetscErrorCode CheckOuter(PC pc, PC_Ainsworth *data, KSP ksp, Vec b, Vec x)
+{
+  static const PetscReal blind = 100, little = 1e-3;
+  const PetscReal        allowed   = PetscMax(little, blind * ksp->rtol);
+  const PetscBool        transpose = ksp->transpose_solve;
+  PetscReal              norm, rest, error;
+  MatNullSpace           nullspace;
+  Vec                    left;
+  char                   why[256];
+  PetscErrorCode (*test)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetConvergenceTest(ksp, &test, NULL, NULL));
+  if (data->applications <= 2 || ksp->reason != KSP_CONVERGED_RTOL || test != KSPConvergedDefault) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(b, &left));
+  if (transpose) PetscCall(MatMultTranspose(pc->mat, x, left));
+  else PetscCall(MatMult(pc->mat, x, left));
+  PetscCall(VecAYPX(left, -1.0, b));
+  if (transpose) PetscCall(MatGetNullSpace(pc->mat, &nullspace));
+  else PetscCall(MatGetTransposeNullSpace(pc->mat, &nullspace));
+  if (nullspace) PetscCall(MatNullSpaceRemove(nullspace, left));
+  PetscCall(VecNorm(b, NORM_2, &norm));
+  PetscCall(VecNorm(left, NORM_2, &rest));
+  if (!(rest <= allowed * norm)) {
+    PetscCall(WorstRow(pc, data, transpose, b, x, left, &error));
+    if (error > allowed) {
+      PetscCall(
+        PetscSNPrintf(why, sizeof(why),
+                      "The outer method, %s, says that it converged, but a row of the system is left with %g of its terms, which its norm does not see: "
+                      "use -ksp_type %s, or %s",
+                      ((PetscObject)ksp)->type_name, (double)error, KSPPREONLY, KSPFGMRES));
+      ksp->reason = KSP_DIVERGED_PC_FAILED;
+      PetscCall(VecDestroy(&left));
+      PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));
+    }
+  }
+  PetscCall(VecDestroy(&left));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Some methods apply the preconditioner once more when they have converged, to get x, and do not ask whether that was good */
-PetscErrorCode PCPostSolve_Ainsworth(PC pc, KSP ksp, Vec b, Vec)
+PetscErrorCode PCPostSolve_Ainsworth(PC pc, KSP ksp, Vec b, Vec x)
 {
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
 
   PetscFunctionBegin;
   if (data->applied && !data->usable && ksp->reason > 0) ksp->reason = KSP_DIVERGED_PC_FAILED;
+  if (data->applied && data->usable) PetscCall(CheckOuter(pc, data, ksp, b, x));
   data->applications = 0;
   data->rigid        = PETSC_FALSE;
   PetscCall(CheckUnderflow(pc, data, ksp, b));

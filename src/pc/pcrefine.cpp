@@ -131,6 +131,18 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Does the method end by the energy, which is fair to all unknowns, or is it the one that is taken where there is none? */
+static PetscErrorCode IsFair(const PC_Ainsworth *data, PetscBool *fair)
+{
+  KSPType type;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetType(data->ksp, &type));
+  PetscCall(PCAinsworthIsConjugateGradients_Private(type, fair));
+  if (!*fair) PetscCall(PetscStrInList(type, KSPGMRES "," KSPFGMRES, ',', fair));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Is each row of both equations to be met relative to its own terms? tol: what was asked for, negative where nothing was */
 bool PCAinsworthRefinesRows_Private(const PC_Ainsworth *data, PetscReal tol)
 {
@@ -140,7 +152,8 @@ bool PCAinsworthRefinesRows_Private(const PC_Ainsworth *data, PetscReal tol)
 /*
    PCAinsworthRefineRows_Private - generalized conjugate residuals, preconditioned by reduced solves
 
-   Where D is not zero, or B is not C, unknowns of very different stiffness meet, and the norms of the reduced solve are not fair to all of them.
+   Where D is not zero, or B is not C, unknowns of very different stiffness meet, and the norms of the reduced solve are not fair to all of them; those of
+   methods other than conjugate gradients and GMRES are not either, whatever the system; with both, what further solves cannot mend is no solution.
 
    tol: what was asked for, negative where nothing was. stopped: rounding ended the first solve, and another one has to agree with what it has. left: of both equations, by y; both are changed. refined: there was something to do. why: what is left
    where that is too much, or moves x: empty otherwise
@@ -150,17 +163,22 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
 {
   static const PetscReal         rounding = 1e-13, own = 1e-6, determined = 1e-5;
   static const int               most = 10, patience = 3;
-  const PetscReal                wanted = stopped ? 0.0 : PetscMax(10 * tol, rounding);
-  PetscReal                      error, best, change = 0.0;
+  PetscReal                      enough, wanted, error, best, change = 0.0;
   int                            idle = 0;
   PCAinsworthFields              weights, others, kept;
   std::vector<PCAinsworthFields> directions, images;
-  PetscBool                      some = PETSC_TRUE;
+  PetscBool                      some = PETSC_TRUE, fair;
+  bool                           strict;
 
   PetscFunctionBegin;
   *refined = PETSC_FALSE;
   why[0]   = 0;
-  if (!PCAinsworthRefinesRows_Private(data, tol)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(IsFair(data, &fair));
+  strict = PCAinsworthRefinesRows_Private(data, tol);
+  if (!strict && (fair || !data->constraints || tol < 0.0)) PetscFunctionReturn(PETSC_SUCCESS);
+  strict = strict && !fair;
+  enough = PetscMax(strict ? tol : 10 * tol, rounding);
+  wanted = stopped ? 0.0 : enough;
   PetscCall(Duplicate(y, &weights));
   PetscCall(Duplicate(y, &others));
   PetscCall(Duplicate(y, &kept));
@@ -181,7 +199,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   }
   PetscCall(VecCopy(kept.primal, y.primal));
   PetscCall(VecCopy(kept.dual, y.dual));
-  if (best > PetscMax(100 * tol, own))
+  if (best > (strict ? enough : PetscMax(100 * tol, own)))
     PetscCall(
       PetscSNPrintf(why, len, "The system is not met: a row of both equations is left with %g of its terms, and further solves do not help", (double)best));
   else if (best > wanted && change > PetscMax(100 * tol, determined))

@@ -17,43 +17,31 @@ static const char citation[] = "@inproceedings{robert_pointselle,\n"
                                "  year    = {2001}\n"
                                "}\n";
 
-/* A set-up that failed is not used, and begun anew */
-static PetscErrorCode FailSetUp(PC pc, PC_Ainsworth *data, PCFailedReason reason, PetscErrorCode code, const char why[])
-{
-  PetscFunctionBegin;
-  PetscCall(MatDestroy(&data->reduced));
-  data->stale      = PETSC_TRUE;
-  data->unfinished = PETSC_FALSE;
-  PetscCall(PCAinsworthFail_Private(pc, data, reason, code, why));
-  data->refused = PETSC_TRUE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+/* What the steps of one set-up tell each other */
+struct SetUpRun {
+  PetscLogDouble start;
+  PetscBool      keep; /* the inner preconditioner may stay what it is */
+  Mat_Ainsworth *ctx;  /* of the reduced operator; NULL without constraints */
+  PCFailedReason reason;
+  PetscErrorCode code;
+  char           why[512]; /* it cannot go on; empty where it can */
+};
+typedef PetscErrorCode (*SetUpStep)(PC, PC_Ainsworth *, SetUpRun *);
 
-/* Is data->reduced on the A, B, C and D that the saddle holds now? Their values may have changed since: it will notice, and keep what depends on the pattern alone */
-static PetscErrorCode KeepsOperator(const PC_Ainsworth *data, PetscBool *keeps)
-{
-  const AinsworthSaddle *sp  = &data->saddle;
-  Mat_Ainsworth         *ctx = NULL;
-
-  PetscFunctionBegin;
-  if (data->reduced) PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
-  *keeps = (PetscBool)(ctx && ctx->A == sp->A && ctx->C == sp->C && ctx->B == sp->B && ctx->D == sp->D && ctx->adjoint == data->adjoint);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* data->reduced with its projector */
+/* data->reduced with its projector; where it is on the same A, B, C and D, whose values may be others, it keeps what depends on their pattern alone */
 static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx)
 {
-  PetscBool   keeps = PETSC_FALSE;
-  const char *prefix;
+  const AinsworthSaddle *sp  = &data->saddle;
+  Mat_Ainsworth         *old = NULL;
+  const char            *prefix;
 
   PetscFunctionBegin;
-  PetscCall(KeepsOperator(data, &keeps));
-  if (!keeps) {
+  if (data->reduced) PetscCall(MatAinsworthGetContext_Private(data->reduced, &old));
+  if (!old || old->A != sp->A || old->C != sp->C || old->B != sp->B || old->D != sp->D || old->adjoint != data->adjoint) {
     PetscCall(MatDestroy(&data->reduced));
-    PetscCall(MatCreateAinsworth(data->saddle.A, data->saddle.C, &data->reduced));
-    PetscCall(MatSetBlockSize(data->reduced, data->saddle.bs));
-    PetscCall(MatAinsworthSetOtherBlocks_Private(data->reduced, data->saddle.B == data->saddle.C ? NULL : data->saddle.B, data->saddle.D, data->adjoint));
+    PetscCall(MatCreateAinsworth(sp->A, sp->C, &data->reduced));
+    PetscCall(MatSetBlockSize(data->reduced, sp->bs));
+    PetscCall(MatAinsworthSetOtherBlocks_Private(data->reduced, sp->B == sp->C ? NULL : sp->B, sp->D, data->adjoint));
     PetscCall(PCGetOptionsPrefix(pc, &prefix));
     PetscCall(MatSetOptionsPrefix(data->reduced, prefix));
     PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->reduced, (PetscObject)pc, 0));
@@ -108,21 +96,11 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
     PetscCall(PetscFree(dependent));
     PetscCall(error);
     if (data->constraints) continue;
-    PetscCall(MatDestroy(&data->reduced));
+    PetscCall(MatDestroy(&data->reduced)); /* and ctx with it */
+    *ctx    = NULL;
     *reason = PC_NOERROR;
     break;
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* diag(A)^{-1}: that of the operator, where this is its weight */
-static PetscErrorCode SetUpWeights(PC_Ainsworth *data, const Mat_Ainsworth *ctx)
-{
-  PetscFunctionBegin;
-  if (data->constraints && ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
-    PetscCall(PetscObjectReference((PetscObject)ctx->weight));
-    data->inverseDiagonal = ctx->weight;
-  } else PetscCall(AinsworthWeightCreate(data->saddle.A, &data->inverseDiagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -187,28 +165,26 @@ static PetscErrorCode TellBlockSize(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SetUp(PC pc)
+/* Has anything changed since the last set-up? */
+static PetscErrorCode IsNeeded(PC pc, PC_Ainsworth *data, PetscBool *needed)
 {
-  PC_Ainsworth  *data    = (PC_Ainsworth *)pc->data;
-  PetscBool      changed = PETSC_TRUE, symmetric, adjoint, keep = (PetscBool)(!data->stale && !data->unfinished);
-  PCFailedReason reason = PC_NOERROR;
-  Mat_Ainsworth *ctx    = NULL;
-  PC             inner;
-  char           why[512];
-  PetscLogDouble start, end;
-
   PetscFunctionBegin;
-  PetscCall(PetscTime(&start));
-  PetscCall(PetscCitationsRegister(citation, NULL));
+  *needed = PETSC_TRUE;
   PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
-  if (data->saddle.A && !data->stale) PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
-  if (data->ordered && !pc->reusepreconditioner) changed = PETSC_TRUE;
-  data->unchanged = (PetscBool)!changed;
-  if (!changed) {
-    if (data->applied) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR)); /* that of the last solve, which a KSP would take for one of this set-up */
-    PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
+  if (data->saddle.A && !data->stale) PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, needed));
+  if (data->ordered && !pc->reusepreconditioner) *needed = PETSC_TRUE;
+  data->unchanged = (PetscBool)(!*needed);
+  if (*needed) PetscFunctionReturn(PETSC_SUCCESS);
+  if (data->applied) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR)); /* that of the last solve, which a KSP would take for one of this set-up */
+  PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the last one made, and is not to be used again, goes */
+static PetscErrorCode Forget(PC, PC_Ainsworth *data, SetUpRun *run)
+{
+  PetscFunctionBegin;
+  run->keep = (PetscBool)(!data->stale && !data->unfinished);
   if (data->stale) PetscCall(MatDestroy(&data->reduced)); /* it is not what the choices say */
   data->stale = PETSC_TRUE;                               /* until all is done: an error may end it anywhere */
   if (data->unfinished) PetscCall(ForgetInner(data)); /* PCs of PETSc's are not to be used again after an error in their set-up, and vectors may be locked */
@@ -217,45 +193,57 @@ static PetscErrorCode SetUp(PC pc)
   data->failure[0]              = 0;
   PetscCall(PCAinsworthReportReset_Private(data));
   PetscCall(MatDestroy(&data->M));
-  PetscCall(VecDestroy(&data->g));
-  PetscCall(VecDestroy(&data->lambda));
-  PetscCall(VecDestroy(&data->f));
-  PetscCall(VecDestroy(&data->inverseDiagonal));
-  PetscCall(PCAinsworthDiagnose_Private(pc, data, PC_AINSWORTH_STAGE_PASSED));
+  for (Vec *v : {&data->g, &data->lambda, &data->f, &data->inverseDiagonal}) PetscCall(VecDestroy(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A, B, C and D of the program's matrix, and whether they are symmetric */
+static PetscErrorCode FindBlocks(PC pc, PC_Ainsworth *data, SetUpRun *run)
+{
+  const PetscBool symmetric = data->symmetric, adjoint = data->adjoint;
+  char            text[512];
+
+  PetscFunctionBegin;
   PetscCall(AinsworthSaddleSetUp(&data->inputs, &data->saddle));
   if (data->saddle.bad[0]) {
-    PetscCall(PetscSNPrintf(why, sizeof(why), "The system cannot be solved: %s", data->saddle.bad));
-    PetscCall(FailSetUp(pc, data, PC_FACTOR_OTHER, PETSC_ERR_FP, why));
+    run->reason = PC_FACTOR_OTHER;
+    run->code   = PETSC_ERR_FP;
+    PetscCall(PetscSNPrintf(run->why, sizeof(run->why), "The system cannot be solved: %s", data->saddle.bad));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AinsworthSaddleDescribeLayout(&data->saddle, why, sizeof(why)));
-  PetscCall(PetscInfo(pc, "%s; block size %" PetscInt_FMT " of A: %s\n", why, data->saddle.bs, data->saddle.bsSource));
+  PetscCall(AinsworthSaddleDescribeLayout(&data->saddle, text, sizeof(text)));
+  PetscCall(PetscInfo(pc, "%s; block size %" PetscInt_FMT " of A: %s\n", text, data->saddle.bs, data->saddle.bsSource));
   PetscCall(MatGetSize(data->saddle.C, &data->constraints, NULL));
   PetscCall(ForgetOtherSizes(pc, data));
-  symmetric = data->symmetric;
-  adjoint   = data->adjoint;
   PetscCall(AinsworthProbeSymmetry(data->saddle.A, &data->symmetric));
   data->adjoint = (PetscBool)(data->saddle.B == data->saddle.C);
   if (data->adjoint && data->saddle.D) PetscCall(AinsworthProbeSymmetry(data->saddle.D, &data->adjoint));
   if (data->indefinite) data->configured = PETSC_FALSE; /* conjugate gradients are tried again */
   data->indefinite = PETSC_FALSE;
   if (symmetric != data->symmetric || adjoint != data->adjoint) {
-    PetscCall(MatDestroy(&data->reduced)); /* which has the symmetry of the system, and its B */
-    data->configured = PETSC_FALSE;        /* it may need another method */
+    PetscCall(MatDestroy(&data->reduced));      /* which has the symmetry of the system, and its B */
+    data->configured = run->keep = PETSC_FALSE; /* it may need another method */
   }
-  PetscCall(PCAinsworthDiagnose_Private(pc, data, PC_AINSWORTH_STAGE_BLOCKS));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The reduced operator, where there are constraints, and vectors beside it */
+static PetscErrorCode SetUpConstraints(PC pc, PC_Ainsworth *data, SetUpRun *run)
+{
+  PetscFunctionBegin;
   PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
-  if (data->constraints) {
-    PetscCall(SetUpOperator(pc, data, &ctx, &reason));
-    if (reason) {
-      PetscCall(PetscSNPrintf(why, sizeof(why), "Solves with the Gram matrix C W C' fail (%s), though no more rows of C are found to be linearly dependent",
-                              PCFailedReasons[reason]));
-      PetscCall(FailSetUp(pc, data, reason, PETSC_ERR_MAT_CH_ZRPVT, why));
-      PetscFunctionReturn(PETSC_SUCCESS);
-    }
+  if (data->constraints) PetscCall(SetUpOperator(pc, data, &run->ctx, &run->reason));
+  if (run->reason) {
+    run->code = PETSC_ERR_MAT_CH_ZRPVT;
+    PetscCall(PetscSNPrintf(run->why, sizeof(run->why),
+                            "Solves with the Gram matrix C W C' fail (%s), though no more rows of C are found to be linearly dependent",
+                            PCFailedReasons[run->reason]));
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PCAinsworthDiagnose_Private(pc, data, PC_AINSWORTH_STAGE_CONSTRAINTS));
-  PetscCall(SetUpWeights(data, ctx));
+  if (run->ctx && run->ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
+    PetscCall(PetscObjectReference((PetscObject)run->ctx->weight));
+    data->inverseDiagonal = run->ctx->weight;
+  } else PetscCall(AinsworthWeightCreate(data->saddle.A, &data->inverseDiagonal));
   if (!data->constraints) {
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
     PetscCall(MatDestroy(&data->reduced));
@@ -263,27 +251,60 @@ static PetscErrorCode SetUp(PC pc)
   }
   PetscCall(CreateKeptVectors(pc, data));
   if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, &data->Ax, &data->rhs));
-  why[0] = 0;
-  PetscCall(KSPGetPC(data->ksp, &inner));
-  if (keep) PetscCall(PCAinsworthKeeps_Private(pc, data, &keep));
-  keep = (PetscBool)(keep && symmetric == data->symmetric && adjoint == data->adjoint);
-  PetscCall(PCAinsworthKeepOrSetUpInner_Private(pc, data, ctx, keep, why, sizeof(why)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* M_* and the inner KSP, then all is done */
+static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, SetUpRun *run)
+{
+  PC             inner;
+  PetscLogDouble end;
+
+  PetscFunctionBegin;
+  if (run->keep) PetscCall(PCAinsworthKeeps_Private(pc, data, &run->keep));
+  PetscCall(PCAinsworthKeepOrSetUpInner_Private(pc, data, run->ctx, run->keep, run->why, sizeof(run->why)));
   PetscCall(PCAinsworthIsOld_Private(data, &data->ordered));
   data->ordered = (PetscBool)(data->ordered && pc->reusepreconditioner);
-  if (why[0]) {
-    PetscCall(FailSetUp(pc, data, PC_SUBPC_ERROR, PETSC_ERR_ARG_WRONG, why));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
+  run->reason   = PC_SUBPC_ERROR;
+  run->code     = PETSC_ERR_ARG_WRONG;
+  if (run->why[0]) PetscFunctionReturn(PETSC_SUCCESS);
   data->stale = data->unfinished = PETSC_FALSE;
-  PetscCall(PCGetFailedReason(inner, &reason));
-  PetscCall(PCAinsworthAgreeOnFailure_Private(pc, reason ? PC_SUBPC_ERROR : PC_NOERROR));
-  if (pc->failedreason) {
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCGetFailedReason(inner, &run->reason));
+  PetscCall(PCAinsworthAgreeOnFailure_Private(pc, run->reason ? PC_SUBPC_ERROR : PC_NOERROR));
+  if (pc->failedreason) { /* a solve would fail, too */
+    char why[sizeof(run->why)];
+
     PetscCall(PCAinsworthExplain_Private(pc, data, NULL, KSP_DIVERGED_PC_FAILED, why, sizeof(why)));
     PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));
   }
   PetscCall(PetscTime(&end));
-  data->setupSeconds += end - start;
-  if (!pc->failedreason) PetscCall(PCAinsworthDiagnose_Private(pc, data, PC_AINSWORTH_STAGE_REDUCED));
+  data->setupSeconds += end - run->start;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SetUp(PC pc)
+{
+  static const SetUpStep steps[] = {Forget, FindBlocks, SetUpConstraints, SetUpInner}; /* each to a PCAinsworthStage */
+  PC_Ainsworth          *data    = (PC_Ainsworth *)pc->data;
+  SetUpRun               run     = {};
+  PetscBool              needed;
+
+  PetscFunctionBegin;
+  PetscCall(PetscTime(&run.start));
+  PetscCall(PetscCitationsRegister(citation, NULL));
+  PetscCall(IsNeeded(pc, data, &needed));
+  for (int stage = 0; needed && stage <= PC_AINSWORTH_STAGE_REDUCED; stage++) {
+    PetscCall(steps[stage](pc, data, &run));
+    if (run.why[0]) { /* what failed is not used, and begun anew */
+      PetscCall(MatDestroy(&data->reduced));
+      data->unfinished = PETSC_FALSE;
+      PetscCall(PCAinsworthFail_Private(pc, data, run.reason, run.code, run.why));
+      data->refused = PETSC_TRUE;
+      break;
+    }
+    PetscCall(PCAinsworthDiagnose_Private(pc, data, (PCAinsworthStage)stage));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -6,16 +6,17 @@
 /*
    `own` is the rounding of the terms of a row of A x + C' lambda = f, through solves with a Gram matrix whose condition number is a million, and 1e8 where it is
    `doubtful`; `most` is the part of the largest other term that the rounding of multipliers may be which cancel each other;
-   `noise` is that of the right-hand side of a zero row of C, relative to the largest |g|, and that of f - C' lambda, relative to both;
+   `noise` is that of the right-hand side of a zero row of C, relative to the largest |g|, and that of f - C' lambda, by way of the rows of C;
    `rounding` is that of an entry of x among larger ones;
-   `nearly` is that of a row that depends on others, also of the largest terms of earlier solves
+   `told` is that of a row that depends on others nearly; `before` that of one that depends on others, of the largest terms of earlier solves
 */
 static const PetscReal own      = 1e-10;
 static const PetscReal doubted  = 1e-6;
 static const PetscReal most     = 1e-6;
 static const PetscReal noise    = 1000 * PETSC_MACHINE_EPSILON;
 static const PetscReal rounding = 10 * PETSC_MACHINE_EPSILON;
-static const PetscReal nearly   = 1e-10;
+static const PetscReal told     = 1e-12;
+static const PetscReal before   = 1e-10;
 
 /* primal = f - op(A) x - B' lambda, dual = g - C x + D lambda, of the matrix as the program passed it; Ax becomes op(A) x, unless it is that already */
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal,
@@ -86,58 +87,52 @@ static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthUnmet *worst)
 /*
    AinsworthSaddleCheckPrimal - the row of f - op(A) x - B' lambda that is largest against what is allowed
 
-   An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality; the rounding of f - C' lambda
-   counts in the norm of diag(A)^{-1}, that of x relative to the largest. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the
-   row's own terms, more where solves with the Gram matrix are doubtful, is allowed; a row of zeros of A has these and the rounding that its rows of C see. energy: AinsworthSaddleEnergy()
+   An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality; the rounding of x counts relative
+   to the largest, that of f - C' lambda where rows of C take it. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the row's own
+   terms, more where solves with the Gram matrix are doubtful, is allowed; a row of zeros of A has these and what its rows of C see. energy: AinsworthSaddleEnergy()
 */
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscBool doubtful, PetscReal tol, PetscReal energy, Vec f, Vec x,
                                           Vec lambda, Vec Ax, Vec residual, AinsworthUnmet *worst)
 {
-  MPI_Comm           comm    = PetscObjectComm((PetscObject)x);
   const PetscReal    excused = PetscMax(tol, doubtful ? doubted : own);
-  Vec                diagonal, size, through;
+  Vec                diagonal, size, through, forces;
   PetscInt           first, n, suspicious = 0;
-  PetscReal          displacement, load = 0.0;
-  const PetscScalar *d, *r, *s, *t, *b, *a;
+  PetscReal          displacement;
+  const PetscScalar *d, *r, *s, *t, *p;
 
   PetscFunctionBegin;
   *worst = AinsworthUnmet();
   PetscCall(AinsworthTermsStiffness(sp, &diagonal));
+  PetscCall(AinsworthTermsDisplacement(diagonal, x, &displacement, NULL));
   PetscCall(VecGetOwnershipRange(residual, &first, NULL));
   PetscCall(VecGetLocalSize(residual, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));
   PetscCall(VecGetArrayRead(residual, &r));
-  PetscCall(VecGetArrayRead(f, &b));
-  PetscCall(VecGetArrayRead(Ax, &a));
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal force = PetscAbsScalar(b[i]) + PetscAbsScalar(b[i] - a[i] - r[i]);
-
-    if (PetscRealPart(d[i]) > 0.0) load += PetscSqr(force / PetscSqrtReal(PetscRealPart(d[i])));
-  }
-  PetscCall(VecRestoreArrayRead(f, &b));
-  PetscCall(VecRestoreArrayRead(Ax, &a));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &load, 1, MPIU_REAL, MPIU_SUM, comm));
-  load = PetscSqrtReal(load);
-  PetscCall(AinsworthTermsDisplacement(diagonal, x, &displacement, NULL));
-  auto allowed = [&](PetscInt i, PetscReal through) {
+  auto allowed = [&](PetscInt i, PetscReal through, PetscReal spread) {
     const PetscReal stiffness = PetscRealPart(d[i]);
-    const PetscReal bound     = stiffness > 0.0 ? (tol * energy + noise * load) * PetscSqrtReal(stiffness) + rounding * displacement * stiffness
-                                                : (tol * energy + noise * load) * through;
+    const PetscReal bound     = tol * energy * (stiffness > 0.0 ? PetscSqrtReal(stiffness) : through) + rounding * displacement * stiffness + noise * spread;
 
     return PetscIsInfOrNanReal(bound) ? 0.0 : bound; /* it overflows: a row has its own terms */
   };
-  for (PetscInt i = 0; i < n && !suspicious; i++) suspicious = !(PetscAbsScalar(r[i]) <= allowed(i, 0.0));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &suspicious, 1, MPIU_INT, MPI_MAX, comm));
+  for (PetscInt i = 0; i < n && !suspicious; i++) suspicious = !(PetscAbsScalar(r[i]) <= allowed(i, 0.0, 0.0));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &suspicious, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)x)));
   if (suspicious) {
-    PetscCall(VecDuplicate(x, &size));
+    for (Vec *v : {&size, &through, &forces}) PetscCall(VecDuplicate(x, v));
     PetscCall(AinsworthTermsPrimal(sp, transpose, most / excused, f, x, lambda, Ax, size));
-    PetscCall(VecDuplicate(x, &through));
+    PetscCall(MatMultHermitianTranspose(sp->rowsB, lambda, forces));
+    PetscCall(VecAbs(forces));
+    PetscCall(VecCopy(f, through));
+    PetscCall(VecAbs(through));
+    PetscCall(VecAXPY(forces, 1.0, through));
+    PetscCall(AinsworthTermsSpread(sp, diagonal, forces));
     PetscCall(AinsworthTermsThroughRows(sp, diagonal, through));
     PetscCall(VecGetArrayRead(size, &s));
     PetscCall(VecGetArrayRead(through, &t));
+    PetscCall(VecGetArrayRead(forces, &p));
     for (PetscInt i = 0; i < n; i++) {
       const PetscReal terms    = PetscRealPart(s[i]);
-      const PetscReal quotient = AinsworthQuotient(PetscAbsScalar(r[i]), PetscMax(allowed(i, PetscRealPart(t[i])), excused * terms));
+      const PetscReal bound    = PetscMax(allowed(i, PetscRealPart(t[i]), PetscRealPart(p[i])), excused * terms);
+      const PetscReal quotient = AinsworthQuotient(PetscAbsScalar(r[i]), bound);
 
       if (quotient <= worst->quotient) continue;
       worst->quotient = quotient;
@@ -147,9 +142,9 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
     }
     PetscCall(VecRestoreArrayRead(size, &s));
     PetscCall(VecRestoreArrayRead(through, &t));
-    PetscCall(VecDestroy(&size));
-    PetscCall(VecDestroy(&through));
-    PetscCall(AgreeOnWorst(comm, worst));
+    PetscCall(VecRestoreArrayRead(forces, &p));
+    for (Vec *v : {&size, &through, &forces}) PetscCall(VecDestroy(v));
+    PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), worst));
   }
   PetscCall(VecRestoreArrayRead(diagonal, &d));
   PetscCall(VecRestoreArrayRead(residual, &r));
@@ -159,8 +154,8 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
 /*
    AinsworthSaddleCheckDual - the rows of g - C x + D lambda that are not met: zero and dependent rows, whose right-hand side no x can have, and others
 
-   contradiction names the former, or is empty. tol: what was asked for; a row that depends on others nearly tells what they do not, and has to be met to a
-   hundred times that. allowed is the error in the energy norm that may be left: a row with a D_ii has its part of it, by Cauchy's
+   contradiction names the former, or is empty. tol: what was asked for; a row that depends on others nearly tells what they do not, and has to be met to
+   ten times that. allowed is the error in the energy norm that may be left: a row with a D_ii has its part of it, by Cauchy's
    and Schwarz's inequality, where the others are met to rounding. largest: of the terms of earlier solves whose rounding may be all that g is, and of this one.
 */
 PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, PetscReal allowed, PetscReal *largest, Vec g, Vec x, Vec lambda, Vec residual,
@@ -170,13 +165,15 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
     AinsworthRowKind kind;
     const char      *text;
   } contradictions[] = {
-    {AINSWORTH_ROW_ZERO,      "nonzero on a row of C that is zero"                 },
-    {AINSWORTH_ROW_DEPENDENT, "not that of the other rows of C on which it depends"}
+    {AINSWORTH_ROW_ZERO,      "nonzero on a row of C that is zero (rows %s of the multiplier field): no solution exists"                 },
+    {AINSWORTH_ROW_DEPENDENT, "not that of the other rows of C on which it depends (rows %s of the multiplier field): no solution exists"}
   };
-  Vec                    size, slack;
-  PetscReal              rhs, most;
-  AinsworthUnmet         close;
-  const PetscScalar     *r, *s, *b, *l = NULL;
+  static const char  near[] = "not met on rows of C that were left out, as the Gram matrix C W C' does not tell them from others (rows %s of the multiplier "
+                              "field): no solution is found where rows are so near each other in the norm of W";
+  Vec                size, slack, stiffness;
+  PetscReal          rhs, most, least;
+  AinsworthUnmet     close;
+  const PetscScalar *r, *s, *b, *l = NULL;
   std::vector<PetscBool> unmet(sp->local, PETSC_FALSE);
 
   PetscFunctionBegin;
@@ -194,10 +191,10 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
     const bool      empty = terms <= PetscAbsScalar(b[i]); /* other zero rows had columns of unknowns that are known */
     const PetscReal own = slack ? PetscRealPart(l[i]) : 0.0, rest = PetscAbsScalar(r[i]);
     const bool      zero = sp->kind[i] == AINSWORTH_ROW_ZERO, dependent = sp->kind[i] == AINSWORTH_ROW_DEPENDENT;
-    const PetscReal earlier  = dependent ? nearly * *largest : 0.0;
+    const PetscReal earlier  = dependent ? before * *largest : 0.0;
     const PetscReal quotient = AinsworthQuotient(rest, zero && empty ? noise * rhs : AinsworthConsistent * terms + own + earlier);
     AinsworthUnmet *where    = dependent ? &close : worst;
-    const PetscReal part     = sp->nearly ? PetscMin(AinsworthConsistent, PetscMax(100 * tol, nearly)) : AinsworthConsistent;
+    const PetscReal part     = sp->nearly ? PetscMin(AinsworthConsistent, PetscMax(10 * tol, told)) : AinsworthConsistent;
     const PetscReal found    = dependent ? AinsworthQuotient(rest, part * terms + earlier) : quotient;
 
     unmet[i] = (PetscBool)(quotient > 1.0);
@@ -224,10 +221,10 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
     std::unique_ptr<PetscBool[]> marked(new PetscBool[sp->local + 1]); /* a vector of C's bool, which PetscBool is since 3.24, has no array */
     for (PetscInt i = 0; i < sp->local; i++) marked[i] = (PetscBool)(unmet[i] && sp->kind[i] == c.kind);
     PetscCall(AinsworthSaddleNameRows(sp, marked.get(), names, sizeof(names)));
-    if (names[0])
-      PetscCall(PetscSNPrintf(contradiction, len, "%s%s (rows %s of the multiplier field): no solution %s", c.text,
-                              sp->nearly && c.kind == AINSWORTH_ROW_DEPENDENT ? ", exactly or nearly" : "", names,
-                              sp->nearly && c.kind == AINSWORTH_ROW_DEPENDENT ? "is found where rows are so near each other" : "exists"));
+    if (!names[0]) continue;
+    PetscCall(AinsworthTermsStiffness(sp, &stiffness));
+    PetscCall(VecMin(stiffness, NULL, &least)); /* 0: an unknown without stiffness, whose weight is made up */
+    PetscCall(PetscSNPrintf(contradiction, len, c.kind == AINSWORTH_ROW_DEPENDENT && (sp->nearly || least == 0.0) ? near : c.text, names));
   }
   if (!contradiction[0] && close.quotient > worst->quotient) *worst = close;
   PetscFunctionReturn(PETSC_SUCCESS);

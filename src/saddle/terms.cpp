@@ -61,7 +61,7 @@ PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpo
 }
 
 /*
-   terms += |D| |lambda|, and slack = allowed times the square root of the sums of the rows of |D|
+   terms += |D| |lambda|, and slack = allowed times the square root of D_ii, 0 where D couples the row to others: what D leaves free moves x
 
    sums: a huge lambda that D takes to nearly nothing would drown all else in its rounding; what cancels counts up to a part of the largest of the other terms
 */
@@ -71,6 +71,9 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscBool sums, P
   Mat                    M;
   Vec                    absolute, size;
   PetscReal              largest;
+  PetscInt               m;
+  PetscScalar           *s;
+  const PetscScalar     *d;
 
   PetscFunctionBegin;
   PetscCall(AinsworthAbsoluteAIJ(sp->rowsD, &M));
@@ -87,8 +90,15 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscBool sums, P
     PetscCall(VecPointwiseMax(size, size, slack));
   }
   PetscCall(VecAXPY(terms, 1.0, size));
-  PetscCall(VecDestroy(&size));
   PetscCall(AinsworthRowSums(M, 1, slack));
+  PetscCall(MatGetDiagonal(M, size));
+  PetscCall(VecGetLocalSize(size, &m));
+  PetscCall(VecGetArrayRead(size, &d));
+  PetscCall(VecGetArray(slack, &s));
+  for (PetscInt i = 0; i < m; i++) s[i] = PetscRealPart(s[i]) > PetscRealPart(d[i]) ? 0.0 : s[i];
+  PetscCall(VecRestoreArray(slack, &s));
+  PetscCall(VecRestoreArrayRead(size, &d));
+  PetscCall(VecDestroy(&size));
   PetscCall(VecSqrtAbs(slack));
   PetscCall(VecScale(slack, allowed));
   PetscCall(MatDestroy(&M));
@@ -232,42 +242,87 @@ PetscErrorCode AinsworthTermsDisplacement(Vec stiffness, Vec x, PetscReal *displ
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* root: 1 / d_i^{1/2}, that of the stiffest where d_i is 0; flexibility: of each row of C, (C W C' - D)_kk */
+static PetscErrorCode FlexibilityOfRows(const AinsworthSaddle *sp, Vec diagonal, Vec *root, Vec *flexibility)
+{
+  Vec          rows;
+  PetscInt     n;
+  PetscReal    stiffest;
+  PetscScalar *r;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(diagonal, root));
+  PetscCall(VecCopy(diagonal, *root));
+  if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(*root));
+  PetscCall(VecMax(*root, NULL, &stiffest));
+  PetscCall(VecGetLocalSize(*root, &n));
+  PetscCall(VecGetArray(*root, &r));
+  for (PetscInt i = 0; i < n; i++) r[i] = 1.0 / PetscSqrtReal(PetscRealPart(r[i]) > 0.0 ? PetscRealPart(r[i]) : stiffest);
+  PetscCall(VecRestoreArray(*root, &r));
+  PetscCall(MatCreateVecs(sp->rowsC, NULL, flexibility));
+  PetscCall(AinsworthRowSquares(sp->rowsC, *root, *flexibility));
+  if (sp->rowsD) {
+    PetscCall(VecDuplicate(*flexibility, &rows));
+    PetscCall(MatGetDiagonal(sp->rowsD, rows));
+    PetscCall(VecAbs(rows));
+    PetscCall(VecAXPY(*flexibility, 1.0, rows));
+    PetscCall(VecDestroy(&rows));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* v_k = 1 / v_k, 0 where that is 0 */
+static PetscErrorCode Invert(Vec v)
+{
+  PetscInt     m;
+  PetscScalar *t;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(v, &m));
+  PetscCall(VecGetArray(v, &t));
+  for (PetscInt k = 0; k < m; k++) t[k] = PetscRealPart(t[k]) > 0.0 ? 1.0 / PetscRealPart(t[k]) : 0.0;
+  PetscCall(VecRestoreArray(v, &t));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The smallest |B_ki| t_k, with t_k the lambda_k that has the energy 1, of A under C_k' or of D_kk: the scale of a row of A that is zero */
 PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *sp, Vec diagonal, Vec forces)
 {
-  Vec          root, rows, lengths;
-  Mat          M;
-  PetscInt     n, m;
-  PetscReal    stiffest;
-  PetscScalar *r, *t;
+  Vec root, lengths;
+  Mat M;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(diagonal, &root));
-  PetscCall(VecCopy(diagonal, root));
-  if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(root));
-  PetscCall(VecMax(root, NULL, &stiffest));
-  PetscCall(VecGetLocalSize(root, &n));
-  PetscCall(VecGetArray(root, &r));
-  for (PetscInt i = 0; i < n; i++) r[i] = 1.0 / PetscSqrtReal(PetscRealPart(r[i]) > 0.0 ? PetscRealPart(r[i]) : stiffest);
-  PetscCall(VecRestoreArray(root, &r));
-  PetscCall(MatCreateVecs(sp->rowsC, NULL, &rows));
-  PetscCall(VecDuplicate(rows, &lengths));
-  PetscCall(AinsworthRowSquares(sp->rowsC, root, lengths));
-  if (sp->rowsD) {
-    PetscCall(MatGetDiagonal(sp->rowsD, rows));
-    PetscCall(VecAbs(rows));
-    PetscCall(VecAXPY(lengths, 1.0, rows));
-  }
-  PetscCall(VecGetLocalSize(lengths, &m));
-  PetscCall(VecGetArray(lengths, &t));
-  for (PetscInt k = 0; k < m; k++) t[k] = PetscRealPart(t[k]) > 0.0 ? 1.0 / PetscSqrtReal(PetscRealPart(t[k])) : 0.0;
-  PetscCall(VecRestoreArray(lengths, &t));
+  PetscCall(FlexibilityOfRows(sp, diagonal, &root, &lengths));
+  PetscCall(Invert(lengths));
+  PetscCall(VecSqrtAbs(lengths));
   PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
   PetscCall(MatDiagonalScale(M, lengths, NULL));
   PetscCall(LeastOfColumns(M, forces));
   PetscCall(MatDestroy(&M));
   PetscCall(VecDestroy(&root));
-  PetscCall(VecDestroy(&rows));
   PetscCall(VecDestroy(&lengths));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthTermsSpread - forces become |B|' |S|^{-1} |C| W forces, with the diagonal of S: what the rounding of forces does to each row by way of the multipliers */
+PetscErrorCode AinsworthTermsSpread(const AinsworthSaddle *sp, Vec diagonal, Vec forces)
+{
+  Vec root, flexibility, moved;
+  Mat M;
+
+  PetscFunctionBegin;
+  PetscCall(FlexibilityOfRows(sp, diagonal, &root, &flexibility));
+  PetscCall(Invert(flexibility));
+  PetscCall(VecDuplicate(flexibility, &moved));
+  PetscCall(VecPointwiseMult(forces, forces, root));
+  PetscCall(VecPointwiseMult(forces, forces, root));
+  PetscCall(AinsworthAbsoluteAIJ(sp->rowsC, &M));
+  PetscCall(MatMult(M, forces, moved));
+  PetscCall(MatDestroy(&M));
+  PetscCall(VecPointwiseMult(moved, moved, flexibility));
+  PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
+  PetscCall(MatMultTranspose(M, moved, forces));
+  PetscCall(MatDestroy(&M));
+  for (Vec *v : {&root, &flexibility, &moved}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -15,6 +15,7 @@ PetscErrorCode AinsworthTermsDual(AinsworthSaddle *, PetscBool, PetscReal, Vec, 
 PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *, Vec *);
 PetscErrorCode AinsworthTermsDisplacement(Vec, Vec, PetscReal *, PetscReal *);
 PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *, Vec, Vec);
+PetscErrorCode AinsworthTermsSpread(const AinsworthSaddle *, Vec, Vec);
 
 /* quotient of a residual and its bound, infinite where either is not a number: a bound that overflows allows nothing */
 inline PetscReal AinsworthQuotient(PetscReal residual, PetscReal bound)

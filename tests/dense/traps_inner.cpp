@@ -221,47 +221,61 @@ static PetscErrorCode Guess(const char *outer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode PoisonLast(PC, Vec r, Vec z)
+static PetscErrorCode PoisonLast(PC pc, Vec r, Vec z)
 {
-  PetscInt N;
+  PetscInt   N;
+  PetscReal *value;
 
   PetscFunctionBeginUser;
+  PetscCall(PCShellGetContext(pc, (void **)&value));
   PetscCall(VecCopy(r, z));
   PetscCall(VecGetSize(z, &N));
-  PetscCall(VecSetValue(z, N - 1, NAN, INSERT_VALUES)); /* on all ranks: the owner's is the last */
+  PetscCall(VecSetValue(z, N - 1, *value, INSERT_VALUES)); /* on all ranks: the owner's is the last */
   PetscCall(VecAssemblyBegin(z));
   PetscCall(VecAssemblyEnd(z));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* NaN in an unknown that no row of A or C reads, so that no residual tells; a maximum over ranks may lose it */
-static PetscErrorCode HiddenNaN(PetscInt m)
+/*
+   A value in an unknown that no row of A or C reads, so that no residual tells: NaN, which a maximum over ranks may lose, or one so huge that the norm of an outer
+   method, of P (b - K x), sees nothing else
+*/
+static PetscErrorCode Hidden(PetscReal value, PetscInt m, const std::string &outer)
 {
-  Options     line("-ainsworth_ksp_type richardson -ainsworth_ksp_norm_type none -ainsworth_ksp_max_it 1 -ainsworth_pc_type shell");
+  Options     line("-ainsworth_ksp_type richardson -ainsworth_ksp_norm_type none -ainsworth_ksp_max_it 1 -ainsworth_pc_type shell -ksp_type " + outer);
   DenseSystem d = SpringsCreate(20, m, 1.0, 18);
   Run         run;
-  Mat         A;
+  Mat         A, Ct;
   PetscInt    n;
   KSP         inner;
   PC          pc;
+  const char *why;
 
   PetscFunctionBeginUser;
-  Case("NaN in an unknown that no row reads, %d constraints", (int)m);
+  Case("%g in an unknown that no row reads, %d constraints, %s", (double)value, (int)m, outer.c_str());
   d.A.row(19).setZero();
   d.A.col(19).setZero();
+  d.C.col(19).setZero();
   d.f[19] = 0.0;
   PetscCall(SystemFromDense(d, false, &run.sys));
   PetscCall(MatGetLocalSize(run.sys.A, &n, NULL));
   PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 3, NULL, 3, NULL, &A));
   PetscCall(WriteDense(d.A, A)); /* without the zero on its diagonal */
-  PetscCall(NestCreate(A, NULL, run.sys.C, NULL, false, &run.nest));
+  PetscCall(MatCreateHermitianTranspose(run.sys.C, &Ct));
+  PetscCall(NestCreate(A, Ct, run.sys.C, NULL, false, &run.nest));
   PetscCall(SolverCreate(run.nest, &run.ksp));
   PetscCall(MatDestroy(&A));
+  PetscCall(MatDestroy(&Ct));
   PetscCall(Inner(run, &inner, &pc));
   PetscCall(PCSetType(pc, PCSHELL));
   PetscCall(PCShellSetApply(pc, PoisonLast));
+  PetscCall(PCShellSetContext(pc, &value));
   PetscCall(RunSolve(&run));
   PetscCall(CheckFailed(run));
+  PetscCall(KSPGetPC(run.ksp, &pc));
+  PetscCall(PCAinsworthGetFailure(pc, &why));
+  if (outer != KSPPREONLY)
+    PetscCall(CheckText("the cause", why, {"The outer method, " + outer + ", says that it converged, but a row of the system is left with "}));
   PetscCall(RunDestroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -321,7 +335,8 @@ int main(int argc, char **argv)
   for (const char *outer : {"preonly", "fgmres", "gmres", "gcr"})
     for (const char *next : {"the same", "another nest of the same blocks", "another method"}) PetscCall(Stale(outer, next));
   for (const char *outer : {"fgmres", "gmres", "richardson"}) PetscCall(Guess(outer));
-  for (PetscInt m : {0, 4}) PetscCall(HiddenNaN(m));
+  for (PetscInt m : {0, 4}) PetscCall(Hidden(NAN, m, KSPPREONLY));
+  for (const char *outer : {"gmres", "bcgs", "tfqmr"}) PetscCall(Hidden(1e20, 4, outer));
   for (bool type : {false, true}) PetscCall(OtherType(type));
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());

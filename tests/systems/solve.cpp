@@ -151,6 +151,6 @@ SaddleVerdict SaddleJudge(const Saddle &s, const Facts &facts, bool listen, Answ
   a.error    = SaddleError(facts, a.x);
   if (!(a.residual <= residualBound)) return SADDLE_WRONG;
   if (!facts.decided) return SADDLE_RIGHT;
-  if (!facts.solvable) return facts.left > residualBound && !SaddleGraded(facts, a.x) ? SADDLE_WRONG : SADDLE_RIGHT;
-  return !facts.unique || a.error <= std::max(errorBound, beyond * facts.reach) ? SADDLE_RIGHT : SADDLE_WRONG;
+  const bool agrees = facts.solvable ? !facts.unique || a.error <= std::max(errorBound, beyond * facts.reach) : facts.left <= residualBound;
+  return agrees || SaddleConfirms(s, a.x, errorBound, beyond) ? SADDLE_RIGHT : SADDLE_WRONG;
 }

@@ -73,12 +73,11 @@ struct Facts {
   double left;             /* of the equations, relative to their terms, by the best answer */
   double reach;            /* error in x that rounding the system to double precision may cause */
   double size;             /* of x in its own units, at least a trace of that of x and lambda: where g = 0 x may be rounding */
-  double gradedReach;      /* the same of this */
-  Vector graded;           /* x if no pivot is taken for zero: where decades of D are what makes a system regular, others find it, too */
   Vector x, scale;         /* scale: of the columns of x, in units of which errors are measured */
 };
 Facts SaddleFacts(const Saddle &);
-bool SaddleGraded(const Facts &, const Vector &x); /* is x what LU finds that takes no pivot for zero? Two roundings would not agree on an x that is rounding */
+/* Is x right to 113 binary digits, up to bound, or so many times what rounding does? Asked where long double says that it is not */
+bool SaddleConfirms(const Saddle &, const Vector &x, double bound, double beyond);
 /* x in units of its own, relative to the reference; the largest row of both equations relative to its terms */
 double SaddleError(const Facts &, const Vector &x);
 double SaddleResidual(const Saddle &, const Vector &x, const Vector &lambda);

@@ -101,9 +101,6 @@ Facts SaddleFacts(const Saddle &s)
 
     facts.unique = kernel.topRows(n).cwiseAbs().maxCoeff() < 1e-10L * kernel.cwiseAbs().maxCoeff();
   }
-  const LongColumn bare = lu.setThreshold(0.0L).solve(rows.cwiseProduct(b));
-  lu.setThreshold(independent);
-  facts.graded           = columns.head(n).cwiseProduct(bare.head(n)).cast<double>();
   const LongColumn y     = lu.solve(rows.cwiseProduct(b)); /* scaled */
   const LongColumn size  = scaled.cwiseAbs() * y.cwiseAbs() + rows.cwiseProduct(b).cwiseAbs();
   const LongColumn lost  = (scaled * y - rows.cwiseProduct(b)).cwiseAbs();
@@ -117,17 +114,13 @@ Facts SaddleFacts(const Saddle &s)
   facts.scale    = columns.head(n).cast<double>();
   facts.x        = columns.head(n).cwiseProduct(y.head(n)).cast<double>();
   facts.size     = (double)std::max(y.head(n).norm(), negligible * y.norm());
-  facts.reach = facts.gradedReach = 0.0;
+  facts.reach    = 0.0;
   for (int draw = 0; draw < 3; draw++) {
     LongColumn noise(N);
 
     for (Eigen::Index i = 0; i < N; i++) noise[i] = size[i] * (long double)PETSC_MACHINE_EPSILON * (long double)r.Real(-1.0, 1.0);
     facts.reach = std::max(facts.reach,
                            (double)(LongColumn(lu.solve(noise)).head(n).norm() / std::max((long double)facts.size, std::numeric_limits<long double>::min())));
-    lu.setThreshold(0.0L);
-    noise             = noise.cwiseQuotient(size.cwiseMax(std::numeric_limits<long double>::min())).cwiseProduct(scaled.cwiseAbs() * bare.cwiseAbs());
-    facts.gradedReach = std::max(facts.gradedReach, (double)(LongColumn(lu.solve(noise)).head(n).norm() / bare.head(n).norm()));
-    lu.setThreshold(independent);
   }
   if (facts.reach > unknown) facts.decided = false;
   return facts;
@@ -162,9 +155,139 @@ double SaddleResidual(const Saddle &s, const Vector &x, const Vector &lambda)
   return (double)worst;
 }
 
-bool SaddleGraded(const Facts &facts, const Vector &x)
-{
-  const Vector inverse = facts.scale.cwiseInverse();
+__extension__ typedef __float128 Quad;
+using QuadColumn = std::vector<Quad>;
 
-  return inverse.cwiseProduct(x - facts.graded).stableNorm() <= std::max(1e-5, 10.0 * facts.gradedReach) * inverse.cwiseProduct(facts.graded).stableNorm();
+static Quad Absolute(Quad a)
+{
+  return a < 0 ? -a : a;
+}
+
+/* Gauss' elimination with complete pivoting and 113 binary digits: what is a zero by cancellation is told from D of hundreds of decades */
+struct QuadLU {
+  std::vector<QuadColumn> rows;
+  std::vector<size_t>     row, column; /* of the pivots, then of the rest */
+  size_t                  rank = 0;
+
+  explicit QuadLU(const Long &K);
+  QuadColumn solve(QuadColumn b, long double *lost) const; /* a basic solution, and what it leaves of b */
+  bool       determined(size_t n) const;                   /* the first n unknowns, by the equations */
+};
+
+QuadLU::QuadLU(const Long &K) : rows((size_t)K.rows()), row((size_t)K.rows()), column((size_t)K.rows())
+{
+  static const Quad       zero = 1e-28L; /* relative to the terms that it is the sum of */
+  const size_t            N    = rows.size();
+  std::vector<QuadColumn> size;
+
+  for (size_t i = 0; i < N; i++) {
+    row[i] = column[i] = i;
+    for (size_t j = 0; j < N; j++) rows[i].push_back(K((Eigen::Index)i, (Eigen::Index)j));
+    size.push_back(rows[i]);
+    for (Quad &v : size[i]) v = Absolute(v);
+  }
+  for (; rank < N; rank++) {
+    size_t p = rank, q = rank;
+
+    for (size_t i = rank; i < N; i++)
+      for (size_t j = rank; j < N; j++)
+        if (Absolute(rows[row[i]][column[j]]) > Absolute(rows[row[p]][column[q]])) p = i, q = j;
+    std::swap(row[rank], row[p]);
+    std::swap(column[rank], column[q]);
+    const QuadColumn &pivot = rows[row[rank]];
+    const size_t      c     = column[rank];
+
+    if (pivot[c] == 0) break;
+    for (size_t i = rank + 1; i < N; i++) {
+      QuadColumn &other = rows[row[i]], &terms = size[row[i]];
+      const Quad  factor = other[c] /= pivot[c];
+
+      for (size_t j = rank + 1; j < N && factor != 0; j++) {
+        const size_t k    = column[j];
+        const Quad   term = factor * pivot[k];
+
+        other[k] -= term;
+        terms[k] = std::max(terms[k], Absolute(term));
+        if (Absolute(other[k]) <= zero * terms[k]) other[k] = 0;
+      }
+    }
+  }
+}
+
+QuadColumn QuadLU::solve(QuadColumn b, long double *lost) const
+{
+  const size_t N = rows.size();
+  QuadColumn   y(N, 0), size(b);
+
+  for (Quad &v : size) v = Absolute(v);
+  for (size_t k = 0; k < rank; k++)
+    for (size_t i = k + 1; i < N; i++) {
+      const Quad term = rows[row[i]][column[k]] * b[row[k]];
+
+      b[row[i]] -= term;
+      size[row[i]] = std::max(size[row[i]], Absolute(term));
+    }
+  *lost = 0.0L;
+  for (size_t i = rank; i < N; i++)
+    if (b[row[i]] != 0) *lost = std::max(*lost, (long double)(Absolute(b[row[i]]) / size[row[i]]));
+  for (size_t k = rank; k-- > 0;) {
+    Quad sum = b[row[k]];
+
+    for (size_t j = k + 1; j < rank; j++) sum -= rows[row[k]][column[j]] * y[column[j]];
+    y[column[k]] = sum / rows[row[k]][column[k]];
+  }
+  return y;
+}
+
+bool QuadLU::determined(size_t n) const
+{
+  for (size_t f = rank; f < rows.size(); f++) { /* the free unknowns, one after the other */
+    QuadColumn y(rows.size(), 0);
+    Quad       most = 1, moved = column[f] < n ? 1 : 0;
+
+    y[column[f]] = 1;
+    for (size_t k = rank; k-- > 0;) {
+      Quad sum = -rows[row[k]][column[f]];
+
+      for (size_t j = k + 1; j < rank; j++) sum -= rows[row[k]][column[j]] * y[column[j]];
+      y[column[k]] = sum / rows[row[k]][column[k]];
+      most         = std::max(most, Absolute(y[column[k]]));
+      if (column[k] < n) moved = std::max(moved, Absolute(y[column[k]]));
+    }
+    if (moved > (Quad)1e-10L * most) return false;
+  }
+  return true;
+}
+
+bool SaddleConfirms(const Saddle &s, const Vector &x, double bound, double beyond)
+{
+  const Eigen::Index n = x.size();
+  Long               K = Whole(s);
+  LongColumn         rows, columns, b = RightHandSide(s), y(K.rows());
+  Random             r = SaddleRandom(s.name);
+  QuadColumn         rhs;
+  double             reach = 0.0;
+  long double        lost, none;
+
+  Equilibrate(K, rows, columns);
+  b = rows.cwiseProduct(b);
+  const QuadLU lu(K);
+
+  for (long double v : b) rhs.push_back(v);
+  const QuadColumn exact = lu.solve(rhs, &lost);
+  if (lost > consistent) return false;
+  if (!lu.determined((size_t)n)) return true; /* both equations are met */
+  for (Eigen::Index i = 0; i < y.size(); i++) y[i] = (long double)exact[(size_t)i];
+  const long double size  = std::max(y.head(n).norm(), negligible * y.norm());
+  const LongColumn  terms = K.cwiseAbs() * y.cwiseAbs() + b.cwiseAbs();
+  const LongColumn  error = x.cast<long double>().cwiseQuotient(columns.head(n)) - y.head(n);
+  for (int draw = 0; draw < 3; draw++) {
+    long double moved = 0.0L;
+
+    for (size_t i = 0; i < rhs.size(); i++) rhs[i] = terms[(Eigen::Index)i] * (long double)PETSC_MACHINE_EPSILON * (long double)r.Real(-1.0, 1.0);
+    const QuadColumn change = lu.solve(rhs, &none);
+    for (size_t i = 0; i < (size_t)n; i++) moved += (long double)(change[i] * change[i]);
+    reach = std::max(reach, (double)(std::sqrt(moved) / std::max(size, std::numeric_limits<long double>::min())));
+  }
+  return error.isZero(0.0L) || error.norm() <= (long double)std::max(bound, beyond * reach) * size;
 }
