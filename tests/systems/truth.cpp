@@ -155,7 +155,11 @@ double SaddleResidual(const Saddle &s, const Vector &x, const Vector &lambda)
   return (double)worst;
 }
 
+#if defined(__SIZEOF_FLOAT128__)
 __extension__ typedef __float128 Quad;
+#else
+typedef long double Quad; /* which has as many digits where there is no other */
+#endif
 using QuadColumn = std::vector<Quad>;
 
 static Quad Absolute(Quad a)
