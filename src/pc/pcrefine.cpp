@@ -113,7 +113,7 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
     PetscCall(Add(p, -dot, directions[k]));
   }
   PetscCall(Dot(q, q, &dot));
-  *some = (PetscBool)(PetscRealPart(dot) > 0.0 && !PetscIsInfOrNanScalar(dot));
+  *some = (PetscBool)(PetscRealPart(dot) > 0.0 && !PetscIsInfOrNanScalar(dot) && reason != KSP_DIVERGED_ITS); /* others would end at the limit, too */
   if (*some) {
     const PetscScalar scale = 1.0 / PetscSqrtReal(PetscRealPart(dot));
 
