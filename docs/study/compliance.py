@@ -3,8 +3,10 @@
 
 /usr/bin/python3 docs/study/compliance.py [--ranks 1] [--system "-E2 1e-3 -curved .15"]      half a minute; needs a build
 /usr/bin/python3 docs/study/compliance.py --collection torn_elastic mixed_raviart            systems of tests/systems, and the error of x
+/usr/bin/python3 docs/study/compliance.py --collection torn_elastic --scales 1e6 1e8 1e10    other D / F
 
-The error is that of x in the norm of A against LU with refinement in extended precision, with a tolerance of 1e-12; iterations are those of the default tolerance.
+The error is that of x in the norm of A against LU with refinement in extended precision, with a tolerance of 1e-12, and that of the same LU with refinement in
+double precision; iterations are those of the default tolerance.
 """
 import argparse
 import os
@@ -47,17 +49,19 @@ def iterations(ranks, prefix, D):
     return "+".join(found) if found else "no"
 
 
-def error(A, C, D, f, g, x):
-    """Of x in the norm of A; the equations are scaled to entries of about 1, and the residuals of refinement are in extended precision."""
-    n = len(A)
-    K = numpy.block([[A, C.T], [C, -D]]).astype(numpy.longdouble)
-    b = numpy.concatenate([f, g]).astype(numpy.longdouble)
+def direct(A, C, D, f, g, precision):
+    """x by LU; the equations are scaled to entries of about 1."""
+    K = numpy.block([[A, C.T], [C, -D]]).astype(precision)
+    b = numpy.concatenate([f, g]).astype(precision)
     scale = 1 / numpy.sqrt(abs(K).max(axis=1))
-    K, b, y = K * scale[:, None] * scale, b * scale, numpy.zeros(len(b), numpy.longdouble)
+    K, b, y = K * scale[:, None] * scale, b * scale, numpy.zeros(len(b), precision)
     inverse = numpy.linalg.inv(K.astype(float))
     for _ in range(20):
         y += inverse @ (b - K @ y).astype(float)
-    exact = (y * scale)[:n].astype(float)
+    return (y * scale)[: len(A)].astype(float)
+
+
+def error(A, x, exact):
     return numpy.sqrt((x - exact) @ A @ (x - exact) / (exact @ A @ exact))
 
 
@@ -82,8 +86,8 @@ def solve(A, C, D, f, g, tolerance):
     return x.getArray()[: len(A)].copy()
 
 
-def collection(names, random):
-    print("| system of `tests/systems` | " + " | ".join("%g" % s for s in SCALES) + " | 1e-16 to 1e16 | the same, half 0 |\n|---|" + "---|" * (len(SCALES) + 2))
+def collection(names, scales, random):
+    print("| system of `tests/systems` | " + " | ".join("%g" % s for s in scales) + " | 1e-16 to 1e16 | the same, half 0 |\n|---|" + "---|" * (len(scales) + 2))
     for name in names:
         with tempfile.TemporaryDirectory() as folder:
             prefix = os.path.join(folder, "system")
@@ -93,14 +97,18 @@ def collection(names, random):
             f, g = (PETSc.Vec().load(PETSc.Viewer().createBinary(prefix + part, "r")).getArray().copy() for part in ("_f.dat", "_g.dat"))
             F = flexibility(prefix)
             spread = 10.0 ** random.uniform(-16, 16, len(F))
-            counts, errors = [], []
-            for diagonal in [scale * F for scale in SCALES] + [spread * F, numpy.where(random.random(len(F)) < 0.5, 0.0, spread) * F]:
+            counts, errors = [], ([], [])
+            for diagonal in [scale * F for scale in scales] + [spread * F, numpy.where(random.random(len(F)) < 0.5, 0.0, spread) * F]:
                 write(os.path.join(folder, "D"), diagonal)
                 counts.append(iterations(1, prefix, os.path.join(folder, "D")))
                 dense = [M.convert("dense").getDenseArray().copy() for M in (A.copy(), C.copy())]
-                errors.append(error(*dense, numpy.diag(diagonal), f, g, solve(*dense, numpy.diag(diagonal), f, g, 1e-12)))
+                system = (*dense, numpy.diag(diagonal), f, g)
+                exact = direct(*system, numpy.longdouble)
+                errors[0].append(error(dense[0], solve(*system, 1e-12), exact))
+                errors[1].append(error(dense[0], direct(*system, float), exact))
             print("| `%s`, iterations | %s |" % (name, " | ".join(counts)))
-            print("| error, tolerance 1e-12 | %s |" % " | ".join("%.0e" % e for e in errors), flush=True)
+            for name, values in zip(("error, tolerance 1e-12", "LU in double precision"), errors):
+                print("| %s | %s |" % (name, " | ".join("%.0e" % e for e in values)), flush=True)
 
 
 def main():
@@ -108,10 +116,11 @@ def main():
     parser.add_argument("--ranks", type=int, default=1)
     parser.add_argument("--system", default="-E2 1e-3 -curved .15", help="options of twocubes")
     parser.add_argument("--collection", nargs="+", default=[], help="names of systems of tests/systems instead")
+    parser.add_argument("--scales", nargs="+", type=float, default=SCALES, help="D / F of these systems")
     options = parser.parse_args()
     random = numpy.random.default_rng(5)
     if options.collection:
-        return collection(options.collection, random)
+        return collection(options.collection, options.scales, random)
     with tempfile.TemporaryDirectory() as folder:
         prefix, D = (os.path.join(folder, name) for name in ("cubes", "D.mtx"))
         command = [machine.TWOCUBES, "-n1", "16", "-n2", "14", "-write_system", prefix, "-dll_append", machine.PLUGIN] + options.system.split() + machine.DEFAULTS.split()

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Constraints of engineering models against as many ties of pairs of unknowns: docs/models.csv and the tables of docs/models.md.
 
-python3 docs/study/models.py [--slaves 1000,10000] [--repeat 3]      100000 needs 8 GB
+python3 docs/study/models.py [--slaves 1000,10000] [--repeat 3] [--only mean,rbe3]      100000 needs 8 GB
 Each model and the ties take turns on the same mesh, one rank; seconds of the processor are the least of the runs. One run more compares with MUMPS.
+Rows of other models and numbers of slaves that are there stay.
 """
 import argparse
 import math
@@ -46,6 +47,8 @@ def run(name, options, slaves, check):
 def compare(slaves, arguments):
     rows = []
     for name, options in [("ties", "")] + models(slaves):
+        if arguments.only and name not in arguments.only.split(","):
+            continue
         found, ties = [], []
         for _ in range(arguments.repeat):
             found.append(run(name, options, slaves, False))
@@ -76,6 +79,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--slaves", default="1000,10000")
     parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--only", default="", help="these models; all without it")
     parser.add_argument("--check", type=int, default=1000, help="up to so many slaves the solution is compared with MUMPS")
     parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs"), help="folder of models.csv and models.md")
     arguments = parser.parse_args()
@@ -83,8 +87,9 @@ def main():
     path, rows = os.path.join(arguments.out, "models.csv"), []
     for slaves in map(int, arguments.slaves.split(",")):
         rows += compare(slaves, arguments)
-        measured.save(path, measured.provenance(), COLUMNS, rows)
+        measured.merge(path, measured.provenance(), COLUMNS, rows, ("slaves", "model", "options"))
     about, rows = measured.read(path)
+    rows.sort(key=lambda row: int(row["slaves"]))
     text = open(os.path.join(arguments.out, "models.md")).read()
     lines = [text.split("\n## Measured\n")[0], "## Measured", "",
              "By `%s` on %s, one rank; load %s at the end ([models.csv](models.csv)). Seconds are those of the processor; on a loaded machine they, and the quotient of the set-up, still vary. The three columns after the seconds are quotients by those of as many ties; the bound is %g. Iterations are those of the reduced solve and, where the verification asks for one, of a second." % (about["command"], about["machine"], about["load at the end"], BOUND)]

@@ -69,23 +69,6 @@ static PetscErrorCode MatGetDiagonal_Level(Mat mat, Vec d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For -ksp_view: entries as a matrix without symmetry would have them */
-static PetscErrorCode MatGetInfo_Level(Mat mat, MatInfoType flag, MatInfo *info)
-{
-  AinsworthLevel *level;
-  PetscLogDouble  entries;
-
-  PetscFunctionBegin;
-  PetscCall(MatShellGetContext(mat, &level));
-  entries = (PetscLogDouble)(level->single ? level->single->product->entries() : level->product->entries());
-  if (flag != MAT_LOCAL)
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &entries, 1, MPIU_PETSCLOGDOUBLE, flag == MAT_GLOBAL_SUM ? MPI_SUM : MPI_MAX, PetscObjectComm((PetscObject)mat)));
-  *info            = MatInfo();
-  info->block_size = mat->rmap->bs;
-  info->nz_used = info->nz_allocated = entries;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode SetSymmetric(Mat mat)
 {
   PetscFunctionBegin;
@@ -158,7 +141,6 @@ PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &nodes, PetscInt bs, s
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT_TRANSPOSE, (void (*)(void))MatMultTranspose_Level));
   PetscCall(MatShellSetOperation(*mat, MATOP_RESIDUAL, (void (*)(void))MatResidual_Level));
   PetscCall(MatShellSetOperation(*mat, MATOP_GET_DIAGONAL, (void (*)(void))MatGetDiagonal_Level));
-  PetscCall(MatShellSetOperation(*mat, MATOP_GETINFO, (void (*)(void))MatGetInfo_Level));
   PetscCall(MatShellSetOperation(*mat, MATOP_DESTROY, (void (*)(void))MatDestroy_Level));
   PetscCall(PetscObjectChangeTypeName((PetscObject)*mat, AINSWORTH_LEVEL_MAT));
   PetscCall(PetscObjectComposeFunction((PetscObject)*mat, "MatConvert_" AINSWORTH_LEVEL_MAT "_aij_C", MatConvert_Level_AIJ));

@@ -134,8 +134,6 @@ public:
   PetscInt n() const { return upper->n; }
   PetscInt bs() const { return upper->br; }
   PetscInt stride() const { return AinsworthStride<T>(upper->br); }
-  /* of a matrix without symmetry */
-  size_t entries() const { return (2 * upper->j.size() - (size_t)n() + rest.j.size()) * (size_t)upper->size(); }
 
   /* y = what does not come from the upper half; collective */
   PetscErrorCode start(const T *x, T *y)

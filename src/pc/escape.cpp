@@ -287,11 +287,3 @@ PetscErrorCode PCAinsworthEscape_Private(PC pc, PC_Ainsworth *data, PetscBool *a
   if (why[0] || failed) PetscCall(PetscInfo(pc, "%s\n", why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-
-/* PCAinsworthEscapeView_Private - which of both, and why */
-PetscErrorCode PCAinsworthEscapeView_Private(const PC_Ainsworth *data, PetscViewer viewer)
-{
-  PetscFunctionBegin;
-  if (data->escape.taken) PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix factored %s\n", data->escape.why));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}

@@ -201,7 +201,6 @@ PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCheck_Private(PC, PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeBegin_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeEnd_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscape_Private(PC, PC_Ainsworth *, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthEscapeView_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetUpInner_Private(PC, PC_Ainsworth *, Mat_Ainsworth *, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthKeepOrSetUpInner_Private(PC, PC_Ainsworth *, Mat_Ainsworth *, PetscBool, char[], size_t);
 PETSC_INTERN PetscBool           PCAinsworthKeepsAlways_Private(PC, const PC_Ainsworth *);

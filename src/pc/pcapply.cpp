@@ -182,7 +182,7 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
       PetscCall(PetscStrncpy(why, more, len));
     }
   }
-  if (*verdict == AINSWORTH_VERDICT_UNMET && !refined) {
+  if ((*verdict == AINSWORTH_VERDICT_UNMET || *verdict == AINSWORTH_VERDICT_CONTRADICTION) && !refined) {
     PetscCall(PetscInfo(pc, "%s: a second solve follows\n", why));
     PetscCall(Refine(pc, data, transpose, left, y));
     data->knownAx = PETSC_FALSE;

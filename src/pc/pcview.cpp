@@ -42,7 +42,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
                                    (double)PCAinsworthPenaltyFactor_Private(data)));
   PetscCall(PCAinsworthDescribePmat_Private(data, text));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix: %s\n", text.c_str()));
-  PetscCall(PCAinsworthEscapeView_Private(data, viewer));
+  if (data->escape.taken) PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix factored %s\n", data->escape.why));
   PetscCall(PCAinsworthReportView_Private(data, viewer));
   if (!data->saddle.A) {
     PetscCall(PetscViewerASCIIPrintf(viewer, "  not set up yet\n"));

@@ -256,39 +256,28 @@ static PetscErrorCode Split(const AinsworthPmatInputs *in, PetscReal gamma, Mat 
 /* The diagonal of K on the loose unknowns that are eliminated, where nothing else is in M_* any more, to part */
 static PetscErrorCode AddDiagonal(Mat K, const Groups &groups, IS loose, Mat *part)
 {
-  PetscInt                 n, nl, rstart, first;
-  const PetscInt          *l;
-  const PetscScalar       *d;
-  std::vector<PetscInt>    start(1, 0), columns;
-  std::vector<PetscScalar> values;
-  Vec                      diagonal;
-  Mat                      added;
+  PetscInt     nl, first;
+  PetscScalar *d;
+  Vec          diagonal, all;
+  Mat          added;
 
   PetscFunctionBegin;
-  PetscCall(MatGetLocalSize(*part, &n, NULL));
-  PetscCall(MatGetOwnershipRange(*part, &rstart, NULL));
   PetscCall(MatGetOwnershipRange(K, &first, NULL));
   PetscCall(MatCreateVecs(K, &diagonal, NULL));
+  PetscCall(MatCreateVecs(*part, &all, NULL));
+  PetscCall(VecZeroEntries(all));
   PetscCall(MatGetDiagonal(K, diagonal));
-  PetscCall(VecGetArrayRead(diagonal, &d));
-  PetscCall(ISGetLocalSize(loose, &nl));
-  PetscCall(ISGetIndices(loose, &l));
-  for (PetscInt i = 0, k = 0; i < n; i++) {
-    if (k < nl && l[k] == rstart + i) {
-      if (groups.taken[groups.of[first + k]]) {
-        columns.push_back(l[k]);
-        values.push_back(d[k]);
-      }
-      k++;
-    }
-    start.push_back((PetscInt)columns.size());
-  }
-  PetscCall(ISRestoreIndices(loose, &l));
-  PetscCall(VecRestoreArrayRead(diagonal, &d));
-  PetscCall(VecDestroy(&diagonal));
-  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)*part), n, n, start, columns, values, &added));
+  PetscCall(VecGetLocalSize(diagonal, &nl));
+  PetscCall(VecGetArray(diagonal, &d));
+  for (PetscInt k = 0; k < nl; k++)
+    if (!groups.taken[groups.of[first + k]]) d[k] = 0.0;
+  PetscCall(VecRestoreArray(diagonal, &d));
+  PetscCall(VecISCopy(all, loose, SCATTER_FORWARD, diagonal));
+  PetscCall(AinsworthCreateFromDiagonal(all, &added));
   PetscCall(MatAXPY(*part, 1.0, added, DIFFERENT_NONZERO_PATTERN));
   PetscCall(MatDestroy(&added));
+  PetscCall(VecDestroy(&all));
+  PetscCall(VecDestroy(&diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

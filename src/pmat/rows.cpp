@@ -190,6 +190,30 @@ PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmat
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthCreateFromDiagonal - the diagonal matrix of d; entries that are zero are not stored. Collective */
+PetscErrorCode AinsworthCreateFromDiagonal(Vec d, Mat *mat)
+{
+  PetscInt                 n, rstart;
+  const PetscScalar       *v;
+  std::vector<PetscInt>    start(1, 0), columns;
+  std::vector<PetscScalar> values;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(d, &n));
+  PetscCall(VecGetOwnershipRange(d, &rstart, NULL));
+  PetscCall(VecGetArrayRead(d, &v));
+  for (PetscInt i = 0; i < n; i++) {
+    if (v[i] != 0.0) {
+      columns.push_back(rstart + i);
+      values.push_back(v[i]);
+    }
+    start.push_back((PetscInt)columns.size());
+  }
+  PetscCall(VecRestoreArrayRead(d, &v));
+  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)d), n, n, start, columns, values, mat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthPmatCreateShift - what stands in for rows that are left out: a part of diag(A) on their unknowns, all of it where A has none
 
@@ -198,20 +222,17 @@ PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmat
 */
 PetscErrorCode AinsworthPmatCreateShift(Mat A, Mat C, Vec inverseDiagonal, const AinsworthPmatFill *fill, Mat *shift)
 {
-  static const PetscReal   small = 1e-4, largest = 1e-2;
-  PetscReal                held = 0.0;
-  PetscInt                 n, N, rstart;
-  Vec                      counts, d;
-  PetscScalar             *count;
-  const PetscScalar       *inverse, *diagonal;
-  std::vector<PetscInt>    start(1, 0), columns;
-  std::vector<PetscScalar> values;
+  static const PetscReal small = 1e-6, largest = 1e-2; /* far below bending of a thin body, and above what single precision resolves */
+  PetscReal              held = 0.0;
+  PetscInt               n, N;
+  Vec                    counts, d;
+  PetscScalar           *count;
+  const PetscScalar     *inverse, *diagonal;
 
   PetscFunctionBegin;
   PetscCall(AinsworthCountRows(C, fill->most, &counts));
   PetscCall(MatGetSize(A, &N, NULL));
   PetscCall(MatGetLocalSize(A, &n, NULL));
-  PetscCall(MatGetOwnershipRange(A, &rstart, NULL));
   PetscCall(VecGetArray(counts, &count));
   for (PetscInt i = 0; i < n; i++) held += PetscRealPart(count[i]) > 0.0;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &held, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)A)));
@@ -219,18 +240,13 @@ PetscErrorCode AinsworthPmatCreateShift(Mat A, Mat C, Vec inverseDiagonal, const
   PetscCall(AinsworthGetDiagonal(A, d));
   PetscCall(VecGetArrayRead(inverseDiagonal, &inverse));
   PetscCall(VecGetArrayRead(d, &diagonal));
-  for (PetscInt i = 0; i < n; i++) {
-    if (PetscRealPart(count[i]) > 0.0) {
-      columns.push_back(rstart + i);
-      values.push_back((diagonal[i] == 0.0 ? 1.0 : PetscMin(largest, small * N / held)) / inverse[i]);
-    }
-    start.push_back((PetscInt)columns.size());
-  }
+  for (PetscInt i = 0; i < n; i++)
+    if (PetscRealPart(count[i]) > 0.0) count[i] = (diagonal[i] == 0.0 ? 1.0 : PetscMin(largest, small * N / held)) / inverse[i];
   PetscCall(VecRestoreArrayRead(d, &diagonal));
   PetscCall(VecRestoreArrayRead(inverseDiagonal, &inverse));
   PetscCall(VecRestoreArray(counts, &count));
+  PetscCall(AinsworthCreateFromDiagonal(counts, shift));
   PetscCall(VecDestroy(&counts));
   PetscCall(VecDestroy(&d));
-  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)A), n, n, start, columns, values, shift));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

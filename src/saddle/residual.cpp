@@ -8,14 +8,15 @@
    `doubtful`; `most` is the part of the largest other term that the rounding of multipliers may be which cancel each other;
    `noise` is that of the right-hand side of a zero row of C, relative to the largest |g|, and that of f - C' lambda, by way of the rows of C;
    `rounding` is that of an entry of x among larger ones;
-   `nearly` is that of a row that depends on others, also of the largest terms of earlier solves
+   `told` is that of a row that depends on others nearly; `before` that of one that depends on others, of the largest terms of earlier solves
 */
 static const PetscReal own      = 1e-10;
 static const PetscReal doubted  = 1e-6;
 static const PetscReal most     = 1e-6;
 static const PetscReal noise    = 1000 * PETSC_MACHINE_EPSILON;
 static const PetscReal rounding = 10 * PETSC_MACHINE_EPSILON;
-static const PetscReal nearly   = 1e-12;
+static const PetscReal told     = 1e-12;
+static const PetscReal before   = 1e-10;
 
 /* primal = f - op(A) x - B' lambda, dual = g - C x + D lambda, of the matrix as the program passed it; Ax becomes op(A) x, unless it is that already */
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal,
@@ -170,7 +171,7 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   static const char  near[] = "not met on rows of C that were left out, as the Gram matrix C W C' does not tell them from others (rows %s of the multiplier "
                               "field): no solution is found where rows are so near each other in the norm of W";
   Vec                size, slack, stiffness;
-  PetscReal          rhs, least, most;
+  PetscReal          rhs, most, least;
   AinsworthUnmet     close;
   const PetscScalar *r, *s, *b, *l = NULL;
   std::vector<PetscBool> unmet(sp->local, PETSC_FALSE);
@@ -190,10 +191,10 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
     const bool      empty = terms <= PetscAbsScalar(b[i]); /* other zero rows had columns of unknowns that are known */
     const PetscReal own = slack ? PetscRealPart(l[i]) : 0.0, rest = PetscAbsScalar(r[i]);
     const bool      zero = sp->kind[i] == AINSWORTH_ROW_ZERO, dependent = sp->kind[i] == AINSWORTH_ROW_DEPENDENT;
-    const PetscReal earlier  = dependent ? nearly * *largest : 0.0;
+    const PetscReal earlier  = dependent ? before * *largest : 0.0;
     const PetscReal quotient = AinsworthQuotient(rest, zero && empty ? noise * rhs : AinsworthConsistent * terms + own + earlier);
     AinsworthUnmet *where    = dependent ? &close : worst;
-    const PetscReal part     = sp->nearly ? PetscMin(AinsworthConsistent, PetscMax(10 * tol, nearly)) : AinsworthConsistent;
+    const PetscReal part     = sp->nearly ? PetscMin(AinsworthConsistent, PetscMax(10 * tol, told)) : AinsworthConsistent;
     const PetscReal found    = dependent ? AinsworthQuotient(rest, part * terms + earlier) : quotient;
 
     unmet[i] = (PetscBool)(quotient > 1.0);
