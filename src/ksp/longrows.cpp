@@ -76,9 +76,7 @@ PetscErrorCode KSPProjectedCGLiftLongRows_Private(PC pc, Mat_Ainsworth *ctx)
   bool             apart = true;
 
   PetscFunctionBegin;
-  if (ctx->longest == PETSC_MAX_INT || (!ctx->lifted.empty() && ctx->liftedBy == pc->data)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, ctx->longest));
-  ctx->liftedBy = pc->data;
+  if (ctx->longest == PETSC_MAX_INT || !ctx->lifted.empty()) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(GetLongRows(ctx->C, ctx->longest, &rows));
   ctx->longFactor.assign(rows.size() * rows.size(), 0.0);
   for (size_t k = 0; k < rows.size(); k++) {

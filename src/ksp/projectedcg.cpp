@@ -37,12 +37,7 @@ static PetscErrorCode PCApply_Projected(PC pc, Vec r, Vec z)
     PetscCall(VecLockReadPush(r));
     PetscCall(code);
   }
-  ctx->inKernel = PETSC_FALSE; /* its own products are with A~ */
-  code          = (*ctx->apply)(pc, r, z);
-  ctx->inKernel = PETSC_TRUE;
-  PetscCall(code);
-  PetscCall(KSPProjectedCGTakeLongRows_Private(ctx, r, z));
-  PetscCall(MatAinsworthMultProjector(mat, z, z));
+  PetscCall(KSPProjectedCGPrecondition_Private(pc, mat, ctx, r, z));
   if (!ctx->refine && ctx->projections++ % driftInterval == 0) {
     PetscCall(MatAinsworthGetDrift_Private(mat, z, &drift));
     if (drift > driftTolerance) {
@@ -134,7 +129,13 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   PetscCall(VecDestroy(&v));
 
   ctx->apply = pc->ops->apply;
+  if (ctx->liftedBy != pc->data) {
+    PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, ctx->longest));
+    PetscCall(KSPProjectedCGForgetShared_Private(ctx, std::vector<PetscInt>(ctx->shared)));
+    ctx->liftedBy = pc->data;
+  }
   PetscCall(KSPProjectedCGLiftLongRows_Private(pc, ctx));
+  PetscCall(KSPProjectedCGLiftShared_Private(pc, mat, ctx));
   ctx->inKernel  = PETSC_TRUE;
   ctx->direction = ctx->refine = PETSC_FALSE;
   ctx->projections             = 0;

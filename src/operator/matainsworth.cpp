@@ -260,8 +260,10 @@ PetscErrorCode MatAinsworthReset_Private(Mat_Ainsworth *ctx)
   PetscFunctionBegin;
   for (Mat *M : {&ctx->A, &ctx->C, &ctx->B, &ctx->D, &ctx->product}) PetscCall(MatDestroy(M));
   for (Vec *v : {&ctx->weight, &ctx->mobility, &ctx->penalty, &ctx->placed, &ctx->work, &ctx->rowWork, &ctx->residual, &ctx->mu}) PetscCall(VecDestroy(v));
-  for (Vec &v : ctx->lifted) PetscCall(VecDestroy(&v));
-  ctx->lifted.clear();
+  for (std::vector<Vec> *vecs : {&ctx->lifted, &ctx->motions, &ctx->motionForces}) {
+    for (Vec &v : *vecs) PetscCall(VecDestroy(&v));
+    vecs->clear();
+  }
   PetscCall(AinsworthProjectorReset(&ctx->proj));
   ctx->current     = PETSC_FALSE;
   ctx->userPenalty = PETSC_FALSE;

@@ -32,6 +32,8 @@ struct Mat_Ainsworth {
   std::vector<Vec>         lifted;                  /* M^{-1} C' of those rows */
   const void              *liftedBy = NULL;         /* the data of the preconditioner */
   std::vector<PetscScalar> longFactor;              /* of C M^{-1} C' */
+  std::vector<PetscInt>    shared;                  /* unknowns that the preconditioning matrix holds (ksp/shared.cpp) */
+  std::vector<Vec>         motions, motionForces;   /* Z and Q' A Z of them, Z' A Z = I */
   bool                     doubtful;                /* rows of C are nearly dependent: solves with the Gram matrix are refined */
   Vec                      work;                    /* n */
   Vec                      rowWork;                 /* m, placed */

@@ -150,13 +150,26 @@ PetscErrorCode PCAinsworthResetKSP_Private(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* PCAinsworthIteratesInKernel_Private - is the method one of conjugate gradients in Ker C? The paper has C' B C in its own */
+PetscErrorCode PCAinsworthIteratesInKernel_Private(PC_Ainsworth *data, PetscBool *inKernel)
+{
+  KSPType   type;
+  PetscBool projected, definite;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetType(data->ksp, &type));
+  PetscCall(PCAinsworthIsConjugateGradients_Private(type, &definite));
+  PetscCall(PetscStrcmp(type, KSPPROJECTEDCG, &projected));
+  *inKernel = (PetscBool)(data->constraints && !data->saddle.D && data->adjoint && (projected || (definite && data->choices.variant == PC_AINSWORTH_WEIGHTED)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* PCAinsworthSetKSPOperators_Private - gives the inner solver what this scene needs: the reduced operator with M_*, or A alone */
 PetscErrorCode PCAinsworthSetKSPOperators_Private(PC_Ainsworth *data)
 {
   KSP       ksp = data->ksp;
-  KSPType   type;
   PCSide    side;
-  PetscBool projected, definite;
+  PetscBool projected, inKernel;
 
   PetscFunctionBegin;
   if (data->constraints) PetscCall(KSPSetOperators(ksp, data->reduced, data->M));
@@ -170,11 +183,8 @@ PetscErrorCode PCAinsworthSetKSPOperators_Private(PC_Ainsworth *data)
     PetscCall(KSPSetType(ksp, KSPPROJECTEDCG));
     data->plainCG = PETSC_FALSE;
   }
-  PetscCall(KSPGetType(ksp, &type));
-  PetscCall(PCAinsworthIsConjugateGradients_Private(type, &definite));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
-  definite = (PetscBool)(definite && data->choices.variant == PC_AINSWORTH_WEIGHTED); /* the paper has C' B C in its conjugate gradients */
-  PetscCall(KSPProjectedCGSetUse_Private(ksp, (PetscBool)(data->constraints && (data->saddle.D || ((projected || definite) && data->adjoint)))));
+  PetscCall(PCAinsworthIteratesInKernel_Private(data, &inKernel));
+  PetscCall(KSPProjectedCGSetUse_Private(ksp, (PetscBool)(inKernel || (data->constraints && data->saddle.D))));
   if (data->reduced) {
     PetscCall(KSPGetPCSide(ksp, &side));
     PetscCall(MatAinsworthOmitPenalty_Private(data->reduced, (PetscBool)(side == PC_RIGHT && !data->saddle.D)));

@@ -177,6 +177,7 @@ PETSC_INTERN PetscErrorCode      PCAinsworthSetStale_Private(PC, PC_Ainsworth *)
 PETSC_INTERN void                PCAinsworthChoicesApplyVariant_Private(PCAinsworthChoices *, PCAinsworthVariant);
 PETSC_INTERN PetscErrorCode      PCAinsworthChoose_Private(PC, PC_Ainsworth *, const PCAinsworthChoices *);
 PETSC_INTERN PetscErrorCode      PCAinsworthConfigureKSP_Private(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthIteratesInKernel_Private(PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetKSPOperators_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthGetPmatFormat_Private(PC_Ainsworth *, AinsworthPmatFormat *);
 PETSC_INTERN PetscErrorCode      PCAinsworthUseProduct_Private(PC_Ainsworth *);

@@ -9,11 +9,11 @@
    What auto comes to (docs/method.md): id where its few entries are enough, and where jcb would have too many. The penalties of many rows that share an unknown
    add up there, and lock interpolation from A alone, which jcb moves out of their way
 */
-static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInputs *in)
+static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInputs *in, PetscBool shares)
 {
   static const PetscReal many = 1.5; /* of the entries of A */
   PetscReal              predicted;
-  PetscBool              apart, shares;
+  PetscBool              apart;
 
   PetscFunctionBegin;
   data->autoType   = PC_AINSWORTH_PMAT_JCB;
@@ -22,7 +22,6 @@ static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInpu
   data->autoType   = PC_AINSWORTH_PMAT_ID;
   data->autoReason = ", as it is factored";
   if (in->format == AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthPmatSharesUnknowns(in->C, &in->fill, &shares));
   data->autoReason = ", as interpolation is made from A alone";
   if (in->format == AINSWORTH_PMAT_SUM && !shares) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthPmatComponentsApart(in->C, data->saddle.bs, in->fill.most, &apart));
@@ -36,13 +35,18 @@ static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInpu
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Conjugate gradients move so many shared unknowns; each costs an application of the preconditioner, and a vector */
+static const size_t mostShared = 16;
+
 /* The preconditioning matrix, and the penalty that it has in common with the operator */
 static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PetscInt *bad)
 {
-  AinsworthPmatInputs  in;
-  AinsworthPmatOptions options = data->choices.pmat;
-  const AinsworthGram *gram;
-  Vec                  penalty;
+  AinsworthPmatInputs   in;
+  AinsworthPmatOptions  options = data->choices.pmat;
+  const AinsworthGram  *gram;
+  Vec                   penalty;
+  std::vector<PetscInt> alone;
+  PetscBool             inKernel, shares;
 
   PetscFunctionBegin;
   in.A  = data->saddle.P;
@@ -58,7 +62,11 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PetscInt
   PetscCall(AinsworthPmatGetFill(in.aij, in.C, &in.fill));
   data->longRows = in.fill.leftOut;
   PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, data->longRows ? in.fill.most : PETSC_MAX_INT));
-  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data, &in));
+  PetscCall(AinsworthPmatFindShared(in.aij, in.C, &in.fill, &shares, &alone));
+  PetscCall(PCAinsworthIteratesInKernel_Private(data, &inKernel));
+  if (inKernel && in.format != AINSWORTH_PMAT_FACTOR && alone.size() <= mostShared) in.shared.swap(alone);
+  PetscCall(KSPProjectedCGForgetShared_Private(ctx, in.shared));
+  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data, &in, shares));
   options.type      = PCAinsworthPmatTypeInUse_Private(data);
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor_Private(data);
@@ -167,6 +175,7 @@ static PetscErrorCode KeepWhole(PC pc, PC_Ainsworth *data)
 
     PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
     PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, ctx->longest));
+    PetscCall(KSPProjectedCGForgetShared_Private(ctx, std::vector<PetscInt>(ctx->shared)));
     PetscCall(MatAinsworthSetPenalty(data->reduced, NULL));
     PetscCall(MatAinsworthSetProduct_Private(data->reduced, NULL));
   }

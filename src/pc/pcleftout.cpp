@@ -41,6 +41,7 @@ PetscErrorCode PCAinsworthDescribeLeftOut_Private(PC_Ainsworth *data, std::strin
     text += economy;
     if (PCAinsworthPmatTypeInUse_Private(data) == PC_AINSWORTH_PMAT_ID) text += "; id: no product with A for the preconditioning matrix";
     if (data->longRows) text += "; " + std::to_string(data->longRows) + " long rows of C: not in the preconditioning matrix";
+    if (!ctx->shared.empty()) text += "; " + std::to_string(ctx->shared.size()) + " shared unknowns: held in the preconditioning matrix";
     if (projected) text += "; iterates in Ker C: C' B C is not applied";
     if (ctx->omitPenalty) text += "; preconditioned in Ker C: C' B C is not applied";
     if (ctx->homogeneous) text += "; g = 0: neither R g nor A R g";

@@ -161,7 +161,7 @@ bool PCAinsworthRefinesRows_Private(const PC_Ainsworth *data, PetscReal tol)
 PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscReal tol, PCAinsworthFields b,
                                              PCAinsworthFields y, PCAinsworthFields left, PetscBool *refined, char why[], size_t len)
 {
-  static const PetscReal         rounding = 1e-13, own = 1e-6, determined = 1e-5;
+  static const PetscReal         rounding = 1e-13, own = 1e-10, determined = 1e-5;
   static const int               most = 10, patience = 3;
   PetscReal                      enough, wanted, error, best, change = 0.0;
   int                            idle = 0;

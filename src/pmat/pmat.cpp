@@ -222,30 +222,29 @@ static PetscErrorCode AddA(Mat A, AinsworthPmatFormat format, PetscInt bs, Mat *
 */
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Vec *penalty, Mat *pmat, PetscInt *bad)
 {
-  Mat      C, rest, loose = NULL, projection, shift, base = in->format == AINSWORTH_PMAT_SUM ? in->A : in->aij;
+  Mat      C, rest, loose = NULL, held = NULL, projection, shift = NULL, base = in->format == AINSWORTH_PMAT_SUM ? in->A : in->aij;
   Vec      series;
   PetscInt column;
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(AinsworthPmatCreateShort(in->C, &in->fill, &C));
+  if (!in->shared.empty()) PetscCall(AinsworthPmatHoldShared(in, &C, &held));
   if (opt->penalty == AINSWORTH_PENALTY_ROW && in->weight && in->format != AINSWORTH_PMAT_FACTOR) { /* a factorization takes the rows as they are */
     PetscCall(AinsworthPmatEliminateLoose(in, opt->factor, C, &rest, &loose));
     PetscCall(MatDestroy(&C));
     C = rest;
   }
-  PetscCall(CreateProjectionPart(in, opt, C, loose ? NULL : in->S, &projection));
+  PetscCall(CreateProjectionPart(in, opt, C, loose || held ? NULL : in->S, &projection));
   PetscCall(CreatePenalty(in, opt, C, projection, penalty, &series));
   PetscCall(MultiplyBothSides(C, series, pmat));
   PetscCall(VecDestroy(&series));
-  if (projection) PetscCall(MatAXPY(*pmat, 1.0, projection, DIFFERENT_NONZERO_PATTERN));
-  if (loose) PetscCall(MatAXPY(*pmat, 1.0, loose, DIFFERENT_NONZERO_PATTERN));
-  for (Mat *mat : {&projection, &loose, &C}) PetscCall(MatDestroy(mat));
-  if (in->fill.leftOut) {
-    PetscCall(AinsworthPmatCreateShift(in->aij, in->C, in->inverseDiagonal, &in->fill, &shift));
-    PetscCall(MatAXPY(*pmat, 1.0, shift, DIFFERENT_NONZERO_PATTERN));
-    PetscCall(MatDestroy(&shift));
+  if (in->fill.leftOut) PetscCall(AinsworthPmatCreateShift(in->aij, in->C, in->inverseDiagonal, &in->fill, &shift));
+  for (Mat *part : {&projection, &loose, &held, &shift}) {
+    if (*part) PetscCall(MatAXPY(*pmat, 1.0, *part, DIFFERENT_NONZERO_PATTERN));
+    PetscCall(MatDestroy(part));
   }
+  PetscCall(MatDestroy(&C));
   PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
   PetscCall(AinsworthMatFindNotFinite(*pmat, bad, &column));

@@ -54,14 +54,15 @@ struct AinsworthPmatFill {
 };
 
 struct AinsworthPmatInputs {
-  Mat                 A, C, S;         /* of any type; AIJ, without zero rows; AIJ, NULL: C W C' is not at hand */
-  Mat                 aij;             /* A as AIJ */
-  Vec                 weight;          /* diagonal of W, NULL for W = I */
-  Vec                 compliance;      /* sums of the rows of |D|, negative where D_ii is; NULL: D = 0 */
-  Vec                 inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
-  AinsworthPmatFormat format;
-  PetscInt            bs;   /* of M_*, which A may not know */
-  AinsworthPmatFill   fill; /* of A and C */
+  Mat                   A, C, S;         /* of any type; AIJ, without zero rows; AIJ, NULL: C W C' is not at hand */
+  Mat                   aij;             /* A as AIJ */
+  Vec                   weight;          /* diagonal of W, NULL for W = I */
+  Vec                   compliance;      /* sums of the rows of |D|, negative where D_ii is; NULL: D = 0 */
+  Vec                   inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
+  AinsworthPmatFormat   format;
+  PetscInt              bs;     /* of M_*, which A may not know */
+  AinsworthPmatFill     fill;   /* of A and C */
+  std::vector<PetscInt> shared; /* unknowns that M_* holds instead of what rows of C couple them with: conjugate gradients move them (ksp/shared.cpp) */
 };
 
 /* fill.cpp */
@@ -75,7 +76,8 @@ PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *, PetscRea
 /* rows.cpp */
 PetscErrorCode AinsworthSelectRows(Mat, const std::vector<char> &, Mat *);
 PetscErrorCode AinsworthPmatCreateShort(Mat, const AinsworthPmatFill *, Mat *);
-PetscErrorCode AinsworthPmatSharesUnknowns(Mat, const AinsworthPmatFill *, PetscBool *);
+PetscErrorCode AinsworthPmatFindShared(Mat, Mat, const AinsworthPmatFill *, PetscBool *, std::vector<PetscInt> *);
+PetscErrorCode AinsworthPmatHoldShared(const AinsworthPmatInputs *, Mat *, Mat *);
 PetscErrorCode AinsworthPmatCreatePrivate(Mat, Vec, const AinsworthPmatFill *, Mat *, PetscBool *);
 PetscErrorCode AinsworthCreateFromDiagonal(Vec, Mat *);
 PetscErrorCode AinsworthPmatCreateShift(Mat, Mat, Vec, const AinsworthPmatFill *, Mat *);

@@ -1,5 +1,6 @@
 #include "pmat.h"
 #include "../saddle/saddle.h"
+#include <algorithm>
 #include <vector>
 
 /* AinsworthSelectRows - C with the entries of some of its rows, those of this rank that are marked; entries that are zero are not stored */
@@ -54,17 +55,103 @@ PetscErrorCode AinsworthPmatCreateShort(Mat C, const AinsworthPmatFill *fill, Ma
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthPmatSharesUnknowns - is an unknown in more rows of C than usual? Collective */
-PetscErrorCode AinsworthPmatSharesUnknowns(Mat C, const AinsworthPmatFill *fill, PetscBool *shares)
+/* Does the row have an entry beside the diagonal? */
+static PetscErrorCode IsCoupled(Mat A, PetscInt row, bool *coupled)
 {
-  Vec       counts;
-  PetscReal most;
+  PetscInt           n;
+  const PetscInt    *columns;
+  const PetscScalar *values;
+
+  PetscFunctionBegin;
+  *coupled = false;
+  PetscCall(MatGetRow(A, row, &n, &columns, &values));
+  for (PetscInt k = 0; k < n; k++) *coupled = *coupled || (columns[k] != row && values[k] != 0.0);
+  PetscCall(MatRestoreRow(A, row, &n, &columns, &values));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthPmatFindShared - is an unknown in more rows of C than usual? And those of them that A couples with no other unknown, on all ranks: global numbers,
+   ascending. Collective
+*/
+PetscErrorCode AinsworthPmatFindShared(Mat A, Mat C, const AinsworthPmatFill *fill, PetscBool *any, std::vector<PetscInt> *shared)
+{
+  MPI_Comm                 comm = PetscObjectComm((PetscObject)C);
+  Vec                      counts;
+  PetscReal                most;
+  PetscInt                 n, rstart;
+  PetscMPIInt              size, found, start = 0;
+  bool                     coupled;
+  const PetscScalar       *count;
+  std::vector<PetscInt>    mine;
+  std::vector<PetscMPIInt> numbers, starts;
 
   PetscFunctionBegin;
   PetscCall(AinsworthCountRows(C, 0, &counts));
+  PetscCall(VecGetLocalSize(counts, &n));
+  PetscCall(VecGetOwnershipRange(counts, &rstart, NULL));
+  PetscCall(VecGetArrayRead(counts, &count));
+  for (PetscInt i = 0; i < n; i++) {
+    if (PetscRealPart(count[i]) <= fill->usual) continue;
+    PetscCall(IsCoupled(A, rstart + i, &coupled));
+    if (!coupled) mine.push_back(rstart + i);
+  }
+  PetscCall(VecRestoreArrayRead(counts, &count));
   PetscCall(VecMax(counts, NULL, &most));
+  *any = (PetscBool)(most > (PetscReal)fill->usual);
   PetscCall(VecDestroy(&counts));
-  *shares = (PetscBool)(most > (PetscReal)fill->usual);
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  numbers.resize(size);
+  found = (PetscMPIInt)mine.size();
+  PetscCallMPI(MPI_Allgather(&found, 1, MPI_INT, numbers.data(), 1, MPI_INT, comm));
+  for (PetscMPIInt number : numbers) {
+    starts.push_back(start);
+    start += number;
+  }
+  shared->resize(start);
+  PetscCallMPI(MPI_Allgatherv(mine.data(), found, MPIU_INT, shared->data(), numbers.data(), starts.data(), MPIU_INT, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthPmatHoldShared - C becomes C without its entries of shared unknowns; held is what stands in for them, of each as many diag(A) as it has rows. Collective
+
+   Their slaves are then held as if tied to the ground: interpolation from A alone knows of no motion that they have in common
+*/
+PetscErrorCode AinsworthPmatHoldShared(const AinsworthPmatInputs *in, Mat *C, Mat *held)
+{
+  PetscInt                 n, m, rstart;
+  Vec                      scale;
+  Mat                      scaled;
+  PetscScalar             *s;
+  const PetscScalar       *inverse;
+  std::vector<PetscInt>    start(1, 0), columns;
+  std::vector<PetscScalar> values;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthCountRows(*C, 0, &scale));
+  PetscCall(MatGetLocalSize(*C, &m, &n));
+  PetscCall(VecGetOwnershipRange(scale, &rstart, NULL));
+  PetscCall(VecGetArray(scale, &s));
+  PetscCall(VecGetArrayRead(in->inverseDiagonal, &inverse));
+  for (PetscInt i = 0; i < n; i++) {
+    const bool many = std::binary_search(in->shared.begin(), in->shared.end(), rstart + i);
+
+    if (many) {
+      columns.push_back(rstart + i);
+      values.push_back(s[i] / inverse[i]);
+    }
+    start.push_back((PetscInt)columns.size());
+    s[i] = many ? 0.0 : 1.0;
+  }
+  PetscCall(VecRestoreArrayRead(in->inverseDiagonal, &inverse));
+  PetscCall(VecRestoreArray(scale, &s));
+  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)*C), n, n, start, columns, values, held));
+  PetscCall(AinsworthScaleColumns(*C, scale, &scaled));
+  PetscCall(VecDestroy(&scale));
+  PetscCall(MatDestroy(C));
+  PetscCall(AinsworthSelectRows(scaled, std::vector<char>(m, 1), C));
+  PetscCall(MatDestroy(&scaled));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -79,6 +79,12 @@ static bool Definite(const RandomSystem &s, const Truth &truth)
   return kernel.eigenvalues()[0] > whole.eigenvalues()[n - 1] / good;
 }
 
+/* Row i of C is zero: does its right-hand side contradict it, or is that rounding? */
+static bool IsZeroRow(const RandomSystem &s, Eigen::Index i, bool contradicts)
+{
+  return s.C.row(i).isZero(0.0) && s.D(i, i) == 0.0 && (PetscAbsScalar(s.g[i]) > zeroRow * s.g.cwiseAbs().maxCoeff()) == contradicts;
+}
+
 /* The worst row of both equations; a zero row has no scale of its own: what rounding of the other rows makes of its right-hand side is allowed */
 static PetscReal WorstRow(const RandomSystem &s, const Truth &truth, const Column &x, const Column &lambda)
 {
@@ -94,7 +100,7 @@ static PetscReal WorstRow(const RandomSystem &s, const Truth &truth, const Colum
   const PetscReal largest = size.cwiseAbs().maxCoeff();
 
   for (Eigen::Index i = 0; i < n + m; i++) {
-    if (i >= n && s.C.row(i - n).isZero(0.0) && s.D(i - n, i - n) == 0.0 && PetscAbsScalar(s.g[i - n]) <= zeroRow * s.g.cwiseAbs().maxCoeff()) continue;
+    if (i >= n && IsZeroRow(s, i - n, false)) continue;
     const PetscReal relative = PetscAbsScalar(r[i]) / (PetscRealPart(size[i]) + local * largest + PETSC_SMALL);
 
     if (!(relative <= worst)) worst = relative; /* not a number, too */
@@ -128,6 +134,7 @@ Verdict AttackJudge(const RandomSystem &s, bool tame, bool must, bool tested, KS
   const Truth        truth(t);
   bool               usual = true; /* elimination loses digits where D is far from 1 / A: that has a reason */
   for (Eigen::Index i = 0; i < t.D.rows(); i++) usual = usual && (t.D(i, i) == 0.0 || (PetscAbsScalar(t.D(i, i)) > 1e-8 && PetscAbsScalar(t.D(i, i)) < 1e8));
+  for (Eigen::Index i = 0; i < t.g.size(); i++) usual = usual && !IsZeroRow(t, i, true); /* it may be small beside rows of other units */
   usual               = usual && u.a > 1e-30 && u.a < 1e30;
   usual               = usual && s.D.isDiagonal(0.0); /* Definite() eliminates row by row */
   const bool adjoint  = AttackAdjoint(s);             /* otherwise the condition is that of another system */

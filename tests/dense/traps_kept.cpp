@@ -228,6 +228,34 @@ static PetscErrorCode Stored(const char *typeA, const char *typeC, bool complian
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A that is symmetric, then not, then again, in place: the method that nobody chose follows */
+static PetscErrorCode Symmetry()
+{
+  Options           line("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-10");
+  const DenseSystem d     = SpringsCreate(24, 4, 1.0, 25);
+  DenseSystem       other = d;
+  Run               run;
+
+  PetscFunctionBeginUser;
+  Case("A symmetric, not, and again");
+  other.A = d.A + 0.7 * Dense(d.A.triangularView<Eigen::StrictlyUpper>());
+  PetscCall(RunCreate(d, false, &run));
+  for (bool symmetric : {true, false, true}) {
+    PC      pc;
+    KSP     inner;
+    KSPType type;
+
+    PetscCall(WriteDense(symmetric ? d.A : other.A, run.sys.A));
+    PetscCall(CheckSolved(&run, symmetric ? d : other));
+    PetscCall(KSPGetPC(run.ksp, &pc));
+    PetscCall(PCAinsworthGetKSP(pc, &inner));
+    PetscCall(KSPGetType(inner, &type));
+    PetscCall(CheckTrue(type, type == std::string(symmetric ? KSPPROJECTEDCG : KSPGMRES)));
+  }
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   int exitcode;
@@ -243,6 +271,7 @@ int main(int argc, char **argv)
     for (bool inPlace : {false, true})
       PetscCall(Kept((std::string("-ksp_reuse_preconditioner -ainsworth_ksp_rtol 1e-10 ") + (more[0] ? more : "-ainsworth_pc_type jacobi")).c_str(), inPlace));
   for (const char *reuse : {"", "-ksp_reuse_preconditioner"}) PetscCall(OtherB(reuse));
+  PetscCall(Symmetry());
   for (const char *options : {"-ainsworth_pc_type jacobi", "-ainsworth_pc_type blocksa -ksp_type fgmres"})
     for (const char *typeA : {MATAIJ, MATBAIJ, MATSBAIJ, MATDENSE, MATNEST}) {
       if (PetscDefined(USE_COMPLEX) && typeA == std::string(MATSBAIJ)) continue; /* of which PETSc does not know that it is Hermitian */

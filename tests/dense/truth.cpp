@@ -245,7 +245,8 @@ static PetscErrorCode Causes(DenseSystem (*make)(Kind), const std::string &outer
     PetscCall(Cause("wrong prefix", good, jacobi + "-ainsworth_ksp_max_it 3 -" + key + " 1e-3",
                     {"The reduced solve ended without convergence", "-" + key + " is that of the outer solver, the reduced solve has -ainsworth_" + key},
                     outer));
-  PetscCall(Cause("not symmetric", make(NOT_SYMMETRIC), jacobi + "-ainsworth_ksp_max_it 4", {"A is not symmetric", "-ainsworth_ksp_type gmres"}, outer));
+  PetscCall(Cause("not symmetric", make(NOT_SYMMETRIC), jacobi + "-ainsworth_ksp_type cg -ainsworth_ksp_max_it 4",
+                  {"A is not symmetric", "-ainsworth_ksp_type gmres"}, outer));
   d      = good;
   d.f[3] = NAN;
   PetscCall(Cause("NaN in f", d, jacobi, {"The right-hand side holds NaN or Inf in row 3 of the primal field"}, outer));

@@ -1,0 +1,106 @@
+/*
+   Unknowns that many rows of C share, reference nodes and macroscopic strains: the preconditioning matrix holds them, and the slaves with them, and conjugate
+   gradients' preconditioner moves them. Z in Ker C is what the system does when one of them moves, to the accuracy of M^{-1}, and Y = Q' A Z, Z' Y = I. Then
+   Q M^{-1} becomes (I - Z Y') Q M^{-1} (I - Y Z') + Z Z'. docs/models.md
+*/
+#include "projectedcg.h"
+#include "../operator/matainsworth.h"
+#include <petsc/private/pcimpl.h>
+
+/* A motion without what others share with it has a part of its energy larger than this, or it is not taken */
+static const PetscReal dependent = 1e-10;
+
+/* KSPProjectedCGForgetShared_Private - the preconditioner, or C, is another one: it holds these unknowns */
+PetscErrorCode KSPProjectedCGForgetShared_Private(Mat_Ainsworth *ctx, const std::vector<PetscInt> &shared)
+{
+  PetscFunctionBegin;
+  for (std::vector<Vec> *vecs : {&ctx->motions, &ctx->motionForces}) {
+    for (Vec &v : *vecs) PetscCall(VecDestroy(&v));
+    vecs->clear();
+  }
+  ctx->shared = shared;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* KSPProjectedCGPrecondition_Private - z = Q M^{-1} r, with what long rows take from it and shared unknowns add to it */
+PetscErrorCode KSPProjectedCGPrecondition_Private(PC pc, Mat mat, Mat_Ainsworth *ctx, Vec r, Vec z)
+{
+  const PetscInt           n = (PetscInt)ctx->motions.size();
+  std::vector<PetscScalar> forces(n), factors(n);
+  Vec                      rest = r;
+  PetscErrorCode           code;
+
+  PetscFunctionBegin;
+  if (n) {
+    PetscCall(VecMDot(r, n, ctx->motions.data(), forces.data()));
+    for (PetscInt k = 0; k < n; k++) factors[k] = -forces[k];
+    PetscCall(VecDuplicate(r, &rest));
+    PetscCall(VecCopy(r, rest));
+    PetscCall(VecMAXPY(rest, n, factors.data(), ctx->motionForces.data()));
+  }
+  ctx->inKernel = PETSC_FALSE; /* its own products are with A~ */
+  code          = (*ctx->apply)(pc, rest, z);
+  ctx->inKernel = PETSC_TRUE;
+  PetscCall(code);
+  PetscCall(KSPProjectedCGTakeLongRows_Private(ctx, rest, z));
+  PetscCall(MatAinsworthMultProjector(mat, z, z));
+  if (n) {
+    PetscCall(VecDestroy(&rest));
+    PetscCall(VecMDot(z, n, ctx->motionForces.data(), factors.data()));
+    for (PetscInt k = 0; k < n; k++) factors[k] = forces[k] - factors[k];
+    PetscCall(VecMAXPY(z, n, factors.data(), ctx->motions.data()));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = Q' A x with an x in Ker C, and x' y */
+static PetscErrorCode MultiplyMotion(Mat mat, Mat_Ainsworth *ctx, Vec x, Vec y, PetscReal *energy)
+{
+  PetscScalar product;
+
+  PetscFunctionBegin;
+  ctx->inKernel = ctx->direction = PETSC_TRUE;
+  PetscCall(MatMult(mat, x, y));
+  PetscCall(VecDot(y, x, &product));
+  *energy = PetscRealPart(product);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* KSPProjectedCGLiftShared_Private - Z and Y, once for a preconditioner; a motion of zero energy, and an unknown that C holds, have none */
+PetscErrorCode KSPProjectedCGLiftShared_Private(PC pc, Mat mat, Mat_Ainsworth *ctx)
+{
+  Vec answer;
+
+  PetscFunctionBegin;
+  if (ctx->shared.empty() || !ctx->motions.empty()) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateVecs(mat, &answer, NULL));
+  for (PetscInt unknown : ctx->shared) {
+    Vec       motion, force;
+    PetscInt  rstart, rend;
+    PetscReal all, left;
+
+    PetscCall(MatCreateVecs(mat, &motion, &force));
+    PetscCall(VecZeroEntries(motion));
+    PetscCall(VecGetOwnershipRange(motion, &rstart, &rend));
+    if (unknown >= rstart && unknown < rend) PetscCall(VecSetValue(motion, unknown, 1.0, INSERT_VALUES));
+    PetscCall(VecAssemblyBegin(motion));
+    PetscCall(VecAssemblyEnd(motion));
+    PetscCall(MatAinsworthMultProjector(mat, motion, motion));
+    PetscCall(MultiplyMotion(mat, ctx, motion, force, &all));
+    PetscCall(KSPProjectedCGPrecondition_Private(pc, mat, ctx, force, answer));
+    PetscCall(VecAXPY(motion, -1.0, answer)); /* which is orthogonal to the motions before it */
+    PetscCall(MultiplyMotion(mat, ctx, motion, force, &left));
+    if (left > dependent * all) {
+      for (Vec v : {motion, force}) PetscCall(VecScale(v, 1.0 / PetscSqrtReal(left)));
+      ctx->motions.push_back(motion);
+      ctx->motionForces.push_back(force);
+    } else {
+      PetscCall(VecDestroy(&motion));
+      PetscCall(VecDestroy(&force));
+    }
+  }
+  if (ctx->motions.empty()) ctx->shared.clear();
+  PetscCall(VecDestroy(&answer));
+  ctx->inKernel = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
