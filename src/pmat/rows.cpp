@@ -222,7 +222,7 @@ PetscErrorCode AinsworthCreateFromDiagonal(Vec d, Mat *mat)
 */
 PetscErrorCode AinsworthPmatCreateShift(Mat A, Mat C, Vec inverseDiagonal, const AinsworthPmatFill *fill, Mat *shift)
 {
-  static const PetscReal small = 1e-6, largest = 1e-2; /* far below bending of a thin body, and above what single precision resolves */
+  static const PetscReal small = 1e-5, largest = 1e-2; /* below bending of thin bodies, and well above what single precision resolves */
   PetscReal              held = 0.0;
   PetscInt               n, N;
   Vec                    counts, d;
