@@ -8,6 +8,7 @@
    `doubtful`; `most` is the part of the largest other term that the rounding of multipliers may be which cancel each other;
    `noise` is that of the right-hand side of a zero row of C, relative to the largest |g|, and that of f - C' lambda, by way of the rows of C;
    `rounding` is that of an entry of x among larger ones;
+   `coupled` is what a row may be left with that D couples to others, relative to what was asked for;
    `told` is that of a row that depends on others nearly; `before` that of one that depends on others, of the largest terms of earlier solves
 */
 static const PetscReal own      = 1e-10;
@@ -15,6 +16,7 @@ static const PetscReal doubted  = 1e-6;
 static const PetscReal most     = 1e-6;
 static const PetscReal noise    = 1000 * PETSC_MACHINE_EPSILON;
 static const PetscReal rounding = 10 * PETSC_MACHINE_EPSILON;
+static const PetscReal coupled  = 100;
 static const PetscReal told     = 1e-12;
 static const PetscReal before   = 1e-10;
 
@@ -189,7 +191,8 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   for (PetscInt i = 0; i < sp->local; i++) {
     const PetscReal terms = PetscRealPart(s[i]);
     const bool      empty = terms <= PetscAbsScalar(b[i]); /* other zero rows had columns of unknowns that are known */
-    const PetscReal own = slack ? PetscRealPart(l[i]) : 0.0, rest = PetscAbsScalar(r[i]);
+    const PetscReal own   = !slack ? 0.0 : PetscRealPart(l[i]) > 0.0 ? PetscRealPart(l[i]) : PetscMin(coupled * tol, 1.0) * terms;
+    const PetscReal rest  = PetscAbsScalar(r[i]);
     const bool      zero = sp->kind[i] == AINSWORTH_ROW_ZERO, dependent = sp->kind[i] == AINSWORTH_ROW_DEPENDENT;
     const PetscReal earlier  = dependent ? before * *largest : 0.0;
     const PetscReal quotient = AinsworthQuotient(rest, zero && empty ? noise * rhs : AinsworthConsistent * terms + own + earlier);
