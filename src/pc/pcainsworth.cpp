@@ -19,7 +19,7 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscCall(PCAinsworthResetKSP_Private(data));
   if (sa) sa->levels = levels;
   PetscCall(AinsworthSaddleReset(&data->saddle));
-  data->terms = 0.0;
+  PetscCall(VecDestroy(&data->terms));
   PetscCall(MatDestroy(&data->reduced));
   PetscCall(MatDestroy(&data->M));
   PetscCall(VecDestroy(&data->rhs));

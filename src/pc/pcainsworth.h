@@ -117,7 +117,6 @@ struct PC_Ainsworth {
   PetscBool       indefinite;      /* conjugate gradients gave way to GMRES since the last set-up */
   PetscBool       stale;           /* a choice changed since the last set-up */
   char            failure[512];    /* of the last set-up or solve, in words; empty where it was good */
-  PetscReal       terms;           /* the largest of C x in a solve, whose rounding is left in the residuals of later ones */
   PetscInt        applications;    /* of the outer solve that runs, and one; 0 where none does */
   PetscBool       hidden;          /* diag(A)^{-1} makes rows of C look dependent that are not: the weight is the identity */
   PetscBool       refused;         /* the last set-up ended with a reason: it is not repeated before something changes */
@@ -144,6 +143,7 @@ struct PC_Ainsworth {
   Vec                 Ax;        /* op(A) x of the solution, with the program's A */
   PetscBool           knownAx;   /* it came with the multipliers */
   Vec                 g, lambda; /* on the kept rows, where some are not kept */
+  Vec                 terms;     /* of C x, the largest of each row in all solves, where rows depend on others: their rounding is left in later residuals */
   Vec                 f;         /* less what is known of x and lambda, where something is */
 
   /* pcrebuild.cpp */

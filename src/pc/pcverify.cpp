@@ -205,18 +205,29 @@ static PetscErrorCode CheckVacuous(PC_Ainsworth *data, Vec f, Vec g, Vec x, Vec 
 }
 
 /*
-   Rows that depend on others: may g be the rounding of an x that is decades larger than the one at hand? Residuals of Newton's method are at its end, and of
-   any other solver that this one is nested in; and a program that attaches a null space of multipliers knows of these rows
+   Where rows depend on others: the terms that they had in earlier solves, if g may be the rounding of an x that is decades larger than the one at hand, or NULL.
+   Residuals of Newton's method are at its end, and of any other solver that this one is nested in; and a program that attaches a null space of multipliers
+   knows of these rows
 */
-static PetscErrorCode MayBeResidual(PC pc, const AinsworthSaddle *saddle, PetscBool *residual)
+static PetscErrorCode GetEarlierTerms(PC pc, PC_Ainsworth *data, Vec g, PetscBool *kept, Vec *earlier)
 {
-  MatNullSpace attached = saddle->whole;
-  PetscInt     nested;
+  const AinsworthSaddle *saddle   = &data->saddle;
+  MatNullSpace           attached = saddle->whole;
+  PetscInt               nested, n[2] = {0, 0};
+  PetscBool              other;
 
   PetscFunctionBegin;
   if (!attached) PetscCall(PetscObjectQuery((PetscObject)saddle->rows[1], "nullspace", (PetscObject *)&attached));
   PetscCall(PetscObjectGetTabLevel((PetscObject)pc, &nested));
-  *residual = (PetscBool)(attached || nested > 0);
+  *kept = (PetscBool)(saddle->count[AINSWORTH_ROW_DEPENDENT] && (attached || nested > 0));
+  if (data->terms) {
+    PetscCall(VecGetLocalSize(g, &n[0]));
+    PetscCall(VecGetLocalSize(data->terms, &n[1]));
+    other = (PetscBool)(n[0] != n[1]);
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)g)));
+    if (other) PetscCall(VecDestroy(&data->terms));
+  }
+  *earlier = *kept ? data->terms : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -230,8 +241,9 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
 {
   AinsworthSaddle *sp = &data->saddle;
   AinsworthUnmet   worst;
-  PetscReal        norm, energy, terms;
-  PetscBool        doubtful = PETSC_FALSE, finite = PETSC_TRUE, residual = PETSC_FALSE;
+  PetscReal        norm, energy;
+  PetscBool        doubtful = PETSC_FALSE, finite = PETSC_TRUE, kept = PETSC_FALSE;
+  Vec              earlier = NULL, terms;
   PetscInt         n;
   const Vec        Ax = data->Ax;
   char             rows[256];
@@ -244,10 +256,9 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
   if (data->reduced) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced, &doubtful));
   PetscCall(AinsworthSaddleResidual(sp, transpose, data->knownAx, f, g, x, lambda, Ax, primal, dual));
   PetscCall(AinsworthSaddleEnergy(sp, x, lambda, Ax, &energy));
-  PetscCall(MayBeResidual(pc, sp, &residual));
-  terms = residual ? data->terms : 0.0;
-  PetscCall(AinsworthSaddleCheckDual(sp, tol < 0.0 ? PETSC_MAX_REAL : tol, tol < 0.0 ? PETSC_MAX_REAL : blind * tol * energy, &terms, g, x, lambda, dual,
-                                     &worst, rows, sizeof(rows)));
+  PetscCall(GetEarlierTerms(pc, data, g, &kept, &earlier));
+  PetscCall(AinsworthSaddleCheckDual(sp, tol < 0.0 ? PETSC_MAX_REAL : tol, tol < 0.0 ? PETSC_MAX_REAL : blind * tol * energy, earlier, g, x, lambda, dual,
+                                     &worst, rows, sizeof(rows), &terms));
   PetscCall(IsFinite(x, lambda, &finite));
   if (worst.quotient > 1.0) {
     *verdict = AINSWORTH_VERDICT_UNMET;
@@ -274,8 +285,15 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
                                        : "its method, or its preconditioner, does not see this; is A indefinite on Ker C, or its diagonal zero?"));
     } else if (data->constraints < n || data->saddle.D) PetscCall(CheckEnergy(data, transpose, x, Ax, primal, verdict, why, len));
     if (*verdict == AINSWORTH_VERDICT_MET) PetscCall(CheckVacuous(data, f, g, x, lambda, verdict, why, len));
-    if (*verdict == AINSWORTH_VERDICT_MET) data->terms = PetscMax(data->terms, terms);
   }
+  if (kept && *verdict == AINSWORTH_VERDICT_MET) {
+    if (data->terms) PetscCall(VecPointwiseMax(data->terms, data->terms, terms));
+    else {
+      data->terms = terms;
+      terms       = NULL;
+    }
+  }
+  PetscCall(VecDestroy(&terms));
   PetscCall(PetscLogEventEnd(AINSWORTH_Verify, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

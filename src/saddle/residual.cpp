@@ -158,10 +158,10 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
 
    contradiction names the former, or is empty. tol: what was asked for; a row that depends on others nearly tells what they do not, and has to be met to
    ten times that. allowed is the error in the energy norm that may be left: a row with a D_ii has its part of it, by Cauchy's
-   and Schwarz's inequality, where the others are met to rounding. largest: of the terms of earlier solves whose rounding may be all that g is, and of this one.
+   and Schwarz's inequality, where the others are met to rounding. earlier: the terms of each row in earlier solves, whose rounding may be all that g is, or NULL; terms: those of this one, to be destroyed.
 */
-PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, PetscReal allowed, PetscReal *largest, Vec g, Vec x, Vec lambda, Vec residual,
-                                        AinsworthUnmet *worst, char contradiction[], size_t len)
+PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, PetscReal allowed, Vec earlier, Vec g, Vec x, Vec lambda, Vec residual,
+                                        AinsworthUnmet *worst, char contradiction[], size_t len, Vec *terms)
 {
   static const struct {
     AinsworthRowKind kind;
@@ -172,49 +172,48 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   };
   static const char  near[] = "not met on rows of C that were left out, as the Gram matrix C W C' does not tell them from others (rows %s of the multiplier "
                               "field): no solution is found where rows are so near each other in the norm of W";
-  Vec                size, slack, stiffness;
-  PetscReal          rhs, most, least;
+  Vec                slack, stiffness;
+  PetscReal          rhs, least;
   AinsworthUnmet     close;
-  const PetscScalar *r, *s, *b, *l = NULL;
+  const PetscScalar *r, *s, *b, *l = NULL, *e = NULL;
   std::vector<PetscBool> unmet(sp->local, PETSC_FALSE);
 
   PetscFunctionBegin;
   *worst           = AinsworthUnmet();
   contradiction[0] = 0;
   PetscCall(VecNorm(g, NORM_INFINITY, &rhs));
-  PetscCall(VecDuplicate(residual, &size));
-  PetscCall(AinsworthTermsDual(sp, PETSC_TRUE, allowed, g, x, lambda, size, &slack));
+  PetscCall(VecDuplicate(residual, terms));
+  PetscCall(AinsworthTermsDual(sp, PETSC_TRUE, allowed, g, x, lambda, *terms, &slack));
   if (slack) PetscCall(VecGetArrayRead(slack, &l));
   PetscCall(VecGetArrayRead(residual, &r));
-  PetscCall(VecGetArrayRead(size, &s));
+  if (earlier) PetscCall(VecGetArrayRead(earlier, &e));
+  PetscCall(VecGetArrayRead(*terms, &s));
   PetscCall(VecGetArrayRead(g, &b));
   for (PetscInt i = 0; i < sp->local; i++) {
-    const PetscReal terms = PetscRealPart(s[i]);
-    const bool      empty = terms <= PetscAbsScalar(b[i]); /* other zero rows had columns of unknowns that are known */
-    const PetscReal own   = !slack ? 0.0 : PetscRealPart(l[i]) > 0.0 ? PetscRealPart(l[i]) : PetscMin(coupled * tol, 1.0) * terms;
+    const PetscReal size  = PetscRealPart(s[i]);
+    const bool      empty = size <= PetscAbsScalar(b[i]); /* other zero rows had columns of unknowns that are known */
+    const PetscReal own   = !slack ? 0.0 : PetscRealPart(l[i]) > 0.0 ? PetscRealPart(l[i]) : PetscMin(coupled * tol, 1.0) * size;
     const PetscReal rest  = PetscAbsScalar(r[i]);
     const bool      zero = sp->kind[i] == AINSWORTH_ROW_ZERO, dependent = sp->kind[i] == AINSWORTH_ROW_DEPENDENT;
-    const PetscReal earlier  = dependent ? before * *largest : 0.0;
-    const PetscReal quotient = AinsworthQuotient(rest, zero && empty ? noise * rhs : AinsworthConsistent * terms + own + earlier);
+    const PetscReal noted    = dependent && e ? before * PetscRealPart(e[i]) : 0.0;
+    const PetscReal quotient = AinsworthQuotient(rest, zero && empty ? noise * rhs : AinsworthConsistent * size + own + noted);
     AinsworthUnmet *where    = dependent ? &close : worst;
     const PetscReal part     = sp->nearly ? PetscMin(AinsworthConsistent, PetscMax(10 * tol, told)) : AinsworthConsistent;
-    const PetscReal found    = dependent ? AinsworthQuotient(rest, part * terms + earlier) : quotient;
+    const PetscReal found    = dependent ? AinsworthQuotient(rest, part * size + noted) : quotient;
 
     unmet[i] = (PetscBool)(quotient > 1.0);
     if (zero || found <= where->quotient) continue;
     where->quotient = found;
     where->row      = sp->first + i;
     where->residual = rest;
-    where->size     = terms;
+    where->size     = size;
   }
   PetscCall(VecRestoreArrayRead(residual, &r));
-  PetscCall(VecRestoreArrayRead(size, &s));
+  PetscCall(VecRestoreArrayRead(*terms, &s));
+  if (earlier) PetscCall(VecRestoreArrayRead(earlier, &e));
   PetscCall(VecRestoreArrayRead(g, &b));
   if (slack) PetscCall(VecRestoreArrayRead(slack, &l));
-  PetscCall(VecNorm(size, NORM_INFINITY, &most));
-  *largest = PetscMax(*largest, most);
   PetscCall(VecDestroy(&slack));
-  PetscCall(VecDestroy(&size));
   PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), worst));
   PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), &close));
   for (const auto &c : contradictions) {

@@ -174,6 +174,6 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *, PetscBool, Pe
 PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec, Vec, Vec, PetscReal *);
 PetscErrorCode AinsworthSaddleIsVacuous(AinsworthSaddle *, Vec, Vec, Vec, Vec, PetscBool *);
 PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *, Vec, Vec, Vec, PetscReal *);
-PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, PetscReal, PetscReal, PetscReal *, Vec, Vec, Vec, Vec, AinsworthUnmet *, char[], size_t);
+PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, PetscReal, PetscReal, Vec, Vec, Vec, Vec, Vec, AinsworthUnmet *, char[], size_t, Vec *);
 
 #endif
