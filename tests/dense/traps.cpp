@@ -123,10 +123,10 @@ static PetscErrorCode Driven()
   PetscCall(CheckFailed(run));
   PetscCall(KSPGetPC(run.ksp, &pc));
   PetscCall(PCAinsworthGetFailure(pc, &why));
-  /* rounding decides whether x drowns or another solve disagrees; on several ranks it ends before */
+  /* rounding decides whether x drowns or another solve disagrees; on several ranks, and with complex numbers, it ends before */
   for (const char *cause : {"drown in the rounding of its terms", "of their terms, which another solve takes for"})
     named = named || std::string(why).find(cause) != std::string::npos;
-  if (m == 2) PetscCall(CheckTrue(why, named));
+  if (m == 2 && !PetscDefined(USE_COMPLEX)) PetscCall(CheckTrue(why, named));
   PetscCall(RunDestroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
