@@ -101,6 +101,8 @@ def main():
         view = ' -{}_view_solution binary:{}'.format((p + 'ksp') if writer == 'ksp' else writer, '{}')
         matrix = os.path.join(folder, 'matrix')
         files = [os.path.join(folder, f) for f in ('usual', 'ours')]
+        if os.path.exists(files[0]):  # of the example before
+            os.remove(files[0])
         usual_code, text = (1, '') if (source, given.ranks) in UNSOLVED else run(program, options + tight + usual.format(p=p) + view.format(files[0]), given.ranks, files[0])
         if given.verbose:
             print(text)
