@@ -155,8 +155,8 @@ bool PCAinsworthRefinesRows_Private(const PC_Ainsworth *data, PetscReal tol)
    Where D is not zero, or B is not C, unknowns of very different stiffness meet, and the norms of the reduced solve are not fair to all of them; those of
    methods other than conjugate gradients and GMRES are not either, whatever the system; with both, what further solves cannot mend is no solution.
 
-   tol: what was asked for, negative where nothing was. stopped: rounding ended the first solve, and another one has to agree with what it has. left: of both equations, by y; both are changed. refined: there was something to do. why: what is left
-   where that is too much, or moves x: empty otherwise
+   tol: what was asked for, negative where nothing was. stopped: rounding ended the first solve, and another one has to agree with what it has. left: of both
+   equations, by y; both are changed. refined: there was something to do. why: what is left where that is too much, or moves x: empty otherwise
 */
 PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscReal tol, PCAinsworthFields b,
                                              PCAinsworthFields y, PCAinsworthFields left, PetscBool *refined, char why[], size_t len)

@@ -157,8 +157,9 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
    AinsworthSaddleCheckDual - the rows of g - C x + D lambda that are not met: zero and dependent rows, whose right-hand side no x can have, and others
 
    contradiction names the former, or is empty. tol: what was asked for; a row that depends on others nearly tells what they do not, and has to be met to
-   ten times that. allowed is the error in the energy norm that may be left: a row with a D_ii has its part of it, by Cauchy's
-   and Schwarz's inequality, where the others are met to rounding. earlier: the terms of each row in earlier solves, whose rounding may be all that g is, or NULL; terms: those of this one, to be destroyed.
+   ten times that. allowed is the error in the energy norm that may be left: a row with a D_ii has its part of it, by Cauchy's and Schwarz's inequality, where
+   the others are met to rounding. earlier: the terms of each row in earlier solves, whose rounding may be all that g is, or NULL; terms: those of this one, to
+   be destroyed.
 */
 PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, PetscReal allowed, Vec earlier, Vec g, Vec x, Vec lambda, Vec residual,
                                         AinsworthUnmet *worst, char contradiction[], size_t len, Vec *terms)

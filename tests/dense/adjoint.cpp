@@ -52,15 +52,33 @@ static PetscErrorCode Transposed(const Spec &spec, const char *inner)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A system whose A is not symmetric, its solver and its vectors */
+static PetscErrorCode CreateUnsymmetric(System *sys, DenseSystem *d, Mat *nest, KSP *ksp, Vec *y, Vec *b, IS is[])
+{
+  Spec spec;
+  Mat  Ct;
+
+  PetscFunctionBeginUser;
+  spec.symmetric = false;
+  PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, sys));
+  PetscCall(Gather(*sys, *d));
+  PetscCall(MatCreateHermitianTranspose(sys->C, &Ct));
+  PetscCall(NestCreate(sys->A, Ct, sys->C, NULL, false, nest));
+  PetscCall(MatDestroy(&Ct));
+  PetscCall(SolverCreate(*nest, ksp));
+  PetscCall(MatCreateVecs(*nest, y, b));
+  PetscCall(MatNestGetISs(*nest, is, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Methods that precondition from the left or the right, in both variants: C x = g to rounding all the same */
 static PetscErrorCode Methods(const char *variant, const char *method, PetscReal rtol)
 {
   Options            options(std::string("-ainsworth_pc_type jacobi -pc_ainsworth_variant ") + variant + " -ainsworth_ksp_rtol " + std::to_string(rtol) +
                              " -ainsworth_ksp_type " + method);
-  Spec               spec;
   System             sys;
   DenseSystem        d;
-  Mat                Ct, nest;
+  Mat                nest;
   IS                 is[2];
   Vec                b, y, sub;
   KSP                ksp;
@@ -70,16 +88,8 @@ static PetscErrorCode Methods(const char *variant, const char *method, PetscReal
 
   PetscFunctionBeginUser;
   Case("%s, %s, rtol %g", variant, method, (double)rtol);
-  spec.symmetric = false;
-  PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
-  PetscCall(Gather(sys, d));
-  PetscCall(MatCreateHermitianTranspose(sys.C, &Ct));
-  PetscCall(NestCreate(sys.A, Ct, sys.C, NULL, false, &nest));
-  PetscCall(MatDestroy(&Ct));
-  PetscCall(SolverCreate(nest, &ksp));
-  PetscCall(MatCreateVecs(nest, &y, &b));
+  PetscCall(CreateUnsymmetric(&sys, &d, &nest, &ksp, &y, &b, is));
   PetscCall(SetRandom(b, 96));
-  PetscCall(MatNestGetISs(nest, is, NULL));
   PetscCall(KSPSolve(ksp, b, y));
   PetscCall(KSPGetConvergedReason(ksp, &reason));
   PetscCall(CheckTrue(KSPConvergedReasons[reason], reason > 0));
@@ -106,10 +116,9 @@ static PetscErrorCode Methods(const char *variant, const char *method, PetscReal
 static PetscErrorCode Balanced(const char *method)
 {
   Options            options(std::string("-ainsworth_pc_type jacobi") + method);
-  Spec               spec;
   System             sys;
   DenseSystem        d;
-  Mat                Ct, nest;
+  Mat                nest;
   IS                 is[2];
   Vec                b, y, l, sub[2];
   KSP                ksp;
@@ -118,15 +127,7 @@ static PetscErrorCode Balanced(const char *method)
 
   PetscFunctionBeginUser;
   Case("balanced by the constraints%s", method);
-  spec.symmetric = false;
-  PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
-  PetscCall(Gather(sys, d));
-  PetscCall(MatCreateHermitianTranspose(sys.C, &Ct));
-  PetscCall(NestCreate(sys.A, Ct, sys.C, NULL, false, &nest));
-  PetscCall(MatDestroy(&Ct));
-  PetscCall(SolverCreate(nest, &ksp));
-  PetscCall(MatCreateVecs(nest, &y, &b));
-  PetscCall(MatNestGetISs(nest, is, NULL));
+  PetscCall(CreateUnsymmetric(&sys, &d, &nest, &ksp, &y, &b, is));
   PetscCall(VecDuplicate(sys.g, &l));
   PetscCall(SetRandom(l, 97));
   PetscCall(Gather(l, given));
