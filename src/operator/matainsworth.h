@@ -52,7 +52,7 @@ PETSC_INTERN PetscErrorCode MatAinsworthSetUpProjector_Private(Mat, Mat_Ainswort
 PETSC_INTERN PetscErrorCode MatAinsworthReduce_Private(Mat, PetscBool, Vec, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthRecover_Private(Mat, PetscBool, Vec, Vec, Vec, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthSetOtherBlocks_Private(Mat, Mat, Mat, PetscBool);
-PETSC_INTERN PetscErrorCode MatAinsworthGetCompliance_Private(Mat, Vec *);
+PETSC_INTERN PetscErrorCode MatAinsworthGetCompliance_Private(Mat, Vec *, Mat *);
 PETSC_INTERN PetscErrorCode MatAinsworthDiagnose_Private(Mat, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *, PetscBool *);
 PETSC_INTERN PetscErrorCode MatAinsworthFindNear_Private(Mat, PetscInt *, PetscInt **);
 PETSC_INTERN PetscErrorCode MatAinsworthIsDoubtful_Private(Mat, PetscBool *);

@@ -53,7 +53,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PetscInt
   in.bs = data->saddle.bs;
   in.C  = data->saddle.C;
   PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
-  PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &in.compliance));
+  PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &in.compliance, &in.N));
   in.S               = gram->S;
   in.weight          = ctx->mobility;
   in.inverseDiagonal = data->inverseDiagonal;
@@ -117,7 +117,7 @@ PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, Mat_Ains
     if (bad >= 0) {
       PetscCall(PetscSNPrintf(why, len,
                               "Row %" PetscInt_FMT
-                              " of the preconditioning matrix holds NaN or Inf: the penalty factor, or the values of A or C, are too large "
+                              " of the preconditioning matrix holds NaN or Inf: the penalty factor, or the values of A, C or D, are too large "
                               "or too small",
                               bad));
       PetscFunctionReturn(PETSC_SUCCESS);

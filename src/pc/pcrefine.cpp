@@ -163,7 +163,8 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
 {
   static const PetscReal         rounding = 1e-13, own = 1e-10, determined = 1e-5;
   static const int               most = 10, patience = 3;
-  PetscReal                      enough, wanted, error, best, change = 0.0;
+  const PetscReal                open = PetscMax(1e4 * tol, determined);
+  PetscReal                      enough, wanted, error, best, change, moves = 0.0;
   int                            idle = 0;
   PCAinsworthFields              weights, others, kept;
   std::vector<PCAinsworthFields> directions, images;
@@ -187,11 +188,14 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   *refined = (PetscBool)(error > wanted);
   PetscCall(VecCopy(y.primal, kept.primal));
   PetscCall(VecCopy(y.dual, kept.dual));
-  for (int k = 0; k < most && error > wanted && some && idle < patience; k++) {
+  for (int k = 0; k < most && (error > wanted || moves * error > open) && some && idle < patience; k++) {
+    const PetscReal before = error;
+
     PetscCall(PetscInfo(pc, "A row of both equations is left with %g of its terms: another solve follows\n", (double)error));
     PetscCall(Step(pc, data, transpose, left, weights, y, directions, images, &some, &change));
     if (some) PetscCall(Left(data, transpose, b, y, left, others, &error)); /* all steps have the norm of the first */
     idle = error < 0.5 * best ? 0 : idle + 1;
+    moves = PetscMax(moves, change / before);
     if (!(error < best)) continue;
     best = error;
     PetscCall(VecCopy(y.primal, kept.primal));
@@ -202,9 +206,9 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   if (best > (strict ? enough : PetscMax(100 * tol, own)))
     PetscCall(
       PetscSNPrintf(why, len, "The system is not met: a row of both equations is left with %g of its terms, and further solves do not help", (double)best));
-  else if (best > wanted && change > PetscMax(100 * tol, determined))
+  else if (moves * best > open)
     PetscCall(PetscSNPrintf(why, len, "The solution is not met: rows are left with up to %g of their terms, which another solve takes for %g of x",
-                            (double)best, (double)change));
+                            (double)best, (double)(moves * best)));
   for (auto *list : {&directions, &images})
     for (PCAinsworthFields &v : *list) PetscCall(Destroy(&v));
   PetscCall(Destroy(&weights));

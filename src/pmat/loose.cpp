@@ -125,7 +125,7 @@ PetscErrorCode Groups::markRows(Mat Cl, std::vector<char> *rows) const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The block of a group, shifted, and inverted; it is Hermitian and dense. Zero where it is not positive definite: nothing is eliminated then */
+/* The block of a group, shifted, and inverted; it is Hermitian and dense. Zero where it is not positive definite, or too small: nothing is eliminated then */
 PetscErrorCode Groups::invert(PetscInt group, std::vector<PetscScalar> *inverse) const
 {
   const std::vector<PetscInt> &in   = members[group];
@@ -143,7 +143,7 @@ PetscErrorCode Groups::invert(PetscInt group, std::vector<PetscScalar> *inverse)
     }
   PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &nb, inverse->data(), &nb, &info));
   if (!info) PetscCallBLAS("LAPACKpotri", LAPACKpotri_("L", &nb, inverse->data(), &nb, &info));
-  if (info) inverse->assign(size * size, 0.0);
+  if (info || std::any_of(inverse->begin(), inverse->end(), [](PetscScalar v) { return PetscIsInfOrNanScalar(v); })) inverse->assign(size * size, 0.0);
   for (size_t i = 0; i < size; i++)
     for (size_t c = 0; c < i; c++) (*inverse)[c + i * size] = PetscConj((*inverse)[i + c * size]);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -69,7 +69,7 @@ static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Q_*' A Q_* - A, NULL for id; C may lack entries of long rows. S: C W C', NULL where it is not at hand */
+/* Q_*' A Q_* - A, NULL for id; C may lack entries of long rows. S: C W C' + N, NULL where it is not at hand */
 static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat S, Mat *part)
 {
   PetscBool shared;
@@ -86,6 +86,7 @@ static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const 
     PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
     PetscCall(Multiply(C, CWt, &S));
     PetscCall(MatDestroy(&CWt));
+    if (in->N) PetscCall(MatAXPY(S, 1.0, in->N, DIFFERENT_NONZERO_PATTERN));
   }
   PetscCall(AinsworthInvGramCreate(S, opt, &inverse));
   if (S != given) PetscCall(MatDestroy(&S));

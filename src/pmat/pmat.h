@@ -54,7 +54,8 @@ struct AinsworthPmatFill {
 };
 
 struct AinsworthPmatInputs {
-  Mat                   A, C, S;         /* of any type; AIJ, without zero rows; AIJ, NULL: C W C' is not at hand */
+  Mat                   A, C, S;         /* of any type; AIJ, without zero rows; AIJ, C W C' + N, NULL: not at hand */
+  Mat                   N;               /* what D adds to C W C', NULL: D = 0 */
   Mat                   aij;             /* A as AIJ */
   Vec                   weight;          /* diagonal of W, NULL for W = I */
   Vec                   compliance;      /* sums of the rows of |D|, negative where D_ii is; NULL: D = 0 */

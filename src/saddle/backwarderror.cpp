@@ -23,8 +23,11 @@ static PetscErrorCode LargestQuotient(Vec residual, Vec size, const AinsworthRow
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* size_i at least `little` of the largest of all, in the norm of diag(A)^{-1}: the row of a body that nothing moves has only rounding to show */
-static PetscErrorCode RaiseSmallTerms(AinsworthSaddle *sp, Vec size)
+/*
+   size_i at least `little` of the largest of all, in the norm of diag(A)^{-1}: the row of a body that nothing moves has only rounding to show. A row without
+   stiffness has less where a spring D_kk is so soft that its force moves row k of C by more than the terms of that, rows
+*/
+static PetscErrorCode RaiseSmallTerms(AinsworthSaddle *sp, Vec rows, Vec size)
 {
   static const PetscReal little = 1e-3;
   Vec                    diagonal, forces;
@@ -37,7 +40,6 @@ static PetscErrorCode RaiseSmallTerms(AinsworthSaddle *sp, Vec size)
   PetscCall(VecDuplicate(size, &diagonal));
   PetscCall(VecDuplicate(size, &forces));
   PetscCall(AinsworthGetDiagonal(sp->block[0], diagonal));
-  PetscCall(AinsworthTermsThroughRows(sp, diagonal, forces));
   PetscCall(VecGetLocalSize(size, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));
   PetscCall(VecGetArray(size, &s));
@@ -45,9 +47,10 @@ static PetscErrorCode RaiseSmallTerms(AinsworthSaddle *sp, Vec size)
     if (PetscRealPart(d[i]) > 0.0) most = PetscMax(most, PetscRealPart(s[i]) / PetscSqrtReal(PetscRealPart(d[i])));
   }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)size)));
+  PetscCall(AinsworthTermsThroughRows(sp, diagonal, little * most, rows, forces));
   PetscCall(VecGetArrayRead(forces, &b));
   for (PetscInt i = 0; i < n; i++)
-    s[i] = PetscMax(PetscRealPart(s[i]), little * most * (PetscRealPart(d[i]) > 0.0 ? PetscSqrtReal(PetscRealPart(d[i])) : PetscRealPart(b[i])));
+    s[i] = PetscMax(PetscRealPart(s[i]), PetscRealPart(d[i]) > 0.0 ? little * most * PetscSqrtReal(PetscRealPart(d[i])) : PetscRealPart(b[i]));
   PetscCall(VecRestoreArrayRead(forces, &b));
   PetscCall(VecDestroy(&forces));
   PetscCall(VecRestoreArray(size, &s));
@@ -69,9 +72,9 @@ PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool trans
   PetscFunctionBegin;
   *error = 0.0;
   PetscCall(AinsworthTermsPrimal(sp, transpose, PETSC_INFINITY, f, x, lambda, Ax, rowsPrimal));
-  PetscCall(RaiseSmallTerms(sp, rowsPrimal));
+  PetscCall(AinsworthTermsDual(sp, PETSC_TRUE, 0.0, g, x, lambda, rowsDual, &slack));
+  PetscCall(RaiseSmallTerms(sp, rowsDual, rowsPrimal));
   PetscCall(LargestQuotient(primal, rowsPrimal, NULL, error));
-  PetscCall(AinsworthTermsDual(sp, PETSC_FALSE, 0.0, g, x, lambda, rowsDual, &slack));
   PetscCall(LargestQuotient(dual, rowsDual, sp->kind, error));
   PetscCall(VecDestroy(&slack));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, error, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)f)));

@@ -31,7 +31,14 @@ PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool tran
   PetscCall(VecAXPBYPCZ(primal, 1.0, -1.0, -1.0, f, Ax));
   PetscCall(MatMult(sp->givenC, x, dual));
   PetscCall(VecAYPX(dual, -1.0, g));
-  if (sp->rowsD) PetscCall(MatMultAdd(sp->rowsD, lambda, dual, dual));
+  if (sp->rowsD) { /* added up by itself: what cancels in D lambda would take the rest along */
+    Vec work;
+
+    PetscCall(VecDuplicate(dual, &work));
+    PetscCall(MatMult(sp->rowsD, lambda, work));
+    PetscCall(VecAXPY(dual, 1.0, work));
+    PetscCall(VecDestroy(&work));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -127,7 +134,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
     PetscCall(VecAbs(through));
     PetscCall(VecAXPY(forces, 1.0, through));
     PetscCall(AinsworthTermsSpread(sp, diagonal, forces));
-    PetscCall(AinsworthTermsThroughRows(sp, diagonal, through));
+    PetscCall(AinsworthTermsThroughRows(sp, diagonal, 1.0, NULL, through));
     PetscCall(VecGetArrayRead(size, &s));
     PetscCall(VecGetArrayRead(through, &t));
     PetscCall(VecGetArrayRead(forces, &p));

@@ -285,16 +285,38 @@ static PetscErrorCode Invert(Vec v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The smallest |B_ki| t_k, with t_k the lambda_k that has the energy 1, of A under C_k' or of D_kk: the scale of a row of A that is zero */
-PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *sp, Vec diagonal, Vec forces)
+/*
+   AinsworthTermsThroughRows - the smallest |B_ki| t_k, with t_k the lambda_k whose energy, of A under C_k' or of D_kk, is the square of `energy`: the scale of a
+   row of A that is zero. terms: of each row of C, or NULL; t_k D_kk is at most that
+*/
+PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *sp, Vec diagonal, PetscReal energy, Vec terms, Vec forces)
 {
-  Vec root, lengths;
+  Vec root, lengths, moved;
   Mat M;
 
   PetscFunctionBegin;
   PetscCall(FlexibilityOfRows(sp, diagonal, &root, &lengths));
   PetscCall(Invert(lengths));
   PetscCall(VecSqrtAbs(lengths));
+  PetscCall(VecScale(lengths, energy));
+  if (terms && sp->rowsD) {
+    PetscInt           m;
+    PetscScalar       *t;
+    const PetscScalar *s, *d;
+
+    PetscCall(VecDuplicate(lengths, &moved));
+    PetscCall(MatGetDiagonal(sp->rowsD, moved));
+    PetscCall(VecGetLocalSize(lengths, &m));
+    PetscCall(VecGetArrayRead(moved, &d));
+    PetscCall(VecGetArrayRead(terms, &s));
+    PetscCall(VecGetArray(lengths, &t));
+    for (PetscInt k = 0; k < m; k++)
+      if (d[k] != 0.0) t[k] = PetscMin(PetscRealPart(t[k]), PetscRealPart(s[k]) / PetscAbsScalar(d[k]));
+    PetscCall(VecRestoreArray(lengths, &t));
+    PetscCall(VecRestoreArrayRead(terms, &s));
+    PetscCall(VecRestoreArrayRead(moved, &d));
+    PetscCall(VecDestroy(&moved));
+  }
   PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
   PetscCall(MatDiagonalScale(M, lengths, NULL));
   PetscCall(LeastOfColumns(M, forces));

@@ -14,7 +14,7 @@ PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *, PetscBool, PetscRea
 PetscErrorCode AinsworthTermsDual(AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec *);
 PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *, Vec *);
 PetscErrorCode AinsworthTermsDisplacement(Vec, Vec, PetscReal *, PetscReal *);
-PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *, Vec, Vec);
+PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *, Vec, PetscReal, Vec, Vec);
 PetscErrorCode AinsworthTermsSpread(const AinsworthSaddle *, Vec, Vec);
 
 /* quotient of a residual and its bound, infinite where either is not a number: a bound that overflows allows nothing */
