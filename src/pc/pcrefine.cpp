@@ -194,7 +194,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
     PetscCall(PetscInfo(pc, "A row of both equations is left with %g of its terms: another solve follows\n", (double)error));
     PetscCall(Step(pc, data, transpose, left, weights, y, directions, images, &some, &change));
     if (some) PetscCall(Left(data, transpose, b, y, left, others, &error)); /* all steps have the norm of the first */
-    idle = error < 0.5 * best ? 0 : idle + 1;
+    idle  = error < 0.5 * best ? 0 : idle + 1;
     moves = PetscMax(moves, change / before);
     if (!(error < best)) continue;
     best = error;

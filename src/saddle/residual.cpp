@@ -9,6 +9,7 @@
    `noise` is that of the right-hand side of a zero row of C, relative to the largest |g|, and that of f - C' lambda, by way of the rows of C;
    `rounding` is that of an entry of x among larger ones;
    `coupled` is what a row may be left with that D couples to others, relative to what was asked for;
+   `given` is what a force on an unknown without stiffness may be missed by, relative to tol;
    `told` is that of a row that depends on others nearly; `before` that of one that depends on others, of the largest terms of earlier solves
 */
 static const PetscReal own      = 1e-10;
@@ -17,6 +18,7 @@ static const PetscReal most     = 1e-6;
 static const PetscReal noise    = 1000 * PETSC_MACHINE_EPSILON;
 static const PetscReal rounding = 10 * PETSC_MACHINE_EPSILON;
 static const PetscReal coupled  = 100;
+static const PetscReal given    = 100;
 static const PetscReal told     = 1e-12;
 static const PetscReal before   = 1e-10;
 
@@ -98,7 +100,7 @@ static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthUnmet *worst)
 
    An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality; the rounding of x counts relative
    to the largest, that of f - C' lambda where rows of C take it. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the row's own
-   terms, more where solves with the Gram matrix are doubtful, is allowed; a row of zeros of A has these and what its rows of C see. energy: AinsworthSaddleEnergy()
+   terms, more where solves with the Gram matrix are doubtful, is allowed; a row of zeros of A has these and what its rows of C see, but a force on it is met to `given` times tol. energy: AinsworthSaddleEnergy()
 */
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscBool doubtful, PetscReal tol, PetscReal energy, Vec f, Vec x,
                                           Vec lambda, Vec Ax, Vec residual, AinsworthUnmet *worst)
@@ -107,7 +109,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   Vec                diagonal, size, through, forces;
   PetscInt           first, n, suspicious = 0;
   PetscReal          displacement;
-  const PetscScalar *d, *r, *s, *t, *p;
+  const PetscScalar *d, *r, *s, *t, *p, *force;
 
   PetscFunctionBegin;
   *worst = AinsworthUnmet();
@@ -117,9 +119,11 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   PetscCall(VecGetLocalSize(residual, &n));
   PetscCall(VecGetArrayRead(diagonal, &d));
   PetscCall(VecGetArrayRead(residual, &r));
+  PetscCall(VecGetArrayRead(f, &force));
   auto allowed = [&](PetscInt i, PetscReal through, PetscReal spread) {
-    const PetscReal stiffness = PetscRealPart(d[i]);
-    const PetscReal bound     = tol * energy * (stiffness > 0.0 ? PetscSqrtReal(stiffness) : through) + rounding * displacement * stiffness + noise * spread;
+    const PetscReal stiffness = PetscRealPart(d[i]), cap = force[i] == 0.0 ? PETSC_MAX_REAL : given * tol * PetscAbsScalar(force[i]);
+    const PetscReal bound = (stiffness > 0.0 ? tol * energy * PetscSqrtReal(stiffness) : PetscMin(tol * energy * through, cap)) +
+                            rounding * displacement * stiffness + noise * spread;
 
     return PetscIsInfOrNanReal(bound) ? 0.0 : bound; /* it overflows: a row has its own terms */
   };
@@ -155,6 +159,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
     for (Vec *v : {&size, &through, &forces}) PetscCall(VecDestroy(v));
     PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), worst));
   }
+  PetscCall(VecRestoreArrayRead(f, &force));
   PetscCall(VecRestoreArrayRead(diagonal, &d));
   PetscCall(VecRestoreArrayRead(residual, &r));
   PetscFunctionReturn(PETSC_SUCCESS);
