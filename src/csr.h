@@ -1,8 +1,9 @@
-/* Read access to the rows of a SeqAIJ matrix */
+/* Read access to the rows of a SeqAIJ matrix; none where there is no matrix */
 #ifndef AINSWORTH_CSR_H
 #define AINSWORTH_CSR_H
 
 #include "petsccompat.h"
+#include <petsc/private/petscimpl.h>
 
 struct AinsworthCSR {
   Mat                mat = NULL;
@@ -16,8 +17,9 @@ struct AinsworthCSR {
 
     PetscFunctionBegin;
     mat = M;
+    if (!M) PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(MatGetRowIJ(M, 0, PETSC_FALSE, PETSC_FALSE, &n, &ia, &ja, &done));
-    PetscAssert(done, PETSC_COMM_SELF, PETSC_ERR_PLIB, "A matrix that is not SeqAIJ");
+    PetscCheck(done, PETSC_COMM_SELF, PETSC_ERR_PLIB, "The type %s does not give its arrays", ((PetscObject)M)->type_name);
     PetscCall(MatSeqAIJGetArrayRead(M, &a));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -26,6 +28,7 @@ struct AinsworthCSR {
     PetscBool done;
 
     PetscFunctionBegin;
+    if (!mat) PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(MatSeqAIJRestoreArrayRead(mat, &a));
     PetscCall(MatRestoreRowIJ(mat, 0, PETSC_FALSE, PETSC_FALSE, &n, &ia, &ja, &done));
     PetscFunctionReturn(PETSC_SUCCESS);

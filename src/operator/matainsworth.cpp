@@ -3,6 +3,7 @@
 #include "../events.h"
 #include "../guard.h"
 #include "../hermitian.h"
+#include "../objects.h"
 #include <petsc/private/matimpl.h>
 
 const char *const MatAinsworthWeightTypes[] = {"diagonal", "identity", "user", "MatAinsworthWeightType", "MAT_AINSWORTH_WEIGHT_", NULL};
@@ -59,15 +60,13 @@ static PetscErrorCode SetMobility(Mat_Ainsworth *ctx)
   PetscFunctionBegin;
   PetscCall(VecDestroy(&ctx->mobility));
   if (ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
-    PetscCall(VecDuplicate(ctx->weight, &ctx->mobility));
-    PetscCall(VecCopy(ctx->weight, ctx->mobility));
+    PetscCall(AinsworthVecClone(ctx->weight, &ctx->mobility));
     PetscCall(AinsworthWeightLoosen(ctx->A, ctx->C, ctx->D, ctx->mobility, &loose));
     PetscCall(AinsworthSharedUnweigh(ctx->C, ctx->B, ctx->mobility, &shared));
     if (loose || shared) PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(VecDestroy(&ctx->mobility));
   }
-  PetscCall(PetscObjectReference((PetscObject)ctx->weight));
-  ctx->mobility = ctx->weight;
+  PetscCall(AinsworthShare(ctx->weight, &ctx->mobility));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

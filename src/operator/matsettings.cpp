@@ -1,4 +1,5 @@
 #include "matainsworth.h"
+#include "../objects.h"
 #include <petsc/private/matimpl.h>
 
 /*@
@@ -51,10 +52,9 @@ PetscErrorCode MatAinsworthSetMats(Mat mat, Mat A, Mat C)
   PetscCall(PetscObjectReference((PetscObject)A));
   PetscCall(AinsworthGetAIJ(C, &C)); /* a reference, or the sequential form on one rank */
   PetscCall(MatAinsworthReset_Private(ctx));
-  PetscCall(PetscObjectReference((PetscObject)C));
+  PetscCall(AinsworthShare(C, &ctx->B));
   ctx->A       = A;
   ctx->C       = C;
-  ctx->B       = C;
   ctx->adjoint = PETSC_TRUE;
   if (ctx->weightType == MAT_AINSWORTH_WEIGHT_USER) ctx->weightType = MAT_AINSWORTH_WEIGHT_DIAGONAL; /* the user's vector is gone */
   PetscCall(MatSetSizes(mat, n, n, N, N));
@@ -106,10 +106,7 @@ PetscErrorCode MatAinsworthSetOtherBlocks_Private(Mat mat, Mat B, Mat D, PetscBo
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   for (Mat *M : {&ctx->B, &ctx->D}) PetscCall(MatDestroy(M));
   if (B) PetscCall(AinsworthGetAIJ(B, &ctx->B));
-  else {
-    PetscCall(PetscObjectReference((PetscObject)ctx->C));
-    ctx->B = ctx->C;
-  }
+  else PetscCall(AinsworthShare(ctx->C, &ctx->B));
   if (D) PetscCall(AinsworthGetAIJ(D, &ctx->D));
   ctx->adjoint = adjoint;
   ctx->current = PETSC_FALSE;
@@ -171,8 +168,7 @@ static PetscErrorCode CopyPositive(Mat block, bool columns, Vec v, const char wh
   PetscCheck(smallest > 0.0, comm, PETSC_ERR_ARG_OUTOFRANGE, "Entry %" PetscInt_FMT " of the %s is %g: the entries must be positive", where, what,
              (double)smallest);
   PetscCall(VecDestroy(copy));
-  PetscCall(VecDuplicate(v, copy));
-  PetscCall(VecCopy(v, *copy));
+  PetscCall(AinsworthVecClone(v, copy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

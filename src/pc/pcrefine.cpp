@@ -153,7 +153,8 @@ bool PCAinsworthRefinesRows_Private(const PC_Ainsworth *data, PetscReal tol)
    PCAinsworthRefineRows_Private - generalized conjugate residuals, preconditioned by reduced solves
 
    Where D is not zero, or B is not C, unknowns of very different stiffness meet, and the norms of the reduced solve are not fair to all of them; those of
-   methods other than conjugate gradients and GMRES are not either, whatever the system; with both, what further solves cannot mend is no solution.
+   methods other than conjugate gradients and GMRES are not either, whatever the system; with both, what further solves cannot mend is no solution. Nor is
+   an x that may still be far off: solves tell how far what is left moves it.
 
    tol: what was asked for, negative where nothing was. stopped: rounding ended the first solve, and another one has to agree with what it has. left: of both
    equations, by y; both are changed. refined: there was something to do. why: what is left where that is too much, or moves x: empty otherwise

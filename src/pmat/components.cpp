@@ -1,4 +1,5 @@
 #include "pmat.h"
+#include "../loops.h"
 
 /* Do the entries that a row has at each node sit on one component, up to a two-hundredth of the largest in squares? */
 static bool RowKeepsApart(PetscInt bs, PetscInt n, const PetscInt columns[], const PetscScalar values[])
@@ -27,20 +28,12 @@ static bool RowKeepsApart(PetscInt bs, PetscInt n, const PetscInt columns[], con
 */
 PetscErrorCode AinsworthPmatComponentsApart(Mat C, PetscInt bs, PetscInt longest, PetscBool *apart)
 {
-  PetscInt  rstart, rend;
-  PetscBool here = PETSC_TRUE;
-
   PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
-  for (PetscInt i = rstart; i < rend && here && bs > 1; i++) {
-    PetscInt           n;
-    const PetscInt    *columns;
-    const PetscScalar *values;
-
-    PetscCall(MatGetRow(C, i, &n, &columns, &values));
-    if (n <= longest) here = (PetscBool)RowKeepsApart(bs, n, columns, values);
-    PetscCall(MatRestoreRow(C, i, &n, &columns, &values));
-  }
-  PetscCall(MPIU_Allreduce(&here, apart, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)C)));
+  *apart = PETSC_TRUE;
+  if (bs < 2) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthForRows(C, [=](const AinsworthMatRow &row) {
+    if (*apart && row.n <= longest) *apart = (PetscBool)RowKeepsApart(bs, row.n, row.j, row.a);
+  }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, apart, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)C)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,4 +1,5 @@
 #include "pmat.h"
+#include "../loops.h"
 #include "../saddle/saddle.h"
 #include <array>
 #include <cmath>
@@ -40,21 +41,14 @@ static size_t FirstLong(const AinsworthPmatFill *fill, const Classes &squares)
 /* Rows of C on this rank: squares of their lengths in classes, the longest, and the number of those longer than `length` */
 static PetscErrorCode CountRows(Mat C, PetscInt length, Classes *squares, PetscInt *longest, PetscInt *longer)
 {
-  PetscInt rstart, rend;
-
   PetscFunctionBegin;
   *longest = *longer = 0;
   squares->fill(0.0);
-  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt n;
-
-    PetscCall(MatGetRow(C, i, &n, NULL, NULL));
-    if (n) (*squares)[ClassOf(n)] += PetscSqr((PetscReal)n);
-    *longest = PetscMax(*longest, n);
-    *longer += n > length;
-    PetscCall(MatRestoreRow(C, i, &n, NULL, NULL));
-  }
+  PetscCall(AinsworthForRows(C, [=](const AinsworthMatRow &row) {
+    if (row.n) (*squares)[ClassOf(row.n)] += PetscSqr((PetscReal)row.n);
+    *longest = PetscMax(*longest, row.n);
+    *longer += row.n > length;
+  }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -2,6 +2,8 @@
 #include "../csr.h"
 #include "../events.h"
 #include "../projector/graph.h"
+#include "../lists.h"
+#include "../loops.h"
 #include "../saddle/saddle.h"
 #include <petscblaslapack.h>
 #include <algorithm>
@@ -10,18 +12,6 @@
 
 namespace
 {
-/* The rows of Inv(S) that a rank owns, in compressed form with ascending columns */
-struct Rows {
-  std::vector<PetscInt>    start{0}, columns;
-  std::vector<PetscScalar> values;
-  void                     add(PetscInt column, PetscScalar value)
-  {
-    columns.push_back(column);
-    values.push_back(value);
-  }
-  void close() { start.push_back((PetscInt)columns.size()); }
-};
-
 /* S as a whole, on the ranks that own rows of it, and the block of each of its rows */
 struct Blocks : AinsworthCSR {
   PetscInt                           rstart, rend; /* rows of this rank */
@@ -35,21 +25,16 @@ struct Blocks : AinsworthCSR {
 
 PetscErrorCode Blocks::create(Mat S, PetscInt blocks)
 {
-  IS              parts, all;
-  PetscInt        m;
-  const PetscInt *indices;
+  IS parts, all;
 
   PetscFunctionBegin;
   PetscCall(AinsworthGraphCut(S, blocks, false, &parts));
   PetscCall(ISAllGather(parts, &all));
+  PetscCall(AinsworthISToList(all, &part));
   PetscCall(ISDestroy(&parts));
-  PetscCall(ISGetLocalSize(all, &m));
-  PetscCall(ISGetIndices(all, &indices));
-  part.assign(indices, indices + m);
-  PetscCall(ISRestoreIndices(all, &indices));
   PetscCall(ISDestroy(&all));
   members.resize(blocks);
-  for (PetscInt i = 0; i < m; i++) members[part[i]].push_back(i);
+  for (size_t i = 0; i < part.size(); i++) members[part[i]].push_back((PetscInt)i);
   PetscCall(MatGetOwnershipRange(S, &rstart, &rend));
   PetscCall(AinsworthGraphGather(S, rend > rstart, &whole));
   PetscCall(open(whole[0]));
@@ -68,7 +53,7 @@ PetscErrorCode Blocks::destroy()
 class ColumnCG {
 public:
   explicit ColumnCG(PetscInt m) : x(m, 0.0), r(m, 0.0), p(m, 0.0), q(m, 0.0), d(m, 0.0), reached(m, 0) { }
-  void solve(const Blocks &S, PetscInt j, PetscReal rtol, Rows &out);
+  void solve(const Blocks &S, PetscInt j, PetscReal rtol, AinsworthEntries &out);
 
 private:
   std::vector<PetscScalar> x, r, p, q;
@@ -86,7 +71,7 @@ private:
   }
 };
 
-void ColumnCG::solve(const Blocks &S, PetscInt j, PetscReal rtol, Rows &out)
+void ColumnCG::solve(const Blocks &S, PetscInt j, PetscReal rtol, AinsworthEntries &out)
 {
   PetscReal rz, norm, norm0;
 
@@ -129,7 +114,7 @@ void ColumnCG::solve(const Blocks &S, PetscInt j, PetscReal rtol, Rows &out)
     x[i] = r[i] = p[i] = q[i] = 0.0;
     reached[i]                = 0;
   }
-  out.close();
+  out.endRow();
 }
 
 /* The exact inverse of one block, dense and Hermitian; where the block is not positive definite, the 1-norms of its rows stand in for it */
@@ -165,7 +150,7 @@ PetscErrorCode InvertBlock(const Blocks &S, const std::vector<PetscInt> &block, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode InvertExactly(Mat S, const AinsworthPmatOptions *, PetscInt blocks, Rows &rows)
+PetscErrorCode InvertExactly(Mat S, const AinsworthPmatOptions *, PetscInt blocks, AinsworthEntries &rows)
 {
   Blocks                                all;
   std::vector<std::vector<PetscScalar>> inverse(blocks);
@@ -180,13 +165,13 @@ PetscErrorCode InvertExactly(Mat S, const AinsworthPmatOptions *, PetscInt block
     if (dense.empty()) PetscCall(InvertBlock(all, block, dense));
     for (size_t i = 0; i < block.size(); i++)
       if (dense[row + i * block.size()] != 0.0) rows.add(block[i], dense[row + i * block.size()]);
-    rows.close();
+    rows.endRow();
   }
   PetscCall(all.destroy());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode InvertByCG(Mat S, const AinsworthPmatOptions *opt, PetscInt blocks, Rows &rows)
+PetscErrorCode InvertByCG(Mat S, const AinsworthPmatOptions *opt, PetscInt blocks, AinsworthEntries &rows)
 {
   Blocks all;
 
@@ -202,12 +187,11 @@ PetscErrorCode InvertByCG(Mat S, const AinsworthPmatOptions *opt, PetscInt block
    Diagonal of the inverse 1-norms of the rows of S (paper, Table 1); scaled: of D S D with D = diag(S)^{-1/2}, brought back by D on both
    sides, which makes M_* the same whatever the scale of the rows of C
 */
-PetscErrorCode InvertRowNorms(Mat S, const AinsworthPmatOptions *opt, PetscInt, Rows &rows)
+PetscErrorCode InvertRowNorms(Mat S, const AinsworthPmatOptions *opt, PetscInt, AinsworthEntries &rows)
 {
-  Mat                SD = S;
-  Vec                D, sums;
-  PetscInt           rstart, rend;
-  const PetscScalar *inverse;
+  Mat      SD = S;
+  Vec      D, sums;
+  PetscInt rstart;
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(S, &D, &sums));
@@ -216,18 +200,15 @@ PetscErrorCode InvertRowNorms(Mat S, const AinsworthPmatOptions *opt, PetscInt, 
     PetscCall(MatGetDiagonal(S, D));
     PetscCall(VecSqrtAbs(D));
     PetscCall(VecReciprocal(D));
-    PetscCall(MatDuplicate(S, MAT_COPY_VALUES, &SD));
-    PetscCall(MatDiagonalScale(SD, NULL, D));
+    PetscCall(AinsworthScaleColumns(S, D, &SD));
   }
   PetscCall(AinsworthRowSums(SD, 1, sums));
   PetscCall(VecPointwiseDivide(D, D, sums));
-  PetscCall(MatGetOwnershipRange(S, &rstart, &rend));
-  PetscCall(VecGetArrayRead(D, &inverse));
-  for (PetscInt i = rstart; i < rend; i++) {
-    rows.add(i, inverse[i - rstart]);
-    rows.close();
-  }
-  PetscCall(VecRestoreArrayRead(D, &inverse));
+  PetscCall(MatGetOwnershipRange(S, &rstart, NULL));
+  PetscCall(AinsworthForEntries({D}, [&](PetscInt i, PetscScalar inverse) {
+    rows.add(rstart + i, inverse);
+    rows.endRow();
+  }));
   PetscCall(VecDestroy(&D));
   PetscCall(VecDestroy(&sums));
   if (opt->rowScaling) PetscCall(MatDestroy(&SD));
@@ -239,7 +220,7 @@ const char *const PCAinsworthPmatTypes[] = {"jcb", "id", "cc", "cg", "bj_cc", "b
 
 /* Inv(S) of each PCAinsworthPmatType (paper, Table 1): a new one has its name above and its row here */
 static const struct {
-  PetscErrorCode (*invert)(Mat S, const AinsworthPmatOptions *, PetscInt blocks, Rows &);
+  PetscErrorCode (*invert)(Mat S, const AinsworthPmatOptions *, PetscInt blocks, AinsworthEntries &);
   bool dense; /* S is one block, otherwise METIS cuts it */
 } approximations[] = {
   {InvertRowNorms, false}, /* jcb: the diagonal of the inverse 1-norms of the rows of S */
@@ -260,10 +241,10 @@ static const PetscInt mostDenseRows = 4000;
 */
 PetscErrorCode AinsworthInvGramCreate(Mat S, const AinsworthPmatOptions *opt, Mat *inverse)
 {
-  const auto &chosen = approximations[opt->type];
-  MPI_Comm    comm   = PetscObjectComm((PetscObject)S);
-  PetscInt    m, local, blocks = chosen.dense ? 1 : opt->blocks;
-  Rows        rows;
+  const auto      &chosen = approximations[opt->type];
+  MPI_Comm         comm   = PetscObjectComm((PetscObject)S);
+  PetscInt         m, local, blocks = chosen.dense ? 1 : opt->blocks;
+  AinsworthEntries rows;
 
   PetscFunctionBegin;
   *inverse = NULL;
@@ -276,7 +257,7 @@ PetscErrorCode AinsworthInvGramCreate(Mat S, const AinsworthPmatOptions *opt, Ma
              PCAinsworthPmatTypes[opt->type], m, mostDenseRows);
   if (blocks == PETSC_DECIDE) blocks = 1 + (m - 1) / 32;
   PetscCall(chosen.invert(S, opt, PetscMin(blocks, m), rows));
-  PetscCall(AinsworthCreateAIJ(comm, local, local, rows.start, rows.columns, rows.values, inverse));
+  PetscCall(AinsworthCreateAIJ(comm, local, rows, inverse));
   PetscCall(PetscLogEventEnd(AINSWORTH_InvGram, S, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

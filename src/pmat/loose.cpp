@@ -3,6 +3,8 @@
 #include "../csr.h"
 #include "../projector/graph.h"
 #include "../projector/projector.h"
+#include "../loops.h"
+#include "../objects.h"
 #include "../saddle/saddle.h"
 #include <petscblaslapack.h>
 #include <algorithm>
@@ -41,20 +43,11 @@ PetscErrorCode Groups::create(Mat K)
   PetscFunctionBegin;
   PetscCall(AinsworthGraphGather(K, true, &whole));
   PetscCall(open(whole[0]));
-  of.assign(n, -1);
+  AinsworthGraphComponents(*this, &of);
   for (PetscInt i = 0; i < n; i++) {
-    if (of[i] >= 0) continue;
-    std::vector<PetscInt> group(1, i);
-
-    of[i] = (PetscInt)members.size();
-    for (size_t next = 0; next < group.size(); next++)
-      for (PetscInt k = ia[group[next]]; k < ia[group[next] + 1]; k++)
-        if (of[ja[k]] < 0) {
-          of[ja[k]] = of[i];
-          group.push_back(ja[k]);
-        }
-    std::sort(group.begin(), group.end());
-    members.push_back(std::move(group));
+    if (of[i] == i) members.emplace_back();
+    of[i] = of[i] == i ? (PetscInt)members.size() - 1 : of[of[i]];
+    members[of[i]].push_back(i);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -72,24 +65,17 @@ PetscErrorCode Groups::choose(Mat C, Mat Cl, Vec rigid, const AinsworthPmatFill 
 {
   std::vector<PetscReal> touched(members.size(), 0.0), count(n, 0.0);
   std::vector<char>      small;
-  PetscInt               rstart, rend;
   const PetscScalar     *part;
   PetscReal              most = mostEntries, sum = PETSC_INFINITY;
 
   PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
   PetscCall(VecGetArrayRead(rigid, &part));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt        length, own;
-    const PetscInt *j;
+  PetscCall(AinsworthForRows(Cl, [&](const AinsworthMatRow &row) {
+    const bool gives = PetscRealPart(part[row.local]) < rigidEnough;
 
-    PetscCall(MatGetRow(C, i, &length, NULL, NULL));
-    PetscCall(MatRestoreRow(C, i, &length, NULL, NULL));
-    PetscCall(MatGetRow(Cl, i, &own, &j, NULL));
-    if (own) touched[of[j[0]]] += PetscRealPart(part[i - rstart]) < rigidEnough ? 2.0 * mostEntries : (PetscReal)(length - own);
-    for (PetscInt k = 0; k < own; k++) count[j[k]] += 1.0;
-    PetscCall(MatRestoreRow(Cl, i, &own, &j, NULL));
-  }
+    if (row.n) touched[of[row.j[0]]] += gives ? 2.0 * mostEntries : -(PetscReal)row.n;
+    for (PetscInt k = 0; k < row.n; k++) count[row.j[k]] += 1.0;
+  }));
   PetscCall(VecRestoreArrayRead(rigid, &part));
   for (std::vector<PetscReal> *sums : {&touched, &count})
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sums->data(), (PetscMPIInt)sums->size(), MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)C)));
@@ -109,19 +95,9 @@ PetscErrorCode Groups::choose(Mat C, Mat Cl, Vec rigid, const AinsworthPmatFill 
 /* The rows of this rank with an unknown that is eliminated */
 PetscErrorCode Groups::markRows(Mat Cl, std::vector<char> *rows) const
 {
-  PetscInt rstart, rend;
-
   PetscFunctionBegin;
   rows->clear();
-  PetscCall(MatGetOwnershipRange(Cl, &rstart, &rend));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt        own;
-    const PetscInt *j;
-
-    PetscCall(MatGetRow(Cl, i, &own, &j, NULL));
-    rows->push_back(own && taken[of[j[0]]]);
-    PetscCall(MatRestoreRow(Cl, i, &own, &j, NULL));
-  }
+  PetscCall(AinsworthForRows(Cl, [=](const AinsworthMatRow &row) { rows->push_back(row.n && taken[of[row.j[0]]]); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -153,8 +129,8 @@ PetscErrorCode Groups::invert(PetscInt group, std::vector<PetscScalar> *inverse)
 PetscErrorCode Groups::createInverse(Mat K, Mat *inverse) const
 {
   PetscInt                 rstart, rend, last = -1;
-  std::vector<PetscInt>    start(1, 0), columns;
-  std::vector<PetscScalar> values, dense;
+  AinsworthEntries         rows;
+  std::vector<PetscScalar> dense;
 
   PetscFunctionBegin;
   PetscCall(MatGetOwnershipRange(K, &rstart, &rend));
@@ -165,52 +141,30 @@ PetscErrorCode Groups::createInverse(Mat K, Mat *inverse) const
 
     if (taken[group] && group != last) PetscCall(invert(group, &dense));
     if (taken[group]) last = group;
-    for (size_t c = 0; c < in.size() && taken[group]; c++) {
-      columns.push_back(in[c]);
-      values.push_back(dense[row + c * in.size()]);
-    }
-    start.push_back((PetscInt)columns.size());
+    for (size_t c = 0; c < in.size() && taken[group]; c++) rows.add(in[c], dense[row + c * in.size()]);
+    rows.endRow();
   }
-  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)K), rend - rstart, rend - rstart, start, columns, values, inverse));
+  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)K), rend - rstart, rows, inverse));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* a' b */
-PetscErrorCode Product(Mat a, Mat b, Mat *product)
-{
-  Mat at;
-
-  PetscFunctionBegin;
-  PetscCall(MatHermitianTranspose(a, MAT_INITIAL_MATRIX, &at));
-  PetscCall(MatMatMult(at, b, MAT_INITIAL_MATRIX, PETSC_DEFAULT, product));
-  PetscCall(MatProductClear(*product));
-  PetscCall(MatDestroy(&at));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 } // namespace
 
 /* Unknowns of this rank that A does nothing to, rows of C have and the projector moves, ascending: global numbers; NULL where there are none on any rank */
 static PetscErrorCode FindLoose(Mat A, Mat C, Vec weight, IS *loose)
 {
-  PetscInt              n, rstart, found;
+  PetscInt              rstart, found;
   std::vector<PetscInt> list;
   Vec                   diagonal, counts;
-  const PetscScalar    *a, *w, *count;
 
   PetscFunctionBegin;
   *loose = NULL;
   PetscCall(AinsworthCreateDiagonal(A, &diagonal));
   PetscCall(AinsworthCountRows(C, 0, &counts));
-  PetscCall(VecGetLocalSize(diagonal, &n));
   PetscCall(VecGetOwnershipRange(diagonal, &rstart, NULL));
-  PetscCall(VecGetArrayRead(diagonal, &a));
-  PetscCall(VecGetArrayRead(counts, &count));
-  PetscCall(VecGetArrayRead(weight, &w));
-  for (PetscInt i = 0; i < n; i++)
-    if (a[i] == 0.0 && w[i] != 0.0 && count[i] != 0.0) list.push_back(rstart + i);
-  PetscCall(VecRestoreArrayRead(weight, &w));
-  PetscCall(VecRestoreArrayRead(counts, &count));
-  PetscCall(VecRestoreArrayRead(diagonal, &a));
+  PetscCall(AinsworthForEntries({diagonal, weight, counts}, [&](PetscInt i, PetscScalar a, PetscScalar w, PetscScalar count) {
+    if (a == 0.0 && w != 0.0 && count != 0.0) list.push_back(rstart + i);
+  }));
   PetscCall(VecDestroy(&counts));
   PetscCall(VecDestroy(&diagonal));
   found = (PetscInt)list.size();
@@ -256,10 +210,9 @@ static PetscErrorCode Split(const AinsworthPmatInputs *in, PetscReal gamma, Mat 
 /* The diagonal of K on the loose unknowns that are eliminated, where nothing else is in M_* any more, to part */
 static PetscErrorCode AddDiagonal(Mat K, const Groups &groups, IS loose, Mat *part)
 {
-  PetscInt     nl, first;
-  PetscScalar *d;
-  Vec          diagonal, all;
-  Mat          added;
+  PetscInt first;
+  Vec      diagonal, all;
+  Mat      added;
 
   PetscFunctionBegin;
   PetscCall(MatGetOwnershipRange(K, &first, NULL));
@@ -267,11 +220,9 @@ static PetscErrorCode AddDiagonal(Mat K, const Groups &groups, IS loose, Mat *pa
   PetscCall(MatCreateVecs(*part, &all, NULL));
   PetscCall(VecZeroEntries(all));
   PetscCall(MatGetDiagonal(K, diagonal));
-  PetscCall(VecGetLocalSize(diagonal, &nl));
-  PetscCall(VecGetArray(diagonal, &d));
-  for (PetscInt k = 0; k < nl; k++)
-    if (!groups.taken[groups.of[first + k]]) d[k] = 0.0;
-  PetscCall(VecRestoreArray(diagonal, &d));
+  PetscCall(AinsworthUpdate(diagonal, [&](PetscInt k, PetscScalar &d) {
+    if (!groups.taken[groups.of[first + k]]) d = 0.0;
+  }));
   PetscCall(VecISCopy(all, loose, SCATTER_FORWARD, diagonal));
   PetscCall(AinsworthCreateFromDiagonal(all, &added));
   PetscCall(MatAXPY(*part, 1.0, added, DIFFERENT_NONZERO_PATTERN));
@@ -299,12 +250,11 @@ PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *in, PetscR
 
   PetscFunctionBegin;
   *part = NULL;
-  *rest = C;
-  PetscCall(PetscObjectReference((PetscObject)C));
+  PetscCall(AinsworthShare(C, rest));
   PetscCall(FindLoose(in->aij, C, in->weight, &loose));
   if (!loose) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Split(in, gamma, C, loose, &Cx, &Cl, &rigid));
-  PetscCall(Product(Cl, Cl, &K));
+  PetscCall(AinsworthMultiplyAdjoint(Cl, Cl, &K));
   PetscCall(groups.create(K));
   PetscCall(groups.choose(C, Cl, rigid, &in->fill));
   PetscCall(PetscInfo(C, "%" PetscInt_FMT " unknowns without stiffness in %d groups, of which %d are eliminated from the preconditioning matrix\n", groups.n,
@@ -322,13 +272,13 @@ PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *in, PetscR
     PetscCall(MatDestroy(rest));
     PetscCall(AinsworthSelectRows(C, rows, rest));
     PetscCall(groups.createInverse(K, &inverse));
-    PetscCall(Product(Cl, Cx, &mixed));
+    PetscCall(AinsworthMultiplyAdjoint(Cl, Cx, &mixed));
     PetscCall(MatMatMult(inverse, mixed, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &product));
     PetscCall(MatDestroy(&inverse));
-    PetscCall(Product(mixed, product, &inverse));
+    PetscCall(AinsworthMultiplyAdjoint(mixed, product, &inverse));
     PetscCall(MatDestroy(&mixed));
     PetscCall(MatDestroy(&product));
-    PetscCall(Product(Cx, Cx, part));
+    PetscCall(AinsworthMultiplyAdjoint(Cx, Cx, part));
     PetscCall(MatAXPY(*part, -1.0, inverse, DIFFERENT_NONZERO_PATTERN));
     PetscCall(MatDestroy(&inverse));
     PetscCall(AddDiagonal(K, groups, loose, part));

@@ -1,5 +1,7 @@
 #include "pmat.h"
 #include "../events.h"
+#include "../loops.h"
+#include "../objects.h"
 #include "../projector/projector.h"
 
 const char *const AinsworthPenaltyTypes[] = {"row", "norm", "AinsworthPenaltyType", "AINSWORTH_PENALTY_", NULL};
@@ -12,19 +14,29 @@ static PetscErrorCode Multiply(Mat left, Mat right, Mat *product)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthMultiplyAdjoint - left' right */
+PetscErrorCode AinsworthMultiplyAdjoint(Mat left, Mat right, Mat *product)
+{
+  Mat adjoint;
+
+  PetscFunctionBegin;
+  PetscCall(MatHermitianTranspose(left, MAT_INITIAL_MATRIX, &adjoint));
+  PetscCall(Multiply(adjoint, right, product));
+  PetscCall(MatDestroy(&adjoint));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Y A from Y', which has few rows that are not zero: only these rows of A are read */
 static PetscErrorCode MultiplyFewRows(Mat Yt, Mat A, Mat *product)
 {
-  Mat few[2] = {Yt, A}, Y;
+  Mat few[2] = {Yt, A};
   IS  rows;
 
   PetscFunctionBegin;
   PetscCall(MatFindNonzeroRows(Yt, &rows)); /* NULL: all */
   for (Mat &mat : few)
     if (rows) PetscCall(MatCreateSubMatrix(mat, rows, NULL, MAT_INITIAL_MATRIX, &mat));
-  PetscCall(MatHermitianTranspose(few[0], MAT_INITIAL_MATRIX, &Y));
-  PetscCall(Multiply(Y, few[1], product));
-  PetscCall(MatDestroy(&Y));
+  PetscCall(AinsworthMultiplyAdjoint(few[0], few[1], product));
   for (Mat &mat : few)
     if (rows) PetscCall(MatDestroy(&mat));
   PetscCall(ISDestroy(&rows));
@@ -38,7 +50,7 @@ static PetscErrorCode MultiplyFewRows(Mat Yt, Mat A, Mat *product)
 */
 static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, PetscBool symmetric, Mat *part)
 {
-  Mat Ct, Y, Yt, YA, YAYt, sum, other;
+  Mat Y, Yt, YA, YAYt, sum, other;
 
   PetscFunctionBegin;
   PetscCall(Multiply(inverse, CW, &Y));
@@ -51,9 +63,7 @@ static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Pets
   if (symmetric) PetscCall(MatScale(sum, 0.5));
   PetscCall(MatAXPY(sum, -1.0, YA, DIFFERENT_NONZERO_PATTERN));
   PetscCall(MatDestroy(&YA));
-  PetscCall(MatHermitianTranspose(C, MAT_INITIAL_MATRIX, &Ct));
-  PetscCall(Multiply(Ct, sum, part));
-  PetscCall(MatDestroy(&Ct));
+  PetscCall(AinsworthMultiplyAdjoint(C, sum, part));
   PetscCall(MatDestroy(&sum));
   if (symmetric) PetscCall(MatHermitianTranspose(*part, MAT_INITIAL_MATRIX, &other));
   else {
@@ -117,39 +127,27 @@ static PetscErrorCode NormOfSum(Mat A, Mat part, PetscReal *norm)
 /* C' B C */
 static PetscErrorCode MultiplyBothSides(Mat C, Vec B, Mat *product)
 {
-  Mat Ct, BC;
+  Mat BC;
 
   PetscFunctionBegin;
-  PetscCall(MatHermitianTranspose(C, MAT_INITIAL_MATRIX, &Ct));
   PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &BC));
   PetscCall(MatDiagonalScale(BC, B, NULL));
-  PetscCall(Multiply(Ct, BC, product));
+  PetscCall(AinsworthMultiplyAdjoint(C, BC, product));
   PetscCall(MatDestroy(&BC));
-  PetscCall(MatDestroy(&Ct));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* AinsworthPmatCreateSeries - (B^{-1} + D)^{-1}, penalty and compliance in series; 0 where D_ii is negative, and the penalty would add to what is less than rigid */
 PetscErrorCode AinsworthPmatCreateSeries(Vec penalty, Vec compliance, Vec *series)
 {
-  PetscInt           m;
-  PetscScalar       *s;
-  const PetscScalar *d;
-
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(penalty, series));
-  PetscCall(VecCopy(penalty, *series));
+  PetscCall(AinsworthVecClone(penalty, series));
   if (!compliance) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetLocalSize(penalty, &m));
-  PetscCall(VecGetArray(*series, &s));
-  PetscCall(VecGetArrayRead(compliance, &d));
-  for (PetscInt i = 0; i < m; i++) {
-    const PetscReal sum = PetscRealPart(d[i]);
+  PetscCall(AinsworthUpdate(*series, {compliance}, [](PetscInt, PetscScalar &s, PetscScalar d) {
+    const PetscReal sum = PetscRealPart(d);
 
-    s[i] = sum < 0.0 ? 0.0 : s[i] / (1.0 + sum * PetscRealPart(s[i]));
-  }
-  PetscCall(VecRestoreArrayRead(compliance, &d));
-  PetscCall(VecRestoreArray(*series, &s));
+    s = sum < 0.0 ? 0.0 : s / (1.0 + sum * PetscRealPart(s));
+  }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -160,15 +158,13 @@ PetscErrorCode AinsworthPmatCreateSeries(Vec penalty, Vec compliance, Vec *serie
 static PetscErrorCode CreatePenalty(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat projection, Vec *penalty, Vec *series)
 {
   PetscReal normA, normC;
-  Mat       Ct, product;
+  Mat       product;
 
   PetscFunctionBegin;
   if (opt->penalty == AINSWORTH_PENALTY_ROW) PetscCall(AinsworthRowPenaltyCreate(in->C, in->inverseDiagonal, opt->factor, penalty));
   else {
-    PetscCall(MatHermitianTranspose(C, MAT_INITIAL_MATRIX, &Ct));
-    PetscCall(Multiply(Ct, C, &product));
+    PetscCall(AinsworthMultiplyAdjoint(C, C, &product));
     PetscCall(MatNorm(product, NORM_INFINITY, &normC));
-    PetscCall(MatDestroy(&Ct));
     PetscCall(MatDestroy(&product));
     if (normC == 0.0) PetscCall(MatNorm(in->C, NORM_INFINITY, &normC)); /* all rows are long */
     PetscCall(NormOfSum(in->aij, projection, &normA));

@@ -83,6 +83,7 @@ PetscErrorCode AinsworthPmatCreatePrivate(Mat, Vec, const AinsworthPmatFill *, M
 PetscErrorCode AinsworthCreateFromDiagonal(Vec, Mat *);
 PetscErrorCode AinsworthPmatCreateShift(Mat, Mat, Vec, const AinsworthPmatFill *, Mat *);
 
+PetscErrorCode AinsworthMultiplyAdjoint(Mat, Mat, Mat *);
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);
 PetscErrorCode AinsworthPmatCreateSeries(Vec, Vec, Vec *);
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *, const AinsworthPmatOptions *, Vec *, Mat *, PetscInt *);

@@ -1,4 +1,6 @@
 #include "compliance.h"
+#include "../loops.h"
+#include "../objects.h"
 #include "../saddle/saddle.h"
 
 /* sums_i = sum_j |C_ij|^2 w_j^2 / d_j, w the weight (NULL: 1) and d = diag(A)^{-1}: the flexibility of A under the force C_i' */
@@ -7,8 +9,7 @@ static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec
   Vec root;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(inverseDiagonal, &root));
-  PetscCall(VecCopy(inverseDiagonal, root));
+  PetscCall(AinsworthVecClone(inverseDiagonal, &root));
   PetscCall(VecSqrtAbs(root));
   PetscCall(VecReciprocal(root));
   if (weight) PetscCall(VecPointwiseMult(root, root, weight));
@@ -33,44 +34,36 @@ static const PetscReal undecided = 1e-10;
 */
 static PetscErrorCode InvertRatios(AinsworthCompliance *c, Mat D, Vec flexibility, Vec inverse)
 {
-  PetscInt     rstart, rend;
-  PetscReal    mean[2] = {0.0, 0.0};
-  PetscBool   *coupled;
-  PetscScalar *g, *rest, *sums;
+  PetscReal         mean[2] = {0.0, 0.0};
+  std::vector<char> coupled;
+  PetscScalar      *g, *rest, *sums;
 
   PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(D, &rstart, &rend));
-  PetscCall(PetscMalloc1(rend - rstart, &coupled));
   PetscCall(VecGetArrayWrite(inverse, &g));
   PetscCall(VecGetArray(flexibility, &rest));
   PetscCall(VecGetArray(c->sums, &sums));
-  for (PetscInt i = rstart; i < rend; i++) {
-    const PetscInt     k     = i - rstart;
-    const PetscReal    total = PetscRealPart(sums[k]), met = PetscRealPart(rest[k]);
-    const PetscReal    ratio = total > 0.0 && met > 0.0 ? PetscSqrtReal(total) / PetscSqrtReal(met) : 1.0;
-    PetscInt           n;
-    const PetscInt    *col;
-    const PetscScalar *v;
-    PetscReal          diagonal = 0.0;
+  PetscCall(AinsworthForRows(D, [&](const AinsworthMatRow &row) {
+    const PetscInt  k     = row.local;
+    const PetscReal total = PetscRealPart(sums[k]), met = PetscRealPart(rest[k]);
+    const PetscReal ratio    = total > 0.0 && met > 0.0 ? PetscSqrtReal(total) / PetscSqrtReal(met) : 1.0;
+    PetscReal       diagonal = 0.0;
 
-    coupled[k] = PETSC_FALSE;
-    PetscCall(MatGetRow(D, i, &n, &col, &v));
-    for (PetscInt a = 0; a < n; a++) {
-      if (col[a] == i) diagonal = PetscRealPart(v[a]);
-      else if (v[a] != 0.0) coupled[k] = PETSC_TRUE;
+    coupled.push_back(0);
+    for (PetscInt a = 0; a < row.n; a++) {
+      if (row.j[a] == row.number) diagonal = PetscRealPart(row.a[a]);
+      else if (row.a[a] != 0.0) coupled[k] = 1;
     }
-    PetscCall(MatRestoreRow(D, i, &n, &col, &v));
     rest[k] = total == 0.0 ? alone * met : 0.0;
     g[k]    = (diagonal < 0.0 ? -1.0 : 1.0) / PetscMin(1.0, ratio / PetscSqrtReal(alone));
     if (diagonal < 0.0) sums[k] = -sums[k];
-    if (!coupled[k] || met == 0.0) continue;
+    if (!coupled[k] || met == 0.0) return;
     mean[0] += PetscLogReal(PetscMin(1.0, ratio / PetscSqrtReal(together)) * PetscMax(1.0, ratio));
     mean[1] += 1.0;
-  }
+  }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, mean, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)D)));
   mean[0] = mean[1] > 0.0 ? PetscExpReal(-mean[0] / mean[1]) : 1.0;
   c->soft = mean[0] < 1.0 ? mean[0] : 0.0;
-  for (PetscInt k = 0; k < rend - rstart; k++) {
+  for (size_t k = 0; k < coupled.size(); k++) {
     if (!coupled[k]) continue;
     g[k]    = mean[0];
     rest[k] = undecided * PetscAbsScalar(sums[k]) * PetscSqr(mean[0]);
@@ -78,7 +71,6 @@ static PetscErrorCode InvertRatios(AinsworthCompliance *c, Mat D, Vec flexibilit
   PetscCall(VecRestoreArray(c->sums, &sums));
   PetscCall(VecRestoreArray(flexibility, &rest));
   PetscCall(VecRestoreArrayWrite(inverse, &g));
-  PetscCall(PetscFree(coupled));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -117,38 +109,24 @@ PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *c, Mat C, Mat B, Ma
 */
 PetscErrorCode AinsworthComplianceGetPreconditioner(const AinsworthCompliance *c, Vec penalty, Vec shared, Vec inverse)
 {
-  Vec                N, E;
-  PetscInt           n;
-  PetscScalar       *s, *f;
-  const PetscScalar *a, *e, *b, *sums, *rest;
+  Vec          N, E;
+  PetscScalar *s;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(penalty, &N));
   PetscCall(VecDuplicate(penalty, &E));
   PetscCall(AinsworthRowSums(c->N, 1, N));
   PetscCall(AinsworthRowSums(c->E, 1, E));
-  PetscCall(VecGetLocalSize(penalty, &n));
-  PetscCall(VecGetArrayRead(N, &a));
-  PetscCall(VecGetArrayRead(E, &e));
-  PetscCall(VecGetArrayRead(penalty, &b));
-  PetscCall(VecGetArrayRead(c->sums, &sums));
-  PetscCall(VecGetArrayRead(c->rest, &rest));
   PetscCall(VecGetArrayWrite(shared, &s));
-  PetscCall(VecGetArrayWrite(inverse, &f));
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal B = PetscRealPart(sums[i]) > 0.0 ? PetscRealPart(b[i]) : 0.0, Ni = PetscRealPart(a[i]);
-    const PetscReal F = PetscRealPart(e[i]) + PetscRealPart(rest[i]) + (B > 0.0 ? Ni * Ni * B : 0.0);
+  auto invert = [=](PetscInt i, PetscScalar &f, PetscScalar a, PetscScalar e, PetscScalar b, PetscScalar sum, PetscScalar rest) {
+    const PetscReal B = PetscRealPart(sum) > 0.0 ? PetscRealPart(b) : 0.0, Ni = PetscRealPart(a);
+    const PetscReal F = PetscRealPart(e) + PetscRealPart(rest) + (B > 0.0 ? Ni * Ni * B : 0.0);
 
-    f[i] = F > 0.0 ? 1.0 / F : 0.0;
+    f    = F > 0.0 ? 1.0 / F : 0.0;
     s[i] = F > 0.0 && B > 0.0 ? Ni / F * B : 0.0;
-  }
-  PetscCall(VecRestoreArrayWrite(inverse, &f));
+  };
+  PetscCall(AinsworthUpdate(inverse, {N, E, penalty, c->sums, c->rest}, invert));
   PetscCall(VecRestoreArrayWrite(shared, &s));
-  PetscCall(VecRestoreArrayRead(c->rest, &rest));
-  PetscCall(VecRestoreArrayRead(c->sums, &sums));
-  PetscCall(VecRestoreArrayRead(penalty, &b));
-  PetscCall(VecRestoreArrayRead(E, &e));
-  PetscCall(VecRestoreArrayRead(N, &a));
   PetscCall(VecDestroy(&N));
   PetscCall(VecDestroy(&E));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,6 +1,9 @@
 #include "dependent.h"
 #include "elimination.h"
 #include "../events.h"
+#include "../lists.h"
+#include "../loops.h"
+#include "../objects.h"
 #include "graph.h"
 #include "symbolic.h"
 #include <petscsf.h>
@@ -95,8 +98,7 @@ static PetscErrorCode LoadRows(Mat C, Vec weight, Mat N, std::vector<AinsworthRo
   if (weight) {
     Vec root;
 
-    PetscCall(VecDuplicate(weight, &root));
-    PetscCall(VecCopy(weight, root));
+    PetscCall(AinsworthVecClone(weight, &root));
     PetscCall(VecSqrtAbs(root));
     PetscCall(AinsworthScaleColumns(C, root, &scaled));
     PetscCall(VecDestroy(&root));
@@ -127,8 +129,7 @@ static void Compress(std::vector<AinsworthRow> &rows, std::vector<PetscInt> &col
 {
   columns.clear();
   for (const AinsworthRow &row : rows) columns.insert(columns.end(), row.column.begin(), row.column.end());
-  std::sort(columns.begin(), columns.end());
-  columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+  AinsworthSortUnique(&columns);
   for (AinsworthRow &row : rows)
     for (PetscInt &c : row.column) c = (PetscInt)(std::lower_bound(columns.begin(), columns.end(), c) - columns.begin());
 }
@@ -159,25 +160,18 @@ static PetscErrorCode FindShared(Mat C, const std::vector<PetscInt> &columns, st
 }
 
 /* An order of the rows of this rank with little fill: that of its part of S */
-static PetscErrorCode OrderRows(const AinsworthGram *gram, std::vector<PetscInt> &order)
+static PetscErrorCode OrderRows(const AinsworthGram *gram, std::vector<PetscInt> *order)
 {
-  Mat             own = gram->placed;
-  MatInfo         info;
-  IS              rows, columns;
-  PetscInt        n;
-  const PetscInt *number;
+  Mat     own = gram->placed;
+  MatInfo info;
+  IS      rows, columns;
 
   PetscFunctionBegin;
-  order.clear();
   if (!gram->placement.sizes.size()) PetscFunctionReturn(PETSC_SUCCESS);
   if (gram->placement.split) PetscCall(MatGetDiagonalBlock(gram->placed, &own));
   PetscCall(MatGetInfo(own, MAT_LOCAL, &info));
   PetscCall(MatGetOrdering(own, info.nz_used > 0.0 ? AinsworthOrdering : MATORDERINGNATURAL, &rows, &columns)); /* AMD refuses a matrix without entries */
-  PetscCall(ISGetLocalSize(rows, &n));
-  order.resize(n);
-  PetscCall(ISGetIndices(rows, &number));
-  std::copy(number, number + order.size(), order.begin());
-  PetscCall(ISRestoreIndices(rows, &number));
+  PetscCall(AinsworthISToList(rows, order));
   PetscCall(ISDestroy(&rows));
   PetscCall(ISDestroy(&columns));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -186,40 +180,29 @@ static PetscErrorCode OrderRows(const AinsworthGram *gram, std::vector<PetscInt>
 /* What is left of rows that share columns with those of other ranks, on rank 0. Collective */
 static PetscErrorCode GatherRows(Mat C, const std::vector<AinsworthRow> &rows, const std::vector<PetscInt> &columns, std::vector<AinsworthRow> &all)
 {
-  std::vector<PetscInt>    start(1, 0), column;
-  std::vector<PetscScalar> value;
-  PetscInt                 n, m;
-  PetscMPIInt              rank;
-  Mat                      rest, *whole;
+  AinsworthEntries entries;
+  PetscInt         n, m;
+  PetscMPIInt      rank;
+  Mat              rest, *whole;
 
   PetscFunctionBegin;
   PetscCall(MatGetSize(C, NULL, &n));
   for (const AinsworthRow &row : rows) {
-    for (size_t k = 0; k < row.column.size(); k++) {
-      if (columns[row.column[k]] >= n) continue; /* its own, which was too small for a pivot */
-      column.push_back(columns[row.column[k]]);
-      value.push_back(row.value[k]);
-    }
-    start.push_back((PetscInt)column.size());
+    for (size_t k = 0; k < row.column.size(); k++)
+      if (columns[row.column[k]] < n) entries.add(columns[row.column[k]], row.value[k]); /* others are its own, which was too small for a pivot */
+    entries.endRow();
   }
   PetscCall(MatGetLocalSize(C, NULL, &n));
-  PetscCall(MatCreateMPIAIJWithArrays(PetscObjectComm((PetscObject)C), (PetscInt)rows.size(), n, PETSC_DETERMINE, PETSC_DETERMINE, start.data(), column.data(),
-                                      value.data(), &rest));
+  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)C), n, entries, &rest));
   PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)C), &rank));
   PetscCall(AinsworthGraphGather(rest, rank == 0, &whole));
   PetscCall(MatDestroy(&rest));
   PetscCall(MatGetSize(whole[0], &m, NULL));
   all.resize(m);
-  for (PetscInt i = 0; i < m; i++) {
-    PetscInt           ncols;
-    const PetscInt    *cols;
-    const PetscScalar *values;
-
-    PetscCall(MatGetRow(whole[0], i, &ncols, &cols, &values));
-    all[i].column.assign(cols, cols + ncols);
-    all[i].value.assign(values, values + ncols);
-    PetscCall(MatRestoreRow(whole[0], i, &ncols, &cols, &values));
-  }
+  PetscCall(AinsworthForRows(whole[0], [&](const AinsworthMatRow &row) {
+    all[row.number].column.assign(row.j, row.j + row.n);
+    all[row.number].value.assign(row.a, row.a + row.n);
+  }));
   PetscCall(MatDestroySubMatrices(1, &whole));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -283,11 +266,9 @@ static PetscErrorCode FindDependentRows(const AinsworthProjector *proj, Mat N, V
   const AinsworthGram  *gram = &proj->gram;
   const Mat             C    = proj->C;
   AinsworthElimination  own;
-  std::vector<PetscInt> columns, order, numbers;
+  std::vector<PetscInt> columns, order, places, numbers, all;
   std::vector<char>     flags;
   PetscInt              first;
-  const PetscInt       *list;
-  IS                    mine, all;
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Dependent, C, 0, 0, 0));
@@ -295,41 +276,22 @@ static PetscErrorCode FindDependentRows(const AinsworthProjector *proj, Mat N, V
   Compress(own.rows, columns);
   own.free.assign(columns.size(), 1);
   if (gram->placement.split) PetscCall(FindShared(C, columns, own.free));
-  PetscCall(OrderRows(gram, order));
+  PetscCall(OrderRows(gram, &order));
   own.run(order, distance, gram->placement.split);
   flags.assign(own.rows.size(), 0);
   for (size_t i = 0; i < flags.size(); i++) flags[i] = !own.taken((PetscInt)i);
   if (gram->placement.split) PetscCall(FindAmongShared(C, distance, own, columns, flags));
 
   PetscCall(MatGetOwnershipRange(C, &first, NULL));
-  list = NULL;
-  if (gram->placement.rows) PetscCall(ISGetIndices(gram->placement.rows, &list));
+  if (gram->placement.rows) PetscCall(AinsworthISToList(gram->placement.rows, &places));
   for (size_t i = 0; i < flags.size(); i++)
-    if (flags[i]) numbers.push_back(list ? list[i] : first + (PetscInt)i);
-  if (list) PetscCall(ISRestoreIndices(gram->placement.rows, &list));
-  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)C), (PetscInt)numbers.size(), numbers.data(), PETSC_USE_POINTER, &mine));
-  PetscCall(ISAllGather(mine, &all));
-  PetscCall(ISSort(all));
-  PetscCall(ISGetLocalSize(all, n));
+    if (flags[i]) numbers.push_back(gram->placement.rows ? places[i] : first + (PetscInt)i);
+  PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)C), numbers, &all));
+  std::sort(all.begin(), all.end());
+  *n = (PetscInt)all.size();
   PetscCall(PetscMalloc1(*n, dependent));
-  PetscCall(ISGetIndices(all, &list));
-  PetscCall(PetscArraycpy(*dependent, list, *n));
-  PetscCall(ISRestoreIndices(all, &list));
-  PetscCall(ISDestroy(&all));
-  PetscCall(ISDestroy(&mine));
+  PetscCall(PetscArraycpy(*dependent, all.data(), *n));
   PetscCall(PetscLogEventEnd(AINSWORTH_Dependent, C, 0, 0, 0));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* N in the places of the rows; NULL where it is zero */
-static PetscErrorCode PlaceN(const AinsworthProjector *proj, Mat *N)
-{
-  const IS rows = proj->gram.placement.rows;
-
-  PetscFunctionBegin;
-  *N = proj->compliance.N;
-  if (*N && rows) PetscCall(MatCreateSubMatrix(proj->compliance.N, rows, rows, MAT_INITIAL_MATRIX, N));
-  else PetscCall(PetscObjectReference((PetscObject)*N));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -339,7 +301,7 @@ PetscErrorCode AinsworthProjectorFindNear(const AinsworthProjector *proj, Vec we
   Mat N;
 
   PetscFunctionBegin;
-  PetscCall(PlaceN(proj, &N));
+  PetscCall(AinsworthProjectorPlaceMat(proj, proj->compliance.N, &N));
   PetscCall(FindDependentRows(proj, N, weight, nearly, n, rows));
   PetscCall(MatDestroy(&N));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -376,7 +338,7 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
   if (!*reason) PetscCall(Probe(gram, &error));
   PetscCall(MatGetSize(gram->S, &m, NULL));
   regular = suspicious / PetscSqrtReal((PetscReal)PetscMax(m, 1));
-  if (!(error <= regular)) PetscCall(PlaceN(proj, &N));
+  if (!(error <= regular)) PetscCall(AinsworthProjectorPlaceMat(proj, proj->compliance.N, &N));
   for (; *pass < passes && !*n && !(error <= (*pass ? unusable : regular)); ++*pass) {
     PetscCall(PetscFree(*dependent));
     PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
@@ -397,8 +359,6 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
   }
   if (!*reason && !(error <= unusable)) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT;
   *doubtful = !(error <= inexact);
-  if (*doubtful && !*reason && !*n)
-    PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: they are refined\n",
-                        (double)error));
+  if (*doubtful && !*reason && !*n) PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: they are refined\n", (double)error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

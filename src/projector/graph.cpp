@@ -1,5 +1,6 @@
 #include "graph.h"
 #include "../csr.h"
+#include "../objects.h"
 #include "../saddle/saddle.h"
 #include <petscsf.h>
 #include <metis.h>
@@ -7,6 +8,29 @@
 #include <limits>
 #include <numeric>
 #include <vector>
+
+/* The smallest row of the connected component of each row of a sequential matrix with a symmetric pattern */
+void AinsworthGraphComponents(const AinsworthCSR &rows, std::vector<PetscInt> *smallest)
+{
+  std::vector<PetscInt> front;
+
+  smallest->assign(rows.n, -1);
+  for (PetscInt first = 0; first < rows.n; first++) {
+    if ((*smallest)[first] >= 0) continue;
+    (*smallest)[first] = first;
+    front.assign(1, first);
+    while (front.size()) {
+      const PetscInt i = front.back();
+
+      front.pop_back();
+      for (PetscInt k = rows.ia[i]; k < rows.ia[i + 1]; k++) {
+        if ((*smallest)[rows.ja[k]] >= 0) continue;
+        (*smallest)[rows.ja[k]] = first;
+        front.push_back(rows.ja[k]);
+      }
+    }
+  }
+}
 
 /* A matrix as a whole on the ranks that say `here`, for MatDestroySubMatrices(); an empty matrix on the others. Collective */
 PetscErrorCode AinsworthGraphGather(Mat M, bool here, Mat **whole)
@@ -31,10 +55,11 @@ PetscErrorCode AinsworthGraphGather(Mat M, bool here, Mat **whole)
 */
 PetscErrorCode AinsworthGraphOfNodes(const std::vector<Mat> &parts, PetscInt bs, Mat **graph)
 {
-  std::vector<PetscInt> start(1, 0), columns;
-  PetscInt              n, rstart, rend;
-  Mat                   nodes;
-  PetscMPIInt           rank;
+  AinsworthEntries       rows;
+  std::vector<PetscInt> &columns = rows.columns;
+  PetscInt               n, rstart, rend;
+  Mat                    nodes;
+  PetscMPIInt            rank;
 
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(parts[0], &n, NULL));
@@ -55,11 +80,10 @@ PetscErrorCode AinsworthGraphOfNodes(const std::vector<Mat> &parts, PetscInt bs,
     }
     std::sort(columns.begin() + (std::ptrdiff_t)first, columns.end());
     columns.erase(std::unique(columns.begin() + (std::ptrdiff_t)first, columns.end()), columns.end());
-    start.push_back((PetscInt)columns.size());
+    rows.endRow();
   }
-  const std::vector<PetscScalar> values(columns.size() + 1, 1.0);
-
-  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)parts[0]), n / bs, n / bs, start, columns, values, &nodes));
+  rows.values.assign(columns.size(), 1.0);
+  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)parts[0]), n / bs, rows, &nodes));
   PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)nodes), &rank));
   PetscCall(AinsworthGraphGather(nodes, rank == 0, graph));
   PetscCall(MatDestroy(&nodes));
@@ -173,7 +197,6 @@ PetscErrorCode AinsworthGraphDissect(Mat M, MatOrderingType, IS *row, IS *column
   for (PetscInt i = 0; i < rows.n; i++) order[i] = (PetscInt)old[i];
   PetscCall(ISCreateGeneral(PETSC_COMM_SELF, rows.n, order, PETSC_OWN_POINTER, row));
   PetscCall(rows.close());
-  PetscCall(PetscObjectReference((PetscObject)*row));
-  *column = *row;
+  PetscCall(AinsworthShare(*row, column));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

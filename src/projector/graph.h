@@ -2,9 +2,10 @@
 #ifndef AINSWORTH_GRAPH_H
 #define AINSWORTH_GRAPH_H
 
-#include "../petsccompat.h"
+#include "../csr.h"
 #include <vector>
 
+void           AinsworthGraphComponents(const AinsworthCSR &, std::vector<PetscInt> *);
 PetscErrorCode AinsworthGraphGather(Mat, bool, Mat **);
 PetscErrorCode AinsworthGraphOfNodes(const std::vector<Mat> &, PetscInt, Mat **);
 PetscErrorCode AinsworthGraphCut(Mat, PetscInt, bool, IS *);

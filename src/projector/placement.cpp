@@ -1,8 +1,9 @@
 #include "placement.h"
 #include "graph.h"
 #include "../csr.h"
+#include "../lists.h"
+#include "../loops.h"
 #include <petscsf.h>
-#include <algorithm>
 #include <map>
 #include <numeric>
 
@@ -13,6 +14,7 @@ class Labels {
 public:
   PetscErrorCode create(Mat S);
   PetscErrorCode destroy();
+  size_t         leaf(PetscInt i) const { return std::lower_bound(distinct.begin(), distinct.end(), label[i]) - distinct.begin(); } /* of a local row */
 
   Mat                   S;
   PetscInt              rstart, n;
@@ -25,30 +27,15 @@ private:
   PetscErrorCode spread(Mat outside, const PetscInt ghosts[]);
 };
 
-/* Components within the rank: breadth first, each from its smallest row */
+/* Components within the rank */
 PetscErrorCode Labels::findWithin(Mat inside)
 {
-  AinsworthCSR          rows;
-  std::vector<PetscInt> front;
+  AinsworthCSR rows;
 
   PetscFunctionBegin;
   PetscCall(rows.open(inside));
-  label.assign(n, -1);
-  for (PetscInt first = 0; first < n; first++) {
-    if (label[first] >= 0) continue;
-    label[first] = rstart + first;
-    front.assign(1, first);
-    while (front.size()) {
-      const PetscInt i = front.back();
-
-      front.pop_back();
-      for (PetscInt k = rows.ia[i]; k < rows.ia[i + 1]; k++) {
-        if (label[rows.ja[k]] >= 0) continue;
-        label[rows.ja[k]] = rstart + first;
-        front.push_back(rows.ja[k]);
-      }
-    }
-  }
+  AinsworthGraphComponents(rows, &label);
+  for (PetscInt &l : label) l += rstart;
   PetscCall(rows.close());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -111,8 +98,7 @@ PetscErrorCode Labels::create(Mat matrix)
     PetscCall(spread(outside, ghosts));
   } else PetscCall(findWithin(S));
   distinct = label;
-  std::sort(distinct.begin(), distinct.end());
-  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+  AinsworthSortUnique(&distinct);
   PetscCall(MatGetLayouts(S, &layout, NULL));
   PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)S), &roots));
   PetscCall(PetscSFSetGraphLayout(roots, layout, (PetscInt)distinct.size(), NULL, PETSC_USE_POINTER, distinct.data()));
@@ -137,15 +123,12 @@ PetscErrorCode Measure(const Labels &labels, std::vector<PetscInt> &size, std::v
   std::vector<PetscInt> rows(labels.distinct.size(), 0), nonzeros(labels.distinct.size(), 0);
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < labels.n; i++) {
-    const size_t d = std::lower_bound(labels.distinct.begin(), labels.distinct.end(), labels.label[i]) - labels.distinct.begin();
-    PetscInt     ncols;
+  PetscCall(AinsworthForRows(labels.S, [&](const AinsworthMatRow &row) {
+    const size_t d = labels.leaf(row.local);
 
-    PetscCall(MatGetRow(labels.S, labels.rstart + i, &ncols, NULL, NULL));
     rows[d]++;
-    nonzeros[d] += ncols;
-    PetscCall(MatRestoreRow(labels.S, labels.rstart + i, &ncols, NULL, NULL));
-  }
+    nonzeros[d] += row.n;
+  }));
   size.assign(labels.n, 0);
   work.assign(labels.n, 0);
   PetscCall(PetscSFReduceBegin(labels.roots, MPIU_INT, rows.data(), size.data(), MPI_SUM));
@@ -159,22 +142,13 @@ PetscErrorCode Measure(const Labels &labels, std::vector<PetscInt> &size, std::v
 PetscErrorCode GatherLarge(const Labels &labels, PetscInt small, const std::vector<PetscInt> &size, const std::vector<PetscInt> &work,
                            std::vector<Component> &large)
 {
-  std::vector<PetscInt> mine;
-  IS                    own, all;
-  PetscInt              n;
-  const PetscInt       *list;
+  std::vector<PetscInt> mine, all;
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < labels.n; i++)
     if (size[i] > small) mine.insert(mine.end(), {labels.rstart + i, size[i], work[i]});
-  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)labels.S), (PetscInt)mine.size(), mine.data(), PETSC_USE_POINTER, &own));
-  PetscCall(ISAllGather(own, &all));
-  PetscCall(ISGetLocalSize(all, &n));
-  PetscCall(ISGetIndices(all, &list));
-  for (PetscInt k = 0; k < n; k += 3) large.push_back({list[k], list[k + 1], list[k + 2]});
-  PetscCall(ISRestoreIndices(all, &list));
-  PetscCall(ISDestroy(&all));
-  PetscCall(ISDestroy(&own));
+  PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)labels.S), mine, &all));
+  for (size_t k = 0; k < all.size(); k += 3) large.push_back({all[k], all[k + 1], all[k + 2]});
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -214,17 +188,13 @@ std::map<PetscInt, PetscInt> Pack(std::vector<Component> components, const std::
 /* Rank of each row of this rank, when S is cut in parts with equal work */
 PetscErrorCode TargetsOfParts(Mat S, const std::vector<PetscMPIInt> &ranks, std::vector<PetscInt> &target)
 {
-  IS              parts;
-  PetscInt        n;
-  const PetscInt *part;
+  IS parts;
 
   PetscFunctionBegin;
   PetscCall(AinsworthGraphCut(S, (PetscInt)ranks.size(), true, &parts));
-  PetscCall(ISGetLocalSize(parts, &n));
-  PetscCall(ISGetIndices(parts, &part));
-  for (PetscInt i = 0; i < n; i++) target.push_back(ranks[part[i]]);
-  PetscCall(ISRestoreIndices(parts, &part));
+  PetscCall(AinsworthISToList(parts, &target));
   PetscCall(ISDestroy(&parts));
+  for (PetscInt &part : target) part = ranks[part];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -270,8 +240,7 @@ PetscErrorCode TargetsOfComponents(Mat C, const Labels &labels, const std::vecto
   PetscCall(PetscSFBcastBegin(labels.roots, MPIU_INT, atRoot.data(), atLeaf.data(), MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(labels.roots, MPIU_INT, atRoot.data(), atLeaf.data(), MPI_REPLACE));
   target.resize(labels.n);
-  for (PetscInt i = 0; i < labels.n; i++)
-    target[i] = atLeaf[std::lower_bound(labels.distinct.begin(), labels.distinct.end(), labels.label[i]) - labels.distinct.begin()];
+  for (PetscInt i = 0; i < labels.n; i++) target[i] = atLeaf[labels.leaf(i)];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -281,28 +250,26 @@ PetscErrorCode Collect(const Labels &labels, const std::vector<PetscInt> &target
   MPI_Comm                                   comm = PetscObjectComm((PetscObject)labels.S);
   IS                                         to, rows;
   PetscInt                                   n, *sorted;
-  const PetscInt                            *r;
   PetscLayout                                layout;
   PetscSF                                    sf;
-  std::vector<PetscInt>                      component;
+  std::vector<PetscInt>                      r, component;
   std::vector<std::pair<PetscInt, PetscInt>> order;
 
   PetscFunctionBegin;
   PetscCall(ISCreateGeneral(comm, labels.n, target.data(), PETSC_USE_POINTER, &to));
   PetscCall(ISBuildTwoSided(to, NULL, &rows));
   PetscCall(ISDestroy(&to));
-  PetscCall(ISGetLocalSize(rows, &n));
-  PetscCall(ISGetIndices(rows, &r));
+  PetscCall(AinsworthISToList(rows, &r));
+  PetscCall(ISDestroy(&rows));
+  n = (PetscInt)r.size();
   component.resize(n);
   PetscCall(MatGetLayouts(labels.S, &layout, NULL));
   PetscCall(PetscSFCreate(comm, &sf));
-  PetscCall(PetscSFSetGraphLayout(sf, layout, n, NULL, PETSC_USE_POINTER, r));
+  PetscCall(PetscSFSetGraphLayout(sf, layout, n, NULL, PETSC_USE_POINTER, r.data()));
   PetscCall(PetscSFBcastBegin(sf, MPIU_INT, labels.label.data(), component.data(), MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(sf, MPIU_INT, labels.label.data(), component.data(), MPI_REPLACE));
   PetscCall(PetscSFDestroy(&sf));
   for (PetscInt i = 0; i < n; i++) order.emplace_back(component[i], r[i]);
-  PetscCall(ISRestoreIndices(rows, &r));
-  PetscCall(ISDestroy(&rows));
   std::sort(order.begin(), order.end());
   PetscCall(PetscMalloc1(n, &sorted));
   for (PetscInt i = 0; i < n; i++) {

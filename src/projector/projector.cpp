@@ -1,6 +1,7 @@
 #include "projector.h"
 #include "shared.h"
 #include "../events.h"
+#include "../objects.h"
 
 /* Rows of C go where they are solved for: a projection then asks for the constrained entries of x once, and sends once what it adds to them */
 static PetscErrorCode MoveRows(const AinsworthProjector *proj, Mat *C)
@@ -30,6 +31,17 @@ static PetscErrorCode CreateVectors(AinsworthProjector *proj, Mat C)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthProjectorPlaceMat - a matrix of the program's rows of C, as many columns, in the places of the rows; NULL where it is */
+PetscErrorCode AinsworthProjectorPlaceMat(const AinsworthProjector *proj, Mat program, Mat *placed)
+{
+  const IS rows = proj->gram.placement.rows;
+
+  PetscFunctionBegin;
+  if (program && rows) PetscCall(MatCreateSubMatrix(program, rows, rows, MAT_INITIAL_MATRIX, placed));
+  else PetscCall(AinsworthShare(program, placed));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* E and the work space of D, placed as the rows */
 static PetscErrorCode PlaceCompliance(AinsworthProjector *proj)
 {
@@ -38,12 +50,7 @@ static PetscErrorCode PlaceCompliance(AinsworthProjector *proj)
   PetscFunctionBegin;
   PetscCall(MatDestroy(&proj->E));
   if (!c->N) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscObjectReference((PetscObject)c->E));
-  proj->E = c->E;
-  if (proj->gram.placement.rows) {
-    PetscCall(MatDestroy(&proj->E));
-    PetscCall(MatCreateSubMatrix(c->E, proj->gram.placement.rows, proj->gram.placement.rows, MAT_INITIAL_MATRIX, &proj->E));
-  }
+  PetscCall(AinsworthProjectorPlaceMat(proj, c->E, &proj->E));
   for (Vec *v : {&proj->rest, &proj->shared, &proj->inverse, &proj->held})
     if (!*v) PetscCall(VecDuplicate(proj->rowValues, v));
   if (!proj->load) PetscCall(MatCreateVecs(proj->C, &proj->load, NULL));
@@ -61,10 +68,7 @@ static PetscErrorCode Weigh(Mat M, Vec weight, Mat *weighted)
     PetscCall(AinsworthScaleColumns(M, weight, weighted));
     PetscCall(VecMin(weight, NULL, &least));
     if (least == 0.0) PetscCall(AinsworthSharedDrop(weight, weighted));
-  } else {
-    PetscCall(PetscObjectReference((PetscObject)M));
-    *weighted = M;
-  }
+  } else PetscCall(AinsworthShare(M, weighted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -132,12 +136,10 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const Ainsworth
     PetscCall(PetscInfo(C, "The nonzero pattern of C is that of the last set-up: the places and the symbolic factorization of the Gram matrix are kept\n"));
   else PetscCall(AinsworthProjectorReset(proj));
   for (Mat *M : {&proj->C, &proj->B, &proj->CW, &proj->BW}) PetscCall(MatDestroy(M));
-  PetscCall(PetscObjectReference((PetscObject)C));
-  proj->C = C;
+  PetscCall(AinsworthShare(C, &proj->C));
   PetscCall(Weigh(C, weight, &proj->CW));
   if (blocks->B != C) {
-    PetscCall(PetscObjectReference((PetscObject)blocks->B));
-    proj->B = blocks->B;
+    PetscCall(AinsworthShare(blocks->B, &proj->B));
     PetscCall(Weigh(proj->B, weight, &proj->BW));
   }
   PetscCall(AinsworthComplianceSetUp(&proj->compliance, C, blocks->B, blocks->D, weight, inverseDiagonal));
@@ -147,11 +149,8 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const Ainsworth
   if (weight) PetscCall(MoveRows(proj, &proj->CW));
   else PetscCall(MatDestroy(&proj->CW));
   PetscCall(MoveRows(proj, &proj->C));
-  for (Mat *M : {&proj->CW, &proj->B, &proj->BW}) {
-    if (*M) continue;
-    *M = M == &proj->BW ? proj->CW : proj->C;
-    PetscCall(PetscObjectReference((PetscObject)*M));
-  }
+  for (Mat *M : {&proj->CW, &proj->B, &proj->BW})
+    if (!*M) PetscCall(AinsworthShare(M == &proj->BW ? proj->CW : proj->C, M));
   if (!same) PetscCall(CreateVectors(proj, C));
   PetscCall(PlaceCompliance(proj));
   proj->source = now;

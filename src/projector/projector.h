@@ -47,6 +47,7 @@ inline AinsworthGram *AinsworthProjectorOtherGram(AinsworthProjector *proj)
 
 PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, const AinsworthProjectorBlocks *, Vec, Vec, PetscInt, PetscObject, const char[]);
 PetscErrorCode AinsworthProjectorReset(AinsworthProjector *);
+PetscErrorCode AinsworthProjectorPlaceMat(const AinsworthProjector *, Mat, Mat *);
 PetscErrorCode AinsworthProjectorPlace(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorReturn(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorMult(AinsworthProjector *, Vec, Vec);

@@ -1,6 +1,6 @@
 #include "symbolic.h"
 #include "../csr.h"
-#include <vector>
+#include "../lists.h"
 
 namespace
 {
@@ -16,16 +16,13 @@ struct Pattern {
 
 PetscErrorCode Pattern::open(Mat M, MatOrderingType type)
 {
-  IS              order, same;
-  const PetscInt *indices;
+  IS order, same;
 
   PetscFunctionBegin;
   PetscCall(MatGetOrdering(M, type, &order, &same));
   PetscCall(rows.open(M));
   number.resize(rows.n);
-  PetscCall(ISGetIndices(order, &indices));
-  old.assign(indices, indices + rows.n);
-  PetscCall(ISRestoreIndices(order, &indices));
+  PetscCall(AinsworthISToList(order, &old));
   for (PetscInt i = 0; i < rows.n; i++) number[old[i]] = i;
   PetscCall(ISDestroy(&order));
   PetscCall(ISDestroy(&same));

@@ -1,4 +1,7 @@
 #include "projector.h"
+#include "../loops.h"
+#include "../objects.h"
+#include <algorithm>
 #include <vector>
 
 static const PetscReal tiny = 1e-290; /* its inverse may overflow */
@@ -11,40 +14,33 @@ static const PetscReal tiny = 1e-290; /* its inverse may overflow */
 */
 PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
 {
-  Vec          d, sums = NULL;
-  PetscScalar *w;
-  PetscInt     n, bad = 0;
-  PetscReal    smallest = PETSC_MAX_REAL;
-  MPI_Comm     comm     = PetscObjectComm((PetscObject)A);
+  MPI_Comm  comm = PetscObjectComm((PetscObject)A);
+  Vec       sums;
+  PetscInt  bad      = 0;
+  PetscReal smallest = PETSC_MAX_REAL;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthCreateDiagonal(A, &d));
-  PetscCall(VecGetLocalSize(d, &n));
-  PetscCall(VecGetArray(d, &w));
-  for (PetscInt i = 0; i < n; i++) bad += !(PetscRealPart(w[i]) > 0.0);
+  PetscCall(AinsworthCreateDiagonal(A, weight));
+  PetscCall(AinsworthForEntries({*weight}, [&](PetscInt, PetscScalar w) { bad += !(PetscRealPart(w) > 0.0); }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &bad, 1, MPIU_INT, MPI_SUM, comm));
   if (bad) {
-    const PetscScalar *s;
-
     PetscCall(PetscInfo(A, "%" PetscInt_FMT " diagonal entries of A are not positive: the 1-norms of their rows take their place in the weight\n", bad));
-    PetscCall(VecDuplicate(d, &sums));
+    PetscCall(VecDuplicate(*weight, &sums));
     PetscCall(AinsworthRowSums(A, 1, sums));
-    PetscCall(VecGetArrayRead(sums, &s));
-    for (PetscInt i = 0; i < n; i++)
-      if (!(PetscRealPart(w[i]) > 0.0)) w[i] = s[i];
-    PetscCall(VecRestoreArrayRead(sums, &s));
+    PetscCall(AinsworthUpdate(*weight, {sums}, [](PetscInt, PetscScalar &w, PetscScalar s) {
+      if (!(PetscRealPart(w) > 0.0)) w = s;
+    }));
     PetscCall(VecDestroy(&sums));
   }
-  for (PetscInt i = 0; i < n; i++) {
-    w[i] = PetscRealPart(w[i]) > 0.0 ? 1.0 / PetscRealPart(w[i]) : 0.0;
-    if (PetscRealPart(w[i]) > 0.0) smallest = PetscMin(smallest, PetscRealPart(w[i]));
-  }
+  PetscCall(AinsworthUpdate(*weight, [&](PetscInt, PetscScalar &w) {
+    w = PetscRealPart(w) > 0.0 ? 1.0 / PetscRealPart(w) : 0.0;
+    if (PetscRealPart(w) > 0.0) smallest = PetscMin(smallest, PetscRealPart(w));
+  }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &smallest, 1, MPIU_REAL, MPIU_MIN, comm));
   if (smallest == PETSC_MAX_REAL) smallest = 1.0;
-  for (PetscInt i = 0; i < n; i++)
-    if (PetscRealPart(w[i]) == 0.0) w[i] = smallest;
-  PetscCall(VecRestoreArray(d, &w));
-  *weight = d;
+  PetscCall(AinsworthUpdate(*weight, [=](PetscInt, PetscScalar &w) {
+    if (PetscRealPart(w) == 0.0) w = smallest;
+  }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -52,24 +48,16 @@ PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
 static PetscErrorCode RootOfStiffness(Mat D, Vec row)
 {
   static const PetscReal rigid = 1e-3;
-  PetscInt               m;
-  PetscScalar           *r;
-  const PetscScalar     *d;
   Vec                    sums;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(row, &sums));
   if (D) PetscCall(AinsworthRowSums(D, 1, sums));
-  PetscCall(VecGetLocalSize(row, &m));
-  PetscCall(VecGetArray(row, &r));
-  PetscCall(VecGetArrayRead(sums, &d));
-  for (PetscInt i = 0; i < m; i++) {
-    const PetscReal flexible = PetscRealPart(r[i]);
+  PetscCall(AinsworthUpdate(row, {sums}, [](PetscInt, PetscScalar &r, PetscScalar d) {
+    const PetscReal flexible = PetscRealPart(r);
 
-    r[i] = flexible > tiny && PetscRealPart(d[i]) <= rigid * flexible ? PetscSqrtReal(1.0 / flexible) : 0.0;
-  }
-  PetscCall(VecRestoreArrayRead(sums, &d));
-  PetscCall(VecRestoreArray(row, &r));
+    r = flexible > tiny && PetscRealPart(d) <= rigid * flexible ? PetscSqrtReal(1.0 / flexible) : 0.0;
+  }));
   PetscCall(VecDestroy(&sums));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -77,20 +65,15 @@ static PetscErrorCode RootOfStiffness(Mat D, Vec row)
 /* Marks the local rows of zeros of A; their number on all ranks */
 static PetscErrorCode FindZeroRows(Mat A, Vec like, std::vector<char> *zero, PetscInt *number)
 {
-  Vec                sums;
-  PetscInt           n;
-  const PetscScalar *s;
+  Vec sums;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(like, &sums));
   PetscCall(AinsworthGetDiagonal(A, sums));
   for (int look = 0; look < 2; look++) { /* as a rule the diagonal tells that there are none */
-    PetscCall(VecGetLocalSize(sums, &n));
-    PetscCall(VecGetArrayRead(sums, &s));
-    zero->assign(n, 0);
-    *number = 0;
-    for (PetscInt i = 0; i < n; i++) *number += (*zero)[i] = s[i] == 0.0;
-    PetscCall(VecRestoreArrayRead(sums, &s));
+    zero->clear();
+    PetscCall(AinsworthForEntries({sums}, [&](PetscInt, PetscScalar s) { zero->push_back(s == 0.0); }));
+    *number = (PetscInt)std::count(zero->begin(), zero->end(), 1);
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, number, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
     if (!*number) break;
     if (!look) PetscCall(AinsworthRowSums(A, 1, sums));
@@ -109,8 +92,7 @@ PetscErrorCode AinsworthWeightLoosen(Mat A, Mat C, Mat D, Vec weight, PetscBool 
 {
   static const int  steps = 8;
   std::vector<char> zero;
-  PetscInt          n, found;
-  PetscScalar      *w, *r;
+  PetscInt          found;
   Mat               Ct;
   Vec               old, root, row;
 
@@ -120,13 +102,10 @@ PetscErrorCode AinsworthWeightLoosen(Mat A, Mat C, Mat D, Vec weight, PetscBool 
   if (!*any) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatTranspose(C, MAT_INITIAL_MATRIX, &Ct));
   PetscCall(MatCreateVecs(C, &root, &row));
-  PetscCall(VecDuplicate(weight, &old));
-  PetscCall(VecCopy(weight, old));
-  n = (PetscInt)zero.size();
-  PetscCall(VecGetArray(weight, &w));
-  for (PetscInt i = 0; i < n; i++)
-    if (zero[i]) w[i] = 0.0;
-  PetscCall(VecRestoreArray(weight, &w));
+  PetscCall(AinsworthVecClone(weight, &old));
+  PetscCall(AinsworthUpdate(weight, [&](PetscInt i, PetscScalar &w) {
+    if (zero[i]) w = 0.0;
+  }));
   for (int step = 0; step < steps && found; step++) {
     PetscCall(VecCopy(weight, root));
     PetscCall(VecSqrtAbs(root));
@@ -134,23 +113,16 @@ PetscErrorCode AinsworthWeightLoosen(Mat A, Mat C, Mat D, Vec weight, PetscBool 
     PetscCall(RootOfStiffness(D, row));
     PetscCall(AinsworthRowSquares(Ct, row, root));
     found = 0;
-    PetscCall(VecGetArray(weight, &w));
-    PetscCall(VecGetArray(root, &r));
-    for (PetscInt i = 0; i < n; i++) {
-      if (w[i] != 0.0 || !(PetscRealPart(r[i]) > tiny)) continue;
-      w[i] = 1.0 / PetscRealPart(r[i]);
+    PetscCall(AinsworthUpdate(weight, {root}, [&](PetscInt, PetscScalar &w, PetscScalar r) {
+      if (w != 0.0 || !(PetscRealPart(r) > tiny)) return;
+      w = 1.0 / PetscRealPart(r);
       found++;
-    }
-    PetscCall(VecRestoreArray(root, &r));
-    PetscCall(VecRestoreArray(weight, &w));
+    }));
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
   }
-  PetscCall(VecGetArray(weight, &w));
-  PetscCall(VecGetArray(old, &r));
-  for (PetscInt i = 0; i < n; i++)
-    if (zero[i]) w[i] = w[i] != 0.0 ? AINSWORTH_WEIGHT_LOOSE * w[i] : r[i];
-  PetscCall(VecRestoreArray(old, &r));
-  PetscCall(VecRestoreArray(weight, &w));
+  PetscCall(AinsworthUpdate(weight, {old}, [&](PetscInt i, PetscScalar &w, PetscScalar r) {
+    if (zero[i]) w = w != 0.0 ? AINSWORTH_WEIGHT_LOOSE * w : r;
+  }));
   PetscCall(MatDestroy(&Ct));
   for (Vec *v : {&old, &root, &row}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -164,26 +136,19 @@ PetscErrorCode AinsworthWeightLoosen(Mat A, Mat C, Mat D, Vec weight, PetscBool 
 */
 PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec inverseDiagonal, PetscReal gamma, Vec *penalty)
 {
-  Vec          root;
-  PetscInt     m;
-  PetscReal    largest;
-  PetscScalar *b;
+  Vec       root;
+  PetscReal largest;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(inverseDiagonal, &root));
-  PetscCall(VecCopy(inverseDiagonal, root));
+  PetscCall(AinsworthVecClone(inverseDiagonal, &root));
   PetscCall(VecSqrtAbs(root));
   PetscCall(MatCreateVecs(C, NULL, penalty));
   PetscCall(AinsworthRowSquares(C, root, *penalty));
   PetscCall(VecDestroy(&root));
-  PetscCall(VecGetLocalSize(*penalty, &m));
-  PetscCall(VecGetArray(*penalty, &b));
-  for (PetscInt i = 0; i < m; i++) b[i] = PetscRealPart(b[i]) > tiny ? gamma / PetscRealPart(b[i]) : 0.0;
-  PetscCall(VecRestoreArray(*penalty, &b));
+  PetscCall(AinsworthUpdate(*penalty, [=](PetscInt, PetscScalar &b) { b = PetscRealPart(b) > tiny ? gamma / PetscRealPart(b) : 0.0; }));
   PetscCall(VecMax(*penalty, NULL, &largest));
-  PetscCall(VecGetArray(*penalty, &b));
-  for (PetscInt i = 0; i < m; i++)
-    if (b[i] == 0.0) b[i] = largest > 0.0 ? largest : 1.0;
-  PetscCall(VecRestoreArray(*penalty, &b));
+  PetscCall(AinsworthUpdate(*penalty, [=](PetscInt, PetscScalar &b) {
+    if (b == 0.0) b = largest > 0.0 ? largest : 1.0;
+  }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

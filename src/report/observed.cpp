@@ -1,4 +1,5 @@
 #include "observed.h"
+#include "../objects.h"
 #include <petsctime.h>
 
 struct Observed {
@@ -45,8 +46,7 @@ PetscErrorCode AinsworthObservedCreate(Mat A, Mat *mat)
 
   PetscFunctionBegin;
   observed = new Observed();
-  PetscCall(PetscObjectReference((PetscObject)A));
-  observed->A = A;
+  PetscCall(AinsworthShare(A, &observed->A));
   PetscCall(MatGetLocalSize(A, &m, &n));
   PetscCall(MatCreateShell(PetscObjectComm((PetscObject)A), m, n, PETSC_DETERMINE, PETSC_DETERMINE, observed, mat));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT, (void (*)(void))MatMult_Observed));

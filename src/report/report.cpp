@@ -1,6 +1,7 @@
 #include "report.h"
 #include "observed.h"
 #include "../guard.h"
+#include "../objects.h"
 #include "../ksp/projectedcg.h"
 
 /* The exact solution of the reduced system: the field of x of a whole solution */
@@ -46,20 +47,18 @@ PetscErrorCode AinsworthReportCreate(AinsworthReportSettings *settings, const Ai
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthReportDestroy(AinsworthReport **report)
+PetscErrorCode AinsworthReportDestroy(AinsworthReport **out)
 {
+  AinsworthReport *report = *out;
+
   PetscFunctionBegin;
-  if (!*report) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDestroy(&(*report)->exact));
-  PetscCall(VecDestroy(&(*report)->x));
-  PetscCall(VecDestroy(&(*report)->r));
-  PetscCall(VecDestroy(&(*report)->residual));
-  for (Vec &work : (*report)->work) PetscCall(VecDestroy(&work));
-  for (Vec &part : (*report)->springs) PetscCall(VecDestroy(&part));
-  PetscCall(MatDestroy(&(*report)->observed));
-  PetscCall(MatDestroy(&(*report)->operation));
-  delete *report;
-  *report = NULL;
+  if (!report) PetscFunctionReturn(PETSC_SUCCESS);
+  for (Vec *v : {&report->exact, &report->x, &report->r, &report->residual, &report->work[0], &report->work[1], &report->springs[0], &report->springs[1]})
+    PetscCall(VecDestroy(v));
+  PetscCall(MatDestroy(&report->observed));
+  PetscCall(MatDestroy(&report->operation));
+  delete report;
+  *out = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -239,8 +238,7 @@ static PetscErrorCode Observe(AinsworthReport *report, KSP ksp, PetscBool begin)
       PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
       mat = ctx->product ? ctx->product : ctx->A;
     }
-    PetscCall(PetscObjectReference((PetscObject)mat));
-    report->operation = mat;
+    PetscCall(AinsworthShare(mat, &report->operation));
     PetscCall(AinsworthObservedCreate(mat, &report->observed));
   }
   if (report->kernel) PetscCall(MatAinsworthSetProduct_Private(report->system.reduced, begin ? report->observed : report->operation));

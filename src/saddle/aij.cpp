@@ -1,4 +1,6 @@
 #include "saddle.h"
+#include "../loops.h"
+#include "../objects.h"
 #include <petsc/private/petscimpl.h>
 #include <vector>
 
@@ -101,10 +103,8 @@ static PetscErrorCode ToAIJ(Mat M, Mat *aij)
   PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)M, &is, MATSEQAIJ, MATMPIAIJ, ""));
   PetscCall(PetscObjectTypeCompare((PetscObject)M, MATNEST, &nest));
   PetscCall(AinsworthGetTransposed(M, &source, &hermitian));
-  if (is) {
-    PetscCall(PetscObjectReference((PetscObject)M));
-    *aij = M;
-  } else if (source) {
+  if (is) PetscCall(AinsworthShare(M, aij));
+  else if (source) {
     PetscCall(ToAIJ(source, &copy));
     if (hermitian) PetscCall(MatHermitianTranspose(copy, MAT_INITIAL_MATRIX, aij));
     else PetscCall(MatTranspose(copy, MAT_INITIAL_MATRIX, aij));
@@ -159,9 +159,8 @@ PetscErrorCode AinsworthGetAIJ(Mat M, Mat *aij)
     Mat parallel = *aij, block;
 
     PetscCall(MatGetDiagonalBlock(parallel, &block));
-    PetscCall(PetscObjectReference((PetscObject)block));
+    PetscCall(AinsworthShare(block, aij));
     PetscCall(MatDestroy(&parallel));
-    *aij = block;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -220,16 +219,46 @@ PetscErrorCode AinsworthMakePatternSymmetric(Mat *M)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthCreateAIJ - m local rows with n columns of this rank, columns by global numbers that rise along each row; collective */
-PetscErrorCode AinsworthCreateAIJ(MPI_Comm comm, PetscInt m, PetscInt n, const std::vector<PetscInt> &start, const std::vector<PetscInt> &columns,
-                                  const std::vector<PetscScalar> &values, Mat *aij)
+/* AinsworthCreateAIJ - an AIJ with these local rows, and n columns of this rank; collective */
+PetscErrorCode AinsworthCreateAIJ(MPI_Comm comm, PetscInt n, const AinsworthEntries &rows, Mat *aij)
 {
+  const PetscInt    column = 0, *j = rows.columns.empty() ? &column : rows.columns.data(); /* no null pointer where there are none */
+  const PetscScalar value = 0.0, *a = rows.values.empty() ? &value : rows.values.data();
+
   PetscFunctionBegin;
   PetscCall(MatCreate(comm, aij));
-  PetscCall(MatSetSizes(*aij, m, n, PETSC_DETERMINE, PETSC_DETERMINE));
+  PetscCall(MatSetSizes(*aij, (PetscInt)rows.start.size() - 1, n, PETSC_DETERMINE, PETSC_DETERMINE));
   PetscCall(MatSetType(*aij, MATAIJ));
-  PetscCall(MatSeqAIJSetPreallocationCSR(*aij, start.data(), columns.data(), values.data()));
-  PetscCall(MatMPIAIJSetPreallocationCSR(*aij, start.data(), columns.data(), values.data()));
+  PetscCall(MatSeqAIJSetPreallocationCSR(*aij, rows.start.data(), j, a));
+  PetscCall(MatMPIAIJSetPreallocationCSR(*aij, rows.start.data(), j, a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Has a row an entry beside the diagonal? */
+PetscErrorCode AinsworthIsCoupled(Mat A, PetscInt row, bool *coupled)
+{
+  PetscInt           n;
+  const PetscInt    *columns;
+  const PetscScalar *values;
+
+  PetscFunctionBegin;
+  *coupled = false;
+  PetscCall(MatGetRow(A, row, &n, &columns, &values));
+  for (PetscInt k = 0; k < n; k++) *coupled = *coupled || (columns[k] != row && values[k] != 0.0);
+  PetscCall(MatRestoreRow(A, row, &n, &columns, &values));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the program attached to the one matrix, for the other that takes its place */
+PetscErrorCode AinsworthCopyNullSpaces(Mat from, Mat to)
+{
+  MatNullSpace nullsp, near;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetNullSpace(from, &nullsp));
+  PetscCall(MatGetNearNullSpace(from, &near));
+  PetscCall(MatSetNullSpace(to, nullsp));
+  PetscCall(MatSetNearNullSpace(to, near));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -237,23 +266,17 @@ PetscErrorCode AinsworthCreateAIJ(MPI_Comm comm, PetscInt m, PetscInt n, const s
 PetscErrorCode AinsworthRowSums(Mat M, int power, Vec sums)
 {
   Mat          R;
-  PetscInt     rstart, rend;
   PetscScalar *s;
 
   PetscFunctionBegin;
   PetscCall(AinsworthGetAIJ(M, &R));
-  PetscCall(MatGetOwnershipRange(R, &rstart, &rend));
   PetscCall(VecGetArrayWrite(sums, &s));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt           ncols;
-    const PetscScalar *v;
-    PetscReal          sum = 0.0;
+  PetscCall(AinsworthForRows(R, [=](const AinsworthMatRow &row) {
+    PetscReal sum = 0.0;
 
-    PetscCall(MatGetRow(R, i, &ncols, NULL, &v));
-    for (PetscInt k = 0; k < ncols; k++) sum += power == 2 ? PetscSqr(PetscAbsScalar(v[k])) : PetscAbsScalar(v[k]);
-    PetscCall(MatRestoreRow(R, i, &ncols, NULL, &v));
-    s[i - rstart] = sum;
-  }
+    for (PetscInt k = 0; k < row.n; k++) sum += power == 2 ? PetscSqr(PetscAbsScalar(row.a[k])) : PetscAbsScalar(row.a[k]);
+    s[row.local] = sum;
+  }));
   PetscCall(VecRestoreArrayWrite(sums, &s));
   PetscCall(MatDestroy(&R));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -287,18 +310,12 @@ PetscErrorCode AinsworthCountRows(Mat C, PetscInt length, Vec *counts)
 /* Up to `enough` rows of each rank with `least` to `most` entries, at even distances; and the number of all such rows, of all ranks */
 PetscErrorCode AinsworthSampleRows(Mat M, PetscInt least, PetscInt most, PetscInt enough, IS *sample, PetscInt *number)
 {
-  PetscInt              start, end;
   std::vector<PetscInt> found, taken;
 
   PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(M, &start, &end));
-  for (PetscInt i = start; i < end; i++) {
-    PetscInt n;
-
-    PetscCall(MatGetRow(M, i, &n, NULL, NULL));
-    if (n >= least && n <= most) found.push_back(i);
-    PetscCall(MatRestoreRow(M, i, &n, NULL, NULL));
-  }
+  PetscCall(AinsworthForRows(M, [&](const AinsworthMatRow &row) {
+    if (row.n >= least && row.n <= most) found.push_back(row.number);
+  }));
   *number = (PetscInt)found.size();
   enough  = PetscMin(enough, *number);
   for (PetscInt k = 0; k < enough; k++) taken.push_back(found[(2 * k + 1) * found.size() / (2 * enough)]);

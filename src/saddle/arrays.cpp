@@ -46,32 +46,6 @@ PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm comm, PetscInt n, std::unique
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthPartGet - the arrays of a sequential AIJ, or nothing; to be restored */
-PetscErrorCode AinsworthPartGet(Mat seq, AinsworthPart *part)
-{
-  PetscBool done;
-
-  PetscFunctionBegin;
-  *part     = AinsworthPart();
-  part->mat = seq;
-  if (!seq) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatGetRowIJ(seq, 0, PETSC_FALSE, PETSC_FALSE, &part->n, &part->i, &part->j, &done));
-  PetscCheck(done, PETSC_COMM_SELF, PETSC_ERR_PLIB, "The type %s does not give its arrays", ((PetscObject)seq)->type_name);
-  PetscCall(MatSeqAIJGetArrayRead(seq, &part->a));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode AinsworthPartRestore(AinsworthPart *part)
-{
-  PetscBool done;
-
-  PetscFunctionBegin;
-  if (!part->mat) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatSeqAIJRestoreArrayRead(part->mat, &part->a));
-  PetscCall(MatRestoreRowIJ(part->mat, 0, PETSC_FALSE, PETSC_FALSE, &part->n, &part->i, &part->j, &done));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* AinsworthAIJGetParts - the sequential parts of an AIJ: its own columns, and those of other ranks or NULL with their global numbers */
 PetscErrorCode AinsworthAIJGetParts(Mat aij, Mat part[2], const PetscInt *ghosts[], PetscInt *n)
 {
@@ -96,19 +70,19 @@ static PetscErrorCode ReadDiagonal(Mat aij, Vec diagonal)
   const PetscInt *ghosts;
   PetscInt        nghosts;
   PetscScalar    *d;
-  AinsworthPart   part;
+  AinsworthCSR    part;
 
   PetscFunctionBegin;
   PetscCall(AinsworthAIJGetParts(aij, mat, &ghosts, &nghosts));
-  PetscCall(AinsworthPartGet(mat[0], &part));
+  PetscCall(part.open(mat[0]));
   PetscCall(VecGetArrayWrite(diagonal, &d));
   for (PetscInt r = 0; r < part.n; r++) {
-    const PetscInt *end = part.j + part.i[r + 1], *at = std::lower_bound(part.j + part.i[r], end, r);
+    const PetscInt *end = part.ja + part.ia[r + 1], *at = std::lower_bound(part.ja + part.ia[r], end, r);
 
-    d[r] = at < end && *at == r ? part.a[at - part.j] : 0.0;
+    d[r] = at < end && *at == r ? part.a[at - part.ja] : 0.0;
   }
   PetscCall(VecRestoreArrayWrite(diagonal, &d));
-  PetscCall(AinsworthPartRestore(&part));
+  PetscCall(part.close());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_ARRAYS_H
 #define AINSWORTH_ARRAYS_H
 
-#include "../petsccompat.h"
+#include "../csr.h"
 #include <petsc/private/petscimpl.h>
 #include <memory>
 #include <vector>
@@ -20,17 +20,20 @@ struct AinsworthRows {
   }
 };
 
-/* A sequential AIJ; no rows where there is none */
-struct AinsworthPart {
-  Mat                mat = NULL;
-  PetscInt           n   = 0;
-  const PetscInt    *i = NULL, *j = NULL;
-  const PetscScalar *a = NULL;
+/* The same for matrices with few entries: columns are global numbers that rise along each row */
+struct AinsworthEntries {
+  std::vector<PetscInt>    start{0}, columns;
+  std::vector<PetscScalar> values;
+
+  void add(PetscInt column, PetscScalar value)
+  {
+    columns.push_back(column);
+    values.push_back(value);
+  }
+  void endRow() { start.push_back((PetscInt)columns.size()); }
 };
 
 PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm, PetscInt, std::unique_ptr<AinsworthRows>, std::unique_ptr<AinsworthRows>, Mat *);
-PetscErrorCode AinsworthPartGet(Mat, AinsworthPart *);
-PetscErrorCode AinsworthPartRestore(AinsworthPart *);
 PetscErrorCode AinsworthAIJGetParts(Mat, Mat[2], const PetscInt *[], PetscInt *);
 
 #endif

@@ -1,25 +1,17 @@
 /* The residuals of both equations relative to the terms of their rows */
 #include "terms.h"
+#include "../loops.h"
 
 /* The largest |r_i| / s_i of rows that are kept, all where kind is NULL; size becomes 1 / s, 0 on other rows */
 static PetscErrorCode LargestQuotient(Vec residual, Vec size, const AinsworthRowKind *kind, PetscReal *largest)
 {
-  PetscInt           n;
-  const PetscScalar *r;
-  PetscScalar       *s;
-
   PetscFunctionBegin;
-  PetscCall(VecGetLocalSize(residual, &n));
-  PetscCall(VecGetArrayRead(residual, &r));
-  PetscCall(VecGetArray(size, &s));
-  for (PetscInt i = 0; i < n; i++) {
+  PetscCall(AinsworthUpdate(size, {residual}, [=](PetscInt i, PetscScalar &s, PetscScalar r) {
     const bool kept = !kind || (kind[i] != AINSWORTH_ROW_ZERO && kind[i] != AINSWORTH_ROW_DEPENDENT);
 
-    if (kept) *largest = PetscMax(*largest, AinsworthQuotient(PetscAbsScalar(r[i]), PetscRealPart(s[i])));
-    s[i] = kept && PetscRealPart(s[i]) > 0.0 ? 1.0 / PetscRealPart(s[i]) : 0.0;
-  }
-  PetscCall(VecRestoreArrayRead(residual, &r));
-  PetscCall(VecRestoreArray(size, &s));
+    if (kept) *largest = PetscMax(*largest, AinsworthQuotient(PetscAbsScalar(r), PetscRealPart(s)));
+    s = kept && PetscRealPart(s) > 0.0 ? 1.0 / PetscRealPart(s) : 0.0;
+  }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -31,30 +23,21 @@ static PetscErrorCode RaiseSmallTerms(AinsworthSaddle *sp, Vec rows, Vec size)
 {
   static const PetscReal little = 1e-3;
   Vec                    diagonal, forces;
-  PetscScalar           *s;
-  const PetscScalar     *d, *b;
   PetscReal              most = 0.0;
-  PetscInt               n;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(size, &diagonal));
   PetscCall(VecDuplicate(size, &forces));
   PetscCall(AinsworthGetDiagonal(sp->block[0], diagonal));
-  PetscCall(VecGetLocalSize(size, &n));
-  PetscCall(VecGetArrayRead(diagonal, &d));
-  PetscCall(VecGetArray(size, &s));
-  for (PetscInt i = 0; i < n; i++) {
-    if (PetscRealPart(d[i]) > 0.0) most = PetscMax(most, PetscRealPart(s[i]) / PetscSqrtReal(PetscRealPart(d[i])));
-  }
+  PetscCall(AinsworthForEntries({size, diagonal}, [&](PetscInt, PetscScalar s, PetscScalar d) {
+    if (PetscRealPart(d) > 0.0) most = PetscMax(most, PetscRealPart(s) / PetscSqrtReal(PetscRealPart(d)));
+  }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)size)));
   PetscCall(AinsworthTermsThroughRows(sp, diagonal, little * most, rows, forces));
-  PetscCall(VecGetArrayRead(forces, &b));
-  for (PetscInt i = 0; i < n; i++)
-    s[i] = PetscMax(PetscRealPart(s[i]), PetscRealPart(d[i]) > 0.0 ? little * most * PetscSqrtReal(PetscRealPart(d[i])) : PetscRealPart(b[i]));
-  PetscCall(VecRestoreArrayRead(forces, &b));
+  PetscCall(AinsworthUpdate(size, {diagonal, forces}, [=](PetscInt, PetscScalar &s, PetscScalar d, PetscScalar b) {
+    s = PetscMax(PetscRealPart(s), PetscRealPart(d) > 0.0 ? little * most * PetscSqrtReal(PetscRealPart(d)) : PetscRealPart(b));
+  }));
   PetscCall(VecDestroy(&forces));
-  PetscCall(VecRestoreArray(size, &s));
-  PetscCall(VecRestoreArrayRead(diagonal, &d));
   PetscCall(VecDestroy(&diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -84,19 +67,17 @@ PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool trans
 /* forces = |f|, and what multipliers that their own row determines do to A x */
 static PetscErrorCode GivenForces(const AinsworthSaddle *sp, Vec f, Vec lambda, Vec forces)
 {
-  Vec          known, part;
-  Mat          M;
-  PetscScalar *k;
+  Vec known, part;
+  Mat M;
 
   PetscFunctionBegin;
   PetscCall(VecCopy(f, forces));
   PetscCall(VecAbs(forces));
   if (!sp->count[AINSWORTH_ROW_DECOUPLED]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthDuplicateAbs(lambda, &known));
-  PetscCall(VecGetArray(known, &k));
-  for (PetscInt i = 0; i < sp->local; i++)
-    if (sp->kind[i] != AINSWORTH_ROW_DECOUPLED) k[i] = 0.0;
-  PetscCall(VecRestoreArray(known, &k));
+  PetscCall(AinsworthUpdate(known, [sp](PetscInt i, PetscScalar &k) {
+    if (sp->kind[i] != AINSWORTH_ROW_DECOUPLED) k = 0.0;
+  }));
   PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
   PetscCall(VecDuplicate(f, &part));
   PetscCall(MatMultTranspose(M, known, part));
@@ -117,38 +98,29 @@ PetscErrorCode AinsworthSaddleIsVacuous(AinsworthSaddle *sp, Vec f, Vec g, Vec x
 {
   static const PetscReal rounding = 10 * PETSC_MACHINE_EPSILON;
   MPI_Comm               comm     = PetscObjectComm((PetscObject)x);
-  Vec                    stiffness, forces, size;
-  PetscInt               n, found = 0;
+  Vec                    stiffness, forces, size, absolute;
+  PetscInt               found = 0;
   PetscReal              displacement;
-  const PetscScalar     *d, *b, *s;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(x, &forces));
   PetscCall(AinsworthTermsStiffness(sp, &stiffness));
   PetscCall(AinsworthTermsDisplacement(stiffness, x, &displacement, NULL));
   PetscCall(GivenForces(sp, f, lambda, forces));
-  PetscCall(VecGetLocalSize(f, &n));
-  PetscCall(VecGetArrayRead(stiffness, &d));
-  PetscCall(VecGetArrayRead(forces, &b));
-  for (PetscInt i = 0; i < n && !found; i++) found = PetscRealPart(b[i]) > rounding * displacement * PetscRealPart(d[i]);
-  PetscCall(VecRestoreArrayRead(forces, &b));
-  PetscCall(VecRestoreArrayRead(stiffness, &d));
+  PetscCall(AinsworthForEntries({stiffness, forces}, [&](PetscInt, PetscScalar d, PetscScalar b) {
+    if (PetscRealPart(b) > rounding * displacement * PetscRealPart(d)) found = 1;
+  }));
   PetscCall(VecDestroy(&forces));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_MAX, comm));
   if (!found && sp->absolute) {
-    Vec absolute;
-
     PetscCall(VecDuplicate(g, &size));
     PetscCall(AinsworthDuplicateAbs(x, &absolute));
     PetscCall(VecShift(absolute, displacement));
     PetscCall(MatMult(sp->absolute, absolute, size));
     PetscCall(VecDestroy(&absolute));
-    PetscCall(VecGetArrayRead(size, &s));
-    PetscCall(VecGetArrayRead(g, &b));
-    for (PetscInt i = 0; i < sp->local && !found; i++)
-      found = sp->kind[i] != AINSWORTH_ROW_DECOUPLED && PetscAbsScalar(b[i]) > AinsworthCombined * PetscRealPart(s[i]);
-    PetscCall(VecRestoreArrayRead(g, &b));
-    PetscCall(VecRestoreArrayRead(size, &s));
+    PetscCall(AinsworthForEntries({size, g}, [&](PetscInt i, PetscScalar s, PetscScalar b) {
+      if (sp->kind[i] != AINSWORTH_ROW_DECOUPLED && PetscAbsScalar(b) > AinsworthCombined * PetscRealPart(s)) found = 1;
+    }));
     PetscCall(VecDestroy(&size));
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_MAX, comm));
   }

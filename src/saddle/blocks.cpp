@@ -1,6 +1,7 @@
 /* The blocks of the saddle point, from whatever the program passed: nothing after it sees the layout */
 #include "saddle.h"
 #include "../events.h"
+#include "../objects.h"
 #include <petsc/private/petscimpl.h>
 
 /* "Block (p,u+v) of the MatNest" */
@@ -33,21 +34,7 @@ static PetscErrorCode TakeOver(const AinsworthSaddleBlocks *last, int k, Ainswor
   *taken = (PetscBool)(last && last->layout && last->block[k] && last->state[k] == found->state[k]);
   PetscFunctionBegin;
   if (!*taken) PetscFunctionReturn(PETSC_SUCCESS);
-  found->block[k] = last->block[k];
-  PetscCall(PetscObjectReference((PetscObject)found->block[k]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What the program attached to the one matrix, for the other that takes its place */
-static PetscErrorCode CopyNullSpaces(Mat from, Mat to)
-{
-  MatNullSpace nullsp, near;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetNullSpace(from, &nullsp));
-  PetscCall(MatGetNearNullSpace(from, &near));
-  PetscCall(MatSetNullSpace(to, nullsp));
-  PetscCall(MatSetNearNullSpace(to, near));
+  PetscCall(AinsworthShare(last->block[k], &found->block[k]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -66,7 +53,7 @@ static PetscErrorCode Assemble(const AinsworthSaddleBlocks *last, int k, Ainswor
   PetscCall(TakeOver(last && !last->sign ? last : NULL, k, found, &taken));
   if (!taken) {
     PetscCall(AinsworthGetAIJ(given, &found->block[k]));
-    PetscCall(CopyNullSpaces(given, found->block[k]));
+    PetscCall(AinsworthCopyNullSpaces(given, found->block[k]));
   }
   PetscCall(MatDestroy(&given));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -90,7 +77,7 @@ static PetscErrorCode ChangeSign(const AinsworthSaddleBlocks *last, int k, Ainsw
     PetscCall(AinsworthChangeSign(found->sign, k, found->block[k]));
     PetscCall(MatGetBlockSize(given, &bs));
     if (k == AINSWORTH_BLOCK_A || k == AINSWORTH_BLOCK_P) PetscCall(MatSetBlockSize(found->block[k], bs));
-    PetscCall(CopyNullSpaces(given, found->block[k]));
+    PetscCall(AinsworthCopyNullSpaces(given, found->block[k]));
   }
   found->made[k] = PETSC_TRUE;
   PetscCall(MatDestroy(&given));
@@ -197,10 +184,7 @@ static PetscErrorCode FindBlocks(const AinsworthSaddleInputs *in, PetscBool comp
   else PetscCall(NestBlocks(in, mat, compare, last, found));
   if (compare) PetscFunctionReturn(PETSC_SUCCESS);
   if (detected) PetscCall(AinsworthCheckDetected(found));
-  if (!found->block[AINSWORTH_BLOCK_P]) {
-    found->block[AINSWORTH_BLOCK_P] = found->block[AINSWORTH_BLOCK_A];
-    PetscCall(PetscObjectReference((PetscObject)found->block[AINSWORTH_BLOCK_P]));
-  }
+  if (!found->block[AINSWORTH_BLOCK_P]) PetscCall(AinsworthShare(found->block[AINSWORTH_BLOCK_A], &found->block[AINSWORTH_BLOCK_P]));
   if (found->made[AINSWORTH_BLOCK_A]) PetscCall(AinsworthSaddleAttachNearNullSpace(found, mat));
   PetscCall(AinsworthFindBlockSize(in, mat, last, found));
   PetscCall(AinsworthFindRigidModes(in, mat, last, found));

@@ -9,7 +9,7 @@ static const PetscInt  largest = 6;
 static const PetscInt voters = 1000;
 
 /* Collective: are the rows of all ranks cut in blocks of this size? */
-static PetscErrorCode Divides(Mat A, PetscInt bs, PetscBool *divides)
+PetscErrorCode AinsworthBlocksDivide(Mat A, PetscInt bs, PetscBool *divides)
 {
   PetscInt n;
 
@@ -23,15 +23,10 @@ static PetscErrorCode Divides(Mat A, PetscInt bs, PetscBool *divides)
 /* The nodes of bs unknowns that a row touches, in ascending order; none where it has but one entry */
 static PetscErrorCode TouchedNodes(Mat A, PetscInt row, PetscInt bs, std::vector<PetscInt> *nodes)
 {
-  PetscInt        n;
-  const PetscInt *cols;
-
   PetscFunctionBegin;
-  nodes->clear();
-  PetscCall(MatGetRow(A, row, &n, &cols, NULL));
-  for (PetscInt k = 0; k < n && n > 1; k++)
-    if (nodes->empty() || nodes->back() != cols[k] / bs) nodes->push_back(cols[k] / bs);
-  PetscCall(MatRestoreRow(A, row, &n, &cols, NULL));
+  PetscCall(AinsworthGetColumns(A, row, nodes));
+  for (PetscInt &c : *nodes) c /= bs;
+  nodes->erase(std::unique(nodes->begin(), nodes->end()), nodes->end());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -79,7 +74,7 @@ static PetscErrorCode Vote(Mat A, PetscInt *bs)
     PetscBool divides;
 
     if (!ballots[b].all || ballots[b].yes < enough * ballots[b].all || ballots[b].touched > (PetscReal)N / b / 4.0 * ballots[b].all) continue;
-    PetscCall(Divides(A, b, &divides));
+    PetscCall(AinsworthBlocksDivide(A, b, &divides));
     if (divides) *bs = b;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -184,7 +179,7 @@ static PetscErrorCode Recover(Mat mat, AinsworthSaddleBlocks *found)
 
     if (&k == &known[5]) PetscCall(Vote(A, &k.bs));
     if (k.bs < 2) continue;
-    PetscCall(Divides(A, k.bs, &divides));
+    PetscCall(AinsworthBlocksDivide(A, k.bs, &divides));
     if (!divides) continue;
     found->bs       = k.bs;
     found->bsSource = k.source;
@@ -206,7 +201,7 @@ PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *in, Mat mat, 
   PetscFunctionBegin;
   found->scattered = 1;
   if (in->bs > 0) {
-    PetscCall(Divides(A, in->bs, &divides));
+    PetscCall(AinsworthBlocksDivide(A, in->bs, &divides));
     PetscCheck(divides, PetscObjectComm((PetscObject)A), PETSC_ERR_ARG_SIZ,
                "-pc_ainsworth_block_size %" PetscInt_FMT " does not divide the number of rows that each rank has of %s, A", in->bs,
                found->name[AINSWORTH_BLOCK_A]);

@@ -1,29 +1,30 @@
 #include "saddle.h"
+#include "../loops.h"
 #include <petsc/private/petscimpl.h>
 #include <limits>
 
 /* Blocks are taken for adjoint that differ by this part of their entries, the rounding of a program's own */
 static const PetscReal adjoint = 1e-10;
 
-/* The entry with the smallest row, then the smallest column of its rank, on all ranks; -1 where no rank has one */
-static PetscErrorCode AgreeOnEntry(MPI_Comm comm, PetscInt *row, PetscInt *col)
+/* Collective: the smallest of the numbers that the ranks found, -1 where none did */
+PetscErrorCode AinsworthAgreeOnFirst(MPI_Comm comm, PetscInt *number)
 {
-  PetscInt first = *row < 0 ? std::numeric_limits<PetscInt>::max() : *row, mine = *row;
-
   PetscFunctionBegin;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, comm));
-  *row = first == std::numeric_limits<PetscInt>::max() ? -1 : first;
-  if (mine != first) *col = -1; /* a row belongs to one rank */
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, col, 1, MPIU_INT, MPI_MAX, comm));
+  if (*number < 0) *number = PETSC_MAX_INT;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, number, 1, MPIU_INT, MPI_MIN, comm));
+  if (*number == PETSC_MAX_INT) *number = -1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The first entry for which wanted(row, column, value); row = -1 where there is none or the type of M has no rows to look at */
+/*
+   The entry with the smallest row, then the smallest column of its rank, for which wanted(row, column, value); row = -1 where there is none or the type of M
+   has no rows to look at
+*/
 template <typename Predicate>
 static PetscErrorCode FindEntry(Mat M, PetscInt *row, PetscInt *col, Predicate wanted)
 {
   PetscBool has;
-  PetscInt  rstart, rend;
+  PetscInt  rstart, rend, mine;
 
   PetscFunctionBegin;
   *row = *col = -1;
@@ -45,7 +46,10 @@ static PetscErrorCode FindEntry(Mat M, PetscInt *row, PetscInt *col, Predicate w
     PetscCall(MatRestoreRow(M, i, &ncols, &cols, &v));
   }
   PetscCall(MatRestoreRowUpperTriangular(M));
-  PetscCall(AgreeOnEntry(PetscObjectComm((PetscObject)M), row, col));
+  mine = *row;
+  PetscCall(AinsworthAgreeOnFirst(PetscObjectComm((PetscObject)M), row));
+  if (mine != *row) *col = -1; /* a row belongs to one rank */
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, col, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)M)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -76,10 +80,8 @@ PetscErrorCode AinsworthMatFindOffDiagonal(Mat M, PetscInt *row, PetscInt *col)
 /* Collective: are two AIJ matrices the same, row by row up to rounding? */
 PetscErrorCode AinsworthMatEqual(Mat C, Mat other, PetscBool *same)
 {
-  Mat                difference;
-  Vec                most, largest;
-  const PetscScalar *d, *c;
-  PetscInt           m;
+  Mat difference;
+  Vec most, largest;
 
   PetscFunctionBegin;
   *same = PETSC_TRUE;
@@ -90,13 +92,9 @@ PetscErrorCode AinsworthMatEqual(Mat C, Mat other, PetscBool *same)
   PetscCall(MatGetRowMaxAbs(difference, most, NULL));
   PetscCall(MatGetRowMaxAbs(C, largest, NULL));
   PetscCall(MatDestroy(&difference));
-  PetscCall(VecGetLocalSize(most, &m));
-  PetscCall(VecGetArrayRead(most, &d));
-  PetscCall(VecGetArrayRead(largest, &c));
-  for (PetscInt i = 0; i < m; i++)
-    if (!(PetscAbsScalar(d[i]) <= adjoint * PetscAbsScalar(c[i]))) *same = PETSC_FALSE;
-  PetscCall(VecRestoreArrayRead(largest, &c));
-  PetscCall(VecRestoreArrayRead(most, &d));
+  PetscCall(AinsworthForEntries({most, largest}, [&](PetscInt, PetscScalar d, PetscScalar c) {
+    if (!(PetscAbsScalar(d) <= adjoint * PetscAbsScalar(c))) *same = PETSC_FALSE;
+  }));
   PetscCall(VecDestroy(&largest));
   PetscCall(VecDestroy(&most));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, same, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)C)));
@@ -110,12 +108,9 @@ PetscErrorCode AinsworthMatEqual(Mat C, Mat other, PetscBool *same)
 */
 PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *opposite)
 {
-  Vec                u, zero, x, y, largest;
-  PetscScalar       *a, *z;
-  const PetscScalar *scale;
-  PetscInt           m;
-  PetscRandom        rand;
-  PetscReal          norm, difference, empty, beside = 0.0;
+  Vec         u, zero, x, y, largest;
+  PetscRandom rand;
+  PetscReal   norm, difference, empty, beside = 0.0;
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(C, &x, &u));
@@ -125,21 +120,9 @@ PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *
   PetscCall(PetscRandomDestroy(&rand));
   PetscCall(VecDuplicate(u, &largest));
   PetscCall(VecDuplicate(u, &zero));
-  PetscCall(VecZeroEntries(zero));
   PetscCall(MatGetRowMaxAbs(C, largest, NULL));
-  PetscCall(VecGetLocalSize(u, &m));
-  PetscCall(VecGetArray(u, &a));
-  PetscCall(VecGetArray(zero, &z));
-  PetscCall(VecGetArrayRead(largest, &scale));
-  for (PetscInt i = 0; i < m; i++) {
-    const PetscReal size = PetscAbsScalar(scale[i]);
-
-    if (size == 0.0) z[i] = 1.0 + a[i];
-    a[i] = size == 0.0 ? 0.0 : (1.0 + a[i]) / size;
-  }
-  PetscCall(VecRestoreArrayRead(largest, &scale));
-  PetscCall(VecRestoreArray(zero, &z));
-  PetscCall(VecRestoreArray(u, &a));
+  PetscCall(AinsworthUpdate(zero, {u, largest}, [](PetscInt, PetscScalar &z, PetscScalar a, PetscScalar size) { z = size == 0.0 ? 1.0 + a : 0.0; }));
+  PetscCall(AinsworthUpdate(u, {largest}, [](PetscInt, PetscScalar &a, PetscScalar size) { a = size == 0.0 ? 0.0 : (1.0 + a) / PetscAbsScalar(size); }));
   PetscCall(VecNorm(zero, NORM_INFINITY, &empty));
   if (empty > 0.0) {
     PetscCall(MatMult(Ct, zero, y));

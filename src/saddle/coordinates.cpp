@@ -1,5 +1,6 @@
 /* Rigid-body modes from the coordinates of nodes, where the program attached no near null space */
 #include "saddle.h"
+#include "../objects.h"
 #include <petsc/private/petscimpl.h>
 
 /* Collective: is the number of coordinates the same as this one on all ranks? */
@@ -72,8 +73,7 @@ PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *in, Mat mat,
   if (!in->dim) PetscFunctionReturn(PETSC_SUCCESS);
   found->located = in->located;
   if (last && last->modes && last->located == in->located && last->rows[0] == found->rows[0] && last->bs == found->bs) {
-    found->modes = last->modes;
-    PetscCall(PetscObjectReference((PetscObject)found->modes));
+    PetscCall(AinsworthShare(last->modes, &found->modes));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (in->dim == 1 || found->bs != in->dim) {

@@ -1,5 +1,6 @@
 #include "saddle.h"
-#include <limits>
+#include "../loops.h"
+#include "../objects.h"
 
 /* Work space: n, and all rows of the multiplier field */
 static PetscErrorCode GetWork(AinsworthSaddle *sp, Vec *primal, Vec *dual)
@@ -14,16 +15,9 @@ static PetscErrorCode GetWork(AinsworthSaddle *sp, Vec *primal, Vec *dual)
 /* lambda_i = -g_i / D_ii where nothing else is in the row, otherwise 0, on all rows. g: less the columns of known unknowns, which the row may have had */
 static PetscErrorCode SolveDecoupled(const AinsworthSaddle *sp, Vec g, Vec lambda)
 {
-  PetscScalar       *l;
-  const PetscScalar *a;
-
   PetscFunctionBegin;
   PetscCall(MatGetDiagonal(sp->rowsD, lambda));
-  PetscCall(VecGetArrayRead(g, &a));
-  PetscCall(VecGetArray(lambda, &l));
-  for (PetscInt i = 0; i < sp->local; i++) l[i] = sp->kind[i] == AINSWORTH_ROW_DECOUPLED ? -a[i] / l[i] : 0.0;
-  PetscCall(VecRestoreArray(lambda, &l));
-  PetscCall(VecRestoreArrayRead(g, &a));
+  PetscCall(AinsworthUpdate(lambda, {g}, [sp](PetscInt i, PetscScalar &l, PetscScalar a) { l = sp->kind[i] == AINSWORTH_ROW_DECOUPLED ? -a / l : 0.0; }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -34,18 +28,14 @@ static PetscErrorCode SolveDecoupled(const AinsworthSaddle *sp, Vec g, Vec lambd
 */
 PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *sp, Vec f, Vec g, Vec moved, Vec kept)
 {
-  Vec                x, lambda, rest = g;
-  PetscScalar       *k;
-  const PetscScalar *a;
-  PetscInt           n = 0;
+  Vec          x, lambda, rest = g;
+  PetscScalar *k;
+  PetscInt     n = 0;
 
   PetscFunctionBegin;
   PetscCall(GetWork(sp, &x, &lambda));
   if (moved != f) PetscCall(VecCopy(f, moved));
-  if (sp->count[AINSWORTH_ROW_DECOUPLED] || sp->known) {
-    PetscCall(VecDuplicate(g, &rest));
-    PetscCall(VecCopy(g, rest));
-  }
+  if (sp->count[AINSWORTH_ROW_DECOUPLED] || sp->known) PetscCall(AinsworthVecClone(g, &rest));
   if (sp->known) PetscCall(AinsworthSaddleMoveColumns(sp, f, x, lambda, moved, rest));
   if (sp->count[AINSWORTH_ROW_DECOUPLED]) {
     PetscCall(SolveDecoupled(sp, rest, lambda));
@@ -55,11 +45,10 @@ PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *sp, Vec f, Vec g, Vec mo
       PetscCall(VecAXPY(moved, -1.0, x));
     }
   }
-  PetscCall(VecGetArrayRead(rest, &a));
   PetscCall(VecGetArrayWrite(kept, &k));
-  for (PetscInt i = 0; i < sp->local; i++)
-    if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) k[n++] = a[i];
-  PetscCall(VecRestoreArrayRead(rest, &a));
+  PetscCall(AinsworthForEntries({rest}, [&](PetscInt i, PetscScalar a) {
+    if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) k[n++] = a;
+  }));
   PetscCall(VecRestoreArrayWrite(kept, &k));
   if (rest != g) PetscCall(VecDestroy(&rest));
   if (sp->balance) PetscCall(VecPointwiseMult(kept, kept, sp->balance));
@@ -70,8 +59,7 @@ PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *sp, Vec f, Vec g, Vec mo
 PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, Vec f, Vec g, Vec kept, Vec x, Vec lambda)
 {
   Vec                work, rest;
-  PetscScalar       *l;
-  const PetscScalar *k, *r, *d;
+  const PetscScalar *k;
   PetscInt           n = 0;
 
   PetscFunctionBegin;
@@ -85,11 +73,10 @@ PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, Vec f, Vec g, Vec kept
   else PetscCall(VecZeroEntries(lambda));
   if (sp->balance) PetscCall(VecPointwiseMult(kept, kept, sp->balance));
   PetscCall(VecGetArrayRead(kept, &k));
-  PetscCall(VecGetArray(lambda, &l));
-  for (PetscInt i = 0; i < sp->local; i++)
-    if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) l[i] = k[n++];
+  PetscCall(AinsworthUpdate(lambda, [&](PetscInt i, PetscScalar &l) {
+    if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) l = k[n++];
+  }));
   PetscCall(VecRestoreArrayRead(kept, &k));
-  PetscCall(VecRestoreArray(lambda, &l));
   if (sp->count[AINSWORTH_ROW_PASSIVE]) { /* D_ii lambda_i = C_i x - g_i - (D lambda)_i, in which lambda_i is 0 yet */
     Vec diagonal;
 
@@ -99,14 +86,9 @@ PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, Vec f, Vec g, Vec kept
     PetscCall(VecScale(rest, -1.0));
     PetscCall(MatMultAdd(sp->givenC, x, rest, rest));
     PetscCall(MatGetDiagonal(sp->rowsD, diagonal));
-    PetscCall(VecGetArrayRead(rest, &r));
-    PetscCall(VecGetArrayRead(diagonal, &d));
-    PetscCall(VecGetArray(lambda, &l));
-    for (PetscInt i = 0; i < sp->local; i++)
-      if (sp->kind[i] == AINSWORTH_ROW_PASSIVE) l[i] = r[i] / d[i];
-    PetscCall(VecRestoreArray(lambda, &l));
-    PetscCall(VecRestoreArrayRead(diagonal, &d));
-    PetscCall(VecRestoreArrayRead(rest, &r));
+    PetscCall(AinsworthUpdate(lambda, {rest, diagonal}, [sp](PetscInt i, PetscScalar &l, PetscScalar r, PetscScalar d) {
+      if (sp->kind[i] == AINSWORTH_ROW_PASSIVE) l = r / d;
+    }));
     PetscCall(VecDestroy(&diagonal));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -118,19 +100,15 @@ PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *sp, Vec f, Ve
   PetscFunctionBegin;
   text[0] = 0;
   for (Vec field : {f, g}) {
-    const PetscScalar *a;
-    PetscInt           n, start, row = std::numeric_limits<PetscInt>::max();
+    PetscInt start, row = -1;
 
     if (text[0]) continue;
-    PetscCall(VecGetLocalSize(field, &n));
     PetscCall(VecGetOwnershipRange(field, &start, NULL));
-    PetscCall(VecGetArrayRead(field, &a));
-    for (PetscInt i = n - 1; i >= 0; i--)
-      if (PetscIsInfOrNanScalar(a[i])) row = start + i;
-    PetscCall(VecRestoreArrayRead(field, &a));
-    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &row, 1, MPIU_INT, MPI_MIN, PetscObjectComm((PetscObject)sp->rowsC)));
-    if (row < std::numeric_limits<PetscInt>::max())
-      PetscCall(PetscSNPrintf(text, len, "row %" PetscInt_FMT " of the %s field", row, field == f ? "primal" : "multiplier"));
+    PetscCall(AinsworthForEntries({field}, [&](PetscInt i, PetscScalar a) {
+      if (row < 0 && PetscIsInfOrNanScalar(a)) row = start + i;
+    }));
+    PetscCall(AinsworthAgreeOnFirst(PetscObjectComm((PetscObject)sp->rowsC), &row));
+    if (row >= 0) PetscCall(PetscSNPrintf(text, len, "row %" PetscInt_FMT " of the %s field", row, field == f ? "primal" : "multiplier"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -138,3 +138,20 @@ PetscErrorCode AinsworthCreateDiagonal(Mat mat, Vec *diagonal)
   if (*diagonal != given) PetscCall(VecDestroy(&given));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* AinsworthVecGather - the n entries of v at global places that this rank asks for, as a sequential vector; collective */
+PetscErrorCode AinsworthVecGather(Vec v, PetscInt n, const PetscInt places[], Vec *here)
+{
+  IS         from;
+  VecScatter scatter;
+
+  PetscFunctionBegin;
+  PetscCall(ISCreateGeneral(PETSC_COMM_SELF, n, places, PETSC_USE_POINTER, &from));
+  PetscCall(VecCreateSeq(PETSC_COMM_SELF, n, here));
+  PetscCall(VecScatterCreate(v, from, *here, NULL, &scatter));
+  PetscCall(VecScatterBegin(scatter, v, *here, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(scatter, v, *here, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterDestroy(&scatter));
+  PetscCall(ISDestroy(&from));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,63 +1,40 @@
 /* Unknowns that their own row determines, as Dirichlet conditions do whose columns were left in place: they are known, and their columns move */
 #include "saddle.h"
+#include "../loops.h"
+#include "../objects.h"
 #include <petsc/private/matimpl.h>
 
 /* 1 / A_ii where nothing but A_ii is in row i of [A B'], else 0; some: there are such rows */
 static PetscErrorCode FindOwnRows(const AinsworthSaddle *sp, Mat A, Vec known, PetscBool *some)
 {
-  PetscInt           rstart, rend, found = 0;
-  Vec                size, work;
-  Mat                absolute;
-  PetscScalar       *k;
-  const PetscScalar *s;
+  PetscInt                 found = 0;
+  Vec                      work;
+  Mat                      absolute;
+  std::vector<PetscScalar> inverse;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(known, &size));
   PetscCall(MatCreateVecs(sp->rowsB, NULL, &work));
   PetscCall(VecSet(work, 1.0));
   PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &absolute));
-  PetscCall(MatMultTranspose(absolute, work, size));
+  PetscCall(MatMultTranspose(absolute, work, known));
   PetscCall(MatDestroy(&absolute));
   PetscCall(VecDestroy(&work));
-  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
-  PetscCall(VecGetArrayWrite(known, &k));
-  PetscCall(VecGetArrayRead(size, &s));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt           ncols, n = 0;
-    const PetscInt    *cols;
-    const PetscScalar *v;
-    PetscScalar        diagonal = 0.0;
+  PetscCall(AinsworthForRows(A, [&](const AinsworthMatRow &row) {
+    PetscInt    n        = 0;
+    PetscScalar diagonal = 0.0;
 
-    PetscCall(MatGetRow(A, i, &ncols, &cols, &v));
-    for (PetscInt c = 0; c < ncols; c++) {
-      if (cols[c] == i) diagonal = v[c];
-      else n += v[c] != 0.0;
+    for (PetscInt c = 0; c < row.n; c++) {
+      if (row.j[c] == row.number) diagonal = row.a[c];
+      else n += row.a[c] != 0.0;
     }
-    PetscCall(MatRestoreRow(A, i, &ncols, &cols, &v));
-    k[i - rstart] = !n && s[i - rstart] == 0.0 && diagonal != 0.0 ? 1.0 / diagonal : 0.0;
-    found += k[i - rstart] != 0.0;
-  }
-  PetscCall(VecRestoreArrayRead(size, &s));
-  PetscCall(VecRestoreArrayWrite(known, &k));
-  PetscCall(VecDestroy(&size));
+    inverse.push_back(!n && diagonal != 0.0 ? 1.0 / diagonal : 0.0);
+  }));
+  PetscCall(AinsworthUpdate(known, [&](PetscInt i, PetscScalar &size) {
+    size = size == 0.0 ? inverse[i] : 0.0;
+    found += size != 0.0;
+  }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
   *some = (PetscBool)(found > 0);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* 1 where an unknown is not known, else 0 */
-static PetscErrorCode CreateMask(Vec known, Vec *mask)
-{
-  PetscInt     n;
-  PetscScalar *m;
-
-  PetscFunctionBegin;
-  PetscCall(VecDuplicate(known, mask));
-  PetscCall(VecCopy(known, *mask));
-  PetscCall(VecGetLocalSize(*mask, &n));
-  PetscCall(VecGetArray(*mask, &m));
-  for (PetscInt i = 0; i < n; i++) m[i] = m[i] == 0.0 ? 1.0 : 0.0;
-  PetscCall(VecRestoreArray(*mask, &m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -88,10 +65,8 @@ static PetscErrorCode MovePmat(AinsworthSaddle *sp, Mat A, Vec mask)
 
   PetscFunctionBegin;
   PetscCall(AinsworthFindOpaque(sp->P, &opaque));
-  if (sp->P == sp->block[AINSWORTH_BLOCK_A] || opaque) {
-    PetscCall(PetscObjectReference((PetscObject)A));
-    copy = A;
-  } else {
+  if (sp->P == sp->block[AINSWORTH_BLOCK_A] || opaque) PetscCall(AinsworthShare(A, &copy));
+  else {
     PetscCall(AinsworthGetAIJ(sp->P, &P));
     PetscCall(CopyWithoutColumns(P, PETSC_FALSE, mask, &copy));
     PetscCall(MatGetBlockSize(sp->P, &bs));
@@ -124,7 +99,8 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
   PetscCall(MatCreateVecs(A, NULL, &known));
   PetscCall(FindOwnRows(sp, A, known, &some));
   if (some) {
-    PetscCall(CreateMask(known, &mask));
+    PetscCall(VecDuplicate(known, &mask));
+    PetscCall(AinsworthUpdate(mask, {known}, [](PetscInt, PetscScalar &m, PetscScalar k) { m = k == 0.0 ? 1.0 : 0.0; }));
     PetscCall(CopyWithoutColumns(A, symmetric, mask, &copy));
     PetscCall(AinsworthProbeSymmetry(copy, &symmetric));
     if (symmetric || sp->rowsB != sp->rowsC) {
@@ -152,10 +128,7 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
 /* moved -= A x and rest -= C x, of the program's A and C, with the known unknowns as x, which becomes them; rows of known unknowns become 0 */
 PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *sp, Vec f, Vec x, Vec work, Vec moved, Vec rest)
 {
-  PetscInt           n;
-  const PetscScalar *k;
-  PetscScalar       *m;
-  Vec                product;
+  Vec product;
 
   PetscFunctionBegin;
   PetscCall(VecPointwiseMult(x, sp->known, f));
@@ -165,32 +138,18 @@ PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *sp, Vec f, Vec 
   PetscCall(MatMult(sp->block[AINSWORTH_BLOCK_A], x, product));
   PetscCall(VecAXPY(moved, -1.0, product));
   PetscCall(VecDestroy(&product));
-  PetscCall(VecGetLocalSize(moved, &n));
-  PetscCall(VecGetArrayRead(sp->known, &k));
-  PetscCall(VecGetArray(moved, &m));
-  for (PetscInt i = 0; i < n; i++)
-    if (k[i] != 0.0) m[i] = 0.0;
-  PetscCall(VecRestoreArray(moved, &m));
-  PetscCall(VecRestoreArrayRead(sp->known, &k));
+  PetscCall(AinsworthUpdate(moved, {sp->known}, [](PetscInt, PetscScalar &m, PetscScalar k) {
+    if (k != 0.0) m = 0.0;
+  }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* x, which is 0 there yet but for rounding, gets its known unknowns */
 PetscErrorCode AinsworthSaddleSetKnown(const AinsworthSaddle *sp, Vec f, Vec x)
 {
-  PetscInt           n;
-  const PetscScalar *k, *r;
-  PetscScalar       *v;
-
   PetscFunctionBegin;
-  PetscCall(VecGetLocalSize(x, &n));
-  PetscCall(VecGetArrayRead(sp->known, &k));
-  PetscCall(VecGetArrayRead(f, &r));
-  PetscCall(VecGetArray(x, &v));
-  for (PetscInt i = 0; i < n; i++)
-    if (k[i] != 0.0) v[i] = k[i] * r[i];
-  PetscCall(VecRestoreArray(x, &v));
-  PetscCall(VecRestoreArrayRead(f, &r));
-  PetscCall(VecRestoreArrayRead(sp->known, &k));
+  PetscCall(AinsworthUpdate(x, {sp->known, f}, [](PetscInt, PetscScalar &v, PetscScalar k, PetscScalar r) {
+    if (k != 0.0) v = k * r;
+  }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

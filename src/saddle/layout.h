@@ -79,6 +79,8 @@ PetscErrorCode AinsworthCreateRigidModes(Vec, const char[], MatNullSpace *);
 PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 
 /* blocksize.cpp */
+PetscErrorCode AinsworthBlocksDivide(Mat, PetscInt, PetscBool *);
+PetscErrorCode AinsworthGetColumns(Mat, PetscInt, std::vector<PetscInt> *);
 PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 
 #endif

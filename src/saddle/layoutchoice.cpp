@@ -1,5 +1,6 @@
 /* Which fields are the multipliers', by the sign and the shape of their diagonal blocks, or as -pc_ainsworth_multiplier_fields says */
 #include "saddle.h"
+#include "../loops.h"
 #include <petsc/private/petscimpl.h>
 
 /* What is known of a field */
@@ -29,17 +30,13 @@ static PetscErrorCode GetDiagonalBlock(Mat mat, const AinsworthSaddleBlocks *fou
 /* Collective: the kind of a field from the diagonal of its block, with a nonzero norm where it is one of a MatNest */
 static PetscErrorCode LookAtDiagonal(Vec d, Kind otherwise, Kind *kind)
 {
-  const PetscScalar *a;
-  PetscInt           n, seen = EMPTY;
+  PetscInt seen = EMPTY;
 
   PetscFunctionBegin;
-  PetscCall(VecGetLocalSize(d, &n));
-  PetscCall(VecGetArrayRead(d, &a));
-  for (PetscInt i = 0; i < n; i++) {
-    if (!(PetscRealPart(a[i]) <= 0.0)) seen = POSITIVE; /* or NaN */
-    else if (a[i] != 0.0) seen = PetscMax(seen, NEGATIVE);
-  }
-  PetscCall(VecRestoreArrayRead(d, &a));
+  PetscCall(AinsworthForEntries({d}, [&](PetscInt, PetscScalar a) {
+    if (!(PetscRealPart(a) <= 0.0)) seen = POSITIVE; /* or NaN */
+    else if (a != 0.0) seen = PetscMax(seen, NEGATIVE);
+  }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &seen, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)d)));
   *kind = PetscMax((Kind)seen, otherwise);
   PetscFunctionReturn(PETSC_SUCCESS);

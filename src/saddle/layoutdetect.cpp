@@ -1,5 +1,7 @@
 /* Nothing but a matrix: the diagonal tells which rows are those of multipliers */
 #include "saddle.h"
+#include "../lists.h"
+#include "../loops.h"
 #include <petsc/private/petscimpl.h>
 
 /* Collective: is every row with a positive diagonal entry plain, without another entry? */
@@ -15,14 +17,11 @@ static PetscErrorCode PositiveArePlain(Mat mat, Vec diagonal, PetscBool *plain)
   PetscCall(MatGetOwnershipRange(aij, &first, &end));
   PetscCall(VecGetArrayRead(diagonal, &d));
   for (PetscInt i = first; i < end && *plain; i++) {
-    PetscInt           n, entries = 0;
-    const PetscScalar *v;
+    bool coupled;
 
     if (!(PetscRealPart(d[i - first]) > 0.0)) continue;
-    PetscCall(MatGetRow(aij, i, &n, NULL, &v));
-    for (PetscInt k = 0; k < n; k++) entries += v[k] != 0.0;
-    PetscCall(MatRestoreRow(aij, i, &n, NULL, &v));
-    *plain = (PetscBool)(entries == 1);
+    PetscCall(AinsworthIsCoupled(aij, i, &coupled));
+    *plain = (PetscBool)!coupled;
   }
   PetscCall(VecRestoreArrayRead(diagonal, &d));
   PetscCall(MatDestroy(&aij));
@@ -38,13 +37,13 @@ static PetscErrorCode PositiveArePlain(Mat mat, Vec diagonal, PetscBool *plain)
 */
 PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
 {
-  MPI_Comm           comm = PetscObjectComm((PetscObject)mat);
-  Vec                diagonal, side = NULL;
-  const PetscScalar *d;
-  PetscInt           first, n, size[2];
-  PetscBool          opposite;
-  PetscReal          least;
-  AinsworthIS        set[2];
+  MPI_Comm              comm = PetscObjectComm((PetscObject)mat);
+  Vec                   diagonal, side = NULL;
+  PetscInt              first, size[2];
+  PetscBool             opposite;
+  PetscReal             least;
+  std::vector<PetscInt> index[2];
+  AinsworthIS           set[2];
 
   PetscFunctionBegin;
   PetscCall(AinsworthCheckAssembled(mat, "The matrix"));
@@ -63,20 +62,14 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
     found->chosen = "what couples them with the others has opposite signs on both sides";
   }
   PetscCall(VecGetOwnershipRange(diagonal, &first, NULL));
-  PetscCall(VecGetLocalSize(diagonal, &n));
-  PetscCall(VecGetArrayRead(diagonal, &d));
+  PetscCall(AinsworthForEntries({diagonal}, [&](PetscInt i, PetscScalar d) { index[opposite ? d == 0.0 : PetscRealPart(d) <= 0.0].push_back(first + i); }));
   for (int k = 0; k < 2; k++) {
-    PetscInt *index, local = 0;
-    IS        is;
+    IS is;
 
-    PetscCall(PetscMalloc1(n, &index));
-    for (PetscInt i = 0; i < n; i++)
-      if ((opposite ? d[i] == 0.0 : PetscRealPart(d[i]) <= 0.0) == (k == 1)) index[local++] = first + i;
-    PetscCall(ISCreateGeneral(comm, local, index, PETSC_OWN_POINTER, &is));
+    PetscCall(ISCreateGeneral(comm, (PetscInt)index[k].size(), index[k].data(), PETSC_COPY_VALUES, &is));
     PetscCall(ISGetSize(is, &size[k]));
     set[k] = AinsworthOwnIS(is);
   }
-  PetscCall(VecRestoreArrayRead(diagonal, &d));
   found->fields = {
     {"primal",      set[0], set[0]},
     {"multipliers", set[1], set[1]}
@@ -95,35 +88,23 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
 /* AinsworthCheckDetected - refuses a row without a diagonal entry that is coupled with another that is not positive: it need not be that of a multiplier. Collective */
 PetscErrorCode AinsworthCheckDetected(const AinsworthSaddleBlocks *found)
 {
-  Mat                D    = found->block[AINSWORTH_BLOCK_D];
-  MPI_Comm           comm = PetscObjectComm((PetscObject)D);
-  Vec                diagonal;
-  const PetscScalar *d;
-  const PetscInt    *index;
-  PetscInt           first, end, row = PETSC_MAX_INT;
+  Mat                   D    = found->block[AINSWORTH_BLOCK_D];
+  MPI_Comm              comm = PetscObjectComm((PetscObject)D);
+  std::vector<PetscInt> numbers;
+  PetscInt              bad = -1;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthCreateDiagonal(D, &diagonal));
-  PetscCall(VecGetArrayRead(diagonal, &d));
-  PetscCall(ISGetIndices(found->rows[1], &index));
-  PetscCall(MatGetOwnershipRange(D, &first, &end));
-  for (PetscInt i = end - 1; i >= first; i--) {
-    PetscInt           n;
-    const PetscScalar *v;
+  PetscCall(AinsworthISToList(found->rows[1], &numbers));
+  PetscCall(AinsworthForRows(D, [&](const AinsworthMatRow &row) {
+    bool coupled = false, diagonal = false;
 
-    if (d[i - first] != 0.0) continue;
-    PetscCall(MatGetRow(D, i, &n, NULL, &v));
-    for (PetscInt k = 0; k < n; k++)
-      if (v[k] != 0.0) row = index[i - first];
-    PetscCall(MatRestoreRow(D, i, &n, NULL, &v));
-  }
-  PetscCall(ISRestoreIndices(found->rows[1], &index));
-  PetscCall(VecRestoreArrayRead(diagonal, &d));
-  PetscCall(VecDestroy(&diagonal));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &row, 1, MPIU_INT, MPI_MIN, comm));
-  PetscCheck(row == PETSC_MAX_INT, comm, PETSC_ERR_ARG_WRONG,
+    for (PetscInt k = 0; k < row.n; k++) (row.j[k] == row.number ? diagonal : coupled) |= row.a[k] != 0.0;
+    if (coupled && !diagonal && bad < 0) bad = numbers[row.local];
+  }));
+  PetscCall(AinsworthAgreeOnFirst(comm, &bad));
+  PetscCheck(bad < 0, comm, PETSC_ERR_ARG_WRONG,
              "PCAINSWORTH cannot tell the multipliers by the diagonal of the matrix of type %s: row %" PetscInt_FMT
              " has a zero on it and is coupled with another row that has no positive entry there; name the fields by PCFieldSplitSetIS()",
-             found->layout, row);
+             found->layout, bad);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,5 +1,7 @@
 /* Which of the program's matrices has the blocks, whose fields are they, and which index sets do the primal ones and the multipliers have together */
 #include "saddle.h"
+#include "../lists.h"
+#include "../objects.h"
 #include <petsc/private/petscimpl.h>
 
 /* AinsworthIsNest - is it a MatNest of more than one block? */
@@ -111,39 +113,28 @@ static PetscErrorCode KeepSets(const AinsworthSaddleBlocks *last, AinsworthSaddl
 /* The index set of some fields: of one its own; several one after the other on each rank, as the parts of a MatNest, or sorted for submatrices */
 static PetscErrorCode JoinSets(MPI_Comm comm, const std::vector<IS> &sets, PetscBool sorted, IS *join)
 {
-  PetscInt  n = 0, total = 0;
-  PetscInt *index;
-  PetscBool contiguous = PETSC_TRUE;
+  std::vector<PetscInt> index;
+  PetscInt              total;
+  PetscBool             contiguous = PETSC_TRUE;
 
   PetscFunctionBegin;
   if (sets.size() == 1) {
-    *join = sets[0];
-    PetscCall(PetscObjectReference((PetscObject)*join));
+    PetscCall(AinsworthShare(sets[0], join));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   for (IS set : sets) {
-    PetscCall(ISGetLocalSize(set, &n));
-    total += n;
-  }
-  PetscCall(PetscMalloc1(total, &index));
-  total = 0;
-  for (IS set : sets) {
-    const PetscInt *part;
+    std::vector<PetscInt> part;
 
-    PetscCall(ISGetLocalSize(set, &n));
-    PetscCall(ISGetIndices(set, &part));
-    PetscCall(PetscArraycpy(index + total, part, n));
-    PetscCall(ISRestoreIndices(set, &part));
-    total += n;
+    PetscCall(AinsworthISToList(set, &part));
+    index.insert(index.end(), part.begin(), part.end());
   }
-  if (sorted) PetscCall(PetscSortInt(total, index));
+  total = (PetscInt)index.size();
+  if (sorted) PetscCall(PetscSortInt(total, index.data()));
   for (PetscInt i = 1; i < total; i++)
     if (index[i] != index[i - 1] + 1) contiguous = PETSC_FALSE;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &contiguous, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
-  if (contiguous) { /* submatrices of such are made several times faster */
-    PetscCall(ISCreateStride(comm, total, total ? index[0] : 0, 1, join));
-    PetscCall(PetscFree(index));
-  } else PetscCall(ISCreateGeneral(comm, total, index, PETSC_OWN_POINTER, join));
+  if (contiguous) PetscCall(ISCreateStride(comm, total, total ? index[0] : 0, 1, join)); /* submatrices of such are made several times faster */
+  else PetscCall(ISCreateGeneral(comm, total, index.data(), PETSC_COPY_VALUES, join));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -166,16 +157,12 @@ PetscErrorCode AinsworthJoinFields(MPI_Comm comm, const AinsworthSaddleBlocks *l
       cols.push_back(found->fields[i].cols.get());
     }
     if (same) {
-      found->rows[k] = last->rows[k];
-      found->cols[k] = last->cols[k];
-      PetscCall(PetscObjectReference((PetscObject)found->rows[k]));
-      PetscCall(PetscObjectReference((PetscObject)found->cols[k]));
+      PetscCall(AinsworthShare(last->rows[k], &found->rows[k]));
+      PetscCall(AinsworthShare(last->cols[k], &found->cols[k]));
     } else {
       PetscCall(JoinSets(comm, rows, found->extracted, &found->rows[k]));
-      if (rows == cols) {
-        found->cols[k] = found->rows[k];
-        PetscCall(PetscObjectReference((PetscObject)found->cols[k]));
-      } else PetscCall(JoinSets(comm, cols, found->extracted, &found->cols[k]));
+      if (rows == cols) PetscCall(AinsworthShare(found->rows[k], &found->cols[k]));
+      else PetscCall(JoinSets(comm, cols, found->extracted, &found->cols[k]));
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);

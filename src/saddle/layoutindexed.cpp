@@ -1,6 +1,7 @@
 /* One matrix of any type with index sets of its fields: blocks are submatrices, made again for what changed only */
 #include "saddle.h"
 #include "split.h"
+#include "../objects.h"
 
 /* Is the matrix that of the last time, with the same nonzero pattern and index sets, and were the blocks filled from it? */
 static PetscErrorCode SamePattern(Mat mat, int which, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found, PetscBool *same)
@@ -46,10 +47,8 @@ static PetscErrorCode Extract(Mat mat, int which, int first, int wanted, Vec sig
     const int row = k == AINSWORTH_BLOCK_C || k == AINSWORTH_BLOCK_D, col = k == AINSWORTH_BLOCK_B || k == AINSWORTH_BLOCK_D;
 
     found->made[k] = PETSC_TRUE;
-    if (same) {
-      found->block[k] = last->block[k];
-      PetscCall(PetscObjectReference((PetscObject)found->block[k]));
-    } else if (!split) {
+    if (same) PetscCall(AinsworthShare(last->block[k], &found->block[k]));
+    else if (!split) {
       PetscCall(MatCreateSubMatrix(whole, found->rows[row], found->cols[col], MAT_INITIAL_MATRIX, &found->block[k]));
       PetscCall(AinsworthChangeSign(sign, k, found->block[k]));
     }

@@ -1,5 +1,7 @@
 /* Minus a saddle point: no entry of the diagonal of A is positive, but in rows of Dirichlet conditions, which have no other entry */
 #include "saddle.h"
+#include "../loops.h"
+#include "../objects.h"
 
 /* What the diagonal entry of a row is */
 enum Entry {
@@ -12,16 +14,11 @@ enum Entry {
 /* Collective: is there an entry below, or one above some bound? */
 static PetscErrorCode Any(Vec v, bool below, PetscReal bound, PetscBool *any)
 {
-  const PetscScalar *a;
-  PetscInt           n;
-
   PetscFunctionBegin;
   *any = PETSC_FALSE;
-  PetscCall(VecGetLocalSize(v, &n));
-  PetscCall(VecGetArrayRead(v, &a));
-  for (PetscInt i = 0; i < n; i++)
-    if (below ? PetscRealPart(a[i]) < bound : PetscRealPart(a[i]) > bound) *any = PETSC_TRUE;
-  PetscCall(VecRestoreArrayRead(v, &a));
+  PetscCall(AinsworthForEntries({v}, [=](PetscInt, PetscScalar a) {
+    if (below ? PetscRealPart(a) < bound : PetscRealPart(a) > bound) *any = PETSC_TRUE;
+  }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, any, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)v)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -36,16 +33,13 @@ static PetscErrorCode LookAtRows(Mat aij, Vec entries)
   PetscCall(MatGetOwnershipRange(aij, &first, &end));
   PetscCall(VecGetArray(entries, &e));
   for (PetscInt i = first; i < end; i++) {
-    const PetscReal    d = PetscRealPart(e[i - first]);
-    PetscInt           n, present = 0;
-    const PetscScalar *v;
+    const PetscReal d = PetscRealPart(e[i - first]);
+    bool            coupled;
 
-    e[i - first] = d < 0.0 ? NEGATIVE : d > 0.0 ? POSITIVE : ZERO;
+    e[i - first] = d < 0.0 ? NEGATIVE : ZERO;
     if (!(d > 0.0)) continue;
-    PetscCall(MatGetRow(aij, i, &n, NULL, &v));
-    for (PetscInt k = 0; k < n; k++) present += v[k] != 0.0;
-    PetscCall(MatRestoreRow(aij, i, &n, NULL, &v));
-    if (present == 1) e[i - first] = PLAIN;
+    PetscCall(AinsworthIsCoupled(aij, i, &coupled));
+    e[i - first] = coupled ? POSITIVE : PLAIN;
   }
   PetscCall(VecRestoreArray(entries, &e));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -58,11 +52,10 @@ static PetscErrorCode LookAtRows(Mat aij, Vec entries)
 */
 PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
 {
-  Vec          diagonal, part;
-  Mat          aij;
-  PetscBool    has, negative, positive = PETSC_FALSE;
-  PetscScalar *s;
-  PetscInt     n, size[2];
+  Vec       diagonal, part;
+  Mat       aij;
+  PetscBool has, negative, positive = PETSC_FALSE;
+  PetscInt  size[2];
 
   PetscFunctionBegin;
   *sign = NULL;
@@ -84,18 +77,12 @@ PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
     PetscCall(MatDestroy(&aij));
     if (rows) PetscCall(VecGetSubVector(diagonal, rows, &part));
     PetscCall(Any(part, false, rows ? (PetscReal)PLAIN : 0.0, &positive));
-    if (!positive) {
-      PetscCall(VecDuplicate(part, sign));
-      PetscCall(VecCopy(part, *sign));
-    }
+    if (!positive) PetscCall(AinsworthVecClone(part, sign));
     if (rows) PetscCall(VecRestoreSubVector(diagonal, rows, &part));
   }
   PetscCall(VecDestroy(&diagonal));
   if (!*sign) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetLocalSize(*sign, &n));
-  PetscCall(VecGetArray(*sign, &s));
-  for (PetscInt i = 0; i < n; i++) s[i] = PetscRealPart(s[i]) > 0.0 ? 1.0 : -1.0;
-  PetscCall(VecRestoreArray(*sign, &s));
+  PetscCall(AinsworthUpdate(*sign, [](PetscInt, PetscScalar &s) { s = PetscRealPart(s) > 0.0 ? 1.0 : -1.0; }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -66,7 +66,7 @@ static PetscErrorCode IsInOrder(MPI_Comm comm, const std::vector<IS> &sets, Pets
 
 /* A block, and where its columns go: those of this rank, and those of others */
 struct Block {
-  AinsworthPart         part[2];
+  AinsworthCSR          part[2];
   std::vector<PetscInt> map[2];
 };
 
@@ -82,7 +82,7 @@ static PetscErrorCode BlockGet(Mat M, size_t field, const Numbering &cols, Block
   PetscCall(MatGetLocalSize(M, NULL, &n));
   for (PetscInt c = 0; c < n; c++) block->map[0].push_back(cols.offsets[field] + c);
   for (PetscInt c = 0; c < nghosts; c++) block->map[1].push_back(cols(field, ghosts[c]));
-  for (int p = 0; p < 2; p++) PetscCall(AinsworthPartGet(seq[p], &block->part[p]));
+  for (int p = 0; p < 2; p++) PetscCall(block->part[p].open(seq[p]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -106,11 +106,11 @@ static void Append(const Block blocks[], size_t nc, int p, PetscInt r, PetscInt 
   bool     rising = true;
 
   for (size_t b = 0; b < nc; b++) {
-    const AinsworthPart &part = blocks[b].part[p];
+    const AinsworthCSR &part = blocks[b].part[p];
 
     if (!part.mat) continue;
-    for (PetscInt k = part.i[r]; k < part.i[r + 1]; k++) {
-      j[n]   = blocks[b].map[p][part.j[k]];
+    for (PetscInt k = part.ia[r]; k < part.ia[r + 1]; k++) {
+      j[n]   = blocks[b].map[p][part.ja[k]];
       a[n]   = part.a[k];
       rising = rising && (n == 0 || j[n] > j[n - 1]);
       n++;
@@ -131,7 +131,7 @@ static std::unique_ptr<AinsworthRows> Merge(const std::vector<Block> &blocks, si
     for (PetscInt r = 0; r < n; r++) {
       PetscInt length = 0;
 
-      for (size_t b = 0; b < nc; b++) length += row[b].part[p].mat ? row[b].part[p].i[r + 1] - row[b].part[p].i[r] : 0;
+      for (size_t b = 0; b < nc; b++) length += row[b].part[p].mat ? row[b].part[p].ia[r + 1] - row[b].part[p].ia[r] : 0;
       rows->i.push_back(rows->i.back() + length);
     }
   }
@@ -180,6 +180,6 @@ PetscErrorCode AinsworthMergeAIJ(MPI_Comm comm, const std::vector<IS> &rows, con
   for (size_t k = 0; k < nr * nc; k++) PetscCall(BlockGet(mats[k], k % nc, numbering, &blocks[k]));
   PetscCall(AinsworthMatCreateFromRows(comm, numbering.local, Merge(blocks, nc, 0), Merge(blocks, nc, 1), aij));
   for (Block &block : blocks)
-    for (AinsworthPart &part : block.part) PetscCall(AinsworthPartRestore(&part));
+    for (AinsworthCSR &part : block.part) PetscCall(part.close());
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,6 +1,6 @@
 /* Nodes whose unknowns are not next to each other: numbered component by component, or as a program met them */
 #include "saddle.h"
-#include <algorithm>
+#include "../lists.h"
 #include <unordered_map>
 
 /* Part of the nodes that has to agree, largest number of their unknowns, rows of each rank that are looked at before all are */
@@ -11,7 +11,7 @@ static const PetscInt  voters  = 100;
 static const PetscReal coupled = 0.6;
 
 /* The columns of a row; none where it has but one entry, as with Dirichlet conditions */
-static PetscErrorCode GetColumns(Mat A, PetscInt row, std::vector<PetscInt> *columns)
+PetscErrorCode AinsworthGetColumns(Mat A, PetscInt row, std::vector<PetscInt> *columns)
 {
   PetscInt        n;
   const PetscInt *cols;
@@ -31,8 +31,7 @@ static void ToNodes(const PetscInt ranges[], PetscMPIInt size, PetscInt bs, std:
 
     c = owner[0] / bs + (c - owner[0]) % nodes;
   }
-  std::sort(columns->begin(), columns->end());
-  columns->erase(std::unique(columns->begin(), columns->end()), columns->end());
+  AinsworthSortUnique(columns);
 }
 
 /* Collective: would the rows of nearly all nodes touch the same nodes, in most of their components, if each rank had its unknowns component by component? */
@@ -47,8 +46,7 @@ static PetscErrorCode AreByComponent(Mat A, PetscInt bs, PetscBool *yes)
   PetscFunctionBegin;
   *yes = PETSC_FALSE;
   PetscCall(MatGetLocalSize(A, &n, NULL));
-  divides = (PetscBool)(n % bs == 0);
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &divides, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
+  PetscCall(AinsworthBlocksDivide(A, bs, &divides));
   if (!divides) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)A), &size));
   PetscCall(MatGetOwnershipRanges(A, &ranges));
@@ -58,7 +56,7 @@ static PetscErrorCode AreByComponent(Mat A, PetscInt bs, PetscBool *yes)
     bool     same = true, votes = true;
 
     for (PetscInt c = 0; c < bs && votes; c++) {
-      PetscCall(GetColumns(A, first + c * (n / bs) + i, &others));
+      PetscCall(AinsworthGetColumns(A, first + c * (n / bs) + i, &others));
       votes = !others.empty();
       entries += (PetscInt)others.size();
       ToNodes(ranges, size, bs, &others);
@@ -87,11 +85,11 @@ static PetscErrorCode HaveTwins(Mat A, PetscBool *yes)
   for (PetscInt i = first; i < end; i += PetscMax(1, (end - first) / voters)) {
     bool twin = false;
 
-    PetscCall(GetColumns(A, i, &columns));
+    PetscCall(AinsworthGetColumns(A, i, &columns));
     if (columns.empty()) continue;
     for (PetscInt c : columns) {
       if (c == i || c < first || c >= end) continue;
-      PetscCall(GetColumns(A, c, &others));
+      PetscCall(AinsworthGetColumns(A, c, &others));
       twin = others == columns;
       if (twin) break;
     }
@@ -120,7 +118,7 @@ static PetscErrorCode FindTwins(Mat A, PetscInt *bs, std::vector<PetscInt> *orde
   for (PetscInt i = first; i < end; i++) {
     uint64_t pattern = 0;
 
-    PetscCall(GetColumns(A, i, &columns));
+    PetscCall(AinsworthGetColumns(A, i, &columns));
     if (columns.empty()) {
       alone.push_back(i - first);
       continue;
@@ -149,16 +147,14 @@ static PetscErrorCode Find(Mat A, PetscInt *bs, std::vector<PetscInt> *order)
   PetscInt  n;
 
   PetscFunctionBegin;
-  for (PetscInt b = largest; b > 1 && !found; b--) {
-    PetscCall(AreByComponent(A, b, &found));
-    if (found) *bs = b;
+  for (*bs = largest; *bs > 1; --*bs) {
+    PetscCall(AreByComponent(A, *bs, &found));
+    if (found) break;
   }
-  if (!found) {
-    PetscCall(FindTwins(A, bs, order));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(MatGetLocalSize(A, &n, NULL));
-  for (PetscInt i = 0; i < n; i++) order->push_back(i % *bs * (n / *bs) + i / *bs);
+  if (found) {
+    PetscCall(MatGetLocalSize(A, &n, NULL));
+    for (PetscInt i = 0; i < n; i++) order->push_back(i % *bs * (n / *bs) + i / *bs);
+  } else PetscCall(FindTwins(A, bs, order));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -189,14 +185,8 @@ PetscErrorCode AinsworthFindNodes(Mat A, PetscInt *bs, std::vector<PetscInt> *or
   known = (PetscBool)(known && before == (PetscReal)pattern);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &known, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
   if (known) {
-    const PetscInt *index;
-    PetscInt        n;
-
     PetscCall(ISGetBlockSize(nodes, bs));
-    PetscCall(ISGetLocalSize(nodes, &n));
-    PetscCall(ISGetIndices(nodes, &index));
-    order->assign(index, index + n);
-    PetscCall(ISRestoreIndices(nodes, &index));
+    PetscCall(AinsworthISToList(nodes, order));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(Find(A, bs, order));

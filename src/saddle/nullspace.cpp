@@ -1,4 +1,5 @@
 #include "saddle.h"
+#include "../objects.h"
 #include <vector>
 
 /* The near null space of A, attached to A or, as for PCFIELDSPLIT, to the index set of its field, or made of coordinates; NULL if none; not to be destroyed */
@@ -38,6 +39,32 @@ static PetscErrorCode AddModes(Mat mat, MatNullSpace near, IS cols, std::vector<
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* v less its parts in the directions of some vectors of length 1, one after the other */
+static PetscErrorCode Orthogonalize(const std::vector<Vec> &directions, Vec v)
+{
+  PetscScalar product;
+
+  PetscFunctionBegin;
+  for (Vec w : directions) {
+    PetscCall(VecDot(v, w, &product));
+    PetscCall(VecAXPY(v, -product, w));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The part of a vector of the whole in a field, laid out as the columns of A */
+static PetscErrorCode CreatePart(Mat A, Vec whole, IS field, Vec *v)
+{
+  Vec part;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(A, v, NULL));
+  PetscCall(VecGetSubVector(whole, field, &part));
+  PetscCall(VecCopy(part, *v));
+  PetscCall(VecRestoreSubVector(whole, field, &part));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthSaddleAttachNearNullSpace - gives an A that was made of parts of mat the near null spaces of these, or of the index sets of their fields, or
    else the primal part of that of mat
@@ -66,20 +93,13 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
   PetscCall(MatGetNearNullSpace(mat, &near));
   if (modes.empty() && near) PetscCall(AddModes(mat, near, NULL, &modes));
   for (Vec &mode : modes) {
-    Vec         v, part;
-    PetscReal   norm, rest;
-    PetscScalar product;
+    Vec       v;
+    PetscReal norm, rest;
 
-    PetscCall(MatCreateVecs(A, &v, NULL));
-    PetscCall(VecGetSubVector(mode, found->cols[0], &part));
-    PetscCall(VecCopy(part, v));
-    PetscCall(VecRestoreSubVector(mode, found->cols[0], &part));
+    PetscCall(CreatePart(A, mode, found->cols[0], &v));
     PetscCall(VecDestroy(&mode));
     PetscCall(VecNorm(v, NORM_2, &norm));
-    for (Vec w : parts) {
-      PetscCall(VecDot(v, w, &product));
-      PetscCall(VecAXPY(v, -product, w));
-    }
+    PetscCall(Orthogonalize(parts, v));
     PetscCall(VecNormalize(v, &rest));
     if (rest > PETSC_SQRT_MACHINE_EPSILON * norm) parts.push_back(v);
     else PetscCall(VecDestroy(&v)); /* the primal part of a mode of the multipliers */
@@ -158,41 +178,42 @@ static PetscErrorCode Annihilates(Mat A, Vec v, PetscBool *zero)
 }
 
 /*
-   Vectors that the program says are in the null space of A, to be destroyed and freed: those attached to A, to the index set of its field, as for
-   PCFIELDSPLIT, or the primal parts of those attached to the whole matrix, as far as A takes them to zero
+   Vectors that the program says are in the null space of A, to be destroyed: those attached to A, to the index set of its field, as for PCFIELDSPLIT, or the
+   primal parts of those attached to the whole matrix, as far as A takes them to zero
 */
-static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, PetscInt *n, Vec **vectors)
+static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec> *vectors)
 {
-  Mat          A = sp->block[AINSWORTH_BLOCK_A];
+  Mat          A = sp->block[AINSWORTH_BLOCK_A], numbering;
   MatNullSpace nullsp;
   PetscBool    constant, whole, good = PETSC_TRUE;
-  PetscInt     nv;
+  PetscInt     n;
   const Vec   *given;
 
   PetscFunctionBegin;
-  *n       = 0;
-  *vectors = NULL;
   PetscCall(MatGetNullSpace(A, &nullsp));
   if (!nullsp) PetscCall(PetscObjectQuery((PetscObject)sp->rows[0], "nullspace", (PetscObject *)&nullsp));
   whole = (PetscBool)!nullsp;
   if (whole) nullsp = sp->whole;
   if (!nullsp) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatNullSpaceGetVecs(nullsp, &constant, &nv, &given));
-  PetscCall(PetscMalloc1(nv + 1, vectors));
-  for (PetscInt i = 0; i < nv + (constant ? 1 : 0); i++) {
-    Vec v, part, flat = NULL;
+  numbering = whole ? sp->numbering : A;
+  PetscCall(MatNullSpaceGetVecs(nullsp, &constant, &n, &given));
+  for (PetscInt i = 0; i < n + (constant ? 1 : 0); i++) {
+    Vec v, flat;
 
-    PetscCall(MatCreateVecs(A, &v, NULL));
-    if (i < nv) PetscCall(AinsworthVecGetFlat(whole ? sp->numbering : A, PETSC_FALSE, given[i], &flat));
-    if (i == nv) PetscCall(VecSet(v, 1.0));
-    else if (whole) {
-      PetscCall(VecGetSubVector(flat, sp->cols[0], &part));
-      PetscCall(VecCopy(part, v));
-      PetscCall(VecRestoreSubVector(flat, sp->cols[0], &part));
-    } else PetscCall(VecCopy(flat, v));
-    if (flat) PetscCall(AinsworthVecRestoreFlat(whole ? sp->numbering : A, PETSC_FALSE, given[i], PETSC_FALSE, &flat));
+    if (i < n) {
+      PetscCall(AinsworthVecGetFlat(numbering, PETSC_FALSE, given[i], &flat));
+      if (whole) PetscCall(CreatePart(A, flat, sp->cols[0], &v));
+      else {
+        PetscCall(MatCreateVecs(A, &v, NULL));
+        PetscCall(VecCopy(flat, v));
+      }
+      PetscCall(AinsworthVecRestoreFlat(numbering, PETSC_FALSE, given[i], PETSC_FALSE, &flat));
+    } else {
+      PetscCall(MatCreateVecs(A, &v, NULL));
+      PetscCall(VecSet(v, 1.0));
+    }
     if (whole) PetscCall(Annihilates(A, v, &good));
-    if (good) (*vectors)[(*n)++] = v;
+    if (good) vectors->push_back(v);
     else PetscCall(VecDestroy(&v));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -206,73 +227,56 @@ static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, PetscInt *n, Vec
 */
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNullSpace *common)
 {
-  PetscInt  n, nheld = 0, nfree = 0;
-  Vec      *given, *v, *image, *held, *heldImage;
-  PetscReal normC;
-  Mat       C = sp->C;
+  std::vector<Vec> given, free, held, images; /* of the held ones */
+  PetscReal        normC;
+  Mat              C = sp->C;
 
   PetscFunctionBegin;
   *common = NULL;
-  PetscCall(GetNullVectors(sp, &n, &given));
-  if (!n) {
-    PetscCall(PetscFree(given));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
+  PetscCall(GetNullVectors(sp, &given));
+  if (given.empty()) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNorm(C, NORM_FROBENIUS, &normC));
-  PetscCall(PetscMalloc4(n, &v, n, &image, n, &held, n, &heldImage));
-  for (PetscInt i = 0; i < n; i++) {
+  for (Vec v : given) {
     PetscReal   norm, rest;
     PetscScalar alpha;
+    Vec         image;
 
-    v[nfree] = given[i];
-    PetscCall(VecNorm(v[nfree], NORM_2, &norm));
-    for (PetscInt k = 0; k < nfree; k++) {
-      PetscCall(VecDot(v[nfree], v[k], &alpha));
-      PetscCall(VecAXPY(v[nfree], -alpha, v[k]));
-    }
-    PetscCall(VecNorm(v[nfree], NORM_2, &rest));
+    PetscCall(VecNorm(v, NORM_2, &norm));
+    PetscCall(Orthogonalize(free, v));
+    PetscCall(VecNorm(v, NORM_2, &rest));
     if (rest <= PETSC_SQRT_MACHINE_EPSILON * norm) { /* zero, or a combination of the others, as primal parts may be */
-      PetscCall(VecDestroy(&v[nfree]));
+      PetscCall(VecDestroy(&v));
       continue;
     }
-    PetscCall(MatCreateVecs(C, NULL, &image[nfree]));
-    PetscCall(VecNormalize(v[nfree], NULL));
-    PetscCall(MatMult(C, v[nfree], image[nfree]));
-    for (PetscInt k = 0; k < nheld; k++) {
-      PetscCall(VecDot(image[nfree], heldImage[k], &alpha));
-      PetscCall(VecAXPY(image[nfree], -alpha, heldImage[k]));
-      PetscCall(VecAXPY(v[nfree], -alpha, held[k]));
+    PetscCall(MatCreateVecs(C, NULL, &image));
+    PetscCall(VecNormalize(v, NULL));
+    PetscCall(MatMult(C, v, image));
+    for (size_t k = 0; k < held.size(); k++) {
+      PetscCall(VecDot(image, images[k], &alpha));
+      PetscCall(VecAXPY(image, -alpha, images[k]));
+      PetscCall(VecAXPY(v, -alpha, held[k]));
     }
-    PetscCall(VecNorm(image[nfree], NORM_2, &norm));
+    PetscCall(VecNorm(image, NORM_2, &norm));
     if (norm <= PETSC_SQRT_MACHINE_EPSILON * normC) {
-      PetscCall(VecDestroy(&image[nfree]));
-      PetscCall(VecNormalize(v[nfree], NULL));
-      nfree++;
+      PetscCall(VecDestroy(&image));
+      PetscCall(VecNormalize(v, NULL));
+      free.push_back(v);
     } else {
-      PetscCall(VecScale(v[nfree], 1.0 / norm));
-      PetscCall(VecScale(image[nfree], 1.0 / norm));
-      held[nheld]        = v[nfree];
-      heldImage[nheld++] = image[nfree];
+      PetscCall(VecScale(v, 1.0 / norm));
+      PetscCall(VecScale(image, 1.0 / norm));
+      held.push_back(v);
+      images.push_back(image);
     }
   }
-  if (nfree) {
-    for (PetscInt i = 0; i < nfree; i++) { /* combinations with the held vectors are no longer orthogonal to the earlier ones */
-      for (PetscInt k = 0; k < i; k++) {
-        PetscScalar alpha;
-        PetscCall(VecDot(v[i], v[k], &alpha));
-        PetscCall(VecAXPY(v[i], -alpha, v[k]));
-      }
-      PetscCall(VecNormalize(v[i], NULL));
-    }
-    PetscCall(MatNullSpaceCreate(PetscObjectComm((PetscObject)sp->A), PETSC_FALSE, nfree, v, common));
+  given.clear();
+  for (Vec v : free) { /* combinations with the held vectors are no longer orthogonal to the earlier ones */
+    PetscCall(Orthogonalize(given, v));
+    PetscCall(VecNormalize(v, NULL));
+    given.push_back(v);
   }
-  for (PetscInt i = 0; i < nfree; i++) PetscCall(VecDestroy(&v[i]));
-  for (PetscInt i = 0; i < nheld; i++) {
-    PetscCall(VecDestroy(&held[i]));
-    PetscCall(VecDestroy(&heldImage[i]));
-  }
-  PetscCall(PetscFree(given));
-  PetscCall(PetscFree4(v, image, held, heldImage));
+  if (!free.empty()) PetscCall(MatNullSpaceCreate(PetscObjectComm((PetscObject)sp->A), PETSC_FALSE, (PetscInt)free.size(), free.data(), common));
+  for (const std::vector<Vec> *vecs : {&free, &held, &images})
+    for (Vec v : *vecs) PetscCall(VecDestroy(&v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -290,8 +294,7 @@ PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *sp, Vec
   PetscFunctionBegin;
   PetscCall(PetscObjectQuery((PetscObject)sp->rows[1], "nullspace", (PetscObject *)&nullsp));
   if (!nullsp || sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDuplicate(lambda, &removed));
-  PetscCall(VecCopy(lambda, removed));
+  PetscCall(AinsworthVecClone(lambda, &removed));
   PetscCall(MatNullSpaceRemove(nullsp, lambda));
   PetscCall(VecAXPY(removed, -1.0, lambda));
   PetscCall(MatCreateVecs(C, &force, NULL));

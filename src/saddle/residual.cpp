@@ -1,7 +1,6 @@
 /* What is left of both equations of the program's own system, row by row */
 #include "terms.h"
-#include <memory>
-#include <vector>
+#include "../loops.h"
 
 /*
    `own` is the rounding of the terms of a row of A x + C' lambda = f, through solves with a Gram matrix whose condition number is a million, and 1e8 where it is
@@ -105,63 +104,47 @@ static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthUnmet *worst)
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscBool doubtful, PetscReal tol, PetscReal energy, Vec f, Vec x,
                                           Vec lambda, Vec Ax, Vec residual, AinsworthUnmet *worst)
 {
-  const PetscReal    excused = PetscMax(tol, doubtful ? doubted : own);
-  Vec                diagonal, size, through, forces;
-  PetscInt           first, n, suspicious = 0;
-  PetscReal          displacement;
-  const PetscScalar *d, *r, *s, *t, *p, *force;
+  const PetscReal excused = PetscMax(tol, doubtful ? doubted : own);
+  Vec             diagonal, size, through, forces;
+  PetscInt        first, suspicious = 0;
+  PetscReal       displacement;
 
   PetscFunctionBegin;
   *worst = AinsworthUnmet();
   PetscCall(AinsworthTermsStiffness(sp, &diagonal));
   PetscCall(AinsworthTermsDisplacement(diagonal, x, &displacement, NULL));
   PetscCall(VecGetOwnershipRange(residual, &first, NULL));
-  PetscCall(VecGetLocalSize(residual, &n));
-  PetscCall(VecGetArrayRead(diagonal, &d));
-  PetscCall(VecGetArrayRead(residual, &r));
-  PetscCall(VecGetArrayRead(f, &force));
-  auto allowed = [&](PetscInt i, PetscReal through, PetscReal spread) {
-    const PetscReal stiffness = PetscRealPart(d[i]), cap = force[i] == 0.0 ? PETSC_MAX_REAL : given * tol * PetscAbsScalar(force[i]);
+  auto allowed = [&](PetscReal stiffness, PetscScalar force, PetscReal through, PetscReal spread) {
+    const PetscReal cap   = force == 0.0 ? PETSC_MAX_REAL : given * tol * PetscAbsScalar(force);
     const PetscReal bound = (stiffness > 0.0 ? tol * energy * PetscSqrtReal(stiffness) : PetscMin(tol * energy * through, cap)) +
                             rounding * displacement * stiffness + noise * spread;
 
     return PetscIsInfOrNanReal(bound) ? 0.0 : bound; /* it overflows: a row has its own terms */
   };
-  for (PetscInt i = 0; i < n && !suspicious; i++) suspicious = !(PetscAbsScalar(r[i]) <= allowed(i, 0.0, 0.0));
+  PetscCall(AinsworthForEntries({diagonal, residual}, [&](PetscInt, PetscScalar d, PetscScalar r) {
+    if (!(PetscAbsScalar(r) <= allowed(PetscRealPart(d), 0.0, 0.0, 0.0))) suspicious = 1;
+  }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &suspicious, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)x)));
   if (suspicious) {
-    for (Vec *v : {&size, &through, &forces}) PetscCall(VecDuplicate(x, v));
+    for (Vec *v : {&size, &forces}) PetscCall(VecDuplicate(x, v));
     PetscCall(AinsworthTermsPrimal(sp, transpose, most / excused, f, x, lambda, Ax, size));
     PetscCall(MatMultHermitianTranspose(sp->rowsB, lambda, forces));
     PetscCall(VecAbs(forces));
-    PetscCall(VecCopy(f, through));
-    PetscCall(VecAbs(through));
+    PetscCall(AinsworthDuplicateAbs(f, &through));
     PetscCall(VecAXPY(forces, 1.0, through));
     PetscCall(AinsworthTermsSpread(sp, diagonal, forces));
     PetscCall(AinsworthTermsThroughRows(sp, diagonal, 1.0, NULL, through));
-    PetscCall(VecGetArrayRead(size, &s));
-    PetscCall(VecGetArrayRead(through, &t));
-    PetscCall(VecGetArrayRead(forces, &p));
-    for (PetscInt i = 0; i < n; i++) {
-      const PetscReal terms    = PetscRealPart(s[i]);
-      const PetscReal bound    = PetscMax(allowed(i, PetscRealPart(t[i]), PetscRealPart(p[i])), excused * terms);
-      const PetscReal quotient = AinsworthQuotient(PetscAbsScalar(r[i]), bound);
+    auto look = [&](PetscInt i, PetscScalar d, PetscScalar r, PetscScalar force, PetscScalar s, PetscScalar t, PetscScalar p) {
+      const PetscReal terms    = PetscRealPart(s);
+      const PetscReal bound    = PetscMax(allowed(PetscRealPart(d), force, PetscRealPart(t), PetscRealPart(p)), excused * terms);
+      const PetscReal quotient = AinsworthQuotient(PetscAbsScalar(r), bound);
 
-      if (quotient <= worst->quotient) continue;
-      worst->quotient = quotient;
-      worst->row      = first + i;
-      worst->residual = PetscAbsScalar(r[i]);
-      worst->size     = terms;
-    }
-    PetscCall(VecRestoreArrayRead(size, &s));
-    PetscCall(VecRestoreArrayRead(through, &t));
-    PetscCall(VecRestoreArrayRead(forces, &p));
+      if (quotient > worst->quotient) *worst = {quotient, PetscAbsScalar(r), terms, first + i};
+    };
+    PetscCall(AinsworthForEntries({diagonal, residual, f, size, through, forces}, look));
     for (Vec *v : {&size, &through, &forces}) PetscCall(VecDestroy(v));
     PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), worst));
   }
-  PetscCall(VecRestoreArrayRead(f, &force));
-  PetscCall(VecRestoreArrayRead(diagonal, &d));
-  PetscCall(VecRestoreArrayRead(residual, &r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -183,13 +166,12 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
     {AINSWORTH_ROW_ZERO,      "nonzero on a row of C that is zero (rows %s of the multiplier field): no solution exists"                 },
     {AINSWORTH_ROW_DEPENDENT, "not that of the other rows of C on which it depends (rows %s of the multiplier field): no solution exists"}
   };
-  static const char  near[] = "not met on rows of C that were left out, as the Gram matrix C W C' does not tell them from others (rows %s of the multiplier "
-                              "field): no solution is found where rows are so near each other in the norm of W";
-  Vec                slack, stiffness;
-  PetscReal          rhs, least;
-  AinsworthUnmet     close;
-  const PetscScalar *r, *s, *b, *l = NULL, *e = NULL;
-  std::vector<PetscBool> unmet(sp->local, PETSC_FALSE);
+  static const char near[] = "not met on rows of C that were left out, as the Gram matrix C W C' does not tell them from others (rows %s of the multiplier "
+                             "field): no solution is found where rows are so near each other in the norm of W";
+  Vec               slack, stiffness;
+  PetscReal         rhs, least;
+  AinsworthUnmet    close;
+  std::vector<bool> unmet(sp->local);
 
   PetscFunctionBegin;
   *worst           = AinsworthUnmet();
@@ -197,45 +179,32 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   PetscCall(VecNorm(g, NORM_INFINITY, &rhs));
   PetscCall(VecDuplicate(residual, terms));
   PetscCall(AinsworthTermsDual(sp, PETSC_TRUE, allowed, g, x, lambda, *terms, &slack));
-  if (slack) PetscCall(VecGetArrayRead(slack, &l));
-  PetscCall(VecGetArrayRead(residual, &r));
-  if (earlier) PetscCall(VecGetArrayRead(earlier, &e));
-  PetscCall(VecGetArrayRead(*terms, &s));
-  PetscCall(VecGetArrayRead(g, &b));
-  for (PetscInt i = 0; i < sp->local; i++) {
-    const PetscReal size  = PetscRealPart(s[i]);
-    const bool      empty = size <= PetscAbsScalar(b[i]); /* other zero rows had columns of unknowns that are known */
-    const PetscReal own   = !slack ? 0.0 : PetscRealPart(l[i]) > 0.0 ? PetscRealPart(l[i]) : PetscMin(coupled * tol, 1.0) * size;
-    const PetscReal rest  = PetscAbsScalar(r[i]);
+  auto look = [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar b, PetscScalar l, PetscScalar e) {
+    const PetscReal size  = PetscRealPart(s);
+    const bool      empty = size <= PetscAbsScalar(b); /* other zero rows had columns of unknowns that are known */
+    const PetscReal own   = !slack ? 0.0 : PetscRealPart(l) > 0.0 ? PetscRealPart(l) : PetscMin(coupled * tol, 1.0) * size;
+    const PetscReal rest  = PetscAbsScalar(r);
     const bool      zero = sp->kind[i] == AINSWORTH_ROW_ZERO, dependent = sp->kind[i] == AINSWORTH_ROW_DEPENDENT;
-    const PetscReal noted    = dependent && e ? before * PetscRealPart(e[i]) : 0.0;
+    const PetscReal noted    = dependent && earlier ? before * PetscRealPart(e) : 0.0;
     const PetscReal quotient = AinsworthQuotient(rest, zero && empty ? noise * rhs : AinsworthConsistent * size + own + noted);
     AinsworthUnmet *where    = dependent ? &close : worst;
     const PetscReal part     = sp->nearly ? PetscMin(AinsworthConsistent, PetscMax(10 * tol, told)) : AinsworthConsistent;
     const PetscReal found    = dependent ? AinsworthQuotient(rest, part * size + noted) : quotient;
 
-    unmet[i] = (PetscBool)(quotient > 1.0);
-    if (zero || found <= where->quotient) continue;
-    where->quotient = found;
-    where->row      = sp->first + i;
-    where->residual = rest;
-    where->size     = size;
-  }
-  PetscCall(VecRestoreArrayRead(residual, &r));
-  PetscCall(VecRestoreArrayRead(*terms, &s));
-  if (earlier) PetscCall(VecRestoreArrayRead(earlier, &e));
-  PetscCall(VecRestoreArrayRead(g, &b));
-  if (slack) PetscCall(VecRestoreArrayRead(slack, &l));
+    unmet[i] = quotient > 1.0;
+    if (!zero && found > where->quotient) *where = {found, rest, size, sp->first + i};
+  };
+  PetscCall(AinsworthForEntries({residual, *terms, g, slack ? slack : g, earlier ? earlier : g}, look));
   PetscCall(VecDestroy(&slack));
   PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), worst));
   PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), &close));
   for (const auto &c : contradictions) {
-    char names[128];
+    char              names[128];
+    std::vector<bool> marked(unmet);
 
     if (!sp->count[c.kind] || contradiction[0]) continue;
-    std::unique_ptr<PetscBool[]> marked(new PetscBool[sp->local + 1]); /* a vector of C's bool, which PetscBool is since 3.24, has no array */
-    for (PetscInt i = 0; i < sp->local; i++) marked[i] = (PetscBool)(unmet[i] && sp->kind[i] == c.kind);
-    PetscCall(AinsworthSaddleNameRows(sp, marked.get(), names, sizeof(names)));
+    for (PetscInt i = 0; i < sp->local; i++) marked[i] = marked[i] && sp->kind[i] == c.kind;
+    PetscCall(AinsworthSaddleNameRows(sp, marked, names, sizeof(names)));
     if (!names[0]) continue;
     PetscCall(AinsworthTermsStiffness(sp, &stiffness));
     PetscCall(VecMin(stiffness, NULL, &least)); /* 0: an unknown without stiffness, whose weight is made up */

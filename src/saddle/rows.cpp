@@ -1,39 +1,20 @@
 #include "saddle.h"
-#include <limits>
-
-/* All ranks: the smallest of the rows that the ranks found, -1 where none did */
-static PetscErrorCode FirstRow(MPI_Comm comm, PetscInt *row)
-{
-  PetscInt first = *row < 0 ? std::numeric_limits<PetscInt>::max() : *row;
-
-  PetscFunctionBegin;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, comm));
-  *row = first == std::numeric_limits<PetscInt>::max() ? -1 : first;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+#include "../loops.h"
+#include "../objects.h"
 
 /* Which of the local rows of M, AIJ, have nonzero entries, and whether off the diagonal; of M = NULL none. bad: the first row with NaN or Inf */
-static PetscErrorCode LookAtRows(Mat M, PetscBool nonzero[], PetscBool coupled[], PetscInt *bad)
+static PetscErrorCode LookAtRows(Mat M, std::vector<char> *nonzero, std::vector<char> *coupled, PetscInt *bad)
 {
-  PetscInt rstart, rend;
-
   PetscFunctionBegin;
   if (!M) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatGetOwnershipRange(M, &rstart, &rend));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt           ncols;
-    const PetscInt    *cols;
-    const PetscScalar *v;
-
-    PetscCall(MatGetRow(M, i, &ncols, &cols, &v));
-    for (PetscInt k = 0; k < ncols; k++) {
-      if (v[k] == 0.0) continue;
-      nonzero[i - rstart] = PETSC_TRUE;
-      if (coupled && cols[k] != i) coupled[i - rstart] = PETSC_TRUE;
-      if (PetscIsInfOrNanScalar(v[k]) && (*bad < 0 || i < *bad)) *bad = i;
+  PetscCall(AinsworthForRows(M, [=](const AinsworthMatRow &row) {
+    for (PetscInt k = 0; k < row.n; k++) {
+      if (row.a[k] == 0.0) continue;
+      (*nonzero)[row.local] = 1;
+      if (coupled && row.j[k] != row.number) (*coupled)[row.local] = 1;
+      if (PetscIsInfOrNanScalar(row.a[k]) && (*bad < 0 || row.number < *bad)) *bad = row.number;
     }
-    PetscCall(MatRestoreRow(M, i, &ncols, &cols, &v));
-  }
+  }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -50,10 +31,8 @@ static PetscErrorCode SelectRows(const AinsworthSaddle *sp, Mat all, PetscBool s
     if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) index[n++] = sp->first + i;
   PetscCall(ISCreateGeneral(comm, n, index, PETSC_OWN_POINTER, &rows));
   PetscCall(MatGetOwnershipRangeColumn(all, &cstart, &cend));
-  if (square) {
-    PetscCall(PetscObjectReference((PetscObject)rows));
-    cols = rows;
-  } else PetscCall(ISCreateStride(comm, cend - cstart, cstart, 1, &cols));
+  if (square) PetscCall(AinsworthShare(rows, &cols));
+  else PetscCall(ISCreateStride(comm, cend - cstart, cstart, 1, &cols));
   PetscCall(MatCreateSubMatrix(all, rows, cols, MAT_INITIAL_MATRIX, kept));
   PetscCall(ISDestroy(&rows));
   PetscCall(ISDestroy(&cols));
@@ -67,9 +46,7 @@ static PetscErrorCode SelectRows(const AinsworthSaddle *sp, Mat all, PetscBool s
 static PetscErrorCode BalanceRows(AinsworthSaddle *sp)
 {
   static const PetscReal large = 1e60; /* a product of some such numbers, and of those of C, has to be finite */
-  PetscScalar           *b;
   PetscReal              most;
-  PetscInt               m;
 
   PetscFunctionBegin;
   PetscCall(VecDestroy(&sp->balance));
@@ -82,18 +59,14 @@ static PetscErrorCode BalanceRows(AinsworthSaddle *sp)
     PetscCall(VecDestroy(&sp->balance));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(VecGetLocalSize(sp->balance, &m));
-  PetscCall(VecGetArray(sp->balance, &b));
-  for (PetscInt i = 0; i < m; i++) b[i] = PetscRealPart(b[i]) > large ? PetscPowReal(2.0, -PetscFloorReal(0.5 * PetscLog2Real(PetscRealPart(b[i])))) : 1.0;
-  PetscCall(VecRestoreArray(sp->balance, &b));
+  PetscCall(AinsworthUpdate(sp->balance, [](PetscInt, PetscScalar &b) {
+    b = PetscRealPart(b) > large ? PetscPowReal(2.0, -PetscFloorReal(0.5 * PetscLog2Real(PetscRealPart(b)))) : 1.0;
+  }));
   for (Mat *M : {&sp->C, &sp->B, &sp->D}) {
-    Mat  copy;
-    bool again = M == &sp->B && sp->rowsB == sp->rowsC;
+    Mat copy;
 
-    if (again) {
-      PetscCall(PetscObjectReference((PetscObject)sp->C));
-      copy = sp->C;
-    } else {
+    if (M == &sp->B && sp->rowsB == sp->rowsC) PetscCall(AinsworthShare(sp->C, &copy));
+    else {
       PetscCall(MatDuplicate(*M, MAT_COPY_VALUES, &copy));
       PetscCall(MatDiagonalScale(copy, sp->balance, M == &sp->D ? sp->balance : NULL));
     }
@@ -106,8 +79,7 @@ static PetscErrorCode BalanceRows(AinsworthSaddle *sp)
 /* sp->C, B and D, from those with all rows */
 static PetscErrorCode SplitRows(AinsworthSaddle *sp)
 {
-  PetscInt  count[AINSWORTH_ROW_KINDS] = {0}, rows, row, col = -1;
-  PetscBool same = (PetscBool)(sp->rowsB == sp->rowsC);
+  PetscInt count[AINSWORTH_ROW_KINDS] = {0}, rows, row, col = -1;
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < sp->local; i++) count[sp->kind[i]]++;
@@ -117,18 +89,15 @@ static PetscErrorCode SplitRows(AinsworthSaddle *sp)
   PetscCall(MatDestroy(&sp->B));
   PetscCall(MatDestroy(&sp->D));
   if (sp->count[AINSWORTH_ROW_CONSTRAINT] == rows) {
-    sp->C = sp->rowsC;
-    sp->B = sp->rowsB;
-    sp->D = sp->rowsD;
-    for (Mat M : {sp->C, sp->B, sp->D}) PetscCall(PetscObjectReference((PetscObject)M));
+    PetscCall(AinsworthShare(sp->rowsC, &sp->C));
+    PetscCall(AinsworthShare(sp->rowsB, &sp->B));
+    PetscCall(AinsworthShare(sp->rowsD, &sp->D));
     PetscCall(BalanceRows(sp));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SelectRows(sp, sp->rowsC, PETSC_FALSE, &sp->C));
-  if (same) {
-    PetscCall(PetscObjectReference((PetscObject)sp->C));
-    sp->B = sp->C;
-  } else PetscCall(SelectRows(sp, sp->rowsB, PETSC_FALSE, &sp->B));
+  if (sp->rowsB == sp->rowsC) PetscCall(AinsworthShare(sp->C, &sp->B));
+  else PetscCall(SelectRows(sp, sp->rowsB, PETSC_FALSE, &sp->B));
   if (sp->rowsD) {
     PetscCall(SelectRows(sp, sp->rowsD, PETSC_TRUE, &sp->D));
     PetscCall(AinsworthMatFindNonzero(sp->D, &row, &col));
@@ -145,37 +114,31 @@ static PetscErrorCode SplitRows(AinsworthSaddle *sp)
 */
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *sp)
 {
-  const Mat  Bs   = sp->rowsB == sp->rowsC ? NULL : sp->rowsB;
-  MPI_Comm   comm = PetscObjectComm((PetscObject)sp->rowsC);
-  PetscInt   bad  = -1, rend;
-  PetscBool *flags, *inC, *inB, *inRow, *inColumn, *row, *column;
-  Mat        columns = NULL;
+  const Mat Bs      = sp->rowsB == sp->rowsC ? NULL : sp->rowsB;
+  Mat       columns = NULL;
+  PetscInt  bad     = -1;
 
   PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(sp->rowsC, &sp->first, &rend));
-  sp->local = rend - sp->first;
+  PetscCall(MatGetOwnershipRange(sp->rowsC, &sp->first, NULL));
+  PetscCall(MatGetLocalSize(sp->rowsC, &sp->local, NULL));
   PetscCall(PetscMalloc1(sp->local, &sp->kind));
-  PetscCall(PetscCalloc1(6 * sp->local, &flags));
-  inC      = flags;
-  inB      = Bs ? flags + sp->local : inC;
-  inRow    = flags + 2 * sp->local; /* of D, anything, and more than D_ii */
-  row      = flags + 3 * sp->local;
-  inColumn = flags + 4 * sp->local;
-  column   = flags + 5 * sp->local;
+  std::vector<char> inC(sp->local), inB(sp->local), inRow(sp->local), inColumn(sp->local), row(sp->local), column(sp->local); /* row, column: more than D_ii */
+
   if (sp->rowsD) PetscCall(MatTranspose(sp->rowsD, MAT_INITIAL_MATRIX, &columns));
-  PetscCall(LookAtRows(sp->rowsC, inC, NULL, &bad));
-  PetscCall(LookAtRows(Bs, inB, NULL, &bad));
-  PetscCall(LookAtRows(sp->rowsD, inRow, row, &bad));
-  PetscCall(LookAtRows(columns, inColumn, column, &bad));
+  PetscCall(LookAtRows(sp->rowsC, &inC, NULL, &bad));
+  PetscCall(LookAtRows(Bs, &inB, NULL, &bad));
+  PetscCall(LookAtRows(sp->rowsD, &inRow, &row, &bad));
+  PetscCall(LookAtRows(columns, &inColumn, &column, &bad));
   PetscCall(MatDestroy(&columns));
   for (PetscInt i = 0; i < sp->local; i++) {
+    const bool acts = Bs ? inB[i] : inC[i];
+
     if (!inC[i] && !inRow[i]) sp->kind[i] = AINSWORTH_ROW_ZERO;
     else if (!inC[i] && !row[i]) sp->kind[i] = AINSWORTH_ROW_DECOUPLED;
-    else if (!inB[i] && inColumn[i] && !column[i]) sp->kind[i] = AINSWORTH_ROW_PASSIVE;
+    else if (!acts && inColumn[i] && !column[i]) sp->kind[i] = AINSWORTH_ROW_PASSIVE;
     else sp->kind[i] = AINSWORTH_ROW_CONSTRAINT;
   }
-  PetscCall(PetscFree(flags));
-  PetscCall(FirstRow(comm, &bad));
+  PetscCall(AinsworthAgreeOnFirst(PetscObjectComm((PetscObject)sp->rowsC), &bad));
   if (bad >= 0)
     PetscCall(PetscSNPrintf(sp->bad, sizeof(sp->bad), "row %" PetscInt_FMT " of C, or of the other blocks of the multipliers, holds NaN or Inf", bad));
   else PetscCall(SplitRows(sp));
@@ -183,7 +146,7 @@ PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *sp)
 }
 
 /* marked, of the local rows: those of n that are known by their number in sp->C, rising, the same on all ranks */
-static PetscErrorCode MarkKept(const AinsworthSaddle *sp, PetscInt n, const PetscInt numbers[], PetscBool marked[])
+static PetscErrorCode MarkKept(const AinsworthSaddle *sp, PetscInt n, const PetscInt numbers[], std::vector<bool> *marked)
 {
   PetscInt row, next = 0;
 
@@ -191,8 +154,8 @@ static PetscErrorCode MarkKept(const AinsworthSaddle *sp, PetscInt n, const Pets
   PetscCall(MatGetOwnershipRange(sp->C, &row, NULL));
   while (next < n && numbers[next] < row) next++;
   for (PetscInt i = 0; i < sp->local; i++) {
-    marked[i] = (PetscBool)(sp->kind[i] == AINSWORTH_ROW_CONSTRAINT && next < n && row++ == numbers[next]);
-    next += marked[i];
+    marked->push_back(sp->kind[i] == AINSWORTH_ROW_CONSTRAINT && next < n && row++ == numbers[next]);
+    next += marked->back();
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -200,45 +163,41 @@ static PetscErrorCode MarkKept(const AinsworthSaddle *sp, PetscInt n, const Pets
 /* Takes rows out of sp->C that depend on the others: n of them, by their number in sp->C, rising, the same on all ranks */
 PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *sp, PetscInt n, const PetscInt dependent[])
 {
-  PetscBool *marked;
+  std::vector<bool> marked;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(sp->local, &marked));
-  PetscCall(MarkKept(sp, n, dependent, marked));
+  PetscCall(MarkKept(sp, n, dependent, &marked));
   for (PetscInt i = 0; i < sp->local; i++)
     if (marked[i]) sp->kind[i] = AINSWORTH_ROW_DEPENDENT;
-  PetscCall(PetscFree(marked));
   PetscCall(SplitRows(sp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Collective: "3, 17, 20 and 37 more", the marked ones of the local rows of all ranks, in the program's numbering of the multiplier field */
-PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *sp, const PetscBool marked[], char text[], size_t len)
+PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *sp, const std::vector<bool> &marked, char text[], size_t len)
 {
   const int shown = 5;
   PetscInt  total = 0, next = 0;
   MPI_Comm  comm = PetscObjectComm((PetscObject)sp->rowsC);
+  char      part[48];
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < sp->local; i++) total += marked[i];
+  for (bool mark : marked) total += mark;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &total, 1, MPIU_INT, MPI_SUM, comm));
   text[0] = 0;
   for (int k = 0; k < PetscMin(total, shown); k++) {
     PetscInt row;
-    char     number[32];
 
     while (next < sp->local && !marked[next]) next++;
-    row = next < sp->local ? sp->first + next : std::numeric_limits<PetscInt>::max();
-    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &row, 1, MPIU_INT, MPI_MIN, comm));
+    row = next < sp->local ? sp->first + next : -1;
+    PetscCall(AinsworthAgreeOnFirst(comm, &row));
     if (row == sp->first + next) next++;
-    PetscCall(PetscSNPrintf(number, sizeof(number), "%s%" PetscInt_FMT, k ? ", " : "", row));
-    PetscCall(PetscStrlcat(text, number, len));
+    PetscCall(PetscSNPrintf(part, sizeof(part), "%s%" PetscInt_FMT, k ? ", " : "", row));
+    PetscCall(PetscStrlcat(text, part, len));
   }
   if (total > shown) {
-    char more[48];
-
-    PetscCall(PetscSNPrintf(more, sizeof(more), " and %" PetscInt_FMT " more", total - shown));
-    PetscCall(PetscStrlcat(text, more, len));
+    PetscCall(PetscSNPrintf(part, sizeof(part), " and %" PetscInt_FMT " more", total - shown));
+    PetscCall(PetscStrlcat(text, part, len));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -246,26 +205,22 @@ PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *sp, const PetscBoo
 /* The rows of a kind */
 PetscErrorCode AinsworthSaddleNameKind(const AinsworthSaddle *sp, AinsworthRowKind kind, char text[], size_t len)
 {
-  PetscBool *marked;
+  std::vector<bool> marked;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(sp->local, &marked));
-  for (PetscInt i = 0; i < sp->local; i++) marked[i] = (PetscBool)(sp->kind[i] == kind);
+  for (PetscInt i = 0; i < sp->local; i++) marked.push_back(sp->kind[i] == kind);
   PetscCall(AinsworthSaddleNameRows(sp, marked, text, len));
-  PetscCall(PetscFree(marked));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* n rows by their numbers in sp->C, as in AinsworthSaddleDropDependent() */
 PetscErrorCode AinsworthSaddleNameKept(const AinsworthSaddle *sp, PetscInt n, const PetscInt numbers[], char text[], size_t len)
 {
-  PetscBool *marked;
+  std::vector<bool> marked;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(sp->local, &marked));
-  PetscCall(MarkKept(sp, n, numbers, marked));
+  PetscCall(MarkKept(sp, n, numbers, &marked));
   PetscCall(AinsworthSaddleNameRows(sp, marked, text, len));
-  PetscCall(PetscFree(marked));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,4 +1,5 @@
 #include "saddle.h"
+#include "../objects.h"
 
 /* The matrix that holds the entries of C, and whether C is that matrix, its transpose or its adjoint */
 static PetscErrorCode GetSource(Mat block, Mat transposed, Mat *source, PetscBool *transpose, PetscBool *hermitian)
@@ -12,9 +13,8 @@ static PetscErrorCode GetSource(Mat block, Mat transposed, Mat *source, PetscBoo
   if (!*source) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthGetTransposed(*source, &view, hermitian));
   if (view) {
-    *source = view;
-    if (*transpose) *transpose = PETSC_FALSE;
-    else *transpose = PETSC_TRUE;
+    *source    = view;
+    *transpose = (PetscBool) !*transpose;
   } else *hermitian = *transpose; /* an absent block is the adjoint of the present one */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -36,24 +36,19 @@ static PetscErrorCode GetConstraints(Mat source, PetscBool transpose, PetscBool 
 /* Where there are constraints the entries of A are asked for: a copy takes the place of a small matrix that does not give them */
 static PetscErrorCode CopyOpaque(AinsworthSaddle *sp)
 {
-  Mat          A = sp->block[AINSWORTH_BLOCK_A], copy;
-  MatNullSpace nullsp, near;
-  PetscBool    opaque = PETSC_FALSE;
-  PetscInt     m;
+  Mat       A      = sp->block[AINSWORTH_BLOCK_A], copy;
+  PetscBool opaque = PETSC_FALSE;
+  PetscInt  m;
 
   PetscFunctionBegin;
   PetscCall(MatGetSize(sp->rowsC, &m, NULL));
   if (m) PetscCall(AinsworthCheckEntries(A, sp->name[AINSWORTH_BLOCK_A], "A", &opaque));
   if (!opaque) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthGetAIJ(A, &copy));
-  PetscCall(MatGetNullSpace(A, &nullsp));
-  PetscCall(MatGetNearNullSpace(A, &near));
-  PetscCall(MatSetNullSpace(copy, nullsp));
-  PetscCall(MatSetNearNullSpace(copy, near));
+  PetscCall(AinsworthCopyNullSpaces(A, copy));
   if (sp->block[AINSWORTH_BLOCK_P] == A) {
     PetscCall(MatDestroy(&sp->block[AINSWORTH_BLOCK_P]));
-    PetscCall(PetscObjectReference((PetscObject)copy));
-    sp->block[AINSWORTH_BLOCK_P] = copy;
+    PetscCall(AinsworthShare(copy, &sp->block[AINSWORTH_BLOCK_P]));
   }
   PetscCall(MatDestroy(&sp->block[AINSWORTH_BLOCK_A]));
   sp->block[AINSWORTH_BLOCK_A] = copy;
@@ -74,8 +69,7 @@ static PetscErrorCode GetOtherSide(AinsworthSaddle *sp)
   }
   if (!same) PetscCall(AinsworthProbeAdjoint(sp->rowsC, transposed, &same, &sp->negated));
   if (same || sp->negated) {
-    PetscCall(PetscObjectReference((PetscObject)sp->rowsC));
-    sp->rowsB = sp->rowsC;
+    PetscCall(AinsworthShare(sp->rowsC, &sp->rowsB));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AinsworthCheckEntries(source[1], sp->name[AINSWORTH_BLOCK_B], "which is not the transpose of C", &opaque));
@@ -109,8 +103,7 @@ static PetscErrorCode GetCompliance(AinsworthSaddle *sp, Mat last)
   PetscCall(PetscObjectGetId((PetscObject)aij, &id));
   PetscCall(MatGetNonzeroState(aij, &pattern));
   if (last && id == sp->idD && pattern == sp->patternD) {
-    PetscCall(PetscObjectReference((PetscObject)last));
-    sp->rowsD = last;
+    PetscCall(AinsworthShare(last, &sp->rowsD));
     PetscCall(MatCopy(aij, sp->rowsD, SAME_NONZERO_PATTERN));
   } else PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &sp->rowsD));
   sp->idD      = id;
@@ -193,18 +186,14 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
   *(AinsworthSaddleBlocks *)sp = found;
   PetscCall(AinsworthSaddleGetWhole(in->amat, in->pmat, &sp->whole));
   PetscCall(PetscObjectReference((PetscObject)sp->whole));
-  PetscCall(PetscObjectReference((PetscObject)in->pmat));
-  sp->numbering = in->pmat;
+  PetscCall(AinsworthShare(in->pmat, &sp->numbering));
   PetscCall(GetSource(sp->block[AINSWORTH_BLOCK_C], sp->block[AINSWORTH_BLOCK_B], &source, &transpose, &hermitian));
   PetscCall(AinsworthCheckEntries(source, sp->name[sp->block[AINSWORTH_BLOCK_C] ? AINSWORTH_BLOCK_C : AINSWORTH_BLOCK_B], "C", &opaque));
   PetscCall(GetConstraints(source, transpose, hermitian, &sp->rowsC));
-  PetscCall(PetscObjectReference((PetscObject)sp->rowsC));
-  sp->givenC = sp->rowsC;
+  PetscCall(AinsworthShare(sp->rowsC, &sp->givenC));
   PetscCall(CopyOpaque(sp));
-  sp->A = sp->block[AINSWORTH_BLOCK_A];
-  sp->P = sp->block[AINSWORTH_BLOCK_P];
-  PetscCall(PetscObjectReference((PetscObject)sp->A));
-  PetscCall(PetscObjectReference((PetscObject)sp->P));
+  PetscCall(AinsworthShare(sp->block[AINSWORTH_BLOCK_A], &sp->A));
+  PetscCall(AinsworthShare(sp->block[AINSWORTH_BLOCK_P], &sp->P));
   PetscCall(AinsworthBlockNorm(sp->A, &norm));
   PetscCall(CheckFinite(sp->A, norm, sp->bad, sizeof(sp->bad)));
   if (!sp->bad[0]) {
@@ -218,8 +207,7 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
     PetscCall(AinsworthMatEqual(sp->rowsC, sp->rowsB, &same));
     if (same) {
       PetscCall(MatDestroy(&sp->rowsB));
-      PetscCall(PetscObjectReference((PetscObject)sp->rowsC));
-      sp->rowsB = sp->rowsC;
+      PetscCall(AinsworthShare(sp->rowsC, &sp->rowsB));
     }
   }
   PetscCall(AinsworthSaddleClassifyRows(sp));

@@ -89,8 +89,9 @@ PetscErrorCode AinsworthFindOpaque(Mat, Mat *);
 PetscErrorCode AinsworthGetTransposed(Mat, Mat *, PetscBool *);
 PetscErrorCode AinsworthCheckEntries(Mat, const char[], const char[], PetscBool *);
 PetscErrorCode AinsworthGetAIJ(Mat, Mat *);
-PetscErrorCode AinsworthCreateAIJ(MPI_Comm, PetscInt, PetscInt, const std::vector<PetscInt> &, const std::vector<PetscInt> &, const std::vector<PetscScalar> &,
-                                  Mat *);
+PetscErrorCode AinsworthCreateAIJ(MPI_Comm, PetscInt, const AinsworthEntries &, Mat *);
+PetscErrorCode AinsworthIsCoupled(Mat, PetscInt, bool *);
+PetscErrorCode AinsworthCopyNullSpaces(Mat, Mat);
 PetscErrorCode AinsworthAbsoluteAIJ(Mat, Mat *);
 PetscErrorCode AinsworthAddAIJ(Mat, Mat *);
 PetscErrorCode AinsworthMakePatternSymmetric(Mat *);
@@ -105,6 +106,7 @@ PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
 PetscErrorCode AinsworthVecGetFlat(Mat, PetscBool, Vec, Vec *);
 PetscErrorCode AinsworthVecRestoreFlat(Mat, PetscBool, Vec, PetscBool, Vec *);
 PetscErrorCode AinsworthCreateDiagonal(Mat, Vec *);
+PetscErrorCode AinsworthVecGather(Vec, PetscInt, const PetscInt[], Vec *);
 
 /* nodes.cpp */
 PetscErrorCode AinsworthFindNodes(Mat, PetscInt *, std::vector<PetscInt> *);
@@ -139,7 +141,7 @@ PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *, Mat, Pets
 /* rows.cpp: the rows of the multiplier field */
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *, PetscInt, const PetscInt[]);
-PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *, const PetscBool[], char[], size_t);
+PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *, const std::vector<bool> &, char[], size_t);
 PetscErrorCode AinsworthSaddleNameKind(const AinsworthSaddle *, AinsworthRowKind, char[], size_t);
 PetscErrorCode AinsworthSaddleNameKept(const AinsworthSaddle *, PetscInt, const PetscInt[], char[], size_t);
 PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *, char[], size_t);
@@ -148,6 +150,7 @@ PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *, char[], size
 PetscErrorCode AinsworthProbeSymmetry(Mat, PetscBool *);
 
 /* check.cpp: values of the blocks, and whether block (0,1) is the adjoint of C */
+PetscErrorCode AinsworthAgreeOnFirst(MPI_Comm, PetscInt *);
 PetscErrorCode AinsworthMatEqual(Mat, Mat, PetscBool *);
 PetscErrorCode AinsworthMatFindNonzero(Mat, PetscInt *, PetscInt *);
 PetscErrorCode AinsworthMatFindNotFinite(Mat, PetscInt *, PetscInt *);

@@ -90,15 +90,15 @@ PetscErrorCode AinsworthSplitCreate(Mat aij, const IS rows[2], const IS cols[2],
 
 /* Calls visit(block, column, value) for each entry of a part, row by row */
 template <typename Visit>
-static inline void ForEntries(const AinsworthPart &part, const std::vector<PetscInt> &rows, const std::vector<PetscInt> &cols, const PetscReal factor[],
+static inline void ForEntries(const AinsworthCSR &part, const std::vector<PetscInt> &rows, const std::vector<PetscInt> &cols, const PetscReal factor[],
                               Visit visit)
 {
   for (PetscInt r = 0; r < part.n; r++) {
     const int       row = rows[r] < 0 ? 2 : 0; /* A and B, or C and D */
     const PetscReal s   = factor ? factor[r] : 1.0;
 
-    for (PetscInt k = part.i[r]; k < part.i[r + 1]; k++) {
-      const PetscInt c = cols[part.j[k]];
+    for (PetscInt k = part.ia[r]; k < part.ia[r + 1]; k++) {
+      const PetscInt c = cols[part.ja[k]];
 
       if (c >= 0) visit(row, c, s * part.a[k]);
       else visit(row + 1, Flip(c), s * part.a[k]);
@@ -106,22 +106,16 @@ static inline void ForEntries(const AinsworthPart &part, const std::vector<Petsc
   }
 }
 
-/* Entries of B or D, few, in the making */
-struct Few {
-  std::vector<PetscInt>    j;
-  std::vector<PetscScalar> a;
-};
-
 /* Rows of a part of the whole become rows of A and B, or of C and D, in one pass: nearly all of their entries are those of A, or of C */
-static void FillRows(const AinsworthPart &part, const AinsworthSplit *split, int which, bool multipliers, const PetscReal factor[], AinsworthRows *rows,
+static void FillRows(const AinsworthCSR &part, const AinsworthSplit *split, int which, bool multipliers, const PetscReal factor[], AinsworthRows *rows,
                      AinsworthRows *rest)
 {
-  const PetscInt *map   = split->cols[which].data();
-  PetscInt        bound = 0, n = 0;
-  Few             few;
+  const PetscInt  *map   = split->cols[which].data();
+  PetscInt         bound = 0, n = 0;
+  AinsworthEntries few; /* of B or D */
 
   for (PetscInt r = 0; r < part.n; r++)
-    if ((split->rows[r] < 0) == multipliers) bound += part.i[r + 1] - part.i[r];
+    if ((split->rows[r] < 0) == multipliers) bound += part.ia[r + 1] - part.ia[r];
   rows->reserve(bound);
   PetscInt    *j = rows->j.get();
   PetscScalar *a = rows->a.get();
@@ -130,23 +124,21 @@ static void FillRows(const AinsworthPart &part, const AinsworthSplit *split, int
     if ((split->rows[r] < 0) != multipliers) continue;
     const PetscReal s = factor ? factor[r] : 1.0;
 
-    for (PetscInt k = part.mat ? part.i[r] : 0, end = part.mat ? part.i[r + 1] : 0; k < end; k++) {
-      const PetscInt c = map[part.j[k]];
+    for (PetscInt k = part.mat ? part.ia[r] : 0, end = part.mat ? part.ia[r + 1] : 0; k < end; k++) {
+      const PetscInt c = map[part.ja[k]];
 
       if (c >= 0) {
         j[n]   = c;
         a[n++] = s * part.a[k];
-      } else {
-        few.j.push_back(Flip(c));
-        few.a.push_back(s * part.a[k]);
-      }
+      } else few.add(Flip(c), s * part.a[k]);
     }
     rows->i.push_back(n);
-    rest->i.push_back((PetscInt)few.j.size());
+    few.endRow();
   }
-  rest->reserve((PetscInt)few.j.size());
-  std::copy(few.j.begin(), few.j.end(), rest->j.get());
-  std::copy(few.a.begin(), few.a.end(), rest->a.get());
+  rest->reserve((PetscInt)few.columns.size());
+  std::copy(few.columns.begin(), few.columns.end(), rest->j.get());
+  std::copy(few.values.begin(), few.values.end(), rest->a.get());
+  rest->i = std::move(few.start);
 }
 
 /* AinsworthSplitFill - the blocks A, B, C, D, or A alone; factor: of each row, NULL: 1 */
@@ -160,12 +152,12 @@ PetscErrorCode AinsworthSplitFill(Mat aij, const AinsworthSplit *split, int want
   PetscFunctionBegin;
   PetscCall(AinsworthAIJGetParts(aij, mat, &ghosts, &nghosts));
   for (int p = 0; p < 2; p++) {
-    AinsworthPart part;
+    AinsworthCSR part;
 
-    PetscCall(AinsworthPartGet(mat[p], &part));
+    PetscCall(part.open(mat[p]));
     for (auto &r : rows[p]) r.reset(new AinsworthRows);
     for (int k = 0; k < wanted; k += 2) FillRows(part, split, p, k > 0, factor, rows[p][k].get(), rows[p][k + 1].get());
-    PetscCall(AinsworthPartRestore(&part));
+    PetscCall(part.close());
   }
   for (int k = 0; k < wanted; k++)
     PetscCall(AinsworthMatCreateFromRows(PetscObjectComm((PetscObject)aij), split->size[k % 2], std::move(rows[0][k]), std::move(rows[1][k]), &block[k]));
@@ -181,7 +173,7 @@ PetscErrorCode AinsworthSplitRefill(Mat aij, const AinsworthSplit *split, int wa
   Mat             mat[2], parts[4][2];
   const PetscInt *ghosts;
   PetscInt        nghosts, changed[4] = {0, 0, 0, 0};
-  AinsworthPart   part[2];
+  AinsworthCSR    part[2];
 
   PetscFunctionBegin;
   PetscCall(AinsworthAIJGetParts(aij, mat, &ghosts, &nghosts));
@@ -189,7 +181,7 @@ PetscErrorCode AinsworthSplitRefill(Mat aij, const AinsworthSplit *split, int wa
   for (int p = 0; p < 2; p++) {
     const PetscScalar *start[4] = {NULL}, *a[4] = {NULL};
 
-    PetscCall(AinsworthPartGet(mat[p], &part[p]));
+    PetscCall(part[p].open(mat[p]));
     for (int k = 0; k < wanted && mat[p]; k++) PetscCall(MatSeqAIJGetArrayRead(parts[k][p], &start[k]));
     for (int k = 0; k < 4; k++) a[k] = start[k];
     auto compare = [&](int k, PetscInt, PetscScalar v) {
@@ -211,7 +203,7 @@ PetscErrorCode AinsworthSplitRefill(Mat aij, const AinsworthSplit *split, int wa
     if (changed[0] || changed[1] || changed[2] || changed[3]) ForEntries(part[p], split->rows, split->cols[p], factor, fill);
     for (int k = 0; k < wanted && mat[p]; k++)
       if (changed[k]) PetscCall(MatSeqAIJRestoreArrayWrite(parts[k][p], &start[k]));
-    PetscCall(AinsworthPartRestore(&part[p]));
+    PetscCall(part[p].close());
   }
   for (int k = 0; k < wanted; k++)
     if (changed[k]) PetscCall(PetscObjectStateIncrease((PetscObject)block[k]));

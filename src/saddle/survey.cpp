@@ -1,19 +1,16 @@
 #include "survey.h"
 #include "saddle.h"
+#include "../loops.h"
 #include <algorithm>
-#include <limits>
 
 /* Collective: the place of the smallest (or largest) value of all ranks, and that value; -1 where no rank has any */
 static PetscErrorCode AgreeOnPlace(MPI_Comm comm, bool largest, PetscReal *value, PetscInt *place)
 {
   PetscReal best = *place < 0 ? PETSC_MAX_REAL : largest ? -*value : *value, mine = best;
-  PetscInt  at;
-
   PetscFunctionBegin;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &best, 1, MPIU_REAL, MPIU_MIN, comm));
-  at = *place >= 0 && mine == best ? *place : std::numeric_limits<PetscInt>::max();
-  PetscCall(MPIU_Allreduce(&at, place, 1, MPIU_INT, MPI_MIN, comm));
-  if (*place == std::numeric_limits<PetscInt>::max()) *place = -1;
+  if (mine != best) *place = -1;
+  PetscCall(AinsworthAgreeOnFirst(comm, place));
   *value = *place < 0 ? 0.0 : largest ? -best : best;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -21,25 +18,21 @@ static PetscErrorCode AgreeOnPlace(MPI_Comm comm, bool largest, PetscReal *value
 /* Collective: the signs and the moduli of the entries of a vector */
 PetscErrorCode AinsworthSurveyVec(Vec v, AinsworthSurvey *survey)
 {
-  MPI_Comm           comm = PetscObjectComm((PetscObject)v);
-  PetscInt           n, start, count[3] = {0, 0, 0};
-  PetscReal          first[2] = {0.0, 0.0}; /* places are agreed on as values are */
-  const PetscScalar *a;
+  MPI_Comm comm = PetscObjectComm((PetscObject)v);
+  PetscInt start, count[3] = {0, 0, 0};
 
   PetscFunctionBegin;
   *survey = AinsworthSurvey();
-  PetscCall(VecGetLocalSize(v, &n));
   PetscCall(VecGetOwnershipRange(v, &start, NULL));
-  PetscCall(VecGetArrayRead(v, &a));
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal size = PetscAbsScalar(a[i]);
+  PetscCall(AinsworthForEntries({v}, [&](PetscInt i, PetscScalar a) {
+    const PetscReal size = PetscAbsScalar(a);
 
-    count[0] += PetscRealPart(a[i]) > 0.0;
-    count[1] += PetscRealPart(a[i]) < 0.0;
+    count[0] += PetscRealPart(a) > 0.0;
+    count[1] += PetscRealPart(a) < 0.0;
     count[2] += size == 0.0;
-    if (PetscRealPart(a[i]) < 0.0 && survey->firstNegative < 0) survey->firstNegative = start + i;
+    if (PetscRealPart(a) < 0.0 && survey->firstNegative < 0) survey->firstNegative = start + i;
     if (size == 0.0 && survey->firstZero < 0) survey->firstZero = start + i;
-    if (!(size > 0.0)) continue;
+    if (!(size > 0.0)) return;
     if (survey->leastRow < 0 || size < survey->least) {
       survey->least    = size;
       survey->leastRow = start + i;
@@ -48,16 +41,15 @@ PetscErrorCode AinsworthSurveyVec(Vec v, AinsworthSurvey *survey)
       survey->most    = size;
       survey->mostRow = start + i;
     }
-  }
-  PetscCall(VecRestoreArrayRead(v, &a));
+  }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 3, MPIU_INT, MPI_SUM, comm));
   survey->positive = count[0];
   survey->negative = count[1];
   survey->zero     = count[2];
   PetscCall(AgreeOnPlace(comm, false, &survey->least, &survey->leastRow));
   PetscCall(AgreeOnPlace(comm, true, &survey->most, &survey->mostRow));
-  PetscCall(AgreeOnPlace(comm, false, &first[0], &survey->firstNegative));
-  PetscCall(AgreeOnPlace(comm, false, &first[1], &survey->firstZero));
+  PetscCall(AinsworthAgreeOnFirst(comm, &survey->firstNegative));
+  PetscCall(AinsworthAgreeOnFirst(comm, &survey->firstZero));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -76,7 +68,6 @@ PetscErrorCode AinsworthSurveyDiagonal(Mat M, AinsworthSurvey *survey)
 PetscErrorCode AinsworthSurveyRows(Mat M, AinsworthSurvey *norms, PetscInt *longest, PetscInt *row)
 {
   Vec       sums;
-  PetscInt  start, end;
   PetscReal most = 0.0;
 
   PetscFunctionBegin;
@@ -86,17 +77,11 @@ PetscErrorCode AinsworthSurveyRows(Mat M, AinsworthSurvey *norms, PetscInt *long
   PetscCall(AinsworthSurveyVec(sums, norms));
   PetscCall(VecDestroy(&sums));
   *row = -1;
-  PetscCall(MatGetOwnershipRange(M, &start, &end));
-  for (PetscInt i = start; i < end; i++) {
-    PetscInt n;
-
-    PetscCall(MatGetRow(M, i, &n, NULL, NULL));
-    if (*row < 0 || (PetscReal)n > most) {
-      most = (PetscReal)n;
-      *row = i;
-    }
-    PetscCall(MatRestoreRow(M, i, &n, NULL, NULL));
-  }
+  PetscCall(AinsworthForRows(M, [&](const AinsworthMatRow &r) {
+    if (*row >= 0 && (PetscReal)r.n <= most) return;
+    most = (PetscReal)r.n;
+    *row = r.number;
+  }));
   PetscCall(AgreeOnPlace(PetscObjectComm((PetscObject)M), true, &most, row));
   *longest = (PetscInt)most;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -140,7 +125,7 @@ PetscErrorCode AinsworthSurveyLoose(Mat A, Mat B, PetscInt *loose, PetscInt *fir
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Values of a vector: those of this rank, and those at the places of other ranks that a matrix has columns for, ascending */
+/* Moduli of the entries of a vector: those of this rank, and those at the places of other ranks that a matrix has columns for, ascending */
 namespace
 {
 struct Neighbors {
@@ -158,29 +143,14 @@ struct Neighbors {
 
 PetscErrorCode Neighbors::open(Mat M, Vec v)
 {
-  Vec                ghosted;
-  IS                 from;
-  VecScatter         scatter;
-  PetscInt           local;
-  const PetscScalar *a;
+  Vec ghosted;
 
   PetscFunctionBegin;
   PetscCall(VecGetOwnershipRange(v, &start, NULL));
-  PetscCall(VecGetLocalSize(v, &local));
-  PetscCall(VecGetArrayRead(v, &a));
-  for (PetscInt i = 0; i < local; i++) own.push_back(PetscAbsScalar(a[i]));
-  PetscCall(VecRestoreArrayRead(v, &a));
+  PetscCall(AinsworthForEntries({v}, [this](PetscInt, PetscScalar a) { own.push_back(PetscAbsScalar(a)); }));
   PetscCall(MatGetGhosts(M, &n, &ghosts));
-  PetscCall(ISCreateGeneral(PETSC_COMM_SELF, n, ghosts, PETSC_COPY_VALUES, &from));
-  PetscCall(VecCreateSeq(PETSC_COMM_SELF, n, &ghosted));
-  PetscCall(VecScatterCreate(v, from, ghosted, NULL, &scatter));
-  PetscCall(VecScatterBegin(scatter, v, ghosted, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(scatter, v, ghosted, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecGetArrayRead(ghosted, &a));
-  for (PetscInt i = 0; i < n; i++) others.push_back(PetscAbsScalar(a[i]));
-  PetscCall(VecRestoreArrayRead(ghosted, &a));
-  PetscCall(VecScatterDestroy(&scatter));
-  PetscCall(ISDestroy(&from));
+  PetscCall(AinsworthVecGather(v, n, ghosts, &ghosted));
+  PetscCall(AinsworthForEntries({ghosted}, [this](PetscInt, PetscScalar a) { others.push_back(PetscAbsScalar(a)); }));
   PetscCall(VecDestroy(&ghosted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -192,30 +162,22 @@ PetscErrorCode AinsworthSurveyJump(Mat A, PetscInt bs, AinsworthJump *jump)
   static const PetscReal felt = 1e-3;
   Vec                    diagonal;
   Neighbors              d;
-  PetscInt               start, end, mine;
+  PetscInt               mine;
 
   PetscFunctionBegin;
   *jump = AinsworthJump();
   PetscCall(AinsworthCreateDiagonal(A, &diagonal));
   PetscCall(d.open(A, diagonal));
   PetscCall(VecDestroy(&diagonal));
-  PetscCall(MatGetOwnershipRange(A, &start, &end));
-  for (PetscInt i = start; i < end; i++) {
-    PetscInt           n;
-    const PetscInt    *columns;
-    const PetscScalar *values;
+  PetscCall(AinsworthForRows(A, [&](const AinsworthMatRow &row) {
+    for (PetscInt k = 0; k < row.n; k++) {
+      const PetscInt  i = row.number, j = row.j[k];
+      const PetscReal low = PetscMin(d[i], d[j]), high = PetscMax(d[i], d[j]);
 
-    PetscCall(MatGetRow(A, i, &n, &columns, &values));
-    for (PetscInt k = 0; k < n; k++) {
-      const PetscReal low = PetscMin(d[i], d[columns[k]]), high = PetscMax(d[i], d[columns[k]]);
-
-      if (columns[k] == i || (columns[k] - i) % bs || low == 0.0 || PetscAbsScalar(values[k]) < felt * low || high <= jump->quotient * low) continue;
-      jump->quotient = high / low;
-      jump->row      = i;
-      jump->col      = columns[k];
+      if (j == i || (j - i) % bs || low == 0.0 || PetscAbsScalar(row.a[k]) < felt * low || high <= jump->quotient * low) continue;
+      *jump = {high / low, i, j};
     }
-    PetscCall(MatRestoreRow(A, i, &n, &columns, &values));
-  }
+  }));
   mine = jump->row;
   PetscCall(AgreeOnPlace(PetscObjectComm((PetscObject)A), true, &jump->quotient, &jump->row));
   if (mine != jump->row) jump->col = -1;

@@ -1,49 +1,32 @@
 #include "terms.h"
+#include "../loops.h"
 #include <petsc/private/petscimpl.h>
-
-/* Collective: does anybody read what PetscInfo() tells of a matrix? */
-static PetscErrorCode SomebodyListens(Mat A, PetscBool *listens)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscInfoEnabled(MAT_CLASSID, listens));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, listens, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)A)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* A common reason for a non-symmetric A: Dirichlet rows made identity rows, with the columns left as they were */
 static PetscErrorCode ExplainAsymmetry(Mat A)
 {
-  PetscBool          has, listens;
-  PetscInt           rstart, rend, found[2] = {0, 0}; /* identity rows, and rows with entries in their columns */
-  Vec                v, y;
-  PetscScalar       *one;
-  const PetscScalar *mask, *product;
+  PetscBool    has, listens;      /* somebody reads what PetscInfo() tells of a matrix */
+  PetscInt     found[2] = {0, 0}; /* identity rows, and rows with entries in their columns */
+  Vec          v, y;
+  PetscScalar *one;
 
   PetscFunctionBegin;
-  PetscCall(SomebodyListens(A, &listens));
+  PetscCall(PetscInfoEnabled(MAT_CLASSID, &listens));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &listens, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)A)));
   PetscCall(MatHasOperation(A, MATOP_GET_ROW, &has));
   if (!listens || !has) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatCreateVecs(A, &v, &y));
-  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
   PetscCall(VecGetArrayWrite(v, &one));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt           ncols, others = 0;
-    const PetscInt    *cols;
-    const PetscScalar *a;
+  PetscCall(AinsworthForRows(A, [&](const AinsworthMatRow &row) {
+    PetscInt others = 0;
 
-    PetscCall(MatGetRow(A, i, &ncols, &cols, &a));
-    for (PetscInt k = 0; k < ncols; k++) others += cols[k] != i && a[k] != 0.0;
-    PetscCall(MatRestoreRow(A, i, &ncols, &cols, &a));
-    one[i - rstart] = others ? 0.0 : 1.0;
+    for (PetscInt k = 0; k < row.n; k++) others += row.j[k] != row.number && row.a[k] != 0.0;
+    one[row.local] = others ? 0.0 : 1.0;
     found[0] += !others;
-  }
+  }));
   PetscCall(VecRestoreArrayWrite(v, &one));
   PetscCall(MatMult(A, v, y));
-  PetscCall(VecGetArrayRead(v, &mask));
-  PetscCall(VecGetArrayRead(y, &product));
-  for (PetscInt i = 0; i < rend - rstart; i++) found[1] += mask[i] == 0.0 && product[i] != 0.0;
-  PetscCall(VecRestoreArrayRead(y, &product));
-  PetscCall(VecRestoreArrayRead(v, &mask));
+  PetscCall(AinsworthForEntries({v, y}, [&](PetscInt, PetscScalar mask, PetscScalar product) { found[1] += mask == 0.0 && product != 0.0; }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, found, 2, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
   if (found[1])
     PetscCall(PetscInfo(A,
@@ -58,31 +41,24 @@ static PetscErrorCode ExplainAsymmetry(Mat A)
 /* The largest |Av - Atv| of a row relative to the larger of both and the diagonal entry: rows of very different stiffness are judged apart. */
 static PetscErrorCode LargestDifference(Mat A, Vec Av, Vec Atv, PetscReal *largest)
 {
-  PetscInt           n;
-  PetscBool          has;
-  Vec                diagonal;
-  const PetscScalar *a, *b, *d;
+  PetscBool has;
+  Vec       diagonal;
 
   PetscFunctionBegin;
   *largest = 0.0;
   PetscCall(MatHasOperation(A, MATOP_GET_DIAGONAL, &has));
   PetscCall(VecDuplicate(Av, &diagonal));
   if (has) PetscCall(AinsworthGetDiagonal(A, diagonal));
-  else PetscCall(VecNorm(Av, NORM_INFINITY, largest));
-  if (!has) PetscCall(VecSet(diagonal, *largest));
-  *largest = 0.0;
-  PetscCall(VecGetLocalSize(Av, &n));
-  PetscCall(VecGetArrayRead(Av, &a));
-  PetscCall(VecGetArrayRead(Atv, &b));
-  PetscCall(VecGetArrayRead(diagonal, &d));
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal size = PetscMax(PetscMax(PetscAbsScalar(a[i]), PetscAbsScalar(b[i])), PetscAbsScalar(d[i]));
-
-    if (a[i] != b[i]) *largest = PetscMax(*largest, AinsworthQuotient(PetscAbsScalar(a[i] - b[i]), size)); /* of numbers that overflow, too */
+  else {
+    PetscCall(VecNorm(Av, NORM_INFINITY, largest));
+    PetscCall(VecSet(diagonal, *largest));
+    *largest = 0.0;
   }
-  PetscCall(VecRestoreArrayRead(Av, &a));
-  PetscCall(VecRestoreArrayRead(Atv, &b));
-  PetscCall(VecRestoreArrayRead(diagonal, &d));
+  PetscCall(AinsworthForEntries({Av, Atv, diagonal}, [=](PetscInt, PetscScalar a, PetscScalar b, PetscScalar d) {
+    const PetscReal size = PetscMax(PetscMax(PetscAbsScalar(a), PetscAbsScalar(b)), PetscAbsScalar(d));
+
+    if (a != b) *largest = PetscMax(*largest, AinsworthQuotient(PetscAbsScalar(a - b), size)); /* of numbers that overflow, too */
+  }));
   PetscCall(VecDestroy(&diagonal));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)A)));
   PetscFunctionReturn(PETSC_SUCCESS);

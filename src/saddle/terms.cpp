@@ -1,11 +1,12 @@
 /* What the terms of the rows of both equations amount to: the measure of their residuals */
 #include "terms.h"
+#include "../loops.h"
+#include "../objects.h"
 
 PetscErrorCode AinsworthDuplicateAbs(Vec x, Vec *absolute)
 {
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(x, absolute));
-  PetscCall(VecCopy(x, *absolute));
+  PetscCall(AinsworthVecClone(x, absolute));
   PetscCall(VecAbs(*absolute));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -71,9 +72,6 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscBool sums, P
   Mat                    M;
   Vec                    absolute, size;
   PetscReal              largest;
-  PetscInt               m;
-  PetscScalar           *s;
-  const PetscScalar     *d;
 
   PetscFunctionBegin;
   PetscCall(AinsworthAbsoluteAIJ(sp->rowsD, &M));
@@ -92,12 +90,7 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscBool sums, P
   PetscCall(VecAXPY(terms, 1.0, size));
   PetscCall(AinsworthRowSums(M, 1, slack));
   PetscCall(MatGetDiagonal(M, size));
-  PetscCall(VecGetLocalSize(size, &m));
-  PetscCall(VecGetArrayRead(size, &d));
-  PetscCall(VecGetArray(slack, &s));
-  for (PetscInt i = 0; i < m; i++) s[i] = PetscRealPart(s[i]) > PetscRealPart(d[i]) ? 0.0 : s[i];
-  PetscCall(VecRestoreArray(slack, &s));
-  PetscCall(VecRestoreArrayRead(size, &d));
+  PetscCall(AinsworthUpdate(slack, {size}, [](PetscInt, PetscScalar &s, PetscScalar d) { s = PetscRealPart(s) > PetscRealPart(d) ? 0.0 : s; }));
   PetscCall(VecDestroy(&size));
   PetscCall(VecSqrtAbs(slack));
   PetscCall(VecScale(slack, allowed));
@@ -112,27 +105,19 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscBool sums, P
 */
 PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscBool sums, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec size, Vec *slack)
 {
-  Vec                stiffness, absolute;
-  PetscInt           n;
-  PetscReal          largest, root;
-  PetscScalar       *a;
-  const PetscScalar *d;
+  Vec       stiffness, absolute;
+  PetscReal largest, root;
 
   PetscFunctionBegin;
   if (!sp->absolute) PetscCall(AinsworthAbsoluteAIJ(sp->givenC, &sp->absolute));
   PetscCall(AinsworthTermsStiffness(sp, &stiffness));
   PetscCall(AinsworthTermsDisplacement(stiffness, x, &largest, &root));
   PetscCall(AinsworthDuplicateAbs(x, &absolute));
-  PetscCall(VecGetLocalSize(x, &n));
-  PetscCall(VecGetArray(absolute, &a));
-  PetscCall(VecGetArrayRead(stiffness, &d));
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal k = PetscSqrtReal(PetscAbsScalar(d[i])); /* W moves a stiff unknown by as little as has the energy of the others */
+  PetscCall(AinsworthUpdate(absolute, {stiffness}, [=](PetscInt, PetscScalar &a, PetscScalar d) {
+    const PetscReal k = PetscSqrtReal(PetscAbsScalar(d)); /* W moves a stiff unknown by as little as has the energy of the others */
 
-    a[i] += AinsworthCombined / AinsworthConsistent * (k * largest > root ? root / k : largest);
-  }
-  PetscCall(VecRestoreArrayRead(stiffness, &d));
-  PetscCall(VecRestoreArray(absolute, &a));
+    a += AinsworthCombined / AinsworthConsistent * (k * largest > root ? root / k : largest);
+  }));
   PetscCall(MatMult(sp->absolute, absolute, size));
   PetscCall(VecDestroy(&absolute));
   PetscCall(AinsworthDuplicateAbs(g, &absolute));
@@ -149,24 +134,18 @@ PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscBool sums, PetscReal
 static PetscErrorCode LeastOfColumns(Mat M, Vec least)
 {
   Mat          Mt;
-  PetscInt     rstart, rend;
   PetscScalar *l;
 
   PetscFunctionBegin;
   PetscCall(MatTranspose(M, MAT_INITIAL_MATRIX, &Mt));
-  PetscCall(MatGetOwnershipRange(Mt, &rstart, &rend));
   PetscCall(VecGetArrayWrite(least, &l));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt           n;
-    const PetscScalar *v;
-    PetscReal          smallest = 0.0;
+  PetscCall(AinsworthForRows(Mt, [l](const AinsworthMatRow &row) {
+    PetscReal smallest = 0.0;
 
-    PetscCall(MatGetRow(Mt, i, &n, NULL, &v));
-    for (PetscInt k = 0; k < n; k++)
-      if (v[k] != 0.0 && (smallest == 0.0 || PetscRealPart(v[k]) < smallest)) smallest = PetscRealPart(v[k]);
-    PetscCall(MatRestoreRow(Mt, i, &n, NULL, &v));
-    l[i - rstart] = smallest;
-  }
+    for (PetscInt k = 0; k < row.n; k++)
+      if (row.a[k] != 0.0 && (smallest == 0.0 || PetscRealPart(row.a[k]) < smallest)) smallest = PetscRealPart(row.a[k]);
+    l[row.local] = smallest;
+  }));
   PetscCall(VecRestoreArrayWrite(least, &l));
   PetscCall(MatDestroy(&Mt));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -180,36 +159,30 @@ static PetscErrorCode LeastOfColumns(Mat M, Vec least)
 PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *sp, Vec *stiffness)
 {
   Mat          A;
-  PetscInt     first, n;
   PetscBool    look = PETSC_FALSE, has;
   PetscScalar *d;
 
   PetscFunctionBegin;
-  if (!sp->stiffness) {
-    PetscCall(AinsworthCreateDiagonal(sp->block[0], &sp->stiffness));
-    PetscCall(MatHasOperation(sp->block[0], MATOP_GET_ROW, &has));
-    PetscCall(VecGetOwnershipRange(sp->stiffness, &first, NULL));
-    PetscCall(VecGetLocalSize(sp->stiffness, &n));
-    PetscCall(VecGetArray(sp->stiffness, &d));
-    for (PetscInt i = 0; i < n && has; i++)
-      if (!(PetscRealPart(d[i]) > 0.0)) look = PETSC_TRUE;
-    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &look, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)sp->stiffness)));
-    if (look) PetscCall(AinsworthGetAIJ(sp->block[0], &A));
-    for (PetscInt i = 0; i < n && look; i++) {
-      PetscInt           entries;
-      const PetscScalar *a;
-      PetscReal          most = 0.0;
-
-      if (PetscRealPart(d[i]) > 0.0) continue;
-      PetscCall(MatGetRow(A, first + i, &entries, NULL, &a));
-      for (PetscInt k = 0; k < entries; k++) most = PetscMax(most, PetscAbsScalar(a[k]));
-      PetscCall(MatRestoreRow(A, first + i, &entries, NULL, &a));
-      d[i] = most;
-    }
-    if (look) PetscCall(MatDestroy(&A));
-    PetscCall(VecRestoreArray(sp->stiffness, &d));
-  }
   *stiffness = sp->stiffness;
+  if (sp->stiffness) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthCreateDiagonal(sp->block[0], &sp->stiffness));
+  *stiffness = sp->stiffness;
+  PetscCall(MatHasOperation(sp->block[0], MATOP_GET_ROW, &has));
+  PetscCall(AinsworthForEntries({sp->stiffness}, [&](PetscInt, PetscScalar d) {
+    if (has && !(PetscRealPart(d) > 0.0)) look = PETSC_TRUE;
+  }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &look, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)sp->stiffness)));
+  if (!look) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthGetAIJ(sp->block[0], &A));
+  PetscCall(VecGetArray(sp->stiffness, &d));
+  PetscCall(AinsworthForRows(A, [d](const AinsworthMatRow &row) {
+    PetscReal most = 0.0;
+
+    for (PetscInt k = 0; k < row.n; k++) most = PetscMax(most, PetscAbsScalar(row.a[k]));
+    if (!(PetscRealPart(d[row.local]) > 0.0)) d[row.local] = most;
+  }));
+  PetscCall(VecRestoreArray(sp->stiffness, &d));
+  PetscCall(MatDestroy(&A));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -220,21 +193,14 @@ PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *sp, Vec *stiffness
 */
 PetscErrorCode AinsworthTermsDisplacement(Vec stiffness, Vec x, PetscReal *displacement, PetscReal *root)
 {
-  PetscInt           n;
-  PetscReal          most[2] = {0.0, 0.0};
-  const PetscScalar *d, *v;
+  PetscReal most[2] = {0.0, 0.0};
 
   PetscFunctionBegin;
-  PetscCall(VecGetLocalSize(x, &n));
-  PetscCall(VecGetArrayRead(stiffness, &d));
-  PetscCall(VecGetArrayRead(x, &v));
-  for (PetscInt i = 0; i < n; i++) {
-    if (d[i] == 0.0) continue;
-    most[0] = PetscMax(most[0], PetscAbsScalar(v[i]));
-    most[1] = PetscMax(most[1], PetscAbsScalar(v[i]) * PetscSqrtReal(PetscAbsScalar(d[i])));
-  }
-  PetscCall(VecRestoreArrayRead(x, &v));
-  PetscCall(VecRestoreArrayRead(stiffness, &d));
+  PetscCall(AinsworthForEntries({stiffness, x}, [&](PetscInt, PetscScalar d, PetscScalar v) {
+    if (d == 0.0) return;
+    most[0] = PetscMax(most[0], PetscAbsScalar(v));
+    most[1] = PetscMax(most[1], PetscAbsScalar(v) * PetscSqrtReal(PetscAbsScalar(d)));
+  }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, most, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)x)));
   if (most[0] == 0.0) PetscCall(VecNorm(x, NORM_INFINITY, &most[0]));
   *displacement = most[0];
@@ -245,20 +211,14 @@ PetscErrorCode AinsworthTermsDisplacement(Vec stiffness, Vec x, PetscReal *displ
 /* root: 1 / d_i^{1/2}, that of the stiffest where d_i is 0; flexibility: of each row of C, (C W C' - D)_kk */
 static PetscErrorCode FlexibilityOfRows(const AinsworthSaddle *sp, Vec diagonal, Vec *root, Vec *flexibility)
 {
-  Vec          rows;
-  PetscInt     n;
-  PetscReal    stiffest;
-  PetscScalar *r;
+  Vec       rows;
+  PetscReal stiffest;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(diagonal, root));
-  PetscCall(VecCopy(diagonal, *root));
+  PetscCall(AinsworthVecClone(diagonal, root));
   if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(*root));
   PetscCall(VecMax(*root, NULL, &stiffest));
-  PetscCall(VecGetLocalSize(*root, &n));
-  PetscCall(VecGetArray(*root, &r));
-  for (PetscInt i = 0; i < n; i++) r[i] = 1.0 / PetscSqrtReal(PetscRealPart(r[i]) > 0.0 ? PetscRealPart(r[i]) : stiffest);
-  PetscCall(VecRestoreArray(*root, &r));
+  PetscCall(AinsworthUpdate(*root, [=](PetscInt, PetscScalar &r) { r = 1.0 / PetscSqrtReal(PetscRealPart(r) > 0.0 ? PetscRealPart(r) : stiffest); }));
   PetscCall(MatCreateVecs(sp->rowsC, NULL, flexibility));
   PetscCall(AinsworthRowSquares(sp->rowsC, *root, *flexibility));
   if (sp->rowsD) {
@@ -274,14 +234,8 @@ static PetscErrorCode FlexibilityOfRows(const AinsworthSaddle *sp, Vec diagonal,
 /* v_k = 1 / v_k, 0 where that is 0 */
 static PetscErrorCode Invert(Vec v)
 {
-  PetscInt     m;
-  PetscScalar *t;
-
   PetscFunctionBegin;
-  PetscCall(VecGetLocalSize(v, &m));
-  PetscCall(VecGetArray(v, &t));
-  for (PetscInt k = 0; k < m; k++) t[k] = PetscRealPart(t[k]) > 0.0 ? 1.0 / PetscRealPart(t[k]) : 0.0;
-  PetscCall(VecRestoreArray(v, &t));
+  PetscCall(AinsworthUpdate(v, [](PetscInt, PetscScalar &t) { t = PetscRealPart(t) > 0.0 ? 1.0 / PetscRealPart(t) : 0.0; }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -300,21 +254,11 @@ PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *sp, Vec diagonal
   PetscCall(VecSqrtAbs(lengths));
   PetscCall(VecScale(lengths, energy));
   if (terms && sp->rowsD) {
-    PetscInt           m;
-    PetscScalar       *t;
-    const PetscScalar *s, *d;
-
     PetscCall(VecDuplicate(lengths, &moved));
     PetscCall(MatGetDiagonal(sp->rowsD, moved));
-    PetscCall(VecGetLocalSize(lengths, &m));
-    PetscCall(VecGetArrayRead(moved, &d));
-    PetscCall(VecGetArrayRead(terms, &s));
-    PetscCall(VecGetArray(lengths, &t));
-    for (PetscInt k = 0; k < m; k++)
-      if (d[k] != 0.0) t[k] = PetscMin(PetscRealPart(t[k]), PetscRealPart(s[k]) / PetscAbsScalar(d[k]));
-    PetscCall(VecRestoreArray(lengths, &t));
-    PetscCall(VecRestoreArrayRead(terms, &s));
-    PetscCall(VecRestoreArrayRead(moved, &d));
+    PetscCall(AinsworthUpdate(lengths, {moved, terms}, [](PetscInt, PetscScalar &t, PetscScalar d, PetscScalar s) {
+      if (d != 0.0) t = PetscMin(PetscRealPart(t), PetscRealPart(s) / PetscAbsScalar(d));
+    }));
     PetscCall(VecDestroy(&moved));
   }
   PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));

@@ -1,0 +1,44 @@
+/* Lists of indices: of one rank, of all ranks, of an index set */
+#ifndef AINSWORTH_LISTS_H
+#define AINSWORTH_LISTS_H
+
+#include "petsccompat.h"
+#include <algorithm>
+#include <vector>
+
+/* Ascending, each once */
+static inline void AinsworthSortUnique(std::vector<PetscInt> *list)
+{
+  std::sort(list->begin(), list->end());
+  list->erase(std::unique(list->begin(), list->end()), list->end());
+}
+
+/* What is on this rank */
+static inline PetscErrorCode AinsworthISToList(IS is, std::vector<PetscInt> *list)
+{
+  PetscInt        n;
+  const PetscInt *index;
+
+  PetscFunctionBegin;
+  PetscCall(ISGetLocalSize(is, &n));
+  PetscCall(ISGetIndices(is, &index));
+  list->assign(index, index + n);
+  PetscCall(ISRestoreIndices(is, &index));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The lists of all ranks, one after the other; collective */
+static inline PetscErrorCode AinsworthGatherLists(MPI_Comm comm, const std::vector<PetscInt> &mine, std::vector<PetscInt> *all)
+{
+  IS own, whole;
+
+  PetscFunctionBegin;
+  PetscCall(ISCreateGeneral(comm, (PetscInt)mine.size(), mine.data(), PETSC_USE_POINTER, &own));
+  PetscCall(ISAllGather(own, &whole));
+  PetscCall(AinsworthISToList(whole, all));
+  PetscCall(ISDestroy(&whole));
+  PetscCall(ISDestroy(&own));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+#endif
