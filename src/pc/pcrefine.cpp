@@ -162,7 +162,7 @@ bool PCAinsworthRefinesRows_Private(const PC_Ainsworth *data, PetscReal tol)
 PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscReal tol, PCAinsworthFields b,
                                              PCAinsworthFields y, PCAinsworthFields left, PetscBool *refined, char why[], size_t len)
 {
-  static const PetscReal         rounding = 1e-13, own = 1e-10, determined = 1e-5;
+  static const PetscReal         rounding = 1e-13, determined = 1e-5;
   static const int               most = 10, patience = 3;
   const PetscReal                open = PetscMax(1e4 * tol, determined);
   PetscReal                      enough, wanted, error, best, change, moves = 0.0;
@@ -204,7 +204,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   }
   PetscCall(VecCopy(kept.primal, y.primal));
   PetscCall(VecCopy(kept.dual, y.dual));
-  if (best > (strict ? enough : PetscMax(100 * tol, own)))
+  if (best > enough)
     PetscCall(
       PetscSNPrintf(why, len, "The system is not met: a row of both equations is left with %g of its terms, and further solves do not help", (double)best));
   else if (moves * best > open)
