@@ -136,17 +136,6 @@ static PetscErrorCode SwitchLog(bool on, PetscBool *off)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* CHOLMOD prints a line to the standard output where the matrix is not positive definite, unless the options say how much it prints */
-static PetscErrorCode Quiet(PetscObject solver, std::string *option)
-{
-  PetscBool given;
-
-  PetscFunctionBegin;
-  PetscCall(PetscOptionsHasName(solver->options, solver->prefix, "-mat_cholmod_print", &given));
-  if (!given) *option = std::string("-") + (solver->prefix ? solver->prefix : "") + "mat_cholmod_print";
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    AinsworthFactorTryCholmod - setUp() of a solver, with its prefix, that factors by CHOLMOD, whose interface raises an error where the matrix is not
    positive definite: then the solver has to forget the factorisation
@@ -155,10 +144,12 @@ PetscErrorCode AinsworthFactorTryCholmod(PetscObject solver, const std::function
 {
   std::string    message, quiet;
   PetscErrorCode code;
-  PetscBool      off = PETSC_FALSE;
+  PetscBool      off = PETSC_FALSE, given;
 
   PetscFunctionBegin;
-  PetscCall(Quiet(solver, &quiet));
+  /* CHOLMOD prints a line to the standard output where the matrix is not positive definite, unless the options say how much it prints */
+  PetscCall(PetscOptionsHasName(solver->options, solver->prefix, "-mat_cholmod_print", &given));
+  if (!given) quiet = std::string("-") + (solver->prefix ? solver->prefix : "") + "mat_cholmod_print";
   if (!quiet.empty()) PetscCall(PetscOptionsSetValue(solver->options, quiet.c_str(), "0"));
   PetscCall(SwitchLog(false, &off));
 #if defined(PETSC_USE_DEBUG)

@@ -86,8 +86,10 @@ static PetscErrorCode ChoosePC(AinsworthGram *gram)
 }
 
 /* The solver with its options, which ranks without rows read as well: rank 0 tells which options nobody read */
-static PetscErrorCode CreateKSP(AinsworthGram *gram, PetscObject parent, const char prefix[])
+static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent, const char prefix[])
 {
+  PetscInt n, m;
+
   PetscFunctionBegin;
   PetscCall(KSPCreate(gram->placed ? PetscObjectComm((PetscObject)gram->placed) : PETSC_COMM_SELF, &gram->ksp));
   PetscCall(PetscObjectIncrementTabLevel((PetscObject)gram->ksp, parent, 1));
@@ -97,15 +99,6 @@ static PetscErrorCode CreateKSP(AinsworthGram *gram, PetscObject parent, const c
   PetscCall(KSPSetTolerances(gram->ksp, 1e-14, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT)); /* for iterative choices: Q is as exact as this */
   PetscCall(ChoosePC(gram));
   PetscCall(KSPSetFromOptions(gram->ksp));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent, const char prefix[])
-{
-  PetscInt n, m;
-
-  PetscFunctionBegin;
-  PetscCall(CreateKSP(gram, parent, prefix));
   PetscCall(AinsworthFactorCheckMemory(&gram->factor, PetscObjectComm((PetscObject)gram->S)));
   if (!gram->placement.sizes.size()) PetscFunctionReturn(PETSC_SUCCESS);
   if (gram->hermitian) PetscCall(MatSetOption(gram->placed, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));

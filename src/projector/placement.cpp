@@ -13,7 +13,6 @@ namespace
 class Labels {
 public:
   PetscErrorCode create(Mat S);
-  PetscErrorCode destroy();
   size_t         leaf(PetscInt i) const { return std::lower_bound(distinct.begin(), distinct.end(), label[i]) - distinct.begin(); } /* of a local row */
 
   Mat                   S;
@@ -102,13 +101,6 @@ PetscErrorCode Labels::create(Mat matrix)
   PetscCall(MatGetLayouts(S, &layout, NULL));
   PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)S), &roots));
   PetscCall(PetscSFSetGraphLayout(roots, layout, (PetscInt)distinct.size(), NULL, PETSC_USE_POINTER, distinct.data()));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode Labels::destroy()
-{
-  PetscFunctionBegin;
-  PetscCall(PetscSFDestroy(&roots));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -325,7 +317,7 @@ PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, Pets
   else if (placement->split) PetscCall(TargetsOfParts(S, chosen, target));
   else PetscCall(TargetsOfComponents(C, labels, size, Pack(large, chosen), target));
   PetscCall(Collect(labels, target, placement));
-  PetscCall(labels.destroy());
+  PetscCall(PetscSFDestroy(&labels.roots));
   counts[1] = placement->sizes.size() > 0;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, counts, 2, MPIU_INT, MPI_SUM, comm));
   placement->components = counts[0];

@@ -64,17 +64,6 @@ PetscErrorCode AinsworthNestHides(Mat nest, PetscBool *hides)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The indices of a part of a field, in the numbering of the whole */
-static PetscErrorCode Compose(IS field, IS part, AinsworthIS *composed)
-{
-  IS is;
-
-  PetscFunctionBegin;
-  PetscCall(ISCreateSubIS(field, part, &is));
-  *composed = AinsworthOwnIS(is);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* AinsworthNestFlatten - the fields of all nests in the diagonal blocks of a nest, in the numbering of the whole */
 PetscErrorCode AinsworthNestFlatten(Mat nest, AinsworthFields *fields)
 {
@@ -97,12 +86,11 @@ PetscErrorCode AinsworthNestFlatten(Mat nest, AinsworthFields *fields)
     }
     PetscCall(AinsworthNestFlatten(block, &inner));
     for (const AinsworthField &part : inner) {
-      AinsworthField field;
+      IS rows, cols;
 
-      field.name = outer[i].name + "." + part.name;
-      PetscCall(Compose(outer[i].rows.get(), part.rows.get(), &field.rows));
-      PetscCall(Compose(outer[i].cols.get(), part.cols.get(), &field.cols));
-      fields->push_back(field);
+      PetscCall(ISCreateSubIS(outer[i].rows.get(), part.rows.get(), &rows));
+      PetscCall(ISCreateSubIS(outer[i].cols.get(), part.cols.get(), &cols));
+      fields->push_back({outer[i].name + "." + part.name, AinsworthOwnIS(rows), AinsworthOwnIS(cols)});
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);

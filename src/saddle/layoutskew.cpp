@@ -80,20 +80,6 @@ static PetscErrorCode FindSidesOfPart(Mat signs, Vec degree, Vec side, Vec y, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: is each entry between two rows of the sign that their sides have? */
-static PetscErrorCode Consistent(Mat signs, Vec degree, Vec side, Vec y, PetscBool *consistent)
-{
-  PetscReal norm;
-
-  PetscFunctionBegin;
-  PetscCall(MatMult(signs, side, y));
-  PetscCall(VecPointwiseMult(y, y, side));
-  PetscCall(VecAXPY(y, -1.0, degree));
-  PetscCall(VecNorm(y, NORM_INFINITY, &norm));
-  *consistent = (PetscBool)(norm == 0.0);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    AinsworthFindSides - 1 for rows of primal unknowns, which are more in each part of the matrix that hangs together, -1 for those of multipliers
 
@@ -103,7 +89,8 @@ PetscErrorCode AinsworthFindSides(Mat mat, Vec *side)
 {
   Mat       signs;
   Vec       degree, y;
-  PetscBool opposites, consistent = PETSC_FALSE, done = PETSC_FALSE;
+  PetscReal norm;
+  PetscBool opposites, done = PETSC_FALSE;
 
   PetscFunctionBegin;
   *side = NULL;
@@ -114,8 +101,11 @@ PetscErrorCode AinsworthFindSides(Mat mat, Vec *side)
     PetscCall(AinsworthRowSums(signs, 1, degree));
     PetscCall(VecSet(*side, 0.0));
     for (int parts = 0; parts < 64 && !done; parts++) PetscCall(FindSidesOfPart(signs, degree, *side, y, &done));
-    PetscCall(Consistent(signs, degree, *side, y, &consistent));
-    if (!done || !consistent) PetscCall(VecDestroy(side));
+    PetscCall(MatMult(signs, *side, y)); /* is each entry between two rows of the sign that their sides have? */
+    PetscCall(VecPointwiseMult(y, y, *side));
+    PetscCall(VecAXPY(y, -1.0, degree));
+    PetscCall(VecNorm(y, NORM_INFINITY, &norm));
+    if (!done || !(norm == 0.0)) PetscCall(VecDestroy(side));
     PetscCall(VecDestroy(&degree));
     PetscCall(VecDestroy(&y));
   }

@@ -87,19 +87,6 @@ PetscErrorCode AinsworthMatGetState(Mat M, uint64_t *state)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the same indices in the same order on every rank? */
-static PetscErrorCode SameSet(IS a, IS b, PetscBool *same)
-{
-  PetscObjectId id[2];
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectGetId((PetscObject)a, &id[0]));
-  PetscCall(PetscObjectGetId((PetscObject)b, &id[1]));
-  *same = (PetscBool)(id[0] == id[1]);
-  if (!*same) PetscCall(ISEqualUnsorted(a, b, same));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Collective: are the layout, the blocks, the fields or null spaces others, or have blocks other values, than at the last set-up? The same answer on all ranks */
 PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *in, const AinsworthSaddle *sp, PetscBool *changed)
 {
@@ -116,8 +103,8 @@ PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *in, const Ain
   for (int k = 0; k < 2 && !*changed; k++) {
     PetscBool rows, cols;
 
-    PetscCall(SameSet(now.rows[k], sp->rows[k], &rows));
-    PetscCall(SameSet(now.cols[k], sp->cols[k], &cols));
+    PetscCall(ISEqualUnsorted(now.rows[k], sp->rows[k], &rows));
+    PetscCall(ISEqualUnsorted(now.cols[k], sp->cols[k], &cols));
     *changed = (PetscBool)(!rows || !cols);
   }
   PetscCall(AinsworthSaddleResetBlocks(&now));
