@@ -268,9 +268,8 @@ bool SaddleConfirms(const Saddle &s, const Vector &x, double bound, double beyon
   const Eigen::Index n = x.size();
   Long               K = Whole(s);
   LongColumn         rows, columns, b = RightHandSide(s), y(K.rows());
-  Random             r = SaddleRandom(s.name);
   QuadColumn         rhs;
-  double             reach = 0.0;
+  LongColumn         moved = LongColumn::Zero(n);
   long double        lost, none;
 
   Equilibrate(K, rows, columns);
@@ -285,13 +284,11 @@ bool SaddleConfirms(const Saddle &s, const Vector &x, double bound, double beyon
   const long double size  = std::max(y.head(n).norm(), negligible * y.norm());
   const LongColumn  terms = K.cwiseAbs() * y.cwiseAbs() + b.cwiseAbs();
   const LongColumn  error = x.cast<long double>().cwiseQuotient(columns.head(n)) - y.head(n);
-  for (int draw = 0; draw < 3; draw++) {
-    long double moved = 0.0L;
-
-    for (size_t i = 0; i < rhs.size(); i++) rhs[i] = terms[(Eigen::Index)i] * (long double)PETSC_MACHINE_EPSILON * (long double)r.Real(-1.0, 1.0);
+  for (size_t k = 0; k < rhs.size(); k++) { /* the most that residuals of one rounding of each row can do, of whatever signs */
+    std::fill(rhs.begin(), rhs.end(), 0);
+    rhs[k]                  = terms[(Eigen::Index)k] * (long double)PETSC_MACHINE_EPSILON;
     const QuadColumn change = lu.solve(rhs, &none);
-    for (size_t i = 0; i < (size_t)n; i++) moved += (long double)(change[i] * change[i]);
-    reach = std::max(reach, (double)(std::sqrt(moved) / std::max(size, std::numeric_limits<long double>::min())));
+    for (size_t i = 0; i < (size_t)n; i++) moved[(Eigen::Index)i] += (long double)Absolute(change[i]);
   }
-  return error.isZero(0.0L) || error.norm() <= (long double)std::max(bound, beyond * reach) * size;
+  return error.isZero(0.0L) || error.norm() <= std::max((long double)bound * size, (long double)beyond * moved.norm());
 }
