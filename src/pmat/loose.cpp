@@ -64,16 +64,18 @@ PetscErrorCode Groups::destroy()
 PetscErrorCode Groups::choose(Mat C, Mat Cl, Vec rigid, const AinsworthPmatFill *fill)
 {
   std::vector<PetscReal> touched(members.size(), 0.0), count(n, 0.0);
+  std::vector<PetscInt>  length;
   std::vector<char>      small;
   const PetscScalar     *part;
   PetscReal              most = mostEntries, sum = PETSC_INFINITY;
 
   PetscFunctionBegin;
+  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) { length.push_back(row.n); }));
   PetscCall(VecGetArrayRead(rigid, &part));
   PetscCall(AinsworthForRows(Cl, [&](const AinsworthMatRow &row) {
     const bool gives = PetscRealPart(part[row.local]) < rigidEnough;
 
-    if (row.n) touched[of[row.j[0]]] += gives ? 2.0 * mostEntries : -(PetscReal)row.n;
+    if (row.n) touched[of[row.j[0]]] += gives ? 2.0 * mostEntries : (PetscReal)(length[row.local] - row.n);
     for (PetscInt k = 0; k < row.n; k++) count[row.j[k]] += 1.0;
   }));
   PetscCall(VecRestoreArrayRead(rigid, &part));
