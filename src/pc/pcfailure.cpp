@@ -101,6 +101,7 @@ PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *data, Vec
     PetscCall(PCAinsworthResists_Private(data, work, size, &resists));
     if (resists) *quotient = -1.0;
   }
+  if (!projected && *quotient < -none) *quotient = 1.0; /* rows that y meets nearly may resist by more than that */
   PetscCall(VecDestroy(&work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -99,7 +99,7 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscBool sums, P
 }
 
 /*
-   AinsworthTermsDual - the terms of each row of the second equation, |C| |x| + |D| |lambda| + |g|, and the rounding that it gets from others
+   AinsworthTermsDual - the terms of each row of the second equation, |C| |x| + |D| |lambda| + |g|, and the rounding that unknowns get from others, unless they are known
 
    sums: what cancels in D lambda counts little; slack: what AddCompliance() allows, or NULL
 */
@@ -113,11 +113,13 @@ PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscBool sums, PetscReal
   PetscCall(AinsworthTermsStiffness(sp, &stiffness));
   PetscCall(AinsworthTermsDisplacement(stiffness, x, &largest, &root));
   PetscCall(AinsworthDuplicateAbs(x, &absolute));
-  PetscCall(AinsworthUpdate(absolute, {stiffness}, [=](PetscInt, PetscScalar &a, PetscScalar d) {
+  auto add = [=](PetscInt, PetscScalar &a, PetscScalar d, PetscScalar known) {
     const PetscReal k = PetscSqrtReal(PetscAbsScalar(d)); /* W moves a stiff unknown by as little as has the energy of the others */
 
-    a += AinsworthCombined / AinsworthConsistent * (k * largest > root ? root / k : largest);
-  }));
+    if (known == 0.0) a += AinsworthCombined / AinsworthConsistent * (k * largest > root ? root / k : largest);
+  };
+  if (sp->known) PetscCall(AinsworthUpdate(absolute, {stiffness, sp->known}, add));
+  else PetscCall(AinsworthUpdate(absolute, {stiffness}, [=](PetscInt i, PetscScalar &a, PetscScalar d) { add(i, a, d, 0.0); }));
   PetscCall(MatMult(sp->absolute, absolute, size));
   PetscCall(VecDestroy(&absolute));
   PetscCall(AinsworthDuplicateAbs(g, &absolute));

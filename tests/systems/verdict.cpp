@@ -97,6 +97,20 @@ static Eigen::Index RowRank(const Saddle &s)
   return lu.rank();
 }
 
+/* Has A a negative eigenvalue on Ker C, whatever D? */
+static bool NegativeOnKernel(const Saddle &s)
+{
+  using Long = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+  if (!s.C.size()) return Negative(s.A) > 0;
+  Eigen::FullPivLU<Long> lu(s.C.cast<long double>());
+
+  lu.setThreshold(3e-15L);
+  if (!lu.dimensionOfKernel()) return false;
+  const Long kernel = Eigen::HouseholderQR<Long>(lu.kernel()).householderQ() * Long::Identity(s.C.cols(), lu.dimensionOfKernel());
+
+  return Negative((kernel.transpose() * s.A.cast<long double>() * kernel).cast<double>()) > 0;
+}
+
 /*
    Where D is not 0, of diag(A, I) on Ker [C L], -I where D is negative: if it is definite, the whole has as many negative eigenvalues as independent rows, less
    those of D that are negative
@@ -110,7 +124,7 @@ bool SaddleIndefinite(const Saddle &s)
   K.bottomLeftCorner(m, n) = s.C;
   K.topRightCorner(n, m)   = s.C.transpose();
   if (s.D.size()) K.bottomRightCorner(m, m) = -s.D;
-  return Negative(K) > RowRank(s) - Negative(s.D);
+  return NegativeOnKernel(s) || Negative(K) > RowRank(s) - Negative(s.D);
 }
 
 /* What is said of the system, and when it is so */
