@@ -1,10 +1,11 @@
 /* Unknowns that A does nothing to, reference nodes and links: they are eliminated from the penalty of M_*; docs/models.md */
 #include "pmat.h"
 #include "../csr.h"
-#include "../projector/graph.h"
-#include "../projector/projector.h"
+#include "../lists.h"
 #include "../loops.h"
 #include "../objects.h"
+#include "../projector/graph.h"
+#include "../projector/projector.h"
 #include "../saddle/saddle.h"
 #include <petscblaslapack.h>
 #include <algorithm>
@@ -13,11 +14,11 @@
 /* Loose unknowns that rows of C couple, directly or by way of others, are a group. One of at most so many unknowns, none of them shared by more
    rows than usual, whose rows have at most so many entries on other unknowns, is eliminated */
 static const PetscInt  mostLoose   = 64;
-static const PetscReal mostEntries = 512.0;
+static const PetscReal mostEntries = 1024.0;
 /* D takes less from the penalty of their rows: AinsworthWeightLoosen() counts on it, too */
 static const PetscReal rigidEnough = 0.998;
 /* The squares of these numbers of entries add up to at most this part of the entries of A */
-static const PetscReal budget = 0.25;
+static const PetscReal budget = 1.0;
 /* Shift of what is inverted, of its diagonal: nothing need hold a group */
 static const PetscReal shift = 1e-12;
 
@@ -63,22 +64,31 @@ PetscErrorCode Groups::destroy()
 /* Which groups are eliminated: those of rows that are rigid, which bring few entries into M_*. Collective */
 PetscErrorCode Groups::choose(Mat C, Mat Cl, Vec rigid, const AinsworthPmatFill *fill)
 {
-  std::vector<PetscReal> touched(members.size(), 0.0), count(n, 0.0);
-  std::vector<PetscInt>  length;
-  std::vector<char>      small;
-  const PetscScalar     *part;
-  PetscReal              most = mostEntries, sum = PETSC_INFINITY;
+  std::vector<PetscReal>             touched(members.size(), 0.0), count(n, 0.0);
+  std::vector<PetscInt>              group; /* of each row of this rank */
+  std::vector<std::vector<PetscInt>> columns(members.size());
+  std::vector<char>                  small;
+  const PetscScalar                 *part;
+  PetscReal                          most = mostEntries, sum = PETSC_INFINITY;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) { length.push_back(row.n); }));
-  PetscCall(VecGetArrayRead(rigid, &part));
   PetscCall(AinsworthForRows(Cl, [&](const AinsworthMatRow &row) {
-    const bool gives = PetscRealPart(part[row.local]) < rigidEnough;
-
-    if (row.n) touched[of[row.j[0]]] += gives ? 2.0 * mostEntries : (PetscReal)(length[row.local] - row.n);
+    group.push_back(row.n ? of[row.j[0]] : -1);
     for (PetscInt k = 0; k < row.n; k++) count[row.j[k]] += 1.0;
   }));
+  PetscCall(VecGetArrayRead(rigid, &part));
+  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
+    const PetscInt g = group[row.local];
+
+    if (g < 0) return;
+    if (PetscRealPart(part[row.local]) < rigidEnough) touched[g] = 2.0 * mostEntries;
+    columns[g].insert(columns[g].end(), row.j, row.j + row.n);
+  }));
   PetscCall(VecRestoreArrayRead(rigid, &part));
+  for (size_t g = 0; g < members.size(); g++) {
+    AinsworthSortUnique(&columns[g]);
+    touched[g] += (PetscReal)columns[g].size();
+  }
   for (std::vector<PetscReal> *sums : {&touched, &count})
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sums->data(), (PetscMPIInt)sums->size(), MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)C)));
   for (const auto &group : members)
