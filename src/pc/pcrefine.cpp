@@ -104,8 +104,8 @@ static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpos
 }
 
 /*
-   One more direction for y, from a reduced solve for what is left, by `factor`, and the step along it that leaves least, in the norm in which each row is relative to its
-   terms; images: K times the directions, weighted, orthonormal. some: there was one; change: how far its solve moves x
+   One more direction for y, from a reduced solve that brings what is left to `factor` of it, and the step along it that leaves least, in the norm in which each
+   row is relative to its terms; images: K times the directions, weighted, orthonormal. some: there was one; change: how far its solve moves x
 */
 static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal factor, PCAinsworthFields left, PCAinsworthFields weights,
                            PCAinsworthFields y, std::vector<PCAinsworthFields> &directions, std::vector<PCAinsworthFields> &images, PetscBool *some,
