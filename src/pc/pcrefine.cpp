@@ -1,5 +1,6 @@
 /* Further solves of a system [A B'; C -D] for what the first has left, until each row of both equations is met relative to its own terms */
 #include "pcainsworth.h"
+#include "../loops.h"
 #include <vector>
 
 /* weights of the rows of both equations, y * w */
@@ -61,27 +62,19 @@ static PetscErrorCode Left(PC_Ainsworth *data, PetscBool transpose, PCAinsworthF
 /* The largest change of an unknown by p, relative to the largest of those that have a stiffness, or of those that have none and may have any unit */
 static PetscErrorCode LargestChange(const PC_Ainsworth *data, Vec x, Vec p, PetscReal *change)
 {
-  PetscInt           n;
-  PetscReal          most[2] = {0.0, 0.0};
-  const PetscScalar *v, *d, *w;
-  Vec                stiffness;
+  PetscReal most[2] = {0.0, 0.0};
+  Vec       stiffness;
 
   PetscFunctionBegin;
   *change = 0.0;
   PetscCall(VecDuplicate(x, &stiffness));
   PetscCall(MatGetDiagonal(data->saddle.A, stiffness));
-  PetscCall(VecGetLocalSize(x, &n));
-  PetscCall(VecGetArrayRead(x, &v));
-  PetscCall(VecGetArrayRead(p, &d));
-  PetscCall(VecGetArrayRead(stiffness, &w));
-  for (PetscInt i = 0; i < n; i++) most[w[i] == 0.0] = PetscMax(most[w[i] == 0.0], PetscAbsScalar(v[i]));
+  PetscCall(AinsworthForEntries({x, stiffness}, [&](PetscInt, PetscScalar v, PetscScalar w) { most[w == 0.0] = PetscMax(most[w == 0.0], PetscAbsScalar(v)); }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, most, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)x)));
-  for (PetscInt i = 0; i < n; i++)
-    if (d[i] != 0.0) *change = PetscMax(*change, PetscAbsScalar(d[i]) / PetscMax(most[w[i] == 0.0], PetscAbsScalar(d[i])));
+  PetscCall(AinsworthForEntries({p, stiffness}, [&](PetscInt, PetscScalar d, PetscScalar w) {
+    if (d != 0.0) *change = PetscMax(*change, PetscAbsScalar(d) / PetscMax(most[w == 0.0], PetscAbsScalar(d)));
+  }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, change, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)x)));
-  PetscCall(VecRestoreArrayRead(stiffness, &w));
-  PetscCall(VecRestoreArrayRead(p, &d));
-  PetscCall(VecRestoreArrayRead(x, &v));
   PetscCall(VecDestroy(&stiffness));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -178,7 +178,7 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   contradiction[0] = 0;
   PetscCall(VecNorm(g, NORM_INFINITY, &rhs));
   PetscCall(VecDuplicate(residual, terms));
-  PetscCall(AinsworthTermsDual(sp, PETSC_TRUE, allowed, g, x, lambda, *terms, &slack));
+  PetscCall(AinsworthTermsDual(sp, allowed, g, x, lambda, *terms, &slack));
   auto look = [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar b, PetscScalar l, PetscScalar e) {
     const PetscReal size  = PetscRealPart(s);
     const bool      empty = size <= PetscAbsScalar(b); /* other zero rows had columns of unknowns that are known */

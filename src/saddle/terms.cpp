@@ -64,9 +64,9 @@ PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpo
 /*
    terms += |D| |lambda|, and slack = allowed times the square root of D_ii, 0 where D couples the row to others: what D leaves free moves x
 
-   sums: a huge lambda that D takes to nearly nothing would drown all else in its rounding; what cancels counts up to a part of the largest of the other terms
+   A huge lambda that D takes to nearly nothing would drown all else in its rounding: what cancels counts up to a part of the largest of the other terms
 */
-static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscBool sums, PetscReal allowed, Vec lambda, Vec terms, Vec slack)
+static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscReal allowed, Vec lambda, Vec terms, Vec slack)
 {
   static const PetscReal others = 1e-4;
   Mat                    M;
@@ -79,14 +79,12 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscBool sums, P
   PetscCall(VecDuplicate(terms, &size));
   PetscCall(MatMult(M, absolute, size));
   PetscCall(VecDestroy(&absolute));
-  if (sums) {
-    PetscCall(VecNorm(terms, NORM_INFINITY, &largest));
-    PetscCall(VecSet(slack, others * largest));
-    PetscCall(VecPointwiseMin(size, size, slack));
-    PetscCall(MatMult(sp->rowsD, lambda, slack));
-    PetscCall(VecAbs(slack));
-    PetscCall(VecPointwiseMax(size, size, slack));
-  }
+  PetscCall(VecNorm(terms, NORM_INFINITY, &largest));
+  PetscCall(VecSet(slack, others * largest));
+  PetscCall(VecPointwiseMin(size, size, slack));
+  PetscCall(MatMult(sp->rowsD, lambda, slack));
+  PetscCall(VecAbs(slack));
+  PetscCall(VecPointwiseMax(size, size, slack));
   PetscCall(VecAXPY(terms, 1.0, size));
   PetscCall(AinsworthRowSums(M, 1, slack));
   PetscCall(MatGetDiagonal(M, size));
@@ -99,11 +97,12 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscBool sums, P
 }
 
 /*
-   AinsworthTermsDual - the terms of each row of the second equation, |C| |x| + |D| |lambda| + |g|, and the rounding that unknowns get from others, unless they are known
+   AinsworthTermsDual - the terms of each row of the second equation, |C| |x| + |D| |lambda| + |g|, and the rounding that unknowns get from others, unless they
+   are known
 
-   sums: what cancels in D lambda counts little; slack: what AddCompliance() allows, or NULL
+   slack: what AddCompliance() allows, or NULL
 */
-PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscBool sums, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec size, Vec *slack)
+PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec size, Vec *slack)
 {
   Vec       stiffness, absolute;
   PetscReal largest, root;
@@ -128,7 +127,7 @@ PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscBool sums, PetscReal
   *slack = NULL;
   if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(g, slack));
-  PetscCall(AddCompliance(sp, sums, allowed, lambda, size, *slack));
+  PetscCall(AddCompliance(sp, allowed, lambda, size, *slack));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -11,7 +11,7 @@ static const PetscReal AinsworthCombined = 1e3 * PETSC_MACHINE_EPSILON;
 
 PetscErrorCode AinsworthDuplicateAbs(Vec, Vec *);
 PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec);
-PetscErrorCode AinsworthTermsDual(AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec *);
+PetscErrorCode AinsworthTermsDual(AinsworthSaddle *, PetscReal, Vec, Vec, Vec, Vec, Vec *);
 PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *, Vec *);
 PetscErrorCode AinsworthTermsDisplacement(Vec, Vec, PetscReal *, PetscReal *);
 PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *, Vec, PetscReal, Vec, Vec);
