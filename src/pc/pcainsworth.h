@@ -234,7 +234,7 @@ PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ains
 PETSC_INTERN PetscErrorCode      PCAinsworthSolveFields_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PCAinsworthFields, PCAinsworthFields,
                                                                 KSPConvergedReason *);
 PETSC_INTERN bool                PCAinsworthRefinesRows_Private(const PC_Ainsworth *, PetscReal);
-PETSC_INTERN PetscErrorCode      PCAinsworthRefineRows_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PetscReal, PCAinsworthFields, PCAinsworthFields,
+PETSC_INTERN PetscErrorCode      PCAinsworthRefineRows_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PetscBool, PetscReal, PCAinsworthFields, PCAinsworthFields,
                                                                PCAinsworthFields, PetscBool *, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthResists_Private(const PC_Ainsworth *, Vec, PetscReal, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthIsFree_Private(const PC_Ainsworth *, Vec, Vec, PetscBool *);

@@ -175,7 +175,8 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
   if (*verdict != AINSWORTH_VERDICT_SINGULAR) { /* a row may seem to contradict others that are not yet met well enough */
     char more[256];
 
-    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, stopped, tol, b, y, left, &refined, more, sizeof(more)));
+    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, stopped, (PetscBool)(*verdict == AINSWORTH_VERDICT_MET), tol, b, y, left, &refined, more,
+                                            sizeof(more)));
     if (refined) PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
     if (refined && more[0] && *verdict == AINSWORTH_VERDICT_MET) {
       *verdict = AINSWORTH_VERDICT_UNMET;

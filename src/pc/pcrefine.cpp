@@ -1,6 +1,7 @@
 /* Further solves of a system [A B'; C -D] for what the first has left, until each row of both equations is met relative to its own terms */
 #include "pcainsworth.h"
 #include "../loops.h"
+#include "../saddle/terms.h"
 #include <vector>
 
 /* weights of the rows of both equations, y * w */
@@ -79,8 +80,8 @@ static PetscErrorCode LargestChange(const PC_Ainsworth *data, Vec x, Vec p, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A solve for what others have left is to bring it to a tenth of what is wanted; factor 0: where its norm does not see what is left, it is as exact as any */
-static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal factor, PCAinsworthFields left, PCAinsworthFields p,
+/* A solve for what others have left, to a relative tolerance that may be larger than that of the first */
+static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal loose, PCAinsworthFields left, PCAinsworthFields p,
                                    KSPConvergedReason *reason)
 {
   PetscReal      rtol, atol, dtol;
@@ -89,7 +90,7 @@ static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpos
 
   PetscFunctionBegin;
   PetscCall(KSPGetTolerances(data->ksp, &rtol, &atol, &dtol, &limit));
-  PetscCall(KSPSetTolerances(data->ksp, PetscMax(rtol, PetscMin(factor / 10, 0.1)), atol, dtol, limit));
+  PetscCall(KSPSetTolerances(data->ksp, PetscMax(rtol, loose), atol, dtol, limit));
   error = PCAinsworthSolveFields_Private(pc, data, transpose, PETSC_FALSE, left, p, reason);
   PetscCall(KSPSetTolerances(data->ksp, rtol, atol, dtol, limit));
   PetscCall(error);
@@ -97,10 +98,10 @@ static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpos
 }
 
 /*
-   One more direction for y, from a reduced solve that brings what is left to `factor` of it, and the step along it that leaves least, in the norm in which each
+   One more direction for y, from a reduced solve that brings what is left to `loose` of it, and the step along it that leaves least, in the norm in which each
    row is relative to its terms; images: K times the directions, weighted, orthonormal. some: there was one; change: how far its solve moves x
 */
-static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal factor, PCAinsworthFields left, PCAinsworthFields weights,
+static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal loose, PCAinsworthFields left, PCAinsworthFields weights,
                            PCAinsworthFields y, std::vector<PCAinsworthFields> &directions, std::vector<PCAinsworthFields> &images, PetscBool *some,
                            PetscReal *change)
 {
@@ -111,7 +112,7 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, Petsc
   PetscFunctionBegin;
   for (PCAinsworthFields *v : {&p, &q, &r, &none}) PetscCall(Duplicate(left, v));
   PetscCall(VecZeroEntries(p.primal));
-  PetscCall(SolveLoosely(pc, data, transpose, factor, left, p, &reason));
+  PetscCall(SolveLoosely(pc, data, transpose, loose, left, p, &reason));
   PetscCall(LargestChange(data, y.primal, p.primal, change));
   PetscCall(VecZeroEntries(none.primal));
   PetscCall(VecZeroEntries(none.dual));
@@ -124,7 +125,8 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, Petsc
     PetscCall(Add(p, -dot, directions[k]));
   }
   PetscCall(Dot(q, q, &dot));
-  *some = (PetscBool)(PetscRealPart(dot) > 0.0 && !PetscIsInfOrNanScalar(dot) && reason != KSP_DIVERGED_ITS); /* others would end at the limit, too */
+  *some = (PetscBool)(PetscRealPart(dot) > 0.0 && !PetscIsInfOrNanScalar(dot) && reason != KSP_DIVERGED_ITS /* others would end at the limit, too */
+                      && reason != KSP_DIVERGED_DTOL);
   if (*some) {
     const PetscScalar scale = 1.0 / PetscSqrtReal(PetscRealPart(dot));
 
@@ -142,14 +144,15 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does the method end by the energy, which is fair to all unknowns, or is it the one that is taken where there is none? */
-static PetscErrorCode IsFair(const PC_Ainsworth *data, PetscBool *fair)
+/* Does the method end by the energy, which is fair to all unknowns (energetic), or is it the one that is taken where there is none (fair, too)? */
+static PetscErrorCode IsFair(const PC_Ainsworth *data, PetscBool *energetic, PetscBool *fair)
 {
   KSPType type;
 
   PetscFunctionBegin;
   PetscCall(KSPGetType(data->ksp, &type));
-  PetscCall(PCAinsworthIsConjugateGradients_Private(type, fair));
+  PetscCall(PCAinsworthIsConjugateGradients_Private(type, energetic));
+  *fair = *energetic;
   if (!*fair) PetscCall(PetscStrInList(type, KSPGMRES "," KSPFGMRES, ',', fair));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -165,29 +168,32 @@ bool PCAinsworthRefinesRows_Private(const PC_Ainsworth *data, PetscReal tol)
 
    Where D is not zero, or B is not C, unknowns of very different stiffness meet, and the norms of the reduced solve are not fair to all of them; those of
    methods other than conjugate gradients and GMRES are not either, whatever the system; with both, what further solves cannot mend is no solution. Nor is
-   an x that may still be far off: solves tell how far what is left moves it.
+   an x that may still be far off: solves tell how far what is left moves it. After conjugate gradients one to half of what is left is enough to tell that it
+   moves x too little to count, whatever it is of a row with small terms.
 
-   tol: what was asked for, negative where nothing was. stopped: rounding ended the first solve, and another one has to agree with what it has. left: of both
-   equations, by y; both are changed. refined: there was something to do. why: what is left where that is too much, or moves x: empty otherwise
+   tol: what was asked for, negative where nothing was. stopped: rounding ended the first solve, and another one has to agree with what it has. verified: what
+   it has is met to the energy. left: of both equations, by y; both are changed. refined: there was something to do. why: what is left where that is too much,
+   or moves x: empty otherwise
 */
-PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscReal tol, PCAinsworthFields b,
-                                             PCAinsworthFields y, PCAinsworthFields left, PetscBool *refined, char why[], size_t len)
+PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscBool verified, PetscReal tol,
+                                             PCAinsworthFields b, PCAinsworthFields y, PCAinsworthFields left, PetscBool *refined, char why[], size_t len)
 {
-  static const PetscReal         rounding = 1e-13, determined = 1e-5;
+  static const PetscReal         rounding = 1e-13, determined = 1e-6, margin = 10;
   static const int               most = 10, patience = 3;
   const PetscReal                open = PetscMax(1e4 * tol, determined);
-  PetscReal                      enough, wanted, error, best, change, moves = 0.0;
-  int                            idle = 0;
+  PetscReal                      enough, wanted, error, best, change, softest = 0.0, moves = 0.0;
+  int                            idle = 0, solves = 0;
   PCAinsworthFields              weights, others, kept;
   std::vector<PCAinsworthFields> directions, images;
-  PetscBool                      some = PETSC_TRUE, fair;
-  bool                           strict;
+  PetscBool                      some = PETSC_TRUE, fair, energetic;
+  bool                           strict, helped = false;
 
   PetscFunctionBegin;
   *refined = PETSC_FALSE;
   why[0]   = 0;
-  PetscCall(IsFair(data, &fair));
-  strict = PCAinsworthRefinesRows_Private(data, tol);
+  PetscCall(IsFair(data, &energetic, &fair));
+  energetic = (PetscBool)(energetic && data->adjoint && verified && !stopped);
+  strict    = PCAinsworthRefinesRows_Private(data, tol);
   if (!strict && (fair || !data->constraints || tol < 0.0)) PetscFunctionReturn(PETSC_SUCCESS);
   strict = strict && !fair;
   enough = PetscMax(strict ? tol : 10 * tol, rounding);
@@ -196,18 +202,25 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   PetscCall(Duplicate(y, &others));
   PetscCall(Duplicate(y, &kept));
   PetscCall(Left(data, transpose, b, y, left, weights, &error));
-  best     = error;
-  *refined = (PetscBool)(error > wanted);
+  best = error;
   PetscCall(VecCopy(y.primal, kept.primal));
   PetscCall(VecCopy(y.dual, kept.dual));
-  for (int k = 0; k < most && (error > wanted || moves * error > open) && some && idle < patience; k++) {
-    const PetscReal before = error;
+  PetscCall(AinsworthTermsSoftest(&data->saddle, &softest));
+  auto unmet = [&](PetscReal left) {
+    if (moves * left > open || (!solves && softest > open / enough)) return true;
+    return left > wanted && !(helped && left <= margin * margin * enough && moves * left <= open / margin);
+  };
+  *refined = (PetscBool)unmet(error);
+  for (; solves < most && unmet(error) && some && idle < patience; solves++) {
+    const bool      probes = energetic && !solves;
+    const PetscReal before = error, loose = probes ? 0.5 : idle ? 0.0 : PetscMin(enough / error / 10, 0.1);
 
     PetscCall(PetscInfo(pc, "A row of both equations is left with %g of its terms: another solve follows\n", (double)error));
-    PetscCall(Step(pc, data, transpose, idle ? 0.0 : enough / error, left, weights, y, directions, images, &some, &change));
+    PetscCall(Step(pc, data, transpose, loose, left, weights, y, directions, images, &some, &change));
     if (some) PetscCall(Left(data, transpose, b, y, left, others, &error)); /* all steps have the norm of the first */
-    idle  = error < 0.5 * best ? 0 : idle + 1;
-    moves = PetscMax(moves, change / before);
+    idle   = probes || error < 0.5 * best ? 0 : idle + 1;
+    helped = probes && error < 0.8 * before;
+    moves  = PetscMax(moves, change / before);
     if (!(error < best)) continue;
     best = error;
     PetscCall(VecCopy(y.primal, kept.primal));
@@ -215,10 +228,11 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   }
   PetscCall(VecCopy(kept.primal, y.primal));
   PetscCall(VecCopy(kept.dual, y.dual));
-  if (best > enough)
+  wanted = enough;
+  if (unmet(best) && best > enough)
     PetscCall(
       PetscSNPrintf(why, len, "The system is not met: a row of both equations is left with %g of its terms, and further solves do not help", (double)best));
-  else if (moves * best > open)
+  else if (unmet(best))
     PetscCall(PetscSNPrintf(why, len, "The solution is not met: rows are left with up to %g of their terms, which another solve takes for %g of x",
                             (double)best, (double)(moves * best)));
   for (auto *list : {&directions, &images})

@@ -257,8 +257,9 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
   PetscCall(AinsworthSaddleResidual(sp, transpose, data->knownAx, f, g, x, lambda, Ax, primal, dual));
   PetscCall(AinsworthSaddleEnergy(sp, x, lambda, Ax, &energy));
   PetscCall(GetEarlierTerms(pc, data, g, &kept, &earlier));
-  PetscCall(AinsworthSaddleCheckDual(sp, tol < 0.0 ? PETSC_MAX_REAL : tol, tol < 0.0 ? PETSC_MAX_REAL : blind * tol * energy, earlier, g, x, lambda, dual,
-                                     &worst, rows, sizeof(rows), &terms));
+  /* where nothing was asked for, any error, such that a product with the root of D_ii does not overflow */
+  PetscCall(AinsworthSaddleCheckDual(sp, tol < 0.0 ? PETSC_MAX_REAL : tol, tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) : blind * tol * energy, earlier, g, x,
+                                     lambda, dual, &worst, rows, sizeof(rows), &terms));
   PetscCall(IsFinite(x, lambda, &finite));
   if (worst.quotient > 1.0) {
     *verdict = AINSWORTH_VERDICT_UNMET;

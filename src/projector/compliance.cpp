@@ -3,10 +3,16 @@
 #include "../objects.h"
 #include "../saddle/saddle.h"
 
-/* sums_i = sum_j |C_ij|^2 w_j^2 / d_j, w the weight (NULL: 1) and d = diag(A)^{-1}: the flexibility of A under the force C_i' */
+/*
+   sums_i = sum_j |C_ij|^2 w_j^2 / d_j, w the weight (NULL: 1) and d = diag(A)^{-1}: the flexibility of A under the force C_i'
+
+   Where unknowns are in no other row, theirs, down to `least` of all: others, which rows share, may not tell rows from each other, however soft they are. The
+   less it is, the nearer to singular S may be where rows depend on each other
+*/
 static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec sums)
 {
-  Vec root;
+  static const PetscReal least = 1e-4;
+  Vec                    root, count, own;
 
   PetscFunctionBegin;
   PetscCall(AinsworthVecClone(inverseDiagonal, &root));
@@ -14,7 +20,16 @@ static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec
   PetscCall(VecReciprocal(root));
   if (weight) PetscCall(VecPointwiseMult(root, root, weight));
   PetscCall(AinsworthRowSquares(C, root, sums));
-  PetscCall(VecDestroy(&root));
+  PetscCall(AinsworthCountRows(C, 0, &count));
+  PetscCall(AinsworthUpdate(root, {count}, [](PetscInt, PetscScalar &r, PetscScalar rows) {
+    if (PetscRealPart(rows) > 1.0) r = 0.0;
+  }));
+  PetscCall(VecDuplicate(sums, &own));
+  PetscCall(AinsworthRowSquares(C, root, own));
+  PetscCall(AinsworthUpdate(sums, {own}, [](PetscInt, PetscScalar &all, PetscScalar part) {
+    if (part != 0.0) all = PetscMax(PetscRealPart(part), least * PetscRealPart(all));
+  }));
+  for (Vec *v : {&root, &count, &own}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

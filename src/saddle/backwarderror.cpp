@@ -17,7 +17,8 @@ static PetscErrorCode LargestQuotient(Vec residual, Vec size, const AinsworthRow
 
 /*
    size_i at least `little` of the largest of all, in the norm of diag(A)^{-1}: the row of a body that nothing moves has only rounding to show. A row without
-   stiffness has less where a spring D_kk is so soft that its force moves row k of C by more than the terms of that, rows
+   stiffness has less where a spring D_kk is so soft that its force moves row k of C by more than the terms of that, rows, which become as large in the norm of
+   diag(S)^{-1}
 */
 static PetscErrorCode RaiseSmallTerms(AinsworthSaddle *sp, Vec rows, Vec size)
 {
@@ -34,6 +35,7 @@ static PetscErrorCode RaiseSmallTerms(AinsworthSaddle *sp, Vec rows, Vec size)
   }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)size)));
   PetscCall(AinsworthTermsThroughRows(sp, diagonal, little * most, rows, forces));
+  PetscCall(AinsworthTermsRaise(sp, diagonal, little, rows));
   PetscCall(AinsworthUpdate(size, {diagonal, forces}, [=](PetscInt, PetscScalar &s, PetscScalar d, PetscScalar b) {
     s = PetscMax(PetscRealPart(s), PetscRealPart(d) > 0.0 ? little * most * PetscSqrtReal(PetscRealPart(d)) : PetscRealPart(b));
   }));

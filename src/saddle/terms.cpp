@@ -232,6 +232,29 @@ static PetscErrorCode FlexibilityOfRows(const AinsworthSaddle *sp, Vec diagonal,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthTermsSoftest - the largest D_kk relative to (C W C')_kk: how much further than A a spring lets the same force move something */
+PetscErrorCode AinsworthTermsSoftest(const AinsworthSaddle *sp, PetscReal *softest)
+{
+  Vec stiffness, root, flexibility, springs;
+
+  PetscFunctionBegin;
+  *softest = 0.0;
+  if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthTermsStiffness(sp, &stiffness));
+  PetscCall(FlexibilityOfRows(sp, stiffness, &root, &flexibility));
+  PetscCall(VecDuplicate(flexibility, &springs));
+  PetscCall(MatGetDiagonal(sp->rowsD, springs));
+  PetscCall(AinsworthForEntries({springs, flexibility}, [=](PetscInt, PetscScalar d, PetscScalar all) {
+    const PetscReal rest = PetscRealPart(all) - PetscAbsScalar(d);
+
+    if (rest > 0.0) *softest = PetscMax(*softest, PetscAbsScalar(d) / rest);
+    else if (d != 0.0) *softest = PETSC_MAX_REAL;
+  }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, softest, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)springs)));
+  for (Vec *v : {&root, &flexibility, &springs}) PetscCall(VecDestroy(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* v_k = 1 / v_k, 0 where that is 0 */
 static PetscErrorCode Invert(Vec v)
 {
@@ -268,6 +291,25 @@ PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *sp, Vec diagonal
   PetscCall(MatDestroy(&M));
   PetscCall(VecDestroy(&root));
   PetscCall(VecDestroy(&lengths));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthTermsRaise - the terms of each row of C become at least `little` of the largest of all, in the norm of diag(S)^{-1} */
+PetscErrorCode AinsworthTermsRaise(const AinsworthSaddle *sp, Vec diagonal, PetscReal little, Vec terms)
+{
+  PetscReal most = 0.0;
+  Vec       root, flexibility;
+
+  PetscFunctionBegin;
+  PetscCall(FlexibilityOfRows(sp, diagonal, &root, &flexibility));
+  PetscCall(VecSqrtAbs(flexibility));
+  PetscCall(AinsworthForEntries({terms, flexibility}, [&](PetscInt, PetscScalar t, PetscScalar s) {
+    if (PetscRealPart(s) > 0.0) most = PetscMax(most, PetscRealPart(t) / PetscRealPart(s));
+  }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)terms)));
+  PetscCall(
+    AinsworthUpdate(terms, {flexibility}, [=](PetscInt, PetscScalar &t, PetscScalar s) { t = PetscMax(PetscRealPart(t), little * most * PetscRealPart(s)); }));
+  for (Vec *v : {&root, &flexibility}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

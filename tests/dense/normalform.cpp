@@ -265,6 +265,23 @@ static PetscErrorCode CheckIterations(const Spec &spec)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A fixed number of iterations inside a flexible method: nothing was asked of them, and rows of a large D are no reason to refuse what they have */
+static PetscErrorCode CheckFixed(const Spec &spec)
+{
+  System      sys;
+  DenseSystem d;
+
+  PetscFunctionBeginUser;
+  PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
+  PetscCall(Gather(sys, d));
+  for (PetscReal scale : {1e-3, 1e3, 1e6})
+    PetscCall(CheckForm("three iterations", sys, d, {d.A, d.C.adjoint(), d.C, -scale * Dense::Identity(d.C.rows(), d.C.rows())},
+                        "-ksp_type fgmres -ksp_rtol 1e-12 -ainsworth_ksp_max_it 3 -ainsworth_ksp_norm_type none -ainsworth_ksp_convergence_test skip", false,
+                        1e-6));
+  PetscCall(SystemDestroy(&sys));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* B is not C, as with friction; rows and columns of one side only */
 static PetscErrorCode CheckSides(const Spec &spec)
 {
@@ -366,6 +383,7 @@ int main(int argc, char **argv)
       PetscCall(CheckBlock(spec, 1.0, false, false));
     }
   }
+  PetscCall(CheckFixed(Spec()));
   for (bool uneven : {false, true}) {
     Options options("-ainsworth_pc_type redundant -ainsworth_ksp_max_it 400");
     Spec    spec;

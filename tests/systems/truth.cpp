@@ -82,6 +82,30 @@ static Eigen::Index Rank(const Eigen::FullPivLU<Long> &lu, bool *decided)
   return rank;
 }
 
+/* Vectors of a kernel without the rounding of what is zero in them */
+static Long Clean(Long kernel)
+{
+  for (Eigen::Index j = 0; j < kernel.cols(); j++) {
+    const long double trace = 1e-12L * kernel.col(j).cwiseAbs().maxCoeff();
+
+    for (long double &v : kernel.col(j))
+      if (std::abs(v) <= trace) v = 0.0L;
+  }
+  return kernel;
+}
+
+/* Do entries too small for LU to see, of a D of hundreds of decades, couple its kernels? Then K is singular to rounding only, and x as large as they are small */
+static bool Hides(const Long &K, const Long &kernel)
+{
+  Eigen::FullPivLU<Long> transposed(Long(K.transpose()));
+  Long                   small(K);
+
+  transposed.setThreshold(independent);
+  for (Eigen::Index i = 0; i < K.size(); i++)
+    if (std::abs(K.data()[i]) > dependent) small.data()[i] = 0.0L;
+  return !(Clean(transposed.kernel()).transpose() * small * Clean(kernel)).isZero(0.0L);
+}
+
 Facts SaddleFacts(const Saddle &s)
 {
   const Eigen::Index n = s.A.rows(), N = n + s.C.rows();
@@ -100,6 +124,7 @@ Facts SaddleFacts(const Saddle &s)
     const Long kernel = lu.kernel();
 
     facts.unique = kernel.topRows(n).cwiseAbs().maxCoeff() < 1e-10L * kernel.cwiseAbs().maxCoeff();
+    if (Hides(scaled, kernel)) facts.decided = false;
   }
   const LongColumn y     = lu.solve(rows.cwiseProduct(b)); /* scaled */
   const LongColumn size  = scaled.cwiseAbs() * y.cwiseAbs() + rows.cwiseProduct(b).cwiseAbs();
