@@ -17,7 +17,7 @@ static PetscErrorCode Iterations(KSP ksp, PetscInt *its)
   PetscFunctionBeginUser;
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCAinsworthGetKSP(pc, &inner));
-  PetscCall(KSPGetIterationNumber(inner, its));
+  PetscCall(KSPGetTotalIterations(inner, its));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
