@@ -3,6 +3,7 @@
 #define AINSWORTH_PCAINSWORTH_H
 
 #include <petscainsworth.h>
+#include "fields.h"
 #include "../saddle/saddle.h"
 #include "../multigrid/source.h"
 #include "../pmat/pmat.h"
@@ -50,11 +51,6 @@ typedef enum {
   PC_AINSWORTH_STAGE_CONSTRAINTS, /* the projector, or no constraints */
   PC_AINSWORTH_STAGE_REDUCED      /* all is set up */
 } PCAinsworthStage;
-
-/* f and g, or x and lambda, in the program's fields */
-struct PCAinsworthFields {
-  Vec primal, dual;
-};
 
 /* What options and calls choose, compared as a whole: what says the same again rebuilds nothing */
 struct PCAinsworthChoices {

@@ -1,4 +1,5 @@
 #include "pcainsworth.h"
+#include "../objects.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 #include <petsctime.h>
@@ -240,10 +241,8 @@ static PetscErrorCode SetUpConstraints(PC pc, PC_Ainsworth *data, SetUpRun *run)
                             PCFailedReasons[run->reason]));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (run->ctx && run->ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
-    PetscCall(PetscObjectReference((PetscObject)run->ctx->weight));
-    data->inverseDiagonal = run->ctx->weight;
-  } else PetscCall(AinsworthWeightCreate(data->saddle.A, &data->inverseDiagonal));
+  if (run->ctx && run->ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(AinsworthShare(run->ctx->weight, &data->inverseDiagonal));
+  else PetscCall(AinsworthWeightCreate(data->saddle.A, &data->inverseDiagonal));
   if (!data->constraints) {
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
     PetscCall(MatDestroy(&data->reduced));
