@@ -12,7 +12,7 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
 
   PetscFunctionBegin;
   /* the levels of A outlive the constraints: a program that changes their number has to reset its KSP */
-  PetscCall(PCAinsworthReportReset_Private(data));
+  PetscCall(AinsworthReportDestroy(&data->report));
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   if (sa) levels = sa->levels;

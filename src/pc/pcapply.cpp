@@ -42,7 +42,7 @@ static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose,
     PetscCall(PCAinsworthEscapeBegin_Private(pc, data));
     error = transpose ? KSPSolveTranspose(data->ksp, data->rhs, x) : KSPSolve(data->ksp, data->rhs, x);
     PetscCall(PCAinsworthEscapeEnd_Private(data));
-    if (watched) PetscCall(PCAinsworthReportEnd_Private(data, (PetscBool)(error != PETSC_SUCCESS)));
+    if (watched && data->report) PetscCall(AinsworthReportEnd(data->report, data->ksp, (PetscBool)(error != PETSC_SUCCESS)));
     PetscCall(error);
     PetscCall(PCAinsworthEscape_Private(pc, data, &again));
   }
