@@ -76,7 +76,6 @@ static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
   Mat_Ainsworth   *ctx;
   PetscObjectState stateA;
   PetscBool        changedA, changedC;
-  const char      *prefix;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
@@ -99,8 +98,7 @@ static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
 
     if (ctx->D && ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(AinsworthWeightCreate(ctx->A, &inverseDiagonal));
     PetscCall(SetMobility(ctx));
-    PetscCall(MatGetOptionsPrefix(mat, &prefix));
-    PetscCall(AinsworthProjectorSetUp(&ctx->proj, &blocks, ctx->mobility, inverseDiagonal, ctx->rowsPerRank, (PetscObject)mat, prefix));
+    PetscCall(AinsworthProjectorSetUp(&ctx->proj, &blocks, ctx->mobility, inverseDiagonal, ctx->rowsPerRank, (PetscObject)mat));
     if (inverseDiagonal != ctx->weight) PetscCall(VecDestroy(&inverseDiagonal));
   }
   if (!ctx->work) PetscCall(MatCreateVecs(ctx->A, &ctx->work, NULL));

@@ -41,7 +41,6 @@ PetscErrorCode PCAinsworthLooksDefinite_Private(const PC_Ainsworth *data, Mat M,
   PetscReal              smallest, first = 0.0;
   PetscScalar            rz, pMp, next;
   Vec                    diagonal, r, z, p, Mp;
-  PetscRandom            random;
 
   PetscFunctionBegin;
   *definite = PETSC_TRUE;
@@ -54,9 +53,7 @@ PetscErrorCode PCAinsworthLooksDefinite_Private(const PC_Ainsworth *data, Mat M,
   if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(z));
   PetscCall(VecMin(z, NULL, &smallest));
   if (!(smallest > 0.0)) *definite = PETSC_FALSE;
-  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)M), &random));
-  PetscCall(VecSetRandom(r, random));
-  PetscCall(PetscRandomDestroy(&random));
+  PetscCall(VecSetRandom(r, NULL));
   PetscCall(VecPointwiseDivide(z, r, diagonal));
   PetscCall(VecCopy(z, p));
   PetscCall(VecDot(z, r, &rz));

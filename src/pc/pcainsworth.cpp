@@ -22,12 +22,7 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscCall(VecDestroy(&data->terms));
   PetscCall(MatDestroy(&data->reduced));
   PetscCall(MatDestroy(&data->M));
-  PetscCall(VecDestroy(&data->rhs));
-  PetscCall(VecDestroy(&data->Ax));
-  PetscCall(VecDestroy(&data->g));
-  PetscCall(VecDestroy(&data->lambda));
-  PetscCall(VecDestroy(&data->f));
-  PetscCall(VecDestroy(&data->inverseDiagonal));
+  for (Vec *v : {&data->rhs, &data->Ax, &data->g, &data->lambda, &data->f, &data->inverseDiagonal}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -128,9 +128,7 @@ static PetscErrorCode SNESReset_AinsworthActiveSet(SNES snes)
   PetscFunctionBegin;
   PetscCall(MatDestroy(&as->step));
   PetscCall(MatDestroy(&as->pstep));
-  PetscCall(VecDestroy(&as->bounded));
-  PetscCall(VecDestroy(&snes->xl));
-  PetscCall(VecDestroy(&snes->xu));
+  for (Vec *v : {&as->bounded, &snes->xl, &snes->xu}) PetscCall(VecDestroy(v));
   snes->usersetbounds = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
