@@ -3,6 +3,7 @@
 #define AINSWORTH_LISTS_H
 
 #include "petsccompat.h"
+#include <petscsf.h>
 #include <algorithm>
 #include <vector>
 
@@ -38,6 +39,22 @@ static inline PetscErrorCode AinsworthGatherLists(MPI_Comm comm, const std::vect
   PetscCall(AinsworthISToList(whole, all));
   PetscCall(ISDestroy(&whole));
   PetscCall(ISDestroy(&own));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the ranks that own some places of a layout have there, of values of which each rank has those of its own; collective */
+static inline PetscErrorCode AinsworthFetch(MPI_Comm comm, PetscLayout layout, const std::vector<PetscInt> &values, PetscInt n, const PetscInt places[],
+                                            std::vector<PetscInt> *fetched)
+{
+  PetscSF sf;
+
+  PetscFunctionBegin;
+  fetched->resize(n);
+  PetscCall(PetscSFCreate(comm, &sf));
+  PetscCall(PetscSFSetGraphLayout(sf, layout, n, NULL, PETSC_USE_POINTER, places));
+  PetscCall(PetscSFBcastBegin(sf, MPIU_INT, values.data(), fetched->data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(sf, MPIU_INT, values.data(), fetched->data(), MPI_REPLACE));
+  PetscCall(PetscSFDestroy(&sf));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -14,6 +14,17 @@ static inline PetscErrorCode AinsworthShare(Object from, Object *to)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The same, which may be NULL, in the place of what *to was before */
+template <typename Object>
+static inline PetscErrorCode AinsworthReplace(Object from, Object *to)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscObjectReference((PetscObject)from));
+  PetscCall(PetscObjectDestroy((PetscObject *)to));
+  *to = from;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static inline PetscErrorCode AinsworthVecClone(Vec v, Vec *copy)
 {
   PetscFunctionBegin;

@@ -3,6 +3,8 @@
    for them. The projector would take it along W C', which is rough, and costs an iteration or two for each row. docs/models.md
 */
 #include "projectedcg.h"
+#include "../lists.h"
+#include "../loops.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 #include <petscblaslapack.h>
@@ -15,46 +17,32 @@ static const PetscReal dependent = 1e-6;
 /* The adjoints of the rows of C with more than so many entries, on all ranks; none where they are too many */
 static PetscErrorCode GetLongRows(Mat C, PetscInt longest, std::vector<Vec> *rows)
 {
-  PetscInt              rstart, rend, found;
-  PetscMPIInt           rank, size;
-  std::vector<PetscInt> mine;
+  std::vector<PetscInt> mine, all;
 
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)C), &rank));
-  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)C), &size));
-  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt n;
+  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
+    if (row.n > longest) mine.push_back(row.number);
+  }));
+  PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)C), mine, &all));
+  if (all.size() > most) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt number : all) {
+    Vec row;
 
-    PetscCall(MatGetRow(C, i, &n, NULL, NULL));
-    if (n > longest) mine.push_back(i);
-    PetscCall(MatRestoreRow(C, i, &n, NULL, NULL));
-  }
-  std::vector<PetscInt> counts(size, 0);
-  found = (PetscInt)mine.size();
-  PetscCallMPI(MPI_Allgather(&found, 1, MPIU_INT, counts.data(), 1, MPIU_INT, PetscObjectComm((PetscObject)C)));
-  found = 0;
-  for (PetscInt count : counts) found += count;
-  if ((size_t)found > most) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscMPIInt r = 0; r < size; r++)
-    for (PetscInt k = 0; k < counts[r]; k++) {
-      Vec row;
+    PetscCall(MatCreateVecs(C, &row, NULL));
+    if (std::find(mine.begin(), mine.end(), number) != mine.end()) {
+      PetscInt           n;
+      const PetscInt    *columns;
+      const PetscScalar *values;
 
-      PetscCall(MatCreateVecs(C, &row, NULL));
-      if (r == rank) {
-        PetscInt           n;
-        const PetscInt    *columns;
-        const PetscScalar *values;
-
-        PetscCall(MatGetRow(C, mine[k], &n, &columns, &values));
-        PetscCall(VecSetValues(row, n, columns, values, INSERT_VALUES));
-        PetscCall(MatRestoreRow(C, mine[k], &n, &columns, &values));
-      }
-      PetscCall(VecAssemblyBegin(row));
-      PetscCall(VecAssemblyEnd(row));
-      if (PetscDefined(USE_COMPLEX)) PetscCall(VecConjugate(row));
-      rows->push_back(row);
+      PetscCall(MatGetRow(C, number, &n, &columns, &values));
+      PetscCall(VecSetValues(row, n, columns, values, INSERT_VALUES));
+      PetscCall(MatRestoreRow(C, number, &n, &columns, &values));
     }
+    PetscCall(VecAssemblyBegin(row));
+    PetscCall(VecAssemblyEnd(row));
+    if (PetscDefined(USE_COMPLEX)) PetscCall(VecConjugate(row));
+    rows->push_back(row);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -4,6 +4,7 @@
    Q M^{-1} becomes (I - Z Y') Q M^{-1} (I - Y Z') + Z Z'. docs/models.md
 */
 #include "projectedcg.h"
+#include "../objects.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
@@ -34,8 +35,7 @@ PetscErrorCode KSPProjectedCGPrecondition_Private(PC pc, Mat mat, Mat_Ainsworth 
   if (n) {
     PetscCall(VecMDot(r, n, ctx->motions.data(), forces.data()));
     for (PetscInt k = 0; k < n; k++) factors[k] = -forces[k];
-    PetscCall(VecDuplicate(r, &rest));
-    PetscCall(VecCopy(r, rest));
+    PetscCall(AinsworthVecClone(r, &rest));
     PetscCall(VecMAXPY(rest, n, factors.data(), ctx->motionForces.data()));
   }
   ctx->inKernel = PETSC_FALSE; /* its own products are with A~ */

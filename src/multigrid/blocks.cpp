@@ -1,12 +1,7 @@
 #include "blocks.h"
 #include "../csr.h"
+#include "../saddle/arrays.h"
 #include <algorithm>
-
-void AinsworthSortUnique(std::vector<PetscInt> &list)
-{
-  std::sort(list.begin(), list.end());
-  list.erase(std::unique(list.begin(), list.end()), list.end());
-}
 
 /* local: nodes of this rank. Collective */
 PetscErrorCode AinsworthLayoutCreate(MPI_Comm comm, PetscInt local, AinsworthLayout *nodes)
@@ -146,7 +141,6 @@ static PetscErrorCode NumberUnknowns(Mat A, const std::vector<PetscInt> &order, 
                                      std::vector<PetscInt> *ghosts)
 {
   PetscLayout           layout;
-  PetscSF               sf;
   PetscInt              first;
   std::vector<PetscInt> all(order.size());
   PetscMPIInt           sorted = !order.empty();
@@ -160,11 +154,7 @@ static PetscErrorCode NumberUnknowns(Mat A, const std::vector<PetscInt> &order, 
   PetscCall(MatGetOwnershipRangeColumn(A, &first, NULL));
   for (size_t l = 0; l < order.size(); l++) all[l] = first + (*owned)[l];
   PetscCall(MatGetLayouts(A, NULL, &layout));
-  PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)A), &sf));
-  PetscCall(PetscSFSetGraphLayout(sf, layout, ng, NULL, PETSC_USE_POINTER, garray));
-  PetscCall(PetscSFBcastBegin(sf, MPIU_INT, all.data(), ghosts->data(), MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(sf, MPIU_INT, all.data(), ghosts->data(), MPI_REPLACE));
-  PetscCall(PetscSFDestroy(&sf));
+  PetscCall(AinsworthFetch(PetscObjectComm((PetscObject)A), layout, all, ng, garray, ghosts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -175,10 +165,9 @@ static PetscErrorCode NumberUnknowns(Mat A, const std::vector<PetscInt> &order, 
 */
 PetscErrorCode AinsworthBlockMatCreate(Mat A, PetscInt bs, const std::vector<PetscInt> &order, AinsworthBlockMat *B)
 {
-  PetscInt              n, ng = 0;
-  PetscBool             mpi;
-  Mat                   inside = A, outside;
-  const PetscInt       *garray = NULL;
+  PetscInt              n, ng;
+  Mat                   part[2];
+  const PetscInt       *garray;
   AinsworthLayout       nodes;
   std::vector<PetscInt> ghosts, numbers;
   std::vector<Part>     parts;
@@ -186,21 +175,14 @@ PetscErrorCode AinsworthBlockMatCreate(Mat A, PetscInt bs, const std::vector<Pet
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(A, &n, NULL));
   PetscCall(AinsworthLayoutCreate(PetscObjectComm((PetscObject)A), n / bs, &nodes));
-  PetscCall(PetscObjectBaseTypeCompare((PetscObject)A, MATMPIAIJ, &mpi));
-  parts.resize(mpi ? 2 : 1);
-  if (mpi) {
-    PetscCall(MatMPIAIJGetSeqAIJ(A, &inside, &outside, &garray));
-    PetscCall(MatGetSize(outside, NULL, &ng));
-  }
+  PetscCall(AinsworthAIJGetParts(A, part, &garray, &ng));
+  parts.resize(part[1] ? 2 : 1);
   PetscCall(NumberUnknowns(A, order, ng, garray, &parts[0].columns, &numbers));
   for (PetscInt number : numbers) ghosts.push_back(number / bs);
-  AinsworthSortUnique(ghosts);
+  AinsworthSortUnique(&ghosts);
   PetscCall(B->cols.create(nodes, std::move(ghosts)));
-  PetscCall(parts[0].open(inside));
-  if (mpi) {
-    PetscCall(parts[1].open(outside));
-    for (PetscInt number : numbers) parts[1].columns.push_back(B->cols.place(number / bs) * bs + number % bs);
-  }
+  for (size_t p = 0; p < parts.size(); p++) PetscCall(parts[p].open(part[p]));
+  for (PetscInt number : numbers) parts[1].columns.push_back(B->cols.place(number / bs) * bs + number % bs);
   for (Part &part : parts) part.order = order.empty() ? NULL : order.data();
   FillBlocks(parts, n / bs, B->cols.count(), bs, &B->rows);
   for (Part &part : parts) PetscCall(part.close());
@@ -217,7 +199,7 @@ PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &nodes, PetscInt 
   for (const auto &row : pieces)
     for (const AinsworthPiece &piece : row)
       if (piece.node < nodes->rstart || piece.node >= nodes->rend) ghosts.push_back(piece.node);
-  AinsworthSortUnique(ghosts);
+  AinsworthSortUnique(&ghosts);
   PetscCall(B->cols.create(nodes, std::move(ghosts)));
   rows = AinsworthBlockRows(bs, bs);
   for (auto &row : pieces) {

@@ -2,6 +2,7 @@
 #ifndef AINSWORTH_BLOCKS_H
 #define AINSWORTH_BLOCKS_H
 
+#include "../lists.h"
 #include "kernels.h"
 #include <petscsf.h>
 #include <memory>
@@ -97,7 +98,6 @@ private:
   const bool own;
 };
 
-void           AinsworthSortUnique(std::vector<PetscInt> &);
 PetscErrorCode AinsworthLayoutCreate(MPI_Comm, PetscInt, AinsworthLayout *);
 PetscErrorCode AinsworthBlockMatCreate(Mat, PetscInt, const std::vector<PetscInt> &, AinsworthBlockMat *);
 PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &, PetscInt, std::vector<std::vector<AinsworthPiece>> &, AinsworthBlockMat *);

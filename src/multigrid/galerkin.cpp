@@ -44,7 +44,7 @@ struct Extended {
     }
     for (PetscInt g : ghost.j)
       if (!P.cols.owns(g)) nodes.push_back(g);
-    AinsworthSortUnique(nodes);
+    AinsworthSortUnique(&nodes);
     cols.first  = P.cols.first;
     cols.local  = P.cols.local;
     cols.ghosts = std::move(nodes); /* no communication through these columns: neither layout nor sf */

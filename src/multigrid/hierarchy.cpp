@@ -159,7 +159,7 @@ static PetscErrorCode CreateProduct(const AinsworthGrid &grid, const std::shared
 
   PetscFunctionBegin;
   if (added) ghosts.insert(ghosts.end(), added->cols.ghosts.begin(), added->cols.ghosts.end());
-  AinsworthSortUnique(ghosts);
+  AinsworthSortUnique(&ghosts);
   PetscCall(cols.create(grid.nodes, std::move(ghosts)));
   if (w) {
     scale = *w;

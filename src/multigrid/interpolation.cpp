@@ -71,7 +71,7 @@ static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> 
     cols.clear();
     for (PetscInt e = A.i[i]; e < A.i[i + 1]; e++)
       if (aggregate[A.j[e]] >= 0) cols.push_back(aggregate[A.j[e]]);
-    AinsworthSortUnique(cols);
+    AinsworthSortUnique(&cols);
     P->j.insert(P->j.end(), cols.begin(), cols.end());
     P->a.resize(P->j.size() * size, 0.0);
     for (PetscInt e = A.i[i]; e < A.i[i + 1]; e++)
@@ -120,7 +120,7 @@ PetscErrorCode AinsworthInterpolationCreate(const AinsworthBlockMat &A, const Ai
   AinsworthDispatch(bs, k, [&](auto B, auto K) { SmoothRows<B(), K()>(A.rows, aggregate, T, diagonal, omega, &P->rows); });
 
   nodes = P->rows.j;
-  AinsworthSortUnique(nodes);
+  AinsworthSortUnique(&nodes);
   nodes.erase(std::remove_if(nodes.begin(), nodes.end(), [&](PetscInt g) { return g >= layout->rstart && g < layout->rend; }), nodes.end());
   PetscCall(P->cols.create(layout, std::move(nodes)));
   for (PetscInt &g : P->rows.j) g = P->cols.place(g);

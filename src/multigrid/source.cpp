@@ -4,19 +4,7 @@
 /* Rounding of the sums by which an entry of A, or of a mode, is made in another order each time, relative to the diagonal and to the modes */
 static const PetscReal rounding = 64 * PETSC_MACHINE_EPSILON;
 
-/* v of random numbers that are the same whenever v has the same layout */
-static PetscErrorCode SetNumbers(Vec v)
-{
-  PetscRandom random;
-
-  PetscFunctionBegin;
-  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)v), &random));
-  PetscCall(VecSetRandom(v, random));
-  PetscCall(PetscRandomDestroy(&random));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* y = A x of these numbers; collective */
+/* y = A x of random numbers, the same whenever x has the same layout; collective */
 static PetscErrorCode GetImage(Mat A, std::vector<PetscScalar> *image)
 {
   Vec                x, y;
@@ -25,7 +13,7 @@ static PetscErrorCode GetImage(Mat A, std::vector<PetscScalar> *image)
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(A, &x, &y));
-  PetscCall(SetNumbers(x));
+  PetscCall(VecSetRandom(x, NULL));
   PetscCall(MatMult(A, x, y));
   PetscCall(VecGetLocalSize(y, &n));
   PetscCall(VecGetArrayRead(y, &a));

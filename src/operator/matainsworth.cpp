@@ -76,7 +76,6 @@ static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
   Mat_Ainsworth   *ctx;
   PetscObjectState stateA;
   PetscBool        changedA, changedC;
-  const char      *prefix;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
@@ -99,8 +98,7 @@ static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
 
     if (ctx->D && ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(AinsworthWeightCreate(ctx->A, &inverseDiagonal));
     PetscCall(SetMobility(ctx));
-    PetscCall(MatGetOptionsPrefix(mat, &prefix));
-    PetscCall(AinsworthProjectorSetUp(&ctx->proj, &blocks, ctx->mobility, inverseDiagonal, ctx->rowsPerRank, (PetscObject)mat, prefix));
+    PetscCall(AinsworthProjectorSetUp(&ctx->proj, &blocks, ctx->mobility, inverseDiagonal, ctx->rowsPerRank, (PetscObject)mat));
     if (inverseDiagonal != ctx->weight) PetscCall(VecDestroy(&inverseDiagonal));
   }
   if (!ctx->work) PetscCall(MatCreateVecs(ctx->A, &ctx->work, NULL));
@@ -138,7 +136,7 @@ PetscErrorCode MatAinsworthSetUp_Private(Mat mat, Mat_Ainsworth **out)
 }
 
 /* y = A x */
-PetscErrorCode MatAinsworthMultA_Private(const Mat_Ainsworth *ctx, Vec x, Vec y)
+static PetscErrorCode MultA(const Mat_Ainsworth *ctx, Vec x, Vec y)
 {
   PetscFunctionBegin;
   PetscCall(MatMult(ctx->product ? ctx->product : ctx->A, x, y));
@@ -152,9 +150,7 @@ PetscErrorCode MatAinsworthSetProduct_Private(Mat mat, Mat product)
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  if (product) PetscCall(PetscObjectReference((PetscObject)product));
-  PetscCall(MatDestroy(&ctx->product));
-  ctx->product = product;
+  PetscCall(AinsworthReplace(product, &ctx->product));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -179,7 +175,7 @@ static PetscErrorCode MultOrAdjoint(Mat mat, PetscBool adjoint, Vec x, Vec y)
     PetscCall(VecPointwiseMult(after, ctx->placed, ctx->proj.rowValues));
   }
   if (adjoint) PetscCall(MatMultHermitianTranspose(ctx->A, ctx->work, y));
-  else PetscCall(MatAinsworthMultA_Private(ctx, ctx->work, y));
+  else PetscCall(MultA(ctx, ctx->work, y));
   PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, before, after, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_MatMult, mat, x, y, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -206,7 +202,7 @@ static PetscErrorCode MatMult_Ainsworth(Mat mat, Vec x, Vec y)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &ctx));
   if (ctx->inKernel && ctx->direction) { /* Q x = x */
-    PetscCall(MatAinsworthMultA_Private(ctx, x, y));
+    PetscCall(MultA(ctx, x, y));
     PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, NULL, NULL, y));
     ctx->direction = PETSC_FALSE;
   } else PetscCall(MultOrAdjoint(mat, PETSC_FALSE, x, y));

@@ -113,16 +113,13 @@ static PetscErrorCode Solves(PC inner, Mat M, PetscBool *good)
 {
   static const PetscReal enough = 1e-3;
   Vec                    x, b, y;
-  PetscRandom            random;
   PetscReal              norm, error;
   PetscScalar            square;
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(M, &x, &b));
   PetscCall(VecDuplicate(x, &y));
-  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)M), &random));
-  PetscCall(VecSetRandom(x, random));
-  PetscCall(PetscRandomDestroy(&random));
+  PetscCall(VecSetRandom(x, NULL));
   PetscCall(MatMult(M, x, b));
   PetscCall(PCApply(inner, b, y));
   PetscCall(VecAXPY(y, -1.0, x));

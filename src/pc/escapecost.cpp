@@ -28,11 +28,10 @@ static PetscErrorCode Predict(const PC_Ainsworth *data, MatSolverType package, A
   MPI_Comm         comm = PetscObjectComm((PetscObject)data->ksp);
   std::vector<Mat> parts(1, data->constraints ? data->M : data->saddle.A);
   Mat             *graph;
-  PetscInt         n, bs = data->saddle.bs;
+  PetscInt         bs = data->saddle.bs;
   PetscMPIInt      rank;
   PetscBool        whole, general;
   MatOrderingType  ordering;
-  PetscReal        predicted[2] = {0.0, 0.0};
 
   PetscFunctionBegin;
   if (data->format == AINSWORTH_PMAT_SUM && data->constraints) {
@@ -40,23 +39,18 @@ static PetscErrorCode Predict(const PC_Ainsworth *data, MatSolverType package, A
     for (PetscInt i = 0; i < 2; i++) PetscCall(MatCompositeGetMat(data->M, i, &parts[i]));
   }
   for (Mat &mat : parts) PetscCall(AinsworthGetAIJ(mat, &mat));
-  PetscCall(MatGetLocalSize(data->saddle.A, &n, NULL));
-  whole = (PetscBool)(n % bs == 0);
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &whole, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
+  PetscCall(AinsworthBlocksDivide(data->saddle.A, bs, &whole));
   if (!whole) bs = 1;
   PetscCall(AinsworthGraphOfNodes(parts, bs, &graph));
   for (Mat &mat : parts) PetscCall(MatDestroy(&mat));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (!rank) {
-    PetscCall(AinsworthFactorPredictBest(graph[0], bs, cost, &ordering));
-    predicted[0] = cost->entries;
-    predicted[1] = cost->operations;
-  }
+  if (!rank) PetscCall(AinsworthFactorPredictBest(graph[0], bs, cost, &ordering));
   PetscCall(MatDestroySubMatrices(1, &graph));
-  PetscCallMPI(MPI_Bcast(predicted, 2, MPIU_REAL, 0, comm));
   PetscCall(PetscStrcmp(PCAinsworthFactorType_Private(data, &package), PCLU, &general));
-  cost->entries    = general ? 2.0 * predicted[0] : predicted[0];
-  cost->operations = general ? 2.0 * predicted[1] : predicted[1];
+  for (PetscReal *value : {&cost->entries, &cost->operations}) {
+    PetscCallMPI(MPI_Bcast(value, 1, MPIU_REAL, 0, comm));
+    if (general) *value *= 2.0;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

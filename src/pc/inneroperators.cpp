@@ -41,7 +41,6 @@ PetscErrorCode PCAinsworthLooksDefinite_Private(const PC_Ainsworth *data, Mat M,
   PetscReal              smallest, first = 0.0;
   PetscScalar            rz, pMp, next;
   Vec                    diagonal, r, z, p, Mp;
-  PetscRandom            random;
 
   PetscFunctionBegin;
   *definite = PETSC_TRUE;
@@ -54,9 +53,7 @@ PetscErrorCode PCAinsworthLooksDefinite_Private(const PC_Ainsworth *data, Mat M,
   if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(z));
   PetscCall(VecMin(z, NULL, &smallest));
   if (!(smallest > 0.0)) *definite = PETSC_FALSE;
-  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)M), &random));
-  PetscCall(VecSetRandom(r, random));
-  PetscCall(PetscRandomDestroy(&random));
+  PetscCall(VecSetRandom(r, NULL));
   PetscCall(VecPointwiseDivide(z, r, diagonal));
   PetscCall(VecCopy(z, p));
   PetscCall(VecDot(z, r, &rz));
@@ -168,7 +165,6 @@ PetscErrorCode PCAinsworthIteratesInKernel_Private(PC_Ainsworth *data, PetscBool
 PetscErrorCode PCAinsworthSetKSPOperators_Private(PC_Ainsworth *data)
 {
   KSP       ksp = data->ksp;
-  PCSide    side;
   PetscBool projected, inKernel;
 
   PetscFunctionBegin;
@@ -186,8 +182,13 @@ PetscErrorCode PCAinsworthSetKSPOperators_Private(PC_Ainsworth *data)
   PetscCall(PCAinsworthIteratesInKernel_Private(data, &inKernel));
   PetscCall(KSPProjectedCGSetUse_Private(ksp, (PetscBool)(inKernel || (data->constraints && data->saddle.D))));
   if (data->reduced) {
+    Mat_Ainsworth *ctx;
+    PCSide         side;
+
+    PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
     PetscCall(KSPGetPCSide(ksp, &side));
-    PetscCall(MatAinsworthOmitPenalty_Private(data->reduced, (PetscBool)(side == PC_RIGHT && !data->saddle.D)));
+    /* preconditioned by M from the right, the iterates are those of the projected preconditioner Q M^{-1} Q', up to their part in Im(W C'), which becomes R g */
+    ctx->omitPenalty = (PetscBool)(side == PC_RIGHT && !data->saddle.D);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -12,7 +12,7 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
 
   PetscFunctionBegin;
   /* the levels of A outlive the constraints: a program that changes their number has to reset its KSP */
-  PetscCall(PCAinsworthReportReset_Private(data));
+  PetscCall(AinsworthReportDestroy(&data->report));
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   if (sa) levels = sa->levels;
@@ -22,12 +22,7 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscCall(VecDestroy(&data->terms));
   PetscCall(MatDestroy(&data->reduced));
   PetscCall(MatDestroy(&data->M));
-  PetscCall(VecDestroy(&data->rhs));
-  PetscCall(VecDestroy(&data->Ax));
-  PetscCall(VecDestroy(&data->g));
-  PetscCall(VecDestroy(&data->lambda));
-  PetscCall(VecDestroy(&data->f));
-  PetscCall(VecDestroy(&data->inverseDiagonal));
+  for (Vec *v : {&data->rhs, &data->Ax, &data->g, &data->lambda, &data->f, &data->inverseDiagonal}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -3,6 +3,7 @@
 #define AINSWORTH_PCAINSWORTH_H
 
 #include <petscainsworth.h>
+#include "fields.h"
 #include "../saddle/saddle.h"
 #include "../multigrid/source.h"
 #include "../pmat/pmat.h"
@@ -50,11 +51,6 @@ typedef enum {
   PC_AINSWORTH_STAGE_CONSTRAINTS, /* the projector, or no constraints */
   PC_AINSWORTH_STAGE_REDUCED      /* all is set up */
 } PCAinsworthStage;
-
-/* f and g, or x and lambda, in the program's fields */
-struct PCAinsworthFields {
-  Vec primal, dual;
-};
 
 /* What options and calls choose, compared as a whole: what says the same again rebuilds nothing */
 struct PCAinsworthChoices {
@@ -201,7 +197,6 @@ PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCheck_Private(PC, PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeBegin_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeEnd_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscape_Private(PC, PC_Ainsworth *, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthSetUpInner_Private(PC, PC_Ainsworth *, Mat_Ainsworth *, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthKeepOrSetUpInner_Private(PC, PC_Ainsworth *, Mat_Ainsworth *, PetscBool, char[], size_t);
 PETSC_INTERN PetscBool           PCAinsworthKeepsAlways_Private(PC, const PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthKeeps_Private(PC, const PC_Ainsworth *, PetscBool *);
@@ -226,9 +221,7 @@ PETSC_INTERN PetscErrorCode      PCAinsworthDescribePmat_Private(const PC_Ainswo
 PETSC_INTERN PetscErrorCode      PCView_Ainsworth(PC, PetscViewer);
 PETSC_INTERN PetscReal           PCAinsworthPenaltyFactor_Private(const PC_Ainsworth *);
 PETSC_INTERN PCAinsworthPmatType PCAinsworthPmatTypeInUse_Private(const PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthReportReset_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC, PC_Ainsworth *, Vec, Vec, PetscLogDouble);
-PETSC_INTERN PetscErrorCode      PCAinsworthReportEnd_Private(PC_Ainsworth *, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *, Vec, Vec, PetscReal *);
 PETSC_INTERN PetscErrorCode      PCAinsworthSolveFields_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PCAinsworthFields, PCAinsworthFields,

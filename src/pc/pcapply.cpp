@@ -6,41 +6,6 @@
 #include <petsc/private/pcimpl.h>
 #include <petsctime.h>
 
-/*
-   KSPSolve() for f and g; watched: the report sees it, and its stop refers to x. What the report has put into the KSP is taken out again after an error,
-   too, which is passed on then
-*/
-static PetscErrorCode SolveOnce(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x)
-{
-  PetscLogDouble start;
-  PetscErrorCode error;
-
-  PetscFunctionBegin;
-  PetscCall(PetscTime(&start));
-  if (data->constraints) PetscCall(MatAinsworthReduce_Private(data->reduced, transpose, f, g, data->rhs));
-  else PetscCall(VecCopy(f, data->rhs));
-  if (watched) PetscCall(PCAinsworthReportBegin_Private(pc, data, f, g, start));
-  PetscCall(PCAinsworthEscapeBegin_Private(pc, data));
-  error = transpose ? KSPSolveTranspose(data->ksp, data->rhs, x) : KSPSolve(data->ksp, data->rhs, x);
-  PetscCall(PCAinsworthEscapeEnd_Private(data));
-  if (watched) PetscCall(PCAinsworthReportEnd_Private(data, (PetscBool)(error != PETSC_SUCCESS)));
-  PetscCall(error);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The same until the preconditioner is not changed for another */
-static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x)
-{
-  PetscBool again = PETSC_TRUE;
-
-  PetscFunctionBegin;
-  while (again) {
-    PetscCall(SolveOnce(pc, data, transpose, watched, f, g, x));
-    PetscCall(PCAinsworthEscape_Private(pc, data, &again));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The reason of the inner solve; GCR calls the limit of iterations convergence, which only -ksp_converged_maxits and solves without a test may */
 static PetscErrorCode GetReason(const PC_Ainsworth *data, KSPConvergedReason *reason)
 {
@@ -57,8 +22,36 @@ static PetscErrorCode GetReason(const PC_Ainsworth *data, KSPConvergedReason *re
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   KSPSolve() for f and g, until the preconditioner is not changed for another; watched: the report sees it, and its stop refers to x. What the report has put
+   into the KSP is taken out again after an error, too, which is passed on then
+*/
+static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, PCAinsworthFields b, Vec x, KSPConvergedReason *reason)
+{
+  PetscBool again = PETSC_TRUE;
+
+  PetscFunctionBegin;
+  while (again) {
+    PetscLogDouble start;
+    PetscErrorCode error;
+
+    PetscCall(PetscTime(&start));
+    if (data->constraints) PetscCall(MatAinsworthReduce_Private(data->reduced, transpose, b.primal, b.dual, data->rhs));
+    else PetscCall(VecCopy(b.primal, data->rhs));
+    if (watched) PetscCall(PCAinsworthReportBegin_Private(pc, data, b.primal, b.dual, start));
+    PetscCall(PCAinsworthEscapeBegin_Private(pc, data));
+    error = transpose ? KSPSolveTranspose(data->ksp, data->rhs, x) : KSPSolve(data->ksp, data->rhs, x);
+    PetscCall(PCAinsworthEscapeEnd_Private(data));
+    if (watched && data->report) PetscCall(AinsworthReportEnd(data->report, data->ksp, (PetscBool)(error != PETSC_SUCCESS)));
+    PetscCall(error);
+    PetscCall(PCAinsworthEscape_Private(pc, data, &again));
+  }
+  PetscCall(GetReason(data, reason));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* SolveInner(), a second time with a preconditioner of the matrix at hand where an earlier one does not help */
-static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x, KSPConvergedReason *reason)
+static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, PCAinsworthFields b, Vec x, KSPConvergedReason *reason)
 {
   KSP       ksp = data->ksp;
   PetscInt  limit, most = ksp->max_it;
@@ -72,23 +65,19 @@ static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transp
 
     ksp->max_it              = limit;
     ksp->errorifnotconverged = PETSC_FALSE;
-    error                    = SolveInner(pc, data, transpose, watched, f, g, x); /* to be passed on when all is as it was */
+    error                    = SolveInner(pc, data, transpose, watched, b, x, reason); /* to be passed on when all is as it was */
     ksp->max_it              = most;
     ksp->errorifnotconverged = strict;
     PetscCall(error);
-    PetscCall(GetReason(data, reason));
     if (*reason < 0) PetscCall(PCAinsworthRebuild_Private(pc, data, why, sizeof(why)));
   }
-  if (!limit || (*reason < 0 && !why[0])) {
-    PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
-    PetscCall(GetReason(data, reason));
-  }
+  if (!limit || (*reason < 0 && !why[0])) PetscCall(SolveInner(pc, data, transpose, watched, b, x, reason));
   if (*reason > 0 && watched) PetscCall(PCAinsworthCount_Private(data)); /* a refinement says nothing of other solves */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The reduced solve between f, g and x, lambda, all on kept rows; transpose: with the transpose of A */
-static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, Vec f, Vec g, Vec x, Vec lambda,
+static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, PCAinsworthFields b, PCAinsworthFields y,
                                    KSPConvergedReason *reason)
 {
   PetscInt  n;
@@ -96,18 +85,15 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
 
   PetscFunctionBegin;
   data->knownAx = (PetscBool)(data->constraints && data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A]);
-  PetscCall(VecGetSize(x, &n));
+  PetscCall(VecGetSize(y.primal, &n));
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
-  if (data->constraints == n && !data->saddle.D) PetscCall(VecZeroEntries(x)); /* Ker C = 0: the constraints alone determine x */
+  if (data->constraints == n && !data->saddle.D) PetscCall(VecZeroEntries(y.primal)); /* Ker C = 0: the constraints alone determine x */
   else {
-    PetscCall(SolveOrRebuild(pc, data, transpose, watched, f, g, x, reason));
+    PetscCall(SolveOrRebuild(pc, data, transpose, watched, b, y.primal, reason));
     if (*reason == KSP_DIVERGED_INDEFINITE_MAT && data->saddle.D) PetscCall(PCAinsworthTakeGMRES_Private(pc, data, &again));
-    if (again) {
-      PetscCall(SolveInner(pc, data, transpose, watched, f, g, x));
-      PetscCall(GetReason(data, reason));
-    }
+    if (again) PetscCall(SolveInner(pc, data, transpose, watched, b, y.primal, reason));
   }
-  if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, f, g, x, lambda, data->knownAx ? data->Ax : NULL));
+  if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, b.primal, b.dual, y.primal, y.dual, data->knownAx ? data->Ax : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -120,9 +106,9 @@ PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBo
     const Vec f = data->f ? data->f : b.primal;
 
     PetscCall(AinsworthSaddleRestrict(&data->saddle, b.primal, b.dual, f, data->g));
-    PetscCall(SolveReduced(pc, data, transpose, watched, f, data->g, y.primal, data->lambda, reason));
+    PetscCall(SolveReduced(pc, data, transpose, watched, {f, data->g}, {y.primal, data->lambda}, reason));
     PetscCall(AinsworthSaddleExtend(&data->saddle, b.primal, b.dual, data->lambda, y.primal, y.dual));
-  } else PetscCall(SolveReduced(pc, data, transpose, watched, b.primal, b.dual, y.primal, y.dual, reason));
+  } else PetscCall(SolveReduced(pc, data, transpose, watched, b, y, reason));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -133,16 +119,14 @@ static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, PCA
   KSPConvergedReason reason;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(y.primal, &more.primal));
-  PetscCall(VecDuplicate(y.dual, &more.dual));
+  PetscCall(PCAinsworthFieldsDuplicate(y, &more));
   PetscCall(VecZeroEntries(more.primal));
   PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, PETSC_FALSE, left, more, &reason));
   if (reason >= 0) {
     PetscCall(VecAXPY(y.primal, 1.0, more.primal));
     PetscCall(VecAXPY(y.dual, 1.0, more.dual));
   }
-  PetscCall(VecDestroy(&more.primal));
-  PetscCall(VecDestroy(&more.dual));
+  PetscCall(PCAinsworthFieldsDestroy(&more));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -169,8 +153,7 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
   PetscBool         refined = PETSC_FALSE;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(b.primal, &left.primal));
-  PetscCall(VecDuplicate(b.dual, &left.dual));
+  PetscCall(PCAinsworthFieldsDuplicate(b, &left));
   PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   if (*verdict != AINSWORTH_VERDICT_SINGULAR) { /* a row may seem to contradict others that are not yet met well enough */
     char more[256];
@@ -189,8 +172,7 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
     data->knownAx = PETSC_FALSE;
     PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   }
-  PetscCall(VecDestroy(&left.primal));
-  PetscCall(VecDestroy(&left.dual));
+  PetscCall(PCAinsworthFieldsDestroy(&left));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -234,31 +216,40 @@ static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transp
     PetscCall(VecScale(y.dual, -1.0));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(VecDuplicate(b.primal, &given.primal));
-  PetscCall(VecDuplicate(b.dual, &given.dual));
+  PetscCall(PCAinsworthFieldsDuplicate(b, &given));
   PetscCall(VecPointwiseMult(given.primal, b.primal, sign));
   PetscCall(VecAXPBY(given.dual, -1.0, 0.0, b.dual));
   PetscCall(SolveAndVerify(pc, data, transpose, given, y));
-  PetscCall(VecDestroy(&given.primal));
-  PetscCall(VecDestroy(&given.dual));
+  PetscCall(PCAinsworthFieldsDestroy(&given));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A right-hand side whose norm is not finite; the row is named where an entry is not */
-static PetscErrorCode FailNotFinite(PC pc, PC_Ainsworth *data, PCAinsworthFields b)
+/* Why nothing can be solved for b, of these fields, and the error that this would be; empty where it can be tried */
+static PetscErrorCode FindObstacle(const PC_Ainsworth *data, const IS fields[], Vec b, PetscErrorCode *code, char why[], size_t len)
 {
-  char row[64], why[512];
+  PetscBool         collide;
+  PetscScalar       sum;
+  PCAinsworthFields part;
+  char              row[64];
 
   PetscFunctionBegin;
-  if (data->failure[0] && !data->usable) { /* the vector is made of what a solve returned that failed: its cause is the true one */
-    PetscCall(PetscStrncpy(why, data->failure, sizeof(why)));
-    PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_FP, why));
+  why[0] = 0;
+  PetscCall(VecSum(b, &sum)); /* a norm would be kept with b, and PETSc 3.18 then takes norms of other types for known zeros */
+  PetscCall(PCAinsworthReductionsCollide_Private(data, b, &collide));
+  *code = collide ? PETSC_ERR_SUP : PETSC_ERR_FP;
+  if (collide)
+    PetscCall(PetscSNPrintf(why, len, "The outer and the inner method, %s, are both pipelined, which PETSc cannot nest: choose -%sksp_type %s",
+                            ((PetscObject)data->ksp)->type_name, ((PetscObject)data->ksp)->prefix, KSPPROJECTEDCG));
+  if (why[0] || !PetscIsInfOrNanScalar(sum)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (data->failure[0] && !data->usable) { /* b is made of what a solve returned that failed: its cause is the true one */
+    PetscCall(PetscStrncpy(why, data->failure, len));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AinsworthSaddleNameNotFinite(&data->saddle, b.primal, b.dual, row, sizeof(row)));
-  PetscCall(PetscSNPrintf(why, sizeof(why),
-                          row[0] ? "The right-hand side holds NaN or Inf in %s" : "The right-hand side holds NaN or Inf, or values too large%s", row));
-  PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_FP, why));
+  PetscCall(PCAinsworthFieldsGet(b, fields, &part));
+  PetscCall(AinsworthSaddleNameNotFinite(&data->saddle, part.primal, part.dual, row, sizeof(row)));
+  PetscCall(PCAinsworthFieldsRestore(b, fields, &part));
+  PetscCall(
+    PetscSNPrintf(why, len, row[0] ? "The right-hand side holds NaN or Inf in %s" : "The right-hand side holds NaN or Inf, or values too large%s", row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -281,53 +272,30 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PC_Ainsworth     *data = (PC_Ainsworth *)pc->data;
   const IS         *in   = transpose ? data->saddle.cols : data->saddle.rows;
   const IS         *out  = transpose ? data->saddle.rows : data->saddle.cols;
-  PetscBool         collide;
-  PetscScalar       sum;
   PCAinsworthFields left, right;
-  PetscErrorCode    code;
+  PetscErrorCode    code     = PETSC_SUCCESS;
+  char              why[512] = "";
 
   PetscFunctionBegin;
   data->applied = PETSC_TRUE;
-  if (data->stale) { /* the set-up has said why */
+  if (!data->stale) PetscCall(FindObstacle(data, in, b, &code, why, sizeof(why)));
+  if (data->stale || why[0]) {
     data->usable = PETSC_FALSE;
     PetscCall(VecFlag(y, 1));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(VecSum(b, &sum)); /* a norm would be kept with b, and PETSc 3.18 then takes norms of other types for known zeros */
-  PetscCall(PCAinsworthReductionsCollide_Private(data, b, &collide));
-  if (collide) {
-    char why[256];
-
-    PetscCall(PetscSNPrintf(why, sizeof(why), "The outer and the inner method, %s, are both pipelined, which PETSc cannot nest: choose -%sksp_type %s",
-                            ((PetscObject)data->ksp)->type_name, ((PetscObject)data->ksp)->prefix, KSPPROJECTEDCG));
-    data->usable = PETSC_FALSE;
-    PetscCall(VecFlag(y, 1));
-    PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_SUP, why));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(VecGetSubVector(b, in[0], &right.primal));
-  PetscCall(VecGetSubVector(b, in[1], &right.dual));
-  if (PetscIsInfOrNanScalar(sum)) {
-    PetscCall(FailNotFinite(pc, data, right));
-    data->usable = PETSC_FALSE;
-    PetscCall(VecRestoreSubVector(b, in[0], &right.primal));
-    PetscCall(VecRestoreSubVector(b, in[1], &right.dual));
-    PetscCall(VecFlag(y, 1));
+    if (why[0]) PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, code, why)); /* otherwise the set-up has said it */
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   data->failure[0] = 0;
   if (data->applications) data->applications++;
   if (data->applications) PetscCall(VecZeroEntries(y)); /* a work vector of the outer method is no guess, whatever the inner one wants */
-  PetscCall(VecGetSubVector(y, out[0], &left.primal));
-  PetscCall(VecGetSubVector(y, out[1], &left.dual));
+  PetscCall(PCAinsworthFieldsGet(b, in, &right));
+  PetscCall(PCAinsworthFieldsGet(y, out, &left));
   code = data->saddle.sign ? SolveWithSigns(pc, data, transpose, right, left)
                            : SolveAndVerify(pc, data, transpose, right, left); /* to be passed on when the vectors are the program's again */
   if (data->saddle.negated) PetscCall(VecScale(left.dual, -1.0));
   PetscCall(AinsworthSaddleRemoveDualNullSpace(&data->saddle, left.dual));
-  PetscCall(VecRestoreSubVector(b, in[0], &right.primal));
-  PetscCall(VecRestoreSubVector(b, in[1], &right.dual));
-  PetscCall(VecRestoreSubVector(y, out[0], &left.primal));
-  PetscCall(VecRestoreSubVector(y, out[1], &left.dual));
+  PetscCall(PCAinsworthFieldsRestore(b, in, &right));
+  PetscCall(PCAinsworthFieldsRestore(y, out, &left));
   if (code) {
     data->stale = data->unfinished = PETSC_TRUE;
     PetscCall(PCAinsworthAfterError_Private(data));

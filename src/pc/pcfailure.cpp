@@ -1,5 +1,7 @@
 /* Why a set-up or a solve failed, in words: the true cause first, then what to do */
 #include "pcainsworth.h"
+#include "../loops.h"
+#include "../objects.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
@@ -109,22 +111,14 @@ PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *data, Vec
 /* A copy of a small matrix on each rank, column by column */
 static PetscErrorCode Gather(Mat M, PetscInt n, PetscScalar values[])
 {
-  Mat      aij;
-  PetscInt start, end;
+  Mat aij;
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(values, n * n));
   PetscCall(AinsworthGetAIJ(M, &aij));
-  PetscCall(MatGetOwnershipRange(aij, &start, &end));
-  for (PetscInt i = start; i < end; i++) {
-    PetscInt           length;
-    const PetscInt    *columns;
-    const PetscScalar *a;
-
-    PetscCall(MatGetRow(aij, i, &length, &columns, &a));
-    for (PetscInt k = 0; k < length; k++) values[i + columns[k] * n] = a[k];
-    PetscCall(MatRestoreRow(aij, i, &length, &columns, &a));
-  }
+  PetscCall(AinsworthForRows(aij, [=](const AinsworthMatRow &row) {
+    for (PetscInt k = 0; k < row.n; k++) values[row.number + row.j[k] * n] = row.a[k];
+  }));
   PetscCall(MatDestroy(&aij));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, values, (PetscMPIInt)(n * n), MPIU_SCALAR, MPIU_SUM, PetscObjectComm((PetscObject)M)));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -161,7 +155,7 @@ static PetscErrorCode SoftestCoarseMotion(PC_Ainsworth *data, PC inner, PetscBoo
     std::vector<PetscScalar> a((size_t)n * n), work(4 * (size_t)n);
     std::vector<PetscReal>   values(n), scale(n), real(3 * (size_t)n);
     PetscBLASInt             nb = (PetscBLASInt)n, lwork = (PetscBLASInt)work.size(), info;
-    PetscInt                 start, end;
+    PetscInt                 start;
 
     PetscCall(Gather(M[0], n, a.data()));
     for (PetscInt i = 0; i < n; i++) scale[i] = 1.0 / PetscSqrtReal(PetscMax(PetscAbsScalar(a[i + i * n]), PETSC_SMALL));
@@ -173,10 +167,8 @@ static PetscErrorCode SoftestCoarseMotion(PC_Ainsworth *data, PC inner, PetscBoo
     PetscCallBLAS("LAPACKsyev", LAPACKsyev_("V", "U", &nb, a.data(), &nb, values.data(), work.data(), &lwork, &info));
 #endif
     PetscCall(MatCreateVecs(P[0], &coarse, NULL));
-    PetscCall(VecGetOwnershipRange(coarse, &start, &end));
-    for (PetscInt i = start; i < end; i++) PetscCall(VecSetValue(coarse, i, info ? 0.0 : a[i] * scale[i], INSERT_VALUES)); /* values rise */
-    PetscCall(VecAssemblyBegin(coarse));
-    PetscCall(VecAssemblyEnd(coarse));
+    PetscCall(VecGetOwnershipRange(coarse, &start, NULL));
+    PetscCall(AinsworthUpdate(coarse, [&](PetscInt i, PetscScalar &value) { value = info ? 0.0 : a[start + i] * scale[start + i]; })); /* values rise */
     for (PetscInt l = 0; l < levels; l++) {
       PetscCall(MatCreateVecs(P[l], NULL, &fine));
       PetscCall(MatMult(P[l], coarse, fine));
@@ -226,18 +218,13 @@ static PetscErrorCode LookForMotion(PC_Ainsworth *data, Vec x, PetscBool last, P
   PetscFunctionBegin;
   *quotient = 1.0;
   if (!data->symmetric) PetscFunctionReturn(PETSC_SUCCESS);
-  if (x) {
-    PetscCall(VecDuplicate(x, &tried[0]));
-    PetscCall(VecCopy(x, tried[0]));
-  }
+  if (x) PetscCall(AinsworthVecClone(x, &tried[0]));
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(SoftestCoarseMotion(data, inner, last, &tried[1]));
   PetscCall(SmallestDiagonal(data->saddle.A, &tried[2]));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)data->ksp, &cg, KSPPROJECTEDCG, KSPCG, ""));
-  if (x && cg && data->ksp->reason == KSP_DIVERGED_INDEFINITE_MAT && data->ksp->nwork > direction) {
-    PetscCall(VecDuplicate(x, &tried[3]));
-    PetscCall(VecCopy(data->ksp->work[direction], tried[3]));
-  }
+  if (x && cg && data->ksp->reason == KSP_DIVERGED_INDEFINITE_MAT && data->ksp->nwork > direction)
+    PetscCall(AinsworthVecClone(data->ksp->work[direction], &tried[3]));
   for (Vec &y : tried) {
     if (!y) continue;
     PetscCall(PCAinsworthRayleighQuotient_Private(data, y, &found));
@@ -270,14 +257,14 @@ static PetscErrorCode MisplacedOptions(PC pc, const PC_Ainsworth *data, char tex
 /* How the last solve with the Gram matrix ended, the worst of all ranks; not negative where there was none */
 static PetscErrorCode GramReason(const PC_Ainsworth *data, KSPConvergedReason *reason)
 {
-  const AinsworthGram *gram;
-  KSP                  ksp   = NULL;
-  PetscMPIInt          worst = 0;
+  Mat_Ainsworth *ctx;
+  KSP            ksp   = NULL;
+  PetscMPIInt    worst = 0;
 
   PetscFunctionBegin;
   if (data->reduced) {
-    PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
-    ksp = AinsworthGramGetKSP(gram);
+    PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+    ksp = AinsworthGramGetKSP(&ctx->proj.gram);
   }
   if (ksp) PetscCall(KSPGetConvergedReason(ksp, reason));
   if (ksp) worst = (PetscMPIInt)*reason;

@@ -1,5 +1,6 @@
 /* Fields that the program names, for PCFIELDSPLIT as for this PC, and those of its DM */
 #include "pcainsworth.h"
+#include "../lists.h"
 #include <petsc/private/pcimpl.h>
 
 /* What was told of the fields is resolved anew at the next set-up */
@@ -77,19 +78,15 @@ static PetscErrorCode PCFieldSplitRestrictIS_Ainsworth(PC pc, IS part)
   PetscCall(ISGetLocalSize(part, &local));
   PetscCallMPI(MPI_Scan(&local, &end, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)part)));
   for (PCAinsworthNamedField &field : data->named) {
-    IS              embedded, is;
-    PetscInt        n, *index;
-    const PetscInt *places;
+    IS                    embedded, is;
+    std::vector<PetscInt> places;
 
     if (!field.is) continue;
     PetscCall(ISEmbed(field.is.get(), part, PETSC_TRUE, &embedded));
-    PetscCall(ISGetLocalSize(embedded, &n));
-    PetscCall(PetscMalloc1(n, &index));
-    PetscCall(ISGetIndices(embedded, &places));
-    for (PetscInt i = 0; i < n; i++) index[i] = places[i] + end - local;
-    PetscCall(ISRestoreIndices(embedded, &places));
+    PetscCall(AinsworthISToList(embedded, &places));
     PetscCall(ISDestroy(&embedded));
-    PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)part), n, index, PETSC_OWN_POINTER, &is));
+    for (PetscInt &place : places) place += end - local;
+    PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)part), (PetscInt)places.size(), places.data(), PETSC_COPY_VALUES, &is));
     field.is = AinsworthOwnIS(is);
   }
   PetscCall(Forget(pc, data));
@@ -112,8 +109,9 @@ static PetscErrorCode PCSetCoordinates_Ainsworth(PC pc, PetscInt dim, PetscInt n
 /* Some components of the nodes of a matrix, in ascending order */
 static PetscErrorCode CreateStrided(Mat mat, PetscInt bs, const std::vector<PetscInt> &components, const char name[], AinsworthIS *is)
 {
-  PetscInt first, end, n = 0, *index;
-  IS       set;
+  PetscInt              first, end;
+  std::vector<PetscInt> rows;
+  IS                    set;
 
   PetscFunctionBegin;
   for (PetscInt c : components)
@@ -122,11 +120,10 @@ static PetscErrorCode CreateStrided(Mat mat, PetscInt bs, const std::vector<Pets
   PetscCall(MatGetOwnershipRange(mat, &first, &end));
   PetscCheck((end - first) % bs == 0, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "This rank has %" PetscInt_FMT " rows, which are no nodes of %" PetscInt_FMT,
              end - first, bs);
-  PetscCall(PetscMalloc1((end - first) / bs * (PetscInt)components.size(), &index));
   for (PetscInt node = first; node < end; node += bs)
-    for (PetscInt c : components) index[n++] = node + c;
-  PetscCall(PetscSortInt(n, index));
-  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)mat), n, index, PETSC_OWN_POINTER, &set));
+    for (PetscInt c : components) rows.push_back(node + c);
+  std::sort(rows.begin(), rows.end());
+  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)mat), (PetscInt)rows.size(), rows.data(), PETSC_COPY_VALUES, &set));
   *is = AinsworthOwnIS(set);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -43,18 +43,17 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PetscInt
 {
   AinsworthPmatInputs   in;
   AinsworthPmatOptions  options = data->choices.pmat;
-  const AinsworthGram  *gram;
   Vec                   penalty;
   std::vector<PetscInt> alone;
   PetscBool             inKernel, shares;
 
   PetscFunctionBegin;
-  in.A  = data->saddle.P;
-  in.bs = data->saddle.bs;
-  in.C  = data->saddle.C;
-  PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
-  PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &in.compliance, &in.N));
-  in.S               = gram->S;
+  in.A               = data->saddle.P;
+  in.bs              = data->saddle.bs;
+  in.C               = data->saddle.C;
+  in.compliance      = ctx->D ? ctx->proj.compliance.sums : NULL;
+  in.N               = ctx->D ? ctx->proj.compliance.N : NULL;
+  in.S               = ctx->proj.gram.S;
   in.weight          = ctx->mobility;
   in.inverseDiagonal = data->inverseDiagonal;
   in.format          = data->format;
@@ -98,8 +97,8 @@ static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthSetUpInner_Private - the preconditioning matrix and the inner solver, a second time where the first choice of its preconditioner does not fit; why it cannot be */
-PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, char why[], size_t len)
+/* The preconditioning matrix and the inner solver, a second time where the first choice of its preconditioner does not fit; why it cannot be */
+static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, char why[], size_t len)
 {
   PetscInt  bad = -1;
   PetscBool definite;
@@ -222,6 +221,6 @@ PetscErrorCode PCAinsworthKeepOrSetUpInner_Private(PC pc, PC_Ainsworth *data, Ma
   if (sa) sa->keep = keep;
   else PetscCall(data->source.take(data->saddle.C, NULL));
   if (!keep) PetscCall(PCAinsworthForgetCounts_Private(data));
-  PetscCall(PCAinsworthSetUpInner_Private(pc, data, ctx, why, len));
+  PetscCall(SetUpInner(pc, data, ctx, why, len));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -186,7 +186,7 @@ static PetscErrorCode ReportFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpti
                        &eigenvalue));
   if (eigenvalue > 0.0) settings->eigenvalue = eigenvalue;
   if (settings->viewer != last.viewer || settings->stop != last.stop || settings->eigenvalue != last.eigenvalue)
-    PetscCall(PCAinsworthReportReset_Private(data));
+    PetscCall(AinsworthReportDestroy(&data->report));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -89,20 +89,16 @@ static PetscErrorCode WorstRow(PC pc, PC_Ainsworth *data, PetscBool transpose, V
   PetscFunctionBegin;
   for (int k = 0; k < 3; k++) {
     PetscCall(AinsworthVecGetFlat(pc->pmat, side[k], given[k], &flat[k]));
-    PetscCall(VecGetSubVector(flat[k], of[k % 2][0], &part[k].primal));
-    PetscCall(VecGetSubVector(flat[k], of[k % 2][1], &part[k].dual));
+    PetscCall(PCAinsworthFieldsGet(flat[k], of[k % 2], &part[k]));
   }
-  PetscCall(VecDuplicate(part[0].primal, &part[3].primal));
-  PetscCall(VecDuplicate(part[0].dual, &part[3].dual));
+  PetscCall(PCAinsworthFieldsDuplicate(part[0], &part[3]));
   if (transpose) PetscCall(MatMultTranspose(data->saddle.block[AINSWORTH_BLOCK_A], part[1].primal, data->Ax));
   else PetscCall(MatMult(data->saddle.block[AINSWORTH_BLOCK_A], part[1].primal, data->Ax));
   PetscCall(AinsworthSaddleBackwardError(&data->saddle, transpose, part[0].primal, part[0].dual, part[1].primal, part[1].dual, data->Ax, part[2].primal,
                                          part[2].dual, part[3].primal, part[3].dual, error)); /* signs are none of its matter */
-  PetscCall(VecDestroy(&part[3].primal));
-  PetscCall(VecDestroy(&part[3].dual));
+  PetscCall(PCAinsworthFieldsDestroy(&part[3]));
   for (int k = 0; k < 3; k++) {
-    PetscCall(VecRestoreSubVector(flat[k], of[k % 2][0], &part[k].primal));
-    PetscCall(VecRestoreSubVector(flat[k], of[k % 2][1], &part[k].dual));
+    PetscCall(PCAinsworthFieldsRestore(flat[k], of[k % 2], &part[k]));
     PetscCall(AinsworthVecRestoreFlat(pc->pmat, side[k], given[k], PETSC_FALSE, &flat[k]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,13 +1,6 @@
 #include "pcainsworth.h"
 #include <petsc/private/pcimpl.h>
 
-PetscErrorCode PCAinsworthReportReset_Private(PC_Ainsworth *data)
-{
-  PetscFunctionBegin;
-  PetscCall(AinsworthReportDestroy(&data->report));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Before the reduced solve for f and g on the kept rows, which began with the computation of its right-hand side */
 PetscErrorCode PCAinsworthReportBegin_Private(PC pc, PC_Ainsworth *data, Vec f, Vec g, PetscLogDouble start)
 {
@@ -25,13 +18,6 @@ PetscErrorCode PCAinsworthReportBegin_Private(PC pc, PC_Ainsworth *data, Vec f, 
   }
   PetscCall(AinsworthReportBegin(data->report, data->ksp, f, g, start - data->setupSeconds));
   data->setupSeconds = 0.0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode PCAinsworthReportEnd_Private(PC_Ainsworth *data, PetscBool failed)
-{
-  PetscFunctionBegin;
-  if (data->report) PetscCall(AinsworthReportEnd(data->report, data->ksp, failed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

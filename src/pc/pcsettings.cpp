@@ -1,4 +1,5 @@
 #include "pcainsworth.h"
+#include "../objects.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 #include <petsc/private/kspimpl.h>
@@ -112,9 +113,7 @@ PetscErrorCode PCAinsworthSetWeight(PC pc, Vec weight)
   if (!data) PetscFunctionReturn(PETSC_SUCCESS);
   PetscValidHeaderSpecific(weight, VEC_CLASSID, 2);
   PetscCheckSameComm(pc, 1, weight, 2);
-  PetscCall(PetscObjectReference((PetscObject)weight));
-  PetscCall(VecDestroy(&data->userWeight));
-  data->userWeight         = weight;
+  PetscCall(AinsworthReplace(weight, &data->userWeight));
   data->choices.weightType = MAT_AINSWORTH_WEIGHT_USER;
   PetscCall(PCAinsworthSetStale_Private(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -181,10 +180,10 @@ PetscErrorCode PCAinsworthGetGramKSP(PC pc, KSP *ksp)
   PetscCheck(data->saddle.A, PetscObjectComm((PetscObject)pc), PETSC_ERR_ORDER, "Call PCSetUp() before PCAinsworthGetGramKSP()");
   *ksp = NULL;
   if (data->reduced) {
-    const AinsworthGram *gram;
+    Mat_Ainsworth *ctx;
 
-    PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
-    *ksp = AinsworthGramGetKSP(gram);
+    PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+    *ksp = AinsworthGramGetKSP(&ctx->proj.gram);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -221,11 +220,9 @@ PetscErrorCode PCAinsworthSetReference(PC pc, Vec reference)
   if (reference) {
     PetscValidHeaderSpecific(reference, VEC_CLASSID, 2);
     PetscCheckSameComm(pc, 1, reference, 2);
-    PetscCall(PetscObjectReference((PetscObject)reference));
   }
-  PetscCall(VecDestroy(&data->reporting.reference));
-  data->reporting.reference = reference;
-  PetscCall(PCAinsworthReportReset_Private(data));
+  PetscCall(AinsworthReplace(reference, &data->reporting.reference));
+  PetscCall(AinsworthReportDestroy(&data->report));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

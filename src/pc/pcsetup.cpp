@@ -1,5 +1,7 @@
 #include "pcainsworth.h"
+#include "../objects.h"
 #include "../operator/matainsworth.h"
+#include "../projector/dependent.h"
 #include <petsc/private/pcimpl.h>
 #include <petsctime.h>
 
@@ -85,7 +87,7 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
     PetscErrorCode error = PETSC_SUCCESS; /* to be passed on when nothing is left behind */
 
     PetscCall(CreateOperator(pc, data, ctx));
-    PetscCall(MatAinsworthDiagnose_Private(data->reduced, &pass, &n, &dependent, reason, &hidden));
+    PetscCall(AinsworthProjectorDiagnose(&(*ctx)->proj, (*ctx)->mobility, &pass, &n, &dependent, reason, &hidden, &(*ctx)->doubtful));
     if (hidden && data->choices.weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
       PetscCall(PetscInfo(pc, "Rows of C that diag(A)^{-1} cannot tell apart are independent without it: the weight is the identity\n"));
       data->hidden = PETSC_TRUE;
@@ -191,7 +193,7 @@ static PetscErrorCode Forget(PC, PC_Ainsworth *data, SetUpRun *run)
   data->unfinished = PETSC_TRUE;
   data->applied = data->refused = PETSC_FALSE;
   data->failure[0]              = 0;
-  PetscCall(PCAinsworthReportReset_Private(data));
+  PetscCall(AinsworthReportDestroy(&data->report));
   PetscCall(MatDestroy(&data->M));
   for (Vec *v : {&data->g, &data->lambda, &data->f, &data->inverseDiagonal}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -240,10 +242,8 @@ static PetscErrorCode SetUpConstraints(PC pc, PC_Ainsworth *data, SetUpRun *run)
                             PCFailedReasons[run->reason]));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (run->ctx && run->ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
-    PetscCall(PetscObjectReference((PetscObject)run->ctx->weight));
-    data->inverseDiagonal = run->ctx->weight;
-  } else PetscCall(AinsworthWeightCreate(data->saddle.A, &data->inverseDiagonal));
+  if (run->ctx && run->ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(AinsworthShare(run->ctx->weight, &data->inverseDiagonal));
+  else PetscCall(AinsworthWeightCreate(data->saddle.A, &data->inverseDiagonal));
   if (!data->constraints) {
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
     PetscCall(MatDestroy(&data->reduced));

@@ -1,6 +1,7 @@
 /* A solve of the reduced system with a random right-hand side, which finds bodies that float, indefinite matrices and multigrid that does not fit */
 #include "pcainsworth.h"
 #include "../ksp/projectedcg.h"
+#include "../objects.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/kspimpl.h>
 
@@ -46,8 +47,7 @@ static PetscErrorCode CreateForces(const PC_Ainsworth *data, KSP trial, Vec *f)
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(data->inverseDiagonal, f));
-  PetscCall(VecDuplicate(data->inverseDiagonal, &root));
-  PetscCall(VecCopy(data->inverseDiagonal, root));
+  PetscCall(AinsworthVecClone(data->inverseDiagonal, &root));
   PetscCall(VecSqrtAbs(root));
   PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)*f), &random));
   PetscCall(PetscRandomSetInterval(random, -1.0, 1.0));

@@ -36,15 +36,12 @@ static PetscErrorCode Probe(AinsworthGram *gram, PetscReal *error)
   PetscFunctionBegin;
   if (gram->placement.sizes.size()) {
     KSPConvergedReason reason;
-    PetscRandom        rand;
     PetscMPIInt        rank;
     Vec                v, y;
 
     PetscCall(VecDuplicate(gram->b, &v));
     PetscCall(VecDuplicate(gram->b, &y));
-    PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)gram->b), &rand));
-    PetscCall(VecSetRandom(v, rand));
-    PetscCall(PetscRandomDestroy(&rand));
+    PetscCall(VecSetRandom(v, NULL));
     PetscCall(VecShift(v, -0.5)); /* of both signs: duplicated rows appear as differences */
     PetscCall(MatMult(gram->placed, v, gram->b));
     PetscCall(KSPSolve(gram->ksp, gram->b, y));

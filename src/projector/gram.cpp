@@ -86,14 +86,14 @@ static PetscErrorCode ChoosePC(AinsworthGram *gram)
 }
 
 /* The solver with its options, which ranks without rows read as well: rank 0 tells which options nobody read */
-static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent, const char prefix[])
+static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent)
 {
   PetscInt n, m;
 
   PetscFunctionBegin;
   PetscCall(KSPCreate(gram->placed ? PetscObjectComm((PetscObject)gram->placed) : PETSC_COMM_SELF, &gram->ksp));
   PetscCall(PetscObjectIncrementTabLevel((PetscObject)gram->ksp, parent, 1));
-  PetscCall(KSPSetOptionsPrefix(gram->ksp, prefix));
+  PetscCall(KSPSetOptionsPrefix(gram->ksp, parent->prefix));
   PetscCall(KSPAppendOptionsPrefix(gram->ksp, "ainsworth_gram_"));
   PetscCall(KSPSetType(gram->ksp, KSPPREONLY));
   PetscCall(KSPSetTolerances(gram->ksp, 1e-14, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT)); /* for iterative choices: Q is as exact as this */
@@ -111,44 +111,37 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthGramSetUp - forms S = C (C W)' + N, places its rows and factors its components
-
-   CW is C with its columns scaled by W. N may be NULL. hermitian: N is. twin: of B, where that is not C, whose rows have the same places. samePattern: all have the nonzero patterns and the layout of the last time, so
-   that the symbolic product, the places and the symbolic factorisation are those of the last time. The solver has the options prefix
-   `prefix`ainsworth_gram_.
-*/
-PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, Mat N, AinsworthGramTwin twin, PetscBool hermitian, bool samePattern,
-                                  PetscInt rowsPerRank, PetscObject parent, const char prefix[])
+/* AinsworthGramSetUp - forms S = C (C W)' + N, places its rows and factors its components; CW is C with its columns scaled by W */
+PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, const AinsworthGramInputs *in)
 {
-  const bool again = samePattern && !N && !twin.other && hermitian; /* otherwise S is no longer a mere product */
+  const bool again = in->samePattern && !in->N && !in->other && in->hermitian; /* otherwise S is no longer a mere product */
   Mat        CWt;
 
   PetscFunctionBegin;
-  if (!samePattern) PetscCall(AinsworthGramReset(gram));
+  if (!in->samePattern) PetscCall(AinsworthGramReset(gram));
   PetscCall(PetscLogEventBegin(AINSWORTH_GramMat, C, 0, 0, 0));
   PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
   if (!again) PetscCall(MatDestroy(&gram->S));
   PetscCall(MatMatMult(C, CWt, again ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, PETSC_DEFAULT, &gram->S));
   PetscCall(MatDestroy(&CWt));
-  if (N || twin.other || !hermitian) PetscCall(MatProductClear(gram->S));
-  if (N) PetscCall(AinsworthAddAIJ(N, &gram->S));
-  if (twin.other) PetscCall(AinsworthAddAIJ(twin.other, &gram->S));
-  if (!hermitian) PetscCall(AinsworthMakePatternSymmetric(&gram->S));
-  gram->hermitian = hermitian;
-  if (hermitian) PetscCall(MatSetOption(gram->S, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
-  if (!samePattern) {
-    if (twin.placement) {
-      gram->placement = *twin.placement;
+  if (in->N || in->other || !in->hermitian) PetscCall(MatProductClear(gram->S));
+  if (in->N) PetscCall(AinsworthAddAIJ(in->N, &gram->S));
+  if (in->other) PetscCall(AinsworthAddAIJ(in->other, &gram->S));
+  if (!in->hermitian) PetscCall(AinsworthMakePatternSymmetric(&gram->S));
+  gram->hermitian = in->hermitian;
+  if (in->hermitian) PetscCall(MatSetOption(gram->S, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
+  if (!in->samePattern) {
+    if (in->placement) {
+      gram->placement = *in->placement;
       PetscCall(PetscObjectReference((PetscObject)gram->placement.rows));
-    } else PetscCall(AinsworthPlacementCreate(gram->S, C, rowsPerRank, smallPiece, &gram->placement));
+    } else PetscCall(AinsworthPlacementCreate(gram->S, C, in->rowsPerRank, smallPiece, &gram->placement));
     if (gram->placement.split) PetscCall(CreateGroup(gram));
   }
   PetscCall(Place(gram));
   PetscCall(PetscLogEventEnd(AINSWORTH_GramMat, C, 0, 0, 0));
 
   PetscCall(PetscLogEventBegin(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
-  if (!samePattern) PetscCall(CreateSolver(gram, parent, prefix));
+  if (!in->samePattern) PetscCall(CreateSolver(gram, in->parent));
   else if (gram->placement.sizes.size()) PetscCall(AinsworthFactorSetUp(&gram->factor, gram->placed, gram->ksp));
   PetscCall(PetscLogEventEnd(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);

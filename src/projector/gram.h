@@ -17,10 +17,15 @@ struct AinsworthGram {
   Vec                b, x;      /* of placed; x is lent its array */
 };
 
-/* Where B is not C: what S has in common with that of B; both NULL where it is */
-struct AinsworthGramTwin {
-  Mat                       other;     /* a matrix whose nonzero pattern connects rows, too */
-  const AinsworthPlacement *placement; /* of the other */
+/* What S is made with, beside C and C W */
+struct AinsworthGramInputs {
+  Mat                       N;           /* may be NULL */
+  PetscBool                 hermitian;   /* it is */
+  PetscBool                 samePattern; /* all have the nonzero patterns and the layout of the last time: so do the symbolic product, places and factor */
+  PetscInt                  rowsPerRank; /* at most, of larger components */
+  PetscObject               parent;      /* the solver has its options prefix */
+  Mat                       other;       /* where B is not C: a matrix whose nonzero pattern connects rows, too; otherwise NULL */
+  const AinsworthPlacement *placement;   /* where S is that of B: the one that was made for C; otherwise NULL */
 };
 
 /* NULL on ranks that solve for no row */
@@ -29,7 +34,7 @@ inline KSP AinsworthGramGetKSP(const AinsworthGram *gram)
   return gram->placement.sizes.empty() ? NULL : gram->ksp;
 }
 
-PetscErrorCode AinsworthGramSetUp(AinsworthGram *, Mat, Mat, Mat, AinsworthGramTwin, PetscBool, bool, PetscInt, PetscObject, const char[]);
+PetscErrorCode AinsworthGramSetUp(AinsworthGram *, Mat, Mat, const AinsworthGramInputs *);
 PetscErrorCode AinsworthGramReset(AinsworthGram *);
 PetscErrorCode AinsworthGramSolve(AinsworthGram *, Vec, Vec);
 PetscErrorCode AinsworthGramGetFailedReason(AinsworthGram *, PCFailedReason *);

@@ -3,6 +3,7 @@
 #include "../csr.h"
 #include "../lists.h"
 #include "../loops.h"
+#include "../saddle/arrays.h"
 #include <petscsf.h>
 #include <map>
 #include <numeric>
@@ -80,22 +81,18 @@ PetscErrorCode Labels::spread(Mat outside, const PetscInt ghosts[])
 
 PetscErrorCode Labels::create(Mat matrix)
 {
-  PetscBool   mpi;
-  PetscLayout layout;
+  Mat             part[2];
+  const PetscInt *ghosts;
+  PetscInt        nghosts;
+  PetscLayout     layout;
 
   PetscFunctionBegin;
   S = matrix;
   PetscCall(MatGetOwnershipRange(S, &rstart, NULL));
   PetscCall(MatGetLocalSize(S, &n, NULL));
-  PetscCall(PetscObjectBaseTypeCompare((PetscObject)S, MATMPIAIJ, &mpi));
-  if (mpi) {
-    Mat             inside, outside;
-    const PetscInt *ghosts;
-
-    PetscCall(MatMPIAIJGetSeqAIJ(S, &inside, &outside, &ghosts));
-    PetscCall(findWithin(inside));
-    PetscCall(spread(outside, ghosts));
-  } else PetscCall(findWithin(S));
+  PetscCall(AinsworthAIJGetParts(S, part, &ghosts, &nghosts));
+  PetscCall(findWithin(part[0]));
+  if (part[1]) PetscCall(spread(part[1], ghosts));
   distinct = label;
   AinsworthSortUnique(&distinct);
   PetscCall(MatGetLayouts(S, &layout, NULL));
@@ -243,7 +240,6 @@ PetscErrorCode Collect(const Labels &labels, const std::vector<PetscInt> &target
   IS                                         to, rows;
   PetscInt                                   n, *sorted;
   PetscLayout                                layout;
-  PetscSF                                    sf;
   std::vector<PetscInt>                      r, component;
   std::vector<std::pair<PetscInt, PetscInt>> order;
 
@@ -254,13 +250,8 @@ PetscErrorCode Collect(const Labels &labels, const std::vector<PetscInt> &target
   PetscCall(AinsworthISToList(rows, &r));
   PetscCall(ISDestroy(&rows));
   n = (PetscInt)r.size();
-  component.resize(n);
   PetscCall(MatGetLayouts(labels.S, &layout, NULL));
-  PetscCall(PetscSFCreate(comm, &sf));
-  PetscCall(PetscSFSetGraphLayout(sf, layout, n, NULL, PETSC_USE_POINTER, r.data()));
-  PetscCall(PetscSFBcastBegin(sf, MPIU_INT, labels.label.data(), component.data(), MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(sf, MPIU_INT, labels.label.data(), component.data(), MPI_REPLACE));
-  PetscCall(PetscSFDestroy(&sf));
+  PetscCall(AinsworthFetch(comm, layout, labels.label, n, r.data(), &component));
   for (PetscInt i = 0; i < n; i++) order.emplace_back(component[i], r[i]);
   std::sort(order.begin(), order.end());
   PetscCall(PetscMalloc1(n, &sorted));

@@ -89,36 +89,34 @@ static PetscErrorCode GetSource(const AinsworthProjectorBlocks *blocks, Ainswort
 }
 
 /* proj->gram, and proj->gramB where B is not C: their components, and so their places, are those of both together */
-static PetscErrorCode SetUpGrams(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, PetscBool same, PetscInt rowsPerRank, PetscObject parent,
-                                 const char prefix[])
+static PetscErrorCode SetUpGrams(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, PetscBool same, PetscInt rowsPerRank, PetscObject parent)
 {
-  const Mat         C = blocks->C, B = blocks->B, N = proj->compliance.N;
-  AinsworthGramTwin twin      = {NULL, NULL};
-  PetscBool         hermitian = PETSC_TRUE;
-  Mat               BWt;
+  const Mat           C = blocks->C, B = blocks->B;
+  AinsworthGramInputs in = {proj->compliance.N, PETSC_TRUE, same, rowsPerRank, parent, NULL, NULL};
+  Mat                 BWt;
 
   PetscFunctionBegin;
-  if (blocks->D) PetscCall(AinsworthProbeSymmetry(blocks->D, &hermitian));
+  if (blocks->D) PetscCall(AinsworthProbeSymmetry(blocks->D, &in.hermitian));
   if (B != C) {
     PetscCall(MatHermitianTranspose(proj->BW, MAT_INITIAL_MATRIX, &BWt));
-    PetscCall(MatMatMult(B, BWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &twin.other));
-    PetscCall(MatProductClear(twin.other));
-    PetscCall(MatZeroEntries(twin.other));
+    PetscCall(MatMatMult(B, BWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &in.other));
+    PetscCall(MatProductClear(in.other));
+    PetscCall(MatZeroEntries(in.other));
     PetscCall(MatDestroy(&BWt));
   }
-  PetscCall(AinsworthGramSetUp(&proj->gram, C, proj->CW, N, twin, hermitian, same, rowsPerRank, parent, prefix));
-  PetscCall(MatDestroy(&twin.other));
+  PetscCall(AinsworthGramSetUp(&proj->gram, C, proj->CW, &in));
+  PetscCall(MatDestroy(&in.other));
   if (B == C) PetscFunctionReturn(PETSC_SUCCESS);
-  twin.placement = &proj->gram.placement;
-  PetscCall(MatDuplicate(proj->gram.S, MAT_DO_NOT_COPY_VALUES, &twin.other)); /* with its diagonal, which a row of B that is zero lacks */
-  PetscCall(AinsworthGramSetUp(&proj->gramB, B, proj->BW, N, twin, hermitian, same, rowsPerRank, parent, prefix));
-  PetscCall(MatDestroy(&twin.other));
+  in.placement = &proj->gram.placement;
+  PetscCall(MatDuplicate(proj->gram.S, MAT_DO_NOT_COPY_VALUES, &in.other)); /* with its diagonal, which a row of B that is zero lacks */
+  PetscCall(AinsworthGramSetUp(&proj->gramB, B, proj->BW, &in));
+  PetscCall(MatDestroy(&in.other));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* weight: the diagonal of W, length n, positive, NULL for W = I; inverseDiagonal: diag(A)^{-1}, for D only */
 PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, Vec weight, Vec inverseDiagonal, PetscInt rowsPerRank,
-                                       PetscObject parent, const char prefix[])
+                                       PetscObject parent)
 {
   const AinsworthProjectorSource last = proj->source;
   const Mat                      C    = blocks->C;
@@ -143,7 +141,7 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const Ainsworth
     PetscCall(Weigh(proj->B, weight, &proj->BW));
   }
   PetscCall(AinsworthComplianceSetUp(&proj->compliance, C, blocks->B, blocks->D, weight, inverseDiagonal));
-  PetscCall(SetUpGrams(proj, blocks, same, rowsPerRank, parent, prefix));
+  PetscCall(SetUpGrams(proj, blocks, same, rowsPerRank, parent));
   for (Mat *M : {&proj->B, &proj->BW})
     if (*M) PetscCall(MoveRows(proj, M));
   if (weight) PetscCall(MoveRows(proj, &proj->CW));

@@ -45,7 +45,7 @@ inline AinsworthGram *AinsworthProjectorOtherGram(AinsworthProjector *proj)
   return proj->B == proj->C ? &proj->gram : &proj->gramB;
 }
 
-PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, const AinsworthProjectorBlocks *, Vec, Vec, PetscInt, PetscObject, const char[]);
+PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, const AinsworthProjectorBlocks *, Vec, Vec, PetscInt, PetscObject);
 PetscErrorCode AinsworthProjectorReset(AinsworthProjector *);
 PetscErrorCode AinsworthProjectorPlaceMat(const AinsworthProjector *, Mat, Mat *);
 PetscErrorCode AinsworthProjectorPlace(AinsworthProjector *, Vec, Vec);

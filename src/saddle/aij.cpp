@@ -168,14 +168,13 @@ PetscErrorCode AinsworthGetAIJ(Mat M, Mat *aij)
 /* |M|, entry by entry, of an AIJ */
 PetscErrorCode AinsworthAbsoluteAIJ(Mat M, Mat *absolute)
 {
-  Mat       block[2] = {NULL, NULL};
-  PetscBool sequential;
+  Mat             block[2];
+  const PetscInt *ghosts;
+  PetscInt        n;
 
   PetscFunctionBegin;
   PetscCall(MatDuplicate(M, MAT_COPY_VALUES, absolute));
-  PetscCall(PetscObjectBaseTypeCompare((PetscObject)*absolute, MATSEQAIJ, &sequential));
-  if (sequential) block[0] = *absolute;
-  else PetscCall(MatMPIAIJGetSeqAIJ(*absolute, &block[0], &block[1], NULL));
+  PetscCall(AinsworthAIJGetParts(*absolute, block, &ghosts, &n));
   for (Mat part : block) {
     MatInfo      info;
     PetscScalar *v;

@@ -108,16 +108,13 @@ PetscErrorCode AinsworthMatEqual(Mat C, Mat other, PetscBool *same)
 */
 PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *opposite)
 {
-  Vec         u, zero, x, y, largest;
-  PetscRandom rand;
-  PetscReal   norm, difference, empty, beside = 0.0;
+  Vec       u, zero, x, y, largest;
+  PetscReal norm, difference, empty, beside = 0.0;
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(C, &x, &u));
   PetscCall(VecDuplicate(x, &y));
-  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)C), &rand));
-  PetscCall(VecSetRandom(u, rand));
-  PetscCall(PetscRandomDestroy(&rand));
+  PetscCall(VecSetRandom(u, NULL));
   PetscCall(VecDuplicate(u, &largest));
   PetscCall(VecDuplicate(u, &zero));
   PetscCall(MatGetRowMaxAbs(C, largest, NULL));

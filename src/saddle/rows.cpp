@@ -85,9 +85,7 @@ static PetscErrorCode SplitRows(AinsworthSaddle *sp)
   for (PetscInt i = 0; i < sp->local; i++) count[sp->kind[i]]++;
   PetscCall(MPIU_Allreduce(count, sp->count, AINSWORTH_ROW_KINDS, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)sp->rowsC)));
   PetscCall(MatGetSize(sp->rowsC, &rows, NULL));
-  PetscCall(MatDestroy(&sp->C));
-  PetscCall(MatDestroy(&sp->B));
-  PetscCall(MatDestroy(&sp->D));
+  for (Mat *M : {&sp->C, &sp->B, &sp->D}) PetscCall(MatDestroy(M));
   if (sp->count[AINSWORTH_ROW_CONSTRAINT] == rows) {
     PetscCall(AinsworthShare(sp->rowsC, &sp->C));
     PetscCall(AinsworthShare(sp->rowsB, &sp->B));

@@ -1,8 +1,7 @@
 /* An AIJ whose fields are sorted and local is split into blocks in one pass over its entries, without symbolic work but for the columns of other ranks */
 #include "split.h"
+#include "../lists.h"
 #include <petsc/private/petscimpl.h>
-#include <petscsf.h>
-#include <algorithm>
 
 /* Field 1 in the numbers of maps: -1, -2, ... for 0, 1, ... */
 static inline PetscInt Flip(PetscInt number)
@@ -40,17 +39,12 @@ static PetscErrorCode AddSets(const IS sets[2], PetscInt first, std::vector<Pets
 static PetscErrorCode MapGhosts(Mat aij, const PetscInt first[2], const PetscInt *ghosts, AinsworthSplit *split)
 {
   std::vector<PetscInt> numbers(split->cols[0]);
-  PetscSF               sf;
   PetscLayout           layout;
 
   PetscFunctionBegin;
   for (PetscInt &number : numbers) number = number < 0 ? number - first[1] : number + first[0];
   PetscCall(MatGetLayouts(aij, NULL, &layout));
-  PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)aij), &sf));
-  PetscCall(PetscSFSetGraphLayout(sf, layout, (PetscInt)split->cols[1].size(), NULL, PETSC_USE_POINTER, ghosts));
-  PetscCall(PetscSFBcastBegin(sf, MPIU_INT, numbers.data(), split->cols[1].data(), MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(sf, MPIU_INT, numbers.data(), split->cols[1].data(), MPI_REPLACE));
-  PetscCall(PetscSFDestroy(&sf));
+  PetscCall(AinsworthFetch(PetscObjectComm((PetscObject)aij), layout, numbers, (PetscInt)split->cols[1].size(), ghosts, &split->cols[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -16,7 +16,7 @@ static PetscErrorCode AgreeOnPlace(MPI_Comm comm, bool largest, PetscReal *value
 }
 
 /* Collective: the signs and the moduli of the entries of a vector */
-PetscErrorCode AinsworthSurveyVec(Vec v, AinsworthSurvey *survey)
+static PetscErrorCode SurveyVec(Vec v, AinsworthSurvey *survey)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)v);
   PetscInt start, count[3] = {0, 0, 0};
@@ -59,7 +59,7 @@ PetscErrorCode AinsworthSurveyDiagonal(Mat M, AinsworthSurvey *survey)
 
   PetscFunctionBegin;
   PetscCall(AinsworthCreateDiagonal(M, &diagonal));
-  PetscCall(AinsworthSurveyVec(diagonal, survey));
+  PetscCall(SurveyVec(diagonal, survey));
   PetscCall(VecDestroy(&diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -74,7 +74,7 @@ PetscErrorCode AinsworthSurveyRows(Mat M, AinsworthSurvey *norms, PetscInt *long
   PetscCall(MatCreateVecs(M, NULL, &sums));
   PetscCall(AinsworthRowSums(M, 2, sums));
   PetscCall(VecSqrtAbs(sums));
-  PetscCall(AinsworthSurveyVec(sums, norms));
+  PetscCall(SurveyVec(sums, norms));
   PetscCall(VecDestroy(&sums));
   *row = -1;
   PetscCall(AinsworthForRows(M, [&](const AinsworthMatRow &r) {
@@ -95,7 +95,7 @@ PetscErrorCode AinsworthSurveyColumns(Mat M, PetscInt *most, PetscInt *column)
 
   PetscFunctionBegin;
   PetscCall(AinsworthCountRows(M, 0, &counts));
-  PetscCall(AinsworthSurveyVec(counts, &survey));
+  PetscCall(SurveyVec(counts, &survey));
   PetscCall(VecDestroy(&counts));
   *most   = (PetscInt)survey.most;
   *column = survey.mostRow;
@@ -117,7 +117,7 @@ PetscErrorCode AinsworthSurveyLoose(Mat A, Mat B, PetscInt *loose, PetscInt *fir
   PetscCall(VecSet(ones, 1.0));
   PetscCall(AinsworthAbsoluteAIJ(B, &absolute));
   PetscCall(MatMultTransposeAdd(absolute, ones, size, held));
-  PetscCall(AinsworthSurveyVec(held, &survey));
+  PetscCall(SurveyVec(held, &survey));
   *loose = survey.zero;
   *first = survey.firstZero;
   PetscCall(MatDestroy(&absolute));
@@ -229,18 +229,13 @@ PetscErrorCode AinsworthSurveyPenalty(Mat A, Mat C, PetscBool *penalty)
     const PetscScalar *c, *w, *energy;
 
     PetscCall(MatGetRow(rows, i, &n, &columns, &c));
-    const std::vector<PetscInt>    place(columns, columns + n);
-    const std::vector<PetscScalar> row(c, c + n);
-    PetscCall(MatRestoreRow(rows, i, &n, &columns, &c));
-    PetscCall(MatGetRow(CW, i, &n, &columns, &w));
-    const std::vector<PetscScalar> weighted(w, w + n);
-    PetscCall(MatRestoreRow(CW, i, &n, &columns, &w));
-    n                    = (PetscInt)place.size();
-    const PetscReal size = Dot(n, place.data(), row.data(), n, place.data(), weighted.data());
+    PetscCall(MatGetRow(CW, i, NULL, NULL, &w)); /* in the same columns */
     PetscCall(MatGetRow(CWA, i, &m, &others, &energy));
     count[0]++;
-    count[1] += Dot(n, place.data(), weighted.data(), m, others, energy) > all * (PetscReal)n * size;
+    count[1] += Dot(n, columns, w, m, others, energy) > all * (PetscReal)n * Dot(n, columns, c, n, columns, w);
     PetscCall(MatRestoreRow(CWA, i, &m, &others, &energy));
+    PetscCall(MatRestoreRow(CW, i, NULL, NULL, &w));
+    PetscCall(MatRestoreRow(rows, i, &n, &columns, &c));
   }
   for (Mat *M : {&rows, &CW, &CWA}) PetscCall(MatDestroy(M));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT, MPI_SUM, comm));

@@ -18,7 +18,6 @@ struct AinsworthJump {
   PetscInt  row = -1, col = -1;
 };
 
-PetscErrorCode AinsworthSurveyVec(Vec, AinsworthSurvey *);
 PetscErrorCode AinsworthSurveyDiagonal(Mat, AinsworthSurvey *);
 PetscErrorCode AinsworthSurveyRows(Mat, AinsworthSurvey *norms, PetscInt *longest, PetscInt *row);
 PetscErrorCode AinsworthSurveyColumns(Mat, PetscInt *most, PetscInt *column);

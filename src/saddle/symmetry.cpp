@@ -75,7 +75,6 @@ PetscErrorCode AinsworthProbeSymmetry(Mat A, PetscBool *symmetric)
   PetscInt        found      = 0;
   PetscBool       known, has;
   Vec             v, Av, Atv;
-  PetscRandom     rand;
   PetscReal       difference;
 
   PetscFunctionBegin;
@@ -90,10 +89,7 @@ PetscErrorCode AinsworthProbeSymmetry(Mat A, PetscBool *symmetric)
   if (!has) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatCreateVecs(A, &v, &Av));
   PetscCall(VecDuplicate(Av, &Atv));
-  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)A), &rand));
-  PetscCall(PetscRandomSetFromOptions(rand));
-  PetscCall(VecSetRandom(v, rand));
-  PetscCall(PetscRandomDestroy(&rand));
+  PetscCall(VecSetRandom(v, NULL));
   PetscCall(MatMult(A, v, Av));
   PetscCall(MatMultHermitianTranspose(A, v, Atv));
   PetscCall(LargestDifference(A, Av, Atv, &difference));

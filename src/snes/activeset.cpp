@@ -1,31 +1,16 @@
 #include "activeset.h"
+#include "../loops.h"
 #include <petsc/private/snesimpl.h>
 #include <cmath>
 
 /* keep: 0 where a row is held, else 1; known: what Newton's step is there, the distance from the bound, else 0 */
 static PetscErrorCode HeldStep(SNES snes, const SNES_AinsworthActiveSet *as, Vec keep, Vec known)
 {
-  const PetscScalar *x, *l, *u;
-  PetscScalar       *k, *d;
-
   PetscFunctionBegin;
-  PetscCall(VecSet(keep, 1.0));
-  PetscCall(VecSet(known, 0.0));
-  PetscCall(VecGetArrayRead(snes->vec_sol, &x));
-  PetscCall(VecGetArrayRead(snes->xl, &l));
-  PetscCall(VecGetArrayRead(snes->xu, &u));
-  PetscCall(VecGetArray(keep, &k));
-  PetscCall(VecGetArray(known, &d));
-  for (PetscInt i : as->rows) {
-    if (as->hold[i] == HOLD_NONE) continue;
-    k[i] = 0.0;
-    d[i] = x[i] - (as->hold[i] == HOLD_LOWER ? l[i] : u[i]);
-  }
-  PetscCall(VecRestoreArray(known, &d));
-  PetscCall(VecRestoreArray(keep, &k));
-  PetscCall(VecRestoreArrayRead(snes->xu, &u));
-  PetscCall(VecRestoreArrayRead(snes->xl, &l));
-  PetscCall(VecRestoreArrayRead(snes->vec_sol, &x));
+  PetscCall(AinsworthUpdate(keep, [=](PetscInt i, PetscScalar &k) { k = as->hold[i] == HOLD_NONE ? 1.0 : 0.0; }));
+  PetscCall(AinsworthUpdate(known, {snes->vec_sol, snes->xl, snes->xu}, [=](PetscInt i, PetscScalar &d, PetscScalar x, PetscScalar l, PetscScalar u) {
+    d = as->hold[i] == HOLD_NONE ? 0.0 : x - (as->hold[i] == HOLD_LOWER ? l : u);
+  }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -110,9 +95,6 @@ static PetscErrorCode SNESSolve_AinsworthActiveSet(SNES snes)
 static PetscErrorCode SNESSetUp_AinsworthActiveSet(SNES snes)
 {
   SNES_AinsworthActiveSet *as = (SNES_AinsworthActiveSet *)snes->data;
-  const PetscScalar       *l, *u;
-  PetscScalar             *b;
-  PetscInt                 n;
 
   PetscFunctionBegin;
   PetscCall(SNESSetWorkVecs(snes, 4));
@@ -129,19 +111,13 @@ static PetscErrorCode SNESSetUp_AinsworthActiveSet(SNES snes)
              SNESAINSWORTHACTIVESET);
   PetscCall(VecDestroy(&as->bounded));
   PetscCall(VecDuplicate(snes->work[0], &as->bounded));
-  PetscCall(VecGetLocalSize(as->bounded, &n));
-  PetscCall(VecGetArrayRead(snes->xl, &l));
-  PetscCall(VecGetArrayRead(snes->xu, &u));
-  PetscCall(VecGetArrayWrite(as->bounded, &b));
   as->rows.clear();
-  for (PetscInt i = 0; i < n; i++) {
-    b[i] = PetscRealPart(l[i]) > PETSC_NINFINITY || PetscRealPart(u[i]) < PETSC_INFINITY ? 1.0 : 0.0;
-    if (b[i] != 0.0) as->rows.push_back(i);
-  }
-  as->hold.assign(n, HOLD_NONE);
-  PetscCall(VecRestoreArrayWrite(as->bounded, &b));
-  PetscCall(VecRestoreArrayRead(snes->xu, &u));
-  PetscCall(VecRestoreArrayRead(snes->xl, &l));
+  as->hold.clear();
+  PetscCall(AinsworthUpdate(as->bounded, {snes->xl, snes->xu}, [=](PetscInt i, PetscScalar &b, PetscScalar l, PetscScalar u) {
+    b = PetscRealPart(l) > PETSC_NINFINITY || PetscRealPart(u) < PETSC_INFINITY ? 1.0 : 0.0;
+    if (b != 0.0) as->rows.push_back(i);
+    as->hold.push_back(HOLD_NONE);
+  }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -152,9 +128,7 @@ static PetscErrorCode SNESReset_AinsworthActiveSet(SNES snes)
   PetscFunctionBegin;
   PetscCall(MatDestroy(&as->step));
   PetscCall(MatDestroy(&as->pstep));
-  PetscCall(VecDestroy(&as->bounded));
-  PetscCall(VecDestroy(&snes->xl));
-  PetscCall(VecDestroy(&snes->xu));
+  for (Vec *v : {&as->bounded, &snes->xl, &snes->xu}) PetscCall(VecDestroy(v));
   snes->usersetbounds = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,5 +1,6 @@
 /* Which rows with bounds are held at one in the next step */
 #include "activeset.h"
+#include "../loops.h"
 #include "../saddle/saddle.h"
 #include <petsc/private/snesimpl.h>
 
@@ -19,36 +20,30 @@ static PetscErrorCode NumberOfSet(SNES snes, const SNES_AinsworthActiveSet *as, 
 /* Which bound each row with bounds belongs at, as X and F say; first: whatever it was before */
 PetscErrorCode AinsworthActiveSetFindWrong(SNES snes, SNES_AinsworthActiveSet *as, bool first, std::vector<AinsworthHold> &wanted)
 {
-  const PetscScalar *x, *f, *l, *u;
-  PetscReal          now[2] = {0.0, 0.0};
+  PetscReal now[2] = {0.0, 0.0};
 
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(snes->vec_sol, &x));
-  PetscCall(VecGetArrayRead(snes->vec_func, &f));
-  PetscCall(VecGetArrayRead(snes->xl, &l));
-  PetscCall(VecGetArrayRead(snes->xu, &u));
-  for (PetscInt i : as->rows) {
-    now[0] = PetscMax(now[0], PetscAbsScalar(x[i]));
-    now[1] = PetscMax(now[1], PetscAbsScalar(f[i]));
-  }
+  PetscCall(AinsworthForEntries({as->bounded, snes->vec_sol, snes->vec_func}, [&](PetscInt, PetscScalar b, PetscScalar x, PetscScalar f) {
+    if (b == 0.0) return;
+    now[0] = PetscMax(now[0], PetscAbsScalar(x));
+    now[1] = PetscMax(now[1], PetscAbsScalar(f));
+  }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, now, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)snes)));
   as->largest = PetscMax(as->largest, now[1]);
   wanted      = as->hold;
   as->wrong   = 0;
-  for (PetscInt i : as->rows) {
-    const PetscReal at = PetscRealPart(x[i]), force = PetscRealPart(f[i]), low = PetscRealPart(l[i]), high = PetscRealPart(u[i]);
+  auto look   = [&](PetscInt i, PetscScalar b, PetscScalar x, PetscScalar f, PetscScalar l, PetscScalar u) {
+    const PetscReal at = PetscRealPart(x), force = PetscRealPart(f), low = PetscRealPart(l), high = PetscRealPart(u);
     const PetscReal little = as->tolerance * now[0], slight = as->tolerance * as->largest;
 
+    if (b == 0.0) return;
     if (first) as->hold[i] = at <= low ? HOLD_LOWER : at >= high ? HOLD_UPPER : HOLD_NONE;
     wanted[i] = as->hold[i];
     if (as->hold[i] == HOLD_NONE) wanted[i] = at < low - little ? HOLD_LOWER : at > high + little ? HOLD_UPPER : HOLD_NONE;
     else if (low < high && (as->hold[i] == HOLD_LOWER ? force < -slight : force > slight)) wanted[i] = HOLD_NONE;
     as->wrong += wanted[i] != as->hold[i];
-  }
-  PetscCall(VecRestoreArrayRead(snes->xu, &u));
-  PetscCall(VecRestoreArrayRead(snes->xl, &l));
-  PetscCall(VecRestoreArrayRead(snes->vec_func, &f));
-  PetscCall(VecRestoreArrayRead(snes->vec_sol, &x));
+  };
+  PetscCall(AinsworthForEntries({as->bounded, snes->vec_sol, snes->vec_func, snes->xl, snes->xu}, look));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &as->wrong, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)snes)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

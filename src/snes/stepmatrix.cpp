@@ -1,5 +1,6 @@
 /* The matrix of one step: the Jacobian without the rows and columns of multipliers that are held at a bound. Blocks without such are the program's own */
 #include "activeset.h"
+#include "../objects.h"
 #include "../saddle/saddle.h"
 #include <vector>
 
@@ -84,8 +85,7 @@ static PetscErrorCode CreateNest(Mat J, Vec bounded, Vec keep, Mat *step)
     PetscCall(VecRestoreSubVector(bounded, is, &part));
     if (some > 0.0) {
       PetscCall(VecGetSubVector(keep, is, &part));
-      PetscCall(VecDuplicate(part, &copy));
-      PetscCall(VecCopy(part, copy));
+      PetscCall(AinsworthVecClone(part, &copy));
       PetscCall(VecRestoreSubVector(keep, is, &part));
     }
     held.push_back(copy);
@@ -97,10 +97,7 @@ static PetscErrorCode CreateNest(Mat J, Vec bounded, Vec keep, Mat *step)
       PetscCall(MatNestGetSubMat(J, i, j, &from));
       if (i == j && held[i]) PetscCall(CreateHeld(J, from, held[i], &to));
       else if (from && (held[i] || held[j])) PetscCall(CreateScaled(from, held[i], held[j], &to));
-      else {
-        to = from;
-        PetscCall(PetscObjectReference((PetscObject)to));
-      }
+      else PetscCall(AinsworthShare(from, &to));
       block.push_back(to);
     }
   }
