@@ -1,7 +1,6 @@
 /* Further solves of a system [A B'; C -D] for what the first has left, until each row of both equations is met relative to its own terms */
 #include "pcainsworth.h"
 #include "../loops.h"
-#include "../saddle/terms.h"
 #include <vector>
 
 /* weights of the rows of both equations, y * w */
@@ -181,7 +180,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   static const PetscReal         rounding = 1e-13, determined = 1e-6, margin = 10;
   static const int               most = 10, patience = 3;
   const PetscReal                open = PetscMax(1e4 * tol, determined);
-  PetscReal                      enough, wanted, error, best, change, softest = 0.0, moves = 0.0;
+  PetscReal                      enough, wanted, error, best, change, moves = 0.0;
   int                            idle = 0, solves = 0;
   PCAinsworthFields              weights, others, kept;
   std::vector<PCAinsworthFields> directions, images;
@@ -205,10 +204,8 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   best = error;
   PetscCall(VecCopy(y.primal, kept.primal));
   PetscCall(VecCopy(y.dual, kept.dual));
-  PetscCall(AinsworthTermsSoftest(&data->saddle, &softest));
   auto unmet = [&](PetscReal left) {
-    if (moves * left > open || (!solves && softest > open / enough)) return true;
-    return left > wanted && !(helped && left <= margin * margin * enough && moves * left <= open / margin);
+    return moves * left > open || (left > wanted && !(helped && left <= margin * margin * enough && moves * left <= open / margin));
   };
   *refined = (PetscBool)unmet(error);
   for (; solves < most && unmet(error) && some && idle < patience; solves++) {

@@ -232,29 +232,6 @@ static PetscErrorCode FlexibilityOfRows(const AinsworthSaddle *sp, Vec diagonal,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthTermsSoftest - the largest D_kk relative to (C W C')_kk: how much further than A a spring lets the same force move something */
-PetscErrorCode AinsworthTermsSoftest(const AinsworthSaddle *sp, PetscReal *softest)
-{
-  Vec stiffness, root, flexibility, springs;
-
-  PetscFunctionBegin;
-  *softest = 0.0;
-  if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthTermsStiffness(sp, &stiffness));
-  PetscCall(FlexibilityOfRows(sp, stiffness, &root, &flexibility));
-  PetscCall(VecDuplicate(flexibility, &springs));
-  PetscCall(MatGetDiagonal(sp->rowsD, springs));
-  PetscCall(AinsworthForEntries({springs, flexibility}, [=](PetscInt, PetscScalar d, PetscScalar all) {
-    const PetscReal rest = PetscRealPart(all) - PetscAbsScalar(d);
-
-    if (rest > 0.0) *softest = PetscMax(*softest, PetscAbsScalar(d) / rest);
-    else if (d != 0.0) *softest = PETSC_MAX_REAL;
-  }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, softest, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)springs)));
-  for (Vec *v : {&root, &flexibility, &springs}) PetscCall(VecDestroy(v));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* v_k = 1 / v_k, 0 where that is 0 */
 static PetscErrorCode Invert(Vec v)
 {

@@ -15,7 +15,6 @@ PetscErrorCode AinsworthTermsDual(AinsworthSaddle *, PetscReal, Vec, Vec, Vec, V
 PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *, Vec *);
 PetscErrorCode AinsworthTermsDisplacement(Vec, Vec, PetscReal *, PetscReal *);
 PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *, Vec, PetscReal, Vec, Vec);
-PetscErrorCode AinsworthTermsSoftest(const AinsworthSaddle *, PetscReal *);
 PetscErrorCode AinsworthTermsRaise(const AinsworthSaddle *, Vec, PetscReal, Vec);
 PetscErrorCode AinsworthTermsSpread(const AinsworthSaddle *, Vec, Vec);
 
