@@ -17,14 +17,17 @@ static const PetscReal dependent = 1e-6;
 /* The adjoints of the rows of C with more than so many entries, on all ranks; none where they are too many */
 static PetscErrorCode GetLongRows(Mat C, PetscInt longest, std::vector<Vec> *rows)
 {
+  PetscInt              found;
   std::vector<PetscInt> mine, all;
 
   PetscFunctionBegin;
   PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
     if (row.n > longest) mine.push_back(row.number);
   }));
+  found = (PetscInt)mine.size();
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
+  if ((size_t)found > most) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)C), mine, &all));
-  if (all.size() > most) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt number : all) {
     Vec row;
 

@@ -74,7 +74,7 @@ static PetscErrorCode ApplyWithSprings(PC pc, Vec r, Vec z)
 
   PetscFunctionBegin;
   PetscCall(GetOperator(pc, &mat, &ctx));
-  PetscCall(AinsworthProjectorPrecondition(&ctx->proj, pc, ctx->*apply, r, z));
+  PetscCall(MatAinsworthPrecondition_Private(mat, pc, ctx->*apply, r, z));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

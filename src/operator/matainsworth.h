@@ -18,7 +18,7 @@ struct Mat_Ainsworth {
   Vec                    placed;      /* the same where the rows are placed; NULL: not yet */
   PetscBool              userPenalty; /* set by MatAinsworthSetPenalty(), otherwise one per row with gamma = 1 */
   PetscInt               rowsPerRank;
-  PetscBool              omitPenalty;    /* neither C' B C in the matrix nor C' B g in the right-hand side */
+  PetscBool              omitPenalty;    /* Q' A Q, without C' B C */
   PetscBool              homogeneous;    /* g was zero in the last right-hand side */
   PetscReal              start[2];       /* x0' A x0 and f' x0 of the last right-hand side, x0 = R g */
   PetscBool              inKernel;       /* a method iterates in Ker C: Q' A Q, as above */
@@ -52,9 +52,15 @@ PETSC_INTERN PetscErrorCode MatAinsworthSetUpProjector_Private(Mat, Mat_Ainswort
 PETSC_INTERN PetscErrorCode MatAinsworthReduce_Private(Mat, PetscBool, Vec, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthRecover_Private(Mat, PetscBool, Vec, Vec, Vec, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthSetOtherBlocks_Private(Mat, Mat, Mat, PetscBool);
+PETSC_INTERN PetscErrorCode MatAinsworthGetCompliance_Private(Mat, Vec *, Mat *);
+PETSC_INTERN PetscErrorCode MatAinsworthDiagnose_Private(Mat, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *, PetscBool *);
+PETSC_INTERN PetscErrorCode MatAinsworthFindNear_Private(Mat, PetscInt *, PetscInt **);
 PETSC_INTERN PetscErrorCode MatAinsworthIsDoubtful_Private(Mat, PetscBool *);
+PETSC_INTERN PetscErrorCode MatAinsworthGetGram_Private(Mat, const AinsworthGram **);
 PETSC_INTERN PetscErrorCode MatAinsworthSetRowsPerRank_Private(Mat, PetscInt);
 PETSC_INTERN PetscErrorCode MatAinsworthSolveRange_Private(Mat, Vec, Vec);
+PETSC_INTERN PetscErrorCode MatAinsworthPrecondition_Private(Mat, PC, PetscErrorCode (*)(PC, Vec, Vec), Vec, Vec);
+PETSC_INTERN PetscErrorCode MatAinsworthOmitPenalty_Private(Mat, PetscBool);
 PETSC_INTERN PetscErrorCode MatAinsworthSetProduct_Private(Mat, Mat);
 PETSC_INTERN PetscErrorCode MatAinsworthGetDrift_Private(Mat, Vec, PetscReal *);
 

@@ -178,6 +178,28 @@ PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, Vec f, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Rows of C to leave out; where there are none, whether and how well the Gram matrix can be solved with (AinsworthProjectorDiagnose()) */
+PetscErrorCode MatAinsworthDiagnose_Private(Mat mat, PetscInt *pass, PetscInt *n, PetscInt **dependent, PCFailedReason *reason, PetscBool *hidden)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
+  PetscCall(AinsworthProjectorDiagnose(&ctx->proj, ctx->mobility, pass, n, dependent, reason, hidden, &ctx->doubtful));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rows of C that are nearly dependent, by their numbers, the same on all ranks; to be freed */
+PetscErrorCode MatAinsworthFindNear_Private(Mat mat, PetscInt *n, PetscInt **rows)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
+  PetscCall(AinsworthProjectorFindNear(&ctx->proj, ctx->mobility, n, rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Are rows of C nearly dependent, so that solves with the Gram matrix are refined? */
 PetscErrorCode MatAinsworthIsDoubtful_Private(Mat mat, PetscBool *doubtful)
 {
@@ -186,6 +208,17 @@ PetscErrorCode MatAinsworthIsDoubtful_Private(Mat mat, PetscBool *doubtful)
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   *doubtful = (PetscBool)ctx->doubtful;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* S and its solver, to be looked at */
+PetscErrorCode MatAinsworthGetGram_Private(Mat mat, const AinsworthGram **gram)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
+  *gram = &ctx->proj.gram;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -138,6 +138,31 @@ PetscErrorCode MatAinsworthSolveRange_Private(Mat mat, Vec b, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* z = M_*^+^{-1} r, of the unknowns and the springs of D; apply is that of the preconditioner, M_*^{-1}, or of its transpose */
+PetscErrorCode MatAinsworthPrecondition_Private(Mat mat, PC pc, PetscErrorCode (*apply)(PC, Vec, Vec), Vec r, Vec z)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
+  PetscCall(AinsworthProjectorPrecondition(&ctx->proj, pc, apply, r, z));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Leaves C' B C out of the matrix, and C' B g out of the right-hand side. Preconditioned by M from the right, the iterates are then those
+   of the projected preconditioner Q M^{-1} Q', up to their part in Im(W C'), which the last projection replaces by R g.
+*/
+PetscErrorCode MatAinsworthOmitPenalty_Private(Mat mat, PetscBool flag)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
+  ctx->omitPenalty = flag;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    The largest |(C z)_i| / (S_ii^{1/2} ||z||_{W^{-1}}): how far z is from Ker C, as the cosine of an angle, 0 to 1, whatever the scale
    of the rows (the angle of Gould, Hribar and Nocedal 2001, taken row by row)

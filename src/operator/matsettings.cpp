@@ -246,3 +246,15 @@ PetscErrorCode MatAinsworthSetRowsPerRank_Private(Mat mat, PetscInt rows)
   ctx->rowsPerRank = rows;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* The sums of the rows of |D|, negative where D_ii is, m, distributed as the rows of C, and N, what D adds to C W C'; NULL where D is zero */
+PetscErrorCode MatAinsworthGetCompliance_Private(Mat mat, Vec *sums, Mat *N)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
+  *sums = ctx->D ? ctx->proj.compliance.sums : NULL;
+  *N    = ctx->D ? ctx->proj.compliance.N : NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -165,6 +165,7 @@ PetscErrorCode PCAinsworthIteratesInKernel_Private(PC_Ainsworth *data, PetscBool
 PetscErrorCode PCAinsworthSetKSPOperators_Private(PC_Ainsworth *data)
 {
   KSP       ksp = data->ksp;
+  PCSide    side;
   PetscBool projected, inKernel;
 
   PetscFunctionBegin;
@@ -182,13 +183,8 @@ PetscErrorCode PCAinsworthSetKSPOperators_Private(PC_Ainsworth *data)
   PetscCall(PCAinsworthIteratesInKernel_Private(data, &inKernel));
   PetscCall(KSPProjectedCGSetUse_Private(ksp, (PetscBool)(inKernel || (data->constraints && data->saddle.D))));
   if (data->reduced) {
-    Mat_Ainsworth *ctx;
-    PCSide         side;
-
-    PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
     PetscCall(KSPGetPCSide(ksp, &side));
-    /* preconditioned by M from the right, the iterates are those of the projected preconditioner Q M^{-1} Q', up to their part in Im(W C'), which becomes R g */
-    ctx->omitPenalty = (PetscBool)(side == PC_RIGHT && !data->saddle.D);
+    PetscCall(MatAinsworthOmitPenalty_Private(data->reduced, (PetscBool)(side == PC_RIGHT && !data->saddle.D)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,7 +1,6 @@
 /* The doctor: what set-up sees, stage by stage, and what is wrong with it, before anything is solved (docs/diagnose.md) */
 #include "pcainsworth.h"
 #include "../operator/matainsworth.h"
-#include "../projector/dependent.h"
 #include <petsc/private/pcimpl.h>
 
 /* Advice is given from these on: a factor of S of so many operations, ... */
@@ -15,7 +14,7 @@ static PetscErrorCode DiagnoseDependence(PC_Ainsworth *data, AinsworthDiagnosis 
   const AinsworthSaddle *sp    = &data->saddle;
   const PetscInt         count = sp->count[AINSWORTH_ROW_DEPENDENT];
   char                   names[128];
-  Mat_Ainsworth         *ctx = NULL;
+  PetscBool              doubtful = PETSC_FALSE;
   PetscInt               n, *rows;
 
   PetscFunctionBegin;
@@ -27,9 +26,9 @@ static PetscErrorCode DiagnoseDependence(PC_Ainsworth *data, AinsworthDiagnosis 
                           "them, a constraint that is said twice among them, or see that g agrees",
                           count, sp->nearly ? "combinations, exactly or nearly, of" : "combinations of", names);
   }
-  if (data->reduced) PetscCall(MatAinsworthSetUpProjector_Private(data->reduced, &ctx));
-  if (!ctx || !ctx->doubtful) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthProjectorFindNear(&ctx->proj, ctx->mobility, &n, &rows));
+  if (data->reduced) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced, &doubtful));
+  if (!doubtful) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatAinsworthFindNear_Private(data->reduced, &n, &rows));
   PetscCall(AinsworthSaddleNameKept(sp, n, rows, names, sizeof(names)));
   PetscCall(PetscFree(rows));
   if (!n) {
@@ -48,14 +47,12 @@ static PetscErrorCode DiagnoseDependence(PC_Ainsworth *data, AinsworthDiagnosis 
 /* S, its pieces and its factor */
 static PetscErrorCode DiagnoseGram(PC_Ainsworth *data, AinsworthDiagnosis *d)
 {
-  Mat_Ainsworth       *ctx;
   const AinsworthGram *gram;
   char                 text[256];
   PetscReal            cost[2], most; /* entries and operations */
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
-  gram = &ctx->proj.gram;
+  PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
   PetscCall(AinsworthGramDescribe(gram, text, sizeof(text)));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "pieces",
                         AinsworthJSON("pieces", AinsworthJSON(gram->placement.components), "largest", AinsworthJSON(gram->placement.largest)), "%s", text);

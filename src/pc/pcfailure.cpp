@@ -257,14 +257,14 @@ static PetscErrorCode MisplacedOptions(PC pc, const PC_Ainsworth *data, char tex
 /* How the last solve with the Gram matrix ended, the worst of all ranks; not negative where there was none */
 static PetscErrorCode GramReason(const PC_Ainsworth *data, KSPConvergedReason *reason)
 {
-  Mat_Ainsworth *ctx;
-  KSP            ksp   = NULL;
-  PetscMPIInt    worst = 0;
+  const AinsworthGram *gram;
+  KSP                  ksp   = NULL;
+  PetscMPIInt          worst = 0;
 
   PetscFunctionBegin;
   if (data->reduced) {
-    PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
-    ksp = AinsworthGramGetKSP(&ctx->proj.gram);
+    PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
+    ksp = AinsworthGramGetKSP(gram);
   }
   if (ksp) PetscCall(KSPGetConvergedReason(ksp, reason));
   if (ksp) worst = (PetscMPIInt)*reason;

@@ -43,17 +43,18 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PetscInt
 {
   AinsworthPmatInputs   in;
   AinsworthPmatOptions  options = data->choices.pmat;
+  const AinsworthGram  *gram;
   Vec                   penalty;
   std::vector<PetscInt> alone;
   PetscBool             inKernel, shares;
 
   PetscFunctionBegin;
-  in.A               = data->saddle.P;
-  in.bs              = data->saddle.bs;
-  in.C               = data->saddle.C;
-  in.compliance      = ctx->D ? ctx->proj.compliance.sums : NULL;
-  in.N               = ctx->D ? ctx->proj.compliance.N : NULL;
-  in.S               = ctx->proj.gram.S;
+  in.A  = data->saddle.P;
+  in.bs = data->saddle.bs;
+  in.C  = data->saddle.C;
+  PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
+  PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &in.compliance, &in.N));
+  in.S               = gram->S;
   in.weight          = ctx->mobility;
   in.inverseDiagonal = data->inverseDiagonal;
   in.format          = data->format;

@@ -29,13 +29,15 @@ PetscErrorCode PCAinsworthDescribeLeftOut_Private(PC_Ainsworth *data, std::strin
   text.clear();
   if (!data->constraints) text += "; no constraints: neither projector nor copy of A";
   else {
-    Mat_Ainsworth *ctx;
-    PetscBool      projected;
-    const char    *economy;
+    Mat_Ainsworth       *ctx;
+    const AinsworthGram *gram;
+    PetscBool            projected;
+    const char          *economy;
 
     PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
     PetscCall(KSPProjectedCGGetUse_Private(data->ksp, &projected));
-    PetscCall(AinsworthGramGetEconomy(&ctx->proj.gram, &economy));
+    PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
+    PetscCall(AinsworthGramGetEconomy(gram, &economy));
     text += economy;
     if (PCAinsworthPmatTypeInUse_Private(data) == PC_AINSWORTH_PMAT_ID) text += "; id: no product with A for the preconditioning matrix";
     if (data->longRows) text += "; " + std::to_string(data->longRows) + " long rows of C: not in the preconditioning matrix";
@@ -43,7 +45,7 @@ PetscErrorCode PCAinsworthDescribeLeftOut_Private(PC_Ainsworth *data, std::strin
     if (projected) text += "; iterates in Ker C: C' B C is not applied";
     if (ctx->omitPenalty) text += "; preconditioned in Ker C: C' B C is not applied";
     if (ctx->homogeneous) text += "; g = 0: neither R g nor A R g";
-    PetscCall(DescribeRanks(data, &ctx->proj.gram, text));
+    PetscCall(DescribeRanks(data, gram, text));
   }
   if (data->unchanged) text += "; A and C as at the last set-up: nothing rebuilt";
   text = text.empty() ? "nothing" : text.substr(2);

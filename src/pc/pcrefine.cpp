@@ -12,22 +12,6 @@ static PetscErrorCode Multiply(PCAinsworthFields y, PCAinsworthFields w, PCAinsw
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Duplicate(PCAinsworthFields like, PCAinsworthFields *y)
-{
-  PetscFunctionBegin;
-  PetscCall(VecDuplicate(like.primal, &y->primal));
-  PetscCall(VecDuplicate(like.dual, &y->dual));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Destroy(PCAinsworthFields *y)
-{
-  PetscFunctionBegin;
-  PetscCall(VecDestroy(&y->primal));
-  PetscCall(VecDestroy(&y->dual));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Add(PCAinsworthFields y, PetscScalar a, PCAinsworthFields x)
 {
   PetscFunctionBegin;
@@ -109,7 +93,7 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, Petsc
   PetscScalar        dot;
 
   PetscFunctionBegin;
-  for (PCAinsworthFields *v : {&p, &q, &r, &none}) PetscCall(Duplicate(left, v));
+  for (PCAinsworthFields *v : {&p, &q, &r, &none}) PetscCall(PCAinsworthFieldsDuplicate(left, v));
   PetscCall(VecZeroEntries(p.primal));
   PetscCall(SolveLoosely(pc, data, transpose, loose, left, p, &reason));
   PetscCall(LargestChange(data, y.primal, p.primal, change));
@@ -135,11 +119,11 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, Petsc
     directions.push_back(p);
     images.push_back(q);
   } else {
-    PetscCall(Destroy(&p));
-    PetscCall(Destroy(&q));
+    PetscCall(PCAinsworthFieldsDestroy(&p));
+    PetscCall(PCAinsworthFieldsDestroy(&q));
   }
-  PetscCall(Destroy(&r));
-  PetscCall(Destroy(&none));
+  PetscCall(PCAinsworthFieldsDestroy(&r));
+  PetscCall(PCAinsworthFieldsDestroy(&none));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -197,9 +181,9 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   strict = strict && !fair;
   enough = PetscMax(strict ? tol : 10 * tol, rounding);
   wanted = stopped ? 0.0 : enough;
-  PetscCall(Duplicate(y, &weights));
-  PetscCall(Duplicate(y, &others));
-  PetscCall(Duplicate(y, &kept));
+  PetscCall(PCAinsworthFieldsDuplicate(y, &weights));
+  PetscCall(PCAinsworthFieldsDuplicate(y, &others));
+  PetscCall(PCAinsworthFieldsDuplicate(y, &kept));
   PetscCall(Left(data, transpose, b, y, left, weights, &error));
   best = error;
   PetscCall(VecCopy(y.primal, kept.primal));
@@ -233,9 +217,9 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
     PetscCall(PetscSNPrintf(why, len, "The solution is not met: rows are left with up to %g of their terms, which another solve takes for %g of x",
                             (double)best, (double)(moves * best)));
   for (auto *list : {&directions, &images})
-    for (PCAinsworthFields &v : *list) PetscCall(Destroy(&v));
-  PetscCall(Destroy(&weights));
-  PetscCall(Destroy(&others));
-  PetscCall(Destroy(&kept));
+    for (PCAinsworthFields &v : *list) PetscCall(PCAinsworthFieldsDestroy(&v));
+  PetscCall(PCAinsworthFieldsDestroy(&weights));
+  PetscCall(PCAinsworthFieldsDestroy(&others));
+  PetscCall(PCAinsworthFieldsDestroy(&kept));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

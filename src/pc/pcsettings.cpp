@@ -180,10 +180,10 @@ PetscErrorCode PCAinsworthGetGramKSP(PC pc, KSP *ksp)
   PetscCheck(data->saddle.A, PetscObjectComm((PetscObject)pc), PETSC_ERR_ORDER, "Call PCSetUp() before PCAinsworthGetGramKSP()");
   *ksp = NULL;
   if (data->reduced) {
-    Mat_Ainsworth *ctx;
+    const AinsworthGram *gram;
 
-    PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
-    *ksp = AinsworthGramGetKSP(&ctx->proj.gram);
+    PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
+    *ksp = AinsworthGramGetKSP(gram);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,7 +1,6 @@
 #include "pcainsworth.h"
 #include "../objects.h"
 #include "../operator/matainsworth.h"
-#include "../projector/dependent.h"
 #include <petsc/private/pcimpl.h>
 #include <petsctime.h>
 
@@ -87,7 +86,7 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
     PetscErrorCode error = PETSC_SUCCESS; /* to be passed on when nothing is left behind */
 
     PetscCall(CreateOperator(pc, data, ctx));
-    PetscCall(AinsworthProjectorDiagnose(&(*ctx)->proj, (*ctx)->mobility, &pass, &n, &dependent, reason, &hidden, &(*ctx)->doubtful));
+    PetscCall(MatAinsworthDiagnose_Private(data->reduced, &pass, &n, &dependent, reason, &hidden));
     if (hidden && data->choices.weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
       PetscCall(PetscInfo(pc, "Rows of C that diag(A)^{-1} cannot tell apart are independent without it: the weight is the identity\n"));
       data->hidden = PETSC_TRUE;

@@ -58,11 +58,11 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
     PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s%s\n", data->constraints, data->constraints ? "" : ", A alone is solved", dropped));
   if (data->hidden) PetscCall(PetscViewerASCIIPrintf(viewer, "  weight: identity, as rows of C differ only where diag(A)^{-1} is too small to tell\n"));
   if (data->reduced) {
-    Mat_Ainsworth *ctx;
+    const AinsworthGram *gram;
 
-    PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+    PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
     PetscCall(PetscViewerASCIIPushTab(viewer));
-    PetscCall(AinsworthGramView(&ctx->proj.gram, viewer));
+    PetscCall(AinsworthGramView(gram, viewer));
     PetscCall(PetscViewerASCIIPopTab(viewer));
   }
   if (data->failure[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "  last failure: %s\n", data->failure));
