@@ -44,6 +44,13 @@ typedef enum {
   AINSWORTH_VERDICT_CONTRADICTION /* no x can have this right-hand side of the constraints */
 } AinsworthVerdict;
 
+/* What is done for a right-hand side of the reduced system */
+typedef enum {
+  PC_AINSWORTH_SOLVE_WATCHED, /* solved; the report sees it */
+  PC_AINSWORTH_SOLVE_AGAIN,
+  PC_AINSWORTH_SOLVE_STEP /* one step of steepest descent */
+} PCAinsworthExtent;
+
 /* What set-up has come to: a diagnosis tells of each on its own */
 typedef enum {
   PC_AINSWORTH_STAGE_PASSED,      /* a matrix */
@@ -224,7 +231,7 @@ PETSC_INTERN PCAinsworthPmatType PCAinsworthPmatTypeInUse_Private(const PC_Ainsw
 PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC, PC_Ainsworth *, Vec, Vec, PetscLogDouble);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *, Vec, Vec, PetscReal *);
-PETSC_INTERN PetscErrorCode      PCAinsworthSolveFields_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PCAinsworthFields, PCAinsworthFields,
+PETSC_INTERN PetscErrorCode      PCAinsworthSolveFields_Private(PC, PC_Ainsworth *, PetscBool, PCAinsworthExtent, PCAinsworthFields, PCAinsworthFields,
                                                                 KSPConvergedReason *);
 PETSC_INTERN bool                PCAinsworthRefinesRows_Private(const PC_Ainsworth *, PetscReal);
 PETSC_INTERN PetscErrorCode PCAinsworthRefineRows_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PetscBool, PetscReal, PCAinsworthFields, PCAinsworthFields,

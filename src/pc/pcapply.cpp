@@ -76,18 +76,48 @@ static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* One step of steepest descent in the place of the reduced solve */
+static PetscErrorCode StepInner(PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields b, Vec x, KSPConvergedReason *reason)
+{
+  KSP            ksp = data->ksp;
+  PC             inner;
+  Mat            operation;
+  Vec            product;
+  PetscScalar    dots[2];
+  PetscErrorCode error;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthReduce_Private(data->reduced, transpose, b.primal, b.dual, data->rhs));
+  PetscCall(KSPGetPC(ksp, &inner));
+  PetscCall(PCPreSolve(inner, ksp));
+  error = KSP_PCApply(ksp, data->rhs, x); /* to be passed on when the preconditioner knows that it has ended */
+  PetscCall(PCPostSolve(inner, ksp));
+  PetscCall(error);
+  PetscCall(KSPGetOperators(ksp, &operation, NULL));
+  PetscCall(VecDuplicate(x, &product));
+  PetscCall(KSP_MatMult(ksp, operation, x, product));
+  PetscCall(VecDot(data->rhs, x, &dots[0]));
+  PetscCall(VecDot(product, x, &dots[1]));
+  *reason = PetscRealPart(dots[0]) > 0.0 && PetscRealPart(dots[1]) > 0.0 ? KSP_CONVERGED_ITS : KSP_DIVERGED_BREAKDOWN;
+  PetscCall(VecScale(x, *reason > 0 ? dots[0] / dots[1] : 0.0));
+  PetscCall(VecDestroy(&product));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The reduced solve between f, g and x, lambda, all on kept rows; transpose: with the transpose of A */
-static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, PCAinsworthFields b, PCAinsworthFields y,
+static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, PCAinsworthFields b, PCAinsworthFields y,
                                    KSPConvergedReason *reason)
 {
-  PetscInt  n;
-  PetscBool again = PETSC_FALSE;
+  const PetscBool watched = (PetscBool)(extent == PC_AINSWORTH_SOLVE_WATCHED);
+  PetscInt        n;
+  PetscBool       again = PETSC_FALSE;
 
   PetscFunctionBegin;
   data->knownAx = (PetscBool)(data->constraints && data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A]);
   PetscCall(VecGetSize(y.primal, &n));
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
   if (data->constraints == n && !data->saddle.D) PetscCall(VecZeroEntries(y.primal)); /* Ker C = 0: the constraints alone determine x */
+  else if (extent == PC_AINSWORTH_SOLVE_STEP) PetscCall(StepInner(data, transpose, b, y.primal, reason));
   else {
     PetscCall(SolveOrRebuild(pc, data, transpose, watched, b, y.primal, reason));
     if (*reason == KSP_DIVERGED_INDEFINITE_MAT && data->saddle.D) PetscCall(PCAinsworthTakeGMRES_Private(pc, data, &again));
@@ -98,17 +128,17 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
 }
 
 /* The fields of the program, reduced to the rows that are kept, solved, and extended */
-PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, PCAinsworthFields b, PCAinsworthFields y,
-                                              KSPConvergedReason *reason)
+PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, PCAinsworthFields b,
+                                              PCAinsworthFields y, KSPConvergedReason *reason)
 {
   PetscFunctionBegin;
   if (data->g) {
     const Vec f = data->f ? data->f : b.primal;
 
     PetscCall(AinsworthSaddleRestrict(&data->saddle, b.primal, b.dual, f, data->g));
-    PetscCall(SolveReduced(pc, data, transpose, watched, {f, data->g}, {y.primal, data->lambda}, reason));
+    PetscCall(SolveReduced(pc, data, transpose, extent, {f, data->g}, {y.primal, data->lambda}, reason));
     PetscCall(AinsworthSaddleExtend(&data->saddle, b.primal, b.dual, data->lambda, y.primal, y.dual));
-  } else PetscCall(SolveReduced(pc, data, transpose, watched, b, y, reason));
+  } else PetscCall(SolveReduced(pc, data, transpose, extent, b, y, reason));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -121,7 +151,7 @@ static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, PCA
   PetscFunctionBegin;
   PetscCall(PCAinsworthFieldsDuplicate(y, &more));
   PetscCall(VecZeroEntries(more.primal));
-  PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, PETSC_FALSE, left, more, &reason));
+  PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, PC_AINSWORTH_SOLVE_AGAIN, left, more, &reason));
   if (reason >= 0) {
     PetscCall(VecAXPY(y.primal, 1.0, more.primal));
     PetscCall(VecAXPY(y.dual, 1.0, more.dual));
@@ -150,14 +180,13 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
                                       PCAinsworthFields y, AinsworthVerdict *verdict, char why[], size_t len)
 {
   PCAinsworthFields left;
-  PetscBool         refined = PETSC_FALSE;
+  PetscBool         refined   = PETSC_FALSE;
+  char              more[256] = "";
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthFieldsDuplicate(b, &left));
   PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   if (*verdict != AINSWORTH_VERDICT_SINGULAR) { /* a row may seem to contradict others that are not yet met well enough */
-    char more[256];
-
     PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, stopped, (PetscBool)(*verdict == AINSWORTH_VERDICT_MET), tol, b, y, left, &refined, more,
                                             sizeof(more)));
     if (refined) PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
@@ -166,7 +195,7 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
       PetscCall(PetscStrncpy(why, more, len));
     }
   }
-  if ((*verdict == AINSWORTH_VERDICT_UNMET || *verdict == AINSWORTH_VERDICT_CONTRADICTION) && !refined) {
+  if ((*verdict == AINSWORTH_VERDICT_UNMET && !more[0]) || (*verdict == AINSWORTH_VERDICT_CONTRADICTION && !refined)) {
     PetscCall(PetscInfo(pc, "%s: a second solve follows\n", why));
     PetscCall(Refine(pc, data, transpose, left, y));
     data->knownAx = PETSC_FALSE;
@@ -185,7 +214,7 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
   char               why[512];
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
+  PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, transpose ? PC_AINSWORTH_SOLVE_AGAIN : PC_AINSWORTH_SOLVE_WATCHED, b, y, &reason));
   /* some methods end without any reason; where rounding stops one, further solves, which are fair to each row, may go on from what it has */
   PetscCall(PCAinsworthAskedFor_Private(data, reason, &tol));
   if (reason >= 0 || (reason == KSP_DIVERGED_BREAKDOWN && PCAinsworthRefinesRows_Private(data, tol))) {

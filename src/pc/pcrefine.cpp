@@ -1,6 +1,7 @@
 /* Further solves of a system [A B'; C -D] for what the first has left, until each row of both equations is met relative to its own terms */
 #include "pcainsworth.h"
 #include "../loops.h"
+#include "../saddle/terms.h"
 #include <vector>
 
 /* weights of the rows of both equations, y * w */
@@ -31,41 +32,48 @@ static PetscErrorCode Dot(PCAinsworthFields x, PCAinsworthFields y, PetscScalar 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What is left of b by y, and the largest of it relative to the terms of its row */
-static PetscErrorCode Left(PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields b, PCAinsworthFields y, PCAinsworthFields left, PCAinsworthFields weights,
-                           PetscReal *error)
+/* What is left of b by y, and the largest of it relative to the terms of its row, at least `little` of the largest; known: A x is */
+static PetscErrorCode Left(PC_Ainsworth *data, PetscBool transpose, PetscBool known, PetscReal little, PCAinsworthFields b, PCAinsworthFields y,
+                           PCAinsworthFields left, PCAinsworthFields weights, PetscReal *error)
 {
   PetscFunctionBegin;
-  data->knownAx = PETSC_FALSE;
-  PetscCall(AinsworthSaddleResidual(&data->saddle, transpose, PETSC_FALSE, b.primal, b.dual, y.primal, y.dual, data->Ax, left.primal, left.dual));
-  PetscCall(AinsworthSaddleBackwardError(&data->saddle, transpose, b.primal, b.dual, y.primal, y.dual, data->Ax, left.primal, left.dual, weights.primal,
+  PetscCall(AinsworthSaddleResidual(&data->saddle, transpose, known, b.primal, b.dual, y.primal, y.dual, data->Ax, left.primal, left.dual));
+  PetscCall(AinsworthSaddleBackwardError(&data->saddle, transpose, little, b.primal, b.dual, y.primal, y.dual, data->Ax, left.primal, left.dual, weights.primal,
                                          weights.dual, error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The largest change of an unknown by p, relative to the largest of those that have a stiffness, or of those that have none and may have any unit */
-static PetscErrorCode LargestChange(const PC_Ainsworth *data, Vec x, Vec p, PetscReal *change)
+/*
+   The largest change of an unknown by p, relative to the largest of those that have a stiffness, or of those that have none and may have any unit
+
+   weights: one over the terms of each row of A x + B' lambda = f. Where x is a small part of what these terms would move alone, as at rest, it is their rounding
+*/
+static PetscErrorCode LargestChange(const PC_Ainsworth *data, Vec weights, Vec x, Vec p, PetscReal *change)
 {
-  PetscReal most[2] = {0.0, 0.0};
-  Vec       stiffness;
+  static const PetscReal part    = 1e-8;
+  PetscReal              most[2] = {0.0, 0.0};
+  Vec                    stiffness;
 
   PetscFunctionBegin;
   *change = 0.0;
   PetscCall(VecDuplicate(x, &stiffness));
   PetscCall(MatGetDiagonal(data->saddle.A, stiffness));
-  PetscCall(AinsworthForEntries({x, stiffness}, [&](PetscInt, PetscScalar v, PetscScalar w) { most[w == 0.0] = PetscMax(most[w == 0.0], PetscAbsScalar(v)); }));
+  PetscCall(AinsworthForEntries({x, stiffness, weights}, [&](PetscInt, PetscScalar v, PetscScalar d, PetscScalar w) {
+    most[d == 0.0] = PetscMax(most[d == 0.0], PetscAbsScalar(v));
+    if (d != 0.0 && w != 0.0) most[0] = PetscMax(most[0], part / (PetscAbsScalar(w) * PetscAbsScalar(d)));
+  }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, most, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)x)));
-  PetscCall(AinsworthForEntries({p, stiffness}, [&](PetscInt, PetscScalar d, PetscScalar w) {
-    if (d != 0.0) *change = PetscMax(*change, PetscAbsScalar(d) / PetscMax(most[w == 0.0], PetscAbsScalar(d)));
+  PetscCall(AinsworthForEntries({p, stiffness}, [&](PetscInt, PetscScalar v, PetscScalar d) {
+    if (v != 0.0) *change = PetscMax(*change, PetscAbsScalar(v) / PetscMax(most[d == 0.0], PetscAbsScalar(v)));
   }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, change, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)x)));
   PetscCall(VecDestroy(&stiffness));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A solve for what others have left, to a relative tolerance that may be larger than that of the first */
-static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal loose, PCAinsworthFields left, PCAinsworthFields p,
-                                   KSPConvergedReason *reason)
+/* A solve for what others have left, or a part of it, to a relative tolerance that may be larger than that of the first */
+static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, PetscReal loose, PCAinsworthFields left,
+                                   PCAinsworthFields p, KSPConvergedReason *reason)
 {
   PetscReal      rtol, atol, dtol;
   PetscInt       limit;
@@ -74,7 +82,7 @@ static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpos
   PetscFunctionBegin;
   PetscCall(KSPGetTolerances(data->ksp, &rtol, &atol, &dtol, &limit));
   PetscCall(KSPSetTolerances(data->ksp, PetscMax(rtol, loose), atol, dtol, limit));
-  error = PCAinsworthSolveFields_Private(pc, data, transpose, PETSC_FALSE, left, p, reason);
+  error = PCAinsworthSolveFields_Private(pc, data, transpose, extent, left, p, reason);
   PetscCall(KSPSetTolerances(data->ksp, rtol, atol, dtol, limit));
   PetscCall(error);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -84,9 +92,9 @@ static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpos
    One more direction for y, from a reduced solve that brings what is left to `loose` of it, and the step along it that leaves least, in the norm in which each
    row is relative to its terms; images: K times the directions, weighted, orthonormal. some: there was one; change: how far its solve moves x
 */
-static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal loose, PCAinsworthFields left, PCAinsworthFields weights,
-                           PCAinsworthFields y, std::vector<PCAinsworthFields> &directions, std::vector<PCAinsworthFields> &images, PetscBool *some,
-                           PetscReal *change)
+static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, PetscReal loose, PCAinsworthFields left,
+                           PCAinsworthFields weights, PCAinsworthFields y, std::vector<PCAinsworthFields> &directions, std::vector<PCAinsworthFields> &images,
+                           PetscBool *some, PetscReal *change)
 {
   PCAinsworthFields  p, q, r, none;
   KSPConvergedReason reason;
@@ -95,11 +103,11 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, Petsc
   PetscFunctionBegin;
   for (PCAinsworthFields *v : {&p, &q, &r, &none}) PetscCall(PCAinsworthFieldsDuplicate(left, v));
   PetscCall(VecZeroEntries(p.primal));
-  PetscCall(SolveLoosely(pc, data, transpose, loose, left, p, &reason));
-  PetscCall(LargestChange(data, y.primal, p.primal, change));
+  PetscCall(SolveLoosely(pc, data, transpose, extent, loose, left, p, &reason));
+  PetscCall(LargestChange(data, weights.primal, y.primal, p.primal, change));
   PetscCall(VecZeroEntries(none.primal));
   PetscCall(VecZeroEntries(none.dual));
-  PetscCall(AinsworthSaddleResidual(&data->saddle, transpose, PETSC_FALSE, none.primal, none.dual, p.primal, p.dual, data->Ax, q.primal, q.dual));
+  PetscCall(AinsworthSaddleResidual(&data->saddle, transpose, data->knownAx, none.primal, none.dual, p.primal, p.dual, data->Ax, q.primal, q.dual));
   PetscCall(Multiply(q, weights, &q));
   PetscCall(Multiply(left, weights, &r));
   for (size_t k = 0; k < images.size(); k++) {
@@ -151,8 +159,9 @@ bool PCAinsworthRefinesRows_Private(const PC_Ainsworth *data, PetscReal tol)
 
    Where D is not zero, or B is not C, unknowns of very different stiffness meet, and the norms of the reduced solve are not fair to all of them; those of
    methods other than conjugate gradients and GMRES are not either, whatever the system; with both, what further solves cannot mend is no solution. Nor is
-   an x that may still be far off: solves tell how far what is left moves it. After conjugate gradients one to half of what is left is enough to tell that it
-   moves x too little to count, whatever it is of a row with small terms.
+   an x that may still be far off: solves tell how far what is left moves it. After conjugate gradients a step of steepest descent, or a solve to half of what
+   is left, is enough to tell that it moves x too little to count, whatever it is of a row with small terms; where springs are much softer than A, that step
+   is taken after any method.
 
    tol: what was asked for, negative where nothing was. stopped: rounding ended the first solve, and another one has to agree with what it has. verified: what
    it has is met to the energy. left: of both equations, by y; both are changed. refined: there was something to do. why: what is left where that is too much,
@@ -164,12 +173,12 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   static const PetscReal         rounding = 1e-13, determined = 1e-6, margin = 10;
   static const int               most = 10, patience = 3;
   const PetscReal                open = PetscMax(1e4 * tol, determined);
-  PetscReal                      enough, wanted, error, best, change, moves = 0.0;
-  int                            idle = 0, solves = 0;
+  PetscReal                      little, enough, nearly, wanted, error, best, change, softest, moves = 0.0;
+  int                            idle = 0, solves = 0, probes;
   PCAinsworthFields              weights, others, kept;
   std::vector<PCAinsworthFields> directions, images;
-  PetscBool                      some = PETSC_TRUE, fair, energetic;
-  bool                           strict, helped = false;
+  PetscBool                      some = PETSC_TRUE, known = PETSC_TRUE, fair, energetic;
+  bool                           strict, helped           = false;
 
   PetscFunctionBegin;
   *refined = PETSC_FALSE;
@@ -180,28 +189,32 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   if (!strict && (fair || !data->constraints || tol < 0.0)) PetscFunctionReturn(PETSC_SUCCESS);
   strict = strict && !fair;
   enough = PetscMax(strict ? tol : 10 * tol, rounding);
+  nearly = margin * margin * enough;
+  little = energetic ? 1e-3 : 1e-5; /* the energy is fair to small terms, too */
   wanted = stopped ? 0.0 : enough;
   PetscCall(PCAinsworthFieldsDuplicate(y, &weights));
   PetscCall(PCAinsworthFieldsDuplicate(y, &others));
   PetscCall(PCAinsworthFieldsDuplicate(y, &kept));
-  PetscCall(Left(data, transpose, b, y, left, weights, &error));
+  PetscCall(Left(data, transpose, PETSC_TRUE, little, b, y, left, weights, &error));
   best = error;
   PetscCall(VecCopy(y.primal, kept.primal));
   PetscCall(VecCopy(y.dual, kept.dual));
-  auto unmet = [&](PetscReal left) {
-    return moves * left > open || (left > wanted && !(helped && left <= margin * margin * enough && moves * left <= open / margin));
-  };
-  *refined = (PetscBool)unmet(error);
-  for (; solves < most && unmet(error) && some && idle < patience; solves++) {
-    const bool      probes = energetic && !solves;
-    const PetscReal before = error, loose = probes ? 0.5 : idle ? 0.0 : PetscMin(enough / error / 10, 0.1);
+  PetscCall(AinsworthTermsSoftest(&data->saddle, &softest));
+  probes     = error > wanted ? (energetic ? 2 : 0) : softest > open / enough;
+  auto unmet = [&](PetscReal left) { return moves * left > open || (left > wanted && !(helped && left <= nearly && moves * left <= open / margin)); };
+  *refined   = (PetscBool)(probes || unmet(error));
+  for (; solves < most && (unmet(error) || (probes && !solves)) && some && idle < patience; solves++, probes = PetscMax(probes - 1, 0)) {
+    const PCAinsworthExtent extent = probes && !solves && error <= nearly ? PC_AINSWORTH_SOLVE_STEP : PC_AINSWORTH_SOLVE_AGAIN;
+    const PetscReal         before = error, loose = probes ? 0.5 : idle ? 0.0 : PetscMin(enough / error / 10, 0.1);
 
-    PetscCall(PetscInfo(pc, "A row of both equations is left with %g of its terms: another solve follows\n", (double)error));
-    PetscCall(Step(pc, data, transpose, loose, left, weights, y, directions, images, &some, &change));
-    if (some) PetscCall(Left(data, transpose, b, y, left, others, &error)); /* all steps have the norm of the first */
+    PetscCall(PetscInfo(pc, "A row of both equations is left with %g of its terms: another %s follows\n", (double)error,
+                        extent == PC_AINSWORTH_SOLVE_STEP ? "step" : "solve"));
+    PetscCall(Step(pc, data, transpose, extent, loose, left, weights, y, directions, images, &some, &change));
+    if (some) PetscCall(Left(data, transpose, PETSC_FALSE, little, b, y, left, others, &error)); /* all steps have the norm of the first */
     idle   = probes || error < 0.5 * best ? 0 : idle + 1;
-    helped = probes && error < 0.8 * before;
+    helped = probes && energetic && (error < 0.8 * before || before <= nearly);
     moves  = PetscMax(moves, change / before);
+    known  = (PetscBool)(some && error < best); /* A times what is kept, as the verification left it */
     if (!(error < best)) continue;
     best = error;
     PetscCall(VecCopy(y.primal, kept.primal));
@@ -209,7 +222,8 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   }
   PetscCall(VecCopy(kept.primal, y.primal));
   PetscCall(VecCopy(kept.dual, y.dual));
-  wanted = enough;
+  data->knownAx = known;
+  wanted        = enough;
   if (unmet(best) && best > enough)
     PetscCall(
       PetscSNPrintf(why, len, "The system is not met: a row of both equations is left with %g of its terms, and further solves do not help", (double)best));

@@ -20,11 +20,10 @@ static PetscErrorCode LargestQuotient(Vec residual, Vec size, const AinsworthRow
    stiffness has less where a spring D_kk is so soft that its force moves row k of C by more than the terms of that, rows, which become as large in the norm of
    diag(S)^{-1}
 */
-static PetscErrorCode RaiseSmallTerms(AinsworthSaddle *sp, Vec rows, Vec size)
+static PetscErrorCode RaiseSmallTerms(AinsworthSaddle *sp, PetscReal little, Vec rows, Vec size)
 {
-  static const PetscReal little = 1e-3;
-  Vec                    diagonal, forces;
-  PetscReal              most = 0.0;
+  Vec       diagonal, forces;
+  PetscReal most = 0.0;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(size, &diagonal));
@@ -45,12 +44,12 @@ static PetscErrorCode RaiseSmallTerms(AinsworthSaddle *sp, Vec rows, Vec size)
 }
 
 /*
-   AinsworthSaddleBackwardError - the largest residual of a row of both equations, relative to its terms
+   AinsworthSaddleBackwardError - the largest residual of a row of both equations, relative to its terms, which are at least `little` of the largest of all
 
    primal and dual: AinsworthSaddleResidual(). rows, of both: one over these terms, 0 where no x can do anything
 */
-PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal, Vec dual,
-                                            Vec rowsPrimal, Vec rowsDual, PetscReal *error)
+PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool transpose, PetscReal little, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal,
+                                            Vec dual, Vec rowsPrimal, Vec rowsDual, PetscReal *error)
 {
   Vec slack;
 
@@ -58,7 +57,7 @@ PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool trans
   *error = 0.0;
   PetscCall(AinsworthTermsPrimal(sp, transpose, PETSC_INFINITY, f, x, lambda, Ax, rowsPrimal));
   PetscCall(AinsworthTermsDual(sp, 0.0, g, x, lambda, rowsDual, &slack));
-  PetscCall(RaiseSmallTerms(sp, rowsDual, rowsPrimal));
+  PetscCall(RaiseSmallTerms(sp, little, rowsDual, rowsPrimal));
   PetscCall(LargestQuotient(primal, rowsPrimal, NULL, error));
   PetscCall(LargestQuotient(dual, rowsDual, sp->kind, error));
   PetscCall(VecDestroy(&slack));

@@ -83,6 +83,7 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
 
 /* arrays.cpp */
 PetscErrorCode AinsworthGetDiagonal(Mat, Vec);
+PetscErrorCode AinsworthAbsoluteMultAdd(Mat, Vec, Vec, Vec);
 
 /* aij.cpp */
 PetscErrorCode AinsworthFindOpaque(Mat, Mat *);
@@ -174,7 +175,7 @@ struct AinsworthUnmet {
 };
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *, PetscBool, PetscBool, PetscReal, PetscReal, Vec, Vec, Vec, Vec, Vec, AinsworthUnmet *);
-PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec, Vec, Vec, PetscReal *);
+PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, Vec, Vec, Vec, Vec, PetscReal *);
 PetscErrorCode AinsworthSaddleIsVacuous(AinsworthSaddle *, Vec, Vec, Vec, Vec, PetscBool *);
 PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *, Vec, Vec, Vec, PetscReal *);
 PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, PetscReal, PetscReal, Vec, Vec, Vec, Vec, Vec, AinsworthUnmet *, char[], size_t, Vec *);

@@ -29,12 +29,13 @@ PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpo
   PetscCall(MatHasOperation(sp->block[0], MATOP_GET_ROW, &rows));
   if (rows) {
     PetscCall(AinsworthGetAIJ(sp->block[0], &A));
-    PetscCall(AinsworthAbsoluteAIJ(A, &M));
-    PetscCall(AinsworthDuplicateAbs(x, &absolute));
-    if (transpose) PetscCall(MatMultTransposeAdd(M, absolute, part, size));
-    else PetscCall(MatMultAdd(M, absolute, part, size));
-    PetscCall(VecDestroy(&absolute));
-    PetscCall(MatDestroy(&M));
+    if (transpose) {
+      PetscCall(AinsworthAbsoluteAIJ(A, &M));
+      PetscCall(AinsworthDuplicateAbs(x, &absolute));
+      PetscCall(MatMultTransposeAdd(M, absolute, part, size));
+      PetscCall(VecDestroy(&absolute));
+      PetscCall(MatDestroy(&M));
+    } else PetscCall(AinsworthAbsoluteMultAdd(A, x, part, size));
     PetscCall(MatDestroy(&A));
   } else { /* a shell tells its products only */
     PetscCall(VecCopy(Ax, size));
@@ -209,10 +210,9 @@ PetscErrorCode AinsworthTermsDisplacement(Vec stiffness, Vec x, PetscReal *displ
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* root: 1 / d_i^{1/2}, that of the stiffest where d_i is 0; flexibility: of each row of C, (C W C' - D)_kk */
-static PetscErrorCode FlexibilityOfRows(const AinsworthSaddle *sp, Vec diagonal, Vec *root, Vec *flexibility)
+/* root: 1 / d_i^{1/2}, that of the stiffest where d_i is 0; flexibility: of A under each row of C, (C W C')_kk */
+static PetscErrorCode FlexibilityOfA(const AinsworthSaddle *sp, Vec diagonal, Vec *root, Vec *flexibility)
 {
-  Vec       rows;
   PetscReal stiffest;
 
   PetscFunctionBegin;
@@ -222,6 +222,16 @@ static PetscErrorCode FlexibilityOfRows(const AinsworthSaddle *sp, Vec diagonal,
   PetscCall(AinsworthUpdate(*root, [=](PetscInt, PetscScalar &r) { r = 1.0 / PetscSqrtReal(PetscRealPart(r) > 0.0 ? PetscRealPart(r) : stiffest); }));
   PetscCall(MatCreateVecs(sp->rowsC, NULL, flexibility));
   PetscCall(AinsworthRowSquares(sp->rowsC, *root, *flexibility));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The same with the compliance, (C W C' + |D|)_kk */
+static PetscErrorCode FlexibilityOfRows(const AinsworthSaddle *sp, Vec diagonal, Vec *root, Vec *flexibility)
+{
+  Vec rows;
+
+  PetscFunctionBegin;
+  PetscCall(FlexibilityOfA(sp, diagonal, root, flexibility));
   if (sp->rowsD) {
     PetscCall(VecDuplicate(*flexibility, &rows));
     PetscCall(MatGetDiagonal(sp->rowsD, rows));
@@ -229,6 +239,26 @@ static PetscErrorCode FlexibilityOfRows(const AinsworthSaddle *sp, Vec diagonal,
     PetscCall(VecAXPY(*flexibility, 1.0, rows));
     PetscCall(VecDestroy(&rows));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthTermsSoftest - the largest D_kk relative to (C W C')_kk: how much further than A a spring lets the same force move something */
+PetscErrorCode AinsworthTermsSoftest(const AinsworthSaddle *sp, PetscReal *softest)
+{
+  Vec stiffness, root, flexibility, springs;
+
+  PetscFunctionBegin;
+  *softest = 0.0;
+  if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthTermsStiffness(sp, &stiffness));
+  PetscCall(FlexibilityOfA(sp, stiffness, &root, &flexibility));
+  PetscCall(VecDuplicate(flexibility, &springs));
+  PetscCall(MatGetDiagonal(sp->rowsD, springs));
+  PetscCall(AinsworthForEntries({springs, flexibility}, [=](PetscInt, PetscScalar d, PetscScalar a) {
+    if (PetscRealPart(a) > 0.0) *softest = PetscMax(*softest, PetscAbsScalar(d) / PetscRealPart(a)); /* a row of zeros moves nothing */
+  }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, softest, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)springs)));
+  for (Vec *v : {&root, &flexibility, &springs}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -14,6 +14,7 @@ PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *, PetscBool, PetscRea
 PetscErrorCode AinsworthTermsDual(AinsworthSaddle *, PetscReal, Vec, Vec, Vec, Vec, Vec *);
 PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *, Vec *);
 PetscErrorCode AinsworthTermsDisplacement(Vec, Vec, PetscReal *, PetscReal *);
+PetscErrorCode AinsworthTermsSoftest(const AinsworthSaddle *, PetscReal *);
 PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *, Vec, PetscReal, Vec, Vec);
 PetscErrorCode AinsworthTermsRaise(const AinsworthSaddle *, Vec, PetscReal, Vec);
 PetscErrorCode AinsworthTermsSpread(const AinsworthSaddle *, Vec, Vec);
