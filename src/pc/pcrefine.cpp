@@ -187,10 +187,10 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   energetic = (PetscBool)(energetic && data->adjoint && verified && !stopped);
   strict    = PCAinsworthRefinesRows_Private(data, tol);
   if (!strict && (fair || !data->constraints || tol < 0.0)) PetscFunctionReturn(PETSC_SUCCESS);
+  little = energetic || !strict ? 1e-3 : 1e-5; /* the energy is fair to small terms, too */
   strict = strict && !fair;
   enough = PetscMax(strict ? tol : 10 * tol, rounding);
   nearly = margin * margin * enough;
-  little = energetic ? 1e-3 : 1e-5; /* the energy is fair to small terms, too */
   wanted = stopped ? 0.0 : enough;
   PetscCall(PCAinsworthFieldsDuplicate(y, &weights));
   PetscCall(PCAinsworthFieldsDuplicate(y, &others));
