@@ -49,6 +49,8 @@ def iterations(ranks, prefix, D):
     command += ["-D", D, "-dll_append", machine.PLUGIN, "-ainsworth_ksp_converged_reason", "-info", ":pc"] + machine.DEFAULTS.split()
     output = subprocess.run(command, env=machine.ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True).stdout
     found = re.findall(r"^(?:.*solve converged due to \w+ iterations (\d+)|\[0\] .* another (step) follows)", output, re.M)
+    if "Setting up PC" in output.split("solve converged", 1)[-1]:
+        return "no"  # a solve sets up nothing
     return "+".join(count or "s" for count, _ in found) if found else "no"
 
 
