@@ -190,7 +190,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   little = energetic || !strict ? 1e-3 : 1e-5; /* the energy is fair to small terms, too */
   strict = strict && !fair;
   enough = PetscMax(strict ? tol : 10 * tol, rounding);
-  nearly = margin * margin * enough;
+  nearly = 50 * enough;
   wanted = stopped ? 0.0 : enough;
   PetscCall(PCAinsworthFieldsDuplicate(y, &weights));
   PetscCall(PCAinsworthFieldsDuplicate(y, &others));
@@ -200,9 +200,11 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   PetscCall(VecCopy(y.primal, kept.primal));
   PetscCall(VecCopy(y.dual, kept.dual));
   PetscCall(AinsworthTermsSoftest(&data->saddle, &softest));
-  probes     = error > wanted ? (energetic ? 2 : 0) : softest > open / enough;
-  auto unmet = [&](PetscReal left) { return moves * left > open || (left > wanted && !(helped && left <= nearly && moves * left <= open / margin)); };
-  *refined   = (PetscBool)(probes || unmet(error));
+  probes     = error > wanted && energetic ? 1 + (error <= nearly) : error <= wanted && softest > open / enough; /* a step, where it may do, and a solve */
+  auto unmet = [&](PetscReal left) {
+    return moves * left > open || (left > wanted && !(helped && left <= margin * margin * enough && moves * left <= open / margin));
+  };
+  *refined = (PetscBool)(probes || unmet(error));
   for (; solves < most && (unmet(error) || (probes && !solves)) && some && idle < patience; solves++, probes = PetscMax(probes - 1, 0)) {
     const PCAinsworthExtent extent = probes && !solves && error <= nearly ? PC_AINSWORTH_SOLVE_STEP : PC_AINSWORTH_SOLVE_AGAIN;
     const PetscReal         before = error, loose = probes ? 0.5 : idle ? 0.0 : PetscMin(enough / error / 10, 0.1);
@@ -212,9 +214,10 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
     PetscCall(Step(pc, data, transpose, extent, loose, left, weights, y, directions, images, &some, &change));
     if (some) PetscCall(Left(data, transpose, PETSC_FALSE, little, b, y, left, others, &error)); /* all steps have the norm of the first */
     idle   = probes || error < 0.5 * best ? 0 : idle + 1;
-    helped = probes && energetic && (error < 0.8 * before || before <= nearly);
+    helped = probes && energetic && (error < 0.25 * before || PetscMin(error, before) <= nearly);
     moves  = PetscMax(moves, change / before);
     known  = (PetscBool)(some && error < best); /* A times what is kept, as the verification left it */
+    PetscCall(PetscInfo(pc, "It has moved x by up to %g, and leaves %g\n", (double)change, (double)error));
     if (!(error < best)) continue;
     best = error;
     PetscCall(VecCopy(y.primal, kept.primal));
