@@ -190,7 +190,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   little = energetic || !strict ? 1e-3 : 1e-5; /* the energy is fair to small terms, too */
   strict = strict && !fair;
   enough = PetscMax(strict ? tol : 10 * tol, rounding);
-  nearly = 50 * enough;
+  nearly = 60 * enough;
   wanted = stopped ? 0.0 : enough;
   PetscCall(PCAinsworthFieldsDuplicate(y, &weights));
   PetscCall(PCAinsworthFieldsDuplicate(y, &others));
