@@ -1,5 +1,6 @@
 /* The program's Krylov method around PCAINSWORTH: what PETSc tells of it before and after each solve, and what both must agree on */
 #include "pcainsworth.h"
+#include "../saddle/terms.h"
 #include "../events.h"
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
@@ -94,8 +95,8 @@ static PetscErrorCode WorstRow(PC pc, PC_Ainsworth *data, PetscBool transpose, V
   PetscCall(PCAinsworthFieldsDuplicate(part[0], &part[3]));
   if (transpose) PetscCall(MatMultTranspose(data->saddle.block[AINSWORTH_BLOCK_A], part[1].primal, data->Ax));
   else PetscCall(MatMult(data->saddle.block[AINSWORTH_BLOCK_A], part[1].primal, data->Ax));
-  PetscCall(AinsworthSaddleBackwardError(&data->saddle, transpose, 1e-3, part[0].primal, part[0].dual, part[1].primal, part[1].dual, data->Ax, part[2].primal,
-                                         part[2].dual, part[3].primal, part[3].dual, error)); /* signs are none of its matter */
+  PetscCall(AinsworthSaddleBackwardError(&data->saddle, transpose, AinsworthSmallTerms, part[0].primal, part[0].dual, part[1].primal, part[1].dual, data->Ax,
+                                         part[2].primal, part[2].dual, part[3].primal, part[3].dual, error)); /* signs are none of its matter */
   PetscCall(PCAinsworthFieldsDestroy(&part[3]));
   for (int k = 0; k < 3; k++) {
     PetscCall(PCAinsworthFieldsRestore(flat[k], of[k % 2], &part[k]));

@@ -187,7 +187,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   energetic = (PetscBool)(energetic && data->adjoint && verified && !stopped);
   strict    = PCAinsworthRefinesRows_Private(data, tol);
   if (!strict && (fair || !data->constraints || tol < 0.0)) PetscFunctionReturn(PETSC_SUCCESS);
-  little = energetic || !strict ? 1e-3 : 1e-5; /* the energy is fair to small terms, too */
+  little = energetic || !strict ? AinsworthSmallTerms : AinsworthSmallTerms / 100;
   strict = strict && !fair;
   enough = PetscMax(strict ? tol : 10 * tol, rounding);
   nearly = 60 * enough;

@@ -69,7 +69,6 @@ PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec wo
   PetscScalar            resistance;
   PetscInt               m, held = 0;
   Vec                    rows, lengths, terms, root, springs;
-  Mat                    absolute;
   const PetscScalar     *r, *l, *t, *s;
 
   PetscFunctionBegin;
@@ -87,11 +86,7 @@ PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec wo
     PetscCall(AinsworthRowSquares(C, root, lengths));
     PetscCall(MatMult(C, y, rows));
     PetscCall(VecDuplicate(rows, &terms));
-    PetscCall(VecCopy(y, root));
-    PetscCall(VecAbs(root));
-    PetscCall(AinsworthAbsoluteAIJ(C, &absolute));
-    PetscCall(MatMult(absolute, root, terms));
-    PetscCall(MatDestroy(&absolute));
+    PetscCall(AinsworthAbsoluteMultAdd(C, y, NULL, terms));
     PetscCall(VecDuplicate(rows, &springs));
     PetscCall(VecZeroEntries(springs));
     if (data->saddle.D) PetscCall(AinsworthGetDiagonal(data->saddle.D, springs));

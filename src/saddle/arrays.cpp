@@ -3,7 +3,6 @@
 #include "saddle.h"
 #include <algorithm>
 #include <petsc/private/petscimpl.h>
-#include <petscsf.h>
 
 static PetscErrorCode DestroyRows(AinsworthContext context)
 {
@@ -125,46 +124,37 @@ PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthAbsoluteMultAdd - y = |M| |x| + z, entry by entry, of an AIJ, which is not copied for it */
+/* AinsworthAbsoluteMultAdd - y = |M| |x| + z, entry by entry, of an AIJ, which is not copied for it; z: NULL for zero */
 PetscErrorCode AinsworthAbsoluteMultAdd(Mat M, Vec x, Vec z, Vec y)
 {
-  Mat                      mat[2];
-  const PetscInt          *ghosts;
-  PetscInt                 nghosts;
-  PetscLayout              layout;
-  PetscSF                  sf;
-  const PetscScalar       *own;
-  PetscScalar             *sum;
-  std::vector<PetscScalar> others;
-  AinsworthCSR             part;
+  Mat             mat[2];
+  Vec             from[2] = {x, NULL};
+  const PetscInt *ghosts;
+  PetscInt        nghosts;
+  PetscScalar    *sum;
+  AinsworthCSR    part;
 
   PetscFunctionBegin;
   PetscCall(AinsworthAIJGetParts(M, mat, &ghosts, &nghosts));
-  PetscCall(VecCopy(z, y));
-  PetscCall(VecGetArrayRead(x, &own));
-  if (mat[1]) {
-    others.resize(nghosts);
-    PetscCall(MatGetLayouts(M, NULL, &layout));
-    PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)M), &sf));
-    PetscCall(PetscSFSetGraphLayout(sf, layout, nghosts, NULL, PETSC_USE_POINTER, ghosts));
-    PetscCall(PetscSFBcastBegin(sf, MPIU_SCALAR, own, others.data(), MPI_REPLACE));
-    PetscCall(PetscSFBcastEnd(sf, MPIU_SCALAR, own, others.data(), MPI_REPLACE));
-    PetscCall(PetscSFDestroy(&sf));
-  }
+  if (mat[1]) PetscCall(AinsworthVecGather(x, nghosts, ghosts, &from[1]));
+  if (z) PetscCall(VecCopy(z, y));
+  else PetscCall(VecZeroEntries(y));
   PetscCall(VecGetArray(y, &sum));
   for (int k = 0; k < 2 && mat[k]; k++) {
-    const PetscScalar *v = k ? others.data() : own;
+    const PetscScalar *v;
 
     PetscCall(part.open(mat[k]));
+    PetscCall(VecGetArrayRead(from[k], &v));
     for (PetscInt r = 0; r < part.n; r++) {
       PetscReal terms = 0.0;
 
       for (PetscInt e = part.ia[r]; e < part.ia[r + 1]; e++) terms += PetscAbsScalar(part.a[e]) * PetscAbsScalar(v[part.ja[e]]);
       sum[r] += terms;
     }
+    PetscCall(VecRestoreArrayRead(from[k], &v));
     PetscCall(part.close());
   }
   PetscCall(VecRestoreArray(y, &sum));
-  PetscCall(VecRestoreArrayRead(x, &own));
+  PetscCall(VecDestroy(&from[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

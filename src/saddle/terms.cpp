@@ -70,16 +70,12 @@ PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpo
 static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscReal allowed, Vec lambda, Vec terms, Vec slack)
 {
   static const PetscReal others = 1e-4;
-  Mat                    M;
-  Vec                    absolute, size;
+  Vec                    size;
   PetscReal              largest;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthAbsoluteAIJ(sp->rowsD, &M));
-  PetscCall(AinsworthDuplicateAbs(lambda, &absolute));
   PetscCall(VecDuplicate(terms, &size));
-  PetscCall(MatMult(M, absolute, size));
-  PetscCall(VecDestroy(&absolute));
+  PetscCall(AinsworthAbsoluteMultAdd(sp->rowsD, lambda, NULL, size));
   PetscCall(VecNorm(terms, NORM_INFINITY, &largest));
   PetscCall(VecSet(slack, others * largest));
   PetscCall(VecPointwiseMin(size, size, slack));
@@ -87,13 +83,12 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscReal allowed
   PetscCall(VecAbs(slack));
   PetscCall(VecPointwiseMax(size, size, slack));
   PetscCall(VecAXPY(terms, 1.0, size));
-  PetscCall(AinsworthRowSums(M, 1, slack));
-  PetscCall(MatGetDiagonal(M, size));
-  PetscCall(AinsworthUpdate(slack, {size}, [](PetscInt, PetscScalar &s, PetscScalar d) { s = PetscRealPart(s) > PetscRealPart(d) ? 0.0 : s; }));
+  PetscCall(AinsworthRowSums(sp->rowsD, 1, slack));
+  PetscCall(MatGetDiagonal(sp->rowsD, size));
+  PetscCall(AinsworthUpdate(slack, {size}, [](PetscInt, PetscScalar &s, PetscScalar d) { s = PetscRealPart(s) > PetscAbsScalar(d) ? 0.0 : s; }));
   PetscCall(VecDestroy(&size));
   PetscCall(VecSqrtAbs(slack));
   PetscCall(VecScale(slack, allowed));
-  PetscCall(MatDestroy(&M));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -8,6 +8,8 @@
 static const PetscReal AinsworthConsistent = 1e-8;
 /* What a row gets from the others through S, relative to the largest |x| */
 static const PetscReal AinsworthCombined = 1e3 * PETSC_MACHINE_EPSILON;
+/* What the terms of a row count at least, as a part of the largest of all, where the energy is fair to small ones, too */
+static const PetscReal AinsworthSmallTerms = 1e-3;
 
 PetscErrorCode AinsworthDuplicateAbs(Vec, Vec *);
 PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec);
