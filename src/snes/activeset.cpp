@@ -58,12 +58,14 @@ static PetscErrorCode SNESSolve_AinsworthActiveSet(SNES snes)
   PetscFunctionBegin;
   snes->numLinearSolveFailures = 0;
   snes->reason                 = SNES_CONVERGED_ITERATING;
-  snes->xnorm = snes->ynorm = 0.0;
-  as->largest               = 0.0;
+  snes->ynorm                  = 0.0;
+  as->largest                  = 0.0;
   as->seen.clear();
-  as->single = as->tight = as->linear = as->exact = false;
-  as->left                                        = -1.0;
-  as->least                                       = PETSC_MAX_INT;
+  as->single = as->tight = as->linear = as->exact = as->knownJx = false;
+  as->Jx                                                        = snes->work[4];
+  PetscCall(VecNorm(snes->vec_sol, NORM_2, &snes->xnorm));
+  as->left  = -1.0;
+  as->least = PETSC_MAX_INT;
   if (!snes->vec_func_init_set) PetscCall(SNESComputeFunction(snes, snes->vec_sol, snes->vec_func));
   snes->vec_func_init_set = PETSC_FALSE;
   for (PetscInt i = 0;; i++) {
@@ -97,7 +99,7 @@ static PetscErrorCode SNESSetUp_AinsworthActiveSet(SNES snes)
   SNES_AinsworthActiveSet *as = (SNES_AinsworthActiveSet *)snes->data;
 
   PetscFunctionBegin;
-  PetscCall(SNESSetWorkVecs(snes, 4));
+  PetscCall(SNESSetWorkVecs(snes, 5));
   PetscCall(SNESSetUpMatrices(snes));
   if (!snes->usersetbounds && snes->ops->computevariablebounds) {
     PetscCall(VecDestroy(&snes->xl));

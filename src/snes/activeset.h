@@ -38,6 +38,9 @@ struct SNES_AinsworthActiveSet {
   PetscReal                  left;     /* what it may have left, of the energy norm of x; negative: there was none */
   bool                       exact;    /* not more than was asked for */
   bool                       linear;   /* F was what its Jacobian said */
+  PetscReal                  diagonal; /* the largest entry of the Jacobian's */
+  Vec                        Jx;       /* the Jacobian times X, where knownJx; one of the work vectors */
+  bool                       knownJx;
 };
 
 /* rows.cpp */

@@ -5,18 +5,28 @@
 #include <petsc/private/snesimpl.h>
 #include <cmath>
 
-/* The matrices of the step; the last ones where rows and Jacobian are those of before: then nothing is set up */
-static PetscErrorCode UpdateStep(SNES snes, SNES_AinsworthActiveSet *as, Vec keep)
+/* The matrices of the step; the last ones where rows and Jacobian are those of before: then nothing is set up. work: overwritten */
+static PetscErrorCode UpdateStep(SNES snes, SNES_AinsworthActiveSet *as, Vec keep, Vec work)
 {
   uint64_t  state[2] = {0, 0};
-  PetscBool same;
+  PetscBool same[2]; /* the Jacobian, and the rows, too */
 
   PetscFunctionBegin;
   PetscCall(AinsworthMatGetState(snes->jacobian, &state[0]));
   if (snes->jacobian_pre != snes->jacobian) PetscCall(AinsworthMatGetState(snes->jacobian_pre, &state[1]));
-  same = (PetscBool)(as->step && as->solved == as->hold && as->state[0] == state[0] && as->state[1] == state[1]);
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &same, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)snes)));
-  if (same) PetscFunctionReturn(PETSC_SUCCESS);
+  same[0] = (PetscBool)(as->step && as->state[0] == state[0] && as->state[1] == state[1]);
+  same[1] = (PetscBool)(same[0] && as->solved == as->hold);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, same, 2, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)snes)));
+  if (!same[0]) {
+    PetscCall(MatGetDiagonal(snes->jacobian, work));
+    PetscCall(VecNorm(work, NORM_INFINITY, &as->diagonal));
+    as->knownJx = false;
+  }
+  if (!as->knownJx && snes->xnorm == 0.0) {
+    PetscCall(VecZeroEntries(as->Jx));
+    as->knownJx = true;
+  }
+  if (same[1]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatDestroy(&as->step));
   PetscCall(MatDestroy(&as->pstep));
   PetscCall(AinsworthStepMatCreate(snes->jacobian, as->bounded, keep, &as->step));
@@ -88,11 +98,16 @@ static PetscErrorCode SolveLoosely(SNES snes, SNES_AinsworthActiveSet *as, Vec r
 /* J Y = F, with Y = known where rows are held */
 PetscErrorCode AinsworthActiveSetSolveStep(SNES snes, SNES_AinsworthActiveSet *as, Vec keep, Vec known, Vec rhs, Vec Y)
 {
+  PetscReal distance;
+
   PetscFunctionBegin;
   PetscCall(SNESComputeJacobian(snes, snes->vec_sol, snes->jacobian, snes->jacobian_pre));
-  PetscCall(UpdateStep(snes, as, keep));
-  PetscCall(MatMult(snes->jacobian, known, rhs));
-  PetscCall(VecAYPX(rhs, -1.0, snes->vec_func));
+  PetscCall(UpdateStep(snes, as, keep, rhs));
+  PetscCall(VecNorm(known, NORM_INFINITY, &distance));
+  if (distance > 0.0) {
+    PetscCall(MatMult(snes->jacobian, known, rhs));
+    PetscCall(VecAYPX(rhs, -1.0, snes->vec_func));
+  } else PetscCall(VecCopy(snes->vec_func, rhs));
   PetscCall(VecPointwiseMult(rhs, keep, rhs));
   PetscCall(VecAXPY(rhs, -1.0, known)); /* -1 is on the diagonal of a held row */
   PetscCall(KSPSetOperators(snes->ksp, as->step, as->pstep ? as->pstep : as->step));
@@ -108,22 +123,20 @@ PetscErrorCode AinsworthActiveSetSolveStep(SNES snes, SNES_AinsworthActiveSet *a
 static PetscErrorCode WasLinear(SNES snes, SNES_AinsworthActiveSet *as, Vec Y, Vec predicted)
 {
   const PetscReal ofStep = 1e4 * PETSC_MACHINE_EPSILON, ofX = 100 * PETSC_MACHINE_EPSILON;
-  PetscReal       others, bounded, diagonal, step, x;
+  PetscReal       others, bounded, step, x;
 
   PetscFunctionBegin;
   PetscCall(VecAXPY(predicted, -1.0, snes->vec_func));
   PetscCall(VecNorm(predicted, NORM_INFINITY, &others));
   PetscCall(VecPointwiseMult(predicted, as->bounded, predicted));
   PetscCall(VecNorm(predicted, NORM_INFINITY, &bounded));
-  PetscCall(MatGetDiagonal(snes->jacobian, predicted));
-  PetscCall(VecNorm(predicted, NORM_INFINITY, &diagonal));
   PetscCall(VecNorm(Y, NORM_INFINITY, &step));
   PetscCall(VecNorm(snes->vec_sol, NORM_INFINITY, &x));
-  as->linear = others <= PetscMax(ofStep * step, ofX * x) * diagonal && bounded <= as->tolerance * as->largest;
+  as->linear = others <= PetscMax(ofStep * step, ofX * x) * as->diagonal && bounded <= as->tolerance * as->largest;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the linear solve may have left of the energy norm of x. Y' J Y = y' A y, as C and -C cancel; JY is overwritten */
+/* What the linear solve may have left of the energy norm of x. Y' J Y = y' A y, as C and -C cancel */
 static PetscErrorCode EstimateLeft(SNES snes, SNES_AinsworthActiveSet *as, Vec Y, Vec JY)
 {
   PetscScalar energy[2];
@@ -132,9 +145,10 @@ static PetscErrorCode EstimateLeft(SNES snes, SNES_AinsworthActiveSet *as, Vec Y
   PetscFunctionBegin;
   if (!as->wrong && as->linear && as->left >= 0.0) as->left *= as->reached; /* Y was the error that the last solve left */
   else {
+    if (!as->knownJx) PetscCall(MatMult(snes->jacobian, snes->vec_sol, as->Jx));
+    as->knownJx = true;
     PetscCall(VecDot(JY, Y, &energy[0]));
-    PetscCall(MatMult(snes->jacobian, snes->vec_sol, JY));
-    PetscCall(VecDot(JY, snes->vec_sol, &energy[1]));
+    PetscCall(VecDot(as->Jx, snes->vec_sol, &energy[1]));
     if (PetscRealPart(energy[0]) > 0.0 && PetscRealPart(energy[1]) > 0.0) ratio = PetscSqrtReal(PetscRealPart(energy[0]) / PetscRealPart(energy[1]));
     as->left = as->reached * ratio;
   }
@@ -151,6 +165,7 @@ PetscErrorCode AinsworthActiveSetTakeStep(SNES snes, SNES_AinsworthActiveSet *as
   PetscCall(MatMult(snes->jacobian, Y, JY));
   PetscCall(VecWAXPY(predicted, -1.0, JY, snes->vec_func));
   PetscCall(VecAXPY(snes->vec_sol, -1.0, Y));
+  if (as->knownJx) PetscCall(VecAXPY(as->Jx, -1.0, JY));
   PetscCall(VecNorm(Y, NORM_2, &snes->ynorm));
   PetscCall(VecNorm(snes->vec_sol, NORM_2, &snes->xnorm));
   PetscCall(EstimateLeft(snes, as, Y, JY));

@@ -1,6 +1,6 @@
 static char help[] = "A sequence of systems of two elastic cubes: rows of C, right-hand sides or A change from step to step, and one KSP solves them all.\n\n";
 
-#include "cubes.h"
+#include "activeset.h"
 #include "reference.h"
 #include "report.h"
 #include <algorithm>
@@ -18,7 +18,7 @@ enum Change {
 struct Choices {
   PetscInt  steps, change;
   PetscReal changed, bulge;
-  PetscBool compare, verify;
+  PetscBool compare, verify, snes;
 };
 
 /* All rows of C that there may be, and which of them are active, on every rank; the system of those, and the solution of the last step */
@@ -58,7 +58,9 @@ static PetscErrorCode ChoicesGet(MPI_Comm comm, Choices *c)
     PetscOptionsReal("-bulge", "How far the upper body is above the lower one at the edges of the contact surface [length]", NULL, c->bulge, &c->bulge, NULL));
   PetscCall(PetscOptionsBool("-compare", "Solve each system with a new KSP, too", NULL, c->compare, &c->compare, NULL));
   PetscCall(PetscOptionsBool("-verify", "Compare with a direct solver, which takes its time", NULL, c->verify, &c->verify, NULL));
+  PetscCall(PetscOptionsBool("-active_set", "Find the contact once more, by the SNES of the options", NULL, c->snes, &c->snes, NULL));
   PetscOptionsEnd();
+  PetscCheck(!c->snes || c->change == CHANGE_CONTACT, comm, PETSC_ERR_ARG_INCOMP, "Option -active_set needs -change contact");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -388,6 +390,28 @@ static PetscErrorCode SequenceCreate(Sequence *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The whole of it by a SNES, with one solver and with new ones, and how far its solution is from that of the steps */
+static PetscErrorCode ByActiveSet(Sequence *s, double others)
+{
+  MPI_Comm        comm = s->whole.mesh.comm;
+  ActiveSetResult result;
+  PetscReal       error;
+  Vec             x;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecDuplicate(s->x, &x));
+  for (PetscBool fresh : {PETSC_FALSE, PETSC_TRUE}) {
+    PetscCall(ActiveSetSolve(s->whole, fresh, x, &result));
+    PetscCall(EnergyError(s->whole.A, x, s->x, &error));
+    PetscCall(PetscPrintf(comm, "active set, %s: converged=%d steps=%" PetscInt_FMT " iterations=%" PetscInt_FMT " cpu_s=%.4f distance=%.1e",
+                          fresh ? "new solvers" : "one solver", result.converged, result.steps, result.iterations, result.seconds, (double)error));
+    if (others > 0) PetscCall(PetscPrintf(comm, " cost=%.3f of that with a new KSP each step", result.seconds / others));
+    PetscCall(PetscPrintf(comm, "\n"));
+  }
+  PetscCall(VecDestroy(&x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   Sequence s;
@@ -419,6 +443,7 @@ int main(int argc, char **argv)
   }
   if (s.choices.compare) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "cost: %.3f of that with a new KSP each step\n", total[0] / total[1]));
   PetscCall(KSPDestroy(&ksp));
+  if (s.choices.snes) PetscCall(ByActiveSet(&s, total[1]));
   PetscCall(DestroySystem(&s));
   PetscCall(VecDestroy(&s.x));
   PetscCall(CubesSystemDestroy(&s.whole));
