@@ -171,14 +171,14 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
                                              PCAinsworthFields b, PCAinsworthFields y, PCAinsworthFields left, PetscBool *refined, char why[], size_t len)
 {
   static const PetscReal         rounding = 1e-13, determined = 1e-6, margin = 10;
-  static const int               most = 10, patience = 3;
+  static const int               most = 10, patience = 3, probes = 3;
   const PetscReal                open = PetscMax(1e4 * tol, determined);
   PetscReal                      little, enough, nearly, wanted, error, best, change, softest, moves = 0.0;
-  int                            idle = 0, solves = 0, probes;
+  int                            idle = 0, solves = 0;
   PCAinsworthFields              weights, others, kept;
   std::vector<PCAinsworthFields> directions, images;
   PetscBool                      some = PETSC_TRUE, known = PETSC_TRUE, fair, energetic;
-  bool                           strict, helped           = false;
+  bool                           strict, probing, helped = false;
 
   PetscFunctionBegin;
   *refined = PETSC_FALSE;
@@ -200,23 +200,24 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   PetscCall(VecCopy(y.primal, kept.primal));
   PetscCall(VecCopy(y.dual, kept.dual));
   PetscCall(AinsworthTermsSoftest(&data->saddle, &softest));
-  probes     = error > wanted && energetic ? 1 + (error <= nearly) : error <= wanted && softest > open / enough; /* a step, where it may do, and a solve */
+  probing    = error > wanted ? (bool)energetic : softest > open / enough; /* by a step, where it may do, and by loose solves */
   auto unmet = [&](PetscReal left) {
     return moves * left > open || (left > wanted && !(helped && left <= margin * margin * enough && moves * left <= open / margin));
   };
-  *refined = (PetscBool)(probes || unmet(error));
-  for (; solves < most && (unmet(error) || (probes && !solves)) && some && idle < patience; solves++, probes = PetscMax(probes - 1, 0)) {
-    const PCAinsworthExtent extent = probes && !solves && error <= nearly ? PC_AINSWORTH_SOLVE_STEP : PC_AINSWORTH_SOLVE_AGAIN;
-    const PetscReal         before = error, loose = probes ? 0.5 : idle ? 0.0 : PetscMin(enough / error / 10, 0.1);
+  *refined = (PetscBool)(probing || unmet(error));
+  for (; solves < most && (unmet(error) || (probing && !solves)) && some && idle < patience; solves++) {
+    const PCAinsworthExtent extent = probing && !solves && error <= nearly ? PC_AINSWORTH_SOLVE_STEP : PC_AINSWORTH_SOLVE_AGAIN;
+    const PetscReal         before = error, loose = probing ? (solves ? 0.25 : 0.5) : idle ? 0.0 : PetscMin(enough / error / 10, 0.1);
 
     PetscCall(PetscInfo(pc, "A row of both equations is left with %g of its terms: another %s follows\n", (double)error,
                         extent == PC_AINSWORTH_SOLVE_STEP ? "step" : "solve"));
     PetscCall(Step(pc, data, transpose, extent, loose, left, weights, y, directions, images, &some, &change));
     if (some) PetscCall(Left(data, transpose, PETSC_FALSE, little, b, y, left, others, &error)); /* all steps have the norm of the first */
-    idle   = probes || error < 0.5 * best ? 0 : idle + 1;
-    helped = probes && energetic && (error < 0.25 * before || PetscMin(error, before) <= nearly);
-    moves  = PetscMax(moves, change / before);
-    known  = (PetscBool)(some && error < best); /* A times what is kept, as the verification left it */
+    idle    = probing || error < 0.5 * best ? 0 : idle + 1;
+    helped  = probing && energetic && (error < 0.25 * before || PetscMin(error, before) <= nearly);
+    probing = probing && energetic && solves + 1 < probes;
+    moves   = PetscMax(moves, change / before);
+    known   = (PetscBool)(some && error < best); /* A times what is kept, as the verification left it */
     PetscCall(PetscInfo(pc, "It has moved x by up to %g, and leaves %g\n", (double)change, (double)error));
     if (!(error < best)) continue;
     best = error;
