@@ -34,6 +34,21 @@ PetscErrorCode AinsworthPmatCreateShort(Mat C, const AinsworthPmatFill *fill, Ma
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Has a row an entry beside the diagonal? */
+static PetscErrorCode IsCoupled(Mat A, PetscInt row, bool *coupled)
+{
+  PetscInt           n;
+  const PetscInt    *columns;
+  const PetscScalar *values;
+
+  PetscFunctionBegin;
+  *coupled = false;
+  PetscCall(MatGetRow(A, row, &n, &columns, &values));
+  for (PetscInt k = 0; k < n; k++) *coupled = *coupled || (columns[k] != row && values[k] != 0.0);
+  PetscCall(MatRestoreRow(A, row, &n, &columns, &values));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthPmatFindShared - is an unknown in more rows of C than usual? And those of them that A couples with no other unknown, on all ranks: global numbers,
    ascending. Collective
@@ -53,7 +68,7 @@ PetscErrorCode AinsworthPmatFindShared(Mat A, Mat C, const AinsworthPmatFill *fi
     if (PetscRealPart(count) > fill->usual) many.push_back(rstart + i);
   }));
   for (PetscInt i : many) {
-    PetscCall(AinsworthIsCoupled(A, i, &coupled));
+    PetscCall(IsCoupled(A, i, &coupled));
     if (!coupled) mine.push_back(i);
   }
   PetscCall(VecMax(counts, NULL, &most));
