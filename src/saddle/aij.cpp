@@ -106,8 +106,7 @@ static PetscErrorCode ToAIJ(Mat M, Mat *aij)
   if (is) PetscCall(AinsworthShare(M, aij));
   else if (source) {
     PetscCall(ToAIJ(source, &copy));
-    if (hermitian) PetscCall(MatHermitianTranspose(copy, MAT_INITIAL_MATRIX, aij));
-    else PetscCall(MatTranspose(copy, MAT_INITIAL_MATRIX, aij));
+    PetscCall((hermitian ? MatHermitianTranspose : MatTranspose)(copy, MAT_INITIAL_MATRIX, aij));
     PetscCall(MatDestroy(&copy));
   } else if (nest) PetscCall(NestToAIJ(M, aij));
   else PetscCall(ConvertUnchanged(M, 0, NULL, aij));

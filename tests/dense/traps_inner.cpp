@@ -117,6 +117,66 @@ static PetscErrorCode Refinement(const char *method)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What a monitor is told of the residual of a method that iterates in Ker C */
+static PetscErrorCode CompareResidual(KSP inner, PetscInt, PetscReal, void *ctx)
+{
+  const DenseSystem   *d = (const DenseSystem *)ctx;
+  const DenseProjector proj(d->C, DiagonalWeight(d->A));
+  Vec                  b, x, r;
+  Column               rhs, iterate, residual;
+
+  PetscFunctionBeginUser;
+  PetscCall(KSPGetRhs(inner, &b));
+  PetscCall(KSPBuildSolution(inner, NULL, &x));
+  PetscCall(KSPBuildResidual(inner, NULL, NULL, &r));
+  PetscCall(Gather(b, rhs));
+  PetscCall(Gather(x, iterate));
+  PetscCall(Gather(r, residual));
+  PetscCall(VecDestroy(&r));
+  PetscCall(Check("built residual", (residual - rhs + proj.Q.adjoint() * (d->A * (proj.Q * iterate))).norm(), 1e-12 * rhs.norm()));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Monitored()
+{
+  Options     line("-ainsworth_ksp_type fcg -ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12");
+  DenseSystem d = SpringsCreate(40, 4, 1.0, 21);
+  Run         run;
+  KSP         inner;
+  PC          pc;
+
+  PetscFunctionBeginUser;
+  Case("a monitor of the residual of FCG");
+  PetscCall(RunCreate(d, false, &run));
+  PetscCall(Inner(run, &inner, &pc));
+  PetscCall(KSPMonitorSet(inner, CompareResidual, &d, NULL));
+  PetscCall(CheckSolved(&run, d));
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An A that is not what the chosen preconditioner needs is refused in its set-up */
+static PetscErrorCode NotDefinite(const char *type, const char *cause)
+{
+  Options     line(std::string("-ainsworth_pc_type ") + type);
+  DenseSystem d = SpringsCreate(20, 4, 1.0, 23);
+  Run         run;
+  PC          pc;
+  const char *why;
+
+  PetscFunctionBeginUser;
+  Case("%s for an indefinite A", type);
+  d.A(15, 15) = -3.0;
+  PetscCall(RunCreate(d, false, &run));
+  PetscCall(RunSolve(&run));
+  PetscCall(CheckFailed(run));
+  PetscCall(KSPGetPC(run.ksp, &pc));
+  PetscCall(PCAinsworthGetFailure(pc, &why));
+  PetscCall(CheckText("the cause", why, {std::string("The preconditioning matrix is not positive definite, as ") + cause, "is A indefinite?"}));
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* An error in the cycle of multigrid inside; the next solve, and the end, are as if there had been none */
 static PetscErrorCode Multigrid()
 {
@@ -330,6 +390,16 @@ int main(int argc, char **argv)
   PetscCall(AinsworthInitializePackage());
   PetscCall(Limit());
   for (const char *method : {"projectedcg", "gcr", "gmres"}) PetscCall(Refinement(method));
+  PetscCall(Monitored());
+#if defined(PETSC_HAVE_HYPRE)
+  PetscCall(NotDefinite(PCHYPRE, "BoomerAMG needs it"));
+#endif
+#if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
+  PetscMPIInt size;
+
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  if (size == 1) PetscCall(NotDefinite("cholesky -ainsworth_mat_cholmod_factor SUPERNODAL", "a Cholesky factorization needs it"));
+#endif
   PetscCall(Multigrid());
   PetscCall(LastApplication());
   for (const char *outer : {"preonly", "fgmres", "gmres", "gcr"})
