@@ -16,8 +16,10 @@ static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec
 
   PetscFunctionBegin;
   PetscCall(AinsworthVecClone(inverseDiagonal, &d));
+  PetscCall(VecSqrtAbs(d));
   PetscCall(VecReciprocal(d));
-  for (int power = 0; power < 2 && weight; power++) PetscCall(VecPointwiseMult(d, d, weight));
+  if (weight) PetscCall(VecPointwiseMult(d, d, weight));
+  PetscCall(VecPointwiseMult(d, d, d));
   PetscCall(AinsworthRowSquares(C, d, sums));
   PetscCall(AinsworthCountRows(C, 0, &count));
   PetscCall(AinsworthUpdate(d, {count}, [](PetscInt, PetscScalar &own, PetscScalar rows) {
