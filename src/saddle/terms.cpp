@@ -210,7 +210,7 @@ PetscErrorCode AinsworthTermsDisplacement(Vec stiffness, Vec x, PetscReal *displ
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* weight: 1 / d_i, that of the stiffest where d_i is 0; flexibility: of A under each row of C, and of its spring, (C W C' + |D|)_kk; springs false: without that */
+/* weight W: 1 / d_i, that of the stiffest where d_i is 0; flexibility: of A under each row of C, (C W C')_kk, and with springs that of D, |D_kk|, added */
 static PetscErrorCode Flexibility(const AinsworthSaddle *sp, Vec diagonal, bool springs, Vec *weight, Vec *flexibility)
 {
   PetscReal stiffest;
