@@ -4,7 +4,6 @@
 
 #include "petsccompat.h"
 #include <exception>
-#include <new>
 
 template <auto function>
 struct AinsworthGuard;
@@ -15,10 +14,8 @@ struct AinsworthGuard<function> {
   {
     try {
       return function(arguments...);
-    } catch (const std::bad_alloc &) {
-      SETERRQ(PETSC_COMM_SELF, PETSC_ERR_MEM, "ainsworth ran out of memory");
     } catch (const std::exception &exception) {
-      SETERRQ(PETSC_COMM_SELF, PETSC_ERR_LIB, "ainsworth: %s", exception.what());
+      SETERRQ(PETSC_COMM_SELF, PETSC_ERR_MEM, "ainsworth ran out of memory: %s", exception.what());
     }
   }
 };

@@ -58,40 +58,25 @@ static void FindRoots(const Graph &G, AinsworthAggregates *agg)
   }
 }
 
-/* Free nodes join the aggregate that most of their strong neighbors are in; false where none could */
-static bool Join(const Graph &G, AinsworthAggregates *agg)
+/* Free nodes join the aggregate that most of their strong neighbors are in; those without strong neighbors stay on their own */
+static void Join(const Graph &G, AinsworthAggregates *agg)
 {
   const std::vector<PetscInt> before(agg->of);
-  bool                        any = false;
 
   for (PetscInt i = 0; i < G.n; i++) {
     const auto first = G.sj.begin() + G.si[i], last = G.sj.begin() + G.si[i + 1];
     PetscInt   most = 0;
 
     if (before[i] >= 0 || G.alone[i]) continue;
-    for (auto k = first; k != last; ++k) {
+    if (first == last) agg->of[i] = agg->count++;
+    for (auto k = first; k != last; ++k) { /* one of them is in an aggregate, or the node would be a root */
       const PetscInt g = before[*k];
       if (g < 0) continue;
       const PetscInt touches = (PetscInt)std::count_if(first, last, [&](PetscInt j) { return before[j] == g; });
-      if (touches > most) {
-        most       = touches;
-        agg->of[i] = g;
-        any        = true;
-      }
+      if (touches <= most) continue;
+      most       = touches;
+      agg->of[i] = g;
     }
-  }
-  return any;
-}
-
-/* What is still free becomes aggregates of free neighbors */
-static void AggregateRest(const Graph &G, AinsworthAggregates *agg)
-{
-  for (PetscInt i = 0; i < G.n; i++) {
-    if (agg->of[i] >= 0 || G.alone[i]) continue;
-    agg->of[i] = agg->count;
-    for (PetscInt k = G.si[i]; k < G.si[i + 1]; k++)
-      if (agg->of[G.sj[k]] < 0) agg->of[G.sj[k]] = agg->count;
-    agg->count++;
   }
 }
 
@@ -147,8 +132,7 @@ PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &A, PetscReal theta, P
     agg->count = 0;
     agg->of.assign(G.n, -1);
     FindRoots(G, agg);
-    for (int pass = 0; pass < 4 && Join(G, agg); pass++) { }
-    AggregateRest(G, agg);
+    Join(G, agg);
     if (2 * k * agg->count <= A.rows.br * coupled || theta == 0.0) break;
   }
   MergeSingle(G, agg);

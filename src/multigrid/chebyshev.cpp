@@ -30,19 +30,14 @@ static PetscErrorCode GetLevel(KSP ksp, AinsworthLevel **level)
 
 static PetscErrorCode KSPSetUp_ChebyshevSingle(KSP ksp)
 {
-  AinsworthLevel      *level;
-  KSP_ChebyshevSingle *data = (KSP_ChebyshevSingle *)ksp->data;
-  PetscBool            jacobi;
+  AinsworthLevel *level;
+  PetscBool       jacobi;
 
   PetscFunctionBegin;
   PetscCall(GetLevel(ksp, &level));
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp->pc, PCJACOBI, &jacobi));
   PetscCheck(jacobi, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP, "KSP type %s works only with PC type %s, not with %s: use -pc_blocksa_precision double",
              KSPCHEBYSHEVSINGLE, PCJACOBI, ((PetscObject)ksp->pc)->type_name ? ((PetscObject)ksp->pc)->type_name : "(not set)");
-  if (data->largest <= 0.0) {
-    data->largest = 1.1 * level->largest;
-    data->least   = 0.11 * level->largest;
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -135,14 +135,6 @@ PetscErrorCode MatAinsworthSetUp_Private(Mat mat, Mat_Ainsworth **out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = A x */
-static PetscErrorCode MultA(const Mat_Ainsworth *ctx, Vec x, Vec y)
-{
-  PetscFunctionBegin;
-  PetscCall(MatMult(ctx->product ? ctx->product : ctx->A, x, y));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* What multiplies as A does, until A changes; NULL: A itself */
 PetscErrorCode MatAinsworthSetProduct_Private(Mat mat, Mat product)
 {
@@ -175,7 +167,7 @@ static PetscErrorCode MultOrAdjoint(Mat mat, PetscBool adjoint, Vec x, Vec y)
     PetscCall(VecPointwiseMult(after, ctx->placed, ctx->proj.rowValues));
   }
   if (adjoint) PetscCall(MatMultHermitianTranspose(ctx->A, ctx->work, y));
-  else PetscCall(MultA(ctx, ctx->work, y));
+  else PetscCall(MatMult(ctx->product ? ctx->product : ctx->A, ctx->work, y));
   PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, before, after, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_MatMult, mat, x, y, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -202,7 +194,7 @@ static PetscErrorCode MatMult_Ainsworth(Mat mat, Vec x, Vec y)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &ctx));
   if (ctx->inKernel && ctx->direction) { /* Q x = x */
-    PetscCall(MultA(ctx, x, y));
+    PetscCall(MatMult(ctx->product ? ctx->product : ctx->A, x, y));
     PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, NULL, NULL, y));
     ctx->direction = PETSC_FALSE;
   } else PetscCall(MultOrAdjoint(mat, PETSC_FALSE, x, y));

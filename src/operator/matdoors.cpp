@@ -7,15 +7,6 @@
 /* Projections on C x = g, and computations of lambda, where the Gram matrix is nearly singular: each is a step of iterative refinement */
 static const int refinements = 4;
 
-/* y = op(A) x, op(A) = A or, for the transposed system, its transpose */
-static PetscErrorCode MultA(const Mat_Ainsworth *ctx, PetscBool transpose, Vec x, Vec y)
-{
-  PetscFunctionBegin;
-  if (transpose) PetscCall(MatMultTranspose(ctx->A, x, y));
-  else PetscCall(MatMult(ctx->A, x, y));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    x += R (g - C x): C x = g to rounding, whatever the tolerance of the reduced solve; where D is not zero, x += R r and mu -= S^{-1} r with
    r = g - C x + N mu. Each further call is a step of iterative refinement.
@@ -76,7 +67,7 @@ PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, V
     PetscCall(VecDuplicate(f, &x));
     PetscCall(VecZeroEntries(x));
     PetscCall(Complete(ctx, PETSC_TRUE, g, x));
-    PetscCall(MultA(ctx, transpose, x, rhs));
+    PetscCall((transpose ? MatMultTranspose : MatMult)(ctx->A, x, rhs));
     PetscCall(VecDot(rhs, x, &start[0]));
     PetscCall(VecDot(f, x, &start[1]));
     PetscCall(VecDestroy(&x));
@@ -136,7 +127,7 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
   PetscCall(PetscLogEventBegin(AINSWORTH_Multiplier, mat, f, x, lambda));
   PetscCheck(!ctx->D || ctx->mu, PetscObjectComm((PetscObject)mat), PETSC_ERR_ORDER, "The multipliers of a system [A B'; C -D] come with its solution");
   PetscCall(VecDuplicate(f, &rest));
-  PetscCall(MultA(ctx, transpose, x, rest));
+  PetscCall((transpose ? MatMultTranspose : MatMult)(ctx->A, x, rest));
   if (product) PetscCall(VecCopy(rest, product));
   PetscCall(VecAYPX(rest, -1.0, f));
   if (ctx->D) {

@@ -114,7 +114,6 @@ static PetscErrorCode Solves(PC inner, Mat M, PetscBool *good)
   static const PetscReal enough = 1e-3;
   Vec                    x, b, y;
   PetscReal              norm, error;
-  PetscScalar            square;
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(M, &x, &b));
@@ -123,11 +122,9 @@ static PetscErrorCode Solves(PC inner, Mat M, PetscBool *good)
   PetscCall(MatMult(M, x, b));
   PetscCall(PCApply(inner, b, y));
   PetscCall(VecAXPY(y, -1.0, x));
-  PetscCall(VecDot(x, x, &square));
-  norm = PetscRealPart(square);
-  PetscCall(VecDot(y, y, &square));
-  error = PetscRealPart(square);
-  *good = (PetscBool)(error <= enough * enough * norm); /* NaN is not */
+  PetscCall(VecNorm(x, NORM_2, &norm));
+  PetscCall(VecNorm(y, NORM_2, &error));
+  *good = (PetscBool)(error <= enough * norm); /* NaN is not */
   for (Vec *v : {&x, &b, &y}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

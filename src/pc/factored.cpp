@@ -25,19 +25,6 @@ PCType PCAinsworthFactorType_Private(const PC_Ainsworth *data, MatSolverType *pa
   return *package ? definite ? PCCHOLESKY : PCLU : NULL;
 }
 
-static PetscErrorCode IsCholmod(PC inner, PetscBool *is)
-{
-  MatSolverType package = NULL;
-  PetscBool     factors;
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &factors, PCCHOLESKY, PCLU, ""));
-  if (factors) PetscCall(PCFactorGetMatSolverType(inner, &package));
-  *is = PETSC_FALSE;
-  if (package) PetscCall(PetscStrcmp(package, MATSOLVERCHOLMOD, is));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* PCAinsworthChoosePackage_Private - the package for a factorization that is not PETSc's own, unless the program chose one; the options may */
 PetscErrorCode PCAinsworthChoosePackage_Private(const PC_Ainsworth *data, PC inner)
 {
@@ -62,7 +49,7 @@ PetscErrorCode PCAinsworthConvertPmat_Private(PC_Ainsworth *data)
   PetscFunctionBegin;
   if (data->format != AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(IsCholmod(inner, &cholmod));
+  PetscCall(AinsworthFactorIsPackage(inner, MATSOLVERCHOLMOD, &cholmod));
   aij = data->M;
   if (!aij) PetscCall(AinsworthGetAIJ(data->saddle.A, &aij));
   data->M = aij;
@@ -84,7 +71,7 @@ PetscErrorCode PCAinsworthSetUpPreconditioner_Private(PC inner, PetscBool *defin
   PetscBool cholmod, indefinite = PETSC_FALSE;
 
   PetscFunctionBegin;
-  PetscCall(IsCholmod(inner, &cholmod));
+  PetscCall(AinsworthFactorIsPackage(inner, MATSOLVERCHOLMOD, &cholmod));
   if (cholmod) PetscCall(AinsworthFactorTryCholmod((PetscObject)inner, [=] { return PCSetUp(inner); }, &indefinite));
   else PetscCall(PCSetUp(inner));
   if (indefinite) PetscCall(PCReset(inner));

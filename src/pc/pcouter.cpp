@@ -93,8 +93,7 @@ static PetscErrorCode WorstRow(PC pc, PC_Ainsworth *data, PetscBool transpose, V
     PetscCall(PCAinsworthFieldsGet(flat[k], of[k % 2], &part[k]));
   }
   PetscCall(PCAinsworthFieldsDuplicate(part[0], &part[3]));
-  if (transpose) PetscCall(MatMultTranspose(data->saddle.block[AINSWORTH_BLOCK_A], part[1].primal, data->Ax));
-  else PetscCall(MatMult(data->saddle.block[AINSWORTH_BLOCK_A], part[1].primal, data->Ax));
+  PetscCall((transpose ? MatMultTranspose : MatMult)(data->saddle.block[AINSWORTH_BLOCK_A], part[1].primal, data->Ax));
   PetscCall(AinsworthSaddleBackwardError(&data->saddle, transpose, AinsworthSmallTerms, part[0].primal, part[0].dual, part[1].primal, part[1].dual, data->Ax,
                                          part[2].primal, part[2].dual, part[3].primal, part[3].dual, error)); /* signs are none of its matter */
   PetscCall(PCAinsworthFieldsDestroy(&part[3]));
@@ -125,11 +124,9 @@ static PetscErrorCode CheckOuter(PC pc, PC_Ainsworth *data, KSP ksp, Vec b, Vec 
   if (data->applications <= 2 || ksp->reason != KSP_CONVERGED_RTOL || test != KSPConvergedDefault) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscLogEventBegin(AINSWORTH_Verify, pc, 0, 0, 0));
   PetscCall(VecDuplicate(b, &left));
-  if (transpose) PetscCall(MatMultTranspose(pc->mat, x, left));
-  else PetscCall(MatMult(pc->mat, x, left));
+  PetscCall((transpose ? MatMultTranspose : MatMult)(pc->mat, x, left));
   PetscCall(VecAYPX(left, -1.0, b));
-  if (transpose) PetscCall(MatGetNullSpace(pc->mat, &nullspace));
-  else PetscCall(MatGetTransposeNullSpace(pc->mat, &nullspace));
+  PetscCall((transpose ? MatGetNullSpace : MatGetTransposeNullSpace)(pc->mat, &nullspace));
   if (nullspace) PetscCall(MatNullSpaceRemove(nullspace, left));
   PetscCall(VecNorm(b, NORM_2, &norm));
   PetscCall(VecNorm(left, NORM_2, &rest));

@@ -81,7 +81,7 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
 
   PetscFunctionBegin;
   data->hidden = data->saddle.nearly = PETSC_FALSE;
-  while (n) {
+  while (n && data->constraints) {
     PetscInt      *dependent;
     PetscErrorCode error = PETSC_SUCCESS; /* to be passed on when nothing is left behind */
 
@@ -96,11 +96,6 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
     }
     PetscCall(PetscFree(dependent));
     PetscCall(error);
-    if (data->constraints) continue;
-    PetscCall(MatDestroy(&data->reduced)); /* and ctx with it */
-    *ctx    = NULL;
-    *reason = PC_NOERROR;
-    break;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,6 +1,7 @@
 /* Is what the reduced solve says true of the program's own system? */
 #include "pcainsworth.h"
 #include "../events.h"
+#include "../loops.h"
 #include "../operator/matainsworth.h"
 #include "../saddle/terms.h"
 #include <petsc/private/pcimpl.h>
@@ -35,21 +36,13 @@ PetscErrorCode PCAinsworthAskedFor_Private(const PC_Ainsworth *data, KSPConverge
 /* x' diag(A) x; work becomes diag(A) x, 0 where the row of A is, whose weight is made up */
 PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x, Vec work, PetscReal *size)
 {
-  PetscScalar        dot, *w;
-  const PetscScalar *d;
-  PetscInt           n;
-  Vec                stiffness;
+  PetscScalar dot;
+  Vec         stiffness;
 
   PetscFunctionBegin;
   PetscCall(AinsworthTermsStiffness(&data->saddle, &stiffness));
   PetscCall(VecPointwiseDivide(work, x, data->inverseDiagonal));
-  PetscCall(VecGetLocalSize(x, &n));
-  PetscCall(VecGetArrayRead(stiffness, &d));
-  PetscCall(VecGetArray(work, &w));
-  for (PetscInt i = 0; i < n; i++)
-    if (d[i] == 0.0) w[i] = 0.0;
-  PetscCall(VecRestoreArray(work, &w));
-  PetscCall(VecRestoreArrayRead(stiffness, &d));
+  PetscCall(AinsworthUpdate(work, {stiffness}, [](PetscInt, PetscScalar &w, PetscScalar d) { w = d == 0.0 ? 0.0 : w; }));
   PetscCall(VecDot(work, x, &dot));
   *size = PetscRealPart(dot);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -67,9 +60,8 @@ PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec wo
   const Mat              C = data->saddle.C;
   PetscReal              size;
   PetscScalar            resistance;
-  PetscInt               m, held = 0;
+  PetscInt               held = 0;
   Vec                    rows, lengths, terms, root, springs;
-  const PetscScalar     *r, *l, *t, *s;
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &size));
@@ -79,37 +71,23 @@ PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec wo
   PetscCall(VecDot(root, work, &resistance));
   *isFree = (PetscBool)(size > 0.0 && PetscRealPart(resistance) <= PetscSqr(force) * size && !PetscIsInfOrNanReal(size));
   if (*isFree) {
-    PetscCall(VecCopy(data->inverseDiagonal, root));
-    PetscCall(VecSqrtAbs(root));
     PetscCall(MatCreateVecs(C, NULL, &rows));
     PetscCall(VecDuplicate(rows, &lengths));
-    PetscCall(AinsworthRowSquares(C, root, lengths));
+    PetscCall(AinsworthRowSquares(C, data->inverseDiagonal, lengths));
     PetscCall(MatMult(C, y, rows));
     PetscCall(VecDuplicate(rows, &terms));
-    PetscCall(AinsworthAbsoluteMultAdd(C, y, NULL, terms));
+    PetscCall(AinsworthAbsoluteMult(C, y, terms));
     PetscCall(VecDuplicate(rows, &springs));
     PetscCall(VecZeroEntries(springs));
     if (data->saddle.D) PetscCall(AinsworthGetDiagonal(data->saddle.D, springs));
-    PetscCall(VecGetLocalSize(rows, &m));
-    PetscCall(VecGetArrayRead(springs, &s));
-    PetscCall(VecGetArrayRead(terms, &t));
-    PetscCall(VecGetArrayRead(rows, &r));
-    PetscCall(VecGetArrayRead(lengths, &l));
-    for (PetscInt i = 0; i < m; i++) {
-      const PetscReal drowned = PetscSqrtReal(1e-3 * PETSC_MACHINE_EPSILON * PetscAbsScalar(s[i])), seen = others * PetscSqrtReal(PetscRealPart(l[i]));
+    PetscCall(AinsworthForEntries({rows, lengths, terms, springs}, [&](PetscInt, PetscScalar r, PetscScalar l, PetscScalar t, PetscScalar s) {
+      const PetscReal drowned = PetscSqrtReal(1e-3 * PETSC_MACHINE_EPSILON * PetscAbsScalar(s)), seen = others * PetscSqrtReal(PetscRealPart(l));
 
-      held += PetscAbsScalar(r[i]) > PetscMax(along * PetscRealPart(t[i]), PetscMax(drowned, seen) * PetscSqrtReal(size));
-    }
-    PetscCall(VecRestoreArrayRead(springs, &s));
-    PetscCall(VecDestroy(&springs));
-    PetscCall(VecRestoreArrayRead(terms, &t));
-    PetscCall(VecDestroy(&terms));
-    PetscCall(VecRestoreArrayRead(rows, &r));
-    PetscCall(VecRestoreArrayRead(lengths, &l));
+      held += PetscAbsScalar(r) > PetscMax(along * PetscRealPart(t), PetscMax(drowned, seen) * PetscSqrtReal(size));
+    }));
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &held, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
     *isFree = (PetscBool)!held;
-    PetscCall(VecDestroy(&rows));
-    PetscCall(VecDestroy(&lengths));
+    for (Vec *v : {&rows, &lengths, &terms, &springs}) PetscCall(VecDestroy(v));
   }
   PetscCall(VecDestroy(&root));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -148,8 +126,7 @@ static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x
       PetscCall(VecPointwiseMult(work, work, y));
       PetscCall(VecNorm(work, NORM_2, &noise)); /* errors of the terms are independent */
       noise *= 30 * PETSC_MACHINE_EPSILON;
-      if (transpose) PetscCall(MatMultTranspose(data->saddle.A, y, work));
-      else PetscCall(MatMult(data->saddle.A, y, work));
+      PetscCall((transpose ? MatMultTranspose : MatMult)(data->saddle.A, y, work));
       PetscCall(VecDot(work, y, &energy));
       if (!(PetscAbsScalar(energy) > noise)) PetscCall(PCAinsworthResists_Private(data, work, sizeY, &resists)); /* y' A y = 0 where A is indefinite, too */
       if (!resists) {

@@ -274,15 +274,15 @@ PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *in, PetscR
   any = std::count(groups.taken.begin(), groups.taken.end(), 1) > 0;
   if (any) {
     PetscCall(groups.markRows(Cl, &rows));
-    PetscCall(AinsworthSelectRows(Cx, rows, &product));
+    PetscCall(AinsworthSelectRows(Cx, &rows, &product));
     PetscCall(MatDestroy(&Cx));
     Cx = product;
-    PetscCall(AinsworthSelectRows(Cl, rows, &product));
+    PetscCall(AinsworthSelectRows(Cl, &rows, &product));
     PetscCall(MatDestroy(&Cl));
     Cl = product;
     for (char &row : rows) row = !row;
     PetscCall(MatDestroy(rest));
-    PetscCall(AinsworthSelectRows(C, rows, rest));
+    PetscCall(AinsworthSelectRows(C, &rows, rest));
     PetscCall(groups.createInverse(K, &inverse));
     PetscCall(AinsworthMultiplyAdjoint(Cl, Cx, &mixed));
     PetscCall(MatMatMult(inverse, mixed, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &product));

@@ -4,8 +4,8 @@
 #include "../objects.h"
 #include "../saddle/saddle.h"
 
-/* AinsworthSelectRows - C with the entries of some of its rows, those of this rank that are marked; entries that are zero are not stored */
-PetscErrorCode AinsworthSelectRows(Mat C, const std::vector<char> &marked, Mat *selected)
+/* AinsworthSelectRows - C with the entries of some of its rows, those of this rank that are marked, NULL: all; entries that are zero are not stored */
+PetscErrorCode AinsworthSelectRows(Mat C, const std::vector<char> *marked, Mat *selected)
 {
   AinsworthEntries entries;
   PetscInt         n;
@@ -13,7 +13,7 @@ PetscErrorCode AinsworthSelectRows(Mat C, const std::vector<char> &marked, Mat *
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(C, NULL, &n));
   PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
-    for (PetscInt k = 0; k < row.n && marked[row.local]; k++)
+    for (PetscInt k = 0; k < row.n && (!marked || (*marked)[row.local]); k++)
       if (row.a[k] != 0.0) entries.add(row.j[k], row.a[k]);
     entries.endRow();
   }));
@@ -29,8 +29,23 @@ PetscErrorCode AinsworthPmatCreateShort(Mat C, const AinsworthPmatFill *fill, Ma
   PetscFunctionBegin;
   if (fill->leftOut) {
     PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) { taken.push_back(row.n <= fill->most); }));
-    PetscCall(AinsworthSelectRows(C, taken, kept));
+    PetscCall(AinsworthSelectRows(C, &taken, kept));
   } else PetscCall(AinsworthShare(C, kept));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Has a row an entry beside the diagonal? */
+static PetscErrorCode IsCoupled(Mat A, PetscInt row, bool *coupled)
+{
+  PetscInt           n;
+  const PetscInt    *columns;
+  const PetscScalar *values;
+
+  PetscFunctionBegin;
+  *coupled = false;
+  PetscCall(MatGetRow(A, row, &n, &columns, &values));
+  for (PetscInt k = 0; k < n; k++) *coupled = *coupled || (columns[k] != row && values[k] != 0.0);
+  PetscCall(MatRestoreRow(A, row, &n, &columns, &values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -53,7 +68,7 @@ PetscErrorCode AinsworthPmatFindShared(Mat A, Mat C, const AinsworthPmatFill *fi
     if (PetscRealPart(count) > fill->usual) many.push_back(rstart + i);
   }));
   for (PetscInt i : many) {
-    PetscCall(AinsworthIsCoupled(A, i, &coupled));
+    PetscCall(IsCoupled(A, i, &coupled));
     if (!coupled) mine.push_back(i);
   }
   PetscCall(VecMax(counts, NULL, &most));
@@ -70,7 +85,7 @@ PetscErrorCode AinsworthPmatFindShared(Mat A, Mat C, const AinsworthPmatFill *fi
 */
 PetscErrorCode AinsworthPmatHoldShared(const AinsworthPmatInputs *in, Mat *C, Mat *held)
 {
-  PetscInt m, rstart;
+  PetscInt rstart;
   Vec      scale, counts;
   Mat      scaled;
 
@@ -86,8 +101,7 @@ PetscErrorCode AinsworthPmatHoldShared(const AinsworthPmatInputs *in, Mat *C, Ma
   PetscCall(VecDestroy(&scale));
   PetscCall(VecDestroy(&counts));
   PetscCall(MatDestroy(C));
-  PetscCall(MatGetLocalSize(scaled, &m, NULL));
-  PetscCall(AinsworthSelectRows(scaled, std::vector<char>(m, 1), C));
+  PetscCall(AinsworthSelectRows(scaled, NULL, C));
   PetscCall(MatDestroy(&scaled));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -99,7 +113,7 @@ PetscErrorCode AinsworthPmatHoldShared(const AinsworthPmatInputs *in, Mat *C, Ma
 */
 PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmatFill *fill, Mat *CW, PetscBool *shared)
 {
-  PetscInt m, found = 0;
+  PetscInt found = 0;
   Vec      W;
   Mat      scaled;
 
@@ -118,8 +132,7 @@ PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmat
   PetscCall(VecDestroy(&W));
   if (!*shared) PetscFunctionReturn(PETSC_SUCCESS);
   scaled = *CW;
-  PetscCall(MatGetLocalSize(C, &m, NULL));
-  PetscCall(AinsworthSelectRows(scaled, std::vector<char>(m, 1), CW));
+  PetscCall(AinsworthSelectRows(scaled, NULL, CW));
   PetscCall(MatDestroy(&scaled));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

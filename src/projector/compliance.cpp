@@ -4,7 +4,7 @@
 #include "../saddle/saddle.h"
 
 /*
-   sums_i = sum_j |C_ij|^2 w_j^2 / d_j, w the weight (NULL: 1) and d = diag(A)^{-1}: the flexibility of A under the force C_i'
+   sums_i = sum_j |C_ij|^2 w_j^2 d_j, w the weight (NULL: 1) and d = diag(A): the flexibility of A under the force C_i'
 
    Where unknowns are in no other row, theirs, down to `least` of all: others, which rows share, may not tell rows from each other, however soft they are. The
    less it is, the nearer to singular S may be where rows depend on each other
@@ -12,24 +12,25 @@
 static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec sums)
 {
   static const PetscReal least = 1e-4;
-  Vec                    root, count, own;
+  Vec                    d, count, own;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthVecClone(inverseDiagonal, &root));
-  PetscCall(VecSqrtAbs(root));
-  PetscCall(VecReciprocal(root));
-  if (weight) PetscCall(VecPointwiseMult(root, root, weight));
-  PetscCall(AinsworthRowSquares(C, root, sums));
+  PetscCall(AinsworthVecClone(inverseDiagonal, &d));
+  PetscCall(VecSqrtAbs(d));
+  PetscCall(VecReciprocal(d));
+  if (weight) PetscCall(VecPointwiseMult(d, d, weight));
+  PetscCall(VecPointwiseMult(d, d, d));
+  PetscCall(AinsworthRowSquares(C, d, sums));
   PetscCall(AinsworthCountRows(C, 0, &count));
-  PetscCall(AinsworthUpdate(root, {count}, [](PetscInt, PetscScalar &r, PetscScalar rows) {
-    if (PetscRealPart(rows) > 1.0) r = 0.0;
+  PetscCall(AinsworthUpdate(d, {count}, [](PetscInt, PetscScalar &own, PetscScalar rows) {
+    if (PetscRealPart(rows) > 1.0) own = 0.0;
   }));
   PetscCall(VecDuplicate(sums, &own));
-  PetscCall(AinsworthRowSquares(C, root, own));
+  PetscCall(AinsworthRowSquares(C, d, own));
   PetscCall(AinsworthUpdate(sums, {own}, [](PetscInt, PetscScalar &all, PetscScalar part) {
     if (part != 0.0) all = PetscMax(PetscRealPart(part), least * PetscRealPart(all));
   }));
-  for (Vec *v : {&root, &count, &own}) PetscCall(VecDestroy(v));
+  for (Vec *v : {&d, &count, &own}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

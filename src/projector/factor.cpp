@@ -31,7 +31,8 @@ static const char *const pivoting   = MATSOLVERUMFPACK;
 static const char *const pivoting   = MATSOLVERPETSC;
 #endif
 
-static PetscErrorCode IsPackage(PC pc, const char name[], PetscBool *is)
+/* AinsworthFactorIsPackage - does a PC factor by the package of this name? */
+PetscErrorCode AinsworthFactorIsPackage(PC pc, const char name[], PetscBool *is)
 {
   PetscBool     factors;
   MatSolverType type = NULL;
@@ -179,7 +180,7 @@ PetscErrorCode AinsworthFactorSetUp(AinsworthFactor *factor, Mat M, KSP ksp)
   PetscFunctionBegin;
   factor->failed = PC_NOERROR;
   PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(IsPackage(pc, MATSOLVERCHOLMOD, &cholmod));
+  PetscCall(AinsworthFactorIsPackage(pc, MATSOLVERCHOLMOD, &cholmod));
   if (cholmod) {
     /* its interface wraps this type in place; of AIJ it makes a copy, which it loses where the factorisation fails */
     PetscCall(MatConvert(M, MATSEQSBAIJ, factor->upper ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, &factor->upper));
@@ -209,7 +210,7 @@ PetscErrorCode AinsworthFactorGetFailedReason(const AinsworthFactor *factor, KSP
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCGetFailedReason(pc, reason));
   if (factor->failed) *reason = factor->failed;
-  PetscCall(IsPackage(pc, MATSOLVERMUMPS, &mumps));
+  PetscCall(AinsworthFactorIsPackage(pc, MATSOLVERMUMPS, &mumps));
 #if defined(PETSC_HAVE_MUMPS)
   if (mumps && *reason == PC_FACTOR_OTHER) {
     Mat      F;

@@ -12,6 +12,7 @@ struct AinsworthFactor {
   PCFailedReason failed;  /* of a package that raises an error where others give a reason */
 };
 
+PetscErrorCode AinsworthFactorIsPackage(PC, const char[], PetscBool *);
 PetscErrorCode AinsworthFactorPredictBest(Mat, PetscInt, AinsworthCost *, MatOrderingType *);
 PetscErrorCode AinsworthFactorChoose(AinsworthFactor *, Mat, PetscBool, KSP);
 PetscErrorCode AinsworthFactorCheckMemory(const AinsworthFactor *, MPI_Comm);

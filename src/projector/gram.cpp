@@ -14,8 +14,7 @@ static PetscErrorCode CreateGroup(AinsworthGram *gram)
   PetscMPIInt rank;
 
   PetscFunctionBegin;
-  if (gram->placement.rows) PetscCall(ISGetLocalSize(gram->placement.rows, &n));
-  else PetscCall(MatGetLocalSize(gram->S, &n, NULL));
+  PetscCall(ISGetLocalSize(gram->placement.rows, &n));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_split(comm, n ? 0 : MPI_UNDEFINED, rank, &gram->group));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -44,8 +44,8 @@ PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of each row of C the root of its stiffness, 1 / (C W C')_ii, in place of (C W C')_ii; zero where that is zero, or where D gives way */
-static PetscErrorCode RootOfStiffness(Mat D, Vec row)
+/* Of each row of C its stiffness, 1 / (C W C')_ii, in place of (C W C')_ii; zero where that is zero, or where D gives way */
+static PetscErrorCode StiffnessOfRows(Mat D, Vec row)
 {
   static const PetscReal rigid = 1e-3;
   Vec                    sums;
@@ -56,7 +56,7 @@ static PetscErrorCode RootOfStiffness(Mat D, Vec row)
   PetscCall(AinsworthUpdate(row, {sums}, [](PetscInt, PetscScalar &r, PetscScalar d) {
     const PetscReal flexible = PetscRealPart(r);
 
-    r = flexible > tiny && PetscRealPart(d) <= rigid * flexible ? PetscSqrtReal(1.0 / flexible) : 0.0;
+    r = flexible > tiny && PetscRealPart(d) <= rigid * flexible ? 1.0 / flexible : 0.0;
   }));
   PetscCall(VecDestroy(&sums));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -94,26 +94,24 @@ PetscErrorCode AinsworthWeightLoosen(Mat A, Mat C, Mat D, Vec weight, PetscBool 
   std::vector<char> zero;
   PetscInt          found;
   Mat               Ct;
-  Vec               old, root, row;
+  Vec               old, stiffness, row;
 
   PetscFunctionBegin;
   PetscCall(FindZeroRows(A, weight, &zero, &found));
   *any = (PetscBool)(found > 0);
   if (!*any) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatTranspose(C, MAT_INITIAL_MATRIX, &Ct));
-  PetscCall(MatCreateVecs(C, &root, &row));
+  PetscCall(MatCreateVecs(C, &stiffness, &row));
   PetscCall(AinsworthVecClone(weight, &old));
   PetscCall(AinsworthUpdate(weight, [&](PetscInt i, PetscScalar &w) {
     if (zero[i]) w = 0.0;
   }));
   for (int step = 0; step < steps && found; step++) {
-    PetscCall(VecCopy(weight, root));
-    PetscCall(VecSqrtAbs(root));
-    PetscCall(AinsworthRowSquares(C, root, row));
-    PetscCall(RootOfStiffness(D, row));
-    PetscCall(AinsworthRowSquares(Ct, row, root));
+    PetscCall(AinsworthRowSquares(C, weight, row));
+    PetscCall(StiffnessOfRows(D, row));
+    PetscCall(AinsworthRowSquares(Ct, row, stiffness));
     found = 0;
-    PetscCall(AinsworthUpdate(weight, {root}, [&](PetscInt, PetscScalar &w, PetscScalar r) {
+    PetscCall(AinsworthUpdate(weight, {stiffness}, [&](PetscInt, PetscScalar &w, PetscScalar r) {
       if (w != 0.0 || !(PetscRealPart(r) > tiny)) return;
       w = 1.0 / PetscRealPart(r);
       found++;
@@ -124,7 +122,7 @@ PetscErrorCode AinsworthWeightLoosen(Mat A, Mat C, Mat D, Vec weight, PetscBool 
     if (zero[i]) w = w != 0.0 ? AINSWORTH_WEIGHT_LOOSE * w : r;
   }));
   PetscCall(MatDestroy(&Ct));
-  for (Vec *v : {&old, &root, &row}) PetscCall(VecDestroy(v));
+  for (Vec *v : {&old, &stiffness, &row}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -136,15 +134,11 @@ PetscErrorCode AinsworthWeightLoosen(Mat A, Mat C, Mat D, Vec weight, PetscBool 
 */
 PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec inverseDiagonal, PetscReal gamma, Vec *penalty)
 {
-  Vec       root;
   PetscReal largest;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthVecClone(inverseDiagonal, &root));
-  PetscCall(VecSqrtAbs(root));
   PetscCall(MatCreateVecs(C, NULL, penalty));
-  PetscCall(AinsworthRowSquares(C, root, *penalty));
-  PetscCall(VecDestroy(&root));
+  PetscCall(AinsworthRowSquares(C, inverseDiagonal, *penalty));
   PetscCall(AinsworthUpdate(*penalty, [=](PetscInt, PetscScalar &b) { b = PetscRealPart(b) > tiny ? gamma / PetscRealPart(b) : 0.0; }));
   PetscCall(VecMax(*penalty, NULL, &largest));
   PetscCall(AinsworthUpdate(*penalty, [=](PetscInt, PetscScalar &b) {

@@ -106,8 +106,7 @@ static PetscErrorCode ToAIJ(Mat M, Mat *aij)
   if (is) PetscCall(AinsworthShare(M, aij));
   else if (source) {
     PetscCall(ToAIJ(source, &copy));
-    if (hermitian) PetscCall(MatHermitianTranspose(copy, MAT_INITIAL_MATRIX, aij));
-    else PetscCall(MatTranspose(copy, MAT_INITIAL_MATRIX, aij));
+    PetscCall((hermitian ? MatHermitianTranspose : MatTranspose)(copy, MAT_INITIAL_MATRIX, aij));
     PetscCall(MatDestroy(&copy));
   } else if (nest) PetscCall(NestToAIJ(M, aij));
   else PetscCall(ConvertUnchanged(M, 0, NULL, aij));
@@ -233,21 +232,6 @@ PetscErrorCode AinsworthCreateAIJ(MPI_Comm comm, PetscInt n, const AinsworthEntr
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Has a row an entry beside the diagonal? */
-PetscErrorCode AinsworthIsCoupled(Mat A, PetscInt row, bool *coupled)
-{
-  PetscInt           n;
-  const PetscInt    *columns;
-  const PetscScalar *values;
-
-  PetscFunctionBegin;
-  *coupled = false;
-  PetscCall(MatGetRow(A, row, &n, &columns, &values));
-  for (PetscInt k = 0; k < n; k++) *coupled = *coupled || (columns[k] != row && values[k] != 0.0);
-  PetscCall(MatRestoreRow(A, row, &n, &columns, &values));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* What the program attached to the one matrix, for the other that takes its place */
 PetscErrorCode AinsworthCopyNullSpaces(Mat from, Mat to)
 {
@@ -332,15 +316,19 @@ PetscErrorCode AinsworthScaleColumns(Mat M, Vec scale, Mat *scaled)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* sums = of each row of C the sum of |C_ij|^2 scale_j^2 */
-PetscErrorCode AinsworthRowSquares(Mat C, Vec scale, Vec sums)
+/* sums = diag(C W C'), with the diagonal of W, whose roots come first: a square may be too large, or too small, a number */
+PetscErrorCode AinsworthRowSquares(Mat C, Vec weight, Vec sums)
 {
+  Vec root;
   Mat scaled;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthScaleColumns(C, scale, &scaled));
+  PetscCall(AinsworthVecClone(weight, &root));
+  PetscCall(VecSqrtAbs(root));
+  PetscCall(AinsworthScaleColumns(C, root, &scaled));
   PetscCall(AinsworthRowSums(scaled, 2, sums));
   PetscCall(MatDestroy(&scaled));
+  PetscCall(VecDestroy(&root));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

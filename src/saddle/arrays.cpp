@@ -124,8 +124,8 @@ PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthAbsoluteMultAdd - y = |M| |x| + z, entry by entry, of an AIJ, which is not copied for it; z: NULL for zero */
-PetscErrorCode AinsworthAbsoluteMultAdd(Mat M, Vec x, Vec z, Vec y)
+/* AinsworthAbsoluteMult - y = |M| |x|, entry by entry, of an AIJ, which is not copied for it */
+PetscErrorCode AinsworthAbsoluteMult(Mat M, Vec x, Vec y)
 {
   Mat             mat[2];
   Vec             from[2] = {x, NULL};
@@ -137,8 +137,7 @@ PetscErrorCode AinsworthAbsoluteMultAdd(Mat M, Vec x, Vec z, Vec y)
   PetscFunctionBegin;
   PetscCall(AinsworthAIJGetParts(M, mat, &ghosts, &nghosts));
   if (mat[1]) PetscCall(AinsworthVecGather(x, nghosts, ghosts, &from[1]));
-  if (z) PetscCall(VecCopy(z, y));
-  else PetscCall(VecZeroEntries(y));
+  PetscCall(VecZeroEntries(y));
   PetscCall(VecGetArray(y, &sum));
   for (int k = 0; k < 2 && mat[k]; k++) {
     const PetscScalar *v;

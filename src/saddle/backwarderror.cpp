@@ -1,6 +1,7 @@
 /* The residuals of both equations relative to the terms of their rows */
 #include "terms.h"
 #include "../loops.h"
+#include "../objects.h"
 
 /* The largest |r_i| / s_i of rows that are kept, all where kind is NULL; size becomes 1 / s, 0 on other rows */
 static PetscErrorCode LargestQuotient(Vec residual, Vec size, const AinsworthRowKind *kind, PetscReal *largest)
@@ -69,21 +70,18 @@ PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool trans
 static PetscErrorCode GivenForces(const AinsworthSaddle *sp, Vec f, Vec lambda, Vec forces)
 {
   Vec known, part;
-  Mat M;
 
   PetscFunctionBegin;
   PetscCall(VecCopy(f, forces));
   PetscCall(VecAbs(forces));
   if (!sp->count[AINSWORTH_ROW_DECOUPLED]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthDuplicateAbs(lambda, &known));
+  PetscCall(AinsworthVecClone(lambda, &known));
   PetscCall(AinsworthUpdate(known, [sp](PetscInt i, PetscScalar &k) {
     if (sp->kind[i] != AINSWORTH_ROW_DECOUPLED) k = 0.0;
   }));
-  PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
   PetscCall(VecDuplicate(f, &part));
-  PetscCall(MatMultTranspose(M, known, part));
+  PetscCall(AinsworthAbsoluteMultTranspose(sp->rowsB, known, part));
   PetscCall(VecAXPY(forces, 1.0, part));
-  PetscCall(MatDestroy(&M));
   PetscCall(VecDestroy(&part));
   PetscCall(VecDestroy(&known));
   PetscFunctionReturn(PETSC_SUCCESS);

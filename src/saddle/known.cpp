@@ -1,5 +1,5 @@
 /* Unknowns that their own row determines, as Dirichlet conditions do whose columns were left in place: they are known, and their columns move */
-#include "saddle.h"
+#include "terms.h"
 #include "../loops.h"
 #include "../objects.h"
 #include <petsc/private/matimpl.h>
@@ -9,15 +9,12 @@ static PetscErrorCode FindOwnRows(const AinsworthSaddle *sp, Mat A, Vec known, P
 {
   PetscInt                 found = 0;
   Vec                      work;
-  Mat                      absolute;
   std::vector<PetscScalar> inverse;
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(sp->rowsB, NULL, &work));
   PetscCall(VecSet(work, 1.0));
-  PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &absolute));
-  PetscCall(MatMultTranspose(absolute, work, known));
-  PetscCall(MatDestroy(&absolute));
+  PetscCall(AinsworthAbsoluteMultTranspose(sp->rowsB, work, known));
   PetscCall(VecDestroy(&work));
   PetscCall(AinsworthForRows(A, [&](const AinsworthMatRow &row) {
     PetscInt    n        = 0;

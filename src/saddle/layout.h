@@ -70,7 +70,14 @@ PetscErrorCode AinsworthDMGetFields(DM, Mat, AinsworthFields *);
 /* layoutchoice.cpp */
 PetscErrorCode AinsworthChooseMultipliers(const AinsworthSaddleInputs *, Mat, AinsworthSaddleBlocks *);
 
-/* layoutsign.cpp */
+/* layoutsign.cpp: what the diagonal entry of a row is */
+enum AinsworthEntry {
+  AINSWORTH_ENTRY_ZERO     = -2,
+  AINSWORTH_ENTRY_NEGATIVE = -1,
+  AINSWORTH_ENTRY_PLAIN    = 1, /* positive, and alone */
+  AINSWORTH_ENTRY_POSITIVE = 2
+};
+PetscErrorCode AinsworthLookAtRows(Mat, Vec);
 PetscErrorCode AinsworthFindSign(Mat, IS, Vec *);
 PetscErrorCode AinsworthChangeSign(Vec, int, Mat);
 

@@ -2,32 +2,8 @@
 #include "saddle.h"
 #include "../lists.h"
 #include "../loops.h"
+#include "../objects.h"
 #include <petsc/private/petscimpl.h>
-
-/* Collective: is every row with a positive diagonal entry plain, without another entry? */
-static PetscErrorCode PositiveArePlain(Mat mat, Vec diagonal, PetscBool *plain)
-{
-  Mat                aij;
-  const PetscScalar *d;
-  PetscInt           first, end;
-
-  PetscFunctionBegin;
-  *plain = PETSC_TRUE;
-  PetscCall(AinsworthGetAIJ(mat, &aij));
-  PetscCall(MatGetOwnershipRange(aij, &first, &end));
-  PetscCall(VecGetArrayRead(diagonal, &d));
-  for (PetscInt i = first; i < end && *plain; i++) {
-    bool coupled;
-
-    if (!(PetscRealPart(d[i - first]) > 0.0)) continue;
-    PetscCall(AinsworthIsCoupled(aij, i, &coupled));
-    *plain = (PetscBool)!coupled;
-  }
-  PetscCall(VecRestoreArrayRead(diagonal, &d));
-  PetscCall(MatDestroy(&aij));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, plain, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)mat)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /*
    AinsworthDetectFields - two fields, the multipliers' and the others; refused where that is no saddle point
@@ -38,10 +14,10 @@ static PetscErrorCode PositiveArePlain(Mat mat, Vec diagonal, PetscBool *plain)
 PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
 {
   MPI_Comm              comm = PetscObjectComm((PetscObject)mat);
-  Vec                   diagonal, side = NULL;
+  Vec                   diagonal, entries, side = NULL;
   PetscInt              first, size[2];
   PetscBool             opposite;
-  PetscReal             least;
+  PetscReal             least, most;
   std::vector<PetscInt> index[2];
   AinsworthIS           set[2];
 
@@ -50,7 +26,11 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
   PetscCall(MatGetSize(mat, &size[0], &size[1]));
   PetscCheck(size[0] == size[1], comm, PETSC_ERR_ARG_SIZ, "The matrix is not square: %" PetscInt_FMT " x %" PetscInt_FMT, size[0], size[1]);
   PetscCall(AinsworthCreateDiagonal(mat, &diagonal));
-  PetscCall(PositiveArePlain(mat, diagonal, &opposite));
+  PetscCall(AinsworthVecClone(diagonal, &entries));
+  PetscCall(AinsworthLookAtRows(mat, entries));
+  PetscCall(VecMax(entries, NULL, &most));
+  PetscCall(VecDestroy(&entries));
+  opposite      = (PetscBool)(most <= AINSWORTH_ENTRY_PLAIN);
   found->told   = "by the diagonal";
   found->chosen = "their diagonal entries are not positive";
   PetscCall(VecMin(diagonal, NULL, &least));

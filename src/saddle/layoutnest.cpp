@@ -156,17 +156,13 @@ PetscErrorCode AinsworthNestGetPart(Mat nest, const std::vector<PetscInt> &rows,
     if (blocks[i * nc + j]) return PETSC_SUCCESS;
     return CreateEmpty(fields[rows[i]].rows.get(), fields[cols[j]].cols.get(), &blocks[i * nc + j]);
   };
-  for (size_t i = 0; i < nr; i++) {
-    bool empty = true;
+  for (bool row : {true, false}) {
+    for (size_t i = 0; i < (row ? nr : nc); i++) {
+      bool empty = true;
 
-    for (size_t j = 0; j < nc; j++) empty = empty && !blocks[i * nc + j];
-    if (empty) PetscCall(fill(i, 0));
-  }
-  for (size_t j = 0; j < nc; j++) {
-    bool empty = true;
-
-    for (size_t i = 0; i < nr; i++) empty = empty && !blocks[i * nc + j];
-    if (empty) PetscCall(fill(0, j));
+      for (size_t j = 0; j < (row ? nc : nr); j++) empty = empty && !blocks[row ? i * nc + j : j * nc + i];
+      if (empty) PetscCall(row ? fill(i, 0) : fill(0, i));
+    }
   }
   PetscCall(MatCreateNest(PetscObjectComm((PetscObject)nest), (PetscInt)nr, NULL, (PetscInt)nc, NULL, blocks.data(), part));
   for (Mat &block : blocks) PetscCall(MatDestroy(&block));

@@ -3,45 +3,24 @@
 #include "../loops.h"
 #include "../objects.h"
 
-/* What the diagonal entry of a row is */
-enum Entry {
-  ZERO     = -2,
-  NEGATIVE = -1,
-  PLAIN    = 1, /* positive, and alone */
-  POSITIVE = 2
-};
-
-/* Collective: is there an entry below, or one above some bound? */
-static PetscErrorCode Any(Vec v, bool below, PetscReal bound, PetscBool *any)
+/* AinsworthLookAtRows - entries, the diagonal of mat, becomes what these are */
+PetscErrorCode AinsworthLookAtRows(Mat mat, Vec entries)
 {
-  PetscFunctionBegin;
-  *any = PETSC_FALSE;
-  PetscCall(AinsworthForEntries({v}, [=](PetscInt, PetscScalar a) {
-    if (below ? PetscRealPart(a) < bound : PetscRealPart(a) > bound) *any = PETSC_TRUE;
-  }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, any, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)v)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* entries, the diagonal of an AIJ, becomes what these are */
-static PetscErrorCode LookAtRows(Mat aij, Vec entries)
-{
+  Mat          aij;
   PetscScalar *e;
-  PetscInt     first, end;
 
   PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(aij, &first, &end));
+  PetscCall(AinsworthGetAIJ(mat, &aij));
   PetscCall(VecGetArray(entries, &e));
-  for (PetscInt i = first; i < end; i++) {
-    const PetscReal d = PetscRealPart(e[i - first]);
-    bool            coupled;
+  PetscCall(AinsworthForRows(aij, [e](const AinsworthMatRow &row) {
+    const PetscReal d       = PetscRealPart(e[row.local]);
+    bool            coupled = false;
 
-    e[i - first] = d < 0.0 ? NEGATIVE : ZERO;
-    if (!(d > 0.0)) continue;
-    PetscCall(AinsworthIsCoupled(aij, i, &coupled));
-    e[i - first] = coupled ? POSITIVE : PLAIN;
-  }
+    for (PetscInt k = 0; k < row.n; k++) coupled = coupled || (row.j[k] != row.number && row.a[k] != 0.0);
+    e[row.local] = d > 0.0 ? coupled ? AINSWORTH_ENTRY_POSITIVE : AINSWORTH_ENTRY_PLAIN : d < 0.0 ? AINSWORTH_ENTRY_NEGATIVE : AINSWORTH_ENTRY_ZERO;
+  }));
   PetscCall(VecRestoreArray(entries, &e));
+  PetscCall(MatDestroy(&aij));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -53,9 +32,10 @@ static PetscErrorCode LookAtRows(Mat aij, Vec entries)
 PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
 {
   Vec       diagonal, part;
-  Mat       aij;
-  PetscBool has, negative, positive = PETSC_FALSE;
+  Mat       opaque;
+  PetscBool has;
   PetscInt  size[2];
+  PetscReal least, most;
 
   PetscFunctionBegin;
   *sign = NULL;
@@ -65,19 +45,14 @@ PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
   PetscCall(AinsworthCreateDiagonal(mat, &diagonal));
   part = diagonal;
   if (rows) PetscCall(VecGetSubVector(diagonal, rows, &part));
-  PetscCall(Any(part, true, 0.0, &negative)); /* of most matrices no row is looked at */
+  PetscCall(VecMin(part, NULL, &least)); /* of most matrices no row is looked at */
   if (rows) PetscCall(VecRestoreSubVector(diagonal, rows, &part));
-  if (negative) {
-    PetscCall(AinsworthFindOpaque(mat, &aij));
-    negative = (PetscBool)!aij;
-  }
-  if (negative) {
-    PetscCall(AinsworthGetAIJ(mat, &aij));
-    PetscCall(LookAtRows(aij, diagonal));
-    PetscCall(MatDestroy(&aij));
+  PetscCall(AinsworthFindOpaque(mat, &opaque));
+  if (least < 0.0 && !opaque) {
+    PetscCall(AinsworthLookAtRows(mat, diagonal));
     if (rows) PetscCall(VecGetSubVector(diagonal, rows, &part));
-    PetscCall(Any(part, false, rows ? (PetscReal)PLAIN : 0.0, &positive));
-    if (!positive) PetscCall(AinsworthVecClone(part, sign));
+    PetscCall(VecMax(part, NULL, &most));
+    if (most <= (rows ? (PetscReal)AINSWORTH_ENTRY_PLAIN : 0.0)) PetscCall(AinsworthVecClone(part, sign));
     if (rows) PetscCall(VecRestoreSubVector(diagonal, rows, &part));
   }
   PetscCall(VecDestroy(&diagonal));

@@ -39,19 +39,15 @@ static PetscErrorCode AddField(Mat block, Numbering *numbering)
 /* Collective: are the unknowns of the nest those of its blocks one after the other, as MatCreateNest() numbers them without index sets? */
 static PetscErrorCode IsInOrder(MPI_Comm comm, const std::vector<IS> &sets, PetscBool *order)
 {
-  PetscInt next = 0, first, n;
+  PetscInt next = 0, all = 0, first, n;
 
   PetscFunctionBegin;
   *order = PETSC_TRUE;
   for (IS is : sets) {
     PetscCall(ISGetLocalSize(is, &n));
-    next += n;
+    all += n;
   }
-  PetscCallMPI(MPI_Scan(MPI_IN_PLACE, &next, 1, MPIU_INT, MPI_SUM, comm));
-  for (IS is : sets) {
-    PetscCall(ISGetLocalSize(is, &n));
-    next -= n;
-  }
+  PetscCallMPI(MPI_Exscan(&all, &next, 1, MPIU_INT, MPI_SUM, comm));
   for (IS is : sets) {
     PetscBool contiguous;
 

@@ -138,8 +138,7 @@ PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *sp, Mat ama
   const Vec        *v;
 
   PetscFunctionBegin;
-  if (transpose) PetscCall(MatGetTransposeNullSpace(amat, &whole));
-  else PetscCall(MatGetNullSpace(amat, &whole));
+  PetscCall((transpose ? MatGetTransposeNullSpace : MatGetNullSpace)(amat, &whole));
   if (whole) PetscCall(MatNullSpaceGetVecs(whole, &constant, &n, &v));
   for (PetscInt i = 0; i < n; i++) {
     Vec         flat, part[2];

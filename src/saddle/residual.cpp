@@ -26,8 +26,7 @@ PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool tran
                                        Vec dual)
 {
   PetscFunctionBegin;
-  if (transpose && !known) PetscCall(MatMultTranspose(sp->block[0], x, Ax));
-  else if (!known) PetscCall(MatMult(sp->block[0], x, Ax));
+  if (!known) PetscCall((transpose ? MatMultTranspose : MatMult)(sp->block[0], x, Ax));
   PetscCall(MatMultHermitianTranspose(sp->rowsB, lambda, primal));
   PetscCall(VecAXPBYPCZ(primal, 1.0, -1.0, -1.0, f, Ax));
   PetscCall(MatMult(sp->givenC, x, dual));

@@ -26,8 +26,7 @@ static PetscErrorCode GetConstraints(Mat source, PetscBool transpose, PetscBool 
   PetscCall(AinsworthGetAIJ(source, C));
   if (transpose) {
     Mat T = *C;
-    if (hermitian) PetscCall(MatHermitianTranspose(T, MAT_INITIAL_MATRIX, C));
-    else PetscCall(MatTranspose(T, MAT_INITIAL_MATRIX, C));
+    PetscCall((hermitian ? MatHermitianTranspose : MatTranspose)(T, MAT_INITIAL_MATRIX, C));
     PetscCall(MatDestroy(&T));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

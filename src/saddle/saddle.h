@@ -83,7 +83,7 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
 
 /* arrays.cpp */
 PetscErrorCode AinsworthGetDiagonal(Mat, Vec);
-PetscErrorCode AinsworthAbsoluteMultAdd(Mat, Vec, Vec, Vec);
+PetscErrorCode AinsworthAbsoluteMult(Mat, Vec, Vec);
 
 /* aij.cpp */
 PetscErrorCode AinsworthFindOpaque(Mat, Mat *);
@@ -91,7 +91,6 @@ PetscErrorCode AinsworthGetTransposed(Mat, Mat *, PetscBool *);
 PetscErrorCode AinsworthCheckEntries(Mat, const char[], const char[], PetscBool *);
 PetscErrorCode AinsworthGetAIJ(Mat, Mat *);
 PetscErrorCode AinsworthCreateAIJ(MPI_Comm, PetscInt, const AinsworthEntries &, Mat *);
-PetscErrorCode AinsworthIsCoupled(Mat, PetscInt, bool *);
 PetscErrorCode AinsworthCopyNullSpaces(Mat, Mat);
 PetscErrorCode AinsworthAbsoluteAIJ(Mat, Mat *);
 PetscErrorCode AinsworthAddAIJ(Mat, Mat *);

@@ -1,5 +1,5 @@
 #include "survey.h"
-#include "saddle.h"
+#include "terms.h"
 #include "../loops.h"
 #include <algorithm>
 
@@ -106,7 +106,6 @@ PetscErrorCode AinsworthSurveyColumns(Mat M, PetscInt *most, PetscInt *column)
 PetscErrorCode AinsworthSurveyLoose(Mat A, Mat B, PetscInt *loose, PetscInt *first)
 {
   Vec             size, ones, held;
-  Mat             absolute;
   AinsworthSurvey survey;
 
   PetscFunctionBegin;
@@ -115,12 +114,11 @@ PetscErrorCode AinsworthSurveyLoose(Mat A, Mat B, PetscInt *loose, PetscInt *fir
   PetscCall(AinsworthRowSums(A, 1, size));
   PetscCall(MatCreateVecs(B, NULL, &ones));
   PetscCall(VecSet(ones, 1.0));
-  PetscCall(AinsworthAbsoluteAIJ(B, &absolute));
-  PetscCall(MatMultTransposeAdd(absolute, ones, size, held));
+  PetscCall(AinsworthAbsoluteMultTranspose(B, ones, held));
+  PetscCall(VecAXPY(held, 1.0, size));
   PetscCall(SurveyVec(held, &survey));
   *loose = survey.zero;
   *first = survey.firstZero;
-  PetscCall(MatDestroy(&absolute));
   for (Vec *v : {&size, &held, &ones}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -41,19 +41,12 @@ static PetscErrorCode ExplainAsymmetry(Mat A)
 /* The largest |Av - Atv| of a row relative to the larger of both and the diagonal entry: rows of very different stiffness are judged apart. */
 static PetscErrorCode LargestDifference(Mat A, Vec Av, Vec Atv, PetscReal *largest)
 {
-  PetscBool has;
-  Vec       diagonal;
+  Vec diagonal;
 
   PetscFunctionBegin;
   *largest = 0.0;
-  PetscCall(MatHasOperation(A, MATOP_GET_DIAGONAL, &has));
   PetscCall(VecDuplicate(Av, &diagonal));
-  if (has) PetscCall(AinsworthGetDiagonal(A, diagonal));
-  else {
-    PetscCall(VecNorm(Av, NORM_INFINITY, largest));
-    PetscCall(VecSet(diagonal, *largest));
-    *largest = 0.0;
-  }
+  PetscCall(AinsworthGetDiagonal(A, diagonal));
   PetscCall(AinsworthForEntries({Av, Atv, diagonal}, [=](PetscInt, PetscScalar a, PetscScalar b, PetscScalar d) {
     const PetscReal size = PetscMax(PetscMax(PetscAbsScalar(a), PetscAbsScalar(b)), PetscAbsScalar(d));
 

@@ -11,6 +11,21 @@ PetscErrorCode AinsworthDuplicateAbs(Vec x, Vec *absolute)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthAbsoluteMultTranspose - y = |M|' |x|, entry by entry, of an AIJ */
+PetscErrorCode AinsworthAbsoluteMultTranspose(Mat M, Vec x, Vec y)
+{
+  Mat entries;
+  Vec sizes;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthAbsoluteAIJ(M, &entries));
+  PetscCall(AinsworthDuplicateAbs(x, &sizes));
+  PetscCall(MatMultTranspose(entries, sizes, y));
+  PetscCall(VecDestroy(&sizes));
+  PetscCall(MatDestroy(&entries));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthTermsPrimal - |op(A)| |x| + |B|' |lambda| + |f|, what the terms of each row of the first equation amount to
 
@@ -21,31 +36,22 @@ PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpo
 {
   PetscReal largest;
   Vec       absolute, part;
-  Mat       A, M;
+  Mat       A;
   PetscBool rows;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthDuplicateAbs(f, &part));
   PetscCall(MatHasOperation(sp->block[0], MATOP_GET_ROW, &rows));
   if (rows) {
     PetscCall(AinsworthGetAIJ(sp->block[0], &A));
-    if (transpose) {
-      PetscCall(AinsworthAbsoluteAIJ(A, &M));
-      PetscCall(AinsworthDuplicateAbs(x, &absolute));
-      PetscCall(MatMultTransposeAdd(M, absolute, part, size));
-      PetscCall(VecDestroy(&absolute));
-      PetscCall(MatDestroy(&M));
-    } else PetscCall(AinsworthAbsoluteMultAdd(A, x, part, size));
+    PetscCall((transpose ? AinsworthAbsoluteMultTranspose : AinsworthAbsoluteMult)(A, x, size));
     PetscCall(MatDestroy(&A));
   } else { /* a shell tells its products only */
     PetscCall(VecCopy(Ax, size));
     PetscCall(VecAbs(size));
-    PetscCall(VecAXPY(size, 1.0, part));
   }
-  PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
-  PetscCall(AinsworthDuplicateAbs(lambda, &absolute));
-  PetscCall(MatMultTranspose(M, absolute, part));
-  PetscCall(VecDestroy(&absolute));
+  PetscCall(AinsworthDuplicateAbs(f, &part));
+  PetscCall(VecAXPY(size, 1.0, part));
+  PetscCall(AinsworthAbsoluteMultTranspose(sp->rowsB, lambda, part));
   if (others < PETSC_INFINITY) {
     PetscCall(VecNorm(size, NORM_INFINITY, &largest));
     PetscCall(VecDuplicate(size, &absolute));
@@ -58,7 +64,6 @@ PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpo
   }
   PetscCall(VecAXPY(size, 1.0, part));
   PetscCall(VecDestroy(&part));
-  PetscCall(MatDestroy(&M));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -75,7 +80,7 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscReal allowed
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(terms, &size));
-  PetscCall(AinsworthAbsoluteMultAdd(sp->rowsD, lambda, NULL, size));
+  PetscCall(AinsworthAbsoluteMult(sp->rowsD, lambda, size));
   PetscCall(VecNorm(terms, NORM_INFINITY, &largest));
   PetscCall(VecSet(slack, others * largest));
   PetscCall(VecPointwiseMin(size, size, slack));
@@ -205,55 +210,45 @@ PetscErrorCode AinsworthTermsDisplacement(Vec stiffness, Vec x, PetscReal *displ
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* root: 1 / d_i^{1/2}, that of the stiffest where d_i is 0; flexibility: of A under each row of C, (C W C')_kk */
-static PetscErrorCode FlexibilityOfA(const AinsworthSaddle *sp, Vec diagonal, Vec *root, Vec *flexibility)
+/* weight W: 1 / d_i, that of the stiffest where d_i is 0; flexibility: of A under each row of C, (C W C')_kk, and with springs that of D, |D_kk|, added */
+static PetscErrorCode Flexibility(const AinsworthSaddle *sp, Vec diagonal, bool springs, Vec *weight, Vec *flexibility)
 {
   PetscReal stiffest;
+  Vec       rows;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthVecClone(diagonal, root));
-  if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(*root));
-  PetscCall(VecMax(*root, NULL, &stiffest));
-  PetscCall(AinsworthUpdate(*root, [=](PetscInt, PetscScalar &r) { r = 1.0 / PetscSqrtReal(PetscRealPart(r) > 0.0 ? PetscRealPart(r) : stiffest); }));
+  PetscCall(AinsworthVecClone(diagonal, weight));
+  if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(*weight));
+  PetscCall(VecMax(*weight, NULL, &stiffest));
+  PetscCall(AinsworthUpdate(*weight, [=](PetscInt, PetscScalar &w) { w = 1.0 / (PetscRealPart(w) > 0.0 ? PetscRealPart(w) : stiffest); }));
   PetscCall(MatCreateVecs(sp->rowsC, NULL, flexibility));
-  PetscCall(AinsworthRowSquares(sp->rowsC, *root, *flexibility));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The same with the compliance, (C W C' + |D|)_kk */
-static PetscErrorCode FlexibilityOfRows(const AinsworthSaddle *sp, Vec diagonal, Vec *root, Vec *flexibility)
-{
-  Vec rows;
-
-  PetscFunctionBegin;
-  PetscCall(FlexibilityOfA(sp, diagonal, root, flexibility));
-  if (sp->rowsD) {
-    PetscCall(VecDuplicate(*flexibility, &rows));
-    PetscCall(MatGetDiagonal(sp->rowsD, rows));
-    PetscCall(VecAbs(rows));
-    PetscCall(VecAXPY(*flexibility, 1.0, rows));
-    PetscCall(VecDestroy(&rows));
-  }
+  PetscCall(AinsworthRowSquares(sp->rowsC, *weight, *flexibility));
+  if (!springs || !sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(*flexibility, &rows));
+  PetscCall(MatGetDiagonal(sp->rowsD, rows));
+  PetscCall(VecAbs(rows));
+  PetscCall(VecAXPY(*flexibility, 1.0, rows));
+  PetscCall(VecDestroy(&rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* AinsworthTermsSoftest - the largest D_kk relative to (C W C')_kk: how much further than A a spring lets the same force move something */
 PetscErrorCode AinsworthTermsSoftest(const AinsworthSaddle *sp, PetscReal *softest)
 {
-  Vec stiffness, root, flexibility, springs;
+  Vec stiffness, weight, flexibility, springs;
 
   PetscFunctionBegin;
   *softest = 0.0;
   if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthTermsStiffness(sp, &stiffness));
-  PetscCall(FlexibilityOfA(sp, stiffness, &root, &flexibility));
+  PetscCall(Flexibility(sp, stiffness, false, &weight, &flexibility));
   PetscCall(VecDuplicate(flexibility, &springs));
   PetscCall(MatGetDiagonal(sp->rowsD, springs));
   PetscCall(AinsworthForEntries({springs, flexibility}, [=](PetscInt, PetscScalar d, PetscScalar a) {
     if (PetscRealPart(a) > 0.0) *softest = PetscMax(*softest, PetscAbsScalar(d) / PetscRealPart(a)); /* a row of zeros moves nothing */
   }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, softest, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)springs)));
-  for (Vec *v : {&root, &flexibility, &springs}) PetscCall(VecDestroy(v));
+  for (Vec *v : {&weight, &flexibility, &springs}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -271,11 +266,11 @@ static PetscErrorCode Invert(Vec v)
 */
 PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *sp, Vec diagonal, PetscReal energy, Vec terms, Vec forces)
 {
-  Vec root, lengths, moved;
+  Vec weight, lengths, moved;
   Mat M;
 
   PetscFunctionBegin;
-  PetscCall(FlexibilityOfRows(sp, diagonal, &root, &lengths));
+  PetscCall(Flexibility(sp, diagonal, true, &weight, &lengths));
   PetscCall(Invert(lengths));
   PetscCall(VecSqrtAbs(lengths));
   PetscCall(VecScale(lengths, energy));
@@ -291,8 +286,7 @@ PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *sp, Vec diagonal
   PetscCall(MatDiagonalScale(M, lengths, NULL));
   PetscCall(LeastOfColumns(M, forces));
   PetscCall(MatDestroy(&M));
-  PetscCall(VecDestroy(&root));
-  PetscCall(VecDestroy(&lengths));
+  for (Vec *v : {&weight, &lengths}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -300,10 +294,10 @@ PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *sp, Vec diagonal
 PetscErrorCode AinsworthTermsRaise(const AinsworthSaddle *sp, Vec diagonal, PetscReal little, Vec terms)
 {
   PetscReal most = 0.0;
-  Vec       root, flexibility;
+  Vec       weight, flexibility;
 
   PetscFunctionBegin;
-  PetscCall(FlexibilityOfRows(sp, diagonal, &root, &flexibility));
+  PetscCall(Flexibility(sp, diagonal, true, &weight, &flexibility));
   PetscCall(VecSqrtAbs(flexibility));
   PetscCall(AinsworthForEntries({terms, flexibility}, [&](PetscInt, PetscScalar t, PetscScalar s) {
     if (PetscRealPart(s) > 0.0) most = PetscMax(most, PetscRealPart(t) / PetscRealPart(s));
@@ -311,29 +305,23 @@ PetscErrorCode AinsworthTermsRaise(const AinsworthSaddle *sp, Vec diagonal, Pets
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)terms)));
   PetscCall(
     AinsworthUpdate(terms, {flexibility}, [=](PetscInt, PetscScalar &t, PetscScalar s) { t = PetscMax(PetscRealPart(t), little * most * PetscRealPart(s)); }));
-  for (Vec *v : {&root, &flexibility}) PetscCall(VecDestroy(v));
+  for (Vec *v : {&weight, &flexibility}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* AinsworthTermsSpread - forces become |B|' |S|^{-1} |C| W forces, with the diagonal of S: what the rounding of forces does to each row by way of the multipliers */
 PetscErrorCode AinsworthTermsSpread(const AinsworthSaddle *sp, Vec diagonal, Vec forces)
 {
-  Vec root, flexibility, moved;
-  Mat M;
+  Vec weight, flexibility, moved;
 
   PetscFunctionBegin;
-  PetscCall(FlexibilityOfRows(sp, diagonal, &root, &flexibility));
+  PetscCall(Flexibility(sp, diagonal, true, &weight, &flexibility));
   PetscCall(Invert(flexibility));
   PetscCall(VecDuplicate(flexibility, &moved));
-  PetscCall(VecPointwiseMult(forces, forces, root));
-  PetscCall(VecPointwiseMult(forces, forces, root));
-  PetscCall(AinsworthAbsoluteAIJ(sp->rowsC, &M));
-  PetscCall(MatMult(M, forces, moved));
-  PetscCall(MatDestroy(&M));
+  PetscCall(VecPointwiseMult(forces, forces, weight));
+  PetscCall(AinsworthAbsoluteMult(sp->rowsC, forces, moved));
   PetscCall(VecPointwiseMult(moved, moved, flexibility));
-  PetscCall(AinsworthAbsoluteAIJ(sp->rowsB, &M));
-  PetscCall(MatMultTranspose(M, moved, forces));
-  PetscCall(MatDestroy(&M));
-  for (Vec *v : {&root, &flexibility, &moved}) PetscCall(VecDestroy(v));
+  PetscCall(AinsworthAbsoluteMultTranspose(sp->rowsB, moved, forces));
+  for (Vec *v : {&weight, &flexibility, &moved}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

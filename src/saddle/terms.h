@@ -12,6 +12,7 @@ static const PetscReal AinsworthCombined = 1e3 * PETSC_MACHINE_EPSILON;
 static const PetscReal AinsworthSmallTerms = 1e-3;
 
 PetscErrorCode AinsworthDuplicateAbs(Vec, Vec *);
+PetscErrorCode AinsworthAbsoluteMultTranspose(Mat, Vec, Vec);
 PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthTermsDual(AinsworthSaddle *, PetscReal, Vec, Vec, Vec, Vec, Vec *);
 PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *, Vec *);

@@ -2,7 +2,8 @@ static char help[] = "Transposed solves with PCAINSWORTH, symmetric and not, aga
 
 #include "dense.h"
 
-static PetscErrorCode Transposed(const Spec &spec, const char *inner)
+/* minus: the whole matrix is multiplied by -1 */
+static PetscErrorCode Transposed(const Spec &spec, const char *inner, bool minus)
 {
   Options            options(std::string("-ainsworth_pc_type redundant -ainsworth_ksp_rtol 1e-12 -ainsworth_ksp_type ") + inner);
   System             sys;
@@ -16,8 +17,10 @@ static PetscErrorCode Transposed(const Spec &spec, const char *inner)
   const PetscReal    tolerance = spec.jump == 1.0 && spec.rowscale == 0.0 ? 1e-9 : 1e-5;
 
   PetscFunctionBeginUser;
-  Case("%s, inner method %s", spec.name, inner);
+  Case("%s, inner method %s%s", spec.name, inner, minus ? ", minus the matrix" : "");
   PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
+  if (minus) PetscCall(MatScale(sys.A, -1.0));
+  if (minus) PetscCall(MatScale(sys.C, -1.0));
   PetscCall(MatCreateHermitianTranspose(sys.C, &Ct));
   PetscCall(NestCreate(sys.A, Ct, sys.C, NULL, false, &nest));
   PetscCall(MatDestroy(&Ct));
@@ -162,8 +165,9 @@ int main(int argc, char **argv)
   PetscCall(AinsworthInitializePackage());
   for (const Spec &spec : UsualSpecs()) {
     if (PetscDefined(USE_COMPLEX) && !spec.symmetric) continue; /* PCAINSWORTH says that it cannot */
-    if (spec.symmetric) PetscCall(Transposed(spec, "projectedcg"));
-    if (spec.jump == 1.0) PetscCall(Transposed(spec, "gmres"));
+    if (spec.symmetric) PetscCall(Transposed(spec, "projectedcg", false));
+    if (spec.jump == 1.0) PetscCall(Transposed(spec, "gmres", false));
+    if (!spec.symmetric) PetscCall(Transposed(spec, "gmres", true));
   }
   for (const char *variant : {"weighted", "paper"})
     for (const char *method : {"gmres", "gmres -ainsworth_ksp_pc_side left", "fgmres", "bcgs", "bcgs -ainsworth_ksp_pc_side right"})

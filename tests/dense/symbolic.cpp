@@ -1,6 +1,6 @@
 static char help[] = "The cost of a Cholesky factorization as it is predicted, against an elimination of the pattern, entry by entry.\n\n";
 
-#include "projector/symbolic.h"
+#include "projector/factor.h"
 #include <petscainsworth.h>
 #include <vector>
 
@@ -64,6 +64,35 @@ static PetscErrorCode Eliminate(Mat M, MatOrderingType type, AinsworthCost *cost
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A cube of n^3 nodes, each with its neighbors: of two orderings the one with fewer operations, where those are worth it */
+static PetscErrorCode Best(PetscInt n, PetscInt bs, bool worth)
+{
+  Mat             M;
+  AinsworthCost   cost, first, second;
+  MatOrderingType ordering;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateSeqAIJ(PETSC_COMM_SELF, n * n * n, n * n * n, 27, NULL, &M));
+  for (PetscInt i = 0; i < n * n * n; i++)
+    for (PetscInt k = 0; k < 27; k++) {
+      const PetscInt x = i % n + k % 3 - 1, y = i / n % n + k / 3 % 3 - 1, z = i / n / n + k / 9 - 1;
+
+      if (PetscMin(x, PetscMin(y, z)) >= 0 && PetscMax(x, PetscMax(y, z)) < n) PetscCall(MatSetValue(M, i, x + n * (y + n * z), 1.0, INSERT_VALUES));
+    }
+  PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));
+  PetscCall(AinsworthFactorPredict(M, AinsworthOrdering, bs, &first));
+  PetscCall(AinsworthFactorPredict(M, AinsworthDissection, bs, &second));
+  PetscCall(AinsworthFactorPredictBest(M, bs, &cost, &ordering));
+  const bool dissected = worth && second.operations < first.operations;
+
+  PetscCheck(cost.operations == (dissected ? second : first).operations && !strcmp(ordering, dissected ? AinsworthDissection : AinsworthOrdering),
+             PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s, %g operations, of %g and %g", ordering, (double)cost.operations, (double)first.operations,
+             (double)second.operations);
+  PetscCall(MatDestroy(&M));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   PetscRandom random;
@@ -90,6 +119,8 @@ int main(int argc, char **argv)
     }
   }
   PetscCall(PetscRandomDestroy(&random));
+  PetscCall(Best(8, 1, false));
+  for (PetscInt n : {4, 12}) PetscCall(Best(n, 60, true));
   PetscCall(PetscFinalize());
   return 0;
 }

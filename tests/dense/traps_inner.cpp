@@ -117,6 +117,66 @@ static PetscErrorCode Refinement(const char *method)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What a monitor is told of the residual of a method that iterates in Ker C */
+static PetscErrorCode CompareResidual(KSP inner, PetscInt, PetscReal, void *ctx)
+{
+  const DenseSystem   *d = (const DenseSystem *)ctx;
+  const DenseProjector proj(d->C, DiagonalWeight(d->A));
+  Vec                  b, x, r;
+  Column               rhs, iterate, residual;
+
+  PetscFunctionBeginUser;
+  PetscCall(KSPGetRhs(inner, &b));
+  PetscCall(KSPBuildSolution(inner, NULL, &x));
+  PetscCall(KSPBuildResidual(inner, NULL, NULL, &r));
+  PetscCall(Gather(b, rhs));
+  PetscCall(Gather(x, iterate));
+  PetscCall(Gather(r, residual));
+  PetscCall(VecDestroy(&r));
+  PetscCall(Check("built residual", (residual - rhs + proj.Q.adjoint() * (d->A * (proj.Q * iterate))).norm(), 1e-12 * rhs.norm()));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Monitored()
+{
+  Options     line("-ainsworth_ksp_type fcg -ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12");
+  DenseSystem d = SpringsCreate(40, 4, 1.0, 21);
+  Run         run;
+  KSP         inner;
+  PC          pc;
+
+  PetscFunctionBeginUser;
+  Case("a monitor of the residual of FCG");
+  PetscCall(RunCreate(d, false, &run));
+  PetscCall(Inner(run, &inner, &pc));
+  PetscCall(KSPMonitorSet(inner, CompareResidual, &d, NULL));
+  PetscCall(CheckSolved(&run, d));
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A preconditioning matrix that is not what the chosen preconditioner, or any, needs is refused in the set-up */
+static PetscErrorCode Refused(const char *type, const char *cause)
+{
+  Options     line(std::string("-ainsworth_pc_type ") + type);
+  DenseSystem d = SpringsCreate(20, 4, 1.0, 23);
+  Run         run;
+  PC          pc;
+  const char *why;
+
+  PetscFunctionBeginUser;
+  Case("refused, %s", type);
+  d.A(15, 15) = -3.0;
+  PetscCall(RunCreate(d, false, &run));
+  PetscCall(RunSolve(&run));
+  PetscCall(CheckFailed(run));
+  PetscCall(KSPGetPC(run.ksp, &pc));
+  PetscCall(PCAinsworthGetFailure(pc, &why));
+  PetscCall(CheckText("the cause", why, {cause}));
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* An error in the cycle of multigrid inside; the next solve, and the end, are as if there had been none */
 static PetscErrorCode Multigrid()
 {
@@ -330,6 +390,19 @@ int main(int argc, char **argv)
   PetscCall(AinsworthInitializePackage());
   PetscCall(Limit());
   for (const char *method : {"projectedcg", "gcr", "gmres"}) PetscCall(Refinement(method));
+  PetscCall(Monitored());
+  PetscCall(Refused("jacobi -pc_ainsworth_penalty_factor 4e307", "of the preconditioning matrix holds NaN or Inf: the penalty factor"));
+#if defined(PETSC_HAVE_HYPRE)
+  PetscCall(Refused(PCHYPRE, "The preconditioning matrix is not positive definite, as BoomerAMG needs it: is A indefinite?"));
+#endif
+#if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
+  PetscMPIInt size;
+
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  if (size == 1)
+    PetscCall(Refused("cholesky -ainsworth_mat_cholmod_factor SUPERNODAL",
+                      "The preconditioning matrix is not positive definite, as a Cholesky factorization needs it: is A indefinite?"));
+#endif
   PetscCall(Multigrid());
   PetscCall(LastApplication());
   for (const char *outer : {"preonly", "fgmres", "gmres", "gcr"})

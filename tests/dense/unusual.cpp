@@ -229,6 +229,33 @@ static PetscErrorCode DependentRows(bool strict, bool crossed)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A ring of ties, one too many, that several ranks share: each is left with one between unknowns that others have, too, and rank 0 finds it */
+static PetscErrorCode Ring(bool strict)
+{
+  Options        options(std::string("-ainsworth_pc_type jacobi -pc_ainsworth_rows_per_rank 2") + (strict ? " -pc_ainsworth_redundant error" : ""));
+  const PetscInt n = 40;
+  DenseSystem    d = Springs(n + 1, n);
+  Run            run;
+
+  PetscFunctionBeginUser;
+  Case("a ring, strict %d", strict);
+  d.C.setZero();
+  for (PetscInt i = 0; i < n; i++) {
+    d.C(i, i)           = 1.0;
+    d.C(i, (i + 1) % n) = -1.0;
+  }
+  d.g -= Column::Constant(n, d.g.mean());
+  PetscCall(RunCreate(d, false, &run));
+  if (strict) PetscCall(CheckError("set-up", [&]() { return KSPSetUp(run.ksp); }, PETSC_ERR_MAT_CH_ZRPVT, {"1 rows of C are linear combinations of others"}));
+  else {
+    PetscCall(RunSolve(&run));
+    PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason > 0));
+    PetscCall(CheckResiduals(run, d, 1e-12, 1e-12));
+  }
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* NaN or Inf in g, on a row that is zero, dependent, or one that is kept beside such a row */
 static PetscErrorCode NotFinite(const char *where, PetscReal value, bool strict, bool crossed)
 {
@@ -394,6 +421,7 @@ int main(int argc, char **argv)
     for (PetscReal scale : {1e-200, 1e-100, 1e100, 1e200})
       for (bool symmetric : {true, false}) PetscCall(Scaled(scale, symmetric, crossed));
   }
+  for (bool strict : {false, true}) PetscCall(Ring(strict));
   PetscCall(LargeShell());
   PetscCall(OtherMatrix());
   PetscCall(ChecksFinish(&exitcode));

@@ -169,6 +169,14 @@ static const std::vector<Patient> patients = {
      s.g = Vector::Zero(n);
      s.D = Matrix::Identity(n, n);
    }                                                                                                                                                                                                                                                   },
+  {"not_transpose",      "",                                  "not_transpose",        "Block (0,1) is not the transpose of C though A is symmetric",
+   [](Saddle &s) { s.B.row(3) *= 1.5; }                                                                                                                                                                                                                },
+  {"together",           "",                                  "gram_inexact",         "Rows of C taken together are nearly dependent",
+   [](Saddle &s) { /* each has an unknown of its own once those before it are gone */
+                   Matrix unlike = Matrix::Identity(s.C.rows(), s.C.rows());
+                   for (Eigen::Index i = 0; i < unlike.rows(); i++) unlike.row(i).tail(unlike.rows() - 1 - i).setConstant(-0.6);
+                   s.C = s.B = unlike * s.C;
+   }                                                                                                                                                                                                                                                   },
   {"sizes",              "-pc_ainsworth_block_size 5",        "error",                "does not divide the number of rows",                                                    [](Saddle &) {}                                                         },
   {"fields",             "-pc_ainsworth_multiplier_fields 7", "error",                "names field 7; there are 2",                                                            [](Saddle &) {}                                                         },
   {"nan_in_A",           "",                                  "failure",              "entry (21,20) of A is NaN or Inf",                                                      [](Saddle &s) { s.A(21, 20) = NAN; }                                    },

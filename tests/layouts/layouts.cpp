@@ -141,9 +141,10 @@ static PetscErrorCode SetModes(Mat nest)
 
 static PetscErrorCode Nests()
 {
-  Mat       view, view0, view1, nest, inner, outer[4], part, empty, back; /* empty, back: of LEFT and RIGHT */
-  IS        order;
-  PetscInt  bs;
+  Mat       view, view0, view1, nest, other, inner, outer[4], part, empty, back; /* empty, back: of LEFT and RIGHT */
+  IS        order, direction[2];
+  KSP       ksp;
+  PetscInt  bs, first, end;
   const int L = LEFT, R = RIGHT, T = TIES;
 
   PetscFunctionBeginUser;
@@ -169,6 +170,18 @@ static PetscErrorCode Nests()
   PetscCall(MatDestroy(&nest));
   PetscCall(MatDestroy(&inner));
 
+  Case("2 x 2, A as a nest of two directions, which are not one after the other");
+  PetscCall(MatGetOwnershipRange(c.A, &first, &end));
+  for (int d = 0; d < 2; d++) PetscCall(ISCreateStride(PETSC_COMM_WORLD, (end - first) / 2, first + d, 2, &direction[d]));
+  for (int k = 0; k < 4; k++) PetscCall(MatCreateSubMatrix(c.A, direction[k / 2], direction[k % 2], MAT_INITIAL_MATRIX, &outer[k]));
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, direction, 2, direction, outer, &inner));
+  PetscCall(NestCreate(inner, view, c.C, NULL, false, &nest));
+  PetscCall(Solve(nest, NULL, {"block size of A: 2 (the pattern of A)"}));
+  for (IS &is : direction) PetscCall(ISDestroy(&is));
+  for (Mat &block : outer) PetscCall(MatDestroy(&block));
+  PetscCall(MatDestroy(&nest));
+  PetscCall(MatDestroy(&inner));
+
   Case("2 x 2, block size forgotten");
   PetscCall(MatDuplicate(c.A, MAT_COPY_VALUES, &part));
   PetscCall(MatSetBlockSize(part, 1));
@@ -188,6 +201,15 @@ static PetscErrorCode Nests()
 
     PetscCall(Solve(nest, NULL, {"multipliers: 2 (-pc_ainsworth_multiplier_fields)"}));
   }
+
+  Case("2 x 2, then 3 x 3 in the same solver");
+  PetscCall(NestCreate(c.A, view, c.C, NULL, false, &other));
+  PetscCall(SolverCreate(other, &ksp));
+  PetscCall(SolveAndCheck(ksp, NULL, {"2 fields"}));
+  PetscCall(KSPSetOperators(ksp, nest, nest));
+  PetscCall(SolveAndCheck(ksp, NULL, {"3 fields"}));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(MatDestroy(&other));
   PetscCall(MatDestroy(&nest));
 
   Case("3 x 3, vectors that are nests");
@@ -239,8 +261,11 @@ static PetscErrorCode NameFields(KSP ksp, bool all)
 
 static PetscErrorCode IndexSets()
 {
-  KSP ksp;
-  Mat mat;
+  KSP      ksp;
+  PC       pc;
+  Mat      mat;
+  IS       back;
+  PetscInt first, n;
 
   PetscFunctionBeginUser;
   for (const char *type : {MATAIJ, MATBAIJ, MATSBAIJ, MATIS}) {
@@ -258,6 +283,17 @@ static PetscErrorCode IndexSets()
     }
     PetscCall(MatDestroy(&mat));
   }
+  Case("index sets, one of them in another order");
+  PetscCall(SolverCreate(c.whole, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(ISStrideGetInfo(c.is[TIES], &first, NULL));
+  PetscCall(ISGetLocalSize(c.is[TIES], &n));
+  PetscCall(ISCreateStride(PETSC_COMM_WORLD, n, first + n - 1, -1, &back));
+  PetscCall(PCFieldSplitSetIS(pc, "x", c.primal));
+  PetscCall(PCFieldSplitSetIS(pc, "ties", back));
+  PetscCall(SolveAndCheck(ksp, NULL, {"2 fields named by the program", "multipliers: ties"}));
+  PetscCall(ISDestroy(&back));
+  PetscCall(KSPDestroy(&ksp));
   Case("index sets, the multipliers by name");
   Options options("-pc_ainsworth_multiplier_fields ties");
 
@@ -265,6 +301,78 @@ static PetscErrorCode IndexSets()
   PetscCall(NameFields(ksp, true));
   PetscCall(SolveAndCheck(ksp, NULL, {"multipliers: ties (-pc_ainsworth_multiplier_fields)", "block size of A: 2 (the pattern of A)"}));
   PetscCall(KSPDestroy(&ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Vectors that are nests, for a matrix that is none: taken in order */
+static PetscErrorCode NestedVectors()
+{
+  Vec                whole[2] = {rhs, solution}, part[2][FIELDS], nested[2];
+  KSP                ksp;
+  PetscReal          error, norm;
+  KSPConvergedReason reason;
+
+  PetscFunctionBeginUser;
+  Case("one matrix, vectors that are nests");
+  for (int k = 0; k < 2; k++) {
+    for (int f = 0; f < FIELDS; f++) PetscCall(VecGetSubVector(whole[k], c.is[f], &part[k][f]));
+    PetscCall(VecCreateNest(PETSC_COMM_WORLD, FIELDS, NULL, part[k], &nested[k]));
+  }
+  PetscCall(VecDuplicate(solution, &whole[0]));
+  PetscCall(VecCopy(solution, whole[0]));
+  PetscCall(VecNorm(solution, NORM_INFINITY, &norm));
+  PetscCall(VecSet(nested[1], 0.0));
+  PetscCall(SolverCreate(c.whole, &ksp));
+  PetscCall(NameFields(ksp, true));
+  PetscCall(KSPSolve(ksp, nested[0], nested[1]));
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  PetscCall(CheckTrue("converged", reason > 0));
+  for (int k = 0; k < 2; k++) {
+    PetscCall(VecDestroy(&nested[k]));
+    for (int f = 0; f < FIELDS; f++) PetscCall(VecRestoreSubVector(k ? solution : rhs, c.is[f], &part[k][f]));
+  }
+  PetscCall(VecAXPY(solution, -1.0, whole[0]));
+  PetscCall(VecNorm(solution, NORM_INFINITY, &error));
+  PetscCall(Check("error", error, 1e-10 * norm));
+  PetscCall(VecCopy(whole[0], solution));
+  PetscCall(VecDestroy(&whole[0]));
+  PetscCall(KSPDestroy(&ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A near null space of one field, the constant; and one of the whole matrix, of whose vectors one is the multipliers' */
+static PetscErrorCode NearNullSpaces()
+{
+  Mat          mat;
+  KSP          ksp;
+  Vec          mode[2], part;
+  MatNullSpace near;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &mat));
+  for (bool field : {true, false}) {
+    Case("a near null space of %s", field ? "a field" : "the whole matrix");
+    if (field) PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_TRUE, 0, NULL, &near));
+    else {
+      for (int k = 0; k < 2; k++) {
+        PetscCall(MatCreateVecs(mat, &mode[k], NULL));
+        PetscCall(VecGetSubVector(mode[k], k ? c.is[TIES] : c.primal, &part));
+        PetscCall(VecSet(part, 1.0));
+        PetscCall(VecRestoreSubVector(mode[k], k ? c.is[TIES] : c.primal, &part));
+        PetscCall(VecNormalize(mode[k], NULL));
+      }
+      PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, 2, mode, &near));
+      for (Vec &v : mode) PetscCall(VecDestroy(&v));
+      PetscCall(MatSetNearNullSpace(mat, near));
+    }
+    PetscCall(PetscObjectCompose((PetscObject)c.is[LEFT], "nearnullspace", field ? (PetscObject)near : NULL));
+    PetscCall(MatNullSpaceDestroy(&near));
+    PetscCall(SolverCreate(mat, &ksp));
+    PetscCall(NameFields(ksp, true));
+    PetscCall(SolveAndCheck(ksp, NULL, {"near null space of A: 1 vectors"}));
+    PetscCall(KSPDestroy(&ksp));
+  }
+  PetscCall(MatDestroy(&mat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -417,6 +525,37 @@ static PetscErrorCode Coordinates()
       PetscCall(KSPDestroy(&ksp));
       PetscCall(MatDestroy(&nest));
     }
+    usual = before;
+  }
+  {
+    Options        options("-ainsworth_pc_type blocksa");
+    const PetscInt before = usual;
+    std::string    text;
+
+    PetscCall(MatSetNearNullSpace(A, NULL));
+    PetscCall(NestCreate(A, NULL, c.C, NULL, false, &nest));
+    PetscCall(SolverCreate(nest, &ksp));
+    PetscCall(KSPGetPC(ksp, &pc));
+    PetscCall(PCSetCoordinates(pc, 2, n / 2, located[0].data()));
+    Case("coordinates, and A changes");
+    usual = -1;
+    PetscCall(SolveAndCheck(ksp, NULL, {"near null space of A: 3 vectors (PCSetCoordinates())"}));
+    PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+    PetscCall(SolveAndCheck(ksp, NULL, {"near null space of A: 3 vectors (PCSetCoordinates())"}));
+    Case("coordinates of other nodes");
+    usual = -1;
+    for (size_t i = 0; i < located[0].size(); i++) located[0][i] = Uniform(9, (PetscInt)i, 0);
+    PetscCall(PCSetCoordinates(pc, 2, n / 2, located[0].data()));
+    PetscCall(SolveAndCheck(ksp, NULL, {"left out: 1 modes that the matrix does not take to zero: are these the coordinates of its nodes?"}));
+    Case("coordinates of another dimension");
+    usual = -1;
+    PetscCall(PCSetCoordinates(pc, 3, n / 2, std::vector<PetscReal>((size_t)(n / 2 * 3)).data()));
+    PetscCall(SolveAndCheck(ksp, NULL, {"block size of A: 2"}));
+    PetscCall(ViewText(ksp, text));
+    PetscCall(CheckTrue("no near null space of A", text.find("near null space of A") == std::string::npos));
+    PetscCall(KSPDestroy(&ksp));
+    PetscCall(MatDestroy(&nest));
     usual = before;
   }
   PetscCall(MatNullSpaceDestroy(&modes));
@@ -818,6 +957,8 @@ int main(int argc, char **argv)
 
     PetscCall(Nests());
     PetscCall(IndexSets());
+    PetscCall(NestedVectors());
+    PetscCall(NearNullSpaces());
     PetscCall(Fields(false, {"3 fields of the DM"}));
     PetscCall(Fields(true, {"block size of A: 2 (the pattern of A)", "near null space of A: 6 vectors (coordinates of the DM)"}));
     PetscCall(Coordinates());

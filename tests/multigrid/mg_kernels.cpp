@@ -152,6 +152,7 @@ static PetscErrorCode Products(const Lattice &l, Mat A, const Dense &dense)
   {
     AinsworthHierarchy h;
     Mat                product;
+    Vec                x, y;
     Dense              got;
 
     PetscCall(HierarchyCreate(l, A, o, &h));
@@ -164,6 +165,12 @@ static PetscErrorCode Products(const Lattice &l, Mat A, const Dense &dense)
     PetscCall(AinsworthHierarchyCreateProduct(h, &product));
     PetscCall(Gather(product, got));
     PetscCall(CheckEqual("A for products", got, dense, 1e-15));
+    PetscCall(MatCreateVecs(product, &x, &y));
+    PetscCall(GatherOperator(
+      y, x, [product](Vec in, Vec out) { return MatMultTranspose(product, in, out); }, got));
+    PetscCall(CheckEqual("its transpose", got, dense.transpose(), 1e-15));
+    PetscCall(VecDestroy(&x));
+    PetscCall(VecDestroy(&y));
     PetscCall(MatDestroy(&product));
   }
   PetscCall(MatDestroy(&D));
