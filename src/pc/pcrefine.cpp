@@ -171,7 +171,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
                                              PCAinsworthFields b, PCAinsworthFields y, PCAinsworthFields left, PetscBool *refined, char why[], size_t len)
 {
   static const PetscReal         rounding = 1e-13, determined = 1e-6, margin = 10;
-  static const int               most = 10, patience = 3, probes = 3;
+  static const int               most = 10, patience = 3, probes = 2;
   const PetscReal                open = PetscMax(1e4 * tol, determined);
   PetscReal                      little, enough, nearly, wanted, error, best, change, softest, moves = 0.0;
   int                            idle = 0, solves = 0;
@@ -207,7 +207,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   *refined = (PetscBool)(probing || unmet(error));
   for (; solves < most && (unmet(error) || (probing && !solves)) && some && idle < patience; solves++) {
     const PCAinsworthExtent extent = probing && !solves && error <= nearly ? PC_AINSWORTH_SOLVE_STEP : PC_AINSWORTH_SOLVE_AGAIN;
-    const PetscReal         before = error, loose = probing ? (solves ? 0.25 : 0.5) : idle ? 0.0 : PetscMin(enough / error / 10, 0.1);
+    const PetscReal         before = error, loose = probing ? 0.5 : idle ? 0.0 : PetscMin(enough / error / 10, 0.1);
 
     PetscCall(PetscInfo(pc, "A row of both equations is left with %g of its terms: another %s follows\n", (double)error,
                         extent == PC_AINSWORTH_SOLVE_STEP ? "step" : "solve"));
@@ -215,7 +215,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
     if (some) PetscCall(Left(data, transpose, PETSC_FALSE, little, b, y, left, others, &error)); /* all steps have the norm of the first */
     idle    = probing || error < 0.5 * best ? 0 : idle + 1;
     helped  = probing && energetic && (error < 0.25 * before || PetscMin(error, before) <= nearly);
-    probing = probing && energetic && solves + 1 < probes;
+    probing = probing && energetic && before > wanted && solves + 1 < probes;
     moves   = PetscMax(moves, change / before);
     known   = (PetscBool)(some && error < best); /* A times what is kept, as the verification left it */
     PetscCall(PetscInfo(pc, "It has moved x by up to %g, and leaves %g\n", (double)change, (double)error));
