@@ -14,7 +14,7 @@ struct AinsworthGuard<function> {
   {
     try {
       return function(arguments...);
-    } catch (const std::exception &exception) {
+    } catch (const std::exception &exception) { /* std::bad_alloc, or a length that no vector has */
       SETERRQ(PETSC_COMM_SELF, PETSC_ERR_MEM, "ainsworth ran out of memory: %s", exception.what());
     }
   }

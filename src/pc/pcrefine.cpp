@@ -159,8 +159,8 @@ bool PCAinsworthRefinesRows_Private(const PC_Ainsworth *data, PetscReal tol)
 
    Where D is not zero, or B is not C, unknowns of very different stiffness meet, and the norms of the reduced solve are not fair to all of them; those of
    methods other than conjugate gradients and GMRES are not either, whatever the system; with both, what further solves cannot mend is no solution. Nor is
-   an x that may still be far off: solves tell how far what is left moves it. After conjugate gradients a step of steepest descent, or a solve to half of what
-   is left, is enough to tell that it moves x too little to count, whatever it is of a row with small terms; where springs are much softer than A, that step
+   an x that may still be far off: solves tell how far what is left moves it. After conjugate gradients a step of steepest descent, or solves to half of what
+   is left, two at most, are enough to tell that it moves x too little to count, whatever it is of a row with small terms; where springs are much softer than A, that step
    is taken after any method.
 
    tol: what was asked for, negative where nothing was. stopped: rounding ended the first solve, and another one has to agree with what it has. verified: what

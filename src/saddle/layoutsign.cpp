@@ -16,7 +16,7 @@ PetscErrorCode AinsworthLookAtRows(Mat mat, Vec entries)
     const PetscReal d       = PetscRealPart(e[row.local]);
     bool            coupled = false;
 
-    for (PetscInt k = 0; k < row.n; k++) coupled = coupled || (row.j[k] != row.number && row.a[k] != 0.0);
+    for (PetscInt k = 0; d > 0.0 && k < row.n && !coupled; k++) coupled = row.j[k] != row.number && row.a[k] != 0.0;
     e[row.local] = d > 0.0 ? coupled ? AINSWORTH_ENTRY_POSITIVE : AINSWORTH_ENTRY_PLAIN : d < 0.0 ? AINSWORTH_ENTRY_NEGATIVE : AINSWORTH_ENTRY_ZERO;
   }));
   PetscCall(VecRestoreArray(entries, &e));

@@ -5,7 +5,10 @@
 #include <petsc/private/snesimpl.h>
 #include <cmath>
 
-/* The matrices of the step; the last ones where rows and Jacobian are those of before: then nothing is set up. work: overwritten */
+/*
+   The matrices of the step; the last ones where rows and Jacobian are those of before: then nothing is set up. What is known of the Jacobian is looked up where it
+   changed. work: overwritten
+*/
 static PetscErrorCode UpdateStep(SNES snes, SNES_AinsworthActiveSet *as, Vec keep, Vec work)
 {
   uint64_t  state[2] = {0, 0};

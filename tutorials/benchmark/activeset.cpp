@@ -23,18 +23,6 @@ static PetscErrorCode ContactJacobian(SNES, Vec, Mat, Mat, void *)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Count(SNES snes, PetscInt step, PetscReal, void *ctx)
-{
-  PetscInt iterations = 0;
-  KSP      ksp;
-
-  PetscFunctionBeginUser;
-  PetscCall(SNESGetKSP(snes, &ksp));
-  if (step) PetscCall(ReportIterations(ksp, &iterations));
-  *(PetscInt *)ctx += iterations;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ContactCreate(const CubesSystem &s, Contact *c)
 {
   Mat blocks[4] = {s.A, NULL, NULL, NULL};
@@ -92,7 +80,7 @@ PetscErrorCode ActiveSetSolve(const CubesSystem &s, PetscBool fresh, Vec x, Acti
   PetscCall(SNESSetFunction(snes, F, ContactFunction, &c));
   PetscCall(SNESSetJacobian(snes, c.J, c.J, ContactJacobian, NULL));
   PetscCall(SetBounds(c, snes));
-  PetscCall(SNESMonitorSet(snes, Count, &result->iterations, NULL));
+  PetscCall(SNESMonitorSet(snes, ReportCount, &result->iterations, NULL));
   PetscCall(SNESSetFromOptions(snes));
   if (fresh) PetscCall(SNESSetUpdate(snes, ReportForget));
   result->seconds = -ReportProcessor();

@@ -117,6 +117,18 @@ double ReportProcessor()
   return (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) + 1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
 }
 
+PetscErrorCode ReportCount(SNES snes, PetscInt step, PetscReal, void *ctx)
+{
+  PetscInt iterations = 0;
+  KSP      ksp;
+
+  PetscFunctionBeginUser;
+  PetscCall(SNESGetKSP(snes, &ksp));
+  if (step) PetscCall(ReportIterations(ksp, &iterations));
+  *(PetscInt *)ctx += iterations;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode ReportForget(SNES snes, PetscInt)
 {
   KSP ksp;

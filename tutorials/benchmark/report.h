@@ -11,6 +11,8 @@ PetscErrorCode ReportSolution(const SaddleBlocks &, Vec f, Vec g, const SaddleSo
 PetscErrorCode ReportIterations(KSP, PetscInt *);
 /* Processor seconds of this rank so far, whatever else runs */
 double ReportProcessor();
+/* For SNESMonitorSet(): adds the iterations of each step to the PetscInt that is ctx */
+PetscErrorCode ReportCount(SNES, PetscInt, PetscReal, void *ctx);
 /* For SNESSetUpdate(): each step begins with a solver that knows nothing of the last one */
 PetscErrorCode ReportForget(SNES, PetscInt);
 

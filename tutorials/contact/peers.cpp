@@ -65,18 +65,6 @@ static PetscErrorCode Reduce(Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Count(SNES snes, PetscInt step, PetscReal, void *ctx)
-{
-  PetscInt iterations = 0;
-  KSP      ksp;
-
-  PetscFunctionBeginUser;
-  PetscCall(SNESGetKSP(snes, &ksp));
-  if (step) PetscCall(ReportIterations(ksp, &iterations));
-  *(PetscInt *)ctx += iterations;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* reference: with a direct solver, whatever the options say */
 static PetscErrorCode SolveSNES(Problem *p, PetscBool reference, PetscBool fresh, PetscBool monolithic, Vec u, PetscInt count[2])
 {
@@ -106,7 +94,7 @@ static PetscErrorCode SolveSNES(Problem *p, PetscBool reference, PetscBool fresh
   PetscCall(SNESSetFunction(snes, F, BodiesFunction, &p->bodies));
   PetscCall(SNESSetJacobian(snes, J, J, BodiesJacobian, &p->bodies));
   PetscCall(SNESVISetVariableBounds(snes, bound[0], bound[1]));
-  PetscCall(SNESMonitorSet(snes, Count, &count[1], NULL));
+  PetscCall(SNESMonitorSet(snes, ReportCount, &count[1], NULL));
   if (reference) {
     PetscCall(SNESSetType(snes, "ainsworthactiveset"));
     PetscCall(SNESGetKSP(snes, &ksp));
