@@ -52,7 +52,7 @@ static PetscErrorCode Test(SNES snes, const SNES_AinsworthActiveSet *as, PetscIn
 static PetscErrorCode SNESSolve_AinsworthActiveSet(SNES snes)
 {
   SNES_AinsworthActiveSet *as   = (SNES_AinsworthActiveSet *)snes->data;
-  Vec                      keep = snes->work[0], known = snes->work[1], rhs = snes->work[2], work = snes->work[3], Y = snes->vec_sol_update;
+  Vec                      keep = snes->work[0], known = snes->work[1], work = snes->work[2], before = snes->work[3], Y = snes->vec_sol_update;
   bool                     cycles = false;
 
   PetscFunctionBegin;
@@ -61,8 +61,7 @@ static PetscErrorCode SNESSolve_AinsworthActiveSet(SNES snes)
   snes->ynorm                  = 0.0;
   as->largest                  = 0.0;
   as->seen.clear();
-  as->single = as->tight = as->linear = as->exact = as->knownJx = false;
-  as->Jx                                                        = snes->work[4];
+  as->single = as->tight = as->linear = as->exact = false;
   PetscCall(VecNorm(snes->vec_sol, NORM_2, &snes->xnorm));
   as->left  = -1.0;
   as->least = PETSC_MAX_INT;
@@ -73,6 +72,7 @@ static PetscErrorCode SNESSolve_AinsworthActiveSet(SNES snes)
     PetscInt                   its = 0;
 
     PetscCall(AinsworthActiveSetFindWrong(snes, as, i == 0, wanted));
+    if (i) PetscCall(AinsworthActiveSetJudgeStep(snes, as, before, work, Y));
     PetscCall(AinsworthActiveSetChange(snes, as, wanted, &cycles));
     PetscCall(HeldStep(snes, as, keep, known));
     PetscCall(PetscObjectSAWsTakeAccess((PetscObject)snes));
@@ -86,9 +86,9 @@ static PetscErrorCode SNESSolve_AinsworthActiveSet(SNES snes)
     PetscCall(SNESMonitor(snes, i, snes->norm));
     if (snes->reason) break;
     if (snes->ops->update) PetscCall((*snes->ops->update)(snes, i));
-    PetscCall(AinsworthActiveSetSolveStep(snes, as, keep, known, rhs, Y));
+    PetscCall(AinsworthActiveSetSolveStep(snes, as, keep, known, work, Y));
     SNESCheckKSPSolve(snes);
-    PetscCall(AinsworthActiveSetTakeStep(snes, as, rhs, work, Y));
+    PetscCall(AinsworthActiveSetTakeStep(snes, before, Y));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -99,7 +99,7 @@ static PetscErrorCode SNESSetUp_AinsworthActiveSet(SNES snes)
   SNES_AinsworthActiveSet *as = (SNES_AinsworthActiveSet *)snes->data;
 
   PetscFunctionBegin;
-  PetscCall(SNESSetWorkVecs(snes, 5));
+  PetscCall(SNESSetWorkVecs(snes, 4));
   PetscCall(SNESSetUpMatrices(snes));
   if (!snes->usersetbounds && snes->ops->computevariablebounds) {
     PetscCall(VecDestroy(&snes->xl));

@@ -35,12 +35,10 @@ struct SNES_AinsworthActiveSet {
   uint64_t                   state[2]; /* of the Jacobian then */
   PetscReal                  asked;    /* relative tolerance of the linear solver, whatever the step takes */
   PetscReal                  reached;  /* by the last linear solve, of its right-hand side */
-  PetscReal                  left;     /* what it may have left, of the energy norm of x; negative: there was none */
+  PetscReal                  left;     /* what it may have left, of the energy norm of x; negative: there was none, or it left rows wrong */
   bool                       exact;    /* not more than was asked for */
   bool                       linear;   /* F was what its Jacobian said */
   PetscReal                  diagonal; /* the largest entry of the Jacobian's */
-  Vec                        Jx;       /* the Jacobian times X, where knownJx; one of the work vectors */
-  bool                       knownJx;
 };
 
 /* rows.cpp */
@@ -49,10 +47,12 @@ PetscErrorCode AinsworthActiveSetChange(SNES, SNES_AinsworthActiveSet *, const s
 
 /* step.cpp */
 PetscErrorCode AinsworthActiveSetSolveStep(SNES, SNES_AinsworthActiveSet *, Vec keep, Vec known, Vec rhs, Vec Y);
-PetscErrorCode AinsworthActiveSetTakeStep(SNES, SNES_AinsworthActiveSet *, Vec JY, Vec predicted, Vec Y);
+PetscErrorCode AinsworthActiveSetTakeStep(SNES, Vec before, Vec Y);
+PetscErrorCode AinsworthActiveSetJudgeStep(SNES, SNES_AinsworthActiveSet *, Vec before, Vec JY, Vec Y);
 
 /* stepmatrix.cpp: J where keep is 1; rows and columns where it is 0 have -1 on the diagonal and nothing else. bounded: 1 where keep may ever be 0 */
 PetscErrorCode AinsworthStepMatCreate(Mat J, Vec bounded, Vec keep, Mat *step);
+PetscErrorCode AinsworthStepMultKnown(Mat J, Vec known, Vec product);
 
 PETSC_INTERN PetscErrorCode SNESCreate_AinsworthActiveSet(SNES);
 

@@ -23,11 +23,6 @@ static PetscErrorCode UpdateStep(SNES snes, SNES_AinsworthActiveSet *as, Vec kee
   if (!same[0]) {
     PetscCall(MatGetDiagonal(snes->jacobian, work));
     PetscCall(VecNorm(work, NORM_INFINITY, &as->diagonal));
-    as->knownJx = false;
-  }
-  if (!as->knownJx && snes->xnorm == 0.0) {
-    PetscCall(VecZeroEntries(as->Jx));
-    as->knownJx = true;
   }
   if (same[1]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatDestroy(&as->step));
@@ -67,7 +62,7 @@ static PetscReal ToleranceOf(const SNES_AinsworthActiveSet *as, PetscReal rtol)
   static const PetscReal margin = 0.5;
 
   if (as->tight) return rtol;
-  if (as->wrong || as->left < 0.0) return PetscMax(rtol, as->loose);
+  if (as->left < 0.0) return PetscMax(rtol, as->loose);
   return as->linear ? PetscMax(rtol, PetscMin(as->loose, margin * rtol / as->left)) : rtol;
 }
 
@@ -101,20 +96,27 @@ static PetscErrorCode SolveLoosely(SNES snes, SNES_AinsworthActiveSet *as, Vec r
 /* J Y = F, with Y = known where rows are held */
 PetscErrorCode AinsworthActiveSetSolveStep(SNES snes, SNES_AinsworthActiveSet *as, Vec keep, Vec known, Vec rhs, Vec Y)
 {
-  PetscReal distance;
-
   PetscFunctionBegin;
   PetscCall(SNESComputeJacobian(snes, snes->vec_sol, snes->jacobian, snes->jacobian_pre));
   PetscCall(UpdateStep(snes, as, keep, rhs));
-  PetscCall(VecNorm(known, NORM_INFINITY, &distance));
-  if (distance > 0.0) {
-    PetscCall(MatMult(snes->jacobian, known, rhs));
-    PetscCall(VecAYPX(rhs, -1.0, snes->vec_func));
-  } else PetscCall(VecCopy(snes->vec_func, rhs));
+  PetscCall(AinsworthStepMultKnown(snes->jacobian, known, rhs));
+  PetscCall(VecAYPX(rhs, -1.0, snes->vec_func));
   PetscCall(VecPointwiseMult(rhs, keep, rhs));
   PetscCall(VecAXPY(rhs, -1.0, known)); /* -1 is on the diagonal of a held row */
   PetscCall(KSPSetOperators(snes->ksp, as->step, as->pstep ? as->pstep : as->step));
   PetscCall(SolveLoosely(snes, as, rhs, Y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* X -= Y, and F of the new X; before: F of the last X */
+PetscErrorCode AinsworthActiveSetTakeStep(SNES snes, Vec before, Vec Y)
+{
+  PetscFunctionBegin;
+  PetscCall(VecCopy(snes->vec_func, before));
+  PetscCall(VecAXPY(snes->vec_sol, -1.0, Y));
+  PetscCall(VecNorm(Y, NORM_2, &snes->ynorm));
+  PetscCall(VecNorm(snes->vec_sol, NORM_2, &snes->xnorm));
+  PetscCall(SNESComputeFunction(snes, snes->vec_sol, snes->vec_func));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -139,19 +141,18 @@ static PetscErrorCode WasLinear(SNES snes, SNES_AinsworthActiveSet *as, Vec Y, V
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the linear solve may have left of the energy norm of x. Y' J Y = y' A y, as C and -C cancel */
+/* What the linear solve may have left of the energy norm of x. Y' J Y = y' A y, as C and -C cancel. JY: overwritten */
 static PetscErrorCode EstimateLeft(SNES snes, SNES_AinsworthActiveSet *as, Vec Y, Vec JY)
 {
   PetscScalar energy[2];
   PetscReal   ratio = 1.0;
 
   PetscFunctionBegin;
-  if (!as->wrong && as->linear && as->left >= 0.0) as->left *= as->reached; /* Y was the error that the last solve left */
+  if (as->linear && as->left >= 0.0) as->left *= as->reached; /* Y was the error that the last solve left */
   else {
-    if (!as->knownJx) PetscCall(MatMult(snes->jacobian, snes->vec_sol, as->Jx));
-    as->knownJx = true;
     PetscCall(VecDot(JY, Y, &energy[0]));
-    PetscCall(VecDot(as->Jx, snes->vec_sol, &energy[1]));
+    PetscCall(MatMult(snes->jacobian, snes->vec_sol, JY));
+    PetscCall(VecDot(JY, snes->vec_sol, &energy[1]));
     if (PetscRealPart(energy[0]) > 0.0 && PetscRealPart(energy[1]) > 0.0) ratio = PetscSqrtReal(PetscRealPart(energy[0]) / PetscRealPart(energy[1]));
     as->left = as->reached * ratio;
   }
@@ -161,18 +162,17 @@ static PetscErrorCode EstimateLeft(SNES snes, SNES_AinsworthActiveSet *as, Vec Y
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* X -= Y, F of the new X, and what the step was worth; two work vectors */
-PetscErrorCode AinsworthActiveSetTakeStep(SNES snes, SNES_AinsworthActiveSet *as, Vec JY, Vec predicted, Vec Y)
+/* What the step Y was worth, where it leaves no row wrong; else the next solve is loose whatever it was. before: F of the last X; both work vectors are overwritten */
+PetscErrorCode AinsworthActiveSetJudgeStep(SNES snes, SNES_AinsworthActiveSet *as, Vec before, Vec JY, Vec Y)
 {
   PetscFunctionBegin;
+  if (as->wrong) {
+    as->left = -1.0;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(MatMult(snes->jacobian, Y, JY));
-  PetscCall(VecWAXPY(predicted, -1.0, JY, snes->vec_func));
-  PetscCall(VecAXPY(snes->vec_sol, -1.0, Y));
-  if (as->knownJx) PetscCall(VecAXPY(as->Jx, -1.0, JY));
-  PetscCall(VecNorm(Y, NORM_2, &snes->ynorm));
-  PetscCall(VecNorm(snes->vec_sol, NORM_2, &snes->xnorm));
+  PetscCall(VecAXPY(before, -1.0, JY));
   PetscCall(EstimateLeft(snes, as, Y, JY));
-  PetscCall(SNESComputeFunction(snes, snes->vec_sol, snes->vec_func));
-  PetscCall(WasLinear(snes, as, Y, predicted));
+  PetscCall(WasLinear(snes, as, Y, before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

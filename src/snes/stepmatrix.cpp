@@ -117,3 +117,41 @@ PetscErrorCode AinsworthStepMatCreate(Mat J, Vec bounded, Vec keep, Mat *step)
   else PetscCall(CreateHeld(J, J, keep, step));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* J known, which of a nest takes the columns in which something is known: seldom those of A */
+PetscErrorCode AinsworthStepMultKnown(Mat J, Vec known, Vec product)
+{
+  PetscBool       nest;
+  PetscInt        nr, nc;
+  std::vector<IS> rows, cols;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)J, MATNEST, &nest));
+  if (!nest) {
+    PetscCall(MatMult(J, known, product));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatNestGetSize(J, &nr, &nc));
+  rows.resize(nr);
+  cols.resize(nc);
+  PetscCall(MatNestGetISs(J, rows.data(), cols.data()));
+  PetscCall(VecZeroEntries(product));
+  for (PetscInt j = 0; j < nc; j++) {
+    PetscReal distance;
+    Vec       x, y;
+
+    PetscCall(VecGetSubVector(known, cols[j], &x));
+    PetscCall(VecNorm(x, NORM_INFINITY, &distance));
+    for (PetscInt i = 0; i < nr && distance > 0.0; i++) {
+      Mat block;
+
+      PetscCall(MatNestGetSubMat(J, i, j, &block));
+      if (!block) continue;
+      PetscCall(VecGetSubVector(product, rows[i], &y));
+      PetscCall(MatMultAdd(block, x, y, y));
+      PetscCall(VecRestoreSubVector(product, rows[i], &y));
+    }
+    PetscCall(VecRestoreSubVector(known, cols[j], &x));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
