@@ -35,8 +35,8 @@ static PetscErrorCode FindOwnRows(const AinsworthSaddle *sp, Mat A, Vec known, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A without the columns that mask leaves out, but for the diagonal; where A is symmetric its pattern is believed to be so, too */
-static PetscErrorCode CopyWithoutColumns(Mat A, PetscBool symmetric, Vec mask, Mat *copy)
+/* A without the columns that mask leaves out, but for the diagonal */
+static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
 {
   Vec          diagonal;
   MatNullSpace near;
@@ -46,7 +46,7 @@ static PetscErrorCode CopyWithoutColumns(Mat A, PetscBool symmetric, Vec mask, M
   PetscCall(AinsworthCreateDiagonal(A, &diagonal));
   PetscCall(MatSetOption(*copy, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE)); /* an entry of the diagonal that is zero may not be stored */
   PetscCall(MatDiagonalSet(*copy, diagonal, INSERT_VALUES));
-  if (!symmetric) PetscCall(AinsworthMakePatternSymmetric(copy));
+  PetscCall(AinsworthMakePatternSymmetric(copy));
   (*copy)->symmetric = (*copy)->hermitian = PETSC_BOOL3_UNKNOWN; /* a matrix with scaled columns is taken for one that is not */
   PetscCall(VecDestroy(&diagonal));
   PetscCall(MatGetNearNullSpace(A, &near));
@@ -65,7 +65,7 @@ static PetscErrorCode MovePmat(AinsworthSaddle *sp, Mat A, Vec mask)
   if (sp->P == sp->block[AINSWORTH_BLOCK_A] || opaque) PetscCall(AinsworthShare(A, &copy));
   else {
     PetscCall(AinsworthGetAIJ(sp->P, &P));
-    PetscCall(CopyWithoutColumns(P, PETSC_FALSE, mask, &copy));
+    PetscCall(CopyWithoutColumns(P, mask, &copy));
     PetscCall(MatGetBlockSize(sp->P, &bs));
     PetscCall(MatSetBlockSize(copy, bs));
     PetscCall(MatDestroy(&P));
@@ -77,7 +77,7 @@ static PetscErrorCode MovePmat(AinsworthSaddle *sp, Mat A, Vec mask)
 
 /*
    AinsworthSaddleFindKnown - takes the columns of known unknowns out of a copy of A, and of C, where A is not symmetric and becomes so without them, or where B,
-   which has nothing in these columns, is not C
+   which has nothing in these columns, is not C. An A that is symmetric has nothing there, and stays
 
    Collective, before the rows of C are classified: one that held known unknowns only is a row of zeros then.
 */
@@ -98,12 +98,15 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
   if (some) {
     PetscCall(VecDuplicate(known, &mask));
     PetscCall(AinsworthUpdate(mask, {known}, [](PetscInt, PetscScalar &m, PetscScalar k) { m = k == 0.0 ? 1.0 : 0.0; }));
-    PetscCall(CopyWithoutColumns(A, symmetric, mask, &copy));
-    PetscCall(AinsworthProbeSymmetry(copy, &symmetric));
-    if (symmetric || sp->rowsB != sp->rowsC) {
-      PetscCall(PetscInfo(sp->A, "Rows of A that hold nothing but their diagonal determine their unknowns: their columns move to the right-hand side\n"));
+    if (symmetric) PetscCall(AinsworthShare(sp->A, &copy));
+    else {
+      PetscCall(CopyWithoutColumns(A, mask, &copy));
       PetscCall(MatGetBlockSize(sp->A, &bs));
       PetscCall(MatSetBlockSize(copy, bs));
+      PetscCall(AinsworthProbeSymmetry(copy, &symmetric));
+    }
+    if (symmetric || sp->rowsB != sp->rowsC) {
+      PetscCall(PetscInfo(sp->A, "Rows of A that hold nothing but their diagonal determine their unknowns: their columns move to the right-hand side\n"));
       PetscCall(MovePmat(sp, copy, mask));
       PetscCall(MatDestroy(&sp->A));
       sp->A     = copy;
