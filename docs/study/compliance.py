@@ -44,9 +44,10 @@ def write(name, diagonal):
             file.write("%d %d %.17g\n" % (i + 1, i + 1, value))
 
 
-def iterations(ranks, prefix, D):
+def iterations(ranks, prefix, D, rtol=None):
     command = machine.launcher(ranks) + [machine.SOLVE] + ["-%s" % name if k else prefix + "_%s.dat" % name for name in "ACfg" for k in (1, 0)]
     command += ["-D", D, "-dll_append", machine.PLUGIN, "-ainsworth_ksp_converged_reason", "-info", ":pc"] + machine.DEFAULTS.split()
+    command += ["-ainsworth_ksp_rtol", rtol] if rtol else []
     output = subprocess.run(command, env=machine.ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True).stdout
     found = re.findall(r"^(?:.*solve converged due to \w+ iterations (\d+)|\[0\] .* another (step) follows)", output, re.M)
     if "Setting up PC" in output.split("solve converged", 1)[-1]:
@@ -121,6 +122,7 @@ def main():
     parser.add_argument("--ranks", type=int, default=1)
     parser.add_argument("--system", default="-E2 1e-3 -curved .15", help="options of twocubes")
     parser.add_argument("--n1", type=int, default=16, help="elements per edge of the first cube")
+    parser.add_argument("--rtol", help="of the reduced system, in the place of the default")
     parser.add_argument("--most", type=float, help="how many times the iterations of D = 0 are allowed")
     parser.add_argument("--collection", nargs="+", default=[], help="names of systems of tests/systems instead")
     parser.add_argument("--scales", nargs="+", type=float, default=SCALES, help="D / F of these systems")
@@ -140,7 +142,7 @@ def main():
         row = []
         for _, diagonal in cases:
             write(D, diagonal)
-            row.append(iterations(options.ranks, prefix, D))
+            row.append(iterations(options.ranks, prefix, D, options.rtol))
         print("| `%s`, iterations | %s |" % (options.system, " | ".join(row)))
     if options.most:
         totals = [sum(1 if k == "s" else int(k) for k in count.split("+")) if count != "no" else math.inf for count in row]

@@ -38,28 +38,35 @@ static PetscErrorCode Tolerates(KSP ksp, PetscBool *tolerates)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode UseDouble(PC pc)
+static PetscErrorCode UseDouble(PC pc, const char why[])
 {
   PC_BlockSA *sa = BlockSA(pc);
 
   PetscFunctionBegin;
-  PetscCall(PetscInfo(pc, "The caller is not known to tolerate single precision: the levels have double precision\n"));
+  PetscCall(PetscInfo(pc, "%s: the levels have double precision\n", why));
   sa->options.single = PETSC_FALSE;
   if (sa->levels.hierarchy && sa->levels.hierarchy->single()) sa->stale = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Before the set-up, from a caller that knows the method: no levels are made that it does not tolerate */
-PetscErrorCode PCBlockSAExpect_Private(PC pc, KSP ksp)
+static const char untold[] = "The caller is not known to tolerate single precision";
+
+/*
+   Before the set-up, from a caller that knows the method, and whether the matrix may be nearly singular: no levels are made in a precision for which that is too
+   much. *single: single precision is what they have; false for a PC of another type
+*/
+PetscErrorCode PCBlockSAExpect_Private(PC pc, KSP ksp, PetscBool singular, PetscBool *single)
 {
   PC_BlockSA *sa = NULL;
   PetscBool   tolerates;
 
   PetscFunctionBegin;
   PetscCall(PCBlockSAGet_Private(pc, &sa));
-  if (!sa || sa->given || !sa->options.single) PetscFunctionReturn(PETSC_SUCCESS);
+  *single = (PetscBool)(sa && sa->options.single);
+  if (!*single || sa->given) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Tolerates(ksp, &tolerates));
-  if (!tolerates) PetscCall(UseDouble(pc));
+  *single = (PetscBool)(tolerates && !singular);
+  if (!*single) PetscCall(UseDouble(pc, tolerates ? "The matrix may be nearly singular" : untold));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -115,7 +122,7 @@ static PetscErrorCode PCApply_BlockSA(PC pc, Vec b, Vec x)
 
   PetscFunctionBegin;
   if (sa->levels.hierarchy->single() && !sa->given && !sa->tolerant) {
-    PetscCall(UseDouble(pc));
+    PetscCall(UseDouble(pc, untold));
     PetscCall(PCSetUp_BlockSA(pc));
     pc->setupcalled = PETSC_TRUE;
   }

@@ -42,7 +42,7 @@ PETSC_INTERN PetscErrorCode PCCreate_BlockSA(PC);
 PetscErrorCode              PCSetUp_BlockSA(PC);
 PetscErrorCode              PCBlockSASetBounds_Private(PC, PetscReal);
 PetscErrorCode              PCBlockSAGet_Private(PC, PC_BlockSA **); /* NULL for a PC of another type */
-PetscErrorCode              PCBlockSAExpect_Private(PC, KSP);
+PetscErrorCode              PCBlockSAExpect_Private(PC, KSP, PetscBool, PetscBool *);
 PetscErrorCode              PCBlockSAGetProduct_Private(PC, Mat *);
 
 PETSC_INTERN PetscErrorCode KSPCreate_ChebyshevSingle(KSP);

@@ -39,7 +39,7 @@ static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInpu
 static const size_t mostShared = 16;
 
 /* The preconditioning matrix, and the penalty that it has in common with the operator */
-static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PetscInt *bad)
+static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner, PetscInt *bad)
 {
   AinsworthPmatInputs   in;
   AinsworthPmatOptions  options = data->choices.pmat;
@@ -61,6 +61,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PetscInt
   PetscCall(AinsworthGetAIJ(in.A, &in.aij));
   PetscCall(AinsworthPmatGetFill(in.aij, in.C, &in.fill));
   data->longRows = in.fill.leftOut;
+  PetscCall(PCBlockSAExpect_Private(inner, data->ksp, (PetscBool)(data->longRows > 0), &in.single));
   PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, data->longRows ? in.fill.most : PETSC_MAX_INT));
   PetscCall(AinsworthPmatFindShared(in.aij, in.C, &in.fill, &shares, &alone));
   PetscCall(PCAinsworthIteratesInKernel_Private(data, &inKernel));
@@ -102,7 +103,7 @@ static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
 static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, char why[], size_t len)
 {
   PetscInt  bad = -1;
-  PetscBool definite;
+  PetscBool definite, single;
   PetscBool again = PETSC_TRUE;
   PC        inner;
   Mat       operation, M;
@@ -113,7 +114,8 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, 
   while (again) {
     PetscCall(MatDestroy(&data->M));
     PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->format));
-    if (data->constraints) PetscCall(SetUpPmat(data, ctx, &bad));
+    if (data->constraints) PetscCall(SetUpPmat(data, ctx, inner, &bad));
+    else PetscCall(PCBlockSAExpect_Private(inner, data->ksp, PETSC_FALSE, &single));
     if (bad >= 0) {
       PetscCall(PetscSNPrintf(why, len,
                               "Row %" PetscInt_FMT
@@ -218,7 +220,6 @@ PetscErrorCode PCAinsworthKeepOrSetUpInner_Private(PC pc, PC_Ainsworth *data, Ma
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PCAinsworthKeepInner_Private(data, PETSC_FALSE));
-  PetscCall(PCBlockSAExpect_Private(inner, data->ksp));
   if (sa) sa->keep = keep;
   else PetscCall(data->source.take(data->saddle.C, NULL));
   if (!keep) PetscCall(PCAinsworthForgetCounts_Private(data));

@@ -236,7 +236,7 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscCall(CreatePenalty(in, opt, C, projection, penalty, &series));
   PetscCall(MultiplyBothSides(C, series, pmat));
   PetscCall(VecDestroy(&series));
-  if (in->fill.leftOut) PetscCall(AinsworthPmatCreateShift(in->aij, in->C, in->inverseDiagonal, &in->fill, &shift));
+  if (in->fill.leftOut) PetscCall(AinsworthPmatCreateShift(in, &shift));
   for (Mat *part : {&projection, &loose, &held, &shift}) {
     if (*part) PetscCall(MatAXPY(*pmat, 1.0, *part, DIFFERENT_NONZERO_PATTERN));
     PetscCall(MatDestroy(part));

@@ -61,6 +61,7 @@ struct AinsworthPmatInputs {
   Vec                   compliance;      /* sums of the rows of |D|, negative where D_ii is; NULL: D = 0 */
   Vec                   inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
   AinsworthPmatFormat   format;
+  PetscBool             single; /* the inner preconditioner works in single precision */
   PetscInt              bs;     /* of M_*, which A may not know */
   AinsworthPmatFill     fill;   /* of A and C */
   std::vector<PetscInt> shared; /* unknowns that M_* holds instead of what rows of C couple them with: conjugate gradients move them (ksp/shared.cpp) */
@@ -81,7 +82,7 @@ PetscErrorCode AinsworthPmatFindShared(Mat, Mat, const AinsworthPmatFill *, Pets
 PetscErrorCode AinsworthPmatHoldShared(const AinsworthPmatInputs *, Mat *, Mat *);
 PetscErrorCode AinsworthPmatCreatePrivate(Mat, Vec, const AinsworthPmatFill *, Mat *, PetscBool *);
 PetscErrorCode AinsworthCreateFromDiagonal(Vec, Mat *);
-PetscErrorCode AinsworthPmatCreateShift(Mat, Mat, Vec, const AinsworthPmatFill *, Mat *);
+PetscErrorCode AinsworthPmatCreateShift(const AinsworthPmatInputs *, Mat *);
 
 PetscErrorCode AinsworthMultiplyAdjoint(Mat, Mat, Mat *);
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);

@@ -160,21 +160,22 @@ PetscErrorCode AinsworthCreateFromDiagonal(Vec d, Mat *mat)
    M_* stays positive definite where they alone hold a body, and a rigid motion of all unknowns has the energy that it has with
    `shift` diag(A), whatever part of them these rows have
 */
-PetscErrorCode AinsworthPmatCreateShift(Mat A, Mat C, Vec inverseDiagonal, const AinsworthPmatFill *fill, Mat *shift)
+PetscErrorCode AinsworthPmatCreateShift(const AinsworthPmatInputs *in, Mat *shift)
 {
-  static const PetscReal small = 1e-5, largest = 1e-2; /* below bending of thin bodies, and well above what single precision resolves */
-  PetscReal              held = 0.0;
-  PetscInt               N;
-  Vec                    counts, d;
+  /* below bending of thin bodies, as far as precision allows: 1e-8 is too little for single, and 1e-9 for double */
+  const PetscReal small = in->single ? 1e-5 : 1e-7, largest = 1e3 * small;
+  PetscReal       held = 0.0;
+  PetscInt        N;
+  Vec             counts, d;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthCountRows(C, fill->most, &counts));
-  PetscCall(MatGetSize(A, &N, NULL));
+  PetscCall(AinsworthCountRows(in->C, in->fill.most, &counts));
+  PetscCall(MatGetSize(in->aij, &N, NULL));
   PetscCall(AinsworthForEntries({counts}, [&](PetscInt, PetscScalar count) { held += PetscRealPart(count) > 0.0; }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &held, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)A)));
-  PetscCall(VecDuplicate(inverseDiagonal, &d));
-  PetscCall(AinsworthGetDiagonal(A, d));
-  PetscCall(AinsworthUpdate(counts, {inverseDiagonal, d}, [=](PetscInt, PetscScalar &count, PetscScalar inverse, PetscScalar diagonal) {
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &held, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)in->aij)));
+  PetscCall(VecDuplicate(in->inverseDiagonal, &d));
+  PetscCall(AinsworthGetDiagonal(in->aij, d));
+  PetscCall(AinsworthUpdate(counts, {in->inverseDiagonal, d}, [=](PetscInt, PetscScalar &count, PetscScalar inverse, PetscScalar diagonal) {
     if (PetscRealPart(count) > 0.0) count = (diagonal == 0.0 ? 1.0 : PetscMin(largest, small * N / held)) / inverse;
   }));
   PetscCall(AinsworthCreateFromDiagonal(counts, shift));
