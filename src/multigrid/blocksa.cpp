@@ -52,8 +52,8 @@ static PetscErrorCode UseDouble(PC pc, const char why[])
 static const char untold[] = "The caller is not known to tolerate single precision";
 
 /*
-   Before the set-up, from a caller that knows the method, and whether the matrix may be nearly singular: no levels are made in a precision for which that is too
-   much. *single: single precision is what they have; false for a PC of another type
+   Before the set-up, from a caller that knows the method, and whether the matrix may be nearly singular: the levels get the precision that both allow, single
+   or not; never single for a PC of another type
 */
 PetscErrorCode PCBlockSAExpect_Private(PC pc, KSP ksp, PetscBool singular, PetscBool *single)
 {

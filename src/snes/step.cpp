@@ -162,7 +162,10 @@ static PetscErrorCode EstimateLeft(SNES snes, SNES_AinsworthActiveSet *as, Vec Y
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the step Y was worth, where it leaves no row wrong; else the next solve is loose whatever it was. before: F of the last X; both work vectors are overwritten */
+/*
+   What the step Y was worth, where it leaves no row wrong; else the next solve is loose whatever it was. before: F of the last X; both work vectors are
+   overwritten
+*/
 PetscErrorCode AinsworthActiveSetJudgeStep(SNES snes, SNES_AinsworthActiveSet *as, Vec before, Vec JY, Vec Y)
 {
   PetscFunctionBegin;
