@@ -135,16 +135,26 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does the method end by the energy, which is fair to all unknowns (energetic), or is it the one that is taken where there is none (fair, too)? */
+/*
+   Does the method end by the energy, which is fair to all unknowns (energetic), or is it the one that is taken where there is none (fair, too)? What either
+   says of the error is as good as the preconditioner: one that knows of single unknowns or of parts of them is blind to what they do together, and one of a
+   matrix that could not be factored may be
+*/
 static PetscErrorCode IsFair(const PC_Ainsworth *data, PetscBool *energetic, PetscBool *fair)
 {
-  KSPType type;
+  KSPType   type;
+  PC        inner;
+  PetscBool blind;
 
   PetscFunctionBegin;
   PetscCall(KSPGetType(data->ksp, &type));
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &blind, PCNONE, PCJACOBI, PCPBJACOBI, PCBJACOBI, PCSOR, PCILU, PCICC, ""));
   PetscCall(PCAinsworthIsConjugateGradients_Private(type, energetic));
-  *fair = *energetic;
-  if (!*fair) PetscCall(PetscStrInList(type, KSPGMRES "," KSPFGMRES, ',', fair));
+  blind      = (PetscBool)(blind || data->escape.refused);
+  *energetic = (PetscBool)(*energetic && !blind);
+  *fair      = *energetic;
+  if (!*fair && !blind) PetscCall(PetscStrInList(type, KSPGMRES "," KSPFGMRES, ',', fair));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -158,10 +168,10 @@ bool PCAinsworthRefinesRows_Private(const PC_Ainsworth *data, PetscReal tol)
    PCAinsworthRefineRows_Private - generalized conjugate residuals, preconditioned by reduced solves
 
    Where D is not zero, or B is not C, unknowns of very different stiffness meet, and the norms of the reduced solve are not fair to all of them; those of
-   methods other than conjugate gradients and GMRES are not either, whatever the system; with both, what further solves cannot mend is no solution. Nor is
-   an x that may still be far off: solves tell how far what is left moves it. After conjugate gradients a step of steepest descent, or solves to half of what
-   is left, two at most, are enough to tell that it moves x too little to count, whatever it is of a row with small terms; where springs are much softer than A, that step
-   is taken after any method.
+   methods other than conjugate gradients and GMRES, or with a preconditioner such as Jacobi, are not either, whatever the system; with both, what further
+   solves cannot mend is no solution. Nor is an x that may still be far off: solves tell how far what is left moves it. After conjugate gradients a step of
+   steepest descent, or solves to half of what is left, two at most, are enough to tell that it moves x too little to count, whatever it is of a row with small
+   terms; where springs are much softer than A, that step is taken after any method.
 
    tol: what was asked for, negative where nothing was. stopped: rounding ended the first solve, and another one has to agree with what it has. verified: what
    it has is met to the energy. left: of both equations, by y; both are changed. refined: there was something to do. why: what is left where that is too much,
@@ -187,7 +197,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   energetic = (PetscBool)(energetic && data->adjoint && verified && !stopped);
   strict    = PCAinsworthRefinesRows_Private(data, tol);
   if (!strict && (fair || !data->constraints || tol < 0.0)) PetscFunctionReturn(PETSC_SUCCESS);
-  little = energetic || !strict ? AinsworthSmallTerms : AinsworthSmallTerms / 100;
+  little = energetic ? AinsworthSmallTerms : AinsworthSmallTerms / 100;
   strict = strict && !fair;
   enough = PetscMax(strict ? tol : 10 * tol, rounding);
   nearly = 60 * enough;
