@@ -137,24 +137,24 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
 
 /*
    Does the method end by the energy, which is fair to all unknowns (energetic), or is it the one that is taken where there is none (fair, too)? What either
-   says of the error is as good as the preconditioner: one that knows of single unknowns or of parts of them is blind to what they do together, and one of a
-   matrix that could not be factored may be
+   says of the error is as good as the preconditioner: one that knows of single unknowns or of parts of them is blind to what they do together, and
+   one of a matrix that could not be factored may be
 */
-static PetscErrorCode IsFair(const PC_Ainsworth *data, PetscBool *energetic, PetscBool *fair)
+static PetscErrorCode IsFair(const PC_Ainsworth *data, PetscBool *energetic, PetscBool *fair, PetscBool *blind)
 {
   KSPType   type;
   PC        inner;
-  PetscBool blind;
+  PetscBool doubtful;
 
   PetscFunctionBegin;
   PetscCall(KSPGetType(data->ksp, &type));
   PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &blind, PCNONE, PCJACOBI, PCPBJACOBI, PCBJACOBI, PCSOR, PCILU, PCICC, ""));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, blind, PCNONE, PCJACOBI, PCPBJACOBI, PCBJACOBI, PCSOR, PCILU, PCICC, ""));
   PetscCall(PCAinsworthIsConjugateGradients_Private(type, energetic));
-  blind      = (PetscBool)(blind || data->escape.refused);
-  *energetic = (PetscBool)(*energetic && !blind);
+  doubtful   = (PetscBool)(*blind || data->escape.refused);
+  *energetic = (PetscBool)(*energetic && !doubtful);
   *fair      = *energetic;
-  if (!*fair && !blind) PetscCall(PetscStrInList(type, KSPGMRES "," KSPFGMRES, ',', fair));
+  if (!*fair && !doubtful) PetscCall(PetscStrInList(type, KSPGMRES "," KSPFGMRES, ',', fair));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -187,17 +187,17 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   int                            idle = 0, solves = 0;
   PCAinsworthFields              weights, others, kept;
   std::vector<PCAinsworthFields> directions, images;
-  PetscBool                      some = PETSC_TRUE, known = PETSC_TRUE, fair, energetic;
+  PetscBool                      some = PETSC_TRUE, known = PETSC_TRUE, fair, energetic, blind;
   bool                           strict, probing, helped = false;
 
   PetscFunctionBegin;
   *refined = PETSC_FALSE;
   why[0]   = 0;
-  PetscCall(IsFair(data, &energetic, &fair));
+  PetscCall(IsFair(data, &energetic, &fair, &blind));
   energetic = (PetscBool)(energetic && data->adjoint && verified && !stopped);
   strict    = PCAinsworthRefinesRows_Private(data, tol);
   if (!strict && (fair || !data->constraints || tol < 0.0)) PetscFunctionReturn(PETSC_SUCCESS);
-  little = energetic ? AinsworthSmallTerms : AinsworthSmallTerms / 100;
+  little = energetic || (!strict && !blind) ? AinsworthSmallTerms : AinsworthSmallTerms / 100;
   strict = strict && !fair;
   enough = PetscMax(strict ? tol : 10 * tol, rounding);
   nearly = 60 * enough;

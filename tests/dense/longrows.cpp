@@ -93,7 +93,7 @@ static PetscErrorCode LongRow(bool floating, PCAinsworthPmatType type)
   W      = DiagonalWeight(d.A);
   shortC = d.C;
   shortC.row(m - 1).setZero();
-  for (PetscInt i = n - size; i < n; i++) shift[i] = 1e-5 * n / size / W[i];
+  for (PetscInt i = n - size; i < n; i++) shift[i] = 1e-7 * n / size / W[i]; /* of a preconditioner in double precision */
   if (type == PC_AINSWORTH_PMAT_ID) expected = d.A + shortC.adjoint() * B.asDiagonal() * shortC;
   else expected = Jcb(d.A, shortC, W, B);
   expected += Dense(shift.asDiagonal());
