@@ -3,6 +3,7 @@
 #include "../hermitian.h"
 
 static const char *const precisions[] = {"double", "single", "Precision", "", NULL};
+static const char        untold[]     = "The caller is not known to tolerate single precision";
 
 PetscErrorCode PCBlockSAGet_Private(PC pc, PC_BlockSA **sa)
 {
@@ -48,8 +49,6 @@ static PetscErrorCode UseDouble(PC pc, const char why[])
   if (sa->levels.hierarchy && sa->levels.hierarchy->single()) sa->stale = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-
-static const char untold[] = "The caller is not known to tolerate single precision";
 
 /*
    Before the set-up, from a caller that knows the method, and whether the matrix may be nearly singular: the levels get the precision that both allow, single

@@ -61,21 +61,30 @@ static PetscErrorCode CreateHeld(Mat like, Mat M, Vec keep, Mat *held)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode GetNestISs(Mat J, std::vector<IS> *rows, std::vector<IS> *cols)
+{
+  PetscInt nr, nc;
+
+  PetscFunctionBegin;
+  PetscCall(MatNestGetSize(J, &nr, &nc));
+  rows->resize(nr);
+  cols->resize(nc);
+  PetscCall(MatNestGetISs(J, rows->data(), cols->data()));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode CreateNest(Mat J, Vec bounded, Vec keep, Mat *step)
 {
-  PetscInt         nr, nc;
   std::vector<IS>  rows, cols;
   std::vector<Vec> held; /* keep of the fields that have bounds, NULL for others */
   std::vector<Mat> block;
 
   PetscFunctionBegin;
-  PetscCall(MatNestGetSize(J, &nr, &nc));
+  PetscCall(GetNestISs(J, &rows, &cols));
+  const PetscInt nr = (PetscInt)rows.size(), nc = (PetscInt)cols.size();
   PetscCheck(nr == nc, PetscObjectComm((PetscObject)J), PETSC_ERR_ARG_SIZ,
              "The Jacobian is a MatNest of %" PetscInt_FMT " by %" PetscInt_FMT " blocks, SNES type %s needs as many rows as columns", nr, nc,
              SNESAINSWORTHACTIVESET);
-  rows.resize(nr);
-  cols.resize(nc);
-  PetscCall(MatNestGetISs(J, rows.data(), cols.data()));
   for (IS is : rows) {
     PetscReal some;
     Vec       part, copy = NULL;
@@ -122,7 +131,6 @@ PetscErrorCode AinsworthStepMatCreate(Mat J, Vec bounded, Vec keep, Mat *step)
 PetscErrorCode AinsworthStepMultKnown(Mat J, Vec known, Vec product)
 {
   PetscBool       nest;
-  PetscInt        nr, nc;
   std::vector<IS> rows, cols;
 
   PetscFunctionBegin;
@@ -131,21 +139,18 @@ PetscErrorCode AinsworthStepMultKnown(Mat J, Vec known, Vec product)
     PetscCall(MatMult(J, known, product));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(MatNestGetSize(J, &nr, &nc));
-  rows.resize(nr);
-  cols.resize(nc);
-  PetscCall(MatNestGetISs(J, rows.data(), cols.data()));
+  PetscCall(GetNestISs(J, &rows, &cols));
   PetscCall(VecZeroEntries(product));
-  for (PetscInt j = 0; j < nc; j++) {
+  for (size_t j = 0; j < cols.size(); j++) {
     PetscReal distance;
     Vec       x, y;
 
     PetscCall(VecGetSubVector(known, cols[j], &x));
     PetscCall(VecNorm(x, NORM_INFINITY, &distance));
-    for (PetscInt i = 0; i < nr && distance > 0.0; i++) {
+    for (size_t i = 0; i < rows.size() && distance > 0.0; i++) {
       Mat block;
 
-      PetscCall(MatNestGetSubMat(J, i, j, &block));
+      PetscCall(MatNestGetSubMat(J, (PetscInt)i, (PetscInt)j, &block));
       if (!block) continue;
       PetscCall(VecGetSubVector(product, rows[i], &y));
       PetscCall(MatMultAdd(block, x, y, y));
