@@ -183,7 +183,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   static const PetscReal         rounding = 1e-13, determined = 1e-6, margin = 10;
   static const int               most = 10, patience = 3, probes = 2;
   const PetscReal                open = PetscMax(1e4 * tol, determined);
-  PetscReal                      little, enough, nearly, wanted, error, best, change, softest, moves = 0.0;
+  PetscReal                      little, enough, nearly, wanted, error, best, softest, change = 0.0, moves = 0.0;
   int                            idle = 0, solves = 0;
   PCAinsworthFields              weights, others, kept;
   std::vector<PCAinsworthFields> directions, images;
@@ -211,8 +211,10 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   PetscCall(VecCopy(y.dual, kept.dual));
   PetscCall(AinsworthTermsSoftest(&data->saddle, &softest));
   probing    = error > wanted ? (bool)energetic : softest > open / enough; /* by a step, where it may do, and by loose solves */
+  /* of x; without an energy the last solve has to agree, unless rounding alone tells them apart */
+  auto shift = [&](PetscReal left) { return PetscMax(moves * left, energetic || left <= rounding ? 0.0 : change); };
   auto unmet = [&](PetscReal left) {
-    return moves * left > open || (left > wanted && !(helped && left <= margin * margin * enough && moves * left <= open / margin));
+    return shift(left) > open || (left > wanted && !(helped && left <= margin * margin * enough && moves * left <= open / margin));
   };
   *refined = (PetscBool)(probing || unmet(error));
   for (; solves < most && (unmet(error) || (probing && !solves)) && some && idle < patience; solves++) {
@@ -237,13 +239,13 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   PetscCall(VecCopy(kept.primal, y.primal));
   PetscCall(VecCopy(kept.dual, y.dual));
   data->knownAx = known;
-  wanted        = enough;
+  wanted = enough = PetscMax(10 * tol, rounding); /* what the solves have aimed below */
   if (unmet(best) && best > enough)
     PetscCall(
       PetscSNPrintf(why, len, "The system is not met: a row of both equations is left with %g of its terms, and further solves do not help", (double)best));
   else if (unmet(best))
     PetscCall(PetscSNPrintf(why, len, "The solution is not met: rows are left with up to %g of their terms, which another solve takes for %g of x",
-                            (double)best, (double)(moves * best)));
+                            (double)best, (double)shift(best)));
   for (auto *list : {&directions, &images})
     for (PCAinsworthFields &v : *list) PetscCall(PCAinsworthFieldsDestroy(&v));
   PetscCall(PCAinsworthFieldsDestroy(&weights));

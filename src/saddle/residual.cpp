@@ -9,7 +9,8 @@
    `rounding` is that of an entry of x among larger ones;
    `coupled` is what a row may be left with that D couples to others, relative to what was asked for;
    `given` is what a force on an unknown without stiffness may be missed by, relative to tol;
-   `told` is that of a row that depends on others nearly; `before` that of one that depends on others, of the largest terms of earlier solves
+   `told` is that of a row that depends on others nearly; `before` that of one that depends on others, of the largest terms of earlier solves;
+   `shown` is how much more of the rounding of other unknowns a dependent row may have than the rows that are kept, and `least` the part of it that it always may
 */
 static const PetscReal own      = 1e-10;
 static const PetscReal doubted  = 1e-6;
@@ -20,6 +21,8 @@ static const PetscReal coupled  = 100;
 static const PetscReal given    = 100;
 static const PetscReal told     = 1e-12;
 static const PetscReal before   = 1e-10;
+static const PetscReal shown    = 1e3;
+static const PetscReal least    = 0.03;
 
 /* primal = f - op(A) x - B' lambda, dual = g - C x + D lambda, of the matrix as the program passed it; Ax becomes op(A) x, unless it is that already */
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal,
@@ -147,6 +150,26 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Terms of dependent rows with no more than that part of what they get from other unknowns: a row of C x = g alone has |C_i| |x| + |g_i| */
+static PetscErrorCode NarrowDependent(const AinsworthSaddle *sp, PetscReal part, Vec g, Vec x, Vec terms)
+{
+  Vec absolute, alone;
+
+  PetscFunctionBegin;
+  if (!sp->count[AINSWORTH_ROW_DEPENDENT] || part >= 1.0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthDuplicateAbs(x, &absolute));
+  PetscCall(VecDuplicate(terms, &alone));
+  PetscCall(MatMult(sp->absolute, absolute, alone));
+  PetscCall(AinsworthUpdate(terms, {alone, g}, [=](PetscInt i, PetscScalar &t, PetscScalar a, PetscScalar b) {
+    const PetscReal rest = PetscRealPart(t) - PetscRealPart(a) - PetscAbsScalar(b);
+
+    if (sp->kind[i] == AINSWORTH_ROW_DEPENDENT && rest > 0.0) t -= (1.0 - part) * rest;
+  }));
+  PetscCall(VecDestroy(&absolute));
+  PetscCall(VecDestroy(&alone));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthSaddleCheckDual - the rows of g - C x + D lambda that are not met: zero and dependent rows, whose right-hand side no x can have, and others
 
@@ -168,7 +191,7 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   static const char near[] = "not met on rows of C that were left out, as the Gram matrix C W C' does not tell them from others (rows %s of the multiplier "
                              "field): no solution is found where rows are so near each other in the norm of W";
   Vec               slack, stiffness;
-  PetscReal         rhs, least;
+  PetscReal         rhs, softest;
   AinsworthUnmet    close;
   std::vector<bool> unmet(sp->local);
 
@@ -178,7 +201,9 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   PetscCall(VecNorm(g, NORM_INFINITY, &rhs));
   PetscCall(VecDuplicate(residual, terms));
   PetscCall(AinsworthTermsDual(sp, allowed, g, x, lambda, *terms, &slack));
-  auto look = [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar b, PetscScalar l, PetscScalar e) {
+  bool dependents = false; /* rows of this kind, or all others */
+  auto look       = [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar b, PetscScalar l, PetscScalar e) {
+    if ((sp->kind[i] == AINSWORTH_ROW_DEPENDENT) != dependents) return;
     const PetscReal size  = PetscRealPart(s);
     const bool      empty = size <= PetscAbsScalar(b); /* other zero rows had columns of unknowns that are known */
     const PetscReal own   = !slack ? 0.0 : PetscRealPart(l) > 0.0 ? PetscRealPart(l) : PetscMin(coupled * tol, 1.0) * size;
@@ -194,8 +219,11 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
     if (!zero && found > where->quotient) *where = {found, rest, size, sp->first + i};
   };
   PetscCall(AinsworthForEntries({residual, *terms, g, slack ? slack : g, earlier ? earlier : g}, look));
-  PetscCall(VecDestroy(&slack));
   PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), worst));
+  PetscCall(NarrowDependent(sp, PetscMax(shown * worst->quotient, least), g, x, *terms));
+  dependents = true;
+  PetscCall(AinsworthForEntries({residual, *terms, g, slack ? slack : g, earlier ? earlier : g}, look));
+  PetscCall(VecDestroy(&slack));
   PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), &close));
   for (const auto &c : contradictions) {
     char              names[128];
@@ -206,8 +234,8 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
     PetscCall(AinsworthSaddleNameRows(sp, marked, names, sizeof(names)));
     if (!names[0]) continue;
     PetscCall(AinsworthTermsStiffness(sp, &stiffness));
-    PetscCall(VecMin(stiffness, NULL, &least)); /* 0: an unknown without stiffness, whose weight is made up */
-    PetscCall(PetscSNPrintf(contradiction, len, c.kind == AINSWORTH_ROW_DEPENDENT && (sp->nearly || least == 0.0) ? near : c.text, names));
+    PetscCall(VecMin(stiffness, NULL, &softest)); /* 0: an unknown without stiffness, whose weight is made up */
+    PetscCall(PetscSNPrintf(contradiction, len, c.kind == AINSWORTH_ROW_DEPENDENT && (sp->nearly || softest == 0.0) ? near : c.text, names));
   }
   if (!contradiction[0] && close.quotient > worst->quotient) *worst = close;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -132,20 +132,23 @@ PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal allowed, Vec g,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of each column of M the smallest entry, of those that are not zero; 0 where there is none. least: as the columns of M */
+/* Of each column of M the smallest entry that is not zero, or the rounding of one; 0 where there is none. M has none below 0. least: as the columns of M */
 static PetscErrorCode LeastOfColumns(Mat M, Vec least)
 {
-  Mat          Mt;
-  PetscScalar *l;
+  static const PetscReal rounding = 1e-12; /* relative to the largest: a lever arm, as the difference of coordinates */
+  Mat                    Mt;
+  PetscScalar           *l;
 
   PetscFunctionBegin;
   PetscCall(MatTranspose(M, MAT_INITIAL_MATRIX, &Mt));
   PetscCall(VecGetArrayWrite(least, &l));
   PetscCall(AinsworthForRows(Mt, [l](const AinsworthMatRow &row) {
-    PetscReal smallest = 0.0;
+    PetscReal largest = 0.0, smallest;
 
+    for (PetscInt k = 0; k < row.n; k++) largest = PetscMax(largest, PetscRealPart(row.a[k]));
+    smallest = largest;
     for (PetscInt k = 0; k < row.n; k++)
-      if (row.a[k] != 0.0 && (smallest == 0.0 || PetscRealPart(row.a[k]) < smallest)) smallest = PetscRealPart(row.a[k]);
+      if (PetscRealPart(row.a[k]) > rounding * largest) smallest = PetscMin(smallest, PetscRealPart(row.a[k]));
     l[row.local] = smallest;
   }));
   PetscCall(VecRestoreArrayWrite(least, &l));
