@@ -210,7 +210,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   PetscCall(VecCopy(y.primal, kept.primal));
   PetscCall(VecCopy(y.dual, kept.dual));
   PetscCall(AinsworthTermsSoftest(&data->saddle, &softest));
-  probing    = error > wanted ? (bool)energetic : softest > open / enough; /* by a step, where it may do, and by loose solves */
+  probing = error > wanted ? (bool)energetic : softest > open / enough; /* by a step, where it may do, and by loose solves */
   /* of x; without an energy the last solve has to agree, unless rounding alone tells them apart */
   auto shift = [&](PetscReal left) { return PetscMax(moves * left, energetic || left <= rounding ? 0.0 : change); };
   auto unmet = [&](PetscReal left) {

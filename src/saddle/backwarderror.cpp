@@ -57,7 +57,7 @@ PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool trans
   PetscFunctionBegin;
   *error = 0.0;
   PetscCall(AinsworthTermsPrimal(sp, transpose, PETSC_INFINITY, f, x, lambda, Ax, rowsPrimal));
-  PetscCall(AinsworthTermsDual(sp, 0.0, g, x, lambda, rowsDual, &slack));
+  PetscCall(AinsworthTermsDual(sp, AinsworthCombinedLeast, 0.0, g, x, lambda, rowsDual, &slack));
   PetscCall(RaiseSmallTerms(sp, little, rowsDual, rowsPrimal));
   PetscCall(LargestQuotient(primal, rowsPrimal, NULL, error));
   PetscCall(LargestQuotient(dual, rowsDual, sp->kind, error));

@@ -10,7 +10,7 @@
    `coupled` is what a row may be left with that D couples to others, relative to what was asked for;
    `given` is what a force on an unknown without stiffness may be missed by, relative to tol;
    `told` is that of a row that depends on others nearly; `before` that of one that depends on others, of the largest terms of earlier solves;
-   `shown` is how much more of the rounding of other unknowns a dependent row may have than the rows that are kept, and `least` the part of it that it always may
+   `shown` is how much more of the rounding of other unknowns a dependent row may have than the rows that are kept have
 */
 static const PetscReal own      = 1e-10;
 static const PetscReal doubted  = 1e-6;
@@ -22,7 +22,6 @@ static const PetscReal given    = 100;
 static const PetscReal told     = 1e-12;
 static const PetscReal before   = 1e-10;
 static const PetscReal shown    = 1e3;
-static const PetscReal least    = 0.03;
 
 /* primal = f - op(A) x - B' lambda, dual = g - C x + D lambda, of the matrix as the program passed it; Ax becomes op(A) x, unless it is that already */
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal,
@@ -150,26 +149,6 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Terms of dependent rows with no more than that part of what they get from other unknowns: a row of C x = g alone has |C_i| |x| + |g_i| */
-static PetscErrorCode NarrowDependent(const AinsworthSaddle *sp, PetscReal part, Vec g, Vec x, Vec terms)
-{
-  Vec absolute, alone;
-
-  PetscFunctionBegin;
-  if (!sp->count[AINSWORTH_ROW_DEPENDENT] || part >= 1.0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthDuplicateAbs(x, &absolute));
-  PetscCall(VecDuplicate(terms, &alone));
-  PetscCall(MatMult(sp->absolute, absolute, alone));
-  PetscCall(AinsworthUpdate(terms, {alone, g}, [=](PetscInt i, PetscScalar &t, PetscScalar a, PetscScalar b) {
-    const PetscReal rest = PetscRealPart(t) - PetscRealPart(a) - PetscAbsScalar(b);
-
-    if (sp->kind[i] == AINSWORTH_ROW_DEPENDENT && rest > 0.0) t -= (1.0 - part) * rest;
-  }));
-  PetscCall(VecDestroy(&absolute));
-  PetscCall(VecDestroy(&alone));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    AinsworthSaddleCheckDual - the rows of g - C x + D lambda that are not met: zero and dependent rows, whose right-hand side no x can have, and others
 
@@ -200,7 +179,7 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   contradiction[0] = 0;
   PetscCall(VecNorm(g, NORM_INFINITY, &rhs));
   PetscCall(VecDuplicate(residual, terms));
-  PetscCall(AinsworthTermsDual(sp, allowed, g, x, lambda, *terms, &slack));
+  PetscCall(AinsworthTermsDual(sp, 1.0, allowed, g, x, lambda, *terms, &slack));
   bool dependents = false; /* rows of this kind, or all others */
   auto look       = [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar b, PetscScalar l, PetscScalar e) {
     if ((sp->kind[i] == AINSWORTH_ROW_DEPENDENT) != dependents) return;
@@ -220,11 +199,18 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   };
   PetscCall(AinsworthForEntries({residual, *terms, g, slack ? slack : g, earlier ? earlier : g}, look));
   PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), worst));
-  PetscCall(NarrowDependent(sp, PetscMax(shown * worst->quotient, least), g, x, *terms));
-  dependents = true;
-  PetscCall(AinsworthForEntries({residual, *terms, g, slack ? slack : g, earlier ? earlier : g}, look));
   PetscCall(VecDestroy(&slack));
-  PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), &close));
+  if (sp->count[AINSWORTH_ROW_DEPENDENT]) {
+    Vec narrow;
+
+    PetscCall(VecDuplicate(residual, &narrow));
+    PetscCall(AinsworthTermsDual(sp, PetscMin(PetscMax(shown * worst->quotient, AinsworthCombinedLeast), 1.0), allowed, g, x, lambda, narrow, &slack));
+    dependents = true;
+    PetscCall(AinsworthForEntries({residual, narrow, g, slack ? slack : g, earlier ? earlier : g}, look));
+    PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), &close));
+    PetscCall(VecDestroy(&slack));
+    PetscCall(VecDestroy(&narrow));
+  }
   for (const auto &c : contradictions) {
     char              names[128];
     std::vector<bool> marked(unmet);

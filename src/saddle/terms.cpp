@@ -98,12 +98,12 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscReal allowed
 }
 
 /*
-   AinsworthTermsDual - the terms of each row of the second equation, |C| |x| + |D| |lambda| + |g|, and the rounding that unknowns get from others, unless they
-   are known
+   AinsworthTermsDual - the terms of each row of the second equation, |C| |x| + |D| |lambda| + |g|, and a part of the rounding that unknowns get from others,
+   unless they are known
 
    slack: what AddCompliance() allows, or NULL
 */
-PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec size, Vec *slack)
+PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal part, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec size, Vec *slack)
 {
   Vec       stiffness, absolute;
   PetscReal largest, root;
@@ -116,7 +116,7 @@ PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal allowed, Vec g,
   auto add = [=](PetscInt, PetscScalar &a, PetscScalar d, PetscScalar known) {
     const PetscReal k = PetscSqrtReal(PetscAbsScalar(d)); /* W moves a stiff unknown by as little as has the energy of the others */
 
-    if (known == 0.0) a += AinsworthCombined / AinsworthConsistent * (k * largest > root ? root / k : largest);
+    if (known == 0.0) a += part * AinsworthCombined / AinsworthConsistent * (k * largest > root ? root / k : largest);
   };
   if (sp->known) PetscCall(AinsworthUpdate(absolute, {stiffness, sp->known}, add));
   else PetscCall(AinsworthUpdate(absolute, {stiffness}, [=](PetscInt i, PetscScalar &a, PetscScalar d) { add(i, a, d, 0.0); }));

@@ -8,13 +8,15 @@
 static const PetscReal AinsworthConsistent = 1e-8;
 /* What a row gets from the others through S, relative to the largest |x| */
 static const PetscReal AinsworthCombined = 1e3 * PETSC_MACHINE_EPSILON;
+/* The part of that which a row may have whatever others show, and after further solves */
+static const PetscReal AinsworthCombinedLeast = 0.03;
 /* What the terms of a row count at least, as a part of the largest of all, where the energy is fair to small ones, too */
 static const PetscReal AinsworthSmallTerms = 1e-3;
 
 PetscErrorCode AinsworthDuplicateAbs(Vec, Vec *);
 PetscErrorCode AinsworthAbsoluteMultTranspose(Mat, Vec, Vec);
 PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec);
-PetscErrorCode AinsworthTermsDual(AinsworthSaddle *, PetscReal, Vec, Vec, Vec, Vec, Vec *);
+PetscErrorCode AinsworthTermsDual(AinsworthSaddle *, PetscReal, PetscReal, Vec, Vec, Vec, Vec, Vec *);
 PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *, Vec *);
 PetscErrorCode AinsworthTermsDisplacement(Vec, Vec, PetscReal *, PetscReal *);
 PetscErrorCode AinsworthTermsSoftest(const AinsworthSaddle *, PetscReal *);
