@@ -3,6 +3,7 @@
 #include "../loops.h"
 #include "../objects.h"
 #include "../projector/projector.h"
+#include <algorithm>
 
 const char *const AinsworthPenaltyTypes[] = {"row", "norm", "AinsworthPenaltyType", "AINSWORTH_PENALTY_", NULL};
 
@@ -43,12 +44,31 @@ static PetscErrorCode MultiplyFewRows(Mat Yt, Mat A, Mat *product)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   Q_*' A Q_* - A = -C' Y A - A Y' C + C' (Y A Y') C, with Q_* = I - Y' C and Y = Inv(S) C W (docs/method.md, surface-only assembly)
+/* M += diag(d), M of a product, which has no room for entries of its diagonal that it lacks */
+static PetscErrorCode AddDiagonal(Mat M, Vec d)
+{
+  PetscInt lacking = 0;
+  Mat      diagonal;
 
-   Where A is symmetric it is H + H' with H = C' ((Y A Y') C / 2 - Y A).
+  PetscFunctionBegin;
+  PetscCall(AinsworthForRows(M, [&](const AinsworthMatRow &row) { lacking += !std::count(row.j, row.j + row.n, row.number); }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &lacking, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)M)));
+  if (!lacking) {
+    PetscCall(MatDiagonalSet(M, d, ADD_VALUES));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(AinsworthCreateFromDiagonal(d, &diagonal));
+  PetscCall(MatAXPY(M, 1.0, diagonal, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(MatDestroy(&diagonal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   C' B C + Q_*' A Q_* - A = -C' Y A - A Y' C + C' (Y A Y' + B) C, with Q_* = I - Y' C and Y = Inv(S) C W (docs/method.md, surface-only assembly); B: NULL for 0
+
+   Where A is symmetric it is H + H' with H = C' ((Y A Y' + B) C / 2 - Y A).
 */
-static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, PetscBool symmetric, Mat *part)
+static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Vec B, PetscBool symmetric, Mat *part)
 {
   Mat Y, Yt, YA, YAYt, sum, other;
 
@@ -58,6 +78,7 @@ static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Pets
   PetscCall(MatDestroy(&Y));
   PetscCall(MultiplyFewRows(Yt, A, &YA));
   PetscCall(Multiply(YA, Yt, &YAYt));
+  if (B) PetscCall(AddDiagonal(YAYt, B));
   PetscCall(Multiply(YAYt, C, &sum));
   PetscCall(MatDestroy(&YAYt));
   if (symmetric) PetscCall(MatScale(sum, 0.5));
@@ -79,8 +100,8 @@ static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Q_*' A Q_* - A, NULL for id; C may lack entries of long rows. S: C W C' + N, NULL where it is not at hand */
-static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat S, Mat *part)
+/* Q_*' A Q_* - A, and C' B C where B is not NULL, NULL for id; C may lack entries of long rows. S: C W C' + N, NULL where it is not at hand */
+static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat S, Vec B, Mat *part)
 {
   PetscBool shared;
   Mat       CW, CWt, given = S, inverse;
@@ -101,7 +122,7 @@ static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const 
   PetscCall(AinsworthInvGramCreate(S, opt, &inverse));
   if (S != given) PetscCall(MatDestroy(&S));
   PetscCall(AinsworthPmatCheckFill(in->aij, in->C, inverse, &in->fill, opt->type));
-  PetscCall(MultiplyProjection(in->aij, C, CW, inverse, opt->symmetric, part));
+  PetscCall(MultiplyProjection(in->aij, C, CW, inverse, B, opt->symmetric, part));
   PetscCall(MatDestroy(&inverse));
   PetscCall(MatDestroy(&CW));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -222,19 +243,24 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   Mat      C, rest, loose = NULL, held = NULL, projection, shift = NULL, base = in->format == AINSWORTH_PMAT_SUM ? in->A : in->aij;
   Vec      series;
   PetscInt column;
+  bool     byRow = opt->penalty == AINSWORTH_PENALTY_ROW; /* then it needs no norm of Q_*' A Q_*, and comes with that */
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(AinsworthPmatCreateShort(in->C, &in->fill, &C));
   if (!in->shared.empty()) PetscCall(AinsworthPmatHoldShared(in, &C, &held));
-  if (opt->penalty == AINSWORTH_PENALTY_ROW && in->weight && in->format != AINSWORTH_PMAT_FACTOR) { /* a factorization takes the rows as they are */
+  if (byRow && in->weight && in->format != AINSWORTH_PMAT_FACTOR) { /* a factorization takes the rows as they are */
     PetscCall(AinsworthPmatEliminateLoose(in, opt->factor, C, &rest, &loose));
     PetscCall(MatDestroy(&C));
     C = rest;
   }
-  PetscCall(CreateProjectionPart(in, opt, C, loose || held ? NULL : in->S, &projection));
-  PetscCall(CreatePenalty(in, opt, C, projection, penalty, &series));
-  PetscCall(MultiplyBothSides(C, series, pmat));
+  if (byRow) PetscCall(CreatePenalty(in, opt, C, NULL, penalty, &series));
+  PetscCall(CreateProjectionPart(in, opt, C, loose || held ? NULL : in->S, byRow ? series : NULL, &projection));
+  if (!byRow) PetscCall(CreatePenalty(in, opt, C, projection, penalty, &series));
+  if (byRow && projection) {
+    *pmat      = projection;
+    projection = NULL;
+  } else PetscCall(MultiplyBothSides(C, series, pmat));
   PetscCall(VecDestroy(&series));
   if (in->fill.leftOut) PetscCall(AinsworthPmatCreateShift(in, &shift));
   for (Mat *part : {&projection, &loose, &held, &shift}) {
