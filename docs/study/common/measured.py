@@ -18,14 +18,14 @@ def save(path, about, columns, rows):
 
 
 def merge(path, about, columns, rows, key):
-    """Saves the rows beside those of other keys that are there, with the commands of both."""
+    """Saves the rows beside those of other keys that are there, with the commands and machines of both."""
     if os.path.exists(path):
         before, found = read(path)
         made = {tuple(str(row[name]) for name in key) for row in rows}
         kept = [row for row in found if tuple(row[name] for name in key) not in made]
         if kept:
             rows = kept + rows
-            about = dict(about, command="; ".join(dict.fromkeys(before["command"].split("; ") + [about["command"]])))
+            about = dict(about, **{name: "; ".join(dict.fromkeys(before[name].split("; ") + [about[name]])) for name in ("command", "machine")})
     save(path, about, columns, rows)
 
 
