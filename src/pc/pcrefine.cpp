@@ -137,24 +137,23 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
 
 /*
    Does the method end by the energy, which is fair to all unknowns (energetic), or is it the one that is taken where there is none (fair, too)? What either
-   says of the error is as good as the preconditioner: one that knows of single unknowns or of parts of them is blind to what they do together, and
-   one of a matrix that could not be factored may be
+   says of the error is as good as the preconditioner: one that knows of single unknowns or of parts of them is blind to what they do together, and so may be
+   one of a matrix that could not be factored
 */
 static PetscErrorCode IsFair(const PC_Ainsworth *data, PetscBool *energetic, PetscBool *fair, PetscBool *blind)
 {
-  KSPType   type;
-  PC        inner;
-  PetscBool doubtful;
+  KSPType type;
+  PC      inner;
 
   PetscFunctionBegin;
   PetscCall(KSPGetType(data->ksp, &type));
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, blind, PCNONE, PCJACOBI, PCPBJACOBI, PCBJACOBI, PCSOR, PCILU, PCICC, ""));
   PetscCall(PCAinsworthIsConjugateGradients_Private(type, energetic));
-  doubtful   = (PetscBool)(*blind || data->escape.refused);
-  *energetic = (PetscBool)(*energetic && !doubtful);
-  *fair      = *energetic;
-  if (!*fair && !doubtful) PetscCall(PetscStrInList(type, KSPGMRES "," KSPFGMRES, ',', fair));
+  if (data->escape.refused) *blind = PETSC_TRUE;
+  if (*blind) *energetic = PETSC_FALSE;
+  *fair = *energetic;
+  if (!*fair && !*blind) PetscCall(PetscStrInList(type, KSPGMRES "," KSPFGMRES, ',', fair));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
