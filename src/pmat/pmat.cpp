@@ -51,7 +51,7 @@ static PetscErrorCode AddDiagonal(Mat M, Vec d)
   Mat      diagonal;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthForRows(M, [&](const AinsworthMatRow &row) { lacking += !std::count(row.j, row.j + row.n, row.number); }));
+  PetscCall(AinsworthForRows(M, [&](const AinsworthMatRow &row) { lacking += std::find(row.j, row.j + row.n, row.number) == row.j + row.n; }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &lacking, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)M)));
   if (!lacking) {
     PetscCall(MatDiagonalSet(M, d, ADD_VALUES));

@@ -183,16 +183,16 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   bool dependents = false; /* rows of this kind, or all others */
   auto look       = [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar b, PetscScalar l, PetscScalar e) {
     if ((sp->kind[i] == AINSWORTH_ROW_DEPENDENT) != dependents) return;
-    const PetscReal size  = PetscRealPart(s);
-    const bool      empty = size <= PetscAbsScalar(b); /* other zero rows had columns of unknowns that are known */
-    const PetscReal own   = !slack ? 0.0 : PetscRealPart(l) > 0.0 ? PetscRealPart(l) : PetscMin(coupled * tol, 1.0) * size;
-    const PetscReal rest  = PetscAbsScalar(r);
-    const bool      zero = sp->kind[i] == AINSWORTH_ROW_ZERO, dependent = sp->kind[i] == AINSWORTH_ROW_DEPENDENT;
-    const PetscReal noted    = dependent && earlier ? before * PetscRealPart(e) : 0.0;
+    const PetscReal size     = PetscRealPart(s);
+    const bool      empty    = size <= PetscAbsScalar(b); /* other zero rows had columns of unknowns that are known */
+    const PetscReal own      = !slack ? 0.0 : PetscRealPart(l) > 0.0 ? PetscRealPart(l) : PetscMin(coupled * tol, 1.0) * size;
+    const PetscReal rest     = PetscAbsScalar(r);
+    const bool      zero     = sp->kind[i] == AINSWORTH_ROW_ZERO;
+    const PetscReal noted    = dependents && earlier ? before * PetscRealPart(e) : 0.0;
     const PetscReal quotient = AinsworthQuotient(rest, zero && empty ? noise * rhs : AinsworthConsistent * size + own + noted);
-    AinsworthUnmet *where    = dependent ? &close : worst;
+    AinsworthUnmet *where    = dependents ? &close : worst;
     const PetscReal part     = sp->nearly ? PetscMin(AinsworthConsistent, PetscMax(10 * tol, told)) : AinsworthConsistent;
-    const PetscReal found    = dependent ? AinsworthQuotient(rest, part * size + noted) : quotient;
+    const PetscReal found    = dependents ? AinsworthQuotient(rest, part * size + noted) : quotient;
 
     unmet[i] = quotient > 1.0;
     if (!zero && found > where->quotient) *where = {found, rest, size, sp->first + i};
