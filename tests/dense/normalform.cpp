@@ -340,8 +340,10 @@ static PetscErrorCode CheckRefused()
 {
   Spec     spec;
   System   sys;
-  Mat      nest, D;
-  KSP      ksp;
+  Mat      nest, D, reduced;
+  KSP      ksp, inner;
+  PC       pc;
+  Vec      x, lambda;
   PetscInt m;
 
   PetscFunctionBeginUser;
@@ -352,6 +354,22 @@ static PetscErrorCode CheckRefused()
   PetscCall(NestCreate(sys.A, NULL, sys.C, D, false, &nest));
   PetscCall(SolverCreate(nest, &ksp));
   PetscCall(CheckError("a shell", [&]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_WRONG, {"no multipliers", "type shell"}));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(MatDestroy(&nest));
+  PetscCall(MatDestroy(&D));
+  PetscCall(MatCreateConstantDiagonal(PETSC_COMM_WORLD, m, m, spec.m, spec.m, -1.0, &D));
+  PetscCall(NestCreate(sys.A, NULL, sys.C, D, false, &nest));
+  PetscCall(SolverCreate(nest, &ksp));
+  PetscCall(KSPSetUp(ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCAinsworthGetKSP(pc, &inner));
+  PetscCall(KSPGetOperators(inner, &reduced, NULL));
+  PetscCall(VecDuplicate(sys.f, &x));
+  PetscCall(VecDuplicate(sys.g, &lambda));
+  PetscCall(CheckError("multipliers before a solution", [&]() { return MatAinsworthComputeMultiplier(reduced, sys.f, x, lambda); }, PETSC_ERR_ORDER,
+                       {"multipliers", "come with its solution"}));
+  PetscCall(VecDestroy(&x));
+  PetscCall(VecDestroy(&lambda));
   PetscCall(KSPDestroy(&ksp));
   PetscCall(MatDestroy(&nest));
   PetscCall(MatDestroy(&D));

@@ -7,7 +7,7 @@ from . import machine
 
 OURS = "Ains"
 # all other events of ours belong to the set-up
-OF_THE_SOLVE = ("AinsGramSolve", "AinsProjector", "AinsMatMult", "AinsRHS", "AinsMultiplier")
+OF_THE_SOLVE = ("AinsGramSolve", "AinsProjector", "AinsMatMult", "AinsRHS", "AinsMultiplier", "AinsVerify")
 NOTHING = {"count": 0, "seconds": 0.0, "flops": 0.0, "messages": 0.0, "bytes": 0.0, "reductions": 0.0}
 
 
