@@ -84,6 +84,47 @@ static PetscErrorCode Blocks()
   PetscCall(ExpectSetUp("matrix not square", wide, PETSC_ERR_ARG_SIZ, {"matrix is not square: 6 x 7"}));
   PetscCall(ExpectSetUp("A not square", nest, PETSC_ERR_ARG_SIZ, {"Block (0,0)", "6 x 7"}));
   for (Mat *mat : {&nest, &wide, &tall, &Z, &T}) PetscCall(MatDestroy(mat));
+
+  /* more columns of blocks than rows, 9 x 9 */
+  Mat parts[6];
+  for (PetscInt k = 0; k < 6; k++) PetscCall(Ones(PETSC_DECIDE, PETSC_DECIDE, k < 3 ? 6 : 3, 4 - k % 3, true, &parts[k]));
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 3, NULL, parts, &nest));
+  PetscCall(ExpectSetUp("2 x 3 blocks", nest, PETSC_ERR_ARG_SIZ, {"MatNest has 2 x 3 blocks", "as many rows of blocks as columns"}));
+  PetscCall(MatDestroy(&nest));
+  for (Mat &part : parts) PetscCall(MatDestroy(&part));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the program tells of A does not fit to it */
+static PetscErrorCode Told()
+{
+  Mat                    nest, T;
+  KSP                    ksp;
+  PC                     pc;
+  PetscInt               n;
+  std::vector<PetscReal> x;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateTranspose(sys.C, &T));
+  Mat blocks[4] = {NULL, T, sys.C, NULL};
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 2, NULL, blocks, &nest));
+  {
+    Options options("-pc_ainsworth_multiplier_fields 1");
+    PetscCall(ExpectSetUp("no A", nest, PETSC_ERR_ARG_WRONG, {"Block (0,0)", "A, is absent"}));
+  }
+  PetscCall(MatDestroy(&nest));
+  PetscCall(MatDestroy(&T));
+  PetscCall(NestCreate(sys.A, NULL, sys.C, NULL, false, &nest));
+  Options options("-pc_ainsworth_block_size 2");
+  PetscCall(SolverCreate(nest, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(MatGetLocalSize(nest, &n, NULL));
+  x.resize(2 * (n + 1));
+  PetscCall(PCSetCoordinates(pc, 2, n + 1, x.data()));
+  PetscCall(CheckError("one node more than rows", [ksp]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_SIZ,
+                       {"PCSetCoordinates()", std::to_string(n + 1) + " nodes", "Block (0,0)"}));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(MatDestroy(&nest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -260,6 +301,7 @@ int main(int argc, char **argv)
   PetscCall(SystemCreate(PETSC_COMM_WORLD, Spec(), &sys));
   Case("errors");
   PetscCall(Blocks());
+  PetscCall(Told());
   PetscCall(Choices());
   PetscCall(OtherTypes());
   PetscCall(Operator());
