@@ -64,6 +64,15 @@ typedef PetscCtxRt AinsworthContext;
   #define AinsworthContextGet(argument) (*(void **)(argument))
 #endif
 
+/* KSPReset() of flexible conjugate gradients leaves freed vectors behind; since 3.25 it frees them, and KSPSetType() alone loses them */
+#if PETSC_VERSION_LT(3, 25, 0)
+  #define AINSWORTH_FCG_OLD KSPFCG
+  #define AINSWORTH_FCG_NEW ""
+#else
+  #define AINSWORTH_FCG_OLD ""
+  #define AINSWORTH_FCG_NEW KSPFCG
+#endif
+
 /* destroys the context of a convergence test */
 #if PETSC_VERSION_LT(3, 24, 0)
 typedef PetscErrorCode AinsworthTestDestroyFn(void *);

@@ -108,7 +108,11 @@ PetscErrorCode PCAinsworthChooseNorm_Private(PC_Ainsworth *data)
 /* PCAinsworthSetMethod_Private - another inner method, with the norm and the side that belong to it; once the options have been read */
 PetscErrorCode PCAinsworthSetMethod_Private(PC_Ainsworth *data, KSPType type)
 {
+  PetscBool loses;
+
   PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)data->ksp, AINSWORTH_FCG_NEW, &loses));
+  if (loses) PetscTryTypeMethod(data->ksp, reset);
   PetscCall(KSPSetType(data->ksp, type));
   if (!data->configured) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCAinsworthForgetNorm_Private(data));

@@ -133,7 +133,7 @@ PetscErrorCode PCAinsworthResetKSP_Private(PC_Ainsworth *data)
   char      type[64];
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &keeps, KSPFCG, KSPPIPEFCG, KSPLGMRES, KSPDGMRES, KSPPIPEGCR, ""));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &keeps, KSPPIPEFCG, KSPLGMRES, KSPDGMRES, KSPPIPEGCR, AINSWORTH_FCG_OLD, ""));
   if (keeps) {
     PetscCall(PetscStrncpy(type, ((PetscObject)ksp)->type_name, sizeof(type)));
     PetscCall(KSPSetType(ksp, KSPPREONLY));

@@ -65,7 +65,11 @@ static PetscErrorCode Done(Run *run, Plan *plan)
 {
   PetscFunctionBeginUser;
   PetscCall(RunDestroy(run));
+#if PETSC_VERSION_LT(3, 24, 0)
   if (plan->usual) PetscCall(KSPConvergedDefaultDestroy(plan->usual));
+#else
+  if (plan->usual) PetscCall(KSPConvergedDefaultDestroy(&plan->usual));
+#endif
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
