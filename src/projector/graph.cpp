@@ -169,7 +169,7 @@ PetscErrorCode AinsworthGraphCut(Mat S, PetscInt parts, bool equalWork, IS *part
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthGraphDissect - a MatOrdering: nested dissection of a sequential matrix with a symmetric pattern, by METIS */
+/* AinsworthGraphDissect - a MatOrdering: nested dissection of a sequential matrix with a symmetric pattern, by METIS, or by PETSc's own where that cannot */
 PetscErrorCode AinsworthGraphDissect(Mat M, MatOrderingType, IS *row, IS *column)
 {
   AinsworthCSR       rows;
@@ -191,8 +191,12 @@ PetscErrorCode AinsworthGraphDissect(Mat M, MatOrderingType, IS *row, IS *column
     options[METIS_OPTION_SEED] = 0;
     status                     = METIS_NodeND(&n, start.data(), neighbors.data(), NULL, options, old.data(), number.data());
   }
-  PetscCheck(status == METIS_OK, PETSC_COMM_SELF, PETSC_ERR_LIB,
-             "METIS with %d-bit indices cannot order the graph of the Gram matrix: METIS_NodeND() returned %d", (int)(8 * sizeof(idx_t)), status);
+  if (status != METIS_OK) { /* on one rank alone, perhaps */
+    PetscCall(PetscInfo(M, "METIS with %d-bit indices cannot order the graph: METIS_NodeND() returned %d\n", (int)(8 * sizeof(idx_t)), status));
+    PetscCall(rows.close());
+    PetscCall(MatGetOrdering(M, MATORDERINGND, row, column));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PetscMalloc1(rows.n, &order));
   for (PetscInt i = 0; i < rows.n; i++) order[i] = (PetscInt)old[i];
   PetscCall(ISCreateGeneral(PETSC_COMM_SELF, rows.n, order, PETSC_OWN_POINTER, row));
