@@ -157,15 +157,15 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* MatAinsworthRecover_Private - the reduced solution, in x, to x with C x - D lambda = g, and lambda; and op(A) x, which that takes, unless product is NULL */
-PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, Vec f, Vec g, Vec x, Vec lambda, Vec product)
+/* MatAinsworthRecover_Private - y.primal, the reduced solution, becomes x with C x - D lambda = g, y.dual lambda, and product, unless that is NULL, op(A) x */
+PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec product)
 {
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  PetscCall(Complete(ctx, PETSC_FALSE, g, x));
-  PetscCall(ComputeMultiplier(mat, transpose, f, x, lambda, product));
+  PetscCall(Complete(ctx, PETSC_FALSE, b.dual, y.primal));
+  PetscCall(ComputeMultiplier(mat, transpose, b.primal, y.primal, y.dual, product));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

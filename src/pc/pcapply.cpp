@@ -26,7 +26,7 @@ static PetscErrorCode GetReason(const PC_Ainsworth *data, KSPConvergedReason *re
    KSPSolve() for f and g, until the preconditioner is not changed for another; watched: the report sees it, and its stop refers to x. What the report has put
    into the KSP is taken out again after an error, too, which is passed on then
 */
-static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, PCAinsworthFields b, Vec x, KSPConvergedReason *reason)
+static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, AinsworthSaddleVec b, Vec x, KSPConvergedReason *reason)
 {
   PetscBool again = PETSC_TRUE;
 
@@ -38,7 +38,7 @@ static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose,
     PetscCall(PetscTime(&start));
     if (data->constraints) PetscCall(MatAinsworthReduce_Private(data->reduced, transpose, b.primal, b.dual, data->rhs));
     else PetscCall(VecCopy(b.primal, data->rhs));
-    if (watched) PetscCall(PCAinsworthReportBegin_Private(pc, data, b.primal, b.dual, start));
+    if (watched) PetscCall(PCAinsworthReportBegin_Private(pc, data, b, start));
     PetscCall(PCAinsworthEscapeBegin_Private(pc, data));
     error = transpose ? KSPSolveTranspose(data->ksp, data->rhs, x) : KSPSolve(data->ksp, data->rhs, x);
     PetscCall(PCAinsworthEscapeEnd_Private(data));
@@ -51,7 +51,7 @@ static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose,
 }
 
 /* SolveInner(), a second time with a preconditioner of the matrix at hand where an earlier one does not help */
-static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, PCAinsworthFields b, Vec x, KSPConvergedReason *reason)
+static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, AinsworthSaddleVec b, Vec x, KSPConvergedReason *reason)
 {
   KSP       ksp = data->ksp;
   PetscInt  limit, most = ksp->max_it;
@@ -77,7 +77,7 @@ static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transp
 }
 
 /* One step of steepest descent in the place of the reduced solve */
-static PetscErrorCode StepInner(PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields b, Vec x, KSPConvergedReason *reason)
+static PetscErrorCode StepInner(PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b, Vec x, KSPConvergedReason *reason)
 {
   KSP            ksp = data->ksp;
   PC             inner;
@@ -105,7 +105,7 @@ static PetscErrorCode StepInner(PC_Ainsworth *data, PetscBool transpose, PCAinsw
 }
 
 /* The reduced solve between f, g and x, lambda, all on kept rows; transpose: with the transpose of A */
-static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, PCAinsworthFields b, PCAinsworthFields y,
+static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, AinsworthSaddleVec b, AinsworthSaddleVec y,
                                    KSPConvergedReason *reason)
 {
   const PetscBool watched = (PetscBool)(extent == PC_AINSWORTH_SOLVE_WATCHED);
@@ -123,68 +123,68 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
     if (*reason == KSP_DIVERGED_INDEFINITE_MAT && data->saddle.D) PetscCall(PCAinsworthTakeGMRES_Private(pc, data, &again));
     if (again) PetscCall(SolveInner(pc, data, transpose, watched, b, y.primal, reason));
   }
-  if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, b.primal, b.dual, y.primal, y.dual, data->knownAx ? data->Ax : NULL));
+  if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, b, y, data->knownAx ? data->Ax : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The fields of the program, reduced to the rows that are kept, solved, and extended */
-PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, PCAinsworthFields b,
-                                              PCAinsworthFields y, KSPConvergedReason *reason)
+PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, AinsworthSaddleVec b,
+                                              AinsworthSaddleVec y, KSPConvergedReason *reason)
 {
   PetscFunctionBegin;
   if (data->g) {
-    const Vec f = data->f ? data->f : b.primal;
+    const AinsworthSaddleVec kept = {data->f ? data->f : b.primal, data->g};
 
-    PetscCall(AinsworthSaddleRestrict(&data->saddle, b.primal, b.dual, f, data->g));
-    PetscCall(SolveReduced(pc, data, transpose, extent, {f, data->g}, {y.primal, data->lambda}, reason));
-    PetscCall(AinsworthSaddleExtend(&data->saddle, b.primal, b.dual, data->lambda, y.primal, y.dual));
+    PetscCall(AinsworthSaddleRestrict(&data->saddle, b, kept));
+    PetscCall(SolveReduced(pc, data, transpose, extent, kept, {y.primal, data->lambda}, reason));
+    PetscCall(AinsworthSaddleExtend(&data->saddle, b, data->lambda, y));
   } else PetscCall(SolveReduced(pc, data, transpose, extent, b, y, reason));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* A second solve, for what the first has left */
-static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields left, PCAinsworthFields y)
+static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec left, AinsworthSaddleVec y)
 {
-  PCAinsworthFields  more;
+  AinsworthSaddleVec more;
   KSPConvergedReason reason;
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthFieldsDuplicate(y, &more));
+  PetscCall(AinsworthSaddleVecDuplicate(y, &more));
   PetscCall(VecZeroEntries(more.primal));
   PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, PC_AINSWORTH_SOLVE_AGAIN, left, more, &reason));
   if (reason >= 0) {
     PetscCall(VecAXPY(y.primal, 1.0, more.primal));
     PetscCall(VecAXPY(y.dual, 1.0, more.dual));
   }
-  PetscCall(PCAinsworthFieldsDestroy(&more));
+  PetscCall(AinsworthSaddleVecDestroy(&more));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Without the null space that the program attached to the whole matrix, and what is left of both equations then */
-static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, PCAinsworthFields b, PCAinsworthFields y, PCAinsworthFields left,
+static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, AinsworthSaddleVec b, AinsworthSaddleVec y, AinsworthSaddleVec left,
                              AinsworthVerdict *verdict, char why[], size_t len)
 {
   PetscBool removed;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleRemoveNullSpace(&data->saddle, pc->mat, transpose, y.primal, y.dual, &removed));
+  PetscCall(AinsworthSaddleRemoveNullSpace(&data->saddle, pc->mat, transpose, y, &removed));
   if (removed) data->knownAx = PETSC_FALSE;
-  PetscCall(PCAinsworthVerify_Private(pc, data, transpose, tol, b.primal, b.dual, y.primal, y.dual, left.primal, left.dual, verdict, why, len));
+  PetscCall(PCAinsworthVerify_Private(pc, data, transpose, tol, b, y, left, verdict, why, len));
   if (removed && *verdict == AINSWORTH_VERDICT_UNMET)
     PetscCall(PetscStrlcat(why, ", or is it the null space attached to the matrix, whose vectors mix x and lambda? Attach it to A", len));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* A reduced solve that ended with a good reason is believed when the program's own system agrees; once it may be refined */
-static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscReal tol, PCAinsworthFields b,
-                                      PCAinsworthFields y, AinsworthVerdict *verdict, char why[], size_t len)
+static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscReal tol, AinsworthSaddleVec b,
+                                      AinsworthSaddleVec y, AinsworthVerdict *verdict, char why[], size_t len)
 {
-  PCAinsworthFields left;
-  PetscBool         refined   = PETSC_FALSE;
-  char              more[256] = "";
+  AinsworthSaddleVec left;
+  PetscBool          refined   = PETSC_FALSE;
+  char               more[256] = "";
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthFieldsDuplicate(b, &left));
+  PetscCall(AinsworthSaddleVecDuplicate(b, &left));
   PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   if (*verdict != AINSWORTH_VERDICT_SINGULAR) { /* a row may seem to contradict others that are not yet met well enough */
     PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, stopped, (PetscBool)(*verdict == AINSWORTH_VERDICT_MET), tol, b, y, left, &refined, more,
@@ -201,12 +201,12 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
     data->knownAx = PETSC_FALSE;
     PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
   }
-  PetscCall(PCAinsworthFieldsDestroy(&left));
+  PetscCall(AinsworthSaddleVecDestroy(&left));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Solves, and says what came of it */
-static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields b, PCAinsworthFields y)
+static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y)
 {
   KSPConvergedReason reason;
   AinsworthVerdict   verdict = AINSWORTH_VERDICT_MET;
@@ -233,10 +233,10 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
 }
 
 /* The same where rows of the program's matrix have other signs than the blocks; their transposes have other signs in the solution */
-static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthFields b, PCAinsworthFields y)
+static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y)
 {
-  Vec               sign = data->saddle.sign;
-  PCAinsworthFields given;
+  Vec                sign = data->saddle.sign;
+  AinsworthSaddleVec given;
 
   PetscFunctionBegin;
   if (transpose) {
@@ -245,21 +245,21 @@ static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transp
     PetscCall(VecScale(y.dual, -1.0));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PCAinsworthFieldsDuplicate(b, &given));
+  PetscCall(AinsworthSaddleVecDuplicate(b, &given));
   PetscCall(VecPointwiseMult(given.primal, b.primal, sign));
   PetscCall(VecAXPBY(given.dual, -1.0, 0.0, b.dual));
   PetscCall(SolveAndVerify(pc, data, transpose, given, y));
-  PetscCall(PCAinsworthFieldsDestroy(&given));
+  PetscCall(AinsworthSaddleVecDestroy(&given));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Why nothing can be solved for b, of these fields, and the error that this would be; empty where it can be tried */
 static PetscErrorCode FindObstacle(const PC_Ainsworth *data, const IS fields[], Vec b, PetscErrorCode *code, char why[], size_t len)
 {
-  PetscBool         collide;
-  PetscScalar       sum;
-  PCAinsworthFields part;
-  char              row[64];
+  PetscBool          collide;
+  PetscScalar        sum;
+  AinsworthSaddleVec part;
+  char               row[64];
 
   PetscFunctionBegin;
   why[0] = 0;
@@ -274,9 +274,9 @@ static PetscErrorCode FindObstacle(const PC_Ainsworth *data, const IS fields[], 
     PetscCall(PetscStrncpy(why, data->failure, len));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PCAinsworthFieldsGet(b, fields, &part));
-  PetscCall(AinsworthSaddleNameNotFinite(&data->saddle, part.primal, part.dual, row, sizeof(row)));
-  PetscCall(PCAinsworthFieldsRestore(b, fields, &part));
+  PetscCall(AinsworthSaddleVecGet(b, fields, &part));
+  PetscCall(AinsworthSaddleNameNotFinite(&data->saddle, part, row, sizeof(row)));
+  PetscCall(AinsworthSaddleVecRestore(b, fields, &part));
   PetscCall(
     PetscSNPrintf(why, len, row[0] ? "The right-hand side holds NaN or Inf in %s" : "The right-hand side holds NaN or Inf, or values too large%s", row));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -298,12 +298,12 @@ static PetscErrorCode Refresh(PC pc)
 
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
-  PC_Ainsworth     *data = (PC_Ainsworth *)pc->data;
-  const IS         *in   = transpose ? data->saddle.cols : data->saddle.rows;
-  const IS         *out  = transpose ? data->saddle.rows : data->saddle.cols;
-  PCAinsworthFields left, right;
-  PetscErrorCode    code     = PETSC_SUCCESS;
-  char              why[512] = "";
+  PC_Ainsworth      *data = (PC_Ainsworth *)pc->data;
+  const IS          *in   = transpose ? data->saddle.cols : data->saddle.rows;
+  const IS          *out  = transpose ? data->saddle.rows : data->saddle.cols;
+  AinsworthSaddleVec left, right;
+  PetscErrorCode     code     = PETSC_SUCCESS;
+  char               why[512] = "";
 
   PetscFunctionBegin;
   data->applied = PETSC_TRUE;
@@ -317,14 +317,14 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   data->failure[0] = 0;
   if (data->applications) data->applications++;
   if (data->applications) PetscCall(VecZeroEntries(y)); /* a work vector of the outer method is no guess, whatever the inner one wants */
-  PetscCall(PCAinsworthFieldsGet(b, in, &right));
-  PetscCall(PCAinsworthFieldsGet(y, out, &left));
+  PetscCall(AinsworthSaddleVecGet(b, in, &right));
+  PetscCall(AinsworthSaddleVecGet(y, out, &left));
   code = data->saddle.sign ? SolveWithSigns(pc, data, transpose, right, left)
                            : SolveAndVerify(pc, data, transpose, right, left); /* to be passed on when the vectors are the program's again */
   if (data->saddle.negated) PetscCall(VecScale(left.dual, -1.0));
   PetscCall(AinsworthSaddleRemoveDualNullSpace(&data->saddle, left.dual));
-  PetscCall(PCAinsworthFieldsRestore(b, in, &right));
-  PetscCall(PCAinsworthFieldsRestore(y, out, &left));
+  PetscCall(AinsworthSaddleVecRestore(b, in, &right));
+  PetscCall(AinsworthSaddleVecRestore(y, out, &left));
   if (code) {
     data->stale = data->unfinished = PETSC_TRUE;
     PetscCall(PCAinsworthAfterError_Private(data));

@@ -82,23 +82,23 @@ static PetscErrorCode CheckUnderflow(PC pc, PC_Ainsworth *data, KSP ksp, Vec b)
 /* The largest part of the terms of a row of the program's system that is left, of b by x */
 static PetscErrorCode WorstRow(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec b, Vec x, Vec left, PetscReal *error)
 {
-  const PetscBool   other = (PetscBool)!transpose, side[] = {other, transpose, other};
-  const IS         *of[]    = {transpose ? data->saddle.cols : data->saddle.rows, transpose ? data->saddle.rows : data->saddle.cols};
-  Vec               given[] = {b, x, left}, flat[3];
-  PCAinsworthFields part[4]; /* b, x, what is left, and the sizes of its rows */
+  const PetscBool    other = (PetscBool)!transpose, side[] = {other, transpose, other};
+  const IS          *of[]    = {transpose ? data->saddle.cols : data->saddle.rows, transpose ? data->saddle.rows : data->saddle.cols};
+  Vec                given[] = {b, x, left}, flat[3];
+  AinsworthSaddleVec part[4]; /* b, x, what is left, and the sizes of its rows */
 
   PetscFunctionBegin;
   for (int k = 0; k < 3; k++) {
     PetscCall(AinsworthVecGetFlat(pc->pmat, side[k], given[k], &flat[k]));
-    PetscCall(PCAinsworthFieldsGet(flat[k], of[k % 2], &part[k]));
+    PetscCall(AinsworthSaddleVecGet(flat[k], of[k % 2], &part[k]));
   }
-  PetscCall(PCAinsworthFieldsDuplicate(part[0], &part[3]));
+  PetscCall(AinsworthSaddleVecDuplicate(part[0], &part[3]));
   PetscCall((transpose ? MatMultTranspose : MatMult)(data->saddle.block[AINSWORTH_BLOCK_A], part[1].primal, data->Ax));
-  PetscCall(AinsworthSaddleBackwardError(&data->saddle, transpose, AinsworthSmallTerms, part[0].primal, part[0].dual, part[1].primal, part[1].dual, data->Ax,
-                                         part[2].primal, part[2].dual, part[3].primal, part[3].dual, error)); /* signs are none of its matter */
-  PetscCall(PCAinsworthFieldsDestroy(&part[3]));
+  PetscCall(AinsworthSaddleBackwardError(&data->saddle, transpose, AinsworthSmallTerms, part[0], part[1], data->Ax, part[2], part[3],
+                                         error)); /* signs are none of its matter */
+  PetscCall(AinsworthSaddleVecDestroy(&part[3]));
   for (int k = 0; k < 3; k++) {
-    PetscCall(PCAinsworthFieldsRestore(flat[k], of[k % 2], &part[k]));
+    PetscCall(AinsworthSaddleVecRestore(flat[k], of[k % 2], &part[k]));
     PetscCall(AinsworthVecRestoreFlat(pc->pmat, side[k], given[k], PETSC_FALSE, &flat[k]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

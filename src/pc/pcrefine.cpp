@@ -5,7 +5,7 @@
 #include <vector>
 
 /* weights of the rows of both equations, y * w */
-static PetscErrorCode Multiply(PCAinsworthFields y, PCAinsworthFields w, PCAinsworthFields *product)
+static PetscErrorCode Multiply(AinsworthSaddleVec y, AinsworthSaddleVec w, AinsworthSaddleVec *product)
 {
   PetscFunctionBegin;
   PetscCall(VecPointwiseMult(product->primal, y.primal, w.primal));
@@ -13,7 +13,7 @@ static PetscErrorCode Multiply(PCAinsworthFields y, PCAinsworthFields w, PCAinsw
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Add(PCAinsworthFields y, PetscScalar a, PCAinsworthFields x)
+static PetscErrorCode Add(AinsworthSaddleVec y, PetscScalar a, AinsworthSaddleVec x)
 {
   PetscFunctionBegin;
   PetscCall(VecAXPY(y.primal, a, x.primal));
@@ -21,7 +21,7 @@ static PetscErrorCode Add(PCAinsworthFields y, PetscScalar a, PCAinsworthFields 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Dot(PCAinsworthFields x, PCAinsworthFields y, PetscScalar *dot)
+static PetscErrorCode Dot(AinsworthSaddleVec x, AinsworthSaddleVec y, PetscScalar *dot)
 {
   PetscScalar part[2];
 
@@ -33,13 +33,12 @@ static PetscErrorCode Dot(PCAinsworthFields x, PCAinsworthFields y, PetscScalar 
 }
 
 /* What is left of b by y, and the largest of it relative to the terms of its row, at least `little` of the largest; known: A x is */
-static PetscErrorCode Left(PC_Ainsworth *data, PetscBool transpose, PetscBool known, PetscReal little, PCAinsworthFields b, PCAinsworthFields y,
-                           PCAinsworthFields left, PCAinsworthFields weights, PetscReal *error)
+static PetscErrorCode Left(PC_Ainsworth *data, PetscBool transpose, PetscBool known, PetscReal little, AinsworthSaddleVec b, AinsworthSaddleVec y,
+                           AinsworthSaddleVec left, AinsworthSaddleVec weights, PetscReal *error)
 {
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleResidual(&data->saddle, transpose, known, b.primal, b.dual, y.primal, y.dual, data->Ax, left.primal, left.dual));
-  PetscCall(AinsworthSaddleBackwardError(&data->saddle, transpose, little, b.primal, b.dual, y.primal, y.dual, data->Ax, left.primal, left.dual, weights.primal,
-                                         weights.dual, error));
+  PetscCall(AinsworthSaddleResidual(&data->saddle, transpose, known, b, y, data->Ax, left));
+  PetscCall(AinsworthSaddleBackwardError(&data->saddle, transpose, little, b, y, data->Ax, left, weights, error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -72,8 +71,8 @@ static PetscErrorCode LargestChange(const PC_Ainsworth *data, Vec weights, Vec x
 }
 
 /* A solve for what others have left, or a part of it, to a relative tolerance that may be larger than that of the first */
-static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, PetscReal loose, PCAinsworthFields left,
-                                   PCAinsworthFields p, KSPConvergedReason *reason)
+static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, PetscReal loose, AinsworthSaddleVec left,
+                                   AinsworthSaddleVec p, KSPConvergedReason *reason)
 {
   PetscReal      rtol, atol, dtol;
   PetscInt       limit;
@@ -92,22 +91,22 @@ static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpos
    One more direction for y, from a reduced solve that brings what is left to `loose` of it, and the step along it that leaves least, in the norm in which each
    row is relative to its terms; images: K times the directions, weighted, orthonormal. some: there was one; change: how far its solve moves x
 */
-static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, PetscReal loose, PCAinsworthFields left,
-                           PCAinsworthFields weights, PCAinsworthFields y, std::vector<PCAinsworthFields> &directions, std::vector<PCAinsworthFields> &images,
-                           PetscBool *some, PetscReal *change)
+static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, PetscReal loose, AinsworthSaddleVec left,
+                           AinsworthSaddleVec weights, AinsworthSaddleVec y, std::vector<AinsworthSaddleVec> &directions,
+                           std::vector<AinsworthSaddleVec> &images, PetscBool *some, PetscReal *change)
 {
-  PCAinsworthFields  p, q, r, none;
+  AinsworthSaddleVec p, q, r, none;
   KSPConvergedReason reason;
   PetscScalar        dot;
 
   PetscFunctionBegin;
-  for (PCAinsworthFields *v : {&p, &q, &r, &none}) PetscCall(PCAinsworthFieldsDuplicate(left, v));
+  for (AinsworthSaddleVec *v : {&p, &q, &r, &none}) PetscCall(AinsworthSaddleVecDuplicate(left, v));
   PetscCall(VecZeroEntries(p.primal));
   PetscCall(SolveLoosely(pc, data, transpose, extent, loose, left, p, &reason));
   PetscCall(LargestChange(data, weights.primal, y.primal, p.primal, change));
   PetscCall(VecZeroEntries(none.primal));
   PetscCall(VecZeroEntries(none.dual));
-  PetscCall(AinsworthSaddleResidual(&data->saddle, transpose, data->knownAx, none.primal, none.dual, p.primal, p.dual, data->Ax, q.primal, q.dual));
+  PetscCall(AinsworthSaddleResidual(&data->saddle, transpose, data->knownAx, none, p, data->Ax, q));
   PetscCall(Multiply(q, weights, &q));
   PetscCall(Multiply(left, weights, &r));
   for (size_t k = 0; k < images.size(); k++) {
@@ -127,11 +126,11 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
     directions.push_back(p);
     images.push_back(q);
   } else {
-    PetscCall(PCAinsworthFieldsDestroy(&p));
-    PetscCall(PCAinsworthFieldsDestroy(&q));
+    PetscCall(AinsworthSaddleVecDestroy(&p));
+    PetscCall(AinsworthSaddleVecDestroy(&q));
   }
-  PetscCall(PCAinsworthFieldsDestroy(&r));
-  PetscCall(PCAinsworthFieldsDestroy(&none));
+  PetscCall(AinsworthSaddleVecDestroy(&r));
+  PetscCall(AinsworthSaddleVecDestroy(&none));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -177,17 +176,17 @@ bool PCAinsworthRefinesRows_Private(const PC_Ainsworth *data, PetscReal tol)
    or moves x: empty otherwise
 */
 PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscBool verified, PetscReal tol,
-                                             PCAinsworthFields b, PCAinsworthFields y, PCAinsworthFields left, PetscBool *refined, char why[], size_t len)
+                                             AinsworthSaddleVec b, AinsworthSaddleVec y, AinsworthSaddleVec left, PetscBool *refined, char why[], size_t len)
 {
-  static const PetscReal         rounding = 1e-13, determined = 1e-6, margin = 10;
-  static const int               most = 10, patience = 3, probes = 2;
-  const PetscReal                open = PetscMax(1e4 * tol, determined);
-  PetscReal                      little, enough, nearly, wanted, error, best, softest, change = 0.0, moves = 0.0;
-  int                            idle = 0, solves = 0;
-  PCAinsworthFields              weights, others, kept;
-  std::vector<PCAinsworthFields> directions, images;
-  PetscBool                      some = PETSC_TRUE, known = PETSC_TRUE, fair, energetic, blind;
-  bool                           strict, probing, helped = false;
+  static const PetscReal          rounding = 1e-13, determined = 1e-6, margin = 10;
+  static const int                most = 10, patience = 3, probes = 2;
+  const PetscReal                 open = PetscMax(1e4 * tol, determined);
+  PetscReal                       little, enough, nearly, wanted, error, best, softest, change = 0.0, moves = 0.0;
+  int                             idle = 0, solves = 0;
+  AinsworthSaddleVec              weights, others, kept;
+  std::vector<AinsworthSaddleVec> directions, images;
+  PetscBool                       some = PETSC_TRUE, known = PETSC_TRUE, fair, energetic, blind;
+  bool                            strict, probing, helped = false;
 
   PetscFunctionBegin;
   *refined = PETSC_FALSE;
@@ -201,9 +200,9 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   enough = PetscMax(strict ? tol : 10 * tol, rounding);
   nearly = 60 * enough;
   wanted = stopped ? 0.0 : enough;
-  PetscCall(PCAinsworthFieldsDuplicate(y, &weights));
-  PetscCall(PCAinsworthFieldsDuplicate(y, &others));
-  PetscCall(PCAinsworthFieldsDuplicate(y, &kept));
+  PetscCall(AinsworthSaddleVecDuplicate(y, &weights));
+  PetscCall(AinsworthSaddleVecDuplicate(y, &others));
+  PetscCall(AinsworthSaddleVecDuplicate(y, &kept));
   PetscCall(Left(data, transpose, PETSC_TRUE, little, b, y, left, weights, &error));
   best = error;
   PetscCall(VecCopy(y.primal, kept.primal));
@@ -246,9 +245,9 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
     PetscCall(PetscSNPrintf(why, len, "The solution is not met: rows are left with up to %g of their terms, which another solve takes for %g of x",
                             (double)best, (double)shift(best)));
   for (auto *list : {&directions, &images})
-    for (PCAinsworthFields &v : *list) PetscCall(PCAinsworthFieldsDestroy(&v));
-  PetscCall(PCAinsworthFieldsDestroy(&weights));
-  PetscCall(PCAinsworthFieldsDestroy(&others));
-  PetscCall(PCAinsworthFieldsDestroy(&kept));
+    for (AinsworthSaddleVec &v : *list) PetscCall(AinsworthSaddleVecDestroy(&v));
+  PetscCall(AinsworthSaddleVecDestroy(&weights));
+  PetscCall(AinsworthSaddleVecDestroy(&others));
+  PetscCall(AinsworthSaddleVecDestroy(&kept));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,7 +2,7 @@
 #include <petsc/private/pcimpl.h>
 
 /* Before the reduced solve for f and g on the kept rows, which began with the computation of its right-hand side */
-PetscErrorCode PCAinsworthReportBegin_Private(PC pc, PC_Ainsworth *data, Vec f, Vec g, PetscLogDouble start)
+PetscErrorCode PCAinsworthReportBegin_Private(PC pc, PC_Ainsworth *data, AinsworthSaddleVec b, PetscLogDouble start)
 {
   PetscFunctionBegin;
   if (!data->report) {
@@ -16,7 +16,7 @@ PetscErrorCode PCAinsworthReportBegin_Private(PC pc, PC_Ainsworth *data, Vec f, 
     PetscCall(MatGetSize(pc->pmat, NULL, &system.size));
     PetscCall(AinsworthReportCreate(&data->reporting, &system, &data->report));
   }
-  PetscCall(AinsworthReportBegin(data->report, data->ksp, f, g, start - data->setupSeconds));
+  PetscCall(AinsworthReportBegin(data->report, data->ksp, b, start - data->setupSeconds));
   data->setupSeconds = 0.0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -144,29 +144,29 @@ static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x
 }
 
 /* Is an entry NaN or Inf, or nearly so? A sum tells it on all ranks, where a maximum may lose a NaN; a product with a column of zeros hides it */
-static PetscErrorCode IsFinite(Vec x, Vec lambda, PetscBool *finite)
+static PetscErrorCode IsFinite(AinsworthSaddleVec y, PetscBool *finite)
 {
   PetscReal sums[2];
 
   PetscFunctionBegin;
-  PetscCall(VecNorm(x, NORM_1, &sums[0]));
-  PetscCall(VecNorm(lambda, NORM_1, &sums[1]));
+  PetscCall(VecNorm(y.primal, NORM_1, &sums[0]));
+  PetscCall(VecNorm(y.dual, NORM_1, &sums[1]));
   *finite = (PetscBool)!PetscIsInfOrNanReal(sums[0] + sums[1]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* An x so large that f and g drown in the rounding of its terms solves nothing: whatever D or B, it is a motion that the system does not resist */
-static PetscErrorCode CheckVacuous(PC_Ainsworth *data, Vec f, Vec g, Vec x, Vec lambda, AinsworthVerdict *verdict, char why[], size_t len)
+static PetscErrorCode CheckVacuous(PC_Ainsworth *data, AinsworthSaddleVec b, AinsworthSaddleVec y, AinsworthVerdict *verdict, char why[], size_t len)
 {
   PetscReal norms[3];
   PetscBool vacuous;
 
   PetscFunctionBegin;
-  PetscCall(VecNorm(f, NORM_INFINITY, &norms[0]));
-  PetscCall(VecNorm(g, NORM_INFINITY, &norms[1]));
-  PetscCall(VecNorm(x, NORM_INFINITY, &norms[2]));
+  PetscCall(VecNorm(b.primal, NORM_INFINITY, &norms[0]));
+  PetscCall(VecNorm(b.dual, NORM_INFINITY, &norms[1]));
+  PetscCall(VecNorm(y.primal, NORM_INFINITY, &norms[2]));
   if (norms[0] == 0.0 && norms[1] == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthSaddleIsVacuous(&data->saddle, f, g, x, lambda, &vacuous));
+  PetscCall(AinsworthSaddleIsVacuous(&data->saddle, b, y, &vacuous));
   if (!vacuous) PetscFunctionReturn(PETSC_SUCCESS);
   *verdict = AINSWORTH_VERDICT_SINGULAR;
   PetscCall(PetscSNPrintf(why, len,
@@ -204,12 +204,12 @@ static PetscErrorCode GetEarlierTerms(PC pc, PC_Ainsworth *data, Vec g, PetscBoo
 }
 
 /*
-   PCAinsworthVerify_Private - what is left of both equations, in primal and dual, and the verdict on it; why is set where that is not MET
+   PCAinsworthVerify_Private - left = b - K y, what is left of both equations, and the verdict on it; why is set where that is not MET
 
    One product with the program's A, where that with x is not known. tol is what was asked for, negative where nothing was.
 */
-PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, Vec f, Vec g, Vec x, Vec lambda, Vec primal, Vec dual,
-                                         AinsworthVerdict *verdict, char why[], size_t len)
+PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, AinsworthSaddleVec b, AinsworthSaddleVec y,
+                                         AinsworthSaddleVec left, AinsworthVerdict *verdict, char why[], size_t len)
 {
   AinsworthSaddle *sp = &data->saddle;
   AinsworthUnmet   worst;
@@ -224,15 +224,15 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
   PetscCall(PetscLogEventBegin(AINSWORTH_Verify, pc, 0, 0, 0));
   *verdict = AINSWORTH_VERDICT_MET;
   why[0]   = 0;
-  PetscCall(VecGetSize(x, &n));
+  PetscCall(VecGetSize(y.primal, &n));
   if (data->reduced) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced, &doubtful));
-  PetscCall(AinsworthSaddleResidual(sp, transpose, data->knownAx, f, g, x, lambda, Ax, primal, dual));
-  PetscCall(AinsworthSaddleEnergy(sp, x, lambda, Ax, &energy));
-  PetscCall(GetEarlierTerms(pc, data, g, &kept, &earlier));
+  PetscCall(AinsworthSaddleResidual(sp, transpose, data->knownAx, b, y, Ax, left));
+  PetscCall(AinsworthSaddleEnergy(sp, y, Ax, &energy));
+  PetscCall(GetEarlierTerms(pc, data, b.dual, &kept, &earlier));
   /* where nothing was asked for, any error, such that a product with the root of D_ii does not overflow */
-  PetscCall(AinsworthSaddleCheckDual(sp, tol < 0.0 ? PETSC_MAX_REAL : tol, tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) : blind * tol * energy, earlier, g, x,
-                                     lambda, dual, &worst, rows, sizeof(rows), &terms));
-  PetscCall(IsFinite(x, lambda, &finite));
+  PetscCall(AinsworthSaddleCheckDual(sp, tol < 0.0 ? PETSC_MAX_REAL : tol, tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) : blind * tol * energy, earlier, b.dual, y,
+                                     left.dual, &worst, rows, sizeof(rows), &terms));
+  PetscCall(IsFinite(y, &finite));
   if (worst.quotient > 1.0) {
     *verdict = AINSWORTH_VERDICT_UNMET;
     PetscCall(PetscSNPrintf(why, len, "C x = g is not met: row %" PetscInt_FMT " of the multiplier field is left with %g, %g of its terms%s", worst.row,
@@ -246,9 +246,9 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
     PetscCall(PetscSNPrintf(why, len, "The right-hand side of the constraints is %s; remove the rows or mend it", rows));
   } else {
     worst.quotient = 0.0;
-    PetscCall(VecNorm(primal, NORM_1, &norm));
+    PetscCall(VecNorm(left.primal, NORM_1, &norm));
     if (PetscIsInfOrNanReal(norm)) tol = PetscMax(tol, 0.0); /* whatever was asked for */
-    if (tol >= 0.0) PetscCall(AinsworthSaddleCheckPrimal(sp, transpose, doubtful, blind * tol, energy, f, x, lambda, Ax, primal, &worst));
+    if (tol >= 0.0) PetscCall(AinsworthSaddleCheckPrimal(sp, transpose, doubtful, blind * tol, energy, b.primal, y, Ax, left.primal, &worst));
     if (worst.quotient > 1.0) {
       *verdict = AINSWORTH_VERDICT_UNMET;
       PetscCall(PetscSNPrintf(why, len,
@@ -256,8 +256,8 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
                               worst.row, (double)worst.residual, (double)(worst.residual / worst.size),
                               doubtful ? "the Gram matrix C W C' is ill-conditioned: rows of C are close to others"
                                        : "its method, or its preconditioner, does not see this; is A indefinite on Ker C, or its diagonal zero?"));
-    } else if (data->constraints < n || data->saddle.D) PetscCall(CheckEnergy(data, transpose, x, Ax, primal, verdict, why, len));
-    if (*verdict == AINSWORTH_VERDICT_MET) PetscCall(CheckVacuous(data, f, g, x, lambda, verdict, why, len));
+    } else if (data->constraints < n || data->saddle.D) PetscCall(CheckEnergy(data, transpose, y.primal, Ax, left.primal, verdict, why, len));
+    if (*verdict == AINSWORTH_VERDICT_MET) PetscCall(CheckVacuous(data, b, y, verdict, why, len));
   }
   if (kept && *verdict == AINSWORTH_VERDICT_MET) {
     if (data->terms) PetscCall(VecPointwiseMax(data->terms, data->terms, terms));

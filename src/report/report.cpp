@@ -53,7 +53,7 @@ PetscErrorCode AinsworthReportDestroy(AinsworthReport **out)
 
   PetscFunctionBegin;
   if (!report) PetscFunctionReturn(PETSC_SUCCESS);
-  for (Vec *v : {&report->exact, &report->x, &report->r, &report->residual, &report->work[0], &report->work[1], &report->springs[0], &report->springs[1]})
+  for (Vec *v : {&report->exact, &report->x, &report->r, &report->residual, &report->work[0], &report->work[1], &report->springs.primal, &report->springs.dual})
     PetscCall(VecDestroy(v));
   PetscCall(MatDestroy(&report->observed));
   PetscCall(MatDestroy(&report->operation));
@@ -81,10 +81,10 @@ PetscErrorCode AinsworthReportGetX(AinsworthReport *report, Vec iterate, Vec *x)
   *x = iterate;
   if (report->system.reduced) PetscCall(MatAinsworthGetContext_Private(report->system.reduced, &ctx));
   if (!ctx || !ctx->D) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!report->springs[0]) PetscCall(MatCreateVecs(ctx->C, &report->springs[0], &report->springs[1]));
-  PetscCall(VecCopy(iterate, report->springs[0]));
-  PetscCall(MatAinsworthRecover_Private(report->system.reduced, PETSC_FALSE, report->f, report->g, report->springs[0], report->springs[1], NULL));
-  *x = report->springs[0];
+  if (!report->springs.primal) PetscCall(MatCreateVecs(ctx->C, &report->springs.primal, &report->springs.dual));
+  PetscCall(VecCopy(iterate, report->springs.primal));
+  PetscCall(MatAinsworthRecover_Private(report->system.reduced, PETSC_FALSE, report->b, report->springs, NULL));
+  *x = report->springs.primal;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -97,12 +97,12 @@ static PetscErrorCode LeaveMultipliers(AinsworthReport *report, Vec x)
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext_Private(reduced, &ctx));
   PetscCall(MatMult(report->system.C, x, report->residual));
-  PetscCall(VecAYPX(report->residual, -1.0, report->g));
+  PetscCall(VecAYPX(report->residual, -1.0, report->b.dual));
   if (ctx->D) {
-    PetscCall(VecScale(report->springs[1], -1.0));
-    PetscCall(MatMultHermitianTransposeAdd(ctx->B, report->springs[1], report->r, report->r));
-    PetscCall(VecScale(report->springs[1], -1.0));
-    PetscCall(MatMultAdd(ctx->D, report->springs[1], report->residual, report->residual));
+    PetscCall(VecScale(report->springs.dual, -1.0));
+    PetscCall(MatMultHermitianTransposeAdd(ctx->B, report->springs.dual, report->r, report->r));
+    PetscCall(VecScale(report->springs.dual, -1.0));
+    PetscCall(MatMultAdd(ctx->D, report->springs.dual, report->residual, report->residual));
   } else PetscCall(MatAinsworthMultTransposeProjector(reduced, report->r, report->r)); /* r - B' R' r */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -119,7 +119,7 @@ static PetscErrorCode Residuals(AinsworthReport *report, Vec iterate, AinsworthR
   PetscCall(MatMult(system->A, x, report->r));
   PetscCall(VecDot(report->r, x, &energy));
   if (!report->exact) report->energy = PetscSqrtReal(PetscAbsScalar(energy));
-  PetscCall(VecAYPX(report->r, -1.0, report->f));
+  PetscCall(VecAYPX(report->r, -1.0, report->b.primal));
   if (system->reduced) {
     PetscCall(LeaveMultipliers(report, x));
     PetscCall(VecNorm(report->residual, NORM_2, &row->constraint));
@@ -251,7 +251,7 @@ static PetscErrorCode Observe(AinsworthReport *report, KSP ksp, PetscBool begin)
 }
 
 /* The solve that follows is watched until AinsworthReportEnd(); what the KSP has of its own is kept meanwhile */
-PetscErrorCode AinsworthReportBegin(AinsworthReport *report, KSP ksp, Vec f, Vec g, PetscLogDouble start)
+PetscErrorCode AinsworthReportBegin(AinsworthReport *report, KSP ksp, AinsworthSaddleVec b, PetscLogDouble start)
 {
   PetscLogDouble before, after;
   PetscScalar    energy;
@@ -261,15 +261,14 @@ PetscErrorCode AinsworthReportBegin(AinsworthReport *report, KSP ksp, Vec f, Vec
   PetscCall(ChooseCoefficients(report, ksp));
   if (!report->watch && !report->patient) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthReportSetPatience(report, ksp));
-  report->f = f;
-  report->g = g;
+  report->b = b;
   report->rows.clear();
   report->printed = 0;
   report->spent = report->observing = 0.0;
   report->bound                     = PETSC_MAX_REAL;
   if (report->settings->viewer) {
-    PetscCall(Length(f, &report->norm[0]));
-    if (report->system.reduced) PetscCall(Length(g, &report->norm[1]));
+    PetscCall(Length(b.primal, &report->norm[0]));
+    if (report->system.reduced) PetscCall(Length(b.dual, &report->norm[1]));
     if (report->exact) {
       PetscCall(MatMult(report->system.A, report->exact, report->r));
       PetscCall(VecDot(report->r, report->exact, &energy));

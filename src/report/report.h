@@ -49,9 +49,9 @@ struct AinsworthReport {
   std::vector<AinsworthReportRow> rows;
   size_t                          printed;
   Vec                             exact; /* solution; NULL: not known */
-  Vec                             f, g;  /* right-hand side of the present solve, not owned */
+  AinsworthSaddleVec              b;     /* f and g of the present solve, not owned */
   Vec                             x, r, residual;
-  Vec                             springs[2];       /* x and lambda of an iterate where D is not zero; NULL: not needed yet */
+  AinsworthSaddleVec              springs;          /* x and lambda of an iterate where D is not zero; NULL: not needed yet */
   PetscReal                       norm[2];          /* of f and g */
   PetscReal                       energy;           /* energy norm of x, as far as it is known */
   PetscReal                       bound;            /* error that ends the solve */
@@ -75,7 +75,7 @@ struct AinsworthReport {
 PetscErrorCode AinsworthReportCreate(AinsworthReportSettings *, const AinsworthReportSystem *, AinsworthReport **);
 PetscErrorCode AinsworthReportDestroy(AinsworthReport **);
 /* start: the time when the solve began, less the seconds of its set-up */
-PetscErrorCode AinsworthReportBegin(AinsworthReport *, KSP, Vec f, Vec g, PetscLogDouble start);
+PetscErrorCode AinsworthReportBegin(AinsworthReport *, KSP, AinsworthSaddleVec b, PetscLogDouble start);
 PetscErrorCode AinsworthReportEnd(AinsworthReport *, KSP, PetscBool failed);
 
 /* x of an iterate of the reduced solve, which is another where D is not zero; not to be destroyed */

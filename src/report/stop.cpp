@@ -33,7 +33,7 @@ static PetscErrorCode AddSprings(AinsworthReport *report, const Mat_Ainsworth *c
   PetscReal springs = 0.0;
 
   PetscFunctionBegin;
-  if (ctx->D) PetscCall(AinsworthFormValue(ctx->D, report->springs[1], &springs));
+  if (ctx->D) PetscCall(AinsworthFormValue(ctx->D, report->springs.dual, &springs));
   *energy += springs;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -67,7 +67,7 @@ static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, Pets
   PetscCall(KSPBuildSolution(ksp, NULL, &x));
   PetscCall(KSPGetRhs(ksp, &b));
   PetscCall(VecDot(x, b, &dot[0]));
-  PetscCall(VecDot(x, report->f, &dot[1]));
+  PetscCall(VecDot(x, report->b.primal, &dot[1]));
   z = PetscRealPart(dot[0]);
   if (z <= 0.0 || (!ctx->D && ctx->start[0] + 2 * (PetscRealPart(dot[1]) - ctx->start[1]) >= 2 * z)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthReportGetX(report, x, &x));

@@ -47,22 +47,22 @@ static PetscErrorCode RaiseSmallTerms(AinsworthSaddle *sp, PetscReal little, Vec
 /*
    AinsworthSaddleBackwardError - the largest residual of a row of both equations, relative to its terms, which are at least `little` of the largest of all
 
-   primal and dual: AinsworthSaddleResidual(). rows, of both: one over these terms, 0 where no x can do anything
+   left: AinsworthSaddleResidual(). weights become one over these terms, 0 where no x can do anything
 */
-PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool transpose, PetscReal little, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal,
-                                            Vec dual, Vec rowsPrimal, Vec rowsDual, PetscReal *error)
+PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool transpose, PetscReal little, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax,
+                                            AinsworthSaddleVec left, AinsworthSaddleVec weights, PetscReal *error)
 {
   Vec slack;
 
   PetscFunctionBegin;
   *error = 0.0;
-  PetscCall(AinsworthTermsPrimal(sp, transpose, PETSC_INFINITY, f, x, lambda, Ax, rowsPrimal));
-  PetscCall(AinsworthTermsDual(sp, AinsworthCombinedLeast, 0.0, g, x, lambda, rowsDual, &slack));
-  PetscCall(RaiseSmallTerms(sp, little, rowsDual, rowsPrimal));
-  PetscCall(LargestQuotient(primal, rowsPrimal, NULL, error));
-  PetscCall(LargestQuotient(dual, rowsDual, sp->kind, error));
+  PetscCall(AinsworthTermsPrimal(sp, transpose, PETSC_INFINITY, b.primal, y, Ax, weights.primal));
+  PetscCall(AinsworthTermsDual(sp, AinsworthCombinedLeast, 0.0, b.dual, y, weights.dual, &slack));
+  PetscCall(RaiseSmallTerms(sp, little, weights.dual, weights.primal));
+  PetscCall(LargestQuotient(left.primal, weights.primal, NULL, error));
+  PetscCall(LargestQuotient(left.dual, weights.dual, sp->kind, error));
   PetscCall(VecDestroy(&slack));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, error, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)f)));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, error, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)Ax)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -93,32 +93,32 @@ static PetscErrorCode GivenForces(const AinsworthSaddle *sp, Vec f, Vec lambda, 
 
    A force on an unknown without stiffness is never taken for rounding.
 */
-PetscErrorCode AinsworthSaddleIsVacuous(AinsworthSaddle *sp, Vec f, Vec g, Vec x, Vec lambda, PetscBool *vacuous)
+PetscErrorCode AinsworthSaddleIsVacuous(AinsworthSaddle *sp, AinsworthSaddleVec b, AinsworthSaddleVec y, PetscBool *vacuous)
 {
   static const PetscReal rounding = 10 * PETSC_MACHINE_EPSILON;
-  MPI_Comm               comm     = PetscObjectComm((PetscObject)x);
+  MPI_Comm               comm     = PetscObjectComm((PetscObject)y.primal);
   Vec                    stiffness, forces, size, absolute;
   PetscInt               found = 0;
   PetscReal              displacement;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(x, &forces));
+  PetscCall(VecDuplicate(y.primal, &forces));
   PetscCall(AinsworthTermsStiffness(sp, &stiffness));
-  PetscCall(AinsworthTermsDisplacement(stiffness, x, &displacement, NULL));
-  PetscCall(GivenForces(sp, f, lambda, forces));
-  PetscCall(AinsworthForEntries({stiffness, forces}, [&](PetscInt, PetscScalar d, PetscScalar b) {
-    if (PetscRealPart(b) > rounding * displacement * PetscRealPart(d)) found = 1;
+  PetscCall(AinsworthTermsDisplacement(stiffness, y.primal, &displacement, NULL));
+  PetscCall(GivenForces(sp, b.primal, y.dual, forces));
+  PetscCall(AinsworthForEntries({stiffness, forces}, [&](PetscInt, PetscScalar d, PetscScalar force) {
+    if (PetscRealPart(force) > rounding * displacement * PetscRealPart(d)) found = 1;
   }));
   PetscCall(VecDestroy(&forces));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_MAX, comm));
   if (!found && sp->absolute) {
-    PetscCall(VecDuplicate(g, &size));
-    PetscCall(AinsworthDuplicateAbs(x, &absolute));
+    PetscCall(VecDuplicate(b.dual, &size));
+    PetscCall(AinsworthDuplicateAbs(y.primal, &absolute));
     PetscCall(VecShift(absolute, displacement));
     PetscCall(MatMult(sp->absolute, absolute, size));
     PetscCall(VecDestroy(&absolute));
-    PetscCall(AinsworthForEntries({size, g}, [&](PetscInt i, PetscScalar s, PetscScalar b) {
-      if (sp->kind[i] != AINSWORTH_ROW_DECOUPLED && PetscAbsScalar(b) > AinsworthCombined * PetscRealPart(s)) found = 1;
+    PetscCall(AinsworthForEntries({size, b.dual}, [&](PetscInt i, PetscScalar s, PetscScalar a) {
+      if (sp->kind[i] != AINSWORTH_ROW_DECOUPLED && PetscAbsScalar(a) > AinsworthCombined * PetscRealPart(s)) found = 1;
     }));
     PetscCall(VecDestroy(&size));
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_MAX, comm));

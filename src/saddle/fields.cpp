@@ -22,41 +22,41 @@ static PetscErrorCode SolveDecoupled(const AinsworthSaddle *sp, Vec g, Vec lambd
 }
 
 /*
-   AinsworthSaddleRestrict - the right-hand side of the rows that are kept, moved: f and g less what is known of x and lambda times its columns
+   AinsworthSaddleRestrict - the right-hand side of the rows that are kept: f and g less what is known of x and lambda times its columns
 
-   moved may be f where sp->known is NULL and B is C: nothing is moved into f then.
+   kept.primal may be f where sp->known is NULL and B is C: nothing is moved into f then.
 */
-PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *sp, Vec f, Vec g, Vec moved, Vec kept)
+PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *sp, AinsworthSaddleVec b, AinsworthSaddleVec kept)
 {
-  Vec          x, lambda, rest = g;
+  Vec          x, lambda, rest = b.dual;
   PetscScalar *k;
   PetscInt     n = 0;
 
   PetscFunctionBegin;
   PetscCall(GetWork(sp, &x, &lambda));
-  if (moved != f) PetscCall(VecCopy(f, moved));
-  if (sp->count[AINSWORTH_ROW_DECOUPLED] || sp->known) PetscCall(AinsworthVecClone(g, &rest));
-  if (sp->known) PetscCall(AinsworthSaddleMoveColumns(sp, f, x, lambda, moved, rest));
+  if (kept.primal != b.primal) PetscCall(VecCopy(b.primal, kept.primal));
+  if (sp->count[AINSWORTH_ROW_DECOUPLED] || sp->known) PetscCall(AinsworthVecClone(b.dual, &rest));
+  if (sp->known) PetscCall(AinsworthSaddleMoveColumns(sp, b.primal, x, lambda, kept.primal, rest));
   if (sp->count[AINSWORTH_ROW_DECOUPLED]) {
     PetscCall(SolveDecoupled(sp, rest, lambda));
     PetscCall(MatMultAdd(sp->rowsD, lambda, rest, rest));
     if (sp->rowsB != sp->rowsC) {
       PetscCall(MatMultHermitianTranspose(sp->rowsB, lambda, x));
-      PetscCall(VecAXPY(moved, -1.0, x));
+      PetscCall(VecAXPY(kept.primal, -1.0, x));
     }
   }
-  PetscCall(VecGetArrayWrite(kept, &k));
+  PetscCall(VecGetArrayWrite(kept.dual, &k));
   PetscCall(AinsworthForEntries({rest}, [&](PetscInt i, PetscScalar a) {
     if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) k[n++] = a;
   }));
-  PetscCall(VecRestoreArrayWrite(kept, &k));
-  if (rest != g) PetscCall(VecDestroy(&rest));
-  if (sp->balance) PetscCall(VecPointwiseMult(kept, kept, sp->balance));
+  PetscCall(VecRestoreArrayWrite(kept.dual, &k));
+  if (rest != b.dual) PetscCall(VecDestroy(&rest));
+  if (sp->balance) PetscCall(VecPointwiseMult(kept.dual, kept.dual, sp->balance));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* AinsworthSaddleExtend - x with what is known, and lambda on all rows, from the solution of what is kept */
-PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, Vec f, Vec g, Vec kept, Vec x, Vec lambda)
+PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, AinsworthSaddleVec b, Vec kept, AinsworthSaddleVec y)
 {
   Vec                work, rest;
   const PetscScalar *k;
@@ -64,16 +64,16 @@ PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, Vec f, Vec g, Vec kept
 
   PetscFunctionBegin;
   PetscCall(GetWork(sp, &work, &rest));
-  if (sp->known) PetscCall(AinsworthSaddleSetKnown(sp, f, x));
+  if (sp->known) PetscCall(AinsworthSaddleSetKnown(sp, b.primal, y.primal));
   if (sp->count[AINSWORTH_ROW_DECOUPLED] && sp->known) {
-    PetscCall(MatMult(sp->givenC, x, rest));
-    PetscCall(VecAYPX(rest, -1.0, g));
-    PetscCall(SolveDecoupled(sp, rest, lambda));
-  } else if (sp->count[AINSWORTH_ROW_DECOUPLED]) PetscCall(SolveDecoupled(sp, g, lambda));
-  else PetscCall(VecZeroEntries(lambda));
+    PetscCall(MatMult(sp->givenC, y.primal, rest));
+    PetscCall(VecAYPX(rest, -1.0, b.dual));
+    PetscCall(SolveDecoupled(sp, rest, y.dual));
+  } else if (sp->count[AINSWORTH_ROW_DECOUPLED]) PetscCall(SolveDecoupled(sp, b.dual, y.dual));
+  else PetscCall(VecZeroEntries(y.dual));
   if (sp->balance) PetscCall(VecPointwiseMult(kept, kept, sp->balance));
   PetscCall(VecGetArrayRead(kept, &k));
-  PetscCall(AinsworthUpdate(lambda, [&](PetscInt i, PetscScalar &l) {
+  PetscCall(AinsworthUpdate(y.dual, [&](PetscInt i, PetscScalar &l) {
     if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) l = k[n++];
   }));
   PetscCall(VecRestoreArrayRead(kept, &k));
@@ -81,12 +81,12 @@ PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, Vec f, Vec g, Vec kept
     Vec diagonal;
 
     PetscCall(VecDuplicate(rest, &diagonal));
-    PetscCall(MatMult(sp->rowsD, lambda, rest));
-    PetscCall(VecAYPX(rest, 1.0, g));
+    PetscCall(MatMult(sp->rowsD, y.dual, rest));
+    PetscCall(VecAYPX(rest, 1.0, b.dual));
     PetscCall(VecScale(rest, -1.0));
-    PetscCall(MatMultAdd(sp->givenC, x, rest, rest));
+    PetscCall(MatMultAdd(sp->givenC, y.primal, rest, rest));
     PetscCall(MatGetDiagonal(sp->rowsD, diagonal));
-    PetscCall(AinsworthUpdate(lambda, {rest, diagonal}, [sp](PetscInt i, PetscScalar &l, PetscScalar r, PetscScalar d) {
+    PetscCall(AinsworthUpdate(y.dual, {rest, diagonal}, [sp](PetscInt i, PetscScalar &l, PetscScalar r, PetscScalar d) {
       if (sp->kind[i] == AINSWORTH_ROW_PASSIVE) l = r / d;
     }));
     PetscCall(VecDestroy(&diagonal));
@@ -95,11 +95,11 @@ PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, Vec f, Vec g, Vec kept
 }
 
 /* Collective: the row of the first entry of f, or else of g, that is NaN or Inf, for a message; empty where there is none */
-PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *sp, Vec f, Vec g, char text[], size_t len)
+PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *sp, AinsworthSaddleVec b, char text[], size_t len)
 {
   PetscFunctionBegin;
   text[0] = 0;
-  for (Vec field : {f, g}) {
+  for (Vec field : {b.primal, b.dual}) {
     PetscInt start, row = -1;
 
     if (text[0]) continue;
@@ -108,7 +108,7 @@ PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *sp, Vec f, Ve
       if (row < 0 && PetscIsInfOrNanScalar(a)) row = start + i;
     }));
     PetscCall(AinsworthAgreeOnFirst(PetscObjectComm((PetscObject)sp->rowsC), &row));
-    if (row >= 0) PetscCall(PetscSNPrintf(text, len, "row %" PetscInt_FMT " of the %s field", row, field == f ? "primal" : "multiplier"));
+    if (row >= 0) PetscCall(PetscSNPrintf(text, len, "row %" PetscInt_FMT " of the %s field", row, field == b.primal ? "primal" : "multiplier"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -128,7 +128,7 @@ PetscErrorCode AinsworthSaddleGetWhole(Mat amat, Mat pmat, MatNullSpace *whole)
    In exact arithmetic nothing happens to the equations. But the rounding is that of the larger of x and lambda, and where their units are decades apart
    nothing may be left of the smaller: to be done before x and lambda are verified, as the KSP does it after. The constant vector is left to the KSP.
 */
-PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *sp, Mat amat, PetscBool transpose, Vec x, Vec lambda, PetscBool *removed)
+PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *sp, Mat amat, PetscBool transpose, AinsworthSaddleVec y, PetscBool *removed)
 {
   const IS         *field = transpose ? sp->rows : sp->cols;
   const PetscScalar sign  = sp->negated ? -1.0 : 1.0; /* lambda is still ours */
@@ -141,17 +141,18 @@ PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *sp, Mat ama
   PetscCall((transpose ? MatGetTransposeNullSpace : MatGetNullSpace)(amat, &whole));
   if (whole) PetscCall(MatNullSpaceGetVecs(whole, &constant, &n, &v));
   for (PetscInt i = 0; i < n; i++) {
-    Vec         flat, part[2];
-    PetscScalar dot[2];
+    Vec                flat;
+    AinsworthSaddleVec part;
+    PetscScalar        dot[2];
 
     PetscCall(AinsworthVecGetFlat(amat, transpose, v[i], &flat));
-    for (int k = 0; k < 2; k++) PetscCall(VecGetSubVector(flat, field[k], &part[k]));
-    PetscCall(VecDot(x, part[0], &dot[0]));
-    PetscCall(VecDot(lambda, part[1], &dot[1]));
+    PetscCall(AinsworthSaddleVecGet(flat, field, &part));
+    PetscCall(VecDot(y.primal, part.primal, &dot[0]));
+    PetscCall(VecDot(y.dual, part.dual, &dot[1]));
     dot[0] += sign * dot[1];
-    PetscCall(VecAXPY(x, -dot[0], part[0]));
-    PetscCall(VecAXPY(lambda, -sign * dot[0], part[1]));
-    for (int k = 0; k < 2; k++) PetscCall(VecRestoreSubVector(flat, field[k], &part[k]));
+    PetscCall(VecAXPY(y.primal, -dot[0], part.primal));
+    PetscCall(VecAXPY(y.dual, -sign * dot[0], part.dual));
+    PetscCall(AinsworthSaddleVecRestore(flat, field, &part));
     PetscCall(AinsworthVecRestoreFlat(amat, transpose, v[i], PETSC_FALSE, &flat));
   }
   *removed = (PetscBool)(n > 0);

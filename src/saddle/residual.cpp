@@ -23,22 +23,22 @@ static const PetscReal told     = 1e-12;
 static const PetscReal before   = 1e-10;
 static const PetscReal shown    = 1e3;
 
-/* primal = f - op(A) x - B' lambda, dual = g - C x + D lambda, of the matrix as the program passed it; Ax becomes op(A) x, unless it is that already */
-PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known, Vec f, Vec g, Vec x, Vec lambda, Vec Ax, Vec primal,
-                                       Vec dual)
+/* left = b - K y of the matrix as the program passed it: f - op(A) x - B' lambda and g - C x + D lambda; Ax becomes op(A) x, unless it is that already */
+PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax,
+                                       AinsworthSaddleVec left)
 {
   PetscFunctionBegin;
-  if (!known) PetscCall((transpose ? MatMultTranspose : MatMult)(sp->block[0], x, Ax));
-  PetscCall(MatMultHermitianTranspose(sp->rowsB, lambda, primal));
-  PetscCall(VecAXPBYPCZ(primal, 1.0, -1.0, -1.0, f, Ax));
-  PetscCall(MatMult(sp->givenC, x, dual));
-  PetscCall(VecAYPX(dual, -1.0, g));
+  if (!known) PetscCall((transpose ? MatMultTranspose : MatMult)(sp->block[0], y.primal, Ax));
+  PetscCall(MatMultHermitianTranspose(sp->rowsB, y.dual, left.primal));
+  PetscCall(VecAXPBYPCZ(left.primal, 1.0, -1.0, -1.0, b.primal, Ax));
+  PetscCall(MatMult(sp->givenC, y.primal, left.dual));
+  PetscCall(VecAYPX(left.dual, -1.0, b.dual));
   if (sp->rowsD) { /* added up by itself: what cancels in D lambda would take the rest along */
     Vec work;
 
-    PetscCall(VecDuplicate(dual, &work));
-    PetscCall(MatMult(sp->rowsD, lambda, work));
-    PetscCall(VecAXPY(dual, 1.0, work));
+    PetscCall(VecDuplicate(left.dual, &work));
+    PetscCall(MatMult(sp->rowsD, y.dual, work));
+    PetscCall(VecAXPY(left.dual, 1.0, work));
     PetscCall(VecDestroy(&work));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -50,7 +50,7 @@ PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool tran
    The energy of both equations: D is the compliance of springs that the multipliers load. A huge lambda that a singular D takes to nothing has none: what is
    left of its terms is their rounding.
 */
-PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *sp, Vec x, Vec lambda, Vec Ax, PetscReal *energy)
+PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *sp, AinsworthSaddleVec y, Vec Ax, PetscReal *energy)
 {
   static const PetscReal cancelled = 100 * PETSC_MACHINE_EPSILON;
   PetscScalar            product;
@@ -59,11 +59,11 @@ PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *sp, Vec x, Vec lambd
   Vec                    absolute;
 
   PetscFunctionBegin;
-  PetscCall(VecDot(Ax, x, &product));
+  PetscCall(VecDot(Ax, y.primal, &product));
   if (sp->rowsD) {
-    PetscCall(AinsworthFormValue(sp->rowsD, lambda, &springs));
+    PetscCall(AinsworthFormValue(sp->rowsD, y.dual, &springs));
     PetscCall(AinsworthAbsoluteAIJ(sp->rowsD, &M));
-    PetscCall(AinsworthDuplicateAbs(lambda, &absolute));
+    PetscCall(AinsworthDuplicateAbs(y.dual, &absolute));
     PetscCall(AinsworthFormValue(M, absolute, &terms));
     PetscCall(VecDestroy(&absolute));
     PetscCall(MatDestroy(&M));
@@ -102,8 +102,8 @@ static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthUnmet *worst)
    to the largest, that of f - C' lambda where rows of C take it. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the row's own
    terms, more where solves with the Gram matrix are doubtful, is allowed; a row of zeros of A has these and what its rows of C see, but a force on it is met to `given` times tol. energy: AinsworthSaddleEnergy()
 */
-PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscBool doubtful, PetscReal tol, PetscReal energy, Vec f, Vec x,
-                                          Vec lambda, Vec Ax, Vec residual, AinsworthUnmet *worst)
+PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscBool doubtful, PetscReal tol, PetscReal energy, Vec f,
+                                          AinsworthSaddleVec y, Vec Ax, Vec residual, AinsworthUnmet *worst)
 {
   const PetscReal excused = PetscMax(tol, doubtful ? doubted : own);
   Vec             diagonal, size, through, forces;
@@ -113,7 +113,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   PetscFunctionBegin;
   *worst = AinsworthUnmet();
   PetscCall(AinsworthTermsStiffness(sp, &diagonal));
-  PetscCall(AinsworthTermsDisplacement(diagonal, x, &displacement, NULL));
+  PetscCall(AinsworthTermsDisplacement(diagonal, y.primal, &displacement, NULL));
   PetscCall(VecGetOwnershipRange(residual, &first, NULL));
   auto allowed = [&](PetscReal stiffness, PetscScalar force, PetscReal through, PetscReal spread) {
     const PetscReal cap   = force == 0.0 ? PETSC_MAX_REAL : given * tol * PetscAbsScalar(force);
@@ -125,11 +125,11 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
   PetscCall(AinsworthForEntries({diagonal, residual}, [&](PetscInt, PetscScalar d, PetscScalar r) {
     if (!(PetscAbsScalar(r) <= allowed(PetscRealPart(d), 0.0, 0.0, 0.0))) suspicious = 1;
   }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &suspicious, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)x)));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &suspicious, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)f)));
   if (suspicious) {
-    for (Vec *v : {&size, &forces}) PetscCall(VecDuplicate(x, v));
-    PetscCall(AinsworthTermsPrimal(sp, transpose, most / excused, f, x, lambda, Ax, size));
-    PetscCall(MatMultHermitianTranspose(sp->rowsB, lambda, forces));
+    for (Vec *v : {&size, &forces}) PetscCall(VecDuplicate(f, v));
+    PetscCall(AinsworthTermsPrimal(sp, transpose, most / excused, f, y, Ax, size));
+    PetscCall(MatMultHermitianTranspose(sp->rowsB, y.dual, forces));
     PetscCall(VecAbs(forces));
     PetscCall(AinsworthDuplicateAbs(f, &through));
     PetscCall(VecAXPY(forces, 1.0, through));
@@ -144,7 +144,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
     };
     PetscCall(AinsworthForEntries({diagonal, residual, f, size, through, forces}, look));
     for (Vec *v : {&size, &through, &forces}) PetscCall(VecDestroy(v));
-    PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), worst));
+    PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)f), worst));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -157,7 +157,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
    the others are met to rounding. earlier: the terms of each row in earlier solves, whose rounding may be all that g is, or NULL; terms: those of this one, to
    be destroyed.
 */
-PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, PetscReal allowed, Vec earlier, Vec g, Vec x, Vec lambda, Vec residual,
+PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, PetscReal allowed, Vec earlier, Vec g, AinsworthSaddleVec y, Vec residual,
                                         AinsworthUnmet *worst, char contradiction[], size_t len, Vec *terms)
 {
   static const struct {
@@ -179,7 +179,7 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   contradiction[0] = 0;
   PetscCall(VecNorm(g, NORM_INFINITY, &rhs));
   PetscCall(VecDuplicate(residual, terms));
-  PetscCall(AinsworthTermsDual(sp, 1.0, allowed, g, x, lambda, *terms, &slack));
+  PetscCall(AinsworthTermsDual(sp, 1.0, allowed, g, y, *terms, &slack));
   bool dependents = false; /* rows of this kind, or all others */
   auto look       = [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar b, PetscScalar l, PetscScalar e) {
     if ((sp->kind[i] == AINSWORTH_ROW_DEPENDENT) != dependents) return;
@@ -198,16 +198,16 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
     if (!zero && found > where->quotient) *where = {found, rest, size, sp->first + i};
   };
   PetscCall(AinsworthForEntries({residual, *terms, g, slack ? slack : g, earlier ? earlier : g}, look));
-  PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), worst));
+  PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)g), worst));
   PetscCall(VecDestroy(&slack));
   if (sp->count[AINSWORTH_ROW_DEPENDENT]) {
     Vec narrow;
 
     PetscCall(VecDuplicate(residual, &narrow));
-    PetscCall(AinsworthTermsDual(sp, PetscMin(PetscMax(shown * worst->quotient, AinsworthCombinedLeast), 1.0), allowed, g, x, lambda, narrow, &slack));
+    PetscCall(AinsworthTermsDual(sp, PetscMin(PetscMax(shown * worst->quotient, AinsworthCombinedLeast), 1.0), allowed, g, y, narrow, &slack));
     dependents = true;
     PetscCall(AinsworthForEntries({residual, narrow, g, slack ? slack : g, earlier ? earlier : g}, look));
-    PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)x), &close));
+    PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)g), &close));
     PetscCall(VecDestroy(&slack));
     PetscCall(VecDestroy(&narrow));
   }

@@ -2,6 +2,7 @@
 #ifndef AINSWORTH_SADDLE_H
 #define AINSWORTH_SADDLE_H
 
+#include "saddlevec.h"
 #include "layout.h"
 
 /* What becomes of a row of the multiplier field, C_i x - (D lambda)_i = g_i */
@@ -136,7 +137,7 @@ PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *, MatNullS
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *, Vec);
 PetscErrorCode AinsworthSaddleGetWhole(Mat, Mat, MatNullSpace *);
-PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *, Mat, PetscBool, Vec, Vec, PetscBool *);
+PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *, Mat, PetscBool, AinsworthSaddleVec, PetscBool *);
 
 /* rows.cpp: the rows of the multiplier field */
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *);
@@ -163,20 +164,22 @@ PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *, Vec, Vec, Vec
 PetscErrorCode AinsworthSaddleSetKnown(const AinsworthSaddle *, Vec, Vec);
 
 /* fields.cpp: right-hand sides and solutions between the program's fields and what is kept */
-PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *, Vec, Vec, Vec, Vec);
-PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *, Vec, Vec, Vec, Vec, Vec);
-PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *, Vec, Vec, char[], size_t);
+PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *, AinsworthSaddleVec, AinsworthSaddleVec);
+PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
+PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *, AinsworthSaddleVec, char[], size_t);
 
 /* residual.cpp: the row with the largest quotient of its residual and what is allowed, above 1 where it is not met; size: what its terms amount to */
 struct AinsworthUnmet {
   PetscReal quotient = 0.0, residual = 0.0, size = 0.0;
   PetscInt  row = -1;
 };
-PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, PetscBool, Vec, Vec, Vec, Vec, Vec, Vec, Vec);
-PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *, PetscBool, PetscBool, PetscReal, PetscReal, Vec, Vec, Vec, Vec, Vec, AinsworthUnmet *);
-PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec, Vec, Vec, Vec, Vec, PetscReal *);
-PetscErrorCode AinsworthSaddleIsVacuous(AinsworthSaddle *, Vec, Vec, Vec, Vec, PetscBool *);
-PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *, Vec, Vec, Vec, PetscReal *);
-PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, PetscReal, PetscReal, Vec, Vec, Vec, Vec, Vec, AinsworthUnmet *, char[], size_t, Vec *);
+PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
+PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *, PetscBool, PetscBool, PetscReal, PetscReal, Vec, AinsworthSaddleVec, Vec, Vec,
+                                          AinsworthUnmet *);
+PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *, PetscBool, PetscReal, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec,
+                                            AinsworthSaddleVec, PetscReal *);
+PetscErrorCode AinsworthSaddleIsVacuous(AinsworthSaddle *, AinsworthSaddleVec, AinsworthSaddleVec, PetscBool *);
+PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *, AinsworthSaddleVec, Vec, PetscReal *);
+PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, PetscReal, PetscReal, Vec, Vec, AinsworthSaddleVec, Vec, AinsworthUnmet *, char[], size_t, Vec *);
 
 #endif

@@ -32,7 +32,7 @@ PetscErrorCode AinsworthAbsoluteMultTranspose(Mat M, Vec x, Vec y)
    A huge lambda that B' takes to nearly nothing, where rows depend on others, would drown all else in its rounding: what cancels counts up to `others` times the
    largest of the other terms
 */
-PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscReal others, Vec f, Vec x, Vec lambda, Vec Ax, Vec size)
+PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscReal others, Vec f, AinsworthSaddleVec y, Vec Ax, Vec size)
 {
   PetscReal largest;
   Vec       absolute, part;
@@ -43,7 +43,7 @@ PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpo
   PetscCall(MatHasOperation(sp->block[0], MATOP_GET_ROW, &rows));
   if (rows) {
     PetscCall(AinsworthGetAIJ(sp->block[0], &A));
-    PetscCall((transpose ? AinsworthAbsoluteMultTranspose : AinsworthAbsoluteMult)(A, x, size));
+    PetscCall((transpose ? AinsworthAbsoluteMultTranspose : AinsworthAbsoluteMult)(A, y.primal, size));
     PetscCall(MatDestroy(&A));
   } else { /* a shell tells its products only */
     PetscCall(VecCopy(Ax, size));
@@ -51,13 +51,13 @@ PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpo
   }
   PetscCall(AinsworthDuplicateAbs(f, &part));
   PetscCall(VecAXPY(size, 1.0, part));
-  PetscCall(AinsworthAbsoluteMultTranspose(sp->rowsB, lambda, part));
+  PetscCall(AinsworthAbsoluteMultTranspose(sp->rowsB, y.dual, part));
   if (others < PETSC_INFINITY) {
     PetscCall(VecNorm(size, NORM_INFINITY, &largest));
     PetscCall(VecDuplicate(size, &absolute));
     PetscCall(VecSet(absolute, others * largest));
     PetscCall(VecPointwiseMin(part, part, absolute));
-    PetscCall(MatMultHermitianTranspose(sp->rowsB, lambda, absolute));
+    PetscCall(MatMultHermitianTranspose(sp->rowsB, y.dual, absolute));
     PetscCall(VecAbs(absolute));
     PetscCall(VecPointwiseMax(part, part, absolute));
     PetscCall(VecDestroy(&absolute));
@@ -103,7 +103,7 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscReal allowed
 
    slack: what AddCompliance() allows, or NULL
 */
-PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal part, PetscReal allowed, Vec g, Vec x, Vec lambda, Vec size, Vec *slack)
+PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal part, PetscReal allowed, Vec g, AinsworthSaddleVec y, Vec size, Vec *slack)
 {
   Vec       stiffness, absolute;
   PetscReal largest, root;
@@ -111,8 +111,8 @@ PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal part, PetscReal
   PetscFunctionBegin;
   if (!sp->absolute) PetscCall(AinsworthAbsoluteAIJ(sp->givenC, &sp->absolute));
   PetscCall(AinsworthTermsStiffness(sp, &stiffness));
-  PetscCall(AinsworthTermsDisplacement(stiffness, x, &largest, &root));
-  PetscCall(AinsworthDuplicateAbs(x, &absolute));
+  PetscCall(AinsworthTermsDisplacement(stiffness, y.primal, &largest, &root));
+  PetscCall(AinsworthDuplicateAbs(y.primal, &absolute));
   auto add = [=](PetscInt, PetscScalar &a, PetscScalar d, PetscScalar known) {
     const PetscReal k = PetscSqrtReal(PetscAbsScalar(d)); /* W moves a stiff unknown by as little as has the energy of the others */
 
@@ -128,7 +128,7 @@ PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal part, PetscReal
   *slack = NULL;
   if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(g, slack));
-  PetscCall(AddCompliance(sp, allowed, lambda, size, *slack));
+  PetscCall(AddCompliance(sp, allowed, y.dual, size, *slack));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

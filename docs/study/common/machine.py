@@ -66,11 +66,11 @@ def output(command, limit):
         raise
 
 
-def run(options, ranks=1, limit=600, peak=False, program=TWOCUBES, defaults=DEFAULTS + " -ainsworth_ksp_converged_reason"):
+def run(options, ranks=1, limit=600, peak=False, program=TWOCUBES, plugin=PLUGIN, defaults=DEFAULTS + " -ainsworth_ksp_converged_reason"):
     """A tutorial, twocubes, with the plugin: iterations, reason, seconds and residuals, in strings and numbers; 'processor' are seconds of the whole program.
 
     peak: also the sum over the ranks of the most memory that each had [MiB]."""
-    command = launcher(ranks) + ([sys.executable, PEAK] if peak else []) + [program, "-dll_append", PLUGIN] + (defaults + " " + options).split()
+    command = launcher(ranks) + ([sys.executable, PEAK] if peak else []) + [program, "-dll_append", plugin] + (defaults + " " + options).split()
     answer = {"iterations": None, "reason": "no answer", "setup": None, "solve": None, "constraint": None, "primal": None, "unknowns": None, "constraints": None}
     before = processor_seconds()
     try:

@@ -1,14 +1,14 @@
 /* f and g, or x and lambda, in the program's fields */
-#ifndef AINSWORTH_PC_FIELDS_H
-#define AINSWORTH_PC_FIELDS_H
+#ifndef AINSWORTH_SADDLEVEC_H
+#define AINSWORTH_SADDLEVEC_H
 
 #include "../petsccompat.h"
 
-struct PCAinsworthFields {
+struct AinsworthSaddleVec {
   Vec primal, dual;
 };
 
-static inline PetscErrorCode PCAinsworthFieldsDuplicate(PCAinsworthFields like, PCAinsworthFields *y)
+static inline PetscErrorCode AinsworthSaddleVecDuplicate(AinsworthSaddleVec like, AinsworthSaddleVec *y)
 {
   PetscFunctionBegin;
   PetscCall(VecDuplicate(like.primal, &y->primal));
@@ -16,7 +16,7 @@ static inline PetscErrorCode PCAinsworthFieldsDuplicate(PCAinsworthFields like, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static inline PetscErrorCode PCAinsworthFieldsDestroy(PCAinsworthFields *y)
+static inline PetscErrorCode AinsworthSaddleVecDestroy(AinsworthSaddleVec *y)
 {
   PetscFunctionBegin;
   PetscCall(VecDestroy(&y->primal));
@@ -25,7 +25,7 @@ static inline PetscErrorCode PCAinsworthFieldsDestroy(PCAinsworthFields *y)
 }
 
 /* Those of a vector, to be restored */
-static inline PetscErrorCode PCAinsworthFieldsGet(Vec v, const IS fields[], PCAinsworthFields *y)
+static inline PetscErrorCode AinsworthSaddleVecGet(Vec v, const IS fields[], AinsworthSaddleVec *y)
 {
   PetscFunctionBegin;
   PetscCall(VecGetSubVector(v, fields[0], &y->primal));
@@ -33,7 +33,7 @@ static inline PetscErrorCode PCAinsworthFieldsGet(Vec v, const IS fields[], PCAi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static inline PetscErrorCode PCAinsworthFieldsRestore(Vec v, const IS fields[], PCAinsworthFields *y)
+static inline PetscErrorCode AinsworthSaddleVecRestore(Vec v, const IS fields[], AinsworthSaddleVec *y)
 {
   PetscFunctionBegin;
   PetscCall(VecRestoreSubVector(v, fields[0], &y->primal));
