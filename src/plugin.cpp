@@ -117,6 +117,7 @@ PetscErrorCode AinsworthInitializePackage(void)
   PetscCall(PCRegister(PCBLOCKSA, PCCreate_BlockSA));
   PetscCall(MatRegister(MATAINSWORTH, MatCreate_Ainsworth));
   PetscCall(MatOrderingRegister(AinsworthDissection, AinsworthGraphDissect));
+  PetscCall(MatOrderingRegister(AinsworthPredicted, AinsworthOrderingGet));
   PetscCall(KSPRegister(KSPPROJECTEDCG, KSPCreate_ProjectedCG));
   PetscCall(KSPRegister(KSPCHEBYSHEVSINGLE, KSPCreate_ChebyshevSingle));
   PetscCall(SNESRegister(SNESAINSWORTHACTIVESET, SNESCreate_AinsworthActiveSet));

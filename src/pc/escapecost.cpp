@@ -32,6 +32,7 @@ static PetscErrorCode Predict(const PC_Ainsworth *data, MatSolverType package, A
   PetscMPIInt      rank;
   PetscBool        whole, general;
   MatOrderingType  ordering;
+  IS               order = NULL;
 
   PetscFunctionBegin;
   if (data->format == AINSWORTH_PMAT_SUM && data->constraints) {
@@ -44,7 +45,8 @@ static PetscErrorCode Predict(const PC_Ainsworth *data, MatSolverType package, A
   PetscCall(AinsworthGraphOfNodes(parts, bs, &graph));
   for (Mat &mat : parts) PetscCall(MatDestroy(&mat));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (!rank) PetscCall(AinsworthFactorPredictBest(graph[0], bs, cost, &ordering));
+  if (!rank) PetscCall(AinsworthFactorPredictBest(graph[0], bs, cost, &ordering, &order));
+  PetscCall(ISDestroy(&order));
   PetscCall(MatDestroySubMatrices(1, &graph));
   PetscCall(PetscStrcmp(PCAinsworthFactorType_Private(data, &package), PCLU, &general));
   for (PetscReal *value : {&cost->entries, &cost->operations}) {

@@ -72,7 +72,7 @@ PetscErrorCode PCAinsworthSetUpPreconditioner_Private(PC inner, PetscBool *defin
 
   PetscFunctionBegin;
   PetscCall(AinsworthFactorIsPackage(inner, MATSOLVERCHOLMOD, &cholmod));
-  if (cholmod) PetscCall(AinsworthFactorTryCholmod((PetscObject)inner, [=] { return PCSetUp(inner); }, &indefinite));
+  if (cholmod) PetscCall(AinsworthFactorTryCholmod((PetscObject)inner, false, [=] { return PCSetUp(inner); }, &indefinite));
   else PetscCall(PCSetUp(inner));
   if (indefinite) PetscCall(PCReset(inner));
   *definite = (PetscBool)!indefinite;

@@ -219,26 +219,23 @@ static PetscErrorCode Split(const AinsworthPmatInputs *in, PetscReal gamma, Mat 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The diagonal of K on the loose unknowns that are eliminated, where nothing else is in M_* any more, to part */
-static PetscErrorCode AddDiagonal(Mat K, const Groups &groups, IS loose, Mat *part)
+/* The diagonal of K on the loose unknowns that are eliminated, where nothing else is in M_* any more; like: M_* */
+static PetscErrorCode CreateDiagonalPart(Mat K, const Groups &groups, IS loose, Mat like, Mat *part)
 {
   PetscInt first;
   Vec      diagonal, all;
-  Mat      added;
 
   PetscFunctionBegin;
   PetscCall(MatGetOwnershipRange(K, &first, NULL));
   PetscCall(MatCreateVecs(K, &diagonal, NULL));
-  PetscCall(MatCreateVecs(*part, &all, NULL));
+  PetscCall(MatCreateVecs(like, &all, NULL));
   PetscCall(VecZeroEntries(all));
   PetscCall(MatGetDiagonal(K, diagonal));
   PetscCall(AinsworthUpdate(diagonal, [&](PetscInt k, PetscScalar &d) {
     if (!groups.taken[groups.of[first + k]]) d = 0.0;
   }));
   PetscCall(VecISCopy(all, loose, SCATTER_FORWARD, diagonal));
-  PetscCall(AinsworthCreateFromDiagonal(all, &added));
-  PetscCall(MatAXPY(*part, 1.0, added, DIFFERENT_NONZERO_PATTERN));
-  PetscCall(MatDestroy(&added));
+  PetscCall(AinsworthCreateFromDiagonal(all, part));
   PetscCall(VecDestroy(&all));
   PetscCall(VecDestroy(&diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -291,9 +288,11 @@ PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *in, PetscR
     PetscCall(MatDestroy(&mixed));
     PetscCall(MatDestroy(&product));
     PetscCall(AinsworthMultiplyAdjoint(Cx, Cx, part));
-    PetscCall(MatAXPY(*part, -1.0, inverse, DIFFERENT_NONZERO_PATTERN));
+    PetscCall(CreateDiagonalPart(K, groups, loose, *part, &mixed));
+    PetscCall(MatScale(inverse, -1.0));
+    PetscCall(AinsworthAddAIJ(1.0, {inverse, mixed}, part));
+    PetscCall(MatDestroy(&mixed));
     PetscCall(MatDestroy(&inverse));
-    PetscCall(AddDiagonal(K, groups, loose, part));
   }
   PetscCall(groups.destroy());
   for (Mat *mat : {&Cx, &Cl, &K}) PetscCall(MatDestroy(mat));

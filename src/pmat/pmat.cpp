@@ -3,7 +3,6 @@
 #include "../loops.h"
 #include "../objects.h"
 #include "../projector/projector.h"
-#include <algorithm>
 
 const char *const AinsworthPenaltyTypes[] = {"row", "norm", "AinsworthPenaltyType", "AINSWORTH_PENALTY_", NULL};
 
@@ -44,25 +43,6 @@ static PetscErrorCode MultiplyFewRows(Mat Yt, Mat A, Mat *product)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* M += diag(d), M of a product, which has no room for entries of its diagonal that it lacks */
-static PetscErrorCode AddDiagonal(Mat M, Vec d)
-{
-  PetscInt lacking = 0;
-  Mat      diagonal;
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthForRows(M, [&](const AinsworthMatRow &row) { lacking += std::find(row.j, row.j + row.n, row.number) == row.j + row.n; }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &lacking, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)M)));
-  if (!lacking) {
-    PetscCall(MatDiagonalSet(M, d, ADD_VALUES));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(AinsworthCreateFromDiagonal(d, &diagonal));
-  PetscCall(MatAXPY(M, 1.0, diagonal, DIFFERENT_NONZERO_PATTERN));
-  PetscCall(MatDestroy(&diagonal));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    C' B C + Q_*' A Q_* - A = -C' Y A - A Y' C + C' (Y A Y' + B) C, with Q_* = I - Y' C and Y = Inv(S) C W (docs/method.md, surface-only assembly); B: NULL for 0
 
@@ -78,11 +58,15 @@ static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Vec 
   PetscCall(MatDestroy(&Y));
   PetscCall(MultiplyFewRows(Yt, A, &YA));
   PetscCall(Multiply(YA, Yt, &YAYt));
-  if (B) PetscCall(AddDiagonal(YAYt, B));
+  if (B) {
+    PetscCall(AinsworthCreateFromDiagonal(B, &other));
+    PetscCall(AinsworthAddAIJ(1.0, {other}, &YAYt));
+    PetscCall(MatDestroy(&other));
+  }
   PetscCall(Multiply(YAYt, C, &sum));
   PetscCall(MatDestroy(&YAYt));
   if (symmetric) PetscCall(MatScale(sum, 0.5));
-  PetscCall(MatAXPY(sum, -1.0, YA, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(AinsworthAddAIJ(-1.0, {YA}, &sum));
   PetscCall(MatDestroy(&YA));
   PetscCall(AinsworthMultiplyAdjoint(C, sum, part));
   PetscCall(MatDestroy(&sum));
@@ -95,7 +79,7 @@ static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Vec 
     PetscCall(MatDestroy(&AYt));
   }
   PetscCall(MatDestroy(&Yt));
-  PetscCall(MatAXPY(*part, symmetric ? 1.0 : -1.0, other, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(AinsworthAddAIJ(symmetric ? 1.0 : -1.0, {other}, part));
   PetscCall(MatDestroy(&other));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -117,7 +101,7 @@ static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const 
     PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
     PetscCall(Multiply(C, CWt, &S));
     PetscCall(MatDestroy(&CWt));
-    if (in->N) PetscCall(MatAXPY(S, 1.0, in->N, DIFFERENT_NONZERO_PATTERN));
+    PetscCall(AinsworthAddAIJ(1.0, {in->N}, &S));
   }
   PetscCall(AinsworthInvGramCreate(S, opt, &inverse));
   if (S != given) PetscCall(MatDestroy(&S));
@@ -137,7 +121,7 @@ static PetscErrorCode NormOfSum(Mat A, Mat part, PetscReal *norm)
   *norm = 0.0;
   if (part) {
     PetscCall(MatDuplicate(part, MAT_COPY_VALUES, &sum));
-    PetscCall(MatAXPY(sum, 1.0, A, DIFFERENT_NONZERO_PATTERN));
+    PetscCall(AinsworthAddAIJ(1.0, {A}, &sum));
     PetscCall(MatNorm(sum, NORM_INFINITY, norm));
     PetscCall(MatDestroy(&sum));
   }
@@ -223,8 +207,7 @@ static PetscErrorCode AddA(Mat A, AinsworthPmatFormat format, PetscInt bs, Mat *
   if (format == AINSWORTH_PMAT_SUM) {
     PetscCall(MatCreateComposite(PetscObjectComm((PetscObject)A), 2, part, pmat));
     PetscCall(MatDestroy(&part[1]));
-  } else if (format != AINSWORTH_PMAT_HYPRE) PetscCall(AinsworthAddAIJ(A, pmat));
-  else PetscCall(MatAXPY(*pmat, 1.0, A, DIFFERENT_NONZERO_PATTERN));
+  } else PetscCall(AinsworthAddAIJ(1.0, {A}, pmat));
   if (format == AINSWORTH_PMAT_HYPRE) {
     PetscCall(Shift(*pmat));
     PetscCall(MatConvert(*pmat, MATHYPRE, MAT_INPLACE_MATRIX, pmat)); /* of AIJ PCHYPRE would make a copy */
@@ -263,10 +246,8 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   } else PetscCall(MultiplyBothSides(C, series, pmat));
   PetscCall(VecDestroy(&series));
   if (in->fill.leftOut) PetscCall(AinsworthPmatCreateShift(in, &shift));
-  for (Mat *part : {&projection, &loose, &held, &shift}) {
-    if (*part) PetscCall(MatAXPY(*pmat, 1.0, *part, DIFFERENT_NONZERO_PATTERN));
-    PetscCall(MatDestroy(part));
-  }
+  PetscCall(AinsworthAddAIJ(1.0, {projection, loose, held, shift}, pmat));
+  for (Mat *part : {&projection, &loose, &held, &shift}) PetscCall(MatDestroy(part));
   PetscCall(MatDestroy(&C));
   PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMatCopy, in->A, 0, 0, 0));

@@ -1,26 +1,27 @@
 #include "factor.h"
+#include "../objects.h"
 #include <petsc/private/petscimpl.h>
 #include <string>
+#include <vector>
 #include <unistd.h>
 
 /*
    The package for many operations, and how many those are: below, PETSc's own factorisation and its solves take less time (docs/gram.md). In complex
-   arithmetic, solves with CHOLMOD's factor of a Hermitian matrix are wrong (PETSc 3.18.5). Packages order on their own; `dissect`: so many that nested
-   dissection is worth a try, too
+   arithmetic, solves with CHOLMOD's factor of a Hermitian matrix are wrong (PETSc 3.18.5)
 */
 #if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
 static const char *const supernodal = MATSOLVERCHOLMOD;
 static const PetscReal   many       = 1e7;
-static const PetscReal   dissect    = 1e10;
 #elif defined(PETSC_HAVE_MUMPS)
 static const char *const supernodal = MATSOLVERMUMPS;
 static const PetscReal   many       = 2e9;
-static const PetscReal   dissect    = 1e8;
 #else
 static const char *const supernodal = NULL;
 static const PetscReal   many       = PETSC_INFINITY;
-static const PetscReal   dissect    = 1e8;
 #endif
+
+/* So many operations for each entry of the factor that nested dissection is worth its time; as in CHOLMOD */
+static const PetscReal dissect = 500.0;
 
 /* The package for a Gram matrix that is not Hermitian, where B is not C: one that pivots, which PETSc's own does not */
 #if defined(PETSC_HAVE_MUMPS)
@@ -45,19 +46,27 @@ PetscErrorCode AinsworthFactorIsPackage(PC pc, const char name[], PetscBool *is)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFactorPredictBest - the ordering with the fewest operations of those worth their own time, and its cost; M has a row for each node of bs unknowns */
-PetscErrorCode AinsworthFactorPredictBest(Mat M, PetscInt bs, AinsworthCost *cost, MatOrderingType *ordering)
+/*
+   AinsworthFactorPredictBest - the ordering with the fewest operations of those worth their own time, and its cost; M has a row for each node of bs unknowns
+
+   order: of these rows, to be destroyed
+*/
+PetscErrorCode AinsworthFactorPredictBest(Mat M, PetscInt bs, AinsworthCost *cost, MatOrderingType *ordering, IS *order)
 {
   AinsworthCost dissected;
+  IS            other;
 
   PetscFunctionBegin;
   *ordering = AinsworthOrdering;
-  PetscCall(AinsworthFactorPredict(M, *ordering, bs, cost));
-  if (*ordering == AinsworthDissection || cost->operations < dissect) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthFactorPredict(M, AinsworthDissection, bs, &dissected));
-  if (dissected.operations >= cost->operations) PetscFunctionReturn(PETSC_SUCCESS);
-  *ordering = AinsworthDissection;
-  *cost     = dissected;
+  PetscCall(AinsworthFactorPredict(M, *ordering, bs, cost, order));
+  if (*ordering == AinsworthDissection || cost->operations < dissect * cost->entries) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthFactorPredict(M, AinsworthDissection, bs, &dissected, &other));
+  if (dissected.operations < cost->operations) {
+    *ordering = AinsworthDissection;
+    *cost     = dissected;
+    std::swap(*order, other);
+  }
+  PetscCall(ISDestroy(&other));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -70,8 +79,9 @@ PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, PetscBool h
 {
   const char *const given[] = {"-pc_type", "-pc_factor_mat_solver_type", "-pc_factor_mat_ordering_type"};
   const char       *prefix;
-  PetscBool         has, sequential;
+  PetscBool         has, sequential, cholmod;
   MatOrderingType   ordering;
+  IS                order;
   PC                pc;
 
   PetscFunctionBegin;
@@ -85,9 +95,15 @@ PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, PetscBool h
   PetscCall(PetscObjectBaseTypeCompare((PetscObject)M, MATSEQAIJ, &sequential));
   if (!hermitian) factor->package = pivoting;
   else if (sequential) {
-    PetscCall(AinsworthFactorPredictBest(M, 1, &factor->cost, &ordering));
+    PetscCall(AinsworthFactorPredictBest(M, 1, &factor->cost, &ordering, &order));
     factor->package = factor->cost.operations < many ? MATSOLVERPETSC : supernodal;
-    if (factor->cost.operations < many) PetscCall(PCFactorSetMatOrderingType(pc, ordering));
+    PetscCall(PetscStrcmp(factor->package, MATSOLVERCHOLMOD, &cholmod));
+    if (cholmod) {
+      ordering = AinsworthPredicted;
+      PetscCall(AinsworthShare(order, &factor->order));
+    }
+    if (cholmod || factor->cost.operations < many) PetscCall(PCFactorSetMatOrderingType(pc, ordering));
+    PetscCall(ISDestroy(&order));
   }
 #if defined(PETSC_HAVE_MUMPS)
   else
@@ -112,6 +128,33 @@ PetscErrorCode AinsworthFactorCheckMemory(const AinsworthFactor *factor, MPI_Com
              (double)(worst[0] / 1073741824.0), (double)(-worst[1] / 1073741824.0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+namespace
+{
+/* Options that hold for a while, where they are not given */
+struct Defaults {
+  PetscObject              object;
+  std::vector<std::string> names;
+
+  PetscErrorCode set(const char name[], const char value[])
+  {
+    PetscBool given;
+
+    PetscFunctionBegin;
+    PetscCall(PetscOptionsHasName(object->options, object->prefix, (std::string("-") + name).c_str(), &given));
+    if (given) PetscFunctionReturn(PETSC_SUCCESS);
+    names.push_back(std::string("-") + (object->prefix ? object->prefix : "") + name);
+    PetscCall(PetscOptionsSetValue(object->options, names.back().c_str(), value));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscErrorCode clear()
+  {
+    PetscFunctionBegin;
+    for (const std::string &name : names) PetscCall(PetscOptionsClearValue(object->options, name.c_str()));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+};
+} // namespace
 
 /* Keeps the message of an error that a package raises */
 static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
@@ -140,18 +183,19 @@ static PetscErrorCode SwitchLog(bool on, PetscBool *off)
 /*
    AinsworthFactorTryCholmod - setUp() of a solver, with its prefix, that factors by CHOLMOD, whose interface raises an error where the matrix is not
    positive definite: then the solver has to forget the factorisation
+
+   ordered: in the solver's ordering, otherwise CHOLMOD looks for one
 */
-PetscErrorCode AinsworthFactorTryCholmod(PetscObject solver, const std::function<PetscErrorCode()> &setUp, PetscBool *indefinite)
+PetscErrorCode AinsworthFactorTryCholmod(PetscObject solver, bool ordered, const std::function<PetscErrorCode()> &setUp, PetscBool *indefinite)
 {
-  std::string    message, quiet;
+  std::string    message;
   PetscErrorCode code;
-  PetscBool      off = PETSC_FALSE, given;
+  PetscBool      off = PETSC_FALSE;
+  Defaults       defaults{solver, {}};
 
   PetscFunctionBegin;
-  /* CHOLMOD prints a line to the standard output where the matrix is not positive definite, unless the options say how much it prints */
-  PetscCall(PetscOptionsHasName(solver->options, solver->prefix, "-mat_cholmod_print", &given));
-  if (!given) quiet = std::string("-") + (solver->prefix ? solver->prefix : "") + "mat_cholmod_print";
-  if (!quiet.empty()) PetscCall(PetscOptionsSetValue(solver->options, quiet.c_str(), "0"));
+  PetscCall(defaults.set("mat_cholmod_print", "0"));                 /* otherwise a line on the standard output where the matrix is not positive definite */
+  if (ordered) PetscCall(defaults.set("mat_cholmod_nmethods", "1")); /* it would try its own orderings as well */
   PetscCall(SwitchLog(false, &off));
 #if defined(PETSC_USE_DEBUG)
   const PetscStack stack = petscstack; /* which an error leaves as deep as it was */
@@ -163,7 +207,7 @@ PetscErrorCode AinsworthFactorTryCholmod(PetscObject solver, const std::function
 #endif
   PetscCall(PetscPopErrorHandler());
   PetscCall(SwitchLog(true, &off));
-  if (!quiet.empty()) PetscCall(PetscOptionsClearValue(solver->options, quiet.c_str()));
+  PetscCall(defaults.clear());
   *indefinite = (PetscBool)(code == PETSC_ERR_MAT_CH_ZRPVT);
   PetscCheck(code == PETSC_SUCCESS || *indefinite, solver->comm, code, "%s", message.c_str());
   if (*indefinite) PetscCall(PetscInfo(solver, "The matrix is not factored: %s\n", message.c_str()));
@@ -188,7 +232,8 @@ PetscErrorCode AinsworthFactorSetUp(AinsworthFactor *factor, Mat M, KSP ksp)
     PetscCall(MatSetOptionsPrefix(factor->upper, prefix)); /* of -mat_cholmod_* */
     PetscCall(MatSetOption(factor->upper, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
     PetscCall(KSPSetOperators(ksp, M, factor->upper));
-    PetscCall(AinsworthFactorTryCholmod((PetscObject)ksp, [=] { return KSPSetUp(ksp); }, &indefinite));
+    if (factor->order) PetscCall(AinsworthOrderingAttach(factor->order, factor->upper));
+    PetscCall(AinsworthFactorTryCholmod((PetscObject)ksp, factor->order != NULL, [=] { return KSPSetUp(ksp); }, &indefinite));
     if (indefinite) {
       factor->failed = PC_FACTOR_NUMERIC_ZEROPIVOT;
       PetscCall(KSPReset(ksp));
@@ -229,6 +274,7 @@ PetscErrorCode AinsworthFactorReset(AinsworthFactor *factor)
 {
   PetscFunctionBegin;
   PetscCall(MatDestroy(&factor->upper));
+  PetscCall(ISDestroy(&factor->order));
   *factor = AinsworthFactor();
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -8,16 +8,17 @@
 struct AinsworthFactor {
   AinsworthCost  cost;    /* predicted; 0: the solver is not of our choice, or shared */
   MatSolverType  package; /* of our choice, else NULL */
-  Mat            upper;   /* what CHOLMOD factors: the upper triangle */
+  IS             order;   /* that CHOLMOD takes, NULL: it looks for one */
+  Mat            upper;   /* what it factors: the upper triangle */
   PCFailedReason failed;  /* of a package that raises an error where others give a reason */
 };
 
 PetscErrorCode AinsworthFactorIsPackage(PC, const char[], PetscBool *);
-PetscErrorCode AinsworthFactorPredictBest(Mat, PetscInt, AinsworthCost *, MatOrderingType *);
+PetscErrorCode AinsworthFactorPredictBest(Mat, PetscInt, AinsworthCost *, MatOrderingType *, IS *);
 PetscErrorCode AinsworthFactorChoose(AinsworthFactor *, Mat, PetscBool, KSP);
 PetscErrorCode AinsworthFactorCheckMemory(const AinsworthFactor *, MPI_Comm);
 PetscErrorCode AinsworthFactorSetUp(AinsworthFactor *, Mat, KSP);
-PetscErrorCode AinsworthFactorTryCholmod(PetscObject, const std::function<PetscErrorCode()> &, PetscBool *);
+PetscErrorCode AinsworthFactorTryCholmod(PetscObject, bool, const std::function<PetscErrorCode()> &, PetscBool *);
 PetscErrorCode AinsworthFactorGetFailedReason(const AinsworthFactor *, KSP, PCFailedReason *);
 PetscErrorCode AinsworthFactorReset(AinsworthFactor *);
 PetscErrorCode AinsworthFactorView(const AinsworthFactor *, PetscViewer);

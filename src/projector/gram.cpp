@@ -124,8 +124,7 @@ PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, const Ains
   PetscCall(MatMatMult(C, CWt, again ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, PETSC_DEFAULT, &gram->S));
   PetscCall(MatDestroy(&CWt));
   if (in->N || in->other || !in->hermitian) PetscCall(MatProductClear(gram->S));
-  if (in->N) PetscCall(AinsworthAddAIJ(in->N, &gram->S));
-  if (in->other) PetscCall(AinsworthAddAIJ(in->other, &gram->S));
+  PetscCall(AinsworthAddAIJ(1.0, {in->N, in->other}, &gram->S));
   if (!in->hermitian) PetscCall(AinsworthMakePatternSymmetric(&gram->S));
   gram->hermitian = in->hermitian;
   if (in->hermitian) PetscCall(MatSetOption(gram->S, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));

@@ -173,13 +173,15 @@ PetscErrorCode AinsworthGraphCut(Mat S, PetscInt parts, bool equalWork, IS *part
 PetscErrorCode AinsworthGraphDissect(Mat M, MatOrderingType, IS *row, IS *column)
 {
   AinsworthCSR       rows;
+  Mat                full;
   idx_t              n, options[METIS_NOPTIONS];
   PetscMPIInt        status = METIS_OK;
   PetscInt          *order;
   std::vector<idx_t> start, neighbors, old, number;
 
   PetscFunctionBegin;
-  PetscCall(rows.open(M));
+  PetscCall(AinsworthGetAIJ(M, &full)); /* SBAIJ has one triangle */
+  PetscCall(rows.open(full));
   n = (idx_t)rows.n;
   old.resize(rows.n);
   number.resize(rows.n);
@@ -194,6 +196,7 @@ PetscErrorCode AinsworthGraphDissect(Mat M, MatOrderingType, IS *row, IS *column
   if (status != METIS_OK) { /* on one rank alone, perhaps */
     PetscCall(PetscInfo(M, "METIS with %d-bit indices cannot order the graph: METIS_NodeND() returned %d\n", (int)(8 * sizeof(idx_t)), status));
     PetscCall(rows.close());
+    PetscCall(MatDestroy(&full));
     PetscCall(MatGetOrdering(M, MATORDERINGND, row, column));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -201,6 +204,7 @@ PetscErrorCode AinsworthGraphDissect(Mat M, MatOrderingType, IS *row, IS *column
   for (PetscInt i = 0; i < rows.n; i++) order[i] = (PetscInt)old[i];
   PetscCall(ISCreateGeneral(PETSC_COMM_SELF, rows.n, order, PETSC_OWN_POINTER, row));
   PetscCall(rows.close());
+  PetscCall(MatDestroy(&full));
   PetscCall(AinsworthShare(*row, column));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,6 +1,7 @@
 #include "symbolic.h"
 #include "../csr.h"
 #include "../lists.h"
+#include "../objects.h"
 
 namespace
 {
@@ -9,23 +10,18 @@ struct Pattern {
   AinsworthCSR          rows;
   std::vector<PetscInt> old, number; /* row of the matrix, and back */
 
-  PetscErrorCode        open(Mat, MatOrderingType);
+  PetscErrorCode        open(Mat, IS);
   std::vector<PetscInt> eliminationTree() const;
   std::vector<PetscInt> columnCounts(const std::vector<PetscInt> &parent) const;
 };
 
-PetscErrorCode Pattern::open(Mat M, MatOrderingType type)
+PetscErrorCode Pattern::open(Mat M, IS order)
 {
-  IS order, same;
-
   PetscFunctionBegin;
-  PetscCall(MatGetOrdering(M, type, &order, &same));
   PetscCall(rows.open(M));
   number.resize(rows.n);
   PetscCall(AinsworthISToList(order, &old));
   for (PetscInt i = 0; i < rows.n; i++) number[old[i]] = i;
-  PetscCall(ISDestroy(&order));
-  PetscCall(ISDestroy(&same));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -117,14 +113,17 @@ std::vector<PetscInt> Pattern::columnCounts(const std::vector<PetscInt> &parent)
 /*
    AinsworthFactorPredict - what a Cholesky factorization of M, sequential, costs in an ordering; in little more time than it takes to read M
 
-   M has one row for each node of bs unknowns
+   M has one row for each node of bs unknowns; order: of these rows, to be destroyed
 */
-PetscErrorCode AinsworthFactorPredict(Mat M, MatOrderingType ordering, PetscInt bs, AinsworthCost *cost)
+PetscErrorCode AinsworthFactorPredict(Mat M, MatOrderingType ordering, PetscInt bs, AinsworthCost *cost, IS *order)
 {
   Pattern pattern;
+  IS      same;
 
   PetscFunctionBegin;
-  PetscCall(pattern.open(M, ordering));
+  PetscCall(MatGetOrdering(M, ordering, order, &same));
+  PetscCall(ISDestroy(&same));
+  PetscCall(pattern.open(M, *order));
   cost->entries = cost->operations = 0.0;
   for (PetscInt count : pattern.columnCounts(pattern.eliminationTree())) {
     for (PetscInt i = 0; i < bs; i++) {
@@ -137,5 +136,25 @@ PetscErrorCode AinsworthFactorPredict(Mat M, MatOrderingType ordering, PetscInt 
   PetscCall(PetscInfo(M, "A Cholesky factor of %" PetscInt_FMT " unknowns has %g entries and takes %g operations in the ordering %s\n", bs * pattern.rows.n,
                       (double)cost->entries, (double)cost->operations, ordering));
   PetscCall(pattern.rows.close());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthOrderingAttach - M is to be factored in this order, of its rows, by the ordering AinsworthPredicted */
+PetscErrorCode AinsworthOrderingAttach(IS order, Mat M)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscObjectCompose((PetscObject)M, AinsworthPredicted, (PetscObject)order));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthOrderingGet - a MatOrdering: the one that is attached to M, which has no inodes */
+PetscErrorCode AinsworthOrderingGet(Mat M, MatOrderingType, IS *row, IS *column)
+{
+  IS order;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery((PetscObject)M, AinsworthPredicted, (PetscObject *)&order));
+  PetscCheck(order, PETSC_COMM_SELF, PETSC_ERR_ORDER, "The ordering %s is the Gram matrix's own: choose another one", AinsworthPredicted);
+  for (IS *is : {row, column}) PetscCall(AinsworthShare(order, is));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,9 +2,39 @@
 #include "../loops.h"
 #include "../objects.h"
 #include <algorithm>
+#include <numeric>
 #include <vector>
 
 static const PetscReal tiny = 1e-290; /* its inverse may overflow */
+
+/* The 1-norms of rows of A in the place of those entries of its diagonal that pick(d) is true for; the number of them on all ranks. Collective */
+template <typename Pick>
+static PetscErrorCode TakeNorms(Mat A, Vec diagonal, PetscInt *number, Pick pick)
+{
+  Mat                aij;
+  PetscInt           rstart, local, n;
+  const PetscScalar *row;
+  PetscScalar       *d;
+
+  PetscFunctionBegin;
+  *number = 0;
+  PetscCall(AinsworthForEntries({diagonal}, [&](PetscInt, PetscScalar entry) { *number += pick(entry); }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, number, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
+  if (!*number) PetscFunctionReturn(PETSC_SUCCESS); /* as a rule */
+  PetscCall(AinsworthGetAIJ(A, &aij));
+  PetscCall(MatGetOwnershipRange(aij, &rstart, NULL));
+  PetscCall(VecGetLocalSize(diagonal, &local));
+  PetscCall(VecGetArray(diagonal, &d));
+  for (PetscInt i = 0; i < local; i++) {
+    if (!pick(d[i])) continue;
+    PetscCall(MatGetRow(aij, rstart + i, &n, NULL, &row));
+    d[i] = std::accumulate(row, row + n, PetscReal(0.0), [](PetscReal sum, PetscScalar a) { return sum + PetscAbsScalar(a); });
+    PetscCall(MatRestoreRow(aij, rstart + i, &n, NULL, &row));
+  }
+  PetscCall(VecRestoreArray(diagonal, &d));
+  PetscCall(MatDestroy(&aij));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /*
    AinsworthWeightCreate - W = diag(A)^{-1}, as a vector of length n of positive reals
@@ -15,23 +45,13 @@ static const PetscReal tiny = 1e-290; /* its inverse may overflow */
 PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
 {
   MPI_Comm  comm = PetscObjectComm((PetscObject)A);
-  Vec       sums;
-  PetscInt  bad      = 0;
+  PetscInt  bad;
   PetscReal smallest = PETSC_MAX_REAL;
 
   PetscFunctionBegin;
   PetscCall(AinsworthCreateDiagonal(A, weight));
-  PetscCall(AinsworthForEntries({*weight}, [&](PetscInt, PetscScalar w) { bad += !(PetscRealPart(w) > 0.0); }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &bad, 1, MPIU_INT, MPI_SUM, comm));
-  if (bad) {
-    PetscCall(PetscInfo(A, "%" PetscInt_FMT " diagonal entries of A are not positive: the 1-norms of their rows take their place in the weight\n", bad));
-    PetscCall(VecDuplicate(*weight, &sums));
-    PetscCall(AinsworthRowSums(A, 1, sums));
-    PetscCall(AinsworthUpdate(*weight, {sums}, [](PetscInt, PetscScalar &w, PetscScalar s) {
-      if (!(PetscRealPart(w) > 0.0)) w = s;
-    }));
-    PetscCall(VecDestroy(&sums));
-  }
+  PetscCall(TakeNorms(A, *weight, &bad, [](PetscScalar d) { return !(PetscRealPart(d) > 0.0); }));
+  if (bad) PetscCall(PetscInfo(A, "%" PetscInt_FMT " diagonal entries of A are not positive: the 1-norms of their rows take their place in the weight\n", bad));
   PetscCall(AinsworthUpdate(*weight, [&](PetscInt, PetscScalar &w) {
     w = PetscRealPart(w) > 0.0 ? 1.0 / PetscRealPart(w) : 0.0;
     if (PetscRealPart(w) > 0.0) smallest = PetscMin(smallest, PetscRealPart(w));
@@ -65,20 +85,16 @@ static PetscErrorCode StiffnessOfRows(Mat D, Vec row)
 /* Marks the local rows of zeros of A; their number on all ranks */
 static PetscErrorCode FindZeroRows(Mat A, Vec like, std::vector<char> *zero, PetscInt *number)
 {
-  Vec sums;
+  Vec diagonal;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(like, &sums));
-  PetscCall(AinsworthGetDiagonal(A, sums));
-  for (int look = 0; look < 2; look++) { /* as a rule the diagonal tells that there are none */
-    zero->clear();
-    PetscCall(AinsworthForEntries({sums}, [&](PetscInt, PetscScalar s) { zero->push_back(s == 0.0); }));
-    *number = (PetscInt)std::count(zero->begin(), zero->end(), 1);
-    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, number, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
-    if (!*number) break;
-    if (!look) PetscCall(AinsworthRowSums(A, 1, sums));
-  }
-  PetscCall(VecDestroy(&sums));
+  PetscCall(VecDuplicate(like, &diagonal));
+  PetscCall(AinsworthGetDiagonal(A, diagonal));
+  PetscCall(TakeNorms(A, diagonal, number, [](PetscScalar d) { return d == 0.0; }));
+  PetscCall(AinsworthForEntries({diagonal}, [&](PetscInt, PetscScalar d) { zero->push_back(d == 0.0); }));
+  PetscCall(VecDestroy(&diagonal));
+  *number = (PetscInt)std::count(zero->begin(), zero->end(), 1);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, number, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -187,36 +187,6 @@ PetscErrorCode AinsworthAbsoluteAIJ(Mat M, Mat *absolute)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   *Y += X, whatever their patterns
-
-   MatAXPY() leaves the methods of the old pattern: orderings that do not know of the inodes of the new one, which LU works on, would spoil its factors
-*/
-PetscErrorCode AinsworthAddAIJ(Mat X, Mat *Y)
-{
-  Mat sum = *Y;
-
-  PetscFunctionBegin;
-  PetscCall(MatAXPY(sum, 1.0, X, DIFFERENT_NONZERO_PATTERN));
-  PetscCall(MatDuplicate(sum, MAT_COPY_VALUES, Y));
-  PetscCall(MatDestroy(&sum));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Zeros where only the transpose of an AIJ has entries: components, orderings and packages take the pattern for symmetric */
-PetscErrorCode AinsworthMakePatternSymmetric(Mat *M)
-{
-  Mat transposed, zeros;
-
-  PetscFunctionBegin;
-  PetscCall(MatTranspose(*M, MAT_INITIAL_MATRIX, &transposed));
-  PetscCall(MatDuplicate(transposed, MAT_DO_NOT_COPY_VALUES, &zeros));
-  PetscCall(MatDestroy(&transposed));
-  PetscCall(AinsworthAddAIJ(zeros, M));
-  PetscCall(MatDestroy(&zeros));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* AinsworthCreateAIJ - an AIJ with these local rows, and n columns of this rank; collective */
 PetscErrorCode AinsworthCreateAIJ(MPI_Comm comm, PetscInt n, const AinsworthEntries &rows, Mat *aij)
 {

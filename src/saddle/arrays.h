@@ -13,7 +13,7 @@ struct AinsworthRows {
   std::unique_ptr<PetscInt[]>    j;
   std::unique_ptr<PetscScalar[]> a;
 
-  void reserve(PetscInt entries)
+  void reserve(size_t entries)
   {
     j.reset(new PetscInt[entries]);
     a.reset(new PetscScalar[entries]);

@@ -86,7 +86,7 @@ PetscErrorCode AinsworthMatEqual(Mat C, Mat other, PetscBool *same)
   PetscFunctionBegin;
   *same = PETSC_TRUE;
   PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &difference));
-  PetscCall(MatAXPY(difference, -1.0, other, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(AinsworthAddAIJ(-1.0, {other}, &difference));
   PetscCall(MatCreateVecs(C, NULL, &most));
   PetscCall(VecDuplicate(most, &largest));
   PetscCall(MatGetRowMaxAbs(difference, most, NULL));

@@ -94,14 +94,16 @@ PetscErrorCode AinsworthGetAIJ(Mat, Mat *);
 PetscErrorCode AinsworthCreateAIJ(MPI_Comm, PetscInt, const AinsworthEntries &, Mat *);
 PetscErrorCode AinsworthCopyNullSpaces(Mat, Mat);
 PetscErrorCode AinsworthAbsoluteAIJ(Mat, Mat *);
-PetscErrorCode AinsworthAddAIJ(Mat, Mat *);
-PetscErrorCode AinsworthMakePatternSymmetric(Mat *);
 PetscErrorCode AinsworthRowSums(Mat, int, Vec);
 PetscErrorCode AinsworthCountRows(Mat, PetscInt, Vec *);
 PetscErrorCode AinsworthSampleRows(Mat, PetscInt, PetscInt, PetscInt, IS *, PetscInt *);
 PetscErrorCode AinsworthScaleColumns(Mat, Vec, Mat *);
 PetscErrorCode AinsworthRowSquares(Mat, Vec, Vec);
 PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
+
+/* sum.cpp */
+PetscErrorCode AinsworthAddAIJ(PetscScalar, const std::vector<Mat> &, Mat *);
+PetscErrorCode AinsworthMakePatternSymmetric(Mat *);
 
 /* flat.cpp */
 PetscErrorCode AinsworthVecGetFlat(Mat, PetscBool, Vec, Vec *);

@@ -67,9 +67,11 @@ static PetscErrorCode Eliminate(Mat M, MatOrderingType type, AinsworthCost *cost
 /* A cube of n^3 nodes, each with its neighbors: of two orderings the one with fewer operations, where those are worth it */
 static PetscErrorCode Best(PetscInt n, PetscInt bs, bool worth)
 {
-  Mat             M;
+  Mat             M, upper;
   AinsworthCost   cost, first, second;
   MatOrderingType ordering;
+  IS              order[3], same;
+  PetscBool       equal;
 
   PetscFunctionBeginUser;
   PetscCall(MatCreateSeqAIJ(PETSC_COMM_SELF, n * n * n, n * n * n, 27, NULL, &M));
@@ -81,14 +83,33 @@ static PetscErrorCode Best(PetscInt n, PetscInt bs, bool worth)
     }
   PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));
-  PetscCall(AinsworthFactorPredict(M, AinsworthOrdering, bs, &first));
-  PetscCall(AinsworthFactorPredict(M, AinsworthDissection, bs, &second));
-  PetscCall(AinsworthFactorPredictBest(M, bs, &cost, &ordering));
+  PetscCall(AinsworthFactorPredict(M, AinsworthOrdering, bs, &first, &order[0]));
+  PetscCall(AinsworthFactorPredict(M, AinsworthDissection, bs, &second, &order[1]));
+  PetscCall(AinsworthFactorPredictBest(M, bs, &cost, &ordering, &order[2]));
   const bool dissected = worth && second.operations < first.operations;
 
   PetscCheck(cost.operations == (dissected ? second : first).operations && !strcmp(ordering, dissected ? AinsworthDissection : AinsworthOrdering),
              PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s, %g operations, of %g and %g", ordering, (double)cost.operations, (double)first.operations,
              (double)second.operations);
+  PetscCall(ISEqual(order[2], order[dissected], &equal));
+  PetscCheck(equal, PETSC_COMM_SELF, PETSC_ERR_PLIB, "Another order than that of %s", ordering);
+  PetscCall(AinsworthOrderingAttach(order[2], M));
+  for (IS &is : order) PetscCall(ISDestroy(&is));
+  PetscCall(MatGetOrdering(M, AinsworthPredicted, &order[0], &same));
+  PetscCall(MatGetOrdering(M, ordering, &order[1], &order[2]));
+  PetscCall(ISEqual(order[0], order[1], &equal));
+  PetscCheck(equal, PETSC_COMM_SELF, PETSC_ERR_PLIB, "The ordering that is attached is not found");
+  for (IS is : {order[1], order[2]}) PetscCall(ISDestroy(&is));
+  PetscCall(MatGetOrdering(M, AinsworthDissection, &order[1], &order[2]));
+  for (IS is : {order[0], same}) PetscCall(ISDestroy(&is));
+  PetscCall(MatSetOption(M, MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(MatConvert(M, MATSEQSBAIJ, MAT_INITIAL_MATRIX, &upper));
+  PetscCall(MatGetOrdering(upper, AinsworthDissection, &order[0], &same));
+  PetscCall(MatDestroy(&upper));
+  PetscCall(ISEqual(order[0], order[1], &equal));
+  PetscCheck(equal, PETSC_COMM_SELF, PETSC_ERR_PLIB, "The upper triangle alone has another dissection");
+  PetscCall(ISDestroy(&same));
+  for (IS &is : order) PetscCall(ISDestroy(&is));
   PetscCall(MatDestroy(&M));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -108,8 +129,10 @@ int main(int argc, char **argv)
       PetscCall(Create(n, share, random, &M));
       for (MatOrderingType type : {MATORDERINGNATURAL, MATORDERINGRCM, AinsworthOrdering, (const char *)AinsworthDissection}) {
         AinsworthCost cost, truth;
+        IS            order;
 
-        PetscCall(AinsworthFactorPredict(M, type, 1, &cost));
+        PetscCall(AinsworthFactorPredict(M, type, 1, &cost, &order));
+        PetscCall(ISDestroy(&order));
         PetscCall(Eliminate(M, type, &truth));
         PetscCheck(cost.entries == truth.entries && cost.operations == truth.operations, PETSC_COMM_SELF, PETSC_ERR_PLIB,
                    "%s, %" PetscInt_FMT " rows: %g entries and %g operations, not %g and %g", type, n, (double)cost.entries, (double)cost.operations,
