@@ -38,7 +38,7 @@ def calls(text):
 
 def message(arguments):
     """The format, from its first literal to the next comma, with values as NUL."""
-    arguments = re.sub(r"PetscInt_FMT", '"\x00"', arguments)
+    arguments = re.sub(r"PetscInt(?:64)?_FMT", '"\x00"', arguments)
     first = re.search(r'"(?:[^"\\]|\\.)*"(?:\s*"(?:[^"\\]|\\.)*")*', arguments)
     return "".join(TEXT.findall(first.group(0))).replace('\\"', '"') if first else ""
 
@@ -55,7 +55,7 @@ wrong, count, known = [], 0, ""
 for name, path in files():
     with open(path, encoding="utf-8") as file:
         source = file.read()
-    known += re.sub(r'"\s*(?:PetscInt_FMT\s*)?"', "", source)
+    known += re.sub(r'"\s*(?:PetscInt(?:64)?_FMT\s*)?"', "", source)
     for kind, arguments in calls(source):
         first = words(message(arguments), VALUE)
         if kind == "PetscSNPrintf" and name not in FAILURES:
