@@ -61,6 +61,9 @@ PetscErrorCode AinsworthExtractPrimal(Mat, const AinsworthSaddleBlocks *, Ainswo
 PetscErrorCode AinsworthDetectFields(Mat, AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthCheckDetected(const AinsworthSaddleBlocks *);
 
+/* layoutalign.cpp */
+PetscErrorCode AinsworthAlignFields(Mat, Vec);
+
 /* layoutskew.cpp */
 PetscErrorCode AinsworthFindSides(Mat, Vec *);
 

@@ -29,7 +29,6 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
   PetscCall(AinsworthVecClone(diagonal, &entries));
   PetscCall(AinsworthLookAtRows(mat, entries));
   PetscCall(VecMax(entries, NULL, &most));
-  PetscCall(VecDestroy(&entries));
   opposite      = (PetscBool)(most <= AINSWORTH_ENTRY_PLAIN);
   found->told   = "by the diagonal";
   found->chosen = "their diagonal entries are not positive";
@@ -41,8 +40,12 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
     found->told   = "by signs";
     found->chosen = "what couples them with the others has opposite signs on both sides";
   }
+  if (!side && !opposite) PetscCall(AinsworthAlignFields(mat, entries));
   PetscCall(VecGetOwnershipRange(diagonal, &first, NULL));
-  PetscCall(AinsworthForEntries({diagonal}, [&](PetscInt i, PetscScalar d) { index[opposite ? d == 0.0 : PetscRealPart(d) <= 0.0].push_back(first + i); }));
+  PetscCall(AinsworthForEntries({diagonal, entries}, [&](PetscInt i, PetscScalar d, PetscScalar entry) {
+    index[opposite ? d == 0.0 : PetscRealPart(d) <= 0.0 || PetscRealPart(entry) < 0.0].push_back(first + i);
+  }));
+  PetscCall(VecDestroy(&entries));
   for (int k = 0; k < 2; k++) {
     IS is;
 

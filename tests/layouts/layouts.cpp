@@ -1,6 +1,7 @@
 static char help[] = "One system in every layout that programs use: the same iterations, and the solution that the right-hand side was made of.\n\n";
 
 #include "dense.h"
+#include "lists.h"
 #include "springs.h"
 #include <petscdmcomposite.h>
 #include <petscdmda.h>
@@ -600,6 +601,78 @@ static PetscErrorCode Diagonal()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* whole, with a row of one entry behind every fifth node of the bodies on each rank; numbers: of this rank's rows of whole */
+static PetscErrorCode CreateWithPlainRows(Mat *mat, std::vector<PetscInt> *numbers)
+{
+  const PetscInt        nodes = (c.local[LEFT] + c.local[RIGHT]) / c.dim, added = (nodes + 4) / 5;
+  PetscInt              first, end, start;
+  std::vector<PetscInt> all;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatGetOwnershipRange(c.whole, &first, &end));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, end - first + added, end - first + added, PETSC_DETERMINE, PETSC_DETERMINE, 20, NULL, 20, NULL, mat));
+  PetscCall(MatGetOwnershipRange(*mat, &start, NULL));
+  for (PetscInt i = 0; i < end - first; i++) numbers->push_back(start + i + (PetscMin(i / c.dim, nodes) + 4) / 5);
+  PetscCall(AinsworthGatherLists(PETSC_COMM_WORLD, *numbers, &all));
+  for (PetscInt i = first; i < end; i++) {
+    PetscInt              n;
+    const PetscInt       *columns;
+    const PetscScalar    *values;
+    std::vector<PetscInt> moved;
+
+    PetscCall(MatGetRow(c.whole, i, &n, &columns, &values));
+    for (PetscInt k = 0; k < n; k++) moved.push_back(all[columns[k]]);
+    PetscCall(MatSetValues(*mat, 1, &all[i], n, moved.data(), values, INSERT_VALUES));
+    PetscCall(MatRestoreRow(c.whole, i, &n, &columns, &values));
+  }
+  for (PetscInt k = 0; k < added; k++) {
+    const PetscInt row = start + k + c.dim * (5 * k + 1);
+
+    PetscCall(MatSetValue(*mat, row, row, 2.0, INSERT_VALUES));
+  }
+  PetscCall(MatAssemblyBegin(*mat, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(*mat, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rows of one entry: between nodes, as those of pressures at hanging nodes, and one of a node */
+static PetscErrorCode PlainRows()
+{
+  Mat                   mat;
+  Vec                   without[] = {solution, rhs};
+  PetscInt              first;
+  const PetscScalar    *values;
+  std::vector<PetscInt> numbers;
+
+  PetscFunctionBeginUser;
+  Case("rows of one entry between nodes");
+  PetscCall(CreateWithPlainRows(&mat, &numbers));
+  PetscCall(MatCreateVecs(mat, &solution, &rhs));
+  PetscCall(VecSet(solution, 3.0));
+  PetscCall(VecGetArrayRead(without[0], &values));
+  PetscCall(VecSetValues(solution, (PetscInt)numbers.size(), numbers.data(), values, INSERT_VALUES));
+  PetscCall(VecRestoreArrayRead(without[0], &values));
+  PetscCall(VecAssemblyBegin(solution));
+  PetscCall(VecAssemblyEnd(solution));
+  PetscCall(MatMult(mat, solution, rhs));
+  PetscCall(Solve(mat, NULL, {"2 fields by the diagonal", "block size of A: 2 (the pattern of A)"}));
+  for (Vec *v : {&solution, &rhs}) PetscCall(VecDestroy(v));
+  PetscCall(MatDestroy(&mat));
+  solution = without[0];
+
+  Case("a row of one entry in a node");
+  PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &mat));
+  PetscCall(MatGetOwnershipRange(mat, &first, NULL));
+  PetscCall(MatZeroRowsColumns(mat, first ? 0 : 1, &first, 1.0, NULL, NULL));
+  PetscCall(VecDuplicate(without[1], &rhs));
+  PetscCall(MatMult(mat, solution, rhs));
+  PetscCall(Solve(mat, NULL, {"2 fields by the diagonal", "block size of A: 2 (the pattern of A)"}));
+  PetscCall(VecDestroy(&rhs));
+  rhs = without[1];
+  PetscCall(MatDestroy(&mat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Minus the whole system */
 static PetscErrorCode Opposite()
 {
@@ -963,6 +1036,7 @@ int main(int argc, char **argv)
     PetscCall(Fields(true, {"block size of A: 2 (the pattern of A)", "near null space of A: 6 vectors (coordinates of the DM)"}));
     PetscCall(Coordinates());
     PetscCall(Diagonal());
+    PetscCall(PlainRows());
     for (bool both : {true, false}) PetscCall(Components(both));
     PetscCall(Opposite());
     PetscCall(Signs());
