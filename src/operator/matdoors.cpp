@@ -162,8 +162,9 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
 }
 
 /*
-   MatAinsworthRecover_Private - computes x with C x - D lambda = g, in place of the reduced solution in y.primal, lambda in y.dual, and op(A) x in product (may
-   be NULL). Collective
+   MatAinsworthRecover_Private - recovers x with C x - D lambda = g and lambda from the reduced solution in y.primal. Collective
+
+   product (may be NULL) becomes op(A) x.
 */
 PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec product)
 {

@@ -164,10 +164,7 @@ PetscErrorCode Groups::createInverse(Mat K, Mat *inverse) const
 
 } // namespace
 
-/*
-   Finds the local unknowns with a zero row in A that are in rows of C and have a weight: global numbers, ascending; NULL if there are none on any rank.
-   Collective
-*/
+/* Finds the unknowns with a zero row in A that are in rows of C and have a weight, ascending on each rank; NULL if there are none. Collective */
 static PetscErrorCode FindLoose(Mat A, Mat C, Vec weight, IS *loose)
 {
   PetscInt              rstart, found;

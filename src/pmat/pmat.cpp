@@ -142,9 +142,7 @@ static PetscErrorCode MultiplyBothSides(Mat C, Vec B, Mat *product)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthPmatCreateSeries - creates (B^{-1} + D)^{-1}, penalty and compliance in series; 0 where D_ii < 0, because a penalty would make such a row too stiff
-*/
+/* AinsworthPmatCreateSeries - creates (B^{-1} + D)^{-1}, penalty and compliance in series; 0 where D_ii < 0, where a penalty would be too stiff */
 PetscErrorCode AinsworthPmatCreateSeries(Vec penalty, Vec compliance, Vec *series)
 {
   PetscFunctionBegin;

@@ -42,9 +42,7 @@ static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec
    couples need a larger bound against rounding, because D may leave some of their combinations without energy.
 */
 static const PetscReal alone = 1e-4, together = 1e-2;
-/*
-   Energy, relative to that of the others, of what a singular D that couples rows leaves free: this moves nothing, but rounding would give it an arbitrary sign
-*/
+/* Relative energy given to what a singular D that couples rows leaves free: it moves nothing, but rounding would make the sign arbitrary */
 static const PetscReal undecided = 1e-10;
 
 /*

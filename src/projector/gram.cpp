@@ -178,9 +178,7 @@ static PetscErrorCode SolveOrInf(AinsworthGram *gram, Vec b, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   Computes x = S^{-1} b = D (D S D)^{-1} D b with D = diag(S)^{-1/2}; b and x are placed and different vectors. Only ranks that share a component communicate
-*/
+/* Computes x = S^{-1} b = D (D S D)^{-1} D b, D = diag(S)^{-1/2}, for different placed vectors. Only ranks that share a component communicate */
 PetscErrorCode AinsworthGramSolve(AinsworthGram *gram, Vec b, Vec x)
 {
   PetscInt n;

@@ -3,9 +3,7 @@
 #include "../events.h"
 #include "../objects.h"
 
-/*
-   Moves the rows of a matrix to the ranks that solve for them: a projection then needs one exchange to get the constrained entries of x and one to update them
-*/
+/* Moves rows to the ranks that solve for them, so that a projection needs one exchange to get the constrained entries of x and one to update them */
 static PetscErrorCode MoveRows(const AinsworthProjector *proj, Mat *C)
 {
   Mat moved;

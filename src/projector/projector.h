@@ -1,6 +1,7 @@
 /*
-   The projector Q = I - R C onto Ker C along Im(W C') and the right inverse R = W C' S^{-1} of C, with S = C W C' + N (docs/method.md). If B is not C, the
-   first equation has a projector and a right inverse of B.
+   The projector Q = I - R C onto Ker C along Im(W C') and the right inverse R = W C' S^{-1} of C, with S = C W C' + N (docs/method.md)
+
+   If B is not C, the first equation has a projector and a right inverse of B.
 */
 #ifndef AINSWORTH_PROJECTOR_H
 #define AINSWORTH_PROJECTOR_H

@@ -20,9 +20,7 @@ PetscErrorCode AinsworthGetTransposed(Mat M, Mat *T, PetscBool *hermitian)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   Finds the first part of M whose entries are accessible neither by rows nor by a converter, so that MatConvert() would multiply by every unit vector; or NULL
-*/
+/* Finds the first part of M without access to its rows and without a converter, for which MatConvert() would multiply by every unit vector; or NULL */
 PetscErrorCode AinsworthFindOpaque(Mat M, Mat *opaque)
 {
   Mat       part;

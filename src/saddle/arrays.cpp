@@ -25,8 +25,9 @@ static PetscErrorCode Attach(Mat seq, std::unique_ptr<AinsworthRows> rows)
 }
 
 /*
-   AinsworthMatCreateFromRows - creates an AIJ matrix with n local columns from entries in local columns (local numbers) and in others (global numbers).
-   Collective
+   AinsworthMatCreateFromRows - creates an AIJ matrix with n local columns from arrays that it takes over. Collective
+
+   own: entries in local columns, with local numbers. others: entries in columns of other ranks, with global numbers.
 */
 PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm comm, PetscInt n, std::unique_ptr<AinsworthRows> own, std::unique_ptr<AinsworthRows> others, Mat *mat)
 {

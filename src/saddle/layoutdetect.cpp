@@ -65,10 +65,7 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthCheckDetected - raises an error if a row with a zero diagonal entry is coupled to another row of the multipliers, because it may not be one of them.
-   Collective
-*/
+/* AinsworthCheckDetected - raises an error if a multiplier row with a zero diagonal entry is coupled to another one: it may be a primal row. Collective */
 PetscErrorCode AinsworthCheckDetected(const AinsworthSaddleBlocks *found)
 {
   Mat                   D    = found->block[AINSWORTH_BLOCK_D];

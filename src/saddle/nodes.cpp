@@ -7,10 +7,7 @@
 static const PetscReal enough  = 0.9;
 static const PetscInt  largest = 6;
 static const PetscInt  voters  = 100;
-/*
-   Fraction of the possible couplings between components of nodes that must have entries; at most 1/2 in a scalar problem whose lower half looks like its upper
-   half
-*/
+/* Fraction of the couplings between components of nodes that must have entries; at most 1/2 in a scalar problem whose halves look alike */
 static const PetscReal coupled = 0.6;
 
 /* Gets the columns of a row; none if it has a single entry, as with Dirichlet conditions */
@@ -37,10 +34,7 @@ static void ToNodes(const PetscInt ranges[], PetscMPIInt size, PetscInt bs, std:
   AinsworthSortUnique(columns);
 }
 
-/*
-   Tells whether the rows of nearly all nodes touch the same nodes, mostly in all components, if each rank numbers its unknowns component by component.
-   Collective
-*/
+/* Tells whether, if ranks number unknowns component by component, the rows of nearly all nodes touch the same nodes in most components. Collective */
 static PetscErrorCode AreByComponent(Mat A, PetscInt bs, PetscBool *yes)
 {
   PetscInt              n, first, count[4] = {0, 0, 0, 0}; /* nodes that agree, nodes that vote, nodes that they touch, entries */

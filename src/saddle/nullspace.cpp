@@ -2,10 +2,7 @@
 #include "../objects.h"
 #include <vector>
 
-/*
-   Gets the near null space of A: attached to A or, as for PCFIELDSPLIT, to the index set of its field, or made of coordinates; NULL if none. Not to be
-   destroyed
-*/
+/* Gets the near null space of A: attached to A or (as for PCFIELDSPLIT) to the index set of its field, or made of coordinates; borrowed, NULL if none */
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *sp, MatNullSpace *near)
 {
   PetscFunctionBegin;
@@ -69,8 +66,9 @@ static PetscErrorCode CreatePart(Mat A, Vec whole, IS field, Vec *v)
 }
 
 /*
-   AinsworthSaddleAttachNearNullSpace - gives an A made of parts of mat the near null spaces of these parts, or of the index sets of their fields; if there are
-   none, the primal part of the near null space of mat
+   AinsworthSaddleAttachNearNullSpace - attaches a near null space to an A that was made of parts of mat. Collective
+
+   It consists of those of these parts, or of the index sets of their fields; if there are none, of the primal part of that of mat.
 */
 PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *found, Mat mat)
 {
@@ -287,8 +285,9 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
 }
 
 /*
-   AinsworthSaddleRemoveDualNullSpace - removes from lambda the null space attached to the index set of its field, as for PCFIELDSPLIT (of a pressure, for
-   instance). Collective
+   AinsworthSaddleRemoveDualNullSpace - removes the null space of the multipliers, such as that of a pressure, from lambda. Collective
+
+   The null space is attached to the index set of the field, as for PCFIELDSPLIT.
 */
 PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *sp, Vec lambda)
 {

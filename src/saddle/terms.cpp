@@ -215,8 +215,9 @@ PetscErrorCode AinsworthTermsDisplacement(Vec stiffness, Vec x, PetscReal *displ
 }
 
 /*
-   Computes the weight W = 1 / d_i, that of the stiffest unknown where d_i is 0, and the flexibility (C W C')_kk of A under each row of C; springs: adds |D_kk|
-   to it
+   Computes the weight W = 1 / d_i, that of the stiffest unknown where d_i is 0, and the flexibility (C W C')_kk of A under each row of C
+
+   springs: adds |D_kk| to the flexibility.
 */
 static PetscErrorCode Flexibility(const AinsworthSaddle *sp, Vec diagonal, bool springs, Vec *weight, Vec *flexibility)
 {
@@ -317,10 +318,7 @@ PetscErrorCode AinsworthTermsRaise(const AinsworthSaddle *sp, Vec diagonal, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthTermsSpread - replaces forces by |B|' diag(S)^{-1} |C| W forces: the effect of the rounding of forces on each row, through the multipliers.
-   Collective
-*/
+/* AinsworthTermsSpread - replaces forces by |B|' diag(S)^{-1} |C| W forces, which is how their rounding spreads through the multipliers. Collective */
 PetscErrorCode AinsworthTermsSpread(const AinsworthSaddle *sp, Vec diagonal, Vec forces)
 {
   Vec weight, flexibility, moved;
