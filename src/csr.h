@@ -1,4 +1,4 @@
-/* Read access to the rows of a SeqAIJ matrix; none where there is no matrix */
+/* Read-only access to the rows of a SeqAIJ matrix; a NULL matrix has no rows */
 #ifndef AINSWORTH_CSR_H
 #define AINSWORTH_CSR_H
 

@@ -1,4 +1,4 @@
-/* One log event per operator, so that -log_view tells where the time went */
+/* One log event per operation, for -log_view */
 #ifndef AINSWORTH_EVENTS_H
 #define AINSWORTH_EVENTS_H
 

@@ -1,4 +1,4 @@
-/* PETSc is C: no exception may reach the frames of its functions */
+/* Turns C++ exceptions into PETSc error codes: they must not propagate through PETSc's C frames */
 #ifndef AINSWORTH_GUARD_H
 #define AINSWORTH_GUARD_H
 
@@ -14,13 +14,13 @@ struct AinsworthGuard<function> {
   {
     try {
       return function(arguments...);
-    } catch (const std::exception &exception) { /* std::bad_alloc, or a length that no vector has */
+    } catch (const std::exception &exception) { /* std::bad_alloc, or std::length_error from a vector */
       SETERRQ(PETSC_COMM_SELF, PETSC_ERR_MEM, "ainsworth ran out of memory: %s", exception.what());
     }
   }
 };
 
-/* The function in whose place PETSc, or a program, calls this one: what C++ throws becomes an error code */
+/* A wrapper of `function` that catches exceptions, to be used as a callback or as an operation of a PETSc object */
 template <auto function>
 constexpr auto AinsworthGuarded = &AinsworthGuard<function>::call;
 

@@ -1,10 +1,10 @@
-/* What complex numbers need beside real ones */
+/* Helpers for complex arithmetic */
 #ifndef AINSWORTH_HERMITIAN_H
 #define AINSWORTH_HERMITIAN_H
 
 #include "petsccompat.h"
 
-/* y = conj(f(conj(x))): the transpose of a Hermitian operator, f itself in real arithmetic */
+/* Computes y = conj(f(conj(x))): applies the transpose of the Hermitian operator f; in real arithmetic this is f itself */
 template <class F>
 static inline PetscErrorCode AinsworthApplyConjugated(Vec x, Vec y, F f)
 {

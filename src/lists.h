@@ -1,4 +1,4 @@
-/* Lists of indices: of one rank, of all ranks, of an index set */
+/* Lists of indices: local, gathered from all ranks, or from an index set */
 #ifndef AINSWORTH_LISTS_H
 #define AINSWORTH_LISTS_H
 
@@ -7,14 +7,14 @@
 #include <algorithm>
 #include <vector>
 
-/* Ascending, each once */
+/* Sorts a list in ascending order and removes duplicates */
 static inline void AinsworthSortUnique(std::vector<PetscInt> *list)
 {
   std::sort(list->begin(), list->end());
   list->erase(std::unique(list->begin(), list->end()), list->end());
 }
 
-/* What is on this rank */
+/* Copies the local indices of an index set to a list */
 static inline PetscErrorCode AinsworthISToList(IS is, std::vector<PetscInt> *list)
 {
   PetscInt        n;
@@ -28,7 +28,7 @@ static inline PetscErrorCode AinsworthISToList(IS is, std::vector<PetscInt> *lis
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The lists of all ranks, one after the other; collective */
+/* Concatenates the lists of all ranks in rank order; collective */
 static inline PetscErrorCode AinsworthGatherLists(MPI_Comm comm, const std::vector<PetscInt> &mine, std::vector<PetscInt> *all)
 {
   IS own, whole;
@@ -42,7 +42,7 @@ static inline PetscErrorCode AinsworthGatherLists(MPI_Comm comm, const std::vect
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the ranks that own some places of a layout have there, of values of which each rank has those of its own; collective */
+/* Fetches the values at some global indices of a layout; `values` has one value for each index that this rank owns. Collective */
 static inline PetscErrorCode AinsworthFetch(MPI_Comm comm, PetscLayout layout, const std::vector<PetscInt> &values, PetscInt n, const PetscInt places[],
                                             std::vector<PetscInt> *fetched)
 {

@@ -19,7 +19,7 @@ static inline PetscErrorCode AinsworthWithArrays(const Vec (&v)[N], Loop loop, s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* f(i, a_i, b_i, ...) for the entries of this rank, from i = 0 on, of vectors {a, b, ...} of one layout */
+/* Calls f(i, a_i, b_i, ...) for the local entries of vectors {a, b, ...} of the same layout; i is the local index */
 template <std::size_t N, typename Function>
 static inline PetscErrorCode AinsworthForEntries(const Vec (&v)[N], Function f)
 {
@@ -28,7 +28,7 @@ static inline PetscErrorCode AinsworthForEntries(const Vec (&v)[N], Function f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* f(i, x_i) for those of one vector, which f may change */
+/* Calls f(i, x_i) for the local entries of one vector; f may change x_i */
 template <typename Function>
 static inline PetscErrorCode AinsworthUpdate(Vec x, Function f)
 {
@@ -43,7 +43,7 @@ static inline PetscErrorCode AinsworthUpdate(Vec x, Function f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* f(i, x_i, a_i, b_i, ...), which may change x_i only */
+/* Calls f(i, x_i, a_i, b_i, ...) for the local entries of vectors of the same layout; f may change only x_i */
 template <std::size_t N, typename Function>
 static inline PetscErrorCode AinsworthUpdate(Vec x, const Vec (&v)[N], Function f)
 {
@@ -58,13 +58,13 @@ static inline PetscErrorCode AinsworthUpdate(Vec x, const Vec (&v)[N], Function 
 }
 
 struct AinsworthMatRow {
-  PetscInt           number, local; /* of all rows, and of those of this rank */
+  PetscInt           number, local; /* global and local row number */
   PetscInt           n;
   const PetscInt    *j;
   const PetscScalar *a;
 };
 
-/* f(row) for the rows of this rank */
+/* Calls f(row) for each local row */
 template <typename Function>
 static inline PetscErrorCode AinsworthForRows(Mat M, Function f)
 {

@@ -1,10 +1,10 @@
-/* One more owner of a PETSc object, or a copy of it */
+/* Shares or copies PETSc objects */
 #ifndef AINSWORTH_OBJECTS_H
 #define AINSWORTH_OBJECTS_H
 
 #include "petsccompat.h"
 
-/* *to = from, to be destroyed as well; what *to was before is forgotten */
+/* Sets *to = from and adds a reference; what *to pointed to before is not destroyed */
 template <typename Object>
 static inline PetscErrorCode AinsworthShare(Object from, Object *to)
 {
@@ -14,7 +14,7 @@ static inline PetscErrorCode AinsworthShare(Object from, Object *to)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same, which may be NULL, in the place of what *to was before */
+/* Sets *to = from (may be NULL), adds a reference and destroys what *to pointed to before */
 template <typename Object>
 static inline PetscErrorCode AinsworthReplace(Object from, Object *to)
 {

@@ -1,4 +1,4 @@
-/* The differences between PETSc 3.18 and 3.26 that the plugin meets, and nothing else */
+/* Hides differences between PETSc 3.18 and 3.26 */
 #ifndef AINSWORTH_PETSCCOMPAT_H
 #define AINSWORTH_PETSCCOMPAT_H
 
@@ -14,14 +14,14 @@
   #define PCGetKSPNestLevel(pc, level) (*(level) = 0, PETSC_SUCCESS)
 #endif
 
-/* before 3.20 a PC has a reason of each rank beside the one that ranks agree on */
+/* before 3.20 a PC has a failed reason per rank besides the collective one */
 #if PETSC_VERSION_LT(3, 20, 0)
   #define AinsworthPCSetFailedReason(pc, reason) ((pc)->failedreasonrank = (reason), PCSetFailedReason(pc, reason))
 #else
   #define AinsworthPCSetFailedReason(pc, reason) PCSetFailedReason(pc, reason)
 #endif
 
-/* the stage of the log that runs; where logging is active */
+/* gets the current log stage; logging must be active */
 static inline PetscErrorCode AinsworthLogGetStage(PetscLogStage *stage)
 {
 #if !defined(PETSC_USE_LOG)
@@ -44,14 +44,14 @@ static inline PetscErrorCode AinsworthLogGetStage(PetscLogStage *stage)
   #define VecFlag(x, flag) ((flag) ? VecSetInf(x) : PETSC_SUCCESS)
 #endif
 
-/* the argument that PetscOptionsHeadBegin() and the like expect, by value since 3.23 */
+/* argument of functions such as PetscOptionsHeadBegin(), passed by value since 3.23 */
 #if PETSC_VERSION_LT(3, 23, 0)
 typedef PetscOptionItems *AinsworthOptionItems;
 #else
 typedef PetscOptionItems AinsworthOptionItems;
 #endif
 
-/* the argument of a function that destroys the context of a PetscContainer, and that context: the argument is its address since 3.23 */
+/* argument of a function that destroys the context of a PetscContainer, and the context itself: since 3.23 the argument is the address of the context */
 #if PETSC_VERSION_LT(3, 23, 0)
 typedef void *AinsworthContext;
   #define AinsworthContextGet(argument)                   (argument)
@@ -64,7 +64,7 @@ typedef PetscCtxRt AinsworthContext;
   #define AinsworthContextGet(argument) (*(void **)(argument))
 #endif
 
-/* KSPReset() of flexible conjugate gradients leaves freed vectors behind; since 3.25 it frees them, and KSPSetType() alone loses them */
+/* before 3.25 KSPReset() of KSPFCG leaves dangling vectors; since then it destroys them, but KSPSetType() without KSPReset() leaks them */
 #if PETSC_VERSION_LT(3, 25, 0)
   #define AINSWORTH_FCG_OLD KSPFCG
   #define AINSWORTH_FCG_NEW ""
@@ -73,7 +73,7 @@ typedef PetscCtxRt AinsworthContext;
   #define AINSWORTH_FCG_NEW KSPFCG
 #endif
 
-/* destroys the context of a convergence test */
+/* type of a function that destroys the context of a convergence test */
 #if PETSC_VERSION_LT(3, 24, 0)
 typedef PetscErrorCode AinsworthTestDestroyFn(void *);
 #else
@@ -84,14 +84,14 @@ typedef PetscCtxDestroyFn AinsworthTestDestroyFn;
   #define SNES_DIVERGED_FUNCTION_NANORINF SNES_DIVERGED_FNORM_NAN
 #endif
 
-/* what PetscErrorMessage() returns */
+/* type of the text that PetscErrorMessage() returns */
 #if PETSC_VERSION_LT(3, 25, 0)
 typedef char *AinsworthErrorText;
 #else
 typedef const char *AinsworthErrorText;
 #endif
 
-/* the MPI type of PetscBool, which is C's bool since 3.24 */
+/* MPI type of PetscBool, which is bool of C since 3.24 */
 #if PETSC_VERSION_LT(3, 24, 0)
   #define AINSWORTH_MPI_BOOL MPIU_BOOL
 #else

@@ -1,4 +1,4 @@
-/* What PETSc calls when it loads the plugin, and what a program that links it may call: registration of types and events */
+/* Entry points of the plugin: registration of types and log events, for PETSc when it loads the plugin and for programs that link it */
 #include <petscainsworth.h>
 #include "events.h"
 #include "ksp/projectedcg.h"
@@ -27,8 +27,11 @@ static const char *ReleaseOf(PetscInt release)
 }
 
 /*
-   The plugin fits libraries of one scalar type, index size and minor version, whose private structures it uses; a development version has the number of the
-   last release. In this order, as a library of wider indices writes more than PetscInt has room for; PetscBool is wider before PETSc 3.24 than since
+   Checks that the PETSc library has the scalar type, index size and minor version that the plugin was compiled for, because it uses private structures of
+   PETSc. A development version reports the number of the last release, so the release flag is compared, too.
+
+   The order of the checks matters: PetscGetVersionNumber() of a library with wider indices would write past a PetscInt. `found` is an array because PetscBool
+   is wider before PETSc 3.24.
 */
 static PetscErrorCode CheckLibrary(void)
 {
@@ -57,7 +60,7 @@ static PetscErrorCode CheckLibrary(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PetscFinalize() calls it: after another PetscInitialize() the types are registered again */
+/* Called by PetscFinalize(), so that types are registered again after another PetscInitialize() */
 static PetscErrorCode FinalizePackage(void)
 {
   PetscFunctionBegin;
@@ -109,7 +112,7 @@ PetscErrorCode AinsworthInitializePackage(void)
   PetscCall(PetscLogEventRegister("BlockSAGalerk", classid, &AINSWORTH_Galerkin));
   PetscCall(PetscLogEventRegister("BlockSALevels", classid, &AINSWORTH_Levels));
 
-  /* the same file under two names is loaded twice, with two guards: the first to register its types stays */
+  /* if the file is loaded under two names, each copy has its own `initialized`: keep the types that the first one registered */
   PetscCall(PCInitializePackage());
   PetscCall(PetscFunctionListFind(PCList, PCAINSWORTH, &present));
   if (present) PetscFunctionReturn(PETSC_SUCCESS);
@@ -124,7 +127,7 @@ PetscErrorCode AinsworthInitializePackage(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The entry point that PetscDLLibraryOpen() looks for: its name ends with that of the file, without lib and .so */
+/* Called by PetscDLLibraryOpen(), which derives the name from the file name without lib and .so */
 PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_ainsworth(void)
 {
   PetscFunctionBegin;
@@ -132,7 +135,7 @@ PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_ainsworth(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same for libpetscainsworth.so, a name of the kind that PETSc looks for beside its own library */
+/* The same for libpetscainsworth.so, the naming scheme of PETSc's own libraries */
 PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_petscainsworth(void)
 {
   PetscFunctionBegin;
@@ -140,7 +143,7 @@ PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_petscainsworth(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* call AinsworthInitializePackage(ierr) in Fortran; a PETSc without Fortran does not know how its names are written: as most compilers do */
+/* Fortran binding: call AinsworthInitializePackage(ierr). Without Fortran PETSc does not know the name mangling; most compilers append an underscore */
 #if defined(PETSC_HAVE_FORTRAN_CAPS)
   #define ainsworthinitializepackage_ AINSWORTHINITIALIZEPACKAGE
 #elif PetscDefined(HAVE_FORTRAN) && !defined(PETSC_HAVE_FORTRAN_UNDERSCORE)

@@ -22,7 +22,7 @@ PetscErrorCode MatAinsworthGetContext_Private(Mat mat, Mat_Ainsworth **ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The penalty and the work space of the rows, where the projector has them now */
+/* Places the penalty and creates the work vector of the rows */
 static PetscErrorCode PlacePenalty(Mat_Ainsworth *ctx)
 {
   PetscFunctionBegin;
@@ -35,7 +35,7 @@ static PetscErrorCode PlacePenalty(Mat_Ainsworth *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Did C, B or D change since the last set-up? Their states become those of now */
+/* Tells whether C, B or D changed since the last call, and stores their states */
 static PetscErrorCode ConstraintsChanged(Mat_Ainsworth *ctx, PetscBool *changed)
 {
   const Mat mats[] = {ctx->C, ctx->B, ctx->D};
@@ -52,7 +52,7 @@ static PetscErrorCode ConstraintsChanged(Mat_Ainsworth *ctx, PetscBool *changed)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The weight of the projector: W, but diag(A)^{-1} without the unknowns that many rows share, and a larger one for those that A does nothing to */
+/* Sets the weight of the projector: W; diag(A)^{-1} is set to zero for unknowns shared by many rows, and raised for unknowns with zero rows in A */
 static PetscErrorCode SetMobility(Mat_Ainsworth *ctx)
 {
   PetscBool shared, loose;
@@ -70,7 +70,7 @@ static PetscErrorCode SetMobility(Mat_Ainsworth *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Builds weight and projector where A, the blocks of the constraints or the choice of W are not those of the last time */
+/* Sets up the weight and the projector if A, the constraint blocks or the choice of W have changed. Collective */
 static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
 {
   Mat_Ainsworth   *ctx;
@@ -92,7 +92,7 @@ static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
     PetscCall(VecDestroy(&ctx->weight));
     PetscCall(AinsworthWeightCreate(ctx->A, &ctx->weight));
   }
-  if (changedC || ctx->D || ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) { /* otherwise neither C nor W changed */
+  if (changedC || ctx->D || ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) { /* otherwise neither C nor W has changed */
     const AinsworthProjectorBlocks blocks          = {ctx->C, ctx->B, ctx->D};
     Vec                            inverseDiagonal = ctx->weight;
 
@@ -103,8 +103,8 @@ static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
   }
   if (!ctx->work) PetscCall(MatCreateVecs(ctx->A, &ctx->work, NULL));
   if (!ctx->userPenalty) PetscCall(VecDestroy(&ctx->penalty));
-  PetscCall(VecDestroy(&ctx->placed));                               /* the places of the rows may be others */
-  PetscCall(PetscObjectStateGet((PetscObject)ctx->A, &ctx->stateA)); /* which may have been raised here */
+  PetscCall(VecDestroy(&ctx->placed));                               /* the placement of the rows may have changed */
+  PetscCall(PetscObjectStateGet((PetscObject)ctx->A, &ctx->stateA)); /* may have increased above */
   ctx->current = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -116,7 +116,7 @@ PetscErrorCode MatAinsworthSetUpProjector_Private(Mat mat, Mat_Ainsworth **out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Weight, projector, and the penalty, which PCAINSWORTH sets before it is needed */
+/* Sets up the weight, the projector and the penalty; PCAINSWORTH sets its penalty before this is called. Collective */
 PetscErrorCode MatAinsworthSetUp_Private(Mat mat, Mat_Ainsworth **out)
 {
   Mat_Ainsworth *ctx;
@@ -135,7 +135,7 @@ PetscErrorCode MatAinsworthSetUp_Private(Mat mat, Mat_Ainsworth **out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What multiplies as A does, until A changes; NULL: A itself */
+/* Sets a matrix with the same products as A, used until A changes; NULL: A itself */
 PetscErrorCode MatAinsworthSetProduct_Private(Mat mat, Mat product)
 {
   Mat_Ainsworth *ctx;
@@ -147,8 +147,9 @@ PetscErrorCode MatAinsworthSetProduct_Private(Mat mat, Mat product)
 }
 
 /*
-   y = C' B C x + Q' op(A) Q x, with op(A) = A or its adjoint: two solves with S. Where D is not zero, S^{-1} E S^{-1} takes the place of the penalty B
-   (docs/method.md, compliance)
+   Computes y = C' B C x + Q' op(A) Q x, where op(A) is A or its adjoint, with two solves with S
+
+   With D, S^{-1} E S^{-1} replaces the penalty B (docs/method.md, compliance).
 */
 static PetscErrorCode MultOrAdjoint(Mat mat, PetscBool adjoint, Vec x, Vec y)
 {
@@ -173,7 +174,7 @@ static PetscErrorCode MultOrAdjoint(Mat mat, PetscBool adjoint, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The products with the transpose need that of S where B is not C */
+/* Raises an error if the operator has no transpose, because B is not C or D is not Hermitian */
 static PetscErrorCode CheckAdjoint(Mat mat)
 {
   Mat_Ainsworth *ctx;
@@ -241,7 +242,7 @@ static PetscErrorCode MatDuplicate_Ainsworth(Mat mat, MatDuplicateOption, Mat *c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Without A and C again */
+/* Resets the matrix to its state before MatAinsworthSetMats() */
 PetscErrorCode MatAinsworthReset_Private(Mat_Ainsworth *ctx)
 {
   PetscFunctionBegin;
@@ -360,7 +361,7 @@ PetscErrorCode MatCreate_Ainsworth(Mat mat)
   ctx->proj.gram.group = ctx->proj.gramB.group = MPI_COMM_NULL;
   PetscCall(MatSetType(mat, MATSHELL));
   PetscCall(MatShellSetContext(mat, ctx));
-  PetscCall(MatShellSetManageScalingShifts(mat)); /* MatScale() and the like are refused: a duplicate would lose them */
+  PetscCall(MatShellSetManageScalingShifts(mat)); /* MatScale() and the like raise an error, because a duplicate would lose the scaling */
   PetscCall(MatShellSetOperation(mat, MATOP_MULT, (void (*)(void))MatMult_Ainsworth));
   PetscCall(MatShellSetOperation(mat, MATOP_MULT_TRANSPOSE, (void (*)(void))MatMultTranspose_Ainsworth));
 #if defined(PETSC_USE_COMPLEX)

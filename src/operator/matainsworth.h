@@ -1,4 +1,4 @@
-/* MATAINSWORTH: the reduced operator A~ = C' B C + Q' A Q of [A C'; C 0] or, in general, that of [A B'; C -D], never assembled */
+/* MATAINSWORTH: the matrix-free reduced operator A~ = C' B C + Q' A Q of [A C'; C 0] or, in general, of [A B'; C -D] */
 #ifndef AINSWORTH_MATAINSWORTH_H
 #define AINSWORTH_MATAINSWORTH_H
 
@@ -8,43 +8,43 @@
 
 struct Mat_Ainsworth {
   Mat                    A, C;
-  Mat                    B, D;    /* of [A B'; C -D]: C itself and NULL where the program's own calls made this matrix */
+  Mat                    B, D;    /* of [A B'; C -D]; C itself and NULL if the matrix was set up by the public functions */
   PetscBool              adjoint; /* B is C, and D = D' */
-  Mat                    product; /* A in a form that multiplies faster; NULL: A itself */
+  Mat                    product; /* A in a form with faster products; NULL: A itself */
   MatAinsworthWeightType weightType;
   Vec                    weight;      /* diagonal of W, length n; NULL for W = I */
-  Vec                    mobility;    /* that of the projector: zero where many rows of C share an unknown; else the same */
-  Vec                    penalty;     /* its diagonal, length m, distributed as the rows of C */
-  Vec                    placed;      /* the same where the rows are placed; NULL: not yet */
-  PetscBool              userPenalty; /* set by MatAinsworthSetPenalty(), otherwise one per row with gamma = 1 */
+  Vec                    mobility;    /* weight of the projector: `weight`, but zero for unknowns shared by many rows of C and larger for loose ones */
+  Vec                    penalty;     /* diagonal of B, length m, laid out as the rows of C */
+  Vec                    placed;      /* the placed penalty; NULL: not placed yet */
+  PetscBool              userPenalty; /* set by MatAinsworthSetPenalty(); otherwise the default with gamma = 1 */
   PetscInt               rowsPerRank;
-  PetscBool              omitPenalty;    /* Q' A Q, without C' B C */
+  PetscBool              omitPenalty;    /* the operator is Q' A Q, without C' B C */
   PetscBool              homogeneous;    /* g was zero in the last right-hand side */
   PetscReal              start[2];       /* x0' A x0 and f' x0 of the last right-hand side, x0 = R g */
-  PetscBool              inKernel;       /* a method iterates in Ker C: Q' A Q, as above */
-  PetscBool              direction;      /* the next product is with a vector of Ker C: one was projected since the last */
-  PetscBool              refine;         /* from some point on its last solve did every projection twice */
-  PetscInt               projections;    /* of this solve */
-  PetscErrorCode (*apply)(PC, Vec, Vec); /* of its preconditioner, without the projection or the springs of D */
+  PetscBool              inKernel;       /* a method is iterating in Ker C: the operator is Q' A Q */
+  PetscBool              direction;      /* the next product is with a vector in Ker C, which has just been projected */
+  PetscBool              refine;         /* the last solve had begun to project twice */
+  PetscInt               projections;    /* number of projections in this solve */
+  PetscErrorCode (*apply)(PC, Vec, Vec); /* the original apply of its preconditioner, without the projection or the springs of D */
   PetscErrorCode (*applyTranspose)(PC, Vec, Vec);
   AinsworthProjector       proj;
-  PetscInt                 longest = PETSC_MAX_INT; /* rows of C with more entries are not in the preconditioning matrix (ksp/longrows.cpp) */
-  std::vector<Vec>         lifted;                  /* M^{-1} C' of those rows */
-  const void              *liftedBy = NULL;         /* the data of the preconditioner */
-  std::vector<PetscScalar> longFactor;              /* of C M^{-1} C' */
-  std::vector<PetscInt>    shared;                  /* unknowns that the preconditioning matrix holds (ksp/shared.cpp) */
-  std::vector<Vec>         motions, motionForces;   /* Z and Q' A Z of them, Z' A Z = I */
-  bool                     doubtful;                /* rows of C are nearly dependent: solves with the Gram matrix are refined */
-  Vec                      work;                    /* n */
-  Vec                      rowWork;                 /* m, placed */
-  Vec                      residual;                /* m, as the rows of C; NULL: not needed yet */
-  Vec                      mu;                      /* the same: S^{-1} (C y - g), where D is not zero */
-  PetscBool                current;                 /* the projector belongs to the present A, C and W */
-  PetscObjectState         stateA, stateC[3];       /* the latter also of B and D */
+  PetscInt                 longest = PETSC_MAX_INT; /* rows of C with more entries are left out of the preconditioning matrix (ksp/longrows.cpp) */
+  std::vector<Vec>         lifted;                  /* M^{-1} C' of these rows */
+  const void              *liftedBy = NULL;         /* data of the preconditioner that `lifted` was made with */
+  std::vector<PetscScalar> longFactor;              /* Cholesky factor of C M^{-1} C' for these rows */
+  std::vector<PetscInt>    shared;                  /* unknowns held by the preconditioning matrix (ksp/shared.cpp) */
+  std::vector<Vec>         motions, motionForces;   /* their motions Z with Z' A Z = I, and Q' A Z */
+  bool                     doubtful;                /* rows of C are nearly dependent, so solves with the Gram matrix are refined */
+  Vec                      work;                    /* work vector, n */
+  Vec                      rowWork;                 /* work vector, m, placed */
+  Vec                      residual;                /* m, laid out as the rows of C; NULL until needed */
+  Vec                      mu;                      /* S^{-1} (C y - g) with D, laid out as the rows of C */
+  PetscBool                current;                 /* the projector matches the present A, C and W */
+  PetscObjectState         stateA, stateC[3];       /* stateC: of C, B and D */
 };
 
 PETSC_INTERN PetscErrorCode MatCreate_Ainsworth(Mat);
-/* the context, with the projector brought up to date; the error of a wrong type names the caller */
+/* gets the context; raises an error for other types */
 PETSC_INTERN PetscErrorCode MatAinsworthGetContext_Private(Mat, Mat_Ainsworth **);
 PETSC_INTERN PetscErrorCode MatAinsworthReset_Private(Mat_Ainsworth *);
 PETSC_INTERN PetscErrorCode MatAinsworthSetUp_Private(Mat, Mat_Ainsworth **);

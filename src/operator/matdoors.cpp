@@ -1,15 +1,16 @@
-/* The two doors of the reduced system: from f and g to its right-hand side, and from its solution to x and lambda */
+/* Both ends of the reduced system: from f and g to its right-hand side, and from its solution to x and lambda */
 #include "matainsworth.h"
 #include "../events.h"
 #include "../projector/dependent.h"
 #include <petsc/private/matimpl.h>
 
-/* Projections on C x = g, and computations of lambda, where the Gram matrix is nearly singular: each is a step of iterative refinement */
+/* Number of projections onto C x = g, and of computations of lambda, if the Gram matrix is nearly singular; each is a step of iterative refinement */
 static const int refinements = 4;
 
 /*
-   x += R (g - C x): C x = g to rounding, whatever the tolerance of the reduced solve; where D is not zero, x += R r and mu -= S^{-1} r with
-   r = g - C x + N mu. Each further call is a step of iterative refinement.
+   Computes x += R (g - C x), so that C x = g to rounding, whatever the tolerance of the reduced solve
+
+   With D, computes x += R r and mu -= S^{-1} r with r = g - C x + N mu. Each further call is a step of iterative refinement. zero: x and mu are 0.
 */
 static PetscErrorCode ProjectOntoConstraints(Mat_Ainsworth *ctx, PetscBool zero, Vec g, Vec x)
 {
@@ -31,7 +32,7 @@ static PetscErrorCode ProjectOntoConstraints(Mat_Ainsworth *ctx, PetscBool zero,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x, from the solution of the reduced system (zero: x = R g), and with it ctx->mu */
+/* Computes x, and with D ctx->mu, from the solution of the reduced system; zero: x = 0 on input, and x = R g */
 static PetscErrorCode Complete(Mat_Ainsworth *ctx, PetscBool zero, Vec g, Vec x)
 {
   PetscFunctionBegin;
@@ -44,9 +45,9 @@ static PetscErrorCode Complete(Mat_Ainsworth *ctx, PetscBool zero, Vec g, Vec x)
 }
 
 /*
-   MatAinsworthReduce_Private - rhs = C' B g + Q' (f - op(A) R g), the right-hand side of the reduced system; without g both of its terms are left out
+   MatAinsworthReduce_Private - computes the right-hand side of the reduced system, C' B g + Q' (f - op(A) R g); g may be NULL for zero. Collective
 
-   Where D is not zero, Q' (f - op(A) R g) + C' S^{-1} E S^{-1} g
+   With D it is Q' (f - op(A) R g) + C' S^{-1} E S^{-1} g.
 */
 PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, Vec g, Vec rhs)
 {
@@ -83,7 +84,7 @@ PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, V
     }
     PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, before, after, rhs));
   }
-  /* where f - A R g is a force of the constraints alone, what one projection leaves is the rounding of it, of which half lies outside the range of Q' A Q */
+  /* if f - A R g is a force of the constraints alone, one projection leaves its rounding, half of which is outside the range of Q' A Q */
   if (ctx->omitPenalty && !ctx->D) PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, NULL, NULL, rhs));
   for (int i = 0; i < 2; i++) ctx->start[i] = PetscRealPart(start[i]);
   PetscCall(PetscLogEventEnd(AINSWORTH_RHS, mat, f, g, rhs));
@@ -91,8 +92,10 @@ PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, V
 }
 
 /*
-   lambda += S^{-1} G^{-1} (N mu - D lambda), some times: where D couples rows and gives way much more than A, D lambda = C x - g determines lambda, not
-   f - A x, but for what a singular D leaves free
+   Refines lambda by S^{-1} G^{-1} (N mu - D lambda), several times
+
+   Where D couples rows and is much more compliant than A, lambda is determined by D lambda = C x - g rather than by f - A x, except for what a singular D
+   leaves free.
 */
 static PetscErrorCode TakeFromSprings(Mat_Ainsworth *ctx, Vec lambda)
 {
@@ -114,8 +117,9 @@ static PetscErrorCode TakeFromSprings(Mat_Ainsworth *ctx, Vec lambda)
 }
 
 /*
-   lambda = S^{-1} (C W (f - op(A) x) + E mu), which is R' (f - op(A) x) where D is zero, and where S is nearly singular again for what is left of
-   f - op(A) x - B' lambda and E mu - N lambda. product, where it is wanted, becomes op(A) x
+   Computes lambda = S^{-1} (C W (f - op(A) x) + E mu), which is R' (f - op(A) x) without D; product (may be NULL) becomes op(A) x
+
+   If S is nearly singular, refines lambda with the residuals f - op(A) x - B' lambda and E mu - N lambda.
 */
 static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec x, Vec lambda, Vec product)
 {
@@ -157,7 +161,11 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* MatAinsworthRecover_Private - y.primal, the reduced solution, becomes x with C x - D lambda = g, y.dual lambda, and product, unless that is NULL, op(A) x */
+/*
+   MatAinsworthRecover_Private - recovers x with C x - D lambda = g and lambda from the reduced solution in y.primal. Collective
+
+   product (may be NULL) becomes op(A) x.
+*/
 PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec product)
 {
   Mat_Ainsworth *ctx;
@@ -169,7 +177,7 @@ PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, Ainswor
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rows of C to leave out; where there are none, whether and how well the Gram matrix can be solved with (AinsworthProjectorDiagnose()) */
+/* Finds rows of C to drop; if there are none, whether and how accurately the Gram matrix can be solved (AinsworthProjectorDiagnose()). Collective */
 PetscErrorCode MatAinsworthDiagnose_Private(Mat mat, PetscInt *pass, PetscInt *n, PetscInt **dependent, PCFailedReason *reason, PetscBool *hidden)
 {
   Mat_Ainsworth *ctx;
@@ -180,7 +188,7 @@ PetscErrorCode MatAinsworthDiagnose_Private(Mat mat, PetscInt *pass, PetscInt *n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rows of C that are nearly dependent, by their numbers, the same on all ranks; to be freed */
+/* Finds rows of C that are nearly dependent: their numbers, the same on all ranks; free with PetscFree(). Collective */
 PetscErrorCode MatAinsworthFindNear_Private(Mat mat, PetscInt *n, PetscInt **rows)
 {
   Mat_Ainsworth *ctx;
@@ -191,7 +199,7 @@ PetscErrorCode MatAinsworthFindNear_Private(Mat mat, PetscInt *n, PetscInt **row
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Are rows of C nearly dependent, so that solves with the Gram matrix are refined? */
+/* Tells whether rows of C are nearly dependent, so that solves with the Gram matrix are refined */
 PetscErrorCode MatAinsworthIsDoubtful_Private(Mat mat, PetscBool *doubtful)
 {
   Mat_Ainsworth *ctx;
@@ -202,7 +210,7 @@ PetscErrorCode MatAinsworthIsDoubtful_Private(Mat mat, PetscBool *doubtful)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* S and its solver, to be looked at */
+/* Gets S and its solver; borrowed */
 PetscErrorCode MatAinsworthGetGram_Private(Mat mat, const AinsworthGram **gram)
 {
   Mat_Ainsworth *ctx;

@@ -125,7 +125,7 @@ PetscErrorCode MatAinsworthMultTransposeRightInverse(Mat mat, Vec r, Vec l)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x = R B^{-1} R' b, the part of the solution of A~ x = b that lies in Im(W C') */
+/* Computes x = R B^{-1} R' b, the part of the solution of A~ x = b in Im(W C') */
 PetscErrorCode MatAinsworthSolveRange_Private(Mat mat, Vec b, Vec x)
 {
   Mat_Ainsworth *ctx;
@@ -138,7 +138,7 @@ PetscErrorCode MatAinsworthSolveRange_Private(Mat mat, Vec b, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* z = M_*^+^{-1} r, of the unknowns and the springs of D; apply is that of the preconditioner, M_*^{-1}, or of its transpose */
+/* Applies (M_*^+)^{-1}, which includes the springs of D; apply is the action of M_*^{-1} or of its transpose */
 PetscErrorCode MatAinsworthPrecondition_Private(Mat mat, PC pc, PetscErrorCode (*apply)(PC, Vec, Vec), Vec r, Vec z)
 {
   Mat_Ainsworth *ctx;
@@ -150,8 +150,10 @@ PetscErrorCode MatAinsworthPrecondition_Private(Mat mat, PC pc, PetscErrorCode (
 }
 
 /*
-   Leaves C' B C out of the matrix, and C' B g out of the right-hand side. Preconditioned by M from the right, the iterates are then those
-   of the projected preconditioner Q M^{-1} Q', up to their part in Im(W C'), which the last projection replaces by R g.
+   Omits C' B C from the matrix and C' B g from the right-hand side
+
+   Preconditioned by M from the right, the iterates are then those of the projected preconditioner Q M^{-1} Q', up to their part in Im(W C'), which the last
+   projection replaces by R g.
 */
 PetscErrorCode MatAinsworthOmitPenalty_Private(Mat mat, PetscBool flag)
 {
@@ -164,8 +166,10 @@ PetscErrorCode MatAinsworthOmitPenalty_Private(Mat mat, PetscBool flag)
 }
 
 /*
-   The largest |(C z)_i| / (S_ii^{1/2} ||z||_{W^{-1}}): how far z is from Ker C, as the cosine of an angle, 0 to 1, whatever the scale
-   of the rows (the angle of Gould, Hribar and Nocedal 2001, taken row by row)
+   Computes the largest |(C z)_i| / (S_ii^{1/2} ||z||_{W^{-1}}): the distance of z from Ker C as the cosine of an angle, 0 to 1, independent of the scale of the
+   rows
+
+   This is the angle of Gould, Hribar and Nocedal (2001), row by row. Collective
 */
 PetscErrorCode MatAinsworthGetDrift_Private(Mat mat, Vec z, PetscReal *drift)
 {

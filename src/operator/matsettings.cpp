@@ -50,13 +50,13 @@ PetscErrorCode MatAinsworthSetMats(Mat mat, Mat A, Mat C)
   PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)C, &aij, MATSEQAIJ, MATMPIAIJ, ""));
   PetscCheck(aij, comm, PETSC_ERR_ARG_WRONG, "C has type %s, MATAINSWORTH needs %s: use MatConvert()", type, MATAIJ);
   PetscCall(PetscObjectReference((PetscObject)A));
-  PetscCall(AinsworthGetAIJ(C, &C)); /* a reference, or the sequential form on one rank */
+  PetscCall(AinsworthGetAIJ(C, &C)); /* adds a reference, or gets the sequential form on one rank */
   PetscCall(MatAinsworthReset_Private(ctx));
   PetscCall(AinsworthShare(C, &ctx->B));
   ctx->A       = A;
   ctx->C       = C;
   ctx->adjoint = PETSC_TRUE;
-  if (ctx->weightType == MAT_AINSWORTH_WEIGHT_USER) ctx->weightType = MAT_AINSWORTH_WEIGHT_DIAGONAL; /* the user's vector is gone */
+  if (ctx->weightType == MAT_AINSWORTH_WEIGHT_USER) ctx->weightType = MAT_AINSWORTH_WEIGHT_DIAGONAL; /* the user's vector was destroyed */
   PetscCall(MatSetSizes(mat, n, n, N, N));
   PetscCall(MatGetBlockSize(A, &bs));
   PetscCall(MatSetBlockSize(mat, bs));
@@ -97,7 +97,7 @@ PetscErrorCode MatAinsworthGetMats(Mat mat, Mat *A, Mat *C)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The other blocks of [A B'; C -D], AIJ, laid out as the rows of C: B NULL for C, D NULL for 0; adjoint: B is C, and D = D' */
+/* Sets the other blocks of [A B'; C -D], AIJ, laid out as the rows of C: B is NULL if it is C, D if it is 0; adjoint: B is C and D = D' */
 PetscErrorCode MatAinsworthSetOtherBlocks_Private(Mat mat, Mat B, Mat D, PetscBool adjoint)
 {
   Mat_Ainsworth *ctx;
@@ -146,7 +146,7 @@ PetscErrorCode MatAinsworthSetWeightType(Mat mat, MatAinsworthWeightType type)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* *copy is v, whose entries must be positive, laid out as the columns of A or the rows of C, of which it is the `what` */
+/* Copies v after checking that its entries are positive and that it is laid out as the columns of A or the rows of C; what: its name in messages */
 static PetscErrorCode CopyPositive(Mat block, bool columns, Vec v, const char what[], Vec *copy)
 {
   MPI_Comm    comm = PetscObjectComm((PetscObject)block);
@@ -235,7 +235,7 @@ PetscErrorCode MatAinsworthSetPenalty(Mat mat, Vec penalty)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Bounds the number of ranks that solve with the Gram matrix */
+/* Sets the number of rows for each rank that solves with the Gram matrix */
 PetscErrorCode MatAinsworthSetRowsPerRank_Private(Mat mat, PetscInt rows)
 {
   Mat_Ainsworth *ctx;
@@ -247,7 +247,7 @@ PetscErrorCode MatAinsworthSetRowsPerRank_Private(Mat mat, PetscInt rows)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sums of the rows of |D|, negative where D_ii is, m, distributed as the rows of C, and N, what D adds to C W C'; NULL where D is zero */
+/* Gets the row sums of |D| with the sign of D_ii (m, laid out as the rows of C), and N, which D adds to C W C'; NULL without D. Borrowed */
 PetscErrorCode MatAinsworthGetCompliance_Private(Mat mat, Vec *sums, Mat *N)
 {
   Mat_Ainsworth *ctx;

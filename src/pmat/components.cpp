@@ -1,7 +1,7 @@
 #include "pmat.h"
 #include "../loops.h"
 
-/* Do the entries that a row has at each node sit on one component, up to a two-hundredth of the largest in squares? */
+/* Tells whether the entries of a row at each node are in one component, up to 0.005 of the squared largest entry */
 static bool RowKeepsApart(PetscInt bs, PetscInt n, const PetscInt columns[], const PetscScalar values[])
 {
   PetscReal largest = 0.0;
@@ -22,9 +22,10 @@ static bool RowKeepsApart(PetscInt bs, PetscInt n, const PetscInt columns[], con
 }
 
 /*
-   Are the components of every node constrained apart from each other? Multigrid that interpolates component by component can then satisfy the
-   constraints on its coarse levels; where components are mixed it cannot, and a large penalty locks. Rows of more than `longest` entries are
-   not looked at.
+   Tells whether the constraints keep the components of each node apart; ignores rows with more than `longest` entries. Collective
+
+   If they do, multigrid that interpolates component by component can satisfy the constraints on its coarse levels; otherwise it cannot, and a large penalty
+   locks.
 */
 PetscErrorCode AinsworthPmatComponentsApart(Mat C, PetscInt bs, PetscInt longest, PetscBool *apart)
 {

@@ -5,14 +5,14 @@
 #include <cmath>
 #include <limits>
 
-/* Rows of about this length, or of that of a mean row of A, are not long */
+/* Rows up to about this length, or the mean length of a row of A, are never long */
 static const PetscReal usualLength = 64.0;
-/* Longer ones are taken, from the shortest on, while the squares of their lengths add up to this part of the entries of A */
+/* Longer rows are included, shortest first, while their squared lengths add up to at most this fraction of the entries of A */
 static const PetscReal budget = 0.25;
-/* M_* is not made with more than so many times the entries of A, unless that is little for any machine */
+/* M_* is refused if it has more than mostEntries times the entries of A, unless it has at most fewEntries */
 static const PetscReal mostEntries = 25.0, fewEntries = 2e7;
 
-typedef std::array<PetscReal, 128> Classes; /* of lengths: two for each power of two */
+typedef std::array<PetscReal, 128> Classes; /* sums by length, with two classes for each power of two */
 
 static size_t ClassOf(PetscInt length)
 {
@@ -24,7 +24,7 @@ static PetscReal Bound(const AinsworthPmatFill *fill)
   return PetscMax(mostEntries * fill->entries, fewEntries);
 }
 
-/* The first class of rows that are left out, from the sums of the squares of the lengths in each */
+/* Returns the first class of rows to leave out, given the sum of squared lengths in each class */
 static size_t FirstLong(const AinsworthPmatFill *fill, const Classes &squares)
 {
   const size_t usual = ClassOf(fill->usual);
@@ -38,7 +38,7 @@ static size_t FirstLong(const AinsworthPmatFill *fill, const Classes &squares)
   return squares.size();
 }
 
-/* Rows of C on this rank: squares of their lengths in classes, the longest, and the number of those longer than `length` */
+/* Counts the local rows of C: squared lengths by class, the longest, and the number of those longer than `length` */
 static PetscErrorCode CountRows(Mat C, PetscInt length, Classes *squares, PetscInt *longest, PetscInt *longer)
 {
   PetscFunctionBegin;
@@ -53,9 +53,9 @@ static PetscErrorCode CountRows(Mat C, PetscInt length, Classes *squares, PetscI
 }
 
 /*
-   AinsworthPmatGetFill - what the rows of C bring into M_*, from their lengths, and which of them are too long for it
+   AinsworthPmatGetFill - predicts the fill of M_* from the lengths of the rows of C, and decides which of them are too long. Collective
 
-   A: AIJ. A row of p entries brings p^2 into C' B C, and into Q_*' A Q_* as many rows of A as it has entries. Collective
+   A is AIJ. A row with p entries adds p^2 entries to C' B C, and p rows of A to Q_*' A Q_*.
 */
 PetscErrorCode AinsworthPmatGetFill(Mat A, Mat C, AinsworthPmatFill *fill)
 {
@@ -88,7 +88,7 @@ PetscErrorCode AinsworthPmatGetFill(Mat A, Mat C, AinsworthPmatFill *fill)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Entries of the mean row of left * right; left has few rows, and becomes the product */
+/* Replaces left, which has few rows, by left * right; mean: entries per row of the product */
 static PetscErrorCode MultiplySample(Mat *left, Mat right, PetscReal *mean)
 {
   Mat      product;
@@ -106,9 +106,9 @@ static PetscErrorCode MultiplySample(Mat *left, Mat right, PetscReal *mean)
 }
 
 /*
-   AinsworthPmatPredict - about as many entries as M_* will have with the approximation Inv(S) of S^{-1}, NULL: a diagonal one
+   AinsworthPmatPredict - estimates the number of entries of M_* for the approximation Inv(S); inverse NULL: a diagonal one. Collective
 
-   The rows of some unknowns of C' Inv(S) C W A and that times W C' Inv(S) C are counted. Collective
+   Counts the entries in sampled rows of C' Inv(S) C W A and of its product with W C' Inv(S) C.
 */
 PetscErrorCode AinsworthPmatPredict(Mat A, Mat C, Mat inverse, const AinsworthPmatFill *fill, PetscReal *entries)
 {
@@ -137,10 +137,10 @@ PetscErrorCode AinsworthPmatPredict(Mat A, Mat C, Mat inverse, const AinsworthPm
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthPmatCheckFill - says how large M_* will be, and refuses one that no machine has room for */
+/* AinsworthPmatCheckFill - reports the predicted size of M_*, and raises an error if it is too large. Collective */
 PetscErrorCode AinsworthPmatCheckFill(Mat A, Mat C, Mat inverse, const AinsworthPmatFill *fill, PCAinsworthPmatType type)
 {
-  PetscReal predicted = fill->entries + fill->squares; /* what bounds the latter has been left out */
+  PetscReal predicted = fill->entries + fill->squares; /* bounded, since long rows are left out */
 
   PetscFunctionBegin;
   if (type != PC_AINSWORTH_PMAT_ID) PetscCall(AinsworthPmatPredict(A, C, inverse, fill, &predicted));

@@ -12,12 +12,12 @@
 
 namespace
 {
-/* S as a whole, on the ranks that own rows of it, and the block of each of its rows */
+/* The whole of S, on ranks that own rows of it, and the block of each row */
 struct Blocks : AinsworthCSR {
-  PetscInt                           rstart, rend; /* rows of this rank */
+  PetscInt                           rstart, rend; /* local rows */
   Mat                               *whole;
   std::vector<PetscInt>              part;
-  std::vector<std::vector<PetscInt>> members; /* of each block, ascending */
+  std::vector<std::vector<PetscInt>> members; /* rows of each block, ascending */
 
   PetscErrorCode create(Mat S, PetscInt blocks);
   PetscErrorCode destroy();
@@ -49,7 +49,7 @@ PetscErrorCode Blocks::destroy()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Conjugate gradients for column j of the inverse, on the entries that the iteration has reached only: the others stay zero */
+/* Conjugate gradients for column j of the inverse, restricted to the entries that the iteration has reached; the others stay zero */
 class ColumnCG {
 public:
   explicit ColumnCG(PetscInt m) : x(m, 0.0), r(m, 0.0), p(m, 0.0), q(m, 0.0), d(m, 0.0), reached(m, 0) { }
@@ -57,7 +57,7 @@ public:
 
 private:
   std::vector<PetscScalar> x, r, p, q;
-  std::vector<PetscReal>   d; /* diagonal of S, 0 where not reached yet */
+  std::vector<PetscReal>   d; /* diagonal of S, 0 if not reached yet */
   std::vector<char>        reached;
   std::vector<PetscInt>    support;
 
@@ -80,7 +80,7 @@ void ColumnCG::solve(const Blocks &S, PetscInt j, PetscReal rtol, AinsworthEntri
   r[j]  = 1.0;
   p[j]  = 1.0 / d[j];
   rz    = 1.0 / d[j];
-  norm0 = norm = rz; /* 2-norm of the preconditioned residual, as KSPCG */
+  norm0 = norm = rz; /* 2-norm of the preconditioned residual, as in KSPCG */
   for (size_t iteration = 0; norm > rtol * norm0 && iteration <= 2 * support.size(); iteration++) {
     const size_t present = support.size();
     PetscReal    pq = 0.0, rznew = 0.0;
@@ -91,7 +91,7 @@ void ColumnCG::solve(const Blocks &S, PetscInt j, PetscReal rtol, AinsworthEntri
         const PetscInt c = S.ja[k];
         if (S.part[c] != S.part[j]) continue;
         reach(S, c);
-        q[c] += PetscConj(S.a[k]) * p[i]; /* column i of S is the adjoint of its row i */
+        q[c] += PetscConj(S.a[k]) * p[i]; /* column i of S is the adjoint of row i */
       }
     }
     for (size_t s = 0; s < present; s++) pq += PetscRealPart(PetscConj(p[support[s]]) * q[support[s]]);
@@ -117,7 +117,7 @@ void ColumnCG::solve(const Blocks &S, PetscInt j, PetscReal rtol, AinsworthEntri
   out.endRow();
 }
 
-/* The exact inverse of one block, dense and Hermitian; where the block is not positive definite, the 1-norms of its rows stand in for it */
+/* Inverts one block, dense and Hermitian; if it is not positive definite, uses the inverse 1-norms of its rows instead */
 PetscErrorCode InvertBlock(const Blocks &S, const std::vector<PetscInt> &block, std::vector<PetscScalar> &inverse)
 {
   const size_t           n = block.size();
@@ -184,8 +184,9 @@ PetscErrorCode InvertByCG(Mat S, const AinsworthPmatOptions *opt, PetscInt block
 }
 
 /*
-   Diagonal of the inverse 1-norms of the rows of S (paper, Table 1); scaled: of D S D with D = diag(S)^{-1/2}, brought back by D on both
-   sides, which makes M_* the same whatever the scale of the rows of C
+   Computes the diagonal of the inverse 1-norms of the rows of S (paper, Table 1)
+
+   With rowScaling, takes the norms of D S D, D = diag(S)^{-1/2}, and scales back by D on both sides, so that M_* does not depend on the scale of the rows of C.
 */
 PetscErrorCode InvertRowNorms(Mat S, const AinsworthPmatOptions *opt, PetscInt, AinsworthEntries &rows)
 {
@@ -218,12 +219,12 @@ PetscErrorCode InvertRowNorms(Mat S, const AinsworthPmatOptions *opt, PetscInt, 
 
 const char *const PCAinsworthPmatTypes[] = {"jcb", "id", "cc", "cg", "bj_cc", "bj_cg", "auto", "PCAinsworthPmatType", "PC_AINSWORTH_PMAT_", NULL};
 
-/* Inv(S) of each PCAinsworthPmatType (paper, Table 1): a new one has its name above and its row here */
+/* Inv(S) of each PCAinsworthPmatType (paper, Table 1); to add one, add its name above and its row here */
 static const struct {
   PetscErrorCode (*invert)(Mat S, const AinsworthPmatOptions *, PetscInt blocks, AinsworthEntries &);
-  bool dense; /* S is one block, otherwise METIS cuts it */
+  bool dense; /* S is one block; otherwise METIS cuts it */
 } approximations[] = {
-  {InvertRowNorms, false}, /* jcb: the diagonal of the inverse 1-norms of the rows of S */
+  {InvertRowNorms, false}, /* jcb */
   {NULL,           false}, /* id: none, Q_* = I */
   {InvertExactly,  true }, /* cc */
   {InvertByCG,     true }, /* cg */
@@ -231,11 +232,11 @@ static const struct {
   {InvertByCG,     false}  /* bj_cg */
 };
 
-/* Where S is one block: what 4000 dense rows add to A takes 128 MB, and its factorization seconds */
+/* Limit for a single block: 4000 dense rows take 128 MB, and seconds to factor */
 static const PetscInt mostDenseRows = 4000;
 
 /*
-   AinsworthInvGramCreate - the sparse approximation Inv(S) of S^{-1} as an AIJ matrix, m x m, rows distributed as those of S; NULL for id
+   AinsworthInvGramCreate - creates the sparse approximation Inv(S) of S^{-1} as an AIJ matrix, laid out as S; NULL for id. Collective
 
    Row j is the adjoint of the approximate solution of S z = e_j.
 */

@@ -1,4 +1,4 @@
-/* Unknowns that A does nothing to, reference nodes and links: they are eliminated from the penalty of M_*; docs/models.md */
+/* Unknowns with zero rows in A (reference nodes, links): they are eliminated from the penalty in M_* (docs/models.md) */
 #include "pmat.h"
 #include "../csr.h"
 #include "../lists.h"
@@ -11,25 +11,27 @@
 #include <algorithm>
 #include <vector>
 
-/* Loose unknowns that rows of C couple, directly or by way of others, are a group. One of at most so many unknowns, none of them shared by more
-   rows than usual, whose rows have at most so many entries on other unknowns, is eliminated */
+/*
+   Loose unknowns that rows of C couple, directly or indirectly, form a group. A group is eliminated if it has at most mostLoose unknowns, none of them in more
+   rows than usual, and if its rows touch at most mostEntries unknowns.
+*/
 static const PetscInt  mostLoose   = 64;
 static const PetscReal mostEntries = 1024.0;
-/* D takes less from the penalty of their rows: AinsworthWeightLoosen() counts on it, too */
+/* Rows count as rigid if D leaves at least this fraction of their penalty; AinsworthWeightLoosen() has the matching bound */
 static const PetscReal rigidEnough = 0.998;
-/* The squares of these numbers of entries add up to at most this part of the entries of A */
+/* The squares of these numbers of entries add up to at most this fraction of the entries of A */
 static const PetscReal budget = 1.0;
-/* Shift of what is inverted, of its diagonal: nothing need hold a group */
+/* Relative shift of the diagonal before inversion, because nothing may hold a group */
 static const PetscReal shift = 1e-12;
 
 namespace
 {
-/* The groups, on every rank: K = Cl' B Cl as a whole, Cl being the columns of the loose unknowns of C */
+/* The groups, on every rank, with the whole of K = Cl' B Cl, where Cl has the columns of C of the loose unknowns */
 struct Groups : AinsworthCSR {
   Mat                               *whole = NULL;
-  std::vector<PetscInt>              of;      /* each loose unknown */
-  std::vector<std::vector<PetscInt>> members; /* of each group, ascending */
-  std::vector<char>                  taken;   /* is each group eliminated? */
+  std::vector<PetscInt>              of;      /* group of each loose unknown */
+  std::vector<std::vector<PetscInt>> members; /* unknowns of each group, ascending */
+  std::vector<char>                  taken;   /* whether each group is eliminated */
 
   PetscErrorCode create(Mat K);
   PetscErrorCode choose(Mat C, Mat Cl, Vec rigid, const AinsworthPmatFill *fill);
@@ -61,11 +63,11 @@ PetscErrorCode Groups::destroy()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Which groups are eliminated: those of rows that are rigid, which bring few entries into M_*. Collective */
+/* Chooses the groups to eliminate: small ones with rigid rows that add few entries to M_*. Collective */
 PetscErrorCode Groups::choose(Mat C, Mat Cl, Vec rigid, const AinsworthPmatFill *fill)
 {
   std::vector<PetscReal>             touched(members.size(), 0.0), count(n, 0.0);
-  std::vector<PetscInt>              group; /* of each row of this rank */
+  std::vector<PetscInt>              group; /* group of each local row, or -1 */
   std::vector<std::vector<PetscInt>> columns(members.size());
   std::vector<char>                  small;
   const PetscScalar                 *part;
@@ -104,7 +106,7 @@ PetscErrorCode Groups::choose(Mat C, Mat Cl, Vec rigid, const AinsworthPmatFill 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows of this rank with an unknown that is eliminated */
+/* Marks the local rows with an unknown that is eliminated */
 PetscErrorCode Groups::markRows(Mat Cl, std::vector<char> *rows) const
 {
   PetscFunctionBegin;
@@ -113,7 +115,7 @@ PetscErrorCode Groups::markRows(Mat Cl, std::vector<char> *rows) const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The block of a group, shifted, and inverted; it is Hermitian and dense. Zero where it is not positive definite, or too small: nothing is eliminated then */
+/* Inverts the shifted block of a group, Hermitian and dense; zero, so that nothing is eliminated, if it is not positive definite or too small */
 PetscErrorCode Groups::invert(PetscInt group, std::vector<PetscScalar> *inverse) const
 {
   const std::vector<PetscInt> &in   = members[group];
@@ -137,7 +139,7 @@ PetscErrorCode Groups::invert(PetscInt group, std::vector<PetscScalar> *inverse)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* K^{-1} of the groups that are eliminated, zero elsewhere, distributed as K. Collective */
+/* Creates K^{-1} for the groups that are eliminated, zero elsewhere, laid out as K. Collective */
 PetscErrorCode Groups::createInverse(Mat K, Mat *inverse) const
 {
   PetscInt                 rstart, rend, last = -1;
@@ -162,7 +164,7 @@ PetscErrorCode Groups::createInverse(Mat K, Mat *inverse) const
 
 } // namespace
 
-/* Unknowns of this rank that A does nothing to, rows of C have and the projector moves, ascending: global numbers; NULL where there are none on any rank */
+/* Finds the unknowns with a zero row in A that are in rows of C and have a weight, ascending on each rank; NULL if there are none. Collective */
 static PetscErrorCode FindLoose(Mat A, Mat C, Vec weight, IS *loose)
 {
   PetscInt              rstart, found;
@@ -185,10 +187,10 @@ static PetscErrorCode FindLoose(Mat A, Mat C, Vec weight, IS *loose)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* B^{1/2} C apart: Cl, the columns of loose unknowns, and Cx, the others; rigid: of each row the part of its penalty that D leaves */
+/* Splits B^{1/2} C into Cl, the columns of loose unknowns, and Cx, the others; rigid: fraction of the penalty of each row that D leaves */
 static PetscErrorCode Split(const AinsworthPmatInputs *in, PetscReal gamma, Mat C, IS loose, Mat *Cx, Mat *Cl, Vec *rigid)
 {
-  static const PetscReal stiffer = 0.1; /* weights of loose unknowns than they are: springs in series are then about as stiff as others */
+  static const PetscReal stiffer = 0.1; /* weights loose unknowns as if they were stiffer: then springs in series are about as stiff as others */
   PetscInt               rstart, rend;
   Vec                    scale, weight, penalty, series;
   IS                     rows;
@@ -219,7 +221,7 @@ static PetscErrorCode Split(const AinsworthPmatInputs *in, PetscReal gamma, Mat 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The diagonal of K on the loose unknowns that are eliminated, where nothing else is in M_* any more; like: M_* */
+/* Creates the diagonal of K on the eliminated unknowns, where M_* has nothing else; like: M_* */
 static PetscErrorCode CreateDiagonalPart(Mat K, const Groups &groups, IS loose, Mat like, Mat *part)
 {
   PetscInt first;
@@ -242,11 +244,11 @@ static PetscErrorCode CreateDiagonalPart(Mat K, const Groups &groups, IS loose, 
 }
 
 /*
-   AinsworthPmatEliminateLoose - C = rest + rows with unknowns l that A does nothing to; part is what these rows bring into M_*, NULL where there are none
+   AinsworthPmatEliminateLoose - splits off the rows of C with loose unknowns l, and computes what they add to M_*. Collective
 
-   Their penalty is Cx' (P - P Cl K^{-1} Cl' P) Cx with K = Cl' P Cl: l follows the other unknowns at no energy, as springs in series do. Interpolation that is
-   made from A alone does not reach l, and the penalty of rows that have it would lock. l itself is left to the projector, whose weight lets it move first.
-   Groups of loose unknowns that would bring many entries stay in rest. Collective
+   rest: the other rows of C. part: the contribution to M_*, or NULL. With P the penalty, it is Cx' (P - P Cl K^{-1} Cl' P) Cx with K = Cl' P Cl: l follows the
+   other unknowns at no energy, like springs in series. Interpolation made from A alone does not reach l, and the penalty of its rows would lock. l is left to
+   the projector, whose weight moves it first. Groups that would add many entries stay in rest.
 */
 PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *in, PetscReal gamma, Mat C, Mat *rest, Mat *part)
 {

@@ -10,11 +10,11 @@ static PetscErrorCode Multiply(Mat left, Mat right, Mat *product)
 {
   PetscFunctionBegin;
   PetscCall(MatMatMult(left, right, MAT_INITIAL_MATRIX, PETSC_DEFAULT, product));
-  PetscCall(MatProductClear(*product)); /* which would hold the factors */
+  PetscCall(MatProductClear(*product)); /* otherwise the product keeps its factors */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthMultiplyAdjoint - left' right */
+/* AinsworthMultiplyAdjoint - computes left' right. Collective */
 PetscErrorCode AinsworthMultiplyAdjoint(Mat left, Mat right, Mat *product)
 {
   Mat adjoint;
@@ -26,14 +26,14 @@ PetscErrorCode AinsworthMultiplyAdjoint(Mat left, Mat right, Mat *product)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Y A from Y', which has few rows that are not zero: only these rows of A are read */
+/* Computes Y A from Y', which has few nonzero rows; reads only these rows of A */
 static PetscErrorCode MultiplyFewRows(Mat Yt, Mat A, Mat *product)
 {
   Mat few[2] = {Yt, A};
   IS  rows;
 
   PetscFunctionBegin;
-  PetscCall(MatFindNonzeroRows(Yt, &rows)); /* NULL: all */
+  PetscCall(MatFindNonzeroRows(Yt, &rows)); /* NULL: all rows */
   for (Mat &mat : few)
     if (rows) PetscCall(MatCreateSubMatrix(mat, rows, NULL, MAT_INITIAL_MATRIX, &mat));
   PetscCall(AinsworthMultiplyAdjoint(few[0], few[1], product));
@@ -44,9 +44,9 @@ static PetscErrorCode MultiplyFewRows(Mat Yt, Mat A, Mat *product)
 }
 
 /*
-   C' B C + Q_*' A Q_* - A = -C' Y A - A Y' C + C' (Y A Y' + B) C, with Q_* = I - Y' C and Y = Inv(S) C W (docs/method.md, surface-only assembly); B: NULL for 0
+   Computes C' B C + Q_*' A Q_* - A = -C' Y A - A Y' C + C' (Y A Y' + B) C with Q_* = I - Y' C and Y = Inv(S) C W (docs/method.md, surface-only assembly)
 
-   Where A is symmetric it is H + H' with H = C' ((Y A Y' + B) C / 2 - Y A).
+   B may be NULL for 0. If A is symmetric, this is H + H' with H = C' ((Y A Y' + B) C / 2 - Y A).
 */
 static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Vec B, PetscBool symmetric, Mat *part)
 {
@@ -84,7 +84,7 @@ static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Q_*' A Q_* - A, and C' B C where B is not NULL, NULL for id; C may lack entries of long rows. S: C W C' + N, NULL where it is not at hand */
+/* Creates Q_*' A Q_* - A, plus C' B C if B is not NULL; NULL for id. C may lack entries of long rows; S = C W C' + N may be NULL. Collective */
 static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat S, Vec B, Mat *part)
 {
   PetscBool shared;
@@ -112,7 +112,7 @@ static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The norm of A + part, part NULL for 0: the infinity norm, which is the 1-norm where all is symmetric; PETSc's own 1-norm stores a row on every rank */
+/* Computes the infinity norm of A + part (may be NULL), the 1-norm of a symmetric matrix; MatNorm() with NORM_1 stores a whole row on every rank */
 static PetscErrorCode NormOfSum(Mat A, Mat part, PetscReal *norm)
 {
   Mat sum;
@@ -125,11 +125,11 @@ static PetscErrorCode NormOfSum(Mat A, Mat part, PetscReal *norm)
     PetscCall(MatNorm(sum, NORM_INFINITY, norm));
     PetscCall(MatDestroy(&sum));
   }
-  if (*norm == 0.0) PetscCall(MatNorm(A, NORM_INFINITY, norm)); /* Ker C = 0: any penalty will do */
+  if (*norm == 0.0) PetscCall(MatNorm(A, NORM_INFINITY, norm)); /* Ker C = 0: any penalty works */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* C' B C */
+/* Computes C' B C */
 static PetscErrorCode MultiplyBothSides(Mat C, Vec B, Mat *product)
 {
   Mat BC;
@@ -142,7 +142,7 @@ static PetscErrorCode MultiplyBothSides(Mat C, Vec B, Mat *product)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthPmatCreateSeries - (B^{-1} + D)^{-1}, penalty and compliance in series; 0 where D_ii is negative, and the penalty would add to what is less than rigid */
+/* AinsworthPmatCreateSeries - creates (B^{-1} + D)^{-1}, penalty and compliance in series; 0 where D_ii < 0, where a penalty would be too stiff */
 PetscErrorCode AinsworthPmatCreateSeries(Vec penalty, Vec compliance, Vec *series)
 {
   PetscFunctionBegin;
@@ -157,8 +157,9 @@ PetscErrorCode AinsworthPmatCreateSeries(Vec penalty, Vec compliance, Vec *serie
 }
 
 /*
-   B, length m: one per row, gamma / (C diag(A)^{-1} C')_ii, or beta I, beta = gamma ||Q_*' A Q_*|| / ||C' C|| (paper, section 3.3); and B in
-   series with D, for M_*. C may lack entries of long rows
+   Creates the penalty B, length m, and B in series with D for M_*; C may lack entries of long rows. Collective
+
+   B_ii = gamma / (C diag(A)^{-1} C')_ii, or B = beta I with beta = gamma ||Q_*' A Q_*|| / ||C' C|| (paper, section 3.3).
 */
 static PetscErrorCode CreatePenalty(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat projection, Vec *penalty, Vec *series)
 {
@@ -181,8 +182,9 @@ static PetscErrorCode CreatePenalty(const AinsworthPmatInputs *in, const Ainswor
 }
 
 /*
-   M += 1e-12 diag(M): where a body floats M_* is singular, BoomerAMG's coarse matrices have zeros on the diagonal, or less by rounding, and hypre's estimate of
-   their largest eigenvalue never ends
+   Adds 1e-12 diag(M) to M: if a body floats, M_* is singular, and coarse matrices of BoomerAMG have diagonal entries that are zero, or negative by rounding
+
+   Then hypre's estimate of their largest eigenvalue does not terminate.
 */
 static PetscErrorCode Shift(Mat M)
 {
@@ -198,7 +200,7 @@ static PetscErrorCode Shift(Mat M)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* *pmat, M_* - A, becomes what the inner preconditioner takes */
+/* Converts *pmat from M_* - A to the format that the inner preconditioner takes */
 static PetscErrorCode AddA(Mat A, AinsworthPmatFormat format, PetscInt bs, Mat *pmat)
 {
   Mat part[2] = {A, *pmat};
@@ -210,29 +212,29 @@ static PetscErrorCode AddA(Mat A, AinsworthPmatFormat format, PetscInt bs, Mat *
   } else PetscCall(AinsworthAddAIJ(1.0, {A}, pmat));
   if (format == AINSWORTH_PMAT_HYPRE) {
     PetscCall(Shift(*pmat));
-    PetscCall(MatConvert(*pmat, MATHYPRE, MAT_INPLACE_MATRIX, pmat)); /* of AIJ PCHYPRE would make a copy */
+    PetscCall(MatConvert(*pmat, MATHYPRE, MAT_INPLACE_MATRIX, pmat)); /* PCHYPRE would copy an AIJ matrix */
   }
   PetscCall(MatSetBlockSize(*pmat, bs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthPmatCreate - the preconditioning matrix M_* = C' B C + Q_*' A Q_*, n x n, and the penalty B it was made with, length m
+   AinsworthPmatCreate - creates the preconditioning matrix M_* = C' B C + Q_*' A Q_*, n x n, and its penalty B, length m. Collective
 
-   bad is a row with NaN or Inf, -1 where there is none; multigrid would loop over it
+   bad: a row with NaN or Inf, on which multigrid might not terminate; -1 if there is none.
 */
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Vec *penalty, Mat *pmat, PetscInt *bad)
 {
   Mat      C, rest, loose = NULL, held = NULL, projection, shift = NULL, base = in->format == AINSWORTH_PMAT_SUM ? in->A : in->aij;
   Vec      series;
   PetscInt column;
-  bool     byRow = opt->penalty == AINSWORTH_PENALTY_ROW; /* then it needs no norm of Q_*' A Q_*, and comes with that */
+  bool     byRow = opt->penalty == AINSWORTH_PENALTY_ROW; /* this penalty needs no norm of Q_*' A Q_*, and is added together with it */
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(AinsworthPmatCreateShort(in->C, &in->fill, &C));
   if (!in->shared.empty()) PetscCall(AinsworthPmatHoldShared(in, &C, &held));
-  if (byRow && in->weight && in->format != AINSWORTH_PMAT_FACTOR) { /* a factorization takes the rows as they are */
+  if (byRow && in->weight && in->format != AINSWORTH_PMAT_FACTOR) { /* a factorization needs no elimination */
     PetscCall(AinsworthPmatEliminateLoose(in, opt->factor, C, &rest, &loose));
     PetscCall(MatDestroy(&C));
     C = rest;

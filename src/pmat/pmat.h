@@ -1,4 +1,4 @@
-/* M_* = C' B C + Q_*' A Q_*, the assembled matrix that AMG works on (paper, section 4.3, Table 1) */
+/* M_* = C' B C + Q_*' A Q_*, the assembled matrix for multigrid (paper, section 4.3, Table 1) */
 #ifndef AINSWORTH_PMAT_H
 #define AINSWORTH_PMAT_H
 
@@ -8,11 +8,11 @@
 
 /* Inv(S), the sparse approximation of the inverse Gram matrix in M_* (paper, Table 1) */
 typedef enum {
-  PC_AINSWORTH_PMAT_JCB,   /* diagonal of the inverse 1-norms of the rows of S, or of S scaled to a unit diagonal */
+  PC_AINSWORTH_PMAT_JCB,   /* diagonal with the inverse 1-norms of the rows of S, or of S scaled to a unit diagonal */
   PC_AINSWORTH_PMAT_ID,    /* Inv(S) = 0: Q_* = I, M_* = A + C' B C */
-  PC_AINSWORTH_PMAT_CC,    /* the exact inverse, by Cholesky; dense */
-  PC_AINSWORTH_PMAT_CG,    /* conjugate gradients per column to a loose tolerance; entries not reached stay zero */
-  PC_AINSWORTH_PMAT_BJ_CC, /* block Jacobi, blocks cut by METIS, exact inverse in each block */
+  PC_AINSWORTH_PMAT_CC,    /* exact inverse by Cholesky; dense */
+  PC_AINSWORTH_PMAT_CG,    /* conjugate gradients for each column to a loose tolerance; entries that are not reached stay zero */
+  PC_AINSWORTH_PMAT_BJ_CC, /* block Jacobi with blocks cut by METIS, exact inverse of each block */
   PC_AINSWORTH_PMAT_BJ_CG, /* block Jacobi, conjugate gradients in each block */
   PC_AINSWORTH_PMAT_AUTO   /* one of the first two (docs/method.md) */
 } PCAinsworthPmatType;
@@ -29,42 +29,42 @@ struct AinsworthPmatOptions {
   PCAinsworthPmatType  type;
   AinsworthPenaltyType penalty;
   PetscReal            factor;     /* gamma */
-  PetscBool            rowScaling; /* jcb does not depend on the scale of the rows of C */
-  PetscReal            rtol;       /* of cg and bj_cg */
-  PetscInt             blocks;     /* of bj_cc and bj_cg; PETSC_DECIDE: from the number of rows */
+  PetscBool            rowScaling; /* make jcb independent of the scale of the rows of C */
+  PetscReal            rtol;       /* tolerance of cg and bj_cg */
+  PetscInt             blocks;     /* number of blocks of bj_cc and bj_cg; PETSC_DECIDE: from the number of rows */
   PetscBool            symmetric;  /* A = A' */
 };
 
-/* What the inner preconditioner takes */
+/* Format of the matrix for the inner preconditioner */
 typedef enum {
   AINSWORTH_PMAT_AIJ,
   AINSWORTH_PMAT_HYPRE,
   AINSWORTH_PMAT_FACTOR, /* AIJ, to be factored */
-  AINSWORTH_PMAT_SUM     /* MATCOMPOSITE of A itself and M_* - A, which is not zero on the surface only */
+  AINSWORTH_PMAT_SUM     /* MATCOMPOSITE of A itself and M_* - A, which has entries on the surface only */
 } AinsworthPmatFormat;
 
-/* What the rows of C bring into M_* */
+/* The fill that rows of C cause in M_* */
 struct AinsworthPmatFill {
-  PetscReal entries; /* of A */
-  PetscInt  usual;   /* rows of up to about this length are not long, unknowns in more rows than this are shared */
-  PetscReal squares; /* of the lengths of the rows of C that M_* has, added up */
-  PetscInt  longest; /* row of C */
-  PetscInt  most;    /* rows with more entries than this are left out of M_* */
-  PetscInt  leftOut; /* their number */
+  PetscReal entries; /* entries of A */
+  PetscInt  usual;   /* rows up to about this length are not long; unknowns in more rows than this are shared */
+  PetscReal squares; /* sum of the squared lengths of the rows of C that are in M_* */
+  PetscInt  longest; /* length of the longest row of C */
+  PetscInt  most;    /* rows with more entries are left out of M_* */
+  PetscInt  leftOut; /* number of rows left out */
 };
 
 struct AinsworthPmatInputs {
-  Mat                   A, C, S;         /* of any type; AIJ, without zero rows; AIJ, C W C' + N, NULL: not at hand */
-  Mat                   N;               /* what D adds to C W C', NULL: D = 0 */
+  Mat                   A, C, S;         /* A: any type; C: AIJ without zero rows; S = C W C' + N: AIJ, may be NULL */
+  Mat                   N;               /* what D adds to C W C'; NULL if D = 0 */
   Mat                   aij;             /* A as AIJ */
   Vec                   weight;          /* diagonal of W, NULL for W = I */
-  Vec                   compliance;      /* sums of the rows of |D|, negative where D_ii is; NULL: D = 0 */
+  Vec                   compliance;      /* row sums of |D| with the sign of D_ii; NULL if D = 0 */
   Vec                   inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
   AinsworthPmatFormat   format;
   PetscBool             single; /* the inner preconditioner works in single precision */
-  PetscInt              bs;     /* of M_*, which A may not know */
-  AinsworthPmatFill     fill;   /* of A and C */
-  std::vector<PetscInt> shared; /* unknowns that M_* holds instead of what rows of C couple them with: conjugate gradients move them (ksp/shared.cpp) */
+  PetscInt              bs;     /* block size of M_*, which A may not have */
+  AinsworthPmatFill     fill;   /* for A and C */
+  std::vector<PetscInt> shared; /* unknowns held in M_* instead of coupled by rows of C; conjugate gradients move them (ksp/shared.cpp) */
 };
 
 /* fill.cpp */

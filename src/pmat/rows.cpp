@@ -4,7 +4,7 @@
 #include "../objects.h"
 #include "../saddle/saddle.h"
 
-/* AinsworthSelectRows - C with the entries of some of its rows, those of this rank that are marked, NULL: all; entries that are zero are not stored */
+/* AinsworthSelectRows - creates a matrix with the nonzero entries of the marked local rows of C (NULL: all), and empty rows otherwise. Collective */
 PetscErrorCode AinsworthSelectRows(Mat C, const std::vector<char> *marked, Mat *selected)
 {
   AinsworthEntries entries;
@@ -21,7 +21,7 @@ PetscErrorCode AinsworthSelectRows(Mat C, const std::vector<char> *marked, Mat *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthPmatCreateShort - C without the entries of its long rows, C itself where no row is long */
+/* AinsworthPmatCreateShort - creates C without the entries of long rows; C itself if there are none. Collective */
 PetscErrorCode AinsworthPmatCreateShort(Mat C, const AinsworthPmatFill *fill, Mat *kept)
 {
   std::vector<char> taken;
@@ -34,7 +34,7 @@ PetscErrorCode AinsworthPmatCreateShort(Mat C, const AinsworthPmatFill *fill, Ma
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Has a row an entry beside the diagonal? */
+/* Tells whether a row has a nonzero off-diagonal entry */
 static PetscErrorCode IsCoupled(Mat A, PetscInt row, bool *coupled)
 {
   PetscInt           n;
@@ -50,8 +50,9 @@ static PetscErrorCode IsCoupled(Mat A, PetscInt row, bool *coupled)
 }
 
 /*
-   AinsworthPmatFindShared - is an unknown in more rows of C than usual? And those of them that A couples with no other unknown, on all ranks: global numbers,
-   ascending. Collective
+   AinsworthPmatFindShared - tells whether an unknown is in more rows of C than usual, and finds those that A couples to no other unknown. Collective
+
+   shared: global numbers of the latter on all ranks, ascending.
 */
 PetscErrorCode AinsworthPmatFindShared(Mat A, Mat C, const AinsworthPmatFill *fill, PetscBool *any, std::vector<PetscInt> *shared)
 {
@@ -79,9 +80,9 @@ PetscErrorCode AinsworthPmatFindShared(Mat A, Mat C, const AinsworthPmatFill *fi
 }
 
 /*
-   AinsworthPmatHoldShared - C becomes C without its entries of shared unknowns; held is what stands in for them, of each as many diag(A) as it has rows. Collective
+   AinsworthPmatHoldShared - removes the entries of shared unknowns from C; held replaces them by diag(A) times the number of their rows. Collective
 
-   Their slaves are then held as if tied to the ground: interpolation from A alone knows of no motion that they have in common
+   Slaves of these unknowns are then held as if tied to the ground, because interpolation from A alone has no common motion for them.
 */
 PetscErrorCode AinsworthPmatHoldShared(const AinsworthPmatInputs *in, Mat *C, Mat *held)
 {
@@ -107,9 +108,9 @@ PetscErrorCode AinsworthPmatHoldShared(const AinsworthPmatInputs *in, Mat *C, Ma
 }
 
 /*
-   AinsworthPmatCreatePrivate - C W without its entries of shared unknowns
+   AinsworthPmatCreatePrivate - creates C W without the entries of shared unknowns. Collective
 
-   Q_* leaves a shared unknown where it is, and moves the others of each row: the rows do not meet in it. Collective
+   Q_* then keeps a shared unknown in place and moves the others of each row, so that the rows are not coupled through it.
 */
 PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmatFill *fill, Mat *CW, PetscBool *shared)
 {
@@ -137,7 +138,7 @@ PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmat
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthCreateFromDiagonal - the diagonal matrix of d; entries that are zero are not stored. Collective */
+/* AinsworthCreateFromDiagonal - creates a diagonal matrix from d, without its zero entries. Collective */
 PetscErrorCode AinsworthCreateFromDiagonal(Vec d, Mat *mat)
 {
   PetscInt         n, rstart;
@@ -155,14 +156,14 @@ PetscErrorCode AinsworthCreateFromDiagonal(Vec d, Mat *mat)
 }
 
 /*
-   AinsworthPmatCreateShift - what stands in for rows that are left out: a part of diag(A) on their unknowns, all of it where A has none
+   AinsworthPmatCreateShift - creates the replacement of long rows: a fraction of diag(A) on their unknowns, all of its stand-in where A has a zero. Collective
 
-   M_* stays positive definite where they alone hold a body, and a rigid motion of all unknowns has the energy that it has with
-   `shift` diag(A), whatever part of them these rows have
+   M_* remains positive definite if these rows alone hold a body. A rigid motion of all unknowns has the energy that it has with `small` diag(A), whatever
+   fraction of the unknowns these rows have.
 */
 PetscErrorCode AinsworthPmatCreateShift(const AinsworthPmatInputs *in, Mat *shift)
 {
-  /* below bending of thin bodies, as far as precision allows: 1e-8 is too little for single, and 1e-9 for double */
+  /* below the bending energy of thin bodies, as far as precision allows: 1e-8 is too small in single, and 1e-9 in double precision */
   const PetscReal small = in->single ? 1e-5 : 1e-7, largest = 1e3 * small;
   PetscReal       held = 0.0;
   PetscInt        N;

@@ -4,10 +4,10 @@
 #include "../saddle/saddle.h"
 
 /*
-   sums_i = sum_j |C_ij|^2 w_j^2 d_j, w the weight (NULL: 1) and d = diag(A): the flexibility of A under the force C_i'
+   Computes sums_i = sum_j |C_ij|^2 w_j^2 d_j with w the weight (NULL: 1) and d = diag(A): the flexibility of A under the force C_i'
 
-   Where unknowns are in no other row, theirs, down to `least` of all: others, which rows share, may not tell rows from each other, however soft they are. The
-   less it is, the nearer to singular S may be where rows depend on each other
+   If row i has unknowns that are in no other row, only these are summed, down to `least` times the full sum: unknowns that rows share may be soft without
+   telling the rows apart. The smaller the sum, the smaller N is, and the closer to singular S may be where rows depend on each other.
 */
 static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec sums)
 {
@@ -35,18 +35,23 @@ static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec
 }
 
 /*
-   The energy of mu_i, relative to the flexibility of the constraint, to which G scales up what is smaller: it would drown in the rounding of other energies,
-   whose part of it is the machine precision over the root of this. More would be felt by the preconditioner where rows of C are close to each other: what it
-   leaves of C x comes to mu as S^{-1} C x. Rows that D couples, of which it may leave some combinations without energy, need more against rounding.
+   Lower bounds on the energy of mu_i, relative to the flexibility of the constraint; G scales smaller energies up to them
+
+   Without G the energy would drown in the rounding of other energies, which amounts to the machine precision over the square root of this bound. A larger bound
+   would slow down the preconditioner where rows of C are close to each other, because the part of C x that it leaves enters mu as S^{-1} C x. Rows that D
+   couples need a larger bound against rounding, because D may leave some of their combinations without energy.
 */
 static const PetscReal alone = 1e-4, together = 1e-2;
-/* What a D that couples rows, and is singular, leaves without energy is given this part of the others': it moves nothing, but rounding would give it any sign */
+/* Relative energy given to what a singular D that couples rows leaves free: it moves nothing, but rounding would make the sign arbitrary */
 static const PetscReal undecided = 1e-10;
 
 /*
-   1 / G: G is 1, or (D_ii / flexibility_i / alone)^{1/2} where that is smaller, with the sign that adds N to the diagonal of C W C'. Rows that D couples all have
-   the same, by the mean of their decades, so that N and E are as symmetric as D; where it is larger than 1, (D_ii / flexibility_i)^{1/2}, as their D may be
-   singular and its rounding count. flexibility becomes the energy of rows without D
+   Computes inverse = 1 / G, where G is 1, or (D_ii / flexibility_i / alone)^{1/2} if that is smaller, with the sign that adds N to the diagonal of C W C'; D_ii
+   stands for the row sum of |D|
+
+   Rows that D couples share one G, the geometric mean of theirs, so that N and E are as symmetric as D. Theirs has `together` in the place of `alone`, and is
+   (D_ii / flexibility_i)^{1/2} where that is larger than 1, because their D may be singular and its rounding matters. On return, flexibility is the energy of
+   rows without D.
 */
 static PetscErrorCode InvertRatios(AinsworthCompliance *c, Mat D, Vec flexibility, Vec inverse)
 {
@@ -90,7 +95,7 @@ static PetscErrorCode InvertRatios(AinsworthCompliance *c, Mat D, Vec flexibilit
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthComplianceSetUp - N and E; C and B: m x n; D: m x m, laid out as the rows of C */
+/* AinsworthComplianceSetUp - creates N and E; C and B are m x n, D is m x m and laid out as the rows of C. Collective */
 PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *c, Mat C, Mat B, Mat D, Vec weight, Vec inverseDiagonal)
 {
   Vec inverse, other;
@@ -102,7 +107,7 @@ PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *c, Mat C, Mat B, Ma
   PetscCall(VecDuplicate(c->sums, &c->rest));
   PetscCall(VecDuplicate(c->sums, &inverse));
   PetscCall(RowFlexibility(C, weight, inverseDiagonal, c->rest));
-  if (B != C) { /* the geometric mean of both sides */
+  if (B != C) { /* geometric mean of both sides */
     PetscCall(VecDuplicate(c->rest, &other));
     PetscCall(RowFlexibility(B, weight, inverseDiagonal, other));
     for (Vec v : {other, c->rest}) PetscCall(VecSqrtAbs(v));
@@ -119,9 +124,9 @@ PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *c, Mat C, Mat B, Ma
 }
 
 /*
-   AinsworthComplianceGetPreconditioner - of M_*^+ = [A 0; 0 E] + [C -N]' B [C -N] with E and N lumped: shared = N B / F, inverse = 1 / F, F = E + N^2 B
+   AinsworthComplianceGetPreconditioner - computes the factors that eliminate mu from M_*^+ = [A 0; 0 E] + [C -N]' B [C -N], with E and N lumped
 
-   penalty: B, where D_ii < 0 it does not count.
+   With F = E + N^2 B, shared = N B / F and inverse = 1 / F. penalty is B; it is ignored where D_ii < 0.
 */
 PetscErrorCode AinsworthComplianceGetPreconditioner(const AinsworthCompliance *c, Vec penalty, Vec shared, Vec inverse)
 {

@@ -1,19 +1,21 @@
-/* What a block -D does to the projection: springs in series with the constraints (docs/method.md, compliance) */
+/* What a block -D adds to the projection: springs in series with the constraints (docs/method.md, compliance) */
 #ifndef AINSWORTH_COMPLIANCE_H
 #define AINSWORTH_COMPLIANCE_H
 
 #include "../petsccompat.h"
 
 /*
-   With mu = G lambda the constraint C x - D lambda = g is C x - N mu = g, N = D G^{-1}, and the springs' energy is mu' E mu, E = G^{-1} D G^{-1}. G is
-   diagonal: 1, or smaller where D is far smaller than the flexibility (C diag(A)^{-1} C')_ii that A has under a constraint, larger where a D that couples rows
-   is far larger
+   With mu = G lambda the constraint C x - D lambda = g becomes C x - N mu = g with N = D G^{-1}, and the energy of the springs is mu' E mu / 2 with E = G^{-1}
+   D G^{-1}
+
+   G is diagonal: 1 as a rule, smaller where D is far smaller than the flexibility (C diag(A)^{-1} C')_ii of A under a constraint, larger where a D that couples
+   rows is far larger.
 */
 struct AinsworthCompliance {
-  Mat       N, E; /* m x m, rows as those of C; NULL: D = 0 */
-  Vec       sums; /* m, of the rows of |D|, negative where D_ii is */
-  Vec       rest; /* m, the energy that a mu gets where D has nothing in the row, else 0 */
-  PetscReal soft; /* 1 / G of the rows that D couples, where that is below 1, else 0 */
+  Mat       N, E; /* m x m, laid out as the rows of C; NULL if D = 0 */
+  Vec       sums; /* m, row sums of |D|, with the sign of D_ii */
+  Vec       rest; /* m, energy of mu where D is zero, a tiny one in rows that D couples, else 0 */
+  PetscReal soft; /* 1 / G of the rows that D couples, if below 1; else 0 */
 };
 
 PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *, Mat C, Mat B, Mat D, Vec weight, Vec inverseDiagonal);

@@ -10,28 +10,28 @@
 #include <algorithm>
 #include <numeric>
 
-/* Relative errors of solves with S, about its condition number times the machine precision, above which ... */
-static const PetscReal inexact = 1e6 * PETSC_MACHINE_EPSILON; /* ... they are refined: below, they do not come near the tolerances of what is verified */
+/* Bounds on the relative error of solves with S, which is about its condition number times the machine precision */
+static const PetscReal inexact = 1e6 * PETSC_MACHINE_EPSILON; /* larger: solves are refined; smaller: far below the tolerances of the verification */
 static const PetscReal
-  suspicious = 1e-3; /* ... times m^{-1/2}, dependent rows are looked for: S v has lost the part of v in Ker S, about m^{-1/2} of a random v */
-static const PetscReal unusable = 1e-3; /* ... more rows have to go, or the set-up fails: refinement would not converge */
-/* A row is dependent if its distance from the others' span, in the norm of W, is at most this part of its length: in the first and second pass ... */
+  suspicious = 1e-3; /* larger than this times m^{-1/2}: dependent rows are looked for, as S v loses the part of v in Ker S, about m^{-1/2} of a random v */
+static const PetscReal unusable = 1e-3; /* larger: more rows have to be dropped, or the set-up fails, because refinement would not converge */
+/* In each pass, a row is dependent if its distance from the span of the others, in the norm of W, is at most this fraction of its length */
 static const PetscReal distances[] = {
-  1e-12, /* ... some thousand roundings */
-  1e-5   /* ... its square, of which S knows, is some hundred thousand: only if solves are unusable with such rows */
+  1e-12, /* some thousand times the machine precision */
+  1e-5   /* its square, which is what S contains, is some hundred thousand times that; only if solves are unusable with such rows */
 };
-/* Rows so near to others' span, the square root of the condition number that makes solves inexact, are nearly dependent */
+/* Rows within this distance are nearly dependent: the square root of the condition number at which solves become inaccurate */
 static const PetscReal nearly = 1e-3;
 static const PetscInt  passes = sizeof(distances) / sizeof(distances[0]);
 
 /*
-   The relative error of S^{-1} S v for a random v, about the condition number of S times the machine precision
+   Computes the relative error of S^{-1} S v for a random v, about the condition number of S times the machine precision
 
-   Of S scaled to a unit diagonal, so that the scale of the rows of C does not count. Not a number, or Inf, if the solve fails.
+   S is scaled to a unit diagonal, so the scale of the rows of C does not matter. The result is NaN or Inf if the solve fails. Collective
 */
 static PetscErrorCode Probe(AinsworthGram *gram, PetscReal *error)
 {
-  PetscReal sums[2] = {0.0, 0.0}; /* squares of the error and of v */
+  PetscReal sums[2] = {0.0, 0.0}; /* squared norms of the error and of v */
 
   PetscFunctionBegin;
   if (gram->placement.sizes.size()) {
@@ -42,7 +42,7 @@ static PetscErrorCode Probe(AinsworthGram *gram, PetscReal *error)
     PetscCall(VecDuplicate(gram->b, &v));
     PetscCall(VecDuplicate(gram->b, &y));
     PetscCall(VecSetRandom(v, NULL));
-    PetscCall(VecShift(v, -0.5)); /* of both signs: duplicated rows appear as differences */
+    PetscCall(VecShift(v, -0.5)); /* entries of both signs, because duplicated rows show up in differences */
     PetscCall(MatMult(gram->placed, v, gram->b));
     PetscCall(KSPSolve(gram->ksp, gram->b, y));
     PetscCall(KSPGetConvergedReason(gram->ksp, &reason));
@@ -53,14 +53,18 @@ static PetscErrorCode Probe(AinsworthGram *gram, PetscReal *error)
     PetscCall(VecDestroy(&v));
     PetscCall(VecDestroy(&y));
     PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)gram->b), &rank));
-    for (PetscReal &sum : sums) sum = rank ? 0.0 : PetscSqr(sum); /* of a shared component one rank speaks */
+    for (PetscReal &sum : sums) sum = rank ? 0.0 : PetscSqr(sum); /* ranks that share a component all have the same norms: count them once */
   }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sums, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)gram->S)));
   *error = PetscSqrtReal(sums[0] / sums[1]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The nonzero entries of a row of M over the square roots of `roots`, NULL for 1, are added, in columns that begin with `first`: those of this rank, with roots */
+/*
+   Appends the nonzero entries of row i of M to `row`, with columns shifted by `first`
+
+   With roots (may be NULL), divides each entry by the square root of roots at its column, and skips columns of other ranks and those where roots is zero.
+*/
 static PetscErrorCode AddEntries(Mat M, PetscInt i, Vec roots, PetscInt first, AinsworthRow *row)
 {
   PetscInt           n, start, end;
@@ -82,8 +86,9 @@ static PetscErrorCode AddEntries(Mat M, PetscInt i, Vec roots, PetscInt first, A
 }
 
 /*
-   The rows of C W^{1/2}, or of C without a weight, over their largest entries; where N is not NULL each with those of N diag(N)^{-1/2} behind it: C' z = 0 and
-   N z = 0 is what makes S singular
+   Loads the local rows of C W^{1/2}, or of C without a weight, each divided by its largest entry
+
+   If N is not NULL, appends the row of N diag(N)^{-1/2} to each: S is singular if C' z = 0 and N z = 0 for some z.
 */
 static PetscErrorCode LoadRows(Mat C, Vec weight, Mat N, std::vector<AinsworthRow> &rows)
 {
@@ -121,7 +126,7 @@ static PetscErrorCode LoadRows(Mat C, Vec weight, Mat N, std::vector<AinsworthRo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The columns in which rows have entries, ascending; the rows then count those only */
+/* Renumbers the columns of rows to 0, 1, ...; columns: the old numbers of those with entries, ascending */
 static void Compress(std::vector<AinsworthRow> &rows, std::vector<PetscInt> &columns)
 {
   columns.clear();
@@ -131,7 +136,7 @@ static void Compress(std::vector<AinsworthRow> &rows, std::vector<PetscInt> &col
     for (PetscInt &c : row.column) c = (PetscInt)(std::lower_bound(columns.begin(), columns.end(), c) - columns.begin());
 }
 
-/* 0 for columns that several ranks have */
+/* Sets own[c] to 0 for columns that several ranks have */
 static PetscErrorCode FindShared(Mat C, const std::vector<PetscInt> &columns, std::vector<char> &own)
 {
   std::vector<PetscInt> count(columns.size(), 1), all;
@@ -142,7 +147,7 @@ static PetscErrorCode FindShared(Mat C, const std::vector<PetscInt> &columns, st
   PetscFunctionBegin;
   PetscCall(MatGetLayouts(C, NULL, &layout));
   PetscCall(PetscLayoutGetSize(layout, &n));
-  common = (PetscInt)(std::lower_bound(columns.begin(), columns.end(), n) - columns.begin()); /* the others are the rows' own */
+  common = (PetscInt)(std::lower_bound(columns.begin(), columns.end(), n) - columns.begin()); /* the columns of N, which belong to one row each */
   PetscCall(PetscLayoutGetLocalSize(layout, &n));
   all.assign(n, 0);
   PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)C), &sf));
@@ -156,7 +161,7 @@ static PetscErrorCode FindShared(Mat C, const std::vector<PetscInt> &columns, st
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An order of the rows of this rank with little fill: that of its part of S */
+/* Orders the rows of this rank for little fill, with the ordering of their part of S */
 static PetscErrorCode OrderRows(const AinsworthGram *gram, std::vector<PetscInt> *order)
 {
   Mat     own = gram->placed;
@@ -167,14 +172,14 @@ static PetscErrorCode OrderRows(const AinsworthGram *gram, std::vector<PetscInt>
   if (!gram->placement.sizes.size()) PetscFunctionReturn(PETSC_SUCCESS);
   if (gram->placement.split) PetscCall(MatGetDiagonalBlock(gram->placed, &own));
   PetscCall(MatGetInfo(own, MAT_LOCAL, &info));
-  PetscCall(MatGetOrdering(own, info.nz_used > 0.0 ? AinsworthOrdering : MATORDERINGNATURAL, &rows, &columns)); /* AMD refuses a matrix without entries */
+  PetscCall(MatGetOrdering(own, info.nz_used > 0.0 ? AinsworthOrdering : MATORDERINGNATURAL, &rows, &columns)); /* AMD rejects an empty matrix */
   PetscCall(AinsworthISToList(rows, order));
   PetscCall(ISDestroy(&rows));
   PetscCall(ISDestroy(&columns));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What is left of rows that share columns with those of other ranks, on rank 0. Collective */
+/* Gathers on rank 0 the remaining rows, which share columns with rows of other ranks. Collective */
 static PetscErrorCode GatherRows(Mat C, const std::vector<AinsworthRow> &rows, const std::vector<PetscInt> &columns, std::vector<AinsworthRow> &all)
 {
   AinsworthEntries entries;
@@ -186,7 +191,7 @@ static PetscErrorCode GatherRows(Mat C, const std::vector<AinsworthRow> &rows, c
   PetscCall(MatGetSize(C, NULL, &n));
   for (const AinsworthRow &row : rows) {
     for (size_t k = 0; k < row.column.size(); k++)
-      if (columns[row.column[k]] < n) entries.add(columns[row.column[k]], row.value[k]); /* others are its own, which was too small for a pivot */
+      if (columns[row.column[k]] < n) entries.add(columns[row.column[k]], row.value[k]); /* skip the column of N, whose entry was too small for a pivot */
     entries.endRow();
   }
   PetscCall(MatGetLocalSize(C, NULL, &n));
@@ -204,7 +209,7 @@ static PetscErrorCode GatherRows(Mat C, const std::vector<AinsworthRow> &rows, c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of a component that lies on several ranks each eliminates the unknowns that are its own; rank 0 does the rest */
+/* Finds dependent rows of a component that several ranks share: after each rank has eliminated its own columns, rank 0 eliminates the rest. Collective */
 static PetscErrorCode FindAmongShared(Mat C, PetscReal distance, const AinsworthElimination &own, const std::vector<PetscInt> &columns,
                                       std::vector<char> &dependent)
 {
@@ -241,22 +246,22 @@ static PetscErrorCode FindAmongShared(Mat C, PetscReal distance, const Ainsworth
 }
 
 /*
-   rows of C that are combinations of other rows, found where the rows are placed
+   FindDependentRows - finds rows of C that are combinations of other rows
 
    Collective
 
    Input Parameters:
-+  proj     - C and S in their places
++  proj     - projector with C and S placed
 .  N        - placed; NULL where it is zero
 .  weight   - diagonal of W, NULL for the identity
--  distance - a row counts as dependent if its distance from the span of others, in the norm of W, is about this part of its length, or less
+-  distance - a row is dependent if its distance from the span of others, in the norm of W, is at most about this fraction of its length
 
    Output Parameters:
-+  n         - their number
--  dependent - their global numbers in S, rising, the same on all ranks; to be freed with PetscFree()
++  n         - number of dependent rows
+-  dependent - their global row numbers in S, ascending, the same on all ranks; free with PetscFree()
 
-   Rows of C are eliminated, not those of S, where distances are squares: what is told apart is far more than rounding can hide. Rows that are far from
-   those already kept are kept first, the others by falling distance, so that every row left out is a combination of rows that are kept.
+   Eliminates rows of C rather than of S, because distances appear squared in S and drown in rounding. Keeps rows far from the span of those already kept first,
+   then the others by decreasing distance, so that every dropped row is a combination of kept rows.
 */
 static PetscErrorCode FindDependentRows(const AinsworthProjector *proj, Mat N, Vec weight, PetscReal distance, PetscInt *n, PetscInt **dependent)
 {
@@ -292,7 +297,7 @@ static PetscErrorCode FindDependentRows(const AinsworthProjector *proj, Mat N, V
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthProjectorFindNear - the rows that make solves with the Gram matrix inexact, as above */
+/* AinsworthProjectorFindNear - finds the rows that make solves with the Gram matrix inaccurate; arguments as for FindDependentRows(). Collective */
 PetscErrorCode AinsworthProjectorFindNear(const AinsworthProjector *proj, Vec weight, PetscInt *n, PetscInt **rows)
 {
   Mat N;
@@ -305,19 +310,21 @@ PetscErrorCode AinsworthProjectorFindNear(const AinsworthProjector *proj, Vec we
 }
 
 /*
-   AinsworthProjectorDiagnose - are solves with the Gram matrix good enough? If not: rows of C that are linear combinations of others
+   AinsworthProjectorDiagnose - checks the accuracy of solves with the Gram matrix, and if it is poor finds dependent rows of C
+
+   Collective
 
    Input Parameters:
 +  weight - diagonal of W, NULL for the identity
--  pass   - 0, and after rows were left out or another weight was taken what came back
+-  pass   - 0 at first; the value returned by the last call after rows were dropped or the weight was changed
 
    Output Parameters:
 +  pass      - for the next call
 .  n         - number of dependent rows, the same on all ranks
-.  dependent - their numbers, on every rank; to be freed
-.  reason    - why no solve with the Gram matrix is possible, where none is and no row depends on others
-.  hidden    - of these rows some are not dependent without W: take the identity, and call again
--  doubtful  - solves are not accurate: they are to be refined
+.  dependent - their numbers, on every rank; free with PetscFree()
+.  reason    - why solves with the Gram matrix are impossible although no row is dependent
+.  hidden    - some of these rows are independent for W = I: call again with the identity
+-  doubtful  - solves are inaccurate and have to be refined
 */
 PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, PetscInt *pass, PetscInt *n, PetscInt **dependent, PCFailedReason *reason,
                                           PetscBool *hidden, bool *doubtful)

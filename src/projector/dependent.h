@@ -1,4 +1,4 @@
-/* Rows of C that are combinations of others, looked for where solves with the Gram matrix are inexact */
+/* Finds rows of C that are combinations of others, where solves with the Gram matrix are inaccurate */
 #ifndef AINSWORTH_DEPENDENT_H
 #define AINSWORTH_DEPENDENT_H
 

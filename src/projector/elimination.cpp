@@ -3,12 +3,12 @@
 #include <functional>
 #include <queue>
 
-/* A pivot is at least this part of the largest entry of its row: the choice is free for few entries in its column */
+/* A pivot is at least this fraction of the largest entry of its row, which leaves room to choose one in a column with few entries */
 static const PetscReal threshold = 0.1;
-/* Rows whose distance is smaller wait until all others are taken, and so on by ... */
+/* Rows at a smaller distance are deferred until all others are taken; then this bound is lowered by `step`, again and again */
 static const PetscReal sound = 3e-1;
 static const PetscReal step  = 1e-1;
-/* Entries below this part of the row are the rounding of zeros */
+/* Entries below this fraction of the largest of the row are rounded zeros */
 static const PetscReal rounding = 8 * PETSC_MACHINE_EPSILON;
 
 PetscReal AinsworthRow::largest() const
@@ -19,10 +19,10 @@ PetscReal AinsworthRow::largest() const
   return most;
 }
 
-/* Takes rows, again and again, that have an unknown of their own among those that are left: they change no other row */
+/* Takes rows that alone have an entry in some free column, until there are none; this changes no other row */
 void AinsworthElimination::peel()
 {
-  std::vector<PetscInt>  sum(x.size(), 0), alone; /* of the numbers of the rows with an entry in the column: of one row, its number */
+  std::vector<PetscInt>  sum(x.size(), 0), alone; /* sum: XOR of the numbers of the rows with an entry in the column; of one row, its number */
   std::vector<PetscReal> largest;
 
   for (size_t i = 0; i < rows.size(); i++) {
@@ -51,7 +51,7 @@ void AinsworthElimination::peel()
   }
 }
 
-/* Eliminates the pivots of the rows taken so far from a row */
+/* Eliminates the pivots of the taken rows from a row */
 void AinsworthElimination::reduce(AinsworthRow &row)
 {
   std::priority_queue<PetscInt, std::vector<PetscInt>, std::greater<PetscInt>> steps;
@@ -76,7 +76,7 @@ void AinsworthElimination::reduce(AinsworthRow &row)
     return;
   }
   noise = rounding * row.largest();
-  while (!steps.empty()) { /* a row taken has no entry where an earlier one has its pivot */
+  while (!steps.empty()) { /* ascending steps: a taken row has no entry in the pivot columns of earlier steps */
     const AinsworthRow &taken = rows[rowOf[steps.top()]];
     const PetscScalar   head = x[taken.column[0]], factor = head / taken.value[0];
 
@@ -99,7 +99,7 @@ void AinsworthElimination::reduce(AinsworthRow &row)
   }
 }
 
-/* The place in the row of the pivot: where few rows have an entry; the largest of those. -1: in no column that it may be in */
+/* Returns the position in the row of its pivot: in the allowed column with the fewest entries, the largest entry of such columns; -1 if no column is allowed */
 PetscInt AinsworthElimination::choose(const AinsworthRow &row, PetscReal largest) const
 {
   PetscInt best = -1;
@@ -118,7 +118,7 @@ PetscInt AinsworthElimination::choose(const AinsworthRow &row, PetscReal largest
   return best;
 }
 
-/* Takes the rows whose distance from those taken is above `level`; false if there were none */
+/* Takes the rows whose distance from the span of those taken is above `level`; returns false if there were none */
 bool AinsworthElimination::pass(const std::vector<PetscInt> &order, PetscReal level, PetscReal vanished)
 {
   bool any = false;
@@ -144,10 +144,10 @@ bool AinsworthElimination::pass(const std::vector<PetscInt> &order, PetscReal le
 }
 
 /*
-   AinsworthElimination::run - takes rows until the others have vanished: they are within `vanished` of the span of those taken
+   AinsworthElimination::run - takes rows until the others have vanished, that is, are within `vanished` of the span of those taken
 
-   order: of the rows, for little fill. partly: rows elsewhere share columns that are not free. Only rows far from those taken are taken then, and some are
-   left that are to be eliminated with those from elsewhere.
+   order: of the rows, for little fill. partly: rows elsewhere share the columns that are not free. Then only rows far from the span of those taken are taken,
+   and the rest is left to be eliminated together with the rows elsewhere.
 */
 void AinsworthElimination::run(const std::vector<PetscInt> &order, PetscReal vanished, bool partly)
 {

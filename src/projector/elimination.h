@@ -1,4 +1,4 @@
-/* Gaussian elimination of sparse rows, to tell how far each is from the span of others */
+/* Gaussian elimination of sparse rows, which yields the distance of each row from the span of others */
 #ifndef AINSWORTH_ELIMINATION_H
 #define AINSWORTH_ELIMINATION_H
 
@@ -6,21 +6,21 @@
 #include <vector>
 
 struct AinsworthRow {
-  std::vector<PetscInt>    column; /* ascending at first */
+  std::vector<PetscInt>    column; /* ascending before the elimination */
   std::vector<PetscScalar> value;
 
   PetscReal largest() const;
 };
 
-/* A row is taken, or it vanishes in the elimination of the pivots of those taken. Nearly dependent rows come last */
+/* Each row is taken as a pivot row, or it vanishes when the pivots of the taken rows are eliminated. Nearly dependent rows are considered last */
 class AinsworthElimination {
 public:
   void run(const std::vector<PetscInt> &order, PetscReal vanished, bool partly);
   bool taken(PetscInt i) const { return state[i] == TAKEN; }
   bool left(PetscInt i) const { return state[i] == LEFT; }
 
-  std::vector<AinsworthRow> rows; /* their largest entries are 1, or what an elimination left of that; they are changed */
-  std::vector<char>         free; /* the columns; 0: those that may not have a pivot, because rows elsewhere share them */
+  std::vector<AinsworthRow> rows; /* scaled to a largest entry of 1, or the remainder of such rows; overwritten */
+  std::vector<char>         free; /* for each column: 0 if rows elsewhere share it, so that it must not have a pivot */
 
 private:
   enum State : char {
@@ -34,11 +34,11 @@ private:
   PetscInt choose(const AinsworthRow &row, PetscReal largest) const;
   bool     pass(const std::vector<PetscInt> &order, PetscReal level, PetscReal vanished);
 
-  std::vector<State>       state;   /* of the rows */
-  std::vector<PetscInt>    pivotOf; /* the step in which a column had the pivot, or -1 */
-  std::vector<PetscInt>    rowOf;   /* and the row */
-  std::vector<PetscInt>    entries; /* of the rows that were not peeled, by column */
-  std::vector<PetscScalar> x;       /* a row that is reduced, all columns */
+  std::vector<State>       state;   /* for each row */
+  std::vector<PetscInt>    pivotOf; /* for each column: the step that chose its pivot, or -1 */
+  std::vector<PetscInt>    rowOf;   /* for each step: the row taken */
+  std::vector<PetscInt>    entries; /* for each column: number of entries in rows that are not peeled */
+  std::vector<PetscScalar> x;       /* the row being reduced, with all columns */
   std::vector<char>        touched;
 };
 

@@ -6,8 +6,9 @@
 #include <unistd.h>
 
 /*
-   The package for many operations, and how many those are: below, PETSc's own factorisation and its solves take less time (docs/gram.md). In complex
-   arithmetic, solves with CHOLMOD's factor of a Hermitian matrix are wrong (PETSc 3.18.5)
+   The package for factorizations of at least `many` operations; below, PETSc's own factorization and its solves are faster (docs/gram.md)
+
+   In complex arithmetic, solves with CHOLMOD's factor of a Hermitian matrix are wrong (PETSc 3.18.5).
 */
 #if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
 static const char *const supernodal = MATSOLVERCHOLMOD;
@@ -20,10 +21,10 @@ static const char *const supernodal = NULL;
 static const PetscReal   many       = PETSC_INFINITY;
 #endif
 
-/* So many operations for each entry of the factor that nested dissection is worth its time; as in CHOLMOD */
+/* Operations per entry of the factor above which nested dissection pays off; the same value as in CHOLMOD */
 static const PetscReal dissect = 500.0;
 
-/* The package for a Gram matrix that is not Hermitian, where B is not C: one that pivots, which PETSc's own does not */
+/* The package for a Gram matrix that is not Hermitian, which needs pivoting; PETSc's own factorization does not pivot */
 #if defined(PETSC_HAVE_MUMPS)
 static const char *const pivoting = MATSOLVERMUMPS;
 #elif defined(PETSC_HAVE_SUITESPARSE)
@@ -32,7 +33,7 @@ static const char *const pivoting   = MATSOLVERUMFPACK;
 static const char *const pivoting   = MATSOLVERPETSC;
 #endif
 
-/* AinsworthFactorIsPackage - does a PC factor by the package of this name? */
+/* AinsworthFactorIsPackage - tells whether a PC factors with the package of this name */
 PetscErrorCode AinsworthFactorIsPackage(PC pc, const char name[], PetscBool *is)
 {
   PetscBool     factors;
@@ -47,9 +48,9 @@ PetscErrorCode AinsworthFactorIsPackage(PC pc, const char name[], PetscBool *is)
 }
 
 /*
-   AinsworthFactorPredictBest - the ordering with the fewest operations of those worth their own time, and its cost; M has a row for each node of bs unknowns
+   AinsworthFactorPredictBest - finds the ordering with the fewest operations, of those worth their own time, and its cost
 
-   order: of these rows, to be destroyed
+   M has one row for each node of bs unknowns. order: of these rows, to be destroyed by the caller.
 */
 PetscErrorCode AinsworthFactorPredictBest(Mat M, PetscInt bs, AinsworthCost *cost, MatOrderingType *ordering, IS *order)
 {
@@ -71,9 +72,9 @@ PetscErrorCode AinsworthFactorPredictBest(Mat M, PetscInt bs, AinsworthCost *cos
 }
 
 /*
-   AinsworthFactorChoose - the factorisation of M, unless the options choose: PETSc's own or, for many operations, that of a package
+   AinsworthFactorChoose - chooses the factorization of M unless the options do: PETSc's own or, for many operations, that of a package
 
-   Before the options of ksp are read and before it has operators. PETSc's own Cholesky factorisation knows L L^T only: in complex arithmetic it is LU.
+   To be called before ksp reads its options and gets its operators. In complex arithmetic PETSc's own Cholesky factorization computes L L^T, so LU is used.
 */
 PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, PetscBool hermitian, KSP ksp)
 {
@@ -113,7 +114,7 @@ PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, PetscBool h
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFactorCheckMemory - collective on comm: refuses, on all ranks, a factor that is predicted to be larger than the memory of the machine */
+/* AinsworthFactorCheckMemory - raises an error on all ranks of comm if a factor is predicted to exceed the memory of the machine. Collective on comm */
 PetscErrorCode AinsworthFactorCheckMemory(const AinsworthFactor *factor, MPI_Comm comm)
 {
   const PetscReal memory   = (PetscReal)sysconf(_SC_PHYS_PAGES) * (PetscReal)sysconf(_SC_PAGESIZE);
@@ -131,7 +132,7 @@ PetscErrorCode AinsworthFactorCheckMemory(const AinsworthFactor *factor, MPI_Com
 
 namespace
 {
-/* Options that hold for a while, where they are not given */
+/* Sets options temporarily, unless they are given */
 struct Defaults {
   PetscObject              object;
   std::vector<std::string> names;
@@ -156,14 +157,14 @@ struct Defaults {
 };
 } // namespace
 
-/* Keeps the message of an error that a package raises */
+/* An error handler that keeps the message of the initial error */
 static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
 {
   if (type == PETSC_ERROR_INITIAL && message) *(std::string *)ctx = message;
   return code;
 }
 
-/* Switches the current stage of the log off, if it is on, and with `on` on again: an error leaves events open, which no logger forgives */
+/* Deactivates the current log stage if it is active, or with `on` reactivates it: an error leaves events open, which the log does not tolerate */
 static PetscErrorCode SwitchLog(bool on, PetscBool *off)
 {
   PetscFunctionBegin;
@@ -181,10 +182,9 @@ static PetscErrorCode SwitchLog(bool on, PetscBool *off)
 }
 
 /*
-   AinsworthFactorTryCholmod - setUp() of a solver, with its prefix, that factors by CHOLMOD, whose interface raises an error where the matrix is not
-   positive definite: then the solver has to forget the factorisation
+   AinsworthFactorTryCholmod - calls setUp() of a solver that factors with CHOLMOD, and catches the error that it raises if the matrix is not positive definite
 
-   ordered: in the solver's ordering, otherwise CHOLMOD looks for one
+   Then *indefinite is true, and the caller has to discard the factorization. ordered: use the ordering of the solver; otherwise CHOLMOD finds one.
 */
 PetscErrorCode AinsworthFactorTryCholmod(PetscObject solver, bool ordered, const std::function<PetscErrorCode()> &setUp, PetscBool *indefinite)
 {
@@ -194,11 +194,11 @@ PetscErrorCode AinsworthFactorTryCholmod(PetscObject solver, bool ordered, const
   Defaults       defaults{solver, {}};
 
   PetscFunctionBegin;
-  PetscCall(defaults.set("mat_cholmod_print", "0"));                 /* otherwise a line on the standard output where the matrix is not positive definite */
-  if (ordered) PetscCall(defaults.set("mat_cholmod_nmethods", "1")); /* it would try its own orderings as well */
+  PetscCall(defaults.set("mat_cholmod_print", "0"));                 /* otherwise CHOLMOD prints a line if the matrix is not positive definite */
+  if (ordered) PetscCall(defaults.set("mat_cholmod_nmethods", "1")); /* otherwise CHOLMOD tries its own orderings as well */
   PetscCall(SwitchLog(false, &off));
 #if defined(PETSC_USE_DEBUG)
-  const PetscStack stack = petscstack; /* which an error leaves as deep as it was */
+  const PetscStack stack = petscstack; /* an error does not pop it */
 #endif
   PetscCall(PetscPushErrorHandler(KeepMessage, &message));
   code = setUp();
@@ -214,7 +214,7 @@ PetscErrorCode AinsworthFactorTryCholmod(PetscObject solver, bool ordered, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFactorSetUp - factors M, whose pattern is that of the last time, if there was one */
+/* AinsworthFactorSetUp - factors M, whose pattern has not changed since the last call, if there was one */
 PetscErrorCode AinsworthFactorSetUp(AinsworthFactor *factor, Mat M, KSP ksp)
 {
   PetscBool   cholmod, indefinite;
@@ -226,10 +226,10 @@ PetscErrorCode AinsworthFactorSetUp(AinsworthFactor *factor, Mat M, KSP ksp)
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(AinsworthFactorIsPackage(pc, MATSOLVERCHOLMOD, &cholmod));
   if (cholmod) {
-    /* its interface wraps this type in place; of AIJ it makes a copy, which it loses where the factorisation fails */
+    /* PETSc's interface to CHOLMOD wraps SBAIJ in place; AIJ would be copied, and the copy leaks if the factorization fails */
     PetscCall(MatConvert(M, MATSEQSBAIJ, factor->upper ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, &factor->upper));
     PetscCall(KSPGetOptionsPrefix(ksp, &prefix));
-    PetscCall(MatSetOptionsPrefix(factor->upper, prefix)); /* of -mat_cholmod_* */
+    PetscCall(MatSetOptionsPrefix(factor->upper, prefix)); /* for -mat_cholmod_* */
     PetscCall(MatSetOption(factor->upper, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
     PetscCall(KSPSetOperators(ksp, M, factor->upper));
     if (factor->order) PetscCall(AinsworthOrderingAttach(factor->order, factor->upper));
@@ -245,7 +245,7 @@ PetscErrorCode AinsworthFactorSetUp(AinsworthFactor *factor, Mat M, KSP ksp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFactorGetFailedReason - not collective; the same whichever package met the pivot that is not positive */
+/* AinsworthFactorGetFailedReason - gets the reason of a failure, the same for all packages if a pivot is not positive. Not collective */
 PetscErrorCode AinsworthFactorGetFailedReason(const AinsworthFactor *factor, KSP ksp, PCFailedReason *reason)
 {
   PC        pc;
@@ -263,10 +263,10 @@ PetscErrorCode AinsworthFactorGetFailedReason(const AinsworthFactor *factor, KSP
 
     PetscCall(PCFactorGetMatrix(pc, &F));
     PetscCall(MatMumpsGetInfog(F, 1, &info));
-    if (info == -40) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT; /* a negative pivot */
+    if (info == -40) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT; /* MUMPS met a negative pivot */
   }
 #endif
-  if (*reason < 0) *reason = PC_FACTOR_OTHER; /* PC_SETUP_ERROR: ranks agree on the largest */
+  if (*reason < 0) *reason = PC_FACTOR_OTHER; /* PC_SETUP_ERROR: ranks take the maximum, which a negative reason would lose */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -279,7 +279,7 @@ PetscErrorCode AinsworthFactorReset(AinsworthFactor *factor)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFactorView - which package and why */
+/* AinsworthFactorView - prints the package and the predicted cost that led to it */
 PetscErrorCode AinsworthFactorView(const AinsworthFactor *factor, PetscViewer viewer)
 {
   PetscFunctionBegin;

@@ -1,4 +1,4 @@
-/* The factorisation of the Gram matrix: which package, and what its failures become (docs/method.md, Gram matrix) */
+/* The factorization of the Gram matrix: choice of the package, and handling of its failures (docs/method.md, Gram matrix) */
 #ifndef AINSWORTH_FACTOR_H
 #define AINSWORTH_FACTOR_H
 
@@ -6,11 +6,11 @@
 #include <functional>
 
 struct AinsworthFactor {
-  AinsworthCost  cost;    /* predicted; 0: the solver is not of our choice, or shared */
-  MatSolverType  package; /* of our choice, else NULL */
-  IS             order;   /* that CHOLMOD takes, NULL: it looks for one */
-  Mat            upper;   /* what it factors: the upper triangle */
-  PCFailedReason failed;  /* of a package that raises an error where others give a reason */
+  AinsworthCost  cost;    /* predicted; 0 if nothing is predicted: the options choose the solver, ranks share it, or S is not Hermitian */
+  MatSolverType  package; /* chosen here; NULL if the options choose */
+  IS             order;   /* given to CHOLMOD; NULL: CHOLMOD orders itself */
+  Mat            upper;   /* upper triangle, which CHOLMOD factors */
+  PCFailedReason failed;  /* set for packages that raise an error where others give a reason */
 };
 
 PetscErrorCode AinsworthFactorIsPackage(PC, const char[], PetscBool *);

@@ -3,10 +3,10 @@
 #include "../saddle/saddle.h"
 #include <limits>
 
-/* Components of up to this many rows are inverted as dense blocks: a factorisation would cost more in its bookkeeping */
+/* Components of up to this many rows are inverted as dense blocks, which costs less than the overhead of a sparse factorization */
 static const PetscInt smallPiece = 32;
 
-/* The ranks that have rows of a split component work together */
+/* Creates the communicator of the ranks that have rows of S; they solve for split components together */
 static PetscErrorCode CreateGroup(AinsworthGram *gram)
 {
   MPI_Comm    comm = PetscObjectComm((PetscObject)gram->S);
@@ -20,7 +20,7 @@ static PetscErrorCode CreateGroup(AinsworthGram *gram)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows of this rank as a matrix of the group */
+/* Creates the placed matrix on the group from the placed rows of this rank */
 static PetscErrorCode MoveToGroup(const AinsworthGram *gram, Mat moved, Mat *placed)
 {
   PetscInt n;
@@ -35,7 +35,7 @@ static PetscErrorCode MoveToGroup(const AinsworthGram *gram, Mat moved, Mat *pla
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows of S in their places, with the rank's own diagonal block as a sequential matrix unless a component is split */
+/* Places and scales S; unless a component is split, keeps the diagonal block of each rank as a sequential matrix */
 static PetscErrorCode Place(AinsworthGram *gram)
 {
   Mat moved = gram->S, placed = NULL, own;
@@ -53,19 +53,19 @@ static PetscErrorCode Place(AinsworthGram *gram)
   if (gram->placement.split) PetscCall(MoveToGroup(gram, moved, &placed));
   else {
     PetscCall(MatGetDiagonalBlock(moved, &own));
-    /* transposed twice it has ascending columns, which a submatrix in another order need not have and all later searches rely on */
+    /* two transpositions sort the columns, which a permuted submatrix need not have in ascending order; later searches rely on it */
     PetscCall(MatTranspose(own, MAT_INITIAL_MATRIX, &placed));
     PetscCall(MatTranspose(placed, MAT_INPLACE_MATRIX, &placed));
   }
   PetscCall(MatDestroy(&moved));
-  if (gram->placed) { /* its solver knows the pattern already */
+  if (gram->placed) { /* keep the object, whose pattern its solver knows */
     PetscCall(MatCopy(placed, gram->placed, SAME_NONZERO_PATTERN));
     PetscCall(MatDestroy(&placed));
   } else gram->placed = placed;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The solver that the components of this rank call for: none for a diagonal, dense inverses of small blocks, a factorisation */
+/* Chooses the preconditioner that the components of this rank need: none for a diagonal, dense inverses of small blocks, or a factorization */
 static PetscErrorCode ChoosePC(AinsworthGram *gram)
 {
   const std::vector<PetscInt> &sizes   = gram->placement.sizes;
@@ -76,7 +76,7 @@ static PetscErrorCode ChoosePC(AinsworthGram *gram)
   PetscCall(KSPGetPC(gram->ksp, &pc));
   for (PetscInt size : sizes) largest = PetscMax(largest, size);
   if (gram->placement.split) largest = std::numeric_limits<PetscInt>::max();
-  if (largest <= 1) PetscCall(PCSetType(pc, gram->hermitian ? PCNONE : PCJACOBI)); /* scaled, the matrix is the identity, but for signs */
+  if (largest <= 1) PetscCall(PCSetType(pc, gram->hermitian ? PCNONE : PCJACOBI)); /* the scaled matrix is the identity, up to signs */
   else if (largest <= gram->placement.small) {
     PetscCall(MatSetVariableBlockSizes(gram->placed, (PetscInt)sizes.size(), (PetscInt *)sizes.data()));
     PetscCall(PCSetType(pc, PCVPBJACOBI));
@@ -84,7 +84,7 @@ static PetscErrorCode ChoosePC(AinsworthGram *gram)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The solver with its options, which ranks without rows read as well: rank 0 tells which options nobody read */
+/* Creates the solver and reads its options, on ranks without rows as well: rank 0 reports unused options */
 static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent)
 {
   PetscInt n, m;
@@ -95,7 +95,7 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent)
   PetscCall(KSPSetOptionsPrefix(gram->ksp, parent->prefix));
   PetscCall(KSPAppendOptionsPrefix(gram->ksp, "ainsworth_gram_"));
   PetscCall(KSPSetType(gram->ksp, KSPPREONLY));
-  PetscCall(KSPSetTolerances(gram->ksp, 1e-14, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT)); /* for iterative choices: Q is as exact as this */
+  PetscCall(KSPSetTolerances(gram->ksp, 1e-14, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT)); /* for iterative methods: Q is only as accurate as this */
   PetscCall(ChoosePC(gram));
   PetscCall(KSPSetFromOptions(gram->ksp));
   PetscCall(AinsworthFactorCheckMemory(&gram->factor, PetscObjectComm((PetscObject)gram->S)));
@@ -113,7 +113,7 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent)
 /* AinsworthGramSetUp - forms S = C (C W)' + N, places its rows and factors its components; CW is C with its columns scaled by W */
 PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, const AinsworthGramInputs *in)
 {
-  const bool again = in->samePattern && !in->N && !in->other && in->hermitian; /* otherwise S is no longer a mere product */
+  const bool again = in->samePattern && !in->N && !in->other && in->hermitian; /* otherwise S is not a mere product that MatProduct can update */
   Mat        CWt;
 
   PetscFunctionBegin;
@@ -161,7 +161,7 @@ PetscErrorCode AinsworthGramReset(AinsworthGram *gram)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A solve that failed becomes Inf, which every rank sees at its next norm */
+/* Solves with the placed matrix; fills x with Inf on failure, which every rank sees in its next norm */
 static PetscErrorCode SolveOrInf(AinsworthGram *gram, Vec b, Vec x)
 {
   KSPConvergedReason reason = KSP_DIVERGED_PC_FAILED;
@@ -178,7 +178,7 @@ static PetscErrorCode SolveOrInf(AinsworthGram *gram, Vec b, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x = S^{-1} b = D (D S D)^{-1} D b, D = diag(S)^{-1/2}, both placed; not the same vector. Only ranks that share a component exchange anything */
+/* Computes x = S^{-1} b = D (D S D)^{-1} D b, D = diag(S)^{-1/2}, for different placed vectors. Only ranks that share a component communicate */
 PetscErrorCode AinsworthGramSolve(AinsworthGram *gram, Vec b, Vec x)
 {
   PetscInt n;
@@ -209,7 +209,7 @@ PetscErrorCode AinsworthGramSolve(AinsworthGram *gram, Vec b, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective on the communicator of S: did a factorisation fail on any rank? */
+/* Gets the largest failed reason of all ranks. Collective on the communicator of S */
 PetscErrorCode AinsworthGramGetFailedReason(AinsworthGram *gram, PCFailedReason *reason)
 {
   PetscMPIInt    local;
@@ -223,7 +223,7 @@ PetscErrorCode AinsworthGramGetFailedReason(AinsworthGram *gram, PCFailedReason 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthGramDescribe - its pieces, and where they are */
+/* AinsworthGramDescribe - describes the components of S and the ranks that solve for them */
 PetscErrorCode AinsworthGramDescribe(const AinsworthGram *gram, char text[], size_t len)
 {
   const AinsworthPlacement &p = gram->placement;
@@ -247,7 +247,7 @@ PetscErrorCode AinsworthGramView(const AinsworthGram *gram, PetscViewer viewer)
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(MPIU_Allreduce(&gram->factor.cost.operations, &most, 1, MPIU_REAL, MPIU_MAX, comm));
-  first = p.sizes.size() && gram->factor.cost.operations == most ? rank : PETSC_MPI_INT_MAX; /* the first of those that work most */
+  first = p.sizes.size() && gram->factor.cost.operations == most ? rank : PETSC_MPI_INT_MAX; /* the first of the ranks with the most operations */
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm));
   PetscCall(AinsworthGramDescribe(gram, text, sizeof(text)));
   PetscCall(PetscViewerASCIIPrintf(viewer, "%s\n", text));
@@ -267,7 +267,7 @@ PetscErrorCode AinsworthGramView(const AinsworthGram *gram, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthGramGetEconomy - what the factorization gave way to, empty where it did not; collective */
+/* AinsworthGramGetEconomy - tells why no factorization is needed, in words; an empty string if one is. Collective */
 PetscErrorCode AinsworthGramGetEconomy(const AinsworthGram *gram, const char **text)
 {
   PetscBool none = PETSC_TRUE, blocks = PETSC_TRUE, flags[2];

@@ -7,28 +7,28 @@
 
 struct AinsworthGram {
   Mat                S;         /* m x m AIJ, rows distributed as those of C */
-  PetscBool          hermitian; /* it is, and positive definite unless rows of C depend on each other */
-  AinsworthPlacement placement; /* of the rows of S on the ranks that solve for them */
+  PetscBool          hermitian; /* S is Hermitian, and positive definite unless rows of C are dependent */
+  AinsworthPlacement placement; /* which rank solves for which row of S */
   Vec                scale;     /* placed: diag(S)^{-1/2} */
-  Mat                placed;    /* S in its places, scaled to a unit diagonal: the rows of this rank, or, where a component is split, of the group */
-  MPI_Comm           group;     /* the ranks that share a split component; MPI_COMM_NULL: none do */
-  KSP                ksp;       /* on PETSC_COMM_SELF or the group */
-  AinsworthFactor    factor;    /* what its PC factors, where it does */
-  Vec                b, x;      /* of placed; x is lent its array */
+  Mat                placed;    /* the placed S, scaled to a unit diagonal: rows of this rank, or of the group if a component is split */
+  MPI_Comm           group;     /* ranks that share a split component; MPI_COMM_NULL if none is split */
+  KSP                ksp;       /* on PETSC_COMM_SELF or on group */
+  AinsworthFactor    factor;    /* the factorization of its PC, if it is one */
+  Vec                b, x;      /* work vectors of `placed`; x has no array of its own */
 };
 
-/* What S is made with, beside C and C W */
+/* What S is made of, besides C and C W */
 struct AinsworthGramInputs {
   Mat                       N;           /* may be NULL */
-  PetscBool                 hermitian;   /* it is */
-  PetscBool                 samePattern; /* all have the nonzero patterns and the layout of the last time: so do the symbolic product, places and factor */
-  PetscInt                  rowsPerRank; /* at most, of larger components */
-  PetscObject               parent;      /* the solver has its options prefix */
-  Mat                       other;       /* where B is not C: a matrix whose nonzero pattern connects rows, too; otherwise NULL */
-  const AinsworthPlacement *placement;   /* where S is that of B: the one that was made for C; otherwise NULL */
+  PetscBool                 hermitian;   /* S is Hermitian */
+  PetscBool                 samePattern; /* patterns and layouts are unchanged: the symbolic product, the placement and the symbolic factorization are kept */
+  PetscInt                  rowsPerRank; /* rows of large components for each rank that solves for them */
+  PetscObject               parent;      /* gives the solver its options prefix */
+  Mat                       other;       /* if B is not C: zero matrix whose pattern is added to that of S; else NULL */
+  const AinsworthPlacement *placement;   /* for the S of B: the placement made for C; else NULL */
 };
 
-/* NULL on ranks that solve for no row */
+/* Gets the solver; NULL on ranks that solve for no row */
 inline KSP AinsworthGramGetKSP(const AinsworthGram *gram)
 {
   return gram->placement.sizes.empty() ? NULL : gram->ksp;

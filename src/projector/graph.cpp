@@ -9,7 +9,7 @@
 #include <numeric>
 #include <vector>
 
-/* The smallest row of the connected component of each row of a sequential matrix with a symmetric pattern */
+/* Finds, for each row of a sequential matrix with a symmetric pattern, the smallest row of its connected component */
 void AinsworthGraphComponents(const AinsworthCSR &rows, std::vector<PetscInt> *smallest)
 {
   std::vector<PetscInt> front;
@@ -32,7 +32,7 @@ void AinsworthGraphComponents(const AinsworthCSR &rows, std::vector<PetscInt> *s
   }
 }
 
-/* A matrix as a whole on the ranks that say `here`, for MatDestroySubMatrices(); an empty matrix on the others. Collective */
+/* Gathers the whole matrix on the ranks that pass `here`, an empty matrix on the others; free with MatDestroySubMatrices(). Collective */
 PetscErrorCode AinsworthGraphGather(Mat M, bool here, Mat **whole)
 {
   PetscInt m, n;
@@ -49,9 +49,9 @@ PetscErrorCode AinsworthGraphGather(Mat M, bool here, Mat **whole)
 }
 
 /*
-   AinsworthGraphOfNodes - the pattern of the sum of some matrices, all distributed alike, with a row and a column for each node of bs unknowns
+   AinsworthGraphOfNodes - gathers on rank 0 the pattern of the sum of matrices, with one row and column for each node of bs unknowns
 
-   On rank 0, empty on the others. Collective
+   The matrices have the same layout; the result is empty on other ranks. Collective
 */
 PetscErrorCode AinsworthGraphOfNodes(const std::vector<Mat> &parts, PetscInt bs, Mat **graph)
 {
@@ -90,7 +90,7 @@ PetscErrorCode AinsworthGraphOfNodes(const std::vector<Mat> &parts, PetscInt bs,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The graph of a sequential S for METIS; false: its indices are too short */
+/* Builds the METIS graph of a sequential S; returns false if idx_t is too short for it */
 static bool Neighbors(const AinsworthCSR &rows, std::vector<idx_t> &start, std::vector<idx_t> &neighbors)
 {
   start.assign(1, 0);
@@ -101,11 +101,11 @@ static bool Neighbors(const AinsworthCSR &rows, std::vector<idx_t> &start, std::
       if (rows.ja[k] != i) neighbors.push_back((idx_t)rows.ja[k]);
     start.push_back((idx_t)neighbors.size());
   }
-  neighbors.push_back(0); /* METIS takes no null pointer for a graph without edges */
+  neighbors.push_back(0); /* METIS rejects a null pointer even for a graph without edges */
   return true;
 }
 
-/* Parts of a sequential S by METIS; status: METIS' own, METIS_ERROR_INPUT where its indices are too short */
+/* Cuts a sequential S in parts with METIS; status: returned by METIS, or METIS_ERROR_INPUT if idx_t is too short */
 static PetscErrorCode CutWhole(Mat S, PetscInt parts, bool equalWork, std::vector<PetscInt> &part, PetscMPIInt *status)
 {
   AinsworthCSR       rows;
@@ -118,7 +118,7 @@ static PetscErrorCode CutWhole(Mat S, PetscInt parts, bool equalWork, std::vecto
   part.resize(rows.n);
   where.resize(rows.n);
   *status = METIS_OK;
-  if (parts <= 1 || parts >= rows.n) std::iota(where.begin(), where.end(), 0); /* METIS is not made for one part, nor for parts of one row */
+  if (parts <= 1 || parts >= rows.n) std::iota(where.begin(), where.end(), 0); /* METIS supports neither a single part nor parts of a single row */
   else if (!Neighbors(rows, start, neighbors)) *status = METIS_ERROR_INPUT;
   else {
     for (PetscInt i = 0; i < rows.n; i++) work.push_back((idx_t)(rows.ia[i + 1] - rows.ia[i]));
@@ -133,9 +133,9 @@ static PetscErrorCode CutWhole(Mat S, PetscInt parts, bool equalWork, std::vecto
 }
 
 /*
-   AinsworthGraphCut - cuts the graph of S on rank 0: the part of each row, distributed as the rows of S
+   AinsworthGraphCut - cuts the graph of S on rank 0 and returns the part of each row, laid out as the rows of S. Collective
 
-   Parts have equally many rows or, with equalWork, nonzeros. They do not depend on the number of ranks. More parts than rows: each row is one.
+   Parts have equally many rows or, with equalWork, nonzeros, and do not depend on the number of ranks. With more parts than rows, each row is a part.
 */
 PetscErrorCode AinsworthGraphCut(Mat S, PetscInt parts, bool equalWork, IS *part)
 {
@@ -169,7 +169,7 @@ PetscErrorCode AinsworthGraphCut(Mat S, PetscInt parts, bool equalWork, IS *part
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthGraphDissect - a MatOrdering: nested dissection of a sequential matrix with a symmetric pattern, by METIS, or by PETSc's own where that cannot */
+/* AinsworthGraphDissect - a MatOrdering: nested dissection of a sequential matrix with a symmetric pattern by METIS, or by PETSc if METIS fails */
 PetscErrorCode AinsworthGraphDissect(Mat M, MatOrderingType, IS *row, IS *column)
 {
   AinsworthCSR       rows;
@@ -180,20 +180,20 @@ PetscErrorCode AinsworthGraphDissect(Mat M, MatOrderingType, IS *row, IS *column
   std::vector<idx_t> start, neighbors, old, number;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthGetAIJ(M, &full)); /* SBAIJ has one triangle */
+  PetscCall(AinsworthGetAIJ(M, &full)); /* SBAIJ stores one triangle only */
   PetscCall(rows.open(full));
   n = (idx_t)rows.n;
   old.resize(rows.n);
   number.resize(rows.n);
   std::iota(old.begin(), old.end(), 0);
-  /* METIS is not made for graphs without edges */
+  /* METIS does not support graphs without edges */
   if (!Neighbors(rows, start, neighbors)) status = METIS_ERROR_INPUT;
   else if (neighbors.size() > 1) {
     METIS_SetDefaultOptions(options);
     options[METIS_OPTION_SEED] = 0;
     status                     = METIS_NodeND(&n, start.data(), neighbors.data(), NULL, options, old.data(), number.data());
   }
-  if (status != METIS_OK) { /* on one rank alone, perhaps */
+  if (status != METIS_OK) { /* not an error, because other ranks may have succeeded */
     PetscCall(PetscInfo(M, "METIS with %d-bit indices cannot order the graph: METIS_NodeND() returned %d\n", (int)(8 * sizeof(idx_t)), status));
     PetscCall(rows.close());
     PetscCall(MatDestroy(&full));

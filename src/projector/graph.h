@@ -1,4 +1,4 @@
-/* The Gram matrix as a whole on one rank, and its graph cut and ordered by METIS */
+/* Gathers the Gram matrix on one rank; cuts and orders its graph with METIS */
 #ifndef AINSWORTH_GRAPH_H
 #define AINSWORTH_GRAPH_H
 

@@ -10,24 +10,24 @@
 
 namespace
 {
-/* The rows of S that a rank owns, with the labels of the components that they belong to: the smallest row of the component */
+/* The local rows of S, labeled by the smallest row of their component */
 class Labels {
 public:
   PetscErrorCode create(Mat S);
-  size_t         leaf(PetscInt i) const { return std::lower_bound(distinct.begin(), distinct.end(), label[i]) - distinct.begin(); } /* of a local row */
+  size_t         leaf(PetscInt i) const { return std::lower_bound(distinct.begin(), distinct.end(), label[i]) - distinct.begin(); } /* leaf of a local row */
 
   Mat                   S;
   PetscInt              rstart, n;
   std::vector<PetscInt> label;
-  PetscSF               roots = NULL; /* from the owner of the first row of a component to the ranks that have rows of it */
-  std::vector<PetscInt> distinct;     /* labels on this rank, ascending: the leaves of `roots` */
+  PetscSF               roots = NULL; /* from the owner of the first row of each component to the ranks that have rows of it */
+  std::vector<PetscInt> distinct;     /* labels on this rank, ascending; the leaves of `roots` */
 
 private:
   PetscErrorCode findWithin(Mat inside);
   PetscErrorCode spread(Mat outside, const PetscInt ghosts[]);
 };
 
-/* Components within the rank */
+/* Labels the components within the rank */
 PetscErrorCode Labels::findWithin(Mat inside)
 {
   AinsworthCSR rows;
@@ -40,7 +40,7 @@ PetscErrorCode Labels::findWithin(Mat inside)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Across ranks: the smallest label wins, until none changes on any rank */
+/* Merges components across ranks: the smallest label wins, until no rank changes any */
 PetscErrorCode Labels::spread(Mat outside, const PetscInt ghosts[])
 {
   MPI_Comm              comm = PetscObjectComm((PetscObject)S);
@@ -63,7 +63,7 @@ PetscErrorCode Labels::spread(Mat outside, const PetscInt ghosts[])
     PetscCall(PetscSFBcastEnd(sf, MPIU_INT, label.data(), ghost.data(), MPI_REPLACE));
     changed = 0;
     best    = label;
-    for (PetscInt i = 0; i < n; i++) { /* of the part of the component within the rank, `start` is the first row */
+    for (PetscInt i = 0; i < n; i++) { /* start[i] is the first local row of the part of the component on this rank */
       PetscInt &of = best[start[i] - rstart];
       for (PetscInt k = rows.ia[i]; k < rows.ia[i + 1]; k++) of = PetscMin(of, ghost[rows.ja[k]]);
     }
@@ -101,12 +101,12 @@ PetscErrorCode Labels::create(Mat matrix)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the owner of the first row of a component knows of it */
+/* A component, as known to the owner of its first row */
 struct Component {
   PetscInt first, size, work;
 };
 
-/* Sizes and work of all components whose first row this rank owns; size 0 where no component begins */
+/* Computes the size and the work of each component whose first row this rank owns; the size is 0 at rows that begin no component */
 PetscErrorCode Measure(const Labels &labels, std::vector<PetscInt> &size, std::vector<PetscInt> &work)
 {
   std::vector<PetscInt> rows(labels.distinct.size(), 0), nonzeros(labels.distinct.size(), 0);
@@ -127,7 +127,7 @@ PetscErrorCode Measure(const Labels &labels, std::vector<PetscInt> &size, std::v
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The components of more than `small` rows, the same list on every rank */
+/* Gathers the components of more than `small` rows; the same list on every rank. Collective */
 PetscErrorCode GatherLarge(const Labels &labels, PetscInt small, const std::vector<PetscInt> &size, const std::vector<PetscInt> &work,
                            std::vector<Component> &large)
 {
@@ -141,7 +141,7 @@ PetscErrorCode GatherLarge(const Labels &labels, PetscInt small, const std::vect
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The `count` ranks with the most rows of S, ascending: what they own need not travel */
+/* Chooses up to `count` ranks with the most rows of S, ascending, because rows they own need not be moved */
 PetscErrorCode ChooseRanks(Mat S, PetscInt count, std::vector<PetscMPIInt> &chosen)
 {
   const PetscInt *ranges;
@@ -159,7 +159,7 @@ PetscErrorCode ChooseRanks(Mat S, PetscInt count, std::vector<PetscMPIInt> &chos
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whole components to the ranks: the one with the most work first, to the rank with the least (Graham's rule) */
+/* Assigns whole components to ranks: those with the most work first, each to the rank with the least load (Graham's rule) */
 std::map<PetscInt, PetscInt> Pack(std::vector<Component> components, const std::vector<PetscMPIInt> &ranks)
 {
   std::vector<PetscInt64>      load(ranks.size(), 0);
@@ -174,7 +174,7 @@ std::map<PetscInt, PetscInt> Pack(std::vector<Component> components, const std::
   return rank;
 }
 
-/* Rank of each row of this rank, when S is cut in parts with equal work */
+/* Finds the target rank of each local row if S is cut into parts of equal work */
 PetscErrorCode TargetsOfParts(Mat S, const std::vector<PetscMPIInt> &ranks, std::vector<PetscInt> &target)
 {
   IS parts;
@@ -187,7 +187,7 @@ PetscErrorCode TargetsOfParts(Mat S, const std::vector<PetscMPIInt> &ranks, std:
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rank that owns most of the unknowns of a row of C; this one where the row has none, and only D couples it */
+/* Finds the rank that owns most of the unknowns of a row of C; this rank if the row is empty and only D couples it */
 PetscErrorCode FindHome(Mat C, PetscInt row, PetscInt *home)
 {
   PetscInt        ncols, most = 0, count = 0;
@@ -200,7 +200,7 @@ PetscErrorCode FindHome(Mat C, PetscInt row, PetscInt *home)
   *home = owner;
   PetscCall(MatGetLayouts(C, NULL, &layout));
   PetscCall(MatGetRow(C, row, &ncols, &cols, NULL));
-  for (PetscInt k = 0; k < ncols; k++) { /* ascending: those of one owner stand together */
+  for (PetscInt k = 0; k < ncols; k++) { /* columns are ascending, so those of one owner are consecutive */
     PetscCall(PetscLayoutFindOwner(layout, cols[k], &owner));
     count    = owner == previous ? count + 1 : 1;
     previous = owner;
@@ -213,7 +213,7 @@ PetscErrorCode FindHome(Mat C, PetscInt row, PetscInt *home)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank of each row of this rank, when every component stays whole: small components where the unknowns of their first row are */
+/* Finds the target rank of each local row if components stay whole; small components go to the rank with most unknowns of their first row */
 PetscErrorCode TargetsOfComponents(Mat C, const Labels &labels, const std::vector<PetscInt> &size, const std::map<PetscInt, PetscInt> &large,
                                    std::vector<PetscInt> &target)
 {
@@ -233,7 +233,7 @@ PetscErrorCode TargetsOfComponents(Mat C, const Labels &labels, const std::vecto
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows that the targets send here, component by component, each ascending */
+/* Collects the rows sent to this rank, component by component, each ascending */
 PetscErrorCode Collect(const Labels &labels, const std::vector<PetscInt> &target, AinsworthPlacement *placement)
 {
   MPI_Comm                                   comm = PetscObjectComm((PetscObject)labels.S);
@@ -266,16 +266,17 @@ PetscErrorCode Collect(const Labels &labels, const std::vector<PetscInt> &target
 } // namespace
 
 /*
-   A component is cut where it has more than so many times the rows of a rank: solves that ranks share take several times as long (docs/gram.md). Of the packages
-   that PETSc may have MUMPS factors such parts: without it components stay whole
+   A component is cut if it has more than this many times rowsPerRank rows, because solves shared by ranks take several times as long (docs/gram.md)
+
+   Only MUMPS factors the parts; without it components stay whole.
 */
 static const PetscReal cutAbove = 16.0;
 
 /*
-   AinsworthPlacementCreate - decides which rank solves for which row of S = C W C'
+   AinsworthPlacementCreate - decides which rank solves for which row of S. Collective
 
-   Components of up to `small` rows go where their unknowns are. The larger ones go to ceil(rows / rowsPerRank) ranks: whole, with equal work, or, where
-   one has more than cutAbove times rowsPerRank rows, all of S in parts cut by METIS.
+   Components of up to `small` rows go to the rank that owns their unknowns. Larger ones go to ceil(rows / rowsPerRank) ranks: whole and with equal work or, if
+   one has more than cutAbove times rowsPerRank rows, all of S is cut into parts by METIS.
 */
 PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, PetscInt small, AinsworthPlacement *placement)
 {
@@ -313,7 +314,7 @@ PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, Pets
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, counts, 2, MPIU_INT, MPI_SUM, comm));
   placement->components = counts[0];
   placement->ranks      = counts[1];
-  if (ranks == 1 && (placement->largest > small || placement->largest == 1)) PetscCall(ISDestroy(&placement->rows)); /* no blocks to keep together */
+  if (ranks == 1 && (placement->largest > small || placement->largest == 1)) PetscCall(ISDestroy(&placement->rows)); /* no blocks that need contiguous rows */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

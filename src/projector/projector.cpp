@@ -3,7 +3,7 @@
 #include "../events.h"
 #include "../objects.h"
 
-/* Rows of C go where they are solved for: a projection then asks for the constrained entries of x once, and sends once what it adds to them */
+/* Moves rows to the ranks that solve for them, so that a projection needs one exchange to get the constrained entries of x and one to update them */
 static PetscErrorCode MoveRows(const AinsworthProjector *proj, Mat *C)
 {
   Mat moved;
@@ -16,7 +16,7 @@ static PetscErrorCode MoveRows(const AinsworthProjector *proj, Mat *C)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The work space of the rows, and the way to it from a vector of the program's layout, that of C */
+/* Creates the work vectors of the rows, and the scatter to them from vectors laid out as the program's rows of C */
 static PetscErrorCode CreateVectors(AinsworthProjector *proj, Mat C)
 {
   Vec program;
@@ -31,7 +31,7 @@ static PetscErrorCode CreateVectors(AinsworthProjector *proj, Mat C)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthProjectorPlaceMat - a matrix of the program's rows of C, as many columns, in the places of the rows; NULL where it is */
+/* AinsworthProjectorPlaceMat - places the rows and columns of an m x m matrix laid out as the program's rows of C; a NULL matrix stays NULL. Collective */
 PetscErrorCode AinsworthProjectorPlaceMat(const AinsworthProjector *proj, Mat program, Mat *placed)
 {
   const IS rows = proj->gram.placement.rows;
@@ -42,7 +42,7 @@ PetscErrorCode AinsworthProjectorPlaceMat(const AinsworthProjector *proj, Mat pr
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* E and the work space of D, placed as the rows */
+/* Places E and creates the work vectors of D */
 static PetscErrorCode PlaceCompliance(AinsworthProjector *proj)
 {
   const AinsworthCompliance *c = &proj->compliance;
@@ -58,7 +58,7 @@ static PetscErrorCode PlaceCompliance(AinsworthProjector *proj)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* M with its columns scaled by the weight; a reference where that is 1 */
+/* Scales the columns of M by the weight; without a weight, adds a reference to M */
 static PetscErrorCode Weigh(Mat M, Vec weight, Mat *weighted)
 {
   PetscReal least;
@@ -72,7 +72,7 @@ static PetscErrorCode Weigh(Mat M, Vec weight, Mat *weighted)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What all that depends on nonzero patterns alone comes from */
+/* Gets the object ids and nonzero states of the blocks, from which the nonzero pattern of S follows */
 static PetscErrorCode GetSource(const AinsworthProjectorBlocks *blocks, AinsworthProjectorSource *source)
 {
   const Mat mats[] = {blocks->C, blocks->B, blocks->D};
@@ -88,7 +88,7 @@ static PetscErrorCode GetSource(const AinsworthProjectorBlocks *blocks, Ainswort
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* proj->gram, and proj->gramB where B is not C: their components, and so their places, are those of both together */
+/* Sets up proj->gram and, if B is not C, proj->gramB. Both share one placement, so the components are those of both patterns together */
 static PetscErrorCode SetUpGrams(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, PetscBool same, PetscInt rowsPerRank, PetscObject parent)
 {
   const Mat           C = blocks->C, B = blocks->B;
@@ -108,20 +108,24 @@ static PetscErrorCode SetUpGrams(AinsworthProjector *proj, const AinsworthProjec
   PetscCall(MatDestroy(&in.other));
   if (B == C) PetscFunctionReturn(PETSC_SUCCESS);
   in.placement = &proj->gram.placement;
-  PetscCall(MatDuplicate(proj->gram.S, MAT_DO_NOT_COPY_VALUES, &in.other)); /* with its diagonal, which a row of B that is zero lacks */
+  PetscCall(MatDuplicate(proj->gram.S, MAT_DO_NOT_COPY_VALUES, &in.other)); /* gram.S has all diagonal entries, whereas B W B' lacks those of zero rows of B */
   PetscCall(AinsworthGramSetUp(&proj->gramB, B, proj->BW, &in));
   PetscCall(MatDestroy(&in.other));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* weight: the diagonal of W, length n, positive, NULL for W = I; inverseDiagonal: diag(A)^{-1}, for D only */
+/*
+   AinsworthProjectorSetUp - creates the projector from the blocks, keeping symbolic results if their patterns have not changed
+
+   weight: diagonal of W, length n, positive; NULL for W = I. inverseDiagonal: diag(A)^{-1}, used only with D. Collective
+*/
 PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, Vec weight, Vec inverseDiagonal, PetscInt rowsPerRank,
                                        PetscObject parent)
 {
   const AinsworthProjectorSource last = proj->source;
   const Mat                      C    = blocks->C;
   AinsworthProjectorSource       now;
-  PetscBool                      same; /* all that depends on nonzero patterns alone */
+  PetscBool                      same; /* nothing has changed that the symbolic results depend on */
 
   PetscFunctionBegin;
   PetscCall(GetSource(blocks, &now));
@@ -167,7 +171,7 @@ PetscErrorCode AinsworthProjectorReset(AinsworthProjector *proj)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A vector of length m, distributed as the program's rows of C, to the places of the rows, or back */
+/* Moves a vector of length m from the layout of the program's rows of C to the placed rows, or back */
 static PetscErrorCode Move(AinsworthProjector *proj, Vec from, Vec to, ScatterMode mode)
 {
   PetscFunctionBegin;
@@ -192,7 +196,7 @@ PetscErrorCode AinsworthProjectorReturn(AinsworthProjector *proj, Vec placed, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = Q x = x - W C' S^{-1} C x; y may be x. Leaves C x and -S^{-1} C x, placed, in proj->rowValues and rowSolution */
+/* Computes y = Q x = x - W C' S^{-1} C x; y may be x. Leaves C x and -S^{-1} C x, placed, in proj->rowValues and proj->rowSolution */
 PetscErrorCode AinsworthProjectorMult(AinsworthProjector *proj, Vec x, Vec y)
 {
   PetscFunctionBegin;
@@ -205,7 +209,11 @@ PetscErrorCode AinsworthProjectorMult(AinsworthProjector *proj, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = x - B' (S^{-1} (B W x + before) - after), S that of B, where both are zero x less its part in Im(B'); y may be x, before and after (m, placed) may be NULL */
+/*
+   Computes y = x - B' (S^{-1} (B W x + before) - after) with the S of B; y may be x
+
+   before and after (m, placed) may be NULL, which means zero. Without both, y is x minus its part in Im(B').
+*/
 PetscErrorCode AinsworthProjectorMultTranspose(AinsworthProjector *proj, Vec x, Vec before, Vec after, Vec y)
 {
   PetscFunctionBegin;
@@ -220,7 +228,7 @@ PetscErrorCode AinsworthProjectorMultTranspose(AinsworthProjector *proj, Vec x, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x = R g = W C' S^{-1} g; leaves S^{-1} g in proj->rowSolution */
+/* Computes x = R g = W C' S^{-1} g; leaves S^{-1} g, placed, in proj->rowSolution */
 PetscErrorCode AinsworthProjectorRightInverse(AinsworthProjector *proj, Vec g, Vec x)
 {
   PetscFunctionBegin;
@@ -230,7 +238,7 @@ PetscErrorCode AinsworthProjectorRightInverse(AinsworthProjector *proj, Vec g, V
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* l = S^{-1} (B W r + loads), S that of B, loads (m, as the program's rows) may be NULL */
+/* Computes l = S^{-1} (B W r + loads) with the S of B; loads (m, laid out as the program's rows) may be NULL */
 PetscErrorCode AinsworthProjectorMultiplier(AinsworthProjector *proj, Vec r, Vec loads, Vec l)
 {
   PetscFunctionBegin;
@@ -244,7 +252,7 @@ PetscErrorCode AinsworthProjectorMultiplier(AinsworthProjector *proj, Vec r, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x = R B^{-1} R' b, with the penalty B placed */
+/* Computes x = R B^{-1} R' b; the penalty B is placed */
 PetscErrorCode AinsworthProjectorSolveRange(AinsworthProjector *proj, Vec penalty, Vec b, Vec x)
 {
   PetscFunctionBegin;
@@ -256,7 +264,7 @@ PetscErrorCode AinsworthProjectorSolveRange(AinsworthProjector *proj, Vec penalt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* force = E mu, of a mu that is placed, with the energy that rows without D get */
+/* Computes force = E mu, both placed, where E includes the energy of rows without D */
 PetscErrorCode AinsworthProjectorMultEnergy(AinsworthProjector *proj, Vec mu, Vec force)
 {
   PetscFunctionBegin;
@@ -265,7 +273,7 @@ PetscErrorCode AinsworthProjectorMultEnergy(AinsworthProjector *proj, Vec mu, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The penalty (m, as the program's rows) that AinsworthProjectorPrecondition() has to do with */
+/* Prepares AinsworthProjectorPrecondition() for a penalty (m, laid out as the program's rows); does nothing without D */
 PetscErrorCode AinsworthProjectorSetPenalty(AinsworthProjector *proj, Vec penalty)
 {
   Vec shared, inverse;
@@ -283,9 +291,9 @@ PetscErrorCode AinsworthProjectorSetPenalty(AinsworthProjector *proj, Vec penalt
 }
 
 /*
-   y = x + W C' mu, where (x, mu) is M_*^+^{-1} (r, B W r), by elimination of mu
+   Computes y = x + W C' mu, where (x, mu) = (M_*^+)^{-1} (r, B W r), by elimination of mu
 
-   M_*^{-1} x is apply(pc): M_* = A + C' (B^{-1} + D)^{-1} C is what mu leaves of M_*^+.
+   apply(pc) is the action of M_*^{-1}; M_* = A + C' (B^{-1} + D)^{-1} C is the Schur complement of M_*^+ that remains.
 */
 PetscErrorCode AinsworthProjectorPrecondition(AinsworthProjector *proj, PC pc, PetscErrorCode (*apply)(PC, Vec, Vec), Vec r, Vec y)
 {

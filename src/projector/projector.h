@@ -1,6 +1,7 @@
 /*
-   The projector Q = I - R C onto Ker C along Im(W C'), and the right inverse R = W C' S^{-1} of C, S = C W C' + N (docs/method.md); those of B, where that is not
-   C, on the side of the first equation
+   The projector Q = I - R C onto Ker C along Im(W C') and the right inverse R = W C' S^{-1} of C, with S = C W C' + N (docs/method.md)
+
+   If B is not C, the first equation has a projector and a right inverse of B.
 */
 #ifndef AINSWORTH_PROJECTOR_H
 #define AINSWORTH_PROJECTOR_H
@@ -9,37 +10,37 @@
 #include "gram.h"
 #include "../saddle/saddle.h"
 
-/* What the nonzero pattern of S, and the places of its rows, come from */
+/* What the nonzero pattern of S and the placement of its rows depend on */
 struct AinsworthProjectorSource {
-  PetscObjectId    id[3]; /* of C, B and D */
+  PetscObjectId    id[3]; /* of C, B and D; 0 where absent */
   PetscObjectState pattern[3];
   PetscInt         rowsPerRank;
   bool             weighted;
 };
 
 struct AinsworthProjector {
-  Mat           C, B;                   /* m x n AIJ, their rows where they are solved for (placed); B may be C */
-  Mat           CW, BW;                 /* C W and B W, placed; the same as C and B for W = I */
+  Mat           C, B;                   /* m x n AIJ, placed: each row is on the rank that solves for it; B may be C */
+  Mat           CW, BW;                 /* C W and B W, placed; C and B themselves for W = I */
   AinsworthGram gram;                   /* S = C W C' + N */
-  AinsworthGram gramB;                  /* B W B' + N, with the same places; nothing where B is C */
-  VecScatter    scatter;                /* from the program's rows of C to their places; NULL: they stay */
-  Vec           rowValues, rowSolution; /* work space, m, placed: C x, and S^{-1} of it */
+  AinsworthGram gramB;                  /* B W B' + N with the placement of gram; empty if B is C */
+  VecScatter    scatter;                /* from the program's rows of C to the placed rows; NULL: rows are not moved */
+  Vec           rowValues, rowSolution; /* work vectors, m, placed */
 
-  /* of D, and NULL where it is zero; but for the first all placed */
+  /* for D, empty where D is zero; E and all vectors of m entries are placed */
   AinsworthCompliance compliance;
   Mat                 E;
-  Vec                 rest, shared, inverse; /* the preconditioner's are those of AinsworthComplianceGetPreconditioner() */
-  Vec                 held, load;            /* work space, m and n */
+  Vec                 rest, shared, inverse; /* placed copies of AinsworthCompliance's rest and of the results of AinsworthComplianceGetPreconditioner() */
+  Vec                 held, load;            /* work vectors, m and n */
 
-  AinsworthProjectorSource source; /* of the last set-up, where C is there */
+  AinsworthProjectorSource source; /* of the last set-up; valid if C is not NULL */
 };
 
-/* The blocks beside A of [A B'; C -D], of the rows that are kept; D may be NULL */
+/* The blocks of [A B'; C -D] other than A, with only the rows that are kept; D may be NULL */
 struct AinsworthProjectorBlocks {
   Mat C, B, D;
 };
 
-/* The Gram matrix of B */
+/* Gets the Gram matrix of B, which is that of C if B is C */
 inline AinsworthGram *AinsworthProjectorOtherGram(AinsworthProjector *proj)
 {
   return proj->B == proj->C ? &proj->gram : &proj->gramB;
@@ -60,7 +61,7 @@ PetscErrorCode AinsworthProjectorMultEnergy(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorPrecondition(AinsworthProjector *, PC, PetscErrorCode (*)(PC, Vec, Vec), Vec, Vec);
 
 /* weight.cpp */
-#define AINSWORTH_WEIGHT_LOOSE 100.0 /* so many times that of their surroundings is the weight of unknowns that A does nothing to */
+#define AINSWORTH_WEIGHT_LOOSE 100.0 /* factor by which the weight of unknowns with zero rows in A exceeds that of their surroundings */
 PetscErrorCode AinsworthWeightCreate(Mat, Vec *);
 PetscErrorCode AinsworthWeightLoosen(Mat, Mat, Mat, Vec, PetscBool *);
 PetscErrorCode AinsworthRowPenaltyCreate(Mat, Vec, PetscReal, Vec *);

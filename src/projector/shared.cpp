@@ -5,16 +5,16 @@
 #include <algorithm>
 #include <vector>
 
-/* An unknown is shared where it is in more rows than this, and ... */
+/* An unknown is shared if it is in more than `many` rows, and in more than `unusual` times as many as unknowns of C are on average */
 static const PetscReal many = 100.0;
-/* ... in so many times more than the others on average: of constraints of a volume, all of whose unknowns are in many rows, S itself is sparser */
+/* for constraints of a volume, where all unknowns are in many rows, dropping some would not make S sparse */
 static const PetscReal unusual = 10.0;
 
 /*
-   AinsworthSharedUnweigh - sets the weight of unknowns to zero that many rows of C or B share: the projection does not move them
+   AinsworthSharedUnweigh - sets the weight of unknowns that many rows of C or B share to zero, so that the projection does not move them. Collective
 
-   p rows that share an unknown would have p^2 entries in S. Q = I - W B' S^{-1} C is a projection onto Ker C all the same, as long as the rows are
-   independent in the unknowns that remain; where they are not, dependent rows are found that are not so for W = I (AinsworthProjectorDiagnose()).
+   p rows that share an unknown would have p^2 entries in S. Q = I - W B' S^{-1} C remains a projection onto Ker C as long as the rows are independent in the
+   other unknowns. If they are not, AinsworthProjectorDiagnose() finds dependent rows that are independent for W = I.
 */
 PetscErrorCode AinsworthSharedUnweigh(Mat C, Mat B, Vec weight, PetscBool *any)
 {
@@ -46,7 +46,7 @@ PetscErrorCode AinsworthSharedUnweigh(Mat C, Mat B, Vec weight, PetscBool *any)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The columns of this rank's rows that have no weight, ascending */
+/* Finds the columns of the local rows that have no weight, ascending */
 static PetscErrorCode FindWeightless(Mat C, Vec weight, std::vector<PetscInt> &weightless)
 {
   std::vector<PetscInt> columns;
@@ -63,7 +63,7 @@ static PetscErrorCode FindWeightless(Mat C, Vec weight, std::vector<PetscInt> &w
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSharedDrop - takes the columns without weight out of the pattern of C W, and so out of that of S */
+/* AinsworthSharedDrop - removes the columns without weight from the pattern of C W, and thereby from that of S */
 PetscErrorCode AinsworthSharedDrop(Vec weight, Mat *CW)
 {
   std::vector<PetscInt> weightless;

@@ -1,4 +1,4 @@
-/* Unknowns that many rows of C share, a master or a reference node, which would make the Gram matrix dense */
+/* Unknowns that many rows of C share, such as master or reference nodes, which would make the Gram matrix dense */
 #ifndef AINSWORTH_SHARED_H
 #define AINSWORTH_SHARED_H
 

@@ -5,10 +5,10 @@
 
 namespace
 {
-/* The pattern of a sequential matrix, symmetric, in an ordering */
+/* The symmetric pattern of a sequential matrix in an ordering */
 struct Pattern {
   AinsworthCSR          rows;
-  std::vector<PetscInt> old, number; /* row of the matrix, and back */
+  std::vector<PetscInt> old, number; /* old: row of the matrix at each position; number: position of each row */
 
   PetscErrorCode        open(Mat, IS);
   std::vector<PetscInt> eliminationTree() const;
@@ -25,7 +25,7 @@ PetscErrorCode Pattern::open(Mat M, IS order)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Liu, ACM Trans. Math. Software 12 (1986) */
+/* J. W. H. Liu, ACM Trans. Math. Software 12 (1986) */
 std::vector<PetscInt> Pattern::eliminationTree() const
 {
   std::vector<PetscInt> parent(rows.n, -1), ancestor(rows.n, -1);
@@ -42,11 +42,11 @@ std::vector<PetscInt> Pattern::eliminationTree() const
   return parent;
 }
 
-/* Children before their parents, the descendants of each node together */
+/* Orders children before their parents, with the descendants of each node contiguous */
 std::vector<PetscInt> Postorder(const std::vector<PetscInt> &parent)
 {
   const PetscInt        n = (PetscInt)parent.size();
-  std::vector<PetscInt> child(n + 1, -1), sibling(n, -1), order, path; /* child of n: the roots */
+  std::vector<PetscInt> child(n + 1, -1), sibling(n, -1), order, path; /* child[n] heads the list of roots */
 
   for (PetscInt i = n - 1; i >= 0; i--) {
     const PetscInt up = parent[i] < 0 ? n : parent[i];
@@ -69,7 +69,7 @@ std::vector<PetscInt> Postorder(const std::vector<PetscInt> &parent)
   return order;
 }
 
-/* Gilbert, Ng and Peyton, SIAM J. Matrix Anal. Appl. 15 (1994): a row of the factor is a subtree, of which only the leaves are looked at */
+/* Gilbert, Ng and Peyton, SIAM J. Matrix Anal. Appl. 15 (1994): a row of the factor is a subtree, and only its leaves need to be visited */
 std::vector<PetscInt> Pattern::columnCounts(const std::vector<PetscInt> &parent) const
 {
   const std::vector<PetscInt> order = Postorder(parent);
@@ -77,7 +77,7 @@ std::vector<PetscInt> Pattern::columnCounts(const std::vector<PetscInt> &parent)
 
   for (PetscInt k = 0; k < rows.n; k++) {
     for (PetscInt i = order[k]; i != -1 && first[i] == -1; i = parent[i]) {
-      if (i != order[k]) count[i] = 0; /* what it has of its own is only what its leaves add */
+      if (i != order[k]) count[i] = 0; /* an inner node counts only what its leaves add */
       first[i] = k;
     }
     ancestor[k] = k;
@@ -90,7 +90,7 @@ std::vector<PetscInt> Pattern::columnCounts(const std::vector<PetscInt> &parent)
       if (i <= j || first[j] <= seen[i]) continue;
       seen[i] = first[j];
       count[j]++;
-      if (leaf[i] >= 0) { /* where the paths from this leaf and the last one meet they would be counted twice */
+      if (leaf[i] >= 0) { /* the paths from this leaf and the last one would be counted twice from where they meet */
         PetscInt meet = leaf[i];
 
         while (meet != ancestor[meet]) meet = ancestor[meet];
@@ -111,9 +111,9 @@ std::vector<PetscInt> Pattern::columnCounts(const std::vector<PetscInt> &parent)
 } // namespace
 
 /*
-   AinsworthFactorPredict - what a Cholesky factorization of M, sequential, costs in an ordering; in little more time than it takes to read M
+   AinsworthFactorPredict - predicts the cost of a Cholesky factorization of a sequential M in an ordering, in little more time than it takes to read M
 
-   M has one row for each node of bs unknowns; order: of these rows, to be destroyed
+   M has one row for each node of bs unknowns. order: of these rows, to be destroyed by the caller.
 */
 PetscErrorCode AinsworthFactorPredict(Mat M, MatOrderingType ordering, PetscInt bs, AinsworthCost *cost, IS *order)
 {
@@ -139,7 +139,7 @@ PetscErrorCode AinsworthFactorPredict(Mat M, MatOrderingType ordering, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthOrderingAttach - M is to be factored in this order, of its rows, by the ordering AinsworthPredicted */
+/* AinsworthOrderingAttach - attaches an order of the rows of M, in which the ordering AinsworthPredicted has it factored */
 PetscErrorCode AinsworthOrderingAttach(IS order, Mat M)
 {
   PetscFunctionBegin;
@@ -147,7 +147,7 @@ PetscErrorCode AinsworthOrderingAttach(IS order, Mat M)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthOrderingGet - a MatOrdering: the one that is attached to M, which has no inodes */
+/* AinsworthOrderingGet - a MatOrdering: returns the order attached to M, which must have no inodes */
 PetscErrorCode AinsworthOrderingGet(Mat M, MatOrderingType, IS *row, IS *column)
 {
   IS order;

@@ -1,16 +1,16 @@
-/* The elimination of a Hermitian matrix, told from its pattern: orderings, and what a Cholesky factorization costs */
+/* Symbolic factorization of a Hermitian matrix: orderings, and the cost of a Cholesky factor */
 #ifndef AINSWORTH_SYMBOLIC_H
 #define AINSWORTH_SYMBOLIC_H
 
 #include "../petsccompat.h"
 
-/* Nested dissection by METIS, which PETSc knows only where it was configured with METIS; registered with the plugin */
+/* Nested dissection by METIS, available even if PETSc was configured without METIS; registered with the plugin */
 static const char AinsworthDissection[] = "ainsworthnd";
 
-/* The ordering of the prediction, for who factors the matrix that it is attached to; registered with the plugin */
+/* The ordering attached to a matrix by AinsworthOrderingAttach(), used for the prediction; registered with the plugin */
 static const char AinsworthPredicted[] = "ainsworthpredicted";
 
-/* The ordering that is tried first, with little fill on networks as well as on surfaces, and cheap (docs/gram.md) */
+/* The ordering tried first: cheap, with little fill on networks as well as on surfaces (docs/gram.md) */
 #if defined(PETSC_HAVE_SUITESPARSE)
 static const char *const AinsworthOrdering = MATORDERINGAMD;
 #else
@@ -18,7 +18,7 @@ static const char *const AinsworthOrdering = AinsworthDissection;
 #endif
 
 struct AinsworthCost {
-  PetscReal entries, operations; /* of the factor; multiplications and additions: the squares of its column counts */
+  PetscReal entries, operations; /* entries of the factor; operations: multiplications and additions, the sum of its squared column counts */
 };
 
 PetscErrorCode AinsworthFactorPredict(Mat, MatOrderingType, PetscInt bs, AinsworthCost *, IS *);

@@ -5,9 +5,9 @@
 #include <numeric>
 #include <vector>
 
-static const PetscReal tiny = 1e-290; /* its inverse may overflow */
+static const PetscReal tiny = 1e-290; /* smaller numbers may have an inverse that overflows */
 
-/* The 1-norms of rows of A in the place of those entries of its diagonal that pick(d) is true for; the number of them on all ranks. Collective */
+/* Replaces those diagonal entries of A for which pick() is true by the 1-norms of their rows; number: how many, on all ranks. Collective */
 template <typename Pick>
 static PetscErrorCode TakeNorms(Mat A, Vec diagonal, PetscInt *number, Pick pick)
 {
@@ -20,7 +20,7 @@ static PetscErrorCode TakeNorms(Mat A, Vec diagonal, PetscInt *number, Pick pick
   *number = 0;
   PetscCall(AinsworthForEntries({diagonal}, [&](PetscInt, PetscScalar entry) { *number += pick(entry); }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, number, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
-  if (!*number) PetscFunctionReturn(PETSC_SUCCESS); /* as a rule */
+  if (!*number) PetscFunctionReturn(PETSC_SUCCESS); /* the usual case */
   PetscCall(AinsworthGetAIJ(A, &aij));
   PetscCall(MatGetOwnershipRange(aij, &rstart, NULL));
   PetscCall(VecGetLocalSize(diagonal, &local));
@@ -37,10 +37,10 @@ static PetscErrorCode TakeNorms(Mat A, Vec diagonal, PetscInt *number, Pick pick
 }
 
 /*
-   AinsworthWeightCreate - W = diag(A)^{-1}, as a vector of length n of positive reals
+   AinsworthWeightCreate - creates W = diag(A)^{-1}, a vector of length n with positive real entries. Collective
 
-   Where a diagonal entry of A is not positive (or not stored) the 1-norm of its row stands in for it: the same local stiffness, and
-   never of the wrong sign. A row of zeros gets the smallest weight of the others, so that it is moved least.
+   If a diagonal entry of A is missing or not positive, the 1-norm of its row stands in for it: it measures the same local stiffness and never has the wrong
+   sign. A zero row gets the smallest weight of the others, so that its unknown moves least.
 */
 PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
 {
@@ -64,7 +64,7 @@ PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of each row of C its stiffness, 1 / (C W C')_ii, in place of (C W C')_ii; zero where that is zero, or where D gives way */
+/* Replaces (C W C')_ii by the stiffness of row i of C, 1 / (C W C')_ii; zero if that is undefined, or if D makes the row compliant */
 static PetscErrorCode StiffnessOfRows(Mat D, Vec row)
 {
   static const PetscReal rigid = 1e-3;
@@ -82,7 +82,7 @@ static PetscErrorCode StiffnessOfRows(Mat D, Vec row)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Marks the local rows of zeros of A; their number on all ranks */
+/* Marks the local zero rows of A; number: how many, on all ranks. Collective */
 static PetscErrorCode FindZeroRows(Mat A, Vec like, std::vector<char> *zero, PetscInt *number)
 {
   Vec diagonal;
@@ -99,10 +99,11 @@ static PetscErrorCode FindZeroRows(Mat A, Vec like, std::vector<char> *zero, Pet
 }
 
 /*
-   AinsworthWeightLoosen - a large weight for unknowns with rows of zeros in A, reference nodes and links: they move before what they are tied to does
+   AinsworthWeightLoosen - gives unknowns with zero rows in A (reference nodes, links) a large weight, so that they move before what they are tied to.
+   Collective
 
-   Forces in Ker C are in inverse proportion to the weights of a row: few of them then are on unknowns that the preconditioner knows nothing of. Such an
-   unknown is as stiff as the rows of C that tie it to unknowns with a weight; and so on from one to the next. Collective
+   Forces in Ker C are inversely proportional to the weights in a row, so little force then acts on unknowns that the preconditioner knows nothing about. Such
+   an unknown is as stiff as the rows of C that tie it to unknowns with a weight; this is propagated step by step.
 */
 PetscErrorCode AinsworthWeightLoosen(Mat A, Mat C, Mat D, Vec weight, PetscBool *any)
 {
@@ -143,10 +144,10 @@ PetscErrorCode AinsworthWeightLoosen(Mat A, Mat C, Mat D, Vec weight, PetscBool 
 }
 
 /*
-   AinsworthRowPenaltyCreate - B_ii = gamma / (C D C')_ii, length m, with the inverse diagonal D = diag(A)^{-1}, length n
+   AinsworthRowPenaltyCreate - creates the penalty B_ii = gamma / (C D C')_ii, length m, from D = diag(A)^{-1}, length n. Collective
 
-   The local stiffness seen by constraint i: B scales as A, and as the inverse square of the row's own scale. A row of zeros, which D couples with others, and
-   one that D_ii dwarfs so have the largest of the others: they add nothing to C' B C.
+   This is the local stiffness that constraint i sees: B scales with A and with the inverse square of the row. A zero row, which only the compliance couples to
+   others, and a row whose (C D C')_ii is negligible get the largest penalty of the others; they add nothing to C' B C.
 */
 PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec inverseDiagonal, PetscReal gamma, Vec *penalty)
 {

@@ -4,7 +4,7 @@
 #include <petsc/private/petscimpl.h>
 #include <vector>
 
-/* The matrix whose transpose M stands for, NULL if M is not a transpose view */
+/* Gets the matrix that M is a transpose view of; NULL if M is no such view */
 PetscErrorCode AinsworthGetTransposed(Mat M, Mat *T, PetscBool *hermitian)
 {
   PetscErrorCode (*get)(Mat, Mat *);
@@ -20,7 +20,7 @@ PetscErrorCode AinsworthGetTransposed(Mat M, Mat *T, PetscBool *hermitian)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The first part of M whose entries cannot be had row by row nor by a converter of PETSc, so that MatConvert() multiplies with each unit vector; or NULL */
+/* Finds the first part of M without access to its rows and without a converter, for which MatConvert() would multiply by every unit vector; or NULL */
 PetscErrorCode AinsworthFindOpaque(Mat M, Mat *opaque)
 {
   Mat       part;
@@ -54,9 +54,9 @@ PetscErrorCode AinsworthFindOpaque(Mat M, Mat *opaque)
 }
 
 /*
-   AinsworthCheckEntries - refuses a block of which a part has unknown entries, a shell for instance, unless a few products find them
+   AinsworthCheckEntries - raises an error if a part of a block, such as a shell, has inaccessible entries that would take many products to find
 
-   name and letter stand for the block in the message; opaque tells whether there is such a part.
+   name and letter denote the block in the message. opaque: there is such a part.
 */
 PetscErrorCode AinsworthCheckEntries(Mat M, const char name[], const char letter[], PetscBool *opaque)
 {
@@ -77,7 +77,7 @@ PetscErrorCode AinsworthCheckEntries(Mat M, const char name[], const char letter
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* MatConvert(), which raises the state of a MATMPIBAIJ, and of the parts of a MATNEST, as if their values were others */
+/* Calls MatConvert(), which increases the state of a MATMPIBAIJ and of the parts of a MATNEST although their values do not change, and restores the states */
 static PetscErrorCode ConvertUnchanged(Mat M, PetscInt n, const Mat parts[], Mat *aij)
 {
   std::vector<PetscObjectState> states(n + 1);
@@ -93,7 +93,7 @@ static PetscErrorCode ConvertUnchanged(Mat M, PetscInt n, const Mat parts[], Mat
 
 static PetscErrorCode NestToAIJ(Mat, Mat *);
 
-/* M, or a copy, as AIJ; also of transpose views and of a MatNest within another, which MatConvert() does not know */
+/* Gets M, or a copy, as AIJ; supports transpose views and nested MatNests, which MatConvert() does not */
 static PetscErrorCode ToAIJ(Mat M, Mat *aij)
 {
   Mat       source, copy;
@@ -141,9 +141,9 @@ static PetscErrorCode NestToAIJ(Mat M, Mat *aij)
 }
 
 /*
-   AinsworthGetAIJ - M itself where it is AIJ, otherwise a converted copy; to be destroyed
+   AinsworthGetAIJ - gets M itself if it is AIJ, otherwise a converted copy; to be destroyed by the caller. Collective
 
-   On one rank the sequential type is what products and factorisations accept: of a MATMPIAIJ it is the diagonal block.
+   On one rank, gets the diagonal block of a MATMPIAIJ: products and factorizations need the sequential type.
 */
 PetscErrorCode AinsworthGetAIJ(Mat M, Mat *aij)
 {
@@ -164,7 +164,7 @@ PetscErrorCode AinsworthGetAIJ(Mat M, Mat *aij)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* |M|, entry by entry, of an AIJ */
+/* Creates the entrywise absolute value of an AIJ matrix */
 PetscErrorCode AinsworthAbsoluteAIJ(Mat M, Mat *absolute)
 {
   Mat             block[2];
@@ -187,10 +187,10 @@ PetscErrorCode AinsworthAbsoluteAIJ(Mat M, Mat *absolute)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthCreateAIJ - an AIJ with these local rows, and n columns of this rank; collective */
+/* AinsworthCreateAIJ - creates an AIJ matrix from its local rows, with n local columns. Collective */
 PetscErrorCode AinsworthCreateAIJ(MPI_Comm comm, PetscInt n, const AinsworthEntries &rows, Mat *aij)
 {
-  const PetscInt    column = 0, *j = rows.columns.empty() ? &column : rows.columns.data(); /* no null pointer where there are none */
+  const PetscInt    column = 0, *j = rows.columns.empty() ? &column : rows.columns.data(); /* avoid null pointers */
   const PetscScalar value = 0.0, *a = rows.values.empty() ? &value : rows.values.data();
 
   PetscFunctionBegin;
@@ -202,7 +202,7 @@ PetscErrorCode AinsworthCreateAIJ(MPI_Comm comm, PetscInt n, const AinsworthEntr
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the program attached to the one matrix, for the other that takes its place */
+/* Copies the null space and the near null space that the program attached */
 PetscErrorCode AinsworthCopyNullSpaces(Mat from, Mat to)
 {
   MatNullSpace nullsp, near;
@@ -215,7 +215,7 @@ PetscErrorCode AinsworthCopyNullSpaces(Mat from, Mat to)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* sums = of each row of M the sum of |entry|^power, power 1 or 2 */
+/* Computes the sum of |entry|^power of each row of M; power is 1 or 2 */
 PetscErrorCode AinsworthRowSums(Mat M, int power, Vec sums)
 {
   Mat          R;
@@ -235,7 +235,7 @@ PetscErrorCode AinsworthRowSums(Mat M, int power, Vec sums)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* In how many of the rows of C with more than `length` entries each unknown is. Collective */
+/* Counts, for each unknown, the rows of C with more than `length` entries that contain it. Collective */
 PetscErrorCode AinsworthCountRows(Mat C, PetscInt length, Vec *counts)
 {
   PetscInt                 rstart, rend;
@@ -260,7 +260,7 @@ PetscErrorCode AinsworthCountRows(Mat C, PetscInt length, Vec *counts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Up to `enough` rows of each rank with `least` to `most` entries, at even distances; and the number of all such rows, of all ranks */
+/* Samples up to `enough` rows of each rank, evenly spaced, that have `least` to `most` entries; number: of all such rows on all ranks. Collective */
 PetscErrorCode AinsworthSampleRows(Mat M, PetscInt least, PetscInt most, PetscInt enough, IS *sample, PetscInt *number)
 {
   std::vector<PetscInt> found, taken;
@@ -277,7 +277,7 @@ PetscErrorCode AinsworthSampleRows(Mat M, PetscInt least, PetscInt most, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A copy of M with its columns scaled */
+/* Creates a copy of M with its columns scaled */
 PetscErrorCode AinsworthScaleColumns(Mat M, Vec scale, Mat *scaled)
 {
   PetscFunctionBegin;
@@ -286,7 +286,7 @@ PetscErrorCode AinsworthScaleColumns(Mat M, Vec scale, Mat *scaled)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* sums = diag(C W C'), with the diagonal of W, whose roots come first: a square may be too large, or too small, a number */
+/* Computes diag(C W C'); scales by W^{1/2} before squaring, to avoid overflow and underflow */
 PetscErrorCode AinsworthRowSquares(Mat C, Vec weight, Vec sums)
 {
   Vec root;
@@ -302,7 +302,7 @@ PetscErrorCode AinsworthRowSquares(Mat C, Vec weight, Vec sums)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* value = |x' M x| */
+/* Computes |x' M x| */
 PetscErrorCode AinsworthFormValue(Mat M, Vec x, PetscReal *value)
 {
   PetscScalar product;

@@ -1,4 +1,4 @@
-/* AIJ matrices made in place: their arrays are filled once, and belong to the matrix */
+/* AIJ matrices that own arrays filled here, without a copy */
 #include "arrays.h"
 #include "saddle.h"
 #include <algorithm>
@@ -10,7 +10,7 @@ static PetscErrorCode DestroyRows(AinsworthContext context)
   return PETSC_SUCCESS;
 }
 
-/* The arrays live as long as the matrix */
+/* Attaches the arrays to a matrix, which frees them when it is destroyed */
 static PetscErrorCode Attach(Mat seq, std::unique_ptr<AinsworthRows> rows)
 {
   PetscContainer container;
@@ -24,7 +24,11 @@ static PetscErrorCode Attach(Mat seq, std::unique_ptr<AinsworthRows> rows)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthMatCreateFromRows - an AIJ with n columns of its own from entries in these, and from those in columns of other ranks, by global numbers */
+/*
+   AinsworthMatCreateFromRows - creates an AIJ matrix with n local columns from arrays that it takes over. Collective
+
+   own: entries in local columns, with local numbers. others: entries in columns of other ranks, with global numbers.
+*/
 PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm comm, PetscInt n, std::unique_ptr<AinsworthRows> own, std::unique_ptr<AinsworthRows> others, Mat *mat)
 {
   const PetscInt m = (PetscInt)own->i.size() - 1;
@@ -46,7 +50,7 @@ PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm comm, PetscInt n, std::unique
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthAIJGetParts - the sequential parts of an AIJ: its own columns, and those of other ranks or NULL with their global numbers */
+/* AinsworthAIJGetParts - gets the sequential parts of an AIJ matrix: its local columns, and its columns of other ranks (or NULL) with their global numbers */
 PetscErrorCode AinsworthAIJGetParts(Mat aij, Mat part[2], const PetscInt *ghosts[], PetscInt *n)
 {
   PetscBool mpi;
@@ -63,7 +67,7 @@ PetscErrorCode AinsworthAIJGetParts(Mat aij, Mat part[2], const PetscInt *ghosts
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The diagonal of an AIJ, by bisection of its rows, where MatGetDiagonal() looks at their entries one by one */
+/* Reads the diagonal of an AIJ matrix by bisection of each row; MatGetDiagonal() searches linearly */
 static PetscErrorCode ReadDiagonal(Mat aij, Vec diagonal)
 {
   Mat             mat[2];
@@ -87,10 +91,10 @@ static PetscErrorCode ReadDiagonal(Mat aij, Vec diagonal)
 }
 
 /*
-   AinsworthGetDiagonal - the diagonal of any matrix
+   AinsworthGetDiagonal - gets the diagonal of any matrix
 
-   Each row of an AIJ is a page to fetch from memory: a copy is kept with A as long as its values are the same, which its own state tells. The set-up after a change
-   of C would spend a quarter of its time here
+   Caches the diagonal of an AIJ matrix with the matrix, until its state changes: every row is a memory access, and a set-up after a change of C alone would
+   spend a quarter of its time here.
 */
 PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
 {
@@ -117,14 +121,14 @@ PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
   if (!kept) {
     PetscCall(VecDuplicate(diagonal, &kept));
     PetscCall(PetscObjectCompose((PetscObject)M, name, (PetscObject)kept));
-    PetscCall(PetscObjectDereference((PetscObject)kept)); /* M has it */
+    PetscCall(PetscObjectDereference((PetscObject)kept)); /* M holds the reference */
   }
   PetscCall(VecCopy(diagonal, kept));
   PetscCall(PetscObjectComposedDataSetReal((PetscObject)M, stateId, 1.0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthAbsoluteMult - y = |M| |x|, entry by entry, of an AIJ, which is not copied for it */
+/* AinsworthAbsoluteMult - computes y = |M| |x|, entrywise, for an AIJ matrix, without a copy of M */
 PetscErrorCode AinsworthAbsoluteMult(Mat M, Vec x, Vec y)
 {
   Mat             mat[2];

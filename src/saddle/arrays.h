@@ -1,4 +1,4 @@
-/* The arrays of AIJ matrices, of given ones and of those in the making */
+/* Access to the arrays of AIJ matrices, and arrays of matrices under construction */
 #ifndef AINSWORTH_ARRAYS_H
 #define AINSWORTH_ARRAYS_H
 
@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-/* Rows in the making: those of row r are i[r] to i[r + 1] */
+/* CSR arrays under construction: row r has the entries i[r] to i[r + 1] */
 struct AinsworthRows {
   std::vector<PetscInt>          i{0};
   std::unique_ptr<PetscInt[]>    j;
@@ -20,7 +20,7 @@ struct AinsworthRows {
   }
 };
 
-/* The same for matrices with few entries: columns are global numbers that rise along each row */
+/* The same for matrices with few entries; columns are global and ascending within each row */
 struct AinsworthEntries {
   std::vector<PetscInt>    start{0}, columns;
   std::vector<PetscScalar> values;

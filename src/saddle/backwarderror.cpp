@@ -1,9 +1,9 @@
-/* The residuals of both equations relative to the terms of their rows */
+/* Residuals of both equations relative to the terms of their rows */
 #include "terms.h"
 #include "../loops.h"
 #include "../objects.h"
 
-/* The largest |r_i| / s_i of rows that are kept, all where kind is NULL; size becomes 1 / s, 0 on other rows */
+/* Finds the largest |r_i| / s_i of the kept rows (all if kind is NULL); replaces size by 1 / s, and by 0 in other rows */
 static PetscErrorCode LargestQuotient(Vec residual, Vec size, const AinsworthRowKind *kind, PetscReal *largest)
 {
   PetscFunctionBegin;
@@ -17,9 +17,11 @@ static PetscErrorCode LargestQuotient(Vec residual, Vec size, const AinsworthRow
 }
 
 /*
-   size_i at least `little` of the largest of all, in the norm of diag(A)^{-1}: the row of a body that nothing moves has only rounding to show. A row without
-   stiffness has less where a spring D_kk is so soft that its force moves row k of C by more than the terms of that, rows, which become as large in the norm of
-   diag(S)^{-1}
+   Raises the terms of each row to at least `little` times the largest of all, in the norm of diag(A)^{-1}: the row of a body that does not move has only
+   rounding
+
+   A row without stiffness is raised less if a spring D_kk is so soft that its force would move row k of C by more than the terms `rows` of that row. These are
+   raised in the norm of diag(S)^{-1} as well.
 */
 static PetscErrorCode RaiseSmallTerms(AinsworthSaddle *sp, PetscReal little, Vec rows, Vec size)
 {
@@ -45,9 +47,9 @@ static PetscErrorCode RaiseSmallTerms(AinsworthSaddle *sp, PetscReal little, Vec
 }
 
 /*
-   AinsworthSaddleBackwardError - the largest residual of a row of both equations, relative to its terms, which are at least `little` of the largest of all
+   AinsworthSaddleBackwardError - computes the largest residual of a row of both equations relative to its terms, which are raised to `little` times the largest
 
-   left: AinsworthSaddleResidual(). weights become one over these terms, 0 where no x can do anything
+   left: from AinsworthSaddleResidual(). On return, weights is the inverse of these terms, 0 in rows that no x can change. Collective
 */
 PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool transpose, PetscReal little, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax,
                                             AinsworthSaddleVec left, AinsworthSaddleVec weights, PetscReal *error)
@@ -66,7 +68,7 @@ PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *sp, PetscBool trans
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* forces = |f|, and what multipliers that their own row determines do to A x */
+/* Computes |f| plus the forces of multipliers that are determined by their own row */
 static PetscErrorCode GivenForces(const AinsworthSaddle *sp, Vec f, Vec lambda, Vec forces)
 {
   Vec known, part;
@@ -88,10 +90,10 @@ static PetscErrorCode GivenForces(const AinsworthSaddle *sp, Vec f, Vec lambda, 
 }
 
 /*
-   AinsworthSaddleIsVacuous - is all of the right-hand side below the rounding of the terms of its rows? Then x = 0 would pass for a solution, too, and x is, to
-   rounding, a motion that neither equation resists
+   AinsworthSaddleIsVacuous - tells whether the whole right-hand side is below the rounding of the terms of its rows. Collective
 
-   A force on an unknown without stiffness is never taken for rounding.
+   Then x = 0 would pass as a solution, too, and x is, to rounding, a motion that neither equation resists. A force on an unknown without stiffness never counts
+   as rounding.
 */
 PetscErrorCode AinsworthSaddleIsVacuous(AinsworthSaddle *sp, AinsworthSaddleVec b, AinsworthSaddleVec y, PetscBool *vacuous)
 {

@@ -1,10 +1,10 @@
-/* The blocks of the saddle point, from whatever the program passed: nothing after it sees the layout */
+/* Finds the blocks of the saddle-point system in any supported layout; code after this does not depend on the layout */
 #include "saddle.h"
 #include "../events.h"
 #include "../objects.h"
 #include <petsc/private/petscimpl.h>
 
-/* "Block (p,u+v) of the MatNest" */
+/* Sets the names of the blocks, such as "Block (p,u+v) of the MatNest" */
 static PetscErrorCode NameBlocks(AinsworthSaddleBlocks *found)
 {
   std::string part[2];
@@ -28,7 +28,7 @@ static PetscErrorCode NameBlocks(AinsworthSaddleBlocks *found)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a block of last was made of did not change: it is taken over */
+/* Takes over a block of the last set-up if nothing that it was made of has changed */
 static PetscErrorCode TakeOver(const AinsworthSaddleBlocks *last, int k, AinsworthSaddleBlocks *found, PetscBool *taken)
 {
   *taken = (PetscBool)(last && last->layout && last->block[k] && last->state[k] == found->state[k]);
@@ -38,7 +38,7 @@ static PetscErrorCode TakeOver(const AinsworthSaddleBlocks *last, int k, Ainswor
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A nest of primal blocks, the program's or one of several fields, becomes one matrix, as preconditioners need it; parts without entries stay as they are */
+/* Assembles a nest of primal blocks into one matrix, as preconditioners need it, unless the entries of a part are inaccessible */
 static PetscErrorCode Assemble(const AinsworthSaddleBlocks *last, int k, AinsworthSaddleBlocks *found)
 {
   Mat       given = found->block[k], opaque;
@@ -59,7 +59,7 @@ static PetscErrorCode Assemble(const AinsworthSaddleBlocks *last, int k, Ainswor
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A block of minus a MatNest becomes a copy */
+/* Replaces a block of minus a saddle point in a MatNest by a copy with changed signs */
 static PetscErrorCode ChangeSign(const AinsworthSaddleBlocks *last, int k, AinsworthSaddleBlocks *found)
 {
   Mat       given = found->block[k], aij;
@@ -84,7 +84,7 @@ static PetscErrorCode ChangeSign(const AinsworthSaddleBlocks *last, int k, Ainsw
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The primal block of Pmat: of a MatNest of the same fields, or submatrix of any other matrix of the same size. compare: its state only */
+/* Finds the primal block of Pmat: from a MatNest with the same fields, or a submatrix of any other matrix of the same size. compare: only its state */
 static PetscErrorCode FindPrimal(const AinsworthSaddleInputs *in, Mat mat, PetscBool compare, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   const int             P = AINSWORTH_BLOCK_P;
@@ -117,7 +117,7 @@ static PetscErrorCode FindPrimal(const AinsworthSaddleInputs *in, Mat mat, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The blocks of a MatNest, those of several fields as nests of their own */
+/* Finds the blocks of a MatNest; blocks of several fields become nests */
 static PetscErrorCode NestBlocks(const AinsworthSaddleInputs *in, Mat mat, PetscBool compare, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   std::vector<PetscInt> part[2];
@@ -142,7 +142,7 @@ static PetscErrorCode NestBlocks(const AinsworthSaddleInputs *in, Mat mat, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Submatrices: a change of any value is one of all of them, until their values are looked at */
+/* Finds the blocks as submatrices; any change of values counts as one of all blocks until AinsworthSplitRefill() compares them */
 static PetscErrorCode SubmatrixBlocks(const AinsworthSaddleInputs *in, Mat mat, PetscBool compare, const AinsworthSaddleBlocks *last,
                                       AinsworthSaddleBlocks *found)
 {
@@ -192,10 +192,10 @@ static PetscErrorCode FindBlocks(const AinsworthSaddleInputs *in, PetscBool comp
 }
 
 /*
-   AinsworthSaddleFindBlocks - the blocks of what the program passed with their states, and the index sets of its fields; to be reset
+   AinsworthSaddleFindBlocks - finds the blocks of what the program passed, their states, and the index sets of the fields. Collective
 
-   Collective. last is what was found at the last set-up, and may be empty: what did not change is taken from it. compare: the multipliers are what they
-   were, as far as the layout is the same, no value is looked at and no block is made; layout is NULL where there are other fields.
+   last: result of the last set-up, may be empty; what has not changed is taken from it. compare: the multiplier fields are those of last, no value is read and
+   no block is created; layout becomes NULL if the number of fields has changed. found: destroy with AinsworthSaddleResetBlocks().
 */
 PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *in, PetscBool compare, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
@@ -206,7 +206,7 @@ PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *in, PetscB
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* In words: for views and PetscInfo() */
+/* Describes the layout in words, for views and PetscInfo() */
 PetscErrorCode AinsworthSaddleDescribeLayout(const AinsworthSaddleBlocks *b, char text[], size_t len)
 {
   std::string names;

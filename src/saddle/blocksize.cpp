@@ -1,14 +1,14 @@
-/* The block size of A, unknowns of a node: programs lose it on the way into a saddle point, and multigrid needs it */
+/* Recovers the block size of A (unknowns of a node), which programs lose when they build the saddle-point matrix, and which multigrid needs */
 #include "saddle.h"
 #include <algorithm>
 
-/* Part of the nodes that has to agree, and the largest size that is looked for: that of shells */
+/* Fraction of the nodes that has to agree; largest block size considered, that of shells */
 static const PetscReal enough  = 0.9;
 static const PetscInt  largest = 6;
-/* Rows of each rank that vote, about */
+/* Approximate number of rows of each rank that are examined */
 static const PetscInt voters = 1000;
 
-/* Collective: are the rows of all ranks cut in blocks of this size? */
+/* Tells whether the number of local rows is divisible by a block size on every rank. Collective */
 PetscErrorCode AinsworthBlocksDivide(Mat A, PetscInt bs, PetscBool *divides)
 {
   PetscInt n;
@@ -20,7 +20,7 @@ PetscErrorCode AinsworthBlocksDivide(Mat A, PetscInt bs, PetscBool *divides)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The nodes of bs unknowns that a row touches, in ascending order; none where it has but one entry */
+/* Gets the nodes of bs unknowns in the columns of a row, ascending; none if the row has a single entry */
 static PetscErrorCode TouchedNodes(Mat A, PetscInt row, PetscInt bs, std::vector<PetscInt> *nodes)
 {
   PetscFunctionBegin;
@@ -31,17 +31,17 @@ static PetscErrorCode TouchedNodes(Mat A, PetscInt row, PetscInt bs, std::vector
 }
 
 /*
-   Collective: the largest block size for which the rows of nearly all nodes touch the same nodes, 1 where there is none
+   Finds the largest block size for which the rows of nearly all nodes touch the same nodes, 1 if there is none. Collective
 
-   Entries that are zero may be missing, as some programs drop them. Nodes with a row of one entry, Dirichlet conditions, do not vote; a matrix that is nearly
-   full would vote for any size.
+   Stored patterns may lack zero entries, which some programs drop. Nodes with a row of one entry (Dirichlet conditions) do not vote. A nearly full matrix would
+   vote for any size and is excluded.
 */
 static PetscErrorCode Vote(Mat A, PetscInt *bs)
 {
   struct Ballot {
     PetscInt yes, all, touched;
   };
-  std::vector<Ballot>   ballots(largest + 1, {0, 0, 0}); /* of each size */
+  std::vector<Ballot>   ballots(largest + 1, {0, 0, 0}); /* for each size */
   std::vector<PetscInt> nodes, others;
   PetscInt              first, end, N;
   PetscBool             aij;
@@ -80,7 +80,7 @@ static PetscErrorCode Vote(Mat A, PetscInt *bs)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The block size that all primal blocks of a MatNest have in common, 1 where they differ */
+/* Gets the block size common to all primal blocks of a MatNest, 1 if they differ */
 static PetscErrorCode GetCommon(Mat nest, const AinsworthSaddleBlocks *found, PetscInt *bs)
 {
   PetscFunctionBegin;
@@ -108,7 +108,7 @@ static PetscErrorCode GetCommon(Mat nest, const AinsworthSaddleBlocks *found, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of each node of a matrix with a block size, the components that are primal, where these are as many in all nodes; 1 otherwise */
+/* Counts the primal components per node of a matrix with a block size; 1 if nodes differ */
 static PetscErrorCode CountComponents(Mat mat, IS primal, PetscInt *components)
 {
   PetscInt        bs, n, first, end, count[2];
@@ -134,7 +134,7 @@ static PetscErrorCode CountComponents(Mat mat, IS primal, PetscInt *components)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* As many vectors as there are rigid-body modes in space; three may also be the translations */
+/* Derives the block size 3 from six near-null vectors, the rigid-body modes in space; three may also be just translations */
 static PetscErrorCode FromNearNullSpace(Mat A, IS field, PetscInt *bs)
 {
   MatNullSpace near;
@@ -149,7 +149,7 @@ static PetscErrorCode FromNearNullSpace(Mat A, IS field, PetscInt *bs)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the program says of the block size, or its matrices, its fields or A itself show */
+/* Recovers the block size from what the program tells, from its matrices and fields, or from the pattern of A */
 static PetscErrorCode Recover(Mat mat, AinsworthSaddleBlocks *found)
 {
   Mat A = found->block[AINSWORTH_BLOCK_A];
@@ -192,7 +192,7 @@ static PetscErrorCode Recover(Mat mat, AinsworthSaddleBlocks *found)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFindBlockSize - found->bs and how it is known; matrices that were made for this are told, the program's are not changed */
+/* AinsworthFindBlockSize - sets found->bs and its source; sets the block size of matrices that were made here, not of the program's. Collective */
 PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   Mat       A = found->block[AINSWORTH_BLOCK_A];

@@ -3,10 +3,10 @@
 #include <petsc/private/petscimpl.h>
 #include <limits>
 
-/* Blocks are taken for adjoint that differ by this part of their entries, the rounding of a program's own */
+/* Relative difference up to which blocks count as adjoint, for the rounding of the program */
 static const PetscReal adjoint = 1e-10;
 
-/* Collective: the smallest of the numbers that the ranks found, -1 where none did */
+/* Finds the smallest nonnegative number of all ranks, -1 if there is none. Collective */
 PetscErrorCode AinsworthAgreeOnFirst(MPI_Comm comm, PetscInt *number)
 {
   PetscFunctionBegin;
@@ -17,8 +17,9 @@ PetscErrorCode AinsworthAgreeOnFirst(MPI_Comm comm, PetscInt *number)
 }
 
 /*
-   The entry with the smallest row, then the smallest column of its rank, for which wanted(row, column, value); row = -1 where there is none or the type of M
-   has no rows to look at
+   Finds the first entry, by row and then by storage order, for which wanted(row, column, value) is true. Collective
+
+   row is -1 if there is none or if the type of M gives no rows.
 */
 template <typename Predicate>
 static PetscErrorCode FindEntry(Mat M, PetscInt *row, PetscInt *col, Predicate wanted)
@@ -48,12 +49,12 @@ static PetscErrorCode FindEntry(Mat M, PetscInt *row, PetscInt *col, Predicate w
   PetscCall(MatRestoreRowUpperTriangular(M));
   mine = *row;
   PetscCall(AinsworthAgreeOnFirst(PetscObjectComm((PetscObject)M), row));
-  if (mine != *row) *col = -1; /* a row belongs to one rank */
+  if (mine != *row) *col = -1; /* another rank owns the row */
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, col, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)M)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the first entry that is not zero, row = -1 where there is none */
+/* Finds the first nonzero entry; row is -1 if there is none. Collective */
 PetscErrorCode AinsworthMatFindNonzero(Mat M, PetscInt *row, PetscInt *col)
 {
   PetscFunctionBegin;
@@ -61,7 +62,7 @@ PetscErrorCode AinsworthMatFindNonzero(Mat M, PetscInt *row, PetscInt *col)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the first entry that is NaN or Inf, row = -1 where there is none */
+/* Finds the first entry that is NaN or Inf; row is -1 if there is none. Collective */
 PetscErrorCode AinsworthMatFindNotFinite(Mat M, PetscInt *row, PetscInt *col)
 {
   PetscFunctionBegin;
@@ -69,7 +70,7 @@ PetscErrorCode AinsworthMatFindNotFinite(Mat M, PetscInt *row, PetscInt *col)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the first entry off the diagonal that is not zero, row = -1 where there is none */
+/* Finds the first nonzero off-diagonal entry; row is -1 if there is none. Collective */
 PetscErrorCode AinsworthMatFindOffDiagonal(Mat M, PetscInt *row, PetscInt *col)
 {
   PetscFunctionBegin;
@@ -77,7 +78,7 @@ PetscErrorCode AinsworthMatFindOffDiagonal(Mat M, PetscInt *row, PetscInt *col)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: are two AIJ matrices the same, row by row up to rounding? */
+/* Tells whether two AIJ matrices are equal, row by row, up to rounding. Collective */
 PetscErrorCode AinsworthMatEqual(Mat C, Mat other, PetscBool *same)
 {
   Mat difference;
@@ -102,9 +103,9 @@ PetscErrorCode AinsworthMatEqual(Mat C, Mat other, PetscBool *same)
 }
 
 /*
-   Collective: do C' u and Ct u agree for a random u, or are they opposite? Each row of C has the same share in it, whatever its scale
+   Tells whether C' u and Ct u are equal, or opposite, for a random u in which each row of C has the same share whatever its scale. Collective
 
-   A row of zeros has no scale: what Ct has there is asked for by a product of its own, and is nothing where they agree.
+   Zero rows of C have no scale: Ct must have nothing there, which a separate product checks.
 */
 PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *opposite)
 {
@@ -138,7 +139,7 @@ PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: refuses a block that waits for its assembly on any rank; each rank knows only of the values that it set itself */
+/* Raises an error if a block is not assembled on some rank, since each rank knows only about the values that it has set. Collective */
 PetscErrorCode AinsworthCheckAssembled(Mat M, const char name[])
 {
   PetscBool assembled;
@@ -153,9 +154,9 @@ PetscErrorCode AinsworthCheckAssembled(Mat M, const char name[])
 }
 
 /*
-   AinsworthBlockNorm - the Frobenius norm of a block, 0 where it is absent or zero and only there, Inf where its type has none
+   AinsworthBlockNorm - computes the Frobenius norm of a block: 0 only if it is absent or zero, Inf if its type has no norm. Collective
 
-   Collective. A is looked at once while it does not change, however often C does.
+   The norm is cached with the matrix until its values change, so that A is not read again when only C changes.
 */
 PetscErrorCode AinsworthBlockNorm(Mat M, PetscReal *norm)
 {
@@ -167,7 +168,7 @@ PetscErrorCode AinsworthBlockNorm(Mat M, PetscReal *norm)
   PetscFunctionBegin;
   *norm = 0.0;
   if (!M) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthMatGetState(M, &state)); /* changes of its parts come to its own state */
+  PetscCall(AinsworthMatGetState(M, &state)); /* raises the state of M if parts of it have changed */
   PetscCall(MatHasOperation(M, MATOP_NORM, &has));
   if (!has) {
     *norm = PETSC_INFINITY;
@@ -177,7 +178,7 @@ PetscErrorCode AinsworthBlockNorm(Mat M, PetscReal *norm)
   PetscCall(PetscObjectComposedDataGetReal((PetscObject)M, normId, *norm, known));
   if (known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNorm(M, NORM_FROBENIUS, norm));
-  if (*norm == 0.0) { /* or the squares of its entries underflow */
+  if (*norm == 0.0) { /* zero, or the squares underflow */
     PetscCall(AinsworthMatFindNonzero(M, &row, &col));
     if (row >= 0) *norm = std::numeric_limits<PetscReal>::min();
   }

@@ -1,9 +1,9 @@
-/* Rigid-body modes from the coordinates of nodes, where the program attached no near null space */
+/* Rigid-body modes from the coordinates of nodes, for programs that attach no near null space */
 #include "saddle.h"
 #include "../objects.h"
 #include <petsc/private/petscimpl.h>
 
-/* Collective: is the number of coordinates the same as this one on all ranks? */
+/* Tells whether the number of coordinates is the expected one on all ranks. Collective */
 static PetscErrorCode Fits(MPI_Comm comm, size_t have, PetscInt expected, PetscBool *fits)
 {
   PetscFunctionBegin;
@@ -13,9 +13,9 @@ static PetscErrorCode Fits(MPI_Comm comm, size_t have, PetscInt expected, PetscB
 }
 
 /*
-   The coordinates of each node of A, an interlaced vector
+   Gets the coordinates of the nodes of A, interlaced
 
-   The program gives those of the nodes of A, of the nodes of its matrix, as PCGAMG expects them, or of all rows of its matrix, as PCFIELDSPLIT does.
+   The program may give coordinates of the nodes of A, of the nodes of its whole matrix (as PCGAMG expects) or of all rows of its matrix (as PCFIELDSPLIT does).
 */
 static PetscErrorCode GetCoordinates(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *found, Vec *coordinates)
 {
@@ -55,7 +55,7 @@ static PetscErrorCode GetCoordinates(const AinsworthSaddleInputs *in, Mat mat, c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthCreateRigidModes - of nodes with as many unknowns as coordinates, in 2 or 3 dimensions; who: told them */
+/* AinsworthCreateRigidModes - creates rigid-body modes in 2 or 3 dimensions, for nodes with one unknown per coordinate; who: the source, for views */
 PetscErrorCode AinsworthCreateRigidModes(Vec coordinates, const char who[], MatNullSpace *modes)
 {
   PetscFunctionBegin;
@@ -64,7 +64,7 @@ PetscErrorCode AinsworthCreateRigidModes(Vec coordinates, const char who[], MatN
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFindRigidModes - found->modes from what PCSetCoordinates() was told; those of the last set-up where nothing of it changed */
+/* AinsworthFindRigidModes - creates found->modes from PCSetCoordinates(), or takes them from the last set-up if nothing they depend on has changed */
 PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   Vec coordinates;
@@ -86,7 +86,7 @@ PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *in, Mat mat,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* In words: for views */
+/* Describes the near null space in words, for views */
 PetscErrorCode AinsworthSaddleDescribeModes(const AinsworthSaddle *sp, char text[], size_t len)
 {
   MatNullSpace near;

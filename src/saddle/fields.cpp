@@ -2,7 +2,7 @@
 #include "../loops.h"
 #include "../objects.h"
 
-/* Work space: n, and all rows of the multiplier field */
+/* Gets work vectors of length n and of all rows of the multiplier field */
 static PetscErrorCode GetWork(AinsworthSaddle *sp, Vec *primal, Vec *dual)
 {
   PetscFunctionBegin;
@@ -12,7 +12,7 @@ static PetscErrorCode GetWork(AinsworthSaddle *sp, Vec *primal, Vec *dual)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* lambda_i = -g_i / D_ii where nothing else is in the row, otherwise 0, on all rows. g: less the columns of known unknowns, which the row may have had */
+/* Sets lambda_i = -g_i / D_ii in decoupled rows, else 0; g has had the columns of known unknowns subtracted */
 static PetscErrorCode SolveDecoupled(const AinsworthSaddle *sp, Vec g, Vec lambda)
 {
   PetscFunctionBegin;
@@ -22,9 +22,9 @@ static PetscErrorCode SolveDecoupled(const AinsworthSaddle *sp, Vec g, Vec lambd
 }
 
 /*
-   AinsworthSaddleRestrict - the right-hand side of the rows that are kept: f and g less what is known of x and lambda times its columns
+   AinsworthSaddleRestrict - restricts a right-hand side to the kept rows, after subtracting the columns of known unknowns and multipliers. Collective
 
-   kept.primal may be f where sp->known is NULL and B is C: nothing is moved into f then.
+   kept.primal may be b.primal if sp->known is NULL and B is C, because f does not change then.
 */
 PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *sp, AinsworthSaddleVec b, AinsworthSaddleVec kept)
 {
@@ -55,7 +55,7 @@ PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *sp, AinsworthSaddleVec b
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSaddleExtend - x with what is known, and lambda on all rows, from the solution of what is kept */
+/* AinsworthSaddleExtend - extends a solution of the kept rows by the known unknowns and to all multipliers. Collective */
 PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, AinsworthSaddleVec b, Vec kept, AinsworthSaddleVec y)
 {
   Vec                work, rest;
@@ -77,7 +77,7 @@ PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, AinsworthSaddleVec b, 
     if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) l = k[n++];
   }));
   PetscCall(VecRestoreArrayRead(kept, &k));
-  if (sp->count[AINSWORTH_ROW_PASSIVE]) { /* D_ii lambda_i = C_i x - g_i - (D lambda)_i, in which lambda_i is 0 yet */
+  if (sp->count[AINSWORTH_ROW_PASSIVE]) { /* D_ii lambda_i = C_i x - g_i - (D lambda)_i, where lambda_i is still 0 */
     Vec diagonal;
 
     PetscCall(VecDuplicate(rest, &diagonal));
@@ -94,7 +94,7 @@ PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, AinsworthSaddleVec b, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the row of the first entry of f, or else of g, that is NaN or Inf, for a message; empty where there is none */
+/* Names the first row of f, or else of g, with NaN or Inf, for a message; text is empty if there is none. Collective */
 PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *sp, AinsworthSaddleVec b, char text[], size_t len)
 {
   PetscFunctionBegin;

@@ -1,12 +1,13 @@
-/* A VECNEST as a plain vector: PETSc gives the parts of a nest, but not those of a field that several of them make up */
+/* Plain vectors for VECNESTs: PETSc extracts single parts of a nest, but not a field made of several parts */
 #include "saddle.h"
 #include <petsc/private/petscimpl.h>
 #include <numeric>
 #include <vector>
 
 /*
-   Where the entries of v stand among `place`, those of the vectors of mat; rows: of its left ones. The index sets of a MatNest say it, which need not be in the
-   order of its blocks. A v that is not made like them is taken in order.
+   Finds the places of the entries of v among those of the vectors of mat (left ones if rows), which have the numbers `place`
+
+   The index sets of a MatNest determine the places; they need not be in the order of its blocks. A v without this structure is taken in order.
 */
 static PetscErrorCode FindPlaces(Mat mat, PetscBool rows, Vec v, const PetscInt place[], std::vector<PetscInt> *places)
 {
@@ -47,7 +48,7 @@ static PetscErrorCode FindPlaces(Mat mat, PetscBool rows, Vec v, const PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* From the parts of v, and theirs, to their places in flat, or back; on return place is behind them */
+/* Copies the parts of v to their places in flat, or back; advances `place` */
 static PetscErrorCode CopyParts(Vec v, PetscBool back, const PetscInt **place, PetscScalar flat[])
 {
   PetscBool          nest;
@@ -97,7 +98,7 @@ static PetscErrorCode Copy(Mat mat, PetscBool rows, Vec v, PetscBool back, Vec f
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthVecGetFlat - v, or a plain vector with the entries of a VECNEST in the numbering of mat, that of its rows or columns; to be restored */
+/* AinsworthVecGetFlat - gets v itself or, for a VECNEST, a plain copy in the numbering of the rows or columns of mat; to be restored. Collective */
 PetscErrorCode AinsworthVecGetFlat(Mat mat, PetscBool rows, Vec v, Vec *flat)
 {
   PetscBool nest;
@@ -113,7 +114,7 @@ PetscErrorCode AinsworthVecGetFlat(Mat mat, PetscBool rows, Vec v, Vec *flat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthVecRestoreFlat - written: the entries of flat become those of v */
+/* AinsworthVecRestoreFlat - restores a vector from AinsworthVecGetFlat(); written: copies its entries back to v */
 PetscErrorCode AinsworthVecRestoreFlat(Mat mat, PetscBool rows, Vec v, PetscBool written, Vec *flat)
 {
   PetscFunctionBegin;
@@ -126,7 +127,7 @@ PetscErrorCode AinsworthVecRestoreFlat(Mat mat, PetscBool rows, Vec v, PetscBool
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthCreateDiagonal - the diagonal of any matrix, of a MatNest with vectors that are nests, too */
+/* AinsworthCreateDiagonal - creates the diagonal of any matrix as a plain vector, also of a MatNest whose vectors are nests. Collective */
 PetscErrorCode AinsworthCreateDiagonal(Mat mat, Vec *diagonal)
 {
   Vec given;
@@ -139,7 +140,7 @@ PetscErrorCode AinsworthCreateDiagonal(Mat mat, Vec *diagonal)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthVecGather - the n entries of v at global places that this rank asks for, as a sequential vector; collective */
+/* AinsworthVecGather - gathers the n entries of v at the global places that this rank requests in a sequential vector. Collective */
 PetscErrorCode AinsworthVecGather(Vec v, PetscInt n, const PetscInt places[], Vec *here)
 {
   IS         from;

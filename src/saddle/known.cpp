@@ -1,10 +1,10 @@
-/* Unknowns that their own row determines, as Dirichlet conditions do whose columns were left in place: they are known, and their columns move */
+/* Unknowns determined by their own row, such as Dirichlet conditions whose columns were left in place: their columns move to the right-hand side */
 #include "terms.h"
 #include "../loops.h"
 #include "../objects.h"
 #include <petsc/private/matimpl.h>
 
-/* 1 / A_ii where nothing but A_ii is in row i of [A B'], else 0; some: there are such rows */
+/* Sets known_i = 1 / A_ii if row i of [A B'] has only A_ii, else 0; some: there are such rows. Collective */
 static PetscErrorCode FindOwnRows(const AinsworthSaddle *sp, Mat A, Vec known, PetscBool *some)
 {
   PetscInt                 found = 0;
@@ -35,7 +35,7 @@ static PetscErrorCode FindOwnRows(const AinsworthSaddle *sp, Mat A, Vec known, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A without the columns that mask leaves out, but for the diagonal */
+/* Copies A without the columns where mask is 0, except for their diagonal entries */
 static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
 {
   Vec          diagonal;
@@ -44,17 +44,17 @@ static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
   PetscFunctionBegin;
   PetscCall(AinsworthScaleColumns(A, mask, copy));
   PetscCall(AinsworthCreateDiagonal(A, &diagonal));
-  PetscCall(MatSetOption(*copy, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE)); /* an entry of the diagonal that is zero may not be stored */
+  PetscCall(MatSetOption(*copy, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE)); /* a zero diagonal entry may not be stored */
   PetscCall(MatDiagonalSet(*copy, diagonal, INSERT_VALUES));
   PetscCall(AinsworthMakePatternSymmetric(copy));
-  (*copy)->symmetric = (*copy)->hermitian = PETSC_BOOL3_UNKNOWN; /* a matrix with scaled columns is taken for one that is not */
+  (*copy)->symmetric = (*copy)->hermitian = PETSC_BOOL3_UNKNOWN; /* MatDiagonalScale() declared the copy not symmetric */
   PetscCall(VecDestroy(&diagonal));
   PetscCall(MatGetNearNullSpace(A, &near));
   PetscCall(MatSetNearNullSpace(*copy, near));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* sp->P without the same columns, where A lost them and its own entries are known */
+/* Removes the same columns from sp->P, provided that its entries are accessible; otherwise replaces it by A */
 static PetscErrorCode MovePmat(AinsworthSaddle *sp, Mat A, Vec mask)
 {
   Mat      opaque, P = NULL, copy;
@@ -76,10 +76,10 @@ static PetscErrorCode MovePmat(AinsworthSaddle *sp, Mat A, Vec mask)
 }
 
 /*
-   AinsworthSaddleFindKnown - takes the columns of known unknowns out of a copy of A, and of C, where A is not symmetric and becomes so without them, or where B,
-   which has nothing in these columns, is not C. An A that is symmetric has nothing there, and stays
+   AinsworthSaddleFindKnown - removes the columns of known unknowns from copies of A and C. Collective
 
-   Collective, before the rows of C are classified: one that held known unknowns only is a row of zeros then.
+   This is done if A becomes symmetric by it, or if B, which has nothing in these columns, is not C. A symmetric A has nothing there and is not copied. To be
+   called before the rows of C are classified, because rows with only known unknowns become zero rows.
 */
 PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
 {
@@ -125,7 +125,7 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* moved -= A x and rest -= C x, of the program's A and C, with the known unknowns as x, which becomes them; rows of known unknowns become 0 */
+/* Subtracts A x from moved and C x from rest, for the program's A and C; x becomes the known unknowns, and moved becomes 0 in their rows */
 PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *sp, Vec f, Vec x, Vec work, Vec moved, Vec rest)
 {
   Vec product;
@@ -144,7 +144,7 @@ PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *sp, Vec f, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x, which is 0 there yet but for rounding, gets its known unknowns */
+/* Sets the known unknowns in x, which is 0 there up to rounding */
 PetscErrorCode AinsworthSaddleSetKnown(const AinsworthSaddle *sp, Vec f, Vec x)
 {
   PetscFunctionBegin;

@@ -1,4 +1,4 @@
-/* How programs hand over a saddle point: a matrix or two, what is known of its fields, and which of these are the multipliers */
+/* The input of a saddle-point problem: one or two matrices, their fields, and which fields are multipliers */
 #ifndef AINSWORTH_LAYOUT_H
 #define AINSWORTH_LAYOUT_H
 
@@ -8,7 +8,7 @@
 
 struct AinsworthSaddleBlocks;
 
-/* An index set that is destroyed with its last owner */
+/* An index set with shared ownership */
 typedef std::shared_ptr<struct _p_IS> AinsworthIS;
 static inline AinsworthIS             AinsworthOwnIS(IS is)
 {
@@ -20,24 +20,24 @@ static inline AinsworthIS AinsworthShareIS(IS is)
   return AinsworthOwnIS(is);
 }
 
-/* A field of the program's vectors: its rows in the right-hand side, its columns in the solution */
+/* A field of the program's vectors: its rows in the right-hand side and its columns in the solution */
 struct AinsworthField {
   std::string name;
   AinsworthIS rows, cols;
 };
 typedef std::vector<AinsworthField> AinsworthFields;
 
-/* What the program passed, and what it, a DM or options tell of it */
+/* What the program passed, with what the program, a DM or options define */
 struct AinsworthSaddleInputs {
   Mat                      amat = NULL, pmat = NULL;
-  AinsworthFields          fields;                /* all of the rows, each once; empty: nothing is told */
-  const char              *told = "";             /* who told */
-  std::vector<std::string> multipliers;           /* names or numbers of fields; empty: by sign and shape */
-  PetscInt                 detect = PETSC_DECIDE; /* multipliers are the rows without a positive diagonal entry: 0 never, 1 always */
+  AinsworthFields          fields;                /* cover each row once; empty: no fields are defined */
+  const char              *told = "";             /* who defined them, in words */
+  std::vector<std::string> multipliers;           /* names or numbers of fields; empty: chosen by sign and shape */
+  PetscInt                 detect = PETSC_DECIDE; /* whether rows without a positive diagonal entry are detected as multipliers: 0 never, 1 always */
   PetscInt                 bs     = PETSC_DECIDE; /* block size of A */
-  PetscInt                 dim    = 0;            /* of the coordinates; 0: none */
-  std::vector<PetscReal>   coordinates;           /* of nodes */
-  PetscInt                 located = 0;           /* how often they were given */
+  PetscInt                 dim    = 0;            /* dimension of the coordinates; 0: none */
+  std::vector<PetscReal>   coordinates;           /* of the nodes */
+  PetscInt                 located = 0;           /* how often coordinates were set */
 };
 
 /* layoutfields.cpp */
@@ -73,11 +73,11 @@ PetscErrorCode AinsworthDMGetFields(DM, Mat, AinsworthFields *);
 /* layoutchoice.cpp */
 PetscErrorCode AinsworthChooseMultipliers(const AinsworthSaddleInputs *, Mat, AinsworthSaddleBlocks *);
 
-/* layoutsign.cpp: what the diagonal entry of a row is */
+/* layoutsign.cpp: kinds of diagonal entries */
 enum AinsworthEntry {
   AINSWORTH_ENTRY_ZERO     = -2,
   AINSWORTH_ENTRY_NEGATIVE = -1,
-  AINSWORTH_ENTRY_PLAIN    = 1, /* positive, and alone */
+  AINSWORTH_ENTRY_PLAIN    = 1, /* positive, and the only entry of its row */
   AINSWORTH_ENTRY_POSITIVE = 2
 };
 PetscErrorCode AinsworthLookAtRows(Mat, Vec);

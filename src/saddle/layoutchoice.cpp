@@ -1,16 +1,16 @@
-/* Which fields are the multipliers', by the sign and the shape of their diagonal blocks, or as -pc_ainsworth_multiplier_fields says */
+/* Chooses the multiplier fields by the sign and the shape of their diagonal blocks, or as -pc_ainsworth_multiplier_fields says */
 #include "saddle.h"
 #include "../loops.h"
 #include <petsc/private/petscimpl.h>
 
-/* What is known of a field */
+/* Kind of a field, in ascending order for reductions with MPI_MAX */
 enum Kind {
   EMPTY, /* its diagonal block is absent or zero */
   NEGATIVE /* no entry of its diagonal is positive */,
   POSITIVE
 };
 
-/* The diagonal block of a field: that of a MatNest, or extracted; to be destroyed */
+/* Gets the diagonal block of a field, from a MatNest or extracted; to be destroyed */
 static PetscErrorCode GetDiagonalBlock(Mat mat, const AinsworthSaddleBlocks *found, PetscInt i, Mat *block)
 {
   Mat whole;
@@ -27,14 +27,14 @@ static PetscErrorCode GetDiagonalBlock(Mat mat, const AinsworthSaddleBlocks *fou
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the kind of a field from the diagonal of its block, with a nonzero norm where it is one of a MatNest */
+/* Finds the kind of a field from the diagonal of its block, at least `otherwise`, which is NEGATIVE for a nonzero block of a MatNest. Collective */
 static PetscErrorCode LookAtDiagonal(Vec d, Kind otherwise, Kind *kind)
 {
   PetscInt seen = EMPTY;
 
   PetscFunctionBegin;
   PetscCall(AinsworthForEntries({d}, [&](PetscInt, PetscScalar a) {
-    if (!(PetscRealPart(a) <= 0.0)) seen = POSITIVE; /* or NaN */
+    if (!(PetscRealPart(a) <= 0.0)) seen = POSITIVE; /* positive or NaN */
     else if (a != 0.0) seen = PetscMax(seen, NEGATIVE);
   }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &seen, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)d)));
@@ -42,7 +42,7 @@ static PetscErrorCode LookAtDiagonal(Vec d, Kind otherwise, Kind *kind)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: is a block absent, or without an entry? The first one tells */
+/* Tells whether a block is absent or zero, where possible by its first nonzero entry. Collective */
 static PetscErrorCode IsZero(Mat M, PetscBool *zero)
 {
   PetscBool has = PETSC_FALSE;
@@ -78,7 +78,7 @@ static PetscErrorCode LookAtNest(Mat nest, std::vector<Kind> *kinds)
     (*kinds)[i] = zero ? EMPTY : POSITIVE;
     present += !zero;
   }
-  for (PetscInt i = 0; i < n && present > 1; i++) { /* one alone is A */
+  for (PetscInt i = 0; i < n && present > 1; i++) { /* if there is only one, it is A */
     Mat       block;
     Vec       d;
     PetscBool has;
@@ -113,9 +113,9 @@ static PetscErrorCode LookAtMatrix(Mat mat, const AinsworthFields &fields, std::
 }
 
 /*
-   Neither absent nor without positive entries: of those fields, or of those that are all negative, the diagonal ones are the multipliers'
+   Chooses the multipliers among fields that all have positive diagonal entries, or all have none: those whose diagonal block is diagonal
 
-   Of two that are both diagonal, or both not, it is the smaller, of two equal ones the last.
+   If both of two fields are diagonal, or neither is, chooses the smaller field; the last one if they have the same size.
 */
 static PetscErrorCode ChooseByShape(Mat mat, AinsworthSaddleBlocks *found)
 {
@@ -153,7 +153,7 @@ static PetscErrorCode ChooseByShape(Mat mat, AinsworthSaddleBlocks *found)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The fields that an option names */
+/* Chooses the fields named by an option */
 static PetscErrorCode ChooseNamed(MPI_Comm comm, const AinsworthSaddleInputs *in, AinsworthSaddleBlocks *found)
 {
   const size_t n     = found->fields.size();
@@ -178,7 +178,7 @@ static PetscErrorCode ChooseNamed(MPI_Comm comm, const AinsworthSaddleInputs *in
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthChooseMultipliers - fills in found->multiplier, for fields of mat */
+/* AinsworthChooseMultipliers - sets found->multiplier for the fields of mat. Collective */
 PetscErrorCode AinsworthChooseMultipliers(const AinsworthSaddleInputs *in, Mat mat, AinsworthSaddleBlocks *found)
 {
   MPI_Comm          comm     = PetscObjectComm((PetscObject)mat);
@@ -202,7 +202,7 @@ PetscErrorCode AinsworthChooseMultipliers(const AinsworthSaddleInputs *in, Mat m
     PetscCall(ChooseByShape(mat, found));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  /* where nothing is positive, what is negative is -A */
+  /* without a positive field, the negative one is -A */
   for (size_t i = 0; i < n; i++) found->multiplier[i] = kinds[i] == EMPTY || (kinds[i] == NEGATIVE && count[POSITIVE]);
   found->chosen = count[NEGATIVE] && count[POSITIVE] ? "no diagonal entry of theirs is positive" : "their diagonal block is zero";
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,4 +1,4 @@
-/* Nothing but a matrix: the diagonal tells which rows are those of multipliers */
+/* Detection of the multipliers in a plain matrix, from its diagonal */
 #include "saddle.h"
 #include "../lists.h"
 #include "../loops.h"
@@ -6,10 +6,10 @@
 #include <petsc/private/petscimpl.h>
 
 /*
-   AinsworthDetectFields - two fields, the multipliers' and the others; refused where that is no saddle point
+   AinsworthDetectFields - splits a plain matrix into a primal field and multipliers; raises an error if it is no saddle-point matrix. Collective
 
-   Multipliers have no positive diagonal entry. Where no row has, but for Dirichlet conditions, the matrix is minus a saddle point, and they have a zero.
-   Where all rows have, the signs of what couples them tell.
+   Multipliers have no positive diagonal entry. If no row has one, except for Dirichlet conditions, the matrix is minus a saddle point, and multipliers have
+   zeros. If all rows have one, the signs of the coupling entries decide.
 */
 PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
 {
@@ -68,7 +68,7 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthCheckDetected - refuses a row without a diagonal entry that is coupled with another that is not positive: it need not be that of a multiplier. Collective */
+/* AinsworthCheckDetected - raises an error if a multiplier row with a zero diagonal entry is coupled to another one: it may be a primal row. Collective */
 PetscErrorCode AinsworthCheckDetected(const AinsworthSaddleBlocks *found)
 {
   Mat                   D    = found->block[AINSWORTH_BLOCK_D];

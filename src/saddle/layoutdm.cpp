@@ -1,8 +1,8 @@
-/* A DM with fields, as PCFIELDSPLIT finds them */
+/* Fields of a DM, found as PCFIELDSPLIT finds them */
 #include "layout.h"
 #include <petscdm.h>
 
-/* Rigid-body modes to the index set of a field whose DM has coordinates, as many on each rank as the field has unknowns */
+/* Attaches rigid-body modes to the index set of a field if its DM has coordinates, one for each unknown of the field */
 static PetscErrorCode AttachModes(DM dm, IS field)
 {
   Vec          coordinates = NULL;
@@ -27,7 +27,7 @@ static PetscErrorCode AttachModes(DM dm, IS field)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthDMGetFields - the fields of a DM with the rows of the matrix; none where it has less than two, or is of another size */
+/* AinsworthDMGetFields - gets the fields of a DM; none if it has fewer than two or its size is not that of the matrix. Collective */
 PetscErrorCode AinsworthDMGetFields(DM dm, Mat mat, AinsworthFields *fields)
 {
   PetscInt n, size, total = 0;
@@ -37,7 +37,7 @@ PetscErrorCode AinsworthDMGetFields(DM dm, Mat mat, AinsworthFields *fields)
 
   PetscFunctionBegin;
   fields->clear();
-  PetscCall(DMSetUp(dm)); /* that a KSP makes for itself waits for it */
+  PetscCall(DMSetUp(dm)); /* a DM created by the KSP is not set up yet */
   PetscCall(DMCreateFieldDecomposition(dm, &n, &names, &sets, &dms));
   for (PetscInt i = 0; i < n; i++) {
     const AinsworthIS set = AinsworthOwnIS(sets[i]);

@@ -1,10 +1,10 @@
-/* Which of the program's matrices has the blocks, whose fields are they, and which index sets do the primal ones and the multipliers have together */
+/* Finds the matrix that has the blocks, its fields, and the joined index sets of the primal and the multiplier fields */
 #include "saddle.h"
 #include "../lists.h"
 #include "../objects.h"
 #include <petsc/private/petscimpl.h>
 
-/* AinsworthIsNest - is it a MatNest of more than one block? */
+/* AinsworthIsNest - tells whether a matrix is a MatNest with more than one row of blocks */
 PetscErrorCode AinsworthIsNest(Mat mat, PetscBool *nest)
 {
   PetscInt nr = 0, nc = 0;
@@ -16,7 +16,7 @@ PetscErrorCode AinsworthIsNest(Mat mat, PetscBool *nest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthChooseMatrix - the matrix that has the blocks: Amat, unless it is one that gives no entries */
+/* AinsworthChooseMatrix - chooses the matrix that has the blocks: Amat, unless its entries are inaccessible */
 PetscErrorCode AinsworthChooseMatrix(const AinsworthSaddleInputs *in, Mat *mat)
 {
   Mat       opaque = NULL;
@@ -32,7 +32,7 @@ PetscErrorCode AinsworthChooseMatrix(const AinsworthSaddleInputs *in, Mat *mat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Names that the program gave to the very fields of its MatNest */
+/* Copies the names that the program gave to the fields of its MatNest */
 static PetscErrorCode NameFields(const AinsworthSaddleInputs *in, AinsworthFields *fields)
 {
   PetscFunctionBegin;
@@ -44,7 +44,7 @@ static PetscErrorCode NameFields(const AinsworthSaddleInputs *in, AinsworthField
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFindFields - those of the MatNest, those that the program or its DM named, those of a MatNest in Pmat, or, with detect, found by the diagonal */
+/* AinsworthFindFields - finds the fields: those of a MatNest, those that the program or its DM defined, those of a MatNest in Pmat, or detected ones */
 PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   PetscBool nest, hides = PETSC_FALSE, pnest;
@@ -59,7 +59,7 @@ PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *in, Mat mat, con
     PetscCall(AinsworthNestHides(mat, &hides));
     found->extracted = hides;
     found->told      = "of the MatNest";
-    if (hides && last && last->extracted) found->fields = last->fields; /* another structure shows in the state */
+    if (hides && last && last->extracted) found->fields = last->fields; /* a change of structure would change the state */
     else if (hides) PetscCall(AinsworthNestFlatten(mat, &found->fields));
     else {
       PetscCall(AinsworthNestGetFields(mat, &found->fields));
@@ -77,7 +77,7 @@ PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *in, Mat mat, con
     found->told = "of the MatNest in Pmat";
     PetscCall(AinsworthNestGetFields(in->pmat, &found->fields));
   } else {
-    if (last && last->extracted && last->layout == found->layout) { /* a change of values shows in the state */
+    if (last && last->extracted && last->layout == found->layout) { /* a change of values would change the state */
       found->fields = last->fields;
       found->told   = last->told;
     } else {
@@ -91,7 +91,7 @@ PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *in, Mat mat, con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Index sets that are equal to those of the last set-up become the same objects, which tells that nothing changed */
+/* Replaces index sets that equal those of the last set-up by the same objects, so that comparing pointers shows that nothing changed */
 static PetscErrorCode KeepSets(const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   PetscFunctionBegin;
@@ -110,7 +110,7 @@ static PetscErrorCode KeepSets(const AinsworthSaddleBlocks *last, AinsworthSaddl
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The index set of some fields: of one its own; several one after the other on each rank, as the parts of a MatNest, or sorted for submatrices */
+/* Joins the index sets of some fields: a single one is shared; several are concatenated on each rank as in a MatNest, or sorted for submatrices */
 static PetscErrorCode JoinSets(MPI_Comm comm, const std::vector<IS> &sets, PetscBool sorted, IS *join)
 {
   std::vector<PetscInt> index;
@@ -133,12 +133,12 @@ static PetscErrorCode JoinSets(MPI_Comm comm, const std::vector<IS> &sets, Petsc
   for (PetscInt i = 1; i < total; i++)
     if (index[i] != index[i - 1] + 1) contiguous = PETSC_FALSE;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &contiguous, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
-  if (contiguous) PetscCall(ISCreateStride(comm, total, total ? index[0] : 0, 1, join)); /* submatrices of such are made several times faster */
+  if (contiguous) PetscCall(ISCreateStride(comm, total, total ? index[0] : 0, 1, join)); /* MatCreateSubMatrix() is several times faster */
   else PetscCall(ISCreateGeneral(comm, total, index.data(), PETSC_COPY_VALUES, join));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthJoinFields - rows and cols of the primal and of the multiplier fields: the same objects as in last where the fields are the same */
+/* AinsworthJoinFields - creates the rows and cols of the primal and multiplier fields; shares those of last if the fields are the same. Collective */
 PetscErrorCode AinsworthJoinFields(MPI_Comm comm, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   bool same = last && last->layout && last->extracted == found->extracted && last->multiplier == found->multiplier &&

@@ -1,9 +1,9 @@
-/* One matrix of any type with index sets of its fields: blocks are submatrices, made again for what changed only */
+/* Blocks as submatrices of one matrix of any type; only blocks that changed are made again */
 #include "saddle.h"
 #include "split.h"
 #include "../objects.h"
 
-/* Is the matrix that of the last time, with the same nonzero pattern and index sets, and were the blocks filled from it? */
+/* Tells whether blocks were filled from the same matrix, with the same nonzero pattern and index sets, at the last set-up */
 static PetscErrorCode SamePattern(Mat mat, int which, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found, PetscBool *same)
 {
   PetscBool tells;
@@ -17,7 +17,7 @@ static PetscErrorCode SamePattern(Mat mat, int which, const AinsworthSaddleBlock
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the rows of the whole are multiplied by, where it is minus a saddle point */
+/* Gets the factors of the local rows of minus a saddle point */
 static PetscErrorCode GetFactors(Vec sign, const AinsworthSplit *split, std::vector<PetscReal> *factors)
 {
   const PetscScalar *s;
@@ -30,7 +30,7 @@ static PetscErrorCode GetFactors(Vec sign, const AinsworthSplit *split, std::vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* found->block[first] and those after it from a matrix, in those of the last time where its pattern is the same */
+/* Extracts `wanted` blocks from found->block[first] on; refills those of the last set-up if the pattern has not changed */
 static PetscErrorCode Extract(Mat mat, int which, int first, int wanted, Vec sign, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   Mat                                    whole;
@@ -61,7 +61,7 @@ static PetscErrorCode Extract(Mat mat, int which, int first, int wanted, Vec sig
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthExtractBlocks - the blocks of mat; last: those of the same index sets at the last set-up, or NULL */
+/* AinsworthExtractBlocks - extracts the blocks A to D of mat; last: result of the last set-up, or NULL. Collective */
 PetscErrorCode AinsworthExtractBlocks(Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   const char *const letters[] = {"A", "B", "C", "D"};
@@ -74,11 +74,11 @@ PetscErrorCode AinsworthExtractBlocks(Mat mat, const AinsworthSaddleBlocks *last
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthExtractPrimal - the primal block of Pmat, with the sign of the other blocks */
+/* AinsworthExtractPrimal - extracts the primal block of Pmat, with the signs changed as those of the other blocks. Collective */
 PetscErrorCode AinsworthExtractPrimal(Mat pmat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   PetscBool opaque;
-  Vec       sign = NULL; /* its rows of Dirichlet conditions may be others */
+  Vec       sign = NULL; /* Pmat may have other Dirichlet rows than Amat */
 
   PetscFunctionBegin;
   PetscCall(AinsworthCheckEntries(pmat, "Pmat", "of a saddle point", &opaque));

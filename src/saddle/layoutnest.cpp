@@ -1,4 +1,4 @@
-/* MatNest: one field for each row of blocks; parts of it that belong to several fields */
+/* MatNest: one field for each row of blocks; parts that span several fields */
 #include "saddle.h"
 
 PetscErrorCode AinsworthNestGetFields(Mat nest, AinsworthFields *fields)
@@ -17,7 +17,7 @@ PetscErrorCode AinsworthNestGetFields(Mat nest, AinsworthFields *fields)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is a block without entries? Nothing is known of a block that is there, but of an absent one, or a nest of absent ones */
+/* Tells whether a block is absent or a nest of absent blocks; the entries of other blocks are not read */
 static PetscErrorCode IsAbsent(Mat M, PetscBool *absent)
 {
   PetscInt nr, nc;
@@ -35,7 +35,7 @@ static PetscErrorCode IsAbsent(Mat M, PetscBool *absent)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthNestHides - are there multipliers inside a diagonal block, in a nest of its own whose diagonal has absent and present blocks? */
+/* AinsworthNestHides - tells whether a diagonal block is itself a nest with absent and present diagonal blocks, which means that it has multipliers */
 PetscErrorCode AinsworthNestHides(Mat nest, PetscBool *hides)
 {
   PetscInt nr, nc;
@@ -64,7 +64,7 @@ PetscErrorCode AinsworthNestHides(Mat nest, PetscBool *hides)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthNestFlatten - the fields of all nests in the diagonal blocks of a nest, in the numbering of the whole */
+/* AinsworthNestFlatten - gets the fields of all nested diagonal blocks, in the numbering of the whole matrix */
 PetscErrorCode AinsworthNestFlatten(Mat nest, AinsworthFields *fields)
 {
   AinsworthFields outer, inner;
@@ -96,7 +96,7 @@ PetscErrorCode AinsworthNestFlatten(Mat nest, AinsworthFields *fields)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthNestGetPartState - one number for some rows and columns of blocks, and all that they are made of; 0 where all are absent */
+/* AinsworthNestGetPartState - computes one state for some rows and columns of blocks and all they are made of; 0 if all are absent */
 PetscErrorCode AinsworthNestGetPartState(Mat nest, const std::vector<PetscInt> &rows, const std::vector<PetscInt> &cols, uint64_t *state)
 {
   uint64_t all = 0, any = 0;
@@ -117,7 +117,7 @@ PetscErrorCode AinsworthNestGetPartState(Mat nest, const std::vector<PetscInt> &
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A matrix without entries, that tells a nest the size of one of its rows */
+/* Creates a matrix without entries, which gives a nest the sizes of an otherwise absent row or column */
 static PetscErrorCode CreateEmpty(IS rows, IS cols, Mat *empty)
 {
   PetscInt m, n;
@@ -131,7 +131,7 @@ static PetscErrorCode CreateEmpty(IS rows, IS cols, Mat *empty)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthNestGetPart - some rows and columns of blocks: one block as it is, several as a nest of them, NULL where all are absent; to be destroyed */
+/* AinsworthNestGetPart - gets some rows and columns of blocks: a single block itself, several as a nest, NULL if all are absent; to be destroyed. Collective */
 PetscErrorCode AinsworthNestGetPart(Mat nest, const std::vector<PetscInt> &rows, const std::vector<PetscInt> &cols, Mat *part)
 {
   const size_t     nr = rows.size(), nc = cols.size();

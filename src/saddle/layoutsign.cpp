@@ -1,9 +1,9 @@
-/* Minus a saddle point: no entry of the diagonal of A is positive, but in rows of Dirichlet conditions, which have no other entry */
+/* Minus a saddle point: no diagonal entry of A is positive, except in Dirichlet rows, which have no other entry */
 #include "saddle.h"
 #include "../loops.h"
 #include "../objects.h"
 
-/* AinsworthLookAtRows - entries, the diagonal of mat, becomes what these are */
+/* AinsworthLookAtRows - replaces the diagonal of mat, in entries, by the kind of each entry. Collective */
 PetscErrorCode AinsworthLookAtRows(Mat mat, Vec entries)
 {
   Mat          aij;
@@ -25,9 +25,9 @@ PetscErrorCode AinsworthLookAtRows(Mat mat, Vec entries)
 }
 
 /*
-   AinsworthFindSign - -1 for each of some rows of a matrix, 1 for plain ones, where it is minus a saddle point, otherwise NULL
+   AinsworthFindSign - for minus a saddle point, creates a vector with -1 for each given row and 1 for plain rows; otherwise NULL. Collective
 
-   rows NULL: all rows of A alone, none of which is plain, as C may use its unknown
+   rows NULL: mat is A alone; then no row is plain, because C may use its unknown.
 */
 PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
 {
@@ -45,7 +45,7 @@ PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
   PetscCall(AinsworthCreateDiagonal(mat, &diagonal));
   part = diagonal;
   if (rows) PetscCall(VecGetSubVector(diagonal, rows, &part));
-  PetscCall(VecMin(part, NULL, &least)); /* of most matrices no row is looked at */
+  PetscCall(VecMin(part, NULL, &least)); /* most matrices need no search of their rows */
   if (rows) PetscCall(VecRestoreSubVector(diagonal, rows, &part));
   PetscCall(AinsworthFindOpaque(mat, &opaque));
   if (least < 0.0 && !opaque) {
@@ -61,7 +61,7 @@ PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthChangeSign - of a block; plain rows of A keep theirs. MatDiagonalScale() would make it a matrix that is known not to be symmetric */
+/* AinsworthChangeSign - changes the sign of a block, except in plain rows of A; avoids MatDiagonalScale() on A, which would declare it not symmetric */
 PetscErrorCode AinsworthChangeSign(Vec sign, int k, Mat block)
 {
   Vec                diagonal;

@@ -1,9 +1,9 @@
-/* Nothing but a matrix whose diagonal is positive: [A -B'; B D], whose fields are told by the signs of what couples them */
+/* Detection of the fields of a plain matrix [A -B'; B D] with a positive diagonal, from the signs of its off-diagonal entries */
 #include "saddle.h"
 #include "../loops.h"
 #include <algorithm>
 
-/* The signs of a matrix: 1 where entry and conjugate mirror image are unlike opposites, -1 where they are opposites, nothing where one of both is zero */
+/* Creates a matrix with -1 where an entry is the opposite of its conjugate mirror image, 1 where it is not, and nothing where either is zero. Collective */
 static PetscErrorCode CreateSigns(Mat mat, Mat *signs, PetscBool *opposites)
 {
   Mat              aij, adjoint;
@@ -40,7 +40,7 @@ static PetscErrorCode CreateSigns(Mat mat, Mat *signs, PetscBool *opposites)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives a side to all rows that hang together with the first one without: to the more numerous ones 1, to the others -1. done: there is no such row */
+/* Assigns sides to all rows connected to the first row without one: 1 for the larger side, -1 for the other. done: every coupled row has a side. Collective */
 static PetscErrorCode FindSidesOfPart(Mat signs, Vec degree, Vec side, Vec y, PetscBool *done)
 {
   MPI_Comm              comm = PetscObjectComm((PetscObject)side);
@@ -81,9 +81,9 @@ static PetscErrorCode FindSidesOfPart(Mat signs, Vec degree, Vec side, Vec y, Pe
 }
 
 /*
-   AinsworthFindSides - 1 for rows of primal unknowns, which are more in each part of the matrix that hangs together, -1 for those of multipliers
+   AinsworthFindSides - finds 1 for rows of primal unknowns, the majority in each connected part of the matrix, and -1 for rows of multipliers. Collective
 
-   NULL where no entry has an opposite mirror image, or where signs contradict each other. Collective
+   *side is NULL if no entry has an opposite mirror image, or if signs contradict each other.
 */
 PetscErrorCode AinsworthFindSides(Mat mat, Vec *side)
 {
@@ -101,7 +101,7 @@ PetscErrorCode AinsworthFindSides(Mat mat, Vec *side)
     PetscCall(AinsworthRowSums(signs, 1, degree));
     PetscCall(VecSet(*side, 0.0));
     for (int parts = 0; parts < 64 && !done; parts++) PetscCall(FindSidesOfPart(signs, degree, *side, y, &done));
-    PetscCall(MatMult(signs, *side, y)); /* is each entry between two rows of the sign that their sides have? */
+    PetscCall(MatMult(signs, *side, y)); /* check that the sign of every entry matches the sides of its two rows */
     PetscCall(VecPointwiseMult(y, y, *side));
     PetscCall(VecAXPY(y, -1.0, degree));
     PetscCall(VecNorm(y, NORM_INFINITY, &norm));
@@ -112,7 +112,7 @@ PetscErrorCode AinsworthFindSides(Mat mat, Vec *side)
   PetscCall(MatDestroy(&signs));
   if (!*side) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthUpdate(*side, [](PetscInt, PetscScalar &s) {
-    if (s == 0.0) s = 1.0; /* rows that are coupled with none */
+    if (s == 0.0) s = 1.0; /* rows without off-diagonal entries */
   }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,15 +1,15 @@
-/* Blocks, each an AIJ or absent, become one AIJ in one pass over their entries */
+/* Merges AIJ blocks, some of which may be absent, into one AIJ matrix in one pass over their entries */
 #include "saddle.h"
 #include <petsc/private/petscimpl.h>
 #include <algorithm>
 
-/* The numbering of the columns of a nest: each rank has its part of all fields, one after the other */
+/* Column numbers of a nest: each rank has its parts of all fields, one after the other */
 struct Numbering {
-  std::vector<const PetscInt *> ranges;  /* of the ranks in each field */
-  std::vector<PetscInt>         offsets; /* of the fields on this rank */
+  std::vector<const PetscInt *> ranges;  /* ownership ranges of each field */
+  std::vector<PetscInt>         offsets; /* of each field in the local columns */
   PetscInt                      local = 0;
 
-  /* of an unknown of another rank in the whole */
+  /* Returns the global number in the nest of an unknown of any rank */
   PetscInt operator()(size_t field, PetscInt unknown) const
   {
     PetscInt rank = 0, whole = 0;
@@ -36,7 +36,7 @@ static PetscErrorCode AddField(Mat block, Numbering *numbering)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: are the unknowns of the nest those of its blocks one after the other, as MatCreateNest() numbers them without index sets? */
+/* Tells whether the unknowns of the nest are those of its blocks one after the other, as MatCreateNest() numbers them without index sets. Collective */
 static PetscErrorCode IsInOrder(MPI_Comm comm, const std::vector<IS> &sets, PetscBool *order)
 {
   PetscInt next = 0, all = 0, first, n;
@@ -60,7 +60,7 @@ static PetscErrorCode IsInOrder(MPI_Comm comm, const std::vector<IS> &sets, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A block, and where its columns go: those of this rank, and those of others */
+/* A block and its column maps, for local columns and for those of other ranks */
 struct Block {
   AinsworthCSR          part[2];
   std::vector<PetscInt> map[2];
@@ -82,7 +82,7 @@ static PetscErrorCode BlockGet(Mat M, size_t field, const Numbering &cols, Block
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Ranks have unknowns of all fields, so that columns of other ranks may not be in the order of the fields */
+/* Sorts a row: each rank has unknowns of all fields, so columns of other ranks need not be in the order of the fields */
 static void Sort(PetscInt n, PetscInt j[], PetscScalar a[])
 {
   std::vector<std::pair<PetscInt, PetscScalar>> row(n);
@@ -95,7 +95,7 @@ static void Sort(PetscInt n, PetscInt j[], PetscScalar a[])
   }
 }
 
-/* A row of the whole: one of each block, in the order of the fields */
+/* Appends a row of the merged matrix, field by field */
 static void Append(const Block blocks[], size_t nc, int p, PetscInt r, PetscInt *j, PetscScalar *a)
 {
   PetscInt n      = 0;
@@ -115,7 +115,7 @@ static void Append(const Block blocks[], size_t nc, int p, PetscInt r, PetscInt 
   if (!rising) Sort(n, j, a);
 }
 
-/* The rows of nr x nc blocks, with columns of this rank or of others */
+/* Merges the rows of all blocks, for local columns (p = 0) or those of other ranks (p = 1) */
 static std::unique_ptr<AinsworthRows> Merge(const std::vector<Block> &blocks, size_t nc, int p)
 {
   std::unique_ptr<AinsworthRows> rows(new AinsworthRows);
@@ -144,9 +144,9 @@ static std::unique_ptr<AinsworthRows> Merge(const std::vector<Block> &blocks, si
 }
 
 /*
-   AinsworthMergeAIJ - one AIJ of AIJ blocks on the index sets of a nest; collective
+   AinsworthMergeAIJ - merges AIJ blocks on the index sets of a nest into one AIJ matrix. Collective
 
-   NULL where these sets are not in the order of the blocks, or where a row or a column has no block
+   *aij is NULL if these sets are not in the order of the blocks, or if a row or column has no block.
 */
 PetscErrorCode AinsworthMergeAIJ(MPI_Comm comm, const std::vector<IS> &rows, const std::vector<IS> &cols, const std::vector<Mat> &mats, Mat *aij)
 {

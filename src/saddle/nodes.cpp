@@ -1,16 +1,16 @@
-/* Nodes whose unknowns are not next to each other: numbered component by component, or as a program met them */
+/* Nodes whose unknowns are not contiguous: numbered component by component, or in an arbitrary order */
 #include "saddle.h"
 #include "../lists.h"
 #include <unordered_map>
 
-/* Part of the nodes that has to agree, largest number of their unknowns, rows of each rank that are looked at before all are */
+/* Fraction of the nodes that has to agree; largest number of unknowns per node; number of rows of each rank examined at first */
 static const PetscReal enough  = 0.9;
 static const PetscInt  largest = 6;
 static const PetscInt  voters  = 100;
-/* Part of the entries that components of nodes have among each other: a scalar problem, whose lower half looks like its upper, has 1/2 at most */
+/* Fraction of the couplings between components of nodes that must have entries; at most 1/2 in a scalar problem whose halves look alike */
 static const PetscReal coupled = 0.6;
 
-/* The columns of a row; none where it has but one entry, as with Dirichlet conditions */
+/* Gets the columns of a row; none if it has a single entry, as with Dirichlet conditions */
 PetscErrorCode AinsworthGetColumns(Mat A, PetscInt row, std::vector<PetscInt> *columns)
 {
   PetscInt        n;
@@ -23,7 +23,7 @@ PetscErrorCode AinsworthGetColumns(Mat A, PetscInt row, std::vector<PetscInt> *c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The nodes that columns belong to where each rank has its unknowns component by component, rising */
+/* Replaces columns by their nodes, ascending, assuming that each rank numbers its unknowns component by component */
 static void ToNodes(const PetscInt ranges[], PetscMPIInt size, PetscInt bs, std::vector<PetscInt> *columns)
 {
   for (PetscInt &c : *columns) {
@@ -34,10 +34,10 @@ static void ToNodes(const PetscInt ranges[], PetscMPIInt size, PetscInt bs, std:
   AinsworthSortUnique(columns);
 }
 
-/* Collective: would the rows of nearly all nodes touch the same nodes, in most of their components, if each rank had its unknowns component by component? */
+/* Tells whether, if ranks number unknowns component by component, the rows of nearly all nodes touch the same nodes in most components. Collective */
 static PetscErrorCode AreByComponent(Mat A, PetscInt bs, PetscBool *yes)
 {
-  PetscInt              n, first, count[4] = {0, 0, 0, 0}; /* nodes that agree, that vote, that they touch, entries */
+  PetscInt              n, first, count[4] = {0, 0, 0, 0}; /* nodes that agree, nodes that vote, nodes that they touch, entries */
   PetscMPIInt           size;
   const PetscInt       *ranges;
   PetscBool             divides;
@@ -74,7 +74,7 @@ static PetscErrorCode AreByComponent(Mat A, PetscInt bs, PetscBool *yes)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: have nearly all of some rows a twin, one with entries in the same columns, among the rows that they touch? */
+/* Tells whether nearly all examined rows have a twin, a row with the same columns, among the rows that they touch. Collective */
 static PetscErrorCode HaveTwins(Mat A, PetscBool *yes)
 {
   PetscInt              first, end, count[2] = {0, 0};
@@ -101,13 +101,13 @@ static PetscErrorCode HaveTwins(Mat A, PetscBool *yes)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: nodes are rows with entries in the same columns, where all have as many of them; bs is 1 otherwise */
+/* Finds nodes as sets of rows with the same columns, if all have the same number of rows; otherwise bs is 1. Collective */
 static PetscErrorCode FindTwins(Mat A, PetscInt *bs, std::vector<PetscInt> *order)
 {
   PetscInt                                  first, end, size = 0;
-  std::unordered_map<uint64_t, std::size_t> known; /* the node of a pattern */
+  std::unordered_map<uint64_t, std::size_t> known; /* node of each hashed pattern */
   std::vector<std::vector<PetscInt>>        nodes;
-  std::vector<PetscInt>                     columns, alone; /* alone: Dirichlet conditions, coupled with nothing, which may make up any node */
+  std::vector<PetscInt>                     columns, alone; /* alone: Dirichlet rows, coupled to nothing, which may form any node */
   PetscBool                                 good;
 
   PetscFunctionBegin;
@@ -140,7 +140,7 @@ static PetscErrorCode FindTwins(Mat A, PetscInt *bs, std::vector<PetscInt> *orde
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFindNodes() of any A, whatever was found before */
+/* Implements AinsworthFindNodes() without its cache */
 static PetscErrorCode Find(Mat A, PetscInt *bs, std::vector<PetscInt> *order)
 {
   PetscBool found = PETSC_FALSE;
@@ -159,10 +159,11 @@ static PetscErrorCode Find(Mat A, PetscInt *bs, std::vector<PetscInt> *order)
 }
 
 /*
-   AinsworthFindNodes - unknowns of a node where these are not next to each other, and the rows of this rank node by node; 1 and none where there are no such nodes
+   AinsworthFindNodes - finds the number of unknowns per node if they are not contiguous, and the local rows ordered by nodes; otherwise 1 and no order.
+   Collective
 
-   Collective. Entries that are zero may be missing only where unknowns are numbered component by component, and rows of Dirichlet conditions be there. What is
-   found stays with A, for the next caller, as long as its pattern does.
+   Zero entries may be missing only if unknowns are numbered component by component; Dirichlet rows may be present. The result is cached with A until its
+   nonzero pattern changes.
 */
 PetscErrorCode AinsworthFindNodes(Mat A, PetscInt *bs, std::vector<PetscInt> *order)
 {
@@ -194,6 +195,6 @@ PetscErrorCode AinsworthFindNodes(Mat A, PetscInt *bs, std::vector<PetscInt> *or
   PetscCall(ISSetBlockSize(nodes, *bs));
   PetscCall(PetscObjectComposedDataSetReal((PetscObject)nodes, stateId, (PetscReal)pattern));
   PetscCall(PetscObjectCompose((PetscObject)A, name, (PetscObject)nodes));
-  PetscCall(ISDestroy(&nodes)); /* A has it */
+  PetscCall(ISDestroy(&nodes)); /* A holds the reference */
   PetscFunctionReturn(PETSC_SUCCESS);
 }

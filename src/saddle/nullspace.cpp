@@ -2,7 +2,7 @@
 #include "../objects.h"
 #include <vector>
 
-/* The near null space of A, attached to A or, as for PCFIELDSPLIT, to the index set of its field, or made of coordinates; NULL if none; not to be destroyed */
+/* Gets the near null space of A: attached to A or (as for PCFIELDSPLIT) to the index set of its field, or made of coordinates; borrowed, NULL if none */
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *sp, MatNullSpace *near)
 {
   PetscFunctionBegin;
@@ -12,7 +12,7 @@ PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *sp, MatNul
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Vectors of the whole with the near null space of a field in its columns, zero elsewhere, are added; cols NULL: of the whole; to be destroyed */
+/* Appends the near null space of a field as vectors of the whole matrix, zero elsewhere; to be destroyed. cols NULL: it is that of the whole matrix */
 static PetscErrorCode AddModes(Mat mat, MatNullSpace near, IS cols, std::vector<Vec> *modes)
 {
   PetscBool  constant;
@@ -39,7 +39,7 @@ static PetscErrorCode AddModes(Mat mat, MatNullSpace near, IS cols, std::vector<
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* v less its parts in the directions of some vectors of length 1, one after the other */
+/* Orthogonalizes v against vectors of length 1 by modified Gram-Schmidt */
 static PetscErrorCode Orthogonalize(const std::vector<Vec> &directions, Vec v)
 {
   PetscScalar product;
@@ -52,7 +52,7 @@ static PetscErrorCode Orthogonalize(const std::vector<Vec> &directions, Vec v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The part of a vector of the whole in a field, laid out as the columns of A */
+/* Copies the part of a vector of the whole matrix in a field, laid out as the columns of A */
 static PetscErrorCode CreatePart(Mat A, Vec whole, IS field, Vec *v)
 {
   Vec part;
@@ -66,14 +66,15 @@ static PetscErrorCode CreatePart(Mat A, Vec whole, IS field, Vec *v)
 }
 
 /*
-   AinsworthSaddleAttachNearNullSpace - gives an A that was made of parts of mat the near null spaces of these, or of the index sets of their fields, or
-   else the primal part of that of mat
+   AinsworthSaddleAttachNearNullSpace - attaches a near null space to an A that was made of parts of mat. Collective
+
+   It consists of those of these parts, or of the index sets of their fields; if there are none, of the primal part of that of mat.
 */
 PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *found, Mat mat)
 {
   Mat              A = found->block[AINSWORTH_BLOCK_A];
   MatNullSpace     near;
-  const char      *name = NULL; /* of what the modes are made of */
+  const char      *name = NULL; /* source of the modes, for views */
   std::vector<Vec> modes, parts;
 
   PetscFunctionBegin;
@@ -102,7 +103,7 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
     PetscCall(Orthogonalize(parts, v));
     PetscCall(VecNormalize(v, &rest));
     if (rest > PETSC_SQRT_MACHINE_EPSILON * norm) parts.push_back(v);
-    else PetscCall(VecDestroy(&v)); /* the primal part of a mode of the multipliers */
+    else PetscCall(VecDestroy(&v)); /* dependent on the others, as the primal part of a mode of the multipliers may be */
   }
   if (parts.empty()) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNullSpaceCreate(PetscObjectComm((PetscObject)A), PETSC_FALSE, (PetscInt)parts.size(), parts.data(), &near));
@@ -113,7 +114,7 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The null space of the program's matrix; of amat only where pmat has none */
+/* Gets the null space of pmat, or else that of amat */
 PetscErrorCode AinsworthSaddleGetWhole(Mat amat, Mat pmat, MatNullSpace *whole)
 {
   PetscFunctionBegin;
@@ -123,15 +124,16 @@ PetscErrorCode AinsworthSaddleGetWhole(Mat amat, Mat pmat, MatNullSpace *whole)
 }
 
 /*
-   AinsworthSaddleRemoveNullSpace - what a KSP does with the solution: takes the null space attached to its operator out of x and lambda together
+   AinsworthSaddleRemoveNullSpace - removes the null space attached to the operator from x and lambda together, as a KSP does with the solution. Collective
 
-   In exact arithmetic nothing happens to the equations. But the rounding is that of the larger of x and lambda, and where their units are decades apart
-   nothing may be left of the smaller: to be done before x and lambda are verified, as the KSP does it after. The constant vector is left to the KSP.
+   In exact arithmetic this does not change the residuals. But the rounding is that of the larger of x and lambda, and if their units differ by decades nothing
+   may be left of the smaller. So this has to be done before the solution is verified, because the KSP does it afterwards. The constant vector is left to the
+   KSP.
 */
 PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *sp, Mat amat, PetscBool transpose, AinsworthSaddleVec y, PetscBool *removed)
 {
   const IS         *field = transpose ? sp->rows : sp->cols;
-  const PetscScalar sign  = sp->negated ? -1.0 : 1.0; /* lambda is still ours */
+  const PetscScalar sign  = sp->negated ? -1.0 : 1.0; /* lambda does not have the program's sign yet */
   MatNullSpace      whole;
   PetscBool         constant;
   PetscInt          n = 0;
@@ -159,7 +161,7 @@ PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *sp, Mat ama
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: does A v vanish? Entries of a semidefinite A are at most as large as those of its diagonal */
+/* Tells whether A v vanishes, relative to the diagonal, which bounds the entries of a semidefinite A. Collective */
 static PetscErrorCode Annihilates(Mat A, Vec v, PetscBool *zero)
 {
   Vec       y;
@@ -178,8 +180,10 @@ static PetscErrorCode Annihilates(Mat A, Vec v, PetscBool *zero)
 }
 
 /*
-   Vectors that the program says are in the null space of A, to be destroyed: those attached to A, to the index set of its field, as for PCFIELDSPLIT, or the
-   primal parts of those attached to the whole matrix, as far as A takes them to zero
+   Gets the vectors that the program declares to be in the null space of A; to be destroyed
+
+   They are attached to A or, as for PCFIELDSPLIT, to the index set of its field; otherwise they are the primal parts of those attached to the whole matrix, if
+   A maps them to zero.
 */
 static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec> *vectors)
 {
@@ -220,14 +224,14 @@ static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec>
 }
 
 /*
-   AinsworthSaddleCreateNullSpace - the part of the null space of A that is also in Ker C, NULL if there is none
+   AinsworthSaddleCreateNullSpace - creates the intersection of the null spaces of A and C, NULL if it is trivial. Collective
 
-   What C holds is no null space of the reduced operator. Each vector v is reduced, with its image C v, against the images
-   found so far; the v whose image vanishes span Ker A and Ker C.
+   Vectors that C does not annihilate are not in the null space of the reduced operator. Each vector v is reduced, together with its image C v, against the
+   images found so far; the v with a vanishing image span the intersection.
 */
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNullSpace *common)
 {
-  std::vector<Vec> given, free, held, images; /* of the held ones */
+  std::vector<Vec> given, free, held, images; /* C v of the held vectors */
   PetscReal        normC;
   Mat              C = sp->C;
 
@@ -269,7 +273,7 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
     }
   }
   given.clear();
-  for (Vec v : free) { /* combinations with the held vectors are no longer orthogonal to the earlier ones */
+  for (Vec v : free) { /* subtracting held vectors has destroyed their orthogonality */
     PetscCall(Orthogonalize(given, v));
     PetscCall(VecNormalize(v, NULL));
     given.push_back(v);
@@ -281,12 +285,13 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
 }
 
 /*
-   AinsworthSaddleRemoveDualNullSpace - of all multipliers that solve the system those without a part in the null space of their field, that of a pressure
-   for instance, attached to its index set as for PCFIELDSPLIT
+   AinsworthSaddleRemoveDualNullSpace - removes the null space of the multipliers, such as that of a pressure, from lambda. Collective
+
+   The null space is attached to the index set of the field, as for PCFIELDSPLIT.
 */
 PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *sp, Vec lambda)
 {
-  Mat          C = sp->rowsB; /* what multipliers do to x */
+  Mat          C = sp->rowsB; /* forces of the multipliers */
   MatNullSpace nullsp;
   Vec          removed, force;
   PetscReal    norm, normC, size;
@@ -302,7 +307,7 @@ PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *sp, Vec
   PetscCall(VecNorm(force, NORM_2, &norm));
   PetscCall(VecNorm(removed, NORM_2, &size));
   PetscCall(MatNorm(C, NORM_FROBENIUS, &normC));
-  if (norm > PETSC_SQRT_MACHINE_EPSILON * normC * size) PetscCall(VecAXPY(lambda, 1.0, removed)); /* it is none of theirs */
+  if (norm > PETSC_SQRT_MACHINE_EPSILON * normC * size) PetscCall(VecAXPY(lambda, 1.0, removed)); /* it is not a null space of B' */
   PetscCall(VecDestroy(&removed));
   PetscCall(VecDestroy(&force));
   PetscFunctionReturn(PETSC_SUCCESS);

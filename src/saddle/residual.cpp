@@ -1,29 +1,24 @@
-/* What is left of both equations of the program's own system, row by row */
+/* Residuals of both equations of the program's system, row by row */
 #include "terms.h"
 #include "../loops.h"
 
-/*
-   `own` is the rounding of the terms of a row of A x + C' lambda = f, through solves with a Gram matrix whose condition number is a million, and 1e8 where it is
-   `doubtful`; `most` is the part of the largest other term that the rounding of multipliers may be which cancel each other;
-   `noise` is that of the right-hand side of a zero row of C, relative to the largest |g|, and that of f - C' lambda, by way of the rows of C;
-   `rounding` is that of an entry of x among larger ones;
-   `coupled` is what a row may be left with that D couples to others, relative to what was asked for;
-   `given` is what a force on an unknown without stiffness may be missed by, relative to tol;
-   `told` is that of a row that depends on others nearly; `before` that of one that depends on others, of the largest terms of earlier solves;
-   `shown` is how much more of the rounding of other unknowns a dependent row may have than the rows that are kept have
-*/
-static const PetscReal own      = 1e-10;
-static const PetscReal doubted  = 1e-6;
-static const PetscReal most     = 1e-6;
-static const PetscReal noise    = 1000 * PETSC_MACHINE_EPSILON;
-static const PetscReal rounding = 10 * PETSC_MACHINE_EPSILON;
-static const PetscReal coupled  = 100;
-static const PetscReal given    = 100;
-static const PetscReal told     = 1e-12;
-static const PetscReal before   = 1e-10;
-static const PetscReal shown    = 1e3;
+/* Tolerances of the checks below */
+static const PetscReal own      = 1e-10; /* rounding of the terms of a row of the first equation, through a Gram matrix with a condition number of 1e6 */
+static const PetscReal doubted  = 1e-6;  /* the same if solves with the Gram matrix are doubtful */
+static const PetscReal most     = 1e-6;  /* rounding of multipliers that cancel each other, relative to the largest other term, at most */
+static const PetscReal noise    = 1000 * PETSC_MACHINE_EPSILON; /* rounding of zero rows relative to max |g|, and of f - C' lambda through the rows of C */
+static const PetscReal rounding = 10 * PETSC_MACHINE_EPSILON;   /* of an entry of x among larger ones */
+static const PetscReal coupled  = 100;                          /* allowed residual of a row that D couples to others, relative to the requested tolerance */
+static const PetscReal given    = 100;                          /* allowed error of a force on an unknown without stiffness, relative to tol */
+static const PetscReal told     = 1e-12;                        /* smallest tolerance of nearly dependent rows */
+static const PetscReal before   = 1e-10; /* rounding of earlier solves allowed in dependent rows, relative to the largest terms of these solves */
+static const PetscReal shown    = 1e3;   /* how many times more of the rounding of other unknowns dependent rows may have than kept rows have */
 
-/* left = b - K y of the matrix as the program passed it: f - op(A) x - B' lambda and g - C x + D lambda; Ax becomes op(A) x, unless it is that already */
+/*
+   Computes left = b - K y with the program's matrix: f - op(A) x - B' lambda and g - C x + D lambda
+
+   known: Ax is op(A) x already; otherwise it is computed.
+*/
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax,
                                        AinsworthSaddleVec left)
 {
@@ -33,7 +28,7 @@ PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool tran
   PetscCall(VecAXPBYPCZ(left.primal, 1.0, -1.0, -1.0, b.primal, Ax));
   PetscCall(MatMult(sp->givenC, y.primal, left.dual));
   PetscCall(VecAYPX(left.dual, -1.0, b.dual));
-  if (sp->rowsD) { /* added up by itself: what cancels in D lambda would take the rest along */
+  if (sp->rowsD) { /* sum D lambda separately: its cancellation would add rounding to the other terms */
     Vec work;
 
     PetscCall(VecDuplicate(left.dual, &work));
@@ -45,10 +40,10 @@ PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool tran
 }
 
 /*
-   AinsworthSaddleEnergy - (x' A x + lambda' D lambda)^{1/2}, from a product with A
+   AinsworthSaddleEnergy - computes (x' A x + lambda' D lambda)^{1/2} from the product Ax. Collective
 
-   The energy of both equations: D is the compliance of springs that the multipliers load. A huge lambda that a singular D takes to nothing has none: what is
-   left of its terms is their rounding.
+   D is the compliance of springs loaded by the multipliers. A huge lambda that a singular D maps to nothing has no energy: what is left of its terms is
+   rounding.
 */
 PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *sp, AinsworthSaddleVec y, Vec Ax, PetscReal *energy)
 {
@@ -73,7 +68,7 @@ PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *sp, AinsworthSaddleV
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the worst of all ranks, and its row on all of them */
+/* Finds the worst row of all ranks and returns it on all of them. Collective */
 static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthUnmet *worst)
 {
   struct {
@@ -96,11 +91,12 @@ static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthUnmet *worst)
 }
 
 /*
-   AinsworthSaddleCheckPrimal - the row of f - op(A) x - B' lambda that is largest against what is allowed
+   AinsworthSaddleCheckPrimal - finds the row of f - op(A) x - B' lambda with the largest ratio of its residual to the allowed one. Collective
 
-   An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2}, by Cauchy's and Schwarz's inequality; the rounding of x counts relative
-   to the largest, that of f - C' lambda where rows of C take it. Where a row has more, as it may where A is indefinite or x a rigid motion, tol of the row's own
-   terms, more where solves with the Gram matrix are doubtful, is allowed; a row of zeros of A has these and what its rows of C see, but a force on it is met to `given` times tol. energy: AinsworthSaddleEnergy()
+   An error e with ||e||_A <= tol ||x||_A has residuals of at most tol ||x||_A A_ii^{1/2} by the Cauchy-Schwarz inequality. The rounding of x, relative to its
+   largest entry, and that of f - C' lambda, through the rows of C, are allowed as well. A row may have more if A is indefinite or x is a rigid motion: then tol
+   times the terms of the row is allowed, or more if solves with the Gram matrix are doubtful. A zero row of A is allowed its own terms and what its rows of C
+   see, but a force on it must be met to `given` times tol. energy: from AinsworthSaddleEnergy().
 */
 PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscBool doubtful, PetscReal tol, PetscReal energy, Vec f,
                                           AinsworthSaddleVec y, Vec Ax, Vec residual, AinsworthUnmet *worst)
@@ -120,7 +116,7 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
     const PetscReal bound = (stiffness > 0.0 ? tol * energy * PetscSqrtReal(stiffness) : PetscMin(tol * energy * through, cap)) +
                             rounding * displacement * stiffness + noise * spread;
 
-    return PetscIsInfOrNanReal(bound) ? 0.0 : bound; /* it overflows: a row has its own terms */
+    return PetscIsInfOrNanReal(bound) ? 0.0 : bound; /* overflow: rely on the terms of the row */
   };
   PetscCall(AinsworthForEntries({diagonal, residual}, [&](PetscInt, PetscScalar d, PetscScalar r) {
     if (!(PetscAbsScalar(r) <= allowed(PetscRealPart(d), 0.0, 0.0, 0.0))) suspicious = 1;
@@ -150,12 +146,17 @@ PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *sp, PetscBool t
 }
 
 /*
-   AinsworthSaddleCheckDual - the rows of g - C x + D lambda that are not met: zero and dependent rows, whose right-hand side no x can have, and others
+   AinsworthSaddleCheckDual - finds the rows of g - C x + D lambda that are not met. Collective
 
-   contradiction names the former, or is empty. tol: what was asked for; a row that depends on others nearly tells what they do not, and has to be met to
-   ten times that. allowed is the error in the energy norm that may be left: a row with a D_ii has its part of it, by Cauchy's and Schwarz's inequality, where
-   the others are met to rounding. earlier: the terms of each row in earlier solves, whose rounding may be all that g is, or NULL; terms: those of this one, to
-   be destroyed.
+   Input Parameters:
++  tol     - requested tolerance; a nearly dependent row has information that the others do not have, and must be met to ten times this
+.  allowed - error allowed in the energy norm; a row with a D_ii is allowed its share by the Cauchy-Schwarz inequality, other rows must be met to rounding
+-  earlier - terms of each row in earlier solves, whose rounding may be all of g; or NULL
+
+   Output Parameters:
++  worst         - the row with the largest ratio of its residual to the allowed one
+.  contradiction - names zero and dependent rows whose right-hand side no x can satisfy; or empty
+-  terms         - of each row in this solve; to be destroyed
 */
 PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, PetscReal allowed, Vec earlier, Vec g, AinsworthSaddleVec y, Vec residual,
                                         AinsworthUnmet *worst, char contradiction[], size_t len, Vec *terms)
@@ -180,11 +181,11 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
   PetscCall(VecNorm(g, NORM_INFINITY, &rhs));
   PetscCall(VecDuplicate(residual, terms));
   PetscCall(AinsworthTermsDual(sp, 1.0, allowed, g, y, *terms, &slack));
-  bool dependents = false; /* rows of this kind, or all others */
+  bool dependents = false; /* look at dependent rows, or at all others */
   auto look       = [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar b, PetscScalar l, PetscScalar e) {
     if ((sp->kind[i] == AINSWORTH_ROW_DEPENDENT) != dependents) return;
     const PetscReal size     = PetscRealPart(s);
-    const bool      empty    = size <= PetscAbsScalar(b); /* other zero rows had columns of unknowns that are known */
+    const bool      empty    = size <= PetscAbsScalar(b); /* other zero rows had columns of known unknowns */
     const PetscReal own      = !slack ? 0.0 : PetscRealPart(l) > 0.0 ? PetscRealPart(l) : PetscMin(coupled * tol, 1.0) * size;
     const PetscReal rest     = PetscAbsScalar(r);
     const bool      zero     = sp->kind[i] == AINSWORTH_ROW_ZERO;
@@ -220,7 +221,7 @@ PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *sp, PetscReal tol, Pets
     PetscCall(AinsworthSaddleNameRows(sp, marked, names, sizeof(names)));
     if (!names[0]) continue;
     PetscCall(AinsworthTermsStiffness(sp, &stiffness));
-    PetscCall(VecMin(stiffness, NULL, &softest)); /* 0: an unknown without stiffness, whose weight is made up */
+    PetscCall(VecMin(stiffness, NULL, &softest)); /* 0 if an unknown has no stiffness, so that its weight was made up */
     PetscCall(PetscSNPrintf(contradiction, len, c.kind == AINSWORTH_ROW_DEPENDENT && (sp->nearly || softest == 0.0) ? near : c.text, names));
   }
   if (!contradiction[0] && close.quotient > worst->quotient) *worst = close;

@@ -2,7 +2,7 @@
 #include "../loops.h"
 #include "../objects.h"
 
-/* Which of the local rows of M, AIJ, have nonzero entries, and whether off the diagonal; of M = NULL none. bad: the first row with NaN or Inf */
+/* Finds the local rows of an AIJ matrix (may be NULL) with nonzero entries, and those with off-diagonal ones; bad: first row with NaN or Inf */
 static PetscErrorCode LookAtRows(Mat M, std::vector<char> *nonzero, std::vector<char> *coupled, PetscInt *bad)
 {
   PetscFunctionBegin;
@@ -18,7 +18,7 @@ static PetscErrorCode LookAtRows(Mat M, std::vector<char> *nonzero, std::vector<
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows of all that are kept, and their columns, too, if all is square */
+/* Selects the kept rows of a matrix, and their columns as well if it is square */
 static PetscErrorCode SelectRows(const AinsworthSaddle *sp, Mat all, PetscBool square, Mat *kept)
 {
   MPI_Comm  comm = PetscObjectComm((PetscObject)all);
@@ -40,12 +40,13 @@ static PetscErrorCode SelectRows(const AinsworthSaddle *sp, Mat all, PetscBool s
 }
 
 /*
-   Where D has entries whose squares overflow, its rows are brought to entries of about 1, and lambda with them. C_i may become as small as 1e-150: it does
-   little beside such a D_ii. Powers of 2 round nothing.
+   Scales the rows of D to entries of about 1, and lambda with them, if squares of its entries would overflow
+
+   C_i may become as small as 1e-150, which has little effect beside such a D_ii. Powers of 2 cause no rounding.
 */
 static PetscErrorCode BalanceRows(AinsworthSaddle *sp)
 {
-  static const PetscReal large = 1e60; /* a product of some such numbers, and of those of C, has to be finite */
+  static const PetscReal large = 1e60; /* products of several such numbers, and of those of C, must be finite */
   PetscReal              most;
 
   PetscFunctionBegin;
@@ -76,7 +77,7 @@ static PetscErrorCode BalanceRows(AinsworthSaddle *sp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* sp->C, B and D, from those with all rows */
+/* Creates sp->C, B and D from the matrices with all rows. Collective */
 static PetscErrorCode SplitRows(AinsworthSaddle *sp)
 {
   PetscInt count[AINSWORTH_ROW_KINDS] = {0}, rows, row, col = -1;
@@ -105,11 +106,7 @@ static PetscErrorCode SplitRows(AinsworthSaddle *sp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthSaddleClassifyRows - what becomes of each row of the multiplier field
-
-   Rows that are not kept as constraints are taken out of sp->C, B and D.
-*/
+/* AinsworthSaddleClassifyRows - decides how each row of the multiplier field is treated, and creates sp->C, B and D from the rows that are kept. Collective */
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *sp)
 {
   const Mat Bs      = sp->rowsB == sp->rowsC ? NULL : sp->rowsB;
@@ -143,7 +140,7 @@ PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *sp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* marked, of the local rows: those of n that are known by their number in sp->C, rising, the same on all ranks */
+/* Marks those local rows that are given by n numbers in sp->C, ascending, the same on all ranks */
 static PetscErrorCode MarkKept(const AinsworthSaddle *sp, PetscInt n, const PetscInt numbers[], std::vector<bool> *marked)
 {
   PetscInt row, next = 0;
@@ -158,7 +155,7 @@ static PetscErrorCode MarkKept(const AinsworthSaddle *sp, PetscInt n, const Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Takes rows out of sp->C that depend on the others: n of them, by their number in sp->C, rising, the same on all ranks */
+/* Drops n dependent rows, given by their numbers in sp->C, ascending, the same on all ranks. Collective */
 PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *sp, PetscInt n, const PetscInt dependent[])
 {
   std::vector<bool> marked;
@@ -171,7 +168,7 @@ PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *sp, PetscInt n, con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: "3, 17, 20 and 37 more", the marked ones of the local rows of all ranks, in the program's numbering of the multiplier field */
+/* Lists the marked local rows of all ranks in the program's numbering of the multiplier field, such as "3, 17, 20 and 37 more". Collective */
 PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *sp, const std::vector<bool> &marked, char text[], size_t len)
 {
   const int shown = 5;
@@ -200,7 +197,7 @@ PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *sp, const std::vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows of a kind */
+/* Lists the rows of a kind. Collective */
 PetscErrorCode AinsworthSaddleNameKind(const AinsworthSaddle *sp, AinsworthRowKind kind, char text[], size_t len)
 {
   std::vector<bool> marked;
@@ -211,7 +208,7 @@ PetscErrorCode AinsworthSaddleNameKind(const AinsworthSaddle *sp, AinsworthRowKi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* n rows by their numbers in sp->C, as in AinsworthSaddleDropDependent() */
+/* Lists n rows given by their numbers in sp->C, as for AinsworthSaddleDropDependent(). Collective */
 PetscErrorCode AinsworthSaddleNameKept(const AinsworthSaddle *sp, PetscInt n, const PetscInt numbers[], char text[], size_t len)
 {
   std::vector<bool> marked;
@@ -222,7 +219,7 @@ PetscErrorCode AinsworthSaddleNameKept(const AinsworthSaddle *sp, PetscInt n, co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ", 2 zero rows left out, 3 decoupled rows solved ..." for what is not an ordinary constraint */
+/* Describes the rows that are not ordinary constraints, such as ", 2 zero rows left out, 3 decoupled rows solved alone" */
 PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *sp, char text[], size_t len)
 {
   static const char *const what[AINSWORTH_ROW_KINDS] = {"", "zero rows left out", "decoupled rows solved alone", "rows without a column solved last",

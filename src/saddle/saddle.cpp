@@ -1,7 +1,7 @@
 #include "saddle.h"
 #include "../objects.h"
 
-/* The matrix that holds the entries of C, and whether C is that matrix, its transpose or its adjoint */
+/* Gets the matrix that has the entries of C, and whether C is that matrix, its transpose or its adjoint */
 static PetscErrorCode GetSource(Mat block, Mat transposed, Mat *source, PetscBool *transpose, PetscBool *hermitian)
 {
   Mat view;
@@ -15,11 +15,11 @@ static PetscErrorCode GetSource(Mat block, Mat transposed, Mat *source, PetscBoo
   if (view) {
     *source    = view;
     *transpose = (PetscBool) !*transpose;
-  } else *hermitian = *transpose; /* an absent block is the adjoint of the present one */
+  } else *hermitian = *transpose; /* an absent block is the adjoint of the other one */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* C as AIJ */
+/* Creates C as AIJ */
 static PetscErrorCode GetConstraints(Mat source, PetscBool transpose, PetscBool hermitian, Mat *C)
 {
   PetscFunctionBegin;
@@ -32,7 +32,7 @@ static PetscErrorCode GetConstraints(Mat source, PetscBool transpose, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where there are constraints the entries of A are asked for: a copy takes the place of a small matrix that does not give them */
+/* Replaces a small A with inaccessible entries by a copy, because constraints need the entries of A */
 static PetscErrorCode CopyOpaque(AinsworthSaddle *sp)
 {
   Mat       A      = sp->block[AINSWORTH_BLOCK_A], copy;
@@ -54,7 +54,7 @@ static PetscErrorCode CopyOpaque(AinsworthSaddle *sp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* sp->rowsB: C itself where the program passed one of the blocks (1,0) and (0,1), or where they are adjoint or negative adjoint */
+/* Creates sp->rowsB: C itself if blocks (1,0) and (0,1) are adjoint or negative adjoint, or if one of them is absent */
 static PetscErrorCode GetOtherSide(AinsworthSaddle *sp)
 {
   Mat       block = sp->block[AINSWORTH_BLOCK_C], transposed = sp->block[AINSWORTH_BLOCK_B], source[2], other;
@@ -64,7 +64,7 @@ static PetscErrorCode GetOtherSide(AinsworthSaddle *sp)
   if (!same) {
     PetscCall(GetSource(block, NULL, &source[0], &transpose[0], &hermitian[0]));
     PetscCall(GetSource(NULL, transposed, &source[1], &transpose[1], &hermitian[1]));
-    same = (PetscBool)(source[0] == source[1] && (!PetscDefined(USE_COMPLEX) || hermitian[0] || hermitian[1])); /* a view of the other */
+    same = (PetscBool)(source[0] == source[1] && (!PetscDefined(USE_COMPLEX) || hermitian[0] || hermitian[1])); /* one is a view of the other */
   }
   if (!same) PetscCall(AinsworthProbeAdjoint(sp->rowsC, transposed, &same, &sp->negated));
   if (same || sp->negated) {
@@ -73,7 +73,7 @@ static PetscErrorCode GetOtherSide(AinsworthSaddle *sp)
   }
   PetscCall(AinsworthCheckEntries(source[1], sp->name[AINSWORTH_BLOCK_B], "which is not the transpose of C", &opaque));
   PetscCall(GetConstraints(source[1], transpose[1], hermitian[1], &other));
-  if (PetscDefined(USE_COMPLEX) && !hermitian[1]) { /* the adjoint of a transpose */
+  if (PetscDefined(USE_COMPLEX) && !hermitian[1]) { /* the adjoint is the conjugate of the transpose */
     PetscCall(MatDuplicate(other, MAT_COPY_VALUES, &sp->rowsB));
     PetscCall(MatConjugate(sp->rowsB));
     PetscCall(MatDestroy(&other));
@@ -82,9 +82,9 @@ static PetscErrorCode GetOtherSide(AinsworthSaddle *sp)
 }
 
 /*
-   sp->rowsD, the negative of block (1,1), or the block itself where lambda is the negative of the program's
+   Creates sp->rowsD: the negative of block (1,1), or the block itself if lambda is the negative of the program's
 
-   last: that of before, or NULL. Where the block is the same object, with the same pattern, it is used again, and so is what depends on patterns.
+   last: the previous rowsD, or NULL. It is used again if the block is the same object with the same pattern, which keeps results that depend on patterns.
 */
 static PetscErrorCode GetCompliance(AinsworthSaddle *sp, Mat last)
 {
@@ -112,7 +112,7 @@ static PetscErrorCode GetCompliance(AinsworthSaddle *sp, Mat last)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: NaN or Inf in A, whose norm is known, as a text for the user; empty where there is none */
+/* Describes NaN or Inf in A, whose norm is given, for the user; bad is empty if there is none. Collective */
 static PetscErrorCode CheckFinite(Mat A, PetscReal norm, char bad[], size_t len)
 {
   PetscInt  row, col;
@@ -121,7 +121,7 @@ static PetscErrorCode CheckFinite(Mat A, PetscReal norm, char bad[], size_t len)
 
   PetscFunctionBegin;
   PetscCall(MatHasOperation(A, MATOP_NORM, &has));
-  if (!has) { /* a nest: NaN and Inf do not cancel in a product */
+  if (!has) { /* for example a nest: NaN and Inf survive a product */
     PetscCall(MatCreateVecs(A, &x, &y));
     PetscCall(VecSet(x, 1.0));
     PetscCall(MatMult(A, x, y));
@@ -131,13 +131,13 @@ static PetscErrorCode CheckFinite(Mat A, PetscReal norm, char bad[], size_t len)
     PetscCall(VecDestroy(&y));
   }
   if (!has || !PetscIsInfOrNanReal(norm)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthMatFindNotFinite(A, &row, &col)); /* the norm may overflow for large values */
+  PetscCall(AinsworthMatFindNotFinite(A, &row, &col)); /* the norm of finite values may overflow */
   if (row >= 0) PetscCall(PetscSNPrintf(bad, len, "entry (%" PetscInt_FMT ",%" PetscInt_FMT ") of A is NaN or Inf", row, col));
   else if (PetscIsNanReal(norm)) PetscCall(PetscSNPrintf(bad, len, "A holds NaN"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sizes that do not fit together */
+/* Raises an error if the sizes of the blocks do not match */
 static PetscErrorCode CheckSizes(const AinsworthSaddleBlocks *b)
 {
   const Mat C = b->block[AINSWORTH_BLOCK_C], B = b->block[AINSWORTH_BLOCK_B];
@@ -165,9 +165,9 @@ static PetscErrorCode CheckSizes(const AinsworthSaddleBlocks *b)
 }
 
 /*
-   AinsworthSaddleSetUp - the normal form of what the program passed
+   AinsworthSaddleSetUp - brings what the program passed to the normal form. Collective
 
-   Where values are NaN or Inf sp->bad says which, and nothing else of sp may be used but to ask whether the matrix changed.
+   If values are NaN or Inf, sp->bad says which, and sp may then only be passed to AinsworthSaddleChanged().
 */
 PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSaddle *sp)
 {
@@ -202,7 +202,7 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
   PetscCall(MatDestroy(&last));
   if (sp->bad[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSaddleFindKnown(sp));
-  if (sp->rowsC != sp->givenC) { /* without the columns of what is known it may be B */
+  if (sp->rowsC != sp->givenC) { /* without these columns C may equal B */
     PetscCall(AinsworthMatEqual(sp->rowsC, sp->rowsB, &same));
     if (same) {
       PetscCall(MatDestroy(&sp->rowsB));

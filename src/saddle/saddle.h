@@ -1,21 +1,21 @@
-/* What the program passed, seen as [A B'; C -D]: the blocks, the fields of its vectors and what becomes of each row of C */
+/* The program's system in the form [A B'; C -D]: blocks, fields of its vectors, and how each row of C is treated */
 #ifndef AINSWORTH_SADDLE_H
 #define AINSWORTH_SADDLE_H
 
 #include "saddlevec.h"
 #include "layout.h"
 
-/* What becomes of a row of the multiplier field, C_i x - (D lambda)_i = g_i */
+/* How a row of the multiplier field, C_i x - (D lambda)_i = g_i, is treated */
 typedef enum {
   AINSWORTH_ROW_CONSTRAINT, /* kept */
-  AINSWORTH_ROW_ZERO,       /* nothing in its row: left out, lambda_i = 0 */
-  AINSWORTH_ROW_DECOUPLED,  /* nothing but D_ii in its row: lambda_i = -g_i / D_ii, what it does in other rows goes to the right-hand side */
-  AINSWORTH_ROW_PASSIVE,    /* nothing but D_ii in its column: lambda_i follows from x and the other multipliers */
-  AINSWORTH_ROW_DEPENDENT,  /* C_i is a combination of rows that are kept: left out, lambda_i = 0 */
+  AINSWORTH_ROW_ZERO,       /* its row is empty: dropped, lambda_i = 0 */
+  AINSWORTH_ROW_DECOUPLED,  /* its row has only D_ii: lambda_i = -g_i / D_ii; its column moves to the right-hand side */
+  AINSWORTH_ROW_PASSIVE,    /* its column has only D_ii: lambda_i follows from x and the other multipliers */
+  AINSWORTH_ROW_DEPENDENT,  /* C_i is a combination of kept rows: dropped, lambda_i = 0 */
   AINSWORTH_ROW_KINDS
 } AinsworthRowKind;
 
-/* The blocks of [A B; C D] in the program's matrix, and the primal block of Pmat, that M_* is made of: A itself where there is none */
+/* The blocks of the program's matrix [A B; C D], and the primal block P of Pmat, which M_* is made of; P is A if Pmat has none */
 enum {
   AINSWORTH_BLOCK_A,
   AINSWORTH_BLOCK_B,
@@ -25,61 +25,61 @@ enum {
   AINSWORTH_BLOCKS
 };
 struct AinsworthSaddleBlocks {
-  MatType   layout;                     /* type of the matrix it was found in; NULL: nothing found yet */
-  Mat       block[AINSWORTH_BLOCKS];    /* the program's or made of them, NULL where absent; B or C may be a view of the other, A a copy of a small shell */
+  MatType   layout;                     /* type of the matrix that has the blocks; NULL: none found yet */
+  Mat       block[AINSWORTH_BLOCKS];    /* the program's or made from them, NULL if absent; B or C may be a view of the other, A a copy of a small shell */
   char      name[AINSWORTH_BLOCKS][64]; /* for messages: "Block (1,0) of the MatNest" */
-  uint64_t  state[AINSWORTH_BLOCKS];    /* changes when the block, its values or those of anything that it is made of do (state.cpp) */
-  IS        rows[2];                    /* primal and multiplier fields in the right-hand side */
+  uint64_t  state[AINSWORTH_BLOCKS];    /* changes with the block, its values, or anything it is made of (state.cpp) */
+  IS        rows[2];                    /* primal and multiplier field in the right-hand side */
   IS        cols[2];                    /* the same in the solution */
-  PetscBool made[AINSWORTH_BLOCKS];     /* the block is not the program's */
-  PetscInt  bs;                         /* block size of A, which A itself may not know */
-  PetscInt  scattered;                  /* unknowns of a node where these are not next to each other, which PCBLOCKSA sorts; 1: bs says it */
+  PetscBool made[AINSWORTH_BLOCKS];     /* the block was made here */
+  PetscInt  bs;                         /* block size of A, which A itself may not have */
+  PetscInt  scattered;                  /* unknowns of a node if they are not contiguous (PCBLOCKSA sorts them); else 1, and bs holds */
 
-  const char       *bsSource;   /* how it is known */
-  MatNullSpace      modes;      /* rigid-body modes from coordinates; NULL: none were given */
-  PetscInt          located;    /* which coordinates */
+  const char       *bsSource;   /* where bs comes from, in words */
+  MatNullSpace      modes;      /* rigid-body modes from coordinates, or NULL */
+  PetscInt          located;    /* AinsworthSaddleInputs::located at that time */
   AinsworthFields   fields;     /* of the program's vectors */
-  const char       *told;       /* who named them */
-  std::vector<bool> multiplier; /* which of them are the multipliers' */
-  const char       *chosen;     /* how that is known */
-  Vec               sign;       /* of minus a saddle point what the rows of A are multiplied by, see layoutsign.cpp; NULL: it is none */
-  PetscBool         extracted;  /* the blocks are submatrices; otherwise they are those of a MatNest */
-  PetscObjectId     whole[2];   /* what they were extracted from, Amat and Pmat */
-  PetscObjectState  pattern[2]; /* its nonzero state */
+  const char       *told;       /* who defined the fields, in words */
+  std::vector<bool> multiplier; /* for each field: whether it has multipliers */
+  const char       *chosen;     /* how the multipliers were chosen, in words */
+  Vec               sign;       /* for minus a saddle point, the factors of the rows of A (layoutsign.cpp); else NULL */
+  PetscBool         extracted;  /* blocks are submatrices; otherwise they are blocks of a MatNest */
+  PetscObjectId     whole[2];   /* ids of the matrices they were extracted from, Amat and Pmat */
+  PetscObjectState  pattern[2]; /* nonzero states of these */
 
-  std::shared_ptr<const AinsworthSplit> split[2]; /* how; NULL: by MatCreateSubMatrix() */
+  std::shared_ptr<const AinsworthSplit> split[2]; /* how they were extracted; NULL: with MatCreateSubMatrix() */
 };
 
 /*
-   The normal form [A B'; C -D] of what the program passed (docs/method.md). Where its block (0,1) is -C', lambda is the negative of the program's
+   The normal form [A B'; C -D] of the program's system (docs/method.md); if its block (0,1) is -C', lambda is the negative of the program's
 
-   B is C itself where block (0,1) is its adjoint; D is NULL where it is zero.
+   B is C itself if block (0,1) is its adjoint; D is NULL if it is zero.
 */
 struct AinsworthSaddle : AinsworthSaddleBlocks {
-  Mat A;                   /* n x n: the program's, or without the columns of unknowns that are known */
-  Mat P;                   /* what M_* is made of, the primal block of Pmat: A itself where there is none */
-  Mat C, B, D;             /* AIJ, of the rows that are kept, times balance; none: no constraints */
+  Mat A;                   /* n x n: the program's, or a copy without the columns of known unknowns */
+  Mat P;                   /* matrix that M_* is made of: the primal block of Pmat, or A */
+  Mat C, B, D;             /* AIJ, kept rows only, scaled by `balance`; no rows without constraints */
   Mat rowsC, rowsB, rowsD; /* the same with all of the program's rows */
   Mat givenC;              /* rowsC with the columns of known unknowns */
 
-  PetscObjectId    idD;      /* of the block that rowsD is a copy of */
-  PetscObjectState patternD; /* of that */
+  PetscObjectId    idD;      /* id of the block that rowsD is a copy of */
+  PetscObjectState patternD; /* nonzero state of that block */
 
-  MatNullSpace whole;     /* null space of the program's matrix, NULL where it has none */
-  Mat          numbering; /* that matrix */
+  MatNullSpace whole;     /* null space of the program's matrix, or NULL */
+  Mat          numbering; /* Pmat, whose numbering the vectors of `whole` have */
   PetscBool    negated;   /* lambda is the negative of the program's */
-  char         bad[256];  /* what makes the values unusable, empty where nothing does */
+  char         bad[256];  /* why the values are unusable; empty if they are usable */
 
-  AinsworthRowKind *kind;                       /* of each local row of the multiplier field */
-  PetscInt          first;                      /* global number of the first of them */
-  PetscInt          local;                      /* their number */
-  PetscInt          count[AINSWORTH_ROW_KINDS]; /* on all ranks */
-  PetscBool         nearly;    /* some dependent rows are so only to the digits of the Gram matrix: what contradicts them may have a solution */
-  Vec               balance;   /* of the rows of C, B and D, and the columns of D, powers of 2; NULL: 1 */
-  Vec               known;     /* n, 1 / A_ii where nothing but A_ii is in the row of an unknown, else 0; NULL: none matters */
-  Vec               work[2];   /* n and all rows; NULL: not needed yet */
-  Mat               absolute;  /* |C|, entry by entry, with all of its rows; NULL: not needed yet */
-  mutable Vec       stiffness; /* AinsworthTermsStiffness(); NULL: not needed yet */
+  AinsworthRowKind *kind;                       /* for each local row of the multiplier field */
+  PetscInt          first;                      /* global number of the first local row */
+  PetscInt          local;                      /* number of local rows */
+  PetscInt          count[AINSWORTH_ROW_KINDS]; /* of each kind, on all ranks */
+  PetscBool         nearly;    /* some rows are dependent only to the accuracy of the Gram matrix: a contradiction in them may have a solution */
+  Vec               balance;   /* scales the rows of C, B and D and the columns of D, powers of 2; NULL: 1 */
+  Vec               known;     /* n, 1 / A_ii for unknowns whose row has only A_ii, else 0; NULL if not needed */
+  Vec               work[2];   /* work vectors, n and all rows; NULL until needed */
+  Mat               absolute;  /* entrywise |C| with all rows; NULL until needed */
+  mutable Vec       stiffness; /* result of AinsworthTermsStiffness(); NULL until needed */
 };
 
 /* arrays.cpp */
@@ -117,7 +117,7 @@ PetscErrorCode AinsworthFindNodes(Mat, PetscInt *, std::vector<PetscInt> *);
 /* merge.cpp */
 PetscErrorCode AinsworthMergeAIJ(MPI_Comm, const std::vector<IS> &, const std::vector<IS> &, const std::vector<Mat> &, Mat *);
 
-/* blocks.cpp, state.cpp: what the program passed, and whether it is what it was */
+/* blocks.cpp, state.cpp: the blocks of what the program passed, and whether they have changed */
 PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *, PetscBool, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthSaddleDescribeLayout(const AinsworthSaddleBlocks *, char[], size_t);
@@ -152,7 +152,7 @@ PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *, char[], size
 /* symmetry.cpp */
 PetscErrorCode AinsworthProbeSymmetry(Mat, PetscBool *);
 
-/* check.cpp: values of the blocks, and whether block (0,1) is the adjoint of C */
+/* check.cpp: searches for entries, comparisons of blocks */
 PetscErrorCode AinsworthAgreeOnFirst(MPI_Comm, PetscInt *);
 PetscErrorCode AinsworthMatEqual(Mat, Mat, PetscBool *);
 PetscErrorCode AinsworthMatFindNonzero(Mat, PetscInt *, PetscInt *);
@@ -160,17 +160,17 @@ PetscErrorCode AinsworthMatFindNotFinite(Mat, PetscInt *, PetscInt *);
 PetscErrorCode AinsworthMatFindOffDiagonal(Mat, PetscInt *, PetscInt *);
 PetscErrorCode AinsworthProbeAdjoint(Mat, Mat, PetscBool *, PetscBool *);
 
-/* known.cpp: unknowns that their own row determines */
+/* known.cpp: unknowns determined by their own row */
 PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *, Vec, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthSaddleSetKnown(const AinsworthSaddle *, Vec, Vec);
 
-/* fields.cpp: right-hand sides and solutions between the program's fields and what is kept */
+/* fields.cpp: right-hand sides and solutions, between the program's fields and the kept rows */
 PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *, AinsworthSaddleVec, AinsworthSaddleVec);
 PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
 PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *, AinsworthSaddleVec, char[], size_t);
 
-/* residual.cpp: the row with the largest quotient of its residual and what is allowed, above 1 where it is not met; size: what its terms amount to */
+/* residual.cpp: the row with the largest ratio of its residual to the allowed one; above 1 if the row is not met. size: of the terms of the row */
 struct AinsworthUnmet {
   PetscReal quotient = 0.0, residual = 0.0, size = 0.0;
   PetscInt  row = -1;

@@ -24,7 +24,7 @@ static inline PetscErrorCode AinsworthSaddleVecDestroy(AinsworthSaddleVec *y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Those of a vector, to be restored */
+/* Gets both parts of a vector; restore with AinsworthSaddleVecRestore() */
 static inline PetscErrorCode AinsworthSaddleVecGet(Vec v, const IS fields[], AinsworthSaddleVec *y)
 {
   PetscFunctionBegin;

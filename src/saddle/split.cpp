@@ -1,15 +1,15 @@
-/* An AIJ whose fields are sorted and local is split into blocks in one pass over its entries, without symbolic work but for the columns of other ranks */
+/* Splits an AIJ matrix whose fields are sorted and local into blocks in one pass, without symbolic work except for columns of other ranks */
 #include "split.h"
 #include "../lists.h"
 #include <petsc/private/petscimpl.h>
 
-/* Field 1 in the numbers of maps: -1, -2, ... for 0, 1, ... */
+/* Numbers of field 1 in maps: -1, -2, ... for 0, 1, ... */
 static inline PetscInt Flip(PetscInt number)
 {
   return -1 - number;
 }
 
-/* Each row of this rank gets its number in its field. false: a set is not sorted, has rows of other ranks, or one that another has, too */
+/* Maps each local row to its number in its field; *splits becomes false if a set is not sorted or not local, or if the sets do not cover each row once */
 static PetscErrorCode AddSets(const IS sets[2], PetscInt first, std::vector<PetscInt> *map, bool *splits)
 {
   std::vector<char> seen(map->size(), 0);
@@ -35,7 +35,7 @@ static PetscErrorCode AddSets(const IS sets[2], PetscInt first, std::vector<Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The numbers of columns of other ranks, global ones, from their owners */
+/* Fetches the global numbers of the columns of other ranks from their owners. Collective */
 static PetscErrorCode MapGhosts(Mat aij, const PetscInt first[2], const PetscInt *ghosts, AinsworthSplit *split)
 {
   std::vector<PetscInt> numbers(split->cols[0]);
@@ -48,7 +48,7 @@ static PetscErrorCode MapGhosts(Mat aij, const PetscInt first[2], const PetscInt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSplitCreate - which entry of an AIJ goes where; collective. NULL where index sets do not allow for it */
+/* AinsworthSplitCreate - plans where the entries of an AIJ matrix go; NULL if the index sets do not allow it. Collective */
 PetscErrorCode AinsworthSplitCreate(Mat aij, const IS rows[2], const IS cols[2], std::shared_ptr<const AinsworthSplit> *split)
 {
   auto            plan = std::make_shared<AinsworthSplit>();
@@ -88,7 +88,7 @@ static inline void ForEntries(const AinsworthCSR &part, const std::vector<PetscI
                               Visit visit)
 {
   for (PetscInt r = 0; r < part.n; r++) {
-    const int       row = rows[r] < 0 ? 2 : 0; /* A and B, or C and D */
+    const int       row = rows[r] < 0 ? 2 : 0; /* first block of the row: A or C */
     const PetscReal s   = factor ? factor[r] : 1.0;
 
     for (PetscInt k = part.ia[r]; k < part.ia[r + 1]; k++) {
@@ -100,13 +100,13 @@ static inline void ForEntries(const AinsworthCSR &part, const std::vector<PetscI
   }
 }
 
-/* Rows of a part of the whole become rows of A and B, or of C and D, in one pass: nearly all of their entries are those of A, or of C */
+/* Fills rows of A and B, or of C and D, in one pass; nearly all of their entries are in A or in C */
 static void FillRows(const AinsworthCSR &part, const AinsworthSplit *split, int which, bool multipliers, const PetscReal factor[], AinsworthRows *rows,
                      AinsworthRows *rest)
 {
   const PetscInt  *map   = split->cols[which].data();
   PetscInt         bound = 0, n = 0;
-  AinsworthEntries few; /* of B or D */
+  AinsworthEntries few; /* of B or D, respectively */
 
   for (PetscInt r = 0; r < part.n; r++)
     if ((split->rows[r] < 0) == multipliers) bound += part.ia[r + 1] - part.ia[r];
@@ -135,7 +135,7 @@ static void FillRows(const AinsworthCSR &part, const AinsworthSplit *split, int 
   rest->i = std::move(few.start);
 }
 
-/* AinsworthSplitFill - the blocks A, B, C, D, or A alone; factor: of each row, NULL: 1 */
+/* AinsworthSplitFill - creates the blocks A, B, C, D, or A alone; factor: for each local row, NULL: 1. Collective */
 PetscErrorCode AinsworthSplitFill(Mat aij, const AinsworthSplit *split, int wanted, const PetscReal factor[], Mat block[])
 {
   Mat                            mat[2];
@@ -159,8 +159,9 @@ PetscErrorCode AinsworthSplitFill(Mat aij, const AinsworthSplit *split, int want
 }
 
 /*
-   AinsworthSplitRefill - the values of blocks that were filled from a matrix of the same pattern. Of those that are the same the state stays what it was, so
-   that nothing that depends on them is made again
+   AinsworthSplitRefill - updates blocks that were filled from a matrix of the same pattern. Collective
+
+   The state of a block whose values have not changed stays the same, so that nothing that depends on it is recomputed.
 */
 PetscErrorCode AinsworthSplitRefill(Mat aij, const AinsworthSplit *split, int wanted, const PetscReal factor[], Mat block[])
 {

@@ -1,14 +1,14 @@
-/* Which entry of an AIJ goes to which block */
+/* Splits the entries of an AIJ matrix into blocks */
 #ifndef AINSWORTH_SPLIT_H
 #define AINSWORTH_SPLIT_H
 
 #include "arrays.h"
 
-/* Numbers in fields: 0, 1, ... in the primal one, -1, -2, ... in that of the multipliers */
+/* Numbers within the fields: 0, 1, ... in the primal field, -1, -2, ... in the multiplier field */
 struct AinsworthSplit {
-  std::vector<PetscInt> rows;    /* of this rank */
-  std::vector<PetscInt> cols[2]; /* of this rank; of other ranks, global numbers */
-  PetscInt              size[2]; /* columns of the fields on this rank */
+  std::vector<PetscInt> rows;    /* of local rows */
+  std::vector<PetscInt> cols[2]; /* of local columns; of columns of other ranks, global */
+  PetscInt              size[2]; /* local columns of each field */
 };
 
 PetscErrorCode AinsworthSplitCreate(Mat, const IS[2], const IS[2], std::shared_ptr<const AinsworthSplit> *);

@@ -1,15 +1,15 @@
-/* Whether what the program passed is another matrix, or has other values, than before */
+/* Detects whether the program passed other matrices or values than before */
 #include "saddle.h"
 #include <petsc/private/petscimpl.h>
 
-/* The state with one more number in it */
+/* Mixes a number into a state */
 uint64_t AinsworthMixState(uint64_t state, uint64_t number)
 {
   state = (state ^ number) * 0xff51afd7ed558ccdu;
   return state ^ (state >> 32);
 }
 
-/* Mixes in what M is and what it is made of: numbers of objects, as an address may be used again, and their states; a view is what it shows */
+/* Mixes the ids and states of M and of its parts into a state; ids, because addresses may be reused. A view is represented by the matrix that it shows */
 static PetscErrorCode AddState(Mat M, uint64_t *state)
 {
   Mat              part;
@@ -56,10 +56,10 @@ static PetscErrorCode AddState(Mat M, uint64_t *state)
 }
 
 /*
-   AinsworthMatGetState - one number for M, its state, and all that it is made of; 0 for none
+   AinsworthMatGetState - computes one number for M, its state and everything that it is made of; 0 if M is NULL
 
-   PETSc does not tell a matrix that one of its parts changed in place. Where that happened since the last call its own state is raised here, so
-   that everything that is kept with it, norm, symmetry, levels of multigrid, is made anew.
+   PETSc does not tell a matrix that one of its parts has changed in place. If this happened since the last call, the state of M is increased here, so that
+   everything cached with M (norm, symmetry, levels of multigrid) is recomputed.
 */
 PetscErrorCode AinsworthMatGetState(Mat M, uint64_t *state)
 {
@@ -73,7 +73,7 @@ PetscErrorCode AinsworthMatGetState(Mat M, uint64_t *state)
   PetscCall(AddState(M, state));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)M, &parts, MATNEST, MATCOMPOSITE, ""));
   if (!parts) PetscFunctionReturn(PETSC_SUCCESS);
-  digest = (PetscReal)(*state >> 12); /* as many bits as a real holds */
+  digest = (PetscReal)(*state >> 12); /* as many bits as the mantissa of a double */
   if (stateId < 0) PetscCall(PetscObjectComposedDataRegister(&stateId));
   PetscCall(PetscObjectComposedDataGetReal((PetscObject)M, stateId, last, known));
   if (known && last == digest) PetscFunctionReturn(PETSC_SUCCESS);
@@ -87,7 +87,7 @@ PetscErrorCode AinsworthMatGetState(Mat M, uint64_t *state)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: are the layout, the blocks, the fields or null spaces others, or have blocks other values, than at the last set-up? The same answer on all ranks */
+/* Tells whether the layout, the blocks, their values, the fields or null spaces have changed since the last set-up; the same answer on all ranks. Collective */
 PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *in, const AinsworthSaddle *sp, PetscBool *changed)
 {
   AinsworthSaddleBlocks now;

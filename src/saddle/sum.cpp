@@ -1,30 +1,30 @@
-/* Sums of AIJ matrices, in one pass over their rows: MatAXPY() inserts the entries one by one, which took a third of the time that M_* did */
+/* Sums of AIJ matrices in one pass over their rows; MatAXPY() inserts entries one by one, which took a third of the time for M_* */
 #include "saddle.h"
 #include "../csr.h"
 #include <algorithm>
 
 namespace
 {
-/* scale times a matrix, its columns of this rank, or those of others by global numbers */
+/* A matrix times a scalar: its local columns, or those of other ranks */
 struct Term : AinsworthCSR {
   PetscScalar     scale  = 1.0;
-  const PetscInt *ghosts = NULL; /* NULL: columns of this rank */
+  const PetscInt *ghosts = NULL; /* global numbers of the columns; NULL: local columns */
 
-  PetscInt start(PetscInt r) const { return mat ? ia[r] : 0; } /* of row r */
+  PetscInt start(PetscInt r) const { return mat ? ia[r] : 0; } /* first entry of row r */
   PetscInt column(PetscInt k) const { return ghosts ? ghosts[ja[k]] : ja[k]; }
 };
 } // namespace
 
-/* n rows, along which columns rise */
+/* Sums n rows with ascending columns */
 static PetscErrorCode Sum(const std::vector<Term> &terms, PetscInt n, AinsworthRows *rows)
 {
   const size_t          count = terms.size();
-  std::vector<PetscInt> at(count, 0), column(count); /* of each term the next entry, and its column */
+  std::vector<PetscInt> at(count, 0), column(count); /* next entry of each term, and its column */
   PetscInt64            most = 0, next = 0;
 
   PetscFunctionBegin;
   for (const Term &term : terms) most += term.start(n);
-  rows->reserve(most); /* more than it takes where patterns overlap; memory that is not written to does not count */
+  rows->reserve(most); /* an upper bound, as patterns overlap; untouched memory is not resident */
   rows->i.reserve(n + 1);
   for (PetscInt r = 0; r < n; r++) {
     const auto look = [&](size_t t) { column[t] = at[t] < terms[t].start(r + 1) ? terms[t].column(at[t]) : PETSC_MAX_INT; };
@@ -48,7 +48,7 @@ static PetscErrorCode Sum(const std::vector<Term> &terms, PetscInt n, AinsworthR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthAddAIJ - *Y += scale times the sum of X, AIJ with any patterns, of which some may be NULL; collective */
+/* AinsworthAddAIJ - computes *Y += scale times the sum of X, AIJ matrices with any patterns, some of which may be NULL. Collective */
 PetscErrorCode AinsworthAddAIJ(PetscScalar scale, const std::vector<Mat> &X, Mat *Y)
 {
   MPI_Comm                       comm = PetscObjectComm((PetscObject)*Y);
@@ -84,7 +84,7 @@ PetscErrorCode AinsworthAddAIJ(PetscScalar scale, const std::vector<Mat> &X, Mat
   }
   PetscCall(AinsworthMatCreateFromRows(comm, n, std::move(rows[0]), std::move(rows[1]), &sum));
   PetscCall(MatGetType(*Y, &type));
-  PetscCall(MatConvert(sum, type, MAT_INPLACE_MATRIX, &sum)); /* one of a device, maybe */
+  PetscCall(MatConvert(sum, type, MAT_INPLACE_MATRIX, &sum)); /* may be a device type */
   PetscCall(MatGetBlockSizes(*Y, &rbs, &cbs));
   PetscCall(MatSetBlockSizes(sum, rbs, cbs));
   PetscCall(AinsworthCopyNullSpaces(*Y, sum));
@@ -93,14 +93,14 @@ PetscErrorCode AinsworthAddAIJ(PetscScalar scale, const std::vector<Mat> &X, Mat
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Zeros where only the transpose of an AIJ has entries: components, orderings and packages take the pattern for symmetric */
+/* Adds explicit zeros where only the transpose of an AIJ matrix has entries: components, orderings and packages assume a symmetric pattern. Collective */
 PetscErrorCode AinsworthMakePatternSymmetric(Mat *M)
 {
   Mat transposed;
 
   PetscFunctionBegin;
   PetscCall(MatTranspose(*M, MAT_INITIAL_MATRIX, &transposed));
-  PetscCall(MatZeroEntries(transposed)); /* NaN, too */
+  PetscCall(MatZeroEntries(transposed)); /* also clears NaN */
   PetscCall(AinsworthAddAIJ(1.0, {transposed}, M));
   PetscCall(MatDestroy(&transposed));
   PetscFunctionReturn(PETSC_SUCCESS);

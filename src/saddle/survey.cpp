@@ -3,7 +3,7 @@
 #include "../loops.h"
 #include <algorithm>
 
-/* Collective: the place of the smallest (or largest) value of all ranks, and that value; -1 where no rank has any */
+/* Finds the smallest (or largest) value of all ranks and its place; place is -1 if no rank has one. Collective */
 static PetscErrorCode AgreeOnPlace(MPI_Comm comm, bool largest, PetscReal *value, PetscInt *place)
 {
   PetscReal best = *place < 0 ? PETSC_MAX_REAL : largest ? -*value : *value, mine = best;
@@ -15,7 +15,7 @@ static PetscErrorCode AgreeOnPlace(MPI_Comm comm, bool largest, PetscReal *value
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the signs and the moduli of the entries of a vector */
+/* Summarizes the signs and absolute values of the entries of a vector. Collective */
 static PetscErrorCode SurveyVec(Vec v, AinsworthSurvey *survey)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)v);
@@ -64,7 +64,7 @@ PetscErrorCode AinsworthSurveyDiagonal(Mat M, AinsworthSurvey *survey)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The norms of the rows of an AIJ, and the row with the most entries */
+/* Summarizes the norms of the rows of an AIJ matrix, and finds the row with the most entries. Collective */
 PetscErrorCode AinsworthSurveyRows(Mat M, AinsworthSurvey *norms, PetscInt *longest, PetscInt *row)
 {
   Vec       sums;
@@ -87,7 +87,7 @@ PetscErrorCode AinsworthSurveyRows(Mat M, AinsworthSurvey *norms, PetscInt *long
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The column that most rows have an entry in */
+/* Finds the column with the most entries. Collective */
 PetscErrorCode AinsworthSurveyColumns(Mat M, PetscInt *most, PetscInt *column)
 {
   Vec             counts;
@@ -102,7 +102,7 @@ PetscErrorCode AinsworthSurveyColumns(Mat M, PetscInt *most, PetscInt *column)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Unknowns that are in no equation: nothing is in their row of [A B'] */
+/* Counts unknowns that are in no equation: their row of [A B'] is zero. Collective */
 PetscErrorCode AinsworthSurveyLoose(Mat A, Mat B, PetscInt *loose, PetscInt *first)
 {
   Vec             size, ones, held;
@@ -123,7 +123,7 @@ PetscErrorCode AinsworthSurveyLoose(Mat A, Mat B, PetscInt *loose, PetscInt *fir
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Moduli of the entries of a vector: those of this rank, and those at the places of other ranks that a matrix has columns for, ascending */
+/* Absolute values of the local entries of a vector and of those in the off-process columns of a matrix, which are ascending */
 namespace
 {
 struct Neighbors {
@@ -154,7 +154,11 @@ PetscErrorCode Neighbors::open(Mat M, Vec v)
 }
 } // namespace
 
-/* The largest jump of the diagonal between unknowns that an entry of A joins, one that the smaller of both feels; bs: components are compared each with its like */
+/*
+   Finds the largest jump of the diagonal between unknowns coupled by an entry of A that matters for the smaller one. Collective
+
+   bs: compares only unknowns of the same component.
+*/
 PetscErrorCode AinsworthSurveyJump(Mat A, PetscInt bs, AinsworthJump *jump)
 {
   static const PetscReal felt = 1e-3;
@@ -183,7 +187,7 @@ PetscErrorCode AinsworthSurveyJump(Mat A, PetscInt bs, AinsworthJump *jump)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y' z of two rows in compressed form, both with ascending columns */
+/* Returns the real part of y' z for two sparse rows with ascending columns */
 static PetscReal Dot(PetscInt n, const PetscInt columns[], const PetscScalar y[], PetscInt m, const PetscInt others[], const PetscScalar z[])
 {
   PetscReal sum = 0.0;
@@ -197,9 +201,9 @@ static PetscReal Dot(PetscInt n, const PetscInt columns[], const PetscScalar y[]
 }
 
 /*
-   AinsworthSurveyPenalty - has A still penalty terms beta C'C of most rows of C?
+   AinsworthSurveyPenalty - tells whether A has penalty terms beta C'C for most rows of C. Collective
 
-   Of an A that is beta c c' on the p unknowns of a row c, and W = diag(A)^{-1}, c'W A W c is p times c'W c; without such terms it is far less.
+   If A is beta c c' on the p unknowns of a row c, and W = diag(A)^{-1}, then c'W A W c is p times c'W c; without such terms it is far smaller.
 */
 PetscErrorCode AinsworthSurveyPenalty(Mat A, Mat C, PetscBool *penalty)
 {
@@ -209,14 +213,14 @@ PetscErrorCode AinsworthSurveyPenalty(Mat A, Mat C, PetscBool *penalty)
   Mat                    rows, CW, CWA;
   Vec                    inverse;
   IS                     sample;
-  PetscInt               found, start, end, count[2] = {0, 0}; /* looked at, with a penalty */
+  PetscInt               found, start, end, count[2] = {0, 0}; /* rows examined, rows with a penalty */
 
   PetscFunctionBegin;
   PetscCall(AinsworthSampleRows(C, 2, few, 32, &sample, &found));
   PetscCall(MatCreateSubMatrix(C, sample, NULL, MAT_INITIAL_MATRIX, &rows));
   PetscCall(ISDestroy(&sample));
   PetscCall(AinsworthCreateDiagonal(A, &inverse));
-  PetscCall(VecReciprocal(inverse)); /* 0 where the diagonal is */
+  PetscCall(VecReciprocal(inverse)); /* 0 where the diagonal is 0 */
   PetscCall(AinsworthScaleColumns(rows, inverse, &CW));
   PetscCall(VecDestroy(&inverse));
   PetscCall(MatMatMult(CW, A, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &CWA));
@@ -227,7 +231,7 @@ PetscErrorCode AinsworthSurveyPenalty(Mat A, Mat C, PetscBool *penalty)
     const PetscScalar *c, *w, *energy;
 
     PetscCall(MatGetRow(rows, i, &n, &columns, &c));
-    PetscCall(MatGetRow(CW, i, NULL, NULL, &w)); /* in the same columns */
+    PetscCall(MatGetRow(CW, i, NULL, NULL, &w)); /* has the same columns */
     PetscCall(MatGetRow(CWA, i, &m, &others, &energy));
     count[0]++;
     count[1] += Dot(n, columns, w, m, others, energy) > all * (PetscReal)n * Dot(n, columns, c, n, columns, w);

@@ -1,18 +1,18 @@
-/* What the blocks look like to a reader: signs, scales, long rows, jumps, unknowns that nothing holds (docs/diagnose.md) */
+/* Facts about the blocks for a diagnosis: signs, scales, long rows, jumps, loose unknowns (docs/diagnose.md) */
 #ifndef AINSWORTH_SURVEY_H
 #define AINSWORTH_SURVEY_H
 
 #include "../petsccompat.h"
 
-/* Entries of a vector: of a diagonal, or norms of rows; places are -1 where there is none */
+/* Summary of the entries of a vector (a diagonal, or norms of rows); row numbers are -1 if there is none */
 struct AinsworthSurvey {
-  PetscInt  positive = 0, negative = 0, zero = 0; /* their numbers */
-  PetscInt  firstNegative = -1, firstZero = -1;   /* places */
-  PetscReal least = 0.0, most = 0.0;              /* moduli of those that are not zero */
+  PetscInt  positive = 0, negative = 0, zero = 0; /* number of such entries */
+  PetscInt  firstNegative = -1, firstZero = -1;   /* global row numbers */
+  PetscReal least = 0.0, most = 0.0;              /* absolute values of nonzero entries */
   PetscInt  leastRow = -1, mostRow = -1;
 };
 
-/* The largest quotient of the diagonal entries of unknowns of one component that A couples */
+/* The largest ratio of diagonal entries of two unknowns of the same component that A couples */
 struct AinsworthJump {
   PetscReal quotient = 1.0;
   PetscInt  row = -1, col = -1;

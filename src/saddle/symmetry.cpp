@@ -2,11 +2,11 @@
 #include "../loops.h"
 #include <petsc/private/petscimpl.h>
 
-/* A common reason for a non-symmetric A: Dirichlet rows made identity rows, with the columns left as they were */
+/* Reports a common reason for a non-symmetric A through PetscInfo(): Dirichlet rows turned into identity rows, with their columns left in place. Collective */
 static PetscErrorCode ExplainAsymmetry(Mat A)
 {
-  PetscBool    has, listens;      /* somebody reads what PetscInfo() tells of a matrix */
-  PetscInt     found[2] = {0, 0}; /* identity rows, and rows with entries in their columns */
+  PetscBool    has, listens;      /* listens: some rank prints PetscInfo() of matrices */
+  PetscInt     found[2] = {0, 0}; /* diagonal rows, and rows with entries in their columns */
   Vec          v, y;
   PetscScalar *one;
 
@@ -38,7 +38,7 @@ static PetscErrorCode ExplainAsymmetry(Mat A)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The largest |Av - Atv| of a row relative to the larger of both and the diagonal entry: rows of very different stiffness are judged apart. */
+/* Finds the largest |Av - Atv| of a row relative to the larger of both and to its diagonal entry, so that rows of different stiffness are judged separately */
 static PetscErrorCode LargestDifference(Mat A, Vec Av, Vec Atv, PetscReal *largest)
 {
   Vec diagonal;
@@ -50,7 +50,7 @@ static PetscErrorCode LargestDifference(Mat A, Vec Av, Vec Atv, PetscReal *large
   PetscCall(AinsworthForEntries({Av, Atv, diagonal}, [=](PetscInt, PetscScalar a, PetscScalar b, PetscScalar d) {
     const PetscReal size = PetscMax(PetscMax(PetscAbsScalar(a), PetscAbsScalar(b)), PetscAbsScalar(d));
 
-    if (a != b) *largest = PetscMax(*largest, AinsworthQuotient(PetscAbsScalar(a - b), size)); /* of numbers that overflow, too */
+    if (a != b) *largest = PetscMax(*largest, AinsworthQuotient(PetscAbsScalar(a - b), size)); /* also for numbers that overflow */
   }));
   PetscCall(VecDestroy(&diagonal));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)A)));
@@ -58,9 +58,9 @@ static PetscErrorCode LargestDifference(Mat A, Vec Av, Vec Atv, PetscReal *large
 }
 
 /*
-   AinsworthProbeSymmetry - A = A'? What the program declared, otherwise a comparison of A v with A' v for one random v
+   AinsworthProbeSymmetry - tells whether A = A': as the program declared, otherwise by comparing A v with A' v for a random v. Collective
 
-   Rows are compared one by one: those of a soft body count as much as those of a stiff one, and nothing underflows.
+   Rows are compared one by one, so that rows of a soft body count as much as those of a stiff one and nothing underflows.
 */
 PetscErrorCode AinsworthProbeSymmetry(Mat A, PetscBool *symmetric)
 {
@@ -73,7 +73,7 @@ PetscErrorCode AinsworthProbeSymmetry(Mat A, PetscBool *symmetric)
   PetscFunctionBegin;
   PetscCall(PetscDefined(USE_COMPLEX) ? MatIsHermitianKnown(A, &known, symmetric) : MatIsSymmetricKnown(A, &known, symmetric));
   if (known) PetscFunctionReturn(PETSC_SUCCESS);
-  /* what was found stays with A until its values change */
+  /* the result is cached with A until its values change */
   if (symmetryId < 0) PetscCall(PetscObjectComposedDataRegister(&symmetryId));
   PetscCall(PetscObjectComposedDataGetInt((PetscObject)A, symmetryId, found, known));
   *symmetric = (PetscBool)(known && found);

@@ -1,4 +1,4 @@
-/* What the terms of the rows of both equations amount to: the measure of their residuals */
+/* The magnitude of the terms of each row of both equations, to which its residual is compared */
 #include "terms.h"
 #include "../loops.h"
 #include "../objects.h"
@@ -11,7 +11,7 @@ PetscErrorCode AinsworthDuplicateAbs(Vec x, Vec *absolute)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthAbsoluteMultTranspose - y = |M|' |x|, entry by entry, of an AIJ */
+/* AinsworthAbsoluteMultTranspose - computes y = |M|' |x|, entrywise, for an AIJ matrix */
 PetscErrorCode AinsworthAbsoluteMultTranspose(Mat M, Vec x, Vec y)
 {
   Mat entries;
@@ -27,10 +27,10 @@ PetscErrorCode AinsworthAbsoluteMultTranspose(Mat M, Vec x, Vec y)
 }
 
 /*
-   AinsworthTermsPrimal - |op(A)| |x| + |B|' |lambda| + |f|, what the terms of each row of the first equation amount to
+   AinsworthTermsPrimal - computes the terms of each row of the first equation, |op(A)| |x| + |B|' |lambda| + |f|. Collective
 
-   A huge lambda that B' takes to nearly nothing, where rows depend on others, would drown all else in its rounding: what cancels counts up to `others` times the
-   largest of the other terms
+   If rows are dependent, the rounding of a huge lambda that B' maps to nearly nothing would hide everything else: terms that cancel count at most `others`
+   times the largest of the other terms.
 */
 PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpose, PetscReal others, Vec f, AinsworthSaddleVec y, Vec Ax, Vec size)
 {
@@ -45,7 +45,7 @@ PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpo
     PetscCall(AinsworthGetAIJ(sp->block[0], &A));
     PetscCall((transpose ? AinsworthAbsoluteMultTranspose : AinsworthAbsoluteMult)(A, y.primal, size));
     PetscCall(MatDestroy(&A));
-  } else { /* a shell tells its products only */
+  } else { /* a shell gives only products */
     PetscCall(VecCopy(Ax, size));
     PetscCall(VecAbs(size));
   }
@@ -68,9 +68,10 @@ PetscErrorCode AinsworthTermsPrimal(const AinsworthSaddle *sp, PetscBool transpo
 }
 
 /*
-   terms += |D| |lambda|, and slack = allowed times the square root of D_ii, 0 where D couples the row to others: what D leaves free moves x
+   Adds |D| |lambda| to terms, and computes slack = allowed D_ii^{1/2}, 0 if D couples the row to others, because what D leaves free moves x
 
-   A huge lambda that D takes to nearly nothing would drown all else in its rounding: what cancels counts up to a part of the largest of the other terms
+   The rounding of a huge lambda that D maps to nearly nothing would hide everything else: terms that cancel count at most `others` times the largest of the
+   other terms.
 */
 static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscReal allowed, Vec lambda, Vec terms, Vec slack)
 {
@@ -98,10 +99,10 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscReal allowed
 }
 
 /*
-   AinsworthTermsDual - the terms of each row of the second equation, |C| |x| + |D| |lambda| + |g|, and a part of the rounding that unknowns get from others,
-   unless they are known
+   AinsworthTermsDual - computes the terms of each row of the second equation, |C| |x| + |D| |lambda| + |g|, plus a part of the rounding that unknowns, unless
+   known, receive from others. Collective
 
-   slack: what AddCompliance() allows, or NULL
+   slack: from AddCompliance(); NULL without D.
 */
 PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal part, PetscReal allowed, Vec g, AinsworthSaddleVec y, Vec size, Vec *slack)
 {
@@ -114,7 +115,7 @@ PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal part, PetscReal
   PetscCall(AinsworthTermsDisplacement(stiffness, y.primal, &largest, &root));
   PetscCall(AinsworthDuplicateAbs(y.primal, &absolute));
   auto add = [=](PetscInt, PetscScalar &a, PetscScalar d, PetscScalar known) {
-    const PetscReal k = PetscSqrtReal(PetscAbsScalar(d)); /* W moves a stiff unknown by as little as has the energy of the others */
+    const PetscReal k = PetscSqrtReal(PetscAbsScalar(d)); /* W moves a stiff unknown only as far as the energy of the others allows */
 
     if (known == 0.0) a += part * AinsworthCombined / AinsworthConsistent * (k * largest > root ? root / k : largest);
   };
@@ -132,10 +133,10 @@ PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal part, PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of each column of M the smallest entry that is not zero, or the rounding of one; 0 where there is none. M has none below 0. least: as the columns of M */
+/* Finds the smallest nonzero entry of each column of a nonnegative M, ignoring rounded zeros; 0 for an empty column. least: laid out as the columns of M */
 static PetscErrorCode LeastOfColumns(Mat M, Vec least)
 {
-  static const PetscReal rounding = 1e-12; /* relative to the largest: a lever arm, as the difference of coordinates */
+  static const PetscReal rounding = 1e-12; /* relative to the largest entry; a lever arm, for example, is a difference of coordinates */
   Mat                    Mt;
   PetscScalar           *l;
 
@@ -157,9 +158,9 @@ static PetscErrorCode LeastOfColumns(Mat M, Vec least)
 }
 
 /*
-   AinsworthTermsStiffness - how stiff each unknown is, borrowed until the next set-up
+   AinsworthTermsStiffness - gets the stiffness of each unknown; borrowed, valid until the next set-up. Collective
 
-   Where the diagonal of A has a zero, or a negative entry, the largest of its row tells it; rows of zeros, without stiffness, have 0
+   This is the diagonal of A or, where that is not positive, the largest entry of the row; 0 in zero rows.
 */
 PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *sp, Vec *stiffness)
 {
@@ -192,9 +193,9 @@ PetscErrorCode AinsworthTermsStiffness(const AinsworthSaddle *sp, Vec *stiffness
 }
 
 /*
-   AinsworthTermsDisplacement - the largest |x_i| of unknowns with a stiffness, of all where there is none: others may have any unit
+   AinsworthTermsDisplacement - finds the largest |x_i| of unknowns with a stiffness, since others may have any unit; of all unknowns if that is 0. Collective
 
-   root: the largest |x_i| d_i^{1/2}, the root of its energy; may be NULL
+   root: the largest |x_i| d_i^{1/2}, the square root of its energy; may be NULL.
 */
 PetscErrorCode AinsworthTermsDisplacement(Vec stiffness, Vec x, PetscReal *displacement, PetscReal *root)
 {
@@ -213,7 +214,11 @@ PetscErrorCode AinsworthTermsDisplacement(Vec stiffness, Vec x, PetscReal *displ
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* weight W: 1 / d_i, that of the stiffest where d_i is 0; flexibility: of A under each row of C, (C W C')_kk, and with springs that of D, |D_kk|, added */
+/*
+   Computes the weight W = 1 / d_i, that of the stiffest unknown where d_i is 0, and the flexibility (C W C')_kk of A under each row of C
+
+   springs: adds |D_kk| to the flexibility.
+*/
 static PetscErrorCode Flexibility(const AinsworthSaddle *sp, Vec diagonal, bool springs, Vec *weight, Vec *flexibility)
 {
   PetscReal stiffest;
@@ -235,7 +240,7 @@ static PetscErrorCode Flexibility(const AinsworthSaddle *sp, Vec diagonal, bool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthTermsSoftest - the largest D_kk relative to (C W C')_kk: how much further than A a spring lets the same force move something */
+/* AinsworthTermsSoftest - finds the largest D_kk relative to (C W C')_kk: how much further than A a spring moves under the same force. Collective */
 PetscErrorCode AinsworthTermsSoftest(const AinsworthSaddle *sp, PetscReal *softest)
 {
   Vec stiffness, weight, flexibility, springs;
@@ -248,14 +253,14 @@ PetscErrorCode AinsworthTermsSoftest(const AinsworthSaddle *sp, PetscReal *softe
   PetscCall(VecDuplicate(flexibility, &springs));
   PetscCall(MatGetDiagonal(sp->rowsD, springs));
   PetscCall(AinsworthForEntries({springs, flexibility}, [=](PetscInt, PetscScalar d, PetscScalar a) {
-    if (PetscRealPart(a) > 0.0) *softest = PetscMax(*softest, PetscAbsScalar(d) / PetscRealPart(a)); /* a row of zeros moves nothing */
+    if (PetscRealPart(a) > 0.0) *softest = PetscMax(*softest, PetscAbsScalar(d) / PetscRealPart(a)); /* a zero row moves nothing */
   }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, softest, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)springs)));
   for (Vec *v : {&weight, &flexibility, &springs}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* v_k = 1 / v_k, 0 where that is 0 */
+/* Replaces v_k by 1 / v_k, or by 0 if v_k is 0 */
 static PetscErrorCode Invert(Vec v)
 {
   PetscFunctionBegin;
@@ -264,8 +269,9 @@ static PetscErrorCode Invert(Vec v)
 }
 
 /*
-   AinsworthTermsThroughRows - the smallest |B_ki| t_k, with t_k the lambda_k whose energy, of A under C_k' or of D_kk, is the square of `energy`: the scale of a
-   row of A that is zero. terms: of each row of C, or NULL; t_k D_kk is at most that
+   AinsworthTermsThroughRows - finds the smallest |B_ki| t_k for each unknown i, the scale of a zero row of A. Collective
+
+   t_k is the lambda_k whose energy, of A under C_k' and of D_kk, is the square of `energy`. terms: of each row of C, a bound on t_k D_kk; may be NULL.
 */
 PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *sp, Vec diagonal, PetscReal energy, Vec terms, Vec forces)
 {
@@ -293,7 +299,7 @@ PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *sp, Vec diagonal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthTermsRaise - the terms of each row of C become at least `little` of the largest of all, in the norm of diag(S)^{-1} */
+/* AinsworthTermsRaise - raises the terms of each row of C to at least `little` times the largest of all, in the norm of diag(S)^{-1}. Collective */
 PetscErrorCode AinsworthTermsRaise(const AinsworthSaddle *sp, Vec diagonal, PetscReal little, Vec terms)
 {
   PetscReal most = 0.0;
@@ -312,7 +318,7 @@ PetscErrorCode AinsworthTermsRaise(const AinsworthSaddle *sp, Vec diagonal, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthTermsSpread - forces become |B|' |S|^{-1} |C| W forces, with the diagonal of S: what the rounding of forces does to each row by way of the multipliers */
+/* AinsworthTermsSpread - replaces forces by |B|' diag(S)^{-1} |C| W forces, which is how their rounding spreads through the multipliers. Collective */
 PetscErrorCode AinsworthTermsSpread(const AinsworthSaddle *sp, Vec diagonal, Vec forces)
 {
   Vec weight, flexibility, moved;

@@ -1,16 +1,16 @@
-/* What the terms of the rows of both equations amount to: the measure of their residuals */
+/* The magnitude of the terms of each row of both equations, to which its residual is compared */
 #ifndef AINSWORTH_TERMS_H
 #define AINSWORTH_TERMS_H
 
 #include "saddle.h"
 
-/* Of what a row of C x = g holds, |C_i| |x| + |g_i|, the rounding of a right inverse through a Gram matrix with a condition number of 1e8 */
+/* Rounding of a right inverse through a Gram matrix with a condition number of 1e8, relative to the terms |C_i| |x| + |g_i| of a row of C x = g */
 static const PetscReal AinsworthConsistent = 1e-8;
-/* What a row gets from the others through S, relative to the largest |x| */
+/* Rounding that a row receives from the others through S, relative to the largest |x| */
 static const PetscReal AinsworthCombined = 1e3 * PETSC_MACHINE_EPSILON;
-/* The part of that which a row may have whatever others show, and after further solves */
+/* The fraction of AinsworthCombined that every row is allowed, whatever other rows show, also after further solves */
 static const PetscReal AinsworthCombinedLeast = 0.03;
-/* What the terms of a row count at least, as a part of the largest of all, where the energy is fair to small ones, too */
+/* The least size of the terms of a row, relative to the largest of all, if the energy also reflects small terms */
 static const PetscReal AinsworthSmallTerms = 1e-3;
 
 PetscErrorCode AinsworthDuplicateAbs(Vec, Vec *);
@@ -24,7 +24,7 @@ PetscErrorCode AinsworthTermsThroughRows(const AinsworthSaddle *, Vec, PetscReal
 PetscErrorCode AinsworthTermsRaise(const AinsworthSaddle *, Vec, PetscReal, Vec);
 PetscErrorCode AinsworthTermsSpread(const AinsworthSaddle *, Vec, Vec);
 
-/* quotient of a residual and its bound, infinite where either is not a number: a bound that overflows allows nothing */
+/* Returns the ratio of a residual to its bound, infinite if either is NaN or the bound overflows */
 inline PetscReal AinsworthQuotient(PetscReal residual, PetscReal bound)
 {
   if (residual == 0.0) return 0.0;
