@@ -246,7 +246,7 @@ def answers(found):
 def write(folder):
     here = os.path.basename(folder)
     found = {name: rows for name, rows in ((name, read(folder, name)) for name in SECTIONS) if rows}
-    text = ["# The paper's experiments", "", "The three experiments of the paper with this plugin (`%s`, its default there):" % DEFAULT, ""] + answers(found)
+    text = ["# The paper's experiments", "", "The three experiments of [the paper](paper.md) with this plugin (`%s`, its default there):" % DEFAULT, ""] + answers(found)
     for name, rows in found.items():
         text += SECTIONS[name](rows, here)
     text += ["## The systems", "", "Two cubes, or flat boxes, in contact (`tutorials/benchmark/twocubes.cpp`, paper section 5.1): linear elasticity, E2/E1 = 10, 92 % of the contact surface sticks. With that share C has as many rows as the paper's.", "",
