@@ -56,10 +56,14 @@ def compare(name, options, multigrid, unknowns, repeat):
 
 
 def table(rows):
-    lines = ["| system | unknowns | default | multigrid | factorization | quotient |", "|" + "---|" * 6]
-    for row in rows:
-        cells = ["%s, %s" % (row["iterations " + choice], row["seconds " + choice]) for choice in CHOICES]
-        lines.append("| %s | %s | %s | %s |" % (row["system"], row["unknowns"], " | ".join(cells), row["quotient"]))
+    """A line for each system: the quotients of all sizes, and what the largest took."""
+    sizes = sorted({int(row["asked"]) for row in rows})
+    lines = ["| system | quotient, %s | of %d: %s |" % (" | ".join(map(str, sizes)), sizes[-1], " | ".join(CHOICES)), "|" + "---|" * (1 + len(sizes) + len(CHOICES))]
+    for name in dict.fromkeys(row["system"] for row in rows):
+        found = {int(row["asked"]): row for row in rows if row["system"] == name}
+        cells = [found[size]["quotient"] if size in found else "" for size in sizes]
+        cells += ["%s, %s" % (found[sizes[-1]]["iterations " + choice], found[sizes[-1]]["seconds " + choice]) if sizes[-1] in found else "" for choice in CHOICES]
+        lines.append("| %s | %s |" % (name, " | ".join(cells)))
     return lines
 
 
@@ -84,8 +88,8 @@ def main():
     rows.sort(key=lambda row: ([name for name, _, _ in SYSTEMS].index(row["system"]), int(row["asked"])))
     known = [float(row["quotient"]) for row in rows if row["quotient"]]
     kept = sum(quotient <= BOUND for quotient in known)
-    lines = [begin, "", "By `%s` on %s, one rank; load %s at the end ([escape.csv](escape.csv) has medians, too). A cell has iterations, and seconds of the processor for set-up and solve; the least of the runs. The quotient is the default by the better of the other two; it is at most %g on %d of %d systems. Sums of iterations: with multigrid, then with the factorization." % (
-        about["command"], about["machine"], about["load at the end"], BOUND, kept, len(known)), ""] + table(rows) + ["", end]
+    lines = [begin, "", "The default takes at most %g times as long as the better of multigrid and the factorization on %d of %d systems. Quotients are its seconds by those of the better one, for about so many unknowns. The last three columns have iterations, and seconds of the processor for set-up and solve. A sum has the iterations with multigrid, then those with the factorization." % (BOUND, kept, len(known)), ""] + table(rows) + [
+        "", "Made by `%s` on %s, one rank; load %s at the end. Seconds are the least of the runs; [escape.csv](escape.csv) has each system, and medians." % (about["command"], about["machine"], about["load at the end"]), "", end]
     prose.write(page, (before + "\n".join(lines) + after).split("\n"))
     return 0
 

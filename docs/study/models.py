@@ -92,9 +92,10 @@ def main():
     rows.sort(key=lambda row: int(row["slaves"]))
     text = open(os.path.join(arguments.out, "models.md")).read()
     lines = [text.split("\n## Measured\n")[0], "## Measured", "",
-             "By `%s` on %s, one rank; load %s at the end ([models.csv](models.csv)). Seconds are those of the processor; on a loaded machine they, and the quotient of the set-up, still vary. The three columns after the seconds are quotients by those of as many ties; the bound is %g. Iterations are those of the reduced solve and, where the verification asks for one, of a second." % (about["command"], about["machine"], about["load at the end"], BOUND)]
+             "The three columns after the seconds are quotients by the figures of as many ties; the bound is %g. Iterations are those of the reduced solve and, if the verification asks for one, of a second. Seconds are those of the processor; on a loaded machine they, and the quotient of the set-up, still vary." % BOUND]
     for slaves in dict.fromkeys(row["slaves"] for row in rows):
         lines += ["", "%s slaves, `%s`:" % (slaves, mesh(int(slaves))), ""] + table([row for row in rows if row["slaves"] == slaves])
+    lines += ["", "Made by `%s` on %s, one rank; load %s at the end ([models.csv](models.csv))." % (about["command"], about["machine"], about["load at the end"])]
     prose.write(os.path.join(arguments.out, "models.md"), "\n".join(lines).split("\n"))
     return 0
 

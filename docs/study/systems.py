@@ -14,7 +14,7 @@ from common import machine, prose
 
 PROGRAM = os.path.join(machine.BUILD, "tests", "systems", "systems")
 VERDICTS = ("right", "refused", "owed", "untrue", "wrong")
-SAID = ("right", "refused, there is no answer", "refused, though there is one", "refused with words that are not true", "wrong")
+SAID = ("right", "refused, no solution exists", "refused, but one exists", "refused with untrue words", "wrong")
 
 
 def solve(ranks, folder, *options):
@@ -29,24 +29,31 @@ def count(rows, solver):
     return [sum(row[solver] == verdict for row in rows) for verdict in VERDICTS]
 
 
+def span(numbers):
+    """From the least to the largest of sorted ones."""
+    return "" if not numbers else str(numbers[0]) if numbers[0] == numbers[-1] else "%d to %d" % (numbers[0], numbers[-1])
+
+
 def page(rows, ranks):
     families = list(dict.fromkeys(row["family"] for row in rows))
+    ours, mumps = count(rows, "ours"), count(rows, "mumps")
     text = ["# Saddle points as programs write them", "",
-            "%d small systems, each made by a seeded generator in `tests/systems/` as programs of its kind write it: signs, order and blocks are theirs." % len(rows),
-            "LU with complete pivoting in long double says whether a system has a solution, whether x is unique, and what x is.", "",
-            "A solve is right where its reason is positive, each row of both equations holds to 1e-5 of its terms, and x to 1e-6 in units of its own, or to what rounding the system to double precision may change. "
-            "What a refusal says is compared with what is true of the system.", "",
-            "Made by `%s` on %s, on %s: the plugin's defaults, and MUMPS with its defaults on the assembled matrix. CTest runs the collection on 1, 2 and 3 ranks. All systems: [systems.csv](systems.csv)." % (
-                machine.command_line(), machine.describe(), "one rank" if ranks == 1 else "%d ranks" % ranks), "",
+            "The plugin's defaults solve %d of %d small systems and refuse %d that have no solution. MUMPS with its defaults on the assembled matrix solves %d. "
+            "Each system comes from a seeded generator in `tests/systems/`, with the signs, order and blocks that programs of its kind use." % (ours[0], len(rows), ours[1], mumps[0]), "",
             "| | " + " | ".join(SAID) + " |", "|---|" + "---|" * len(SAID)]
     for solver in ("ours", "mumps"):
-        figures = count(rows, solver)
+        figures = {"ours": ours, "mumps": mumps}[solver]
         text.append("| %s | %s |" % ({"ours": "ainsworth", "mumps": "MUMPS"}[solver], " | ".join("" if solver == "mumps" and verdict == "untrue" else str(figure) for verdict, figure in zip(VERDICTS, figures))))
     text += ["", "| family | systems | right | iterations | MUMPS, right |", "|---|---|---|---|---|"]
     for family in families:
         some = [row for row in rows if row["family"] == family]
         iterations = sorted(int(row["iterations"]) for row in some if row["ours"] == "right")
-        text.append("| %s | %d | %d | %s | %d |" % (family, len(some), count(some, "ours")[0], "%d to %d" % (iterations[0], iterations[-1]) if iterations else "", count(some, "mumps")[0]))
+        text.append("| %s | %d | %d | %s | %d |" % (family, len(some), count(some, "ours")[0], span(iterations), count(some, "mumps")[0]))
+    text += ["", "## How they are judged", "",
+             "- LU with complete pivoting in long double decides whether a system has a solution, whether x is unique, and what x is.",
+             "- A solve is right if its reason is positive and each row of both equations holds to 1e-5 of its terms. x has to hold to 1e-5 in units of its own, or to a thousand times what rounding the system to double precision changes.",
+             "- What a refusal says is compared with what is true of the system.", "",
+             "CTest runs the collection on 1, 2 and 3 ranks. All systems: [systems.csv](systems.csv). Made by `%s` on %s, on %s." % (machine.command_line(), machine.describe(), "one rank" if ranks == 1 else "%d ranks" % ranks)]
     return text
 
 

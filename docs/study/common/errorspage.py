@@ -147,7 +147,7 @@ def verdict(systems):
     levels = ", ".join("%.0e" % level for level in LEVELS)
     if not faster:
         return "`%s` is the first to reach an error of %s on all of these %d systems." % (OURS, levels, len(systems))
-    return "`%s` is the first to reach an error of %s, but for: %s." % (OURS, levels, "; ".join(faster))
+    return "`%s` is the first to reach an error of %s, except for: %s." % (OURS, levels, "; ".join(faster))
 
 
 def growth(systems):
@@ -186,14 +186,18 @@ def show(folder):
 
 def write(folder):
     systems, here = pictures(folder), os.path.basename(folder)
-    text = ["# Error against run time", "", "Which solver has the smallest error after a given time?", verdict(systems), "",
+    text = ["# Error against run time", "", "Which solver has the smallest error after a given time? " + verdict(systems), "",
             "![Seconds to an error of 1e-6](%s/seconds.svg)" % here, "", "![Error against seconds, for each system](%s/diagrams.svg)" % here, "",
-            "Each point is one tolerance of a series down from 1e-1. Across: the seconds of set-up and solve together, the least of the repetitions. Forming the augmented or the eliminated system counts; assembling one matrix for MUMPS does not. Down: the true relative error of x in the energy norm. The exact x is from MUMPS with iterative refinement in extended precision. Seconds to an error are read off the line between the points. A cross marks a solve that did not converge. A series that takes longer than its limit is cut; the commands at the foot give the limit for all tolerances together.", "",
-            "[seconds.csv](%s/seconds.csv) has for each system and solver the seconds to %s, the least error, the iterations at the tightest tolerance (of the inner solver for `ainsworth*`), the memory of the process, and why a solver ended early. The other CSVs in [%s/](%s) have each point." % (here, ", ".join("%.0e" % level for level in LEVELS), here, here), "",
+            "Each point of the diagrams is one tolerance of a series that begins with 1e-1.", "",
+            "- Across are the seconds of set-up and solve together, the least of the repetitions. Forming the augmented or the eliminated system counts; assembling one matrix for MUMPS does not.",
+            "- Down is the true relative error of x in the energy norm. The exact x comes from MUMPS with iterative refinement in extended precision.",
+            "- Seconds to an error are interpolated between the points.",
+            "- A cross marks a solve that did not converge. A series that takes longer than its limit is cut; the commands at the foot give the limit for all tolerances together.", "",
+            "[seconds.csv](%s/seconds.csv) has, for each system and solver, the seconds to %s, the least error, the iterations at the tightest tolerance (of the inner solver for `ainsworth*`), the memory of the process, and the reason if a solver ended early. The other CSVs in [%s/](%s) have each point." % (here, ", ".join("%.0e" % level for level in LEVELS), here, here), "",
             "## The solvers", "", "| solver | |", "|---|---|"]
     text += ["| [%s](../tutorials/benchmark/solvers/%s.opts) | %s |" % (name, name, comment(name)) for name in dict.fromkeys(name for system in systems for name in system.rows)] + [""]
-    text += ["All solvers but `ainsworth_paper`, `ainsworth_gamg` and `mumps` have the same multigrid, with rigid-body modes: the multigrid of this plugin on A, or, for `golub_greif` and `elimination`, on the matrix into which they have put the constraints. There its aggregates may grow across the interface. `elimination` needs constraints that can be solved for one unknown each.", "",
-             "BLAS is OpenBLAS, which `makefiles/install.sh` installs: with Debian's reference BLAS MUMPS takes several times as long. `PCBDDC` is not among the peers: it needs matrices that are not assembled (`MATIS`). `PCHPDDM` needs a PETSc configured with HPDDM.", ""]
+    text += ["All solvers except `ainsworth_paper`, `ainsworth_gamg` and `mumps` use the multigrid of this plugin with rigid-body modes. It works on A, or, for `golub_greif` and `elimination`, on the matrix into which they have put the constraints. There its aggregates may grow across the interface. `elimination` needs constraints that can each be solved for one unknown.", "",
+             "BLAS is OpenBLAS, which `makefiles/install.sh` installs. With Debian's reference BLAS MUMPS takes several times as long. `PCBDDC` is not compared because it needs matrices that are not assembled (`MATIS`), `PCHPDDM` because it needs a PETSc configured with HPDDM.", ""]
     text += ["## The systems", "", "| | options of `twocubes` | unknowns | constraints |", "|---|---|---|---|"]
     text += ["| %s | `%s` | %s | %s |" % (system.title(), system.about["options"], system.size(), system.size("constraints")) for system in systems]
     grown = growth(systems)

@@ -58,7 +58,7 @@ def made_by(name, rows):
     """The commands, what they ran on, and how loaded that was."""
     loads = [float(row["load"]) for row in rows]
     former = [row for row in rows if "-near_nullspace" not in row.get("options", "") and "variant paper" not in row["options"] and row.get("setup")]
-    note = " Rows whose options in the CSV lack `-near_nullspace` have BoomerAMG (PMIS, Chebyshev), the former default." if former else ""
+    note = " Rows whose options in the CSV lack `-near_nullspace` used BoomerAMG (PMIS, Chebyshev), the former default." if former else ""
     return "- %s: %s; %s; load %.1f to %.1f.%s" % (name, ", ".join("`%s`" % text for text in distinct(rows, "command")), "; ".join(distinct(rows, "machine")), min(loads), max(loads), note)
 
 
@@ -71,7 +71,9 @@ def span(row, key):
 
 def table(rows, here):
     text = ["## Distribution over many ranks (5.2, table 2)", "",
-            "From the METIS partition of the volume meshes alone, by `tutorials/benchmark/partitiontable.cpp`; no system is assembled. A row of C, and of S = C W C', lives on the rank of its secondary node. Rows: mean (least to most) of the ranks that have some.",
+            "All figures come from the METIS partition of the volume meshes alone (`tutorials/benchmark/partitiontable.cpp`); no system is assembled. Each row of C, and of S = C W C', is on the rank of its secondary node. Rows are given as mean (least to most) over the ranks that have some. The second table of each size predicts messages and bytes of one projection x - W C' S^-1 C x. A solve with S on one rank sends nothing itself.", "",
+            "- *Spread*: C stays where the program has it. Neighbors exchange x, C x goes to the ranks that solve with S, the solution comes back, and neighbors exchange W C' t.",
+            "- *Together*: the rows of C are on the ranks that solve with S. Every rank with constrained unknowns sends them there and gets their change back.",
             "", "![Rows and messages](%s/table.svg)" % here, ""]
     for size in distinct(rows, "size"):
         mine = [row for row in rows if row["size"] == size]
@@ -88,11 +90,11 @@ def table(rows, here):
         for row in mine:
             text.append(line(row["ranks"], row["spread_messages"], "%.0f" % (int(row["spread_bytes"]) / 1000), row["spread_busiest"], row["together_messages"], "%.0f" % (int(row["together_bytes"]) / 1000), row["together_busiest"]))
         text.append("")
-    return text + ["Messages and bytes of one projection x - W C' S^-1 C x, foreseen from the same partition. *Spread*: C stays where the program has it: x between neighbours, C x to the ranks that solve with S, the solution back, W C' t between neighbours. *Together*: the rows of C are where S is solved with: every rank that has constrained unknowns sends them there and gets their change back. The solve itself sends nothing on one rank.", ""]
+    return text
 
 
 def strong(rows, here):
-    text = ["## One large problem (5.2)", "", paper.STRONG + " Bounds: %g times the iterations of A alone, %d GiB. Peak memory is the sum over the ranks of the most that each had." % (ALONE_BOUND, STRONG_MEMORY), ""]
+    text = ["## One large problem (5.2)", "", paper.STRONG + " Bounds: at most %g times the iterations of A alone, and %d GiB. Peak memory is the sum over the ranks of the most that each had." % (ALONE_BOUND, STRONG_MEMORY), ""]
     text += head("size", "ranks", "", "unknowns", "constraints", "iterations", "/ A alone", "set-up [s]", "solve [s]", "/ A alone", "peak memory [GiB]", "/ A alone", "bounds")
     for row in rows:
         alone = pick(rows, size=row["size"], ranks=row["ranks"], config=ALONE)
@@ -109,7 +111,7 @@ def strong(rows, here):
 
 def memory(rows, here):
     configs = [config for config in distinct(rows, "config") if config != ALONE]
-    text = ["## Peak memory", "", "Bound: %g times that of A alone. `jcb` couples more unknowns than `id` does: the operators of all levels are larger, most of all where the contact surface is a large part of a flat body ([method.md](method.md))." % MEMORY_BOUND, ""]
+    text = ["## Peak memory", "", "Bound: %g times that of A alone. `jcb` couples more unknowns than `id`, so the operators of all levels are larger, most of all where the contact surface is a large part of a flat body ([method.md](method.md))." % MEMORY_BOUND, ""]
     text += head("size", "ranks", "unknowns", "constraints", "A alone [GiB]", *(title for config in configs for title in (config + " [GiB]", "/ A alone", "bound")))
     for size, ranks in dict.fromkeys((row["size"], row["ranks"]) for row in rows):
         alone, cells = pick(rows, size=size, ranks=ranks, config=ALONE), []
@@ -122,7 +124,7 @@ def memory(rows, here):
 
 
 def weak(rows, here):
-    text = ["## Finer meshes (5.3)", "", paper.WEAK, "Here the number of ranks stays and the seconds are divided by the unknowns of a rank.", "", "![Iterations and seconds per unknown](%s/weak.svg)" % here, ""]
+    text = ["## Finer meshes (5.3)", "", paper.WEAK, "", "Here the number of ranks is fixed, and seconds are divided by the unknowns of a rank.", "", "![Iterations and seconds per unknown](%s/weak.svg)" % here, ""]
     text += head("size", "ranks", "", "unknowns", "constraints", "iterations", "set-up [us per unknown of a rank]", "solve [us per unknown of a rank]")
     for row in rows:
         share = 1e6 * int(row["ranks"]) / int(row["unknowns"]) if row["unknowns"] else None
@@ -132,8 +134,8 @@ def weak(rows, here):
 
 def cost(rows, here):
     text = ["## Cost against the number of constraints (5.4)", "", paper.COST, "",
-            "Bounds for the defaults (weighted; `auto` takes `id` here): set-up + solve at most %g times that of A alone, iterations those of the share 0 up to %d." % (COST_BOUND, COST_ITERATIONS), "",
-            "Where METIS cuts the volume meshes alone, the whole contact surface may lie between ranks: then the coarse matrices of M_* are multiplied across ranks, and those of A alone, whose bodies do not meet, not. With `-contact` (`-partition contact`) METIS knows which elements touch, as a partition of the graph of A + C'C does; this is what we recommend. *Volumes cut*: the seconds of A alone with the other partition, which is better for it. Our own part of the set-up is below. `paper` has BoomerAMG (Falgout coarsening, hybrid Gauss-Seidel) where A alone and `weighted` have block smoothed aggregation.", ""]
+            "Bounds for the defaults (weighted; `auto` takes `id` here): set-up and solve take at most %g times the seconds of A alone, and iterations differ from those of the share 0 by at most %d." % (COST_BOUND, COST_ITERATIONS), "",
+            "If METIS partitions the volume meshes alone, the whole contact surface may lie between ranks. Then the coarse matrices of M_* are multiplied across ranks, but not those of A alone, whose bodies do not meet. With `-contact` (`-partition contact`) METIS knows which elements touch, as a partition of the graph of A + C'C does. We recommend this. *Volumes cut* compares with A alone on the other partition, which is better for it. `paper` has BoomerAMG (Falgout coarsening, hybrid Gauss-Seidel), A alone and `weighted` have block smoothed aggregation. The plugin's own part of the set-up is [below](#where-the-set-up-goes).", ""]
     lines, pictures = [], []
     for size in distinct(rows, "size"):
         for ranks in distinct([row for row in rows if row["size"] == size], "ranks"):
@@ -150,7 +152,7 @@ def cost(rows, here):
                 lines.append(line(size, ranks, alone["unknowns"], row["fraction"], row["constraints"], why(row), alone["iterations"], row["setup"], row["solve"], "%.2f" % quotient if quotient else "",
                                   "%.2f" % (seconds(row) / seconds(volumes)) if quotient and volumes is not alone and good(volumes) else "", held))
     text += head("size", "ranks", "unknowns", "share of the rows", "constraints", "iterations", "A alone", "set-up [s]", "solve [s]", "(set-up + solve) / A alone", "/ A alone, volumes cut", "bounds") + lines
-    text += ["", "[cost.csv](%s/cost.csv) has the other approximations and the paper's form; the pictures show them." % here, ""] + [part for picture in pictures for part in (picture, "")]
+    text += ["", "[cost.csv](%s/cost.csv) has the other preconditioning matrices and the paper's form, which the pictures show." % here, ""] + [part for picture in pictures for part in (picture, "")]
     return text
 
 
@@ -161,7 +163,7 @@ def edge(size):
 def flops(rows, here):
     sizes = sorted(distinct(rows, "size"), key=lambda size: [int(part) for part in edge(size)])
     growths = {}
-    text = ["## Operations in the assembly of M_*", "", "Floating-point operations for each row of C that `-log_view` counts in our events of the set-up, all ranks together, without the factorization of S.", "",
+    text = ["## Operations in the assembly of M_*", "", "Floating-point operations per row of C, as `-log_view` counts them in the plugin's events of the set-up: all ranks together, without the factorization of S.", "",
             "![Operations](%s/flops.svg)" % here, ""] + head("", *sizes)
     for config in distinct(rows, "config"):
         cells = []
@@ -174,14 +176,14 @@ def flops(rows, here):
             cells.append("" if row is None else "%.0f" % (value(row, "all") / int(row["constraints"])) if value(row, "all") else "refused")
         text.append(line(config, *cells))
     held = "; ".join("`%s` %.3f (%s)" % (variant, growth, verdict(growth <= FLOPS_BOUND)) for variant, growth in growths.items())
-    text += ["", "Most times as many where only the volume grows, with the bound %g: %s. The penalty of `paper` takes a norm of the whole matrix, that of `weighted` the rows of C. [flops.csv](%s/flops.csv) has each event. *Refused*: the types `cc` and `cg` may give a dense matrix." % (FLOPS_BOUND, held, here)]
+    text += ["", "If only the volume grows, operations grow at most by these factors, with the bound %g: %s. The penalty of `paper` takes a norm of the whole matrix, that of `weighted` only the rows of C. *Refused*: the types `cc` and `cg` may give a dense matrix. [flops.csv](%s/flops.csv) has each event." % (FLOPS_BOUND, held, here)]
     return text + [""]
 
 
 def setup(rows, here):
     known = ("size", "ranks", "config", "unknowns", "constraints", "reason", "ours", "PCSetUp", "amg", "share", "alone", "options", "load", "machine", "command")
     names = [column for column in dict.fromkeys(column for row in rows for column in row) if column not in known]
-    text = ["## Where the set-up goes", "", "Seconds on the slowest rank. *Ours* is the sum of our events of the set-up; what else PCSetUp takes is multigrid's; their quotient has the bound %g. *A alone*: PCSetUp without constraints, that is, multigrid on A." % SHARE_BOUND, ""]
+    text = ["## Where the set-up goes", "", "Seconds on the slowest rank. *Ours* is the sum of the plugin's events of the set-up, *multigrid's* the rest of PCSetUp; the bound of their quotient is %g. *A alone* is PCSetUp without constraints, that is, multigrid on A." % SHARE_BOUND, ""]
     text += head("size", "ranks", "", "unknowns", *names, "ours", "PCSetUp", "multigrid's", "ours / multigrid's", "bound", "A alone", "PCSetUp / A alone")
     for row in rows:
         cells = [row["size"], row["ranks"], row["config"], row["unknowns"]] + [row.get(name) for name in names]
@@ -194,7 +196,7 @@ def setup(rows, here):
 
 
 def iterations(rows, here):
-    text = ["## Iterations on more and more ranks", "", "Bound: those on the fewest ranks up to %d. Aggregates stay inside a rank, so that they depend on the partition." % SPREAD, ""]
+    text = ["## Iterations on more and more ranks", "", "Bound: a difference of at most %d from the fewest ranks. Aggregates do not cross ranks, so iterations depend on the partition." % SPREAD, ""]
     for size in distinct(rows, "size"):
         mine = [row for row in rows if row["size"] == size]
         ranks = sorted(distinct(mine, "ranks"), key=int)
@@ -209,8 +211,8 @@ def iterations(rows, here):
 
 
 def messages(rows, here):
-    text = ["## Messages and reductions of a projection", "", "From `-log_view`, all ranks together: what a long solve has more than a short one, divided by the projections it has more. A projection holds one solve with S.", ""]
-    text += head("size", "ranks", "", "constraints", "messages", "bytes", "reductions", "of them in the solve with S: messages", "bytes", "reductions", "foreseen, spread: messages, bytes", "foreseen, together: messages, bytes")
+    text = ["## Messages and reductions of a projection", "", "From `-log_view`, all ranks together: the difference between a long and a short solve, divided by the difference of their projections. A projection has one solve with S. *Predicted* is from the partition, as [above](#distribution-over-many-ranks-52-table-2).", ""]
+    text += head("size", "ranks", "", "constraints", "messages", "bytes", "reductions", "of them in the solve with S: messages", "bytes", "reductions", "predicted, spread: messages, bytes", "predicted, together: messages, bytes")
     for row in rows:
         cells = [row.get(event + "_" + what, "") for event in ("AinsProjector", "AinsGramSolve") for what in ("messages", "bytes", "reductions")]
         cells += ["%s, %s" % (row[layout + "_messages"], row[layout + "_bytes"]) if row.get(layout + "_messages") else "" for layout in ("spread", "together")]
@@ -238,19 +240,19 @@ def answers(found):
     quotients = [seconds(row) / seconds(alone) for row, alone in ((row, pick(found["cost"], size=row["size"], ranks=row["ranks"], config=ALONE)) for row in mine.get("cost", ())) if good(alone)]
     if quotients:
         text.append("- More constraints: set-up and solve take %.2f to %.2f times the seconds of A alone." % (min(quotients), max(quotients)))
-    return text + [""]
+    return text + ["", "Bounds that are missed are marked **miss**. [The systems](#the-systems) explains sizes such as 24-contact; *A alone* is the same bodies without constraints.", ""]
 
 
 def write(folder):
     here = os.path.basename(folder)
     found = {name: rows for name, rows in ((name, read(folder, name)) for name in SECTIONS) if rows}
-    text = ["# The paper's experiments", "", "What the three experiments of the paper give with this plugin (`%s`, its default there):" % DEFAULT, ""] + answers(found)
+    text = ["# The paper's experiments", "", "The three experiments of [the paper](paper.md) with this plugin (`%s`, its default there):" % DEFAULT, ""] + answers(found)
     for name, rows in found.items():
         text += SECTIONS[name](rows, here)
     text += ["## The systems", "", "Two cubes, or flat boxes, in contact (`tutorials/benchmark/twocubes.cpp`, paper section 5.1): linear elasticity, E2/E1 = 10, 92 % of the contact surface sticks. With that share C has as many rows as the paper's.", "",
-             "A size N is N elements per edge of the upper body and seven eighths of it for the lower one, so that the nodes do not meet. N:M gives the number for the lower body, NxZ the elements along the height of both. After -contact METIS knows which elements touch. With N:N every node meets another, which is the easier case: S is diagonal.", "",
-             "Block smoothed aggregation with rigid-body modes, the paper's form with BoomerAMG; conjugate gradients to 1e-8 in the natural norm. *A alone* is `-contact 0`. The paper's own configuration on a small problem: [paper.md](paper.md).", "",
-             "## Made by", "", "Each experiment can be made at any size (`/usr/bin/python3 docs/study/results.py --help`). Every number but the paper's comes from the CSV files in [%s/](%s)." % (here, here), ""]
+             "A size N means N elements per edge of the upper body and seven eighths of it for the lower one, so that nodes do not meet. N:M gives the number for the lower body, NxZ the elements along the height of both. With -contact METIS knows which elements touch. With N:N every node meets another, which is the easier case: S is diagonal.", "",
+             "The solver is conjugate gradients to 1e-8 in the natural norm with block smoothed aggregation and rigid-body modes; the paper's form has BoomerAMG. *A alone* is `-contact 0`. The paper's own configuration on a small problem: [paper.md](paper.md).", "",
+             "## Made by", "", "Each experiment can be run at any size (`/usr/bin/python3 docs/study/results.py --help`). All numbers except the paper's come from the CSV files in [%s/](%s)." % (here, here), ""]
     text += [made_by(name, rows) for name, rows in found.items()]
     charts.draw(folder, found)
     prose.write(folder + ".md", text)

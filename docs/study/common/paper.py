@@ -9,6 +9,6 @@ TABLE2 = {
     512: (10625, 46, 581, 176, 1198),
 }
 TABLE2_EDGE = 96  # elements per edge of each cube
-STRONG = "The paper, on 32 to 512 tasks: 30 to 33 iterations; C has 27 000 rows."
-WEAK = "The paper, with 48^3, 96^3 and 192^3 elements per cube on 8, 64 and 512 processes (83 000 unknowns on each): 18 iterations for the smallest to 23 for the largest problem; solve times as AMG lets expect, set-up times that scale badly."
-COST = "The paper, with M_JCB on 256 x 256 x 32 elements per body (13 million unknowns, up to 188 000 constraints): 22 to 24 iterations over all shares; set-up and solve constant over the first half of the shares, then growing, mostly by the Cholesky factorisation of CC'."
+STRONG = "The paper reports 30 to 33 iterations on 32 to 512 tasks; its C has 27 000 rows."
+WEAK = "The paper uses 48^3, 96^3 and 192^3 elements per cube on 8, 64 and 512 processes, 83 000 unknowns on each. Iterations grow from 18 for the smallest to 23 for the largest problem. Solve times are as expected of AMG, set-up times scale badly."
+COST = "The paper uses M_JCB on 256 x 256 x 32 elements per body, 13 million unknowns and up to 188 000 constraints. It reports 22 to 24 iterations over all shares. Set-up and solve take constant time over the first half of the shares, then more, mostly by the Cholesky factorization of CC'."
