@@ -20,10 +20,17 @@ run() {
 
 echo "# The paper's configuration on the two-cube problem"
 echo
-echo 'Made by `sh makefiles/paper.sh`: `-n1 24 -n2 20 -E2 10 -pc_ainsworth_variant paper`, CG to 1e-8 in the natural norm.'
-echo "Inner iterations (primal residual, constraint residual)."
-echo
-echo "| M_* | 1 rank | 2 ranks | 3 ranks | 4 ranks |"
+cat <<'END'
+How many iterations does the paper's own configuration (`-pc_ainsworth_variant paper`) take with each of its six
+approximations Inv(S) of S^-1 ([method.md](method.md#preconditioning-matrix))?
+
+A cell has the inner iterations and, in brackets, the primal and the constraint residual. The system is
+`twocubes -n1 24 -n2 20 -E2 10`, solved by CG to 1e-8 in the natural norm.
+
+## On 1 to 4 ranks
+
+END
+echo "| Inv(S) | 1 rank | 2 ranks | 3 ranks | 4 ranks |"
 echo "|---|---|---|---|---|"
 for pmat in jcb id bj_cc bj_cg cc cg; do
   printf '| %s ' $pmat
@@ -31,10 +38,14 @@ for pmat in jcb id bj_cc bj_cg cc cg; do
   echo "|"
 done
 echo
-echo "| variation, 2 ranks | jcb | id | bj_cc | bj_cg | cc | cg |"
+echo "## Variations, on 2 ranks"
+echo
+echo "| | jcb | id | bj_cc | bj_cg | cc | cg |"
 echo "|---|---|---|---|---|---|---|"
 for variation in "-floating" "-curved 0.15" "-stick 0" "-stick 1" "-contact 0"; do
   printf '| `%s` ' "$variation"
   for pmat in jcb id bj_cc bj_cg cc cg; do printf '| %s ' "$(run 2 $variation -pc_ainsworth_pmat $pmat "$@")"; done
   echo "|"
 done
+echo
+echo 'Made by `sh makefiles/paper.sh`.'

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Iterations of two cubes on springs between the constraints, D over 32 decades: the table of docs/method.md, compliance.
+"""Iterations of two cubes on springs between the constraints, D over 32 decades: docs/method/compliance.csv has what it prints.
 
 /usr/bin/python3 docs/study/compliance.py [--ranks 1] [--system "-E2 1e-3 -curved .15"]      half a minute; needs a build
 /usr/bin/python3 docs/study/compliance.py --n1 8 --most 1.1                                  fails where D costs more than that times D = 0

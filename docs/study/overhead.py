@@ -74,13 +74,14 @@ def main():
             with_, without = events(n1, n2, ranks, 1), events(n1, n2, ranks, 0)
             ours = sum(with_.get(name, 0) for name in OURS)
             breakdown.append("| %d | %d | %s | %.3f | %.3f | %.3f |" % (n1, ranks, " | ".join("%.3f" % with_.get(name, 0) for name in OURS), with_.get("PCSetUp", 0), with_.get("PCSetUp", 0) - ours, without.get("PCSetUp", 0)))
-    text = ["# What the constraints cost in time", "", "What does a system with constraints cost, compared with the same bodies without them?",
-            "Set-up and solve together take %.2f to %.2f times the seconds of A alone (`twocubes -E2 10 -near_nullspace` with the defaults, against `-contact 0`); the bound is %g." % (min(quotients), max(quotients), BOUND), "",
-            "Made by `%s` on %s; load between %.1f and %.1f while it ran (where it exceeds the cores, only the quotient of processor time is sure; ranks that wait use processor time, too, so that it is given for one rank). The runs with and without constraints take turns, %d of each. All the runs: [overhead.csv](overhead.csv)." % (
-                machine.command_line(), machine.describe(), min(loads), max(loads), arguments.repeat), "",
+    text = ["# What the constraints cost in time", "",
+            "Set-up and solve of a system with constraints take %.2f to %.2f times the seconds of the same bodies without them (*A alone*). The bound is %g." % (min(quotients), max(quotients), BOUND), "",
+            "The system is `twocubes -E2 10 -near_nullspace` with the defaults, A alone the same with `-contact 0`. The runs with and without constraints take turns, %d of each. [overhead.csv](overhead.csv) has all the runs." % arguments.repeat, "",
             "| n1 | unknowns | ranks | iterations, A alone | set-up + solve [s], least | A alone [s], least | quotient of the least | of the medians | of processor time | at most %g |" % BOUND, "|" + "---|" * 10] + lines
-    text += ["", "## Where the set-up goes", "", "Seconds on the slowest rank, from `-log_view` of one run. PCSetUp holds all of it; what is left without our events of the constraints is mostly the multigrid, and the last column is the multigrid of A alone.", "",
-             "| n1 | ranks | " + " | ".join(OURS) + " | PCSetUp | without ours | PCSetUp of A alone |", "|" + "---|" * (5 + len(OURS))] + breakdown
+    text += ["", "Where the load exceeds the number of cores only the quotient of processor time is reliable. It is given for one rank, because ranks that wait use processor time, too.", "",
+             "Made by `%s` on %s; load between %.1f and %.1f." % (machine.command_line(), machine.describe(), min(loads), max(loads))]
+    text += ["", "## Where the set-up goes", "", "Seconds on the slowest rank, from `-log_view` of one run. `PCSetUp` contains the events to the left of it, which belong to the constraints; the rest is mostly multigrid. The last column is the set-up of multigrid for A alone.", "",
+             "| n1 | ranks | " + " | ".join(OURS) + " | PCSetUp | the rest | PCSetUp of A alone |", "|" + "---|" * (5 + len(OURS))] + breakdown
     with open(os.path.join(arguments.out, "overhead.csv"), "w", newline="") as file:
         table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         table.writeheader()

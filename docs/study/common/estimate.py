@@ -97,10 +97,20 @@ def draw(path, rows):
     plots.save(figure, path)
 
 
+def summarize_sharp(rows):
+    """The extremes of each variant over all systems."""
+    text = []
+    for variant in VARIANTS:
+        found = [list(effectivity(mine)) for (_, _, name), mine in runs(rows).items() if name == variant]
+        text.append("- `%s`: the lower bound is %.2f to %.2f times the true error, the upper one %.2f to %.2f times." % (
+            (variant,) + bounds(lower for lower, _ in found) + bounds(upper for _, upper in found)))
+    return text
+
+
 def write_sharp(folder, about, rows):
     draw(os.path.join(folder, "sharp"), rows)
     here = os.path.basename(folder)
-    text = ["## How sharp", "", "Quotients of the bounds of `-pc_ainsworth_monitor_error` and the true energy norm of the error (`-pc_ainsworth_reference`, MUMPS with iterative refinement in extended precision), least to largest over all iterations from where the error has fallen by 10, down to a relative tolerance of %s. The upper one is an estimate, since it rests on an estimated eigenvalue, and may be below 1. Wanted: the lower one at most 1, each within a factor %g." % (TOLERANCE, FACTOR), "",
+    text = ["## How sharp", "", "Quotients of the bounds of `-pc_ainsworth_monitor_error` and the true energy norm of the error, least to largest. They are taken over all iterations from where the error has fallen by a factor of 10, down to a relative tolerance of %s. The bar: the lower bound is at most the error, and both are within a factor %g of it. The upper bound rests on an estimated eigenvalue and may be below the error." % (TOLERANCE, FACTOR), "",
             "![True error and its bounds](%s/sharp.svg)" % here, "",
             "| | n1 | variant | iterations | lower / true | | upper / true | |", "|" + "---|" * 8]
     each = {}
@@ -111,16 +121,28 @@ def write_sharp(folder, about, rows):
         sizes, counts = zip(*sorted(entry[:2] for entry in found))
         text.append("| %s | %s | %s | %s | %.4f to %.4f | %s | %.4f to %.4f | %s |" % (
             CASES[case][0], ", ".join(map(str, sizes)), variant, ", ".join(map(str, counts)), low, high, verdict(high <= 1 + ROUNDING and low >= 1 / FACTOR), least, most, verdict(least >= 1 / FACTOR and most <= FACTOR)))
-    return text + ["", "The last row of a solve has no later step to take a lower bound from.", ""] + made_by(about)
+    return text + ["", "The true error is that of `-pc_ainsworth_reference`, with a solution by MUMPS with iterative refinement in extended precision. The last iterate of a solve has no lower bound, because no later step follows.", ""] + made_by(about)
+
+
+def milliseconds(rows, n1):
+    """Least and median of an iteration, of each kind."""
+    each = {kind: [1e3 * float(row["solve"]) / int(row["iterations"]) for row in rows if row["n1"] == n1 and row["kind"] == kind] for kind in KINDS}
+    return {kind: (min(values), statistics.median(values)) for kind, values in each.items()}
+
+
+def summarize_cost(rows):
+    times = [milliseconds(rows, n1) for n1 in dict.fromkeys(row["n1"] for row in rows)]
+    quotients = {kind: [each[kind][0] / each["without"][0] for each in times] for kind in ("stop", "monitor")}
+    return ["- An iteration takes %.3f to %.3f times as long with the estimate, and %.3f to %.3f times with the monitor." % (
+        min(quotients["stop"]), max(quotients["stop"]), min(quotients["monitor"]), max(quotients["monitor"]))]
 
 
 def write_cost(about, rows):
-    text = ["## What it costs", "", "Milliseconds per iteration of the solve of `twocubes -E2 10 -near_nullspace`, least | median of the runs, which take turns; quotients with the solve that estimates nothing. "
-            "*Stop* is `-pc_ainsworth_stop energy_error`, the estimate alone; *monitor* also computes the residuals of both equations. Wanted: at most %g for the estimate." % COST_BOUND, "",
+    text = ["## What it costs", "", "Milliseconds per iteration of the solve of `twocubes -E2 10 -near_nullspace`: least and median of the runs, which take turns, and quotients with the solve that estimates nothing. "
+            "*Stop* is `-pc_ainsworth_stop energy_error`, the estimate alone; *monitor* also computes the residuals of both equations. The bar for the estimate: at most %g times." % COST_BOUND, "",
             "| n1 | without | stop | quotients | | monitor | quotients |", "|" + "---|" * 7]
     for n1 in dict.fromkeys(row["n1"] for row in rows):
-        each = {kind: [1e3 * float(row["solve"]) / int(row["iterations"]) for row in rows if row["n1"] == n1 and row["kind"] == kind] for kind in KINDS}
-        both = {kind: (min(values), statistics.median(values)) for kind, values in each.items()}
+        both = milliseconds(rows, n1)
         quotients = {kind: tuple(a / b for a, b in zip(both[kind], both["without"])) for kind in KINDS}
         text.append("| %s | %.2f, %.2f | %.2f, %.2f | %.3f, %.3f | %s | %.2f, %.2f | %.3f, %.3f |" % (
             (n1,) + both["without"] + both["stop"] + quotients["stop"] + (verdict(quotients["stop"][0] <= COST_BOUND),) + both["monitor"] + quotients["monitor"]))
@@ -129,10 +151,14 @@ def write_cost(about, rows):
 
 def write(folder):
     here = os.path.basename(folder)
-    text = ["# The estimate of the error", "", "How close are the bounds of [report.md](report.md) to the true error, and what do they cost? Every number comes from the CSV files in [%s/](%s)." % (here, here), ""]
-    for name, part in (("sharp", lambda about, rows: write_sharp(folder, about, rows)), ("cost", write_cost)):
+    text = ["# The estimate of the error", "", "How close are the bounds of [report.md](report.md) to the true error, and what do they cost?", ""]
+    parts, points = [], []
+    for name, part, summary in (("sharp", lambda about, rows: write_sharp(folder, about, rows), summarize_sharp), ("cost", write_cost, summarize_cost)):
         path = os.path.join(folder, name + ".csv")
         if os.path.exists(path):
-            text += part(*measured.read(path))
+            about, rows = measured.read(path)
+            points += summary(rows)
+            parts += part(about, rows)
+    text += points + ["- Every number comes from the CSV files in [%s/](%s)." % (here, here), ""] + parts
     prose.write(folder + ".md", text)
     print("wrote %s.md" % folder)

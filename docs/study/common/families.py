@@ -55,7 +55,7 @@ SOLVERS = (
     ("blocksa", "this multigrid", "-pc_type blocksa", None, "blocksa"),
     ("hypre", "BoomerAMG", "-pc_type hypre", None, "BoomerAMG"),
     ("pmis", "BoomerAMG PMIS", TUNED + " %sagg_nl 0" % HYPRE, None, "PMIS"),
-    ("agg1", "the same, agg_nl 1", TUNED + " %sagg_nl 1" % HYPRE, None, "agg_nl 1"),
+    ("agg1", "BoomerAMG PMIS, agg_nl 1", TUNED + " %sagg_nl 1" % HYPRE, None, "agg_nl 1"),
     ("nodal", "BoomerAMG nodal", "-pc_type hypre %snodal_coarsen 6 %svec_interp_variant 2" % (HYPRE, HYPRE), 30, "nodal"),
     ("gamg", "GAMG", "-pc_type gamg -mat_no_inode", None, "GAMG"),
     ("ml", "ML", "-pc_type ml -mat_no_inode", None, "ML"),

@@ -129,7 +129,15 @@ def made_by(rows):
     commands = sorted({row["command"] for row in rows})
     loads = [float(row["load"]) for row in rows]
     return ["Made by", ""] + ["    " + command for command in commands] + ["", "on %s." % rows[0]["machine"],
-            "The load was between %.1f and %.1f on this shared machine: ratios within a row count, and large ones only." % (min(loads), max(loads)), ""]
+            "The load was between %.1f and %.1f: compare within a row only, and trust large ratios only." % (min(loads), max(loads)), ""]
+
+
+def headline(rows):
+    """What the choice of the plugin takes for about 100000 rows, on one rank."""
+    row = next((row for row in rows if (row["surface"], row["asked"], row["solver"]) == ("turned", "100000", "chosen")), None)
+    if row is None:
+        return ""
+    return "- For %s rows on one rank the set-up takes %s ms and a solve %s ms. The solution of a whole system needs two solves an iteration, about 50 in all.\n" % (row["rows"], milliseconds(row, "factor"), milliseconds(row, "solve"))
 
 
 def package_table(rows, kind):
@@ -154,7 +162,7 @@ def network_table(rows):
 
 
 def search_table(rows):
-    text = [line("constraints", "rows", "of them dependent", "search, ms", "both factorizations, ms"), "|---|---|---|---|---|"]
+    text = [line("constraints", "rows", "dependent rows", "search, ms", "both factorizations, ms"), "|---|---|---|---|---|"]
     closed = [row for row in rows if not row["surface"].endswith(", open")]
     for row in ({row["surface"]: row for row in closed}).values():  # the largest of each
         kind, what = row["surface"].split(" network, ")
@@ -172,53 +180,51 @@ def rank_table(rows, kind, asked):
 
 INTRODUCTION = """# The factorization of the Gram matrix
 
-Which package factors S, and what does that cost?
-The plugin chooses by the predicted number of operations: PETSc below 1e7, CHOLMOD above ([why](#what-was-chosen)).
+Which package factors S = C W C', and what does that cost?
 
-Two bodies touch on a flat square. Half of the surface sticks and half slips. The surface lies along the axes,
-or is turned by 20, 35 and 50 degrees. Along the axes the Gram matrix falls into three pieces, one for each component.
-Turned, it is one piece. The volumes are left out: A is a diagonal matrix.
+- The plugin chooses by the predicted number of operations: PETSc's own Cholesky factorization below 1e7, CHOLMOD above.
+%s- In networks CHOLMOD takes less time than MUMPS takes for the whole system.
+- On bodies that are flat along their interface S may be 30 %% of the set-up and more ([in parallel](#in-parallel)).
 
-All numbers are milliseconds, the least of several runs: first the set-up, then one solve.
-The set-up is the event AinsGramFact. It contains the ordering and the prediction. The solve is AinsGramSolve.
-A solution of the whole system needs two solves an iteration: about 50 in all.
-[gram.csv](gram.csv) has all the runs.
+All times are milliseconds, the least of several runs: first the set-up, then one solve. The set-up is the event AinsGramFact, which contains the ordering and the prediction. The solve is AinsGramSolve. [gram.csv](gram.csv) has all the runs.
+
+"""
+
+
+CHOICES = """## What was chosen
+
+**Package.** CHOLMOD from 1e7 operations on. Near there PETSc's factorization in the AMD ordering has the shorter solves and CHOLMOD the shorter set-up, on networks and in space several times shorter. Below, both are short, and PETSc's reports a failure without an error. MUMPS' solves take longer than the others' at every size here; it is used from 2e9 operations on where CHOLMOD is missing.
+
+**Ordering.** AMD. Nested dissection by METIS is counted as well where AMD needs 500 operations for each entry of the factor. This happens in space, not on surfaces, where nested dissection would save less than its own time. CHOLMOD gets the ordering that was counted.
+
+**Rows per rank.** A rank gets 25000 rows where pieces can be shared out whole. On 100352 rows in three pieces the busiest rank then has 4.3e8 operations instead of 7e8, and on 2 ranks the factorization and the solves take about half of the time. Where ranks share a piece, by MUMPS, a solve takes several times as long as CHOLMOD's on one rank. So a piece is cut only where it has more than 16 times the rows per rank, 400000, and where PETSc has MUMPS, which factors the parts. It was not measured whether many ranks gain above that: the runs had two cores.
+
+""".splitlines()
+
+
+PACKAGES_TEXT = """## Packages
+
+Two bodies touch on a flat square. Half of the surface sticks and half slips. The surface lies along the axes, or is turned by 20, 35 and 50 degrees. Along the axes S falls into three pieces, one for each component; turned, it is one piece. The volumes are left out: A is a diagonal matrix. Operations are those of the Cholesky factor in the AMD ordering, as predicted.
 
 """.splitlines()
 
 
 NETWORKS = """## Networks
 
-A row for each node of a network, the balance of its flows; the unknowns are the flows of the branches. S is the Laplacian of the network.
-A grid in the plane, a power grid (a tree and half as many lines again), a random graph, and a grid in space.
-The last column but one is MUMPS' LDL' of the whole system [A C'; C 0], its analysis, factorization and one solve.
+C has a row for each node of a network, the balance of its flows; the unknowns are the flows of the branches. S is the Laplacian of the network. The networks are a grid in the plane, a power grid (a tree and half as many lines again), a random graph, and a grid in space. *MUMPS, whole system* is the LDL' factorization of [A C'; C 0]: first its analysis and factorization, then one solve.
 """.splitlines() + [""]
 
 
 SEARCH = """### Dependent rows
 
-Networks that nothing leaves: one balance depends on the others. Ties: a row for each branch, x_i = x_j, of which all that close a loop depend on others.
-The search is the event AinsDependent; before and after it S is factored. In these runs A is a diagonal over two decades.
-The largest network of each kind is shown.
+In closed networks, which no flow leaves, one balance depends on the others. Ties have a row x_i = x_j for each branch; all rows that close a loop depend on others. The search is the event AinsDependent; S is factored before and after it. A is a diagonal over two decades. The largest network of each kind is shown.
 """.splitlines() + [""]
 
 
-CHOICES = """## What was chosen
+RANKS_TEXT = """## Rows per rank
 
-CHOLMOD from 1e7 operations on. Near there PETSc's factorization in the AMD ordering has the shorter solves,
-CHOLMOD the shorter set-up, on networks and in space several times shorter.
-Below, both are short, and PETSc's reports a failure without an error, so it is taken.
-MUMPS' solves take longer than the others' at every size here.
-It is taken from 2e9 operations on where CHOLMOD is not there. Without CHOLMOD nested dissection is counted as well
-from 1e8 operations on, with it from 1e10 on, for the memory that the factor will take: CHOLMOD tries it on its own.
+`-pc_ainsworth_rows_per_rank` is varied. With more ranks than cores the ranks share the cores: operations and ratios then tell more than times.
 
-A rank gets 25000 rows where pieces can be shared out whole.
-On 100352 rows in three pieces the busiest rank then has 4.3e8 operations in place of 7e8.
-On 2 ranks the factorization and the solves then take about half of the time.
-Where ranks share a piece, by MUMPS, a solve takes several times as long as CHOLMOD's on one rank.
-So a piece is cut only where it has more than 16 times the rows per rank, 400000,
-and where PETSc has MUMPS, which factors the parts.
-Whether many ranks gain above that was not measured: this machine has two cores.
 """.splitlines()
 
 
@@ -231,23 +237,22 @@ def by_hand(folder):
 
 def write(folder):
     rows = open_table(folder).rows
-    text = list(INTRODUCTION)
     one = [row for row in rows if row["experiment"] == "packages"]
+    text = (INTRODUCTION % headline(one)).splitlines() + CHOICES
     nets = [row for row in rows if row["experiment"] == "networks"]
     many = [row for row in rows if row["experiment"] == "ranks"]
     if one:
-        text += ["## Packages", "", "Operations are those of the Cholesky factor in the AMD ordering, as predicted.", ""]
+        text += PACKAGES_TEXT
         for kind in dict.fromkeys(row["surface"] for row in one):
             text += package_table([row for row in one if row["surface"] == kind], kind)
         text += made_by(one) + by_hand(folder)
     if nets:
         text += NETWORKS + network_table(nets) + SEARCH + search_table(nets) + made_by(nets)
     if many:
-        text += ["## Rows per rank", "", "More ranks than cores share the cores: there, operations and ratios tell more than times.", ""]
+        text += RANKS_TEXT
         for kind in dict.fromkeys(row["surface"] for row in many):
             for asked in dict.fromkeys(row["asked"] for row in many if row["surface"] == kind):
                 text += rank_table([row for row in many if row["surface"] == kind and row["asked"] == asked], kind, asked)
         text += made_by(many)
-    text += CHOICES
     prose.write(os.path.join(folder, "gram.md"), text)
     print("wrote %s" % os.path.relpath(os.path.join(folder, "gram.md")))

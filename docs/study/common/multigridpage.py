@@ -62,7 +62,8 @@ def summary(rows):
     """How many each solver solves, and how its time compares with ours, or with the quickest where ours was not measured."""
     solvers = distinct(rows, "solver")
     reference = families.OURS if families.OURS in solvers else None
-    text = head("", "solved", "quickest on", "time / %s: median" % ("ours" if reference else "the quickest"), "least", "worst", "memory / that: median")
+    than = "this multigrid's" if reference else "the quickest's"
+    text = head("", "solved", "quickest on", "time / %s: median" % than, "least", "worst", "memory / %s: median" % than)
     for name in solvers:
         found = [(system, system[name]) for system in by_family(rows).values() if name in system]
         solved = [(system, row) for system, row in found if good(row)]
@@ -118,14 +119,14 @@ def growing(rows):
 
 def generated(about, rows, folder):
     loads = [float(row["load"]) for row in rows]
-    text = [BEGIN, "", "Seconds are set-up + solve, the least of up to %d runs; the solvers took turns. Iterations are those of CG to 1e-8 in the natural norm. Memory is that on top of the assembled system, over all ranks. With constraints the preconditioner is the inner one of PCAINSWORTH. [multigrid.csv](multigrid.csv) has each system and solver, set-up and solve apart, medians, and why a solver failed." % max(int(row["runs"]) for row in rows), ""]
+    text = [BEGIN, "", "Seconds are set-up + solve, the least of up to %d runs; the solvers took turns. Iterations are those of CG to 1e-8 in the natural norm. Memory is what a solver needs in addition to the assembled system, over all ranks. With constraints the solver is the inner preconditioner of PCAINSWORTH. [multigrid.csv](multigrid.csv) has each system and solver, set-up and solve separately, medians, and the reason of each failure." % max(int(row["runs"]) for row in rows), ""]
     for size, ranks, tied, mine in panels(rows):
         if len(by_family(mine)) < 2:
             continue
         text += ["### %s: about %s unknowns, %s rank%s" % ("With constraints" if tied else "A alone", size, ranks, "" if ranks == "1" else "s"), ""] + summary(mine) + [""]
         if any(good(row) for row in mine):
             text += ["![Seconds of each solver on each family](%s)" % os.path.join(folder, name_of(size, ranks, tied) + ".svg"), ""]
-    text += ["### The cube, larger and larger", "", "Iterations and seconds; bold: the quickest.", ""] + growing(rows) + [""]
+    text += ["### The cube at all sizes", "", "Iterations and seconds; the quickest in bold; a dash: not solved.", ""] + growing(rows) + [""]
     used = {row["solver"]: row["options"] for row in rows}
     return text + ["Options of the preconditioners, on A alone:", ""] + ["- %s: `%s`" % (TITLES[name], options) for name, options in used.items()] + [
         "", "Made by `docs/study/multigrid.py` on %s (the head of the CSV has the commands); load %.1f to %.1f." % (about["machine"], min(loads), max(loads)), "", END]
@@ -138,7 +139,7 @@ def write(path):
     os.makedirs(stem, exist_ok=True)
     draw(stem, rows)
     part = "\n".join(generated(about, rows, os.path.basename(stem)))
-    text = "# Multigrid made for A\n\n%s\n%s\n" % (BEGIN, END)
+    text = "# Block smoothed aggregation\n\n%s\n%s\n" % (BEGIN, END)
     if os.path.exists(stem + ".md"):
         with open(stem + ".md") as file:
             text = file.read()
