@@ -1,6 +1,8 @@
 /*
-   Long rows of C, which the preconditioning matrix does not have: of M^{-1} r the preconditioner takes what leaves them, along M^{-1} C', as if it had been made
-   for them. The projector would take it along W C', which is rough, and costs an iteration or two for each row. docs/models.md
+   Long rows of C, which are not in the preconditioning matrix
+
+   The preconditioner projects M^{-1} r onto the kernel of these rows along M^{-1} C', as if it had been made with them. The projector would do so along W C',
+   which is rough and costs an iteration or two per row (docs/models.md)
 */
 #include "projectedcg.h"
 #include "../lists.h"
@@ -9,12 +11,12 @@
 #include <petsc/private/pcimpl.h>
 #include <petscblaslapack.h>
 
-/* A row costs an application of the preconditioner, and a vector: more of them are left to the projector */
+/* Each row costs an application of the preconditioner and a vector; if there are more rows, they are left to the projector */
 static const size_t most = 16;
-/* What is left of the square of a row, without what it has in common with others, is a part of it larger than this, or nothing is done */
+/* A row is dependent if the Cholesky factorization of C Z leaves at most this part of its diagonal entry; then nothing is done */
 static const PetscReal dependent = 1e-6;
 
-/* The adjoints of the rows of C with more than so many entries, on all ranks; none where they are too many */
+/* Gets the adjoints of the rows of C with more than `longest` entries on all ranks, or none if there are too many; collective */
 static PetscErrorCode GetLongRows(Mat C, PetscInt longest, std::vector<Vec> *rows)
 {
   PetscInt              found;
@@ -49,7 +51,7 @@ static PetscErrorCode GetLongRows(Mat C, PetscInt longest, std::vector<Vec> *row
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* KSPProjectedCGForgetLongRows_Private - the preconditioner, or C, is another one: rows of more than so many entries are not in it */
+/* KSPProjectedCGForgetLongRows_Private - discards Z when the preconditioner or C changes; rows longer than `longest` are not in the preconditioner */
 PetscErrorCode KSPProjectedCGForgetLongRows_Private(Mat_Ainsworth *ctx, PetscInt longest)
 {
   PetscFunctionBegin;
@@ -59,7 +61,7 @@ PetscErrorCode KSPProjectedCGForgetLongRows_Private(Mat_Ainsworth *ctx, PetscInt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* KSPProjectedCGLiftLongRows_Private - Z = M^{-1} C' of the long rows, once for a preconditioner, and the factor of C Z */
+/* KSPProjectedCGLiftLongRows_Private - computes Z = M^{-1} C' of the long rows and the factor of C Z, once per preconditioner */
 PetscErrorCode KSPProjectedCGLiftLongRows_Private(PC pc, Mat_Ainsworth *ctx)
 {
   std::vector<Vec> rows;
@@ -84,11 +86,11 @@ PetscErrorCode KSPProjectedCGLiftLongRows_Private(PC pc, Mat_Ainsworth *ctx)
   for (size_t k = 0; k < rows.size(); k++) before.push_back(PetscRealPart(ctx->longFactor[k * (rows.size() + 1)]));
   if (size) PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &size, ctx->longFactor.data(), &size, &info));
   for (size_t k = 0; k < rows.size(); k++) apart = apart && PetscSqr(PetscRealPart(ctx->longFactor[k * (rows.size() + 1)])) > dependent * before[k];
-  if (info || !size || !apart) PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, PETSC_MAX_INT)); /* they depend on each other, or are none */
+  if (info || !size || !apart) PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, PETSC_MAX_INT)); /* the rows are dependent, or there are none */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* KSPProjectedCGTakeLongRows_Private - z = M^{-1} r becomes z - Z (C Z)^{-1} C z, where C z = Z' r */
+/* KSPProjectedCGTakeLongRows_Private - turns z = M^{-1} r into z - Z (C Z)^{-1} C z, where C z = Z' r */
 PetscErrorCode KSPProjectedCGTakeLongRows_Private(const Mat_Ainsworth *ctx, Vec r, Vec z)
 {
   const size_t             n = ctx->lifted.size();

@@ -3,12 +3,12 @@
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
 
-static const PetscReal driftTolerance = 1e-12; /* as Gould, Hribar and Nocedal 2001 */
+static const PetscReal driftTolerance = 1e-12; /* from Gould, Hribar and Nocedal 2001 */
 static const PetscInt  driftInterval  = 10;    /* projections between two measurements */
 
-static const char ownSetUp[] = "KSPProjectedCGSetUp_C", ownSolve[] = "KSPProjectedCGSolve_C"; /* the functions of the method itself */
+static const char ownSetUp[] = "KSPProjectedCGSetUp_C", ownSolve[] = "KSPProjectedCGSolve_C"; /* the original functions of the method */
 
-/* The reduced operator of a method, behind what observes its products where the error is estimated */
+/* Gets the reduced operator of a method, also from behind the observer of an error estimate */
 static PetscErrorCode GetOperator(PC pc, Mat *mat, Mat_Ainsworth **ctx)
 {
   Mat behind;
@@ -21,7 +21,7 @@ static PetscErrorCode GetOperator(PC pc, Mat *mat, Mat_Ainsworth **ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* z = Q M^{-1} r; with refinement r = Q' r comes first, the residual update of Gould, Hribar and Nocedal, which keeps r as small as the error */
+/* Computes z = Q M^{-1} r; with refinement, r = Q' r comes first: the residual update of Gould, Hribar and Nocedal keeps r as small as the error */
 static PetscErrorCode PCApply_Projected(PC pc, Vec r, Vec z)
 {
   Mat            mat;
@@ -32,7 +32,7 @@ static PetscErrorCode PCApply_Projected(PC pc, Vec r, Vec z)
   PetscFunctionBegin;
   PetscCall(GetOperator(pc, &mat, &ctx));
   if (ctx->refine) {
-    PetscCall(VecLockReadPop(r)); /* PCApply() has locked the method's vector */
+    PetscCall(VecLockReadPop(r)); /* PCApply() locks its input */
     code = MatAinsworthMultTransposeProjector(mat, r, r);
     PetscCall(VecLockReadPush(r));
     PetscCall(code);
@@ -51,7 +51,7 @@ static PetscErrorCode PCApply_Projected(PC pc, Vec r, Vec z)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The norm of a right-hand side that does not see how stiff a body is, (r' W r)^1/2; v is a work vector */
+/* Computes (r' W r)^1/2, a norm of right-hand sides that does not depend on the stiffness of bodies; v is a work vector */
 static PetscErrorCode WeightedNorm(const Mat_Ainsworth *ctx, Vec r, Vec v, PetscReal *norm)
 {
   PetscScalar square;
@@ -65,7 +65,7 @@ static PetscErrorCode WeightedNorm(const Mat_Ainsworth *ctx, Vec r, Vec v, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* z = M_*^+^{-1} r, of the unknowns and the springs of D; with the preconditioner or its transpose */
+/* Applies the inverse of M_*^+, which includes the springs of D (docs/method.md), with the preconditioner or its transpose */
 template <PetscErrorCode (*Mat_Ainsworth::*apply)(PC, Vec, Vec)>
 static PetscErrorCode ApplyWithSprings(PC pc, Vec r, Vec z)
 {
@@ -78,7 +78,7 @@ static PetscErrorCode ApplyWithSprings(PC pc, Vec r, Vec z)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The method's own solve where D is not zero: of any type, with the reduced operator as it is */
+/* Calls the method's own solve, of any type, with the reduced operator and a preconditioner that includes the springs of D */
 static PetscErrorCode SolveWithSprings(KSP ksp, Mat_Ainsworth *ctx, PetscErrorCode (*solve)(KSP))
 {
   PC             pc = ksp->pc;
@@ -89,14 +89,14 @@ static PetscErrorCode SolveWithSprings(KSP ksp, Mat_Ainsworth *ctx, PetscErrorCo
   ctx->applyTranspose = pc->ops->applytranspose;
   pc->ops->apply      = ApplyWithSprings<&Mat_Ainsworth::apply>;
   if (ctx->applyTranspose) pc->ops->applytranspose = ApplyWithSprings<&Mat_Ainsworth::applyTranspose>;
-  error                   = (*solve)(ksp); /* to be passed on when all is as it was */
+  error                   = (*solve)(ksp); /* checked when everything is restored */
   pc->ops->apply          = ctx->apply;
   pc->ops->applytranspose = ctx->applyTranspose;
   PetscCall(error);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The method's own solve of Q' A Q x = Q' b with the preconditioner Q M^{-1}, from an x whose part in Im(W C') is that of the solution already */
+/* Calls the method's own solve for Q' A Q x = Q' b with the preconditioner Q M^{-1}, from an x whose part in Im(W C') is already that of the solution */
 static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
 {
   PC             pc = ksp->pc;
@@ -119,13 +119,13 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   PetscCall(VecDuplicate(b, &r));
   PetscCall(VecDuplicate(b, &v));
   PetscCall(MatAinsworthSolveRange_Private(mat, b, v));
-  if (!ksp->guess_zero) PetscCall(MatAinsworthMultProjector(mat, x, x)); /* the guess counts in Ker C only */
+  if (!ksp->guess_zero) PetscCall(MatAinsworthMultProjector(mat, x, x)); /* only the part of the guess in Ker C counts */
   else PetscCall(VecZeroEntries(x));
   PetscCall(VecAXPY(x, 1.0, v));
   PetscCall(WeightedNorm(ctx, b, v, &before));
   PetscCall(MatAinsworthMultTransposeProjector(mat, b, r));
   PetscCall(WeightedNorm(ctx, r, v, &after));
-  if (after <= 100 * PETSC_MACHINE_EPSILON * before) PetscCall(VecZeroEntries(r)); /* the rounding of the projection: Ker C = 0, or x = R g */
+  if (after <= 100 * PETSC_MACHINE_EPSILON * before) PetscCall(VecZeroEntries(r)); /* only rounding is left: Ker C = 0, or x = R g */
   PetscCall(VecDestroy(&v));
 
   ctx->apply = pc->ops->apply;
@@ -142,7 +142,7 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   pc->ops->apply               = PCApply_Projected;
   ksp->vec_rhs                 = r;
   ksp->transpose_solve         = PETSC_FALSE;   /* A is symmetric */
-  error                        = (*solve)(ksp); /* to be passed on when all is as it was */
+  error                        = (*solve)(ksp); /* checked when everything is restored */
   ksp->transpose_solve         = transpose;
   ksp->vec_rhs                 = b;
   pc->ops->apply               = ctx->apply;
@@ -152,7 +152,7 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The residual of an iterate, which is no direction in Ker C: its product takes Q */
+/* Builds the residual of an iterate, which is not in Ker C, so that its product must include Q */
 static PetscErrorCode KSPBuildResidual_ProjectedCG(KSP ksp, Vec t, Vec v, Vec *residual)
 {
   Mat            mat;
@@ -165,8 +165,11 @@ static PetscErrorCode KSPBuildResidual_ProjectedCG(KSP ksp, Vec t, Vec v, Vec *r
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A method of conjugate gradients, of any type, iterates in Ker C from here on, or no longer, or any method with the springs of D; its setters may put its
-   own solve back */
+/*
+   Makes a conjugate gradient method of any type iterate in Ker C, or any method include the springs of D, or undoes that
+
+   Setters of the method may restore its own solve
+*/
 PetscErrorCode KSPProjectedCGSetUse_Private(KSP ksp, PetscBool use)
 {
   PetscErrorCode (*solve)(KSP);
@@ -184,7 +187,7 @@ PetscErrorCode KSPProjectedCGSetUse_Private(KSP ksp, PetscBool use)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does the method iterate in Ker C? Not where D is not zero */
+/* Checks whether the method iterates in Ker C, which it does not if D is nonzero */
 PetscErrorCode KSPProjectedCGGetUse_Private(KSP ksp, PetscBool *use)
 {
   Mat            mat;
@@ -205,10 +208,10 @@ static PetscErrorCode KSPSetUp_ProjectedCG(KSP ksp)
   PetscErrorCode (*setup)(KSP);
 
   PetscFunctionBegin;
-  PetscCall(GetOperator(ksp->pc, &mat, &ctx)); /* the error for a matrix without a projector */
+  PetscCall(GetOperator(ksp->pc, &mat, &ctx)); /* raises the error for a matrix without a projector */
   PetscCall(PetscObjectQueryFunction((PetscObject)ksp, ownSetUp, &setup));
   PetscCall((*setup)(ksp));
-  PetscCall(KSPProjectedCGSetUse_Private(ksp, PETSC_TRUE)); /* -ksp_cg_single_reduction has set another solve */
+  PetscCall(KSPProjectedCGSetUse_Private(ksp, PETSC_TRUE)); /* -ksp_cg_single_reduction may have set another solve */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

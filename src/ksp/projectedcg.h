@@ -1,4 +1,4 @@
-/* Conjugate gradients in Ker C: KSPPROJECTEDCG, and other methods that are made to do so */
+/* Conjugate gradients in Ker C: KSPPROJECTEDCG, and other methods that are switched to it */
 #ifndef AINSWORTH_PROJECTEDCG_H
 #define AINSWORTH_PROJECTEDCG_H
 

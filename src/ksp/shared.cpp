@@ -1,17 +1,20 @@
 /*
-   Unknowns that many rows of C share, reference nodes and macroscopic strains: the preconditioning matrix holds them, and the slaves with them, and conjugate
-   gradients' preconditioner moves them. Z in Ker C is what the system does when one of them moves, to the accuracy of M^{-1}, and Y = Q' A Z, Z' Y = I. Then
-   Q M^{-1} becomes (I - Z Y') Q M^{-1} (I - Y Z') + Z Z'. docs/models.md
+   Unknowns that many rows of C share: reference nodes and macroscopic strains
+
+   The preconditioning matrix holds them and their slaves, and the preconditioner of conjugate gradients moves them: with the responses Z in Ker C of the system
+   to motions of single shared unknowns, computed with M^{-1}, and Y = Q' A Z, Z' Y = I,
+
+   Q M^{-1} becomes (I - Z Y') Q M^{-1} (I - Y Z') + Z Z' (docs/models.md)
 */
 #include "projectedcg.h"
 #include "../objects.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
-/* A motion without what others share with it has a part of its energy larger than this, or it is not taken */
+/* A motion is dropped if the preconditioner and the motions before it leave at most this part of its energy */
 static const PetscReal dependent = 1e-10;
 
-/* KSPProjectedCGForgetShared_Private - the preconditioner, or C, is another one: it holds these unknowns */
+/* KSPProjectedCGForgetShared_Private - discards Z and Y when the preconditioner or C changes; the preconditioning matrix holds the unknowns in `shared` */
 PetscErrorCode KSPProjectedCGForgetShared_Private(Mat_Ainsworth *ctx, const std::vector<PetscInt> &shared)
 {
   PetscFunctionBegin;
@@ -23,7 +26,7 @@ PetscErrorCode KSPProjectedCGForgetShared_Private(Mat_Ainsworth *ctx, const std:
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* KSPProjectedCGPrecondition_Private - z = Q M^{-1} r, with what long rows take from it and shared unknowns add to it */
+/* KSPProjectedCGPrecondition_Private - computes z = Q M^{-1} r with the corrections for long rows and shared unknowns */
 PetscErrorCode KSPProjectedCGPrecondition_Private(PC pc, Mat mat, Mat_Ainsworth *ctx, Vec r, Vec z)
 {
   const PetscInt           n = (PetscInt)ctx->motions.size();
@@ -38,7 +41,7 @@ PetscErrorCode KSPProjectedCGPrecondition_Private(PC pc, Mat mat, Mat_Ainsworth 
     PetscCall(AinsworthVecClone(r, &rest));
     PetscCall(VecMAXPY(rest, n, factors.data(), ctx->motionForces.data()));
   }
-  ctx->inKernel = PETSC_FALSE; /* its own products are with A~ */
+  ctx->inKernel = PETSC_FALSE; /* products inside the preconditioner are with A~ */
   code          = (*ctx->apply)(pc, rest, z);
   ctx->inKernel = PETSC_TRUE;
   PetscCall(code);
@@ -53,7 +56,7 @@ PetscErrorCode KSPProjectedCGPrecondition_Private(PC pc, Mat mat, Mat_Ainsworth 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = Q' A x with an x in Ker C, and x' y */
+/* Computes y = Q' A x for an x in Ker C, and the energy x' y */
 static PetscErrorCode MultiplyMotion(Mat mat, Mat_Ainsworth *ctx, Vec x, Vec y, PetscReal *energy)
 {
   PetscScalar product;
@@ -66,7 +69,7 @@ static PetscErrorCode MultiplyMotion(Mat mat, Mat_Ainsworth *ctx, Vec x, Vec y, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* KSPProjectedCGLiftShared_Private - Z and Y, once for a preconditioner; a motion of zero energy, and an unknown that C holds, have none */
+/* KSPProjectedCGLiftShared_Private - computes Z and Y, once per preconditioner; motions without energy and unknowns that C holds have no columns */
 PetscErrorCode KSPProjectedCGLiftShared_Private(PC pc, Mat mat, Mat_Ainsworth *ctx)
 {
   Vec answer;
@@ -88,7 +91,7 @@ PetscErrorCode KSPProjectedCGLiftShared_Private(PC pc, Mat mat, Mat_Ainsworth *c
     PetscCall(MatAinsworthMultProjector(mat, motion, motion));
     PetscCall(MultiplyMotion(mat, ctx, motion, force, &all));
     PetscCall(KSPProjectedCGPrecondition_Private(pc, mat, ctx, force, answer));
-    PetscCall(VecAXPY(motion, -1.0, answer)); /* which is orthogonal to the motions before it */
+    PetscCall(VecAXPY(motion, -1.0, answer)); /* now orthogonal to the motions before it */
     PetscCall(MultiplyMotion(mat, ctx, motion, force, &left));
     if (left > dependent * all) {
       for (Vec v : {motion, force}) PetscCall(VecScale(v, 1.0 / PetscSqrtReal(left)));

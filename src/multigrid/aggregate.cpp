@@ -3,13 +3,13 @@
 
 namespace
 {
-/* The graph of the nodes of this rank, and how strongly A couples them */
+/* The graph of the local nodes with the strengths of their couplings */
 struct Graph {
   const AinsworthBlockRows &A;
   const PetscInt            n;
   std::vector<PetscReal>    square;   /* |A_ij|_F^2 of each block */
   std::vector<PetscReal>    diagonal; /* |A_ii|_F */
-  std::vector<bool>         alone;    /* not coupled to any other node, on this rank or another */
+  std::vector<bool>         alone;    /* not coupled to any other node on any rank */
   std::vector<PetscInt>     si, sj;   /* strong neighbors on this rank */
 
   explicit Graph(const AinsworthBlockRows &rows) : A(rows), n(A.n), square(A.j.size()), diagonal(n, 0.0), alone(n, true)
@@ -27,7 +27,7 @@ struct Graph {
 };
 } // namespace
 
-/* Neighbors with |A_ij|^2 > theta^2 |A_ii| |A_jj| are strong */
+/* Selects strong neighbors: those with |A_ij|^2 > theta^2 |A_ii| |A_jj| */
 static void SelectStrong(PetscReal theta, Graph *G)
 {
   const AinsworthBlockRows &A = G->A;
@@ -43,7 +43,7 @@ static void SelectStrong(PetscReal theta, Graph *G)
   }
 }
 
-/* A node whose strong neighbors are all free is the root of an aggregate of them */
+/* Makes each node whose strong neighbors are all free the root of an aggregate of these nodes */
 static void FindRoots(const Graph &G, AinsworthAggregates *agg)
 {
   std::vector<PetscInt> &of = agg->of;
@@ -58,7 +58,7 @@ static void FindRoots(const Graph &G, AinsworthAggregates *agg)
   }
 }
 
-/* Free nodes join the aggregate that most of their strong neighbors are in; those without strong neighbors stay on their own */
+/* Adds free nodes to the aggregate of most of their strong neighbors; nodes without strong neighbors become aggregates of their own */
 static void Join(const Graph &G, AinsworthAggregates *agg)
 {
   const std::vector<PetscInt> before(agg->of);
@@ -69,7 +69,7 @@ static void Join(const Graph &G, AinsworthAggregates *agg)
 
     if (before[i] >= 0 || G.alone[i]) continue;
     if (first == last) agg->of[i] = agg->count++;
-    for (auto k = first; k != last; ++k) { /* one of them is in an aggregate, or the node would be a root */
+    for (auto k = first; k != last; ++k) { /* at least one of them is in an aggregate, or the node would be a root */
       const PetscInt g = before[*k];
       if (g < 0) continue;
       const PetscInt touches = (PetscInt)std::count_if(first, last, [&](PetscInt j) { return before[j] == g; });
@@ -81,8 +81,9 @@ static void Join(const Graph &G, AinsworthAggregates *agg)
 }
 
 /*
-   A node on its own joins the aggregate of the neighbor that it is coupled to most, unless that is on another rank: it may be a piece of a stiff body that
-   the partition has cut. So may larger aggregates, which stay
+   Merges each single-node aggregate into that of its most strongly coupled neighbor
+
+   If that neighbor is on another rank the node may belong to a stiff body that the partition cuts, and stays. Larger aggregates always stay.
 */
 static void MergeSingle(const Graph &G, AinsworthAggregates *agg)
 {
@@ -116,10 +117,10 @@ static void MergeSingle(const Graph &G, AinsworthAggregates *agg)
 }
 
 /*
-   AinsworthAggregate - groups the nodes of this rank by how strongly A couples them; not collective
+   AinsworthAggregate - groups the local nodes by the strength of their couplings; not collective
 
-   With k unknowns for each aggregate the next level shall have at most half of the unknowns of this one: theta is halved while it has more, and given up at
-   last. To go on until it is much smaller glues stiff bodies that a cell or two of soft material keep apart (docs/multigrid.md).
+   With k unknowns per aggregate, the next level should have at most half of the unknowns of this one: theta is halved until it does, and finally set to 0.
+   Requiring a much smaller level would merge stiff bodies that one or two cells of soft material separate (docs/multigrid.md).
 */
 PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &A, PetscReal theta, PetscInt k, AinsworthAggregates *agg)
 {

@@ -3,7 +3,7 @@
 #include "../saddle/arrays.h"
 #include <algorithm>
 
-/* local: nodes of this rank. Collective */
+/* Creates the layout of the nodes, of which this rank owns `local`; collective */
 PetscErrorCode AinsworthLayoutCreate(MPI_Comm comm, PetscInt local, AinsworthLayout *nodes)
 {
   PetscLayout layout;
@@ -14,7 +14,7 @@ PetscErrorCode AinsworthLayoutCreate(MPI_Comm comm, PetscInt local, AinsworthLay
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* nodes: the numbers of the ghosts, rising. Collective */
+/* Sets up the columns; nodes: the global numbers of the ghosts in ascending order; collective */
 PetscErrorCode AinsworthColumns::create(const AinsworthLayout &owned, std::vector<PetscInt> &&nodes)
 {
   PetscSF graph;
@@ -32,7 +32,7 @@ PetscErrorCode AinsworthColumns::create(const AinsworthLayout &owned, std::vecto
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Values of the ghosts from their owners, one unit a node */
+/* Sends values from owners to ghosts, one unit per node; collective */
 PetscErrorCode AinsworthColumns::toGhosts(MPI_Datatype unit, const void *owned, void *ghost) const
 {
   PetscFunctionBegin;
@@ -50,15 +50,15 @@ PetscInt AinsworthColumns::place(PetscInt node) const
 
 namespace
 {
-/* One of the two parts of the local rows of an AIJ matrix: owned columns, or ghost columns */
+/* One of the two parts of the local rows of an AIJ matrix: owned or ghost columns */
 struct Part : AinsworthCSR {
-  std::vector<PetscInt> columns;         /* number of each column with ghosts behind those owned; none: they have it already */
-  const PetscInt       *order = nullptr; /* the rows node by node; NULL: they are so already */
+  std::vector<PetscInt> columns;         /* new number of each column, ghosts after owned columns; empty if unchanged */
+  const PetscInt       *order = nullptr; /* local rows node by node; NULL if they are stored so */
 
   PetscInt row(PetscInt l) const { return order ? order[l] : l; }
 };
 
-/* f(row within the node, block column, component, entry) for all entries of node b */
+/* Calls f(row within the node, block column, component, value) for all entries of node b */
 template <class F>
 void ForEach(const std::vector<Part> &parts, PetscInt b, PetscInt bs, F f)
 {
@@ -70,7 +70,7 @@ void ForEach(const std::vector<Part> &parts, PetscInt b, PetscInt bs, F f)
       }
 }
 
-/* Are the rows of node b alike, and full in all of their blocks? Then they need no search */
+/* Checks whether all rows of node b have the same pattern of full blocks, which CopyBlocks() copies without a search */
 bool FullBlocks(const std::vector<Part> &parts, PetscInt b, PetscInt bs)
 {
   const Part     &in    = parts[0];
@@ -101,7 +101,7 @@ void CopyBlocks(const Part &in, PetscInt b, PetscInt bs, AinsworthBlockRows *row
   }
 }
 
-/* Blocks from the rows of all parts; their places rise along each row */
+/* Fills block rows from all parts, with ascending columns in each row */
 void FillBlocks(const std::vector<Part> &parts, PetscInt nodes, PetscInt places, PetscInt bs, AinsworthBlockRows *rows)
 {
   std::vector<PetscInt> at(places, -1);
@@ -133,10 +133,7 @@ void FillBlocks(const std::vector<Part> &parts, PetscInt nodes, PetscInt places,
 }
 } // namespace
 
-/*
-   The numbers that unknowns get where they are sorted by nodes: of this rank, from 0, and of ghosts, from the first of all ranks. Without an order those that
-   they have. Collective
-*/
+/* Numbers the unknowns node by node: owned ones locally, ghosts globally; without an order, owned is empty and ghosts keep their numbers; collective */
 static PetscErrorCode NumberUnknowns(Mat A, const std::vector<PetscInt> &order, PetscInt ng, const PetscInt garray[], std::vector<PetscInt> *owned,
                                      std::vector<PetscInt> *ghosts)
 {
@@ -159,9 +156,9 @@ static PetscErrorCode NumberUnknowns(Mat A, const std::vector<PetscInt> &order, 
 }
 
 /*
-   AinsworthBlockMatCreate - the rows of an AIJ matrix on this rank, n x n, in blocks of bs, which divides the rows of every rank
+   AinsworthBlockMatCreate - converts a square AIJ matrix to blocks of size bs, which divides the number of rows on every rank; collective
 
-   order: the rows of this rank node by node; empty: they are so already. Collective
+   order: the local rows node by node; empty if they are stored so
 */
 PetscErrorCode AinsworthBlockMatCreate(Mat A, PetscInt bs, const std::vector<PetscInt> &order, AinsworthBlockMat *B)
 {
@@ -189,7 +186,7 @@ PetscErrorCode AinsworthBlockMatCreate(Mat A, PetscInt bs, const std::vector<Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthBlockMatAssemble - a matrix of blocks of bs from pieces of each row on this rank; those in the same place are added. Collective */
+/* AinsworthBlockMatAssemble - creates a matrix from pieces of the local rows; pieces in the same place are added; collective */
 PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &nodes, PetscInt bs, std::vector<std::vector<AinsworthPiece>> &pieces, AinsworthBlockMat *B)
 {
   std::vector<PetscInt> ghosts;
@@ -219,7 +216,7 @@ PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &nodes, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthBlocksToAIJ - rows whose columns rise by the numbers of their nodes as AIJ, of the sizes of another matrix; collective */
+/* AinsworthBlocksToAIJ - converts block rows, with columns ascending by node number, to AIJ with the sizes of another matrix; collective */
 PetscErrorCode AinsworthBlocksToAIJ(const AinsworthBlockRows &rows, const AinsworthColumns &cols, Mat like, Mat *aij)
 {
   PetscInt                 m, n, M, N;

@@ -1,4 +1,4 @@
-/* Block rows of a Hermitian matrix, distributed over the ranks: what block smoothed aggregation computes with */
+/* Block rows of a distributed Hermitian matrix, the data structure of block smoothed aggregation */
 #ifndef AINSWORTH_BLOCKS_H
 #define AINSWORTH_BLOCKS_H
 
@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-/* n rows of blocks, br x bc each, stored row by row */
+/* Block CSR: n block rows of br x bc blocks, each block stored by rows */
 template <class T>
 struct AinsworthBlockRowsOf {
   PetscInt              n = 0, br = 1, bc = 1;
@@ -28,7 +28,7 @@ struct AinsworthBlockRowsOf {
 };
 typedef AinsworthBlockRowsOf<PetscScalar> AinsworthBlockRows;
 
-/* y += M x for rows with values a; ghost: what x has in columns that this rank does not own; nodes of x and y are xs and ys numbers apart */
+/* Computes y += M x with the values a; ghost holds the entries of x in columns of other ranks, xs and ys are the strides between nodes of x and y */
 template <int R, int C, class S, class T, class V>
 inline void AinsworthRowsMultAdd(const AinsworthBlockRowsOf<S> &rows, const T *a, PetscInt local, const V *x, const V *ghost, PetscInt xs, PetscInt ys, V *y)
 {
@@ -46,15 +46,15 @@ inline void AinsworthRowsMultAdd(const AinsworthBlockRowsOf<S> &rows, const T *a
     }
 }
 
-/* Nodes over the ranks */
+/* Distribution of the nodes over the ranks */
 typedef std::shared_ptr<std::remove_pointer<PetscLayout>::type> AinsworthLayout;
 
-/* The nodes that block columns stand for: those that this rank owns, at places 0 to local - 1, then ghosts, by rising numbers */
+/* The nodes of the block columns: owned nodes at places 0 to local - 1, followed by ghosts in ascending order of their global numbers */
 struct AinsworthColumns {
   AinsworthLayout                                     layout;
   PetscInt                                            first = 0, local = 0;
-  std::vector<PetscInt>                               ghosts; /* numbers of the nodes */
-  std::shared_ptr<std::remove_pointer<PetscSF>::type> sf;     /* from owners to ghosts; none on one rank */
+  std::vector<PetscInt>                               ghosts; /* global node numbers */
+  std::shared_ptr<std::remove_pointer<PetscSF>::type> sf;     /* from owners to ghosts; NULL on one rank */
 
   PetscErrorCode create(const AinsworthLayout &, std::vector<PetscInt> &&);
   PetscErrorCode toGhosts(MPI_Datatype, const void *, void *) const;
@@ -66,18 +66,18 @@ struct AinsworthColumns {
 };
 
 struct AinsworthBlockMat {
-  AinsworthBlockRows rows; /* columns are places in cols; square blocks */
+  AinsworthBlockRows rows; /* square blocks; columns are places in cols */
   AinsworthColumns   cols;
 };
 
-/* A block on its way to a row, by the number of its column; adjoint: its adjoint is meant */
+/* A contribution to a block row: its column as a global node number, its values, and whether their adjoint is meant */
 struct AinsworthPiece {
   PetscInt           node;
   const PetscScalar *values;
   bool               adjoint;
 };
 
-/* An MPI type of some numbers in a row, freed at the end of its scope. A single one is itself: PETSc cannot sum a row of one */
+/* An MPI type of n numbers in a row, freed at the end of its scope; for n = 1 the base type itself, as PetscSF cannot reduce a contiguous type of one */
 class AinsworthUnit {
 public:
   AinsworthUnit(PetscInt n, MPI_Datatype base) : type(base), own(n != 1)

@@ -15,7 +15,7 @@ PetscErrorCode PCBlockSAGet_Private(PC pc, PC_BlockSA **sa)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A with half of its entries stored, for products; NULL where there is no such matrix. Not to be destroyed, valid until A changes */
+/* Gets A with half of its entries stored, for products, or NULL if there is no such matrix; borrowed, valid until A changes */
 PetscErrorCode PCBlockSAGetProduct_Private(PC pc, Mat *product)
 {
   PC_BlockSA *sa = NULL;
@@ -29,8 +29,9 @@ PetscErrorCode PCBlockSAGetProduct_Private(PC pc, Mat *product)
 }
 
 /*
-   Single precision makes the cycle linear to seven digits only. Methods that update x and the residual with the same M^{-1} r tolerate that. Others, such as
-   GMRES, would report residuals that x does not have
+   Checks whether a KSP tolerates single precision, with which the cycle is linear only to seven digits
+
+   Methods that update x and the residual with the same M^{-1} r do. Others, such as GMRES, would report residuals that x does not have
 */
 static PetscErrorCode Tolerates(KSP ksp, PetscBool *tolerates)
 {
@@ -51,8 +52,9 @@ static PetscErrorCode UseDouble(PC pc, const char why[])
 }
 
 /*
-   Before the set-up, from a caller that knows the method, and whether the matrix may be nearly singular: the levels get the precision that both allow, single
-   or not; never single for a PC of another type
+   Sets the precision before set-up, for a caller that knows the method and whether the matrix may be nearly singular
+
+   *single: the levels will be in single precision; never for a PC of another type
 */
 PetscErrorCode PCBlockSAExpect_Private(PC pc, KSP ksp, PetscBool singular, PetscBool *single)
 {
@@ -85,7 +87,7 @@ static PetscErrorCode PCPostSolve_BlockSA(PC pc, KSP, Vec, Vec)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The cycle, node by node where the program has its unknowns in another order */
+/* Applies the cycle, with the unknowns sorted node by node if the matrix stores them in another order */
 static PetscErrorCode Cycle(PC pc, Vec b, Vec x)
 {
   PC_BlockSA                  *sa    = BlockSA(pc);
@@ -290,7 +292,7 @@ PetscErrorCode PCCreate_BlockSA(PC pc)
   PC_BlockSA *sa;
 
   PetscFunctionBegin;
-  /* as PCGAMG does, this is a PCMG with some functions of its own */
+  /* like PCGAMG, this is a PCMG with some operations replaced */
   PetscCall(PCSetType(pc, PCMG));
   PetscCall(PetscObjectChangeTypeName((PetscObject)pc, PCBLOCKSA));
   sa                            = new PC_BlockSA();

@@ -1,4 +1,4 @@
-/* PCBLOCKSA: multigrid by block smoothed aggregation, and KSPCHEBYSHEVSINGLE, the smoother of its finest level */
+/* PCBLOCKSA, multigrid by block smoothed aggregation, and KSPCHEBYSHEVSINGLE, the smoother of its finest level */
 #ifndef AINSWORTH_BLOCKSA_H
 #define AINSWORTH_BLOCKSA_H
 
@@ -7,30 +7,30 @@
 #include <petscainsworth.h>
 #include <petsc/private/pcmgimpl.h>
 
-/* Levels of A that one PC made, for another or for the same one after PCReset() */
+/* The levels of A and what they were made from; PCAINSWORTH keeps them over PCReset() */
 struct AinsworthLevels {
   std::shared_ptr<const AinsworthHierarchy> hierarchy;
   AinsworthSource                           source;
 };
 
 struct PC_BlockSA {
-  /* choices */
+  /* options */
   AinsworthHierarchyOptions options;
-  PetscInt                  dim; /* of the coordinates, 0: none */
+  PetscInt                  dim; /* of the coordinates, 0 without any */
   std::vector<PetscReal>    coordinates;
-  PetscBool                 stale;    /* a choice changed since the levels were made */
-  PetscBool                 given;    /* an option says the precision */
-  PetscBool                 tolerant; /* the KSP that solves now tolerates single precision */
+  PetscBool                 stale;    /* an option changed since the levels were made */
+  PetscBool                 given;    /* the precision was set by an option */
+  PetscBool                 tolerant; /* the current KSP tolerates single precision */
 
-  PetscBool keep; /* the coarser levels, whatever values A has */
+  PetscBool keep; /* keep the coarser levels whatever the values of A */
 
   AinsworthLevels  levels;
-  PetscBool        old;       /* the coarser ones are of other values of A */
-  std::vector<Mat> op;        /* of each level, the finest first; the coarsest is AIJ */
-  Mat              product;   /* A for products, of the present levels; NULL: nobody asked for it */
-  Vec              sorted[2]; /* right-hand side and solution node by node; NULL: not needed */
-  PetscBool        raised;    /* the damped part of the spectrum was widened since set-up */
-  struct _PCOps    mg;        /* what PCMG does */
+  PetscBool        old;       /* the coarser levels belong to earlier values of A */
+  std::vector<Mat> op;        /* operators of the levels, finest first; the coarsest is AIJ */
+  Mat              product;   /* A for products, from the current levels; NULL until requested */
+  Vec              sorted[2]; /* right-hand side and solution, node by node; NULL if not needed */
+  PetscBool        raised;    /* the bounds of the smoothers were raised since set-up */
+  struct _PCOps    mg;        /* the operations of PCMG */
 };
 
 static inline PC_BlockSA *BlockSA(PC pc)

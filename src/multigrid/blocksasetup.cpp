@@ -3,17 +3,19 @@
 #include "../saddle/saddle.h"
 #include <limits>
 
-/* Part of the spectrum of D^{-1} M that is damped, of the largest eigenvalue estimated */
+/* Upper end of the damped spectrum of D^{-1} M relative to the estimated largest eigenvalue, and lower end relative to the upper one */
 static const PetscReal above = 1.1, below = 0.1;
-/* With more entries on all levels than this times those of A a W-cycle costs more than it saves */
+/* With a larger operator complexity a W-cycle costs more than it saves */
 static const PetscReal complexityOfW = 1.5;
 /*
-   Shift of the coarsest matrix, of its diagonal, far below what multigrid resolves. What rounding leaves of a null space in a residual grows by its inverse:
-   from a finest level in single precision it must not drown the rest
+   Shifts of the coarsest matrix relative to its diagonal, far below what multigrid resolves
+
+   The coarsest solve amplifies the null space that rounding leaves in a residual by the inverse of the shift. That must not drown the rest, so the shift is
+   larger for a singular matrix with a finest level in single precision
 */
 static const PetscReal shift = 1e-12, shiftOfSingular = 1e-9;
 
-/* A, and what is added to it on a surface where the matrix is a sum of two */
+/* Splits the matrix into A and the surface matrix added to it, NULL unless it is a sum of two */
 static PetscErrorCode Split(Mat pmat, Mat *A, Mat *added)
 {
   PetscBool        composite;
@@ -34,7 +36,7 @@ static PetscErrorCode Split(Mat pmat, Mat *A, Mat *added)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the matrices say of the unknowns of a node. A sum may know what its A does not, or the other way round */
+/* Gets the number of unknowns per node from the sum or from its A, either of which may not know it */
 static PetscErrorCode GetBlockSize(PC pc, Mat A, PetscInt *bs)
 {
   PetscFunctionBegin;
@@ -43,7 +45,7 @@ static PetscErrorCode GetBlockSize(PC pc, Mat A, PetscInt *bs)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The diagonal of the finest level in the order of the program */
+/* Returns the diagonal of the finest level in the program's order */
 static std::vector<PetscReal> Unsorted(const AinsworthHierarchy &h)
 {
   std::vector<PetscReal> diagonal(h.grids[0].diagonal);
@@ -52,7 +54,7 @@ static std::vector<PetscReal> Unsorted(const AinsworthHierarchy &h)
   return diagonal;
 }
 
-/* Are there levels, of nodes that these matrices have, too? */
+/* Checks whether there are levels with the same block size */
 static bool HasLevels(const PC_BlockSA *sa, PetscInt bs)
 {
   const AinsworthHierarchy *h = sa->levels.hierarchy.get();
@@ -60,7 +62,7 @@ static bool HasLevels(const PC_BlockSA *sa, PetscInt bs)
   return !sa->stale && h && (h->sorted ? bs == 1 : h->grids[0].bs == bs);
 }
 
-/* The coordinates of nodes, in their order; where the program has unknowns sorted otherwise they may also be those of all unknowns */
+/* Gets the coordinates of the nodes in their order; if the program stores its unknowns in another order it may have given coordinates of all unknowns */
 static PetscErrorCode GetCoordinates(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs, const std::vector<PetscInt> &order, std::vector<PetscReal> *x)
 {
   const PetscInt given = (PetscInt)sa->coordinates.size(), dim = sa->dim;
@@ -80,7 +82,7 @@ static PetscErrorCode GetCoordinates(PC pc, const PC_BlockSA *sa, Mat A, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The coarser levels of an earlier A stay, under the finest one of A; *anew: they do not, as the precision of this would be another */
+/* Replaces the finest level and keeps the coarser levels of an earlier A; *anew: impossible, because the precision of the finest level would change */
 static PetscErrorCode KeepCoarse(PC pc, PC_BlockSA *sa, Mat A, MatNullSpace near, PetscBool *anew)
 {
   auto       hierarchy = std::make_shared<AinsworthHierarchy>(*sa->levels.hierarchy);
@@ -102,7 +104,7 @@ static PetscErrorCode KeepCoarse(PC pc, PC_BlockSA *sa, Mat A, MatNullSpace near
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The levels of A, made anew where A, its near null space or a choice is another than last time */
+/* Sets up the levels of A, anew if A, its near null space, or an option changed */
 static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
 {
   Mat                    aij;
@@ -148,7 +150,7 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The operator of the coarsest level, shifted: bodies that nothing holds leave their modes in it */
+/* Creates the operator of the coarsest level, shifted because floating bodies make it singular */
 static PetscErrorCode CreateCoarsest(const AinsworthGrid &grid, std::unique_ptr<AinsworthLevel> &&level, PetscReal factor, Mat *op)
 {
   Mat coarsest = NULL;
@@ -157,7 +159,7 @@ static PetscErrorCode CreateCoarsest(const AinsworthGrid &grid, std::unique_ptr<
   PetscFunctionBegin;
   PetscCall(AinsworthLevelMatSet(grid.nodes, grid.bs, std::move(level), &coarsest));
   PetscCall(MatConvert(coarsest, MATAIJ, MAT_INITIAL_MATRIX, op));
-  PetscCall(AinsworthMakePatternSymmetric(op)); /* PETSc's orderings do not end where it is not */
+  PetscCall(AinsworthMakePatternSymmetric(op)); /* PETSc's orderings do not terminate otherwise */
   PetscCall(MatCreateVecs(coarsest, &shifts, NULL));
   PetscCall(MatGetDiagonal(coarsest, shifts));
   PetscCall(VecScale(shifts, factor));
@@ -167,7 +169,7 @@ static PetscErrorCode CreateCoarsest(const AinsworthGrid &grid, std::unique_ptr<
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Operators of all levels: A_l, or A_l plus the Galerkin products of what is added to A */
+/* Sets up the operators of all levels: A_l, or A_l plus the Galerkin product of the matrix added to A */
 static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added, bool singular)
 {
   const AinsworthHierarchy       &h = *sa->levels.hierarchy;
@@ -189,7 +191,7 @@ static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added, bool singular)
       PetscCall(CreateCoarsest(h.grids[l], std::move(level), singular && h.single() ? shiftOfSingular : shift, &sa->op[l]));
       break;
     }
-    if (added) PetscCall(level->estimate(l ? NULL : &D.rows)); /* on coarser levels all is near the surface, and ten steps cost little */
+    if (added) PetscCall(level->estimate(l ? NULL : &D.rows)); /* on coarser levels all nodes are near the surface, and ten steps are cheap */
     PetscCall(AinsworthLevelMatSet(h.grids[l].nodes, h.grids[l].bs, std::move(level), &sa->op[l]));
     if (added) {
       AinsworthBlockMat next;
@@ -201,7 +203,7 @@ static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added, bool singular)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The solver of the coarsest level: a factorization, on every rank where there are several */
+/* Configures the solver of the coarsest level: a factorization, on every rank if there are several */
 static PetscErrorCode ConfigureCoarse(PC pc)
 {
   KSP         ksp;
@@ -219,11 +221,11 @@ static PetscErrorCode ConfigureCoarse(PC pc)
     PetscCall(KSPGetPC(ksp, &inner));
   }
   PetscCall(PCSetType(inner, PetscDefined(USE_COMPLEX) ? PCLU : PCCHOLESKY));
-  PetscCall(PCFactorSetZeroPivot(inner, std::numeric_limits<PetscReal>::min())); /* pivots are relative to nothing in PETSc */
+  PetscCall(PCFactorSetZeroPivot(inner, std::numeric_limits<PetscReal>::min())); /* PETSc compares pivots with an absolute tolerance */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCMG with these levels, where its options do not say otherwise */
+/* Configures PCMG for these levels; options take precedence */
 static PetscErrorCode ConfigureMG(PC pc, PC_BlockSA *sa)
 {
   const AinsworthHierarchy &h  = *sa->levels.hierarchy;
@@ -253,7 +255,7 @@ static PetscErrorCode ConfigureMG(PC pc, PC_BlockSA *sa)
       PetscCall(MatDestroy(&R));
     }
     PetscCall(MatDestroy(&P));
-    PetscCall(PCMGGetSmoother(pc, n - 1 - l, &ksp)); /* two steps without a norm are what PCMG does */
+    PetscCall(PCMGGetSmoother(pc, n - 1 - l, &ksp)); /* PCMG sets two steps and no norm */
     PetscCall(KSPSetType(ksp, l == 0 && h.single() ? KSPCHEBYSHEVSINGLE : KSPCHEBYSHEV));
     PetscCall(KSPGetPC(ksp, &inner));
     PetscCall(PCSetType(inner, PCJACOBI));
@@ -267,7 +269,7 @@ static PetscErrorCode ConfigureMG(PC pc, PC_BlockSA *sa)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Bounds of the smoothers, times a factor, unless the user chose how they are found */
+/* Sets the bounds of the smoothers, times a factor, unless options choose how to find them */
 PetscErrorCode PCBlockSASetBounds_Private(PC pc, PetscReal factor)
 {
   PC_BlockSA *sa = BlockSA(pc);
@@ -285,7 +287,7 @@ PetscErrorCode PCBlockSASetBounds_Private(PC pc, PetscReal factor)
     PetscCall(PetscObjectGetOptions((PetscObject)ksp, &options));
     PetscCall(PetscOptionsHasName(options, prefix, "-ksp_chebyshev_esteig", &esteig));
     PetscCall(PetscOptionsHasName(options, prefix, "-ksp_chebyshev_eigenvalues", &eigenvalues));
-    PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEV, &chebyshev)); /* no other reads these options */
+    PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEV, &chebyshev)); /* other types do not read these options */
     if (chebyshev && (esteig || eigenvalues)) continue;
     PetscCall(AinsworthLevelMatGet(sa->op[l], &level));
     const PetscReal largest = factor * above * level->largest;
@@ -308,7 +310,7 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   PetscCall(Split(pc->pmat, &A, &added));
   PetscCall(SetUpLevels(pc, sa, A, &anew));
   if (anew || sa->op.empty()) PetscCall(ConfigureMG(pc, sa));
-  if (sa->levels.hierarchy->sorted) pc->ops->applyrichardson = NULL; /* that of PCMG would know nothing of the order */
+  if (sa->levels.hierarchy->sorted) pc->ops->applyrichardson = NULL; /* PCMG's own ignores the order */
   PetscCall(MatGetNullSpace(pc->pmat, &null));
   if (!null) PetscCall(MatGetNullSpace(pc->mat, &null));
   PetscCall(SetUpOperators(sa, added, null != NULL));
@@ -320,7 +322,7 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   PetscCall(PCBlockSASetBounds_Private(pc, 1.0));
   sa->raised = PETSC_FALSE;
   PetscCall((*sa->mg.setup)(pc));
-  PetscCall(PCBlockSASetBounds_Private(pc, 1.0)); /* PCMG has read the options of the smoothers only now, which may have changed their type */
+  PetscCall(PCBlockSASetBounds_Private(pc, 1.0)); /* PCMG reads the options of the smoothers only now, and they may change their types */
   PetscCall(PetscLogEventEnd(AINSWORTH_Levels, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

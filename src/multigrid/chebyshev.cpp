@@ -5,7 +5,7 @@ struct KSP_ChebyshevSingle {
   PetscReal least, largest;
 };
 
-/* The part of the spectrum to damp; nothing for other types, which find what they need themselves */
+/* Sets the part of the spectrum to damp; does nothing for other types, which find their own bounds */
 PetscErrorCode KSPChebyshevSingleSetEigenvalues_Private(KSP ksp, PetscReal largest, PetscReal least)
 {
   PetscBool same;
@@ -50,7 +50,7 @@ static PetscErrorCode KSPSolve_ChebyshevSingle(KSP ksp)
 
   PetscFunctionBegin;
   PetscCall(GetLevel(ksp, &level));
-  if (!zero) { /* a vector that VecSet() made zero knows its norm: PCMG starts from such ones and does not say so */
+  if (!zero) { /* PCMG does not say that it starts from zero, but VecSet() caches the norm */
     PetscCall(VecNormAvailable(ksp->vec_sol, NORM_2, &known, &norm));
     zero = (PetscBool)(known && norm == 0.0);
   }

@@ -1,21 +1,21 @@
-/* From one level to the next: aggregates of nodes, smoothed interpolation, Galerkin products (docs/multigrid.md) */
+/* Coarsening: aggregates of nodes, smoothed interpolation, Galerkin products (docs/multigrid.md) */
 #ifndef AINSWORTH_COARSEN_H
 #define AINSWORTH_COARSEN_H
 
 #include "blocks.h"
 
-/* Interpolation from the nodes of the coarser level: rows of this level's nodes, columns are places in cols */
+/* Interpolation from the coarser level: rows are nodes of this level, columns are places in cols */
 struct AinsworthInterpolation {
   AinsworthBlockRows           rows;
   AinsworthColumns             cols;
-  std::vector<AinsworthSingle> single; /* the values, where this level is in single precision; rows has none then */
+  std::vector<AinsworthSingle> single; /* the values if this level is in single precision; rows.a is empty then */
 
   void round()
   {
     single.assign(rows.a.begin(), rows.a.end());
     std::vector<PetscScalar>().swap(rows.a);
   }
-  /* room: for one block */
+  /* Returns block k; room is work space for one block */
   const PetscScalar *block(PetscInt k, PetscScalar *room) const
   {
     if (single.empty()) return rows.block(k);
@@ -24,19 +24,19 @@ struct AinsworthInterpolation {
   }
 };
 
-/* The aggregate of each node of this rank, from 0; -1: none, a node that A couples to no other */
+/* The aggregate of each local node, numbered from 0; -1 for a node that A couples to no other node */
 struct AinsworthAggregates {
   PetscInt              count = 0;
   std::vector<PetscInt> of;
 };
 
-/* modes.cpp: the near null space that interpolation keeps, k values of each unknown */
+/* The near null space that interpolation preserves, k values for each unknown (modes.cpp) */
 struct AinsworthModes {
   PetscInt                 k = 0;
   std::vector<PetscScalar> values;
   const char              *source    = "";
-  PetscInt                 unfit     = 0;    /* of those that were given, left out */
-  bool                     rotations = true; /* false: nothing but translations, though there is more than one component */
+  PetscInt                 unfit     = 0;    /* modes dropped because A does not map them to zero */
+  bool                     rotations = true; /* false: only translations, although nodes have more than one component */
 };
 
 PetscErrorCode AinsworthModesCreate(Mat, PetscInt, const std::vector<PetscInt> &, MatNullSpace, PetscInt, const PetscReal[], AinsworthModes *);

@@ -1,7 +1,7 @@
 #include "blocks.h"
 #include <petscsection.h>
 
-/* AinsworthSendRows - rows of different lengths along sf, from its roots, one row each, to its leaves, of which this rank has n. Columns are numbers of nodes */
+/* AinsworthSendRows - sends block rows from the roots of an SF, one row each, to its n local leaves; columns are global node numbers; collective */
 PetscErrorCode AinsworthSendRows(PetscSF sf, const AinsworthBlockRows &rows, PetscInt n, AinsworthBlockRows *arrived)
 {
   PetscSF       entries;
@@ -38,7 +38,11 @@ PetscErrorCode AinsworthSendRows(PetscSF sf, const AinsworthBlockRows &rows, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthRowsToOwners - one row of each ghost of cols to the owner of the node; owner: the node, from 0, that each row that arrives belongs to, rising */
+/*
+   AinsworthRowsToOwners - sends the row of each ghost of cols to the owner of its node; collective
+
+   owner: the local node of each received row, ascending
+*/
 PetscErrorCode AinsworthRowsToOwners(const AinsworthColumns &cols, const AinsworthBlockRows &rows, std::vector<PetscInt> *owner, AinsworthBlockRows *arrived)
 {
   PetscSF         multi, inverse;

@@ -4,13 +4,13 @@
 
 namespace
 {
-/* All rows of P that X has columns for, own and ghost; columns are places in cols, whose ghosts are those of both */
+/* The rows of P for all columns of X, owned and ghost; columns are places in cols, whose ghosts are those of both */
 struct Extended {
   AinsworthColumns              cols;
   std::vector<PetscInt>         i, j;
   const AinsworthInterpolation *own;
   AinsworthBlockRows            ghost;
-  std::vector<PetscInt>         fromOwn; /* place in cols of each place in P's own columns */
+  std::vector<PetscInt>         fromOwn; /* place in cols of each place in P.cols */
   std::vector<PetscMPIInt>      owner;   /* rank that owns each place */
 
   const PetscScalar *block(PetscInt k, PetscScalar *room) const
@@ -18,7 +18,7 @@ struct Extended {
     const PetscInt n = (PetscInt)own->rows.j.size();
     return k < n ? own->block(k, room) : ghost.block(k - n);
   }
-  /* of the two blocks of a pair of nodes with the same owner the upper one is enough */
+  /* For two nodes with the same owner the upper block is enough */
   bool wanted(PetscInt c, PetscInt e) const { return e >= c || owner[c] != owner[e]; }
 
   PetscErrorCode create(const AinsworthBlockMat &X, const AinsworthInterpolation &P)
@@ -29,7 +29,7 @@ struct Extended {
 
     PetscFunctionBegin;
     own = &P;
-    if (X.cols.sf) { /* only rows that somebody asks for are sent */
+    if (X.cols.sf) { /* send only the rows that other ranks need */
       const PetscInt *degree;
 
       PetscCall(PetscSFComputeDegreeBegin(X.cols.sf.get(), &degree));
@@ -47,7 +47,7 @@ struct Extended {
     AinsworthSortUnique(&nodes);
     cols.first  = P.cols.first;
     cols.local  = P.cols.local;
-    cols.ghosts = std::move(nodes); /* no communication through these columns: neither layout nor sf */
+    cols.ghosts = std::move(nodes); /* neither layout nor sf: these columns do not communicate */
     fromOwn.resize(P.cols.count());
     for (PetscInt p = 0; p < P.cols.count(); p++) fromOwn[p] = cols.place(P.cols.node(p));
     owner.resize(cols.count());
@@ -61,7 +61,7 @@ struct Extended {
   }
 };
 
-/* Nonzero patterns by rows: of X P, and of the part of P' X P that is computed here */
+/* Nonzero patterns by rows: of X P (yi, yj), and of the part of P' X P computed on this rank (ui, uj) */
 struct Pattern {
   std::vector<PetscInt> yi = {0}, yj, ui = {0}, uj;
 
@@ -101,7 +101,7 @@ struct Pattern {
   }
 };
 
-/* Row after row of X: w = (X P)_r, then P_rc' w to row c. X P is never stored */
+/* Computes P' X P row by row of X: w = (X P)_r, then P_rc' w is added to row c; X P is never stored */
 template <int B, int K>
 void Multiply(const AinsworthBlockRows &X, const Extended &P, const Pattern &pattern, PetscInt k, std::vector<PetscScalar> *values)
 {
@@ -136,10 +136,10 @@ void Multiply(const AinsworthBlockRows &X, const Extended &P, const Pattern &pat
 } // namespace
 
 /*
-   AinsworthGalerkin - P' X P for a Hermitian X, on the nodes of the columns of P; collective
+   AinsworthGalerkin - computes P' X P for a Hermitian X; collective
 
-   X may have rows without entries, and couple nodes that A does not: the surface part of M_* has its own neighbors. Two exchanges: rows of P of
-   the neighbors of X, and coarse rows to their owners.
+   X may have empty rows and couple nodes that A does not: the surface part of M_* has its own neighbors. There are two exchanges: rows of P for the ghosts of
+   X, and coarse rows to their owners.
 */
 PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInterpolation &P, AinsworthBlockMat *coarse)
 {
@@ -164,7 +164,7 @@ PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInte
     sent.a.insert(sent.a.end(), values.begin() + (size_t)pattern.ui[c] * k * k, values.begin() + (size_t)pattern.ui[c + 1] * k * k);
   }
   PetscCall(AinsworthRowsToOwners(P.cols, sent, &owner, &arrived));
-  /* the lower half is the adjoint of the upper one */
+  /* the lower half is the adjoint of the upper half */
   auto take = [&](PetscInt row, PetscInt node, const PetscScalar *block) {
     pieces[row].push_back({node, block, false});
     if (cols.owns(node) && node != cols.first + row) pieces[node - cols.first].push_back({cols.first + row, block, true});

@@ -2,9 +2,9 @@
 #include "../events.h"
 #include <algorithm>
 
-/* Beyond this quotient of neighboring diagonals single precision loses the coarse modes of the stiff part: measured, docs/multigrid.md */
+/* If neighboring diagonals differ by a larger factor, single precision loses the coarse modes of the stiff part (measured, docs/multigrid.md) */
 static const PetscReal jumpOfSingle = 1e8;
-/* A hierarchy with more entries than this times those of A costs more than it gains; so does a level that is not much smaller than the one before it */
+/* A hierarchy with a larger operator complexity, or with a level that is not much smaller than the one before it, costs more than it gains */
 static const PetscReal tooComplex = 2.5, tooLarge = 0.5;
 static const size_t    mostLevels = 10;
 
@@ -17,8 +17,9 @@ PetscReal AinsworthHierarchy::complexity() const
 }
 
 /*
-   Diagonals, where they are zero the mean of those that are not, on all ranks. coarse: so they are in the matrix then, whose unknowns that no mode reaches
-   have rows of zeros
+   Reads the diagonal and replaces zeros by the mean of the nonzero entries on all ranks; collective
+
+   coarse: replaces them in the matrix, too, where unknowns that no mode reaches have zero rows
 */
 static PetscErrorCode ReadDiagonal(AinsworthBlockMat &X, bool coarse, std::vector<PetscReal> *diagonal)
 {
@@ -49,7 +50,7 @@ static PetscErrorCode ReadDiagonal(AinsworthBlockMat &X, bool coarse, std::vecto
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The largest quotient of the diagonals of two nodes that the matrix couples; collective */
+/* Finds the largest ratio of the diagonals of two coupled nodes; collective */
 static PetscErrorCode LargestJump(const AinsworthBlockMat &A, const std::vector<PetscReal> &diagonal, PetscReal *jump)
 {
   const AinsworthBlockRows &rows = A.rows;
@@ -68,7 +69,7 @@ static PetscErrorCode LargestJump(const AinsworthBlockMat &A, const std::vector<
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Takes a block of the matrix, as it is or with its rows and columns scaled */
+/* Appends a block of the matrix, unchanged or with its rows and columns scaled */
 template <class T>
 static void TakeBlock(PetscInt j, const PetscScalar *a, const PetscReal *rows, const PetscReal *columns, AinsworthBlockRowsOf<T> *taken)
 {
@@ -79,7 +80,7 @@ static void TakeBlock(PetscInt j, const PetscScalar *a, const PetscReal *rows, c
     for (PetscInt q = 0; q < bs; q++) taken->a.push_back((T)(rows ? a[p * bs + q] * rows[p] * columns[q] : a[p * bs + q]));
 }
 
-/* The upper half of the blocks between owned nodes, the diagonal block first in each row, times diagonal scalings where w is given */
+/* Copies the blocks between owned nodes on and above the diagonal, the diagonal block first in each row; scaled by w on both sides unless it is NULL */
 template <class T>
 static std::shared_ptr<AinsworthBlockRowsOf<T>> TakeUpper(const AinsworthBlockRows &rows, const PetscReal *w)
 {
@@ -94,7 +95,7 @@ static std::shared_ptr<AinsworthBlockRowsOf<T>> TakeUpper(const AinsworthBlockRo
   for (PetscInt i = 0; i < rows.n; i++, U->endRow()) {
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
       if (rows.j[k] == i) take(i, k);
-    if ((PetscInt)U->j.size() == U->i.back()) { /* no diagonal block is stored */
+    if ((PetscInt)U->j.size() == U->i.back()) { /* the matrix has no diagonal block here */
       U->j.push_back(i);
       U->a.resize(U->a.size() + bs * bs, T(0));
     }
@@ -105,7 +106,7 @@ static std::shared_ptr<AinsworthBlockRowsOf<T>> TakeUpper(const AinsworthBlockRo
   return U;
 }
 
-/* The power of two near v^{-1/2} */
+/* Returns a power of two near v^{-1/2} */
 static PetscReal InverseRoot(PetscReal v)
 {
   int exponent;
@@ -114,7 +115,7 @@ static PetscReal InverseRoot(PetscReal v)
   return (PetscReal)ldexp(1.0, -exponent / 2);
 }
 
-/* A level of A from its blocks */
+/* Stores the blocks of A in the last level; collective */
 PetscErrorCode AinsworthHierarchy::store(const AinsworthBlockMat &A, const AinsworthHierarchyOptions &options)
 {
   AinsworthGrid &grid     = grids.back();
@@ -138,14 +139,14 @@ PetscErrorCode AinsworthHierarchy::store(const AinsworthBlockMat &A, const Ainsw
   AinsworthBlockRows &outside = grid.outside.rows;
   grid.outside.cols           = A.cols;
   outside                     = AinsworthBlockRows(grid.bs, grid.bs);
-  grid.outside.cols.sf.reset(); /* nothing goes through these columns */
+  grid.outside.cols.sf.reset(); /* these columns do not communicate */
   for (PetscInt i = 0; i < A.rows.n; i++, outside.endRow())
     for (PetscInt k = A.rows.i[i]; k < A.rows.i[i + 1]; k++)
       if (A.rows.j[k] >= A.rows.n) TakeBlock(A.rows.j[k], A.rows.block(k), NULL, NULL, &outside);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Products with a level of A plus what is added, in the precision of the upper half, scaled by w where it is given. Collective */
+/* Creates the product with a level of A plus the added matrix, in the precision of the upper half, scaled by w unless it is NULL; collective */
 template <class T>
 static PetscErrorCode CreateProduct(const AinsworthGrid &grid, const std::shared_ptr<const AinsworthBlockRowsOf<T>> &upper, const std::vector<PetscReal> *w,
                                     const AinsworthBlockMat *added, std::unique_ptr<AinsworthProduct<T>> *product)
@@ -177,9 +178,9 @@ static PetscErrorCode CreateProduct(const AinsworthGrid &grid, const std::shared
 }
 
 /*
-   AinsworthHierarchy::createLevel - the operator of level l, the finest being 0: of A, or of A plus what is added to it there
+   AinsworthHierarchy::createLevel - creates the operator of level l, 0 being the finest, of A or of A plus the matrix added on this level; collective
 
-   single: in single precision, where this level has it. Collective
+   single: in single precision if this level has it
 */
 PetscErrorCode AinsworthHierarchy::createLevel(PetscInt l, const AinsworthBlockMat *added, bool single, std::unique_ptr<AinsworthLevel> *level) const
 {
@@ -208,7 +209,7 @@ PetscErrorCode AinsworthHierarchy::createLevel(PetscInt l, const AinsworthBlockM
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Another level, from its blocks, and the largest eigenvalue of its operator */
+/* Adds a level from its blocks and estimates the largest eigenvalue of its operator; collective */
 PetscErrorCode AinsworthHierarchy::add(AinsworthBlockMat &X, const AinsworthHierarchyOptions &options)
 {
   std::unique_ptr<AinsworthLevel> level;
@@ -223,7 +224,7 @@ PetscErrorCode AinsworthHierarchy::add(AinsworthBlockMat &X, const AinsworthHier
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a level in single precision needs of the double one: for products, and instead of it where it is factored */
+/* Keeps the double-precision blocks of a level in single precision, for products, or in its place if the level is factored */
 static void TakeDouble(const AinsworthBlockMat &X, bool factored, const AinsworthHierarchyOptions &options, AinsworthGrid *grid)
 {
   if (grid->single && (options.product || factored)) grid->upper = TakeUpper<PetscScalar>(X.rows, NULL);
@@ -232,7 +233,11 @@ static void TakeDouble(const AinsworthBlockMat &X, bool factored, const Ainswort
   grid->w      = NULL;
 }
 
-/* The ranks that own the next level, of which this rank has made some nodes: where ranks would have few, the first of some in a row owns those of all */
+/*
+   Chooses the ranks that own the next level, of which this rank has made `nodes` nodes; collective
+
+   If ranks would own too few nodes, ranks are grouped in order, and the first rank of a group owns all of its nodes
+*/
 static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt enough, AinsworthLayout *layout, PetscMPIInt *owners)
 {
   PetscMPIInt           rank, size, owner = 0;
@@ -263,9 +268,9 @@ static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt enoug
 }
 
 /*
-   AinsworthHierarchy::create - levels of A from the finest to one that can be factored
+   AinsworthHierarchy::create - creates the levels of A, down to one that can be factored; collective
 
-   Collective. A: AIJ, Hermitian, nodes of bs unknowns; nodes: the rows of this rank node by node, empty: they are so already
+   A: AIJ, Hermitian, bs unknowns per node; nodes: the local rows node by node, empty if they are stored so
 */
 PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscInt> &&nodes, AinsworthModes &&near, const AinsworthHierarchyOptions &options)
 {
@@ -301,9 +306,9 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
     PetscCall(PetscLogEventBegin(AINSWORTH_Interpolation, A, 0, 0, 0));
     PetscCall(AinsworthInterpolationCreate(X, aggregates, grid.diagonal, 4.0 / 3.0 / grid.largest, nodes, &modes, P.get()));
     PetscCall(PetscLogEventEnd(AINSWORTH_Interpolation, A, 0, 0, 0));
-    if (grid.single) P->round(); /* before the product: the coarse operator is that of the interpolation in use */
+    if (grid.single) P->round(); /* before the Galerkin product, so that the coarse operator belongs to the rounded interpolation */
     PetscCall(AinsworthGalerkin(X, *P, &coarse));
-    TakeDouble(X, false, options, &grid); /* not before: the product needs the most memory */
+    TakeDouble(X, false, options, &grid); /* not earlier: the Galerkin product needs the most memory */
     grid.P = P;
     X      = std::move(coarse);
   }
@@ -315,9 +320,9 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
 }
 
 /*
-   AinsworthHierarchy::replaceFinest - the finest level is that of an A with other values, the coarser ones and the interpolation stay
+   AinsworthHierarchy::replaceFinest - replaces the finest level for an A with other values; keeps the coarser levels and the interpolation; collective
 
-   Collective. A: as in create(), distributed as the one of that
+   A: as in create(), with the same distribution
 */
 PetscErrorCode AinsworthHierarchy::replaceFinest(Mat A, const AinsworthHierarchyOptions &options)
 {
@@ -335,7 +340,7 @@ PetscErrorCode AinsworthHierarchy::replaceFinest(Mat A, const AinsworthHierarchy
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthHierarchyCreateProduct - A itself as a matrix for products, with half of its entries stored */
+/* AinsworthHierarchyCreateProduct - creates a matrix for products with A that stores half of its entries; collective */
 PetscErrorCode AinsworthHierarchyCreateProduct(const AinsworthHierarchy &hierarchy, Mat *mat)
 {
   std::unique_ptr<AinsworthLevel> level;

@@ -1,4 +1,4 @@
-/* The levels that block smoothed aggregation makes of A, and operators of A plus a surface on them */
+/* The levels of block smoothed aggregation for A, and level operators of A plus a surface matrix */
 #ifndef AINSWORTH_HIERARCHY_H
 #define AINSWORTH_HIERARCHY_H
 
@@ -6,25 +6,25 @@
 
 struct AinsworthHierarchyOptions {
   PetscReal threshold;  /* theta */
-  PetscInt  coarseSize; /* unknowns at which a level is factored */
-  PetscInt  rankSize;   /* with fewer unknowns a rank a level goes to fewer ranks */
-  PetscBool single;     /* the finest level in single precision, where the values allow */
+  PetscInt  coarseSize; /* a level with at most this many unknowns is factored */
+  PetscInt  rankSize;   /* a level with fewer unknowns per rank moves to fewer ranks */
+  PetscBool single;     /* finest level in single precision if its values allow it */
   PetscBool product;    /* keep what AinsworthHierarchyCreateProduct() needs */
 };
 
-/* One level of A: operator, and interpolation from the next coarser one */
+/* One level of A: its operator, and interpolation from the next coarser level */
 struct AinsworthGrid {
   PetscInt                                                     bs = 1;
   AinsworthLayout                                              nodes;
-  std::shared_ptr<const AinsworthBlockRowsOf<PetscScalar>>     upper;  /* either both of single and w, or this; the finest may have all */
-  std::shared_ptr<const AinsworthBlockRowsOf<AinsworthSingle>> single; /* W A W */
+  std::shared_ptr<const AinsworthBlockRowsOf<PetscScalar>>     upper;  /* owned blocks on and above the diagonal; NULL if single replaces them */
+  std::shared_ptr<const AinsworthBlockRowsOf<AinsworthSingle>> single; /* the same of W A W */
   std::shared_ptr<const std::vector<PetscReal>>                w;
-  AinsworthBlockMat                                            outside; /* blocks of ghosts */
+  AinsworthBlockMat                                            outside; /* blocks in ghost columns */
   std::vector<PetscReal>                                       diagonal;
-  PetscReal                                                    largest = 1.0; /* estimated eigenvalue of D^{-1} A */
-  PetscInt64                                                   blocks  = 0;   /* on all ranks */
-  PetscMPIInt                                                  ranks   = 0;   /* that own nodes */
-  std::shared_ptr<const AinsworthInterpolation>                P;             /* none: the coarsest */
+  PetscReal                                                    largest = 1.0; /* estimated largest eigenvalue of D^{-1} A */
+  PetscInt64                                                   blocks  = 0;   /* number of blocks on all ranks */
+  PetscMPIInt                                                  ranks   = 0;   /* number of ranks that own nodes */
+  std::shared_ptr<const AinsworthInterpolation>                P;             /* NULL on the coarsest level */
 };
 
 class AinsworthHierarchy {
@@ -35,12 +35,12 @@ public:
   PetscReal      complexity() const;
   bool           single() const { return grids[0].single != nullptr; }
 
-  std::vector<AinsworthGrid> grids;                /* the finest first */
-  std::vector<PetscInt>      order;                /* rows of A on this rank node by node, where sorted */
-  PetscBool                  sorted = PETSC_FALSE; /* A has them in another order; on all ranks */
+  std::vector<AinsworthGrid> grids;                /* finest first */
+  std::vector<PetscInt>      order;                /* the local rows of A node by node, if sorted */
+  PetscBool                  sorted = PETSC_FALSE; /* A does not store its rows node by node; the same on all ranks */
   AinsworthModes             modes;                /* without their values */
-  PetscReal                  jump        = 1.0;    /* largest quotient of diagonals of nodes that A couples */
-  char                       doubts[128] = "";     /* why this is no good hierarchy, empty where nothing speaks against it */
+  PetscReal                  jump        = 1.0;    /* largest ratio of the diagonals of coupled nodes */
+  char                       doubts[128] = "";     /* why this hierarchy is likely to be inefficient; empty if nothing suggests that */
 
 private:
   PetscErrorCode add(AinsworthBlockMat &, const AinsworthHierarchyOptions &);

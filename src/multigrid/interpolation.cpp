@@ -1,10 +1,10 @@
 #include "coarsen.h"
 #include <algorithm>
 
-/* Columns shorter than this part of what they were before orthogonalization depend on those before them */
+/* A column is dependent if orthogonalization leaves at most this part of its length */
 static const PetscReal dependent = 1e-6;
 
-/* Modified Gram-Schmidt, twice, of the k columns of q, m long each; r: k x k, row by row. A dependent column becomes zero */
+/* Orthonormalizes the k columns of q, of length m each, by modified Gram-Schmidt in two passes; r: k x k, by rows. Dependent columns become zero */
 static void Orthonormalize(PetscInt m, PetscInt k, PetscScalar *q, PetscScalar *r)
 {
   for (PetscInt c = 0; c < k; c++) {
@@ -30,7 +30,7 @@ static void Orthonormalize(PetscInt m, PetscInt k, PetscScalar *q, PetscScalar *
   }
 }
 
-/* T: modes of each aggregate, orthonormal, one bs x k block a node; coarse: what they are in terms of T, one k x k block an aggregate */
+/* Creates T, the orthonormalized modes of each aggregate (one bs x k block per node), and their coefficients `coarse` (one k x k block per aggregate) */
 static void CreateTentative(const AinsworthAggregates &agg, PetscInt bs, const AinsworthModes &modes, std::vector<PetscScalar> *T,
                             std::vector<PetscScalar> *coarse)
 {
@@ -55,7 +55,7 @@ static void CreateTentative(const AinsworthAggregates &agg, PetscInt bs, const A
   }
 }
 
-/* P_i = T_i - omega D_i^{-1} sum A_ij T_j, columns are numbers of coarse nodes */
+/* Computes P_i = T_i - omega D_i^{-1} sum_j A_ij T_j; columns are global coarse node numbers */
 template <int B, int K>
 static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> &aggregate, const std::vector<PetscScalar> &T,
                        const std::vector<PetscReal> &diagonal, PetscReal omega, AinsworthBlockRows *P)
@@ -85,19 +85,19 @@ static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> 
 }
 
 /*
-   AinsworthInterpolationCreate - smoothed interpolation from aggregates of all ranks, and the modes on them; collective
+   AinsworthInterpolationCreate - creates smoothed interpolation from the aggregates of all ranks, and the coarse modes; collective
 
    Input Parameters:
 +  A        - the matrix of this level
-.  agg      - the aggregates of this rank, which are numbered after those of the ranks before it
-.  diagonal - of A, positive
+.  agg      - the aggregates of this rank, numbered after those of the ranks before it
+.  diagonal - the diagonal of A, positive
 .  omega    - of the damped Jacobi step, 4/3 over the largest eigenvalue of D^{-1} A (Vanek, Mandel, Brezina, Computing 56, 1996)
-.  layout   - of the aggregates over the ranks that own them from now on, not always the ranks that made them
--  modes    - near null space
+.  layout   - the distribution of the coarse nodes, which may be owned by other ranks than those that made them
+-  modes    - the near null space
 
    Output Parameters:
-+  P     - interpolation
--  modes - on the coarse nodes that this rank owns
++  P     - the interpolation
+-  modes - the near null space on the coarse nodes that this rank owns
 */
 PetscErrorCode AinsworthInterpolationCreate(const AinsworthBlockMat &A, const AinsworthAggregates &agg, const std::vector<PetscReal> &diagonal, PetscReal omega,
                                             const AinsworthLayout &layout, AinsworthModes *modes, AinsworthInterpolation *P)
@@ -125,7 +125,7 @@ PetscErrorCode AinsworthInterpolationCreate(const AinsworthBlockMat &A, const Ai
   PetscCall(P->cols.create(layout, std::move(nodes)));
   for (PetscInt &g : P->rows.j) g = P->cols.place(g);
 
-  /* the modes move to where their nodes are owned */
+  /* send the coarse modes to the owners of their nodes */
   nodes.resize(made);
   for (PetscInt g = 0; g < made; g++) nodes[g] = first + g;
   PetscCall(makers.create(layout, std::move(nodes)));

@@ -2,7 +2,7 @@
 
 namespace
 {
-/* Interpolation and what an application of it needs */
+/* Interpolation with its work space */
 struct InterpolationMat {
   std::shared_ptr<const AinsworthInterpolation> P;
   std::vector<PetscScalar>                      ghost;
@@ -29,7 +29,7 @@ void MultTranspose(const AinsworthInterpolation &P, const T *a, const PetscScala
 }
 } // namespace
 
-/* y = w + P x; w may be y */
+/* Computes y = w + P x; w may be y */
 static PetscErrorCode MatMultAdd_Interpolation(Mat mat, Vec x, Vec w, Vec y)
 {
   InterpolationMat  *I;
@@ -60,7 +60,7 @@ static PetscErrorCode MatMult_Interpolation(Mat mat, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = P^T x, or P' x */
+/* Computes y = P^T x or, if adjoint, y = P' x */
 template <bool adjoint>
 static PetscErrorCode MatMultTranspose_Interpolation(Mat mat, Vec x, Vec y)
 {
@@ -88,7 +88,7 @@ static PetscErrorCode MatMultTranspose_Interpolation(Mat mat, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* As AIJ, for users of PCGetInterpolations() */
+/* Converts to AIJ, for users of PCGetInterpolations() */
 static PetscErrorCode MatConvert_Interpolation_AIJ(Mat mat, MatType, MatReuse reuse, Mat *newmat)
 {
   InterpolationMat *I;
@@ -113,7 +113,7 @@ static PetscErrorCode MatDestroy_Interpolation(Mat mat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthInterpolationMatCreate - interpolation to nodes of the layout as a matrix */
+/* AinsworthInterpolationMatCreate - creates a matrix that interpolates to the nodes of layout `fine` */
 PetscErrorCode AinsworthInterpolationMatCreate(const std::shared_ptr<const AinsworthInterpolation> &P, const AinsworthLayout &fine, Mat *mat)
 {
   const PetscInt         br = P->rows.br, bc = P->rows.bc;

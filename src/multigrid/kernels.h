@@ -1,4 +1,4 @@
-/* Products of small dense blocks, stored row by row; dimensions known to the compiler where they are common */
+/* Products of small dense blocks stored by rows, with compile-time dimensions for common sizes */
 #ifndef AINSWORTH_KERNELS_H
 #define AINSWORTH_KERNELS_H
 
@@ -6,7 +6,7 @@
 #include <complex>
 #include <type_traits>
 
-/* Numbers of the cycle's finest level in single precision */
+/* Scalar type of the finest level in single precision */
 #if defined(PETSC_USE_COMPLEX)
 typedef std::complex<float> AinsworthSingle;
 #else
@@ -23,7 +23,7 @@ inline T AinsworthConj(T v)
 template <int N>
 using AinsworthSize = std::integral_constant<int, N>;
 
-/* f(AinsworthSize<bs>), or f(AinsworthSize<0>) where the size is not among the common ones */
+/* Calls f(AinsworthSize<bs>), or f(AinsworthSize<0>) if the size is not a common one */
 template <class F>
 inline void AinsworthDispatch(PetscInt bs, F f)
 {
@@ -34,7 +34,7 @@ inline void AinsworthDispatch(PetscInt bs, F f)
   else f(AinsworthSize<0>());
 }
 
-/* The same for the rows and columns of interpolation */
+/* The same for the two block sizes of an interpolation */
 template <class F>
 inline void AinsworthDispatch(PetscInt br, PetscInt bc, F f)
 {
@@ -46,7 +46,7 @@ inline void AinsworthDispatch(PetscInt br, PetscInt bc, F f)
   else f(AinsworthSize<0>(), AinsworthSize<0>());
 }
 
-/* z += x y, x: R x K, y: K x C; a size of 0: the one given at run time */
+/* Computes z += x y with x of size R x K and y of size K x C; a template size of 0 stands for the run-time size */
 template <int R, int K, int C>
 inline void AinsworthMultAdd(PetscInt r, PetscInt k, PetscInt c, const PetscScalar *PETSC_RESTRICT x, const PetscScalar *PETSC_RESTRICT y,
                              PetscScalar *PETSC_RESTRICT z)
@@ -60,7 +60,7 @@ inline void AinsworthMultAdd(PetscInt r, PetscInt k, PetscInt c, const PetscScal
     }
 }
 
-/* z += x' y, x: K x R, y: K x C */
+/* Computes z += x' y with x of size K x R and y of size K x C */
 template <int R, int K, int C>
 inline void AinsworthMultAdjointAdd(PetscInt r, PetscInt k, PetscInt c, const PetscScalar *PETSC_RESTRICT x, const PetscScalar *PETSC_RESTRICT y,
                                     PetscScalar *PETSC_RESTRICT z)

@@ -41,7 +41,7 @@ static PetscErrorCode MatMultTranspose_Level(Mat mat, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* In single precision the smoother has done half of the work already */
+/* Computes the residual; in single precision the smoother has already done half of the work */
 static PetscErrorCode MatResidual_Level(Mat mat, Vec b, Vec x, Vec r)
 {
   AinsworthLevel *level;
@@ -73,11 +73,11 @@ static PetscErrorCode SetSymmetric(Mat mat)
 {
   PetscFunctionBegin;
   PetscCall(MatSetOption(mat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
-  if (!PetscDefined(USE_COMPLEX)) PetscCall(MatSetOption(mat, MAT_SPD, PETSC_TRUE)); /* it includes A = A^T */
+  if (!PetscDefined(USE_COMPLEX)) PetscCall(MatSetOption(mat, MAT_SPD, PETSC_TRUE)); /* implies A = A^T */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* As AIJ, for factorizations and for users of PCGetCoarseOperators() */
+/* Converts to AIJ, for factorizations and for users of PCGetCoarseOperators() */
 static PetscErrorCode MatConvert_Level_AIJ(Mat mat, MatType, MatReuse reuse, Mat *newmat)
 {
   AinsworthLevel   *level;
@@ -119,9 +119,7 @@ static PetscErrorCode MatDestroy_Level(Mat mat)
 }
 
 /*
-   AinsworthLevelMatSet - a matrix of this level's operator, with nodes of bs unknowns
-
-   Where there is a matrix already it becomes that one; its users see that it changed
+   AinsworthLevelMatSet - creates a matrix for a level operator with bs unknowns per node, or replaces the operator of an existing one and increases its state
 */
 PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &nodes, PetscInt bs, std::unique_ptr<AinsworthLevel> &&level, Mat *mat)
 {
@@ -148,7 +146,7 @@ PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &nodes, PetscInt bs, s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A number in [-1, 1) that depends on l alone, so that it is the same on any number of ranks */
+/* Returns a number in [-1, 1) that depends on l alone, so that it is the same on any number of ranks */
 static PetscReal Hash(size_t l)
 {
   unsigned long long s = (unsigned long long)l * 0x9E3779B97F4A7C15ull + 0x1234567ull;
@@ -160,9 +158,10 @@ static PetscReal Hash(size_t l)
 }
 
 /*
-   Steps of conjugate gradients with Jacobi from r_i = sqrt(a_ii) times a random number, of which stiff and soft unknowns have the same share
+   Estimates the largest eigenvalue of D^{-1} A by steps of conjugate gradients with Jacobi; collective
 
-   w: what unknowns are scaled by, NULL: by nothing; start: r is zero but for the rows that have entries there, NULL: for all
+   The first residual is r_i = sqrt(a_ii) times a random number, so that stiff and soft unknowns have the same share. w: scaling of the unknowns, NULL for none.
+   start: r is zero in rows without entries there, NULL for none
 */
 template <class T>
 static PetscErrorCode Estimate(AinsworthProduct<T> &A, const std::vector<PetscReal> &diagonal, const std::vector<PetscReal> *w, PetscInt steps,
@@ -171,12 +170,12 @@ static PetscErrorCode Estimate(AinsworthProduct<T> &A, const std::vector<PetscRe
   const PetscInt         bs = A.bs(), stride = A.stride();
   const size_t           n = (size_t)A.n() * stride, first = (size_t)A.cols.first * bs;
   std::vector<T>         inverse(n), r(n), p(n), q(n);
-  std::vector<PetscReal> d, e; /* of the tridiagonal matrix of Lanczos */
+  std::vector<PetscReal> d, e; /* the tridiagonal Lanczos matrix */
   PetscReal              rz = 0.0, alpha = 0.0, beta = 0.0;
   PetscBLASInt           one = 1, order, info;
 
   auto energy = [&](size_t l) { return AinsworthConj(r[l]) * inverse[l] * r[l]; };
-  /* over all unknowns of all ranks */
+  /* sums over all unknowns of all ranks */
   auto sum = [&](auto f, PetscReal *total) -> PetscErrorCode {
     PetscReal local = 0.0;
 
@@ -221,10 +220,10 @@ static PetscErrorCode Estimate(AinsworthProduct<T> &A, const std::vector<PetscRe
 }
 
 /*
-   AinsworthLevel::estimate - the largest eigenvalue of D^{-1} M, somewhat from below; collective
+   AinsworthLevel::estimate - estimates the largest eigenvalue of D^{-1} M, somewhat from below; collective
 
-   added: M is A and a part with entries in these rows, and what is known is the largest eigenvalue of A. Where that of M is larger its vector is near these
-   rows, and found from there in half of the steps (docs/multigrid.md)
+   added: M is A plus a matrix with entries in these rows, and `largest` holds the eigenvalue of A. If that of M is larger, its eigenvector is near these rows,
+   and starting there finds it in half of the steps (docs/multigrid.md)
 */
 PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added)
 {

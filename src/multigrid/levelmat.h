@@ -1,4 +1,4 @@
-/* Operators of the levels and interpolation between them as matrices of PETSc */
+/* Level operators and interpolation as PETSc matrices */
 #ifndef AINSWORTH_LEVELMAT_H
 #define AINSWORTH_LEVELMAT_H
 
@@ -10,17 +10,17 @@
 #define AINSWORTH_INTERPOLATION_MAT "blocksainterpolation"
 
 /*
-   W M W, W powers of two near diag(A)^{-1/2}: single precision neither overflows nor loses digits, whatever the units of the program
+   W M W with powers of two W near diag(A)^{-1/2}, so that single precision neither overflows nor loses digits, whatever the units of the program
 
-   b^ = s W b and x^ = s W^{-1} x with one more power of two, s, that brings b to the size of 1
+   The scaled vectors are b^ = s W b and x^ = s W^{-1} x, where the power of two s brings b to about unit size
 */
 struct AinsworthScaled {
   std::shared_ptr<const std::vector<PetscReal>>      w;           /* diagonal of W */
-  PetscReal                                          largest = 0; /* of all W on all ranks */
+  PetscReal                                          largest = 0; /* largest entry of W on all ranks */
   std::unique_ptr<AinsworthProduct<AinsworthSingle>> product;
-  std::vector<AinsworthSingle>                       inverse, x, r, p, q; /* inverse: of the diagonal of W M W */
+  std::vector<AinsworthSingle>                       inverse, x, r, p, q; /* inverse holds that of the diagonal of W M W */
   PetscReal                                          s    = 1.0;
-  std::array<PetscInt64, 4>                          pair = {}; /* b and x that r belongs to, before the product with the last p is taken from it */
+  std::array<PetscInt64, 4>                          pair = {}; /* identifies the b and x whose residual is r minus the product with p; zero if there is none */
 
   PetscErrorCode mult(Vec x, Vec y);
   PetscErrorCode smooth(PetscInt steps, PetscReal least, PetscReal largest, PetscBool zero, Vec b, Vec x);

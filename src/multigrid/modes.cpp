@@ -1,7 +1,7 @@
 #include "coarsen.h"
 #include <algorithm>
 
-/* The values of vectors, side by side; constant: the first one is 1 everywhere; order: of the rows, empty: their own */
+/* Takes the modes from a near null space, whose constant, if it has one, comes first; order: the local rows node by node, empty if they are stored so */
 static PetscErrorCode FromNullSpace(MatNullSpace near, PetscInt n, const std::vector<PetscInt> &order, AinsworthModes *modes)
 {
   PetscBool  constant;
@@ -29,7 +29,7 @@ static PetscErrorCode FromNullSpace(MatNullSpace near, PetscInt n, const std::ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Translations and infinitesimal rotations about the center of all nodes; bs: 2 or 3, the dimension of space */
+/* Creates translations and infinitesimal rotations about the center of all nodes; bs is the dimension of space, 2 or 3; collective */
 static PetscErrorCode FromCoordinates(MPI_Comm comm, PetscInt n, PetscInt bs, const PetscReal x[], AinsworthModes *modes)
 {
   PetscReal center[4] = {0.0, 0.0, 0.0, (PetscReal)(n / bs)};
@@ -57,18 +57,18 @@ static PetscErrorCode FromCoordinates(MPI_Comm comm, PetscInt n, PetscInt bs, co
 }
 
 /*
-   AinsworthModesCreate - the near null space that interpolation keeps
+   AinsworthModesCreate - creates the near null space that interpolation preserves; collective
 
    Input Parameters:
 +  A     - the matrix
-.  bs    - unknowns of a node
-.  order - its rows on this rank node by node; empty: they are so already
-.  near  - the near null space that the program attached, NULL for none
-.  dim   - dimension of the coordinates, 0 for none
--  x     - coordinates of the nodes of this rank, dim each
+.  bs    - unknowns per node
+.  order - its local rows node by node; empty if they are stored so
+.  near  - the near null space that the program attached, or NULL
+.  dim   - dimension of the coordinates, 0 without any
+-  x     - coordinates of the local nodes, dim each
 
    Output Parameter:
-.  modes - n values of each mode, node by node
+.  modes - k values for each local unknown, node by node
 */
 PetscErrorCode AinsworthModesCreate(Mat A, PetscInt bs, const std::vector<PetscInt> &order, MatNullSpace near, PetscInt dim, const PetscReal x[],
                                     AinsworthModes *modes)
@@ -94,7 +94,7 @@ PetscErrorCode AinsworthModesCreate(Mat A, PetscInt bs, const std::vector<PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Component c of node i is held: its row has no entry off the diagonal */
+/* Checks whether component c of node i is held: its row has no nonzero off the diagonal */
 static bool Held(const AinsworthBlockRows &A, PetscInt i, PetscInt c)
 {
   const PetscInt bs = A.br;
@@ -105,7 +105,7 @@ static bool Held(const AinsworthBlockRows &A, PetscInt i, PetscInt c)
   return true;
 }
 
-/* count[c]: in how many of some rows of A the product with mode c is no small part of its terms; count[k]: the number of these rows */
+/* Counts, in sampled rows of A, those whose product with mode c is not small relative to its terms; count[k] is the number of sampled rows; collective */
 static PetscErrorCode CountUnfit(const AinsworthBlockMat &A, const AinsworthModes &modes, std::vector<PetscInt> *count)
 {
   const AinsworthBlockRows &rows = A.rows;
@@ -138,10 +138,10 @@ static PetscErrorCode CountUnfit(const AinsworthBlockMat &A, const AinsworthMode
 }
 
 /*
-   AinsworthModesFit - makes modes zero where unknowns are held, and leaves out those that are no near null space of A while others are; collective
+   AinsworthModesFit - zeroes the modes at held unknowns, and drops modes that are not in the near null space of A unless none is; collective
 
-   Rotations about wrong coordinates, or of unknowns that are no displacements, would only make the coarse levels larger. Next to unknowns that are held no
-   mode goes to zero: one that does so in half of the rows is kept, and all are where none does.
+   Rotations from wrong coordinates, or of unknowns that are not displacements, would only make the coarse levels larger. Next to held unknowns no mode is
+   mapped to zero, so a mode is kept if it is mapped to zero in half of the rows; if no mode is, all are kept.
 */
 PetscErrorCode AinsworthModesFit(const AinsworthBlockMat &A, AinsworthModes *modes)
 {

@@ -1,7 +1,7 @@
 /*
-   y = A x for a Hermitian block matrix: half of the blocks between owned nodes are stored, and used twice
+   Products y = A x with a Hermitian block matrix: of the blocks between owned nodes only half are stored, and each is used twice
 
-   The diagonal block is the first of each row. There is room behind the last block, where a load of four may end
+   The diagonal block comes first in each row. The values are padded because a load of four numbers may read past the last block
 */
 #ifndef AINSWORTH_PRODUCT_H
 #define AINSWORTH_PRODUCT_H
@@ -10,8 +10,9 @@
 #include <algorithm>
 
 /*
-   Vectors of blocks of 3 in single precision have four numbers a node: one load takes a node, and the fourth is zero in all that is multiplied.
-   Others are as they are in PETSc
+   Returns the number of values per node in vectors: the block size, but 4 for blocks of 3 in single precision, so that one load takes a node
+
+   The fourth number is zero in all vectors that are multiplied
 */
 template <class T>
 inline PetscInt AinsworthStride(PetscInt bs)
@@ -20,7 +21,7 @@ inline PetscInt AinsworthStride(PetscInt bs)
 }
 
 #if defined(__GNUC__)
-/* Some numbers at a time, with what GCC, Clang and the Intel compilers understand; elsewhere the loops at the end take their place */
+/* Vector types of GCC, Clang, and the Intel compilers; other compilers use the scalar loops of AinsworthUpperRow() */
 typedef float  AinsworthFour __attribute__((vector_size(16), aligned(4)));
 typedef double AinsworthTwo __attribute__((vector_size(16), aligned(8)));
 
@@ -43,10 +44,10 @@ inline void AinsworthRowPacked(const AinsworthBlockRowsOf<float> &U, PetscInt i,
   sum[0] = (s0[0] + s0[1]) + s0[2];
   sum[1] = (s1[0] + s1[1]) + s1[2];
   sum[2] = (s2[0] + s2[1]) + s2[2];
-  sum[3] = -y[4 * i + 3]; /* what loads of four brought into the fourth number is taken out */
+  sum[3] = -y[4 * i + 3]; /* cancels what loads of four added to the padding */
 }
 
-/* Rows of a block in pairs; where their number is odd the last one is single */
+/* Processes the rows of each block in pairs of entries; for odd BS the last entry is single */
 template <int BS>
 inline void AinsworthRowOfPairs(const AinsworthBlockRowsOf<double> &U, PetscInt i, const double *x, double *y, double *sum)
 {
@@ -80,7 +81,7 @@ inline void AinsworthRowOfPairs(const AinsworthBlockRowsOf<double> &U, PetscInt 
         end += a[p * BS + BS - 1] * xi[p];
       }
     }
-    if (k == U.i[i]) continue; /* the diagonal block counts once */
+    if (k == U.i[i]) continue; /* the diagonal block is used only once */
     for (int q = 0; q < H; q++) *(AinsworthTwo *)(yj + 2 * q) = w[q];
     if constexpr (BS % 2) yj[BS - 1] += end;
   }
@@ -88,7 +89,11 @@ inline void AinsworthRowOfPairs(const AinsworthBlockRowsOf<double> &U, PetscInt 
 }
 #endif
 
-/* sum = the row's part of (A x)_i; y += what its blocks add to other rows. BS 0: the size is known at run time only, and xi has room for a node */
+/*
+   Computes sum, the contribution of row i to (A x)_i, and adds the contributions of its blocks to other rows to y
+
+   BS = 0: the block size is known only at run time; xi is work space for one node
+*/
 template <class T, int BS>
 inline void AinsworthUpperRow(const AinsworthBlockRowsOf<T> &U, PetscInt i, const T *x, T *y, T *sum, T *xi)
 {
@@ -123,9 +128,9 @@ inline void AinsworthUpperRow(const AinsworthBlockRowsOf<T> &U, PetscInt i, cons
 template <class T>
 class AinsworthProduct {
 public:
-  std::shared_ptr<const AinsworthBlockRowsOf<T>> upper; /* blocks between owned nodes at and right of the diagonal */
-  AinsworthBlockRowsOf<T>                        rest;  /* all others: of ghosts, and of a matrix that is added to A */
-  AinsworthColumns                               cols;  /* whose places are the columns of both */
+  std::shared_ptr<const AinsworthBlockRowsOf<T>> upper; /* blocks between owned nodes on and above the diagonal */
+  AinsworthBlockRowsOf<T>                        rest;  /* all other blocks: ghost columns, and a matrix added to A */
+  AinsworthColumns                               cols;  /* the columns of both */
 
   AinsworthProduct(std::shared_ptr<const AinsworthBlockRowsOf<T>> half, AinsworthBlockRowsOf<T> &&others, AinsworthColumns &&columns)
     : upper(half), rest(std::move(others)), cols(std::move(columns)), ghost(cols.ghosts.size() * stride()), unit(stride() * (PetscInt)sizeof(T), MPI_BYTE)
@@ -135,7 +140,7 @@ public:
   PetscInt bs() const { return upper->br; }
   PetscInt stride() const { return AinsworthStride<T>(upper->br); }
 
-  /* y = what does not come from the upper half; collective */
+  /* Computes y = A x without the upper half; collective */
   PetscErrorCode start(const T *x, T *y)
   {
     PetscFunctionBegin;
@@ -146,7 +151,7 @@ public:
     PetscFunctionReturn(PETSC_SUCCESS);
   }
 
-  /* y += the upper half's part; finish(i, y_i) as soon as y_i is complete */
+  /* Adds the product with the upper half to y, and calls finish(i, y_i) as soon as y_i is complete */
   template <class F>
   void pass(const T *x, T *y, F finish) const
   {

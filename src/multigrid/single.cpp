@@ -1,7 +1,7 @@
 #include "levelmat.h"
 #include <petsc/private/petscimpl.h>
 
-/* The power of two next to 1/v */
+/* Returns a power of two near 1/v */
 static PetscReal InversePower(PetscReal v)
 {
   int exponent = 0;
@@ -10,7 +10,7 @@ static PetscReal InversePower(PetscReal v)
   return (PetscReal)ldexp(1.0, -exponent);
 }
 
-/* What identifies the values of two vectors */
+/* Returns IDs and states that identify the values of two vectors */
 static std::array<PetscInt64, 4> Identify(Vec b, Vec x)
 {
   const PetscObject B = (PetscObject)b, X = (PetscObject)x;
@@ -18,7 +18,7 @@ static std::array<PetscInt64, 4> Identify(Vec b, Vec x)
   return {(PetscInt64)B->id, (PetscInt64)B->state, (PetscInt64)X->id, (PetscInt64)X->state};
 }
 
-/* f(component l, place in vectors of single precision) for all unknowns */
+/* Calls f(unknown, place in vectors of single precision) for all local unknowns */
 template <class F>
 static inline void ForUnknowns(const AinsworthScaled &L, F f)
 {
@@ -28,7 +28,7 @@ static inline void ForUnknowns(const AinsworthScaled &L, F f)
     for (PetscInt c = 0; c < bs; c++) f(i * bs + c, i * s + c);
 }
 
-/* r -= M p, and then(i) as soon as that is done for node i */
+/* Computes r -= M p and calls then(i) as soon as node i is done; collective */
 template <class F>
 static PetscErrorCode Subtract(AinsworthScaled &L, const std::vector<AinsworthSingle> &p, F then)
 {
@@ -45,7 +45,7 @@ static PetscErrorCode Subtract(AinsworthScaled &L, const std::vector<AinsworthSi
 
 namespace
 {
-/* One step of Chebyshev's iteration: p = f p + g D^{-1} r, x += p */
+/* One step of Chebyshev's iteration at a node: p = f p + g D^{-1} r, x += p */
 struct Step {
   AinsworthScaled *L;
   PetscInt         stride;
@@ -63,7 +63,7 @@ struct Step {
 };
 } // namespace
 
-/* y = M x */
+/* Computes y = M x; collective */
 PetscErrorCode AinsworthScaled::mult(Vec from, Vec to)
 {
   const std::vector<PetscReal> &W    = *w;
@@ -78,7 +78,7 @@ PetscErrorCode AinsworthScaled::mult(Vec from, Vec to)
   const PetscReal scale = InversePower(most);
   ForUnknowns(*this, [&](PetscInt l, PetscInt k) { q[k] = (AinsworthSingle)(in[l] * (scale / W[l])); });
   PetscCall(VecRestoreArrayRead(from, &in));
-  pair = {}; /* r is taken from here on */
+  pair = {}; /* r is overwritten below */
   PetscCall(product->mult(q.data(), r.data()));
   PetscCall(VecGetArrayWrite(to, &out));
   ForUnknowns(*this, [&](PetscInt l, PetscInt k) { out[l] = (PetscScalar)r[k] / (scale * W[l]); });
@@ -87,9 +87,9 @@ PetscErrorCode AinsworthScaled::mult(Vec from, Vec to)
 }
 
 /*
-   AinsworthScaled::smooth - steps of Chebyshev's iteration with Jacobi for M x = b, from x, or from zero
+   AinsworthScaled::smooth - does steps of Chebyshev's iteration with Jacobi for M x = b, from x or from zero; collective
 
-   least, most: the part of the spectrum of D^{-1} M that is damped. Collective, but for a norm of b that is known already
+   least, most: the damped part of the spectrum of D^{-1} M
 */
 PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscReal most, PetscBool zero, Vec b, Vec to)
 {
@@ -130,7 +130,7 @@ PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* r = b - M x; straight after smoothing half of the work is done already */
+/* Computes r = b - M x; half of the work is already done directly after smoothing; collective */
 PetscErrorCode AinsworthScaled::residual(Vec b, Vec from, Vec to)
 {
   const std::vector<PetscReal> &W = *w;
@@ -143,7 +143,7 @@ PetscErrorCode AinsworthScaled::residual(Vec b, Vec from, Vec to)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(Subtract(*this, p, [](PetscInt) {}));
-  pair = {}; /* r is now the residual itself */
+  pair = {}; /* r is now the whole residual */
   PetscCall(VecGetArrayWrite(to, &out));
   ForUnknowns(*this, [&](PetscInt l, PetscInt k) { out[l] = (PetscScalar)r[k] / (s * W[l]); });
   PetscCall(VecRestoreArrayWrite(to, &out));

@@ -1,10 +1,10 @@
 #include "source.h"
 #include <petsc/private/petscimpl.h>
 
-/* Rounding of the sums by which an entry of A, or of a mode, is made in another order each time, relative to the diagonal and to the modes */
+/* Rounding differences if entries of A and of the modes are summed in another order each time, relative to the diagonal and to the modes */
 static const PetscReal rounding = 64 * PETSC_MACHINE_EPSILON;
 
-/* y = A x of random numbers, the same whenever x has the same layout; collective */
+/* Computes the product of A with a random vector, the same for all vectors with the same layout; collective */
 static PetscErrorCode GetImage(Mat A, std::vector<PetscScalar> *image)
 {
   Vec                x, y;
@@ -24,7 +24,7 @@ static PetscErrorCode GetImage(Mat A, std::vector<PetscScalar> *image)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One number of all entries that this rank has of the near null space, NULL for none, and the sum of the magnitudes that are in it */
+/* Computes a weighted sum of the local entries of the near null space, which may be NULL, and of their magnitudes */
 static PetscErrorCode GetDigest(MatNullSpace near, PetscScalar *digest, PetscReal *size)
 {
   PetscBool  constant;
@@ -54,7 +54,7 @@ static PetscErrorCode GetDigest(MatNullSpace near, PetscScalar *digest, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The objects at hand, which the next time need not be looked at if they are the same */
+/* Records the objects and their state: if these are the same the next time, values need not be compared */
 PetscErrorCode AinsworthSource::identify(Mat A, MatNullSpace near)
 {
   PetscFunctionBegin;
@@ -65,7 +65,7 @@ PetscErrorCode AinsworthSource::identify(Mat A, MatNullSpace near)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* All that holds() compares with; collective */
+/* Records everything that holds() compares; collective */
 PetscErrorCode AinsworthSource::take(Mat A, MatNullSpace near)
 {
   PetscFunctionBegin;
@@ -75,7 +75,11 @@ PetscErrorCode AinsworthSource::take(Mat A, MatNullSpace near)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Has A the values, but for rounding, and the near null space that it had, or at least (fits) the size? diagonal: its own, then; collective */
+/*
+   Checks whether A has the same values up to rounding and the same near null space, or at least (fits) the same size; collective
+
+   diagonal: the diagonal of the recorded A
+*/
 PetscErrorCode AinsworthSource::holds(Mat A, MatNullSpace near, const std::vector<PetscReal> &diagonal, PetscBool *same, PetscBool *fits) const
 {
   MPI_Comm        comm = PetscObjectComm((PetscObject)A);

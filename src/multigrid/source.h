@@ -1,4 +1,4 @@
-/* What levels were made of: tells whether A is the same, where another object, or one that was assembled again, holds the values that it had */
+/* Fingerprint of A and its near null space, which tells whether a new or reassembled matrix has the same values */
 #ifndef AINSWORTH_SOURCE_H
 #define AINSWORTH_SOURCE_H
 
@@ -9,9 +9,9 @@
 struct AinsworthSource {
   PetscObjectId            id = 0, modesId = 0; /* of A and of its near null space */
   PetscObjectState         state = 0;
-  std::vector<PetscScalar> image;           /* A times a vector of random numbers, which are always the same */
-  PetscScalar              modes     = 0.0; /* the entries of the near null space on this rank, times such numbers */
-  PetscReal                modesSize = 0.0; /* their magnitudes, times the same */
+  std::vector<PetscScalar> image;           /* product of A with a random vector that is always the same */
+  PetscScalar              modes     = 0.0; /* weighted sum of the local entries of the near null space */
+  PetscReal                modesSize = 0.0; /* weighted sum of their magnitudes */
 
   PetscErrorCode identify(Mat A, MatNullSpace near);
   PetscErrorCode take(Mat A, MatNullSpace near);

@@ -1,4 +1,4 @@
-/* Where multigrid does not fit: M_* is factored, and the solve repeated; docs/models.md */
+/* If multigrid does not fit, M_* is factored and the solve repeated (docs/models.md) */
 #include "pcainsworth.h"
 #include "../guard.h"
 #include "../operator/matainsworth.h"
@@ -6,13 +6,15 @@
 #include <petsc/private/pcimpl.h>
 #include <petsctime.h>
 
-/* Systems of so few unknowns are factored at once: PCBLOCKSA would have a single level, and factor that */
+/* Systems with at most this many unknowns are factored at once: PCBLOCKSA would have a single level, and factor it */
 static const PetscInt tiny = 600;
-/* The part of the factorization's time that iterations take before any choice, which makes their forecast a good one; and the part of it that the rest of the
-   solve has to take: forecasts are too good rather than too bad */
+/*
+   Nothing is chosen before iterations have taken `patience` of the factorization's time, so that their forecast is reliable. The rest of the solve has to take
+   `part` of that time, because forecasts tend to be too optimistic
+*/
 static const PetscReal patience = 0.1, part = 0.8;
 
-/* May M_* be factored where nobody chose its preconditioner? A vector that it takes to zero would be a pivot that is. known: the set-up has found such vectors */
+/* Checks whether M_* may be factored: its preconditioner is our choice, and no null space (known: from set-up) would give a zero pivot */
 static PetscErrorCode MayFactor(const PC_Ainsworth *data, PetscBool known, PetscBool *may)
 {
   MatSolverType package;
@@ -29,7 +31,7 @@ static PetscErrorCode MayFactor(const PC_Ainsworth *data, PetscBool known, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What stays the same as long as the choice does: the number of unknowns, and about that of the entries of A */
+/* Gets the number of unknowns, and of the entries of A; a choice stands as long as the former stays the same and the latter about the same */
 static PetscErrorCode Measure(const PC_Ainsworth *data, PetscInt *n, PetscReal *entries)
 {
   Mat     aij;
@@ -44,7 +46,7 @@ static PetscErrorCode Measure(const PC_Ainsworth *data, PetscInt *n, PetscReal *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthEscapeAtOnce_Private - is the system one for which no multigrid is worth its set-up? */
+/* PCAinsworthEscapeAtOnce_Private - chooses a factorization at once if the system is too small for multigrid to be worth its set-up */
 PetscErrorCode PCAinsworthEscapeAtOnce_Private(PC_Ainsworth *data, PetscBool *factor)
 {
   PCAinsworthEscape *e = &data->escape;
@@ -62,7 +64,7 @@ PetscErrorCode PCAinsworthEscapeAtOnce_Private(PC_Ainsworth *data, PetscBool *fa
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthEscapeReview_Private - before a set-up: does a choice of before hold for the matrix at hand? */
+/* PCAinsworthEscapeReview_Private - checks before a set-up whether an earlier choice holds for the current matrix */
 PetscErrorCode PCAinsworthEscapeReview_Private(PC pc, PC_Ainsworth *data)
 {
   PCAinsworthEscape *e = &data->escape;
@@ -77,7 +79,7 @@ PetscErrorCode PCAinsworthEscapeReview_Private(PC pc, PC_Ainsworth *data)
   if (!e->taken && !e->refused) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &type, PCCHOLESKY, PCLU, ""));
-  if (e->taken && (!type || !data->ownChoice)) { /* the program has chosen since */
+  if (e->taken && (!type || !data->ownChoice)) { /* the program has made its own choice since */
     e->taken = PETSC_FALSE;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -97,7 +99,7 @@ PetscErrorCode PCAinsworthEscapeReview_Private(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The factorization did not work: multigrid takes its place, and keeps it */
+/* Returns to multigrid for good because the factorization failed */
 static PetscErrorCode GoBack(PC pc, PC_Ainsworth *data, const char why[])
 {
   PetscFunctionBegin;
@@ -108,7 +110,7 @@ static PetscErrorCode GoBack(PC pc, PC_Ainsworth *data, const char why[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Are solves with the factor of M those of M? Not where it is singular to rounding, which no pivot need tell */
+/* Checks by a solve whether the factorization is accurate: M may be singular to rounding without a bad pivot */
 static PetscErrorCode Solves(PC inner, Mat M, PetscBool *good)
 {
   static const PetscReal enough = 1e-3;
@@ -124,12 +126,12 @@ static PetscErrorCode Solves(PC inner, Mat M, PetscBool *good)
   PetscCall(VecAXPY(y, -1.0, x));
   PetscCall(VecNorm(x, NORM_2, &norm));
   PetscCall(VecNorm(y, NORM_2, &error));
-  *good = (PetscBool)(error <= enough * norm); /* NaN is not */
+  *good = (PetscBool)(error <= enough * norm); /* not for NaN */
   for (Vec *v : {&x, &b, &y}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthEscapeCheck_Private - after a set-up: where M_* could not be factored by our choice it begins again with multigrid */
+/* PCAinsworthEscapeCheck_Private - after a set-up, returns to multigrid, for another set-up (*again), if M_* could not be factored by our choice */
 PetscErrorCode PCAinsworthEscapeCheck_Private(PC pc, PC_Ainsworth *data, PetscBool definite, PetscBool *again)
 {
   PCFailedReason reason;
@@ -155,8 +157,9 @@ PetscErrorCode PCAinsworthEscapeCheck_Private(PC pc, PC_Ainsworth *data, PetscBo
 }
 
 /*
-   Iterations that are left until the residual norm has come down to `goal`, at the faster of two rates: that of the last half of the steps, and of the last
-   quarter. That of all steps is misleading, as what multigrid does well goes first
+   Forecasts the iterations until the residual norm reaches `goal`, at the faster of the rates of the last half and of the last quarter of the steps
+
+   The rate of all steps is misleading, because multigrid first removes what it is good at
 */
 static PetscReal Forecast(const std::vector<PetscReal> &norms, PetscReal goal)
 {
@@ -168,8 +171,9 @@ static PetscReal Forecast(const std::vector<PetscReal> &norms, PetscReal goal)
 }
 
 /*
-   In the place of the convergence test: does it take longer from here on than with a factorization? All ranks have the same norms, and agree on what a
-   factorization takes, so that all end alike
+   Replaces the convergence test: ends the solve if the rest would take longer than a factorization
+
+   All ranks have the same norms and agree on the cost of a factorization, so that all end alike
 */
 static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason, void *ctx)
 {
@@ -187,7 +191,7 @@ static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConve
     e->seconds = PETSC_INFINITY;
   } else e->seconds = PetscMin(e->seconds, now - e->last);
   e->last = now;
-  e->norms.push_back(e->norms.empty() ? norm : PetscMin(norm, e->norms.back())); /* with long rows they go up and down */
+  e->norms.push_back(e->norms.empty() ? norm : PetscMin(norm, e->norms.back())); /* with long rows they oscillate */
   goal = PetscMax((data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR ? data->reporting.rtol : ksp->rtol) * e->norms[0], ksp->abstol);
   if (*reason || PetscIsInfOrNanReal(norm) || norm <= goal) PetscFunctionReturn(PETSC_SUCCESS);
   if (!e->counted) e->iterations = PCAinsworthEscapeLeast_Private(data);
@@ -203,15 +207,18 @@ static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConve
     e->counted = PETSC_TRUE;
   }
   e->now  = PETSC_TRUE;
-  *reason = KSP_CONVERGED_ITS; /* no failure, which -ksp_error_if_not_converged would make an error */
+  *reason = KSP_CONVERGED_ITS; /* not a failure, which -ksp_error_if_not_converged would turn into an error */
   PetscCall(PetscSNPrintf(e->why, sizeof(e->why),
                           "for %.2g operations, the time of %.0f iterations with multigrid, of which %.0f or more were left after %" PetscInt_FMT,
                           (double)e->operations, (double)e->iterations, (double)PetscMin(left, 1e5), step));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthEscapeBegin_Private - before a reduced solve: it is watched where a factorization may take the place of multigrid. With one of our choice its
-   failure is no error yet */
+/*
+   PCAinsworthEscapeBegin_Private - before a reduced solve, watches it if a factorization may replace multigrid
+
+   The failure of a solve with a factorization of our choice is not an error yet
+*/
 PetscErrorCode PCAinsworthEscapeBegin_Private(PC pc, PC_Ainsworth *data)
 {
   PCAinsworthEscape *e = &data->escape;
@@ -237,7 +244,7 @@ PetscErrorCode PCAinsworthEscapeBegin_Private(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthEscapeEnd_Private - the KSP gets back what is its own, after an error, too */
+/* PCAinsworthEscapeEnd_Private - restores the KSP, also after an error */
 PetscErrorCode PCAinsworthEscapeEnd_Private(PC_Ainsworth *data)
 {
   PCAinsworthEscape *e = &data->escape;
@@ -254,7 +261,7 @@ PetscErrorCode PCAinsworthEscapeEnd_Private(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthEscape_Private - after a reduced solve: another preconditioner takes the place of the present one, and the solve is to be repeated */
+/* PCAinsworthEscape_Private - after a reduced solve, replaces the preconditioner if the solve has to be repeated (*again) with another one */
 PetscErrorCode PCAinsworthEscape_Private(PC pc, PC_Ainsworth *data, PetscBool *again)
 {
   PCAinsworthEscape *e = &data->escape;

@@ -1,4 +1,4 @@
-/* What a factorization of M_* would take, in iterations of the solve that runs: by what both take in this process, on this machine; docs/models.md */
+/* Cost of a factorization of M_* in iterations of the current solve, both as fast as they are in this process (docs/models.md) */
 #include "pcainsworth.h"
 #include "../multigrid/blocksa.h"
 #include "../projector/factor.h"
@@ -7,13 +7,13 @@
 #include <petsctime.h>
 #include <unistd.h>
 
-/* Its orderings, copies and solves take as long as so many products with A, and its operations reach a part of the rate of dense ones; measured (docs/models.md) */
+/* Its orderings, copies and solves take as long as `overhead` products with A; its operations run at a share of the dense rate (measured, docs/models.md) */
 static const PetscReal overhead = 320.0, shareMumps = 0.5, shareOther = 0.05;
 
-/* PCAinsworthEscapeLeast_Private - the iterations that any factorization takes as long as: each has a product with A, and all levels of multigrid */
+/* PCAinsworthEscapeLeast_Private - returns the least cost of any factorization in iterations, each of which has a product with A and visits all levels */
 PetscReal PCAinsworthEscapeLeast_Private(const PC_Ainsworth *data)
 {
-  static const PetscReal usual = 1.14; /* times the entries of A, on all levels */
+  static const PetscReal usual = 1.14; /* usual operator complexity */
   PC                     inner;
   PC_BlockSA            *sa;
 
@@ -22,7 +22,7 @@ PetscReal PCAinsworthEscapeLeast_Private(const PC_Ainsworth *data)
   return overhead / (1.0 + (sa && sa->levels.hierarchy ? sa->levels.hierarchy->complexity() : usual));
 }
 
-/* Operations of a factorization of M_*, and the entries of its factor: from the graph of nodes, on rank 0 */
+/* Predicts the operations of a factorization of M_* and the entries of its factor, from the graph of nodes on rank 0; collective */
 static PetscErrorCode Predict(const PC_Ainsworth *data, MatSolverType package, AinsworthCost *cost)
 {
   MPI_Comm         comm = PetscObjectComm((PetscObject)data->ksp);
@@ -56,7 +56,7 @@ static PetscErrorCode Predict(const PC_Ainsworth *data, MatSolverType package, A
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Operations a second of a dense factorization by LAPACK in this process, the better of two */
+/* Measures the operations per second of a dense factorization by LAPACK in this process, the better of two runs */
 static PetscErrorCode DenseRate(PetscReal *rate)
 {
   enum {
@@ -79,7 +79,7 @@ static PetscErrorCode DenseRate(PetscReal *rate)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The part of that rate that a package has on each rank */
+/* Gets the share of the dense rate that a package reaches on each rank */
 static PetscErrorCode ShareOf(MatSolverType package, PetscReal *share)
 {
   PetscBool is;
@@ -93,7 +93,7 @@ static PetscErrorCode ShareOf(MatSolverType package, PetscReal *share)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The least memory of the machines that the ranks are on, as if all were on that one [bytes] */
+/* Gets the memory of the smallest machine of all ranks in bytes, as if all ranks were on that one; collective */
 static PetscErrorCode LeastMemory(MPI_Comm comm, PetscReal *memory)
 {
   PetscFunctionBegin;
@@ -104,12 +104,13 @@ static PetscErrorCode LeastMemory(MPI_Comm comm, PetscReal *memory)
 }
 
 /*
-   PCAinsworthEscapeCost_Private - operations of a factorization of M_*, and how many iterations, of which one takes so many seconds here, take as long;
-   Infinity where it does not fit in memory. Collective, all ranks agree
+   PCAinsworthEscapeCost_Private - predicts the operations of a factorization of M_* and the iterations that take as long; collective, the same on all ranks
+
+   seconds: of an iteration on this rank; iterations: infinity if the factor does not fit in memory
 */
 PetscErrorCode PCAinsworthEscapeCost_Private(PC pc, const PC_Ainsworth *data, PetscReal seconds, PetscReal *operations, PetscReal *iterations)
 {
-  static const PetscReal half = 0.5, extra = 1.5; /* of the memory, for the factor and what else a package needs */
+  static const PetscReal half = 0.5, extra = 1.5; /* of the memory; of the factor, for what else a package needs */
   MPI_Comm               comm = PetscObjectComm((PetscObject)pc);
   MatSolverType          package;
   PetscReal              rate, share, memory;

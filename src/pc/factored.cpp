@@ -1,10 +1,9 @@
-/* M_* factored, by our choice or that of the options: by which package, and in which form */
+/* Factorization of M_*, by our choice or by options: package and matrix format */
 #include "pcainsworth.h"
 #include "../projector/factor.h"
 #include <petsc/private/pcimpl.h>
 
-/* The factorization for M_*, or one that the options chose: its type, NULL where it is not to be had, and its package. A Hermitian matrix that is not real is
-   a general one for all of them */
+/* Returns the type of a factorization for M_*, NULL if there is none, and its package; a complex Hermitian matrix is a general one for all of them */
 PCType PCAinsworthFactorType_Private(const PC_Ainsworth *data, MatSolverType *package)
 {
   PetscMPIInt size;
@@ -25,7 +24,7 @@ PCType PCAinsworthFactorType_Private(const PC_Ainsworth *data, MatSolverType *pa
   return *package ? definite ? PCCHOLESKY : PCLU : NULL;
 }
 
-/* PCAinsworthChoosePackage_Private - the package for a factorization that is not PETSc's own, unless the program chose one; the options may */
+/* PCAinsworthChoosePackage_Private - sets the package of a factorization unless the program has; options may still change it */
 PetscErrorCode PCAinsworthChoosePackage_Private(const PC_Ainsworth *data, PC inner)
 {
   MatSolverType package, given = NULL;
@@ -39,7 +38,7 @@ PetscErrorCode PCAinsworthChoosePackage_Private(const PC_Ainsworth *data, PC inn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthConvertPmat_Private - M_* in the form that its factorization takes; that of A where there are no constraints */
+/* PCAinsworthConvertPmat_Private - converts M_*, or A without constraints, to the format of its factorization */
 PetscErrorCode PCAinsworthConvertPmat_Private(PC_Ainsworth *data)
 {
   PC        inner;
@@ -54,18 +53,18 @@ PetscErrorCode PCAinsworthConvertPmat_Private(PC_Ainsworth *data)
   if (!aij) PetscCall(AinsworthGetAIJ(data->saddle.A, &aij));
   data->M = aij;
   if (!cholmod) PetscFunctionReturn(PETSC_SUCCESS);
-  if (aij == data->saddle.A) { /* its block size is not to be changed */
+  if (aij == data->saddle.A) { /* its block size must not change */
     PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &data->M));
     PetscCall(MatDestroy(&aij));
   }
-  PetscCall(MatSetBlockSize(data->M, 1)); /* CHOLMOD's interface wraps this type in place, without blocks */
+  PetscCall(MatSetBlockSize(data->M, 1)); /* the interface to CHOLMOD wraps this type in place, but only with block size 1 */
   PetscCall(MatSetOption(data->M, MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(MatConvert(data->M, MATSEQSBAIJ, MAT_INPLACE_MATRIX, &data->M));
   PetscCall(MatSetOption(data->M, MAT_SPD, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthSetUpPreconditioner_Private - PCSetUp(), which with CHOLMOD would raise an error where M_* is not positive definite */
+/* PCAinsworthSetUpPreconditioner_Private - calls PCSetUp() without the error that CHOLMOD raises if M_* is not positive definite */
 PetscErrorCode PCAinsworthSetUpPreconditioner_Private(PC inner, PetscBool *definite)
 {
   PetscBool cholmod, indefinite = PETSC_FALSE;

@@ -1,9 +1,9 @@
-/* The method of the reduced solve, its norm and its side, where nobody chose them */
+/* The method of the reduced solve, its norm and its side, unless they were chosen */
 #include "pcainsworth.h"
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
 
-/* Is the method one of conjugate gradients, so that the system is Hermitian and positive definite? */
+/* Checks whether the method is one of conjugate gradients, for a Hermitian positive definite system */
 PetscErrorCode PCAinsworthIsConjugateGradients_Private(KSPType type, PetscBool *definite)
 {
   PetscFunctionBegin;
@@ -12,7 +12,7 @@ PetscErrorCode PCAinsworthIsConjugateGradients_Private(KSPType type, PetscBool *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Did nobody choose the method, nor a norm, which another may not have? */
+/* Checks that nobody chose the method, nor a norm, which another method may not support */
 static PetscErrorCode IsOpen(PC pc, const PC_Ainsworth *data, PetscBool *open)
 {
   PetscObject ksp = (PetscObject)data->ksp;
@@ -26,9 +26,9 @@ static PetscErrorCode IsOpen(PC pc, const PC_Ainsworth *data, PetscBool *open)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static const PetscInt restart = 100; /* more than preconditioned by multigrid it takes: a restart would lose what it knows */
+static const PetscInt restart = 100; /* more than with multigrid is needed: a restart would lose the Krylov space */
 
-/* Where nobody chose the method it is KSPPROJECTEDCG, or GMRES where A is not symmetric or B is not C */
+/* Chooses the method unless it was chosen: KSPPROJECTEDCG, or GMRES if A is not symmetric or B is not C */
 PetscErrorCode PCAinsworthChooseMethod_Private(PC pc, PC_Ainsworth *data)
 {
   const PetscBool hermitian = (PetscBool)(data->symmetric && data->adjoint);
@@ -52,8 +52,9 @@ PetscErrorCode PCAinsworthChooseMethod_Private(PC pc, PC_Ainsworth *data)
 }
 
 /*
-   PCAinsworthTakeGMRES_Private - where nobody chose the method, and conjugate gradients have found springs of negative stiffness not to be held: GMRES, until the
-   next set-up
+   PCAinsworthTakeGMRES_Private - switches to GMRES until the next set-up, unless the method was chosen; *taken: it did
+
+   Called after conjugate gradients broke down on springs of negative stiffness that make the system indefinite
 */
 PetscErrorCode PCAinsworthTakeGMRES_Private(PC pc, PC_Ainsworth *data, PetscBool *taken)
 {
@@ -68,7 +69,7 @@ PetscErrorCode PCAinsworthTakeGMRES_Private(PC pc, PC_Ainsworth *data, PetscBool
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What was chosen for another method does not bind this one */
+/* Resets the norm and the side that we chose for another method */
 PetscErrorCode PCAinsworthForgetNorm_Private(PC_Ainsworth *data)
 {
   KSP ksp = data->ksp;
@@ -80,7 +81,7 @@ PetscErrorCode PCAinsworthForgetNorm_Private(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The norm and the side of the inner method, where neither options nor calls did */
+/* Sets the norm and the side of the inner method unless options or calls did */
 PetscErrorCode PCAinsworthChooseNorm_Private(PC_Ainsworth *data)
 {
   KSP          ksp     = data->ksp;
@@ -89,13 +90,13 @@ PetscErrorCode PCAinsworthChooseNorm_Private(PC_Ainsworth *data)
   PetscBool    normGiven, sideGiven;
 
   PetscFunctionBegin;
-  /* the natural norm, the only one that both AMG and the energy mean something to, where the method has it */
+  /* the natural norm, if the method has it, is the only one that is meaningful for both AMG and the energy */
   PetscCall(PetscOptionsHasName(options, prefix, "-ksp_norm_type", &normGiven));
   if (!normGiven && ksp->normtype == KSP_NORM_DEFAULT && ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] && ksp->pc_side != PC_RIGHT) {
     PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
     data->ownNorm = PETSC_TRUE;
   }
-  /* for GMRES and its like the residual that counts is the true one: precondition from the right */
+  /* for GMRES and the like the true residual counts: precondition from the right */
   PetscCall(PetscOptionsHasName(options, prefix, "-ksp_pc_side", &sideGiven));
   if (!sideGiven && !normGiven && ksp->pc_side_set == PC_SIDE_DEFAULT && !ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] &&
       ksp->normsupporttable[KSP_NORM_UNPRECONDITIONED][PC_RIGHT]) {
@@ -105,7 +106,7 @@ PetscErrorCode PCAinsworthChooseNorm_Private(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthSetMethod_Private - another inner method, with the norm and the side that belong to it; once the options have been read */
+/* PCAinsworthSetMethod_Private - sets another inner method and, once the options have been read, the norm and the side that belong to it */
 PetscErrorCode PCAinsworthSetMethod_Private(PC_Ainsworth *data, KSPType type)
 {
   PetscBool loses;

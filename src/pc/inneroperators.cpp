@@ -1,4 +1,4 @@
-/* The inner solver once its types are chosen: its operators, whether its preconditioner is kept, and what PETSc's own would leave behind */
+/* Operators of the inner solver, reuse of its preconditioner, and workarounds for PETSc's own types */
 #include "pcainsworth.h"
 #include "../ksp/projectedcg.h"
 #include "../multigrid/blocksa.h"
@@ -7,7 +7,7 @@
 #include <petsc/private/pcimpl.h>
 #include <petsc/private/pcmgimpl.h>
 
-/* PCBLOCKSA has the blocks of A: products with half of them stored take the place of those with the program's matrix */
+/* Takes the products with A from PCBLOCKSA, which stores half of the blocks, in place of those with the program's matrix */
 PetscErrorCode PCAinsworthUseProduct_Private(PC_Ainsworth *data)
 {
   PC  inner;
@@ -18,7 +18,7 @@ PetscErrorCode PCAinsworthUseProduct_Private(PC_Ainsworth *data)
   PetscCall(KSPGetPC(data->ksp, &inner));
   if (data->constraints && data->format == AINSWORTH_PMAT_SUM) PetscCall(MatCompositeGetMat(data->M, 0, &first));
   PetscCall(PCBlockSAGetProduct_Private(inner, &product));
-  if (!product || first != data->saddle.A) { /* its levels are of more than A, or of Pmat's */
+  if (!product || first != data->saddle.A) { /* its levels are not those of A: they are of Pmat's block, or of a sum */
     if (data->reduced) PetscCall(MatAinsworthSetProduct_Private(data->reduced, NULL));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -28,8 +28,9 @@ PetscErrorCode PCAinsworthUseProduct_Private(PC_Ainsworth *data)
 }
 
 /*
-   Does M look positive definite to some steps of conjugate gradients? hypre takes as many to estimate the largest eigenvalue for Chebyshev smoothing, and
-   where they give a NaN what follows never ends
+   Checks by some steps of conjugate gradients whether M looks positive definite
+
+   hypre takes as many steps to estimate the largest eigenvalue for Chebyshev smoothing, and does not return if they give a NaN
 */
 PetscErrorCode PCAinsworthLooksDefinite_Private(const PC_Ainsworth *data, Mat M, PetscBool *definite)
 {
@@ -57,7 +58,7 @@ PetscErrorCode PCAinsworthLooksDefinite_Private(const PC_Ainsworth *data, Mat M,
   PetscCall(VecPointwiseDivide(z, r, diagonal));
   PetscCall(VecCopy(z, p));
   PetscCall(VecDot(z, r, &rz));
-  for (int k = 0; k < steps && *definite && data->symmetric; k++) { /* otherwise Chebyshev is not asked for */
+  for (int k = 0; k < steps && *definite && data->symmetric; k++) { /* steps of conjugate gradients mean nothing for other matrices */
     if (!k) first = PetscRealPart(rz);
     if (PetscRealPart(rz) <= solved * first) break;
     PetscCall(MatMult(M, p, Mp));
@@ -73,7 +74,7 @@ PetscErrorCode PCAinsworthLooksDefinite_Private(const PC_Ainsworth *data, Mat M,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether the preconditioner of the reduced solve stays what it is, whatever its matrix; what the program chose inside is not forgotten */
+/* Sets whether the inner preconditioner is kept whatever its matrix, and remembers the program's own setting */
 PetscErrorCode PCAinsworthKeepInner_Private(PC_Ainsworth *data, PetscBool keep)
 {
   PC inner;
@@ -87,7 +88,7 @@ PetscErrorCode PCAinsworthKeepInner_Private(PC_Ainsworth *data, PetscBool keep)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCHYPRE of PETSc 3.18 says that it can be applied transposed, but BoomerAMG then returns zeros, or crashes */
+/* Raises an error: PCHYPRE of PETSc 3.18 claims to have a transpose, but BoomerAMG then returns zeros or crashes */
 static PetscErrorCode PCApplyTranspose_Refused(PC inner, Vec, Vec)
 {
   PetscFunctionBegin;
@@ -96,7 +97,7 @@ static PetscErrorCode PCApplyTranspose_Refused(PC inner, Vec, Vec)
           ((PetscObject)inner)->type_name, ((PetscObject)inner)->prefix);
 }
 
-/* PCAinsworthSetTranspose_Private - after its set-up: where A is symmetric so is M_*, and a multigrid for it */
+/* PCAinsworthSetTranspose_Private - sets the transpose of PCHYPRE after its set-up: if A is symmetric, so are M_* and its multigrid */
 PetscErrorCode PCAinsworthSetTranspose_Private(PC_Ainsworth *data)
 {
   PC        inner;
@@ -109,7 +110,7 @@ PetscErrorCode PCAinsworthSetTranspose_Private(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After an error in its cycle PCMG has still the right-hand side of its caller in the place of one of its own, and would destroy it */
+/* Repairs PCMG after an error in its cycle: it still holds the right-hand side of its caller in place of its own, and would destroy it */
 PetscErrorCode PCAinsworthAfterError_Private(PC_Ainsworth *data)
 {
   PC        inner;
@@ -125,7 +126,7 @@ PetscErrorCode PCAinsworthAfterError_Private(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* KSPReset() of some of PETSc's methods leaves freed vectors behind, or those of other sizes; making the type anew, with its options, does not */
+/* Resets the inner KSP; some of PETSc's types keep freed vectors, or vectors of other sizes, after KSPReset(), and are created anew */
 PetscErrorCode PCAinsworthResetKSP_Private(PC_Ainsworth *data)
 {
   KSP       ksp = data->ksp;
@@ -147,7 +148,7 @@ PetscErrorCode PCAinsworthResetKSP_Private(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthIteratesInKernel_Private - is the method one of conjugate gradients in Ker C? The paper has C' B C in its own */
+/* PCAinsworthIteratesInKernel_Private - checks whether conjugate gradients iterate in Ker C; the paper's variant keeps C' B C in its operator */
 PetscErrorCode PCAinsworthIteratesInKernel_Private(PC_Ainsworth *data, PetscBool *inKernel)
 {
   KSPType   type;
@@ -161,7 +162,7 @@ PetscErrorCode PCAinsworthIteratesInKernel_Private(PC_Ainsworth *data, PetscBool
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthSetKSPOperators_Private - gives the inner solver what this scene needs: the reduced operator with M_*, or A alone */
+/* PCAinsworthSetKSPOperators_Private - sets the operators of the inner solver: the reduced operator with M_*, or A alone */
 PetscErrorCode PCAinsworthSetKSPOperators_Private(PC_Ainsworth *data)
 {
   KSP       ksp = data->ksp;

@@ -1,14 +1,14 @@
-/* Which inner solver there is where the program does not say, and its options */
+/* The default inner solver and its options */
 #include "pcainsworth.h"
 #include "../multigrid/blocksa.h"
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
 
 /*
-   BoomerAMG for 3-D elasticity, measured: docs/method.md, inner solver. NULL leaves PETSc's own default
+   Options of BoomerAMG for 3-D elasticity, measured (docs/method.md, inner solver); NULL leaves PETSc's own default
 
-   Chebyshev's polynomial needs a real spectrum, which other methods than conjugate gradients do not promise, and one that is not too wide. One penalty for
-   all rows, the paper's, makes entries far larger than their neighbours, which PMIS loses where they cross ranks
+   Chebyshev smoothing needs a real spectrum, which only conjugate gradients promise, that is not too wide. One penalty for all rows, as in the paper, makes
+   entries far larger than their neighbors, which PMIS loses where they cross ranks
 */
 static const struct {
   const char *option, *usual, *otherMethods, *onePenalty;
@@ -20,7 +20,7 @@ static const struct {
   {"relax_type_all",   "Chebyshev", NULL,    NULL     },
   {"agg_nl",           "1",         NULL,    NULL     }
 };
-/* Conjugate gradients of hypre's, that tell Chebyshev the largest eigenvalue, divide by zero where they find all of a few; what follows never ends */
+/* With so few unknowns, the conjugate gradients in hypre that give Chebyshev its largest eigenvalue may find all, divide by zero, and never return */
 static const PetscInt small = 100;
 
 static const size_t nboomeramg = sizeof(boomeramg) / sizeof(boomeramg[0]);
@@ -34,7 +34,7 @@ static const char *DefaultValue(const PC_Ainsworth *data, PetscBool definite, si
   return definite && n > small ? boomeramg[i].usual : boomeramg[i].otherMethods;
 }
 
-/* The type that an object has, or gets from the options database */
+/* Gets the type that an object has, or will get from the options database */
 static PetscErrorCode TypeInUse(PetscObject object, const char option[], char type[], size_t length)
 {
   PetscBool given;
@@ -45,7 +45,7 @@ static PetscErrorCode TypeInUse(PetscObject object, const char option[], char ty
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does the options database choose something else than BoomerAMG? */
+/* Checks whether the PC is BoomerAMG, or will be by the options database */
 static PetscErrorCode ChoosesBoomerAMG(PC pc, PetscBool *boomer)
 {
   char      type[256] = "";
@@ -60,7 +60,7 @@ static PetscErrorCode ChoosesBoomerAMG(PC pc, PetscBool *boomer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Without block smoothed aggregation, or where it does not fit */
+/* Returns the multigrid without, or instead of, block smoothed aggregation */
 static PCType OtherMultigrid()
 {
 #if defined(PETSC_HAVE_HYPRE)
@@ -71,9 +71,9 @@ static PCType OtherMultigrid()
 }
 
 /*
-   Block smoothed aggregation where nodes have displacements; scalar problems and frames are BoomerAMG's (docs/multigrid.md)
+   Chooses the default type: block smoothed aggregation for displacements, BoomerAMG for scalar problems and frames (docs/multigrid.md)
 
-   With complex numbers there is no hypre, and PCGAMG restricts by P^T, not by the adjoint, so that its cycle is not Hermitian
+   In complex arithmetic there is no hypre, and PCGAMG restricts by P^T, not by the adjoint, so that its cycle is not Hermitian
 */
 static PetscErrorCode DefaultType(PC_Ainsworth *data, PetscBool definite, PCType *type)
 {
@@ -92,8 +92,7 @@ static PetscErrorCode DefaultType(PC_Ainsworth *data, PetscBool definite, PCType
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The type of the preconditioner that nobody chose; `method`: of the reduced solve. At once, so that a PCHYPRE, which starts hypre, is made only where it is
-   used */
+/* Sets the default type of the preconditioner for a method of the reduced solve, and no other before, so that hypre is started only if it is used */
 static PetscErrorCode SetOwnType(PC_Ainsworth *data, KSPType method)
 {
   PetscBool definite;
@@ -108,7 +107,7 @@ static PetscErrorCode SetOwnType(PC_Ainsworth *data, KSPType method)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthChooseType_Private - makes that choice again */
+/* PCAinsworthChooseType_Private - chooses the default type of the preconditioner again */
 PetscErrorCode PCAinsworthChooseType_Private(PC pc, PC_Ainsworth *data)
 {
   PetscFunctionBegin;
@@ -119,9 +118,9 @@ PetscErrorCode PCAinsworthChooseType_Private(PC pc, PC_Ainsworth *data)
 }
 
 /*
-   PCAinsworthConfigureKSP_Private - reads the options of the inner solver, once, with our defaults where the user said nothing
+   PCAinsworthConfigureKSP_Private - reads the options of the inner solver, once, with our defaults for those that are not set
 
-   PCHYPRE takes its parameters from the options database only: the defaults stand there while it reads them, and no longer.
+   PCHYPRE takes its parameters from the options database only, so the defaults are put there while it reads them.
 */
 PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
 {
@@ -169,12 +168,12 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
     if (set[0]) PetscCall(PetscOptionsClearValue(options, set));
   PetscCall(PCAinsworthChooseNorm_Private(data));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
-  if (sa) sa->options.product = PETSC_TRUE; /* from the next set-up on A can be had for products */
+  if (sa) sa->options.product = PETSC_TRUE; /* from the next set-up on it keeps what PCBlockSAGetProduct_Private() needs */
   data->configured = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCHYPRE takes a MATHYPRE as it is, and makes a copy of any other matrix; PCBLOCKSA wants A and the rest apart */
+/* Gets the format of M_*: PCHYPRE uses a MATHYPRE as it is but copies any other matrix, and PCBLOCKSA wants A and the rest separately */
 PetscErrorCode PCAinsworthGetPmatFormat_Private(PC_Ainsworth *data, AinsworthPmatFormat *format)
 {
   PC        inner;
@@ -189,7 +188,7 @@ PetscErrorCode PCAinsworthGetPmatFormat_Private(PC_Ainsworth *data, AinsworthPma
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is the preconditioner of the reduced solve the multigrid that nobody chose? */
+/* Checks whether the inner preconditioner is the default multigrid */
 PetscErrorCode PCAinsworthIsOwnMultigrid_Private(const PC_Ainsworth *data, PetscBool *own)
 {
   PC inner;
@@ -201,7 +200,7 @@ PetscErrorCode PCAinsworthIsOwnMultigrid_Private(const PC_Ainsworth *data, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where block smoothed aggregation was our choice and does not fit this matrix, another multigrid takes its place, and the set-up goes on from there */
+/* Replaces block smoothed aggregation, if it was our choice and does not fit the matrix, by another multigrid; *again: set-up has to continue with that */
 PetscErrorCode PCAinsworthFallBack_Private(PC pc, PC_Ainsworth *data, PetscBool *again)
 {
   PC          inner;

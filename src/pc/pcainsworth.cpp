@@ -11,7 +11,7 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   AinsworthLevels levels;
 
   PetscFunctionBegin;
-  /* the levels of A outlive the constraints: a program that changes their number has to reset its KSP */
+  /* keep the levels of A: a program that changes the number of its constraints has to reset its KSP */
   PetscCall(AinsworthReportDestroy(&data->report));
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
@@ -158,7 +158,7 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->ksp, (PetscObject)pc, 1));
   PetscCall(PCGetKSPNestLevel(pc, &level));
   PetscCall(KSPSetNestLevel(data->ksp, level));
-  PetscCall(KSPSetTolerances(data->ksp, 1e-8, 0.0, PETSC_DEFAULT, PETSC_DEFAULT)); /* paper, section 4.1; small right-hand sides are solved like others */
+  PetscCall(KSPSetTolerances(data->ksp, 1e-8, 0.0, PETSC_DEFAULT, PETSC_DEFAULT)); /* paper, section 4.1; no atol: small right-hand sides are solved, too */
   PetscCall(KSPSetType(data->ksp, KSPPROJECTEDCG));
 
   PetscCall(PCAinsworthComposeFields_Private(pc, PETSC_TRUE));

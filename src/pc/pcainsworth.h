@@ -1,4 +1,4 @@
-/* PCAINSWORTH conducts: saddle -> projector -> operator and pmat -> inner KSP -> x and lambda */
+/* PCAINSWORTH drives the solve: saddle -> projector -> operator and pmat -> inner KSP -> x and lambda */
 #ifndef AINSWORTH_PCAINSWORTH_H
 #define AINSWORTH_PCAINSWORTH_H
 
@@ -11,7 +11,7 @@
 
 struct Mat_Ainsworth;
 
-/* Weight, penalty, its factor, scaling of rows and inner Krylov method at once */
+/* Presets of weight, penalty, penalty factor, row scaling, and inner Krylov method */
 typedef enum {
   PC_AINSWORTH_WEIGHTED, /* W = diag(A)^{-1}, one penalty per row, KSPPROJECTEDCG */
   PC_AINSWORTH_PAPER     /* W = I, one penalty beta, KSPCG: Robert, Jolivet, Jamond, Badri, sections 3 and 4 */
@@ -20,11 +20,11 @@ PETSC_INTERN const char *const PCAinsworthVariants[];
 
 /* What to do with rows of C that are linear combinations of other rows */
 typedef enum {
-  AINSWORTH_REDUNDANT_DROP, /* they are left out; a right-hand side that contradicts them is a failure, PC_INCONSISTENT_RHS */
+  AINSWORTH_REDUNDANT_DROP, /* left out; a right-hand side that contradicts them is a failure, PC_INCONSISTENT_RHS */
   AINSWORTH_REDUNDANT_ERROR /* the set-up stops with an error that names them */
 } AinsworthRedundantType;
 
-/* When the inner preconditioner is made anew for other values of A or C */
+/* When the inner preconditioner is rebuilt for other values of A or C */
 typedef enum {
   AINSWORTH_REBUILD_AUTO, /* when it costs more iterations than a set-up */
   AINSWORTH_REBUILD_ALWAYS,
@@ -32,39 +32,39 @@ typedef enum {
 } AinsworthRebuildType;
 PETSC_INTERN const char *const PCAinsworthRebuildTypes[];
 
-/* Solves are counted apart by the decades that they are asked for, up to so many */
+/* Solves are counted separately for each number of decades of reduction, up to this many */
 #define PC_AINSWORTH_DECADES 17
 
-/* What the program's own system says of a solution */
+/* Verdict of the program's own system on a solution */
 typedef enum {
   AINSWORTH_VERDICT_MET,
-  AINSWORTH_VERDICT_UNMET,        /* a residual is larger than was asked for */
-  AINSWORTH_VERDICT_SINGULAR,     /* A is singular on Ker C, and f not balanced there */
-  AINSWORTH_VERDICT_CONTRADICTION /* no x can have this right-hand side of the constraints */
+  AINSWORTH_VERDICT_UNMET,        /* a residual is larger than requested */
+  AINSWORTH_VERDICT_SINGULAR,     /* A is singular on Ker C, and f is not balanced there */
+  AINSWORTH_VERDICT_CONTRADICTION /* no x satisfies this right-hand side of the constraints */
 } AinsworthVerdict;
 
-/* What is done for a right-hand side of the reduced system */
+/* How a right-hand side of the reduced system is treated */
 typedef enum {
-  PC_AINSWORTH_SOLVE_WATCHED, /* solved; the report sees it */
+  PC_AINSWORTH_SOLVE_WATCHED, /* solved, and watched by the report */
   PC_AINSWORTH_SOLVE_AGAIN,
   PC_AINSWORTH_SOLVE_STEP /* one step of steepest descent */
 } PCAinsworthExtent;
 
-/* What set-up has come to: a diagnosis tells of each on its own */
+/* Stages of set-up, each with its own part of the diagnosis */
 typedef enum {
-  PC_AINSWORTH_STAGE_PASSED,      /* a matrix */
-  PC_AINSWORTH_STAGE_BLOCKS,      /* its normal form */
-  PC_AINSWORTH_STAGE_CONSTRAINTS, /* the projector, or no constraints */
-  PC_AINSWORTH_STAGE_REDUCED      /* all is set up */
+  PC_AINSWORTH_STAGE_PASSED,      /* the program's matrix is known */
+  PC_AINSWORTH_STAGE_BLOCKS,      /* so is its normal form */
+  PC_AINSWORTH_STAGE_CONSTRAINTS, /* the projector is set up, or there are no constraints */
+  PC_AINSWORTH_STAGE_REDUCED      /* everything is set up */
 } PCAinsworthStage;
 
-/* What options and calls choose, compared as a whole: what says the same again rebuilds nothing */
+/* What options and calls choose, compared as a whole: setting the same choices again rebuilds nothing */
 struct PCAinsworthChoices {
   PCAinsworthVariant     variant;
   MatAinsworthWeightType weightType;
   PetscInt               rowsPerRank;
   AinsworthRedundantType redundant;
-  AinsworthPmatOptions   pmat; /* factor PETSC_DEFAULT: by the types of penalty and approximation; symmetric is that of the set-up */
+  AinsworthPmatOptions   pmat; /* factor PETSC_DEFAULT depends on the types of penalty and approximation; symmetric is set by set-up */
 };
 
 /* A field that the program named: an index set, or components of each node, in rows and columns */
@@ -74,94 +74,94 @@ struct PCAinsworthNamedField {
   std::vector<PetscInt> rows, cols;
 };
 
-/* A factorization of M_* in the place of multigrid (escape.cpp) */
+/* A factorization of M_* in place of multigrid (escape.cpp) */
 struct PCAinsworthEscape {
-  PetscBool              taken;      /* M_* is factored, by our choice */
-  PetscBool              refused;    /* which failed for this matrix */
-  PetscBool              now;        /* the solve that runs has ended for it */
-  PetscBool              counted;    /* what follows is known */
-  PetscInt               n;          /* of the A of that choice */
-  PetscReal              entries;    /* of that A */
+  PetscBool              taken;      /* M_* is factored by our choice */
+  PetscBool              refused;    /* the factorization failed for this matrix */
+  PetscBool              now;        /* the current solve ended in favor of it */
+  PetscBool              counted;    /* the following are known */
+  PetscInt               n;          /* size of A when it was chosen */
+  PetscReal              entries;    /* of A then */
   PetscReal              operations; /* predicted */
-  PetscReal              iterations; /* with multigrid that take as long */
-  PetscReal              seconds;    /* the least that one has taken in the solve that runs, on this rank */
-  PetscLogDouble         last;       /* the time of its last one */
-  std::vector<PetscReal> norms;      /* of the residuals of the solve that runs */
-  char                   why[256];   /* in words */
-  PetscBool              watching;   /* the KSP has another convergence test than its own, which is: */
+  PetscReal              iterations; /* multigrid iterations that take as long */
+  PetscReal              seconds;    /* of the fastest iteration of the current solve, on this rank */
+  PetscLogDouble         last;       /* time of its last iteration */
+  std::vector<PetscReal> norms;      /* residual norms of the current solve */
+  char                   why[256];   /* reason for the choice */
+  PetscBool              watching;   /* the convergence test of the KSP is replaced; this is its own: */
   void                  *test;
   PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
   AinsworthTestDestroyFn *destroy;
-  PetscBool               error; /* KSPSetErrorIfNotConverged() of its own */
+  PetscBool               error; /* its own KSPSetErrorIfNotConverged() */
 };
 
 struct PC_Ainsworth {
   PCAinsworthChoices choices;
-  Vec                userWeight; /* the user's, length n */
+  Vec                userWeight; /* set by the user, length n */
 
-  /* what the program passed, and told of its fields (pcfields.cpp) */
+  /* what the program passed, and its fields (pcfields.cpp) */
   AinsworthSaddleInputs              inputs;
   std::vector<PCAinsworthNamedField> named;
-  PetscInt                           components; /* of each node of the whole matrix, 0: its block size */
-  PetscObjectId                      resolved;   /* the matrix that inputs.fields are for */
-  PetscObjectId                      resolvedDM; /* the DM that they are from */
+  PetscInt                           components; /* per node of the whole matrix; 0 for its block size */
+  PetscObjectId                      resolved;   /* the matrix to which inputs.fields belong */
+  PetscObjectId                      resolvedDM; /* the DM from which they were taken */
 
-  /* what set-up made of the program's matrix */
+  /* made by set-up */
   AinsworthSaddle saddle;
-  PetscInt        constraints;     /* rows of C that are kept */
+  PetscInt        constraints;     /* number of kept rows of C */
   Mat             reduced;         /* the reduced operator; NULL without constraints */
   Mat             M;               /* the preconditioning matrix */
-  const char     *autoReason;      /* why auto came to what it is */
-  PetscInt        longRows;        /* of C, left out of the preconditioning matrix */
+  const char     *autoReason;      /* why auto chose its type */
+  PetscInt        longRows;        /* number of rows of C left out of the preconditioning matrix */
   PetscBool       symmetric;       /* A = A' */
   PetscBool       adjoint;         /* B is C, and D = D' */
-  Vec             inverseDiagonal; /* diag(A)^{-1}, length n, in which the size of a residual does not depend on that of A */
-  PetscBool       indefinite;      /* conjugate gradients gave way to GMRES since the last set-up */
+  Vec             inverseDiagonal; /* diag(A)^{-1}, length n; weights residuals so that their size does not depend on that of A */
+  PetscBool       indefinite;      /* GMRES replaced conjugate gradients since the last set-up */
   PetscBool       stale;           /* a choice changed since the last set-up */
-  char            failure[512];    /* of the last set-up or solve, in words; empty where it was good */
-  PetscInt        applications;    /* of the outer solve that runs, and one; 0 where none does */
-  PetscBool       hidden;          /* diag(A)^{-1} makes rows of C look dependent that are not: the weight is the identity */
-  PetscBool       refused;         /* the last set-up ended with a reason: it is not repeated before something changes */
+  char            failure[512];    /* why the last set-up or solve failed; empty if it did not */
+  PetscInt        applications;    /* 1 plus those in the current outer solve; 0 outside of a solve */
+  PetscBool       hidden;          /* diag(A)^{-1} makes independent rows of C look dependent: the weight is the identity */
+  PetscBool       refused;         /* the last set-up failed with a reason; not repeated before something changes */
   PetscBool       unfinished;      /* the last set-up, or a solve since, ended with an error */
-  PetscBool       applied;         /* since the last solve began: what failed since did so in a solve */
-  PetscBool       rigid;           /* that method takes its preconditioner for linear */
-  PetscBool       usable;          /* by an outer method: what the last solve returned */
-  PetscBool       unchanged;       /* at the last set-up neither A nor C nor a choice had changed */
+  PetscBool       applied;         /* since the last solve began: a failure since then is that of a solve */
+  PetscBool       rigid;           /* the outer method assumes a linear preconditioner */
+  PetscBool       usable;          /* the result of the last solve is usable by an outer method */
+  PetscBool       unchanged;       /* neither A nor C nor a choice had changed at the last set-up */
 
   /* the reduced solve */
   KSP                 ksp;
-  PetscBool           configured;       /* its defaults and options have been read */
-  PCAinsworthPmatType autoType;         /* what auto came to */
-  AinsworthPmatFormat format;           /* of M, by the type of its preconditioner */
-  PetscBool           ownChoice;        /* neither options nor calls chose the type of its preconditioner */
-  PetscBool           ownNorm, ownSide; /* nor its norm, nor its side */
-  PetscBool           plainCG;          /* its type gave way to KSPCG because there are no constraints */
-  PetscBool           kept;             /* its preconditioner is that of an earlier set-up: KSPSetReusePreconditioner() */
-  PetscBool           ordered;          /* the program wanted that for its own */
-  PetscBool           keptInside;       /* what the program has said about that to the inner KSP */
-  PetscBool           ownMethod;        /* it gave way to GMRES because the system is not Hermitian */
+  PetscBool           configured;       /* defaults are set and options read */
+  PCAinsworthPmatType autoType;         /* type that auto chose */
+  AinsworthPmatFormat format;           /* of M; depends on the type of its preconditioner */
+  PetscBool           ownChoice;        /* we chose the type of its preconditioner, not options or calls */
+  PetscBool           ownNorm, ownSide; /* we chose its norm, its side */
+  PetscBool           plainCG;          /* KSPCG replaces KSPPROJECTEDCG because there are no constraints */
+  PetscBool           kept;             /* its preconditioner is from an earlier set-up: PCSetReusePreconditioner() */
+  PetscBool           ordered;          /* because the program set PCSetReusePreconditioner() on this PC */
+  PetscBool           keptInside;       /* the program's own PCSetReusePreconditioner() of the inner PC */
+  PetscBool           ownMethod;        /* GMRES replaces KSPPROJECTEDCG because the system is not Hermitian, or indefinite */
   PCAinsworthEscape   escape;
   Vec                 rhs;       /* f~ */
   Vec                 Ax;        /* op(A) x of the solution, with the program's A */
-  PetscBool           knownAx;   /* it came with the multipliers */
-  Vec                 g, lambda; /* on the kept rows, where some are not kept */
-  Vec                 terms;     /* of C x, the largest of each row in all solves, where rows depend on others: their rounding is left in later residuals */
-  Vec                 f;         /* less what is known of x and lambda, where something is */
+  PetscBool           knownAx;   /* it was computed with the multipliers */
+  Vec                 g, lambda; /* on the kept rows, if some are not kept */
+  Vec                 terms;     /* largest terms of each row of C x in all solves, if rows are dependent: later residuals contain their rounding */
+  Vec                 f;         /* f minus the terms of known x and lambda; NULL if nothing is known */
 
   /* pcrebuild.cpp */
   AinsworthRebuildType rebuild;
-  PetscInt             took[PC_AINSWORTH_DECADES]; /* iterations of the first solve with the preconditioner for so many decades; -1: none yet */
-  PetscInt             last;                       /* of the last one */
-  PetscInt             solves;                     /* since the matrix is another one */
-  PetscReal            extra, more;                /* how many iterations more than at first the last one of them took, and all */
-  AinsworthSource      source;                     /* the C that a preconditioner that is kept as a whole was made for */
+  PetscInt             took[PC_AINSWORTH_DECADES]; /* iterations of the first solve with the preconditioner, by decades; -1 if none yet */
+  PetscInt             last;                       /* iterations of the last solve */
+  PetscInt             solves;                     /* number of solves since the matrix changed */
+  PetscReal            extra, more;                /* iterations in excess of the first solve: of the last of these solves, and of all */
+  AinsworthSource      source;                     /* the C for which a preconditioner that is kept as a whole was made */
 
   /* error against run time */
   AinsworthReportSettings reporting;
   AinsworthReport        *report;       /* NULL until a solve is reported on */
-  PetscLogDouble          setupSeconds; /* of the set-up that no solve has followed yet */
+  PetscLogDouble          setupSeconds; /* of set-ups not followed by a solve yet */
 
-  std::unique_ptr<AinsworthDiagnosis> diagnosis; /* NULL: not asked for */
+  std::unique_ptr<AinsworthDiagnosis> diagnosis; /* NULL unless requested */
 };
 
 PETSC_INTERN PetscErrorCode      PCCreate_Ainsworth(PC);

@@ -1,4 +1,4 @@
-/* The way of a right-hand side through PCAINSWORTH: kept rows, reduced solve (operator/matdoors.cpp, ksp/), x and lambda, and what is left of both equations */
+/* Application of PCAINSWORTH: kept rows, reduced solve (operator/matdoors.cpp, ksp/), x and lambda, and residuals of both equations */
 #include "pcainsworth.h"
 #include "../hermitian.h"
 #include "../operator/matainsworth.h"
@@ -6,7 +6,7 @@
 #include <petsc/private/pcimpl.h>
 #include <petsctime.h>
 
-/* The reason of the inner solve; GCR calls the limit of iterations convergence, which only -ksp_converged_maxits and solves without a test may */
+/* Gets the reason of the inner solve; GCR reports convergence at the limit of iterations, which counts only with -ksp_converged_maxits or without a test */
 static PetscErrorCode GetReason(const PC_Ainsworth *data, KSPConvergedReason *reason)
 {
   PetscErrorCode (*test)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
@@ -23,8 +23,9 @@ static PetscErrorCode GetReason(const PC_Ainsworth *data, KSPConvergedReason *re
 }
 
 /*
-   KSPSolve() for f and g, until the preconditioner is not changed for another; watched: the report sees it, and its stop refers to x. What the report has put
-   into the KSP is taken out again after an error, too, which is passed on then
+   Solves the reduced system for f and g, again as long as the preconditioner is replaced
+
+   watched: the report sees the solve, and its stop refers to x. The report restores the KSP also after an error, which is raised then
 */
 static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, AinsworthSaddleVec b, Vec x, KSPConvergedReason *reason)
 {
@@ -50,7 +51,7 @@ static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SolveInner(), a second time with a preconditioner of the matrix at hand where an earlier one does not help */
+/* Calls SolveInner(), a second time with a new preconditioner if that of an earlier matrix does not help */
 static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, AinsworthSaddleVec b, Vec x, KSPConvergedReason *reason)
 {
   KSP       ksp = data->ksp;
@@ -65,18 +66,18 @@ static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transp
 
     ksp->max_it              = limit;
     ksp->errorifnotconverged = PETSC_FALSE;
-    error                    = SolveInner(pc, data, transpose, watched, b, x, reason); /* to be passed on when all is as it was */
+    error                    = SolveInner(pc, data, transpose, watched, b, x, reason); /* checked when everything is restored */
     ksp->max_it              = most;
     ksp->errorifnotconverged = strict;
     PetscCall(error);
     if (*reason < 0) PetscCall(PCAinsworthRebuild_Private(pc, data, why, sizeof(why)));
   }
   if (!limit || (*reason < 0 && !why[0])) PetscCall(SolveInner(pc, data, transpose, watched, b, x, reason));
-  if (*reason > 0 && watched) PetscCall(PCAinsworthCount_Private(data)); /* a refinement says nothing of other solves */
+  if (*reason > 0 && watched) PetscCall(PCAinsworthCount_Private(data)); /* refinements do not predict other solves */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One step of steepest descent in the place of the reduced solve */
+/* Does one step of steepest descent in place of the reduced solve */
 static PetscErrorCode StepInner(PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b, Vec x, KSPConvergedReason *reason)
 {
   KSP            ksp = data->ksp;
@@ -90,7 +91,7 @@ static PetscErrorCode StepInner(PC_Ainsworth *data, PetscBool transpose, Ainswor
   PetscCall(MatAinsworthReduce_Private(data->reduced, transpose, b.primal, b.dual, data->rhs));
   PetscCall(KSPGetPC(ksp, &inner));
   PetscCall(PCPreSolve(inner, ksp));
-  error = KSP_PCApply(ksp, data->rhs, x); /* to be passed on when the preconditioner knows that it has ended */
+  error = KSP_PCApply(ksp, data->rhs, x); /* checked after PCPostSolve() */
   PetscCall(PCPostSolve(inner, ksp));
   PetscCall(error);
   PetscCall(KSPGetOperators(ksp, &operation, NULL));
@@ -104,7 +105,7 @@ static PetscErrorCode StepInner(PC_Ainsworth *data, PetscBool transpose, Ainswor
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The reduced solve between f, g and x, lambda, all on kept rows; transpose: with the transpose of A */
+/* Solves for x and lambda by the reduced system, all on kept rows; transpose: with the transpose of A */
 static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, AinsworthSaddleVec b, AinsworthSaddleVec y,
                                    KSPConvergedReason *reason)
 {
@@ -127,7 +128,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The fields of the program, reduced to the rows that are kept, solved, and extended */
+/* Restricts the program's fields to the kept rows, solves, and extends the solution */
 PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, AinsworthSaddleVec b,
                                               AinsworthSaddleVec y, KSPConvergedReason *reason)
 {
@@ -142,7 +143,7 @@ PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A second solve, for what the first has left */
+/* Refines y by a second solve for the residuals */
 static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec left, AinsworthSaddleVec y)
 {
   AinsworthSaddleVec more;
@@ -160,7 +161,7 @@ static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, Ain
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Without the null space that the program attached to the whole matrix, and what is left of both equations then */
+/* Removes the null space that the program attached to the whole matrix, and verifies both equations */
 static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, AinsworthSaddleVec b, AinsworthSaddleVec y, AinsworthSaddleVec left,
                              AinsworthVerdict *verdict, char why[], size_t len)
 {
@@ -175,7 +176,7 @@ static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A reduced solve that ended with a good reason is believed when the program's own system agrees; once it may be refined */
+/* Verifies a reduced solve that ended with a good reason with the program's own system, and may refine it once */
 static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscReal tol, AinsworthSaddleVec b,
                                       AinsworthSaddleVec y, AinsworthVerdict *verdict, char why[], size_t len)
 {
@@ -186,7 +187,7 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleVecDuplicate(b, &left));
   PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
-  if (*verdict != AINSWORTH_VERDICT_SINGULAR) { /* a row may seem to contradict others that are not yet met well enough */
+  if (*verdict != AINSWORTH_VERDICT_SINGULAR) { /* a row may seem to contradict others only because those are not yet met well enough */
     PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, stopped, (PetscBool)(*verdict == AINSWORTH_VERDICT_MET), tol, b, y, left, &refined, more,
                                             sizeof(more)));
     if (refined) PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
@@ -205,7 +206,7 @@ static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool trans
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Solves, and says what came of it */
+/* Solves, verifies, and sets or raises the failure */
 static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y)
 {
   KSPConvergedReason reason;
@@ -215,16 +216,16 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, transpose ? PC_AINSWORTH_SOLVE_AGAIN : PC_AINSWORTH_SOLVE_WATCHED, b, y, &reason));
-  /* some methods end without any reason; where rounding stops one, further solves, which are fair to each row, may go on from what it has */
+  /* some methods end without a reason; if rounding stopped the method, row-wise refinement may go on from its iterate */
   PetscCall(PCAinsworthAskedFor_Private(data, reason, &tol));
   if (reason >= 0 || (reason == KSP_DIVERGED_BREAKDOWN && PCAinsworthRefinesRows_Private(data, tol))) {
     PetscCall(VerifyAndRefine(pc, data, transpose, (PetscBool)(reason < 0), tol, b, y, &verdict, why, sizeof(why)));
     if (verdict == AINSWORTH_VERDICT_MET) reason = KSP_CONVERGED_RTOL;
   }
   if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
-  /* residuals of an outer method are consistent to rounding alone: what the program passed was looked at in its first application */
+  /* residuals of an outer method are consistent only to rounding; the program's right-hand side was checked in its first application */
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION && data->applications > 2) verdict = AINSWORTH_VERDICT_MET;
-  /* at the limit of iterations a flexible outer method may still use what there is; otherwise infinities tell it, which reads no reasons */
+  /* a flexible outer method may use the result at the limit of iterations; others get infinities, because they do not read reasons */
   data->usable = (PetscBool)((reason == KSP_DIVERGED_ITS && !data->rigid) || (reason >= 0 && verdict == AINSWORTH_VERDICT_MET));
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(PCAinsworthFail_Private(pc, data, PC_INCONSISTENT_RHS, PETSC_ERR_ARG_INCOMP, why));
   else if (reason < 0 || verdict != AINSWORTH_VERDICT_MET) PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));
@@ -232,7 +233,7 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same where rows of the program's matrix have other signs than the blocks; their transposes have other signs in the solution */
+/* Calls SolveAndVerify() if rows of the program's matrix have other signs than the blocks; transposed, the solution has other signs */
 static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y)
 {
   Vec                sign = data->saddle.sign;
@@ -253,7 +254,7 @@ static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Why nothing can be solved for b, of these fields, and the error that this would be; empty where it can be tried */
+/* Finds why nothing can be solved for b, and the error code of that; why is empty if a solve can be tried */
 static PetscErrorCode FindObstacle(const PC_Ainsworth *data, const IS fields[], Vec b, PetscErrorCode *code, char why[], size_t len)
 {
   PetscBool          collide;
@@ -263,14 +264,14 @@ static PetscErrorCode FindObstacle(const PC_Ainsworth *data, const IS fields[], 
 
   PetscFunctionBegin;
   why[0] = 0;
-  PetscCall(VecSum(b, &sum)); /* a norm would be kept with b, and PETSc 3.18 then takes norms of other types for known zeros */
+  PetscCall(VecSum(b, &sum)); /* a norm would be cached in b, and PETSc 3.18 would take norms of other types for known zeros */
   PetscCall(PCAinsworthReductionsCollide_Private(data, b, &collide));
   *code = collide ? PETSC_ERR_SUP : PETSC_ERR_FP;
   if (collide)
     PetscCall(PetscSNPrintf(why, len, "The outer and the inner method, %s, are both pipelined, which PETSc cannot nest: choose -%sksp_type %s",
                             ((PetscObject)data->ksp)->type_name, ((PetscObject)data->ksp)->prefix, KSPPROJECTEDCG));
   if (why[0] || !PetscIsInfOrNanScalar(sum)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (data->failure[0] && !data->usable) { /* b is made of what a solve returned that failed: its cause is the true one */
+  if (data->failure[0] && !data->usable) { /* b comes from the result of a failed solve, whose cause is the true one */
     PetscCall(PetscStrncpy(why, data->failure, len));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -282,7 +283,7 @@ static PetscErrorCode FindObstacle(const PC_Ainsworth *data, const IS fields[], 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCSetUp() looks at the state of the MatNest, which does not tell of a block changed in place, and at nothing where the preconditioner is to be kept */
+/* Sets up again after changes that PCSetUp() does not see: of a block of a MATNEST in place, or of anything if the preconditioner is reused */
 static PetscErrorCode Refresh(PC pc)
 {
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
@@ -292,7 +293,7 @@ static PetscErrorCode Refresh(PC pc)
   PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
   PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
   if (data->ordered && !pc->reusepreconditioner) changed = PETSC_TRUE;
-  if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat what ended with an error */
+  if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat a set-up that failed */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -311,16 +312,16 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   if (data->stale || why[0]) {
     data->usable = PETSC_FALSE;
     PetscCall(VecFlag(y, 1));
-    if (why[0]) PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, code, why)); /* otherwise the set-up has said it */
+    if (why[0]) PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, code, why)); /* otherwise set-up has reported the failure */
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   data->failure[0] = 0;
   if (data->applications) data->applications++;
-  if (data->applications) PetscCall(VecZeroEntries(y)); /* a work vector of the outer method is no guess, whatever the inner one wants */
+  if (data->applications) PetscCall(VecZeroEntries(y)); /* a work vector of an outer method is no initial guess */
   PetscCall(AinsworthSaddleVecGet(b, in, &right));
   PetscCall(AinsworthSaddleVecGet(y, out, &left));
   code = data->saddle.sign ? SolveWithSigns(pc, data, transpose, right, left)
-                           : SolveAndVerify(pc, data, transpose, right, left); /* to be passed on when the vectors are the program's again */
+                           : SolveAndVerify(pc, data, transpose, right, left); /* checked when the vectors are restored */
   if (data->saddle.negated) PetscCall(VecScale(left.dual, -1.0));
   PetscCall(AinsworthSaddleRemoveDualNullSpace(&data->saddle, left.dual));
   PetscCall(AinsworthSaddleVecRestore(b, in, &right));
@@ -334,7 +335,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The program's vectors may be nests, of parts that are no fields of ours */
+/* Flattens nested vectors, whose parts need not be our fields, and applies the preconditioner or its transpose */
 static PetscErrorCode ApplyFlat(PC pc, PetscBool transpose, Vec b, Vec y)
 {
   const PetscBool other = (PetscBool)!transpose;
@@ -344,7 +345,7 @@ static PetscErrorCode ApplyFlat(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscFunctionBegin;
   PetscCall(AinsworthVecGetFlat(pc->pmat, other, b, &flat[0]));
   PetscCall(AinsworthVecGetFlat(pc->pmat, transpose, y, &flat[1]));
-  code = ApplyOrTranspose(pc, transpose, flat[0], flat[1]); /* to be passed on when nothing is left behind */
+  code = ApplyOrTranspose(pc, transpose, flat[0], flat[1]); /* checked when the vectors are restored */
   PetscCall(AinsworthVecRestoreFlat(pc->pmat, other, b, PETSC_FALSE, &flat[0]));
   PetscCall(AinsworthVecRestoreFlat(pc->pmat, transpose, y, PETSC_TRUE, &flat[1]));
   PetscCall(code);
@@ -374,7 +375,11 @@ PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Column by column, as PETSc does by default, which forgets that one failed when the next one does not; a KSP cannot write Inf into a dense matrix */
+/*
+   Applies the preconditioner column by column, like PETSc's default, but with an error if a column fails
+
+   PETSc forgets the failure at the next column, and a KSP cannot write Inf into a dense matrix
+*/
 PetscErrorCode PCMatApply_Ainsworth(PC pc, Mat X, Mat Y)
 {
   PC_Ainsworth  *data = (PC_Ainsworth *)pc->data;

@@ -1,14 +1,14 @@
-/* The doctor: what set-up sees, stage by stage, and what is wrong with it, before anything is solved (docs/diagnose.md) */
+/* Diagnosis of set-up, stage by stage, before anything is solved (docs/diagnose.md) */
 #include "pcainsworth.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
-/* Advice is given from these on: a factor of S of so many operations, ... */
+/* Operations of the factor of S above which there is advice */
 static const PetscReal heavy = 1e11;
-/* ... a trial solve of so many iterations */
+/* Iterations of a trial solve above which there is advice */
 static const PetscInt slow = 100;
 
-/* Rows that depend on others, or nearly so */
+/* Reports rows that are dependent, or nearly so */
 static PetscErrorCode DiagnoseDependence(PC_Ainsworth *data, AinsworthDiagnosis *d)
 {
   const AinsworthSaddle *sp    = &data->saddle;
@@ -44,7 +44,7 @@ static PetscErrorCode DiagnoseDependence(PC_Ainsworth *data, AinsworthDiagnosis 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* S, its pieces and its factor */
+/* Reports S, its pieces and its factor */
 static PetscErrorCode DiagnoseGram(PC_Ainsworth *data, AinsworthDiagnosis *d)
 {
   const AinsworthGram *gram;
@@ -71,7 +71,7 @@ static PetscErrorCode DiagnoseGram(PC_Ainsworth *data, AinsworthDiagnosis *d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What M_* will have, by what is known of A and C: before it is made */
+/* Reports the predicted memory of M_*, before it is made */
 static PetscErrorCode DiagnoseFill(PC_Ainsworth *data, AinsworthDiagnosis *d)
 {
   static const PetscReal entry = (PetscReal)(sizeof(PetscScalar) + sizeof(PetscInt));
@@ -94,13 +94,13 @@ static PetscErrorCode DiagnoseFill(PC_Ainsworth *data, AinsworthDiagnosis *d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Signs that are wrong explain a failure */
+/* Makes findings of wrong signs fatal, because they explain a failure */
 static void ConfirmSigns(AinsworthDiagnosis *d)
 {
   for (const char *key : {"negative_diagonal", "D_sign"}) AinsworthDiagnosisConfirm(d, key);
 }
 
-/* The reduced system is there: how well can it be solved? */
+/* Reports the reduced system and how a trial solve of it ends */
 static PetscErrorCode DiagnoseReduced(PC pc, PC_Ainsworth *data, AinsworthDiagnosis *d)
 {
   KSPConvergedReason reason;
@@ -125,7 +125,7 @@ static PetscErrorCode DiagnoseReduced(PC pc, PC_Ainsworth *data, AinsworthDiagno
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "trial_iterations", AinsworthJSON(iterations), "trial solve with a random f: %" PetscInt_FMT " iterations, %s",
                         iterations, KSPConvergedReasons[reason]);
   if (why[0]) {
-    const bool again = reason == KSP_DIVERGED_INDEFINITE_MAT && data->saddle.D; /* springs of negative stiffness: GMRES comes next */
+    const bool again = reason == KSP_DIVERGED_INDEFINITE_MAT && data->saddle.D; /* springs of negative stiffness: GMRES will take over */
 
     if (!again) ConfirmSigns(d);
     AinsworthDiagnosisAdd(d, again ? AINSWORTH_DOUBTFUL : AINSWORTH_FATAL, "trial", AinsworthJSON(KSPConvergedReasons[reason]), "%s", why);
@@ -140,7 +140,7 @@ static PetscErrorCode DiagnoseReduced(PC pc, PC_Ainsworth *data, AinsworthDiagno
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthDiagnose_Private - what is known at a stage of the set-up, printed at once; after the last one the advice. Collective */
+/* PCAinsworthDiagnose_Private - prints what is known at a stage of set-up, and the advice after the last stage; collective */
 PetscErrorCode PCAinsworthDiagnose_Private(PC pc, PC_Ainsworth *data, PCAinsworthStage stage)
 {
   static const char *const titles[] = {"what was passed", "the blocks", "the constraints", "the reduced system"};
@@ -171,7 +171,7 @@ PetscErrorCode PCAinsworthDiagnose_Private(PC pc, PC_Ainsworth *data, PCAinswort
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Has the trial failed for the same cause? Its numbers may be others */
+/* Checks whether the trial failed for the same cause: the texts may differ in numbers after the colon */
 static bool ToldByTrial(const AinsworthDiagnosis *d, const std::string &why)
 {
   for (const AinsworthFinding &finding : d->findings)
@@ -179,7 +179,7 @@ static bool ToldByTrial(const AinsworthDiagnosis *d, const std::string &why)
   return false;
 }
 
-/* PCAinsworthDiagnoseFailure_Private - a set-up or a solve ended, and why; code: with an error, after which nothing is collective */
+/* PCAinsworthDiagnoseFailure_Private - reports why a set-up or a solve ended; code: an error, after which nothing is collective */
 PetscErrorCode PCAinsworthDiagnoseFailure_Private(PC pc, PC_Ainsworth *data, PetscErrorCode code, const char why[])
 {
   AinsworthDiagnosis *d       = data->diagnosis.get();
@@ -197,7 +197,7 @@ PetscErrorCode PCAinsworthDiagnoseFailure_Private(PC pc, PC_Ainsworth *data, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthDiagnoseFromOptions_Private - -pc_ainsworth_diagnose, with or without a file */
+/* PCAinsworthDiagnoseFromOptions_Private - reads -pc_ainsworth_diagnose, with or without a file */
 PetscErrorCode PCAinsworthDiagnoseFromOptions_Private(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
 {
   char      file[PETSC_MAX_PATH_LEN] = "";
@@ -212,7 +212,7 @@ PetscErrorCode PCAinsworthDiagnoseFromOptions_Private(PC pc, PC_Ainsworth *data,
   else if (!data->diagnosis || data->diagnosis->file != (yes ? "" : file)) {
     data->diagnosis.reset(new AinsworthDiagnosis());
     if (!yes) data->diagnosis->file = file;
-    PetscCall(AinsworthDiagnosisSave(data->diagnosis.get(), PetscObjectComm((PetscObject)pc), PETSC_TRUE)); /* can it be written? */
+    PetscCall(AinsworthDiagnosisSave(data->diagnosis.get(), PetscObjectComm((PetscObject)pc), PETSC_TRUE)); /* checks that it can be written */
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

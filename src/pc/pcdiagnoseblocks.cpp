@@ -1,17 +1,17 @@
-/* The doctor looks at the blocks: sizes, signs, scales, rows that are long and unknowns that are shared (docs/diagnose.md) */
+/* Diagnosis of the blocks: sizes, signs, scales, long rows, and shared unknowns (docs/diagnose.md) */
 #include "pcainsworth.h"
 #include "../saddle/survey.h"
 #include <petsc/private/pcimpl.h>
 
-/* Advice is given from these on: rows of C whose norms differ so much, ... */
+/* Ratio of the norms of rows of C above which there is advice */
 static const PetscReal unlikeRows = 1e8;
-/* ... neighbors in A whose stiffness differs so much, ... */
+/* Jump of the stiffness between neighbors in A from which there is advice */
 static const PetscReal largeJump = 1e6;
-/* ... a row of C on this part of the unknowns, an unknown in this part of the rows, once they are more than `many` */
+/* Part of the unknowns in a row of C, and of the rows that share an unknown, above which there is advice if these are also more than `many` */
 static const PetscReal muchOf = 0.25;
 static const PetscInt  many   = 100;
 
-/* PCAinsworthDiagnosePassed_Private - what the program passed, of which nothing is known yet */
+/* PCAinsworthDiagnosePassed_Private - reports the matrix that the program passed */
 PetscErrorCode PCAinsworthDiagnosePassed_Private(PC pc, AinsworthDiagnosis *d)
 {
   PetscInt    rows, cols, nr, nc;
@@ -46,7 +46,7 @@ PetscErrorCode PCAinsworthDiagnosePassed_Private(PC pc, AinsworthDiagnosis *d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A range of moduli, with the rows that have the ends of it */
+/* Adds a range of moduli with the rows at both ends */
 static void AddRange(AinsworthDiagnosis *d, const char key[], const char what[], const AinsworthSurvey &s)
 {
   const std::string value = AinsworthJSON("least", AinsworthJSON(s.least), "least_row", AinsworthJSON(s.leastRow), "most", AinsworthJSON(s.most), "most_row",
@@ -57,7 +57,7 @@ static void AddRange(AinsworthDiagnosis *d, const char key[], const char what[],
                         (double)s.least, s.leastRow, (double)s.most, s.mostRow, s.zero, s.negative);
 }
 
-/* A and its diagonal */
+/* Reports A and its diagonal */
 static PetscErrorCode DiagnoseA(const AinsworthSaddle *sp, Mat A, PetscBool symmetric, AinsworthDiagnosis *d)
 {
   AinsworthSurvey diagonal;
@@ -90,7 +90,7 @@ static PetscErrorCode DiagnoseA(const AinsworthSaddle *sp, Mat A, PetscBool symm
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What A has beside, or in place of, the stiffness of bodies */
+/* Reports jumps of the stiffness and penalty terms in A */
 static PetscErrorCode DiagnoseStiffness(const PC_Ainsworth *data, Mat A, AinsworthDiagnosis *d)
 {
   AinsworthJump jump;
@@ -113,7 +113,7 @@ static PetscErrorCode DiagnoseStiffness(const PC_Ainsworth *data, Mat A, Ainswor
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* C itself in the place of its transpose, or another block that is not */
+/* Reports whether block (0,1) is the transpose of C, C itself by mistake, or another block */
 static PetscErrorCode DiagnoseOtherSide(const AinsworthSaddle *sp, PetscBool symmetric, AinsworthDiagnosis *d)
 {
   PetscBool same = PETSC_FALSE, square;
@@ -128,7 +128,7 @@ static PetscErrorCode DiagnoseOtherSide(const AinsworthSaddle *sp, PetscBool sym
   PetscCall(MatGetLocalSize(sp->rowsC, &local[0], &local[1]));
   square = (PetscBool)(local[0] == local[1]);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &square, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)sp->rowsC)));
-  if (square) { /* otherwise C does not fit there */
+  if (square) { /* otherwise it cannot be C */
     Mat Ct;
 
     PetscCall(MatHermitianTranspose(sp->rowsB, MAT_INITIAL_MATRIX, &Ct));
@@ -146,7 +146,7 @@ static PetscErrorCode DiagnoseOtherSide(const AinsworthSaddle *sp, PetscBool sym
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The block of the multipliers, where it is not zero */
+/* Reports D, the block of the multipliers, if it is nonzero */
 static PetscErrorCode DiagnoseD(const AinsworthSaddle *sp, AinsworthDiagnosis *d)
 {
   AinsworthSurvey diagonal;
@@ -166,7 +166,7 @@ static PetscErrorCode DiagnoseD(const AinsworthSaddle *sp, AinsworthDiagnosis *d
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* C: lengths and scales of its rows, unknowns that rows share */
+/* Reports C: lengths and scales of its rows, unknowns that rows share */
 static PetscErrorCode DiagnoseC(const AinsworthSaddle *sp, AinsworthDiagnosis *d)
 {
   AinsworthSurvey norms;
@@ -208,7 +208,7 @@ static PetscErrorCode DiagnoseC(const AinsworthSaddle *sp, AinsworthDiagnosis *d
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthDiagnoseBlocks_Private - the blocks, as they were found */
+/* PCAinsworthDiagnoseBlocks_Private - reports the blocks */
 PetscErrorCode PCAinsworthDiagnoseBlocks_Private(const PC_Ainsworth *data, AinsworthDiagnosis *d)
 {
   const AinsworthSaddle *sp = &data->saddle;

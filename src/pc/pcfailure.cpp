@@ -1,4 +1,4 @@
-/* Why a set-up or a solve failed, in words: the true cause first, then what to do */
+/* Explanations of failed set-ups and solves: the cause first, then what to do */
 #include "pcainsworth.h"
 #include "../loops.h"
 #include "../objects.h"
@@ -7,9 +7,9 @@
 #include <petsc/private/pcimpl.h>
 #include <petscblaslapack.h>
 
-static const PetscReal none = 1e-12; /* of the energy that diag(A) would have: the rounding of products */
+static const PetscReal none = 1e-12; /* relative to the energy of diag(A): the rounding of products */
 
-/* All ranks hear of the worst failure on any of them */
+/* Sets the worst failure of all ranks on all of them; collective */
 PetscErrorCode PCAinsworthAgreeOnFailure_Private(PC pc, PCFailedReason reason)
 {
   PetscMPIInt worst = (PetscMPIInt)reason;
@@ -20,7 +20,7 @@ PetscErrorCode PCAinsworthAgreeOnFailure_Private(PC pc, PCFailedReason reason)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An error where the program wants errors, otherwise a reason; the text is kept for -ksp_view and PCAinsworthGetFailure() */
+/* Raises an error if the program wants errors, otherwise sets a reason; keeps the text for -ksp_view and PCAinsworthGetFailure(); collective */
 PetscErrorCode PCAinsworthFail_Private(PC pc, PC_Ainsworth *data, PCFailedReason reason, PetscErrorCode code, const char why[])
 {
   PetscFunctionBegin;
@@ -61,7 +61,7 @@ PetscErrorCode PCAinsworthGetFailure(PC pc, const char *why[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is w = A y, projected onto the residuals of Ker C, more than rounding in the norm of diag(A)^{-1}? Where y' A y = 0, A is indefinite then. w is changed */
+/* Checks whether w = A y, projected by Q', is more than rounding in the norm of diag(A)^{-1}; A is indefinite then if y' A y = 0; w is overwritten */
 PetscErrorCode PCAinsworthResists_Private(const PC_Ainsworth *data, Vec w, PetscReal size, PetscBool *resists)
 {
   static const PetscReal force = 1e-5;
@@ -78,7 +78,11 @@ PetscErrorCode PCAinsworthResists_Private(const PC_Ainsworth *data, Vec w, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = Q y and the quotient y' A y / y' diag(A) y, -1 where it is 0 and A is indefinite, 1 where nothing of y is in Ker C. Where Q is not onto Ker C, D not zero for instance, y is taken as it is */
+/*
+   Computes y = Q y and the quotient y' A y / y' diag(A) y, -1 if it is 0 and A is indefinite, 1 if y has no part in Ker C
+
+   If Q does not map onto Ker C, for instance if D is nonzero, y is not projected
+*/
 PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *data, Vec y, PetscReal *quotient)
 {
   Vec         work;
@@ -103,12 +107,12 @@ PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *data, Vec
     PetscCall(PCAinsworthResists_Private(data, work, size, &resists));
     if (resists) *quotient = -1.0;
   }
-  if (!projected && *quotient < -none) *quotient = 1.0; /* rows that y meets nearly may resist by more than that */
+  if (!projected && *quotient < -none) *quotient = 1.0; /* rows that y nearly satisfies may resist by more than that */
   PetscCall(VecDestroy(&work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A copy of a small matrix on each rank, column by column */
+/* Copies a small matrix to each rank, column by column; collective */
 static PetscErrorCode Gather(Mat M, PetscInt n, PetscScalar values[])
 {
   Mat aij;
@@ -125,9 +129,11 @@ static PetscErrorCode Gather(Mat M, PetscInt n, PetscScalar values[])
 }
 
 /*
-   The softest motion that the coarsest level of multigrid knows, interpolated to the finest: where a body floats it is one of its rigid motions.
-   NULL where the preconditioner has no levels. BoomerAMG gives them away when it is asked for them, and crashes without: it is set up again before its
-   next use, and only asked where none follows in this solve. On several ranks it is not: what PETSc 3.22 makes of levels that leave out a rank is broken.
+   Gets the softest motion on the coarsest level of multigrid, interpolated to the finest: if a body floats, it is one of its rigid motions
+
+   y is NULL if the preconditioner has no levels. BoomerAMG gives its levels away and crashes when it is applied without them: it is asked only if no
+   application follows in this solve, and is set up again before its next use. It is not asked on several ranks: PETSc 3.22 returns broken levels if they leave
+   out a rank.
 */
 static PetscErrorCode SoftestCoarseMotion(PC_Ainsworth *data, PC inner, PetscBool last, Vec *y)
 {
@@ -148,7 +154,7 @@ static PetscErrorCode SoftestCoarseMotion(PC_Ainsworth *data, PC inner, PetscBoo
   if (boomer) data->stale = data->unfinished = PETSC_TRUE;
   PetscCall(PCGetCoarseOperators(inner, &levels, &M));
   PetscCall(PCGetInterpolations(inner, &levels, &P));
-  levels--; /* of each there is one less than levels */
+  levels--; /* there is one less of each than of levels */
   n = largest + 1;
   if (levels) PetscCall(MatGetSize(M[0], &n, NULL));
   if (n <= largest) {
@@ -168,7 +174,7 @@ static PetscErrorCode SoftestCoarseMotion(PC_Ainsworth *data, PC inner, PetscBoo
 #endif
     PetscCall(MatCreateVecs(P[0], &coarse, NULL));
     PetscCall(VecGetOwnershipRange(coarse, &start, NULL));
-    PetscCall(AinsworthUpdate(coarse, [&](PetscInt i, PetscScalar &value) { value = info ? 0.0 : a[start + i] * scale[start + i]; })); /* values rise */
+    PetscCall(AinsworthUpdate(coarse, [&](PetscInt i, PetscScalar &value) { value = info ? 0.0 : a[start + i] * scale[start + i]; })); /* eigenvalues ascend */
     for (PetscInt l = 0; l < levels; l++) {
       PetscCall(MatCreateVecs(P[l], NULL, &fine));
       PetscCall(MatMult(P[l], coarse, fine));
@@ -186,7 +192,7 @@ static PetscErrorCode SoftestCoarseMotion(PC_Ainsworth *data, PC inner, PetscBoo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The unknown with the smallest diagonal entry of A, as a unit vector */
+/* Creates the unit vector of the unknown with the smallest diagonal entry of A */
 static PetscErrorCode SmallestDiagonal(Mat A, Vec *y)
 {
   Vec       diagonal;
@@ -198,18 +204,22 @@ static PetscErrorCode SmallestDiagonal(Mat A, Vec *y)
   PetscCall(VecDuplicate(diagonal, y));
   if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(diagonal));
   PetscCall(VecMin(diagonal, &where, &smallest));
-  PetscCall(VecSetValue(*y, where, 1.0, INSERT_VALUES)); /* the same on all ranks */
+  PetscCall(VecSetValue(*y, where, 1.0, INSERT_VALUES)); /* all ranks set the same value */
   PetscCall(VecAssemblyBegin(*y));
   PetscCall(VecAssemblyEnd(*y));
   PetscCall(VecDestroy(&diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is there a motion in Ker C that A gives no energy, or a negative one? The iterate x, which grows in its direction, what multigrid knows, and where
-   conjugate gradients met no positive energy are tried */
+/*
+   Looks for a motion in Ker C that has no energy, or a negative one; *quotient: the smallest energy found
+
+   Tries the iterate x, which grows in its direction, the softest motion that multigrid knows, the unknown with the smallest diagonal entry, and the direction
+   in which conjugate gradients met no positive energy
+*/
 static PetscErrorCode LookForMotion(PC_Ainsworth *data, Vec x, PetscBool last, PetscReal *quotient)
 {
-  static const int direction = 2; /* the work vector of KSPCG that is its search direction */
+  static const int direction = 2; /* index of the search direction among the work vectors of KSPCG */
   Vec              tried[4]  = {NULL, NULL, NULL, NULL};
   PetscReal        found;
   PetscBool        cg;
@@ -234,7 +244,7 @@ static PetscErrorCode LookForMotion(PC_Ainsworth *data, Vec x, PetscBool last, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Options of the outer KSP that a program may have meant for the reduced solve */
+/* Names options of the outer KSP that the program may have meant for the reduced solve */
 static PetscErrorCode MisplacedOptions(PC pc, const PC_Ainsworth *data, char text[], size_t len)
 {
   const char *const names[] = {"-ksp_rtol", "-ksp_max_it", "-ksp_atol"};
@@ -254,7 +264,7 @@ static PetscErrorCode MisplacedOptions(PC pc, const PC_Ainsworth *data, char tex
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How the last solve with the Gram matrix ended, the worst of all ranks; not negative where there was none */
+/* Gets the reason of the last solve with the Gram matrix, the worst of all ranks; not negative if there was none; collective */
 static PetscErrorCode GramReason(const PC_Ainsworth *data, KSPConvergedReason *reason)
 {
   const AinsworthGram *gram;
@@ -273,7 +283,7 @@ static PetscErrorCode GramReason(const PC_Ainsworth *data, KSPConvergedReason *r
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The cause of a reduced solve that ended with `reason`, as far as it can be found; a positive one was not confirmed. x is where it ended, or NULL */
+/* Explains a reduced solve that ended with `reason`, as far as possible; a positive reason failed the verification; x: the last iterate or NULL */
 PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPConvergedReason reason, char why[], size_t len)
 {
   PetscInt           iterations;
@@ -315,7 +325,7 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPC
   else if (quotient < -none)
     PetscCall(PetscSNPrintf(why, len, "A is indefinite on Ker C (%s): conjugate gradients need it to be positive definite there; -%sksp_type gmres does not",
                             KSPConvergedReasons[reason], prefix));
-  else if (reason >= 0) PetscFunctionReturn(PETSC_SUCCESS); /* the verification has said what it saw */
+  else if (reason >= 0) PetscFunctionReturn(PETSC_SUCCESS); /* the verification has set the text */
   else if (reason == KSP_DIVERGED_PC_FAILED)
     PetscCall(PetscSNPrintf(why, len, "The inner preconditioner, of type %s, failed (%s): try another -%spc_type", type, PCFailedReasons[failed], prefix));
   else if (!data->symmetric && definite)

@@ -1,9 +1,9 @@
-/* Fields that the program names, for PCFIELDSPLIT as for this PC, and those of its DM */
+/* Fields named by the program, with the functions and options of PCFIELDSPLIT, and those of its DM */
 #include "pcainsworth.h"
 #include "../lists.h"
 #include <petsc/private/pcimpl.h>
 
-/* What was told of the fields is resolved anew at the next set-up */
+/* Forgets the resolved fields, so that the next set-up resolves them again */
 static PetscErrorCode Forget(PC pc, PC_Ainsworth *data)
 {
   PetscFunctionBegin;
@@ -12,7 +12,7 @@ static PetscErrorCode Forget(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A name is said once, or again with other indices */
+/* Returns the field of this name, adding it if it is new; without a name the next number is the name */
 static PCAinsworthNamedField *Named(PC_Ainsworth *data, const char name[])
 {
   const std::string wanted = name ? name : std::to_string(data->named.size());
@@ -68,7 +68,7 @@ static PetscErrorCode PCFieldSplitSetBlockSize_Ainsworth(PC pc, PetscInt bs)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The index sets so far, in the numbering of a part of the unknowns */
+/* Restricts the index sets so far to a part of the unknowns, in its numbering */
 static PetscErrorCode PCFieldSplitRestrictIS_Ainsworth(PC pc, IS part)
 {
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
@@ -93,7 +93,7 @@ static PetscErrorCode PCFieldSplitRestrictIS_Ainsworth(PC pc, IS part)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* As for PCGAMG: of the nodes of A or of the whole matrix; or of all of its rows, as for PCFIELDSPLIT */
+/* Takes the coordinates of the nodes of A or of the whole matrix, as PCGAMG, or of all of its rows, as PCFIELDSPLIT */
 static PetscErrorCode PCSetCoordinates_Ainsworth(PC pc, PetscInt dim, PetscInt n, PetscReal *coordinates)
 {
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
@@ -106,7 +106,7 @@ static PetscErrorCode PCSetCoordinates_Ainsworth(PC pc, PetscInt dim, PetscInt n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Some components of the nodes of a matrix, in ascending order */
+/* Creates the index set of some components of the nodes of a matrix, in ascending order */
 static PetscErrorCode CreateStrided(Mat mat, PetscInt bs, const std::vector<PetscInt> &components, const char name[], AinsworthIS *is)
 {
   PetscInt              first, end;
@@ -128,7 +128,7 @@ static PetscErrorCode CreateStrided(Mat mat, PetscInt bs, const std::vector<Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The named fields with the rows of mat; to one alone comes the field of all other rows, as in PCFIELDSPLIT */
+/* Resolves the named fields to rows of mat; a field of all other rows is added to a single one, as in PCFIELDSPLIT */
 static PetscErrorCode ResolveNamed(PC pc, PC_Ainsworth *data, Mat mat)
 {
   PetscInt  bs = data->components, size, N, total = 0;
@@ -142,7 +142,7 @@ static PetscErrorCode ResolveNamed(PC pc, PC_Ainsworth *data, Mat mat)
 
     field.name = named.name;
     field.rows = field.cols = named.is;
-    if (!named.is && nest) continue; /* components of a MatNest are its own fields */
+    if (!named.is && nest) continue; /* the components of a MATNEST are its own fields */
     if (!named.is) {
       PetscCall(CreateStrided(mat, bs, named.rows, named.name.c_str(), &field.rows));
       field.cols = field.rows;
@@ -172,7 +172,7 @@ static PetscErrorCode ResolveNamed(PC pc, PC_Ainsworth *data, Mat mat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthUpdateInputs_Private - data->inputs is what the program says now: named fields, those of its DM, or none; looked for again for another matrix */
+/* PCAinsworthUpdateInputs_Private - updates data->inputs: named fields, those of the DM, or none; resolved again for another matrix or DM */
 PetscErrorCode PCAinsworthUpdateInputs_Private(PC pc, PC_Ainsworth *data)
 {
   PetscObjectId id, dm = 0;
@@ -194,7 +194,7 @@ PetscErrorCode PCAinsworthUpdateInputs_Private(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthComposeFields_Private - the PC answers what programs call for PCFIELDSPLIT, or does no longer */
+/* PCAinsworthComposeFields_Private - composes or removes the functions that programs call for PCFIELDSPLIT */
 PetscErrorCode PCAinsworthComposeFields_Private(PC pc, PetscBool compose)
 {
   PetscFunctionBegin;
@@ -206,7 +206,7 @@ PetscErrorCode PCAinsworthComposeFields_Private(PC pc, PetscBool compose)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The options by which PCFIELDSPLIT names components of nodes, where the program has not named fields itself: as there, it is not overruled */
+/* Reads the options of PCFIELDSPLIT for components of nodes; as there, they do not overrule fields that the program has named itself */
 static PetscErrorCode ComponentsFromOptions(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
 {
   PetscInt  bs = data->components;
@@ -228,7 +228,7 @@ static PetscErrorCode ComponentsFromOptions(PC pc, PC_Ainsworth *data, Ainsworth
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthFieldsFromOptions_Private - which fields are the multipliers', whether they are found by the diagonal or by signs, the block size */
+/* PCAinsworthFieldsFromOptions_Private - reads the options for the fields of the multipliers, their detection, and the block size */
 PetscErrorCode PCAinsworthFieldsFromOptions_Private(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
 {
   AinsworthSaddleInputs   *in = &data->inputs;

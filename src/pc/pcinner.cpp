@@ -1,4 +1,4 @@
-/* The preconditioner of the reduced solve: M_*, and the inner solver with it, made anew or kept */
+/* Set-up of M_* and the inner solver, made anew or kept */
 #include "pcainsworth.h"
 #include "../ksp/projectedcg.h"
 #include "../multigrid/blocksa.h"
@@ -6,12 +6,13 @@
 #include <petsc/private/pcimpl.h>
 
 /*
-   What auto comes to (docs/method.md): id where its few entries are enough, and where jcb would have too many. The penalties of many rows that share an unknown
-   add up there, and lock interpolation from A alone, which jcb moves out of their way
+   Chooses the type of auto (docs/method.md): id where its few entries are enough or jcb would have too many, otherwise jcb
+
+   With id the penalties of many rows that share an unknown add up, and lock interpolation from A alone; jcb avoids that
 */
 static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInputs *in, PetscBool shares)
 {
-  static const PetscReal many = 1.5; /* of the entries of A */
+  static const PetscReal many = 1.5; /* times the entries of A */
   PetscReal              predicted;
   PetscBool              apart;
 
@@ -35,10 +36,10 @@ static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInpu
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Conjugate gradients move so many shared unknowns; each costs an application of the preconditioner, and a vector */
+/* Conjugate gradients move at most this many shared unknowns; each costs an application of the preconditioner and a vector */
 static const size_t mostShared = 16;
 
-/* The preconditioning matrix, and the penalty that it has in common with the operator */
+/* Creates the preconditioning matrix, and sets its penalty in the operator; bad: a row with NaN or Inf, negative if there is none */
 static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner, PetscInt *bad)
 {
   AinsworthPmatInputs   in;
@@ -73,14 +74,14 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner
   options.factor    = PCAinsworthPenaltyFactor_Private(data);
   PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M, bad));
   if (*bad < 0 && !data->symmetric && data->format == AINSWORTH_PMAT_AIJ)
-    PetscCall(AinsworthMakePatternSymmetric(&data->M)); /* PETSc's orderings do not end where it is not */
+    PetscCall(AinsworthMakePatternSymmetric(&data->M)); /* PETSc's orderings do not terminate otherwise */
   PetscCall(MatDestroy(&in.aij));
   if (*bad < 0) PetscCall(MatAinsworthSetPenalty(data->reduced, penalty));
   PetscCall(VecDestroy(&penalty));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Null space, near null space: hypre reads them from the operator, GAMG from the preconditioning matrix, unless that is an earlier one */
+/* Attaches null space and near null space to the operator, for hypre, and to the preconditioning matrix, for GAMG, unless that is an earlier one */
 static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
 {
   MatNullSpace near, common;
@@ -99,7 +100,7 @@ static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The preconditioning matrix and the inner solver, a second time where the first choice of its preconditioner does not fit; why it cannot be */
+/* Sets up the preconditioning matrix and the inner solver, again if the first choice of its preconditioner does not fit; why: the failure, else empty */
 static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, char why[], size_t len)
 {
   PetscInt  bad = -1;
@@ -127,7 +128,7 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, 
     PetscCall(PCAinsworthConvertPmat_Private(data));
     PetscCall(PCAinsworthSetKSPOperators_Private(data));
     PetscCall(ForwardNullSpaces(data));
-    /* the preconditioner sees M_* alone: GAMG and ML smooth with the first of their operators */
+    /* the preconditioner gets M_* for both operators, because GAMG and ML smooth with the first one */
     PetscCall(KSPGetOperators(data->ksp, &operation, &M));
     PetscCall(PCAinsworthLooksDefinite_Private(data, M, &definite));
     if (!definite) {
@@ -138,10 +139,10 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, 
     }
     PetscCall(PetscObjectReference((PetscObject)operation));
     PetscCall(PCSetOperators(inner, M, M));
-    PetscCall(AinsworthPCSetFailedReason(inner, PC_NOERROR)); /* that of an earlier matrix, or type, would stay */
+    PetscCall(AinsworthPCSetFailedReason(inner, PC_NOERROR)); /* the reason for an earlier matrix, or type, would stay */
     PetscCall(PCAinsworthSetUpPreconditioner_Private(inner, &definite));
     PetscCall(PCAinsworthSetTranspose_Private(data));
-    if (operation != M) inner->ops->applyrichardson = NULL; /* its iterations would be with M_* */
+    if (operation != M) inner->ops->applyrichardson = NULL; /* it would iterate with M_* */
     PetscCall(KSPSetOperators(data->ksp, operation, M));
     PetscCall(MatDestroy(&operation));
     PetscCall(PCAinsworthEscapeCheck_Private(pc, data, definite, &again));
@@ -160,7 +161,7 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The operator and the constraints are those of the matrix at hand, the preconditioning matrix and its preconditioner what they were */
+/* Keeps the preconditioning matrix and its preconditioner, with the operator and the constraints of the current matrix */
 static PetscErrorCode KeepWhole(PC pc, PC_Ainsworth *data)
 {
   PC  inner;
@@ -172,7 +173,7 @@ static PetscErrorCode KeepWhole(PC pc, PC_Ainsworth *data)
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCGetOperators(inner, NULL, &data->M));
   PetscCall(PetscObjectReference((PetscObject)data->M));
-  if (data->constraints) { /* all may have been made for an earlier A or C */
+  if (data->constraints) { /* these may belong to an earlier A or C */
     Mat_Ainsworth *ctx;
 
     PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
@@ -189,7 +190,7 @@ static PetscErrorCode KeepWhole(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is C what it was when the inner preconditioner was made? Where it is not, a preconditioner that is kept as a whole costs more iterations than it saves */
+/* Checks whether C is what it was when the inner preconditioner was made; otherwise keeping that as a whole costs more iterations than it saves */
 static PetscErrorCode SameConstraints(const PC_Ainsworth *data, PetscBool *same)
 {
   PetscInt  m;
@@ -202,8 +203,9 @@ static PetscErrorCode SameConstraints(const PC_Ainsworth *data, PetscBool *same)
 }
 
 /*
-   PCAinsworthKeepOrSetUpInner_Private - keep: the inner preconditioner stays what it was, where that was asked for or C is the same; of PCBLOCKSA the levels
-   of A stay, and get the surface of the matrix at hand, which costs little
+   PCAinsworthKeepOrSetUpInner_Private - sets up the inner preconditioner, or keeps it
+
+   keep: it is kept if that was requested or C is the same; PCBLOCKSA keeps its levels of A then, and gets the surface of the current matrix, which costs little
 */
 PetscErrorCode PCAinsworthKeepOrSetUpInner_Private(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, PetscBool keep, char why[], size_t len)
 {

@@ -3,7 +3,7 @@
 #include "../operator/matainsworth.h"
 #include <string>
 
-/* Ranks that hold no constrained degree of freedom and solve for no row */
+/* Describes ranks that own no constrained unknown and solve for no row; collective */
 static PetscErrorCode DescribeRanks(PC_Ainsworth *data, const AinsworthGram *gram, std::string &text)
 {
   MPI_Comm    comm = PetscObjectComm((PetscObject)data->saddle.C);
@@ -22,7 +22,7 @@ static PetscErrorCode DescribeRanks(PC_Ainsworth *data, const AinsworthGram *gra
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthDescribeLeftOut_Private - one line: what this scene does not need, and why (design of the method: docs/method.md, what is left out) */
+/* PCAinsworthDescribeLeftOut_Private - describes in one line what this system does not need, and why (docs/method.md, what is left out) */
 PetscErrorCode PCAinsworthDescribeLeftOut_Private(PC_Ainsworth *data, std::string &text)
 {
   PetscFunctionBegin;

@@ -7,7 +7,7 @@ const char *const        PCAinsworthRebuildTypes[] = {"auto", "always", "never",
 static const char *const stopTypes[]               = {"residual", "energy_error", "AinsworthStopType", "AINSWORTH_STOP_", NULL};
 static const char        monitorOption[]           = "-pc_ainsworth_monitor_error";
 
-/* A real number above 0 and below a bound */
+/* Reads a real number above 0 and below a bound */
 static PetscErrorCode RealOption(PC pc, AinsworthOptionItems PetscOptionsObject, const char name[], const char help[], PetscReal below, PetscReal *value)
 {
   PetscReal given = *value;
@@ -22,7 +22,7 @@ static PetscErrorCode RealOption(PC pc, AinsworthOptionItems PetscOptionsObject,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A number of something */
+/* Reads a positive number */
 static PetscErrorCode CountOption(PC pc, AinsworthOptionItems PetscOptionsObject, const char name[], const char help[], PetscInt *value)
 {
   PetscInt  given = *value;
@@ -69,8 +69,9 @@ static PetscErrorCode ChoicesFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpt
 }
 
 /*
-   The viewer of "csv" and "csv:file", short for PETSc's "ascii::ascii_csv" and "ascii:file:ascii_csv", and of "ascii:file:format": those of one file are the
-   same, where PETSc would open it twice, and KSPs write over each other. All others are left to PETSc: viewer NULL
+   Creates the viewer of "csv" and "csv:file", short for PETSc's "ascii::ascii_csv" and "ascii:file:ascii_csv", and of "ascii:file:format"
+
+   Viewers of the same file are shared: PETSc would open it twice, and KSPs would overwrite each other. All others are left to PETSc, and *viewer is unchanged
 */
 static PetscErrorCode ShareViewer(PC pc, const char value[], PetscViewer *viewer, PetscViewerFormat *format)
 {
@@ -100,7 +101,7 @@ static PetscErrorCode ShareViewer(PC pc, const char value[], PetscViewer *viewer
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is an option's text that of the last time? It is kept */
+/* Checks whether the text of an option is that of the last time, and stores it */
 static PetscErrorCode SameText(char **last, const char now[], PetscBool *same)
 {
   PetscFunctionBegin;
@@ -129,7 +130,7 @@ static PetscErrorCode MonitorFromOptions(PC pc, AinsworthReportSettings *setting
   PetscCheck(known, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONG, "Option %s is %s: it takes ascii[:file], csv[:file] and draw", monitorOption, value);
   if (set) {
     PetscCall(SameText(&settings->monitor, value, &same));
-    if (same) PetscFunctionReturn(PETSC_SUCCESS); /* the file is not begun anew */
+    if (same) PetscFunctionReturn(PETSC_SUCCESS); /* the file is not started over */
     PetscCall(ShareViewer(pc, value, &viewer, &format));
   }
   if (!viewer) PetscCall(PetscOptionsViewer(monitorOption, "Error against run time: also csv[:file]", PCAINSWORTH, &viewer, &format, &set));
@@ -155,7 +156,7 @@ static PetscErrorCode ReferenceFromOptions(PC pc, AinsworthReportSettings *setti
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscViewerCreate(PetscObjectComm((PetscObject)pc), &viewer));
   PetscCall(PetscViewerSetType(viewer, PETSCVIEWERBINARY));
-  PetscCall(PetscViewerBinarySetSkipInfo(viewer, PETSC_TRUE)); /* its options would stay in the program's database */
+  PetscCall(PetscViewerBinarySetSkipInfo(viewer, PETSC_TRUE)); /* the options of its info file would stay in the program's database */
   PetscCall(PetscViewerFileSetMode(viewer, FILE_MODE_READ));
   PetscCall(PetscViewerFileSetName(viewer, file));
   PetscCall(VecCreate(PetscObjectComm((PetscObject)pc), &reference));
@@ -190,7 +191,7 @@ static PetscErrorCode ReportFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpti
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The inner solver reads its options at the set-up; after that, here. Another method or preconditioner needs another set-up */
+/* Reads the options of the inner solver, if set-up has read them before; another method or preconditioner needs another set-up */
 static PetscErrorCode InnerFromOptions(PC pc, PC_Ainsworth *data)
 {
   PC        inner;
@@ -199,7 +200,7 @@ static PetscErrorCode InnerFromOptions(PC pc, PC_Ainsworth *data)
 
   PetscFunctionBegin;
   if (!data->configured) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!data->saddle.A) { /* the last set-up ended before it had any: the next one reads them */
+  if (!data->saddle.A) { /* the last set-up ended before it had A: the next one reads the options */
     data->configured = PETSC_FALSE;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -226,7 +227,7 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   PetscCall(ReportFromOptions(pc, data, PetscOptionsObject));
   PetscCall(PCAinsworthDiagnoseFromOptions_Private(pc, data, PetscOptionsObject));
   PetscOptionsHeadEnd();
-  PetscCall(PCGetOptionsPrefix(pc, &prefix)); /* it may have been set after the creation of this PC */
+  PetscCall(PCGetOptionsPrefix(pc, &prefix)); /* it may have been set after this PC was created */
   PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));
   PetscCall(KSPAppendOptionsPrefix(data->ksp, "ainsworth_"));
   PetscCall(InnerFromOptions(pc, data));

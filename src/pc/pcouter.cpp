@@ -1,11 +1,15 @@
-/* The program's Krylov method around PCAINSWORTH: what PETSc tells of it before and after each solve, and what both must agree on */
+/* The outer Krylov method: what PETSc tells of it before and after each solve, and checks of what it returns */
 #include "pcainsworth.h"
 #include "../saddle/terms.h"
 #include "../events.h"
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
 
-/* PCAinsworthReductionsCollide_Private - has the outer method a reduction under way, among which a pipelined inner method cannot begin its own? PETSc has one at a time on a communicator */
+/*
+   PCAinsworthReductionsCollide_Private - checks whether the outer method has a reduction under way, in which a pipelined inner method cannot begin its own
+
+   PETSc allows one at a time on a communicator
+*/
 PetscErrorCode PCAinsworthReductionsCollide_Private(const PC_Ainsworth *data, Vec v, PetscBool *collide)
 {
   const char *const pipelined = KSPPIPECG "," KSPPIPECGRR "," KSPPIPELCG "," KSPPIPEPRCG "," KSPPIPECG2 "," KSPGROPPCG "," KSPPIPEFCG "," KSPPIPECR
@@ -26,7 +30,7 @@ PetscErrorCode PCAinsworthReductionsCollide_Private(const PC_Ainsworth *data, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* From here on to PCPostSolve() all applications are those of one outer solve */
+/* Begins an outer solve, to which all applications belong until PCPostSolve() */
 PetscErrorCode PCPreSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
 {
   PC_Ainsworth  *data = (PC_Ainsworth *)pc->data;
@@ -34,7 +38,7 @@ PetscErrorCode PCPreSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
   PCFailedReason failed;
 
   PetscFunctionBegin;
-  PetscCall(PCGetFailedReason(pc, &failed)); /* KSPSetUp() of another method than before has taken the failure of the last solve for one of the set-up */
+  PetscCall(PCGetFailedReason(pc, &failed)); /* KSPSetUp() of a new outer method takes the failure of the last solve for one of set-up */
   if (ksp->reason == KSP_DIVERGED_PC_FAILED && !failed) ksp->reason = KSP_CONVERGED_ITERATING;
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &flexible, KSPPREONLY, KSPFGMRES, KSPGCR, KSPFCG, KSPPIPEFGMRES, KSPPIPEGCR, KSPPIPEFCG, ""));
   data->rigid        = (PetscBool)!flexible;
@@ -42,14 +46,14 @@ PetscErrorCode PCPreSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Before each solve of a KSP, which would take the failure of the last one, that the program may ask for until then, for one of its own */
+/* Clears the failure of the last solve, which the program may query until then, before a KSP takes it for its own */
 PetscErrorCode PCSetUpOnBlocks_Ainsworth(PC pc)
 {
   PC_Ainsworth *data    = (PC_Ainsworth *)pc->data;
   PetscBool     changed = PETSC_FALSE;
 
   PetscFunctionBegin;
-  if (data->applied && data->refused) { /* the method would end before it asked PCApply(), where a block changed in place is noticed */
+  if (data->applied && data->refused) { /* the method would end before it calls PCApply(), where a block changed in place is noticed */
     PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
     PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
     if (changed) PetscCall(PCSetUp_Ainsworth(pc));
@@ -58,7 +62,7 @@ PetscErrorCode PCSetUpOnBlocks_Ainsworth(PC pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A method that asked for nothing, as the squares of the entries of b underflow: it takes b for zero, and x = 0 for the answer */
+/* Fails if the outer method took b for zero without applying this PC, because the squares of its entries underflow, and returned x = 0 */
 static PetscErrorCode CheckUnderflow(PC pc, PC_Ainsworth *data, KSP ksp, Vec b)
 {
   PetscReal norm, largest;
@@ -75,17 +79,17 @@ static PetscErrorCode CheckUnderflow(PC pc, PC_Ainsworth *data, KSP ksp, Vec b)
                           ((PetscObject)ksp)->type_name, (double)largest, KSPPREONLY));
   ksp->reason = KSP_DIVERGED_PC_FAILED;
   PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_FP, why));
-  data->applied = PETSC_TRUE; /* this was said of a solve, not of the set-up */
+  data->applied = PETSC_TRUE; /* the failure is that of a solve, not of set-up */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The largest part of the terms of a row of the program's system that is left, of b by x */
+/* Computes the largest residual of a row of the program's system relative to its terms */
 static PetscErrorCode WorstRow(PC pc, PC_Ainsworth *data, PetscBool transpose, Vec b, Vec x, Vec left, PetscReal *error)
 {
   const PetscBool    other = (PetscBool)!transpose, side[] = {other, transpose, other};
   const IS          *of[]    = {transpose ? data->saddle.cols : data->saddle.rows, transpose ? data->saddle.rows : data->saddle.cols};
   Vec                given[] = {b, x, left}, flat[3];
-  AinsworthSaddleVec part[4]; /* b, x, what is left, and the sizes of its rows */
+  AinsworthSaddleVec part[4]; /* b, x, the residual, and the sizes of its rows */
 
   PetscFunctionBegin;
   for (int k = 0; k < 3; k++) {
@@ -95,7 +99,7 @@ static PetscErrorCode WorstRow(PC pc, PC_Ainsworth *data, PetscBool transpose, V
   PetscCall(AinsworthSaddleVecDuplicate(part[0], &part[3]));
   PetscCall((transpose ? MatMultTranspose : MatMult)(data->saddle.block[AINSWORTH_BLOCK_A], part[1].primal, data->Ax));
   PetscCall(AinsworthSaddleBackwardError(&data->saddle, transpose, AinsworthSmallTerms, part[0], part[1], data->Ax, part[2], part[3],
-                                         error)); /* signs are none of its matter */
+                                         error)); /* signs do not matter for sizes */
   PetscCall(AinsworthSaddleVecDestroy(&part[3]));
   for (int k = 0; k < 3; k++) {
     PetscCall(AinsworthSaddleVecRestore(flat[k], of[k % 2], &part[k]));
@@ -105,8 +109,9 @@ static PetscErrorCode WorstRow(PC pc, PC_Ainsworth *data, PetscBool transpose, V
 }
 
 /*
-   A method that stops by P (b - K x) relative to P b is content with anything where P b is huge, as it is where a motion is free. What it was asked for is what
-   it has to have come to, in the norm of b or row by row
+   Fails if the residual at the end of an outer solve is small neither in the norm of b nor row by row
+
+   A method that stops by P (b - K x) relative to P b accepts anything if P b is huge, as it is if a motion is free
 */
 static PetscErrorCode CheckOuter(PC pc, PC_Ainsworth *data, KSP ksp, Vec b, Vec x)
 {
@@ -143,7 +148,7 @@ static PetscErrorCode CheckOuter(PC pc, PC_Ainsworth *data, KSP ksp, Vec b, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Some methods apply the preconditioner once more when they have converged, to get x, and do not ask whether that was good */
+/* Ends an outer solve and checks it: some methods apply the preconditioner once more after convergence, to get x, and do not check for failure */
 PetscErrorCode PCPostSolve_Ainsworth(PC pc, KSP ksp, Vec b, Vec x)
 {
   PC_Ainsworth *data = (PC_Ainsworth *)pc->data;

@@ -1,4 +1,4 @@
-/* Whether the inner preconditioner is kept when A or C have other values: -pc_ainsworth_rebuild (docs/sequence.md) */
+/* Decides whether the inner preconditioner is kept for other values of A or C: -pc_ainsworth_rebuild (docs/sequence.md) */
 #include "pcainsworth.h"
 #include "../multigrid/blocksa.h"
 #include "../operator/matainsworth.h"
@@ -6,14 +6,14 @@
 #include <petsc/private/pcimpl.h>
 
 /*
-   A set-up costs as much as so many iterations, measured: BoomerAMG's 8 to 10, PCGAMG's 15, PCBLOCKSA's 14 to 20; a factorization, from 3 000 to 28 000
-   unknowns, 30 to 45 with CHOLMOD and 28 to 35 with MUMPS, as the analysis is done again, and where columns of the factor are long this part of their entries
+   Measured cost of a set-up in iterations: BoomerAMG 8 to 10, PCGAMG 15, PCBLOCKSA 14 to 20; a factorization of 3 000 to 28 000 unknowns 30 to 45 with CHOLMOD
+   and 28 to 35 with MUMPS, because the analysis is repeated; if columns of the factor are long, `column` times their mean length
 */
 static const PetscReal boomer = 9, multigrid = 15, factorization = 30, column = 0.04;
-/* A solve with an old preconditioner ends that has taken so many times the iterations of the first, and those of a set-up */
+/* A solve with an old preconditioner ends after this many times the iterations of the first solve, plus those of a set-up */
 static const PetscReal many = 1.3;
 
-/* PCAinsworthIsOld_Private - is the preconditioner that the reduced solve has of an earlier matrix, in the whole or in part? */
+/* PCAinsworthIsOld_Private - checks whether the inner preconditioner is that of an earlier matrix, in whole or in part */
 PetscErrorCode PCAinsworthIsOld_Private(const PC_Ainsworth *data, PetscBool *old)
 {
   PC          inner;
@@ -26,13 +26,13 @@ PetscErrorCode PCAinsworthIsOld_Private(const PC_Ainsworth *data, PetscBool *old
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthKeepsAlways_Private - did the program, or an option, say so? */
+/* PCAinsworthKeepsAlways_Private - returns whether the program or an option wants to keep it in any case */
 PetscBool PCAinsworthKeepsAlways_Private(PC pc, const PC_Ainsworth *data)
 {
   return (PetscBool)(pc->reusepreconditioner || data->rebuild == AINSWORTH_REBUILD_NEVER);
 }
 
-/* The cost of a set-up of the inner preconditioner, in iterations with it: by its type and its entries, not by a clock, so that all runs are alike */
+/* Estimates the cost of a set-up of the inner preconditioner in iterations, by type and entries, not by a clock, so that all runs are alike */
 static PetscErrorCode SetUpCost(PC inner, PetscReal *iterations)
 {
   PetscBool factored, known, hypre;
@@ -55,7 +55,7 @@ static PetscErrorCode SetUpCost(PC inner, PetscReal *iterations)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the reduced solve is asked for, in decades: solves are compared with such that were asked for as much */
+/* Gets the requested reduction in decades: solves are compared with those of about the same tolerance */
 static PetscErrorCode Decades(const PC_Ainsworth *data, PetscInt *decades)
 {
   PetscReal rtol;
@@ -68,7 +68,7 @@ static PetscErrorCode Decades(const PC_Ainsworth *data, PetscInt *decades)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Iterations that the preconditioner took at first for so many decades, or about: negative where it has not solved yet */
+/* Returns the iterations of the first solve for so many decades, scaled from those for the nearest number of decades; negative before the first solve */
 static PetscReal FirstTook(const PC_Ainsworth *data, PetscInt decades)
 {
   for (PetscInt k = 0; k < PC_AINSWORTH_DECADES; k++) {
@@ -78,7 +78,7 @@ static PetscReal FirstTook(const PC_Ainsworth *data, PetscInt decades)
   return -1.0;
 }
 
-/* PCAinsworthForgetCounts_Private - the preconditioner is a new one */
+/* PCAinsworthForgetCounts_Private - resets the counts for a new preconditioner */
 PetscErrorCode PCAinsworthForgetCounts_Private(PC_Ainsworth *data)
 {
   PetscFunctionBegin;
@@ -90,10 +90,10 @@ PetscErrorCode PCAinsworthForgetCounts_Private(PC_Ainsworth *data)
 }
 
 /*
-   PCAinsworthKeeps_Private - before a set-up: is the inner preconditioner to be kept?
+   PCAinsworthKeeps_Private - decides before a set-up whether the inner preconditioner is kept
 
-   Until the next solve would cost more than the mean so far, that of the set-up included, as replacement theory has it. The next one is taken to need as many
-   more iterations as if these grew in equal steps.
+   By replacement theory, it is kept until the next solve would cost more than the mean so far, including the set-up. The extra iterations of the next solve are
+   extrapolated as if they grew in equal steps.
 */
 PetscErrorCode PCAinsworthKeeps_Private(PC pc, const PC_Ainsworth *data, PetscBool *keeps)
 {
@@ -119,7 +119,7 @@ PetscErrorCode PCAinsworthKeeps_Private(PC pc, const PC_Ainsworth *data, PetscBo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthLimit_Private - before a reduced solve: the iterations after which an old preconditioner is made anew, and the solve begun again; 0: none */
+/* PCAinsworthLimit_Private - gets the iterations after which an old preconditioner is rebuilt and the solve begun again; 0 for no limit */
 PetscErrorCode PCAinsworthLimit_Private(PC pc, const PC_Ainsworth *data, PetscInt *limit)
 {
   PetscBool old;
@@ -138,7 +138,7 @@ PetscErrorCode PCAinsworthLimit_Private(PC pc, const PC_Ainsworth *data, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthCount_Private - after a reduced solve that converged: what it says of the preconditioner */
+/* PCAinsworthCount_Private - counts the iterations of a reduced solve that converged */
 PetscErrorCode PCAinsworthCount_Private(PC_Ainsworth *data)
 {
   PetscBool old;
@@ -159,7 +159,7 @@ PetscErrorCode PCAinsworthCount_Private(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthRebuild_Private - the inner preconditioner of the matrix at hand, in the middle of an application */
+/* PCAinsworthRebuild_Private - rebuilds the inner preconditioner for the current matrix in the middle of an application */
 PetscErrorCode PCAinsworthRebuild_Private(PC pc, PC_Ainsworth *data, char why[], size_t len)
 {
   Mat_Ainsworth *ctx = NULL;
@@ -172,7 +172,7 @@ PetscErrorCode PCAinsworthRebuild_Private(PC pc, PC_Ainsworth *data, char why[],
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthViewRebuild_Private - the rule, and what is kept now */
+/* PCAinsworthViewRebuild_Private - prints the rule, and what is kept now */
 PetscErrorCode PCAinsworthViewRebuild_Private(const PC_Ainsworth *data, PetscViewer viewer)
 {
   PetscBool old;

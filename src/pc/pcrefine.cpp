@@ -1,10 +1,10 @@
-/* Further solves of a system [A B'; C -D] for what the first has left, until each row of both equations is met relative to its own terms */
+/* Further solves of a system [A B'; C -D] for its residual, until each row of both equations is met relative to its own terms */
 #include "pcainsworth.h"
 #include "../loops.h"
 #include "../saddle/terms.h"
 #include <vector>
 
-/* weights of the rows of both equations, y * w */
+/* Multiplies y by w, the weights of the rows of both equations */
 static PetscErrorCode Multiply(AinsworthSaddleVec y, AinsworthSaddleVec w, AinsworthSaddleVec *product)
 {
   PetscFunctionBegin;
@@ -32,7 +32,7 @@ static PetscErrorCode Dot(AinsworthSaddleVec x, AinsworthSaddleVec y, PetscScala
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What is left of b by y, and the largest of it relative to the terms of its row, at least `little` of the largest; known: A x is */
+/* Computes the residual and its largest entry relative to the terms of its row, which count at least `little` of the largest; known: A x is known */
 static PetscErrorCode Left(PC_Ainsworth *data, PetscBool transpose, PetscBool known, PetscReal little, AinsworthSaddleVec b, AinsworthSaddleVec y,
                            AinsworthSaddleVec left, AinsworthSaddleVec weights, PetscReal *error)
 {
@@ -43,9 +43,10 @@ static PetscErrorCode Left(PC_Ainsworth *data, PetscBool transpose, PetscBool kn
 }
 
 /*
-   The largest change of an unknown by p, relative to the largest of those that have a stiffness, or of those that have none and may have any unit
+   Computes the largest change of an unknown by p, relative to the largest unknown with stiffness or, because its unit may be any, without; collective
 
-   weights: one over the terms of each row of A x + B' lambda = f. Where x is a small part of what these terms would move alone, as at rest, it is their rounding
+   weights: one over the terms of each row of A x + B' lambda = f. An x that is less than `part` of what these terms alone would cause, as at rest, is their
+   rounding
 */
 static PetscErrorCode LargestChange(const PC_Ainsworth *data, Vec weights, Vec x, Vec p, PetscReal *change)
 {
@@ -70,7 +71,7 @@ static PetscErrorCode LargestChange(const PC_Ainsworth *data, Vec weights, Vec x
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A solve for what others have left, or a part of it, to a relative tolerance that may be larger than that of the first */
+/* Solves for the residual, or a part of it, to a relative tolerance of at least `loose` */
 static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, PetscReal loose, AinsworthSaddleVec left,
                                    AinsworthSaddleVec p, KSPConvergedReason *reason)
 {
@@ -88,8 +89,9 @@ static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpos
 }
 
 /*
-   One more direction for y, from a reduced solve that brings what is left to `loose` of it, and the step along it that leaves least, in the norm in which each
-   row is relative to its terms; images: K times the directions, weighted, orthonormal. some: there was one; change: how far its solve moves x
+   Adds a direction from a reduced solve to the tolerance `loose`, and takes the step along it that minimizes the residual relative to the terms of the rows
+
+   images: weighted residuals of the directions, -K p, orthonormal; some: there was a direction; change: how far the solve moves x
 */
 static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, PetscReal loose, AinsworthSaddleVec left,
                            AinsworthSaddleVec weights, AinsworthSaddleVec y, std::vector<AinsworthSaddleVec> &directions,
@@ -115,7 +117,7 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
     PetscCall(Add(p, -dot, directions[k]));
   }
   PetscCall(Dot(q, q, &dot));
-  *some = (PetscBool)(PetscRealPart(dot) > 0.0 && !PetscIsInfOrNanScalar(dot) && reason != KSP_DIVERGED_ITS /* others would end at the limit, too */
+  *some = (PetscBool)(PetscRealPart(dot) > 0.0 && !PetscIsInfOrNanScalar(dot) && reason != KSP_DIVERGED_ITS /* further solves would end there, too */
                       && reason != KSP_DIVERGED_DTOL);
   if (*some) {
     const PetscScalar scale = 1.0 / PetscSqrtReal(PetscRealPart(dot));
@@ -135,9 +137,10 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
 }
 
 /*
-   Does the method end by the energy, which is fair to all unknowns (energetic), or is it the one that is taken where there is none (fair, too)? What either
-   says of the error is as good as the preconditioner: one that knows of single unknowns or of parts of them is blind to what they do together, and so may be
-   one of a matrix that could not be factored
+   Classifies the reduced solve by what its norm says of the error
+
+   energetic: the method ends by the energy, which is fair to all unknowns. fair: it does, or it is GMRES, which is used if there is no energy. Both are only as
+   good as the preconditioner. blind: that knows only single unknowns or parts of them, not what they do together, or its matrix could not be factored
 */
 static PetscErrorCode IsFair(const PC_Ainsworth *data, PetscBool *energetic, PetscBool *fair, PetscBool *blind)
 {
@@ -156,24 +159,25 @@ static PetscErrorCode IsFair(const PC_Ainsworth *data, PetscBool *energetic, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is each row of both equations to be met relative to its own terms? tol: what was asked for, negative where nothing was */
+/* Checks whether each row of both equations has to be met relative to its own terms; tol: the requested tolerance, negative if there is none */
 bool PCAinsworthRefinesRows_Private(const PC_Ainsworth *data, PetscReal tol)
 {
   return data->constraints && (!data->adjoint || data->saddle.D) && tol >= 0.0;
 }
 
 /*
-   PCAinsworthRefineRows_Private - generalized conjugate residuals, preconditioned by reduced solves
+   PCAinsworthRefineRows_Private - refines by generalized conjugate residuals, preconditioned by reduced solves
 
-   Where D is not zero, or B is not C, unknowns of very different stiffness meet, and the norms of the reduced solve are not fair to all of them; those of
-   methods other than conjugate gradients and GMRES, or with a preconditioner such as Jacobi, are not either, whatever the system; with both, what further
-   solves cannot mend is no solution. Nor is an x that may still be far off: solves tell how far what is left moves it. After conjugate gradients a step of
-   steepest descent, or solves to half of what is left, two at most, are enough to tell that it moves x too little to count, whatever it is of a row with small
-   terms; where springs are much softer than A, that step is taken after any method.
+   If D is nonzero, or B is not C, unknowns of very different stiffness meet, and the norms of the reduced solve are not fair to all of them. Neither are those
+   of methods other than conjugate gradients and GMRES, or with a preconditioner such as Jacobi, for any system. A residual that further solves cannot reduce,
+   or an x that may still be far off, is not a solution; the solves show how far the residual moves x.
 
-   tol: what was asked for, negative where nothing was. stopped: rounding ended the first solve, and another one has to agree with what it has. verified: what
-   it has is met to the energy. left: of both equations, by y; both are changed. refined: there was something to do. why: what is left where that is too much,
-   or moves x: empty otherwise
+   After conjugate gradients, a step of steepest descent, or at most two solves to half of the residual, suffice to show that it moves x too little to count,
+   however large it is in a row with small terms. If springs are much softer than A, that step is taken after any method.
+
+   tol: the requested tolerance, negative if there is none. stopped: rounding ended the first solve, and another one has to agree with it. verified: the result
+   is met in the energy. left: the residual of both equations; it and y are overwritten. refined: there was something to do. why: set if the residual is too
+   large, or moves x too far; otherwise empty
 */
 PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscBool verified, PetscReal tol,
                                              AinsworthSaddleVec b, AinsworthSaddleVec y, AinsworthSaddleVec left, PetscBool *refined, char why[], size_t len)
@@ -208,8 +212,8 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   PetscCall(VecCopy(y.primal, kept.primal));
   PetscCall(VecCopy(y.dual, kept.dual));
   PetscCall(AinsworthTermsSoftest(&data->saddle, &softest));
-  probing = error > wanted ? (bool)energetic : softest > open / enough; /* by a step, where it may do, and by loose solves */
-  /* of x; without an energy the last solve has to agree, unless rounding alone tells them apart */
+  probing = error > wanted ? (bool)energetic : softest > open / enough; /* by a step, if that may suffice, and by loose solves */
+  /* relative change of x; without an energy the last solve has to agree, unless only rounding is left */
   auto shift = [&](PetscReal left) { return PetscMax(moves * left, energetic || left <= rounding ? 0.0 : change); };
   auto unmet = [&](PetscReal left) {
     return shift(left) > open || (left > wanted && !(helped && left <= margin * margin * enough && moves * left <= open / margin));
@@ -222,12 +226,12 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
     PetscCall(PetscInfo(pc, "A row of both equations is left with %g of its terms: another %s follows\n", (double)error,
                         extent == PC_AINSWORTH_SOLVE_STEP ? "step" : "solve"));
     PetscCall(Step(pc, data, transpose, extent, loose, left, weights, y, directions, images, &some, &change));
-    if (some) PetscCall(Left(data, transpose, PETSC_FALSE, little, b, y, left, others, &error)); /* all steps have the norm of the first */
+    if (some) PetscCall(Left(data, transpose, PETSC_FALSE, little, b, y, left, others, &error)); /* all steps use the weights of the first */
     idle    = probing || error < 0.5 * best ? 0 : idle + 1;
     helped  = probing && energetic && (error < 0.25 * before || PetscMin(error, before) <= nearly);
     probing = probing && energetic && before > wanted && solves + 1 < probes;
     moves   = PetscMax(moves, change / before);
-    known   = (PetscBool)(some && error < best); /* A times what is kept, as the verification left it */
+    known   = (PetscBool)(some && error < best); /* Ax belongs to the kept y, as after the verification */
     PetscCall(PetscInfo(pc, "It has moved x by up to %g, and leaves %g\n", (double)change, (double)error));
     if (!(error < best)) continue;
     best = error;
@@ -237,7 +241,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   PetscCall(VecCopy(kept.primal, y.primal));
   PetscCall(VecCopy(kept.dual, y.dual));
   data->knownAx = known;
-  wanted = enough = PetscMax(10 * tol, rounding); /* what the solves have aimed below */
+  wanted = enough = PetscMax(10 * tol, rounding); /* the solves aimed below that */
   if (unmet(best) && best > enough)
     PetscCall(
       PetscSNPrintf(why, len, "The system is not met: a row of both equations is left with %g of its terms, and further solves do not help", (double)best));

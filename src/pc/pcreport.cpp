@@ -1,7 +1,7 @@
 #include "pcainsworth.h"
 #include <petsc/private/pcimpl.h>
 
-/* Before the reduced solve for f and g on the kept rows, which began with the computation of its right-hand side */
+/* Starts the report of a reduced solve for f and g on the kept rows; start: when the computation of its right-hand side began */
 PetscErrorCode PCAinsworthReportBegin_Private(PC pc, PC_Ainsworth *data, AinsworthSaddleVec b, PetscLogDouble start)
 {
   PetscFunctionBegin;

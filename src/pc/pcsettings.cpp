@@ -4,7 +4,7 @@
 #include <petsc/private/pcimpl.h>
 #include <petsc/private/kspimpl.h>
 
-/* NULL for a PC of another type, whose setters do nothing, as everywhere in PETSc */
+/* Gets the data, NULL for a PC of another type, whose setters do nothing, as everywhere in PETSc */
 PetscErrorCode PCAinsworthGetData_Private(PC pc, PC_Ainsworth **data)
 {
   PetscBool match;
@@ -16,7 +16,7 @@ PetscErrorCode PCAinsworthGetData_Private(PC pc, PC_Ainsworth **data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* for getters: another type is an error */
+/* Gets the data for getters: another type is an error */
 static PetscErrorCode GetDataOrError(PC pc, PC_Ainsworth **data)
 {
   PetscFunctionBegin;
@@ -26,7 +26,7 @@ static PetscErrorCode GetDataOrError(PC pc, PC_Ainsworth **data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A choice changed: the next use sets up again */
+/* Makes the next use set up again because a choice changed */
 PetscErrorCode PCAinsworthSetStale_Private(PC pc, PC_Ainsworth *data)
 {
   PetscFunctionBegin;
@@ -56,7 +56,7 @@ static bool Same(const PCAinsworthChoices &a, const PCAinsworthChoices &b)
          a.pmat.blocks == b.pmat.blocks;
 }
 
-/* Takes these choices; what they say anew is set up at the next use. Another variant brings its inner method */
+/* Sets the choices, which take effect at the next use; another variant sets its inner method */
 PetscErrorCode PCAinsworthChoose_Private(PC pc, PC_Ainsworth *data, const PCAinsworthChoices *choices)
 {
   PetscFunctionBegin;
@@ -70,7 +70,7 @@ PetscErrorCode PCAinsworthChoose_Private(PC pc, PC_Ainsworth *data, const PCAins
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The type itself, or what auto came to at the last set-up; before, jcb */
+/* Returns the chosen type or, for auto, that of the last set-up; jcb before */
 PCAinsworthPmatType PCAinsworthPmatTypeInUse_Private(const PC_Ainsworth *data)
 {
   return data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO ? data->autoType : data->choices.pmat.type;
@@ -81,10 +81,10 @@ PetscReal PCAinsworthPenaltyFactor_Private(const PC_Ainsworth *data)
   const AinsworthPmatOptions &pmat = data->choices.pmat;
 
   if (pmat.factor != (PetscReal)PETSC_DEFAULT) return pmat.factor;
-  /* paper, section 3.3; measured, docs/method.md: without Q_* the penalty alone tells AMG of the constraints */
+  /* paper, section 3.3; measured, docs/method.md: without Q_* only the penalty tells AMG about the constraints */
   if (pmat.penalty == AINSWORTH_PENALTY_NORM) return 5.0;
   if (PCAinsworthPmatTypeInUse_Private(data) != PC_AINSWORTH_PMAT_ID) return 0.5;
-  if (data->format == AINSWORTH_PMAT_FACTOR) return 1e4; /* the error falls to 1 / gamma of itself in one iteration */
+  if (data->format == AINSWORTH_PMAT_FACTOR) return 1e4; /* one iteration reduces the error to 1 / gamma */
   return data->format == AINSWORTH_PMAT_SUM ? 2.0 : 10.0;
 }
 

@@ -18,18 +18,18 @@ static const char citation[] = "@inproceedings{robert_pointselle,\n"
                                "  year    = {2001}\n"
                                "}\n";
 
-/* What the steps of one set-up tell each other */
+/* Data shared by the steps of one set-up */
 struct SetUpRun {
   PetscLogDouble start;
-  PetscBool      keep; /* the inner preconditioner may stay what it is */
+  PetscBool      keep; /* the inner preconditioner may be kept */
   Mat_Ainsworth *ctx;  /* of the reduced operator; NULL without constraints */
   PCFailedReason reason;
   PetscErrorCode code;
-  char           why[512]; /* it cannot go on; empty where it can */
+  char           why[512]; /* why it cannot go on; empty if it can */
 };
 typedef PetscErrorCode (*SetUpStep)(PC, PC_Ainsworth *, SetUpRun *);
 
-/* data->reduced with its projector; where it is on the same A, B, C and D, whose values may be others, it keeps what depends on their pattern alone */
+/* Creates data->reduced with its projector; for the same A, B, C and D with other values, keeps what depends on their patterns alone */
 static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx)
 {
   const AinsworthSaddle *sp  = &data->saddle;
@@ -57,7 +57,7 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Takes rows of C that depend on others out of the constraints, or refuses them */
+/* Removes rows of C that depend on others from the constraints, or raises an error */
 static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, PetscInt n, const PetscInt dependent[])
 {
   char names[128];
@@ -73,7 +73,7 @@ static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, PetscInt n, c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The reduced operator, without dependent rows of C: they are looked for only if the Gram matrix is suspicious */
+/* Sets up the reduced operator without dependent rows of C, which are looked for only if the Gram matrix is suspicious */
 static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx, PCFailedReason *reason)
 {
   PetscInt  pass = 0, n = 1;
@@ -83,7 +83,7 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
   data->hidden = data->saddle.nearly = PETSC_FALSE;
   while (n && data->constraints) {
     PetscInt      *dependent;
-    PetscErrorCode error = PETSC_SUCCESS; /* to be passed on when nothing is left behind */
+    PetscErrorCode error = PETSC_SUCCESS; /* checked after PetscFree() */
 
     PetscCall(CreateOperator(pc, data, ctx));
     PetscCall(MatAinsworthDiagnose_Private(data->reduced, &pass, &n, &dependent, reason, &hidden));
@@ -91,7 +91,7 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
       PetscCall(PetscInfo(pc, "Rows of C that diag(A)^{-1} cannot tell apart are independent without it: the weight is the identity\n"));
       data->hidden = PETSC_TRUE;
     } else if (n) {
-      data->saddle.nearly = (PetscBool)(pass > 1 || data->saddle.D); /* a small D may tell rows apart */
+      data->saddle.nearly = (PetscBool)(pass > 1 || data->saddle.D); /* a small D may tell them apart */
       error               = DropDependentRows(pc, data, n, dependent);
     }
     PetscCall(PetscFree(dependent));
@@ -100,7 +100,7 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The inner solver, its operator and their vectors are made anew */
+/* Discards the inner solver, its operator, and their vectors */
 static PetscErrorCode ForgetInner(PC_Ainsworth *data)
 {
   PetscFunctionBegin;
@@ -111,7 +111,7 @@ static PetscErrorCode ForgetInner(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: where A has another size on any rank than at the last set-up, the inner solver and its right-hand side cannot be used again */
+/* Discards the inner solver if the local size of A changed on any rank; collective */
 static PetscErrorCode ForgetOtherSizes(PC pc, PC_Ainsworth *data)
 {
   PetscInt  before, now;
@@ -127,7 +127,7 @@ static PetscErrorCode ForgetOtherSizes(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Vectors of what is kept, where not all rows are constraints or unknowns are known */
+/* Creates vectors for the kept rows, if not all rows are constraints or some unknowns are known */
 static PetscErrorCode CreateKeptVectors(PC pc, PC_Ainsworth *data)
 {
   char text[256];
@@ -142,7 +142,7 @@ static PetscErrorCode CreateKeptVectors(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A alone, for the inner solver: in a copy that knows its block size where the program's does not, an AIJ where that is part of the type */
+/* Copies A, for the inner solver without constraints, if the program's does not know its block size; to AIJ if the block size is part of the type */
 static PetscErrorCode TellBlockSize(PC_Ainsworth *data)
 {
   PetscInt bs;
@@ -161,7 +161,7 @@ static PetscErrorCode TellBlockSize(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Has anything changed since the last set-up? */
+/* Checks whether anything changed since the last set-up */
 static PetscErrorCode IsNeeded(PC pc, PC_Ainsworth *data, PetscBool *needed)
 {
   PetscFunctionBegin;
@@ -171,19 +171,19 @@ static PetscErrorCode IsNeeded(PC pc, PC_Ainsworth *data, PetscBool *needed)
   if (data->ordered && !pc->reusepreconditioner) *needed = PETSC_TRUE;
   data->unchanged = (PetscBool)(!*needed);
   if (*needed) PetscFunctionReturn(PETSC_SUCCESS);
-  if (data->applied) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR)); /* that of the last solve, which a KSP would take for one of this set-up */
+  if (data->applied) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR)); /* a KSP would take that of the last solve for one of this set-up */
   PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the last one made, and is not to be used again, goes */
+/* Discards what the last set-up made and this one cannot use */
 static PetscErrorCode Forget(PC, PC_Ainsworth *data, SetUpRun *run)
 {
   PetscFunctionBegin;
   run->keep = (PetscBool)(!data->stale && !data->unfinished);
-  if (data->stale) PetscCall(MatDestroy(&data->reduced)); /* it is not what the choices say */
-  data->stale = PETSC_TRUE;                               /* until all is done: an error may end it anywhere */
-  if (data->unfinished) PetscCall(ForgetInner(data)); /* PCs of PETSc's are not to be used again after an error in their set-up, and vectors may be locked */
+  if (data->stale) PetscCall(MatDestroy(&data->reduced)); /* it does not match the choices */
+  data->stale = PETSC_TRUE;                               /* until everything is done: an error may end it anywhere */
+  if (data->unfinished) PetscCall(ForgetInner(data));     /* after an error in its set-up a PC of PETSc is unusable, and vectors may be locked */
   data->unfinished = PETSC_TRUE;
   data->applied = data->refused = PETSC_FALSE;
   data->failure[0]              = 0;
@@ -193,7 +193,7 @@ static PetscErrorCode Forget(PC, PC_Ainsworth *data, SetUpRun *run)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A, B, C and D of the program's matrix, and whether they are symmetric */
+/* Finds A, B, C and D in the program's matrix, and whether they are symmetric */
 static PetscErrorCode FindBlocks(PC pc, PC_Ainsworth *data, SetUpRun *run)
 {
   const PetscBool symmetric = data->symmetric, adjoint = data->adjoint;
@@ -217,13 +217,13 @@ static PetscErrorCode FindBlocks(PC pc, PC_Ainsworth *data, SetUpRun *run)
   if (data->indefinite) data->configured = PETSC_FALSE; /* conjugate gradients are tried again */
   data->indefinite = PETSC_FALSE;
   if (symmetric != data->symmetric || adjoint != data->adjoint) {
-    PetscCall(MatDestroy(&data->reduced));      /* which has the symmetry of the system, and its B */
-    data->configured = run->keep = PETSC_FALSE; /* it may need another method */
+    PetscCall(MatDestroy(&data->reduced));      /* it depends on the symmetry of the system, and on B */
+    data->configured = run->keep = PETSC_FALSE; /* the system may need another method */
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The reduced operator, where there are constraints, and vectors beside it */
+/* Sets up the reduced operator, if there are constraints, and the vectors */
 static PetscErrorCode SetUpConstraints(PC pc, PC_Ainsworth *data, SetUpRun *run)
 {
   PetscFunctionBegin;
@@ -248,7 +248,7 @@ static PetscErrorCode SetUpConstraints(PC pc, PC_Ainsworth *data, SetUpRun *run)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* M_* and the inner KSP, then all is done */
+/* Sets up M_* and the inner KSP, and completes the set-up */
 static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, SetUpRun *run)
 {
   PC             inner;
@@ -266,7 +266,7 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, SetUpRun *run)
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCGetFailedReason(inner, &run->reason));
   PetscCall(PCAinsworthAgreeOnFailure_Private(pc, run->reason ? PC_SUBPC_ERROR : PC_NOERROR));
-  if (pc->failedreason) { /* a solve would fail, too */
+  if (pc->failedreason) { /* a solve would fail as well */
     char why[sizeof(run->why)];
 
     PetscCall(PCAinsworthExplain_Private(pc, data, NULL, KSP_DIVERGED_PC_FAILED, why, sizeof(why)));
@@ -279,7 +279,7 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, SetUpRun *run)
 
 static PetscErrorCode SetUp(PC pc)
 {
-  static const SetUpStep steps[] = {Forget, FindBlocks, SetUpConstraints, SetUpInner}; /* each to a PCAinsworthStage */
+  static const SetUpStep steps[] = {Forget, FindBlocks, SetUpConstraints, SetUpInner}; /* one for each PCAinsworthStage */
   PC_Ainsworth          *data    = (PC_Ainsworth *)pc->data;
   SetUpRun               run     = {};
   PetscBool              needed;
@@ -290,7 +290,7 @@ static PetscErrorCode SetUp(PC pc)
   PetscCall(IsNeeded(pc, data, &needed));
   for (int stage = 0; needed && stage <= PC_AINSWORTH_STAGE_REDUCED; stage++) {
     PetscCall(steps[stage](pc, data, &run));
-    if (run.why[0]) { /* what failed is not used, and begun anew */
+    if (run.why[0]) { /* discard what failed; the next set-up starts over */
       PetscCall(MatDestroy(&data->reduced));
       data->unfinished = PETSC_FALSE;
       PetscCall(PCAinsworthFail_Private(pc, data, run.reason, run.code, run.why));

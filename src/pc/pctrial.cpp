@@ -1,14 +1,14 @@
-/* A solve of the reduced system with a random right-hand side, which finds bodies that float, indefinite matrices and multigrid that does not fit */
+/* Trial solve of the reduced system with a random right-hand side, which finds floating bodies, indefinite matrices, and multigrid that does not fit */
 #include "pcainsworth.h"
 #include "../ksp/projectedcg.h"
 #include "../objects.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/kspimpl.h>
 
-/* Of the method of the inner solver and with its preconditioner, but with neither its monitors nor its options */
+/* Creates a KSP with the method and the preconditioner of the inner solver, but without its monitors and options */
 static PetscErrorCode CreateKSP(const PC_Ainsworth *data, KSP *trial)
 {
-  static const PetscInt most = 300, restart = 100; /* a residual may grow: where a body floats it does until x is the motion of it */
+  static const PetscInt most = 300, restart = 100; /* dtol is infinite: with a floating body the residual grows until x is its motion */
   KSPType               type;
   KSPNormType           norm;
   PCSide                side;
@@ -35,8 +35,9 @@ static PetscErrorCode CreateKSP(const PC_Ainsworth *data, KSP *trial)
 }
 
 /*
-   The reduced right-hand side of forces on all unknowns, each in proportion to its stiffness, without those that the null space of the matrix leaves no
-   answer for. What the view tells of the last right-hand side stays
+   Creates the reduced right-hand side of random forces on all unknowns, scaled by the roots of their stiffness, without its part in the null space
+
+   What the view reports on the last right-hand side (ctx->homogeneous) is preserved
 */
 static PetscErrorCode CreateForces(const PC_Ainsworth *data, KSP trial, Vec *f)
 {
@@ -70,10 +71,10 @@ static PetscErrorCode CreateForces(const PC_Ainsworth *data, KSP trial, Vec *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthTry_Private - how a solve with random forces ends; why: the cause where that is a failure, otherwise empty, as where it is only slow. After the set-up */
+/* PCAinsworthTry_Private - solves for random forces after set-up; why: the cause of a failure, otherwise empty, also if the solve is only slow */
 PetscErrorCode PCAinsworthTry_Private(PC pc, PC_Ainsworth *data, KSPConvergedReason *reason, PetscInt *iterations, char why[], size_t len)
 {
-  static const PetscReal suspicious = 1e-10; /* of the energy that diag(A) would have */
+  static const PetscReal suspicious = 1e-10; /* relative to the energy of diag(A) */
   PetscInt               n;
   PetscReal              quotient;
   Vec                    f, x;
@@ -91,7 +92,7 @@ PetscErrorCode PCAinsworthTry_Private(PC pc, PC_Ainsworth *data, KSPConvergedRea
   PetscCall(KSPSolve(trial, f, x));
   PetscCall(KSPGetConvergedReason(trial, reason));
   PetscCall(KSPGetIterationNumber(trial, iterations));
-  data->ksp->its   = trial->its; /* what the explanation tells of */
+  data->ksp->its   = trial->its; /* PCAinsworthExplain_Private() reports these */
   data->ksp->rnorm = trial->rnorm;
   PetscCall(KSPDestroy(&trial));
   PetscCall(VecCopy(x, f));

@@ -1,4 +1,4 @@
-/* Is what the reduced solve says true of the program's own system? */
+/* Verification of a reduced solve with the program's own system */
 #include "pcainsworth.h"
 #include "../events.h"
 #include "../loops.h"
@@ -7,18 +7,21 @@
 #include <petsc/private/pcimpl.h>
 
 /*
-   How much larger than asked, in the energy norm, the error of an iterate may be: its method stops by the norm of a residual, r' M^{-1} r, and M_* and A may
-   differ by the square of this.
-   `rounding` is that of x, or of A x, relative to x in the norm of diag(A): all there is of A x where x is a rigid motion.
-   `suspicious` is the energy, relative to x' diag(A) x, below which its sign is looked at.
+   `blind`: factor by which the error of an iterate may exceed the requested tolerance in the energy norm: the method stops by r' M^{-1} r, a norm of the
+   residual, and M_* and A may differ by the square of this factor.
+
+   `rounding`: that of x, or of A x, relative to x in the norm of diag(A); if x is a rigid motion, A x is nothing but rounding.
+
+   `suspicious`: the energy, relative to x' diag(A) x, below which its sign is checked.
 */
 static const PetscReal blind      = 100;
 static const PetscReal rounding   = 1e3 * PETSC_MACHINE_EPSILON;
 static const PetscReal suspicious = 1e4 * PETSC_MACHINE_EPSILON;
 
 /*
-   PCAinsworthAskedFor_Private - the tolerance of the reduced solve that has just ended with `reason`, negative where none was asked for: a number of
-   iterations, or an absolute one
+   PCAinsworthAskedFor_Private - gets the relative tolerance of the reduced solve that has just ended with `reason`
+
+   tol is negative if there was none: the solve ran for a number of iterations, or to an absolute tolerance
 */
 PetscErrorCode PCAinsworthAskedFor_Private(const PC_Ainsworth *data, KSPConvergedReason reason, PetscReal *tol)
 {
@@ -33,7 +36,7 @@ PetscErrorCode PCAinsworthAskedFor_Private(const PC_Ainsworth *data, KSPConverge
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x' diag(A) x; work becomes diag(A) x, 0 where the row of A is, whose weight is made up */
+/* Computes x' diag(A) x, and diag(A) x in work; both skip zero rows of A, whose weight is made up */
 PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x, Vec work, PetscReal *size)
 {
   PetscScalar dot;
@@ -49,10 +52,11 @@ PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x
 }
 
 /*
-   PCAinsworthIsFree_Private - is y a motion that neither A nor a row of C resists? For a D that is not zero, or a B that is not C, whose Q does not tell
+   PCAinsworthIsFree_Private - checks whether y is a motion that neither A nor a row of C resists, if D is nonzero or B is not C, so that Q does not tell
 
-   C_i y = 0 is asked for relative to |C_i| |y|, or, as y has a part that is not free, to the noise of a huge y in the norm of W; A y = 0 in the norm of diag(A), to the root of what rounding
-   may make of its energy. A row with a spring D_ii resists by the energy of that, which may drown in the rounding of y' A y. work: n
+   C_i y = 0 is checked relative to |C_i| |y| or, because y has a part that is not free, to the noise of a huge y in the norm of W. A y = 0 is checked in the
+   norm of diag(A), to the root of what rounding may add to its energy. A row with a spring D_ii resists with the energy of the spring, which may drown in the
+   rounding of y' A y. work: of length n
 */
 PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec work, PetscBool *isFree)
 {
@@ -94,8 +98,10 @@ PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec wo
 }
 
 /*
-   Where A is singular on Ker C and f pushes there, rounding makes a small positive energy of it and Krylov methods find a huge x: its part y in Ker C has an
-   energy y' A y below the rounding error of that product
+   Detects a floating body by the energy of x
+
+   If A is singular on Ker C and f is not balanced there, rounding makes the energy slightly positive, and Krylov methods find a huge x. The energy y' A y of
+   its part y in Ker C is then below the rounding error of this product
 */
 static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x, Vec Ax, Vec y, AinsworthVerdict *verdict, char why[], size_t len)
 {
@@ -122,13 +128,13 @@ static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x
     if (data->constraints) PetscCall(MatAinsworthMultProjector(data->reduced, x, y));
     else PetscCall(VecCopy(x, y));
     PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &sizeY));
-    if (sizeY > PetscSqr(rounding) * size || PetscIsInfOrNanReal(size)) { /* otherwise y is the rounding of x */
+    if (sizeY > PetscSqr(rounding) * size || PetscIsInfOrNanReal(size)) { /* otherwise y is only the rounding of x */
       PetscCall(VecPointwiseMult(work, work, y));
-      PetscCall(VecNorm(work, NORM_2, &noise)); /* errors of the terms are independent */
+      PetscCall(VecNorm(work, NORM_2, &noise)); /* the errors of the terms are independent */
       noise *= 30 * PETSC_MACHINE_EPSILON;
       PetscCall((transpose ? MatMultTranspose : MatMult)(data->saddle.A, y, work));
       PetscCall(VecDot(work, y, &energy));
-      if (!(PetscAbsScalar(energy) > noise)) PetscCall(PCAinsworthResists_Private(data, work, sizeY, &resists)); /* y' A y = 0 where A is indefinite, too */
+      if (!(PetscAbsScalar(energy) > noise)) PetscCall(PCAinsworthResists_Private(data, work, sizeY, &resists)); /* y' A y may also be 0 for an indefinite A */
       if (!resists) {
         *verdict = AINSWORTH_VERDICT_SINGULAR;
         PetscCall(
@@ -143,7 +149,7 @@ static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is an entry NaN or Inf, or nearly so? A sum tells it on all ranks, where a maximum may lose a NaN; a product with a column of zeros hides it */
+/* Checks that no entry is NaN, Inf, or nearly so: sums show it on all ranks, but a maximum may lose a NaN, and a product with a zero column hides it */
 static PetscErrorCode IsFinite(AinsworthSaddleVec y, PetscBool *finite)
 {
   PetscReal sums[2];
@@ -155,7 +161,7 @@ static PetscErrorCode IsFinite(AinsworthSaddleVec y, PetscBool *finite)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An x so large that f and g drown in the rounding of its terms solves nothing: whatever D or B, it is a motion that the system does not resist */
+/* Rejects an x so large that f and g drown in the rounding of its terms: for any D or B, it is a motion that the system does not resist */
 static PetscErrorCode CheckVacuous(PC_Ainsworth *data, AinsworthSaddleVec b, AinsworthSaddleVec y, AinsworthVerdict *verdict, char why[], size_t len)
 {
   PetscReal norms[3];
@@ -177,9 +183,9 @@ static PetscErrorCode CheckVacuous(PC_Ainsworth *data, AinsworthSaddleVec b, Ain
 }
 
 /*
-   Where rows depend on others: the terms that they had in earlier solves, if g may be the rounding of an x that is decades larger than the one at hand, or NULL.
-   Residuals of Newton's method are at its end, and of any other solver that this one is nested in; and a program that attaches a null space of multipliers
-   knows of these rows
+   Gets the terms of dependent rows in earlier solves if g may be the rounding of an x that is decades larger than the current one, otherwise NULL; collective
+
+   Such are the last residuals of Newton's method, or of another solver around this one. A program that attaches a null space of multipliers knows of these rows
 */
 static PetscErrorCode GetEarlierTerms(PC pc, PC_Ainsworth *data, Vec g, PetscBool *kept, Vec *earlier)
 {
@@ -204,9 +210,9 @@ static PetscErrorCode GetEarlierTerms(PC pc, PC_Ainsworth *data, Vec g, PetscBoo
 }
 
 /*
-   PCAinsworthVerify_Private - left = b - K y, what is left of both equations, and the verdict on it; why is set where that is not MET
+   PCAinsworthVerify_Private - computes the residual left = b - K y of both equations, and the verdict on it; why is set unless that is MET
 
-   One product with the program's A, where that with x is not known. tol is what was asked for, negative where nothing was.
+   Needs one product with the program's A, unless A x is known. tol: the requested tolerance, negative if there is none.
 */
 PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, AinsworthSaddleVec b, AinsworthSaddleVec y,
                                          AinsworthSaddleVec left, AinsworthVerdict *verdict, char why[], size_t len)
@@ -229,7 +235,7 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
   PetscCall(AinsworthSaddleResidual(sp, transpose, data->knownAx, b, y, Ax, left));
   PetscCall(AinsworthSaddleEnergy(sp, y, Ax, &energy));
   PetscCall(GetEarlierTerms(pc, data, b.dual, &kept, &earlier));
-  /* where nothing was asked for, any error, such that a product with the root of D_ii does not overflow */
+  /* without a requested tolerance any error is allowed, up to a root, so that the product with the root of D_ii does not overflow */
   PetscCall(AinsworthSaddleCheckDual(sp, tol < 0.0 ? PETSC_MAX_REAL : tol, tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) : blind * tol * energy, earlier, b.dual, y,
                                      left.dual, &worst, rows, sizeof(rows), &terms));
   PetscCall(IsFinite(y, &finite));
@@ -247,7 +253,7 @@ PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool tr
   } else {
     worst.quotient = 0.0;
     PetscCall(VecNorm(left.primal, NORM_1, &norm));
-    if (PetscIsInfOrNanReal(norm)) tol = PetscMax(tol, 0.0); /* whatever was asked for */
+    if (PetscIsInfOrNanReal(norm)) tol = PetscMax(tol, 0.0); /* whatever was requested */
     if (tol >= 0.0) PetscCall(AinsworthSaddleCheckPrimal(sp, transpose, doubtful, blind * tol, energy, b.primal, y, Ax, left.primal, &worst));
     if (worst.quotient > 1.0) {
       *verdict = AINSWORTH_VERDICT_UNMET;

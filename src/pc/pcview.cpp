@@ -2,7 +2,7 @@
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
-/* PCAinsworthDescribePmat_Private - the type of M_* with its settings, and why auto came to it */
+/* PCAinsworthDescribePmat_Private - describes the type of M_* with its settings, and why auto chose it */
 PetscErrorCode PCAinsworthDescribePmat_Private(const PC_Ainsworth *data, std::string &text)
 {
   const AinsworthPmatOptions *chosen = &data->choices.pmat;

@@ -9,7 +9,7 @@ std::string AinsworthJSON(PetscInt number)
   return std::to_string(number);
 }
 
-/* With all digits; JSON knows neither NaN nor Inf */
+/* Prints all digits; JSON has neither NaN nor Inf */
 std::string AinsworthJSON(PetscReal number)
 {
   char text[64];
@@ -53,7 +53,7 @@ void AinsworthDiagnosisConfirm(AinsworthDiagnosis *d, const char key[])
     if (finding.key == key) finding.type = AINSWORTH_FATAL;
 }
 
-/* The facts, or the advice, the worst first, of those the order in which they were found */
+/* Selects the facts, or the advice with the worst first, otherwise in the order found */
 static std::vector<AinsworthFinding *> Select(AinsworthDiagnosis *d, bool advice)
 {
   std::vector<AinsworthFinding *> selected;
@@ -64,7 +64,7 @@ static std::vector<AinsworthFinding *> Select(AinsworthDiagnosis *d, bool advice
   return selected;
 }
 
-/* A list of findings; text: those that were not printed yet, JSON: all */
+/* Formats a list of findings: as JSON all, as text those not printed yet */
 static std::string Write(AinsworthDiagnosis *d, bool advice, bool json)
 {
   std::string text;
@@ -103,7 +103,7 @@ PetscErrorCode AinsworthDiagnosisPrintAdvice(AinsworthDiagnosis *d, MPI_Comm com
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* agree: collective, all ranks hear of a file that cannot be written; otherwise an error is under way */
+/* Saves all findings as JSON; agree: collective, raises an error on all ranks if the file cannot be written; otherwise an error is already being handled */
 PetscErrorCode AinsworthDiagnosisSave(const AinsworthDiagnosis *d, MPI_Comm comm, PetscBool agree)
 {
   AinsworthDiagnosis copy = *d;

@@ -1,4 +1,4 @@
-/* What a diagnosis finds, facts and advice in one list, which a reader gets as text and a program as JSON (docs/diagnose.md) */
+/* Findings of a diagnosis, facts and advice in one list, printed as text and saved as JSON (docs/diagnose.md) */
 #ifndef AINSWORTH_DIAGNOSIS_H
 #define AINSWORTH_DIAGNOSIS_H
 
@@ -6,31 +6,31 @@
 #include <string>
 #include <vector>
 
-/* Advice comes the worst first */
+/* In order of severity: advice is printed worst first */
 typedef enum {
   AINSWORTH_FACT,
-  AINSWORTH_COSTLY,   /* it could be had for less */
-  AINSWORTH_DOUBTFUL, /* a mistake, as a rule */
+  AINSWORTH_COSTLY,   /* correct, but could be cheaper */
+  AINSWORTH_DOUBTFUL, /* usually a mistake */
   AINSWORTH_FATAL     /* there is no solution, or none was found */
 } AinsworthFindingType;
 
 struct AinsworthFinding {
   AinsworthFindingType type;
-  std::string          key, value, sentence; /* value: as JSON */
+  std::string          key, value, sentence; /* value is JSON */
   bool                 printed;
 };
 
 struct AinsworthDiagnosis {
-  std::string                   file; /* of the JSON; empty: none */
+  std::string                   file; /* JSON output file; empty for none */
   std::vector<AinsworthFinding> findings;
-  bool                          finished = false; /* what a set-up has to tell has been told */
+  bool                          finished = false; /* set-up has reported everything */
 };
 
 std::string AinsworthJSON(PetscInt);
 std::string AinsworthJSON(PetscReal);
 std::string AinsworthJSON(const char[]);
 
-/* An object, of names and values that are JSON already */
+/* Returns a JSON object of names and values, which are JSON already */
 template <typename... Rest>
 std::string AinsworthJSON(const char name[], const std::string &value, const Rest &...rest)
 {
@@ -40,12 +40,12 @@ std::string AinsworthJSON(const char name[], const std::string &value, const Res
   else return "{" + member + "}";
 }
 
-/* Not collective, but the same on all ranks; what was found already is not added again */
+/* Adds a finding unless its sentence is already there; not collective, but called alike on all ranks */
 PETSC_INTERN void AinsworthDiagnosisAdd(AinsworthDiagnosis *, AinsworthFindingType, const char key[], const std::string &value, const char sentence[], ...)
   PETSC_ATTRIBUTE_FORMAT(5, 6);
-/* What may be the cause of a failure, and is more than doubtful after one */
+/* Makes findings with this key fatal: after a failure they are its probable cause */
 void AinsworthDiagnosisConfirm(AinsworthDiagnosis *, const char key[]);
-/* New facts under a title; new advice, or that there is none; all of it as JSON. Only the last is collective */
+/* Print new facts under a title, print new advice or that there is none, and save all findings as JSON; only the last is collective */
 PetscErrorCode AinsworthDiagnosisPrintFacts(AinsworthDiagnosis *, MPI_Comm, const char title[]);
 PetscErrorCode AinsworthDiagnosisPrintAdvice(AinsworthDiagnosis *, MPI_Comm);
 PetscErrorCode AinsworthDiagnosisSave(const AinsworthDiagnosis *, MPI_Comm, PetscBool agree);

@@ -1,8 +1,7 @@
 #include "estimator.h"
 #include <cmath>
 
-/* share of the squared error that an accurate lower bound may miss, and the fall of the squared error that history reaches back to
-   (Meurant, Papez, Tichy 2021) */
+/* Part of the squared error that an accurate lower bound may miss, and its reduction over which Safety() looks back (Meurant, Papez, Tichy 2021) */
 static const PetscReal missing = 0.25, history = 1e-4;
 
 void AinsworthEstimatorStart(AinsworthEstimator *e, PetscReal eigenvalue, PetscReal rz)
@@ -18,7 +17,8 @@ void AinsworthEstimatorStart(AinsworthEstimator *e, PetscReal eigenvalue, PetscR
 }
 
 /*
-   The smallest Ritz value is 1 / ||L^{-1}||^2, L the Cholesky factor of the Lanczos matrix, which grows by one row a step.
+   Updates the estimate of the smallest Ritz value, 1 / ||L^{-1}||^2, for the Cholesky factor L of the Lanczos matrix, which grows by one row per step
+
    ||L^{-1}|| is estimated from below by the best combination of the old vector and the new unit vector (Meurant, Tichy 2019).
 */
 static void GrowLanczosMatrix(AinsworthEstimator *e, PetscReal alpha)
@@ -32,7 +32,7 @@ static void GrowLanczosMatrix(AinsworthEstimator *e, PetscReal alpha)
   e->tau                   = ratio * ratio * e->tau + alpha;
   const PetscReal coupling = -ratio * e->sigma, half = (e->rho - e->tau) / 2, root = std::hypot(half, coupling);
   const PetscReal largest = (e->rho + e->tau) / 2 + root;
-  /* its eigenvector, from the row that does not cancel */
+  /* its eigenvector, from the row without cancellation */
   PetscReal       s = half > 0 ? half + root : coupling, c = half > 0 ? coupling : root - half;
   const PetscReal length = std::hypot(s, c);
 
@@ -42,7 +42,7 @@ static void GrowLanczosMatrix(AinsworthEstimator *e, PetscReal alpha)
   e->rho   = largest;
 }
 
-/* How much larger the squared error was than what the step took off it, at worst in recent steps */
+/* Returns the largest quotient of the squared error and its decrease in recent steps */
 static PetscReal Safety(const AinsworthEstimator *e)
 {
   const PetscReal last  = e->fall.back();
@@ -56,7 +56,7 @@ static PetscReal Safety(const AinsworthEstimator *e)
   return safety;
 }
 
-/* Sums start at the small end */
+/* Sums the decreases of steps first to end - 1, the smallest first */
 static PetscReal Sum(const AinsworthEstimator *e, PetscInt first, PetscInt end)
 {
   PetscReal sum = 0.0;
@@ -65,7 +65,7 @@ static PetscReal Sum(const AinsworthEstimator *e, PetscInt first, PetscInt end)
   return sum;
 }
 
-/* The step from the last iterate to the one whose r' z is given */
+/* Records the step from the last iterate to the one with this r' z */
 void AinsworthEstimatorStep(AinsworthEstimator *e, PetscReal alpha, PetscReal rz)
 {
   const PetscInt  step = (PetscInt)e->fall.size();
@@ -88,14 +88,17 @@ PetscReal AinsworthEstimatorLower(const AinsworthEstimator *e, PetscInt iteratio
   return std::sqrt(Sum(e, iteration, (PetscInt)e->fall.size()));
 }
 
-/* What is left of the squared error at the last iterate: by the simpler bound that has no poles (Meurant, Tichy 2019), with the smallest Ritz value */
+/* Estimates the squared error of the last iterate by the simpler bound without poles (Meurant, Tichy 2019), with the smallest Ritz value */
 static PetscReal Estimated(const AinsworthEstimator *e)
 {
   return e->phi * e->rho * e->rz;
 }
 
-/* Gauss-Radau with the given eigenvalue (Golub, Meurant 1997), otherwise the estimate. NAN where the given eigenvalue turned out too large, or before the
-   first step gave a Ritz value */
+/*
+   Returns the Gauss-Radau bound if an eigenvalue was given (Golub, Meurant 1997), otherwise the estimate
+
+   NAN if the given eigenvalue is too large, or before the first step gives a Ritz value
+*/
 PetscReal AinsworthEstimatorUpper(const AinsworthEstimator *e, PetscInt iteration)
 {
   PetscReal rest;
@@ -105,7 +108,11 @@ PetscReal AinsworthEstimatorUpper(const AinsworthEstimator *e, PetscInt iteratio
   return std::sqrt(rest + Sum(e, iteration, (PetscInt)e->fall.size()));
 }
 
-/* The lower bound alone would end on a plateau, and so would the upper one where no coefficient tells of a small eigenvalue yet, unless one is given */
+/*
+   Requires both bounds, because the lower bound alone would stop on a plateau
+
+   Without a given eigenvalue the upper bound would stop there, too, as long as no coefficient shows a small eigenvalue
+*/
 bool AinsworthEstimatorReached(const AinsworthEstimator *e, PetscReal error)
 {
   if (!e->accurate) return false;

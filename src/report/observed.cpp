@@ -6,7 +6,7 @@ struct Observed {
   Mat            A;
   PetscInt       products;
   PetscReal      xAx;     /* of the last product */
-  PetscLogDouble seconds; /* spent on it, all products together */
+  PetscLogDouble seconds; /* spent on these dot products, all together */
 };
 
 static PetscErrorCode MatMult_Observed(Mat mat, Vec x, Vec y)
@@ -51,7 +51,7 @@ PetscErrorCode AinsworthObservedCreate(Mat A, Mat *mat)
   PetscCall(MatCreateShell(PetscObjectComm((PetscObject)A), m, n, PETSC_DETERMINE, PETSC_DETERMINE, observed, mat));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT, (void (*)(void))MatMult_Observed));
   PetscCall(MatShellSetOperation(*mat, MATOP_DESTROY, (void (*)(void))MatDestroy_Observed));
-  PetscCall(PetscObjectCompose((PetscObject)*mat, "AinsworthObserved", (PetscObject)A)); /* for the method, which knows what it multiplies by */
+  PetscCall(PetscObjectCompose((PetscObject)*mat, "AinsworthObserved", (PetscObject)A)); /* KSPPROJECTEDCG looks for its operator here */
   PetscCall(MatGetNullSpace(A, &nullspace));
   if (nullspace) PetscCall(MatSetNullSpace(*mat, nullspace));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,4 +1,4 @@
-/* An operator that remembers x' A x of its last product: what conjugate gradients need besides r' z to tell their coefficients */
+/* An operator that records x' A x of its last product, which together with r' z gives the coefficients of conjugate gradients */
 #ifndef AINSWORTH_OBSERVED_H
 #define AINSWORTH_OBSERVED_H
 

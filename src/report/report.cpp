@@ -4,7 +4,7 @@
 #include "../objects.h"
 #include "../ksp/projectedcg.h"
 
-/* The exact solution of the reduced system: the field of x of a whole solution */
+/* Creates the exact solution of the reduced system from a reference, which is x alone or the whole solution */
 static PetscErrorCode CreateExact(const AinsworthReportSystem *system, Vec reference, Vec *exact)
 {
   MPI_Comm   comm = PetscObjectComm((PetscObject)system->A);
@@ -62,7 +62,7 @@ PetscErrorCode AinsworthReportDestroy(AinsworthReport **out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* VecNorm() with NORM_2 would leave norms of other types in a subvector, which PETSc 3.18 takes for known zeros */
+/* Computes the 2-norm by VecDot(): VecNorm() would cache norms of other types in a subvector, which PETSc 3.18 takes for known zeros */
 static PetscErrorCode Length(Vec v, PetscReal *length)
 {
   PetscScalar square;
@@ -88,7 +88,7 @@ PetscErrorCode AinsworthReportGetX(AinsworthReport *report, Vec iterate, Vec *x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* f - A x - B' lambda and g - C x + D lambda, of x and lambda at this iterate, where the former is f - A x yet */
+/* Computes f - A x - B' lambda, in place of f - A x, and g - C x + D lambda, with x and lambda of this iterate */
 static PetscErrorCode LeaveMultipliers(AinsworthReport *report, Vec x)
 {
   Mat            reduced = report->system.reduced;
@@ -107,7 +107,7 @@ static PetscErrorCode LeaveMultipliers(AinsworthReport *report, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ||f - A x - C' lambda|| / ||f|| with lambda = R' (f - A x), and ||g - C x|| / ||g||; absolute where f or g is zero. And the energy norm of x */
+/* Computes ||f - A x - C' lambda|| / ||f|| with lambda = R' (f - A x), ||g - C x|| / ||g||, and the energy norm of x; absolute if f or g is zero */
 static PetscErrorCode Residuals(AinsworthReport *report, Vec iterate, AinsworthReportRow *row)
 {
   const AinsworthReportSystem *system = &report->system;
@@ -130,7 +130,7 @@ static PetscErrorCode Residuals(AinsworthReport *report, Vec iterate, AinsworthR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* sqrt((x - x_k)' A~ (x - x_k)), which is that of A in Ker C; without the energy of springs */
+/* Computes sqrt((x - x_k)' A~ (x - x_k)), with A in place of A~ in Ker C, where they agree; excludes the energy of springs */
 static PetscErrorCode TrueError(AinsworthReport *report, Vec iterate, PetscReal *error)
 {
   PetscScalar square;
@@ -145,7 +145,7 @@ static PetscErrorCode TrueError(AinsworthReport *report, Vec iterate, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* alpha of the last step and r' z */
+/* Gets alpha of the last step, and r' z */
 static PetscErrorCode GetCoefficients(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, PetscReal *alpha, PetscReal *rz)
 {
   PetscInt  products;
@@ -163,7 +163,7 @@ static PetscErrorCode GetCoefficients(AinsworthReport *report, KSP ksp, PetscInt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Called in every iteration, in the place of the convergence test */
+/* Records an iteration; replaces the convergence test of the KSP, and calls it */
 static PetscErrorCode Record(KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason, void *ctx)
 {
   AinsworthReport   *report = (AinsworthReport *)ctx;
@@ -195,7 +195,7 @@ static PetscErrorCode Record(KSP ksp, PetscInt step, PetscReal norm, KSPConverge
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Are there coefficients, and where? Does the tolerance of the residual refer to x? */
+/* Determines whether the coefficients of conjugate gradients are available, and whether the residual tolerance is made relative to x */
 static PetscErrorCode ChooseCoefficients(AinsworthReport *report, KSP ksp)
 {
   PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
@@ -224,7 +224,7 @@ static PetscErrorCode ChooseCoefficients(AinsworthReport *report, KSP ksp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the method multiplies by remembers its products, or does so no longer */
+/* Puts an observer around the operator of the method, or removes it */
 static PetscErrorCode Observe(AinsworthReport *report, KSP ksp, PetscBool begin)
 {
   Mat            mat, pmat;
@@ -250,7 +250,7 @@ static PetscErrorCode Observe(AinsworthReport *report, KSP ksp, PetscBool begin)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The solve that follows is watched until AinsworthReportEnd(); what the KSP has of its own is kept meanwhile */
+/* Watches the next solve until AinsworthReportEnd(), which restores the KSP */
 PetscErrorCode AinsworthReportBegin(AinsworthReport *report, KSP ksp, AinsworthSaddleVec b, PetscLogDouble start)
 {
   PetscLogDouble before, after;
@@ -285,7 +285,7 @@ PetscErrorCode AinsworthReportBegin(AinsworthReport *report, KSP ksp, AinsworthS
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After an error nothing is shown, but the KSP gets back what is its own all the same */
+/* Shows the last rows, unless the solve failed with an error, and restores the KSP in any case */
 PetscErrorCode AinsworthReportEnd(AinsworthReport *report, KSP ksp, PetscBool failed)
 {
   PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);

@@ -1,4 +1,4 @@
-/* Error against run time while the reduced system is solved: one row per iteration, and the decision to stop (docs/report.md) */
+/* Error against run time of the reduced solve, one row per iteration, and the decision to stop (docs/report.md) */
 #ifndef AINSWORTH_REPORT_H
 #define AINSWORTH_REPORT_H
 
@@ -14,25 +14,25 @@ typedef enum {
 } AinsworthStopType;
 
 struct AinsworthReportSettings {
-  PetscViewer       viewer; /* NULL: no monitor */
+  PetscViewer       viewer; /* NULL for no monitor */
   PetscViewerFormat format;
-  Vec               reference; /* exact solution, of length n + m or n; NULL: none */
+  Vec               reference; /* exact solution, of length n + m or n; NULL if unknown */
   AinsworthStopType stop;
-  PetscReal         rtol;           /* of the error, relative to x */
-  char             *monitor, *file; /* the options that viewer and reference come from; NULL: none */
-  PetscReal         eigenvalue;     /* lower bound of the spectrum; PETSC_DEFAULT: estimated */
+  PetscReal         rtol;           /* tolerance of the error relative to x */
+  char             *monitor, *file; /* options that set viewer and reference; NULL if unset */
+  PetscReal         eigenvalue;     /* lower bound of the spectrum; PETSC_DEFAULT to estimate it */
 };
 
-/* The reduced system, as PCAINSWORTH knows it */
+/* The reduced system, set by PCAINSWORTH */
 struct AinsworthReportSystem {
-  Mat      A, C;            /* C without rows: no constraints */
+  Mat      A, C;            /* C has no rows if there are no constraints */
   Mat      reduced;         /* the reduced operator; NULL without constraints */
   IS       primal;          /* field of x in the solution of the saddle-point system */
   PetscInt size;            /* of that solution */
   Vec      inverseDiagonal; /* diag(A)^{-1} */
 };
 
-/* NAN: not known */
+/* NAN if unknown */
 struct AinsworthReportRow {
   PetscReal seconds, natural, primal, constraint, error;
 };
@@ -40,33 +40,33 @@ struct AinsworthReportRow {
 struct AinsworthReport {
   AinsworthReportSettings        *settings;
   AinsworthReportSystem           system;
-  PetscBool                       estimate; /* the Krylov method has the coefficients of conjugate gradients, of which its operator is observed */
-  PetscBool                       kernel;   /* it iterates in Ker C: of its operator, the products with A are observed */
+  PetscBool                       estimate; /* the method is conjugate gradients, and its operator is observed to get the coefficients */
+  PetscBool                       kernel;   /* it iterates in Ker C: the products with A are observed */
   PetscBool                       watch;    /* there is a monitor, or the error ends the solve */
-  PetscBool                       patient;  /* the convergence test is PETSc's own: a residual that no longer falls ends the solve, too */
-  PetscBool                       tighten;  /* the convergence test is PETSc's own, in the natural norm: its tolerance comes to refer to x */
+  PetscBool                       patient;  /* the convergence test is PETSc's own: stagnation ends the solve, too */
+  PetscBool                       tighten;  /* the convergence test is PETSc's own, in the natural norm: its tolerance is made relative to x */
   AinsworthEstimator              estimator;
   std::vector<AinsworthReportRow> rows;
   size_t                          printed;
-  Vec                             exact; /* solution; NULL: not known */
-  AinsworthSaddleVec              b;     /* f and g of the present solve, not owned */
+  Vec                             exact; /* exact x; NULL if unknown */
+  AinsworthSaddleVec              b;     /* f and g of the current solve, borrowed */
   Vec                             x, r, residual;
-  AinsworthSaddleVec              springs;          /* x and lambda of an iterate where D is not zero; NULL: not needed yet */
+  AinsworthSaddleVec              springs;          /* x and lambda of an iterate if D is nonzero; NULL until needed */
   PetscReal                       norm[2];          /* of f and g */
   PetscReal                       energy;           /* energy norm of x, as far as it is known */
   PetscReal                       bound;            /* error that ends the solve */
-  PetscReal                       least;            /* residual norm, halved at least since the last such */
-  PetscInt                        found;            /* the iteration of that norm */
-  PetscInt                        patience;         /* iterations without half of it */
-  PetscBool                       wentOn;           /* for the sake of x */
-  PetscInt                        solve;            /* its number, among those that the viewer shows */
-  Vec                             work[2];          /* NULL: not needed yet */
-  PetscLogDouble                  start;            /* the time when this solve began, less its set-up */
-  PetscLogDouble                  spent, observing; /* seconds of the report itself, and of the observed operator */
+  PetscReal                       least;            /* residual norm when it was last at least halved */
+  PetscInt                        found;            /* the iteration then */
+  PetscInt                        patience;         /* iterations allowed until it is halved again */
+  PetscBool                       wentOn;           /* because the residual was not small relative to x */
+  PetscInt                        solve;            /* its number among those that the viewer shows */
+  Vec                             work[2];          /* NULL until needed */
+  PetscLogDouble                  start;            /* time when this solve began, minus the time of its set-up */
+  PetscLogDouble                  spent, observing; /* seconds spent in the report and in the observer */
 
-  /* what the solve had before */
+  /* what to restore in the KSP */
   PetscBool installed;
-  Mat       operation, observed; /* what the method multiplies by, and what takes its place */
+  Mat       operation, observed; /* the method's operator and its observer */
   void     *test;
   PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
   AinsworthTestDestroyFn *destroy;
@@ -74,17 +74,17 @@ struct AinsworthReport {
 
 PetscErrorCode AinsworthReportCreate(AinsworthReportSettings *, const AinsworthReportSystem *, AinsworthReport **);
 PetscErrorCode AinsworthReportDestroy(AinsworthReport **);
-/* start: the time when the solve began, less the seconds of its set-up */
+/* start: time when the solve began, minus the seconds of its set-up */
 PetscErrorCode AinsworthReportBegin(AinsworthReport *, KSP, AinsworthSaddleVec b, PetscLogDouble start);
 PetscErrorCode AinsworthReportEnd(AinsworthReport *, KSP, PetscBool failed);
 
-/* x of an iterate of the reduced solve, which is another where D is not zero; not to be destroyed */
+/* Gets x of an iterate of the reduced solve, which differs from the iterate if D is nonzero; borrowed */
 PetscErrorCode AinsworthReportGetX(AinsworthReport *, Vec iterate, Vec *x);
 PetscErrorCode AinsworthReportSetPatience(AinsworthReport *, KSP);
-/* Whether the solve ends here, by what its own convergence test says of a residual and by the estimated error: both refer to x */
+/* Decides whether the solve ends, by the result of its own convergence test and by the estimated error, both relative to x */
 PetscErrorCode AinsworthReportStop(AinsworthReport *, KSP, PetscInt step, PetscReal norm, KSPConvergedReason *);
 
-/* What the viewer shows: a row as soon as its error is known, at the end all of them */
+/* Viewer output: a row as soon as its error is known, all rows at the end */
 PetscErrorCode AinsworthReportHeader(AinsworthReport *);
 PetscErrorCode AinsworthReportPrint(AinsworthReport *, PetscBool all);
 PetscErrorCode AinsworthReportDraw(AinsworthReport *);

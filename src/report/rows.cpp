@@ -2,7 +2,7 @@
 #include <petscdraw.h>
 #include <cmath>
 
-/* A number of the given form; where there is none, nothing in CSV and a dash in a table */
+/* Formats a number; NaN and Inf become empty in CSV and a dash in a table */
 static PetscErrorCode Number(PetscReal value, bool csv, char text[16])
 {
   PetscFunctionBegin;
@@ -26,7 +26,7 @@ static PetscErrorCode DestroyCount(AinsworthContext count)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The number of this solve among those that the viewer has shown, which KSPs on one communicator share where they name the same file */
+/* Counts the solves that the viewer has shown; KSPs on one communicator share the count if they use the same file */
 static PetscErrorCode CountSolve(PetscViewer viewer, PetscInt *solve)
 {
   const char     name[] = "AinsworthReportSolves";
@@ -40,14 +40,14 @@ static PetscErrorCode CountSolve(PetscViewer viewer, PetscInt *solve)
     PetscCall(PetscContainerSetPointer(container, new PetscInt(0)));
     PetscCall(PetscContainerSetCtxDestroy(container, DestroyCount));
     PetscCall(PetscObjectCompose((PetscObject)viewer, name, (PetscObject)container));
-    PetscCall(PetscObjectDereference((PetscObject)container)); /* the viewer keeps it */
+    PetscCall(PetscObjectDereference((PetscObject)container)); /* the viewer has a reference */
   }
   PetscCall(PetscContainerGetPointer(container, (void **)&count));
   *solve = ++*count;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does the file go on from an earlier run? Known where it is written */
+/* Checks whether the file continues an earlier run; valid on the rank that writes it */
 static PetscErrorCode Appends(PetscViewer viewer, bool *appends)
 {
   PetscFileMode mode;
@@ -124,7 +124,7 @@ PetscErrorCode AinsworthReportPrint(AinsworthReport *report, PetscBool all)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Decimal logarithms of the bounds and, where it is known, of the true error, across the seconds */
+/* Plots log10 of the bounds and, if known, of the true error against the seconds */
 PetscErrorCode AinsworthReportDraw(AinsworthReport *report)
 {
   const AinsworthEstimator *e        = &report->estimator;

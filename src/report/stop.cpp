@@ -1,11 +1,11 @@
-/* When the reduced solve may end: tolerances refer to the energy norm of x, not to that of x - R g, which the solve looks for */
+/* Stopping criteria of the reduced solve: tolerances refer to the energy norm of x, not to that of x - R g, the unknown of the solve */
 #include "report.h"
 #include <petsc/private/kspimpl.h>
 
-/* An entry of x is right to this, relative to its size: an error below needs more digits */
+/* Relative accuracy of the entries of x: smaller errors need more digits */
 static const PetscReal digits = 10 * PETSC_MACHINE_EPSILON;
 
-/* |x|_A^2 by a product with A, and the square of what the rounding of x makes of it; x' A x itself is not known more exactly than the rounding of its terms */
+/* Computes |x|_A^2 by a product with A, and the squared energy norm of the rounding of x; x' A x is known only up to the rounding of its terms */
 static PetscErrorCode Energy(AinsworthReport *report, Vec x, PetscReal *energy, PetscReal *rounding)
 {
   const AinsworthReportSystem *system = &report->system;
@@ -21,13 +21,13 @@ static PetscErrorCode Energy(AinsworthReport *report, Vec x, PetscReal *energy, 
   PetscCall(VecPointwiseDivide(report->work[0], x, system->inverseDiagonal));
   PetscCall(VecDot(report->work[0], x, &size));
   PetscCall(VecPointwiseMult(report->work[1], report->work[0], x));
-  PetscCall(VecNorm(report->work[1], NORM_2, &noise)); /* rounding errors of the terms are independent */
+  PetscCall(VecNorm(report->work[1], NORM_2, &noise)); /* the rounding errors of the terms are independent */
   *energy   = PetscMax(PetscRealPart(product), digits * noise);
   *rounding = digits * digits * PetscRealPart(size);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* |lambda|_D^2, where D is not zero and AinsworthReportGetX() has found lambda: the energy of the springs */
+/* Adds the energy of the springs, |lambda|_D^2, if D is nonzero; lambda is that of the last AinsworthReportGetX() */
 static PetscErrorCode AddSprings(AinsworthReport *report, const Mat_Ainsworth *ctx, PetscReal *energy)
 {
   PetscReal springs = 0.0;
@@ -38,7 +38,7 @@ static PetscErrorCode AddSprings(AinsworthReport *report, const Mat_Ainsworth *c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The operator of the constraints, where R g is not zero; NULL otherwise */
+/* Gets the context of the reduced operator if R g is nonzero, otherwise NULL */
 static PetscErrorCode GetStart(const AinsworthReport *report, Mat_Ainsworth **ctx)
 {
   PetscFunctionBegin;
@@ -49,10 +49,12 @@ static PetscErrorCode GetStart(const AinsworthReport *report, Mat_Ainsworth **ct
 }
 
 /*
-   PETSc's test has found a residual that is small relative to the first one, that of R g. Where R g strains what x does not, x is much smaller than
-   x - R g = z, and the tolerance shrinks by |x|_A / |z|_A. With b = Q' (f - A R g), the right-hand side of Ker C, and r = b - A z, r' z = 0 in conjugate
-   gradients, z' A z = x' b and x' A x = (R g)' A R g - x' b + 2 f' z: if that tells of a small x, cancellation and all, one product with A says how small. Where D is not
-   zero the product is made anyway.
+   Continues the solve if the residual is small relative to the first one, but not relative to x
+
+   PETSc's test compares with the first residual, that of R g. If R g strains what x does not, x is much smaller than x - R g = z, and the tolerance shrinks by
+   |x|_A / |z|_A. With b = Q' (f - A R g), the right-hand side in Ker C, and r = b - A z, conjugate gradients have r' z = 0 and z' A z = x' b.
+
+   If x' A x = (R g)' A R g - x' b + 2 f' z, despite cancellation, indicates a small x, one product with A gives its norm; if D is nonzero it is always made
 */
 static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason)
 {
@@ -87,15 +89,17 @@ static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, Pets
   report->found  = step;
   report->least  = norm;
   *reason        = KSP_CONVERGED_ITERATING;
-  ksp->ttol      = PetscMax(tolerance, ksp->abstol); /* the test does not ask again before */
+  ksp->ttol      = PetscMax(tolerance, ksp->abstol); /* the test does not report convergence before */
   PetscCall(PetscInfo(ksp, "The energy norm of x is %g, that of x - R g %g: the residual norm has to come down to %g\n", (double)PetscSqrtReal(energy),
                       (double)PetscSqrtReal(z), (double)ksp->ttol));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   A residual that no longer falls ends the solve long before the limit of iterations. Multigrid needs tens of iterations; a simple preconditioner as many as
-   unknowns, in exact arithmetic; and methods that add up rounding errors, pipelined ones above all, may not come down to the smaller tolerance of GoOn()
+   Ends the solve if the residual stagnates, long before the limit of iterations
+
+   Multigrid needs tens of iterations; a simple preconditioner, in exact arithmetic, as many as there are unknowns. Methods that accumulate rounding errors,
+   especially pipelined ones, may not reach the smaller tolerance of GoOn()
 */
 static PetscErrorCode CheckStagnation(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason)
 {
@@ -111,7 +115,7 @@ static PetscErrorCode CheckStagnation(AinsworthReport *report, KSP ksp, PetscInt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What CheckStagnation() has patience for */
+/* Sets the number of iterations that CheckStagnation() allows */
 PetscErrorCode AinsworthReportSetPatience(AinsworthReport *report, KSP ksp)
 {
   static const PetscInt usual = 1000;
@@ -130,7 +134,7 @@ PetscErrorCode AinsworthReportSetPatience(AinsworthReport *report, KSP ksp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The error in the energy norm that may be left. Where R g is not zero, x is multiplied by A only when the error is below what the largest x would allow */
+/* Checks whether the error is small enough in the energy norm; for R g != 0, x is multiplied by A only if the error would do for the largest possible x */
 static PetscErrorCode ErrorReached(AinsworthReport *report, KSP ksp, bool *reached)
 {
   const AinsworthEstimator *e    = &report->estimator;
@@ -151,7 +155,7 @@ static PetscErrorCode ErrorReached(AinsworthReport *report, KSP ksp, bool *reach
   PetscCall(Energy(report, x, &energy, &rounding));
   if (ctx) PetscCall(AddSprings(report, ctx, &energy));
   report->energy = PetscSqrtReal(energy);
-  report->bound  = PetscSqrtReal(PetscMax(PetscSqr(rtol / (1 + rtol)) * energy, rounding)); /* |x|_A is that of this iterate less at most the error */
+  report->bound  = PetscSqrtReal(PetscMax(PetscSqr(rtol / (1 + rtol)) * energy, rounding)); /* |x|_A is at least that of the iterate minus the error */
   *reached       = AinsworthEstimatorReached(e, report->bound);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

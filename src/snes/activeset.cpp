@@ -3,7 +3,7 @@
 #include <petsc/private/snesimpl.h>
 #include <cmath>
 
-/* keep: 0 where a row is held, else 1; known: what Newton's step is there, the distance from the bound, else 0 */
+/* Sets keep to 0 in held rows, else 1, and known to Newton's step in held rows, which is the distance from the bound, else 0 */
 static PetscErrorCode HeldStep(SNES snes, const SNES_AinsworthActiveSet *as, Vec keep, Vec known)
 {
   PetscFunctionBegin;
@@ -14,7 +14,7 @@ static PetscErrorCode HeldStep(SNES snes, const SNES_AinsworthActiveSet *as, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the residual without held rows, to which the distances from their bounds belong */
+/* Computes the norm of the residual, with the distances from the bounds in held rows */
 static PetscErrorCode NormOfEquations(SNES snes, Vec keep, Vec known, Vec work, PetscReal *norm)
 {
   PetscReal distance;
@@ -28,8 +28,9 @@ static PetscErrorCode NormOfEquations(SNES snes, Vec keep, Vec known, Vec work, 
 }
 
 /*
-   The reason to stop in iteration i, with a norm, or 0. PETSc's test is asked at first, when it keeps the norm, and where no row is wrong: of a linear problem
-   after a solve that was exact
+   Sets the reason to stop in iteration i, or 0
+
+   PETSc's test is called in the first iteration, when it stores the norm, and when no row is wrong; for a linear problem only after an exact solve
 */
 static PetscErrorCode Test(SNES snes, const SNES_AinsworthActiveSet *as, PetscInt i, bool cycles)
 {
@@ -93,7 +94,7 @@ static PetscErrorCode SNESSolve_AinsworthActiveSet(SNES snes)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The bounds of SNESVISetVariableBounds() or SNESVISetComputeVariableBounds() */
+/* Takes the bounds of SNESVISetVariableBounds() or SNESVISetComputeVariableBounds() */
 static PetscErrorCode SNESSetUp_AinsworthActiveSet(SNES snes)
 {
   SNES_AinsworthActiveSet *as = (SNES_AinsworthActiveSet *)snes->data;

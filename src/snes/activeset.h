@@ -1,4 +1,4 @@
-/* SNESAINSWORTHACTIVESET: Newton's method and an active set for multipliers with bounds */
+/* SNESAINSWORTHACTIVESET: Newton's method with an active set for multipliers with bounds */
 #ifndef AINSWORTH_ACTIVESET_H
 #define AINSWORTH_ACTIVESET_H
 
@@ -8,9 +8,9 @@
 #include <set>
 #include <vector>
 
-/* What a row that has bounds is given in the next step */
+/* How a bounded row is treated in the next step: held at a bound or not */
 enum AinsworthHold : signed char {
-  HOLD_NONE, /* its equation */
+  HOLD_NONE, /* its equation is solved */
   HOLD_LOWER,
   HOLD_UPPER
 };
@@ -20,25 +20,25 @@ struct SNES_AinsworthActiveSet {
   PetscReal loose     = 1e-2; /* relative tolerance of linear solves after which rows may change */
 
   /* rows.cpp */
-  std::vector<PetscInt>      rows;         /* the local ones that have bounds */
+  std::vector<PetscInt>      rows;         /* local rows with bounds */
   std::vector<AinsworthHold> hold;         /* of each local row */
-  std::set<uint64_t>         seen;         /* the sets there were */
-  PetscInt                   wrong, least; /* rows that must change, now and when rows began to change one by one */
-  bool                       single;       /* they do */
-  bool                       tight;        /* a set came again after loose solves: no more of them */
-  PetscReal                  largest;      /* residual of a row with bounds, so far */
+  std::set<uint64_t>         seen;         /* hashes of the sets so far */
+  PetscInt                   wrong, least; /* number of rows that must change: now, and the least before rows changed one by one */
+  bool                       single;       /* rows change one by one */
+  bool                       tight;        /* a set recurred after loose solves, which are no longer used */
+  PetscReal                  largest;      /* residual of a bounded row so far */
 
   /* step.cpp */
   Vec                        bounded = NULL; /* 1 where there is a bound, else 0 */
   Mat                        step = NULL, pstep = NULL;
   std::vector<AinsworthHold> solved;   /* hold when these matrices were made */
-  uint64_t                   state[2]; /* of the Jacobian then */
-  PetscReal                  asked;    /* relative tolerance of the linear solver, whatever the step takes */
-  PetscReal                  reached;  /* by the last linear solve, of its right-hand side */
-  PetscReal                  left;     /* what it may have left, of the energy norm of x; negative: there was none, or it left rows wrong */
-  bool                       exact;    /* not more than was asked for */
-  bool                       linear;   /* F was what its Jacobian said */
-  PetscReal                  diagonal; /* the largest entry of the Jacobian's */
+  uint64_t                   state[2]; /* of the Jacobians then */
+  PetscReal                  asked;    /* relative tolerance of the linear solver before it is loosened */
+  PetscReal                  reached;  /* relative residual of the last linear solve */
+  PetscReal                  left;     /* estimated error that it left, relative to the energy norm of x; negative without a solve, or with wrong rows */
+  bool                       exact;    /* that error is within the requested tolerance */
+  bool                       linear;   /* F agreed with its linearization */
+  PetscReal                  diagonal; /* largest diagonal entry of the Jacobian */
 };
 
 /* rows.cpp */
@@ -50,7 +50,7 @@ PetscErrorCode AinsworthActiveSetSolveStep(SNES, SNES_AinsworthActiveSet *, Vec 
 PetscErrorCode AinsworthActiveSetTakeStep(SNES, Vec before, Vec Y);
 PetscErrorCode AinsworthActiveSetJudgeStep(SNES, SNES_AinsworthActiveSet *, Vec before, Vec JY, Vec Y);
 
-/* stepmatrix.cpp: J where keep is 1; rows and columns where it is 0 have -1 on the diagonal and nothing else. bounded: 1 where keep may ever be 0 */
+/* stepmatrix.cpp: J with -1 on the diagonal and zeros elsewhere in rows and columns where keep is 0; bounded: 1 where keep may ever be 0 */
 PetscErrorCode AinsworthStepMatCreate(Mat J, Vec bounded, Vec keep, Mat *step);
 PetscErrorCode AinsworthStepMultKnown(Mat J, Vec known, Vec product);
 

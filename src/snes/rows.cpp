@@ -1,10 +1,10 @@
-/* Which rows with bounds are held at one in the next step */
+/* Choice of the bounded rows that are held at a bound in the next step */
 #include "activeset.h"
 #include "../loops.h"
 #include "../saddle/saddle.h"
 #include <petsc/private/snesimpl.h>
 
-/* The number of a set, the same on any number of ranks */
+/* Computes a hash of the present set, the same on any number of ranks; collective */
 static PetscErrorCode NumberOfSet(SNES snes, const SNES_AinsworthActiveSet *as, uint64_t *number)
 {
   PetscInt rstart;
@@ -17,7 +17,7 @@ static PetscErrorCode NumberOfSet(SNES snes, const SNES_AinsworthActiveSet *as, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Which bound each row with bounds belongs at, as X and F say; first: whatever it was before */
+/* Finds the bound at which each bounded row belongs according to X and F; first: sets the present set from X alone; collective */
 PetscErrorCode AinsworthActiveSetFindWrong(SNES snes, SNES_AinsworthActiveSet *as, bool first, std::vector<AinsworthHold> &wanted)
 {
   PetscReal now[2] = {0.0, 0.0};
@@ -49,11 +49,13 @@ PetscErrorCode AinsworthActiveSetFindWrong(SNES snes, SNES_AinsworthActiveSet *a
 }
 
 /*
-   The next set. All wrong rows change at once. When a set comes for the second time linear solves are no longer loose; when one does so again, only the last
-   of the wrong rows changes, until fewer are wrong than ever.
+   Changes to the next set; collective
 
-   Where the Schur complement C A^{-1} C' is positive definite this ends (K. G. Murty, 1974; J. J. Judice and F. M. Pires, 1994). *cycles: even that way a
-   set came again
+   All wrong rows change at once. When a set recurs, linear solves are no longer loose; when one recurs again, only the last of the wrong rows changes, until
+   fewer are wrong than ever before.
+
+   This terminates if the Schur complement C A^{-1} C' is positive definite (K. G. Murty, 1974; J. J. Judice and F. M. Pires, 1994). *cycles: a set recurred
+   nevertheless
 */
 PetscErrorCode AinsworthActiveSetChange(SNES snes, SNES_AinsworthActiveSet *as, const std::vector<AinsworthHold> &wanted, bool *cycles)
 {

@@ -1,4 +1,4 @@
-/* The linear solve of a step, and how exact it has to be */
+/* The linear solve of a step and its tolerance */
 #include "activeset.h"
 #include "../saddle/saddle.h"
 #include <petsc/private/kspimpl.h>
@@ -6,13 +6,14 @@
 #include <cmath>
 
 /*
-   The matrices of the step; the last ones where rows and Jacobian are those of before: then nothing is set up. What is known of the Jacobian is looked up where it
-   changed. work: overwritten
+   Updates the matrices of the step unless the held rows and the Jacobian are unchanged, so that nothing is set up then
+
+   The largest diagonal entry is found anew when the Jacobian changes. work: overwritten
 */
 static PetscErrorCode UpdateStep(SNES snes, SNES_AinsworthActiveSet *as, Vec keep, Vec work)
 {
   uint64_t  state[2] = {0, 0};
-  PetscBool same[2]; /* the Jacobian, and the rows, too */
+  PetscBool same[2]; /* the Jacobian, and the Jacobian with the held rows */
 
   PetscFunctionBegin;
   PetscCall(AinsworthMatGetState(snes->jacobian, &state[0]));
@@ -34,7 +35,7 @@ static PetscErrorCode UpdateStep(SNES snes, SNES_AinsworthActiveSet *as, Vec kee
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The solver whose tolerance counts: that of the reduced system behind KSPPREONLY; NULL where there is none */
+/* Gets the solver whose tolerance counts: with KSPPREONLY that of the reduced system, or NULL if there is none */
 static PetscErrorCode GetSolver(SNES snes, KSP *solver)
 {
   PetscBool once, ours;
@@ -48,14 +49,15 @@ static PetscErrorCode GetSolver(SNES snes, KSP *solver)
   PetscCall(KSPGetPC(snes->ksp, &pc));
   PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCAINSWORTH, &ours));
   if (!ours) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPSetUp(snes->ksp)); /* which reads its options */
+  PetscCall(KSPSetUp(snes->ksp)); /* reads the options of the inner solver */
   PetscCall(PCAinsworthGetKSP(pc, solver));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   The relative tolerance of the next linear solve: loose where rows have changed, or F did not follow its Jacobian before; else so that the error of x, not
-   that of the step, comes down to rtol
+   Returns the relative tolerance of the next linear solve
+
+   It is loose if rows were wrong. If F followed its linearization, the error of x, not that of the step, has to come down to rtol; otherwise it is rtol
 */
 static PetscReal ToleranceOf(const SNES_AinsworthActiveSet *as, PetscReal rtol)
 {
@@ -66,7 +68,7 @@ static PetscReal ToleranceOf(const SNES_AinsworthActiveSet *as, PetscReal rtol)
   return as->linear ? PetscMax(rtol, PetscMin(as->loose, margin * rtol / as->left)) : rtol;
 }
 
-/* KSPSolve() with the tolerance of the step, and how much the residual fell; 0 where the method does not say */
+/* Calls KSPSolve() with the tolerance of the step, and records the reduction of the residual, 0 if the method does not tell */
 static PetscErrorCode SolveLoosely(SNES snes, SNES_AinsworthActiveSet *as, Vec rhs, Vec Y)
 {
   KSP            solver;
@@ -84,7 +86,7 @@ static PetscErrorCode SolveLoosely(SNES snes, SNES_AinsworthActiveSet *as, Vec r
   PetscCall(KSPGetTolerances(solver, &rtol, &atol, &dtol, &most));
   PetscCall(KSPSetTolerances(solver, ToleranceOf(as, rtol), atol, dtol, most));
   solver->rnorm0 = 0.0;
-  error          = KSPSolve(snes->ksp, rhs, Y); /* to be passed on when all is as it was */
+  error          = KSPSolve(snes->ksp, rhs, Y); /* checked when the tolerances are restored */
   PetscCall(KSPSetTolerances(solver, rtol, atol, dtol, most));
   PetscCall(error);
   PetscCall(KSPGetResidualNorm(solver, &norm));
@@ -93,7 +95,7 @@ static PetscErrorCode SolveLoosely(SNES snes, SNES_AinsworthActiveSet *as, Vec r
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* J Y = F, with Y = known where rows are held */
+/* Solves J Y = F, with Y = known in held rows */
 PetscErrorCode AinsworthActiveSetSolveStep(SNES snes, SNES_AinsworthActiveSet *as, Vec keep, Vec known, Vec rhs, Vec Y)
 {
   PetscFunctionBegin;
@@ -102,13 +104,13 @@ PetscErrorCode AinsworthActiveSetSolveStep(SNES snes, SNES_AinsworthActiveSet *a
   PetscCall(AinsworthStepMultKnown(snes->jacobian, known, rhs));
   PetscCall(VecAYPX(rhs, -1.0, snes->vec_func));
   PetscCall(VecPointwiseMult(rhs, keep, rhs));
-  PetscCall(VecAXPY(rhs, -1.0, known)); /* -1 is on the diagonal of a held row */
+  PetscCall(VecAXPY(rhs, -1.0, known)); /* held rows have -1 on the diagonal */
   PetscCall(KSPSetOperators(snes->ksp, as->step, as->pstep ? as->pstep : as->step));
   PetscCall(SolveLoosely(snes, as, rhs, Y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* X -= Y, and F of the new X; before: F of the last X */
+/* Updates X -= Y and computes F of the new X; before: F of the old X */
 PetscErrorCode AinsworthActiveSetTakeStep(SNES snes, Vec before, Vec Y)
 {
   PetscFunctionBegin;
@@ -121,9 +123,10 @@ PetscErrorCode AinsworthActiveSetTakeStep(SNES snes, Vec before, Vec Y)
 }
 
 /*
-   Is the function what its Jacobian said of it, so that nothing is left but what the linear solver left? predicted: F - J Y at the last X, overwritten
+   Checks whether F followed its linearization, so that the only error is that of the linear solver; predicted: F - J Y at the old X, overwritten
 
-   Rows with bounds are compared with the largest of them, the others, where all terms cancel, with their diagonal and Y, or X: with what rounding leaves.
+   Rows with bounds are compared with the largest residual of such a row. In the others all terms cancel: they are compared with the rounding of the diagonal
+   times Y or X.
 */
 static PetscErrorCode WasLinear(SNES snes, SNES_AinsworthActiveSet *as, Vec Y, Vec predicted)
 {
@@ -141,14 +144,14 @@ static PetscErrorCode WasLinear(SNES snes, SNES_AinsworthActiveSet *as, Vec Y, V
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the linear solve may have left of the energy norm of x. Y' J Y = y' A y, as C and -C cancel. JY: overwritten */
+/* Estimates the error that the linear solve left, relative to the energy norm of x; Y' J Y = y' A y, because C and -C cancel; JY is overwritten */
 static PetscErrorCode EstimateLeft(SNES snes, SNES_AinsworthActiveSet *as, Vec Y, Vec JY)
 {
   PetscScalar energy[2];
   PetscReal   ratio = 1.0;
 
   PetscFunctionBegin;
-  if (as->linear && as->left >= 0.0) as->left *= as->reached; /* Y was the error that the last solve left */
+  if (as->linear && as->left >= 0.0) as->left *= as->reached; /* Y was the error of the last solve */
   else {
     PetscCall(VecDot(JY, Y, &energy[0]));
     PetscCall(MatMult(snes->jacobian, snes->vec_sol, JY));
@@ -163,8 +166,9 @@ static PetscErrorCode EstimateLeft(SNES snes, SNES_AinsworthActiveSet *as, Vec Y
 }
 
 /*
-   What the step Y was worth, where it leaves no row wrong; else the next solve is loose whatever it was. before: F of the last X; both work vectors are
-   overwritten
+   Estimates the error left by step Y, and checks linearity, if no row is wrong; otherwise the next solve is loose in any case
+
+   before: F of the old X; before and JY are overwritten
 */
 PetscErrorCode AinsworthActiveSetJudgeStep(SNES snes, SNES_AinsworthActiveSet *as, Vec before, Vec JY, Vec Y)
 {

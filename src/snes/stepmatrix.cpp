@@ -1,10 +1,10 @@
-/* The matrix of one step: the Jacobian without the rows and columns of multipliers that are held at a bound. Blocks without such are the program's own */
+/* The matrix of one step: the Jacobian without the rows and columns of multipliers held at a bound; blocks without bounded rows are the program's own */
 #include "activeset.h"
 #include "../objects.h"
 #include "../saddle/saddle.h"
 #include <vector>
 
-/* -1 on the diagonal where keep is 0; zeros are stored elsewhere, so that the pattern is that of every step */
+/* Creates a diagonal matrix with -1 where keep is 0 and stored zeros elsewhere, so that its pattern is the same in every step */
 static PetscErrorCode CreateHeldDiagonal(Mat like, Vec keep, Mat *E)
 {
   PetscInt           rstart, rend, n;
@@ -22,7 +22,7 @@ static PetscErrorCode CreateHeldDiagonal(Mat like, Vec keep, Mat *E)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* diag(left) M diag(right), either may be NULL, as a view where M is one */
+/* Creates diag(left) M diag(right), as a transpose view if M is one; left and right may be NULL */
 static PetscErrorCode CreateScaled(Mat M, Vec left, Vec right, Mat *scaled)
 {
   Mat       source;
@@ -33,7 +33,7 @@ static PetscErrorCode CreateScaled(Mat M, Vec left, Vec right, Mat *scaled)
   if (source) {
     Mat copy;
 
-    PetscCall(CreateScaled(source, right, left, &copy)); /* real factors */
+    PetscCall(CreateScaled(source, right, left, &copy)); /* the factors are real */
     if (hermitian) PetscCall(MatCreateHermitianTranspose(copy, scaled));
     else PetscCall(MatCreateTranspose(copy, scaled));
     PetscCall(MatDestroy(&copy));
@@ -44,7 +44,7 @@ static PetscErrorCode CreateScaled(Mat M, Vec left, Vec right, Mat *scaled)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* M, which may be NULL, with rows and columns held: a diagonal block, or the whole Jacobian */
+/* Creates a diagonal block, or the whole Jacobian, with rows and columns held; M may be NULL */
 static PetscErrorCode CreateHeld(Mat like, Mat M, Vec keep, Mat *held)
 {
   Mat E;
@@ -127,7 +127,7 @@ PetscErrorCode AinsworthStepMatCreate(Mat J, Vec bounded, Vec keep, Mat *step)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* J known, which of a nest takes the columns in which something is known: seldom those of A */
+/* Computes J known; of a MATNEST only block columns with a nonzero part of known are used, rarely those of A */
 PetscErrorCode AinsworthStepMultKnown(Mat J, Vec known, Vec product)
 {
   PetscBool       nest;
