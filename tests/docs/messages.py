@@ -38,7 +38,7 @@ def calls(text):
 
 def message(arguments):
     """The format, from its first literal to the next comma, with values as NUL."""
-    arguments = re.sub(r"PetscInt_FMT", '"\x00"', arguments)
+    arguments = re.sub(r"PetscInt(?:64)?_FMT", '"\x00"', arguments)
     first = re.search(r'"(?:[^"\\]|\\.)*"(?:\s*"(?:[^"\\]|\\.)*")*', arguments)
     return "".join(TEXT.findall(first.group(0))).replace('\\"', '"') if first else ""
 
