@@ -1,11 +1,12 @@
-"""ainsworth from petsc4py, without a compiled part: the calls of petscainsworth.h that Python programs need, by ctypes.
+"""Use ainsworth from petsc4py: the functions of petscainsworth.h that Python programs need, called by ctypes.
 
     from petsc4py import PETSc      # or import dolfinx, or any module that has initialized PETSc
     import ainsworth
     ainsworth.load()
     pc.setType("ainsworth")
 
-pc is the PETSc.PC of the program's KSP, after pc.setType() or ksp.setFromOptions().
+The argument pc of the functions below is the PETSc.PC of the program's KSP, of type "ainsworth". Set the type before by pc.setType() or
+ksp.setFromOptions(). Functions that fail raise PETSc.Error.
 """
 import ctypes
 import os
@@ -24,10 +25,12 @@ def _call(name, *arguments):
 
 
 def load(path=None):
-    """Registers the types of the plugin with the PETSc of this process; again does no harm.
+    """Load the plugin and register its types with the PETSc of this process. Repeated calls do no harm. Call it on all ranks.
 
-    Without a path the library is looked for in the folder above this file, where it is installed, and then wherever dlopen() looks:
-    LD_LIBRARY_PATH and the system's folders."""
+    path: the file of the plugin. Without it, load() takes the library in the folder above this file, where it is installed, or else
+    the one that dlopen() finds in LD_LIBRARY_PATH or in the folders of the system.
+
+    Return the library, as a ctypes.CDLL. Raise OSError if there is no library, and PETSc.Error if it was compiled for another PETSc."""
     global _plugin
     if path or not _plugin:
         beside = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "libainsworth.so")
@@ -40,7 +43,7 @@ def load(path=None):
 
 
 def inner_ksp(pc):
-    """The solver of the reduced system, a PETSc.KSP."""
+    """Return the solver of the reduced system, a PETSc.KSP (PCAinsworthGetKSP())."""
     ksp, python = ctypes.c_void_p(), ctypes.pythonapi
     _call("PCAinsworthGetKSP", ctypes.c_void_p(pc.handle), ctypes.byref(ksp))
     capsule = ctypes.py_object(PETSc.__pyx_capi__["PyPetscKSP_New"])
@@ -51,19 +54,22 @@ def inner_ksp(pc):
 
 
 def iterations(pc):
-    """Of the last solve, in the reduced system."""
+    """Return the iterations of the last solve of the reduced system."""
     return inner_ksp(pc).getIterationNumber()
 
 
 def error_estimate(pc):
-    """(iteration, lower, upper): bounds of the error of x in the energy norm, as PCAinsworthGetErrorEstimate() gives them."""
+    """Return (iteration, lower, upper), bounds of the error of x in the energy norm (PCAinsworthGetErrorEstimate()).
+
+    They need -pc_ainsworth_monitor_error or -pc_ainsworth_stop energy_error; without an estimate, raise PETSc.Error. upper is NaN if
+    there is no upper bound."""
     iteration, lower, upper = _INT(), _REAL(), _REAL()
     _call("PCAinsworthGetErrorEstimate", ctypes.c_void_p(pc.handle), ctypes.byref(iteration), ctypes.byref(lower), ctypes.byref(upper))
     return iteration.value, lower.value, upper.value
 
 
 def failure(pc):
-    """Why the last set-up or solve failed, in words; empty where nothing did."""
+    """Return the cause of the failure of the last set-up or solve, in words; empty if nothing failed (PCAinsworthGetFailure())."""
     why = ctypes.c_char_p()
     _call("PCAinsworthGetFailure", ctypes.c_void_p(pc.handle), ctypes.byref(why))
     return why.value.decode()

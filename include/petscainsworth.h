@@ -29,11 +29,11 @@
 #define SNESAINSWORTHACTIVESET "ainsworthactiveset"
 
 /*E
-   MatAinsworthWeightType - the diagonal weight W of the projector
+   MatAinsworthWeightType - the type of the diagonal weight W of the projector
 
 +  `MAT_AINSWORTH_WEIGHT_DIAGONAL` (default) - W = diag(A)^{-1}
 .  `MAT_AINSWORTH_WEIGHT_IDENTITY`           - W = I
--  `MAT_AINSWORTH_WEIGHT_USER`               - given by `MatAinsworthSetWeight()` or `PCAinsworthSetWeight()`
+-  `MAT_AINSWORTH_WEIGHT_USER`               - W is given by `MatAinsworthSetWeight()` or `PCAinsworthSetWeight()`
 
    Level: intermediate
 

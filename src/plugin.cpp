@@ -69,17 +69,21 @@ static PetscErrorCode FinalizePackage(void)
 }
 
 /*@C
-   AinsworthInitializePackage - registers `PCAINSWORTH`, `MATAINSWORTH`, `KSPPROJECTEDCG`, `SNESAINSWORTHACTIVESET` and their log events
+   AinsworthInitializePackage - registers the types of the plugin and their log events
+
+   Not Collective, but to be called on all ranks
 
    Level: developer
 
    Notes:
-   Called when PETSc loads the plugin with `-dll_append`. A program that is linked to it calls this after `PetscInitialize()`. To do
-   both, or to load it twice, does no harm.
+   It registers `PCAINSWORTH`, `PCBLOCKSA`, `MATAINSWORTH`, `KSPPROJECTEDCG`, `KSPCHEBYSHEVSINGLE` and `SNESAINSWORTHACTIVESET`.
+
+   PETSc calls it when it loads the plugin with `-dll_append`. A program that links the plugin calls it after `PetscInitialize()`. Repeated calls do no harm,
+   nor does it to load a plugin that is also linked.
 
    Errors:
-   `PETSC_ERR_SUP_SYS` if the PETSc of the program has other scalars or indices, is a release where the one compiled with is a development version or the
-   reverse, or is of another minor version.
+   `PETSC_ERR_SUP_SYS` if the PETSc of the program differs from the one that the plugin was compiled for: in the scalar type, the index size, the minor version,
+   or in being a release or a development version.
 
 .seealso: `PCAINSWORTH`, `MATAINSWORTH`, `KSPPROJECTEDCG`
 @*/

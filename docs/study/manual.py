@@ -19,20 +19,20 @@ OPTIONS = os.path.join(ROOT, "docs", "options.md")
 PREFIXES = ("pc_ainsworth_", "pc_blocksa_")  # options of our own that a linear solve shows in its -help
 HEAD = """# Options
 
-Which option does what, with its default. Choices are separated by commas, the default first. The tables are those of
-the manual pages, and a test compares them with `-help`.
+Every option of the plugin, with its values. Of several values, the first is the default; a single number is the default.
 
-Options of the solvers inside have prefixes, after the program's own prefix:
+Begin with `-ainsworth_ksp_converged_reason` and `-ksp_view`. Keep the defaults unless a page advises otherwise; they
+were chosen by measurement. [layouts.md](layouts.md) explains fields and block sizes, [multigrid.md](multigrid.md) the
+multigrid, [report.md](report.md) the error monitor and the stopping criterion, and [method.md](method.md) the choices
+of the method.
+
+The inner solvers have option prefixes of their own, which follow the prefix of the program's solver:
 
 | prefix | solver |
 |---|---|
-| `-ainsworth_ksp_`, `-ainsworth_pc_` | of the reduced system: `-ainsworth_ksp_rtol 1e-10`, `-ainsworth_pc_type gamg` |
-| `-ainsworth_mg_levels_`, `-ainsworth_mg_coarse_` | of the levels of its multigrid, as for PETSc's `PCMG` |
-| `-ainsworth_gram_ksp_`, `-ainsworth_gram_pc_` | of the Gram matrix |
-
-Begin with `-ainsworth_ksp_converged_reason` and `-ksp_view`, and change nothing unless a page says why. The defaults
-are what the studies measured. [layouts.md](layouts.md) has fields and block sizes, [multigrid.md](multigrid.md) the
-multigrid, [report.md](report.md) the monitor and the stop, [method.md](method.md) what the choices mean.
+| `-ainsworth_ksp_`, `-ainsworth_pc_` | the reduced system: `-ainsworth_ksp_rtol 1e-10`, `-ainsworth_pc_type gamg` |
+| `-ainsworth_mg_levels_`, `-ainsworth_mg_coarse_` | the levels of its multigrid, as for PETSc's `PCMG` |
+| `-ainsworth_gram_ksp_`, `-ainsworth_gram_pc_` | the Gram matrix |
 """
 
 
@@ -86,7 +86,7 @@ def options_page(found):
             text += "\n## %s\n\n%s.\n\n| option | values | |\n|---|---|---|\n" % (name, found[name].what[0].upper() + found[name].what[1:])
             text += "".join("| `%s` | %s | %s |\n" % (option, "`%s`" % values if values else "", meaning.replace("|", "\\|")) for option, values, meaning in options)
     text = "\n".join(prose.broken(line) for line in text.split("\n"))
-    return text + "\nMade by `python3 docs/study/manual.py` of the comments in `src/`.\n"
+    return text + "\n`python3 docs/study/manual.py` makes this page from the manual pages, which are comments in `src/`. A test compares it\nwith `-help`.\n"
 
 
 def marked(text, found):

@@ -224,21 +224,21 @@ static PetscErrorCode KSPSetUp_ProjectedCG(KSP ksp)
    Level: intermediate
 
    Notes:
-   Solves A~ x = b for any b: the part of x in Im(W C') comes from one direct solve, x_0 = R B^{-1} R' b, and only Ker C is
-   iterated on, by `KSPCG` with the operator Q' A Q, the right-hand side Q' b and the preconditioner Q M^{-1}. C x stays what it is in
-   x_0 to rounding, at every iteration, and the penalty B drops out of the spectrum. An iteration costs one product with A, one
-   application of the preconditioner and two solves with the Gram matrix.
+   The method solves A~ x = b for any b. The part of x in Im(W C') comes from a direct solve, x_0 = R B^{-1} R' b. `KSPCG` then iterates in Ker C, with the
+   operator Q' A Q, the right-hand side Q' b and the preconditioner Q M^{-1}. At every iteration C x equals C x_0 to rounding, and the penalty B does not affect
+   the spectrum. An iteration costs one product with A, one application of the preconditioner and two solves with the Gram matrix.
 
-   Options, functions and reasons are those of `KSPCG`. The preconditioner must be symmetric positive definite, and A be so on Ker C. The norm is
-   the natural one unless `KSPSetNormType()` says otherwise; with an initial guess too the relative tolerance refers to the part of b in Ker C.
+   Options, functions and convergence reasons are those of `KSPCG`. The preconditioner must be symmetric positive definite, and A must be so on Ker C. The
+   default norm is the natural one. The relative tolerance refers to the part of b in Ker C, also with an initial guess.
 
-   Every ten projections the angle between a direction and Ker C is measured; when rounding has turned it by more than
-   1e-12, each projection is done twice from there on, and residuals are projected before the preconditioner, too.
+   Every ten projections the method measures the angle between a direction and Ker C. Once rounding has turned a direction by more than 1e-12, each projection
+   is done twice, and residuals are projected before the preconditioner.
 
-   As inner methods of `PCAINSWORTH`, but for its paper's variant, `KSPCG`, `KSPFCG`, `KSPPIPEFCG`, `KSPPIPECG`, `KSPGROPPCG`, `KSPPIPEPRCG` and
-   `KSPPIPECG2` iterate in Ker C in the same way.
+   `KSPCG`, `KSPFCG`, `KSPPIPEFCG`, `KSPPIPECG`, `KSPGROPPCG`, `KSPPIPEPRCG` and `KSPPIPECG2` iterate in Ker C in the same way if they are the inner method of
+   `PCAINSWORTH`, except in the variant of the paper.
 
-   The matrix must be of type `MATAINSWORTH`, otherwise `PETSC_ERR_ARG_WRONG`.
+   Errors:
+   `PETSC_ERR_ARG_WRONG` if the matrix is not of type `MATAINSWORTH`; `PETSC_ERR_SUP` for `KSPSolveTranspose()` in complex arithmetic.
 
    References:
    N. I. M. Gould, M. E. Hribar, J. Nocedal, On the solution of equality constrained quadratic programming problems arising in

@@ -258,15 +258,15 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
 .  -pc_blocksa_coarse_eq_limit <600>     - a level with at most this many unknowns is factored
 .  -pc_blocksa_process_eq_limit <900>    - a level with fewer unknowns per process moves to fewer processes
 .  -pc_blocksa_precision <single,double> - precision of the finest level; by default single if the `KSP` tolerates it
-.  -pc_mg_cycle_type <w,v>               - by default W if the operator complexity is at most 1.5
-.  -mg_levels_*                          - the smoothers, by default two steps of Chebyshev with Jacobi
--  -mg_coarse_*                          - the solver of the coarsest level, by default direct
+.  -pc_mg_cycle_type <w,v>               - cycle; by default W if the operator complexity is at most 1.5
+.  -mg_levels_*                          - the smoothers; by default two steps of Chebyshev with Jacobi
+-  -mg_coarse_*                          - the solver of the coarsest level; by default direct
 
    Level: intermediate
 
    Notes:
-   This is a `PCMG`; its functions and options work here. The matrix may have any type that `MatConvert()` can convert to `MATAIJ`. Its block size is the
-   number of unknowns per node. If it is 1, and the pattern shows nodes whose unknowns are not next to each other (numbered component by component, or in any
+   This is a `PCMG`, with its functions and options. The matrix may have any type that `MatConvert()` can convert to `MATAIJ`. Its block size is the number of
+   unknowns per node. If the block size is 1, but the pattern shows nodes whose unknowns are not next to each other (numbered component by component, or in any
    other order on the same process), the cycle works on a sorted copy.
 
    Attach the near null space to the matrix with `MatSetNearNullSpace()`; for elasticity use `MatNullSpaceCreateRigidBody()`. If there is none, it is made
@@ -281,6 +281,9 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
    `KSPPIPEFCG`, `KSPFGMRES`, `KSPGCR`, and `KSPRICHARDSON` tolerate it. In others, such as `KSPGMRES` and `KSPPIPECG`, the recursive residual and the true one
    would agree to seven digits only. For these, and inside other preconditioners, the first application rebuilds the levels in double precision. The option
    `-pc_blocksa_precision` overrides this rule.
+
+   Errors:
+   `PETSC_ERR_ARG_OUTOFRANGE` for an option value out of range. docs/troubleshooting.md explains the other messages.
 
    References:
    P. Vanek, J. Mandel, M. Brezina, Algebraic multigrid by smoothed aggregation for second and fourth order elliptic problems, Computing 56 (1996), 179-196.

@@ -77,10 +77,10 @@ static PetscErrorCode KSPView_ChebyshevSingle(KSP ksp, PetscViewer viewer)
    Level: developer
 
    Notes:
-   It works on the operator of the finest level of `PCBLOCKSA`, which powers of two scale to a unit diagonal. `-mg_levels_ksp_max_it` is the degree of the
-   polynomial. A step and its product with the matrix are one pass over the entries.
+   The method works on the operator of the finest level of `PCBLOCKSA`, which is scaled to a unit diagonal by powers of two. `-mg_levels_ksp_max_it` sets the
+   degree of the polynomial. A step and its product with the matrix are one pass over the entries.
 
-   Use `-mg_levels_ksp_type chebyshev` for PETSc's own method with products in single precision, `-pc_blocksa_precision double` for double precision.
+   `-mg_levels_ksp_type chebyshev` selects PETSc's own method, with products in single precision. `-pc_blocksa_precision double` selects double precision.
 
 .seealso: `PCBLOCKSA`, `KSPCHEBYSHEV`
 M*/

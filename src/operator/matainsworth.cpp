@@ -303,8 +303,8 @@ static PetscErrorCode MatView_Ainsworth(Mat mat, PetscViewer viewer)
    Collective
 
    Input Parameters:
-+  A - n x n, any type with a product and a diagonal; referenced, never changed
--  C - m x n, linearly independent rows, `MATAIJ` with the column layout of A; referenced, never changed
++  A - n x n, of any type with a product and a diagonal; referenced, never changed
+-  C - m x n, `MATAIJ` with the column layout of A and linearly independent rows; referenced, never changed
 
    Output Parameter:
 .  S - the matrix, n x n, of type `MATAINSWORTH`
@@ -312,14 +312,15 @@ static PetscErrorCode MatView_Ainsworth(Mat mat, PetscViewer viewer)
    Level: intermediate
 
    Notes:
-   Q = I - W C' (C W C')^{-1} C projects onto Ker C. W is diag(A)^{-1} and B one penalty per row unless set otherwise by
-   `MatAinsworthSetWeightType()`, `MatAinsworthSetWeight()` and `MatAinsworthSetPenalty()`.
-   Robert, Jolivet, Jamond, Badri, equation (3), with W = I and B = beta I.
+   Q = I - W C' (C W C')^{-1} C is the projector onto Ker C. By default W = diag(A)^{-1}, and B is diagonal with one penalty per row of C, see
+   `MatAinsworthSetPenalty()`. `MatAinsworthSetWeightType()`, `MatAinsworthSetWeight()` and `MatAinsworthSetPenalty()` change them.
+
+   Robert, Jolivet, Jamond and Badri have W = I and B = beta I in equation (3).
 
    In complex arithmetic ' is the adjoint.
 
    Errors:
-   As for `MatAinsworthSetMats()`.
+   Those of `MatAinsworthSetMats()`.
 
 .seealso: `MATAINSWORTH`, `MatAinsworthComputeRHS()`, `MatAinsworthComputeMultiplier()`, `MatAinsworthMultProjector()`, `PCAINSWORTH`
 @*/
@@ -342,11 +343,16 @@ PetscErrorCode MatCreateAinsworth(Mat A, Mat C, Mat *S)
    Level: intermediate
 
    Notes:
-   A product costs one product with A, two with C and with C', and two solves with the Gram matrix C W C', whose `KSP` has the
-   options prefix `ainsworth_gram_` after that of the matrix.
+   A~ x = f~, with f~ from `MatAinsworthComputeRHS()`, has the same solution x as the saddle-point system. A~ is symmetric positive definite if A is so on Ker
+   C.
 
-   A~ x = f~, with f~ from `MatAinsworthComputeRHS()`, has the x of the saddle-point system as its solution; it is symmetric positive
-   definite when A is so on Ker C. `MatDuplicate()` gives a second matrix on the same A and C.
+   A product costs one product with A, two with C and with C', and two solves with the Gram matrix C W C'. The `KSP` of the Gram matrix has the options prefix
+   `ainsworth_gram_`, after the prefix of the matrix.
+
+   `MatDuplicate()` creates a second matrix with the same A and C.
+
+   References:
+   V. Robert, P. Jolivet, O. Jamond, M. A. Badri, Calcul haute performance pour les problemes de point-selle en mecanique du contact, CSMA, equation (3).
 
 .seealso: `MatCreateAinsworth()`, `PCAINSWORTH`, `KSPPROJECTEDCG`
 M*/

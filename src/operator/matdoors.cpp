@@ -222,22 +222,25 @@ PetscErrorCode MatAinsworthGetGram_Private(Mat mat, const AinsworthGram **gram)
 }
 
 /*@
-   MatAinsworthComputeRHS - f~ = C' B g + Q' (f - A R g), the right-hand side of the reduced system A~ x = f~
+   MatAinsworthComputeRHS - computes f~ = C' B g + Q' (f - A R g), the right-hand side of the reduced system A~ x = f~
 
    Collective
 
    Input Parameters:
-+  mat - the matrix
-.  f   - length n, right-hand side of the primal rows
--  g   - length m, right-hand side of the constraints; `NULL` for zero
++  mat - the matrix, of type `MATAINSWORTH`
+.  f   - the right-hand side of the primal rows, of length n
+-  g   - the right-hand side of the constraints, of length m; `NULL` for zero
 
    Output Parameter:
-.  rhs - length n, not f
+.  rhs - f~, of length n; must not be f
 
    Level: intermediate
 
    Note:
-   Paper, equation (3), for any W and B.
+   This is equation (3) of Robert, Jolivet, Jamond and Badri, for any W and B.
+
+   Errors:
+   `PETSC_ERR_ARG_IDN` if f and rhs are the same vector, `PETSC_ERR_ARG_WRONGSTATE` if `mat` has no A and C.
 
 .seealso: `MATAINSWORTH`, `MatAinsworthComputeMultiplier()`
 @*/
@@ -253,22 +256,25 @@ PetscErrorCode MatAinsworthComputeRHS(Mat mat, Vec f, Vec g, Vec rhs)
 }
 
 /*@
-   MatAinsworthComputeMultiplier - lambda = R' (f - A x), the Lagrange multipliers that belong to x
+   MatAinsworthComputeMultiplier - computes the Lagrange multipliers lambda = R' (f - A x) of a solution x
 
    Collective
 
    Input Parameters:
-+  mat - the matrix
-.  f   - length n, right-hand side of the primal rows
--  x   - length n, solution of the reduced system
++  mat - the matrix, of type `MATAINSWORTH`
+.  f   - the right-hand side of the primal rows, of length n
+-  x   - the solution of the reduced system, of length n
 
    Output Parameter:
-.  multiplier - length m
+.  multiplier - lambda, of length m
 
    Level: intermediate
 
    Note:
-   Paper, section 3.2, c).
+   See Robert, Jolivet, Jamond and Badri, section 3.2, c).
+
+   Errors:
+   `PETSC_ERR_ARG_WRONGSTATE` if `mat` has no A and C.
 
 .seealso: `MATAINSWORTH`, `MatAinsworthComputeRHS()`
 @*/

@@ -2,21 +2,26 @@
 #include <petsc/private/matimpl.h>
 
 /*@
-   MatAinsworthMultProjector - y = Q x, the projection of x onto Ker C along Im(W C')
+   MatAinsworthMultProjector - computes y = Q x, the projection of x onto Ker C along Im(W C')
 
    Neighbor-wise Collective
 
    Input Parameters:
-+  mat - the matrix
--  x   - length n
++  mat - the matrix, of type `MATAINSWORTH`
+-  x   - of length n
 
    Output Parameter:
-.  y - length n, C y = 0; may be x
+.  y - of length n, with C y = 0; may be x
 
    Level: advanced
 
-   Note:
-   Q = I - W C' S^{-1} C, S = C W C' (paper, section 3.2, with W = I)
+   Notes:
+   Q = I - W C' S^{-1} C, with S = C W C' (Robert, Jolivet, Jamond and Badri, section 3.2, for any W).
+
+   The call is collective if A, C or W has changed since the last one, because it then sets up the projector.
+
+   Errors:
+   `PETSC_ERR_ARG_WRONGSTATE` if `mat` has no A and C.
 
 .seealso: `MATAINSWORTH`, `MatAinsworthMultTransposeProjector()`, `MatAinsworthMultRightInverse()`
 @*/
@@ -33,21 +38,26 @@ PetscErrorCode MatAinsworthMultProjector(Mat mat, Vec x, Vec y)
 }
 
 /*@
-   MatAinsworthMultTransposeProjector - y = Q' x
+   MatAinsworthMultTransposeProjector - computes y = Q' x
 
    Neighbor-wise Collective
 
    Input Parameters:
-+  mat - the matrix
--  x   - length n
++  mat - the matrix, of type `MATAINSWORTH`
+-  x   - of length n
 
    Output Parameter:
-.  y - length n; may be x
+.  y - of length n; may be x
 
    Level: advanced
 
-   Note:
-   Q' = I - C' S^{-1} C W, S = C W C' (paper, section 3.2, with W = I); the adjoint in complex arithmetic
+   Notes:
+   Q' = I - C' S^{-1} C W, the adjoint in complex arithmetic, with S = C W C' (Robert, Jolivet, Jamond and Badri, section 3.2, for any W).
+
+   The call is collective if A, C or W has changed since the last one, because it then sets up the projector.
+
+   Errors:
+   `PETSC_ERR_ARG_WRONGSTATE` if `mat` has no A and C.
 
 .seealso: `MATAINSWORTH`, `MatAinsworthMultProjector()`
 @*/
@@ -64,21 +74,26 @@ PetscErrorCode MatAinsworthMultTransposeProjector(Mat mat, Vec x, Vec y)
 }
 
 /*@
-   MatAinsworthMultRightInverse - x = R g, which has C x = g and the smallest W^{-1}-norm of all such x
+   MatAinsworthMultRightInverse - computes x = R g, which has the smallest W^{-1}-norm of all x with C x = g
 
    Neighbor-wise Collective
 
    Input Parameters:
-+  mat - the matrix
--  g   - length m
++  mat - the matrix, of type `MATAINSWORTH`
+-  g   - of length m
 
    Output Parameter:
-.  x - length n
+.  x - of length n
 
    Level: advanced
 
-   Note:
-   R = W C' S^{-1}, S = C W C' (paper, section 3.2, with W = I)
+   Notes:
+   R = W C' S^{-1}, with S = C W C' (Robert, Jolivet, Jamond and Badri, section 3.2, for any W).
+
+   The call is collective if A, C or W has changed since the last one, because it then sets up the projector.
+
+   Errors:
+   `PETSC_ERR_ARG_WRONGSTATE` if `mat` has no A and C.
 
 .seealso: `MATAINSWORTH`, `MatAinsworthMultTransposeRightInverse()`
 @*/
@@ -95,21 +110,26 @@ PetscErrorCode MatAinsworthMultRightInverse(Mat mat, Vec g, Vec x)
 }
 
 /*@
-   MatAinsworthMultTransposeRightInverse - l = R' r
+   MatAinsworthMultTransposeRightInverse - computes l = R' r
 
    Neighbor-wise Collective
 
    Input Parameters:
-+  mat - the matrix
--  r   - length n
++  mat - the matrix, of type `MATAINSWORTH`
+-  r   - of length n
 
    Output Parameter:
-.  l - length m
+.  l - of length m
 
    Level: advanced
 
-   Note:
-   R' = S^{-1} C W, S = C W C' (paper, section 3.2, with W = I); the adjoint in complex arithmetic
+   Notes:
+   R' = S^{-1} C W, the adjoint in complex arithmetic, with S = C W C' (Robert, Jolivet, Jamond and Badri, section 3.2, for any W).
+
+   The call is collective if A, C or W has changed since the last one, because it then sets up the projector.
+
+   Errors:
+   `PETSC_ERR_ARG_WRONGSTATE` if `mat` has no A and C.
 
 .seealso: `MATAINSWORTH`, `MatAinsworthMultRightInverse()`, `MatAinsworthComputeMultiplier()`
 @*/

@@ -9,16 +9,18 @@
 
    Input Parameters:
 +  mat - the matrix, of type `MATAINSWORTH`
-.  A   - n x n, any type with a product and a diagonal; referenced, never changed
--  C   - m x n, linearly independent rows, `MATAIJ` with the column layout of A; referenced, never changed
+.  A   - n x n, of any type with a product and a diagonal; referenced, never changed
+-  C   - m x n, `MATAIJ` with the column layout of A and linearly independent rows; referenced, never changed
 
    Level: intermediate
 
    Notes:
-   Sizes, block size and vector type of `mat` become those of A. Changes of the values of A and C are noticed at the next product.
+   `mat` gets the sizes, the block size and the vector type of A. The next product notices new values of A and C.
+
+   A weight and a penalty that were set before are dropped: W is diag(A)^{-1} again, unless the weight type is the identity.
 
    Errors:
-   `PETSC_ERR_ARG_SIZ` if A is not square or C has not as many columns as A; `PETSC_ERR_ARG_WRONG` if C is not `MATAIJ`.
+   `PETSC_ERR_ARG_SIZ` if A is not square, or if C and A differ in the number or the layout of their columns; `PETSC_ERR_ARG_WRONG` if C is not `MATAIJ`.
 
 .seealso: `MATAINSWORTH`, `MatCreateAinsworth()`, `MatAinsworthGetMats()`
 @*/
@@ -76,10 +78,10 @@ PetscErrorCode MatAinsworthSetMats(Mat mat, Mat A, Mat C)
    Not Collective
 
    Input Parameter:
-.  mat - the matrix
+.  mat - the matrix, of type `MATAINSWORTH`
 
    Output Parameters:
-+  A - n x n, or `NULL` before `MatAinsworthSetMats()`; not to be destroyed; pass `NULL` if not needed
++  A - n x n, `NULL` before `MatAinsworthSetMats()`; do not destroy it; pass `NULL` if not needed
 -  C - m x n, likewise
 
    Level: intermediate
@@ -114,19 +116,21 @@ PetscErrorCode MatAinsworthSetOtherBlocks_Private(Mat mat, Mat B, Mat D, PetscBo
 }
 
 /*@
-   MatAinsworthSetWeightType - chooses the diagonal weight W of the projector
+   MatAinsworthSetWeightType - sets the type of the diagonal weight W of the projector
 
    Logically Collective
 
    Input Parameters:
-+  mat  - the matrix
--  type - `MAT_AINSWORTH_WEIGHT_DIAGONAL` (W = diag(A)^{-1}; where an entry is not positive, the 1-norm of the row of A stands in for it) or
-          `MAT_AINSWORTH_WEIGHT_IDENTITY`
++  mat  - the matrix, of type `MATAINSWORTH`
+-  type - `MAT_AINSWORTH_WEIGHT_DIAGONAL`, the default, or `MAT_AINSWORTH_WEIGHT_IDENTITY`
 
    Level: intermediate
 
+   Note:
+   `MAT_AINSWORTH_WEIGHT_DIAGONAL` is W = diag(A)^{-1}. If a diagonal entry is not positive, the 1-norm of its row of A replaces it.
+
    Errors:
-   `PETSC_ERR_ARG_WRONGSTATE` for `MAT_AINSWORTH_WEIGHT_USER` without a vector.
+   `PETSC_ERR_ARG_WRONGSTATE` for `MAT_AINSWORTH_WEIGHT_USER` if no weight is set.
 
 .seealso: `MATAINSWORTH`, `MatAinsworthSetWeight()`, `MatAinsworthWeightType`
 @*/
@@ -173,18 +177,19 @@ static PetscErrorCode CopyPositive(Mat block, bool columns, Vec v, const char wh
 }
 
 /*@
-   MatAinsworthSetWeight - gives the diagonal of the weight W
+   MatAinsworthSetWeight - sets the diagonal of the weight W of the projector
 
    Collective
 
    Input Parameters:
-+  mat    - the matrix, with its A and C set
--  weight - length n, laid out as the columns of A, every entry real and positive, in units of inverse stiffness; copied
++  mat    - the matrix, of type `MATAINSWORTH`, with its A and C set
+-  weight - of length n, with the layout of the columns of A, real and positive, in units of inverse stiffness; copied
 
    Level: intermediate
 
    Errors:
-   `PETSC_ERR_ARG_OUTOFRANGE` naming the smallest entry if it is not positive; `PETSC_ERR_ARG_SIZ` for another length.
+   `PETSC_ERR_ARG_WRONGSTATE` before `MatAinsworthSetMats()`; `PETSC_ERR_ARG_SIZ` for another length or layout; `PETSC_ERR_ARG_OUTOFRANGE`, with the smallest
+   entry in the message, if that is not positive.
 
 .seealso: `MATAINSWORTH`, `MatAinsworthSetWeightType()`, `PCAinsworthSetWeight()`
 @*/
@@ -203,19 +208,22 @@ PetscErrorCode MatAinsworthSetWeight(Mat mat, Vec weight)
 }
 
 /*@
-   MatAinsworthSetPenalty - gives the diagonal of the penalty B
+   MatAinsworthSetPenalty - sets the diagonal of the penalty B
 
    Collective
 
    Input Parameters:
-+  mat     - the matrix, with its A and C set
--  penalty - length m, laid out as the rows of C, every entry real and positive, in units of stiffness over the square of the row's
-             scale; copied; `NULL` for the default, 1 / (C diag(A)^{-1} C')_ii
++  mat     - the matrix, of type `MATAINSWORTH`, with its A and C set
+-  penalty - of length m, with the layout of the rows of C, real and positive; copied; `NULL` for the default
 
    Level: intermediate
 
+   Note:
+   The units of entry i are those of a stiffness divided by the square of the scale of row i. The default is 1 / (C diag(A)^{-1} C')_ii.
+
    Errors:
-   `PETSC_ERR_ARG_OUTOFRANGE` naming the smallest entry if it is not positive; `PETSC_ERR_ARG_SIZ` for another length.
+   `PETSC_ERR_ARG_WRONGSTATE` before `MatAinsworthSetMats()`; `PETSC_ERR_ARG_SIZ` for another length or layout; `PETSC_ERR_ARG_OUTOFRANGE`, with the smallest
+   entry in the message, if that is not positive.
 
 .seealso: `MATAINSWORTH`, `PCAINSWORTH`
 @*/

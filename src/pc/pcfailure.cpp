@@ -33,20 +33,20 @@ PetscErrorCode PCAinsworthFail_Private(PC pc, PC_Ainsworth *data, PCFailedReason
 }
 
 /*@C
-   PCAinsworthGetFailure - why the last set-up or solve of a `PCAINSWORTH` failed, in words
+   PCAinsworthGetFailure - gets the cause of the failure of the last set-up or solve of a `PCAINSWORTH`, in words
 
    Not Collective
 
    Input Parameter:
-.  pc - the preconditioner
+.  pc - the preconditioner, of type `PCAINSWORTH`
 
    Output Parameter:
-.  why - the text, which the next set-up or solve changes; empty where nothing failed
+.  why - the text, valid until the next set-up or solve; empty if nothing failed
 
    Level: beginner
 
    Note:
-   `-ksp_view` prints it, too, and with `-ksp_error_if_not_converged` it is the message of the error.
+   `-ksp_view` also prints the text. With `-ksp_error_if_not_converged` it is the message of the error. docs/troubleshooting.md explains all texts.
 
 .seealso: `PCAINSWORTH`, `PCGetFailedReason()`, `KSPGetConvergedReason()`
 @*/

@@ -89,18 +89,19 @@ PetscReal PCAinsworthPenaltyFactor_Private(const PC_Ainsworth *data)
 }
 
 /*@
-   PCAinsworthSetWeight - gives the diagonal of the weight W of the projector
+   PCAinsworthSetWeight - sets the diagonal of the weight W of the projector
 
-   Collective
+   Logically Collective
 
    Input Parameters:
-+  pc     - the preconditioner
--  weight - length n, laid out as the columns of A, every entry real and positive, in units of inverse stiffness; referenced
++  pc     - the preconditioner; nothing happens if its type is not `PCAINSWORTH`
+-  weight - of length n, with the layout of the columns of A, real and positive, in units of inverse stiffness; referenced
 
    Level: intermediate
 
    Errors:
-   At set-up, `PETSC_ERR_ARG_OUTOFRANGE` naming the smallest entry if it is not positive; `PETSC_ERR_ARG_SIZ` for another length.
+   At the next set-up, `PETSC_ERR_ARG_SIZ` for another length or layout; `PETSC_ERR_ARG_OUTOFRANGE`, with the smallest entry in the message, if that is not
+   positive.
 
 .seealso: `PCAINSWORTH`, `MatAinsworthSetWeight()`
 @*/
@@ -128,9 +129,15 @@ PetscErrorCode PCAinsworthSetWeight(PC pc, Vec weight)
 .  pc - the preconditioner
 
    Output Parameter:
-.  ksp - the solver, with options prefix `ainsworth_`; its operators are set by `PCSetUp()`; not to be destroyed
+.  ksp - the solver, with the options prefix `ainsworth_`; do not destroy it
 
    Level: intermediate
+
+   Note:
+   `PCSetUp()` sets the operators of the solver.
+
+   Errors:
+   `PETSC_ERR_ARG_WRONG` if the type of pc is not `PCAINSWORTH`.
 
 .seealso: `PCAINSWORTH`, `PCAinsworthGetGramKSP()`, `PCKSPGetKSP()`
 @*/
@@ -148,25 +155,27 @@ PetscErrorCode PCAinsworthGetKSP(PC pc, KSP *ksp)
 /*@
    PCAinsworthGetGramKSP - gets the solver of the Gram matrix C W C'
 
-   Collective
+   Not Collective
 
    Input Parameter:
 .  pc - the preconditioner, after `PCSetUp()`
 
    Output Parameter:
-.  ksp - the solver, with options prefix `ainsworth_gram_`; `NULL` on ranks that solve for no row, and without constraints
+.  ksp - the solver, with the options prefix `ainsworth_gram_`; `NULL` without constraints, and on ranks that solve for no row
 
    Options Database Key:
-.  -pc_ainsworth_rows_per_rank <25000> - components of the Gram matrix with more than 32 rows, m rows together, are solved with on ceil(m / this) ranks
+.  -pc_ainsworth_rows_per_rank <25000> - components of the Gram matrix with more than 32 rows, together m rows, are solved on ceil(m / this) ranks
 
    Level: advanced
 
-   Errors:
-   `PETSC_ERR_ORDER` before `PCSetUp()`.
-
    Notes:
-   Each rank solves with whole connected components of the Gram matrix, on its own; only where one has more than 16 times the rows that a rank is
-   given, the solver is one that several ranks share. Its matrix is the Gram matrix scaled to a unit diagonal.
+   The matrix of the solver is the Gram matrix scaled to a unit diagonal.
+
+   Each rank solves for whole connected components of the Gram matrix, without the other ranks. Only if a component has more than 16 times the rows per rank,
+   several ranks share a solver.
+
+   Errors:
+   `PETSC_ERR_ARG_WRONG` if the type of pc is not `PCAINSWORTH`, `PETSC_ERR_ORDER` before `PCSetUp()`.
 
 .seealso: `PCAINSWORTH`, `PCAinsworthGetKSP()`
 @*/
@@ -189,13 +198,13 @@ PetscErrorCode PCAinsworthGetGramKSP(PC pc, KSP *ksp)
 }
 
 /*@
-   PCAinsworthSetReference - gives the exact solution, so that the error monitor shows the true error
+   PCAinsworthSetReference - sets the exact solution, for which the error monitor shows the true error
 
    Logically Collective
 
    Input Parameters:
-+  pc        - the preconditioner
--  reference - of length n + m, the solution of the saddle-point system in the numbering of the program, or of length n, its x; NULL: none
++  pc        - the preconditioner; nothing happens if its type is not `PCAINSWORTH`
+-  reference - the solution of the saddle-point system, of length n + m in the numbering of the program, or x alone, of length n; `NULL` for none
 
    Options Database Key:
 .  -pc_ainsworth_reference <file> - a `Vec` in PETSc's binary format
@@ -203,10 +212,11 @@ PetscErrorCode PCAinsworthGetGramKSP(PC pc, KSP *ksp)
    Level: intermediate
 
    Note:
-   The vector is not copied. It belongs to one right-hand side: with an outer Krylov method every application has another one, and the true error means nothing.
+   The vector is not copied. It belongs to one right-hand side. With an outer Krylov method each application has another right-hand side, and the true error has
+   no meaning.
 
    Errors:
-   `PETSC_ERR_ARG_SIZ` at the next solve if the length is another one.
+   `PETSC_ERR_ARG_SIZ` at the next solve if the length is neither n + m nor n.
 
 .seealso: `PCAINSWORTH`, `PCAinsworthGetErrorEstimate()`
 @*/
@@ -235,26 +245,26 @@ PetscErrorCode PCAinsworthSetReference(PC pc, Vec reference)
 .  pc - the preconditioner
 
    Output Parameters:
-+  iteration - the last iteration with an accurate lower bound, a few before the end; or pass NULL
-.  lower     - lower bound of the energy norm of the error then; or pass NULL
--  upper     - upper bound of it, not a number where there is none; or pass NULL
++  iteration - the last iteration with an accurate lower bound, a few before the end; pass `NULL` if not needed
+.  lower     - lower bound of the energy norm of the error at that iteration; pass `NULL` if not needed
+-  upper     - upper bound of it, NaN if there is none; pass `NULL` if not needed
 
    Options Database Keys:
-+  -pc_ainsworth_monitor_error [ascii,csv:file,draw] - a row of times, residuals and bounds for each iteration (docs/report.md)
-.  -pc_ainsworth_stop <residual,energy_error>        - what ends the reduced solve
-.  -pc_ainsworth_error_rtol <1e-6>                   - of energy_error: quotient of the energy norms of the error and of x
--  -pc_ainsworth_error_eigenvalue <estimated>        - at most the smallest eigenvalue of the preconditioned operator: the upper bound is one then
++  -pc_ainsworth_monitor_error [ascii,csv:file,draw] - prints times, residuals and bounds, one row per iteration (docs/report.md)
+.  -pc_ainsworth_stop <residual,energy_error>        - criterion that ends the reduced solve
+.  -pc_ainsworth_error_rtol <1e-6>                   - tolerance of energy_error, relative to the energy norm of x
+-  -pc_ainsworth_error_eigenvalue <estimated>        - lower bound of the spectrum of the preconditioned operator; makes the upper estimate a bound
 
    Level: intermediate
 
    Notes:
-   The error of the solution is smaller than at that iteration.
+   The error of the solution is smaller than the error at that iteration.
 
-   The coefficients of `KSPPROJECTEDCG` or `KSPCG` in the natural norm give the bounds; other methods have none. It costs one inner product per
-   iteration more.
+   The bounds come from the coefficients of `KSPPROJECTEDCG` or `KSPCG` in the natural norm, at the cost of one more inner product per iteration. Other methods
+   have no bounds. docs/report.md has the formulas and their sources.
 
    Errors:
-   `PETSC_ERR_ARG_WRONGSTATE` if nothing was estimated, or the solve was too short.
+   `PETSC_ERR_ARG_WRONG` if the type of pc is not `PCAINSWORTH`; `PETSC_ERR_ARG_WRONGSTATE` if nothing was estimated, or if the solve was too short.
 
 .seealso: `PCAINSWORTH`, `PCAinsworthSetReference()`
 @*/

@@ -181,30 +181,33 @@ static PetscErrorCode SNESView_AinsworthActiveSet(SNES snes, PetscViewer viewer)
 }
 
 /*MC
-   SNESAINSWORTHACTIVESET - Newton's method with an active set: inequalities C x <= g, given as bounds of their multipliers
+   SNESAINSWORTHACTIVESET - Newton's method with an active set, for inequalities C x <= g that are given as bounds of their multipliers
 
    Options Database Keys:
-+  -snes_ainsworthactiveset_tolerance <1e-8> - what counts as zero, of the largest multiplier and of the largest residual of a row with bounds
--  -snes_ainsworthactiveset_loose <1e-2>     - relative tolerance of linear solves after which rows may change
++  -snes_ainsworthactiveset_tolerance <1e-8> - values below it are zero, relative to the largest multiplier or residual of a row with bounds
+-  -snes_ainsworthactiveset_loose <1e-2>     - relative tolerance of linear solves while rows may change; 0: the tolerance of the KSP
 
    Level: intermediate
 
    Notes:
-   For C x <= g: F(x, l) = (A x + C'l - f, g - C x), with bounds 0 <= l, in the sign that `SNESVINEWTONRSLS` wants; the Jacobian is [A C'; -C 0], of any
-   layout that `PCAINSWORTH` takes. `SNESVISetVariableBounds()` tells which rows are inequalities. Rows without bounds are equations. With two bounds,
-   -b <= l <= b, it is friction with a known force.
+   For C x <= g, the function is F(x, l) = (A x + C'l - f, g - C x) with the bounds 0 <= l, with the signs of `SNESVINEWTONRSLS`. The Jacobian [A C'; -C 0] may
+   have any layout that `PCAINSWORTH` accepts. Set the bounds with `SNESVISetVariableBounds()`. Rows without bounds are equations. Two bounds, -b <= l <= b,
+   describe friction with a known force.
 
-   A multiplier that is at a bound is held there in the next step unless its residual wants it back, any other one that is beyond a bound is held from
-   then on: the primal-dual active set, which is Newton's method. In a step C x = g holds exactly for the rows in contact. Each matrix has the rows of all
-   multipliers; those that are held have -1 on their diagonal and nothing else, and A is the program's own object: `PCAINSWORTH` keeps what it made of it.
-   It ends when no row is wrong and F was what its Jacobian said, as for a linear problem, or PETSc's test is met.
+   The method is the primal-dual active set method, which is a Newton method. A multiplier at a bound is held there in the next step, unless the sign of its
+   residual releases it. A multiplier beyond a bound is held from then on. In each step C x = g holds exactly for the rows in contact. Each matrix has rows for
+   all multipliers. A held row has -1 on the diagonal and no other entry. A is the program's own object, so `PCAINSWORTH` keeps what it has built from it.
+   The method stops if no row is wrong and F agrees with its Jacobian, as in a linear problem, or if PETSc's convergence test is satisfied.
 
-   While rows change, linear solves are loose, by the tolerance of the KSP, or of the reduced system where `KSPPREONLY` has `PCAINSWORTH`. When none is wrong
-   a solve follows by which the error of x, in the energy norm, comes down to the tolerance that was asked for; that of a step is as much larger as the step is
-   smaller than x.
+   While rows change, linear solves are loose. Their tolerance is set in the KSP, or in the reduced solve if the KSP is `KSPPREONLY` with `PCAINSWORTH`. When
+   no row is wrong, one more solve reduces the error of x, in the energy norm, to the tolerance that was asked for. Its own tolerance is larger, because the
+   step is smaller than x.
 
-   If a set comes for the second time, solves are no longer loose; if one does so again, rows change one by one until fewer are wrong than before, which ends where C A^{-1} C' is positive definite; if even
-   so a set comes again the reason is `SNES_DIVERGED_LOCAL_MIN`.
+   If a set recurs, linear solves are no longer loose. If a set recurs again, rows change one at a time, until fewer rows are wrong than before. This
+   terminates if C A^{-1} C' is positive definite. If a set recurs even then, the reason is `SNES_DIVERGED_LOCAL_MIN`.
+
+   Errors:
+   `PETSC_ERR_ARG_WRONGSTATE` at set-up if there are no bounds; `PETSC_ERR_ARG_OUTOFRANGE` if an option is not in [0,1).
 
    References:
    M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2003), 865-888; J. J. Judice, F. M. Pires, Comput. Oper. Res. 21 (1994), 587-596.
