@@ -65,8 +65,8 @@ static PetscErrorCode CountNodes(Mat mat, const std::vector<Run> &runs, PetscInt
 */
 PetscErrorCode AinsworthAlignFields(Mat mat, Vec entries)
 {
-  MPI_Comm         comm     = PetscObjectComm((PetscObject)mat);
-  PetscInt         sizes    = 0, bs, count[3] = {0, 0, 0}; /* a bit for each size that fits; rows that would move, nodes that agree, all */
+  MPI_Comm         comm  = PetscObjectComm((PetscObject)mat);
+  PetscInt         sizes = 0, bs, count[3] = {0, 0, 0}; /* a bit for each size that fits; rows that would move, nodes that agree, all */
   std::vector<Run> runs;
   PetscBool        aij;
   PetscScalar     *entry;

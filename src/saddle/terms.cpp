@@ -102,7 +102,7 @@ static PetscErrorCode AddCompliance(const AinsworthSaddle *sp, PetscReal allowed
    AinsworthTermsDual - computes the terms of each row of the second equation, |C| |x| + |D| |lambda| + |g|, plus a part of the rounding that unknowns, unless
    known, receive from others. Collective
 
-   slack: from AddCompliance(); NULL without D.
+   slack: from AddCompliance(); NULL if no kept row has entries of D.
 */
 PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal part, PetscReal allowed, Vec g, AinsworthSaddleVec y, Vec size, Vec *slack)
 {
@@ -127,7 +127,7 @@ PetscErrorCode AinsworthTermsDual(AinsworthSaddle *sp, PetscReal part, PetscReal
   PetscCall(VecAXPY(size, 1.0, absolute));
   PetscCall(VecDestroy(&absolute));
   *slack = NULL;
-  if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!sp->D) PetscFunctionReturn(PETSC_SUCCESS); /* a D of decoupled rows alone gives no other row any slack */
   PetscCall(VecDuplicate(g, slack));
   PetscCall(AddCompliance(sp, allowed, y.dual, size, *slack));
   PetscFunctionReturn(PETSC_SUCCESS);
