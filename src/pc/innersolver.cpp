@@ -124,13 +124,14 @@ PetscErrorCode PCAinsworthChooseType_Private(PC pc, PC_Ainsworth *data)
 */
 PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
 {
-  KSP          ksp = data->ksp;
-  PC           inner;
-  PC_BlockSA  *sa = NULL;
-  PetscBool    boomer, definite, given;
-  char         name[nboomeramg][256] = {}, method[256] = "", chosen[256];
-  const char  *prefix;
-  PetscOptions options;
+  KSP            ksp = data->ksp;
+  PC             inner;
+  PC_BlockSA    *sa = NULL;
+  PetscBool      boomer, definite, given;
+  char           name[nboomeramg][256] = {}, method[256] = "", chosen[256];
+  const char    *prefix;
+  PetscOptions   options;
+  PetscErrorCode error = PETSC_SUCCESS;
 
   PetscFunctionBegin;
   if (data->configured) PetscFunctionReturn(PETSC_SUCCESS);
@@ -162,10 +163,11 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
     PetscCall(PetscOptionsSetValue(options, name[i], value));
   }
   PetscCall(PCAinsworthForgetNorm_Private(data));
-  if (pc->setfromoptionscalled) PetscCall(KSPSetFromOptions(ksp));
-  else if (boomer) PetscCall(PCSetFromOptions(inner));
+  if (pc->setfromoptionscalled) error = KSPSetFromOptions(ksp);
+  else if (boomer) error = PCSetFromOptions(inner);
   for (const char *set : name)
     if (set[0]) PetscCall(PetscOptionsClearValue(options, set));
+  PetscCall(error); /* our defaults would look like the program's options otherwise */
   PetscCall(PCAinsworthChooseNorm_Private(data));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   if (sa) sa->options.product = PETSC_TRUE; /* from the next set-up on it keeps what PCBlockSAGetProduct_Private() needs */
