@@ -210,7 +210,7 @@ PETSC_INTERN PetscErrorCode      PCAinsworthIsOld_Private(const PC_Ainsworth *, 
 PETSC_INTERN PetscErrorCode      PCAinsworthLimit_Private(PC, const PC_Ainsworth *, PetscInt *);
 PETSC_INTERN PetscErrorCode      PCAinsworthCount_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthForgetCounts_Private(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthRebuild_Private(PC, PC_Ainsworth *, char[], size_t);
+PETSC_INTERN PetscErrorCode      PCAinsworthRebuild_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthViewRebuild_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthIsConjugateGradients_Private(KSPType, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthChooseMethod_Private(PC, PC_Ainsworth *);

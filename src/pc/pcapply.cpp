@@ -56,8 +56,7 @@ static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transp
 {
   KSP       ksp = data->ksp;
   PetscInt  limit, most = ksp->max_it;
-  PetscBool strict   = ksp->errorifnotconverged;
-  char      why[512] = "";
+  PetscBool strict = ksp->errorifnotconverged;
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthLimit_Private(pc, data, &limit));
@@ -70,9 +69,10 @@ static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transp
     ksp->max_it              = most;
     ksp->errorifnotconverged = strict;
     PetscCall(error);
-    if (*reason < 0) PetscCall(PCAinsworthRebuild_Private(pc, data, why, sizeof(why)));
+    if (*reason < 0 && !data->failure[0]) PetscCall(PCAinsworthRebuild_Private(pc, data));
+    if (data->failure[0]) *reason = KSP_DIVERGED_PC_FAILED;
   }
-  if (!limit || (*reason < 0 && !why[0])) PetscCall(SolveInner(pc, data, transpose, watched, b, x, reason));
+  if (!limit || (*reason < 0 && !data->failure[0])) PetscCall(SolveInner(pc, data, transpose, watched, b, x, reason));
   if (*reason > 0 && watched) PetscCall(PCAinsworthCount_Private(data)); /* refinements do not predict other solves */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -229,7 +229,10 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
   data->usable = (PetscBool)((reason == KSP_DIVERGED_ITS && !data->rigid) || (reason >= 0 && verdict == AINSWORTH_VERDICT_MET));
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(PCAinsworthFail_Private(pc, data, PC_INCONSISTENT_RHS, PETSC_ERR_ARG_INCOMP, why));
   else if (reason < 0 || verdict != AINSWORTH_VERDICT_MET) PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));
-  else PetscCall(PCAinsworthAgreeOnFailure_Private(pc, PC_NOERROR));
+  else {
+    data->failure[0] = 0; /* of a solve that was not needed in the end */
+    PetscCall(PCAinsworthAgreeOnFailure_Private(pc, PC_NOERROR));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

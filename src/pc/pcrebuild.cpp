@@ -159,16 +159,16 @@ PetscErrorCode PCAinsworthCount_Private(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthRebuild_Private - rebuilds the inner preconditioner for the current matrix in the middle of an application */
-PetscErrorCode PCAinsworthRebuild_Private(PC pc, PC_Ainsworth *data, char why[], size_t len)
+/* PCAinsworthRebuild_Private - rebuilds the inner preconditioner in the middle of an application; data->failure says why if that is impossible */
+PetscErrorCode PCAinsworthRebuild_Private(PC pc, PC_Ainsworth *data)
 {
   Mat_Ainsworth *ctx = NULL;
 
   PetscFunctionBegin;
   PetscCall(PetscInfo(pc, "The inner preconditioner of an earlier matrix took more iterations than a set-up costs: it is made anew\n"));
   if (data->constraints) PetscCall(MatAinsworthSetUpProjector_Private(data->reduced, &ctx));
-  PetscCall(PCAinsworthKeepOrSetUpInner_Private(pc, data, ctx, PETSC_FALSE, why, len));
-  if (why[0]) data->stale = PETSC_TRUE;
+  PetscCall(PCAinsworthKeepOrSetUpInner_Private(pc, data, ctx, PETSC_FALSE, data->failure, sizeof(data->failure)));
+  if (data->failure[0]) data->stale = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
