@@ -177,8 +177,7 @@ static PetscErrorCode KeepWhole(PC pc, PC_Ainsworth *data)
     Mat_Ainsworth *ctx;
 
     PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
-    PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, ctx->longest));
-    PetscCall(KSPProjectedCGForgetShared_Private(ctx, std::vector<PetscInt>(ctx->shared)));
+    PetscCall(KSPProjectedCGForget_Private(ctx));
     PetscCall(MatAinsworthSetPenalty(data->reduced, NULL));
     PetscCall(MatAinsworthSetProduct_Private(data->reduced, NULL));
   }
