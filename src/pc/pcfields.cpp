@@ -109,7 +109,7 @@ static PetscErrorCode PCSetCoordinates_Ainsworth(PC pc, PetscInt dim, PetscInt n
 /* Creates the index set of some components of the nodes of a matrix, in ascending order */
 static PetscErrorCode CreateStrided(Mat mat, PetscInt bs, const std::vector<PetscInt> &components, const char name[], AinsworthIS *is)
 {
-  PetscInt              first, end;
+  PetscInt              first, end, n, whole;
   std::vector<PetscInt> rows;
   IS                    set;
 
@@ -118,8 +118,11 @@ static PetscErrorCode CreateStrided(Mat mat, PetscInt bs, const std::vector<Pets
     PetscCheck(c < bs, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE,
                "Field %s has component %" PetscInt_FMT " of nodes with %" PetscInt_FMT ": call PCFieldSplitSetBlockSize() or MatSetBlockSize()", name, c, bs);
   PetscCall(MatGetOwnershipRange(mat, &first, &end));
-  PetscCheck((end - first) % bs == 0, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "This rank has %" PetscInt_FMT " rows, which are no nodes of %" PetscInt_FMT,
-             end - first, bs);
+  n     = end - first;
+  whole = n - n % bs;
+  PetscCall(AinsworthFirstMismatch(PetscObjectComm((PetscObject)mat), &n, &whole));
+  PetscCheck(n == whole, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_SIZ, "A rank has %" PetscInt_FMT " rows, which are no nodes of %" PetscInt_FMT, n,
+             bs);
   for (PetscInt node = first; node < end; node += bs)
     for (PetscInt c : components) rows.push_back(node + c);
   std::sort(rows.begin(), rows.end());
