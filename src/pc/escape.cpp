@@ -279,7 +279,7 @@ PetscErrorCode PCAinsworthEscape_Private(PC pc, PC_Ainsworth *data, PetscBool *a
     PetscCall(PetscInfo(pc, "The preconditioning matrix is factored %s\n", e->why));
   } else PetscCall(GoBack(pc, data, "The solve with a factorization of the preconditioning matrix failed"));
   if (data->constraints) PetscCall(MatAinsworthSetUpProjector_Private(data->reduced, &reduced));
-  PetscCall(PCAinsworthKeepOrSetUpInner_Private(pc, data, reduced, PETSC_FALSE, data->failure, sizeof(data->failure)));
+  PetscCall(PCAinsworthSetUpInner_Private(pc, data, reduced, PETSC_FALSE, data->failure, sizeof(data->failure)));
   if (!data->failure[0]) PetscFunctionReturn(PETSC_SUCCESS);
   *again            = PETSC_FALSE;
   data->stale       = PETSC_TRUE;

@@ -27,9 +27,9 @@ static const size_t nboomeramg = sizeof(boomeramg) / sizeof(boomeramg[0]);
 
 static const char *DefaultValue(const PC_Ainsworth *data, PetscBool definite, size_t i)
 {
-  PetscInt n, N;
+  PetscInt n;
 
-  (void)MatGetSize(data->saddle.A, &n, &N);
+  (void)MatGetSize(data->saddle.A, &n, NULL);
   if (data->choices.pmat.penalty == AINSWORTH_PENALTY_NORM) return boomeramg[i].onePenalty;
   return definite && n > small ? boomeramg[i].usual : boomeramg[i].otherMethods;
 }

@@ -224,7 +224,7 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
   }
   if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
   /* residuals of an outer method are consistent only to rounding; the program's right-hand side was checked in its first application */
-  if (verdict == AINSWORTH_VERDICT_CONTRADICTION && data->applications > 2) verdict = AINSWORTH_VERDICT_MET;
+  if (verdict == AINSWORTH_VERDICT_CONTRADICTION && data->applications > 1) verdict = AINSWORTH_VERDICT_MET;
   /* a flexible outer method may use the result at the limit of iterations; others get infinities, because they do not read reasons */
   data->usable = (PetscBool)((reason == KSP_DIVERGED_ITS && !data->rigid) || (reason >= 0 && verdict == AINSWORTH_VERDICT_MET));
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(PCAinsworthFail_Private(pc, data, PC_INCONSISTENT_RHS, PETSC_ERR_ARG_INCOMP, why));
@@ -295,7 +295,7 @@ static PetscErrorCode Refresh(PC pc)
   PetscFunctionBegin;
   PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
   PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
-  if (data->ordered && !pc->reusepreconditioner) changed = PETSC_TRUE;
+  if (data->keptForProgram && !pc->reusepreconditioner) changed = PETSC_TRUE;
   if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat a set-up that failed */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -319,8 +319,10 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   data->failure[0] = 0;
-  if (data->applications) data->applications++;
-  if (data->applications) PetscCall(VecZeroEntries(y)); /* a work vector of an outer method is no initial guess */
+  if (data->applications >= 0) {
+    data->applications++;
+    PetscCall(VecZeroEntries(y)); /* a work vector of an outer method is no initial guess */
+  }
   PetscCall(AinsworthSaddleVecGet(b, in, &right));
   PetscCall(AinsworthSaddleVecGet(y, out, &left));
   code = data->saddle.sign ? SolveWithSigns(pc, data, transpose, right, left)
