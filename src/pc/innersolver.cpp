@@ -141,7 +141,7 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
   PetscCall(PCAinsworthChooseMethod_Private(pc, data));
   PetscCall(TypeInUse((PetscObject)ksp, "-ksp_type", method, sizeof(method)));
   PetscCall(PCAinsworthIsConjugateGradients_Private(method, &definite));
-  definite = (PetscBool)(definite || data->ownMethod);
+  definite = (PetscBool)(definite || (data->ownMethod && data->symmetric));
   PetscCall(PetscOptionsGetString(options, prefix, "-pc_type", chosen, sizeof(chosen), &given));
   given = (PetscBool)(given && pc->setfromoptionscalled);
   if (given) data->ownChoice = PETSC_FALSE;
