@@ -85,7 +85,6 @@ static PetscErrorCode Components()
     {3, 1,  PETSC_ERR_ARG_SIZ,        {"A rank has 4 rows, which are no nodes of 3"}},
     {3, -1, PETSC_ERR_ARG_OUTOFRANGE, {"Field u has the negative component -1"}     }
   };
-
   PetscMPIInt rank, size;
   Mat         uneven;
 
