@@ -153,10 +153,7 @@ static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, Ain
   PetscCall(AinsworthSaddleVecDuplicate(y, &more));
   PetscCall(VecZeroEntries(more.primal));
   PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, PC_AINSWORTH_SOLVE_AGAIN, left, more, &reason));
-  if (reason >= 0) {
-    PetscCall(VecAXPY(y.primal, 1.0, more.primal));
-    PetscCall(VecAXPY(y.dual, 1.0, more.dual));
-  }
+  if (reason >= 0) PetscCall(AinsworthSaddleVecAXPY(y, 1.0, more));
   PetscCall(AinsworthSaddleVecDestroy(&more));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

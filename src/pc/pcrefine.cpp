@@ -13,14 +13,6 @@ static PetscErrorCode Multiply(AinsworthSaddleVec y, AinsworthSaddleVec w, Ainsw
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Add(AinsworthSaddleVec y, PetscScalar a, AinsworthSaddleVec x)
-{
-  PetscFunctionBegin;
-  PetscCall(VecAXPY(y.primal, a, x.primal));
-  PetscCall(VecAXPY(y.dual, a, x.dual));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Dot(AinsworthSaddleVec x, AinsworthSaddleVec y, PetscScalar *dot)
 {
   PetscScalar part[2];
@@ -109,8 +101,8 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
   PetscCall(Multiply(left, weights, &r));
   for (size_t k = 0; k < images.size(); k++) {
     PetscCall(Dot(q, images[k], &dot));
-    PetscCall(Add(q, -dot, images[k]));
-    PetscCall(Add(p, -dot, directions[k]));
+    PetscCall(AinsworthSaddleVecAXPY(q, -dot, images[k]));
+    PetscCall(AinsworthSaddleVecAXPY(p, -dot, directions[k]));
   }
   PetscCall(Dot(q, q, &dot));
   *some = (PetscBool)(PetscRealPart(dot) > 0.0 && !PetscIsInfOrNanScalar(dot) && reason != KSP_DIVERGED_ITS /* further solves would end there, too */
@@ -120,7 +112,7 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
 
     for (Vec v : {p.primal, p.dual, q.primal, q.dual}) PetscCall(VecScale(v, scale));
     PetscCall(Dot(r, q, &dot));
-    PetscCall(Add(y, -dot, p)); /* q = -K p */
+    PetscCall(AinsworthSaddleVecAXPY(y, -dot, p)); /* q = -K p */
     directions.push_back(p);
     images.push_back(q);
   } else {
