@@ -200,33 +200,6 @@ static PetscErrorCode Loose(PCAinsworthPmatType type)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The unknown that many rows share is determined by two of them: no motion of it is left, and M_* holds it all the same */
-static PetscErrorCode Determined()
-{
-  const PetscInt n = 200, many = 70, m = many + 2;
-  Options        options(std::string(common) + "-ainsworth_pc_type jacobi -ainsworth_ksp_max_it 1000 -pc_ainsworth_pmat id");
-  DenseSystem    d = Springs(n, m);
-  Run            run;
-  std::string    view;
-
-  PetscFunctionBeginUser;
-  Case("a shared unknown that C determines");
-  d.A.row(n - 1).setZero();
-  d.A.col(n - 1).setZero();
-  d.C.col(n - 1).setOnes();
-  for (PetscInt i = 0; i < many; i++) d.C(i, 5 + 2 * i) = -1.0;
-  d.C(many, 1)     = -1.0;
-  d.C(many + 1, 1) = 1.0;
-  PetscCall(RunCreate(d, false, &run));
-  for (int solve = 0; solve < 2; solve++) {
-    PetscCall(CheckSolution(&run, d));
-    PetscCall(ViewText(run.ksp, view));
-    PetscCall(CheckText("view", view, {"1 shared unknowns: held"}));
-  }
-  PetscCall(RunDestroy(&run));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* auto looks at the entries that a row has at each node: rows that turn mix components, whatever they do together */
 static PetscErrorCode Turned(PetscReal angle, const char expected[])
 {
@@ -311,7 +284,6 @@ int main(int argc, char **argv)
     for (PCAinsworthPmatType type : {PC_AINSWORTH_PMAT_ID, PC_AINSWORTH_PMAT_JCB}) PetscCall(LongRow(floating, type));
   PetscCall(Shared());
   for (PCAinsworthPmatType type : {PC_AINSWORTH_PMAT_ID, PC_AINSWORTH_PMAT_JCB}) PetscCall(Loose(type));
-  PetscCall(Determined());
   PetscCall(Turned(0.0, "as the constraints keep components apart"));
   PetscCall(Turned(0.3, "as the constraints mix components"));
   PetscCall(RandomRows(false));
