@@ -28,6 +28,21 @@ static inline PetscErrorCode AinsworthISToList(IS is, std::vector<PetscInt> *lis
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Replaces two sizes by those of the first rank on which they differ, if there is one; collective */
+static inline PetscErrorCode AinsworthFirstMismatch(MPI_Comm comm, PetscInt *a, PetscInt *b)
+{
+  PetscMPIInt rank, size, first;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  first = *a == *b ? size : rank;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm));
+  if (first == size) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt *number : {a, b}) PetscCallMPI(MPI_Bcast(number, 1, MPIU_INT, first, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Concatenates the lists of all ranks in rank order; collective */
 static inline PetscErrorCode AinsworthGatherLists(MPI_Comm comm, const std::vector<PetscInt> &mine, std::vector<PetscInt> *all)
 {

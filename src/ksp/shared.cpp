@@ -23,6 +23,7 @@ PetscErrorCode KSPProjectedCGForgetShared_Private(Mat_Ainsworth *ctx, const std:
     vecs->clear();
   }
   ctx->shared = shared;
+  ctx->moved  = false;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -69,13 +70,12 @@ static PetscErrorCode MultiplyMotion(Mat mat, Mat_Ainsworth *ctx, Vec x, Vec y, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* KSPProjectedCGLiftShared_Private - computes Z and Y, once per preconditioner; motions without energy and unknowns that C holds have no columns */
-PetscErrorCode KSPProjectedCGLiftShared_Private(PC pc, Mat mat, Mat_Ainsworth *ctx)
+/* Computes Z and Y; motions without energy and unknowns that C holds have no columns */
+static PetscErrorCode Lift(PC pc, Mat mat, Mat_Ainsworth *ctx)
 {
   Vec answer;
 
   PetscFunctionBegin;
-  if (ctx->shared.empty() || !ctx->motions.empty()) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatCreateVecs(mat, &answer, NULL));
   for (PetscInt unknown : ctx->shared) {
     Vec       motion, force;
@@ -102,8 +102,20 @@ PetscErrorCode KSPProjectedCGLiftShared_Private(PC pc, Mat mat, Mat_Ainsworth *c
       PetscCall(VecDestroy(&force));
     }
   }
-  if (ctx->motions.empty()) ctx->shared.clear();
   PetscCall(VecDestroy(&answer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* KSPProjectedCGLiftShared_Private - computes Z and Y, once per preconditioner */
+PetscErrorCode KSPProjectedCGLiftShared_Private(PC pc, Mat mat, Mat_Ainsworth *ctx)
+{
+  PetscErrorCode error;
+
+  PetscFunctionBegin;
+  if (ctx->shared.empty() || ctx->moved) PetscFunctionReturn(PETSC_SUCCESS);
+  error         = Lift(pc, mat, ctx); /* checked when everything is restored */
   ctx->inKernel = PETSC_FALSE;
+  PetscCall(error);
+  ctx->moved = true;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -64,9 +64,9 @@ PetscErrorCode PCBlockSAExpect_Private(PC pc, KSP ksp, PetscBool singular, Petsc
   PetscFunctionBegin;
   PetscCall(PCBlockSAGet_Private(pc, &sa));
   *single = (PetscBool)(sa && sa->options.single);
-  if (!*single || sa->given) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!sa || sa->given) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Tolerates(ksp, &tolerates));
-  *single = (PetscBool)(tolerates && !singular);
+  *single = sa->options.single = (PetscBool)(tolerates && !singular); /* levels in double precision are kept until A changes */
   if (!*single) PetscCall(UseDouble(pc, tolerates ? "The matrix may be nearly singular" : untold));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -212,7 +212,8 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
     PetscCall(PetscViewerASCIIPrintf(
       viewer, "    left out: %" PetscInt_FMT " modes that the matrix does not take to zero: are these the coordinates of its nodes?\n", h.modes.unfit));
   PetscCall(PetscViewerASCIIPrintf(viewer, "    finest level in %s precision%s; operator complexity %.3g\n", h.single() ? "single" : "double",
-                                   sa->options.single && !h.single() ? ", as its values jump too far or it is the only one" : "", (double)h.complexity()));
+                                   sa->options.single && !h.single() ? ", as its values jump too far or it is the only one, or for an earlier solve" : "",
+                                   (double)h.complexity()));
   if (h.sorted) PetscCall(PetscViewerASCIIPrintf(viewer, "    unknowns sorted by nodes, which the pattern of the matrix shows\n"));
   for (const AinsworthGrid &grid : h.grids)
     PetscCall(PetscViewerASCIIPrintf(viewer, "    level: %" PetscInt_FMT " unknowns, blocks of %" PetscInt_FMT ", %.1f of them a row, on %d ranks\n",

@@ -1,5 +1,6 @@
 #include "blocksa.h"
 #include "../events.h"
+#include "../lists.h"
 #include "../saddle/saddle.h"
 #include <limits>
 
@@ -65,20 +66,23 @@ static bool HasLevels(const PC_BlockSA *sa, PetscInt bs)
 /* Gets the coordinates of the nodes in their order; if the program stores its unknowns in another order it may have given coordinates of all unknowns */
 static PetscErrorCode GetCoordinates(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs, const std::vector<PetscInt> &order, std::vector<PetscReal> *x)
 {
-  const PetscInt given = (PetscInt)sa->coordinates.size(), dim = sa->dim;
-  PetscInt       n;
+  const PetscInt dim = sa->dim;
+  PetscInt       n, given = (PetscInt)sa->coordinates.size(), wanted;
 
   PetscFunctionBegin;
   *x = sa->coordinates;
   if (!dim) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatGetLocalSize(A, &n, NULL));
-  if (!order.empty() && given == n * dim)
-    for (PetscInt l = 0; l < n / bs * dim; l++) (*x)[l] = sa->coordinates[order[l / dim * bs] * dim + l % dim];
-  else
-    PetscCheck(given == n / bs * dim, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_SIZ,
-               "PCSetCoordinates() was called with %" PetscInt_FMT " coordinates on this rank, but the matrix has %" PetscInt_FMT
-               " rows in blocks of %" PetscInt_FMT,
-               given, n, bs);
+  wanted = n / bs * dim;
+  if (!order.empty() && given == n * dim) {
+    for (PetscInt l = 0; l < wanted; l++) (*x)[l] = sa->coordinates[order[l / dim * bs] * dim + l % dim];
+    given = wanted;
+  }
+  PetscCall(AinsworthFirstMismatch(PetscObjectComm((PetscObject)pc), &given, &wanted));
+  PetscCheck(given == wanted, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_SIZ,
+             "PCSetCoordinates() was called with %" PetscInt_FMT " coordinates on a rank, but the matrix needs %" PetscInt_FMT
+             " there, with its blocks of %" PetscInt_FMT,
+             given, wanted, bs);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -106,21 +106,13 @@ static std::shared_ptr<AinsworthBlockRowsOf<T>> TakeUpper(const AinsworthBlockRo
   return U;
 }
 
-/* Returns a power of two near v^{-1/2} */
-static PetscReal InverseRoot(PetscReal v)
-{
-  int exponent;
-
-  (void)frexp((double)v, &exponent);
-  return (PetscReal)ldexp(1.0, -exponent / 2);
-}
-
 /* Stores the blocks of A in the last level; collective */
 PetscErrorCode AinsworthHierarchy::store(const AinsworthBlockMat &A, const AinsworthHierarchyOptions &options)
 {
   AinsworthGrid &grid     = grids.back();
   const bool     finest   = grids.size() == 1;
   PetscInt64     count[2] = {(PetscInt64)A.rows.j.size(), A.rows.n > 0};
+  PetscReal      jump;
 
   PetscFunctionBegin;
   grid.bs    = A.rows.br;
@@ -132,7 +124,7 @@ PetscErrorCode AinsworthHierarchy::store(const AinsworthBlockMat &A, const Ainsw
   if (finest && options.single && jump <= jumpOfSingle) {
     auto w = std::make_shared<std::vector<PetscReal>>(grid.diagonal.size());
 
-    std::transform(grid.diagonal.begin(), grid.diagonal.end(), w->begin(), InverseRoot);
+    std::transform(grid.diagonal.begin(), grid.diagonal.end(), w->begin(), [](PetscReal v) { return AinsworthInversePower(v, 2); });
     grid.single = TakeUpper<AinsworthSingle>(A.rows, w->data());
     grid.w      = w;
   } else grid.upper = TakeUpper<PetscScalar>(A.rows, NULL);
@@ -336,7 +328,6 @@ PetscErrorCode AinsworthHierarchy::replaceFinest(Mat A, const AinsworthHierarchy
   grid.P              = grids[0].P;
   TakeDouble(X, !grid.P, options, &grid);
   grids[0] = std::move(grid);
-  jump     = finest.jump;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -39,7 +39,6 @@ public:
   std::vector<PetscInt>      order;                /* the local rows of A node by node, if sorted */
   PetscBool                  sorted = PETSC_FALSE; /* A does not store its rows node by node; the same on all ranks */
   AinsworthModes             modes;                /* without their values */
-  PetscReal                  jump        = 1.0;    /* largest ratio of the diagonals of coupled nodes */
   char                       doubts[128] = "";     /* why this hierarchy is likely to be inefficient; empty if nothing suggests that */
 
 private:

@@ -20,6 +20,15 @@ inline T AinsworthConj(T v)
   else return std::conj(v);
 }
 
+/* Returns a power of two near v^{-1/root}, v >= 0 */
+inline PetscReal AinsworthInversePower(PetscReal v, int root)
+{
+  int exponent = 0;
+
+  if (v > 0.0) (void)frexp((double)v, &exponent);
+  return (PetscReal)ldexp(1.0, -exponent / root);
+}
+
 template <int N>
 using AinsworthSize = std::integral_constant<int, N>;
 

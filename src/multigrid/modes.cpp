@@ -1,4 +1,5 @@
 #include "coarsen.h"
+#include "../lists.h"
 #include <algorithm>
 
 /* Takes the modes from a near null space, whose constant, if it has one, comes first; order: the local rows node by node, empty if they are stored so */
@@ -15,13 +16,14 @@ static PetscErrorCode FromNullSpace(MatNullSpace near, PetscInt n, const std::ve
   modes->values.assign((size_t)n * modes->k, 1.0);
   for (PetscInt c = 0; c < nvec; c++) {
     const PetscScalar *v;
-    PetscInt           local;
+    PetscInt           local, wanted = n;
 
     PetscCall(VecGetLocalSize(vec[c], &local));
-    PetscCheck(local == n, PetscObjectComm((PetscObject)vec[c]), PETSC_ERR_ARG_SIZ,
-               "Vector %" PetscInt_FMT " of the near null space has %" PetscInt_FMT " values on this rank, but the matrix has %" PetscInt_FMT
+    PetscCall(AinsworthFirstMismatch(PetscObjectComm((PetscObject)vec[c]), &local, &wanted));
+    PetscCheck(local == wanted, PetscObjectComm((PetscObject)vec[c]), PETSC_ERR_ARG_SIZ,
+               "Vector %" PetscInt_FMT " of the near null space has %" PetscInt_FMT " values on a rank, but the matrix has %" PetscInt_FMT
                " rows: call MatSetNearNullSpace() with vectors that have the layout of the matrix",
-               c, local, n);
+               c, local, wanted);
     PetscCall(VecGetArrayRead(vec[c], &v));
     for (PetscInt l = 0; l < n; l++) modes->values[(size_t)l * modes->k + first + c] = v[order.empty() ? l : order[l]];
     PetscCall(VecRestoreArrayRead(vec[c], &v));

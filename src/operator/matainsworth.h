@@ -4,6 +4,7 @@
 
 #include <petscainsworth.h>
 #include "../projector/projector.h"
+#include <string>
 #include <vector>
 
 struct Mat_Ainsworth {
@@ -30,10 +31,11 @@ struct Mat_Ainsworth {
   AinsworthProjector       proj;
   PetscInt                 longest = PETSC_MAX_INT; /* rows of C with more entries are left out of the preconditioning matrix (ksp/longrows.cpp) */
   std::vector<Vec>         lifted;                  /* M^{-1} C' of these rows */
-  const void              *liftedBy = NULL;         /* data of the preconditioner that `lifted` was made with */
+  std::string              liftedBy;                /* ID and type of the preconditioner that `lifted` and `motions` were made with */
   std::vector<PetscScalar> longFactor;              /* Cholesky factor of C M^{-1} C' for these rows */
   std::vector<PetscInt>    shared;                  /* unknowns held by the preconditioning matrix (ksp/shared.cpp) */
   std::vector<Vec>         motions, motionForces;   /* their motions Z with Z' A Z = I, and Q' A Z */
+  bool                     moved = false;           /* the motions are known; there may be none */
   bool                     doubtful;                /* rows of C are nearly dependent, so solves with the Gram matrix are refined */
   Vec                      work;                    /* work vector, n */
   Vec                      rowWork;                 /* work vector, m, placed */

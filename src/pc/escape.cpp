@@ -266,10 +266,7 @@ PetscErrorCode PCAinsworthEscape_Private(PC pc, PC_Ainsworth *data, PetscBool *a
 {
   PCAinsworthEscape *e = &data->escape;
   KSPConvergedReason reason;
-  PCFailedReason     failed;
-  PC                 inner;
-  char               why[512] = "";
-  Mat_Ainsworth     *reduced  = NULL;
+  Mat_Ainsworth     *reduced = NULL;
 
   PetscFunctionBegin;
   PetscCall(KSPGetConvergedReason(data->ksp, &reason));
@@ -282,9 +279,10 @@ PetscErrorCode PCAinsworthEscape_Private(PC pc, PC_Ainsworth *data, PetscBool *a
     PetscCall(PetscInfo(pc, "The preconditioning matrix is factored %s\n", e->why));
   } else PetscCall(GoBack(pc, data, "The solve with a factorization of the preconditioning matrix failed"));
   if (data->constraints) PetscCall(MatAinsworthSetUpProjector_Private(data->reduced, &reduced));
-  PetscCall(PCAinsworthKeepOrSetUpInner_Private(pc, data, reduced, PETSC_FALSE, why, sizeof(why)));
-  PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PCGetFailedReason(inner, &failed));
-  if (why[0] || failed) PetscCall(PetscInfo(pc, "%s\n", why));
+  PetscCall(PCAinsworthSetUpInner_Private(pc, data, reduced, PETSC_FALSE, data->failure, sizeof(data->failure)));
+  if (!data->failure[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  *again            = PETSC_FALSE;
+  data->stale       = PETSC_TRUE;
+  data->ksp->reason = KSP_DIVERGED_PC_FAILED;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,5 +1,6 @@
 /* Cost of a factorization of M_* in iterations of the current solve, both as fast as they are in this process (docs/models.md) */
 #include "pcainsworth.h"
+#include "../guard.h"
 #include "../multigrid/blocksa.h"
 #include "../projector/factor.h"
 #include "../projector/graph.h"
@@ -23,7 +24,7 @@ PetscReal PCAinsworthEscapeLeast_Private(const PC_Ainsworth *data)
 }
 
 /* Predicts the operations of a factorization of M_* and the entries of its factor, from the graph of nodes on rank 0; collective */
-static PetscErrorCode Predict(const PC_Ainsworth *data, MatSolverType package, AinsworthCost *cost)
+static PetscErrorCode Predict(const PC_Ainsworth *data, AinsworthCost *cost)
 {
   MPI_Comm         comm = PetscObjectComm((PetscObject)data->ksp);
   std::vector<Mat> parts(1, data->constraints ? data->M : data->saddle.A);
@@ -32,7 +33,9 @@ static PetscErrorCode Predict(const PC_Ainsworth *data, MatSolverType package, A
   PetscMPIInt      rank;
   PetscBool        whole, general;
   MatOrderingType  ordering;
-  IS               order = NULL;
+  MatSolverType    package;
+  PetscReal        told[3] = {}; /* by rank 0: entries, operations, and its error code */
+  IS               order   = NULL;
 
   PetscFunctionBegin;
   if (data->format == AINSWORTH_PMAT_SUM && data->constraints) {
@@ -45,14 +48,16 @@ static PetscErrorCode Predict(const PC_Ainsworth *data, MatSolverType package, A
   PetscCall(AinsworthGraphOfNodes(parts, bs, &graph));
   for (Mat &mat : parts) PetscCall(MatDestroy(&mat));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (!rank) PetscCall(AinsworthFactorPredictBest(graph[0], bs, cost, &ordering, &order));
+  if (!rank) told[2] = (PetscReal)AinsworthGuarded<AinsworthFactorPredictBest>(graph[0], bs, cost, &ordering, &order);
   PetscCall(ISDestroy(&order));
   PetscCall(MatDestroySubMatrices(1, &graph));
   PetscCall(PetscStrcmp(PCAinsworthFactorType_Private(data, &package), PCLU, &general));
-  for (PetscReal *value : {&cost->entries, &cost->operations}) {
-    PetscCallMPI(MPI_Bcast(value, 1, MPIU_REAL, 0, comm));
-    if (general) *value *= 2.0;
-  }
+  told[0] = cost->entries;
+  told[1] = cost->operations;
+  PetscCallMPI(MPI_Bcast(told, 3, MPIU_REAL, 0, comm));
+  PetscCall((PetscErrorCode)(int)told[2]);
+  cost->entries    = general ? 2.0 * told[0] : told[0];
+  cost->operations = general ? 2.0 * told[1] : told[1];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -118,7 +123,7 @@ PetscErrorCode PCAinsworthEscapeCost_Private(PC pc, const PC_Ainsworth *data, Pe
 
   PetscFunctionBegin;
   (void)PCAinsworthFactorType_Private(data, &package);
-  PetscCall(Predict(data, package, &cost));
+  PetscCall(Predict(data, &cost));
   PetscCall(DenseRate(&rate));
   PetscCall(ShareOf(package, &share));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &rate, 1, MPIU_REAL, MPIU_SUM, comm));

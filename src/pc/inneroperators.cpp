@@ -75,15 +75,15 @@ PetscErrorCode PCAinsworthLooksDefinite_Private(const PC_Ainsworth *data, Mat M,
 }
 
 /* Sets whether the inner preconditioner is kept whatever its matrix, and remembers the program's own setting */
-PetscErrorCode PCAinsworthKeepInner_Private(PC_Ainsworth *data, PetscBool keep)
+PetscErrorCode PCAinsworthReuseInner_Private(PC_Ainsworth *data, PetscBool keep)
 {
   PC inner;
 
   PetscFunctionBegin;
   if (!keep && !data->kept) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetPC(data->ksp, &inner));
-  if (!data->kept) PetscCall(PCGetReusePreconditioner(inner, &data->keptInside));
-  PetscCall(PCSetReusePreconditioner(inner, (PetscBool)(keep || data->keptInside)));
+  if (!data->kept) PetscCall(PCGetReusePreconditioner(inner, &data->ownReuse));
+  PetscCall(PCSetReusePreconditioner(inner, (PetscBool)(keep || data->ownReuse)));
   data->kept = keep;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -140,7 +140,7 @@ PetscErrorCode PCAinsworthResetKSP_Private(PC_Ainsworth *data)
     PetscCall(KSPSetType(ksp, KSPPREONLY));
   }
   PetscCall(KSPReset(ksp));
-  PetscCall(PCAinsworthKeepInner_Private(data, PETSC_FALSE));
+  PetscCall(PCAinsworthReuseInner_Private(data, PETSC_FALSE));
   if (keeps) {
     PetscCall(KSPSetType(ksp, type));
     data->configured = PETSC_FALSE;

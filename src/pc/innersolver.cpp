@@ -27,9 +27,9 @@ static const size_t nboomeramg = sizeof(boomeramg) / sizeof(boomeramg[0]);
 
 static const char *DefaultValue(const PC_Ainsworth *data, PetscBool definite, size_t i)
 {
-  PetscInt n, N;
+  PetscInt n;
 
-  (void)MatGetSize(data->saddle.A, &n, &N);
+  (void)MatGetSize(data->saddle.A, &n, NULL);
   if (data->choices.pmat.penalty == AINSWORTH_PENALTY_NORM) return boomeramg[i].onePenalty;
   return definite && n > small ? boomeramg[i].usual : boomeramg[i].otherMethods;
 }
@@ -124,13 +124,14 @@ PetscErrorCode PCAinsworthChooseType_Private(PC pc, PC_Ainsworth *data)
 */
 PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
 {
-  KSP          ksp = data->ksp;
-  PC           inner;
-  PC_BlockSA  *sa = NULL;
-  PetscBool    boomer, definite, given;
-  char         name[nboomeramg][256] = {}, method[256] = "", chosen[256];
-  const char  *prefix;
-  PetscOptions options;
+  KSP            ksp = data->ksp;
+  PC             inner;
+  PC_BlockSA    *sa = NULL;
+  PetscBool      boomer, definite, given;
+  char           name[nboomeramg][256] = {}, method[256] = "", chosen[256];
+  const char    *prefix;
+  PetscOptions   options;
+  PetscErrorCode error = PETSC_SUCCESS;
 
   PetscFunctionBegin;
   if (data->configured) PetscFunctionReturn(PETSC_SUCCESS);
@@ -140,7 +141,7 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
   PetscCall(PCAinsworthChooseMethod_Private(pc, data));
   PetscCall(TypeInUse((PetscObject)ksp, "-ksp_type", method, sizeof(method)));
   PetscCall(PCAinsworthIsConjugateGradients_Private(method, &definite));
-  definite = (PetscBool)(definite || data->ownMethod);
+  definite = (PetscBool)(definite || (data->ownMethod && data->symmetric));
   PetscCall(PetscOptionsGetString(options, prefix, "-pc_type", chosen, sizeof(chosen), &given));
   given = (PetscBool)(given && pc->setfromoptionscalled);
   if (given) data->ownChoice = PETSC_FALSE;
@@ -162,10 +163,11 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
     PetscCall(PetscOptionsSetValue(options, name[i], value));
   }
   PetscCall(PCAinsworthForgetNorm_Private(data));
-  if (pc->setfromoptionscalled) PetscCall(KSPSetFromOptions(ksp));
-  else if (boomer) PetscCall(PCSetFromOptions(inner));
+  if (pc->setfromoptionscalled) error = KSPSetFromOptions(ksp);
+  else if (boomer) error = PCSetFromOptions(inner);
   for (const char *set : name)
     if (set[0]) PetscCall(PetscOptionsClearValue(options, set));
+  PetscCall(error); /* our defaults would look like the program's options otherwise */
   PetscCall(PCAinsworthChooseNorm_Private(data));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   if (sa) sa->options.product = PETSC_TRUE; /* from the next set-up on it keeps what PCBlockSAGetProduct_Private() needs */

@@ -87,11 +87,11 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    rows with columns left in place.
 
    Dependent rows. The set-up searches for rows of C that are combinations of others only if the Gram matrix S = C W C' cannot be factored, or if one test solve
-   shows a relative error of more than 1.5e-8. A row counts as dependent if elimination leaves at most 1e-12 of it, in the norm of W, or 1e-5 if that is not
-   enough to solve with S. In the second case W = I is tried first, which may tell rows apart that diag(A)^{-1} cannot. It is not defined which rows of a
-   dependent set are left out. Their multipliers are zero: lambda is a basic solution, not that of smallest norm. x and C' lambda do not depend on the choice.
-   Each right-hand side is checked on these rows, C_i x = g_i to 1e-8 of |C_i| |x| + |g_i|. If it contradicts them, the failure is `PC_INCONSISTENT_RHS`. With
-   `-pc_ainsworth_redundant error` the set-up stops with `PETSC_ERR_MAT_CH_ZRPVT` and names the rows.
+   shows a relative error of more than 1e-3 m^{-1/2}, with m rows. A row counts as dependent if elimination leaves at most 1e-12 of it, in the norm of W, or
+   1e-5 if that is not enough to solve with S. In the second case W = I is tried first, which may tell rows apart that diag(A)^{-1} cannot. It is not defined
+   which rows of a dependent set are left out. Their multipliers are zero: lambda is a basic solution, not that of smallest norm. x and C' lambda do not depend
+   on the choice. Each right-hand side is checked on these rows, C_i x = g_i to 1e-8 of |C_i| |x| + |g_i|. If it contradicts them, the failure is
+   `PC_INCONSISTENT_RHS`. With `-pc_ainsworth_redundant error` the set-up stops with `PETSC_ERR_MAT_CH_ZRPVT` and names the rows.
 
    Tolerances refer to x, not to x - R g; PETSc's convergence test in the natural norm is adjusted accordingly. Whatever the inner tolerance, C x = g holds to
    rounding.

@@ -108,25 +108,25 @@ struct PC_Ainsworth {
 
   /* made by set-up */
   AinsworthSaddle saddle;
-  PetscInt        constraints;     /* number of kept rows of C */
-  Mat             reduced;         /* the reduced operator; NULL without constraints */
-  Mat             M;               /* the preconditioning matrix */
-  const char     *autoReason;      /* why auto chose its type */
-  PetscInt        longRows;        /* number of rows of C left out of the preconditioning matrix */
-  PetscBool       symmetric;       /* A = A' */
-  PetscBool       adjoint;         /* B is C, and D = D' */
-  Vec             inverseDiagonal; /* diag(A)^{-1}, length n; weights residuals so that their size does not depend on that of A */
-  PetscBool       indefinite;      /* GMRES replaced conjugate gradients since the last set-up */
-  PetscBool       stale;           /* a choice changed since the last set-up */
-  char            failure[512];    /* why the last set-up or solve failed; empty if it did not */
-  PetscInt        applications;    /* 1 plus those in the current outer solve; 0 outside of a solve */
-  PetscBool       hidden;          /* diag(A)^{-1} makes independent rows of C look dependent: the weight is the identity */
-  PetscBool       refused;         /* the last set-up failed with a reason; not repeated before something changes */
-  PetscBool       unfinished;      /* the last set-up, or a solve since, ended with an error */
-  PetscBool       applied;         /* since the last solve began: a failure since then is that of a solve */
-  PetscBool       rigid;           /* the outer method assumes a linear preconditioner */
-  PetscBool       usable;          /* the result of the last solve is usable by an outer method */
-  PetscBool       unchanged;       /* neither A nor C nor a choice had changed at the last set-up */
+  PetscInt        constraints;       /* number of kept rows of C */
+  Mat             reduced;           /* the reduced operator; NULL without constraints */
+  Mat             M;                 /* the preconditioning matrix */
+  const char     *autoReason;        /* why auto chose its type */
+  PetscInt        longRows;          /* number of rows of C left out of the preconditioning matrix */
+  PetscBool       symmetric;         /* A = A' */
+  PetscBool       adjoint;           /* B is C, and D = D' */
+  Vec             inverseDiagonal;   /* diag(A)^{-1}, length n; weights residuals so that their size does not depend on that of A */
+  PetscBool       indefinite;        /* GMRES replaced conjugate gradients since the last set-up */
+  PetscBool       stale;             /* a choice changed since the last set-up */
+  char            failure[512];      /* why the last set-up or solve failed; empty if it did not */
+  PetscInt        applications = -1; /* in the current outer solve; -1 outside of a solve */
+  PetscBool       hidden;            /* diag(A)^{-1} makes independent rows of C look dependent: the weight is the identity */
+  PetscBool       refused;           /* the last set-up failed with a reason; not repeated before something changes */
+  PetscBool       unfinished;        /* the last set-up, or a solve since, ended with an error */
+  PetscBool       applied;           /* since the last solve began: a failure since then is that of a solve */
+  PetscBool       rigid;             /* the outer method assumes a linear preconditioner */
+  PetscBool       usable;            /* the result of the last solve is usable by an outer method */
+  PetscBool       unchanged;         /* neither A nor C nor a choice had changed at the last set-up */
 
   /* the reduced solve */
   KSP                 ksp;
@@ -137,8 +137,8 @@ struct PC_Ainsworth {
   PetscBool           ownNorm, ownSide; /* we chose its norm, its side */
   PetscBool           plainCG;          /* KSPCG replaces KSPPROJECTEDCG because there are no constraints */
   PetscBool           kept;             /* its preconditioner is from an earlier set-up: PCSetReusePreconditioner() */
-  PetscBool           ordered;          /* because the program set PCSetReusePreconditioner() on this PC */
-  PetscBool           keptInside;       /* the program's own PCSetReusePreconditioner() of the inner PC */
+  PetscBool           keptForProgram;   /* because the program set PCSetReusePreconditioner() on this PC */
+  PetscBool           ownReuse;         /* the program's own PCSetReusePreconditioner() of the inner PC */
   PetscBool           ownMethod;        /* GMRES replaces KSPPROJECTEDCG because the system is not Hermitian, or indefinite */
   PCAinsworthEscape   escape;
   Vec                 rhs;       /* f~ */
@@ -187,7 +187,7 @@ PETSC_INTERN PetscErrorCode      PCAinsworthResetKSP_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetMethod_Private(PC_Ainsworth *, KSPType);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetTranspose_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthAfterError_Private(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthKeepInner_Private(PC_Ainsworth *, PetscBool);
+PETSC_INTERN PetscErrorCode      PCAinsworthReuseInner_Private(PC_Ainsworth *, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthLooksDefinite_Private(const PC_Ainsworth *, Mat, PetscBool *);
 PETSC_INTERN PCType              PCAinsworthFactorType_Private(const PC_Ainsworth *, MatSolverType *);
 PETSC_INTERN PetscErrorCode      PCAinsworthChoosePackage_Private(const PC_Ainsworth *, PC);
@@ -203,14 +203,14 @@ PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCheck_Private(PC, PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeBegin_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeEnd_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscape_Private(PC, PC_Ainsworth *, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthKeepOrSetUpInner_Private(PC, PC_Ainsworth *, Mat_Ainsworth *, PetscBool, char[], size_t);
-PETSC_INTERN PetscBool           PCAinsworthKeepsAlways_Private(PC, const PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthKeeps_Private(PC, const PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthSetUpInner_Private(PC, PC_Ainsworth *, Mat_Ainsworth *, PetscBool, char[], size_t);
+PETSC_INTERN PetscBool           PCAinsworthMustKeepInner_Private(PC, const PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthDecideToKeepInner_Private(PC, const PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthIsOld_Private(const PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthLimit_Private(PC, const PC_Ainsworth *, PetscInt *);
 PETSC_INTERN PetscErrorCode      PCAinsworthCount_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthForgetCounts_Private(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthRebuild_Private(PC, PC_Ainsworth *, char[], size_t);
+PETSC_INTERN PetscErrorCode      PCAinsworthRebuild_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthViewRebuild_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthIsConjugateGradients_Private(KSPType, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthChooseMethod_Private(PC, PC_Ainsworth *);

@@ -56,8 +56,7 @@ static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transp
 {
   KSP       ksp = data->ksp;
   PetscInt  limit, most = ksp->max_it;
-  PetscBool strict   = ksp->errorifnotconverged;
-  char      why[512] = "";
+  PetscBool strict = ksp->errorifnotconverged;
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthLimit_Private(pc, data, &limit));
@@ -70,9 +69,10 @@ static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transp
     ksp->max_it              = most;
     ksp->errorifnotconverged = strict;
     PetscCall(error);
-    if (*reason < 0) PetscCall(PCAinsworthRebuild_Private(pc, data, why, sizeof(why)));
+    if (*reason < 0 && !data->failure[0]) PetscCall(PCAinsworthRebuild_Private(pc, data));
+    if (data->failure[0]) *reason = KSP_DIVERGED_PC_FAILED;
   }
-  if (!limit || (*reason < 0 && !why[0])) PetscCall(SolveInner(pc, data, transpose, watched, b, x, reason));
+  if (!limit || (*reason < 0 && !data->failure[0])) PetscCall(SolveInner(pc, data, transpose, watched, b, x, reason));
   if (*reason > 0 && watched) PetscCall(PCAinsworthCount_Private(data)); /* refinements do not predict other solves */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -153,10 +153,7 @@ static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, Ain
   PetscCall(AinsworthSaddleVecDuplicate(y, &more));
   PetscCall(VecZeroEntries(more.primal));
   PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, PC_AINSWORTH_SOLVE_AGAIN, left, more, &reason));
-  if (reason >= 0) {
-    PetscCall(VecAXPY(y.primal, 1.0, more.primal));
-    PetscCall(VecAXPY(y.dual, 1.0, more.dual));
-  }
+  if (reason >= 0) PetscCall(AinsworthSaddleVecAXPY(y, 1.0, more));
   PetscCall(AinsworthSaddleVecDestroy(&more));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -224,12 +221,15 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
   }
   if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
   /* residuals of an outer method are consistent only to rounding; the program's right-hand side was checked in its first application */
-  if (verdict == AINSWORTH_VERDICT_CONTRADICTION && data->applications > 2) verdict = AINSWORTH_VERDICT_MET;
+  if (verdict == AINSWORTH_VERDICT_CONTRADICTION && data->applications > 1) verdict = AINSWORTH_VERDICT_MET;
   /* a flexible outer method may use the result at the limit of iterations; others get infinities, because they do not read reasons */
   data->usable = (PetscBool)((reason == KSP_DIVERGED_ITS && !data->rigid) || (reason >= 0 && verdict == AINSWORTH_VERDICT_MET));
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(PCAinsworthFail_Private(pc, data, PC_INCONSISTENT_RHS, PETSC_ERR_ARG_INCOMP, why));
   else if (reason < 0 || verdict != AINSWORTH_VERDICT_MET) PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));
-  else PetscCall(PCAinsworthAgreeOnFailure_Private(pc, PC_NOERROR));
+  else {
+    data->failure[0] = 0; /* of a solve that was not needed in the end */
+    PetscCall(PCAinsworthAgreeOnFailure_Private(pc, PC_NOERROR));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -292,7 +292,7 @@ static PetscErrorCode Refresh(PC pc)
   PetscFunctionBegin;
   PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
   PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
-  if (data->ordered && !pc->reusepreconditioner) changed = PETSC_TRUE;
+  if (data->keptForProgram && !pc->reusepreconditioner) changed = PETSC_TRUE;
   if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat a set-up that failed */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -316,8 +316,10 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   data->failure[0] = 0;
-  if (data->applications) data->applications++;
-  if (data->applications) PetscCall(VecZeroEntries(y)); /* a work vector of an outer method is no initial guess */
+  if (data->applications >= 0) {
+    data->applications++;
+    PetscCall(VecZeroEntries(y)); /* a work vector of an outer method is no initial guess */
+  }
   PetscCall(AinsworthSaddleVecGet(b, in, &right));
   PetscCall(AinsworthSaddleVecGet(y, out, &left));
   code = data->saddle.sign ? SolveWithSigns(pc, data, transpose, right, left)

@@ -297,6 +297,10 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPC
   KSPConvergedReason gram;
 
   PetscFunctionBegin;
+  if (data->failure[0]) { /* a set-up in the middle of this application has told why */
+    PetscCall(PetscStrncpy(why, data->failure, len));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCGetType(inner, &type));
   PetscCall(PCGetFailedReason(inner, &failed));

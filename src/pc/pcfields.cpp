@@ -4,7 +4,7 @@
 #include <petsc/private/pcimpl.h>
 
 /* Forgets the resolved fields, so that the next set-up resolves them again */
-static PetscErrorCode Forget(PC pc, PC_Ainsworth *data)
+static PetscErrorCode ForgetFields(PC pc, PC_Ainsworth *data)
 {
   PetscFunctionBegin;
   data->resolved = 0;
@@ -33,7 +33,7 @@ static PetscErrorCode PCFieldSplitSetIS_Ainsworth(PC pc, const char name[], IS i
   if (field->is) PetscCall(ISEqual(field->is.get(), is, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
   field->is = AinsworthShareIS(is);
-  PetscCall(Forget(pc, data));
+  PetscCall(ForgetFields(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -53,7 +53,7 @@ static PetscErrorCode PCFieldSplitSetFields_Ainsworth(PC pc, const char name[], 
   if (field->rows == components[0] && field->cols == components[1]) PetscFunctionReturn(PETSC_SUCCESS);
   field->rows = components[0];
   field->cols = components[1];
-  PetscCall(Forget(pc, data));
+  PetscCall(ForgetFields(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -64,7 +64,7 @@ static PetscErrorCode PCFieldSplitSetBlockSize_Ainsworth(PC pc, PetscInt bs)
   PetscFunctionBegin;
   if (data->components == bs) PetscFunctionReturn(PETSC_SUCCESS);
   data->components = bs;
-  PetscCall(Forget(pc, data));
+  PetscCall(ForgetFields(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -89,7 +89,7 @@ static PetscErrorCode PCFieldSplitRestrictIS_Ainsworth(PC pc, IS part)
     PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)part), (PetscInt)places.size(), places.data(), PETSC_COPY_VALUES, &is));
     field.is = AinsworthOwnIS(is);
   }
-  PetscCall(Forget(pc, data));
+  PetscCall(ForgetFields(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -109,7 +109,7 @@ static PetscErrorCode PCSetCoordinates_Ainsworth(PC pc, PetscInt dim, PetscInt n
 /* Creates the index set of some components of the nodes of a matrix, in ascending order */
 static PetscErrorCode CreateStrided(Mat mat, PetscInt bs, const std::vector<PetscInt> &components, const char name[], AinsworthIS *is)
 {
-  PetscInt              first, end;
+  PetscInt              first, end, n, whole;
   std::vector<PetscInt> rows;
   IS                    set;
 
@@ -118,8 +118,11 @@ static PetscErrorCode CreateStrided(Mat mat, PetscInt bs, const std::vector<Pets
     PetscCheck(c < bs, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE,
                "Field %s has component %" PetscInt_FMT " of nodes with %" PetscInt_FMT ": call PCFieldSplitSetBlockSize() or MatSetBlockSize()", name, c, bs);
   PetscCall(MatGetOwnershipRange(mat, &first, &end));
-  PetscCheck((end - first) % bs == 0, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "This rank has %" PetscInt_FMT " rows, which are no nodes of %" PetscInt_FMT,
-             end - first, bs);
+  n     = end - first;
+  whole = n - n % bs;
+  PetscCall(AinsworthFirstMismatch(PetscObjectComm((PetscObject)mat), &n, &whole));
+  PetscCheck(n == whole, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_SIZ, "A rank has %" PetscInt_FMT " rows, which are no nodes of %" PetscInt_FMT, n,
+             bs);
   for (PetscInt node = first; node < end; node += bs)
     for (PetscInt c : components) rows.push_back(node + c);
   std::sort(rows.begin(), rows.end());
@@ -246,18 +249,18 @@ PetscErrorCode PCAinsworthFieldsFromOptions_Private(PC pc, PC_Ainsworth *data, A
   }
   if (set && multipliers != in->multipliers) {
     in->multipliers = multipliers;
-    PetscCall(Forget(pc, data));
+    PetscCall(ForgetFields(pc, data));
   }
   PetscCall(PetscOptionsBool("-pc_ainsworth_detect_saddle_point", "Multipliers are the rows without a positive diagonal entry",
                              "PCFieldSplitSetDetectSaddlePoint", detect, &detect, &set));
   if (set && in->detect != (PetscInt)detect) {
     in->detect = (PetscInt)detect;
-    PetscCall(Forget(pc, data));
+    PetscCall(ForgetFields(pc, data));
   }
   PetscCall(PetscOptionsInt("-pc_ainsworth_block_size", "Block size of A, unknowns of a node", "MatSetBlockSize", bs, &bs, &set));
   if (!set || bs == in->bs) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(bs > 0, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_OUTOFRANGE, "-pc_ainsworth_block_size must be positive, not %" PetscInt_FMT, bs);
   in->bs = bs;
-  PetscCall(Forget(pc, data));
+  PetscCall(ForgetFields(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

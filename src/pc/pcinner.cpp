@@ -101,7 +101,7 @@ static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
 }
 
 /* Sets up the preconditioning matrix and the inner solver, again if the first choice of its preconditioner does not fit; why: the failure, else empty */
-static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, char why[], size_t len)
+static PetscErrorCode SetUpAnew(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, char why[], size_t len)
 {
   PetscInt  bad = -1;
   PetscBool definite, single;
@@ -169,7 +169,7 @@ static PetscErrorCode KeepWhole(PC pc, PC_Ainsworth *data)
 
   PetscFunctionBegin;
   PetscCall(PetscInfo(pc, "The inner preconditioner is kept, the constraints are set up anew\n"));
-  PetscCall(PCAinsworthKeepInner_Private(data, PETSC_TRUE));
+  PetscCall(PCAinsworthReuseInner_Private(data, PETSC_TRUE));
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCGetOperators(inner, NULL, &data->M));
   PetscCall(PetscObjectReference((PetscObject)data->M));
@@ -177,8 +177,7 @@ static PetscErrorCode KeepWhole(PC pc, PC_Ainsworth *data)
     Mat_Ainsworth *ctx;
 
     PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
-    PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, ctx->longest));
-    PetscCall(KSPProjectedCGForgetShared_Private(ctx, std::vector<PetscInt>(ctx->shared)));
+    PetscCall(KSPProjectedCGForget_Private(ctx));
     PetscCall(MatAinsworthSetPenalty(data->reduced, NULL));
     PetscCall(MatAinsworthSetProduct_Private(data->reduced, NULL));
   }
@@ -203,11 +202,11 @@ static PetscErrorCode SameConstraints(const PC_Ainsworth *data, PetscBool *same)
 }
 
 /*
-   PCAinsworthKeepOrSetUpInner_Private - sets up the inner preconditioner, or keeps it
+   PCAinsworthSetUpInner_Private - sets up the inner preconditioner, or keeps it
 
    keep: it is kept if that was requested or C is the same; PCBLOCKSA keeps its levels of A then, and gets the surface of the current matrix, which costs little
 */
-PetscErrorCode PCAinsworthKeepOrSetUpInner_Private(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, PetscBool keep, char why[], size_t len)
+PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, PetscBool keep, char why[], size_t len)
 {
   PC          inner;
   PC_BlockSA *sa;
@@ -216,15 +215,15 @@ PetscErrorCode PCAinsworthKeepOrSetUpInner_Private(PC pc, PC_Ainsworth *data, Ma
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   if (!sa) keep = (PetscBool)(keep && inner->setupcalled);
-  if (!sa && keep && !PCAinsworthKeepsAlways_Private(pc, data)) PetscCall(SameConstraints(data, &keep));
+  if (!sa && keep && !PCAinsworthMustKeepInner_Private(pc, data)) PetscCall(SameConstraints(data, &keep));
   if (!sa && keep) {
     PetscCall(KeepWhole(pc, data));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PCAinsworthKeepInner_Private(data, PETSC_FALSE));
+  PetscCall(PCAinsworthReuseInner_Private(data, PETSC_FALSE));
   if (sa) sa->keep = keep;
   else PetscCall(data->source.take(data->saddle.C, NULL));
   if (!keep) PetscCall(PCAinsworthForgetCounts_Private(data));
-  PetscCall(SetUpInner(pc, data, ctx, why, len));
+  PetscCall(SetUpAnew(pc, data, ctx, why, len));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

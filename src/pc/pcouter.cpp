@@ -42,7 +42,7 @@ PetscErrorCode PCPreSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
   if (ksp->reason == KSP_DIVERGED_PC_FAILED && !failed) ksp->reason = KSP_CONVERGED_ITERATING;
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &flexible, KSPPREONLY, KSPFGMRES, KSPGCR, KSPFCG, KSPPIPEFGMRES, KSPPIPEGCR, KSPPIPEFCG, ""));
   data->rigid        = (PetscBool)!flexible;
-  data->applications = 1;
+  data->applications = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -126,7 +126,7 @@ static PetscErrorCode CheckOuter(PC pc, PC_Ainsworth *data, KSP ksp, Vec b, Vec 
 
   PetscFunctionBegin;
   PetscCall(KSPGetConvergenceTest(ksp, &test, NULL, NULL));
-  if (data->applications <= 2 || ksp->reason != KSP_CONVERGED_RTOL || test != KSPConvergedDefault) PetscFunctionReturn(PETSC_SUCCESS);
+  if (data->applications <= 1 || ksp->reason != KSP_CONVERGED_RTOL || test != KSPConvergedDefault) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscLogEventBegin(AINSWORTH_Verify, pc, 0, 0, 0));
   PetscCall(VecDuplicate(b, &left));
   PetscCall((transpose ? MatMultTranspose : MatMult)(pc->mat, x, left));
@@ -156,7 +156,7 @@ PetscErrorCode PCPostSolve_Ainsworth(PC pc, KSP ksp, Vec b, Vec x)
   PetscFunctionBegin;
   if (data->applied && !data->usable && ksp->reason > 0) ksp->reason = KSP_DIVERGED_PC_FAILED;
   if (data->applied && data->usable) PetscCall(CheckOuter(pc, data, ksp, b, x));
-  data->applications = 0;
+  data->applications = -1;
   data->rigid        = PETSC_FALSE;
   PetscCall(CheckUnderflow(pc, data, ksp, b));
   PetscFunctionReturn(PETSC_SUCCESS);

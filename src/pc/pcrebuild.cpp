@@ -26,8 +26,8 @@ PetscErrorCode PCAinsworthIsOld_Private(const PC_Ainsworth *data, PetscBool *old
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthKeepsAlways_Private - returns whether the program or an option wants to keep it in any case */
-PetscBool PCAinsworthKeepsAlways_Private(PC pc, const PC_Ainsworth *data)
+/* PCAinsworthMustKeepInner_Private - returns whether the program or an option wants to keep it in any case */
+PetscBool PCAinsworthMustKeepInner_Private(PC pc, const PC_Ainsworth *data)
 {
   return (PetscBool)(pc->reusepreconditioner || data->rebuild == AINSWORTH_REBUILD_NEVER);
 }
@@ -90,12 +90,12 @@ PetscErrorCode PCAinsworthForgetCounts_Private(PC_Ainsworth *data)
 }
 
 /*
-   PCAinsworthKeeps_Private - decides before a set-up whether the inner preconditioner is kept
+   PCAinsworthDecideToKeepInner_Private - decides before a set-up whether the inner preconditioner is kept
 
    By replacement theory, it is kept until the next solve would cost more than the mean so far, including the set-up. The extra iterations of the next solve are
    extrapolated as if they grew in equal steps.
 */
-PetscErrorCode PCAinsworthKeeps_Private(PC pc, const PC_Ainsworth *data, PetscBool *keeps)
+PetscErrorCode PCAinsworthDecideToKeepInner_Private(PC pc, const PC_Ainsworth *data, PetscBool *keeps)
 {
   PC          inner;
   KSPNormType norm;
@@ -103,7 +103,7 @@ PetscErrorCode PCAinsworthKeeps_Private(PC pc, const PC_Ainsworth *data, PetscBo
   PetscBool   expensive;
 
   PetscFunctionBegin;
-  *keeps = PCAinsworthKeepsAlways_Private(pc, data);
+  *keeps = PCAinsworthMustKeepInner_Private(pc, data);
   if (*keeps || data->rebuild == AINSWORTH_REBUILD_ALWAYS || data->last < 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &expensive, PCBLOCKSA, PCHYPRE, PCGAMG, PCML, PCHMG, PCLU, PCCHOLESKY, PCREDUNDANT, ""));
@@ -130,7 +130,7 @@ PetscErrorCode PCAinsworthLimit_Private(PC pc, const PC_Ainsworth *data, PetscIn
   PetscFunctionBegin;
   PetscCall(PCAinsworthIsOld_Private(data, &old));
   *limit = 0;
-  if (!old || PCAinsworthKeepsAlways_Private(pc, data) || data->last < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!old || PCAinsworthMustKeepInner_Private(pc, data) || data->last < 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(SetUpCost(inner, &cost));
   PetscCall(Decades(data, &decades));
@@ -159,16 +159,16 @@ PetscErrorCode PCAinsworthCount_Private(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthRebuild_Private - rebuilds the inner preconditioner for the current matrix in the middle of an application */
-PetscErrorCode PCAinsworthRebuild_Private(PC pc, PC_Ainsworth *data, char why[], size_t len)
+/* PCAinsworthRebuild_Private - rebuilds the inner preconditioner in the middle of an application; data->failure says why if that is impossible */
+PetscErrorCode PCAinsworthRebuild_Private(PC pc, PC_Ainsworth *data)
 {
   Mat_Ainsworth *ctx = NULL;
 
   PetscFunctionBegin;
   PetscCall(PetscInfo(pc, "The inner preconditioner of an earlier matrix took more iterations than a set-up costs: it is made anew\n"));
   if (data->constraints) PetscCall(MatAinsworthSetUpProjector_Private(data->reduced, &ctx));
-  PetscCall(PCAinsworthKeepOrSetUpInner_Private(pc, data, ctx, PETSC_FALSE, why, len));
-  if (why[0]) data->stale = PETSC_TRUE;
+  PetscCall(PCAinsworthSetUpInner_Private(pc, data, ctx, PETSC_FALSE, data->failure, sizeof(data->failure)));
+  if (data->failure[0]) data->stale = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

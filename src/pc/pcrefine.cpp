@@ -13,14 +13,6 @@ static PetscErrorCode Multiply(AinsworthSaddleVec y, AinsworthSaddleVec w, Ainsw
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Add(AinsworthSaddleVec y, PetscScalar a, AinsworthSaddleVec x)
-{
-  PetscFunctionBegin;
-  PetscCall(VecAXPY(y.primal, a, x.primal));
-  PetscCall(VecAXPY(y.dual, a, x.dual));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Dot(AinsworthSaddleVec x, AinsworthSaddleVec y, PetscScalar *dot)
 {
   PetscScalar part[2];
@@ -48,16 +40,13 @@ static PetscErrorCode Left(PC_Ainsworth *data, PetscBool transpose, PetscBool kn
    weights: one over the terms of each row of A x + B' lambda = f. An x that is less than `part` of what these terms alone would cause, as at rest, is their
    rounding
 */
-static PetscErrorCode LargestChange(const PC_Ainsworth *data, Vec weights, Vec x, Vec p, PetscReal *change)
+static PetscErrorCode LargestChange(Vec stiffness, Vec weights, Vec x, Vec p, PetscReal *change)
 {
   static const PetscReal part    = 1e-8;
   PetscReal              most[2] = {0.0, 0.0};
-  Vec                    stiffness;
 
   PetscFunctionBegin;
   *change = 0.0;
-  PetscCall(VecDuplicate(x, &stiffness));
-  PetscCall(MatGetDiagonal(data->saddle.A, stiffness));
   PetscCall(AinsworthForEntries({x, stiffness, weights}, [&](PetscInt, PetscScalar v, PetscScalar d, PetscScalar w) {
     most[d == 0.0] = PetscMax(most[d == 0.0], PetscAbsScalar(v));
     if (d != 0.0 && w != 0.0) most[0] = PetscMax(most[0], part / (PetscAbsScalar(w) * PetscAbsScalar(d)));
@@ -67,7 +56,6 @@ static PetscErrorCode LargestChange(const PC_Ainsworth *data, Vec weights, Vec x
     if (v != 0.0) *change = PetscMax(*change, PetscAbsScalar(v) / PetscMax(most[d == 0.0], PetscAbsScalar(v)));
   }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, change, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)x)));
-  PetscCall(VecDestroy(&stiffness));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -93,7 +81,7 @@ static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpos
 
    images: weighted residuals of the directions, -K p, orthonormal; some: there was a direction; change: how far the solve moves x
 */
-static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, PetscReal loose, AinsworthSaddleVec left,
+static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, PetscReal loose, Vec stiffness, AinsworthSaddleVec left,
                            AinsworthSaddleVec weights, AinsworthSaddleVec y, std::vector<AinsworthSaddleVec> &directions,
                            std::vector<AinsworthSaddleVec> &images, PetscBool *some, PetscReal *change)
 {
@@ -105,7 +93,7 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
   for (AinsworthSaddleVec *v : {&p, &q, &r, &none}) PetscCall(AinsworthSaddleVecDuplicate(left, v));
   PetscCall(VecZeroEntries(p.primal));
   PetscCall(SolveLoosely(pc, data, transpose, extent, loose, left, p, &reason));
-  PetscCall(LargestChange(data, weights.primal, y.primal, p.primal, change));
+  PetscCall(LargestChange(stiffness, weights.primal, y.primal, p.primal, change));
   PetscCall(VecZeroEntries(none.primal));
   PetscCall(VecZeroEntries(none.dual));
   PetscCall(AinsworthSaddleResidual(&data->saddle, transpose, data->knownAx, none, p, data->Ax, q));
@@ -113,8 +101,8 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
   PetscCall(Multiply(left, weights, &r));
   for (size_t k = 0; k < images.size(); k++) {
     PetscCall(Dot(q, images[k], &dot));
-    PetscCall(Add(q, -dot, images[k]));
-    PetscCall(Add(p, -dot, directions[k]));
+    PetscCall(AinsworthSaddleVecAXPY(q, -dot, images[k]));
+    PetscCall(AinsworthSaddleVecAXPY(p, -dot, directions[k]));
   }
   PetscCall(Dot(q, q, &dot));
   *some = (PetscBool)(PetscRealPart(dot) > 0.0 && !PetscIsInfOrNanScalar(dot) && reason != KSP_DIVERGED_ITS /* further solves would end there, too */
@@ -124,7 +112,7 @@ static PetscErrorCode Step(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAin
 
     for (Vec v : {p.primal, p.dual, q.primal, q.dual}) PetscCall(VecScale(v, scale));
     PetscCall(Dot(r, q, &dot));
-    PetscCall(Add(y, -dot, p)); /* q = -K p */
+    PetscCall(AinsworthSaddleVecAXPY(y, -dot, p)); /* q = -K p */
     directions.push_back(p);
     images.push_back(q);
   } else {
@@ -191,6 +179,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   std::vector<AinsworthSaddleVec> directions, images;
   PetscBool                       some = PETSC_TRUE, known = PETSC_TRUE, fair, energetic, blind;
   bool                            strict, probing, helped = false;
+  Vec                             stiffness;
 
   PetscFunctionBegin;
   *refined = PETSC_FALSE;
@@ -204,6 +193,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
   enough = PetscMax(strict ? tol : 10 * tol, rounding);
   nearly = 60 * enough;
   wanted = stopped ? 0.0 : enough;
+  PetscCall(AinsworthCreateDiagonal(data->saddle.A, &stiffness));
   PetscCall(AinsworthSaddleVecDuplicate(y, &weights));
   PetscCall(AinsworthSaddleVecDuplicate(y, &others));
   PetscCall(AinsworthSaddleVecDuplicate(y, &kept));
@@ -225,7 +215,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
 
     PetscCall(PetscInfo(pc, "A row of both equations is left with %g of its terms: another %s follows\n", (double)error,
                         extent == PC_AINSWORTH_SOLVE_STEP ? "step" : "solve"));
-    PetscCall(Step(pc, data, transpose, extent, loose, left, weights, y, directions, images, &some, &change));
+    PetscCall(Step(pc, data, transpose, extent, loose, stiffness, left, weights, y, directions, images, &some, &change));
     if (some) PetscCall(Left(data, transpose, PETSC_FALSE, little, b, y, left, others, &error)); /* all steps use the weights of the first */
     idle    = probing || error < 0.5 * best ? 0 : idle + 1;
     helped  = probing && energetic && (error < 0.25 * before || PetscMin(error, before) <= nearly);
@@ -250,6 +240,7 @@ PetscErrorCode PCAinsworthRefineRows_Private(PC pc, PC_Ainsworth *data, PetscBoo
                             (double)best, (double)shift(best)));
   for (auto *list : {&directions, &images})
     for (AinsworthSaddleVec &v : *list) PetscCall(AinsworthSaddleVecDestroy(&v));
+  PetscCall(VecDestroy(&stiffness));
   PetscCall(AinsworthSaddleVecDestroy(&weights));
   PetscCall(AinsworthSaddleVecDestroy(&others));
   PetscCall(AinsworthSaddleVecDestroy(&kept));

@@ -168,7 +168,7 @@ static PetscErrorCode IsNeeded(PC pc, PC_Ainsworth *data, PetscBool *needed)
   *needed = PETSC_TRUE;
   PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
   if (data->saddle.A && !data->stale) PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, needed));
-  if (data->ordered && !pc->reusepreconditioner) *needed = PETSC_TRUE;
+  if (data->keptForProgram && !pc->reusepreconditioner) *needed = PETSC_TRUE;
   data->unchanged = (PetscBool)(!*needed);
   if (*needed) PetscFunctionReturn(PETSC_SUCCESS);
   if (data->applied) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR)); /* a KSP would take that of the last solve for one of this set-up */
@@ -177,7 +177,7 @@ static PetscErrorCode IsNeeded(PC pc, PC_Ainsworth *data, PetscBool *needed)
 }
 
 /* Discards what the last set-up made and this one cannot use */
-static PetscErrorCode Forget(PC, PC_Ainsworth *data, SetUpRun *run)
+static PetscErrorCode ForgetLast(PC, PC_Ainsworth *data, SetUpRun *run)
 {
   PetscFunctionBegin;
   run->keep = (PetscBool)(!data->stale && !data->unfinished);
@@ -249,18 +249,18 @@ static PetscErrorCode SetUpConstraints(PC pc, PC_Ainsworth *data, SetUpRun *run)
 }
 
 /* Sets up M_* and the inner KSP, and completes the set-up */
-static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, SetUpRun *run)
+static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
 {
   PC             inner;
   PetscLogDouble end;
 
   PetscFunctionBegin;
-  if (run->keep) PetscCall(PCAinsworthKeeps_Private(pc, data, &run->keep));
-  PetscCall(PCAinsworthKeepOrSetUpInner_Private(pc, data, run->ctx, run->keep, run->why, sizeof(run->why)));
-  PetscCall(PCAinsworthIsOld_Private(data, &data->ordered));
-  data->ordered = (PetscBool)(data->ordered && pc->reusepreconditioner);
-  run->reason   = PC_SUBPC_ERROR;
-  run->code     = PETSC_ERR_ARG_WRONG;
+  if (run->keep) PetscCall(PCAinsworthDecideToKeepInner_Private(pc, data, &run->keep));
+  PetscCall(PCAinsworthSetUpInner_Private(pc, data, run->ctx, run->keep, run->why, sizeof(run->why)));
+  PetscCall(PCAinsworthIsOld_Private(data, &data->keptForProgram));
+  data->keptForProgram = (PetscBool)(data->keptForProgram && pc->reusepreconditioner);
+  run->reason          = PC_SUBPC_ERROR;
+  run->code            = PETSC_ERR_ARG_WRONG;
   if (run->why[0]) PetscFunctionReturn(PETSC_SUCCESS);
   data->stale = data->unfinished = PETSC_FALSE;
   PetscCall(KSPGetPC(data->ksp, &inner));
@@ -279,7 +279,7 @@ static PetscErrorCode SetUpInner(PC pc, PC_Ainsworth *data, SetUpRun *run)
 
 static PetscErrorCode SetUp(PC pc)
 {
-  static const SetUpStep steps[] = {Forget, FindBlocks, SetUpConstraints, SetUpInner}; /* one for each PCAinsworthStage */
+  static const SetUpStep steps[] = {ForgetLast, FindBlocks, SetUpConstraints, SetUpSolver}; /* one for each PCAinsworthStage */
   PC_Ainsworth          *data    = (PC_Ainsworth *)pc->data;
   SetUpRun               run     = {};
   PetscBool              needed;

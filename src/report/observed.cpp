@@ -2,12 +2,15 @@
 #include "../objects.h"
 #include <petsctime.h>
 
+namespace
+{
 struct Observed {
   Mat            A;
   PetscInt       products;
   PetscReal      xAx;     /* of the last product */
   PetscLogDouble seconds; /* spent on these dot products, all together */
 };
+} // namespace
 
 static PetscErrorCode MatMult_Observed(Mat mat, Vec x, Vec y)
 {

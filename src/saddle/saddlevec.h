@@ -24,6 +24,14 @@ static inline PetscErrorCode AinsworthSaddleVecDestroy(AinsworthSaddleVec *y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static inline PetscErrorCode AinsworthSaddleVecAXPY(AinsworthSaddleVec y, PetscScalar a, AinsworthSaddleVec x)
+{
+  PetscFunctionBegin;
+  PetscCall(VecAXPY(y.primal, a, x.primal));
+  PetscCall(VecAXPY(y.dual, a, x.dual));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Gets both parts of a vector; restore with AinsworthSaddleVecRestore() */
 static inline PetscErrorCode AinsworthSaddleVecGet(Vec v, const IS fields[], AinsworthSaddleVec *y)
 {

@@ -291,6 +291,26 @@ static PetscErrorCode Operator()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+#if defined(PETSC_HAVE_HYPRE)
+/* After an error in an option of the inner solver, our defaults for BoomerAMG are no options of the program */
+static PetscErrorCode Defaults()
+{
+  Mat       nest;
+  PetscBool given;
+
+  PetscFunctionBeginUser;
+  PetscCall(NestCreate(sys.A, NULL, sys.C, NULL, false, &nest));
+  {
+    Options options("-ainsworth_pc_type hypre -ainsworth_ksp_norm_type unheard");
+    PetscCall(ExpectSetUp("a norm", nest, PETSC_ERR_USER, {"unheard", "ksp_norm_type"}));
+  }
+  PetscCall(PetscOptionsHasName(NULL, "ainsworth_", "-pc_hypre_boomeramg_P_max", &given));
+  PetscCall(CheckTrue("no option is left", !given));
+  PetscCall(MatDestroy(&nest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+#endif
+
 int main(int argc, char **argv)
 {
   int exitcode;
@@ -305,6 +325,9 @@ int main(int argc, char **argv)
   PetscCall(Choices());
   PetscCall(OtherTypes());
   PetscCall(Operator());
+#if defined(PETSC_HAVE_HYPRE)
+  PetscCall(Defaults());
+#endif
   PetscCall(SystemDestroy(&sys));
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());

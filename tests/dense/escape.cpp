@@ -210,6 +210,53 @@ static PetscErrorCode Small()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+#if defined(PETSC_HAVE_HYPRE)
+/* Where neither a factorization nor what takes its place will do, the failure says why: a matrix with a negative diagonal entry, which is not symmetric */
+static PetscErrorCode Neither()
+{
+  const PetscInt     n = 20;
+  Options            options("-ainsworth_ksp_divtol 1e-3"); /* every solve diverges */
+  Mat                A, C, nest;
+  KSP                ksp;
+  PC                 pc;
+  Vec                x, b;
+  PetscInt           rstart, rend;
+  KSPConvergedReason reason;
+  const char        *why;
+
+  PetscFunctionBeginUser;
+  Case("neither a factorization nor multigrid");
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, PETSC_DECIDE, n, n, 3, NULL, 3, NULL, &A));
+  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscCall(MatSetValue(A, i, i, i == 5 ? -4.0 : 4.0, INSERT_VALUES));
+    if (i) PetscCall(MatSetValue(A, i, i - 1, -1.5, INSERT_VALUES));
+    if (i + 1 < n) PetscCall(MatSetValue(A, i, i + 1, -0.5, INSERT_VALUES));
+  }
+  PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatGetLocalSize(A, &rend, NULL));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, rend, 1, n, 2, NULL, 2, NULL, &C));
+  for (PetscInt j : {0, 19}) PetscCall(MatSetValue(C, 0, j, j ? -1.0 : 1.0, INSERT_VALUES));
+  PetscCall(MatAssemblyBegin(C, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(C, MAT_FINAL_ASSEMBLY));
+  PetscCall(NestCreate(A, NULL, C, NULL, false, &nest));
+  PetscCall(SolverCreate(nest, &ksp));
+  PetscCall(MatCreateVecs(nest, &x, &b));
+  PetscCall(VecSet(b, 1.0));
+  PetscCall(KSPSolve(ksp, b, x));
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  PetscCall(CheckTrue("refused", reason < 0));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCAinsworthGetFailure(pc, &why));
+  PetscCall(CheckText("the failure", why, {"not positive definite, as BoomerAMG needs it"}));
+  for (Vec *v : {&x, &b}) PetscCall(VecDestroy(v));
+  PetscCall(KSPDestroy(&ksp));
+  for (Mat *mat : {&nest, &A, &C}) PetscCall(MatDestroy(mat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+#endif
+
 /*
    Where block smoothed aggregation does not fit, another multigrid takes its place: for pairs of nodes, whose three modes are more than half of their
    unknowns, or a network between any nodes, in which all are soon neighbors of all
@@ -277,6 +324,9 @@ int main(int argc, char **argv)
   if (size == 1 || PetscDefined(HAVE_MUMPS)) { /* which alone factors on several ranks */
     PetscCall(Sequence());
     PetscCall(Small());
+#if defined(PETSC_HAVE_HYPRE)
+    PetscCall(Neither());
+#endif
   }
   for (bool network : {false, true}) PetscCall(OtherMultigrid(network));
   PetscCall(ChecksFinish(&code));

@@ -400,6 +400,32 @@ static PetscErrorCode Scaled(PetscReal scale, bool symmetric, bool crossed)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+#if defined(PETSC_HAVE_HYPRE)
+/* Chebyshev smoothing is for a spectrum that is known to be real */
+static PetscErrorCode Smoother(bool symmetric)
+{
+  const int   n = 120;
+  Options     options("-ainsworth_pc_type hypre -ainsworth_ksp_rtol 1e-12");
+  DenseSystem d = Springs(n, 3);
+  Run         run;
+  Column      x, lambda;
+  std::string text;
+
+  PetscFunctionBeginUser;
+  Case("BoomerAMG, symmetric %d", symmetric);
+  if (!symmetric)
+    for (int i = 1; i < n; i++) d.A(i, i - 1) = -0.6;
+  SolveSaddle(d, x, lambda);
+  PetscCall(RunCreate(d, false, &run));
+  PetscCall(RunSolve(&run));
+  PetscCall(CheckEqual("x", run.x, x, 1e-9));
+  PetscCall(ViewText(run.ksp, text));
+  PetscCall(CheckTrue("Chebyshev smoothing", (text.find("Chebyshev") != std::string::npos) == symmetric));
+  PetscCall(RunDestroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+#endif
+
 int main(int argc, char **argv)
 {
   int exitcode;
@@ -424,6 +450,9 @@ int main(int argc, char **argv)
   for (bool strict : {false, true}) PetscCall(Ring(strict));
   PetscCall(LargeShell());
   PetscCall(OtherMatrix());
+#if defined(PETSC_HAVE_HYPRE)
+  for (bool symmetric : {true, false}) PetscCall(Smoother(symmetric));
+#endif
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());
   return exitcode;

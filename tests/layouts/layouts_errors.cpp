@@ -81,18 +81,26 @@ static PetscErrorCode Components()
     PetscErrorCode           code;
     std::vector<std::string> parts;
   } cases[] = {
-    {3,   3,  PETSC_ERR_ARG_OUTOFRANGE, {"Field u has component 3 of nodes with 3"}},
-    {599, 1,  PETSC_ERR_ARG_SIZ,        {"rows, which are no nodes of 599"}        },
-    {3,   -1, PETSC_ERR_ARG_OUTOFRANGE, {"Field u has the negative component -1"}  }
+    {3, 3,  PETSC_ERR_ARG_OUTOFRANGE, {"Field u has component 3 of nodes with 3"}   },
+    {3, 1,  PETSC_ERR_ARG_SIZ,        {"A rank has 4 rows, which are no nodes of 3"}},
+    {3, -1, PETSC_ERR_ARG_OUTOFRANGE, {"Field u has the negative component -1"}     }
   };
+  PetscMPIInt rank, size;
+  Mat         uneven;
 
   PetscFunctionBeginUser;
   Case("components of nodes");
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  const PetscInt local = rank == size - 1 ? 4 : 3; /* whole nodes but on one rank */
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, local, local, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, &uneven));
+  PetscCall(MatAssemblyBegin(uneven, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(uneven, MAT_FINAL_ASSEMBLY));
   for (const auto &bad : cases) {
     KSP ksp;
     PC  pc;
 
-    PetscCall(SolverCreate(c.whole, &ksp));
+    PetscCall(SolverCreate(bad.code == PETSC_ERR_ARG_SIZ ? uneven : c.whole, &ksp));
     PetscCall(KSPGetPC(ksp, &pc));
     PetscCall(PCFieldSplitSetBlockSize(pc, bad.bs));
     PetscCall(CheckError(
@@ -105,6 +113,7 @@ static PetscErrorCode Components()
       bad.code, bad.parts));
     PetscCall(KSPDestroy(&ksp));
   }
+  PetscCall(MatDestroy(&uneven));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

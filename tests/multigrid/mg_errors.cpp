@@ -49,20 +49,25 @@ static PetscErrorCode Modes()
   MatNullSpace           near;
   Vec                    other;
   PetscInt               n;
+  PetscMPIInt            rank, size;
 
   PetscFunctionBeginUser;
   Case("coordinates");
   PetscCall(MultigridCreate(A, &ksp));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(LatticeCoordinates(lattice, A, x));
-  x.resize(x.size() + 3);
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  if (rank == size - 1) x.resize(x.size() + 3);
+  n = (PetscInt)x.size();
+  PetscCallMPI(MPI_Bcast(&n, 1, MPIU_INT, size - 1, PETSC_COMM_WORLD));
   PetscCall(PCSetCoordinates(pc, 3, (PetscInt)x.size() / 3, x.data()));
-  PetscCall(CheckError("one node too many", [ksp] { return KSPSetUp(ksp); }, PETSC_ERR_ARG_SIZ,
-                       {"PCSetCoordinates() was called with " + std::to_string(x.size()) + " coordinates on this rank", "blocks of 3"}));
+  PetscCall(CheckError("one node too many, on one rank", [ksp] { return KSPSetUp(ksp); }, PETSC_ERR_ARG_SIZ,
+                       {"PCSetCoordinates() was called with " + std::to_string(n) + " coordinates on a rank", "blocks of 3"}));
 
   Case("near null space");
   PetscCall(MatGetLocalSize(A, &n, NULL));
-  PetscCall(VecCreateMPI(PETSC_COMM_WORLD, n + 1, PETSC_DETERMINE, &other));
+  PetscCall(VecCreateMPI(PETSC_COMM_WORLD, rank == size - 1 ? n + 1 : n, PETSC_DETERMINE, &other));
   PetscCall(VecSet(other, 1.0));
   PetscCall(VecNormalize(other, NULL));
   PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, 1, &other, &near));

@@ -2,6 +2,7 @@ static char help[] = "What PCBLOCKSA rebuilds when its matrix, the added part, m
 
 #include "lattice.h"
 #include "layout.h"
+#include <cstring>
 #include <memory>
 
 /* Solves with a random right-hand side; levels: were those of A made anew? */
@@ -325,6 +326,42 @@ static PetscErrorCode Constraints(bool near)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The precision follows the method of PCAINSWORTH, back and forth */
+static PetscErrorCode Precision()
+{
+  Options     options("-ainsworth_pc_type blocksa -ainsworth_pc_blocksa_coarse_eq_limit 60");
+  Lattice     l;
+  Mat         A, C, nest;
+  Vec         x, b;
+  KSP         ksp, inner;
+  PC          pc;
+  std::string text;
+
+  PetscFunctionBeginUser;
+  l.n     = 3;
+  l.apart = true;
+  PetscCall(LatticeCreate(l, &A));
+  PetscCall(Ties(l, A, 9, &C));
+  PetscCall(NestCreate(A, NULL, C, NULL, false, &nest));
+  PetscCall(MatCreateVecs(nest, &x, &b));
+  PetscCall(SetRandom(b, 3));
+  PetscCall(SolverCreate(nest, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCAinsworthGetKSP(pc, &inner));
+  for (KSPType type : {KSPPROJECTEDCG, KSPPIPECG, KSPPROJECTEDCG}) {
+    Case("precision with %s", type);
+    PetscCall(KSPSetType(inner, type));
+    PetscCall(MatScale(A, 2.0));
+    PetscCall(KSPSolve(ksp, b, x));
+    PetscCall(ViewText(ksp, text));
+    PetscCall(CheckText("KSPView()", text, {strcmp(type, KSPPIPECG) ? "finest level in single precision;" : "finest level in double precision"}));
+  }
+  PetscCall(KSPDestroy(&ksp));
+  for (Vec *v : {&x, &b}) PetscCall(VecDestroy(v));
+  for (Mat *mat : {&nest, &A, &C}) PetscCall(MatDestroy(mat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   int exitcode;
@@ -335,6 +372,7 @@ int main(int argc, char **argv)
   PetscCall(PetscLogDefaultBegin());
   for (bool single : {false, true}) PetscCall(Changes(single));
   PetscCall(Jump());
+  PetscCall(Precision());
   for (bool near : {false, true}) PetscCall(Constraints(near));
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());

@@ -1,15 +1,6 @@
 #include "levelmat.h"
 #include <petsc/private/petscimpl.h>
 
-/* Returns a power of two near 1/v */
-static PetscReal InversePower(PetscReal v)
-{
-  int exponent = 0;
-
-  if (v > 0.0) (void)frexp((double)v, &exponent);
-  return (PetscReal)ldexp(1.0, -exponent);
-}
-
 /* Returns IDs and states that identify the values of two vectors */
 static std::array<PetscInt64, 4> Identify(Vec b, Vec x)
 {
@@ -75,7 +66,7 @@ PetscErrorCode AinsworthScaled::mult(Vec from, Vec to)
   PetscCall(VecGetArrayRead(from, &in));
   ForUnknowns(*this, [&](PetscInt l, PetscInt) { most = PetscMax(most, PetscAbsScalar(in[l]) / W[l]); });
   if (product->cols.sf) PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)from)));
-  const PetscReal scale = InversePower(most);
+  const PetscReal scale = AinsworthInversePower(most, 1);
   ForUnknowns(*this, [&](PetscInt l, PetscInt k) { q[k] = (AinsworthSingle)(in[l] * (scale / W[l])); });
   PetscCall(VecRestoreArrayRead(from, &in));
   pair = {}; /* r is overwritten below */
@@ -102,7 +93,7 @@ PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscRea
 
   PetscFunctionBegin;
   PetscCall(VecNorm(b, NORM_2, &norm));
-  const PetscReal scale = InversePower(norm * largest);
+  const PetscReal scale = AinsworthInversePower(norm * largest, 1);
   PetscCall(VecGetArrayRead(b, &in));
   ForUnknowns(*this, [&](PetscInt l, PetscInt k) { r[k] = (AinsworthSingle)(in[l] * (scale * W[l])); });
   PetscCall(VecRestoreArrayRead(b, &in));
