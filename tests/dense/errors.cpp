@@ -250,8 +250,8 @@ static PetscErrorCode Operator()
   PetscCall(CheckError("A not square", [&]() { return MatAinsworthSetMats(S, wide, sys.C); }, PETSC_ERR_ARG_SIZ, {"A is not square", "24 x 25"}));
   PetscCall(CheckError("columns of C", [&]() { return MatAinsworthSetMats(S, sys.A, wide); }, PETSC_ERR_ARG_SIZ, {"C has 25 columns", "A has 24"}));
   PetscCall(MatDestroy(&wide));
-  if (size > 1) { /* another layout on every rank */
-    PetscCall(Ones(m, rank ? n - 1 : n + size - 1, PETSC_DETERMINE, 24, true, &wide));
+  if (size > 1) { /* another layout on two ranks */
+    PetscCall(Ones(m, rank ? n - (rank == 1) : n + 1, PETSC_DETERMINE, 24, true, &wide));
     PetscCall(CheckError("layout of C", [&]() { return MatAinsworthSetMats(S, sys.A, wide); }, PETSC_ERR_ARG_SIZ, {"local columns", "column layout of A"}));
     PetscCall(MatDestroy(&wide));
   }
