@@ -182,6 +182,24 @@ static PetscErrorCode Choices()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The factorization of S fails on ranks with rows of it: rank 1 has none */
+static PetscErrorCode Factorization()
+{
+  Options options("-ainsworth_gram_pc_type lu -ainsworth_gram_pc_factor_mat_ordering_type ainsworthpredicted");
+  Spec    spec;
+  System  uneven;
+  Mat     nest;
+
+  PetscFunctionBeginUser;
+  spec.uneven = true;
+  PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &uneven));
+  PetscCall(NestCreate(uneven.A, NULL, uneven.C, NULL, false, &nest));
+  PetscCall(ExpectSetUp("ordering of S", nest, PETSC_ERR_ORDER, {"ainsworthpredicted is the Gram matrix's own"}));
+  PetscCall(MatDestroy(&nest));
+  PetscCall(SystemDestroy(&uneven));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Getters on a PC, and functions on a Mat, of another type */
 static PetscErrorCode OtherTypes()
 {
@@ -303,6 +321,7 @@ int main(int argc, char **argv)
   PetscCall(Blocks());
   PetscCall(Told());
   PetscCall(Choices());
+  PetscCall(Factorization());
   PetscCall(OtherTypes());
   PetscCall(Operator());
   PetscCall(SystemDestroy(&sys));
