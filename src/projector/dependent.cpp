@@ -190,8 +190,11 @@ static PetscErrorCode GatherRows(Mat C, const std::vector<AinsworthRow> &rows, c
   PetscFunctionBegin;
   PetscCall(MatGetSize(C, NULL, &n));
   for (const AinsworthRow &row : rows) {
+    const PetscInt start = entries.start.back();
+
     for (size_t k = 0; k < row.column.size(); k++)
       if (columns[row.column[k]] < n) entries.add(columns[row.column[k]], row.value[k]); /* skip the column of N, whose entry was too small for a pivot */
+    PetscCall(PetscSortIntWithScalarArray((PetscInt)entries.columns.size() - start, entries.columns.data() + start, entries.values.data() + start));
     entries.endRow();
   }
   PetscCall(MatGetLocalSize(C, NULL, &n));

@@ -65,8 +65,8 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   PetscObjectId    idD;      /* id of the block that rowsD is a copy of */
   PetscObjectState patternD; /* nonzero state of that block */
 
-  MatNullSpace whole;     /* null space of the program's matrix, or NULL */
-  Mat          numbering; /* Pmat, whose numbering the vectors of `whole` have */
+  MatNullSpace nullSpace; /* of the program's matrix, or NULL */
+  Mat          numbering; /* Amat or Pmat, whose numbering the vectors of `nullSpace` have */
   PetscBool    negated;   /* lambda is the negative of the program's */
   char         bad[256];  /* why the values are unusable; empty if they are usable */
 
@@ -138,7 +138,7 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *,
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *, Vec);
-PetscErrorCode AinsworthSaddleGetWhole(Mat, Mat, MatNullSpace *);
+PetscErrorCode AinsworthSaddleGetNullSpace(Mat, Mat, Mat *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *, Mat, PetscBool, AinsworthSaddleVec, PetscBool *);
 
 /* rows.cpp: the rows of the multiplier field */
