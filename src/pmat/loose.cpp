@@ -232,7 +232,7 @@ PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *in, PetscR
 {
   IS                loose;
   Vec               rigid;
-  Mat               Cx, Cl, K, inverse, mixed, product;
+  Mat               Cx, Cl, K, inverse, mixed, product, released, diagonal;
   std::vector<char> rows;
   PetscInt          any;
   Groups            groups;
@@ -251,28 +251,24 @@ PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *in, PetscR
   any = std::count(groups.taken.begin(), groups.taken.end(), 1) > 0;
   if (any) {
     PetscCall(groups.markRows(Cl, &rows));
-    PetscCall(AinsworthSelectRows(Cx, &rows, &product));
-    PetscCall(MatDestroy(&Cx));
-    Cx = product;
-    PetscCall(AinsworthSelectRows(Cl, &rows, &product));
-    PetscCall(MatDestroy(&Cl));
-    Cl = product;
+    for (Mat *mat : {&Cx, &Cl}) {
+      Mat all = *mat;
+
+      PetscCall(AinsworthCopyMarkedRows(all, &rows, mat));
+      PetscCall(MatDestroy(&all));
+    }
     for (char &row : rows) row = !row;
     PetscCall(MatDestroy(rest));
-    PetscCall(AinsworthSelectRows(C, &rows, rest));
+    PetscCall(AinsworthCopyMarkedRows(C, &rows, rest));
     PetscCall(groups.createInverse(K, &inverse));
     PetscCall(AinsworthMultiplyAdjoint(Cl, Cx, &mixed));
     PetscCall(MatMatMult(inverse, mixed, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &product));
-    PetscCall(MatDestroy(&inverse));
-    PetscCall(AinsworthMultiplyAdjoint(mixed, product, &inverse));
-    PetscCall(MatDestroy(&mixed));
-    PetscCall(MatDestroy(&product));
+    PetscCall(AinsworthMultiplyAdjoint(mixed, product, &released));
     PetscCall(AinsworthMultiplyAdjoint(Cx, Cx, part));
-    PetscCall(CreateDiagonalPart(K, groups, loose, *part, &mixed));
-    PetscCall(MatScale(inverse, -1.0));
-    PetscCall(AinsworthAddAIJ(1.0, {inverse, mixed}, part));
-    PetscCall(MatDestroy(&mixed));
-    PetscCall(MatDestroy(&inverse));
+    PetscCall(CreateDiagonalPart(K, groups, loose, *part, &diagonal));
+    PetscCall(MatScale(released, -1.0));
+    PetscCall(AinsworthAddAIJ(1.0, {released, diagonal}, part));
+    for (Mat *mat : {&inverse, &mixed, &product, &released, &diagonal}) PetscCall(MatDestroy(mat));
   }
   PetscCall(groups.destroy());
   for (Mat *mat : {&Cx, &Cl, &K}) PetscCall(MatDestroy(mat));

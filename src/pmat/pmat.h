@@ -76,7 +76,7 @@ PetscErrorCode AinsworthPmatCheckFill(Mat, Mat, Mat, const AinsworthPmatFill *, 
 PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *, PetscReal, Mat, Mat *, Mat *);
 
 /* rows.cpp */
-PetscErrorCode AinsworthSelectRows(Mat, const std::vector<char> *, Mat *);
+PetscErrorCode AinsworthCopyMarkedRows(Mat, const std::vector<char> *, Mat *);
 PetscErrorCode AinsworthPmatCreateShort(Mat, const AinsworthPmatFill *, Mat *);
 PetscErrorCode AinsworthPmatFindShared(Mat, Mat, const AinsworthPmatFill *, PetscBool *, std::vector<PetscInt> *);
 PetscErrorCode AinsworthPmatHoldShared(const AinsworthPmatInputs *, Mat *, Mat *);

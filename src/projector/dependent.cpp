@@ -347,7 +347,6 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
   regular = suspicious / PetscSqrtReal((PetscReal)PetscMax(m, 1));
   if (!(error <= regular)) PetscCall(AinsworthProjectorPlaceMat(proj, proj->compliance.N, &N));
   for (; *pass < passes && !*n && !(error <= (*pass ? unusable : regular)); ++*pass) {
-    PetscCall(PetscFree(*dependent));
     PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
     PetscCall(FindDependentRows(proj, N, weight, distances[*pass], n, dependent));
     if (!*n || !weight) continue;

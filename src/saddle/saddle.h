@@ -24,6 +24,8 @@ enum {
   AINSWORTH_BLOCK_P,
   AINSWORTH_BLOCKS
 };
+/* For each block, whether its rows, or its columns, belong to the multipliers */
+constexpr int AinsworthBlockRow[] = {0, 0, 1, 1, 0}, AinsworthBlockColumn[] = {0, 1, 0, 1, 0};
 struct AinsworthSaddleBlocks {
   MatType   layout;                     /* type of the matrix that has the blocks; NULL: none found yet */
   Mat       block[AINSWORTH_BLOCKS];    /* the program's or made from them, NULL if absent; B or C may be a view of the other, A a copy of a small shell */
