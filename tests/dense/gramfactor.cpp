@@ -168,27 +168,6 @@ static PetscErrorCode SharedUnknown(bool dependent, bool alone, const std::strin
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The unknown that rows share is soft and moves far: that is no reason to refine the projection */
-static PetscErrorCode SoftShared()
-{
-  const int   m = 150;
-  Options     options("-ainsworth_pc_type jacobi -ainsworth_ksp_type projectedcg -ainsworth_ksp_rtol 1e-10");
-  DenseSystem d = Shared(m, false);
-  Run         run;
-  std::string text;
-
-  PetscFunctionBeginUser;
-  Case("%d rows that share a soft unknown", m);
-  d.A(m, m) = 1e-14;
-  PetscCall(RunCreate(d, false, &run));
-  PetscCall(RunSolve(&run));
-  PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason > 0));
-  PetscCall(ViewText(run.ksp, text));
-  PetscCall(CheckTrue("no refinement in the view", text.find("refinement of the projection") == std::string::npos));
-  PetscCall(RunDestroy(&run));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Below the bound: PETSc's own */
 static PetscErrorCode FewOperations()
 {
@@ -219,7 +198,6 @@ int main(int argc, char **argv)
   for (const std::string &package : Packages())
     for (bool crossed : {false, true}) PetscCall(Scaled(package, crossed));
   PetscCall(FewOperations());
-  PetscCall(SoftShared());
   for (bool dependent : {false, true})
     for (int rows : {25000, 40}) PetscCall(ManyOperations(dependent, rows));
   for (const char *pmat : {"id", "jcb"})
