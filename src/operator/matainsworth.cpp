@@ -252,7 +252,12 @@ PetscErrorCode MatAinsworthReset_Private(Mat_Ainsworth *ctx)
     for (Vec &v : *vecs) PetscCall(VecDestroy(&v));
     vecs->clear();
   }
+  ctx->shared.clear();
+  ctx->longFactor.clear();
   PetscCall(AinsworthProjectorReset(&ctx->proj));
+  ctx->longest     = PETSC_MAX_INT;
+  ctx->liftedBy    = NULL;
+  ctx->doubtful    = false;
   ctx->current     = PETSC_FALSE;
   ctx->userPenalty = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);

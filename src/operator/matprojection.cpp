@@ -186,8 +186,8 @@ PetscErrorCode MatAinsworthOmitPenalty_Private(Mat mat, PetscBool flag)
 }
 
 /*
-   Computes the largest |(C z)_i| / (S_ii^{1/2} ||z||_{W^{-1}}): the distance of z from Ker C as the cosine of an angle, 0 to 1, independent of the scale of the
-   rows
+   Computes the largest |(C z)_i| / ((C W C')_ii^{1/2} ||z||_{W^{-1}}): the distance of z from Ker C as the cosine of an angle, 0 to 1, independent of the
+   scale of the rows
 
    This is the angle of Gould, Hribar and Nocedal (2001), row by row. Collective
 */
@@ -203,9 +203,14 @@ PetscErrorCode MatAinsworthGetDrift_Private(Mat mat, Vec z, PetscReal *drift)
     PetscCall(VecPointwiseDivide(ctx->work, z, ctx->weight));
     PetscCall(VecDot(z, ctx->work, &dot));
     norm = PetscSqrtReal(PetscRealPart(dot));
-  } else PetscCall(VecNorm(z, NORM_2, &norm));
+    PetscCall(AinsworthRowSquares(ctx->proj.C, ctx->weight, ctx->rowWork)); /* the diagonal of S has the weight `mobility`, which may be 0 */
+  } else {
+    PetscCall(VecNorm(z, NORM_2, &norm));
+    PetscCall(AinsworthRowSums(ctx->proj.C, 2, ctx->rowWork));
+  }
+  PetscCall(VecSqrtAbs(ctx->rowWork));
   PetscCall(MatMult(ctx->proj.C, z, ctx->proj.rowValues));
-  PetscCall(VecPointwiseMult(ctx->rowWork, ctx->proj.gram.scale, ctx->proj.rowValues));
+  PetscCall(VecPointwiseDivide(ctx->rowWork, ctx->proj.rowValues, ctx->rowWork));
   PetscCall(VecNorm(ctx->rowWork, NORM_INFINITY, &largest));
   *drift = norm > 0.0 ? largest / norm : 0.0;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -28,7 +28,7 @@ PetscErrorCode MatAinsworthSetMats(Mat mat, Mat A, Mat C)
 {
   Mat_Ainsworth *ctx;
   PetscInt       n, N, cols, Cn, CN, bs;
-  PetscBool      aij, known, flag;
+  PetscBool      aij, known, flag, other;
   MatType        type;
   VecType        vtype;
   MPI_Comm       comm;
@@ -46,8 +46,9 @@ PetscErrorCode MatAinsworthSetMats(Mat mat, Mat A, Mat C)
   PetscCheck(CN == N, comm, PETSC_ERR_ARG_SIZ, "C has %" PetscInt_FMT " columns, A has %" PetscInt_FMT, CN, N);
   PetscCall(MatGetLocalSize(A, NULL, &n));
   PetscCall(MatGetLocalSize(C, NULL, &Cn));
-  PetscCheck(Cn == n, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "C has %" PetscInt_FMT " local columns, A has %" PetscInt_FMT ": give C the column layout of A", Cn,
-             n);
+  other = (PetscBool)(Cn != n);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, comm));
+  PetscCheck(!other, comm, PETSC_ERR_ARG_SIZ, "C has other local columns than A: give C the column layout of A");
   PetscCall(MatGetType(C, &type));
   PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)C, &aij, MATSEQAIJ, MATMPIAIJ, ""));
   PetscCheck(aij, comm, PETSC_ERR_ARG_WRONG, "C has type %s, MATAINSWORTH needs %s: use MatConvert()", type, MATAIJ);

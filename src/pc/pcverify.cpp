@@ -190,7 +190,7 @@ static PetscErrorCode CheckVacuous(PC_Ainsworth *data, AinsworthSaddleVec b, Ain
 static PetscErrorCode GetEarlierTerms(PC pc, PC_Ainsworth *data, Vec g, PetscBool *kept, Vec *earlier)
 {
   const AinsworthSaddle *saddle   = &data->saddle;
-  MatNullSpace           attached = saddle->whole;
+  MatNullSpace           attached = saddle->nullSpace;
   PetscInt               nested, n[2] = {0, 0};
   PetscBool              other;
 

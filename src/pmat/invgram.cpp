@@ -1,5 +1,4 @@
 #include "pmat.h"
-#include "../csr.h"
 #include "../events.h"
 #include "../projector/graph.h"
 #include "../lists.h"
@@ -9,6 +8,31 @@
 #include <algorithm>
 #include <cmath>
 #include <vector>
+
+/* AinsworthInvertBlock - inverts one block of S, Hermitian, as a dense matrix after a relative shift of its diagonal. block: its rows, ascending */
+PetscErrorCode AinsworthInvertBlock(const AinsworthCSR &S, const std::vector<PetscInt> &block, PetscReal shift, std::vector<PetscScalar> *inverse,
+                                    PetscBool *definite)
+{
+  const size_t n = block.size();
+  PetscBLASInt nb, info;
+
+  PetscFunctionBegin;
+  inverse->assign(n * n, 0.0);
+  PetscCall(PetscBLASIntCast((PetscInt)n, &nb));
+  for (size_t i = 0; i < n; i++) {
+    for (PetscInt k = S.ia[block[i]]; k < S.ia[block[i] + 1]; k++) {
+      const size_t c = std::lower_bound(block.begin(), block.end(), S.ja[k]) - block.begin();
+
+      if (c < n && block[c] == S.ja[k]) (*inverse)[i + c * n] = i == c ? S.a[k] * (1.0 + shift) : S.a[k];
+    }
+  }
+  PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &nb, inverse->data(), &nb, &info));
+  if (!info) PetscCallBLAS("LAPACKpotri", LAPACKpotri_("L", &nb, inverse->data(), &nb, &info));
+  *definite = (PetscBool)!info;
+  for (size_t i = 0; i < n; i++)
+    for (size_t c = 0; c < i; c++) (*inverse)[c + i * n] = PetscConj((*inverse)[i + c * n]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 namespace
 {
@@ -117,36 +141,26 @@ void ColumnCG::solve(const Blocks &S, PetscInt j, PetscReal rtol, AinsworthEntri
   out.endRow();
 }
 
-/* Inverts one block, dense and Hermitian; if it is not positive definite, uses the inverse 1-norms of its rows instead */
-PetscErrorCode InvertBlock(const Blocks &S, const std::vector<PetscInt> &block, std::vector<PetscScalar> &inverse)
+/* Inverts one block; if it is not positive definite, uses the inverse 1-norms of its rows instead */
+PetscErrorCode InvertOrNorms(const Blocks &S, const std::vector<PetscInt> &block, std::vector<PetscScalar> &inverse)
 {
-  const size_t           n = block.size();
-  std::vector<PetscReal> sums(n, 0.0);
-  PetscBLASInt           nb, info;
+  const size_t n = block.size();
+  PetscBool    definite;
 
   PetscFunctionBegin;
-  inverse.assign(n * n, 0.0);
-  PetscCall(PetscBLASIntCast((PetscInt)n, &nb));
-  for (size_t i = 0; i < n; i++) {
-    for (PetscInt k = S.ia[block[i]]; k < S.ia[block[i] + 1]; k++) {
-      if (S.part[S.ja[k]] != S.part[block[i]]) continue;
-      const size_t c     = std::lower_bound(block.begin(), block.end(), S.ja[k]) - block.begin();
-      inverse[i + c * n] = S.a[k];
-      sums[i] += PetscAbsScalar(S.a[k]);
-    }
-  }
-  PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &nb, inverse.data(), &nb, &info));
-  if (!info) PetscCallBLAS("LAPACKpotri", LAPACKpotri_("L", &nb, inverse.data(), &nb, &info));
-  if (!info) {
-    for (size_t i = 0; i < n; i++)
-      for (size_t c = 0; c < i; c++) inverse[c + i * n] = PetscConj(inverse[i + c * n]);
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
+  PetscCall(AinsworthInvertBlock(S, block, 0.0, &inverse, &definite));
+  if (definite) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscInfo(
     NULL, "A block of %" PetscInt_FMT " rows of the Gram matrix, with row %" PetscInt_FMT ", is not positive definite: its diagonal takes its place\n",
     (PetscInt)n, block[0]));
   inverse.assign(n * n, 0.0);
-  for (size_t i = 0; i < n; i++) inverse[i + i * n] = 1.0 / sums[i];
+  for (size_t i = 0; i < n; i++) {
+    PetscReal sum = 0.0;
+
+    for (PetscInt k = S.ia[block[i]]; k < S.ia[block[i] + 1]; k++)
+      if (S.part[S.ja[k]] == S.part[block[i]]) sum += PetscAbsScalar(S.a[k]);
+    inverse[i + i * n] = 1.0 / sum;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -162,7 +176,7 @@ PetscErrorCode InvertExactly(Mat S, const AinsworthPmatOptions *, PetscInt block
     std::vector<PetscScalar>    &dense = inverse[all.part[j]];
     const size_t                 row   = std::lower_bound(block.begin(), block.end(), j) - block.begin();
 
-    if (dense.empty()) PetscCall(InvertBlock(all, block, dense));
+    if (dense.empty()) PetscCall(InvertOrNorms(all, block, dense));
     for (size_t i = 0; i < block.size(); i++)
       if (dense[row + i * block.size()] != 0.0) rows.add(block[i], dense[row + i * block.size()]);
     rows.endRow();

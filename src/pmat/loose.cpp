@@ -1,13 +1,11 @@
 /* Unknowns with zero rows in A (reference nodes, links): they are eliminated from the penalty in M_* (docs/models.md) */
 #include "pmat.h"
-#include "../csr.h"
 #include "../lists.h"
 #include "../loops.h"
 #include "../objects.h"
 #include "../projector/graph.h"
 #include "../projector/projector.h"
 #include "../saddle/saddle.h"
-#include <petscblaslapack.h>
 #include <algorithm>
 #include <vector>
 
@@ -36,7 +34,6 @@ struct Groups : AinsworthCSR {
   PetscErrorCode create(Mat K);
   PetscErrorCode choose(Mat C, Mat Cl, Vec rigid, const AinsworthPmatFill *fill);
   PetscErrorCode markRows(Mat Cl, std::vector<char> *rows) const;
-  PetscErrorCode invert(PetscInt group, std::vector<PetscScalar> *inverse) const;
   PetscErrorCode createInverse(Mat K, Mat *inverse) const;
   PetscErrorCode destroy();
 };
@@ -115,30 +112,6 @@ PetscErrorCode Groups::markRows(Mat Cl, std::vector<char> *rows) const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Inverts the shifted block of a group, Hermitian and dense; zero, so that nothing is eliminated, if it is not positive definite or too small */
-PetscErrorCode Groups::invert(PetscInt group, std::vector<PetscScalar> *inverse) const
-{
-  const std::vector<PetscInt> &in   = members[group];
-  const size_t                 size = in.size();
-  PetscBLASInt                 nb, info;
-
-  PetscFunctionBegin;
-  inverse->assign(size * size, 0.0);
-  PetscCall(PetscBLASIntCast((PetscInt)size, &nb));
-  for (size_t i = 0; i < size; i++)
-    for (PetscInt k = ia[in[i]]; k < ia[in[i] + 1]; k++) {
-      const size_t c = std::lower_bound(in.begin(), in.end(), ja[k]) - in.begin();
-
-      (*inverse)[i + c * size] = i == c ? a[k] * (1.0 + shift) : a[k];
-    }
-  PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &nb, inverse->data(), &nb, &info));
-  if (!info) PetscCallBLAS("LAPACKpotri", LAPACKpotri_("L", &nb, inverse->data(), &nb, &info));
-  if (info || std::any_of(inverse->begin(), inverse->end(), [](PetscScalar v) { return PetscIsInfOrNanScalar(v); })) inverse->assign(size * size, 0.0);
-  for (size_t i = 0; i < size; i++)
-    for (size_t c = 0; c < i; c++) (*inverse)[c + i * size] = PetscConj((*inverse)[i + c * size]);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Creates K^{-1} for the groups that are eliminated, zero elsewhere, laid out as K. Collective */
 PetscErrorCode Groups::createInverse(Mat K, Mat *inverse) const
 {
@@ -153,7 +126,12 @@ PetscErrorCode Groups::createInverse(Mat K, Mat *inverse) const
     const std::vector<PetscInt> &in    = members[group];
     const size_t                 row   = std::lower_bound(in.begin(), in.end(), i) - in.begin();
 
-    if (taken[group] && group != last) PetscCall(invert(group, &dense));
+    if (taken[group] && group != last) {
+      PetscBool definite;
+
+      PetscCall(AinsworthInvertBlock(*this, in, shift, &dense, &definite));
+      if (!definite || std::any_of(dense.begin(), dense.end(), [](PetscScalar v) { return PetscIsInfOrNanScalar(v); })) dense.assign(dense.size(), 0.0);
+    }
     if (taken[group]) last = group;
     for (size_t c = 0; c < in.size() && taken[group]; c++) rows.add(in[c], dense[row + c * in.size()]);
     rows.endRow();
@@ -254,7 +232,7 @@ PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *in, PetscR
 {
   IS                loose;
   Vec               rigid;
-  Mat               Cx, Cl, K, inverse, mixed, product;
+  Mat               Cx, Cl, K, inverse, mixed, product, released, diagonal;
   std::vector<char> rows;
   PetscInt          any;
   Groups            groups;
@@ -273,28 +251,24 @@ PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *in, PetscR
   any = std::count(groups.taken.begin(), groups.taken.end(), 1) > 0;
   if (any) {
     PetscCall(groups.markRows(Cl, &rows));
-    PetscCall(AinsworthSelectRows(Cx, &rows, &product));
-    PetscCall(MatDestroy(&Cx));
-    Cx = product;
-    PetscCall(AinsworthSelectRows(Cl, &rows, &product));
-    PetscCall(MatDestroy(&Cl));
-    Cl = product;
+    for (Mat *mat : {&Cx, &Cl}) {
+      Mat all = *mat;
+
+      PetscCall(AinsworthCopyMarkedRows(all, &rows, mat));
+      PetscCall(MatDestroy(&all));
+    }
     for (char &row : rows) row = !row;
     PetscCall(MatDestroy(rest));
-    PetscCall(AinsworthSelectRows(C, &rows, rest));
+    PetscCall(AinsworthCopyMarkedRows(C, &rows, rest));
     PetscCall(groups.createInverse(K, &inverse));
     PetscCall(AinsworthMultiplyAdjoint(Cl, Cx, &mixed));
     PetscCall(MatMatMult(inverse, mixed, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &product));
-    PetscCall(MatDestroy(&inverse));
-    PetscCall(AinsworthMultiplyAdjoint(mixed, product, &inverse));
-    PetscCall(MatDestroy(&mixed));
-    PetscCall(MatDestroy(&product));
+    PetscCall(AinsworthMultiplyAdjoint(mixed, product, &released));
     PetscCall(AinsworthMultiplyAdjoint(Cx, Cx, part));
-    PetscCall(CreateDiagonalPart(K, groups, loose, *part, &mixed));
-    PetscCall(MatScale(inverse, -1.0));
-    PetscCall(AinsworthAddAIJ(1.0, {inverse, mixed}, part));
-    PetscCall(MatDestroy(&mixed));
-    PetscCall(MatDestroy(&inverse));
+    PetscCall(CreateDiagonalPart(K, groups, loose, *part, &diagonal));
+    PetscCall(MatScale(released, -1.0));
+    PetscCall(AinsworthAddAIJ(1.0, {released, diagonal}, part));
+    for (Mat *mat : {&inverse, &mixed, &product, &released, &diagonal}) PetscCall(MatDestroy(mat));
   }
   PetscCall(groups.destroy());
   for (Mat *mat : {&Cx, &Cl, &K}) PetscCall(MatDestroy(mat));

@@ -3,7 +3,7 @@
 #define AINSWORTH_PMAT_H
 
 #include <petscainsworth.h>
-#include "../petsccompat.h"
+#include "../csr.h"
 #include <vector>
 
 /* Inv(S), the sparse approximation of the inverse Gram matrix in M_* (paper, Table 1) */
@@ -76,7 +76,7 @@ PetscErrorCode AinsworthPmatCheckFill(Mat, Mat, Mat, const AinsworthPmatFill *, 
 PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *, PetscReal, Mat, Mat *, Mat *);
 
 /* rows.cpp */
-PetscErrorCode AinsworthSelectRows(Mat, const std::vector<char> *, Mat *);
+PetscErrorCode AinsworthCopyMarkedRows(Mat, const std::vector<char> *, Mat *);
 PetscErrorCode AinsworthPmatCreateShort(Mat, const AinsworthPmatFill *, Mat *);
 PetscErrorCode AinsworthPmatFindShared(Mat, Mat, const AinsworthPmatFill *, PetscBool *, std::vector<PetscInt> *);
 PetscErrorCode AinsworthPmatHoldShared(const AinsworthPmatInputs *, Mat *, Mat *);
@@ -85,6 +85,7 @@ PetscErrorCode AinsworthCreateFromDiagonal(Vec, Mat *);
 PetscErrorCode AinsworthPmatCreateShift(const AinsworthPmatInputs *, Mat *);
 
 PetscErrorCode AinsworthMultiplyAdjoint(Mat, Mat, Mat *);
+PetscErrorCode AinsworthInvertBlock(const AinsworthCSR &, const std::vector<PetscInt> &, PetscReal, std::vector<PetscScalar> *, PetscBool *);
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);
 PetscErrorCode AinsworthPmatCreateSeries(Vec, Vec, Vec *);
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *, const AinsworthPmatOptions *, Vec *, Mat *, PetscInt *);

@@ -4,8 +4,8 @@
 #include "../objects.h"
 #include "../saddle/saddle.h"
 
-/* AinsworthSelectRows - creates a matrix with the nonzero entries of the marked local rows of C (NULL: all), and empty rows otherwise. Collective */
-PetscErrorCode AinsworthSelectRows(Mat C, const std::vector<char> *marked, Mat *selected)
+/* AinsworthCopyMarkedRows - creates a matrix with the nonzero entries of the marked local rows of C (NULL: all), and empty rows otherwise. Collective */
+PetscErrorCode AinsworthCopyMarkedRows(Mat C, const std::vector<char> *marked, Mat *selected)
 {
   AinsworthEntries entries;
   PetscInt         n;
@@ -29,7 +29,7 @@ PetscErrorCode AinsworthPmatCreateShort(Mat C, const AinsworthPmatFill *fill, Ma
   PetscFunctionBegin;
   if (fill->leftOut) {
     PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) { taken.push_back(row.n <= fill->most); }));
-    PetscCall(AinsworthSelectRows(C, &taken, kept));
+    PetscCall(AinsworthCopyMarkedRows(C, &taken, kept));
   } else PetscCall(AinsworthShare(C, kept));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -102,7 +102,7 @@ PetscErrorCode AinsworthPmatHoldShared(const AinsworthPmatInputs *in, Mat *C, Ma
   PetscCall(VecDestroy(&scale));
   PetscCall(VecDestroy(&counts));
   PetscCall(MatDestroy(C));
-  PetscCall(AinsworthSelectRows(scaled, NULL, C));
+  PetscCall(AinsworthCopyMarkedRows(scaled, NULL, C));
   PetscCall(MatDestroy(&scaled));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -133,7 +133,7 @@ PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmat
   PetscCall(VecDestroy(&W));
   if (!*shared) PetscFunctionReturn(PETSC_SUCCESS);
   scaled = *CW;
-  PetscCall(AinsworthSelectRows(scaled, NULL, CW));
+  PetscCall(AinsworthCopyMarkedRows(scaled, NULL, CW));
   PetscCall(MatDestroy(&scaled));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -190,8 +190,11 @@ static PetscErrorCode GatherRows(Mat C, const std::vector<AinsworthRow> &rows, c
   PetscFunctionBegin;
   PetscCall(MatGetSize(C, NULL, &n));
   for (const AinsworthRow &row : rows) {
+    const PetscInt start = entries.start.back();
+
     for (size_t k = 0; k < row.column.size(); k++)
       if (columns[row.column[k]] < n) entries.add(columns[row.column[k]], row.value[k]); /* skip the column of N, whose entry was too small for a pivot */
+    PetscCall(PetscSortIntWithScalarArray((PetscInt)entries.columns.size() - start, entries.columns.data() + start, entries.values.data() + start));
     entries.endRow();
   }
   PetscCall(MatGetLocalSize(C, NULL, &n));
@@ -344,7 +347,6 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
   regular = suspicious / PetscSqrtReal((PetscReal)PetscMax(m, 1));
   if (!(error <= regular)) PetscCall(AinsworthProjectorPlaceMat(proj, proj->compliance.N, &N));
   for (; *pass < passes && !*n && !(error <= (*pass ? unusable : regular)); ++*pass) {
-    PetscCall(PetscFree(*dependent));
     PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
     PetscCall(FindDependentRows(proj, N, weight, distances[*pass], n, dependent));
     if (!*n || !weight) continue;

@@ -114,14 +114,19 @@ PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, PetscBool h
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFactorCheckMemory - raises an error on all ranks of comm if a factor is predicted to exceed the memory of the machine. Collective on comm */
+/* AinsworthFactorCheckMemory - raises an error on all ranks of comm if the factors of a machine are predicted to exceed its memory. Collective on comm */
 PetscErrorCode AinsworthFactorCheckMemory(const AinsworthFactor *factor, MPI_Comm comm)
 {
-  const PetscReal memory   = (PetscReal)sysconf(_SC_PHYS_PAGES) * (PetscReal)sysconf(_SC_PAGESIZE);
-  const PetscReal bytes    = factor->cost.entries * (PetscReal)sizeof(PetscScalar);
-  PetscReal       worst[2] = {memory > 0.0 && bytes > memory ? bytes : 0.0, -memory};
+  const PetscReal memory = (PetscReal)sysconf(_SC_PHYS_PAGES) * (PetscReal)sysconf(_SC_PAGESIZE);
+  PetscReal       bytes  = factor->cost.entries * (PetscReal)sizeof(PetscScalar), worst[2];
+  MPI_Comm        machine;
 
   PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_split_type(comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &bytes, 1, MPIU_REAL, MPIU_SUM, machine));
+  PetscCallMPI(MPI_Comm_free(&machine));
+  worst[0] = memory > 0.0 && bytes > memory ? bytes : 0.0;
+  worst[1] = -memory;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, worst, 2, MPIU_REAL, MPIU_MAX, comm));
   PetscCheck(worst[0] == 0.0, comm, PETSC_ERR_MEM,
              "The factor of the Gram matrix C W C' is predicted to take %.3g GiB, of %.3g that the machine has: rows of C share too many unknowns; use an "
@@ -181,6 +186,22 @@ static PetscErrorCode SwitchLog(bool on, PetscBool *off)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthFactorTry - calls setUp() and catches the error that it raises, if any */
+PetscErrorCode AinsworthFactorTry(const std::function<PetscErrorCode()> &setUp, PetscErrorCode *code, std::string *message)
+{
+  PetscFunctionBegin;
+#if defined(PETSC_USE_DEBUG)
+  const PetscStack stack = petscstack; /* an error does not pop it */
+#endif
+  PetscCall(PetscPushErrorHandler(KeepMessage, message));
+  *code = setUp();
+#if defined(PETSC_USE_DEBUG)
+  petscstack = stack;
+#endif
+  PetscCall(PetscPopErrorHandler());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthFactorTryCholmod - calls setUp() of a solver that factors with CHOLMOD, and catches the error that it raises if the matrix is not positive definite
 
@@ -197,15 +218,7 @@ PetscErrorCode AinsworthFactorTryCholmod(PetscObject solver, bool ordered, const
   PetscCall(defaults.set("mat_cholmod_print", "0"));                 /* otherwise CHOLMOD prints a line if the matrix is not positive definite */
   if (ordered) PetscCall(defaults.set("mat_cholmod_nmethods", "1")); /* otherwise CHOLMOD tries its own orderings as well */
   PetscCall(SwitchLog(false, &off));
-#if defined(PETSC_USE_DEBUG)
-  const PetscStack stack = petscstack; /* an error does not pop it */
-#endif
-  PetscCall(PetscPushErrorHandler(KeepMessage, &message));
-  code = setUp();
-#if defined(PETSC_USE_DEBUG)
-  petscstack = stack;
-#endif
-  PetscCall(PetscPopErrorHandler());
+  PetscCall(AinsworthFactorTry(setUp, &code, &message));
   PetscCall(SwitchLog(true, &off));
   PetscCall(defaults.clear());
   *indefinite = (PetscBool)(code == PETSC_ERR_MAT_CH_ZRPVT);

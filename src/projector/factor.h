@@ -4,6 +4,7 @@
 
 #include "symbolic.h"
 #include <functional>
+#include <string>
 
 struct AinsworthFactor {
   AinsworthCost  cost;    /* predicted; 0 if nothing is predicted: the options choose the solver, ranks share it, or S is not Hermitian */
@@ -18,6 +19,7 @@ PetscErrorCode AinsworthFactorPredictBest(Mat, PetscInt, AinsworthCost *, MatOrd
 PetscErrorCode AinsworthFactorChoose(AinsworthFactor *, Mat, PetscBool, KSP);
 PetscErrorCode AinsworthFactorCheckMemory(const AinsworthFactor *, MPI_Comm);
 PetscErrorCode AinsworthFactorSetUp(AinsworthFactor *, Mat, KSP);
+PetscErrorCode AinsworthFactorTry(const std::function<PetscErrorCode()> &, PetscErrorCode *, std::string *);
 PetscErrorCode AinsworthFactorTryCholmod(PetscObject, bool, const std::function<PetscErrorCode()> &, PetscBool *);
 PetscErrorCode AinsworthFactorGetFailedReason(const AinsworthFactor *, KSP, PCFailedReason *);
 PetscErrorCode AinsworthFactorReset(AinsworthFactor *);

@@ -84,6 +84,31 @@ static PetscErrorCode ChoosePC(AinsworthGram *gram)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Factors the placed S on ranks with rows. An error on some of them, for instance out of memory, is raised on all. Collective on the communicator of S */
+static PetscErrorCode Factor(AinsworthGram *gram)
+{
+  MPI_Comm    comm = PetscObjectComm((PetscObject)gram->S);
+  std::string message;
+  char        text[512] = "";
+  struct {
+    PetscMPIInt code, rank;
+  } worst = {PETSC_SUCCESS, 0};
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &worst.rank));
+  if (gram->placement.sizes.size()) {
+    PetscErrorCode code;
+
+    PetscCall(AinsworthFactorTry([=] { return AinsworthFactorSetUp(&gram->factor, gram->placed, gram->ksp); }, &code, &message));
+    worst.code = (PetscMPIInt)code;
+    PetscCall(PetscStrncpy(text, message.c_str(), sizeof(text)));
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_2INT, MPI_MAXLOC, comm));
+  if (!worst.code) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Bcast(text, sizeof(text), MPI_CHAR, worst.rank, comm));
+  SETERRQ(comm, (PetscErrorCode)worst.code, "%s", text);
+}
+
 /* Creates the solver and reads its options, on ranks without rows as well: rank 0 reports unused options */
 static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent)
 {
@@ -101,7 +126,6 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent)
   PetscCall(AinsworthFactorCheckMemory(&gram->factor, PetscObjectComm((PetscObject)gram->S)));
   if (!gram->placement.sizes.size()) PetscFunctionReturn(PETSC_SUCCESS);
   if (gram->hermitian) PetscCall(MatSetOption(gram->placed, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
-  PetscCall(AinsworthFactorSetUp(&gram->factor, gram->placed, gram->ksp));
   PetscCall(MatCreateVecs(gram->placed, NULL, &gram->b));
   PetscCall(VecGetLocalSize(gram->b, &n));
   PetscCall(VecGetSize(gram->b, &m));
@@ -140,7 +164,7 @@ PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, const Ains
 
   PetscCall(PetscLogEventBegin(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
   if (!in->samePattern) PetscCall(CreateSolver(gram, in->parent));
-  else if (gram->placement.sizes.size()) PetscCall(AinsworthFactorSetUp(&gram->factor, gram->placed, gram->ksp));
+  PetscCall(Factor(gram));
   PetscCall(PetscLogEventEnd(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -89,14 +89,14 @@ static PetscErrorCode GetSource(const AinsworthProjectorBlocks *blocks, Ainswort
 }
 
 /* Sets up proj->gram and, if B is not C, proj->gramB. Both share one placement, so the components are those of both patterns together */
-static PetscErrorCode SetUpGrams(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, PetscBool same, PetscInt rowsPerRank, PetscObject parent)
+static PetscErrorCode SetUpGrams(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, PetscBool same, const AinsworthProjectorSource *source,
+                                 PetscObject parent)
 {
   const Mat           C = blocks->C, B = blocks->B;
-  AinsworthGramInputs in = {proj->compliance.N, PETSC_TRUE, same, rowsPerRank, parent, NULL, NULL};
+  AinsworthGramInputs in = {proj->compliance.N, source->hermitian, same, source->rowsPerRank, parent, NULL, NULL};
   Mat                 BWt;
 
   PetscFunctionBegin;
-  if (blocks->D) PetscCall(AinsworthProbeSymmetry(blocks->D, &in.hermitian));
   if (B != C) {
     PetscCall(MatHermitianTranspose(proj->BW, MAT_INITIAL_MATRIX, &BWt));
     PetscCall(MatMatMult(B, BWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &in.other));
@@ -131,9 +131,11 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const Ainsworth
   PetscCall(GetSource(blocks, &now));
   now.rowsPerRank = rowsPerRank;
   now.weighted    = weight != NULL;
+  now.hermitian   = PETSC_TRUE;
+  if (blocks->D) PetscCall(AinsworthProbeSymmetry(blocks->D, &now.hermitian));
   PetscCall(PetscArraycmp(now.id, last.id, 3, &same));
   if (same) PetscCall(PetscArraycmp(now.pattern, last.pattern, 3, &same));
-  same = (PetscBool)(same && proj->C && last.weighted == now.weighted && last.rowsPerRank == now.rowsPerRank);
+  same = (PetscBool)(same && proj->C && last.weighted == now.weighted && last.hermitian == now.hermitian && last.rowsPerRank == now.rowsPerRank);
   if (same)
     PetscCall(PetscInfo(C, "The nonzero pattern of C is that of the last set-up: the places and the symbolic factorization of the Gram matrix are kept\n"));
   else PetscCall(AinsworthProjectorReset(proj));
@@ -145,7 +147,7 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const Ainsworth
     PetscCall(Weigh(proj->B, weight, &proj->BW));
   }
   PetscCall(AinsworthComplianceSetUp(&proj->compliance, C, blocks->B, blocks->D, weight, inverseDiagonal));
-  PetscCall(SetUpGrams(proj, blocks, same, rowsPerRank, parent));
+  PetscCall(SetUpGrams(proj, blocks, same, &now, parent));
   for (Mat *M : {&proj->B, &proj->BW})
     if (*M) PetscCall(MoveRows(proj, M));
   if (weight) PetscCall(MoveRows(proj, &proj->CW));

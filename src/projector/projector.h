@@ -16,6 +16,7 @@ struct AinsworthProjectorSource {
   PetscObjectState pattern[3];
   PetscInt         rowsPerRank;
   bool             weighted;
+  PetscBool        hermitian; /* D is Hermitian: S has a Cholesky factorization */
 };
 
 struct AinsworthProjector {

@@ -18,9 +18,8 @@ static PetscErrorCode NameBlocks(AinsworthSaddleBlocks *found)
   for (std::string &names : part)
     if (names.size() > 16) names = names.substr(0, 13) + "...";
   for (int k = 0; k < AINSWORTH_BLOCKS; k++) {
-    const int row = k == AINSWORTH_BLOCK_C || k == AINSWORTH_BLOCK_D, col = k == AINSWORTH_BLOCK_B || k == AINSWORTH_BLOCK_D;
-
-    PetscCall(PetscSNPrintf(found->name[k], sizeof(found->name[k]), "Block (%s,%s) of %s", part[row].c_str(), part[col].c_str(),
+    PetscCall(PetscSNPrintf(found->name[k], sizeof(found->name[k]), "Block (%s,%s) of %s", part[AinsworthBlockRow[k]].c_str(),
+                            part[AinsworthBlockColumn[k]].c_str(),
                             k == AINSWORTH_BLOCK_P ? "Pmat"
                             : found->extracted     ? "the matrix"
                                                    : "the MatNest"));
@@ -31,8 +30,8 @@ static PetscErrorCode NameBlocks(AinsworthSaddleBlocks *found)
 /* Takes over a block of the last set-up if nothing that it was made of has changed */
 static PetscErrorCode TakeOver(const AinsworthSaddleBlocks *last, int k, AinsworthSaddleBlocks *found, PetscBool *taken)
 {
-  *taken = (PetscBool)(last && last->layout && last->block[k] && last->state[k] == found->state[k]);
   PetscFunctionBegin;
+  *taken = (PetscBool)(last && last->layout && last->block[k] && last->state[k] == found->state[k]);
   if (!*taken) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthShare(last->block[k], &found->block[k]));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -125,7 +124,7 @@ static PetscErrorCode NestBlocks(const AinsworthSaddleInputs *in, Mat mat, Petsc
   PetscFunctionBegin;
   for (size_t i = 0; i < found->fields.size(); i++) part[found->multiplier[i]].push_back((PetscInt)i);
   for (int k = 0; k < AINSWORTH_BLOCK_P; k++) {
-    const auto &rows = part[k == AINSWORTH_BLOCK_C || k == AINSWORTH_BLOCK_D], &cols = part[k == AINSWORTH_BLOCK_B || k == AINSWORTH_BLOCK_D];
+    const auto &rows = part[AinsworthBlockRow[k]], &cols = part[AinsworthBlockColumn[k]];
 
     PetscCall(AinsworthNestGetPartState(mat, rows, cols, &found->state[k]));
     if (compare) continue;

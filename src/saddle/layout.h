@@ -80,7 +80,7 @@ enum AinsworthEntry {
   AINSWORTH_ENTRY_PLAIN    = 1, /* positive, and the only entry of its row */
   AINSWORTH_ENTRY_POSITIVE = 2
 };
-PetscErrorCode AinsworthLookAtRows(Mat, Vec);
+PetscErrorCode AinsworthClassifyDiagonal(Mat, Vec);
 PetscErrorCode AinsworthFindSign(Mat, IS, Vec *);
 PetscErrorCode AinsworthChangeSign(Vec, int, Mat);
 

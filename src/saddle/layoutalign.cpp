@@ -60,8 +60,8 @@ static PetscErrorCode CountNodes(Mat mat, const std::vector<Run> &runs, PetscInt
 /*
    AinsworthAlignFields - gives plain rows to the multipliers where the nodes of A would not be blocks of consecutive rows with them; collective
 
-   entries: of AinsworthLookAtRows(), zero afterwards where a row became one of the multipliers. Runs of other rows that all are multiples of some number,
-   and whose nodes have the same columns in all of their rows, tell the block size. Of a run of plain rows, which A couples with nothing, only the number counts.
+   entries: of AinsworthClassifyDiagonal(), zero afterwards where a row became one of the multipliers. Runs of other rows that are multiples of some number,
+   and whose nodes have the same columns in all of their rows, tell the block size. Of a run of plain rows, which A couples with nothing, the number counts.
 */
 PetscErrorCode AinsworthAlignFields(Mat mat, Vec entries)
 {

@@ -27,7 +27,7 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
   PetscCheck(size[0] == size[1], comm, PETSC_ERR_ARG_SIZ, "The matrix is not square: %" PetscInt_FMT " x %" PetscInt_FMT, size[0], size[1]);
   PetscCall(AinsworthCreateDiagonal(mat, &diagonal));
   PetscCall(AinsworthVecClone(diagonal, &entries));
-  PetscCall(AinsworthLookAtRows(mat, entries));
+  PetscCall(AinsworthClassifyDiagonal(mat, entries));
   PetscCall(VecMax(entries, NULL, &most));
   opposite      = (PetscBool)(most <= AINSWORTH_ENTRY_PLAIN);
   found->told   = "by the diagonal";

@@ -44,12 +44,10 @@ static PetscErrorCode Extract(Mat mat, int which, int first, int wanted, Vec sig
   if (same) split = last->split[which];
   else PetscCall(AinsworthSplitCreate(whole, found->rows, found->cols, &split));
   for (int k = first; k < first + wanted; k++) {
-    const int row = k == AINSWORTH_BLOCK_C || k == AINSWORTH_BLOCK_D, col = k == AINSWORTH_BLOCK_B || k == AINSWORTH_BLOCK_D;
-
     found->made[k] = PETSC_TRUE;
     if (same) PetscCall(AinsworthShare(last->block[k], &found->block[k]));
     else if (!split) {
-      PetscCall(MatCreateSubMatrix(whole, found->rows[row], found->cols[col], MAT_INITIAL_MATRIX, &found->block[k]));
+      PetscCall(MatCreateSubMatrix(whole, found->rows[AinsworthBlockRow[k]], found->cols[AinsworthBlockColumn[k]], MAT_INITIAL_MATRIX, &found->block[k]));
       PetscCall(AinsworthChangeSign(sign, k, found->block[k]));
     }
   }

@@ -3,8 +3,8 @@
 #include "../loops.h"
 #include "../objects.h"
 
-/* AinsworthLookAtRows - replaces the diagonal of mat, in entries, by the kind of each entry. Collective */
-PetscErrorCode AinsworthLookAtRows(Mat mat, Vec entries)
+/* AinsworthClassifyDiagonal - replaces the diagonal of mat, in entries, by the kind of each entry. Collective */
+PetscErrorCode AinsworthClassifyDiagonal(Mat mat, Vec entries)
 {
   Mat          aij;
   PetscScalar *e;
@@ -49,7 +49,7 @@ PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
   if (rows) PetscCall(VecRestoreSubVector(diagonal, rows, &part));
   PetscCall(AinsworthFindOpaque(mat, &opaque));
   if (least < 0.0 && !opaque) {
-    PetscCall(AinsworthLookAtRows(mat, diagonal));
+    PetscCall(AinsworthClassifyDiagonal(mat, diagonal));
     if (rows) PetscCall(VecGetSubVector(diagonal, rows, &part));
     PetscCall(VecMax(part, NULL, &most));
     if (most <= (rows ? (PetscReal)AINSWORTH_ENTRY_PLAIN : 0.0)) PetscCall(AinsworthVecClone(part, sign));

@@ -105,6 +105,7 @@ PetscErrorCode AinsworthFindSides(Mat mat, Vec *side)
     PetscCall(VecPointwiseMult(y, y, *side));
     PetscCall(VecAXPY(y, -1.0, degree));
     PetscCall(VecNorm(y, NORM_INFINITY, &norm));
+    if (!done) PetscCall(PetscInfo(mat, "The matrix has more than 64 connected parts: the fields are not found from signs of its entries\n"));
     if (!done || !(norm == 0.0)) PetscCall(VecDestroy(side));
     PetscCall(VecDestroy(&degree));
     PetscCall(VecDestroy(&y));

@@ -5,34 +5,31 @@
 
 /* Column numbers of a nest: each rank has its parts of all fields, one after the other */
 struct Numbering {
-  std::vector<const PetscInt *> ranges;  /* ownership ranges of each field */
-  std::vector<PetscInt>         offsets; /* of each field in the local columns */
-  PetscInt                      local = 0;
+  std::vector<PetscLayout> fields;
+  std::vector<PetscInt>    offsets; /* of each field in the local columns */
+  PetscInt                 local = 0;
 
   /* Returns the global number in the nest of an unknown of any rank */
   PetscInt operator()(size_t field, PetscInt unknown) const
   {
-    PetscInt rank = 0, whole = 0;
+    const PetscInt *range = fields[field]->range;
+    const size_t    rank  = std::upper_bound(range + 1, range + fields[field]->size + 1, unknown) - range - 1;
+    PetscInt        whole = unknown - range[rank];
 
-    while (ranges[field][rank + 1] <= unknown) rank++;
-    for (size_t f = 0; f < ranges.size(); f++) whole += ranges[f][rank + (f < field)];
-    return whole + unknown - ranges[field][rank];
+    for (size_t f = 0; f < fields.size(); f++) whole += fields[f]->range[rank + (f < field)];
+    return whole;
   }
 };
 
 static PetscErrorCode AddField(Mat block, Numbering *numbering)
 {
-  PetscLayout     layout;
-  const PetscInt *ranges;
-  PetscInt        local;
+  PetscLayout layout;
 
   PetscFunctionBegin;
   PetscCall(MatGetLayouts(block, NULL, &layout));
-  PetscCall(PetscLayoutGetRanges(layout, &ranges));
-  PetscCall(PetscLayoutGetLocalSize(layout, &local));
-  numbering->ranges.push_back(ranges);
+  numbering->fields.push_back(layout);
   numbering->offsets.push_back(numbering->local);
-  numbering->local += local;
+  numbering->local += layout->n;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -115,11 +115,14 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
 }
 
 /* Gets the null space of pmat, or else that of amat */
-PetscErrorCode AinsworthSaddleGetWhole(Mat amat, Mat pmat, MatNullSpace *whole)
+PetscErrorCode AinsworthSaddleGetNullSpace(Mat amat, Mat pmat, Mat *mat, MatNullSpace *nullSpace)
 {
   PetscFunctionBegin;
-  PetscCall(MatGetNullSpace(pmat, whole));
-  if (!*whole) PetscCall(MatGetNullSpace(amat, whole));
+  *mat = pmat;
+  PetscCall(MatGetNullSpace(*mat, nullSpace));
+  if (*nullSpace) PetscFunctionReturn(PETSC_SUCCESS);
+  *mat = amat;
+  PetscCall(MatGetNullSpace(*mat, nullSpace));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -197,7 +200,7 @@ static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec>
   PetscCall(MatGetNullSpace(A, &nullsp));
   if (!nullsp) PetscCall(PetscObjectQuery((PetscObject)sp->rows[0], "nullspace", (PetscObject *)&nullsp));
   whole = (PetscBool)!nullsp;
-  if (whole) nullsp = sp->whole;
+  if (whole) nullsp = sp->nullSpace;
   if (!nullsp) PetscFunctionReturn(PETSC_SUCCESS);
   numbering = whole ? sp->numbering : A;
   PetscCall(MatNullSpaceGetVecs(nullsp, &constant, &n, &given));

@@ -3,7 +3,7 @@
 #include "../objects.h"
 
 /* Finds the local rows of an AIJ matrix (may be NULL) with nonzero entries, and those with off-diagonal ones; bad: first row with NaN or Inf */
-static PetscErrorCode LookAtRows(Mat M, std::vector<char> *nonzero, std::vector<char> *coupled, PetscInt *bad)
+static PetscErrorCode FindNonzeroRows(Mat M, std::vector<char> *nonzero, std::vector<char> *coupled, PetscInt *bad)
 {
   PetscFunctionBegin;
   if (!M) PetscFunctionReturn(PETSC_SUCCESS);
@@ -120,10 +120,10 @@ PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *sp)
   std::vector<char> inC(sp->local), inB(sp->local), inRow(sp->local), inColumn(sp->local), row(sp->local), column(sp->local); /* row, column: more than D_ii */
 
   if (sp->rowsD) PetscCall(MatTranspose(sp->rowsD, MAT_INITIAL_MATRIX, &columns));
-  PetscCall(LookAtRows(sp->rowsC, &inC, NULL, &bad));
-  PetscCall(LookAtRows(Bs, &inB, NULL, &bad));
-  PetscCall(LookAtRows(sp->rowsD, &inRow, &row, &bad));
-  PetscCall(LookAtRows(columns, &inColumn, &column, &bad));
+  PetscCall(FindNonzeroRows(sp->rowsC, &inC, NULL, &bad));
+  PetscCall(FindNonzeroRows(Bs, &inB, NULL, &bad));
+  PetscCall(FindNonzeroRows(sp->rowsD, &inRow, &row, &bad));
+  PetscCall(FindNonzeroRows(columns, &inColumn, &column, &bad));
   PetscCall(MatDestroy(&columns));
   for (PetscInt i = 0; i < sp->local; i++) {
     const bool acts = Bs ? inB[i] : inC[i];

@@ -183,9 +183,9 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
   sp->rowsD = NULL;
   PetscCall(AinsworthSaddleReset(sp));
   *(AinsworthSaddleBlocks *)sp = found;
-  PetscCall(AinsworthSaddleGetWhole(in->amat, in->pmat, &sp->whole));
-  PetscCall(PetscObjectReference((PetscObject)sp->whole));
-  PetscCall(AinsworthShare(in->pmat, &sp->numbering));
+  PetscCall(AinsworthSaddleGetNullSpace(in->amat, in->pmat, &sp->numbering, &sp->nullSpace));
+  PetscCall(PetscObjectReference((PetscObject)sp->nullSpace));
+  PetscCall(PetscObjectReference((PetscObject)sp->numbering));
   PetscCall(GetSource(sp->block[AINSWORTH_BLOCK_C], sp->block[AINSWORTH_BLOCK_B], &source, &transpose, &hermitian));
   PetscCall(AinsworthCheckEntries(source, sp->name[sp->block[AINSWORTH_BLOCK_C] ? AINSWORTH_BLOCK_C : AINSWORTH_BLOCK_B], "C", &opaque));
   PetscCall(GetConstraints(source, transpose, hermitian, &sp->rowsC));
@@ -219,7 +219,7 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
   PetscCall(AinsworthSaddleResetBlocks(sp));
   for (Mat *M : {&sp->A, &sp->P, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC, &sp->absolute}) PetscCall(MatDestroy(M));
   for (Vec *v : {&sp->balance, &sp->known, &sp->stiffness, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
-  PetscCall(MatNullSpaceDestroy(&sp->whole));
+  PetscCall(MatNullSpaceDestroy(&sp->nullSpace));
   PetscCall(MatDestroy(&sp->numbering));
   PetscCall(PetscFree(sp->kind));
   for (PetscInt &count : sp->count) count = 0;

@@ -24,6 +24,8 @@ enum {
   AINSWORTH_BLOCK_P,
   AINSWORTH_BLOCKS
 };
+/* For each block, whether its rows, or its columns, belong to the multipliers */
+constexpr int AinsworthBlockRow[] = {0, 0, 1, 1, 0}, AinsworthBlockColumn[] = {0, 1, 0, 1, 0};
 struct AinsworthSaddleBlocks {
   MatType   layout;                     /* type of the matrix that has the blocks; NULL: none found yet */
   Mat       block[AINSWORTH_BLOCKS];    /* the program's or made from them, NULL if absent; B or C may be a view of the other, A a copy of a small shell */
@@ -65,8 +67,8 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   PetscObjectId    idD;      /* id of the block that rowsD is a copy of */
   PetscObjectState patternD; /* nonzero state of that block */
 
-  MatNullSpace whole;     /* null space of the program's matrix, or NULL */
-  Mat          numbering; /* Pmat, whose numbering the vectors of `whole` have */
+  MatNullSpace nullSpace; /* of the program's matrix, or NULL */
+  Mat          numbering; /* Amat or Pmat, whose numbering the vectors of `nullSpace` have */
   PetscBool    negated;   /* lambda is the negative of the program's */
   char         bad[256];  /* why the values are unusable; empty if they are usable */
 
@@ -138,7 +140,7 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *,
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *, Vec);
-PetscErrorCode AinsworthSaddleGetWhole(Mat, Mat, MatNullSpace *);
+PetscErrorCode AinsworthSaddleGetNullSpace(Mat, Mat, Mat *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *, Mat, PetscBool, AinsworthSaddleVec, PetscBool *);
 
 /* rows.cpp: the rows of the multiplier field */

@@ -91,12 +91,13 @@ PetscErrorCode AinsworthMatGetState(Mat M, uint64_t *state)
 PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *in, const AinsworthSaddle *sp, PetscBool *changed)
 {
   AinsworthSaddleBlocks now;
-  MatNullSpace          whole;
+  MatNullSpace          nullSpace;
+  Mat                   mat;
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleFindBlocks(in, PETSC_TRUE, sp, &now));
-  PetscCall(AinsworthSaddleGetWhole(in->amat, in->pmat, &whole));
-  *changed = (PetscBool)(now.layout != sp->layout || now.extracted != sp->extracted || whole != sp->whole);
+  PetscCall(AinsworthSaddleGetNullSpace(in->amat, in->pmat, &mat, &nullSpace));
+  *changed = (PetscBool)(now.layout != sp->layout || now.extracted != sp->extracted || nullSpace != sp->nullSpace);
   for (int k = 0; k < AINSWORTH_BLOCKS; k++)
     if (now.state[k] != sp->state[k]) *changed = PETSC_TRUE;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, changed, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)in->pmat)));

@@ -15,8 +15,8 @@ struct Term : AinsworthCSR {
 };
 } // namespace
 
-/* Sums n rows with ascending columns */
-static PetscErrorCode Sum(const std::vector<Term> &terms, PetscInt n, AinsworthRows *rows)
+/* Sums n rows with ascending columns; entries: how many, to be checked by the caller */
+static PetscErrorCode Sum(const std::vector<Term> &terms, PetscInt n, AinsworthRows *rows, PetscInt64 *entries)
 {
   const size_t          count = terms.size();
   std::vector<PetscInt> at(count, 0), column(count); /* next entry of each term, and its column */
@@ -43,8 +43,7 @@ static PetscErrorCode Sum(const std::vector<Term> &terms, PetscInt n, AinsworthR
     }
     rows->i.push_back((PetscInt)next);
   }
-  PetscCheck(next <= (PetscInt64)PETSC_MAX_INT, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-             "A sum of matrices has %" PetscInt64_FMT " entries on this rank: use more ranks, or PETSc with 64-bit indices", next);
+  *entries = next;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -57,6 +56,7 @@ PetscErrorCode AinsworthAddAIJ(PetscScalar scale, const std::vector<Mat> &X, Mat
   std::unique_ptr<AinsworthRows> rows[2];
   Mat                            sum;
   PetscInt                       m, n, rbs, cbs;
+  PetscInt64                     entries[2];
   MatType                        type;
 
   PetscFunctionBegin;
@@ -79,9 +79,12 @@ PetscErrorCode AinsworthAddAIJ(PetscScalar scale, const std::vector<Mat> &X, Mat
   }
   for (int p = 0; p < 2; p++) {
     rows[p].reset(new AinsworthRows);
-    PetscCall(Sum(terms[p], m, rows[p].get()));
+    PetscCall(Sum(terms[p], m, rows[p].get(), &entries[p]));
     for (Term &term : terms[p]) PetscCall(term.close());
   }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, entries, 2, MPIU_INT64, MPI_MAX, comm));
+  PetscCheck(PetscMax(entries[0], entries[1]) <= (PetscInt64)PETSC_MAX_INT, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "A sum of matrices has %" PetscInt64_FMT " entries on one rank: use more ranks, or PETSc with 64-bit indices", PetscMax(entries[0], entries[1]));
   PetscCall(AinsworthMatCreateFromRows(comm, n, std::move(rows[0]), std::move(rows[1]), &sum));
   PetscCall(MatGetType(*Y, &type));
   PetscCall(MatConvert(sum, type, MAT_INPLACE_MATRIX, &sum)); /* may be a device type */

@@ -251,6 +251,42 @@ static PetscErrorCode Sizes(const char *inner)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* B is not C, and D is no longer symmetric, though its pattern is the same; there are too many rows in a component of S for dense inverses */
+static PetscErrorCode SymmetryOfD()
+{
+  System   sys;
+  Mat      B, Bt, D, nest = NULL;
+  KSP      ksp;
+  PetscInt ln = PETSC_DECIDE, lm = PETSC_DECIDE, n = 96, m = 40, start, end;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscSplitOwnership(PETSC_COMM_WORLD, &ln, &n));
+  PetscCall(PetscSplitOwnership(PETSC_COMM_WORLD, &lm, &m));
+  PetscCall(ChainCreate(ln, lm, 3, &sys));
+  PetscCall(MatDuplicate(sys.C, MAT_COPY_VALUES, &B));
+  PetscCall(VecShift(sys.g, 3.0));
+  PetscCall(MatDiagonalScale(B, sys.g, NULL));
+  PetscCall(MatCreateHermitianTranspose(B, &Bt)); /* a copy would be a new B in each set-up */
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, lm, lm, m, m, 3, NULL, 2, NULL, &D));
+  for (PetscReal above : {0.5, -2.0, 0.5}) {
+    PetscCall(MatGetOwnershipRange(D, &start, &end));
+    for (PetscInt i = start; i < end; i++)
+      for (PetscInt j : {i - 1, i, i + 1})
+        if (j >= 0 && j < m) PetscCall(MatSetValue(D, i, j, j < i ? -0.5 : (j == i ? -3.0 : -above), INSERT_VALUES));
+    PetscCall(MatAssemblyBegin(D, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(D, MAT_FINAL_ASSEMBLY));
+    if (!nest) {
+      PetscCall(NestCreate(sys.A, Bt, sys.C, D, false, &nest));
+      PetscCall(SolverCreate(nest, &ksp));
+    }
+    PetscCall(SolveWhole(ksp, ("B is not C, D above its diagonal " + std::to_string(above)).c_str()));
+  }
+  PetscCall(KSPDestroy(&ksp));
+  for (Mat *M : {&nest, &D, &Bt, &B}) PetscCall(MatDestroy(M));
+  PetscCall(SystemDestroy(&sys));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Blocks of other types */
 static PetscErrorCode Types()
 {
@@ -299,6 +335,7 @@ int main(int argc, char **argv)
 
     PetscCall(Places());
     for (bool view : {false, true}) PetscCall(PartsOfC(view));
+    PetscCall(SymmetryOfD());
     PetscCall(Types());
   }
   PetscCall(ChecksFinish(&exitcode));

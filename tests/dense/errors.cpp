@@ -182,6 +182,24 @@ static PetscErrorCode Choices()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The factorization of S fails on ranks with rows of it: rank 1 has none */
+static PetscErrorCode Factorization()
+{
+  Options options("-ainsworth_gram_pc_type lu -ainsworth_gram_pc_factor_mat_ordering_type ainsworthpredicted");
+  Spec    spec;
+  System  uneven;
+  Mat     nest;
+
+  PetscFunctionBeginUser;
+  spec.uneven = true;
+  PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &uneven));
+  PetscCall(NestCreate(uneven.A, NULL, uneven.C, NULL, false, &nest));
+  PetscCall(ExpectSetUp("ordering of S", nest, PETSC_ERR_ORDER, {"ainsworthpredicted is the Gram matrix's own"}));
+  PetscCall(MatDestroy(&nest));
+  PetscCall(SystemDestroy(&uneven));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Getters on a PC, and functions on a Mat, of another type */
 static PetscErrorCode OtherTypes()
 {
@@ -250,8 +268,8 @@ static PetscErrorCode Operator()
   PetscCall(CheckError("A not square", [&]() { return MatAinsworthSetMats(S, wide, sys.C); }, PETSC_ERR_ARG_SIZ, {"A is not square", "24 x 25"}));
   PetscCall(CheckError("columns of C", [&]() { return MatAinsworthSetMats(S, sys.A, wide); }, PETSC_ERR_ARG_SIZ, {"C has 25 columns", "A has 24"}));
   PetscCall(MatDestroy(&wide));
-  if (size > 1) { /* another layout on every rank */
-    PetscCall(Ones(m, rank ? n - 1 : n + size - 1, PETSC_DETERMINE, 24, true, &wide));
+  if (size > 1) { /* another layout on two ranks */
+    PetscCall(Ones(m, rank ? n - (rank == 1) : n + 1, PETSC_DETERMINE, 24, true, &wide));
     PetscCall(CheckError("layout of C", [&]() { return MatAinsworthSetMats(S, sys.A, wide); }, PETSC_ERR_ARG_SIZ, {"local columns", "column layout of A"}));
     PetscCall(MatDestroy(&wide));
   }
@@ -323,6 +341,7 @@ int main(int argc, char **argv)
   PetscCall(Blocks());
   PetscCall(Told());
   PetscCall(Choices());
+  PetscCall(Factorization());
   PetscCall(OtherTypes());
   PetscCall(Operator());
 #if defined(PETSC_HAVE_HYPRE)

@@ -1,7 +1,7 @@
 static char
   help[] = "METIS and LAPACK that fail, a machine without memory, and a PETSc of another version: their functions are interposed here, and fail on demand.\n\n";
 
-#include "layout.h"
+#include "run.h"
 #include <dlfcn.h>
 #include <metis.h>
 #include <petscblaslapack.h>
@@ -11,6 +11,7 @@ static char
 #define VALUE(name) TEXT(name) /* of a name that is a macro */
 
 static bool failing = false;
+static long pages   = 1;
 
 /* The library's own function, which the one of this name below hides */
 template <class Function>
@@ -32,10 +33,10 @@ int METIS_NodeND(idx_t *n, idx_t *xadj, idx_t *adjncy, idx_t *vwgt, idx_t *optio
   return Hidden(METIS_NodeND, "METIS_NodeND")(n, xadj, adjncy, vwgt, options, perm, iperm);
 }
 
-/* A machine of one page */
+/* A machine of few pages */
 long sysconf(int name) noexcept
 {
-  return failing && name == _SC_PHYS_PAGES ? 1 : Hidden(sysconf, "sysconf")(name);
+  return failing && name == _SC_PHYS_PAGES ? pages : Hidden(sysconf, "sysconf")(name);
 }
 
 void LAPACKREALsteqr_(const char *job, const PetscBLASInt *n, PetscReal *d, PetscReal *e, PetscReal *z, const PetscBLASInt *ldz, PetscReal *work,
@@ -136,6 +137,29 @@ static PetscErrorCode NotFactored()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Two dense components of S, on two ranks where there are as many: the machine has memory for the factor of one of them */
+static PetscErrorCode TwoFactors()
+{
+  const int   rows = 60;
+  DenseSystem d;
+  System      sys;
+
+  PetscFunctionBeginUser;
+  d.A = Dense::Identity(2 * rows + 2, 2 * rows + 2);
+  d.C = Dense::Zero(2 * rows, 2 * rows + 2);
+  d.C.leftCols(2 * rows).setIdentity();
+  for (int i = 0; i < 2 * rows; i++) d.C(i, 2 * rows + i / rows) = -1.0;
+  d.f = Column::Zero(2 * rows + 2);
+  d.g = Column::Zero(2 * rows);
+  PetscCall(SystemFromDense(d, false, &sys));
+  pages = PetscDefined(USE_COMPLEX) ? 10 : 5;
+  PetscCall(
+    SetUp(sys, "-ainsworth_pc_type jacobi -pc_ainsworth_pmat id -pc_ainsworth_rows_per_rank " + std::to_string(rows), PETSC_ERR_MEM, {"is predicted to take"}));
+  pages = 1;
+  PetscCall(SystemDestroy(&sys));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   Spec        spec, cut, wide;
@@ -174,6 +198,7 @@ int main(int argc, char **argv)
                       : "-ainsworth_pc_type jacobi -ainsworth_gram_pc_type cholesky -ainsworth_gram_pc_factor_mat_ordering_type ainsworthnd",
                     PETSC_SUCCESS, {})); /* by PETSc's nested dissection */
   PetscCall(SystemDestroy(&sparse));
+  PetscCall(TwoFactors());
   PetscCall(NotFactored());
 
   PetscCall(SetUp(sys, "-ainsworth_pc_type blocksa -ainsworth_pc_blocksa_coarse_eq_limit 6", PETSC_ERR_LIB, {"steqr returned 1"}));

@@ -60,10 +60,37 @@ static PetscErrorCode SolveConsistent(KSP ksp, Mat nest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* declared: 0 as a constant of A, 1 as a vector of A, 2 on the index set of the field, as for PCFIELDSPLIT */
+/* A nest whose multipliers come first in its numbering, with (one, 0) as its null space */
+static PetscErrorCode MultipliersFirst(Mat A, Mat Ct, Mat C, Vec one, Mat *nest)
+{
+  Mat          blocks[] = {A, Ct, C, NULL};
+  PetscInt     n, m, start;
+  IS           is[2];
+  Vec          part[2] = {one, NULL}, v;
+  MatNullSpace nullsp;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatGetLocalSize(C, &m, &n));
+  start = n + m;
+  PetscCallMPI(MPI_Scan(MPI_IN_PLACE, &start, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));
+  PetscCall(ISCreateStride(PETSC_COMM_WORLD, n, start - n, 1, &is[0]));
+  PetscCall(ISCreateStride(PETSC_COMM_WORLD, m, start - n - m, 1, &is[1]));
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, is, 2, is, blocks, nest));
+  PetscCall(MatCreateVecs(C, NULL, &part[1]));
+  PetscCall(VecSet(part[1], 0.0));
+  PetscCall(VecCreateNest(PETSC_COMM_WORLD, 2, NULL, part, &v));
+  PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, 1, &v, &nullsp));
+  PetscCall(MatSetNullSpace(*nest, nullsp));
+  PetscCall(MatNullSpaceDestroy(&nullsp));
+  for (Vec *vec : {&v, &part[1]}) PetscCall(VecDestroy(vec));
+  for (IS &set : is) PetscCall(ISDestroy(&set));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* declared: 0 as a constant of A, 1 as a vector of A, 2 on the index set of the field, as for PCFIELDSPLIT, 3 on Amat, where Pmat is another matrix */
 static PetscErrorCode Singular(bool grounded, int declared)
 {
-  Mat          A, C, Ct, nest, S, M;
+  Mat          A, C, Ct, nest, S, M, P = NULL;
   IS           is[2];
   Vec          one;
   MatNullSpace nullsp, got;
@@ -74,18 +101,23 @@ static PetscErrorCode Singular(bool grounded, int declared)
   PetscFunctionBeginUser;
   Case("chain, grounded %d, declared %d", grounded, declared);
   PetscCall(Chain(grounded, &A, &C));
-  PetscCall(MatCreateHermitianTranspose(C, &Ct));
-  PetscCall(NestCreate(A, Ct, C, NULL, false, &nest));
-  PetscCall(MatDestroy(&Ct));
-  PetscCall(MatNestGetISs(nest, is, NULL));
+  PetscCall(MatHermitianTranspose(C, MAT_INITIAL_MATRIX, &Ct));
   PetscCall(MatCreateVecs(A, &one, NULL));
   PetscCall(VecSet(one, 1.0));
   PetscCall(VecNormalize(one, NULL));
+  if (declared < 3) PetscCall(NestCreate(A, Ct, C, NULL, false, &nest));
+  else PetscCall(MultipliersFirst(A, Ct, C, one, &nest));
+  PetscCall(MatDestroy(&Ct));
+  PetscCall(MatNestGetISs(nest, is, NULL));
   PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, (PetscBool)(declared == 0), declared == 0 ? 0 : 1, &one, &nullsp));
   if (declared < 2) PetscCall(MatSetNullSpace(A, nullsp));
-  else PetscCall(PetscObjectCompose((PetscObject)is[0], "nullspace", (PetscObject)nullsp));
+  else if (declared == 2) PetscCall(PetscObjectCompose((PetscObject)is[0], "nullspace", (PetscObject)nullsp));
   PetscCall(MatNullSpaceDestroy(&nullsp));
   PetscCall(SolverCreate(nest, &ksp));
+  if (declared == 3) {
+    PetscCall(MatConvert(nest, MATAIJ, MAT_INITIAL_MATRIX, &P));
+    PetscCall(KSPSetOperators(ksp, nest, P));
+  }
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(KSPSetUp(ksp));
   PetscCall(PCAinsworthGetKSP(pc, &inner));
@@ -109,10 +141,10 @@ static PetscErrorCode Singular(bool grounded, int declared)
     }
   }
 
-  PetscCall(SolveConsistent(ksp, nest));
+  if (declared < 3) PetscCall(SolveConsistent(ksp, nest));
   PetscCall(VecDestroy(&one));
   PetscCall(KSPDestroy(&ksp));
-  for (Mat *mat : {&A, &C, &nest}) PetscCall(MatDestroy(mat));
+  for (Mat *mat : {&A, &C, &nest, &P}) PetscCall(MatDestroy(mat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -307,7 +339,7 @@ int main(int argc, char **argv)
   {
     Options options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12");
     for (bool grounded : {false, true})
-      for (int declared = 0; declared < 3; declared++) PetscCall(Singular(grounded, declared));
+      for (int declared = 0; declared < 4; declared++) PetscCall(Singular(grounded, declared));
     for (PetscInt ties = 0; ties < 3; ties++) PetscCall(Chains(ties));
     for (bool onMatrix : {false, true}) PetscCall(Near(onMatrix));
     for (bool constant : {false, true})
