@@ -175,6 +175,7 @@ PETSC_INTERN PetscErrorCode      PCMatApply_Ainsworth(PC, Mat, Mat);
 PETSC_INTERN PetscErrorCode      PCAinsworthReductionsCollide_Private(const PC_Ainsworth *, Vec, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthAgreeOnFailure_Private(PC, PCFailedReason);
 PETSC_INTERN PetscErrorCode      PCAinsworthGetData_Private(PC, PC_Ainsworth **);
+PETSC_INTERN PetscErrorCode      PCAinsworthGetDataOrError_Private(PC, PC_Ainsworth **);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetStale_Private(PC, PC_Ainsworth *);
 PETSC_INTERN void                PCAinsworthChoicesApplyVariant_Private(PCAinsworthChoices *, PCAinsworthVariant);
 PETSC_INTERN PetscErrorCode      PCAinsworthChoose_Private(PC, PC_Ainsworth *, const PCAinsworthChoices *);

@@ -55,7 +55,7 @@ PetscErrorCode PCAinsworthGetFailure(PC pc, const char *why[])
   PC_Ainsworth *data;
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthGetData_Private(pc, &data));
+  PetscCall(PCAinsworthGetDataOrError_Private(pc, &data));
   PetscAssertPointer(why, 2);
   *why = data->failure;
   PetscFunctionReturn(PETSC_SUCCESS);

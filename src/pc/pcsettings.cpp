@@ -16,8 +16,8 @@ PetscErrorCode PCAinsworthGetData_Private(PC pc, PC_Ainsworth **data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets the data for getters: another type is an error */
-static PetscErrorCode GetDataOrError(PC pc, PC_Ainsworth **data)
+/* PCAinsworthGetDataOrError_Private - gets the data for getters: another type is an error */
+PetscErrorCode PCAinsworthGetDataOrError_Private(PC pc, PC_Ainsworth **data)
 {
   PetscFunctionBegin;
   PetscCall(PCAinsworthGetData_Private(pc, data));
@@ -146,7 +146,7 @@ PetscErrorCode PCAinsworthGetKSP(PC pc, KSP *ksp)
   PC_Ainsworth *data = NULL;
 
   PetscFunctionBegin;
-  PetscCall(GetDataOrError(pc, &data));
+  PetscCall(PCAinsworthGetDataOrError_Private(pc, &data));
   PetscAssertPointer(ksp, 2);
   *ksp = data->ksp;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -184,7 +184,7 @@ PetscErrorCode PCAinsworthGetGramKSP(PC pc, KSP *ksp)
   PC_Ainsworth *data = NULL;
 
   PetscFunctionBegin;
-  PetscCall(GetDataOrError(pc, &data));
+  PetscCall(PCAinsworthGetDataOrError_Private(pc, &data));
   PetscAssertPointer(ksp, 2);
   PetscCheck(data->saddle.A, PetscObjectComm((PetscObject)pc), PETSC_ERR_ORDER, "Call PCSetUp() before PCAinsworthGetGramKSP()");
   *ksp = NULL;
@@ -273,7 +273,7 @@ PetscErrorCode PCAinsworthGetErrorEstimate(PC pc, PetscInt *iteration, PetscReal
   PC_Ainsworth *data = NULL;
 
   PetscFunctionBegin;
-  PetscCall(GetDataOrError(pc, &data));
+  PetscCall(PCAinsworthGetDataOrError_Private(pc, &data));
   PetscCheck(data->report && data->report->estimate, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
              "There is no estimate: use -pc_ainsworth_monitor_error or -pc_ainsworth_stop energy_error, with conjugate gradients inside");
   PetscCheck(data->report->estimator.accurate, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,

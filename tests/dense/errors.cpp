@@ -203,17 +203,18 @@ static PetscErrorCode Factorization()
 /* Getters on a PC, and functions on a Mat, of another type */
 static PetscErrorCode OtherTypes()
 {
-  const Mat A = sys.A;
-  const Vec f = sys.f, g = sys.g, w = sys.w;
-  Mat       mat;
-  KSP       ksp;
-  PC        pc;
+  const Mat   A = sys.A;
+  const Vec   f = sys.f, g = sys.g, w = sys.w;
+  Mat         mat;
+  KSP         ksp;
+  PC          pc;
+  const char *why;
 
   PetscFunctionBeginUser;
   PetscCall(PCCreate(PETSC_COMM_WORLD, &pc));
-  const std::vector<std::function<PetscErrorCode()>> getters = {[&]() { return PCAinsworthGetKSP(pc, &ksp); },
-                                                                [&]() { return PCAinsworthGetGramKSP(pc, &ksp); },
-                                                                [&]() { return PCAinsworthGetErrorEstimate(pc, NULL, NULL, NULL); }};
+  const std::vector<std::function<PetscErrorCode()>> getters = {
+    [&]() { return PCAinsworthGetKSP(pc, &ksp); }, [&]() { return PCAinsworthGetGramKSP(pc, &ksp); }, [&]() { return PCAinsworthGetFailure(pc, &why); },
+    [&]() { return PCAinsworthGetErrorEstimate(pc, NULL, NULL, NULL); }};
   for (size_t k = 0; k < getters.size(); k++)
     PetscCall(CheckError(("getter " + std::to_string(k) + " without a type").c_str(), getters[k], PETSC_ERR_ARG_WRONG, {"(not set)", "not ainsworth"}));
   PetscCall(PCSetType(pc, PCNONE));
