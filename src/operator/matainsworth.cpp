@@ -254,9 +254,9 @@ PetscErrorCode MatAinsworthReset_Private(Mat_Ainsworth *ctx)
   }
   ctx->shared.clear();
   ctx->longFactor.clear();
+  ctx->liftedBy.clear();
   PetscCall(AinsworthProjectorReset(&ctx->proj));
   ctx->longest     = PETSC_MAX_INT;
-  ctx->liftedBy    = NULL;
   ctx->doubtful    = false;
   ctx->current     = PETSC_FALSE;
   ctx->userPenalty = PETSC_FALSE;
