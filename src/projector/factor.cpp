@@ -118,20 +118,22 @@ PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, PetscBool h
 PetscErrorCode AinsworthFactorCheckMemory(const AinsworthFactor *factor, MPI_Comm comm)
 {
   const PetscReal memory = (PetscReal)sysconf(_SC_PHYS_PAGES) * (PetscReal)sysconf(_SC_PAGESIZE);
-  PetscReal       bytes  = factor->cost.entries * (PetscReal)sizeof(PetscScalar), worst[2];
+  PetscReal       bytes  = factor->cost.entries * (PetscReal)sizeof(PetscScalar), all, least, worst;
   MPI_Comm        machine;
 
   PetscFunctionBegin;
+  PetscCall(MPIU_Allreduce(&bytes, &all, 1, MPIU_REAL, MPIU_SUM, comm));
+  PetscCall(MPIU_Allreduce(&memory, &least, 1, MPIU_REAL, MPIU_MIN, comm));
+  if (all <= least) PetscFunctionReturn(PETSC_SUCCESS); /* as a rule: the communicator is not split */
   PetscCallMPI(MPI_Comm_split_type(comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &bytes, 1, MPIU_REAL, MPIU_SUM, machine));
   PetscCallMPI(MPI_Comm_free(&machine));
-  worst[0] = memory > 0.0 && bytes > memory ? bytes : 0.0;
-  worst[1] = -memory;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, worst, 2, MPIU_REAL, MPIU_MAX, comm));
-  PetscCheck(worst[0] == 0.0, comm, PETSC_ERR_MEM,
+  worst = memory > 0.0 && bytes > memory ? bytes : 0.0;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &worst, 1, MPIU_REAL, MPIU_MAX, comm));
+  PetscCheck(worst == 0.0, comm, PETSC_ERR_MEM,
              "The factor of the Gram matrix C W C' is predicted to take %.3g GiB, of %.3g that the machine has: rows of C share too many unknowns; use an "
              "iterative solver, -ainsworth_gram_ksp_type cg -ainsworth_gram_pc_type icc, or write the constraints so that few rows share an unknown",
-             (double)(worst[0] / 1073741824.0), (double)(-worst[1] / 1073741824.0));
+             (double)(worst / 1073741824.0), (double)(least / 1073741824.0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
