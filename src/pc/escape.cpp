@@ -258,6 +258,7 @@ PetscErrorCode PCAinsworthEscapeEnd_Private(PC_Ainsworth *data)
   e->watching = PETSC_FALSE;
   PetscCall(KSPGetAndClearConvergenceTest(data->ksp, &converged, &test, &destroy));
   PetscCall(KSPSetConvergenceTest(data->ksp, e->converged, e->test, e->destroy));
+  if (!e->now) PetscCall(ISDestroy(&data->order)); /* the next matrix may be another one */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

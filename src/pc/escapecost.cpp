@@ -1,9 +1,6 @@
 /* Cost of a factorization of M_* in iterations of the current solve, both as fast as they are in this process (docs/models.md) */
 #include "pcainsworth.h"
-#include "../guard.h"
 #include "../multigrid/blocksa.h"
-#include "../projector/factor.h"
-#include "../projector/graph.h"
 #include <petscblaslapack.h>
 #include <petsctime.h>
 #include <unistd.h>
@@ -23,19 +20,12 @@ PetscReal PCAinsworthEscapeLeast_Private(const PC_Ainsworth *data)
   return overhead / (1.0 + (sa && sa->levels.hierarchy ? sa->levels.hierarchy->complexity() : usual));
 }
 
-/* Predicts the operations of a factorization of M_* and the entries of its factor, from the graph of nodes on rank 0; collective */
-static PetscErrorCode Predict(const PC_Ainsworth *data, AinsworthCost *cost)
+/* Predicts the cost of a factorization of M_*; collective, the same on all ranks */
+static PetscErrorCode Predict(PC_Ainsworth *data, AinsworthCost *cost)
 {
-  MPI_Comm         comm = PetscObjectComm((PetscObject)data->ksp);
   std::vector<Mat> parts(1, data->constraints ? data->M : data->saddle.A);
-  Mat             *graph;
-  PetscInt         bs = data->saddle.bs;
-  PetscMPIInt      rank;
-  PetscBool        whole, general;
-  MatOrderingType  ordering;
+  PetscBool        general;
   MatSolverType    package;
-  PetscReal        told[3] = {}; /* by rank 0: entries, operations, and its error code */
-  IS               order   = NULL;
 
   PetscFunctionBegin;
   if (data->format == AINSWORTH_PMAT_SUM && data->constraints) {
@@ -43,21 +33,13 @@ static PetscErrorCode Predict(const PC_Ainsworth *data, AinsworthCost *cost)
     for (PetscInt i = 0; i < 2; i++) PetscCall(MatCompositeGetMat(data->M, i, &parts[i]));
   }
   for (Mat &mat : parts) PetscCall(AinsworthGetAIJ(mat, &mat));
-  PetscCall(AinsworthBlocksDivide(data->saddle.A, bs, &whole));
-  if (!whole) bs = 1;
-  PetscCall(AinsworthGraphOfNodes(parts, bs, &graph));
+  PetscCall(PCAinsworthOrderPmat_Private(data, parts, cost));
   for (Mat &mat : parts) PetscCall(MatDestroy(&mat));
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (!rank) told[2] = (PetscReal)AinsworthGuarded<AinsworthFactorPredictBest>(graph[0], bs, cost, &ordering, &order);
-  PetscCall(ISDestroy(&order));
-  PetscCall(MatDestroySubMatrices(1, &graph));
   PetscCall(PetscStrcmp(PCAinsworthFactorType_Private(data, &package), PCLU, &general));
-  told[0] = cost->entries;
-  told[1] = cost->operations;
-  PetscCallMPI(MPI_Bcast(told, 3, MPIU_REAL, 0, comm));
-  PetscCall((PetscErrorCode)(int)told[2]);
-  cost->entries    = general ? 2.0 * told[0] : told[0];
-  cost->operations = general ? 2.0 * told[1] : told[1];
+  if (general) {
+    cost->entries *= 2.0;
+    cost->operations *= 2.0;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -113,7 +95,7 @@ static PetscErrorCode LeastMemory(MPI_Comm comm, PetscReal *memory)
 
    seconds: of an iteration on this rank; iterations: infinity if the factor does not fit in memory
 */
-PetscErrorCode PCAinsworthEscapeCost_Private(PC pc, const PC_Ainsworth *data, PetscReal seconds, PetscReal *operations, PetscReal *iterations)
+PetscErrorCode PCAinsworthEscapeCost_Private(PC pc, PC_Ainsworth *data, PetscReal seconds, PetscReal *operations, PetscReal *iterations)
 {
   static const PetscReal half = 0.5, extra = 1.5; /* of the memory; of the factor, for what else a package needs */
   MPI_Comm               comm = PetscObjectComm((PetscObject)pc);

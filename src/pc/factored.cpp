@@ -1,6 +1,9 @@
-/* Factorization of M_*, by our choice or by options: package and matrix format */
+/* Factorization of M_*, by our choice or by options: package, ordering and matrix format */
 #include "pcainsworth.h"
+#include "../guard.h"
+#include "../lists.h"
 #include "../projector/factor.h"
+#include "../projector/graph.h"
 #include <petsc/private/pcimpl.h>
 
 /* Returns the type of a factorization for M_*, NULL if there is none, and its package; a complex Hermitian matrix is a general one for all of them */
@@ -38,6 +41,68 @@ PetscErrorCode PCAinsworthChoosePackage_Private(const PC_Ainsworth *data, PC inn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Orders the unknowns of a graph of nodes for a factorization */
+static PetscErrorCode OrderNodes(Mat graph, PetscInt bs, AinsworthCost *cost, IS *order)
+{
+  MatOrderingType       ordering;
+  IS                    nodes;
+  std::vector<PetscInt> list;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthFactorPredictBest(graph, bs, cost, &ordering, &nodes));
+  PetscCall(AinsworthISToList(nodes, &list));
+  PetscCall(ISDestroy(&nodes));
+  PetscCall(ISCreateBlock(PETSC_COMM_SELF, bs, (PetscInt)list.size(), list.data(), PETSC_COPY_VALUES, order));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   PCAinsworthOrderPmat_Private - orders the unknowns for a factorization of the sum of parts, AIJ, and predicts its cost. Collective
+
+   Rank 0 orders the nodes, whose graph is far smaller than that of the unknowns
+*/
+PetscErrorCode PCAinsworthOrderPmat_Private(PC_Ainsworth *data, const std::vector<Mat> &parts, AinsworthCost *cost)
+{
+  MPI_Comm    comm = PetscObjectComm((PetscObject)data->ksp);
+  PetscInt    bs   = data->saddle.bs;
+  PetscMPIInt rank, error = PETSC_SUCCESS;
+  PetscBool   whole;
+  Mat        *graph;
+
+  PetscFunctionBegin;
+  PetscCall(ISDestroy(&data->order));
+  PetscCall(AinsworthBlocksDivide(data->saddle.A, bs, &whole));
+  if (!whole) bs = 1;
+  PetscCall(AinsworthGraphOfNodes(parts, bs, &graph));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (!rank) error = (PetscMPIInt)AinsworthGuarded<OrderNodes>(graph[0], bs, cost, &data->order);
+  PetscCall(MatDestroySubMatrices(1, &graph));
+  PetscCallMPI(MPI_Bcast(&error, 1, MPI_INT, 0, comm));
+  PetscCall((PetscErrorCode)error);
+  PetscCallMPI(MPI_Bcast(cost, 2, MPIU_REAL, 0, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gives CHOLMOD an ordering of M, the one of the prediction if there was one, unless the program chooses */
+static PetscErrorCode SetOrdering(PC_Ainsworth *data, Mat aij, PC inner)
+{
+  PetscOptions  options = ((PetscObject)inner)->options;
+  const char   *prefix  = ((PetscObject)inner)->prefix;
+  AinsworthCost cost;
+  PetscBool     type, ordering;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsHasName(options, prefix, "-pc_type", &type));
+  PetscCall(PetscOptionsHasName(options, prefix, "-pc_factor_mat_ordering_type", &ordering));
+  if (ordering || !(type || data->ownChoice)) { /* after PCSetType() it may have chosen by a call, which cannot be known */
+    PetscCall(ISDestroy(&data->order));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!data->order) PetscCall(PCAinsworthOrderPmat_Private(data, {aij}, &cost));
+  PetscCall(PCFactorSetMatOrderingType(inner, AinsworthPredicted));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* PCAinsworthConvertPmat_Private - converts M_*, or A without constraints, to the format of its factorization */
 PetscErrorCode PCAinsworthConvertPmat_Private(PC_Ainsworth *data)
 {
@@ -53,6 +118,7 @@ PetscErrorCode PCAinsworthConvertPmat_Private(PC_Ainsworth *data)
   if (!aij) PetscCall(AinsworthGetAIJ(data->saddle.A, &aij));
   data->M = aij;
   if (!cholmod) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SetOrdering(data, aij, inner));
   if (aij == data->saddle.A) { /* its block size must not change */
     PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &data->M));
     PetscCall(MatDestroy(&aij));
@@ -61,19 +127,21 @@ PetscErrorCode PCAinsworthConvertPmat_Private(PC_Ainsworth *data)
   PetscCall(MatSetOption(data->M, MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(MatConvert(data->M, MATSEQSBAIJ, MAT_INPLACE_MATRIX, &data->M));
   PetscCall(MatSetOption(data->M, MAT_SPD, PETSC_TRUE));
+  if (data->order) PetscCall(AinsworthOrderingAttach(data->order, data->M));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* PCAinsworthSetUpPreconditioner_Private - calls PCSetUp() without the error that CHOLMOD raises if M_* is not positive definite */
-PetscErrorCode PCAinsworthSetUpPreconditioner_Private(PC inner, PetscBool *definite)
+PetscErrorCode PCAinsworthSetUpPreconditioner_Private(PC_Ainsworth *data, PC inner, PetscBool *definite)
 {
   PetscBool cholmod, indefinite = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(AinsworthFactorIsPackage(inner, MATSOLVERCHOLMOD, &cholmod));
-  if (cholmod) PetscCall(AinsworthFactorTryCholmod((PetscObject)inner, false, [=] { return PCSetUp(inner); }, &indefinite));
+  if (cholmod) PetscCall(AinsworthFactorTryCholmod((PetscObject)inner, data->order != NULL, [=] { return PCSetUp(inner); }, &indefinite));
   else PetscCall(PCSetUp(inner));
   if (indefinite) PetscCall(PCReset(inner));
+  PetscCall(ISDestroy(&data->order));
   *definite = (PetscBool)!indefinite;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,5 +1,6 @@
 /* The default inner solver and its options */
 #include "pcainsworth.h"
+#include "../defaults.h"
 #include "../multigrid/blocksa.h"
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
@@ -128,7 +129,7 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
   PC             inner;
   PC_BlockSA    *sa = NULL;
   PetscBool      boomer, definite, given;
-  char           name[nboomeramg][256] = {}, method[256] = "", chosen[256];
+  char           method[256] = "", chosen[256];
   const char    *prefix;
   PetscOptions   options;
   PetscErrorCode error = PETSC_SUCCESS;
@@ -152,22 +153,17 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
   }
   PetscCall(PCAinsworthChoosePackage_Private(data, inner));
   PetscCall(ChoosesBoomerAMG(inner, &boomer));
+  AinsworthDefaults defaults{(PetscObject)inner, {}};
   for (size_t i = 0; i < nboomeramg && boomer; i++) {
     const char *value = DefaultValue(data, definite, i);
-    char        bare[128];
 
-    PetscCall(PetscSNPrintf(bare, sizeof(bare), "-pc_hypre_boomeramg_%s", boomeramg[i].option));
-    PetscCall(PetscOptionsHasName(options, prefix, bare, &given));
-    if (given || !value) continue;
-    PetscCall(PetscSNPrintf(name[i], sizeof(name[i]), "-%s%s", prefix ? prefix : "", bare + 1));
-    PetscCall(PetscOptionsSetValue(options, name[i], value));
+    if (value) PetscCall(defaults.set((std::string("pc_hypre_boomeramg_") + boomeramg[i].option).c_str(), value));
   }
   PetscCall(PCAinsworthForgetNorm_Private(data));
   if (pc->setfromoptionscalled) error = KSPSetFromOptions(ksp);
   else if (boomer) error = PCSetFromOptions(inner);
-  for (const char *set : name)
-    if (set[0]) PetscCall(PetscOptionsClearValue(options, set));
-  PetscCall(error); /* our defaults would look like the program's options otherwise */
+  PetscCall(defaults.clear());
+  PetscCall(error);
   PetscCall(PCAinsworthChooseNorm_Private(data));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   if (sa) sa->options.product = PETSC_TRUE; /* from the next set-up on it keeps what PCBlockSAGetProduct_Private() needs */

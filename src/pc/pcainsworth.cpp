@@ -22,6 +22,7 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscCall(VecDestroy(&data->terms));
   PetscCall(MatDestroy(&data->reduced));
   PetscCall(MatDestroy(&data->M));
+  PetscCall(ISDestroy(&data->order));
   for (Vec *v : {&data->rhs, &data->Ax, &data->g, &data->lambda, &data->f, &data->inverseDiagonal}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -6,6 +6,7 @@
 #include "../saddle/saddle.h"
 #include "../multigrid/source.h"
 #include "../pmat/pmat.h"
+#include "../projector/symbolic.h"
 #include "../report/diagnosis.h"
 #include "../report/report.h"
 
@@ -111,6 +112,7 @@ struct PC_Ainsworth {
   PetscInt        constraints;       /* number of kept rows of C */
   Mat             reduced;           /* the reduced operator; NULL without constraints */
   Mat             M;                 /* the preconditioning matrix */
+  IS              order;             /* of the unknowns, on rank 0: the next factorization of M uses it; NULL until it is found */
   const char     *autoReason;        /* why auto chose its type */
   PetscInt        longRows;          /* number of rows of C left out of the preconditioning matrix */
   PetscBool       symmetric;         /* A = A' */
@@ -194,11 +196,12 @@ PETSC_INTERN PCType              PCAinsworthFactorType_Private(const PC_Ainswort
 PETSC_INTERN PetscErrorCode      PCAinsworthChoosePackage_Private(const PC_Ainsworth *, PC);
 PETSC_INTERN PetscErrorCode      PCAinsworthChooseType_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthIsOwnMultigrid_Private(const PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthOrderPmat_Private(PC_Ainsworth *, const std::vector<Mat> &, AinsworthCost *);
 PETSC_INTERN PetscErrorCode      PCAinsworthConvertPmat_Private(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthSetUpPreconditioner_Private(PC, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthSetUpPreconditioner_Private(PC_Ainsworth *, PC, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeAtOnce_Private(PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscReal           PCAinsworthEscapeLeast_Private(const PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCost_Private(PC, const PC_Ainsworth *, PetscReal, PetscReal *, PetscReal *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCost_Private(PC, PC_Ainsworth *, PetscReal, PetscReal *, PetscReal *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeReview_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCheck_Private(PC, PC_Ainsworth *, PetscBool, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeBegin_Private(PC, PC_Ainsworth *);

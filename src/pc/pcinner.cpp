@@ -140,7 +140,7 @@ static PetscErrorCode SetUpAnew(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, c
     PetscCall(PetscObjectReference((PetscObject)operation));
     PetscCall(PCSetOperators(inner, M, M));
     PetscCall(AinsworthPCSetFailedReason(inner, PC_NOERROR)); /* the reason for an earlier matrix, or type, would stay */
-    PetscCall(PCAinsworthSetUpPreconditioner_Private(inner, &definite));
+    PetscCall(PCAinsworthSetUpPreconditioner_Private(data, inner, &definite));
     PetscCall(PCAinsworthSetTranspose_Private(data));
     if (operation != M) inner->ops->applyrichardson = NULL; /* it would iterate with M_* */
     PetscCall(KSPSetOperators(data->ksp, operation, M));

@@ -1,8 +1,7 @@
 #include "factor.h"
+#include "../defaults.h"
 #include "../objects.h"
 #include <petsc/private/petscimpl.h>
-#include <string>
-#include <vector>
 #include <unistd.h>
 
 /*
@@ -137,33 +136,6 @@ PetscErrorCode AinsworthFactorCheckMemory(const AinsworthFactor *factor, MPI_Com
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-namespace
-{
-/* Sets options temporarily, unless they are given */
-struct Defaults {
-  PetscObject              object;
-  std::vector<std::string> names;
-
-  PetscErrorCode set(const char name[], const char value[])
-  {
-    PetscBool given;
-
-    PetscFunctionBegin;
-    PetscCall(PetscOptionsHasName(object->options, object->prefix, (std::string("-") + name).c_str(), &given));
-    if (given) PetscFunctionReturn(PETSC_SUCCESS);
-    names.push_back(std::string("-") + (object->prefix ? object->prefix : "") + name);
-    PetscCall(PetscOptionsSetValue(object->options, names.back().c_str(), value));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscErrorCode clear()
-  {
-    PetscFunctionBegin;
-    for (const std::string &name : names) PetscCall(PetscOptionsClearValue(object->options, name.c_str()));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-};
-} // namespace
-
 /* An error handler that keeps the message of the initial error */
 static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
 {
@@ -211,10 +183,10 @@ PetscErrorCode AinsworthFactorTry(const std::function<PetscErrorCode()> &setUp, 
 */
 PetscErrorCode AinsworthFactorTryCholmod(PetscObject solver, bool ordered, const std::function<PetscErrorCode()> &setUp, PetscBool *indefinite)
 {
-  std::string    message;
-  PetscErrorCode code;
-  PetscBool      off = PETSC_FALSE;
-  Defaults       defaults{solver, {}};
+  std::string       message;
+  PetscErrorCode    code;
+  PetscBool         off = PETSC_FALSE;
+  AinsworthDefaults defaults{solver, {}};
 
   PetscFunctionBegin;
   PetscCall(defaults.set("mat_cholmod_print", "0"));                 /* otherwise CHOLMOD prints a line if the matrix is not positive definite */

@@ -154,7 +154,7 @@ PetscErrorCode AinsworthOrderingGet(Mat M, MatOrderingType, IS *row, IS *column)
 
   PetscFunctionBegin;
   PetscCall(PetscObjectQuery((PetscObject)M, AinsworthPredicted, (PetscObject *)&order));
-  PetscCheck(order, PETSC_COMM_SELF, PETSC_ERR_ORDER, "The ordering %s is the Gram matrix's own: choose another one", AinsworthPredicted);
+  PetscCheck(order, PETSC_COMM_SELF, PETSC_ERR_ORDER, "The ordering %s is for factorizations that the plugin chooses: choose another one", AinsworthPredicted);
   for (IS *is : {row, column}) PetscCall(AinsworthShare(order, is));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

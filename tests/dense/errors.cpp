@@ -194,7 +194,7 @@ static PetscErrorCode Factorization()
   spec.uneven = true;
   PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &uneven));
   PetscCall(NestCreate(uneven.A, NULL, uneven.C, NULL, false, &nest));
-  PetscCall(ExpectSetUp("ordering of S", nest, PETSC_ERR_ORDER, {"ainsworthpredicted is the Gram matrix's own"}));
+  PetscCall(ExpectSetUp("ordering of S", nest, PETSC_ERR_ORDER, {"ainsworthpredicted is for factorizations that the plugin chooses"}));
   PetscCall(MatDestroy(&nest));
   PetscCall(SystemDestroy(&uneven));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -182,6 +182,45 @@ static PetscErrorCode Sequence()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+#if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
+/* CHOLMOD gets an ordering of the nodes, unless the program chooses one, or the type by a call; another one for another matrix of the same size */
+static PetscErrorCode Ordering(bool call, const char *given, const char *expected)
+{
+  const PetscInt        n = 20, nodes = (n + 1) * (n + 1), stride = 100; /* no divisor in common with nodes */
+  Options               options(std::string("-ainsworth_ksp_rtol 1e-12 ") + (call ? "" : "-ainsworth_pc_type cholesky ") + given);
+  Grid                  grid;
+  Mat                   A, C, Ct, nest;
+  IS                    rows, order;
+  std::vector<PetscInt> numbers;
+  std::string           view;
+
+  PetscFunctionBeginUser;
+  PetscCall(GridCreate(n, 1.0, &grid));
+  if (call) PetscCall(PCSetType(grid.inner, PCCHOLESKY));
+  for (bool renumbered : {false, true}) {
+    PetscCall(SolveKnown(renumbered ? "the nodes in another order" : "an ordering", grid, false));
+    PetscCall(ViewText(grid.ksp, view));
+    PetscCall(CheckText("the view", view.c_str(), {"package used to perform factorization: cholmod", expected}));
+    if (renumbered) break;
+    for (PetscInt i = 0; i < nodes; i++) numbers.push_back(i * stride % nodes);
+    PetscCall(ISCreateBlock(PETSC_COMM_SELF, 2, nodes, numbers.data(), PETSC_COPY_VALUES, &order));
+    PetscCall(ISCreateStride(PETSC_COMM_SELF, n, 0, 1, &rows));
+    PetscCall(MatPermute(grid.A, order, order, &A));
+    PetscCall(MatPermute(grid.C, rows, order, &C));
+    PetscCall(MatTranspose(C, MAT_INITIAL_MATRIX, &Ct));
+    PetscCall(NestCreate(A, Ct, C, NULL, false, &nest));
+    PetscCall(KSPSetOperators(grid.ksp, nest, nest));
+    for (IS *is : {&rows, &order}) PetscCall(ISDestroy(is));
+    for (Mat *mat : {&Ct, &grid.A, &grid.C, &grid.nest}) PetscCall(MatDestroy(mat));
+    grid.A    = A;
+    grid.C    = C;
+    grid.nest = nest;
+  }
+  PetscCall(GridDestroy(&grid));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+#endif
+
 /* A small system is factored at once; where that is not possible multigrid says what is wrong, as it does where it is chosen */
 static PetscErrorCode Small()
 {
@@ -328,6 +367,13 @@ int main(int argc, char **argv)
     PetscCall(Neither());
 #endif
   }
+#if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
+  if (size == 1) {
+    PetscCall(Ordering(false, "", "matrix ordering: ainsworthpredicted"));
+    PetscCall(Ordering(false, "-ainsworth_pc_factor_mat_ordering_type rcm", "matrix ordering: rcm"));
+    PetscCall(Ordering(true, "", "matrix ordering: external"));
+  }
+#endif
   for (bool network : {false, true}) PetscCall(OtherMultigrid(network));
   PetscCall(ChecksFinish(&code));
   PetscCall(PetscFinalize());

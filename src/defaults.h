@@ -1,0 +1,34 @@
+/* Our defaults in the options database, for what reads its parameters from there only */
+#ifndef AINSWORTH_DEFAULTS_H
+#define AINSWORTH_DEFAULTS_H
+
+#include "petsccompat.h"
+#include <petsc/private/petscimpl.h>
+#include <string>
+#include <vector>
+
+/* Sets options of an object that are not given; clear() removes them, because they would look like the program's options otherwise */
+struct AinsworthDefaults {
+  PetscObject              object;
+  std::vector<std::string> names;
+
+  PetscErrorCode set(const char name[], const char value[])
+  {
+    PetscBool given;
+
+    PetscFunctionBegin;
+    PetscCall(PetscOptionsHasName(object->options, object->prefix, (std::string("-") + name).c_str(), &given));
+    if (given) PetscFunctionReturn(PETSC_SUCCESS);
+    names.push_back(std::string("-") + (object->prefix ? object->prefix : "") + name);
+    PetscCall(PetscOptionsSetValue(object->options, names.back().c_str(), value));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscErrorCode clear()
+  {
+    PetscFunctionBegin;
+    for (const std::string &name : names) PetscCall(PetscOptionsClearValue(object->options, name.c_str()));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+};
+
+#endif
