@@ -18,6 +18,10 @@ while [ $# -gt 0 ]; do
   esac
 done
 
+# Open MPI waits two seconds for the other ranks of a program that fails; here they fail together.
+OMPI_MCA_odls_base_sigkill_timeout=0
+export OMPI_MCA_odls_base_sigkill_timeout
+
 log=$(mktemp) || exit 2
 trap 'rm -f "$log"' EXIT
 echo "\$ $*"

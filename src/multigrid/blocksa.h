@@ -45,6 +45,11 @@ PetscErrorCode              PCBlockSAGet_Private(PC, PC_BlockSA **); /* NULL for
 PetscErrorCode              PCBlockSAExpect_Private(PC, KSP, PetscBool, PetscBool *);
 PetscErrorCode              PCBlockSAGetProduct_Private(PC, Mat *);
 
+/* The package that factors a sparse matrix as a dense one, registered with the plugin */
+static const char AinsworthDense[] = "ainsworthdense";
+
+PETSC_INTERN PetscErrorCode AinsworthDenseFactorRegister(void);
+
 PETSC_INTERN PetscErrorCode KSPCreate_ChebyshevSingle(KSP);
 PetscErrorCode              KSPChebyshevSingleSetEigenvalues_Private(KSP, PetscReal, PetscReal);
 

@@ -208,11 +208,12 @@ static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added, bool singular)
 }
 
 /* Configures the solver of the coarsest level: a factorization, on every rank if there are several */
-static PetscErrorCode ConfigureCoarse(PC pc)
+static PetscErrorCode ConfigureCoarse(PC pc, const AinsworthGrid &grid)
 {
-  KSP         ksp;
-  PC          inner;
-  PetscMPIInt size;
+  static const PetscReal full = 0.25; /* part of all entries, with which dense operations are faster */
+  KSP                    ksp;
+  PC                     inner;
+  PetscMPIInt            size;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)pc), &size));
@@ -226,6 +227,7 @@ static PetscErrorCode ConfigureCoarse(PC pc)
   }
   PetscCall(PCSetType(inner, PetscDefined(USE_COMPLEX) ? PCLU : PCCHOLESKY));
   PetscCall(PCFactorSetZeroPivot(inner, std::numeric_limits<PetscReal>::min())); /* PETSc compares pivots with an absolute tolerance */
+  if (grid.blocks > full * PetscSqr((PetscReal)grid.nodes->N)) PetscCall(PCFactorSetMatSolverType(inner, AinsworthDense));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -264,7 +266,7 @@ static PetscErrorCode ConfigureMG(PC pc, PC_BlockSA *sa)
     PetscCall(KSPGetPC(ksp, &inner));
     PetscCall(PCSetType(inner, PCJACOBI));
   }
-  PetscCall(ConfigureCoarse(pc));
+  PetscCall(ConfigureCoarse(pc, h.grids.back()));
   if (pc->setfromoptionscalled) {
     PetscObjectOptionsBegin((PetscObject)pc);
     PetscCall((*sa->mg.setfromoptions)(pc, PetscOptionsObject));
