@@ -161,6 +161,6 @@ static PetscErrorCode GetFactor(Mat A, MatFactorType type, Mat *F)
 PetscErrorCode AinsworthDenseFactorRegister()
 {
   PetscFunctionBegin;
-  PetscCall(MatSolverTypeRegister(AinsworthDense, MATSEQAIJ, PetscDefined(USE_COMPLEX) ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY, GetFactor));
+  PetscCall(MatSolverTypeRegister(AinsworthDense, MATSEQAIJ, PetscDefined(USE_COMPLEX) ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY, AinsworthGuarded<GetFactor>));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
