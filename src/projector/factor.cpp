@@ -2,6 +2,7 @@
 #include "../defaults.h"
 #include "../objects.h"
 #include <petsc/private/petscimpl.h>
+#include <new>
 #include <unistd.h>
 
 /*
@@ -136,10 +137,13 @@ PetscErrorCode AinsworthFactorCheckMemory(const AinsworthFactor *factor, MPI_Com
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An error handler that keeps the message of the initial error */
+/* An error handler that keeps the message of the initial error, unless there is no memory for it: an exception must not cross PETSc's frames */
 static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
 {
-  if (type == PETSC_ERROR_INITIAL && message) *(std::string *)ctx = message;
+  try {
+    if (type == PETSC_ERROR_INITIAL && message) *(std::string *)ctx = message;
+  } catch (const std::bad_alloc &) {
+  }
   return code;
 }
 
