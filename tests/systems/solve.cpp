@@ -3,8 +3,7 @@
 #include <dlfcn.h>
 
 /* Of each equation relative to its terms, and of x, in units of its own, relative to x or to what rounding the system may change */
-/* At the default tolerance; MUMPS' factors on several ranks differ from run to run, and with decades of A the error of soft unknowns by a factor of 1000 */
-static const double residualBound = 1e-5, errorBound = 1e-4;
+static const double residualBound = 1e-5, errorBound = 1e-5;
 
 /* hypre keeps the flag of an error for all solvers that come after, and PETSc 3.18 does not take it back */
 static void ForgetErrors()
