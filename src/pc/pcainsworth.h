@@ -7,6 +7,7 @@
 #include "../multigrid/source.h"
 #include "../pmat/pmat.h"
 #include "../projector/symbolic.h"
+#include "../refine/refine.h"
 #include "../report/diagnosis.h"
 #include "../report/report.h"
 
@@ -43,13 +44,6 @@ typedef enum {
   AINSWORTH_VERDICT_SINGULAR,     /* A is singular on Ker C, and f is not balanced there */
   AINSWORTH_VERDICT_CONTRADICTION /* no x satisfies this right-hand side of the constraints */
 } AinsworthVerdict;
-
-/* How a right-hand side of the reduced system is treated */
-typedef enum {
-  PC_AINSWORTH_SOLVE_WATCHED, /* solved, and watched by the report */
-  PC_AINSWORTH_SOLVE_AGAIN,
-  PC_AINSWORTH_SOLVE_STEP /* one step of steepest descent */
-} PCAinsworthExtent;
 
 /* Stages of set-up, each with its own part of the diagnosis */
 typedef enum {
@@ -234,16 +228,10 @@ PETSC_INTERN PCAinsworthPmatType PCAinsworthPmatTypeInUse_Private(const PC_Ainsw
 PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC, PC_Ainsworth *, AinsworthSaddleVec, PetscLogDouble);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *, Vec, Vec, PetscReal *);
-PETSC_INTERN PetscErrorCode      PCAinsworthSolveFields_Private(PC, PC_Ainsworth *, PetscBool, PCAinsworthExtent, AinsworthSaddleVec, AinsworthSaddleVec,
-                                                                KSPConvergedReason *);
-PETSC_INTERN bool                PCAinsworthRefinesRows_Private(const PC_Ainsworth *, PetscReal);
-PETSC_INTERN PetscErrorCode      PCAinsworthRefineRows_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PetscBool, PetscReal, AinsworthSaddleVec,
-                                                               AinsworthSaddleVec, AinsworthSaddleVec, PetscBool *, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthResists_Private(const PC_Ainsworth *, Vec, PetscReal, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthIsFree_Private(const PC_Ainsworth *, Vec, Vec, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthAskedFor_Private(const PC_Ainsworth *, KSPConvergedReason, PetscReal *);
-PETSC_INTERN PetscErrorCode      PCAinsworthVerify_Private(PC, PC_Ainsworth *, PetscBool, PetscReal, AinsworthSaddleVec, AinsworthSaddleVec, AinsworthSaddleVec,
-                                                           AinsworthVerdict *, char[], size_t);
+PETSC_INTERN PetscErrorCode      PCAinsworthJudge_Private(PC, PC_Ainsworth *, PetscBool, KSPConvergedReason, const AinsworthSolver &, AinsworthSaddleVec,
+                                                          AinsworthSaddleVec, AinsworthSaddleVec, AinsworthVerdict *, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *, Vec, PetscReal *);
 PETSC_INTERN PetscErrorCode      PCAinsworthTry_Private(PC, PC_Ainsworth *, KSPConvergedReason *, PetscInt *, char[], size_t);

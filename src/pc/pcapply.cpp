@@ -77,48 +77,18 @@ static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does one step of steepest descent in place of the reduced solve */
-static PetscErrorCode StepInner(PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b, Vec x, KSPConvergedReason *reason)
-{
-  KSP            ksp = data->ksp;
-  PC             inner;
-  Mat            operation;
-  Vec            product;
-  PetscScalar    dots[2];
-  PetscErrorCode error;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthReduce_Private(data->reduced, transpose, b.primal, b.dual, data->rhs));
-  PetscCall(KSPGetPC(ksp, &inner));
-  PetscCall(PCPreSolve(inner, ksp));
-  error = KSP_PCApply(ksp, data->rhs, x); /* checked after PCPostSolve() */
-  PetscCall(PCPostSolve(inner, ksp));
-  PetscCall(error);
-  PetscCall(KSPGetOperators(ksp, &operation, NULL));
-  PetscCall(VecDuplicate(x, &product));
-  PetscCall(KSP_MatMult(ksp, operation, x, product));
-  PetscCall(VecDot(data->rhs, x, &dots[0]));
-  PetscCall(VecDot(product, x, &dots[1]));
-  *reason = PetscRealPart(dots[0]) > 0.0 && PetscRealPart(dots[1]) > 0.0 ? KSP_CONVERGED_ITS : KSP_DIVERGED_BREAKDOWN;
-  PetscCall(VecScale(x, *reason > 0 ? dots[0] / dots[1] : 0.0));
-  PetscCall(VecDestroy(&product));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Solves for x and lambda by the reduced system, all on kept rows; transpose: with the transpose of A */
-static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, AinsworthSaddleVec b, AinsworthSaddleVec y,
+static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, AinsworthSaddleVec b, AinsworthSaddleVec y,
                                    KSPConvergedReason *reason)
 {
-  const PetscBool watched = (PetscBool)(extent == PC_AINSWORTH_SOLVE_WATCHED);
-  PetscInt        n;
-  PetscBool       again = PETSC_FALSE;
+  PetscInt  n;
+  PetscBool again = PETSC_FALSE;
 
   PetscFunctionBegin;
   data->knownAx = (PetscBool)(data->constraints && data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A] && !data->saddle.known);
   PetscCall(VecGetSize(y.primal, &n));
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
   if (data->constraints == n && !data->saddle.D) PetscCall(VecZeroEntries(y.primal)); /* Ker C = 0: the constraints alone determine x */
-  else if (extent == PC_AINSWORTH_SOLVE_STEP) PetscCall(StepInner(data, transpose, b, y.primal, reason));
   else {
     PetscCall(SolveOrRebuild(pc, data, transpose, watched, b, y.primal, reason));
     if (*reason == KSP_DIVERGED_INDEFINITE_MAT && data->saddle.D) PetscCall(PCAinsworthTakeGMRES_Private(pc, data, &again));
@@ -129,103 +99,82 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
 }
 
 /* Restricts the program's fields to the kept rows, solves, and extends the solution */
-PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PCAinsworthExtent extent, AinsworthSaddleVec b,
-                                              AinsworthSaddleVec y, KSPConvergedReason *reason)
+static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, AinsworthSaddleVec b, AinsworthSaddleVec y,
+                                  KSPConvergedReason *reason)
 {
   PetscFunctionBegin;
   if (data->g) {
     const AinsworthSaddleVec kept = {data->f ? data->f : b.primal, data->g};
 
     PetscCall(AinsworthSaddleRestrict(&data->saddle, b, kept));
-    PetscCall(SolveReduced(pc, data, transpose, extent, kept, {y.primal, data->lambda}, reason));
+    PetscCall(SolveReduced(pc, data, transpose, watched, kept, {y.primal, data->lambda}, reason));
     PetscCall(AinsworthSaddleExtend(&data->saddle, b, data->lambda, y));
-  } else PetscCall(SolveReduced(pc, data, transpose, extent, b, y, reason));
+  } else PetscCall(SolveReduced(pc, data, transpose, watched, b, y, reason));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refines y by a second solve for the residuals */
-static PetscErrorCode Refine(PC pc, PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec left, AinsworthSaddleVec y)
+/* Solves for the residual of an earlier solution, to a relative tolerance of at least `loose` */
+static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal loose, AinsworthSaddleVec left, AinsworthSaddleVec p,
+                                   KSPConvergedReason *reason)
 {
-  AinsworthSaddleVec more;
-  KSPConvergedReason reason;
+  PetscReal      rtol, atol, dtol;
+  PetscInt       limit;
+  PetscBool      removed;
+  PetscErrorCode error;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleVecDuplicate(y, &more));
-  PetscCall(VecZeroEntries(more.primal));
-  PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, PC_AINSWORTH_SOLVE_AGAIN, left, more, &reason));
-  if (reason >= 0) PetscCall(AinsworthSaddleVecAXPY(y, 1.0, more));
-  PetscCall(AinsworthSaddleVecDestroy(&more));
+  PetscCall(VecZeroEntries(p.primal));
+  PetscCall(KSPGetTolerances(data->ksp, &rtol, &atol, &dtol, &limit));
+  PetscCall(KSPSetTolerances(data->ksp, PetscMax(rtol, loose), atol, dtol, limit));
+  error = SolveFields(pc, data, transpose, PETSC_FALSE, left, p, reason);
+  PetscCall(KSPSetTolerances(data->ksp, rtol, atol, dtol, limit));
+  PetscCall(error);
+  PetscCall(AinsworthSaddleRemoveNullSpace(&data->saddle, pc->mat, transpose, p, &removed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Removes the null space that the program attached to the whole matrix, and verifies both equations */
-static PetscErrorCode Verify(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, AinsworthSaddleVec b, AinsworthSaddleVec y, AinsworthSaddleVec left,
-                             AinsworthVerdict *verdict, char why[], size_t len)
-{
-  PetscBool removed;
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthSaddleRemoveNullSpace(&data->saddle, pc->mat, transpose, y, &removed));
-  if (removed) data->knownAx = PETSC_FALSE;
-  PetscCall(PCAinsworthVerify_Private(pc, data, transpose, tol, b, y, left, verdict, why, len));
-  if (removed && *verdict == AINSWORTH_VERDICT_UNMET)
-    PetscCall(PetscStrlcat(why, ", or is it the null space attached to the matrix, whose vectors mix x and lambda? Attach it to A", len));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Verifies a reduced solve that ended with a good reason with the program's own system, and may refine it once */
-static PetscErrorCode VerifyAndRefine(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscReal tol, AinsworthSaddleVec b,
-                                      AinsworthSaddleVec y, AinsworthVerdict *verdict, char why[], size_t len)
+/* Refines the solution of a reduced solve, and gets the verdict of the program's own system on it; why is set unless that is MET */
+static PetscErrorCode RefineAndJudge(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, AinsworthSaddleVec b, AinsworthSaddleVec y,
+                                     AinsworthVerdict *verdict, char why[], size_t len)
 {
   AinsworthSaddleVec left;
-  PetscBool          refined   = PETSC_FALSE;
-  char               more[256] = "";
+  PetscBool          removed;
+  AinsworthSolver    solver = [=](AinsworthSaddleVec r, PetscReal loose, AinsworthSaddleVec p, KSPConvergedReason *ended) {
+    return SolveLoosely(pc, data, transpose, loose, r, p, ended);
+  };
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleVecDuplicate(b, &left));
-  PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
-  if (*verdict != AINSWORTH_VERDICT_SINGULAR) { /* a row may seem to contradict others only because those are not yet met well enough */
-    PetscCall(PCAinsworthRefineRows_Private(pc, data, transpose, stopped, (PetscBool)(*verdict == AINSWORTH_VERDICT_MET), tol, b, y, left, &refined, more,
-                                            sizeof(more)));
-    if (refined) PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
-    if (refined && more[0] && *verdict == AINSWORTH_VERDICT_MET) {
-      *verdict = AINSWORTH_VERDICT_UNMET;
-      PetscCall(PetscStrncpy(why, more, len));
-    }
-  }
-  if ((*verdict == AINSWORTH_VERDICT_UNMET && !more[0]) || (*verdict == AINSWORTH_VERDICT_CONTRADICTION && !refined)) {
-    PetscCall(PetscInfo(pc, "%s: a second solve follows\n", why));
-    PetscCall(Refine(pc, data, transpose, left, y));
-    data->knownAx = PETSC_FALSE;
-    PetscCall(Verify(pc, data, transpose, tol, b, y, left, verdict, why, len));
-  }
+  PetscCall(AinsworthSaddleRemoveNullSpace(&data->saddle, pc->mat, transpose, y, &removed));
+  if (removed) data->knownAx = PETSC_FALSE;
+  PetscCall(PCAinsworthJudge_Private(pc, data, transpose, reason, solver, b, y, left, verdict, why, len));
+  if (removed && *verdict == AINSWORTH_VERDICT_UNMET)
+    PetscCall(PetscStrlcat(why, ", or is it the null space attached to the matrix, whose vectors mix x and lambda? Attach it to A", len));
   PetscCall(AinsworthSaddleVecDestroy(&left));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Solves, verifies, and sets or raises the failure */
+/* Solves, judges, and sets or raises the failure */
 static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y)
 {
   KSPConvergedReason reason;
-  AinsworthVerdict   verdict = AINSWORTH_VERDICT_MET;
-  PetscReal          tol;
+  AinsworthVerdict   verdict = AINSWORTH_VERDICT_UNMET;
   char               why[512];
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthSolveFields_Private(pc, data, transpose, transpose ? PC_AINSWORTH_SOLVE_AGAIN : PC_AINSWORTH_SOLVE_WATCHED, b, y, &reason));
-  /* some methods end without a reason; if rounding stopped the method, row-wise refinement may go on from its iterate */
-  PetscCall(PCAinsworthAskedFor_Private(data, reason, &tol));
-  if (reason >= 0 || (reason == KSP_DIVERGED_BREAKDOWN && PCAinsworthRefinesRows_Private(data, tol))) {
-    PetscCall(VerifyAndRefine(pc, data, transpose, (PetscBool)(reason < 0), tol, b, y, &verdict, why, sizeof(why)));
+  PetscCall(SolveFields(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
+  /* some methods end without a reason; what rounding has stopped may be a solution all the same */
+  if (reason >= 0 || reason == KSP_DIVERGED_BREAKDOWN || reason == KSP_DIVERGED_INDEFINITE_MAT) {
+    PetscCall(RefineAndJudge(pc, data, transpose, reason, b, y, &verdict, why, sizeof(why)));
     if (verdict == AINSWORTH_VERDICT_MET) reason = KSP_CONVERGED_RTOL;
   }
-  if (reason < 0 || verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
+  if (verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
   /* residuals of an outer method are consistent only to rounding; the program's right-hand side was checked in its first application */
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION && data->applications > 1) verdict = AINSWORTH_VERDICT_MET;
   /* a flexible outer method may use the result at the limit of iterations; others get infinities, because they do not read reasons */
   data->usable = (PetscBool)((reason == KSP_DIVERGED_ITS && !data->rigid) || (reason >= 0 && verdict == AINSWORTH_VERDICT_MET));
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(PCAinsworthFail_Private(pc, data, PC_INCONSISTENT_RHS, PETSC_ERR_ARG_INCOMP, why));
-  else if (reason < 0 || verdict != AINSWORTH_VERDICT_MET) PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));
+  else if (verdict != AINSWORTH_VERDICT_MET) PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));
   else {
     data->failure[0] = 0; /* of a solve that was not needed in the end */
     PetscCall(PCAinsworthAgreeOnFailure_Private(pc, PC_NOERROR));

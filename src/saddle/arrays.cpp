@@ -1,6 +1,7 @@
 /* AIJ matrices that own arrays filled here, without a copy */
 #include "arrays.h"
 #include "saddle.h"
+#include "../objects.h"
 #include <algorithm>
 #include <petsc/private/petscimpl.h>
 
@@ -159,5 +160,21 @@ PetscErrorCode AinsworthAbsoluteMult(Mat M, Vec x, Vec y)
   }
   PetscCall(VecRestoreArray(y, &sum));
   PetscCall(VecDestroy(&from[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthAbsoluteMultTranspose - computes y = |M|' |x|, entrywise, for an AIJ matrix */
+PetscErrorCode AinsworthAbsoluteMultTranspose(Mat M, Vec x, Vec y)
+{
+  Mat entries;
+  Vec sizes;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthAbsoluteAIJ(M, &entries));
+  PetscCall(AinsworthVecClone(x, &sizes));
+  PetscCall(VecAbs(sizes));
+  PetscCall(MatMultTranspose(entries, sizes, y));
+  PetscCall(VecDestroy(&sizes));
+  PetscCall(MatDestroy(&entries));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

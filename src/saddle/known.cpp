@@ -1,5 +1,5 @@
 /* Unknowns determined by their own row, such as Dirichlet conditions whose columns were left in place: their columns move to the right-hand side */
-#include "terms.h"
+#include "saddle.h"
 #include "../loops.h"
 #include "../objects.h"
 #include <petsc/private/matimpl.h>

@@ -210,6 +210,7 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
     }
   }
   PetscCall(AinsworthSaddleClassifyRows(sp));
+  if (!sp->bad[0]) PetscCall(AinsworthSaddleCreateScale(sp, &sp->scale));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -217,8 +218,8 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
 {
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleResetBlocks(sp));
-  for (Mat *M : {&sp->A, &sp->P, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC, &sp->absolute}) PetscCall(MatDestroy(M));
-  for (Vec *v : {&sp->balance, &sp->known, &sp->stiffness, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
+  for (Mat *M : {&sp->A, &sp->P, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC}) PetscCall(MatDestroy(M));
+  for (Vec *v : {&sp->balance, &sp->known, &sp->scale.primal, &sp->scale.dual, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
   PetscCall(MatNullSpaceDestroy(&sp->nullSpace));
   PetscCall(MatDestroy(&sp->numbering));
   PetscCall(PetscFree(sp->kind));

@@ -80,13 +80,13 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   Vec               balance;   /* scales the rows of C, B and D and the columns of D, powers of 2; NULL: 1 */
   Vec               known;     /* n, 1 / A_ii for unknowns whose row has only A_ii, else 0; NULL if not needed */
   Vec               work[2];   /* work vectors, n and all rows; NULL until needed */
-  Mat               absolute;  /* entrywise |C| with all rows; NULL until needed */
-  mutable Vec       stiffness; /* result of AinsworthTermsStiffness(); NULL until needed */
+  AinsworthSaddleVec scale;    /* powers of 2 that bring entries of the system to about 1: of the unknowns and of all rows of the multiplier field */
 };
 
 /* arrays.cpp */
 PetscErrorCode AinsworthGetDiagonal(Mat, Vec);
 PetscErrorCode AinsworthAbsoluteMult(Mat, Vec, Vec);
+PetscErrorCode AinsworthAbsoluteMultTranspose(Mat, Vec, Vec);
 
 /* aij.cpp */
 PetscErrorCode AinsworthFindOpaque(Mat, Mat *);
@@ -172,18 +172,15 @@ PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *, AinsworthSaddleVec, Ai
 PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
 PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *, AinsworthSaddleVec, char[], size_t);
 
-/* residual.cpp: the row with the largest ratio of its residual to the allowed one; above 1 if the row is not met. size: of the terms of the row */
-struct AinsworthUnmet {
-  PetscReal quotient = 0.0, residual = 0.0, size = 0.0;
-  PetscInt  row = -1;
-};
-PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
-PetscErrorCode AinsworthSaddleCheckPrimal(const AinsworthSaddle *, PetscBool, PetscBool, PetscReal, PetscReal, Vec, AinsworthSaddleVec, Vec, Vec,
-                                          AinsworthUnmet *);
-PetscErrorCode AinsworthSaddleBackwardError(AinsworthSaddle *, PetscBool, PetscReal, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec,
-                                            AinsworthSaddleVec, PetscReal *);
-PetscErrorCode AinsworthSaddleIsVacuous(AinsworthSaddle *, AinsworthSaddleVec, AinsworthSaddleVec, PetscBool *);
-PetscErrorCode AinsworthSaddleEnergy(const AinsworthSaddle *, AinsworthSaddleVec, Vec, PetscReal *);
-PetscErrorCode AinsworthSaddleCheckDual(AinsworthSaddle *, PetscReal, PetscReal, Vec, Vec, AinsworthSaddleVec, Vec, AinsworthUnmet *, char[], size_t, Vec *);
+/* Returns a residual relative to the terms of its row; infinite if either is NaN or the terms overflow */
+inline PetscReal AinsworthQuotient(PetscReal residual, PetscReal terms)
+{
+  if (residual == 0.0) return 0.0;
+  const PetscReal quotient = residual / terms;
+  return quotient >= 0.0 && !PetscIsInfOrNanReal(terms) ? PetscMin(quotient, PETSC_MAX_REAL) : PETSC_MAX_REAL;
+}
+
+/* scale.cpp */
+PetscErrorCode AinsworthSaddleCreateScale(const AinsworthSaddle *, AinsworthSaddleVec *);
 
 #endif

@@ -1,5 +1,5 @@
 #include "survey.h"
-#include "terms.h"
+#include "saddle.h"
 #include "../loops.h"
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "terms.h"
+#include "saddle.h"
 #include "../loops.h"
 #include <petsc/private/petscimpl.h>
 

@@ -1,29 +1,25 @@
-/* Verification of a reduced solve with the program's own system */
+/* The verdict of the program's own system on the solution of a reduced solve, which may be refined for that */
 #include "pcainsworth.h"
 #include "../events.h"
 #include "../loops.h"
+#include "../objects.h"
 #include "../operator/matainsworth.h"
-#include "../saddle/terms.h"
 #include <petsc/private/pcimpl.h>
 
 /*
-   `blind`: factor by which the error of an iterate may exceed the requested tolerance in the energy norm: the method stops by r' M^{-1} r, a norm of the
-   residual, and M_* and A may differ by the square of this factor.
-
    `rounding`: that of x, or of A x, relative to x in the norm of diag(A); if x is a rigid motion, A x is nothing but rounding.
 
    `suspicious`: the energy, relative to x' diag(A) x, below which its sign is checked.
 */
-static const PetscReal blind      = 100;
 static const PetscReal rounding   = 1e3 * PETSC_MACHINE_EPSILON;
 static const PetscReal suspicious = 1e4 * PETSC_MACHINE_EPSILON;
 
 /*
-   PCAinsworthAskedFor_Private - gets the relative tolerance of the reduced solve that has just ended with `reason`
+   Gets the relative tolerance of the reduced solve that has just ended with `reason`
 
    tol is negative if there was none: the solve ran for a number of iterations, or to an absolute tolerance
 */
-PetscErrorCode PCAinsworthAskedFor_Private(const PC_Ainsworth *data, KSPConvergedReason reason, PetscReal *tol)
+static PetscErrorCode GetTolerance(const PC_Ainsworth *data, KSPConvergedReason reason, PetscReal *tol)
 {
   KSPNormType norm;
   PetscReal   atol;
@@ -36,16 +32,14 @@ PetscErrorCode PCAinsworthAskedFor_Private(const PC_Ainsworth *data, KSPConverge
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes x' diag(A) x, and diag(A) x in work; both skip zero rows of A, whose weight is made up */
+/* Computes x' diag(A) x, and diag(A) x in work */
 PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x, Vec work, PetscReal *size)
 {
   PetscScalar dot;
-  Vec         stiffness;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthTermsStiffness(&data->saddle, &stiffness));
-  PetscCall(VecPointwiseDivide(work, x, data->inverseDiagonal));
-  PetscCall(AinsworthUpdate(work, {stiffness}, [](PetscInt, PetscScalar &w, PetscScalar d) { w = d == 0.0 ? 0.0 : w; }));
+  PetscCall(AinsworthGetDiagonal(data->saddle.A, work));
+  PetscCall(AinsworthUpdate(work, {x}, [](PetscInt, PetscScalar &w, PetscScalar v) { w = PetscAbsScalar(w) * v; }));
   PetscCall(VecDot(work, x, &dot));
   *size = PetscRealPart(dot);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -103,7 +97,7 @@ PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec wo
    If A is singular on Ker C and f is not balanced there, rounding makes the energy slightly positive, and Krylov methods find a huge x. The energy y' A y of
    its part y in Ker C is then below the rounding error of this product
 */
-static PetscErrorCode CheckEnergy(PC_Ainsworth *data, PetscBool transpose, Vec x, Vec Ax, Vec y, AinsworthVerdict *verdict, char why[], size_t len)
+static PetscErrorCode CheckEnergy(const PC_Ainsworth *data, PetscBool transpose, Vec x, Vec Ax, Vec y, AinsworthVerdict *verdict, char why[], size_t len)
 {
   PetscReal   size, sizeY, noise;
   PetscScalar energy;
@@ -161,19 +155,23 @@ static PetscErrorCode IsFinite(AinsworthSaddleVec y, PetscBool *finite)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rejects an x so large that f and g drown in the rounding of its terms: for any D or B, it is a motion that the system does not resist */
-static PetscErrorCode CheckVacuous(PC_Ainsworth *data, AinsworthSaddleVec b, AinsworthSaddleVec y, AinsworthVerdict *verdict, char why[], size_t len)
+/*
+   Rejects an x so large that f and g drown in the rounding of its terms, row by row: x = 0 would pass, too, and x is a motion that the system does not resist
+*/
+static PetscErrorCode CheckVacuous(const PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax, AinsworthVerdict *verdict,
+                                   char why[], size_t len)
 {
-  PetscReal norms[3];
-  PetscBool vacuous;
+  static const AinsworthMeasure measure[2] = {{0.0, 100 * PETSC_MACHINE_EPSILON}, {0.0, 100 * PETSC_MACHINE_EPSILON}};
+  AinsworthBackward             error;
+  PetscReal                     norms[3];
 
   PetscFunctionBegin;
   PetscCall(VecNorm(b.primal, NORM_INFINITY, &norms[0]));
   PetscCall(VecNorm(b.dual, NORM_INFINITY, &norms[1]));
   PetscCall(VecNorm(y.primal, NORM_INFINITY, &norms[2]));
-  if (norms[0] == 0.0 && norms[1] == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthSaddleIsVacuous(&data->saddle, b, y, &vacuous));
-  if (!vacuous) PetscFunctionReturn(PETSC_SUCCESS);
+  if ((norms[0] == 0.0 && norms[1] == 0.0) || norms[2] == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthBackwardError(&data->saddle, transpose, measure, NULL, b, y, Ax, b, &error)); /* the residual of x = 0 */
+  if (PetscMax(error.primal.omega, error.dual.omega) > measure[0].enough) PetscFunctionReturn(PETSC_SUCCESS);
   *verdict = AINSWORTH_VERDICT_SINGULAR;
   PetscCall(PetscSNPrintf(why, len,
                           "The reduced solve ended with an x of up to %g, where f and g, up to %g and %g, drown in the rounding of its terms: it is a motion "
@@ -209,70 +207,145 @@ static PetscErrorCode GetEarlierTerms(PC pc, PC_Ainsworth *data, Vec g, PetscBoo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   PCAinsworthVerify_Private - computes the residual left = b - K y of both equations, and the verdict on it; why is set unless that is MET
+/* Keeps the terms of rows of C for later solves */
+static PetscErrorCode KeepTerms(PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y)
+{
+  AinsworthSaddleVec terms;
 
-   Needs one product with the program's A, unless A x is known. tol: the requested tolerance, negative if there is none.
+  PetscFunctionBegin;
+  PetscCall(AinsworthSaddleVecDuplicate(b, &terms));
+  PetscCall(AinsworthTerms(&data->saddle, transpose, b, y, data->Ax, terms));
+  if (data->terms) PetscCall(VecPointwiseMax(data->terms, data->terms, terms.dual));
+  else PetscCall(AinsworthShare(terms.dual, &data->terms));
+  PetscCall(AinsworthSaddleVecDestroy(&terms));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Classifies the reduced solve by what its norm says of the error: conjugate gradients end by the energy, which is fair to all unknowns if the preconditioner is.
+   Jacobi and its kind know only single unknowns or parts of them, not what they do together, and neither does a matrix that could not be factored
 */
-PetscErrorCode PCAinsworthVerify_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal tol, AinsworthSaddleVec b, AinsworthSaddleVec y,
-                                         AinsworthSaddleVec left, AinsworthVerdict *verdict, char why[], size_t len)
+static PetscErrorCode IsEnergetic(const PC_Ainsworth *data, PetscBool *energetic)
+{
+  KSPType   type;
+  PC        inner;
+  PetscBool blind;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetType(data->ksp, &type));
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &blind, PCNONE, PCJACOBI, PCPBJACOBI, PCBJACOBI, PCSOR, PCILU, PCICC, ""));
+  PetscCall(PCAinsworthIsConjugateGradients_Private(type, energetic));
+  if (blind || data->escape.refused || !data->adjoint) *energetic = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the verdict, and says why */
+static PetscErrorCode Describe(const PC_Ainsworth *data, const AinsworthOutcome *outcome, AinsworthVerdict *verdict, char why[], size_t len)
+{
+  const AinsworthBackward *e = &outcome->error;
+  PetscBool                doubtful = PETSC_FALSE;
+  const char              *close    = "the Gram matrix C W C' is ill-conditioned: rows of C are close to others";
+
+  PetscFunctionBegin;
+  if (data->reduced) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced, &doubtful));
+  *verdict = AINSWORTH_VERDICT_UNMET;
+  switch (outcome->state) {
+  case AINSWORTH_OUTCOME_SOLVED:
+    *verdict = AINSWORTH_VERDICT_MET;
+    break;
+  case AINSWORTH_OUTCOME_CONTRADICTION:
+    *verdict = AINSWORTH_VERDICT_CONTRADICTION;
+    break;
+  case AINSWORTH_OUTCOME_UNSETTLED:
+    PetscCall(PetscSNPrintf(why, len, "The solution is not met: rows are left with up to %g of their terms, which another solve takes for %g of x",
+                            (double)PetscMax(e->primal.omega, e->dual.omega), (double)outcome->moved));
+    break;
+  default:
+    if (e->dual.omega > e->primal.omega || e->dependent.omega > e->primal.omega) {
+      const AinsworthWorstRow *row = e->dual.omega > e->dependent.omega ? &e->dual : &e->dependent;
+
+      PetscCall(PetscSNPrintf(why, len, "C x = g is not met: row %" PetscInt_FMT " of the multiplier field is left with %g, %g of its terms%s%s", row->row,
+                              (double)row->residual, (double)row->omega, doubtful ? "; " : "", doubtful ? close : ""));
+    } else
+      PetscCall(PetscSNPrintf(why, len,
+                              "The reduced solve says that it converged, but row %" PetscInt_FMT " of A x + C' lambda = f is left with %g, %g of its terms: %s",
+                              e->primal.row, (double)e->primal.residual, (double)e->primal.omega,
+                              doubtful ? close : "its method, or its preconditioner, does not see this; is A indefinite on Ker C, or its diagonal zero?"));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Names the rows that contradict others; those that are only nearly dependent may have a solution that is not found */
+static PetscErrorCode DescribeContradiction(const PC_Ainsworth *data, std::vector<bool> &marked, char why[], size_t len)
+{
+  const AinsworthSaddle *sp   = &data->saddle;
+  PetscBool              zero = PETSC_FALSE;
+  char                   names[128];
+  const char            *text;
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < marked.size(); i++) zero = (PetscBool)(zero || (marked[i] && sp->kind[i] == AINSWORTH_ROW_ZERO));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &zero, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)sp->rowsC)));
+  for (size_t i = 0; i < marked.size(); i++) marked[i] = marked[i] && (zero == (sp->kind[i] == AINSWORTH_ROW_ZERO));
+  PetscCall(AinsworthSaddleNameRows(sp, marked, names, sizeof(names)));
+  if (zero) text = "nonzero on a row of C that is zero (rows %s of the multiplier field): no solution exists";
+  else if (sp->nearly)
+    text = "not met on rows of C that were left out, as the Gram matrix C W C' does not tell them from others (rows %s of the multiplier field): no solution "
+           "is found where rows are so near each other in the norm of W";
+  else text = "not that of the other rows of C on which it depends (rows %s of the multiplier field): no solution exists";
+  PetscCall(PetscStrncpy(why, "The right-hand side of the constraints is ", len));
+  {
+    char rest[384];
+
+    PetscCall(PetscSNPrintf(rest, sizeof(rest), text, names));
+    PetscCall(PetscStrlcat(why, rest, len));
+  }
+  PetscCall(PetscStrlcat(why, "; remove the rows or mend it", len));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   PCAinsworthJudge_Private - refines y until it solves the program's system, and gets the verdict on it; why is set unless that is MET
+
+   reason: how the reduced solve ended; one that was stopped by rounding is a solution if further solves agree with it. left: the residual of y, on return
+*/
+PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, const AinsworthSolver &solver,
+                                        AinsworthSaddleVec b, AinsworthSaddleVec y, AinsworthSaddleVec left, AinsworthVerdict *verdict, char why[], size_t len)
 {
   AinsworthSaddle *sp = &data->saddle;
-  AinsworthUnmet   worst;
-  PetscReal        norm, energy;
-  PetscBool        doubtful = PETSC_FALSE, finite = PETSC_TRUE, kept = PETSC_FALSE;
-  Vec              earlier = NULL, terms;
+  AinsworthRequest request;
+  AinsworthOutcome outcome;
+  PetscBool        finite = PETSC_TRUE, kept = PETSC_FALSE;
   PetscInt         n;
-  const Vec        Ax = data->Ax;
-  char             rows[256];
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Verify, pc, 0, 0, 0));
-  *verdict = AINSWORTH_VERDICT_MET;
-  why[0]   = 0;
-  PetscCall(VecGetSize(y.primal, &n));
-  if (data->reduced) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced, &doubtful));
-  PetscCall(AinsworthSaddleResidual(sp, transpose, data->knownAx, b, y, Ax, left));
-  PetscCall(AinsworthSaddleEnergy(sp, y, Ax, &energy));
-  PetscCall(GetEarlierTerms(pc, data, b.dual, &kept, &earlier));
-  /* without a requested tolerance any error is allowed, up to a root, so that the product with the root of D_ii does not overflow */
-  PetscCall(AinsworthSaddleCheckDual(sp, tol < 0.0 ? PETSC_MAX_REAL : tol, tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) : blind * tol * energy, earlier, b.dual, y,
-                                     left.dual, &worst, rows, sizeof(rows), &terms));
+  why[0]            = 0;
+  request.transpose = transpose;
+  PetscCall(GetTolerance(data, reason, &request.tol));
+  PetscCall(IsEnergetic(data, &request.energetic));
+  if (reason < 0) request.energetic = PETSC_FALSE;
+  PetscCall(GetEarlierTerms(pc, data, b.dual, &kept, &request.earlier));
   PetscCall(IsFinite(y, &finite));
-  if (worst.quotient > 1.0) {
-    *verdict = AINSWORTH_VERDICT_UNMET;
-    PetscCall(PetscSNPrintf(why, len, "C x = g is not met: row %" PetscInt_FMT " of the multiplier field is left with %g, %g of its terms%s", worst.row,
-                            (double)worst.residual, (double)(worst.residual / worst.size),
-                            doubtful ? "; the Gram matrix C W C' is ill-conditioned: rows of C are close to others" : ""));
-  } else if (!finite) {
+  if (!finite) {
     *verdict = AINSWORTH_VERDICT_UNMET;
     PetscCall(PetscSNPrintf(why, len, "The reduced solve says that it converged, but x or lambda holds NaN or Inf, or values too large"));
-  } else if (rows[0]) {
-    *verdict = AINSWORTH_VERDICT_CONTRADICTION;
-    PetscCall(PetscSNPrintf(why, len, "The right-hand side of the constraints is %s; remove the rows or mend it", rows));
   } else {
-    worst.quotient = 0.0;
-    PetscCall(VecNorm(left.primal, NORM_1, &norm));
-    if (PetscIsInfOrNanReal(norm)) tol = PetscMax(tol, 0.0); /* whatever was requested */
-    if (tol >= 0.0) PetscCall(AinsworthSaddleCheckPrimal(sp, transpose, doubtful, blind * tol, energy, b.primal, y, Ax, left.primal, &worst));
-    if (worst.quotient > 1.0) {
-      *verdict = AINSWORTH_VERDICT_UNMET;
-      PetscCall(PetscSNPrintf(why, len,
-                              "The reduced solve says that it converged, but row %" PetscInt_FMT " of A x + C' lambda = f is left with %g, %g of its terms: %s",
-                              worst.row, (double)worst.residual, (double)(worst.residual / worst.size),
-                              doubtful ? "the Gram matrix C W C' is ill-conditioned: rows of C are close to others"
-                                       : "its method, or its preconditioner, does not see this; is A indefinite on Ker C, or its diagonal zero?"));
-    } else if (data->constraints < n || data->saddle.D) PetscCall(CheckEnergy(data, transpose, y.primal, Ax, left.primal, verdict, why, len));
-    if (*verdict == AINSWORTH_VERDICT_MET) PetscCall(CheckVacuous(data, b, y, verdict, why, len));
-  }
-  if (kept && *verdict == AINSWORTH_VERDICT_MET) {
-    if (data->terms) PetscCall(VecPointwiseMax(data->terms, data->terms, terms));
-    else {
-      data->terms = terms;
-      terms       = NULL;
+    PetscCall(AinsworthRefine(sp, &request, solver, b, y, data->Ax, left, &data->knownAx, &outcome));
+    PetscCall(Describe(data, &outcome, verdict, why, len));
+    if (*verdict == AINSWORTH_VERDICT_CONTRADICTION) {
+      std::vector<bool> marked;
+
+      PetscCall(AinsworthMarkContradictions(sp, &request, &outcome.error, b, y, data->Ax, left.dual, &marked));
+      PetscCall(DescribeContradiction(data, marked, why, len));
     }
   }
-  PetscCall(VecDestroy(&terms));
+  PetscCall(VecGetSize(y.primal, &n));
+  if (*verdict == AINSWORTH_VERDICT_MET && (data->constraints < n || sp->D))
+    PetscCall(CheckEnergy(data, transpose, y.primal, data->Ax, left.primal, verdict, why, len));
+  if (*verdict == AINSWORTH_VERDICT_MET) PetscCall(CheckVacuous(data, transpose, b, y, data->Ax, verdict, why, len));
+  if (kept && *verdict == AINSWORTH_VERDICT_MET) PetscCall(KeepTerms(data, transpose, b, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_Verify, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

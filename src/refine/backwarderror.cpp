@@ -1,0 +1,180 @@
+/* Residuals of the program's system, and their size relative to the terms of each row (Oettli and Prager 1964; Arioli, Demmel and Duff 1989) */
+#include "backwarderror.h"
+#include "../loops.h"
+#include "../objects.h"
+
+/*
+   AinsworthResidual - computes left = b - K y with the program's matrix: f - op(A) x - B' lambda and g - C x + D lambda. Collective
+
+   known: Ax is op(A) x already; otherwise it is computed.
+*/
+PetscErrorCode AinsworthResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax,
+                                 AinsworthSaddleVec left)
+{
+  PetscFunctionBegin;
+  if (!known) PetscCall((transpose ? MatMultTranspose : MatMult)(sp->block[AINSWORTH_BLOCK_A], y.primal, Ax));
+  PetscCall(MatMultHermitianTranspose(sp->rowsB, y.dual, left.primal));
+  PetscCall(VecAXPBYPCZ(left.primal, 1.0, -1.0, -1.0, b.primal, Ax));
+  PetscCall(MatMult(sp->givenC, y.primal, left.dual));
+  PetscCall(VecAYPX(left.dual, -1.0, b.dual));
+  if (sp->rowsD) { /* sum D lambda separately: its cancellation would add rounding to the other terms */
+    Vec work;
+
+    PetscCall(VecDuplicate(left.dual, &work));
+    PetscCall(MatMult(sp->rowsD, y.dual, work));
+    PetscCall(VecAXPY(left.dual, 1.0, work));
+    PetscCall(VecDestroy(&work));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds |v| to sum */
+static PetscErrorCode AddAbs(Vec sum, Vec v)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthUpdate(sum, {v}, [](PetscInt, PetscScalar &s, PetscScalar a) { s += PetscAbsScalar(a); }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthTerms - computes |K| |y| + |b| of each row of both equations; of an opaque A it has the product Ax alone. Collective */
+PetscErrorCode AinsworthTerms(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec terms)
+{
+  PetscBool rows;
+  Vec       part;
+  Mat       A;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthAbsoluteMultTranspose(sp->rowsB, y.dual, terms.primal));
+  PetscCall(AddAbs(terms.primal, b.primal));
+  PetscCall(MatHasOperation(sp->block[AINSWORTH_BLOCK_A], MATOP_GET_ROW, &rows));
+  if (rows) {
+    PetscCall(VecDuplicate(terms.primal, &part));
+    PetscCall(AinsworthGetAIJ(sp->block[AINSWORTH_BLOCK_A], &A));
+    PetscCall((transpose ? AinsworthAbsoluteMultTranspose : AinsworthAbsoluteMult)(A, y.primal, part));
+    PetscCall(MatDestroy(&A));
+    PetscCall(VecAXPY(terms.primal, 1.0, part));
+    PetscCall(VecDestroy(&part));
+  } else PetscCall(AddAbs(terms.primal, Ax));
+  PetscCall(AinsworthAbsoluteMult(sp->givenC, y.primal, terms.dual));
+  PetscCall(AddAbs(terms.dual, b.dual));
+  if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(terms.dual, &part));
+  PetscCall(AinsworthAbsoluteMult(sp->rowsD, y.dual, part));
+  PetscCall(VecAXPY(terms.dual, 1.0, part));
+  PetscCall(VecDestroy(&part));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Agrees on the worst row of all ranks */
+static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthWorstRow *worst)
+{
+  struct {
+    double omega;
+    int    rank;
+  } mine;
+  PetscMPIInt rank;
+  PetscReal   values[2] = {worst->residual, worst->terms};
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  mine = {(double)worst->omega, rank};
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &mine, 1, MPI_DOUBLE_INT, MPI_MAXLOC, comm));
+  worst->omega = (PetscReal)mine.omega;
+  PetscCallMPI(MPI_Bcast(&worst->row, 1, MPIU_INT, mine.rank, comm));
+  PetscCallMPI(MPI_Bcast(values, 2, MPIU_REAL, mine.rank, comm));
+  worst->residual = values[0];
+  worst->terms    = values[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Finds the largest |v_i| s_i, or |v_i| / s_i for unknowns, of this rank; infinite if an entry is NaN */
+static PetscErrorCode Largest(Vec v, Vec scale, bool unknowns, PetscReal *largest)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthForEntries({v, scale}, [=](PetscInt, PetscScalar a, PetscScalar s) {
+    const PetscReal size = unknowns ? PetscAbsScalar(a) / PetscRealPart(s) : PetscAbsScalar(a) * PetscRealPart(s);
+
+    *largest = size <= *largest ? *largest : PetscIsNanReal(size) ? PETSC_MAX_REAL : size;
+  }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthBackwardError - finds the rows with the largest residual relative to |K| |y| + |b|, which counts at least as a part of the largest of all. Collective
+
+   measure: of the first and the second equation. In the units of the scale the diagonal of A is 1, so that the largest unknown and the largest force are a lower
+   bound of the largest terms, without a pass over A: if rows are met relative to this bound (*exact: they are not), the quotients returned are upper bounds
+*/
+PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[2], Vec earlier,
+                                      AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left, AinsworthBackward *error)
+{
+  static const PetscReal   noted = 1e-2; /* a residual of an earlier solve, of 1e-10 of its terms at most, may be all of g */
+  const MPI_Comm           comm  = PetscObjectComm((PetscObject)Ax);
+  const AinsworthSaddleVec scale = sp->scale;
+  PetscReal                sizes[3] = {0.0, 0.0, 0.0}; /* of the terms, of both residuals */
+  AinsworthSaddleVec       terms;
+  PetscInt                 first[2];
+
+  PetscFunctionBegin;
+  *error = AinsworthBackward();
+  PetscCall(Largest(y.primal, scale.primal, true, &sizes[0]));
+  PetscCall(Largest(b.primal, scale.primal, false, &sizes[0]));
+  PetscCall(Largest(b.dual, scale.dual, false, &sizes[0]));
+  PetscCall(Largest(left.primal, scale.primal, false, &sizes[1]));
+  PetscCall(Largest(left.dual, scale.dual, false, &sizes[2]));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sizes, 3, MPIU_REAL, MPIU_MAX, comm));
+  error->primal.omega = AinsworthQuotient(sizes[1], measure[0].part * sizes[0]);
+  error->dual.omega = error->dependent.omega = AinsworthQuotient(sizes[2], measure[1].part * sizes[0]);
+  error->size                                = sizes[0];
+  if (error->primal.omega <= measure[0].enough && error->dual.omega <= measure[1].enough) PetscFunctionReturn(PETSC_SUCCESS);
+  *error = AinsworthBackward();
+  PetscCall(AinsworthSaddleVecDuplicate(left, &terms));
+  PetscCall(AinsworthTerms(sp, transpose, b, y, Ax, terms));
+  if (earlier) PetscCall(VecAXPY(terms.dual, noted, earlier));
+  PetscCall(Largest(terms.primal, scale.primal, false, &sizes[0]));
+  PetscCall(Largest(terms.dual, scale.dual, false, &sizes[0]));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sizes, 1, MPIU_REAL, MPIU_MAX, comm));
+  error->size = sizes[0];
+  PetscCall(VecGetOwnershipRange(left.primal, &first[0], NULL));
+  PetscCall(VecGetOwnershipRange(left.dual, &first[1], NULL));
+  auto look = [&](AinsworthWorstRow *worst, PetscInt row, PetscReal part, PetscScalar r, PetscScalar t, PetscScalar s) {
+    const PetscReal omega = AinsworthQuotient(PetscAbsScalar(r) * PetscRealPart(s), PetscMax(PetscRealPart(t) * PetscRealPart(s), part * sizes[0]));
+
+    if (omega > worst->omega) *worst = {omega, PetscAbsScalar(r), PetscRealPart(t), row};
+  };
+  PetscCall(AinsworthForEntries({left.primal, terms.primal, scale.primal}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
+    look(&error->primal, first[0] + i, measure[0].part, r, t, s);
+  }));
+  PetscCall(AinsworthForEntries({left.dual, terms.dual, scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
+    const bool others = sp->kind[i] == AINSWORTH_ROW_DEPENDENT || sp->kind[i] == AINSWORTH_ROW_ZERO;
+
+    look(others ? &error->dependent : &error->dual, first[1] + i, measure[1].part, r, t, s);
+  }));
+  PetscCall(AinsworthSaddleVecDestroy(&terms));
+  for (AinsworthWorstRow *worst : {&error->primal, &error->dual, &error->dependent}) PetscCall(AgreeOnWorst(comm, worst));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthChange - computes the largest change p of an unknown relative to the largest x, the worse of the units of the program and of the scale. Collective
+
+   In the units of the scale forces and displacements are of one size: an x that is less than `rest` of b is at rest, and its changes count relative to b.
+*/
+PetscErrorCode AinsworthChange(const AinsworthSaddle *sp, AinsworthSaddleVec b, Vec x, Vec p, PetscReal *change)
+{
+  static const PetscReal rest = 1e-8; /* half of all digits: below, x is the rounding of forces that balance each other */
+  PetscReal              all[5] = {0.0, 0.0, 0.0, 0.0, 0.0}; /* changes and unknowns, in the program's units and in those of the scale; right-hand side */
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthForEntries({x, p, sp->scale.primal}, [&](PetscInt, PetscScalar a, PetscScalar d, PetscScalar s) {
+    const PetscReal v[] = {PetscAbsScalar(d), PetscAbsScalar(d) / PetscRealPart(s), PetscAbsScalar(a), PetscAbsScalar(a) / PetscRealPart(s)};
+
+    for (int k = 0; k < 4; k++) all[k] = v[k] <= all[k] ? all[k] : PetscIsNanReal(v[k]) ? PETSC_MAX_REAL : v[k];
+  }));
+  PetscCall(Largest(b.primal, sp->scale.primal, false, &all[4]));
+  PetscCall(Largest(b.dual, sp->scale.dual, false, &all[4]));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, all, 5, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)x)));
+  *change = AinsworthQuotient(all[1], PetscMax(all[3], rest * all[4]));
+  if (all[3] >= rest * all[4]) *change = PetscMax(*change, AinsworthQuotient(all[0], all[2]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

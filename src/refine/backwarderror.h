@@ -1,0 +1,30 @@
+/* How well a vector solves the program's system, row by row, in the units of its scale */
+#ifndef AINSWORTH_BACKWARDERROR_H
+#define AINSWORTH_BACKWARDERROR_H
+
+#include "../saddle/saddle.h"
+
+/* The row of one equation with the largest residual relative to its terms; row: in the numbering of its field, -1 if all residuals are zero */
+struct AinsworthWorstRow {
+  PetscReal omega = 0.0, residual = 0.0, terms = 0.0;
+  PetscInt  row = -1;
+};
+
+/* Componentwise backward error of both equations; dependent: of rows of C that were left out because they depend on others, whose solution they share */
+struct AinsworthBackward {
+  AinsworthWorstRow primal, dual, dependent;
+  PetscReal         size = 0.0; /* of the largest terms of all, in units of the scale */
+};
+
+/* What a row is compared with at least, relative to the largest row of all, and up to which quotient nobody asks for more digits of it */
+struct AinsworthMeasure {
+  PetscReal part, enough;
+};
+
+PetscErrorCode AinsworthResidual(const AinsworthSaddle *, PetscBool, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
+PetscErrorCode AinsworthTerms(const AinsworthSaddle *, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
+PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *, PetscBool, const AinsworthMeasure[2], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
+                                      AinsworthSaddleVec, AinsworthBackward *);
+PetscErrorCode AinsworthChange(const AinsworthSaddle *, AinsworthSaddleVec, Vec, Vec, PetscReal *);
+
+#endif

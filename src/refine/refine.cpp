@@ -1,0 +1,195 @@
+#include "refine.h"
+#include "../loops.h"
+#include "../objects.h"
+
+/*
+   The numbers that decide whether x is right (docs/method.md has the reasons)
+
+   margin    a row is left with at most so many times the requested tolerance of its terms
+   rounding  nobody asks for less: the rounding of products and of solves with S
+   rows      of C x = g, which the projection meets to rounding whatever the tolerance; S may have a condition number of 1e8
+   part      terms of a row count as at least this part of the largest: a body at rest has only rounding
+   settled   an x that another solve moves by less is determined
+   rate      steps have to reduce what they reduce by this factor, as in LAPACK's xGERFSX
+   most      steps
+   loose     relative tolerance of a solve that only shows how far x moves
+*/
+static const PetscReal margin = 10, rounding = 1e-13, rows = 1e-8, part = 1e-3, settled = 1e-6, rate = 0.5, loose = 0.1;
+static const int       most = 10;
+
+/* AinsworthDecide - goes on while a row is left with too much, or x has not settled, as long as that helps; open: how far a step may move a settled x */
+AinsworthProgressState AinsworthDecide(const AinsworthProgress &p, PetscReal open)
+{
+  const bool met = p.excess <= 1.0, still = p.settles || (p.steps > 0 && p.moved <= open);
+
+  if (met && still) return AINSWORTH_CONVERGED;
+  if (p.steps >= most) return AINSWORTH_NO_PROGRESS;
+  if (p.steps == 0) return AINSWORTH_WORKING;
+  if (!met) return p.excess <= rate * p.before ? AINSWORTH_WORKING : AINSWORTH_NO_PROGRESS;
+  return p.steps == 1 || p.moved <= rate * p.last ? AINSWORTH_WORKING : AINSWORTH_NO_PROGRESS;
+}
+
+/* Multiplies rows by the scale */
+static PetscErrorCode Scale(const AinsworthSaddle *sp, AinsworthSaddleVec v)
+{
+  PetscFunctionBegin;
+  PetscCall(VecPointwiseMult(v.primal, v.primal, sp->scale.primal));
+  PetscCall(VecPointwiseMult(v.dual, v.dual, sp->scale.dual));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Dot(AinsworthSaddleVec x, AinsworthSaddleVec y, PetscScalar *dot)
+{
+  PetscScalar dual;
+
+  PetscFunctionBegin;
+  PetscCall(VecDot(x.primal, y.primal, dot));
+  PetscCall(VecDot(x.dual, y.dual, &dual));
+  *dot += dual;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Directions p of generalized conjugate residuals and their images K p, orthonormal in the units of the scale */
+struct Directions {
+  std::vector<AinsworthSaddleVec> p, image;
+
+  PetscErrorCode clear()
+  {
+    PetscFunctionBegin;
+    for (auto *list : {&p, &image}) {
+      for (AinsworthSaddleVec &v : *list) PetscCall(AinsworthSaddleVecDestroy(&v));
+      list->clear();
+    }
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+};
+
+/* Makes a direction of p, which it changes and keeps, and adds the multiple to y that minimizes the residual; moved: by that step. some: there is a direction */
+static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec left, AinsworthSaddleVec p, Vec Ax,
+                              AinsworthSaddleVec y, Directions *all, PetscReal *moved, bool *some)
+{
+  AinsworthSaddleVec q, r;
+  PetscScalar        dot;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthSaddleVecDuplicate(left, &q));
+  PetscCall(AinsworthSaddleVecDuplicate(left, &r));
+  PetscCall(VecZeroEntries(r.primal));
+  PetscCall(VecZeroEntries(r.dual));
+  PetscCall(AinsworthResidual(sp, transpose, PETSC_FALSE, r, p, Ax, q));
+  for (Vec v : {q.primal, q.dual}) PetscCall(VecScale(v, -1.0));
+  PetscCall(VecCopy(left.primal, r.primal));
+  PetscCall(VecCopy(left.dual, r.dual));
+  PetscCall(Scale(sp, q));
+  PetscCall(Scale(sp, r));
+  for (size_t k = 0; k < all->p.size(); k++) {
+    PetscCall(Dot(q, all->image[k], &dot));
+    PetscCall(AinsworthSaddleVecAXPY(q, -dot, all->image[k]));
+    PetscCall(AinsworthSaddleVecAXPY(p, -dot, all->p[k]));
+  }
+  PetscCall(Dot(q, q, &dot));
+  *some = PetscRealPart(dot) > 0.0 && !PetscIsInfOrNanScalar(dot);
+  if (*some) {
+    const PetscScalar length = 1.0 / PetscSqrtReal(PetscRealPart(dot));
+
+    for (Vec v : {p.primal, p.dual, q.primal, q.dual}) PetscCall(VecScale(v, length));
+    PetscCall(Dot(r, q, &dot));
+    PetscCall(AinsworthSaddleVecAXPY(y, dot, p));
+    PetscCall(VecCopy(p.primal, r.primal));
+    PetscCall(VecScale(r.primal, dot));
+    PetscCall(AinsworthChange(sp, b, y.primal, r.primal, moved));
+    all->p.push_back(p);
+    all->image.push_back(q);
+  } else {
+    PetscCall(AinsworthSaddleVecDestroy(&p));
+    PetscCall(AinsworthSaddleVecDestroy(&q));
+  }
+  PetscCall(AinsworthSaddleVecDestroy(&r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets how each equation is measured; where the energy decides, the first one as a whole, because the energy is that of all of x */
+static void Measure(const AinsworthSaddle *sp, const AinsworthRequest *request, AinsworthMeasure measure[2])
+{
+  const PetscReal enough = request->tol < 0.0 ? PETSC_MAX_REAL : PetscMax(margin * request->tol, rounding);
+
+  measure[0] = {request->energetic && !sp->D ? 1.0 : part, enough};
+  measure[1] = {part, sp->D ? enough : rows};
+}
+
+/* The largest quotient of a row and its bound */
+static PetscReal Excess(const AinsworthBackward &error, const AinsworthMeasure measure[2])
+{
+  return PetscMax(error.primal.omega / measure[0].enough, error.dual.omega / measure[1].enough);
+}
+
+/*
+   AinsworthRefine - refines y until it solves the program's system, and says whether it does. Collective
+
+   Most solutions need no step: where the solver ends by the energy, the residual decides. Otherwise one more, loose, solve shows how far the residual moves x.
+
+   left: the residual of y, on return. known: Ax is A x already; on return it is
+*/
+PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthSolver &solver, AinsworthSaddleVec b,
+                               AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left, PetscBool *known, AinsworthOutcome *outcome)
+{
+  const PetscReal        open = PetscMax(settled, 1e4 * request->tol);
+  AinsworthProgress      p    = {0.0, PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL, request->energetic || request->tol < 0.0, 0};
+  AinsworthProgressState state;
+  AinsworthMeasure       measure[2];
+  AinsworthBackward      error;
+  Directions             all;
+  bool                   some = true;
+
+  PetscFunctionBegin;
+  Measure(sp, request, measure);
+  if (sp->D) p.settles = request->tol < 0.0;
+  for (;; p.steps++) {
+    AinsworthSaddleVec correction;
+    KSPConvergedReason reason;
+
+    PetscCall(AinsworthResidual(sp, request->transpose, *known, b, y, Ax, left));
+    *known = PETSC_TRUE;
+    PetscCall(AinsworthBackwardError(sp, request->transpose, measure, request->earlier, b, y, Ax, left, &error));
+    p.excess = Excess(error, measure);
+    if (error.primal.omega == 0.0 && error.dual.omega == 0.0) p.settles = true; /* there is nothing that could move x */
+    state = some || p.settles ? AinsworthDecide(p, open) : AINSWORTH_NO_PROGRESS;
+    PetscCall(PetscInfo(sp->rowsC, "After %d further solves, the last of which moved x by %g, rows of both equations are left with up to %g and %g of their terms\n",
+                        p.steps, (double)(p.steps ? p.moved : 0.0), (double)error.primal.omega, (double)error.dual.omega));
+    if (state != AINSWORTH_WORKING) break;
+    PetscCall(AinsworthSaddleVecDuplicate(y, &correction));
+    PetscCall(solver(left, p.excess <= 1.0 ? loose : PetscMin(loose, 1.0 / (margin * p.excess)), correction, &reason));
+    p.before = p.excess;
+    p.last   = p.moved;
+    PetscCall(Advance(sp, request->transpose, b, left, correction, Ax, y, &all, &p.moved, &some));
+    *known = PETSC_FALSE;
+  }
+  PetscCall(all.clear());
+  outcome->error = error;
+  outcome->moved = p.steps ? p.moved : 0.0;
+  outcome->steps = p.steps;
+  if (p.excess > 1.0) outcome->state = AINSWORTH_OUTCOME_UNMET;
+  else if (error.dependent.omega > rows) outcome->state = AINSWORTH_OUTCOME_CONTRADICTION;
+  else if (state != AINSWORTH_CONVERGED) outcome->state = AINSWORTH_OUTCOME_UNSETTLED;
+  else if (sp->nearly && request->tol >= 0.0 && error.dependent.omega > PetscMax(margin * request->tol, 1e-12)) outcome->state = AINSWORTH_OUTCOME_UNMET;
+  else outcome->state = AINSWORTH_OUTCOME_SOLVED;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthMarkContradictions - marks the local rows of C that are zero, or depend on others, and are not met with them; left: their residuals. Collective */
+PetscErrorCode AinsworthMarkContradictions(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthBackward *error, AinsworthSaddleVec b,
+                                           AinsworthSaddleVec y, Vec Ax, Vec left, std::vector<bool> *marked)
+{
+  AinsworthSaddleVec terms;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthSaddleVecDuplicate(b, &terms));
+  PetscCall(AinsworthTerms(sp, request->transpose, b, y, Ax, terms));
+  PetscCall(AinsworthForEntries({left, terms.dual, sp->scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
+    const bool other = sp->kind[i] == AINSWORTH_ROW_ZERO || sp->kind[i] == AINSWORTH_ROW_DEPENDENT;
+
+    marked->push_back(other && PetscAbsScalar(r) * PetscRealPart(s) > rows * PetscMax(PetscRealPart(t) * PetscRealPart(s), part * error->size));
+  }));
+  PetscCall(AinsworthSaddleVecDestroy(&terms));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,53 @@
+/* Iterative refinement of a solution of [A B'; C -D] by reduced solves, until the backward error of the whole system says that it is one */
+#ifndef AINSWORTH_REFINE_H
+#define AINSWORTH_REFINE_H
+
+#include "backwarderror.h"
+#include <functional>
+#include <vector>
+
+/* Solves for b, to a relative tolerance of at least `loose`, by whatever rung of the ladder has been reached */
+using AinsworthSolver = std::function<PetscErrorCode(AinsworthSaddleVec b, PetscReal loose, AinsworthSaddleVec p, KSPConvergedReason *reason)>;
+
+/* What a solution is asked to be */
+struct AinsworthRequest {
+  PetscBool transpose = PETSC_FALSE;
+  PetscReal tol       = -1.0;        /* relative tolerance; negative if there is none */
+  PetscBool energetic = PETSC_FALSE; /* the solver ends by the energy norm of the error, which is fair to all of x */
+  Vec       earlier   = NULL;        /* terms of rows of C in earlier solves, whose rounding g may be; or NULL */
+};
+
+typedef enum {
+  AINSWORTH_OUTCOME_SOLVED,
+  AINSWORTH_OUTCOME_UNMET,        /* a row has a residual that further solves do not reduce */
+  AINSWORTH_OUTCOME_UNSETTLED,    /* residuals are small, but further solves move x */
+  AINSWORTH_OUTCOME_CONTRADICTION /* all rows are met but some that depend on others: no solution exists */
+} AinsworthOutcomeState;
+
+struct AinsworthOutcome {
+  AinsworthOutcomeState state = AINSWORTH_OUTCOME_UNMET;
+  AinsworthBackward     error;       /* of the solution */
+  PetscReal             moved = 0.0; /* by the last further solve, relative to x; 0 if there was none */
+  int                   steps = 0;   /* further solves */
+};
+
+/* State of the loop: what is known when it decides whether to go on */
+struct AinsworthProgress {
+  PetscReal excess, before; /* the largest quotient of a row and its bound, now and a step ago */
+  PetscReal moved, last;    /* how far the last step, and the one before, has moved x */
+  bool      settles;        /* x counts as settled without a step that shows it */
+  int       steps;
+};
+typedef enum {
+  AINSWORTH_WORKING,
+  AINSWORTH_CONVERGED,
+  AINSWORTH_NO_PROGRESS
+} AinsworthProgressState;
+
+AinsworthProgressState AinsworthDecide(const AinsworthProgress &, PetscReal open);
+PetscErrorCode         AinsworthRefine(const AinsworthSaddle *, const AinsworthRequest *, const AinsworthSolver &, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
+                                       AinsworthSaddleVec, PetscBool *, AinsworthOutcome *);
+PetscErrorCode         AinsworthMarkContradictions(const AinsworthSaddle *, const AinsworthRequest *, const AinsworthBackward *, AinsworthSaddleVec,
+                                                   AinsworthSaddleVec, Vec, Vec, std::vector<bool> *);
+
+#endif
