@@ -161,7 +161,7 @@ static PetscErrorCode IsFinite(AinsworthSaddleVec y, PetscBool *finite)
 static PetscErrorCode CheckVacuous(const PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax, AinsworthVerdict *verdict,
                                    char why[], size_t len)
 {
-  static const AinsworthMeasure measure[2] = {{0.0, 100 * PETSC_MACHINE_EPSILON}, {0.0, 100 * PETSC_MACHINE_EPSILON}};
+  static const AinsworthMeasure measure[3] = {{100 * PETSC_MACHINE_EPSILON, 0.0}, {100 * PETSC_MACHINE_EPSILON, 0.0}, {100 * PETSC_MACHINE_EPSILON, 0.0}};
   AinsworthBackward             error;
   PetscReal                     norms[3];
 
@@ -171,7 +171,7 @@ static PetscErrorCode CheckVacuous(const PC_Ainsworth *data, PetscBool transpose
   PetscCall(VecNorm(y.primal, NORM_INFINITY, &norms[2]));
   if ((norms[0] == 0.0 && norms[1] == 0.0) || norms[2] == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthBackwardError(&data->saddle, transpose, measure, NULL, b, y, Ax, b, &error)); /* the residual of x = 0 */
-  if (PetscMax(error.primal.omega, error.dual.omega) > measure[0].enough) PetscFunctionReturn(PETSC_SUCCESS);
+  if (PetscMax(error.primal.omega, error.dual.omega) > 1.0) PetscFunctionReturn(PETSC_SUCCESS);
   *verdict = AINSWORTH_VERDICT_SINGULAR;
   PetscCall(PetscSNPrintf(why, len,
                           "The reduced solve ended with an x of up to %g, where f and g, up to %g and %g, drown in the rounding of its terms: it is a motion "
@@ -258,7 +258,7 @@ static PetscErrorCode Describe(const PC_Ainsworth *data, const AinsworthOutcome 
     *verdict = AINSWORTH_VERDICT_CONTRADICTION;
     break;
   case AINSWORTH_OUTCOME_UNSETTLED:
-    PetscCall(PetscSNPrintf(why, len, "The solution is not met: rows are left with up to %g of their terms, which another solve takes for %g of x",
+    PetscCall(PetscSNPrintf(why, len, "The solution is not met: rows are left with up to %g of what they are allowed, which another solve takes for %g of x",
                             (double)PetscMax(e->primal.omega, e->dual.omega), (double)outcome->moved));
     break;
   default:
@@ -266,11 +266,11 @@ static PetscErrorCode Describe(const PC_Ainsworth *data, const AinsworthOutcome 
       const AinsworthWorstRow *row = e->dual.omega > e->dependent.omega ? &e->dual : &e->dependent;
 
       PetscCall(PetscSNPrintf(why, len, "C x = g is not met: row %" PetscInt_FMT " of the multiplier field is left with %g, %g of its terms%s%s", row->row,
-                              (double)row->residual, (double)row->omega, doubtful ? "; " : "", doubtful ? close : ""));
+                              (double)row->residual, (double)(row->residual / row->terms), doubtful ? "; " : "", doubtful ? close : ""));
     } else
       PetscCall(PetscSNPrintf(why, len,
                               "The reduced solve says that it converged, but row %" PetscInt_FMT " of A x + C' lambda = f is left with %g, %g of its terms: %s",
-                              e->primal.row, (double)e->primal.residual, (double)e->primal.omega,
+                              e->primal.row, (double)e->primal.residual, (double)(e->primal.residual / e->primal.terms),
                               doubtful ? close : "its method, or its preconditioner, does not see this; is A indefinite on Ker C, or its diagonal zero?"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

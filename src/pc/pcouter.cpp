@@ -86,7 +86,7 @@ static PetscErrorCode CheckUnderflow(PC pc, PC_Ainsworth *data, KSP ksp, Vec b)
 static PetscErrorCode WorstRow(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal allowed, Vec b, Vec x, Vec left, PetscReal *error)
 {
   static const PetscReal part       = 1e-3; /* of the largest row, as in AinsworthRefine() */
-  const AinsworthMeasure measure[2] = {{part, allowed}, {part, allowed}};
+  const AinsworthMeasure measure[3] = {{allowed, part * allowed}, {allowed, part * allowed}, {allowed, part * allowed}};
   const PetscBool    other = (PetscBool)!transpose, side[] = {other, transpose, other};
   const IS          *of[]    = {transpose ? data->saddle.cols : data->saddle.rows, transpose ? data->saddle.rows : data->saddle.cols};
   Vec                given[] = {b, x, left}, flat[3];
@@ -100,7 +100,7 @@ static PetscErrorCode WorstRow(PC pc, PC_Ainsworth *data, PetscBool transpose, P
   }
   PetscCall((transpose ? MatMultTranspose : MatMult)(data->saddle.block[AINSWORTH_BLOCK_A], fields[1].primal, data->Ax));
   PetscCall(AinsworthBackwardError(&data->saddle, transpose, measure, NULL, fields[0], fields[1], data->Ax, fields[2], &worst)); /* signs do not matter for sizes */
-  *error = PetscMax(worst.primal.omega, worst.dual.omega);
+  *error = allowed * PetscMax(worst.primal.omega, worst.dual.omega);
   for (int k = 0; k < 3; k++) {
     PetscCall(AinsworthSaddleVecRestore(flat[k], of[k % 2], &fields[k]));
     PetscCall(AinsworthVecRestoreFlat(pc->pmat, side[k], given[k], PETSC_FALSE, &flat[k]));

@@ -87,31 +87,40 @@ static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthWorstRow *worst)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the largest |v_i| s_i, or |v_i| / s_i for unknowns, of this rank; infinite if an entry is NaN */
-static PetscErrorCode Largest(Vec v, Vec scale, bool unknowns, PetscReal *largest)
+/* Calls f(i, size) with |v_i| s_i, or |v_i| / s_i for unknowns */
+template <typename Function>
+static PetscErrorCode ForSizes(Vec v, Vec scale, bool unknowns, Function f)
 {
   PetscFunctionBegin;
-  PetscCall(AinsworthForEntries({v, scale}, [=](PetscInt, PetscScalar a, PetscScalar s) {
+  PetscCall(AinsworthForEntries({v, scale}, [&](PetscInt i, PetscScalar a, PetscScalar s) {
     const PetscReal size = unknowns ? PetscAbsScalar(a) / PetscRealPart(s) : PetscAbsScalar(a) * PetscRealPart(s);
 
-    *largest = size <= *largest ? *largest : PetscIsNanReal(size) ? PETSC_MAX_REAL : size;
+    f(i, PetscIsNanReal(size) ? PETSC_MAX_REAL : size);
   }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthBackwardError - finds the rows with the largest residual relative to |K| |y| + |b|, which counts at least as a part of the largest of all. Collective
+/* Finds the largest |v_i| s_i, or |v_i| / s_i for unknowns, of this rank */
+static PetscErrorCode Largest(Vec v, Vec scale, bool unknowns, PetscReal *largest)
+{
+  PetscFunctionBegin;
+  PetscCall(ForSizes(v, scale, unknowns, [=](PetscInt, PetscReal size) { *largest = PetscMax(*largest, size); }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
-   measure: of the first and the second equation. In the units of the scale the diagonal of A is 1, so that the largest unknown and the largest force are a lower
-   bound of the largest terms, without a pass over A: if rows are met relative to this bound (*exact: they are not), the quotients returned are upper bounds
+/*
+   AinsworthBackwardError - finds the rows with the largest residual relative to what their measure allows: 1 is just enough. Collective
+
+   In the units of the scale the diagonal of A is 1, so that the largest unknown and the largest force are a lower bound of the largest terms, without a pass over
+   A: if all rows are met relative to that, the quotients returned are upper bounds, and no row is named
 */
-PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[2], Vec earlier,
-                                      AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left, AinsworthBackward *error)
+PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[3], Vec earlier, AinsworthSaddleVec b,
+                                      AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left, AinsworthBackward *error)
 {
   static const PetscReal   noted = 1e-2; /* a residual of an earlier solve, of 1e-10 of its terms at most, may be all of g */
   const MPI_Comm           comm  = PetscObjectComm((PetscObject)Ax);
   const AinsworthSaddleVec scale = sp->scale;
-  PetscReal                sizes[3] = {0.0, 0.0, 0.0}; /* of the terms, of both residuals */
+  PetscReal                sizes[4] = {0.0, 0.0, 0.0, 0.0}; /* of the terms, of residuals of each kind */
   AinsworthSaddleVec       terms;
   PetscInt                 first[2];
 
@@ -120,13 +129,15 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
   PetscCall(Largest(y.primal, scale.primal, true, &sizes[0]));
   PetscCall(Largest(b.primal, scale.primal, false, &sizes[0]));
   PetscCall(Largest(b.dual, scale.dual, false, &sizes[0]));
-  PetscCall(Largest(left.primal, scale.primal, false, &sizes[1]));
+  PetscCall(ForSizes(left.primal, scale.primal, false,
+                     [&](PetscInt i, PetscReal size) { sizes[sp->loose[i] ? 3 : 1] = PetscMax(sizes[sp->loose[i] ? 3 : 1], size); }));
   PetscCall(Largest(left.dual, scale.dual, false, &sizes[2]));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sizes, 3, MPIU_REAL, MPIU_MAX, comm));
-  error->primal.omega = AinsworthQuotient(sizes[1], measure[0].part * sizes[0]);
-  error->dual.omega = error->dependent.omega = AinsworthQuotient(sizes[2], measure[1].part * sizes[0]);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sizes, 4, MPIU_REAL, MPIU_MAX, comm));
+  error->primal.omega =
+    PetscMax(AinsworthQuotient(sizes[1], measure[0].floor * sizes[0]), AinsworthQuotient(sizes[3], measure[2].floor * sizes[0]));
+  error->dual.omega = error->dependent.omega = AinsworthQuotient(sizes[2], measure[1].floor * sizes[0]);
   error->size                                = sizes[0];
-  if (error->primal.omega <= measure[0].enough && error->dual.omega <= measure[1].enough) PetscFunctionReturn(PETSC_SUCCESS);
+  if (error->primal.omega <= 1.0 && error->dual.omega <= 1.0) PetscFunctionReturn(PETSC_SUCCESS);
   *error = AinsworthBackward();
   PetscCall(AinsworthSaddleVecDuplicate(left, &terms));
   PetscCall(AinsworthTerms(sp, transpose, b, y, Ax, terms));
@@ -137,18 +148,19 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
   error->size = sizes[0];
   PetscCall(VecGetOwnershipRange(left.primal, &first[0], NULL));
   PetscCall(VecGetOwnershipRange(left.dual, &first[1], NULL));
-  auto look = [&](AinsworthWorstRow *worst, PetscInt row, PetscReal part, PetscScalar r, PetscScalar t, PetscScalar s) {
-    const PetscReal omega = AinsworthQuotient(PetscAbsScalar(r) * PetscRealPart(s), PetscMax(PetscRealPart(t) * PetscRealPart(s), part * sizes[0]));
+  auto look = [&](AinsworthWorstRow *worst, PetscInt row, const AinsworthMeasure &m, PetscScalar r, PetscScalar t, PetscScalar s) {
+    const PetscReal allowed = m.enough * PetscRealPart(t) * PetscRealPart(s) + m.floor * sizes[0];
+    const PetscReal omega   = AinsworthQuotient(PetscAbsScalar(r) * PetscRealPart(s), allowed);
 
     if (omega > worst->omega) *worst = {omega, PetscAbsScalar(r), PetscRealPart(t), row};
   };
   PetscCall(AinsworthForEntries({left.primal, terms.primal, scale.primal}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
-    look(&error->primal, first[0] + i, measure[0].part, r, t, s);
+    look(&error->primal, first[0] + i, measure[sp->loose[i] ? 2 : 0], r, t, s);
   }));
   PetscCall(AinsworthForEntries({left.dual, terms.dual, scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
     const bool others = sp->kind[i] == AINSWORTH_ROW_DEPENDENT || sp->kind[i] == AINSWORTH_ROW_ZERO;
 
-    look(others ? &error->dependent : &error->dual, first[1] + i, measure[1].part, r, t, s);
+    look(others ? &error->dependent : &error->dual, first[1] + i, measure[1], r, t, s);
   }));
   PetscCall(AinsworthSaddleVecDestroy(&terms));
   for (AinsworthWorstRow *worst : {&error->primal, &error->dual, &error->dependent}) PetscCall(AgreeOnWorst(comm, worst));

@@ -16,14 +16,15 @@ struct AinsworthBackward {
   PetscReal         size = 0.0; /* of the largest terms of all, in units of the scale */
 };
 
-/* What a row is compared with at least, relative to the largest row of all, and up to which quotient nobody asks for more digits of it */
+/* What rows are allowed: `enough` of their terms, and `floor` of the largest terms of all */
 struct AinsworthMeasure {
-  PetscReal part, enough;
+  PetscReal enough, floor;
 };
 
+/* The first is that of rows of A x + B' lambda = f with stiffness, the second that of rows of C, the third of rows where A is zero, in which x does not occur */
 PetscErrorCode AinsworthResidual(const AinsworthSaddle *, PetscBool, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
 PetscErrorCode AinsworthTerms(const AinsworthSaddle *, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
-PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *, PetscBool, const AinsworthMeasure[2], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
+PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *, PetscBool, const AinsworthMeasure[3], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
                                       AinsworthSaddleVec, AinsworthBackward *);
 PetscErrorCode AinsworthChange(const AinsworthSaddle *, AinsworthSaddleVec, Vec, Vec, PetscReal *);
 

@@ -6,15 +6,15 @@
    The numbers that decide whether x is right (docs/method.md has the reasons)
 
    margin    a row is left with at most so many times the requested tolerance of its terms
-   rounding  nobody asks for less: the rounding of products and of solves with S
+   least     nobody asks for less: the rounding of products and of solves with S
    rows      of C x = g, which the projection meets to rounding whatever the tolerance; S may have a condition number of 1e8
-   part      terms of a row count as at least this part of the largest: a body at rest has only rounding
+   rounding  of the largest terms of all, which the solves spread over all rows: a body at rest has only that
    settled   an x that another solve moves by less is determined
    rate      steps have to reduce what they reduce by this factor, as in LAPACK's xGERFSX
    most      steps
    loose     relative tolerance of a solve that only shows how far x moves
 */
-static const PetscReal margin = 10, rounding = 1e-13, rows = 1e-8, part = 1e-3, settled = 1e-6, rate = 0.5, loose = 0.1;
+static const PetscReal margin = 10, least = 1e-13, rows = 1e-8, rounding = 50 * PETSC_MACHINE_EPSILON, settled = 1e-6, rate = 0.5, loose = 0.1;
 static const int       most = 10;
 
 /* AinsworthDecide - goes on while a row is left with too much, or x has not settled, as long as that helps; open: how far a step may move a settled x */
@@ -108,19 +108,14 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets how each equation is measured; where the energy decides, the first one as a whole, because the energy is that of all of x */
-static void Measure(const AinsworthSaddle *sp, const AinsworthRequest *request, AinsworthMeasure measure[2])
+/* Sets what rows are allowed; where the energy decides, those with stiffness as a whole, because the energy is that of all of x */
+static void Measure(const AinsworthSaddle *sp, const AinsworthRequest *request, AinsworthMeasure measure[3])
 {
-  const PetscReal enough = request->tol < 0.0 ? PETSC_MAX_REAL : PetscMax(margin * request->tol, rounding);
+  const PetscReal enough = request->tol < 0.0 ? PETSC_MAX_REAL : PetscMax(margin * request->tol, least);
 
-  measure[0] = {request->energetic && !sp->D ? 1.0 : part, enough};
-  measure[1] = {part, sp->D ? enough : rows};
-}
-
-/* The largest quotient of a row and its bound */
-static PetscReal Excess(const AinsworthBackward &error, const AinsworthMeasure measure[2])
-{
-  return PetscMax(error.primal.omega / measure[0].enough, error.dual.omega / measure[1].enough);
+  measure[0] = {enough, request->energetic && !sp->D ? enough : rounding};
+  measure[1] = {sp->D ? PetscMin(enough, 1.0) : rows, rounding};
+  measure[2] = {measure[1].enough, 0.0};
 }
 
 /*
@@ -136,7 +131,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   const PetscReal        open = PetscMax(settled, 1e4 * request->tol);
   AinsworthProgress      p    = {0.0, PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL, request->energetic || request->tol < 0.0, 0};
   AinsworthProgressState state;
-  AinsworthMeasure       measure[2];
+  AinsworthMeasure       measure[3];
   AinsworthBackward      error;
   Directions             all;
   bool                   some = true;
@@ -151,10 +146,10 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
     PetscCall(AinsworthResidual(sp, request->transpose, *known, b, y, Ax, left));
     *known = PETSC_TRUE;
     PetscCall(AinsworthBackwardError(sp, request->transpose, measure, request->earlier, b, y, Ax, left, &error));
-    p.excess = Excess(error, measure);
+    p.excess = PetscMax(error.primal.omega, error.dual.omega);
     if (error.primal.omega == 0.0 && error.dual.omega == 0.0) p.settles = true; /* there is nothing that could move x */
     state = some || p.settles ? AinsworthDecide(p, open) : AINSWORTH_NO_PROGRESS;
-    PetscCall(PetscInfo(sp->rowsC, "After %d further solves, the last of which moved x by %g, rows of both equations are left with up to %g and %g of their terms\n",
+    PetscCall(PetscInfo(sp->rowsC, "After %d further solves, the last of which moved x by %g, rows of both equations are left with up to %g and %g times what they are allowed\n",
                         p.steps, (double)(p.steps ? p.moved : 0.0), (double)error.primal.omega, (double)error.dual.omega));
     if (state != AINSWORTH_WORKING) break;
     PetscCall(AinsworthSaddleVecDuplicate(y, &correction));
@@ -169,9 +164,9 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   outcome->moved = p.steps ? p.moved : 0.0;
   outcome->steps = p.steps;
   if (p.excess > 1.0) outcome->state = AINSWORTH_OUTCOME_UNMET;
-  else if (error.dependent.omega > rows) outcome->state = AINSWORTH_OUTCOME_CONTRADICTION;
+  else if (error.dependent.omega > 1.0) outcome->state = AINSWORTH_OUTCOME_CONTRADICTION;
   else if (state != AINSWORTH_CONVERGED) outcome->state = AINSWORTH_OUTCOME_UNSETTLED;
-  else if (sp->nearly && request->tol >= 0.0 && error.dependent.omega > PetscMax(margin * request->tol, 1e-12)) outcome->state = AINSWORTH_OUTCOME_UNMET;
+  else if (sp->nearly && request->tol >= 0.0 && error.dependent.omega * measure[1].enough > PetscMax(margin * request->tol, 1e-12)) outcome->state = AINSWORTH_OUTCOME_UNMET;
   else outcome->state = AINSWORTH_OUTCOME_SOLVED;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -188,7 +183,7 @@ PetscErrorCode AinsworthMarkContradictions(const AinsworthSaddle *sp, const Ains
   PetscCall(AinsworthForEntries({left, terms.dual, sp->scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
     const bool other = sp->kind[i] == AINSWORTH_ROW_ZERO || sp->kind[i] == AINSWORTH_ROW_DEPENDENT;
 
-    marked->push_back(other && PetscAbsScalar(r) * PetscRealPart(s) > rows * PetscMax(PetscRealPart(t) * PetscRealPart(s), part * error->size));
+    marked->push_back(other && PetscAbsScalar(r) * PetscRealPart(s) > rows * PetscRealPart(t) * PetscRealPart(s) + rounding * error->size);
   }));
   PetscCall(AinsworthSaddleVecDestroy(&terms));
   PetscFunctionReturn(PETSC_SUCCESS);

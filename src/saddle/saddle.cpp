@@ -210,7 +210,7 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
     }
   }
   PetscCall(AinsworthSaddleClassifyRows(sp));
-  if (!sp->bad[0]) PetscCall(AinsworthSaddleCreateScale(sp, &sp->scale));
+  if (!sp->bad[0]) PetscCall(AinsworthSaddleScale(sp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

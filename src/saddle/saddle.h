@@ -80,6 +80,7 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   Vec               balance;   /* scales the rows of C, B and D and the columns of D, powers of 2; NULL: 1 */
   Vec               known;     /* n, 1 / A_ii for unknowns whose row has only A_ii, else 0; NULL if not needed */
   Vec               work[2];   /* work vectors, n and all rows; NULL until needed */
+  std::vector<bool>  loose;    /* for each local unknown: its row of A is zero */
   AinsworthSaddleVec scale;    /* powers of 2 that bring entries of the system to about 1: of the unknowns and of all rows of the multiplier field */
 };
 
@@ -181,6 +182,6 @@ inline PetscReal AinsworthQuotient(PetscReal residual, PetscReal terms)
 }
 
 /* scale.cpp */
-PetscErrorCode AinsworthSaddleCreateScale(const AinsworthSaddle *, AinsworthSaddleVec *);
+PetscErrorCode AinsworthSaddleScale(AinsworthSaddle *);
 
 #endif

@@ -103,19 +103,24 @@ static PetscErrorCode ScaleLoose(const AinsworthSaddle *sp, AinsworthSaddleVec s
 }
 
 /*
-   AinsworthSaddleCreateScale - creates the scale of the program's system. Collective
+   AinsworthSaddleScale - finds the scale of the program's system, and its unknowns without stiffness. Collective
 
-   scale: positive powers of 2, A_ii^{-1/2} for unknowns, that of the rows of B that hold them where A has no stiffness, and
+   The scale is made of positive powers of 2: A_ii^{-1/2} for unknowns, that of the rows of B that hold them where A has no stiffness, and
    ((C diag(A)^{-1} C')_kk + |D_kk|)^{-1/2} for all rows of the multiplier field. For a positive definite A no entry of the scaled A and C exceeds 2, and an
    error t in the energy norm leaves at most 2 t in each scaled row (Cauchy-Schwarz)
 */
-PetscErrorCode AinsworthSaddleCreateScale(const AinsworthSaddle *sp, AinsworthSaddleVec *scale)
+PetscErrorCode AinsworthSaddleScale(AinsworthSaddle *sp)
 {
-  Vec rows;
+  AinsworthSaddleVec *scale = &sp->scale;
+  Vec                 rows;
 
   PetscFunctionBegin;
+  sp->loose.clear();
   PetscCall(Stiffness(sp->block[AINSWORTH_BLOCK_A], &scale->primal));
-  PetscCall(AinsworthUpdate(scale->primal, [](PetscInt, PetscScalar &s) { s = PetscRealPart(s) > 0.0 ? InverseRoot(PetscRealPart(s)) : 0.0; }));
+  PetscCall(AinsworthUpdate(scale->primal, [sp](PetscInt, PetscScalar &s) {
+    sp->loose.push_back(s == 0.0);
+    s = s == 0.0 ? 0.0 : InverseRoot(PetscRealPart(s));
+  }));
   PetscCall(MatCreateVecs(sp->givenC, NULL, &rows));
   PetscCall(VecDuplicate(rows, &scale->dual));
   PetscCall(Flexibility(sp->givenC, sp->rowsD, scale->primal, rows));
