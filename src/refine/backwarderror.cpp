@@ -87,24 +87,15 @@ static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthWorstRow *worst)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Calls f(i, size) with |v_i| s_i, or |v_i| / s_i for unknowns */
-template <typename Function>
-static PetscErrorCode ForSizes(Vec v, Vec scale, bool unknowns, Function f)
-{
-  PetscFunctionBegin;
-  PetscCall(AinsworthForEntries({v, scale}, [&](PetscInt i, PetscScalar a, PetscScalar s) {
-    const PetscReal size = unknowns ? PetscAbsScalar(a) / PetscRealPart(s) : PetscAbsScalar(a) * PetscRealPart(s);
-
-    f(i, PetscIsNanReal(size) ? PETSC_MAX_REAL : size);
-  }));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Finds the largest |v_i| s_i, or |v_i| / s_i for unknowns, of this rank */
 static PetscErrorCode Largest(Vec v, Vec scale, bool unknowns, PetscReal *largest)
 {
   PetscFunctionBegin;
-  PetscCall(ForSizes(v, scale, unknowns, [=](PetscInt, PetscReal size) { *largest = PetscMax(*largest, size); }));
+  PetscCall(AinsworthForEntries({v, scale}, [=](PetscInt, PetscScalar a, PetscScalar s) {
+    const PetscReal size = unknowns ? PetscAbsScalar(a) / PetscRealPart(s) : PetscAbsScalar(a) * PetscRealPart(s);
+
+    *largest = PetscMax(*largest, PetscIsNanReal(size) ? PETSC_MAX_REAL : size);
+  }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -129,8 +120,13 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
   PetscCall(Largest(y.primal, scale.primal, true, &sizes[0]));
   PetscCall(Largest(b.primal, scale.primal, false, &sizes[0]));
   PetscCall(Largest(b.dual, scale.dual, false, &sizes[0]));
-  PetscCall(ForSizes(left.primal, scale.primal, false,
-                     [&](PetscInt i, PetscReal size) { sizes[sp->loose[i] ? 3 : 1] = PetscMax(sizes[sp->loose[i] ? 3 : 1], size); }));
+  auto kind = [sp](PetscInt i, PetscScalar force) { return !sp->loose[i] ? 0 : force == 0.0 ? 1 : 2; };
+  PetscCall(AinsworthForEntries({left.primal, scale.primal, b.primal}, [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar force) {
+    PetscReal      &largest = sizes[1 + kind(i, force)];
+    const PetscReal size    = PetscAbsScalar(r) * PetscRealPart(s);
+
+    largest = PetscMax(largest, PetscIsNanReal(size) ? PETSC_MAX_REAL : size);
+  }));
   PetscCall(Largest(left.dual, scale.dual, false, &sizes[2]));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sizes, 4, MPIU_REAL, MPIU_MAX, comm));
   error->primal.omega =
@@ -154,9 +150,10 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
 
     if (omega > worst->omega) *worst = {omega, PetscAbsScalar(r), PetscRealPart(t), row};
   };
-  PetscCall(AinsworthForEntries({left.primal, terms.primal, scale.primal}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
-    look(&error->primal, first[0] + i, measure[sp->loose[i] ? 2 : 0], r, t, s);
-  }));
+  PetscCall(AinsworthForEntries({left.primal, terms.primal, scale.primal, b.primal},
+                                [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s, PetscScalar force) {
+                                  look(&error->primal, first[0] + i, measure[kind(i, force)], r, t, s);
+                                }));
   PetscCall(AinsworthForEntries({left.dual, terms.dual, scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
     const bool others = sp->kind[i] == AINSWORTH_ROW_DEPENDENT || sp->kind[i] == AINSWORTH_ROW_ZERO;
 

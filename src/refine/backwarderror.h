@@ -21,7 +21,8 @@ struct AinsworthMeasure {
   PetscReal enough, floor;
 };
 
-/* The first is that of rows of A x + B' lambda = f with stiffness, the second that of rows of C, the third of rows where A is zero, in which x does not occur */
+/* The first is that of rows of A x + B' lambda = f with stiffness, the second that of rows of C, the third of rows where A is zero and a
+   force acts: x does not occur in them, so that they hold multipliers alone, and a force that is given is no rounding, however small */
 PetscErrorCode AinsworthResidual(const AinsworthSaddle *, PetscBool, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
 PetscErrorCode AinsworthTerms(const AinsworthSaddle *, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
 PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *, PetscBool, const AinsworthMeasure[3], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
