@@ -22,7 +22,7 @@ static PetscErrorCode MayFactor(const PC_Ainsworth *data, PetscBool known, Petsc
 
   PetscFunctionBegin;
   *may = PETSC_FALSE;
-  if (!data->ownChoice || data->escape.refused || data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!data->ownChoice || data->choices.ladder < PC_AINSWORTH_RUNG_FACTOR || data->escape.refused || data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
   if (!PCAinsworthFactorType_Private(data, &package)) PetscFunctionReturn(PETSC_SUCCESS);
   if (known && data->constraints) PetscCall(MatGetNullSpace(data->reduced, &common));
   else PetscCall(AinsworthSaddleCreateNullSpace(&data->saddle, &common));

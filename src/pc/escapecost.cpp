@@ -90,6 +90,18 @@ static PetscErrorCode LeastMemory(MPI_Comm comm, PetscReal *memory)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* PCAinsworthFits_Private - tells whether a factor with so many entries, and what else a package needs, fits in half of the memory. Collective */
+PetscErrorCode PCAinsworthFits_Private(MPI_Comm comm, PetscReal entries, PetscBool *fits)
+{
+  static const PetscReal half = 0.5, extra = 1.5;
+  PetscReal              memory;
+
+  PetscFunctionBegin;
+  PetscCall(LeastMemory(comm, &memory));
+  *fits = (PetscBool)(extra * entries * (PetscReal)sizeof(PetscScalar) <= half * memory && entries <= (PetscReal)PETSC_MAX_INT);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    PCAinsworthEscapeCost_Private - predicts the operations of a factorization of M_* and the iterations that take as long; collective, the same on all ranks
 
@@ -97,11 +109,11 @@ static PetscErrorCode LeastMemory(MPI_Comm comm, PetscReal *memory)
 */
 PetscErrorCode PCAinsworthEscapeCost_Private(PC pc, PC_Ainsworth *data, PetscReal seconds, PetscReal *operations, PetscReal *iterations)
 {
-  static const PetscReal half = 0.5, extra = 1.5; /* of the memory; of the factor, for what else a package needs */
-  MPI_Comm               comm = PetscObjectComm((PetscObject)pc);
-  MatSolverType          package;
-  PetscReal              rate, share, memory;
-  AinsworthCost          cost;
+  MPI_Comm      comm = PetscObjectComm((PetscObject)pc);
+  MatSolverType package;
+  PetscReal     rate, share;
+  AinsworthCost cost;
+  PetscBool     fits;
 
   PetscFunctionBegin;
   (void)PCAinsworthFactorType_Private(data, &package);
@@ -110,10 +122,10 @@ PetscErrorCode PCAinsworthEscapeCost_Private(PC pc, PC_Ainsworth *data, PetscRea
   PetscCall(ShareOf(package, &share));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &rate, 1, MPIU_REAL, MPIU_SUM, comm));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &seconds, 1, MPIU_REAL, MPIU_MAX, comm));
-  PetscCall(LeastMemory(comm, &memory));
+  PetscCall(PCAinsworthFits_Private(comm, cost.entries, &fits));
   *operations = cost.operations;
   *iterations = PCAinsworthEscapeLeast_Private(data) + cost.operations / (share * rate * PetscMax(seconds, 1e-9));
-  if (extra * cost.entries * (PetscReal)sizeof(PetscScalar) > half * memory || cost.entries > (PetscReal)PETSC_MAX_INT) *iterations = PETSC_INFINITY;
+  if (!fits) *iterations = PETSC_INFINITY;
   PetscCall(PetscInfo(pc,
                       "A factorization would take %g operations and hold %g entries%s: as long as %g iterations of %g s, with %g dense operations a second\n",
                       (double)cost.operations, (double)cost.entries, *iterations < PETSC_INFINITY ? "" : ", more than memory has room for", (double)*iterations,

@@ -6,6 +6,7 @@
 #include "../saddle/saddle.h"
 #include "../multigrid/source.h"
 #include "../pmat/pmat.h"
+#include "../inner/whole.h"
 #include "../projector/symbolic.h"
 #include "../refine/refine.h"
 #include "../report/diagnosis.h"
@@ -25,6 +26,15 @@ typedef enum {
   AINSWORTH_REDUNDANT_DROP, /* left out; a right-hand side that contradicts them is a failure, PC_INCONSISTENT_RHS */
   AINSWORTH_REDUNDANT_ERROR /* the set-up stops with an error that names them */
 } AinsworthRedundantType;
+
+/* How a system is solved; a rung is climbed where those below gave no answer */
+typedef enum {
+  PC_AINSWORTH_RUNG_MULTIGRID, /* the reduced system, with the preconditioner chosen for it */
+  PC_AINSWORTH_RUNG_FACTOR,    /* the same, with M_* factored */
+  PC_AINSWORTH_RUNG_GMRES,     /* the same, by GMRES */
+  PC_AINSWORTH_RUNG_WHOLE      /* the whole system [A B'; C -D] is factored, and its solutions are refined */
+} PCAinsworthRung;
+PETSC_INTERN const char *const PCAinsworthRungs[];
 
 /* When the inner preconditioner is rebuilt for other values of A or C */
 typedef enum {
@@ -59,6 +69,7 @@ struct PCAinsworthChoices {
   MatAinsworthWeightType weightType;
   PetscInt               rowsPerRank;
   AinsworthRedundantType redundant;
+  PCAinsworthRung        ladder = PC_AINSWORTH_RUNG_WHOLE; /* the highest rung that may be climbed */
   AinsworthPmatOptions   pmat; /* factor PETSC_DEFAULT depends on the types of penalty and approximation; symmetric is set by set-up */
 };
 
@@ -143,6 +154,11 @@ struct PC_Ainsworth {
   Vec                 g, lambda; /* on the kept rows, if some are not kept */
   Vec                 terms;     /* largest terms of each row of C x in all solves, if rows are dependent: later residuals contain their rounding */
   Vec                 f;         /* f minus the terms of known x and lambda; NULL if nothing is known */
+
+  /* pcladder.cpp */
+  PCAinsworthRung rung = PC_AINSWORTH_RUNG_MULTIGRID; /* whole: it was tried for this matrix */
+  AinsworthWhole *whole; /* the factor of the whole system; NULL as long as the reduced one is solved */
+  char            climbed[512]; /* why */
 
   /* pcrebuild.cpp */
   AinsworthRebuildType rebuild;
@@ -230,6 +246,9 @@ PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainswort
 PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *, Vec, Vec, PetscReal *);
 PETSC_INTERN PetscErrorCode      PCAinsworthResists_Private(const PC_Ainsworth *, Vec, PetscReal, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthIsFree_Private(const PC_Ainsworth *, Vec, Vec, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthFits_Private(MPI_Comm, PetscReal, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthClimb_Private(PC, PC_Ainsworth *, const char[], PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthForgetWhole_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthJudge_Private(PC, PC_Ainsworth *, PetscBool, KSPConvergedReason, const AinsworthSolver &, AinsworthSaddleVec,
                                                           AinsworthSaddleVec, AinsworthSaddleVec, AinsworthVerdict *, char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);

@@ -23,6 +23,35 @@ static PetscErrorCode GetReason(const PC_Ainsworth *data, KSPConvergedReason *re
 }
 
 /*
+   Replaces a reduced right-hand side by zero if it is nothing but the rounding of the forces f and A R g that were projected out of it
+
+   Constraints alone balance these forces then. In the norm of diag(A)^{-1} a force counts by the motion that it causes, and A R g by the energy of R g
+*/
+static PetscErrorCode ForgetRounding(const PC_Ainsworth *data, Vec f)
+{
+  static const PetscReal rounding = 450 * PETSC_MACHINE_EPSILON; /* 1e-13: no row is asked to be met any better (refine/refine.cpp) */
+  PetscReal              norms[2];
+  Mat_Ainsworth         *ctx;
+  Vec                    work;
+
+  PetscFunctionBegin;
+  if (!data->constraints || data->saddle.D) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+  PetscCall(VecDuplicate(f, &work));
+  for (int k = 0; k < 2; k++) {
+    const Vec   v = k ? f : data->rhs;
+    PetscScalar square;
+
+    PetscCall(VecPointwiseMult(work, data->inverseDiagonal, v));
+    PetscCall(VecDot(work, v, &square));
+    norms[k] = PetscSqrtReal(PetscAbsScalar(square));
+  }
+  PetscCall(VecDestroy(&work));
+  if (norms[0] <= rounding * (norms[1] + PetscSqrtReal(PetscAbsReal(ctx->start[0])))) PetscCall(VecZeroEntries(data->rhs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    Solves the reduced system for f and g, again as long as the preconditioner is replaced
 
    watched: the report sees the solve, and its stop refers to x. The report restores the KSP also after an error, which is raised then
@@ -39,6 +68,7 @@ static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose,
     PetscCall(PetscTime(&start));
     if (data->constraints) PetscCall(MatAinsworthReduce_Private(data->reduced, transpose, b.primal, b.dual, data->rhs));
     else PetscCall(VecCopy(b.primal, data->rhs));
+    PetscCall(ForgetRounding(data, b.primal));
     if (watched) PetscCall(PCAinsworthReportBegin_Private(pc, data, b, start));
     PetscCall(PCAinsworthEscapeBegin_Private(pc, data));
     error = transpose ? KSPSolveTranspose(data->ksp, data->rhs, x) : KSPSolve(data->ksp, data->rhs, x);
@@ -85,13 +115,19 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   PetscBool again = PETSC_FALSE;
 
   PetscFunctionBegin;
+  *reason = KSP_CONVERGED_RTOL;
+  if (data->whole) {
+    data->knownAx = PETSC_FALSE;
+    PetscCall(AinsworthWholeSolve(data->whole, transpose, b, y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   data->knownAx = (PetscBool)(data->constraints && data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A] && !data->saddle.known);
   PetscCall(VecGetSize(y.primal, &n));
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
   if (data->constraints == n && !data->saddle.D) PetscCall(VecZeroEntries(y.primal)); /* Ker C = 0: the constraints alone determine x */
   else {
     PetscCall(SolveOrRebuild(pc, data, transpose, watched, b, y.primal, reason));
-    if (*reason == KSP_DIVERGED_INDEFINITE_MAT && data->saddle.D) PetscCall(PCAinsworthTakeGMRES_Private(pc, data, &again));
+    if (*reason == KSP_DIVERGED_INDEFINITE_MAT && data->saddle.D && data->choices.ladder >= PC_AINSWORTH_RUNG_GMRES) PetscCall(PCAinsworthTakeGMRES_Private(pc, data, &again));
     if (again) PetscCall(SolveInner(pc, data, transpose, watched, b, y.primal, reason));
   }
   if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, b, y, data->knownAx ? data->Ax : NULL));
@@ -159,14 +195,21 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
 {
   KSPConvergedReason reason;
   AinsworthVerdict   verdict = AINSWORTH_VERDICT_UNMET;
+  PetscBool          again   = PETSC_TRUE;
   char               why[512];
 
   PetscFunctionBegin;
-  PetscCall(SolveFields(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
-  /* some methods end without a reason; what rounding has stopped may be a solution all the same */
-  if (reason >= 0 || reason == KSP_DIVERGED_BREAKDOWN || reason == KSP_DIVERGED_INDEFINITE_MAT) {
-    PetscCall(RefineAndJudge(pc, data, transpose, reason, b, y, &verdict, why, sizeof(why)));
-    if (verdict == AINSWORTH_VERDICT_MET) reason = KSP_CONVERGED_RTOL;
+  while (again) {
+    again = PETSC_FALSE;
+    PetscCall(SolveFields(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
+    PetscCall(PetscStrncpy(why, KSPConvergedReasons[reason], sizeof(why)));
+    /* some methods end without a reason; what rounding has stopped may be a solution all the same */
+    if (reason >= 0 || reason == KSP_DIVERGED_BREAKDOWN || reason == KSP_DIVERGED_INDEFINITE_MAT) {
+      PetscCall(RefineAndJudge(pc, data, transpose, reason, b, y, &verdict, why, sizeof(why)));
+      if (verdict == AINSWORTH_VERDICT_MET) reason = KSP_CONVERGED_RTOL;
+    }
+    if (verdict == AINSWORTH_VERDICT_UNMET && reason != KSP_DIVERGED_ITS) PetscCall(PCAinsworthClimb_Private(pc, data, why, &again));
+    if (again) PetscCall(VecZeroEntries(y.primal));
   }
   if (verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
   /* residuals of an outer method are consistent only to rounding; the program's right-hand side was checked in its first application */

@@ -53,7 +53,7 @@ static bool Same(const PCAinsworthChoices &a, const PCAinsworthChoices &b)
 {
   return a.variant == b.variant && a.weightType == b.weightType && a.rowsPerRank == b.rowsPerRank && a.redundant == b.redundant && a.pmat.type == b.pmat.type &&
          a.pmat.penalty == b.pmat.penalty && a.pmat.factor == b.pmat.factor && a.pmat.rowScaling == b.pmat.rowScaling && a.pmat.rtol == b.pmat.rtol &&
-         a.pmat.blocks == b.pmat.blocks;
+         a.pmat.blocks == b.pmat.blocks && a.ladder == b.ladder;
 }
 
 /* Sets the choices, which take effect at the next use; another variant sets its inner method */

@@ -188,6 +188,7 @@ static PetscErrorCode ForgetLast(PC, PC_Ainsworth *data, SetUpRun *run)
   data->applied = data->refused = PETSC_FALSE;
   data->failure[0]              = 0;
   PetscCall(AinsworthReportDestroy(&data->report));
+  PetscCall(PCAinsworthForgetWhole_Private(data));
   PetscCall(MatDestroy(&data->M));
   for (Vec *v : {&data->g, &data->lambda, &data->f, &data->inverseDiagonal}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -253,6 +254,7 @@ static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
 {
   PC             inner;
   PetscLogDouble end;
+  PetscBool      climbed = PETSC_FALSE;
 
   PetscFunctionBegin;
   if (run->keep) PetscCall(PCAinsworthDecideToKeepInner_Private(pc, data, &run->keep));
@@ -261,10 +263,14 @@ static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
   data->keptForProgram = (PetscBool)(data->keptForProgram && pc->reusepreconditioner);
   run->reason          = PC_SUBPC_ERROR;
   run->code            = PETSC_ERR_ARG_WRONG;
+  if (run->why[0]) PetscCall(PCAinsworthClimb_Private(pc, data, run->why, &climbed));
+  if (climbed) run->why[0] = 0;
   if (run->why[0]) PetscFunctionReturn(PETSC_SUCCESS);
   data->stale = data->unfinished = PETSC_FALSE;
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCGetFailedReason(inner, &run->reason));
+  if (run->reason && !climbed) PetscCall(PCAinsworthClimb_Private(pc, data, PCFailedReasons[run->reason], &climbed));
+  if (climbed) run->reason = PC_NOERROR;
   PetscCall(PCAinsworthAgreeOnFailure_Private(pc, run->reason ? PC_SUBPC_ERROR : PC_NOERROR));
   if (pc->failedreason) { /* a solve would fail as well */
     char why[sizeof(run->why)];

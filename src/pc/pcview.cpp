@@ -71,6 +71,12 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  left out: %s\n", text.c_str()));
   }
   PetscCall(PCAinsworthViewRebuild_Private(data, viewer));
+  if (data->whole) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  ladder: the whole system, as the reduced solve gave no answer: %s\n", data->climbed));
+    PetscCall(PetscViewerASCIIPushTab(viewer));
+    PetscCall(AinsworthWholeView(data->whole, viewer));
+    PetscCall(PetscViewerASCIIPopTab(viewer));
+  }
   PetscCall(PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns:\n"));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   PetscCall(KSPView(data->ksp, viewer));
