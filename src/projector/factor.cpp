@@ -180,6 +180,18 @@ PetscErrorCode AinsworthFactorTry(const std::function<PetscErrorCode()> &setUp, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthFactorTryUnlogged - calls setUp(), which may raise an error in the middle of an event, and catches the error */
+PetscErrorCode AinsworthFactorTryUnlogged(const std::function<PetscErrorCode()> &setUp, PetscErrorCode *code, std::string *message)
+{
+  PetscBool off = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(SwitchLog(false, &off));
+  PetscCall(AinsworthFactorTry(setUp, code, message));
+  PetscCall(SwitchLog(true, &off));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthFactorTryCholmod - calls setUp() of a solver that factors with CHOLMOD, and catches the error that it raises if the matrix is not positive definite
 
@@ -189,15 +201,12 @@ PetscErrorCode AinsworthFactorTryCholmod(PetscObject solver, bool ordered, const
 {
   std::string       message;
   PetscErrorCode    code;
-  PetscBool         off = PETSC_FALSE;
   AinsworthDefaults defaults{solver, {}};
 
   PetscFunctionBegin;
   PetscCall(defaults.set("mat_cholmod_print", "0"));                 /* otherwise CHOLMOD prints a line if the matrix is not positive definite */
   if (ordered) PetscCall(defaults.set("mat_cholmod_nmethods", "1")); /* otherwise CHOLMOD tries its own orderings as well */
-  PetscCall(SwitchLog(false, &off));
-  PetscCall(AinsworthFactorTry(setUp, &code, &message));
-  PetscCall(SwitchLog(true, &off));
+  PetscCall(AinsworthFactorTryUnlogged(setUp, &code, &message));
   PetscCall(defaults.clear());
   *indefinite = (PetscBool)(code == PETSC_ERR_MAT_CH_ZRPVT);
   PetscCheck(code == PETSC_SUCCESS || *indefinite, solver->comm, code, "%s", message.c_str());

@@ -20,6 +20,7 @@ PetscErrorCode AinsworthFactorChoose(AinsworthFactor *, Mat, PetscBool, KSP);
 PetscErrorCode AinsworthFactorCheckMemory(const AinsworthFactor *, MPI_Comm);
 PetscErrorCode AinsworthFactorSetUp(AinsworthFactor *, Mat, KSP);
 PetscErrorCode AinsworthFactorTry(const std::function<PetscErrorCode()> &, PetscErrorCode *, std::string *);
+PetscErrorCode AinsworthFactorTryUnlogged(const std::function<PetscErrorCode()> &, PetscErrorCode *, std::string *);
 PetscErrorCode AinsworthFactorTryCholmod(PetscObject, bool, const std::function<PetscErrorCode()> &, PetscBool *);
 PetscErrorCode AinsworthFactorGetFailedReason(const AinsworthFactor *, KSP, PCFailedReason *);
 PetscErrorCode AinsworthFactorReset(AinsworthFactor *);

@@ -1,0 +1,250 @@
+/* The whole system, factored: package, its defaults, its failures, and solves with the factor */
+#include "whole.h"
+#include "../defaults.h"
+#include "../projector/factor.h"
+#include <petsc/private/petscimpl.h>
+#include <algorithm>
+
+/* K is kept with its factor: the interfaces to MUMPS and UMFPACK read its arrays in their solves, and options may ask for iterations */
+struct AinsworthWhole {
+  KSP  ksp      = NULL; /* has S K S and its factor */
+  Vec  scale    = NULL; /* S, with the layout of K */
+  Vec  rhs      = NULL; /* work vectors */
+  Vec  solution = NULL;
+  bool same     = false; /* K is its own transpose */
+};
+
+namespace
+{
+/* What factors K: a PC, its package, and whether all ranks do the same, each with all of K */
+struct Choice {
+  char      type[64] = PCLU, package[64] = MATSOLVERPETSC;
+  PetscBool redundant = PETSC_FALSE;
+
+  PetscErrorCode make(KSP, bool);
+  PetscErrorCode setDefaults(AinsworthDefaults *) const;
+};
+
+/* Chooses what pivots, as K is indefinite; options come first. In complex arithmetic no package has L D L^H with pivoting */
+PetscErrorCode Choice::make(KSP ksp, bool symmetric)
+{
+  const PetscOptions options = ((PetscObject)ksp)->options;
+  const char        *prefix  = ((PetscObject)ksp)->prefix;
+  PetscMPIInt        size;
+  PetscBool          given, mumps;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)ksp), &size));
+#if defined(PETSC_HAVE_MUMPS)
+  PetscCall(PetscStrncpy(package, MATSOLVERMUMPS, sizeof(package)));
+#else
+  #if defined(PETSC_HAVE_SUITESPARSE)
+  PetscCall(PetscStrncpy(package, MATSOLVERUMFPACK, sizeof(package)));
+  #endif
+  #if defined(PETSC_HAVE_SUPERLU_DIST)
+  if (size > 1) PetscCall(PetscStrncpy(package, MATSOLVERSUPERLU_DIST, sizeof(package)));
+  #else
+  redundant = (PetscBool)(size > 1);
+  #endif
+#endif
+  PetscCall(PetscOptionsGetString(options, prefix, "-pc_factor_mat_solver_type", package, sizeof(package), &given));
+  if (given) redundant = PETSC_FALSE;
+  PetscCall(PetscStrcmp(package, MATSOLVERMUMPS, &mumps));
+  if (mumps && symmetric && !PetscDefined(USE_COMPLEX)) PetscCall(PetscStrncpy(type, PCCHOLESKY, sizeof(type)));
+  if (redundant) PetscCall(PetscStrncpy(type, PCREDUNDANT, sizeof(type)));
+  PetscCall(PetscOptionsGetString(options, prefix, "-pc_type", type, sizeof(type), NULL));
+  PetscCall(PetscStrcmp(type, PCREDUNDANT, &redundant));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets our defaults: room for pivots that MUMPS delays; nonzero diagonals for PETSc's own factorization, which does not pivot */
+PetscErrorCode Choice::setDefaults(AinsworthDefaults *defaults) const
+{
+  const std::string inner = redundant ? "redundant_" : "";
+  PetscBool         petsc;
+
+  PetscFunctionBegin;
+  PetscCall(defaults->set((inner + "pc_factor_mat_solver_type").c_str(), package));
+  PetscCall(defaults->set((inner + "mat_mumps_icntl_14").c_str(), "80"));
+  PetscCall(PetscStrcmp(package, MATSOLVERPETSC, &petsc));
+  if (!petsc) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(defaults->set((inner + "pc_factor_shift_type").c_str(), "nonzero"));
+  PetscCall(defaults->set((inner + "pc_factor_mat_ordering_type").c_str(), MATORDERINGND));
+  PetscCall(defaults->set((inner + "pc_factor_nonzeros_along_diagonal").c_str(), "1e-10"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+} // namespace
+
+/* Factors K, and gives the reason of a failure, if any; on one rank some packages raise an error instead */
+static PetscErrorCode Factor(KSP ksp, bool symmetric, PCFailedReason *reason)
+{
+  const PetscErrorCode expected[] = {PETSC_ERR_MEM, PETSC_ERR_LIB, PETSC_ERR_MAT_LU_ZRPVT, PETSC_ERR_MAT_CH_ZRPVT};
+  MPI_Comm             comm       = PetscObjectComm((PetscObject)ksp);
+  AinsworthDefaults    defaults{(PetscObject)ksp, {}};
+  PetscErrorCode       code = PETSC_SUCCESS;
+  std::string          message;
+  PetscMPIInt          size, worst;
+  PetscBool            mumps;
+  Choice               choice;
+  PC                   pc;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(choice.make(ksp, symmetric));
+  PetscCall(PetscStrcmp(choice.package, MATSOLVERMUMPS, &mumps));
+  PetscCall(choice.setDefaults(&defaults));
+  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetType(pc, choice.type));
+  PetscCall(KSPSetFromOptions(ksp));
+  if (!mumps && (size == 1 || choice.redundant)) PetscCall(AinsworthFactorTryUnlogged([=] { return KSPSetUp(ksp); }, &code, &message));
+  else PetscCall(KSPSetUp(ksp));
+  PetscCall(defaults.clear());
+  if (code) {
+    PetscCheck(std::count(expected, expected + PETSC_STATIC_ARRAY_LENGTH(expected), code), comm, code, "%s", message.c_str());
+    PetscCall(PetscInfo(ksp, "The whole system is not factored: %s\n", message.c_str()));
+    *reason = code == PETSC_ERR_MEM ? PC_FACTOR_OUTMEMORY : PC_FACTOR_OTHER;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PCGetFailedReason(pc, reason));
+  worst = *reason < 0 ? PC_FACTOR_OTHER : (PetscMPIInt)*reason; /* a negative one would get lost in the maximum */
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_INT, MPI_MAX, comm));
+  *reason = (PCFailedReason)worst;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Copies both parts of a vector to one with the layout of K, or back */
+static PetscErrorCode Load(AinsworthSaddleVec b, Vec v)
+{
+  PetscScalar *a, *to;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayWrite(v, &a));
+  to = a;
+  for (Vec part : {b.primal, b.dual}) {
+    const PetscScalar *from;
+    PetscInt           n;
+
+    PetscCall(VecGetLocalSize(part, &n));
+    PetscCall(VecGetArrayRead(part, &from));
+    to = std::copy_n(from, n, to);
+    PetscCall(VecRestoreArrayRead(part, &from));
+  }
+  PetscCall(VecRestoreArrayWrite(v, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Unload(Vec v, AinsworthSaddleVec y)
+{
+  const PetscScalar *a, *from;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(v, &a));
+  from = a;
+  for (Vec part : {y.primal, y.dual}) {
+    PetscScalar *to;
+    PetscInt     n;
+
+    PetscCall(VecGetLocalSize(part, &n));
+    PetscCall(VecGetArrayWrite(part, &to));
+    std::copy_n(from, n, to);
+    from += n;
+    PetscCall(VecRestoreArrayWrite(part, &to));
+  }
+  PetscCall(VecRestoreArrayRead(v, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Checks by a solve whether the factor gives numbers: UMFPACK factors a singular matrix with no more than a warning. Collective */
+static PetscErrorCode GivesNumbers(const AinsworthWhole *whole, PetscBool *good)
+{
+  PetscReal norm;
+
+  PetscFunctionBegin;
+  PetscCall(VecSet(whole->rhs, 1.0));
+  PetscCall(KSPSolve(whole->ksp, whole->rhs, whole->solution));
+  PetscCall(VecNorm(whole->solution, NORM_2, &norm));
+  *good = (PetscBool)!PetscIsInfOrNanReal(norm);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthWholeCreate - assembles, equilibrates and factors the whole system. Collective
+
+   If it cannot be factored, *whole is NULL and `why` tells the cause, both the same on all ranks; otherwise `why` is empty. A matrix that is singular only to
+   rounding is factored all the same: the caller judges its answers. prefix: options are those of a KSP with this prefix and "whole_".
+*/
+PetscErrorCode AinsworthWholeCreate(const AinsworthSaddle *sp, PetscBool symmetric, AinsworthSaddleVec scale, const char prefix[], AinsworthWhole **whole,
+                                    char why[], size_t len)
+{
+  AinsworthWhole *w = new AinsworthWhole;
+  PCFailedReason  reason;
+  PetscBool       good = PETSC_FALSE;
+  Mat             K;
+
+  PetscFunctionBegin;
+  *whole  = NULL;
+  why[0]  = '\0';
+  w->same = symmetric && !PetscDefined(USE_COMPLEX);
+  PetscCall(AinsworthWholeAssemble(sp, &K));
+  PetscCall(MatCreateVecs(K, &w->solution, &w->rhs));
+  PetscCall(VecDuplicate(w->rhs, &w->scale));
+  PetscCall(Load(scale, w->scale));
+  PetscCall(MatDiagonalScale(K, w->scale, w->scale));
+  if (symmetric) PetscCall(MatSetOption(K, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(KSPCreate(PetscObjectComm((PetscObject)K), &w->ksp));
+  PetscCall(KSPSetOptionsPrefix(w->ksp, prefix));
+  PetscCall(KSPAppendOptionsPrefix(w->ksp, "whole_"));
+  PetscCall(MatSetOptionsPrefix(K, ((PetscObject)w->ksp)->prefix)); /* packages read their options at the matrix' prefix */
+  PetscCall(KSPSetOperators(w->ksp, K, K));
+  PetscCall(MatDestroy(&K));
+  PetscCall(Factor(w->ksp, symmetric, &reason));
+  if (reason) PetscCall(PetscSNPrintf(why, len, "the whole system cannot be factored: %s", PCFailedReasons[reason]));
+  else {
+    PetscCall(GivesNumbers(w, &good));
+    if (!good) PetscCall(PetscSNPrintf(why, len, "the whole system cannot be factored: a solve with its factor gave no numbers"));
+  }
+  if (why[0]) PetscCall(AinsworthWholeDestroy(&w));
+  *whole = w;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthWholeSolve - computes y = K^-1 b, or K^-T b, with the factor of S K S; y may be b. Where a solve fails, y is infinite. Collective */
+PetscErrorCode AinsworthWholeSolve(const AinsworthWhole *whole, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y)
+{
+  KSPConvergedReason reason;
+
+  PetscFunctionBegin;
+  PetscCall(Load(b, whole->rhs));
+  PetscCall(VecPointwiseMult(whole->rhs, whole->rhs, whole->scale));
+  PetscCall((transpose && !whole->same ? KSPSolveTranspose : KSPSolve)(whole->ksp, whole->rhs, whole->solution));
+  PetscCall(KSPGetConvergedReason(whole->ksp, &reason));
+  if (reason < 0) PetscCall(VecSet(whole->solution, PETSC_INFINITY));
+  PetscCall(VecPointwiseMult(whole->solution, whole->solution, whole->scale));
+  PetscCall(Unload(whole->solution, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthWholeView(const AinsworthWhole *whole, PetscViewer viewer)
+{
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetSize(whole->rhs, &n));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "the whole system [A B'; C -D], %" PetscInt_FMT " unknowns, equilibrated and factored:\n", n));
+  PetscCall(PetscViewerASCIIPushTab(viewer));
+  PetscCall(KSPView(whole->ksp, viewer));
+  PetscCall(PetscViewerASCIIPopTab(viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthWholeDestroy(AinsworthWhole **whole)
+{
+  PetscFunctionBegin;
+  if (!*whole) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPDestroy(&(*whole)->ksp));
+  for (Vec *v : {&(*whole)->scale, &(*whole)->rhs, &(*whole)->solution}) PetscCall(VecDestroy(v));
+  delete *whole;
+  *whole = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
