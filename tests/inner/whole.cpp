@@ -22,7 +22,8 @@ struct Kind {
   bool        uneven     = false;
   const char *type       = MATAIJ;
   const char *options    = "";
-  bool        transpose  = true; /* the package can do that */
+  bool        transpose  = true; /* the package can solve with it */
+  int         steps      = 0;    /* of refinement, where the package perturbs pivots */
 };
 
 struct Blocks {
@@ -225,6 +226,29 @@ static PetscErrorCode CheckAssembly(const AinsworthSaddle &sp, const Dense &K)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode RefinedSolve(const AinsworthWhole *whole, const Dense &K, PetscBool transpose, int steps, AinsworthSaddleVec b, AinsworthSaddleVec y)
+{
+  AinsworthSaddleVec r;
+  Column             rhs, x;
+  PetscInt           n;
+
+  PetscFunctionBeginUser;
+  PetscCall(AinsworthWholeSolve(whole, transpose, b, y));
+  PetscCall(AinsworthSaddleVecDuplicate(b, &r));
+  PetscCall(VecGetSize(r.primal, &n));
+  PetscCall(GatherBoth(b, rhs));
+  for (int step = 0; step < steps; step++) {
+    PetscCall(GatherBoth(y, x));
+    x = rhs - K * x;
+    PetscCall(Scatter(x.head(n), r.primal));
+    PetscCall(Scatter(x.tail(x.size() - n), r.dual));
+    PetscCall(AinsworthWholeSolve(whole, transpose, r, r));
+    PetscCall(AinsworthSaddleVecAXPY(y, 1.0, r));
+  }
+  PetscCall(AinsworthSaddleVecDestroy(&r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Solve(const Kind &kind, PetscInt seed)
 {
   const Blocks       b      = Draw(kind, seed);
@@ -252,11 +276,11 @@ static PetscErrorCode Solve(const Kind &kind, PetscInt seed)
   for (int transpose = 0; whole && transpose <= kind.transpose; transpose++) {
     const Column exact = (transpose ? Dense(scaled.transpose()) : scaled).fullPivLu().solve(Column(s.cwiseProduct(rhs)));
 
-    PetscCall(AinsworthWholeSolve(whole, (PetscBool)transpose, f, y));
+    PetscCall(RefinedSolve(whole, transpose ? Dense(K.transpose()) : K, (PetscBool)transpose, kind.steps, f, y));
     PetscCall(GatherBoth(y, got));
     PetscCall(CheckEqual(transpose ? "the solution of the transpose" : "the solution", got.cwiseQuotient(s), exact, 1e-9));
   }
-  if (whole) { /* in place */
+  if (whole && !kind.steps) { /* in place */
     PetscCall(AinsworthWholeSolve(whole, PETSC_FALSE, f, f));
     PetscCall(GatherBoth(f, got));
     PetscCall(CheckEqual("the solution in place", scaled * got.cwiseQuotient(s), s.cwiseProduct(rhs), 1e-9));
@@ -387,6 +411,46 @@ static std::vector<Kind> Kinds()
   return kinds;
 }
 
+/* What is chosen where PETSc has no MUMPS, by options */
+static PetscErrorCode Packages(PetscMPIInt size)
+{
+  struct Package {
+    bool        all;      /* on several ranks, too */
+    bool        perturbs; /* pivots: the answer is refined, and a singular system may be factored */
+    std::string options;
+  };
+  const std::string package = "-test_whole_pc_factor_mat_solver_type ", each = "-test_whole_pc_type redundant -test_whole_redundant_pc_factor_mat_solver_type ";
+  std::vector<Package> packages = {
+    {true,  false, "-test_whole_pc_type lu"},
+    {false, true,  package + "petsc"       },
+    {true,  true,  each + "petsc"          }
+  };
+
+  PetscFunctionBeginUser;
+#if defined(PETSC_HAVE_SUITESPARSE)
+  packages.push_back({false, false, package + "umfpack"});
+  packages.push_back({true, false, each + "umfpack"});
+#endif
+#if defined(PETSC_HAVE_SUPERLU_DIST)
+  packages.push_back({true, true, package + "superlu_dist"});
+#endif
+  for (const Package &p : packages) {
+    if (size > 1 && !p.all) continue;
+    for (Kind kind : Kinds()) {
+      const std::string name = kind.name + (" with " + p.options);
+
+      kind.name      = name.c_str();
+      kind.options   = p.options.c_str();
+      kind.steps     = p.perturbs ? 4 : 0;
+      kind.transpose = kind.symmetric || p.options.find("superlu_dist") == std::string::npos;
+      PetscCall(Solve(kind, 1));
+    }
+    if (p.perturbs) continue;
+    for (bool row : {false, true}) PetscCall(Singular(row, p.options.c_str()));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   int         exitcode;
@@ -399,6 +463,7 @@ int main(int argc, char **argv)
   for (const Kind &kind : Kinds())
     for (PetscInt seed : {1, 1001, 2001}) PetscCall(Solve(kind, seed));
   for (bool row : {false, true}) PetscCall(Singular(row, ""));
+  PetscCall(Packages(size));
   for (bool symmetric : {true, false}) PetscCall(Predict(symmetric));
   PetscCall(View());
   PetscCall(ChecksFinish(&exitcode));
