@@ -4,23 +4,26 @@
 #include "../projector/factor.h"
 #include <petsc/private/petscimpl.h>
 #include <algorithm>
+#include <cstring>
 
 /* K is kept with its factor: the interfaces to MUMPS and UMFPACK read its arrays in their solves, and options may ask for iterations */
 struct AinsworthWhole {
-  KSP  ksp      = NULL; /* has S K S and its factor */
-  Vec  scale    = NULL; /* S, with the layout of K */
-  Vec  rhs      = NULL; /* work vectors */
-  Vec  solution = NULL;
-  bool same     = false; /* K is its own transpose */
+  KSP  ksp       = NULL; /* has S K S and its factor */
+  Vec  scale     = NULL; /* S, with the layout of K */
+  Vec  rhs       = NULL; /* work vectors */
+  Vec  solution  = NULL;
+  bool symmetric = false; /* K = K' */
+  bool forward   = false; /* solves with the transpose are wrong */
 };
 
 namespace
 {
-/* What factors K: a PC, its package, and whether all ranks do the same, each with all of K */
+/* What factors K: a PC, its package, and whether each rank gathers all of K and does the same as the others */
 struct Choice {
   char      type[64] = PCLU, package[64] = MATSOLVERPETSC;
   PetscBool redundant = PETSC_FALSE;
 
+  bool           is(const char name[]) const { return !strcmp(package, name); }
   PetscErrorCode make(KSP, bool);
   PetscErrorCode setDefaults(AinsworthDefaults *) const;
 };
@@ -31,7 +34,7 @@ PetscErrorCode Choice::make(KSP ksp, bool symmetric)
   const PetscOptions options = ((PetscObject)ksp)->options;
   const char        *prefix  = ((PetscObject)ksp)->prefix;
   PetscMPIInt        size;
-  PetscBool          given, mumps;
+  PetscBool          given, typed;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)ksp), &size));
@@ -47,27 +50,26 @@ PetscErrorCode Choice::make(KSP ksp, bool symmetric)
   redundant = (PetscBool)(size > 1);
   #endif
 #endif
-  PetscCall(PetscOptionsGetString(options, prefix, "-pc_factor_mat_solver_type", package, sizeof(package), &given));
-  if (given) redundant = PETSC_FALSE;
-  PetscCall(PetscStrcmp(package, MATSOLVERMUMPS, &mumps));
-  if (mumps && symmetric && !PetscDefined(USE_COMPLEX)) PetscCall(PetscStrncpy(type, PCCHOLESKY, sizeof(type)));
-  if (redundant) PetscCall(PetscStrncpy(type, PCREDUNDANT, sizeof(type)));
-  PetscCall(PetscOptionsGetString(options, prefix, "-pc_type", type, sizeof(type), NULL));
+  PetscCall(PetscOptionsHasName(options, prefix, "-pc_factor_mat_solver_type", &given));
+  if (redundant && !given) PetscCall(PetscStrncpy(type, PCREDUNDANT, sizeof(type)));
+  PetscCall(PetscOptionsGetString(options, prefix, "-pc_type", type, sizeof(type), &typed));
   PetscCall(PetscStrcmp(type, PCREDUNDANT, &redundant));
+  PetscCall(
+    PetscOptionsGetString(options, prefix, redundant ? "-redundant_pc_factor_mat_solver_type" : "-pc_factor_mat_solver_type", package, sizeof(package), NULL));
+  if (!typed && !redundant && is(MATSOLVERMUMPS) && symmetric && !PetscDefined(USE_COMPLEX)) PetscCall(PetscStrncpy(type, PCCHOLESKY, sizeof(type)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets our defaults: room for pivots that MUMPS delays; nonzero diagonals for PETSc's own factorization, which does not pivot */
+/* Sets our defaults: room for pivots that MUMPS delays. The others do not pivot in the process: they get nonzero diagonals, or better tiny pivots */
 PetscErrorCode Choice::setDefaults(AinsworthDefaults *defaults) const
 {
   const std::string inner = redundant ? "redundant_" : "";
-  PetscBool         petsc;
 
   PetscFunctionBegin;
   PetscCall(defaults->set((inner + "pc_factor_mat_solver_type").c_str(), package));
   PetscCall(defaults->set((inner + "mat_mumps_icntl_14").c_str(), "80"));
-  PetscCall(PetscStrcmp(package, MATSOLVERPETSC, &petsc));
-  if (!petsc) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(defaults->set((inner + "mat_superlu_dist_replacetinypivot").c_str(), "1"));
+  if (!is(MATSOLVERPETSC)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(defaults->set((inner + "pc_factor_shift_type").c_str(), "nonzero"));
   PetscCall(defaults->set((inner + "pc_factor_mat_ordering_type").c_str(), MATORDERINGND));
   PetscCall(defaults->set((inner + "pc_factor_nonzeros_along_diagonal").c_str(), "1e-10"));
@@ -76,7 +78,7 @@ PetscErrorCode Choice::setDefaults(AinsworthDefaults *defaults) const
 } // namespace
 
 /* Factors K, and gives the reason of a failure, if any; on one rank some packages raise an error instead */
-static PetscErrorCode Factor(KSP ksp, bool symmetric, PCFailedReason *reason)
+static PetscErrorCode Factor(KSP ksp, const Choice &choice, PCFailedReason *reason)
 {
   const PetscErrorCode expected[] = {PETSC_ERR_MEM, PETSC_ERR_LIB, PETSC_ERR_MAT_LU_ZRPVT, PETSC_ERR_MAT_CH_ZRPVT};
   MPI_Comm             comm       = PetscObjectComm((PetscObject)ksp);
@@ -84,20 +86,16 @@ static PetscErrorCode Factor(KSP ksp, bool symmetric, PCFailedReason *reason)
   PetscErrorCode       code = PETSC_SUCCESS;
   std::string          message;
   PetscMPIInt          size, worst;
-  PetscBool            mumps;
-  Choice               choice;
   PC                   pc;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCall(choice.make(ksp, symmetric));
-  PetscCall(PetscStrcmp(choice.package, MATSOLVERMUMPS, &mumps));
   PetscCall(choice.setDefaults(&defaults));
   PetscCall(KSPSetType(ksp, KSPPREONLY));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCSetType(pc, choice.type));
   PetscCall(KSPSetFromOptions(ksp));
-  if (!mumps && (size == 1 || choice.redundant)) PetscCall(AinsworthFactorTryUnlogged([=] { return KSPSetUp(ksp); }, &code, &message));
+  if (!choice.is(MATSOLVERMUMPS) && (size == 1 || choice.redundant)) PetscCall(AinsworthFactorTryUnlogged([=] { return KSPSetUp(ksp); }, &code, &message));
   else PetscCall(KSPSetUp(ksp));
   PetscCall(defaults.clear());
   if (code) {
@@ -179,13 +177,14 @@ PetscErrorCode AinsworthWholeCreate(const AinsworthSaddle *sp, PetscBool symmetr
 {
   AinsworthWhole *w = new AinsworthWhole;
   PCFailedReason  reason;
+  Choice          choice;
   PetscBool       good = PETSC_FALSE;
   Mat             K;
 
   PetscFunctionBegin;
-  *whole  = NULL;
-  why[0]  = '\0';
-  w->same = symmetric && !PetscDefined(USE_COMPLEX);
+  *whole       = NULL;
+  why[0]       = '\0';
+  w->symmetric = symmetric;
   PetscCall(AinsworthWholeAssemble(sp, &K));
   PetscCall(MatCreateVecs(K, &w->solution, &w->rhs));
   PetscCall(VecDuplicate(w->rhs, &w->scale));
@@ -198,7 +197,9 @@ PetscErrorCode AinsworthWholeCreate(const AinsworthSaddle *sp, PetscBool symmetr
   PetscCall(MatSetOptionsPrefix(K, ((PetscObject)w->ksp)->prefix)); /* packages read their options at the matrix' prefix */
   PetscCall(KSPSetOperators(w->ksp, K, K));
   PetscCall(MatDestroy(&K));
-  PetscCall(Factor(w->ksp, symmetric, &reason));
+  PetscCall(choice.make(w->ksp, symmetric));
+  w->forward = !symmetric && choice.is(MATSOLVERSUPERLU_DIST);
+  PetscCall(Factor(w->ksp, choice, &reason));
   if (reason) PetscCall(PetscSNPrintf(why, len, "the whole system cannot be factored: %s", PCFailedReasons[reason]));
   else {
     PetscCall(GivesNumbers(w, &good));
@@ -209,17 +210,24 @@ PetscErrorCode AinsworthWholeCreate(const AinsworthSaddle *sp, PetscBool symmetr
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthWholeSolve - computes y = K^-1 b, or K^-T b, with the factor of S K S; y may be b. Where a solve fails, y is infinite. Collective */
+/*
+   AinsworthWholeSolve - computes y = K^-1 b, or K^-T b, with the factor of S K S; y may be b. Collective
+
+   Where a solve fails y is infinite, as for the transpose with SuperLU_DIST, whose interface ignores it (PETSc 3.18.5). The transpose of K = K' is its conjugate.
+*/
 PetscErrorCode AinsworthWholeSolve(const AinsworthWhole *whole, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y)
 {
+  const bool         conjugate = transpose && whole->symmetric;
   KSPConvergedReason reason;
 
   PetscFunctionBegin;
   PetscCall(Load(b, whole->rhs));
   PetscCall(VecPointwiseMult(whole->rhs, whole->rhs, whole->scale));
-  PetscCall((transpose && !whole->same ? KSPSolveTranspose : KSPSolve)(whole->ksp, whole->rhs, whole->solution));
+  if (conjugate) PetscCall(VecConjugate(whole->rhs));
+  PetscCall((transpose && !conjugate ? KSPSolveTranspose : KSPSolve)(whole->ksp, whole->rhs, whole->solution));
   PetscCall(KSPGetConvergedReason(whole->ksp, &reason));
-  if (reason < 0) PetscCall(VecSet(whole->solution, PETSC_INFINITY));
+  if (reason < 0 || (transpose && whole->forward)) PetscCall(VecSet(whole->solution, PETSC_INFINITY));
+  if (conjugate) PetscCall(VecConjugate(whole->solution));
   PetscCall(VecPointwiseMult(whole->solution, whole->solution, whole->scale));
   PetscCall(Unload(whole->solution, y));
   PetscFunctionReturn(PETSC_SUCCESS);
