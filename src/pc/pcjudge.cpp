@@ -236,6 +236,7 @@ static PetscErrorCode IsEnergetic(const PC_Ainsworth *data, PetscBool *energetic
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &blind, PCNONE, PCJACOBI, PCPBJACOBI, PCBJACOBI, PCSOR, PCILU, PCICC, ""));
   PetscCall(PCAinsworthIsConjugateGradients_Private(type, energetic));
+  if (data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR) blind = PETSC_FALSE; /* the energy itself has ended it */
   if (blind || data->whole || data->escape.refused || !data->adjoint) *energetic = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -29,12 +29,14 @@ AinsworthProgressState AinsworthDecide(const AinsworthProgress &p, PetscReal ope
   return p.steps == 1 || p.moved <= rate * p.last ? AINSWORTH_WORKING : AINSWORTH_NO_PROGRESS;
 }
 
-/* Multiplies rows by the scale */
+/* Multiplies rows by the scale, and by 0 those that no solution can change */
 static PetscErrorCode Scale(const AinsworthSaddle *sp, AinsworthSaddleVec v)
 {
   PetscFunctionBegin;
   PetscCall(VecPointwiseMult(v.primal, v.primal, sp->scale.primal));
-  PetscCall(VecPointwiseMult(v.dual, v.dual, sp->scale.dual));
+  PetscCall(AinsworthUpdate(v.dual, {sp->scale.dual}, [sp](PetscInt i, PetscScalar &r, PetscScalar s) {
+    r = sp->kind[i] == AINSWORTH_ROW_DEPENDENT || sp->kind[i] == AINSWORTH_ROW_ZERO ? 0.0 : r * s;
+  }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -111,7 +113,7 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
 /* Sets what rows are allowed; where the energy decides, those with stiffness as a whole, because the energy is that of all of x */
 static void Measure(const AinsworthSaddle *sp, const AinsworthRequest *request, AinsworthMeasure measure[3])
 {
-  const PetscReal enough = request->tol < 0.0 ? PETSC_MAX_REAL : PetscMax(margin * request->tol, least);
+  const PetscReal enough = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */ : PetscMax(margin * request->tol, least);
 
   measure[0] = {enough, request->energetic && !sp->D ? enough : rounding};
   measure[1] = {sp->D ? PetscMin(enough, 1.0) : rows, rounding};
@@ -133,6 +135,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   AinsworthProgressState state;
   AinsworthMeasure       measure[3];
   AinsworthBackward      error;
+  AinsworthSaddleVec     kept = {NULL, NULL};
   Directions             all;
   bool                   some = true;
 
@@ -147,8 +150,17 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
     *known = PETSC_TRUE;
     PetscCall(AinsworthBackwardError(sp, request->transpose, measure, request->earlier, b, y, Ax, left, &error));
     p.excess = PetscMax(error.primal.omega, error.dual.omega);
+    if (p.steps && p.excess > PetscMax(p.before, 1.0)) { /* the step went along what the system does not resist: it only shows how far x moves */
+      PetscCall(VecCopy(kept.primal, y.primal));
+      PetscCall(VecCopy(kept.dual, y.dual));
+      PetscCall(AinsworthResidual(sp, request->transpose, PETSC_FALSE, b, y, Ax, left));
+      PetscCall(AinsworthBackwardError(sp, request->transpose, measure, request->earlier, b, y, Ax, left, &error));
+      p.excess = PetscMax(error.primal.omega, error.dual.omega);
+      some     = false;
+    }
     if (error.primal.omega == 0.0 && error.dual.omega == 0.0) p.settles = true; /* there is nothing that could move x */
-    state = some || p.settles ? AinsworthDecide(p, open) : AINSWORTH_NO_PROGRESS;
+    state = AinsworthDecide(p, open);
+    if (!some && state == AINSWORTH_WORKING) state = AINSWORTH_NO_PROGRESS;
     PetscCall(PetscInfo(sp->rowsC, "After %d further solves, the last of which moved x by %g, rows of both equations are left with up to %g and %g times what they are allowed\n",
                         p.steps, (double)(p.steps ? p.moved : 0.0), (double)error.primal.omega, (double)error.dual.omega));
     if (state != AINSWORTH_WORKING) break;
@@ -156,10 +168,14 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
     PetscCall(solver(left, p.excess <= 1.0 ? loose : PetscMin(loose, 1.0 / (margin * p.excess)), correction, &reason));
     p.before = p.excess;
     p.last   = p.moved;
+    if (!kept.primal) PetscCall(AinsworthSaddleVecDuplicate(y, &kept));
+    PetscCall(VecCopy(y.primal, kept.primal));
+    PetscCall(VecCopy(y.dual, kept.dual));
     PetscCall(Advance(sp, request->transpose, b, left, correction, Ax, y, &all, &p.moved, &some));
     *known = PETSC_FALSE;
   }
   PetscCall(all.clear());
+  if (kept.primal) PetscCall(AinsworthSaddleVecDestroy(&kept));
   outcome->error = error;
   outcome->moved = p.steps ? p.moved : 0.0;
   outcome->steps = p.steps;
