@@ -34,7 +34,7 @@ PetscErrorCode Choice::make(KSP ksp, bool symmetric)
   const PetscOptions options = ((PetscObject)ksp)->options;
   const char        *prefix  = ((PetscObject)ksp)->prefix;
   PetscMPIInt        size;
-  PetscBool          given, typed;
+  PetscBool          given, typed, sequential = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)ksp), &size));
@@ -47,13 +47,14 @@ PetscErrorCode Choice::make(KSP ksp, bool symmetric)
   #if defined(PETSC_HAVE_SUPERLU_DIST)
   if (size > 1) PetscCall(PetscStrncpy(package, MATSOLVERSUPERLU_DIST, sizeof(package)));
   #else
-  redundant = (PetscBool)(size > 1);
+  sequential = (PetscBool)(size > 1);
   #endif
 #endif
   PetscCall(PetscOptionsHasName(options, prefix, "-pc_factor_mat_solver_type", &given));
-  if (redundant && !given) PetscCall(PetscStrncpy(type, PCREDUNDANT, sizeof(type)));
+  if (sequential && !given) PetscCall(PetscStrncpy(type, PCREDUNDANT, sizeof(type)));
   PetscCall(PetscOptionsGetString(options, prefix, "-pc_type", type, sizeof(type), &typed));
   PetscCall(PetscStrcmp(type, PCREDUNDANT, &redundant));
+  if (sequential && !redundant) package[0] = '\0'; /* PETSc finds one for these ranks, or says that it has none */
   PetscCall(
     PetscOptionsGetString(options, prefix, redundant ? "-redundant_pc_factor_mat_solver_type" : "-pc_factor_mat_solver_type", package, sizeof(package), NULL));
   if (!typed && !redundant && is(MATSOLVERMUMPS) && symmetric && !PetscDefined(USE_COMPLEX)) PetscCall(PetscStrncpy(type, PCCHOLESKY, sizeof(type)));
@@ -70,7 +71,7 @@ PetscErrorCode Choice::setDefaults(PetscInt n, AinsworthDefaults *defaults) cons
   const std::string inner = redundant ? "redundant_" : "", room = std::to_string(80 + 1000000 / PetscMax(n, 100));
 
   PetscFunctionBegin;
-  PetscCall(defaults->set((inner + "pc_factor_mat_solver_type").c_str(), package));
+  if (package[0]) PetscCall(defaults->set((inner + "pc_factor_mat_solver_type").c_str(), package));
   PetscCall(defaults->set((inner + "mat_mumps_icntl_14").c_str(), room.c_str()));
   PetscCall(defaults->set((inner + "mat_superlu_dist_replacetinypivot").c_str(), "1"));
   if (!is(MATSOLVERPETSC)) PetscFunctionReturn(PETSC_SUCCESS);

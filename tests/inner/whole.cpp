@@ -237,12 +237,18 @@ static PetscErrorCode Packages(PetscMPIInt size)
   };
   const std::string package = "-test_whole_pc_factor_mat_solver_type ", each = "-test_whole_pc_type redundant -test_whole_redundant_pc_factor_mat_solver_type ";
   std::vector<Package> packages = {
-    {true,  false, "-test_whole_pc_type lu"},
-    {false, true,  package + "petsc"       },
-    {true,  true,  each + "petsc"          }
+    {false, true, package + "petsc"},
+    {true,  true, each + "petsc"   }
   };
 
   PetscFunctionBeginUser;
+#if defined(PETSC_HAVE_MUMPS)
+  packages.push_back({true, false, "-test_whole_pc_type lu"});
+#elif defined(PETSC_HAVE_SUPERLU_DIST)
+  packages.push_back({true, true, size > 1 ? "" : package + "superlu_dist"});
+#else
+  packages.push_back({true, true, ""});
+#endif
 #if defined(PETSC_HAVE_SUITESPARSE)
   packages.push_back({false, false, package + "umfpack"});
   packages.push_back({true, false, each + "umfpack"});
@@ -258,7 +264,7 @@ static PetscErrorCode Packages(PetscMPIInt size)
       kind.name      = name.c_str();
       kind.options   = p.options.c_str();
       kind.steps     = p.perturbs ? 4 : 0;
-      kind.transpose = kind.symmetric || p.options.find("superlu_dist") == std::string::npos;
+      kind.transpose = kind.symmetric || !p.perturbs || p.options.find("petsc") != std::string::npos; /* not with SuperLU_DIST */
       PetscCall(Solve(kind, 1));
     }
     if (p.perturbs) continue;
@@ -276,9 +282,11 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(AinsworthInitializePackage());
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+#if defined(PETSC_HAVE_MUMPS)
   for (const Kind &kind : Kinds())
     for (PetscInt seed : {1, 1001, 2001}) PetscCall(Solve(kind, seed));
   for (bool row : {false, true}) PetscCall(Singular(row, ""));
+#endif
   PetscCall(Packages(size));
   for (bool symmetric : {true, false}) PetscCall(Predict(symmetric));
   PetscCall(View());
