@@ -111,9 +111,7 @@ static PetscErrorCode Factor(KSP ksp, const Choice &choice, PCFailedReason *reas
     PetscCheck(std::count(expected, expected + PETSC_STATIC_ARRAY_LENGTH(expected), code), comm, code, "%s", message.c_str());
     PetscCall(PetscInfo(ksp, "The whole system is not factored: %s\n", message.c_str()));
     *reason = code == PETSC_ERR_MEM ? PC_FACTOR_OUTMEMORY : PC_FACTOR_OTHER;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(PCGetFailedReason(pc, reason));
+  } else PetscCall(PCGetFailedReason(pc, reason));
   worst = *reason < 0 ? PC_FACTOR_OTHER : (PetscMPIInt)*reason; /* a negative one would get lost in the maximum */
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_INT, MPI_MAX, comm));
   *reason = (PCFailedReason)worst;
