@@ -25,7 +25,7 @@ struct Choice {
 
   bool           is(const char name[]) const { return !strcmp(package, name); }
   PetscErrorCode make(KSP, bool);
-  PetscErrorCode setDefaults(AinsworthDefaults *) const;
+  PetscErrorCode setDefaults(PetscInt, AinsworthDefaults *) const;
 };
 
 /* Chooses what pivots, as K is indefinite; options come first. In complex arithmetic no package has L D L^H with pivoting */
@@ -34,7 +34,7 @@ PetscErrorCode Choice::make(KSP ksp, bool symmetric)
   const PetscOptions options = ((PetscObject)ksp)->options;
   const char        *prefix  = ((PetscObject)ksp)->prefix;
   PetscMPIInt        size;
-  PetscBool          given, typed;
+  PetscBool          given, typed, sequential = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)ksp), &size));
@@ -47,27 +47,32 @@ PetscErrorCode Choice::make(KSP ksp, bool symmetric)
   #if defined(PETSC_HAVE_SUPERLU_DIST)
   if (size > 1) PetscCall(PetscStrncpy(package, MATSOLVERSUPERLU_DIST, sizeof(package)));
   #else
-  redundant = (PetscBool)(size > 1);
+  sequential = (PetscBool)(size > 1);
   #endif
 #endif
   PetscCall(PetscOptionsHasName(options, prefix, "-pc_factor_mat_solver_type", &given));
-  if (redundant && !given) PetscCall(PetscStrncpy(type, PCREDUNDANT, sizeof(type)));
+  if (sequential && !given) PetscCall(PetscStrncpy(type, PCREDUNDANT, sizeof(type)));
   PetscCall(PetscOptionsGetString(options, prefix, "-pc_type", type, sizeof(type), &typed));
   PetscCall(PetscStrcmp(type, PCREDUNDANT, &redundant));
+  if (sequential && !redundant) package[0] = '\0'; /* PETSc finds one for these ranks, or says that it has none */
   PetscCall(
     PetscOptionsGetString(options, prefix, redundant ? "-redundant_pc_factor_mat_solver_type" : "-pc_factor_mat_solver_type", package, sizeof(package), NULL));
   if (!typed && !redundant && is(MATSOLVERMUMPS) && symmetric && !PetscDefined(USE_COMPLEX)) PetscCall(PetscStrncpy(type, PCCHOLESKY, sizeof(type)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets our defaults: room for pivots that MUMPS delays. The others do not pivot in the process: they get nonzero diagonals, or better tiny pivots */
-PetscErrorCode Choice::setDefaults(AinsworthDefaults *defaults) const
+/*
+   Sets our defaults for n unknowns. The others do not pivot in the process: they get nonzero diagonals, or replace tiny pivots
+
+   MUMPS gets room for delayed pivots, in percent of its estimate, at once: that of a small system is a few numbers, of which delays may take a multiple
+*/
+PetscErrorCode Choice::setDefaults(PetscInt n, AinsworthDefaults *defaults) const
 {
-  const std::string inner = redundant ? "redundant_" : "";
+  const std::string inner = redundant ? "redundant_" : "", room = std::to_string(80 + 1000000 / PetscMax(n, 100));
 
   PetscFunctionBegin;
-  PetscCall(defaults->set((inner + "pc_factor_mat_solver_type").c_str(), package));
-  PetscCall(defaults->set((inner + "mat_mumps_icntl_14").c_str(), "80"));
+  if (package[0]) PetscCall(defaults->set((inner + "pc_factor_mat_solver_type").c_str(), package));
+  PetscCall(defaults->set((inner + "mat_mumps_icntl_14").c_str(), room.c_str()));
   PetscCall(defaults->set((inner + "mat_superlu_dist_replacetinypivot").c_str(), "1"));
   if (!is(MATSOLVERPETSC)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(defaults->set((inner + "pc_factor_shift_type").c_str(), "nonzero"));
@@ -86,11 +91,15 @@ static PetscErrorCode Factor(KSP ksp, const Choice &choice, PCFailedReason *reas
   PetscErrorCode       code = PETSC_SUCCESS;
   std::string          message;
   PetscMPIInt          size, worst;
+  PetscInt             n;
+  Mat                  K;
   PC                   pc;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCall(choice.setDefaults(&defaults));
+  PetscCall(KSPGetOperators(ksp, &K, NULL));
+  PetscCall(MatGetSize(K, &n, NULL));
+  PetscCall(choice.setDefaults(n, &defaults));
   PetscCall(KSPSetType(ksp, KSPPREONLY));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCSetType(pc, choice.type));
@@ -102,12 +111,33 @@ static PetscErrorCode Factor(KSP ksp, const Choice &choice, PCFailedReason *reas
     PetscCheck(std::count(expected, expected + PETSC_STATIC_ARRAY_LENGTH(expected), code), comm, code, "%s", message.c_str());
     PetscCall(PetscInfo(ksp, "The whole system is not factored: %s\n", message.c_str()));
     *reason = code == PETSC_ERR_MEM ? PC_FACTOR_OUTMEMORY : PC_FACTOR_OTHER;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(PCGetFailedReason(pc, reason));
+  } else PetscCall(PCGetFailedReason(pc, reason));
   worst = *reason < 0 ? PC_FACTOR_OTHER : (PetscMPIInt)*reason; /* a negative one would get lost in the maximum */
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_INT, MPI_MAX, comm));
   *reason = (PCFailedReason)worst;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Describes a failure: MUMPS has more reasons than PETSc has names for */
+static PetscErrorCode Explain(KSP ksp, PCFailedReason reason, char why[], size_t len)
+{
+  PetscInt  info  = 0;
+  PetscBool mumps = PETSC_FALSE;
+  PC        pc;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(ksp, &pc));
+#if defined(PETSC_HAVE_MUMPS)
+  PetscCall(AinsworthFactorIsPackage(pc, MATSOLVERMUMPS, &mumps));
+  if (mumps) {
+    Mat F;
+
+    PetscCall(PCFactorGetMatrix(pc, &F));
+    PetscCall(MatMumpsGetInfog(F, 1, &info));
+  }
+#endif
+  if (mumps) PetscCall(PetscSNPrintf(why, len, "the whole system cannot be factored: %s, INFOG(1) of MUMPS is %" PetscInt_FMT, PCFailedReasons[reason], info));
+  else PetscCall(PetscSNPrintf(why, len, "the whole system cannot be factored: %s", PCFailedReasons[reason]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -200,7 +230,7 @@ PetscErrorCode AinsworthWholeCreate(const AinsworthSaddle *sp, PetscBool symmetr
   PetscCall(choice.make(w->ksp, symmetric));
   w->forward = !symmetric && choice.is(MATSOLVERSUPERLU_DIST);
   PetscCall(Factor(w->ksp, choice, &reason));
-  if (reason) PetscCall(PetscSNPrintf(why, len, "the whole system cannot be factored: %s", PCFailedReasons[reason]));
+  if (reason) PetscCall(Explain(w->ksp, reason, why, len));
   else {
     PetscCall(GivesNumbers(w, &good));
     if (!good) PetscCall(PetscSNPrintf(why, len, "the whole system cannot be factored: a solve with its factor gave no numbers"));

@@ -42,7 +42,7 @@ PetscErrorCode AinsworthWholeAssemble(const AinsworthSaddle *sp, Mat *K)
   PetscCall(WithDiagonal(sp->C, -1.0, sp->D, &minusD));
   PetscCall(MatHermitianTranspose(sp->B, MAT_INITIAL_MATRIX, &adjoint));
   PetscCall(AinsworthMergeAIJ(comm, fields, fields, {withDiagonal, adjoint, sp->C, minusD}, K));
-  PetscCheck(*K, comm, PETSC_ERR_PLIB, "The blocks of the whole system do not fit together");
+  PetscAssert(*K, comm, PETSC_ERR_PLIB, "The blocks of the whole system do not fit together");
   for (Mat *mat : {&withDiagonal, &adjoint, &minusD}) PetscCall(MatDestroy(mat));
   for (IS &is : fields) PetscCall(ISDestroy(&is));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,0 +1,54 @@
+/* The ladder of solvers: which one is tried next, from how the last one ended. Plain C++, without MPI and PETSc */
+#ifndef AINSWORTH_LADDER_H
+#define AINSWORTH_LADDER_H
+
+/* From the cheapest to the one that needs nothing but a regular system */
+typedef enum {
+  AINSWORTH_RUNG_MULTIGRID, /* multigrid on M_*, in Ker C */
+  AINSWORTH_RUNG_FACTOR,    /* M_* factored, in Ker C */
+  AINSWORTH_RUNG_GMRES,     /* the same with GMRES */
+  AINSWORTH_RUNG_WHOLE,     /* the whole system factored */
+  AINSWORTH_RUNG_NONE       /* before the first solve: nothing yet; as a result: no other */
+} AinsworthRung;
+
+/* Values of -pc_ainsworth_ladder, the highest rung that may be taken, with the two strings that PETSc's enumerations end with */
+extern const char *const AinsworthLadderTypes[];
+
+/* How a rung ended */
+typedef enum {
+  AINSWORTH_END_ANSWER,        /* its answer meets the program's rows */
+  AINSWORTH_END_SETUP,         /* it could not be set up: a factorization failed */
+  AINSWORTH_END_LIMIT,         /* its iterations ran out */
+  AINSWORTH_END_DEAR,          /* the rest of its iterations would take longer than a factorization; if no rung follows, it goes on */
+  AINSWORTH_END_BREAKDOWN,     /* its iterations broke down, or gave no numbers */
+  AINSWORTH_END_INDEFINITE,    /* conjugate gradients met a direction of negative or no energy */
+  AINSWORTH_END_INACCURATE,    /* its answer does not meet the program's rows, refined or not */
+  AINSWORTH_END_SINGULAR,      /* certified: the system has more than one solution */
+  AINSWORTH_END_CONTRADICTORY, /* certified: the system has none */
+  AINSWORTH_ENDS
+} AinsworthEnd;
+
+/* What the choice depends on; the defaults are those of a usual system */
+struct AinsworthLadderFacts {
+  AinsworthRung now      = AINSWORTH_RUNG_NONE; /* the last rung */
+  AinsworthEnd  end      = AINSWORTH_END_ANSWER;
+  AinsworthRung cap      = AINSWORTH_RUNG_WHOLE; /* the highest rung that the program allows */
+  bool          own      = true;                 /* method and preconditioner are our choice; else the program's, and only the whole system may follow */
+  bool          small    = false;                /* multigrid is not worth its set-up */
+  bool          gmres    = false;                /* the method in Ker C is GMRES anyway: the system is not symmetric */
+  bool          factors  = true;                 /* M_* can be factored: its entries are known, a package exists, its factor fits */
+  bool          entries  = true;                 /* the entries of A, B, C, D are known */
+  bool          packages = true;                 /* PETSc can factor the whole system */
+  double        bytes    = 0.0;                  /* of the factor of the whole system, as predicted */
+  double        memory   = 0.0;                  /* of the smallest machine, in bytes, as if all ranks were on that one; 0: unknown */
+};
+
+struct AinsworthLadderStep {
+  AinsworthRung next;
+  const char   *why; /* why the last rung is left; if `next` is AINSWORTH_RUNG_NONE, why none follows */
+};
+
+AinsworthLadderStep AinsworthLadderNext(const AinsworthLadderFacts &);
+const char         *AinsworthRungName(AinsworthRung);
+
+#endif
