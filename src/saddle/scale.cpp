@@ -3,14 +3,14 @@
 #include "../loops.h"
 #include <cmath>
 
-/* Rounds to a power of 2, by which products cause no rounding; 1 for a size that says nothing */
+/* Returns the power of 2 next to the inverse of the root, by which products cause no rounding; 1 for a size that says nothing */
 static PetscReal InverseRoot(PetscReal size)
 {
   int exponent;
 
   if (!(size > 0.0) || PetscIsInfOrNanReal(size)) return 1.0;
   (void)std::frexp((double)size, &exponent);
-  return (PetscReal)std::ldexp(1.0, -(exponent - 1) / 2);
+  return (PetscReal)std::ldexp(1.0, -(int)std::floor(0.5 * exponent));
 }
 
 /* Replaces diagonal entries that are not positive by the largest entry of the row; opaque matrices keep them */
@@ -50,84 +50,87 @@ static PetscErrorCode Stiffness(Mat A, Vec *stiffness)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes (C W C')_kk + |D_kk|, how far a unit force on row k moves it; W: squares of `scale` */
-static PetscErrorCode Flexibility(Mat C, Mat D, Vec scale, Vec rows)
-{
-  Mat scaled;
-  Vec springs;
+/* A matrix whose rows, and columns, are scaled in each sweep; NULL if the block is absent */
+struct Block {
+  Mat  mat;
+  bool row, column; /* whether they belong to the multipliers */
+};
 
+/* Raises `most` to the largest entry of each row, where the rows are those of the field */
+static PetscErrorCode RaiseToRows(const std::vector<Block> &blocks, bool field, Vec work, Vec most)
+{
   PetscFunctionBegin;
-  PetscCall(AinsworthScaleColumns(C, scale, &scaled)); /* before squaring, against overflow */
-  PetscCall(AinsworthRowSums(scaled, 2, rows));
-  PetscCall(MatDestroy(&scaled));
-  if (!D) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDuplicate(rows, &springs));
-  PetscCall(AinsworthGetDiagonal(D, springs));
-  PetscCall(AinsworthUpdate(rows, {springs}, [](PetscInt, PetscScalar &r, PetscScalar d) { r += PetscAbsScalar(d); }));
-  PetscCall(VecDestroy(&springs));
+  for (const Block &b : blocks) {
+    if (b.row != field) continue;
+    PetscCall(MatGetRowMaxAbs(b.mat, work, NULL));
+    PetscCall(AinsworthUpdate(most, {work}, [](PetscInt, PetscScalar &m, PetscScalar w) { m = PetscMax(PetscRealPart(m), PetscRealPart(w)); }));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   Scales unknowns without stiffness by the rows of B that hold them, and rows that only such unknowns have by these, in turns
+   Equilibrates by the largest entries of rows and columns (Ruiz 2001), with the diagonal in place of A
 
-   Each turn reaches one row farther; three reach what programs write (a reference node that another one carries), and what is left has no scale but its own
+   An entry of a positive definite A is at most the root of the product of two diagonal entries. Each sweep halves the decades that are left between rows
 */
-static PetscErrorCode ScaleLoose(const AinsworthSaddle *sp, AinsworthSaddleVec scale, Vec rows)
+static PetscErrorCode Equilibrate(const std::vector<Block> &blocks, Vec stiffness, AinsworthSaddleVec scale)
 {
-  static const int turns = 3;
-  PetscInt         loose = 0;
-  Vec              work, known;
+  static const int   sweeps = 8; /* 2^8 decades */
+  AinsworthSaddleVec most, work;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthForEntries({scale.primal}, [&](PetscInt, PetscScalar s) { loose += s == 0.0; }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &loose, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)scale.primal)));
-  if (!loose) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDuplicate(scale.primal, &work));
-  PetscCall(VecDuplicate(rows, &known));
-  for (int turn = 0; turn < turns; turn++) {
-    PetscCall(VecCopy(scale.dual, known));
-    if (turn + 1 == turns) PetscCall(AinsworthUpdate(known, [](PetscInt, PetscScalar &t) { t = t == 0.0 ? 1.0 : t; }));
-    PetscCall(AinsworthAbsoluteMultTranspose(sp->rowsB, known, work));
-    PetscCall(AinsworthUpdate(scale.primal, {work}, [](PetscInt, PetscScalar &s, PetscScalar w) {
-      if (s == 0.0 && PetscRealPart(w) > 0.0) s = InverseRoot(PetscRealPart(w) * PetscRealPart(w));
-    }));
-    PetscCall(Flexibility(sp->rowsC, sp->rowsD, scale.primal, rows));
-    PetscCall(AinsworthUpdate(scale.dual, {rows}, [](PetscInt, PetscScalar &t, PetscScalar r) {
-      if (t == 0.0 && PetscRealPart(r) > 0.0) t = InverseRoot(PetscRealPart(r));
-    }));
+  PetscCall(AinsworthSaddleVecDuplicate(scale, &most));
+  PetscCall(AinsworthSaddleVecDuplicate(scale, &work));
+  for (Vec v : {scale.primal, scale.dual}) PetscCall(VecSet(v, 1.0));
+  for (int sweep = 0; sweep < sweeps; sweep++) {
+    PetscCall(VecPointwiseMult(most.primal, scale.primal, scale.primal));
+    PetscCall(VecPointwiseMult(most.primal, most.primal, stiffness));
+    PetscCall(VecZeroEntries(most.dual));
+    PetscCall(RaiseToRows(blocks, false, work.primal, most.primal));
+    PetscCall(RaiseToRows(blocks, true, work.dual, most.dual));
+    for (Vec v : {most.primal, most.dual}) PetscCall(AinsworthUpdate(v, [](PetscInt, PetscScalar &m) { m = InverseRoot(PetscRealPart(m)); }));
+    for (const Block &b : blocks) PetscCall(MatDiagonalScale(b.mat, b.row ? most.dual : most.primal, b.column ? most.dual : most.primal));
+    PetscCall(VecPointwiseMult(scale.primal, scale.primal, most.primal));
+    PetscCall(VecPointwiseMult(scale.dual, scale.dual, most.dual));
   }
-  PetscCall(VecDestroy(&work));
-  PetscCall(VecDestroy(&known));
+  PetscCall(AinsworthSaddleVecDestroy(&most));
+  PetscCall(AinsworthSaddleVecDestroy(&work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
    AinsworthSaddleScale - finds the scale of the program's system, and its unknowns without stiffness. Collective
 
-   The scale is made of positive powers of 2: A_ii^{-1/2} for unknowns, that of the rows of B that hold them where A has no stiffness, and
-   ((C diag(A)^{-1} C')_kk + |D_kk|)^{-1/2} for all rows of the multiplier field. For a positive definite A no entry of the scaled A and C exceeds 2, and an
-   error t in the energy norm leaves at most 2 t in each scaled row (Cauchy-Schwarz)
+   The scale is made of positive powers of 2, so that the largest entry of each row and column of the scaled [A B'; C -D] is about 1. An unknown that no stiffer
+   row holds gets A_ii^{-1/2}, no other one more: an error t in the energy norm leaves at most 2 t in each scaled row (Cauchy-Schwarz)
 */
 PetscErrorCode AinsworthSaddleScale(AinsworthSaddle *sp)
 {
   AinsworthSaddleVec *scale = &sp->scale;
-  Vec                 rows;
+  std::vector<Block>  blocks;
+  Vec                 stiffness;
+  Mat                 copy;
 
   PetscFunctionBegin;
   sp->loose.clear();
-  PetscCall(Stiffness(sp->block[AINSWORTH_BLOCK_A], &scale->primal));
-  PetscCall(AinsworthUpdate(scale->primal, [sp](PetscInt, PetscScalar &s) {
-    sp->loose.push_back(s == 0.0);
-    s = s == 0.0 ? 0.0 : InverseRoot(PetscRealPart(s));
-  }));
-  PetscCall(MatCreateVecs(sp->givenC, NULL, &rows));
-  PetscCall(VecDuplicate(rows, &scale->dual));
-  PetscCall(Flexibility(sp->givenC, sp->rowsD, scale->primal, rows));
-  PetscCall(
-    AinsworthUpdate(scale->dual, {rows}, [](PetscInt, PetscScalar &t, PetscScalar r) { t = PetscRealPart(r) > 0.0 ? InverseRoot(PetscRealPart(r)) : 0.0; }));
-  PetscCall(ScaleLoose(sp, *scale, rows));
-  PetscCall(VecDestroy(&rows));
-  for (Vec v : {scale->primal, scale->dual}) PetscCall(AinsworthUpdate(v, [](PetscInt, PetscScalar &s) { s = s == 0.0 ? 1.0 : s; }));
+  PetscCall(Stiffness(sp->block[AINSWORTH_BLOCK_A], &stiffness));
+  PetscCall(AinsworthForEntries({stiffness}, [sp](PetscInt, PetscScalar d) { sp->loose.push_back(d == 0.0); }));
+  PetscCall(VecDuplicate(stiffness, &scale->primal));
+  PetscCall(MatCreateVecs(sp->givenC, NULL, &scale->dual));
+  for (Mat C : {sp->givenC, sp->rowsB}) {
+    if (C == sp->rowsB && sp->rowsB == sp->rowsC && C != sp->givenC) continue;
+    if (C == sp->rowsB && sp->rowsB == sp->givenC && blocks.size()) continue;
+    PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &copy));
+    blocks.push_back({copy, true, false});
+    PetscCall(MatTranspose(C, MAT_INITIAL_MATRIX, &copy));
+    blocks.push_back({copy, false, true});
+  }
+  if (sp->rowsD) {
+    PetscCall(MatDuplicate(sp->rowsD, MAT_COPY_VALUES, &copy));
+    blocks.push_back({copy, true, true});
+  }
+  PetscCall(Equilibrate(blocks, stiffness, *scale));
+  for (Block &b : blocks) PetscCall(MatDestroy(&b.mat));
+  PetscCall(VecDestroy(&stiffness));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
