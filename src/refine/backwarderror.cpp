@@ -165,6 +165,24 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
 }
 
 /*
+   AinsworthGrowth - computes the largest unknown relative to the right-hand side, in units of the scale: a lower bound of the norm of the inverse. Collective
+
+   Times the machine precision it is the least error of x that rounding of the system may cause. 0 for b = 0
+*/
+PetscErrorCode AinsworthGrowth(const AinsworthSaddle *sp, AinsworthSaddleVec b, Vec x, PetscReal *growth)
+{
+  PetscReal sizes[2] = {0.0, 0.0};
+
+  PetscFunctionBegin;
+  PetscCall(Largest(x, sp->scale.primal, true, &sizes[0]));
+  PetscCall(Largest(b.primal, sp->scale.primal, false, &sizes[1]));
+  PetscCall(Largest(b.dual, sp->scale.dual, false, &sizes[1]));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sizes, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)x)));
+  *growth = sizes[1] > 0.0 ? AinsworthQuotient(sizes[0], sizes[1]) : 0.0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    AinsworthChange - computes the largest change p of an unknown relative to the largest x, the worse of the units of the program and of the scale. Collective
 
    In the units of the scale forces and displacements are of one size: an x that is less than `rest` of b is at rest, and its changes count relative to b.

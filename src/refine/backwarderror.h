@@ -27,6 +27,7 @@ PetscErrorCode AinsworthResidual(const AinsworthSaddle *, PetscBool, PetscBool, 
 PetscErrorCode AinsworthTerms(const AinsworthSaddle *, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
 PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *, PetscBool, const AinsworthMeasure[3], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
                                       AinsworthSaddleVec, AinsworthBackward *);
+PetscErrorCode AinsworthGrowth(const AinsworthSaddle *, AinsworthSaddleVec, Vec, PetscReal *);
 PetscErrorCode AinsworthChange(const AinsworthSaddle *, AinsworthSaddleVec, Vec, Vec, PetscReal *);
 
 #endif
