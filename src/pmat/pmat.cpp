@@ -209,7 +209,10 @@ static PetscErrorCode AddA(Mat A, AinsworthPmatFormat format, PetscInt bs, Mat *
   if (format == AINSWORTH_PMAT_SUM) {
     PetscCall(MatCreateComposite(PetscObjectComm((PetscObject)A), 2, part, pmat));
     PetscCall(MatDestroy(&part[1]));
-  } else PetscCall(AinsworthAddAIJ(1.0, {A}, pmat));
+  } else {
+    PetscCall(AinsworthAddAIJ(1.0, {A}, pmat));
+    PetscCall(AinsworthStoreDiagonal(pmat));
+  }
   if (format == AINSWORTH_PMAT_HYPRE) {
     PetscCall(Shift(*pmat));
     PetscCall(MatConvert(*pmat, MATHYPRE, MAT_INPLACE_MATRIX, pmat)); /* PCHYPRE would copy an AIJ matrix */
