@@ -208,6 +208,18 @@ PetscErrorCode KSPProjectedCGGetUse_Private(KSP ksp, PetscBool *use)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* KSPProjectedCGGetDirection_Private - gets the search direction of KSPCG, also without constraints; NULL for other types, and before their set-up */
+PetscErrorCode KSPProjectedCGGetDirection_Private(KSP ksp, Vec *direction)
+{
+  static const int place = 2; /* among the work vectors */
+  PetscBool        cg;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &cg, KSPPROJECTEDCG, KSPCG, ""));
+  *direction = cg && ksp->nwork > place ? ksp->work[place] : NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode KSPSetUp_ProjectedCG(KSP ksp)
 {
   Mat            mat;

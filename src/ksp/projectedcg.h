@@ -8,6 +8,7 @@
 PETSC_INTERN PetscErrorCode KSPCreate_ProjectedCG(KSP);
 PETSC_INTERN PetscErrorCode KSPProjectedCGSetUse_Private(KSP, PetscBool);
 PETSC_INTERN PetscErrorCode KSPProjectedCGGetUse_Private(KSP, PetscBool *);
+PETSC_INTERN PetscErrorCode KSPProjectedCGGetDirection_Private(KSP, Vec *);
 
 struct Mat_Ainsworth;
 PETSC_INTERN PetscErrorCode KSPProjectedCGForget_Private(Mat_Ainsworth *);

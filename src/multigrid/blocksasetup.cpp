@@ -164,6 +164,7 @@ static PetscErrorCode CreateCoarsest(const AinsworthGrid &grid, std::unique_ptr<
   PetscCall(AinsworthLevelMatSet(grid.nodes, grid.bs, std::move(level), &coarsest));
   PetscCall(MatConvert(coarsest, MATAIJ, MAT_INITIAL_MATRIX, op));
   PetscCall(AinsworthMakePatternSymmetric(op)); /* PETSc's orderings do not terminate otherwise */
+  PetscCall(AinsworthStoreDiagonal(op));
   PetscCall(MatCreateVecs(coarsest, &shifts, NULL));
   PetscCall(MatGetDiagonal(coarsest, shifts));
   PetscCall(VecScale(shifts, factor));

@@ -1,5 +1,6 @@
 /* Explanations of failed set-ups and solves: the cause first, then what to do */
 #include "pcainsworth.h"
+#include "../ksp/projectedcg.h"
 #include "../loops.h"
 #include "../objects.h"
 #include "../operator/matainsworth.h"
@@ -219,11 +220,9 @@ static PetscErrorCode SmallestDiagonal(Mat A, Vec *y)
 */
 static PetscErrorCode LookForMotion(PC_Ainsworth *data, Vec x, PetscBool last, PetscReal *quotient)
 {
-  static const int direction = 2; /* index of the search direction among the work vectors of KSPCG */
-  Vec              tried[4]  = {NULL, NULL, NULL, NULL};
-  PetscReal        found;
-  PetscBool        cg;
-  PC               inner;
+  Vec       direction, tried[4] = {NULL, NULL, NULL, NULL};
+  PetscReal found;
+  PC        inner;
 
   PetscFunctionBegin;
   *quotient = 1.0;
@@ -232,9 +231,8 @@ static PetscErrorCode LookForMotion(PC_Ainsworth *data, Vec x, PetscBool last, P
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(SoftestCoarseMotion(data, inner, last, &tried[1]));
   PetscCall(SmallestDiagonal(data->saddle.A, &tried[2]));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)data->ksp, &cg, KSPPROJECTEDCG, KSPCG, ""));
-  if (x && cg && data->ksp->reason == KSP_DIVERGED_INDEFINITE_MAT && data->ksp->nwork > direction)
-    PetscCall(AinsworthVecClone(data->ksp->work[direction], &tried[3]));
+  PetscCall(KSPProjectedCGGetDirection_Private(data->ksp, &direction));
+  if (x && direction && data->ksp->reason == KSP_DIVERGED_INDEFINITE_MAT) PetscCall(AinsworthVecClone(direction, &tried[3]));
   for (Vec &y : tried) {
     if (!y) continue;
     PetscCall(PCAinsworthRayleighQuotient_Private(data, y, &found));

@@ -142,13 +142,20 @@ static PetscErrorCode CreateKeptVectors(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Copies A, for the inner solver without constraints, if the program's does not know its block size; to AIJ if the block size is part of the type */
-static PetscErrorCode TellBlockSize(PC_Ainsworth *data)
+/*
+   Copies A, for the inner solver without constraints, if the program's does not store its diagonal or does not know its block size; to AIJ if the block size is
+   part of the type
+*/
+static PetscErrorCode CompleteA(PC_Ainsworth *data)
 {
-  PetscInt bs;
-  Mat      A = data->saddle.A, copy;
+  PetscInt  bs;
+  PetscBool aij;
+  Mat       A = data->saddle.A, copy;
 
   PetscFunctionBegin;
+  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)A, &aij, MATSEQAIJ, MATMPIAIJ, ""));
+  if (aij) PetscCall(AinsworthStoreDiagonal(&data->saddle.A));
+  A = data->saddle.A;
   PetscCall(MatGetBlockSize(A, &bs));
   if (bs == data->saddle.bs) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthGetAIJ(A, &copy));
@@ -224,10 +231,31 @@ static PetscErrorCode FindBlocks(PC pc, PC_Ainsworth *data, SetUpRun *run)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Refuses a system that is singular because an unknown is in no equation, or an equation has no unknown */
+static PetscErrorCode CheckUnused(PC_Ainsworth *data, SetUpRun *run)
+{
+  char unknowns[128], equations[128];
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthSaddleNameUnused(&data->saddle, data->symmetric, unknowns, equations, sizeof(unknowns)));
+  run->code = PETSC_ERR_MAT_LU_ZRPVT;
+  if (unknowns[0])
+    PetscCall(PetscSNPrintf(run->why, sizeof(run->why),
+                            "Unknowns %s of the primal field are in no equation: A and C have nothing in their columns; remove them, give them a stiffness, or "
+                            "attach their motions to the matrix with MatSetNullSpace()",
+                            unknowns));
+  if (equations[0])
+    PetscCall(PetscSNPrintf(run->why, sizeof(run->why), "Equations %s of the primal field have no unknown: their rows of A and C' are zero", equations));
+  if (run->why[0]) run->reason = PC_FACTOR_STRUCT_ZEROPIVOT;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Sets up the reduced operator, if there are constraints, and the vectors */
 static PetscErrorCode SetUpConstraints(PC pc, PC_Ainsworth *data, SetUpRun *run)
 {
   PetscFunctionBegin;
+  PetscCall(CheckUnused(data, run));
+  if (run->why[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
   if (data->constraints) PetscCall(SetUpOperator(pc, data, &run->ctx, &run->reason));
   if (run->reason) {
@@ -242,7 +270,7 @@ static PetscErrorCode SetUpConstraints(PC pc, PC_Ainsworth *data, SetUpRun *run)
   if (!data->constraints) {
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
     PetscCall(MatDestroy(&data->reduced));
-    PetscCall(TellBlockSize(data));
+    PetscCall(CompleteA(data));
   }
   PetscCall(CreateKeptVectors(pc, data));
   if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, &data->Ax, &data->rhs));

@@ -26,10 +26,11 @@ PetscErrorCode PCAinsworthDescribePmat_Private(const PC_Ainsworth *data, std::st
 
 PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
 {
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
-  PetscBool     ascii, string;
-  char          dropped[256] = "", layout[256], modes[128];
-  std::string   text;
+  PC_Ainsworth  *data = (PC_Ainsworth *)pc->data;
+  Mat_Ainsworth *ctx  = NULL;
+  PetscBool      ascii, string;
+  char           dropped[256] = "", layout[256], modes[128];
+  std::string    text;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
@@ -57,12 +58,10 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   PetscCall(
     PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s%s\n", data->constraints, data->constraints ? "" : ", A alone is solved", dropped));
   if (data->hidden) PetscCall(PetscViewerASCIIPrintf(viewer, "  weight: identity, as rows of C differ only where diag(A)^{-1} is too small to tell\n"));
-  if (data->reduced) {
-    const AinsworthGram *gram;
-
-    PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
+  if (data->reduced) PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+  if (ctx && ctx->current) { /* otherwise an error ended its set-up, and a view must not begin another */
     PetscCall(PetscViewerASCIIPushTab(viewer));
-    PetscCall(AinsworthGramView(gram, viewer));
+    PetscCall(AinsworthGramView(&ctx->proj.gram, viewer));
     PetscCall(PetscViewerASCIIPopTab(viewer));
   }
   if (data->failure[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "  last failure: %s\n", data->failure));

@@ -200,21 +200,49 @@ static PetscErrorCode Shift(Mat M)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Converts *pmat from M_* - A to the format that the inner preconditioner takes */
-static PetscErrorCode AddA(Mat A, AinsworthPmatFormat format, PetscInt bs, Mat *pmat)
+/* Gives unknowns in no equation, which are in a null space that the program attached, a diagonal entry: nothing else is in their rows of M. Collective */
+static PetscErrorCode HoldUnused(Vec inverseDiagonal, Mat M)
 {
-  Mat part[2] = {A, *pmat};
+  PetscInt zeros = 0;
+  Vec      diagonal, sums;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthCreateDiagonal(M, &diagonal));
+  PetscCall(AinsworthForEntries({diagonal}, [&](PetscInt, PetscScalar d) { zeros += d == 0.0; }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &zeros, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)M)));
+  if (zeros) {
+    PetscCall(VecDuplicate(diagonal, &sums));
+    PetscCall(AinsworthRowSums(M, 1, sums));
+    PetscCall(AinsworthUpdate(diagonal, {sums, inverseDiagonal}, [](PetscInt, PetscScalar &d, PetscScalar sum, PetscScalar inverse) {
+      if (sum == 0.0) d = 1.0 / inverse;
+    }));
+    PetscCall(MatDiagonalSet(M, diagonal, INSERT_VALUES));
+    PetscCall(VecDestroy(&sums));
+  }
+  PetscCall(VecDestroy(&diagonal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Converts *pmat from M_* - A to the format that the inner preconditioner takes */
+static PetscErrorCode AddA(const AinsworthPmatInputs *in, Mat A, Mat *pmat)
+{
+  const AinsworthPmatFormat format  = in->format;
+  Mat                       part[2] = {A, *pmat};
 
   PetscFunctionBegin;
   if (format == AINSWORTH_PMAT_SUM) {
     PetscCall(MatCreateComposite(PetscObjectComm((PetscObject)A), 2, part, pmat));
     PetscCall(MatDestroy(&part[1]));
-  } else PetscCall(AinsworthAddAIJ(1.0, {A}, pmat));
+  } else {
+    PetscCall(AinsworthAddAIJ(1.0, {A}, pmat));
+    PetscCall(AinsworthStoreDiagonal(pmat));
+    PetscCall(HoldUnused(in->inverseDiagonal, *pmat));
+  }
   if (format == AINSWORTH_PMAT_HYPRE) {
     PetscCall(Shift(*pmat));
     PetscCall(MatConvert(*pmat, MATHYPRE, MAT_INPLACE_MATRIX, pmat)); /* PCHYPRE would copy an AIJ matrix */
   }
-  PetscCall(MatSetBlockSize(*pmat, bs));
+  PetscCall(MatSetBlockSize(*pmat, in->bs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -254,7 +282,7 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
   PetscCall(AinsworthMatFindNotFinite(*pmat, bad, &column));
-  if (*bad < 0) PetscCall(AddA(base, in->format, in->bs, pmat));
+  if (*bad < 0) PetscCall(AddA(in, base, pmat));
   PetscCall(PetscLogEventEnd(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
   if (opt->symmetric) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);

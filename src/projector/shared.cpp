@@ -1,6 +1,7 @@
 #include "shared.h"
 #include "../lists.h"
 #include "../loops.h"
+#include "../objects.h"
 #include "../saddle/saddle.h"
 #include <algorithm>
 #include <vector>
@@ -10,11 +11,69 @@ static const PetscReal many = 100.0;
 /* for constraints of a volume, where all unknowns are in many rows, dropping some would not make S sparse */
 static const PetscReal unusual = 10.0;
 
+/* Sets keeps_j = 1 for the unknowns of rows of M that would have no unknown with a weight left. Collective */
+static PetscErrorCode KeepLast(Mat M, Vec left, Vec keeps)
+{
+  Vec                      present, rest;
+  std::vector<PetscInt>    columns;
+  std::vector<PetscScalar> ones;
+  const PetscScalar       *r;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(left, &present));
+  PetscCall(AinsworthUpdate(present, {left}, [](PetscInt, PetscScalar &p, PetscScalar w) { p = w == 0.0 ? 0.0 : 1.0; }));
+  PetscCall(MatCreateVecs(M, NULL, &rest));
+  PetscCall(AinsworthAbsoluteMult(M, present, rest));
+  PetscCall(VecGetArrayRead(rest, &r));
+  PetscCall(AinsworthForRows(M, [&](const AinsworthMatRow &row) {
+    for (PetscInt k = 0; k < row.n && r[row.local] == 0.0; k++)
+      if (row.a[k] != 0.0) columns.push_back(row.j[k]);
+  }));
+  PetscCall(VecRestoreArrayRead(rest, &r));
+  ones.assign(columns.size(), 1.0);
+  PetscCall(VecSetValues(keeps, (PetscInt)columns.size(), columns.data(), ones.data(), INSERT_VALUES));
+  PetscCall(VecAssemblyBegin(keeps));
+  PetscCall(VecAssemblyEnd(keeps));
+  PetscCall(VecDestroy(&present));
+  PetscCall(VecDestroy(&rest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the weight of unknowns with more than `bound` rows to zero, except where a row of C or B has no others. Collective */
+static PetscErrorCode Unweigh(Mat C, Mat B, Vec count, PetscReal bound, Vec weight)
+{
+  Vec      left, keeps;
+  PetscInt number[2] = {0, 0}; /* of unknowns without a weight, and of those that keep it */
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthVecClone(weight, &left));
+  PetscCall(AinsworthUpdate(left, {count}, [=](PetscInt, PetscScalar &w, PetscScalar rows) {
+    if (PetscRealPart(rows) > bound) w = 0.0;
+  }));
+  PetscCall(VecDuplicate(weight, &keeps));
+  PetscCall(VecZeroEntries(keeps));
+  PetscCall(KeepLast(C, left, keeps));
+  if (B != C) PetscCall(KeepLast(B, left, keeps));
+  PetscCall(AinsworthUpdate(weight, {left, keeps}, [&](PetscInt, PetscScalar &w, PetscScalar l, PetscScalar keep) {
+    if (l != 0.0) return;
+    number[keep != 0.0]++;
+    if (keep == 0.0) w = 0.0;
+  }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, number, 2, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
+  PetscCall(PetscInfo(C,
+                      "%" PetscInt_FMT " unknowns that more than %g rows of C share have no weight, as the Gram matrix would be dense; %" PetscInt_FMT
+                      " others keep it, as some rows have no other unknown\n",
+                      number[0], (double)bound, number[1]));
+  PetscCall(VecDestroy(&left));
+  PetscCall(VecDestroy(&keeps));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthSharedUnweigh - sets the weight of unknowns that many rows of C or B share to zero, so that the projection does not move them. Collective
 
    p rows that share an unknown would have p^2 entries in S. Q = I - W B' S^{-1} C remains a projection onto Ker C as long as the rows are independent in the
-   other unknowns. If they are not, AinsworthProjectorDiagnose() finds dependent rows that are independent for W = I.
+   other unknowns; a row without any would be empty in S. If they are not, AinsworthProjectorDiagnose() finds dependent rows that are independent for W = I.
 */
 PetscErrorCode AinsworthSharedUnweigh(Mat C, Mat B, Vec weight, PetscBool *any)
 {
@@ -34,14 +93,9 @@ PetscErrorCode AinsworthSharedUnweigh(Mat C, Mat B, Vec weight, PetscBool *any)
   }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sums, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)C)));
   bound = PetscMax(many, unusual * sums[0] / PetscMax(sums[1], 1.0));
-  PetscCall(AinsworthUpdate(weight, {count}, [=](PetscInt, PetscScalar &w, PetscScalar number) {
-    if (PetscRealPart(number) > bound) w = 0.0;
-  }));
   PetscCall(VecNorm(count, NORM_INFINITY, &largest));
   *any = (PetscBool)(largest > bound);
-  if (*any)
-    PetscCall(PetscInfo(C, "Unknowns that more than %g rows of C share, up to %g, have no weight, as the Gram matrix would be dense\n", (double)bound,
-                        (double)largest));
+  if (*any) PetscCall(Unweigh(C, B, count, bound, weight));
   PetscCall(VecDestroy(&count));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

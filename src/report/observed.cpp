@@ -1,4 +1,5 @@
 #include "observed.h"
+#include "../ksp/projectedcg.h"
 #include "../objects.h"
 #include <petsctime.h>
 
@@ -6,8 +7,9 @@ namespace
 {
 struct Observed {
   Mat            A;
-  PetscInt       products;
-  PetscReal      xAx;     /* of the last product */
+  KSP            ksp;      /* borrowed */
+  PetscInt       products; /* with its search direction: a monitor or the preconditioner may make others */
+  PetscReal      xAx;      /* of the last of them */
   PetscLogDouble seconds; /* spent on these dot products, all together */
 };
 } // namespace
@@ -15,12 +17,15 @@ struct Observed {
 static PetscErrorCode MatMult_Observed(Mat mat, Vec x, Vec y)
 {
   Observed      *observed;
+  Vec            direction;
   PetscScalar    xAx;
   PetscLogDouble start, end;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &observed));
   PetscCall(MatMult(observed->A, x, y));
+  PetscCall(KSPProjectedCGGetDirection_Private(observed->ksp, &direction));
+  if (x != direction) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscTime(&start));
   PetscCall(VecDot(y, x, &xAx));
   PetscCall(PetscTime(&end));
@@ -41,14 +46,15 @@ static PetscErrorCode MatDestroy_Observed(Mat mat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthObservedCreate(Mat A, Mat *mat)
+PetscErrorCode AinsworthObservedCreate(Mat A, KSP ksp, Mat *mat)
 {
   Observed    *observed;
   PetscInt     m, n;
   MatNullSpace nullspace;
 
   PetscFunctionBegin;
-  observed = new Observed();
+  observed      = new Observed();
+  observed->ksp = ksp;
   PetscCall(AinsworthShare(A, &observed->A));
   PetscCall(MatGetLocalSize(A, &m, &n));
   PetscCall(MatCreateShell(PetscObjectComm((PetscObject)A), m, n, PETSC_DETERMINE, PETSC_DETERMINE, observed, mat));

@@ -1,10 +1,10 @@
-/* An operator that records x' A x of its last product, which together with r' z gives the coefficients of conjugate gradients */
+/* An operator that records p' A p for the search direction p of a KSPCG, which together with r' z gives the coefficients of conjugate gradients */
 #ifndef AINSWORTH_OBSERVED_H
 #define AINSWORTH_OBSERVED_H
 
 #include "../petsccompat.h"
 
-PetscErrorCode AinsworthObservedCreate(Mat, Mat *);
+PetscErrorCode AinsworthObservedCreate(Mat, KSP, Mat *);
 PetscErrorCode AinsworthObservedGet(Mat, PetscInt *products, PetscReal *xAx, PetscLogDouble *seconds);
 
 #endif

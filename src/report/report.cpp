@@ -150,12 +150,10 @@ static PetscErrorCode GetCoefficients(AinsworthReport *report, KSP ksp, PetscInt
 {
   PetscInt  products;
   PetscReal pAp;
-  PetscBool guess;
 
   PetscFunctionBegin;
   PetscCall(AinsworthObservedGet(report->observed, &products, &pAp, &report->observing));
-  PetscCall(KSPGetInitialGuessNonzero(ksp, &guess));
-  PetscCheck(products == step + (guess ? 1 : 0), PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
+  PetscCheck(products == step, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
              "The error cannot be estimated from this form of KSPCG: leave out -ksp_cg_single_reduction, or -pc_ainsworth_monitor_error and "
              "-pc_ainsworth_stop energy_error");
   *rz    = norm * norm;
@@ -239,7 +237,7 @@ static PetscErrorCode Observe(AinsworthReport *report, KSP ksp, PetscBool begin)
       mat = ctx->product ? ctx->product : ctx->A;
     }
     PetscCall(AinsworthShare(mat, &report->operation));
-    PetscCall(AinsworthObservedCreate(mat, &report->observed));
+    PetscCall(AinsworthObservedCreate(mat, ksp, &report->observed));
   }
   if (report->kernel) PetscCall(MatAinsworthSetProduct_Private(report->system.reduced, begin ? report->observed : report->operation));
   else PetscCall(KSPSetOperators(ksp, begin ? report->observed : report->operation, pmat));

@@ -44,7 +44,7 @@ static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
   PetscFunctionBegin;
   PetscCall(AinsworthScaleColumns(A, mask, copy));
   PetscCall(AinsworthCreateDiagonal(A, &diagonal));
-  PetscCall(MatSetOption(*copy, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE)); /* a zero diagonal entry may not be stored */
+  PetscCall(AinsworthStoreDiagonal(copy));
   PetscCall(MatDiagonalSet(*copy, diagonal, INSERT_VALUES));
   PetscCall(AinsworthMakePatternSymmetric(copy));
   (*copy)->symmetric = (*copy)->hermitian = PETSC_BOOL3_UNKNOWN; /* MatDiagonalScale() declared the copy not symmetric */

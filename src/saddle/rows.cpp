@@ -168,13 +168,13 @@ PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *sp, PetscInt n, con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lists the marked local rows of all ranks in the program's numbering of the multiplier field, such as "3, 17, 20 and 37 more". Collective */
-PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *sp, const std::vector<bool> &marked, char text[], size_t len)
+/* Lists the marked local entries of all ranks, such as "3, 17, 20 and 37 more"; first: global number of the first local entry. Collective */
+PetscErrorCode AinsworthNameMarked(MPI_Comm comm, PetscInt first, const std::vector<bool> &marked, char text[], size_t len)
 {
-  const int shown = 5;
-  PetscInt  total = 0, next = 0;
-  MPI_Comm  comm = PetscObjectComm((PetscObject)sp->rowsC);
-  char      part[48];
+  const int      shown = 5;
+  const PetscInt local = (PetscInt)marked.size();
+  PetscInt       total = 0, next = 0;
+  char           part[48];
 
   PetscFunctionBegin;
   for (bool mark : marked) total += mark;
@@ -183,10 +183,10 @@ PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *sp, const std::vec
   for (int k = 0; k < PetscMin(total, shown); k++) {
     PetscInt row;
 
-    while (next < sp->local && !marked[next]) next++;
-    row = next < sp->local ? sp->first + next : -1;
+    while (next < local && !marked[next]) next++;
+    row = next < local ? first + next : -1;
     PetscCall(AinsworthAgreeOnFirst(comm, &row));
-    if (row == sp->first + next) next++;
+    if (row == first + next) next++;
     PetscCall(PetscSNPrintf(part, sizeof(part), "%s%" PetscInt_FMT, k ? ", " : "", row));
     PetscCall(PetscStrlcat(text, part, len));
   }
@@ -194,6 +194,14 @@ PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *sp, const std::vec
     PetscCall(PetscSNPrintf(part, sizeof(part), " and %" PetscInt_FMT " more", total - shown));
     PetscCall(PetscStrlcat(text, part, len));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lists the marked local rows in the program's numbering of the multiplier field. Collective */
+PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *sp, const std::vector<bool> &marked, char text[], size_t len)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthNameMarked(PetscObjectComm((PetscObject)sp->rowsC), sp->first, marked, text, len));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

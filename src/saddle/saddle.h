@@ -107,6 +107,7 @@ PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
 /* sum.cpp */
 PetscErrorCode AinsworthAddAIJ(PetscScalar, const std::vector<Mat> &, Mat *);
 PetscErrorCode AinsworthMakePatternSymmetric(Mat *);
+PetscErrorCode AinsworthStoreDiagonal(Mat *);
 
 /* flat.cpp */
 PetscErrorCode AinsworthVecGetFlat(Mat, PetscBool, Vec, Vec *);
@@ -147,10 +148,14 @@ PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *, Mat, Pets
 /* rows.cpp: the rows of the multiplier field */
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *, PetscInt, const PetscInt[]);
+PetscErrorCode AinsworthNameMarked(MPI_Comm, PetscInt, const std::vector<bool> &, char[], size_t);
 PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *, const std::vector<bool> &, char[], size_t);
 PetscErrorCode AinsworthSaddleNameKind(const AinsworthSaddle *, AinsworthRowKind, char[], size_t);
 PetscErrorCode AinsworthSaddleNameKept(const AinsworthSaddle *, PetscInt, const PetscInt[], char[], size_t);
 PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *, char[], size_t);
+
+/* unused.cpp: unknowns in no equation */
+PetscErrorCode AinsworthSaddleNameUnused(const AinsworthSaddle *, PetscBool, char[], char[], size_t);
 
 /* symmetry.cpp */
 PetscErrorCode AinsworthProbeSymmetry(Mat, PetscBool *);

@@ -1,0 +1,90 @@
+/* Unknowns that are in no equation, and equations without an unknown: whatever the values of the others, such a system is singular */
+#include "terms.h"
+#include "../loops.h"
+#include "../objects.h"
+
+/* Counts the marked entries of all ranks. Collective */
+static PetscErrorCode CountMarked(Mat A, const std::vector<bool> &marked, PetscInt *number)
+{
+  PetscFunctionBegin;
+  *number = 0;
+  for (bool mark : marked) *number += mark;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, number, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Unmarks entries where A or the adjoint of C, AIJ, has a nonzero entry: in the column of A or, with `rows`, in its row. Collective */
+static PetscErrorCode UnmarkUsed(Mat A, Mat C, bool rows, std::vector<bool> *marked)
+{
+  Vec ones, sums[2];
+
+  PetscFunctionBegin;
+  for (Vec &sum : sums) PetscCall(MatCreateVecs(A, &sum, NULL));
+  PetscCall(VecSet(sums[1], 1.0));
+  PetscCall((rows ? AinsworthAbsoluteMult : AinsworthAbsoluteMultTranspose)(A, sums[1], sums[0]));
+  PetscCall(MatCreateVecs(C, NULL, &ones));
+  PetscCall(VecSet(ones, 1.0));
+  PetscCall(AinsworthAbsoluteMultTranspose(C, ones, sums[1]));
+  PetscCall(AinsworthForEntries({sums[0], sums[1]}, [=](PetscInt i, PetscScalar a, PetscScalar c) {
+    if (a != 0.0 || c != 0.0) (*marked)[i] = false;
+  }));
+  for (Vec *v : {&ones, &sums[0], &sums[1]}) PetscCall(VecDestroy(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Unmarks unknowns that the program has declared free: their unit vectors are in a null space attached to its matrix. Collective */
+static PetscErrorCode UnmarkDeclared(const AinsworthSaddle *sp, std::vector<bool> *marked)
+{
+  MatNullSpace           common;
+  PetscInt               n;
+  const Vec             *v;
+  std::vector<PetscReal> part(marked->size(), 0.0); /* squared length of the part of each unit vector in the null space */
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthSaddleCreateNullSpace(sp, &common));
+  if (!common) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatNullSpaceGetVecs(common, NULL, &n, &v));
+  for (PetscInt k = 0; k < n; k++) PetscCall(AinsworthForEntries({v[k]}, [&](PetscInt i, PetscScalar a) { part[i] += PetscSqr(PetscAbsScalar(a)); }));
+  PetscCall(MatNullSpaceDestroy(&common));
+  for (size_t i = 0; i < part.size(); i++)
+    if (part[i] >= 1.0 - PETSC_SQRT_MACHINE_EPSILON) (*marked)[i] = false;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthSaddleNameUnused - lists the unknowns of the primal field that are in no equation or, if there are none, its equations without an unknown. Collective
+
+   Only those with a zero on the diagonal of A are looked at, which a set-up knows already. Unknowns in a null space that the program attached are not listed.
+*/
+PetscErrorCode AinsworthSaddleNameUnused(const AinsworthSaddle *sp, PetscBool symmetric, char unknowns[], char equations[], size_t len)
+{
+  Mat               opaque, A;
+  Vec               diagonal;
+  std::vector<bool> zero, marked;
+  PetscInt          number, start;
+
+  PetscFunctionBegin;
+  unknowns[0] = equations[0] = 0;
+  PetscCall(AinsworthFindOpaque(sp->A, &opaque));
+  if (opaque) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthCreateDiagonal(sp->A, &diagonal));
+  PetscCall(AinsworthForEntries({diagonal}, [&](PetscInt, PetscScalar d) { zero.push_back(d == 0.0); }));
+  PetscCall(VecGetOwnershipRange(diagonal, &start, NULL));
+  PetscCall(VecDestroy(&diagonal));
+  PetscCall(CountMarked(sp->A, zero, &number));
+  if (!number) PetscFunctionReturn(PETSC_SUCCESS); /* the usual case */
+  PetscCall(AinsworthGetAIJ(sp->A, &A));
+  marked = zero;
+  PetscCall(UnmarkUsed(A, sp->rowsC, false, &marked));
+  PetscCall(CountMarked(A, marked, &number));
+  if (number) {
+    PetscCall(UnmarkDeclared(sp, &marked));
+    PetscCall(AinsworthNameMarked(PetscObjectComm((PetscObject)A), start, marked, unknowns, len));
+  } else if (!symmetric || sp->rowsB != sp->rowsC) {
+    marked = zero;
+    PetscCall(UnmarkUsed(A, sp->rowsB, true, &marked));
+    PetscCall(AinsworthNameMarked(PetscObjectComm((PetscObject)A), start, marked, equations, len));
+  }
+  PetscCall(MatDestroy(&A));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
