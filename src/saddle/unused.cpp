@@ -1,5 +1,5 @@
 /* Unknowns that are in no equation, and equations without an unknown: whatever the values of the others, such a system is singular */
-#include "terms.h"
+#include "saddle.h"
 #include "../loops.h"
 #include "../objects.h"
 
