@@ -64,7 +64,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_detect_saddle_point <bool>              - finds the multipliers by the diagonal or by signs; the default if no fields are known
 .  -pc_ainsworth_block_size <bs>                         - unknowns per node, if the number is not found
 .  -pc_ainsworth_redundant <drop,error>                  - treatment of rows of C that are combinations of other rows
-.  -pc_ainsworth_ladder <multigrid,factor,gmres,whole>   - the highest rung that may be climbed where the reduced solve gives no answer
+.  -pc_ainsworth_ladder <multigrid,factor,gmres,whole>   - the highest rung that may be climbed where the reduced solve gives no answer; by default whole
 .  -pc_ainsworth_rebuild <auto,always,never>             - when the inner preconditioner is rebuilt for new values of A or C
 .  -pc_ainsworth_diagnose [file.json]                    - prints the findings of the set-up, and advice, before anything is solved
 .  -pc_ainsworth_monitor_error [ascii,csv:file,draw]     - prints error against run time, one row per iteration
