@@ -33,6 +33,7 @@ The inner solvers have option prefixes of their own, which follow the prefix of 
 | `-ainsworth_ksp_`, `-ainsworth_pc_` | the reduced system: `-ainsworth_ksp_rtol 1e-10`, `-ainsworth_pc_type gamg` |
 | `-ainsworth_mg_levels_`, `-ainsworth_mg_coarse_` | the levels of its multigrid, as for PETSc's `PCMG` |
 | `-ainsworth_gram_ksp_`, `-ainsworth_gram_pc_` | the Gram matrix |
+| `-ainsworth_whole_pc_` | the whole system, where it is factored: `-ainsworth_whole_pc_factor_mat_solver_type superlu_dist` |
 """
 
 

@@ -64,7 +64,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_detect_saddle_point <bool>              - finds the multipliers by the diagonal or by signs; the default if no fields are known
 .  -pc_ainsworth_block_size <bs>                         - unknowns per node, if the number is not found
 .  -pc_ainsworth_redundant <drop,error>                  - treatment of rows of C that are combinations of other rows
-.  -pc_ainsworth_ladder <multigrid,factor,gmres,whole>   - the highest rung that may be climbed where the reduced solve gives no answer
+.  -pc_ainsworth_ladder <multigrid,factor,gmres,whole>   - the highest rung that may be climbed where the reduced solve gives no answer; by default whole
 .  -pc_ainsworth_rebuild <auto,always,never>             - when the inner preconditioner is rebuilt for new values of A or C
 .  -pc_ainsworth_diagnose [file.json]                    - prints the findings of the set-up, and advice, before anything is solved
 .  -pc_ainsworth_monitor_error [ascii,csv:file,draw]     - prints error against run time, one row per iteration
@@ -93,8 +93,9 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    shows a relative error of more than 1e-3 m^{-1/2}, with m rows. A row counts as dependent if elimination leaves at most 1e-12 of it, in the norm of W, or
    1e-5 if that is not enough to solve with S. In the second case W = I is tried first, which may tell rows apart that diag(A)^{-1} cannot. It is not defined
    which rows of a dependent set are left out. Their multipliers are zero: lambda is a basic solution, not that of smallest norm. x and C' lambda do not depend
-   on the choice. Each right-hand side is checked on these rows, C_i x = g_i to 1e-8 of |C_i| |x| + |g_i|. If it contradicts them, the failure is
-   `PC_INCONSISTENT_RHS`. With `-pc_ainsworth_redundant error` the set-up stops with `PETSC_ERR_MAT_CH_ZRPVT` and names the rows.
+   on the choice. Each right-hand side is checked on these rows, as on all others of C: C_i x = g_i to 1e-8 of |C_i| |x| + |g_i|, and rounding of larger terms
+   of the system. With D it is ten times the tolerance. If it contradicts them, the failure is `PC_INCONSISTENT_RHS`. With `-pc_ainsworth_redundant error` the
+   set-up stops with `PETSC_ERR_MAT_CH_ZRPVT` and names the rows.
 
    Tolerances refer to x, not to x - R g; PETSc's convergence test in the natural norm is adjusted accordingly. Whatever the inner tolerance, C x = g holds to
    rounding.
@@ -108,17 +109,21 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    estimate a bound.
 
    Inner solvers. Their options have the prefixes `-ainsworth_` (reduced system, operator `MATAINSWORTH`, preconditioning matrix M_*: `-ainsworth_ksp_rtol`,
-   `-ainsworth_pc_type`, ...) and `-ainsworth_gram_` (Gram matrix C W C'), after the prefix of this `PC`. The default inner preconditioner is `PCBLOCKSA` if
-   nodes have 2 to 5 unknowns, A is symmetric and the method is one of conjugate gradients. Its levels are made from A alone and kept while A has the same
-   values, also after `PCReset()`. If A changes, `-pc_ainsworth_rebuild` decides (docs/sequence.md). Otherwise, and if `PCBLOCKSA` does not fit the matrix, the
-   default is BoomerAMG with PMIS coarsening, aggressive on the finest level, ext+i interpolation with at most 4 entries per row, and Chebyshev smoothing. With
-   the penalty of the paper it has Falgout coarsening. With that penalty, or with a method other than conjugate gradients, it has PETSc's default smoother and
-   no aggressive coarsening. If the rest of a solve would take longer than a factorization that fits in memory, the factorization takes over, also for later
-   solves. Tiny systems are factored at once. The choice is made from predicted iterations and operations (docs/models.md).
+   `-ainsworth_pc_type`, ...), `-ainsworth_gram_` (Gram matrix C W C') and `-ainsworth_whole_` (the whole system, if it is factored), after the prefix of this
+   `PC`. The default inner preconditioner is `PCBLOCKSA` if nodes have 2 to 5 unknowns, A is symmetric and the method is one of conjugate gradients. Its levels
+   are made from A alone and kept while A has the same values, also after `PCReset()`. If A changes, `-pc_ainsworth_rebuild` decides (docs/sequence.md).
+   Otherwise, and if `PCBLOCKSA` does not fit the matrix, the default is BoomerAMG with PMIS coarsening, aggressive on the finest level, ext+i interpolation
+   with at most 4 entries per row, and Chebyshev smoothing. With the penalty of the paper it has Falgout coarsening. With that penalty, or with a method other
+   than conjugate gradients, it has PETSc's default smoother and no aggressive coarsening. If the rest of a solve would take longer than a factorization that
+   fits in memory, the factorization takes over, also for later solves. Tiny systems are factored at once. The choice is made from predicted iterations and
+   operations (docs/models.md).
 
-   Failures. A converged inner solve is verified on the rows of the program's own matrix, and refined once if they are not met. Rows that are still not met, a
-   failed inner solve, a Gram matrix that cannot be factored, a right-hand side that contradicts a zero or a dependent row of C, and values that are not finite
-   give a `PCFailedReason` on all ranks, or an error with `-ksp_error_if_not_converged`. `PCAinsworthGetFailure()` and `-ksp_view` name the cause and the rows.
+   Failures. The solution of an inner solve is judged by the rows of the program's own matrix, and refined, by at most ten further solves, until all are met and
+   x has settled; usually none is needed (docs/method.md, verification). If it is not met, or the inner solve fails, the whole system [A B'; C -D] is factored,
+   and its solutions are judged in the same way. `-pc_ainsworth_ladder` limits this: multigrid takes no factorization of M_* in place of multigrid, factor no
+   GMRES in place of conjugate gradients, gmres no factorization of the whole system. Rows that are still not met, a motion that nothing resists, a Gram matrix
+   that cannot be factored, a right-hand side that contradicts a zero or a dependent row of C, and values that are not finite give a `PCFailedReason` on all
+   ranks, or an error with `-ksp_error_if_not_converged`. `PCAinsworthGetFailure()` and `-ksp_view` name the cause and the rows.
 
    Repeated set-up. Only what has changed is set up again: a `KSPSolve()` with the same A and C builds nothing, even after `KSPSetOperators()`. With
    `-ksp_reuse_preconditioner` the inner preconditioner is kept as long as A has the same sizes, but never the constraints. If values change but not the nonzero
