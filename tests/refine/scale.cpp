@@ -1,0 +1,149 @@
+/* The scale of a system against its definition: powers of 2 that bring the largest entry of each row and column to about 1 */
+#include "system.h"
+#include <cmath>
+
+struct Scaled {
+  const char                   *name;
+  std::function<void(Kind &)>   kind;
+  std::function<void(Blocks &)> change;
+  bool                          about1 = true; /* so few decades that the sweeps suffice */
+};
+
+static PetscReal Power(PetscReal decades, PetscInt seed, PetscInt i)
+{
+  return PetscPowReal(10.0, decades * Uniform(seed, i, 0));
+}
+
+static void Same(Blocks &) { }
+
+static void RowsOfC(Blocks &b)
+{
+  for (PetscInt i = 0; i < b.m(); i++) b.C.row(i) *= Power(12.0, 61, i);
+  b.B = b.C;
+}
+
+/* The largest compliance is 1e15, the least 1e-15 */
+static void Compliances(Blocks &b)
+{
+  for (PetscInt i = 0; i < b.m(); i++) b.D(i, i) = PetscPowReal(10.0, -15.0 + 30.0 * i / (b.m() - 1));
+}
+
+/* Unknowns without stiffness, one of which is in no equation at all */
+static void Loose(Blocks &b)
+{
+  for (PetscInt i = 1; i < b.n(); i += 3) {
+    b.A.row(i).setZero();
+    b.A.col(i).setZero();
+  }
+  b.C.col(4).setZero();
+  b.B = b.C;
+}
+
+/* Rows of B and C have sizes of their own */
+static void Unlike(Blocks &b)
+{
+  for (PetscInt i = 0; i < b.m(); i++) {
+    b.B.row(i) *= Power(6.0, 62, i);
+    b.C.row(i) *= Power(6.0, 63, i);
+  }
+}
+
+static void EmptyRows(Blocks &b)
+{
+  for (PetscInt i : {0, 5, 13}) b.C.row(i).setZero();
+  b.B = b.C;
+}
+
+/* clang-format off */
+static const std::vector<Scaled> &Systems()
+{
+  static const std::vector<Scaled> systems = {
+    {"plain",                   [](Kind &) {},                                                Same},
+    {"indefinite",              [](Kind &k) { k.definite = false; },                          Same},
+    {"no diagonal",             [](Kind &k) { k.definite = k.diagonal = false; },             Same},
+    {"unsymmetric",             [](Kind &k) { k.symmetric = false; },                         Same},
+    {"badly scaled",            [](Kind &k) { k.decades = 8.0, k.compliance = COUPLED; },     Same},
+    {"rows of C",               [](Kind &) {},                                                RowsOfC},
+    {"rows of C and D",         [](Kind &k) { k.compliance = DIAGONAL; },                     RowsOfC},
+    {"D over 30 decades",       [](Kind &) {},                                                Compliances},
+    {"coupled D",               [](Kind &k) { k.compliance = COUPLED; },                      Compliances},
+    {"loose",                   [](Kind &) {},                                                Loose},
+    {"loose, rows of C",        [](Kind &) {},                                                [](Blocks &b) { Loose(b), RowsOfC(b); }},
+    {"B is not C",              [](Kind &k) { k.symmetric = false; },                         Unlike},
+    {"B is not C, D",           [](Kind &k) { k.symmetric = false, k.compliance = COUPLED; }, Unlike},
+    {"empty rows",              [](Kind &) {},                                                EmptyRows},
+    {"empty rows with D",       [](Kind &) {},                                                [](Blocks &b) { EmptyRows(b), Compliances(b); }},
+    {"A of 1e-300",             [](Kind &) {},                                                [](Blocks &b) { b.A *= 1e-301; }, false},
+    {"one A_ii of 1e-300",      [](Kind &) {},                                                [](Blocks &b) { b.A(3, 3) = 1e-300; }, false},
+    {"D of 1e300",              [](Kind &) {},                                                [](Blocks &b) { b.D(2, 2) = 1e300; }, false},
+    {"A of 1e-300, D of 1e300", [](Kind &) {},                                                [](Blocks &b) { b.A *= 1e-301, b.D(2, 2) = 1e300; }, false}
+  };
+
+  return systems;
+}
+/* clang-format on */
+
+/* The largest entry in the row and column of each unknown and multiplier, scaled, with the stiffness in place of A */
+static Column Largest(const Blocks &b, const Column &s)
+{
+  Dense K = b.K();
+
+  for (PetscInt i = 0; i < b.n(); i++) {
+    const PetscReal d = PetscRealPart(b.A(i, i));
+
+    K.row(i).head(b.n()).setZero();
+    K(i, i) = d > 0.0 ? d : b.A.row(i).cwiseAbs().maxCoeff();
+  }
+  K = s.asDiagonal() * K * s.asDiagonal();
+  return K.cwiseAbs().rowwise().maxCoeff().cwiseMax(K.cwiseAbs().colwise().maxCoeff().transpose());
+}
+
+static PetscErrorCode CheckScale(const Scaled &system, PetscInt seed)
+{
+  Kind      kind{system.name};
+  Setup     setup, alone;
+  bool      power = true, loose = true, ones = true;
+  PetscReal range[2] = {1.0, 1.0};
+
+  PetscFunctionBeginUser;
+  Case("scale, %s, seed %d", system.name, (int)seed);
+  system.kind(kind);
+  Blocks b = Draw(kind, seed);
+
+  system.change(b);
+  PetscCall(SetupCreate(b, &setup));
+  PetscCall(SetupCreate(b, &alone, true));
+  const Column most = Largest(b, setup.s);
+  PetscInt     first;
+
+  for (Eigen::Index i = 0; i < setup.s.size(); i++) {
+    int             exponent;
+    const PetscReal size = PetscRealPart(most[i]);
+
+    power = power && std::frexp((double)PetscRealPart(setup.s[i]), &exponent) == 0.5 && !PetscIsInfOrNanScalar(setup.s[i]);
+    if (size == 0.0) ones = ones && setup.s[i] == 1.0;
+    else if (system.about1 || PetscIsInfOrNanReal(size)) {
+      range[0] = PetscMin(range[0], size);
+      range[1] = size > range[1] || PetscIsNanReal(size) ? size : range[1];
+    }
+  }
+  PetscCall(CheckTrue("positive powers of 2", power));
+  PetscCall(CheckTrue("1 where nothing is", ones));
+  PetscCall(Check("1 over the least of the largest entries", 1.0 / range[0], 4.0));
+  PetscCall(Check("the largest entry", range[1], 4.0));
+  PetscCall(CheckTrue("the same on one rank", setup.s == alone.s));
+  PetscCall(VecGetOwnershipRange(setup.sp.scale.primal, &first, NULL));
+  for (size_t i = 0; i < setup.sp.loose.size(); i++) loose = loose && setup.sp.loose[i] == (b.A.row(first + (PetscInt)i).cwiseAbs().maxCoeff() == 0.0);
+  PetscCall(CheckTrue("the unknowns without stiffness", loose));
+  PetscCall(SetupDestroy(&alone));
+  PetscCall(SetupDestroy(&setup));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TestScale()
+{
+  PetscFunctionBeginUser;
+  for (const Scaled &system : Systems())
+    for (PetscInt seed : {1, 1001}) PetscCall(CheckScale(system, seed));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

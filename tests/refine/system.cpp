@@ -1,0 +1,138 @@
+#include "system.h"
+#include <cmath>
+
+/* Gives each rank a copy of all of the matrix */
+static PetscErrorCode TakeAll(Mat *M)
+{
+  IS       rows, cols;
+  PetscInt m, n;
+  Mat     *all, copy;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatGetSize(*M, &m, &n));
+  PetscCall(ISCreateStride(PETSC_COMM_SELF, m, 0, 1, &rows));
+  PetscCall(ISCreateStride(PETSC_COMM_SELF, n, 0, 1, &cols));
+  PetscCall(MatCreateSubMatrices(*M, 1, &rows, &cols, MAT_INITIAL_MATRIX, &all));
+  PetscCall(MatDuplicate(all[0], MAT_COPY_VALUES, &copy));
+  PetscCall(MatDestroySubMatrices(1, &all));
+  PetscCall(ISDestroy(&rows));
+  PetscCall(ISDestroy(&cols));
+  PetscCall(MatDestroy(M));
+  *M = copy;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SetBoth(const Column &values, AinsworthSaddleVec v)
+{
+  PetscInt n;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecGetSize(v.primal, &n));
+  PetscCall(Scatter(values.head(n), v.primal));
+  PetscCall(Scatter(values.tail(values.size() - n), v.dual));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SetupCreate(const Blocks &dense, Setup *setup, bool alone)
+{
+  Kind                  kind{"given"};
+  AinsworthSaddleInputs in;
+  AinsworthSaddle       raw, *sp = &setup->sp;
+  Mat                   nest, Bt;
+
+  PetscFunctionBeginUser;
+  kind.symmetric  = dense.B == dense.C;
+  kind.compliance = dense.D.size() && dense.D.cwiseAbs().maxCoeff() > 0.0 ? COUPLED : NO_D;
+  setup->dense    = dense;
+  *sp             = AinsworthSaddle();
+  PetscCall(SaddleCreate(dense, kind, &raw));
+  if (alone)
+    for (Mat *M : {&raw.A, &raw.C, &raw.B, &raw.D})
+      if (*M && !(M == &raw.B && kind.symmetric)) PetscCall(TakeAll(M));
+  if (alone && kind.symmetric) {
+    PetscCall(MatDestroy(&raw.B));
+    PetscCall(PetscObjectReference((PetscObject)raw.C));
+    raw.B = raw.C;
+  }
+  PetscCall(MatHermitianTranspose(raw.B, MAT_INITIAL_MATRIX, &Bt));
+  if (raw.D) PetscCall(MatScale(raw.D, -1.0));
+  const Mat blocks[] = {raw.A, Bt, raw.C, raw.D};
+
+  PetscCall(MatCreateNest(PetscObjectComm((PetscObject)raw.A), 2, NULL, 2, NULL, blocks, &nest));
+  in.amat = in.pmat = nest;
+  in.multipliers    = {"1"};
+  PetscCall(AinsworthSaddleSetUp(&in, sp));
+  PetscCall(CheckTrue((std::string("usable: ") + sp->bad).c_str(), !sp->bad[0] && sp->scale.primal && !sp->negated));
+  PetscCall(MatDestroy(&nest));
+  PetscCall(MatDestroy(&Bt));
+  PetscCall(SaddleDestroy(&raw));
+  PetscCall(GatherBoth(sp->scale, setup->s));
+  for (AinsworthSaddleVec *v : {&setup->b, &setup->y, &setup->left}) {
+    PetscCall(AinsworthSaddleVecDuplicate(sp->scale, v));
+    PetscCall(VecZeroEntries(v->primal));
+    PetscCall(VecZeroEntries(v->dual));
+  }
+  PetscCall(VecDuplicate(sp->scale.primal, &setup->Ax));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SetupDestroy(Setup *setup)
+{
+  PetscFunctionBeginUser;
+  for (AinsworthSaddleVec *v : {&setup->b, &setup->y, &setup->left}) PetscCall(AinsworthSaddleVecDestroy(v));
+  PetscCall(VecDestroy(&setup->Ax));
+  PetscCall(AinsworthSaddleReset(&setup->sp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static Long Lengthen(const Dense &M)
+{
+  return M.cast<LongScalar>();
+}
+
+Column Times(const Dense &K, const Column &y)
+{
+  const LongColumn product = Lengthen(K) * LongColumn(Lengthen(y));
+  Column           rounded(product.size());
+
+  for (Eigen::Index i = 0; i < product.size(); i++) rounded[i] = (PetscScalar)product[i];
+  return rounded;
+}
+
+Truth Exact(const Setup &setup, const std::vector<AinsworthRowKind> &kind, bool transpose, const AinsworthMeasure measure[3], const Column &b, const Column &y)
+{
+  Blocks         d = setup.dense;
+  const PetscInt n = d.n();
+  Truth          truth;
+
+  if (transpose) d.A = Dense(d.A.transpose());
+  const Long       K   = Lengthen(d.K());
+  const LongColumn rhs = Lengthen(b), x = Lengthen(y);
+  const LongReal   s = setup.s.real().cast<long double>();
+
+  truth.residual = rhs - K * x;
+  truth.terms    = K.cwiseAbs() * x.cwiseAbs() + rhs.cwiseAbs();
+  truth.size     = truth.terms.cwiseProduct(s).maxCoeff();
+  for (Eigen::Index i = 0; i < rhs.size(); i++) {
+    const bool              loose = i < n && setup.dense.A.row(i).cwiseAbs().maxCoeff() == 0.0;
+    const bool              other = i >= n && (kind[i - n] == AINSWORTH_ROW_ZERO || kind[i - n] == AINSWORTH_ROW_DEPENDENT);
+    const AinsworthMeasure &m     = measure[i >= n || (loose && rhs[i] == 0.0) ? 1 : loose ? 2 : 0];
+    const long double       size = std::abs(truth.residual[i]) * s[i], allowed = m.enough * truth.terms[i] * s[i] + m.floor * truth.size;
+    const PetscReal         omega = size == 0.0L ? 0.0 : (PetscReal)(size / allowed);
+    AinsworthWorstRow      &worst = truth.worst[i < n ? 0 : other ? 2 : 1];
+
+    if (omega > worst.omega) worst = {omega, (PetscReal)std::abs(truth.residual[i]), (PetscReal)truth.terms[i], (PetscInt)(i < n ? i : i - n)};
+  }
+  return truth;
+}
+
+/* A diagonal, B = C, no D */
+Blocks Handmade(const Column &diagonal, const Dense &C)
+{
+  Blocks b;
+
+  b.A = diagonal.asDiagonal();
+  b.B = b.C = C;
+  b.D       = Dense::Zero(C.rows(), C.rows());
+  return b;
+}
