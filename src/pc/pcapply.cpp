@@ -153,10 +153,12 @@ static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose
 static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal loose, AinsworthSaddleVec left, AinsworthSaddleVec p,
                                    KSPConvergedReason *reason)
 {
-  PetscReal      rtol, atol, dtol;
-  PetscInt       limit;
-  PetscBool      removed;
-  PetscErrorCode error;
+  const PetscInt  its   = data->ksp->its;
+  const PetscReal rnorm = data->ksp->rnorm;
+  PetscReal       rtol, atol, dtol;
+  PetscInt        limit;
+  PetscBool       removed;
+  PetscErrorCode  error;
 
   PetscFunctionBegin;
   PetscCall(VecZeroEntries(p.primal));
@@ -164,6 +166,8 @@ static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpos
   PetscCall(KSPSetTolerances(data->ksp, PetscMax(rtol, loose), atol, dtol, limit));
   error = SolveFields(pc, data, transpose, PETSC_FALSE, left, p, reason);
   PetscCall(KSPSetTolerances(data->ksp, rtol, atol, dtol, limit));
+  data->ksp->its   = its; /* what the program asks for is the solve of its system */
+  data->ksp->rnorm = rnorm;
   PetscCall(error);
   PetscCall(AinsworthSaddleRemoveNullSpace(&data->saddle, pc->mat, transpose, p, &removed));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -117,7 +117,7 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
 
   PetscFunctionBegin;
   *error = AinsworthBackward();
-  PetscCall(Largest(y.primal, scale.primal, true, &sizes[0]));
+  if (sp->rowsB == sp->rowsC) PetscCall(Largest(y.primal, scale.primal, true, &sizes[0])); /* otherwise its rows may be small where its columns are not */
   PetscCall(Largest(b.primal, scale.primal, false, &sizes[0]));
   PetscCall(Largest(b.dual, scale.dual, false, &sizes[0]));
   auto kind = [sp](PetscInt i, PetscScalar force) { return !sp->loose[i] ? 0 : force == 0.0 ? 1 : 2; };

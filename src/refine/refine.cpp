@@ -9,12 +9,13 @@
    least     nobody asks for less: the rounding of products and of solves with S
    rows      of C x = g, which the projection meets to rounding whatever the tolerance; S may have a condition number of 1e8
    rounding  of the largest terms of all, which the solves spread over all rows: a body at rest has only that
+   near      nearly dependent rows know what others do not: they have to be met to the margin, but not better than this
    settled   an x that another solve moves by less is determined
    rate      steps have to reduce what they reduce by this factor, as in LAPACK's xGERFSX
    most      steps
    loose     relative tolerance of a solve that only shows how far x moves
 */
-static const PetscReal margin = 10, least = 1e-13, rows = 1e-8, rounding = 50 * PETSC_MACHINE_EPSILON, settled = 1e-6, rate = 0.5, loose = 0.1;
+static const PetscReal margin = 10, least = 1e-13, rows = 1e-8, rounding = 50 * PETSC_MACHINE_EPSILON, near = 1e-12, settled = 1e-6, rate = 0.5, loose = 0.1;
 static const int       most = 10;
 
 /* AinsworthDecide - goes on while a row is left with too much, or x has not settled, as long as that helps; open: how far a step may move a settled x */
@@ -161,7 +162,9 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
     if (error.primal.omega == 0.0 && error.dual.omega == 0.0) p.settles = true; /* there is nothing that could move x */
     state = AinsworthDecide(p, open);
     if (!some && state == AINSWORTH_WORKING) state = AINSWORTH_NO_PROGRESS;
-    PetscCall(PetscInfo(sp->rowsC, "After %d further solves, the last of which moved x by %g, rows of both equations are left with up to %g and %g times what they are allowed\n",
+    PetscCall(PetscInfo(sp->rowsC,
+                        "After %d further solves, the last of which moved x by %g, rows of both equations are left with up to %g and %g times what they are "
+                        "allowed\n",
                         p.steps, (double)(p.steps ? p.moved : 0.0), (double)error.primal.omega, (double)error.dual.omega));
     if (state != AINSWORTH_WORKING) break;
     PetscCall(AinsworthSaddleVecDuplicate(y, &correction));
@@ -182,7 +185,8 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   if (p.excess > 1.0) outcome->state = AINSWORTH_OUTCOME_UNMET;
   else if (error.dependent.omega > 1.0) outcome->state = AINSWORTH_OUTCOME_CONTRADICTION;
   else if (state != AINSWORTH_CONVERGED) outcome->state = AINSWORTH_OUTCOME_UNSETTLED;
-  else if (sp->nearly && request->tol >= 0.0 && error.dependent.omega * measure[1].enough > PetscMax(margin * request->tol, 1e-12)) outcome->state = AINSWORTH_OUTCOME_UNMET;
+  else if (sp->nearly && error.dependent.row >= 0 && request->tol >= 0.0 && error.dependent.omega * measure[1].enough > PetscMax(margin * request->tol, near))
+    outcome->state = AINSWORTH_OUTCOME_UNMET;
   else outcome->state = AINSWORTH_OUTCOME_SOLVED;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -68,6 +68,44 @@ static PetscErrorCode RaiseToRows(const std::vector<Block> &blocks, bool field, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Computes the geometric mean of the entries that are not 0; 1 if there are none. Collective */
+static PetscErrorCode GeometricMean(Vec v, PetscReal *mean)
+{
+  PetscReal sums[2] = {0.0, 0.0};
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthForEntries({v}, [&](PetscInt, PetscScalar a) {
+    if (!(PetscRealPart(a) > 0.0) || PetscIsInfOrNanScalar(a)) return;
+    sums[0] += PetscLogReal(PetscRealPart(a));
+    sums[1] += 1.0;
+  }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sums, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)v)));
+  *mean = sums[1] > 0.0 ? PetscExpReal(sums[0] / sums[1]) : 1.0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Begins with one number for all unknowns and one for all multipliers, so that the units of A and of C do not matter; work: overwritten */
+static PetscErrorCode Start(const std::vector<Block> &blocks, Vec stiffness, AinsworthSaddleVec scale, AinsworthSaddleVec work)
+{
+  PetscReal s, t;
+  Vec       rows;
+
+  PetscFunctionBegin;
+  PetscCall(VecZeroEntries(work.dual));
+  PetscCall(VecDuplicate(work.dual, &rows));
+  for (const Block &b : blocks)
+    if (b.row && !b.column) PetscCall(RaiseToRows({b}, true, rows, work.dual));
+  PetscCall(VecDestroy(&rows));
+  PetscCall(GeometricMean(stiffness, &s));
+  PetscCall(GeometricMean(work.dual, &t));
+  s = InverseRoot(s);
+  t = InverseRoot(t) * InverseRoot(t) / s;
+  PetscCall(VecSet(scale.primal, s));
+  PetscCall(VecSet(scale.dual, t));
+  for (const Block &b : blocks) PetscCall(MatScale(b.mat, (b.row ? t : s) * (b.column ? t : s)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    Equilibrates by the largest entries of rows and columns (Ruiz 2001), with the diagonal in place of A
 
@@ -81,7 +119,7 @@ static PetscErrorCode Equilibrate(const std::vector<Block> &blocks, Vec stiffnes
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleVecDuplicate(scale, &most));
   PetscCall(AinsworthSaddleVecDuplicate(scale, &work));
-  for (Vec v : {scale.primal, scale.dual}) PetscCall(VecSet(v, 1.0));
+  PetscCall(Start(blocks, stiffness, scale, most));
   for (int sweep = 0; sweep < sweeps; sweep++) {
     PetscCall(VecPointwiseMult(most.primal, scale.primal, scale.primal));
     PetscCall(VecPointwiseMult(most.primal, most.primal, stiffness));

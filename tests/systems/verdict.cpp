@@ -133,6 +133,8 @@ static const struct {
   bool (*holds)(const Saddle &, const Facts &);
 } phrases[] = {
   {"no solution exists",        [](const Saddle &,  const Facts &f) { return !f.solvable; }                                                         },
+  {"are in no equation",        [](const Saddle &,  const Facts &f) { return !f.unique; }                                                           },
+  {"have no unknown",           [](const Saddle &,  const Facts &f) { return !f.unique || !f.solvable; }                                            },
   {"body floats",               [](const Saddle &,  const Facts &f) { return !f.unique; }                                                           },
   {"singular on Ker C",         [](const Saddle &,  const Facts &f) { return !f.unique; }                                                           },
   {"is indefinite",             /* the program's A is -A where all has the other sign */
