@@ -222,11 +222,11 @@ static PetscErrorCode LastApplication()
   PetscFunctionBeginUser;
   Case("the last application");
   PetscCall(RunCreateWhole(d, &run));
-  plan.from = plan.to = 2;
+  plan.from = plan.to = 3; /* each application has a second solve, as the norm of Jacobi is not the energy */
   plan.reason         = KSP_DIVERGED_NANORINF;
   PetscCall(Obey(run, &plan));
   PetscCall(RunSolve(&run));
-  PetscCall(CheckInt("applications", plan.solves, 2));
+  PetscCall(CheckInt("solves", plan.solves, 3));
   PetscCall(CheckFailed(run));
   PetscCall(CheckSolved(&run, d));
   PetscCall(Done(&run, &plan));
@@ -306,7 +306,7 @@ static PetscErrorCode PoisonLast(PC pc, Vec r, Vec z)
 */
 static PetscErrorCode Hidden(PetscReal value, PetscInt m, const std::string &outer)
 {
-  Options     line("-ainsworth_ksp_type richardson -ainsworth_ksp_norm_type none -ainsworth_ksp_max_it 1 -ainsworth_pc_type shell -ksp_type " + outer);
+  Options     line("-ksp_type " + outer);
   DenseSystem d = SpringsCreate(20, m, 1.0, 18);
   Run         run;
   Mat         A, Ct;
@@ -338,8 +338,7 @@ static PetscErrorCode Hidden(PetscReal value, PetscInt m, const std::string &out
   PetscCall(CheckFailed(run));
   PetscCall(KSPGetPC(run.ksp, &pc));
   PetscCall(PCAinsworthGetFailure(pc, &why));
-  if (outer != KSPPREONLY)
-    PetscCall(CheckText("the cause", why, {"The outer method, " + outer + ", says that it converged, but a row of the system is left with "}));
+  PetscCall(CheckText("the cause", why, {"Unknowns 19 of the primal field are in no equation"}));
   PetscCall(RunDestroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
