@@ -7,11 +7,12 @@ PetscErrorCode PCAinsworthDescribePmat_Private(const PC_Ainsworth *data, std::st
 {
   const AinsworthPmatOptions *chosen = &data->choices.pmat;
   const PCAinsworthPmatType   type   = PCAinsworthPmatTypeInUse_Private(data);
+  const bool                  made   = data->reduced && data->autoReason; /* an error may have come before the choice of auto */
   char                        part[64];
 
   PetscFunctionBegin;
-  text = data->reduced || chosen->type != PC_AINSWORTH_PMAT_AUTO ? PCAinsworthPmatTypes[type] : "auto";
-  if (type == PC_AINSWORTH_PMAT_JCB && chosen->rowScaling && (data->reduced || chosen->type == type)) text += ", rows scaled";
+  text = made || chosen->type != PC_AINSWORTH_PMAT_AUTO ? PCAinsworthPmatTypes[type] : "auto";
+  if (type == PC_AINSWORTH_PMAT_JCB && chosen->rowScaling && (made || chosen->type == type)) text += ", rows scaled";
   if (type == PC_AINSWORTH_PMAT_CG || type == PC_AINSWORTH_PMAT_BJ_CG) {
     PetscCall(PetscSNPrintf(part, sizeof(part), ", relative tolerance %g", (double)chosen->rtol));
     text += part;
@@ -20,7 +21,7 @@ PetscErrorCode PCAinsworthDescribePmat_Private(const PC_Ainsworth *data, std::st
     if (chosen->blocks == PETSC_DECIDE) text += ", one block per 32 constraints";
     else text += ", " + std::to_string(chosen->blocks) + " blocks";
   }
-  if (chosen->type == PC_AINSWORTH_PMAT_AUTO && data->reduced && chosen->penalty == AINSWORTH_PENALTY_ROW) text += data->autoReason;
+  if (chosen->type == PC_AINSWORTH_PMAT_AUTO && made && chosen->penalty == AINSWORTH_PENALTY_ROW) text += data->autoReason;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -207,7 +207,8 @@ static PetscErrorCode HoldUnused(Vec inverseDiagonal, Mat M)
   Vec      diagonal, sums;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthCreateDiagonal(M, &diagonal));
+  PetscCall(MatCreateVecs(M, NULL, &diagonal));
+  PetscCall(MatGetDiagonal(M, diagonal));
   PetscCall(AinsworthForEntries({diagonal}, [&](PetscInt, PetscScalar d) { zeros += d == 0.0; }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &zeros, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)M)));
   if (zeros) {

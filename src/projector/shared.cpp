@@ -11,31 +11,39 @@ static const PetscReal many = 100.0;
 /* for constraints of a volume, where all unknowns are in many rows, dropping some would not make S sparse */
 static const PetscReal unusual = 10.0;
 
-/* Sets keeps_j = 1 for the unknowns of rows of M that would have no unknown with a weight left. Collective */
-static PetscErrorCode KeepLast(Mat M, Vec left, Vec keeps)
+/* Finds the columns of the local rows that have no weight, ascending */
+static PetscErrorCode FindWeightless(Mat C, Vec weight, std::vector<PetscInt> &weightless)
 {
-  Vec                      present, rest;
-  std::vector<PetscInt>    columns;
-  std::vector<PetscScalar> ones;
-  const PetscScalar       *r;
+  std::vector<PetscInt> columns;
+  Vec                   here;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(left, &present));
-  PetscCall(AinsworthUpdate(present, {left}, [](PetscInt, PetscScalar &p, PetscScalar w) { p = w == 0.0 ? 0.0 : 1.0; }));
-  PetscCall(MatCreateVecs(M, NULL, &rest));
-  PetscCall(AinsworthAbsoluteMult(M, present, rest));
-  PetscCall(VecGetArrayRead(rest, &r));
-  PetscCall(AinsworthForRows(M, [&](const AinsworthMatRow &row) {
-    for (PetscInt k = 0; k < row.n && r[row.local] == 0.0; k++)
-      if (row.a[k] != 0.0) columns.push_back(row.j[k]);
+  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) { columns.insert(columns.end(), row.j, row.j + row.n); }));
+  AinsworthSortUnique(&columns);
+  PetscCall(AinsworthVecGather(weight, (PetscInt)columns.size(), columns.data(), &here));
+  PetscCall(AinsworthForEntries({here}, [&](PetscInt k, PetscScalar w) {
+    if (w == 0.0) weightless.push_back(columns[k]);
   }));
-  PetscCall(VecRestoreArrayRead(rest, &r));
+  PetscCall(VecDestroy(&here));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets keeps_j = 1 for the unknowns of rows of M that would have none with a weight left, by the pattern, as the symbolic results depend on it. Collective */
+static PetscErrorCode KeepLast(Mat M, Vec left, Vec keeps)
+{
+  std::vector<PetscInt>    weightless, columns;
+  std::vector<PetscScalar> ones;
+
+  PetscFunctionBegin;
+  PetscCall(FindWeightless(M, left, weightless));
+  PetscCall(AinsworthForRows(M, [&](const AinsworthMatRow &row) {
+    if (std::all_of(row.j, row.j + row.n, [&](PetscInt j) { return std::binary_search(weightless.begin(), weightless.end(), j); }))
+      columns.insert(columns.end(), row.j, row.j + row.n);
+  }));
   ones.assign(columns.size(), 1.0);
   PetscCall(VecSetValues(keeps, (PetscInt)columns.size(), columns.data(), ones.data(), INSERT_VALUES));
   PetscCall(VecAssemblyBegin(keeps));
   PetscCall(VecAssemblyEnd(keeps));
-  PetscCall(VecDestroy(&present));
-  PetscCall(VecDestroy(&rest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -97,23 +105,6 @@ PetscErrorCode AinsworthSharedUnweigh(Mat C, Mat B, Vec weight, PetscBool *any)
   *any = (PetscBool)(largest > bound);
   if (*any) PetscCall(Unweigh(C, B, count, bound, weight));
   PetscCall(VecDestroy(&count));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Finds the columns of the local rows that have no weight, ascending */
-static PetscErrorCode FindWeightless(Mat C, Vec weight, std::vector<PetscInt> &weightless)
-{
-  std::vector<PetscInt> columns;
-  Vec                   here;
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) { columns.insert(columns.end(), row.j, row.j + row.n); }));
-  AinsworthSortUnique(&columns);
-  PetscCall(AinsworthVecGather(weight, (PetscInt)columns.size(), columns.data(), &here));
-  PetscCall(AinsworthForEntries({here}, [&](PetscInt k, PetscScalar w) {
-    if (w == 0.0) weightless.push_back(columns[k]);
-  }));
-  PetscCall(VecDestroy(&here));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -261,13 +261,15 @@ int main(int argc, char **argv)
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(AinsworthInitializePackage());
-  PetscCall(FirstOrder(20, true, "", true));
-  PetscCall(FirstOrder(310, true, "", false)); /* too large to be factored at once */
-  PetscCall(FirstOrder(20, true, "-ainsworth_pc_type bjacobi -ainsworth_sub_pc_type lu", false));
-  for (const char *type : {"jacobi", "gamg", "blocksa", "bjacobi"}) PetscCall(FirstOrder(20, true, std::string("-ainsworth_pc_type ") + type, false));
+  for (bool constraints : {true, false}) {
+    PetscCall(FirstOrder(20, constraints, "", true));
+    PetscCall(FirstOrder(310, constraints, "", false)); /* too large to be factored at once */
+    PetscCall(FirstOrder(20, constraints, "-ainsworth_pc_type bjacobi -ainsworth_sub_pc_type lu", false));
+    for (const char *type : {"jacobi", "gamg", "blocksa", "bjacobi"}) PetscCall(FirstOrder(20, constraints, std::string("-ainsworth_pc_type ") + type, false));
 #if defined(PETSC_HAVE_HYPRE)
-  PetscCall(FirstOrder(20, true, "-ainsworth_pc_type hypre", false));
+    PetscCall(FirstOrder(20, constraints, "-ainsworth_pc_type hypre", false));
 #endif
+  }
   for (bool stored : {false, true})
     for (bool crossed : {false, true}) PetscCall(Loose(stored, crossed));
   for (bool crossed : {false, true}) PetscCall(Held(crossed));
