@@ -186,6 +186,7 @@ void Structured::Options(Random &r)
     break;
   case 5:
     options += " -ksp_type fgmres -ksp_rtol 1e-10";
+    outer = true;
     break;
   default:
     break;

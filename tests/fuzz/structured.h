@@ -28,7 +28,8 @@ struct Structured {
   bool                    refuse    = false; /* success is wrong, whatever it leaves */
   bool                    rest      = false; /* x = 0 */
   bool                    solvable = true, unique = true;
-  double                  decades = 0.0; /* of coefficients */
+  bool                    outer   = false; /* a Krylov method around the plugin, whose failures have no words */
+  double                  decades = 0.0;   /* of coefficients */
   std::vector<Dependence> dependent;
   Vector                  motion; /* that nothing holds, where x is not unique */
 

@@ -170,15 +170,16 @@ static bool Refine(const Structured &s, const Whole &w, Eigen::SparseLU<Columns<
 template <typename Solver>
 static double Reach(const Structured &s, const Whole &w, const Solver &lu, const LongColumn &terms, long double size, Random &r)
 {
-  double reach = 0.0;
+  const long double most  = terms.maxCoeff();
+  double            reach = 0.0;
 
   for (int draw = 0; draw < 3; draw++) {
     Vector noise(w.N);
 
-    for (int i = 0; i < w.N; i++) noise[i] = (double)(terms[i] / terms.maxCoeff()) * Between(r, -1.0, 1.0);
+    for (int i = 0; i < w.N; i++) noise[i] = (double)(terms[i] / most) * Between(r, -1.0, 1.0);
     for (const Dependence &d : s.dependent) noise[w.n + d.drop] = 0.0;
     const Vector moved = lu.solve(noise);
-    reach              = std::max(reach, (double)(moved.head(w.n).norm() * (long double)PETSC_MACHINE_EPSILON * terms.maxCoeff() / size));
+    reach              = std::max(reach, (double)(moved.head(w.n).norm() * (long double)PETSC_MACHINE_EPSILON * most / size));
   }
   return reach;
 }
@@ -322,7 +323,7 @@ SaddleVerdict StructuredJudge(const Structured &s, const StructuredFacts &facts,
     a.said += "; nothing says what some unknowns are";
     return SADDLE_WRONG;
   }
-  if (w.N <= dense) return SaddleJudge(DenseTwin(s), facts, true, a, beyond);
+  if (w.N <= dense) return SaddleJudge(DenseTwin(s), facts, !(a.said.empty() && s.outer), a, beyond);
   if (!a.agreed) {
     a.said += "; ranks disagree";
     return SADDLE_WRONG;
@@ -330,12 +331,12 @@ SaddleVerdict StructuredJudge(const Structured &s, const StructuredFacts &facts,
   if (!a.solved) {
     const SaddleTraits traits{s.solvable, s.unique, s.symmetric, s.convention == NEGATED, [] { return false; }, [&s] { return NearlyDependent(s); }};
 
-    if (facts.decided && !SaddleSaysTrue(traits, a.said)) return SADDLE_UNTRUE;
+    if (facts.decided && !(a.said.empty() && s.outer) && !SaddleSaysTrue(traits, a.said)) return SADDLE_UNTRUE;
     return facts.decided && s.solvable && s.unique ? SADDLE_OWED : SADDLE_REFUSED;
   }
   LongColumn y(w.N), size;
 
-  y << a.x.cast<long double>(), a.lambda.cast<long double>();
+  y << a.x.cast<long double>(), (s.convention == OPPOSITE ? -1.0L : 1.0L) * a.lambda.cast<long double>();
   const LongColumn residual = w.Residual(y.cwiseQuotient(w.columns), &size);
 
   a.residual = Worst(residual, size);
