@@ -1,6 +1,7 @@
 static char help[] = "Random saddle-point systems and options: each ends with the solution or with a reason.\n\
   -cases <1000>   how many        -seed <1>      other systems\n\
-  -only <k>       case k alone    -verbose       each case before it is solved, and its verdict\n\
+  -only <k>       case k alone    -first <0>      the first case\n\
+  -timeout <60>   seconds a case  -verbose       each case before it is solved, and its verdict\n\
   -errors <1>     also systems that are to be refused\n\
   -general <0>    share of [A B'; C -D]  -structured <0>  share of systems as programs write them\n\
 A long run:  mpiexec -n 2 fuzz -cases 1000000 -seed 17\n\n";
@@ -206,7 +207,7 @@ static PetscErrorCode SolveStructured(const Structured &s, Random &r, Verdict *v
 
 int main(int argc, char **argv)
 {
-  PetscInt  cases = 1000, seed = 1, only = -1, timeout = 60, count[VERDICTS] = {0};
+  PetscInt  cases = 1000, seed = 1, only = -1, first = 0, timeout = 60, count[VERDICTS] = {0};
   PetscBool verbose = PETSC_FALSE, errors = PETSC_TRUE, mixed = PETSC_TRUE;
   PetscReal general = 0.0, structured = 0.0;
 
@@ -219,12 +220,13 @@ int main(int argc, char **argv)
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-cases", &cases, NULL));
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-seed", &seed, NULL));
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-only", &only, NULL));
+  PetscCall(PetscOptionsGetInt(NULL, NULL, "-first", &first, NULL));
   PetscCall(PetscOptionsGetBool(NULL, NULL, "-verbose", &verbose, NULL));
   PetscCall(PetscOptionsGetBool(NULL, NULL, "-errors", &errors, NULL));
   PetscCall(PetscOptionsGetBool(NULL, NULL, "-mix", &mixed, NULL));
   PetscCall(PetscOptionsGetReal(NULL, NULL, "-general", &general, NULL));
   PetscCall(PetscOptionsGetReal(NULL, NULL, "-structured", &structured, NULL));
-  for (PetscInt k = only < 0 ? 0 : only; k < (only < 0 ? cases : only + 1); k++) {
+  for (PetscInt k = only < 0 ? first : only; k < (only < 0 ? first + cases : only + 1); k++) {
     const PetscInt64 number = (PetscInt64)seed * 1000003 + k;
     Random           mix(number), r(mixed ? (PetscInt64)(mix.Bits() >> 1) : number); /* streams of seeds in a row are shifts of each other */
     std::string      text, line, why;

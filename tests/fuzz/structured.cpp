@@ -185,7 +185,7 @@ void Structured::Options(Random &r)
     tame = false;
     break;
   case 5:
-    options += " -ksp_type fgmres -ksp_rtol 1e-10";
+    options += " -ksp_type fgmres -ksp_rtol 1e-10 -ksp_max_it 100";
     outer = true;
     break;
   default:
