@@ -147,7 +147,7 @@ void Structured::Layout(Random &r)
   if (symmetric && (convention == PLAIN || convention == NEGATED) && r.Chance(0.5)) form = r.Int(1, 3);
   diagonal = diagonal && r.Chance(0.6);
   if (diagonal && r.Chance(0.1)) type = symmetric && !PetscDefined(USE_COMPLEX) && r.Chance(0.5) ? MATSBAIJ : MATBAIJ;
-  text += std::string(" bs=") + std::to_string(bs) + " form=" + std::to_string(form) + (first ? " first" : "") + (diagonal ? "" : " no zeros stored");
+  text += std::string(" bs=") + std::to_string(bs) + (first ? " first" : "") + (diagonal ? "" : " no zeros stored");
   if (std::string(type) != MATAIJ) text += std::string(" ") + type;
 }
 
@@ -187,8 +187,10 @@ void Structured::Options(Random &r)
   case 5:
     options += " -ksp_type fgmres -ksp_rtol 1e-10 -ksp_max_it 100";
     outer = true;
+    form  = form > 1 ? 0 : form; /* it multiplies by the whole matrix */
     break;
   default:
     break;
   }
+  text += " form=" + std::to_string(form);
 }

@@ -53,8 +53,9 @@ struct Model {
   bool                                blockD = false;
   std::vector<std::pair<int, double>> fixed; /* values of unknowns that rows of A prescribe */
 
-  int  Unknowns(int count); /* the first of so many new ones */
-  bool Tie(const Row &);    /* unless another row has its first unknown: so rows are independent of those before them */
+  int  Unknowns(int count);                       /* the first of so many new ones */
+  bool Tie(const Row &);                          /* unless another row has its first unknown: so rows are independent of those before them */
+  void Keep(int i) { touched[(size_t)i] = true; } /* from being the first of a row */
   bool Touched(int i) const { return touched[(size_t)i]; }
 
 private:

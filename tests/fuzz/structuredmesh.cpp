@@ -49,11 +49,12 @@ static void TieBodies(Model &m, const Body &lower, const Body &upper)
 }
 
 /* A reference unknown without stiffness for each component of a node, that an edge follows; with a rotation, as of a spider */
-static void Follow(Random &r, Model &m, const Body &b, std::string &text)
+static void Follow(Random &r, Model &m, const Body &b, bool penalty, std::string &text)
 {
   const bool spider = m.components == 2 && r.Chance(0.5), prescribed = r.Chance(0.4), face = !spider && r.Chance(0.3);
   int        free = 0;
 
+  if (penalty && (prescribed || face)) return; /* two values for one unknown */
   for (int i = 0; i <= b.grid.nx; i++) free += !m.Touched(Unknown(m, b, i, b.grid.ny, 0)) && !m.Touched(Unknown(m, b, i, b.grid.ny, m.components - 1));
   if (free < 2) return; /* nothing would hold it */
   const int ref = m.Unknowns(spider ? 3 : m.components);
@@ -120,11 +121,11 @@ enum Hold {
 static void HoldBody(Random &r, Model &m, const Body &b, Hold hold, std::string &text)
 {
   static const char *const names[] = {" held by rows", " held by scaled rows", " clamped", " penalty", " mean value", " floats"};
-  const bool               all     = r.Chance(0.3);
-  const double             size    = hold == HOLD_SCALED ? (r.Chance(0.5) ? 1e30 : 1e-30)
-                                     : r.Chance(0.2)     ? Decade(r, -3.0, 3.0)
-                                                         : 1.0,
-               penalty             = r.Chance(0.5) ? 1e30 : Decade(r, 4.0, 12.0);
+  const bool               all = r.Chance(0.3), alone = all || r.Chance(0.6); /* alone: not tied to others, whose values would be other ones */
+  const double             size = hold == HOLD_SCALED ? (r.Chance(0.5) ? 1e30 : 1e-30)
+                                  : r.Chance(0.2)     ? Decade(r, -3.0, 3.0)
+                                                      : 1.0,
+               penalty          = r.Chance(0.5) ? 1e30 : Decade(r, 4.0, 12.0);
 
   text += names[hold];
   if (hold >= HOLD_MEAN) return;
@@ -137,6 +138,7 @@ static void HoldBody(Random &r, Model &m, const Body &b, Hold hold, std::string 
         if (hold <= HOLD_SCALED) m.Tie({{{u, size}}, {}});
         else m.fixed.emplace_back(u, r.Chance(0.5) ? 0.0 : Between(r, -1.0, 1.0));
         if (hold == HOLD_PENALTY) m.A.emplace_back(u, u, penalty);
+        if (hold == HOLD_PENALTY && alone) m.Keep(u);
       }
     }
   if (hold != HOLD_CLAMPED) return;
@@ -274,7 +276,7 @@ void DrawMesh(Random &r, Model &m, Structured &s)
   const bool friction = bodies == 2 && !floats && r.Chance(0.15);
 
   if (friction) Friction(r, m, tied, text);
-  if (!floats && r.Chance(0.3)) Follow(r, m, body[bodies - 1], text);
+  if (!floats && r.Chance(0.3)) Follow(r, m, body[bodies - 1], bodies == 1 && hold == HOLD_PENALTY, text);
   if (r.Chance(0.2)) {
     Periodic(m, body[bodies - 1]);
     text += " periodic";

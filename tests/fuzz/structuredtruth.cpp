@@ -217,7 +217,8 @@ static void Solved(const Structured &s, const Whole &w, StructuredFacts &facts)
   facts.decided = Refine(s, w, lu, y, &size, &last);
   facts.x       = w.columns.head(w.n).cwiseProduct(y.head(w.n)).cast<double>();
   facts.scale   = w.columns.head(w.n).cast<double>();
-  facts.size    = (double)size;
+  if (s.rest && s.D.size()) size = std::max(size, 1e-3L * y.norm()); /* C x and D l balance each other: x is what is left of both */
+  facts.size = (double)size;
   facts.left = facts.reach = facts.typical = 1.0;
   if (lu.info() != Eigen::Success) return;
   residual      = w.Residual(y, &terms);
@@ -252,7 +253,12 @@ StructuredFacts StructuredTruth(const Structured &s)
       PetscCheckAbort(SaddleError(facts, small.x) <= 1e-9 + 1e3 * facts.reach, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s: two truths, %g apart", s.text.c_str(),
                       SaddleError(facts, small.x));
   }
+  const bool   known = facts.decided;
+  const double size  = facts.size;
+
   (Facts &)facts = small;
+  facts.decided  = known && small.decided;
+  if (s.rest) facts.size = std::max(size, small.size);
   return facts;
 }
 
