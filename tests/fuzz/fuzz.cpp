@@ -1,10 +1,13 @@
 static char help[] = "Random saddle-point systems and options: each ends with the solution or with a reason.\n\
   -cases <1000>   how many        -seed <1>      other systems\n\
-  -only <k>       case k alone    -verbose       each case before it is solved, and its verdict\n\
+  -only <k>       case k alone    -first <0>      the first case\n\
+  -timeout <60>   seconds a case  -verbose       each case before it is solved, and its verdict\n\
   -errors <1>     also systems that are to be refused\n\
+  -general <0>    share of [A B'; C -D]  -structured <0>  share of systems as programs write them\n\
 A long run:  mpiexec -n 2 fuzz -cases 1000000 -seed 17\n\n";
 
 #include "randomsaddle.h"
+#include "structured.h"
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -141,24 +144,17 @@ static PetscErrorCode Solve(const RandomSystem &s, const Truth &truth, Random &r
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A system of the normal form, the same way */
-static PetscErrorCode SolveGeneral(const RandomSaddle &p, Random &r, Verdict *verdict, std::string &why)
+static void SetVerdict(SaddleVerdict judged, bool promised, const Facts &facts, const Answer &answer, Verdict *verdict, std::string &why)
 {
-  const PetscInt local[2] = {RandomShare(PETSC_COMM_WORLD, r, (int)p.s.A.rows(), p.s.bs), RandomShare(PETSC_COMM_WORLD, r, (int)p.s.C.rows(), 1)};
-  const Facts    facts    = SaddleFacts(p.s);
-  const double   asked    = 1e-11; /* of each row relative to its terms: ten times the tolerance */
-  Answer         answer;
-  char           text[128];
+  char text[160];
 
-  PetscFunctionBeginUser;
-  PetscCall(SaddleSolve(p.s, local, false, answer));
-  switch (SaddleJudge(p.s, facts, true, answer, asked / PETSC_MACHINE_EPSILON)) {
+  switch (judged) {
   case SADDLE_RIGHT:
     *verdict = SOLVED;
     break;
   case SADDLE_REFUSED:
   case SADDLE_OWED:
-    *verdict = RandomSaddlePromised(p, facts) ? UNSOLVED : answer.code ? REFUSED : REASON;
+    *verdict = promised ? UNSOLVED : answer.code ? REFUSED : REASON;
     break;
   case SADDLE_UNTRUE:
     *verdict = UNTRUE;
@@ -166,17 +162,54 @@ static PetscErrorCode SolveGeneral(const RandomSaddle &p, Random &r, Verdict *ve
   default:
     *verdict = WRONG;
   }
-  PetscCall(PetscSNPrintf(text, sizeof(text), "residual %g, error %g, reach %g, left %g, %s%s%s; ", answer.residual, answer.error, facts.reach, facts.left,
-                          facts.decided ? "" : "undecided, ", facts.solvable ? "solvable" : "not solvable", facts.unique ? "" : ", not unique"));
+  (void)snprintf(text, sizeof(text), "residual %g, error %g, reach %g, left %g, %s%s%s; ", answer.residual, answer.error, facts.reach, facts.left,
+                 facts.decided ? "" : "undecided, ", facts.solvable ? "solvable" : "not solvable", facts.unique ? "" : ", not unique");
   why = text + answer.said;
+}
+
+/* A system of the normal form, the same way */
+static PetscErrorCode SolveGeneral(const RandomSaddle &p, Random &r, Verdict *verdict, std::string &why)
+{
+  const PetscInt local[2] = {RandomShare(PETSC_COMM_WORLD, r, (int)p.s.A.rows(), p.s.bs), RandomShare(PETSC_COMM_WORLD, r, (int)p.s.C.rows(), 1)};
+  const Facts    facts    = SaddleFacts(p.s);
+  const double   asked    = 1e-11; /* of each row relative to its terms: ten times the tolerance */
+  Answer         answer;
+
+  PetscFunctionBeginUser;
+  PetscCall(SaddleSolve(p.s, local, false, answer));
+  const SaddleVerdict judged = SaddleJudge(p.s, facts, true, answer, asked / PETSC_MACHINE_EPSILON);
+
+  SetVerdict(judged, RandomSaddlePromised(p, facts), facts, answer, verdict, why);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* And a sparse one, judged on rank 0 */
+static PetscErrorCode SolveStructured(const Structured &s, Random &r, Verdict *verdict, std::string &why)
+{
+  const PetscInt local[2] = {RandomShare(PETSC_COMM_WORLD, r, (int)s.A.rows(), s.bs), RandomShare(PETSC_COMM_WORLD, r, (int)s.C.rows(), 1)};
+  Answer         answer;
+  PetscMPIInt    rank, said = WRONG;
+
+  PetscFunctionBeginUser;
+  PetscCall(StructuredSolve(s, local, answer));
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  if (!rank) {
+    const StructuredFacts facts  = StructuredTruth(s);
+    const SaddleVerdict   judged = StructuredJudge(s, facts, answer);
+
+    SetVerdict(judged, StructuredPromised(s, facts), facts, answer, verdict, why);
+    said = *verdict;
+  }
+  PetscCallMPI(MPI_Bcast(&said, 1, MPI_INT, 0, PETSC_COMM_WORLD));
+  *verdict = (Verdict)said;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 int main(int argc, char **argv)
 {
-  PetscInt  cases = 1000, seed = 1, only = -1, timeout = 60, count[VERDICTS] = {0};
+  PetscInt  cases = 1000, seed = 1, only = -1, first = 0, timeout = 60, count[VERDICTS] = {0};
   PetscBool verbose = PETSC_FALSE, errors = PETSC_TRUE, mixed = PETSC_TRUE;
-  PetscReal general = 0.0;
+  PetscReal general = 0.0, structured = 0.0;
 
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
@@ -187,11 +220,13 @@ int main(int argc, char **argv)
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-cases", &cases, NULL));
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-seed", &seed, NULL));
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-only", &only, NULL));
+  PetscCall(PetscOptionsGetInt(NULL, NULL, "-first", &first, NULL));
   PetscCall(PetscOptionsGetBool(NULL, NULL, "-verbose", &verbose, NULL));
   PetscCall(PetscOptionsGetBool(NULL, NULL, "-errors", &errors, NULL));
   PetscCall(PetscOptionsGetBool(NULL, NULL, "-mix", &mixed, NULL));
   PetscCall(PetscOptionsGetReal(NULL, NULL, "-general", &general, NULL));
-  for (PetscInt k = only < 0 ? 0 : only; k < (only < 0 ? cases : only + 1); k++) {
+  PetscCall(PetscOptionsGetReal(NULL, NULL, "-structured", &structured, NULL));
+  for (PetscInt k = only < 0 ? first : only; k < (only < 0 ? first + cases : only + 1); k++) {
     const PetscInt64 number = (PetscInt64)seed * 1000003 + k;
     Random           mix(number), r(mixed ? (PetscInt64)(mix.Bits() >> 1) : number); /* streams of seeds in a row are shifts of each other */
     std::string      text, line, why;
@@ -199,7 +234,14 @@ int main(int argc, char **argv)
 
     (void)snprintf(last, sizeof(last), "-seed %d -only %d\n", (int)seed, (int)k);
     (void)alarm((unsigned)timeout);
-    if (general > 0.0 && r.Chance(general)) {
+    if (structured > 0.0 && r.Chance(structured)) {
+      const Structured system(r);
+      Options          options(line = system.options);
+
+      text = system.text;
+      if (verbose) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "case %" PetscInt_FMT ": %s; %s\n", k, text.c_str(), line.c_str()));
+      PetscCall(SolveStructured(system, r, &verdict, why));
+    } else if (general > 0.0 && r.Chance(general)) {
       const RandomSaddle system(r);
       Options            options(line = system.options);
 

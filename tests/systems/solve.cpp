@@ -37,16 +37,16 @@ static PetscErrorCode CreateNest(const Saddle &s, const PetscInt local[2], Mat *
 }
 
 /* The part of x, or of lambda, of a vector of the nest */
-static PetscErrorCode Field(const Saddle &s, Mat nest, Vec all, int k, const std::function<PetscErrorCode(Vec)> &action)
+static PetscErrorCode Field(bool first, Mat nest, Vec all, int k, const std::function<PetscErrorCode(Vec)> &action)
 {
   IS  is[2];
   Vec sub;
 
   PetscFunctionBeginUser;
   PetscCall(MatNestGetISs(nest, is, NULL));
-  PetscCall(VecGetSubVector(all, is[s.first ? 1 - k : k], &sub));
+  PetscCall(VecGetSubVector(all, is[first ? 1 - k : k], &sub));
   PetscCall(action(sub));
-  PetscCall(VecRestoreSubVector(all, is[s.first ? 1 - k : k], &sub));
+  PetscCall(VecRestoreSubVector(all, is[first ? 1 - k : k], &sub));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -94,32 +94,28 @@ static PetscErrorCode AskSolver(KSP ksp, Answer &a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SaddleSolve(const Saddle &s, const PetscInt local[2], bool mumps, Answer &a)
+PetscErrorCode SaddleSolveNest(Mat nest, KSP *ksp, const Vector rhs[2], const PetscInt local[2], bool first, Answer &a)
 {
-  Mat                nest;
   Vec                b, y;
-  KSP                ksp;
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   PetscMPIInt        agreed[4];
   Column             part[2];
   std::string        message;
 
   PetscFunctionBeginUser;
-  PetscCall(CreateNest(s, local, &nest));
   PetscCall(VecCreateMPI(PETSC_COMM_WORLD, local[0] + local[1], PETSC_DETERMINE, &b));
-  for (int k = 0; k < 2; k++) PetscCall(Field(s, nest, b, k, [&](Vec v) { return Scatter(s.rhs[k].cast<PetscScalar>(), v); }));
+  for (int k = 0; k < 2; k++) PetscCall(Field(first, nest, b, k, [&](Vec v) { return Scatter(rhs[k].cast<PetscScalar>(), v); }));
   PetscCall(VecDuplicate(b, &y));
-  PetscCall(CreateSolver(s, nest, mumps, &ksp));
   PetscCall(PetscPushErrorHandler(KeepMessage, &message));
-  a.code = KSPSolve(ksp, b, y);
+  a.code = KSPSolve(*ksp, b, y);
   PetscCall(PetscPopErrorHandler());
   if (a.code) {
     a.said = message;
     ForgetErrors();
   } else {
-    PetscCall(KSPGetConvergedReason(ksp, &reason));
-    PetscCall(AskSolver(ksp, a));
-    for (int k = 0; k < 2; k++) PetscCall(Field(s, nest, y, k, [&](Vec v) { return Gather(v, part[k]); }));
+    PetscCall(KSPGetConvergedReason(*ksp, &reason));
+    PetscCall(AskSolver(*ksp, a));
+    for (int k = 0; k < 2; k++) PetscCall(Field(first, nest, y, k, [&](Vec v) { return Gather(v, part[k]); }));
     a.x      = part[0].real();
     a.lambda = part[1].real();
   }
@@ -130,10 +126,22 @@ PetscErrorCode SaddleSolve(const Saddle &s, const PetscInt local[2], bool mumps,
   agreed[3] = -agreed[2];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, agreed, 4, MPI_INT, MPI_MAX, PETSC_COMM_WORLD));
   a.agreed = agreed[0] == -agreed[1] && agreed[2] == -agreed[3];
-  if (!a.code) PetscCall(KSPDestroy(&ksp)); /* what an error leaves behind may not be fit for it */
-  PetscCall(MatDestroy(&nest));
+  if (!a.code) PetscCall(KSPDestroy(ksp)); /* what an error leaves behind may not be fit for it */
   PetscCall(VecDestroy(&b));
   PetscCall(VecDestroy(&y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SaddleSolve(const Saddle &s, const PetscInt local[2], bool mumps, Answer &a)
+{
+  Mat nest;
+  KSP ksp;
+
+  PetscFunctionBeginUser;
+  PetscCall(CreateNest(s, local, &nest));
+  PetscCall(CreateSolver(s, nest, mumps, &ksp));
+  PetscCall(SaddleSolveNest(nest, &ksp, s.rhs, local, s.first, a));
+  PetscCall(MatDestroy(&nest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

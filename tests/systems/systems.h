@@ -81,7 +81,13 @@ bool SaddleConfirms(const Saddle &, const Vector &x, double bound, double beyond
 /* x in units of its own, relative to the reference; the largest row of both equations relative to its terms */
 double SaddleError(const Facts &, const Vector &x);
 double SaddleResidual(const Saddle &, const Vector &x, const Vector &lambda);
+/* What a refusal may speak of */
+struct SaddleTraits {
+  bool                  solvable, unique, symmetric, negated;
+  std::function<bool()> indefinite, dependent; /* dependent: rows, exactly or nearly */
+};
 /* Is what the text says true of this system? */
+bool SaddleSaysTrue(const SaddleTraits &, const std::string &text);
 bool SaddleSaysTrue(const Saddle &, const Facts &, const std::string &text);
 bool SaddleSymmetric(const Saddle &);  /* of its blocks, whatever the signs that they are stored with */
 bool SaddleIndefinite(const Saddle &); /* A, on the kernel of the constraints, of a symmetric one */
@@ -104,6 +110,8 @@ enum SaddleVerdict {
 };
 /* With so many rows of x and of lambda on this rank; mumps: its Cholesky or LU with its defaults, otherwise what the options say */
 PetscErrorCode SaddleSolve(const Saddle &, const PetscInt local[2], bool mumps, Answer &);
+/* The same of matrices; *ksp is destroyed, unless it ends with an error */
+PetscErrorCode SaddleSolveNest(Mat nest, KSP *ksp, const Vector rhs[2], const PetscInt local[2], bool first, Answer &);
 /* listen: to what a refusal says; beyond: so many times what rounding may change in x is not wrong yet */
 SaddleVerdict SaddleJudge(const Saddle &, const Facts &, bool listen, Answer &, double beyond = 1e3);
 /* Fills what is stored from A, B, C, D, f, g and the convention */
