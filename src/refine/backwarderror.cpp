@@ -112,6 +112,7 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
   const MPI_Comm           comm  = PetscObjectComm((PetscObject)Ax);
   const AinsworthSaddleVec scale = sp->scale;
   PetscReal                sizes[4] = {0.0, 0.0, 0.0, 0.0}; /* of the terms, of residuals of each kind */
+  const AinsworthMeasure   combined = {PetscMax(measure[1].enough, AinsworthProjected), 1e3 * measure[1].floor}; /* of rows that add up the rounding of others, with factors of 1e3 at most */
   AinsworthSaddleVec       terms;
   PetscInt                 first[2];
 
@@ -157,7 +158,7 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
   PetscCall(AinsworthForEntries({left.dual, terms.dual, scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
     const bool others = sp->kind[i] == AINSWORTH_ROW_DEPENDENT || sp->kind[i] == AINSWORTH_ROW_ZERO;
 
-    look(others ? &error->dependent : &error->dual, first[1] + i, measure[1], r, t, s);
+    look(others ? &error->dependent : &error->dual, first[1] + i, others ? combined : measure[1], r, t, s);
   }));
   PetscCall(AinsworthSaddleVecDestroy(&terms));
   for (AinsworthWorstRow *worst : {&error->primal, &error->dual, &error->dependent}) PetscCall(AgreeOnWorst(comm, worst));

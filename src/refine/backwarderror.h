@@ -16,6 +16,9 @@ struct AinsworthBackward {
   PetscReal         size = 0.0; /* of the largest terms of all, in units of the scale */
 };
 
+/* A row of C that others imply is met as well as the projection meets these: S may have a condition number of 1e8 */
+static const PetscReal AinsworthProjected = 1e-8;
+
 /* What rows are allowed: `enough` of their terms, and `floor` of the largest terms of all */
 struct AinsworthMeasure {
   PetscReal enough, floor;

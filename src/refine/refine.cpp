@@ -15,7 +15,7 @@
    most      steps
    loose     relative tolerance of a solve that only shows how far x moves
 */
-static const PetscReal margin = 10, least = 1e-13, rows = 1e-8, rounding = 50 * PETSC_MACHINE_EPSILON, near = 1e-12, settled = 1e-6, rate = 0.5, loose = 0.1;
+static const PetscReal margin = 10, least = 1e-13, rows = AinsworthProjected, rounding = 0.5 * PETSC_MACHINE_EPSILON, near = 1e-12, settled = 1e-6, rate = 0.5, loose = 0.5;
 static const int       most = 10;
 
 /* AinsworthDecide - goes on while a row is left with too much, or x has not settled, as long as that helps; open: how far a step may move a settled x */
@@ -116,8 +116,8 @@ static void Measure(const AinsworthSaddle *sp, const AinsworthRequest *request, 
 {
   const PetscReal enough = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */ : PetscMax(margin * request->tol, least);
 
-  measure[0] = {enough, request->energetic && !sp->D ? enough : rounding};
-  measure[1] = {sp->D ? PetscMin(enough, 1.0) : rows, rounding};
+  measure[0] = {enough, request->energetic ? enough : rounding};
+  measure[1] = {sp->D ? PetscMin(enough, 1.0) : rows, sp->D && request->energetic ? PetscMin(enough, 1.0) : rounding}; /* springs have energy, too */
   measure[2] = {measure[1].enough, 0.0};
 }
 
@@ -142,7 +142,6 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
 
   PetscFunctionBegin;
   Measure(sp, request, measure);
-  if (sp->D) p.settles = request->tol < 0.0;
   for (;; p.steps++) {
     AinsworthSaddleVec correction;
     KSPConvergedReason reason;
@@ -185,7 +184,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   if (p.excess > 1.0) outcome->state = AINSWORTH_OUTCOME_UNMET;
   else if (error.dependent.omega > 1.0) outcome->state = AINSWORTH_OUTCOME_CONTRADICTION;
   else if (state != AINSWORTH_CONVERGED) outcome->state = AINSWORTH_OUTCOME_UNSETTLED;
-  else if (sp->nearly && error.dependent.row >= 0 && request->tol >= 0.0 && error.dependent.omega * measure[1].enough > PetscMax(margin * request->tol, near))
+  else if (sp->nearly && error.dependent.row >= 0 && request->tol >= 0.0 && error.dependent.omega * PetscMax(measure[1].enough, rows) > PetscMax(margin * request->tol, near))
     outcome->state = AINSWORTH_OUTCOME_UNMET;
   else outcome->state = AINSWORTH_OUTCOME_SOLVED;
   PetscFunctionReturn(PETSC_SUCCESS);
