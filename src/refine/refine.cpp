@@ -116,8 +116,8 @@ static void Measure(const AinsworthSaddle *sp, const AinsworthRequest *request, 
 {
   const PetscReal enough = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */ : PetscMax(margin * request->tol, least);
 
-  measure[0] = {enough, request->energetic ? enough : rounding};
-  measure[1] = {sp->D ? PetscMin(enough, 1.0) : rows, sp->D && request->energetic ? PetscMin(enough, 1.0) : rounding}; /* springs have energy, too */
+  measure[0] = {enough, request->energetic && !sp->D ? enough : rounding};
+  measure[1] = {sp->D ? PetscMin(enough, 1.0) : rows, rounding};
   measure[2] = {measure[1].enough, 0.0};
 }
 
@@ -142,6 +142,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
 
   PetscFunctionBegin;
   Measure(sp, request, measure);
+  if (sp->D) p.settles = request->tol < 0.0; /* springs may be far softer than what the energy sees */
   for (;; p.steps++) {
     AinsworthSaddleVec correction;
     KSPConvergedReason reason;
