@@ -85,7 +85,7 @@ static PetscErrorCode CheckUnderflow(PC pc, PC_Ainsworth *data, KSP ksp, Vec b)
 /* Computes the largest residual of a row of the program's system relative to its terms */
 static PetscErrorCode WorstRow(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal allowed, Vec b, Vec x, Vec left, PetscReal *error)
 {
-  static const PetscReal part       = 1e-3; /* of the largest row, as in AinsworthRefine() */
+  static const PetscReal part       = 1e-3; /* of what a row is allowed: that part of the largest row is allowed to all */
   const AinsworthMeasure measure[3] = {{allowed, part * allowed}, {allowed, part * allowed}, {allowed, part * allowed}};
   const PetscBool    other = (PetscBool)!transpose, side[] = {other, transpose, other};
   const IS          *of[]    = {transpose ? data->saddle.cols : data->saddle.rows, transpose ? data->saddle.rows : data->saddle.cols};
