@@ -111,7 +111,7 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
   static const PetscReal   noted = 1e-2; /* a residual of an earlier solve, of 1e-10 of its terms at most, may be all of g */
   const MPI_Comm           comm  = PetscObjectComm((PetscObject)Ax);
   const AinsworthSaddleVec scale = sp->scale;
-  PetscReal                sizes[4] = {0.0, 0.0, 0.0, 0.0}; /* of the terms, of residuals of each kind */
+  PetscReal                sizes[5] = {0.0, 0.0, 0.0, 0.0, 0.0}; /* of the terms, of residuals of each kind, of those of springs */
   const AinsworthMeasure   combined = {PetscMax(measure[1].enough, AinsworthProjected), 1e3 * measure[1].floor}; /* of rows that add up the rounding of others, with factors of 1e3 at most */
   AinsworthSaddleVec       terms;
   PetscInt                 first[2];
@@ -122,17 +122,24 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
   PetscCall(Largest(b.primal, scale.primal, false, &sizes[0]));
   PetscCall(Largest(b.dual, scale.dual, false, &sizes[0]));
   auto kind = [sp](PetscInt i, PetscScalar force) { return !sp->loose[i] ? 0 : force == 0.0 ? 1 : 2; };
+  auto held = [sp](PetscInt i) { return sp->sprung[i] ? 0 : 1; };
   PetscCall(AinsworthForEntries({left.primal, scale.primal, b.primal}, [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar force) {
     PetscReal      &largest = sizes[1 + kind(i, force)];
     const PetscReal size    = PetscAbsScalar(r) * PetscRealPart(s);
 
     largest = PetscMax(largest, PetscIsNanReal(size) ? PETSC_MAX_REAL : size);
   }));
-  PetscCall(Largest(left.dual, scale.dual, false, &sizes[2]));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sizes, 4, MPIU_REAL, MPIU_MAX, comm));
+  PetscCall(AinsworthForEntries({left.dual, scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar s) {
+    PetscReal      &largest = sizes[held(i) ? 2 : 4];
+    const PetscReal size    = PetscAbsScalar(r) * PetscRealPart(s);
+
+    largest = PetscMax(largest, PetscIsNanReal(size) ? PETSC_MAX_REAL : size);
+  }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sizes, 5, MPIU_REAL, MPIU_MAX, comm));
   error->primal.omega =
     PetscMax(AinsworthQuotient(sizes[1], measure[0].floor * sizes[0]), AinsworthQuotient(sizes[3], measure[2].floor * sizes[0]));
-  error->dual.omega = error->dependent.omega = AinsworthQuotient(sizes[2], measure[1].floor * sizes[0]);
+  error->dual.omega = error->dependent.omega =
+    PetscMax(AinsworthQuotient(sizes[2], measure[1].floor * sizes[0]), AinsworthQuotient(sizes[4], measure[0].floor * sizes[0]));
   error->size                                = sizes[0];
   if (error->primal.omega <= 1.0 && error->dual.omega <= 1.0) PetscFunctionReturn(PETSC_SUCCESS);
   *error = AinsworthBackward();
@@ -158,7 +165,7 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
   PetscCall(AinsworthForEntries({left.dual, terms.dual, scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
     const bool others = sp->kind[i] == AINSWORTH_ROW_DEPENDENT || sp->kind[i] == AINSWORTH_ROW_ZERO;
 
-    look(others ? &error->dependent : &error->dual, first[1] + i, others ? combined : measure[1], r, t, s);
+    look(others ? &error->dependent : &error->dual, first[1] + i, others ? combined : measure[held(i)], r, t, s);
   }));
   PetscCall(AinsworthSaddleVecDestroy(&terms));
   for (AinsworthWorstRow *worst : {&error->primal, &error->dual, &error->dependent}) PetscCall(AgreeOnWorst(comm, worst));

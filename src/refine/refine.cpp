@@ -112,12 +112,12 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
 }
 
 /* Sets what rows are allowed; where the energy decides, those with stiffness as a whole, because the energy is that of all of x */
-static void Measure(const AinsworthSaddle *sp, const AinsworthRequest *request, AinsworthMeasure measure[3])
+static void Measure(bool D, const AinsworthRequest *request, AinsworthMeasure measure[3])
 {
   const PetscReal enough = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */ : PetscMax(margin * request->tol, least);
 
-  measure[0] = {enough, request->energetic && !sp->D ? enough : rounding};
-  measure[1] = {sp->D ? PetscMin(enough, 1.0) : rows, rounding};
+  measure[0] = {enough, request->energetic ? enough / margin : rounding};
+  measure[1] = {D ? PetscMin(enough, 1.0) : rows, rounding};
   measure[2] = {measure[1].enough, 0.0};
 }
 
@@ -141,7 +141,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   bool                   some = true;
 
   PetscFunctionBegin;
-  Measure(sp, request, measure);
+  Measure(sp->D, request, measure);
   if (sp->D) p.settles = request->tol < 0.0; /* springs may be far softer than what the energy sees */
   for (;; p.steps++) {
     AinsworthSaddleVec correction;
@@ -168,7 +168,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
                         p.steps, (double)(p.steps ? p.moved : 0.0), (double)error.primal.omega, (double)error.dual.omega));
     if (state != AINSWORTH_WORKING) break;
     PetscCall(AinsworthSaddleVecDuplicate(y, &correction));
-    PetscCall(solver(left, p.excess <= 1.0 ? loose : PetscMin(loose, 1.0 / (margin * p.excess)), correction, &reason));
+    PetscCall(solver(left, p.excess <= 1.0 ? (request->energetic ? 0.9 : loose) : PetscMin(loose, 1.0 / (margin * p.excess)), correction, &reason));
     p.before = p.excess;
     p.last   = p.moved;
     if (!kept.primal) PetscCall(AinsworthSaddleVecDuplicate(y, &kept));

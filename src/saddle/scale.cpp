@@ -1,6 +1,7 @@
 /* The scale of a system: powers of 2 that bring the entries of [A B'; C -D] to about 1 */
 #include "saddle.h"
 #include "../loops.h"
+#include <algorithm>
 #include <cmath>
 
 /* Returns the power of 2 next to the inverse of the root, by which products cause no rounding; 1 for a size that says nothing */
@@ -137,7 +138,7 @@ static PetscErrorCode Equilibrate(const std::vector<Block> &blocks, Vec stiffnes
 }
 
 /*
-   AinsworthSaddleScale - finds the scale of the program's system, and its unknowns without stiffness. Collective
+   AinsworthSaddleScale - finds the scale of the program's system, its unknowns without stiffness, and its rows with springs. Collective
 
    The scale is made of positive powers of 2, so that the largest entry of each row and column of the scaled [A B'; C -D] is about 1. An unknown that no stiffer
    row holds gets A_ii^{-1/2}, no other one more: an error t in the energy norm leaves at most 2 t in each scaled row (Cauchy-Schwarz)
@@ -163,9 +164,11 @@ PetscErrorCode AinsworthSaddleScale(AinsworthSaddle *sp)
     PetscCall(MatTranspose(C, MAT_INITIAL_MATRIX, &copy));
     blocks.push_back({copy, false, true});
   }
+  sp->sprung.assign(sp->local, false);
   if (sp->rowsD) {
     PetscCall(MatDuplicate(sp->rowsD, MAT_COPY_VALUES, &copy));
     blocks.push_back({copy, true, true});
+    PetscCall(AinsworthForRows(copy, [sp](const AinsworthMatRow &row) { sp->sprung[row.local] = std::any_of(row.a, row.a + row.n, [](PetscScalar v) { return v != 0.0; }); }));
   }
   PetscCall(Equilibrate(blocks, stiffness, *scale));
   for (Block &b : blocks) PetscCall(MatDestroy(&b.mat));
