@@ -66,4 +66,7 @@ PETSC_INTERN PetscErrorCode MatAinsworthOmitPenalty_Private(Mat, PetscBool);
 PETSC_INTERN PetscErrorCode MatAinsworthSetProduct_Private(Mat, Mat);
 PETSC_INTERN PetscErrorCode MatAinsworthGetDrift_Private(Mat, Vec, PetscReal *);
 
+/* combination.cpp */
+PETSC_INTERN PetscErrorCode MatAinsworthCombineRows_Private(Mat, const AinsworthSaddle *, Vec);
+
 #endif

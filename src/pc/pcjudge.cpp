@@ -323,6 +323,9 @@ PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool tra
   PetscCall(IsEnergetic(data, &request.energetic));
   if (reason < 0) request.energetic = PETSC_FALSE;
   PetscCall(GetEarlierTerms(pc, data, b.dual, &kept, &request.earlier));
+  request.combination = [data](Vec w) {
+    return data->constraints ? MatAinsworthCombineRows_Private(data->reduced, &data->saddle, w) : PETSC_SUCCESS; /* a row of zeros is one by itself */
+  };
   PetscCall(IsFinite(y, &finite));
   if (!finite) {
     *verdict = AINSWORTH_VERDICT_UNMET;
@@ -330,12 +333,7 @@ PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool tra
   } else {
     PetscCall(AinsworthRefine(sp, &request, solver, b, y, data->Ax, left, &data->knownAx, &outcome));
     PetscCall(Describe(data, &outcome, verdict, why, len));
-    if (*verdict == AINSWORTH_VERDICT_CONTRADICTION) {
-      std::vector<bool> marked;
-
-      PetscCall(AinsworthMarkContradictions(sp, &request, &outcome.error, b, y, data->Ax, left.dual, &marked));
-      PetscCall(DescribeContradiction(data, marked, why, len));
-    }
+    if (*verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(DescribeContradiction(data, outcome.contradictory, why, len));
   }
   PetscCall(VecGetSize(y.primal, &n));
   if (*verdict == AINSWORTH_VERDICT_MET && (data->constraints < n || sp->D))

@@ -98,14 +98,14 @@ static PetscErrorCode InvertRatios(AinsworthCompliance *c, Mat D, Vec flexibilit
 /* AinsworthComplianceSetUp - creates N and E; C and B are m x n, D is m x m and laid out as the rows of C. Collective */
 PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *c, Mat C, Mat B, Mat D, Vec weight, Vec inverseDiagonal)
 {
-  Vec inverse, other;
+  Vec other;
 
   PetscFunctionBegin;
   PetscCall(AinsworthComplianceReset(c));
   if (!D) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatCreateVecs(C, NULL, &c->sums));
   PetscCall(VecDuplicate(c->sums, &c->rest));
-  PetscCall(VecDuplicate(c->sums, &inverse));
+  PetscCall(VecDuplicate(c->sums, &c->inverse));
   PetscCall(RowFlexibility(C, weight, inverseDiagonal, c->rest));
   if (B != C) { /* geometric mean of both sides */
     PetscCall(VecDuplicate(c->rest, &other));
@@ -115,11 +115,10 @@ PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *c, Mat C, Mat B, Ma
     PetscCall(VecDestroy(&other));
   }
   PetscCall(AinsworthRowSums(D, 1, c->sums));
-  PetscCall(InvertRatios(c, D, c->rest, inverse));
-  PetscCall(AinsworthScaleColumns(D, inverse, &c->N));
+  PetscCall(InvertRatios(c, D, c->rest, c->inverse));
+  PetscCall(AinsworthScaleColumns(D, c->inverse, &c->N));
   PetscCall(MatDuplicate(c->N, MAT_COPY_VALUES, &c->E));
-  PetscCall(MatDiagonalScale(c->E, inverse, NULL));
-  PetscCall(VecDestroy(&inverse));
+  PetscCall(MatDiagonalScale(c->E, c->inverse, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -158,6 +157,6 @@ PetscErrorCode AinsworthComplianceReset(AinsworthCompliance *c)
   PetscFunctionBegin;
   PetscCall(MatDestroy(&c->N));
   PetscCall(MatDestroy(&c->E));
-  for (Vec *v : {&c->sums, &c->rest}) PetscCall(VecDestroy(v));
+  for (Vec *v : {&c->sums, &c->rest, &c->inverse}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

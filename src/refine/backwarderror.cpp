@@ -99,20 +99,74 @@ static PetscErrorCode Largest(Vec v, Vec scale, bool unknowns, PetscReal *larges
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static int KindOfUnknown(const AinsworthSaddle *sp, PetscInt i, PetscScalar force)
+{
+  return !sp->loose[i] ? AINSWORTH_ROWS_HELD : force == 0.0 ? AINSWORTH_ROWS_RIGID : AINSWORTH_ROWS_FORCED;
+}
+
+static int KindOfConstraint(const AinsworthSaddle *sp, PetscInt i)
+{
+  return sp->sprung[i] ? AINSWORTH_ROWS_HELD : AINSWORTH_ROWS_RIGID;
+}
+
+/* Raises `most` to |v_i| s_i, or to infinity if that is not a number */
+static void Raise(PetscScalar v, PetscScalar s, PetscReal *most)
+{
+  const PetscReal size = PetscAbsScalar(v) * PetscRealPart(s);
+
+  *most = PetscMax(*most, PetscIsNanReal(size) ? PETSC_MAX_REAL : size);
+}
+
+/* Computes the terms, with those of earlier solves (NULL: none), and their largest in the units of the scale. Collective */
+static PetscErrorCode TermsAndSize(const AinsworthSaddle *sp, PetscBool transpose, Vec earlier, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax,
+                                   AinsworthSaddleVec terms, PetscReal *size)
+{
+  static const PetscReal noted = 1e-2; /* a residual of an earlier solve, of 1e-10 of its terms at most, may be all of g */
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthTerms(sp, transpose, b, y, Ax, terms));
+  if (earlier) PetscCall(VecAXPY(terms.dual, noted, earlier));
+  *size = 0.0;
+  PetscCall(Largest(terms.primal, sp->scale.primal, false, size));
+  PetscCall(Largest(terms.dual, sp->scale.dual, false, size));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, size, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)Ax)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscReal Allowed(const AinsworthMeasure &m, PetscScalar terms, PetscScalar s, PetscReal size)
+{
+  return m.enough * PetscRealPart(terms) + m.floor * size / PetscRealPart(s);
+}
+
+/* AinsworthAllowedOfConstraints - computes what each row of C x - D lambda = g may be left with. Collective */
+PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[], Vec earlier, AinsworthSaddleVec b,
+                                             AinsworthSaddleVec y, Vec Ax, Vec allowed)
+{
+  AinsworthSaddleVec terms;
+  PetscReal          size;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthSaddleVecDuplicate(b, &terms));
+  PetscCall(TermsAndSize(sp, transpose, earlier, b, y, Ax, terms, &size));
+  PetscCall(VecCopy(terms.dual, allowed));
+  PetscCall(AinsworthUpdate(allowed, {sp->scale.dual},
+                            [&](PetscInt i, PetscScalar &t, PetscScalar s) { t = Allowed(measure[KindOfConstraint(sp, i)], t, s, size); }));
+  PetscCall(AinsworthSaddleVecDestroy(&terms));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthBackwardError - finds the rows with the largest residual relative to what their measure allows: 1 is just enough. Collective
 
    In the units of the scale the diagonal of A is 1, so that the largest unknown and the largest force are a lower bound of the largest terms, without a pass over
    A: if all rows are met relative to that, the quotients returned are upper bounds, and no row is named
 */
-PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[3], Vec earlier, AinsworthSaddleVec b,
+PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[], Vec earlier, AinsworthSaddleVec b,
                                       AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left, AinsworthBackward *error)
 {
-  static const PetscReal   noted = 1e-2; /* a residual of an earlier solve, of 1e-10 of its terms at most, may be all of g */
-  const MPI_Comm           comm  = PetscObjectComm((PetscObject)Ax);
-  const AinsworthSaddleVec scale = sp->scale;
-  PetscReal                sizes[5] = {0.0, 0.0, 0.0, 0.0, 0.0}; /* of the terms, of residuals of each kind, of those of springs */
-  const AinsworthMeasure   combined = {PetscMax(measure[1].enough, AinsworthProjected), 1e3 * measure[1].floor}; /* of rows that add up the rounding of others, with factors of 1e3 at most */
+  const MPI_Comm           comm                           = PetscObjectComm((PetscObject)Ax);
+  const AinsworthSaddleVec scale                          = sp->scale;
+  PetscReal                sizes[1 + AINSWORTH_ROWS_KINDS] = {0.0, 0.0, 0.0, 0.0}, dual[AINSWORTH_ROWS_KINDS] = {0.0, 0.0, 0.0}; /* of the terms; of residuals */
   AinsworthSaddleVec       terms;
   PetscInt                 first[2];
 
@@ -121,51 +175,34 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
   if (sp->rowsB == sp->rowsC) PetscCall(Largest(y.primal, scale.primal, true, &sizes[0])); /* otherwise its rows may be small where its columns are not */
   PetscCall(Largest(b.primal, scale.primal, false, &sizes[0]));
   PetscCall(Largest(b.dual, scale.dual, false, &sizes[0]));
-  auto kind = [sp](PetscInt i, PetscScalar force) { return !sp->loose[i] ? 0 : force == 0.0 ? 1 : 2; };
-  auto held = [sp](PetscInt i) { return sp->sprung[i] ? 0 : 1; };
   PetscCall(AinsworthForEntries({left.primal, scale.primal, b.primal}, [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar force) {
-    PetscReal      &largest = sizes[1 + kind(i, force)];
-    const PetscReal size    = PetscAbsScalar(r) * PetscRealPart(s);
-
-    largest = PetscMax(largest, PetscIsNanReal(size) ? PETSC_MAX_REAL : size);
+    Raise(r, s, &sizes[1 + KindOfUnknown(sp, i, force)]);
   }));
-  PetscCall(AinsworthForEntries({left.dual, scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar s) {
-    PetscReal      &largest = sizes[held(i) ? 2 : 4];
-    const PetscReal size    = PetscAbsScalar(r) * PetscRealPart(s);
-
-    largest = PetscMax(largest, PetscIsNanReal(size) ? PETSC_MAX_REAL : size);
-  }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sizes, 5, MPIU_REAL, MPIU_MAX, comm));
-  error->primal.omega =
-    PetscMax(AinsworthQuotient(sizes[1], measure[0].floor * sizes[0]), AinsworthQuotient(sizes[3], measure[2].floor * sizes[0]));
-  error->dual.omega = error->dependent.omega =
-    PetscMax(AinsworthQuotient(sizes[2], measure[1].floor * sizes[0]), AinsworthQuotient(sizes[4], measure[0].floor * sizes[0]));
+  PetscCall(AinsworthForEntries({left.dual, scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar s) { Raise(r, s, &dual[KindOfConstraint(sp, i)]); }));
+  for (int k = 0; k < AINSWORTH_ROWS_KINDS; k++) sizes[1 + k] = PetscMax(sizes[1 + k], dual[k]);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sizes, 1 + AINSWORTH_ROWS_KINDS, MPIU_REAL, MPIU_MAX, comm));
+  for (int k = 0; k < AINSWORTH_ROWS_KINDS; k++) error->primal.omega = PetscMax(error->primal.omega, AinsworthQuotient(sizes[1 + k], measure[k].floor * sizes[0]));
+  error->dual.omega = error->dependent.omega = error->primal.omega;
   error->size                                = sizes[0];
-  if (error->primal.omega <= 1.0 && error->dual.omega <= 1.0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (error->primal.omega <= 1.0) PetscFunctionReturn(PETSC_SUCCESS);
   *error = AinsworthBackward();
   PetscCall(AinsworthSaddleVecDuplicate(left, &terms));
-  PetscCall(AinsworthTerms(sp, transpose, b, y, Ax, terms));
-  if (earlier) PetscCall(VecAXPY(terms.dual, noted, earlier));
-  PetscCall(Largest(terms.primal, scale.primal, false, &sizes[0]));
-  PetscCall(Largest(terms.dual, scale.dual, false, &sizes[0]));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sizes, 1, MPIU_REAL, MPIU_MAX, comm));
-  error->size = sizes[0];
+  PetscCall(TermsAndSize(sp, transpose, earlier, b, y, Ax, terms, &error->size));
   PetscCall(VecGetOwnershipRange(left.primal, &first[0], NULL));
   PetscCall(VecGetOwnershipRange(left.dual, &first[1], NULL));
-  auto look = [&](AinsworthWorstRow *worst, PetscInt row, const AinsworthMeasure &m, PetscScalar r, PetscScalar t, PetscScalar s) {
-    const PetscReal allowed = m.enough * PetscRealPart(t) * PetscRealPart(s) + m.floor * sizes[0];
-    const PetscReal omega   = AinsworthQuotient(PetscAbsScalar(r) * PetscRealPart(s), allowed);
+  auto look = [&](AinsworthWorstRow *worst, PetscInt row, int kind, PetscScalar r, PetscScalar t, PetscScalar s) {
+    const PetscReal omega = AinsworthQuotient(PetscAbsScalar(r), Allowed(measure[kind], t, s, error->size));
 
     if (omega > worst->omega) *worst = {omega, PetscAbsScalar(r), PetscRealPart(t), row};
   };
   PetscCall(AinsworthForEntries({left.primal, terms.primal, scale.primal, b.primal},
                                 [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s, PetscScalar force) {
-                                  look(&error->primal, first[0] + i, measure[kind(i, force)], r, t, s);
+                                  look(&error->primal, first[0] + i, KindOfUnknown(sp, i, force), r, t, s);
                                 }));
   PetscCall(AinsworthForEntries({left.dual, terms.dual, scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
     const bool others = sp->kind[i] == AINSWORTH_ROW_DEPENDENT || sp->kind[i] == AINSWORTH_ROW_ZERO;
 
-    look(others ? &error->dependent : &error->dual, first[1] + i, others ? combined : measure[held(i)], r, t, s);
+    look(others ? &error->dependent : &error->dual, first[1] + i, KindOfConstraint(sp, i), r, t, s);
   }));
   PetscCall(AinsworthSaddleVecDestroy(&terms));
   for (AinsworthWorstRow *worst : {&error->primal, &error->dual, &error->dependent}) PetscCall(AgreeOnWorst(comm, worst));

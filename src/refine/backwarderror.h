@@ -16,20 +16,26 @@ struct AinsworthBackward {
   PetscReal         size = 0.0; /* of the largest terms of all, in units of the scale */
 };
 
-/* A row of C that others imply is met as well as the projection meets these: S may have a condition number of 1e8 */
-static const PetscReal AinsworthProjected = 1e-8;
-
 /* What rows are allowed: `enough` of their terms, and `floor` of the largest terms of all */
 struct AinsworthMeasure {
   PetscReal enough, floor;
 };
 
-/* The first is that of rows of A x + B' lambda = f with stiffness, the second that of rows of C, the third of rows where A is zero and a
-   force acts: x does not occur in them, so that they hold multipliers alone, and a force that is given is no rounding, however small */
+/*
+   Kinds of rows: those that A or a spring of D holds, whose residual costs energy; those of C without a spring, and those where A is zero and no force acts; those
+   where A is zero and a force acts: x does not occur in them, so that they hold multipliers alone, and a force that is given is no rounding, however small
+*/
+enum {
+  AINSWORTH_ROWS_HELD,
+  AINSWORTH_ROWS_RIGID,
+  AINSWORTH_ROWS_FORCED,
+  AINSWORTH_ROWS_KINDS
+};
 PetscErrorCode AinsworthResidual(const AinsworthSaddle *, PetscBool, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
 PetscErrorCode AinsworthTerms(const AinsworthSaddle *, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
-PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *, PetscBool, const AinsworthMeasure[3], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
+PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *, PetscBool, const AinsworthMeasure[], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
                                       AinsworthSaddleVec, AinsworthBackward *);
+PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *, PetscBool, const AinsworthMeasure[], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec, Vec);
 PetscErrorCode AinsworthGrowth(const AinsworthSaddle *, AinsworthSaddleVec, Vec, PetscReal *);
 PetscErrorCode AinsworthChange(const AinsworthSaddle *, AinsworthSaddleVec, Vec, Vec, PetscReal *);
 

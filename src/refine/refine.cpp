@@ -1,4 +1,5 @@
 #include "refine.h"
+#include "../lists.h"
 #include "../loops.h"
 #include "../objects.h"
 
@@ -9,13 +10,12 @@
    least     nobody asks for less: the rounding of products and of solves with S
    rows      of C x = g, which the projection meets to rounding whatever the tolerance; S may have a condition number of 1e8
    rounding  of the largest terms of all, which the solves spread over all rows: a body at rest has only that
-   near      nearly dependent rows know what others do not: they have to be met to the margin, but not better than this
    settled   an x that another solve moves by less is determined
    rate      steps have to reduce what they reduce by this factor, as in LAPACK's xGERFSX
    most      steps
    loose     relative tolerance of a solve that only shows how far x moves
 */
-static const PetscReal margin = 10, least = 1e-13, rows = AinsworthProjected, rounding = 0.5 * PETSC_MACHINE_EPSILON, near = 1e-12, settled = 1e-6, rate = 0.5, loose = 0.5;
+static const PetscReal margin = 10, least = 1e-13, rows = 1e-8, rounding = 0.5 * PETSC_MACHINE_EPSILON, settled = 1e-6, rate = 0.5, loose = 0.5;
 static const int       most = 10;
 
 /* AinsworthDecide - goes on while a row is left with too much, or x has not settled, as long as that helps; open: how far a step may move a settled x */
@@ -112,13 +112,47 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
 }
 
 /* Sets what rows are allowed; where the energy decides, those with stiffness as a whole, because the energy is that of all of x */
-static void Measure(bool D, const AinsworthRequest *request, AinsworthMeasure measure[3])
+static void Measure(const AinsworthSaddle *sp, const AinsworthRequest *request, AinsworthMeasure measure[])
 {
   const PetscReal enough = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */ : PetscMax(margin * request->tol, least);
 
-  measure[0] = {enough, request->energetic ? enough / margin : rounding};
-  measure[1] = {D ? PetscMin(enough, 1.0) : rows, rounding};
-  measure[2] = {measure[1].enough, 0.0};
+  measure[AINSWORTH_ROWS_HELD]   = {enough, request->energetic ? enough / margin : rounding};
+  measure[AINSWORTH_ROWS_RIGID]  = {sp->D || sp->nearly ? PetscMin(enough, 1.0) : rows, rounding};
+  measure[AINSWORTH_ROWS_FORCED] = {measure[AINSWORTH_ROWS_RIGID].enough, 0.0};
+}
+
+/* Judges the rows that depend on others and are left with more than rows are allowed: the combination of rows that they are tells what that means. Collective */
+static PetscErrorCode Depend(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthMeasure measure[], AinsworthSaddleVec b,
+                             AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left, AinsworthOutcome *outcome)
+{
+  std::vector<PetscInt> mine, rows;
+  Vec                   allowed, w;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(b.dual, &allowed));
+  PetscCall(VecDuplicate(b.dual, &w));
+  PetscCall(AinsworthAllowedOfConstraints(sp, request->transpose, measure, request->earlier, b, y, Ax, allowed));
+  PetscCall(AinsworthForEntries({left.dual, allowed}, [&](PetscInt i, PetscScalar r, PetscScalar a) {
+    const bool others = sp->kind[i] == AINSWORTH_ROW_DEPENDENT || sp->kind[i] == AINSWORTH_ROW_ZERO;
+
+    if (others && !(PetscAbsScalar(r) <= PetscRealPart(a))) mine.push_back(sp->first + i);
+  }));
+  PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)w), mine, &rows));
+  outcome->contradictory.assign(sp->local, false);
+  for (PetscInt row : rows) {
+    AinsworthDependence what;
+
+    PetscCall(AinsworthUpdate(w, [&](PetscInt i, PetscScalar &v) { v = sp->first + i == row ? 1.0 : 0.0; }));
+    PetscCall(request->combination(w));
+    PetscCall(AinsworthCertify(sp, w, left.dual, allowed, &what));
+    if (what == AINSWORTH_DEPENDENCE_NONE && outcome->state != AINSWORTH_OUTCOME_CONTRADICTION) outcome->state = AINSWORTH_OUTCOME_UNMET;
+    if (what != AINSWORTH_DEPENDENCE_CONTRADICTION) continue;
+    outcome->state = AINSWORTH_OUTCOME_CONTRADICTION;
+    if (row >= sp->first && row < sp->first + sp->local) outcome->contradictory[row - sp->first] = true;
+  }
+  PetscCall(VecDestroy(&allowed));
+  PetscCall(VecDestroy(&w));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
@@ -134,14 +168,14 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   const PetscReal        open = PetscMax(settled, 1e4 * request->tol);
   AinsworthProgress      p    = {0.0, PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL, request->energetic || request->tol < 0.0, 0};
   AinsworthProgressState state;
-  AinsworthMeasure       measure[3];
+  AinsworthMeasure       measure[AINSWORTH_ROWS_KINDS];
   AinsworthBackward      error;
   AinsworthSaddleVec     kept = {NULL, NULL};
   Directions             all;
   bool                   some = true;
 
   PetscFunctionBegin;
-  Measure(sp->D, request, measure);
+  Measure(sp, request, measure);
   if (sp->D) p.settles = request->tol < 0.0; /* springs may be far softer than what the energy sees */
   for (;; p.steps++) {
     AinsworthSaddleVec correction;
@@ -183,28 +217,8 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   outcome->moved = p.steps ? p.moved : 0.0;
   outcome->steps = p.steps;
   if (p.excess > 1.0) outcome->state = AINSWORTH_OUTCOME_UNMET;
-  else if (error.dependent.omega > 1.0) outcome->state = AINSWORTH_OUTCOME_CONTRADICTION;
   else if (state != AINSWORTH_CONVERGED) outcome->state = AINSWORTH_OUTCOME_UNSETTLED;
-  else if (sp->nearly && error.dependent.row >= 0 && request->tol >= 0.0 && error.dependent.omega * PetscMax(measure[1].enough, rows) > PetscMax(margin * request->tol, near))
-    outcome->state = AINSWORTH_OUTCOME_UNMET;
   else outcome->state = AINSWORTH_OUTCOME_SOLVED;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* AinsworthMarkContradictions - marks the local rows of C that are zero, or depend on others, and are not met with them; left: their residuals. Collective */
-PetscErrorCode AinsworthMarkContradictions(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthBackward *error, AinsworthSaddleVec b,
-                                           AinsworthSaddleVec y, Vec Ax, Vec left, std::vector<bool> *marked)
-{
-  AinsworthSaddleVec terms;
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthSaddleVecDuplicate(b, &terms));
-  PetscCall(AinsworthTerms(sp, request->transpose, b, y, Ax, terms));
-  PetscCall(AinsworthForEntries({left, terms.dual, sp->scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
-    const bool other = sp->kind[i] == AINSWORTH_ROW_ZERO || sp->kind[i] == AINSWORTH_ROW_DEPENDENT;
-
-    marked->push_back(other && PetscAbsScalar(r) * PetscRealPart(s) > rows * PetscRealPart(t) * PetscRealPart(s) + rounding * error->size);
-  }));
-  PetscCall(AinsworthSaddleVecDestroy(&terms));
+  if (p.excess <= 1.0 && error.dependent.omega > 1.0 && request->combination) PetscCall(Depend(sp, request, measure, b, y, Ax, left, outcome));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

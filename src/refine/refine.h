@@ -3,11 +3,15 @@
 #define AINSWORTH_REFINE_H
 
 #include "backwarderror.h"
+#include "certify.h"
 #include <functional>
 #include <vector>
 
 /* Solves for b, to a relative tolerance of at least `loose`, by whatever rung of the ladder has been reached */
 using AinsworthSolver = std::function<PetscErrorCode(AinsworthSaddleVec b, PetscReal loose, AinsworthSaddleVec p, KSPConvergedReason *reason)>;
+
+/* Subtracts from rows that were left out, whose coefficients are w, the combination of kept rows that is next to them */
+using AinsworthCombination = std::function<PetscErrorCode(Vec w)>;
 
 /* What a solution is asked to be */
 struct AinsworthRequest {
@@ -15,13 +19,15 @@ struct AinsworthRequest {
   PetscReal tol       = -1.0;        /* relative tolerance; negative if there is none */
   PetscBool energetic = PETSC_FALSE; /* the solver ends by the energy norm of the error, which is fair to all of x */
   Vec       earlier   = NULL;        /* terms of rows of C in earlier solves, whose rounding g may be; or NULL */
+
+  AinsworthCombination combination; /* for rows that depend on others; empty: these are not judged */
 };
 
 typedef enum {
   AINSWORTH_OUTCOME_SOLVED,
   AINSWORTH_OUTCOME_UNMET,        /* a row has a residual that further solves do not reduce */
   AINSWORTH_OUTCOME_UNSETTLED,    /* residuals are small, but further solves move x */
-  AINSWORTH_OUTCOME_CONTRADICTION /* all rows are met but some that depend on others: no solution exists */
+  AINSWORTH_OUTCOME_CONTRADICTION /* all rows are met but some that depend on others, and a combination of rows of K is zero, but not that of b */
 } AinsworthOutcomeState;
 
 struct AinsworthOutcome {
@@ -29,6 +35,7 @@ struct AinsworthOutcome {
   AinsworthBackward     error;       /* of the solution */
   PetscReal             moved = 0.0; /* by the last further solve, relative to x; 0 if there was none */
   int                   steps = 0;   /* further solves */
+  std::vector<bool>     contradictory; /* for each local row of the multiplier field, where the state is CONTRADICTION */
 };
 
 /* State of the loop: what is known when it decides whether to go on */
@@ -47,7 +54,5 @@ typedef enum {
 AinsworthProgressState AinsworthDecide(const AinsworthProgress &, PetscReal open);
 PetscErrorCode         AinsworthRefine(const AinsworthSaddle *, const AinsworthRequest *, const AinsworthSolver &, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
                                        AinsworthSaddleVec, PetscBool *, AinsworthOutcome *);
-PetscErrorCode         AinsworthMarkContradictions(const AinsworthSaddle *, const AinsworthRequest *, const AinsworthBackward *, AinsworthSaddleVec,
-                                                   AinsworthSaddleVec, Vec, Vec, std::vector<bool> *);
 
 #endif

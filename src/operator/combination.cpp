@@ -1,0 +1,79 @@
+/* A row of the multiplier field that was left out, as a combination of the rows that are kept */
+#include "matainsworth.h"
+#include "../loops.h"
+
+/* Subtracts the entries of the kept rows from those of all rows */
+static PetscErrorCode SubtractKept(const AinsworthSaddle *sp, Vec kept, Vec all)
+{
+  PetscScalar       *a;
+  const PetscScalar *k;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArray(all, &a));
+  PetscCall(VecGetArrayRead(kept, &k));
+  for (PetscInt i = 0, j = 0; i < sp->local; i++)
+    if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) a[i] -= k[j++];
+  PetscCall(VecRestoreArrayRead(kept, &k));
+  PetscCall(VecRestoreArray(all, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes left.primal = C' w and left.dual = G^{-1} D w, on the kept rows */
+static PetscErrorCode Leave(const Mat_Ainsworth *ctx, const AinsworthSaddle *sp, Vec w, AinsworthSaddleVec left)
+{
+  PetscScalar       *l;
+  const PetscScalar *a;
+  Vec                all;
+
+  PetscFunctionBegin;
+  PetscCall(MatMultHermitianTranspose(sp->rowsC, w, left.primal));
+  PetscCall(VecZeroEntries(left.dual));
+  if (!ctx->D) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(w, &all));
+  PetscCall(MatMultHermitianTranspose(sp->rowsD, w, all));
+  PetscCall(VecGetArrayRead(all, &a));
+  PetscCall(VecGetArray(left.dual, &l));
+  for (PetscInt i = 0, j = 0; i < sp->local; i++)
+    if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) l[j++] = a[i];
+  PetscCall(VecRestoreArray(left.dual, &l));
+  PetscCall(VecRestoreArrayRead(all, &a));
+  PetscCall(VecDestroy(&all));
+  if (sp->balance) PetscCall(VecPointwiseMult(left.dual, left.dual, sp->balance));
+  PetscCall(VecPointwiseMult(left.dual, left.dual, ctx->proj.compliance.inverse));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   MatAinsworthCombineRows_Private - subtracts from rows, whose coefficients are w, the combination of kept rows next to them, so that w' C and w' D are about 0
+
+   Collective
+
+   The next in the norm of W is S^{-1} (C W C' w + G^{-1} D w); it is refined, as S may be ill-conditioned
+*/
+PetscErrorCode MatAinsworthCombineRows_Private(Mat mat, const AinsworthSaddle *sp, Vec w)
+{
+  static const int    steps = 3; /* S has a condition number of at most 1e13 here: each step adds three digits at least */
+  Mat_Ainsworth      *ctx;
+  AinsworthSaddleVec  left;
+  AinsworthProjector *proj;
+  Vec                 kept;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
+  proj = &ctx->proj;
+  PetscCall(MatCreateVecs(sp->C, &left.primal, &left.dual));
+  PetscCall(VecDuplicate(left.dual, &kept));
+  for (int k = 0; k < steps; k++) {
+    PetscCall(Leave(ctx, sp, w, left));
+    PetscCall(MatMult(proj->CW, left.primal, proj->rowValues));
+    PetscCall(AinsworthProjectorPlace(proj, left.dual, proj->rowSolution));
+    PetscCall(VecAXPY(proj->rowValues, 1.0, proj->rowSolution));
+    PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
+    PetscCall(AinsworthProjectorReturn(proj, proj->rowSolution, kept));
+    if (sp->balance) PetscCall(VecPointwiseMult(kept, kept, sp->balance));
+    PetscCall(SubtractKept(sp, kept, w));
+  }
+  PetscCall(VecDestroy(&kept));
+  PetscCall(AinsworthSaddleVecDestroy(&left));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
