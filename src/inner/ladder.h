@@ -1,4 +1,4 @@
-/* The ladder of solvers: which one is tried next, from how the last one ended. Plain C++, without MPI and PETSc */
+/* The ladder of solvers: which one is tried next, from how the last one ended (docs/method.md). Plain C++, without MPI and PETSc */
 #ifndef AINSWORTH_LADDER_H
 #define AINSWORTH_LADDER_H
 
@@ -6,7 +6,7 @@
 typedef enum {
   AINSWORTH_RUNG_MULTIGRID, /* multigrid on M_*, in Ker C */
   AINSWORTH_RUNG_FACTOR,    /* M_* factored, in Ker C */
-  AINSWORTH_RUNG_GMRES,     /* the same with GMRES */
+  AINSWORTH_RUNG_GMRES,     /* GMRES in Ker C, with the preconditioner that there is */
   AINSWORTH_RUNG_WHOLE,     /* the whole system factored */
   AINSWORTH_RUNG_NONE       /* before the first solve: nothing yet; as a result: no other */
 } AinsworthRung;
@@ -35,8 +35,9 @@ struct AinsworthLadderFacts {
   AinsworthRung cap      = AINSWORTH_RUNG_WHOLE; /* the highest rung that the program allows */
   bool          own      = true;                 /* method and preconditioner are our choice; else the program's, and only the whole system may follow */
   bool          small    = false;                /* multigrid is not worth its set-up */
-  bool          gmres    = false;                /* the method in Ker C is GMRES anyway: the system is not symmetric */
-  bool          factors  = true;                 /* M_* can be factored: its entries are known, a package exists, its factor fits */
+  bool          gmres    = false;                /* the method stays what it is: the program's choice, or GMRES as the system is not symmetric */
+  bool          factors  = true;                 /* M_* can be factored: it was not tried in vain, and a package exists */
+  bool          regular  = true;                 /* no null space is known, which would give a zero pivot */
   bool          entries  = true;                 /* the entries of A, B, C, D are known */
   bool          packages = true;                 /* PETSc can factor the whole system */
   double        bytes    = 0.0;                  /* of the factor of the whole system, as predicted */
@@ -50,5 +51,6 @@ struct AinsworthLadderStep {
 
 AinsworthLadderStep AinsworthLadderNext(const AinsworthLadderFacts &);
 const char         *AinsworthRungName(AinsworthRung);
+bool                AinsworthLadderFits(double bytes, double memory);
 
 #endif

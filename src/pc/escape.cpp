@@ -6,30 +6,11 @@
 #include <petsc/private/pcimpl.h>
 #include <petsctime.h>
 
-/* Systems with at most this many unknowns are factored at once: PCBLOCKSA would have a single level, and factor it */
-static const PetscInt tiny = 600;
 /*
    Nothing is chosen before iterations have taken `patience` of the factorization's time, so that their forecast is reliable. The rest of the solve has to take
    `part` of that time, because forecasts tend to be too optimistic
 */
 static const PetscReal patience = 0.1, part = 0.8;
-
-/* Checks whether M_* may be factored: its preconditioner is our choice, and no null space (known: from set-up) would give a zero pivot */
-static PetscErrorCode MayFactor(const PC_Ainsworth *data, PetscBool known, PetscBool *may)
-{
-  MatSolverType package;
-  MatNullSpace  common;
-
-  PetscFunctionBegin;
-  *may = PETSC_FALSE;
-  if (!data->ownChoice || data->choices.ladder < PC_AINSWORTH_RUNG_FACTOR || data->escape.refused || data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!PCAinsworthFactorType_Private(data, &package)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (known && data->constraints) PetscCall(MatGetNullSpace(data->reduced, &common));
-  else PetscCall(AinsworthSaddleCreateNullSpace(&data->saddle, &common));
-  *may = (PetscBool)!common;
-  if (!known || !data->constraints) PetscCall(MatNullSpaceDestroy(&common));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* Gets the number of unknowns, and of the entries of A; a choice stands as long as the former stays the same and the latter about the same */
 static PetscErrorCode Measure(const PC_Ainsworth *data, PetscInt *n, PetscReal *entries)
@@ -47,20 +28,18 @@ static PetscErrorCode Measure(const PC_Ainsworth *data, PetscInt *n, PetscReal *
 }
 
 /* PCAinsworthEscapeAtOnce_Private - chooses a factorization at once if the system is too small for multigrid to be worth its set-up */
-PetscErrorCode PCAinsworthEscapeAtOnce_Private(PC_Ainsworth *data, PetscBool *factor)
+PetscErrorCode PCAinsworthEscapeAtOnce_Private(PC pc, PC_Ainsworth *data, PetscBool *factor)
 {
-  PCAinsworthEscape *e = &data->escape;
-  PetscInt           n;
+  PCAinsworthEscape  *e = &data->escape;
+  AinsworthLadderStep step;
 
   PetscFunctionBegin;
-  *factor = PETSC_FALSE;
-  PetscCall(MatGetSize(data->saddle.A, &n, NULL));
-  if (n > tiny) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MayFactor(data, PETSC_FALSE, factor));
+  PetscCall(PCAinsworthNextRung_Private(pc, data, PETSC_TRUE, AINSWORTH_END_ANSWER, &step));
+  *factor = (PetscBool)(step.next == AINSWORTH_RUNG_FACTOR);
   if (!*factor) PetscFunctionReturn(PETSC_SUCCESS);
   e->taken = PETSC_TRUE;
   PetscCall(Measure(data, &e->n, &e->entries));
-  PetscCall(PetscSNPrintf(e->why, sizeof(e->why), "at once, as multigrid is not worth its set-up for %" PetscInt_FMT " unknowns", n));
+  PetscCall(PetscSNPrintf(e->why, sizeof(e->why), "at once, as %s for %" PetscInt_FMT " unknowns", step.why, e->n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -99,17 +78,6 @@ PetscErrorCode PCAinsworthEscapeReview_Private(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns to multigrid for good because the factorization failed */
-static PetscErrorCode GoBack(PC pc, PC_Ainsworth *data, const char why[])
-{
-  PetscFunctionBegin;
-  PetscCall(PetscInfo(pc, "%s: multigrid takes its place\n", why));
-  data->escape.taken   = PETSC_FALSE;
-  data->escape.refused = PETSC_TRUE;
-  PetscCall(PCAinsworthChooseType_Private(pc, data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Checks by a solve whether the factorization is accurate: M may be singular to rounding without a bad pivot */
 static PetscErrorCode Solves(PC inner, Mat M, PetscBool *good)
 {
@@ -134,10 +102,11 @@ static PetscErrorCode Solves(PC inner, Mat M, PetscBool *good)
 /* PCAinsworthEscapeCheck_Private - after a set-up, returns to multigrid, for another set-up (*again), if M_* could not be factored by our choice */
 PetscErrorCode PCAinsworthEscapeCheck_Private(PC pc, PC_Ainsworth *data, PetscBool definite, PetscBool *again)
 {
-  PCFailedReason reason;
-  PetscBool      good = definite;
-  Mat            M;
-  PC             inner;
+  PCFailedReason      reason;
+  PetscBool           good = definite;
+  AinsworthLadderStep step;
+  Mat                 M;
+  PC                  inner;
 
   PetscFunctionBegin;
   *again = PETSC_FALSE;
@@ -151,8 +120,12 @@ PetscErrorCode PCAinsworthEscapeCheck_Private(PC pc, PC_Ainsworth *data, PetscBo
     if (good) PetscCall(Solves(inner, M, &good));
   }
   if (good) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(GoBack(pc, data, "The preconditioning matrix cannot be factored"));
-  *again = PETSC_TRUE;
+  PetscCall(PCAinsworthNextRung_Private(pc, data, PETSC_FALSE, AINSWORTH_END_SETUP, &step));
+  if (step.next != AINSWORTH_RUNG_MULTIGRID) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscInfo(pc, "The preconditioning matrix cannot be factored: multigrid takes its place\n"));
+  data->escape.taken   = PETSC_FALSE;
+  data->escape.refused = *again = PETSC_TRUE;
+  PetscCall(PCAinsworthChooseType_Private(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -221,10 +194,11 @@ static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConve
 */
 PetscErrorCode PCAinsworthEscapeBegin_Private(PC pc, PC_Ainsworth *data)
 {
-  PCAinsworthEscape *e = &data->escape;
-  PetscBool          multigrid, may;
-  KSPNormType        norm;
-  PC                 inner;
+  PCAinsworthEscape  *e = &data->escape;
+  AinsworthLadderStep step;
+  PetscBool           multigrid, may;
+  KSPNormType         norm;
+  PC                  inner;
 
   PetscFunctionBegin;
   e->now   = PETSC_FALSE;
@@ -236,8 +210,8 @@ PetscErrorCode PCAinsworthEscapeBegin_Private(PC pc, PC_Ainsworth *data)
   PetscCall(PCAinsworthIsOwnMultigrid_Private(data, &multigrid));
   PetscCall(KSPGetNormType(data->ksp, &norm));
   if (!multigrid || norm == KSP_NORM_NONE) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MayFactor(data, PETSC_TRUE, &may));
-  if (!may) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PCAinsworthNextRung_Private(pc, data, PETSC_FALSE, AINSWORTH_END_DEAR, &step));
+  if (step.next != AINSWORTH_RUNG_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetAndClearConvergenceTest(data->ksp, &e->converged, &e->test, &e->destroy));
   PetscCall(KSPSetConvergenceTest(data->ksp, AinsworthGuarded<LookAhead>, pc, NULL));
   e->watching = PETSC_TRUE;
@@ -262,28 +236,35 @@ PetscErrorCode PCAinsworthEscapeEnd_Private(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthEscape_Private - after a reduced solve, replaces the preconditioner if the solve has to be repeated (*again) with another one */
-PetscErrorCode PCAinsworthEscape_Private(PC pc, PC_Ainsworth *data, PetscBool *again)
+/* PCAinsworthEscapeTake_Private - factors M_* and sets up the inner solver with it; failure: why that cannot be, else empty */
+PetscErrorCode PCAinsworthEscapeTake_Private(PC pc, PC_Ainsworth *data, const char why[], char failure[], size_t len)
 {
-  PCAinsworthEscape *e = &data->escape;
-  KSPConvergedReason reason;
+  PCAinsworthEscape *e       = &data->escape;
   Mat_Ainsworth     *reduced = NULL;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetConvergedReason(data->ksp, &reason));
-  *again = (PetscBool)(e->now || (e->taken && reason < 0 && reason != KSP_DIVERGED_ITS));
-  if (!*again) PetscFunctionReturn(PETSC_SUCCESS);
-  if (e->now) {
-    e->now   = PETSC_FALSE;
-    e->taken = PETSC_TRUE;
-    PetscCall(PCAinsworthChooseType_Private(pc, data));
-    PetscCall(PetscInfo(pc, "The preconditioning matrix is factored %s\n", e->why));
-  } else PetscCall(GoBack(pc, data, "The solve with a factorization of the preconditioning matrix failed"));
+  if (why != e->why) PetscCall(PetscStrncpy(e->why, why, sizeof(e->why)));
+  PetscCall(Measure(data, &e->n, &e->entries));
+  e->now   = PETSC_FALSE;
+  e->taken = PETSC_TRUE;
+  PetscCall(PCAinsworthChooseType_Private(pc, data));
+  PetscCall(PetscInfo(pc, "The preconditioning matrix is factored %s\n", e->why));
   if (data->constraints) PetscCall(MatAinsworthSetUpProjector_Private(data->reduced, &reduced));
-  PetscCall(PCAinsworthSetUpInner_Private(pc, data, reduced, PETSC_FALSE, data->failure, sizeof(data->failure)));
-  if (!data->failure[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  *again            = PETSC_FALSE;
-  data->stale       = PETSC_TRUE;
-  data->ksp->reason = KSP_DIVERGED_PC_FAILED;
+  failure[0] = 0;
+  PetscCall(PCAinsworthSetUpInner_Private(pc, data, reduced, PETSC_FALSE, failure, len));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthEscape_Private - after a reduced solve, replaces the preconditioner if the solve has to be repeated (*again) with another one */
+PetscErrorCode PCAinsworthEscape_Private(PC pc, PC_Ainsworth *data, PetscBool *again)
+{
+  PetscFunctionBegin;
+  *again = data->escape.now;
+  if (!*again) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PCAinsworthEscapeTake_Private(pc, data, data->escape.why, data->failure, sizeof(data->failure)));
+  if (data->failure[0]) PetscCall(PCAinsworthClimb_Private(pc, data, AINSWORTH_END_SETUP, data->failure, again));
+  if (data->whole) *again = PETSC_FALSE;
+  if (*again) data->failure[0] = 0;
+  else data->ksp->reason = KSP_DIVERGED_PC_FAILED;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -80,25 +80,13 @@ static PetscErrorCode ShareOf(MatSolverType package, PetscReal *share)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets the memory of the smallest machine of all ranks in bytes, as if all ranks were on that one; collective */
-static PetscErrorCode LeastMemory(MPI_Comm comm, PetscReal *memory)
+/* PCAinsworthLeastMemory_Private - gets the memory of the smallest machine of all ranks in bytes, as if all ranks were on that one; collective */
+PetscErrorCode PCAinsworthLeastMemory_Private(MPI_Comm comm, PetscReal *memory)
 {
   PetscFunctionBegin;
   *memory = (PetscReal)sysconf(_SC_PHYS_PAGES) * (PetscReal)sysconf(_SC_PAGESIZE);
   if (!(*memory > 0.0)) *memory = PETSC_MAX_REAL;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, memory, 1, MPIU_REAL, MPIU_MIN, comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* PCAinsworthFits_Private - tells whether a factor with so many entries, and what else a package needs, fits in half of the memory. Collective */
-PetscErrorCode PCAinsworthFits_Private(MPI_Comm comm, PetscReal entries, PetscBool *fits)
-{
-  static const PetscReal half = 0.5, extra = 1.5;
-  PetscReal              memory;
-
-  PetscFunctionBegin;
-  PetscCall(LeastMemory(comm, &memory));
-  *fits = (PetscBool)(extra * entries * (PetscReal)sizeof(PetscScalar) <= half * memory && entries <= (PetscReal)PETSC_MAX_INT);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -111,9 +99,8 @@ PetscErrorCode PCAinsworthEscapeCost_Private(PC pc, PC_Ainsworth *data, PetscRea
 {
   MPI_Comm      comm = PetscObjectComm((PetscObject)pc);
   MatSolverType package;
-  PetscReal     rate, share;
+  PetscReal     rate, share, memory;
   AinsworthCost cost;
-  PetscBool     fits;
 
   PetscFunctionBegin;
   (void)PCAinsworthFactorType_Private(data, &package);
@@ -122,10 +109,10 @@ PetscErrorCode PCAinsworthEscapeCost_Private(PC pc, PC_Ainsworth *data, PetscRea
   PetscCall(ShareOf(package, &share));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &rate, 1, MPIU_REAL, MPIU_SUM, comm));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &seconds, 1, MPIU_REAL, MPIU_MAX, comm));
-  PetscCall(PCAinsworthFits_Private(comm, cost.entries, &fits));
+  PetscCall(PCAinsworthLeastMemory_Private(comm, &memory));
   *operations = cost.operations;
   *iterations = PCAinsworthEscapeLeast_Private(data) + cost.operations / (share * rate * PetscMax(seconds, 1e-9));
-  if (!fits) *iterations = PETSC_INFINITY;
+  if (!AinsworthLadderFits(PCAinsworthFactorBytes_Private(&cost), memory)) *iterations = PETSC_INFINITY;
   PetscCall(PetscInfo(pc,
                       "A factorization would take %g operations and hold %g entries%s: as long as %g iterations of %g s, with %g dense operations a second\n",
                       (double)cost.operations, (double)cost.entries, *iterations < PETSC_INFINITY ? "" : ", more than memory has room for", (double)*iterations,

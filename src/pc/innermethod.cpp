@@ -13,7 +13,7 @@ PetscErrorCode PCAinsworthIsConjugateGradients_Private(KSPType type, PetscBool *
 }
 
 /* Checks that nobody chose the method, nor a norm, which another method may not support */
-static PetscErrorCode IsOpen(PC pc, const PC_Ainsworth *data, PetscBool *open)
+PetscErrorCode PCAinsworthMethodIsOpen_Private(PC pc, const PC_Ainsworth *data, PetscBool *open)
 {
   PetscObject ksp = (PetscObject)data->ksp;
   PetscBool   given, norm, projected;
@@ -36,7 +36,7 @@ PetscErrorCode PCAinsworthChooseMethod_Private(PC pc, PC_Ainsworth *data)
   KSP             ksp = data->ksp;
 
   PetscFunctionBegin;
-  PetscCall(IsOpen(pc, data, &open));
+  PetscCall(PCAinsworthMethodIsOpen_Private(pc, data, &open));
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPGMRES, &gmres));
   if (hermitian && data->ownMethod) {
     if (gmres) PetscCall(KSPSetType(ksp, KSPPROJECTEDCG));
@@ -51,17 +51,10 @@ PetscErrorCode PCAinsworthChooseMethod_Private(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   PCAinsworthTakeGMRES_Private - switches to GMRES until the next set-up, unless the method was chosen; *taken: it did
-
-   Called after conjugate gradients broke down on springs of negative stiffness that make the system indefinite
-*/
-PetscErrorCode PCAinsworthTakeGMRES_Private(PC pc, PC_Ainsworth *data, PetscBool *taken)
+/* PCAinsworthTakeGMRES_Private - switches to GMRES until the next set-up */
+PetscErrorCode PCAinsworthTakeGMRES_Private(PC_Ainsworth *data)
 {
   PetscFunctionBegin;
-  PetscCall(IsOpen(pc, data, taken));
-  if (!*taken) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscInfo(pc, "The reduced system is not positive definite: it is solved by GMRES\n"));
   PetscCall(PCAinsworthSetMethod_Private(data, KSPGMRES));
   PetscCall(KSPGMRESSetRestart(data->ksp, restart));
   PetscCall(PCAinsworthSetKSPOperators_Private(data));

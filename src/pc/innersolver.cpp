@@ -76,14 +76,14 @@ static PCType OtherMultigrid()
 
    In complex arithmetic there is no hypre, and PCGAMG restricts by P^T, not by the adjoint, so that its cycle is not Hermitian
 */
-static PetscErrorCode DefaultType(PC_Ainsworth *data, PetscBool definite, PCType *type)
+static PetscErrorCode DefaultType(PC pc, PC_Ainsworth *data, PetscBool definite, PCType *type)
 {
   const PetscInt bs = PetscMax(data->saddle.bs, data->saddle.scattered);
   MatSolverType  package;
   PetscBool      factor = data->escape.taken;
 
   PetscFunctionBegin;
-  if (!factor) PetscCall(PCAinsworthEscapeAtOnce_Private(data, &factor));
+  if (!factor) PetscCall(PCAinsworthEscapeAtOnce_Private(pc, data, &factor));
   if (factor) {
     *type = PCAinsworthFactorType_Private(data, &package);
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -94,7 +94,7 @@ static PetscErrorCode DefaultType(PC_Ainsworth *data, PetscBool definite, PCType
 }
 
 /* Sets the default type of the preconditioner for a method of the reduced solve, and no other before, so that hypre is started only if it is used */
-static PetscErrorCode SetOwnType(PC_Ainsworth *data, KSPType method)
+static PetscErrorCode SetOwnType(PC pc, PC_Ainsworth *data, KSPType method)
 {
   PetscBool definite;
   PCType    type = NULL;
@@ -103,7 +103,7 @@ static PetscErrorCode SetOwnType(PC_Ainsworth *data, KSPType method)
   PetscFunctionBegin;
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCAinsworthIsConjugateGradients_Private(method, &definite));
-  PetscCall(DefaultType(data, (PetscBool)(definite || data->ownMethod), &type));
+  PetscCall(DefaultType(pc, data, (PetscBool)(definite || data->ownMethod), &type));
   PetscCall(PCSetType(inner, type));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -112,7 +112,7 @@ static PetscErrorCode SetOwnType(PC_Ainsworth *data, KSPType method)
 PetscErrorCode PCAinsworthChooseType_Private(PC pc, PC_Ainsworth *data)
 {
   PetscFunctionBegin;
-  PetscCall(SetOwnType(data, ((PetscObject)data->ksp)->type_name));
+  PetscCall(SetOwnType(pc, data, ((PetscObject)data->ksp)->type_name));
   data->configured = PETSC_FALSE;
   PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -149,7 +149,7 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
   if (!((PetscObject)inner)->type_name) {
     data->ownChoice = (PetscBool)!given;
     if (given) PetscCall(PCSetType(inner, chosen));
-    else PetscCall(SetOwnType(data, method));
+    else PetscCall(SetOwnType(pc, data, method));
   }
   PetscCall(PCAinsworthChoosePackage_Private(data, inner));
   PetscCall(ChoosesBoomerAMG(inner, &boomer));

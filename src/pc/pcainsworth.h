@@ -6,6 +6,7 @@
 #include "../saddle/saddle.h"
 #include "../multigrid/source.h"
 #include "../pmat/pmat.h"
+#include "../inner/ladder.h"
 #include "../inner/whole.h"
 #include "../projector/symbolic.h"
 #include "../refine/refine.h"
@@ -26,15 +27,6 @@ typedef enum {
   AINSWORTH_REDUNDANT_DROP, /* left out; a right-hand side that contradicts them is a failure, PC_INCONSISTENT_RHS */
   AINSWORTH_REDUNDANT_ERROR /* the set-up stops with an error that names them */
 } AinsworthRedundantType;
-
-/* How a system is solved; a rung is climbed where those below gave no answer */
-typedef enum {
-  PC_AINSWORTH_RUNG_MULTIGRID, /* the reduced system, with the preconditioner chosen for it */
-  PC_AINSWORTH_RUNG_FACTOR,    /* the same, with M_* factored */
-  PC_AINSWORTH_RUNG_GMRES,     /* the same, by GMRES */
-  PC_AINSWORTH_RUNG_WHOLE      /* the whole system [A B'; C -D] is factored, and its solutions are refined */
-} PCAinsworthRung;
-PETSC_INTERN const char *const PCAinsworthRungs[];
 
 /* When the inner preconditioner is rebuilt for other values of A or C */
 typedef enum {
@@ -69,7 +61,7 @@ struct PCAinsworthChoices {
   MatAinsworthWeightType weightType;
   PetscInt               rowsPerRank;
   AinsworthRedundantType redundant;
-  PCAinsworthRung        ladder = PC_AINSWORTH_RUNG_WHOLE; /* the highest rung that may be climbed */
+  AinsworthRung          ladder = AINSWORTH_RUNG_WHOLE; /* the highest rung that may be climbed */
   AinsworthPmatOptions   pmat; /* factor PETSC_DEFAULT depends on the types of penalty and approximation; symmetric is set by set-up */
 };
 
@@ -156,7 +148,7 @@ struct PC_Ainsworth {
   Vec                 f;         /* f minus the terms of known x and lambda; NULL if nothing is known */
 
   /* pcladder.cpp */
-  PCAinsworthRung rung = PC_AINSWORTH_RUNG_MULTIGRID; /* whole: it was tried for this matrix */
+  bool            wholeTried = false; /* the whole system was factored, or could not be, for this matrix */
   AinsworthWhole *whole; /* the factor of the whole system; NULL as long as the reduced one is solved */
   char            climbed[512]; /* why */
 
@@ -209,11 +201,12 @@ PETSC_INTERN PetscErrorCode      PCAinsworthIsOwnMultigrid_Private(const PC_Ains
 PETSC_INTERN PetscErrorCode      PCAinsworthOrderPmat_Private(PC_Ainsworth *, const std::vector<Mat> &, AinsworthCost *);
 PETSC_INTERN PetscErrorCode      PCAinsworthConvertPmat_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetUpPreconditioner_Private(PC_Ainsworth *, PC, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthEscapeAtOnce_Private(PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeAtOnce_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscReal           PCAinsworthEscapeLeast_Private(const PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCost_Private(PC, PC_Ainsworth *, PetscReal, PetscReal *, PetscReal *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeReview_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCheck_Private(PC, PC_Ainsworth *, PetscBool, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeTake_Private(PC, PC_Ainsworth *, const char[], char[], size_t);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeBegin_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeEnd_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscape_Private(PC, PC_Ainsworth *, PetscBool *);
@@ -230,7 +223,7 @@ PETSC_INTERN PetscErrorCode      PCAinsworthIsConjugateGradients_Private(KSPType
 PETSC_INTERN PetscErrorCode      PCAinsworthChooseMethod_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthForgetNorm_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthChooseNorm_Private(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthTakeGMRES_Private(PC, PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthTakeGMRES_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthFallBack_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthUpdateInputs_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthComposeFields_Private(PC, PetscBool);
@@ -246,8 +239,15 @@ PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainswort
 PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *, Vec, Vec, PetscReal *);
 PETSC_INTERN PetscErrorCode      PCAinsworthResists_Private(const PC_Ainsworth *, Vec, PetscReal, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthIsFree_Private(const PC_Ainsworth *, Vec, Vec, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthFits_Private(MPI_Comm, PetscReal, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthClimb_Private(PC, PC_Ainsworth *, const char[], PetscBool *);
+/* Returns the bytes of a factor, infinite if its entries cannot be numbered */
+static inline PetscReal PCAinsworthFactorBytes_Private(const AinsworthCost *cost)
+{
+  return cost->entries <= (PetscReal)PETSC_MAX_INT ? cost->entries * (PetscReal)sizeof(PetscScalar) : PETSC_INFINITY;
+}
+PETSC_INTERN PetscErrorCode      PCAinsworthLeastMemory_Private(MPI_Comm, PetscReal *);
+PETSC_INTERN PetscErrorCode      PCAinsworthMethodIsOpen_Private(PC, const PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthNextRung_Private(PC, PC_Ainsworth *, PetscBool, AinsworthEnd, AinsworthLadderStep *);
+PETSC_INTERN PetscErrorCode      PCAinsworthClimb_Private(PC, PC_Ainsworth *, AinsworthEnd, const char[], PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthForgetWhole_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthJudge_Private(PC, PC_Ainsworth *, PetscBool, KSPConvergedReason, const AinsworthSolver &, AinsworthSaddleVec,
                                                           AinsworthSaddleVec, AinsworthSaddleVec, AinsworthVerdict *, char[], size_t);

@@ -111,8 +111,7 @@ static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transp
 static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, AinsworthSaddleVec b, AinsworthSaddleVec y,
                                    KSPConvergedReason *reason)
 {
-  PetscInt  n;
-  PetscBool again = PETSC_FALSE;
+  PetscInt n;
 
   PetscFunctionBegin;
   *reason = KSP_CONVERGED_RTOL;
@@ -125,10 +124,11 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   PetscCall(VecGetSize(y.primal, &n));
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
   if (data->constraints == n && !data->saddle.D) PetscCall(VecZeroEntries(y.primal)); /* Ker C = 0: the constraints alone determine x */
-  else {
-    PetscCall(SolveOrRebuild(pc, data, transpose, watched, b, y.primal, reason));
-    if (*reason == KSP_DIVERGED_INDEFINITE_MAT && data->saddle.D && data->choices.ladder >= PC_AINSWORTH_RUNG_GMRES) PetscCall(PCAinsworthTakeGMRES_Private(pc, data, &again));
-    if (again) PetscCall(SolveInner(pc, data, transpose, watched, b, y.primal, reason));
+  else PetscCall(SolveOrRebuild(pc, data, transpose, watched, b, y.primal, reason));
+  if (data->whole) { /* the reduced solve was given up for it */
+    PetscCall(AinsworthWholeSolve(data->whole, transpose, b, y));
+    *reason = KSP_CONVERGED_RTOL;
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, b, y, data->knownAx ? data->Ax : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -194,6 +194,13 @@ static PetscErrorCode RefineAndJudge(PC pc, PC_Ainsworth *data, PetscBool transp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Says in the words of the ladder how a solve ended whose answer was not accepted */
+static AinsworthEnd End(KSPConvergedReason reason)
+{
+  if (reason == KSP_DIVERGED_INDEFINITE_MAT || reason == KSP_DIVERGED_INDEFINITE_PC) return AINSWORTH_END_INDEFINITE;
+  return reason < 0 ? AINSWORTH_END_BREAKDOWN : AINSWORTH_END_INACCURATE;
+}
+
 /* Solves, judges, and sets or raises the failure */
 static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y)
 {
@@ -212,7 +219,7 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
       PetscCall(RefineAndJudge(pc, data, transpose, reason, b, y, &verdict, why, sizeof(why)));
       if (verdict == AINSWORTH_VERDICT_MET) reason = KSP_CONVERGED_RTOL;
     }
-    if (verdict == AINSWORTH_VERDICT_UNMET && reason != KSP_DIVERGED_ITS) PetscCall(PCAinsworthClimb_Private(pc, data, why, &again));
+    if (verdict == AINSWORTH_VERDICT_UNMET && reason != KSP_DIVERGED_ITS) PetscCall(PCAinsworthClimb_Private(pc, data, End(reason), why, &again));
     if (again) PetscCall(VecZeroEntries(y.primal));
   }
   if (verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));

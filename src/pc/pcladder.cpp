@@ -1,9 +1,10 @@
-/* The last rung of the ladder: where the reduced solve gives no answer the whole system is factored, and judged in the same way (docs/method.md) */
+/* The ladder: where a solve gives no answer, or would take too long, another solver takes its place, and is judged in the same way (docs/method.md) */
 #include "pcainsworth.h"
 #include "../loops.h"
 #include <petsc/private/pcimpl.h>
 
-const char *const PCAinsworthRungs[] = {"multigrid", "factor", "gmres", "whole", "PCAinsworthRung", "PC_AINSWORTH_RUNG_", NULL};
+/* Systems with at most this many unknowns are factored at once: PCBLOCKSA would have a single level, and factor it */
+static const PetscInt tiny = 600;
 
 /* Restricts the scale to kept rows, which may have been balanced */
 static PetscErrorCode KeptScale(const AinsworthSaddle *sp, Vec *kept)
@@ -22,62 +23,105 @@ static PetscErrorCode KeptScale(const AinsworthSaddle *sp, Vec *kept)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks whether the whole system may be factored: allowed, not tried for this matrix, accessible, regular as far as the program tells, and within memory */
-static PetscErrorCode MayFactor(const PC_Ainsworth *data, PetscBool symmetric, PetscBool *may, const char **why)
+/* Tells whether the program attached a null space to A, or to the whole matrix; known: from set-up */
+static PetscErrorCode IsRegular(const PC_Ainsworth *data, PetscBool known, bool *regular)
 {
-  const AinsworthSaddle *sp = &data->saddle;
-  MatNullSpace           common;
-  Mat                    opaque;
-  AinsworthCost          cost;
+  MatNullSpace common;
 
   PetscFunctionBegin;
-  *may = PETSC_FALSE;
-  *why = "was tried before";
-  if (data->rung == PC_AINSWORTH_RUNG_WHOLE) PetscFunctionReturn(PETSC_SUCCESS);
-  *why = "is more than -pc_ainsworth_ladder allows";
-  if (data->choices.ladder < PC_AINSWORTH_RUNG_WHOLE) PetscFunctionReturn(PETSC_SUCCESS);
-  *why = "needs entries that are not accessible";
-  PetscCall(AinsworthFindOpaque(sp->A, &opaque));
-  if (opaque) PetscFunctionReturn(PETSC_SUCCESS);
-  *why = "has the null space that the program attached";
-  PetscCall(AinsworthSaddleCreateNullSpace(sp, &common));
-  *may = (PetscBool)(!common && !sp->nullSpace);
-  PetscCall(MatNullSpaceDestroy(&common));
-  if (!*may) PetscFunctionReturn(PETSC_SUCCESS);
-  *why = "does not fit in memory";
-  PetscCall(AinsworthWholePredict(sp, symmetric, &cost));
-  PetscCall(PCAinsworthFits_Private(PetscObjectComm((PetscObject)sp->A), cost.entries, may));
+  known = (PetscBool)(known && data->constraints);
+  if (known) PetscCall(MatGetNullSpace(data->reduced, &common));
+  else PetscCall(AinsworthSaddleCreateNullSpace(&data->saddle, &common));
+  *regular = !common;
+  if (!known) PetscCall(MatNullSpaceDestroy(&common));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthNextRung_Private - chooses the solver after the present one, which ended like `end`, or the first one. Collective, the same on all ranks */
+PetscErrorCode PCAinsworthNextRung_Private(PC pc, PC_Ainsworth *data, PetscBool first, AinsworthEnd end, AinsworthLadderStep *step)
+{
+  const AinsworthSaddle *sp = &data->saddle;
+  AinsworthLadderFacts   facts;
+  AinsworthCost          cost;
+  MatSolverType          package;
+  PetscBool              open;
+  PetscReal              memory;
+  PetscInt               n;
+  Mat                    opaque;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetSize(sp->A, &n, NULL));
+  PetscCall(PCAinsworthMethodIsOpen_Private(pc, data, &open));
+  if (!first)
+    facts.now = data->wholeTried      ? AINSWORTH_RUNG_WHOLE
+                : data->indefinite    ? AINSWORTH_RUNG_GMRES
+                : data->escape.taken  ? AINSWORTH_RUNG_FACTOR
+                                      : AINSWORTH_RUNG_MULTIGRID;
+  facts.end     = end;
+  facts.cap     = data->choices.ladder;
+  facts.own     = data->ownChoice;
+  facts.small   = n <= tiny;
+  facts.gmres   = !open;
+  facts.factors = !data->escape.refused && data->choices.pmat.penalty == AINSWORTH_PENALTY_ROW && PCAinsworthFactorType_Private(data, &package);
+  PetscCall(IsRegular(data, (PetscBool)(end == AINSWORTH_END_DEAR), &facts.regular));
+  *step = AinsworthLadderNext(facts);
+  if (step->next != AINSWORTH_RUNG_WHOLE) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthFindOpaque(sp->A, &opaque)); /* what follows costs something */
+  facts.regular = facts.regular && !sp->nullSpace;
+  facts.entries = !opaque;
+  if (facts.regular && facts.entries) {
+    PetscCall(AinsworthWholePredict(sp, (PetscBool)(data->symmetric && data->adjoint), &cost));
+    PetscCall(PCAinsworthLeastMemory_Private(PetscObjectComm((PetscObject)pc), &memory));
+    facts.bytes  = PCAinsworthFactorBytes_Private(&cost);
+    facts.memory = memory;
+  }
+  *step = AinsworthLadderNext(facts);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Factors the whole system; all later solves with this matrix take it, too. failure: why that cannot be, else empty */
+static PetscErrorCode FactorWhole(PC_Ainsworth *data, const char why[], char failure[], size_t len)
+{
+  AinsworthSaddle   *sp    = &data->saddle;
+  AinsworthSaddleVec scale = {sp->scale.primal, NULL};
+  const char        *prefix;
+
+  PetscFunctionBegin;
+  data->wholeTried = true;
+  PetscCall(KSPGetOptionsPrefix(data->ksp, &prefix));
+  PetscCall(KeptScale(sp, &scale.dual));
+  PetscCall(AinsworthWholeCreate(sp, (PetscBool)(data->symmetric && data->adjoint), scale, prefix, &data->whole, failure, len));
+  PetscCall(VecDestroy(&scale.dual));
+  if (data->whole) PetscCall(PetscStrncpy(data->climbed, why, sizeof(data->climbed)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   PCAinsworthClimb_Private - factors the whole system once its reduced form has been given up for `why`; *climbed: the next solve is with that factor. Collective
+   PCAinsworthClimb_Private - takes the next solver that can be set up, once the present one ended like `end`; *climbed: there is one. Collective
 
-   All later solves with this matrix take it, too
+   why: what the present one ended with, in words
 */
-PetscErrorCode PCAinsworthClimb_Private(PC pc, PC_Ainsworth *data, const char why[], PetscBool *climbed)
+PetscErrorCode PCAinsworthClimb_Private(PC pc, PC_Ainsworth *data, AinsworthEnd end, const char why[], PetscBool *climbed)
 {
-  const PetscBool    symmetric = (PetscBool)(data->symmetric && data->adjoint);
-  AinsworthSaddle   *sp        = &data->saddle;
-  AinsworthSaddleVec scale     = {sp->scale.primal, NULL};
-  const char        *obstacle, *prefix;
-  char               cause[256];
+  AinsworthLadderStep step;
+  char                cause[256], failure[256];
 
   PetscFunctionBegin;
-  PetscCall(MayFactor(data, symmetric, climbed, &obstacle));
-  if (!*climbed) {
-    PetscCall(PetscInfo(pc, "%s: a factorization of the whole system %s\n", why, obstacle));
-    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrncpy(cause, why, sizeof(cause)));
+  for (*climbed = PETSC_FALSE; !*climbed; end = AINSWORTH_END_SETUP) {
+    PetscCall(PCAinsworthNextRung_Private(pc, data, PETSC_FALSE, end, &step));
+    if (step.next == AINSWORTH_RUNG_NONE) {
+      PetscCall(PetscInfo(pc, "%s: no other solver, as %s\n", cause, step.why));
+      break;
+    }
+    PetscCall(PetscInfo(pc, "%s: next is %s, as %s\n", cause, AinsworthRungName(step.next), step.why));
+    failure[0] = 0;
+    if (step.next == AINSWORTH_RUNG_FACTOR) PetscCall(PCAinsworthEscapeTake_Private(pc, data, "as the solve with multigrid gave no answer", failure, sizeof(failure)));
+    else if (step.next == AINSWORTH_RUNG_GMRES) PetscCall(PCAinsworthTakeGMRES_Private(data));
+    else PetscCall(FactorWhole(data, cause, failure, sizeof(failure)));
+    *climbed = (PetscBool)!failure[0];
+    if (failure[0]) PetscCall(PetscStrncpy(cause, failure, sizeof(cause)));
   }
-  PetscCall(PetscInfo(pc, "%s: the whole system is factored\n", why));
-  data->rung = PC_AINSWORTH_RUNG_WHOLE;
-  PetscCall(KSPGetOptionsPrefix(data->ksp, &prefix));
-  PetscCall(KeptScale(sp, &scale.dual));
-  PetscCall(AinsworthWholeCreate(sp, symmetric, scale, prefix, &data->whole, cause, sizeof(cause)));
-  PetscCall(VecDestroy(&scale.dual));
-  *climbed = (PetscBool)(data->whole != NULL);
-  if (!*climbed) PetscCall(PetscInfo(pc, "%s\n", cause));
-  else PetscCall(PetscStrncpy(data->climbed, why, sizeof(data->climbed)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -86,6 +130,6 @@ PetscErrorCode PCAinsworthForgetWhole_Private(PC_Ainsworth *data)
 {
   PetscFunctionBegin;
   PetscCall(AinsworthWholeDestroy(&data->whole));
-  data->rung = PC_AINSWORTH_RUNG_MULTIGRID;
+  data->wholeTried = false;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -63,7 +63,7 @@ static PetscErrorCode ChoicesFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpt
   PetscCall(PetscOptionsEnum("-pc_ainsworth_redundant", "Rows of C that are linear combinations of others", PCAINSWORTH, redundantTypes,
                              (PetscEnum)now.redundant, (PetscEnum *)&now.redundant, NULL));
   PetscCall(PetscOptionsEnum("-pc_ainsworth_ladder", "The highest rung that may be climbed where the reduced solve gives no answer", PCAINSWORTH,
-                             PCAinsworthRungs, (PetscEnum)now.ladder, (PetscEnum *)&now.ladder, NULL));
+                             AinsworthLadderTypes, (PetscEnum)now.ladder, (PetscEnum *)&now.ladder, NULL));
   PetscCall(PetscOptionsEnum("-pc_ainsworth_rebuild", "When the inner preconditioner is made anew for other values of A or C", PCAINSWORTH,
                              PCAinsworthRebuildTypes, (PetscEnum)data->rebuild, (PetscEnum *)&data->rebuild, NULL));
   PetscCall(PCAinsworthChoose_Private(pc, data, &now));

@@ -291,13 +291,13 @@ static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
   data->keptForProgram = (PetscBool)(data->keptForProgram && pc->reusepreconditioner);
   run->reason          = PC_SUBPC_ERROR;
   run->code            = PETSC_ERR_ARG_WRONG;
-  if (run->why[0]) PetscCall(PCAinsworthClimb_Private(pc, data, run->why, &climbed));
+  if (run->why[0]) PetscCall(PCAinsworthClimb_Private(pc, data, AINSWORTH_END_SETUP, run->why, &climbed));
   if (climbed) run->why[0] = 0;
   if (run->why[0]) PetscFunctionReturn(PETSC_SUCCESS);
   data->stale = data->unfinished = PETSC_FALSE;
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCGetFailedReason(inner, &run->reason));
-  if (run->reason && !climbed) PetscCall(PCAinsworthClimb_Private(pc, data, PCFailedReasons[run->reason], &climbed));
+  if (run->reason && !climbed) PetscCall(PCAinsworthClimb_Private(pc, data, AINSWORTH_END_SETUP, PCFailedReasons[run->reason], &climbed));
   if (climbed) run->reason = PC_NOERROR;
   PetscCall(PCAinsworthAgreeOnFailure_Private(pc, run->reason ? PC_SUBPC_ERROR : PC_NOERROR));
   if (pc->failedreason) { /* a solve would fail as well */

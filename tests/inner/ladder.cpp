@@ -40,6 +40,10 @@ static void NoFactor(Facts &f)
 {
   f.factors = false;
 }
+static void NullSpace(Facts &f)
+{
+  f.regular = false;
+}
 static void NoEntries(Facts &f)
 {
   f.entries = false;
@@ -99,7 +103,7 @@ static const Line table[] = {
   {factor,    breakdown,     Usual,             gmres,     "broke down"},
   {factor,    indefinite,    Usual,             gmres,     "negative energy"},
   {factor,    inaccurate,    Usual,             whole,     "did not meet"},
-  {factor,    setup,         Usual,             whole,     "set up"},
+  {factor,    setup,         Usual,             multigrid, "set up"},
   {gmres,     limit,         Usual,             whole,     "ran out"},
   {gmres,     breakdown,     Usual,             whole,     "broke down"},
   {gmres,     inaccurate,    Usual,             whole,     "did not meet"},
@@ -121,7 +125,7 @@ static const Line table[] = {
   {factor,    limit,         Unsymmetric,       whole,     "ran out"},
   /* M_* cannot be factored */
   {multigrid, limit,         NoFactor,          whole,     "ran out"},
-  {multigrid, indefinite,    NoFactor,          whole,     "negative energy"},
+  {multigrid, indefinite,    NoFactor,          gmres,     "negative energy"},
   {multigrid, dear,          NoFactor,          none,      "take the place"},
   /* the program chose the inner solver */
   {multigrid, limit,         Own,               whole,     "ran out"},
@@ -138,6 +142,10 @@ static const Line table[] = {
   {gmres,     limit,         Cap(gmres),        none,      "-pc_ainsworth_ladder"},
   {gmres,     limit,         Cap(whole),        whole,     "ran out"},
   /* the whole system cannot be factored */
+  {none,      answer,        [](Facts &f) { f.small = true; f.regular = false; }, multigrid, "cheapest"},
+  {multigrid, dear,          NullSpace,         none,      "take the place"},
+  {multigrid, indefinite,    NullSpace,         gmres,     "negative energy"},
+  {gmres,     limit,         NullSpace,         none,      "null space"},
   {gmres,     limit,         NoEntries,         none,      "entries are not known"},
   {multigrid, limit,         NoEntries,         factor,    "ran out"},
   {gmres,     limit,         NoPackage,         none,      "no package"},
@@ -157,7 +165,7 @@ static void Fail(const char *what, int line)
   failed++;
 }
 
-/* Whatever the facts are, the ladder ends: each step is higher, not above the cap, and has words */
+/* Whatever the facts are, the ladder ends: each step is higher, not above the cap, and has words; once it goes back to multigrid, when M_* cannot be factored */
 static void Climb(const AinsworthLadderFacts &facts)
 {
   AinsworthLadderFacts f    = facts;
@@ -167,9 +175,10 @@ static void Climb(const AinsworthLadderFacts &facts)
   for (int steps = 0; f.now != AINSWORTH_RUNG_NONE; steps++) {
     step = AinsworthLadderNext(f);
     if (!step.why || !*step.why) Fail("no reason", -1);
-    if (step.next <= f.now) Fail("not higher", -1);
+    if (f.now == AINSWORTH_RUNG_FACTOR && step.next == AINSWORTH_RUNG_MULTIGRID && f.factors && f.end == AINSWORTH_END_SETUP) f.factors = false;
+    else if (step.next <= f.now) Fail("not higher", -1);
     if (step.next != AINSWORTH_RUNG_NONE && step.next > f.cap) Fail("above the cap", -1);
-    if (steps > 3) return Fail("no end", -1);
+    if (steps > 5) return Fail("no end", -1);
     f.now = step.next;
   }
 }
@@ -190,13 +199,13 @@ int main()
     if (!strstr(step.why, line.why)) Fail(step.why, count);
     count++;
   }
-  for (int bits = 0; bits < 64; bits++)
+  for (int bits = 0; bits < 128; bits++)
     for (int cap = multigrid; cap <= whole; cap++)
       for (int end = 0; end < AINSWORTH_ENDS; end++) {
         AinsworthLadderFacts facts;
-        bool *const          flags[] = {&facts.own, &facts.small, &facts.gmres, &facts.factors, &facts.entries, &facts.packages};
+        bool *const          flags[] = {&facts.own, &facts.small, &facts.gmres, &facts.factors, &facts.entries, &facts.packages, &facts.regular};
 
-        for (int k = 0; k < 6; k++) *flags[k] = bits >> k & 1;
+        for (int k = 0; k < 7; k++) *flags[k] = bits >> k & 1;
         facts.cap = (AinsworthRung)cap;
         facts.end = (AinsworthEnd)end;
         Climb(facts);
