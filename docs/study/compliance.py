@@ -48,10 +48,11 @@ def iterations(ranks, prefix, D, rtol=None):
     command = machine.launcher(ranks) + [machine.SOLVE] + ["-%s" % name if k else prefix + "_%s.dat" % name for name in "ACfg" for k in (1, 0)]
     command += ["-D", D, "-dll_append", machine.PLUGIN, "-ainsworth_ksp_converged_reason", "-info", ":pc"] + machine.DEFAULTS.split()
     command += ["-ainsworth_ksp_rtol", rtol] if rtol else []
-    output = subprocess.run(command, env=machine.ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True).stdout
+    process = subprocess.run(command, env=machine.ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    output = process.stdout
     found = re.findall(r"solve converged due to \w+ iterations (\d+)", output)
-    if "Setting up PC" in output.split("solve converged", 1)[-1]:
-        return "no"  # a solve sets up nothing
+    if process.returncode or "Setting up PC" in output.split("solve converged", 1)[-1]:
+        return "no"  # refused, or by a factorization: a solve sets up nothing
     return "+".join(found) if found else "no"
 
 
