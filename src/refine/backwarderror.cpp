@@ -101,7 +101,7 @@ static PetscErrorCode Largest(Vec v, Vec scale, bool unknowns, PetscReal *larges
 
 static int KindOfUnknown(const AinsworthSaddle *sp, PetscInt i, PetscScalar force)
 {
-  return !sp->loose[i] ? AINSWORTH_ROWS_HELD : force == 0.0 ? AINSWORTH_ROWS_RIGID : AINSWORTH_ROWS_FORCED;
+  return !sp->loose[i] ? AINSWORTH_ROWS_HELD : force == 0.0 ? AINSWORTH_ROWS_LOOSE : AINSWORTH_ROWS_FORCED;
 }
 
 static int KindOfConstraint(const AinsworthSaddle *sp, PetscInt i)
@@ -166,7 +166,7 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
 {
   const MPI_Comm           comm                           = PetscObjectComm((PetscObject)Ax);
   const AinsworthSaddleVec scale                          = sp->scale;
-  PetscReal                sizes[1 + AINSWORTH_ROWS_KINDS] = {0.0, 0.0, 0.0, 0.0}, dual[AINSWORTH_ROWS_KINDS] = {0.0, 0.0, 0.0}; /* of the terms; of residuals */
+  PetscReal                sizes[1 + AINSWORTH_ROWS_KINDS] = {0.0, 0.0, 0.0, 0.0, 0.0}, dual[AINSWORTH_ROWS_KINDS] = {0.0, 0.0, 0.0, 0.0}; /* of the terms; of residuals */
   AinsworthSaddleVec       terms;
   PetscInt                 first[2];
 

@@ -22,12 +22,13 @@ struct AinsworthMeasure {
 };
 
 /*
-   Kinds of rows: those that A or a spring of D holds, whose residual costs energy; those of C without a spring, and those where A is zero and no force acts; those
-   where A is zero and a force acts: x does not occur in them, so that they hold multipliers alone, and a force that is given is no rounding, however small
+   Kinds of rows: those that A or a spring of D holds, whose residual costs energy; those of C without a spring; those where A is zero, without a force, or with one:
+   x does not occur in them, so that they hold multipliers alone, and a force that is given is no rounding, however small
 */
 enum {
   AINSWORTH_ROWS_HELD,
   AINSWORTH_ROWS_RIGID,
+  AINSWORTH_ROWS_LOOSE,
   AINSWORTH_ROWS_FORCED,
   AINSWORTH_ROWS_KINDS
 };

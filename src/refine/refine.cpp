@@ -119,6 +119,8 @@ static void Measure(const AinsworthSaddle *sp, const AinsworthRequest *request, 
   measure[AINSWORTH_ROWS_HELD]   = {enough, request->energetic ? enough / margin : rounding};
   measure[AINSWORTH_ROWS_RIGID]  = {sp->D || sp->nearly ? PetscMin(enough, 1.0) : rows, rounding};
   measure[AINSWORTH_ROWS_FORCED] = {measure[AINSWORTH_ROWS_RIGID].enough, 0.0};
+  measure[AINSWORTH_ROWS_LOOSE]  = measure[AINSWORTH_ROWS_RIGID];
+  if (request->energetic) measure[AINSWORTH_ROWS_LOOSE] = measure[AINSWORTH_ROWS_FORCED] = measure[AINSWORTH_ROWS_HELD]; /* by what they are tied to */
 }
 
 /* Judges the rows that depend on others and are left with more than rows are allowed: the combination of rows that they are tells what that means. Collective */
