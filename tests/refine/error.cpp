@@ -67,7 +67,7 @@ static PetscErrorCode CheckWorst(const char *what, const AinsworthWorstRow &got,
 /* Residual, terms, and the worst rows where the row `target` has a hundred times what others have */
 static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vector<AinsworthRowKind> &kind, PetscInt target, PetscInt seed)
 {
-  static const AinsworthMeasure measures[][3] = {
+  static const AinsworthMeasure measures[][AINSWORTH_ROWS_KINDS] = {
     {{1.0, 0.0},   {1.0, 0.0},    {1.0, 0.0}  },
     {{1e-8, 0.0},  {1e-9, 0.0},   {1e-10, 0.0}},
     {{1e-8, 1e-9}, {1e-9, 1e-11}, {1e-10, 0.0}},
@@ -118,8 +118,8 @@ static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vecto
     PetscCall(Check("difference of the size", PetscAbsReal(error.size - (PetscReal)exact.size), 1e-12 * (PetscReal)exact.size));
   }
   for (PetscReal factor : {4.0, 100.0}) { /* without a pass over A: an upper bound, which is at most 1 */
-    const PetscReal        floor      = factor * 1e-3;
-    const AinsworthMeasure measure[3] = {
+    const PetscReal        floor                         = factor * 1e-3;
+    const AinsworthMeasure measure[AINSWORTH_ROWS_KINDS] = {
       {1e-9, floor},
       {1e-9, floor},
       {1e-9, floor}
@@ -128,6 +128,8 @@ static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vecto
 
     PetscCall(AinsworthBackwardError(&setup->sp, transpose, measure, NULL, setup->b, setup->y, setup->Ax, setup->left, &error));
     PetscCall(CheckTrue("no pass over A", error.primal.row < 0 && error.dual.row < 0 && error.dependent.row < 0));
+    PetscCall(
+      CheckTrue("one bound for all rows", error.primal.omega <= 1.0 && error.dual.omega == error.primal.omega && error.dependent.omega == error.primal.omega));
     PetscCall(Check("the primal quotient", exact.worst[0].omega, error.primal.omega * (1 + 1e-6)));
     PetscCall(Check("the dual quotient", exact.worst[1].omega, error.dual.omega * (1 + 1e-6)));
     PetscCall(Check("the quotient of dependent rows", exact.worst[2].omega, error.dependent.omega * (1 + 1e-6)));
@@ -165,7 +167,7 @@ static PetscErrorCode Random(const Given &given, PetscInt seed)
 /* Integers have no rounding: nothing is left. One entry of y that is NaN is infinitely wrong */
 static PetscErrorCode Integers(bool compliant)
 {
-  static const AinsworthMeasure measure[3] = {
+  static const AinsworthMeasure measure[AINSWORTH_ROWS_KINDS] = {
     {1e-14, 0.0},
     {1e-14, 0.0},
     {1e-14, 0.0}
@@ -201,7 +203,7 @@ static PetscErrorCode Integers(bool compliant)
            AinsworthMeasure{1e-8,  1e-14},
            AinsworthMeasure{0.5,   0.5  }
     }) {
-      const AinsworthMeasure same[3] = {m, m, m};
+      const AinsworthMeasure same[AINSWORTH_ROWS_KINDS] = {m, m, m};
 
       PetscCall(SetBoth(wrong, setup.y));
       PetscCall(AinsworthResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
@@ -216,7 +218,7 @@ static PetscErrorCode Integers(bool compliant)
 /* f = C' lambda and g = 0: a body at rest, which has only rounding */
 static PetscErrorCode AtRest(PetscInt seed)
 {
-  static const AinsworthMeasure measure[3] = {
+  static const AinsworthMeasure measure[AINSWORTH_ROWS_KINDS] = {
     {1e-9, 50 * PETSC_MACHINE_EPSILON},
     {1e-8, 50 * PETSC_MACHINE_EPSILON},
     {1e-8, 0.0                       }
@@ -247,7 +249,7 @@ static PetscErrorCode AtRest(PetscInt seed)
 /* Rows of zeros of A: a force that is given is no rounding, however small; a multiplier that leaves as much is */
 static PetscErrorCode Forces()
 {
-  static const AinsworthMeasure measure[3] = {
+  static const AinsworthMeasure measure[AINSWORTH_ROWS_KINDS] = {
     {1e-9, 1e-14},
     {1e-8, 1e-14},
     {1e-8, 0.0  }
@@ -284,7 +286,7 @@ static PetscErrorCode Forces()
 /* Terms of earlier solves count a hundredth: the residual 1 of g = 1 beside 1e10 of an earlier one */
 static PetscErrorCode Earlier()
 {
-  static const AinsworthMeasure measure[3] = {
+  static const AinsworthMeasure measure[AINSWORTH_ROWS_KINDS] = {
     {1e-8, 0.0},
     {1e-8, 0.0},
     {1e-8, 0.0}
