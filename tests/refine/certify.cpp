@@ -81,6 +81,16 @@ static std::function<void(Blocks &)> Beside(bool decoupled)
   };
 }
 
+/* The sum, but for one of its entries, and compliances to a multiplier that is known, which say nothing about rows, however large */
+static std::function<void(Blocks &)> ApartBeside(PetscReal compliance)
+{
+  return [=](Blocks &b) {
+    Beside(true)(b);
+    b.C(row, 5) *= 1.0 + 1e-9;
+    b.D(2, 4) = b.D(row, 4) = compliance;
+  };
+}
+
 /* The sum, but for the unknown 5, whose own row has only A_ii, or has another unknown, too */
 static std::function<void(Blocks &)> BesideUnknown(bool known)
 {
@@ -119,6 +129,7 @@ static std::vector<Certificate> Certificates()
     {"a sum, each row has a spring",        COUPLED,  Springs,                 sum,                     false},
     {"a multiplier that is known tells",    COUPLED,  Beside(true),            sum,                     true,   {40 + 4}},
     {"a multiplier tells",                  COUPLED,  Beside(false),           sum,                     false},
+    {"1e-9 apart, 1 beside",                COUPLED,  ApartBeside(1.0),        sum,                     false,  {40 + 4}},
     {"an unknown that is known tells",      NO_D,     BesideUnknown(true),     sum,                     true,   {5}},
     {"an unknown tells",                    NO_D,     BesideUnknown(false),    sum,                     false},
     {"a row of its own",                    NO_D,     [](Blocks &) {},         {},                      false},

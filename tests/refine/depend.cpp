@@ -80,6 +80,15 @@ static std::function<void(Blocks &)> Apart(std::vector<PetscInt> rows)
   };
 }
 
+/* Row 9 is a sum but for a part of 1e-9, row 11 a million times the difference of two others */
+static void ApartAndClose(Blocks &b)
+{
+  Sum(b);
+  b.C(9, 5) *= 1.0 + 1e-9;
+  b.C.row(5) = b.C.row(3) + 1e-6 * b.C.row(11);
+  b.B        = b.C;
+}
+
 /* clang-format off */
 static std::vector<Judgement> Lines()
 {
@@ -108,6 +117,7 @@ static std::vector<Judgement> Lines()
     {"two sums but for 1e-9, off",                    Apart({9, 11}), {9, 11}, {{9, 1e-6}, {11, 1e-6}}, unmet,         {},     NO_D, true},
     {"a sum but for 1e-9, and one that is off",       Apart({9}),    {9, 11}, {{9, 1e-6}, {11, 1e-6}},  contradiction, {11},   NO_D, true},
     {"one that is off, and a sum but for 1e-9",       Apart({11}),   {9, 11}, {{9, 1e-6}, {11, 1e-6}},  contradiction, {9},    NO_D, true},
+    {"a sum but for 1e-9, which is met, and another", ApartAndClose, {9, 11}, {{11, 1e-3}},             solved,        {},     NO_D, false, 1e-13, 1e-8},
     {"a sum with D",                                  Sum,           {9},     {},                       solved,        {},     COUPLED},
     {"a sum with D, 1e-6 off",                        Sum,           {9},     {{9, 1e-6}},              contradiction, {9},    COUPLED},
     {"a sum with D, off by what is asked for",        Sum,           {9},     {{9, 1e-10}},             solved,        {},     COUPLED, false, 1e-10},

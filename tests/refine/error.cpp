@@ -64,6 +64,28 @@ static PetscErrorCode CheckWorst(const char *what, const AinsworthWorstRow &got,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Checks what constraints may be left with */
+static PetscErrorCode CheckAllowed(const Setup &setup, PetscBool transpose, const AinsworthMeasure measure[], const Truth &exact)
+{
+  const PetscInt n = setup.dense.n();
+  Vec            allowed;
+  Column         got;
+  PetscReal      off = 0.0;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecDuplicate(setup.b.dual, &allowed));
+  PetscCall(AinsworthAllowedOfConstraints(&setup.sp, transpose, measure, NULL, setup.b, setup.y, setup.Ax, allowed));
+  PetscCall(Gather(allowed, got));
+  PetscCall(VecDestroy(&allowed));
+  for (Eigen::Index i = 0; i < got.size(); i++) {
+    const PetscReal expected = (PetscReal)exact.allowed[n + i], far = PetscAbsScalar(got[i] - expected);
+
+    off = PetscMax(off, expected > 0.0 ? far / expected : far);
+  }
+  PetscCall(Check("what constraints are allowed differs by", off, 1e-12));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Residual, terms, and the worst rows where the row `target` has a hundred times what others have */
 static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vector<AinsworthRowKind> &kind, PetscInt target, PetscInt seed)
 {
@@ -115,6 +137,7 @@ static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vecto
     PetscCall(CheckWorst("primal", error.primal, exact.worst[0]));
     PetscCall(CheckWorst("dual", error.dual, exact.worst[1]));
     PetscCall(CheckWorst("dependent", error.dependent, exact.worst[2]));
+    PetscCall(CheckAllowed(*setup, transpose, measure, exact));
     PetscCall(Check("difference of the size", PetscAbsReal(error.size - (PetscReal)exact.size), 1e-12 * (PetscReal)exact.size));
   }
   for (PetscReal factor : {4.0, 100.0}) { /* without a pass over A: an upper bound, which is at most 1 */

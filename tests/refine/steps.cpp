@@ -242,6 +242,31 @@ static PetscErrorCode SmallRow(bool energetic)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A force on an unknown without stiffness is no rounding, however small: what a multiplier leaves there is */
+static PetscErrorCode SmallForce(bool force)
+{
+  Setup            setup;
+  AinsworthRequest request;
+  Run              run;
+  Dense            C(2, 4);
+  Column           diagonal = Column::Unit(4, 0) + Column::Unit(4, 3), b = Unit(6, 0) + Unit(6, 4), y = Unit(6, 0);
+
+  PetscFunctionBeginUser;
+  Case("1e-20 %s on an unknown without stiffness", force ? "of a force" : "of a multiplier");
+  C << 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0;
+  PetscCall(SetupCreate(Handmade(diagonal, C), &setup));
+  if (force) b[1] = 1e-20;
+  else y[4] = 1e-20;
+  request.tol       = 1e-8;
+  request.energetic = PETSC_TRUE;
+  PetscCall(Refine(&setup, request, b, y, Inverse(setup, 0.0), &run));
+  PetscCall(CheckInt("the outcome", run.outcome.state, AINSWORTH_OUTCOME_SOLVED));
+  PetscCall(CheckInt("the steps", run.outcome.steps, force));
+  PetscCall(Check("difference of the multiplier", PetscAbsScalar(run.y[4] - 1e-20), 1e-27));
+  PetscCall(SetupDestroy(&setup));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Pairs of unknowns whose difference has next to no stiffness: each solve moves another pair as far as the last */
 static PetscErrorCode Unsettled(bool energetic)
 {
@@ -308,9 +333,10 @@ PetscErrorCode TestRefine()
   for (bool met : {false, true}) PetscCall(TakenBack(met));
   for (int rows : {3, 10, 11, 13}) PetscCall(Slow(rows));
   PetscCall(Oblique());
-  for (bool energetic : {false, true}) {
-    PetscCall(SmallRow(energetic));
-    PetscCall(Unsettled(energetic));
+  for (bool one : {false, true}) {
+    PetscCall(SmallRow(one));
+    PetscCall(Unsettled(one));
+    PetscCall(SmallForce(one));
   }
   PetscCall(NoTolerance());
   PetscFunctionReturn(PETSC_SUCCESS);

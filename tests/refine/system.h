@@ -26,7 +26,7 @@ struct Setup {
 /* What rows of both equations have, by formulas; worst: of primal, dual and dependent rows, as AinsworthBackward has them */
 struct Truth {
   LongColumn        residual;
-  LongReal          terms;
+  LongReal          terms, allowed;
   AinsworthWorstRow worst[3];
   long double       size;
 };
