@@ -130,6 +130,7 @@ static std::vector<Certificate> Certificates()
     {"a multiplier that is known tells",    COUPLED,  Beside(true),            sum,                     true,   {40 + 4}},
     {"a multiplier tells",                  COUPLED,  Beside(false),           sum,                     false},
     {"1e-9 apart, 1 beside",                COUPLED,  ApartBeside(1.0),        sum,                     false,  {40 + 4}},
+    {"1e-9 apart, 1e6 beside",              COUPLED,  ApartBeside(1e6),        sum,                     false,  {40 + 4}},
     {"an unknown that is known tells",      NO_D,     BesideUnknown(true),     sum,                     true,   {5}},
     {"an unknown tells",                    NO_D,     BesideUnknown(false),    sum,                     false},
     {"a row of its own",                    NO_D,     [](Blocks &) {},         {},                      false},

@@ -306,6 +306,39 @@ static PetscErrorCode Forces()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* An unknown without a diagonal entry, whose stiffest neighbor is much stiffer: its multiples are small terms in the units of the scale, and no bound for others */
+static PetscErrorCode NoDiagonal()
+{
+  static const AinsworthMeasure measure[AINSWORTH_ROWS_KINDS] = {
+    {1e-9, 1e-2},
+    {1e-9, 1e-2},
+    {1e-9, 1e-2}
+  };
+  Setup             setup;
+  AinsworthBackward error;
+  Blocks            d = Handmade(Column::Ones(3), Dense(Column::Unit(3, 2).transpose()));
+  Column            y = Column::Unit(4, 0), b;
+
+  PetscFunctionBeginUser;
+  Case("an unknown without a diagonal entry");
+  d.A(0, 0) = 0.0;
+  d.A(0, 1) = d.A(1, 0) = 1.0;
+  d.A(1, 1)             = 1e8;
+  PetscCall(SetupCreate(d, &setup));
+  b = Times(d.K(), y);
+  b[2] += 1e-3;
+  PetscCall(SetBoth(y, setup.y));
+  PetscCall(SetBoth(b, setup.b));
+  PetscCall(AinsworthResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+  PetscCall(AinsworthBackwardError(&setup.sp, PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
+  const Truth exact = Exact(setup, {AINSWORTH_ROW_CONSTRAINT}, false, measure, b, y);
+
+  PetscCall(Check("the primal quotient", exact.worst[0].omega, error.primal.omega * (1 + 1e-6)));
+  PetscCall(Check("the size", error.size, (PetscReal)exact.size * (1 + 1e-6)));
+  PetscCall(SetupDestroy(&setup));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Terms of earlier solves count a hundredth: the residual 1 of g = 1 beside 1e10 of an earlier one */
 static PetscErrorCode Earlier()
 {
@@ -346,6 +379,7 @@ PetscErrorCode TestError()
   for (bool compliant : {false, true}) PetscCall(Integers(compliant));
   for (PetscInt seed : {1, 1001, 2001}) PetscCall(AtRest(seed));
   PetscCall(Forces());
+  PetscCall(NoDiagonal());
   PetscCall(Earlier());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
