@@ -64,10 +64,32 @@ static PetscErrorCode CheckWorst(const char *what, const AinsworthWorstRow &got,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Checks what constraints may be left with */
+static PetscErrorCode CheckAllowed(const Setup &setup, PetscBool transpose, const AinsworthMeasure measure[], const Truth &exact)
+{
+  const PetscInt n = setup.dense.n();
+  Vec            allowed;
+  Column         got;
+  PetscReal      off = 0.0;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecDuplicate(setup.b.dual, &allowed));
+  PetscCall(AinsworthAllowedOfConstraints(&setup.sp, transpose, measure, NULL, setup.b, setup.y, setup.Ax, allowed));
+  PetscCall(Gather(allowed, got));
+  PetscCall(VecDestroy(&allowed));
+  for (Eigen::Index i = 0; i < got.size(); i++) {
+    const PetscReal expected = (PetscReal)exact.allowed[n + i], far = PetscAbsScalar(got[i] - expected);
+
+    off = PetscMax(off, expected > 0.0 ? far / expected : far);
+  }
+  PetscCall(Check("what constraints are allowed differs by", off, 1e-12));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Residual, terms, and the worst rows where the row `target` has a hundred times what others have */
 static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vector<AinsworthRowKind> &kind, PetscInt target, PetscInt seed)
 {
-  static const AinsworthMeasure measures[][3] = {
+  static const AinsworthMeasure measures[][AINSWORTH_ROWS_KINDS] = {
     {{1.0, 0.0},   {1.0, 0.0},    {1.0, 0.0}  },
     {{1e-8, 0.0},  {1e-9, 0.0},   {1e-10, 0.0}},
     {{1e-8, 1e-9}, {1e-9, 1e-11}, {1e-10, 0.0}},
@@ -115,11 +137,12 @@ static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vecto
     PetscCall(CheckWorst("primal", error.primal, exact.worst[0]));
     PetscCall(CheckWorst("dual", error.dual, exact.worst[1]));
     PetscCall(CheckWorst("dependent", error.dependent, exact.worst[2]));
+    PetscCall(CheckAllowed(*setup, transpose, measure, exact));
     PetscCall(Check("difference of the size", PetscAbsReal(error.size - (PetscReal)exact.size), 1e-12 * (PetscReal)exact.size));
   }
   for (PetscReal factor : {4.0, 100.0}) { /* without a pass over A: an upper bound, which is at most 1 */
-    const PetscReal        floor      = factor * 1e-3;
-    const AinsworthMeasure measure[3] = {
+    const PetscReal        floor                         = factor * 1e-3;
+    const AinsworthMeasure measure[AINSWORTH_ROWS_KINDS] = {
       {1e-9, floor},
       {1e-9, floor},
       {1e-9, floor}
@@ -128,6 +151,8 @@ static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vecto
 
     PetscCall(AinsworthBackwardError(&setup->sp, transpose, measure, NULL, setup->b, setup->y, setup->Ax, setup->left, &error));
     PetscCall(CheckTrue("no pass over A", error.primal.row < 0 && error.dual.row < 0 && error.dependent.row < 0));
+    PetscCall(
+      CheckTrue("one bound for all rows", error.primal.omega <= 1.0 && error.dual.omega == error.primal.omega && error.dependent.omega == error.primal.omega));
     PetscCall(Check("the primal quotient", exact.worst[0].omega, error.primal.omega * (1 + 1e-6)));
     PetscCall(Check("the dual quotient", exact.worst[1].omega, error.dual.omega * (1 + 1e-6)));
     PetscCall(Check("the quotient of dependent rows", exact.worst[2].omega, error.dependent.omega * (1 + 1e-6)));
@@ -165,7 +190,7 @@ static PetscErrorCode Random(const Given &given, PetscInt seed)
 /* Integers have no rounding: nothing is left. One entry of y that is NaN is infinitely wrong */
 static PetscErrorCode Integers(bool compliant)
 {
-  static const AinsworthMeasure measure[3] = {
+  static const AinsworthMeasure measure[AINSWORTH_ROWS_KINDS] = {
     {1e-14, 0.0},
     {1e-14, 0.0},
     {1e-14, 0.0}
@@ -201,7 +226,7 @@ static PetscErrorCode Integers(bool compliant)
            AinsworthMeasure{1e-8,  1e-14},
            AinsworthMeasure{0.5,   0.5  }
     }) {
-      const AinsworthMeasure same[3] = {m, m, m};
+      const AinsworthMeasure same[AINSWORTH_ROWS_KINDS] = {m, m, m};
 
       PetscCall(SetBoth(wrong, setup.y));
       PetscCall(AinsworthResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
@@ -216,7 +241,7 @@ static PetscErrorCode Integers(bool compliant)
 /* f = C' lambda and g = 0: a body at rest, which has only rounding */
 static PetscErrorCode AtRest(PetscInt seed)
 {
-  static const AinsworthMeasure measure[3] = {
+  static const AinsworthMeasure measure[AINSWORTH_ROWS_KINDS] = {
     {1e-9, 50 * PETSC_MACHINE_EPSILON},
     {1e-8, 50 * PETSC_MACHINE_EPSILON},
     {1e-8, 0.0                       }
@@ -247,7 +272,7 @@ static PetscErrorCode AtRest(PetscInt seed)
 /* Rows of zeros of A: a force that is given is no rounding, however small; a multiplier that leaves as much is */
 static PetscErrorCode Forces()
 {
-  static const AinsworthMeasure measure[3] = {
+  static const AinsworthMeasure measure[AINSWORTH_ROWS_KINDS] = {
     {1e-9, 1e-14},
     {1e-8, 1e-14},
     {1e-8, 0.0  }
@@ -281,10 +306,43 @@ static PetscErrorCode Forces()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* An unknown without a diagonal entry, whose stiffest neighbor is much stiffer: its multiples are small terms in the units of the scale, and no bound for others */
+static PetscErrorCode NoDiagonal()
+{
+  static const AinsworthMeasure measure[AINSWORTH_ROWS_KINDS] = {
+    {1e-9, 1e-2},
+    {1e-9, 1e-2},
+    {1e-9, 1e-2}
+  };
+  Setup             setup;
+  AinsworthBackward error;
+  Blocks            d = Handmade(Column::Ones(3), Dense(Column::Unit(3, 2).transpose()));
+  Column            y = Column::Unit(4, 0), b;
+
+  PetscFunctionBeginUser;
+  Case("an unknown without a diagonal entry");
+  d.A(0, 0) = 0.0;
+  d.A(0, 1) = d.A(1, 0) = 1.0;
+  d.A(1, 1)             = 1e8;
+  PetscCall(SetupCreate(d, &setup));
+  b = Times(d.K(), y);
+  b[2] += 1e-3;
+  PetscCall(SetBoth(y, setup.y));
+  PetscCall(SetBoth(b, setup.b));
+  PetscCall(AinsworthResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+  PetscCall(AinsworthBackwardError(&setup.sp, PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
+  const Truth exact = Exact(setup, {AINSWORTH_ROW_CONSTRAINT}, false, measure, b, y);
+
+  PetscCall(Check("the primal quotient", exact.worst[0].omega, error.primal.omega * (1 + 1e-6)));
+  PetscCall(Check("the size", error.size, (PetscReal)exact.size * (1 + 1e-6)));
+  PetscCall(SetupDestroy(&setup));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Terms of earlier solves count a hundredth: the residual 1 of g = 1 beside 1e10 of an earlier one */
 static PetscErrorCode Earlier()
 {
-  static const AinsworthMeasure measure[3] = {
+  static const AinsworthMeasure measure[AINSWORTH_ROWS_KINDS] = {
     {1e-8, 0.0},
     {1e-8, 0.0},
     {1e-8, 0.0}
@@ -321,6 +379,7 @@ PetscErrorCode TestError()
   for (bool compliant : {false, true}) PetscCall(Integers(compliant));
   for (PetscInt seed : {1, 1001, 2001}) PetscCall(AtRest(seed));
   PetscCall(Forces());
+  PetscCall(NoDiagonal());
   PetscCall(Earlier());
   PetscFunctionReturn(PETSC_SUCCESS);
 }

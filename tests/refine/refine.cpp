@@ -14,6 +14,8 @@ int main(int argc, char **argv)
   PetscCall(TestScale());
   PetscCall(TestError());
   PetscCall(TestRefine());
+  PetscCall(TestCertify());
+  PetscCall(TestDepend());
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());
   return exitcode;

@@ -6,7 +6,7 @@ struct Scaled {
   const char                   *name;
   std::function<void(Kind &)>   kind;
   std::function<void(Blocks &)> change;
-  bool                          about1 = true; /* so few decades that the sweeps suffice */
+  bool                          about1 = true; /* after a sweep no row is 38 decades below those that it shares entries with: each sweep halves them */
 };
 
 static PetscReal Power(PetscReal decades, PetscInt seed, PetscInt i)
@@ -54,6 +54,15 @@ static void EmptyRows(Blocks &b)
   b.B = b.C;
 }
 
+/* A row of C that has nothing but the stiffest of all unknowns */
+static void OnStiff(Blocks &b)
+{
+  b.A(9, 9) = 1e300;
+  b.C.row(4).setZero();
+  b.C(4, 9) = 1.0;
+  b.B       = b.C;
+}
+
 /* clang-format off */
 static const std::vector<Scaled> &Systems()
 {
@@ -73,10 +82,13 @@ static const std::vector<Scaled> &Systems()
     {"B is not C, D",           [](Kind &k) { k.symmetric = false, k.compliance = COUPLED; }, Unlike},
     {"empty rows",              [](Kind &) {},                                                EmptyRows},
     {"empty rows with D",       [](Kind &) {},                                                [](Blocks &b) { EmptyRows(b), Compliances(b); }},
-    {"A of 1e-300",             [](Kind &) {},                                                [](Blocks &b) { b.A *= 1e-301; }, false},
-    {"one A_ii of 1e-300",      [](Kind &) {},                                                [](Blocks &b) { b.A(3, 3) = 1e-300; }, false},
-    {"D of 1e300",              [](Kind &) {},                                                [](Blocks &b) { b.D(2, 2) = 1e300; }, false},
-    {"A of 1e-300, D of 1e300", [](Kind &) {},                                                [](Blocks &b) { b.A *= 1e-301, b.D(2, 2) = 1e300; }, false}
+    {"A of 1e-300",             [](Kind &) {},                                                [](Blocks &b) { b.A *= 1e-301; }},
+    {"one A_ii of 1e-300",      [](Kind &) {},                                                [](Blocks &b) { b.A(3, 3) = 1e-300; }},
+    {"D of 1e300",              [](Kind &) {},                                                [](Blocks &b) { b.D(2, 2) = 1e300; }},
+    {"A of 1e-300, D of 1e300", [](Kind &) {},                                                [](Blocks &b) { b.A *= 1e-301, b.D(2, 2) = 1e300; }},
+    {"other units of A",        [](Kind &) {},                                                [](Blocks &b) { b.A *= 3e11; }},
+    {"other units of C",        [](Kind &k) { k.decades = 4.0; },                             [](Blocks &b) { b.B = b.C *= 5e-13; }},
+    {"a row on 1e300",          [](Kind &) {},                                                OnStiff, false}
   };
 
   return systems;
@@ -102,7 +114,7 @@ static PetscErrorCode CheckScale(const Scaled &system, PetscInt seed)
 {
   Kind      kind{system.name};
   Setup     setup, alone;
-  bool      power = true, loose = true, ones = true;
+  bool      power = true, loose = true, sprung = true;
   PetscReal range[2] = {1.0, 1.0};
 
   PetscFunctionBeginUser;
@@ -121,21 +133,48 @@ static PetscErrorCode CheckScale(const Scaled &system, PetscInt seed)
     const PetscReal size = PetscRealPart(most[i]);
 
     power = power && std::frexp((double)PetscRealPart(setup.s[i]), &exponent) == 0.5 && !PetscIsInfOrNanScalar(setup.s[i]);
-    if (size == 0.0) ones = ones && setup.s[i] == 1.0;
-    else if (system.about1 || PetscIsInfOrNanReal(size)) {
-      range[0] = PetscMin(range[0], size);
-      range[1] = size > range[1] || PetscIsNanReal(size) ? size : range[1];
-    }
+    if (system.about1 && size > 0.0) range[0] = PetscMin(range[0], size);
+    range[1] = size <= range[1] ? range[1] : size;
   }
   PetscCall(CheckTrue("positive powers of 2", power));
-  PetscCall(CheckTrue("1 where nothing is", ones));
-  PetscCall(Check("1 over the least of the largest entries", 1.0 / range[0], 4.0));
-  PetscCall(Check("the largest entry", range[1], 4.0));
+  PetscCall(Check("1 over the least of the largest entries", 1.0 / range[0], 2.0));
+  PetscCall(Check("the largest entry", range[1], 2.0));
   PetscCall(CheckTrue("the same on one rank", setup.s == alone.s));
   PetscCall(VecGetOwnershipRange(setup.sp.scale.primal, &first, NULL));
   for (size_t i = 0; i < setup.sp.loose.size(); i++) loose = loose && setup.sp.loose[i] == (b.A.row(first + (PetscInt)i).cwiseAbs().maxCoeff() == 0.0);
   PetscCall(CheckTrue("the unknowns without stiffness", loose));
+  for (PetscInt i = 0; i < setup.sp.local; i++) sprung = sprung && setup.sp.sprung[i] == (b.D.row(setup.sp.first + i).cwiseAbs().maxCoeff() > 0.0);
+  PetscCall(CheckTrue("the rows with springs", sprung && (PetscInt)setup.sp.sprung.size() == setup.sp.local));
   PetscCall(SetupDestroy(&alone));
+  PetscCall(SetupDestroy(&setup));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* In other units of forces and constraints, by powers of 4 that cause no rounding, each number of the scale is the same multiple */
+static PetscErrorCode CheckUnits(const Scaled &system, PetscReal force, PetscReal constraint)
+{
+  Kind   kind{system.name};
+  Setup  setup, other;
+  Column factor;
+
+  PetscFunctionBeginUser;
+  Case("scale, %s, forces times %g, constraints times %g", system.name, (double)force, (double)constraint);
+  system.kind(kind);
+  Blocks b = Draw(kind, 1);
+
+  system.change(b);
+  b.B *= 1.25; /* rows of C with 2, twice a power of 4, would be where rounding of their mean chooses the power */
+  b.C *= 1.25;
+  PetscCall(SetupCreate(b, &setup));
+  b.A *= force;
+  b.B *= constraint;
+  b.C *= constraint;
+  b.D *= constraint * constraint / force;
+  PetscCall(SetupCreate(b, &other));
+  factor = Column::Constant(b.n() + b.m(), PetscSqrtReal(force) / constraint);
+  factor.head(b.n()).setConstant(1.0 / PetscSqrtReal(force));
+  PetscCall(CheckTrue("the scale has the units of the system", other.s == setup.s.cwiseProduct(factor)));
+  PetscCall(SetupDestroy(&other));
   PetscCall(SetupDestroy(&setup));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -145,5 +184,9 @@ PetscErrorCode TestScale()
   PetscFunctionBeginUser;
   for (const Scaled &system : Systems())
     for (PetscInt seed : {1, 1001}) PetscCall(CheckScale(system, seed));
+  for (const Scaled &system : Systems())
+    if (system.about1 && std::string(system.name).find("1e") == std::string::npos) /* what is near the ends of the range of numbers may overflow */
+      for (PetscReal force : {0x1p-40, 1.0, 0x1p40})
+        for (PetscReal constraint : {0x1p-44, 0x1p44}) PetscCall(CheckUnits(system, force, constraint));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -99,7 +99,7 @@ Column Times(const Dense &K, const Column &y)
   return rounded;
 }
 
-Truth Exact(const Setup &setup, const std::vector<AinsworthRowKind> &kind, bool transpose, const AinsworthMeasure measure[3], const Column &b, const Column &y)
+Truth Exact(const Setup &setup, const std::vector<AinsworthRowKind> &kind, bool transpose, const AinsworthMeasure measure[], const Column &b, const Column &y)
 {
   Blocks         d = setup.dense;
   const PetscInt n = d.n();
@@ -113,13 +113,15 @@ Truth Exact(const Setup &setup, const std::vector<AinsworthRowKind> &kind, bool 
   truth.residual = rhs - K * x;
   truth.terms    = K.cwiseAbs() * x.cwiseAbs() + rhs.cwiseAbs();
   truth.size     = truth.terms.cwiseProduct(s).maxCoeff();
+  truth.allowed  = LongReal::Zero(rhs.size());
   for (Eigen::Index i = 0; i < rhs.size(); i++) {
-    const bool              loose = i < n && setup.dense.A.row(i).cwiseAbs().maxCoeff() == 0.0;
     const bool              other = i >= n && (kind[i - n] == AINSWORTH_ROW_ZERO || kind[i - n] == AINSWORTH_ROW_DEPENDENT);
-    const AinsworthMeasure &m     = measure[i >= n || (loose && rhs[i] == 0.0) ? 1 : loose ? 2 : 0];
-    const long double       size = std::abs(truth.residual[i]) * s[i], allowed = m.enough * truth.terms[i] * s[i] + m.floor * truth.size;
-    const PetscReal         omega = size == 0.0L ? 0.0 : (PetscReal)(size / allowed);
-    AinsworthWorstRow      &worst = truth.worst[i < n ? 0 : other ? 2 : 1];
+    const bool              held  = (i < n ? setup.dense.A.row(i) : setup.dense.D.row(i - n)).cwiseAbs().maxCoeff() > 0.0;
+    const AinsworthMeasure &m     = measure[held ? AINSWORTH_ROWS_HELD : i >= n || b[i] == 0.0 ? AINSWORTH_ROWS_RIGID : AINSWORTH_ROWS_FORCED];
+    const long double       size  = std::abs(truth.residual[i]);
+    truth.allowed[i]              = m.enough * truth.terms[i] + m.floor * truth.size / s[i];
+    const PetscReal    omega      = size == 0.0L ? 0.0 : (PetscReal)(size / truth.allowed[i]);
+    AinsworthWorstRow &worst      = truth.worst[i < n ? 0 : other ? 2 : 1];
 
     if (omega > worst.omega) worst = {omega, (PetscReal)std::abs(truth.residual[i]), (PetscReal)truth.terms[i], (PetscInt)(i < n ? i : i - n)};
   }

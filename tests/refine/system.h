@@ -26,7 +26,7 @@ struct Setup {
 /* What rows of both equations have, by formulas; worst: of primal, dual and dependent rows, as AinsworthBackward has them */
 struct Truth {
   LongColumn        residual;
-  LongReal          terms;
+  LongReal          terms, allowed;
   AinsworthWorstRow worst[3];
   long double       size;
 };
@@ -35,7 +35,7 @@ PetscErrorCode SetupCreate(const Blocks &, Setup *, bool alone = false); /* alon
 PetscErrorCode SetupDestroy(Setup *);
 PetscErrorCode SetBoth(const Column &, AinsworthSaddleVec);
 Column         Times(const Dense &K, const Column &y); /* summed in long double */
-Truth          Exact(const Setup &, const std::vector<AinsworthRowKind> &, bool transpose, const AinsworthMeasure[3], const Column &b, const Column &y);
+Truth          Exact(const Setup &, const std::vector<AinsworthRowKind> &, bool transpose, const AinsworthMeasure[], const Column &b, const Column &y);
 Blocks         Handmade(const Column &diagonal, const Dense &C);
 
 /* The tests */
@@ -44,5 +44,7 @@ PetscErrorCode TestError();
 PetscErrorCode TestChange();
 PetscErrorCode TestDecide();
 PetscErrorCode TestRefine();
+PetscErrorCode TestDepend();
+PetscErrorCode TestCertify();
 
 #endif
