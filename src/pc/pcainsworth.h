@@ -47,6 +47,9 @@ typedef enum {
   AINSWORTH_VERDICT_CONTRADICTION /* no x satisfies this right-hand side of the constraints */
 } AinsworthVerdict;
 
+/* Energy of a motion, relative to that of diag(A), that is none: the rounding of products */
+static const PetscReal PCAinsworthNoEnergy = 1e-12;
+
 /* Stages of set-up, each with its own part of the diagnosis */
 typedef enum {
   PC_AINSWORTH_STAGE_PASSED,      /* the program's matrix is known */
@@ -236,9 +239,6 @@ PETSC_INTERN PetscReal           PCAinsworthPenaltyFactor_Private(const PC_Ainsw
 PETSC_INTERN PCAinsworthPmatType PCAinsworthPmatTypeInUse_Private(const PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC, PC_Ainsworth *, AinsworthSaddleVec, PetscLogDouble);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
-PETSC_INTERN PetscErrorCode      PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *, Vec, Vec, PetscReal *);
-PETSC_INTERN PetscErrorCode      PCAinsworthResists_Private(const PC_Ainsworth *, Vec, PetscReal, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthIsFree_Private(const PC_Ainsworth *, Vec, Vec, PetscBool *);
 /* Returns the bytes of a factor, infinite if its entries cannot be numbered */
 static inline PetscReal PCAinsworthFactorBytes_Private(const AinsworthCost *cost)
 {

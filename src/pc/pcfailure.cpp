@@ -8,8 +8,6 @@
 #include <petsc/private/pcimpl.h>
 #include <petscblaslapack.h>
 
-static const PetscReal none = 1e-12; /* relative to the energy of diag(A): the rounding of products */
-
 /* Sets the worst failure of all ranks on all of them; collective */
 PetscErrorCode PCAinsworthAgreeOnFailure_Private(PC pc, PCFailedReason reason)
 {
@@ -59,57 +57,6 @@ PetscErrorCode PCAinsworthGetFailure(PC pc, const char *why[])
   PetscCall(PCAinsworthGetDataOrError_Private(pc, &data));
   PetscAssertPointer(why, 2);
   *why = data->failure;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Checks whether w = A y, projected by Q', is more than rounding in the norm of diag(A)^{-1}; A is indefinite then if y' A y = 0; w is overwritten */
-PetscErrorCode PCAinsworthResists_Private(const PC_Ainsworth *data, Vec w, PetscReal size, PetscBool *resists)
-{
-  static const PetscReal force = 1e-5;
-  PetscScalar            dot;
-  Vec                    work;
-
-  PetscFunctionBegin;
-  if (data->constraints) PetscCall(MatAinsworthMultTransposeProjector(data->reduced, w, w));
-  PetscCall(VecDuplicate(w, &work));
-  PetscCall(VecPointwiseMult(work, w, data->inverseDiagonal));
-  PetscCall(VecDot(work, w, &dot));
-  PetscCall(VecDestroy(&work));
-  *resists = (PetscBool)(PetscRealPart(dot) > PetscSqr(force) * size);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   Computes y = Q y and the quotient y' A y / y' diag(A) y, -1 if it is 0 and A is indefinite, 1 if y has no part in Ker C
-
-   If Q does not map onto Ker C, for instance if D is nonzero, y is not projected
-*/
-PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *data, Vec y, PetscReal *quotient)
-{
-  Vec         work;
-  PetscReal   size, before;
-  PetscScalar energy;
-  PetscBool   isFree, resists = PETSC_FALSE;
-  const bool  projected = !data->constraints || (data->adjoint && !data->saddle.D);
-
-  PetscFunctionBegin;
-  *quotient = 1.0;
-  PetscCall(VecDuplicate(y, &work));
-  PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &before));
-  if (!projected) {
-    PetscCall(PCAinsworthIsFree_Private(data, y, work, &isFree));
-    if (!isFree) before = PETSC_INFINITY;
-  } else if (data->constraints) PetscCall(MatAinsworthMultProjector(data->reduced, y, y));
-  PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &size));
-  PetscCall(MatMult(data->saddle.A, y, work));
-  PetscCall(VecDot(work, y, &energy));
-  if (size > PETSC_SQRT_MACHINE_EPSILON * before && !PetscIsInfOrNanReal(size) && !PetscIsInfOrNanScalar(energy)) *quotient = PetscRealPart(energy) / size;
-  if (PetscAbsReal(*quotient) <= none && projected) {
-    PetscCall(PCAinsworthResists_Private(data, work, size, &resists));
-    if (resists) *quotient = -1.0;
-  }
-  if (!projected && *quotient < -none) *quotient = 1.0; /* rows that y nearly satisfies may resist by more than that */
-  PetscCall(VecDestroy(&work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -313,18 +260,18 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPC
   }
   PetscCall(LookForMotion(data, x, (PetscBool)(x && reason != KSP_DIVERGED_ITS), &quotient));
   PetscCall(MisplacedOptions(pc, data, misplaced, sizeof(misplaced)));
-  if (PetscAbsReal(quotient) <= none)
+  if (PetscAbsReal(quotient) <= PCAinsworthNoEnergy)
     PetscCall(
       PetscSNPrintf(why, len,
                     "A body floats that no constraint holds: A is singular on Ker C, y' A y is %g of y' diag(A) y for a y with C y = 0; hold it, or attach "
                     "its motions to the matrix with MatSetNullSpace() (%s)",
                     (double)quotient, KSPConvergedReasons[reason]));
-  else if (reason == KSP_DIVERGED_INDEFINITE_MAT && !(quotient < -none))
+  else if (reason == KSP_DIVERGED_INDEFINITE_MAT && !(quotient < -PCAinsworthNoEnergy))
     PetscCall(PetscSNPrintf(why, len,
                             "The reduced operator is not positive definite, or not beyond rounding (%s): conjugate gradients need it to be; -%sksp_type gmres "
                             "does not",
                             KSPConvergedReasons[reason], prefix));
-  else if (quotient < -none)
+  else if (quotient < -PCAinsworthNoEnergy)
     PetscCall(PetscSNPrintf(why, len, "A is indefinite on Ker C (%s): conjugate gradients need it to be positive definite there; -%sksp_type gmres does not",
                             KSPConvergedReasons[reason], prefix));
   else if (reason >= 0) PetscFunctionReturn(PETSC_SUCCESS); /* the verification has set the text */

@@ -7,14 +7,6 @@
 #include <petsc/private/pcimpl.h>
 
 /*
-   `rounding`: that of x, or of A x, relative to x in the norm of diag(A); if x is a rigid motion, A x is nothing but rounding.
-
-   `suspicious`: the energy, relative to x' diag(A) x, below which its sign is checked.
-*/
-static const PetscReal rounding   = 1e3 * PETSC_MACHINE_EPSILON;
-static const PetscReal suspicious = 1e4 * PETSC_MACHINE_EPSILON;
-
-/*
    Gets the relative tolerance of the reduced solve that has just ended with `reason`
 
    tol is negative if there was none: the solve ran for a number of iterations, or to an absolute tolerance
@@ -29,117 +21,6 @@ static PetscErrorCode GetTolerance(const PC_Ainsworth *data, KSPConvergedReason 
   PetscCall(KSPGetNormType(data->ksp, &norm));
   if (data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR) *tol = data->reporting.rtol;
   else if (norm == KSP_NORM_NONE || reason == KSP_CONVERGED_ITS || (reason == KSP_CONVERGED_ATOL && atol > 0.0)) *tol = -1.0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Computes x' diag(A) x, and diag(A) x in work */
-PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x, Vec work, PetscReal *size)
-{
-  PetscScalar dot;
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthGetDiagonal(data->saddle.A, work));
-  PetscCall(AinsworthUpdate(work, {x}, [](PetscInt, PetscScalar &w, PetscScalar v) { w = PetscAbsScalar(w) * v; }));
-  PetscCall(VecDot(work, x, &dot));
-  *size = PetscRealPart(dot);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   PCAinsworthIsFree_Private - checks whether y is a motion that neither A nor a row of C resists, if D is nonzero or B is not C, so that Q does not tell
-
-   C_i y = 0 is checked relative to |C_i| |y| or, because y has a part that is not free, to the noise of a huge y in the norm of W. A y = 0 is checked in the
-   norm of diag(A), to the root of what rounding may add to its energy. A row with a spring D_ii resists with the energy of the spring, which may drown in the
-   rounding of y' A y. work: of length n
-*/
-PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec work, PetscBool *isFree)
-{
-  static const PetscReal along = 1e-8, others = 1e-10, force = 1e-7;
-  const Mat              C = data->saddle.C;
-  PetscReal              size;
-  PetscScalar            resistance;
-  PetscInt               held = 0;
-  Vec                    rows, lengths, terms, root, springs;
-
-  PetscFunctionBegin;
-  PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &size));
-  PetscCall(MatMult(data->saddle.A, y, work));
-  PetscCall(VecDuplicate(work, &root));
-  PetscCall(VecPointwiseMult(root, work, data->inverseDiagonal));
-  PetscCall(VecDot(root, work, &resistance));
-  *isFree = (PetscBool)(size > 0.0 && PetscRealPart(resistance) <= PetscSqr(force) * size && !PetscIsInfOrNanReal(size));
-  if (*isFree) {
-    PetscCall(MatCreateVecs(C, NULL, &rows));
-    PetscCall(VecDuplicate(rows, &lengths));
-    PetscCall(AinsworthRowSquares(C, data->inverseDiagonal, lengths));
-    PetscCall(MatMult(C, y, rows));
-    PetscCall(VecDuplicate(rows, &terms));
-    PetscCall(AinsworthAbsoluteMult(C, y, terms));
-    PetscCall(VecDuplicate(rows, &springs));
-    PetscCall(VecZeroEntries(springs));
-    if (data->saddle.D) PetscCall(AinsworthGetDiagonal(data->saddle.D, springs));
-    PetscCall(AinsworthForEntries({rows, lengths, terms, springs}, [&](PetscInt, PetscScalar r, PetscScalar l, PetscScalar t, PetscScalar s) {
-      const PetscReal drowned = PetscSqrtReal(1e-3 * PETSC_MACHINE_EPSILON * PetscAbsScalar(s)), seen = others * PetscSqrtReal(PetscRealPart(l));
-
-      held += PetscAbsScalar(r) > PetscMax(along * PetscRealPart(t), PetscMax(drowned, seen) * PetscSqrtReal(size));
-    }));
-    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &held, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
-    *isFree = (PetscBool)!held;
-    for (Vec *v : {&rows, &lengths, &terms, &springs}) PetscCall(VecDestroy(v));
-  }
-  PetscCall(VecDestroy(&root));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   Detects a floating body by the energy of x
-
-   If A is singular on Ker C and f is not balanced there, rounding makes the energy slightly positive, and Krylov methods find a huge x. The energy y' A y of
-   its part y in Ker C is then below the rounding error of this product
-*/
-static PetscErrorCode CheckEnergy(const PC_Ainsworth *data, PetscBool transpose, Vec x, Vec Ax, Vec y, AinsworthVerdict *verdict, char why[], size_t len)
-{
-  PetscReal   size, sizeY, noise;
-  PetscScalar energy;
-  PetscBool   isFree, resists = PETSC_TRUE;
-  Vec         work;
-
-  PetscFunctionBegin;
-  PetscCall(VecDuplicate(x, &work));
-  PetscCall(PCAinsworthDiagonalEnergy_Private(data, x, work, &size));
-  PetscCall(VecDot(Ax, x, &energy));
-  if (data->constraints && !(data->adjoint && !data->saddle.D)) {
-    isFree = PETSC_FALSE;
-    if (PetscAbsScalar(energy) <= suspicious * size) PetscCall(PCAinsworthIsFree_Private(data, x, work, &isFree));
-    if (isFree) {
-      *verdict = AINSWORTH_VERDICT_SINGULAR;
-      PetscCall(PetscSNPrintf(why, len,
-                              "A body floats that no constraint holds, and f is not balanced on it: A is singular on Ker C, x' A x = %g, %g of x' diag(A) x; "
-                              "hold it, or attach its motions to the matrix with MatSetNullSpace()",
-                              (double)PetscRealPart(energy), (double)(PetscRealPart(energy) / size)));
-    }
-  } else if (PetscAbsScalar(energy) <= suspicious * size) {
-    if (data->constraints) PetscCall(MatAinsworthMultProjector(data->reduced, x, y));
-    else PetscCall(VecCopy(x, y));
-    PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &sizeY));
-    if (sizeY > PetscSqr(rounding) * size || PetscIsInfOrNanReal(size)) { /* otherwise y is only the rounding of x */
-      PetscCall(VecPointwiseMult(work, work, y));
-      PetscCall(VecNorm(work, NORM_2, &noise)); /* the errors of the terms are independent */
-      noise *= 30 * PETSC_MACHINE_EPSILON;
-      PetscCall((transpose ? MatMultTranspose : MatMult)(data->saddle.A, y, work));
-      PetscCall(VecDot(work, y, &energy));
-      if (!(PetscAbsScalar(energy) > noise)) PetscCall(PCAinsworthResists_Private(data, work, sizeY, &resists)); /* y' A y may also be 0 for an indefinite A */
-      if (!resists) {
-        *verdict = AINSWORTH_VERDICT_SINGULAR;
-        PetscCall(
-          PetscSNPrintf(why, len,
-                        "A body floats that no constraint holds, and f is not balanced on it: A is singular on Ker C, x' A x = %g with a rounding error of "
-                        "%g; hold it, or attach its motions to the matrix with MatSetNullSpace()",
-                        (double)PetscRealPart(energy), (double)noise));
-      }
-    }
-  }
-  PetscCall(VecDestroy(&work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -170,7 +51,7 @@ static PetscErrorCode CheckGrowth(const PC_Ainsworth *data, AinsworthSaddleVec b
   *verdict = AINSWORTH_VERDICT_SINGULAR;
   PetscCall(PetscSNPrintf(why, len,
                           "The reduced solve ended with an x of up to %g, where f and g, up to %g and %g, drown in the rounding of its terms: it is a motion "
-                          "that neither A nor C seems to resist, and no solution; does a body float?",
+                          "that neither A nor C seems to resist; does a body float?",
                           (double)norms[2], (double)norms[0], (double)norms[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -313,7 +194,6 @@ PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool tra
   AinsworthRequest request;
   AinsworthOutcome outcome;
   PetscBool        finite = PETSC_TRUE, kept = PETSC_FALSE;
-  PetscInt         n;
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Verify, pc, 0, 0, 0));
@@ -335,9 +215,6 @@ PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool tra
     PetscCall(Describe(data, &outcome, verdict, why, len));
     if (*verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(DescribeContradiction(data, outcome.contradictory, why, len));
   }
-  PetscCall(VecGetSize(y.primal, &n));
-  if (!getenv("NOE") && *verdict == AINSWORTH_VERDICT_MET && (data->constraints < n || sp->D))
-    PetscCall(CheckEnergy(data, transpose, y.primal, data->Ax, left.primal, verdict, why, len));
   if (*verdict == AINSWORTH_VERDICT_MET) PetscCall(CheckGrowth(data, b, y, verdict, why, len));
   if (kept && *verdict == AINSWORTH_VERDICT_MET) PetscCall(KeepTerms(data, transpose, b, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_Verify, pc, 0, 0, 0));

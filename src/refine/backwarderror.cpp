@@ -158,7 +158,7 @@ PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *sp, PetscBoo
 /*
    AinsworthBackwardError - finds the rows with the largest residual relative to what their measure allows: 1 is just enough. Collective
 
-   In the units of the scale the diagonal of A is 1, so that the largest unknown and the largest force are a lower bound of the largest terms, without a pass over
+   In the units of the scale each column has an entry of about 1, on the diagonal of A or in C, so that the largest unknown and the largest force are a lower bound of the largest terms, without a pass over
    A: if all rows are met relative to that, the quotients returned are upper bounds, and no row is named
 */
 PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[], Vec earlier, AinsworthSaddleVec b,
@@ -172,7 +172,7 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
 
   PetscFunctionBegin;
   *error = AinsworthBackward();
-  if (sp->rowsB == sp->rowsC) PetscCall(Largest(y.primal, scale.primal, true, &sizes[0])); /* otherwise its rows may be small where its columns are not */
+  if (sp->rowsB == sp->rowsC && sp->positive) PetscCall(Largest(y.primal, scale.primal, true, &sizes[0])); /* otherwise its rows may be small where its columns are not */
   PetscCall(Largest(b.primal, scale.primal, false, &sizes[0]));
   PetscCall(Largest(b.dual, scale.dual, false, &sizes[0]));
   PetscCall(AinsworthForEntries({left.primal, scale.primal, b.primal}, [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar force) {

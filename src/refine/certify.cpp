@@ -46,7 +46,8 @@ PetscErrorCode AinsworthCertify(const AinsworthSaddle *sp, Vec w, Vec left, Vec 
     PetscCall(MatMultHermitianTranspose(sp->rowsD, w, row));
     PetscCall(AinsworthAbsoluteMultTranspose(sp->rowsD, w, terms));
     /* multipliers of decoupled rows are known, like right-hand sides */
-    PetscCall(AinsworthUpdate(row, [sp](PetscInt i, PetscScalar &v) { v = sp->kind[i] == AINSWORTH_ROW_DECOUPLED ? 0.0 : v; }));
+    for (Vec v : {row, terms})
+      PetscCall(AinsworthUpdate(v, [sp](PetscInt i, PetscScalar &entry) { entry = sp->kind[i] == AINSWORTH_ROW_DECOUPLED ? 0.0 : entry; }));
     PetscCall(Raise(row, terms, sp->scale.dual, sizes));
     for (Vec *v : {&row, &terms}) PetscCall(VecDestroy(v));
   }

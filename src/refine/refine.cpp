@@ -112,12 +112,12 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
 }
 
 /* Sets what rows are allowed; where the energy decides, those with stiffness as a whole, because the energy is that of all of x */
-static void Measure(const AinsworthSaddle *sp, const AinsworthRequest *request, AinsworthMeasure measure[])
+static void Measure(const AinsworthRequest *request, AinsworthMeasure measure[])
 {
   const PetscReal enough = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */ : PetscMax(margin * request->tol, least);
 
   measure[AINSWORTH_ROWS_HELD]   = {enough, request->energetic ? enough / margin : rounding};
-  measure[AINSWORTH_ROWS_RIGID]  = {sp->D || sp->nearly ? PetscMin(enough, 1.0) : rows, rounding};
+  measure[AINSWORTH_ROWS_RIGID]  = {PetscMin(enough, rows), rounding};
   measure[AINSWORTH_ROWS_FORCED] = {measure[AINSWORTH_ROWS_RIGID].enough, 0.0};
   measure[AINSWORTH_ROWS_LOOSE]  = measure[AINSWORTH_ROWS_RIGID];
   if (request->energetic) measure[AINSWORTH_ROWS_LOOSE] = measure[AINSWORTH_ROWS_FORCED] = measure[AINSWORTH_ROWS_HELD]; /* by what they are tied to */
@@ -177,7 +177,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   bool                   some = true;
 
   PetscFunctionBegin;
-  Measure(sp, request, measure);
+  Measure(request, measure);
   if (sp->D) p.settles = request->tol < 0.0; /* springs may be far softer than what the energy sees */
   for (;; p.steps++) {
     AinsworthSaddleVec correction;

@@ -81,6 +81,7 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   Vec               known;     /* n, 1 / A_ii for unknowns whose row has only A_ii, else 0; NULL if not needed */
   Vec               work[2];   /* work vectors, n and all rows; NULL until needed */
   std::vector<bool>  loose;    /* for each local unknown: its row of A is zero */
+  PetscBool          positive; /* unknowns that are not loose have positive diagonal entries in A */
   std::vector<bool>  sprung;   /* for each local row of the multiplier field: its row of D is not zero */
   AinsworthSaddleVec scale;    /* powers of 2 that bring entries of the system to about 1: of the unknowns and of all rows of the multiplier field */
 };

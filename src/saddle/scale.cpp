@@ -15,7 +15,7 @@ static PetscReal InverseRoot(PetscReal size)
 }
 
 /* Replaces diagonal entries that are not positive by the largest entry of the row; opaque matrices keep them */
-static PetscErrorCode LookAtRows(Mat A, Vec stiffness)
+static PetscErrorCode LookAtRows(Mat A, Vec stiffness, PetscBool *positive)
 {
   PetscBool    look = PETSC_FALSE, has;
   Mat          aij;
@@ -27,26 +27,30 @@ static PetscErrorCode LookAtRows(Mat A, Vec stiffness)
     if (has && !(PetscRealPart(v) > 0.0)) look = PETSC_TRUE;
   }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &look, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)A)));
+  *positive = PETSC_TRUE;
   if (!look) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthGetAIJ(A, &aij));
   PetscCall(VecGetArray(stiffness, &d));
-  PetscCall(AinsworthForRows(aij, [d](const AinsworthMatRow &row) {
+  PetscCall(AinsworthForRows(aij, [=](const AinsworthMatRow &row) {
     PetscReal most = 0.0;
 
     for (PetscInt k = 0; k < row.n; k++) most = PetscMax(most, PetscAbsScalar(row.a[k]));
-    if (!(PetscRealPart(d[row.local]) > 0.0)) d[row.local] = most;
+    if (PetscRealPart(d[row.local]) > 0.0) return;
+    d[row.local] = most;
+    if (most > 0.0) *positive = PETSC_FALSE;
   }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, positive, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
   PetscCall(VecRestoreArray(stiffness, &d));
   PetscCall(MatDestroy(&aij));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Computes the stiffness of each unknown: the diagonal of A or, where that is not positive, the largest entry of the row; 0 in rows of zeros */
-static PetscErrorCode Stiffness(Mat A, Vec *stiffness)
+static PetscErrorCode Stiffness(Mat A, Vec *stiffness, PetscBool *positive)
 {
   PetscFunctionBegin;
   PetscCall(AinsworthCreateDiagonal(A, stiffness));
-  PetscCall(LookAtRows(A, *stiffness));
+  PetscCall(LookAtRows(A, *stiffness, positive));
   PetscCall(AinsworthUpdate(*stiffness, [](PetscInt, PetscScalar &d) { d = PetscMax(PetscRealPart(d), 0.0); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -152,7 +156,7 @@ PetscErrorCode AinsworthSaddleScale(AinsworthSaddle *sp)
 
   PetscFunctionBegin;
   sp->loose.clear();
-  PetscCall(Stiffness(sp->block[AINSWORTH_BLOCK_A], &stiffness));
+  PetscCall(Stiffness(sp->block[AINSWORTH_BLOCK_A], &stiffness, &sp->positive));
   PetscCall(AinsworthForEntries({stiffness}, [sp](PetscInt, PetscScalar d) { sp->loose.push_back(d == 0.0); }));
   PetscCall(VecDuplicate(stiffness, &scale->primal));
   PetscCall(MatCreateVecs(sp->givenC, NULL, &scale->dual));
