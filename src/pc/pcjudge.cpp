@@ -153,7 +153,7 @@ static PetscErrorCode Describe(const PC_Ainsworth *data, const AinsworthOutcome 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Names the rows that contradict others; those that are only nearly dependent may have a solution that is not found */
+/* Names the rows that contradict others */
 static PetscErrorCode DescribeContradiction(const PC_Ainsworth *data, std::vector<bool> &marked, char why[], size_t len)
 {
   const AinsworthSaddle *sp   = &data->saddle;
@@ -167,9 +167,6 @@ static PetscErrorCode DescribeContradiction(const PC_Ainsworth *data, std::vecto
   for (size_t i = 0; i < marked.size(); i++) marked[i] = marked[i] && (zero == (sp->kind[i] == AINSWORTH_ROW_ZERO));
   PetscCall(AinsworthSaddleNameRows(sp, marked, names, sizeof(names)));
   if (zero) text = "nonzero on a row of C that is zero (rows %s of the multiplier field): no solution exists";
-  else if (sp->nearly)
-    text = "not met on rows of C that were left out, as the Gram matrix C W C' does not tell them from others (rows %s of the multiplier field): no solution "
-           "is found where rows are so near each other in the norm of W";
   else text = "not that of the other rows of C on which it depends (rows %s of the multiplier field): no solution exists";
   PetscCall(PetscStrncpy(why, "The right-hand side of the constraints is ", len));
   {

@@ -22,14 +22,14 @@ struct AinsworthMeasure {
 };
 
 /*
-   Kinds of rows: those that A or a spring of D holds, whose residual costs energy; those of C without a spring; those where A is zero, without a force, or with one:
+   Kinds of rows: those that A or a spring of D holds, whose residual costs energy; those of C without a spring; those where A is zero, with a force, or without:
    x does not occur in them, so that they hold multipliers alone, and a force that is given is no rounding, however small
 */
 enum {
   AINSWORTH_ROWS_HELD,
   AINSWORTH_ROWS_RIGID,
-  AINSWORTH_ROWS_LOOSE,
   AINSWORTH_ROWS_FORCED,
+  AINSWORTH_ROWS_LOOSE,
   AINSWORTH_ROWS_KINDS
 };
 PetscErrorCode AinsworthResidual(const AinsworthSaddle *, PetscBool, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);

@@ -172,14 +172,14 @@ static PetscErrorCode CheckContradicted(int kind, bool uneven)
     PetscCall(PCGetFailedReason(pc, &failure));
     /* without a row that is 1e-9 from another x is not what this small distance makes of it: the residual tells */
     PetscCall(CheckInt("reason", reason, zero && kind < 3 ? KSP_CONVERGED_ITS : KSP_DIVERGED_PC_FAILED));
-    PetscCall(CheckInt("failure of the PC", failure, !zero ? PC_INCONSISTENT_RHS : kind < 3 ? PC_NOERROR : PC_SUBPC_ERROR));
+    PetscCall(CheckInt("failure of the PC", failure, kind == 3 ? PC_SUBPC_ERROR : !zero ? PC_INCONSISTENT_RHS : PC_NOERROR));
   }
   PetscCall(KSPDestroy(&s.ksp));
   PetscCall(SolverCreate(s.nest, &s.ksp));
   PetscCall(KSPSetErrorIfNotConverged(s.ksp, PETSC_TRUE));
-  PetscCall(CheckError("solve", [&]() { return SolveFields(s.ksp, s.sys, false, false, x, lambda); }, PETSC_ERR_ARG_INCOMP,
-                       {kind == 3 ? "not met on rows of C that were left out" : "not that of the other rows of C", "of the multiplier field",
-                        kind == 3 ? "no solution is found where rows are so near" : "no solution exists"}));
+  PetscCall(CheckError("solve", [&]() { return SolveFields(s.ksp, s.sys, false, false, x, lambda); }, kind == 3 ? PETSC_ERR_NOT_CONVERGED : PETSC_ERR_ARG_INCOMP,
+                       {kind == 3 ? "C x = g is not met" : "not that of the other rows of C", "of the multiplier field",
+                        kind == 3 ? "is left with" : "no solution exists"})); /* rows that are only near others may have one */
   PetscCall(SceneDestroy(&s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
