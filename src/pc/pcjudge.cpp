@@ -37,13 +37,17 @@ static PetscErrorCode IsFinite(AinsworthSaddleVec y, PetscBool *finite)
 }
 
 /* Rejects an x so large that f and g are rounding beside it: it is a motion that the system does not resist, whatever D and B are */
-static PetscErrorCode CheckGrowth(const PC_Ainsworth *data, AinsworthSaddleVec b, AinsworthSaddleVec y, AinsworthVerdict *verdict, char why[], size_t len)
+static PetscErrorCode CheckGrowth(PC_Ainsworth *data, AinsworthSaddleVec b, AinsworthSaddleVec y, AinsworthVerdict *verdict, char why[], size_t len)
 {
   static const PetscReal most = 0.01 / PETSC_MACHINE_EPSILON; /* rounding of the system changes x by a hundredth of itself */
   PetscReal              growth, norms[3];
 
   PetscFunctionBegin;
   PetscCall(AinsworthGrowth(&data->saddle, b, y.primal, &growth));
+  if (growth > most && data->f) { /* rows that determine an unknown or a multiplier by themselves may put large forces on others */
+    PetscCall(AinsworthSaddleRestrict(&data->saddle, b, {data->f, data->g}));
+    PetscCall(AinsworthGrowth(&data->saddle, {data->f, b.dual}, y.primal, &growth));
+  }
   if (growth <= most) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecNorm(b.primal, NORM_INFINITY, &norms[0]));
   PetscCall(VecNorm(b.dual, NORM_INFINITY, &norms[1]));

@@ -226,13 +226,13 @@ static PetscErrorCode Error(PetscReal contrast, PetscReal load, PetscReal displa
 
 /*
    A mode v that the preconditioner all but misses, and of which x has five times what it may be wrong by: no coefficient knows of it when the rest has
-   converged. With the smallest eigenvalue given the solve goes on; without, it ends on the plateau unless the coefficients have found it
+   converged. With the smallest eigenvalue given the solve goes on; without, it ends on the plateau unless the coefficients, or rows that are not met, show it
 */
 static PetscErrorCode Plateau()
 {
   const PetscReal missed = 1e-8, rtol = 1e-6;
   Springs         s;
-  Result          given, estimated;
+  Result          given;
   char            line[256];
 
   PetscFunctionBeginUser;
@@ -249,12 +249,9 @@ static PetscErrorCode Plateau()
   s.inverse = Z * (T + (missed - spectrum.eigenvalues()[0]) * v * v.adjoint()) * Z.adjoint();
   s.x += (5 * rtol * Energy(s, s.x) - y.dot(s.d.A * s.x)) * y;
   s.d.f = s.d.A * s.x + s.d.C.adjoint() * s.lambda;
-  (void)snprintf(line, sizeof(line), "-pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol %g", (double)rtol);
-  PetscCall(Solve(&s, line, false, &estimated));
   (void)snprintf(line, sizeof(line), "-pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol %g -pc_ainsworth_error_eigenvalue %g", (double)rtol,
                  (double)(0.9 * missed));
   PetscCall(Solve(&s, line, false, &given));
-  PetscCall(CheckTrue("the estimate alone ends on the plateau", estimated.error > 2 * rtol));
   PetscCall(CheckTrue(KSPConvergedReasons[given.reason], given.reason == KSP_CONVERGED_RTOL));
   PetscCall(Check("error with the eigenvalue given", given.error, rtol));
   PetscFunctionReturn(PETSC_SUCCESS);
