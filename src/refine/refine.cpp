@@ -112,15 +112,16 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
 }
 
 /* Sets what rows are allowed; where the energy decides, those with stiffness as a whole, because the energy is that of all of x */
-static void Measure(const AinsworthRequest *request, AinsworthMeasure measure[])
+static void Measure(bool D, const AinsworthRequest *request, AinsworthMeasure measure[])
 {
   const PetscReal enough = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */ : PetscMax(margin * request->tol, least);
 
-  measure[AINSWORTH_ROWS_HELD]   = {enough, request->energetic ? enough / margin : rounding};
+  measure[AINSWORTH_ROWS_HELD]   = {enough, request->energetic && !D ? enough / margin : rounding};
+  measure[AINSWORTH_ROWS_SPRUNG] = {enough, request->energetic ? enough / margin : rounding};
   measure[AINSWORTH_ROWS_RIGID]  = {PetscMin(enough, rows), rounding};
   measure[AINSWORTH_ROWS_FORCED] = {measure[AINSWORTH_ROWS_RIGID].enough, 0.0};
   measure[AINSWORTH_ROWS_LOOSE]  = measure[AINSWORTH_ROWS_RIGID];
-  if (request->energetic) measure[AINSWORTH_ROWS_LOOSE] = measure[AINSWORTH_ROWS_FORCED] = measure[AINSWORTH_ROWS_HELD]; /* by what they are tied to */
+  if (request->energetic && !D) measure[AINSWORTH_ROWS_LOOSE] = measure[AINSWORTH_ROWS_FORCED] = measure[AINSWORTH_ROWS_HELD]; /* by what they are tied to */
 }
 
 /* Judges the rows that depend on others and are left with more than rows are allowed: the combination of rows that they are tells what that means. Collective */
@@ -177,7 +178,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   bool                   some = true;
 
   PetscFunctionBegin;
-  Measure(request, measure);
+  Measure(sp->D, request, measure);
   if (sp->D) p.settles = request->tol < 0.0; /* springs may be far softer than what the energy sees */
   for (;; p.steps++) {
     AinsworthSaddleVec correction;
