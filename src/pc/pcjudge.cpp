@@ -39,7 +39,7 @@ static PetscErrorCode IsFinite(AinsworthSaddleVec y, PetscBool *finite)
 /* Rejects an x so large that f and g are rounding beside it: it is a motion that the system does not resist, whatever D and B are */
 static PetscErrorCode CheckGrowth(PC_Ainsworth *data, AinsworthSaddleVec b, AinsworthSaddleVec y, AinsworthVerdict *verdict, char why[], size_t len)
 {
-  static const PetscReal most = 0.01 / PETSC_MACHINE_EPSILON; /* rounding of the system changes x by a hundredth of itself */
+  static const PetscReal most = 1e-3 / PETSC_MACHINE_EPSILON; /* rounding of the system changes x by a thousandth of itself */
   PetscReal              growth, norms[3];
 
   PetscFunctionBegin;

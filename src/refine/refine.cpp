@@ -116,7 +116,7 @@ static void Measure(bool D, const AinsworthRequest *request, AinsworthMeasure me
 {
   const PetscReal enough = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */ : PetscMax(margin * request->tol, least);
 
-  measure[AINSWORTH_ROWS_HELD]   = {enough, request->energetic && !D ? enough / margin : rounding};
+  measure[AINSWORTH_ROWS_HELD]   = {enough, request->energetic && !D ? enough : rounding};
   measure[AINSWORTH_ROWS_SPRUNG] = {enough, request->energetic ? enough / margin : rounding};
   measure[AINSWORTH_ROWS_RIGID]  = {PetscMin(enough, rows), rounding};
   measure[AINSWORTH_ROWS_FORCED] = {measure[AINSWORTH_ROWS_RIGID].enough, 0.0};
