@@ -8,8 +8,8 @@ static const double extra = 2.0, half = 0.5;
 /* Returns the words for -ksp_view and -info: "the whole system factored, because ..." */
 const char *AinsworthRungName(AinsworthRung rung)
 {
-  static const char *const names[] = {"multigrid in Ker C", "the preconditioning matrix factored, in Ker C",
-                                      "GMRES in Ker C", "the whole system factored", "no other solver"};
+  static const char *const names[] = {"multigrid in Ker C", "the preconditioning matrix factored, in Ker C", "GMRES in Ker C", "the whole system factored",
+                                      "no other solver"};
   return names[rung];
 }
 
@@ -62,7 +62,8 @@ AinsworthLadderStep AinsworthLadderNext(const AinsworthLadderFacts &facts)
   AinsworthRung next;
 
   if (facts.now == AINSWORTH_RUNG_NONE) {
-    if (facts.small && facts.own && facts.factors && facts.regular && facts.cap >= AINSWORTH_RUNG_FACTOR) return {AINSWORTH_RUNG_FACTOR, "multigrid is not worth its set-up"};
+    if (facts.small && facts.own && facts.factors && facts.regular && facts.cap >= AINSWORTH_RUNG_FACTOR)
+      return {AINSWORTH_RUNG_FACTOR, "multigrid is not worth its set-up"};
     return {AINSWORTH_RUNG_MULTIGRID, facts.own ? "it is the cheapest" : "the program chose the inner solver"};
   }
   if (facts.end == AINSWORTH_END_ANSWER || facts.end == AINSWORTH_END_SINGULAR || facts.end == AINSWORTH_END_CONTRADICTORY) return none(why);

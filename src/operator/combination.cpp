@@ -5,25 +5,22 @@
 /* Subtracts the entries of the kept rows from those of all rows */
 static PetscErrorCode SubtractKept(const AinsworthSaddle *sp, Vec kept, Vec all)
 {
-  PetscScalar       *a;
   const PetscScalar *k;
+  PetscInt           n = 0;
 
   PetscFunctionBegin;
-  PetscCall(VecGetArray(all, &a));
   PetscCall(VecGetArrayRead(kept, &k));
-  for (PetscInt i = 0, j = 0; i < sp->local; i++)
-    if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) a[i] -= k[j++];
+  PetscCall(AinsworthUpdate(all, [&](PetscInt i, PetscScalar &a) {
+    if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) a -= k[n++];
+  }));
   PetscCall(VecRestoreArrayRead(kept, &k));
-  PetscCall(VecRestoreArray(all, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Computes left.primal = C' w and left.dual = G^{-1} D w, on the kept rows */
 static PetscErrorCode Leave(const Mat_Ainsworth *ctx, const AinsworthSaddle *sp, Vec w, AinsworthSaddleVec left)
 {
-  PetscScalar       *l;
-  const PetscScalar *a;
-  Vec                all;
+  Vec all;
 
   PetscFunctionBegin;
   PetscCall(MatMultHermitianTranspose(sp->rowsC, w, left.primal));
@@ -31,12 +28,7 @@ static PetscErrorCode Leave(const Mat_Ainsworth *ctx, const AinsworthSaddle *sp,
   if (!ctx->D) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(w, &all));
   PetscCall(MatMultHermitianTranspose(sp->rowsD, w, all));
-  PetscCall(VecGetArrayRead(all, &a));
-  PetscCall(VecGetArray(left.dual, &l));
-  for (PetscInt i = 0, j = 0; i < sp->local; i++)
-    if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) l[j++] = a[i];
-  PetscCall(VecRestoreArray(left.dual, &l));
-  PetscCall(VecRestoreArrayRead(all, &a));
+  PetscCall(AinsworthSaddleGetKept(sp, all, left.dual));
   PetscCall(VecDestroy(&all));
   if (sp->balance) PetscCall(VecPointwiseMult(left.dual, left.dual, sp->balance));
   PetscCall(VecPointwiseMult(left.dual, left.dual, ctx->proj.compliance.inverse));

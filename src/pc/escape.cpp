@@ -264,7 +264,10 @@ PetscErrorCode PCAinsworthEscape_Private(PC pc, PC_Ainsworth *data, PetscBool *a
   PetscCall(PCAinsworthEscapeTake_Private(pc, data, data->escape.why, data->failure, sizeof(data->failure)));
   if (data->failure[0]) PetscCall(PCAinsworthClimb_Private(pc, data, AINSWORTH_END_SETUP, data->failure, again));
   if (data->whole) *again = PETSC_FALSE;
-  if (*again) data->failure[0] = 0;
-  else data->ksp->reason = KSP_DIVERGED_PC_FAILED;
+  if (*again || data->whole) data->failure[0] = 0;
+  else {
+    data->stale       = PETSC_TRUE;
+    data->ksp->reason = KSP_DIVERGED_PC_FAILED;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -65,7 +65,7 @@ struct PCAinsworthChoices {
   PetscInt               rowsPerRank;
   AinsworthRedundantType redundant;
   AinsworthRung          ladder = AINSWORTH_RUNG_WHOLE; /* the highest rung that may be climbed */
-  AinsworthPmatOptions   pmat; /* factor PETSC_DEFAULT depends on the types of penalty and approximation; symmetric is set by set-up */
+  AinsworthPmatOptions   pmat;                          /* factor PETSC_DEFAULT depends on the types of penalty and approximation; symmetric is set by set-up */
 };
 
 /* A field that the program named: an index set, or components of each node, in rows and columns */
@@ -152,8 +152,8 @@ struct PC_Ainsworth {
 
   /* pcladder.cpp */
   bool            wholeTried = false; /* the whole system was factored, or could not be, for this matrix */
-  AinsworthWhole *whole; /* the factor of the whole system; NULL as long as the reduced one is solved */
-  char            climbed[512]; /* why */
+  AinsworthWhole *whole;              /* the factor of the whole system; NULL as long as the reduced one is solved */
+  char            climbed[512];       /* why */
 
   /* pcrebuild.cpp */
   AinsworthRebuildType rebuild;
@@ -244,21 +244,21 @@ static inline PetscReal PCAinsworthFactorBytes_Private(const AinsworthCost *cost
 {
   return cost->entries <= (PetscReal)PETSC_MAX_INT ? cost->entries * (PetscReal)sizeof(PetscScalar) : PETSC_INFINITY;
 }
-PETSC_INTERN PetscErrorCode      PCAinsworthLeastMemory_Private(MPI_Comm, PetscReal *);
-PETSC_INTERN PetscErrorCode      PCAinsworthMethodIsOpen_Private(PC, const PC_Ainsworth *, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthNextRung_Private(PC, PC_Ainsworth *, PetscBool, AinsworthEnd, AinsworthLadderStep *);
-PETSC_INTERN PetscErrorCode      PCAinsworthClimb_Private(PC, PC_Ainsworth *, AinsworthEnd, const char[], PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthForgetWhole_Private(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthJudge_Private(PC, PC_Ainsworth *, PetscBool, KSPConvergedReason, const AinsworthSolver &, AinsworthSaddleVec,
-                                                          AinsworthSaddleVec, AinsworthSaddleVec, AinsworthVerdict *, char[], size_t);
-PETSC_INTERN PetscErrorCode      PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);
-PETSC_INTERN PetscErrorCode      PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *, Vec, PetscReal *);
-PETSC_INTERN PetscErrorCode      PCAinsworthTry_Private(PC, PC_Ainsworth *, KSPConvergedReason *, PetscInt *, char[], size_t);
-PETSC_INTERN PetscErrorCode      PCAinsworthDiagnosePassed_Private(PC, AinsworthDiagnosis *);
-PETSC_INTERN PetscErrorCode      PCAinsworthDiagnoseBlocks_Private(const PC_Ainsworth *, AinsworthDiagnosis *);
-PETSC_INTERN PetscErrorCode      PCAinsworthDiagnose_Private(PC, PC_Ainsworth *, PCAinsworthStage);
-PETSC_INTERN PetscErrorCode      PCAinsworthDiagnoseFailure_Private(PC, PC_Ainsworth *, PetscErrorCode, const char[]);
-PETSC_INTERN PetscErrorCode      PCAinsworthDiagnoseFromOptions_Private(PC, PC_Ainsworth *, AinsworthOptionItems);
-PETSC_INTERN PetscErrorCode      PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);
+PETSC_INTERN PetscErrorCode PCAinsworthLeastMemory_Private(MPI_Comm, PetscReal *);
+PETSC_INTERN PetscErrorCode PCAinsworthMethodIsOpen_Private(PC, const PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode PCAinsworthNextRung_Private(PC, PC_Ainsworth *, PetscBool, AinsworthEnd, AinsworthLadderStep *);
+PETSC_INTERN PetscErrorCode PCAinsworthClimb_Private(PC, PC_Ainsworth *, AinsworthEnd, const char[], PetscBool *);
+PETSC_INTERN PetscErrorCode PCAinsworthForgetWhole_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode PCAinsworthJudge_Private(PC, PC_Ainsworth *, PetscBool, KSPConvergedReason, const AinsworthSolver &, AinsworthSaddleVec,
+                                                     AinsworthSaddleVec, AinsworthSaddleVec, AinsworthVerdict *, char[], size_t);
+PETSC_INTERN PetscErrorCode PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);
+PETSC_INTERN PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *, Vec, PetscReal *);
+PETSC_INTERN PetscErrorCode PCAinsworthTry_Private(PC, PC_Ainsworth *, KSPConvergedReason *, PetscInt *, char[], size_t);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnosePassed_Private(PC, AinsworthDiagnosis *);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseBlocks_Private(const PC_Ainsworth *, AinsworthDiagnosis *);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnose_Private(PC, PC_Ainsworth *, PCAinsworthStage);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseFailure_Private(PC, PC_Ainsworth *, PetscErrorCode, const char[]);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseFromOptions_Private(PC, PC_Ainsworth *, AinsworthOptionItems);
+PETSC_INTERN PetscErrorCode PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);
 
 #endif

@@ -114,23 +114,16 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   PetscInt n;
 
   PetscFunctionBegin;
-  *reason = KSP_CONVERGED_RTOL;
-  if (data->whole) {
-    data->knownAx = PETSC_FALSE;
-    PetscCall(AinsworthWholeSolve(data->whole, transpose, b, y));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   data->knownAx = (PetscBool)(data->constraints && data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A] && !data->saddle.known);
   PetscCall(VecGetSize(y.primal, &n));
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
   if (data->constraints == n && !data->saddle.D) PetscCall(VecZeroEntries(y.primal)); /* Ker C = 0: the constraints alone determine x */
-  else PetscCall(SolveOrRebuild(pc, data, transpose, watched, b, y.primal, reason));
-  if (data->whole) { /* the reduced solve was given up for it */
+  else if (!data->whole) PetscCall(SolveOrRebuild(pc, data, transpose, watched, b, y.primal, reason));
+  if (data->whole) { /* at once, or because the reduced solve was given up for it */
+    data->knownAx = PETSC_FALSE;
+    *reason       = KSP_CONVERGED_RTOL;
     PetscCall(AinsworthWholeSolve(data->whole, transpose, b, y));
-    *reason = KSP_CONVERGED_RTOL;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, b, y, data->knownAx ? data->Ax : NULL));
+  } else if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, b, y, data->knownAx ? data->Ax : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

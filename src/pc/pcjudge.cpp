@@ -124,7 +124,7 @@ static PetscErrorCode IsEnergetic(const PC_Ainsworth *data, PetscBool *energetic
 /* Sets the verdict, and says why */
 static PetscErrorCode Describe(const PC_Ainsworth *data, const AinsworthOutcome *outcome, AinsworthVerdict *verdict, char why[], size_t len)
 {
-  const AinsworthBackward *e = &outcome->error;
+  const AinsworthBackward *e        = &outcome->error;
   PetscBool                doubtful = PETSC_FALSE;
   const char              *close    = "the Gram matrix C W C' is ill-conditioned: rows of C are close to others";
 

@@ -1,6 +1,5 @@
 /* The ladder: where a solve gives no answer, or would take too long, another solver takes its place, and is judged in the same way (docs/method.md) */
 #include "pcainsworth.h"
-#include "../loops.h"
 #include <petsc/private/pcimpl.h>
 
 /* Systems with at most this many unknowns are factored at once: PCBLOCKSA would have a single level, and factor it */
@@ -9,16 +8,9 @@ static const PetscInt tiny = 600;
 /* Restricts the scale to kept rows, which may have been balanced */
 static PetscErrorCode KeptScale(const AinsworthSaddle *sp, Vec *kept)
 {
-  PetscScalar *k;
-  PetscInt     n = 0;
-
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(sp->C, NULL, kept));
-  PetscCall(VecGetArrayWrite(*kept, &k));
-  PetscCall(AinsworthForEntries({sp->scale.dual}, [&](PetscInt i, PetscScalar s) {
-    if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) k[n++] = s;
-  }));
-  PetscCall(VecRestoreArrayWrite(*kept, &k));
+  PetscCall(AinsworthSaddleGetKept(sp, sp->scale.dual, *kept));
   if (sp->balance) PetscCall(VecPointwiseDivide(*kept, *kept, sp->balance));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -44,19 +36,19 @@ PetscErrorCode PCAinsworthNextRung_Private(PC pc, PC_Ainsworth *data, PetscBool 
   AinsworthLadderFacts   facts;
   AinsworthCost          cost;
   MatSolverType          package;
-  PetscBool              open;
+  PetscBool              open = PETSC_FALSE;
   PetscReal              memory;
   PetscInt               n;
   Mat                    opaque;
 
   PetscFunctionBegin;
   PetscCall(MatGetSize(sp->A, &n, NULL));
-  PetscCall(PCAinsworthMethodIsOpen_Private(pc, data, &open));
+  if (!first && end != AINSWORTH_END_DEAR) PetscCall(PCAinsworthMethodIsOpen_Private(pc, data, &open)); /* these never change the method */
   if (!first)
-    facts.now = data->wholeTried      ? AINSWORTH_RUNG_WHOLE
-                : data->indefinite    ? AINSWORTH_RUNG_GMRES
-                : data->escape.taken  ? AINSWORTH_RUNG_FACTOR
-                                      : AINSWORTH_RUNG_MULTIGRID;
+    facts.now = data->wholeTried     ? AINSWORTH_RUNG_WHOLE
+                : data->indefinite   ? AINSWORTH_RUNG_GMRES
+                : data->escape.taken ? AINSWORTH_RUNG_FACTOR
+                                     : AINSWORTH_RUNG_MULTIGRID;
   facts.end     = end;
   facts.cap     = data->choices.ladder;
   facts.own     = data->ownChoice;
@@ -116,7 +108,8 @@ PetscErrorCode PCAinsworthClimb_Private(PC pc, PC_Ainsworth *data, AinsworthEnd 
     }
     PetscCall(PetscInfo(pc, "%s: next is %s, as %s\n", cause, AinsworthRungName(step.next), step.why));
     failure[0] = 0;
-    if (step.next == AINSWORTH_RUNG_FACTOR) PetscCall(PCAinsworthEscapeTake_Private(pc, data, "as the solve with multigrid gave no answer", failure, sizeof(failure)));
+    if (step.next == AINSWORTH_RUNG_FACTOR)
+      PetscCall(PCAinsworthEscapeTake_Private(pc, data, "as the solve with multigrid gave no answer", failure, sizeof(failure)));
     else if (step.next == AINSWORTH_RUNG_GMRES) PetscCall(PCAinsworthTakeGMRES_Private(data));
     else PetscCall(FactorWhole(data, cause, failure, sizeof(failure)));
     *climbed = (PetscBool)!failure[0];

@@ -86,7 +86,11 @@ static PetscErrorCode CheckUnderflow(PC pc, PC_Ainsworth *data, KSP ksp, Vec b)
 static PetscErrorCode WorstRow(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal allowed, Vec b, Vec x, Vec left, PetscReal *error)
 {
   static const PetscReal part       = 1e-3; /* of what a row is allowed: that part of the largest row is allowed to all */
-  const AinsworthMeasure measure[3] = {{allowed, part * allowed}, {allowed, part * allowed}, {allowed, part * allowed}};
+  const AinsworthMeasure measure[3] = {
+    {allowed, part * allowed},
+    {allowed, part * allowed},
+    {allowed, part * allowed}
+  };
   const PetscBool    other = (PetscBool)!transpose, side[] = {other, transpose, other};
   const IS          *of[]    = {transpose ? data->saddle.cols : data->saddle.rows, transpose ? data->saddle.rows : data->saddle.cols};
   Vec                given[] = {b, x, left}, flat[3];
@@ -99,7 +103,8 @@ static PetscErrorCode WorstRow(PC pc, PC_Ainsworth *data, PetscBool transpose, P
     PetscCall(AinsworthSaddleVecGet(flat[k], of[k % 2], &fields[k]));
   }
   PetscCall((transpose ? MatMultTranspose : MatMult)(data->saddle.block[AINSWORTH_BLOCK_A], fields[1].primal, data->Ax));
-  PetscCall(AinsworthBackwardError(&data->saddle, transpose, measure, NULL, fields[0], fields[1], data->Ax, fields[2], &worst)); /* signs do not matter for sizes */
+  PetscCall(
+    AinsworthBackwardError(&data->saddle, transpose, measure, NULL, fields[0], fields[1], data->Ax, fields[2], &worst)); /* signs do not matter for sizes */
   *error = allowed * PetscMax(worst.primal.omega, worst.dual.omega);
   for (int k = 0; k < 3; k++) {
     PetscCall(AinsworthSaddleVecRestore(flat[k], of[k % 2], &fields[k]));

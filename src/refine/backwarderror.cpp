@@ -139,8 +139,8 @@ static PetscReal Allowed(const AinsworthMeasure &m, PetscScalar terms, PetscScal
 }
 
 /* AinsworthAllowedOfConstraints - computes what each row of C x - D lambda = g may be left with. Collective */
-PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[], Vec earlier, AinsworthSaddleVec b,
-                                             AinsworthSaddleVec y, Vec Ax, Vec allowed)
+PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[], Vec earlier,
+                                             AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax, Vec allowed)
 {
   AinsworthSaddleVec terms;
   PetscReal          size;
@@ -149,8 +149,8 @@ PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *sp, PetscBoo
   PetscCall(AinsworthSaddleVecDuplicate(b, &terms));
   PetscCall(TermsAndSize(sp, transpose, earlier, b, y, Ax, terms, &size));
   PetscCall(VecCopy(terms.dual, allowed));
-  PetscCall(AinsworthUpdate(allowed, {sp->scale.dual},
-                            [&](PetscInt i, PetscScalar &t, PetscScalar s) { t = Allowed(measure[KindOfConstraint(sp, i)], t, s, size); }));
+  PetscCall(
+    AinsworthUpdate(allowed, {sp->scale.dual}, [&](PetscInt i, PetscScalar &t, PetscScalar s) { t = Allowed(measure[KindOfConstraint(sp, i)], t, s, size); }));
   PetscCall(AinsworthSaddleVecDestroy(&terms));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -164,24 +164,26 @@ PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *sp, PetscBoo
 PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[], Vec earlier, AinsworthSaddleVec b,
                                       AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left, AinsworthBackward *error)
 {
-  const MPI_Comm           comm                           = PetscObjectComm((PetscObject)Ax);
-  const AinsworthSaddleVec scale                          = sp->scale;
-  PetscReal                sizes[1 + AINSWORTH_ROWS_KINDS] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, dual[AINSWORTH_ROWS_KINDS] = {0.0, 0.0, 0.0, 0.0, 0.0}; /* of the terms; of residuals */
-  AinsworthSaddleVec       terms;
-  PetscInt                 first[2];
+  const MPI_Comm           comm                            = PetscObjectComm((PetscObject)Ax);
+  const AinsworthSaddleVec scale                           = sp->scale;
+  PetscReal                sizes[1 + AINSWORTH_ROWS_KINDS] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0},
+                      dual[AINSWORTH_ROWS_KINDS]           = {0.0, 0.0, 0.0, 0.0, 0.0}; /* of the terms; of residuals */
+  AinsworthSaddleVec terms;
+  PetscInt           first[2];
 
   PetscFunctionBegin;
   *error = AinsworthBackward();
-  if (sp->rowsB == sp->rowsC && sp->positive) PetscCall(Largest(y.primal, scale.primal, true, &sizes[0])); /* otherwise its rows may be small where its columns are not */
+  if (sp->rowsB == sp->rowsC && sp->positive)
+    PetscCall(Largest(y.primal, scale.primal, true, &sizes[0])); /* otherwise its rows may be small where its columns are not */
   PetscCall(Largest(b.primal, scale.primal, false, &sizes[0]));
   PetscCall(Largest(b.dual, scale.dual, false, &sizes[0]));
-  PetscCall(AinsworthForEntries({left.primal, scale.primal, b.primal}, [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar force) {
-    Raise(r, s, &sizes[1 + KindOfUnknown(sp, i, force)]);
-  }));
+  PetscCall(AinsworthForEntries({left.primal, scale.primal, b.primal},
+                                [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar force) { Raise(r, s, &sizes[1 + KindOfUnknown(sp, i, force)]); }));
   PetscCall(AinsworthForEntries({left.dual, scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar s) { Raise(r, s, &dual[KindOfConstraint(sp, i)]); }));
   for (int k = 0; k < AINSWORTH_ROWS_KINDS; k++) sizes[1 + k] = PetscMax(sizes[1 + k], dual[k]);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sizes, 1 + AINSWORTH_ROWS_KINDS, MPIU_REAL, MPIU_MAX, comm));
-  for (int k = 0; k < AINSWORTH_ROWS_KINDS; k++) error->primal.omega = PetscMax(error->primal.omega, AinsworthQuotient(sizes[1 + k], measure[k].floor * sizes[0]));
+  for (int k = 0; k < AINSWORTH_ROWS_KINDS; k++)
+    error->primal.omega = PetscMax(error->primal.omega, AinsworthQuotient(sizes[1 + k], measure[k].floor * sizes[0]));
   error->dual.omega = error->dependent.omega = error->primal.omega;
   error->size                                = sizes[0];
   if (error->primal.omega <= 1.0) PetscFunctionReturn(PETSC_SUCCESS);
@@ -195,14 +197,12 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
 
     if (omega > worst->omega) *worst = {omega, PetscAbsScalar(r), PetscRealPart(t), row};
   };
-  PetscCall(AinsworthForEntries({left.primal, terms.primal, scale.primal, b.primal},
-                                [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s, PetscScalar force) {
-                                  look(&error->primal, first[0] + i, KindOfUnknown(sp, i, force), r, t, s);
-                                }));
+  PetscCall(
+    AinsworthForEntries({left.primal, terms.primal, scale.primal, b.primal}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s, PetscScalar force) {
+      look(&error->primal, first[0] + i, KindOfUnknown(sp, i, force), r, t, s);
+    }));
   PetscCall(AinsworthForEntries({left.dual, terms.dual, scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
-    const bool others = sp->kind[i] == AINSWORTH_ROW_DEPENDENT || sp->kind[i] == AINSWORTH_ROW_ZERO;
-
-    look(others ? &error->dependent : &error->dual, first[1] + i, KindOfConstraint(sp, i), r, t, s);
+    look(AinsworthSaddleIsLeftOut(sp, i) ? &error->dependent : &error->dual, first[1] + i, KindOfConstraint(sp, i), r, t, s);
   }));
   PetscCall(AinsworthSaddleVecDestroy(&terms));
   for (AinsworthWorstRow *worst : {&error->primal, &error->dual, &error->dependent}) PetscCall(AgreeOnWorst(comm, worst));
@@ -234,7 +234,7 @@ PetscErrorCode AinsworthGrowth(const AinsworthSaddle *sp, AinsworthSaddleVec b, 
 */
 PetscErrorCode AinsworthChange(const AinsworthSaddle *sp, AinsworthSaddleVec b, Vec x, Vec p, PetscReal *change)
 {
-  static const PetscReal rest = 1e-8; /* half of all digits: below, x is the rounding of forces that balance each other */
+  static const PetscReal rest   = 1e-8;                      /* half of all digits: below, x is the rounding of forces that balance each other */
   PetscReal              all[5] = {0.0, 0.0, 0.0, 0.0, 0.0}; /* changes and unknowns, in the program's units and in those of the scale; right-hand side */
 
   PetscFunctionBegin;

@@ -37,7 +37,8 @@ PetscErrorCode AinsworthResidual(const AinsworthSaddle *, PetscBool, PetscBool, 
 PetscErrorCode AinsworthTerms(const AinsworthSaddle *, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
 PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *, PetscBool, const AinsworthMeasure[], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
                                       AinsworthSaddleVec, AinsworthBackward *);
-PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *, PetscBool, const AinsworthMeasure[], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec, Vec);
+PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *, PetscBool, const AinsworthMeasure[], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
+                                             Vec);
 PetscErrorCode AinsworthGrowth(const AinsworthSaddle *, AinsworthSaddleVec, Vec, PetscReal *);
 PetscErrorCode AinsworthChange(const AinsworthSaddle *, AinsworthSaddleVec, Vec, Vec, PetscReal *);
 

@@ -8,14 +8,15 @@
 
    margin    a row is left with at most so many times the requested tolerance of its terms
    least     nobody asks for less: the rounding of products and of solves with S
-   rows      of C x = g, which the projection meets to rounding whatever the tolerance; S may have a condition number of 1e8
+   rows      of C x = g are left with no more, whatever the tolerance, as the projection meets them to rounding; S may have a condition number of 1e8
    rounding  of the largest terms of all, which the solves spread over all rows: a body at rest has only that
    settled   an x that another solve moves by less is determined
    rate      steps have to reduce what they reduce by this factor, as in LAPACK's xGERFSX
    most      steps
    loose     relative tolerance of a solve that only shows how far x moves
+   once      the same by conjugate gradients, of which one iteration tells
 */
-static const PetscReal margin = 10, least = 1e-13, rows = 1e-8, rounding = 0.5 * PETSC_MACHINE_EPSILON, settled = 1e-6, rate = 0.5, loose = 0.5;
+static const PetscReal margin = 10, least = 1e-13, rows = 1e-8, rounding = 0.5 * PETSC_MACHINE_EPSILON, settled = 1e-6, rate = 0.5, loose = 0.5, once = 0.9;
 static const int       most = 10;
 
 /* AinsworthDecide - goes on while a row is left with too much, or x has not settled, as long as that helps; open: how far a step may move a settled x */
@@ -35,9 +36,7 @@ static PetscErrorCode Scale(const AinsworthSaddle *sp, AinsworthSaddleVec v)
 {
   PetscFunctionBegin;
   PetscCall(VecPointwiseMult(v.primal, v.primal, sp->scale.primal));
-  PetscCall(AinsworthUpdate(v.dual, {sp->scale.dual}, [sp](PetscInt i, PetscScalar &r, PetscScalar s) {
-    r = sp->kind[i] == AINSWORTH_ROW_DEPENDENT || sp->kind[i] == AINSWORTH_ROW_ZERO ? 0.0 : r * s;
-  }));
+  PetscCall(AinsworthUpdate(v.dual, {sp->scale.dual}, [sp](PetscInt i, PetscScalar &r, PetscScalar s) { r = AinsworthSaddleIsLeftOut(sp, i) ? 0.0 : r * s; }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -136,9 +135,7 @@ static PetscErrorCode Depend(const AinsworthSaddle *sp, const AinsworthRequest *
   PetscCall(VecDuplicate(b.dual, &w));
   PetscCall(AinsworthAllowedOfConstraints(sp, request->transpose, measure, request->earlier, b, y, Ax, allowed));
   PetscCall(AinsworthForEntries({left.dual, allowed}, [&](PetscInt i, PetscScalar r, PetscScalar a) {
-    const bool others = sp->kind[i] == AINSWORTH_ROW_DEPENDENT || sp->kind[i] == AINSWORTH_ROW_ZERO;
-
-    if (others && !(PetscAbsScalar(r) <= PetscRealPart(a))) mine.push_back(sp->first + i);
+    if (AinsworthSaddleIsLeftOut(sp, i) && !(PetscAbsScalar(r) <= PetscRealPart(a))) mine.push_back(sp->first + i);
   }));
   PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)w), mine, &rows));
   outcome->contradictory.assign(sp->local, false);
@@ -205,7 +202,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
                         p.steps, (double)(p.steps ? p.moved : 0.0), (double)error.primal.omega, (double)error.dual.omega));
     if (state != AINSWORTH_WORKING) break;
     PetscCall(AinsworthSaddleVecDuplicate(y, &correction));
-    PetscCall(solver(left, p.excess <= 1.0 ? (request->energetic ? 0.9 : loose) : PetscMin(loose, 1.0 / (margin * p.excess)), correction, &reason));
+    PetscCall(solver(left, p.excess <= 1.0 ? (request->energetic ? once : loose) : PetscMin(loose, 1.0 / (margin * p.excess)), correction, &reason));
     p.before = p.excess;
     p.last   = p.moved;
     if (!kept.primal) PetscCall(AinsworthSaddleVecDuplicate(y, &kept));

@@ -32,9 +32,9 @@ typedef enum {
 
 struct AinsworthOutcome {
   AinsworthOutcomeState state = AINSWORTH_OUTCOME_UNMET;
-  AinsworthBackward     error;       /* of the solution */
-  PetscReal             moved = 0.0; /* by the last further solve, relative to x; 0 if there was none */
-  int                   steps = 0;   /* further solves */
+  AinsworthBackward     error;         /* of the solution */
+  PetscReal             moved = 0.0;   /* by the last further solve, relative to x; 0 if there was none */
+  int                   steps = 0;     /* further solves */
   std::vector<bool>     contradictory; /* for each local row of the multiplier field, where the state is CONTRADICTION */
 };
 

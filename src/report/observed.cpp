@@ -10,7 +10,7 @@ struct Observed {
   KSP            ksp;      /* borrowed */
   PetscInt       products; /* with its search direction: a monitor or the preconditioner may make others */
   PetscReal      xAx;      /* of the last of them */
-  PetscLogDouble seconds; /* spent on these dot products, all together */
+  PetscLogDouble seconds;  /* spent on these dot products, all together */
 };
 } // namespace
 

@@ -21,6 +21,21 @@ static PetscErrorCode SolveDecoupled(const AinsworthSaddle *sp, Vec g, Vec lambd
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthSaddleGetKept - copies the entries of kept rows */
+PetscErrorCode AinsworthSaddleGetKept(const AinsworthSaddle *sp, Vec all, Vec kept)
+{
+  PetscScalar *k;
+  PetscInt     n = 0;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayWrite(kept, &k));
+  PetscCall(AinsworthForEntries({all}, [&](PetscInt i, PetscScalar a) {
+    if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) k[n++] = a;
+  }));
+  PetscCall(VecRestoreArrayWrite(kept, &k));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthSaddleRestrict - restricts a right-hand side to the kept rows, after subtracting the columns of known unknowns and multipliers. Collective
 
@@ -28,9 +43,7 @@ static PetscErrorCode SolveDecoupled(const AinsworthSaddle *sp, Vec g, Vec lambd
 */
 PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *sp, AinsworthSaddleVec b, AinsworthSaddleVec kept)
 {
-  Vec          x, lambda, rest = b.dual;
-  PetscScalar *k;
-  PetscInt     n = 0;
+  Vec x, lambda, rest = b.dual;
 
   PetscFunctionBegin;
   PetscCall(GetWork(sp, &x, &lambda));
@@ -45,11 +58,7 @@ PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *sp, AinsworthSaddleVec b
       PetscCall(VecAXPY(kept.primal, -1.0, x));
     }
   }
-  PetscCall(VecGetArrayWrite(kept.dual, &k));
-  PetscCall(AinsworthForEntries({rest}, [&](PetscInt i, PetscScalar a) {
-    if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) k[n++] = a;
-  }));
-  PetscCall(VecRestoreArrayWrite(kept.dual, &k));
+  PetscCall(AinsworthSaddleGetKept(sp, rest, kept.dual));
   if (rest != b.dual) PetscCall(VecDestroy(&rest));
   if (sp->balance) PetscCall(VecPointwiseMult(kept.dual, kept.dual, sp->balance));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -72,14 +72,14 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   PetscBool    negated;   /* lambda is the negative of the program's */
   char         bad[256];  /* why the values are unusable; empty if they are usable */
 
-  AinsworthRowKind *kind;                       /* for each local row of the multiplier field */
-  PetscInt          first;                      /* global number of the first local row */
-  PetscInt          local;                      /* number of local rows */
-  PetscInt          count[AINSWORTH_ROW_KINDS]; /* of each kind, on all ranks */
-  PetscBool         nearly;    /* some rows are dependent only to the accuracy of the Gram matrix: a contradiction in them may have a solution */
-  Vec               balance;   /* scales the rows of C, B and D and the columns of D, powers of 2; NULL: 1 */
-  Vec               known;     /* n, 1 / A_ii for unknowns whose row has only A_ii, else 0; NULL if not needed */
-  Vec               work[2];   /* work vectors, n and all rows; NULL until needed */
+  AinsworthRowKind  *kind;                       /* for each local row of the multiplier field */
+  PetscInt           first;                      /* global number of the first local row */
+  PetscInt           local;                      /* number of local rows */
+  PetscInt           count[AINSWORTH_ROW_KINDS]; /* of each kind, on all ranks */
+  PetscBool          nearly;   /* some rows are dependent only to the accuracy of the Gram matrix: a contradiction in them may have a solution */
+  Vec                balance;  /* scales the rows of C, B and D and the columns of D, powers of 2; NULL: 1 */
+  Vec                known;    /* n, 1 / A_ii for unknowns whose row has only A_ii, else 0; NULL if not needed */
+  Vec                work[2];  /* work vectors, n and all rows; NULL until needed */
   std::vector<bool>  loose;    /* for each local unknown: its row of A is zero */
   PetscBool          positive; /* unknowns that are not loose have positive diagonal entries in A */
   std::vector<bool>  sprung;   /* for each local row of the multiplier field: its row of D is not zero */
@@ -176,6 +176,7 @@ PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *, Vec, Vec, Vec
 PetscErrorCode AinsworthSaddleSetKnown(const AinsworthSaddle *, Vec, Vec);
 
 /* fields.cpp: right-hand sides and solutions, between the program's fields and the kept rows */
+PetscErrorCode AinsworthSaddleGetKept(const AinsworthSaddle *, Vec, Vec);
 PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *, AinsworthSaddleVec, AinsworthSaddleVec);
 PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
 PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *, AinsworthSaddleVec, char[], size_t);
@@ -186,6 +187,12 @@ inline PetscReal AinsworthQuotient(PetscReal residual, PetscReal terms)
   if (residual == 0.0) return 0.0;
   const PetscReal quotient = residual / terms;
   return quotient >= 0.0 && !PetscIsInfOrNanReal(terms) ? PetscMin(quotient, PETSC_MAX_REAL) : PETSC_MAX_REAL;
+}
+
+/* Rows that others imply, or that are zero, are left out: no solution can change what they are left with */
+inline bool AinsworthSaddleIsLeftOut(const AinsworthSaddle *sp, PetscInt i)
+{
+  return sp->kind[i] == AINSWORTH_ROW_DEPENDENT || sp->kind[i] == AINSWORTH_ROW_ZERO;
 }
 
 /* scale.cpp */

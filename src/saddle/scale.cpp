@@ -172,7 +172,8 @@ PetscErrorCode AinsworthSaddleScale(AinsworthSaddle *sp)
   if (sp->rowsD) {
     PetscCall(MatDuplicate(sp->rowsD, MAT_COPY_VALUES, &copy));
     blocks.push_back({copy, true, true});
-    PetscCall(AinsworthForRows(copy, [sp](const AinsworthMatRow &row) { sp->sprung[row.local] = std::any_of(row.a, row.a + row.n, [](PetscScalar v) { return v != 0.0; }); }));
+    PetscCall(AinsworthForRows(
+      copy, [sp](const AinsworthMatRow &row) { sp->sprung[row.local] = std::any_of(row.a, row.a + row.n, [](PetscScalar v) { return v != 0.0; }); }));
   }
   PetscCall(Equilibrate(blocks, stiffness, *scale));
   for (Block &b : blocks) PetscCall(MatDestroy(&b.mat));
