@@ -53,7 +53,7 @@ PetscErrorCode PCAinsworthNextRung_Private(PC pc, PC_Ainsworth *data, PetscBool 
   facts.cap     = data->choices.ladder;
   facts.own     = data->ownChoice;
   facts.small   = n <= tiny;
-  facts.gmres   = !open;
+  facts.gmres   = !open || data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR; /* GMRES has no estimate of that error */
   facts.factors = !data->escape.refused && data->choices.pmat.penalty == AINSWORTH_PENALTY_ROW && PCAinsworthFactorType_Private(data, &package);
   PetscCall(IsRegular(data, (PetscBool)(end == AINSWORTH_END_DEAR), &facts.regular));
   *step = AinsworthLadderNext(facts);
