@@ -215,8 +215,7 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
     if (verdict == AINSWORTH_VERDICT_UNMET && reason != KSP_DIVERGED_ITS) PetscCall(PCAinsworthClimb_Private(pc, data, End(reason), why, &again));
     if (again) PetscCall(VecZeroEntries(y.primal));
   }
-  if (verdict == AINSWORTH_VERDICT_UNMET || verdict == AINSWORTH_VERDICT_SINGULAR)
-    PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
+  if (verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
   /* residuals of an outer method are consistent only to rounding; the program's right-hand side was checked in its first application */
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION && data->applications > 1) verdict = AINSWORTH_VERDICT_MET;
   /* a flexible outer method may use the result at the limit of iterations; others get infinities, because they do not read reasons */

@@ -7,6 +7,14 @@
 #include <petsc/private/pcimpl.h>
 
 /*
+   `rounding`: that of x, or of A x, relative to x in the norm of diag(A); if x is a rigid motion, A x is nothing but rounding.
+
+   `suspicious`: the energy, relative to x' diag(A) x, below which its sign is checked.
+*/
+static const PetscReal rounding   = 1e3 * PETSC_MACHINE_EPSILON;
+static const PetscReal suspicious = 1e4 * PETSC_MACHINE_EPSILON;
+
+/*
    Gets the relative tolerance of the reduced solve that has just ended with `reason`
 
    tol is negative if there was none: the solve ran for a number of iterations, or to an absolute tolerance
@@ -21,6 +29,58 @@ static PetscErrorCode GetTolerance(const PC_Ainsworth *data, KSPConvergedReason 
   PetscCall(KSPGetNormType(data->ksp, &norm));
   if (data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR) *tol = data->reporting.rtol;
   else if (norm == KSP_NORM_NONE || reason == KSP_CONVERGED_ITS || (reason == KSP_CONVERGED_ATOL && atol > 0.0)) *tol = -1.0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Detects a floating body by the energy of x
+
+   If A is singular on Ker C and f is not balanced there, rounding makes the energy slightly positive, and Krylov methods find a huge x. The energy y' A y of
+   its part y in Ker C is then below the rounding error of this product
+*/
+static PetscErrorCode CheckEnergy(const PC_Ainsworth *data, PetscBool transpose, Vec x, Vec Ax, Vec y, AinsworthVerdict *verdict, char why[], size_t len)
+{
+  PetscReal   size, sizeY, noise;
+  PetscScalar energy;
+  PetscBool   isFree, resists = PETSC_TRUE;
+  Vec         work;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(x, &work));
+  PetscCall(PCAinsworthDiagonalEnergy_Private(data, x, work, &size));
+  PetscCall(VecDot(Ax, x, &energy));
+  if (data->constraints && !(data->adjoint && !data->saddle.D)) {
+    isFree = PETSC_FALSE;
+    if (PetscAbsScalar(energy) <= suspicious * size) PetscCall(PCAinsworthIsFree_Private(data, x, work, &isFree));
+    if (isFree) {
+      *verdict = AINSWORTH_VERDICT_SINGULAR;
+      PetscCall(PetscSNPrintf(why, len,
+                              "A body floats that no constraint holds, and f is not balanced on it: A is singular on Ker C, x' A x = %g, %g of x' diag(A) x; "
+                              "hold it, or attach its motions to the matrix with MatSetNullSpace()",
+                              (double)PetscRealPart(energy), (double)(PetscRealPart(energy) / size)));
+    }
+  } else if (PetscAbsScalar(energy) <= suspicious * size) {
+    if (data->constraints) PetscCall(MatAinsworthMultProjector(data->reduced, x, y));
+    else PetscCall(VecCopy(x, y));
+    PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &sizeY));
+    if (sizeY > PetscSqr(rounding) * size || PetscIsInfOrNanReal(size)) { /* otherwise y is only the rounding of x */
+      PetscCall(VecPointwiseMult(work, work, y));
+      PetscCall(VecNorm(work, NORM_2, &noise)); /* the errors of the terms are independent */
+      noise *= 30 * PETSC_MACHINE_EPSILON;
+      PetscCall((transpose ? MatMultTranspose : MatMult)(data->saddle.A, y, work));
+      PetscCall(VecDot(work, y, &energy));
+      if (!(PetscAbsScalar(energy) > noise)) PetscCall(PCAinsworthResists_Private(data, work, sizeY, &resists)); /* y' A y may also be 0 for an indefinite A */
+      if (!resists) {
+        *verdict = AINSWORTH_VERDICT_SINGULAR;
+        PetscCall(
+          PetscSNPrintf(why, len,
+                        "A body floats that no constraint holds, and f is not balanced on it: A is singular on Ker C, x' A x = %g with a rounding error of "
+                        "%g; hold it, or attach its motions to the matrix with MatSetNullSpace()",
+                        (double)PetscRealPart(energy), (double)noise));
+      }
+    }
+  }
+  PetscCall(VecDestroy(&work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -39,7 +99,7 @@ static PetscErrorCode IsFinite(AinsworthSaddleVec y, PetscBool *finite)
 /* Rejects an x so large that f and g are rounding beside it: it is a motion that the system does not resist, whatever D and B are */
 static PetscErrorCode CheckGrowth(PC_Ainsworth *data, AinsworthSaddleVec b, AinsworthSaddleVec y, AinsworthVerdict *verdict, char why[], size_t len)
 {
-  static const PetscReal most = 1e-3 / PETSC_MACHINE_EPSILON; /* rounding of the system changes x by a thousandth of itself */
+  static const PetscReal most = 0.01 / PETSC_MACHINE_EPSILON; /* rounding of the system changes x by a hundredth of itself */
   PetscReal              growth, norms[3];
 
   PetscFunctionBegin;
@@ -195,6 +255,7 @@ PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool tra
   AinsworthRequest request;
   AinsworthOutcome outcome;
   PetscBool        finite = PETSC_TRUE, kept = PETSC_FALSE;
+  PetscInt         n;
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Verify, pc, 0, 0, 0));
@@ -216,6 +277,9 @@ PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool tra
     PetscCall(Describe(data, &outcome, verdict, why, len));
     if (*verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(DescribeContradiction(data, outcome.contradictory, why, len));
   }
+  PetscCall(VecGetSize(y.primal, &n));
+  if (*verdict == AINSWORTH_VERDICT_MET && (data->constraints < n || sp->D))
+    PetscCall(CheckEnergy(data, transpose, y.primal, data->Ax, left.primal, verdict, why, len));
   if (*verdict == AINSWORTH_VERDICT_MET) PetscCall(CheckGrowth(data, b, y, verdict, why, len));
   if (kept && *verdict == AINSWORTH_VERDICT_MET) PetscCall(KeepTerms(data, transpose, b, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_Verify, pc, 0, 0, 0));

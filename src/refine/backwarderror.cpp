@@ -106,7 +106,7 @@ static int KindOfUnknown(const AinsworthSaddle *sp, PetscInt i, PetscScalar forc
 
 static int KindOfConstraint(const AinsworthSaddle *sp, PetscInt i)
 {
-  return sp->sprung[i] ? AINSWORTH_ROWS_SPRUNG : AINSWORTH_ROWS_RIGID;
+  return sp->sprung[i] ? AINSWORTH_ROWS_HELD : AINSWORTH_ROWS_RIGID;
 }
 
 /* Raises `most` to |v_i| s_i, or to infinity if that is not a number */
@@ -164,10 +164,9 @@ PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *sp, PetscBoo
 PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[], Vec earlier, AinsworthSaddleVec b,
                                       AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left, AinsworthBackward *error)
 {
-  const MPI_Comm           comm                            = PetscObjectComm((PetscObject)Ax);
-  const AinsworthSaddleVec scale                           = sp->scale;
-  PetscReal                sizes[1 + AINSWORTH_ROWS_KINDS] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0},
-                      dual[AINSWORTH_ROWS_KINDS]           = {0.0, 0.0, 0.0, 0.0, 0.0}; /* of the terms; of residuals */
+  const MPI_Comm           comm             = PetscObjectComm((PetscObject)Ax);
+  const AinsworthSaddleVec scale            = sp->scale;
+  PetscReal sizes[1 + AINSWORTH_ROWS_KINDS] = {0.0, 0.0, 0.0, 0.0, 0.0}, dual[AINSWORTH_ROWS_KINDS] = {0.0, 0.0, 0.0, 0.0}; /* of the terms; of residuals */
   AinsworthSaddleVec terms;
   PetscInt           first[2];
 

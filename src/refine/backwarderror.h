@@ -22,15 +22,14 @@ struct AinsworthMeasure {
 };
 
 /*
-   Kinds of rows: those of A with stiffness; those of C without a spring; those where A is zero, with a force, or without; those of C with a spring of D. Where A is zero
-   x does not occur, so that they hold multipliers alone, and a force that is given is no rounding, however small
+   Kinds of rows: those that A or a spring of D holds, whose residual costs energy; those of C without a spring; those where A is zero, with a force, or without:
+   x does not occur in them, so that they hold multipliers alone, and a force that is given is no rounding, however small
 */
 enum {
   AINSWORTH_ROWS_HELD,
   AINSWORTH_ROWS_RIGID,
   AINSWORTH_ROWS_FORCED,
   AINSWORTH_ROWS_LOOSE,
-  AINSWORTH_ROWS_SPRUNG,
   AINSWORTH_ROWS_KINDS
 };
 PetscErrorCode AinsworthResidual(const AinsworthSaddle *, PetscBool, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);

@@ -13,10 +13,9 @@
    settled   an x that another solve moves by less is determined
    rate      steps have to reduce what they reduce by this factor, as in LAPACK's xGERFSX
    most      steps
-   loose     relative tolerance of a solve that only shows how far x moves
-   once      the same by conjugate gradients, of which one iteration tells
+   loose     relative tolerance of a solve that only shows how far x moves: all but a tenth
 */
-static const PetscReal margin = 10, least = 1e-13, rows = 1e-8, rounding = 0.5 * PETSC_MACHINE_EPSILON, settled = 1e-6, rate = 0.5, loose = 0.5, once = 0.9;
+static const PetscReal margin = 10, least = 1e-13, rows = 1e-8, rounding = 0.5 * PETSC_MACHINE_EPSILON, settled = 1e-6, rate = 0.5, loose = 0.1;
 static const int       most = 10;
 
 /* AinsworthDecide - goes on while a row is left with too much, or x has not settled, as long as that helps; open: how far a step may move a settled x */
@@ -115,8 +114,7 @@ static void Measure(bool D, const AinsworthRequest *request, AinsworthMeasure me
 {
   const PetscReal enough = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */ : PetscMax(margin * request->tol, least);
 
-  measure[AINSWORTH_ROWS_HELD]   = {enough, request->energetic && !D ? enough : rounding};
-  measure[AINSWORTH_ROWS_SPRUNG] = {enough, request->energetic ? enough / margin : rounding};
+  measure[AINSWORTH_ROWS_HELD]   = {enough, !request->energetic ? rounding : D ? enough / margin : enough};
   measure[AINSWORTH_ROWS_RIGID]  = {PetscMin(enough, rows), rounding};
   measure[AINSWORTH_ROWS_FORCED] = {measure[AINSWORTH_ROWS_RIGID].enough, 0.0};
   measure[AINSWORTH_ROWS_LOOSE]  = measure[AINSWORTH_ROWS_RIGID];
@@ -202,7 +200,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
                         p.steps, (double)(p.steps ? p.moved : 0.0), (double)error.primal.omega, (double)error.dual.omega));
     if (state != AINSWORTH_WORKING) break;
     PetscCall(AinsworthSaddleVecDuplicate(y, &correction));
-    PetscCall(solver(left, p.excess <= 1.0 ? (request->energetic ? once : loose) : PetscMin(loose, 1.0 / (margin * p.excess)), correction, &reason));
+    PetscCall(solver(left, p.excess <= 1.0 ? loose : PetscMin(loose, 1.0 / (margin * p.excess)), correction, &reason));
     p.before = p.excess;
     p.last   = p.moved;
     if (!kept.primal) PetscCall(AinsworthSaddleVecDuplicate(y, &kept));

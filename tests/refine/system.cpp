@@ -117,7 +117,10 @@ Truth Exact(const Setup &setup, const std::vector<AinsworthRowKind> &kind, bool 
   for (Eigen::Index i = 0; i < rhs.size(); i++) {
     const bool              other = i >= n && (kind[i - n] == AINSWORTH_ROW_ZERO || kind[i - n] == AINSWORTH_ROW_DEPENDENT);
     const bool              held  = (i < n ? setup.dense.A.row(i) : setup.dense.D.row(i - n)).cwiseAbs().maxCoeff() > 0.0;
-    const AinsworthMeasure &m     = measure[held ? (i < n ? AINSWORTH_ROWS_HELD : AINSWORTH_ROWS_SPRUNG) : i >= n ? AINSWORTH_ROWS_RIGID : b[i] == 0.0 ? AINSWORTH_ROWS_LOOSE : AINSWORTH_ROWS_FORCED];
+    const AinsworthMeasure &m     = measure[held          ? AINSWORTH_ROWS_HELD
+                                            : i >= n      ? AINSWORTH_ROWS_RIGID
+                                            : b[i] == 0.0 ? AINSWORTH_ROWS_LOOSE
+                                                          : AINSWORTH_ROWS_FORCED];
     const long double       size  = std::abs(truth.residual[i]);
     truth.allowed[i]              = m.enough * truth.terms[i] + m.floor * truth.size / s[i];
     const PetscReal    omega      = size == 0.0L ? 0.0 : (PetscReal)(size / truth.allowed[i]);
