@@ -117,7 +117,7 @@ static void Raise(PetscScalar v, PetscScalar s, PetscReal *most)
   *most = PetscMax(*most, PetscIsNanReal(size) ? PETSC_MAX_REAL : size);
 }
 
-/* Computes the terms, with those of earlier solves (NULL: none), and their largest in the units of the scale. Collective */
+/* Computes the terms, with those of earlier solves (NULL: none), and the largest of them in the units of the scale. Collective */
 static PetscErrorCode TermsAndSize(const AinsworthSaddle *sp, PetscBool transpose, Vec earlier, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax,
                                    AinsworthSaddleVec terms, PetscReal *size)
 {
@@ -133,9 +133,20 @@ static PetscErrorCode TermsAndSize(const AinsworthSaddle *sp, PetscBool transpos
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscReal Allowed(const AinsworthMeasure &m, PetscScalar terms, PetscScalar s, PetscReal size)
+static PetscReal Allowed(const AinsworthMeasure &m, PetscScalar terms, PetscScalar s, const PetscReal sizes[2])
 {
-  return m.enough * PetscRealPart(terms) + m.floor * size / PetscRealPart(s);
+  return m.enough * PetscRealPart(terms) + (m.floor * sizes[0] + m.energetic * sizes[1]) / PetscRealPart(s);
+}
+
+/* Computes the energy norm of x, if it excuses rows: an error of t in that norm leaves at most 2 t in a row, in the units of the scale. Collective */
+static PetscErrorCode EnergyNorm(const AinsworthMeasure measure[], Vec x, Vec Ax, PetscReal *norm)
+{
+  PetscScalar dot = 0.0;
+
+  PetscFunctionBegin;
+  if (measure[AINSWORTH_ROWS_HELD].energetic > 0.0) PetscCall(VecDot(Ax, x, &dot));
+  *norm = PetscSqrtReal(PetscAbsScalar(dot));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* AinsworthAllowedOfConstraints - computes what each row of C x - D lambda = g may be left with. Collective */
@@ -143,14 +154,15 @@ PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *sp, PetscBoo
                                              AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax, Vec allowed)
 {
   AinsworthSaddleVec terms;
-  PetscReal          size;
+  PetscReal          sizes[2];
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleVecDuplicate(b, &terms));
-  PetscCall(TermsAndSize(sp, transpose, earlier, b, y, Ax, terms, &size));
+  PetscCall(TermsAndSize(sp, transpose, earlier, b, y, Ax, terms, &sizes[0]));
+  PetscCall(EnergyNorm(measure, y.primal, Ax, &sizes[1]));
   PetscCall(VecCopy(terms.dual, allowed));
   PetscCall(
-    AinsworthUpdate(allowed, {sp->scale.dual}, [&](PetscInt i, PetscScalar &t, PetscScalar s) { t = Allowed(measure[KindOfConstraint(sp, i)], t, s, size); }));
+    AinsworthUpdate(allowed, {sp->scale.dual}, [&](PetscInt i, PetscScalar &t, PetscScalar s) { t = Allowed(measure[KindOfConstraint(sp, i)], t, s, sizes); }));
   PetscCall(AinsworthSaddleVecDestroy(&terms));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -158,41 +170,42 @@ PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *sp, PetscBoo
 /*
    AinsworthBackwardError - finds the rows with the largest residual relative to what their measure allows: 1 is just enough. Collective
 
-   In the units of the scale each column has an entry of about 1, on the diagonal of A or in C, so that the largest unknown and the largest force are a lower bound of the largest terms, without a pass over
-   A: if all rows are met relative to that, the quotients returned are upper bounds, and no row is named
+   In the units of the scale each column has an entry of about 1, on the diagonal of A or in C, so that the largest unknown and the largest force are a lower
+   bound of the largest terms, without a pass over A: if all rows are met relative to that, the quotients returned are upper bounds, and no row is named
 */
 PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[], Vec earlier, AinsworthSaddleVec b,
                                       AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left, AinsworthBackward *error)
 {
-  const MPI_Comm           comm             = PetscObjectComm((PetscObject)Ax);
-  const AinsworthSaddleVec scale            = sp->scale;
-  PetscReal sizes[1 + AINSWORTH_ROWS_KINDS] = {0.0, 0.0, 0.0, 0.0, 0.0}, dual[AINSWORTH_ROWS_KINDS] = {0.0, 0.0, 0.0, 0.0}; /* of the terms; of residuals */
-  AinsworthSaddleVec terms;
-  PetscInt           first[2];
+  const MPI_Comm           comm  = PetscObjectComm((PetscObject)Ax);
+  const AinsworthSaddleVec scale = sp->scale;
+  PetscReal                sizes[2], most[1 + AINSWORTH_ROWS_KINDS] = {0.0, 0.0, 0.0, 0.0, 0.0}; /* most: of terms, of residuals of each kind */
+  AinsworthSaddleVec       terms;
+  PetscInt                 first[2];
 
   PetscFunctionBegin;
   *error = AinsworthBackward();
+  PetscCall(EnergyNorm(measure, y.primal, Ax, &sizes[1]));
   if (sp->rowsB == sp->rowsC && sp->positive)
-    PetscCall(Largest(y.primal, scale.primal, true, &sizes[0])); /* otherwise its rows may be small where its columns are not */
-  PetscCall(Largest(b.primal, scale.primal, false, &sizes[0]));
-  PetscCall(Largest(b.dual, scale.dual, false, &sizes[0]));
+    PetscCall(Largest(y.primal, scale.primal, true, &most[0])); /* otherwise its rows may be small where its columns are not */
+  PetscCall(Largest(b.primal, scale.primal, false, &most[0]));
+  PetscCall(Largest(b.dual, scale.dual, false, &most[0]));
   PetscCall(AinsworthForEntries({left.primal, scale.primal, b.primal},
-                                [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar force) { Raise(r, s, &sizes[1 + KindOfUnknown(sp, i, force)]); }));
-  PetscCall(AinsworthForEntries({left.dual, scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar s) { Raise(r, s, &dual[KindOfConstraint(sp, i)]); }));
-  for (int k = 0; k < AINSWORTH_ROWS_KINDS; k++) sizes[1 + k] = PetscMax(sizes[1 + k], dual[k]);
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sizes, 1 + AINSWORTH_ROWS_KINDS, MPIU_REAL, MPIU_MAX, comm));
+                                [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar force) { Raise(r, s, &most[1 + KindOfUnknown(sp, i, force)]); }));
+  PetscCall(AinsworthForEntries({left.dual, scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar s) { Raise(r, s, &most[1 + KindOfConstraint(sp, i)]); }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, most, 1 + AINSWORTH_ROWS_KINDS, MPIU_REAL, MPIU_MAX, comm));
   for (int k = 0; k < AINSWORTH_ROWS_KINDS; k++)
-    error->primal.omega = PetscMax(error->primal.omega, AinsworthQuotient(sizes[1 + k], measure[k].floor * sizes[0]));
+    error->primal.omega = PetscMax(error->primal.omega, AinsworthQuotient(most[1 + k], measure[k].floor * most[0] + measure[k].energetic * sizes[1]));
   error->dual.omega = error->dependent.omega = error->primal.omega;
-  error->size                                = sizes[0];
+  error->size                                = most[0];
   if (error->primal.omega <= 1.0) PetscFunctionReturn(PETSC_SUCCESS);
   *error = AinsworthBackward();
   PetscCall(AinsworthSaddleVecDuplicate(left, &terms));
-  PetscCall(TermsAndSize(sp, transpose, earlier, b, y, Ax, terms, &error->size));
+  PetscCall(TermsAndSize(sp, transpose, earlier, b, y, Ax, terms, &sizes[0]));
+  error->size = sizes[0];
   PetscCall(VecGetOwnershipRange(left.primal, &first[0], NULL));
   PetscCall(VecGetOwnershipRange(left.dual, &first[1], NULL));
   auto look = [&](AinsworthWorstRow *worst, PetscInt row, int kind, PetscScalar r, PetscScalar t, PetscScalar s) {
-    const PetscReal omega = AinsworthQuotient(PetscAbsScalar(r), Allowed(measure[kind], t, s, error->size));
+    const PetscReal omega = AinsworthQuotient(PetscAbsScalar(r), Allowed(measure[kind], t, s, sizes));
 
     if (omega > worst->omega) *worst = {omega, PetscAbsScalar(r), PetscRealPart(t), row};
   };

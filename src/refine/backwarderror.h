@@ -16,9 +16,9 @@ struct AinsworthBackward {
   PetscReal         size = 0.0; /* of the largest terms of all, in units of the scale */
 };
 
-/* What rows are allowed: `enough` of their terms, and `floor` of the largest terms of all */
+/* What rows are allowed: `enough` of their terms, `floor` of the largest terms of all in units of the scale, and `energetic` of the energy norm of x */
 struct AinsworthMeasure {
-  PetscReal enough, floor;
+  PetscReal enough, floor, energetic = 0.0;
 };
 
 /*

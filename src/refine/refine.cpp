@@ -109,12 +109,12 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets what rows are allowed; where the energy decides, those with stiffness as a whole, because the energy is that of all of x */
+/* Sets what rows are allowed; where the energy decides, those with stiffness as a whole, relative to x: an x at rest has no energy that could excuse them */
 static void Measure(bool D, const AinsworthRequest *request, AinsworthMeasure measure[])
 {
   const PetscReal enough = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */ : PetscMax(margin * request->tol, least);
 
-  measure[AINSWORTH_ROWS_HELD]   = {enough, !request->energetic ? rounding : D ? enough / margin : enough};
+  measure[AINSWORTH_ROWS_HELD]   = {enough, rounding, !request->energetic ? 0.0 : D ? enough / margin : enough};
   measure[AINSWORTH_ROWS_RIGID]  = {PetscMin(enough, rows), rounding};
   measure[AINSWORTH_ROWS_FORCED] = {measure[AINSWORTH_ROWS_RIGID].enough, 0.0};
   measure[AINSWORTH_ROWS_LOOSE]  = measure[AINSWORTH_ROWS_RIGID];
