@@ -13,9 +13,10 @@
    settled   an x that another solve moves by less is determined
    rate      steps have to reduce what they reduce by this factor, as in LAPACK's xGERFSX
    most      steps
-   loose     relative tolerance of a solve that only shows how far x moves: all but a tenth
+   loose     relative tolerance of a solve that only shows how far x moves
+   tenth     the same where rows were excused by the energy, which the solve has to see: all but a tenth of what x is off by
 */
-static const PetscReal margin = 10, least = 1e-13, rows = 1e-8, rounding = 0.5 * PETSC_MACHINE_EPSILON, settled = 1e-6, rate = 0.5, loose = 0.1;
+static const PetscReal margin = 10, least = 1e-13, rows = 1e-8, rounding = 0.5 * PETSC_MACHINE_EPSILON, settled = 1e-6, rate = 0.5, loose = 0.5, tenth = 0.1;
 static const int       most = 10;
 
 /* AinsworthDecide - goes on while a row is left with too much, or x has not settled, as long as that helps; open: how far a step may move a settled x */
@@ -200,7 +201,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
                         p.steps, (double)(p.steps ? p.moved : 0.0), (double)error.primal.omega, (double)error.dual.omega));
     if (state != AINSWORTH_WORKING) break;
     PetscCall(AinsworthSaddleVecDuplicate(y, &correction));
-    PetscCall(solver(left, p.excess <= 1.0 ? loose : PetscMin(loose, 1.0 / (margin * p.excess)), correction, &reason));
+    PetscCall(solver(left, p.excess <= 1.0 ? (request->energetic ? tenth : loose) : PetscMin(loose, 1.0 / (margin * p.excess)), correction, &reason));
     p.before = p.excess;
     p.last   = p.moved;
     if (!kept.primal) PetscCall(AinsworthSaddleVecDuplicate(y, &kept));
