@@ -142,9 +142,9 @@ static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Solves for the residual of an earlier solution, to a relative tolerance of at least `loose` */
-static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal loose, AinsworthSaddleVec left, AinsworthSaddleVec p,
-                                   KSPConvergedReason *reason)
+/* Solves for the residual of an earlier solution, to a relative tolerance of at least `loose`; stopped: rounding ended that solve, so this one is not to last longer */
+static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscReal loose, AinsworthSaddleVec left,
+                                   AinsworthSaddleVec p, KSPConvergedReason *reason)
 {
   const PetscInt  its   = data->ksp->its;
   const PetscReal rnorm = data->ksp->rnorm;
@@ -156,7 +156,7 @@ static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpos
   PetscFunctionBegin;
   PetscCall(VecZeroEntries(p.primal));
   PetscCall(KSPGetTolerances(data->ksp, &rtol, &atol, &dtol, &limit));
-  PetscCall(KSPSetTolerances(data->ksp, PetscMax(rtol, loose), atol, dtol, limit));
+  PetscCall(KSPSetTolerances(data->ksp, PetscMax(rtol, loose), atol, dtol, stopped ? PetscMin(PetscMax(its, 1), limit) : limit));
   error = SolveFields(pc, data, transpose, PETSC_FALSE, left, p, reason);
   PetscCall(KSPSetTolerances(data->ksp, rtol, atol, dtol, limit));
   data->ksp->its   = its; /* what the program asks for is the solve of its system */
@@ -173,7 +173,7 @@ static PetscErrorCode RefineAndJudge(PC pc, PC_Ainsworth *data, PetscBool transp
   AinsworthSaddleVec left;
   PetscBool          removed;
   AinsworthSolver    solver = [=](AinsworthSaddleVec r, PetscReal loose, AinsworthSaddleVec p, KSPConvergedReason *ended) {
-    return SolveLoosely(pc, data, transpose, loose, r, p, ended);
+    return SolveLoosely(pc, data, transpose, (PetscBool)(reason < 0), loose, r, p, ended);
   };
 
   PetscFunctionBegin;
