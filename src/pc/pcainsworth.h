@@ -253,9 +253,6 @@ PETSC_INTERN PetscErrorCode PCAinsworthJudge_Private(PC, PC_Ainsworth *, PetscBo
                                                      AinsworthSaddleVec, AinsworthSaddleVec, AinsworthVerdict *, char[], size_t);
 PETSC_INTERN PetscErrorCode PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);
 PETSC_INTERN PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *, Vec, PetscReal *);
-PETSC_INTERN PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *, Vec, Vec, PetscReal *);
-PETSC_INTERN PetscErrorCode PCAinsworthResists_Private(const PC_Ainsworth *, Vec, PetscReal, PetscBool *);
-PETSC_INTERN PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *, Vec, Vec, PetscBool *);
 PETSC_INTERN PetscErrorCode PCAinsworthTry_Private(PC, PC_Ainsworth *, KSPConvergedReason *, PetscInt *, char[], size_t);
 PETSC_INTERN PetscErrorCode PCAinsworthDiagnosePassed_Private(PC, AinsworthDiagnosis *);
 PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseBlocks_Private(const PC_Ainsworth *, AinsworthDiagnosis *);

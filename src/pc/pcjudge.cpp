@@ -7,14 +7,6 @@
 #include <petsc/private/pcimpl.h>
 
 /*
-   `rounding`: that of x, or of A x, relative to x in the norm of diag(A); if x is a rigid motion, A x is nothing but rounding.
-
-   `suspicious`: the energy, relative to x' diag(A) x, below which its sign is checked.
-*/
-static const PetscReal rounding   = 1e3 * PETSC_MACHINE_EPSILON;
-static const PetscReal suspicious = 1e4 * PETSC_MACHINE_EPSILON;
-
-/*
    Gets the relative tolerance of the reduced solve that has just ended with `reason`
 
    tol is negative if there was none: the solve ran for a number of iterations, or to an absolute tolerance
@@ -32,58 +24,6 @@ static PetscErrorCode GetTolerance(const PC_Ainsworth *data, KSPConvergedReason 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   Detects a floating body by the energy of x
-
-   If A is singular on Ker C and f is not balanced there, rounding makes the energy slightly positive, and Krylov methods find a huge x. The energy y' A y of
-   its part y in Ker C is then below the rounding error of this product
-*/
-static PetscErrorCode CheckEnergy(const PC_Ainsworth *data, PetscBool transpose, Vec x, Vec Ax, Vec y, AinsworthVerdict *verdict, char why[], size_t len)
-{
-  PetscReal   size, sizeY, noise;
-  PetscScalar energy;
-  PetscBool   isFree, resists = PETSC_TRUE;
-  Vec         work;
-
-  PetscFunctionBegin;
-  PetscCall(VecDuplicate(x, &work));
-  PetscCall(PCAinsworthDiagonalEnergy_Private(data, x, work, &size));
-  PetscCall(VecDot(Ax, x, &energy));
-  if (data->constraints && !(data->adjoint && !data->saddle.D)) {
-    isFree = PETSC_FALSE;
-    if (PetscAbsScalar(energy) <= suspicious * size) PetscCall(PCAinsworthIsFree_Private(data, x, work, &isFree));
-    if (isFree) {
-      *verdict = AINSWORTH_VERDICT_SINGULAR;
-      PetscCall(PetscSNPrintf(why, len,
-                              "A body floats that no constraint holds, and f is not balanced on it: A is singular on Ker C, x' A x = %g, %g of x' diag(A) x; "
-                              "hold it, or attach its motions to the matrix with MatSetNullSpace()",
-                              (double)PetscRealPart(energy), (double)(PetscRealPart(energy) / size)));
-    }
-  } else if (PetscAbsScalar(energy) <= suspicious * size) {
-    if (data->constraints) PetscCall(MatAinsworthMultProjector(data->reduced, x, y));
-    else PetscCall(VecCopy(x, y));
-    PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &sizeY));
-    if (sizeY > PetscSqr(rounding) * size || PetscIsInfOrNanReal(size)) { /* otherwise y is only the rounding of x */
-      PetscCall(VecPointwiseMult(work, work, y));
-      PetscCall(VecNorm(work, NORM_2, &noise)); /* the errors of the terms are independent */
-      noise *= 30 * PETSC_MACHINE_EPSILON;
-      PetscCall((transpose ? MatMultTranspose : MatMult)(data->saddle.A, y, work));
-      PetscCall(VecDot(work, y, &energy));
-      if (!(PetscAbsScalar(energy) > noise)) PetscCall(PCAinsworthResists_Private(data, work, sizeY, &resists)); /* y' A y may also be 0 for an indefinite A */
-      if (!resists) {
-        *verdict = AINSWORTH_VERDICT_SINGULAR;
-        PetscCall(
-          PetscSNPrintf(why, len,
-                        "A body floats that no constraint holds, and f is not balanced on it: A is singular on Ker C, x' A x = %g with a rounding error of "
-                        "%g; hold it, or attach its motions to the matrix with MatSetNullSpace()",
-                        (double)PetscRealPart(energy), (double)noise));
-      }
-    }
-  }
-  PetscCall(VecDestroy(&work));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Checks that no entry is NaN, Inf, or nearly so: sums show it on all ranks, but a maximum may lose a NaN, and a product with a zero column hides it */
 static PetscErrorCode IsFinite(AinsworthSaddleVec y, PetscBool *finite)
 {
@@ -96,27 +36,44 @@ static PetscErrorCode IsFinite(AinsworthSaddleVec y, PetscBool *finite)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rejects an x so large that f and g are rounding beside it: it is a motion that the system does not resist, whatever D and B are */
-static PetscErrorCode CheckGrowth(PC_Ainsworth *data, AinsworthSaddleVec b, AinsworthSaddleVec y, AinsworthVerdict *verdict, char why[], size_t len)
+/*
+   Rejects an x that rounding of the system moves: a motion that the system does not resist, as of a body that floats. rounding: how far that of A moves it
+
+   Growth, a lower bound of the norm of the inverse, tells the same of A, B, C and D. Rows that determine an unknown or a multiplier by themselves may put large
+   forces on others.
+*/
+static PetscErrorCode CheckDetermined(PC_Ainsworth *data, AinsworthSaddleVec b, AinsworthSaddleVec y, PetscReal rounding, AinsworthVerdict *verdict, char why[],
+                                      size_t len)
 {
-  static const PetscReal most = 0.01 / PETSC_MACHINE_EPSILON; /* rounding of the system changes x by a hundredth of itself */
-  PetscReal              growth, norms[3];
+  static const PetscReal most = 0.01; /* two digits */
+  PetscReal              growth, quotient, norms[3];
+  Vec                    motion;
 
   PetscFunctionBegin;
   PetscCall(AinsworthGrowth(&data->saddle, b, y.primal, &growth));
-  if (growth > most && data->f) { /* rows that determine an unknown or a multiplier by themselves may put large forces on others */
+  if (PETSC_MACHINE_EPSILON * growth > most && data->f) {
     PetscCall(AinsworthSaddleRestrict(&data->saddle, b, {data->f, data->g}));
     PetscCall(AinsworthGrowth(&data->saddle, {data->f, b.dual}, y.primal, &growth));
   }
-  if (growth <= most) PetscFunctionReturn(PETSC_SUCCESS);
+  rounding = PetscMax(rounding, PETSC_MACHINE_EPSILON * growth);
+  if (rounding <= most) PetscFunctionReturn(PETSC_SUCCESS);
+  *verdict = AINSWORTH_VERDICT_SINGULAR;
+  PetscCall(AinsworthVecClone(y.primal, &motion));
+  PetscCall(PCAinsworthRayleighQuotient_Private(data, motion, &quotient));
+  PetscCall(VecDestroy(&motion));
   PetscCall(VecNorm(b.primal, NORM_INFINITY, &norms[0]));
   PetscCall(VecNorm(b.dual, NORM_INFINITY, &norms[1]));
   PetscCall(VecNorm(y.primal, NORM_INFINITY, &norms[2]));
-  *verdict = AINSWORTH_VERDICT_SINGULAR;
-  PetscCall(PetscSNPrintf(why, len,
-                          "The reduced solve ended with an x of up to %g, where f and g, up to %g and %g, drown in the rounding of its terms: it is a motion "
-                          "that neither A nor C seems to resist; does a body float?",
-                          (double)norms[2], (double)norms[0], (double)norms[1]));
+  if (PetscAbsReal(quotient) <= PCAinsworthNoEnergy)
+    PetscCall(PetscSNPrintf(why, len,
+                            "A body floats that no constraint holds, and f is not balanced on it: A is singular on Ker C, x' A x is %g of x' diag(A) x, and "
+                            "rounding moves x by %g of itself; hold it, or attach its motions to the matrix with MatSetNullSpace()",
+                            (double)quotient, (double)rounding));
+  else
+    PetscCall(PetscSNPrintf(why, len,
+                            "The reduced solve ended with an x of up to %g, where f and g, up to %g and %g, drown in the rounding of its terms, which moves it "
+                            "by %g of itself: it is a motion that neither A nor C seems to resist; does a body float?",
+                            (double)norms[2], (double)norms[0], (double)norms[1], (double)rounding));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -255,7 +212,6 @@ PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool tra
   AinsworthRequest request;
   AinsworthOutcome outcome;
   PetscBool        finite = PETSC_TRUE, kept = PETSC_FALSE;
-  PetscInt         n;
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Verify, pc, 0, 0, 0));
@@ -277,10 +233,7 @@ PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool tra
     PetscCall(Describe(data, &outcome, verdict, why, len));
     if (*verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(DescribeContradiction(data, outcome.contradictory, why, len));
   }
-  PetscCall(VecGetSize(y.primal, &n));
-  if (*verdict == AINSWORTH_VERDICT_MET && (data->constraints < n || sp->D))
-    PetscCall(CheckEnergy(data, transpose, y.primal, data->Ax, left.primal, verdict, why, len));
-  if (*verdict == AINSWORTH_VERDICT_MET) PetscCall(CheckGrowth(data, b, y, verdict, why, len));
+  if (*verdict == AINSWORTH_VERDICT_MET) PetscCall(CheckDetermined(data, b, y, outcome.rounding, verdict, why, len));
   if (kept && *verdict == AINSWORTH_VERDICT_MET) PetscCall(KeepTerms(data, transpose, b, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_Verify, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);

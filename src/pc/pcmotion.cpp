@@ -1,11 +1,11 @@
-/* Is a vector a motion that neither A nor C resists? For the verdict (pcjudge.cpp), and for the words of a failure (pcfailure.cpp) */
+/* Is a vector a motion that neither A nor C resists? For the words of a failure; no verdict depends on it */
 #include "pcainsworth.h"
 #include "../loops.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
 /* Computes x' diag(A) x, and diag(A) x in work */
-PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x, Vec work, PetscReal *size)
+static PetscErrorCode DiagonalEnergy(const PC_Ainsworth *data, Vec x, Vec work, PetscReal *size)
 {
   PetscScalar dot;
 
@@ -24,7 +24,7 @@ PetscErrorCode PCAinsworthDiagonalEnergy_Private(const PC_Ainsworth *data, Vec x
    norm of diag(A), to the root of what rounding may add to its energy. A row with a spring D_ii resists with the energy of the spring, which may drown in the
    rounding of y' A y. work: of length n
 */
-PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec work, PetscBool *isFree)
+static PetscErrorCode IsFree(const PC_Ainsworth *data, Vec y, Vec work, PetscBool *isFree)
 {
   static const PetscReal along = 1e-8, others = 1e-10, force = 1e-7;
   const Mat              C = data->saddle.C;
@@ -34,7 +34,7 @@ PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec wo
   Vec                    rows, lengths, terms, root, springs;
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &size));
+  PetscCall(DiagonalEnergy(data, y, work, &size));
   PetscCall(MatMult(data->saddle.A, y, work));
   PetscCall(VecDuplicate(work, &root));
   PetscCall(VecPointwiseMult(root, work, data->inverseDiagonal));
@@ -64,7 +64,7 @@ PetscErrorCode PCAinsworthIsFree_Private(const PC_Ainsworth *data, Vec y, Vec wo
 }
 
 /* Checks whether w = A y, projected by Q', is more than rounding in the norm of diag(A)^{-1}; A is indefinite then if y' A y = 0; w is overwritten */
-PetscErrorCode PCAinsworthResists_Private(const PC_Ainsworth *data, Vec w, PetscReal size, PetscBool *resists)
+static PetscErrorCode Resists(const PC_Ainsworth *data, Vec w, PetscReal size, PetscBool *resists)
 {
   static const PetscReal force = 1e-5;
   PetscScalar            dot;
@@ -96,17 +96,17 @@ PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *data, Vec
   PetscFunctionBegin;
   *quotient = 1.0;
   PetscCall(VecDuplicate(y, &work));
-  PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &before));
+  PetscCall(DiagonalEnergy(data, y, work, &before));
   if (!projected) {
-    PetscCall(PCAinsworthIsFree_Private(data, y, work, &isFree));
+    PetscCall(IsFree(data, y, work, &isFree));
     if (!isFree) before = PETSC_INFINITY;
   } else if (data->constraints) PetscCall(MatAinsworthMultProjector(data->reduced, y, y));
-  PetscCall(PCAinsworthDiagonalEnergy_Private(data, y, work, &size));
+  PetscCall(DiagonalEnergy(data, y, work, &size));
   PetscCall(MatMult(data->saddle.A, y, work));
   PetscCall(VecDot(work, y, &energy));
   if (size > PETSC_SQRT_MACHINE_EPSILON * before && !PetscIsInfOrNanReal(size) && !PetscIsInfOrNanScalar(energy)) *quotient = PetscRealPart(energy) / size;
   if (PetscAbsReal(*quotient) <= PCAinsworthNoEnergy && projected) {
-    PetscCall(PCAinsworthResists_Private(data, work, size, &resists));
+    PetscCall(Resists(data, work, size, &resists));
     if (resists) *quotient = -1.0;
   }
   if (!projected && *quotient < -PCAinsworthNoEnergy) *quotient = 1.0; /* rows that y nearly satisfies may resist by more than that */

@@ -242,12 +242,11 @@ PetscErrorCode AinsworthGrowth(const AinsworthSaddle *sp, AinsworthSaddleVec b, 
 /*
    AinsworthChange - computes the largest change p of an unknown relative to the largest x, the worse of the units of the program and of the scale. Collective
 
-   In the units of the scale forces and displacements are of one size: an x that is less than `rest` of b is at rest, and its changes count relative to b.
+   In the units of the scale forces and displacements are of one size: the changes of an x at rest count relative to b.
 */
 PetscErrorCode AinsworthChange(const AinsworthSaddle *sp, AinsworthSaddleVec b, Vec x, Vec p, PetscReal *change)
 {
-  static const PetscReal rest   = 1e-8;                      /* half of all digits: below, x is the rounding of forces that balance each other */
-  PetscReal              all[5] = {0.0, 0.0, 0.0, 0.0, 0.0}; /* changes and unknowns, in the program's units and in those of the scale; right-hand side */
+  PetscReal all[5] = {0.0, 0.0, 0.0, 0.0, 0.0}; /* changes and unknowns, in the program's units and in those of the scale; right-hand side */
 
   PetscFunctionBegin;
   PetscCall(AinsworthForEntries({x, p, sp->scale.primal}, [&](PetscInt, PetscScalar a, PetscScalar d, PetscScalar s) {
@@ -258,7 +257,7 @@ PetscErrorCode AinsworthChange(const AinsworthSaddle *sp, AinsworthSaddleVec b, 
   PetscCall(Largest(b.primal, sp->scale.primal, false, &all[4]));
   PetscCall(Largest(b.dual, sp->scale.dual, false, &all[4]));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, all, 5, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)x)));
-  *change = AinsworthQuotient(all[1], PetscMax(all[3], rest * all[4]));
-  if (all[3] >= rest * all[4]) *change = PetscMax(*change, AinsworthQuotient(all[0], all[2]));
+  *change = AinsworthQuotient(all[1], PetscMax(all[3], AinsworthRest * all[4]));
+  if (all[3] >= AinsworthRest * all[4]) *change = PetscMax(*change, AinsworthQuotient(all[0], all[2]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

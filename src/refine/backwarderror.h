@@ -10,6 +10,9 @@ struct AinsworthWorstRow {
   PetscInt  row = -1;
 };
 
+/* Half of all digits: an x of less than this of b, in units of the scale, is the rounding of forces that balance each other, and b is nearly that of a larger x */
+static const PetscReal AinsworthRest = 1e-8;
+
 /* Componentwise backward error of both equations; dependent: of rows of C that were left out because they depend on others, whose solution they share */
 struct AinsworthBackward {
   AinsworthWorstRow primal, dual, dependent;

@@ -19,14 +19,16 @@ static PetscErrorCode Raise(Vec u, Vec t, Vec s, PetscReal sizes[2])
 /*
    AinsworthCertify - finds what w means, a combination of rows [C -D] that is meant to be zero. Collective
 
-   With K = [A B'; C -D], w' C = 0 and w' D = 0 make w' b = w' (b - K y) for any y: if that is more than its rows are allowed, no y is a solution
+   With K = [A B'; C -D], w' C = 0 and w' D = 0 make w' b = w' (b - K y) for any y: if that is more than its rows are allowed, no y is a solution. What rounding
+   leaves of w' C and w' D counts with an entry as large as any of y
 
    Input Parameters:
 +  w       - m; not NaN
 .  left    - m, b - K y in these rows, for some y
+.  size    - of the largest entry of y, in units of the scale
 -  allowed - m, what these rows may be left with
 */
-PetscErrorCode AinsworthCertify(const AinsworthSaddle *sp, Vec w, Vec left, Vec allowed, AinsworthDependence *what)
+PetscErrorCode AinsworthCertify(const AinsworthSaddle *sp, Vec w, Vec left, PetscReal size, Vec allowed, AinsworthDependence *what)
 {
   const MPI_Comm comm     = PetscObjectComm((PetscObject)w);
   PetscReal      sizes[2] = {0.0, 0.0}, bound = 0.0;
@@ -55,7 +57,9 @@ PetscErrorCode AinsworthCertify(const AinsworthSaddle *sp, Vec w, Vec left, Vec 
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sizes, 2, MPIU_REAL, MPIU_MAX, comm));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &bound, 1, MPIU_REAL, MPIU_SUM, comm));
   PetscCall(VecDot(left, w, &dot));
-  if (!(sizes[0] <= exact * sizes[1])) *what = AINSWORTH_DEPENDENCE_NONE;
-  else *what = PetscAbsScalar(dot) <= bound ? AINSWORTH_DEPENDENCE_CONSISTENT : AINSWORTH_DEPENDENCE_CONTRADICTION;
+  *what = AINSWORTH_DEPENDENCE_NONE;
+  if (!(sizes[0] <= exact * sizes[1])) PetscFunctionReturn(PETSC_SUCCESS);
+  if (PetscAbsScalar(dot) <= bound) *what = AINSWORTH_DEPENDENCE_CONSISTENT;
+  else if (PetscAbsScalar(dot) > bound + sizes[0] * size) *what = AINSWORTH_DEPENDENCE_CONTRADICTION;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -10,6 +10,6 @@ typedef enum {
   AINSWORTH_DEPENDENCE_NONE           /* w' K is a row of its own, which the system has besides the others */
 } AinsworthDependence;
 
-PetscErrorCode AinsworthCertify(const AinsworthSaddle *, Vec, Vec, Vec, AinsworthDependence *);
+PetscErrorCode AinsworthCertify(const AinsworthSaddle *, Vec, Vec, PetscReal, Vec, AinsworthDependence *);
 
 #endif

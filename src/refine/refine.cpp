@@ -13,10 +13,8 @@
    settled   an x that another solve moves by less is determined
    rate      steps have to reduce what they reduce by this factor, as in LAPACK's xGERFSX
    most      steps
-   loose     relative tolerance of a solve that only shows how far x moves
-   tenth     the same where rows were excused by the energy, which the solve has to see: all but a tenth of what x is off by
 */
-static const PetscReal margin = 10, least = 1e-13, rows = 1e-8, rounding = 0.5 * PETSC_MACHINE_EPSILON, settled = 1e-6, rate = 0.5, loose = 0.5, tenth = 0.1;
+static const PetscReal margin = 10, least = 1e-13, rows = 1e-8, rounding = 0.5 * PETSC_MACHINE_EPSILON, settled = 1e-6, rate = 0.5;
 static const int       most = 10;
 
 /* AinsworthDecide - goes on while a row is left with too much, or x has not settled, as long as that helps; open: how far a step may move a settled x */
@@ -143,7 +141,7 @@ static PetscErrorCode Depend(const AinsworthSaddle *sp, const AinsworthRequest *
 
     PetscCall(AinsworthUpdate(w, [&](PetscInt i, PetscScalar &v) { v = sp->first + i == row ? 1.0 : 0.0; }));
     PetscCall(request->combination(w));
-    PetscCall(AinsworthCertify(sp, w, left.dual, allowed, &what));
+    PetscCall(AinsworthCertify(sp, w, left.dual, outcome->error.size, allowed, &what));
     if (what == AINSWORTH_DEPENDENCE_NONE && outcome->state != AINSWORTH_OUTCOME_CONTRADICTION) outcome->state = AINSWORTH_OUTCOME_UNMET;
     if (what != AINSWORTH_DEPENDENCE_CONTRADICTION) continue;
     outcome->state = AINSWORTH_OUTCOME_CONTRADICTION;
@@ -151,6 +149,60 @@ static PetscErrorCode Depend(const AinsworthSaddle *sp, const AinsworthRequest *
   }
   PetscCall(VecDestroy(&allowed));
   PetscCall(VecDestroy(&w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Checks whether K p = 0 to rounding: a step along p leads to another solution, or to none. Collective */
+static PetscErrorCode IsNull(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec p, bool *null)
+{
+  AinsworthMeasure   measure[AINSWORTH_ROWS_KINDS];
+  AinsworthBackward  error;
+  AinsworthSaddleVec zero, left;
+  Vec                Ap;
+
+  PetscFunctionBegin;
+  for (AinsworthMeasure &m : measure) m = {margin * PETSC_MACHINE_EPSILON, rounding, 0.0};
+  PetscCall(AinsworthSaddleVecDuplicate(p, &zero));
+  PetscCall(AinsworthSaddleVecDuplicate(p, &left));
+  PetscCall(VecDuplicate(p.primal, &Ap));
+  for (Vec v : {zero.primal, zero.dual}) PetscCall(VecZeroEntries(v));
+  PetscCall(AinsworthResidual(sp, transpose, PETSC_FALSE, zero, p, Ap, left));
+  PetscCall(AinsworthBackwardError(sp, transpose, measure, NULL, zero, p, Ap, left, &error));
+  *null = PetscMax(error.primal.omega, PetscMax(error.dual.omega, error.dependent.omega)) <= 1.0;
+  PetscCall(AinsworthSaddleVecDestroy(&zero));
+  PetscCall(AinsworthSaddleVecDestroy(&left));
+  PetscCall(VecDestroy(&Ap));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Finds how far rounding of A moves x, if f and g are nearly nothing of x, in units of the scale. Collective
+
+   Rounding of A may be eps diag(A). Along a motion z that nothing resists it moves x by eps z' diag(A) z / z' A z of itself: of size 1, as z' A z is rounding,
+   however f is balanced on z. A solver that found x, but fails for that, moves it by infinity.
+*/
+static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthSolver &solver, AinsworthSaddleVec b,
+                                   AinsworthSaddleVec y, PetscReal *moved)
+{
+  AinsworthSaddleVec r, d;
+  KSPConvergedReason reason;
+  PetscReal          growth;
+
+  PetscFunctionBegin;
+  *moved = 0.0;
+  PetscCall(AinsworthGrowth(sp, b, y.primal, &growth));
+  if (growth * AinsworthRest <= 1.0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthSaddleVecDuplicate(b, &r));
+  PetscCall(AinsworthSaddleVecDuplicate(y, &d));
+  PetscCall(AinsworthGetDiagonal(sp->block[AINSWORTH_BLOCK_A], r.primal));
+  PetscCall(AinsworthUpdate(r.primal, {y.primal}, [](PetscInt, PetscScalar &a, PetscScalar x) { a = PETSC_MACHINE_EPSILON * PetscAbsScalar(a) * x; }));
+  PetscCall(VecZeroEntries(r.dual));
+  PetscCall(solver(r, 1.0 / margin, d, &reason));
+  PetscCall(AinsworthChange(sp, b, y.primal, d.primal, moved));
+  if (reason < 0 && (reason != KSP_DIVERGED_ITS || request->tol >= 0.0)) *moved = PETSC_INFINITY;
+  PetscCall(PetscInfo(sp->rowsC, "x is %g of f and g: rounding of A moves it by %g (%s)\n", (double)growth, (double)*moved, KSPConvergedReasons[reason]));
+  PetscCall(AinsworthSaddleVecDestroy(&r));
+  PetscCall(AinsworthSaddleVecDestroy(&d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -171,7 +223,8 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   AinsworthBackward      error;
   AinsworthSaddleVec     kept = {NULL, NULL};
   Directions             all;
-  bool                   some = true;
+  bool                   some = true, null = false;
+  PetscReal              far;
 
   PetscFunctionBegin;
   Measure(sp->D, request, measure);
@@ -201,9 +254,16 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
                         p.steps, (double)(p.steps ? p.moved : 0.0), (double)error.primal.omega, (double)error.dual.omega));
     if (state != AINSWORTH_WORKING) break;
     PetscCall(AinsworthSaddleVecDuplicate(y, &correction));
-    PetscCall(solver(left, p.excess <= 1.0 ? (request->energetic ? tenth : loose) : PetscMin(loose, 1.0 / (margin * p.excess)), correction, &reason));
+    PetscCall(solver(left, 1.0 / (margin * PetscMax(p.excess, 1.0)), correction, &reason));
+    PetscCall(AinsworthChange(sp, b, y.primal, correction.primal, &far));
+    if (p.excess <= 1.0 && far > open) PetscCall(IsNull(sp, request->transpose, correction, &null));
     p.before = p.excess;
-    p.last   = p.moved;
+    if (null) { /* there are other solutions, too */
+      PetscCall(AinsworthSaddleVecDestroy(&correction));
+      state = AINSWORTH_CONVERGED;
+      break;
+    }
+    p.last = p.moved;
     if (!kept.primal) PetscCall(AinsworthSaddleVecDuplicate(y, &kept));
     PetscCall(VecCopy(y.primal, kept.primal));
     PetscCall(VecCopy(y.dual, kept.dual));
@@ -218,6 +278,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   if (p.excess > 1.0) outcome->state = AINSWORTH_OUTCOME_UNMET;
   else if (state != AINSWORTH_CONVERGED) outcome->state = AINSWORTH_OUTCOME_UNSETTLED;
   else outcome->state = AINSWORTH_OUTCOME_SOLVED;
+  if (outcome->state == AINSWORTH_OUTCOME_SOLVED) PetscCall(FindRounding(sp, request, solver, b, y, &outcome->rounding));
   if (p.excess <= 1.0 && error.dependent.omega > 1.0 && request->combination) PetscCall(Depend(sp, request, measure, b, y, Ax, left, outcome));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -118,16 +118,17 @@ static PetscErrorCode CheckStagnation(AinsworthReport *report, KSP ksp, PetscInt
 /* Sets the number of iterations that CheckStagnation() allows */
 PetscErrorCode AinsworthReportSetPatience(AinsworthReport *report, KSP ksp)
 {
-  static const PetscInt usual = 1000;
-  PetscBool             multigrid;
-  PetscInt              n;
-  PC                    pc;
+  static const PetscInt usual  = 1000,
+                        rounds = 10; /* rounding delays the n-th step, with which Krylov methods end; ten times is plenty on 10^5 random systems */
+  PetscBool multigrid;
+  PetscInt  n;
+  PC        pc;
 
   PetscFunctionBegin;
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)pc, &multigrid, PCBLOCKSA, PCHYPRE, PCGAMG, PCML, PCMG, ""));
   PetscCall(VecGetSize(report->system.inverseDiagonal, &n));
-  report->patience = multigrid ? usual : PetscMax(usual, n);
+  report->patience = multigrid || n <= usual ? PetscMin(usual, rounds * n) : n;
   report->least    = PETSC_MAX_REAL;
   report->found    = 0;
   report->wentOn   = PETSC_FALSE;

@@ -240,7 +240,7 @@ static PetscErrorCode Causes(DenseSystem (*make)(Kind), const std::string &outer
   PetscCall(Cause("too few iterations", good, jacobi + "-ainsworth_ksp_max_it 2",
                   {"The reduced solve ended without convergence", "DIVERGED_ITS", "2 iterations"}, outer));
   PetscCall(Cause("stagnation", good, jacobi + "-ainsworth_ksp_type richardson -ainsworth_ksp_richardson_scale 1e-9",
-                  {"The reduced solve stagnates", "after 1000 iterations", "-ainsworth_pc_type"}, outer));
+                  {"The reduced solve stagnates", "after " + std::to_string(10 * good.A.rows()) + " iterations", "-ainsworth_pc_type"}, outer));
   for (const std::string key : {"ksp_atol", "ksp_rtol"})
     PetscCall(Cause("wrong prefix", good, jacobi + "-ainsworth_ksp_max_it 3 -" + key + " 1e-3",
                     {"The reduced solve ended without convergence", "-" + key + " is that of the outer solver, the reduced solve has -ainsworth_" + key},

@@ -154,7 +154,7 @@ static void Rescale(PetscReal decades, PetscInt seed, Blocks *b, Column *factor)
   b->D = factor->asDiagonal() * b->D * factor->asDiagonal();
 }
 
-static PetscErrorCode Certify(const Setup &setup, const Column &w, const Column &left, const Column &allowed, AinsworthDependence expected)
+static PetscErrorCode Certify(const Setup &setup, const Column &w, const Column &left, PetscReal size, const Column &allowed, AinsworthDependence expected)
 {
   Vec v[3];
 
@@ -166,11 +166,20 @@ static PetscErrorCode Certify(const Setup &setup, const Column &w, const Column 
     AinsworthDependence what;
 
     PetscCall(Scatter(Column(factor * w), v[0]));
-    PetscCall(AinsworthCertify(&setup.sp, v[0], v[1], v[2], &what));
+    PetscCall(AinsworthCertify(&setup.sp, v[0], v[1], size, v[2], &what));
     PetscCall(CheckInt("what it means", what, expected));
   }
   for (Vec &u : v) PetscCall(VecDestroy(&u));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A vector of all rows, zero in those of the primal field */
+static Column Append(PetscInt n, const Column &w)
+{
+  Column all = Column::Zero(n + w.size());
+
+  all.tail(w.size()) = w;
+  return all;
 }
 
 /* b has a solution, or is off by a part of what the rows in w are allowed together; y is wrong in all rows */
@@ -210,6 +219,20 @@ static PetscErrorCode CheckCertificate(const Certificate &c, PetscReal decades, 
   const Column    allowed = 1e-8 * terms.tail(d.m()) + 1e-10 * setup.s.tail(d.m()).cwiseInverse(); /* of a row of zeros, the latter alone */
   const PetscReal bound   = PetscRealPart(w.cwiseAbs().cwiseProduct(allowed.cwiseAbs()).sum());
 
+  const PetscReal size    = y.cwiseAbs().cwiseQuotient(setup.s.cwiseAbs()).maxCoeff();
+  Column          product = Times(d.K().adjoint(), Append(n, w)).cwiseProduct(setup.s), whole = Times(d.K().cwiseAbs().transpose(), Append(n, w.cwiseAbs()));
+
+  for (PetscInt k : c.fixed) product[k] = 0.0;
+  const PetscReal rest = product.cwiseAbs().maxCoeff();
+  if (c.zero && rest > 1e-15 * PetscRealPart(whole.cwiseProduct(setup.s).cwiseAbs().maxCoeff())) { /* a large y may make up for that */
+    Column off = b;
+
+    off[n + row] += 1.1 * bound / w[row];
+    const Column left = off - Times(d.K(), y);
+
+    PetscCall(Certify(setup, w, left.tail(d.m()), 0.05 * bound / rest, allowed, AINSWORTH_DEPENDENCE_CONTRADICTION));
+    PetscCall(Certify(setup, w, left.tail(d.m()), 0.2 * bound / rest, allowed, AINSWORTH_DEPENDENCE_NONE));
+  }
   for (PetscReal part : {0.0, 0.9, -0.9, 1.1, -1.1, 1e6}) {
     Column off = b;
 
@@ -217,7 +240,7 @@ static PetscErrorCode CheckCertificate(const Certificate &c, PetscReal decades, 
     off[n + row] += part * bound / w[row];
     const Column left = off - Times(d.K(), y);
 
-    PetscCall(Certify(setup, w, left.tail(d.m()), allowed,
+    PetscCall(Certify(setup, w, left.tail(d.m()), size, allowed,
                       !c.zero                     ? AINSWORTH_DEPENDENCE_NONE
                       : PetscAbsReal(part) <= 1.0 ? AINSWORTH_DEPENDENCE_CONSISTENT
                                                   : AINSWORTH_DEPENDENCE_CONTRADICTION));
