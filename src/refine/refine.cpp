@@ -152,16 +152,36 @@ static PetscErrorCode Depend(const AinsworthSaddle *sp, const AinsworthRequest *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks whether K p = 0 to rounding: a step along p leads to another solution, or to none. Collective */
-static PetscErrorCode IsNull(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec p, bool *null)
+/* Keeps the entries of p that are more than `AinsworthRest` of the largest, in units of the scale. Collective */
+static PetscErrorCode Clean(const AinsworthSaddle *sp, AinsworthSaddleVec p)
+{
+  PetscReal most = 0.0;
+
+  PetscFunctionBegin;
+  for (auto pair : {std::make_pair(p.primal, sp->scale.primal), std::make_pair(p.dual, sp->scale.dual)})
+    PetscCall(AinsworthForEntries({pair.first, pair.second},
+                                  [&most](PetscInt, PetscScalar v, PetscScalar s) { most = PetscMax(most, PetscAbsScalar(v) / PetscRealPart(s)); }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)p.primal)));
+  for (auto pair : {std::make_pair(p.primal, sp->scale.primal), std::make_pair(p.dual, sp->scale.dual)})
+    PetscCall(AinsworthUpdate(pair.first, {pair.second},
+                              [=](PetscInt, PetscScalar &v, PetscScalar s) { v = PetscAbsScalar(v) / PetscRealPart(s) > AinsworthRest * most ? v : 0.0; }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Checks whether K p = 0 to rounding of each row, but for rounding of p: a step along p leads to another solution. p is cleaned for that. Collective */
+static PetscErrorCode IsNull(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec given, bool *null)
 {
   AinsworthMeasure   measure[AINSWORTH_ROWS_KINDS];
   AinsworthBackward  error;
-  AinsworthSaddleVec zero, left;
+  AinsworthSaddleVec zero, left, p;
   Vec                Ap;
 
   PetscFunctionBegin;
-  for (AinsworthMeasure &m : measure) m = {margin * PETSC_MACHINE_EPSILON, rounding, 0.0};
+  for (AinsworthMeasure &m : measure) m = {margin * PETSC_MACHINE_EPSILON, 0.0, 0.0};
+  PetscCall(AinsworthSaddleVecDuplicate(given, &p));
+  PetscCall(VecCopy(given.primal, p.primal));
+  PetscCall(VecCopy(given.dual, p.dual));
+  PetscCall(Clean(sp, p));
   PetscCall(AinsworthSaddleVecDuplicate(p, &zero));
   PetscCall(AinsworthSaddleVecDuplicate(p, &left));
   PetscCall(VecDuplicate(p.primal, &Ap));
@@ -169,8 +189,7 @@ static PetscErrorCode IsNull(const AinsworthSaddle *sp, PetscBool transpose, Ain
   PetscCall(AinsworthResidual(sp, transpose, PETSC_FALSE, zero, p, Ap, left));
   PetscCall(AinsworthBackwardError(sp, transpose, measure, NULL, zero, p, Ap, left, &error));
   *null = PetscMax(error.primal.omega, PetscMax(error.dual.omega, error.dependent.omega)) <= 1.0;
-  PetscCall(AinsworthSaddleVecDestroy(&zero));
-  PetscCall(AinsworthSaddleVecDestroy(&left));
+  for (AinsworthSaddleVec *v : {&p, &zero, &left}) PetscCall(AinsworthSaddleVecDestroy(v));
   PetscCall(VecDestroy(&Ap));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
