@@ -111,7 +111,7 @@ static PetscErrorCode KeepTerms(PC_Ainsworth *data, PetscBool transpose, Ainswor
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleVecDuplicate(b, &terms));
-  PetscCall(AinsworthTerms(&data->saddle, transpose, b, y, data->Ax, terms));
+  PetscCall(AinsworthSaddleTerms(&data->saddle, transpose, b, y, data->Ax, terms));
   if (data->terms) PetscCall(VecPointwiseMax(data->terms, data->terms, terms.dual));
   else PetscCall(AinsworthShare(terms.dual, &data->terms));
   PetscCall(AinsworthSaddleVecDestroy(&terms));

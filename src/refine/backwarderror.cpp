@@ -1,69 +1,7 @@
-/* Residuals of the program's system, and their size relative to the terms of each row (Oettli and Prager 1964; Arioli, Demmel and Duff 1989) */
+/* The size of residuals relative to the terms of each row (Oettli and Prager 1964; Arioli, Demmel and Duff 1989) */
 #include "backwarderror.h"
 #include "../loops.h"
 #include "../objects.h"
-
-/*
-   AinsworthResidual - computes left = b - K y with the program's matrix: f - op(A) x - B' lambda and g - C x + D lambda. Collective
-
-   known: Ax is op(A) x already; otherwise it is computed.
-*/
-PetscErrorCode AinsworthResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax,
-                                 AinsworthSaddleVec left)
-{
-  PetscFunctionBegin;
-  if (!known) PetscCall((transpose ? MatMultTranspose : MatMult)(sp->block[AINSWORTH_BLOCK_A], y.primal, Ax));
-  PetscCall(MatMultHermitianTranspose(sp->rowsB, y.dual, left.primal));
-  PetscCall(VecAXPBYPCZ(left.primal, 1.0, -1.0, -1.0, b.primal, Ax));
-  PetscCall(MatMult(sp->givenC, y.primal, left.dual));
-  PetscCall(VecAYPX(left.dual, -1.0, b.dual));
-  if (sp->rowsD) { /* sum D lambda separately: its cancellation would add rounding to the other terms */
-    Vec work;
-
-    PetscCall(VecDuplicate(left.dual, &work));
-    PetscCall(MatMult(sp->rowsD, y.dual, work));
-    PetscCall(VecAXPY(left.dual, 1.0, work));
-    PetscCall(VecDestroy(&work));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Adds |v| to sum */
-static PetscErrorCode AddAbs(Vec sum, Vec v)
-{
-  PetscFunctionBegin;
-  PetscCall(AinsworthUpdate(sum, {v}, [](PetscInt, PetscScalar &s, PetscScalar a) { s += PetscAbsScalar(a); }));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* AinsworthTerms - computes |K| |y| + |b| of each row of both equations; of an opaque A it has the product Ax alone. Collective */
-PetscErrorCode AinsworthTerms(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec terms)
-{
-  PetscBool rows;
-  Vec       part;
-  Mat       A;
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthAbsoluteMultTranspose(sp->rowsB, y.dual, terms.primal));
-  PetscCall(AddAbs(terms.primal, b.primal));
-  PetscCall(MatHasOperation(sp->block[AINSWORTH_BLOCK_A], MATOP_GET_ROW, &rows));
-  if (rows) {
-    PetscCall(VecDuplicate(terms.primal, &part));
-    PetscCall(AinsworthGetAIJ(sp->block[AINSWORTH_BLOCK_A], &A));
-    PetscCall((transpose ? AinsworthAbsoluteMultTranspose : AinsworthAbsoluteMult)(A, y.primal, part));
-    PetscCall(MatDestroy(&A));
-    PetscCall(VecAXPY(terms.primal, 1.0, part));
-    PetscCall(VecDestroy(&part));
-  } else PetscCall(AddAbs(terms.primal, Ax));
-  PetscCall(AinsworthAbsoluteMult(sp->givenC, y.primal, terms.dual));
-  PetscCall(AddAbs(terms.dual, b.dual));
-  if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDuplicate(terms.dual, &part));
-  PetscCall(AinsworthAbsoluteMult(sp->rowsD, y.dual, part));
-  PetscCall(VecAXPY(terms.dual, 1.0, part));
-  PetscCall(VecDestroy(&part));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* Agrees on the worst row of all ranks */
 static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthWorstRow *worst)
@@ -124,7 +62,7 @@ static PetscErrorCode TermsAndSize(const AinsworthSaddle *sp, PetscBool transpos
   static const PetscReal noted = 1e-2; /* a residual of an earlier solve, of 1e-10 of its terms at most, may be all of g */
 
   PetscFunctionBegin;
-  PetscCall(AinsworthTerms(sp, transpose, b, y, Ax, terms));
+  PetscCall(AinsworthSaddleTerms(sp, transpose, b, y, Ax, terms));
   if (earlier) PetscCall(VecAXPY(terms.dual, noted, earlier));
   *size = 0.0;
   PetscCall(Largest(terms.primal, sp->scale.primal, false, size));

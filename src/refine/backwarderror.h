@@ -35,8 +35,6 @@ enum {
   AINSWORTH_ROWS_LOOSE,
   AINSWORTH_ROWS_KINDS
 };
-PetscErrorCode AinsworthResidual(const AinsworthSaddle *, PetscBool, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
-PetscErrorCode AinsworthTerms(const AinsworthSaddle *, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
 PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *, PetscBool, const AinsworthMeasure[], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
                                       AinsworthSaddleVec, AinsworthBackward *);
 PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *, PetscBool, const AinsworthMeasure[], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec,

@@ -76,7 +76,7 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
   PetscCall(AinsworthSaddleVecDuplicate(left, &r));
   PetscCall(VecZeroEntries(r.primal));
   PetscCall(VecZeroEntries(r.dual));
-  PetscCall(AinsworthResidual(sp, transpose, PETSC_FALSE, r, p, Ax, q));
+  PetscCall(AinsworthSaddleResidual(sp, transpose, PETSC_FALSE, r, p, Ax, q));
   for (Vec v : {q.primal, q.dual}) PetscCall(VecScale(v, -1.0));
   PetscCall(VecCopy(left.primal, r.primal));
   PetscCall(VecCopy(left.dual, r.dual));
@@ -186,7 +186,7 @@ static PetscErrorCode IsNull(const AinsworthSaddle *sp, PetscBool transpose, Ain
   PetscCall(AinsworthSaddleVecDuplicate(p, &left));
   PetscCall(VecDuplicate(p.primal, &Ap));
   for (Vec v : {zero.primal, zero.dual}) PetscCall(VecZeroEntries(v));
-  PetscCall(AinsworthResidual(sp, transpose, PETSC_FALSE, zero, p, Ap, left));
+  PetscCall(AinsworthSaddleResidual(sp, transpose, PETSC_FALSE, zero, p, Ap, left));
   PetscCall(AinsworthBackwardError(sp, transpose, measure, NULL, zero, p, Ap, left, &error));
   *null = PetscMax(error.primal.omega, PetscMax(error.dual.omega, error.dependent.omega)) <= 1.0;
   for (AinsworthSaddleVec *v : {&p, &zero, &left}) PetscCall(AinsworthSaddleVecDestroy(v));
@@ -252,14 +252,14 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
     AinsworthSaddleVec correction;
     KSPConvergedReason reason;
 
-    PetscCall(AinsworthResidual(sp, request->transpose, *known, b, y, Ax, left));
+    PetscCall(AinsworthSaddleResidual(sp, request->transpose, *known, b, y, Ax, left));
     *known = PETSC_TRUE;
     PetscCall(AinsworthBackwardError(sp, request->transpose, measure, request->earlier, b, y, Ax, left, &error));
     p.excess = PetscMax(error.primal.omega, error.dual.omega);
     if (p.steps && p.excess > PetscMax(p.before, 1.0)) { /* the step went along what the system does not resist: it only shows how far x moves */
       PetscCall(VecCopy(kept.primal, y.primal));
       PetscCall(VecCopy(kept.dual, y.dual));
-      PetscCall(AinsworthResidual(sp, request->transpose, PETSC_FALSE, b, y, Ax, left));
+      PetscCall(AinsworthSaddleResidual(sp, request->transpose, PETSC_FALSE, b, y, Ax, left));
       PetscCall(AinsworthBackwardError(sp, request->transpose, measure, request->earlier, b, y, Ax, left, &error));
       p.excess = PetscMax(error.primal.omega, error.dual.omega);
       some     = false;
@@ -279,7 +279,9 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
     p.before = p.excess;
     if (null) { /* there are other solutions, too */
       PetscCall(AinsworthSaddleVecDestroy(&correction));
-      state = AINSWORTH_CONVERGED;
+      state   = AINSWORTH_CONVERGED;
+      p.moved = 0.0;
+      p.steps++;
       break;
     }
     p.last = p.moved;

@@ -181,6 +181,10 @@ PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *, AinsworthSaddleVec, Ai
 PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
 PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *, AinsworthSaddleVec, char[], size_t);
 
+/* residual.cpp: of the program's system, and the terms of its rows */
+PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
+PetscErrorCode AinsworthSaddleTerms(const AinsworthSaddle *, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
+
 /* Returns a residual relative to the terms of its row; infinite if either is NaN or the terms overflow */
 inline PetscReal AinsworthQuotient(PetscReal residual, PetscReal terms)
 {

@@ -113,10 +113,10 @@ static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vecto
     if (i >= n || b[i] != 0.0) b[i] += (i == target ? 1e-3 : 1e-5) * Entry(seed, i, 2) / setup->s[i];
   PetscCall(SetBoth(y, setup->y));
   PetscCall(SetBoth(b, setup->b));
-  PetscCall(AinsworthResidual(&setup->sp, transpose, PETSC_FALSE, setup->b, setup->y, setup->Ax, setup->left));
+  PetscCall(AinsworthSaddleResidual(&setup->sp, transpose, PETSC_FALSE, setup->b, setup->y, setup->Ax, setup->left));
   PetscCall(GatherBoth(setup->left, got));
   PetscCall(AinsworthSaddleVecDuplicate(setup->b, &terms));
-  PetscCall(AinsworthTerms(&setup->sp, transpose, setup->b, setup->y, setup->Ax, terms));
+  PetscCall(AinsworthSaddleTerms(&setup->sp, transpose, setup->b, setup->y, setup->Ax, terms));
   const Truth truth = Exact(*setup, kind, transpose, measures[0], b, y);
   PetscReal   off = 0.0, far = 0.0;
   Column      sums;
@@ -215,7 +215,7 @@ static PetscErrorCode Integers(bool compliant)
   PetscCall(SetupCreate(d, &setup));
   PetscCall(SetBoth(y, setup.y));
   PetscCall(SetBoth(Times(d.K(), y), setup.b));
-  PetscCall(AinsworthResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+  PetscCall(AinsworthSaddleResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
   PetscCall(AinsworthBackwardError(&setup.sp, PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
   PetscCall(CheckTrue("nothing is left", error.primal.omega == 0.0 && error.dual.omega == 0.0 && error.dependent.omega == 0.0));
   PetscCall(CheckTrue("no row is named", error.primal.row < 0 && error.dual.row < 0 && error.dependent.row < 0));
@@ -231,7 +231,7 @@ static PetscErrorCode Integers(bool compliant)
       const AinsworthMeasure same[AINSWORTH_ROWS_KINDS] = {m, m, m, m};
 
       PetscCall(SetBoth(wrong, setup.y));
-      PetscCall(AinsworthResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+      PetscCall(AinsworthSaddleResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
       PetscCall(AinsworthBackwardError(&setup.sp, PETSC_FALSE, same, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
       PetscCall(CheckTrue("infinitely wrong", error.primal.omega == PETSC_MAX_REAL && (bad >= d.n() || error.dual.omega == PETSC_MAX_REAL)));
     }
@@ -263,7 +263,7 @@ static PetscErrorCode AtRest(PetscInt seed)
     if (wrong) b[0] += 1e-6 / setup.s[0];
     PetscCall(SetBoth(y, setup.y));
     PetscCall(SetBoth(b, setup.b));
-    PetscCall(AinsworthResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+    PetscCall(AinsworthSaddleResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
     PetscCall(AinsworthBackwardError(&setup.sp, PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
     PetscCall(CheckTrue("met unless wrong", (error.primal.omega <= 1.0) == !wrong));
     PetscCall(CheckTrue("the constraints are met", error.dual.omega == 0.0));
@@ -298,7 +298,7 @@ static PetscErrorCode Forces()
     else y[5] = 1e-20;
     PetscCall(SetBoth(y, setup.y));
     PetscCall(SetBoth(b, setup.b));
-    PetscCall(AinsworthResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+    PetscCall(AinsworthSaddleResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
     PetscCall(AinsworthBackwardError(&setup.sp, PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
     if (force) {
       PetscCall(CheckInt("the row", error.primal.row, 1));
@@ -334,7 +334,7 @@ static PetscErrorCode NoDiagonal()
   b[2] += 1e-3;
   PetscCall(SetBoth(y, setup.y));
   PetscCall(SetBoth(b, setup.b));
-  PetscCall(AinsworthResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+  PetscCall(AinsworthSaddleResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
   PetscCall(AinsworthBackwardError(&setup.sp, PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
   const Truth exact = Exact(setup, {AINSWORTH_ROW_CONSTRAINT}, false, measure, b, y);
 
@@ -366,7 +366,7 @@ static PetscErrorCode Earlier()
   PetscCall(VecDuplicate(setup.b.dual, &earlier));
   for (PetscReal terms : {0.0, 1e12}) {
     PetscCall(VecSet(earlier, terms));
-    PetscCall(AinsworthResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+    PetscCall(AinsworthSaddleResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
     PetscCall(AinsworthBackwardError(&setup.sp, PETSC_FALSE, measure, earlier, setup.b, setup.y, setup.Ax, setup.left, &error));
     const PetscReal expected = 1.0 / (1e-8 * (1.0 + 1e-2 * terms));
 

@@ -13,14 +13,16 @@ PetscErrorCode Refine(Setup *setup, const AinsworthRequest &request, const Colum
     PetscCall(CheckTrue("a tolerance", loose > 0.0 && loose <= (request.energetic ? 0.9 : 0.5)));
     PetscCall(GatherBoth(r, all));
     PetscCall(SetBoth(answer(all, run->calls++), p));
-    *reason = KSP_CONVERGED_RTOL;
+    *reason = run->reason;
     PetscFunctionReturn(PETSC_SUCCESS);
   };
-  Blocks d = setup->dense;
-  Column Ax;
+  const KSPConvergedReason reason = run->reason;
+  Blocks                   d      = setup->dense;
+  Column                   Ax;
 
   PetscFunctionBeginUser;
-  *run = Run();
+  *run        = Run();
+  run->reason = reason;
   if (request.transpose) d.A = Dense(d.A.transpose());
   PetscCall(SetBoth(b, setup->b));
   PetscCall(SetBoth(y, setup->y));
@@ -29,7 +31,7 @@ PetscErrorCode Refine(Setup *setup, const AinsworthRequest &request, const Colum
   PetscCall(GatherBoth(setup->left, run->left));
   PetscCall(Gather(setup->Ax, Ax));
   PetscCall(CheckTrue("A x is known", known));
-  PetscCall(CheckInt("calls of the solver", run->calls, run->outcome.steps));
+  PetscCall(CheckInt("calls of the solver", run->calls, run->outcome.steps + (run->outcome.rounding > 0.0)));
   PetscCall(CheckEqual("A x", Ax, Times(d.A, run->y.head(d.n())), 1e-13));
   const Column s = setup->s, exact = Column(b - Times(d.K(), run->y)).cwiseProduct(s), size = Times(d.K().cwiseAbs(), run->y.cwiseAbs()).cwiseProduct(s);
   const Column left = run->left.cwiseProduct(s);
@@ -296,6 +298,63 @@ static PetscErrorCode Unsettled(bool energetic)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A pair of unknowns of which nothing resists the sum, or next to nothing: the solver moves x along it */
+static PetscErrorCode Null(PetscReal stiffness, bool two)
+{
+  Setup            setup;
+  AinsworthRequest request;
+  Run              run;
+  Blocks           d = Handmade(Column::Ones(4), Unit(4, 3).transpose());
+  Column           b, y = Column::Zero(5);
+
+  PetscFunctionBeginUser;
+  Case("a step along a stiffness of %g%s", (double)stiffness, two ? ", beside rounding" : "");
+  d.A(0, 1) = d.A(1, 0) = -1.0 + stiffness;
+  PetscCall(SetupCreate(d, &setup));
+  y[0] = 1.0;
+  y[2] = 1e-3;
+  b    = Times(d.K(), y);
+  for (int k : {0, 1}) y[k] += 0.125;
+  b[2] *= 1.0 + 1e-9; /* so that there is a residual */
+  request.tol = 1e-8;
+  PetscCall(Refine(
+    &setup, request, b, y, [&](const Column &, int) { return Column(Unit(5, 0) + Unit(5, 1) + (two ? 1e-12 : 0.0) * Unit(5, 2)); }, &run));
+  PetscCall(CheckInt("the outcome", run.outcome.state, AINSWORTH_OUTCOME_SOLVED));
+  if (stiffness == 0.0) PetscCall(CheckTrue("x is the same", run.y == y && run.outcome.steps == 1));
+  else PetscCall(Check("error of x", PetscAbsScalar(run.y[1]), 1e-2));
+  PetscCall(SetupDestroy(&setup));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The same pair, with a force that moves it far: rounding of A, eps diag(A), moves it by eps / stiffness of that */
+static PetscErrorCode Rounding(PetscReal stiffness, KSPConvergedReason reason, bool tolerance)
+{
+  Setup            setup;
+  AinsworthRequest request;
+  Run              run;
+  Blocks           d = Handmade(Column::Ones(4), Unit(4, 3).transpose());
+  Column           b = Column::Zero(5), y = Column::Zero(5);
+  const PetscReal  moved = PETSC_MACHINE_EPSILON / stiffness;
+  const bool       limit = reason == KSP_DIVERGED_ITS && !tolerance;
+
+  PetscFunctionBeginUser;
+  Case("rounding, stiffness %g, the solver ends with %s%s", (double)stiffness, KSPConvergedReasons[reason], tolerance ? "" : ", no tolerance");
+  d.A(0, 1) = d.A(1, 0) = -1.0 + stiffness;
+  PetscCall(SetupCreate(d, &setup));
+  b[0] = b[1] = stiffness;
+  y[0] = y[1]       = 1.0;
+  request.energetic = PETSC_TRUE;
+  request.tol       = tolerance ? 1e-8 : -1.0;
+  run.reason        = reason;
+  PetscCall(Refine(&setup, request, b, y, Inverse(setup, 0.0), &run));
+  PetscCall(CheckInt("the outcome", run.outcome.state, AINSWORTH_OUTCOME_SOLVED));
+  if (stiffness > 1e-7) PetscCall(CheckTrue("no further solve", run.calls == 0 && run.outcome.rounding == 0.0));
+  else if (reason < 0 && !limit) PetscCall(CheckTrue("rounding moves x without bound", run.outcome.rounding >= PETSC_INFINITY));
+  else PetscCall(Check("difference of what rounding moves", PetscAbsReal(run.outcome.rounding / moved - 1.0), 1e-2));
+  PetscCall(SetupDestroy(&setup));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Without a tolerance any x that meets C x = g is a solution */
 static PetscErrorCode NoTolerance()
 {
@@ -334,11 +393,16 @@ PetscErrorCode TestRefine()
   for (bool met : {false, true}) PetscCall(TakenBack(met));
   for (int rows : {3, 10, 11, 13}) PetscCall(Slow(rows));
   PetscCall(Oblique());
+  PetscCall(Null(0x1p-47, false)); /* this is a stiffness */
   for (bool one : {false, true}) {
     PetscCall(SmallRow(one));
     PetscCall(Unsettled(one));
+    PetscCall(Null(0.0, one));
     for (bool energetic : {false, true}) PetscCall(SmallForce(one, energetic));
   }
+  for (PetscReal stiffness : {0x1p-20, 0x1p-30, 0x1p-40})
+    for (KSPConvergedReason reason : {KSP_CONVERGED_RTOL, KSP_DIVERGED_ITS, KSP_DIVERGED_INDEFINITE_MAT})
+      for (bool tolerance : {true, false}) PetscCall(Rounding(stiffness, reason, tolerance));
   PetscCall(NoTolerance());
   PetscFunctionReturn(PETSC_SUCCESS);
 }

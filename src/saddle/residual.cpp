@@ -1,0 +1,67 @@
+/* Residuals of the program's system, and the terms of its rows */
+#include "saddle.h"
+#include "../loops.h"
+#include "../objects.h"
+
+/*
+   AinsworthSaddleResidual - computes left = b - K y with the program's matrix: f - op(A) x - B' lambda and g - C x + D lambda. Collective
+
+   known: Ax is op(A) x already; otherwise it is computed.
+*/
+PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax,
+                                       AinsworthSaddleVec left)
+{
+  PetscFunctionBegin;
+  if (!known) PetscCall((transpose ? MatMultTranspose : MatMult)(sp->block[AINSWORTH_BLOCK_A], y.primal, Ax));
+  PetscCall(MatMultHermitianTranspose(sp->rowsB, y.dual, left.primal));
+  PetscCall(VecAXPBYPCZ(left.primal, 1.0, -1.0, -1.0, b.primal, Ax));
+  PetscCall(MatMult(sp->givenC, y.primal, left.dual));
+  PetscCall(VecAYPX(left.dual, -1.0, b.dual));
+  if (sp->rowsD) { /* sum D lambda separately: its cancellation would add rounding to the other terms */
+    Vec work;
+
+    PetscCall(VecDuplicate(left.dual, &work));
+    PetscCall(MatMult(sp->rowsD, y.dual, work));
+    PetscCall(VecAXPY(left.dual, 1.0, work));
+    PetscCall(VecDestroy(&work));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds |v| to sum */
+static PetscErrorCode AddAbs(Vec sum, Vec v)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthUpdate(sum, {v}, [](PetscInt, PetscScalar &s, PetscScalar a) { s += PetscAbsScalar(a); }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthSaddleTerms - computes |K| |y| + |b| of each row of both equations; of an opaque A it has the product Ax alone. Collective */
+PetscErrorCode AinsworthSaddleTerms(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax,
+                                    AinsworthSaddleVec terms)
+{
+  PetscBool rows;
+  Vec       part;
+  Mat       A;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthAbsoluteMultTranspose(sp->rowsB, y.dual, terms.primal));
+  PetscCall(AddAbs(terms.primal, b.primal));
+  PetscCall(MatHasOperation(sp->block[AINSWORTH_BLOCK_A], MATOP_GET_ROW, &rows));
+  if (rows) {
+    PetscCall(VecDuplicate(terms.primal, &part));
+    PetscCall(AinsworthGetAIJ(sp->block[AINSWORTH_BLOCK_A], &A));
+    PetscCall((transpose ? AinsworthAbsoluteMultTranspose : AinsworthAbsoluteMult)(A, y.primal, part));
+    PetscCall(MatDestroy(&A));
+    PetscCall(VecAXPY(terms.primal, 1.0, part));
+    PetscCall(VecDestroy(&part));
+  } else PetscCall(AddAbs(terms.primal, Ax));
+  PetscCall(AinsworthAbsoluteMult(sp->givenC, y.primal, terms.dual));
+  PetscCall(AddAbs(terms.dual, b.dual));
+  if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(terms.dual, &part));
+  PetscCall(AinsworthAbsoluteMult(sp->rowsD, y.dual, part));
+  PetscCall(VecAXPY(terms.dual, 1.0, part));
+  PetscCall(VecDestroy(&part));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
