@@ -105,16 +105,16 @@ static PetscErrorCode GetEarlierTerms(PC pc, PC_Ainsworth *data, Vec g, PetscBoo
 }
 
 /* Keeps the terms of rows of C for later solves */
-static PetscErrorCode KeepTerms(PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y)
+static PetscErrorCode KeepTerms(PC_Ainsworth *data, AinsworthSaddleVec b, AinsworthSaddleVec y)
 {
-  AinsworthSaddleVec terms;
+  Vec terms;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleVecDuplicate(b, &terms));
-  PetscCall(AinsworthSaddleTerms(&data->saddle, transpose, b, y, data->Ax, terms));
-  if (data->terms) PetscCall(VecPointwiseMax(data->terms, data->terms, terms.dual));
-  else PetscCall(AinsworthShare(terms.dual, &data->terms));
-  PetscCall(AinsworthSaddleVecDestroy(&terms));
+  PetscCall(VecDuplicate(b.dual, &terms));
+  PetscCall(AinsworthSaddleDualTerms(&data->saddle, b, y, terms));
+  if (data->terms) PetscCall(VecPointwiseMax(data->terms, data->terms, terms));
+  else PetscCall(AinsworthShare(terms, &data->terms));
+  PetscCall(VecDestroy(&terms));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -234,7 +234,7 @@ PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool tra
     if (*verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(DescribeContradiction(data, outcome.contradictory, why, len));
   }
   if (*verdict == AINSWORTH_VERDICT_MET) PetscCall(CheckDetermined(data, b, y, outcome.rounding, verdict, why, len));
-  if (kept && *verdict == AINSWORTH_VERDICT_MET) PetscCall(KeepTerms(data, transpose, b, y));
+  if (kept && *verdict == AINSWORTH_VERDICT_MET) PetscCall(KeepTerms(data, b, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_Verify, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,6 +2,7 @@
 #include "backwarderror.h"
 #include "../loops.h"
 #include "../objects.h"
+#include <algorithm>
 
 /* Agrees on the worst row of all ranks */
 static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthWorstRow *worst)
@@ -55,19 +56,24 @@ static void Raise(PetscScalar v, PetscScalar s, PetscReal *most)
   *most = PetscMax(*most, PetscIsNanReal(size) ? PETSC_MAX_REAL : size);
 }
 
-/* Computes the terms, with those of earlier solves (NULL: none), and the largest of them in the units of the scale. Collective */
-static PetscErrorCode TermsAndSize(const AinsworthSaddle *sp, PetscBool transpose, Vec earlier, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax,
-                                   AinsworthSaddleVec terms, PetscReal *size)
+/* Computes the terms of C x - D lambda = g, with those of earlier solves (NULL: none). Collective */
+static PetscErrorCode DualTerms(const AinsworthSaddle *sp, Vec earlier, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec terms)
 {
   static const PetscReal noted = 1e-2; /* a residual of an earlier solve, of 1e-10 of its terms at most, may be all of g */
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleTerms(sp, transpose, b, y, Ax, terms));
-  if (earlier) PetscCall(VecAXPY(terms.dual, noted, earlier));
-  *size = 0.0;
-  PetscCall(Largest(terms.primal, sp->scale.primal, false, size));
-  PetscCall(Largest(terms.dual, sp->scale.dual, false, size));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, size, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)Ax)));
+  PetscCall(AinsworthSaddleDualTerms(sp, b, y, terms));
+  if (earlier) PetscCall(VecAXPY(terms, noted, earlier));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Finds the largest |v_i| s_i of all ranks */
+static PetscErrorCode LargestOfAll(Vec v, Vec scale, PetscReal *largest)
+{
+  PetscFunctionBegin;
+  *largest = 0.0;
+  PetscCall(Largest(v, scale, false, largest));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)v)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -87,75 +93,124 @@ static PetscErrorCode EnergyNorm(const AinsworthMeasure measure[], Vec x, Vec Ax
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthAllowedOfConstraints - computes what each row of C x - D lambda = g may be left with. Collective */
-PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[], Vec earlier,
-                                             AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax, Vec allowed)
+/* AinsworthAllowedOfConstraints - computes what each row of C x - D lambda = g may be left with, as the error found it. Collective */
+PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *sp, const AinsworthMeasure measure[], Vec earlier, AinsworthSaddleVec b,
+                                             AinsworthSaddleVec y, Vec Ax, const AinsworthBackward *error, Vec allowed)
 {
-  AinsworthSaddleVec terms;
-  PetscReal          sizes[2];
+  PetscReal sizes[2] = {error->size, 0.0};
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleVecDuplicate(b, &terms));
-  PetscCall(TermsAndSize(sp, transpose, earlier, b, y, Ax, terms, &sizes[0]));
+  PetscCall(DualTerms(sp, earlier, b, y, allowed));
   PetscCall(EnergyNorm(measure, y.primal, Ax, &sizes[1]));
-  PetscCall(VecCopy(terms.dual, allowed));
   PetscCall(
     AinsworthUpdate(allowed, {sp->scale.dual}, [&](PetscInt i, PetscScalar &t, PetscScalar s) { t = Allowed(measure[KindOfConstraint(sp, i)], t, s, sizes); }));
-  PetscCall(AinsworthSaddleVecDestroy(&terms));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Raises `worst` to the row of this rank with the largest residual relative to what it is allowed */
+static void Look(AinsworthWorstRow *worst, PetscInt row, const AinsworthMeasure &m, PetscScalar r, PetscScalar t, PetscScalar s, const PetscReal sizes[2])
+{
+  const PetscReal omega = AinsworthQuotient(PetscAbsScalar(r), Allowed(m, t, s, sizes));
+
+  if (omega > worst->omega) *worst = {omega, PetscAbsScalar(r), PetscRealPart(t), row};
+}
+
+/* Finds the worst row of A x + B' lambda = f. Collective */
+static PetscErrorCode PrimalError(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[], AinsworthSaddleVec b, AinsworthSaddleVec y,
+                                  Vec Ax, Vec left, PetscReal sizes[2], AinsworthWorstRow *worst)
+{
+  const Vec scale = sp->scale.primal;
+  PetscInt  first;
+  Vec       terms;
+
+  PetscFunctionBegin;
+  *worst = AinsworthWorstRow();
+  PetscCall(VecDuplicate(left, &terms));
+  PetscCall(AinsworthSaddlePrimalTerms(sp, transpose, b, y, Ax, terms));
+  PetscCall(LargestOfAll(terms, scale, &sizes[0]));
+  PetscCall(VecGetOwnershipRange(left, &first, NULL));
+  PetscCall(AinsworthForEntries({left, terms, scale, b.primal}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s, PetscScalar force) {
+    Look(worst, first + i, measure[KindOfUnknown(sp, i, force)], r, t, s, sizes);
+  }));
+  PetscCall(VecDestroy(&terms));
+  PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)left), worst));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Finds the worst rows of C x - D lambda = g, of those that are kept and of those that depend on others. Collective
+
+   primal: size of the other equation, beside which all terms of this one may be rounding: then x is at rest
+*/
+static PetscErrorCode DualError(const AinsworthSaddle *sp, const AinsworthMeasure measure[], Vec earlier, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec left,
+                                PetscReal primal, PetscReal sizes[2], AinsworthBackward *error)
+{
+  static const PetscReal rounding = 10 * PETSC_MACHINE_EPSILON;
+  const Vec              scale    = sp->scale.dual;
+  PetscInt               first;
+  Vec                    terms;
+
+  PetscFunctionBegin;
+  error->dual = error->dependent = AinsworthWorstRow();
+  PetscCall(VecDuplicate(left, &terms));
+  PetscCall(DualTerms(sp, earlier, b, y, terms));
+  PetscCall(LargestOfAll(terms, scale, &sizes[0]));
+  if (sizes[0] <= rounding * primal) sizes[0] = primal;
+  error->size = sizes[0];
+  PetscCall(VecGetOwnershipRange(left, &first, NULL));
+  PetscCall(AinsworthForEntries({left, terms, scale}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
+    Look(AinsworthSaddleIsLeftOut(sp, i) ? &error->dependent : &error->dual, first + i, measure[KindOfConstraint(sp, i)], r, t, s, sizes);
+  }));
+  PetscCall(VecDestroy(&terms));
+  for (AinsworthWorstRow *worst : {&error->dual, &error->dependent}) PetscCall(AgreeOnWorst(PetscObjectComm((PetscObject)left), worst));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
    AinsworthBackwardError - finds the rows with the largest residual relative to what their measure allows: 1 is just enough. Collective
 
-   In the units of the scale each column has an entry of about 1, on the diagonal of A or in C, so that the largest unknown and the largest force are a lower
-   bound of the largest terms, without a pass over A: if all rows are met relative to that, the quotients returned are upper bounds, and no row is named
+   Units of f and of g are free of each other, so that each equation has a floor of its own, but for C x = 0 of an x that is rounding of f. In the units of the scale each column has an entry of about 1, on the
+   diagonal of A or in C, so that the largest unknown and the largest force are a lower bound of the largest terms, without a pass over A: if all rows of an equation
+   are met relative to that, the quotients returned are upper bounds, and no row is named
 */
 PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[], Vec earlier, AinsworthSaddleVec b,
                                       AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left, AinsworthBackward *error)
 {
-  const MPI_Comm           comm  = PetscObjectComm((PetscObject)Ax);
   const AinsworthSaddleVec scale = sp->scale;
-  PetscReal                sizes[2], most[1 + AINSWORTH_ROWS_KINDS] = {0.0, 0.0, 0.0, 0.0, 0.0}; /* most: of terms, of residuals of each kind */
-  AinsworthSaddleVec       terms;
-  PetscInt                 first[2];
+  PetscReal                sizes[2], most[2 + 2 * AINSWORTH_ROWS_KINDS]; /* of terms, and of residuals of each kind, of both equations */
+  PetscReal *const         kinds[] = {&most[2], &most[2 + AINSWORTH_ROWS_KINDS]};
 
   PetscFunctionBegin;
   *error = AinsworthBackward();
+  std::fill(std::begin(most), std::end(most), 0.0);
   PetscCall(EnergyNorm(measure, y.primal, Ax, &sizes[1]));
   if (sp->rowsB == sp->rowsC && sp->positive)
     PetscCall(Largest(y.primal, scale.primal, true, &most[0])); /* otherwise its rows may be small where its columns are not */
   PetscCall(Largest(b.primal, scale.primal, false, &most[0]));
-  PetscCall(Largest(b.dual, scale.dual, false, &most[0]));
+  PetscCall(Largest(b.dual, scale.dual, false, &most[1]));
   PetscCall(AinsworthForEntries({left.primal, scale.primal, b.primal},
-                                [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar force) { Raise(r, s, &most[1 + KindOfUnknown(sp, i, force)]); }));
-  PetscCall(AinsworthForEntries({left.dual, scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar s) { Raise(r, s, &most[1 + KindOfConstraint(sp, i)]); }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, most, 1 + AINSWORTH_ROWS_KINDS, MPIU_REAL, MPIU_MAX, comm));
-  for (int k = 0; k < AINSWORTH_ROWS_KINDS; k++)
-    error->primal.omega = PetscMax(error->primal.omega, AinsworthQuotient(most[1 + k], measure[k].floor * most[0] + measure[k].energetic * sizes[1]));
-  error->dual.omega = error->dependent.omega = error->primal.omega;
-  error->size                                = most[0];
-  if (error->primal.omega <= 1.0) PetscFunctionReturn(PETSC_SUCCESS);
-  *error = AinsworthBackward();
-  PetscCall(AinsworthSaddleVecDuplicate(left, &terms));
-  PetscCall(TermsAndSize(sp, transpose, earlier, b, y, Ax, terms, &sizes[0]));
-  error->size = sizes[0];
-  PetscCall(VecGetOwnershipRange(left.primal, &first[0], NULL));
-  PetscCall(VecGetOwnershipRange(left.dual, &first[1], NULL));
-  auto look = [&](AinsworthWorstRow *worst, PetscInt row, int kind, PetscScalar r, PetscScalar t, PetscScalar s) {
-    const PetscReal omega = AinsworthQuotient(PetscAbsScalar(r), Allowed(measure[kind], t, s, sizes));
+                                [&](PetscInt i, PetscScalar r, PetscScalar s, PetscScalar force) { Raise(r, s, &kinds[0][KindOfUnknown(sp, i, force)]); }));
+  PetscCall(AinsworthForEntries({left.dual, scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar s) { Raise(r, s, &kinds[1][KindOfConstraint(sp, i)]); }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, most, 2 + 2 * AINSWORTH_ROWS_KINDS, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)Ax)));
+  for (int k = 0; k < AINSWORTH_ROWS_KINDS; k++) {
+    error->primal.omega = PetscMax(error->primal.omega, AinsworthQuotient(kinds[0][k], measure[k].floor * most[0] + measure[k].energetic * sizes[1]));
+    error->dual.omega   = PetscMax(error->dual.omega, AinsworthQuotient(kinds[1][k], measure[k].floor * most[1] + measure[k].energetic * sizes[1]));
+  }
+  error->dependent.omega = error->dual.omega;
+  sizes[0]               = most[0];
+  if (!(error->primal.omega <= 1.0)) PetscCall(PrimalError(sp, transpose, measure, b, y, Ax, left.primal, sizes, &error->primal));
+  if (!(error->dual.omega <= 1.0)) PetscCall(DualError(sp, measure, earlier, b, y, left.dual, sizes[0], sizes, error));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
-    if (omega > worst->omega) *worst = {omega, PetscAbsScalar(r), PetscRealPart(t), row};
-  };
-  PetscCall(
-    AinsworthForEntries({left.primal, terms.primal, scale.primal, b.primal}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s, PetscScalar force) {
-      look(&error->primal, first[0] + i, KindOfUnknown(sp, i, force), r, t, s);
-    }));
-  PetscCall(AinsworthForEntries({left.dual, terms.dual, scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
-    look(AinsworthSaddleIsLeftOut(sp, i) ? &error->dependent : &error->dual, first[1] + i, KindOfConstraint(sp, i), r, t, s);
-  }));
-  PetscCall(AinsworthSaddleVecDestroy(&terms));
-  for (AinsworthWorstRow *worst : {&error->primal, &error->dual, &error->dependent}) PetscCall(AgreeOnWorst(comm, worst));
+/* AinsworthLargestEntry - finds the largest entry of y, in units of the scale. Collective */
+PetscErrorCode AinsworthLargestEntry(const AinsworthSaddle *sp, AinsworthSaddleVec y, PetscReal *size)
+{
+  PetscFunctionBegin;
+  *size = 0.0;
+  PetscCall(Largest(y.primal, sp->scale.primal, true, size));
+  PetscCall(Largest(y.dual, sp->scale.dual, true, size));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, size, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)y.primal)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

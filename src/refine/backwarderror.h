@@ -16,10 +16,10 @@ static const PetscReal AinsworthRest = 1e-8;
 /* Componentwise backward error of both equations; dependent: of rows of C that were left out because they depend on others, whose solution they share */
 struct AinsworthBackward {
   AinsworthWorstRow primal, dual, dependent;
-  PetscReal         size = 0.0; /* of the largest terms of all, in units of the scale */
+  PetscReal         size = 0.0; /* that the floor of the dual rows is relative to, if they needed one */
 };
 
-/* What rows are allowed: `enough` of their terms, `floor` of the largest terms of all in units of the scale, and `energetic` of the energy norm of x */
+/* What rows are allowed: `enough` of their terms, `floor` of the largest terms of its equation in units of the scale, and `energetic` of the energy norm of x */
 struct AinsworthMeasure {
   PetscReal enough, floor, energetic = 0.0;
 };
@@ -37,8 +37,9 @@ enum {
 };
 PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *, PetscBool, const AinsworthMeasure[], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
                                       AinsworthSaddleVec, AinsworthBackward *);
-PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *, PetscBool, const AinsworthMeasure[], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
-                                             Vec);
+PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *, const AinsworthMeasure[], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
+                                             const AinsworthBackward *, Vec);
+PetscErrorCode AinsworthLargestEntry(const AinsworthSaddle *, AinsworthSaddleVec, PetscReal *);
 PetscErrorCode AinsworthGrowth(const AinsworthSaddle *, AinsworthSaddleVec, Vec, PetscReal *);
 PetscErrorCode AinsworthChange(const AinsworthSaddle *, AinsworthSaddleVec, Vec, Vec, PetscReal *);
 

@@ -125,23 +125,25 @@ static PetscErrorCode Depend(const AinsworthSaddle *sp, const AinsworthRequest *
                              AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left, AinsworthOutcome *outcome)
 {
   std::vector<PetscInt> mine, rows;
+  PetscReal             size;
   Vec                   allowed, w;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(b.dual, &allowed));
   PetscCall(VecDuplicate(b.dual, &w));
-  PetscCall(AinsworthAllowedOfConstraints(sp, request->transpose, measure, request->earlier, b, y, Ax, allowed));
+  PetscCall(AinsworthAllowedOfConstraints(sp, measure, request->earlier, b, y, Ax, &outcome->error, allowed));
   PetscCall(AinsworthForEntries({left.dual, allowed}, [&](PetscInt i, PetscScalar r, PetscScalar a) {
     if (AinsworthSaddleIsLeftOut(sp, i) && !(PetscAbsScalar(r) <= PetscRealPart(a))) mine.push_back(sp->first + i);
   }));
   PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)w), mine, &rows));
+  PetscCall(AinsworthLargestEntry(sp, y, &size));
   outcome->contradictory.assign(sp->local, false);
   for (PetscInt row : rows) {
     AinsworthDependence what;
 
     PetscCall(AinsworthUpdate(w, [&](PetscInt i, PetscScalar &v) { v = sp->first + i == row ? 1.0 : 0.0; }));
     PetscCall(request->combination(w));
-    PetscCall(AinsworthCertify(sp, w, left.dual, outcome->error.size, allowed, &what));
+    PetscCall(AinsworthCertify(sp, w, left.dual, size, allowed, &what));
     if (what == AINSWORTH_DEPENDENCE_NONE && outcome->state != AINSWORTH_OUTCOME_CONTRADICTION) outcome->state = AINSWORTH_OUTCOME_UNMET;
     if (what != AINSWORTH_DEPENDENCE_CONTRADICTION) continue;
     outcome->state = AINSWORTH_OUTCOME_CONTRADICTION;

@@ -36,32 +36,40 @@ static PetscErrorCode AddAbs(Vec sum, Vec v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSaddleTerms - computes |K| |y| + |b| of each row of both equations; of an opaque A it has the product Ax alone. Collective */
-PetscErrorCode AinsworthSaddleTerms(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax,
-                                    AinsworthSaddleVec terms)
+/* AinsworthSaddlePrimalTerms - computes |op(A)| |x| + |B|' |lambda| + |f|; of an opaque A it has the product Ax alone. Collective */
+PetscErrorCode AinsworthSaddlePrimalTerms(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax, Vec terms)
 {
   PetscBool rows;
   Vec       part;
   Mat       A;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthAbsoluteMultTranspose(sp->rowsB, y.dual, terms.primal));
-  PetscCall(AddAbs(terms.primal, b.primal));
+  PetscCall(AinsworthAbsoluteMultTranspose(sp->rowsB, y.dual, terms));
+  PetscCall(AddAbs(terms, b.primal));
   PetscCall(MatHasOperation(sp->block[AINSWORTH_BLOCK_A], MATOP_GET_ROW, &rows));
   if (rows) {
-    PetscCall(VecDuplicate(terms.primal, &part));
+    PetscCall(VecDuplicate(terms, &part));
     PetscCall(AinsworthGetAIJ(sp->block[AINSWORTH_BLOCK_A], &A));
     PetscCall((transpose ? AinsworthAbsoluteMultTranspose : AinsworthAbsoluteMult)(A, y.primal, part));
     PetscCall(MatDestroy(&A));
-    PetscCall(VecAXPY(terms.primal, 1.0, part));
+    PetscCall(VecAXPY(terms, 1.0, part));
     PetscCall(VecDestroy(&part));
-  } else PetscCall(AddAbs(terms.primal, Ax));
-  PetscCall(AinsworthAbsoluteMult(sp->givenC, y.primal, terms.dual));
-  PetscCall(AddAbs(terms.dual, b.dual));
+  } else PetscCall(AddAbs(terms, Ax));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthSaddleDualTerms - computes |C| |x| + |D| |lambda| + |g|. Collective */
+PetscErrorCode AinsworthSaddleDualTerms(const AinsworthSaddle *sp, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec terms)
+{
+  Vec part;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthAbsoluteMult(sp->givenC, y.primal, terms));
+  PetscCall(AddAbs(terms, b.dual));
   if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDuplicate(terms.dual, &part));
+  PetscCall(VecDuplicate(terms, &part));
   PetscCall(AinsworthAbsoluteMult(sp->rowsD, y.dual, part));
-  PetscCall(VecAXPY(terms.dual, 1.0, part));
+  PetscCall(VecAXPY(terms, 1.0, part));
   PetscCall(VecDestroy(&part));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -183,7 +183,8 @@ PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *, AinsworthSa
 
 /* residual.cpp: of the program's system, and the terms of its rows */
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
-PetscErrorCode AinsworthSaddleTerms(const AinsworthSaddle *, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
+PetscErrorCode AinsworthSaddlePrimalTerms(const AinsworthSaddle *, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, Vec);
+PetscErrorCode AinsworthSaddleDualTerms(const AinsworthSaddle *, AinsworthSaddleVec, AinsworthSaddleVec, Vec);
 
 /* Returns a residual relative to the terms of its row; infinite if either is NaN or the terms overflow */
 inline PetscReal AinsworthQuotient(PetscReal residual, PetscReal terms)

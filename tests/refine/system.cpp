@@ -110,10 +110,14 @@ Truth Exact(const Setup &setup, const std::vector<AinsworthRowKind> &kind, bool 
   const LongColumn rhs = Lengthen(b), x = Lengthen(y);
   const LongReal   s = setup.s.real().cast<long double>();
 
-  truth.residual = rhs - K * x;
-  truth.terms    = K.cwiseAbs() * x.cwiseAbs() + rhs.cwiseAbs();
-  truth.size     = truth.terms.cwiseProduct(s).maxCoeff();
-  truth.allowed  = LongReal::Zero(rhs.size());
+  truth.residual          = rhs - K * x;
+  truth.terms             = K.cwiseAbs() * x.cwiseAbs() + rhs.cwiseAbs();
+  const LongReal scaled   = truth.terms.cwiseProduct(s);
+  long double    sizes[2] = {scaled.head(n).maxCoeff(), scaled.size() > n ? scaled.tail(scaled.size() - n).maxCoeff() : 0.0L};
+
+  if (sizes[1] <= 10 * PETSC_MACHINE_EPSILON * sizes[0]) sizes[1] = sizes[0];
+  truth.size    = (PetscReal)sizes[1];
+  truth.allowed = LongReal::Zero(rhs.size());
   for (Eigen::Index i = 0; i < rhs.size(); i++) {
     const bool              other = i >= n && (kind[i - n] == AINSWORTH_ROW_ZERO || kind[i - n] == AINSWORTH_ROW_DEPENDENT);
     const bool              held  = (i < n ? setup.dense.A.row(i) : setup.dense.D.row(i - n)).cwiseAbs().maxCoeff() > 0.0;
@@ -122,7 +126,7 @@ Truth Exact(const Setup &setup, const std::vector<AinsworthRowKind> &kind, bool 
                                             : b[i] == 0.0 ? AINSWORTH_ROWS_LOOSE
                                                           : AINSWORTH_ROWS_FORCED];
     const long double       size  = std::abs(truth.residual[i]);
-    truth.allowed[i]              = m.enough * truth.terms[i] + m.floor * truth.size / s[i];
+    truth.allowed[i]              = m.enough * truth.terms[i] + m.floor * sizes[i >= n] / s[i];
     const PetscReal    omega      = size == 0.0L ? 0.0 : (PetscReal)(size / truth.allowed[i]);
     AinsworthWorstRow &worst      = truth.worst[i < n ? 0 : other ? 2 : 1];
 
