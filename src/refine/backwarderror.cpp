@@ -26,15 +26,19 @@ static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthWorstRow *worst)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Raises `most` to |v_i| s_i, or to infinity if that is not a number */
+static void Raise(PetscScalar v, PetscScalar s, PetscReal *most)
+{
+  const PetscReal size = PetscAbsScalar(v) * PetscRealPart(s);
+
+  *most = PetscMax(*most, PetscIsNanReal(size) ? PETSC_MAX_REAL : size);
+}
+
 /* Finds the largest |v_i| s_i, or |v_i| / s_i for unknowns, of this rank */
 static PetscErrorCode Largest(Vec v, Vec scale, bool unknowns, PetscReal *largest)
 {
   PetscFunctionBegin;
-  PetscCall(AinsworthForEntries({v, scale}, [=](PetscInt, PetscScalar a, PetscScalar s) {
-    const PetscReal size = unknowns ? PetscAbsScalar(a) / PetscRealPart(s) : PetscAbsScalar(a) * PetscRealPart(s);
-
-    *largest = PetscMax(*largest, PetscIsNanReal(size) ? PETSC_MAX_REAL : size);
-  }));
+  PetscCall(AinsworthForEntries({v, scale}, [=](PetscInt, PetscScalar a, PetscScalar s) { Raise(a, unknowns ? 1.0 / s : s, largest); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -46,14 +50,6 @@ static int KindOfUnknown(const AinsworthSaddle *sp, PetscInt i, PetscScalar forc
 static int KindOfConstraint(const AinsworthSaddle *sp, PetscInt i)
 {
   return sp->sprung[i] ? AINSWORTH_ROWS_HELD : AINSWORTH_ROWS_RIGID;
-}
-
-/* Raises `most` to |v_i| s_i, or to infinity if that is not a number */
-static void Raise(PetscScalar v, PetscScalar s, PetscReal *most)
-{
-  const PetscReal size = PetscAbsScalar(v) * PetscRealPart(s);
-
-  *most = PetscMax(*most, PetscIsNanReal(size) ? PETSC_MAX_REAL : size);
 }
 
 /* Computes the terms of C x - D lambda = g, with those of earlier solves (NULL: none). Collective */
@@ -82,28 +78,14 @@ static PetscReal Allowed(const AinsworthMeasure &m, PetscScalar terms, PetscScal
   return m.enough * PetscRealPart(terms) + (m.floor * sizes[0] + m.energetic * sizes[1]) / PetscRealPart(s);
 }
 
-/* Computes the energy norm of x, if it excuses rows: an error of t in that norm leaves at most 2 t in a row, in the units of the scale. Collective */
-static PetscErrorCode EnergyNorm(const AinsworthMeasure measure[], Vec x, Vec Ax, PetscReal *norm)
-{
-  PetscScalar dot = 0.0;
-
-  PetscFunctionBegin;
-  if (measure[AINSWORTH_ROWS_HELD].energetic > 0.0) PetscCall(VecDot(Ax, x, &dot));
-  *norm = PetscSqrtReal(PetscAbsScalar(dot));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* AinsworthAllowedOfConstraints - computes what each row of C x - D lambda = g may be left with, as the error found it. Collective */
 PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *sp, const AinsworthMeasure measure[], Vec earlier, AinsworthSaddleVec b,
-                                             AinsworthSaddleVec y, Vec Ax, const AinsworthBackward *error, Vec allowed)
+                                             AinsworthSaddleVec y, const AinsworthBackward *error, Vec allowed)
 {
-  PetscReal sizes[2] = {error->size, 0.0};
-
   PetscFunctionBegin;
   PetscCall(DualTerms(sp, earlier, b, y, allowed));
-  PetscCall(EnergyNorm(measure, y.primal, Ax, &sizes[1]));
-  PetscCall(
-    AinsworthUpdate(allowed, {sp->scale.dual}, [&](PetscInt i, PetscScalar &t, PetscScalar s) { t = Allowed(measure[KindOfConstraint(sp, i)], t, s, sizes); }));
+  PetscCall(AinsworthUpdate(allowed, {sp->scale.dual},
+                            [&](PetscInt i, PetscScalar &t, PetscScalar s) { t = Allowed(measure[KindOfConstraint(sp, i)], t, s, error->sizes); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -156,7 +138,8 @@ static PetscErrorCode DualError(const AinsworthSaddle *sp, const AinsworthMeasur
   PetscCall(DualTerms(sp, earlier, b, y, terms));
   PetscCall(LargestOfAll(terms, scale, &sizes[0]));
   if (sizes[0] <= rounding * primal) sizes[0] = primal;
-  error->size = sizes[0];
+  error->sizes[0] = sizes[0];
+  error->sizes[1] = sizes[1];
   PetscCall(VecGetOwnershipRange(left, &first, NULL));
   PetscCall(AinsworthForEntries({left, terms, scale}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
     Look(AinsworthSaddleIsLeftOut(sp, i) ? &error->dependent : &error->dual, first + i, measure[KindOfConstraint(sp, i)], r, t, s, sizes);
@@ -178,12 +161,14 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
 {
   const AinsworthSaddleVec scale = sp->scale;
   PetscReal                sizes[2], most[2 + 2 * AINSWORTH_ROWS_KINDS]; /* of terms, and of residuals of each kind, of both equations */
+  PetscScalar              energy  = 0.0;
   PetscReal *const         kinds[] = {&most[2], &most[2 + AINSWORTH_ROWS_KINDS]};
 
   PetscFunctionBegin;
   *error = AinsworthBackward();
   std::fill(std::begin(most), std::end(most), 0.0);
-  PetscCall(EnergyNorm(measure, y.primal, Ax, &sizes[1]));
+  if (measure[AINSWORTH_ROWS_HELD].energetic > 0.0) PetscCall(VecDot(Ax, y.primal, &energy)); /* an error of t in that norm leaves at most 2 t in a row */
+  sizes[1] = PetscSqrtReal(PetscAbsScalar(energy));
   if (sp->rowsB == sp->rowsC && sp->positive)
     PetscCall(Largest(y.primal, scale.primal, true, &most[0])); /* otherwise its rows may be small where its columns are not */
   PetscCall(Largest(b.primal, scale.primal, false, &most[0]));

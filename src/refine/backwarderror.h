@@ -16,7 +16,7 @@ static const PetscReal AinsworthRest = 1e-8;
 /* Componentwise backward error of both equations; dependent: of rows of C that were left out because they depend on others, whose solution they share */
 struct AinsworthBackward {
   AinsworthWorstRow primal, dual, dependent;
-  PetscReal         size = 0.0; /* that the floor of the dual rows is relative to, if they needed one */
+  PetscReal         sizes[2] = {0.0, 0.0}; /* what the floor of dual rows, and what the energy excuses, is relative to, if they were looked at */
 };
 
 /* What rows are allowed: `enough` of their terms, `floor` of the largest terms of its equation in units of the scale, and `energetic` of the energy norm of x */
@@ -37,7 +37,7 @@ enum {
 };
 PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *, PetscBool, const AinsworthMeasure[], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
                                       AinsworthSaddleVec, AinsworthBackward *);
-PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *, const AinsworthMeasure[], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
+PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *, const AinsworthMeasure[], Vec, AinsworthSaddleVec, AinsworthSaddleVec,
                                              const AinsworthBackward *, Vec);
 PetscErrorCode AinsworthLargestEntry(const AinsworthSaddle *, AinsworthSaddleVec, PetscReal *);
 PetscErrorCode AinsworthGrowth(const AinsworthSaddle *, AinsworthSaddleVec, Vec, PetscReal *);

@@ -74,12 +74,8 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleVecDuplicate(left, &q));
   PetscCall(AinsworthSaddleVecDuplicate(left, &r));
-  PetscCall(VecZeroEntries(r.primal));
-  PetscCall(VecZeroEntries(r.dual));
-  PetscCall(AinsworthSaddleResidual(sp, transpose, PETSC_FALSE, r, p, Ax, q));
-  for (Vec v : {q.primal, q.dual}) PetscCall(VecScale(v, -1.0));
-  PetscCall(VecCopy(left.primal, r.primal));
-  PetscCall(VecCopy(left.dual, r.dual));
+  PetscCall(AinsworthSaddleMult(sp, transpose, p, Ax, q));
+  PetscCall(AinsworthSaddleVecCopy(left, r));
   PetscCall(Scale(sp, q));
   PetscCall(Scale(sp, r));
   for (size_t k = 0; k < all->p.size(); k++) {
@@ -92,7 +88,8 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
   if (*some) {
     const PetscScalar length = 1.0 / PetscSqrtReal(PetscRealPart(dot));
 
-    for (Vec v : {p.primal, p.dual, q.primal, q.dual}) PetscCall(VecScale(v, length));
+    PetscCall(AinsworthSaddleVecScale(p, length));
+    PetscCall(AinsworthSaddleVecScale(q, length));
     PetscCall(Dot(r, q, &dot));
     PetscCall(AinsworthSaddleVecAXPY(y, dot, p));
     PetscCall(VecCopy(p.primal, r.primal));
@@ -122,7 +119,7 @@ static void Measure(bool D, const AinsworthRequest *request, AinsworthMeasure me
 
 /* Judges the rows that depend on others and are left with more than rows are allowed: the combination of rows that they are tells what that means. Collective */
 static PetscErrorCode Depend(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthMeasure measure[], AinsworthSaddleVec b,
-                             AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left, AinsworthOutcome *outcome)
+                             AinsworthSaddleVec y, AinsworthSaddleVec left, AinsworthOutcome *outcome)
 {
   std::vector<PetscInt> mine, rows;
   PetscReal             size;
@@ -131,7 +128,7 @@ static PetscErrorCode Depend(const AinsworthSaddle *sp, const AinsworthRequest *
   PetscFunctionBegin;
   PetscCall(VecDuplicate(b.dual, &allowed));
   PetscCall(VecDuplicate(b.dual, &w));
-  PetscCall(AinsworthAllowedOfConstraints(sp, measure, request->earlier, b, y, Ax, &outcome->error, allowed));
+  PetscCall(AinsworthAllowedOfConstraints(sp, measure, request->earlier, b, y, &outcome->error, allowed));
   PetscCall(AinsworthForEntries({left.dual, allowed}, [&](PetscInt i, PetscScalar r, PetscScalar a) {
     if (AinsworthSaddleIsLeftOut(sp, i) && !(PetscAbsScalar(r) <= PetscRealPart(a))) mine.push_back(sp->first + i);
   }));
@@ -154,44 +151,29 @@ static PetscErrorCode Depend(const AinsworthSaddle *sp, const AinsworthRequest *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Keeps the entries of p that are more than `AinsworthRest` of the largest, in units of the scale. Collective */
-static PetscErrorCode Clean(const AinsworthSaddle *sp, AinsworthSaddleVec p)
-{
-  PetscReal most = 0.0;
-
-  PetscFunctionBegin;
-  for (auto pair : {std::make_pair(p.primal, sp->scale.primal), std::make_pair(p.dual, sp->scale.dual)})
-    PetscCall(AinsworthForEntries({pair.first, pair.second},
-                                  [&most](PetscInt, PetscScalar v, PetscScalar s) { most = PetscMax(most, PetscAbsScalar(v) / PetscRealPart(s)); }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)p.primal)));
-  for (auto pair : {std::make_pair(p.primal, sp->scale.primal), std::make_pair(p.dual, sp->scale.dual)})
-    PetscCall(AinsworthUpdate(pair.first, {pair.second},
-                              [=](PetscInt, PetscScalar &v, PetscScalar s) { v = PetscAbsScalar(v) / PetscRealPart(s) > AinsworthRest * most ? v : 0.0; }));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Checks whether K p = 0 to rounding of each row, but for rounding of p: a step along p leads to another solution. p is cleaned for that. Collective */
+/* Checks whether K p = 0 to rounding of each row, but for entries of p that are its own rounding: a step along p leads to another solution. Collective */
 static PetscErrorCode IsNull(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec given, bool *null)
 {
   AinsworthMeasure   measure[AINSWORTH_ROWS_KINDS];
   AinsworthBackward  error;
-  AinsworthSaddleVec zero, left, p;
+  AinsworthSaddleVec zero, product, p;
+  PetscReal          most;
   Vec                Ap;
 
   PetscFunctionBegin;
   for (AinsworthMeasure &m : measure) m = {margin * PETSC_MACHINE_EPSILON, 0.0, 0.0};
-  PetscCall(AinsworthSaddleVecDuplicate(given, &p));
-  PetscCall(VecCopy(given.primal, p.primal));
-  PetscCall(VecCopy(given.dual, p.dual));
-  PetscCall(Clean(sp, p));
-  PetscCall(AinsworthSaddleVecDuplicate(p, &zero));
-  PetscCall(AinsworthSaddleVecDuplicate(p, &left));
+  for (AinsworthSaddleVec *v : {&p, &zero, &product}) PetscCall(AinsworthSaddleVecDuplicate(given, v));
   PetscCall(VecDuplicate(p.primal, &Ap));
-  for (Vec v : {zero.primal, zero.dual}) PetscCall(VecZeroEntries(v));
-  PetscCall(AinsworthSaddleResidual(sp, transpose, PETSC_FALSE, zero, p, Ap, left));
-  PetscCall(AinsworthBackwardError(sp, transpose, measure, NULL, zero, p, Ap, left, &error));
+  PetscCall(AinsworthSaddleVecCopy(given, p));
+  PetscCall(AinsworthLargestEntry(sp, p, &most));
+  const auto clean = [most](PetscInt, PetscScalar &v, PetscScalar s) { v = PetscAbsScalar(v) / PetscRealPart(s) > AinsworthRest * most ? v : 0.0; };
+  PetscCall(AinsworthUpdate(p.primal, {sp->scale.primal}, clean));
+  PetscCall(AinsworthUpdate(p.dual, {sp->scale.dual}, clean));
+  PetscCall(AinsworthSaddleVecZero(zero));
+  PetscCall(AinsworthSaddleMult(sp, transpose, p, Ap, product));
+  PetscCall(AinsworthBackwardError(sp, transpose, measure, NULL, zero, p, Ap, product, &error));
   *null = PetscMax(error.primal.omega, PetscMax(error.dual.omega, error.dependent.omega)) <= 1.0;
-  for (AinsworthSaddleVec *v : {&p, &zero, &left}) PetscCall(AinsworthSaddleVecDestroy(v));
+  for (AinsworthSaddleVec *v : {&p, &zero, &product}) PetscCall(AinsworthSaddleVecDestroy(v));
   PetscCall(VecDestroy(&Ap));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -259,8 +241,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
     PetscCall(AinsworthBackwardError(sp, request->transpose, measure, request->earlier, b, y, Ax, left, &error));
     p.excess = PetscMax(error.primal.omega, error.dual.omega);
     if (p.steps && p.excess > PetscMax(p.before, 1.0)) { /* the step went along what the system does not resist: it only shows how far x moves */
-      PetscCall(VecCopy(kept.primal, y.primal));
-      PetscCall(VecCopy(kept.dual, y.dual));
+      PetscCall(AinsworthSaddleVecCopy(kept, y));
       PetscCall(AinsworthSaddleResidual(sp, request->transpose, PETSC_FALSE, b, y, Ax, left));
       PetscCall(AinsworthBackwardError(sp, request->transpose, measure, request->earlier, b, y, Ax, left, &error));
       p.excess = PetscMax(error.primal.omega, error.dual.omega);
@@ -288,8 +269,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
     }
     p.last = p.moved;
     if (!kept.primal) PetscCall(AinsworthSaddleVecDuplicate(y, &kept));
-    PetscCall(VecCopy(y.primal, kept.primal));
-    PetscCall(VecCopy(y.dual, kept.dual));
+    PetscCall(AinsworthSaddleVecCopy(y, kept));
     PetscCall(Advance(sp, request->transpose, b, left, correction, Ax, y, &all, &p.moved, &some));
     *known = PETSC_FALSE;
   }
@@ -302,6 +282,6 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   else if (state != AINSWORTH_CONVERGED) outcome->state = AINSWORTH_OUTCOME_UNSETTLED;
   else outcome->state = AINSWORTH_OUTCOME_SOLVED;
   if (outcome->state == AINSWORTH_OUTCOME_SOLVED) PetscCall(FindRounding(sp, request, solver, b, y, &outcome->rounding));
-  if (p.excess <= 1.0 && error.dependent.omega > 1.0 && request->combination) PetscCall(Depend(sp, request, measure, b, y, Ax, left, outcome));
+  if (p.excess <= 1.0 && error.dependent.omega > 1.0 && request->combination) PetscCall(Depend(sp, request, measure, b, y, left, outcome));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

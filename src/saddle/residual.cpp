@@ -28,6 +28,20 @@ PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool tran
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthSaddleMult - computes K y with the program's matrix, and op(A) x on the way. Collective */
+PetscErrorCode AinsworthSaddleMult(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec product)
+{
+  AinsworthSaddleVec zero;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthSaddleVecDuplicate(product, &zero));
+  PetscCall(AinsworthSaddleVecZero(zero));
+  PetscCall(AinsworthSaddleResidual(sp, transpose, PETSC_FALSE, zero, y, Ax, product));
+  PetscCall(AinsworthSaddleVecScale(product, -1.0));
+  PetscCall(AinsworthSaddleVecDestroy(&zero));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Adds |v| to sum */
 static PetscErrorCode AddAbs(Vec sum, Vec v)
 {

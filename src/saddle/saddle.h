@@ -183,6 +183,7 @@ PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *, AinsworthSa
 
 /* residual.cpp: of the program's system, and the terms of its rows */
 PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
+PetscErrorCode AinsworthSaddleMult(const AinsworthSaddle *, PetscBool, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
 PetscErrorCode AinsworthSaddlePrimalTerms(const AinsworthSaddle *, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, Vec);
 PetscErrorCode AinsworthSaddleDualTerms(const AinsworthSaddle *, AinsworthSaddleVec, AinsworthSaddleVec, Vec);
 

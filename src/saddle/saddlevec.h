@@ -24,6 +24,30 @@ static inline PetscErrorCode AinsworthSaddleVecDestroy(AinsworthSaddleVec *y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static inline PetscErrorCode AinsworthSaddleVecZero(AinsworthSaddleVec y)
+{
+  PetscFunctionBegin;
+  PetscCall(VecZeroEntries(y.primal));
+  PetscCall(VecZeroEntries(y.dual));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static inline PetscErrorCode AinsworthSaddleVecCopy(AinsworthSaddleVec x, AinsworthSaddleVec y)
+{
+  PetscFunctionBegin;
+  PetscCall(VecCopy(x.primal, y.primal));
+  PetscCall(VecCopy(x.dual, y.dual));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static inline PetscErrorCode AinsworthSaddleVecScale(AinsworthSaddleVec y, PetscScalar a)
+{
+  PetscFunctionBegin;
+  PetscCall(VecScale(y.primal, a));
+  PetscCall(VecScale(y.dual, a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static inline PetscErrorCode AinsworthSaddleVecAXPY(AinsworthSaddleVec y, PetscScalar a, AinsworthSaddleVec x)
 {
   PetscFunctionBegin;
