@@ -4,7 +4,7 @@
 . "$(dirname "$0")/common.sh"
 if [ $# = 0 ]; then
   set -- -R '^fuzz.*_np[12]$'
-  AINSWORTH_TARGET="fuzz test_drawn"
+  AINSWORTH_TARGET=fuzz_programs
   export AINSWORTH_TARGET
 fi
 AINSWORTH_BUILD=$build-sanitize sh "$root/makefiles/build.sh" -DAINSWORTH_SANITIZE=address,undefined

@@ -142,7 +142,7 @@ static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Solves for the residual of an earlier solution, to a relative tolerance of at least `loose`; stopped: rounding ended that solve, so this one is not to last longer */
+/* Solves for what an earlier solve left, to a relative tolerance of at least `loose`; stopped: rounding ended that one, so that this may not last longer */
 static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscReal loose, AinsworthSaddleVec left,
                                    AinsworthSaddleVec p, KSPConvergedReason *reason)
 {

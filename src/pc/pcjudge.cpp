@@ -37,25 +37,24 @@ static PetscErrorCode IsFinite(AinsworthSaddleVec y, PetscBool *finite)
 }
 
 /*
-   Rejects an x that rounding of the system moves: a motion that the system does not resist, as of a body that floats. rounding: how far that of A moves it
+   Rejects an x that rounding of the system moves: a motion that the system does not resist, as of a body that floats
 
    Growth, a lower bound of the norm of the inverse, tells the same of A, B, C and D. Rows that determine an unknown or a multiplier by themselves may put large
    forces on others.
 */
-static PetscErrorCode CheckDetermined(PC_Ainsworth *data, AinsworthSaddleVec b, AinsworthSaddleVec y, PetscReal rounding, AinsworthVerdict *verdict, char why[],
-                                      size_t len)
+static PetscErrorCode CheckDetermined(PC_Ainsworth *data, AinsworthSaddleVec b, AinsworthSaddleVec y, const AinsworthOutcome &outcome,
+                                      AinsworthVerdict *verdict, char why[], size_t len)
 {
-  static const PetscReal most = 0.01; /* two digits */
-  PetscReal              growth, quotient, norms[3];
+  static const PetscReal most   = 0.01; /* two digits */
+  PetscReal              growth = outcome.growth, rounding, quotient, norms[3];
   Vec                    motion;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthGrowth(&data->saddle, b, y.primal, &growth));
   if (PETSC_MACHINE_EPSILON * growth > most && data->f) {
     PetscCall(AinsworthSaddleRestrict(&data->saddle, b, {data->f, data->g}));
     PetscCall(AinsworthGrowth(&data->saddle, {data->f, b.dual}, y.primal, &growth));
   }
-  rounding = PetscMax(rounding, PETSC_MACHINE_EPSILON * growth);
+  rounding = PetscMax(outcome.rounding, PETSC_MACHINE_EPSILON * growth);
   if (rounding <= most) PetscFunctionReturn(PETSC_SUCCESS);
   *verdict = AINSWORTH_VERDICT_SINGULAR;
   PetscCall(AinsworthVecClone(y.primal, &motion));
@@ -233,7 +232,7 @@ PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool tra
     PetscCall(Describe(data, &outcome, verdict, why, len));
     if (*verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(DescribeContradiction(data, outcome.contradictory, why, len));
   }
-  if (*verdict == AINSWORTH_VERDICT_MET) PetscCall(CheckDetermined(data, b, y, outcome.rounding, verdict, why, len));
+  if (*verdict == AINSWORTH_VERDICT_MET) PetscCall(CheckDetermined(data, b, y, outcome, verdict, why, len));
   if (kept && *verdict == AINSWORTH_VERDICT_MET) PetscCall(KeepTerms(data, b, y));
   PetscCall(PetscLogEventEnd(AINSWORTH_Verify, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);

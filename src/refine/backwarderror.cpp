@@ -127,17 +127,16 @@ static PetscErrorCode PrimalError(const AinsworthSaddle *sp, PetscBool transpose
 static PetscErrorCode DualError(const AinsworthSaddle *sp, const AinsworthMeasure measure[], Vec earlier, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec left,
                                 PetscReal primal, PetscReal sizes[2], AinsworthBackward *error)
 {
-  static const PetscReal rounding = 10 * PETSC_MACHINE_EPSILON;
-  const Vec              scale    = sp->scale.dual;
-  PetscInt               first;
-  Vec                    terms;
+  const Vec scale = sp->scale.dual;
+  PetscInt  first;
+  Vec       terms;
 
   PetscFunctionBegin;
   error->dual = error->dependent = AinsworthWorstRow();
   PetscCall(VecDuplicate(left, &terms));
   PetscCall(DualTerms(sp, earlier, b, y, terms));
   PetscCall(LargestOfAll(terms, scale, &sizes[0]));
-  if (sizes[0] <= rounding * primal) sizes[0] = primal;
+  if (sizes[0] <= AinsworthRoundoff * primal) sizes[0] = primal;
   error->sizes[0] = sizes[0];
   error->sizes[1] = sizes[1];
   PetscCall(VecGetOwnershipRange(left, &first, NULL));

@@ -13,6 +13,9 @@ struct AinsworthWorstRow {
 /* Half of all digits: an x of less than this of b, in units of the scale, is the rounding of forces that balance each other, and b is nearly that of a larger x */
 static const PetscReal AinsworthRest = 1e-8;
 
+/* What rounding leaves at most, relative to the terms of its sum */
+static const PetscReal AinsworthRoundoff = 10 * PETSC_MACHINE_EPSILON;
+
 /* Componentwise backward error of both equations; dependent: of rows of C that were left out because they depend on others, whose solution they share */
 struct AinsworthBackward {
   AinsworthWorstRow primal, dual, dependent;

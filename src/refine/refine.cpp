@@ -161,7 +161,7 @@ static PetscErrorCode IsNull(const AinsworthSaddle *sp, PetscBool transpose, Ain
   Vec                Ap;
 
   PetscFunctionBegin;
-  for (AinsworthMeasure &m : measure) m = {margin * PETSC_MACHINE_EPSILON, 0.0, 0.0};
+  for (AinsworthMeasure &m : measure) m = {AinsworthRoundoff, 0.0, 0.0};
   for (AinsworthSaddleVec *v : {&p, &zero, &product}) PetscCall(AinsworthSaddleVecDuplicate(given, v));
   PetscCall(VecDuplicate(p.primal, &Ap));
   PetscCall(AinsworthSaddleVecCopy(given, p));
@@ -185,16 +185,15 @@ static PetscErrorCode IsNull(const AinsworthSaddle *sp, PetscBool transpose, Ain
    however f is balanced on z. A solver that found x, but fails for that, moves it by infinity.
 */
 static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthSolver &solver, AinsworthSaddleVec b,
-                                   AinsworthSaddleVec y, PetscReal *moved)
+                                   AinsworthSaddleVec y, AinsworthOutcome *outcome)
 {
+  PetscReal *const   moved = &outcome->rounding;
   AinsworthSaddleVec r, d;
   KSPConvergedReason reason;
-  PetscReal          growth;
 
   PetscFunctionBegin;
-  *moved = 0.0;
-  PetscCall(AinsworthGrowth(sp, b, y.primal, &growth));
-  if (growth * AinsworthRest <= 1.0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthGrowth(sp, b, y.primal, &outcome->growth));
+  if (outcome->growth * AinsworthRest <= 1.0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSaddleVecDuplicate(b, &r));
   PetscCall(AinsworthSaddleVecDuplicate(y, &d));
   PetscCall(AinsworthGetDiagonal(sp->block[AINSWORTH_BLOCK_A], r.primal));
@@ -203,7 +202,8 @@ static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthReq
   PetscCall(solver(r, 1.0 / margin, d, &reason));
   PetscCall(AinsworthChange(sp, b, y.primal, d.primal, moved));
   if (reason < 0 && (reason != KSP_DIVERGED_ITS || request->tol >= 0.0)) *moved = PETSC_INFINITY;
-  PetscCall(PetscInfo(sp->rowsC, "x is %g of f and g: rounding of A moves it by %g (%s)\n", (double)growth, (double)*moved, KSPConvergedReasons[reason]));
+  PetscCall(
+    PetscInfo(sp->rowsC, "x is %g of f and g: rounding of A moves it by %g (%s)\n", (double)outcome->growth, (double)*moved, KSPConvergedReasons[reason]));
   PetscCall(AinsworthSaddleVecDestroy(&r));
   PetscCall(AinsworthSaddleVecDestroy(&d));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -281,7 +281,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   if (p.excess > 1.0) outcome->state = AINSWORTH_OUTCOME_UNMET;
   else if (state != AINSWORTH_CONVERGED) outcome->state = AINSWORTH_OUTCOME_UNSETTLED;
   else outcome->state = AINSWORTH_OUTCOME_SOLVED;
-  if (outcome->state == AINSWORTH_OUTCOME_SOLVED) PetscCall(FindRounding(sp, request, solver, b, y, &outcome->rounding));
+  if (outcome->state == AINSWORTH_OUTCOME_SOLVED) PetscCall(FindRounding(sp, request, solver, b, y, outcome));
   if (p.excess <= 1.0 && error.dependent.omega > 1.0 && request->combination) PetscCall(Depend(sp, request, measure, b, y, left, outcome));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

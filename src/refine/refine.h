@@ -34,6 +34,7 @@ struct AinsworthOutcome {
   AinsworthOutcomeState state = AINSWORTH_OUTCOME_UNMET;
   AinsworthBackward     error;          /* of the solution */
   PetscReal             moved    = 0.0; /* by the last further solve, relative to x; 0 if there was none */
+  PetscReal             growth   = 0.0; /* of x beside f and g */
   PetscReal             rounding = 0.0; /* how far rounding of A moves x, relative to x, where f and g are nearly nothing of x; else 0 */
   int                   steps    = 0;   /* further solves, without the one for that */
   std::vector<bool>     contradictory;  /* for each local row of the multiplier field, where the state is CONTRADICTION */
