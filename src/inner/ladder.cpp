@@ -17,6 +17,7 @@ static const char *Words(AinsworthEnd end)
 {
   static const char *const words[AINSWORTH_ENDS] = {"the answer meets all rows",
                                                     "the preconditioner could not be set up",
+                                                    "solves with the Gram matrix fail, or are too inaccurate to tell rows of C apart",
                                                     "the iterations ran out",
                                                     "a factorization is faster than the iterations that were left",
                                                     "the iterations broke down",
@@ -36,6 +37,7 @@ static const char *Words(AinsworthEnd end)
 */
 static AinsworthRung Wanted(AinsworthRung now, AinsworthEnd end)
 {
+  if (end == AINSWORTH_END_GRAM && now != AINSWORTH_RUNG_WHOLE) return AINSWORTH_RUNG_WHOLE;
   switch (now) {
   case AINSWORTH_RUNG_MULTIGRID:
     return end == AINSWORTH_END_INDEFINITE ? AINSWORTH_RUNG_GMRES : AINSWORTH_RUNG_FACTOR;

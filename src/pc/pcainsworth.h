@@ -47,8 +47,11 @@ typedef enum {
   AINSWORTH_VERDICT_CONTRADICTION /* no x satisfies this right-hand side of the constraints */
 } AinsworthVerdict;
 
-/* Energy of a motion, relative to that of diag(A), that is none: the rounding of products */
-static const PetscReal PCAinsworthNoEnergy = 1e-12;
+/* Two digits: an x that rounding of the system moves by more of itself is not determined (docs/method.md) */
+static const PetscReal PCAinsworthUndetermined = 0.01;
+
+/* Energy of a motion, relative to that of diag(A), that is none: rounding of A moves it by that */
+static const PetscReal PCAinsworthNoEnergy = PETSC_MACHINE_EPSILON / PCAinsworthUndetermined;
 
 /* Stages of set-up, each with its own part of the diagnosis */
 typedef enum {

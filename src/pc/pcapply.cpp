@@ -29,10 +29,9 @@ static PetscErrorCode GetReason(const PC_Ainsworth *data, KSPConvergedReason *re
 */
 static PetscErrorCode ForgetRounding(const PC_Ainsworth *data, Vec f)
 {
-  static const PetscReal rounding = 450 * PETSC_MACHINE_EPSILON; /* 1e-13: no row is asked to be met any better (refine/refine.cpp) */
-  PetscReal              norms[2];
-  Mat_Ainsworth         *ctx;
-  Vec                    work;
+  PetscReal      norms[2];
+  Mat_Ainsworth *ctx;
+  Vec            work;
 
   PetscFunctionBegin;
   if (!data->constraints || data->saddle.D) PetscFunctionReturn(PETSC_SUCCESS);
@@ -47,7 +46,7 @@ static PetscErrorCode ForgetRounding(const PC_Ainsworth *data, Vec f)
     norms[k] = PetscSqrtReal(PetscAbsScalar(square));
   }
   PetscCall(VecDestroy(&work));
-  if (norms[0] <= rounding * (norms[1] + PetscSqrtReal(PetscAbsReal(ctx->start[0])))) PetscCall(VecZeroEntries(data->rhs));
+  if (norms[0] <= AinsworthLeast * (norms[1] + PetscSqrtReal(PetscAbsReal(ctx->start[0])))) PetscCall(VecZeroEntries(data->rhs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -12,7 +12,7 @@ static const PetscInt slow = 100;
 static PetscErrorCode DiagnoseDependence(PC_Ainsworth *data, AinsworthDiagnosis *d)
 {
   const AinsworthSaddle *sp    = &data->saddle;
-  const PetscInt         count = sp->count[AINSWORTH_ROW_DEPENDENT];
+  const PetscInt         near = sp->count[AINSWORTH_ROW_NEAR], count = sp->count[AINSWORTH_ROW_DEPENDENT] + near;
   char                   names[128];
   PetscBool              doubtful = PETSC_FALSE;
   PetscInt               n, *rows;
@@ -20,11 +20,11 @@ static PetscErrorCode DiagnoseDependence(PC_Ainsworth *data, AinsworthDiagnosis 
   PetscFunctionBegin;
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "dependent_rows", AinsworthJSON(count), "dependent rows of C: %" PetscInt_FMT, count);
   if (count) {
-    PetscCall(AinsworthSaddleNameKind(sp, AINSWORTH_ROW_DEPENDENT, names, sizeof(names)));
+    PetscCall(AinsworthSaddleNameKind(sp, near ? AINSWORTH_ROW_NEAR : AINSWORTH_ROW_DEPENDENT, names, sizeof(names)));
     AinsworthDiagnosisAdd(d, AINSWORTH_DOUBTFUL, "dependent", AinsworthJSON(count),
                           "%" PetscInt_FMT " rows of C are %s others, rows %s of the multiplier field: they are left out and their multipliers zero; remove "
                           "them, a constraint that is said twice among them, or see that g agrees",
-                          count, sp->nearly ? "combinations, exactly or nearly, of" : "combinations of", names);
+                          count, near ? "combinations, exactly or nearly, of" : "combinations of", names);
   }
   if (data->reduced) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced, &doubtful));
   if (!doubtful) PetscFunctionReturn(PETSC_SUCCESS);

@@ -45,7 +45,7 @@ static PetscErrorCode IsFinite(AinsworthSaddleVec y, PetscBool *finite)
 static PetscErrorCode CheckDetermined(PC_Ainsworth *data, AinsworthSaddleVec b, AinsworthSaddleVec y, const AinsworthOutcome &outcome,
                                       AinsworthVerdict *verdict, char why[], size_t len)
 {
-  static const PetscReal most   = 0.01; /* two digits */
+  const PetscReal        most   = PCAinsworthUndetermined;
   PetscReal              growth = outcome.growth, rounding, quotient, norms[3];
   Vec                    motion;
 
@@ -91,7 +91,7 @@ static PetscErrorCode GetEarlierTerms(PC pc, PC_Ainsworth *data, Vec g, PetscBoo
   PetscFunctionBegin;
   if (!attached) PetscCall(PetscObjectQuery((PetscObject)saddle->rows[1], "nullspace", (PetscObject *)&attached));
   PetscCall(PetscObjectGetTabLevel((PetscObject)pc, &nested));
-  *kept = (PetscBool)(saddle->count[AINSWORTH_ROW_DEPENDENT] && (attached || nested > 0));
+  *kept = (PetscBool)(saddle->count[AINSWORTH_ROW_DEPENDENT] + saddle->count[AINSWORTH_ROW_NEAR] && (attached || nested > 0));
   if (data->terms) {
     PetscCall(VecGetLocalSize(g, &n[0]));
     PetscCall(VecGetLocalSize(data->terms, &n[1]));
@@ -134,6 +134,19 @@ static PetscErrorCode IsEnergetic(const PC_Ainsworth *data, PetscBool *energetic
   PetscCall(PCAinsworthIsConjugateGradients_Private(type, energetic));
   if (data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR) blind = PETSC_FALSE; /* the energy itself has ended it */
   if (blind || data->whole || data->escape.refused || !data->adjoint) *energetic = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Checks whether an error of x in the energy norm bounds the residual of each row: projected with W = diag(A)^-1, it is at most that of A, in units of the scale */
+static PetscErrorCode IsBounded(const PC_Ainsworth *data, PetscBool *bounded)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  *bounded = PETSC_TRUE;
+  if (!data->reduced) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+  *bounded = (PetscBool)(ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -219,6 +232,7 @@ PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool tra
   PetscCall(GetTolerance(data, reason, &request.tol));
   PetscCall(IsEnergetic(data, &request.energetic));
   if (reason < 0) request.energetic = PETSC_FALSE;
+  PetscCall(IsBounded(data, &request.bounded));
   PetscCall(GetEarlierTerms(pc, data, b.dual, &kept, &request.earlier));
   request.combination = [data](Vec w) {
     return data->constraints ? MatAinsworthCombineRows_Private(data->reduced, &data->saddle, w) : PETSC_SUCCESS; /* a row of zeros is one by itself */

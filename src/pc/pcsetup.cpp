@@ -57,14 +57,14 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Removes rows of C that depend on others from the constraints, or raises an error */
-static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, PetscInt n, const PetscInt dependent[])
+/* Removes rows of C that depend on others, or nearly so, from the constraints, or raises an error */
+static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, AinsworthRowKind kind, PetscInt n, const PetscInt dependent[])
 {
   char names[128];
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleDropDependent(&data->saddle, n, dependent));
-  PetscCall(AinsworthSaddleNameKind(&data->saddle, AINSWORTH_ROW_DEPENDENT, names, sizeof(names)));
+  PetscCall(AinsworthSaddleDropDependent(&data->saddle, n, dependent, kind));
+  PetscCall(AinsworthSaddleNameKind(&data->saddle, kind, names, sizeof(names)));
   PetscCheck(data->choices.redundant != AINSWORTH_REDUNDANT_ERROR, PetscObjectComm((PetscObject)pc), PETSC_ERR_MAT_CH_ZRPVT,
              "%" PetscInt_FMT " rows of C are linear combinations of others: rows %s of the multiplier field; remove them or use -pc_ainsworth_redundant drop",
              n, names);
@@ -73,30 +73,37 @@ static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, PetscInt n, c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets up the reduced operator without dependent rows of C, which are looked for only if the Gram matrix is suspicious */
+/*
+   Sets up the reduced operator without dependent rows of C, which are looked for only if the Gram matrix is suspicious
+
+   If it has too few digits to tell rows apart that do not depend on each other, or cannot be factored, the whole system is. If that cannot be, such rows are left
+   out, and have to be met to rounding
+*/
 static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx, PCFailedReason *reason)
 {
   PetscInt  pass = 0, n = 1;
-  PetscBool hidden;
+  PetscBool hidden, whole = PETSC_FALSE;
 
   PetscFunctionBegin;
-  data->hidden = data->saddle.nearly = PETSC_FALSE;
+  data->hidden = PETSC_FALSE;
   while (n && data->constraints) {
     PetscInt      *dependent;
     PetscErrorCode error = PETSC_SUCCESS; /* checked after PetscFree() */
 
     PetscCall(CreateOperator(pc, data, ctx));
     PetscCall(MatAinsworthDiagnose_Private(data->reduced, &pass, &n, &dependent, reason, &hidden));
-    if (hidden && data->choices.weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
+    hidden = (PetscBool)(hidden && data->choices.weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL);
+    if (hidden) {
       PetscCall(PetscInfo(pc, "Rows of C that diag(A)^{-1} cannot tell apart are independent without it: the weight is the identity\n"));
       data->hidden = PETSC_TRUE;
-    } else if (n) {
-      data->saddle.nearly = (PetscBool)(pass > 1 || data->saddle.D); /* a small D may tell them apart */
-      error               = DropDependentRows(pc, data, n, dependent);
-    }
+    } else if (n ? pass > 1 : *reason != PC_NOERROR)
+      PetscCall(PCAinsworthClimb_Private(pc, data, AINSWORTH_END_GRAM, "The Gram matrix C W C' is nearly singular", &whole));
+    if (whole) n = 0;
+    else if (n && !hidden) error = DropDependentRows(pc, data, pass > 1 ? AINSWORTH_ROW_NEAR : AINSWORTH_ROW_DEPENDENT, n, dependent);
     PetscCall(PetscFree(dependent));
     PetscCall(error);
   }
+  if (whole) *reason = PC_NOERROR;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -285,6 +292,13 @@ static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
   PetscBool      climbed = PETSC_FALSE;
 
   PetscFunctionBegin;
+  if (data->whole) { /* it needs no inner solver, which the next set-up makes */
+    data->stale = PETSC_FALSE;
+    PetscCall(PCAinsworthAgreeOnFailure_Private(pc, PC_NOERROR));
+    PetscCall(PetscTime(&end));
+    data->setupSeconds += end - run->start;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (run->keep) PetscCall(PCAinsworthDecideToKeepInner_Private(pc, data, &run->keep));
   PetscCall(PCAinsworthSetUpInner_Private(pc, data, run->ctx, run->keep, run->why, sizeof(run->why)));
   PetscCall(PCAinsworthIsOld_Private(data, &data->keptForProgram));

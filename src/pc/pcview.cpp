@@ -66,17 +66,18 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
     PetscCall(PetscViewerASCIIPopTab(viewer));
   }
   if (data->failure[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "  last failure: %s\n", data->failure));
-  if (!data->stale) {
+  if (!data->stale && !data->unfinished) {
     PetscCall(PCAinsworthDescribeLeftOut_Private(data, text));
     PetscCall(PetscViewerASCIIPrintf(viewer, "  left out: %s\n", text.c_str()));
   }
   PetscCall(PCAinsworthViewRebuild_Private(data, viewer));
   if (data->whole) {
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  ladder: the whole system, as the reduced solve gave no answer: %s\n", data->climbed));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  ladder: the whole system is factored: %s\n", data->climbed));
     PetscCall(PetscViewerASCIIPushTab(viewer));
     PetscCall(AinsworthWholeView(data->whole, viewer));
     PetscCall(PetscViewerASCIIPopTab(viewer));
   }
+  if (data->whole && data->unfinished) PetscFunctionReturn(PETSC_SUCCESS); /* there is no reduced solve */
   PetscCall(PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns:\n"));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   PetscCall(KSPView(data->ksp, viewer));

@@ -313,6 +313,34 @@ PetscErrorCode AinsworthProjectorFindNear(const AinsworthProjector *proj, Vec we
 }
 
 /*
+   Places the springs D = N G of the program's system; NULL without D. Collective
+
+   A combination of rows of C is zero below distances[0], as programs compute rows; a D_ii is given, so that it is nothing only below the rounding of that
+   combination: it is made larger by the quotient
+*/
+static PetscErrorCode PlaceSprings(const AinsworthProjector *proj, Mat *springs)
+{
+  static const PetscReal     given      = distances[0] / (10 * PETSC_MACHINE_EPSILON);
+  const AinsworthCompliance *compliance = &proj->compliance;
+  Mat                        D          = NULL;
+  Vec                        G;
+
+  PetscFunctionBegin;
+  if (compliance->N) {
+    PetscCall(VecDuplicate(compliance->inverse, &G));
+    PetscCall(VecCopy(compliance->inverse, G));
+    PetscCall(VecReciprocal(G));
+    PetscCall(MatDuplicate(compliance->N, MAT_COPY_VALUES, &D));
+    PetscCall(MatDiagonalScale(D, NULL, G));
+    PetscCall(MatScale(D, PetscSqr(given)));
+    PetscCall(VecDestroy(&G));
+  }
+  PetscCall(AinsworthProjectorPlaceMat(proj, D, springs));
+  PetscCall(MatDestroy(&D));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    AinsworthProjectorDiagnose - checks the accuracy of solves with the Gram matrix, and if it is poor finds dependent rows of C
 
    Collective
@@ -345,9 +373,10 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
   if (!*reason) PetscCall(Probe(gram, &error));
   PetscCall(MatGetSize(gram->S, &m, NULL));
   regular = suspicious / PetscSqrtReal((PetscReal)PetscMax(m, 1));
-  if (!(error <= regular)) PetscCall(AinsworthProjectorPlaceMat(proj, proj->compliance.N, &N));
   for (; *pass < passes && !*n && !(error <= (*pass ? unusable : regular)); ++*pass) {
     PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
+    PetscCall(MatDestroy(&N));
+    PetscCall(*pass ? AinsworthProjectorPlaceMat(proj, proj->compliance.N, &N) : PlaceSprings(proj, &N)); /* what depends, and what S cannot tell */
     PetscCall(FindDependentRows(proj, N, weight, distances[*pass], n, dependent));
     if (!*n || !weight) continue;
     PetscCall(FindDependentRows(proj, N, NULL, distances[*pass], &others, &unweighted));

@@ -49,7 +49,7 @@ static int KindOfUnknown(const AinsworthSaddle *sp, PetscInt i, PetscScalar forc
 
 static int KindOfConstraint(const AinsworthSaddle *sp, PetscInt i)
 {
-  return sp->sprung[i] ? AINSWORTH_ROWS_HELD : AINSWORTH_ROWS_RIGID;
+  return sp->kind[i] == AINSWORTH_ROW_NEAR ? AINSWORTH_ROWS_NEAR : sp->sprung[i] ? AINSWORTH_ROWS_HELD : AINSWORTH_ROWS_RIGID;
 }
 
 /* Computes the terms of C x - D lambda = g, with those of earlier solves (NULL: none). Collective */
@@ -63,13 +63,14 @@ static PetscErrorCode DualTerms(const AinsworthSaddle *sp, Vec earlier, Ainswort
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the largest |v_i| s_i of all ranks */
-static PetscErrorCode LargestOfAll(Vec v, Vec scale, PetscReal *largest)
+/* AinsworthLargestEntry - finds the largest entry of v, whose parts may be NULL, in units of the scale: of unknowns, or of right-hand sides. Collective */
+PetscErrorCode AinsworthLargestEntry(const AinsworthSaddle *sp, AinsworthSaddleVec v, bool unknowns, PetscReal *size)
 {
   PetscFunctionBegin;
-  *largest = 0.0;
-  PetscCall(Largest(v, scale, false, largest));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)v)));
+  *size = 0.0;
+  if (v.primal) PetscCall(Largest(v.primal, sp->scale.primal, unknowns, size));
+  if (v.dual) PetscCall(Largest(v.dual, sp->scale.dual, unknowns, size));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, size, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)sp->rowsC)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -109,7 +110,7 @@ static PetscErrorCode PrimalError(const AinsworthSaddle *sp, PetscBool transpose
   *worst = AinsworthWorstRow();
   PetscCall(VecDuplicate(left, &terms));
   PetscCall(AinsworthSaddlePrimalTerms(sp, transpose, b, y, Ax, terms));
-  PetscCall(LargestOfAll(terms, scale, &sizes[0]));
+  PetscCall(AinsworthLargestEntry(sp, {terms, NULL}, false, &sizes[0]));
   PetscCall(VecGetOwnershipRange(left, &first, NULL));
   PetscCall(AinsworthForEntries({left, terms, scale, b.primal}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s, PetscScalar force) {
     Look(worst, first + i, measure[KindOfUnknown(sp, i, force)], r, t, s, sizes);
@@ -135,7 +136,7 @@ static PetscErrorCode DualError(const AinsworthSaddle *sp, const AinsworthMeasur
   error->dual = error->dependent = AinsworthWorstRow();
   PetscCall(VecDuplicate(left, &terms));
   PetscCall(DualTerms(sp, earlier, b, y, terms));
-  PetscCall(LargestOfAll(terms, scale, &sizes[0]));
+  PetscCall(AinsworthLargestEntry(sp, {NULL, terms}, false, &sizes[0]));
   if (sizes[0] <= AinsworthRoundoff * primal) sizes[0] = primal;
   error->sizes[0] = sizes[0];
   error->sizes[1] = sizes[1];
@@ -151,9 +152,9 @@ static PetscErrorCode DualError(const AinsworthSaddle *sp, const AinsworthMeasur
 /*
    AinsworthBackwardError - finds the rows with the largest residual relative to what their measure allows: 1 is just enough. Collective
 
-   Units of f and of g are free of each other, so that each equation has a floor of its own, but for C x = 0 of an x that is rounding of f. In the units of the scale each column has an entry of about 1, on the
-   diagonal of A or in C, so that the largest unknown and the largest force are a lower bound of the largest terms, without a pass over A: if all rows of an equation
-   are met relative to that, the quotients returned are upper bounds, and no row is named
+   Units of f and of g are free of each other, so that each equation has a floor of its own, but for C x = 0 of an x that is rounding of f. In these units each
+   column has an entry of about 1, on the diagonal of A or in C, so that the largest unknown and force are a lower bound of the largest terms, without a pass
+   over A: if all rows of an equation are met relative to that, the quotients returned are upper bounds, and no row is named
 */
 PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[], Vec earlier, AinsworthSaddleVec b,
                                       AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left, AinsworthBackward *error)
@@ -187,17 +188,6 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthLargestEntry - finds the largest entry of y, in units of the scale. Collective */
-PetscErrorCode AinsworthLargestEntry(const AinsworthSaddle *sp, AinsworthSaddleVec y, PetscReal *size)
-{
-  PetscFunctionBegin;
-  *size = 0.0;
-  PetscCall(Largest(y.primal, sp->scale.primal, true, size));
-  PetscCall(Largest(y.dual, sp->scale.dual, true, size));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, size, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)y.primal)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    AinsworthGrowth - computes the largest unknown relative to the right-hand side, in units of the scale: a lower bound of the norm of the inverse. Collective
 
@@ -205,14 +195,12 @@ PetscErrorCode AinsworthLargestEntry(const AinsworthSaddle *sp, AinsworthSaddleV
 */
 PetscErrorCode AinsworthGrowth(const AinsworthSaddle *sp, AinsworthSaddleVec b, Vec x, PetscReal *growth)
 {
-  PetscReal sizes[2] = {0.0, 0.0};
+  PetscReal size;
 
   PetscFunctionBegin;
-  PetscCall(Largest(x, sp->scale.primal, true, &sizes[0]));
-  PetscCall(Largest(b.primal, sp->scale.primal, false, &sizes[1]));
-  PetscCall(Largest(b.dual, sp->scale.dual, false, &sizes[1]));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sizes, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)x)));
-  *growth = sizes[1] > 0.0 ? AinsworthQuotient(sizes[0], sizes[1]) : 0.0;
+  PetscCall(AinsworthLargestEntry(sp, {x, NULL}, true, growth));
+  PetscCall(AinsworthLargestEntry(sp, b, false, &size));
+  *growth = size > 0.0 ? AinsworthQuotient(*growth, size) : 0.0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

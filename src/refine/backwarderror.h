@@ -13,6 +13,9 @@ struct AinsworthWorstRow {
 /* Half of all digits: an x of less than this of b, in units of the scale, is the rounding of forces that balance each other, and b is nearly that of a larger x */
 static const PetscReal AinsworthRest = 1e-8;
 
+/* Nobody asks for less: the rounding of products and of solves with S */
+static const PetscReal AinsworthLeast = 1e-13;
+
 /* What rounding leaves at most, relative to the terms of its sum */
 static const PetscReal AinsworthRoundoff = 10 * PETSC_MACHINE_EPSILON;
 
@@ -29,20 +32,21 @@ struct AinsworthMeasure {
 
 /*
    Kinds of rows: those that A or a spring of D holds, whose residual costs energy; those of C without a spring; those where A is zero, with a force, or without:
-   x does not occur in them, so that they hold multipliers alone, and a force that is given is no rounding, however small
+   they hold multipliers alone, and a force that is given is no rounding, however small; those of C that are left out, although no others imply them
 */
 enum {
   AINSWORTH_ROWS_HELD,
   AINSWORTH_ROWS_RIGID,
   AINSWORTH_ROWS_FORCED,
   AINSWORTH_ROWS_LOOSE,
+  AINSWORTH_ROWS_NEAR,
   AINSWORTH_ROWS_KINDS
 };
 PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *, PetscBool, const AinsworthMeasure[], Vec, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
                                       AinsworthSaddleVec, AinsworthBackward *);
 PetscErrorCode AinsworthAllowedOfConstraints(const AinsworthSaddle *, const AinsworthMeasure[], Vec, AinsworthSaddleVec, AinsworthSaddleVec,
                                              const AinsworthBackward *, Vec);
-PetscErrorCode AinsworthLargestEntry(const AinsworthSaddle *, AinsworthSaddleVec, PetscReal *);
+PetscErrorCode AinsworthLargestEntry(const AinsworthSaddle *, AinsworthSaddleVec, bool unknowns, PetscReal *);
 PetscErrorCode AinsworthGrowth(const AinsworthSaddle *, AinsworthSaddleVec, Vec, PetscReal *);
 PetscErrorCode AinsworthChange(const AinsworthSaddle *, AinsworthSaddleVec, Vec, Vec, PetscReal *);
 

@@ -1,4 +1,4 @@
-#include "certify.h"
+#include "refine.h"
 #include "../loops.h"
 #include "../objects.h"
 

@@ -7,14 +7,13 @@
    The numbers that decide whether x is right (docs/method.md has the reasons)
 
    margin    a row is left with at most so many times the requested tolerance of its terms
-   least     nobody asks for less: the rounding of products and of solves with S
    rows      of C x = g are left with no more, whatever the tolerance, as the projection meets them to rounding; S may have a condition number of 1e8
    rounding  of the largest terms of all, which the solves spread over all rows: a body at rest has only that
    settled   an x that another solve moves by less is determined
    rate      steps have to reduce what they reduce by this factor, as in LAPACK's xGERFSX
    most      steps
 */
-static const PetscReal margin = 10, least = 1e-13, rows = 1e-8, rounding = 0.5 * PETSC_MACHINE_EPSILON, settled = 1e-6, rate = 0.5;
+static const PetscReal margin = 10, rows = 1e-8, rounding = 0.5 * PETSC_MACHINE_EPSILON, settled = 1e-6, rate = 0.5;
 static const int       most = 10;
 
 /* AinsworthDecide - goes on while a row is left with too much, or x has not settled, as long as that helps; open: how far a step may move a settled x */
@@ -92,9 +91,8 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
     PetscCall(AinsworthSaddleVecScale(q, length));
     PetscCall(Dot(r, q, &dot));
     PetscCall(AinsworthSaddleVecAXPY(y, dot, p));
-    PetscCall(VecCopy(p.primal, r.primal));
-    PetscCall(VecScale(r.primal, dot));
-    PetscCall(AinsworthChange(sp, b, y.primal, r.primal, moved));
+    PetscCall(AinsworthChange(sp, b, y.primal, p.primal, moved));
+    *moved *= PetscAbsScalar(dot);
     all->p.push_back(p);
     all->image.push_back(q);
   } else {
@@ -108,13 +106,15 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
 /* Sets what rows are allowed; where the energy decides, those with stiffness as a whole, relative to x: an x at rest has no energy that could excuse them */
 static void Measure(bool D, const AinsworthRequest *request, AinsworthMeasure measure[])
 {
-  const PetscReal enough = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */ : PetscMax(margin * request->tol, least);
+  const bool      excuses = request->energetic && request->bounded;
+  const PetscReal enough  = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */ : PetscMax(margin * request->tol, AinsworthLeast);
 
-  measure[AINSWORTH_ROWS_HELD]   = {enough, rounding, !request->energetic ? 0.0 : D ? enough / margin : enough};
+  measure[AINSWORTH_ROWS_HELD]   = {enough, rounding, !excuses ? 0.0 : D ? enough / margin : enough};
   measure[AINSWORTH_ROWS_RIGID]  = {PetscMin(enough, rows), rounding};
+  measure[AINSWORTH_ROWS_NEAR]   = {AinsworthLeast, rounding};
   measure[AINSWORTH_ROWS_FORCED] = {measure[AINSWORTH_ROWS_RIGID].enough, 0.0};
   measure[AINSWORTH_ROWS_LOOSE]  = measure[AINSWORTH_ROWS_RIGID];
-  if (request->energetic && !D) measure[AINSWORTH_ROWS_LOOSE] = measure[AINSWORTH_ROWS_FORCED] = measure[AINSWORTH_ROWS_HELD]; /* by what they are tied to */
+  if (excuses && !D) measure[AINSWORTH_ROWS_LOOSE] = measure[AINSWORTH_ROWS_FORCED] = measure[AINSWORTH_ROWS_HELD]; /* by what they are tied to */
 }
 
 /* Judges the rows that depend on others and are left with more than rows are allowed: the combination of rows that they are tells what that means. Collective */
@@ -133,7 +133,7 @@ static PetscErrorCode Depend(const AinsworthSaddle *sp, const AinsworthRequest *
     if (AinsworthSaddleIsLeftOut(sp, i) && !(PetscAbsScalar(r) <= PetscRealPart(a))) mine.push_back(sp->first + i);
   }));
   PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)w), mine, &rows));
-  PetscCall(AinsworthLargestEntry(sp, y, &size));
+  PetscCall(AinsworthLargestEntry(sp, y, true, &size));
   outcome->contradictory.assign(sp->local, false);
   for (PetscInt row : rows) {
     AinsworthDependence what;
@@ -165,7 +165,7 @@ static PetscErrorCode IsNull(const AinsworthSaddle *sp, PetscBool transpose, Ain
   for (AinsworthSaddleVec *v : {&p, &zero, &product}) PetscCall(AinsworthSaddleVecDuplicate(given, v));
   PetscCall(VecDuplicate(p.primal, &Ap));
   PetscCall(AinsworthSaddleVecCopy(given, p));
-  PetscCall(AinsworthLargestEntry(sp, p, &most));
+  PetscCall(AinsworthLargestEntry(sp, p, true, &most));
   const auto clean = [most](PetscInt, PetscScalar &v, PetscScalar s) { v = PetscAbsScalar(v) / PetscRealPart(s) > AinsworthRest * most ? v : 0.0; };
   PetscCall(AinsworthUpdate(p.primal, {sp->scale.primal}, clean));
   PetscCall(AinsworthUpdate(p.dual, {sp->scale.dual}, clean));
@@ -226,26 +226,29 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   AinsworthBackward      error;
   AinsworthSaddleVec     kept = {NULL, NULL};
   Directions             all;
-  bool                   some = true, null = false;
+  bool                   some = true;
   PetscReal              far;
 
   PetscFunctionBegin;
   Measure(sp->D, request, measure);
   if (sp->D) p.settles = request->tol < 0.0; /* springs may be far softer than what the energy sees */
+  const auto look = [&](PetscBool given) -> PetscErrorCode {
+    PetscFunctionBegin;
+    PetscCall(AinsworthSaddleResidual(sp, request->transpose, given, b, y, Ax, left));
+    PetscCall(AinsworthBackwardError(sp, request->transpose, measure, request->earlier, b, y, Ax, left, &error));
+    p.excess = PetscMax(error.primal.omega, error.dual.omega);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  };
   for (;; p.steps++) {
     AinsworthSaddleVec correction;
     KSPConvergedReason reason;
 
-    PetscCall(AinsworthSaddleResidual(sp, request->transpose, *known, b, y, Ax, left));
+    PetscCall(look(*known));
     *known = PETSC_TRUE;
-    PetscCall(AinsworthBackwardError(sp, request->transpose, measure, request->earlier, b, y, Ax, left, &error));
-    p.excess = PetscMax(error.primal.omega, error.dual.omega);
     if (p.steps && p.excess > PetscMax(p.before, 1.0)) { /* the step went along what the system does not resist: it only shows how far x moves */
       PetscCall(AinsworthSaddleVecCopy(kept, y));
-      PetscCall(AinsworthSaddleResidual(sp, request->transpose, PETSC_FALSE, b, y, Ax, left));
-      PetscCall(AinsworthBackwardError(sp, request->transpose, measure, request->earlier, b, y, Ax, left, &error));
-      p.excess = PetscMax(error.primal.omega, error.dual.omega);
-      some     = false;
+      PetscCall(look(PETSC_FALSE));
+      some = false;
     }
     if (error.primal.omega == 0.0 && error.dual.omega == 0.0) p.settles = true; /* there is nothing that could move x */
     state = AinsworthDecide(p, open);
@@ -256,22 +259,20 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
                         p.steps, (double)(p.steps ? p.moved : 0.0), (double)error.primal.omega, (double)error.dual.omega));
     if (state != AINSWORTH_WORKING) break;
     PetscCall(AinsworthSaddleVecDuplicate(y, &correction));
-    PetscCall(solver(left, 1.0 / (margin * PetscMax(p.excess, 1.0)), correction, &reason));
+    PetscCall(solver(left, 1.0 / (margin * PetscMax(p.excess, 1.0)), correction, &reason)); /* it overwrites A x */
+    *known = PETSC_FALSE;
     PetscCall(AinsworthChange(sp, b, y.primal, correction.primal, &far));
-    if (p.excess <= 1.0 && far > open) PetscCall(IsNull(sp, request->transpose, correction, &null));
-    p.before = p.excess;
-    if (null) { /* there are other solutions, too */
+    if (p.excess <= 1.0 && far > open) PetscCall(IsNull(sp, request->transpose, correction, &p.settles));
+    if (p.excess <= 1.0 && p.settles) { /* there are other solutions, too */
       PetscCall(AinsworthSaddleVecDestroy(&correction));
-      state   = AINSWORTH_CONVERGED;
       p.moved = 0.0;
-      p.steps++;
-      break;
+      continue;
     }
+    p.before = p.excess;
     p.last = p.moved;
     if (!kept.primal) PetscCall(AinsworthSaddleVecDuplicate(y, &kept));
     PetscCall(AinsworthSaddleVecCopy(y, kept));
     PetscCall(Advance(sp, request->transpose, b, left, correction, Ax, y, &all, &p.moved, &some));
-    *known = PETSC_FALSE;
   }
   PetscCall(all.clear());
   if (kept.primal) PetscCall(AinsworthSaddleVecDestroy(&kept));

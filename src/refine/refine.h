@@ -3,7 +3,6 @@
 #define AINSWORTH_REFINE_H
 
 #include "backwarderror.h"
-#include "certify.h"
 #include <functional>
 #include <vector>
 
@@ -18,6 +17,7 @@ struct AinsworthRequest {
   PetscBool transpose = PETSC_FALSE;
   PetscReal tol       = -1.0;        /* relative tolerance; negative if there is none */
   PetscBool energetic = PETSC_FALSE; /* the solver ends by the energy norm of the error, which is fair to all of x */
+  PetscBool bounded   = PETSC_TRUE;  /* and that norm bounds what each row is left with, as its W is diag(A)^-1 */
   Vec       earlier   = NULL;        /* terms of rows of C in earlier solves, whose rounding g may be; or NULL */
 
   AinsworthCombination combination; /* for rows that depend on others; empty: these are not judged */
@@ -40,6 +40,13 @@ struct AinsworthOutcome {
   std::vector<bool>     contradictory;  /* for each local row of the multiplier field, where the state is CONTRADICTION */
 };
 
+/* What a row that depends on others, and is not met, means for the system */
+typedef enum {
+  AINSWORTH_DEPENDENCE_CONSISTENT,    /* K' w = 0, and w' b is the rounding of the rows in w, whatever x is */
+  AINSWORTH_DEPENDENCE_CONTRADICTION, /* K' w = 0, but not w' b: no solution exists */
+  AINSWORTH_DEPENDENCE_NONE           /* w' K is a row of its own, which the system has besides the others */
+} AinsworthDependence;
+
 /* State of the loop: what is known when it decides whether to go on */
 struct AinsworthProgress {
   PetscReal excess, before; /* the largest quotient of a row and its bound, now and a step ago */
@@ -54,6 +61,7 @@ typedef enum {
 } AinsworthProgressState;
 
 AinsworthProgressState AinsworthDecide(const AinsworthProgress &, PetscReal open);
+PetscErrorCode         AinsworthCertify(const AinsworthSaddle *, Vec, Vec, PetscReal, Vec, AinsworthDependence *);
 PetscErrorCode         AinsworthRefine(const AinsworthSaddle *, const AinsworthRequest *, const AinsworthSolver &, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
                                        AinsworthSaddleVec, PetscBool *, AinsworthOutcome *);
 

@@ -155,15 +155,15 @@ static PetscErrorCode MarkKept(const AinsworthSaddle *sp, PetscInt n, const Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Drops n dependent rows, given by their numbers in sp->C, ascending, the same on all ranks. Collective */
-PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *sp, PetscInt n, const PetscInt dependent[])
+/* Drops n rows as such of a kind, given by their numbers in sp->C, ascending, the same on all ranks. Collective */
+PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *sp, PetscInt n, const PetscInt dependent[], AinsworthRowKind kind)
 {
   std::vector<bool> marked;
 
   PetscFunctionBegin;
   PetscCall(MarkKept(sp, n, dependent, &marked));
   for (PetscInt i = 0; i < sp->local; i++)
-    if (marked[i]) sp->kind[i] = AINSWORTH_ROW_DEPENDENT;
+    if (marked[i]) sp->kind[i] = kind;
   PetscCall(SplitRows(sp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -231,7 +231,7 @@ PetscErrorCode AinsworthSaddleNameKept(const AinsworthSaddle *sp, PetscInt n, co
 PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *sp, char text[], size_t len)
 {
   static const char *const what[AINSWORTH_ROW_KINDS] = {"", "zero rows left out", "decoupled rows solved alone", "rows without a column solved last",
-                                                        "dependent rows left out"};
+                                                        "dependent rows left out", "nearly dependent rows left out"};
 
   PetscFunctionBegin;
   text[0] = 0;

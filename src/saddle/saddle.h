@@ -12,6 +12,7 @@ typedef enum {
   AINSWORTH_ROW_DECOUPLED,  /* its row has only D_ii: lambda_i = -g_i / D_ii; its column moves to the right-hand side */
   AINSWORTH_ROW_PASSIVE,    /* its column has only D_ii: lambda_i follows from x and the other multipliers */
   AINSWORTH_ROW_DEPENDENT,  /* C_i is a combination of kept rows: dropped, lambda_i = 0 */
+  AINSWORTH_ROW_NEAR,       /* as good as one, to the digits of the Gram matrix: dropped, lambda_i = 0 */
   AINSWORTH_ROW_KINDS
 } AinsworthRowKind;
 
@@ -76,7 +77,6 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   PetscInt           first;                      /* global number of the first local row */
   PetscInt           local;                      /* number of local rows */
   PetscInt           count[AINSWORTH_ROW_KINDS]; /* of each kind, on all ranks */
-  PetscBool          nearly;   /* some rows are dependent only to the accuracy of the Gram matrix: a contradiction in them may have a solution */
   Vec                balance;  /* scales the rows of C, B and D and the columns of D, powers of 2; NULL: 1 */
   Vec                known;    /* n, 1 / A_ii for unknowns whose row has only A_ii, else 0; NULL if not needed */
   Vec                work[2];  /* work vectors, n and all rows; NULL until needed */
@@ -149,7 +149,7 @@ PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *, Mat, Pets
 
 /* rows.cpp: the rows of the multiplier field */
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *);
-PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *, PetscInt, const PetscInt[]);
+PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *, PetscInt, const PetscInt[], AinsworthRowKind);
 PetscErrorCode AinsworthNameMarked(MPI_Comm, PetscInt, const std::vector<bool> &, char[], size_t);
 PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *, const std::vector<bool> &, char[], size_t);
 PetscErrorCode AinsworthSaddleNameKind(const AinsworthSaddle *, AinsworthRowKind, char[], size_t);
@@ -198,7 +198,7 @@ inline PetscReal AinsworthQuotient(PetscReal residual, PetscReal terms)
 /* Rows that others imply, or that are zero, are left out: no solution can change what they are left with */
 inline bool AinsworthSaddleIsLeftOut(const AinsworthSaddle *sp, PetscInt i)
 {
-  return sp->kind[i] == AINSWORTH_ROW_DEPENDENT || sp->kind[i] == AINSWORTH_ROW_ZERO;
+  return sp->kind[i] == AINSWORTH_ROW_DEPENDENT || sp->kind[i] == AINSWORTH_ROW_NEAR || sp->kind[i] == AINSWORTH_ROW_ZERO;
 }
 
 /* scale.cpp */

@@ -10,7 +10,7 @@ struct Scene {
   KSP         ksp;
 };
 
-/* kind 0: rows 2 and 7 repeat rows 0 and 5, scaled; 1: row 8 = row 1 + row 3 - row 6; 2: a ring of differences; 3: row 7 is 1e-9 from row 5 */
+/* kind 0: rows 2 and 7 repeat rows 0 and 5, scaled; 1: row 8 = row 1 + row 3 - row 6; 2: a ring of differences; 3: row 7 is 3e-7 from row 5 */
 static PetscErrorCode Combine(int kind, Dense &C)
 {
   PetscFunctionBeginUser;
@@ -31,7 +31,7 @@ static PetscErrorCode Combine(int kind, Dense &C)
     break;
   default:
     C.row(7) = C.row(5);
-    C(7, 3) += 1e-9 * C.row(5).norm();
+    C(7, 3) += 3e-7 * C.row(5).norm();
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -170,16 +170,55 @@ static PetscErrorCode CheckContradicted(int kind, bool uneven)
     PetscCall(SolveFields(s.ksp, s.sys, false, false, x, lambda));
     PetscCall(KSPGetConvergedReason(s.ksp, &reason));
     PetscCall(PCGetFailedReason(pc, &failure));
-    /* without a row that is 1e-9 from another x is not what this small distance makes of it: the residual tells */
-    PetscCall(CheckInt("reason", reason, zero && kind < 3 ? KSP_CONVERGED_ITS : KSP_DIVERGED_PC_FAILED));
-    PetscCall(CheckInt("failure of the PC", failure, kind == 3 ? PC_SUBPC_ERROR : !zero ? PC_INCONSISTENT_RHS : PC_NOERROR));
+    PetscCall(CheckInt("reason", reason, zero ? KSP_CONVERGED_ITS : KSP_DIVERGED_PC_FAILED));
+    PetscCall(CheckInt("failure of the PC", failure, zero ? PC_NOERROR : PC_INCONSISTENT_RHS));
   }
   PetscCall(KSPDestroy(&s.ksp));
   PetscCall(SolverCreate(s.nest, &s.ksp));
   PetscCall(KSPSetErrorIfNotConverged(s.ksp, PETSC_TRUE));
-  PetscCall(CheckError("solve", [&]() { return SolveFields(s.ksp, s.sys, false, false, x, lambda); }, kind == 3 ? PETSC_ERR_NOT_CONVERGED : PETSC_ERR_ARG_INCOMP,
-                       {kind == 3 ? "C x = g is not met" : "not that of the other rows of C", "of the multiplier field",
-                        kind == 3 ? "is left with" : "no solution exists"})); /* rows that are only near others may have one */
+  PetscCall(CheckError("solve", [&]() { return SolveFields(s.ksp, s.sys, false, false, x, lambda); }, PETSC_ERR_ARG_INCOMP,
+                       {"not that of the other rows of C", "of the multiplier field", "no solution exists"}));
+  PetscCall(SceneDestroy(&s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A row that is 3e-7 from another holds what the Gram matrix cannot tell: the whole system is factored, if it may be */
+static PetscErrorCode CheckNear(bool uneven, bool whole)
+{
+#if defined(PETSC_USE_COMPLEX)
+  using Exact = std::complex<long double>;
+#else
+  using Exact = long double;
+#endif
+  Options            options(whole ? "" : "-pc_ainsworth_ladder gmres");
+  Scene              s;
+  Column             x, lambda, b(33);
+  Dense              K = Dense::Zero(33, 33);
+  KSPConvergedReason reason;
+  std::string        text;
+  PetscMPIInt        size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  Case("a row near another, uneven %d, whole %d", uneven, whole);
+  PetscCall(SceneCreate(3, uneven, true, &s));
+  K.topLeftCorner(24, 24)   = s.d.A;
+  K.topRightCorner(24, 9)   = s.d.C.adjoint();
+  K.bottomLeftCorner(9, 24) = s.d.C;
+  b << s.d.f, s.d.g;
+  const Eigen::PartialPivLU<Eigen::Matrix<Exact, Eigen::Dynamic, Eigen::Dynamic>> lu(K.cast<Exact>());
+  Eigen::Matrix<Exact, Eigen::Dynamic, 1>                                         y = lu.solve(b.cast<Exact>());
+  for (int step = 0; step < 4; step++) y += lu.solve(b.cast<Exact>() - K.cast<Exact>() * y);
+  for (int again = 0; again < 2; again++) {
+    PetscCall(SolveFields(s.ksp, s.sys, false, false, x, lambda));
+    PetscCall(KSPGetConvergedReason(s.ksp, &reason));
+    PetscCall(ViewText(s.ksp, text));
+    PetscCall(CheckText("view", text, {whole ? "the whole system is factored" : "last failure"}));
+    /* the condition number is 2e14, which factors spread over ranks may be too inaccurate for; rounding of g moves x by 3e6 times as much */
+    if (whole && size == 1) PetscCall(CheckInt("reason", reason, KSP_CONVERGED_ITS));
+    if (!whole) PetscCall(CheckInt("reason", reason, KSP_DIVERGED_PC_FAILED));
+    if (reason > 0) PetscCall(CheckEqual("x", x, y.head(24).cast<PetscScalar>(), 1e-7));
+  }
   PetscCall(SceneDestroy(&s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -268,7 +307,8 @@ int main(int argc, char **argv)
       PetscCall(CheckConsistent(0, uneven, 2));
       PetscCall(CheckConsistent(1, uneven, 1));
       PetscCall(CheckConsistent(2, uneven, 1));
-      for (int kind = 0; kind < 4; kind++) PetscCall(CheckContradicted(kind, uneven));
+      for (int kind = 0; kind < 3; kind++) PetscCall(CheckContradicted(kind, uneven));
+      for (bool whole : {true, false}) PetscCall(CheckNear(uneven, whole));
       for (PetscReal compliance : {0.0, 1e-30, 1e-2, 1e4}) PetscCall(CheckCompliant(uneven, compliance));
       PetscCall(CheckMended(uneven));
       PetscCall(CheckRefused(uneven));

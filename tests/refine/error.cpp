@@ -175,7 +175,7 @@ static PetscErrorCode Random(const Given &given, PetscInt seed)
   if (given.flags & EMPTY) kind[4] = AINSWORTH_ROW_ZERO;
   if (given.flags & DEPENDENT) kind[9] = AINSWORTH_ROW_DEPENDENT;
   PetscCall(SetupCreate(b, &setup));
-  if (given.flags & DEPENDENT) PetscCall(AinsworthSaddleDropDependent(&setup.sp, 1, &dropped));
+  if (given.flags & DEPENDENT) PetscCall(AinsworthSaddleDropDependent(&setup.sp, 1, &dropped, AINSWORTH_ROW_DEPENDENT));
   bool kinds = true;
 
   for (PetscInt i = 0; i < setup.sp.local; i++) kinds = kinds && setup.sp.kind[i] == kind[setup.sp.first + i];
@@ -228,7 +228,7 @@ static PetscErrorCode Integers(bool compliant)
            AinsworthMeasure{1e-8,  1e-14},
            AinsworthMeasure{0.5,   0.5  }
     }) {
-      const AinsworthMeasure same[AINSWORTH_ROWS_KINDS] = {m, m, m, m};
+      const AinsworthMeasure same[AINSWORTH_ROWS_KINDS] = {m, m, m, m, m};
 
       PetscCall(SetBoth(wrong, setup.y));
       PetscCall(AinsworthSaddleResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
