@@ -99,6 +99,25 @@ PetscErrorCode PCAinsworthChooseNorm_Private(PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   PCAinsworthKeepCoefficients_Private - has conjugate gradients keep their coefficients, of which the stop reads the smallest eigenvalue
+
+   PETSc allocates as many at their set-up as iterations are allowed then
+*/
+PetscErrorCode PCAinsworthKeepCoefficients_Private(PC_Ainsworth *data)
+{
+  KSP       ksp = data->ksp;
+  PetscBool cg;
+
+  PetscFunctionBegin;
+  if (ksp->setupstage == KSP_SETUP_NEW) {
+    PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &cg, KSPCG, KSPPROJECTEDCG, ""));
+    if (cg) PetscCall(KSPSetComputeSingularValues(ksp, PETSC_TRUE));
+    data->coefficients = ksp->max_it;
+  } else if (ksp->max_it > data->coefficients) PetscCall(KSPSetComputeSingularValues(ksp, PETSC_FALSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* PCAinsworthSetMethod_Private - sets another inner method and, once the options have been read, the norm and the side that belong to it */
 PetscErrorCode PCAinsworthSetMethod_Private(PC_Ainsworth *data, KSPType type)
 {

@@ -145,6 +145,7 @@ struct PC_Ainsworth {
   PetscBool           keptForProgram;   /* because the program set PCSetReusePreconditioner() on this PC */
   PetscBool           ownReuse;         /* the program's own PCSetReusePreconditioner() of the inner PC */
   PetscBool           ownMethod;        /* GMRES replaces KSPPROJECTEDCG because the system is not Hermitian, or indefinite */
+  PetscInt            coefficients;     /* iterations of which conjugate gradients can keep them */
   PCAinsworthEscape   escape;
   Vec                 rhs;       /* f~ */
   Vec                 Ax;        /* op(A) x of the solution, with the program's A */
@@ -195,6 +196,7 @@ PETSC_INTERN PetscErrorCode      PCAinsworthSetKSPOperators_Private(PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthGetPmatFormat_Private(PC_Ainsworth *, AinsworthPmatFormat *);
 PETSC_INTERN PetscErrorCode      PCAinsworthUseProduct_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthResetKSP_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthKeepCoefficients_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetMethod_Private(PC_Ainsworth *, KSPType);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetTranspose_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthAfterError_Private(PC_Ainsworth *);

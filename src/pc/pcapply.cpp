@@ -70,6 +70,7 @@ static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose,
     PetscCall(ForgetRounding(data, b.primal));
     if (watched) PetscCall(PCAinsworthReportBegin_Private(pc, data, b, start));
     PetscCall(PCAinsworthEscapeBegin_Private(pc, data));
+    PetscCall(PCAinsworthKeepCoefficients_Private(data));
     error = transpose ? KSPSolveTranspose(data->ksp, data->rhs, x) : KSPSolve(data->ksp, data->rhs, x);
     PetscCall(PCAinsworthEscapeEnd_Private(data));
     if (watched && data->report) PetscCall(AinsworthReportEnd(data->report, data->ksp, (PetscBool)(error != PETSC_SUCCESS)));

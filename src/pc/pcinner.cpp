@@ -154,6 +154,7 @@ static PetscErrorCode SetUpAnew(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, c
                               ((PetscObject)inner)->prefix));
       PetscFunctionReturn(PETSC_SUCCESS);
     }
+    PetscCall(PCAinsworthKeepCoefficients_Private(data));
     PetscCall(KSPSetUp(data->ksp));
     PetscCall(PCAinsworthFallBack_Private(pc, data, &again));
   }
@@ -185,6 +186,7 @@ static PetscErrorCode KeepWhole(PC pc, PC_Ainsworth *data)
   PetscCall(ForwardNullSpaces(data));
   PetscCall(KSPGetOperators(data->ksp, &operation, &M));
   if (operation != M) inner->ops->applyrichardson = NULL;
+  PetscCall(PCAinsworthKeepCoefficients_Private(data));
   PetscCall(KSPSetUp(data->ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

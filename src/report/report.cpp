@@ -107,6 +107,35 @@ static PetscErrorCode LeaveMultipliers(AinsworthReport *report, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Computes the norm of a force, of diag(A)^{-1}, in which it counts by the motion that it causes */
+static PetscErrorCode ForceNorm(AinsworthReport *report, Vec force, PetscReal *norm)
+{
+  PetscScalar square;
+
+  PetscFunctionBegin;
+  if (!report->work[0]) PetscCall(VecDuplicate(force, &report->work[0]));
+  PetscCall(VecPointwiseMult(report->work[0], report->system.inverseDiagonal, force));
+  PetscCall(VecDot(report->work[0], force, &square));
+  *norm = PetscSqrtReal(PetscAbsScalar(square));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes the error of C' lambda, C' (lambda_k - lambda) = A (x - x_k) - r, relative to it; redundant rows leave lambda open, but not C' lambda. r is kept */
+static PetscErrorCode MultiplierError(AinsworthReport *report, Vec x, PetscReal *error)
+{
+  Vec force;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(x, &force));
+  PetscCall(VecWAXPY(report->x, -1.0, x, report->exact));
+  PetscCall(MatMult(report->system.A, report->x, force));
+  PetscCall(VecAXPY(force, -1.0, report->r));
+  PetscCall(ForceNorm(report, force, error));
+  if (report->held > 0.0) *error /= report->held;
+  PetscCall(VecDestroy(&force));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Computes ||f - A x - C' lambda|| / ||f|| with lambda = R' (f - A x), ||g - C x|| / ||g||, and the energy norm of x; absolute if f or g is zero */
 static PetscErrorCode Residuals(AinsworthReport *report, Vec iterate, AinsworthReportRow *row)
 {
@@ -122,6 +151,7 @@ static PetscErrorCode Residuals(AinsworthReport *report, Vec iterate, AinsworthR
   PetscCall(VecAYPX(report->r, -1.0, report->b.primal));
   if (system->reduced) {
     PetscCall(LeaveMultipliers(report, x));
+    if (report->exact) PetscCall(MultiplierError(report, x, &row->multipliers));
     PetscCall(VecNorm(report->residual, NORM_2, &row->constraint));
     if (report->norm[1] > 0.0) row->constraint /= report->norm[1];
   } else row->constraint = 0.0;
@@ -165,7 +195,7 @@ static PetscErrorCode GetCoefficients(AinsworthReport *report, KSP ksp, PetscInt
 static PetscErrorCode Record(KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason, void *ctx)
 {
   AinsworthReport   *report = (AinsworthReport *)ctx;
-  AinsworthReportRow row    = {NAN, NAN, NAN, NAN, NAN};
+  AinsworthReportRow row    = {NAN, NAN, NAN, NAN, NAN, NAN};
   PetscLogDouble     now, end;
   PetscReal          alpha = 0.0, rz = 0.0;
   Vec                iterate;
@@ -271,6 +301,8 @@ PetscErrorCode AinsworthReportBegin(AinsworthReport *report, KSP ksp, AinsworthS
       PetscCall(MatMult(report->system.A, report->exact, report->r));
       PetscCall(VecDot(report->r, report->exact, &energy));
       report->energy = PetscSqrtReal(PetscAbsScalar(energy));
+      PetscCall(VecAYPX(report->r, -1.0, b.primal));
+      PetscCall(ForceNorm(report, report->r, &report->held));
     }
     PetscCall(AinsworthReportHeader(report));
   }

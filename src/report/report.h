@@ -34,7 +34,7 @@ struct AinsworthReportSystem {
 
 /* NAN if unknown */
 struct AinsworthReportRow {
-  PetscReal seconds, natural, primal, constraint, error;
+  PetscReal seconds, natural, primal, constraint, error, multipliers;
 };
 
 struct AinsworthReport {
@@ -53,6 +53,7 @@ struct AinsworthReport {
   Vec                             x, r, residual;
   AinsworthSaddleVec              springs;          /* x and lambda of an iterate if D is nonzero; NULL until needed */
   PetscReal                       norm[2];          /* of f and g */
+  PetscReal                       held;             /* norm of C' lambda of the exact solution, in that of diag(A)^{-1} */
   PetscReal                       energy;           /* energy norm of x, as far as it is known */
   PetscReal                       bound;            /* error that ends the solve */
   PetscReal                       least;            /* residual norm when it was last at least halved */

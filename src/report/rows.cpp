@@ -75,7 +75,7 @@ PetscErrorCode AinsworthReportHeader(AinsworthReport *report)
     PetscCall(Appends(viewer, &appends));
     if (report->solve == 1 && !appends)
       PetscCall(PetscViewerASCIIPrintf(
-        viewer, "solve,seconds,iteration,delay,natural_norm,primal_residual,constraint_residual,error_lower,error_upper,error_true,error_relative\n"));
+        viewer, "solve,seconds,iteration,delay,natural_norm,primal_residual,constraint_residual,error_lower,error_upper,error_true,error_relative,multiplier_error\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (report->settings->eigenvalue > 0.0)
@@ -84,8 +84,8 @@ PetscErrorCode AinsworthReportHeader(AinsworthReport *report)
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "  Error against run time, solve %" PetscInt_FMT "; errors in the energy norm; lower: bound, upper: %s, relative: upper over x\n", report->solve,
     report->estimate ? upper : "none, the method is not CG"));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  %5s %11s %11s %11s %11s %11s %11s %11s %11s\n", "iter", "seconds", "natural", "res. f", "res. g",
-                                   "error >=", "error <=", "true error", "relative"));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  %5s %11s %11s %11s %11s %11s %11s %11s %11s %11s\n", "iter", "seconds", "natural", "res. f", "res. g",
+                                   "error >=", "error <=", "true error", "relative", "C' lambda"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -107,18 +107,18 @@ PetscErrorCode AinsworthReportPrint(AinsworthReport *report, PetscBool all)
     const PetscInt            delay    = estimate ? (PetscInt)e->fall.size() - step : 0;
     PetscReal                 values[] = {
                       row.natural, row.primal, row.constraint, delay > 0 ? AinsworthEstimatorLower(e, step) : NAN, estimate ? AinsworthEstimatorUpper(e, step) : NAN,
-                      row.error,   NAN};
+                      row.error,   NAN,         row.multipliers};
     const PetscReal error = estimate ? values[4] : row.error;
-    char            text[7][16];
+    char            text[8][16];
 
     values[6] = report->energy > 0.0 ? error / report->energy : NAN;
-    for (int i = 0; i < 7; i++) PetscCall(Number(values[i], csv, text[i]));
+    for (int i = 0; i < 8; i++) PetscCall(Number(values[i], csv, text[i]));
     if (csv)
-      PetscCall(PetscViewerASCIIPrintf(viewer, "%" PetscInt_FMT ",%.6f,%" PetscInt_FMT ",%" PetscInt_FMT ",%s,%s,%s,%s,%s,%s,%s\n", report->solve,
-                                       (double)row.seconds, step, delay, text[0], text[1], text[2], text[3], text[4], text[5], text[6]));
+      PetscCall(PetscViewerASCIIPrintf(viewer, "%" PetscInt_FMT ",%.6f,%" PetscInt_FMT ",%" PetscInt_FMT ",%s,%s,%s,%s,%s,%s,%s,%s\n", report->solve,
+                                       (double)row.seconds, step, delay, text[0], text[1], text[2], text[3], text[4], text[5], text[6], text[7]));
     else
-      PetscCall(PetscViewerASCIIPrintf(viewer, "  %5" PetscInt_FMT " %11.4f %11s %11s %11s %11s %11s %11s %11s\n", step, (double)row.seconds, text[0], text[1],
-                                       text[2], text[3], text[4], text[5], text[6]));
+      PetscCall(PetscViewerASCIIPrintf(viewer, "  %5" PetscInt_FMT " %11.4f %11s %11s %11s %11s %11s %11s %11s %11s\n", step, (double)row.seconds, text[0], text[1],
+                                       text[2], text[3], text[4], text[5], text[6], text[7]));
   }
   PetscCall(PetscViewerFlush(viewer));
   PetscFunctionReturn(PETSC_SUCCESS);

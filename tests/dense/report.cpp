@@ -12,10 +12,10 @@ struct Run {
   Mat                    nest = NULL;
   KSP                    ksp = NULL, inner = NULL;
   Vec                    b = NULL, y = NULL, exact[2] = {NULL, NULL}; /* of x and lambda, of x */
-  Column                 x;
+  Column                 x, weight; /* W */
   Dense                  reduced;
   PetscReal              lowest; /* eigenvalue of the preconditioned operator */
-  std::vector<PetscReal> errors;
+  std::vector<PetscReal> errors, multipliers; /* of x, of C' lambda */
   int                    solves = 0;
 };
 
@@ -33,6 +33,11 @@ static PetscErrorCode Watch(KSP ksp, PetscInt step, PetscReal, void *ctx)
   PetscCall(Gather(iterate, x));
   x = run->x - x;
   run->errors.push_back(std::sqrt(std::abs(x.dot(run->reduced * x))));
+  /* lambda of this iterate, by its formula, against that of the solution */
+  const Dense  C = run->d.C, CW = C * run->weight.asDiagonal();
+  const Column force = C.adjoint() * Column((CW * C.adjoint()).partialPivLu().solve(CW * (run->d.f - run->d.A * (run->x - x)))), held = run->d.f - run->d.A * run->x,
+               unit = DiagonalWeight(run->d.A).cwiseAbs().cwiseSqrt();
+  run->multipliers.push_back(unit.cwiseProduct(force - held).norm() / unit.cwiseProduct(held).norm());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -45,7 +50,7 @@ static PetscErrorCode FormReduced(Run *run, bool projected)
 
   PetscFunctionBeginUser;
   if (!projected) PetscCall(PmatReference(run->d, true, paper, M, B));
-  const Column         W = projected ? DiagonalWeight(run->d.A) : Column(Column::Ones(run->d.A.rows()));
+  const Column        &W = run->weight = projected ? DiagonalWeight(run->d.A) : Column(Column::Ones(run->d.A.rows()));
   const DenseProjector proj(run->d.C, W);
   run->reduced = ReducedOperator(run->d.A, run->d.C, proj.Q, B);
   if (projected) { /* Q Q' A on Ker C, of which V is an orthonormal basis */
@@ -176,6 +181,7 @@ static PetscErrorCode Bounds(const Spec &spec, bool projected, PetscReal eigenva
     PetscCall(CheckInt(("iteration" + at).c_str(), (PetscInt)columns["iteration"][k], (PetscInt)k));
     PetscCall(CheckTrue(("seconds rise" + at).c_str(), columns["seconds"][k] >= (k ? columns["seconds"][k - 1] : 0.0)));
     PetscCall(Check(("true error" + at).c_str(), PetscAbsReal(columns["error_true"][k] - error), 1e-6 * error + floor));
+    PetscCall(Check(("multipliers" + at).c_str(), PetscAbsReal(columns["multiplier_error"][k] - run.multipliers[k]), 1e-6 * run.multipliers[k] + 1e-11));
     if (k + 1 < rows) PetscCall(Check(("lower bound" + at).c_str(), columns["error_lower"][k], (1 + 1e-6) * error + floor));
     else PetscCall(CheckTrue("no lower bound of the last iterate", std::isnan(columns["error_lower"][k])));
     if ((PetscInt)k <= last && error <= 0.1 * run.errors[0])
