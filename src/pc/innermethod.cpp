@@ -102,7 +102,7 @@ PetscErrorCode PCAinsworthChooseNorm_Private(PC_Ainsworth *data)
 /*
    PCAinsworthKeepCoefficients_Private - has conjugate gradients keep their coefficients, of which the stop reads the smallest eigenvalue
 
-   PETSc allocates as many at their set-up as iterations are allowed then
+   PETSc allocates as many at their set-up as iterations are allowed then; that of KSPFCG crashes when it is asked for these values
 */
 PetscErrorCode PCAinsworthKeepCoefficients_Private(PC_Ainsworth *data)
 {
@@ -112,9 +112,9 @@ PetscErrorCode PCAinsworthKeepCoefficients_Private(PC_Ainsworth *data)
   PetscFunctionBegin;
   if (ksp->setupstage == KSP_SETUP_NEW) {
     PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &cg, KSPCG, KSPPROJECTEDCG, ""));
-    if (cg) PetscCall(KSPSetComputeSingularValues(ksp, PETSC_TRUE));
-    data->coefficients = ksp->max_it;
-  } else if (ksp->max_it > data->coefficients) PetscCall(KSPSetComputeSingularValues(ksp, PETSC_FALSE));
+    if (cg || data->coefficients) PetscCall(KSPSetComputeSingularValues(ksp, cg));
+    data->coefficients = cg ? ksp->max_it : 0;
+  } else if (data->coefficients && ksp->max_it > data->coefficients) PetscCall(KSPSetComputeSingularValues(ksp, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

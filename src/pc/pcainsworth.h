@@ -50,8 +50,8 @@ typedef enum {
 /* Two digits: an x that rounding of the system moves by more of itself is not determined (docs/method.md) */
 static const PetscReal PCAinsworthUndetermined = 0.01;
 
-/* Energy of a motion, relative to that of diag(A), that is none: rounding of A moves it by that */
-static const PetscReal PCAinsworthNoEnergy = PETSC_MACHINE_EPSILON / PCAinsworthUndetermined;
+/* Energies of a motion, relative to that of diag(A), for the words of a failure: none, as rounding of A moves it by two digits; negative beyond rounding */
+static const PetscReal PCAinsworthNoEnergy = PETSC_MACHINE_EPSILON / PCAinsworthUndetermined, PCAinsworthNegative = -1e-12;
 
 /* Stages of set-up, each with its own part of the diagnosis */
 typedef enum {

@@ -266,12 +266,12 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, Vec x, KSPC
                     "A body floats that no constraint holds: A is singular on Ker C, y' A y is %g of y' diag(A) y for a y with C y = 0; hold it, or attach "
                     "its motions to the matrix with MatSetNullSpace() (%s)",
                     (double)quotient, KSPConvergedReasons[reason]));
-  else if (reason == KSP_DIVERGED_INDEFINITE_MAT && !(quotient < -PCAinsworthNoEnergy))
+  else if (reason == KSP_DIVERGED_INDEFINITE_MAT && !(quotient < PCAinsworthNegative))
     PetscCall(PetscSNPrintf(why, len,
                             "The reduced operator is not positive definite, or not beyond rounding (%s): conjugate gradients need it to be; -%sksp_type gmres "
                             "does not",
                             KSPConvergedReasons[reason], prefix));
-  else if (quotient < -PCAinsworthNoEnergy)
+  else if (quotient < PCAinsworthNegative)
     PetscCall(PetscSNPrintf(why, len, "A is indefinite on Ker C (%s): conjugate gradients need it to be positive definite there; -%sksp_type gmres does not",
                             KSPConvergedReasons[reason], prefix));
   else if (reason >= 0) PetscFunctionReturn(PETSC_SUCCESS); /* the verification has set the text */

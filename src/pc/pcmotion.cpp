@@ -4,14 +4,13 @@
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
-/* Computes x' diag(A) x, and diag(A) x in work */
+/* Computes x' diag(A) x, and diag(A) x in work; the 1-norm of its row stands in for an entry that is not positive */
 static PetscErrorCode DiagonalEnergy(const PC_Ainsworth *data, Vec x, Vec work, PetscReal *size)
 {
   PetscScalar dot;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthGetDiagonal(data->saddle.A, work));
-  PetscCall(AinsworthUpdate(work, {x}, [](PetscInt, PetscScalar &w, PetscScalar v) { w = PetscAbsScalar(w) * v; }));
+  PetscCall(VecPointwiseDivide(work, x, data->inverseDiagonal));
   PetscCall(VecDot(work, x, &dot));
   *size = PetscRealPart(dot);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -109,7 +108,7 @@ PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *data, Vec
     PetscCall(Resists(data, work, size, &resists));
     if (resists) *quotient = -1.0;
   }
-  if (!projected && *quotient < -PCAinsworthNoEnergy) *quotient = 1.0; /* rows that y nearly satisfies may resist by more than that */
+  if (!projected && *quotient < PCAinsworthNegative) *quotient = 1.0; /* rows that y nearly satisfies may resist by more than that */
   PetscCall(VecDestroy(&work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -12,17 +12,12 @@ static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthWorstRow *worst)
     int    rank;
   } mine;
   PetscMPIInt rank;
-  PetscReal   values[2] = {worst->residual, worst->terms};
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   mine = {(double)worst->omega, rank};
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &mine, 1, MPI_DOUBLE_INT, MPI_MAXLOC, comm));
-  worst->omega = (PetscReal)mine.omega;
-  PetscCallMPI(MPI_Bcast(&worst->row, 1, MPIU_INT, mine.rank, comm));
-  PetscCallMPI(MPI_Bcast(values, 2, MPIU_REAL, mine.rank, comm));
-  worst->residual = values[0];
-  worst->terms    = values[1];
+  PetscCallMPI(MPI_Bcast(worst, (PetscMPIInt)sizeof(*worst), MPI_BYTE, mine.rank, comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -146,8 +146,7 @@ static PetscErrorCode Depend(const AinsworthSaddle *sp, const AinsworthRequest *
     outcome->state = AINSWORTH_OUTCOME_CONTRADICTION;
     if (row >= sp->first && row < sp->first + sp->local) outcome->contradictory[row - sp->first] = true;
   }
-  PetscCall(VecDestroy(&allowed));
-  PetscCall(VecDestroy(&w));
+  for (Vec *v : {&allowed, &w}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -182,14 +181,15 @@ static PetscErrorCode IsNull(const AinsworthSaddle *sp, PetscBool transpose, Ain
    Finds how far rounding of A moves x, if f and g are nearly nothing of x, in units of the scale. Collective
 
    Rounding of A may be eps diag(A). Along a motion z that nothing resists it moves x by eps z' diag(A) z / z' A z of itself: of size 1, as z' A z is rounding,
-   however f is balanced on z. A solver that found x, but fails for that, moves it by infinity.
+   however f is balanced on z. A solver that found x, but does not reduce that residual, moves it by infinity.
 */
 static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthSolver &solver, AinsworthSaddleVec b,
                                    AinsworthSaddleVec y, AinsworthOutcome *outcome)
 {
   PetscReal *const   moved = &outcome->rounding;
-  AinsworthSaddleVec r, d;
-  KSPConvergedReason reason;
+  AinsworthSaddleVec r, d, after;
+  PetscScalar        squares[2];
+  Vec                Ad;
 
   PetscFunctionBegin;
   PetscCall(AinsworthGrowth(sp, b, y.primal, &outcome->growth));
@@ -199,13 +199,19 @@ static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthReq
   PetscCall(AinsworthGetDiagonal(sp->block[AINSWORTH_BLOCK_A], r.primal));
   PetscCall(AinsworthUpdate(r.primal, {y.primal}, [](PetscInt, PetscScalar &a, PetscScalar x) { a = PETSC_MACHINE_EPSILON * PetscAbsScalar(a) * x; }));
   PetscCall(VecZeroEntries(r.dual));
-  PetscCall(solver(r, 1.0 / margin, d, &reason));
+  PetscCall(solver(r, 1.0 / margin, d));
   PetscCall(AinsworthChange(sp, b, y.primal, d.primal, moved));
-  if (reason < 0 && (reason != KSP_DIVERGED_ITS || request->tol >= 0.0)) *moved = PETSC_INFINITY;
-  PetscCall(
-    PetscInfo(sp->rowsC, "x is %g of f and g: rounding of A moves it by %g (%s)\n", (double)outcome->growth, (double)*moved, KSPConvergedReasons[reason]));
-  PetscCall(AinsworthSaddleVecDestroy(&r));
-  PetscCall(AinsworthSaddleVecDestroy(&d));
+  PetscCall(AinsworthSaddleVecDuplicate(b, &after));
+  PetscCall(VecDuplicate(b.primal, &Ad));
+  PetscCall(AinsworthSaddleResidual(sp, request->transpose, PETSC_FALSE, r, d, Ad, after));
+  PetscCall(Scale(sp, r));
+  PetscCall(Scale(sp, after));
+  PetscCall(Dot(r, r, &squares[0]));
+  PetscCall(Dot(after, after, &squares[1]));
+  if (request->tol >= 0.0 && !(PetscRealPart(squares[1]) <= PetscSqr(rate) * PetscRealPart(squares[0]))) *moved = PETSC_INFINITY;
+  PetscCall(PetscInfo(sp->rowsC, "x is %g of f and g: rounding of A moves it by %g\n", (double)outcome->growth, (double)*moved));
+  for (AinsworthSaddleVec *v : {&r, &d, &after}) PetscCall(AinsworthSaddleVecDestroy(v));
+  PetscCall(VecDestroy(&Ad));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -241,7 +247,6 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   };
   for (;; p.steps++) {
     AinsworthSaddleVec correction;
-    KSPConvergedReason reason;
 
     PetscCall(look(*known));
     *known = PETSC_TRUE;
@@ -259,7 +264,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
                         p.steps, (double)(p.steps ? p.moved : 0.0), (double)error.primal.omega, (double)error.dual.omega));
     if (state != AINSWORTH_WORKING) break;
     PetscCall(AinsworthSaddleVecDuplicate(y, &correction));
-    PetscCall(solver(left, 1.0 / (margin * PetscMax(p.excess, 1.0)), correction, &reason)); /* it overwrites A x */
+    PetscCall(solver(left, 1.0 / (margin * PetscMax(p.excess, 1.0)), correction)); /* it overwrites A x */
     *known = PETSC_FALSE;
     PetscCall(AinsworthChange(sp, b, y.primal, correction.primal, &far));
     if (p.excess <= 1.0 && far > open) PetscCall(IsNull(sp, request->transpose, correction, &p.settles));
@@ -279,9 +284,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   outcome->error = error;
   outcome->moved = p.steps ? p.moved : 0.0;
   outcome->steps = p.steps;
-  if (p.excess > 1.0) outcome->state = AINSWORTH_OUTCOME_UNMET;
-  else if (state != AINSWORTH_CONVERGED) outcome->state = AINSWORTH_OUTCOME_UNSETTLED;
-  else outcome->state = AINSWORTH_OUTCOME_SOLVED;
+  outcome->state = p.excess > 1.0 ? AINSWORTH_OUTCOME_UNMET : state != AINSWORTH_CONVERGED ? AINSWORTH_OUTCOME_UNSETTLED : AINSWORTH_OUTCOME_SOLVED;
   if (outcome->state == AINSWORTH_OUTCOME_SOLVED) PetscCall(FindRounding(sp, request, solver, b, y, outcome));
   if (p.excess <= 1.0 && error.dependent.omega > 1.0 && request->combination) PetscCall(Depend(sp, request, measure, b, y, left, outcome));
   PetscFunctionReturn(PETSC_SUCCESS);

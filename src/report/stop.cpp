@@ -52,10 +52,12 @@ static PetscErrorCode GetStart(const AinsworthReport *report, Mat_Ainsworth **ct
 static PetscErrorCode SmallestRitzValue(KSP ksp, PetscReal *smallest)
 {
   PetscReal largest;
+  PetscBool cg;
 
   PetscFunctionBegin;
   *smallest = 0.0;
-  if (ksp->calc_sings && ksp->ops->computeextremesingularvalues) PetscCall(KSPComputeExtremeSingularValues(ksp, &largest, smallest));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &cg, KSPCG, KSPPROJECTEDCG, ""));
+  if (cg && ksp->calc_sings && ksp->ops->computeextremesingularvalues) PetscCall(KSPComputeExtremeSingularValues(ksp, &largest, smallest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
