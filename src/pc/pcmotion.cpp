@@ -4,13 +4,14 @@
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
-/* Computes x' diag(A) x, and diag(A) x in work; the 1-norm of its row stands in for an entry that is not positive */
+/* Computes x' diag(A) x, and diag(A) x in work; the 1-norm of its row stands in for an entry that is not positive, unless that is zero, too */
 static PetscErrorCode DiagonalEnergy(const PC_Ainsworth *data, Vec x, Vec work, PetscReal *size)
 {
   PetscScalar dot;
 
   PetscFunctionBegin;
   PetscCall(VecPointwiseDivide(work, x, data->inverseDiagonal));
+  PetscCall(AinsworthUpdate(work, [data](PetscInt i, PetscScalar &w) { w = data->saddle.loose[i] ? 0.0 : w; }));
   PetscCall(VecDot(work, x, &dot));
   *size = PetscRealPart(dot);
   PetscFunctionReturn(PETSC_SUCCESS);
