@@ -47,11 +47,8 @@ typedef enum {
   AINSWORTH_VERDICT_CONTRADICTION /* no x satisfies this right-hand side of the constraints */
 } AinsworthVerdict;
 
-/* Two digits: an x that rounding of the system moves by more of itself is not determined (docs/method.md) */
-static const PetscReal PCAinsworthUndetermined = 0.01;
-
-/* Energies of a motion, relative to that of diag(A), for the words of a failure: none, as rounding of A moves it by two digits; negative beyond rounding */
-static const PetscReal PCAinsworthNoEnergy = PETSC_MACHINE_EPSILON / PCAinsworthUndetermined, PCAinsworthNegative = -1e-12;
+/* Energies of a motion, relative to that of diag(A), for the words of a failure: none, and negative beyond rounding */
+static const PetscReal PCAinsworthNoEnergy = PETSC_MACHINE_EPSILON / AinsworthUndetermined, PCAinsworthNegative = -1e-12;
 
 /* Stages of set-up, each with its own part of the diagnosis */
 typedef enum {

@@ -45,7 +45,7 @@ static PetscErrorCode IsFinite(AinsworthSaddleVec y, PetscBool *finite)
 static PetscErrorCode CheckDetermined(PC_Ainsworth *data, AinsworthSaddleVec b, AinsworthSaddleVec y, const AinsworthOutcome &outcome,
                                       AinsworthVerdict *verdict, char why[], size_t len)
 {
-  const PetscReal        most   = PCAinsworthUndetermined;
+  const PetscReal        most   = AinsworthUndetermined;
   PetscReal              growth = outcome.growth, rounding, quotient, norms[3];
   Vec                    motion;
 

@@ -16,6 +16,9 @@ static const PetscReal AinsworthRest = 1e-8;
 /* Nobody asks for less: the rounding of products and of solves with S */
 static const PetscReal AinsworthLeast = 1e-13;
 
+/* Two digits: an x that rounding of the system moves by more of itself is not determined */
+static const PetscReal AinsworthUndetermined = 0.01;
+
 /* What rounding leaves at most, relative to the terms of its sum */
 static const PetscReal AinsworthRoundoff = 10 * PETSC_MACHINE_EPSILON;
 

@@ -51,32 +51,20 @@ static PetscErrorCode Dot(AinsworthSaddleVec x, AinsworthSaddleVec y, PetscScala
 /* Directions p of generalized conjugate residuals and their images K p, orthonormal in the units of the scale */
 struct Directions {
   std::vector<AinsworthSaddleVec> p, image;
-
-  PetscErrorCode clear()
-  {
-    PetscFunctionBegin;
-    for (auto *list : {&p, &image}) {
-      for (AinsworthSaddleVec &v : *list) PetscCall(AinsworthSaddleVecDestroy(&v));
-      list->clear();
-    }
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
 };
 
-/* Makes a direction of p, which it changes and keeps, and adds the multiple to y that minimizes the residual; moved: by that step. some: there is a direction */
+/* Makes a direction of p, which it changes and keeps, and adds the multiple to y that minimizes the residual `left`, which it scales; moved: by that step */
 static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec left, AinsworthSaddleVec p, Vec Ax,
                               AinsworthSaddleVec y, Directions *all, PetscReal *moved, bool *some)
 {
-  AinsworthSaddleVec q, r;
+  AinsworthSaddleVec q;
   PetscScalar        dot;
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleVecDuplicate(left, &q));
-  PetscCall(AinsworthSaddleVecDuplicate(left, &r));
   PetscCall(AinsworthSaddleMult(sp, transpose, p, Ax, q));
-  PetscCall(AinsworthSaddleVecCopy(left, r));
   PetscCall(Scale(sp, q));
-  PetscCall(Scale(sp, r));
+  PetscCall(Scale(sp, left));
   for (size_t k = 0; k < all->p.size(); k++) {
     PetscCall(Dot(q, all->image[k], &dot));
     PetscCall(AinsworthSaddleVecAXPY(q, -dot, all->image[k]));
@@ -89,7 +77,7 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
 
     PetscCall(AinsworthSaddleVecScale(p, length));
     PetscCall(AinsworthSaddleVecScale(q, length));
-    PetscCall(Dot(r, q, &dot));
+    PetscCall(Dot(left, q, &dot));
     PetscCall(AinsworthSaddleVecAXPY(y, dot, p));
     PetscCall(AinsworthChange(sp, b, y.primal, p.primal, moved));
     *moved *= PetscAbsScalar(dot);
@@ -99,7 +87,6 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
     PetscCall(AinsworthSaddleVecDestroy(&p));
     PetscCall(AinsworthSaddleVecDestroy(&q));
   }
-  PetscCall(AinsworthSaddleVecDestroy(&r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -178,22 +165,27 @@ static PetscErrorCode IsNull(const AinsworthSaddle *sp, PetscBool transpose, Ain
 }
 
 /*
-   Finds how far rounding of A moves x, if f and g are nearly nothing of x, in units of the scale. Collective
+   Finds how far rounding of A moves x, if f and g, or the energy of x, are nearly nothing of x, in units of the scale. Collective
 
    Rounding of A may be eps diag(A). Along a motion z that nothing resists it moves x by eps z' diag(A) z / z' A z of itself: of size 1, as z' A z is rounding,
    however f is balanced on z. A solver that found x, but does not reduce that residual, moves it by infinity.
 */
 static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthSolver &solver, AinsworthSaddleVec b,
-                                   AinsworthSaddleVec y, AinsworthOutcome *outcome)
+                                   AinsworthSaddleVec y, Vec Ax, AinsworthOutcome *outcome)
 {
   PetscReal *const   moved = &outcome->rounding;
   AinsworthSaddleVec r, d, after;
-  PetscScalar        squares[2];
+  PetscScalar        squares[2], energy;
+  PetscReal          size = 0.0;
   Vec                Ad;
 
   PetscFunctionBegin;
   PetscCall(AinsworthGrowth(sp, b, y.primal, &outcome->growth));
-  if (outcome->growth * AinsworthRest <= 1.0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthForEntries({y.primal, sp->scale.primal}, [&](PetscInt, PetscScalar x, PetscScalar s) { size += PetscSqr(PetscAbsScalar(x / s)); }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &size, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)Ax)));
+  PetscCall(VecDot(Ax, y.primal, &energy));
+  const bool rigid = PetscAbsScalar(energy) < PETSC_MACHINE_EPSILON / AinsworthUndetermined * size; /* where the forces on others hide the growth */
+  if (outcome->growth * AinsworthRest <= 1.0 && !rigid) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSaddleVecDuplicate(b, &r));
   PetscCall(AinsworthSaddleVecDuplicate(y, &d));
   PetscCall(AinsworthGetDiagonal(sp->block[AINSWORTH_BLOCK_A], r.primal));
@@ -279,13 +271,14 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
     PetscCall(AinsworthSaddleVecCopy(y, kept));
     PetscCall(Advance(sp, request->transpose, b, left, correction, Ax, y, &all, &p.moved, &some));
   }
-  PetscCall(all.clear());
+  for (auto *list : {&all.p, &all.image})
+    for (AinsworthSaddleVec &v : *list) PetscCall(AinsworthSaddleVecDestroy(&v));
   if (kept.primal) PetscCall(AinsworthSaddleVecDestroy(&kept));
   outcome->error = error;
   outcome->moved = p.steps ? p.moved : 0.0;
   outcome->steps = p.steps;
   outcome->state = p.excess > 1.0 ? AINSWORTH_OUTCOME_UNMET : state != AINSWORTH_CONVERGED ? AINSWORTH_OUTCOME_UNSETTLED : AINSWORTH_OUTCOME_SOLVED;
-  if (outcome->state == AINSWORTH_OUTCOME_SOLVED) PetscCall(FindRounding(sp, request, solver, b, y, outcome));
+  if (outcome->state == AINSWORTH_OUTCOME_SOLVED) PetscCall(FindRounding(sp, request, solver, b, y, Ax, outcome));
   if (p.excess <= 1.0 && error.dependent.omega > 1.0 && request->combination) PetscCall(Depend(sp, request, measure, b, y, left, outcome));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
