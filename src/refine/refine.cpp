@@ -164,43 +164,54 @@ static PetscErrorCode IsNull(const AinsworthSaddle *sp, PetscBool transpose, Ain
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Checks whether f and g are nearly nothing of x, in units of the scale, or g and the energy of x are: forces on others may hide the former. Collective */
+static PetscErrorCode Drowns(const AinsworthSaddle *sp, AinsworthSaddleVec b, Vec x, Vec Ax, PetscReal *growth, bool *drowns)
+{
+  PetscReal   size = 0.0, given;
+  PetscScalar energy;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthGrowth(sp, b, x, growth));
+  PetscCall(AinsworthForEntries({x, sp->scale.primal}, [&](PetscInt, PetscScalar v, PetscScalar s) { size += PetscSqr(PetscAbsScalar(v / s)); }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &size, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)x)));
+  PetscCall(VecDot(Ax, x, &energy));
+  PetscCall(AinsworthLargestEntry(sp, {NULL, b.dual}, false, &given));
+  *drowns = *growth * AinsworthRest > 1.0 || (AinsworthRest * PetscSqrtReal(size) > given && PetscAbsScalar(energy) < PETSC_MACHINE_EPSILON / AinsworthUndetermined * size);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
-   Finds how far rounding of A moves x, if f and g, or the energy of x, are nearly nothing of x, in units of the scale. Collective
+   Finds how far rounding of A moves x, if f and g may drown in it. Collective
 
    Rounding of A may be eps diag(A). Along a motion z that nothing resists it moves x by eps z' diag(A) z / z' A z of itself: of size 1, as z' A z is rounding,
-   however f is balanced on z. A solver that found x, but does not reduce that residual, moves it by infinity.
+   however f is balanced on z. A solver that found x, but fails for that, or does not halve the residual, if that is what it reduces, moves it by infinity.
 */
 static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthSolver &solver, AinsworthSaddleVec b,
                                    AinsworthSaddleVec y, Vec Ax, AinsworthOutcome *outcome)
 {
   PetscReal *const   moved = &outcome->rounding;
   AinsworthSaddleVec r, d, after;
-  PetscScalar        squares[2], energy;
-  PetscReal          size = 0.0;
+  PetscScalar        squares[2];
+  KSPConvergedReason reason;
+  bool               drowns = false;
   Vec                Ad;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthGrowth(sp, b, y.primal, &outcome->growth));
-  PetscCall(AinsworthForEntries({y.primal, sp->scale.primal}, [&](PetscInt, PetscScalar x, PetscScalar s) { size += PetscSqr(PetscAbsScalar(x / s)); }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &size, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)Ax)));
-  PetscCall(VecDot(Ax, y.primal, &energy));
-  const bool rigid = PetscAbsScalar(energy) < PETSC_MACHINE_EPSILON / AinsworthUndetermined * size; /* where the forces on others hide the growth */
-  if (outcome->growth * AinsworthRest <= 1.0 && !rigid) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthSaddleVecDuplicate(b, &r));
-  PetscCall(AinsworthSaddleVecDuplicate(y, &d));
+  PetscCall(Drowns(sp, b, y.primal, Ax, &outcome->growth, &drowns));
+  if (!drowns) PetscFunctionReturn(PETSC_SUCCESS);
+  for (AinsworthSaddleVec *v : {&r, &d, &after}) PetscCall(AinsworthSaddleVecDuplicate(y, v));
+  PetscCall(VecDuplicate(Ax, &Ad));
   PetscCall(AinsworthGetDiagonal(sp->block[AINSWORTH_BLOCK_A], r.primal));
   PetscCall(AinsworthUpdate(r.primal, {y.primal}, [](PetscInt, PetscScalar &a, PetscScalar x) { a = PETSC_MACHINE_EPSILON * PetscAbsScalar(a) * x; }));
   PetscCall(VecZeroEntries(r.dual));
-  PetscCall(solver(r, 1.0 / margin, d));
+  PetscCall(solver(r, 1.0 / margin, d, &reason));
   PetscCall(AinsworthChange(sp, b, y.primal, d.primal, moved));
-  PetscCall(AinsworthSaddleVecDuplicate(b, &after));
-  PetscCall(VecDuplicate(b.primal, &Ad));
   PetscCall(AinsworthSaddleResidual(sp, request->transpose, PETSC_FALSE, r, d, Ad, after));
-  PetscCall(Scale(sp, r));
-  PetscCall(Scale(sp, after));
+  for (AinsworthSaddleVec v : {r, after}) PetscCall(Scale(sp, v));
   PetscCall(Dot(r, r, &squares[0]));
   PetscCall(Dot(after, after, &squares[1]));
-  if (request->tol >= 0.0 && !(PetscRealPart(squares[1]) <= PetscSqr(rate) * PetscRealPart(squares[0]))) *moved = PETSC_INFINITY;
+  if (request->tol >= 0.0 && !request->energetic && !(PetscRealPart(squares[1]) <= PetscSqr(rate) * PetscRealPart(squares[0]))) *moved = PETSC_INFINITY;
+  if (reason < 0 && (reason != KSP_DIVERGED_ITS || request->tol >= 0.0)) *moved = PETSC_INFINITY;
   PetscCall(PetscInfo(sp->rowsC, "x is %g of f and g: rounding of A moves it by %g\n", (double)outcome->growth, (double)*moved));
   for (AinsworthSaddleVec *v : {&r, &d, &after}) PetscCall(AinsworthSaddleVecDestroy(v));
   PetscCall(VecDestroy(&Ad));
@@ -239,6 +250,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   };
   for (;; p.steps++) {
     AinsworthSaddleVec correction;
+    KSPConvergedReason reason;
 
     PetscCall(look(*known));
     *known = PETSC_TRUE;
@@ -256,7 +268,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
                         p.steps, (double)(p.steps ? p.moved : 0.0), (double)error.primal.omega, (double)error.dual.omega));
     if (state != AINSWORTH_WORKING) break;
     PetscCall(AinsworthSaddleVecDuplicate(y, &correction));
-    PetscCall(solver(left, 1.0 / (margin * PetscMax(p.excess, 1.0)), correction)); /* it overwrites A x */
+    PetscCall(solver(left, 1.0 / (margin * PetscMax(p.excess, 1.0)), correction, &reason)); /* it overwrites A x */
     *known = PETSC_FALSE;
     PetscCall(AinsworthChange(sp, b, y.primal, correction.primal, &far));
     if (p.excess <= 1.0 && far > open) PetscCall(IsNull(sp, request->transpose, correction, &p.settles));

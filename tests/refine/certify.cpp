@@ -217,14 +217,14 @@ static PetscErrorCode CheckCertificate(const Certificate &c, PetscReal decades, 
   b                       = Times(d.K(), x);
   const Column    terms   = Times(d.K().cwiseAbs(), y.cwiseAbs()).cwiseAbs() + b.cwiseAbs();
   const Column    allowed = 1e-8 * terms.tail(d.m()) + 1e-10 * setup.s.tail(d.m()).cwiseInverse(); /* of a row of zeros, the latter alone */
-  const PetscReal bound   = PetscRealPart(w.cwiseAbs().cwiseProduct(allowed.cwiseAbs()).sum());
+  const PetscReal bound   = w.cwiseAbs().cwiseProduct(allowed.cwiseAbs()).sum();
 
   const PetscReal size    = y.cwiseAbs().cwiseQuotient(setup.s.cwiseAbs()).maxCoeff();
   Column          product = Times(d.K().adjoint(), Append(n, w)).cwiseProduct(setup.s), whole = Times(d.K().cwiseAbs().transpose(), Append(n, w.cwiseAbs()));
 
   for (PetscInt k : c.fixed) product[k] = 0.0;
   const PetscReal rest = product.cwiseAbs().maxCoeff();
-  if (c.zero && rest > 1e-15 * PetscRealPart(whole.cwiseProduct(setup.s).cwiseAbs().maxCoeff())) { /* a large y may make up for that */
+  if (c.zero && rest > 1e-15 * whole.cwiseProduct(setup.s).cwiseAbs().maxCoeff()) { /* a large y may make up for that */
     Column off = b;
 
     off[n + row] += 1.1 * bound / w[row];
