@@ -79,7 +79,6 @@ AinsworthLadderStep AinsworthLadderNext(const AinsworthLadderFacts &facts)
   if (facts.end == AINSWORTH_END_DEAR) return none("no factorization may take the place of the iterations"); /* a price is no failure */
   if (!facts.regular) return none("the whole system cannot be factored, because it has the null space that the program attached");
   if (!facts.entries) return none("the whole system cannot be factored, because its entries are not known: pass assembled matrices");
-  if (!facts.packages) return none("the whole system cannot be factored, because PETSc has no package for it: configure it with MUMPS");
   if (!AinsworthLadderFits(facts.bytes, facts.memory)) return none("the factor of the whole system would not fit in memory");
   return {next, why};
 }

@@ -31,18 +31,17 @@ typedef enum {
 
 /* What the choice depends on; the defaults are those of a usual system */
 struct AinsworthLadderFacts {
-  AinsworthRung now      = AINSWORTH_RUNG_NONE; /* the last rung */
-  AinsworthEnd  end      = AINSWORTH_END_ANSWER;
-  AinsworthRung cap      = AINSWORTH_RUNG_WHOLE; /* the highest rung that the program allows */
-  bool          own      = true;                 /* method and preconditioner are our choice; else the program's, and only the whole system may follow */
-  bool          small    = false;                /* multigrid is not worth its set-up */
-  bool          gmres    = false;                /* the method stays what it is: the program's choice, or GMRES as the system is not symmetric */
-  bool          factors  = true;                 /* M_* can be factored: it was not tried in vain, and a package exists */
-  bool          regular  = true;                 /* no null space is known, which would give a zero pivot */
-  bool          entries  = true;                 /* the entries of A, B, C, D are known */
-  bool          packages = true;                 /* PETSc can factor the whole system */
-  double        bytes    = 0.0;                  /* of the factor of the whole system, as predicted */
-  double        memory   = 0.0;                  /* of the smallest machine, in bytes, as if all ranks were on that one; 0: unknown */
+  AinsworthRung now     = AINSWORTH_RUNG_NONE; /* the last rung */
+  AinsworthEnd  end     = AINSWORTH_END_ANSWER;
+  AinsworthRung cap     = AINSWORTH_RUNG_WHOLE; /* the highest rung that the program allows */
+  bool          own     = true;                 /* method and preconditioner are our choice; else the program's, and only the whole system may follow */
+  bool          small   = false;                /* multigrid is not worth its set-up */
+  bool          gmres   = false;                /* the method stays what it is: the program's choice, or GMRES as the system is not symmetric */
+  bool          factors = true;                 /* M_* can be factored: it was not tried in vain, and a package exists */
+  bool          regular = true;                 /* no null space is known, which would give a zero pivot */
+  bool          entries = true;                 /* the entries of A, B, C, D are known */
+  double        bytes   = 0.0;                  /* of the factor of the whole system, as predicted */
+  double        memory  = 0.0;                  /* of the smallest machine, in bytes, as if all ranks were on that one; 0: unknown */
 };
 
 struct AinsworthLadderStep {
