@@ -114,7 +114,8 @@ static PetscErrorCode Start(const std::vector<Block> &blocks, Vec stiffness, Ain
 /*
    Equilibrates by the largest entries of rows and columns (Ruiz 2001), with the diagonal in place of A
 
-   An entry of a positive definite A is at most the root of the product of two diagonal entries. Each sweep halves the decades that are left between rows
+   An entry of a positive definite A is at most the root of the product of two diagonal entries. Each sweep halves the decades that are left between rows, and
+   one that changes nothing is the last
 */
 static PetscErrorCode Equilibrate(const std::vector<Block> &blocks, Vec stiffness, AinsworthSaddleVec scale)
 {
@@ -126,12 +127,21 @@ static PetscErrorCode Equilibrate(const std::vector<Block> &blocks, Vec stiffnes
   PetscCall(AinsworthSaddleVecDuplicate(scale, &work));
   PetscCall(Start(blocks, stiffness, scale, most));
   for (int sweep = 0; sweep < sweeps; sweep++) {
+    PetscBool changed = PETSC_FALSE;
+
     PetscCall(VecPointwiseMult(most.primal, scale.primal, scale.primal));
     PetscCall(VecPointwiseMult(most.primal, most.primal, stiffness));
     PetscCall(VecZeroEntries(most.dual));
     PetscCall(RaiseToRows(blocks, false, work.primal, most.primal));
     PetscCall(RaiseToRows(blocks, true, work.dual, most.dual));
-    for (Vec v : {most.primal, most.dual}) PetscCall(AinsworthUpdate(v, [](PetscInt, PetscScalar &m) { m = InverseRoot(PetscRealPart(m)); }));
+    for (Vec v : {most.primal, most.dual}) {
+      PetscCall(AinsworthUpdate(v, [&](PetscInt, PetscScalar &m) {
+        m = InverseRoot(PetscRealPart(m));
+        if (m != 1.0) changed = PETSC_TRUE;
+      }));
+    }
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &changed, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)stiffness)));
+    if (!changed) break;
     for (const Block &b : blocks) PetscCall(MatDiagonalScale(b.mat, b.row ? most.dual : most.primal, b.column ? most.dual : most.primal));
     PetscCall(VecPointwiseMult(scale.primal, scale.primal, most.primal));
     PetscCall(VecPointwiseMult(scale.dual, scale.dual, most.dual));
