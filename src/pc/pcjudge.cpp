@@ -123,15 +123,18 @@ static PetscErrorCode KeepTerms(PC_Ainsworth *data, AinsworthSaddleVec b, Ainswo
 */
 static PetscErrorCode IsEnergetic(const PC_Ainsworth *data, PetscBool *energetic)
 {
-  KSPType   type;
-  PC        inner;
-  PetscBool blind;
+  KSPType     type;
+  KSPNormType norm;
+  PC          inner;
+  PetscBool   blind;
 
   PetscFunctionBegin;
   PetscCall(KSPGetType(data->ksp, &type));
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &blind, PCNONE, PCJACOBI, PCPBJACOBI, PCBJACOBI, PCSOR, PCILU, PCICC, ""));
   PetscCall(PCAinsworthIsConjugateGradients_Private(type, energetic));
+  PetscCall(KSPGetNormType(data->ksp, &norm));
+  if (norm != KSP_NORM_NATURAL && norm != KSP_NORM_DEFAULT && norm != KSP_NORM_NONE) *energetic = PETSC_FALSE;
   if (data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR) blind = PETSC_FALSE; /* the energy itself has ended it */
   if (blind || data->whole || data->escape.refused || !data->adjoint) *energetic = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
