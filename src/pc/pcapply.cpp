@@ -144,20 +144,21 @@ static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose
 
 /* Solves for what an earlier solve left, to a relative tolerance of at least `loose`; stopped: rounding ended that one, so that this may not last longer */
 static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscReal loose, AinsworthSaddleVec left,
-                                   AinsworthSaddleVec p, KSPConvergedReason *reason)
+                                   AinsworthSaddleVec p)
 {
-  const PetscInt  its   = data->ksp->its;
-  const PetscReal rnorm = data->ksp->rnorm;
-  PetscReal       rtol, atol, dtol;
-  PetscInt        limit;
-  PetscBool       removed;
-  PetscErrorCode  error;
+  const PetscInt     its   = data->ksp->its;
+  const PetscReal    rnorm = data->ksp->rnorm;
+  PetscReal          rtol, atol, dtol;
+  PetscInt           limit;
+  PetscBool          removed;
+  PetscErrorCode     error;
+  KSPConvergedReason reason;
 
   PetscFunctionBegin;
   PetscCall(VecZeroEntries(p.primal));
   PetscCall(KSPGetTolerances(data->ksp, &rtol, &atol, &dtol, &limit));
   PetscCall(KSPSetTolerances(data->ksp, PetscMax(rtol, loose), atol, dtol, stopped ? PetscMin(PetscMax(its, 1), limit) : limit));
-  error = SolveFields(pc, data, transpose, PETSC_FALSE, left, p, reason);
+  error = SolveFields(pc, data, transpose, PETSC_FALSE, left, p, &reason);
   PetscCall(KSPSetTolerances(data->ksp, rtol, atol, dtol, limit));
   data->ksp->its   = its; /* what the program asks for is the solve of its system */
   data->ksp->rnorm = rnorm;
@@ -171,8 +172,8 @@ static PetscErrorCode RefineAndJudge(PC pc, PC_Ainsworth *data, PetscBool transp
                                      AinsworthVerdict *verdict, char why[], size_t len)
 {
   const PetscBool       stopped = (PetscBool)(reason < 0);
-  const AinsworthSolver solver  = [=](AinsworthSaddleVec r, PetscReal loose, AinsworthSaddleVec p, KSPConvergedReason *ended) {
-    return SolveLoosely(pc, data, transpose, stopped, loose, r, p, ended);
+  const AinsworthSolver solver  = [=](AinsworthSaddleVec r, PetscReal loose, AinsworthSaddleVec p) {
+    return SolveLoosely(pc, data, transpose, stopped, loose, r, p);
   };
   AinsworthSaddleVec left;
   PetscBool          removed;

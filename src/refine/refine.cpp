@@ -184,15 +184,14 @@ static PetscErrorCode Drowns(const AinsworthSaddle *sp, AinsworthSaddleVec b, Ve
    Finds how far rounding of A moves x, if f and g may drown in it. Collective
 
    Rounding of A may be eps diag(A). Along a motion z that nothing resists it moves x by eps z' diag(A) z / z' A z of itself: of size 1, as z' A z is rounding,
-   however f is balanced on z. A solver that found x, but fails for that, or does not halve the residual, if that is what it reduces, moves it by infinity.
+   however f is balanced on z. A solver that found x, but leaves more than half of the work of these forces along x, moves it by infinity.
 */
 static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthSolver &solver, AinsworthSaddleVec b,
                                    AinsworthSaddleVec y, Vec Ax, AinsworthOutcome *outcome)
 {
   PetscReal *const   moved = &outcome->rounding;
   AinsworthSaddleVec r, d, after;
-  PetscScalar        squares[2];
-  KSPConvergedReason reason;
+  PetscScalar        work[2]; /* of the forces along x */
   bool               drowns = false;
   Vec                Ad;
 
@@ -204,14 +203,12 @@ static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthReq
   PetscCall(AinsworthGetDiagonal(sp->block[AINSWORTH_BLOCK_A], r.primal));
   PetscCall(AinsworthUpdate(r.primal, {y.primal}, [](PetscInt, PetscScalar &a, PetscScalar x) { a = PETSC_MACHINE_EPSILON * PetscAbsScalar(a) * x; }));
   PetscCall(VecZeroEntries(r.dual));
-  PetscCall(solver(r, 1.0 / margin, d, &reason));
+  PetscCall(solver(r, 1.0 / margin, d));
   PetscCall(AinsworthChange(sp, b, y.primal, d.primal, moved));
   PetscCall(AinsworthSaddleResidual(sp, request->transpose, PETSC_FALSE, r, d, Ad, after));
-  for (AinsworthSaddleVec v : {r, after}) PetscCall(Scale(sp, v));
-  PetscCall(Dot(r, r, &squares[0]));
-  PetscCall(Dot(after, after, &squares[1]));
-  if (request->tol >= 0.0 && !request->energetic && !(PetscRealPart(squares[1]) <= PetscSqr(rate) * PetscRealPart(squares[0]))) *moved = PETSC_INFINITY;
-  if (reason < 0 && (reason != KSP_DIVERGED_ITS || request->tol >= 0.0)) *moved = PETSC_INFINITY;
+  PetscCall(VecDot(r.primal, y.primal, &work[0]));
+  PetscCall(VecDot(after.primal, y.primal, &work[1]));
+  if (request->tol >= 0.0 && !(PetscAbsScalar(work[1]) <= rate * PetscAbsScalar(work[0]))) *moved = PETSC_INFINITY;
   PetscCall(PetscInfo(sp->rowsC, "x is %g of f and g: rounding of A moves it by %g\n", (double)outcome->growth, (double)*moved));
   for (AinsworthSaddleVec *v : {&r, &d, &after}) PetscCall(AinsworthSaddleVecDestroy(v));
   PetscCall(VecDestroy(&Ad));
@@ -250,7 +247,6 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   };
   for (;; p.steps++) {
     AinsworthSaddleVec correction;
-    KSPConvergedReason reason;
 
     PetscCall(look(*known));
     *known = PETSC_TRUE;
@@ -268,7 +264,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
                         p.steps, (double)(p.steps ? p.moved : 0.0), (double)error.primal.omega, (double)error.dual.omega));
     if (state != AINSWORTH_WORKING) break;
     PetscCall(AinsworthSaddleVecDuplicate(y, &correction));
-    PetscCall(solver(left, 1.0 / (margin * PetscMax(p.excess, 1.0)), correction, &reason)); /* it overwrites A x */
+    PetscCall(solver(left, 1.0 / (margin * PetscMax(p.excess, 1.0)), correction)); /* it overwrites A x */
     *known = PETSC_FALSE;
     PetscCall(AinsworthChange(sp, b, y.primal, correction.primal, &far));
     if (p.excess <= 1.0 && far > open) PetscCall(IsNull(sp, request->transpose, correction, &p.settles));

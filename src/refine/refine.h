@@ -7,7 +7,7 @@
 #include <vector>
 
 /* Solves for b, to a relative tolerance of at least `loose`, by whatever rung of the ladder has been reached */
-using AinsworthSolver = std::function<PetscErrorCode(AinsworthSaddleVec b, PetscReal loose, AinsworthSaddleVec p, KSPConvergedReason *reason)>;
+using AinsworthSolver = std::function<PetscErrorCode(AinsworthSaddleVec b, PetscReal loose, AinsworthSaddleVec p)>;
 
 /* Subtracts from rows that were left out, whose coefficients are w, the combination of kept rows that is next to them */
 using AinsworthCombination = std::function<PetscErrorCode(Vec w)>;

@@ -6,23 +6,20 @@
 PetscErrorCode Refine(Setup *setup, const AinsworthRequest &request, const Column &b, const Column &y, const Answer &answer, Run *run)
 {
   PetscBool             known  = PETSC_FALSE;
-  const AinsworthSolver solver = [&](AinsworthSaddleVec r, PetscReal loose, AinsworthSaddleVec p, KSPConvergedReason *reason) {
+  const AinsworthSolver solver = [&](AinsworthSaddleVec r, PetscReal loose, AinsworthSaddleVec p) {
     Column all;
 
     PetscFunctionBeginUser;
     PetscCall(CheckTrue("a tolerance", loose > 0.0 && loose <= (request.energetic ? 0.9 : 0.5)));
     PetscCall(GatherBoth(r, all));
     PetscCall(SetBoth(answer(all, run->calls++), p));
-    *reason = run->reason;
     PetscFunctionReturn(PETSC_SUCCESS);
   };
-  const KSPConvergedReason reason = run->reason;
-  Blocks                   d      = setup->dense;
-  Column                   Ax;
+  Blocks d = setup->dense;
+  Column Ax;
 
   PetscFunctionBeginUser;
-  *run        = Run();
-  run->reason = reason;
+  *run = Run();
   if (request.transpose) d.A = Dense(d.A.transpose());
   PetscCall(SetBoth(b, setup->b));
   PetscCall(SetBoth(y, setup->y));
@@ -327,7 +324,7 @@ static PetscErrorCode Null(PetscReal stiffness, bool two)
 }
 
 /* The same pair, with a force that moves it far: rounding of A, eps diag(A), moves it by eps / stiffness of that, if the solver finds it, but for `left` of it */
-static PetscErrorCode Rounding(PetscReal stiffness, KSPConvergedReason reason, PetscReal left, bool tolerance)
+static PetscErrorCode Rounding(PetscReal stiffness, PetscReal left, bool tolerance)
 {
   Setup            setup;
   AinsworthRequest request;
@@ -335,23 +332,20 @@ static PetscErrorCode Rounding(PetscReal stiffness, KSPConvergedReason reason, P
   Blocks           d = Handmade(Column::Ones(4), Unit(4, 3).transpose());
   Column           b = Column::Zero(5), y = Column::Zero(5);
   const PetscReal  moved = (1 - left) * PETSC_MACHINE_EPSILON / stiffness;
-  const bool       fails = left > 0.5 ? tolerance : reason < 0 && (reason != KSP_DIVERGED_ITS || tolerance);
 
   PetscFunctionBeginUser;
-  Case("rounding, stiffness %g, the solver ends with %s and leaves %g%s", (double)stiffness, KSPConvergedReasons[reason], (double)left,
-       tolerance ? "" : ", no tolerance");
+  Case("rounding, stiffness %g, the solver leaves %g%s", (double)stiffness, (double)left, tolerance ? "" : ", no tolerance");
   d.A(0, 1) = d.A(1, 0) = -1.0 + stiffness;
   PetscCall(SetupCreate(d, &setup));
   b[0] = b[1] = stiffness;
   y[0] = y[1]       = 1.0;
   request.energetic = (PetscBool)(left == 0.0);
   request.tol       = tolerance ? 1e-8 : -1.0;
-  run.reason        = reason;
   const Answer inverse = Inverse(setup, 0.0);
   PetscCall(Refine(&setup, request, b, y, [&](const Column &r, int call) { return Column((1 - left) * inverse(r, call)); }, &run));
   PetscCall(CheckInt("the outcome", run.outcome.state, AINSWORTH_OUTCOME_SOLVED));
   if (stiffness > 1e-7) PetscCall(CheckTrue("no further solve", run.calls == 0 && run.outcome.rounding == 0.0));
-  else if (fails) PetscCall(CheckTrue("rounding moves x without bound", run.outcome.rounding >= PETSC_INFINITY));
+  else if (left > 0.5 && tolerance) PetscCall(CheckTrue("rounding moves x without bound", run.outcome.rounding >= PETSC_INFINITY));
   else PetscCall(Check("difference of what rounding moves", PetscAbsReal(run.outcome.rounding / moved - 1.0), 1e-2));
   PetscCall(SetupDestroy(&setup));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -437,11 +431,8 @@ PetscErrorCode TestRefine()
     for (bool energetic : {false, true}) PetscCall(SmallForce(one, energetic));
   }
   for (PetscReal stiffness : {0x1p-20, 0x1p-30, 0x1p-40})
-    for (bool tolerance : {true, false}) {
-      for (KSPConvergedReason reason : {KSP_CONVERGED_RTOL, KSP_DIVERGED_ITS, KSP_DIVERGED_INDEFINITE_MAT})
-        PetscCall(Rounding(stiffness, reason, 0.0, tolerance));
-      for (PetscReal left : {0.1, 0.9}) PetscCall(Rounding(stiffness, KSP_CONVERGED_RTOL, left, tolerance));
-    }
+    for (PetscReal left : {0.0, 0.1, 0.9})
+      for (bool tolerance : {true, false}) PetscCall(Rounding(stiffness, left, tolerance));
   PetscCall(Hidden());
   PetscCall(NoTolerance());
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -12,7 +12,6 @@ struct Run {
   int              calls = 0;
   Column           y, left;
 
-  KSPConvergedReason reason = KSP_CONVERGED_RTOL; /* given: how each further solve ends */
 };
 
 PetscErrorCode Refine(Setup *, const AinsworthRequest &, const Column &b, const Column &y, const Answer &, Run *);
