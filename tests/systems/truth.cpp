@@ -132,7 +132,7 @@ Facts SaddleFacts(const Saddle &s)
   long double      worst = 0.0L;
 
   for (Eigen::Index i = 0; i < N; i++)
-    if (lost[i] > 0.0L) worst = std::max(worst, lost[i] / (size[i] + 1e-3L * size.maxCoeff()));
+    if (lost[i] > 0.0L) worst = std::max(worst, scaled.row(i).isZero(0.0L) ? 1.0L : lost[i] / (size[i] + 1e-3L * size.maxCoeff())); /* 0 = b is no rounding */
   if (worst > consistent && worst < contradictory) facts.decided = false;
   facts.solvable = worst < consistent;
   facts.left     = (double)worst;
