@@ -73,10 +73,9 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
   PetscCall(Dot(q, q, &dot));
   *some = PetscRealPart(dot) > 0.0 && !PetscIsInfOrNanScalar(dot);
   if (*some) {
-    const PetscScalar length = 1.0 / PetscSqrtReal(PetscRealPart(dot));
-
-    PetscCall(AinsworthSaddleVecScale(p, length));
-    PetscCall(AinsworthSaddleVecScale(q, length));
+    dot = 1.0 / PetscSqrtReal(PetscRealPart(dot));
+    PetscCall(AinsworthSaddleVecScale(p, dot));
+    PetscCall(AinsworthSaddleVecScale(q, dot));
     PetscCall(Dot(left, q, &dot));
     PetscCall(AinsworthSaddleVecAXPY(y, dot, p));
     PetscCall(AinsworthChange(sp, b, y.primal, p.primal, moved));
@@ -189,7 +188,6 @@ static PetscErrorCode Drowns(const AinsworthSaddle *sp, AinsworthSaddleVec b, Ve
 static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthSolver &solver, AinsworthSaddleVec b,
                                    AinsworthSaddleVec y, Vec Ax, AinsworthOutcome *outcome)
 {
-  PetscReal *const   moved = &outcome->rounding;
   AinsworthSaddleVec r, d, after;
   PetscScalar        work[2]; /* of the forces along x */
   bool               drowns = false;
@@ -200,16 +198,16 @@ static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthReq
   if (!drowns) PetscFunctionReturn(PETSC_SUCCESS);
   for (AinsworthSaddleVec *v : {&r, &d, &after}) PetscCall(AinsworthSaddleVecDuplicate(y, v));
   PetscCall(VecDuplicate(Ax, &Ad));
-  PetscCall(AinsworthGetDiagonal(sp->block[AINSWORTH_BLOCK_A], r.primal));
-  PetscCall(AinsworthUpdate(r.primal, {y.primal}, [](PetscInt, PetscScalar &a, PetscScalar x) { a = PETSC_MACHINE_EPSILON * PetscAbsScalar(a) * x; }));
+  PetscCall(VecPointwiseMult(r.primal, sp->stiffness, y.primal));
+  PetscCall(VecScale(r.primal, PETSC_MACHINE_EPSILON));
   PetscCall(VecZeroEntries(r.dual));
   PetscCall(solver(r, 1.0 / margin, d));
-  PetscCall(AinsworthChange(sp, b, y.primal, d.primal, moved));
+  PetscCall(AinsworthChange(sp, b, y.primal, d.primal, &outcome->rounding));
   PetscCall(AinsworthSaddleResidual(sp, request->transpose, PETSC_FALSE, r, d, Ad, after));
   PetscCall(VecDot(r.primal, y.primal, &work[0]));
   PetscCall(VecDot(after.primal, y.primal, &work[1]));
-  if (request->tol >= 0.0 && !(PetscAbsScalar(work[1]) <= rate * PetscAbsScalar(work[0]))) *moved = PETSC_INFINITY;
-  PetscCall(PetscInfo(sp->rowsC, "x is %g of f and g: rounding of A moves it by %g\n", (double)outcome->growth, (double)*moved));
+  if (request->tol >= 0.0 && !(PetscAbsScalar(work[1]) <= rate * PetscAbsScalar(work[0]))) outcome->rounding = PETSC_INFINITY;
+  PetscCall(PetscInfo(sp->rowsC, "x is %g of f and g: rounding of A moves it by %g\n", (double)outcome->growth, (double)outcome->rounding));
   for (AinsworthSaddleVec *v : {&r, &d, &after}) PetscCall(AinsworthSaddleVecDestroy(v));
   PetscCall(VecDestroy(&Ad));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -219,7 +219,7 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleResetBlocks(sp));
   for (Mat *M : {&sp->A, &sp->P, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC}) PetscCall(MatDestroy(M));
-  for (Vec *v : {&sp->balance, &sp->known, &sp->scale.primal, &sp->scale.dual, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
+  for (Vec *v : {&sp->balance, &sp->known, &sp->stiffness, &sp->scale.primal, &sp->scale.dual, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
   PetscCall(MatNullSpaceDestroy(&sp->nullSpace));
   PetscCall(MatDestroy(&sp->numbering));
   PetscCall(PetscFree(sp->kind));

@@ -83,6 +83,7 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   std::vector<bool>  loose;    /* for each local unknown: its row of A is zero */
   PetscBool          positive; /* unknowns that are not loose have positive diagonal entries in A */
   std::vector<bool>  sprung;   /* for each local row of the multiplier field: its row of D is not zero */
+  Vec                stiffness; /* of each unknown: A_ii or, where that is not positive, the largest entry of the row */
   AinsworthSaddleVec scale;    /* powers of 2 that bring entries of the system to about 1: of the unknowns and of all rows of the multiplier field */
 };
 

@@ -161,7 +161,7 @@ PetscErrorCode AinsworthSaddleScale(AinsworthSaddle *sp)
 {
   AinsworthSaddleVec *scale = &sp->scale;
   std::vector<Block>  blocks;
-  Vec                 stiffness;
+  Vec                &stiffness = sp->stiffness;
   Mat                 copy;
 
   PetscFunctionBegin;
@@ -187,6 +187,5 @@ PetscErrorCode AinsworthSaddleScale(AinsworthSaddle *sp)
   }
   PetscCall(Equilibrate(blocks, stiffness, *scale));
   for (Block &b : blocks) PetscCall(MatDestroy(&b.mat));
-  PetscCall(VecDestroy(&stiffness));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
