@@ -11,7 +11,7 @@ static const PetscInt slow = 100;
 /* Reports rows that are dependent, or nearly so */
 static PetscErrorCode DiagnoseDependence(PC_Ainsworth *data, AinsworthDiagnosis *d)
 {
-  const AinsworthSaddle *sp    = &data->saddle;
+  const AinsworthSaddle *sp   = &data->saddle;
   const PetscInt         near = sp->count[AINSWORTH_ROW_NEAR], count = sp->count[AINSWORTH_ROW_DEPENDENT] + near;
   char                   names[128];
   PetscBool              doubtful = PETSC_FALSE;

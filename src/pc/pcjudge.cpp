@@ -45,9 +45,9 @@ static PetscErrorCode IsFinite(AinsworthSaddleVec y, PetscBool *finite)
 static PetscErrorCode CheckDetermined(PC_Ainsworth *data, AinsworthSaddleVec b, AinsworthSaddleVec y, const AinsworthOutcome &outcome,
                                       AinsworthVerdict *verdict, char why[], size_t len)
 {
-  const PetscReal        most   = AinsworthUndetermined;
-  PetscReal              growth = outcome.growth, rounding, quotient, norms[3];
-  Vec                    motion;
+  const PetscReal most   = AinsworthUndetermined;
+  PetscReal       growth = outcome.growth, rounding, quotient, norms[3];
+  Vec             motion;
 
   PetscFunctionBegin;
   if (PETSC_MACHINE_EPSILON * growth > most && data->f) {
@@ -183,7 +183,8 @@ static PetscErrorCode Describe(const PC_Ainsworth *data, const AinsworthOutcome 
     } else
       PetscCall(PetscSNPrintf(why, len,
                               "The %s says that it converged, but row %" PetscInt_FMT " of A x + C' lambda = f is left with %g, %g of its terms: %s",
-                              data->whole ? "factored whole system" : "reduced solve", e->primal.row, (double)e->primal.residual, (double)(e->primal.residual / e->primal.terms),
+                              data->whole ? "factored whole system" : "reduced solve", e->primal.row, (double)e->primal.residual,
+                              (double)(e->primal.residual / e->primal.terms),
                               doubtful ? close : "its method, or its preconditioner, does not see this; is A indefinite on Ker C, or its diagonal zero?"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -97,9 +97,8 @@ static void Look(AinsworthWorstRow *worst, PetscInt row, const AinsworthMeasure 
 static PetscErrorCode PrimalError(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[], AinsworthSaddleVec b, AinsworthSaddleVec y,
                                   Vec Ax, Vec left, PetscReal sizes[2], AinsworthWorstRow *worst)
 {
-  const Vec scale = sp->scale.primal;
-  PetscInt  first;
-  Vec       terms;
+  PetscInt first;
+  Vec      terms;
 
   PetscFunctionBegin;
   *worst = AinsworthWorstRow();
@@ -107,7 +106,7 @@ static PetscErrorCode PrimalError(const AinsworthSaddle *sp, PetscBool transpose
   PetscCall(AinsworthSaddlePrimalTerms(sp, transpose, b, y, Ax, terms));
   PetscCall(AinsworthLargestEntry(sp, {terms, NULL}, false, &sizes[0]));
   PetscCall(VecGetOwnershipRange(left, &first, NULL));
-  PetscCall(AinsworthForEntries({left, terms, scale, b.primal}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s, PetscScalar force) {
+  PetscCall(AinsworthForEntries({left, terms, sp->scale.primal, b.primal}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s, PetscScalar force) {
     Look(worst, first + i, measure[KindOfUnknown(sp, i, force)], r, t, s, sizes);
   }));
   PetscCall(VecDestroy(&terms));
@@ -123,9 +122,8 @@ static PetscErrorCode PrimalError(const AinsworthSaddle *sp, PetscBool transpose
 static PetscErrorCode DualError(const AinsworthSaddle *sp, const AinsworthMeasure measure[], Vec earlier, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec left,
                                 PetscReal primal, PetscReal sizes[2], AinsworthBackward *error)
 {
-  const Vec scale = sp->scale.dual;
-  PetscInt  first;
-  Vec       terms;
+  PetscInt first;
+  Vec      terms;
 
   PetscFunctionBegin;
   error->dual = error->dependent = AinsworthWorstRow();
@@ -136,7 +134,7 @@ static PetscErrorCode DualError(const AinsworthSaddle *sp, const AinsworthMeasur
   error->sizes[0] = sizes[0];
   error->sizes[1] = sizes[1];
   PetscCall(VecGetOwnershipRange(left, &first, NULL));
-  PetscCall(AinsworthForEntries({left, terms, scale}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
+  PetscCall(AinsworthForEntries({left, terms, sp->scale.dual}, [&](PetscInt i, PetscScalar r, PetscScalar t, PetscScalar s) {
     Look(AinsworthSaddleIsLeftOut(sp, i) ? &error->dependent : &error->dual, first + i, measure[KindOfConstraint(sp, i)], r, t, s, sizes);
   }));
   PetscCall(VecDestroy(&terms));

@@ -175,7 +175,8 @@ static PetscErrorCode Drowns(const AinsworthSaddle *sp, AinsworthSaddleVec b, Ve
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &size, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)x)));
   PetscCall(VecDot(Ax, x, &energy));
   PetscCall(AinsworthLargestEntry(sp, {NULL, b.dual}, false, &given));
-  *drowns = *growth * AinsworthRest > 1.0 || (AinsworthRest * PetscSqrtReal(size) > given && PetscAbsScalar(energy) < PETSC_MACHINE_EPSILON / AinsworthUndetermined * size);
+  *drowns = *growth * AinsworthRest > 1.0 ||
+            (AinsworthRest * PetscSqrtReal(size) > given && PetscAbsScalar(energy) < PETSC_MACHINE_EPSILON / AinsworthUndetermined * size);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -272,7 +273,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
       continue;
     }
     p.before = p.excess;
-    p.last = p.moved;
+    p.last   = p.moved;
     if (!kept.primal) PetscCall(AinsworthSaddleVecDuplicate(y, &kept));
     PetscCall(AinsworthSaddleVecCopy(y, kept));
     PetscCall(Advance(sp, request->transpose, b, left, correction, Ax, y, &all, &p.moved, &some));

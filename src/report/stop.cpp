@@ -94,7 +94,7 @@ static PetscErrorCode EnergyOfX(AinsworthReport *report, Vec z, PetscReal zAz, P
 */
 static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason)
 {
-  static const PetscReal above = 2; /* the bound is 1.7 to 11 times the error (docs/estimate.md) */
+  static const PetscReal above = 2; /* the bound lies above the error, as other eigenvalues are larger (docs/report.md) */
   Vec                    x, b;
   PetscScalar            dot;
   PetscReal              z, energy, rounding, wanted, theta, first;

@@ -155,7 +155,7 @@ static PetscErrorCode MarkKept(const AinsworthSaddle *sp, PetscInt n, const Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Drops n rows as such of a kind, given by their numbers in sp->C, ascending, the same on all ranks. Collective */
+/* Drops n rows, as dependent or nearly so (kind), given by their numbers in sp->C, ascending, the same on all ranks. Collective */
 PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *sp, PetscInt n, const PetscInt dependent[], AinsworthRowKind kind)
 {
   std::vector<bool> marked;
