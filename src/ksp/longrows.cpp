@@ -30,24 +30,7 @@ static PetscErrorCode GetLongRows(Mat C, PetscInt longest, std::vector<Vec> *row
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
   if ((size_t)found > most) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)C), mine, &all));
-  for (PetscInt number : all) {
-    Vec row;
-
-    PetscCall(MatCreateVecs(C, &row, NULL));
-    if (std::find(mine.begin(), mine.end(), number) != mine.end()) {
-      PetscInt           n;
-      const PetscInt    *columns;
-      const PetscScalar *values;
-
-      PetscCall(MatGetRow(C, number, &n, &columns, &values));
-      PetscCall(VecSetValues(row, n, columns, values, INSERT_VALUES));
-      PetscCall(MatRestoreRow(C, number, &n, &columns, &values));
-    }
-    PetscCall(VecAssemblyBegin(row));
-    PetscCall(VecAssemblyEnd(row));
-    if (PetscDefined(USE_COMPLEX)) PetscCall(VecConjugate(row));
-    rows->push_back(row);
-  }
+  PetscCall(AinsworthGetRows(C, all, rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -120,9 +120,9 @@ static void MergeSingle(const Graph &G, AinsworthAggregates *agg)
    AinsworthAggregate - groups the local nodes by the strength of their couplings; not collective
 
    With k unknowns per aggregate, the next level should have at most half of the unknowns of this one: theta is halved until it does, and finally set to 0.
-   Requiring a much smaller level would merge stiff bodies that one or two cells of soft material separate (docs/multigrid.md).
+   A carried node becomes an aggregate of its own. Requiring a much smaller level would merge stiff bodies that one or two cells of soft material separate (docs/multigrid.md).
 */
-PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &A, PetscReal theta, PetscInt k, AinsworthAggregates *agg)
+PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &A, PetscReal theta, const AinsworthModes &modes, AinsworthAggregates *agg)
 {
   Graph          G(A.rows);
   const PetscInt coupled = (PetscInt)std::count(G.alone.begin(), G.alone.end(), false);
@@ -134,8 +134,10 @@ PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &A, PetscReal theta, P
     agg->of.assign(G.n, -1);
     FindRoots(G, agg);
     Join(G, agg);
-    if (2 * k * agg->count <= A.rows.br * coupled || theta == 0.0) break;
+    if (2 * modes.k * agg->count <= A.rows.br * coupled || theta == 0.0) break;
   }
   MergeSingle(G, agg);
+  for (PetscInt i = 0; i < G.n; i++)
+    if (modes.carried[i]) agg->of[i] = agg->count++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

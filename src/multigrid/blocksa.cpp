@@ -28,6 +28,17 @@ PetscErrorCode PCBlockSAGetProduct_Private(PC pc, Mat *product)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Makes the cycle of a PCBLOCKSA stay in a subspace from the next set-up on, or (NULL) no longer: the matrix added to A then acts on the coarser levels alone */
+PetscErrorCode PCBlockSASetSubspace_Private(PC pc, const std::shared_ptr<const AinsworthSubspace> &subspace)
+{
+  PC_BlockSA *sa = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(PCBlockSAGet_Private(pc, &sa));
+  if (sa) sa->subspace = subspace;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    Checks whether a KSP tolerates single precision, with which the cycle is linear only to seven digits
 
@@ -233,7 +244,8 @@ static PetscErrorCode PCReset_BlockSA(PC pc)
   PetscCall(MatDestroy(&sa->product));
   for (Vec &v : sa->sorted) PetscCall(VecDestroy(&v));
   sa->levels = AinsworthLevels();
-  sa->old    = PETSC_FALSE;
+  sa->subspace.reset();
+  sa->old = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

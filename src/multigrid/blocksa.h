@@ -2,6 +2,7 @@
 #ifndef AINSWORTH_BLOCKSA_H
 #define AINSWORTH_BLOCKSA_H
 
+#include "fewrows.h"
 #include "hierarchy.h"
 #include "source.h"
 #include <petscainsworth.h>
@@ -22,10 +23,13 @@ struct PC_BlockSA {
   PetscBool                 given;    /* the precision was set by an option */
   PetscBool                 tolerant; /* the current KSP tolerates single precision */
 
+  std::shared_ptr<const AinsworthSubspace> subspace; /* that the cycle stays in; NULL: the whole space */
+
   PetscBool keep; /* keep the coarser levels whatever the values of A */
 
   AinsworthLevels  levels;
   PetscBool        old;       /* the coarser levels belong to earlier values of A */
+  std::shared_ptr<const AinsworthFewRows> coarseRows; /* of the coarsest level; NULL: none */
   std::vector<Mat> op;        /* operators of the levels, finest first; the coarsest is AIJ */
   Mat              product;   /* A for products, from the current levels; NULL until requested */
   Vec              sorted[2]; /* right-hand side and solution, node by node; NULL if not needed */
@@ -44,6 +48,7 @@ PetscErrorCode              PCBlockSASetBounds_Private(PC, PetscReal);
 PetscErrorCode              PCBlockSAGet_Private(PC, PC_BlockSA **); /* NULL for a PC of another type */
 PetscErrorCode              PCBlockSAExpect_Private(PC, KSP, PetscBool, PetscBool *);
 PetscErrorCode              PCBlockSAGetProduct_Private(PC, Mat *);
+PetscErrorCode              PCBlockSASetSubspace_Private(PC, const std::shared_ptr<const AinsworthSubspace> &);
 
 /* The package that factors a sparse matrix as a dense one, registered with the plugin */
 static const char AinsworthDense[] = "ainsworthdense";

@@ -1,7 +1,9 @@
 #include "blocksa.h"
 #include "../events.h"
 #include "../lists.h"
+#include "../objects.h"
 #include "../saddle/saddle.h"
+#include <algorithm>
 #include <limits>
 
 /* Upper end of the damped spectrum of D^{-1} M relative to the estimated largest eigenvalue, and lower end relative to the upper one */
@@ -55,12 +57,19 @@ static std::vector<PetscReal> Unsorted(const AinsworthHierarchy &h)
   return diagonal;
 }
 
-/* Checks whether there are levels with the same block size */
+/* Returns the unknowns that all levels have to carry */
+static std::vector<PetscInt> Carried(const PC_BlockSA *sa)
+{
+  return sa->subspace ? sa->subspace->carried : std::vector<PetscInt>();
+}
+
+/* Checks whether there are levels with the same block size and, at least, the same carried unknowns */
 static bool HasLevels(const PC_BlockSA *sa, PetscInt bs)
 {
-  const AinsworthHierarchy *h = sa->levels.hierarchy.get();
+  const AinsworthHierarchy   *h     = sa->levels.hierarchy.get();
+  const std::vector<PetscInt> carry = Carried(sa);
 
-  return !sa->stale && h && (h->sorted ? bs == 1 : h->grids[0].bs == bs);
+  return !sa->stale && h && (h->sorted ? bs == 1 : h->grids[0].bs == bs) && std::includes(h->carried.begin(), h->carried.end(), carry.begin(), carry.end());
 }
 
 /* Gets the coordinates of the nodes in their order; if the program stores its unknowns in another order it may have given coordinates of all unknowns */
@@ -145,7 +154,7 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
     PetscCall(PetscInfo(pc, "Neither a near null space nor coordinates: with rigid-body modes (MatSetNearNullSpace(), PCSetCoordinates()) slender bodies "
                             "take 2 to 5 times less\n"));
   auto hierarchy = std::make_shared<AinsworthHierarchy>();
-  PetscCall(hierarchy->create(aij, bs, std::move(order), std::move(modes), sa->options));
+  PetscCall(hierarchy->create(aij, bs, std::move(order), std::move(modes), Carried(sa), sa->options));
   PetscCall(MatDestroy(&aij));
   sa->levels.hierarchy = hierarchy;
   sa->stale            = PETSC_FALSE;
@@ -174,7 +183,73 @@ static PetscErrorCode CreateCoarsest(const AinsworthGrid &grid, std::unique_ptr<
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets up the operators of all levels: A_l, or A_l plus the Galerkin product of the matrix added to A */
+/* Takes the rows of a level to the next coarser one, C P; collective */
+static PetscErrorCode CoarsenRows(const AinsworthGrid &grid, std::vector<Vec> *rows)
+{
+  Mat P;
+
+  PetscFunctionBegin;
+  if (rows->empty()) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthInterpolationMatCreate(grid.P, grid.nodes, &P));
+  for (Vec &row : *rows) {
+    Vec coarse;
+
+    PetscCall(MatCreateVecs(P, &coarse, NULL));
+    PetscCall(MatMultHermitianTranspose(P, row, coarse));
+    PetscCall(VecDestroy(&row));
+    row = coarse;
+  }
+  PetscCall(MatDestroy(&P));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Copies the rows of the finest level, node by node */
+static PetscErrorCode SortRows(const PC_BlockSA *sa, std::vector<Vec> *rows)
+{
+  const std::vector<PetscInt> &order = sa->levels.hierarchy->order;
+
+  PetscFunctionBegin;
+  for (Vec row : sa->subspace ? sa->subspace->rows : std::vector<Vec>()) {
+    const PetscScalar *from;
+    PetscScalar       *to;
+    Vec                sorted;
+
+    PetscCall(VecDuplicate(row, &sorted));
+    PetscCall(VecCopy(row, sorted));
+    PetscCall(VecGetArrayRead(row, &from));
+    PetscCall(VecGetArray(sorted, &to));
+    for (size_t l = 0; l < order.size(); l++) to[l] = from[order[l]];
+    PetscCall(VecRestoreArray(sorted, &to));
+    PetscCall(VecRestoreArrayRead(row, &from));
+    rows->push_back(sorted);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Keeps a coarser level, which may be the coarsest, in the kernel of rows, which are made orthonormal for its diagonal; collective */
+static PetscErrorCode KeepRows(const std::vector<Vec> &rows, AinsworthLevel *level, std::shared_ptr<const AinsworthFewRows> *few)
+{
+  auto                                          created = std::make_shared<AinsworthFewRows>();
+  std::shared_ptr<const AinsworthLevelSubspace> subspace;
+  std::vector<PetscReal>                        weight;
+
+  PetscFunctionBegin;
+  few->reset();
+  if (rows.empty()) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscReal d : level->diagonal) weight.push_back(1.0 / d);
+  PetscCall(created->create(rows, weight));
+  if (created->c.empty()) PetscFunctionReturn(PETSC_SUCCESS);
+  *few = created;
+  PetscCall(AinsworthFewRowsSubspaceCreate(*few, &subspace));
+  level->stay(subspace);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Sets up the operators of all levels: A_l, or A_l plus the Galerkin product of the matrix added to A
+
+   In a subspace the finest level is A itself: Q W A has no larger eigenvalue than W A, as Q W <= W (docs/method.md)
+*/
 static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added, bool singular)
 {
   const AinsworthHierarchy       &h = *sa->levels.hierarchy;
@@ -182,21 +257,29 @@ static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added, bool singular)
   AinsworthBlockMat               D;
   Mat                             aij;
   std::unique_ptr<AinsworthLevel> level;
+  std::vector<Vec>                rows;
 
   PetscFunctionBegin;
+  PetscCall(SortRows(sa, &rows));
   if (added) {
     PetscCall(AinsworthGetAIJ(added, &aij));
     PetscCall(AinsworthBlockMatCreate(aij, h.grids[0].bs, h.order, &D));
     PetscCall(MatDestroy(&aij));
   }
   for (size_t l = 0; l < n; l++) {
-    PetscCall(h.createLevel((PetscInt)l, added ? &D : NULL, true, &level));
+    const bool plus = added && (l || !sa->subspace); /* D is added here */
+
+    PetscCall(h.createLevel((PetscInt)l, plus ? &D : NULL, true, &level));
+    if (l) PetscCall(KeepRows(rows, level.get(), &sa->coarseRows));
     if (l + 1 == n) {
       PetscCall(MatDestroy(&sa->op[l]));
       PetscCall(CreateCoarsest(h.grids[l], std::move(level), singular && h.single() ? shiftOfSingular : shift, &sa->op[l]));
+      if (l && sa->coarseRows) PetscCall(sa->coarseRows->addSquare(sa->op[l]));
       break;
     }
-    if (added) PetscCall(level->estimate(l ? NULL : &D.rows)); /* on coarser levels all nodes are near the surface, and ten steps are cheap */
+    PetscCall(CoarsenRows(h.grids[l], &rows));
+    if (!l && sa->subspace) level->stay(std::make_shared<AinsworthLevelSubspace>(sa->subspace, h.order));
+    if (plus) PetscCall(level->estimate(l ? NULL : &D.rows)); /* on coarser levels all nodes are near the surface, and ten steps are cheap */
     PetscCall(AinsworthLevelMatSet(h.grids[l].nodes, h.grids[l].bs, std::move(level), &sa->op[l]));
     if (added) {
       AinsworthBlockMat next;
@@ -205,6 +288,7 @@ static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added, bool singular)
       D = std::move(next);
     }
   }
+  for (Vec &row : rows) PetscCall(VecDestroy(&row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -304,6 +388,51 @@ PetscErrorCode PCBlockSASetBounds_Private(PC pc, PetscReal factor)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Gives the solvers of all levels back the preconditioners that they had before StayInSubspace(), which are set up with the levels */
+static PetscErrorCode LeaveSubspace(PC pc, PC_BlockSA *sa)
+{
+  PetscFunctionBegin;
+  for (PetscInt l = 0; l < (PetscInt)sa->op.size(); l++) {
+    KSP ksp;
+    PC  own, inner;
+
+    PetscCall(PCMGGetSmoother(pc, l, &ksp));
+    PetscCall(KSPGetPC(ksp, &own));
+    PetscCall(AinsworthSubspacePCGetInner(own, &inner));
+    if (inner != own) PetscCall(KSPSetPC(ksp, inner));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Keeps interpolation to the finest level, smoothers that know nothing of it, and the solver of the coarsest level in the subspace of each level */
+static PetscErrorCode StayInSubspace(PC pc, PC_BlockSA *sa)
+{
+  const PetscInt top = (PetscInt)sa->op.size() - 1;
+
+  PetscFunctionBegin;
+  for (PetscInt l = 0; l <= top && top; l++) {
+    AinsworthLevel *level = NULL;
+    KSP             ksp;
+    PC              inner, projected = NULL;
+    Mat             P;
+    PetscBool       single;
+
+    PetscCall(PCMGGetSmoother(pc, top - l, &ksp));
+    PetscCall(KSPGetPC(ksp, &inner));
+    if (l < top) PetscCall(AinsworthLevelMatGet(sa->op[l], &level));
+    if (l == 0) {
+      PetscCall(PCMGGetInterpolation(pc, top, &P));
+      PetscCall(AinsworthInterpolationMatSetSubspace(P, level->subspace));
+    }
+    PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEVSINGLE, &single));
+    if (level && level->subspace && !single) PetscCall(AinsworthSubspacePCCreate(level->subspace, inner, &projected));
+    else if (l == top && sa->coarseRows) PetscCall(AinsworthFewRowsPCCreate(sa->coarseRows, inner, &projected));
+    if (projected) PetscCall(KSPSetPC(ksp, projected));
+    PetscCall(PCDestroy(&projected));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode PCSetUp_BlockSA(PC pc)
 {
   PC_BlockSA  *sa = BlockSA(pc);
@@ -320,6 +449,7 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   if (sa->levels.hierarchy->sorted) pc->ops->applyrichardson = NULL; /* PCMG's own ignores the order */
   PetscCall(MatGetNullSpace(pc->pmat, &null));
   if (!null) PetscCall(MatGetNullSpace(pc->mat, &null));
+  PetscCall(LeaveSubspace(pc, sa));
   PetscCall(SetUpOperators(sa, added, null != NULL));
   for (PetscInt l = 0, n = (PetscInt)sa->op.size(); l < n; l++) {
     PetscCall(PCMGGetSmoother(pc, n - 1 - l, &ksp));
@@ -329,6 +459,7 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   PetscCall(PCBlockSASetBounds_Private(pc, 1.0));
   sa->raised = PETSC_FALSE;
   PetscCall((*sa->mg.setup)(pc));
+  PetscCall(StayInSubspace(pc, sa));
   PetscCall(PCBlockSASetBounds_Private(pc, 1.0)); /* PCMG reads the options of the smoothers only now, and they may change their types */
   PetscCall(PetscLogEventEnd(AINSWORTH_Levels, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -54,7 +54,7 @@ static PetscErrorCode KSPSolve_ChebyshevSingle(KSP ksp)
     PetscCall(VecNormAvailable(ksp->vec_sol, NORM_2, &known, &norm));
     zero = (PetscBool)(known && norm == 0.0);
   }
-  if (ksp->max_it) PetscCall(level->single->smooth(ksp->max_it, data->least, data->largest, zero, ksp->vec_rhs, ksp->vec_sol));
+  if (ksp->max_it) PetscCall(level->single->smooth(ksp->max_it, data->least, data->largest, zero, level->subspace.get(), ksp->vec_rhs, ksp->vec_sol));
   ksp->its    = ksp->max_it;
   ksp->reason = KSP_CONVERGED_ITS;
   PetscFunctionReturn(PETSC_SUCCESS);

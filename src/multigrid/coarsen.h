@@ -24,7 +24,7 @@ struct AinsworthInterpolation {
   }
 };
 
-/* The aggregate of each local node, numbered from 0; -1 for a node that A couples to no other node */
+/* The aggregate of each local node, numbered from 0; -1 for a node that A couples to no other node, unless it is carried to all levels */
 struct AinsworthAggregates {
   PetscInt              count = 0;
   std::vector<PetscInt> of;
@@ -34,6 +34,7 @@ struct AinsworthAggregates {
 struct AinsworthModes {
   PetscInt                 k = 0;
   std::vector<PetscScalar> values;
+  std::vector<char>        carried; /* local nodes without entries in A that all levels have */
   const char              *source    = "";
   PetscInt                 unfit     = 0;    /* modes dropped because A does not map them to zero */
   bool                     rotations = true; /* false: only translations, although nodes have more than one component */
@@ -41,7 +42,8 @@ struct AinsworthModes {
 
 PetscErrorCode AinsworthModesCreate(Mat, PetscInt, const std::vector<PetscInt> &, MatNullSpace, PetscInt, const PetscReal[], AinsworthModes *);
 PetscErrorCode AinsworthModesFit(const AinsworthBlockMat &, AinsworthModes *);
-PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &, PetscReal, PetscInt, AinsworthAggregates *);
+void           AinsworthModesCarry(PetscInt, AinsworthModes *);
+PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &, PetscReal, const AinsworthModes &, AinsworthAggregates *);
 PetscErrorCode AinsworthInterpolationCreate(const AinsworthBlockMat &, const AinsworthAggregates &, const std::vector<PetscReal> &, PetscReal,
                                             const AinsworthLayout &, AinsworthModes *, AinsworthInterpolation *);
 PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &, const AinsworthInterpolation &, AinsworthBlockMat *);

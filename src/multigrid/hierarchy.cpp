@@ -19,13 +19,15 @@ PetscReal AinsworthHierarchy::complexity() const
 /*
    Reads the diagonal and replaces zeros by the mean of the nonzero entries on all ranks; collective
 
-   coarse: replaces them in the matrix, too, where unknowns that no mode reaches have zero rows
+   coarse: replaces them in the matrix, too, where unknowns that no mode reaches have zero rows; those of carried nodes that modes reach get entries later, from
+   what is added to A
 */
-static PetscErrorCode ReadDiagonal(AinsworthBlockMat &X, bool coarse, std::vector<PetscReal> *diagonal)
+static PetscErrorCode ReadDiagonal(AinsworthBlockMat &X, bool coarse, const AinsworthModes &modes, std::vector<PetscReal> *diagonal)
 {
   AinsworthBlockRows &rows   = X.rows;
-  const PetscInt      bs     = rows.br;
+  const PetscInt      bs = rows.br, k = modes.k;
   PetscReal           sum[2] = {0.0, 0.0};
+  auto                moves  = [&](PetscInt l) { return std::any_of(&modes.values[l * k], &modes.values[l * k] + k, [](PetscScalar v) { return v != 0.0; }); };
 
   PetscFunctionBegin;
   diagonal->assign((size_t)rows.n * bs, 0.0);
@@ -44,7 +46,7 @@ static PetscErrorCode ReadDiagonal(AinsworthBlockMat &X, bool coarse, std::vecto
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
       if (rows.j[k] == i)
         for (PetscInt c = 0; c < bs; c++)
-          if ((*diagonal)[i * bs + c] == 0.0) rows.block(k)[c * bs + c] = mean;
+          if ((*diagonal)[i * bs + c] == 0.0 && !(modes.carried[i] && moves(i * bs + c))) rows.block(k)[c * bs + c] = mean;
   for (PetscReal &d : *diagonal)
     if (d == 0.0) d = mean;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -208,7 +210,7 @@ PetscErrorCode AinsworthHierarchy::add(AinsworthBlockMat &X, const AinsworthHier
 
   PetscFunctionBegin;
   grids.emplace_back();
-  PetscCall(ReadDiagonal(X, grids.size() > 1, &grids.back().diagonal));
+  PetscCall(ReadDiagonal(X, grids.size() > 1, modes, &grids.back().diagonal));
   PetscCall(store(X, options));
   PetscCall(createLevel((PetscInt)grids.size() - 1, NULL, true, &level));
   PetscCall(level->estimate());
@@ -262,11 +264,14 @@ static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt enoug
 /*
    AinsworthHierarchy::create - creates the levels of A, down to one that can be factored; collective
 
-   A: AIJ, Hermitian, bs unknowns per node; nodes: the local rows node by node, empty if they are stored so
+   A: AIJ, Hermitian, bs unknowns per node; nodes: the local rows node by node, empty if they are stored so; carry: unknowns without entries in A, global numbers
+   of all ranks, whose nodes get coarse functions nevertheless, as what is added to A will couple them to many others
 */
-PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscInt> &&nodes, AinsworthModes &&near, const AinsworthHierarchyOptions &options)
+PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscInt> &&nodes, AinsworthModes &&near, const std::vector<PetscInt> &carry,
+                                          const AinsworthHierarchyOptions &options)
 {
   AinsworthBlockMat X;
+  PetscInt          rstart, rend;
 
   PetscFunctionBegin;
   modes  = std::move(near);
@@ -275,6 +280,14 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &sorted, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)A)));
   PetscCall(AinsworthBlockMatCreate(A, bs, order, &X));
   PetscCall(AinsworthModesFit(X, &modes));
+  carried = carry;
+  modes.carried.assign(X.rows.n, 0);
+  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
+  std::vector<PetscInt> place(order.size());
+  for (size_t l = 0; l < order.size(); l++) place[order[l]] = (PetscInt)l;
+  for (PetscInt u : carry)
+    if (u >= rstart && u < rend) modes.carried[(order.empty() ? u - rstart : place[u - rstart]) / bs] = 1;
+  AinsworthModesCarry(bs, &modes);
   for (;;) {
     AinsworthAggregates aggregates;
     AinsworthLayout     nodes;
@@ -287,7 +300,7 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
     const PetscInt unknowns = grid.nodes->N * grid.bs;
     if (unknowns <= options.coarseSize || grids.size() == mostLevels) break;
     PetscCall(PetscLogEventBegin(AINSWORTH_Aggregate, A, 0, 0, 0));
-    PetscCall(AinsworthAggregate(X, options.threshold, modes.k, &aggregates));
+    PetscCall(AinsworthAggregate(X, options.threshold, modes, &aggregates));
     PetscCall(PetscLogEventEnd(AINSWORTH_Aggregate, A, 0, 0, 0));
     PetscCall(ChooseLayout(grid.nodes->comm, aggregates.count, options.rankSize / 6, &nodes, &ranks));
     if (nodes->N == 0) break;
@@ -305,6 +318,7 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
     X      = std::move(coarse);
   }
   modes.values.clear();
+  modes.carried.clear();
   if (grids.size() == 1) TakeDouble(X, true, options, &grids[0]);
   if (!doubts[0] && complexity() > tooComplex)
     PetscCall(PetscSNPrintf(doubts, sizeof(doubts), "all levels together have %.3g times the entries of the finest", (double)complexity()));
@@ -323,6 +337,7 @@ PetscErrorCode AinsworthHierarchy::replaceFinest(Mat A, const AinsworthHierarchy
 
   PetscFunctionBegin;
   PetscCall(AinsworthBlockMatCreate(A, grids[0].bs, order, &X));
+  finest.modes.carried.assign(X.rows.n, 0);
   PetscCall(finest.add(X, options));
   AinsworthGrid &grid = finest.grids[0];
   grid.P              = grids[0].P;

@@ -29,7 +29,8 @@ struct AinsworthGrid {
 
 class AinsworthHierarchy {
 public:
-  PetscErrorCode create(Mat A, PetscInt bs, std::vector<PetscInt> &&order, AinsworthModes &&modes, const AinsworthHierarchyOptions &);
+  PetscErrorCode create(Mat A, PetscInt bs, std::vector<PetscInt> &&order, AinsworthModes &&modes, const std::vector<PetscInt> &carry,
+                        const AinsworthHierarchyOptions &);
   PetscErrorCode replaceFinest(Mat A, const AinsworthHierarchyOptions &);
   PetscErrorCode createLevel(PetscInt l, const AinsworthBlockMat *added, bool single, std::unique_ptr<AinsworthLevel> *) const;
   PetscReal      complexity() const;
@@ -39,6 +40,7 @@ public:
   std::vector<PetscInt>      order;                /* the local rows of A node by node, if sorted */
   PetscBool                  sorted = PETSC_FALSE; /* A does not store its rows node by node; the same on all ranks */
   AinsworthModes             modes;                /* without their values */
+  std::vector<PetscInt>      carried;              /* unknowns without entries in A whose nodes all levels have, global numbers of all ranks, ascending */
   char                       doubts[128] = "";     /* why this hierarchy is likely to be inefficient; empty if nothing suggests that */
 
 private:

@@ -68,7 +68,7 @@ static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> 
     auto           block = [&](PetscInt g) { return P->block(start + (PetscInt)(std::lower_bound(cols.begin(), cols.end(), g) - cols.begin())); };
 
     if (aggregate[i] < 0) continue;
-    cols.clear();
+    cols.assign(1, aggregate[i]);
     for (PetscInt e = A.i[i]; e < A.i[i + 1]; e++)
       if (aggregate[A.j[e]] >= 0) cols.push_back(aggregate[A.j[e]]);
     AinsworthSortUnique(&cols);
@@ -106,6 +106,7 @@ PetscErrorCode AinsworthInterpolationCreate(const AinsworthBlockMat &A, const Ai
   PetscInt                 first = 0, made = agg.count;
   std::vector<PetscInt>    aggregate(A.cols.count(), -1), nodes;
   std::vector<PetscScalar> T, coarse;
+  std::vector<char>        carried(agg.count, 0);
   AinsworthUnit            unit(bs * k, MPIU_SCALAR), square(k * k, MPIU_SCALAR);
   AinsworthColumns         makers;
 
@@ -130,9 +131,17 @@ PetscErrorCode AinsworthInterpolationCreate(const AinsworthBlockMat &A, const Ai
   for (PetscInt g = 0; g < made; g++) nodes[g] = first + g;
   PetscCall(makers.create(layout, std::move(nodes)));
   modes->values.assign((size_t)P->cols.local * k * k, 0.0);
+  for (PetscInt i = 0; i < n; i++)
+    if (modes->carried[i]) carried[agg.of[i]] = 1;
+  modes->carried.assign(P->cols.local, 0);
   if (makers.sf) {
     PetscCall(PetscSFReduceBegin(makers.sf.get(), square.type, coarse.data(), modes->values.data(), MPI_REPLACE));
     PetscCall(PetscSFReduceEnd(makers.sf.get(), square.type, coarse.data(), modes->values.data(), MPI_REPLACE));
-  } else modes->values = std::move(coarse);
+    PetscCall(PetscSFReduceBegin(makers.sf.get(), MPI_CHAR, carried.data(), modes->carried.data(), MPI_REPLACE));
+    PetscCall(PetscSFReduceEnd(makers.sf.get(), MPI_CHAR, carried.data(), modes->carried.data(), MPI_REPLACE));
+  } else {
+    modes->values  = std::move(coarse);
+    modes->carried = std::move(carried);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

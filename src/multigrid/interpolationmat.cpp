@@ -5,6 +5,7 @@ namespace
 /* Interpolation with its work space */
 struct InterpolationMat {
   std::shared_ptr<const AinsworthInterpolation> P;
+  std::shared_ptr<const AinsworthLevelSubspace> subspace; /* of the finer level; NULL: the whole space */
   std::vector<PetscScalar>                      ghost;
   AinsworthUnit                                 unit;
 
@@ -29,7 +30,7 @@ void MultTranspose(const AinsworthInterpolation &P, const T *a, const PetscScala
 }
 } // namespace
 
-/* Computes y = w + P x; w may be y */
+/* Computes y = w + P x or, with a subspace that w is in, Q (w + P x); w may be y */
 static PetscErrorCode MatMultAdd_Interpolation(Mat mat, Vec x, Vec w, Vec y)
 {
   InterpolationMat  *I;
@@ -49,6 +50,7 @@ static PetscErrorCode MatMultAdd_Interpolation(Mat mat, Vec x, Vec w, Vec y)
   });
   PetscCall(VecRestoreArray(y, &to));
   PetscCall(VecRestoreArrayRead(x, &from));
+  if (I->subspace) PetscCall(I->subspace->project(false, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -110,6 +112,17 @@ static PetscErrorCode MatDestroy_Interpolation(Mat mat)
   PetscCall(MatShellGetContext(mat, &I));
   delete I;
   PetscCall(PetscObjectComposeFunction((PetscObject)mat, "MatConvert_" AINSWORTH_INTERPOLATION_MAT "_aij_C", NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthInterpolationMatSetSubspace - keeps what is interpolated in a subspace, or (NULL) no longer */
+PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat mat, const std::shared_ptr<const AinsworthLevelSubspace> &subspace)
+{
+  InterpolationMat *I;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(mat, &I));
+  I->subspace = subspace;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

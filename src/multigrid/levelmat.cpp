@@ -53,6 +53,7 @@ static PetscErrorCode MatResidual_Level(Mat mat, Vec b, Vec x, Vec r)
     PetscCall(MatMult(mat, x, r));
     PetscCall(VecAYPX(r, -1.0, b));
   }
+  if (level->subspace) PetscCall(level->subspace->project(true, r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -217,6 +218,20 @@ static PetscErrorCode Estimate(AinsworthProduct<T> &A, const std::vector<PetscRe
   PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK routine steqr returned %d", (int)info);
   *largest = d.back();
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthLevel::stay - keeps the cycle in a subspace on this level, the finest one: W takes the place of the inverse diagonal where Q changes anything */
+void AinsworthLevel::stay(const std::shared_ptr<const AinsworthLevelSubspace> &in)
+{
+  subspace = in;
+  if (!single || !in) return;
+  const PetscInt bs = single->product->bs(), stride = single->product->stride();
+
+  for (size_t k = 0; k < in->at.size(); k++) {
+    const PetscReal w = (*single->w)[in->at[k]];
+
+    single->inverse[in->at[k] / bs * stride + in->at[k] % bs] = (AinsworthSingle)(in->space->weight[k] / (w * w));
+  }
 }
 
 /*

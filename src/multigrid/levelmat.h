@@ -4,6 +4,7 @@
 
 #include "coarsen.h"
 #include "product.h"
+#include "subspace.h"
 #include <array>
 
 #define AINSWORTH_LEVEL_MAT         "blocksalevel"
@@ -23,7 +24,7 @@ struct AinsworthScaled {
   std::array<PetscInt64, 4>                          pair = {}; /* identifies the b and x whose residual is r minus the product with p; zero if there is none */
 
   PetscErrorCode mult(Vec x, Vec y);
-  PetscErrorCode smooth(PetscInt steps, PetscReal least, PetscReal largest, PetscBool zero, Vec b, Vec x);
+  PetscErrorCode smooth(PetscInt steps, PetscReal least, PetscReal largest, PetscBool zero, const AinsworthLevelSubspace *, Vec b, Vec x);
   PetscErrorCode residual(Vec b, Vec x, Vec r);
 };
 
@@ -33,12 +34,15 @@ struct AinsworthLevel {
   std::unique_ptr<AinsworthProduct<PetscScalar>> product;
   std::unique_ptr<AinsworthScaled>               single;
   PetscReal                                      largest = 1.0; /* estimated largest eigenvalue of D^{-1} M */
+  std::shared_ptr<const AinsworthLevelSubspace>  subspace;      /* NULL: the whole space */
 
+  void           stay(const std::shared_ptr<const AinsworthLevelSubspace> &);
   PetscErrorCode estimate(const AinsworthBlockRows *added = NULL);
 };
 
 PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &, PetscInt, std::unique_ptr<AinsworthLevel> &&, Mat *);
 PetscErrorCode AinsworthLevelMatGet(Mat, AinsworthLevel **);
+PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat, const std::shared_ptr<const AinsworthLevelSubspace> &);
 PetscErrorCode AinsworthInterpolationMatCreate(const std::shared_ptr<const AinsworthInterpolation> &, const AinsworthLayout &, Mat *);
 
 #endif

@@ -96,6 +96,19 @@ PetscErrorCode AinsworthModesCreate(Mat A, PetscInt bs, const std::vector<PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthModesCarry - gives carried nodes of the finest level, with bs unknowns each, motions of each of their unknowns as modes */
+void AinsworthModesCarry(PetscInt bs, AinsworthModes *modes)
+{
+  const PetscInt k = modes->k;
+
+  for (size_t i = 0; i < modes->carried.size(); i++) {
+    if (!modes->carried[i]) continue;
+    PetscScalar *block = &modes->values[i * bs * k];
+    std::fill_n(block, bs * k, 0.0);
+    for (PetscInt c = 0; c < PetscMin(bs, k); c++) block[c * k + c] = 1.0;
+  }
+}
+
 /* Checks whether component c of node i is held: its row has no nonzero off the diagonal */
 static bool Held(const AinsworthBlockRows &A, PetscInt i, PetscInt c)
 {

@@ -36,23 +36,37 @@ static PetscErrorCode Subtract(AinsworthScaled &L, const std::vector<AinsworthSi
 
 namespace
 {
-/* One step of Chebyshev's iteration at a node: p = f p + g D^{-1} r, x += p */
+/* One step of Chebyshev's iteration at a node: x += p, p = f p + g D^{-1} r; the first step begins with p = 0 */
 struct Step {
   AinsworthScaled *L;
   PetscInt         stride;
   float            f, g;
+  bool             first;
 
   void operator()(PetscInt node) const
   {
     const PetscInt   o = node * stride;
     AinsworthSingle *p = L->p.data() + o, *x = L->x.data() + o;
     for (PetscInt c = 0; c < stride; c++) {
-      p[c] = f * p[c] + g * L->inverse[o + c] * L->r[o + c];
-      x[c] += p[c];
+      if (!first) x[c] += p[c];
+      p[c] = (first ? AinsworthSingle(0) : f * p[c]) + g * L->inverse[o + c] * L->r[o + c];
     }
   }
 };
 } // namespace
+
+/* Projects the step p onto the subspace, where its factors of D^{-1} r leave it; collective */
+static PetscErrorCode Project(AinsworthScaled &L, const AinsworthLevelSubspace *subspace)
+{
+  const PetscInt bs = L.product->bs(), stride = L.product->stride();
+
+  PetscFunctionBegin;
+  if (!subspace) PetscFunctionReturn(PETSC_SUCCESS);
+  auto p = [&](PetscInt l) -> AinsworthSingle & { return L.p[l / bs * stride + l % bs]; };
+  PetscCall(subspace->project(
+    false, [&](PetscInt l) { return (PetscScalar)p(l) * (*L.w)[l]; }, [&](PetscInt l, PetscScalar v) { p(l) = (AinsworthSingle)(v / (*L.w)[l]); }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* Computes y = M x; collective */
 PetscErrorCode AinsworthScaled::mult(Vec from, Vec to)
@@ -80,16 +94,16 @@ PetscErrorCode AinsworthScaled::mult(Vec from, Vec to)
 /*
    AinsworthScaled::smooth - does steps of Chebyshev's iteration with Jacobi for M x = b, from x or from zero; collective
 
-   least, most: the damped part of the spectrum of D^{-1} M
+   least, most: the damped part of the spectrum of D^{-1} M; subspace: NULL, or x is in it and stays there, with Q D^{-1} in place of D^{-1}
 */
-PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscReal most, PetscBool zero, Vec b, Vec to)
+PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscReal most, PetscBool zero, const AinsworthLevelSubspace *subspace, Vec b, Vec to)
 {
   const std::vector<PetscReal> &W     = *w;
   const PetscReal               theta = (most + least) / 2, delta = (most - least) / 2, sigma = theta / delta;
   PetscReal                     norm, rho = 1.0 / sigma;
   const PetscScalar            *in;
   PetscScalar                  *out;
-  Step                          step = {this, product->stride(), 0.0f, (float)(1.0 / theta)};
+  Step                          step = {this, product->stride(), 0.0f, (float)(1.0 / theta), true};
 
   PetscFunctionBegin;
   PetscCall(VecNorm(b, NORM_2, &norm));
@@ -100,12 +114,13 @@ PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscRea
   PetscCall(VecGetArray(to, &out));
   if (zero) {
     std::fill(x.begin(), x.end(), AinsworthSingle(0));
-    std::fill(p.begin(), p.end(), AinsworthSingle(0));
     for (PetscInt i = 0; i < product->n(); i++) step(i);
   } else {
     ForUnknowns(*this, [&](PetscInt l, PetscInt k) { x[k] = (AinsworthSingle)(out[l] * (scale / W[l])); });
     PetscCall(Subtract(*this, x, step));
   }
+  PetscCall(Project(*this, subspace));
+  step.first = false;
   for (PetscInt k = 1; k < steps; k++) {
     const PetscReal before = rho;
 
@@ -113,8 +128,9 @@ PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscRea
     step.f = (float)(rho * before);
     step.g = (float)(2.0 * rho / delta);
     PetscCall(Subtract(*this, p, step));
+    PetscCall(Project(*this, subspace));
   }
-  ForUnknowns(*this, [&](PetscInt l, PetscInt k) { out[l] = (PetscScalar)x[k] * (W[l] / scale); });
+  ForUnknowns(*this, [&](PetscInt l, PetscInt k) { out[l] = (PetscScalar)(x[k] + p[k]) * (W[l] / scale); });
   PetscCall(VecRestoreArray(to, &out));
   s    = scale;
   pair = Identify(b, to);

@@ -3,6 +3,7 @@
 #include "../ksp/projectedcg.h"
 #include "../multigrid/blocksa.h"
 #include "../operator/matainsworth.h"
+#include "../projector/surface.h"
 #include <petsc/private/pcimpl.h>
 
 /*
@@ -21,6 +22,11 @@ static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInpu
   data->autoReason = "";
   if (data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
   data->autoType   = PC_AINSWORTH_PMAT_ID;
+  if (in->inKernel) {
+    data->autoType   = PC_AINSWORTH_PMAT_JCB;
+    data->autoReason = ", for the coarser levels alone";
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   data->autoReason = ", as it is factored";
   if (in->format == AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
   data->autoReason = ", as interpolation is made from A alone";
@@ -36,6 +42,39 @@ static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInpu
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+namespace
+{
+/* What a subspace uses, for as long as it exists */
+struct Surface {
+  AinsworthSurface      surface;
+  AinsworthPmatInKernel made;
+
+  ~Surface()
+  {
+    for (Vec &row : made.rows) (void)VecDestroy(&row);
+  }
+};
+} // namespace
+
+/* Lets multigrid stay in Ker C: it projects what it smooths, and what it interpolates to the finest level; `made` is taken over */
+static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, AinsworthPmatInKernel *made, PC inner)
+{
+  auto used     = std::make_shared<Surface>();
+  auto subspace = std::make_shared<AinsworthSubspace>();
+
+  PetscFunctionBegin;
+  used->made = std::move(*made);
+  PetscCall(AinsworthSurfaceSetUp(&used->surface, &ctx->proj, ctx->mobility));
+  subspace->places  = used->surface.places;
+  subspace->carried = used->made.carried;
+  subspace->rows    = used->made.rows;
+  subspace->weight  = used->surface.weight;
+  subspace->values  = used->surface.values;
+  subspace->project = [used](bool adjoint, Vec x) { return AinsworthSurfaceProject(&used->surface, adjoint, x); };
+  PetscCall(PCBlockSASetSubspace_Private(inner, subspace));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Conjugate gradients move at most this many shared unknowns; each costs an application of the preconditioner and a vector */
 static const size_t mostShared = 16;
 
@@ -48,6 +87,9 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner
   Vec                   penalty;
   std::vector<PetscInt> alone;
   PetscBool             inKernel, shares;
+  PC_BlockSA           *sa = NULL;
+  PetscInt              n;
+  AinsworthPmatInKernel made;
 
   PetscFunctionBegin;
   in.A  = data->saddle.P;
@@ -62,17 +104,22 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner
   PetscCall(AinsworthGetAIJ(in.A, &in.aij));
   PetscCall(AinsworthPmatGetFill(in.aij, in.C, &in.fill));
   data->longRows = in.fill.leftOut;
-  PetscCall(PCBlockSAExpect_Private(inner, data->ksp, (PetscBool)(data->longRows > 0), &in.single));
-  PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, data->longRows ? in.fill.most : PETSC_MAX_INT));
   PetscCall(AinsworthPmatFindShared(in.aij, in.C, &in.fill, &shares, &alone));
   PetscCall(PCAinsworthIteratesInKernel_Private(data, &inKernel));
-  if (inKernel && in.format != AINSWORTH_PMAT_FACTOR && alone.size() <= mostShared) in.shared.swap(alone);
+  PetscCall(PCBlockSAGet_Private(inner, &sa));
+  PetscCall(MatGetSize(in.A, &n, NULL));
+  in.inKernel = inKernel && sa && n > sa->options.coarseSize && ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL ? &made : NULL;
+  PetscCall(PCBlockSAExpect_Private(inner, data->ksp, (PetscBool)(data->longRows > 0 && !in.inKernel), &in.single));
+  PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, data->longRows && !in.inKernel ? in.fill.most : PETSC_MAX_INT));
+  if (!in.inKernel && inKernel && in.format != AINSWORTH_PMAT_FACTOR && alone.size() <= mostShared) in.shared.swap(alone);
   PetscCall(KSPProjectedCGForgetShared_Private(ctx, in.shared));
   if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data, &in, shares));
   options.type      = PCAinsworthPmatTypeInUse_Private(data);
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor_Private(data);
   PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M, bad));
+  if (in.inKernel) PetscCall(SetSubspace(ctx, in.inKernel, inner));
+  else PetscCall(PCBlockSASetSubspace_Private(inner, NULL));
   if (*bad < 0 && !data->symmetric && data->format == AINSWORTH_PMAT_AIJ)
     PetscCall(AinsworthMakePatternSymmetric(&data->M)); /* PETSc's orderings do not terminate otherwise */
   PetscCall(MatDestroy(&in.aij));

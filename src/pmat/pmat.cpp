@@ -44,11 +44,11 @@ static PetscErrorCode MultiplyFewRows(Mat Yt, Mat A, Mat *product)
 }
 
 /*
-   Computes C' B C + Q_*' A Q_* - A = -C' Y A - A Y' C + C' (Y A Y' + B) C with Q_* = I - Y' C and Y = Inv(S) C W (docs/method.md, surface-only assembly)
+   AinsworthPmatMultiplyProjection - computes C' B C + Q_*' A Q_* - A = -C' Y A - A Y' C + C' (Y A Y' + B) C with Q_* = I - Y' C and Y = Inv(S) C W (docs/method.md, surface-only assembly)
 
    B may be NULL for 0. If A is symmetric, this is H + H' with H = C' ((Y A Y' + B) C / 2 - Y A).
 */
-static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Vec B, PetscBool symmetric, Mat *part)
+PetscErrorCode AinsworthPmatMultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Vec B, PetscBool symmetric, Mat *part)
 {
   Mat Y, Yt, YA, YAYt, sum, other;
 
@@ -106,7 +106,7 @@ static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const 
   PetscCall(AinsworthInvGramCreate(S, opt, &inverse));
   if (S != given) PetscCall(MatDestroy(&S));
   PetscCall(AinsworthPmatCheckFill(in->aij, in->C, inverse, &in->fill, opt->type));
-  PetscCall(MultiplyProjection(in->aij, C, CW, inverse, B, opt->symmetric, part));
+  PetscCall(AinsworthPmatMultiplyProjection(in->aij, C, CW, inverse, B, opt->symmetric, part));
   PetscCall(MatDestroy(&inverse));
   PetscCall(MatDestroy(&CW));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -232,7 +232,7 @@ static PetscErrorCode AddA(const AinsworthPmatInputs *in, Mat A, Mat *pmat)
 
   PetscFunctionBegin;
   if (format == AINSWORTH_PMAT_SUM) {
-    PetscCall(MatCreateComposite(PetscObjectComm((PetscObject)A), 2, part, pmat));
+    PetscCall(MatCreateComposite(PetscObjectComm((PetscObject)A), part[1] ? 2 : 1, part, pmat));
     PetscCall(MatDestroy(&part[1]));
   } else {
     PetscCall(AinsworthAddAIJ(1.0, {A}, pmat));
@@ -260,7 +260,18 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   bool     byRow = opt->penalty == AINSWORTH_PENALTY_ROW; /* this penalty needs no norm of Q_*' A Q_*, and is added together with it */
 
   PetscFunctionBegin;
+  *bad = -1;
   PetscCall(PetscLogEventBegin(AINSWORTH_PMat, in->A, in->C, in->S, 0));
+  if (in->inKernel) { /* the composite takes over `part` */
+    PetscCall(AinsworthRowPenaltyCreate(in->C, in->inverseDiagonal, opt->factor, penalty));
+    PetscCall(AinsworthPmatCreateInKernel(in, opt, in->inKernel));
+    *pmat = in->inKernel->part;
+    PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
+    if (*pmat) PetscCall(AinsworthMatFindNotFinite(*pmat, bad, &column));
+    if (*bad < 0) PetscCall(AddA(in, base, pmat));
+    if (*bad < 0) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(AinsworthPmatCreateShort(in->C, &in->fill, &C));
   if (!in->shared.empty()) PetscCall(AinsworthPmatHoldShared(in, &C, &held));
   if (byRow && in->weight && in->format != AINSWORTH_PMAT_FACTOR) { /* a factorization needs no elimination */

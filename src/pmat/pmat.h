@@ -53,6 +53,13 @@ struct AinsworthPmatFill {
   PetscInt  leftOut; /* number of rows left out */
 };
 
+/* What multigrid in Ker C gets of C (inkernel.cpp) */
+struct AinsworthPmatInKernel {
+  Mat                   part; /* Q_*' A Q_* - A; NULL for 0 */
+  std::vector<Vec>      rows; /* adjoints of rows Q_*' C' that coarser levels keep; the owner destroys them */
+  std::vector<PetscInt> carried; /* unknowns without entries in A that all levels carry, global numbers of all ranks, ascending */
+};
+
 struct AinsworthPmatInputs {
   Mat                   A, C, S;         /* A: any type; C: AIJ without zero rows; S = C W C' + N: AIJ, may be NULL */
   Mat                   N;               /* what D adds to C W C'; NULL if D = 0 */
@@ -62,10 +69,14 @@ struct AinsworthPmatInputs {
   Vec                   inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
   AinsworthPmatFormat   format;
   PetscBool             single; /* the inner preconditioner works in single precision */
+  AinsworthPmatInKernel *inKernel; /* multigrid stays in Ker C and knows C on its coarser levels alone: M_* is Q_*' A Q_*, without a penalty; NULL: it does not */
   PetscInt              bs;     /* block size of M_*, which A may not have */
   AinsworthPmatFill     fill;   /* for A and C */
   std::vector<PetscInt> shared; /* unknowns held in M_* instead of coupled by rows of C; conjugate gradients move them (ksp/shared.cpp) */
 };
+
+PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *, const AinsworthPmatOptions *, AinsworthPmatInKernel *);
+PetscErrorCode AinsworthPmatMultiplyProjection(Mat, Mat, Mat, Mat, Vec, PetscBool, Mat *);
 
 /* fill.cpp */
 PetscErrorCode AinsworthPmatGetFill(Mat, Mat, AinsworthPmatFill *);

@@ -316,3 +316,31 @@ PetscErrorCode AinsworthFormValue(Mat M, Vec x, PetscReal *value)
   *value = PetscAbsScalar(product);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* AinsworthGetRows - appends the adjoints of some rows of a matrix, whose global numbers all ranks know. Collective */
+PetscErrorCode AinsworthGetRows(Mat M, const std::vector<PetscInt> &numbers, std::vector<Vec> *rows)
+{
+  PetscInt rstart, rend;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRange(M, &rstart, &rend));
+  for (PetscInt number : numbers) {
+    Vec row;
+
+    PetscCall(MatCreateVecs(M, &row, NULL));
+    if (number >= rstart && number < rend) {
+      PetscInt           n;
+      const PetscInt    *columns;
+      const PetscScalar *values;
+
+      PetscCall(MatGetRow(M, number, &n, &columns, &values));
+      PetscCall(VecSetValues(row, n, columns, values, INSERT_VALUES));
+      PetscCall(MatRestoreRow(M, number, &n, &columns, &values));
+    }
+    PetscCall(VecAssemblyBegin(row));
+    PetscCall(VecAssemblyEnd(row));
+    if (PetscDefined(USE_COMPLEX)) PetscCall(VecConjugate(row));
+    rows->push_back(row);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

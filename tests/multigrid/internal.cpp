@@ -34,6 +34,7 @@ PetscErrorCode Modes(const Lattice &l, Mat A, AinsworthModes *modes, Dense *dens
   PetscCall(MatGetOwnershipRange(A, &start, NULL));
   PetscCall(LatticeCoordinates(l, A, x));
   PetscCall(AinsworthModesCreate(A, l.bs, {}, NULL, l.dim(), x.data(), modes));
+  modes->carried.assign(n / l.bs, 0);
   if (!dense) PetscFunctionReturn(PETSC_SUCCESS);
   *dense = Dense::Zero(N, modes->k);
   for (PetscInt i = 0; i < n; i++)
@@ -48,7 +49,7 @@ PetscErrorCode HierarchyCreate(const Lattice &l, Mat A, const AinsworthHierarchy
 
   PetscFunctionBeginUser;
   PetscCall(Modes(l, A, &modes, NULL));
-  PetscCall(h->create(A, l.bs, {}, std::move(modes), options));
+  PetscCall(h->create(A, l.bs, {}, std::move(modes), {}, options));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -23,7 +23,7 @@ static PetscErrorCode LevelCreate(const Lattice &l, PetscReal theta, Level *leve
     if (d == 0.0) d = 1.0; /* a line of bars has no stiffness across */
   PetscCall(AinsworthBlockMatCreate(level->A, l.bs, {}, &level->X));
   PetscCall(Modes(l, level->A, &level->near, &level->modes));
-  PetscCall(AinsworthAggregate(level->X, theta, level->near.k, &level->agg));
+  PetscCall(AinsworthAggregate(level->X, theta, level->near, &level->agg));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,0 +1,126 @@
+#include "subspace.h"
+#include <algorithm>
+
+static const char innerName[] = "AinsworthProjected"; /* the preconditioner that is projected */
+
+/* order: the local rows of the matrix node by node, empty if they are stored so */
+AinsworthLevelSubspace::AinsworthLevelSubspace(const std::shared_ptr<const AinsworthSubspace> &given, const std::vector<PetscInt> &order)
+  : space(given), at(given->places)
+{
+  std::vector<PetscInt> sorted(order.size());
+
+  for (size_t l = 0; l < order.size(); l++) sorted[order[l]] = (PetscInt)l;
+  if (!order.empty()) std::transform(at.begin(), at.end(), at.begin(), [&](PetscInt l) { return sorted[l]; });
+}
+
+/* Replaces x by Q x or Q' x; collective */
+PetscErrorCode AinsworthLevelSubspace::project(bool adjoint, Vec x) const
+{
+  PetscScalar *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArray(x, &a));
+  PetscCall(project(adjoint, [a](PetscInt l) { return a[l]; }, [a](PetscInt l, PetscScalar v) { a[l] = v; }));
+  PetscCall(VecRestoreArray(x, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+namespace
+{
+/* A preconditioner M of the smoother, applied as Q M^{-1} Q' */
+struct Projected {
+  std::shared_ptr<const AinsworthLevelSubspace> subspace;
+  PC                                            inner;
+  Vec                                           force;
+
+  /* Zeroes the entries that have no weight */
+  PetscErrorCode leave(Vec x) const
+  {
+    PetscScalar *a;
+
+    PetscFunctionBegin;
+    PetscCall(VecGetArray(x, &a));
+    for (size_t k = 0; k < subspace->at.size(); k++)
+      if (subspace->space->weight[k] == 0.0) a[subspace->at[k]] = 0.0;
+    PetscCall(VecRestoreArray(x, &a));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+};
+} // namespace
+
+static PetscErrorCode Apply(PC pc, Vec r, Vec z)
+{
+  Projected *data;
+
+  PetscFunctionBegin;
+  PetscCall(PCShellGetContext(pc, &data));
+  if (!data->force) PetscCall(VecDuplicate(r, &data->force));
+  PetscCall(VecCopy(r, data->force));
+  PetscCall(data->subspace->project(true, data->force));
+  PetscCall(data->leave(data->force));
+  PetscCall(PCApply(data->inner, data->force, z));
+  PetscCall(data->leave(z));
+  PetscCall(data->subspace->project(false, z));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode View(PC pc, PetscViewer viewer)
+{
+  Projected *data;
+
+  PetscFunctionBegin;
+  PetscCall(PCShellGetContext(pc, &data));
+  PetscCall(PCView(data->inner, viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Destroy(PC pc)
+{
+  Projected *data;
+
+  PetscFunctionBegin;
+  PetscCall(PCShellGetContext(pc, &data));
+  PetscCall(PCDestroy(&data->inner));
+  PetscCall(VecDestroy(&data->force));
+  delete data;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthSubspacePCRemember - makes a preconditioner known as one that wraps another */
+PetscErrorCode AinsworthSubspacePCRemember(PC pc, PC inner)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscObjectCompose((PetscObject)pc, innerName, (PetscObject)inner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthSubspacePCGetInner - gets the wrapped preconditioner, or one that wraps none itself */
+PetscErrorCode AinsworthSubspacePCGetInner(PC pc, PC *inner)
+{
+  PC found;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery((PetscObject)pc, innerName, (PetscObject *)&found));
+  *inner = found ? found : pc;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthSubspacePCCreate - creates Q M^{-1} Q' from the preconditioner M, which is referenced; collective */
+PetscErrorCode AinsworthSubspacePCCreate(const std::shared_ptr<const AinsworthLevelSubspace> &subspace, PC inner, PC *pc)
+{
+  Mat A, P;
+
+  PetscFunctionBegin;
+  PetscCall(PCCreate(PetscObjectComm((PetscObject)inner), pc));
+  PetscCall(PCSetType(*pc, PCSHELL));
+  PetscCall(PetscObjectReference((PetscObject)inner));
+  PetscCall(PCShellSetContext(*pc, new Projected{subspace, inner, NULL}));
+  PetscCall(PCShellSetName(*pc, "projected onto Ker C"));
+  PetscCall(PCShellSetApply(*pc, Apply));
+  PetscCall(PCShellSetView(*pc, View));
+  PetscCall(PCShellSetDestroy(*pc, Destroy));
+  PetscCall(PCGetOperators(inner, &A, &P));
+  PetscCall(PCSetOperators(*pc, A, P));
+  PetscCall(AinsworthSubspacePCRemember(*pc, inner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

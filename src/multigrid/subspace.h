@@ -1,0 +1,54 @@
+/* A subspace that the cycle stays in, and its projector on the finest level */
+#ifndef AINSWORTH_SUBSPACE_H
+#define AINSWORTH_SUBSPACE_H
+
+#include "../petsccompat.h"
+#include <petscksp.h>
+#include <functional>
+#include <memory>
+#include <vector>
+
+/*
+   The range of a projector Q that changes few unknowns, the kernel of constraints on these (docs/multigrid.md, the cycle in Ker C)
+
+   The smoother of the finest level is Q W = W Q', where W is the inverse of the diagonal of the matrix, or zero for unknowns that Q and the smoother leave
+*/
+struct AinsworthSubspace {
+  std::vector<PetscInt>                           places;  /* the local unknowns that Q or Q' changes, ascending */
+  std::vector<PetscInt>                           carried; /* unknowns without entries in A that coarser levels have to move, global numbers of all ranks */
+  std::vector<PetscReal>                          weight;  /* W at these */
+  std::vector<Vec>                                rows;    /* adjoints of few rows whose kernel coarser levels have to keep; borrowed from `project` */
+  Vec                                             values;  /* work space for their values; borrowed */
+  std::function<PetscErrorCode(bool adjoint, Vec)> project; /* replaces the values by those of Q x or Q' x; collective */
+};
+
+/* The subspace as the finest level sees it, with its unknowns node by node */
+class AinsworthLevelSubspace {
+public:
+  AinsworthLevelSubspace(const std::shared_ptr<const AinsworthSubspace> &, const std::vector<PetscInt> &order);
+  PetscErrorCode project(bool adjoint, Vec) const;
+  template <class Get, class Set>
+  PetscErrorCode project(bool adjoint, Get get, Set set) const
+  {
+    PetscScalar *v;
+
+    PetscFunctionBegin;
+    PetscCall(VecGetArrayWrite(space->values, &v));
+    for (size_t k = 0; k < at.size(); k++) v[k] = get(at[k]);
+    PetscCall(VecRestoreArrayWrite(space->values, &v));
+    PetscCall(space->project(adjoint, space->values));
+    PetscCall(VecGetArray(space->values, &v));
+    for (size_t k = 0; k < at.size(); k++) set(at[k], v[k]);
+    PetscCall(VecRestoreArray(space->values, &v));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+
+  std::shared_ptr<const AinsworthSubspace> space;
+  std::vector<PetscInt>                    at; /* the places among the level's unknowns */
+};
+
+PetscErrorCode AinsworthSubspacePCCreate(const std::shared_ptr<const AinsworthLevelSubspace> &, PC, PC *);
+PetscErrorCode AinsworthSubspacePCRemember(PC, PC);
+PetscErrorCode AinsworthSubspacePCGetInner(PC, PC *);
+
+#endif

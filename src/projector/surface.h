@@ -1,0 +1,23 @@
+/* The projectors Q and Q' on the unknowns in rows of C alone: they leave all others */
+#ifndef AINSWORTH_SURFACE_H
+#define AINSWORTH_SURFACE_H
+
+#include "projector.h"
+#include <vector>
+
+struct AinsworthSurface {
+  AinsworthProjector    *projector = NULL; /* borrowed */
+  std::vector<PetscInt>  places;           /* the local unknowns in rows of C, ascending */
+  std::vector<PetscReal> weight;           /* W at these */
+  Mat                    C = NULL, CW = NULL; /* placed; columns: these unknowns */
+  Vec                    values = NULL;       /* work space for their values */
+
+  AinsworthSurface()                         = default;
+  AinsworthSurface(const AinsworthSurface &) = delete;
+  ~AinsworthSurface();
+};
+
+PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *, AinsworthProjector *, Vec);
+PetscErrorCode AinsworthSurfaceProject(const AinsworthSurface *, bool, Vec);
+
+#endif
