@@ -101,20 +101,23 @@ void CopyBlocks(const Part &in, PetscInt b, PetscInt bs, AinsworthBlockRows *row
   }
 }
 
-/* Fills block rows from all parts, with ascending columns in each row */
-void FillBlocks(const std::vector<Part> &parts, PetscInt nodes, PetscInt places, PetscInt bs, AinsworthBlockRows *rows)
+/* Fills block rows, of marked nodes alone unless that is NULL, from all parts, with ascending columns in each row */
+void FillBlocks(const std::vector<Part> &parts, PetscInt nodes, PetscInt places, PetscInt bs, const std::vector<char> *marked, AinsworthBlockRows *rows)
 {
   std::vector<PetscInt> at(places, -1);
   size_t                entries = 0;
 
   *rows = AinsworthBlockRows(bs, bs);
   rows->i.reserve(nodes + 1);
-  for (const Part &part : parts) entries += part.ia[nodes * bs];
+  for (const Part &part : parts)
+    for (PetscInt b = 0; b < nodes; b++)
+      for (PetscInt r = 0; r < bs && (!marked || (*marked)[b]); r++) entries += part.ia[part.row(b * bs + r) + 1] - part.ia[part.row(b * bs + r)];
   rows->j.reserve(entries / (bs * bs) + 1);
   rows->a.reserve(entries);
   for (PetscInt b = 0; b < nodes; b++, rows->endRow()) {
     const PetscInt start = (PetscInt)rows->j.size();
 
+    if (marked && !(*marked)[b]) continue;
     if (FullBlocks(parts, b, bs)) {
       CopyBlocks(parts[0], b, bs, rows);
       continue;
@@ -158,9 +161,9 @@ static PetscErrorCode NumberUnknowns(Mat A, const std::vector<PetscInt> &order, 
 /*
    AinsworthBlockMatCreate - converts a square AIJ matrix to blocks of size bs, which divides the number of rows on every rank; collective
 
-   order: the local rows node by node; empty if they are stored so
+   order: the local rows node by node; empty if they are stored so. marked: the local nodes whose rows are wanted, the others are left empty; NULL: all
 */
-PetscErrorCode AinsworthBlockMatCreate(Mat A, PetscInt bs, const std::vector<PetscInt> &order, AinsworthBlockMat *B)
+PetscErrorCode AinsworthBlockMatCreate(Mat A, PetscInt bs, const std::vector<PetscInt> &order, const std::vector<char> *marked, AinsworthBlockMat *B)
 {
   PetscInt              n, ng;
   Mat                   part[2];
@@ -181,7 +184,7 @@ PetscErrorCode AinsworthBlockMatCreate(Mat A, PetscInt bs, const std::vector<Pet
   for (size_t p = 0; p < parts.size(); p++) PetscCall(parts[p].open(part[p]));
   for (PetscInt number : numbers) parts[1].columns.push_back(B->cols.place(number / bs) * bs + number % bs);
   for (Part &part : parts) part.order = order.empty() ? NULL : order.data();
-  FillBlocks(parts, n / bs, B->cols.count(), bs, &B->rows);
+  FillBlocks(parts, n / bs, B->cols.count(), bs, marked, &B->rows);
   for (Part &part : parts) PetscCall(part.close());
   PetscFunctionReturn(PETSC_SUCCESS);
 }

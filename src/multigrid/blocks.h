@@ -99,7 +99,7 @@ private:
 };
 
 PetscErrorCode AinsworthLayoutCreate(MPI_Comm, PetscInt, AinsworthLayout *);
-PetscErrorCode AinsworthBlockMatCreate(Mat, PetscInt, const std::vector<PetscInt> &, AinsworthBlockMat *);
+PetscErrorCode AinsworthBlockMatCreate(Mat, PetscInt, const std::vector<PetscInt> &, const std::vector<char> *, AinsworthBlockMat *);
 PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &, PetscInt, std::vector<std::vector<AinsworthPiece>> &, AinsworthBlockMat *);
 PetscErrorCode AinsworthBlocksToAIJ(const AinsworthBlockRows &, const AinsworthColumns &, Mat, Mat *);
 PetscErrorCode AinsworthSendRows(PetscSF, const AinsworthBlockRows &, PetscInt, AinsworthBlockRows *);

@@ -245,17 +245,37 @@ static PetscErrorCode KeepRows(const std::vector<Vec> &rows, AinsworthLevel *lev
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Computes what the correction of coarse functions adds to the first coarser level; collective */
+static PetscErrorCode CorrectCoarse(Mat A, const PC_BlockSA *sa, AinsworthBlockMat *added)
+{
+  const AinsworthHierarchy &h = *sa->levels.hierarchy;
+  AinsworthBlockMat         T, rows;
+  AinsworthInterpolation    Z;
+  std::vector<char>         marked;
+  Mat                       aij;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthBlockMatCreate(sa->subspace->correction, h.grids[0].bs, h.order, NULL, &T));
+  for (PetscInt i = 0; i < T.rows.n; i++) marked.push_back(T.rows.i[i] < T.rows.i[i + 1]);
+  PetscCall(AinsworthInterpolationMultiply(T, *h.grids[0].P, &Z));
+  PetscCall(AinsworthGetAIJ(A, &aij));
+  PetscCall(AinsworthBlockMatCreate(aij, h.grids[0].bs, h.order, &marked, &rows));
+  PetscCall(MatDestroy(&aij));
+  PetscCall(AinsworthGalerkinChange(rows, *h.grids[0].P, Z, added));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    Sets up the operators of all levels: A_l, or A_l plus the Galerkin product of the matrix added to A
 
    In a subspace the finest level is A itself: Q W A has no larger eigenvalue than W A, as Q W <= W (docs/method.md)
 */
-static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added, bool singular)
+static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, Mat A, Mat added, bool singular)
 {
-  const AinsworthHierarchy       &h = *sa->levels.hierarchy;
-  const size_t                    n = h.grids.size();
-  AinsworthBlockMat               D;
-  Mat                             aij;
+  const size_t                    n = sa->levels.hierarchy->grids.size();
+  AinsworthBlockMat               D, coarse;
+  AinsworthHierarchy              sum;
+  Mat                             aij, P;
   std::unique_ptr<AinsworthLevel> level;
   std::vector<Vec>                rows;
 
@@ -263,11 +283,16 @@ static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added, bool singular)
   PetscCall(SortRows(sa, &rows));
   if (added) {
     PetscCall(AinsworthGetAIJ(added, &aij));
-    PetscCall(AinsworthBlockMatCreate(aij, h.grids[0].bs, h.order, &D));
+    PetscCall(AinsworthBlockMatCreate(aij, sa->levels.hierarchy->grids[0].bs, sa->levels.hierarchy->order, NULL, &D));
     PetscCall(MatDestroy(&aij));
-  }
+    if (n > 1) PetscCall(AinsworthGalerkin(D, *sa->levels.hierarchy->grids[0].P, &coarse));
+  } else if (sa->subspace && sa->subspace->correction && n > 1) PetscCall(CorrectCoarse(A, sa, &coarse));
+  const bool changed = coarse.rows.n || added;
+  if (changed) PetscCall(sa->levels.hierarchy->createSum(std::move(coarse), sa->options, &sum));
+  const AinsworthHierarchy &h = changed ? sum : *sa->levels.hierarchy;
+
   for (size_t l = 0; l < n; l++) {
-    const bool plus = added && (l || !sa->subspace); /* D is added here */
+    const bool plus = added && !l && !sa->subspace; /* D is added here */
 
     PetscCall(h.createLevel((PetscInt)l, plus ? &D : NULL, true, &level));
     if (l) PetscCall(KeepRows(rows, level.get(), &sa->coarseRows));
@@ -279,14 +304,10 @@ static PetscErrorCode SetUpOperators(PC_BlockSA *sa, Mat added, bool singular)
     }
     PetscCall(CoarsenRows(h.grids[l], &rows));
     if (!l && sa->subspace) level->stay(std::make_shared<AinsworthLevelSubspace>(sa->subspace, h.order));
-    if (plus) PetscCall(level->estimate(l ? NULL : &D.rows)); /* on coarser levels all nodes are near the surface, and ten steps are cheap */
+    if (plus) PetscCall(level->estimate(&D.rows));
     PetscCall(AinsworthLevelMatSet(h.grids[l].nodes, h.grids[l].bs, std::move(level), &sa->op[l]));
-    if (added) {
-      AinsworthBlockMat next;
-
-      PetscCall(AinsworthGalerkin(D, *h.grids[l].P, &next));
-      D = std::move(next);
-    }
+    PetscCall(PCMGGetInterpolation(pc, (PetscInt)(n - 1 - l), &P));
+    PetscCall(AinsworthInterpolationMatSet(P, h.grids[l].P));
   }
   for (Vec &row : rows) PetscCall(VecDestroy(&row));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -450,7 +471,7 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   PetscCall(MatGetNullSpace(pc->pmat, &null));
   if (!null) PetscCall(MatGetNullSpace(pc->mat, &null));
   PetscCall(LeaveSubspace(pc, sa));
-  PetscCall(SetUpOperators(sa, added, null != NULL));
+  PetscCall(SetUpOperators(pc, sa, A, added, null != NULL));
   for (PetscInt l = 0, n = (PetscInt)sa->op.size(); l < n; l++) {
     PetscCall(PCMGGetSmoother(pc, n - 1 - l, &ksp));
     PetscCall(KSPSetOperators(ksp, sa->op[l], sa->op[l]));

@@ -46,6 +46,10 @@ void           AinsworthModesCarry(PetscInt, AinsworthModes *);
 PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &, PetscReal, const AinsworthModes &, AinsworthAggregates *);
 PetscErrorCode AinsworthInterpolationCreate(const AinsworthBlockMat &, const AinsworthAggregates &, const std::vector<PetscReal> &, PetscReal,
                                             const AinsworthLayout &, AinsworthModes *, AinsworthInterpolation *);
+PetscErrorCode AinsworthInterpolationSmoothAgain(const AinsworthBlockMat &, const AinsworthInterpolation &, const std::vector<PetscReal> &, PetscReal,
+                                                 AinsworthInterpolation *);
+PetscErrorCode AinsworthInterpolationMultiply(const AinsworthBlockMat &, const AinsworthInterpolation &, AinsworthInterpolation *);
+PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &, const AinsworthInterpolation &, const AinsworthInterpolation &, AinsworthBlockMat *);
 PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &, const AinsworthInterpolation &, AinsworthBlockMat *);
 
 #endif

@@ -177,3 +177,198 @@ PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInte
   PetscCall(PetscLogEventEnd(AINSWORTH_Galerkin, 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* Computes the rows of D P, and columns as places in P.cols of `extended` */
+template <int B, int K>
+static void MultiplyRows(const AinsworthBlockRows &D, const Extended &P, PetscInt k, AinsworthBlockRows *rows)
+{
+  const PetscInt           bs = D.br, size = bs * k;
+  std::vector<PetscInt>    cols, place(P.cols.count());
+  std::vector<PetscScalar> room(size);
+
+  for (PetscInt r = 0; r < D.n; r++, rows->endRow()) {
+    const size_t start = rows->a.size();
+
+    cols.clear();
+    for (PetscInt e = D.i[r]; e < D.i[r + 1]; e++) cols.insert(cols.end(), P.j.begin() + P.i[D.j[e]], P.j.begin() + P.i[D.j[e] + 1]);
+    AinsworthSortUnique(&cols);
+    for (size_t s = 0; s < cols.size(); s++) place[cols[s]] = (PetscInt)s;
+    rows->j.insert(rows->j.end(), cols.begin(), cols.end());
+    rows->a.resize(start + cols.size() * size, 0.0);
+    for (PetscInt e = D.i[r]; e < D.i[r + 1]; e++)
+      for (PetscInt q = P.i[D.j[e]]; q < P.i[D.j[e] + 1]; q++)
+        AinsworthMultAdd<B, B, K>(bs, bs, k, D.block(e), P.block(q, room.data()), &rows->a[start + (size_t)place[P.j[q]] * size]);
+  }
+}
+
+/* AinsworthInterpolationMultiply - computes D P; collective */
+PetscErrorCode AinsworthInterpolationMultiply(const AinsworthBlockMat &D, const AinsworthInterpolation &P, AinsworthInterpolation *product)
+{
+  const PetscInt        k = P.rows.bc;
+  Extended              extended;
+  std::vector<PetscInt> ghosts;
+
+  PetscFunctionBegin;
+  PetscCall(extended.create(D, P));
+  product->rows = AinsworthBlockRows(D.rows.br, k);
+  AinsworthDispatch(D.rows.br, k, [&](auto B, auto K) { MultiplyRows<B(), K()>(D.rows, extended, k, &product->rows); });
+  for (PetscInt j : product->rows.j)
+    if (j >= extended.cols.local) ghosts.push_back(extended.cols.node(j));
+  AinsworthSortUnique(&ghosts);
+  PetscCall(product->cols.create(P.cols.layout, std::move(ghosts)));
+  for (PetscInt &j : product->rows.j) j = product->cols.place(extended.cols.node(j));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthInterpolationSmoothAgain - smooths interpolation made from A for A + D, P - omega diagonal^{-1} D P; nodes without coarse functions get none. Collective
+
+   diagonal: of A + D; omega: 4/3 over the largest eigenvalue of diagonal^{-1} (A + D)
+*/
+PetscErrorCode AinsworthInterpolationSmoothAgain(const AinsworthBlockMat &D, const AinsworthInterpolation &P, const std::vector<PetscReal> &diagonal,
+                                                 PetscReal omega, AinsworthInterpolation *smoothed)
+{
+  const PetscInt           bs = P.rows.br, k = P.rows.bc, size = bs * k;
+  AinsworthInterpolation   DP;
+  std::vector<PetscInt>    nodes(P.cols.ghosts), cols;
+  std::vector<PetscScalar> room(size);
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthInterpolationMultiply(D, P, &DP));
+  nodes.insert(nodes.end(), DP.cols.ghosts.begin(), DP.cols.ghosts.end());
+  AinsworthSortUnique(&nodes);
+  PetscCall(smoothed->cols.create(P.cols.layout, std::move(nodes)));
+  AinsworthBlockRows &rows = smoothed->rows = AinsworthBlockRows(bs, k);
+  for (PetscInt r = 0; r < P.rows.n; r++, rows.endRow()) {
+    const size_t start = rows.a.size();
+    auto place = [&](const AinsworthInterpolation &I, PetscInt q) { return smoothed->cols.place(I.cols.node(I.rows.j[q])); };
+    auto to    = [&](PetscInt c) { return &rows.a[start + (std::lower_bound(cols.begin(), cols.end(), c) - cols.begin()) * size]; };
+
+    if (P.rows.i[r] == P.rows.i[r + 1]) continue; /* this node has no coarse functions */
+    cols.clear();
+    for (const AinsworthInterpolation *I : {&P, (const AinsworthInterpolation *)&DP})
+      for (PetscInt q = I->rows.i[r]; q < I->rows.i[r + 1]; q++) cols.push_back(place(*I, q));
+    AinsworthSortUnique(&cols);
+    rows.j.insert(rows.j.end(), cols.begin(), cols.end());
+    rows.a.resize(start + cols.size() * size, 0.0);
+    for (PetscInt q = P.rows.i[r]; q < P.rows.i[r + 1]; q++) std::copy_n(P.block(q, room.data()), size, to(place(P, q)));
+    for (PetscInt q = DP.rows.i[r]; q < DP.rows.i[r + 1]; q++) {
+      PetscScalar *a = to(place(DP, q));
+      for (PetscInt v = 0; v < size; v++) a[v] -= omega / diagonal[r * bs + v / k] * DP.rows.block(q)[v];
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+namespace
+{
+/* The blocks of Z' A H that this rank computes, by coarse nodes in places of `rows` and of `columns` */
+struct Change {
+  std::vector<std::vector<std::pair<PetscInt, size_t>>> rows; /* of each place: column, and where its block begins in values */
+  std::vector<PetscScalar>                              values;
+
+  template <int B, int K>
+  void multiply(const AinsworthBlockRows &A, const Extended &Z, const Extended &P, PetscInt places, PetscInt k)
+  {
+    const PetscInt           bs = A.br, size = bs * k;
+    std::vector<PetscInt>    cols, place(places);
+    std::vector<PetscScalar> w, room(size), half(size);
+
+    rows.resize(places);
+    for (PetscInt r = 0; r < A.n; r++) {
+      if (Z.i[r] == Z.i[r + 1]) continue;
+      cols.clear();
+      for (PetscInt e = A.i[r]; e < A.i[r + 1]; e++)
+        for (const Extended *E : {&P, &Z}) cols.insert(cols.end(), E->j.begin() + E->i[A.j[e]], E->j.begin() + E->i[A.j[e] + 1]);
+      AinsworthSortUnique(&cols);
+      for (size_t s = 0; s < cols.size(); s++) place[cols[s]] = (PetscInt)s;
+      w.assign(cols.size() * size, 0.0);
+      for (PetscInt e = A.i[r]; e < A.i[r + 1]; e++) {
+        for (PetscInt q = P.i[A.j[e]]; q < P.i[A.j[e] + 1]; q++)
+          AinsworthMultAdd<B, B, K>(bs, bs, k, A.block(e), P.block(q, room.data()), &w[(size_t)place[P.j[q]] * size]);
+        for (PetscInt q = Z.i[A.j[e]]; q < Z.i[A.j[e] + 1]; q++) {
+          const PetscScalar *z = Z.block(q, room.data());
+          for (PetscInt v = 0; v < size; v++) half[v] = -0.5 * z[v];
+          AinsworthMultAdd<B, B, K>(bs, bs, k, A.block(e), half.data(), &w[(size_t)place[Z.j[q]] * size]);
+        }
+      }
+      for (PetscInt q = Z.i[r]; q < Z.i[r + 1]; q++) {
+        const PetscScalar *left = Z.block(q, room.data());
+        auto              &row  = rows[Z.j[q]];
+        size_t             at   = 0;
+
+        add(cols, k, &row);
+        for (size_t s = 0; s < cols.size(); s++) {
+          while (row[at].first != cols[s]) at++;
+          AinsworthMultAdjointAdd<K, B, K>(k, bs, k, left, &w[s * size], &values[row[at].second]);
+        }
+      }
+    }
+  }
+
+private:
+  /* Makes sure that a row has the columns, which are ascending in both */
+  void add(const std::vector<PetscInt> &cols, PetscInt k, std::vector<std::pair<PetscInt, size_t>> *row)
+  {
+    const size_t before = row->size();
+    size_t       at     = 0;
+
+    for (PetscInt c : cols) {
+      while (at < before && (*row)[at].first < c) at++;
+      if (at < before && (*row)[at].first == c) continue;
+      row->push_back({c, values.size()});
+      values.resize(values.size() + k * k, 0.0);
+    }
+    if (row->size() > before) std::inplace_merge(row->begin(), row->begin() + before, row->end());
+  }
+};
+} // namespace
+
+/*
+   AinsworthGalerkinChange - computes Q' A Q - P' A P for Q = P - Z, where Z has few rows, of which A needs to have no others; collective
+
+   This is -(Z' A H + H' A Z) with H = P - Z / 2.
+*/
+PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &A, const AinsworthInterpolation &P, const AinsworthInterpolation &Z, AinsworthBlockMat *change)
+{
+  const PetscInt                           k = P.rows.bc;
+  std::vector<PetscInt>                    nodes(P.cols.ghosts), owner;
+  AinsworthColumns                         places;
+  Extended                                 left, right;
+  Change                                   S;
+  AinsworthBlockRows                       sent(k, k), arrived;
+  std::vector<std::vector<AinsworthPiece>> all, pieces;
+
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(AINSWORTH_Galerkin, 0, 0, 0, 0));
+  PetscCall(left.create(A, Z));
+  PetscCall(right.create(A, P));
+  nodes = left.cols.ghosts;
+  nodes.insert(nodes.end(), right.cols.ghosts.begin(), right.cols.ghosts.end());
+  AinsworthSortUnique(&nodes);
+  PetscCall(places.create(P.cols.layout, std::move(nodes)));
+  for (Extended *E : {&left, &right})
+    for (PetscInt &j : E->j) j = places.place(E->cols.node(j));
+  AinsworthDispatch(A.rows.br, k, [&](auto B, auto K) { S.multiply<B(), K()>(A.rows, left, right, places.count(), k); });
+  for (PetscScalar &v : S.values) v = -v;
+
+  /* each coarse row gets its blocks of Z' A H, and the adjoints of those in its column; those of other ranks are sent to them */
+  all.resize(places.count());
+  for (PetscInt c = 0; c < places.count(); c++)
+    for (const auto &entry : S.rows[c]) {
+      all[c].push_back({places.node(entry.first), &S.values[entry.second], false});
+      all[entry.first].push_back({places.node(c), &S.values[entry.second], true});
+    }
+  for (PetscInt p = places.local; p < places.count(); p++, sent.endRow())
+    for (const AinsworthPiece &piece : all[p]) {
+      sent.j.push_back(piece.node);
+      for (PetscInt v = 0; v < k * k; v++) sent.a.push_back(piece.adjoint ? PetscConj(piece.values[v % k * k + v / k]) : piece.values[v]);
+    }
+  PetscCall(AinsworthRowsToOwners(places, sent, &owner, &arrived));
+  pieces.assign(all.begin(), all.begin() + places.local);
+  for (PetscInt r = 0; r < arrived.n; r++)
+    for (PetscInt s = arrived.i[r]; s < arrived.i[r + 1]; s++) pieces[owner[r]].push_back({arrived.j[s], arrived.block(s), false});
+  PetscCall(AinsworthBlockMatAssemble(P.cols.layout, k, pieces, change));
+  PetscCall(PetscLogEventEnd(AINSWORTH_Galerkin, 0, 0, 0, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

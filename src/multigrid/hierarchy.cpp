@@ -278,7 +278,7 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   order  = std::move(nodes);
   sorted = (PetscBool)!order.empty();
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &sorted, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)A)));
-  PetscCall(AinsworthBlockMatCreate(A, bs, order, &X));
+  PetscCall(AinsworthBlockMatCreate(A, bs, order, NULL, &X));
   PetscCall(AinsworthModesFit(X, &modes));
   carried = carry;
   modes.carried.assign(X.rows.n, 0);
@@ -336,7 +336,7 @@ PetscErrorCode AinsworthHierarchy::replaceFinest(Mat A, const AinsworthHierarchy
   AinsworthHierarchy finest;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthBlockMatCreate(A, grids[0].bs, order, &X));
+  PetscCall(AinsworthBlockMatCreate(A, grids[0].bs, order, NULL, &X));
   finest.modes.carried.assign(X.rows.n, 0);
   PetscCall(finest.add(X, options));
   AinsworthGrid &grid = finest.grids[0];

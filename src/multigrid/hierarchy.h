@@ -31,6 +31,7 @@ class AinsworthHierarchy {
 public:
   PetscErrorCode create(Mat A, PetscInt bs, std::vector<PetscInt> &&order, AinsworthModes &&modes, const std::vector<PetscInt> &carry,
                         const AinsworthHierarchyOptions &);
+  PetscErrorCode createSum(AinsworthBlockMat &&, const AinsworthHierarchyOptions &, AinsworthHierarchy *) const;
   PetscErrorCode replaceFinest(Mat A, const AinsworthHierarchyOptions &);
   PetscErrorCode createLevel(PetscInt l, const AinsworthBlockMat *added, bool single, std::unique_ptr<AinsworthLevel> *) const;
   PetscReal      complexity() const;

@@ -115,6 +115,18 @@ static PetscErrorCode MatDestroy_Interpolation(Mat mat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthInterpolationMatSet - replaces the interpolation by one between the same nodes */
+PetscErrorCode AinsworthInterpolationMatSet(Mat mat, const std::shared_ptr<const AinsworthInterpolation> &P)
+{
+  InterpolationMat *I;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(mat, &I));
+  I->P = P;
+  I->ghost.assign(P->cols.ghosts.size() * P->rows.bc, 0.0);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* AinsworthInterpolationMatSetSubspace - keeps what is interpolated in a subspace, or (NULL) no longer */
 PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat mat, const std::shared_ptr<const AinsworthLevelSubspace> &subspace)
 {

@@ -47,11 +47,12 @@ namespace
 /* What a subspace uses, for as long as it exists */
 struct Surface {
   AinsworthSurface      surface;
-  AinsworthPmatInKernel made;
+  AinsworthPmatInKernel made = {};
 
   ~Surface()
   {
     for (Vec &row : made.rows) (void)VecDestroy(&row);
+    (void)MatDestroy(&made.correction);
   }
 };
 } // namespace
@@ -63,10 +64,11 @@ static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, AinsworthPmatInKernel *mad
   auto subspace = std::make_shared<AinsworthSubspace>();
 
   PetscFunctionBegin;
-  used->made = std::move(*made);
+  std::swap(used->made, *made);
   PetscCall(AinsworthSurfaceSetUp(&used->surface, &ctx->proj, ctx->mobility));
   subspace->places  = used->surface.places;
-  subspace->carried = used->made.carried;
+  subspace->carried    = used->made.carried;
+  subspace->correction = used->made.correction;
   subspace->rows    = used->made.rows;
   subspace->weight  = used->surface.weight;
   subspace->values  = used->surface.values;
@@ -89,7 +91,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner
   PetscBool             inKernel, shares;
   PC_BlockSA           *sa = NULL;
   PetscInt              n;
-  AinsworthPmatInKernel made;
+  AinsworthPmatInKernel made = {};
 
   PetscFunctionBegin;
   in.A  = data->saddle.P;

@@ -93,16 +93,16 @@ static PetscErrorCode ChooseRows(const AinsworthPmatInputs *in, Vec counts, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthPmatCreateInKernel - creates Q_*' A Q_* - A for the coarser levels, and what these keep; NULL if no row is in Q_*. Collective */
+/* AinsworthPmatCreateInKernel - creates I - Q_* for the coarser levels, and what these keep; NULL if no row is in Q_*. Collective */
 PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, AinsworthPmatInKernel *made)
 {
   Roles             roles;
   Vec               counts, zeros;
-  Mat               C, CW, CWt, S, inverse;
+  Mat               C, CW, CWt, S, XC, inverse;
   PetscInt          taken = 0;
 
   PetscFunctionBegin;
-  made->part = NULL;
+  made->correction = NULL;
   PetscCall(AinsworthCountRows(in->C, 0, &counts));
   PetscCall(VecDuplicate(counts, &zeros));
   PetscCall(MarkZeroRows(in, zeros));
@@ -124,8 +124,11 @@ PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *in, const 
     PetscCall(MatProductClear(S));
     PetscCall(AinsworthInvGramCreate(S, opt, &inverse));
     PetscCall(MatDestroy(&S));
-    PetscCall(AinsworthPmatCheckFill(in->aij, in->C, inverse, &in->fill, opt->type));
-    PetscCall(AinsworthPmatMultiplyProjection(in->aij, C, CW, inverse, NULL, opt->symmetric, &made->part));
+    PetscCall(MatMatMult(inverse, C, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &XC));
+    PetscCall(MatProductClear(XC));
+    PetscCall(MatMatMult(CWt, XC, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &made->correction));
+    PetscCall(MatProductClear(made->correction));
+    PetscCall(MatDestroy(&XC));
     for (Vec row : made->rows) { /* Q_*' c */
       Vec product, solution;
 

@@ -44,11 +44,11 @@ static PetscErrorCode MultiplyFewRows(Mat Yt, Mat A, Mat *product)
 }
 
 /*
-   AinsworthPmatMultiplyProjection - computes C' B C + Q_*' A Q_* - A = -C' Y A - A Y' C + C' (Y A Y' + B) C with Q_* = I - Y' C and Y = Inv(S) C W (docs/method.md, surface-only assembly)
+   Computes C' B C + Q_*' A Q_* - A = -C' Y A - A Y' C + C' (Y A Y' + B) C with Q_* = I - Y' C and Y = Inv(S) C W (docs/method.md, surface-only assembly)
 
    B may be NULL for 0. If A is symmetric, this is H + H' with H = C' ((Y A Y' + B) C / 2 - Y A).
 */
-PetscErrorCode AinsworthPmatMultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Vec B, PetscBool symmetric, Mat *part)
+static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Vec B, PetscBool symmetric, Mat *part)
 {
   Mat Y, Yt, YA, YAYt, sum, other;
 
@@ -106,7 +106,7 @@ static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const 
   PetscCall(AinsworthInvGramCreate(S, opt, &inverse));
   if (S != given) PetscCall(MatDestroy(&S));
   PetscCall(AinsworthPmatCheckFill(in->aij, in->C, inverse, &in->fill, opt->type));
-  PetscCall(AinsworthPmatMultiplyProjection(in->aij, C, CW, inverse, B, opt->symmetric, part));
+  PetscCall(MultiplyProjection(in->aij, C, CW, inverse, B, opt->symmetric, part));
   PetscCall(MatDestroy(&inverse));
   PetscCall(MatDestroy(&CW));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -262,12 +262,12 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscFunctionBegin;
   *bad = -1;
   PetscCall(PetscLogEventBegin(AINSWORTH_PMat, in->A, in->C, in->S, 0));
-  if (in->inKernel) { /* the composite takes over `part` */
+  if (in->inKernel) {
     PetscCall(AinsworthRowPenaltyCreate(in->C, in->inverseDiagonal, opt->factor, penalty));
     PetscCall(AinsworthPmatCreateInKernel(in, opt, in->inKernel));
-    *pmat = in->inKernel->part;
+    *pmat = NULL;
+    if (in->inKernel->correction) PetscCall(AinsworthMatFindNotFinite(in->inKernel->correction, bad, &column));
     PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
-    if (*pmat) PetscCall(AinsworthMatFindNotFinite(*pmat, bad, &column));
     if (*bad < 0) PetscCall(AddA(in, base, pmat));
     if (*bad < 0) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -55,7 +55,7 @@ struct AinsworthPmatFill {
 
 /* What multigrid in Ker C gets of C (inkernel.cpp) */
 struct AinsworthPmatInKernel {
-  Mat                   part; /* Q_*' A Q_* - A; NULL for 0 */
+  Mat                   correction; /* I - Q_* = W C' Inv(S) C; NULL for 0; the owner destroys it */
   std::vector<Vec>      rows; /* adjoints of rows Q_*' C' that coarser levels keep; the owner destroys them */
   std::vector<PetscInt> carried; /* unknowns without entries in A that all levels carry, global numbers of all ranks, ascending */
 };
@@ -76,7 +76,6 @@ struct AinsworthPmatInputs {
 };
 
 PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *, const AinsworthPmatOptions *, AinsworthPmatInKernel *);
-PetscErrorCode AinsworthPmatMultiplyProjection(Mat, Mat, Mat, Mat, Vec, PetscBool, Mat *);
 
 /* fill.cpp */
 PetscErrorCode AinsworthPmatGetFill(Mat, Mat, AinsworthPmatFill *);

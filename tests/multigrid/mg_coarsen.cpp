@@ -21,7 +21,7 @@ static PetscErrorCode LevelCreate(const Lattice &l, PetscReal theta, Level *leve
   level->diagonal = level->dense.diagonal();
   for (PetscScalar &d : level->diagonal)
     if (d == 0.0) d = 1.0; /* a line of bars has no stiffness across */
-  PetscCall(AinsworthBlockMatCreate(level->A, l.bs, {}, &level->X));
+  PetscCall(AinsworthBlockMatCreate(level->A, l.bs, {}, NULL, &level->X));
   PetscCall(Modes(l, level->A, &level->near, &level->modes));
   PetscCall(AinsworthAggregate(level->X, theta, level->near, &level->agg));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -165,7 +165,7 @@ static PetscErrorCode CheckInterpolation(const Lattice &l, const Level &level, b
   PetscCall(CheckGalerkin("P' A P", level.X, level.dense, P, denseP));
   PetscCall(SurfaceCreate(l, level.A, 2.0, 5, &D));
   PetscCall(Gather(D, dense));
-  PetscCall(AinsworthBlockMatCreate(D, l.bs, {}, &X));
+  PetscCall(AinsworthBlockMatCreate(D, l.bs, {}, NULL, &X));
   PetscCall(CheckGalerkin("P' D P", X, dense, P, denseP));
   PetscCall(MatDestroy(&D));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -289,7 +289,7 @@ static PetscErrorCode Estimate(PetscInt bs, PetscReal contrast, PetscReal stiffn
   PetscCall(Gather(A, dense));
   PetscCall(SurfaceCreate(l, A, stiffness, 6, &D));
   PetscCall(Gather(D, added));
-  PetscCall(AinsworthBlockMatCreate(D, bs, {}, &X));
+  PetscCall(AinsworthBlockMatCreate(D, bs, {}, NULL, &X));
   {
     AinsworthHierarchy h;
 

@@ -11,7 +11,7 @@ static PetscErrorCode Extraction(const Lattice &l, Mat A, const Dense &dense)
   bool                  rising = true, outside = true;
 
   PetscFunctionBeginUser;
-  PetscCall(AinsworthBlockMatCreate(A, l.bs, {}, &X));
+  PetscCall(AinsworthBlockMatCreate(A, l.bs, {}, NULL, &X));
   PetscCall(Gather(X, got));
   PetscCall(CheckEqual("blocks", got, dense, 0.0));
   for (PetscInt i = 0; i < X.rows.n; i++)
@@ -70,7 +70,7 @@ static PetscErrorCode Exchange(const Lattice &l, Mat A)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
-  PetscCall(AinsworthBlockMatCreate(A, l.bs, {}, &X));
+  PetscCall(AinsworthBlockMatCreate(A, l.bs, {}, NULL, &X));
   for (PetscInt i = 0; i < X.cols.local; i++) PetscCall(FillRow(rows, X.cols.first + i, 0));
   if (X.cols.sf) PetscCall(AinsworthSendRows(X.cols.sf.get(), rows, (PetscInt)X.cols.ghosts.size(), &arrived));
   same = arrived.n == (PetscInt)X.cols.ghosts.size() && arrived.i.size() == X.cols.ghosts.size() + 1;
@@ -146,7 +146,7 @@ static PetscErrorCode Products(const Lattice &l, Mat A, const Dense &dense)
   PetscFunctionBeginUser;
   PetscCall(SurfaceCreate(l, A, 3.0, 4, &D));
   PetscCall(Gather(D, added));
-  PetscCall(AinsworthBlockMatCreate(D, l.bs, {}, &X));
+  PetscCall(AinsworthBlockMatCreate(D, l.bs, {}, NULL, &X));
   o.single  = PETSC_TRUE;
   o.product = PETSC_TRUE;
   {
