@@ -278,6 +278,7 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, Mat A, Mat added, bo
   Mat                             aij, P;
   std::unique_ptr<AinsworthLevel> level;
   std::vector<Vec>                rows;
+  const bool                      corrected = sa->subspace && sa->subspace->correction && n > 1;
 
   PetscFunctionBegin;
   PetscCall(SortRows(sa, &rows));
@@ -286,8 +287,8 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, Mat A, Mat added, bo
     PetscCall(AinsworthBlockMatCreate(aij, sa->levels.hierarchy->grids[0].bs, sa->levels.hierarchy->order, NULL, &D));
     PetscCall(MatDestroy(&aij));
     if (n > 1) PetscCall(AinsworthGalerkin(D, *sa->levels.hierarchy->grids[0].P, &coarse));
-  } else if (sa->subspace && sa->subspace->correction && n > 1) PetscCall(CorrectCoarse(A, sa, &coarse));
-  const bool changed = coarse.rows.n || added;
+  } else if (corrected) PetscCall(CorrectCoarse(A, sa, &coarse));
+  const bool changed = added || corrected;
   if (changed) PetscCall(sa->levels.hierarchy->createSum(std::move(coarse), sa->options, &sum));
   const AinsworthHierarchy &h = changed ? sum : *sa->levels.hierarchy;
 

@@ -16,6 +16,8 @@
 static const PetscReal fewRows = 8.0;
 /* A row has no weight left if its entry of S is at most this part of what the weight of all unknowns gives it */
 static const PetscReal weightless = 1e-10;
+/* The same where loose unknowns do all that a row asks for */
+static const PetscReal nothing = 1e-16;
 /* At most so many rows are kept as constraints of coarser levels; the projector alone knows of others */
 static const size_t mostKept = 64;
 
@@ -58,36 +60,31 @@ static PetscErrorCode MarkZeroRows(const AinsworthPmatInputs *in, Vec zeros)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Decides which rows are in Q_* and which are kept; a long row with an unknown of its own that has no stiffness needs neither. Collective */
-static PetscErrorCode ChooseRows(const AinsworthPmatInputs *in, Vec counts, Vec zeros, Roles *roles)
+/* Decides which rows, scaled to C W C' = 1 before loose unknowns were released from them, are in Q_*, and which are kept. Collective */
+static PetscErrorCode ChooseRows(const AinsworthPmatInputs *in, Mat C, Roles *roles)
 {
-  Vec                    own, owned, left, all;
-  std::vector<PetscReal> free;
+  Vec                    left, all;
+  std::vector<char>      asks;
   std::vector<PetscInt>  mine;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthVecClone(zeros, &own));
-  PetscCall(AinsworthUpdate(own, {counts}, [](PetscInt, PetscScalar &z, PetscScalar count) { z = count == 1.0 ? z : 0.0; }));
-  PetscCall(MatCreateVecs(in->C, NULL, &owned));
-  PetscCall(VecDuplicate(owned, &left));
-  PetscCall(VecDuplicate(owned, &all));
-  PetscCall(AinsworthRowSquares(in->C, own, owned));
-  PetscCall(AinsworthRowSquares(in->C, roles->weight, left));
-  PetscCall(AinsworthRowSquares(in->C, in->weight, all));
-  PetscCall(AinsworthForEntries({owned, left, all}, [&](PetscInt, PetscScalar o, PetscScalar l, PetscScalar a) {
-    free.push_back(PetscRealPart(o));
-    roles->shortRows.push_back(PetscRealPart(l) > weightless * PetscRealPart(a));
+  PetscCall(MatCreateVecs(C, NULL, &left));
+  PetscCall(VecDuplicate(left, &all));
+  PetscCall(AinsworthRowSquares(C, roles->weight, left));
+  PetscCall(AinsworthRowSquares(C, in->weight, all));
+  PetscCall(AinsworthForEntries({left, all}, [&](PetscInt, PetscScalar l, PetscScalar a) {
+    asks.push_back(PetscRealPart(a) > nothing);
+    roles->shortRows.push_back(asks.back() && PetscRealPart(l) > weightless * PetscRealPart(a));
   }));
-  PetscCall(AinsworthForRows(in->C, [&](const AinsworthMatRow &row) {
-    const bool isLong = row.n > in->fill.most;
-
-    if (isLong) roles->shortRows[row.local] = 0;
-    if (row.n && !roles->shortRows[row.local] && !(isLong && free[row.local] > 0.0)) mine.push_back(row.number);
+  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
+    if (row.n > PetscMax(in->fill.most, in->fill.usual)) roles->shortRows[row.local] = 0;
+    if (asks[row.local] && !roles->shortRows[row.local]) mine.push_back(row.number);
   }));
-  for (Vec *v : {&own, &owned, &left, &all}) PetscCall(VecDestroy(v));
-  PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)in->C), mine, &roles->kept));
+  PetscCall(VecDestroy(&left));
+  PetscCall(VecDestroy(&all));
+  PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)C), mine, &roles->kept));
   if (roles->kept.size() > mostKept) {
-    PetscCall(PetscInfo(in->C, "%" PetscInt_FMT " rows of C would have to be kept on all levels: the projector alone has them\n", (PetscInt)roles->kept.size()));
+    PetscCall(PetscInfo(C, "%d rows of C would have to be kept on all levels: the projector alone has them\n", (int)roles->kept.size()));
     roles->kept.clear();
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -98,7 +95,7 @@ PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *in, const 
 {
   Roles             roles;
   Vec               counts, zeros;
-  Mat               C, CW, CWt, S, XC, inverse;
+  Mat               all, C, CW, CWt, S, XC, inverse;
   PetscInt          taken = 0;
 
   PetscFunctionBegin;
@@ -107,15 +104,16 @@ PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *in, const 
   PetscCall(VecDuplicate(counts, &zeros));
   PetscCall(MarkZeroRows(in, zeros));
   PetscCall(FindCarried(in, counts, zeros, &roles));
-  PetscCall(ChooseRows(in, counts, zeros, &roles));
+  PetscCall(AinsworthPmatReleaseLoose(in, roles.weight, in->C, &all));
+  PetscCall(ChooseRows(in, all, &roles));
   PetscCall(VecDestroy(&counts));
   PetscCall(VecDestroy(&zeros));
   made->carried = roles.carried;
   for (char s : roles.shortRows) taken += s;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &taken, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)in->C)));
-  PetscCall(AinsworthGetRows(in->C, roles.kept, &made->rows));
+  PetscCall(AinsworthGetRows(all, roles.kept, &made->rows));
   if (taken && opt->type != PC_AINSWORTH_PMAT_ID) {
-    PetscCall(AinsworthCopyMarkedRows(in->C, &roles.shortRows, &C));
+    PetscCall(AinsworthCopyMarkedRows(all, &roles.shortRows, &C));
     PetscCall(AinsworthScaleColumns(C, roles.weight, &S));
     PetscCall(AinsworthCopyMarkedRows(S, NULL, &CW));
     PetscCall(MatDestroy(&S));
@@ -143,6 +141,7 @@ PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *in, const 
     }
     for (Mat *M : {&C, &CW, &CWt, &inverse}) PetscCall(MatDestroy(M));
   }
+  PetscCall(MatDestroy(&all));
   PetscCall(VecDestroy(&roles.weight));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -276,3 +276,60 @@ PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *in, PetscR
   PetscCall(ISDestroy(&loose));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/*
+   AinsworthPmatReleaseLoose - eliminates loose unknowns, those with a weight whose rows of A are zero, from the rows of C. Collective
+
+   released: the rows scaled to C W C' = 1, with W of `in`, and in each group that is eliminated Cx - Cl K^{-1} Cl' Cx with K = Cl' Cl: what they ask of the other
+   unknowns, wherever l is. Rows that ask for nothing become zero up to rounding, others appear several times
+*/
+PetscErrorCode AinsworthPmatReleaseLoose(const AinsworthPmatInputs *in, Vec weight, Mat C, Mat *released)
+{
+  IS                loose, rows;
+  Vec               scale, kept;
+  Mat               Cx, Cl, K, inverse, mixed, product, correction;
+  PetscInt          rstart, rend;
+  std::vector<char> marked;
+  Groups            groups;
+
+  PetscFunctionBegin;
+  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, released));
+  PetscCall(AinsworthRowPenaltyCreate(C, in->weight, 1.0, &scale));
+  PetscCall(VecSqrtAbs(scale));
+  PetscCall(MatDiagonalScale(*released, scale, NULL));
+  PetscCall(FindLoose(in->aij, C, weight, &loose));
+  if (!loose) {
+    PetscCall(VecDestroy(&scale));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(VecDestroy(&scale));
+  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
+  PetscCall(ISCreateStride(PetscObjectComm((PetscObject)C), rend - rstart, rstart, 1, &rows));
+  PetscCall(MatCreateSubMatrix(*released, rows, loose, MAT_INITIAL_MATRIX, &Cl));
+  PetscCall(AinsworthMultiplyAdjoint(Cl, Cl, &K));
+  PetscCall(groups.create(K));
+  for (const auto &members : groups.members) groups.taken.push_back((PetscInt)members.size() <= mostLoose);
+  PetscCall(groups.markRows(Cl, &marked));
+  PetscCall(groups.createInverse(K, &inverse));
+  PetscCall(VecDuplicate(weight, &kept));
+  PetscCall(VecSet(kept, 1.0));
+  PetscCall(VecISSet(kept, loose, 0.0));
+  PetscCall(AinsworthScaleColumns(*released, kept, &product));
+  PetscCall(AinsworthCopyMarkedRows(product, &marked, &Cx));
+  PetscCall(MatDestroy(&product));
+  for (char &row : marked) row = !row;
+  PetscCall(AinsworthCopyMarkedRows(*released, &marked, &product));
+  PetscCall(MatDestroy(released));
+  *released = product;
+  PetscCall(AinsworthMultiplyAdjoint(Cl, Cx, &mixed));
+  PetscCall(MatMatMult(inverse, mixed, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &product));
+  PetscCall(MatMatMult(Cl, product, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &correction));
+  PetscCall(MatScale(correction, -1.0));
+  PetscCall(AinsworthAddAIJ(1.0, {Cx, correction}, released));
+  PetscCall(groups.destroy());
+  for (Mat *mat : {&Cx, &Cl, &K, &inverse, &mixed, &product, &correction}) PetscCall(MatDestroy(mat));
+  PetscCall(VecDestroy(&kept));
+  PetscCall(ISDestroy(&rows));
+  PetscCall(ISDestroy(&loose));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

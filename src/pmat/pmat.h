@@ -85,6 +85,8 @@ PetscErrorCode AinsworthPmatCheckFill(Mat, Mat, Mat, const AinsworthPmatFill *, 
 /* loose.cpp */
 PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *, PetscReal, Mat, Mat *, Mat *);
 
+PetscErrorCode AinsworthPmatReleaseLoose(const AinsworthPmatInputs *, Vec, Mat, Mat *);
+
 /* rows.cpp */
 PetscErrorCode AinsworthCopyMarkedRows(Mat, const std::vector<char> *, Mat *);
 PetscErrorCode AinsworthPmatCreateShort(Mat, const AinsworthPmatFill *, Mat *);
