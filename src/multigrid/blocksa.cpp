@@ -225,6 +225,9 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPrintf(viewer, "    finest level in %s precision%s; operator complexity %.3g\n", h.single() ? "single" : "double",
                                    sa->options.single && !h.single() ? ", as its values jump too far or it is the only one, or for an earlier solve" : "",
                                    (double)h.complexity()));
+  if (sa->subspace)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "    in the kernel of constraints, with %d unknowns carried and %d rows kept on all levels\n",
+                                     (int)sa->subspace->carried.size(), (int)sa->subspace->rows.size()));
   if (h.sorted) PetscCall(PetscViewerASCIIPrintf(viewer, "    unknowns sorted by nodes, which the pattern of the matrix shows\n"));
   for (const AinsworthGrid &grid : h.grids)
     PetscCall(PetscViewerASCIIPrintf(viewer, "    level: %" PetscInt_FMT " unknowns, blocks of %" PetscInt_FMT ", %.1f of them a row, on %d ranks\n",

@@ -23,16 +23,21 @@ PetscReal PCAinsworthEscapeLeast_Private(const PC_Ainsworth *data)
 /* Predicts the cost of a factorization of M_*; collective, the same on all ranks */
 static PetscErrorCode Predict(PC_Ainsworth *data, AinsworthCost *cost)
 {
-  std::vector<Mat> parts(1, data->constraints ? data->M : data->saddle.A);
-  PetscBool        general;
-  MatSolverType    package;
+  std::vector<Mat>  parts(1);
+  PetscBool         general;
+  MatSolverType     package;
+  AinsworthPmatFill fill;
+  Mat               C, square;
 
   PetscFunctionBegin;
-  if (data->format == AINSWORTH_PMAT_SUM && data->constraints) {
-    parts.resize(2);
-    for (PetscInt i = 0; i < 2; i++) PetscCall(MatCompositeGetMat(data->M, i, &parts[i]));
-  }
-  for (Mat &mat : parts) PetscCall(AinsworthGetAIJ(mat, &mat));
+  if (data->format == AINSWORTH_PMAT_SUM && data->constraints) { /* M_* has the pattern of A + C' C, without long rows */
+    PetscCall(AinsworthGetAIJ(data->saddle.P, &parts[0]));
+    PetscCall(AinsworthPmatGetFill(parts[0], data->saddle.C, &fill));
+    PetscCall(AinsworthPmatCreateShort(data->saddle.C, &fill, &C));
+    PetscCall(AinsworthMultiplyAdjoint(C, C, &square));
+    PetscCall(MatDestroy(&C));
+    parts.push_back(square);
+  } else PetscCall(AinsworthGetAIJ(data->constraints ? data->M : data->saddle.A, &parts[0]));
   PetscCall(PCAinsworthOrderPmat_Private(data, parts, cost));
   for (Mat &mat : parts) PetscCall(MatDestroy(&mat));
   PetscCall(PetscStrcmp(PCAinsworthFactorType_Private(data, &package), PCLU, &general));

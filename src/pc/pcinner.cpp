@@ -24,7 +24,7 @@ static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInpu
   data->autoType   = PC_AINSWORTH_PMAT_ID;
   if (in->inKernel) {
     data->autoType   = PC_AINSWORTH_PMAT_JCB;
-    data->autoReason = ", for the coarser levels alone";
+    data->autoReason = ", for coarse functions in Ker C";
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   data->autoReason = ", as it is factored";

@@ -1,4 +1,5 @@
 #include "pcainsworth.h"
+#include "../multigrid/blocksa.h"
 #include "../ksp/projectedcg.h"
 #include "../operator/matainsworth.h"
 #include <string>
@@ -32,6 +33,8 @@ PetscErrorCode PCAinsworthDescribeLeftOut_Private(PC_Ainsworth *data, std::strin
     Mat_Ainsworth       *ctx;
     const AinsworthGram *gram;
     PetscBool            projected;
+    PC                   inner;
+    PC_BlockSA          *sa = NULL;
     const char          *economy;
 
     PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
@@ -39,8 +42,12 @@ PetscErrorCode PCAinsworthDescribeLeftOut_Private(PC_Ainsworth *data, std::strin
     PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
     PetscCall(AinsworthGramGetEconomy(gram, &economy));
     text += economy;
-    if (PCAinsworthPmatTypeInUse_Private(data) == PC_AINSWORTH_PMAT_ID) text += "; id: no product with A for the preconditioning matrix";
-    if (data->longRows) text += "; " + std::to_string(data->longRows) + " long rows of C: not in the preconditioning matrix";
+    PetscCall(KSPGetPC(data->ksp, &inner));
+    PetscCall(PCBlockSAGet_Private(inner, &sa));
+    const bool inKernel = sa && sa->subspace;
+    if (inKernel) text += "; multigrid in Ker C: neither a preconditioning matrix nor a penalty";
+    else if (PCAinsworthPmatTypeInUse_Private(data) == PC_AINSWORTH_PMAT_ID) text += "; id: no product with A for the preconditioning matrix";
+    if (data->longRows && !inKernel) text += "; " + std::to_string(data->longRows) + " long rows of C: not in the preconditioning matrix";
     if (!ctx->shared.empty()) text += "; " + std::to_string(ctx->shared.size()) + " shared unknowns: held in the preconditioning matrix";
     if (projected) text += "; iterates in Ker C: C' B C is not applied";
     if (ctx->omitPenalty) text += "; preconditioned in Ker C: C' B C is not applied";
