@@ -12,12 +12,15 @@ struct Graph {
   std::vector<bool>         alone;    /* not coupled to any other node on any rank */
   std::vector<PetscInt>     si, sj;   /* strong neighbors on this rank */
 
-  explicit Graph(const AinsworthBlockRows &rows) : A(rows), n(A.n), square(A.j.size()), diagonal(n, 0.0), alone(n, true)
+  Graph(const AinsworthBlockRows &rows, const std::vector<char> &left) : A(rows), n(A.n), square(A.j.size(), 0.0), diagonal(n, 0.0), alone(n, true)
   {
+    auto out = [&](PetscInt i) { return i < n && !left.empty() && left[i]; };
+
     for (PetscInt i = 0; i < n; i++)
-      for (PetscInt k = A.i[i]; k < A.i[i + 1]; k++) {
+      for (PetscInt k = A.i[i]; k < A.i[i + 1] && !out(i); k++) {
         PetscReal sum = 0.0;
 
+        if (out(A.j[k])) continue; /* ghosts that are left have no aggregate either */
         for (const PetscScalar *a = A.block(k), *end = A.block(k + 1); a != end; a++) sum += PetscRealPart(*a * PetscConj(*a));
         square[k] = sum;
         if (A.j[k] == i) diagonal[i] = PetscSqrtReal(sum);
@@ -124,7 +127,7 @@ static void MergeSingle(const Graph &G, AinsworthAggregates *agg)
 */
 PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &A, PetscReal theta, const AinsworthModes &modes, AinsworthAggregates *agg)
 {
-  Graph          G(A.rows);
+  Graph          G(A.rows, modes.left);
   const PetscInt coupled = (PetscInt)std::count(G.alone.begin(), G.alone.end(), false);
 
   PetscFunctionBegin;

@@ -29,6 +29,7 @@ struct PC_BlockSA {
 
   AinsworthLevels  levels;
   PetscBool        old;       /* the coarser levels belong to earlier values of A */
+  std::shared_ptr<const AinsworthInterpolation> corrected; /* what corrects interpolation to the finest level; NULL: nothing */
   std::shared_ptr<const AinsworthFewRows> coarseRows; /* of the coarsest level; NULL: none */
   std::vector<Mat> op;        /* operators of the levels, finest first; the coarsest is AIJ */
   Mat              product;   /* A for products, from the current levels; NULL until requested */

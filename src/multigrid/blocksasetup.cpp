@@ -63,13 +63,37 @@ static std::vector<PetscInt> Carried(const PC_BlockSA *sa)
   return sa->subspace ? sa->subspace->carried : std::vector<PetscInt>();
 }
 
-/* Checks whether there are levels with the same block size and, at least, the same carried unknowns */
-static bool HasLevels(const PC_BlockSA *sa, PetscInt bs)
+/* Returns the local nodes, in their order, that coarse functions do not reach because others move all their unknowns; empty if there are none on any rank */
+static std::vector<char> Left(const PC_BlockSA *sa, PetscInt bs, const std::vector<PetscInt> &order)
+{
+  std::vector<char> left;
+
+  if (!sa->subspace || sa->subspace->left.empty()) return left;
+  for (size_t l = 0; l < sa->subspace->left.size(); l += bs) {
+    left.push_back(1);
+    for (PetscInt c = 0; c < bs; c++)
+      if (!sa->subspace->left[order.empty() ? l + c : order[l + c]]) left.back() = 0;
+  }
+  return left;
+}
+
+/* Checks whether there are levels with the same block size whose coarse functions reach all that they have to; collective */
+static PetscErrorCode HasLevels(PC pc, const PC_BlockSA *sa, PetscInt bs, PetscBool *has)
 {
   const AinsworthHierarchy   *h     = sa->levels.hierarchy.get();
   const std::vector<PetscInt> carry = Carried(sa);
 
-  return !sa->stale && h && (h->sorted ? bs == 1 : h->grids[0].bs == bs) && std::includes(h->carried.begin(), h->carried.end(), carry.begin(), carry.end());
+  PetscFunctionBegin;
+  *has = (PetscBool)(!sa->stale && h && (h->sorted ? bs == 1 : h->grids[0].bs == bs) &&
+                     std::includes(h->carried.begin(), h->carried.end(), carry.begin(), carry.end()));
+  if (*has && !h->left.empty()) {
+    const std::vector<char> left = Left(sa, h->grids[0].bs, h->order);
+
+    for (size_t i = 0; i < h->left.size(); i++)
+      if (h->left[i] && (left.empty() || !left[i])) *has = PETSC_FALSE;
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, has, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)pc)));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Gets the coordinates of the nodes in their order; if the program stores its unknowns in another order it may have given coordinates of all unknowns */
@@ -123,7 +147,7 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   Mat                    aij;
   MatNullSpace           near;
   PetscInt               bs;
-  PetscBool              same = PETSC_FALSE, fits = PETSC_FALSE;
+  PetscBool              same = PETSC_FALSE, fits = PETSC_FALSE, has;
   AinsworthModes         modes;
   std::vector<PetscInt>  order;
   std::vector<PetscReal> coordinates;
@@ -133,7 +157,8 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   if (!near) PetscCall(MatGetNearNullSpace(A, &near));
   if (!near) PetscCall(MatGetNearNullSpace(pc->mat, &near));
   PetscCall(GetBlockSize(pc, A, &bs));
-  if (HasLevels(sa, bs)) PetscCall(sa->levels.source.holds(A, near, Unsorted(*sa->levels.hierarchy), &same, &fits));
+  PetscCall(HasLevels(pc, sa, bs, &has));
+  if (has) PetscCall(sa->levels.source.holds(A, near, Unsorted(*sa->levels.hierarchy), &same, &fits));
   *anew = (PetscBool)(!fits || (!sa->keep && (!same || sa->old)));
   if (!*anew && same) {
     PetscCall(PetscInfo(pc, "A has the values that it had: its levels are kept\n"));
@@ -154,7 +179,8 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
     PetscCall(PetscInfo(pc, "Neither a near null space nor coordinates: with rigid-body modes (MatSetNearNullSpace(), PCSetCoordinates()) slender bodies "
                             "take 2 to 5 times less\n"));
   auto hierarchy = std::make_shared<AinsworthHierarchy>();
-  PetscCall(hierarchy->create(aij, bs, std::move(order), std::move(modes), Carried(sa), sa->options));
+  const std::vector<char> left = Left(sa, bs, order);
+  PetscCall(hierarchy->create(aij, bs, std::move(order), std::move(modes), Carried(sa), left, sa->options));
   PetscCall(MatDestroy(&aij));
   sa->levels.hierarchy = hierarchy;
   sa->stale            = PETSC_FALSE;
@@ -245,23 +271,25 @@ static PetscErrorCode KeepRows(const std::vector<Vec> &rows, AinsworthLevel *lev
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes what the correction of coarse functions adds to the first coarser level; collective */
-static PetscErrorCode CorrectCoarse(Mat A, const PC_BlockSA *sa, AinsworthBlockMat *added)
+/* Computes what corrects coarse functions, and what that adds to the first coarser level; collective */
+static PetscErrorCode CorrectCoarse(Mat A, PC_BlockSA *sa, AinsworthBlockMat *added)
 {
   const AinsworthHierarchy &h = *sa->levels.hierarchy;
   AinsworthBlockMat         T, rows;
-  AinsworthInterpolation    Z;
   std::vector<char>         marked;
   Mat                       aij;
 
   PetscFunctionBegin;
   PetscCall(AinsworthBlockMatCreate(sa->subspace->correction, h.grids[0].bs, h.order, NULL, &T));
   for (PetscInt i = 0; i < T.rows.n; i++) marked.push_back(T.rows.i[i] < T.rows.i[i + 1]);
-  PetscCall(AinsworthInterpolationMultiply(T, *h.grids[0].P, &Z));
+  auto Z = std::make_shared<AinsworthInterpolation>();
+  PetscCall(AinsworthInterpolationMultiply(T, *h.grids[0].P, Z.get()));
   PetscCall(AinsworthGetAIJ(A, &aij));
   PetscCall(AinsworthBlockMatCreate(aij, h.grids[0].bs, h.order, &marked, &rows));
   PetscCall(MatDestroy(&aij));
-  PetscCall(AinsworthGalerkinChange(rows, *h.grids[0].P, Z, added));
+  PetscCall(AinsworthGalerkinChange(rows, *h.grids[0].P, *Z, added));
+  for (PetscScalar &v : Z->rows.a) v = -v;
+  sa->corrected = Z;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -281,6 +309,7 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, Mat A, Mat added, bo
   const bool                      corrected = sa->subspace && sa->subspace->correction && n > 1;
 
   PetscFunctionBegin;
+  sa->corrected.reset();
   PetscCall(SortRows(sa, &rows));
   if (added) {
     PetscCall(AinsworthGetAIJ(added, &aij));
@@ -307,6 +336,12 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, Mat A, Mat added, bo
     if (!l && sa->subspace) level->stay(std::make_shared<AinsworthLevelSubspace>(sa->subspace, h.order));
     if (plus) PetscCall(level->estimate(&D.rows));
     PetscCall(AinsworthLevelMatSet(h.grids[l].nodes, h.grids[l].bs, std::move(level), &sa->op[l]));
+    if (!l && sa->subspace && !sa->subspace->left.empty()) { /* that of A may be that of bars, which move with what they are in */
+      AinsworthLevel *finest;
+
+      PetscCall(AinsworthLevelMatGet(sa->op[0], &finest));
+      PetscCall(finest->estimateInSubspace(sa->op[0]));
+    }
     PetscCall(PCMGGetInterpolation(pc, (PetscInt)(n - 1 - l), &P));
     PetscCall(AinsworthInterpolationMatSet(P, h.grids[l].P));
   }
@@ -444,7 +479,7 @@ static PetscErrorCode StayInSubspace(PC pc, PC_BlockSA *sa)
     if (l < top) PetscCall(AinsworthLevelMatGet(sa->op[l], &level));
     if (l == 0) {
       PetscCall(PCMGGetInterpolation(pc, top, &P));
-      PetscCall(AinsworthInterpolationMatSetSubspace(P, level->subspace));
+      PetscCall(AinsworthInterpolationMatSetSubspace(P, level->subspace, sa->corrected));
     }
     PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEVSINGLE, &single));
     if (level && level->subspace && !single) PetscCall(AinsworthSubspacePCCreate(level->subspace, inner, &projected));

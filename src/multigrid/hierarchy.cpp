@@ -213,7 +213,7 @@ PetscErrorCode AinsworthHierarchy::add(AinsworthBlockMat &X, const AinsworthHier
   PetscCall(ReadDiagonal(X, grids.size() > 1, modes, &grids.back().diagonal));
   PetscCall(store(X, options));
   PetscCall(createLevel((PetscInt)grids.size() - 1, NULL, true, &level));
-  PetscCall(level->estimate());
+  PetscCall(level->estimate(NULL, &modes.left));
   grids.back().largest = level->largest;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -265,10 +265,11 @@ static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt enoug
    AinsworthHierarchy::create - creates the levels of A, down to one that can be factored; collective
 
    A: AIJ, Hermitian, bs unknowns per node; nodes: the local rows node by node, empty if they are stored so; carry: unknowns without entries in A, global numbers
-   of all ranks, whose nodes get coarse functions nevertheless, as what is added to A will couple them to many others
+   of all ranks, whose nodes get coarse functions nevertheless, as what is added to A will couple them to many others; leave: marks local nodes that get none, as others move
+   them, or is empty
 */
 PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscInt> &&nodes, AinsworthModes &&near, const std::vector<PetscInt> &carry,
-                                          const AinsworthHierarchyOptions &options)
+                                          const std::vector<char> &leave, const AinsworthHierarchyOptions &options)
 {
   AinsworthBlockMat X;
   PetscInt          rstart, rend;
@@ -288,6 +289,8 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   for (PetscInt u : carry)
     if (u >= rstart && u < rend) modes.carried[(order.empty() ? u - rstart : place[u - rstart]) / bs] = 1;
   AinsworthModesCarry(bs, &modes);
+  left       = leave;
+  modes.left = leave;
   for (;;) {
     AinsworthAggregates aggregates;
     AinsworthLayout     nodes;
@@ -316,9 +319,11 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
     TakeDouble(X, false, options, &grid); /* not earlier: the Galerkin product needs the most memory */
     grid.P = P;
     X      = std::move(coarse);
+    modes.left.clear();
   }
   modes.values.clear();
   modes.carried.clear();
+  modes.left.clear();
   if (grids.size() == 1) TakeDouble(X, true, options, &grids[0]);
   if (!doubts[0] && complexity() > tooComplex)
     PetscCall(PetscSNPrintf(doubts, sizeof(doubts), "all levels together have %.3g times the entries of the finest", (double)complexity()));

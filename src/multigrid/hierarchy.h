@@ -30,7 +30,7 @@ struct AinsworthGrid {
 class AinsworthHierarchy {
 public:
   PetscErrorCode create(Mat A, PetscInt bs, std::vector<PetscInt> &&order, AinsworthModes &&modes, const std::vector<PetscInt> &carry,
-                        const AinsworthHierarchyOptions &);
+                        const std::vector<char> &leave, const AinsworthHierarchyOptions &);
   PetscErrorCode createSum(AinsworthBlockMat &&, const AinsworthHierarchyOptions &, AinsworthHierarchy *) const;
   PetscErrorCode replaceFinest(Mat A, const AinsworthHierarchyOptions &);
   PetscErrorCode createLevel(PetscInt l, const AinsworthBlockMat *added, bool single, std::unique_ptr<AinsworthLevel> *) const;
@@ -43,6 +43,8 @@ public:
   AinsworthModes             modes;                /* without their values */
   std::vector<PetscInt>      carried;              /* unknowns without entries in A whose nodes all levels have, global numbers of all ranks, ascending */
   char                       doubts[128] = "";     /* why this hierarchy is likely to be inefficient; empty if nothing suggests that */
+
+  std::vector<char>          left;                 /* local nodes of the finest level without coarse functions; empty: none */
 
 private:
   PetscErrorCode add(AinsworthBlockMat &, const AinsworthHierarchyOptions &);

@@ -2,17 +2,25 @@
 
 namespace
 {
-/* Interpolation with its work space */
-struct InterpolationMat {
+/* An interpolation with its work space */
+struct Part {
   std::shared_ptr<const AinsworthInterpolation> P;
-  std::shared_ptr<const AinsworthLevelSubspace> subspace; /* of the finer level; NULL: the whole space */
   std::vector<PetscScalar>                      ghost;
+
+  void set(const std::shared_ptr<const AinsworthInterpolation> &I)
+  {
+    P = I;
+    ghost.assign(I ? I->cols.ghosts.size() * I->rows.bc : 0, 0.0);
+  }
+};
+
+/* Interpolation P + added, where `added` has few rows or is absent; unit: the values of a coarse node */
+struct InterpolationMat {
+  Part                                          main, added;
+  std::shared_ptr<const AinsworthLevelSubspace> subspace; /* of the finer level; NULL: the whole space */
   AinsworthUnit                                 unit;
 
-  explicit InterpolationMat(const std::shared_ptr<const AinsworthInterpolation> &I)
-    : P(I), ghost(I->cols.ghosts.size() * I->rows.bc), unit(I->rows.bc, MPIU_SCALAR)
-  {
-  }
+  explicit InterpolationMat(const std::shared_ptr<const AinsworthInterpolation> &I) : unit(I->rows.bc, MPIU_SCALAR) { main.set(I); }
 };
 
 template <bool adjoint, int R, int C, class T>
@@ -30,6 +38,39 @@ void MultTranspose(const AinsworthInterpolation &P, const T *a, const PetscScala
 }
 } // namespace
 
+/* Computes y += P x; collective */
+static PetscErrorCode AddPart(Part *part, MPI_Datatype unit, const PetscScalar *x, PetscScalar *y)
+{
+  PetscFunctionBegin;
+  if (!part->P) PetscFunctionReturn(PETSC_SUCCESS);
+  const AinsworthInterpolation &P = *part->P;
+  PetscCall(P.cols.toGhosts(unit, x, part->ghost.data()));
+  AinsworthDispatch(P.rows.br, P.rows.bc, [&](auto R, auto C) {
+    if (P.single.size()) AinsworthRowsMultAdd<R(), C()>(P.rows, P.single.data(), P.cols.local, x, part->ghost.data(), P.rows.bc, P.rows.br, y);
+    else AinsworthRowsMultAdd<R(), C()>(P.rows, P.rows.a.data(), P.cols.local, x, part->ghost.data(), P.rows.bc, P.rows.br, y);
+  });
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes y += P^T x or, if adjoint, y += P' x; collective */
+template <bool adjoint>
+static PetscErrorCode AddPartTranspose(Part *part, MPI_Datatype unit, const PetscScalar *x, PetscScalar *y)
+{
+  PetscFunctionBegin;
+  if (!part->P) PetscFunctionReturn(PETSC_SUCCESS);
+  const AinsworthInterpolation &P = *part->P;
+  std::fill(part->ghost.begin(), part->ghost.end(), 0.0);
+  AinsworthDispatch(P.rows.br, P.rows.bc, [&](auto R, auto C) {
+    if (P.single.size()) MultTranspose<adjoint, R(), C()>(P, P.single.data(), x, part->ghost.data(), y);
+    else MultTranspose<adjoint, R(), C()>(P, P.rows.a.data(), x, part->ghost.data(), y);
+  });
+  if (P.cols.sf) {
+    PetscCall(PetscSFReduceBegin(P.cols.sf.get(), unit, part->ghost.data(), y, MPIU_SUM));
+    PetscCall(PetscSFReduceEnd(P.cols.sf.get(), unit, part->ghost.data(), y, MPIU_SUM));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Computes y = w + P x or, with a subspace that w is in, Q (w + P x); w may be y */
 static PetscErrorCode MatMultAdd_Interpolation(Mat mat, Vec x, Vec w, Vec y)
 {
@@ -39,15 +80,10 @@ static PetscErrorCode MatMultAdd_Interpolation(Mat mat, Vec x, Vec w, Vec y)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &I));
-  const AinsworthInterpolation &P = *I->P;
   if (w != y) PetscCall(VecCopy(w, y));
   PetscCall(VecGetArrayRead(x, &from));
   PetscCall(VecGetArray(y, &to));
-  PetscCall(P.cols.toGhosts(I->unit.type, from, I->ghost.data()));
-  AinsworthDispatch(P.rows.br, P.rows.bc, [&](auto R, auto C) {
-    if (P.single.size()) AinsworthRowsMultAdd<R(), C()>(P.rows, P.single.data(), P.cols.local, from, I->ghost.data(), P.rows.bc, P.rows.br, to);
-    else AinsworthRowsMultAdd<R(), C()>(P.rows, P.rows.a.data(), P.cols.local, from, I->ghost.data(), P.rows.bc, P.rows.br, to);
-  });
+  for (Part *part : {&I->main, &I->added}) PetscCall(AddPart(part, I->unit.type, from, to));
   PetscCall(VecRestoreArray(y, &to));
   PetscCall(VecRestoreArrayRead(x, &from));
   if (I->subspace) PetscCall(I->subspace->project(false, y));
@@ -72,19 +108,10 @@ static PetscErrorCode MatMultTranspose_Interpolation(Mat mat, Vec x, Vec y)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &I));
-  const AinsworthInterpolation &P = *I->P;
   PetscCall(VecZeroEntries(y));
-  std::fill(I->ghost.begin(), I->ghost.end(), 0.0);
   PetscCall(VecGetArrayRead(x, &from));
   PetscCall(VecGetArray(y, &to));
-  AinsworthDispatch(P.rows.br, P.rows.bc, [&](auto R, auto C) {
-    if (P.single.size()) MultTranspose<adjoint, R(), C()>(P, P.single.data(), from, I->ghost.data(), to);
-    else MultTranspose<adjoint, R(), C()>(P, P.rows.a.data(), from, I->ghost.data(), to);
-  });
-  if (P.cols.sf) {
-    PetscCall(PetscSFReduceBegin(P.cols.sf.get(), I->unit.type, I->ghost.data(), to, MPIU_SUM));
-    PetscCall(PetscSFReduceEnd(P.cols.sf.get(), I->unit.type, I->ghost.data(), to, MPIU_SUM));
-  }
+  for (Part *part : {&I->main, &I->added}) PetscCall(AddPartTranspose<adjoint>(part, I->unit.type, from, to));
   PetscCall(VecRestoreArray(y, &to));
   PetscCall(VecRestoreArrayRead(x, &from));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -98,9 +125,10 @@ static PetscErrorCode MatConvert_Interpolation_AIJ(Mat mat, MatType, MatReuse re
   PetscFunctionBegin;
   PetscCheck(reuse == MAT_INITIAL_MATRIX, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP, "MatConvert() of interpolation makes a new matrix only");
   PetscCall(MatShellGetContext(mat, &I));
-  AinsworthBlockRows rows(I->P->rows);
-  if (I->P->single.size()) rows.a.assign(I->P->single.begin(), I->P->single.end());
-  PetscCall(AinsworthBlocksToAIJ(rows, I->P->cols, mat, newmat));
+  const AinsworthInterpolation &P = *I->main.P;
+  AinsworthBlockRows            rows(P.rows);
+  if (P.single.size()) rows.a.assign(P.single.begin(), P.single.end());
+  PetscCall(AinsworthBlocksToAIJ(rows, P.cols, mat, newmat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -122,19 +150,20 @@ PetscErrorCode AinsworthInterpolationMatSet(Mat mat, const std::shared_ptr<const
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &I));
-  I->P = P;
-  I->ghost.assign(P->cols.ghosts.size() * P->rows.bc, 0.0);
+  I->main.set(P);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthInterpolationMatSetSubspace - keeps what is interpolated in a subspace, or (NULL) no longer */
-PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat mat, const std::shared_ptr<const AinsworthLevelSubspace> &subspace)
+/* AinsworthInterpolationMatSetSubspace - adds to the interpolation and keeps what is interpolated in a subspace, or (NULL) no longer */
+PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat mat, const std::shared_ptr<const AinsworthLevelSubspace> &subspace,
+                                                    const std::shared_ptr<const AinsworthInterpolation> &added)
 {
   InterpolationMat *I;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &I));
   I->subspace = subspace;
+  I->added.set(added);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -162,11 +162,11 @@ static PetscReal Hash(size_t l)
    Estimates the largest eigenvalue of D^{-1} A by steps of conjugate gradients with Jacobi; collective
 
    The first residual is r_i = sqrt(a_ii) times a random number, so that stiff and soft unknowns have the same share. w: scaling of the unknowns, NULL for none.
-   start: r is zero in rows without entries there, NULL for none
+   start: r is zero in rows without entries there, NULL for none. left: the eigenvalue is that of A without the rows and columns of these nodes; NULL or empty: none
 */
 template <class T>
 static PetscErrorCode Estimate(AinsworthProduct<T> &A, const std::vector<PetscReal> &diagonal, const std::vector<PetscReal> *w, PetscInt steps,
-                               const AinsworthBlockRows *start, PetscReal *largest)
+                               const AinsworthBlockRows *start, const std::vector<char> *left, PetscReal *largest)
 {
   const PetscInt         bs = A.bs(), stride = A.stride();
   const size_t           n = (size_t)A.n() * stride, first = (size_t)A.cols.first * bs;
@@ -192,6 +192,7 @@ static PetscErrorCode Estimate(AinsworthProduct<T> &A, const std::vector<PetscRe
     const PetscReal scale = w ? (*w)[l] : 1.0;
 
     inverse[at] = (T)(1.0 / (diagonal[l] * scale * scale));
+    if (left && !left->empty() && (*left)[l / bs]) inverse[at] = 0;
     if (!start || start->i[l / bs] < start->i[l / bs + 1]) r[at] = (T)(PetscSqrtReal(diagonal[l]) * scale * Hash(first + l));
   }
   for (size_t l = 0; l < n; l++) p[l] = inverse[l] * r[l];
@@ -235,19 +236,80 @@ void AinsworthLevel::stay(const std::shared_ptr<const AinsworthLevelSubspace> &i
 }
 
 /*
+   AinsworthLevel::estimateInSubspace - estimates the largest eigenvalue of Q W A, by steps of conjugate gradients in the subspace; collective
+
+   mat: this level
+*/
+PetscErrorCode AinsworthLevel::estimateInSubspace(Mat mat)
+{
+  enum {
+    steps = 10
+  };
+  std::vector<PetscReal> d, e; /* the tridiagonal Lanczos matrix */
+  Vec                    r, z, p, q;
+  PetscScalar           *a, rz, pq, before, alpha = 0.0, beta = 0.0;
+  PetscInt               rstart, rend;
+  PetscBLASInt           one = 1, order, info;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(mat, &r, &z));
+  PetscCall(VecDuplicate(r, &p));
+  PetscCall(VecDuplicate(r, &q));
+  PetscCall(VecGetOwnershipRange(r, &rstart, &rend));
+  PetscCall(VecGetArrayWrite(r, &a));
+  for (PetscInt l = 0; l < rend - rstart; l++) a[l] = PetscSqrtReal(diagonal[l]) * Hash((size_t)(rstart + l));
+  PetscCall(VecRestoreArrayWrite(r, &a));
+  auto precondition = [&]() -> PetscErrorCode {
+    PetscFunctionBegin;
+    PetscCall(VecCopy(r, z));
+    PetscCall(VecGetArray(z, &a));
+    std::vector<PetscReal> w(diagonal.size());
+    for (size_t l = 0; l < w.size(); l++) w[l] = 1.0 / diagonal[l];
+    for (size_t k = 0; k < subspace->at.size(); k++) w[subspace->at[k]] = subspace->space->weight[k];
+    for (size_t l = 0; l < w.size(); l++) a[l] *= w[l];
+    PetscCall(VecRestoreArray(z, &a));
+    PetscCall(subspace->project(false, z));
+    PetscCall(VecDot(r, z, &rz));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  };
+  PetscCall(precondition());
+  PetscCall(VecCopy(z, p));
+  for (int k = 0; k < steps && PetscRealPart(rz) > 0.0; k++) {
+    PetscCall(MatMult(mat, p, q));
+    PetscCall(VecDot(q, p, &pq));
+    if (!(PetscRealPart(pq) > 0.0)) break;
+    d.push_back(PetscRealPart(pq / rz) + (k ? PetscRealPart(beta / alpha) : 0.0));
+    alpha  = rz / pq;
+    before = rz;
+    PetscCall(VecAXPY(r, -alpha, q));
+    PetscCall(precondition());
+    beta = rz / before;
+    e.push_back(PetscSqrtReal(PetscMax(PetscRealPart(beta), 0.0)) / PetscRealPart(alpha));
+    PetscCall(VecAYPX(p, beta, z));
+  }
+  for (Vec *v : {&r, &z, &p, &q}) PetscCall(VecDestroy(v));
+  if (d.empty()) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscBLASIntCast((PetscInt)d.size(), &order));
+  PetscCallBLAS("LAPACKREALsteqr", LAPACKREALsteqr_("N", &order, d.data(), e.data(), NULL, &one, NULL, &info));
+  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK routine steqr returned %d", (int)info);
+  largest = d.back();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    AinsworthLevel::estimate - estimates the largest eigenvalue of D^{-1} M, somewhat from below; collective
 
    added: M is A plus a matrix with entries in these rows, and `largest` holds the eigenvalue of A. If that of M is larger, its eigenvector is near these rows,
    and starting there finds it in half of the steps (docs/multigrid.md)
 */
-PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added)
+PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added, const std::vector<char> *left)
 {
   const PetscReal known = added ? largest : 0.0;
   const PetscInt  steps = added ? 5 : 10;
 
   PetscFunctionBegin;
-  if (single) PetscCall(Estimate(*single->product, diagonal, single->w.get(), steps, added, &largest));
-  else PetscCall(Estimate(*product, diagonal, NULL, steps, added, &largest));
+  if (single) PetscCall(Estimate(*single->product, diagonal, single->w.get(), steps, added, left, &largest));
+  else PetscCall(Estimate(*product, diagonal, NULL, steps, added, left, &largest));
   largest = PetscMax(largest, known);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -37,13 +37,15 @@ struct AinsworthLevel {
   std::shared_ptr<const AinsworthLevelSubspace>  subspace;      /* NULL: the whole space */
 
   void           stay(const std::shared_ptr<const AinsworthLevelSubspace> &);
-  PetscErrorCode estimate(const AinsworthBlockRows *added = NULL);
+  PetscErrorCode estimate(const AinsworthBlockRows *added = NULL, const std::vector<char> *left = NULL);
+  PetscErrorCode estimateInSubspace(Mat);
 };
 
 PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &, PetscInt, std::unique_ptr<AinsworthLevel> &&, Mat *);
 PetscErrorCode AinsworthLevelMatGet(Mat, AinsworthLevel **);
 PetscErrorCode AinsworthInterpolationMatSet(Mat, const std::shared_ptr<const AinsworthInterpolation> &);
-PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat, const std::shared_ptr<const AinsworthLevelSubspace> &);
+PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat, const std::shared_ptr<const AinsworthLevelSubspace> &,
+                                                    const std::shared_ptr<const AinsworthInterpolation> &);
 PetscErrorCode AinsworthInterpolationMatCreate(const std::shared_ptr<const AinsworthInterpolation> &, const AinsworthLayout &, Mat *);
 
 #endif

@@ -17,6 +17,7 @@ struct AinsworthSubspace {
   std::vector<PetscInt>                           places;  /* the local unknowns that Q or Q' changes, ascending */
   std::vector<PetscInt>                           carried; /* unknowns without entries in A that coarser levels have to move, global numbers of all ranks */
   Mat                                             correction = NULL; /* T: coarse functions are (I - T) P; has entries in few rows; NULL for 0; borrowed */
+  std::vector<char>                               left;    /* marks local unknowns that others move, and those without entries in A; empty: none on any rank */
   std::vector<PetscReal>                          weight;  /* W at these */
   std::vector<Vec>                                rows;    /* adjoints of few rows whose kernel coarser levels have to keep; borrowed from `project` */
   Vec                                             values;  /* work space for their values; borrowed */

@@ -69,6 +69,7 @@ static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, AinsworthPmatInKernel *mad
   subspace->places  = used->surface.places;
   subspace->carried    = used->made.carried;
   subspace->correction = used->made.correction;
+  subspace->left       = used->made.left;
   subspace->rows    = used->made.rows;
   subspace->weight  = used->surface.weight;
   subspace->values  = used->surface.values;

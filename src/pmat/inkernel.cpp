@@ -11,11 +11,17 @@
 #include "../objects.h"
 #include "../projector/projector.h"
 #include "../saddle/saddle.h"
+#include <algorithm>
 
 /* Unknowns without stiffness in more rows are carried: with a weight they would couple these rows, for which a diagonal Inv(S) is too crude */
 static const PetscReal fewRows = 8.0;
 /* A row has no weight left if its entry of S is at most this part of what the weight of all unknowns gives it */
 static const PetscReal weightless = 1e-10;
+/*
+   An unknown follows others only where it gives at least this part of the flexibility of its row. Stiffer bars hold their surroundings: on a lattice of bars as
+   stiff as 1, 10, 30, 100, 1000 times these it takes 10, 10, 13, 19, 47 iterations, and 10 with Inv(S); in unstructured meshes less stiff ones need it (docs/models.md)
+*/
+static const PetscReal soft = 0.02;
 /* The same where loose unknowns do all that a row asks for */
 static const PetscReal nothing = 1e-16;
 /* At most so many rows are kept as constraints of coarser levels; the projector alone knows of others */
@@ -90,57 +96,195 @@ static PetscErrorCode ChooseRows(const AinsworthPmatInputs *in, Mat C, Roles *ro
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthPmatCreateInKernel - creates I - Q_* for the coarser levels, and what these keep; NULL if no row is in Q_*. Collective */
-PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, AinsworthPmatInKernel *made)
+/* Gets the column of each local row that no other row has and that is soft enough: the one with the largest entry, or -1 */
+static PetscErrorCode FindSlaves(const AinsworthPmatInputs *in, Mat C, const Roles &roles, std::vector<PetscInt> *slaves, std::vector<PetscScalar> *entries)
 {
-  Roles             roles;
-  Vec               counts, zeros;
-  Mat               all, C, CW, CWt, S, XC, inverse;
-  PetscInt          taken = 0;
+  Vec                    counts, squares, here[2];
+  std::vector<PetscInt>  columns;
+  std::vector<PetscReal> alone, whole;
+  PetscInt               at = 0;
 
   PetscFunctionBegin;
-  made->correction = NULL;
+  PetscCall(AinsworthCountRows(C, 0, &counts));
+  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) { columns.insert(columns.end(), row.j, row.j + row.n); }));
+  PetscCall(AinsworthVecGather(counts, (PetscInt)columns.size(), columns.data(), &here[0]));
+  PetscCall(AinsworthVecGather(roles.weight, (PetscInt)columns.size(), columns.data(), &here[1]));
+  PetscCall(AinsworthForEntries({here[0], here[1]}, [&](PetscInt, PetscScalar count, PetscScalar w) { alone.push_back(count == 1.0 ? PetscRealPart(w) : 0.0); }));
+  PetscCall(MatCreateVecs(C, NULL, &squares));
+  PetscCall(AinsworthRowSquares(C, in->weight, squares));
+  PetscCall(AinsworthForEntries({squares}, [&](PetscInt, PetscScalar s) { whole.push_back(PetscRealPart(s)); }));
+  for (Vec *v : {&counts, &squares, &here[0], &here[1]}) PetscCall(VecDestroy(v));
+  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
+    slaves->push_back(-1);
+    entries->push_back(0.0);
+    for (PetscInt k = 0; k < row.n; k++, at++)
+      if (roles.shortRows[row.local] && PetscSqr(PetscAbsScalar(row.a[k])) * alone[at] >= soft * whole[row.local] && alone[at] > 0.0 &&
+          PetscAbsScalar(row.a[k]) > PetscAbsScalar(entries->back())) {
+        slaves->back()  = row.j[k];
+        entries->back() = row.a[k];
+      }
+  }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Marks by 1 the slaves all of whose neighbors in A are slaves or have no entries in A; zeros: marks the latter. Collective */
+static PetscErrorCode MarkEmbedded(Mat A, const std::vector<PetscInt> &slaves, Vec zeros, Vec embedded, PetscInt *found)
+{
+  Vec                   moved, here;
+  std::vector<PetscInt> columns, start(1, 0), which;
+  std::vector<char>     free;
+  PetscInt              rstart;
+
+  PetscFunctionBegin;
+  *found = 0;
+  PetscCall(AinsworthVecClone(zeros, &moved));
+  for (PetscInt j : slaves)
+    if (j >= 0) PetscCall(VecSetValue(moved, j, 2.0, INSERT_VALUES));
+  PetscCall(VecAssemblyBegin(moved));
+  PetscCall(VecAssemblyEnd(moved));
+  PetscCall(VecGetOwnershipRange(moved, &rstart, NULL));
+  PetscCall(AinsworthForEntries({moved}, [&](PetscInt i, PetscScalar m) {
+    if (m == 2.0) which.push_back(rstart + i);
+  }));
+  for (PetscInt i : which) {
+    PetscInt           n;
+    const PetscInt    *j;
+    const PetscScalar *a;
+
+    PetscCall(MatGetRow(A, i, &n, &j, &a));
+    for (PetscInt k = 0; k < n; k++)
+      if (a[k] != 0.0) columns.push_back(j[k]);
+    PetscCall(MatRestoreRow(A, i, &n, &j, &a));
+    start.push_back((PetscInt)columns.size());
+  }
+  PetscCall(AinsworthVecGather(moved, (PetscInt)columns.size(), columns.data(), &here));
+  PetscCall(AinsworthForEntries({here}, [&](PetscInt, PetscScalar m) { free.push_back(m == 0.0); }));
+  PetscCall(VecZeroEntries(embedded));
+  for (size_t k = 0; k < which.size(); k++) {
+    if (std::find(free.begin() + start[k], free.begin() + start[k + 1], 1) != free.begin() + start[k + 1]) continue;
+    PetscCall(VecSetValue(embedded, which[k], 1.0, INSERT_VALUES));
+    (*found)++;
+  }
+  PetscCall(VecAssemblyBegin(embedded));
+  PetscCall(VecAssemblyEnd(embedded));
+  PetscCall(VecDestroy(&moved));
+  PetscCall(VecDestroy(&here));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Creates T_e, which expresses embedded unknowns by others, E C with E_ji = 1 / C_ij, and takes their rows out of Q_*; NULL if there are none. Collective */
+static PetscErrorCode CreateEmbedding(const AinsworthPmatInputs *in, Mat C, Vec zeros, Roles *roles, std::vector<char> *left, Mat *embedding)
+{
+  std::vector<PetscInt>    slaves, asked;
+  std::vector<PetscScalar> entries;
+  std::vector<char>        rows;
+  AinsworthEntries         picks;
+  Vec                      embedded, here;
+  Mat                      pick, E, kept;
+  PetscInt                 found, n;
+
+  PetscFunctionBegin;
+  *embedding = NULL;
+  PetscCall(FindSlaves(in, C, *roles, &slaves, &entries));
+  PetscCall(VecDuplicate(zeros, &embedded));
+  PetscCall(MarkEmbedded(in->aij, slaves, zeros, embedded, &found));
+  if (found) {
+    for (PetscInt j : slaves)
+      if (j >= 0) asked.push_back(j);
+    PetscCall(AinsworthVecGather(embedded, (PetscInt)asked.size(), asked.data(), &here));
+    PetscCall(AinsworthForEntries({here}, [&](PetscInt, PetscScalar e) { rows.push_back(e != 0.0); }));
+    PetscCall(VecDestroy(&here));
+    for (size_t i = 0, k = 0; i < slaves.size(); i++, picks.endRow()) {
+      if (slaves[i] < 0 || !rows[k++]) continue;
+      picks.add(slaves[i], PetscConj(1.0 / entries[i]));
+      roles->shortRows[i] = 2;
+    }
+    PetscCall(MatGetLocalSize(C, NULL, &n));
+    PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)C), n, picks, &pick));
+    PetscCall(MatHermitianTranspose(pick, MAT_INITIAL_MATRIX, &E));
+    rows.clear();
+    for (char &s : roles->shortRows) {
+      rows.push_back(s == 2);
+      if (s == 2) s = 0;
+    }
+    PetscCall(AinsworthCopyMarkedRows(C, &rows, &kept));
+    PetscCall(MatMatMult(E, kept, MAT_INITIAL_MATRIX, PETSC_DEFAULT, embedding));
+    PetscCall(MatProductClear(*embedding));
+    for (Mat *M : {&pick, &E, &kept}) PetscCall(MatDestroy(M));
+    PetscCall(AinsworthForEntries({embedded, zeros}, [&](PetscInt, PetscScalar e, PetscScalar z) { left->push_back(e != 0.0 || z != 0.0); }));
+    PetscCall(PetscInfo(C, "%" PetscInt_FMT " unknowns are embedded: with all their neighbors they move as others do, and have no coarse functions\n", found));
+  }
+  PetscCall(VecDestroy(&embedded));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Creates W C' Inv(S) C for the short rows; NULL if there are none. Collective */
+static PetscErrorCode CreateSpread(Mat all, const AinsworthPmatOptions *opt, const Roles &roles, Mat *spread)
+{
+  PetscInt taken = 0;
+  Mat      C, CW, CWt, S, XC, inverse;
+
+  PetscFunctionBegin;
+  *spread = NULL;
+  for (char s : roles.shortRows) taken += s;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &taken, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)all)));
+  if (!taken || opt->type == PC_AINSWORTH_PMAT_ID) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthCopyMarkedRows(all, &roles.shortRows, &C));
+  PetscCall(AinsworthScaleColumns(C, roles.weight, &S));
+  PetscCall(AinsworthCopyMarkedRows(S, NULL, &CW));
+  PetscCall(MatDestroy(&S));
+  PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
+  PetscCall(MatMatMult(C, CWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &S));
+  PetscCall(MatProductClear(S));
+  PetscCall(AinsworthInvGramCreate(S, opt, &inverse));
+  PetscCall(MatMatMult(inverse, C, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &XC));
+  PetscCall(MatProductClear(XC));
+  PetscCall(MatMatMult(CWt, XC, MAT_INITIAL_MATRIX, PETSC_DEFAULT, spread));
+  PetscCall(MatProductClear(*spread));
+  for (Mat *M : {&C, &CW, &CWt, &S, &XC, &inverse}) PetscCall(MatDestroy(M));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthPmatCreateInKernel - creates I - Q_* for the coarser levels, and what these keep. Collective
+
+   Q_* = (I - T_e) (I - T_f): unknowns are spread over the short rows first, then embedded ones follow.
+*/
+PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, AinsworthPmatInKernel *made)
+{
+  Roles roles;
+  Vec   counts, zeros;
+  Mat   all, embedding, spread;
+
+  PetscFunctionBegin;
   PetscCall(AinsworthCountRows(in->C, 0, &counts));
   PetscCall(VecDuplicate(counts, &zeros));
   PetscCall(MarkZeroRows(in, zeros));
   PetscCall(FindCarried(in, counts, zeros, &roles));
   PetscCall(AinsworthPmatReleaseLoose(in, roles.weight, in->C, &all));
   PetscCall(ChooseRows(in, all, &roles));
+  PetscCall(CreateEmbedding(in, all, zeros, &roles, &made->left, &embedding));
+  PetscCall(CreateSpread(all, opt, roles, &spread));
+  made->correction = spread ? spread : embedding;
+  if (spread && embedding) {
+    Mat product;
+
+    PetscCall(MatMatMult(embedding, spread, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &product));
+    PetscCall(MatScale(product, -1.0));
+    PetscCall(AinsworthAddAIJ(1.0, {embedding, product}, &made->correction));
+    PetscCall(MatDestroy(&product));
+    PetscCall(MatDestroy(&embedding));
+  }
+  PetscCall(AinsworthGetRows(all, roles.kept, &made->rows));
+  for (Vec row : made->rows) { /* Q_*' c */
+    if (!made->correction) break;
+    PetscCall(MatMultHermitianTranspose(made->correction, row, counts));
+    PetscCall(VecAXPY(row, -1.0, counts));
+  }
+  made->carried = roles.carried;
   PetscCall(VecDestroy(&counts));
   PetscCall(VecDestroy(&zeros));
-  made->carried = roles.carried;
-  for (char s : roles.shortRows) taken += s;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &taken, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)in->C)));
-  PetscCall(AinsworthGetRows(all, roles.kept, &made->rows));
-  if (taken && opt->type != PC_AINSWORTH_PMAT_ID) {
-    PetscCall(AinsworthCopyMarkedRows(all, &roles.shortRows, &C));
-    PetscCall(AinsworthScaleColumns(C, roles.weight, &S));
-    PetscCall(AinsworthCopyMarkedRows(S, NULL, &CW));
-    PetscCall(MatDestroy(&S));
-    PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
-    PetscCall(MatMatMult(C, CWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &S));
-    PetscCall(MatProductClear(S));
-    PetscCall(AinsworthInvGramCreate(S, opt, &inverse));
-    PetscCall(MatDestroy(&S));
-    PetscCall(MatMatMult(inverse, C, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &XC));
-    PetscCall(MatProductClear(XC));
-    PetscCall(MatMatMult(CWt, XC, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &made->correction));
-    PetscCall(MatProductClear(made->correction));
-    PetscCall(MatDestroy(&XC));
-    for (Vec row : made->rows) { /* Q_*' c */
-      Vec product, solution;
-
-      PetscCall(MatCreateVecs(C, NULL, &product));
-      PetscCall(VecDuplicate(product, &solution));
-      PetscCall(MatMult(CW, row, product));
-      PetscCall(MatMult(inverse, product, solution));
-      PetscCall(VecScale(solution, -1.0));
-      PetscCall(MatMultHermitianTransposeAdd(C, solution, row, row));
-      PetscCall(VecDestroy(&product));
-      PetscCall(VecDestroy(&solution));
-    }
-    for (Mat *M : {&C, &CW, &CWt, &inverse}) PetscCall(MatDestroy(M));
-  }
   PetscCall(MatDestroy(&all));
   PetscCall(VecDestroy(&roles.weight));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -57,6 +57,7 @@ struct AinsworthPmatFill {
 struct AinsworthPmatInKernel {
   Mat                   correction; /* I - Q_* = W C' Inv(S) C; NULL for 0; the owner destroys it */
   std::vector<Vec>      rows; /* adjoints of rows Q_*' C' that coarser levels keep; the owner destroys them */
+  std::vector<char>     left;    /* marks local unknowns that others move, with all their neighbors in A, and those without entries in A; empty: none on any rank */
   std::vector<PetscInt> carried; /* unknowns without entries in A that all levels carry, global numbers of all ranks, ascending */
 };
 

@@ -49,7 +49,7 @@ PetscErrorCode HierarchyCreate(const Lattice &l, Mat A, const AinsworthHierarchy
 
   PetscFunctionBeginUser;
   PetscCall(Modes(l, A, &modes, NULL));
-  PetscCall(h->create(A, l.bs, {}, std::move(modes), {}, options));
+  PetscCall(h->create(A, l.bs, {}, std::move(modes), {}, {}, options));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
