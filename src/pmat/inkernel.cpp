@@ -21,7 +21,7 @@ static const PetscReal weightless = 1e-10;
    An unknown follows others only where it gives at least this part of the flexibility of its row. Stiffer bars hold their surroundings: on a lattice of bars as
    stiff as 1, 10, 30, 100, 1000 times these it takes 10, 10, 13, 19, 47 iterations, and 10 with Inv(S); in unstructured meshes less stiff ones need it (docs/models.md)
 */
-static const PetscReal soft = 0.02;
+static const PetscReal soft = 0.05;
 /* The same where loose unknowns do all that a row asks for */
 static const PetscReal nothing = 1e-16;
 /* At most so many rows are kept as constraints of coarser levels; the projector alone knows of others */
