@@ -483,7 +483,10 @@ static PetscErrorCode StayInSubspace(PC pc, PC_BlockSA *sa)
     }
     PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEVSINGLE, &single));
     if (level && level->subspace && !single) PetscCall(AinsworthSubspacePCCreate(level->subspace, inner, &projected));
-    else if (l == top && sa->coarseRows) PetscCall(AinsworthFewRowsPCCreate(sa->coarseRows, inner, &projected));
+    else if (l == top && sa->coarseRows) {
+      PetscCall(AinsworthFewRowsPCCreate(sa->coarseRows, inner, &projected));
+      if (!projected) PetscCall(AinsworthPCSetFailedReason(pc, PC_FACTOR_NUMERIC_ZEROPIVOT));
+    }
     if (projected) PetscCall(KSPSetPC(ksp, projected));
     PetscCall(PCDestroy(&projected));
   }

@@ -178,7 +178,7 @@ static PetscErrorCode Destroy(PC pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFewRowsPCCreate - creates the solver on the kernel of the rows from one of M, which is set up and referenced; collective */
+/* AinsworthFewRowsPCCreate - creates the solver on the kernel of the rows from one of M, set up and referenced; NULL if C M^{-1} C' cannot be factored. Collective */
 PetscErrorCode AinsworthFewRowsPCCreate(const std::shared_ptr<const AinsworthFewRows> &rows, PC inner, PC *pc)
 {
   auto         data = std::make_unique<Bordered>();
@@ -212,7 +212,11 @@ PetscErrorCode AinsworthFewRowsPCCreate(const std::shared_ptr<const AinsworthFew
   PetscCall(VecDestroy(&row));
   PetscCall(PetscBLASIntCast((PetscInt)n, &size));
   PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &size, data->factor.data(), &size, &info));
-  PetscCheck(!info, rows->comm, PETSC_ERR_MAT_CH_ZRPVT, "The coarsest level is not positive definite on the rows that it keeps: LAPACK routine potrf returned %d", (int)info);
+  *pc = NULL;
+  if (info) {
+    for (Vec &v : data->lifted) PetscCall(VecDestroy(&v));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PetscObjectReference((PetscObject)inner));
   PetscCall(PCCreate(rows->comm, pc));
   PetscCall(PCSetType(*pc, PCSHELL));

@@ -309,6 +309,7 @@ PetscErrorCode AinsworthPmatReleaseLoose(const AinsworthPmatInputs *in, Vec weig
   PetscCall(AinsworthMultiplyAdjoint(Cl, Cl, &K));
   PetscCall(groups.create(K));
   for (const auto &members : groups.members) groups.taken.push_back((PetscInt)members.size() <= mostLoose);
+  PetscCall(PetscInfo(C, "%" PetscInt_FMT " unknowns without stiffness in %d groups are released from the rows of C\n", groups.n, (int)groups.members.size()));
   PetscCall(groups.markRows(Cl, &marked));
   PetscCall(groups.createInverse(K, &inverse));
   PetscCall(VecDuplicate(weight, &kept));
