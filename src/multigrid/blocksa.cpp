@@ -274,7 +274,7 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
 .  -pc_blocksa_coarse_eq_limit <600>     - a level with at most this many unknowns is factored
 .  -pc_blocksa_process_eq_limit <900>    - a level with fewer unknowns per process moves to fewer processes
 .  -pc_blocksa_precision <single,double> - precision of the finest level; by default single if the `KSP` tolerates it
-.  -pc_mg_cycle_type <w,v>               - cycle; by default W if the operator complexity is at most 1.5
+.  -pc_mg_cycle_type <w,v>               - cycle; by default W if the operator complexity is at most 1.58
 .  -mg_levels_*                          - the smoothers; by default two steps of Chebyshev with Jacobi
 -  -mg_coarse_*                          - the solver of the coarsest level; by default direct
 
