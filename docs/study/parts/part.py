@@ -11,7 +11,7 @@ from . import elasticity, mesh
 class Part:
     """Unknowns: three displacements of each node, then the extra ones (reference nodes, pretension, mean strain)."""
     A: sparse.csr_matrix
-    C: sparse.csr_matrix
+    C: sparse.csr_matrix   # supports are among the rows
     D: sparse.csr_matrix   # or None
     f: numpy.ndarray
     g: numpy.ndarray
@@ -96,15 +96,21 @@ class Model:
     # Rows of constraints
 
     def rows(self, columns, values, g=0.0, rigid=0.0, compliance=0.0):
-        """Rows values * u[columns] - compliance * lambda = g; columns and values: (rows, entries)."""
+        """Rows values * u[columns] - compliance * lambda = g; columns and values: (rows, entries).
+
+        rigid: how far from rigid motions they may be, see Part."""
         columns, values = numpy.broadcast_arrays(numpy.atleast_2d(columns), numpy.atleast_2d(values))
-        count = len(columns)
-        number = numpy.repeat(numpy.arange(self.m, self.m + count), columns.shape[1])
-        self.entries.append((number, columns.ravel(), values.ravel()))
-        self.g.append(numpy.broadcast_to(g, count).astype(float))
-        self.d.append(numpy.broadcast_to(compliance, count).astype(float))
-        self.rigid.append(numpy.broadcast_to(rigid, count).astype(float))
-        self.m += count
+        number = numpy.repeat(numpy.arange(len(columns)), columns.shape[1])
+        entries = (values.ravel(), (number, columns.ravel()))
+        self.matrix(sparse.coo_matrix(entries, (len(columns), self.n)), g, rigid, compliance)
+
+    def matrix(self, rows, g=0.0, rigid=0.0, compliance=0.0):
+        """Rows of a sparse matrix, as rows()."""
+        rows = rows.tocoo()
+        self.entries.append((rows.row + self.m, rows.col, rows.data))
+        for kept, values in ((self.g, g), (self.d, compliance), (self.rigid, rigid)):
+            kept.append(numpy.broadcast_to(values, rows.shape[0]).astype(float))
+        self.m += rows.shape[0]
 
     def tie(self, slaves, nodes, weights, directions=numpy.eye(3), turn=numpy.eye(3), **more):
         """Of each slave node directions (u - turn sum weights u[nodes]) = 0, a row for each direction."""
@@ -116,9 +122,10 @@ class Model:
             used = numpy.abs(values).max(axis=0, initial=0) > 1e-12
             self.rows(columns[:, used], values[:, used], **more)
 
-    def rbe3(self, nodes, weights, reference):
-        """The reference node moves as the weighted mean of nodes does."""
-        nodes, weights = nodes[weights > 0], weights[weights > 0] / weights.sum()
+    def rbe3(self, weights, reference):
+        """The reference node moves as the weighted mean of the nodes that have weights does."""
+        nodes = numpy.flatnonzero(weights)
+        weights = weights[nodes] / weights.sum()
         point = self.point(reference)
         center = weights @ self.X[nodes]
         M = crosses(self.X[nodes] - center)
@@ -159,11 +166,7 @@ class Model:
         first, second = numpy.where(kind == 1, -2.0, 1.0), numpy.where(kind == 2, 1.0, 0.0)
         B = (sparse.diags(first) @ C[i] + sparse.diags(second) @ C[j]).tocoo()
         rigid = numpy.concatenate(self.rigid)
-        self.entries.append((B.row + self.m, B.col, B.data))
-        self.g.append(first * g[i] + second * g[j])
-        self.d.append(numpy.zeros(count))
-        self.rigid.append(2 * numpy.maximum(rigid[i], rigid[j]))
-        self.m += count
+        self.matrix(B, first * g[i] + second * g[j], 2 * numpy.maximum(rigid[i], rigid[j]))
         self.added += count
 
     def constraints(self):
