@@ -14,6 +14,16 @@ PARTS = {
     "laminate": ("laminate", "make"),
 }
 
+# sizes of elements [mm], about these numbers of unknowns; small: hundreds to 7000
+NAMES = ("flange", "rodrbe3", "rodrbe2", "sector", "cell", "cellmean", "rebars", "housing", "laminate")
+SIZES = {size: dict(zip(NAMES, h)) for size, h in {
+    "small": (30, 12, 12, 18, 0.2, 0.2, 60, 20, 14),
+    "20k": (9, 3, 3, 3.75, 0.057, 0.057, 18.5, 6.3, 3.6),
+    "150k": (3.6, 1.4, 1.4, 1.7, 0.026, 0.026, 8.6, 2.66, 1.4),
+    "p2": (20, 5, 5, 7, 0.09, 0.09, 29, 10, 7),
+}.items()}
+ORDERS = {"small": 1, "20k": 1, "150k": 1, "p2": 2}
+
 
 def make(name, h, order):
     """The part of this name with elements of about h [mm], linear (1) or quadratic (2)."""

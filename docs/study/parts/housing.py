@@ -44,21 +44,24 @@ def _quadrature(pieces=3):
 def mortar(X, slave, master):
     """Of each slave node the integrals of its shape function times those of all nodes, the master's with a minus.
 
-    The integrals are sums over points of slave triangles, which are projected to the master's surface."""
+    The integrals are sums over points of slave triangles, which are projected to the master's surface. The second
+    answer is the integral of the distance between the surfaces (at holes, whose polygons differ)."""
     L, weights = _quadrature()
     N = L if slave.shape[1] == 3 else shape_functions(L)
     rows, columns, values = [], [], []
-    area = areas(X, slave)
+    area, gap = areas(X, slave), numpy.zeros(len(X))
     for l, n, weight in zip(L, N, weights):
         at = numpy.einsum("i,eij->ej", l, X[slave[:, :3]])
-        nodes, shapes, _ = closest_points(X, master, at)
+        nodes, shapes, distance = closest_points(X, master, at)
+        numpy.add.at(gap, slave, (weight * area * distance)[:, None] * numpy.abs(n))
         for others, factors in ((slave, numpy.broadcast_to(n, slave.shape)), (nodes, -shapes)):
             value = (weight * area)[:, None, None] * n[None, :, None] * factors[:, None, :]
             rows.append(numpy.broadcast_to(slave[:, :, None], value.shape).ravel())
             columns.append(numpy.broadcast_to(others[:, None, :], value.shape).ravel())
             values.append(value.ravel())
     shape = (len(X), len(X))
-    return sparse.csr_matrix((numpy.concatenate(values), (numpy.concatenate(rows), numpy.concatenate(columns))), shape)
+    entries = (numpy.concatenate(values), (numpy.concatenate(rows), numpy.concatenate(columns)))
+    return sparse.csr_matrix(entries, shape), gap
 
 
 def make(h, order):
@@ -70,11 +73,12 @@ def make(h, order):
     model = Model(X, T, 70e3, 0.33)
     housing, cover = (surface(T[body == i]) for i in range(2))
     joint = numpy.abs(X[:, 2] - HEIGHT) < 1e-6
-    integrals = mortar(X, on(cover, joint), on(housing, joint))
+    integrals, gap = mortar(X, on(cover, joint), on(housing, joint))
     slaves = numpy.unique(on(cover, joint))
     M = integrals[slaves].tocoo()
     for a in range(3):
-        model.matrix(sparse.csr_matrix((M.data, (M.row, 3 * M.col + a)), (len(slaves), model.n)))
+        model.matrix(sparse.csr_matrix((M.data, (M.row, 3 * M.col + a)), (len(slaves), model.n)),
+                     rigid=gap[slaves])
     for x, y in SCREWS:
         hole = numpy.abs(numpy.hypot(X[:, 0] - x, X[:, 1] - y) - SCREW) < 1e-3
         nodes = numpy.unique(numpy.concatenate([on(housing, hole).ravel(), on(cover, hole).ravel()]))

@@ -14,10 +14,21 @@ def _mid_nodes():
 MID_NODES = _mid_nodes()
 
 
-def tetrahedra(build, h, smallest=None):
+def tetrahedra(build, h, smallest=None, attempts=4):
     """Coordinates of the nodes, nodes of the tetrahedra, and the volume that each is in.
 
-    build(occ) makes the geometry; h is the largest size of an element, smallest the least that is asked for."""
+    build(occ) makes the geometry; h is the largest size of an element, smallest the least that is asked for. Where
+    the mesher fails, it is asked for slightly smaller elements."""
+    smallest = smallest or h / 3
+    for attempt in range(attempts):
+        try:
+            return _generate(build, h * 0.97 ** attempt, smallest * 0.97 ** attempt)
+        except Exception:  # gmsh raises no other kind
+            if attempt == attempts - 1:
+                raise
+
+
+def _generate(build, h, smallest):
     import gmsh
     gmsh.initialize()
     try:
@@ -27,7 +38,7 @@ def tetrahedra(build, h, smallest=None):
         build(gmsh.model.occ)
         gmsh.model.occ.synchronize()
         gmsh.option.setNumber("Mesh.MeshSizeMax", h)
-        gmsh.option.setNumber("Mesh.MeshSizeMin", smallest or h / 3)
+        gmsh.option.setNumber("Mesh.MeshSizeMin", smallest)
         gmsh.option.setNumber("Mesh.Algorithm3D", 1)
         gmsh.model.mesh.generate(3)
         tags, coordinates, _ = gmsh.model.mesh.getNodes()

@@ -1,0 +1,193 @@
+#!/usr/bin/env python3
+"""Constrained, unstructured parts as a mesher makes them (docs/study/parts/), written to files or solved: docs/parts.csv.
+
+/usr/bin/python3 docs/study/parts.py list                                             parts, sizes
+/usr/bin/python3 docs/study/parts.py check --parts cell rebars --size small           what has to hold for a part
+/usr/bin/python3 docs/study/parts.py write --part flange --h 6 --order 1 --to DIR     files for tutorials/benchmark/solve
+/usr/bin/python3 docs/study/parts.py run --parts flange rebars --size 20k --ranks 1 2
+/usr/bin/python3 docs/study/parts.py run --methods modes --name cycle-v --options "-ainsworth_pc_mg_cycle_type v"
+A part that is measured again takes the place of the old one. Needs Debian's python3-gmsh, python3-scipy and python3-petsc4py, and for run a build (AINSWORTH_BUILD, default
+build/); seconds need an otherwise idle machine.
+"""
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+
+import parts
+from common import machine, store
+
+WORKER = os.path.join(machine.ROOT, "docs", "study", "common", "partsolver.py")
+KEY = ["part", "order", "size", "method", "modes", "ranks", "name"]
+# worker's method, modes
+METHODS = {"modes": ("ainsworth", True), "plain": ("ainsworth", False), "clamped": ("clamped", True), "mumps": ("mumps", False)}
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(dest="command", required=True)
+    commands.add_parser("list", help="parts and sizes")
+    one = commands.add_parser("write", help="files of a part")
+    one.add_argument("--part", required=True, choices=parts.PARTS, metavar="NAME")
+    one.add_argument("--h", type=float, required=True, help="size of the elements [mm]")
+    one.add_argument("--order", type=int, default=1, choices=(1, 2))
+    one.add_argument("--to", required=True, metavar="DIR", help="folder")
+    one.add_argument("--npz", action="store_true", help="one file of numpy's instead, DIR/NAME.npz")
+    for name in ("check", "run"):
+        several = commands.add_parser(name)
+        several.add_argument("--parts", nargs="+", default=list(parts.PARTS), choices=parts.PARTS, metavar="NAME", help="default: all")
+        several.add_argument("--size", nargs="+", default=["small" if name == "check" else "20k"], choices=parts.SIZES, metavar="SIZE", help="of: " + " ".join(parts.SIZES))
+    several.add_argument("--methods", nargs="+", default=list(METHODS), choices=METHODS, metavar="NAME",
+                         help="of: modes (plugin, with rigid-body modes), plain (without), clamped (no constraints), mumps; default all")
+    several.add_argument("--ranks", nargs="+", type=int, default=[1], help="numbers of ranks (default 1)")
+    several.add_argument("--repeat", type=int, default=1, help="runs of each, of which the quickest counts (default 1)")
+    several.add_argument("--options", default="", help="more options of PETSc, for all methods")
+    several.add_argument("--name", default="", help="a name of these options, in the CSV")
+    several.add_argument("--limit", type=int, default=600, help="seconds that one run may take (default 600)")
+    several.add_argument("--no-reference", action="store_true", help="no exact solution, and no error")
+    several.add_argument("--out", default=os.path.join(machine.ROOT, "docs", "parts.csv"), help="file (default docs/parts.csv)")
+    return parser.parse_args()
+
+
+def numpy_file(part, path):
+    """A and C in compressed rows."""
+    import numpy
+    arrays = {"D%s" % "v": part.D.diagonal()} if part.D is not None else {}
+    numpy.savez(path, Ai=part.A.indptr, Aj=part.A.indices, Av=part.A.data, Ci=part.C.indptr, Cj=part.C.indices, Cv=part.C.data, f=part.f, g=part.g, X=part.X,
+                extra=part.extra, clamp=part.clamp, modes=part.modes, **arrays)
+
+
+def petsc_files(part, folder):
+    """In PETSc's binary format; the sizes."""
+    import numpy
+    from petsc4py import PETSc
+
+    def write(name, *things):
+        viewer = PETSc.Viewer().createBinary(os.path.join(folder, name + ".dat"), "w", comm=PETSc.COMM_SELF)
+        for thing in things:
+            thing.view(viewer)
+        viewer.destroy()
+
+    def matrix(M, rows, columns):
+        A = PETSc.Mat().create(comm=PETSc.COMM_SELF)
+        A.setSizes(M.shape)
+        A.setBlockSizes(rows, columns)
+        A.setType("aij")
+        A.setPreallocationCSR((M.indptr.astype(PETSc.IntType), M.indices.astype(PETSc.IntType), M.data))
+        return A
+
+    def vector(values):
+        return PETSc.Vec().createWithArray(numpy.ascontiguousarray(values, dtype=float), comm=PETSc.COMM_SELF)
+
+    os.makedirs(folder, exist_ok=True)
+    A, f, left = part.clamped()
+    write("A", matrix(part.A, 3, 3))
+    write("C", matrix(part.C, 1, 3))
+    if part.D is not None:
+        write("D", matrix(part.D, 1, 1))
+    write("f", vector(part.f))
+    write("g", vector(part.g))
+    if not part.extra:
+        write("X", vector(part.X.ravel()))
+    write("modes", *(vector(mode) for mode in part.modes.T))
+    write("clamped_A", matrix(A, 3, 3))
+    write("clamped_f", vector(f))
+    write("clamped_modes", *(vector(mode) for mode in part.modes[left].T))
+    return {"unknowns": part.A.shape[0], "rows": part.C.shape[0], "clamped": A.shape[0]}
+
+
+def write(options):
+    """Prints how the files are solved."""
+    part = parts.make(options.part, options.h, options.order)
+    if options.npz:
+        os.makedirs(options.to, exist_ok=True)
+        numpy_file(part, os.path.join(options.to, options.part + ".npz"))
+        return
+    sizes = petsc_files(part, options.to)
+    files = ["A", "C"] + ["D"] * (part.D is not None) + ["f", "g"] + ["X"] * (not part.extra)
+    print("%d unknowns, %d of them extra; %d rows" % (sizes["unknowns"], part.extra, sizes["rows"]))
+    print("solve " + " ".join("-%s %s" % (name, os.path.join(options.to, name + ".dat")) for name in files) + " -dll_append libainsworth.so " + machine.DEFAULTS)
+
+
+def solve(folder, sizes, method, modes, ranks, options, limit):
+    """The answer of the worker, or why there is none."""
+    job = {"plugin": machine.PLUGIN, "folder": folder, "sizes": sizes, "method": method, "modes": modes, "options": options.split()}
+    path = os.path.join(folder, "job.json")
+    with open(path, "w") as file:
+        json.dump(job, file)
+    try:
+        text = machine.output(machine.launcher(ranks) + [sys.executable, WORKER, path], limit)
+    except subprocess.TimeoutExpired:
+        return {"state": "time limit of %d s" % limit}
+    lines = [line for line in text.splitlines() if line.startswith("{")]
+    if lines:
+        return json.loads(lines[-1])
+    return {"state": "no answer: " + (text.strip().splitlines() or [""])[-1][:80]}
+
+
+def quickest(repeat, *how):
+    """Of several solves."""
+    answers = [solve(*how) for _ in range(repeat)]
+    return min(answers, key=lambda answer: answer.get("setup", float("inf")) + answer.get("solve", float("inf")))
+
+
+def row_of(answer):
+    """Figures as the CSV has them."""
+    row = {"iterations": answer.get("iterations")}
+    for name, digits in (("setup", "%.3f"), ("solve", "%.3f"), ("memory", "%.0f"), ("error", "%.2e"), ("primal", "%.2e"), ("constraint", "%.2e")):
+        row[name] = None if answer.get(name) is None else digits % answer[name]
+    return dict(row, state=answer["state"])
+
+
+def run(options):
+    machine.require("petsc4py", "numpy", "scipy")
+    table = store.Store(os.path.abspath(options.out), KEY)
+    for name in options.parts:
+        for size in options.size:
+            h, order = parts.SIZES[size][name], parts.ORDERS[size]
+            start = time.perf_counter()
+            part = parts.make(name, h, order)
+            with tempfile.TemporaryDirectory(prefix="ainsworth-parts-") as folder:
+                sizes = petsc_files(part, folder)
+                del part
+                print("%s %s: %d unknowns, %d rows, made in %.1f s" % (name, size, sizes["unknowns"], sizes["rows"], time.perf_counter() - start), flush=True)
+                if not options.no_reference:
+                    answer = solve(folder, sizes, "reference", False, 1, "", options.limit)
+                    if answer["state"] != "exact":
+                        print("  reference: " + answer["state"], flush=True)
+                for ranks in options.ranks:
+                    for method in options.methods:
+                        kind, modes = METHODS[method]
+                        answer = quickest(options.repeat, folder, sizes, kind, modes, ranks, options.options, options.limit)
+                        row = {"part": name, "order": order, "size": size, "h": h, "unknowns": sizes["clamped" if kind == "clamped" else "unknowns"],
+                               "rows": 0 if kind == "clamped" else sizes["rows"], "method": kind, "modes": "yes" if modes else "no", "ranks": ranks, "name": options.name}
+                        row.update(row_of(answer))
+                        table.put(row)
+                        print("  %-8s %d ranks: %s" % (method, ranks, " ".join("%s=%s" % pair for pair in row_of(answer).items() if pair[1] is not None)), flush=True)
+
+
+def check(options):
+    from parts import check as checks
+    for name in options.parts:
+        for size in options.size:
+            start = time.perf_counter()
+            part = parts.make(name, parts.SIZES[size][name], parts.ORDERS[size])
+            figures = checks.check(part)
+            print("%s %s: %s, %.1f s" % (name, size, " ".join("%s=%s" % pair for pair in figures.items()), time.perf_counter() - start), flush=True)
+
+
+def main():
+    options = arguments()
+    if options.command == "list":
+        for name in parts.PARTS:
+            print("%-9s h = %s" % (name, ", ".join("%g (%s)" % (parts.SIZES[size][name], size) for size in parts.SIZES)))
+    else:
+        {"check": check, "write": write, "run": run}[options.command](options)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
