@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
-"""Constrained, unstructured parts as a mesher makes them (docs/study/parts/), written to files or solved: docs/parts.csv.
+"""Constrained, unstructured parts as a mesher makes them (docs/study/parts/), written to files or solved.
 
-/usr/bin/python3 docs/study/parts.py list                                             parts, sizes
-/usr/bin/python3 docs/study/parts.py check --parts cell rebars --size small           what has to hold for a part
-/usr/bin/python3 docs/study/parts.py write --part flange --h 6 --order 1 --to DIR     files for tutorials/benchmark/solve
+/usr/bin/python3 docs/study/parts.py list                             parts and sizes
+/usr/bin/python3 docs/study/parts.py check --parts cell rebars        what has to hold for a part
+/usr/bin/python3 docs/study/parts.py write --part rebars --h 30 --order 1 --to DIR
+                                                                      files, and how tutorials/benchmark/solve reads them
 /usr/bin/python3 docs/study/parts.py run --parts flange rebars --size 20k --ranks 1 2
-/usr/bin/python3 docs/study/parts.py run --methods modes --name cycle-v --options "-ainsworth_pc_mg_cycle_type v"
-A part that is measured again takes the place of the old one. Needs Debian's python3-gmsh, python3-scipy and python3-petsc4py, and for run a build (AINSWORTH_BUILD, default
-build/); seconds need an otherwise idle machine.
+/usr/bin/python3 docs/study/parts.py run --methods modes --name v --options "-ainsworth_pc_mg_cycle_type v"
+
+run writes docs/parts.csv, where a solve that is measured again takes the place of the old one. Needs Debian's
+python3-gmsh, python3-scipy and python3-petsc4py, and a build (AINSWORTH_BUILD, default build/); seconds need an
+otherwise idle machine. Memory is the sum over the ranks of the most that each had [MiB], with that of Python.
 """
 import argparse
 import json
@@ -21,9 +24,16 @@ import parts
 from common import machine, store
 
 WORKER = os.path.join(machine.ROOT, "docs", "study", "common", "partsolver.py")
-KEY = ["part", "order", "size", "method", "modes", "ranks", "name"]
-# worker's method, modes
-METHODS = {"modes": ("ainsworth", True), "plain": ("ainsworth", False), "clamped": ("clamped", True), "mumps": ("mumps", False)}
+KEY = ["part", "size", "method", "ranks", "name"]
+# what it is, the worker's method, rigid-body modes, options
+METHODS = {
+    "modes": ("the plugin with rigid-body modes", "ainsworth", True, ""),
+    "plain": ("the plugin without", "ainsworth", False, ""),
+    "multigrid": ("as modes, and nothing is factored instead", "ainsworth", True, "-pc_ainsworth_ladder multigrid"),
+    "clamped": ("no constraints: CG and PCBLOCKSA", "clamped", True, ""),
+    "mumps": ("MUMPS on the whole matrix", "mumps", False, ""),
+}
+DIGITS = {"setup": "%.3f", "solve": "%.3f", "memory": "%.0f", "error": "%.2e", "primal": "%.2e", "constraint": "%.2e"}
 
 
 def arguments():
@@ -36,28 +46,32 @@ def arguments():
     one.add_argument("--order", type=int, default=1, choices=(1, 2))
     one.add_argument("--to", required=True, metavar="DIR", help="folder")
     one.add_argument("--npz", action="store_true", help="one file of numpy's instead, DIR/NAME.npz")
-    for name in ("check", "run"):
-        several = commands.add_parser(name)
-        several.add_argument("--parts", nargs="+", default=list(parts.PARTS), choices=parts.PARTS, metavar="NAME", help="default: all")
-        several.add_argument("--size", nargs="+", default=["small" if name == "check" else "20k"], choices=parts.SIZES, metavar="SIZE", help="of: " + " ".join(parts.SIZES))
+    for name, size, what in (("check", "small", "what has to hold for a part"), ("run", "20k", "solves parts")):
+        several = commands.add_parser(name, help=what)
+        several.add_argument("--parts", nargs="+", default=list(parts.PARTS), choices=parts.PARTS, metavar="NAME",
+                             help="default: all")
+        several.add_argument("--size", nargs="+", default=[size], choices=parts.SIZES, metavar="SIZE",
+                             help="of: %s (default %s)" % (" ".join(parts.SIZES), size))
     several.add_argument("--methods", nargs="+", default=list(METHODS), choices=METHODS, metavar="NAME",
-                         help="of: modes (plugin, with rigid-body modes), plain (without), clamped (no constraints), mumps; default all")
+                         help="default all: " + "; ".join("%s, %s" % (key, how[0]) for key, how in METHODS.items()))
     several.add_argument("--ranks", nargs="+", type=int, default=[1], help="numbers of ranks (default 1)")
-    several.add_argument("--repeat", type=int, default=1, help="runs of each, of which the quickest counts (default 1)")
+    several.add_argument("--repeat", type=int, default=1, help="runs of each, the quickest counts (default 1)")
     several.add_argument("--options", default="", help="more options of PETSc, for all methods")
     several.add_argument("--name", default="", help="a name of these options, in the CSV")
     several.add_argument("--limit", type=int, default=600, help="seconds that one run may take (default 600)")
     several.add_argument("--no-reference", action="store_true", help="no exact solution, and no error")
-    several.add_argument("--out", default=os.path.join(machine.ROOT, "docs", "parts.csv"), help="file (default docs/parts.csv)")
+    several.add_argument("--out", default=os.path.join(machine.ROOT, "docs", "parts.csv"), help="default docs/parts.csv")
     return parser.parse_args()
 
 
 def numpy_file(part, path):
-    """A and C in compressed rows."""
+    """A and C in compressed rows, the diagonal of D."""
     import numpy
-    arrays = {"D%s" % "v": part.D.diagonal()} if part.D is not None else {}
-    numpy.savez(path, Ai=part.A.indptr, Aj=part.A.indices, Av=part.A.data, Ci=part.C.indptr, Cj=part.C.indices, Cv=part.C.data, f=part.f, g=part.g, X=part.X,
-                extra=part.extra, clamp=part.clamp, modes=part.modes, **arrays)
+    arrays = {name + key: getattr(M, long) for name, M in (("A", part.A), ("C", part.C))
+              for key, long in (("i", "indptr"), ("j", "indices"), ("v", "data"))}
+    if part.D is not None:
+        arrays["Dv"] = part.D.diagonal()
+    numpy.savez(path, f=part.f, g=part.g, X=part.X, extra=part.extra, clamp=part.clamp, modes=part.modes, **arrays)
 
 
 def petsc_files(part, folder):
@@ -109,12 +123,14 @@ def write(options):
     sizes = petsc_files(part, options.to)
     files = ["A", "C"] + ["D"] * (part.D is not None) + ["f", "g"] + ["X"] * (not part.extra)
     print("%d unknowns, %d of them extra; %d rows" % (sizes["unknowns"], part.extra, sizes["rows"]))
-    print("solve " + " ".join("-%s %s" % (name, os.path.join(options.to, name + ".dat")) for name in files) + " -dll_append libainsworth.so " + machine.DEFAULTS)
+    print(" ".join(["solve"] + ["-%s %s" % (name, os.path.join(options.to, name + ".dat")) for name in files]
+                   + ["-dll_append", "libainsworth.so", machine.DEFAULTS]))
 
 
 def solve(folder, sizes, method, modes, ranks, options, limit):
     """The answer of the worker, or why there is none."""
-    job = {"plugin": machine.PLUGIN, "folder": folder, "sizes": sizes, "method": method, "modes": modes, "options": options.split()}
+    job = {"plugin": machine.PLUGIN, "folder": folder, "sizes": sizes, "method": method, "modes": modes,
+           "options": options.split()}
     path = os.path.join(folder, "job.json")
     with open(path, "w") as file:
         json.dump(job, file)
@@ -122,9 +138,9 @@ def solve(folder, sizes, method, modes, ranks, options, limit):
         text = machine.output(machine.launcher(ranks) + [sys.executable, WORKER, path], limit)
     except subprocess.TimeoutExpired:
         return {"state": "time limit of %d s" % limit}
-    lines = [line for line in text.splitlines() if line.startswith("{")]
-    if lines:
-        return json.loads(lines[-1])
+    answers = [line for line in text.splitlines() if line.startswith("{")]
+    if answers:
+        return json.loads(answers[-1])
     return {"state": "no answer: " + (text.strip().splitlines() or [""])[-1][:80]}
 
 
@@ -134,12 +150,39 @@ def quickest(repeat, *how):
     return min(answers, key=lambda answer: answer.get("setup", float("inf")) + answer.get("solve", float("inf")))
 
 
-def row_of(answer):
-    """Figures as the CSV has them."""
-    row = {"iterations": answer.get("iterations")}
-    for name, digits in (("setup", "%.3f"), ("solve", "%.3f"), ("memory", "%.0f"), ("error", "%.2e"), ("primal", "%.2e"), ("constraint", "%.2e")):
+def figures(answer):
+    """As the CSV has them."""
+    row = {"iterations": answer.get("iterations"), "solver": answer.get("solver")}
+    for name, digits in DIGITS.items():
         row[name] = None if answer.get(name) is None else digits % answer[name]
     return dict(row, state=answer["state"])
+
+
+def measure(name, size, options, table):
+    """All methods on one part."""
+    start = time.perf_counter()
+    part = parts.make(name, parts.SIZES[size][name], parts.ORDERS[size])
+    with tempfile.TemporaryDirectory(prefix="ainsworth-parts-") as folder:
+        sizes = petsc_files(part, folder)
+        del part
+        print("%s %s: %d unknowns, %d rows, made in %.1f s"
+              % (name, size, sizes["unknowns"], sizes["rows"], time.perf_counter() - start), flush=True)
+        if not options.no_reference:
+            answer = solve(folder, sizes, "reference", False, 1, "", options.limit)
+            if answer["state"] != "exact":
+                print("  reference: " + answer["state"], flush=True)
+        for ranks in options.ranks:
+            for method in options.methods:
+                _, kind, modes, more = METHODS[method]
+                answer = figures(quickest(options.repeat, folder, sizes, kind, modes, ranks,
+                                          more + " " + options.options, options.limit))
+                alone = kind == "clamped"
+                table.put(dict({"part": name, "order": parts.ORDERS[size], "size": size, "h": parts.SIZES[size][name],
+                                "unknowns": sizes["clamped" if alone else "unknowns"],
+                                "rows": 0 if alone else sizes["rows"], "method": method,
+                                "modes": "yes" if modes else "no", "ranks": ranks, "name": options.name}, **answer))
+                print("  %-9s %d ranks: %s" % (method, ranks, " ".join(
+                    "%s=%s" % pair for pair in answer.items() if pair[1] is not None)), flush=True)
 
 
 def run(options):
@@ -147,26 +190,7 @@ def run(options):
     table = store.Store(os.path.abspath(options.out), KEY)
     for name in options.parts:
         for size in options.size:
-            h, order = parts.SIZES[size][name], parts.ORDERS[size]
-            start = time.perf_counter()
-            part = parts.make(name, h, order)
-            with tempfile.TemporaryDirectory(prefix="ainsworth-parts-") as folder:
-                sizes = petsc_files(part, folder)
-                del part
-                print("%s %s: %d unknowns, %d rows, made in %.1f s" % (name, size, sizes["unknowns"], sizes["rows"], time.perf_counter() - start), flush=True)
-                if not options.no_reference:
-                    answer = solve(folder, sizes, "reference", False, 1, "", options.limit)
-                    if answer["state"] != "exact":
-                        print("  reference: " + answer["state"], flush=True)
-                for ranks in options.ranks:
-                    for method in options.methods:
-                        kind, modes = METHODS[method]
-                        answer = quickest(options.repeat, folder, sizes, kind, modes, ranks, options.options, options.limit)
-                        row = {"part": name, "order": order, "size": size, "h": h, "unknowns": sizes["clamped" if kind == "clamped" else "unknowns"],
-                               "rows": 0 if kind == "clamped" else sizes["rows"], "method": kind, "modes": "yes" if modes else "no", "ranks": ranks, "name": options.name}
-                        row.update(row_of(answer))
-                        table.put(row)
-                        print("  %-8s %d ranks: %s" % (method, ranks, " ".join("%s=%s" % pair for pair in row_of(answer).items() if pair[1] is not None)), flush=True)
+            measure(name, size, options, table)
 
 
 def check(options):
@@ -174,18 +198,20 @@ def check(options):
     for name in options.parts:
         for size in options.size:
             start = time.perf_counter()
-            part = parts.make(name, parts.SIZES[size][name], parts.ORDERS[size])
-            figures = checks.check(part)
-            print("%s %s: %s, %.1f s" % (name, size, " ".join("%s=%s" % pair for pair in figures.items()), time.perf_counter() - start), flush=True)
+            found = checks.check(parts.make(name, parts.SIZES[size][name], parts.ORDERS[size]))
+            print("%s %s: %s, %.1f s" % (name, size, " ".join("%s=%s" % pair for pair in found.items()),
+                                         time.perf_counter() - start), flush=True)
+
+
+def list_parts(_):
+    for name in parts.PARTS:
+        sizes = ("%g (%s)" % (parts.SIZES[size][name], size) for size in parts.SIZES)
+        print("%-9s h = %s" % (name, ", ".join(sizes)))
 
 
 def main():
     options = arguments()
-    if options.command == "list":
-        for name in parts.PARTS:
-            print("%-9s h = %s" % (name, ", ".join("%g (%s)" % (parts.SIZES[size][name], size) for size in parts.SIZES)))
-    else:
-        {"check": check, "write": write, "run": run}[options.command](options)
+    {"list": list_parts, "check": check, "write": write, "run": run}[options.command](options)
     return 0
 
 

@@ -1,6 +1,8 @@
-"""One solve of a part from its files, on all ranks of a parallel program: python3 partsolver.py <job.json> prints one JSON line.
+"""One solve of a part from its files, on all ranks of a parallel program.
 
-The method reference writes the solution to 1e-13 beside the files: MUMPS, refined in extended precision.
+python3 partsolver.py <job.json> prints one JSON line.
+
+The method reference writes x to 1e-13 beside the files: MUMPS, refined in extended precision.
 """
 import ctypes
 import json
@@ -104,6 +106,20 @@ def energy(A, v):
     return max(v.dot(w), 0.0)
 
 
+def last_solver(pc):
+    """Of the plugin: multigrid, factor (of the preconditioning matrix), or whole (the saddle point is factored)."""
+    name = os.path.join(JOB["folder"], "view.txt")
+    viewer = PETSc.Viewer().createASCII(name, "w", comm=COMM)
+    pc.view(viewer)
+    viewer.destroy()
+    with open(name) as file:
+        text = file.read()
+    if "the whole system is factored" in text:
+        return "whole"
+    inner = text.split("reduced solve in the primal unknowns:")[-1].split("PC Object:")[1]
+    return "factor" if inner.split("type:")[1].split()[0] in ("cholesky", "lu", "redundant") else "multigrid"
+
+
 def state(ksp):
     """Iterations and the reason of the solver that did them."""
     if ksp.getPC().getType() == "ainsworth":
@@ -166,7 +182,9 @@ def whole(direct):
     x, l = A.createVecRight(), C.createVecLeft()
     x.setArray(y.getArray()[:local])
     l.setArray(y.getArray()[local:])
-    row = {"iterations": "" if direct else iterations, "state": reason, "setup": setup, "solve": solve}
+    row = {"iterations": None if direct else iterations, "state": reason, "setup": setup, "solve": solve}
+    if ksp.getPC().getType() == "ainsworth":
+        row["solver"] = last_solver(ksp.getPC())
     if not numpy.isfinite(y.norm()):
         return dict(row, state=reason + ", not a number")
     r, s, t = f.duplicate(), g.duplicate(), f.duplicate()
@@ -232,7 +250,8 @@ def reference():
     f, g, d = f.getArray(), g.getArray(), D.diagonal()
     changes = []
     for _ in range(60):
-        b.setArray(numpy.concatenate([dx * (f - A.product(x) - C.transposed(l)), dl * (g - C.product(x) + d * l)]).astype(float))
+        r = numpy.concatenate([dx * (f - A.product(x) - C.transposed(l)), dl * (g - C.product(x) + d * l)])
+        b.setArray(r.astype(float))
         ksp.solve(b, z)
         step = z.getArray().astype(numpy.longdouble) * numpy.concatenate([dx, dl])
         x, l = x + step[:len(dx)], l + step[len(dx):]

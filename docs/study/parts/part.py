@@ -25,12 +25,15 @@ class Part:
     quality: numpy.ndarray  # of the tetrahedra
 
     def clamped(self):
-        """A and f without constraints, extra unknowns and the nodes of clamp; the unknowns that are left."""
+        """A and f without constraints, extra unknowns and the nodes of clamp; the unknowns that are left.
+
+        Where all of the load is on those, the others get a random one."""
         left = numpy.ones(len(self.f), dtype=bool)
         left[3 * len(self.X):] = False
         left[unknowns(self.clamp).ravel()] = False
         left = numpy.flatnonzero(left)
-        return self.A[left][:, left].tocsr(), self.f[left], left
+        f = self.f[left] if self.f[left].any() else numpy.random.default_rng(1).standard_normal(len(left))
+        return self.A[left][:, left].tocsr(), f, left
 
 
 def unknowns(nodes):
