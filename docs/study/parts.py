@@ -3,14 +3,14 @@
 
 /usr/bin/python3 docs/study/parts.py list                             parts and sizes
 /usr/bin/python3 docs/study/parts.py check --parts cell rebars        what has to hold for a part
-/usr/bin/python3 docs/study/parts.py write --part rebars --h 30 --order 1 --to DIR
-                                                                      files, and how tutorials/benchmark/solve reads them
+/usr/bin/python3 docs/study/parts.py write --part rebars --h 30 --to DIR   files for tutorials/benchmark/solve
 /usr/bin/python3 docs/study/parts.py run --parts flange rebars --size 20k --ranks 1 2
 /usr/bin/python3 docs/study/parts.py run --methods modes --name v --options "-ainsworth_pc_mg_cycle_type v"
 
 run writes docs/parts.csv, where a solve that is measured again takes the place of the old one. Needs Debian's
 python3-gmsh, python3-scipy and python3-petsc4py, and a build (AINSWORTH_BUILD, default build/); seconds need an
-otherwise idle machine. Memory is the sum over the ranks of the most that each had [MiB], with that of Python.
+otherwise idle machine. Iterations are those of all reduced solves, and of the last one. Memory is the sum over the
+ranks of the most that each had [MiB], with that of Python.
 """
 import argparse
 import json
@@ -60,7 +60,8 @@ def arguments():
     several.add_argument("--name", default="", help="a name of these options, in the CSV")
     several.add_argument("--limit", type=int, default=600, help="seconds that one run may take (default 600)")
     several.add_argument("--no-reference", action="store_true", help="no exact solution, and no error")
-    several.add_argument("--out", default=os.path.join(machine.ROOT, "docs", "parts.csv"), help="default docs/parts.csv")
+    several.add_argument("--out", default=os.path.join(machine.ROOT, "docs", "parts.csv"),
+                         help="file (default docs/parts.csv)")
     return parser.parse_args()
 
 
@@ -121,6 +122,7 @@ def write(options):
         numpy_file(part, os.path.join(options.to, options.part + ".npz"))
         return
     sizes = petsc_files(part, options.to)
+    # solve makes the modes of X, which would be wrong for extra unknowns
     files = ["A", "C"] + ["D"] * (part.D is not None) + ["f", "g"] + ["X"] * (not part.extra)
     print("%d unknowns, %d of them extra; %d rows" % (sizes["unknowns"], part.extra, sizes["rows"]))
     print(" ".join(["solve"] + ["-%s %s" % (name, os.path.join(options.to, name + ".dat")) for name in files]
@@ -152,7 +154,7 @@ def quickest(repeat, *how):
 
 def figures(answer):
     """As the CSV has them."""
-    row = {"iterations": answer.get("iterations"), "solver": answer.get("solver")}
+    row = {name: answer.get(name) for name in ("iterations", "last", "solver")}
     for name, digits in DIGITS.items():
         row[name] = None if answer.get(name) is None else digits % answer[name]
     return dict(row, state=answer["state"])
@@ -206,7 +208,7 @@ def check(options):
 def list_parts(_):
     for name in parts.PARTS:
         sizes = ("%g (%s)" % (parts.SIZES[size][name], size) for size in parts.SIZES)
-        print("%-9s h = %s" % (name, ", ".join(sizes)))
+        print("%-12s h = %s" % (name, ", ".join(sizes)))
 
 
 def main():

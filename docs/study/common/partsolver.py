@@ -18,7 +18,7 @@ with open(sys.argv[1]) as handle:
     JOB = json.load(handle)
 petsc4py.init(["partsolver", "-dll_append", JOB["plugin"]] + JOB["options"])
 from petsc4py import PETSc  # noqa: E402 (PETSc reads its arguments at the import)
-from direct import Rows, inner_iterations  # noqa: E402
+from direct import INTEGER, Rows  # noqa: E402
 
 COMM = PETSc.COMM_WORLD
 REASONS = {value: name for name, value in vars(PETSc.KSP.ConvergedReason).items()
@@ -120,16 +120,25 @@ def last_solver(pc):
     return "factor" if inner.split("type:")[1].split()[0] in ("cholesky", "lu", "redundant") else "multigrid"
 
 
+def inner(pc):
+    """Of the plugin's reduced solves: iterations of all, iterations of the last one and its KSPConvergedReason."""
+    library, ksp = ctypes.CDLL(JOB["plugin"]), ctypes.c_void_p()
+    library.PCAinsworthGetKSP(ctypes.c_void_p(pc.handle), ctypes.byref(ksp))
+    numbers = []
+    for function, kind in (("GetTotalIterations", INTEGER), ("GetIterationNumber", INTEGER),
+                           ("GetConvergedReason", ctypes.c_int)):
+        numbers.append(kind())
+        getattr(library, "KSP" + function)(ksp, ctypes.byref(numbers[-1]))
+    return [number.value for number in numbers]
+
+
 def state(ksp):
-    """Iterations and the reason of the solver that did them."""
+    """Iterations, those of the last reduced solve, the reason of the solver that did them."""
+    total, last, reason = ksp.getIterationNumber(), None, ksp.getConvergedReason()
     if ksp.getPC().getType() == "ainsworth":
-        iterations, reason = inner_iterations(ctypes.CDLL(JOB["plugin"]), ksp.getPC())
-        reason = reason or ksp.getConvergedReason()
-        if ksp.getConvergedReason() < 0 < reason:
-            reason = ksp.getConvergedReason()
-    else:
-        iterations, reason = ksp.getIterationNumber(), ksp.getConvergedReason()
-    return iterations, REASONS.get(reason, str(reason))
+        total, last, inner_reason = inner(ksp.getPC())
+        reason = reason if reason < 0 else inner_reason
+    return {"iterations": total, "last": last, "state": REASONS.get(reason, str(reason))}
 
 
 def clamped():
@@ -143,11 +152,10 @@ def clamped():
     ksp.setFromOptions()
     x = f.duplicate()
     setup, solve = timed(ksp, f, x)
-    iterations, reason = state(ksp)
     r = f.duplicate()
     A.mult(x, r)
     r.aypx(-1, f)
-    return {"iterations": iterations, "state": reason, "setup": setup, "solve": solve, "primal": relative(r, f)}
+    return dict(state(ksp), setup=setup, solve=solve, primal=relative(r, f))
 
 
 def whole(direct):
@@ -178,15 +186,16 @@ def whole(direct):
     local = A.getLocalSize()[0]
     b.setArray(numpy.concatenate([f.getArray(), g.getArray()]))
     setup, solve = timed(ksp, b, y)
-    iterations, reason = state(ksp)
     x, l = A.createVecRight(), C.createVecLeft()
     x.setArray(y.getArray()[:local])
     l.setArray(y.getArray()[local:])
-    row = {"iterations": None if direct else iterations, "state": reason, "setup": setup, "solve": solve}
+    row = dict(state(ksp), setup=setup, solve=solve)
+    if direct:
+        row["iterations"] = None
     if ksp.getPC().getType() == "ainsworth":
         row["solver"] = last_solver(ksp.getPC())
     if not numpy.isfinite(y.norm()):
-        return dict(row, state=reason + ", not a number")
+        return dict(row, state=row["state"] + ", not a number")
     r, s, t = f.duplicate(), g.duplicate(), f.duplicate()
     A.mult(x, r)
     C.multTranspose(l, t)

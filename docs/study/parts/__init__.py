@@ -1,7 +1,7 @@
 """Constrained, unstructured parts as a mesher makes them. Units are mm, N, MPa and tonne."""
 from importlib import import_module
 
-# module and function
+# module, function
 PARTS = {
     "flange": ("flange", "make"),
     "rodrbe3": ("rod", "make_rbe3"),
@@ -10,17 +10,17 @@ PARTS = {
     "cell": ("cell", "make"),
     "cellmean": ("cell", "make_mean"),
     "rebars": ("rebars", "make"),
+    "rebarsturned": ("rebars", "make_turned"),
     "housing": ("housing", "make"),
     "laminate": ("laminate", "make"),
 }
 
 # sizes of elements [mm], about these numbers of unknowns; small: hundreds to 7000
-NAMES = ("flange", "rodrbe3", "rodrbe2", "sector", "cell", "cellmean", "rebars", "housing", "laminate")
-SIZES = {size: dict(zip(NAMES, h)) for size, h in {
-    "small": (30, 12, 12, 18, 0.2, 0.2, 60, 20, 14),
-    "20k": (9, 3, 3, 3.75, 0.057, 0.057, 18.5, 6.3, 3.6),
-    "150k": (3.6, 1.4, 1.4, 1.7, 0.026, 0.026, 8.6, 2.66, 1.4),
-    "p2": (20, 5, 5, 7, 0.09, 0.09, 29, 10, 7),
+SIZES = {size: dict(zip(PARTS, h)) for size, h in {
+    "small": (30, 12, 12, 18, 0.2, 0.2, 60, 60, 20, 14),
+    "20k": (9, 3, 3, 3.75, 0.057, 0.057, 18.5, 18.5, 6.3, 3.6),
+    "150k": (3.6, 1.4, 1.4, 1.7, 0.026, 0.026, 8.6, 8.6, 2.66, 1.4),
+    "p2": (20, 5, 5, 7, 0.09, 0.09, 29, 29, 10, 7),
 }.items()}
 ORDERS = {"small": 1, "20k": 1, "150k": 1, "p2": 2}
 

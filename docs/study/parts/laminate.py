@@ -36,7 +36,8 @@ def make(h, order):
         slaves = numpy.unique(upper)
         nodes, weights, gap = closest_points(X, on(S[i], there), X[slaves])
         for direction, stiffness in zip(numpy.eye(3), (TANGENTIAL, TANGENTIAL, NORMAL)):
-            model.tie(slaves, nodes, weights, directions=direction, rigid=gap, compliance=1 / (stiffness * area[slaves]))
+            compliance = 1 / (stiffness * area[slaves])
+            model.tie(slaves, nodes, weights, directions=direction, rigid=gap, compliance=compliance)
     end = numpy.flatnonzero(X[:, 0] < FACETS)
     model.fixed = end[numpy.isin(end, T[body == 2])]  # the layer in the middle
     model.load(nodal_areas(X, numpy.vstack([on(s, X[:, 0] > LENGTH - FACETS) for s in S])), (200, 50, -120))

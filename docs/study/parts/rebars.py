@@ -38,17 +38,37 @@ def _trusses(h):
     return numpy.vstack(nodes), numpy.vstack(bars)
 
 
-def make(h, order):
-    """A beam of concrete that is fixed at one end; the nodes of its bars have stiffness along the bars alone."""
+def _turn(angles=(0.4, -0.7, 1.1)):
+    """A rotation about x, y and z, of no special angles."""
+    turn = numpy.eye(3)
+    for axis, angle in enumerate(angles):
+        a, b = (axis + 1) % 3, (axis + 2) % 3
+        step = numpy.eye(3)
+        step[[a, a, b, b], [a, b, a, b]] = numpy.cos(angle), -numpy.sin(angle), numpy.sin(angle), numpy.cos(angle)
+        turn = step @ turn
+    return turn
+
+
+def make(h, order, turned=False):
+    """A beam of concrete that is fixed at one end; the nodes of its bars have stiffness along the bars alone.
+
+    turned: so that no bar is along an axis, and each node of the bars has a singular block without a zero row."""
     (X, T), = of_order([tetrahedra(_geometry, h, h / 2)], order)
     Y, bars = _trusses(0.8 * h)
-    model = Model(X, T, CONCRETE, 0.2)
+    turn = _turn() if turned else numpy.eye(3)
+    model = Model(X @ turn.T, T, CONCRETE, 0.2)
     slaves = len(X) + numpy.arange(len(Y))
     nodes, weights = containing(X, T, Y)
+    Y = Y @ turn.T
     model.nodes(Y, elasticity.truss(Y, bars, STEEL * numpy.pi / 4 * DIAMETER ** 2))
     model.tie(slaves, nodes, weights)
     S = surface(T)
     model.fixed = numpy.unique(on(S, X[:, 0] < 1e-6))
-    model.load(nodal_areas(X, on(S, X[:, 2] > HEIGHT - 1e-6)), (0, 4e3, -40e3))
+    model.load(nodal_areas(X, on(S, X[:, 2] > HEIGHT - 1e-6)), turn @ [0, 4e3, -40e3])
     model.careless()
     return model.part(numpy.concatenate([model.fixed, slaves]))
+
+
+def make_turned(h, order):
+    """The beam in no special direction."""
+    return make(h, order, turned=True)
