@@ -190,26 +190,37 @@ class Model:
     # The whole
 
     def part(self, clamp):
-        """Nodes that are fixed are eliminated, and all are numbered by bisection."""
+        """Nodes that are fixed are eliminated from A and C, and all are numbered by bisection."""
         C, g = self.constraints()
-        nodes = bisection(self.X)
-        order = numpy.concatenate([unknowns(nodes).ravel(), numpy.arange(3 * len(self.X), self.n)])
-        extra = self.n - 3 * len(self.X)
-        A = eliminate(self.K, self.fixed)
-        f = self.f.copy()
+        d, rigid = numpy.concatenate(self.d), numpy.concatenate(self.rigid)
+        C, touched = without(C, unknowns(self.fixed).ravel())
+        rigid[touched] = numpy.inf
+        left = numpy.diff(C.indptr) > 0
+        C, g, d, rigid = C[left], g[left], d[left], rigid[left]
+        A, f = eliminate(self.K, self.fixed), self.f.copy()
         f[unknowns(self.fixed).ravel()] = 0
-        if extra:
-            A = sparse.block_diag([A, sparse.csr_matrix((extra, extra))])
+        nodes = bisection(self.X)
+        N = 3 * len(self.X)
+        order = numpy.concatenate([unknowns(nodes).ravel(), numpy.arange(N, self.n)])
+        if self.n > N:
+            A = sparse.block_diag([A, sparse.csr_matrix((self.n - N, self.n - N))])
         A, C = A.tocsr()[order][:, order], C[:, order]
         for M in (A, C):
             M.sort_indices()
-        place = numpy.argsort(nodes)
-        d = numpy.concatenate(self.d)
-        K = self.K[order[:3 * len(self.X)]][:, order[:3 * len(self.X)]]
-        modes = numpy.vstack([rigid_modes(self.X[nodes]), self.extra_modes])
-        return Part(A, C, sparse.diags(d).tocsr() if d.any() else None, f[order], g, self.X[nodes], extra,
-                    numpy.unique(place[clamp]), modes, K, numpy.concatenate(self.rigid), self.added,
-                    mesh.quality(self.X, self.T))
+        return Part(A, C, sparse.diags(d).tocsr() if d.any() else None, f[order], g, self.X[nodes], self.n - N,
+                    numpy.unique(numpy.argsort(nodes)[clamp]),
+                    numpy.vstack([rigid_modes(self.X[nodes]), self.extra_modes]),
+                    self.K[order[:N]][:, order[:N]], rigid, self.added, mesh.quality(self.X, self.T))
+
+
+def without(C, columns):
+    """C without the entries of these columns; the rows that had any."""
+    kept = numpy.ones(C.shape[1])
+    kept[columns] = 0
+    touched = abs(C) @ (1 - kept) > 0
+    C = (C @ sparse.diags(kept)).tocsr()
+    C.eliminate_zeros()
+    return C, touched
 
 
 def eliminate(K, nodes):
