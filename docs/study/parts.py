@@ -188,7 +188,7 @@ def measure(name, size, options, table):
 
 
 def run(options):
-    machine.require("petsc4py", "numpy", "scipy")
+    machine.require("petsc4py", "numpy", "scipy", "gmsh")
     table = store.Store(os.path.abspath(options.out), KEY)
     for name in options.parts:
         for size in options.size:
