@@ -7,6 +7,7 @@ The method reference writes x to 1e-13 beside the files: MUMPS, refined in exten
 import ctypes
 import json
 import os
+import re
 import resource
 import sys
 import time
@@ -30,8 +31,19 @@ def path(name):
     return os.path.join(JOB["folder"], name + ".dat")
 
 
+def reader(name):
+    """Of a file without its .info, whose block sizes would be options and hold for all that is loaded later."""
+    viewer = PETSc.Viewer().create(comm=COMM)
+    viewer.setType("binary")
+    viewer.setFileMode("r")
+    PETSc.Options()["viewer_binary_skip_info"] = True
+    viewer.setFromOptions()
+    viewer.setFileName(path(name))
+    return viewer
+
+
 def load(thing, name):
-    viewer = PETSc.Viewer().createBinary(path(name), "r", comm=COMM)
+    viewer = reader(name)
     thing.load(viewer)
     viewer.destroy()
     return thing
@@ -48,7 +60,7 @@ def matrix(name, rows, columns, block_sizes):
 
 def near_null_space(A, name):
     """Six vectors from one file, made orthonormal."""
-    viewer = PETSc.Viewer().createBinary(path(name), "r", comm=COMM)
+    viewer = reader(name)
     modes = []
     for _ in range(6):
         mode = A.createVecRight()
@@ -58,6 +70,7 @@ def near_null_space(A, name):
                 mode.axpy(-other.dot(mode), other)
         mode.normalize()
         modes.append(mode)
+    viewer.destroy()
     A.setNearNullSpace(PETSc.NullSpace().create(vectors=modes, comm=COMM))
 
 
@@ -107,17 +120,19 @@ def energy(A, v):
 
 
 def last_solver(pc):
-    """Of the plugin: multigrid, factor (of the preconditioning matrix), or whole (the saddle point is factored)."""
+    """Of the plugin: multigrid, factor (of the preconditioning matrix), whole (the saddle point is factored)."""
     name = os.path.join(JOB["folder"], "view.txt")
     viewer = PETSc.Viewer().createASCII(name, "w", comm=COMM)
     pc.view(viewer)
     viewer.destroy()
+    COMM.barrier()
     with open(name) as file:
         text = file.read()
     if "the whole system is factored" in text:
         return "whole"
-    inner = text.split("reduced solve in the primal unknowns:")[-1].split("PC Object:")[1]
-    return "factor" if inner.split("type:")[1].split()[0] in ("cholesky", "lu", "redundant") else "multigrid"
+    found = re.search(r"reduced solve in the primal unknowns:.*?PC Object:.*?type: (\w+)", text, re.DOTALL)
+    name = found.group(1) if found else "none"
+    return {"blocksa": "multigrid", "cholesky": "factor", "lu": "factor"}.get(name, name)
 
 
 def inner(pc):
