@@ -65,67 +65,19 @@ def arguments():
     return parser.parse_args()
 
 
-def numpy_file(part, path):
-    """A and C in compressed rows, the diagonal of D."""
-    import numpy
-    arrays = {name + key: getattr(M, long) for name, M in (("A", part.A), ("C", part.C))
-              for key, long in (("i", "indptr"), ("j", "indices"), ("v", "data"))}
-    if part.D is not None:
-        arrays["Dv"] = part.D.diagonal()
-    numpy.savez(path, f=part.f, g=part.g, X=part.X, extra=part.extra, clamp=part.clamp, modes=part.modes, **arrays)
-
-
-def petsc_files(part, folder):
-    """In PETSc's binary format; the sizes."""
-    import numpy
-    from petsc4py import PETSc
-
-    def write(name, *things):
-        viewer = PETSc.Viewer().createBinary(os.path.join(folder, name + ".dat"), "w", comm=PETSc.COMM_SELF)
-        for thing in things:
-            thing.view(viewer)
-        viewer.destroy()
-
-    def matrix(M, rows, columns):
-        A = PETSc.Mat().create(comm=PETSc.COMM_SELF)
-        A.setSizes(M.shape)
-        A.setBlockSizes(rows, columns)
-        A.setType("aij")
-        A.setPreallocationCSR((M.indptr.astype(PETSc.IntType), M.indices.astype(PETSc.IntType), M.data))
-        return A
-
-    def vector(values):
-        return PETSc.Vec().createWithArray(numpy.ascontiguousarray(values, dtype=float), comm=PETSc.COMM_SELF)
-
-    os.makedirs(folder, exist_ok=True)
-    A, f, left = part.clamped()
-    write("A", matrix(part.A, 3, 3))
-    write("C", matrix(part.C, 1, 3))
-    if part.D is not None:
-        write("D", matrix(part.D, 1, 1))
-    write("f", vector(part.f))
-    write("g", vector(part.g))
-    if not part.extra:
-        write("X", vector(part.X.ravel()))
-    write("modes", *(vector(mode) for mode in part.modes.T))
-    write("clamped_A", matrix(A, 3, 3))
-    write("clamped_f", vector(f))
-    write("clamped_modes", *(vector(mode) for mode in part.modes[left].T))
-    return {"unknowns": part.A.shape[0], "rows": part.C.shape[0], "clamped": A.shape[0]}
-
-
 def write(options):
     """Prints how the files are solved."""
+    from parts import files
     part = parts.make(options.part, options.h, options.order)
     if options.npz:
         os.makedirs(options.to, exist_ok=True)
-        numpy_file(part, os.path.join(options.to, options.part + ".npz"))
+        files.numpy_file(part, os.path.join(options.to, options.part + ".npz"))
         return
-    sizes = petsc_files(part, options.to)
+    sizes = files.petsc_files(part, options.to)
     # solve makes the modes of X, which would be wrong for extra unknowns
-    files = ["A", "C"] + ["D"] * (part.D is not None) + ["f", "g"] + ["X"] * (not part.extra)
+    written = ["A", "C"] + ["D"] * (part.D is not None) + ["f", "g"] + ["X"] * (not part.extra)
     print("%d unknowns, %d of them extra; %d rows" % (sizes["unknowns"], part.extra, sizes["rows"]))
-    print(" ".join(["solve"] + ["-%s %s" % (name, os.path.join(options.to, name + ".dat")) for name in files]
+    print(" ".join(["solve"] + ["-%s %s" % (name, os.path.join(options.to, name + ".dat")) for name in written]
                    + ["-dll_append", "libainsworth.so", machine.DEFAULTS]))
 
 
@@ -162,10 +114,11 @@ def figures(answer):
 
 def measure(name, size, options, table):
     """All methods on one part."""
+    from parts import files
     start = time.perf_counter()
     part = parts.make(name, parts.SIZES[size][name], parts.ORDERS[size])
     with tempfile.TemporaryDirectory(prefix="ainsworth-parts-") as folder:
-        sizes = petsc_files(part, folder)
+        sizes = files.petsc_files(part, folder)
         del part
         print("%s %s: %d unknowns, %d rows, made in %.1f s"
               % (name, size, sizes["unknowns"], sizes["rows"], time.perf_counter() - start), flush=True)

@@ -1,6 +1,6 @@
 """One solve of a part from its files, on all ranks of a parallel program.
 
-python3 partsolver.py <job.json> prints one JSON line.
+python3 partsolver.py <job.json> prints one JSON line. Programs that import this fill JOB before each answer().
 
 The method reference writes x to 1e-13 beside the files: MUMPS, refined in extended precision.
 """
@@ -15,9 +15,11 @@ import time
 import numpy
 import petsc4py
 
-with open(sys.argv[1]) as handle:
-    JOB = json.load(handle)
-petsc4py.init(["partsolver", "-dll_append", JOB["plugin"]] + JOB["options"])
+JOB = {}
+if __name__ == "__main__":
+    with open(sys.argv[1]) as handle:
+        JOB.update(json.load(handle))
+    petsc4py.init(["partsolver", "-dll_append", JOB["plugin"]] + JOB["options"])
 from petsc4py import PETSc  # noqa: E402 (PETSc reads its arguments at the import)
 from direct import INTEGER, Rows  # noqa: E402
 
@@ -292,18 +294,26 @@ def reference():
     return {"state": "exact", "steps": len(changes)}
 
 
-def main():
+def answer():
+    """What JOB asks for; the memory [MiB] is that of all jobs so far."""
     try:
         row = {"reference": reference, "clamped": clamped, "ainsworth": lambda: whole(False),
                "mumps": lambda: whole(True)}[JOB["method"]]()
     except PETSc.Error as error:
+        print(error, file=sys.stderr, flush=True)
         row = {"state": "error %d" % error.ierr}
     memory = PETSc.Vec().createMPI((1, PETSc.DECIDE), comm=COMM)
     memory.set(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
     row["memory"] = memory.sum()
+    return row
+
+
+def main():
+    row = answer()
     if COMM.getRank() == 0:
         print(json.dumps({key: None if isinstance(value, float) and not numpy.isfinite(value) else value
                           for key, value in row.items()}), flush=True)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -15,9 +15,9 @@ PARTS = {
     "laminate": ("laminate", "make"),
 }
 
-# sizes of elements [mm], about these numbers of unknowns; small: hundreds to 7000
+# sizes of elements [mm], about these numbers of unknowns; small: 1300 to 8500
 SIZES = {size: dict(zip(PARTS, h)) for size, h in {
-    "small": (30, 12, 12, 18, 0.2, 0.2, 60, 60, 20, 14),
+    "small": (30, 12, 12, 18, 0.08, 0.08, 60, 60, 20, 14),
     "20k": (9, 3, 3, 3.75, 0.057, 0.057, 18.5, 18.5, 6.3, 3.6),
     "150k": (3.6, 1.4, 1.4, 1.7, 0.026, 0.026, 8.6, 8.6, 2.66, 1.4),
     "p2": (20, 5, 5, 7, 0.09, 0.09, 29, 29, 10, 7),
