@@ -5,6 +5,7 @@
 /usr/bin/python3 docs/study/parts.py check --parts cell rebars        what has to hold for a part
 /usr/bin/python3 docs/study/parts.py write --part rebars --h 30 --to DIR   files for tutorials/benchmark/solve
 /usr/bin/python3 docs/study/parts.py run --parts flange rebars --size 20k --ranks 1 2
+/usr/bin/python3 docs/study/parts.py run --parts cell --size 0.2 --ranks 3 --methods modes clamped
 /usr/bin/python3 docs/study/parts.py run --methods modes --name v --options "-ainsworth_pc_mg_cycle_type v"
 
 run writes docs/parts.csv, where a solve that is measured again takes the place of the old one. Needs Debian's
@@ -36,6 +37,13 @@ METHODS = {
 DIGITS = {"setup": "%.3f", "solve": "%.3f", "memory": "%.0f", "error": "%.2e", "primal": "%.2e", "constraint": "%.2e"}
 
 
+def one_size(text):
+    """A name, or a number; ValueError if it is neither."""
+    if text not in parts.SIZES:
+        float(text)
+    return text
+
+
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
@@ -50,8 +58,9 @@ def arguments():
         several = commands.add_parser(name, help=what)
         several.add_argument("--parts", nargs="+", default=list(parts.PARTS), choices=parts.PARTS, metavar="NAME",
                              help="default: all")
-        several.add_argument("--size", nargs="+", default=[size], choices=parts.SIZES, metavar="SIZE",
-                             help="of: %s (default %s)" % (" ".join(parts.SIZES), size))
+        several.add_argument("--size", nargs="+", default=[size], type=one_size, metavar="SIZE",
+                             help="of: %s, or that of linear elements [mm] (default %s)"
+                             % (" ".join(parts.SIZES), size))
     several.add_argument("--methods", nargs="+", default=list(METHODS), choices=METHODS, metavar="NAME",
                          help="default all: " + "; ".join("%s, %s" % (key, how[0]) for key, how in METHODS.items()))
     several.add_argument("--ranks", nargs="+", type=int, default=[1], help="numbers of ranks (default 1)")
@@ -116,7 +125,8 @@ def measure(name, size, options, table):
     """All methods on one part."""
     from parts import files
     start = time.perf_counter()
-    part = parts.make(name, parts.SIZES[size][name], parts.ORDERS[size])
+    h, order = parts.sized(name, size)
+    part = parts.make(name, h, order)
     with tempfile.TemporaryDirectory(prefix="ainsworth-parts-") as folder:
         sizes = files.petsc_files(part, folder)
         del part
@@ -132,7 +142,7 @@ def measure(name, size, options, table):
                 answer = figures(quickest(options.repeat, folder, sizes, kind, modes, ranks,
                                           more + " " + options.options, options.limit))
                 alone = kind == "clamped"
-                table.put(dict({"part": name, "order": parts.ORDERS[size], "size": size, "h": parts.SIZES[size][name],
+                table.put(dict({"part": name, "order": order, "size": size, "h": h,
                                 "unknowns": sizes["clamped" if alone else "unknowns"],
                                 "rows": 0 if alone else sizes["rows"], "method": method,
                                 "modes": "yes" if modes else "no", "ranks": ranks, "name": options.name}, **answer))
@@ -153,7 +163,7 @@ def check(options):
     for name in options.parts:
         for size in options.size:
             start = time.perf_counter()
-            found = checks.check(parts.make(name, parts.SIZES[size][name], parts.ORDERS[size]))
+            found = checks.check(parts.make(name, *parts.sized(name, size)))
             print("%s %s: %s, %.1f s" % (name, size, " ".join("%s=%s" % pair for pair in found.items()),
                                          time.perf_counter() - start), flush=True)
 

@@ -35,7 +35,7 @@ RATIO, MORE = {"housing": 1.6}, 2
 
 def make(name, folder):
     """Files of a part with its exact solution, by one rank alone; their sizes."""
-    part = parts.make(name, parts.SIZES["small"][name], parts.ORDERS["small"])
+    part = parts.make(name, *parts.sized(name, "small"))
     sizes = files.petsc_files(part, folder)
     everyone, partsolver.COMM = partsolver.COMM, partsolver.PETSc.COMM_SELF
     partsolver.JOB.update(folder=folder, sizes=sizes, method="reference", modes=False)

@@ -29,3 +29,10 @@ def make(name, h, order):
     """The part of this name with elements of about h [mm], linear (1) or quadratic (2)."""
     module, function = PARTS[name]
     return getattr(import_module("." + module, __name__), function)(h, order)
+
+
+def sized(name, size):
+    """Elements [mm] and order of a part in a size, which may be that of its linear elements, as 0.2."""
+    if size in SIZES:
+        return SIZES[size][name], ORDERS[size]
+    return float(size), 1
