@@ -42,6 +42,8 @@ missing() {
   installed libopenblas0-pthread || installed libopenblas0-serial || installed libopenblas0-openmp || echo libopenblas0-serial
   if [ "$what" = demo ]; then return; fi
   has_module petsc4py || echo python3-petsc4py
+  has_module scipy || echo python3-scipy
+  has_module gmsh || echo python3-gmsh
   installed "$(examples)" || examples
 }
 

@@ -23,7 +23,7 @@ def require(*modules):
     for path in (PLUGIN, TWOCUBES):
         if not os.path.exists(path):
             sys.exit("%s is missing: run sh makefiles/build.sh first, or say AINSWORTH_BUILD=<folder>" % path)
-    packages = {"petsc4py": "python3-petsc4py", "numpy": "python3-numpy", "scipy": "python3-scipy", "matplotlib": "python3-matplotlib"}
+    packages = {"petsc4py": "python3-petsc4py", "numpy": "python3-numpy", "scipy": "python3-scipy", "gmsh": "python3-gmsh", "matplotlib": "python3-matplotlib"}
     missing = []
     for module in modules:
         try:

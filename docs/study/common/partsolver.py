@@ -1,0 +1,319 @@
+"""One solve of a part from its files, on all ranks of a parallel program.
+
+python3 partsolver.py <job.json> prints one JSON line. Programs that import this fill JOB before each answer().
+
+The method reference writes x to 1e-13 beside the files: MUMPS, refined in extended precision.
+"""
+import ctypes
+import json
+import os
+import re
+import resource
+import sys
+import time
+
+import numpy
+import petsc4py
+
+JOB = {}
+if __name__ == "__main__":
+    with open(sys.argv[1]) as handle:
+        JOB.update(json.load(handle))
+    petsc4py.init(["partsolver", "-dll_append", JOB["plugin"]] + JOB["options"])
+from petsc4py import PETSc  # noqa: E402 (PETSc reads its arguments at the import)
+from direct import INTEGER, Rows  # noqa: E402
+
+COMM = PETSc.COMM_WORLD
+REASONS = {value: name for name, value in vars(PETSc.KSP.ConvergedReason).items()
+           if isinstance(value, int) and name.startswith(("CONVERGED_", "DIVERGED_"))}
+COMPLIANCE = 1e-9  # of the scaled rows in the reference's factor: dependent rows; refinement takes it away
+
+
+def path(name):
+    return os.path.join(JOB["folder"], name + ".dat")
+
+
+def reader(name):
+    """Of a file without its .info, whose block sizes would be options and hold for all that is loaded later."""
+    viewer = PETSc.Viewer().create(comm=COMM)
+    viewer.setType("binary")
+    viewer.setFileMode("r")
+    PETSc.Options()["viewer_binary_skip_info"] = True
+    viewer.setFromOptions()
+    viewer.setFileName(path(name))
+    return viewer
+
+
+def load(thing, name):
+    viewer = reader(name)
+    thing.load(viewer)
+    viewer.destroy()
+    return thing
+
+
+def matrix(name, rows, columns, block_sizes):
+    """Of these (local, global) sizes."""
+    M = PETSc.Mat().create(comm=COMM)
+    M.setSizes((rows, columns))
+    M.setBlockSizes(*block_sizes)
+    M.setType("aij")
+    return load(M, name)
+
+
+def near_null_space(A, name):
+    """Six vectors from one file, made orthonormal."""
+    viewer = reader(name)
+    modes = []
+    for _ in range(6):
+        mode = A.createVecRight()
+        mode.load(viewer)
+        for _ in range(2):
+            for other in modes:
+                mode.axpy(-other.dot(mode), other)
+        mode.normalize()
+        modes.append(mode)
+    viewer.destroy()
+    A.setNearNullSpace(PETSc.NullSpace().create(vectors=modes, comm=COMM))
+
+
+def unconstrained():
+    """The part that is clamped: matrix, right-hand side."""
+    n = JOB["sizes"]["clamped"]
+    A = matrix("clamped_A", (PETSc.DECIDE, n), (PETSc.DECIDE, n), (3, 3))
+    if JOB["modes"]:
+        near_null_space(A, "clamped_modes")
+    return A, load(A.createVecLeft(), "clamped_f")
+
+
+def constrained():
+    """A, C, D (or None), f, g"""
+    n, m = JOB["sizes"]["unknowns"], JOB["sizes"]["rows"]
+    A = matrix("A", (PETSc.DECIDE, n), (PETSc.DECIDE, n), (3, 3))
+    A.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+    if JOB["modes"]:
+        near_null_space(A, "modes")
+    C = matrix("C", (PETSc.DECIDE, m), (A.getLocalSize()[1], n), (1, 3))
+    own = C.getLocalSize()[0]
+    D = matrix("D", (own, m), (own, m), (1, 1)) if os.path.exists(path("D")) else None
+    return A, C, D, load(A.createVecLeft(), "f"), load(C.createVecLeft(), "g")
+
+
+def timed(ksp, b, y):
+    """Seconds of set-up and solve."""
+    COMM.barrier()
+    start = time.perf_counter()
+    ksp.setUp()
+    ksp.getPC().setUpOnBlocks()
+    COMM.barrier()
+    ready = time.perf_counter()
+    ksp.solve(b, y)
+    COMM.barrier()
+    return ready - start, time.perf_counter() - ready
+
+
+def relative(r, b):
+    return r.norm() / (b.norm() or 1.0)
+
+
+def energy(A, v):
+    w = v.duplicate()
+    A.mult(v, w)
+    return max(v.dot(w), 0.0)
+
+
+def last_solver(pc):
+    """Of the plugin: multigrid, factor (of the preconditioning matrix), whole (the saddle point is factored)."""
+    name = os.path.join(JOB["folder"], "view.txt")
+    viewer = PETSc.Viewer().createASCII(name, "w", comm=COMM)
+    pc.view(viewer)
+    viewer.destroy()
+    COMM.barrier()
+    with open(name) as file:
+        text = file.read()
+    if "the whole system is factored" in text:
+        return "whole"
+    found = re.search(r"reduced solve in the primal unknowns:.*?PC Object:.*?type: (\w+)", text, re.DOTALL)
+    name = found.group(1) if found else "none"
+    return {"blocksa": "multigrid", "cholesky": "factor", "lu": "factor"}.get(name, name)
+
+
+def inner(pc):
+    """Of the plugin's reduced solves: iterations of all, iterations of the last one and its KSPConvergedReason."""
+    library, ksp = ctypes.CDLL(JOB["plugin"]), ctypes.c_void_p()
+    library.PCAinsworthGetKSP(ctypes.c_void_p(pc.handle), ctypes.byref(ksp))
+    numbers = []
+    for function, kind in (("GetTotalIterations", INTEGER), ("GetIterationNumber", INTEGER),
+                           ("GetConvergedReason", ctypes.c_int)):
+        numbers.append(kind())
+        getattr(library, "KSP" + function)(ksp, ctypes.byref(numbers[-1]))
+    return [number.value for number in numbers]
+
+
+def state(ksp):
+    """Iterations, those of the last reduced solve, the reason of the solver that did them."""
+    total, last, reason = ksp.getIterationNumber(), None, ksp.getConvergedReason()
+    if ksp.getPC().getType() == "ainsworth":
+        total, last, inner_reason = inner(ksp.getPC())
+        reason = reason if reason < 0 else inner_reason
+    return {"iterations": total, "last": last, "state": REASONS.get(reason, str(reason))}
+
+
+def clamped():
+    A, f = unconstrained()
+    ksp = PETSc.KSP().create(comm=COMM)
+    ksp.setOperators(A)
+    ksp.setType("cg")
+    ksp.setNormType(PETSc.KSP.NormType.NATURAL)
+    ksp.setTolerances(rtol=1e-8, max_it=2000)
+    ksp.getPC().setType("blocksa")
+    ksp.setFromOptions()
+    x = f.duplicate()
+    setup, solve = timed(ksp, f, x)
+    r = f.duplicate()
+    A.mult(x, r)
+    r.aypx(-1, f)
+    return dict(state(ksp), setup=setup, solve=solve, primal=relative(r, f))
+
+
+def whole(direct):
+    """The saddle point, by the plugin as a nest or by MUMPS as one matrix."""
+    A, C, D, f, g = constrained()
+    corner = None
+    if D is not None:
+        corner = D.copy()
+        corner.scale(-1)
+    K = PETSc.Mat().createNest([[A, PETSc.Mat().createTranspose(C)], [C, corner]], comm=COMM)
+    ksp = PETSc.KSP().create(comm=COMM)
+    if direct:
+        K = PETSc.Mat().createNest([[A, C.transpose(PETSc.Mat())], [C, corner or zero(C)]], comm=COMM)
+        K = K.convert("aij", PETSc.Mat())
+        K.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        options = PETSc.Options()
+        for option, value in (("icntl_14", 80), ("icntl_24", 1)):  # memory; null pivots, of dependent rows
+            if not options.hasName("mat_mumps_" + option):
+                options["mat_mumps_" + option] = value
+        ksp.getPC().setType("cholesky")
+        ksp.getPC().setFactorSolverType("mumps")
+    else:
+        ksp.getPC().setType("ainsworth")
+    ksp.setOperators(K)
+    ksp.setType("preonly")
+    ksp.setFromOptions()
+    b, y = K.createVecLeft(), K.createVecRight()
+    local = A.getLocalSize()[0]
+    b.setArray(numpy.concatenate([f.getArray(), g.getArray()]))
+    setup, solve = timed(ksp, b, y)
+    x, l = A.createVecRight(), C.createVecLeft()
+    x.setArray(y.getArray()[:local])
+    l.setArray(y.getArray()[local:])
+    row = dict(state(ksp), setup=setup, solve=solve)
+    if direct:
+        row["iterations"] = None
+    if ksp.getPC().getType() == "ainsworth":
+        row["solver"] = last_solver(ksp.getPC())
+    if not numpy.isfinite(y.norm()):
+        return dict(row, state=row["state"] + ", not a number")
+    r, s, t = f.duplicate(), g.duplicate(), f.duplicate()
+    A.mult(x, r)
+    C.multTranspose(l, t)
+    r.axpy(1, t)
+    r.aypx(-1, f)
+    C.mult(x, s)
+    if D is not None:
+        t = g.duplicate()
+        D.mult(l, t)
+        s.axpy(-1, t)
+    s.aypx(-1, g)
+    row["primal"], row["constraint"] = relative(r, f), s.norm(PETSc.NormType.INFINITY) / x.norm(PETSc.NormType.INFINITY)
+    if os.path.exists(path("x")):
+        exact = load(f.duplicate(), "x")
+        x.axpy(-1, exact)
+        row["error"] = numpy.sqrt(energy(A, x) / energy(A, exact))
+    return row
+
+
+def zero(C):
+    own, m = C.getLocalSize()[0], C.getSize()[0]
+    Z = PETSc.Mat().createAIJ(((own, m), (own, m)), nnz=0, comm=COMM)
+    Z.assemble()
+    return Z
+
+
+def scales(A, C):
+    """Of unknowns and rows: one over the root of the stiffness, or of the rows where there is none."""
+    from scipy.sparse import diags
+    diagonal = A.diagonal()
+    stiff = diagonal > 1e-12 * diagonal.max()
+    dx = 1 / numpy.sqrt(numpy.where(stiff, diagonal, numpy.median(diagonal[stiff])))
+    dl = 1 / numpy.sqrt((C @ diags(dx)).power(2).sum(axis=1).A1)
+    columns = numpy.sqrt((diags(dl) @ C).power(2).sum(axis=0).A1)
+    return numpy.where(stiff | (columns == 0), dx, 1 / numpy.where(columns > 0, columns, 1)), dl
+
+
+def reference():
+    """x of one rank."""
+    from scipy.sparse import bmat, csr_matrix, diags, identity
+    A, C, D, f, g = constrained()
+    A, C = Rows(A), Rows(C)
+    D = csr_matrix((len(g.getArray()),) * 2) if D is None else Rows(D).csr
+    dx, dl = scales(A.csr, C.csr)
+    B = diags(dl) @ C.csr @ diags(dx)
+    K = bmat([[diags(dx) @ A.csr @ diags(dx), B.T],
+              [B, -(diags(dl) @ D @ diags(dl)) - COMPLIANCE * identity(len(dl))]]).tocsr()
+    K.sort_indices()
+    integers = (K.indptr.astype(PETSc.IntType), K.indices.astype(PETSc.IntType))
+    M = PETSc.Mat().createAIJ(size=K.shape, csr=integers + (K.data,), comm=COMM)
+    M.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+    PETSc.Options()["mat_mumps_icntl_14"] = 80
+    ksp = PETSc.KSP().create(comm=COMM)
+    ksp.setOperators(M)
+    ksp.setType("preonly")
+    ksp.getPC().setType("cholesky")
+    ksp.getPC().setFactorSolverType("mumps")
+    ksp.setFromOptions()
+    b, z = M.createVecs()
+    x, l = numpy.zeros(len(dx), numpy.longdouble), numpy.zeros(len(dl), numpy.longdouble)
+    f, g, d = f.getArray(), g.getArray(), D.diagonal()
+    changes = []
+    for _ in range(60):
+        r = numpy.concatenate([dx * (f - A.product(x) - C.transposed(l)), dl * (g - C.product(x) + d * l)])
+        b.setArray(r.astype(float))
+        ksp.solve(b, z)
+        step = z.getArray().astype(numpy.longdouble) * numpy.concatenate([dx, dl])
+        x, l = x + step[:len(dx)], l + step[len(dx):]
+        changes.append(float(numpy.abs(step[:len(dx)]).max() / numpy.abs(x).max()))
+        if changes[-1] < 1e-15:
+            break
+    if changes[-1] > 1e-13:
+        return {"state": "the reference is not exact: last correction %g" % changes[-1]}
+    result = PETSc.Vec().createSeq(len(x), comm=PETSc.COMM_SELF)
+    result.setArray(x.astype(float))
+    viewer = PETSc.Viewer().createBinary(path("x"), "w", comm=PETSc.COMM_SELF)
+    result.view(viewer)
+    viewer.destroy()
+    return {"state": "exact", "steps": len(changes)}
+
+
+def answer():
+    """What JOB asks for; the memory [MiB] is that of all jobs so far."""
+    try:
+        row = {"reference": reference, "clamped": clamped, "ainsworth": lambda: whole(False),
+               "mumps": lambda: whole(True)}[JOB["method"]]()
+    except PETSc.Error as error:
+        print(error, file=sys.stderr, flush=True)
+        row = {"state": "error %d" % error.ierr}
+    memory = PETSc.Vec().createMPI((1, PETSc.DECIDE), comm=COMM)
+    memory.set(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+    row["memory"] = memory.sum()
+    return row
+
+
+def main():
+    row = answer()
+    if COMM.getRank() == 0:
+        print(json.dumps({key: None if isinstance(value, float) and not numpy.isfinite(value) else value
+                          for key, value in row.items()}), flush=True)
+
+
+if __name__ == "__main__":
+    main()

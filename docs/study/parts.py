@@ -1,0 +1,184 @@
+#!/usr/bin/env python3
+"""Constrained, unstructured parts as a mesher makes them (docs/study/parts/), written to files or solved.
+
+/usr/bin/python3 docs/study/parts.py list                             parts and sizes
+/usr/bin/python3 docs/study/parts.py check --parts cell rebars        what has to hold for a part
+/usr/bin/python3 docs/study/parts.py write --part rebars --h 30 --to DIR   files for tutorials/benchmark/solve
+/usr/bin/python3 docs/study/parts.py run --parts flange rebars --size 20k --ranks 1 2
+/usr/bin/python3 docs/study/parts.py run --parts cell --size 0.2 --ranks 3 --methods modes clamped
+/usr/bin/python3 docs/study/parts.py run --methods modes --name v --options "-ainsworth_pc_mg_cycle_type v"
+
+run writes docs/parts.csv, where a solve that is measured again takes the place of the old one. Needs Debian's
+python3-gmsh, python3-scipy and python3-petsc4py, and a build (AINSWORTH_BUILD, default build/); seconds need an
+otherwise idle machine. Iterations are those of all reduced solves, and of the last one. Memory is the sum over the
+ranks of the most that each had [MiB], with that of Python.
+"""
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+
+import parts
+from common import machine, store
+
+WORKER = os.path.join(machine.ROOT, "docs", "study", "common", "partsolver.py")
+KEY = ["part", "size", "method", "ranks", "name"]
+# what it is, the worker's method, rigid-body modes, options
+METHODS = {
+    "modes": ("the plugin with rigid-body modes", "ainsworth", True, ""),
+    "plain": ("the plugin without", "ainsworth", False, ""),
+    "multigrid": ("as modes, and nothing is factored instead", "ainsworth", True, "-pc_ainsworth_ladder multigrid"),
+    "clamped": ("no constraints: CG and PCBLOCKSA", "clamped", True, ""),
+    "mumps": ("MUMPS on the whole matrix", "mumps", False, ""),
+}
+DIGITS = {"setup": "%.3f", "solve": "%.3f", "memory": "%.0f", "error": "%.2e", "primal": "%.2e", "constraint": "%.2e"}
+
+
+def one_size(text):
+    """A name, or a number; ValueError if it is neither."""
+    if text not in parts.SIZES:
+        float(text)
+    return text
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(dest="command", required=True)
+    commands.add_parser("list", help="parts and sizes")
+    one = commands.add_parser("write", help="files of a part")
+    one.add_argument("--part", required=True, choices=parts.PARTS, metavar="NAME")
+    one.add_argument("--h", type=float, required=True, help="size of the elements [mm]")
+    one.add_argument("--order", type=int, default=1, choices=(1, 2))
+    one.add_argument("--to", required=True, metavar="DIR", help="folder")
+    one.add_argument("--npz", action="store_true", help="one file of numpy's instead, DIR/NAME.npz")
+    for name, size, what in (("check", "small", "what has to hold for a part"), ("run", "20k", "solves parts")):
+        several = commands.add_parser(name, help=what)
+        several.add_argument("--parts", nargs="+", default=list(parts.PARTS), choices=parts.PARTS, metavar="NAME",
+                             help="default: all")
+        several.add_argument("--size", nargs="+", default=[size], type=one_size, metavar="SIZE",
+                             help="of: %s, or that of linear elements [mm] (default %s)"
+                             % (" ".join(parts.SIZES), size))
+    several.add_argument("--methods", nargs="+", default=list(METHODS), choices=METHODS, metavar="NAME",
+                         help="default all: " + "; ".join("%s, %s" % (key, how[0]) for key, how in METHODS.items()))
+    several.add_argument("--ranks", nargs="+", type=int, default=[1], help="numbers of ranks (default 1)")
+    several.add_argument("--repeat", type=int, default=1, help="runs of each, the quickest counts (default 1)")
+    several.add_argument("--options", default="", help="more options of PETSc, for all methods")
+    several.add_argument("--name", default="", help="a name of these options, in the CSV")
+    several.add_argument("--limit", type=int, default=600, help="seconds that one run may take (default 600)")
+    several.add_argument("--no-reference", action="store_true", help="no exact solution, and no error")
+    several.add_argument("--out", default=os.path.join(machine.ROOT, "docs", "parts.csv"),
+                         help="file (default docs/parts.csv)")
+    return parser.parse_args()
+
+
+def write(options):
+    """Prints how the files are solved."""
+    from parts import files
+    part = parts.make(options.part, options.h, options.order)
+    if options.npz:
+        os.makedirs(options.to, exist_ok=True)
+        files.numpy_file(part, os.path.join(options.to, options.part + ".npz"))
+        return
+    sizes = files.petsc_files(part, options.to)
+    # solve makes the modes of X, which would be wrong for extra unknowns
+    written = ["A", "C"] + ["D"] * (part.D is not None) + ["f", "g"] + ["X"] * (not part.extra)
+    print("%d unknowns, %d of them extra; %d rows" % (sizes["unknowns"], part.extra, sizes["rows"]))
+    print(" ".join(["solve"] + ["-%s %s" % (name, os.path.join(options.to, name + ".dat")) for name in written]
+                   + ["-dll_append", "libainsworth.so", machine.DEFAULTS]))
+
+
+def solve(folder, sizes, method, modes, ranks, options, limit):
+    """The answer of the worker, or why there is none."""
+    job = {"plugin": machine.PLUGIN, "folder": folder, "sizes": sizes, "method": method, "modes": modes,
+           "options": options.split()}
+    path = os.path.join(folder, "job.json")
+    with open(path, "w") as file:
+        json.dump(job, file)
+    try:
+        text = machine.output(machine.launcher(ranks) + [sys.executable, WORKER, path], limit)
+    except subprocess.TimeoutExpired:
+        return {"state": "time limit of %d s" % limit}
+    answers = [line for line in text.splitlines() if line.startswith("{")]
+    if answers:
+        return json.loads(answers[-1])
+    return {"state": "no answer: " + (text.strip().splitlines() or [""])[-1][:80]}
+
+
+def quickest(repeat, *how):
+    """Of several solves."""
+    answers = [solve(*how) for _ in range(repeat)]
+    return min(answers, key=lambda answer: answer.get("setup", float("inf")) + answer.get("solve", float("inf")))
+
+
+def figures(answer):
+    """As the CSV has them."""
+    row = {name: answer.get(name) for name in ("iterations", "last", "solver")}
+    for name, digits in DIGITS.items():
+        row[name] = None if answer.get(name) is None else digits % answer[name]
+    return dict(row, state=answer["state"])
+
+
+def measure(name, size, options, table):
+    """All methods on one part."""
+    from parts import files
+    start = time.perf_counter()
+    h, order = parts.sized(name, size)
+    part = parts.make(name, h, order)
+    with tempfile.TemporaryDirectory(prefix="ainsworth-parts-") as folder:
+        sizes = files.petsc_files(part, folder)
+        del part
+        print("%s %s: %d unknowns, %d rows, made in %.1f s"
+              % (name, size, sizes["unknowns"], sizes["rows"], time.perf_counter() - start), flush=True)
+        if not options.no_reference:
+            answer = solve(folder, sizes, "reference", False, 1, "", options.limit)
+            if answer["state"] != "exact":
+                print("  reference: " + answer["state"], flush=True)
+        for ranks in options.ranks:
+            for method in options.methods:
+                _, kind, modes, more = METHODS[method]
+                answer = figures(quickest(options.repeat, folder, sizes, kind, modes, ranks,
+                                          more + " " + options.options, options.limit))
+                alone = kind == "clamped"
+                table.put(dict({"part": name, "order": order, "size": size, "h": h,
+                                "unknowns": sizes["clamped" if alone else "unknowns"],
+                                "rows": 0 if alone else sizes["rows"], "method": method,
+                                "modes": "yes" if modes else "no", "ranks": ranks, "name": options.name}, **answer))
+                print("  %-9s %d ranks: %s" % (method, ranks, " ".join(
+                    "%s=%s" % pair for pair in answer.items() if pair[1] is not None)), flush=True)
+
+
+def run(options):
+    machine.require("petsc4py", "numpy", "scipy", "gmsh")
+    table = store.Store(os.path.abspath(options.out), KEY)
+    for name in options.parts:
+        for size in options.size:
+            measure(name, size, options, table)
+
+
+def check(options):
+    from parts import check as checks
+    for name in options.parts:
+        for size in options.size:
+            start = time.perf_counter()
+            found = checks.check(parts.make(name, *parts.sized(name, size)))
+            print("%s %s: %s, %.1f s" % (name, size, " ".join("%s=%s" % pair for pair in found.items()),
+                                         time.perf_counter() - start), flush=True)
+
+
+def list_parts(_):
+    for name in parts.PARTS:
+        sizes = ("%g (%s)" % (parts.SIZES[size][name], size) for size in parts.SIZES)
+        print("%-12s h = %s" % (name, ", ".join(sizes)))
+
+
+def main():
+    options = arguments()
+    {"list": list_parts, "check": check, "write": write, "run": run}[options.command](options)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,59 @@
+"""Files of a part."""
+import os
+
+import numpy
+
+
+def numpy_file(part, path):
+    """A and C in compressed rows, the diagonal of D."""
+    arrays = {name + key: getattr(M, long) for name, M in (("A", part.A), ("C", part.C))
+              for key, long in (("i", "indptr"), ("j", "indices"), ("v", "data"))}
+    if part.D is not None:
+        arrays["Dv"] = part.D.diagonal()
+    numpy.savez(path, f=part.f, g=part.g, X=part.X, extra=part.extra, clamp=part.clamp, modes=part.modes, **arrays)
+
+
+def petsc_files(part, folder):
+    """In PETSc's binary format; the sizes."""
+    from petsc4py import PETSc
+
+    def write(name, *things):
+        viewer = PETSc.Viewer().createBinary(os.path.join(folder, name + ".dat"), "w", comm=PETSc.COMM_SELF)
+        for thing in things:
+            thing.view(viewer)
+        viewer.destroy()
+
+    def matrix(M, rows, columns):
+        A = PETSc.Mat().create(comm=PETSc.COMM_SELF)
+        A.setSizes(M.shape)
+        A.setBlockSizes(rows, columns)
+        A.setType("aij")
+        A.setPreallocationCSR((M.indptr.astype(PETSc.IntType), M.indices.astype(PETSc.IntType), M.data))
+        return A
+
+    def vector(values):
+        return PETSc.Vec().createWithArray(numpy.ascontiguousarray(values, dtype=float), comm=PETSc.COMM_SELF)
+
+    os.makedirs(folder, exist_ok=True)
+    A, f, left = part.clamped()
+    write("A", matrix(part.A, 3, 3))
+    write("C", matrix(part.C, 1, 3))
+    if part.D is not None:
+        write("D", matrix(part.D, 1, 1))
+    write("f", vector(part.f))
+    write("g", vector(part.g))
+    if not part.extra:
+        write("X", vector(part.X.ravel()))
+    write("modes", *(vector(mode) for mode in part.modes.T))
+    write("clamped_A", matrix(A, 3, 3))
+    write("clamped_f", vector(f))
+    write("clamped_modes", *(vector(mode) for mode in part.modes[left].T))
+    return {"unknowns": part.A.shape[0], "rows": part.C.shape[0], "clamped": A.shape[0]}
+
+
+def petsc_vector(values, path):
+    """A vector in PETSc's binary format."""
+    from petsc4py import PETSc
+    viewer = PETSc.Viewer().createBinary(path, "w", comm=PETSc.COMM_SELF)
+    PETSc.Vec().createWithArray(numpy.ascontiguousarray(values, dtype=float), comm=PETSc.COMM_SELF).view(viewer)
+    viewer.destroy()
