@@ -201,17 +201,19 @@ PetscErrorCode PCAinsworthIsOwnMultigrid_Private(const PC_Ainsworth *data, Petsc
 /*
    Replaces block smoothed aggregation, if it was our choice and does not fit the matrix, by another multigrid; *again: set-up has to continue with that
 
-   In Ker C several levels are better than any other multigrid, which would need M_*: a cell of 6000 unknowns takes 21 iterations, with BoomerAMG 149
+   In Ker C larger levels are better than another multigrid, which would need M_*: a periodic cell with a complexity of 2.9 takes 21 iterations, by BoomerAMG 149
 */
 PetscErrorCode PCAinsworthFallBack_Private(PC pc, PC_Ainsworth *data, PetscBool *again)
 {
-  PC          inner;
-  PC_BlockSA *sa = NULL;
+  static const PetscReal bearable = 4.0;
+  PC                     inner;
+  PC_BlockSA            *sa = NULL;
 
   PetscFunctionBegin;
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
-  *again = (PetscBool)(sa && sa->levels.hierarchy && sa->levels.hierarchy->doubts[0] && data->ownChoice && !(sa->subspace && sa->levels.hierarchy->grids.size() > 1));
+  *again = (PetscBool)(sa && sa->levels.hierarchy && sa->levels.hierarchy->doubts[0] && data->ownChoice &&
+                       !(sa->subspace && sa->levels.hierarchy->grids.size() > 1 && sa->levels.hierarchy->complexity() <= bearable));
   if (!*again) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscInfo(pc, "%s: PC type %s takes the place of %s\n", sa->levels.hierarchy->doubts, OtherMultigrid(), PCBLOCKSA));
   PetscCall(PCSetType(inner, OtherMultigrid()));
