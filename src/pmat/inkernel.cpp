@@ -57,16 +57,20 @@ static PetscErrorCode FindCarried(const AinsworthPmatInputs *in, Vec counts, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Marks unknowns whose rows of A are zero by 1, all others by 0. Collective */
+/* Marks unknowns whose rows of A are zero, which their diagonal entry tells where A is positive semidefinite, by 1, all others by 0. Collective */
 static PetscErrorCode MarkZeroRows(const AinsworthPmatInputs *in, Vec zeros)
 {
   PetscFunctionBegin;
-  PetscCall(AinsworthRowSums(in->aij, 1, zeros));
+  PetscCall(AinsworthGetDiagonal(in->aij, zeros));
   PetscCall(AinsworthUpdate(zeros, [](PetscInt, PetscScalar &z) { z = z == 0.0 ? 1.0 : 0.0; }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Decides which rows, scaled to C W C' = 1 before loose unknowns were released from them, are in Q_*, and which are kept. Collective */
+/*
+   Decides which rows are in Q_*, and which are kept. Collective
+
+   C: the rows, scaled to C W C' = 1 before loose unknowns were released from them, or the program's own
+*/
 static PetscErrorCode ChooseRows(const AinsworthPmatInputs *in, Mat C, Roles *roles)
 {
   Vec                    left, all;
@@ -79,7 +83,7 @@ static PetscErrorCode ChooseRows(const AinsworthPmatInputs *in, Mat C, Roles *ro
   PetscCall(AinsworthRowSquares(C, roles->weight, left));
   PetscCall(AinsworthRowSquares(C, in->weight, all));
   PetscCall(AinsworthForEntries({left, all}, [&](PetscInt, PetscScalar l, PetscScalar a) {
-    asks.push_back(PetscRealPart(a) > nothing);
+    asks.push_back(PetscRealPart(a) > (C == in->C ? 0.0 : nothing));
     roles->shortRows.push_back(asks.back() && PetscRealPart(l) > weightless * PetscRealPart(a));
   }));
   PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
@@ -219,24 +223,34 @@ static PetscErrorCode CreateEmbedding(const AinsworthPmatInputs *in, Mat C, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates W C' Inv(S) C for the short rows; NULL if there are none. Collective */
-static PetscErrorCode CreateSpread(Mat all, const AinsworthPmatOptions *opt, const Roles &roles, Mat *spread)
+/* Creates W C' Inv(S) C for the short rows; NULL if there are none. S is that of the projector if these are all rows, with their usual weight. Collective */
+static PetscErrorCode CreateSpread(const AinsworthPmatInputs *in, Mat all, const AinsworthPmatOptions *opt, const Roles &roles, Mat *spread)
 {
-  PetscInt taken = 0;
-  Mat      C, CW, CWt, S, XC, inverse;
+  PetscInt  taken = 0, rows;
+  PetscBool usual;
+  Mat       C, CW, CWt, S, XC, inverse;
 
   PetscFunctionBegin;
   *spread = NULL;
   for (char s : roles.shortRows) taken += s;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &taken, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)all)));
   if (!taken || opt->type == PC_AINSWORTH_PMAT_ID) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthCopyMarkedRows(all, &roles.shortRows, &C));
-  PetscCall(AinsworthScaleColumns(C, roles.weight, &S));
-  PetscCall(AinsworthCopyMarkedRows(S, NULL, &CW));
-  PetscCall(MatDestroy(&S));
-  PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
-  PetscCall(MatMatMult(C, CWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &S));
-  PetscCall(MatProductClear(S));
+  PetscCall(MatGetSize(all, &rows, NULL));
+  PetscCall(VecEqual(roles.weight, in->weight, &usual));
+  if (taken == rows && all == in->C && usual && in->S) {
+    PetscCall(AinsworthShare(all, &C));
+    PetscCall(AinsworthScaleColumns(C, roles.weight, &CW));
+    PetscCall(AinsworthShare(in->S, &S));
+    PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
+  } else {
+    PetscCall(AinsworthCopyMarkedRows(all, &roles.shortRows, &C));
+    PetscCall(AinsworthScaleColumns(C, roles.weight, &S));
+    PetscCall(AinsworthCopyMarkedRows(S, NULL, &CW));
+    PetscCall(MatDestroy(&S));
+    PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
+    PetscCall(MatMatMult(C, CWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &S));
+    PetscCall(MatProductClear(S));
+  }
   PetscCall(AinsworthInvGramCreate(S, opt, &inverse));
   PetscCall(MatMatMult(inverse, C, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &XC));
   PetscCall(MatProductClear(XC));
@@ -265,7 +279,7 @@ PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *in, const 
   PetscCall(AinsworthPmatReleaseLoose(in, roles.weight, in->C, &all));
   PetscCall(ChooseRows(in, all, &roles));
   PetscCall(CreateEmbedding(in, all, zeros, &roles, &made->left, &embedding));
-  PetscCall(CreateSpread(all, opt, roles, &spread));
+  PetscCall(CreateSpread(in, all, opt, roles, &spread));
   made->correction = spread ? spread : embedding;
   if (spread && embedding) {
     Mat product;

@@ -280,7 +280,7 @@ PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *in, PetscR
 /*
    AinsworthPmatReleaseLoose - eliminates loose unknowns, those with a weight whose rows of A are zero, from the rows of C. Collective
 
-   released: the rows scaled to C W C' = 1, with W of `in`, and in each group that is eliminated Cx - Cl K^{-1} Cl' Cx with K = Cl' Cl: what they ask of the other
+   released: C itself if there are none; else the rows scaled to C W C' = 1, with W of `in`, and in each group that is eliminated Cx - Cl K^{-1} Cl' Cx with K = Cl' Cl: what they ask of the other
    unknowns, wherever l is. Rows that ask for nothing become zero up to rounding, others appear several times
 */
 PetscErrorCode AinsworthPmatReleaseLoose(const AinsworthPmatInputs *in, Vec weight, Mat C, Mat *released)
@@ -293,15 +293,15 @@ PetscErrorCode AinsworthPmatReleaseLoose(const AinsworthPmatInputs *in, Vec weig
   Groups            groups;
 
   PetscFunctionBegin;
+  PetscCall(FindLoose(in->aij, C, weight, &loose));
+  if (!loose) {
+    PetscCall(AinsworthShare(C, released));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(MatDuplicate(C, MAT_COPY_VALUES, released));
   PetscCall(AinsworthRowPenaltyCreate(C, in->weight, 1.0, &scale));
   PetscCall(VecSqrtAbs(scale));
   PetscCall(MatDiagonalScale(*released, scale, NULL));
-  PetscCall(FindLoose(in->aij, C, weight, &loose));
-  if (!loose) {
-    PetscCall(VecDestroy(&scale));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(VecDestroy(&scale));
   PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
   PetscCall(ISCreateStride(PetscObjectComm((PetscObject)C), rend - rstart, rstart, 1, &rows));
