@@ -130,7 +130,7 @@ namespace
 /* The solver of the coarsest level on the kernel of the rows: M^{-1} - Z (C Z)^{-1} Z' with Z = M^{-1} C' */
 struct Bordered {
   std::shared_ptr<const AinsworthFewRows> rows;
-  PC                                      inner;
+  PC                                      inner; /* referenced by the wrapper */
   std::vector<Vec>                        lifted; /* Z */
   std::vector<PetscScalar>                factor; /* Cholesky factor of C Z */
 };
@@ -156,23 +156,12 @@ static PetscErrorCode Apply(PC pc, Vec r, Vec z)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode View(PC pc, PetscViewer viewer)
-{
-  Bordered *data;
-
-  PetscFunctionBegin;
-  PetscCall(PCShellGetContext(pc, &data));
-  PetscCall(PCView(data->inner, viewer));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Destroy(PC pc)
 {
   Bordered *data;
 
   PetscFunctionBegin;
   PetscCall(PCShellGetContext(pc, &data));
-  PetscCall(PCDestroy(&data->inner));
   for (Vec &v : data->lifted) PetscCall(VecDestroy(&v));
   delete data;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -183,16 +172,14 @@ PetscErrorCode AinsworthFewRowsPCCreate(const std::shared_ptr<const AinsworthFew
 {
   auto         data = std::make_unique<Bordered>();
   const size_t n    = rows->c.size();
-  Mat          A, P;
   Vec          row;
   PetscScalar *to;
   PetscBLASInt size, info;
 
   PetscFunctionBegin;
-  PetscCall(PCGetOperators(inner, &A, &P));
   data->rows  = rows;
   data->inner = inner;
-  PetscCall(MatCreateVecs(P, &row, NULL));
+  PetscCall(VecCreateMPI(rows->comm, (PetscInt)rows->w.size(), PETSC_DETERMINE, &row));
   for (const std::vector<PetscScalar> &c : rows->c) {
     std::vector<PetscScalar> products;
     const PetscScalar       *from;
@@ -217,15 +204,9 @@ PetscErrorCode AinsworthFewRowsPCCreate(const std::shared_ptr<const AinsworthFew
     for (Vec &v : data->lifted) PetscCall(VecDestroy(&v));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PetscObjectReference((PetscObject)inner));
-  PetscCall(PCCreate(rows->comm, pc));
-  PetscCall(PCSetType(*pc, PCSHELL));
+  PetscCall(AinsworthSubspacePCWrap(inner, "on the kernel of few rows", pc));
   PetscCall(PCShellSetContext(*pc, data.release()));
-  PetscCall(PCShellSetName(*pc, "on the kernel of few rows"));
   PetscCall(PCShellSetApply(*pc, Apply));
-  PetscCall(PCShellSetView(*pc, View));
   PetscCall(PCShellSetDestroy(*pc, Destroy));
-  PetscCall(PCSetOperators(*pc, A, P));
-  PetscCall(AinsworthSubspacePCRemember(*pc, inner));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

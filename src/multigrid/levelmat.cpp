@@ -158,6 +158,20 @@ static PetscReal Hash(size_t l)
   return (PetscReal)((double)(s >> 11) / 4503599627370496.0 - 1.0);
 }
 
+/* Gets the largest eigenvalue of the tridiagonal matrix with the diagonals d and e, which are overwritten; leaves it as it is if there was no step */
+static PetscErrorCode LargestRitz(std::vector<PetscReal> &d, std::vector<PetscReal> &e, PetscReal *largest)
+{
+  PetscBLASInt one = 1, order, info;
+
+  PetscFunctionBegin;
+  if (d.empty()) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscBLASIntCast((PetscInt)d.size(), &order));
+  PetscCallBLAS("LAPACKREALsteqr", LAPACKREALsteqr_("N", &order, d.data(), e.data(), NULL, &one, NULL, &info));
+  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK routine steqr returned %d", (int)info);
+  *largest = d.back();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    Estimates the largest eigenvalue of D^{-1} A by steps of conjugate gradients with Jacobi; collective
 
@@ -173,7 +187,6 @@ static PetscErrorCode Estimate(AinsworthProduct<T> &A, const std::vector<PetscRe
   std::vector<T>         inverse(n), r(n), p(n), q(n);
   std::vector<PetscReal> d, e; /* the tridiagonal Lanczos matrix */
   PetscReal              rz = 0.0, alpha = 0.0, beta = 0.0;
-  PetscBLASInt           one = 1, order, info;
 
   auto energy = [&](size_t l) { return AinsworthConj(r[l]) * inverse[l] * r[l]; };
   /* sums over all unknowns of all ranks */
@@ -213,15 +226,11 @@ static PetscErrorCode Estimate(AinsworthProduct<T> &A, const std::vector<PetscRe
     for (size_t l = 0; l < n; l++) p[l] = inverse[l] * r[l] + T(beta) * p[l];
   }
   *largest = 1.0;
-  if (d.empty()) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscBLASIntCast((PetscInt)d.size(), &order));
-  PetscCallBLAS("LAPACKREALsteqr", LAPACKREALsteqr_("N", &order, d.data(), e.data(), NULL, &one, NULL, &info));
-  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK routine steqr returned %d", (int)info);
-  *largest = d.back();
+  PetscCall(LargestRitz(d, e, largest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthLevel::stay - keeps the cycle in a subspace on this level, the finest one: W takes the place of the inverse diagonal where Q changes anything */
+/* AinsworthLevel::stay - keeps the cycle in a subspace on this level: W takes the place of the inverse diagonal where Q changes anything */
 void AinsworthLevel::stay(const std::shared_ptr<const AinsworthLevelSubspace> &in)
 {
   subspace = in;
@@ -249,7 +258,6 @@ PetscErrorCode AinsworthLevel::estimateInSubspace(Mat mat)
   Vec                    r, z, p, q;
   PetscScalar           *a, rz, pq, before, alpha = 0.0, beta = 0.0;
   PetscInt               rstart, rend;
-  PetscBLASInt           one = 1, order, info;
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(mat, &r, &z));
@@ -259,13 +267,13 @@ PetscErrorCode AinsworthLevel::estimateInSubspace(Mat mat)
   PetscCall(VecGetArrayWrite(r, &a));
   for (PetscInt l = 0; l < rend - rstart; l++) a[l] = PetscSqrtReal(diagonal[l]) * Hash((size_t)(rstart + l));
   PetscCall(VecRestoreArrayWrite(r, &a));
+  std::vector<PetscReal> w;
+  for (PetscReal v : diagonal) w.push_back(1.0 / v);
+  for (size_t k = 0; k < subspace->at.size(); k++) w[subspace->at[k]] = subspace->space->weight[k];
   auto precondition = [&]() -> PetscErrorCode {
     PetscFunctionBegin;
     PetscCall(VecCopy(r, z));
     PetscCall(VecGetArray(z, &a));
-    std::vector<PetscReal> w(diagonal.size());
-    for (size_t l = 0; l < w.size(); l++) w[l] = 1.0 / diagonal[l];
-    for (size_t k = 0; k < subspace->at.size(); k++) w[subspace->at[k]] = subspace->space->weight[k];
     for (size_t l = 0; l < w.size(); l++) a[l] *= w[l];
     PetscCall(VecRestoreArray(z, &a));
     PetscCall(subspace->project(false, z));
@@ -288,11 +296,7 @@ PetscErrorCode AinsworthLevel::estimateInSubspace(Mat mat)
     PetscCall(VecAYPX(p, beta, z));
   }
   for (Vec *v : {&r, &z, &p, &q}) PetscCall(VecDestroy(v));
-  if (d.empty()) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscBLASIntCast((PetscInt)d.size(), &order));
-  PetscCallBLAS("LAPACKREALsteqr", LAPACKREALsteqr_("N", &order, d.data(), e.data(), NULL, &one, NULL, &info));
-  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK routine steqr returned %d", (int)info);
-  largest = d.back();
+  PetscCall(LargestRitz(d, e, &largest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -30,7 +30,7 @@ namespace
 /* A preconditioner M of the smoother, applied as Q M^{-1} Q' */
 struct Projected {
   std::shared_ptr<const AinsworthLevelSubspace> subspace;
-  PC                                            inner;
+  PC                                            inner; /* referenced by the wrapper */
   Vec                                           force;
 
   /* Zeroes the entries that have no weight */
@@ -64,33 +64,14 @@ static PetscErrorCode Apply(PC pc, Vec r, Vec z)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode View(PC pc, PetscViewer viewer)
-{
-  Projected *data;
-
-  PetscFunctionBegin;
-  PetscCall(PCShellGetContext(pc, &data));
-  PetscCall(PCView(data->inner, viewer));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Destroy(PC pc)
 {
   Projected *data;
 
   PetscFunctionBegin;
   PetscCall(PCShellGetContext(pc, &data));
-  PetscCall(PCDestroy(&data->inner));
   PetscCall(VecDestroy(&data->force));
   delete data;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* AinsworthSubspacePCRemember - makes a preconditioner known as one that wraps another */
-PetscErrorCode AinsworthSubspacePCRemember(PC pc, PC inner)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscObjectCompose((PetscObject)pc, innerName, (PetscObject)inner));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -105,22 +86,39 @@ PetscErrorCode AinsworthSubspacePCGetInner(PC pc, PC *inner)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSubspacePCCreate - creates Q M^{-1} Q' from the preconditioner M, which is referenced; collective */
-PetscErrorCode AinsworthSubspacePCCreate(const std::shared_ptr<const AinsworthLevelSubspace> &subspace, PC inner, PC *pc)
+static PetscErrorCode View(PC pc, PetscViewer viewer)
+{
+  PC inner = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthSubspacePCGetInner(pc, &inner));
+  PetscCall(PCView(inner, viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthSubspacePCWrap - creates a PCSHELL with a name that wraps a preconditioner, which it references; the caller sets what it does. Collective */
+PetscErrorCode AinsworthSubspacePCWrap(PC inner, const char name[], PC *pc)
 {
   Mat A, P;
 
   PetscFunctionBegin;
   PetscCall(PCCreate(PetscObjectComm((PetscObject)inner), pc));
   PetscCall(PCSetType(*pc, PCSHELL));
-  PetscCall(PetscObjectReference((PetscObject)inner));
-  PetscCall(PCShellSetContext(*pc, new Projected{subspace, inner, NULL}));
-  PetscCall(PCShellSetName(*pc, "projected onto Ker C"));
-  PetscCall(PCShellSetApply(*pc, Apply));
+  PetscCall(PCShellSetName(*pc, name));
   PetscCall(PCShellSetView(*pc, View));
-  PetscCall(PCShellSetDestroy(*pc, Destroy));
   PetscCall(PCGetOperators(inner, &A, &P));
   PetscCall(PCSetOperators(*pc, A, P));
-  PetscCall(AinsworthSubspacePCRemember(*pc, inner));
+  PetscCall(PetscObjectCompose((PetscObject)*pc, innerName, (PetscObject)inner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthSubspacePCCreate - creates Q M^{-1} Q' from the preconditioner M, which is referenced; collective */
+PetscErrorCode AinsworthSubspacePCCreate(const std::shared_ptr<const AinsworthLevelSubspace> &subspace, PC inner, PC *pc)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthSubspacePCWrap(inner, "projected onto Ker C", pc));
+  PetscCall(PCShellSetContext(*pc, new Projected{subspace, inner, NULL}));
+  PetscCall(PCShellSetApply(*pc, Apply));
+  PetscCall(PCShellSetDestroy(*pc, Destroy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -50,7 +50,7 @@ public:
 };
 
 PetscErrorCode AinsworthSubspacePCCreate(const std::shared_ptr<const AinsworthLevelSubspace> &, PC, PC *);
-PetscErrorCode AinsworthSubspacePCRemember(PC, PC);
+PetscErrorCode AinsworthSubspacePCWrap(PC, const char[], PC *);
 PetscErrorCode AinsworthSubspacePCGetInner(PC, PC *);
 
 #endif

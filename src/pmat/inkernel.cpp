@@ -19,7 +19,7 @@ static const PetscReal fewRows = 8.0;
 static const PetscReal weightless = 1e-10;
 /*
    An unknown follows others only where it gives at least this part of the flexibility of its row. Stiffer bars hold their surroundings: on a lattice of bars as
-   stiff as 1, 10, 30, 100, 1000 times these it takes 10, 10, 13, 19, 47 iterations, and 10 with Inv(S); in unstructured meshes less stiff ones need it (docs/models.md)
+   stiff as 1, 10, 30, 100, 1000 times these it takes 10, 10, 13, 19, 47 iterations, and 10 with Inv(S); in unstructured meshes less stiff ones need it
 */
 static const PetscReal soft = 0.05;
 /* The same where loose unknowns do all that a row asks for */
