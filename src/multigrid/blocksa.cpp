@@ -22,8 +22,8 @@ PetscErrorCode PCBlockSAGetProduct_Private(PC pc, Mat *product)
 
   PetscFunctionBegin;
   PetscCall(PCBlockSAGet_Private(pc, &sa));
-  if (sa && !sa->product && sa->levels.hierarchy && sa->levels.hierarchy->grids[0].upper && !sa->levels.hierarchy->sorted)
-    PetscCall(AinsworthHierarchyCreateProduct(*sa->levels.hierarchy, &sa->product));
+  if (sa && !sa->product && sa->levels.hierarchy && sa->levels.hierarchy->finest.upper && !sa->levels.hierarchy->sorted)
+    PetscCall(AinsworthGridCreateProduct(sa->levels.hierarchy->finest, &sa->product));
   *product = sa ? sa->product : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -210,7 +210,7 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscViewerASCIIPrintf(viewer, "    block smoothed aggregation, threshold %g\n", (double)sa->options.threshold));
-  if (!sa->levels.hierarchy) {
+  if (!sa->grids) {
     PetscCall(PetscViewerASCIIPrintf(viewer, "    not set up yet\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -224,12 +224,12 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
       viewer, "    left out: %" PetscInt_FMT " modes that the matrix does not take to zero: are these the coordinates of its nodes?\n", h.modes.unfit));
   PetscCall(PetscViewerASCIIPrintf(viewer, "    finest level in %s precision%s; operator complexity %.3g\n", h.single() ? "single" : "double",
                                    sa->options.single && !h.single() ? ", as its values jump too far or it is the only one, or for an earlier solve" : "",
-                                   (double)h.complexity()));
+                                   (double)AinsworthComplexity(*sa->grids)));
   if (sa->subspace)
     PetscCall(PetscViewerASCIIPrintf(viewer, "    in the kernel of constraints, with %d unknowns carried and %d rows kept on all levels\n",
                                      (int)sa->subspace->carried.size(), (int)sa->subspace->rows.size()));
   if (h.sorted) PetscCall(PetscViewerASCIIPrintf(viewer, "    unknowns sorted by nodes, which the pattern of the matrix shows\n"));
-  for (const AinsworthGrid &grid : h.grids)
+  for (const AinsworthGrid &grid : *sa->grids)
     PetscCall(PetscViewerASCIIPrintf(viewer, "    level: %" PetscInt_FMT " unknowns, blocks of %" PetscInt_FMT ", %.1f of them a row, on %d ranks\n",
                                      grid.nodes->N * grid.bs, grid.bs, grid.nodes->N ? (double)grid.blocks / (double)grid.nodes->N : 0.0, (int)grid.ranks));
   if (h.doubts[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "    in doubt: %s\n", h.doubts));
@@ -247,6 +247,7 @@ static PetscErrorCode PCReset_BlockSA(PC pc)
   PetscCall(MatDestroy(&sa->product));
   for (Vec &v : sa->sorted) PetscCall(VecDestroy(&v));
   sa->levels = AinsworthLevels();
+  sa->grids.reset();
   sa->subspace.reset();
   sa->old = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -274,7 +275,7 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
 .  -pc_blocksa_coarse_eq_limit <600>     - a level with at most this many unknowns is factored
 .  -pc_blocksa_process_eq_limit <900>    - a level with fewer unknowns per process moves to fewer processes
 .  -pc_blocksa_precision <single,double> - precision of the finest level; by default single if the `KSP` tolerates it
-.  -pc_mg_cycle_type <w,v>               - cycle; by default W if the operator complexity is at most 1.58
+.  -pc_mg_cycle_type <w,v>               - cycle; by default W if the first coarser level of A has at most COMPLEX times its entries
 .  -mg_levels_*                          - the smoothers; by default two steps of Chebyshev with Jacobi
 -  -mg_coarse_*                          - the solver of the coarsest level; by default direct
 

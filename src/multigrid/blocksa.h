@@ -10,8 +10,9 @@
 
 /* The levels of A and what they were made from; PCAINSWORTH keeps them over PCReset() */
 struct AinsworthLevels {
-  std::shared_ptr<const AinsworthHierarchy> hierarchy;
-  AinsworthSource                           source;
+  std::shared_ptr<const AinsworthHierarchy>         hierarchy;
+  std::shared_ptr<const std::vector<AinsworthGrid>> alone; /* the levels of A alone; NULL until they are needed */
+  AinsworthSource                                   source;
 };
 
 struct PC_BlockSA {
@@ -27,7 +28,8 @@ struct PC_BlockSA {
 
   PetscBool keep; /* keep the coarser levels whatever the values of A */
 
-  AinsworthLevels  levels;
+  AinsworthLevels                                   levels;
+  std::shared_ptr<const std::vector<AinsworthGrid>> grids; /* the levels in use */
   PetscBool        old;       /* the coarser levels belong to earlier values of A */
   std::shared_ptr<const AinsworthInterpolation> corrected; /* what corrects interpolation to the finest level; NULL: nothing */
   std::shared_ptr<const AinsworthFewRows> coarseRows; /* of the coarsest level; NULL: none */

@@ -51,9 +51,9 @@ static PetscErrorCode GetBlockSize(PC pc, Mat A, PetscInt *bs)
 /* Returns the diagonal of the finest level in the program's order */
 static std::vector<PetscReal> Unsorted(const AinsworthHierarchy &h)
 {
-  std::vector<PetscReal> diagonal(h.grids[0].diagonal);
+  std::vector<PetscReal> diagonal(h.finest.diagonal);
 
-  for (size_t l = 0; l < h.order.size(); l++) diagonal[h.order[l]] = h.grids[0].diagonal[l];
+  for (size_t l = 0; l < h.order.size(); l++) diagonal[h.order[l]] = h.finest.diagonal[l];
   return diagonal;
 }
 
@@ -84,10 +84,10 @@ static PetscErrorCode HasLevels(PC pc, const PC_BlockSA *sa, PetscInt bs, PetscB
   const std::vector<PetscInt> carry = Carried(sa);
 
   PetscFunctionBegin;
-  *has = (PetscBool)(!sa->stale && h && (h->sorted ? bs == 1 : h->grids[0].bs == bs) &&
+  *has = (PetscBool)(!sa->stale && h && (h->sorted ? bs == 1 : h->finest.bs == bs) &&
                      std::includes(h->carried.begin(), h->carried.end(), carry.begin(), carry.end()));
   if (*has && !h->left.empty()) {
-    const std::vector<char> left = Left(sa, h->grids[0].bs, h->order);
+    const std::vector<char> left = Left(sa, h->finest.bs, h->order);
 
     for (size_t i = 0; i < h->left.size(); i++)
       if (h->left[i] && (left.empty() || !left[i])) *has = PETSC_FALSE;
@@ -136,7 +136,12 @@ static PetscErrorCode KeepCoarse(PC pc, PC_BlockSA *sa, Mat A, MatNullSpace near
   PetscCall(PetscInfo(pc, "A has other values: the coarser levels are kept nevertheless\n"));
   PetscCall(MatDestroy(&sa->product));
   sa->levels.hierarchy = hierarchy;
-  sa->old              = PETSC_TRUE;
+  if (sa->levels.alone) {
+    auto grids      = std::make_shared<std::vector<AinsworthGrid>>(*sa->levels.alone);
+    (*grids)[0]     = hierarchy->finest;
+    sa->levels.alone = grids;
+  }
+  sa->old = PETSC_TRUE;
   PetscCall(sa->levels.source.take(A, near));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -280,62 +285,82 @@ static PetscErrorCode CorrectCoarse(Mat A, PC_BlockSA *sa, AinsworthBlockMat *ad
   Mat                       aij;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthBlockMatCreate(sa->subspace->correction, h.grids[0].bs, h.order, NULL, &T));
+  PetscCall(AinsworthBlockMatCreate(sa->subspace->correction, h.finest.bs, h.order, NULL, &T));
   for (PetscInt i = 0; i < T.rows.n; i++) marked.push_back(T.rows.i[i] < T.rows.i[i + 1]);
   auto Z = std::make_shared<AinsworthInterpolation>();
-  PetscCall(AinsworthInterpolationMultiply(T, *h.grids[0].P, Z.get()));
+  PetscCall(AinsworthInterpolationMultiply(T, *h.finest.P, Z.get()));
   PetscCall(AinsworthGetAIJ(A, &aij));
-  PetscCall(AinsworthBlockMatCreate(aij, h.grids[0].bs, h.order, &marked, &rows));
+  PetscCall(AinsworthBlockMatCreate(aij, h.finest.bs, h.order, &marked, &rows));
   PetscCall(MatDestroy(&aij));
-  PetscCall(AinsworthGalerkinChange(rows, *h.grids[0].P, *Z, added));
+  PetscCall(AinsworthGalerkinChange(rows, *h.finest.P, *Z, added));
   for (PetscScalar &v : Z->rows.a) v = -v;
   sa->corrected = Z;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   Sets up the operators of all levels: A_l, or A_l plus the Galerkin product of the matrix added to A
-
-   In a subspace the finest level is A itself: Q W A has no larger eigenvalue than W A, as Q W <= W (docs/method.md)
-*/
-static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, Mat A, Mat added, bool singular)
+/* Creates the levels of A, or of A plus what is added or corrects coarse functions; D: blocks of what is added to the finest level. Collective */
+static PetscErrorCode CreateGrids(PC_BlockSA *sa, Mat A, Mat added, AinsworthBlockMat *D)
 {
-  const size_t                    n = sa->levels.hierarchy->grids.size();
-  AinsworthBlockMat               D, coarse;
-  AinsworthHierarchy              sum;
-  Mat                             aij, P;
-  std::unique_ptr<AinsworthLevel> level;
-  std::vector<Vec>                rows;
-  const bool                      corrected = sa->subspace && sa->subspace->correction && n > 1;
+  const AinsworthHierarchy &h = *sa->levels.hierarchy;
+  const bool                coarser = h.levels() > 1, corrected = coarser && sa->subspace && sa->subspace->correction;
+  AinsworthBlockMat         coarse;
+  Mat                       aij;
 
   PetscFunctionBegin;
   sa->corrected.reset();
-  PetscCall(SortRows(sa, &rows));
   if (added) {
     PetscCall(AinsworthGetAIJ(added, &aij));
-    PetscCall(AinsworthBlockMatCreate(aij, sa->levels.hierarchy->grids[0].bs, sa->levels.hierarchy->order, NULL, &D));
+    PetscCall(AinsworthBlockMatCreate(aij, h.finest.bs, h.order, NULL, D));
     PetscCall(MatDestroy(&aij));
-    if (n > 1) PetscCall(AinsworthGalerkin(D, *sa->levels.hierarchy->grids[0].P, &coarse));
+    if (coarser) PetscCall(AinsworthGalerkin(*D, *h.finest.P, &coarse));
   } else if (corrected) PetscCall(CorrectCoarse(A, sa, &coarse));
-  const bool changed = added || corrected;
-  if (changed) PetscCall(sa->levels.hierarchy->createSum(std::move(coarse), sa->options, &sum));
-  const AinsworthHierarchy &h = changed ? sum : *sa->levels.hierarchy;
+  if (coarser && (added || corrected)) {
+    auto grids = std::make_shared<std::vector<AinsworthGrid>>();
 
+    PetscCall(h.createGrids(&coarse, grids.get()));
+    sa->grids = grids;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!sa->levels.alone) {
+    auto grids = std::make_shared<std::vector<AinsworthGrid>>();
+
+    PetscCall(h.createGrids(NULL, grids.get()));
+    sa->levels.alone = grids;
+  }
+  sa->grids = sa->levels.alone;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Sets up the operators of all levels; added: to the finest one, NULL: nothing
+
+   In a subspace the finest level is A itself: Q W A has no larger eigenvalue than W A, as Q W <= W (docs/method.md)
+*/
+static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, const AinsworthBlockMat *added, bool singular)
+{
+  const std::vector<AinsworthGrid> &grids = *sa->grids;
+  const size_t                      n     = grids.size();
+  Mat                               P;
+  std::unique_ptr<AinsworthLevel>   level;
+  std::vector<Vec>                  rows;
+
+  PetscFunctionBegin;
+  PetscCall(SortRows(sa, &rows));
   for (size_t l = 0; l < n; l++) {
-    const bool plus = added && !l && !sa->subspace; /* D is added here */
+    const AinsworthBlockMat *plus = l || sa->subspace ? NULL : added;
 
-    PetscCall(h.createLevel((PetscInt)l, plus ? &D : NULL, true, &level));
+    PetscCall(grids[l].createLevel(plus, true, &level));
     if (l) PetscCall(KeepRows(rows, level.get(), &sa->coarseRows));
     if (l + 1 == n) {
       PetscCall(MatDestroy(&sa->op[l]));
-      PetscCall(CreateCoarsest(h.grids[l], std::move(level), singular && h.single() ? shiftOfSingular : shift, &sa->op[l]));
+      PetscCall(CreateCoarsest(grids[l], std::move(level), singular && grids[0].single ? shiftOfSingular : shift, &sa->op[l]));
       if (l && sa->coarseRows) PetscCall(sa->coarseRows->addSquare(sa->op[l]));
       break;
     }
-    PetscCall(CoarsenRows(h.grids[l], &rows));
-    if (!l && sa->subspace) level->stay(std::make_shared<AinsworthLevelSubspace>(sa->subspace, h.order));
-    if (plus) PetscCall(level->estimate(&D.rows));
-    PetscCall(AinsworthLevelMatSet(h.grids[l].nodes, h.grids[l].bs, std::move(level), &sa->op[l]));
+    PetscCall(CoarsenRows(grids[l], &rows));
+    if (!l && sa->subspace) level->stay(std::make_shared<AinsworthLevelSubspace>(sa->subspace, sa->levels.hierarchy->order));
+    if (plus) PetscCall(level->estimate(&plus->rows));
+    PetscCall(AinsworthLevelMatSet(grids[l].nodes, grids[l].bs, std::move(level), &sa->op[l]));
     if (!l && sa->subspace && !sa->subspace->left.empty()) { /* that of A may be that of bars, which move with what they are in */
       AinsworthLevel *finest;
 
@@ -343,7 +368,7 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, Mat A, Mat added, bo
       PetscCall(finest->estimateInSubspace(sa->op[0]));
     }
     PetscCall(PCMGGetInterpolation(pc, (PetscInt)(n - 1 - l), &P));
-    PetscCall(AinsworthInterpolationMatSet(P, h.grids[l].P));
+    PetscCall(AinsworthInterpolationMatSet(P, grids[l].P));
   }
   for (Vec &row : rows) PetscCall(VecDestroy(&row));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -376,9 +401,9 @@ static PetscErrorCode ConfigureCoarse(PC pc, const AinsworthGrid &grid)
 /* Configures PCMG for these levels; options take precedence */
 static PetscErrorCode ConfigureMG(PC pc, PC_BlockSA *sa)
 {
-  const AinsworthHierarchy &h  = *sa->levels.hierarchy;
-  const PetscInt            n  = (PetscInt)h.grids.size();
-  PC_MG                    *mg = (PC_MG *)pc->data;
+  const std::vector<AinsworthGrid> &grids = *sa->grids;
+  const PetscInt                    n     = (PetscInt)grids.size();
+  PC_MG                            *mg    = (PC_MG *)pc->data;
 
   PetscFunctionBegin;
   for (Mat &op : sa->op) PetscCall(MatDestroy(&op));
@@ -387,13 +412,13 @@ static PetscErrorCode ConfigureMG(PC pc, PC_BlockSA *sa)
   pc->setupcalled = PETSC_FALSE;
   PetscCall(PCMGSetLevels(pc, n, NULL));
   PetscCall(PCMGSetGalerkin(pc, PC_MG_GALERKIN_EXTERNAL));
-  PetscCall(PCMGSetCycleType(pc, h.complexity() <= complexityOfW ? PC_MG_CYCLE_W : PC_MG_CYCLE_V));
+  PetscCall(PCMGSetCycleType(pc, sa->levels.hierarchy->complexity() <= complexityOfW ? PC_MG_CYCLE_W : PC_MG_CYCLE_V));
   for (PetscInt l = 0; l + 1 < n; l++) {
     KSP ksp;
     PC  inner;
     Mat P;
 
-    PetscCall(AinsworthInterpolationMatCreate(h.grids[l].P, h.grids[l].nodes, &P));
+    PetscCall(AinsworthInterpolationMatCreate(grids[l].P, grids[l].nodes, &P));
     PetscCall(PCMGSetInterpolation(pc, n - 1 - l, P));
     if (PetscDefined(USE_COMPLEX)) {
       Mat R;
@@ -404,11 +429,11 @@ static PetscErrorCode ConfigureMG(PC pc, PC_BlockSA *sa)
     }
     PetscCall(MatDestroy(&P));
     PetscCall(PCMGGetSmoother(pc, n - 1 - l, &ksp)); /* PCMG sets two steps and no norm */
-    PetscCall(KSPSetType(ksp, l == 0 && h.single() ? KSPCHEBYSHEVSINGLE : KSPCHEBYSHEV));
+    PetscCall(KSPSetType(ksp, l == 0 && grids[0].single ? KSPCHEBYSHEVSINGLE : KSPCHEBYSHEV));
     PetscCall(KSPGetPC(ksp, &inner));
     PetscCall(PCSetType(inner, PCJACOBI));
   }
-  PetscCall(ConfigureCoarse(pc, h.grids.back()));
+  PetscCall(ConfigureCoarse(pc, grids.back()));
   if (pc->setfromoptionscalled) {
     PetscObjectOptionsBegin((PetscObject)pc);
     PetscCall((*sa->mg.setfromoptions)(pc, PetscOptionsObject));
@@ -497,6 +522,7 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
 {
   PC_BlockSA  *sa = BlockSA(pc);
   Mat          A, added;
+  AinsworthBlockMat D;
   PetscBool    anew = PETSC_TRUE;
   KSP          ksp;
   MatNullSpace null;
@@ -505,12 +531,13 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   PetscCall(PetscLogEventBegin(AINSWORTH_Levels, pc, 0, 0, 0));
   PetscCall(Split(pc->pmat, &A, &added));
   PetscCall(SetUpLevels(pc, sa, A, &anew));
+  PetscCall(CreateGrids(sa, A, added, &D));
   if (anew || sa->op.empty()) PetscCall(ConfigureMG(pc, sa));
   if (sa->levels.hierarchy->sorted) pc->ops->applyrichardson = NULL; /* PCMG's own ignores the order */
   PetscCall(MatGetNullSpace(pc->pmat, &null));
   if (!null) PetscCall(MatGetNullSpace(pc->mat, &null));
   PetscCall(LeaveSubspace(pc, sa));
-  PetscCall(SetUpOperators(pc, sa, A, added, null != NULL));
+  PetscCall(SetUpOperators(pc, sa, added ? &D : NULL, null != NULL));
   for (PetscInt l = 0, n = (PetscInt)sa->op.size(); l < n; l++) {
     PetscCall(PCMGGetSmoother(pc, n - 1 - l, &ksp));
     PetscCall(KSPSetOperators(ksp, sa->op[l], sa->op[l]));

@@ -30,6 +30,15 @@ struct AinsworthAggregates {
   std::vector<PetscInt> of;
 };
 
+/* Interpolation by the modes of aggregates, one block for each local node: it depends on no operator */
+struct AinsworthTentative {
+  AinsworthLayout          layout;        /* of the coarse nodes */
+  PetscMPIInt              ranks = 0;     /* number of ranks that own these */
+  PetscInt                 bs = 1, k = 0; /* size of the blocks */
+  std::vector<PetscInt>    aggregate;     /* global coarse node of each local node; -1: none */
+  std::vector<PetscScalar> values;
+};
+
 /* The near null space that interpolation preserves, k values for each unknown (modes.cpp) */
 struct AinsworthModes {
   PetscInt                 k = 0;
@@ -45,10 +54,10 @@ PetscErrorCode AinsworthModesCreate(Mat, PetscInt, const std::vector<PetscInt> &
 PetscErrorCode AinsworthModesFit(const AinsworthBlockMat &, AinsworthModes *);
 void           AinsworthModesCarry(PetscInt, AinsworthModes *);
 PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &, PetscReal, const AinsworthModes &, AinsworthAggregates *);
-PetscErrorCode AinsworthInterpolationCreate(const AinsworthBlockMat &, const AinsworthAggregates &, const std::vector<PetscReal> &, PetscReal,
-                                            const AinsworthLayout &, AinsworthModes *, AinsworthInterpolation *);
-PetscErrorCode AinsworthInterpolationSmoothAgain(const AinsworthBlockMat &, const AinsworthInterpolation &, const std::vector<PetscReal> &, PetscReal,
-                                                 AinsworthInterpolation *);
+PetscErrorCode AinsworthTentativeCreate(const AinsworthAggregates &, PetscInt, const AinsworthLayout &, AinsworthModes *, AinsworthTentative *);
+PetscErrorCode AinsworthTentativeInterpolate(const AinsworthTentative &, AinsworthInterpolation *);
+PetscErrorCode AinsworthTentativeSmooth(const AinsworthBlockMat &, const AinsworthTentative &, const std::vector<PetscReal> &, PetscReal,
+                                        AinsworthInterpolation *);
 PetscErrorCode AinsworthInterpolationMultiply(const AinsworthBlockMat &, const AinsworthInterpolation &, AinsworthInterpolation *);
 PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &, const AinsworthInterpolation &, const AinsworthInterpolation &, AinsworthBlockMat *);
 PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &, const AinsworthInterpolation &, AinsworthBlockMat *);

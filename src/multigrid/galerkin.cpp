@@ -220,46 +220,6 @@ PetscErrorCode AinsworthInterpolationMultiply(const AinsworthBlockMat &D, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthInterpolationSmoothAgain - smooths interpolation made from A for A + D, P - omega diagonal^{-1} D P; nodes without coarse functions get none. Collective
-
-   diagonal: of A + D; omega: 4/3 over the largest eigenvalue of diagonal^{-1} (A + D)
-*/
-PetscErrorCode AinsworthInterpolationSmoothAgain(const AinsworthBlockMat &D, const AinsworthInterpolation &P, const std::vector<PetscReal> &diagonal,
-                                                 PetscReal omega, AinsworthInterpolation *smoothed)
-{
-  const PetscInt           bs = P.rows.br, k = P.rows.bc, size = bs * k;
-  AinsworthInterpolation   DP;
-  std::vector<PetscInt>    nodes(P.cols.ghosts), cols;
-  std::vector<PetscScalar> room(size);
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthInterpolationMultiply(D, P, &DP));
-  nodes.insert(nodes.end(), DP.cols.ghosts.begin(), DP.cols.ghosts.end());
-  AinsworthSortUnique(&nodes);
-  PetscCall(smoothed->cols.create(P.cols.layout, std::move(nodes)));
-  AinsworthBlockRows &rows = smoothed->rows = AinsworthBlockRows(bs, k);
-  for (PetscInt r = 0; r < P.rows.n; r++, rows.endRow()) {
-    const size_t start = rows.a.size();
-    auto place = [&](const AinsworthInterpolation &I, PetscInt q) { return smoothed->cols.place(I.cols.node(I.rows.j[q])); };
-    auto to    = [&](PetscInt c) { return &rows.a[start + (std::lower_bound(cols.begin(), cols.end(), c) - cols.begin()) * size]; };
-
-    if (P.rows.i[r] == P.rows.i[r + 1]) continue; /* this node has no coarse functions */
-    cols.clear();
-    for (const AinsworthInterpolation *I : {&P, (const AinsworthInterpolation *)&DP})
-      for (PetscInt q = I->rows.i[r]; q < I->rows.i[r + 1]; q++) cols.push_back(place(*I, q));
-    AinsworthSortUnique(&cols);
-    rows.j.insert(rows.j.end(), cols.begin(), cols.end());
-    rows.a.resize(start + cols.size() * size, 0.0);
-    for (PetscInt q = P.rows.i[r]; q < P.rows.i[r + 1]; q++) std::copy_n(P.block(q, room.data()), size, to(place(P, q)));
-    for (PetscInt q = DP.rows.i[r]; q < DP.rows.i[r + 1]; q++) {
-      PetscScalar *a = to(place(DP, q));
-      for (PetscInt v = 0; v < size; v++) a[v] -= omega / diagonal[r * bs + v / k] * DP.rows.block(q)[v];
-    }
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 namespace
 {
 /* The blocks of Z' A H that this rank computes, by coarse nodes in places of `rows` and of `columns` */

@@ -8,26 +8,31 @@ static const PetscReal jumpOfSingle = 1e8;
 static const PetscReal tooComplex = 2.5, tooLarge = 0.5;
 static const size_t    mostLevels = 10;
 
-PetscReal AinsworthHierarchy::complexity() const
+static PetscReal Entries(const AinsworthGrid &grid)
 {
-  PetscReal entries = 0.0;
-
-  for (const AinsworthGrid &grid : grids) entries += (PetscReal)grid.blocks * grid.bs * grid.bs;
-  return grids.size() && grids[0].blocks ? entries / ((PetscReal)grids[0].blocks * grids[0].bs * grids[0].bs) : 1.0;
+  return (PetscReal)grid.blocks * grid.bs * grid.bs;
 }
 
-/*
-   Reads the diagonal and replaces zeros by the mean of the nonzero entries on all ranks; collective
+/* AinsworthComplexity - entries of all levels relative to those of the finest */
+PetscReal AinsworthComplexity(const std::vector<AinsworthGrid> &grids)
+{
+  PetscReal all = 0.0;
 
-   coarse: replaces them in the matrix, too, where unknowns that no mode reaches have zero rows; those of carried nodes that modes reach get entries later, from
-   what is added to A
-*/
-static PetscErrorCode ReadDiagonal(AinsworthBlockMat &X, bool coarse, const AinsworthModes &modes, std::vector<PetscReal> *diagonal)
+  for (const AinsworthGrid &grid : grids) all += Entries(grid);
+  return Entries(grids[0]) > 0.0 ? all / Entries(grids[0]) : 1.0;
+}
+
+PetscReal AinsworthHierarchy::complexity() const
+{
+  return finest.blocks ? 1.0 + Entries(first) / Entries(finest) : 1.0;
+}
+
+/* Reads the diagonal and replaces zeros by the mean of the nonzero entries on all ranks; coarse: in the matrix, too, where no mode reaches an unknown. Collective */
+static PetscErrorCode ReadDiagonal(AinsworthBlockMat &X, bool coarse, std::vector<PetscReal> *diagonal)
 {
   AinsworthBlockRows &rows   = X.rows;
-  const PetscInt      bs = rows.br, k = modes.k;
+  const PetscInt      bs     = rows.br;
   PetscReal           sum[2] = {0.0, 0.0};
-  auto                moves  = [&](PetscInt l) { return std::any_of(&modes.values[l * k], &modes.values[l * k] + k, [](PetscScalar v) { return v != 0.0; }); };
 
   PetscFunctionBegin;
   diagonal->assign((size_t)rows.n * bs, 0.0);
@@ -46,7 +51,7 @@ static PetscErrorCode ReadDiagonal(AinsworthBlockMat &X, bool coarse, const Ains
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
       if (rows.j[k] == i)
         for (PetscInt c = 0; c < bs; c++)
-          if ((*diagonal)[i * bs + c] == 0.0 && !(modes.carried[i] && moves(i * bs + c))) rows.block(k)[c * bs + c] = mean;
+          if ((*diagonal)[i * bs + c] == 0.0) rows.block(k)[c * bs + c] = mean;
   for (PetscReal &d : *diagonal)
     if (d == 0.0) d = mean;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -108,32 +113,30 @@ static std::shared_ptr<AinsworthBlockRowsOf<T>> TakeUpper(const AinsworthBlockRo
   return U;
 }
 
-/* Stores the blocks of A in the last level; collective */
-PetscErrorCode AinsworthHierarchy::store(const AinsworthBlockMat &A, const AinsworthHierarchyOptions &options)
+/* Stores the blocks of a level; single: in single precision if they do not jump too far. Collective */
+static PetscErrorCode Store(const AinsworthBlockMat &A, bool single, AinsworthGrid *grid)
 {
-  AinsworthGrid &grid     = grids.back();
-  const bool     finest   = grids.size() == 1;
-  PetscInt64     count[2] = {(PetscInt64)A.rows.j.size(), A.rows.n > 0};
-  PetscReal      jump;
+  PetscInt64 count[2] = {(PetscInt64)A.rows.j.size(), A.rows.n > 0};
+  PetscReal  jump     = 0.0;
 
   PetscFunctionBegin;
-  grid.bs    = A.rows.br;
-  grid.nodes = A.cols.layout;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT64, MPI_SUM, grid.nodes->comm));
-  grid.blocks = count[0];
-  grid.ranks  = (PetscMPIInt)count[1];
-  if (finest) PetscCall(LargestJump(A, grid.diagonal, &jump));
-  if (finest && options.single && jump <= jumpOfSingle) {
-    auto w = std::make_shared<std::vector<PetscReal>>(grid.diagonal.size());
+  grid->bs    = A.rows.br;
+  grid->nodes = A.cols.layout;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT64, MPI_SUM, grid->nodes->comm));
+  grid->blocks = count[0];
+  grid->ranks  = (PetscMPIInt)count[1];
+  if (single) PetscCall(LargestJump(A, grid->diagonal, &jump));
+  if (single && jump <= jumpOfSingle) {
+    auto w = std::make_shared<std::vector<PetscReal>>(grid->diagonal.size());
 
-    std::transform(grid.diagonal.begin(), grid.diagonal.end(), w->begin(), [](PetscReal v) { return AinsworthInversePower(v, 2); });
-    grid.single = TakeUpper<AinsworthSingle>(A.rows, w->data());
-    grid.w      = w;
-  } else grid.upper = TakeUpper<PetscScalar>(A.rows, NULL);
-  AinsworthBlockRows &outside = grid.outside.rows;
-  grid.outside.cols           = A.cols;
-  outside                     = AinsworthBlockRows(grid.bs, grid.bs);
-  grid.outside.cols.sf.reset(); /* these columns do not communicate */
+    std::transform(grid->diagonal.begin(), grid->diagonal.end(), w->begin(), [](PetscReal v) { return AinsworthInversePower(v, 2); });
+    grid->single = TakeUpper<AinsworthSingle>(A.rows, w->data());
+    grid->w      = w;
+  } else grid->upper = TakeUpper<PetscScalar>(A.rows, NULL);
+  AinsworthBlockRows &outside = grid->outside.rows;
+  grid->outside.cols          = A.cols;
+  outside                     = AinsworthBlockRows(grid->bs, grid->bs);
+  grid->outside.cols.sf.reset(); /* these columns do not communicate */
   for (PetscInt i = 0; i < A.rows.n; i++, outside.endRow())
     for (PetscInt k = A.rows.i[i]; k < A.rows.i[i + 1]; k++)
       if (A.rows.j[k] >= A.rows.n) TakeBlock(A.rows.j[k], A.rows.block(k), NULL, NULL, &outside);
@@ -171,50 +174,42 @@ static PetscErrorCode CreateProduct(const AinsworthGrid &grid, const std::shared
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthHierarchy::createLevel - creates the operator of level l, 0 being the finest, of A or of A plus the matrix added on this level; collective
-
-   single: in single precision if this level has it
-*/
-PetscErrorCode AinsworthHierarchy::createLevel(PetscInt l, const AinsworthBlockMat *added, bool single, std::unique_ptr<AinsworthLevel> *level) const
+/* AinsworthGrid::createLevel - creates the operator of a level, of which half is stored, plus `added` if it is not NULL; single: in single precision if the level has it. Collective */
+PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool inSingle, std::unique_ptr<AinsworthLevel> *level) const
 {
-  const AinsworthGrid &grid = grids[l];
-  const PetscInt       bs   = grid.bs;
-
   PetscFunctionBegin;
   level->reset(new AinsworthLevel);
-  std::vector<PetscReal> &diagonal = (*level)->diagonal;
-  diagonal                         = grid.diagonal;
-  (*level)->largest                = grid.largest;
+  std::vector<PetscReal> &d = (*level)->diagonal;
+  d                         = diagonal;
+  (*level)->largest         = largest;
   for (PetscInt i = 0; added && i < added->rows.n; i++)
     for (PetscInt k = added->rows.i[i]; k < added->rows.i[i + 1]; k++)
-      for (PetscInt c = 0; added->rows.j[k] == i && c < bs; c++) diagonal[i * bs + c] += PetscRealPart(added->rows.block(k)[c * bs + c]);
-  if (single && grid.single) {
+      for (PetscInt c = 0; added->rows.j[k] == i && c < bs; c++) d[i * bs + c] += PetscRealPart(added->rows.block(k)[c * bs + c]);
+  if (inSingle && single) {
     (*level)->single.reset(new AinsworthScaled);
     AinsworthScaled &L = *(*level)->single;
-    L.w                = grid.w;
-    for (PetscReal w : *L.w) L.largest = PetscMax(L.largest, w);
-    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &L.largest, 1, MPIU_REAL, MPIU_MAX, grid.nodes->comm));
-    PetscCall(CreateProduct(grid, grid.single, L.w.get(), added, &L.product));
+    L.w                = w;
+    for (PetscReal scale : *w) L.largest = PetscMax(L.largest, scale);
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &L.largest, 1, MPIU_REAL, MPIU_MAX, nodes->comm));
+    PetscCall(CreateProduct(*this, single, w.get(), added, &L.product));
     const PetscInt stride = L.product->stride();
     for (auto *v : {&L.inverse, &L.x, &L.r, &L.p, &L.q}) v->assign((size_t)L.product->n() * stride, AinsworthSingle(0));
-    for (size_t k = 0; k < diagonal.size(); k++) L.inverse[k / bs * stride + k % bs] = (AinsworthSingle)(1.0 / (diagonal[k] * (*L.w)[k] * (*L.w)[k]));
-  } else PetscCall(CreateProduct(grid, grid.upper, NULL, added, &(*level)->product));
+    for (size_t k = 0; k < d.size(); k++) L.inverse[k / bs * stride + k % bs] = (AinsworthSingle)(1.0 / (d[k] * (*w)[k] * (*w)[k]));
+  } else PetscCall(CreateProduct(*this, upper, NULL, added, &(*level)->product));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds a level from its blocks and estimates the largest eigenvalue of its operator; collective */
-PetscErrorCode AinsworthHierarchy::add(AinsworthBlockMat &X, const AinsworthHierarchyOptions &options)
+/* Creates a level from its blocks, and estimates the largest eigenvalue of its operator; left: see AinsworthModes. Collective */
+static PetscErrorCode CreateGrid(AinsworthBlockMat &X, bool finest, bool single, const std::vector<char> &left, AinsworthGrid *grid)
 {
   std::unique_ptr<AinsworthLevel> level;
 
   PetscFunctionBegin;
-  grids.emplace_back();
-  PetscCall(ReadDiagonal(X, grids.size() > 1, modes, &grids.back().diagonal));
-  PetscCall(store(X, options));
-  PetscCall(createLevel((PetscInt)grids.size() - 1, NULL, true, &level));
-  PetscCall(level->estimate(NULL, &modes.left));
-  grids.back().largest = level->largest;
+  PetscCall(ReadDiagonal(X, !finest, &grid->diagonal));
+  PetscCall(Store(X, finest && single, grid));
+  PetscCall(grid->createLevel(NULL, true, &level));
+  PetscCall(level->estimate(NULL, &left));
+  grid->largest = level->largest;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -262,17 +257,52 @@ static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt enoug
 }
 
 /*
-   AinsworthHierarchy::create - creates the levels of A, down to one that can be factored; collective
+   Makes tentative interpolation to a level, whose nodes are grouped by the couplings in X; collective
+
+   *made: the next level has nodes, and not too many
+*/
+PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, PetscMPIInt ranks, const AinsworthHierarchyOptions &options, AinsworthTentative *T,
+                                           bool *made)
+{
+  const PetscInt      unknowns = X.cols.layout->N * X.rows.br;
+  AinsworthAggregates aggregates;
+  AinsworthLayout     nodes;
+  PetscMPIInt         owners = 0;
+
+  PetscFunctionBegin;
+  *made = false;
+  if (unknowns <= options.coarseSize || below.size() + 2 > mostLevels) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscLogEventBegin(AINSWORTH_Aggregate, 0, 0, 0, 0));
+  PetscCall(AinsworthAggregate(X, options.threshold, modes, &aggregates));
+  PetscCall(PetscLogEventEnd(AINSWORTH_Aggregate, 0, 0, 0, 0));
+  PetscCall(ChooseLayout(X.cols.layout->comm, aggregates.count, options.rankSize / 6, &nodes, &owners));
+  if (nodes->N == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if ((PetscReal)nodes->N * modes.k > tooLarge * unknowns && owners == ranks) {
+    PetscCall(PetscSNPrintf(doubts, sizeof(doubts), "level %d, of %" PetscInt_FMT " unknowns, cannot be made much smaller", (int)levels(), unknowns));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(AinsworthTentativeCreate(aggregates, X.rows.br, nodes, &modes, T));
+  T->ranks = owners;
+  *made = true;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthHierarchy::create - creates what is known of the levels from A alone; collective
 
    A: AIJ, Hermitian, bs unknowns per node; nodes: the local rows node by node, empty if they are stored so; carry: unknowns without entries in A, global numbers
-   of all ranks, whose nodes get coarse functions nevertheless, as what is added to A will couple them to many others; leave: marks local nodes that get none, as others move
-   them, or is empty
+   of all ranks, whose nodes get coarse functions nevertheless, as what is added to A will couple them to many others; leave: marks local nodes that get none, as
+   others move them, or is empty
 */
 PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscInt> &&nodes, AinsworthModes &&near, const std::vector<PetscInt> &carry,
                                           const std::vector<char> &leave, const AinsworthHierarchyOptions &options)
 {
-  AinsworthBlockMat X;
-  PetscInt          rstart, rend;
+  AinsworthBlockMat      X, product;
+  AinsworthTentative     T;
+  AinsworthInterpolation tentative;
+  auto                   P = std::make_shared<AinsworthInterpolation>();
+  PetscInt               rstart, rend;
+  bool                   made;
 
   PetscFunctionBegin;
   modes  = std::move(near);
@@ -291,74 +321,118 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   AinsworthModesCarry(bs, &modes);
   left       = leave;
   modes.left = leave;
-  for (;;) {
-    AinsworthAggregates aggregates;
-    AinsworthLayout     nodes;
-    PetscMPIInt         ranks = 0;
-    AinsworthBlockMat   coarse;
-    auto                P = std::make_shared<AinsworthInterpolation>();
-
-    PetscCall(add(X, options));
-    AinsworthGrid &grid     = grids.back();
-    const PetscInt unknowns = grid.nodes->N * grid.bs;
-    if (unknowns <= options.coarseSize || grids.size() == mostLevels) break;
-    PetscCall(PetscLogEventBegin(AINSWORTH_Aggregate, A, 0, 0, 0));
-    PetscCall(AinsworthAggregate(X, options.threshold, modes, &aggregates));
-    PetscCall(PetscLogEventEnd(AINSWORTH_Aggregate, A, 0, 0, 0));
-    PetscCall(ChooseLayout(grid.nodes->comm, aggregates.count, options.rankSize / 6, &nodes, &ranks));
-    if (nodes->N == 0) break;
-    if ((PetscReal)nodes->N * modes.k > tooLarge * unknowns && ranks == grid.ranks) {
-      PetscCall(PetscSNPrintf(doubts, sizeof(doubts), "level %d, of %" PetscInt_FMT " unknowns, cannot be made much smaller", (int)grids.size(), unknowns));
-      break;
-    }
+  PetscCall(CreateGrid(X, true, options.single, left, &finest));
+  PetscCall(coarsen(X, finest.ranks, options, &T, &made));
+  if (made) {
     PetscCall(PetscLogEventBegin(AINSWORTH_Interpolation, A, 0, 0, 0));
-    PetscCall(AinsworthInterpolationCreate(X, aggregates, grid.diagonal, 4.0 / 3.0 / grid.largest, nodes, &modes, P.get()));
+    PetscCall(AinsworthTentativeSmooth(X, T, finest.diagonal, 4.0 / 3.0 / finest.largest, P.get()));
     PetscCall(PetscLogEventEnd(AINSWORTH_Interpolation, A, 0, 0, 0));
-    if (grid.single) P->round(); /* before the Galerkin product, so that the coarse operator belongs to the rounded interpolation */
-    PetscCall(AinsworthGalerkin(X, *P, &coarse));
-    TakeDouble(X, false, options, &grid); /* not earlier: the Galerkin product needs the most memory */
-    grid.P = P;
-    X      = std::move(coarse);
-    modes.left.clear();
+    if (finest.single) P->round(); /* before the Galerkin product, so that the coarse operator belongs to the rounded interpolation */
+    PetscCall(AinsworthGalerkin(X, *P, &product));
+    finest.P = P;
+  }
+  TakeDouble(X, !made, options, &finest); /* not earlier: the Galerkin product needs the most memory */
+  modes.left.clear();
+  if (made) PetscCall(Store(product, false, &first));
+  for (PetscMPIInt ranks = first.ranks; made;) {
+    X = std::move(product);
+    PetscCall(coarsen(X, ranks, options, &T, &made));
+    if (!made) break;
+    below.push_back(T);
+    PetscCall(AinsworthTentativeInterpolate(T, &tentative));
+    PetscCall(AinsworthGalerkin(X, tentative, &product));
+    ranks = T.ranks;
   }
   modes.values.clear();
   modes.carried.clear();
-  modes.left.clear();
-  if (grids.size() == 1) TakeDouble(X, true, options, &grids[0]);
   if (!doubts[0] && complexity() > tooComplex)
-    PetscCall(PetscSNPrintf(doubts, sizeof(doubts), "all levels together have %.3g times the entries of the finest", (double)complexity()));
+    PetscCall(PetscSNPrintf(doubts, sizeof(doubts), "the first two levels together have %.3g times the entries of the finest", (double)complexity()));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes the first coarser level of A, of which half is stored, plus `added` if it is not NULL; collective */
+static PetscErrorCode Sum(const AinsworthGrid &grid, const AinsworthBlockMat *added, AinsworthBlockMat *sum)
+{
+  const AinsworthBlockRows                &U = *grid.upper;
+  std::vector<std::vector<AinsworthPiece>> pieces(U.n);
+
+  PetscFunctionBegin;
+  for (PetscInt r = 0; r < U.n; r++) {
+    for (PetscInt k = U.i[r]; k < U.i[r + 1]; k++) {
+      pieces[r].push_back({grid.nodes->rstart + U.j[k], U.block(k), false});
+      if (k > U.i[r]) pieces[U.j[k]].push_back({grid.nodes->rstart + r, U.block(k), true});
+    }
+    for (const AinsworthBlockMat *X : {&grid.outside, added})
+      for (PetscInt k = X ? X->rows.i[r] : 0; X && k < X->rows.i[r + 1]; k++) pieces[r].push_back({X->cols.node(X->rows.j[k]), X->rows.block(k), false});
+  }
+  PetscCall(AinsworthBlockMatAssemble(grid.nodes, grid.bs, pieces, sum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthHierarchy::replaceFinest - replaces the finest level for an A with other values; keeps the coarser levels and the interpolation; collective
+   AinsworthHierarchy::createGrids - creates all levels, of A or of A plus a matrix with entries in few rows; collective
+
+   Aggregates are those of A, as some must not cross a surface on which bodies slip, and so is interpolation to the finest level. Below it, interpolation is
+   smoothed for the sum: otherwise coarse functions of two tied bodies would jump at the surface between them.
+
+   Input Parameter:
+.  added - what is added to the first coarser level, or NULL
+
+   Output Parameter:
+.  grids - the levels; the finest one is always that of A
+*/
+PetscErrorCode AinsworthHierarchy::createGrids(const AinsworthBlockMat *added, std::vector<AinsworthGrid> *grids) const
+{
+  AinsworthBlockMat X, coarse;
+
+  PetscFunctionBegin;
+  grids->assign(1, finest);
+  if (!finest.P) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Sum(first, added, &X));
+  for (size_t l = 0;; l++) {
+    auto P = std::make_shared<AinsworthInterpolation>();
+
+    grids->emplace_back();
+    AinsworthGrid &grid = grids->back();
+    PetscCall(CreateGrid(X, false, false, {}, &grid));
+    if (l == below.size()) break;
+    PetscCall(PetscLogEventBegin(AINSWORTH_Interpolation, 0, 0, 0, 0));
+    PetscCall(AinsworthTentativeSmooth(X, below[l], grid.diagonal, 4.0 / 3.0 / grid.largest, P.get()));
+    PetscCall(PetscLogEventEnd(AINSWORTH_Interpolation, 0, 0, 0, 0));
+    PetscCall(AinsworthGalerkin(X, *P, &coarse));
+    grid.P = P;
+    X      = std::move(coarse);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthHierarchy::replaceFinest - replaces the finest level for an A with other values; keeps interpolation and what is known of the coarser levels; collective
 
    A: as in create(), with the same distribution
 */
 PetscErrorCode AinsworthHierarchy::replaceFinest(Mat A, const AinsworthHierarchyOptions &options)
 {
-  AinsworthBlockMat  X;
-  AinsworthHierarchy finest;
+  AinsworthBlockMat X;
+  AinsworthGrid     grid;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthBlockMatCreate(A, grids[0].bs, order, NULL, &X));
-  finest.modes.carried.assign(X.rows.n, 0);
-  PetscCall(finest.add(X, options));
-  AinsworthGrid &grid = finest.grids[0];
-  grid.P              = grids[0].P;
+  PetscCall(AinsworthBlockMatCreate(A, finest.bs, order, NULL, &X));
+  PetscCall(CreateGrid(X, true, options.single, left, &grid));
+  grid.P = finest.P;
   TakeDouble(X, !grid.P, options, &grid);
-  grids[0] = std::move(grid);
+  finest = std::move(grid);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthHierarchyCreateProduct - creates a matrix for products with A that stores half of its entries; collective */
-PetscErrorCode AinsworthHierarchyCreateProduct(const AinsworthHierarchy &hierarchy, Mat *mat)
+/* AinsworthGridCreateProduct - creates a matrix for products with A that stores half of its entries; collective */
+PetscErrorCode AinsworthGridCreateProduct(const AinsworthGrid &grid, Mat *mat)
 {
   std::unique_ptr<AinsworthLevel> level;
 
   PetscFunctionBegin;
   *mat = NULL;
-  PetscCall(hierarchy.createLevel(0, NULL, false, &level));
-  PetscCall(AinsworthLevelMatSet(hierarchy.grids[0].nodes, hierarchy.grids[0].bs, std::move(level), mat));
+  PetscCall(grid.createLevel(NULL, false, &level));
+  PetscCall(AinsworthLevelMatSet(grid.nodes, grid.bs, std::move(level), mat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

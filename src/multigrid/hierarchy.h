@@ -1,4 +1,4 @@
-/* The levels of block smoothed aggregation for A, and level operators of A plus a surface matrix */
+/* What is known of the levels of block smoothed aggregation from A alone, and the levels of A plus a surface matrix */
 #ifndef AINSWORTH_HIERARCHY_H
 #define AINSWORTH_HIERARCHY_H
 
@@ -9,10 +9,10 @@ struct AinsworthHierarchyOptions {
   PetscInt  coarseSize; /* a level with at most this many unknowns is factored */
   PetscInt  rankSize;   /* a level with fewer unknowns per rank moves to fewer ranks */
   PetscBool single;     /* finest level in single precision if its values allow it */
-  PetscBool product;    /* keep what AinsworthHierarchyCreateProduct() needs */
+  PetscBool product;    /* keep what AinsworthGridCreateProduct() needs */
 };
 
-/* One level of A: its operator, and interpolation from the next coarser level */
+/* One level: its operator, and interpolation from the next coarser level */
 struct AinsworthGrid {
   PetscInt                                                     bs = 1;
   AinsworthLayout                                              nodes;
@@ -25,32 +25,40 @@ struct AinsworthGrid {
   PetscInt64                                                   blocks  = 0;   /* number of blocks on all ranks */
   PetscMPIInt                                                  ranks   = 0;   /* number of ranks that own nodes */
   std::shared_ptr<const AinsworthInterpolation>                P;             /* NULL on the coarsest level */
+
+  PetscErrorCode createLevel(const AinsworthBlockMat *added, bool single, std::unique_ptr<AinsworthLevel> *) const;
 };
 
+/*
+   Aggregates of all levels, the finest level, interpolation to it, and P' A P
+
+   The graph of each coarser level is that of T' A T with tentative interpolation T, so that nothing here depends on what is added to A
+*/
 class AinsworthHierarchy {
 public:
   PetscErrorCode create(Mat A, PetscInt bs, std::vector<PetscInt> &&order, AinsworthModes &&modes, const std::vector<PetscInt> &carry,
                         const std::vector<char> &leave, const AinsworthHierarchyOptions &);
-  PetscErrorCode createSum(AinsworthBlockMat &&, const AinsworthHierarchyOptions &, AinsworthHierarchy *) const;
+  PetscErrorCode createGrids(const AinsworthBlockMat *added, std::vector<AinsworthGrid> *) const;
   PetscErrorCode replaceFinest(Mat A, const AinsworthHierarchyOptions &);
-  PetscErrorCode createLevel(PetscInt l, const AinsworthBlockMat *added, bool single, std::unique_ptr<AinsworthLevel> *) const;
-  PetscReal      complexity() const;
-  bool           single() const { return grids[0].single != nullptr; }
+  PetscReal      complexity() const; /* of the first two levels */
+  bool           single() const { return finest.single != nullptr; }
+  size_t         levels() const { return finest.P ? 2 + below.size() : 1; }
 
-  std::vector<AinsworthGrid> grids;                /* finest first */
-  std::vector<PetscInt>      order;                /* the local rows of A node by node, if sorted */
-  PetscBool                  sorted = PETSC_FALSE; /* A does not store its rows node by node; the same on all ranks */
-  AinsworthModes             modes;                /* without their values */
-  std::vector<PetscInt>      carried;              /* unknowns without entries in A whose nodes all levels have, global numbers of all ranks, ascending */
-  char                       doubts[128] = "";     /* why this hierarchy is likely to be inefficient; empty if nothing suggests that */
-
-  std::vector<char>          left;                 /* local nodes of the finest level without coarse functions; empty: none */
+  AinsworthGrid                   finest;
+  AinsworthGrid                   first;               /* P' A P on the first coarser level, without a diagonal; empty if there is none */
+  std::vector<AinsworthTentative> below;               /* from the level below the first coarser one, and so on */
+  std::vector<PetscInt>           order;               /* the local rows of A node by node, if sorted */
+  PetscBool                       sorted = PETSC_FALSE; /* A does not store its rows node by node; the same on all ranks */
+  AinsworthModes                  modes;               /* without their values */
+  std::vector<PetscInt>           carried;             /* unknowns without entries in A whose nodes all levels have, global numbers of all ranks, ascending */
+  std::vector<char>               left;                /* local nodes of the finest level without coarse functions; empty: none */
+  char                            doubts[128] = "";    /* why this hierarchy is likely to be inefficient; empty if nothing suggests that */
 
 private:
-  PetscErrorCode add(AinsworthBlockMat &, const AinsworthHierarchyOptions &);
-  PetscErrorCode store(const AinsworthBlockMat &, const AinsworthHierarchyOptions &);
+  PetscErrorCode coarsen(const AinsworthBlockMat &, PetscMPIInt, const AinsworthHierarchyOptions &, AinsworthTentative *, bool *);
 };
 
-PetscErrorCode AinsworthHierarchyCreateProduct(const AinsworthHierarchy &, Mat *);
+PetscReal      AinsworthComplexity(const std::vector<AinsworthGrid> &);
+PetscErrorCode AinsworthGridCreateProduct(const AinsworthGrid &, Mat *);
 
 #endif

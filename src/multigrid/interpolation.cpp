@@ -57,8 +57,7 @@ static void CreateTentative(const AinsworthAggregates &agg, PetscInt bs, const A
 
 /* Computes P_i = T_i - omega D_i^{-1} sum_j A_ij T_j; columns are global coarse node numbers */
 template <int B, int K>
-static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> &aggregate, const std::vector<PetscScalar> &T,
-                       const std::vector<PetscReal> &diagonal, PetscReal omega, AinsworthBlockRows *P)
+static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> &aggregate, const PetscScalar *T, const std::vector<PetscReal> &diagonal, PetscReal omega, AinsworthBlockRows *P)
 {
   const PetscInt        bs = P->br, k = P->bc, size = bs * k;
   std::vector<PetscInt> cols;
@@ -85,56 +84,45 @@ static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> 
 }
 
 /*
-   AinsworthInterpolationCreate - creates smoothed interpolation from the aggregates of all ranks, and the coarse modes; collective
+   AinsworthTentativeCreate - creates tentative interpolation from the aggregates of all ranks, and the coarse modes; collective
 
    Input Parameters:
-+  A        - the matrix of this level
-.  agg      - the aggregates of this rank, numbered after those of the ranks before it
-.  diagonal - the diagonal of A, positive
-.  omega    - of the damped Jacobi step, 4/3 over the largest eigenvalue of D^{-1} A (Vanek, Mandel, Brezina, Computing 56, 1996)
-.  layout   - the distribution of the coarse nodes, which may be owned by other ranks than those that made them
--  modes    - the near null space
++  agg    - the aggregates of this rank, numbered after those of the ranks before it
+.  bs     - unknowns per node
+.  layout - the distribution of the coarse nodes, which may be owned by other ranks than those that made them
+-  modes  - the near null space
 
    Output Parameters:
-+  P     - the interpolation
++  T     - the tentative interpolation
 -  modes - the near null space on the coarse nodes that this rank owns
 */
-PetscErrorCode AinsworthInterpolationCreate(const AinsworthBlockMat &A, const AinsworthAggregates &agg, const std::vector<PetscReal> &diagonal, PetscReal omega,
-                                            const AinsworthLayout &layout, AinsworthModes *modes, AinsworthInterpolation *P)
+PetscErrorCode AinsworthTentativeCreate(const AinsworthAggregates &agg, PetscInt bs, const AinsworthLayout &layout, AinsworthModes *modes, AinsworthTentative *T)
 {
-  const PetscInt           bs = A.rows.br, n = A.rows.n, k = modes->k;
+  const PetscInt           k     = modes->k;
   PetscInt                 first = 0, made = agg.count;
-  std::vector<PetscInt>    aggregate(A.cols.count(), -1), nodes;
-  std::vector<PetscScalar> T, coarse;
+  std::vector<PetscInt>    nodes(made);
+  std::vector<PetscScalar> coarse;
   std::vector<char>        carried(agg.count, 0);
-  AinsworthUnit            unit(bs * k, MPIU_SCALAR), square(k * k, MPIU_SCALAR);
+  AinsworthUnit            square(k * k, MPIU_SCALAR);
   AinsworthColumns         makers;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Exscan(&made, &first, 1, MPIU_INT, MPI_SUM, layout->comm));
-  for (PetscInt i = 0; i < n; i++) aggregate[i] = agg.of[i] < 0 ? -1 : first + agg.of[i];
-  CreateTentative(agg, bs, *modes, &T, &coarse);
-  T.resize((size_t)A.cols.count() * bs * k);
-  PetscCall(A.cols.toGhosts(MPIU_INT, aggregate.data(), aggregate.data() + n));
-  PetscCall(A.cols.toGhosts(unit.type, T.data(), T.data() + (size_t)n * bs * k));
-  P->rows = AinsworthBlockRows(bs, k);
-  AinsworthDispatch(bs, k, [&](auto B, auto K) { SmoothRows<B(), K()>(A.rows, aggregate, T, diagonal, omega, &P->rows); });
-
-  nodes = P->rows.j;
-  AinsworthSortUnique(&nodes);
-  nodes.erase(std::remove_if(nodes.begin(), nodes.end(), [&](PetscInt g) { return g >= layout->rstart && g < layout->rend; }), nodes.end());
-  PetscCall(P->cols.create(layout, std::move(nodes)));
-  for (PetscInt &g : P->rows.j) g = P->cols.place(g);
+  T->layout = layout;
+  T->bs     = bs;
+  T->k      = k;
+  T->aggregate.resize(agg.of.size());
+  std::transform(agg.of.begin(), agg.of.end(), T->aggregate.begin(), [=](PetscInt g) { return g < 0 ? -1 : first + g; });
+  CreateTentative(agg, bs, *modes, &T->values, &coarse);
 
   /* send the coarse modes to the owners of their nodes */
-  nodes.resize(made);
   for (PetscInt g = 0; g < made; g++) nodes[g] = first + g;
   PetscCall(makers.create(layout, std::move(nodes)));
-  modes->values.assign((size_t)P->cols.local * k * k, 0.0);
-  for (PetscInt i = 0; i < n; i++)
+  for (size_t i = 0; i < agg.of.size(); i++)
     if (modes->carried[i]) carried[agg.of[i]] = 1;
-  modes->carried.assign(P->cols.local, 0);
   if (makers.sf) {
+    modes->values.assign((size_t)makers.local * k * k, 0.0);
+    modes->carried.assign(makers.local, 0);
     PetscCall(PetscSFReduceBegin(makers.sf.get(), square.type, coarse.data(), modes->values.data(), MPI_REPLACE));
     PetscCall(PetscSFReduceEnd(makers.sf.get(), square.type, coarse.data(), modes->values.data(), MPI_REPLACE));
     PetscCall(PetscSFReduceBegin(makers.sf.get(), MPI_CHAR, carried.data(), modes->carried.data(), MPI_REPLACE));
@@ -143,5 +131,70 @@ PetscErrorCode AinsworthInterpolationCreate(const AinsworthBlockMat &A, const Ai
     modes->values  = std::move(coarse);
     modes->carried = std::move(carried);
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Turns global coarse nodes in the columns of P into places */
+static PetscErrorCode PlaceColumns(const AinsworthLayout &layout, AinsworthInterpolation *P)
+{
+  std::vector<PetscInt> nodes(P->rows.j);
+
+  PetscFunctionBegin;
+  AinsworthSortUnique(&nodes);
+  nodes.erase(std::remove_if(nodes.begin(), nodes.end(), [&](PetscInt g) { return g >= layout->rstart && g < layout->rend; }), nodes.end());
+  PetscCall(P->cols.create(layout, std::move(nodes)));
+  for (PetscInt &g : P->rows.j) g = P->cols.place(g);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthTentativeInterpolate - creates T as an interpolation, with one block in each row; collective */
+PetscErrorCode AinsworthTentativeInterpolate(const AinsworthTentative &T, AinsworthInterpolation *P)
+{
+  const PetscInt size = T.bs * T.k;
+
+  PetscFunctionBegin;
+  P->rows = AinsworthBlockRows(T.bs, T.k);
+  for (size_t i = 0; i < T.aggregate.size(); i++, P->rows.endRow()) {
+    if (T.aggregate[i] < 0) continue;
+    P->rows.j.push_back(T.aggregate[i]);
+    P->rows.a.insert(P->rows.a.end(), &T.values[i * size], &T.values[i * size] + size);
+  }
+  PetscCall(PlaceColumns(T.layout, P));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthTentativeSmooth - creates smoothed interpolation, T - omega diagonal^{-1} A T; collective
+
+   Input Parameters:
++  A        - the matrix of this level
+.  T        - tentative interpolation; nodes without an aggregate get no coarse functions
+.  diagonal - the diagonal of A, positive
+-  omega    - of the damped Jacobi step, 4/3 over the largest eigenvalue of diagonal^{-1} A (Vanek, Mandel, Brezina, Computing 56, 1996)
+
+   Output Parameter:
+.  P - the interpolation
+*/
+PetscErrorCode AinsworthTentativeSmooth(const AinsworthBlockMat &A, const AinsworthTentative &T, const std::vector<PetscReal> &diagonal, PetscReal omega,
+                                        AinsworthInterpolation *P)
+{
+  const PetscInt           bs = T.bs, k = T.k, size = bs * k;
+  std::vector<PetscInt>    aggregate(T.aggregate);
+  std::vector<PetscScalar> values;
+  const PetscScalar       *all = T.values.data();
+  AinsworthUnit            unit(size, MPIU_SCALAR);
+
+  PetscFunctionBegin;
+  aggregate.resize(A.cols.count(), -1);
+  PetscCall(A.cols.toGhosts(MPIU_INT, T.aggregate.data(), aggregate.data() + A.rows.n));
+  if (A.cols.sf) {
+    values = T.values;
+    values.resize((size_t)A.cols.count() * size);
+    PetscCall(A.cols.toGhosts(unit.type, T.values.data(), values.data() + T.values.size()));
+    all = values.data();
+  }
+  P->rows = AinsworthBlockRows(bs, k);
+  AinsworthDispatch(bs, k, [&](auto B, auto K) { SmoothRows<B(), K()>(A.rows, aggregate, all, diagonal, omega, &P->rows); });
+  PetscCall(PlaceColumns(T.layout, P));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

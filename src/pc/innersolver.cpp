@@ -213,7 +213,7 @@ PetscErrorCode PCAinsworthFallBack_Private(PC pc, PC_Ainsworth *data, PetscBool 
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   *again = (PetscBool)(sa && sa->levels.hierarchy && sa->levels.hierarchy->doubts[0] && data->ownChoice &&
-                       !(sa->subspace && sa->levels.hierarchy->grids.size() > 1 && sa->levels.hierarchy->complexity() <= bearable));
+                       !(sa->subspace && sa->levels.hierarchy->levels() > 1 && sa->levels.hierarchy->complexity() <= bearable));
   if (!*again) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscInfo(pc, "%s: PC type %s takes the place of %s\n", sa->levels.hierarchy->doubts, OtherMultigrid(), PCBLOCKSA));
   PetscCall(PCSetType(inner, OtherMultigrid()));
