@@ -8,8 +8,8 @@
 
 /* Upper end of the damped spectrum of D^{-1} M relative to the estimated largest eigenvalue, and lower end relative to the upper one */
 static const PetscReal above = 1.1, below = 0.1;
-/* With a larger operator complexity of A a W-cycle costs more than it saves: on nine parts of a mesher it is quicker up to 1.57, slower from 1.59 on */
-static const PetscReal complexityOfW = 1.58;
+/* With a larger complexity of the first two levels of A a W-cycle costs more than it saves: on ten parts of a mesher it is no slower up to 1.57, slower from 1.7 on */
+static const PetscReal complexityOfW = 1.6;
 /*
    Shifts of the coarsest matrix relative to its diagonal, far below what multigrid resolves
 

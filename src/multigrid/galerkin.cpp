@@ -10,25 +10,26 @@ struct Extended {
   std::vector<PetscInt>         i, j;
   const AinsworthInterpolation *own;
   AinsworthBlockRows            ghost;
+  std::vector<PetscScalar>      wide;    /* the values of P in double precision if it has single; else empty */
   std::vector<PetscInt>         fromOwn; /* place in cols of each place in P.cols */
   std::vector<PetscMPIInt>      owner;   /* rank that owns each place */
 
-  const PetscScalar *block(PetscInt k, PetscScalar *room) const
+  const PetscScalar *block(PetscInt k) const
   {
     const PetscInt n = (PetscInt)own->rows.j.size();
-    return k < n ? own->block(k, room) : ghost.block(k - n);
+    return k >= n ? ghost.block(k - n) : wide.empty() ? own->rows.block(k) : wide.data() + (size_t)k * own->rows.size();
   }
   /* For two nodes with the same owner the upper block is enough */
   bool wanted(PetscInt c, PetscInt e) const { return e >= c || owner[c] != owner[e]; }
 
   PetscErrorCode create(const AinsworthBlockMat &X, const AinsworthInterpolation &P)
   {
-    AinsworthBlockRows       sent(P.rows.br, P.rows.bc);
-    std::vector<PetscInt>    nodes(P.cols.ghosts);
-    std::vector<PetscScalar> room(P.rows.size());
+    AinsworthBlockRows    sent(P.rows.br, P.rows.bc);
+    std::vector<PetscInt> nodes(P.cols.ghosts);
 
     PetscFunctionBegin;
     own = &P;
+    wide.assign(P.single.begin(), P.single.end());
     if (X.cols.sf) { /* send only the rows that other ranks need */
       const PetscInt *degree;
 
@@ -36,7 +37,7 @@ struct Extended {
       PetscCall(PetscSFComputeDegreeEnd(X.cols.sf.get(), &degree));
       for (PetscInt r = 0; r < P.rows.n; r++, sent.endRow())
         for (PetscInt k = P.rows.i[r]; degree[r] && k < P.rows.i[r + 1]; k++) {
-          const PetscScalar *a = P.block(k, room.data());
+          const PetscScalar *a = block(k);
           sent.j.push_back(P.cols.node(P.rows.j[k]));
           sent.a.insert(sent.a.end(), a, a + P.rows.size());
         }
@@ -107,7 +108,7 @@ void Multiply(const AinsworthBlockRows &X, const Extended &P, const Pattern &pat
 {
   const PetscInt           bs = X.br;
   std::vector<PetscInt>    place(P.cols.count());
-  std::vector<PetscScalar> w, room(bs * k);
+  std::vector<PetscScalar> w;
 
   values->assign(pattern.uj.size() * k * k, 0.0);
   for (PetscInt r = 0; r < X.n; r++) {
@@ -119,10 +120,10 @@ void Multiply(const AinsworthBlockRows &X, const Extended &P, const Pattern &pat
     for (PetscInt s = 0; s < m; s++) place[cols[s]] = s;
     for (PetscInt e = X.i[r]; e < X.i[r + 1]; e++)
       for (PetscInt q = P.i[X.j[e]]; q < P.i[X.j[e] + 1]; q++)
-        AinsworthMultAdd<B, B, K>(bs, bs, k, X.block(e), P.block(q, room.data()), &w[(size_t)place[P.j[q]] * bs * k]);
+        AinsworthMultAdd<B, B, K>(bs, bs, k, X.block(e), P.block(q), &w[(size_t)place[P.j[q]] * bs * k]);
     for (PetscInt q = P.i[r]; q < P.i[r + 1]; q++) {
       const PetscInt     c  = P.j[q];
-      const PetscScalar *Pq = P.block(q, room.data());
+      const PetscScalar *Pq = P.block(q);
       PetscInt           at = pattern.ui[c];
 
       for (PetscInt s = 0; s < m; s++) {
@@ -182,9 +183,8 @@ PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInte
 template <int B, int K>
 static void MultiplyRows(const AinsworthBlockRows &D, const Extended &P, PetscInt k, AinsworthBlockRows *rows)
 {
-  const PetscInt           bs = D.br, size = bs * k;
-  std::vector<PetscInt>    cols, place(P.cols.count());
-  std::vector<PetscScalar> room(size);
+  const PetscInt        bs = D.br, size = bs * k;
+  std::vector<PetscInt> cols, place(P.cols.count());
 
   for (PetscInt r = 0; r < D.n; r++, rows->endRow()) {
     const size_t start = rows->a.size();
@@ -197,7 +197,7 @@ static void MultiplyRows(const AinsworthBlockRows &D, const Extended &P, PetscIn
     rows->a.resize(start + cols.size() * size, 0.0);
     for (PetscInt e = D.i[r]; e < D.i[r + 1]; e++)
       for (PetscInt q = P.i[D.j[e]]; q < P.i[D.j[e] + 1]; q++)
-        AinsworthMultAdd<B, B, K>(bs, bs, k, D.block(e), P.block(q, room.data()), &rows->a[start + (size_t)place[P.j[q]] * size]);
+        AinsworthMultAdd<B, B, K>(bs, bs, k, D.block(e), P.block(q), &rows->a[start + (size_t)place[P.j[q]] * size]);
   }
 }
 
@@ -222,64 +222,101 @@ PetscErrorCode AinsworthInterpolationMultiply(const AinsworthBlockMat &D, const 
 
 namespace
 {
-/* The blocks of Z' A H that this rank computes, by coarse nodes in places of `rows` and of `columns` */
+/* The products of marked rows of A with an interpolation: columns by rows, and the values of one row */
+struct RowProducts {
+  std::vector<PetscInt>    i = {0}, j;
+  std::vector<PetscScalar> w;
+
+  RowProducts(const AinsworthBlockRows &A, const Extended &marked, const Extended &P, PetscInt places)
+  {
+    std::vector<PetscInt> mark(places, -1);
+
+    for (PetscInt r = 0; r < A.n; r++) {
+      for (PetscInt e = marked.i[r] < marked.i[r + 1] ? A.i[r] : A.i[r + 1]; e < A.i[r + 1]; e++)
+        for (PetscInt q = P.i[A.j[e]]; q < P.i[A.j[e] + 1]; q++) {
+          if (mark[P.j[q]] == r) continue;
+          mark[P.j[q]] = r;
+          j.push_back(P.j[q]);
+        }
+      std::sort(j.begin() + i[r], j.end());
+      i.push_back((PetscInt)j.size());
+    }
+  }
+  template <int B, int K>
+  void multiply(const AinsworthBlockRows &A, PetscInt r, const Extended &P, PetscInt k, std::vector<PetscInt> *place)
+  {
+    const PetscInt bs = A.br, size = bs * k;
+
+    for (PetscInt s = i[r]; s < i[r + 1]; s++) (*place)[j[s]] = s - i[r];
+    w.assign((size_t)(i[r + 1] - i[r]) * size, 0.0);
+    for (PetscInt e = A.i[r]; e < A.i[r + 1]; e++)
+      for (PetscInt q = P.i[A.j[e]]; q < P.i[A.j[e] + 1]; q++)
+        AinsworthMultAdd<B, B, K>(bs, bs, k, A.block(e), P.block(q), &w[(size_t)(*place)[P.j[q]] * size]);
+  }
+};
+
+/*
+   The blocks of S, where S + S' = Z' A Z - Z' A P - P' A Z, that this rank computes, by coarse nodes in places
+
+   Of the symmetric part S has the blocks above the diagonal, in the order of the nodes, and half of those on it
+*/
 struct Change {
-  std::vector<std::vector<std::pair<PetscInt, size_t>>> rows; /* of each place: column, and where its block begins in values */
-  std::vector<PetscScalar>                              values;
+  std::vector<PetscInt>    i = {0}, j;
+  std::vector<PetscScalar> values;
 
   template <int B, int K>
-  void multiply(const AinsworthBlockRows &A, const Extended &Z, const Extended &P, PetscInt places, PetscInt k)
+  void multiply(const AinsworthBlockRows &A, const Extended &Z, const Extended &P, const std::vector<PetscInt> &node, PetscInt k)
   {
-    const PetscInt           bs = A.br, size = bs * k;
-    std::vector<PetscInt>    cols, place(places);
-    std::vector<PetscScalar> w, room(size), half(size);
+    const PetscInt           bs = A.br, size = bs * k, places = (PetscInt)node.size();
+    RowProducts              AP(A, Z, P, places), AZ(A, Z, Z, places);
+    std::vector<PetscInt>    place(places);
+    std::vector<PetscScalar> minus(size), half(size);
 
-    rows.resize(places);
+    findPattern(A.n, Z, AP, AZ, node);
+    values.assign(j.size() * k * k, 0.0);
     for (PetscInt r = 0; r < A.n; r++) {
       if (Z.i[r] == Z.i[r + 1]) continue;
-      cols.clear();
-      for (PetscInt e = A.i[r]; e < A.i[r + 1]; e++)
-        for (const Extended *E : {&P, &Z}) cols.insert(cols.end(), E->j.begin() + E->i[A.j[e]], E->j.begin() + E->i[A.j[e] + 1]);
-      AinsworthSortUnique(&cols);
-      for (size_t s = 0; s < cols.size(); s++) place[cols[s]] = (PetscInt)s;
-      w.assign(cols.size() * size, 0.0);
-      for (PetscInt e = A.i[r]; e < A.i[r + 1]; e++) {
-        for (PetscInt q = P.i[A.j[e]]; q < P.i[A.j[e] + 1]; q++)
-          AinsworthMultAdd<B, B, K>(bs, bs, k, A.block(e), P.block(q, room.data()), &w[(size_t)place[P.j[q]] * size]);
-        for (PetscInt q = Z.i[A.j[e]]; q < Z.i[A.j[e] + 1]; q++) {
-          const PetscScalar *z = Z.block(q, room.data());
-          for (PetscInt v = 0; v < size; v++) half[v] = -0.5 * z[v];
-          AinsworthMultAdd<B, B, K>(bs, bs, k, A.block(e), half.data(), &w[(size_t)place[Z.j[q]] * size]);
-        }
-      }
+      AP.multiply<B, K>(A, r, P, k, &place);
+      AZ.multiply<B, K>(A, r, Z, k, &place);
       for (PetscInt q = Z.i[r]; q < Z.i[r + 1]; q++) {
-        const PetscScalar *left = Z.block(q, room.data());
-        auto              &row  = rows[Z.j[q]];
-        size_t             at   = 0;
+        const PetscInt     c    = Z.j[q];
+        const PetscScalar *left = Z.block(q);
+        auto               take = [&](const RowProducts &X, const PetscScalar *factor, PetscInt s, PetscInt *at) {
+          while (j[*at] != X.j[s]) (*at)++;
+          AinsworthMultAdjointAdd<K, B, K>(k, bs, k, factor, &X.w[(size_t)(s - X.i[r]) * size], &values[(size_t)*at * k * k]);
+        };
+        PetscInt at[2] = {i[c], i[c]};
 
-        add(cols, k, &row);
-        for (size_t s = 0; s < cols.size(); s++) {
-          while (row[at].first != cols[s]) at++;
-          AinsworthMultAdjointAdd<K, B, K>(k, bs, k, left, &w[s * size], &values[row[at].second]);
+        for (PetscInt v = 0; v < size; v++) {
+          minus[v] = -left[v];
+          half[v]  = 0.5 * left[v];
         }
+        for (PetscInt s = AP.i[r]; s < AP.i[r + 1]; s++) take(AP, minus.data(), s, &at[0]);
+        for (PetscInt s = AZ.i[r]; s < AZ.i[r + 1]; s++)
+          if (node[AZ.j[s]] >= node[c]) take(AZ, AZ.j[s] == c ? half.data() : left, s, &at[1]);
       }
     }
   }
 
 private:
-  /* Makes sure that a row has the columns, which are ascending in both */
-  void add(const std::vector<PetscInt> &cols, PetscInt k, std::vector<std::pair<PetscInt, size_t>> *row)
+  void findPattern(PetscInt n, const Extended &Z, const RowProducts &AP, const RowProducts &AZ, const std::vector<PetscInt> &node)
   {
-    const size_t before = row->size();
-    size_t       at     = 0;
+    std::vector<std::vector<PetscInt>> users(node.size()); /* rows of Z with an entry in each column */
+    std::vector<PetscInt>              mark(node.size(), -1);
 
-    for (PetscInt c : cols) {
-      while (at < before && (*row)[at].first < c) at++;
-      if (at < before && (*row)[at].first == c) continue;
-      row->push_back({c, values.size()});
-      values.resize(values.size() + k * k, 0.0);
+    for (PetscInt r = 0; r < n; r++)
+      for (PetscInt q = Z.i[r]; q < Z.i[r + 1]; q++) users[Z.j[q]].push_back(r);
+    for (PetscInt c = 0; c < (PetscInt)node.size(); c++) {
+      for (PetscInt r : users[c])
+        for (const RowProducts *X : {&AP, &AZ})
+          for (PetscInt s = X->i[r]; s < X->i[r + 1]; s++) {
+            if (mark[X->j[s]] == c || (X == &AZ && node[X->j[s]] < node[c])) continue;
+            mark[X->j[s]] = c;
+            j.push_back(X->j[s]);
+          }
+      std::sort(j.begin() + i[c], j.end());
+      i.push_back((PetscInt)j.size());
     }
-    if (row->size() > before) std::inplace_merge(row->begin(), row->begin() + before, row->end());
   }
 };
 } // namespace
@@ -287,7 +324,7 @@ private:
 /*
    AinsworthGalerkinChange - computes Q' A Q - P' A P for Q = P - Z, where Z has few rows, of which A needs to have no others; collective
 
-   This is -(Z' A H + H' A Z) with H = P - Z / 2.
+   This is Z' A Z - Z' A P - P' A Z.
 */
 PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &A, const AinsworthInterpolation &P, const AinsworthInterpolation &Z, AinsworthBlockMat *change)
 {
@@ -309,15 +346,16 @@ PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &A, const Ainswor
   PetscCall(places.create(P.cols.layout, std::move(nodes)));
   for (Extended *E : {&left, &right})
     for (PetscInt &j : E->j) j = places.place(E->cols.node(j));
-  AinsworthDispatch(A.rows.br, k, [&](auto B, auto K) { S.multiply<B(), K()>(A.rows, left, right, places.count(), k); });
-  for (PetscScalar &v : S.values) v = -v;
+  std::vector<PetscInt> node;
+  for (PetscInt p = 0; p < places.count(); p++) node.push_back(places.node(p));
+  AinsworthDispatch(A.rows.br, k, [&](auto B, auto K) { S.multiply<B(), K()>(A.rows, left, right, node, k); });
 
-  /* each coarse row gets its blocks of Z' A H, and the adjoints of those in its column; those of other ranks are sent to them */
+  /* each coarse row gets its blocks of S, and the adjoints of those in its column; those of other ranks are sent to them */
   all.resize(places.count());
   for (PetscInt c = 0; c < places.count(); c++)
-    for (const auto &entry : S.rows[c]) {
-      all[c].push_back({places.node(entry.first), &S.values[entry.second], false});
-      all[entry.first].push_back({places.node(c), &S.values[entry.second], true});
+    for (PetscInt s = S.i[c]; s < S.i[c + 1]; s++) {
+      all[c].push_back({node[S.j[s]], &S.values[(size_t)s * k * k], false});
+      all[S.j[s]].push_back({node[c], &S.values[(size_t)s * k * k], true});
     }
   for (PetscInt p = places.local; p < places.count(); p++, sent.endRow())
     for (const AinsworthPiece &piece : all[p]) {

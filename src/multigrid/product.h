@@ -21,10 +21,6 @@ inline PetscInt AinsworthStride(PetscInt bs)
 }
 
 #if defined(__GNUC__)
-/* Vector types of GCC, Clang, and the Intel compilers; other compilers use the scalar loops of AinsworthUpperRow() */
-typedef float  AinsworthFour __attribute__((vector_size(16), aligned(4)));
-typedef double AinsworthTwo __attribute__((vector_size(16), aligned(8)));
-
 inline void AinsworthRowPacked(const AinsworthBlockRowsOf<float> &U, PetscInt i, const float *x, float *y, float *sum)
 {
   auto                four = [](const float *p) { return *(const AinsworthFour *)p; };

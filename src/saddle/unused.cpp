@@ -13,22 +13,23 @@ static PetscErrorCode CountMarked(Mat A, const std::vector<bool> &marked, PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Unmarks entries where A or the adjoint of C, AIJ, has a nonzero entry: in the column of A or, with `rows`, in its row. Collective */
-static PetscErrorCode UnmarkUsed(Mat A, Mat C, bool rows, std::vector<bool> *marked)
+/* Unmarks entries where the column of a matrix, AIJ, has a nonzero entry, or with `rows` its row; does nothing if none are marked. Collective */
+static PetscErrorCode UnmarkUsed(Mat A, bool rows, std::vector<bool> *marked)
 {
-  Vec ones, sums[2];
+  Vec      in, out;
+  PetscInt number;
 
   PetscFunctionBegin;
-  for (Vec &sum : sums) PetscCall(MatCreateVecs(A, &sum, NULL));
-  PetscCall(VecSet(sums[1], 1.0));
-  PetscCall((rows ? AinsworthAbsoluteMult : AinsworthAbsoluteMultTranspose)(A, sums[1], sums[0]));
-  PetscCall(MatCreateVecs(C, NULL, &ones));
-  PetscCall(VecSet(ones, 1.0));
-  PetscCall(AinsworthAbsoluteMultTranspose(C, ones, sums[1]));
-  PetscCall(AinsworthForEntries({sums[0], sums[1]}, [=](PetscInt i, PetscScalar a, PetscScalar c) {
-    if (a != 0.0 || c != 0.0) (*marked)[i] = false;
+  PetscCall(CountMarked(A, *marked, &number));
+  if (!number) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateVecs(A, rows ? &in : &out, rows ? &out : &in));
+  PetscCall(VecSet(in, 1.0));
+  PetscCall((rows ? AinsworthAbsoluteMult : AinsworthAbsoluteMultTranspose)(A, in, out));
+  PetscCall(AinsworthForEntries({out}, [=](PetscInt i, PetscScalar v) {
+    if (v != 0.0) (*marked)[i] = false;
   }));
-  for (Vec *v : {&ones, &sums[0], &sums[1]}) PetscCall(VecDestroy(v));
+  PetscCall(VecDestroy(&in));
+  PetscCall(VecDestroy(&out));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -75,14 +76,16 @@ PetscErrorCode AinsworthSaddleNameUnused(const AinsworthSaddle *sp, PetscBool sy
   if (!number) PetscFunctionReturn(PETSC_SUCCESS); /* the usual case */
   PetscCall(AinsworthGetAIJ(sp->A, &A));
   marked = zero;
-  PetscCall(UnmarkUsed(A, sp->rowsC, false, &marked));
+  PetscCall(UnmarkUsed(sp->rowsC, false, &marked)); /* far smaller than A */
+  PetscCall(UnmarkUsed(A, false, &marked));
   PetscCall(CountMarked(A, marked, &number));
   if (number) {
     PetscCall(UnmarkDeclared(sp, &marked));
     PetscCall(AinsworthNameMarked(PetscObjectComm((PetscObject)A), start, marked, unknowns, len));
   } else if (!symmetric || sp->rowsB != sp->rowsC) {
     marked = zero;
-    PetscCall(UnmarkUsed(A, sp->rowsB, true, &marked));
+    PetscCall(UnmarkUsed(sp->rowsB, false, &marked));
+    PetscCall(UnmarkUsed(A, true, &marked));
     PetscCall(AinsworthNameMarked(PetscObjectComm((PetscObject)A), start, marked, equations, len));
   }
   PetscCall(MatDestroy(&A));
