@@ -103,11 +103,14 @@ static PetscErrorCode Interpolate(const Lattice &l, const Level &level, PetscRea
   std::vector<PetscReal> diagonal;
   AinsworthModes         modes(level.near);
   AinsworthLayout        layout;
+  AinsworthTentative     T;
 
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < level.X.rows.n * l.bs; i++) diagonal.push_back(PetscRealPart(level.diagonal[level.X.cols.first * l.bs + i]));
   PetscCall(CoarseLayout(level.agg.count, together, &layout));
-  PetscCall(AinsworthInterpolationCreate(level.X, level.agg, diagonal, omega, layout, &modes, P));
+  PetscCall(AinsworthTentativeCreate(level.agg, l.bs, layout, &modes, &T));
+  if (omega == 0.0) PetscCall(AinsworthTentativeInterpolate(T, P));
+  else PetscCall(AinsworthTentativeSmooth(level.X, T, diagonal, omega, P));
   PetscCall(Gather(P->rows, P->cols, level.X.cols.first, l.nodes(), *dense));
   *coarse = Dense::Zero(layout->N * k, k);
   PetscCall(CheckInt("values of the modes on the next level", (PetscInt)modes.values.size(), (layout->rend - layout->rstart) * k * k));
@@ -300,11 +303,11 @@ static PetscErrorCode Estimate(PetscInt bs, PetscReal contrast, PetscReal stiffn
         std::unique_ptr<AinsworthLevel> level;
         const PetscReal                 largest = Eigen::SelfAdjointEigenSolver<Dense>(Scaled(M, M), Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
 
-        PetscCall(h.createLevel(0, sum ? &X : NULL, single, &level));
+        PetscCall(h.finest.createLevel(sum ? &X : NULL, single, &level));
         PetscCall(level->estimate());
         PetscCall(Check("estimate over the eigenvalue", level->largest / largest, single ? 1.0 + 1e-5 : 1.0 + 1e-12));
         PetscCall(Check("eigenvalue over the estimate", largest / level->largest, 1.0 / 0.6));
-        if (!sum) PetscCall(Check("estimate of the hierarchy", PetscAbsReal(h.grids[0].largest / level->largest - 1.0), 1e-5));
+        if (!sum) PetscCall(Check("estimate of the hierarchy", PetscAbsReal(h.finest.largest / level->largest - 1.0), 1e-5));
       }
   }
   PetscCall(MatDestroy(&D));

@@ -103,8 +103,8 @@ static PetscErrorCode Matrices()
   AinsworthHierarchyOptions o = UsualOptions();
   o.product                   = PETSC_TRUE;
   PetscCall(HierarchyCreate(lattice, A, o, &h));
-  PetscCall(AinsworthHierarchyCreateProduct(h, &level));
-  PetscCall(AinsworthInterpolationMatCreate(h.grids[0].P, h.grids[0].nodes, &P));
+  PetscCall(AinsworthGridCreateProduct(h.finest, &level));
+  PetscCall(AinsworthInterpolationMatCreate(h.finest.P, h.finest.nodes, &P));
   PetscCall(
     CheckError("a level into a matrix", [&] { return MatConvert(level, MATAIJ, MAT_REUSE_MATRIX, &given); }, PETSC_ERR_SUP, {"makes a new matrix only"}));
   PetscCall(

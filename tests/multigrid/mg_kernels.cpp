@@ -113,9 +113,9 @@ static PetscErrorCode CheckLevel(const char *what, const AinsworthHierarchy &h, 
   const PetscReal                 tolerance = single ? 1e-6 : 1e-14;
 
   PetscFunctionBeginUser;
-  PetscCall(h.createLevel(0, added, single, &level));
+  PetscCall(h.finest.createLevel(added, single, &level));
   PetscCall(CheckTrue("precision", single == (level->single != nullptr) && single != (level->product != nullptr)));
-  PetscCall(AinsworthLevelMatSet(h.grids[0].nodes, h.grids[0].bs, std::move(level), &mat));
+  PetscCall(AinsworthLevelMatSet(h.finest.nodes, h.finest.bs, std::move(level), &mat));
   PetscCall(Gather(mat, got));
   PetscCall(CheckEqual(what, Scaled(got, expected), Scaled(expected, expected), tolerance));
   PetscCall(MatCreateVecs(mat, &d, NULL));
@@ -156,13 +156,13 @@ static PetscErrorCode Products(const Lattice &l, Mat A, const Dense &dense)
     Dense              got;
 
     PetscCall(HierarchyCreate(l, A, o, &h));
-    PetscCall(CheckTrue("more than one level", h.grids.size() > 1));
+    PetscCall(CheckTrue("more than one level", h.levels() > 1));
     PetscCall(CheckLevel("A in double precision", h, NULL, false, dense));
     PetscCall(CheckLevel("A + D in double precision", h, &X, false, dense + added));
     PetscCall(CheckTrue("single precision", h.single()));
     PetscCall(CheckLevel("A in single precision", h, NULL, true, dense));
     PetscCall(CheckLevel("A + D in single precision", h, &X, true, dense + added));
-    PetscCall(AinsworthHierarchyCreateProduct(h, &product));
+    PetscCall(AinsworthGridCreateProduct(h.finest, &product));
     PetscCall(Gather(product, got));
     PetscCall(CheckEqual("A for products", got, dense, 1e-15));
     PetscCall(MatCreateVecs(product, &x, &y));
@@ -185,13 +185,13 @@ static PetscErrorCode CheckInterpolation(const AinsworthHierarchy &h, bool singl
   Dense expected, got, transposed;
 
   PetscFunctionBeginUser;
-  auto P = std::make_shared<AinsworthInterpolation>(*h.grids[0].P);
-  PetscCall(Gather(P->rows, P->cols, h.grids[0].nodes->rstart, h.grids[0].nodes->N, expected));
+  auto P = std::make_shared<AinsworthInterpolation>(*h.finest.P);
+  PetscCall(Gather(P->rows, P->cols, h.finest.nodes->rstart, h.finest.nodes->N, expected));
   if (single) {
     expected = expected.unaryExpr([](PetscScalar v) { return (PetscScalar)(AinsworthSingle)v; });
     P->round();
   }
-  PetscCall(AinsworthInterpolationMatCreate(P, h.grids[0].nodes, &mat));
+  PetscCall(AinsworthInterpolationMatCreate(P, h.finest.nodes, &mat));
   PetscCall(Gather(mat, got));
   PetscCall(CheckEqual("interpolation", got, expected, 1e-15));
   PetscCall(MatCreateVecs(mat, &coarse, &fine));

@@ -15,26 +15,23 @@ static Lattice Usual(PetscInt bs)
   return l;
 }
 
-static PetscErrorCode LevelsCreate(const Lattice &l, Mat *A, AinsworthHierarchy *h, std::vector<Dense> *op, std::vector<Dense> *P)
+static PetscErrorCode Gather(const AinsworthGrid &grid, Dense &dense)
+{
+  std::unique_ptr<AinsworthLevel> level;
+  Mat                             mat = NULL;
+
+  PetscFunctionBeginUser;
+  PetscCall(grid.createLevel(NULL, false, &level));
+  PetscCall(AinsworthLevelMatSet(grid.nodes, grid.bs, std::move(level), &mat));
+  PetscCall(Gather(mat, dense));
+  PetscCall(MatDestroy(&mat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Gather(const AinsworthGrid &grid, const AinsworthInterpolation &P, Dense &dense)
 {
   PetscFunctionBeginUser;
-  PetscCall(LatticeCreate(l, A));
-  PetscCall(HierarchyCreate(l, *A, UsualOptions(), h));
-  for (size_t k = 0; k < h->grids.size(); k++) {
-    std::unique_ptr<AinsworthLevel> level;
-    Mat                             mat = NULL;
-    Dense                           dense;
-
-    PetscCall(h->createLevel((PetscInt)k, NULL, false, &level));
-    PetscCall(AinsworthLevelMatSet(h->grids[k].nodes, h->grids[k].bs, std::move(level), &mat));
-    PetscCall(Gather(mat, dense));
-    op->push_back(dense);
-    PetscCall(MatDestroy(&mat));
-    if (!h->grids[k].P) break;
-    PetscCall(Gather(h->grids[k].P->rows, h->grids[k].P->cols, h->grids[k].nodes->rstart, h->grids[k].nodes->N, dense));
-    P->push_back(dense);
-  }
-  PetscCall(CheckTrue("three levels or more", op->size() > 2));
+  PetscCall(Gather(P.rows, P.cols, grid.nodes->rstart, grid.nodes->N, dense));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -47,58 +44,67 @@ static Column DiagonalOf(const AinsworthGrid &grid)
   return d;
 }
 
-/* Z = T P; (P - Z)' A (P - Z) - P' A P; and interpolation that is smoothed for A + D on the next level */
+/*
+   Z = T P; (P - Z)' A (P - Z) - P' A P; and the levels of A and of A plus that change: interpolation is smoothed for their own operators, which are products
+
+   Graphs of the coarser levels are those of tentative interpolation, which is the same for both
+*/
 static PetscErrorCode Products(Lattice l)
 {
   Mat                    A, T;
-  AinsworthHierarchy     h, sum;
-  std::vector<Dense>     op, P;
+  AinsworthHierarchy     h;
   AinsworthBlockMat      blocks, rows, change;
-  AinsworthInterpolation Z, again;
-  Dense                  dense, got, D;
+  AinsworthInterpolation Z;
+  Dense                  dense, fine, P, got, D;
   std::vector<char>      marked;
   const char            *layout;
 
   PetscFunctionBeginUser;
   PetscCall(LayoutName(l, &layout));
   Case("products, blocks of %d, %s", (int)l.bs, layout);
-  PetscCall(LevelsCreate(l, &A, &h, &op, &P));
+  PetscCall(LatticeCreate(l, &A));
+  PetscCall(HierarchyCreate(l, A, UsualOptions(), &h));
+  PetscCall(CheckTrue("three levels or more", h.levels() > 2));
+  PetscCall(Gather(A, fine));
+  PetscCall(Gather(h.finest, *h.finest.P, P));
   PetscCall(SurfaceCreate(l, A, 0.1, 5, &T));
   PetscCall(Gather(T, dense));
   PetscCall(AinsworthBlockMatCreate(T, l.bs, {}, NULL, &blocks));
-  PetscCall(AinsworthInterpolationMultiply(blocks, *h.grids[0].P, &Z));
-  PetscCall(Gather(Z.rows, Z.cols, h.grids[0].nodes->rstart, l.nodes(), got));
-  PetscCall(CheckEqual("Z = T P", got, dense * P[0], 1e-14));
+  PetscCall(AinsworthInterpolationMultiply(blocks, *h.finest.P, &Z));
+  PetscCall(Gather(h.finest, Z, got));
+  PetscCall(CheckEqual("Z = T P", got, dense * P, 1e-14));
   for (PetscInt i = 0; i < blocks.rows.n; i++) marked.push_back(blocks.rows.i[i] < blocks.rows.i[i + 1]);
   PetscCall(AinsworthBlockMatCreate(A, l.bs, {}, &marked, &rows));
-  PetscCall(AinsworthGalerkinChange(rows, *h.grids[0].P, Z, &change));
+  PetscCall(AinsworthGalerkinChange(rows, *h.finest.P, Z, &change));
   PetscCall(Gather(change, D));
-  const Dense Q = P[0] - dense * P[0];
-  PetscCall(CheckEqual("(P - Z)' A (P - Z) - P' A P", D, Q.adjoint() * op[0] * Q - P[0].adjoint() * op[0] * P[0], 1e-12));
+  const Dense Q = P - dense * P, coarse = P.adjoint() * fine * P;
+  PetscCall(CheckEqual("(P - Z)' A (P - Z) - P' A P", D, Q.adjoint() * fine * Q - coarse, 1e-12));
 
-  Column inverse = DiagonalOf(h.grids[1]).cwiseInverse();
-  PetscCall(AinsworthInterpolationSmoothAgain(change, *h.grids[1].P, h.grids[1].diagonal, 0.3, &again));
-  PetscCall(Gather(again.rows, again.cols, h.grids[1].nodes->rstart, h.grids[1].nodes->N, got));
-  PetscCall(CheckEqual("P - omega D^-1 (change) P", got, P[1] - 0.3 * (inverse.asDiagonal() * D * P[1]), 1e-13));
+  for (bool changed : {false, true}) {
+    std::vector<AinsworthGrid> grids;
+    Dense                      last = changed ? Dense(coarse + D) : coarse;
 
-  PetscCall(h.createSum(std::move(change), UsualOptions(), &sum));
-  PetscCall(CheckInt("levels of the sum", (PetscInt)sum.grids.size(), (PetscInt)h.grids.size()));
-  Dense last = op[1] + D;
-  for (size_t k = 1; k < sum.grids.size(); k++) {
-    std::unique_ptr<AinsworthLevel> level;
-    Mat                             mat = NULL;
+    PetscCall(h.createGrids(changed ? &change : NULL, &grids));
+    PetscCall(CheckInt("levels", (PetscInt)grids.size(), (PetscInt)h.levels()));
+    for (size_t k = 1; k < grids.size(); k++) {
+      AinsworthInterpolation tentative;
 
-    PetscCall(sum.createLevel((PetscInt)k, NULL, false, &level));
-    PetscCall(AinsworthLevelMatSet(sum.grids[k].nodes, sum.grids[k].bs, std::move(level), &mat));
-    PetscCall(Gather(mat, got));
-    PetscCall(MatDestroy(&mat));
-    /* a zero diagonal entry, of an unknown that no mode reaches, was replaced */
-    for (Eigen::Index i = 0; i < last.rows(); i++)
-      if (last.row(i).norm() <= 1e-12 * last.norm()) last(i, i) = got(i, i);
-    PetscCall(CheckEqual("an operator of the sum", got, last, 1e-11));
-    if (!sum.grids[k].P) break;
-    PetscCall(Gather(sum.grids[k].P->rows, sum.grids[k].P->cols, sum.grids[k].nodes->rstart, sum.grids[k].nodes->N, dense));
-    last = (dense.adjoint() * last * dense).eval();
+      PetscCall(Gather(grids[k], got));
+      /* a zero diagonal entry, of an unknown that no mode reaches, was replaced */
+      for (Eigen::Index i = 0; i < last.rows(); i++)
+        if (last.row(i).norm() <= 1e-12 * last.norm()) last(i, i) = got(i, i);
+      PetscCall(CheckEqual("an operator", got, last, 1e-11));
+      if (!grids[k].P) break;
+      PetscCall(AinsworthTentativeInterpolate(h.below[k - 1], &tentative));
+      PetscCall(Gather(grids[k], tentative, dense));
+      PetscCall(Gather(grids[k], *grids[k].P, P));
+      const PetscReal omega = 4.0 / 3.0 / grids[k].largest;
+      Column          inverse = DiagonalOf(grids[k]).cwiseInverse();
+      for (Eigen::Index i = 0; i < dense.rows(); i++) /* nodes without an aggregate have no coarse functions */
+        if (dense.middleRows(i / grids[k].bs * grids[k].bs, grids[k].bs).norm() == 0.0) inverse[i] = 0.0;
+      PetscCall(CheckEqual("P = (1 - omega D^-1 A) T", P, dense - omega * (inverse.asDiagonal() * got * dense), 1e-11));
+      last = (P.adjoint() * last * P).eval();
+    }
   }
   PetscCall(MatDestroy(&T));
   PetscCall(MatDestroy(&A));
@@ -204,22 +210,25 @@ static PetscErrorCode Bounds(Lattice l, PetscReal scale)
 {
   Mat                A;
   AinsworthHierarchy h;
-  std::vector<Dense> op, P;
+  Dense              op, P;
   const PetscInt     n = l.nodes() * l.bs, m = 7;
   Dense              C = Dense::Zero(m, n);
 
   PetscFunctionBeginUser;
   Case("bounds, blocks of %d, contrast %g", (int)l.bs, (double)l.contrast);
-  PetscCall(LevelsCreate(l, &A, &h, &op, &P));
-  const Column D = DiagonalOf(h.grids[0]), W = D.cwiseInverse();
+  PetscCall(LatticeCreate(l, &A));
+  PetscCall(HierarchyCreate(l, A, UsualOptions(), &h));
+  PetscCall(Gather(h.finest, op));
+  PetscCall(Gather(h.finest, *h.finest.P, P));
+  const Column D = DiagonalOf(h.finest), W = D.cwiseInverse();
   for (PetscInt i = 0; i < m; i++)
     for (PetscInt k = 0; k < 5; k++) C(i, (PetscInt)(PetscAbsReal(Uniform(11, i, k)) * n)) += (1.0 + Uniform(12, i, k)) * PetscPowReal(scale, i);
   const DenseProjector projector(C, W);
   const Dense          Q = projector.Q, N = Eigen::FullPivLU<Dense>(C).kernel();
   const Dense          DW = D.asDiagonal();
-  const PetscReal      all = LargestQuotient(op[0], DW), inside = LargestQuotient(N.adjoint() * op[0] * N, N.adjoint() * DW * N);
+  const PetscReal      all = LargestQuotient(op, DW), inside = LargestQuotient(N.adjoint() * op * N, N.adjoint() * DW * N);
   PetscCall(CheckTrue("Q W A has no larger eigenvalue than W A", inside <= all * (1 + 1e-10)));
-  const PetscReal before = Approximation(op[0], P[0], Dense::Identity(n, n), D), after = Approximation(op[0], Q * P[0], N, D);
+  const PetscReal before = Approximation(op, P, Dense::Identity(n, n), D), after = Approximation(op, Q * P, N, D);
   PetscCall(CheckTrue("Q P approximates Ker C as well as P approximates everything", after <= before * (1 + 1e-8)));
   PetscCall(MatDestroy(&A));
   PetscFunctionReturn(PETSC_SUCCESS);
