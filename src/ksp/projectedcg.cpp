@@ -85,6 +85,10 @@ static PetscErrorCode SolveWithSprings(KSP ksp, Mat_Ainsworth *ctx, PetscErrorCo
   PetscErrorCode error;
 
   PetscFunctionBegin;
+  if (ctx->springs) {
+    PetscCall((*solve)(ksp));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   ctx->apply          = pc->ops->apply;
   ctx->applyTranspose = pc->ops->applytranspose;
   pc->ops->apply      = ApplyWithSprings<&Mat_Ainsworth::apply>;

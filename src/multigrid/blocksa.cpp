@@ -1,6 +1,7 @@
 #include "blocksa.h"
 #include "../guard.h"
 #include "../hermitian.h"
+#include "../objects.h"
 
 static const char *const precisions[] = {"double", "single", "Precision", "", NULL};
 static const char        untold[]     = "The caller is not known to tolerate single precision";
@@ -22,20 +23,27 @@ PetscErrorCode PCBlockSAGetProduct_Private(PC pc, Mat *product)
 
   PetscFunctionBegin;
   PetscCall(PCBlockSAGet_Private(pc, &sa));
-  if (sa && !sa->product && sa->levels.hierarchy && sa->levels.hierarchy->finest.upper && !sa->levels.hierarchy->sorted)
+  if (sa && !sa->product && sa->levels.hierarchy && sa->levels.hierarchy->finest.upper && !sa->levels.hierarchy->sorted &&
+      !(sa->subspace && sa->subspace->map))
     PetscCall(AinsworthGridCreateProduct(sa->levels.hierarchy->finest, &sa->product));
   *product = sa ? sa->product : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes the cycle of a PCBLOCKSA stay in a subspace from the next set-up on, or (NULL) no longer: the matrix added to A then acts on the coarser levels alone */
-PetscErrorCode PCBlockSASetSubspace_Private(PC pc, const std::shared_ptr<const AinsworthSubspace> &subspace)
+/*
+   Makes the cycle of a PCBLOCKSA stay in a subspace from the next set-up on, or (NULL) no longer: the matrix added to A then acts on the coarser levels alone
+
+   extended: AIJ, A for the unknowns of the levels, first those of A and then others on each rank, which A couples to nothing; NULL: A itself
+*/
+PetscErrorCode PCBlockSASetSubspace_Private(PC pc, const std::shared_ptr<const AinsworthSubspace> &subspace, Mat extended)
 {
   PC_BlockSA *sa = NULL;
 
   PetscFunctionBegin;
   PetscCall(PCBlockSAGet_Private(pc, &sa));
-  if (sa) sa->subspace = subspace;
+  if (!sa) PetscFunctionReturn(PETSC_SUCCESS);
+  sa->subspace = subspace;
+  PetscCall(AinsworthReplace(extended, &sa->extended));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -98,8 +106,8 @@ static PetscErrorCode PCPostSolve_BlockSA(PC pc, KSP, Vec, Vec)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Applies the cycle, with the unknowns sorted node by node if the matrix stores them in another order */
-static PetscErrorCode Cycle(PC pc, Vec b, Vec x)
+/* Applies the cycle to unknowns of the levels, sorted node by node if the matrix stores them in another order */
+static PetscErrorCode SortedCycle(PC pc, Vec b, Vec x)
 {
   PC_BlockSA                  *sa    = BlockSA(pc);
   const std::vector<PetscInt> &order = sa->levels.hierarchy->order;
@@ -124,6 +132,25 @@ static PetscErrorCode Cycle(PC pc, Vec b, Vec x)
   for (size_t l = 0; l < order.size(); l++) to[order[l]] = from[l];
   PetscCall(VecRestoreArrayWrite(x, &to));
   PetscCall(VecRestoreArrayRead(sa->sorted[1], &from));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Applies the cycle; with a map O it is O M^{-1} O' */
+static PetscErrorCode Cycle(PC pc, Vec b, Vec x)
+{
+  PC_BlockSA *sa  = BlockSA(pc);
+  Mat         map = sa->subspace ? sa->subspace->map : NULL;
+
+  PetscFunctionBegin;
+  if (!map) {
+    PetscCall(SortedCycle(pc, b, x));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  for (Vec &v : sa->mapped)
+    if (!v) PetscCall(MatCreateVecs(map, &v, NULL));
+  PetscCall(MatMultHermitianTranspose(map, b, sa->mapped[0]));
+  PetscCall(SortedCycle(pc, sa->mapped[0], sa->mapped[1]));
+  PetscCall(MatMult(map, sa->mapped[1], x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -245,7 +272,8 @@ static PetscErrorCode PCReset_BlockSA(PC pc)
   for (Mat &op : sa->op) PetscCall(MatDestroy(&op));
   sa->op.clear();
   PetscCall(MatDestroy(&sa->product));
-  for (Vec &v : sa->sorted) PetscCall(VecDestroy(&v));
+  for (Vec *v : {&sa->mapped[0], &sa->mapped[1], &sa->sorted[0], &sa->sorted[1]}) PetscCall(VecDestroy(v));
+  PetscCall(MatDestroy(&sa->extended));
   sa->levels = AinsworthLevels();
   sa->grids.reset();
   sa->subspace.reset();

@@ -25,6 +25,7 @@ struct PC_BlockSA {
   PetscBool                 tolerant; /* the current KSP tolerates single precision */
 
   std::shared_ptr<const AinsworthSubspace> subspace; /* that the cycle stays in; NULL: the whole space */
+  Mat                                      extended; /* AIJ, A for the unknowns of the levels, until these are set up; NULL: A itself */
 
   PetscBool keep; /* keep the coarser levels whatever the values of A */
 
@@ -35,7 +36,8 @@ struct PC_BlockSA {
   std::shared_ptr<const AinsworthFewRows> coarseRows; /* of the coarsest level; NULL: none */
   std::vector<Mat> op;        /* operators of the levels, finest first; the coarsest is AIJ */
   Mat              product;   /* A for products, from the current levels; NULL until requested */
-  Vec              sorted[2]; /* right-hand side and solution, node by node; NULL if not needed */
+  Vec              mapped[2]; /* right-hand side and solution for the unknowns of the levels; NULL if these are those of the PC */
+  Vec              sorted[2]; /* the same node by node; NULL if not needed */
   PetscBool        raised;    /* the bounds of the smoothers were raised since set-up */
   struct _PCOps    mg;        /* the operations of PCMG */
 };
@@ -51,7 +53,7 @@ PetscErrorCode              PCBlockSASetBounds_Private(PC, PetscReal);
 PetscErrorCode              PCBlockSAGet_Private(PC, PC_BlockSA **); /* NULL for a PC of another type */
 PetscErrorCode              PCBlockSAExpect_Private(PC, KSP, PetscBool, PetscBool *);
 PetscErrorCode              PCBlockSAGetProduct_Private(PC, Mat *);
-PetscErrorCode              PCBlockSASetSubspace_Private(PC, const std::shared_ptr<const AinsworthSubspace> &);
+PetscErrorCode              PCBlockSASetSubspace_Private(PC, const std::shared_ptr<const AinsworthSubspace> &, Mat);
 
 /* The package that factors a sparse matrix as a dense one, registered with the plugin */
 static const char AinsworthDense[] = "ainsworthdense";

@@ -77,14 +77,26 @@ static std::vector<char> Left(const PC_BlockSA *sa, PetscInt bs, const std::vect
   return left;
 }
 
+/* Gets A as AIJ, for the unknowns of the levels */
+static PetscErrorCode GetAIJ(const PC_BlockSA *sa, Mat A, Mat *aij)
+{
+  PetscFunctionBegin;
+  PetscCheck(sa->extended || !sa->subspace || !sa->subspace->map, PetscObjectComm((PetscObject)A), PETSC_ERR_PLIB, "The levels have other unknowns than A");
+  if (sa->extended) PetscCall(AinsworthShare(sa->extended, aij));
+  else PetscCall(AinsworthGetAIJ(A, aij));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Checks whether there are levels with the same block size whose coarse functions reach all that they have to; collective */
-static PetscErrorCode HasLevels(PC pc, const PC_BlockSA *sa, PetscInt bs, PetscBool *has)
+static PetscErrorCode HasLevels(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs, PetscBool *has)
 {
   const AinsworthHierarchy   *h     = sa->levels.hierarchy.get();
   const std::vector<PetscInt> carry = Carried(sa);
+  PetscInt                    n;
 
   PetscFunctionBegin;
-  *has = (PetscBool)(!sa->stale && h && (h->sorted ? bs == 1 : h->finest.bs == bs) &&
+  PetscCall(MatGetLocalSize(sa->extended ? sa->extended : A, &n, NULL));
+  *has = (PetscBool)(!sa->stale && h && (h->sorted ? bs == 1 : h->finest.bs == bs) && h->finest.nodes->n * h->finest.bs == n &&
                      std::includes(h->carried.begin(), h->carried.end(), carry.begin(), carry.end()));
   if (*has && !h->left.empty()) {
     const std::vector<char> left = Left(sa, h->finest.bs, h->order);
@@ -128,7 +140,7 @@ static PetscErrorCode KeepCoarse(PC pc, PC_BlockSA *sa, Mat A, MatNullSpace near
 
   PetscFunctionBegin;
   sa->levels.hierarchy.reset();
-  PetscCall(AinsworthGetAIJ(A, &aij));
+  PetscCall(GetAIJ(sa, A, &aij));
   PetscCall(hierarchy->replaceFinest(aij, sa->options));
   PetscCall(MatDestroy(&aij));
   *anew = (PetscBool)(hierarchy->single() != single);
@@ -151,7 +163,7 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
 {
   Mat                    aij;
   MatNullSpace           near;
-  PetscInt               bs;
+  PetscInt               bs, n, all;
   PetscBool              same = PETSC_FALSE, fits = PETSC_FALSE, has;
   AinsworthModes         modes;
   std::vector<PetscInt>  order;
@@ -162,7 +174,7 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   if (!near) PetscCall(MatGetNearNullSpace(A, &near));
   if (!near) PetscCall(MatGetNearNullSpace(pc->mat, &near));
   PetscCall(GetBlockSize(pc, A, &bs));
-  PetscCall(HasLevels(pc, sa, bs, &has));
+  PetscCall(HasLevels(pc, sa, A, bs, &has));
   if (has) PetscCall(sa->levels.source.holds(A, near, Unsorted(*sa->levels.hierarchy), &same, &fits));
   *anew = (PetscBool)(!fits || (!sa->keep && (!same || sa->old)));
   if (!*anew && same) {
@@ -180,6 +192,12 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   sa->levels = AinsworthLevels();
   PetscCall(MatDestroy(&sa->product));
   PetscCall(AinsworthModesCreate(A, bs, order, near, sa->dim, coordinates.data(), &modes));
+  PetscCall(MatDestroy(&aij));
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  PetscCall(GetAIJ(sa, A, &aij));
+  PetscCall(MatGetLocalSize(aij, &all, NULL));
+  for (PetscInt l = n; l < all && !order.empty(); l++) order.push_back(l);
+  modes.values.resize((size_t)all * modes.k, 0.0); /* no mode moves what is not in A */
   if (!modes.rotations)
     PetscCall(PetscInfo(pc, "Neither a near null space nor coordinates: with rigid-body modes (MatSetNearNullSpace(), PCSetCoordinates()) slender bodies "
                             "take 2 to 5 times less\n"));
@@ -289,7 +307,7 @@ static PetscErrorCode CorrectCoarse(Mat A, PC_BlockSA *sa, AinsworthBlockMat *ad
   for (PetscInt i = 0; i < T.rows.n; i++) marked.push_back(T.rows.i[i] < T.rows.i[i + 1]);
   auto Z = std::make_shared<AinsworthInterpolation>();
   PetscCall(AinsworthInterpolationMultiply(T, *h.finest.P, Z.get()));
-  PetscCall(AinsworthGetAIJ(A, &aij));
+  PetscCall(GetAIJ(sa, A, &aij));
   PetscCall(AinsworthBlockMatCreate(aij, h.finest.bs, h.order, &marked, &rows));
   PetscCall(MatDestroy(&aij));
   PetscCall(AinsworthGalerkinChange(rows, *h.finest.P, *Z, added));
@@ -533,7 +551,7 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   PetscCall(SetUpLevels(pc, sa, A, &anew));
   PetscCall(CreateGrids(sa, A, added, &D));
   if (anew || sa->op.empty()) PetscCall(ConfigureMG(pc, sa));
-  if (sa->levels.hierarchy->sorted) pc->ops->applyrichardson = NULL; /* PCMG's own ignores the order */
+  if (sa->levels.hierarchy->sorted || (sa->subspace && sa->subspace->map)) pc->ops->applyrichardson = NULL; /* PCMG's own ignores the order */
   PetscCall(MatGetNullSpace(pc->pmat, &null));
   if (!null) PetscCall(MatGetNullSpace(pc->mat, &null));
   PetscCall(LeaveSubspace(pc, sa));
@@ -548,6 +566,7 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   PetscCall((*sa->mg.setup)(pc));
   PetscCall(StayInSubspace(pc, sa));
   PetscCall(PCBlockSASetBounds_Private(pc, 1.0)); /* PCMG reads the options of the smoothers only now, and they may change their types */
+  PetscCall(MatDestroy(&sa->extended));
   PetscCall(PetscLogEventEnd(AINSWORTH_Levels, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

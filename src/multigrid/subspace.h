@@ -14,6 +14,7 @@
    The smoother of the finest level is Q W = W Q', where W is the inverse of the diagonal of the matrix, or zero for unknowns that Q and the smoother leave
 */
 struct AinsworthSubspace {
+  Mat                                             map = NULL; /* from the unknowns of the levels, which may be more, to those of the PC; NULL: they are the same; borrowed */
   std::vector<PetscInt>                           places;  /* the local unknowns that Q or Q' changes, ascending */
   std::vector<PetscInt>                           carried; /* unknowns without entries in A that coarser levels have to move, global numbers of all ranks */
   Mat                                             correction = NULL; /* T: coarse functions are (I - T) P; has entries in few rows; NULL for 0; borrowed */

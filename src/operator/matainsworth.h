@@ -28,6 +28,7 @@ struct Mat_Ainsworth {
   PetscInt               projections;    /* number of projections in this solve */
   PetscErrorCode (*apply)(PC, Vec, Vec); /* the original apply of its preconditioner, without the projection or the springs of D */
   PetscErrorCode (*applyTranspose)(PC, Vec, Vec);
+  PetscBool                springs; /* the preconditioner includes the springs of D: it is for the reduced operator itself */
   AinsworthProjector       proj;
   PetscInt                 longest = PETSC_MAX_INT; /* rows of C with more entries are left out of the preconditioning matrix (ksp/longrows.cpp) */
   std::vector<Vec>         lifted;                  /* M^{-1} C' of these rows */
@@ -54,7 +55,7 @@ PETSC_INTERN PetscErrorCode MatAinsworthSetUpProjector_Private(Mat, Mat_Ainswort
 PETSC_INTERN PetscErrorCode MatAinsworthReduce_Private(Mat, PetscBool, Vec, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthRecover_Private(Mat, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthSetOtherBlocks_Private(Mat, Mat, Mat, PetscBool);
-PETSC_INTERN PetscErrorCode MatAinsworthGetCompliance_Private(Mat, Vec *, Mat *);
+PETSC_INTERN PetscErrorCode MatAinsworthGetCompliance_Private(Mat, const AinsworthCompliance **);
 PETSC_INTERN PetscErrorCode MatAinsworthDiagnose_Private(Mat, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *, PetscBool *);
 PETSC_INTERN PetscErrorCode MatAinsworthFindNear_Private(Mat, PetscInt *, PetscInt **);
 PETSC_INTERN PetscErrorCode MatAinsworthIsDoubtful_Private(Mat, PetscBool *);

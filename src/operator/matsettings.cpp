@@ -256,14 +256,13 @@ PetscErrorCode MatAinsworthSetRowsPerRank_Private(Mat mat, PetscInt rows)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets the row sums of |D| with the sign of D_ii (m, laid out as the rows of C), and N, which D adds to C W C'; NULL without D. Borrowed */
-PetscErrorCode MatAinsworthGetCompliance_Private(Mat mat, Vec *sums, Mat *N)
+/* Gets what D adds to the projection; NULL without D. Borrowed */
+PetscErrorCode MatAinsworthGetCompliance_Private(Mat mat, const AinsworthCompliance **compliance)
 {
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
-  *sums = ctx->D ? ctx->proj.compliance.sums : NULL;
-  *N    = ctx->D ? ctx->proj.compliance.N : NULL;
+  *compliance = ctx->D ? &ctx->proj.compliance : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

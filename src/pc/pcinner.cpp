@@ -2,6 +2,7 @@
 #include "pcainsworth.h"
 #include "../ksp/projectedcg.h"
 #include "../multigrid/blocksa.h"
+#include "../objects.h"
 #include "../operator/matainsworth.h"
 #include "../projector/surface.h"
 #include <petsc/private/pcimpl.h>
@@ -48,6 +49,7 @@ namespace
 struct Surface {
   AinsworthSurface      surface;
   AinsworthPmatInKernel made = {};
+  AinsworthPmatSlack    slack;
 
   ~Surface()
   {
@@ -57,15 +59,33 @@ struct Surface {
 };
 } // namespace
 
-/* Lets multigrid stay in Ker C: it projects what it smooths, and what it interpolates to the finest level; `made` is taken over */
-static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, AinsworthPmatInKernel *made, PC inner)
+/* Sets up the projectors of the surface, with slack unknowns if there are any */
+static PetscErrorCode SetUpSurface(Mat_Ainsworth *ctx, Surface *used)
 {
-  auto used     = std::make_shared<Surface>();
+  AinsworthProjector *proj = &ctx->proj;
+  Mat                 C, CW;
+
+  PetscFunctionBegin;
+  if (!used->slack.C) {
+    PetscCall(AinsworthSurfaceSetUp(&used->surface, proj, proj->C, proj->CW, ctx->mobility));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(AinsworthShare(used->slack.C, &C));
+  PetscCall(AinsworthScaleColumns(C, used->slack.weight, &CW));
+  for (Mat *M : {&C, &CW}) PetscCall(AinsworthProjectorMoveRows(proj, M));
+  PetscCall(AinsworthSurfaceSetUp(&used->surface, proj, C, CW, used->slack.weight));
+  for (Mat *M : {&C, &CW}) PetscCall(MatDestroy(M));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lets multigrid stay in Ker C: it projects what it smooths, and what it interpolates to the finest level */
+static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, const std::shared_ptr<Surface> &used, PC inner)
+{
   auto subspace = std::make_shared<AinsworthSubspace>();
 
   PetscFunctionBegin;
-  std::swap(used->made, *made);
-  PetscCall(AinsworthSurfaceSetUp(&used->surface, &ctx->proj, ctx->mobility));
+  PetscCall(SetUpSurface(ctx, used.get()));
+  subspace->map = used->slack.map;
   subspace->places  = used->surface.places;
   subspace->carried    = used->made.carried;
   subspace->correction = used->made.correction;
@@ -74,7 +94,8 @@ static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, AinsworthPmatInKernel *mad
   subspace->weight  = used->surface.weight;
   subspace->values  = used->surface.values;
   subspace->project = [used](bool adjoint, Vec x) { return AinsworthSurfaceProject(&used->surface, adjoint, x); };
-  PetscCall(PCBlockSASetSubspace_Private(inner, subspace));
+  PetscCall(PCBlockSASetSubspace_Private(inner, subspace, used->slack.A));
+  for (Mat *M : {&used->slack.A, &used->slack.C}) PetscCall(MatDestroy(M));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -84,7 +105,7 @@ static const size_t mostShared = 16;
 /* Creates the preconditioning matrix, and sets its penalty in the operator; bad: a row with NaN or Inf, negative if there is none */
 static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner, PetscInt *bad)
 {
-  AinsworthPmatInputs   in;
+  AinsworthPmatInputs   in, extended;
   AinsworthPmatOptions  options = data->choices.pmat;
   const AinsworthGram  *gram;
   Vec                   penalty;
@@ -92,14 +113,17 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner
   PetscBool             inKernel, shares;
   PC_BlockSA           *sa = NULL;
   PetscInt              n;
-  AinsworthPmatInKernel made = {};
+  auto                  used = std::make_shared<Surface>();
+  const AinsworthCompliance *compliance;
 
   PetscFunctionBegin;
   in.A  = data->saddle.P;
   in.bs = data->saddle.bs;
   in.C  = data->saddle.C;
   PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
-  PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &in.compliance, &in.N));
+  PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &compliance));
+  in.compliance = compliance ? compliance->sums : NULL;
+  in.N          = compliance ? compliance->N : NULL;
   in.S               = gram->S;
   in.weight          = ctx->mobility;
   in.inverseDiagonal = data->inverseDiagonal;
@@ -111,7 +135,20 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner
   PetscCall(PCAinsworthIteratesInKernel_Private(data, &inKernel));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   PetscCall(MatGetSize(in.A, &n, NULL));
-  in.inKernel = inKernel && sa && n > sa->options.coarseSize && ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL ? &made : NULL;
+  if (compliance && data->symmetric && data->adjoint) PetscCall(AinsworthPmatHasSlack(&in, compliance, &inKernel));
+  in.inKernel = inKernel && sa && n > sa->options.coarseSize && ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL ? &used->made : NULL;
+  in.slack    = NULL;
+  in.springs  = NULL;
+  if (in.inKernel && compliance) {
+    PetscCall(AinsworthPmatCreateSlack(&in, compliance, PetscMax(data->saddle.bs, data->saddle.scattered), &used->slack));
+    extended        = in;
+    extended.A      = extended.aij = used->slack.A;
+    extended.C      = used->slack.C;
+    extended.weight = used->slack.weight;
+    extended.springs = used->slack.numbers.data();
+    in.slack        = &extended;
+  }
+  ctx->springs = (PetscBool)(in.slack != NULL);
   PetscCall(PCBlockSAExpect_Private(inner, data->ksp, (PetscBool)(data->longRows > 0 && !in.inKernel), &in.single));
   PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, data->longRows && !in.inKernel ? in.fill.most : PETSC_MAX_INT));
   if (!in.inKernel && inKernel && in.format != AINSWORTH_PMAT_FACTOR && alone.size() <= mostShared) in.shared.swap(alone);
@@ -121,8 +158,8 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner
   options.symmetric = data->symmetric;
   options.factor    = PCAinsworthPenaltyFactor_Private(data);
   PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M, bad));
-  if (in.inKernel) PetscCall(SetSubspace(ctx, in.inKernel, inner));
-  else PetscCall(PCBlockSASetSubspace_Private(inner, NULL));
+  if (in.inKernel) PetscCall(SetSubspace(ctx, used, inner));
+  else PetscCall(PCBlockSASetSubspace_Private(inner, NULL, NULL));
   if (*bad < 0 && !data->symmetric && data->format == AINSWORTH_PMAT_AIJ)
     PetscCall(AinsworthMakePatternSymmetric(&data->M)); /* PETSc's orderings do not terminate otherwise */
   PetscCall(MatDestroy(&in.aij));

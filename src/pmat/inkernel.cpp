@@ -22,6 +22,7 @@ static const PetscReal weightless = 1e-10;
    stiff as 1, 10, 30, 100, 1000 times these it takes 10, 10, 13, 19, 47 iterations, and 10 with Inv(S); in unstructured meshes less stiff ones need it
 */
 static const PetscReal soft = 0.05;
+static const PetscReal softSpring = 0.5;
 /* The same where loose unknowns do all that a row asks for */
 static const PetscReal nothing = 1e-16;
 /* At most so many rows are kept as constraints of coarser levels; the projector alone knows of others */
@@ -29,6 +30,24 @@ static const size_t mostKept = 64;
 
 namespace
 {
+/* Tells slack unknowns, which come last on each rank, from others */
+struct SlackColumns {
+  const PetscInt *springs, *ranges;
+  PetscMPIInt     size;
+
+  SlackColumns(const AinsworthPmatInputs *in, Mat C) : springs(in->springs)
+  {
+    (void)MPI_Comm_size(PetscObjectComm((PetscObject)C), &size);
+    (void)MatGetOwnershipRangesColumn(C, &ranges);
+  }
+  bool operator()(PetscInt j) const
+  {
+    if (!springs) return false;
+    const size_t r = std::upper_bound(ranges, ranges + size + 1, j) - ranges - 1;
+    return j >= ranges[r + 1] - springs[r];
+  }
+};
+
 /* What becomes of the rows and unknowns of C */
 struct Roles {
   std::vector<char>     shortRows; /* local rows: in Q_* */
@@ -100,7 +119,11 @@ static PetscErrorCode ChooseRows(const AinsworthPmatInputs *in, Mat C, Roles *ro
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets the column of each local row that no other row has and that is soft enough: the one with the largest entry, or -1 */
+/*
+   Gets the column of each local row that no other row has and that is soft enough, or -1: that of a slack unknown, or the one with the largest entry
+
+   A spring that gives at least half of the flexibility of its row is stretched by coarse functions, which then have at most twice the energy that they need
+*/
 static PetscErrorCode FindSlaves(const AinsworthPmatInputs *in, Mat C, const Roles &roles, std::vector<PetscInt> *slaves, std::vector<PetscScalar> *entries)
 {
   Vec                    counts, squares, here[2];
@@ -109,6 +132,7 @@ static PetscErrorCode FindSlaves(const AinsworthPmatInputs *in, Mat C, const Rol
   PetscInt               at = 0;
 
   PetscFunctionBegin;
+  const SlackColumns isSlack(in, C);
   PetscCall(AinsworthCountRows(C, 0, &counts));
   PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) { columns.insert(columns.end(), row.j, row.j + row.n); }));
   PetscCall(AinsworthVecGather(counts, (PetscInt)columns.size(), columns.data(), &here[0]));
@@ -119,14 +143,20 @@ static PetscErrorCode FindSlaves(const AinsworthPmatInputs *in, Mat C, const Rol
   PetscCall(AinsworthForEntries({squares}, [&](PetscInt, PetscScalar s) { whole.push_back(PetscRealPart(s)); }));
   for (Vec *v : {&counts, &squares, &here[0], &here[1]}) PetscCall(VecDestroy(v));
   PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
+    bool spring = false;
+
     slaves->push_back(-1);
     entries->push_back(0.0);
-    for (PetscInt k = 0; k < row.n; k++, at++)
-      if (roles.shortRows[row.local] && PetscSqr(PetscAbsScalar(row.a[k])) * alone[at] >= soft * whole[row.local] && alone[at] > 0.0 &&
-          PetscAbsScalar(row.a[k]) > PetscAbsScalar(entries->back())) {
-        slaves->back()  = row.j[k];
-        entries->back() = row.a[k];
-      }
+    for (PetscInt k = 0; k < row.n; k++, at++) {
+      const PetscReal share = PetscSqr(PetscAbsScalar(row.a[k])) * alone[at] / whole[row.local];
+      const bool      slack = isSlack(row.j[k]);
+
+      if (!roles.shortRows[row.local] || alone[at] == 0.0 || share < (slack ? softSpring : soft) || spring) continue;
+      if (!slack && PetscAbsScalar(row.a[k]) <= PetscAbsScalar(entries->back())) continue;
+      slaves->back()  = row.j[k];
+      entries->back() = row.a[k];
+      spring          = slack;
+    }
   }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -260,6 +290,25 @@ static PetscErrorCode CreateSpread(const AinsworthPmatInputs *in, Mat all, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Carries the slack unknowns of kept rows, which would be rigid without them. Collective */
+static PetscErrorCode CarrySprings(const AinsworthPmatInputs *in, Mat C, Roles *roles)
+{
+  std::vector<PetscInt> mine, all;
+
+  PetscFunctionBegin;
+  if (!in->springs || roles->kept.empty()) PetscFunctionReturn(PETSC_SUCCESS);
+  const SlackColumns slack(in, C);
+  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
+    if (!std::binary_search(roles->kept.begin(), roles->kept.end(), row.number)) return;
+    for (PetscInt k = 0; k < row.n; k++)
+      if (slack(row.j[k])) mine.push_back(row.j[k]);
+  }));
+  PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)C), mine, &all));
+  roles->carried.insert(roles->carried.end(), all.begin(), all.end());
+  AinsworthSortUnique(&roles->carried);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthPmatCreateInKernel - creates I - Q_* for the coarser levels, and what these keep. Collective
 
@@ -278,6 +327,7 @@ PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *in, const 
   PetscCall(FindCarried(in, counts, zeros, &roles));
   PetscCall(AinsworthPmatReleaseLoose(in, roles.weight, in->C, &all));
   PetscCall(ChooseRows(in, all, &roles));
+  PetscCall(CarrySprings(in, all, &roles));
   PetscCall(CreateEmbedding(in, all, zeros, &roles, &made->left, &embedding));
   PetscCall(CreateSpread(in, all, opt, roles, &spread));
   made->correction = spread ? spread : embedding;

@@ -264,7 +264,7 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscCall(PetscLogEventBegin(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   if (in->inKernel) {
     PetscCall(AinsworthRowPenaltyCreate(in->C, in->inverseDiagonal, opt->factor, penalty));
-    PetscCall(AinsworthPmatCreateInKernel(in, opt, in->inKernel));
+    PetscCall(AinsworthPmatCreateInKernel(in->slack ? in->slack : in, opt, in->inKernel));
     *pmat = NULL;
     if (in->inKernel->correction) PetscCall(AinsworthMatFindNotFinite(in->inKernel->correction, bad, &column));
     PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));

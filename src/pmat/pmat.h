@@ -3,6 +3,7 @@
 #define AINSWORTH_PMAT_H
 
 #include <petscainsworth.h>
+#include "../projector/compliance.h"
 #include "../csr.h"
 #include <vector>
 
@@ -61,6 +62,16 @@ struct AinsworthPmatInKernel {
   std::vector<PetscInt> carried; /* unknowns without entries in A that all levels carry, global numbers of all ranks, ascending */
 };
 
+/* A, C and W with unknowns for the springs of D (slack.cpp) */
+struct AinsworthPmatSlack {
+  Mat A = NULL, C = NULL;
+  Mat map = NULL; /* to vectors of the reduced system */
+  Vec weight = NULL;
+  std::vector<PetscInt> numbers; /* of slack unknowns on each rank */
+
+  ~AinsworthPmatSlack();
+};
+
 struct AinsworthPmatInputs {
   Mat                   A, C, S;         /* A: any type; C: AIJ without zero rows; S = C W C' + N: AIJ, may be NULL */
   Mat                   N;               /* what D adds to C W C'; NULL if D = 0 */
@@ -71,12 +82,17 @@ struct AinsworthPmatInputs {
   AinsworthPmatFormat   format;
   PetscBool             single; /* the inner preconditioner works in single precision */
   AinsworthPmatInKernel *inKernel; /* multigrid stays in Ker C and knows C on its coarser levels alone: M_* is Q_*' A Q_*, without a penalty; NULL: it does not */
+  const PetscInt       *springs; /* number of slack unknowns of each rank, which come last; NULL: there are none */
+  const AinsworthPmatInputs *slack; /* what multigrid in Ker C works with instead: the same with unknowns for springs; NULL without D */
   PetscInt              bs;     /* block size of M_*, which A may not have */
   AinsworthPmatFill     fill;   /* for A and C */
   std::vector<PetscInt> shared; /* unknowns held in M_* instead of coupled by rows of C; conjugate gradients move them (ksp/shared.cpp) */
 };
 
 PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *, const AinsworthPmatOptions *, AinsworthPmatInKernel *);
+
+PetscErrorCode AinsworthPmatHasSlack(const AinsworthPmatInputs *, const AinsworthCompliance *, PetscBool *);
+PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *, const AinsworthCompliance *, PetscInt, AinsworthPmatSlack *);
 
 /* fill.cpp */
 PetscErrorCode AinsworthPmatGetFill(Mat, Mat, AinsworthPmatFill *);

@@ -3,8 +3,8 @@
 #include "../events.h"
 #include "../objects.h"
 
-/* Moves rows to the ranks that solve for them, so that a projection needs one exchange to get the constrained entries of x and one to update them */
-static PetscErrorCode MoveRows(const AinsworthProjector *proj, Mat *C)
+/* AinsworthProjectorMoveRows - moves rows to the ranks that solve for them: a projection then gets the constrained entries of x, and updates them, in one exchange each. Collective */
+PetscErrorCode AinsworthProjectorMoveRows(const AinsworthProjector *proj, Mat *C)
 {
   Mat moved;
 
@@ -149,10 +149,10 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const Ainsworth
   PetscCall(AinsworthComplianceSetUp(&proj->compliance, C, blocks->B, blocks->D, weight, inverseDiagonal));
   PetscCall(SetUpGrams(proj, blocks, same, &now, parent));
   for (Mat *M : {&proj->B, &proj->BW})
-    if (*M) PetscCall(MoveRows(proj, M));
-  if (weight) PetscCall(MoveRows(proj, &proj->CW));
+    if (*M) PetscCall(AinsworthProjectorMoveRows(proj, M));
+  if (weight) PetscCall(AinsworthProjectorMoveRows(proj, &proj->CW));
   else PetscCall(MatDestroy(&proj->CW));
-  PetscCall(MoveRows(proj, &proj->C));
+  PetscCall(AinsworthProjectorMoveRows(proj, &proj->C));
   for (Mat *M : {&proj->CW, &proj->B, &proj->BW})
     if (!*M) PetscCall(AinsworthShare(M == &proj->BW ? proj->CW : proj->C, M));
   if (!same) PetscCall(CreateVectors(proj, C));

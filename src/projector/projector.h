@@ -49,6 +49,7 @@ inline AinsworthGram *AinsworthProjectorOtherGram(AinsworthProjector *proj)
 
 PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, const AinsworthProjectorBlocks *, Vec, Vec, PetscInt, PetscObject);
 PetscErrorCode AinsworthProjectorReset(AinsworthProjector *);
+PetscErrorCode AinsworthProjectorMoveRows(const AinsworthProjector *, Mat *);
 PetscErrorCode AinsworthProjectorPlaceMat(const AinsworthProjector *, Mat, Mat *);
 PetscErrorCode AinsworthProjectorPlace(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorReturn(AinsworthProjector *, Vec, Vec);

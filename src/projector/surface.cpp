@@ -11,8 +11,12 @@ AinsworthSurface::~AinsworthSurface()
   (void)VecDestroy(&values);
 }
 
-/* AinsworthSurfaceSetUp - sets up the projectors of an empty surface for B = C and D = 0; weight: diagonal of W, length n. Collective */
-PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *surface, AinsworthProjector *projector, Vec weight)
+/*
+   AinsworthSurfaceSetUp - sets up the projectors of an empty surface for B = C. Collective
+
+   C, CW: placed C and C W with S = C W C' of the projector, which has them if D = 0; weight: diagonal of W
+*/
+PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *surface, AinsworthProjector *projector, Mat C, Mat CW, Vec weight)
 {
   IS       rows, columns;
   Vec      counts;
@@ -20,7 +24,7 @@ PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *surface, AinsworthProject
 
   PetscFunctionBegin;
   surface->projector = projector;
-  PetscCall(AinsworthCountRows(projector->C, 0, &counts));
+  PetscCall(AinsworthCountRows(C, 0, &counts));
   PetscCall(VecGetOwnershipRange(counts, &rstart, NULL));
   PetscCall(AinsworthForEntries({counts, weight}, [&](PetscInt i, PetscScalar count, PetscScalar w) {
     if (count == 0.0) return;
@@ -30,12 +34,12 @@ PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *surface, AinsworthProject
   PetscCall(VecDestroy(&counts));
   std::vector<PetscInt> global(surface->places);
   for (PetscInt &i : global) i += rstart;
-  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)projector->C), (PetscInt)global.size(), global.data(), PETSC_COPY_VALUES, &columns));
-  PetscCall(MatGetOwnershipRange(projector->C, &first, &last));
-  PetscCall(ISCreateStride(PetscObjectComm((PetscObject)projector->C), last - first, first, 1, &rows));
-  PetscCall(MatCreateSubMatrix(projector->C, rows, columns, MAT_INITIAL_MATRIX, &surface->C));
-  if (projector->CW == projector->C) PetscCall(AinsworthShare(surface->C, &surface->CW));
-  else PetscCall(MatCreateSubMatrix(projector->CW, rows, columns, MAT_INITIAL_MATRIX, &surface->CW));
+  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)C), (PetscInt)global.size(), global.data(), PETSC_COPY_VALUES, &columns));
+  PetscCall(MatGetOwnershipRange(C, &first, &last));
+  PetscCall(ISCreateStride(PetscObjectComm((PetscObject)C), last - first, first, 1, &rows));
+  PetscCall(MatCreateSubMatrix(C, rows, columns, MAT_INITIAL_MATRIX, &surface->C));
+  if (CW == C) PetscCall(AinsworthShare(surface->C, &surface->CW));
+  else PetscCall(MatCreateSubMatrix(CW, rows, columns, MAT_INITIAL_MATRIX, &surface->CW));
   PetscCall(ISDestroy(&rows));
   PetscCall(ISDestroy(&columns));
   PetscCall(MatCreateVecs(surface->C, &surface->values, NULL));

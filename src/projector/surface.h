@@ -17,7 +17,7 @@ struct AinsworthSurface {
   ~AinsworthSurface();
 };
 
-PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *, AinsworthProjector *, Vec);
+PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *, AinsworthProjector *, Mat, Mat, Vec);
 PetscErrorCode AinsworthSurfaceProject(const AinsworthSurface *, bool, Vec);
 
 #endif

@@ -1,0 +1,232 @@
+/*
+   Springs as unknowns, for multigrid that stays in Ker C (docs/method.md, compliance)
+
+   The multiplier of a row with D is an unknown t of its own in the levels: A becomes [A 0; 0 d], C x - N mu = 0 becomes [C -(N d)^{1/2}] (x, t) = 0 with
+   mu = (d / N)^{1/2} t, and W has 1/d for t, so that S is that of the projector. d is the mean of diag(A): the levels of A depend on D by the number of rows
+   alone. A vector of the reduced system is y = x + W C' mu. Where D is zero, or so small that its energy was scaled up, t has that energy and no row.
+*/
+#include "pmat.h"
+#include "../loops.h"
+#include "../objects.h"
+#include "../projector/projector.h"
+#include "../saddle/saddle.h"
+#include <algorithm>
+
+AinsworthPmatSlack::~AinsworthPmatSlack()
+{
+  for (Mat *M : {&A, &C, &map}) (void)MatDestroy(M);
+  (void)VecDestroy(&weight);
+}
+
+/*
+   Springs that all give at least this part of the flexibility of their rows are no constraints: their stiffness is added to A, which costs no projections. On
+   plates that glue holds (41 000 rows with .18 to .94) that takes .56 s for .91 s, and half of the set-up; with less it takes more and more iterations
+*/
+static const PetscReal flexible = 0.1;
+
+/*
+   AinsworthPmatHasSlack - checks whether springs become unknowns of multigrid in Ker C. Collective
+
+   D has to be diagonal and not negative, so that each row has a spring of its own, and has to hold something: a row is stiff, or unknowns without stiffness are
+   in rows
+*/
+PetscErrorCode AinsworthPmatHasSlack(const AinsworthPmatInputs *in, const AinsworthCompliance *c, PetscBool *has)
+{
+  PetscBool own[2] = {PETSC_TRUE, PETSC_TRUE}; /* springs of their own, all of them soft */
+  Vec       N, squares, counts, d;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthForRows(c->N, [&](const AinsworthMatRow &row) {
+    for (PetscInt k = 0; k < row.n; k++)
+      if (row.a[k] != 0.0 && (row.j[k] != row.number || PetscRealPart(row.a[k]) < 0.0)) own[0] = PETSC_FALSE;
+  }));
+  PetscCall(VecDuplicate(c->rest, &N));
+  PetscCall(VecDuplicate(c->rest, &squares));
+  PetscCall(MatGetDiagonal(c->N, N));
+  PetscCall(AinsworthRowSquares(in->C, in->weight, squares));
+  PetscCall(AinsworthForEntries({N, squares}, [&](PetscInt, PetscScalar n, PetscScalar s) {
+    if (PetscRealPart(n) < flexible * PetscRealPart(n + s)) own[1] = PETSC_FALSE;
+  }));
+  PetscCall(AinsworthCountRows(in->C, 0, &counts));
+  PetscCall(VecDuplicate(counts, &d));
+  PetscCall(AinsworthGetDiagonal(in->aij, d));
+  PetscCall(AinsworthForEntries({counts, d}, [&](PetscInt, PetscScalar count, PetscScalar a) {
+    if (count != 0.0 && a == 0.0) own[1] = PETSC_FALSE;
+  }));
+  for (Vec *v : {&N, &squares, &counts, &d}) PetscCall(VecDestroy(v));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, own, 2, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)c->N)));
+  *has = (PetscBool)(own[0] && !own[1]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+namespace
+{
+/* Global numbers of n unknowns and of `more` after them on each rank */
+struct Numbers {
+  std::vector<PetscInt> first, shift; /* of each rank: its first unknown before, then their number; and by how much the number of an unknown grows */
+  PetscMPIInt           rank;
+
+  PetscErrorCode create(Mat A, PetscInt more)
+  {
+    const PetscInt *ranges;
+    PetscMPIInt     size;
+
+    PetscFunctionBegin;
+    PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)A), &size));
+    PetscCall(MatGetOwnershipRangesColumn(A, &ranges));
+    PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)A), &rank));
+    first.assign(ranges, ranges + size + 1);
+    shift.assign(size + 1, 0);
+    PetscCallMPI(MPI_Allgather(&more, 1, MPIU_INT, shift.data() + 1, 1, MPIU_INT, PetscObjectComm((PetscObject)A)));
+    for (PetscMPIInt r = 0; r < size; r++) shift[r + 1] += shift[r];
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  size_t   owner(PetscInt i) const { return std::upper_bound(first.begin(), first.end(), i) - first.begin() - 1; }
+  PetscInt operator()(PetscInt i) const { return i + shift[owner(i)]; }
+};
+} // namespace
+
+/* Returns the mean of the nonzero entries of diag(A), or 1. Collective */
+static PetscErrorCode MeanDiagonal(Mat A, PetscReal *mean)
+{
+  Vec       d;
+  PetscReal sums[2] = {0.0, 0.0};
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(A, &d, NULL));
+  PetscCall(AinsworthGetDiagonal(A, d));
+  PetscCall(AinsworthForEntries({d}, [&](PetscInt, PetscScalar v) {
+    sums[0] += PetscAbsScalar(v);
+    sums[1] += v != 0.0;
+  }));
+  PetscCall(VecDestroy(&d));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sums, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)A)));
+  *mean = sums[0] > 0.0 ? sums[0] / sums[1] : 1.0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Copies the rows of A, and after them `more` rows with the diagonal d; columns are renumbered. Collective */
+static PetscErrorCode ExtendA(Mat A, const Numbers &to, PetscInt more, PetscReal d, Mat *extended)
+{
+  AinsworthEntries rows;
+  PetscInt         n, rstart;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  PetscCall(MatGetOwnershipRange(A, &rstart, NULL));
+  PetscCall(AinsworthForRows(A, [&](const AinsworthMatRow &row) {
+    for (PetscInt k = 0; k < row.n; k++) rows.add(to(row.j[k]), row.a[k]);
+    rows.endRow();
+  }));
+  for (PetscInt k = 0; k < more; k++, rows.endRow()) rows.add(rstart + to.shift[to.rank] + n + k, d);
+  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)A), n + more, rows, extended));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Finds the global number of the slack unknown of each row, laid out as the rows: rows that begin in the same node are next to each other. Collective */
+static PetscErrorCode NumberSlack(Mat C, PetscInt bs, const Numbers &to, Vec *numbers)
+{
+  std::vector<std::pair<PetscInt, PetscInt>> rows; /* node, local row */
+  PetscInt                                   first = to.first[to.rank + 1] + to.shift[to.rank];
+  PetscScalar                               *number;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(C, NULL, numbers));
+  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) { rows.push_back({row.n ? row.j[0] / bs : 0, row.local}); }));
+  std::sort(rows.begin(), rows.end());
+  PetscCall(VecGetArrayWrite(*numbers, &number));
+  for (const auto &row : rows) number[row.second] = (PetscReal)first++;
+  PetscCall(VecRestoreArrayWrite(*numbers, &number));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Creates [1, W C' v] with the columns of slack unknowns after those of each rank's x. Collective */
+static PetscErrorCode CreateMap(Mat C, Vec weight, Vec v, const Numbers &to, Vec numbers, PetscInt more, Mat *map)
+{
+  AinsworthEntries      rows;
+  PetscInt              n, at = 0;
+  Mat                   CW, spread;
+  std::vector<PetscInt> asked;
+  Vec                   found;
+  const PetscScalar    *number;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthScaleColumns(C, weight, &CW));
+  PetscCall(MatDiagonalScale(CW, v, NULL));
+  PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &spread));
+  PetscCall(MatDestroy(&CW));
+  PetscCall(MatGetLocalSize(C, NULL, &n));
+  PetscCall(AinsworthForRows(spread, [&](const AinsworthMatRow &row) { asked.insert(asked.end(), row.j, row.j + row.n); }));
+  PetscCall(AinsworthVecGather(numbers, (PetscInt)asked.size(), asked.data(), &found));
+  PetscCall(VecGetArrayRead(found, &number));
+  PetscCall(AinsworthForRows(spread, [&](const AinsworthMatRow &row) {
+    rows.add(to(row.number), 1.0);
+    for (PetscInt k = 0; k < row.n; k++) rows.add((PetscInt)PetscRealPart(number[at++]), row.a[k]);
+    rows.endRow();
+  }));
+  PetscCall(VecRestoreArrayRead(found, &number));
+  PetscCall(VecDestroy(&found));
+  PetscCall(MatDestroy(&spread));
+  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)C), n + more, rows, map));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthPmatCreateSlack - creates A, C and W with slack unknowns after those of x on each rank, and the map to vectors of the reduced system. Collective
+
+   bs: unknowns per node, of which those of the slack unknowns are a multiple on each rank; those too many are alone
+*/
+PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *in, const AinsworthCompliance *c, PetscInt bs, AinsworthPmatSlack *made)
+{
+  PetscInt         m, n, more;
+  PetscReal        d = 1.0;
+  Vec              N, E, spring, scale, numbers;
+  Numbers          to;
+  AinsworthEntries rows;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLocalSize(in->C, &m, &n));
+  more = (m + bs - 1) / bs * bs;
+  PetscCall(to.create(in->C, more));
+  for (size_t r = 0; r + 1 < to.shift.size(); r++) made->numbers.push_back(to.shift[r + 1] - to.shift[r]);
+  PetscCall(MeanDiagonal(in->aij, &d));
+  PetscCall(ExtendA(in->aij, to, more, d, &made->A));
+
+  for (Vec *v : {&N, &E, &scale}) PetscCall(VecDuplicate(c->rest, v));
+  PetscCall(MatGetDiagonal(c->N, N));
+  PetscCall(MatGetDiagonal(c->E, E));
+  PetscCall(VecAXPY(E, 1.0, c->rest));
+  PetscCall(AinsworthUpdate(scale, {N, E, c->inverse}, [=](PetscInt, PetscScalar &v, PetscScalar a, PetscScalar e, PetscScalar inverse) {
+    const PetscReal energy = a != 0.0 && inverse == 1.0 ? PetscRealPart(a) : PetscRealPart(e);
+
+    v = energy > 0.0 ? PetscSqrtReal(d / energy) : 0.0;
+  }));
+  PetscCall(AinsworthVecClone(N, &spring));
+  PetscCall(AinsworthUpdate(spring, {c->inverse}, [=](PetscInt, PetscScalar &s, PetscScalar inverse) { s = inverse == 1.0 ? -PetscSqrtReal(PetscRealPart(s)) * PetscSqrtReal(d) : 0.0; }));
+  PetscCall(NumberSlack(in->C, bs, to, &numbers));
+  PetscCall(CreateMap(in->C, in->weight, scale, to, numbers, more, &made->map));
+
+  const PetscScalar *s, *number;
+  PetscCall(VecGetArrayRead(numbers, &number));
+  PetscCall(VecGetArrayRead(spring, &s));
+  PetscCall(AinsworthForRows(in->C, [&](const AinsworthMatRow &row) {
+    for (PetscInt k = 0; k < row.n; k++) rows.add(to(row.j[k]), row.a[k]);
+    if (s[row.local] != 0.0) rows.add((PetscInt)PetscRealPart(number[row.local]), s[row.local]);
+    rows.endRow();
+  }));
+  PetscCall(VecRestoreArrayRead(spring, &s));
+  PetscCall(VecRestoreArrayRead(numbers, &number));
+  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)in->C), n + more, rows, &made->C));
+
+  PetscCall(MatCreateVecs(made->A, &made->weight, NULL));
+  const PetscScalar *w;
+  PetscScalar       *all;
+  PetscCall(VecGetArrayRead(in->weight, &w));
+  PetscCall(VecGetArrayWrite(made->weight, &all));
+  std::copy(w, w + n, all);
+  std::fill(all + n, all + n + more, 1.0 / d);
+  PetscCall(VecRestoreArrayWrite(made->weight, &all));
+  PetscCall(VecRestoreArrayRead(in->weight, &w));
+  for (Vec *v : {&N, &E, &spring, &scale, &numbers}) PetscCall(VecDestroy(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
