@@ -64,19 +64,16 @@ PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Replaces (C W C')_ii by the stiffness of row i of C, 1 / (C W C')_ii; zero if that is undefined, or if D makes the row compliant */
+/* Replaces (C W C')_ii by the stiffness of row i of C, that of its unknowns and of its spring in series; zero if no unknown has a weight */
 static PetscErrorCode StiffnessOfRows(Mat D, Vec row)
 {
-  static const PetscReal rigid = 1e-3;
-  Vec                    sums;
+  Vec sums;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(row, &sums));
   if (D) PetscCall(AinsworthRowSums(D, 1, sums));
   PetscCall(AinsworthUpdate(row, {sums}, [](PetscInt, PetscScalar &r, PetscScalar d) {
-    const PetscReal flexible = PetscRealPart(r);
-
-    r = flexible > tiny && PetscRealPart(d) <= rigid * flexible ? 1.0 / flexible : 0.0;
+    r = PetscRealPart(r) > tiny ? 1.0 / PetscRealPart(r + d) : 0.0;
   }));
   PetscCall(VecDestroy(&sums));
   PetscFunctionReturn(PETSC_SUCCESS);
