@@ -76,6 +76,27 @@ static PetscErrorCode Gather(Mat M, PetscInt n, PetscScalar values[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Removes the entries that belong to unknowns which only the levels have: they come last on each rank. Collective */
+static PetscErrorCode OwnUnknowns(const PC_Ainsworth *data, Vec *y)
+{
+  Vec                own;
+  PetscInt           n;
+  const PetscScalar *from;
+  PetscScalar       *to;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(data->inverseDiagonal, &own));
+  PetscCall(VecGetLocalSize(own, &n));
+  PetscCall(VecGetArrayRead(*y, &from));
+  PetscCall(VecGetArrayWrite(own, &to));
+  std::copy(from, from + n, to);
+  PetscCall(VecRestoreArrayWrite(own, &to));
+  PetscCall(VecRestoreArrayRead(*y, &from));
+  PetscCall(VecDestroy(y));
+  *y = own;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    Gets the softest motion on the coarsest level of multigrid, interpolated to the finest: if a body floats, it is one of its rigid motions
 
@@ -129,6 +150,7 @@ static PetscErrorCode SoftestCoarseMotion(PC_Ainsworth *data, PC inner, PetscBoo
       PetscCall(VecDestroy(&coarse));
       coarse = fine;
     }
+    PetscCall(OwnUnknowns(data, &coarse));
     *y = coarse;
   }
   for (PetscInt l = 0; l < levels; l++) {
