@@ -135,8 +135,11 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner
   PetscCall(PCAinsworthIteratesInKernel_Private(data, &inKernel));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   PetscCall(MatGetSize(in.A, &n, NULL));
-  if (compliance && data->symmetric && data->adjoint) PetscCall(AinsworthPmatHasSlack(&in, compliance, &inKernel));
-  in.inKernel = inKernel && sa && n > sa->options.coarseSize && ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL ? &used->made : NULL;
+  in.inKernel = NULL;
+  if (sa && n > sa->options.coarseSize && ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL && data->symmetric && data->adjoint) {
+    if (compliance) PetscCall(AinsworthPmatHasSlack(&in, compliance, &inKernel));
+    if (inKernel) in.inKernel = &used->made;
+  }
   in.slack    = NULL;
   in.springs  = NULL;
   if (in.inKernel && compliance) {

@@ -4,9 +4,8 @@
 #include "../saddle/saddle.h"
 
 /*
-   Computes the flexibility of A under the force C_i': sums_i = sum_j |C_ij|^2 / d_j with d = diag(A), or |C_ij|^2 d_j if W = 1 (weight is NULL)
+   Computes sums_i = sum_j |C_ij|^2 w_j^2 d_j with w the weight (NULL: 1) and d = diag(A): the flexibility of A under the force C_i'
 
-   A weight below 1 / d_j takes its place: unknowns that many rows share have none. A larger one is that of an unknown without stiffness, and says nothing of A.
    If row i has unknowns that are in no other row, only these are summed, down to `least` times the full sum: unknowns that rows share may be soft without
    telling the rows apart. The smaller the sum, the smaller N is, and the closer to singular S may be where rows depend on each other.
 */
@@ -17,8 +16,10 @@ static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec
 
   PetscFunctionBegin;
   PetscCall(AinsworthVecClone(inverseDiagonal, &d));
-  if (weight) PetscCall(VecPointwiseMin(d, d, weight));
-  else PetscCall(VecReciprocal(d));
+  PetscCall(VecSqrtAbs(d));
+  PetscCall(VecReciprocal(d));
+  if (weight) PetscCall(VecPointwiseMult(d, d, weight));
+  PetscCall(VecPointwiseMult(d, d, d));
   PetscCall(AinsworthRowSquares(C, d, sums));
   PetscCall(AinsworthCountRows(C, 0, &count));
   PetscCall(AinsworthUpdate(d, {count}, [](PetscInt, PetscScalar &own, PetscScalar rows) {
