@@ -78,10 +78,16 @@ static std::vector<char> Left(const PC_BlockSA *sa, PetscInt bs, const std::vect
 }
 
 /* Gets A as AIJ, for the unknowns of the levels */
-static PetscErrorCode GetAIJ(const PC_BlockSA *sa, Mat A, Mat *aij)
+static PetscErrorCode GetAIJ(PC_BlockSA *sa, Mat A, Mat *aij)
 {
+  Mat own;
+
   PetscFunctionBegin;
-  PetscCheck(sa->extended || !sa->subspace || !sa->subspace->map, PetscObjectComm((PetscObject)A), PETSC_ERR_PLIB, "The levels have other unknowns than A");
+  if (!sa->extended && sa->subspace && sa->subspace->map) {
+    PetscCall(AinsworthGetAIJ(A, &own));
+    PetscCall(sa->subspace->extend(own, &sa->extended));
+    PetscCall(MatDestroy(&own));
+  }
   if (sa->extended) PetscCall(AinsworthShare(sa->extended, aij));
   else PetscCall(AinsworthGetAIJ(A, aij));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -95,7 +101,8 @@ static PetscErrorCode HasLevels(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs,
   PetscInt                    n;
 
   PetscFunctionBegin;
-  PetscCall(MatGetLocalSize(sa->extended ? sa->extended : A, &n, NULL));
+  if (sa->subspace && sa->subspace->map) PetscCall(MatGetLocalSize(sa->subspace->map, NULL, &n));
+  else PetscCall(MatGetLocalSize(A, NULL, &n));
   *has = (PetscBool)(!sa->stale && h && (h->sorted ? bs == 1 : h->finest.bs == bs) && h->finest.nodes->n * h->finest.bs == n &&
                      std::includes(h->carried.begin(), h->carried.end(), carry.begin(), carry.end()));
   if (*has && !h->left.empty()) {

@@ -15,6 +15,7 @@
 */
 struct AinsworthSubspace {
   Mat                                             map = NULL; /* from the unknowns of the levels, which may be more, to those of the PC; NULL: they are the same; borrowed */
+  std::function<PetscErrorCode(Mat A, Mat *)>     extend; /* creates A, AIJ, for the unknowns of the levels; only with a map; collective */
   std::vector<PetscInt>                           places;  /* the local unknowns that Q or Q' changes, ascending */
   std::vector<PetscInt>                           carried; /* unknowns without entries in A that coarser levels have to move, global numbers of all ranks */
   Mat                                             correction = NULL; /* T: coarse functions are (I - T) P; has entries in few rows; NULL for 0; borrowed */

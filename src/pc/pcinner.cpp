@@ -86,6 +86,7 @@ static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, const std::shared_ptr<Surf
   PetscFunctionBegin;
   PetscCall(SetUpSurface(ctx, used.get()));
   subspace->map = used->slack.map;
+  if (used->slack.map) subspace->extend = [used](Mat A, Mat *extended) { return AinsworthPmatSlackExtend(&used->slack, A, extended); };
   subspace->places  = used->surface.places;
   subspace->carried    = used->made.carried;
   subspace->correction = used->made.correction;
@@ -96,6 +97,32 @@ static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, const std::shared_ptr<Surf
   subspace->project = [used](bool adjoint, Vec x) { return AinsworthSurfaceProject(&used->surface, adjoint, x); };
   PetscCall(PCBlockSASetSubspace_Private(inner, subspace, used->slack.A));
   for (Mat *M : {&used->slack.A, &used->slack.C}) PetscCall(MatDestroy(M));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Checks whether multigrid works in Ker C, and needs no M_*: for a symmetric A with the diagonal weight, if the method iterates in Ker C, or if its operator has
+   no penalty, or with springs of their own. Collective
+*/
+static PetscErrorCode WorksInKernel(PC_Ainsworth *data, const Mat_Ainsworth *ctx, const AinsworthPmatInputs *in, const AinsworthCompliance *compliance,
+                                    PetscBool *works)
+{
+  PC          inner;
+  PC_BlockSA *sa = NULL;
+  PetscInt    n;
+  PCSide      side;
+
+  PetscFunctionBegin;
+  *works = PETSC_FALSE;
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCBlockSAGet_Private(inner, &sa));
+  PetscCall(MatGetSize(in->A, &n, NULL));
+  if (!sa || n <= sa->options.coarseSize || !data->symmetric || ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscFunctionReturn(PETSC_SUCCESS);
+  if (compliance && data->adjoint) PetscCall(AinsworthPmatHasSlack(in, compliance, works));
+  if (compliance) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PCAinsworthIteratesInKernel_Private(data, works));
+  PetscCall(KSPGetPCSide(data->ksp, &side));
+  if (side == PC_RIGHT && data->choices.variant == PC_AINSWORTH_WEIGHTED) *works = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -110,9 +137,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner
   const AinsworthGram  *gram;
   Vec                   penalty;
   std::vector<PetscInt> alone;
-  PetscBool             inKernel, shares;
-  PC_BlockSA           *sa = NULL;
-  PetscInt              n;
+  PetscBool             inKernel, works, shares;
   auto                  used = std::make_shared<Surface>();
   const AinsworthCompliance *compliance;
 
@@ -133,13 +158,8 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner
   data->longRows = in.fill.leftOut;
   PetscCall(AinsworthPmatFindShared(in.aij, in.C, &in.fill, &shares, &alone));
   PetscCall(PCAinsworthIteratesInKernel_Private(data, &inKernel));
-  PetscCall(PCBlockSAGet_Private(inner, &sa));
-  PetscCall(MatGetSize(in.A, &n, NULL));
-  in.inKernel = NULL;
-  if (sa && n > sa->options.coarseSize && ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL && data->symmetric && data->adjoint) {
-    if (compliance) PetscCall(AinsworthPmatHasSlack(&in, compliance, &inKernel));
-    if (inKernel) in.inKernel = &used->made;
-  }
+  PetscCall(WorksInKernel(data, ctx, &in, compliance, &works));
+  in.inKernel = works ? &used->made : NULL;
   in.slack    = NULL;
   in.springs  = NULL;
   if (in.inKernel && compliance) {

@@ -68,6 +68,8 @@ struct AinsworthPmatSlack {
   Mat map = NULL; /* to vectors of the reduced system */
   Vec weight = NULL;
   std::vector<PetscInt> numbers; /* of slack unknowns on each rank */
+  PetscInt more = 0; /* of this rank */
+  PetscReal d = 1.0; /* their diagonal entry in A */
 
   ~AinsworthPmatSlack();
 };
@@ -93,6 +95,8 @@ PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *, const Ai
 
 PetscErrorCode AinsworthPmatHasSlack(const AinsworthPmatInputs *, const AinsworthCompliance *, PetscBool *);
 PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *, const AinsworthCompliance *, PetscInt, AinsworthPmatSlack *);
+
+PetscErrorCode AinsworthPmatSlackExtend(const AinsworthPmatSlack *, Mat, Mat *);
 
 /* fill.cpp */
 PetscErrorCode AinsworthPmatGetFill(Mat, Mat, AinsworthPmatFill *);

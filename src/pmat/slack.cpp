@@ -105,20 +105,23 @@ static PetscErrorCode MeanDiagonal(Mat A, PetscReal *mean)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Copies the rows of A, and after them `more` rows with the diagonal d; columns are renumbered. Collective */
-static PetscErrorCode ExtendA(Mat A, const Numbers &to, PetscInt more, PetscReal d, Mat *extended)
+/* AinsworthPmatSlackExtend - copies the rows of A, AIJ, and after them those of slack unknowns, which have a diagonal entry alone. Collective */
+PetscErrorCode AinsworthPmatSlackExtend(const AinsworthPmatSlack *slack, Mat A, Mat *extended)
 {
+  const PetscInt   more = slack->more;
+  Numbers          to;
   AinsworthEntries rows;
   PetscInt         n, rstart;
 
   PetscFunctionBegin;
+  PetscCall(to.create(A, more));
   PetscCall(MatGetLocalSize(A, &n, NULL));
   PetscCall(MatGetOwnershipRange(A, &rstart, NULL));
   PetscCall(AinsworthForRows(A, [&](const AinsworthMatRow &row) {
     for (PetscInt k = 0; k < row.n; k++) rows.add(to(row.j[k]), row.a[k]);
     rows.endRow();
   }));
-  for (PetscInt k = 0; k < more; k++, rows.endRow()) rows.add(rstart + to.shift[to.rank] + n + k, d);
+  for (PetscInt k = 0; k < more; k++, rows.endRow()) rows.add(rstart + to.shift[to.rank] + n + k, slack->d);
   PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)A), n + more, rows, extended));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -178,19 +181,19 @@ static PetscErrorCode CreateMap(Mat C, Vec weight, Vec v, const Numbers &to, Vec
 */
 PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *in, const AinsworthCompliance *c, PetscInt bs, AinsworthPmatSlack *made)
 {
-  PetscInt         m, n, more;
-  PetscReal        d = 1.0;
+  PetscInt         m, n;
   Vec              N, E, spring, scale, numbers;
   Numbers          to;
   AinsworthEntries rows;
 
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(in->C, &m, &n));
-  more = (m + bs - 1) / bs * bs;
+  const PetscInt more = made->more = (m + bs - 1) / bs * bs;
   PetscCall(to.create(in->C, more));
   for (size_t r = 0; r + 1 < to.shift.size(); r++) made->numbers.push_back(to.shift[r + 1] - to.shift[r]);
-  PetscCall(MeanDiagonal(in->aij, &d));
-  PetscCall(ExtendA(in->aij, to, more, d, &made->A));
+  PetscCall(MeanDiagonal(in->aij, &made->d));
+  PetscCall(AinsworthPmatSlackExtend(made, in->aij, &made->A));
+  const PetscReal d = made->d;
 
   for (Vec *v : {&N, &E, &scale}) PetscCall(VecDuplicate(c->rest, v));
   PetscCall(MatGetDiagonal(c->N, N));
