@@ -305,7 +305,7 @@ static PetscErrorCode Cycle(Lattice l, bool single, bool kept)
     Options options(std::string("-pc_blocksa_coarse_eq_limit 40 -pc_blocksa_precision ") + (single ? "single" : "double"));
     PetscCall(PCSetFromOptions(pc));
   }
-  PetscCall(PCBlockSASetSubspace_Private(pc, subspace));
+  PetscCall(PCBlockSASetSubspace_Private(pc, subspace, NULL));
   for (int pass = 0; pass < 2; pass++) { /* the second set-up unwraps what the first has wrapped */
     PetscCall(PetscObjectStateIncrease((PetscObject)A));
     PetscCall(PCSetOperators(pc, A, A));

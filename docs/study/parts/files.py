@@ -38,6 +38,8 @@ def petsc_files(part, folder):
     A, f, left = part.clamped()
     write("A", matrix(part.A, 3, 3))
     write("C", matrix(part.C, 1, 3))
+    if part.B is not None:
+        write("B", matrix(part.B, 1, 3))
     if part.D is not None:
         write("D", matrix(part.D, 1, 1))
     write("f", vector(part.f))

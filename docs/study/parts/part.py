@@ -1,5 +1,5 @@
-"""A part: the saddle-point system [A C'; C -D][u; lambda] = [f; g] of a constrained, unstructured mesh."""
-from dataclasses import dataclass
+"""A part: the saddle-point system [A B'; C -D][u; lambda] = [f; g] of a constrained, unstructured mesh."""
+from dataclasses import dataclass, replace
 
 import numpy
 from scipy import sparse
@@ -23,6 +23,20 @@ class Part:
     rigid: numpy.ndarray   # of each row, how far from rigid motions it may be: the gap of a tie, infinity for supports
     added: int             # dependent rows at the end
     quality: numpy.ndarray  # of the tetrahedra
+    B: sparse.csr_matrix = None  # where it is not C
+
+    def joined(self, low, high, seed=1):
+        """The same with springs: D is 10^low to 10^high times the flexibility of A under each row, at random."""
+        stiff = self.A.diagonal()
+        stiff = numpy.where(stiff > 0, stiff, numpy.median(stiff[stiff > 0]))
+        decades = numpy.random.default_rng(seed).uniform(low, high, self.C.shape[0])
+        return replace(self, D=sparse.diags(self.C.power(2) @ (1 / stiff) * 10.0**decades).tocsr())
+
+    def oblique(self, share, seed=1):
+        """The same with a B that is not C: each entry is off by at most this share."""
+        B = self.C.copy()
+        B.data *= 1 + share * numpy.random.default_rng(seed).uniform(-1, 1, len(B.data))
+        return replace(self, B=B)
 
     def clamped(self):
         """A and f without constraints, extra unknowns and the nodes of clamp; the unknowns that are left.
