@@ -6,13 +6,14 @@
 /*
    Computes sums_i = sum_j |C_ij|^2 w_j^2 d_j with w the weight (NULL: 1) and d = diag(A): the flexibility of A under the force C_i'
 
+   Unknowns without stiffness, whose weight is above 1 / d_j, count only in rows that have no others.
    If row i has unknowns that are in no other row, only these are summed, down to `least` times the full sum: unknowns that rows share may be soft without
    telling the rows apart. The smaller the sum, the smaller N is, and the closer to singular S may be where rows depend on each other.
 */
 static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec sums)
 {
-  static const PetscReal least = 1e-4;
-  Vec                    d, count, own;
+  static const PetscReal least = 1e-4, loose = 2.0; /* weights are 1 / d_j, or at least 100 times that of what holds the unknown */
+  Vec                    d, count, own, stiff;
 
   PetscFunctionBegin;
   PetscCall(AinsworthVecClone(inverseDiagonal, &d));
@@ -21,14 +22,25 @@ static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec
   if (weight) PetscCall(VecPointwiseMult(d, d, weight));
   PetscCall(VecPointwiseMult(d, d, d));
   PetscCall(AinsworthRowSquares(C, d, sums));
+  PetscCall(VecDuplicate(sums, &own));
+  if (weight) {
+    PetscCall(AinsworthVecClone(d, &stiff));
+    PetscCall(AinsworthUpdate(stiff, {weight, inverseDiagonal}, [](PetscInt, PetscScalar &s, PetscScalar w, PetscScalar inverse) {
+      if (PetscRealPart(w) > loose * PetscRealPart(inverse)) s = 0.0;
+    }));
+    PetscCall(AinsworthRowSquares(C, stiff, own));
+    PetscCall(AinsworthUpdate(sums, {own}, [](PetscInt, PetscScalar &all, PetscScalar part) {
+      if (part != 0.0) all = part;
+    }));
+    PetscCall(VecDestroy(&stiff));
+  }
   PetscCall(AinsworthCountRows(C, 0, &count));
   PetscCall(AinsworthUpdate(d, {count}, [](PetscInt, PetscScalar &own, PetscScalar rows) {
     if (PetscRealPart(rows) > 1.0) own = 0.0;
   }));
-  PetscCall(VecDuplicate(sums, &own));
   PetscCall(AinsworthRowSquares(C, d, own));
   PetscCall(AinsworthUpdate(sums, {own}, [](PetscInt, PetscScalar &all, PetscScalar part) {
-    if (part != 0.0) all = PetscMax(PetscRealPart(part), least * PetscRealPart(all));
+    if (part != 0.0) all = PetscMin(PetscRealPart(all), PetscMax(PetscRealPart(part), least * PetscRealPart(all)));
   }));
   for (Vec *v : {&d, &count, &own}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
