@@ -55,6 +55,17 @@ PetscErrorCode              PCBlockSAExpect_Private(PC, KSP, PetscBool, PetscBoo
 PetscErrorCode              PCBlockSAGetProduct_Private(PC, Mat *);
 PetscErrorCode              PCBlockSASetSubspace_Private(PC, const std::shared_ptr<const AinsworthSubspace> &, Mat);
 
+/* blocksasubspace.cpp */
+std::vector<PetscInt> AinsworthSubspaceCarried(const PC_BlockSA *);
+std::vector<char>     AinsworthSubspaceLeft(const PC_BlockSA *, PetscInt, const std::vector<PetscInt> &);
+PetscErrorCode        AinsworthCoarsenRows(const AinsworthGrid &, std::vector<Vec> *);
+PetscErrorCode        PCBlockSAGetAIJ_Private(PC_BlockSA *, Mat, Mat *);
+PetscErrorCode        PCBlockSASortRows_Private(const PC_BlockSA *, std::vector<Vec> *);
+PetscErrorCode        PCBlockSAKeepRows_Private(const std::vector<Vec> &, AinsworthLevel *, std::shared_ptr<const AinsworthFewRows> *);
+PetscErrorCode        PCBlockSACorrectCoarse_Private(Mat, PC_BlockSA *, AinsworthBlockMat *);
+PetscErrorCode        PCBlockSALeaveSubspace_Private(PC, PC_BlockSA *);
+PetscErrorCode        PCBlockSAStayInSubspace_Private(PC, PC_BlockSA *);
+
 /* The package that factors a sparse matrix as a dense one, registered with the plugin */
 static const char AinsworthDense[] = "ainsworthdense";
 

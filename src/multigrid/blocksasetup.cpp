@@ -57,47 +57,11 @@ static std::vector<PetscReal> Unsorted(const AinsworthHierarchy &h)
   return diagonal;
 }
 
-/* Returns the unknowns that all levels have to carry */
-static std::vector<PetscInt> Carried(const PC_BlockSA *sa)
-{
-  return sa->subspace ? sa->subspace->carried : std::vector<PetscInt>();
-}
-
-/* Returns the local nodes, in their order, that coarse functions do not reach because others move all their unknowns; empty if there are none on any rank */
-static std::vector<char> Left(const PC_BlockSA *sa, PetscInt bs, const std::vector<PetscInt> &order)
-{
-  std::vector<char> left;
-
-  if (!sa->subspace || sa->subspace->left.empty()) return left;
-  for (size_t l = 0; l < sa->subspace->left.size(); l += bs) {
-    left.push_back(1);
-    for (PetscInt c = 0; c < bs; c++)
-      if (!sa->subspace->left[order.empty() ? l + c : order[l + c]]) left.back() = 0;
-  }
-  return left;
-}
-
-/* Gets A as AIJ, for the unknowns of the levels */
-static PetscErrorCode GetAIJ(PC_BlockSA *sa, Mat A, Mat *aij)
-{
-  Mat own;
-
-  PetscFunctionBegin;
-  if (!sa->extended && sa->subspace && sa->subspace->map) {
-    PetscCall(AinsworthGetAIJ(A, &own));
-    PetscCall(sa->subspace->extend(own, &sa->extended));
-    PetscCall(MatDestroy(&own));
-  }
-  if (sa->extended) PetscCall(AinsworthShare(sa->extended, aij));
-  else PetscCall(AinsworthGetAIJ(A, aij));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Checks whether there are levels with the same block size whose coarse functions reach all that they have to; collective */
 static PetscErrorCode HasLevels(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs, PetscBool *has)
 {
   const AinsworthHierarchy   *h     = sa->levels.hierarchy.get();
-  const std::vector<PetscInt> carry = Carried(sa);
+  const std::vector<PetscInt> carry = AinsworthSubspaceCarried(sa);
   PetscInt                    n;
 
   PetscFunctionBegin;
@@ -106,7 +70,7 @@ static PetscErrorCode HasLevels(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs,
   *has = (PetscBool)(!sa->stale && h && (h->sorted ? bs == 1 : h->finest.bs == bs) && h->finest.nodes->n * h->finest.bs == n &&
                      std::includes(h->carried.begin(), h->carried.end(), carry.begin(), carry.end()));
   if (*has && !h->left.empty()) {
-    const std::vector<char> left = Left(sa, h->finest.bs, h->order);
+    const std::vector<char> left = AinsworthSubspaceLeft(sa, h->finest.bs, h->order);
 
     for (size_t i = 0; i < h->left.size(); i++)
       if (h->left[i] && (left.empty() || !left[i])) *has = PETSC_FALSE;
@@ -147,7 +111,7 @@ static PetscErrorCode KeepCoarse(PC pc, PC_BlockSA *sa, Mat A, MatNullSpace near
 
   PetscFunctionBegin;
   sa->levels.hierarchy.reset();
-  PetscCall(GetAIJ(sa, A, &aij));
+  PetscCall(PCBlockSAGetAIJ_Private(sa, A, &aij));
   PetscCall(hierarchy->replaceFinest(aij, sa->options));
   PetscCall(MatDestroy(&aij));
   *anew = (PetscBool)(hierarchy->single() != single);
@@ -201,7 +165,7 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   PetscCall(AinsworthModesCreate(A, bs, order, near, sa->dim, coordinates.data(), &modes));
   PetscCall(MatDestroy(&aij));
   PetscCall(MatGetLocalSize(A, &n, NULL));
-  PetscCall(GetAIJ(sa, A, &aij));
+  PetscCall(PCBlockSAGetAIJ_Private(sa, A, &aij));
   PetscCall(MatGetLocalSize(aij, &all, NULL));
   for (PetscInt l = n; l < all && !order.empty(); l++) order.push_back(l);
   modes.values.resize((size_t)all * modes.k, 0.0); /* no mode moves what is not in A */
@@ -209,8 +173,8 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
     PetscCall(PetscInfo(pc, "Neither a near null space nor coordinates: with rigid-body modes (MatSetNearNullSpace(), PCSetCoordinates()) slender bodies "
                             "take 2 to 5 times less\n"));
   auto hierarchy = std::make_shared<AinsworthHierarchy>();
-  const std::vector<char> left = Left(sa, bs, order);
-  PetscCall(hierarchy->create(aij, bs, std::move(order), std::move(modes), Carried(sa), left, sa->options));
+  const std::vector<char> left = AinsworthSubspaceLeft(sa, bs, order);
+  PetscCall(hierarchy->create(aij, bs, std::move(order), std::move(modes), AinsworthSubspaceCarried(sa), left, sa->options));
   PetscCall(MatDestroy(&aij));
   sa->levels.hierarchy = hierarchy;
   sa->stale            = PETSC_FALSE;
@@ -239,90 +203,6 @@ static PetscErrorCode CreateCoarsest(const AinsworthGrid &grid, std::unique_ptr<
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Takes the rows of a level to the next coarser one, C P; collective */
-static PetscErrorCode CoarsenRows(const AinsworthGrid &grid, std::vector<Vec> *rows)
-{
-  Mat P;
-
-  PetscFunctionBegin;
-  if (rows->empty()) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthInterpolationMatCreate(grid.P, grid.nodes, &P));
-  for (Vec &row : *rows) {
-    Vec coarse;
-
-    PetscCall(MatCreateVecs(P, &coarse, NULL));
-    PetscCall(MatMultHermitianTranspose(P, row, coarse));
-    PetscCall(VecDestroy(&row));
-    row = coarse;
-  }
-  PetscCall(MatDestroy(&P));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Copies the rows of the finest level, node by node */
-static PetscErrorCode SortRows(const PC_BlockSA *sa, std::vector<Vec> *rows)
-{
-  const std::vector<PetscInt> &order = sa->levels.hierarchy->order;
-
-  PetscFunctionBegin;
-  for (Vec row : sa->subspace ? sa->subspace->rows : std::vector<Vec>()) {
-    const PetscScalar *from;
-    PetscScalar       *to;
-    Vec                sorted;
-
-    PetscCall(VecDuplicate(row, &sorted));
-    PetscCall(VecCopy(row, sorted));
-    PetscCall(VecGetArrayRead(row, &from));
-    PetscCall(VecGetArray(sorted, &to));
-    for (size_t l = 0; l < order.size(); l++) to[l] = from[order[l]];
-    PetscCall(VecRestoreArray(sorted, &to));
-    PetscCall(VecRestoreArrayRead(row, &from));
-    rows->push_back(sorted);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Keeps a coarser level, which may be the coarsest, in the kernel of rows, which are made orthonormal for its diagonal; collective */
-static PetscErrorCode KeepRows(const std::vector<Vec> &rows, AinsworthLevel *level, std::shared_ptr<const AinsworthFewRows> *few)
-{
-  auto                                          created = std::make_shared<AinsworthFewRows>();
-  std::shared_ptr<const AinsworthLevelSubspace> subspace;
-  std::vector<PetscReal>                        weight;
-
-  PetscFunctionBegin;
-  few->reset();
-  if (rows.empty()) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscReal d : level->diagonal) weight.push_back(1.0 / d);
-  PetscCall(created->create(rows, weight));
-  if (created->c.empty()) PetscFunctionReturn(PETSC_SUCCESS);
-  *few = created;
-  PetscCall(AinsworthFewRowsSubspaceCreate(*few, &subspace));
-  level->stay(subspace);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Computes what corrects coarse functions, and what that adds to the first coarser level; collective */
-static PetscErrorCode CorrectCoarse(Mat A, PC_BlockSA *sa, AinsworthBlockMat *added)
-{
-  const AinsworthHierarchy &h = *sa->levels.hierarchy;
-  AinsworthBlockMat         T, rows;
-  std::vector<char>         marked;
-  Mat                       aij;
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthBlockMatCreate(sa->subspace->correction, h.finest.bs, h.order, NULL, &T));
-  for (PetscInt i = 0; i < T.rows.n; i++) marked.push_back(T.rows.i[i] < T.rows.i[i + 1]);
-  auto Z = std::make_shared<AinsworthInterpolation>();
-  PetscCall(AinsworthInterpolationMultiply(T, *h.finest.P, Z.get()));
-  PetscCall(GetAIJ(sa, A, &aij));
-  PetscCall(AinsworthBlockMatCreate(aij, h.finest.bs, h.order, &marked, &rows));
-  PetscCall(MatDestroy(&aij));
-  PetscCall(AinsworthGalerkinChange(rows, *h.finest.P, *Z, added));
-  for (PetscScalar &v : Z->rows.a) v = -v;
-  sa->corrected = Z;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Creates the levels of A, or of A plus what is added or corrects coarse functions; D: blocks of what is added to the finest level. Collective */
 static PetscErrorCode CreateGrids(PC_BlockSA *sa, Mat A, Mat added, AinsworthBlockMat *D)
 {
@@ -338,7 +218,7 @@ static PetscErrorCode CreateGrids(PC_BlockSA *sa, Mat A, Mat added, AinsworthBlo
     PetscCall(AinsworthBlockMatCreate(aij, h.finest.bs, h.order, NULL, D));
     PetscCall(MatDestroy(&aij));
     if (coarser) PetscCall(AinsworthGalerkin(*D, *h.finest.P, &coarse));
-  } else if (corrected) PetscCall(CorrectCoarse(A, sa, &coarse));
+  } else if (corrected) PetscCall(PCBlockSACorrectCoarse_Private(A, sa, &coarse));
   if (coarser && (added || corrected)) {
     auto grids = std::make_shared<std::vector<AinsworthGrid>>();
 
@@ -370,19 +250,19 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, const AinsworthBlock
   std::vector<Vec>                  rows;
 
   PetscFunctionBegin;
-  PetscCall(SortRows(sa, &rows));
+  PetscCall(PCBlockSASortRows_Private(sa, &rows));
   for (size_t l = 0; l < n; l++) {
     const AinsworthBlockMat *plus = l || sa->subspace ? NULL : added;
 
     PetscCall(grids[l].createLevel(plus, true, &level));
-    if (l) PetscCall(KeepRows(rows, level.get(), &sa->coarseRows));
+    if (l) PetscCall(PCBlockSAKeepRows_Private(rows, level.get(), &sa->coarseRows));
     if (l + 1 == n) {
       PetscCall(MatDestroy(&sa->op[l]));
       PetscCall(CreateCoarsest(grids[l], std::move(level), singular && grids[0].single ? shiftOfSingular : shift, &sa->op[l]));
       if (l && sa->coarseRows) PetscCall(sa->coarseRows->addSquare(sa->op[l]));
       break;
     }
-    PetscCall(CoarsenRows(grids[l], &rows));
+    PetscCall(AinsworthCoarsenRows(grids[l], &rows));
     if (!l && sa->subspace) level->stay(std::make_shared<AinsworthLevelSubspace>(sa->subspace, sa->levels.hierarchy->order));
     if (plus) PetscCall(level->estimate(&plus->rows));
     PetscCall(AinsworthLevelMatSet(grids[l].nodes, grids[l].bs, std::move(level), &sa->op[l]));
@@ -495,54 +375,6 @@ PetscErrorCode PCBlockSASetBounds_Private(PC pc, PetscReal factor)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives the solvers of all levels back the preconditioners that they had before StayInSubspace(), which are set up with the levels */
-static PetscErrorCode LeaveSubspace(PC pc, PC_BlockSA *sa)
-{
-  PetscFunctionBegin;
-  for (PetscInt l = 0; l < (PetscInt)sa->op.size(); l++) {
-    KSP ksp;
-    PC  own, inner;
-
-    PetscCall(PCMGGetSmoother(pc, l, &ksp));
-    PetscCall(KSPGetPC(ksp, &own));
-    PetscCall(AinsworthSubspacePCGetInner(own, &inner));
-    if (inner != own) PetscCall(KSPSetPC(ksp, inner));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Keeps interpolation to the finest level, smoothers that know nothing of it, and the solver of the coarsest level in the subspace of each level */
-static PetscErrorCode StayInSubspace(PC pc, PC_BlockSA *sa)
-{
-  const PetscInt top = (PetscInt)sa->op.size() - 1;
-
-  PetscFunctionBegin;
-  for (PetscInt l = 0; l <= top && top; l++) {
-    AinsworthLevel *level = NULL;
-    KSP             ksp;
-    PC              inner, projected = NULL;
-    Mat             P;
-    PetscBool       single;
-
-    PetscCall(PCMGGetSmoother(pc, top - l, &ksp));
-    PetscCall(KSPGetPC(ksp, &inner));
-    if (l < top) PetscCall(AinsworthLevelMatGet(sa->op[l], &level));
-    if (l == 0) {
-      PetscCall(PCMGGetInterpolation(pc, top, &P));
-      PetscCall(AinsworthInterpolationMatSetSubspace(P, level->subspace, sa->corrected));
-    }
-    PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEVSINGLE, &single));
-    if (level && level->subspace && !single) PetscCall(AinsworthSubspacePCCreate(level->subspace, inner, &projected));
-    else if (l == top && sa->coarseRows) {
-      PetscCall(AinsworthFewRowsPCCreate(sa->coarseRows, inner, &projected));
-      if (!projected) PetscCall(AinsworthPCSetFailedReason(pc, PC_FACTOR_NUMERIC_ZEROPIVOT));
-    }
-    if (projected) PetscCall(KSPSetPC(ksp, projected));
-    PetscCall(PCDestroy(&projected));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode PCSetUp_BlockSA(PC pc)
 {
   PC_BlockSA  *sa = BlockSA(pc);
@@ -561,7 +393,7 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   if (sa->levels.hierarchy->sorted || (sa->subspace && sa->subspace->map)) pc->ops->applyrichardson = NULL; /* PCMG's own ignores the order */
   PetscCall(MatGetNullSpace(pc->pmat, &null));
   if (!null) PetscCall(MatGetNullSpace(pc->mat, &null));
-  PetscCall(LeaveSubspace(pc, sa));
+  PetscCall(PCBlockSALeaveSubspace_Private(pc, sa));
   PetscCall(SetUpOperators(pc, sa, added ? &D : NULL, null != NULL));
   for (PetscInt l = 0, n = (PetscInt)sa->op.size(); l < n; l++) {
     PetscCall(PCMGGetSmoother(pc, n - 1 - l, &ksp));
@@ -571,7 +403,7 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   PetscCall(PCBlockSASetBounds_Private(pc, 1.0));
   sa->raised = PETSC_FALSE;
   PetscCall((*sa->mg.setup)(pc));
-  PetscCall(StayInSubspace(pc, sa));
+  PetscCall(PCBlockSAStayInSubspace_Private(pc, sa));
   PetscCall(PCBlockSASetBounds_Private(pc, 1.0)); /* PCMG reads the options of the smoothers only now, and they may change their types */
   PetscCall(MatDestroy(&sa->extended));
   PetscCall(PetscLogEventEnd(AINSWORTH_Levels, pc, 0, 0, 0));

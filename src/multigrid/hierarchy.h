@@ -26,8 +26,17 @@ struct AinsworthGrid {
   PetscMPIInt                                                  ranks   = 0;   /* number of ranks that own nodes */
   std::shared_ptr<const AinsworthInterpolation>                P;             /* NULL on the coarsest level */
 
+  PetscReal      entries() const { return (PetscReal)blocks * bs * bs; }
   PetscErrorCode createLevel(const AinsworthBlockMat *added, bool single, std::unique_ptr<AinsworthLevel> *) const;
 };
+
+/* grid.cpp */
+PetscErrorCode AinsworthGridStore(const AinsworthBlockMat &, bool, AinsworthGrid *);
+PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &, bool, bool, const std::vector<char> &, AinsworthGrid *);
+PetscErrorCode AinsworthGridSum(const AinsworthGrid &, const AinsworthBlockMat *, AinsworthBlockMat *);
+PetscErrorCode AinsworthGridCreateProduct(const AinsworthGrid &, Mat *);
+void           AinsworthGridTakeDouble(const AinsworthBlockMat &, bool, const AinsworthHierarchyOptions &, AinsworthGrid *);
+PetscReal      AinsworthComplexity(const std::vector<AinsworthGrid> &);
 
 /*
    Aggregates of all levels, the finest level, interpolation to it, and P' A P
@@ -57,8 +66,5 @@ public:
 private:
   PetscErrorCode coarsen(const AinsworthBlockMat &, PetscMPIInt, const AinsworthHierarchyOptions &, AinsworthTentative *, bool *);
 };
-
-PetscReal      AinsworthComplexity(const std::vector<AinsworthGrid> &);
-PetscErrorCode AinsworthGridCreateProduct(const AinsworthGrid &, Mat *);
 
 #endif

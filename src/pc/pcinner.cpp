@@ -31,7 +31,7 @@ static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInpu
   data->autoReason = ", as it is factored";
   if (in->format == AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
   data->autoReason = ", as interpolation is made from A alone";
-  if (in->format == AINSWORTH_PMAT_SUM && !shares) PetscFunctionReturn(PETSC_SUCCESS);
+  if (in->format == AINSWORTH_PMAT_SUM) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthPmatComponentsApart(in->C, data->saddle.bs, in->fill.most, &apart));
   data->autoReason = ", as the constraints keep components apart";
   if (apart && !shares) PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,0 +1,173 @@
+/* The levels of PCBLOCKSA in a subspace: what they need to know of it, and solvers that stay in it */
+#include "blocksa.h"
+#include "../lists.h"
+#include "../objects.h"
+#include "../saddle/saddle.h"
+
+/* Returns the unknowns that all levels have to carry */
+std::vector<PetscInt> AinsworthSubspaceCarried(const PC_BlockSA *sa)
+{
+  return sa->subspace ? sa->subspace->carried : std::vector<PetscInt>();
+}
+
+/* Returns the local nodes, in their order, that coarse functions do not reach because others move all their unknowns; empty if there are none on any rank */
+std::vector<char> AinsworthSubspaceLeft(const PC_BlockSA *sa, PetscInt bs, const std::vector<PetscInt> &order)
+{
+  std::vector<char> left;
+
+  if (!sa->subspace || sa->subspace->left.empty()) return left;
+  for (size_t l = 0; l < sa->subspace->left.size(); l += bs) {
+    left.push_back(1);
+    for (PetscInt c = 0; c < bs; c++)
+      if (!sa->subspace->left[order.empty() ? l + c : order[l + c]]) left.back() = 0;
+  }
+  return left;
+}
+
+/* Gets A as AIJ, for the unknowns of the levels */
+PetscErrorCode PCBlockSAGetAIJ_Private(PC_BlockSA *sa, Mat A, Mat *aij)
+{
+  Mat own;
+
+  PetscFunctionBegin;
+  if (!sa->extended && sa->subspace && sa->subspace->map) {
+    PetscCall(AinsworthGetAIJ(A, &own));
+    PetscCall(sa->subspace->extend(own, &sa->extended));
+    PetscCall(MatDestroy(&own));
+  }
+  if (sa->extended) PetscCall(AinsworthShare(sa->extended, aij));
+  else PetscCall(AinsworthGetAIJ(A, aij));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Takes the rows of a level to the next coarser one, C P; collective */
+PetscErrorCode AinsworthCoarsenRows(const AinsworthGrid &grid, std::vector<Vec> *rows)
+{
+  Mat P;
+
+  PetscFunctionBegin;
+  if (rows->empty()) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthInterpolationMatCreate(grid.P, grid.nodes, &P));
+  for (Vec &row : *rows) {
+    Vec coarse;
+
+    PetscCall(MatCreateVecs(P, &coarse, NULL));
+    PetscCall(MatMultHermitianTranspose(P, row, coarse));
+    PetscCall(VecDestroy(&row));
+    row = coarse;
+  }
+  PetscCall(MatDestroy(&P));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Copies the rows of the finest level, node by node */
+PetscErrorCode PCBlockSASortRows_Private(const PC_BlockSA *sa, std::vector<Vec> *rows)
+{
+  const std::vector<PetscInt> &order = sa->levels.hierarchy->order;
+
+  PetscFunctionBegin;
+  for (Vec row : sa->subspace ? sa->subspace->rows : std::vector<Vec>()) {
+    const PetscScalar *from;
+    PetscScalar       *to;
+    Vec                sorted;
+
+    PetscCall(VecDuplicate(row, &sorted));
+    PetscCall(VecCopy(row, sorted));
+    PetscCall(VecGetArrayRead(row, &from));
+    PetscCall(VecGetArray(sorted, &to));
+    for (size_t l = 0; l < order.size(); l++) to[l] = from[order[l]];
+    PetscCall(VecRestoreArray(sorted, &to));
+    PetscCall(VecRestoreArrayRead(row, &from));
+    rows->push_back(sorted);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Keeps a coarser level, which may be the coarsest, in the kernel of rows, which are made orthonormal for its diagonal; collective */
+PetscErrorCode PCBlockSAKeepRows_Private(const std::vector<Vec> &rows, AinsworthLevel *level, std::shared_ptr<const AinsworthFewRows> *few)
+{
+  auto                                          created = std::make_shared<AinsworthFewRows>();
+  std::shared_ptr<const AinsworthLevelSubspace> subspace;
+  std::vector<PetscReal>                        weight;
+
+  PetscFunctionBegin;
+  few->reset();
+  if (rows.empty()) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscReal d : level->diagonal) weight.push_back(1.0 / d);
+  PetscCall(created->create(rows, weight));
+  if (created->c.empty()) PetscFunctionReturn(PETSC_SUCCESS);
+  *few = created;
+  PetscCall(AinsworthFewRowsSubspaceCreate(*few, &subspace));
+  level->stay(subspace);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes what corrects coarse functions, and what that adds to the first coarser level; collective */
+PetscErrorCode PCBlockSACorrectCoarse_Private(Mat A, PC_BlockSA *sa, AinsworthBlockMat *added)
+{
+  const AinsworthHierarchy &h = *sa->levels.hierarchy;
+  AinsworthBlockMat         T, rows;
+  std::vector<char>         marked;
+  Mat                       aij;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthBlockMatCreate(sa->subspace->correction, h.finest.bs, h.order, NULL, &T));
+  for (PetscInt i = 0; i < T.rows.n; i++) marked.push_back(T.rows.i[i] < T.rows.i[i + 1]);
+  auto Z = std::make_shared<AinsworthInterpolation>();
+  PetscCall(AinsworthInterpolationMultiply(T, *h.finest.P, Z.get()));
+  PetscCall(PCBlockSAGetAIJ_Private(sa, A, &aij));
+  PetscCall(AinsworthBlockMatCreate(aij, h.finest.bs, h.order, &marked, &rows));
+  PetscCall(MatDestroy(&aij));
+  PetscCall(AinsworthGalerkinChange(rows, *h.finest.P, *Z, added));
+  for (PetscScalar &v : Z->rows.a) v = -v;
+  sa->corrected = Z;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gives the solvers of all levels back the preconditioners that they had before PCBlockSAStayInSubspace_Private(), which are set up with the levels */
+PetscErrorCode PCBlockSALeaveSubspace_Private(PC pc, PC_BlockSA *sa)
+{
+  PetscFunctionBegin;
+  for (PetscInt l = 0; l < (PetscInt)sa->op.size(); l++) {
+    KSP ksp;
+    PC  own, inner;
+
+    PetscCall(PCMGGetSmoother(pc, l, &ksp));
+    PetscCall(KSPGetPC(ksp, &own));
+    PetscCall(AinsworthSubspacePCGetInner(own, &inner));
+    if (inner != own) PetscCall(KSPSetPC(ksp, inner));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Keeps interpolation to the finest level, smoothers that know nothing of it, and the solver of the coarsest level in the subspace of each level */
+PetscErrorCode PCBlockSAStayInSubspace_Private(PC pc, PC_BlockSA *sa)
+{
+  const PetscInt top = (PetscInt)sa->op.size() - 1;
+
+  PetscFunctionBegin;
+  for (PetscInt l = 0; l <= top && top; l++) {
+    AinsworthLevel *level = NULL;
+    KSP             ksp;
+    PC              inner, projected = NULL;
+    Mat             P;
+    PetscBool       single;
+
+    PetscCall(PCMGGetSmoother(pc, top - l, &ksp));
+    PetscCall(KSPGetPC(ksp, &inner));
+    if (l < top) PetscCall(AinsworthLevelMatGet(sa->op[l], &level));
+    if (l == 0) {
+      PetscCall(PCMGGetInterpolation(pc, top, &P));
+      PetscCall(AinsworthInterpolationMatSetSubspace(P, level->subspace, sa->corrected));
+    }
+    PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEVSINGLE, &single));
+    if (level && level->subspace && !single) PetscCall(AinsworthSubspacePCCreate(level->subspace, inner, &projected));
+    else if (l == top && sa->coarseRows) {
+      PetscCall(AinsworthFewRowsPCCreate(sa->coarseRows, inner, &projected));
+      if (!projected) PetscCall(AinsworthPCSetFailedReason(pc, PC_FACTOR_NUMERIC_ZEROPIVOT));
+    }
+    if (projected) PetscCall(KSPSetPC(ksp, projected));
+    PetscCall(PCDestroy(&projected));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

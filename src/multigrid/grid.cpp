@@ -1,0 +1,241 @@
+/* A level: its operator, half of which is stored, and products with it */
+#include "hierarchy.h"
+#include <algorithm>
+
+/* If neighboring diagonals differ by a larger factor, single precision loses the coarse modes of the stiff part (measured, docs/multigrid.md) */
+static const PetscReal jumpOfSingle = 1e8;
+
+/* AinsworthComplexity - entries of all levels relative to those of the finest */
+PetscReal AinsworthComplexity(const std::vector<AinsworthGrid> &grids)
+{
+  PetscReal all = 0.0;
+
+  for (const AinsworthGrid &grid : grids) all += grid.entries();
+  return grids[0].blocks > 0 ? all / grids[0].entries() : 1.0;
+}
+
+/* Reads the diagonal and replaces zeros by the mean of the nonzero entries on all ranks; coarse: in the matrix, too, where no mode reaches an unknown. Collective */
+static PetscErrorCode ReadDiagonal(AinsworthBlockMat &X, bool coarse, std::vector<PetscReal> *diagonal)
+{
+  AinsworthBlockRows &rows   = X.rows;
+  const PetscInt      bs     = rows.br;
+  PetscReal           sum[2] = {0.0, 0.0};
+
+  PetscFunctionBegin;
+  diagonal->assign((size_t)rows.n * bs, 0.0);
+  for (PetscInt i = 0; i < rows.n; i++)
+    for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
+      if (rows.j[k] == i)
+        for (PetscInt c = 0; c < bs; c++) (*diagonal)[i * bs + c] = PetscAbsScalar(rows.block(k)[c * bs + c]);
+  for (PetscReal d : *diagonal) {
+    sum[0] += d;
+    sum[1] += d > 0.0;
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, X.cols.layout->comm));
+  const PetscReal mean = sum[1] > 0.0 ? sum[0] / sum[1] : 1.0;
+
+  for (PetscInt i = 0; i < rows.n && coarse; i++)
+    for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
+      if (rows.j[k] == i)
+        for (PetscInt c = 0; c < bs; c++)
+          if ((*diagonal)[i * bs + c] == 0.0) rows.block(k)[c * bs + c] = mean;
+  for (PetscReal &d : *diagonal)
+    if (d == 0.0) d = mean;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Finds the largest ratio of the diagonals of two coupled nodes; collective */
+static PetscErrorCode LargestJump(const AinsworthBlockMat &A, const std::vector<PetscReal> &diagonal, PetscReal *jump)
+{
+  const AinsworthBlockRows &rows = A.rows;
+  std::vector<PetscReal>    size(A.cols.count(), 0.0);
+
+  PetscFunctionBegin;
+  *jump = 1.0;
+  for (PetscInt i = 0; i < rows.n; i++) size[i] = *std::max_element(diagonal.begin() + i * rows.br, diagonal.begin() + (i + 1) * rows.br);
+  PetscCall(A.cols.toGhosts(MPIU_REAL, size.data(), size.data() + rows.n));
+  for (PetscInt i = 0; i < rows.n; i++)
+    for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++) {
+      const PetscInt j = rows.j[k];
+      if (size[i] > *jump * size[j] && std::any_of(rows.block(k), rows.block(k + 1), [](PetscScalar v) { return v != 0.0; })) *jump = size[i] / size[j];
+    }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, jump, 1, MPIU_REAL, MPIU_MAX, A.cols.layout->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Appends a block of the matrix, unchanged or with its rows and columns scaled */
+template <class T>
+static void TakeBlock(PetscInt j, const PetscScalar *a, const PetscReal *rows, const PetscReal *columns, AinsworthBlockRowsOf<T> *taken)
+{
+  const PetscInt bs = taken->br;
+
+  taken->j.push_back(j);
+  for (PetscInt p = 0; p < bs; p++)
+    for (PetscInt q = 0; q < bs; q++) taken->a.push_back((T)(rows ? a[p * bs + q] * rows[p] * columns[q] : a[p * bs + q]));
+}
+
+/* Copies the blocks between owned nodes on and above the diagonal, the diagonal block first in each row; scaled by w on both sides unless it is NULL */
+template <class T>
+static std::shared_ptr<AinsworthBlockRowsOf<T>> TakeUpper(const AinsworthBlockRows &rows, const PetscReal *w)
+{
+  const PetscInt bs = rows.br;
+  auto           U  = std::make_shared<AinsworthBlockRowsOf<T>>(bs, bs);
+  const size_t   n  = (rows.j.size() + rows.n) / 2 + 1;
+
+  auto take = [&](PetscInt i, PetscInt k) { TakeBlock(rows.j[k], rows.block(k), w ? w + i * bs : NULL, w ? w + rows.j[k] * bs : NULL, U.get()); };
+  U->i.reserve(rows.n + 1);
+  U->j.reserve(n);
+  U->a.reserve(n * bs * bs + 4);
+  for (PetscInt i = 0; i < rows.n; i++, U->endRow()) {
+    for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
+      if (rows.j[k] == i) take(i, k);
+    if ((PetscInt)U->j.size() == U->i.back()) { /* the matrix has no diagonal block here */
+      U->j.push_back(i);
+      U->a.resize(U->a.size() + bs * bs, T(0));
+    }
+    for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
+      if (rows.j[k] > i && rows.j[k] < rows.n) take(i, k);
+  }
+  U->a.resize(U->a.size() + 4, T(0)); /* the last load of four may read beyond the last block */
+  return U;
+}
+
+/* AinsworthGridStore - stores the blocks of a level; single: in single precision if they do not jump too far. Collective */
+PetscErrorCode AinsworthGridStore(const AinsworthBlockMat &A, bool single, AinsworthGrid *grid)
+{
+  PetscInt64 count[2] = {(PetscInt64)A.rows.j.size(), A.rows.n > 0};
+  PetscReal  jump     = 0.0;
+
+  PetscFunctionBegin;
+  grid->bs    = A.rows.br;
+  grid->nodes = A.cols.layout;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT64, MPI_SUM, grid->nodes->comm));
+  grid->blocks = count[0];
+  grid->ranks  = (PetscMPIInt)count[1];
+  if (single) PetscCall(LargestJump(A, grid->diagonal, &jump));
+  if (single && jump <= jumpOfSingle) {
+    auto w = std::make_shared<std::vector<PetscReal>>(grid->diagonal.size());
+
+    std::transform(grid->diagonal.begin(), grid->diagonal.end(), w->begin(), [](PetscReal v) { return AinsworthInversePower(v, 2); });
+    grid->single = TakeUpper<AinsworthSingle>(A.rows, w->data());
+    grid->w      = w;
+  } else grid->upper = TakeUpper<PetscScalar>(A.rows, NULL);
+  AinsworthBlockRows &outside = grid->outside.rows;
+  grid->outside.cols          = A.cols;
+  outside                     = AinsworthBlockRows(grid->bs, grid->bs);
+  grid->outside.cols.sf.reset(); /* these columns do not communicate */
+  for (PetscInt i = 0; i < A.rows.n; i++, outside.endRow())
+    for (PetscInt k = A.rows.i[i]; k < A.rows.i[i + 1]; k++)
+      if (A.rows.j[k] >= A.rows.n) TakeBlock(A.rows.j[k], A.rows.block(k), NULL, NULL, &outside);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Creates the product with a level of A plus the added matrix, in the precision of the upper half, scaled by w unless it is NULL; collective */
+template <class T>
+static PetscErrorCode CreateProduct(const AinsworthGrid &grid, const std::shared_ptr<const AinsworthBlockRowsOf<T>> &upper, const std::vector<PetscReal> *w,
+                                    const AinsworthBlockMat *added, std::unique_ptr<AinsworthProduct<T>> *product)
+{
+  const PetscInt          bs = grid.bs;
+  std::vector<PetscInt>   ghosts(grid.outside.cols.ghosts);
+  std::vector<PetscReal>  scale;
+  AinsworthColumns        cols;
+  AinsworthBlockRowsOf<T> rest(bs, bs);
+  AinsworthUnit           unit(bs, MPIU_REAL);
+
+  PetscFunctionBegin;
+  if (added) ghosts.insert(ghosts.end(), added->cols.ghosts.begin(), added->cols.ghosts.end());
+  AinsworthSortUnique(&ghosts);
+  PetscCall(cols.create(grid.nodes, std::move(ghosts)));
+  if (w) {
+    scale = *w;
+    scale.resize((size_t)cols.count() * bs);
+    PetscCall(cols.toGhosts(unit.type, w->data(), scale.data() + w->size()));
+  }
+  for (PetscInt i = 0; i < cols.local; i++, rest.endRow())
+    for (const AinsworthBlockMat *X : {&grid.outside, added})
+      for (PetscInt k = X ? X->rows.i[i] : 0; X && k < X->rows.i[i + 1]; k++) {
+        const PetscInt j = cols.place(X->cols.node(X->rows.j[k]));
+        TakeBlock(j, X->rows.block(k), w ? &scale[(size_t)i * bs] : NULL, w ? &scale[(size_t)j * bs] : NULL, &rest);
+      }
+  product->reset(new AinsworthProduct<T>(upper, std::move(rest), std::move(cols)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthGrid::createLevel - creates the operator of a level, of which half is stored, plus `added` if it is not NULL; single: in single precision if the level has it. Collective */
+PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool inSingle, std::unique_ptr<AinsworthLevel> *level) const
+{
+  PetscFunctionBegin;
+  level->reset(new AinsworthLevel);
+  std::vector<PetscReal> &d = (*level)->diagonal;
+  d                         = diagonal;
+  (*level)->largest         = largest;
+  for (PetscInt i = 0; added && i < added->rows.n; i++)
+    for (PetscInt k = added->rows.i[i]; k < added->rows.i[i + 1]; k++)
+      for (PetscInt c = 0; added->rows.j[k] == i && c < bs; c++) d[i * bs + c] += PetscRealPart(added->rows.block(k)[c * bs + c]);
+  if (inSingle && single) {
+    (*level)->single.reset(new AinsworthScaled);
+    AinsworthScaled &L = *(*level)->single;
+    L.w                = w;
+    for (PetscReal scale : *w) L.largest = PetscMax(L.largest, scale);
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &L.largest, 1, MPIU_REAL, MPIU_MAX, nodes->comm));
+    PetscCall(CreateProduct(*this, single, w.get(), added, &L.product));
+    const PetscInt stride = L.product->stride();
+    for (auto *v : {&L.inverse, &L.x, &L.r, &L.p, &L.q}) v->assign((size_t)L.product->n() * stride, AinsworthSingle(0));
+    for (size_t k = 0; k < d.size(); k++) L.inverse[k / bs * stride + k % bs] = (AinsworthSingle)(1.0 / (d[k] * (*w)[k] * (*w)[k]));
+  } else PetscCall(CreateProduct(*this, upper, NULL, added, &(*level)->product));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthGridCreate - creates a level from its blocks, and estimates the largest eigenvalue of its operator; left: see AinsworthModes. Collective */
+PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &X, bool finest, bool single, const std::vector<char> &left, AinsworthGrid *grid)
+{
+  std::unique_ptr<AinsworthLevel> level;
+
+  PetscFunctionBegin;
+  PetscCall(ReadDiagonal(X, !finest, &grid->diagonal));
+  PetscCall(AinsworthGridStore(X, finest && single, grid));
+  PetscCall(grid->createLevel(NULL, true, &level));
+  PetscCall(level->estimate(NULL, &left));
+  grid->largest = level->largest;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthGridTakeDouble - keeps the double-precision blocks of a level in single precision, for products, or in its place if the level is factored */
+void AinsworthGridTakeDouble(const AinsworthBlockMat &X, bool factored, const AinsworthHierarchyOptions &options, AinsworthGrid *grid)
+{
+  if (grid->single && (options.product || factored)) grid->upper = TakeUpper<PetscScalar>(X.rows, NULL);
+  if (!factored) return;
+  grid->single = NULL;
+  grid->w      = NULL;
+}
+
+/* AinsworthGridSum - computes a level of A, of which half is stored, plus `added` if it is not NULL; collective */
+PetscErrorCode AinsworthGridSum(const AinsworthGrid &grid, const AinsworthBlockMat *added, AinsworthBlockMat *sum)
+{
+  const AinsworthBlockRows                &U = *grid.upper;
+  std::vector<std::vector<AinsworthPiece>> pieces(U.n);
+
+  PetscFunctionBegin;
+  for (PetscInt r = 0; r < U.n; r++) {
+    for (PetscInt k = U.i[r]; k < U.i[r + 1]; k++) {
+      pieces[r].push_back({grid.nodes->rstart + U.j[k], U.block(k), false});
+      if (k > U.i[r]) pieces[U.j[k]].push_back({grid.nodes->rstart + r, U.block(k), true});
+    }
+    for (const AinsworthBlockMat *X : {&grid.outside, added})
+      for (PetscInt k = X ? X->rows.i[r] : 0; X && k < X->rows.i[r + 1]; k++) pieces[r].push_back({X->cols.node(X->rows.j[k]), X->rows.block(k), false});
+  }
+  PetscCall(AinsworthBlockMatAssemble(grid.nodes, grid.bs, pieces, sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthGridCreateProduct - creates a matrix for products with A that stores half of its entries; collective */
+PetscErrorCode AinsworthGridCreateProduct(const AinsworthGrid &grid, Mat *mat)
+{
+  std::unique_ptr<AinsworthLevel> level;
+
+  PetscFunctionBegin;
+  *mat = NULL;
+  PetscCall(grid.createLevel(NULL, false, &level));
+  PetscCall(AinsworthLevelMatSet(grid.nodes, grid.bs, std::move(level), mat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
