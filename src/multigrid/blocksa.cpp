@@ -303,7 +303,7 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
 .  -pc_blocksa_coarse_eq_limit <600>     - a level with at most this many unknowns is factored
 .  -pc_blocksa_process_eq_limit <900>    - a level with fewer unknowns per process moves to fewer processes
 .  -pc_blocksa_precision <single,double> - precision of the finest level; by default single if the `KSP` tolerates it
-.  -pc_mg_cycle_type <w,v>               - cycle; by default W if the first coarser level of A has at most 0.6 times its entries
+.  -pc_mg_cycle_type <w,v>               - cycle; by default W if the first coarser level of A has at most 0.65 times its entries
 .  -mg_levels_*                          - the smoothers; by default two steps of Chebyshev with Jacobi
 -  -mg_coarse_*                          - the solver of the coarsest level; by default direct
 

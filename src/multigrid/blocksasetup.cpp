@@ -8,8 +8,8 @@
 
 /* Upper end of the damped spectrum of D^{-1} M relative to the estimated largest eigenvalue, and lower end relative to the upper one */
 static const PetscReal above = 1.1, below = 0.1;
-/* With a larger complexity of the first two levels of A a W-cycle costs more than it saves: on ten parts of a mesher it is no slower up to 1.57, slower from 1.7 on */
-static const PetscReal complexityOfW = 1.6;
+/* With a larger complexity of the first two levels of A a W-cycle costs more than it saves: on ten parts of a mesher it is no slower up to 1.60, slower from 1.71 on */
+static const PetscReal complexityOfW = 1.65;
 /*
    Shifts of the coarsest matrix relative to its diagonal, far below what multigrid resolves
 
