@@ -56,6 +56,7 @@ PetscErrorCode              PCBlockSAGetProduct_Private(PC, Mat *);
 PetscErrorCode              PCBlockSASetSubspace_Private(PC, const std::shared_ptr<const AinsworthSubspace> &, Mat);
 
 /* blocksasubspace.cpp */
+PetscErrorCode        PCBlockSACountOthers_Private(PC, PetscInt, PetscInt *);
 std::vector<PetscInt> AinsworthSubspaceCarried(const PC_BlockSA *);
 std::vector<char>     AinsworthSubspaceLeft(const PC_BlockSA *, PetscInt, const std::vector<PetscInt> &);
 PetscErrorCode        AinsworthCoarsenRows(const AinsworthGrid &, std::vector<Vec> *);

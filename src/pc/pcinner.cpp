@@ -138,6 +138,7 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner
   Vec                   penalty;
   std::vector<PetscInt> alone;
   PetscBool             inKernel, works, shares;
+  PetscInt              n, others;
   auto                  used = std::make_shared<Surface>();
   const AinsworthCompliance *compliance;
 
@@ -163,7 +164,9 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner
   in.slack    = NULL;
   in.springs  = NULL;
   if (in.inKernel && compliance) {
-    PetscCall(AinsworthPmatCreateSlack(&in, compliance, PetscMax(data->saddle.bs, data->saddle.scattered), &used->slack));
+    PetscCall(MatGetLocalSize(in.A, NULL, &n));
+    PetscCall(PCBlockSACountOthers_Private(inner, n, &others));
+    PetscCall(AinsworthPmatCreateSlack(&in, compliance, PetscMax(data->saddle.bs, data->saddle.scattered), others, &used->slack));
     extended        = in;
     extended.A      = extended.aij = used->slack.A;
     extended.C      = used->slack.C;

@@ -94,7 +94,7 @@ struct AinsworthPmatInputs {
 PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *, const AinsworthPmatOptions *, AinsworthPmatInKernel *);
 
 PetscErrorCode AinsworthPmatHasSlack(const AinsworthPmatInputs *, const AinsworthCompliance *, PetscBool *);
-PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *, const AinsworthCompliance *, PetscInt, AinsworthPmatSlack *);
+PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *, const AinsworthCompliance *, PetscInt, PetscInt, AinsworthPmatSlack *);
 
 PetscErrorCode AinsworthPmatSlackExtend(const AinsworthPmatSlack *, Mat, Mat *);
 

@@ -12,6 +12,9 @@
 #include "../saddle/saddle.h"
 #include <algorithm>
 
+/* One more slack unknown for so many rows */
+static const PetscInt spare = 8;
+
 AinsworthPmatSlack::~AinsworthPmatSlack()
 {
   for (Mat *M : {&A, &C, &map}) (void)MatDestroy(M);
@@ -177,9 +180,10 @@ static PetscErrorCode CreateMap(Mat C, Vec weight, Vec v, const Numbers &to, Vec
 /*
    AinsworthPmatCreateSlack - creates A, C and W with slack unknowns after those of x on each rank, and the map to vectors of the reduced system. Collective
 
-   bs: unknowns per node, of which those of the slack unknowns are a multiple on each rank; those too many are alone
+   bs: unknowns per node, of which those of the slack unknowns are a multiple on each rank; those too many are alone. existing: so many are there already on this
+   rank; they stay if they are enough, and not far too many, as the levels of A depend on their number: contact changes the number of rows in each step
 */
-PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *in, const AinsworthCompliance *c, PetscInt bs, AinsworthPmatSlack *made)
+PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *in, const AinsworthCompliance *c, PetscInt bs, PetscInt existing, AinsworthPmatSlack *made)
 {
   PetscInt         m, n;
   Vec              N, E, spring, scale, numbers;
@@ -188,7 +192,7 @@ PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *in, const Ain
 
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(in->C, &m, &n));
-  const PetscInt more = made->more = (m + bs - 1) / bs * bs;
+  const PetscInt ample = m + m / spare, more = made->more = m <= existing && existing <= 2 * ample ? existing : (ample + bs - 1) / bs * bs;
   PetscCall(to.create(in->C, more));
   for (size_t r = 0; r + 1 < to.shift.size(); r++) made->numbers.push_back(to.shift[r + 1] - to.shift[r]);
   PetscCall(MeanDiagonal(in->aij, &made->d));
