@@ -6,6 +6,7 @@
 /usr/bin/python3 docs/study/parts.py write --part rebars --h 30 --to DIR   files for tutorials/benchmark/solve
 /usr/bin/python3 docs/study/parts.py run --parts flange rebars --size 20k --ranks 1 2
 /usr/bin/python3 docs/study/parts.py run --parts cell --size 0.2 --ranks 3 --methods modes clamped
+/usr/bin/python3 docs/study/parts.py run --methods modes --parts flange --springs -10 -4 0 2 --oblique 0.5
 /usr/bin/python3 docs/study/parts.py run --methods modes --name v --options "-ainsworth_pc_mg_cycle_type v"
 
 run writes docs/parts.csv, where a solve that is measured again takes the place of the old one. Needs Debian's
@@ -68,6 +69,10 @@ def arguments():
     several.add_argument("--options", default="", help="more options of PETSc, for all methods")
     several.add_argument("--name", default="", help="a name of these options, in the CSV")
     several.add_argument("--limit", type=int, default=600, help="seconds that one run may take (default 600)")
+    several.add_argument("--springs", nargs="+", type=float, default=[], metavar="DECADE",
+                         help="with a D of 10^DECADE times the flexibility of A under each row")
+    several.add_argument("--oblique", nargs="+", type=float, default=[], metavar="SHARE",
+                         help="with a B whose columns differ from those of C by at most this share")
     several.add_argument("--no-reference", action="store_true", help="no exact solution, and no error")
     several.add_argument("--out", default=os.path.join(machine.ROOT, "docs", "parts.csv"),
                          help="file (default docs/parts.csv)")
@@ -121,17 +126,28 @@ def figures(answer):
     return dict(row, state=answer["state"])
 
 
-def measure(name, size, options, table):
-    """All methods on one part."""
+def changes(options):
+    """What is done with a part: a name in the CSV, a function."""
+    for decade in options.springs:
+        yield "springs 1e%g" % decade, lambda part, d=decade: part.joined(d, d)
+    for share in options.oblique:
+        yield "oblique %g" % share, lambda part, s=share: part.oblique(s)
+    if not options.springs and not options.oblique:
+        yield options.name, lambda part: part
+
+
+def measure(name, size, change, options, table):
+    """All methods on one part; change: see changes()."""
     from parts import files
     start = time.perf_counter()
     h, order = parts.sized(name, size)
-    part = parts.make(name, h, order)
+    title, changed = change
+    part = changed(parts.make(name, h, order))
     with tempfile.TemporaryDirectory(prefix="ainsworth-parts-") as folder:
         sizes = files.petsc_files(part, folder)
         del part
-        print("%s %s: %d unknowns, %d rows, made in %.1f s"
-              % (name, size, sizes["unknowns"], sizes["rows"], time.perf_counter() - start), flush=True)
+        print("%s %s %s: %d unknowns, %d rows, made in %.1f s"
+              % (name, size, title, sizes["unknowns"], sizes["rows"], time.perf_counter() - start), flush=True)
         if not options.no_reference:
             answer = solve(folder, sizes, "reference", False, 1, "", options.limit)
             if answer["state"] != "exact":
@@ -145,7 +161,7 @@ def measure(name, size, options, table):
                 table.put(dict({"part": name, "order": order, "size": size, "h": h,
                                 "unknowns": sizes["clamped" if alone else "unknowns"],
                                 "rows": 0 if alone else sizes["rows"], "method": method,
-                                "modes": "yes" if modes else "no", "ranks": ranks, "name": options.name}, **answer))
+                                "modes": "yes" if modes else "no", "ranks": ranks, "name": title}, **answer))
                 print("  %-9s %d ranks: %s" % (method, ranks, " ".join(
                     "%s=%s" % pair for pair in answer.items() if pair[1] is not None)), flush=True)
 
@@ -155,7 +171,8 @@ def run(options):
     table = store.Store(os.path.abspath(options.out), KEY)
     for name in options.parts:
         for size in options.size:
-            measure(name, size, options, table)
+            for change in changes(options):
+                measure(name, size, change, options, table)
 
 
 def check(options):
