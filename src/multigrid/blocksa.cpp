@@ -23,8 +23,7 @@ PetscErrorCode PCBlockSAGetProduct_Private(PC pc, Mat *product)
 
   PetscFunctionBegin;
   PetscCall(PCBlockSAGet_Private(pc, &sa));
-  if (sa && !sa->product && sa->levels.hierarchy && sa->levels.hierarchy->finest.upper && !sa->levels.hierarchy->sorted &&
-      !(sa->subspace && sa->subspace->map))
+  if (sa && !sa->product && sa->levels.hierarchy && sa->levels.hierarchy->finest.upper && !sa->levels.hierarchy->sorted && !(sa->subspace && sa->subspace->map))
     PetscCall(AinsworthGridCreateProduct(sa->levels.hierarchy->finest, &sa->product));
   *product = sa ? sa->product : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);

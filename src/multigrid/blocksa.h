@@ -30,16 +30,16 @@ struct PC_BlockSA {
   PetscBool keep; /* keep the coarser levels whatever the values of A */
 
   AinsworthLevels                                   levels;
-  std::shared_ptr<const std::vector<AinsworthGrid>> grids; /* the levels in use */
-  PetscBool        old;       /* the coarser levels belong to earlier values of A */
-  std::shared_ptr<const AinsworthInterpolation> corrected; /* what corrects interpolation to the finest level; NULL: nothing */
-  std::shared_ptr<const AinsworthFewRows> coarseRows; /* of the coarsest level; NULL: none */
-  std::vector<Mat> op;        /* operators of the levels, finest first; the coarsest is AIJ */
-  Mat              product;   /* A for products, from the current levels; NULL until requested */
-  Vec              mapped[2]; /* right-hand side and solution for the unknowns of the levels; NULL if these are those of the PC */
-  Vec              sorted[2]; /* the same node by node; NULL if not needed */
-  PetscBool        raised;    /* the bounds of the smoothers were raised since set-up */
-  struct _PCOps    mg;        /* the operations of PCMG */
+  std::shared_ptr<const std::vector<AinsworthGrid>> grids;      /* the levels in use */
+  PetscBool                                         old;        /* the coarser levels belong to earlier values of A */
+  std::shared_ptr<const AinsworthInterpolation>     corrected;  /* what corrects interpolation to the finest level; NULL: nothing */
+  std::shared_ptr<const AinsworthFewRows>           coarseRows; /* of the coarsest level; NULL: none */
+  std::vector<Mat>                                  op;         /* operators of the levels, finest first; the coarsest is AIJ */
+  Mat                                               product;    /* A for products, from the current levels; NULL until requested */
+  Vec           mapped[2]; /* right-hand side and solution for the unknowns of the levels; NULL if these are those of the PC */
+  Vec           sorted[2]; /* the same node by node; NULL if not needed */
+  PetscBool     raised;    /* the bounds of the smoothers were raised since set-up */
+  struct _PCOps mg;        /* the operations of PCMG */
 };
 
 static inline PC_BlockSA *BlockSA(PC pc)

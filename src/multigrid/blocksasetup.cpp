@@ -120,8 +120,8 @@ static PetscErrorCode KeepCoarse(PC pc, PC_BlockSA *sa, Mat A, MatNullSpace near
   PetscCall(MatDestroy(&sa->product));
   sa->levels.hierarchy = hierarchy;
   if (sa->levels.alone) {
-    auto grids      = std::make_shared<std::vector<AinsworthGrid>>(*sa->levels.alone);
-    (*grids)[0]     = hierarchy->finest;
+    auto grids       = std::make_shared<std::vector<AinsworthGrid>>(*sa->levels.alone);
+    (*grids)[0]      = hierarchy->finest;
     sa->levels.alone = grids;
   }
   sa->old = PETSC_TRUE;
@@ -172,8 +172,8 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   if (!modes.rotations)
     PetscCall(PetscInfo(pc, "Neither a near null space nor coordinates: with rigid-body modes (MatSetNearNullSpace(), PCSetCoordinates()) slender bodies "
                             "take 2 to 5 times less\n"));
-  auto hierarchy = std::make_shared<AinsworthHierarchy>();
-  const std::vector<char> left = AinsworthSubspaceLeft(sa, bs, order);
+  auto                    hierarchy = std::make_shared<AinsworthHierarchy>();
+  const std::vector<char> left      = AinsworthSubspaceLeft(sa, bs, order);
   PetscCall(hierarchy->create(aij, bs, std::move(order), std::move(modes), AinsworthSubspaceCarried(sa), left, sa->options));
   PetscCall(MatDestroy(&aij));
   sa->levels.hierarchy = hierarchy;
@@ -206,7 +206,7 @@ static PetscErrorCode CreateCoarsest(const AinsworthGrid &grid, std::unique_ptr<
 /* Creates the levels of A, or of A plus what is added or corrects coarse functions; D: blocks of what is added to the finest level. Collective */
 static PetscErrorCode CreateGrids(PC_BlockSA *sa, Mat A, Mat added, AinsworthBlockMat *D)
 {
-  const AinsworthHierarchy &h = *sa->levels.hierarchy;
+  const AinsworthHierarchy &h       = *sa->levels.hierarchy;
   const bool                coarser = h.levels() > 1, corrected = coarser && sa->subspace && sa->subspace->correction;
   AinsworthBlockMat         coarse;
   Mat                       aij;
@@ -377,12 +377,12 @@ PetscErrorCode PCBlockSASetBounds_Private(PC pc, PetscReal factor)
 
 PetscErrorCode PCSetUp_BlockSA(PC pc)
 {
-  PC_BlockSA  *sa = BlockSA(pc);
-  Mat          A, added;
+  PC_BlockSA       *sa = BlockSA(pc);
+  Mat               A, added;
   AinsworthBlockMat D;
-  PetscBool    anew = PETSC_TRUE;
-  KSP          ksp;
-  MatNullSpace null;
+  PetscBool         anew = PETSC_TRUE;
+  KSP               ksp;
+  MatNullSpace      null;
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Levels, pc, 0, 0, 0));

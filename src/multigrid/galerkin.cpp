@@ -119,8 +119,7 @@ void Multiply(const AinsworthBlockRows &X, const Extended &P, const Pattern &pat
     w.assign((size_t)m * bs * k, 0.0);
     for (PetscInt s = 0; s < m; s++) place[cols[s]] = s;
     for (PetscInt e = X.i[r]; e < X.i[r + 1]; e++)
-      for (PetscInt q = P.i[X.j[e]]; q < P.i[X.j[e] + 1]; q++)
-        AinsworthMultAdd<B, B, K>(bs, bs, k, X.block(e), P.block(q), &w[(size_t)place[P.j[q]] * bs * k]);
+      for (PetscInt q = P.i[X.j[e]]; q < P.i[X.j[e] + 1]; q++) AinsworthMultAdd<B, B, K>(bs, bs, k, X.block(e), P.block(q), &w[(size_t)place[P.j[q]] * bs * k]);
     for (PetscInt q = P.i[r]; q < P.i[r + 1]; q++) {
       const PetscInt     c  = P.j[q];
       const PetscScalar *Pq = P.block(q);

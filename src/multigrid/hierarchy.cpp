@@ -72,7 +72,7 @@ PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, PetscMPII
   }
   PetscCall(AinsworthTentativeCreate(aggregates, X.rows.br, nodes, &modes, T));
   T->ranks = owners;
-  *made = true;
+  *made    = true;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -194,4 +194,3 @@ PetscErrorCode AinsworthHierarchy::replaceFinest(Mat A, const AinsworthHierarchy
   finest = std::move(grid);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-

@@ -54,14 +54,14 @@ public:
   size_t         levels() const { return finest.P ? 2 + below.size() : 1; }
 
   AinsworthGrid                   finest;
-  AinsworthGrid                   first;               /* P' A P on the first coarser level, without a diagonal; empty if there is none */
-  std::vector<AinsworthTentative> below;               /* from the level below the first coarser one, and so on */
-  std::vector<PetscInt>           order;               /* the local rows of A node by node, if sorted */
+  AinsworthGrid                   first;                /* P' A P on the first coarser level, without a diagonal; empty if there is none */
+  std::vector<AinsworthTentative> below;                /* from the level below the first coarser one, and so on */
+  std::vector<PetscInt>           order;                /* the local rows of A node by node, if sorted */
   PetscBool                       sorted = PETSC_FALSE; /* A does not store its rows node by node; the same on all ranks */
-  AinsworthModes                  modes;               /* without their values */
-  std::vector<PetscInt>           carried;             /* unknowns without entries in A whose nodes all levels have, global numbers of all ranks, ascending */
-  std::vector<char>               left;                /* local nodes of the finest level without coarse functions; empty: none */
-  char                            doubts[128] = "";    /* why this hierarchy is likely to be inefficient; empty if nothing suggests that */
+  AinsworthModes                  modes;                /* without their values */
+  std::vector<PetscInt>           carried;              /* unknowns without entries in A whose nodes all levels have, global numbers of all ranks, ascending */
+  std::vector<char>               left;                 /* local nodes of the finest level without coarse functions; empty: none */
+  char                            doubts[128] = "";     /* why this hierarchy is likely to be inefficient; empty if nothing suggests that */
 
 private:
   PetscErrorCode coarsen(const AinsworthBlockMat &, PetscMPIInt, const AinsworthHierarchyOptions &, AinsworthTentative *, bool *);

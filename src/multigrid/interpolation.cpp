@@ -57,7 +57,8 @@ static void CreateTentative(const AinsworthAggregates &agg, PetscInt bs, const A
 
 /* Computes P_i = T_i - omega D_i^{-1} sum_j A_ij T_j; columns are global coarse node numbers */
 template <int B, int K>
-static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> &aggregate, const PetscScalar *T, const std::vector<PetscReal> &diagonal, PetscReal omega, AinsworthBlockRows *P)
+static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> &aggregate, const PetscScalar *T, const std::vector<PetscReal> &diagonal,
+                       PetscReal omega, AinsworthBlockRows *P)
 {
   const PetscInt        bs = P->br, k = P->bc, size = bs * k;
   std::vector<PetscInt> cols;
@@ -96,7 +97,8 @@ static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> 
 +  T     - the tentative interpolation
 -  modes - the near null space on the coarse nodes that this rank owns
 */
-PetscErrorCode AinsworthTentativeCreate(const AinsworthAggregates &agg, PetscInt bs, const AinsworthLayout &layout, AinsworthModes *modes, AinsworthTentative *T)
+PetscErrorCode AinsworthTentativeCreate(const AinsworthAggregates &agg, PetscInt bs, const AinsworthLayout &layout, AinsworthModes *modes,
+                                        AinsworthTentative *T)
 {
   const PetscInt           k     = modes->k;
   PetscInt                 first = 0, made = agg.count;

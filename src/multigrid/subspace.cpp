@@ -20,7 +20,8 @@ PetscErrorCode AinsworthLevelSubspace::project(bool adjoint, Vec x) const
 
   PetscFunctionBegin;
   PetscCall(VecGetArray(x, &a));
-  PetscCall(project(adjoint, [a](PetscInt l) { return a[l]; }, [a](PetscInt l, PetscScalar v) { a[l] = v; }));
+  PetscCall(project(
+    adjoint, [a](PetscInt l) { return a[l]; }, [a](PetscInt l, PetscScalar v) { a[l] = v; }));
   PetscCall(VecRestoreArray(x, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -22,7 +22,7 @@ static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInpu
   data->autoType   = PC_AINSWORTH_PMAT_JCB;
   data->autoReason = "";
   if (data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
-  data->autoType   = PC_AINSWORTH_PMAT_ID;
+  data->autoType = PC_AINSWORTH_PMAT_ID;
   if (in->inKernel) {
     data->autoType   = PC_AINSWORTH_PMAT_JCB;
     data->autoReason = ", for coarse functions in Ker C";
@@ -87,14 +87,14 @@ static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, const std::shared_ptr<Surf
   PetscCall(SetUpSurface(ctx, used.get()));
   subspace->map = used->slack.map;
   if (used->slack.map) subspace->extend = [used](Mat A, Mat *extended) { return AinsworthPmatSlackExtend(&used->slack, A, extended); };
-  subspace->places  = used->surface.places;
+  subspace->places     = used->surface.places;
   subspace->carried    = used->made.carried;
   subspace->correction = used->made.correction;
   subspace->left       = used->made.left;
-  subspace->rows    = used->made.rows;
-  subspace->weight  = used->surface.weight;
-  subspace->values  = used->surface.values;
-  subspace->project = [used](bool adjoint, Vec x) { return AinsworthSurfaceProject(&used->surface, adjoint, x); };
+  subspace->rows       = used->made.rows;
+  subspace->weight     = used->surface.weight;
+  subspace->values     = used->surface.values;
+  subspace->project    = [used](bool adjoint, Vec x) { return AinsworthSurfaceProject(&used->surface, adjoint, x); };
   PetscCall(PCBlockSASetSubspace_Private(inner, subspace, used->slack.A));
   for (Mat *M : {&used->slack.A, &used->slack.C}) PetscCall(MatDestroy(M));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -126,20 +126,37 @@ static PetscErrorCode WorksInKernel(PC_Ainsworth *data, const Mat_Ainsworth *ctx
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Creates slack unknowns for the springs of D, and the inputs that have them */
+static PetscErrorCode AddSlack(const PC_Ainsworth *data, PC inner, const AinsworthCompliance *compliance, const AinsworthPmatInputs *in,
+                               AinsworthPmatSlack *slack, AinsworthPmatInputs *extended)
+{
+  PetscInt n, others;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLocalSize(in->A, NULL, &n));
+  PetscCall(PCBlockSACountOthers_Private(inner, n, &others));
+  PetscCall(AinsworthPmatCreateSlack(in, compliance, PetscMax(data->saddle.bs, data->saddle.scattered), others, slack));
+  *extended   = *in;
+  extended->A = extended->aij = slack->A;
+  extended->C                 = slack->C;
+  extended->weight            = slack->weight;
+  extended->springs           = slack->numbers.data();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Conjugate gradients move at most this many shared unknowns; each costs an application of the preconditioner and a vector */
 static const size_t mostShared = 16;
 
 /* Creates the preconditioning matrix, and sets its penalty in the operator; bad: a row with NaN or Inf, negative if there is none */
 static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner, PetscInt *bad)
 {
-  AinsworthPmatInputs   in, extended;
-  AinsworthPmatOptions  options = data->choices.pmat;
-  const AinsworthGram  *gram;
-  Vec                   penalty;
-  std::vector<PetscInt> alone;
-  PetscBool             inKernel, works, shares;
-  PetscInt              n, others;
-  auto                  used = std::make_shared<Surface>();
+  AinsworthPmatInputs        in, extended;
+  AinsworthPmatOptions       options = data->choices.pmat;
+  const AinsworthGram       *gram;
+  Vec                        penalty;
+  std::vector<PetscInt>      alone;
+  PetscBool                  inKernel, works, shares;
+  auto                       used = std::make_shared<Surface>();
   const AinsworthCompliance *compliance;
 
   PetscFunctionBegin;
@@ -148,8 +165,8 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner
   in.C  = data->saddle.C;
   PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
   PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &compliance));
-  in.compliance = compliance ? compliance->sums : NULL;
-  in.N          = compliance ? compliance->N : NULL;
+  in.compliance      = compliance ? compliance->sums : NULL;
+  in.N               = compliance ? compliance->N : NULL;
   in.S               = gram->S;
   in.weight          = ctx->mobility;
   in.inverseDiagonal = data->inverseDiagonal;
@@ -163,16 +180,9 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner
   in.inKernel = works ? &used->made : NULL;
   in.slack    = NULL;
   in.springs  = NULL;
-  if (in.inKernel && compliance) {
-    PetscCall(MatGetLocalSize(in.A, NULL, &n));
-    PetscCall(PCBlockSACountOthers_Private(inner, n, &others));
-    PetscCall(AinsworthPmatCreateSlack(&in, compliance, PetscMax(data->saddle.bs, data->saddle.scattered), others, &used->slack));
-    extended        = in;
-    extended.A      = extended.aij = used->slack.A;
-    extended.C      = used->slack.C;
-    extended.weight = used->slack.weight;
-    extended.springs = used->slack.numbers.data();
-    in.slack        = &extended;
+  if (works && compliance) {
+    PetscCall(AddSlack(data, inner, compliance, &in, &used->slack, &extended));
+    in.slack = &extended;
   }
   ctx->springs = (PetscBool)(in.slack != NULL);
   PetscCall(PCBlockSAExpect_Private(inner, data->ksp, (PetscBool)(data->longRows > 0 && !in.inKernel), &in.single));

@@ -181,8 +181,7 @@ static PetscErrorCode Describe(const PC_Ainsworth *data, const AinsworthOutcome 
       PetscCall(PetscSNPrintf(why, len, "C x = g is not met: row %" PetscInt_FMT " of the multiplier field is left with %g, %g of its terms%s%s", row->row,
                               (double)row->residual, (double)(row->residual / row->terms), doubtful ? "; " : "", doubtful ? close : ""));
     } else
-      PetscCall(PetscSNPrintf(why, len,
-                              "The %s says that it converged, but row %" PetscInt_FMT " of A x + C' lambda = f is left with %g, %g of its terms: %s",
+      PetscCall(PetscSNPrintf(why, len, "The %s says that it converged, but row %" PetscInt_FMT " of A x + C' lambda = f is left with %g, %g of its terms: %s",
                               data->whole ? "factored whole system" : "reduced solve", e->primal.row, (double)e->primal.residual,
                               (double)(e->primal.residual / e->primal.terms),
                               doubtful ? close : "its method, or its preconditioner, does not see this; is A indefinite on Ker C, or its diagonal zero?"));

@@ -81,7 +81,7 @@ static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, AinsworthRowK
 */
 static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx, PCFailedReason *reason)
 {
-  PetscInt  pass = 0, n = 1;
+  PetscInt  pass = 0, n   = 1;
   PetscBool hidden, whole = PETSC_FALSE;
 
   PetscFunctionBegin;

@@ -21,7 +21,7 @@ static const PetscReal weightless = 1e-10;
    An unknown follows others only where it gives at least this part of the flexibility of its row. Stiffer bars hold their surroundings: on a lattice of bars as
    stiff as 1, 10, 30, 100, 1000 times these it takes 10, 10, 13, 19, 47 iterations, and 10 with Inv(S); in unstructured meshes less stiff ones need it
 */
-static const PetscReal soft = 0.05;
+static const PetscReal soft       = 0.05;
 static const PetscReal softSpring = 0.5;
 /* The same where loose unknowns do all that a row asks for */
 static const PetscReal nothing = 1e-16;
@@ -92,9 +92,9 @@ static PetscErrorCode MarkZeroRows(const AinsworthPmatInputs *in, Vec zeros)
 */
 static PetscErrorCode ChooseRows(const AinsworthPmatInputs *in, Mat C, Roles *roles)
 {
-  Vec                    left, all;
-  std::vector<char>      asks;
-  std::vector<PetscInt>  mine;
+  Vec                   left, all;
+  std::vector<char>     asks;
+  std::vector<PetscInt> mine;
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(C, NULL, &left));
@@ -137,7 +137,8 @@ static PetscErrorCode FindSlaves(const AinsworthPmatInputs *in, Mat C, const Rol
   PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) { columns.insert(columns.end(), row.j, row.j + row.n); }));
   PetscCall(AinsworthVecGather(counts, (PetscInt)columns.size(), columns.data(), &here[0]));
   PetscCall(AinsworthVecGather(roles.weight, (PetscInt)columns.size(), columns.data(), &here[1]));
-  PetscCall(AinsworthForEntries({here[0], here[1]}, [&](PetscInt, PetscScalar count, PetscScalar w) { alone.push_back(count == 1.0 ? PetscRealPart(w) : 0.0); }));
+  PetscCall(
+    AinsworthForEntries({here[0], here[1]}, [&](PetscInt, PetscScalar count, PetscScalar w) { alone.push_back(count == 1.0 ? PetscRealPart(w) : 0.0); }));
   PetscCall(MatCreateVecs(C, NULL, &squares));
   PetscCall(AinsworthRowSquares(C, in->weight, squares));
   PetscCall(AinsworthForEntries({squares}, [&](PetscInt, PetscScalar s) { whole.push_back(PetscRealPart(s)); }));

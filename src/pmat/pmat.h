@@ -56,39 +56,40 @@ struct AinsworthPmatFill {
 
 /* What multigrid in Ker C gets of C (inkernel.cpp) */
 struct AinsworthPmatInKernel {
-  Mat                   correction; /* I - Q_* = W C' Inv(S) C; NULL for 0; the owner destroys it */
-  std::vector<Vec>      rows; /* adjoints of rows Q_*' C' that coarser levels keep; the owner destroys them */
-  std::vector<char>     left;    /* marks local unknowns that others move, with all their neighbors in A, and those without entries in A; empty: none on any rank */
+  Mat               correction; /* I - Q_* = W C' Inv(S) C; NULL for 0; the owner destroys it */
+  std::vector<Vec>  rows;       /* adjoints of rows Q_*' C' that coarser levels keep; the owner destroys them */
+  std::vector<char> left; /* marks local unknowns that others move, with all their neighbors in A, and those without entries in A; empty: none on any rank */
   std::vector<PetscInt> carried; /* unknowns without entries in A that all levels carry, global numbers of all ranks, ascending */
 };
 
 /* A, C and W with unknowns for the springs of D (slack.cpp) */
 struct AinsworthPmatSlack {
-  Mat A = NULL, C = NULL;
-  Mat map = NULL; /* to vectors of the reduced system */
-  Vec weight = NULL;
-  std::vector<PetscInt> numbers; /* of slack unknowns on each rank */
-  PetscInt more = 0; /* of this rank */
-  PetscReal d = 1.0; /* their diagonal entry in A */
+  Mat                   A = NULL, C = NULL;
+  Mat                   map    = NULL; /* to vectors of the reduced system */
+  Vec                   weight = NULL;
+  std::vector<PetscInt> numbers;    /* of slack unknowns on each rank */
+  PetscInt              more = 0;   /* of this rank */
+  PetscReal             d    = 1.0; /* their diagonal entry in A */
 
   ~AinsworthPmatSlack();
 };
 
 struct AinsworthPmatInputs {
-  Mat                   A, C, S;         /* A: any type; C: AIJ without zero rows; S = C W C' + N: AIJ, may be NULL */
-  Mat                   N;               /* what D adds to C W C'; NULL if D = 0 */
-  Mat                   aij;             /* A as AIJ */
-  Vec                   weight;          /* diagonal of W, NULL for W = I */
-  Vec                   compliance;      /* row sums of |D| with the sign of D_ii; NULL if D = 0 */
-  Vec                   inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
-  AinsworthPmatFormat   format;
-  PetscBool             single; /* the inner preconditioner works in single precision */
-  AinsworthPmatInKernel *inKernel; /* multigrid stays in Ker C and knows C on its coarser levels alone: M_* is Q_*' A Q_*, without a penalty; NULL: it does not */
-  const PetscInt       *springs; /* number of slack unknowns of each rank, which come last; NULL: there are none */
-  const AinsworthPmatInputs *slack; /* what multigrid in Ker C works with instead: the same with unknowns for springs; NULL without D */
-  PetscInt              bs;     /* block size of M_*, which A may not have */
-  AinsworthPmatFill     fill;   /* for A and C */
-  std::vector<PetscInt> shared; /* unknowns held in M_* instead of coupled by rows of C; conjugate gradients move them (ksp/shared.cpp) */
+  Mat                 A, C, S;         /* A: any type; C: AIJ without zero rows; S = C W C' + N: AIJ, may be NULL */
+  Mat                 N;               /* what D adds to C W C'; NULL if D = 0 */
+  Mat                 aij;             /* A as AIJ */
+  Vec                 weight;          /* diagonal of W, NULL for W = I */
+  Vec                 compliance;      /* row sums of |D| with the sign of D_ii; NULL if D = 0 */
+  Vec                 inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
+  AinsworthPmatFormat format;
+  PetscBool           single; /* the inner preconditioner works in single precision */
+  AinsworthPmatInKernel
+                 *inKernel; /* multigrid stays in Ker C and knows C on its coarser levels alone: M_* is Q_*' A Q_*, without a penalty; NULL: it does not */
+  const PetscInt *springs;  /* number of slack unknowns of each rank, which come last; NULL: there are none */
+  const AinsworthPmatInputs *slack;  /* what multigrid in Ker C works with instead: the same with unknowns for springs; NULL without D */
+  PetscInt                   bs;     /* block size of M_*, which A may not have */
+  AinsworthPmatFill          fill;   /* for A and C */
+  std::vector<PetscInt>      shared; /* unknowns held in M_* instead of coupled by rows of C; conjugate gradients move them (ksp/shared.cpp) */
 };
 
 PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *, const AinsworthPmatOptions *, AinsworthPmatInKernel *);

@@ -209,7 +209,9 @@ PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *in, const Ain
     v = energy > 0.0 ? PetscSqrtReal(d / energy) : 0.0;
   }));
   PetscCall(AinsworthVecClone(N, &spring));
-  PetscCall(AinsworthUpdate(spring, {c->inverse}, [=](PetscInt, PetscScalar &s, PetscScalar inverse) { s = inverse == 1.0 ? -PetscSqrtReal(PetscRealPart(s)) * PetscSqrtReal(d) : 0.0; }));
+  PetscCall(AinsworthUpdate(spring, {c->inverse}, [=](PetscInt, PetscScalar &s, PetscScalar inverse) {
+    s = inverse == 1.0 ? -PetscSqrtReal(PetscRealPart(s)) * PetscSqrtReal(d) : 0.0;
+  }));
   PetscCall(NumberSlack(in->C, bs, to, &numbers));
   PetscCall(CreateMap(in->C, in->weight, scale, to, numbers, more, &made->map));
 

@@ -6,9 +6,9 @@
 #include <vector>
 
 struct AinsworthSurface {
-  AinsworthProjector    *projector = NULL; /* borrowed */
-  std::vector<PetscInt>  places;           /* the local unknowns in rows of C, ascending */
-  std::vector<PetscReal> weight;           /* W at these */
+  AinsworthProjector    *projector = NULL;    /* borrowed */
+  std::vector<PetscInt>  places;              /* the local unknowns in rows of C, ascending */
+  std::vector<PetscReal> weight;              /* W at these */
   Mat                    C = NULL, CW = NULL; /* placed; columns: these unknowns */
   Vec                    values = NULL;       /* work space for their values */
 

@@ -72,9 +72,7 @@ static PetscErrorCode StiffnessOfRows(Mat D, Vec row)
   PetscFunctionBegin;
   PetscCall(VecDuplicate(row, &sums));
   if (D) PetscCall(AinsworthRowSums(D, 1, sums));
-  PetscCall(AinsworthUpdate(row, {sums}, [](PetscInt, PetscScalar &r, PetscScalar d) {
-    r = PetscRealPart(r) > tiny ? 1.0 / PetscRealPart(r + d) : 0.0;
-  }));
+  PetscCall(AinsworthUpdate(row, {sums}, [](PetscInt, PetscScalar &r, PetscScalar d) { r = PetscRealPart(r) > tiny ? 1.0 / PetscRealPart(r + d) : 0.0; }));
   PetscCall(VecDestroy(&sums));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -166,9 +166,9 @@ static PetscErrorCode EnergyNorm(const AinsworthSaddle *sp, Vec x, Vec Ax, Petsc
 PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[], Vec earlier, AinsworthSaddleVec b,
                                       AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left, AinsworthBackward *error)
 {
-  const AinsworthSaddleVec scale = sp->scale;
+  const AinsworthSaddleVec scale    = sp->scale;
   PetscReal                sizes[2] = {0.0, 0.0}, most[2 + 2 * AINSWORTH_ROWS_KINDS]; /* of terms, and of residuals of each kind, of both equations */
-  PetscReal *const         kinds[] = {&most[2], &most[2 + AINSWORTH_ROWS_KINDS]};
+  PetscReal *const         kinds[]  = {&most[2], &most[2 + AINSWORTH_ROWS_KINDS]};
 
   PetscFunctionBegin;
   *error = AinsworthBackward();

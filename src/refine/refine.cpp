@@ -93,7 +93,7 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
 static void Measure(bool D, const AinsworthRequest *request, AinsworthMeasure measure[])
 {
   const bool      excuses = request->energetic && request->bounded;
-  const PetscReal enough  = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */ : PetscMax(margin * request->tol, AinsworthLeast);
+  const PetscReal enough = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */ : PetscMax(margin * request->tol, AinsworthLeast);
 
   measure[AINSWORTH_ROWS_HELD]   = {enough, rounding, !excuses ? 0.0 : D ? enough / margin : enough};
   measure[AINSWORTH_ROWS_RIGID]  = {PetscMin(enough, rows), rounding};

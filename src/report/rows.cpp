@@ -75,7 +75,8 @@ PetscErrorCode AinsworthReportHeader(AinsworthReport *report)
     PetscCall(Appends(viewer, &appends));
     if (report->solve == 1 && !appends)
       PetscCall(PetscViewerASCIIPrintf(
-        viewer, "solve,seconds,iteration,delay,natural_norm,primal_residual,constraint_residual,error_lower,error_upper,error_true,error_relative,multiplier_error\n"));
+        viewer,
+        "solve,seconds,iteration,delay,natural_norm,primal_residual,constraint_residual,error_lower,error_upper,error_true,error_relative,multiplier_error\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (report->settings->eigenvalue > 0.0)
@@ -107,7 +108,7 @@ PetscErrorCode AinsworthReportPrint(AinsworthReport *report, PetscBool all)
     const PetscInt            delay    = estimate ? (PetscInt)e->fall.size() - step : 0;
     PetscReal                 values[] = {
                       row.natural, row.primal, row.constraint, delay > 0 ? AinsworthEstimatorLower(e, step) : NAN, estimate ? AinsworthEstimatorUpper(e, step) : NAN,
-                      row.error,   NAN,         row.multipliers};
+                      row.error,   NAN,        row.multipliers};
     const PetscReal error = estimate ? values[4] : row.error;
     char            text[8][16];
 
@@ -117,8 +118,8 @@ PetscErrorCode AinsworthReportPrint(AinsworthReport *report, PetscBool all)
       PetscCall(PetscViewerASCIIPrintf(viewer, "%" PetscInt_FMT ",%.6f,%" PetscInt_FMT ",%" PetscInt_FMT ",%s,%s,%s,%s,%s,%s,%s,%s\n", report->solve,
                                        (double)row.seconds, step, delay, text[0], text[1], text[2], text[3], text[4], text[5], text[6], text[7]));
     else
-      PetscCall(PetscViewerASCIIPrintf(viewer, "  %5" PetscInt_FMT " %11.4f %11s %11s %11s %11s %11s %11s %11s %11s\n", step, (double)row.seconds, text[0], text[1],
-                                       text[2], text[3], text[4], text[5], text[6], text[7]));
+      PetscCall(PetscViewerASCIIPrintf(viewer, "  %5" PetscInt_FMT " %11.4f %11s %11s %11s %11s %11s %11s %11s %11s\n", step, (double)row.seconds, text[0],
+                                       text[1], text[2], text[3], text[4], text[5], text[6], text[7]));
   }
   PetscCall(PetscViewerFlush(viewer));
   PetscFunctionReturn(PETSC_SUCCESS);

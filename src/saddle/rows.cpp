@@ -230,8 +230,8 @@ PetscErrorCode AinsworthSaddleNameKept(const AinsworthSaddle *sp, PetscInt n, co
 /* Describes the rows that are not ordinary constraints, such as ", 2 zero rows left out, 3 decoupled rows solved alone" */
 PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *sp, char text[], size_t len)
 {
-  static const char *const what[AINSWORTH_ROW_KINDS] = {"", "zero rows left out", "decoupled rows solved alone", "rows without a column solved last",
-                                                        "dependent rows left out", "nearly dependent rows left out"};
+  static const char *const what[AINSWORTH_ROW_KINDS] = {
+    "", "zero rows left out", "decoupled rows solved alone", "rows without a column solved last", "dependent rows left out", "nearly dependent rows left out"};
 
   PetscFunctionBegin;
   text[0] = 0;

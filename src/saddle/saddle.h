@@ -77,14 +77,14 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   PetscInt           first;                      /* global number of the first local row */
   PetscInt           local;                      /* number of local rows */
   PetscInt           count[AINSWORTH_ROW_KINDS]; /* of each kind, on all ranks */
-  Vec                balance;   /* scales the rows of C, B and D and the columns of D, powers of 2; NULL: 1 */
-  Vec                known;     /* n, 1 / A_ii for unknowns whose row has only A_ii, else 0; NULL if not needed */
-  Vec                work[2];   /* work vectors, n and all rows; NULL until needed */
-  std::vector<bool>  loose;     /* for each local unknown: its row of A is zero */
-  PetscBool          positive;  /* unknowns that are not loose have positive diagonal entries in A */
-  std::vector<bool>  sprung;    /* for each local row of the multiplier field: its row of D is not zero */
-  Vec                stiffness; /* of each unknown: A_ii or, where that is not positive, the largest entry of the row */
-  AinsworthSaddleVec scale;     /* powers of 2 that bring entries of the system to about 1: of the unknowns and of all rows of the multiplier field */
+  Vec                balance;                    /* scales the rows of C, B and D and the columns of D, powers of 2; NULL: 1 */
+  Vec                known;                      /* n, 1 / A_ii for unknowns whose row has only A_ii, else 0; NULL if not needed */
+  Vec                work[2];                    /* work vectors, n and all rows; NULL until needed */
+  std::vector<bool>  loose;                      /* for each local unknown: its row of A is zero */
+  PetscBool          positive;                   /* unknowns that are not loose have positive diagonal entries in A */
+  std::vector<bool>  sprung;                     /* for each local row of the multiplier field: its row of D is not zero */
+  Vec                stiffness;                  /* of each unknown: A_ii or, where that is not positive, the largest entry of the row */
+  AinsworthSaddleVec scale; /* powers of 2 that bring entries of the system to about 1: of the unknowns and of all rows of the multiplier field */
 };
 
 /* arrays.cpp */

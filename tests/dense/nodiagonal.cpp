@@ -108,14 +108,14 @@ static DenseSystem Further(PetscInt tied, PetscInt others)
   const PetscInt    n       = 20 + tied + others;
   DenseSystem       d;
 
-  d.A                               = Dense::Zero(n, n);
-  d.A.topLeftCorner(20, 20)         = springs.A;
-  d.C                               = Dense::Zero(3 + tied, n);
-  d.C.topLeftCorner(3, 20)          = springs.C;
-  d.f                               = Column::Zero(n);
-  d.f.head(20)                      = springs.f;
-  d.g                               = Column::Zero(3 + tied);
-  d.g.head(3)                       = springs.g;
+  d.A                       = Dense::Zero(n, n);
+  d.A.topLeftCorner(20, 20) = springs.A;
+  d.C                       = Dense::Zero(3 + tied, n);
+  d.C.topLeftCorner(3, 20)  = springs.C;
+  d.f                       = Column::Zero(n);
+  d.f.head(20)              = springs.f;
+  d.g                       = Column::Zero(3 + tied);
+  d.g.head(3)               = springs.g;
   for (PetscInt k = 0; k < tied; k++) {
     d.C(3 + k, 20 + k) = 1.0;
     d.C(3 + k, 5 + k)  = -1.0;
@@ -130,8 +130,8 @@ static PetscErrorCode Loose(bool stored, bool crossed)
     PetscInt    others;
     const char *names;
   } cases[] = {
-    {1, "Unknowns 22 of"            },
-    {3, "Unknowns 22, 23, 24 of"    },
+    {1, "Unknowns 22 of"             },
+    {3, "Unknowns 22, 23, 24 of"     },
     {9, "26 and 4 more of the primal"}
   };
 

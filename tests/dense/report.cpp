@@ -12,9 +12,9 @@ struct Run {
   Mat                    nest = NULL;
   KSP                    ksp = NULL, inner = NULL;
   Vec                    b = NULL, y = NULL, exact[2] = {NULL, NULL}; /* of x and lambda, of x */
-  Column                 x, weight; /* W */
+  Column                 x, weight;                                   /* W */
   Dense                  reduced;
-  PetscReal              lowest; /* eigenvalue of the preconditioned operator */
+  PetscReal              lowest;              /* eigenvalue of the preconditioned operator */
   std::vector<PetscReal> errors, multipliers; /* of x, of C' lambda */
   int                    solves = 0;
 };
@@ -35,8 +35,8 @@ static PetscErrorCode Watch(KSP ksp, PetscInt step, PetscReal, void *ctx)
   run->errors.push_back(std::sqrt(std::abs(x.dot(run->reduced * x))));
   /* lambda of this iterate, by its formula, against that of the solution */
   const Dense  C = run->d.C, CW = C * run->weight.asDiagonal();
-  const Column force = C.adjoint() * Column((CW * C.adjoint()).partialPivLu().solve(CW * (run->d.f - run->d.A * (run->x - x)))), held = run->d.f - run->d.A * run->x,
-               unit = DiagonalWeight(run->d.A).cwiseAbs().cwiseSqrt();
+  const Column force = C.adjoint() * Column((CW * C.adjoint()).partialPivLu().solve(CW * (run->d.f - run->d.A * (run->x - x)))),
+               held = run->d.f - run->d.A * run->x, unit = DiagonalWeight(run->d.A).cwiseAbs().cwiseSqrt();
   run->multipliers.push_back(unit.cwiseProduct(force - held).norm() / unit.cwiseProduct(held).norm());
   PetscFunctionReturn(PETSC_SUCCESS);
 }

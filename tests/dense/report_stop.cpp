@@ -154,7 +154,8 @@ static PetscErrorCode Weak(PetscReal contrast)
   Case("a weak preconditioner, contrast %g", (double)contrast);
   Create(contrast, 1.0, 1.0, 0.0, &s);
   s.inverse = Column(s.d.A.diagonal().cwiseInverse()).asDiagonal();
-  for (PetscInt i = 0; i < 2 * nodes; i++) s.d.f[i] = (i % 2 ? 1.0 : -1.0) * std::sqrt(PetscAbsScalar(s.d.A(i, i))); /* rough, which makes the first residual large */
+  for (PetscInt i = 0; i < 2 * nodes; i++)
+    s.d.f[i] = (i % 2 ? 1.0 : -1.0) * std::sqrt(PetscAbsScalar(s.d.A(i, i))); /* rough, which makes the first residual large */
   SolveSaddle(s.d, s.x, s.lambda);
   PetscCall(Solve(&s, "-ainsworth_ksp_rtol 1e-4", true, &plain));
   PetscCall(Solve(&s, "-ainsworth_ksp_rtol 1e-4", false, &ours));

@@ -77,8 +77,8 @@ static std::function<void(Facts &)> Cap(int rung, void (*also)(Facts &) = Usual)
 }
 
 static const AinsworthEnd answer = AINSWORTH_END_ANSWER, setup = AINSWORTH_END_SETUP, gram = AINSWORTH_END_GRAM, limit = AINSWORTH_END_LIMIT,
-                          dear = AINSWORTH_END_DEAR, breakdown = AINSWORTH_END_BREAKDOWN, indefinite = AINSWORTH_END_INDEFINITE, inaccurate = AINSWORTH_END_INACCURATE,
-                          singular = AINSWORTH_END_SINGULAR, contradictory = AINSWORTH_END_CONTRADICTORY;
+                          dear = AINSWORTH_END_DEAR, breakdown = AINSWORTH_END_BREAKDOWN, indefinite = AINSWORTH_END_INDEFINITE,
+                          inaccurate = AINSWORTH_END_INACCURATE, singular = AINSWORTH_END_SINGULAR, contradictory = AINSWORTH_END_CONTRADICTORY;
 
 /* clang-format off */
 static const Line table[] = {

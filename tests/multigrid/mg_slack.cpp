@@ -6,7 +6,7 @@ static char help[] = "Springs as unknowns of multigrid in Ker C: A, C, W and the
 /* Springs of all kinds: none, far softer and far stiffer than A, about as stiff, and one so stiff that its energy is scaled up */
 static PetscReal Spring(const Dense &A, const Dense &C, PetscInt i)
 {
-  const PetscReal factors[] = {0.0, 1e2, 1e-3, 0.5, 1e-11};
+  const PetscReal factors[]   = {0.0, 1e2, 1e-3, 0.5, 1e-11};
   PetscReal       flexibility = 0.0;
 
   for (Eigen::Index j = 0; j < C.cols(); j++)
@@ -72,7 +72,8 @@ static PetscErrorCode Identities(const Spec &spec, PetscInt bs)
   const Dense Q = (Dense::Identity(A.rows(), A.rows()) - W.asDiagonal() * C.adjoint() * with.ldlt().solve(C)) * used.asDiagonal();
   const Dense T = with.ldlt().solve(d.C), P = Dense::Identity(spec.n, spec.n) - d.w.asDiagonal() * d.C.adjoint() * T;
   const Dense reduced = P.adjoint() * d.A * P + T.adjoint() * e.asDiagonal() * T, O = map * Q;
-  PetscCall(CheckEqual("energies", O.adjoint() * reduced * O, Q.adjoint() * A * Q, spec.rowscale > 0.0 || spec.jump != 1.0 ? 1e-6 : 1e-10)); /* S is ill-conditioned */
+  PetscCall(
+    CheckEqual("energies", O.adjoint() * reduced * O, Q.adjoint() * A * Q, spec.rowscale > 0.0 || spec.jump != 1.0 ? 1e-6 : 1e-10)); /* S is ill-conditioned */
 
   /* the number of slack unknowns stays while it is enough */
   PetscCall(AinsworthPmatCreateSlack(&in, &c, bs, slack.more, &again));

@@ -98,7 +98,7 @@ static PetscErrorCode Products(Lattice l)
       PetscCall(AinsworthTentativeInterpolate(h.below[k - 1], &tentative));
       PetscCall(Gather(grids[k], tentative, dense));
       PetscCall(Gather(grids[k], *grids[k].P, P));
-      const PetscReal omega = 4.0 / 3.0 / grids[k].largest;
+      const PetscReal omega   = 4.0 / 3.0 / grids[k].largest;
       Column          inverse = DiagonalOf(grids[k]).cwiseInverse();
       for (Eigen::Index i = 0; i < dense.rows(); i++) /* nodes without an aggregate have no coarse functions */
         if (dense.middleRows(i / grids[k].bs * grids[k].bs, grids[k].bs).norm() == 0.0) inverse[i] = 0.0;
@@ -171,7 +171,8 @@ static PetscErrorCode FewRows(PetscInt n, PetscMPIInt owner)
   PetscCall(PCSetUp(inner));
   PetscCall(AinsworthFewRowsPCCreate(few, inner, &pc));
   PetscCall(PCSetUp(pc));
-  PetscCall(GatherOperator(x, y, [&](Vec in, Vec out) { return PCApply(pc, in, out); }, got));
+  PetscCall(GatherOperator(
+    x, y, [&](Vec in, Vec out) { return PCApply(pc, in, out); }, got));
   const Dense Z = M.inverse() * top.adjoint();
   PetscCall(CheckEqual("M^-1 - Z (C Z)^-1 Z'", got, M.inverse() - Z * (top * Z).inverse() * Z.adjoint(), 1e-12));
   PetscCall(few->addSquare(A));
@@ -189,7 +190,7 @@ static PetscErrorCode FewRows(PetscInt n, PetscMPIInt owner)
 /* The largest v' X v / v' A v for positive definite A */
 static PetscReal LargestQuotient(const Dense &X, const Dense &A)
 {
-  const Dense                                    left = (X + X.adjoint()) / 2.0, right = (A + A.adjoint()) / 2.0;
+  const Dense                                     left = (X + X.adjoint()) / 2.0, right = (A + A.adjoint()) / 2.0;
   Eigen::GeneralizedSelfAdjointEigenSolver<Dense> solver(left, right, Eigen::EigenvaluesOnly);
 
   return solver.eigenvalues().maxCoeff();
@@ -225,7 +226,7 @@ static PetscErrorCode Bounds(Lattice l, PetscReal scale)
     for (PetscInt k = 0; k < 5; k++) C(i, (PetscInt)(PetscAbsReal(Uniform(11, i, k)) * n)) += (1.0 + Uniform(12, i, k)) * PetscPowReal(scale, i);
   const DenseProjector projector(C, W);
   const Dense          Q = projector.Q, N = Eigen::FullPivLU<Dense>(C).kernel();
-  const Dense          DW = D.asDiagonal();
+  const Dense          DW  = D.asDiagonal();
   const PetscReal      all = LargestQuotient(op, DW), inside = LargestQuotient(N.adjoint() * op * N, N.adjoint() * DW * N);
   PetscCall(CheckTrue("Q W A has no larger eigenvalue than W A", inside <= all * (1 + 1e-10)));
   const PetscReal before = Approximation(op, P, Dense::Identity(n, n), D), after = Approximation(op, Q * P, N, D);
@@ -237,13 +238,13 @@ static PetscErrorCode Bounds(Lattice l, PetscReal scale)
 /* The cycle of PCBLOCKSA: Hermitian, into Ker C, and close to the inverse there; with carried unknowns, kept rows, and in both precisions */
 static PetscErrorCode Cycle(Lattice l, bool single, bool kept)
 {
-  Mat                A, T;
-  Vec                x, y, places;
-  PC                 pc;
-  PetscInt           rstart, rend, n = l.nodes() * l.bs, m = 6;
-  Dense              C = Dense::Zero(m, n), dense, B;
-  auto               subspace = std::make_shared<AinsworthSubspace>();
-  std::vector<Vec>   rows;
+  Mat              A, T;
+  Vec              x, y, places;
+  PC               pc;
+  PetscInt         rstart, rend, n = l.nodes() * l.bs, m = 6;
+  Dense            C        = Dense::Zero(m, n), dense, B;
+  auto             subspace = std::make_shared<AinsworthSubspace>();
+  std::vector<Vec> rows;
 
   PetscFunctionBeginUser;
   Case("cycle, blocks of %d, %s precision%s", (int)l.bs, single ? "single" : "double", kept ? ", a row is kept" : "");
@@ -259,9 +260,9 @@ static PetscErrorCode Cycle(Lattice l, bool single, bool kept)
   for (PetscInt i = 0; i < m; i++) { /* an unknown of the last layer equals the mean of two in the middle */
     const PetscInt last = n - 1 - 2 * i, middle = n / 2 + 3 * i;
 
-    C(i, last)                 = 1.0;
-    C(i, middle)               = -0.6;
-    C(i, middle + 3 * l.bs)    = -0.4;
+    C(i, last)              = 1.0;
+    C(i, middle)            = -0.6;
+    C(i, middle + 3 * l.bs) = -0.4;
   }
   if (kept) {
     C.conservativeResize(m + 1, n);
@@ -310,7 +311,8 @@ static PetscErrorCode Cycle(Lattice l, bool single, bool kept)
     PetscCall(PetscObjectStateIncrease((PetscObject)A));
     PetscCall(PCSetOperators(pc, A, A));
     PetscCall(PCSetUp(pc));
-    PetscCall(GatherOperator(x, y, [&](Vec in, Vec out) { return PCApply(pc, in, out); }, B));
+    PetscCall(GatherOperator(
+      x, y, [&](Vec in, Vec out) { return PCApply(pc, in, out); }, B));
     const PetscReal rounding = single ? 1e-5 : 1e-11;
     PetscCall(CheckEqual("the cycle is Hermitian", B, B.adjoint(), rounding));
     PetscCall(Check("the cycle ends in Ker C", (C * B).norm(), rounding * C.norm() * B.norm()));

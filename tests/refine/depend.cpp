@@ -195,8 +195,9 @@ static PetscErrorCode Judged(const Judgement &line)
     for (PetscInt i = 0; i < m; i++) d.D(i, i) = 1.0 + Uniform(8, i, i);
   line.change(d);
   PetscCall(SetupCreate(d, &setup));
-  if (line.dropped.size()) PetscCall(AinsworthSaddleDropDependent(&setup.sp, (PetscInt)line.dropped.size(), line.dropped.data(),
-                                                             line.nearly ? AINSWORTH_ROW_NEAR : AINSWORTH_ROW_DEPENDENT));
+  if (line.dropped.size())
+    PetscCall(
+      AinsworthSaddleDropDependent(&setup.sp, (PetscInt)line.dropped.size(), line.dropped.data(), line.nearly ? AINSWORTH_ROW_NEAR : AINSWORTH_ROW_DEPENDENT));
   PetscCall(KeptRows(setup, &kept));
   PetscCall(SetupCreate(Only(d, kept), &regular));
   for (PetscInt i = 0; i < n; i++) all[i] = i;

@@ -341,11 +341,12 @@ static PetscErrorCode Rounding(PetscReal stiffness, PetscReal left, bool toleran
   d.A(0, 1) = d.A(1, 0) = -1.0 + stiffness;
   PetscCall(SetupCreate(d, &setup));
   b[0] = b[1] = stiffness;
-  y[0] = y[1]       = 1.0;
-  request.energetic = (PetscBool)(left == 0.0);
-  request.tol       = tolerance ? 1e-8 : -1.0;
+  y[0] = y[1]          = 1.0;
+  request.energetic    = (PetscBool)(left == 0.0);
+  request.tol          = tolerance ? 1e-8 : -1.0;
   const Answer inverse = Inverse(setup, 0.0);
-  PetscCall(Refine(&setup, request, b, y, [&](const Column &r, int call) { return Column((1 - left) * inverse(r, call)); }, &run));
+  PetscCall(Refine(
+    &setup, request, b, y, [&](const Column &r, int call) { return Column((1 - left) * inverse(r, call)); }, &run));
   PetscCall(CheckInt("the outcome", run.outcome.state, AINSWORTH_OUTCOME_SOLVED));
   if (stiffness > 1e-7) PetscCall(CheckTrue("no further solve", run.calls == 0 && run.outcome.rounding == 0.0));
   else if (left > 0.5 && tolerance) PetscCall(CheckTrue("rounding moves x without bound", run.outcome.rounding >= PETSC_INFINITY));
@@ -368,8 +369,8 @@ static PetscErrorCode Hidden()
   Case("a pair beside a large force");
   d.A(0, 1) = d.A(1, 0) = -1.0 + stiffness;
   PetscCall(SetupCreate(d, &setup));
-  y[0] = y[1] = 0x1p33;
-  y[2]        = 1e3;
+  y[0] = y[1]       = 0x1p33;
+  y[2]              = 1e3;
   request.energetic = PETSC_TRUE;
   request.tol       = 1e-8;
   PetscCall(Refine(&setup, request, Times(d.K(), y), y, Inverse(setup, 0.0), &run));

@@ -11,7 +11,6 @@ struct Run {
   AinsworthOutcome outcome;
   int              calls = 0;
   Column           y, left;
-
 };
 
 PetscErrorCode Refine(Setup *, const AinsworthRequest &, const Column &b, const Column &y, const Answer &, Run *);
