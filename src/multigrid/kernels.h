@@ -83,11 +83,11 @@ template <int R, int K, int C>
 inline void AinsworthMultAdd(PetscInt r, PetscInt k, PetscInt c, const PetscScalar *PETSC_RESTRICT x, const PetscScalar *PETSC_RESTRICT y,
                              PetscScalar *PETSC_RESTRICT z)
 {
-#if defined(__GNUC__)
-  if constexpr (std::is_same<PetscScalar, double>::value && R == 6 && K == 6 && C == 6) {
+#if defined(__GNUC__) && defined(PETSC_USE_REAL_DOUBLE) && !defined(PETSC_USE_COMPLEX)
+  if constexpr (R == 6 && K == 6 && C == 6) {
     for (int a = 0; a < 6; a += 2) AinsworthRowsMultAddTwo<2, 6, 3>(x + 6 * a, 6, 1, y, z + 6 * a);
     return;
-  } else if constexpr (std::is_same<PetscScalar, double>::value && R == 3 && K == 3 && C == 6) {
+  } else if constexpr (R == 3 && K == 3 && C == 6) {
     AinsworthRowsMultAddTwo<3, 3, 3>(x, 3, 1, y, z);
     return;
   }
@@ -106,8 +106,8 @@ template <int R, int K, int C>
 inline void AinsworthMultAdjointAdd(PetscInt r, PetscInt k, PetscInt c, const PetscScalar *PETSC_RESTRICT x, const PetscScalar *PETSC_RESTRICT y,
                                     PetscScalar *PETSC_RESTRICT z)
 {
-#if defined(__GNUC__)
-  if constexpr (std::is_same<PetscScalar, double>::value && R == 6 && (K == 3 || K == 6) && C == 6) {
+#if defined(__GNUC__) && defined(PETSC_USE_REAL_DOUBLE) && !defined(PETSC_USE_COMPLEX)
+  if constexpr (R == 6 && (K == 3 || K == 6) && C == 6) {
     for (int a = 0; a < 6; a += 2) AinsworthRowsMultAddTwo<2, K, 3>(x + a, 1, 6, y, z + 6 * a);
     return;
   }
