@@ -268,17 +268,15 @@ static PetscErrorCode CreateSpread(const AinsworthPmatInputs *in, Mat all, const
   if (!taken || opt->type == PC_AINSWORTH_PMAT_ID) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatGetSize(all, &rows, NULL));
   PetscCall(VecEqual(roles.weight, in->weight, &usual));
-  if (taken == rows && all == in->C && usual && in->S) {
-    PetscCall(AinsworthShare(all, &C));
-    PetscCall(AinsworthScaleColumns(C, roles.weight, &CW));
-    PetscCall(AinsworthShare(in->S, &S));
-    PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
-  } else {
-    PetscCall(AinsworthCopyMarkedRows(all, &roles.shortRows, &C));
-    PetscCall(AinsworthScaleColumns(C, roles.weight, &S));
-    PetscCall(AinsworthCopyMarkedRows(S, NULL, &CW));
-    PetscCall(MatDestroy(&S));
-    PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
+  const bool whole = taken == rows && all == in->C && usual && in->S;
+  if (whole) PetscCall(AinsworthShare(all, &C));
+  else PetscCall(AinsworthCopyMarkedRows(all, &roles.shortRows, &C));
+  PetscCall(AinsworthScaleColumns(C, roles.weight, &S));
+  PetscCall(AinsworthCopyMarkedRows(S, NULL, &CW)); /* without the columns of unknowns that have no weight: their rows would couple all others */
+  PetscCall(MatDestroy(&S));
+  PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
+  if (whole) PetscCall(AinsworthShare(in->S, &S));
+  else {
     PetscCall(MatMatMult(C, CWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &S));
     PetscCall(MatProductClear(S));
   }
