@@ -316,9 +316,9 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
    Attach the near null space to the matrix with `MatSetNearNullSpace()`; for elasticity use `MatNullSpaceCreateRigidBody()`. If there is none, it is made
    from `PCSetCoordinates()`. Without coordinates it is one constant per component. Slender bodies then take 2 to 5 times as long.
 
-   If the matrix is a `MATCOMPOSITE` that adds two matrices A and D, interpolation is made from A alone. The operators of the levels are those of the sum:
-   M_l = A_l + P' D P. The levels of A are kept until A changes. `PCAINSWORTH` passes A and the surface part of its preconditioning matrix this way, because
-   aggregates must not cross a surface on which bodies slip.
+   If the matrix is a `MATCOMPOSITE` that adds two matrices A and D, aggregates and interpolation to the finest level are made from A alone, and are kept until
+   A changes. The operators of the levels, and interpolation between the coarser ones, are those of the sum. `PCAINSWORTH` passes A and the surface part of its
+   preconditioning matrix this way, because aggregates must not cross a surface on which bodies slip.
 
    The finest level is in single precision. It is scaled, so the units of the matrix and of the right-hand side do not matter. It is in double precision if
    the diagonal jumps by more than 1e8 between neighbors, or if the `KSP` is not known to tolerate single precision. `KSPCG`, `KSPPROJECTEDCG`, `KSPFCG`,

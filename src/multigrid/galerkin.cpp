@@ -102,6 +102,16 @@ struct Pattern {
   }
 };
 
+/* Adds row r of X P to w, whose blocks are those of the columns at `place` */
+template <int B, int K>
+void AddRow(const AinsworthBlockRows &X, PetscInt r, const Extended &P, PetscInt k, const std::vector<PetscInt> &place, PetscScalar *w)
+{
+  const PetscInt bs = X.br;
+
+  for (PetscInt e = X.i[r]; e < X.i[r + 1]; e++)
+    for (PetscInt q = P.i[X.j[e]]; q < P.i[X.j[e] + 1]; q++) AinsworthMultAdd<B, B, K>(bs, bs, k, X.block(e), P.block(q), w + (size_t)place[P.j[q]] * bs * k);
+}
+
 /* Computes P' X P row by row of X: w = (X P)_r, then P_rc' w is added to row c; X P is never stored */
 template <int B, int K>
 void Multiply(const AinsworthBlockRows &X, const Extended &P, const Pattern &pattern, PetscInt k, std::vector<PetscScalar> *values)
@@ -118,8 +128,7 @@ void Multiply(const AinsworthBlockRows &X, const Extended &P, const Pattern &pat
     if (!m) continue;
     w.assign((size_t)m * bs * k, 0.0);
     for (PetscInt s = 0; s < m; s++) place[cols[s]] = s;
-    for (PetscInt e = X.i[r]; e < X.i[r + 1]; e++)
-      for (PetscInt q = P.i[X.j[e]]; q < P.i[X.j[e] + 1]; q++) AinsworthMultAdd<B, B, K>(bs, bs, k, X.block(e), P.block(q), &w[(size_t)place[P.j[q]] * bs * k]);
+    AddRow<B, K>(X, r, P, k, place, w.data());
     for (PetscInt q = P.i[r]; q < P.i[r + 1]; q++) {
       const PetscInt     c  = P.j[q];
       const PetscScalar *Pq = P.block(q);
@@ -182,7 +191,7 @@ PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInte
 template <int B, int K>
 static void MultiplyRows(const AinsworthBlockRows &D, const Extended &P, PetscInt k, AinsworthBlockRows *rows)
 {
-  const PetscInt        bs = D.br, size = bs * k;
+  const PetscInt        size = D.br * k;
   std::vector<PetscInt> cols, place(P.cols.count());
 
   for (PetscInt r = 0; r < D.n; r++, rows->endRow()) {
@@ -194,9 +203,7 @@ static void MultiplyRows(const AinsworthBlockRows &D, const Extended &P, PetscIn
     for (size_t s = 0; s < cols.size(); s++) place[cols[s]] = (PetscInt)s;
     rows->j.insert(rows->j.end(), cols.begin(), cols.end());
     rows->a.resize(start + cols.size() * size, 0.0);
-    for (PetscInt e = D.i[r]; e < D.i[r + 1]; e++)
-      for (PetscInt q = P.i[D.j[e]]; q < P.i[D.j[e] + 1]; q++)
-        AinsworthMultAdd<B, B, K>(bs, bs, k, D.block(e), P.block(q), &rows->a[start + (size_t)place[P.j[q]] * size]);
+    AddRow<B, K>(D, r, P, k, place, rows->a.data() + start);
   }
 }
 
@@ -244,13 +251,9 @@ struct RowProducts {
   template <int B, int K>
   void multiply(const AinsworthBlockRows &A, PetscInt r, const Extended &P, PetscInt k, std::vector<PetscInt> *place)
   {
-    const PetscInt bs = A.br, size = bs * k;
-
     for (PetscInt s = i[r]; s < i[r + 1]; s++) (*place)[j[s]] = s - i[r];
-    w.assign((size_t)(i[r + 1] - i[r]) * size, 0.0);
-    for (PetscInt e = A.i[r]; e < A.i[r + 1]; e++)
-      for (PetscInt q = P.i[A.j[e]]; q < P.i[A.j[e] + 1]; q++)
-        AinsworthMultAdd<B, B, K>(bs, bs, k, A.block(e), P.block(q), &w[(size_t)(*place)[P.j[q]] * size]);
+    w.assign((size_t)(i[r + 1] - i[r]) * A.br * k, 0.0);
+    AddRow<B, K>(A, r, P, k, *place, w.data());
   }
 };
 

@@ -193,7 +193,7 @@ PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &X, bool finest, bool singl
 
   PetscFunctionBegin;
   PetscCall(ReadDiagonal(X, !finest, &grid->diagonal));
-  PetscCall(AinsworthGridStore(X, finest && single, grid));
+  PetscCall(AinsworthGridStore(X, single, grid));
   PetscCall(grid->createLevel(NULL, true, &level));
   PetscCall(level->estimate(NULL, &left));
   grid->largest = level->largest;

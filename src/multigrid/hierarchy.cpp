@@ -127,10 +127,10 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
     X = std::move(product);
     PetscCall(coarsen(X, ranks, options, &T, &made));
     if (!made) break;
-    below.push_back(T);
-    PetscCall(AinsworthTentativeInterpolate(T, &tentative));
+    below.push_back(std::move(T));
+    PetscCall(AinsworthTentativeInterpolate(below.back(), &tentative));
     PetscCall(AinsworthGalerkin(X, tentative, &product));
-    ranks = T.ranks;
+    ranks = below.back().ranks;
   }
   modes.values.clear();
   modes.carried.clear();

@@ -33,18 +33,20 @@ namespace
 /* Tells slack unknowns, which come last on each rank, from others */
 struct SlackColumns {
   const PetscInt *springs, *ranges;
-  PetscMPIInt     size;
+  PetscLayout     columns;
 
   SlackColumns(const AinsworthPmatInputs *in, Mat C) : springs(in->springs)
   {
-    (void)MPI_Comm_size(PetscObjectComm((PetscObject)C), &size);
-    (void)MatGetOwnershipRangesColumn(C, &ranges);
+    (void)MatGetLayouts(C, NULL, &columns);
+    (void)PetscLayoutGetRanges(columns, &ranges);
   }
   bool operator()(PetscInt j) const
   {
+    PetscMPIInt owner;
+
     if (!springs) return false;
-    const size_t r = std::upper_bound(ranges, ranges + size + 1, j) - ranges - 1;
-    return j >= ranges[r + 1] - springs[r];
+    (void)PetscLayoutFindOwner(columns, j, &owner);
+    return j >= ranges[owner + 1] - springs[owner];
   }
 };
 

@@ -67,9 +67,8 @@ struct AinsworthPmatSlack {
   Mat                   A = NULL, C = NULL;
   Mat                   map    = NULL; /* to vectors of the reduced system */
   Vec                   weight = NULL;
-  std::vector<PetscInt> numbers;    /* of slack unknowns on each rank */
-  PetscInt              more = 0;   /* of this rank */
-  PetscReal             d    = 1.0; /* their diagonal entry in A */
+  std::vector<PetscInt> numbers; /* of slack unknowns on each rank */
+  PetscReal             d = 1.0; /* their diagonal entry in A */
 
   ~AinsworthPmatSlack();
 };

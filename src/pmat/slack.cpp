@@ -64,28 +64,31 @@ PetscErrorCode AinsworthPmatHasSlack(const AinsworthPmatInputs *in, const Ainswo
 
 namespace
 {
-/* Global numbers of n unknowns and of `more` after them on each rank */
+/* Global numbers of the columns of A where each rank has `more` unknowns after its own */
 struct Numbers {
-  std::vector<PetscInt> first, shift; /* of each rank: its first unknown before, then their number; and by how much the number of an unknown grows */
+  PetscLayout           columns;
+  const PetscInt       *first; /* of each rank: its first unknown before, then their number */
+  std::vector<PetscInt> shift; /* of each rank: by how much these numbers grow */
   PetscMPIInt           rank;
 
-  PetscErrorCode create(Mat A, PetscInt more)
+  PetscErrorCode create(Mat A, const std::vector<PetscInt> &more)
   {
-    const PetscInt *ranges;
-    PetscMPIInt     size;
-
     PetscFunctionBegin;
-    PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)A), &size));
-    PetscCall(MatGetOwnershipRangesColumn(A, &ranges));
+    PetscCall(MatGetLayouts(A, NULL, &columns));
+    PetscCall(PetscLayoutGetRanges(columns, &first));
     PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)A), &rank));
-    first.assign(ranges, ranges + size + 1);
-    shift.assign(size + 1, 0);
-    PetscCallMPI(MPI_Allgather(&more, 1, MPIU_INT, shift.data() + 1, 1, MPIU_INT, PetscObjectComm((PetscObject)A)));
-    for (PetscMPIInt r = 0; r < size; r++) shift[r + 1] += shift[r];
+    shift.assign(1, 0);
+    for (PetscInt n : more) shift.push_back(shift.back() + n);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  size_t   owner(PetscInt i) const { return std::upper_bound(first.begin(), first.end(), i) - first.begin() - 1; }
-  PetscInt operator()(PetscInt i) const { return i + shift[owner(i)]; }
+  PetscInt operator()(PetscInt i) const
+  {
+    PetscMPIInt owner;
+
+    (void)PetscLayoutFindOwner(columns, i, &owner);
+    return i + shift[owner];
+  }
+  PetscInt own() const { return first[rank + 1] + shift[rank]; } /* the first of this rank's additional ones */
 };
 } // namespace
 
@@ -111,20 +114,19 @@ static PetscErrorCode MeanDiagonal(Mat A, PetscReal *mean)
 /* AinsworthPmatSlackExtend - copies the rows of A, AIJ, and after them those of slack unknowns, which have a diagonal entry alone. Collective */
 PetscErrorCode AinsworthPmatSlackExtend(const AinsworthPmatSlack *slack, Mat A, Mat *extended)
 {
-  const PetscInt   more = slack->more;
   Numbers          to;
   AinsworthEntries rows;
-  PetscInt         n, rstart;
+  PetscInt         n;
 
   PetscFunctionBegin;
-  PetscCall(to.create(A, more));
+  PetscCall(to.create(A, slack->numbers));
   PetscCall(MatGetLocalSize(A, &n, NULL));
-  PetscCall(MatGetOwnershipRange(A, &rstart, NULL));
+  const PetscInt more = slack->numbers[to.rank];
   PetscCall(AinsworthForRows(A, [&](const AinsworthMatRow &row) {
     for (PetscInt k = 0; k < row.n; k++) rows.add(to(row.j[k]), row.a[k]);
     rows.endRow();
   }));
-  for (PetscInt k = 0; k < more; k++, rows.endRow()) rows.add(rstart + to.shift[to.rank] + n + k, slack->d);
+  for (PetscInt k = 0; k < more; k++, rows.endRow()) rows.add(to.own() + k, slack->d);
   PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)A), n + more, rows, extended));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -133,7 +135,7 @@ PetscErrorCode AinsworthPmatSlackExtend(const AinsworthPmatSlack *slack, Mat A, 
 static PetscErrorCode NumberSlack(Mat C, PetscInt bs, const Numbers &to, Vec *numbers)
 {
   std::vector<std::pair<PetscInt, PetscInt>> rows; /* node, local row */
-  PetscInt                                   first = to.first[to.rank + 1] + to.shift[to.rank];
+  PetscInt                                   first = to.own();
   PetscScalar                               *number;
 
   PetscFunctionBegin;
@@ -186,15 +188,18 @@ static PetscErrorCode CreateMap(Mat C, Vec weight, Vec v, const Numbers &to, Vec
 PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *in, const AinsworthCompliance *c, PetscInt bs, PetscInt existing, AinsworthPmatSlack *made)
 {
   PetscInt         m, n;
+  PetscMPIInt      size;
   Vec              N, E, spring, scale, numbers;
   Numbers          to;
   AinsworthEntries rows;
 
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(in->C, &m, &n));
-  const PetscInt ample = m + m / spare, more = made->more = m <= existing && existing <= 2 * ample ? existing : (ample + bs - 1) / bs * bs;
-  PetscCall(to.create(in->C, more));
-  for (size_t r = 0; r + 1 < to.shift.size(); r++) made->numbers.push_back(to.shift[r + 1] - to.shift[r]);
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)in->C), &size));
+  const PetscInt ample = m + m / spare, more = m <= existing && existing <= 2 * ample ? existing : (ample + bs - 1) / bs * bs;
+  made->numbers.resize(size);
+  PetscCallMPI(MPI_Allgather(&more, 1, MPIU_INT, made->numbers.data(), 1, MPIU_INT, PetscObjectComm((PetscObject)in->C)));
+  PetscCall(to.create(in->C, made->numbers));
   PetscCall(MeanDiagonal(in->aij, &made->d));
   PetscCall(AinsworthPmatSlackExtend(made, in->aij, &made->A));
   const PetscReal d = made->d;
