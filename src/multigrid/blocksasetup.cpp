@@ -386,6 +386,7 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Levels, pc, 0, 0, 0));
+  PetscCall(PCBlockSALeaveSubspace_Private(pc, sa)); /* first, as levels of other sizes reset the solvers' own preconditioners */
   PetscCall(Split(pc->pmat, &A, &added));
   PetscCall(SetUpLevels(pc, sa, A, &anew));
   PetscCall(CreateGrids(sa, A, added, &D));
@@ -393,7 +394,6 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   if (sa->levels.hierarchy->sorted || (sa->subspace && sa->subspace->map)) pc->ops->applyrichardson = NULL; /* PCMG's own ignores the order */
   PetscCall(MatGetNullSpace(pc->pmat, &null));
   if (!null) PetscCall(MatGetNullSpace(pc->mat, &null));
-  PetscCall(PCBlockSALeaveSubspace_Private(pc, sa));
   PetscCall(SetUpOperators(pc, sa, added ? &D : NULL, null != NULL));
   for (PetscInt l = 0, n = (PetscInt)sa->op.size(); l < n; l++) {
     PetscCall(PCMGGetSmoother(pc, n - 1 - l, &ksp));

@@ -241,7 +241,9 @@ static PetscErrorCode Cycle(Lattice l, bool single, bool kept)
   Mat              A, T;
   Vec              x, y, places;
   PC               pc;
-  PetscInt         rstart, rend, n = l.nodes() * l.bs, m = 6;
+  KSP              coarse;
+  Mat              coarsest;
+  PetscInt         rstart, rend, n = l.nodes() * l.bs, m = 6, before = 0, now;
   Dense            C        = Dense::Zero(m, n), dense, B;
   auto             subspace = std::make_shared<AinsworthSubspace>();
   std::vector<Vec> rows;
@@ -302,15 +304,20 @@ static PetscErrorCode Cycle(Lattice l, bool single, bool kept)
   PetscCall(PCCreate(PETSC_COMM_WORLD, &pc));
   PetscCall(PCSetOperators(pc, A, A));
   PetscCall(PCSetType(pc, PCBLOCKSA));
-  {
-    Options options(std::string("-pc_blocksa_coarse_eq_limit 40 -pc_blocksa_precision ") + (single ? "single" : "double"));
-    PetscCall(PCSetFromOptions(pc));
-  }
   PetscCall(PCBlockSASetSubspace_Private(pc, subspace, NULL));
-  for (int pass = 0; pass < 2; pass++) { /* the second set-up unwraps what the first has wrapped */
+  for (int pass = 0; pass < 3; pass++) { /* the second set-up unwraps what the first has wrapped, the third has levels of other sizes */
+    Options options(std::string("-pc_blocksa_coarse_eq_limit 40 -pc_blocksa_precision ") + (single ? "single" : "double") +
+                    " -pc_blocksa_threshold " + (pass < 2 ? "0" : "0.2"));
+
+    PetscCall(PCSetFromOptions(pc));
     PetscCall(PetscObjectStateIncrease((PetscObject)A));
     PetscCall(PCSetOperators(pc, A, A));
     PetscCall(PCSetUp(pc));
+    PetscCall(PCMGGetCoarseSolve(pc, &coarse));
+    PetscCall(KSPGetOperators(coarse, &coarsest, NULL));
+    PetscCall(MatGetSize(coarsest, &now, NULL));
+    PetscCall(CheckTrue(pass < 2 ? "levels of the same size" : "levels of another size", !pass || (pass == 1) == (now == before)));
+    before = now;
     PetscCall(GatherOperator(
       x, y, [&](Vec in, Vec out) { return PCApply(pc, in, out); }, B));
     const PetscReal rounding = single ? 1e-5 : 1e-11;
