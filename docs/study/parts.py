@@ -11,7 +11,7 @@
 
 run writes docs/parts.csv, where a solve that is measured again takes the place of the old one. Needs Debian's
 python3-gmsh, python3-scipy and python3-petsc4py, and a build (AINSWORTH_BUILD, default build/); seconds need an
-otherwise idle machine. Iterations are those of all reduced solves, and of the last one. Memory is the sum over the
+otherwise idle machine. change: seconds of the set-up after a change of C. Iterations are those of all reduced solves, and of the last one. Memory is the sum over the
 ranks of the most that each had [MiB], with that of Python.
 """
 import argparse
@@ -35,7 +35,7 @@ METHODS = {
     "clamped": ("no constraints: CG and PCBLOCKSA", "clamped", True, ""),
     "mumps": ("MUMPS on the whole matrix", "mumps", False, ""),
 }
-DIGITS = {"setup": "%.3f", "solve": "%.3f", "memory": "%.0f", "error": "%.2e", "primal": "%.2e", "constraint": "%.2e"}
+DIGITS = {"setup": "%.3f", "solve": "%.3f", "change": "%.3f", "memory": "%.0f", "error": "%.2e", "primal": "%.2e", "constraint": "%.2e"}
 
 
 def one_size(text):

@@ -133,8 +133,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    that unknowns in the same row of C tend to be on the same rank.
 
    Null spaces. The near null space comes from A (`MatSetNearNullSpace()`) or from the index set of its field (key "nearnullspace"), or consists of the
-   rigid-body modes of the coordinates of the nodes (`PCSetCoordinates()`, a DM). The null space comes from A (`MatSetNullSpace()`), from the index set (key
-   "nullspace"), or, its primal part, from the whole matrix.
+   rigid-body modes of the coordinates of the nodes (`PCSetCoordinates()`, the DM of a field or of A). The null space comes from A (`MatSetNullSpace()`), from
+   the index set (key "nullspace"), or, its primal part, from the whole matrix.
 
    Matrix-free blocks. The entries of A and C are needed. A block that does not give them, such as a `MATSHELL`, is found by products if it has at most 1000
    columns, and refused otherwise.

@@ -71,27 +71,37 @@ static PetscErrorCode CreateForces(const PC_Ainsworth *data, KSP trial, Vec *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthTry_Private - solves for random forces after set-up; why: the cause of a failure, otherwise empty, also if the solve is only slow */
-PetscErrorCode PCAinsworthTry_Private(PC pc, PC_Ainsworth *data, KSPConvergedReason *reason, PetscInt *iterations, char why[], size_t len)
+/*
+   PCAinsworthTry_Private - solves for random forces after set-up. Collective
+
+   smallest: estimated eigenvalue of the preconditioned operator, 0 if the method is not conjugate gradients; why: the cause of a failure, otherwise empty, also
+   if the solve is only slow
+*/
+PetscErrorCode PCAinsworthTry_Private(PC pc, PC_Ainsworth *data, KSPConvergedReason *reason, PetscInt *iterations, PetscReal *smallest, char why[], size_t len)
 {
   static const PetscReal suspicious = 1e-10; /* relative to the energy of diag(A) */
   PetscInt               n;
-  PetscReal              quotient;
+  PetscReal              quotient, largest;
+  PetscBool              conjugate;
   Vec                    f, x;
   KSP                    trial;
 
   PetscFunctionBegin;
   why[0]      = 0;
   *iterations = 0;
+  *smallest   = 0.0;
   *reason     = KSP_CONVERGED_HAPPY_BREAKDOWN;
   PetscCall(VecGetSize(data->inverseDiagonal, &n));
   if (data->constraints == n && !data->saddle.D) PetscFunctionReturn(PETSC_SUCCESS); /* the constraints alone determine x */
   PetscCall(CreateKSP(data, &trial));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)trial, &conjugate, KSPCG, KSPPROJECTEDCG, ""));
+  PetscCall(KSPSetComputeSingularValues(trial, conjugate));
   PetscCall(CreateForces(data, trial, &f));
   PetscCall(VecDuplicate(f, &x));
   PetscCall(KSPSolve(trial, f, x));
   PetscCall(KSPGetConvergedReason(trial, reason));
   PetscCall(KSPGetIterationNumber(trial, iterations));
+  if (conjugate) PetscCall(KSPComputeExtremeSingularValues(trial, &largest, smallest));
   data->ksp->its   = trial->its; /* PCAinsworthExplain_Private() reports these */
   data->ksp->rnorm = trial->rnorm;
   PetscCall(KSPDestroy(&trial));

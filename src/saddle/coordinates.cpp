@@ -1,7 +1,7 @@
 /* Rigid-body modes from the coordinates of nodes, for programs that attach no near null space */
 #include "saddle.h"
 #include "../objects.h"
-#include <petsc/private/petscimpl.h>
+#include <petscdm.h>
 
 /* Tells whether the number of coordinates is the expected one on all ranks. Collective */
 static PetscErrorCode Fits(MPI_Comm comm, size_t have, PetscInt expected, PetscBool *fits)
@@ -64,13 +64,53 @@ PetscErrorCode AinsworthCreateRigidModes(Vec coordinates, const char who[], MatN
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFindRigidModes - creates found->modes from PCSetCoordinates(), or takes them from the last set-up if nothing they depend on has changed */
-PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+/* AinsworthDMCreateRigidModes - creates rigid-body modes of n local unknowns if the DM has one coordinate for each; else NULL. Collective */
+PetscErrorCode AinsworthDMCreateRigidModes(DM dm, PetscInt n, MatNullSpace *modes)
 {
-  Vec coordinates;
+  Vec       coordinates = NULL;
+  PetscInt  dim         = 0, m;
+  PetscBool fits;
 
   PetscFunctionBegin;
-  if (!in->dim) PetscFunctionReturn(PETSC_SUCCESS);
+  *modes = NULL;
+  PetscCall(DMGetCoordinates(dm, &coordinates));
+  if (!coordinates) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetBlockSize(coordinates, &dim));
+  PetscCall(VecGetLocalSize(coordinates, &m));
+  PetscCall(Fits(PetscObjectComm((PetscObject)dm), (size_t)m, dim == 2 || dim == 3 ? n : -1, &fits));
+  if (fits) PetscCall(AinsworthCreateRigidModes(coordinates, "coordinates of the DM", modes));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthMatCreateRigidModes - creates rigid-body modes if a DM with coordinates of its nodes made the matrix; else NULL. Collective */
+PetscErrorCode AinsworthMatCreateRigidModes(Mat A, MatNullSpace *modes)
+{
+  DM       dm;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  *modes = NULL;
+  PetscCall(MatGetDM(A, &dm));
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  if (dm) PetscCall(AinsworthDMCreateRigidModes(dm, n, modes));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthFindRigidModes - creates found->modes from PCSetCoordinates() or from the DM of A, or takes them from the last set-up if nothing they depend on has
+   changed. Collective
+*/
+PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+{
+  MatNullSpace near;
+  Vec          coordinates;
+
+  PetscFunctionBegin;
+  if (!in->dim) {
+    PetscCall(AinsworthSaddleGetNearNullSpace(found, &near));
+    if (!near) PetscCall(AinsworthMatCreateRigidModes(found->block[AINSWORTH_BLOCK_A], &found->modes));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   found->located = in->located;
   if (last && last->modes && last->located == in->located && last->rows[0] == found->rows[0] && last->bs == found->bs) {
     PetscCall(AinsworthShare(last->modes, &found->modes));

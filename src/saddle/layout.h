@@ -86,6 +86,8 @@ PetscErrorCode AinsworthChangeSign(Vec, int, Mat);
 
 /* coordinates.cpp */
 PetscErrorCode AinsworthCreateRigidModes(Vec, const char[], MatNullSpace *);
+PetscErrorCode AinsworthDMCreateRigidModes(DM, PetscInt, MatNullSpace *);
+PetscErrorCode AinsworthMatCreateRigidModes(Mat, MatNullSpace *);
 PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 
 /* blocksize.cpp */

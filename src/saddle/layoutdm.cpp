@@ -2,27 +2,18 @@
 #include "layout.h"
 #include <petscdm.h>
 
-/* Attaches rigid-body modes to the index set of a field if its DM has coordinates, one for each unknown of the field */
+/* Attaches rigid-body modes to the index set of a field if its DM has coordinates of its nodes */
 static PetscErrorCode AttachModes(DM dm, IS field)
 {
-  Vec          coordinates = NULL;
   MatNullSpace modes;
-  PetscInt     bs = 0, n, m = -1;
-  PetscBool    fits;
+  PetscInt     n;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectQuery((PetscObject)field, "nearnullspace", (PetscObject *)&modes));
   if (modes || !dm) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(DMGetCoordinates(dm, &coordinates));
-  if (!coordinates) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetBlockSize(coordinates, &bs));
-  PetscCall(VecGetLocalSize(coordinates, &m));
   PetscCall(ISGetLocalSize(field, &n));
-  fits = (PetscBool)((bs == 2 || bs == 3) && m == n);
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &fits, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)field)));
-  if (!fits) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthCreateRigidModes(coordinates, "coordinates of the DM", &modes));
-  PetscCall(PetscObjectCompose((PetscObject)field, "nearnullspace", (PetscObject)modes));
+  PetscCall(AinsworthDMCreateRigidModes(dm, n, &modes));
+  if (modes) PetscCall(PetscObjectCompose((PetscObject)field, "nearnullspace", (PetscObject)modes));
   PetscCall(MatNullSpaceDestroy(&modes));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

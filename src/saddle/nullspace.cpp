@@ -1,9 +1,11 @@
 #include "saddle.h"
 #include "../objects.h"
+#include "layout.h"
+#include <string>
 #include <vector>
 
 /* Gets the near null space of A: attached to A or (as for PCFIELDSPLIT) to the index set of its field, or made of coordinates; borrowed, NULL if none */
-PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *sp, MatNullSpace *near)
+PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddleBlocks *sp, MatNullSpace *near)
 {
   PetscFunctionBegin;
   PetscCall(MatGetNearNullSpace(sp->block[AINSWORTH_BLOCK_A], near));
@@ -74,22 +76,26 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
 {
   Mat              A = found->block[AINSWORTH_BLOCK_A];
   MatNullSpace     near;
-  const char      *name = NULL; /* source of the modes, for views */
+  std::string      name; /* source of the modes, for views */
   std::vector<Vec> modes, parts;
 
   PetscFunctionBegin;
   PetscCall(MatGetNearNullSpace(A, &near));
   if (near) PetscFunctionReturn(PETSC_SUCCESS);
   for (size_t i = 0; i < found->fields.size(); i++) {
-    Mat block = NULL;
+    Mat          block = NULL;
+    MatNullSpace rigid = NULL;
 
     if (found->multiplier[i]) continue;
     near = NULL;
     if (!found->extracted) PetscCall(MatNestGetSubMat(mat, (PetscInt)i, (PetscInt)i, &block));
     if (block) PetscCall(MatGetNearNullSpace(block, &near));
     if (!near) PetscCall(PetscObjectQuery((PetscObject)found->fields[i].rows.get(), "nearnullspace", (PetscObject *)&near));
+    if (!near && block) PetscCall(AinsworthMatCreateRigidModes(block, &rigid));
+    if (!near) near = rigid;
     if (near) PetscCall(AddModes(mat, near, found->fields[i].cols.get(), &modes));
     if (near && ((PetscObject)near)->name) name = ((PetscObject)near)->name;
+    PetscCall(MatNullSpaceDestroy(&rigid));
   }
   PetscCall(MatGetNearNullSpace(mat, &near));
   if (modes.empty() && near) PetscCall(AddModes(mat, near, NULL, &modes));
@@ -107,7 +113,7 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
   }
   if (parts.empty()) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNullSpaceCreate(PetscObjectComm((PetscObject)A), PETSC_FALSE, (PetscInt)parts.size(), parts.data(), &near));
-  if (name) PetscCall(PetscObjectSetName((PetscObject)near, name));
+  if (!name.empty()) PetscCall(PetscObjectSetName((PetscObject)near, name.c_str()));
   PetscCall(MatSetNearNullSpace(A, near));
   PetscCall(MatNullSpaceDestroy(&near));
   for (Vec &v : parts) PetscCall(VecDestroy(&v));

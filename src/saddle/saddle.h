@@ -143,7 +143,7 @@ PetscErrorCode AinsworthSaddleDescribeModes(const AinsworthSaddle *, char[], siz
 
 /* nullspace.cpp */
 PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *, Mat);
-PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddle *, MatNullSpace *);
+PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddleBlocks *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *, Vec);
 PetscErrorCode AinsworthSaddleGetNullSpace(Mat, Mat, Mat *, MatNullSpace *);

@@ -5,6 +5,7 @@ static char help[] = "One system in every layout that programs use: the same ite
 #include "springs.h"
 #include <petscdmcomposite.h>
 #include <petscdmda.h>
+#include <petscdmshell.h>
 
 static Contact  c;
 static Vec      solution, rhs; /* random */
@@ -467,9 +468,41 @@ static PetscErrorCode Fields(bool located, const std::vector<std::string> &view)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The bodies are blocks of a MatNest, each made by a DM with coordinates */
+static PetscErrorCode BodiesOfDMs()
+{
+  Mat blocks[9] = {NULL}, nest;
+  DM  dm;
+  Vec x;
+
+  PetscFunctionBeginUser;
+  Case("blocks that a DM with coordinates has made");
+  for (int f : {LEFT, RIGHT}) {
+    PetscCall(MatDuplicate(c.block[f][f], MAT_COPY_VALUES, &blocks[4 * f]));
+    PetscCall(MatCreateVecs(blocks[4 * f], &x, NULL));
+    PetscCall(Locate(f, x));
+    PetscCall(DMShellCreate(PETSC_COMM_WORLD, &dm));
+    PetscCall(DMSetCoordinates(dm, x));
+    PetscCall(MatSetDM(blocks[4 * f], dm));
+    PetscCall(DMDestroy(&dm));
+    PetscCall(VecDestroy(&x));
+    PetscCall(MatCreateHermitianTranspose(c.block[TIES][f], &blocks[3 * f + TIES]));
+    blocks[3 * TIES + f] = c.block[TIES][f];
+  }
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, FIELDS, NULL, FIELDS, NULL, blocks, &nest));
+  PetscCall(Solve(nest, NULL, {"3 fields", "near null space of A: 6 vectors (coordinates of the DM)"}));
+  PetscCall(MatDestroy(&nest));
+  for (int f : {LEFT, RIGHT}) {
+    PetscCall(MatDestroy(&blocks[4 * f]));
+    PetscCall(MatDestroy(&blocks[3 * f + TIES]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Coordinates of the nodes of A, or of all rows, make the iterations of MatSetNearNullSpace() */
 static PetscErrorCode Coordinates()
 {
+  DM                     dm;
   KSP                    ksp;
   PC                     pc;
   Mat                    A, nest;
@@ -492,6 +525,8 @@ static PetscErrorCode Coordinates()
   PetscCall(VecRestoreSubVector(whole, c.primal, &part));
   PetscCall(VecSetBlockSize(nodes, 2));
   PetscCall(MatNullSpaceCreateRigidBody(nodes, &modes));
+  PetscCall(DMShellCreate(PETSC_COMM_WORLD, &dm));
+  PetscCall(DMSetCoordinates(dm, nodes));
   PetscCall(VecGetLocalSize(nodes, &n));
   PetscCall(VecGetLocalSize(whole, &m));
   PetscCall(VecGetArrayRead(nodes, &x));
@@ -505,12 +540,16 @@ static PetscErrorCode Coordinates()
 #if !defined(PETSC_HAVE_ML)
     if (!strcmp(inner, "ml")) continue;
 #endif
-    Options        options(std::string("-ainsworth_pc_type ") + inner);
-    const PetscInt before = usual;
-    PetscInt       its[3];
+    Options                  options(std::string("-ainsworth_pc_type ") + inner);
+    const PetscInt           before    = usual;
+    static const char *const sources[] = {"MatSetNearNullSpace()", "coordinates of nodes", "coordinates of rows", "coordinates of the DM"};
+    PetscInt                 its[4];
 
-    for (int k = 0; k < 3; k++) {
-      Case("%s, modes from %s", inner, k == 0 ? "MatSetNearNullSpace()" : k == 1 ? "coordinates of nodes" : "coordinates of rows");
+    for (int k = 0; k < 4; k++) {
+      const std::string source = k == 0 || k == 3 ? sources[k] : "PCSetCoordinates()";
+
+      Case("%s, modes from %s", inner, sources[k]);
+      PetscCall(MatSetDM(A, k == 3 ? dm : NULL));
       usual = -1;
       PetscCall(MatSetNearNullSpace(A, k == 0 ? modes : NULL));
       PetscCall(MatSetBlockSize(A, 2));
@@ -518,9 +557,8 @@ static PetscErrorCode Coordinates()
       PetscCall(SolverCreate(k == 2 ? c.whole : nest, &ksp));
       PetscCall(KSPGetPC(ksp, &pc));
       if (k == 2) PetscCall(NameFields(ksp, true));
-      if (k > 0) PetscCall(PCSetCoordinates(pc, 2, k == 1 ? n / 2 : m, located[k - 1].data()));
-      PetscCall(SolveAndCheck(ksp, NULL,
-                              {k == 0 ? "near null space of A: 3 vectors (MatSetNearNullSpace())" : "near null space of A: 3 vectors (PCSetCoordinates())"}));
+      if (k == 1 || k == 2) PetscCall(PCSetCoordinates(pc, 2, k == 1 ? n / 2 : m, located[k - 1].data()));
+      PetscCall(SolveAndCheck(ksp, NULL, {"near null space of A: 3 vectors (" + source + ")"}));
       PetscCall(Iterations(ksp, &its[k]));
       PetscCall(CheckInt("iterations as with MatSetNearNullSpace()", its[k], its[0]));
       PetscCall(KSPDestroy(&ksp));
@@ -528,6 +566,7 @@ static PetscErrorCode Coordinates()
     }
     usual = before;
   }
+  PetscCall(MatSetDM(A, NULL));
   {
     Options        options("-ainsworth_pc_type blocksa");
     const PetscInt before = usual;
@@ -559,6 +598,7 @@ static PetscErrorCode Coordinates()
     PetscCall(MatDestroy(&nest));
     usual = before;
   }
+  PetscCall(DMDestroy(&dm));
   PetscCall(MatNullSpaceDestroy(&modes));
   PetscCall(MatDestroy(&A));
   PetscCall(VecDestroy(&whole));
@@ -1084,6 +1124,7 @@ int main(int argc, char **argv)
     PetscCall(NearNullSpaces());
     PetscCall(Fields(false, {"3 fields of the DM"}));
     PetscCall(Fields(true, {"block size of A: 2 (the pattern of A)", "near null space of A: 6 vectors (coordinates of the DM)"}));
+    PetscCall(BodiesOfDMs());
     PetscCall(Coordinates());
     PetscCall(Diagonal());
     PetscCall(PlainRows());
