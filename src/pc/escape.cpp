@@ -4,13 +4,6 @@
 #include "../operator/matainsworth.h"
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
-#include <petsctime.h>
-
-/*
-   Nothing is chosen before iterations have taken `patience` of the factorization's time, so that their forecast is reliable. The rest of the solve has to take
-   `part` of that time, because forecasts tend to be too optimistic
-*/
-static const PetscReal patience = 0.1, part = 0.8;
 
 /* Gets the number of unknowns, and of the entries of A; a choice stands as long as the former stays the same and the latter about the same */
 static PetscErrorCode Measure(const PC_Ainsworth *data, PetscInt *n, PetscReal *entries)
@@ -130,60 +123,36 @@ PetscErrorCode PCAinsworthEscapeCheck_Private(PC pc, PC_Ainsworth *data, PetscBo
 }
 
 /*
-   Forecasts the iterations until the residual norm reaches `goal`, at the faster of the rates of the last half and of the last quarter of the steps
-
-   The rate of all steps is misleading, because multigrid first removes what it is good at
-*/
-static PetscReal Forecast(const std::vector<PetscReal> &norms, PetscReal goal)
-{
-  const size_t last = norms.size() - 1;
-  PetscReal    rate = 0.0;
-
-  for (size_t from : {last / 2, 3 * last / 4}) rate = PetscMax(rate, PetscLogReal(norms[from] / norms[last]) / (PetscReal)(last - from));
-  return rate > 0.0 ? PetscLogReal(norms[last] / goal) / rate : PETSC_INFINITY;
-}
-
-/*
    Replaces the convergence test: ends the solve if the rest would take longer than a factorization
 
-   All ranks have the same norms and agree on the cost of a factorization, so that all end alike
+   All ranks have the same norms and prices, so that all end alike
 */
 static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason, void *ctx)
 {
   PC                 pc   = (PC)ctx;
   PC_Ainsworth      *data = (PC_Ainsworth *)pc->data;
   PCAinsworthEscape *e    = &data->escape;
-  PetscReal          goal, left;
-  PetscLogDouble     now;
 
   PetscFunctionBegin;
   PetscCall((*e->converged)(ksp, step, norm, reason, e->test));
-  PetscCall(PetscTime(&now));
-  if (!step) {
-    e->norms.clear();
-    e->seconds = PETSC_INFINITY;
-  } else e->seconds = PetscMin(e->seconds, now - e->last);
-  e->last = now;
-  e->norms.push_back(e->norms.empty() ? norm : PetscMin(norm, e->norms.back())); /* with long rows they oscillate */
-  goal = PetscMax((data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR ? data->reporting.rtol : ksp->rtol) * e->norms[0], ksp->abstol);
-  if (*reason || PetscIsInfOrNanReal(norm) || norm <= goal) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!step) e->series = AinsworthSeries();
+  e->series.norms.push_back((double)norm);
+  e->series.goal =
+    PetscMax((data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR ? data->reporting.rtol : ksp->rtol) * (PetscReal)e->series.norms[0], ksp->abstol);
+  if (*reason || PetscIsInfOrNanReal(norm) || norm <= e->series.goal) PetscFunctionReturn(PETSC_SUCCESS);
   if (!e->counted) e->iterations = PCAinsworthEscapeLeast_Private(data);
-  while (true) {
-    const PetscReal taken = (PetscReal)(e->norms.size() - 1);
-
-    if (taken < patience * e->iterations) PetscFunctionReturn(PETSC_SUCCESS);
-    left = Forecast(e->norms, goal);
-    if (left <= part * e->iterations) PetscFunctionReturn(PETSC_SUCCESS);
-    if (e->counted) break;
+  if (!AinsworthGivesUp(e->series, e->iterations)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!e->counted) { /* operations are predicted only where any factorization would be worth its price */
     PetscCall(Measure(data, &e->n, &e->entries));
-    PetscCall(PCAinsworthEscapeCost_Private(pc, data, e->seconds, &e->operations, &e->iterations));
+    PetscCall(PCAinsworthEscapeCost_Private(pc, data, &e->operations, &e->iterations));
     e->counted = PETSC_TRUE;
+    if (!AinsworthGivesUp(e->series, e->iterations)) PetscFunctionReturn(PETSC_SUCCESS);
   }
   e->now  = PETSC_TRUE;
   *reason = KSP_CONVERGED_ITS; /* not a failure, which -ksp_error_if_not_converged would turn into an error */
   PetscCall(PetscSNPrintf(e->why, sizeof(e->why),
-                          "for %.2g operations, the time of %.0f iterations with multigrid, of which %.0f or more were left after %" PetscInt_FMT,
-                          (double)e->operations, (double)e->iterations, (double)PetscMin(left, 1e5), step));
+                          "for %.2g operations, at the price of %.0f iterations with multigrid, of which more were left after %" PetscInt_FMT,
+                          (double)e->operations, (double)e->iterations, step));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

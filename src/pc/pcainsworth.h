@@ -7,6 +7,7 @@
 #include "../multigrid/source.h"
 #include "../pmat/pmat.h"
 #include "../inner/ladder.h"
+#include "../inner/prices.h"
 #include "../inner/whole.h"
 #include "../projector/symbolic.h"
 #include "../refine/refine.h"
@@ -84,10 +85,8 @@ struct PCAinsworthEscape {
   PetscInt               n;          /* size of A when it was chosen */
   PetscReal              entries;    /* of A then */
   PetscReal              operations; /* predicted */
-  PetscReal              iterations; /* multigrid iterations that take as long */
-  PetscReal              seconds;    /* of the fastest iteration of the current solve, on this rank */
-  PetscLogDouble         last;       /* time of its last iteration */
-  std::vector<PetscReal> norms;      /* residual norms of the current solve */
+  PetscReal              iterations; /* its price in iterations with multigrid, at least */
+  AinsworthSeries        series;     /* the current solve */
   char                   why[256];   /* reason for the choice */
   PetscBool              watching;   /* the convergence test of the KSP is replaced; this is its own: */
   void                  *test;
@@ -208,7 +207,7 @@ PETSC_INTERN PetscErrorCode      PCAinsworthConvertPmat_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetUpPreconditioner_Private(PC_Ainsworth *, PC, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeAtOnce_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscReal           PCAinsworthEscapeLeast_Private(const PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCost_Private(PC, PC_Ainsworth *, PetscReal, PetscReal *, PetscReal *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCost_Private(PC, PC_Ainsworth *, PetscReal *, PetscReal *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeReview_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCheck_Private(PC, PC_Ainsworth *, PetscBool, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeTake_Private(PC, PC_Ainsworth *, const char[], char[], size_t);

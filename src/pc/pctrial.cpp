@@ -101,7 +101,8 @@ PetscErrorCode PCAinsworthTry_Private(PC pc, PC_Ainsworth *data, KSPConvergedRea
   PetscCall(KSPSolve(trial, f, x));
   PetscCall(KSPGetConvergedReason(trial, reason));
   PetscCall(KSPGetIterationNumber(trial, iterations));
-  if (conjugate) PetscCall(KSPComputeExtremeSingularValues(trial, &largest, smallest));
+  /* after a breakdown PETSc has not stored the last coefficients, and its eigenvalue solver may not end */
+  if (conjugate && *iterations && (*reason > 0 || *reason == KSP_DIVERGED_ITS)) PetscCall(KSPComputeExtremeSingularValues(trial, &largest, smallest));
   data->ksp->its   = trial->its; /* PCAinsworthExplain_Private() reports these */
   data->ksp->rnorm = trial->rnorm;
   PetscCall(KSPDestroy(&trial));
