@@ -4,27 +4,33 @@
 #include <limits>
 
 /*
-   Orderings, copies and solves of a factorization take as long as so many products with A; while a product handles one entry, a package does so many operations.
-   Measured with matrices of 3 000 to 150 000 unknowns (docs/models.md); between half and twice as many operations few choices differ
-*/
-static const double overhead = 320.0, operationsOf[] = {60.0, 30.0, 3.0};
-/*
-   A solve is watched in vain for this part of the price, because forecasts of its first steps mislead: the residual stays where it is until conjugate gradients
-   have found the bending of a body. The price of waiting is at most this part; of 63 series none is given up in vain or kept for more than 1.3 times the better
-   choice, with .1 six, with .5 ten (docs/models.md)
-*/
-static const double patience = 0.28;
+   The unit of all prices is the time in which a product with A handles an entry, about a nanosecond. Fits to 63 solves of 3 000 to 150 000 unknowns, by hexahedra
+   and tetrahedra, with few constraints and many (docs/models.md)
 
-/* AinsworthPriceIteration - returns the price of an iteration: a product, and a cycle that visits levels with so many times the entries of A */
-double AinsworthPriceIteration(double complexity)
+   An iteration, measured between .62 and 1.28 times: products with the finest level in single precision for each entry of A, vectors for each unknown, the first
+   coarser level for each of its entries, and eight projections for each entry of the factors of S; of other multigrids only A is known
+*/
+static const double perEntry = 0.2, perUnknown = 57.0, perCoarse = 0.85, perGram = 7.3, other = 3.0;
+/* A factorization, .85 to 1.23 times: orderings, copies and two or three iterations for each entry of A; operations that a package does in a unit */
+static const double overhead = 159.0, operationsOf[] = {41.0, 20.0, 2.0};
+/*
+   A solve is watched in vain for the first part of the price, because forecasts of its first steps mislead: the residual stays where it is until conjugate
+   gradients have found the bending of a body. It is given up if the rest is forecast to take more than the second part, because forecasts tend to be optimistic.
+   By both the 63 solves take at most 1.82 times as long as by the better choice, with .1 2.04, with .2 and .3 the same but more of them (docs/models.md)
+*/
+static const double patience = 0.15, part = 0.8;
+
+/* AinsworthPriceIteration - returns the price of an iteration with multigrid */
+double AinsworthPriceIteration(const AinsworthPriceFacts &f)
 {
-  return 1.0 + complexity;
+  if (!f.own) return other * f.entries;
+  return perEntry * f.entries * (f.single ? 1.0 : 2.0) + perUnknown * f.unknowns + perCoarse * f.coarse + perGram * f.gram;
 }
 
-/* AinsworthPriceFactorization - returns the price of a factorization of so many operations, where A has so many entries; on several ranks both are shared out */
-double AinsworthPriceFactorization(double operations, double entries, AinsworthPackage package)
+/* AinsworthPriceFactorization - returns the price of a factorization of M_* with its solves; on several ranks all is shared out, iterations as well */
+double AinsworthPriceFactorization(const AinsworthPriceFacts &f, AinsworthPackage package)
 {
-  return overhead + operations / (operationsOf[package] * std::max(entries, 1.0));
+  return overhead * f.entries + f.operations / operationsOf[package];
 }
 
 /*
@@ -54,5 +60,5 @@ bool AinsworthMayGiveUp(const AinsworthSeries &s, double price)
 /* AinsworthGivesUp - tells whether the rest of the solve would take longer than another solver, whose price is given in iterations */
 bool AinsworthGivesUp(const AinsworthSeries &s, double price)
 {
-  return AinsworthMayGiveUp(s, price) && AinsworthForecast(s) > price;
+  return AinsworthMayGiveUp(s, price) && AinsworthForecast(s) > part * price;
 }

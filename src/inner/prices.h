@@ -1,4 +1,4 @@
-/* Prices of solvers in products with A, and when one is given up for another. No clock decides: all runs and ranks choose alike. Plain C++, without MPI and PETSc */
+/* Prices of solvers, and when one is given up for another. No clock decides: all runs and ranks choose alike. Plain C++, without MPI and PETSc */
 #ifndef AINSWORTH_PRICES_H
 #define AINSWORTH_PRICES_H
 
@@ -11,8 +11,19 @@ typedef enum {
   AINSWORTH_PACKAGE_OTHER
 } AinsworthPackage;
 
-double AinsworthPriceIteration(double complexity);
-double AinsworthPriceFactorization(double operations, double entries, AinsworthPackage);
+/* What prices depend on; of all ranks together */
+struct AinsworthPriceFacts {
+  double entries    = 0.0;  /* of A */
+  double unknowns   = 0.0;  /* of A */
+  double coarse     = 0.0;  /* entries of the first coarser level */
+  double gram       = 0.0;  /* entries of the factors of S: of the rank that has the most, times the number of ranks, as the others wait for it */
+  bool   single     = true; /* the finest level is in single precision */
+  bool   own        = true; /* the levels are those of PCBLOCKSA; of other multigrids only A is known */
+  double operations = 0.0;  /* of a factorization of M_* */
+};
+
+double AinsworthPriceIteration(const AinsworthPriceFacts &);
+double AinsworthPriceFactorization(const AinsworthPriceFacts &, AinsworthPackage);
 
 /* A solve that may be given up: its residual norms, from the first one on, and the one that ends it */
 struct AinsworthSeries {

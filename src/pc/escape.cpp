@@ -140,19 +140,18 @@ static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConve
   e->series.goal =
     PetscMax((data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR ? data->reporting.rtol : ksp->rtol) * (PetscReal)e->series.norms[0], ksp->abstol);
   if (*reason || PetscIsInfOrNanReal(norm) || norm <= e->series.goal) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!e->counted) e->iterations = PCAinsworthEscapeLeast_Private(data);
-  if (!AinsworthGivesUp(e->series, e->iterations)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (e->counted && !e->fits) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!AinsworthGivesUp(e->series, (double)PCAinsworthEscapePrice_Private(data))) PetscFunctionReturn(PETSC_SUCCESS);
   if (!e->counted) { /* operations are predicted only where any factorization would be worth its price */
-    PetscCall(Measure(data, &e->n, &e->entries));
-    PetscCall(PCAinsworthEscapeCost_Private(pc, data, &e->operations, &e->iterations));
+    PetscCall(PCAinsworthEscapeCost_Private(pc, data, &e->fits));
     e->counted = PETSC_TRUE;
-    if (!AinsworthGivesUp(e->series, e->iterations)) PetscFunctionReturn(PETSC_SUCCESS);
+    if (!e->fits || !AinsworthGivesUp(e->series, (double)PCAinsworthEscapePrice_Private(data))) PetscFunctionReturn(PETSC_SUCCESS);
   }
   e->now  = PETSC_TRUE;
   *reason = KSP_CONVERGED_ITS; /* not a failure, which -ksp_error_if_not_converged would turn into an error */
   PetscCall(PetscSNPrintf(e->why, sizeof(e->why),
                           "for %.2g operations, at the price of %.0f iterations with multigrid, of which more were left after %" PetscInt_FMT,
-                          (double)e->operations, (double)e->iterations, step));
+                          e->facts.operations, (double)PCAinsworthEscapePrice_Private(data), step));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -181,6 +180,10 @@ PetscErrorCode PCAinsworthEscapeBegin_Private(PC pc, PC_Ainsworth *data)
   if (!multigrid || norm == KSP_NORM_NONE) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCAinsworthNextRung_Private(pc, data, PETSC_FALSE, AINSWORTH_END_DEAR, &step));
   if (step.next != AINSWORTH_RUNG_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!e->counted) {
+    PetscCall(Measure(data, &e->n, &e->entries));
+    PetscCall(PCAinsworthEscapeFacts_Private(pc, data));
+  }
   PetscCall(KSPGetAndClearConvergenceTest(data->ksp, &e->converged, &e->test, &e->destroy));
   PetscCall(KSPSetConvergenceTest(data->ksp, AinsworthGuarded<LookAhead>, pc, NULL));
   e->watching = PETSC_TRUE;

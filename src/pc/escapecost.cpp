@@ -1,25 +1,9 @@
 /* Price of a factorization of M_* in iterations with multigrid (docs/models.md) */
 #include "pcainsworth.h"
 #include "../multigrid/blocksa.h"
+#include "../operator/matainsworth.h"
+#include <cstring>
 #include <unistd.h>
-
-/* Returns the price of an iteration in products with A */
-static PetscReal Iteration(const PC_Ainsworth *data)
-{
-  static const PetscReal usual = 1.14; /* usual operator complexity */
-  PC                     inner;
-  PC_BlockSA            *sa;
-
-  (void)KSPGetPC(data->ksp, &inner);
-  (void)PCBlockSAGet_Private(inner, &sa);
-  return (PetscReal)AinsworthPriceIteration(sa && sa->levels.hierarchy ? sa->levels.hierarchy->complexity() : usual);
-}
-
-/* PCAinsworthEscapeLeast_Private - returns the least price of any factorization in iterations */
-PetscReal PCAinsworthEscapeLeast_Private(const PC_Ainsworth *data)
-{
-  return (PetscReal)AinsworthPriceFactorization(0.0, 1.0, AINSWORTH_PACKAGE_OTHER) / Iteration(data);
-}
 
 /* Predicts the cost of a factorization of M_*; collective, the same on all ranks */
 static PetscErrorCode Predict(PC_Ainsworth *data, AinsworthCost *cost)
@@ -49,17 +33,20 @@ static PetscErrorCode Predict(PC_Ainsworth *data, AinsworthCost *cost)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode PackageOf(MatSolverType type, AinsworthPackage *package)
+static AinsworthPackage PackageOf(MatSolverType type)
 {
-  PetscBool is;
+  if (type && !strcmp(type, MATSOLVERCHOLMOD)) return AINSWORTH_PACKAGE_CHOLMOD;
+  return type && !strcmp(type, MATSOLVERMUMPS) ? AINSWORTH_PACKAGE_MUMPS : AINSWORTH_PACKAGE_OTHER;
+}
 
-  PetscFunctionBegin;
-  *package = AINSWORTH_PACKAGE_OTHER;
-  PetscCall(PetscStrcmp(type, MATSOLVERCHOLMOD, &is));
-  if (is) *package = AINSWORTH_PACKAGE_CHOLMOD;
-  PetscCall(PetscStrcmp(type, MATSOLVERMUMPS, &is));
-  if (is) *package = AINSWORTH_PACKAGE_MUMPS;
-  PetscFunctionReturn(PETSC_SUCCESS);
+/* PCAinsworthEscapePrice_Private - returns the price of a factorization in iterations, a lower bound as long as its operations are not known */
+PetscReal PCAinsworthEscapePrice_Private(const PC_Ainsworth *data)
+{
+  const AinsworthPriceFacts &f = data->escape.facts;
+  MatSolverType              type;
+
+  (void)PCAinsworthFactorType_Private(data, &type);
+  return (PetscReal)(AinsworthPriceFactorization(f, PackageOf(type)) / AinsworthPriceIteration(f));
 }
 
 /* PCAinsworthLeastMemory_Private - gets the memory of the smallest machine of all ranks in bytes, as if all ranks were on that one; collective */
@@ -72,27 +59,47 @@ PetscErrorCode PCAinsworthLeastMemory_Private(MPI_Comm comm, PetscReal *memory)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   PCAinsworthEscapeCost_Private - predicts the operations of a factorization of M_* and its price in iterations; collective, the same on all ranks
-
-   iterations: infinity if the factor does not fit in memory
-*/
-PetscErrorCode PCAinsworthEscapeCost_Private(PC pc, PC_Ainsworth *data, PetscReal *operations, PetscReal *iterations)
+/* PCAinsworthEscapeFacts_Private - gathers what the price of an iteration depends on; collective, the same on all ranks */
+PetscErrorCode PCAinsworthEscapeFacts_Private(PC pc, PC_Ainsworth *data)
 {
-  MatSolverType    type;
-  AinsworthPackage package;
-  PetscReal        memory;
-  AinsworthCost    cost;
+  PCAinsworthEscape   *e = &data->escape;
+  AinsworthPriceFacts *f = &e->facts;
+  MPI_Comm             comm = PetscObjectComm((PetscObject)pc);
+  const AinsworthGram *gram = NULL;
+  PetscReal            most = 0.0;
+  PetscMPIInt          size;
+  PC_BlockSA          *sa;
+  PC                   inner;
 
   PetscFunctionBegin;
-  (void)PCAinsworthFactorType_Private(data, &type);
+  *f          = AinsworthPriceFacts();
+  f->entries  = (double)e->entries;
+  f->unknowns = (double)e->n;
+  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(PCBlockSAGet_Private(inner, &sa));
+  f->own = sa && sa->levels.hierarchy;
+  if (f->own) f->single = sa->levels.hierarchy->single();
+  if (f->own && sa->grids && sa->grids->size() > 1) f->coarse = (double)(*sa->grids)[1].entries();
+  if (data->constraints) PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
+  if (gram) most = gram->factor.cost.entries;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, comm));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  f->gram = (double)most * size;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthEscapeCost_Private - predicts the operations of a factorization of M_*; *fits: in memory. Collective, the same on all ranks */
+PetscErrorCode PCAinsworthEscapeCost_Private(PC pc, PC_Ainsworth *data, PetscBool *fits)
+{
+  PetscReal     memory;
+  AinsworthCost cost;
+
+  PetscFunctionBegin;
   PetscCall(Predict(data, &cost));
-  PetscCall(PackageOf(type, &package));
   PetscCall(PCAinsworthLeastMemory_Private(PetscObjectComm((PetscObject)pc), &memory));
-  *operations = cost.operations;
-  *iterations = (PetscReal)AinsworthPriceFactorization(cost.operations, data->escape.entries, package) / Iteration(data);
-  if (!AinsworthLadderFits(PCAinsworthFactorBytes_Private(&cost), memory)) *iterations = PETSC_INFINITY;
+  data->escape.facts.operations = (double)cost.operations;
+  *fits                         = (PetscBool)AinsworthLadderFits(PCAinsworthFactorBytes_Private(&cost), memory);
   PetscCall(PetscInfo(pc, "A factorization would take %g operations and hold %g entries%s: its price is that of %g iterations\n", (double)cost.operations,
-                      (double)cost.entries, *iterations < PETSC_INFINITY ? "" : ", more than memory has room for", (double)*iterations));
+                      (double)cost.entries, *fits ? "" : ", more than memory has room for", (double)PCAinsworthEscapePrice_Private(data)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
