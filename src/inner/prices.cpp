@@ -11,12 +11,13 @@
    coarser level for each of its entries, and eight projections for each entry of the factors of S; of other multigrids only A is known
 */
 static const double perEntry = 0.2, perUnknown = 57.0, perCoarse = 0.85, perGram = 7.3, other = 3.0;
-/* A factorization, .85 to 1.23 times: orderings, copies and two or three iterations for each entry of A; operations that a package does in a unit */
-static const double overhead = 159.0, operationsOf[] = {41.0, 20.0, 2.0};
+/* A factorization, .77 to 1.29 times: orderings and copies for each unknown, solves for each entry of the factor; operations that a package does in a unit */
+static const double perRow = 3100.0, perFill = 34.0, operationsOf[] = {97.0, 48.0, 5.0};
 /*
    A solve is watched in vain for the first part of the price, because forecasts of its first steps mislead: the residual stays where it is until conjugate
    gradients have found the bending of a body. It is given up if the rest is forecast to take more than the second part, because forecasts tend to be optimistic.
-   By both the 63 solves take at most 1.82 times as long as by the better choice, with .1 2.04, with .2 and .3 the same but more of them (docs/models.md)
+   By both the solves take at most 1.81 times as long as by the better choice, 1.14 times in the mean; with .1 and .8 2.57 times, with .25 and .8 1.91 times
+   (docs/models.md)
 */
 static const double patience = 0.15, part = 0.8;
 
@@ -30,7 +31,7 @@ double AinsworthPriceIteration(const AinsworthPriceFacts &f)
 /* AinsworthPriceFactorization - returns the price of a factorization of M_* with its solves; on several ranks all is shared out, iterations as well */
 double AinsworthPriceFactorization(const AinsworthPriceFacts &f, AinsworthPackage package)
 {
-  return overhead * f.entries + f.operations / operationsOf[package];
+  return perRow * f.unknowns + perFill * std::max(f.fill, 0.5 * f.entries) + f.operations / operationsOf[package];
 }
 
 /*

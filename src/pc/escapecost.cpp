@@ -62,8 +62,8 @@ PetscErrorCode PCAinsworthLeastMemory_Private(MPI_Comm comm, PetscReal *memory)
 /* PCAinsworthEscapeFacts_Private - gathers what the price of an iteration depends on; collective, the same on all ranks */
 PetscErrorCode PCAinsworthEscapeFacts_Private(PC pc, PC_Ainsworth *data)
 {
-  PCAinsworthEscape   *e = &data->escape;
-  AinsworthPriceFacts *f = &e->facts;
+  PCAinsworthEscape   *e    = &data->escape;
+  AinsworthPriceFacts *f    = &e->facts;
   MPI_Comm             comm = PetscObjectComm((PetscObject)pc);
   const AinsworthGram *gram = NULL;
   PetscReal            most = 0.0;
@@ -97,6 +97,7 @@ PetscErrorCode PCAinsworthEscapeCost_Private(PC pc, PC_Ainsworth *data, PetscBoo
   PetscFunctionBegin;
   PetscCall(Predict(data, &cost));
   PetscCall(PCAinsworthLeastMemory_Private(PetscObjectComm((PetscObject)pc), &memory));
+  data->escape.facts.fill       = (double)cost.entries;
   data->escape.facts.operations = (double)cost.operations;
   *fits                         = (PetscBool)AinsworthLadderFits(PCAinsworthFactorBytes_Private(&cost), memory);
   PetscCall(PetscInfo(pc, "A factorization would take %g operations and hold %g entries%s: its price is that of %g iterations\n", (double)cost.operations,

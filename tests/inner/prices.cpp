@@ -104,7 +104,7 @@ static void Replay(const char file[])
   while (std::getline(in, line)) {
     if (line.empty() || line[0] == '#') continue;
     std::istringstream  fields(line);
-    double              number[6];
+    double              number[7];
     AinsworthSeries     s;
     AinsworthPriceFacts f;
 
@@ -120,8 +120,9 @@ static void Replay(const char file[])
     f.coarse           = number[2];
     f.own              = f.coarse > 0.0;
     f.gram             = number[3];
-    f.operations       = number[4];
-    const double all   = number[5];
+    f.fill             = number[4];
+    f.operations       = number[5];
+    const double all   = number[6];
     const double price = Factor(f) / AinsworthPriceIteration(f), took = Replayed(s, all, price), ratio = took / std::min(all, price);
 
     Check(ratio <= 1.6, name.c_str(), ratio);
