@@ -5,7 +5,7 @@
    projection. Unknowns without stiffness that several rows share have no weight there and are carried to all levels; rows that are long, or have only such unknowns,
    are kept as few constraints of the coarser levels
 */
-#include "pmat.h"
+#include "inkernel.h"
 #include "../lists.h"
 #include "../loops.h"
 #include "../objects.h"
@@ -49,18 +49,10 @@ struct SlackColumns {
     return j >= ranges[owner + 1] - springs[owner];
   }
 };
-
-/* What becomes of the rows and unknowns of C */
-struct Roles {
-  std::vector<char>     shortRows; /* local rows: in Q_* */
-  std::vector<PetscInt> kept;      /* rows kept as constraints, global numbers of all ranks */
-  std::vector<PetscInt> carried;   /* unknowns, global numbers of all ranks */
-  Vec                   weight;    /* of Q_*, length n */
-};
 } // namespace
 
 /* Finds carried unknowns, and the weight of Q_*: none for these and for masters in unusually many rows. Collective */
-static PetscErrorCode FindCarried(const AinsworthPmatInputs *in, Vec counts, Vec zeros, Roles *roles)
+static PetscErrorCode FindCarried(const AinsworthPmatInputs *in, Vec counts, Vec zeros, AinsworthKernelRoles *roles)
 {
   PetscInt              rstart;
   std::vector<PetscInt> mine;
@@ -92,7 +84,7 @@ static PetscErrorCode MarkZeroRows(const AinsworthPmatInputs *in, Vec zeros)
 
    C: the rows, scaled to C W C' = 1 before loose unknowns were released from them, or the program's own
 */
-static PetscErrorCode ChooseRows(const AinsworthPmatInputs *in, Mat C, Roles *roles)
+static PetscErrorCode ChooseRows(const AinsworthPmatInputs *in, Mat C, AinsworthKernelRoles *roles)
 {
   Vec                   left, all;
   std::vector<char>     asks;
@@ -126,35 +118,24 @@ static PetscErrorCode ChooseRows(const AinsworthPmatInputs *in, Mat C, Roles *ro
 
    A spring that gives at least half of the flexibility of its row is stretched by coarse functions, which then have at most twice the energy that they need
 */
-static PetscErrorCode FindSlaves(const AinsworthPmatInputs *in, Mat C, const Roles &roles, std::vector<PetscInt> *slaves, std::vector<PetscScalar> *entries)
+static PetscErrorCode FindSlaves(const AinsworthPmatInputs *in, Mat C, const AinsworthKernelRoles &roles, std::vector<PetscInt> *slaves,
+                                 std::vector<PetscScalar> *entries)
 {
-  Vec                    counts, squares, here[2];
-  std::vector<PetscInt>  columns;
-  std::vector<PetscReal> alone, whole;
-  PetscInt               at = 0;
+  std::vector<PetscReal> shares;
+  size_t                 at = 0;
 
   PetscFunctionBegin;
   const SlackColumns isSlack(in, C);
-  PetscCall(AinsworthCountRows(C, 0, &counts));
-  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) { columns.insert(columns.end(), row.j, row.j + row.n); }));
-  PetscCall(AinsworthVecGather(counts, (PetscInt)columns.size(), columns.data(), &here[0]));
-  PetscCall(AinsworthVecGather(roles.weight, (PetscInt)columns.size(), columns.data(), &here[1]));
-  PetscCall(
-    AinsworthForEntries({here[0], here[1]}, [&](PetscInt, PetscScalar count, PetscScalar w) { alone.push_back(count == 1.0 ? PetscRealPart(w) : 0.0); }));
-  PetscCall(MatCreateVecs(C, NULL, &squares));
-  PetscCall(AinsworthRowSquares(C, in->weight, squares));
-  PetscCall(AinsworthForEntries({squares}, [&](PetscInt, PetscScalar s) { whole.push_back(PetscRealPart(s)); }));
-  for (Vec *v : {&counts, &squares, &here[0], &here[1]}) PetscCall(VecDestroy(v));
+  PetscCall(AinsworthKernelFindShares(in, C, roles, &shares));
   PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
     bool spring = false;
 
     slaves->push_back(-1);
     entries->push_back(0.0);
     for (PetscInt k = 0; k < row.n; k++, at++) {
-      const PetscReal share = PetscSqr(PetscAbsScalar(row.a[k])) * alone[at] / whole[row.local];
-      const bool      slack = isSlack(row.j[k]);
+      const bool slack = isSlack(row.j[k]);
 
-      if (!roles.shortRows[row.local] || alone[at] == 0.0 || share < (slack ? softSpring : soft) || spring) continue;
+      if (shares[at] == 0.0 || shares[at] < (slack ? softSpring : soft) || spring) continue;
       if (!slack && PetscAbsScalar(row.a[k]) <= PetscAbsScalar(entries->back())) continue;
       slaves->back()  = row.j[k];
       entries->back() = row.a[k];
@@ -211,7 +192,7 @@ static PetscErrorCode MarkEmbedded(Mat A, const std::vector<PetscInt> &slaves, V
 }
 
 /* Creates T_e, which expresses embedded unknowns by others, E C with E_ji = 1 / C_ij, and takes their rows out of Q_*; NULL if there are none. Collective */
-static PetscErrorCode CreateEmbedding(const AinsworthPmatInputs *in, Mat C, Vec zeros, Roles *roles, std::vector<char> *left, Mat *embedding)
+static PetscErrorCode CreateEmbedding(const AinsworthPmatInputs *in, Mat C, Vec zeros, AinsworthKernelRoles *roles, std::vector<char> *left, Mat *embedding)
 {
   std::vector<PetscInt>    slaves, asked;
   std::vector<PetscScalar> entries;
@@ -256,43 +237,8 @@ static PetscErrorCode CreateEmbedding(const AinsworthPmatInputs *in, Mat C, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates W C' Inv(S) C for the short rows; NULL if there are none. S is that of the projector if these are all rows, with their usual weight. Collective */
-static PetscErrorCode CreateSpread(const AinsworthPmatInputs *in, Mat all, const AinsworthPmatOptions *opt, const Roles &roles, Mat *spread)
-{
-  PetscInt  taken = 0, rows;
-  PetscBool usual;
-  Mat       C, CW, CWt, S, XC, inverse;
-
-  PetscFunctionBegin;
-  *spread = NULL;
-  for (char s : roles.shortRows) taken += s;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &taken, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)all)));
-  if (!taken || opt->type == PC_AINSWORTH_PMAT_ID) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatGetSize(all, &rows, NULL));
-  PetscCall(VecEqual(roles.weight, in->weight, &usual));
-  const bool whole = taken == rows && all == in->C && usual && in->S;
-  if (whole) PetscCall(AinsworthShare(all, &C));
-  else PetscCall(AinsworthCopyMarkedRows(all, &roles.shortRows, &C));
-  PetscCall(AinsworthScaleColumns(C, roles.weight, &S));
-  PetscCall(AinsworthCopyMarkedRows(S, NULL, &CW)); /* without the columns of unknowns that have no weight: their rows would couple all others */
-  PetscCall(MatDestroy(&S));
-  PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
-  if (whole) PetscCall(AinsworthShare(in->S, &S));
-  else {
-    PetscCall(MatMatMult(C, CWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &S));
-    PetscCall(MatProductClear(S));
-  }
-  PetscCall(AinsworthInvGramCreate(S, opt, &inverse));
-  PetscCall(MatMatMult(inverse, C, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &XC));
-  PetscCall(MatProductClear(XC));
-  PetscCall(MatMatMult(CWt, XC, MAT_INITIAL_MATRIX, PETSC_DEFAULT, spread));
-  PetscCall(MatProductClear(*spread));
-  for (Mat *M : {&C, &CW, &CWt, &S, &XC, &inverse}) PetscCall(MatDestroy(M));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Carries the slack unknowns of kept rows, which would be rigid without them. Collective */
-static PetscErrorCode CarrySprings(const AinsworthPmatInputs *in, Mat C, Roles *roles)
+static PetscErrorCode CarrySprings(const AinsworthPmatInputs *in, Mat C, AinsworthKernelRoles *roles)
 {
   std::vector<PetscInt> mine, all;
 
@@ -317,9 +263,9 @@ static PetscErrorCode CarrySprings(const AinsworthPmatInputs *in, Mat C, Roles *
 */
 PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, AinsworthPmatInKernel *made)
 {
-  Roles roles;
-  Vec   counts, zeros;
-  Mat   all, embedding, spread;
+  AinsworthKernelRoles roles;
+  Vec                  counts, zeros;
+  Mat                  all, embedding, spread;
 
   PetscFunctionBegin;
   PetscCall(AinsworthCountRows(in->C, 0, &counts));
@@ -330,7 +276,7 @@ PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *in, const 
   PetscCall(ChooseRows(in, all, &roles));
   PetscCall(CarrySprings(in, all, &roles));
   PetscCall(CreateEmbedding(in, all, zeros, &roles, &made->left, &embedding));
-  PetscCall(CreateSpread(in, all, opt, roles, &spread));
+  PetscCall(AinsworthKernelCreateSpread(in, all, opt, roles, &spread));
   made->correction = spread ? spread : embedding;
   if (spread && embedding) {
     Mat product;

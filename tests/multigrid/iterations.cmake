@@ -38,6 +38,8 @@ multigrid_inner(scenes tets 11 14 -scene tets -n 7)
 multigrid_inner(scenes balls_tied 13 15 -scene balls_tied -contrast 1e4 -n 13) # on 2 ranks the partition leaves single nodes of stiff balls
 multigrid_inner(scenes three_blocks 8 10 -scene three_blocks -n 7)
 multigrid_inner(scenes cyclic 9 12 -scene cyclic -n 9)
+multigrid_inner(scenes plate 24 32 -scene plate_block -unknowns 3000) # slaves of a fine mesh, stiffer than their few masters
+multigrid_inner(scenes plate_thin 46 60 -scene plate_block -aspect 1000 -nz 1 -unknowns 3000)
 multigrid_inner(scenes beam_tied 10 14 -scene beam_tied -n 2)
 multigrid_inner(scenes slabs 17 20 -scene slabs -n 6)
 multigrid_inner(scenes fibers_tied 17 21 -scene fibers_tied -n 7)
