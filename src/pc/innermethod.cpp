@@ -80,9 +80,11 @@ PetscErrorCode PCAinsworthChooseNorm_Private(PC_Ainsworth *data)
   KSP          ksp     = data->ksp;
   PetscOptions options = ((PetscObject)ksp)->options;
   const char  *prefix  = ((PetscObject)ksp)->prefix;
-  PetscBool    normGiven, sideGiven;
+  PetscBool    normGiven, sideGiven, once;
 
   PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPREONLY, &once)); /* it tests nothing, and would report failure with a norm */
+  if (once) PetscFunctionReturn(PETSC_SUCCESS);
   /* the natural norm, if the method has it, is the only one that is meaningful for both AMG and the energy */
   PetscCall(PetscOptionsHasName(options, prefix, "-ksp_norm_type", &normGiven));
   if (!normGiven && ksp->normtype == KSP_NORM_DEFAULT && ksp->normsupporttable[KSP_NORM_NATURAL][PC_LEFT] && ksp->pc_side != PC_RIGHT) {

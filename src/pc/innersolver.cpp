@@ -93,6 +93,18 @@ static PetscErrorCode DefaultType(PC pc, PC_Ainsworth *data, PetscBool definite,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Checks whether the method accepts the default multigrid for a symmetric system: conjugate gradients, and one application, which may be that of an outer method */
+static PetscErrorCode SuitsMultigrid(KSPType method, PetscBool *suits)
+{
+  PetscBool once;
+
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthIsConjugateGradients_Private(method, suits));
+  PetscCall(PetscStrcmp(method, KSPPREONLY, &once));
+  if (once) *suits = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Sets the default type of the preconditioner for a method of the reduced solve, and no other before, so that hypre is started only if it is used */
 static PetscErrorCode SetOwnType(PC pc, PC_Ainsworth *data, KSPType method)
 {
@@ -102,7 +114,7 @@ static PetscErrorCode SetOwnType(PC pc, PC_Ainsworth *data, KSPType method)
 
   PetscFunctionBegin;
   PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PCAinsworthIsConjugateGradients_Private(method, &definite));
+  PetscCall(SuitsMultigrid(method, &definite));
   PetscCall(DefaultType(pc, data, (PetscBool)(definite || data->ownMethod), &type));
   PetscCall(PCSetType(inner, type));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -110,13 +110,16 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 
    Inner solvers. Their options have the prefixes `-ainsworth_` (reduced system, operator `MATAINSWORTH`, preconditioning matrix M_*: `-ainsworth_ksp_rtol`,
    `-ainsworth_pc_type`, ...), `-ainsworth_gram_` (Gram matrix C W C') and `-ainsworth_whole_` (the whole system, if it is factored), after the prefix of this
-   `PC`. The default inner preconditioner is `PCBLOCKSA` if nodes have 2 to 5 unknowns, A is symmetric and the method is one of conjugate gradients. Its levels
-   are made from A alone and kept while A has the same values, also after `PCReset()`. If A changes, `-pc_ainsworth_rebuild` decides (docs/sequence.md).
-   Otherwise, and if `PCBLOCKSA` does not fit the matrix, the default is BoomerAMG with PMIS coarsening, aggressive on the finest level, ext+i interpolation
-   with at most 4 entries per row, and Chebyshev smoothing. With the penalty of the paper it has Falgout coarsening. With that penalty, or with a method other
-   than conjugate gradients, it has PETSc's default smoother and no aggressive coarsening. If the rest of a solve would take longer than a factorization that
-   fits in memory, the factorization takes over, also for later solves. Tiny systems are factored at once. The choice is made from predicted iterations and
-   operations (docs/models.md).
+   `PC`. The default inner preconditioner is `PCBLOCKSA` if nodes have 2 to 5 unknowns, A is symmetric and the method is one of conjugate gradients, or
+   KSPPREONLY. Its levels are made from A alone and kept while A has the same values, also after `PCReset()`. If A changes, `-pc_ainsworth_rebuild` decides
+   (docs/sequence.md). Otherwise, and if `PCBLOCKSA` does not fit the matrix, the default is BoomerAMG with PMIS coarsening, aggressive on the finest level,
+   ext+i interpolation with at most 4 entries per row, and Chebyshev smoothing. With the penalty of the paper it has Falgout coarsening. With that penalty, or
+   with a method other than conjugate gradients, it has PETSc's default smoother and no aggressive coarsening. If the rest of a solve would take longer than a
+   factorization that fits in memory, the factorization takes over, also for later solves. Tiny systems are factored at once. The choice is made from predicted
+   iterations and operations (docs/models.md).
+
+   Outer methods. With `-ksp_type preonly` an application is the solution. With `-ainsworth_ksp_type preonly` it is one multigrid cycle between two
+   projections, a linear preconditioner for any outer method; it is not judged then, as the outer method measures the residual.
 
    Failures. The solution of an inner solve is judged by the rows of the program's own matrix, and refined, by at most ten further solves, until all are met and
    x has settled; usually none is needed (docs/method.md, verification). If it is not met, or the inner solve fails, the whole system [A B'; C -D] is factored,

@@ -48,6 +48,13 @@ typedef enum {
   AINSWORTH_VERDICT_CONTRADICTION /* no x satisfies this right-hand side of the constraints */
 } AinsworthVerdict;
 
+/* What the outer method makes of an application */
+typedef enum {
+  AINSWORTH_OUTER_ANSWER,   /* KSPPREONLY, or no KSP: it is the answer, and judged as such */
+  AINSWORTH_OUTER_FLEXIBLE, /* an iteration, which bears with another operator in each application */
+  AINSWORTH_OUTER_RIGID     /* an iteration that assumes a linear preconditioner */
+} AinsworthOuter;
+
 /* Energies of a motion, relative to that of diag(A), for the words of a failure: none, and negative beyond rounding */
 static const PetscReal PCAinsworthNoEnergy = PETSC_MACHINE_EPSILON / AinsworthUndetermined, PCAinsworthNegative = -1e-12;
 
@@ -125,7 +132,7 @@ struct PC_Ainsworth {
   PetscBool       refused;           /* the last set-up failed with a reason; not repeated before something changes */
   PetscBool       unfinished;        /* the last set-up, or a solve since, ended with an error */
   PetscBool       applied;           /* since the last solve began: a failure since then is that of a solve */
-  PetscBool       rigid;             /* the outer method assumes a linear preconditioner */
+  AinsworthOuter  outer;             /* the method of the current outer solve */
   PetscBool       usable;            /* the result of the last solve is usable by an outer method */
   PetscBool       unchanged;         /* neither A nor C nor a choice had changed at the last set-up */
 

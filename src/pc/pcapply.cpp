@@ -6,19 +6,27 @@
 #include <petsc/private/pcimpl.h>
 #include <petsctime.h>
 
-/* Gets the reason of the inner solve; GCR reports convergence at the limit of iterations, which counts only with -ksp_converged_maxits or without a test */
+/*
+   Gets the reason of the inner solve; GCR reports convergence at the limit of iterations, which counts only with -ksp_converged_maxits or without a test
+
+   One cycle is no answer either, unless -ksp_norm_type none asks for it
+*/
 static PetscErrorCode GetReason(const PC_Ainsworth *data, KSPConvergedReason *reason)
 {
   PetscErrorCode (*test)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
+  PetscObject ksp = (PetscObject)data->ksp;
   KSPNormType norm;
-  PetscBool   asked = PETSC_FALSE;
+  PetscBool   asked = PETSC_FALSE, given, once;
 
   PetscFunctionBegin;
   PetscCall(KSPGetConvergedReason(data->ksp, reason));
   PetscCall(KSPGetNormType(data->ksp, &norm));
-  PetscCall(PetscOptionsGetBool(((PetscObject)data->ksp)->options, ((PetscObject)data->ksp)->prefix, "-ksp_converged_maxits", &asked, NULL));
+  PetscCall(PetscObjectTypeCompare(ksp, KSPPREONLY, &once));
+  PetscCall(PetscOptionsHasName(ksp->options, ksp->prefix, "-ksp_norm_type", &given));
+  PetscCall(PetscOptionsGetBool(ksp->options, ksp->prefix, "-ksp_converged_maxits", &asked, NULL));
   PetscCall(KSPGetConvergenceTest(data->ksp, &test, NULL, NULL));
-  if (*reason == KSP_CONVERGED_ITS && norm != KSP_NORM_NONE && test == KSPConvergedDefault && !asked) *reason = KSP_DIVERGED_ITS;
+  if (norm == KSP_NORM_NONE && !(once && !given && data->outer == AINSWORTH_OUTER_ANSWER)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (*reason == KSP_CONVERGED_ITS && test == KSPConvergedDefault && !asked) *reason = KSP_DIVERGED_ITS;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -196,18 +204,38 @@ static AinsworthEnd End(KSPConvergedReason reason)
   return reason < 0 ? AINSWORTH_END_BREAKDOWN : AINSWORTH_END_INACCURATE;
 }
 
+/*
+   Checks whether the result has to be judged: not if the inner method ends without a test, as after one cycle, and so claims nothing, and an outer method iterates
+
+   That one measures the residual itself
+*/
+static PetscErrorCode IsJudged(const PC_Ainsworth *data, KSPConvergedReason reason, PetscBool *judged)
+{
+  KSPNormType norm;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetNormType(data->ksp, &norm));
+  *judged = (PetscBool)(data->outer == AINSWORTH_OUTER_ANSWER || norm != KSP_NORM_NONE || data->whole || reason < 0);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Solves, judges, and sets or raises the failure */
 static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y)
 {
   KSPConvergedReason reason;
   AinsworthVerdict   verdict = AINSWORTH_VERDICT_UNMET;
-  PetscBool          again   = PETSC_TRUE;
+  PetscBool          again   = PETSC_TRUE, judged;
   char               why[512];
 
   PetscFunctionBegin;
   while (again) {
     again = PETSC_FALSE;
     PetscCall(SolveFields(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
+    PetscCall(IsJudged(data, reason, &judged));
+    if (!judged) {
+      verdict = AINSWORTH_VERDICT_MET;
+      break;
+    }
     PetscCall(PetscStrncpy(why, KSPConvergedReasons[reason], sizeof(why)));
     /* some methods end without a reason; what rounding has stopped may be a solution all the same */
     if (reason >= 0 || reason == KSP_DIVERGED_BREAKDOWN || reason == KSP_DIVERGED_INDEFINITE_MAT) {
@@ -217,11 +245,13 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
     if (verdict == AINSWORTH_VERDICT_UNMET && reason != KSP_DIVERGED_ITS) PetscCall(PCAinsworthClimb_Private(pc, data, End(reason), why, &again));
     if (again) PetscCall(VecZeroEntries(y.primal));
   }
-  if (verdict == AINSWORTH_VERDICT_UNMET) PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
+  /* an iteration gets one explanation: the next applications end in the same way */
+  if (verdict == AINSWORTH_VERDICT_UNMET && (data->outer == AINSWORTH_OUTER_ANSWER || data->applications <= 1))
+    PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
   /* residuals of an outer method are consistent only to rounding; the program's right-hand side was checked in its first application */
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION && data->applications > 1) verdict = AINSWORTH_VERDICT_MET;
   /* a flexible outer method may use the result at the limit of iterations; others get infinities, because they do not read reasons */
-  data->usable = (PetscBool)((reason == KSP_DIVERGED_ITS && !data->rigid) || (reason >= 0 && verdict == AINSWORTH_VERDICT_MET));
+  data->usable = (PetscBool)((reason == KSP_DIVERGED_ITS && data->outer != AINSWORTH_OUTER_RIGID) || (reason >= 0 && verdict == AINSWORTH_VERDICT_MET));
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(PCAinsworthFail_Private(pc, data, PC_INCONSISTENT_RHS, PETSC_ERR_ARG_INCOMP, why));
   else if (verdict != AINSWORTH_VERDICT_MET) PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));
   else {

@@ -102,7 +102,7 @@ static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, const std::shared_ptr<Surf
 
 /*
    Checks whether multigrid works in Ker C, and needs no M_*: for a symmetric A with the diagonal weight, if the method iterates in Ker C, or if its operator has
-   no penalty, or with springs of their own. Collective
+   no penalty, or is not used, or with springs of their own. Collective
 */
 static PetscErrorCode WorksInKernel(PC_Ainsworth *data, const Mat_Ainsworth *ctx, const AinsworthPmatInputs *in, const AinsworthCompliance *compliance,
                                     PetscBool *works)
@@ -111,6 +111,7 @@ static PetscErrorCode WorksInKernel(PC_Ainsworth *data, const Mat_Ainsworth *ctx
   PC_BlockSA *sa = NULL;
   PetscInt    n;
   PCSide      side;
+  PetscBool   once;
 
   PetscFunctionBegin;
   *works = PETSC_FALSE;
@@ -122,7 +123,8 @@ static PetscErrorCode WorksInKernel(PC_Ainsworth *data, const Mat_Ainsworth *ctx
   if (compliance) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCAinsworthIteratesInKernel_Private(data, works));
   PetscCall(KSPGetPCSide(data->ksp, &side));
-  if (side == PC_RIGHT && data->choices.variant == PC_AINSWORTH_WEIGHTED) *works = PETSC_TRUE;
+  PetscCall(PetscObjectTypeCompare((PetscObject)data->ksp, KSPPREONLY, &once));
+  if ((side == PC_RIGHT || once) && data->choices.variant == PC_AINSWORTH_WEIGHTED) *works = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

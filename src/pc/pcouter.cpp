@@ -33,14 +33,15 @@ PetscErrorCode PCAinsworthReductionsCollide_Private(const PC_Ainsworth *data, Ve
 PetscErrorCode PCPreSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
 {
   PC_Ainsworth  *data = (PC_Ainsworth *)pc->data;
-  PetscBool      flexible;
+  PetscBool      answer, flexible;
   PCFailedReason failed;
 
   PetscFunctionBegin;
   PetscCall(PCGetFailedReason(pc, &failed)); /* KSPSetUp() of a new outer method takes the failure of the last solve for one of set-up */
   if (ksp->reason == KSP_DIVERGED_PC_FAILED && !failed) ksp->reason = KSP_CONVERGED_ITERATING;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &flexible, KSPPREONLY, KSPFGMRES, KSPGCR, KSPFCG, KSPPIPEFGMRES, KSPPIPEGCR, KSPPIPEFCG, ""));
-  data->rigid        = (PetscBool)!flexible;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPREONLY, &answer));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &flexible, KSPFGMRES, KSPGCR, KSPFCG, KSPPIPEFGMRES, KSPPIPEGCR, KSPPIPEFCG, ""));
+  data->outer        = answer ? AINSWORTH_OUTER_ANSWER : flexible ? AINSWORTH_OUTER_FLEXIBLE : AINSWORTH_OUTER_RIGID;
   data->applications = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -162,7 +163,7 @@ PetscErrorCode PCPostSolve_Ainsworth(PC pc, KSP ksp, Vec b, Vec x)
   if (data->applied && !data->usable && ksp->reason > 0) ksp->reason = KSP_DIVERGED_PC_FAILED;
   if (data->applied && data->usable) PetscCall(CheckOuter(pc, data, ksp, b, x));
   data->applications = -1;
-  data->rigid        = PETSC_FALSE;
+  data->outer        = AINSWORTH_OUTER_ANSWER;
   PetscCall(CheckUnderflow(pc, data, ksp, b));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
