@@ -63,7 +63,7 @@ PetscErrorCode AinsworthProjectorMultEnergy(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorPrecondition(AinsworthProjector *, PC, PetscErrorCode (*)(PC, Vec, Vec), Vec, Vec);
 
 /* weight.cpp */
-#define AINSWORTH_WEIGHT_LOOSE 100.0 /* factor by which the weight of unknowns with zero rows in A exceeds that of their surroundings */
+#define AINSWORTH_WEIGHT_LOOSE 1000.0 /* factor by which the weight of unknowns with zero rows in A exceeds that of their surroundings */
 PetscErrorCode AinsworthWeightCreate(Mat, Vec *);
 PetscErrorCode AinsworthWeightLoosen(Mat, Mat, Mat, Vec, PetscBool *);
 PetscErrorCode AinsworthRowPenaltyCreate(Mat, Vec, PetscReal, Vec *);
