@@ -63,7 +63,12 @@ PetscErrorCode AinsworthProjectorMultEnergy(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorPrecondition(AinsworthProjector *, PC, PetscErrorCode (*)(PC, Vec, Vec), Vec, Vec);
 
 /* weight.cpp */
-#define AINSWORTH_WEIGHT_LOOSE 1000.0 /* factor by which the weight of unknowns with zero rows in A exceeds that of their surroundings */
+/*
+   Factor by which the weight of unknowns with zero rows in A exceeds that of their surroundings: the larger, the less force they put on these, which coarse levels
+   do not know of. A rod with RBE3 takes 43, 17, 14, 14 iterations with 10, 100, 1000, 1e4; with springs of 1e-4 of its flexibility in these rows 19, 15, 26 with
+   100, 1000, 1e4
+*/
+#define AINSWORTH_WEIGHT_LOOSE 1000.0
 PetscErrorCode AinsworthWeightCreate(Mat, Vec *);
 PetscErrorCode AinsworthWeightLoosen(Mat, Mat, Mat, Vec, PetscBool *);
 PetscErrorCode AinsworthRowPenaltyCreate(Mat, Vec, PetscReal, Vec *);
