@@ -1,4 +1,4 @@
-/* The method of the reduced solve, its norm and its side, unless they were chosen */
+/* The method of the reduced solve, its norm and its side, unless they were chosen, and how it ended */
 #include "pcainsworth.h"
 #include <petsc/private/kspimpl.h>
 #include <petsc/private/pcimpl.h>
@@ -117,6 +117,31 @@ PetscErrorCode PCAinsworthKeepCoefficients_Private(PC_Ainsworth *data)
     if (cg || data->coefficients) PetscCall(KSPSetComputeSingularValues(ksp, cg));
     data->coefficients = cg ? ksp->max_it : 0;
   } else if (data->coefficients && ksp->max_it > data->coefficients) PetscCall(KSPSetComputeSingularValues(ksp, PETSC_FALSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   PCAinsworthGetReason_Private - gets the reason of the inner solve
+
+   GCR reports convergence at the limit of iterations, which counts only with -ksp_converged_maxits or without a test. One cycle is no answer either, unless
+   -ksp_norm_type none asks for it
+*/
+PetscErrorCode PCAinsworthGetReason_Private(const PC_Ainsworth *data, KSPConvergedReason *reason)
+{
+  PetscErrorCode (*test)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
+  PetscObject ksp = (PetscObject)data->ksp;
+  KSPNormType norm;
+  PetscBool   asked = PETSC_FALSE, given, once;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetConvergedReason(data->ksp, reason));
+  PetscCall(KSPGetNormType(data->ksp, &norm));
+  PetscCall(PetscObjectTypeCompare(ksp, KSPPREONLY, &once));
+  PetscCall(PetscOptionsHasName(ksp->options, ksp->prefix, "-ksp_norm_type", &given));
+  PetscCall(PetscOptionsGetBool(ksp->options, ksp->prefix, "-ksp_converged_maxits", &asked, NULL));
+  PetscCall(KSPGetConvergenceTest(data->ksp, &test, NULL, NULL));
+  if (norm == KSP_NORM_NONE && !(once && !given && data->outer == AINSWORTH_OUTER_ANSWER)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (*reason == KSP_CONVERGED_ITS && test == KSPConvergedDefault && !asked) *reason = KSP_DIVERGED_ITS;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -7,30 +7,6 @@
 #include <petsctime.h>
 
 /*
-   Gets the reason of the inner solve; GCR reports convergence at the limit of iterations, which counts only with -ksp_converged_maxits or without a test
-
-   One cycle is no answer either, unless -ksp_norm_type none asks for it
-*/
-static PetscErrorCode GetReason(const PC_Ainsworth *data, KSPConvergedReason *reason)
-{
-  PetscErrorCode (*test)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
-  PetscObject ksp = (PetscObject)data->ksp;
-  KSPNormType norm;
-  PetscBool   asked = PETSC_FALSE, given, once;
-
-  PetscFunctionBegin;
-  PetscCall(KSPGetConvergedReason(data->ksp, reason));
-  PetscCall(KSPGetNormType(data->ksp, &norm));
-  PetscCall(PetscObjectTypeCompare(ksp, KSPPREONLY, &once));
-  PetscCall(PetscOptionsHasName(ksp->options, ksp->prefix, "-ksp_norm_type", &given));
-  PetscCall(PetscOptionsGetBool(ksp->options, ksp->prefix, "-ksp_converged_maxits", &asked, NULL));
-  PetscCall(KSPGetConvergenceTest(data->ksp, &test, NULL, NULL));
-  if (norm == KSP_NORM_NONE && !(once && !given && data->outer == AINSWORTH_OUTER_ANSWER)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (*reason == KSP_CONVERGED_ITS && test == KSPConvergedDefault && !asked) *reason = KSP_DIVERGED_ITS;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
    Replaces a reduced right-hand side by zero if it is nothing but the rounding of the forces f and A R g that were projected out of it
 
    Constraints alone balance these forces then. In the norm of diag(A)^{-1} a force counts by the motion that it causes, and A R g by the energy of R g
@@ -85,7 +61,7 @@ static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose,
     PetscCall(error);
     PetscCall(PCAinsworthEscape_Private(pc, data, &again));
   }
-  PetscCall(GetReason(data, reason));
+  PetscCall(PCAinsworthGetReason_Private(data, reason));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
