@@ -102,7 +102,8 @@ static PetscErrorCode FindZeroRows(Mat A, Vec like, std::vector<char> *zero, Pet
 */
 PetscErrorCode AinsworthWeightLoosen(Mat A, Mat C, Mat D, Vec weight, PetscBool *any)
 {
-  static const int  steps = 8;
+  static const int  steps  = 8;
+  const PetscReal   factor = D ? AINSWORTH_WEIGHT_LOOSE_SPRINGS : AINSWORTH_WEIGHT_LOOSE;
   std::vector<char> zero;
   PetscInt          found;
   Mat               Ct;
@@ -131,7 +132,7 @@ PetscErrorCode AinsworthWeightLoosen(Mat A, Mat C, Mat D, Vec weight, PetscBool 
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
   }
   PetscCall(AinsworthUpdate(weight, {old}, [&](PetscInt i, PetscScalar &w, PetscScalar r) {
-    if (zero[i]) w = w != 0.0 ? AINSWORTH_WEIGHT_LOOSE * w : r;
+    if (zero[i]) w = w != 0.0 ? factor * w : r;
   }));
   PetscCall(MatDestroy(&Ct));
   for (Vec *v : {&old, &stiffness, &row}) PetscCall(VecDestroy(v));
