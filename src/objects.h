@@ -33,4 +33,17 @@ static inline PetscErrorCode AinsworthVecClone(Vec v, Vec *copy)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Sets entries at random between -1 and 1. Collective */
+static inline PetscErrorCode AinsworthVecSetRandom(Vec v)
+{
+  PetscRandom random;
+
+  PetscFunctionBegin;
+  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)v), &random));
+  PetscCall(PetscRandomSetInterval(random, -1.0, 1.0));
+  PetscCall(VecSetRandom(v, random));
+  PetscCall(PetscRandomDestroy(&random));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 #endif

@@ -52,14 +52,11 @@ double AinsworthForecast(const AinsworthSeries &s)
   return rate > 0.0 ? std::log(least[last] / s.goal) / rate : std::numeric_limits<double>::infinity();
 }
 
-/* AinsworthMayGiveUp - tells whether the solve has been watched long enough for this price, in iterations, which may be a lower bound */
-bool AinsworthMayGiveUp(const AinsworthSeries &s, double price)
-{
-  return (double)(s.norms.size() - 1) >= patience * price;
-}
-
-/* AinsworthGivesUp - tells whether the rest of the solve would take longer than another solver, whose price is given in iterations */
+/*
+   AinsworthGivesUp - tells whether the solve has been watched long enough, and the rest of it would take longer than another solver, whose price is given in
+   iterations; that may be a lower bound, or infinity
+*/
 bool AinsworthGivesUp(const AinsworthSeries &s, double price)
 {
-  return AinsworthMayGiveUp(s, price) && AinsworthForecast(s) > part * price;
+  return (double)(s.norms.size() - 1) >= patience * price && AinsworthForecast(s) > part * price;
 }

@@ -19,7 +19,7 @@ struct AinsworthPriceFacts {
   double gram       = 0.0;  /* entries of the factors of S: of the rank that has the most, times the number of ranks, as the others wait for it */
   bool   single     = true; /* the finest level is in single precision */
   bool   own        = true; /* the levels are those of PCBLOCKSA; of other multigrids only A is known */
-  double fill       = 0.0;  /* entries of a factor of M_*; at least those of half of A, as long as it is not predicted */
+  double fill       = 0.0;  /* entries of a factor of M_*, infinite if it has no room; at least those of half of A, as long as it is not predicted */
   double operations = 0.0;  /* of that factorization */
 };
 
@@ -33,7 +33,6 @@ struct AinsworthSeries {
 };
 
 double AinsworthForecast(const AinsworthSeries &);
-bool   AinsworthMayGiveUp(const AinsworthSeries &, double price);
 bool   AinsworthGivesUp(const AinsworthSeries &, double price);
 
 #endif

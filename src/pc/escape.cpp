@@ -47,7 +47,7 @@ PetscErrorCode PCAinsworthEscapeReview_Private(PC pc, PC_Ainsworth *data)
   PC                 inner;
 
   PetscFunctionBegin;
-  e->counted = PETSC_FALSE;
+  e->facts = AinsworthPriceFacts();
   if (!e->taken && !e->refused) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &type, PCCHOLESKY, PCLU, ""));
@@ -137,15 +137,13 @@ static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConve
   PetscCall((*e->converged)(ksp, step, norm, reason, e->test));
   if (!step) e->series = AinsworthSeries();
   e->series.norms.push_back((double)norm);
-  e->series.goal =
-    PetscMax((data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR ? data->reporting.rtol : ksp->rtol) * (PetscReal)e->series.norms[0], ksp->abstol);
+  e->series.goal = PetscMax((data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR ? data->reporting.rtol : ksp->rtol) * (PetscReal)e->series.norms[0],
+                            ksp->abstol);
   if (*reason || PetscIsInfOrNanReal(norm) || norm <= e->series.goal) PetscFunctionReturn(PETSC_SUCCESS);
-  if (e->counted && !e->fits) PetscFunctionReturn(PETSC_SUCCESS);
   if (!AinsworthGivesUp(e->series, (double)PCAinsworthEscapePrice_Private(data))) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!e->counted) { /* operations are predicted only where any factorization would be worth its price */
-    PetscCall(PCAinsworthEscapeCost_Private(pc, data, &e->fits));
-    e->counted = PETSC_TRUE;
-    if (!e->fits || !AinsworthGivesUp(e->series, (double)PCAinsworthEscapePrice_Private(data))) PetscFunctionReturn(PETSC_SUCCESS);
+  if (e->facts.fill == 0.0) { /* it is predicted only where any factorization would be worth its price */
+    PetscCall(PCAinsworthEscapeCost_Private(pc, data));
+    if (!AinsworthGivesUp(e->series, (double)PCAinsworthEscapePrice_Private(data))) PetscFunctionReturn(PETSC_SUCCESS);
   }
   e->now  = PETSC_TRUE;
   *reason = KSP_CONVERGED_ITS; /* not a failure, which -ksp_error_if_not_converged would turn into an error */
@@ -165,6 +163,8 @@ PetscErrorCode PCAinsworthEscapeBegin_Private(PC pc, PC_Ainsworth *data)
   PCAinsworthEscape  *e = &data->escape;
   AinsworthLadderStep step;
   PetscBool           multigrid, may;
+  PetscInt            n;
+  PetscReal           entries;
   KSPNormType         norm;
   PC                  inner;
 
@@ -180,9 +180,9 @@ PetscErrorCode PCAinsworthEscapeBegin_Private(PC pc, PC_Ainsworth *data)
   if (!multigrid || norm == KSP_NORM_NONE) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCAinsworthNextRung_Private(pc, data, PETSC_FALSE, AINSWORTH_END_DEAR, &step));
   if (step.next != AINSWORTH_RUNG_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!e->counted) {
-    PetscCall(Measure(data, &e->n, &e->entries));
-    PetscCall(PCAinsworthEscapeFacts_Private(pc, data));
+  if (e->facts.unknowns == 0.0) {
+    PetscCall(Measure(data, &n, &entries));
+    PetscCall(PCAinsworthEscapeFacts_Private(pc, data, n, entries));
   }
   PetscCall(KSPGetAndClearConvergenceTest(data->ksp, &e->converged, &e->test, &e->destroy));
   PetscCall(KSPSetConvergenceTest(data->ksp, AinsworthGuarded<LookAhead>, pc, NULL));

@@ -3,6 +3,7 @@
 #include "../multigrid/blocksa.h"
 #include "../operator/matainsworth.h"
 #include <cstring>
+#include <limits>
 #include <unistd.h>
 
 /* Predicts the cost of a factorization of M_*; collective, the same on all ranks */
@@ -59,11 +60,10 @@ PetscErrorCode PCAinsworthLeastMemory_Private(MPI_Comm comm, PetscReal *memory)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthEscapeFacts_Private - gathers what the price of an iteration depends on; collective, the same on all ranks */
-PetscErrorCode PCAinsworthEscapeFacts_Private(PC pc, PC_Ainsworth *data)
+/* PCAinsworthEscapeFacts_Private - gathers what the price of an iteration depends on, with the size and the entries of A; collective, the same on all ranks */
+PetscErrorCode PCAinsworthEscapeFacts_Private(PC pc, PC_Ainsworth *data, PetscInt n, PetscReal entries)
 {
-  PCAinsworthEscape   *e    = &data->escape;
-  AinsworthPriceFacts *f    = &e->facts;
+  AinsworthPriceFacts *f    = &data->escape.facts;
   MPI_Comm             comm = PetscObjectComm((PetscObject)pc);
   const AinsworthGram *gram = NULL;
   PetscReal            most = 0.0;
@@ -73,8 +73,8 @@ PetscErrorCode PCAinsworthEscapeFacts_Private(PC pc, PC_Ainsworth *data)
 
   PetscFunctionBegin;
   *f          = AinsworthPriceFacts();
-  f->entries  = (double)e->entries;
-  f->unknowns = (double)e->n;
+  f->entries  = (double)entries;
+  f->unknowns = (double)n;
   PetscCall(KSPGetPC(data->ksp, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   f->own = sa && sa->levels.hierarchy;
@@ -88,19 +88,20 @@ PetscErrorCode PCAinsworthEscapeFacts_Private(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthEscapeCost_Private - predicts the operations of a factorization of M_*; *fits: in memory. Collective, the same on all ranks */
-PetscErrorCode PCAinsworthEscapeCost_Private(PC pc, PC_Ainsworth *data, PetscBool *fits)
+/* PCAinsworthEscapeCost_Private - predicts a factorization of M_*; its price is infinite if the factor does not fit in memory. Collective, the same on all ranks */
+PetscErrorCode PCAinsworthEscapeCost_Private(PC pc, PC_Ainsworth *data)
 {
-  PetscReal     memory;
-  AinsworthCost cost;
+  AinsworthPriceFacts *f = &data->escape.facts;
+  PetscReal            memory;
+  AinsworthCost        cost;
 
   PetscFunctionBegin;
   PetscCall(Predict(data, &cost));
   PetscCall(PCAinsworthLeastMemory_Private(PetscObjectComm((PetscObject)pc), &memory));
-  data->escape.facts.fill       = (double)cost.entries;
-  data->escape.facts.operations = (double)cost.operations;
-  *fits                         = (PetscBool)AinsworthLadderFits(PCAinsworthFactorBytes_Private(&cost), memory);
+  const bool fits = AinsworthLadderFits(PCAinsworthFactorBytes_Private(&cost), memory);
+  f->fill         = fits ? (double)cost.entries : std::numeric_limits<double>::infinity();
+  f->operations   = (double)cost.operations;
   PetscCall(PetscInfo(pc, "A factorization would take %g operations and hold %g entries%s: its price is that of %g iterations\n", (double)cost.operations,
-                      (double)cost.entries, *fits ? "" : ", more than memory has room for", (double)PCAinsworthEscapePrice_Private(data)));
+                      (double)cost.entries, fits ? "" : ", more than memory has room for", (double)PCAinsworthEscapePrice_Private(data)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -88,11 +88,9 @@ struct PCAinsworthEscape {
   PetscBool              taken;      /* M_* is factored by our choice */
   PetscBool              refused;    /* the factorization failed for this matrix */
   PetscBool              now;        /* the current solve ended in favor of it */
-  PetscBool              counted;    /* operations of a factorization are predicted for this set-up */
-  PetscBool              fits;       /* its factor fits in memory */
   PetscInt               n;          /* size of A when it was chosen */
   PetscReal              entries;    /* of A then */
-  AinsworthPriceFacts    facts;      /* what its price and that of an iteration depend on */
+  AinsworthPriceFacts    facts;      /* for this set-up, as far as they were asked for: without unknowns none, without fill not those of a factorization */
   AinsworthSeries        series;     /* the current solve */
   char                   why[256];   /* reason for the choice */
   PetscBool              watching;   /* the convergence test of the KSP is replaced; this is its own: */
@@ -215,8 +213,8 @@ PETSC_INTERN PetscErrorCode      PCAinsworthConvertPmat_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetUpPreconditioner_Private(PC_Ainsworth *, PC, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeAtOnce_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscReal           PCAinsworthEscapePrice_Private(const PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthEscapeFacts_Private(PC, PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCost_Private(PC, PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeFacts_Private(PC, PC_Ainsworth *, PetscInt, PetscReal);
+PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCost_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeReview_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCheck_Private(PC, PC_Ainsworth *, PetscBool, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthEscapeTake_Private(PC, PC_Ainsworth *, const char[], char[], size_t);

@@ -44,16 +44,12 @@ static PetscErrorCode CreateForces(const PC_Ainsworth *data, KSP trial, Vec *f)
   Vec          root;
   Mat          operation;
   MatNullSpace nullsp;
-  PetscRandom  random;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(data->inverseDiagonal, f));
   PetscCall(AinsworthVecClone(data->inverseDiagonal, &root));
   PetscCall(VecSqrtAbs(root));
-  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)*f), &random));
-  PetscCall(PetscRandomSetInterval(random, -1.0, 1.0));
-  PetscCall(VecSetRandom(*f, random));
-  PetscCall(PetscRandomDestroy(&random));
+  PetscCall(AinsworthVecSetRandom(*f));
   PetscCall(VecPointwiseDivide(*f, *f, root));
   PetscCall(VecDestroy(&root));
   if (data->constraints) {
@@ -81,7 +77,7 @@ PetscErrorCode PCAinsworthTry_Private(PC pc, PC_Ainsworth *data, KSPConvergedRea
 {
   static const PetscReal suspicious = 1e-10; /* relative to the energy of diag(A) */
   PetscInt               n;
-  PetscReal              quotient, largest;
+  PetscReal              quotient;
   PetscBool              conjugate;
   Vec                    f, x;
   KSP                    trial;
@@ -102,7 +98,7 @@ PetscErrorCode PCAinsworthTry_Private(PC pc, PC_Ainsworth *data, KSPConvergedRea
   PetscCall(KSPGetConvergedReason(trial, reason));
   PetscCall(KSPGetIterationNumber(trial, iterations));
   /* after a breakdown PETSc has not stored the last coefficients, and its eigenvalue solver may not end */
-  if (conjugate && *iterations && (*reason > 0 || *reason == KSP_DIVERGED_ITS)) PetscCall(KSPComputeExtremeSingularValues(trial, &largest, smallest));
+  if (*iterations && (*reason > 0 || *reason == KSP_DIVERGED_ITS)) PetscCall(AinsworthReportSmallestRitzValue(trial, smallest));
   data->ksp->its   = trial->its; /* PCAinsworthExplain_Private() reports these */
   data->ksp->rnorm = trial->rnorm;
   PetscCall(KSPDestroy(&trial));

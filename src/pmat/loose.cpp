@@ -15,7 +15,7 @@
 */
 static const PetscInt  mostLoose   = 64;
 static const PetscReal mostEntries = 1024.0;
-/* Rows count as rigid if D leaves at least this fraction of their penalty; AinsworthWeightLoosen() has the matching bound */
+/* Rows count as rigid if D leaves at least this fraction of their penalty */
 static const PetscReal rigidEnough = 0.998;
 /* The squares of these numbers of entries add up to at most this fraction of the entries of A */
 static const PetscReal budget = 1.0;
@@ -183,7 +183,7 @@ static PetscErrorCode Split(const AinsworthPmatInputs *in, PetscReal gamma, Mat 
   PetscCall(ISCreateStride(PetscObjectComm((PetscObject)C), rend - rstart, rstart, 1, &rows));
   PetscCall(MatCreateSubMatrix(C, rows, loose, MAT_INITIAL_MATRIX, Cl));
   PetscCall(ISDestroy(&rows));
-  PetscCall(VecISSet(scale, loose, stiffer / AINSWORTH_WEIGHT_LOOSE));
+  PetscCall(VecISSet(scale, loose, stiffer / AinsworthLooseFactor(in->compliance != NULL)));
   PetscCall(VecPointwiseMult(weight, scale, in->weight));
   PetscCall(AinsworthRowPenaltyCreate(C, weight, gamma, &penalty));
   PetscCall(VecDestroy(&scale));

@@ -40,19 +40,19 @@ PetscErrorCode AinsworthKernelFindShares(const AinsworthPmatInputs *in, Mat C, c
 static PetscErrorCode FindWeak(Mat S, std::vector<char> *weak, PetscMPIInt *any)
 {
   static const PetscReal dominant = 0.5;
+  Vec                    sums, diagonal;
 
   PetscFunctionBegin;
   *any = 0;
-  PetscCall(AinsworthForRows(S, [&](const AinsworthMatRow &row) {
-    PetscReal sum = 0.0, diagonal = 0.0;
-
-    for (PetscInt k = 0; k < row.n; k++) {
-      sum += PetscAbsScalar(row.a[k]);
-      if (row.j[k] == row.number) diagonal = PetscAbsScalar(row.a[k]);
-    }
-    weak->push_back(diagonal < dominant * sum);
+  PetscCall(MatCreateVecs(S, &diagonal, &sums));
+  PetscCall(AinsworthRowSums(S, 1, sums));
+  PetscCall(AinsworthGetDiagonal(S, diagonal));
+  PetscCall(AinsworthForEntries({sums, diagonal}, [&](PetscInt, PetscScalar sum, PetscScalar d) {
+    weak->push_back(PetscAbsScalar(d) < dominant * PetscRealPart(sum));
     if (weak->back()) *any = 1;
   }));
+  PetscCall(VecDestroy(&sums));
+  PetscCall(VecDestroy(&diagonal));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 1, MPI_INT, MPI_MAX, PetscObjectComm((PetscObject)S)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -139,17 +139,13 @@ static PetscErrorCode EnergyOn(Mat A, IS surface, Vec v, PetscReal *energy)
 /* Creates a vector that is zero off the surface and smooth there */
 static PetscErrorCode CreateSmooth(Mat A, IS surface, Vec weight, Vec *v)
 {
-  PetscRandom random;
-  Vec         part, w;
+  Vec part, w;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(weight, v));
   PetscCall(VecZeroEntries(*v));
   PetscCall(MatCreateVecs(A, &part, NULL));
-  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)A), &random));
-  PetscCall(PetscRandomSetInterval(random, -1.0, 1.0));
-  PetscCall(VecSetRandom(part, random));
-  PetscCall(PetscRandomDestroy(&random));
+  PetscCall(AinsworthVecSetRandom(part));
   PetscCall(VecGetSubVector(weight, surface, &w));
   PetscCall(Smooth(A, w, part));
   PetscCall(VecRestoreSubVector(weight, surface, &w));

@@ -103,7 +103,7 @@ static PetscErrorCode FindZeroRows(Mat A, Vec like, std::vector<char> *zero, Pet
 PetscErrorCode AinsworthWeightLoosen(Mat A, Mat C, Mat D, Vec weight, PetscBool *any)
 {
   static const int  steps  = 8;
-  const PetscReal   factor = D ? AINSWORTH_WEIGHT_LOOSE_SPRINGS : AINSWORTH_WEIGHT_LOOSE;
+  const PetscReal   factor = AinsworthLooseFactor(D != NULL);
   std::vector<char> zero;
   PetscInt          found;
   Mat               Ct;

@@ -83,6 +83,7 @@ PetscErrorCode AinsworthReportEnd(AinsworthReport *, KSP, PetscBool failed);
 PetscErrorCode AinsworthReportGetX(AinsworthReport *, Vec iterate, Vec *x);
 PetscErrorCode AinsworthReportSetPatience(AinsworthReport *, KSP);
 /* Decides whether the solve ends, by the result of its own convergence test and by the estimated error, both relative to x */
+PetscErrorCode AinsworthReportSmallestRitzValue(KSP, PetscReal *);
 PetscErrorCode AinsworthReportStop(AinsworthReport *, KSP, PetscInt step, PetscReal norm, KSPConvergedReason *);
 
 /* Viewer output: a row as soon as its error is known, all rows at the end */

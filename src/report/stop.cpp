@@ -48,8 +48,8 @@ static PetscErrorCode GetStart(const AinsworthReport *report, Mat_Ainsworth **ct
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets the smallest Ritz value of conjugate gradients, 0 if their coefficients are not kept; collective */
-static PetscErrorCode SmallestRitzValue(KSP ksp, PetscReal *smallest)
+/* AinsworthReportSmallestRitzValue - gets the smallest Ritz value of conjugate gradients, 0 if their coefficients are not kept; collective */
+PetscErrorCode AinsworthReportSmallestRitzValue(KSP ksp, PetscReal *smallest)
 {
   PetscReal largest;
   PetscBool cg;
@@ -106,7 +106,7 @@ static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, Pets
   z = PetscRealPart(dot);
   if (z <= 0.0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(EnergyOfX(report, x, z, &energy, &rounding));
-  PetscCall(SmallestRitzValue(ksp, &theta));
+  PetscCall(AinsworthReportSmallestRitzValue(ksp, &theta));
   first  = PetscSqr(ksp->rnorm0) / z;
   theta  = theta > 0.0 ? PetscMin(PetscSqr(above) * theta, first) : first;
   wanted = PetscSqr(ksp->rtol) * PetscMin(energy, z);

@@ -3,11 +3,10 @@
 # usage: alike.sh <runs> <command...>
 runs=$1
 shift
-first=$(mktemp) || exit 2
-next=$(mktemp) || exit 2
+folder=$(mktemp -d) || exit 2
 busy=
-trap 'kill $busy 2> /dev/null; rm -f "$first" "$next"' EXIT
-plain() { sed -E -e 's/[a-z]+_s=[0-9.e+-]+//g' -e 's/0x[0-9a-f]+//g' "$1"; }
+trap 'kill $busy 2> /dev/null; rm -rf "$folder"' EXIT
+cd "$folder" || exit 2
 i=0
 while [ $i -lt "$runs" ]; do
   if [ $i -eq $((runs / 2)) ]; then
@@ -18,18 +17,11 @@ while [ $i -lt "$runs" ]; do
       k=$((k - 1))
     done
   fi
-  "$@" > "$next" 2>&1 || { cat "$next"; exit 1; }
-  [ $i -gt 0 ] || cp "$next" "$first"
-  plain "$first" > "$first.plain"
-  plain "$next" > "$next.plain"
-  if ! cmp -s "$first.plain" "$next.plain"; then
-    echo "run $i differs:"
-    diff "$first.plain" "$next.plain"
-    rm -f "$first.plain" "$next.plain"
-    exit 1
-  fi
-  rm -f "$first.plain" "$next.plain"
+  "$@" > output 2>&1 || { cat output; exit 1; }
+  sed -E -e 's/[a-z]+_s=[0-9.e+-]+//g' -e 's/0x[0-9a-f]+//g' output > next
+  [ $i -gt 0 ] || cp next first
+  cmp -s first next || { echo "run $i differs:"; diff first next; exit 1; }
   i=$((i + 1))
 done
-grep -E "iterations|factored|type: " "$first"
+grep -E "iterations|factored|type: " first
 echo "$runs runs alike"
