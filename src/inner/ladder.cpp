@@ -18,6 +18,8 @@ static const char *Words(AinsworthEnd end)
   static const char *const words[AINSWORTH_ENDS] = {"the answer meets all rows",
                                                     "the preconditioner could not be set up",
                                                     "solves with the Gram matrix fail, or are too inaccurate to tell rows of C apart",
+                                                    "the levels do not fit A",
+                                                    "that of an earlier matrix takes more iterations than a set-up costs",
                                                     "the iterations ran out",
                                                     "a factorization is faster than the iterations that were left",
                                                     "the iterations broke down",
@@ -69,6 +71,7 @@ AinsworthLadderStep AinsworthLadderNext(const AinsworthLadderFacts &facts)
     return {AINSWORTH_RUNG_MULTIGRID, facts.own ? "it is the cheapest" : "the program chose the inner solver"};
   }
   if (facts.end == AINSWORTH_END_ANSWER || facts.end == AINSWORTH_END_SINGULAR || facts.end == AINSWORTH_END_CONTRADICTORY) return none(why);
+  if (facts.end == AINSWORTH_END_OLD || facts.end == AINSWORTH_END_UNFIT) return {facts.now, why}; /* another solver on the same rung */
   next = Wanted(facts.now, facts.end);
   if (next == AINSWORTH_RUNG_NONE) return none(facts.end == AINSWORTH_END_SETUP ? "the whole system cannot be factored" : why);
   if (next == AINSWORTH_RUNG_GMRES && facts.gmres) next = facts.now == AINSWORTH_RUNG_MULTIGRID ? AINSWORTH_RUNG_FACTOR : AINSWORTH_RUNG_WHOLE;

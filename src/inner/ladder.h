@@ -19,6 +19,8 @@ typedef enum {
   AINSWORTH_END_ANSWER,        /* its answer meets the program's rows */
   AINSWORTH_END_SETUP,         /* it could not be set up: a factorization failed */
   AINSWORTH_END_GRAM,          /* solves with the Gram matrix fail, or have too few digits: all rungs in Ker C need them */
+  AINSWORTH_END_UNFIT,         /* the levels of its multigrid do not fit A: another multigrid */
+  AINSWORTH_END_OLD,           /* it was made for an earlier matrix, and takes more iterations than it saves: it is made anew */
   AINSWORTH_END_LIMIT,         /* its iterations ran out */
   AINSWORTH_END_DEAR,          /* the rest of its iterations would take longer than a factorization; if no rung follows, it goes on */
   AINSWORTH_END_BREAKDOWN,     /* its iterations broke down, or gave no numbers */

@@ -23,6 +23,14 @@ struct AinsworthPriceFacts {
   double operations = 0.0;  /* of that factorization */
 };
 
+/* What is set up anew */
+typedef enum {
+  AINSWORTH_SETUP_MULTIGRID,
+  AINSWORTH_SETUP_BOOMERAMG,
+  AINSWORTH_SETUP_FACTOR
+} AinsworthSetUpKind;
+
+double AinsworthPriceSetUp(AinsworthSetUpKind, double columns);
 double AinsworthPriceIteration(const AinsworthPriceFacts &);
 double AinsworthPriceFactorization(const AinsworthPriceFacts &, AinsworthPackage);
 

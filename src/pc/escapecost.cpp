@@ -4,7 +4,6 @@
 #include "../operator/matainsworth.h"
 #include <cstring>
 #include <limits>
-#include <unistd.h>
 
 /* Predicts the cost of a factorization of M_*; collective, the same on all ranks */
 static PetscErrorCode Predict(PC_Ainsworth *data, AinsworthCost *cost)
@@ -16,14 +15,14 @@ static PetscErrorCode Predict(PC_Ainsworth *data, AinsworthCost *cost)
   Mat               C, square;
 
   PetscFunctionBegin;
-  if (data->format == AINSWORTH_PMAT_SUM && data->constraints) { /* M_* has the pattern of A + C' C, without long rows */
+  if (data->inner.format == AINSWORTH_PMAT_SUM && data->saddle.constraints()) { /* M_* has the pattern of A + C' C, without long rows */
     PetscCall(AinsworthGetAIJ(data->saddle.P, &parts[0]));
     PetscCall(AinsworthPmatGetFill(parts[0], data->saddle.C, &fill));
     PetscCall(AinsworthPmatCreateShort(data->saddle.C, &fill, &C));
     PetscCall(AinsworthMultiplyAdjoint(C, C, &square));
     PetscCall(MatDestroy(&C));
     parts.push_back(square);
-  } else PetscCall(AinsworthGetAIJ(data->constraints ? data->M : data->saddle.A, &parts[0]));
+  } else PetscCall(AinsworthGetAIJ(data->saddle.constraints() ? data->inner.M : data->saddle.A, &parts[0]));
   PetscCall(PCAinsworthOrderPmat_Private(data, parts, cost));
   for (Mat &mat : parts) PetscCall(MatDestroy(&mat));
   PetscCall(PetscStrcmp(PCAinsworthFactorType_Private(data, &package), PCLU, &general));
@@ -50,21 +49,11 @@ PetscReal PCAinsworthEscapePrice_Private(const PC_Ainsworth *data)
   return (PetscReal)(AinsworthPriceFactorization(f, PackageOf(type)) / AinsworthPriceIteration(f));
 }
 
-/* PCAinsworthLeastMemory_Private - gets the memory of the smallest machine of all ranks in bytes, as if all ranks were on that one; collective */
-PetscErrorCode PCAinsworthLeastMemory_Private(MPI_Comm comm, PetscReal *memory)
-{
-  PetscFunctionBegin;
-  *memory = (PetscReal)sysconf(_SC_PHYS_PAGES) * (PetscReal)sysconf(_SC_PAGESIZE);
-  if (!(*memory > 0.0)) *memory = PETSC_MAX_REAL;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, memory, 1, MPIU_REAL, MPIU_MIN, comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* PCAinsworthEscapeFacts_Private - gathers what the price of an iteration depends on, with the size and the entries of A; collective, the same on all ranks */
-PetscErrorCode PCAinsworthEscapeFacts_Private(PC pc, PC_Ainsworth *data, PetscInt n, PetscReal entries)
+PetscErrorCode PCAinsworthEscapeFacts_Private(PC_Ainsworth *data, PetscInt n, PetscReal entries)
 {
   AinsworthPriceFacts *f    = &data->escape.facts;
-  MPI_Comm             comm = PetscObjectComm((PetscObject)pc);
+  MPI_Comm             comm = PetscObjectComm((PetscObject)data->inner.ksp);
   const AinsworthGram *gram = NULL;
   PetscReal            most = 0.0;
   PetscMPIInt          size;
@@ -75,12 +64,12 @@ PetscErrorCode PCAinsworthEscapeFacts_Private(PC pc, PC_Ainsworth *data, PetscIn
   *f          = AinsworthPriceFacts();
   f->entries  = (double)entries;
   f->unknowns = (double)n;
-  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   f->own = sa && sa->levels.hierarchy;
   if (f->own) f->single = sa->levels.hierarchy->single();
   if (f->own && sa->grids && sa->grids->size() > 1) f->coarse = (double)(*sa->grids)[1].entries();
-  if (data->constraints) PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
+  if (data->saddle.constraints()) PetscCall(MatAinsworthGetGram_Private(data->reduced.mat, &gram));
   if (gram) most = gram->factor.cost.entries;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, comm));
   PetscCallMPI(MPI_Comm_size(comm, &size));
@@ -89,7 +78,7 @@ PetscErrorCode PCAinsworthEscapeFacts_Private(PC pc, PC_Ainsworth *data, PetscIn
 }
 
 /* PCAinsworthEscapeCost_Private - predicts a factorization of M_*; its price is infinite if the factor does not fit in memory. Collective, the same on all ranks */
-PetscErrorCode PCAinsworthEscapeCost_Private(PC pc, PC_Ainsworth *data)
+PetscErrorCode PCAinsworthEscapeCost_Private(PC_Ainsworth *data)
 {
   AinsworthPriceFacts *f = &data->escape.facts;
   PetscReal            memory;
@@ -97,11 +86,12 @@ PetscErrorCode PCAinsworthEscapeCost_Private(PC pc, PC_Ainsworth *data)
 
   PetscFunctionBegin;
   PetscCall(Predict(data, &cost));
-  PetscCall(PCAinsworthLeastMemory_Private(PetscObjectComm((PetscObject)pc), &memory));
+  PetscCall(PCAinsworthLeastMemory_Private(PetscObjectComm((PetscObject)data->inner.ksp), &memory));
   const bool fits = AinsworthLadderFits(PCAinsworthFactorBytes_Private(&cost), memory);
   f->fill         = fits ? (double)cost.entries : std::numeric_limits<double>::infinity();
   f->operations   = (double)cost.operations;
-  PetscCall(PetscInfo(pc, "A factorization would take %g operations and hold %g entries%s: its price is that of %g iterations\n", (double)cost.operations,
-                      (double)cost.entries, fits ? "" : ", more than memory has room for", (double)PCAinsworthEscapePrice_Private(data)));
+  PetscCall(PetscInfo(data->inner.ksp, "A factorization would take %g operations and hold %g entries%s: its price is that of %g iterations\n",
+                      (double)cost.operations, (double)cost.entries, fits ? "" : ", more than memory has room for",
+                      (double)PCAinsworthEscapePrice_Private(data)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

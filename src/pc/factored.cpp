@@ -4,15 +4,15 @@
 #include "../lists.h"
 #include "../projector/factor.h"
 #include "../projector/graph.h"
-#include <petsc/private/pcimpl.h>
+#include <unistd.h>
 
 /* Returns the type of a factorization for M_*, NULL if there is none, and its package; a complex Hermitian matrix is a general one for all of them */
 PCType PCAinsworthFactorType_Private(const PC_Ainsworth *data, MatSolverType *package)
 {
   PetscMPIInt size;
-  const bool  definite = data->symmetric && !PetscDefined(USE_COMPLEX);
+  const bool  definite = data->saddle.symmetric && !PetscDefined(USE_COMPLEX);
 
-  (void)MPI_Comm_size(PetscObjectComm((PetscObject)data->ksp), &size);
+  (void)MPI_Comm_size(PetscObjectComm((PetscObject)data->inner.ksp), &size);
   *package = NULL;
 #if defined(PETSC_HAVE_MUMPS)
   *package = MATSOLVERMUMPS;
@@ -25,6 +25,16 @@ PCType PCAinsworthFactorType_Private(const PC_Ainsworth *data, MatSolverType *pa
 #endif
   if (size == 1 && !*package) *package = MATSOLVERPETSC;
   return *package ? definite ? PCCHOLESKY : PCLU : NULL;
+}
+
+/* PCAinsworthLeastMemory_Private - gets the memory of the smallest machine of all ranks in bytes, as if all ranks were on that one; collective */
+PetscErrorCode PCAinsworthLeastMemory_Private(MPI_Comm comm, PetscReal *memory)
+{
+  PetscFunctionBegin;
+  *memory = (PetscReal)sysconf(_SC_PHYS_PAGES) * (PetscReal)sysconf(_SC_PAGESIZE);
+  if (!(*memory > 0.0)) *memory = PETSC_MAX_REAL;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, memory, 1, MPIU_REAL, MPIU_MIN, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* PCAinsworthChoosePackage_Private - sets the package of a factorization unless the program has; options may still change it */
@@ -63,19 +73,19 @@ static PetscErrorCode OrderNodes(Mat graph, PetscInt bs, AinsworthCost *cost, IS
 */
 PetscErrorCode PCAinsworthOrderPmat_Private(PC_Ainsworth *data, const std::vector<Mat> &parts, AinsworthCost *cost)
 {
-  MPI_Comm    comm = PetscObjectComm((PetscObject)data->ksp);
+  MPI_Comm    comm = PetscObjectComm((PetscObject)data->inner.ksp);
   PetscInt    bs   = data->saddle.bs;
   PetscMPIInt rank, error = PETSC_SUCCESS;
   PetscBool   whole;
   Mat        *graph;
 
   PetscFunctionBegin;
-  PetscCall(ISDestroy(&data->order));
+  PetscCall(ISDestroy(&data->inner.order));
   PetscCall(AinsworthBlocksDivide(data->saddle.A, bs, &whole));
   if (!whole) bs = 1;
   PetscCall(AinsworthGraphOfNodes(parts, bs, &graph));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (!rank) error = (PetscMPIInt)AinsworthGuarded<OrderNodes>(graph[0], bs, cost, &data->order);
+  if (!rank) error = (PetscMPIInt)AinsworthGuarded<OrderNodes>(graph[0], bs, cost, &data->inner.order);
   PetscCall(MatDestroySubMatrices(1, &graph));
   PetscCallMPI(MPI_Bcast(&error, 1, MPI_INT, 0, comm));
   PetscCall((PetscErrorCode)error);
@@ -86,19 +96,21 @@ PetscErrorCode PCAinsworthOrderPmat_Private(PC_Ainsworth *data, const std::vecto
 /* Gives CHOLMOD an ordering of M, the one of the prediction if there was one, unless the program chooses */
 static PetscErrorCode SetOrdering(PC_Ainsworth *data, Mat aij, PC inner)
 {
-  PetscOptions  options = ((PetscObject)inner)->options;
-  const char   *prefix  = ((PetscObject)inner)->prefix;
+  PetscOptions  options;
+  const char   *prefix = PCAinsworthPrefix_Private(data);
   AinsworthCost cost;
   PetscBool     type, ordering;
 
   PetscFunctionBegin;
+  PetscCall(PetscObjectGetOptions((PetscObject)inner, &options));
   PetscCall(PetscOptionsHasName(options, prefix, "-pc_type", &type));
   PetscCall(PetscOptionsHasName(options, prefix, "-pc_factor_mat_ordering_type", &ordering));
-  if (ordering || !(type || data->ownChoice)) { /* after PCSetType() it may have chosen by a call, which cannot be known */
-    PetscCall(ISDestroy(&data->order));
+  if (ordering ||
+      !(type || data->inner.plan.preconditioner == AINSWORTH_INNER_FACTOR)) { /* after PCSetType() it may have chosen by a call, which cannot be known */
+    PetscCall(ISDestroy(&data->inner.order));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (!data->order) PetscCall(PCAinsworthOrderPmat_Private(data, {aij}, &cost));
+  if (!data->inner.order) PetscCall(PCAinsworthOrderPmat_Private(data, {aij}, &cost));
   PetscCall(PCFactorSetMatOrderingType(inner, AinsworthPredicted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -111,23 +123,23 @@ PetscErrorCode PCAinsworthConvertPmat_Private(PC_Ainsworth *data)
   Mat       aij;
 
   PetscFunctionBegin;
-  if (data->format != AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPGetPC(data->ksp, &inner));
+  if (data->inner.format != AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
   PetscCall(AinsworthFactorIsPackage(inner, MATSOLVERCHOLMOD, &cholmod));
-  aij = data->M;
+  aij = data->inner.M;
   if (!aij) PetscCall(AinsworthGetAIJ(data->saddle.A, &aij));
-  data->M = aij;
+  data->inner.M = aij;
   if (!cholmod) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SetOrdering(data, aij, inner));
   if (aij == data->saddle.A) { /* its block size must not change */
-    PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &data->M));
+    PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &data->inner.M));
     PetscCall(MatDestroy(&aij));
   }
-  PetscCall(MatSetBlockSize(data->M, 1)); /* the interface to CHOLMOD wraps this type in place, but only with block size 1 */
-  PetscCall(MatSetOption(data->M, MAT_SYMMETRIC, PETSC_TRUE));
-  PetscCall(MatConvert(data->M, MATSEQSBAIJ, MAT_INPLACE_MATRIX, &data->M));
-  PetscCall(MatSetOption(data->M, MAT_SPD, PETSC_TRUE));
-  if (data->order) PetscCall(AinsworthOrderingAttach(data->order, data->M));
+  PetscCall(MatSetBlockSize(data->inner.M, 1)); /* the interface to CHOLMOD wraps this type in place, but only with block size 1 */
+  PetscCall(MatSetOption(data->inner.M, MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(MatConvert(data->inner.M, MATSEQSBAIJ, MAT_INPLACE_MATRIX, &data->inner.M));
+  PetscCall(MatSetOption(data->inner.M, MAT_SPD, PETSC_TRUE));
+  if (data->inner.order) PetscCall(AinsworthOrderingAttach(data->inner.order, data->inner.M));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -138,10 +150,10 @@ PetscErrorCode PCAinsworthSetUpPreconditioner_Private(PC_Ainsworth *data, PC inn
 
   PetscFunctionBegin;
   PetscCall(AinsworthFactorIsPackage(inner, MATSOLVERCHOLMOD, &cholmod));
-  if (cholmod) PetscCall(AinsworthFactorTryCholmod((PetscObject)inner, data->order != NULL, [=] { return PCSetUp(inner); }, &indefinite));
+  if (cholmod) PetscCall(AinsworthFactorTryCholmod((PetscObject)inner, data->inner.order != NULL, [=] { return PCSetUp(inner); }, &indefinite));
   else PetscCall(PCSetUp(inner));
   if (indefinite) PetscCall(PCReset(inner));
-  PetscCall(ISDestroy(&data->order));
+  PetscCall(ISDestroy(&data->inner.order));
   *definite = (PetscBool)!indefinite;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

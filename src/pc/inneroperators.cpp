@@ -3,8 +3,6 @@
 #include "../ksp/projectedcg.h"
 #include "../multigrid/blocksa.h"
 #include "../operator/matainsworth.h"
-#include <petsc/private/kspimpl.h>
-#include <petsc/private/pcimpl.h>
 #include <petsc/private/pcmgimpl.h>
 
 /* Takes the products with A from PCBLOCKSA, which stores half of the blocks, in place of those with the program's matrix */
@@ -14,16 +12,16 @@ PetscErrorCode PCAinsworthUseProduct_Private(PC_Ainsworth *data)
   Mat product, first = data->saddle.A;
 
   PetscFunctionBegin;
-  if (!data->symmetric) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPGetPC(data->ksp, &inner));
-  if (data->constraints && data->format == AINSWORTH_PMAT_SUM) PetscCall(MatCompositeGetMat(data->M, 0, &first));
+  if (!data->saddle.symmetric) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  if (data->saddle.constraints() && data->inner.format == AINSWORTH_PMAT_SUM) PetscCall(MatCompositeGetMat(data->inner.M, 0, &first));
   PetscCall(PCBlockSAGetProduct_Private(inner, &product));
   if (!product || first != data->saddle.A) { /* its levels are not those of A: they are of Pmat's block, or of a sum */
-    if (data->reduced) PetscCall(MatAinsworthSetProduct_Private(data->reduced, NULL));
+    if (data->reduced.mat) PetscCall(MatAinsworthSetProduct_Private(data->reduced.mat, NULL));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (data->constraints) PetscCall(MatAinsworthSetProduct_Private(data->reduced, product));
-  else PetscCall(KSPSetOperators(data->ksp, product, data->saddle.A));
+  if (data->saddle.constraints()) PetscCall(MatAinsworthSetProduct_Private(data->reduced.mat, product));
+  else PetscCall(KSPSetOperators(data->inner.ksp, product, data->saddle.A));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -46,7 +44,7 @@ PetscErrorCode PCAinsworthLooksDefinite_Private(const PC_Ainsworth *data, Mat M,
   PetscFunctionBegin;
   *definite = PETSC_TRUE;
   PetscCall(MatGetSize(M, &n, NULL));
-  if (data->format != AINSWORTH_PMAT_HYPRE || data->constraints == n) PetscFunctionReturn(PETSC_SUCCESS); /* Ker C = 0 needs no inner solve */
+  if (data->inner.format != AINSWORTH_PMAT_HYPRE || data->saddle.constraints() == n) PetscFunctionReturn(PETSC_SUCCESS); /* Ker C = 0 needs no inner solve */
   PetscCall(MatCreateVecs(M, &diagonal, &r));
   PetscCall(MatGetDiagonal(M, diagonal));
   for (Vec *v : {&z, &p, &Mp}) PetscCall(VecDuplicate(r, v));
@@ -58,7 +56,7 @@ PetscErrorCode PCAinsworthLooksDefinite_Private(const PC_Ainsworth *data, Mat M,
   PetscCall(VecPointwiseDivide(z, r, diagonal));
   PetscCall(VecCopy(z, p));
   PetscCall(VecDot(z, r, &rz));
-  for (int k = 0; k < steps && *definite && data->symmetric; k++) { /* steps of conjugate gradients mean nothing for other matrices */
+  for (int k = 0; k < steps && *definite && data->saddle.symmetric; k++) { /* steps of conjugate gradients mean nothing for other matrices */
     if (!k) first = PetscRealPart(rz);
     if (PetscRealPart(rz) <= solved * first) break;
     PetscCall(MatMult(M, p, Mp));
@@ -77,24 +75,34 @@ PetscErrorCode PCAinsworthLooksDefinite_Private(const PC_Ainsworth *data, Mat M,
 /* Sets whether the inner preconditioner is kept whatever its matrix, and remembers the program's own setting */
 PetscErrorCode PCAinsworthReuseInner_Private(PC_Ainsworth *data, PetscBool keep)
 {
-  PC inner;
+  PCAinsworthAge *age = &data->age;
+  PC              inner;
 
   PetscFunctionBegin;
-  if (!keep && !data->kept) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPGetPC(data->ksp, &inner));
-  if (!data->kept) PetscCall(PCGetReusePreconditioner(inner, &data->ownReuse));
-  PetscCall(PCSetReusePreconditioner(inner, (PetscBool)(keep || data->ownReuse)));
-  data->kept = keep;
+  if (!keep && age->type != PC_AINSWORTH_AGE_WHOLE) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  if (age->type != PC_AINSWORTH_AGE_WHOLE) PetscCall(PCGetReusePreconditioner(inner, &age->ownReuse));
+  PetscCall(PCSetReusePreconditioner(inner, (PetscBool)(keep || age->ownReuse)));
+  age->type = keep ? PC_AINSWORTH_AGE_WHOLE : PC_AINSWORTH_AGE_FRESH;
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Takes away the iteration that a preconditioner has of its own: it would iterate with M_* in place of the operator */
+void PCAinsworthForgetRichardson_Private(PC inner)
+{
+  inner->ops->applyrichardson = NULL;
 }
 
 /* Raises an error: PCHYPRE of PETSc 3.18 claims to have a transpose, but BoomerAMG then returns zeros or crashes */
 static PetscErrorCode PCApplyTranspose_Refused(PC inner, Vec, Vec)
 {
+  const char *prefix;
+
   PetscFunctionBegin;
+  PetscCall(PCGetOptionsPrefix(inner, &prefix));
   SETERRQ(PetscObjectComm((PetscObject)inner), PETSC_ERR_SUP,
           "The transpose of a system with an A that is not symmetric needs that of its preconditioner, which %s has not: choose another -%spc_type",
-          ((PetscObject)inner)->type_name, ((PetscObject)inner)->prefix);
+          PCAinsworthTypeName_Private((PetscObject)inner), prefix);
 }
 
 /* PCAinsworthSetTranspose_Private - sets the transpose of PCHYPRE after its set-up: if A is symmetric, so are M_* and its multigrid */
@@ -104,9 +112,9 @@ PetscErrorCode PCAinsworthSetTranspose_Private(PC_Ainsworth *data)
   PetscBool hypre;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
   PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &hypre));
-  if (hypre) inner->ops->applytranspose = data->symmetric ? inner->ops->apply : PCApplyTranspose_Refused;
+  if (hypre) inner->ops->applytranspose = data->saddle.symmetric ? inner->ops->apply : PCApplyTranspose_Refused;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -117,7 +125,7 @@ PetscErrorCode PCAinsworthAfterError_Private(PC_Ainsworth *data)
   PetscBool multigrid;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &multigrid, PCMG, PCGAMG, PCML, PCBLOCKSA, ""));
   if (!multigrid) PetscFunctionReturn(PETSC_SUCCESS);
   PC_MG_Levels **levels = ((PC_MG *)inner->data)->levels;
@@ -129,7 +137,7 @@ PetscErrorCode PCAinsworthAfterError_Private(PC_Ainsworth *data)
 /* Resets the inner KSP; some of PETSc's types keep freed vectors, or vectors of other sizes, after KSPReset(), and are created anew */
 PetscErrorCode PCAinsworthResetKSP_Private(PC_Ainsworth *data)
 {
-  KSP       ksp = data->ksp;
+  KSP       ksp = data->inner.ksp;
   PetscBool keeps;
   char      type[64];
 
@@ -143,7 +151,7 @@ PetscErrorCode PCAinsworthResetKSP_Private(PC_Ainsworth *data)
   PetscCall(PCAinsworthReuseInner_Private(data, PETSC_FALSE));
   if (keeps) {
     PetscCall(KSPSetType(ksp, type));
-    data->configured = PETSC_FALSE;
+    data->inner.configured = PETSC_FALSE;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -155,37 +163,29 @@ PetscErrorCode PCAinsworthIteratesInKernel_Private(PC_Ainsworth *data, PetscBool
   PetscBool projected, definite;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetType(data->ksp, &type));
+  PetscCall(KSPGetType(data->inner.ksp, &type));
   PetscCall(PCAinsworthIsConjugateGradients_Private(type, &definite));
   PetscCall(PetscStrcmp(type, KSPPROJECTEDCG, &projected));
-  *inKernel = (PetscBool)(data->constraints && !data->saddle.D && data->adjoint && (projected || (definite && data->choices.variant == PC_AINSWORTH_WEIGHTED)));
+  *inKernel = (PetscBool)(data->saddle.constraints() && !data->saddle.D && data->saddle.adjoint &&
+                          (projected || (definite && data->choices.variant == PC_AINSWORTH_WEIGHTED)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* PCAinsworthSetKSPOperators_Private - sets the operators of the inner solver: the reduced operator with M_*, or A alone */
 PetscErrorCode PCAinsworthSetKSPOperators_Private(PC_Ainsworth *data)
 {
-  KSP       ksp = data->ksp;
+  KSP       ksp = data->inner.ksp;
   PCSide    side;
-  PetscBool projected, inKernel;
+  PetscBool inKernel;
 
   PetscFunctionBegin;
-  if (data->constraints) PetscCall(KSPSetOperators(ksp, data->reduced, data->M));
-  else PetscCall(KSPSetOperators(ksp, data->saddle.A, data->M ? data->M : data->saddle.A));
-  /* without constraints the operator is A itself, which has no projector */
-  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPROJECTEDCG, &projected));
-  if (projected && !data->constraints) {
-    PetscCall(KSPSetType(ksp, KSPCG));
-    data->plainCG = PETSC_TRUE;
-  } else if (data->plainCG && data->constraints) {
-    PetscCall(KSPSetType(ksp, KSPPROJECTEDCG));
-    data->plainCG = PETSC_FALSE;
-  }
+  if (data->saddle.constraints()) PetscCall(KSPSetOperators(ksp, data->reduced.mat, data->inner.M));
+  else PetscCall(KSPSetOperators(ksp, data->saddle.A, data->inner.M ? data->inner.M : data->saddle.A));
   PetscCall(PCAinsworthIteratesInKernel_Private(data, &inKernel));
-  PetscCall(KSPProjectedCGSetUse_Private(ksp, (PetscBool)(inKernel || (data->constraints && data->saddle.D))));
-  if (data->reduced) {
+  PetscCall(KSPProjectedCGSetUse_Private(ksp, (PetscBool)(inKernel || (data->saddle.constraints() && data->saddle.D))));
+  if (data->reduced.mat) {
     PetscCall(KSPGetPCSide(ksp, &side));
-    PetscCall(MatAinsworthOmitPenalty_Private(data->reduced, (PetscBool)(side == PC_RIGHT && !data->saddle.D)));
+    PetscCall(MatAinsworthOmitPenalty_Private(data->reduced.mat, (PetscBool)(side == PC_RIGHT && !data->saddle.D)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

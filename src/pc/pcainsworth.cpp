@@ -12,19 +12,20 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
 
   PetscFunctionBegin;
   /* keep the levels of A: a program that changes the number of its constraints has to reset its KSP */
-  PetscCall(AinsworthReportDestroy(&data->report));
-  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(AinsworthReportDestroy(&data->reporting.report));
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   if (sa) levels = sa->levels;
   PetscCall(PCAinsworthResetKSP_Private(data));
   if (sa) sa->levels = levels;
   PetscCall(AinsworthSaddleReset(&data->saddle));
-  PetscCall(VecDestroy(&data->terms));
-  PetscCall(MatDestroy(&data->reduced));
-  PetscCall(MatDestroy(&data->M));
-  PetscCall(ISDestroy(&data->order));
+  PetscCall(VecDestroy(&data->outcome.terms));
+  PetscCall(MatDestroy(&data->reduced.mat));
+  PetscCall(MatDestroy(&data->inner.M));
+  PetscCall(ISDestroy(&data->inner.order));
   PetscCall(PCAinsworthForgetWhole_Private(data));
-  for (Vec *v : {&data->rhs, &data->Ax, &data->g, &data->lambda, &data->f, &data->inverseDiagonal}) PetscCall(VecDestroy(v));
+  for (Vec *v : {&data->reduced.rhs, &data->reduced.Ax, &data->reduced.g, &data->reduced.lambda, &data->reduced.f, &data->reduced.inverseDiagonal})
+    PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -35,12 +36,12 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
   PetscFunctionBegin;
   PetscCall(PCReset_Ainsworth(pc));
   PetscCall(PCAinsworthComposeFields_Private(pc, PETSC_FALSE));
-  PetscCall(VecDestroy(&data->userWeight));
-  PetscCall(VecDestroy(&data->reporting.reference));
-  PetscCall(PetscViewerDestroy(&data->reporting.viewer));
-  PetscCall(PetscFree(data->reporting.monitor));
-  PetscCall(PetscFree(data->reporting.file));
-  PetscCall(KSPDestroy(&data->ksp));
+  PetscCall(VecDestroy(&data->choices.weight));
+  PetscCall(VecDestroy(&data->reporting.settings.reference));
+  PetscCall(PetscViewerDestroy(&data->reporting.settings.viewer));
+  PetscCall(PetscFree(data->reporting.settings.monitor));
+  PetscCall(PetscFree(data->reporting.settings.file));
+  PetscCall(KSPDestroy(&data->inner.ksp));
   delete data;
   pc->data = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -155,25 +156,25 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   PetscInt      level;
 
   PetscFunctionBegin;
-  data                       = new PC_Ainsworth();
-  pc->data                   = (void *)data;
-  data->choices.rowsPerRank  = 25000; /* docs/gram.md */
-  data->choices.pmat.type    = PC_AINSWORTH_PMAT_AUTO;
-  data->choices.pmat.rtol    = 0.1; /* paper, Table 1 */
-  data->choices.pmat.blocks  = PETSC_DECIDE;
-  data->reporting.rtol       = 1e-6;
-  data->reporting.eigenvalue = PETSC_DEFAULT;
+  data                                = new PC_Ainsworth();
+  pc->data                            = (void *)data;
+  data->choices.rowsPerRank           = 25000; /* docs/gram.md */
+  data->choices.pmat.type             = PC_AINSWORTH_PMAT_AUTO;
+  data->choices.pmat.rtol             = 0.1; /* paper, Table 1 */
+  data->choices.pmat.blocks           = PETSC_DECIDE;
+  data->reporting.settings.rtol       = 1e-6;
+  data->reporting.settings.eigenvalue = PETSC_DEFAULT;
   PCAinsworthChoicesApplyVariant_Private(&data->choices, PC_AINSWORTH_WEIGHTED);
-  PetscCall(PCAinsworthForgetCounts_Private(data));
-  PetscCall(KSPCreate(PetscObjectComm((PetscObject)pc), &data->ksp));
+  PetscCall(KSPCreate(PetscObjectComm((PetscObject)pc), &data->inner.ksp));
   PetscCall(PCGetOptionsPrefix(pc, &prefix));
-  PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));
-  PetscCall(KSPAppendOptionsPrefix(data->ksp, "ainsworth_"));
-  PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->ksp, (PetscObject)pc, 1));
+  PetscCall(KSPSetOptionsPrefix(data->inner.ksp, prefix));
+  PetscCall(KSPAppendOptionsPrefix(data->inner.ksp, "ainsworth_"));
+  PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->inner.ksp, (PetscObject)pc, 1));
   PetscCall(PCGetKSPNestLevel(pc, &level));
-  PetscCall(KSPSetNestLevel(data->ksp, level));
-  PetscCall(KSPSetTolerances(data->ksp, 1e-8, 0.0, PETSC_DEFAULT, PETSC_DEFAULT)); /* paper, section 4.1; no atol: small right-hand sides are solved, too */
-  PetscCall(KSPSetType(data->ksp, KSPPROJECTEDCG));
+  PetscCall(KSPSetNestLevel(data->inner.ksp, level));
+  PetscCall(
+    KSPSetTolerances(data->inner.ksp, 1e-8, 0.0, PETSC_DEFAULT, PETSC_DEFAULT)); /* paper, section 4.1; no atol: small right-hand sides are solved, too */
+  PetscCall(KSPSetType(data->inner.ksp, KSPPROJECTEDCG));
 
   PetscCall(PCAinsworthComposeFields_Private(pc, PETSC_TRUE));
 

@@ -6,7 +6,8 @@
 #include "../saddle/saddle.h"
 #include "../multigrid/source.h"
 #include "../pmat/pmat.h"
-#include "../inner/ladder.h"
+#include "../inner/age.h"
+#include "../inner/plan.h"
 #include "../inner/prices.h"
 #include "../inner/whole.h"
 #include "../projector/symbolic.h"
@@ -37,9 +38,6 @@ typedef enum {
 } AinsworthRebuildType;
 PETSC_INTERN const char *const PCAinsworthRebuildTypes[];
 
-/* Solves are counted separately for each number of decades of reduction, up to this many */
-#define PC_AINSWORTH_DECADES 17
-
 /* Verdict of the program's own system on a solution */
 typedef enum {
   AINSWORTH_VERDICT_MET,
@@ -50,7 +48,8 @@ typedef enum {
 
 /* What the outer method makes of an application */
 typedef enum {
-  AINSWORTH_OUTER_ANSWER,   /* KSPPREONLY, or no KSP: it is the answer, and judged as such */
+  AINSWORTH_OUTER_NONE,     /* there is none: it is the answer, and judged as such */
+  AINSWORTH_OUTER_ANSWER,   /* KSPPREONLY: likewise */
   AINSWORTH_OUTER_FLEXIBLE, /* an iteration, which bears with another operator in each application */
   AINSWORTH_OUTER_RIGID     /* an iteration that assumes a linear preconditioner */
 } AinsworthOuter;
@@ -66,14 +65,32 @@ typedef enum {
   PC_AINSWORTH_STAGE_REDUCED      /* everything is set up */
 } PCAinsworthStage;
 
+/* What became of the last set-up */
+typedef enum {
+  PC_AINSWORTH_NONE,     /* there was none, or an error ended it, or a solve since: what it made is not used */
+  PC_AINSWORTH_REFUSED,  /* it failed with a reason, and is not repeated before something changes */
+  PC_AINSWORTH_STALE,    /* a choice changed since, or the inner solver was lost */
+  PC_AINSWORTH_READY,    /* everything is set up */
+  PC_AINSWORTH_UNCHANGED /* likewise, and there was nothing to do: A, C and all choices are those of the set-up before */
+} PCAinsworthState;
+
+/* Which matrix the inner preconditioner was made for */
+typedef enum {
+  PC_AINSWORTH_AGE_FRESH,  /* the present one */
+  PC_AINSWORTH_AGE_LEVELS, /* its coarser levels are of an earlier A */
+  PC_AINSWORTH_AGE_WHOLE   /* an earlier one: PCSetReusePreconditioner() */
+} PCAinsworthAgeType;
+
 /* What options and calls choose, compared as a whole: setting the same choices again rebuilds nothing */
 struct PCAinsworthChoices {
   PCAinsworthVariant     variant;
   MatAinsworthWeightType weightType;
+  Vec                    weight; /* of length n, for MAT_AINSWORTH_WEIGHT_USER; NULL until it is set */
   PetscInt               rowsPerRank;
   AinsworthRedundantType redundant;
   AinsworthRung          ladder = AINSWORTH_RUNG_WHOLE; /* the highest rung that may be climbed */
-  AinsworthPmatOptions   pmat;                          /* factor PETSC_DEFAULT depends on the types of penalty and approximation; symmetric is set by set-up */
+  AinsworthRebuildType   rebuild;
+  AinsworthPmatOptions   pmat; /* factor PETSC_DEFAULT depends on the types of penalty and approximation; symmetric is set by set-up */
 };
 
 /* A field that the program named: an index set, or components of each node, in rows and columns */
@@ -83,99 +100,130 @@ struct PCAinsworthNamedField {
   std::vector<PetscInt> rows, cols;
 };
 
-/* A factorization of M_* in place of multigrid (escape.cpp) */
-struct PCAinsworthEscape {
-  PetscBool              taken;      /* M_* is factored by our choice */
-  PetscBool              refused;    /* the factorization failed for this matrix */
-  PetscBool              now;        /* the current solve ended in favor of it */
-  PetscInt               n;          /* size of A when it was chosen */
-  PetscReal              entries;    /* of A then */
-  AinsworthPriceFacts    facts;      /* for this set-up, as far as they were asked for: without unknowns none, without fill not those of a factorization */
-  AinsworthSeries        series;     /* the current solve */
-  char                   why[256];   /* reason for the choice */
-  PetscBool              watching;   /* the convergence test of the KSP is replaced; this is its own: */
-  void                  *test;
-  PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
-  AinsworthTestDestroyFn *destroy;
-  PetscBool               error; /* its own KSPSetErrorIfNotConverged() */
-};
-
-struct PC_Ainsworth {
-  PCAinsworthChoices choices;
-  Vec                userWeight; /* set by the user, length n */
-
-  /* what the program passed, and its fields (pcfields.cpp) */
+/* What the program passed, and its fields (pcfields.cpp) */
+struct PCAinsworthGiven {
   AinsworthSaddleInputs              inputs;
   std::vector<PCAinsworthNamedField> named;
   PetscInt                           components; /* per node of the whole matrix; 0 for its block size */
-  PetscObjectId                      resolved;   /* the matrix to which inputs.fields belong */
-  PetscObjectId                      resolvedDM; /* the DM from which they were taken */
+  PetscObjectId                      mat;        /* the matrix to which inputs.fields belong */
+  PetscObjectId                      dm;         /* the DM from which they were taken */
+};
 
-  /* made by set-up */
-  AinsworthSaddle saddle;
-  PetscInt        constraints;       /* number of kept rows of C */
-  Mat             reduced;           /* the reduced operator; NULL without constraints */
-  Mat             M;                 /* the preconditioning matrix */
-  IS              order;             /* of the unknowns, on rank 0: the next factorization of M uses it; NULL until it is found */
-  const char     *autoReason;        /* why auto chose its type */
-  PetscInt        longRows;          /* number of rows of C left out of the preconditioning matrix */
-  PetscBool       symmetric;         /* A = A' */
-  PetscBool       adjoint;           /* B is C, and D = D' */
-  Vec             inverseDiagonal;   /* diag(A)^{-1}, length n; weights residuals so that their size does not depend on that of A */
-  PetscBool       indefinite;        /* GMRES replaced conjugate gradients since the last set-up */
-  PetscBool       stale;             /* a choice changed since the last set-up */
-  char            failure[512];      /* why the last set-up or solve failed; empty if it did not */
-  PetscInt        applications = -1; /* in the current outer solve; -1 outside of a solve */
-  PetscBool       hidden;            /* diag(A)^{-1} makes independent rows of C look dependent: the weight is the identity */
-  PetscBool       refused;           /* the last set-up failed with a reason; not repeated before something changes */
-  PetscBool       unfinished;        /* the last set-up, or a solve since, ended with an error */
-  PetscBool       applied;           /* since the last solve began: a failure since then is that of a solve */
-  AinsworthOuter  outer;             /* the method of the current outer solve */
-  PetscBool       usable;            /* the result of the last solve is usable by an outer method */
-  PetscBool       unchanged;         /* neither A nor C nor a choice had changed at the last set-up */
+/* The system in Ker C, and what leads there and back; empty until set-up */
+struct PCAinsworthReduced {
+  Mat mat;             /* the reduced operator; NULL without constraints */
+  Vec inverseDiagonal; /* diag(A)^{-1}, length n; weights residuals so that their size does not depend on that of A */
+  Vec rhs, Ax;         /* f~, and op(A) x with the program's A */
+  Vec f;               /* f minus the terms of known x and lambda; NULL if nothing is known */
+  Vec g, lambda;       /* on the kept rows, if some are not kept */
+};
 
-  /* the reduced solve */
+/* The solver of the reduced system */
+struct PCAinsworthInner {
   KSP                 ksp;
-  PetscBool           configured;       /* defaults are set and options read */
-  PCAinsworthPmatType autoType;         /* type that auto chose */
-  AinsworthPmatFormat format;           /* of M; depends on the type of its preconditioner */
-  PetscBool           ownChoice;        /* we chose the type of its preconditioner, not options or calls */
-  PetscBool           ownNorm, ownSide; /* we chose its norm, its side */
-  PetscBool           plainCG;          /* KSPCG replaces KSPPROJECTEDCG because there are no constraints */
-  PetscBool           kept;             /* its preconditioner is from an earlier set-up: PCSetReusePreconditioner() */
-  PetscBool           keptForProgram;   /* because the program set PCSetReusePreconditioner() on this PC */
-  PetscBool           ownReuse;         /* the program's own PCSetReusePreconditioner() of the inner PC */
-  PetscBool           ownMethod;        /* GMRES replaces KSPPROJECTEDCG because the system is not Hermitian, or indefinite */
-  PetscInt            coefficients;     /* iterations of which conjugate gradients can keep them */
-  PCAinsworthEscape   escape;
-  Vec                 rhs;       /* f~ */
-  Vec                 Ax;        /* op(A) x of the solution, with the program's A */
-  PetscBool           knownAx;   /* it was computed with the multipliers */
-  Vec                 g, lambda; /* on the kept rows, if some are not kept */
-  Vec                 terms;     /* largest terms of each row of C x in all solves, if rows are dependent: later residuals contain their rounding */
-  Vec                 f;         /* f minus the terms of known x and lambda; NULL if nothing is known */
+  AinsworthPlan       plan;         /* what it is, and which of its parts we chose */
+  PetscBool           configured;   /* defaults are set and options read */
+  Mat                 M;            /* the preconditioning matrix */
+  PCAinsworthPmatType autoType;     /* type of M that auto chose */
+  const char         *autoReason;   /* why; NULL before it chose */
+  AinsworthPmatFormat format;       /* of M; depends on the type of its preconditioner */
+  PetscInt            longRows;     /* number of rows of C left out of M */
+  IS                  order;        /* of the unknowns, on rank 0: the next factorization of M uses it; NULL until it is found */
+  PetscInt            coefficients; /* iterations of which conjugate gradients can keep them */
+};
 
-  /* pcladder.cpp */
-  bool            wholeTried = false; /* the whole system was factored, or could not be, for this matrix */
-  AinsworthWhole *whole;              /* the factor of the whole system; NULL as long as the reduced one is solved */
-  char            climbed[512];       /* why */
+/* The age of the inner preconditioner (pcage.cpp) */
+struct PCAinsworthAge {
+  PCAinsworthAgeType type;
+  PetscBool          forProgram; /* it is kept because the program set PCSetReusePreconditioner() on this PC */
+  PetscBool          ownReuse;   /* the program's own PCSetReusePreconditioner() of the inner PC */
+  AinsworthAge       counts;
+  AinsworthSource    source; /* the C for which a preconditioner that is kept as a whole was made */
+};
 
-  /* pcrebuild.cpp */
-  AinsworthRebuildType rebuild;
-  PetscInt             took[PC_AINSWORTH_DECADES]; /* iterations of the first solve with the preconditioner, by decades; -1 if none yet */
-  PetscInt             last;                       /* iterations of the last solve */
-  PetscInt             solves;                     /* number of solves since the matrix changed */
-  PetscReal            extra, more;                /* iterations in excess of the first solve: of the last of these solves, and of all */
-  AinsworthSource      source;                     /* the C for which a preconditioner that is kept as a whole was made */
+/* A factorization of M_* in place of multigrid, by our choice (pcladder.cpp, escape.cpp) */
+struct PCAinsworthEscape {
+  PetscInt            n;        /* size of A when it was chosen, or failed */
+  PetscReal           entries;  /* of A then */
+  char                why[256]; /* reason for the choice */
+  AinsworthPriceFacts facts;    /* for this set-up, as far as they were asked for: without unknowns none, without fill not those of a factorization */
+  AinsworthSeries     series;   /* the current solve */
+};
 
-  /* error against run time */
-  AinsworthReportSettings reporting;
+/* A reduced solve that a factorization may end; it is watched if `converged` is set, the method's own convergence test (escape.cpp) */
+struct PCAinsworthWatch {
+  struct PC_Ainsworth *data;
+  AinsworthEnd         end; /* AINSWORTH_END_DEAR if it was ended */
+  void                *test;
+  PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
+  AinsworthTestDestroyFn *destroy;
+};
+
+/* The factor of the whole system (pcladder.cpp) */
+struct PCAinsworthWhole {
+  AinsworthWhole *factor;   /* NULL as long as the reduced system is solved */
+  char            why[512]; /* why it was made */
+};
+
+/* How the last set-up or solve ended */
+struct PCAinsworthOutcome {
+  char      why[512]; /* why it failed; empty if it did not */
+  PetscBool usable;   /* the result is usable by an outer method */
+  Vec       terms;    /* largest terms of each row of C x in all solves, if rows are dependent: later residuals contain their rounding */
+};
+
+/* The outer solve, from PCPreSolve() to PCPostSolve() (pcouter.cpp) */
+struct PCAinsworthOuterSolve {
+  AinsworthOuter method;
+  PetscInt       applications; /* since the last solve began: a failure since then is that of a solve */
+};
+
+/* Error against run time (pcreport.cpp) */
+struct PCAinsworthReporting {
+  AinsworthReportSettings settings;
   AinsworthReport        *report;       /* NULL until a solve is reported on */
   PetscLogDouble          setupSeconds; /* of set-ups not followed by a solve yet */
+};
+
+/* From what the program gave to the last answer, in the order of the data: each part is made from those before it */
+struct PC_Ainsworth {
+  PCAinsworthChoices    choices;
+  PCAinsworthGiven      given;
+  AinsworthSaddle       saddle; /* no A before the first set-up */
+  PCAinsworthReduced    reduced;
+  AinsworthHistory      history; /* which solvers this matrix has already seen */
+  PCAinsworthInner      inner;
+  PCAinsworthAge        age;
+  PCAinsworthEscape     escape;
+  PCAinsworthWhole      whole;
+  PCAinsworthState      state;
+  PCAinsworthOuterSolve outer;
+  PCAinsworthOutcome    outcome;
+  PCAinsworthReporting  reporting;
 
   std::unique_ptr<AinsworthDiagnosis> diagnosis; /* NULL unless requested */
 };
 
+/* Returns the prefix of the options of the inner solver */
+static inline const char *PCAinsworthPrefix_Private(const PC_Ainsworth *data)
+{
+  const char *prefix;
+
+  (void)KSPGetOptionsPrefix(data->inner.ksp, &prefix);
+  return prefix;
+}
+
+/* Returns the type of an object; NULL if it has none yet */
+static inline const char *PCAinsworthTypeName_Private(PetscObject object)
+{
+  const char *type;
+
+  (void)PetscObjectGetType(object, &type);
+  return type;
+}
+
+PETSC_INTERN PC_Ainsworth       *PCAinsworthData_Private(PC);
+PETSC_INTERN PetscBool           PCAinsworthReadsOptions_Private(PC);
 PETSC_INTERN PetscErrorCode      PCCreate_Ainsworth(PC);
 PETSC_INTERN PetscErrorCode      PCSetUp_Ainsworth(PC);
 PETSC_INTERN PetscErrorCode      PCSetUpOnBlocks_Ainsworth(PC);
@@ -185,6 +233,7 @@ PETSC_INTERN PetscErrorCode      PCApply_Ainsworth(PC, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCApplyTranspose_Ainsworth(PC, Vec, Vec);
 PETSC_INTERN PetscErrorCode      PCMatApply_Ainsworth(PC, Mat, Mat);
 PETSC_INTERN PetscErrorCode      PCAinsworthReductionsCollide_Private(const PC_Ainsworth *, Vec, PetscBool *);
+PETSC_INTERN PetscErrorCode      PCAinsworthForgetFailure_Private(PC);
 PETSC_INTERN PetscErrorCode      PCAinsworthAgreeOnFailure_Private(PC, PCFailedReason);
 PETSC_INTERN PetscErrorCode      PCAinsworthGetData_Private(PC, PC_Ainsworth **);
 PETSC_INTERN PetscErrorCode      PCAinsworthGetDataOrError_Private(PC, PC_Ainsworth **);
@@ -197,8 +246,6 @@ PETSC_INTERN PetscErrorCode      PCAinsworthSetKSPOperators_Private(PC_Ainsworth
 PETSC_INTERN PetscErrorCode      PCAinsworthGetPmatFormat_Private(PC_Ainsworth *, AinsworthPmatFormat *);
 PETSC_INTERN PetscErrorCode      PCAinsworthUseProduct_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthResetKSP_Private(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthKeepCoefficients_Private(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthSetMethod_Private(PC_Ainsworth *, KSPType);
 PETSC_INTERN PetscErrorCode      PCAinsworthGetReason_Private(const PC_Ainsworth *, KSPConvergedReason *);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetTranspose_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthAfterError_Private(PC_Ainsworth *);
@@ -206,36 +253,16 @@ PETSC_INTERN PetscErrorCode      PCAinsworthReuseInner_Private(PC_Ainsworth *, P
 PETSC_INTERN PetscErrorCode      PCAinsworthLooksDefinite_Private(const PC_Ainsworth *, Mat, PetscBool *);
 PETSC_INTERN PCType              PCAinsworthFactorType_Private(const PC_Ainsworth *, MatSolverType *);
 PETSC_INTERN PetscErrorCode      PCAinsworthChoosePackage_Private(const PC_Ainsworth *, PC);
-PETSC_INTERN PetscErrorCode      PCAinsworthChooseType_Private(PC, PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthIsOwnMultigrid_Private(const PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthOrderPmat_Private(PC_Ainsworth *, const std::vector<Mat> &, AinsworthCost *);
 PETSC_INTERN PetscErrorCode      PCAinsworthConvertPmat_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetUpPreconditioner_Private(PC_Ainsworth *, PC, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthEscapeAtOnce_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscReal           PCAinsworthEscapePrice_Private(const PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthEscapeFacts_Private(PC, PC_Ainsworth *, PetscInt, PetscReal);
-PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCost_Private(PC, PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthEscapeReview_Private(PC, PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthEscapeCheck_Private(PC, PC_Ainsworth *, PetscBool, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthEscapeTake_Private(PC, PC_Ainsworth *, const char[], char[], size_t);
-PETSC_INTERN PetscErrorCode      PCAinsworthEscapeBegin_Private(PC, PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthEscapeEnd_Private(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthEscape_Private(PC, PC_Ainsworth *, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthSetUpInner_Private(PC, PC_Ainsworth *, Mat_Ainsworth *, PetscBool, char[], size_t);
 PETSC_INTERN PetscBool           PCAinsworthMustKeepInner_Private(PC, const PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthDecideToKeepInner_Private(PC, const PC_Ainsworth *, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthIsOld_Private(const PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthLimit_Private(PC, const PC_Ainsworth *, PetscInt *);
 PETSC_INTERN PetscErrorCode      PCAinsworthCount_Private(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthForgetCounts_Private(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthRebuild_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthViewRebuild_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthIsConjugateGradients_Private(KSPType, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthChooseMethod_Private(PC, PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthForgetNorm_Private(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthChooseNorm_Private(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthTakeGMRES_Private(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthFallBack_Private(PC, PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthUpdateInputs_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthComposeFields_Private(PC, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthFieldsFromOptions_Private(PC, PC_Ainsworth *, AinsworthOptionItems);
@@ -245,7 +272,7 @@ PETSC_INTERN PetscErrorCode      PCAinsworthDescribePmat_Private(const PC_Ainswo
 PETSC_INTERN PetscErrorCode      PCView_Ainsworth(PC, PetscViewer);
 PETSC_INTERN PetscReal           PCAinsworthPenaltyFactor_Private(const PC_Ainsworth *);
 PETSC_INTERN PCAinsworthPmatType PCAinsworthPmatTypeInUse_Private(const PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC, PC_Ainsworth *, AinsworthSaddleVec, PetscLogDouble);
+PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC_Ainsworth *, AinsworthSaddleVec, PetscLogDouble);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
 /* Returns the bytes of a factor, infinite if its entries cannot be numbered */
 static inline PetscReal PCAinsworthFactorBytes_Private(const AinsworthCost *cost)
@@ -253,20 +280,43 @@ static inline PetscReal PCAinsworthFactorBytes_Private(const AinsworthCost *cost
   return cost->entries <= (PetscReal)PETSC_MAX_INT ? cost->entries * (PetscReal)sizeof(PetscScalar) : PETSC_INFINITY;
 }
 PETSC_INTERN PetscErrorCode PCAinsworthLeastMemory_Private(MPI_Comm, PetscReal *);
-PETSC_INTERN PetscErrorCode PCAinsworthMethodIsOpen_Private(PC, const PC_Ainsworth *, PetscBool *);
-PETSC_INTERN PetscErrorCode PCAinsworthNextRung_Private(PC, PC_Ainsworth *, PetscBool, AinsworthEnd, AinsworthLadderStep *);
-PETSC_INTERN PetscErrorCode PCAinsworthClimb_Private(PC, PC_Ainsworth *, AinsworthEnd, const char[], PetscBool *);
 PETSC_INTERN PetscErrorCode PCAinsworthForgetWhole_Private(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode PCAinsworthJudge_Private(PC, PC_Ainsworth *, PetscBool, KSPConvergedReason, const AinsworthSolver &, AinsworthSaddleVec,
+PETSC_INTERN PetscErrorCode PCAinsworthJudge_Private(PC, PC_Ainsworth *, PetscBool, KSPConvergedReason, const AinsworthSolver &, PetscBool, AinsworthSaddleVec,
                                                      AinsworthSaddleVec, AinsworthSaddleVec, AinsworthVerdict *, char[], size_t);
-PETSC_INTERN PetscErrorCode PCAinsworthExplain_Private(PC, PC_Ainsworth *, Vec, KSPConvergedReason, char[], size_t);
+PETSC_INTERN PetscErrorCode PCAinsworthExplain_Private(PC, PC_Ainsworth *, KSP, Vec, KSPConvergedReason, char[], size_t);
 PETSC_INTERN PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *, Vec, PetscReal *);
 PETSC_INTERN PetscErrorCode PCAinsworthTry_Private(PC, PC_Ainsworth *, KSPConvergedReason *, PetscInt *, PetscReal *, char[], size_t);
-PETSC_INTERN PetscErrorCode PCAinsworthDiagnosePassed_Private(PC, AinsworthDiagnosis *);
+PETSC_INTERN PetscErrorCode PCAinsworthDiagnosePassed_Private(const PC_Ainsworth *, AinsworthDiagnosis *);
 PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseBlocks_Private(const PC_Ainsworth *, AinsworthDiagnosis *);
 PETSC_INTERN PetscErrorCode PCAinsworthDiagnose_Private(PC, PC_Ainsworth *, PCAinsworthStage);
 PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseFailure_Private(PC, PC_Ainsworth *, PetscErrorCode, const char[]);
 PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseFromOptions_Private(PC, PC_Ainsworth *, AinsworthOptionItems);
 PETSC_INTERN PetscErrorCode PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);
+
+/* pcplan.cpp: what the inner solver is, and what comes after it */
+PETSC_INTERN PetscErrorCode PCAinsworthPlan_Private(PC, const PC_Ainsworth *, AinsworthPlan *);
+PETSC_INTERN PetscErrorCode PCAinsworthNextRung_Private(PC, const PC_Ainsworth *, AinsworthEnd, AinsworthLadderStep *);
+PETSC_INTERN PetscErrorCode PCAinsworthReview_Private(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode PCAinsworthRememberFactor_Private(PC_Ainsworth *, AinsworthTried, const char[]);
+PETSC_INTERN PetscErrorCode PCAinsworthMeasure_Private(const PC_Ainsworth *, PetscInt *, PetscReal *);
+PETSC_INTERN PCType         PCAinsworthInnerType_Private(const PC_Ainsworth *, AinsworthPreconditioner);
+/* innermethod.cpp */
+PETSC_INTERN KSPType        PCAinsworthMethodType_Private(AinsworthMethod);
+PETSC_INTERN PetscErrorCode PCAinsworthSetMethod_Private(PCAinsworthInner *, KSPType);
+PETSC_INTERN PetscErrorCode PCAinsworthForgetNorm_Private(PCAinsworthInner *);
+PETSC_INTERN PetscErrorCode PCAinsworthChooseNorm_Private(PCAinsworthInner *);
+PETSC_INTERN PetscErrorCode PCAinsworthKeepCoefficients_Private(PCAinsworthInner *);
+/* pcpmat.cpp, pcinner.cpp */
+PETSC_INTERN PetscErrorCode PCAinsworthSetUpPmat_Private(PC_Ainsworth *, PC, PetscInt *);
+PETSC_INTERN PetscErrorCode PCAinsworthSetUpInner_Private(PC, PC_Ainsworth *, PetscBool, AinsworthEnd *, char[], size_t);
+PETSC_INTERN void           PCAinsworthForgetRichardson_Private(PC);
+PETSC_INTERN PetscErrorCode PCAinsworthChangeMethod_Private(PC, PC_Ainsworth *, AinsworthEnd *);
+/* escape.cpp, escapecost.cpp */
+PETSC_INTERN PetscErrorCode PCAinsworthWatchBegin_Private(PC, PC_Ainsworth *, PCAinsworthWatch *);
+PETSC_INTERN PetscErrorCode PCAinsworthWatchEnd_Private(PCAinsworthWatch *);
+PETSC_INTERN PetscErrorCode PCAinsworthEscapeFacts_Private(PC_Ainsworth *, PetscInt, PetscReal);
+PETSC_INTERN PetscErrorCode PCAinsworthEscapeCost_Private(PC_Ainsworth *);
+/* pcladder.cpp */
+PETSC_INTERN PetscErrorCode PCAinsworthReplan_Private(PC, PC_Ainsworth *, AinsworthEnd, const char[], PetscBool *);
 
 #endif

@@ -3,7 +3,6 @@
 #include "../hermitian.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/kspimpl.h>
-#include <petsc/private/pcimpl.h>
 #include <petsctime.h>
 
 /*
@@ -18,111 +17,112 @@ static PetscErrorCode ForgetRounding(const PC_Ainsworth *data, Vec f)
   Vec            work;
 
   PetscFunctionBegin;
-  if (!data->constraints || data->saddle.D) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+  if (!data->saddle.constraints() || data->saddle.D) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
   PetscCall(VecDuplicate(f, &work));
   for (int k = 0; k < 2; k++) {
-    const Vec   v = k ? f : data->rhs;
+    const Vec   v = k ? f : data->reduced.rhs;
     PetscScalar square;
 
-    PetscCall(VecPointwiseMult(work, data->inverseDiagonal, v));
+    PetscCall(VecPointwiseMult(work, data->reduced.inverseDiagonal, v));
     PetscCall(VecDot(work, v, &square));
     norms[k] = PetscSqrtReal(PetscAbsScalar(square));
   }
   PetscCall(VecDestroy(&work));
-  if (norms[0] <= AinsworthLeast * (norms[1] + PetscSqrtReal(PetscAbsReal(ctx->start[0])))) PetscCall(VecZeroEntries(data->rhs));
+  if (norms[0] <= AinsworthLeast * (norms[1] + PetscSqrtReal(PetscAbsReal(ctx->start[0])))) PetscCall(VecZeroEntries(data->reduced.rhs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   Solves the reduced system for f and g, again as long as the preconditioner is replaced
+   Solves the reduced system for f and g once, for at most `limit` iterations (0: those of the KSP); *end: why another solver has to take its place, if it has to
 
    watched: the report sees the solve, and its stop refers to x. The report restores the KSP also after an error, which is raised then
 */
+static PetscErrorCode SolveOnce(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, PetscInt limit, AinsworthSaddleVec b, Vec x,
+                                AinsworthEnd *end)
+{
+  KSP              ksp = data->inner.ksp;
+  Vec              rhs = data->reduced.rhs;
+  PetscReal        rtol, atol, dtol;
+  PetscInt         most;
+  PetscLogDouble   start;
+  PetscErrorCode   error;
+  PCAinsworthWatch watch;
+
+  PetscFunctionBegin;
+  PetscCall(PetscTime(&start));
+  if (data->saddle.constraints()) PetscCall(MatAinsworthReduce_Private(data->reduced.mat, transpose, b.primal, b.dual, rhs));
+  else PetscCall(VecCopy(b.primal, rhs));
+  PetscCall(ForgetRounding(data, b.primal));
+  if (watched) PetscCall(PCAinsworthReportBegin_Private(data, b, start));
+  PetscCall(PCAinsworthWatchBegin_Private(pc, data, &watch));
+  PetscCall(PCAinsworthKeepCoefficients_Private(&data->inner));
+  PetscCall(KSPGetTolerances(ksp, &rtol, &atol, &dtol, &most));
+  if (limit) PetscCall(KSPSetTolerances(ksp, rtol, atol, dtol, limit));
+  error = transpose ? KSPSolveTranspose(ksp, rhs, x) : KSPSolve(ksp, rhs, x); /* checked when everything is restored */
+  if (limit) PetscCall(KSPSetTolerances(ksp, rtol, atol, dtol, most));
+  PetscCall(PCAinsworthWatchEnd_Private(&watch));
+  if (watched && data->reporting.report) PetscCall(AinsworthReportEnd(data->reporting.report, ksp, (PetscBool)(error != PETSC_SUCCESS)));
+  PetscCall(error);
+  *end = watch.end;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Solves the reduced system for f and g, again as long as another solver takes the place of the last one, which may be one for the whole system */
 static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, AinsworthSaddleVec b, Vec x, KSPConvergedReason *reason)
 {
-  PetscBool again = PETSC_TRUE;
+  PetscBool    again = PETSC_TRUE;
+  PetscInt     limit;
+  AinsworthEnd end = AINSWORTH_END_ANSWER;
 
   PetscFunctionBegin;
-  while (again) {
-    PetscLogDouble start;
-    PetscErrorCode error;
-
-    PetscCall(PetscTime(&start));
-    if (data->constraints) PetscCall(MatAinsworthReduce_Private(data->reduced, transpose, b.primal, b.dual, data->rhs));
-    else PetscCall(VecCopy(b.primal, data->rhs));
-    PetscCall(ForgetRounding(data, b.primal));
-    if (watched) PetscCall(PCAinsworthReportBegin_Private(pc, data, b, start));
-    PetscCall(PCAinsworthEscapeBegin_Private(pc, data));
-    PetscCall(PCAinsworthKeepCoefficients_Private(data));
-    error = transpose ? KSPSolveTranspose(data->ksp, data->rhs, x) : KSPSolve(data->ksp, data->rhs, x);
-    PetscCall(PCAinsworthEscapeEnd_Private(data));
-    if (watched && data->report) PetscCall(AinsworthReportEnd(data->report, data->ksp, (PetscBool)(error != PETSC_SUCCESS)));
-    PetscCall(error);
-    PetscCall(PCAinsworthEscape_Private(pc, data, &again));
+  while (again && !data->whole.factor) {
+    PetscCall(PCAinsworthLimit_Private(pc, data, &limit));
+    PetscCall(SolveOnce(pc, data, transpose, watched, limit, b, x, &end));
+    PetscCall(PCAinsworthGetReason_Private(data, reason));
+    if (limit && *reason < 0) end = AINSWORTH_END_OLD;
+    again = PETSC_FALSE;
+    if (end == AINSWORTH_END_ANSWER) break;
+    PetscCall(PCAinsworthReplan_Private(pc, data, end, end == AINSWORTH_END_DEAR ? "Multigrid is slow" : "The inner preconditioner is old", &again));
+    if (!again) *reason = KSP_DIVERGED_PC_FAILED; /* the inner solver is lost */
   }
-  PetscCall(PCAinsworthGetReason_Private(data, reason));
+  if (!data->whole.factor && *reason > 0 && watched) PetscCall(PCAinsworthCount_Private(data)); /* refinements do not predict other solves */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Calls SolveInner(), a second time with a new preconditioner if that of an earlier matrix does not help */
-static PetscErrorCode SolveOrRebuild(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, AinsworthSaddleVec b, Vec x, KSPConvergedReason *reason)
-{
-  KSP       ksp = data->ksp;
-  PetscInt  limit, most = ksp->max_it;
-  PetscBool strict = ksp->errorifnotconverged;
-
-  PetscFunctionBegin;
-  PetscCall(PCAinsworthLimit_Private(pc, data, &limit));
-  if (limit) {
-    PetscErrorCode error;
-
-    ksp->max_it              = limit;
-    ksp->errorifnotconverged = PETSC_FALSE;
-    error                    = SolveInner(pc, data, transpose, watched, b, x, reason); /* checked when everything is restored */
-    ksp->max_it              = most;
-    ksp->errorifnotconverged = strict;
-    PetscCall(error);
-    if (*reason < 0 && !data->failure[0]) PetscCall(PCAinsworthRebuild_Private(pc, data));
-    if (data->failure[0]) *reason = KSP_DIVERGED_PC_FAILED;
-  }
-  if (!limit || (*reason < 0 && !data->failure[0])) PetscCall(SolveInner(pc, data, transpose, watched, b, x, reason));
-  if (*reason > 0 && watched) PetscCall(PCAinsworthCount_Private(data)); /* refinements do not predict other solves */
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Solves for x and lambda by the reduced system, all on kept rows; transpose: with the transpose of A */
+/* Solves for x and lambda by the reduced system, all on kept rows; transpose: with the transpose of A; *known: data->reduced.Ax was computed as well */
 static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, AinsworthSaddleVec b, AinsworthSaddleVec y,
-                                   KSPConvergedReason *reason)
+                                   PetscBool *known, KSPConvergedReason *reason)
 {
   PetscInt n;
 
   PetscFunctionBegin;
-  data->knownAx = (PetscBool)(data->constraints && data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A] && !data->saddle.known);
   PetscCall(VecGetSize(y.primal, &n));
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
-  if (data->constraints == n && !data->saddle.D) PetscCall(VecZeroEntries(y.primal)); /* Ker C = 0: the constraints alone determine x */
-  else if (!data->whole) PetscCall(SolveOrRebuild(pc, data, transpose, watched, b, y.primal, reason));
-  if (data->whole) { /* at once, or because the reduced solve was given up for it */
-    data->knownAx = PETSC_FALSE;
-    *reason       = KSP_CONVERGED_RTOL;
-    PetscCall(AinsworthWholeSolve(data->whole, transpose, b, y));
-  } else if (data->constraints) PetscCall(MatAinsworthRecover_Private(data->reduced, transpose, b, y, data->knownAx ? data->Ax : NULL));
+  if (data->saddle.constraints() == n && !data->saddle.D) PetscCall(VecZeroEntries(y.primal)); /* Ker C = 0: the constraints alone determine x */
+  else PetscCall(SolveInner(pc, data, transpose, watched, b, y.primal, reason));
+  *known = (PetscBool)(!data->whole.factor && data->saddle.constraints() && data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A] && !data->saddle.known);
+  if (data->whole.factor) { /* at once, or because the reduced solve was given up for it */
+    *reason = KSP_CONVERGED_RTOL;
+    PetscCall(AinsworthWholeSolve(data->whole.factor, transpose, b, y));
+  } else if (data->saddle.constraints()) PetscCall(MatAinsworthRecover_Private(data->reduced.mat, transpose, b, y, *known ? data->reduced.Ax : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Restricts the program's fields to the kept rows, solves, and extends the solution */
 static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, AinsworthSaddleVec b, AinsworthSaddleVec y,
-                                  KSPConvergedReason *reason)
+                                  PetscBool *known, KSPConvergedReason *reason)
 {
+  PCAinsworthReduced *r = &data->reduced;
+
   PetscFunctionBegin;
-  if (data->g) {
-    const AinsworthSaddleVec kept = {data->f ? data->f : b.primal, data->g};
+  if (r->g) {
+    const AinsworthSaddleVec kept = {r->f ? r->f : b.primal, r->g};
 
     PetscCall(AinsworthSaddleRestrict(&data->saddle, b, kept));
-    PetscCall(SolveReduced(pc, data, transpose, watched, kept, {y.primal, data->lambda}, reason));
-    PetscCall(AinsworthSaddleExtend(&data->saddle, b, data->lambda, y));
-  } else PetscCall(SolveReduced(pc, data, transpose, watched, b, y, reason));
+    PetscCall(SolveReduced(pc, data, transpose, watched, kept, {y.primal, r->lambda}, known, reason));
+    PetscCall(AinsworthSaddleExtend(&data->saddle, b, r->lambda, y));
+  } else PetscCall(SolveReduced(pc, data, transpose, watched, b, y, known, reason));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -130,30 +130,30 @@ static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose
 static PetscErrorCode SolveLoosely(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool stopped, PetscReal loose, AinsworthSaddleVec left,
                                    AinsworthSaddleVec p)
 {
-  const PetscInt     its   = data->ksp->its;
-  const PetscReal    rnorm = data->ksp->rnorm;
+  const PetscInt     its   = data->inner.ksp->its;
+  const PetscReal    rnorm = data->inner.ksp->rnorm;
   PetscReal          rtol, atol, dtol;
   PetscInt           limit;
-  PetscBool          removed;
+  PetscBool          removed, known;
   PetscErrorCode     error;
   KSPConvergedReason reason;
 
   PetscFunctionBegin;
   PetscCall(VecZeroEntries(p.primal));
-  PetscCall(KSPGetTolerances(data->ksp, &rtol, &atol, &dtol, &limit));
-  PetscCall(KSPSetTolerances(data->ksp, PetscMax(rtol, loose), atol, dtol, stopped ? PetscMin(PetscMax(its, 1), limit) : limit));
-  error = SolveFields(pc, data, transpose, PETSC_FALSE, left, p, &reason);
-  PetscCall(KSPSetTolerances(data->ksp, rtol, atol, dtol, limit));
-  data->ksp->its   = its; /* what the program asks for is the solve of its system */
-  data->ksp->rnorm = rnorm;
+  PetscCall(KSPGetTolerances(data->inner.ksp, &rtol, &atol, &dtol, &limit));
+  PetscCall(KSPSetTolerances(data->inner.ksp, PetscMax(rtol, loose), atol, dtol, stopped ? PetscMin(PetscMax(its, 1), limit) : limit));
+  error = SolveFields(pc, data, transpose, PETSC_FALSE, left, p, &known, &reason);
+  PetscCall(KSPSetTolerances(data->inner.ksp, rtol, atol, dtol, limit));
+  data->inner.ksp->its   = its; /* what the program asks for is the solve of its system */
+  data->inner.ksp->rnorm = rnorm;
   PetscCall(error);
-  PetscCall(AinsworthSaddleRemoveNullSpace(&data->saddle, pc->mat, transpose, p, &removed));
+  PetscCall(AinsworthSaddleRemoveNullSpace(&data->saddle, data->given.inputs.amat, transpose, p, &removed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Refines the solution of a reduced solve, and gets the verdict of the program's own system on it; why is set unless that is MET */
-static PetscErrorCode RefineAndJudge(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, AinsworthSaddleVec b, AinsworthSaddleVec y,
-                                     AinsworthVerdict *verdict, char why[], size_t len)
+static PetscErrorCode RefineAndJudge(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, PetscBool known, AinsworthSaddleVec b,
+                                     AinsworthSaddleVec y, AinsworthVerdict *verdict, char why[], size_t len)
 {
   const PetscBool       stopped = (PetscBool)(reason < 0);
   const AinsworthSolver solver  = [=](AinsworthSaddleVec r, PetscReal loose, AinsworthSaddleVec p) {
@@ -164,9 +164,8 @@ static PetscErrorCode RefineAndJudge(PC pc, PC_Ainsworth *data, PetscBool transp
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleVecDuplicate(b, &left));
-  PetscCall(AinsworthSaddleRemoveNullSpace(&data->saddle, pc->mat, transpose, y, &removed));
-  if (removed) data->knownAx = PETSC_FALSE;
-  PetscCall(PCAinsworthJudge_Private(pc, data, transpose, reason, solver, b, y, left, verdict, why, len));
+  PetscCall(AinsworthSaddleRemoveNullSpace(&data->saddle, data->given.inputs.amat, transpose, y, &removed));
+  PetscCall(PCAinsworthJudge_Private(pc, data, transpose, reason, solver, (PetscBool)(known && !removed), b, y, left, verdict, why, len));
   if (removed && *verdict == AINSWORTH_VERDICT_UNMET)
     PetscCall(PetscStrlcat(why, ", or is it the null space attached to the matrix, whose vectors mix x and lambda? Attach it to A", len));
   PetscCall(AinsworthSaddleVecDestroy(&left));
@@ -190,8 +189,8 @@ static PetscErrorCode IsJudged(const PC_Ainsworth *data, KSPConvergedReason reas
   KSPNormType norm;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetNormType(data->ksp, &norm));
-  *judged = (PetscBool)(data->outer == AINSWORTH_OUTER_ANSWER || norm != KSP_NORM_NONE || data->whole || reason < 0);
+  PetscCall(KSPGetNormType(data->inner.ksp, &norm));
+  *judged = (PetscBool)(data->outer.method <= AINSWORTH_OUTER_ANSWER || norm != KSP_NORM_NONE || data->whole.factor || reason < 0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -200,13 +199,13 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
 {
   KSPConvergedReason reason;
   AinsworthVerdict   verdict = AINSWORTH_VERDICT_UNMET;
-  PetscBool          again   = PETSC_TRUE, judged;
+  PetscBool          again   = PETSC_TRUE, judged, known;
   char               why[512];
 
   PetscFunctionBegin;
   while (again) {
     again = PETSC_FALSE;
-    PetscCall(SolveFields(pc, data, transpose, (PetscBool)!transpose, b, y, &reason));
+    PetscCall(SolveFields(pc, data, transpose, (PetscBool)!transpose, b, y, &known, &reason));
     PetscCall(IsJudged(data, reason, &judged));
     if (!judged) {
       verdict = AINSWORTH_VERDICT_MET;
@@ -215,23 +214,24 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
     PetscCall(PetscStrncpy(why, KSPConvergedReasons[reason], sizeof(why)));
     /* some methods end without a reason; what rounding has stopped may be a solution all the same */
     if (reason >= 0 || reason == KSP_DIVERGED_BREAKDOWN || reason == KSP_DIVERGED_INDEFINITE_MAT) {
-      PetscCall(RefineAndJudge(pc, data, transpose, reason, b, y, &verdict, why, sizeof(why)));
+      PetscCall(RefineAndJudge(pc, data, transpose, reason, known, b, y, &verdict, why, sizeof(why)));
       if (verdict == AINSWORTH_VERDICT_MET) reason = KSP_CONVERGED_RTOL;
     }
-    if (verdict == AINSWORTH_VERDICT_UNMET && reason != KSP_DIVERGED_ITS) PetscCall(PCAinsworthClimb_Private(pc, data, End(reason), why, &again));
+    if (verdict == AINSWORTH_VERDICT_UNMET && reason != KSP_DIVERGED_ITS) PetscCall(PCAinsworthReplan_Private(pc, data, End(reason), why, &again));
     if (again) PetscCall(VecZeroEntries(y.primal));
   }
   /* an iteration gets one explanation: the next applications end in the same way */
-  if (verdict == AINSWORTH_VERDICT_UNMET && (data->outer == AINSWORTH_OUTER_ANSWER || data->applications <= 1))
-    PetscCall(PCAinsworthExplain_Private(pc, data, y.primal, reason, why, sizeof(why)));
+  if (verdict == AINSWORTH_VERDICT_UNMET && (data->outer.method <= AINSWORTH_OUTER_ANSWER || data->outer.applications <= 1))
+    PetscCall(PCAinsworthExplain_Private(pc, data, data->inner.ksp, y.primal, reason, why, sizeof(why)));
   /* residuals of an outer method are consistent only to rounding; the program's right-hand side was checked in its first application */
-  if (verdict == AINSWORTH_VERDICT_CONTRADICTION && data->applications > 1) verdict = AINSWORTH_VERDICT_MET;
+  if (verdict == AINSWORTH_VERDICT_CONTRADICTION && data->outer.applications > 1) verdict = AINSWORTH_VERDICT_MET;
   /* a flexible outer method may use the result at the limit of iterations; others get infinities, because they do not read reasons */
-  data->usable = (PetscBool)((reason == KSP_DIVERGED_ITS && data->outer != AINSWORTH_OUTER_RIGID) || (reason >= 0 && verdict == AINSWORTH_VERDICT_MET));
+  data->outcome.usable = (PetscBool)((reason == KSP_DIVERGED_ITS && data->outer.method != AINSWORTH_OUTER_RIGID) ||
+                                     (reason >= 0 && verdict == AINSWORTH_VERDICT_MET));
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(PCAinsworthFail_Private(pc, data, PC_INCONSISTENT_RHS, PETSC_ERR_ARG_INCOMP, why));
   else if (verdict != AINSWORTH_VERDICT_MET) PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));
   else {
-    data->failure[0] = 0; /* of a solve that was not needed in the end */
+    data->outcome.why[0] = 0; /* of a solve that was not needed in the end */
     PetscCall(PCAinsworthAgreeOnFailure_Private(pc, PC_NOERROR));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -273,10 +273,10 @@ static PetscErrorCode FindObstacle(const PC_Ainsworth *data, const IS fields[], 
   *code = collide ? PETSC_ERR_SUP : PETSC_ERR_FP;
   if (collide)
     PetscCall(PetscSNPrintf(why, len, "The outer and the inner method, %s, are both pipelined, which PETSc cannot nest: choose -%sksp_type %s",
-                            ((PetscObject)data->ksp)->type_name, ((PetscObject)data->ksp)->prefix, KSPPROJECTEDCG));
+                            PCAinsworthTypeName_Private((PetscObject)data->inner.ksp), PCAinsworthPrefix_Private(data), KSPPROJECTEDCG));
   if (why[0] || !PetscIsInfOrNanScalar(sum)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (data->failure[0] && !data->usable) { /* b comes from the result of a failed solve, whose cause is the true one */
-    PetscCall(PetscStrncpy(why, data->failure, len));
+  if (data->outcome.why[0] && !data->outcome.usable) { /* b comes from the result of a failed solve, whose cause is the true one */
+    PetscCall(PetscStrncpy(why, data->outcome.why, len));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AinsworthSaddleVecGet(b, fields, &part));
@@ -290,20 +290,22 @@ static PetscErrorCode FindObstacle(const PC_Ainsworth *data, const IS fields[], 
 /* Sets up again after changes that PCSetUp() does not see: of a block of a MATNEST in place, or of anything if the preconditioner is reused */
 static PetscErrorCode Refresh(PC pc)
 {
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
-  PetscBool     changed;
+  PC_Ainsworth *data = PCAinsworthData_Private(pc);
+  PetscBool     changed, reuse;
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
-  PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
-  if (data->keptForProgram && !pc->reusepreconditioner) changed = PETSC_TRUE;
-  if (changed || (data->stale && !data->refused)) PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat a set-up that failed */
+  PetscCall(AinsworthSaddleChanged(&data->given.inputs, &data->saddle, &changed));
+  PetscCall(PCGetReusePreconditioner(pc, &reuse));
+  if (data->age.forProgram && !reuse) changed = PETSC_TRUE;
+  if (changed || data->state == PC_AINSWORTH_NONE || data->state == PC_AINSWORTH_STALE)
+    PetscCall(PCSetUp_Ainsworth(pc)); /* PETSc does not repeat a set-up that failed */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
-  PC_Ainsworth      *data = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth      *data = PCAinsworthData_Private(pc);
   const IS          *in   = transpose ? data->saddle.cols : data->saddle.rows;
   const IS          *out  = transpose ? data->saddle.rows : data->saddle.cols;
   AinsworthSaddleVec left, right;
@@ -311,19 +313,16 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   char               why[512] = "";
 
   PetscFunctionBegin;
-  data->applied = PETSC_TRUE;
-  if (!data->stale) PetscCall(FindObstacle(data, in, b, &code, why, sizeof(why)));
-  if (data->stale || why[0]) {
-    data->usable = PETSC_FALSE;
+  data->outer.applications++;
+  if (data->state >= PC_AINSWORTH_READY) PetscCall(FindObstacle(data, in, b, &code, why, sizeof(why)));
+  if (data->state < PC_AINSWORTH_READY || why[0]) {
+    data->outcome.usable = PETSC_FALSE;
     PetscCall(VecFlag(y, 1));
     if (why[0]) PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, code, why)); /* otherwise set-up has reported the failure */
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  data->failure[0] = 0;
-  if (data->applications >= 0) {
-    data->applications++;
-    PetscCall(VecZeroEntries(y)); /* a work vector of an outer method is no initial guess */
-  }
+  data->outcome.why[0] = 0;
+  if (data->outer.method != AINSWORTH_OUTER_NONE) PetscCall(VecZeroEntries(y)); /* a work vector of an outer method is no initial guess */
   PetscCall(AinsworthSaddleVecGet(b, in, &right));
   PetscCall(AinsworthSaddleVecGet(y, out, &left));
   code = data->saddle.sign ? SolveWithSigns(pc, data, transpose, right, left)
@@ -333,11 +332,11 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscCall(AinsworthSaddleVecRestore(b, in, &right));
   PetscCall(AinsworthSaddleVecRestore(y, out, &left));
   if (code) {
-    data->stale = data->unfinished = PETSC_TRUE;
+    data->state = PC_AINSWORTH_NONE;
     PetscCall(PCAinsworthAfterError_Private(data));
   }
   PetscCall(code);
-  PetscCall(VecFlag(y, !data->usable));
+  PetscCall(VecFlag(y, !data->outcome.usable));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -349,11 +348,11 @@ static PetscErrorCode ApplyFlat(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscErrorCode  code;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthVecGetFlat(pc->pmat, other, b, &flat[0]));
-  PetscCall(AinsworthVecGetFlat(pc->pmat, transpose, y, &flat[1]));
+  PetscCall(AinsworthVecGetFlat(PCAinsworthData_Private(pc)->given.inputs.pmat, other, b, &flat[0]));
+  PetscCall(AinsworthVecGetFlat(PCAinsworthData_Private(pc)->given.inputs.pmat, transpose, y, &flat[1]));
   code = ApplyOrTranspose(pc, transpose, flat[0], flat[1]); /* checked when the vectors are restored */
-  PetscCall(AinsworthVecRestoreFlat(pc->pmat, other, b, PETSC_FALSE, &flat[0]));
-  PetscCall(AinsworthVecRestoreFlat(pc->pmat, transpose, y, PETSC_TRUE, &flat[1]));
+  PetscCall(AinsworthVecRestoreFlat(PCAinsworthData_Private(pc)->given.inputs.pmat, other, b, PETSC_FALSE, &flat[0]));
+  PetscCall(AinsworthVecRestoreFlat(PCAinsworthData_Private(pc)->given.inputs.pmat, transpose, y, PETSC_TRUE, &flat[1]));
   PetscCall(code);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -368,16 +367,16 @@ PetscErrorCode PCApply_Ainsworth(PC pc, Vec b, Vec y)
 
 PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
 {
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth *data = PCAinsworthData_Private(pc);
 
   PetscFunctionBegin;
   PetscCall(Refresh(pc));
-  PetscCheck(!data->saddle.negated && data->adjoint && !data->saddle.known, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP,
+  PetscCheck(!data->saddle.negated && data->saddle.adjoint && !data->saddle.known, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP,
              "The transpose of PCAINSWORTH needs blocks C and C', not C and -C' or another, and no Dirichlet rows with columns left in place");
-  PetscCheck(!PetscDefined(USE_COMPLEX) || data->symmetric, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP,
+  PetscCheck(!PetscDefined(USE_COMPLEX) || data->saddle.symmetric, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP,
              "The transpose of PCAINSWORTH needs a Hermitian A in complex arithmetic");
   /* [A C'; C 0] is Hermitian when A is */
-  PetscCall(AinsworthApplyConjugated(b, y, [=](Vec v, Vec w) { return ApplyFlat(pc, (PetscBool)!data->symmetric, v, w); }));
+  PetscCall(AinsworthApplyConjugated(b, y, [=](Vec v, Vec w) { return ApplyFlat(pc, (PetscBool)!data->saddle.symmetric, v, w); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -388,7 +387,7 @@ PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
 */
 PetscErrorCode PCMatApply_Ainsworth(PC pc, Mat X, Mat Y)
 {
-  PC_Ainsworth  *data = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth  *data = PCAinsworthData_Private(pc);
   PCFailedReason reason;
   PetscInt       n;
 
@@ -403,7 +402,8 @@ PetscErrorCode PCMatApply_Ainsworth(PC pc, Mat X, Mat Y)
     PetscCall(MatDenseRestoreColumnVecWrite(Y, j, &y));
     PetscCall(MatDenseRestoreColumnVecRead(X, j, &x));
     PetscCall(PCGetFailedReason(pc, &reason));
-    PetscCheck(!reason, PetscObjectComm((PetscObject)pc), PETSC_ERR_NOT_CONVERGED, "Column %" PetscInt_FMT " of the right-hand sides: %s", j, data->failure);
+    PetscCheck(!reason, PetscObjectComm((PetscObject)pc), PETSC_ERR_NOT_CONVERGED, "Column %" PetscInt_FMT " of the right-hand sides: %s", j,
+               data->outcome.why);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

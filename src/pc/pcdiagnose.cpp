@@ -1,7 +1,6 @@
 /* Diagnosis of set-up, stage by stage, before anything is solved (docs/diagnose.md) */
 #include "pcainsworth.h"
 #include "../operator/matainsworth.h"
-#include <petsc/private/pcimpl.h>
 
 /* Operations of the factor of S above which there is advice */
 static const PetscReal heavy = 1e11;
@@ -28,9 +27,9 @@ static PetscErrorCode DiagnoseDependence(PC_Ainsworth *data, AinsworthDiagnosis 
                           "them, a constraint that is said twice among them, or see that g agrees",
                           count, near ? "combinations, exactly or nearly, of" : "combinations of", names);
   }
-  if (data->reduced) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced, &doubtful));
+  if (data->reduced.mat) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced.mat, &doubtful));
   if (!doubtful) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatAinsworthFindNear_Private(data->reduced, &n, &rows));
+  PetscCall(MatAinsworthFindNear_Private(data->reduced.mat, &n, &rows));
   PetscCall(AinsworthSaddleNameKept(sp, n, rows, names, sizeof(names)));
   PetscCall(PetscFree(rows));
   if (!n) {
@@ -54,14 +53,14 @@ static PetscErrorCode DiagnoseGram(PC_Ainsworth *data, AinsworthDiagnosis *d)
   PetscReal            cost[2], most; /* entries and operations */
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
+  PetscCall(MatAinsworthGetGram_Private(data->reduced.mat, &gram));
   PetscCall(AinsworthGramDescribe(gram, text, sizeof(text)));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "pieces",
                         AinsworthJSON("pieces", AinsworthJSON(gram->placement.components), "largest", AinsworthJSON(gram->placement.largest)), "%s", text);
   cost[0] = gram->factor.cost.entries;
   cost[1] = gram->factor.cost.operations;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, cost, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)data->reduced)));
-  PetscCall(MPIU_Allreduce(&gram->factor.cost.operations, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)data->reduced)));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, cost, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)data->reduced.mat)));
+  PetscCall(MPIU_Allreduce(&gram->factor.cost.operations, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)data->reduced.mat)));
   cost[0] *= (PetscReal)sizeof(PetscScalar);
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "factor", AinsworthJSON("bytes", AinsworthJSON(cost[0]), "operations", AinsworthJSON(cost[1])),
                         "factor of S, predicted: %.3g MB, %.3g operations", (double)(cost[0] / 1e6), (double)cost[1]);
@@ -118,8 +117,8 @@ static PetscErrorCode DiagnoseReduced(PC pc, PC_Ainsworth *data, AinsworthDiagno
   PetscFunctionBegin;
   PetscCall(PCAinsworthDescribePmat_Private(data, text));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "pmat", AinsworthJSON(text.c_str()), "preconditioning matrix: %s", text.c_str());
-  PetscCall(KSPGetType(data->ksp, &method));
-  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(KSPGetType(data->inner.ksp, &method));
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
   PetscCall(PCGetType(inner, &type));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "solver", AinsworthJSON("method", AinsworthJSON(method), "preconditioner", AinsworthJSON(type)),
                         "reduced solve: %s, preconditioned by %s", method, type);
@@ -151,7 +150,7 @@ static PetscErrorCode DiagnoseReduced(PC pc, PC_Ainsworth *data, AinsworthDiagno
                           "The reduced solve takes %" PetscInt_FMT
                           " iterations: multigrid does not fit A, as with elements stretched far, nearly incompressible material or thin structures; see that "
                           "rigid-body modes are attached with MatSetNearNullSpace(), or use -%spc_type cholesky",
-                          iterations, ((PetscObject)data->ksp)->prefix);
+                          iterations, PCAinsworthPrefix_Private(data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -166,15 +165,15 @@ PetscErrorCode PCAinsworthDiagnose_Private(PC pc, PC_Ainsworth *data, PCAinswort
   if (!d || d->finished) PetscFunctionReturn(PETSC_SUCCESS);
   switch (stage) {
   case PC_AINSWORTH_STAGE_PASSED:
-    PetscCall(PCAinsworthDiagnosePassed_Private(pc, d));
+    PetscCall(PCAinsworthDiagnosePassed_Private(data, d));
     break;
   case PC_AINSWORTH_STAGE_BLOCKS:
     PetscCall(PCAinsworthDiagnoseBlocks_Private(data, d));
     break;
   case PC_AINSWORTH_STAGE_CONSTRAINTS:
     PetscCall(DiagnoseDependence(data, d));
-    if (data->constraints) PetscCall(DiagnoseGram(data, d));
-    if (data->constraints) PetscCall(DiagnoseFill(data, d));
+    if (data->saddle.constraints()) PetscCall(DiagnoseGram(data, d));
+    if (data->saddle.constraints()) PetscCall(DiagnoseFill(data, d));
     break;
   case PC_AINSWORTH_STAGE_REDUCED:
     PetscCall(DiagnoseReduced(pc, data, d));

@@ -1,7 +1,6 @@
 /* Diagnosis of the blocks: sizes, signs, scales, long rows, and shared unknowns (docs/diagnose.md) */
 #include "pcainsworth.h"
 #include "../saddle/survey.h"
-#include <petsc/private/pcimpl.h>
 
 /* Ratio of the norms of rows of C above which there is advice */
 static const PetscReal unlikeRows = 1e8;
@@ -12,35 +11,37 @@ static const PetscReal muchOf = 0.25;
 static const PetscInt  many   = 100;
 
 /* PCAinsworthDiagnosePassed_Private - reports the matrix that the program passed */
-PetscErrorCode PCAinsworthDiagnosePassed_Private(PC pc, AinsworthDiagnosis *d)
+PetscErrorCode PCAinsworthDiagnosePassed_Private(const PC_Ainsworth *data, AinsworthDiagnosis *d)
 {
   PetscInt    rows, cols, nr, nc;
   PetscMPIInt size;
   PetscBool   nest;
+  const Mat   amat = data->given.inputs.amat;
 
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)pc), &size));
-  PetscCall(MatGetSize(pc->mat, &rows, &cols));
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)amat), &size));
+  PetscCall(MatGetSize(amat, &rows, &cols));
   AinsworthDiagnosisAdd(
     d, AINSWORTH_FACT, "matrix",
-    AinsworthJSON("type", AinsworthJSON(((PetscObject)pc->mat)->type_name), "rows", AinsworthJSON(rows), "ranks", AinsworthJSON((PetscInt)size)),
-    "matrix: %s, %" PetscInt_FMT " x %" PetscInt_FMT ", on %d rank%s%s", ((PetscObject)pc->mat)->type_name, rows, cols, size, size > 1 ? "s" : "",
-    pc->pmat == pc->mat ? "" : "; Pmat is another");
-  PetscCall(PetscObjectTypeCompare((PetscObject)pc->mat, MATNEST, &nest));
+    AinsworthJSON("type", AinsworthJSON(PCAinsworthTypeName_Private((PetscObject)amat)), "rows", AinsworthJSON(rows), "ranks", AinsworthJSON((PetscInt)size)),
+    "matrix: %s, %" PetscInt_FMT " x %" PetscInt_FMT ", on %d rank%s%s", PCAinsworthTypeName_Private((PetscObject)amat), rows, cols, size, size > 1 ? "s" : "",
+    data->given.inputs.pmat == amat ? "" : "; Pmat is another");
+  PetscCall(PetscObjectTypeCompare((PetscObject)amat, MATNEST, &nest));
   if (!nest) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatNestGetSize(pc->mat, &nr, &nc));
+  PetscCall(MatNestGetSize(amat, &nr, &nc));
   for (PetscInt i = 0; i < nr; i++) {
     for (PetscInt j = 0; j < nc; j++) {
       const std::string key = "block_" + std::to_string(i) + "_" + std::to_string(j);
       Mat               block;
 
-      PetscCall(MatNestGetSubMat(pc->mat, i, j, &block));
+      PetscCall(MatNestGetSubMat(amat, i, j, &block));
       if (!block) continue;
       PetscCall(MatGetSize(block, &rows, &cols));
-      AinsworthDiagnosisAdd(d, AINSWORTH_FACT, key.c_str(),
-                            AinsworthJSON("type", AinsworthJSON(((PetscObject)block)->type_name), "rows", AinsworthJSON(rows), "columns", AinsworthJSON(cols)),
-                            "block (%" PetscInt_FMT ",%" PetscInt_FMT "): %s, %" PetscInt_FMT " x %" PetscInt_FMT, i, j, ((PetscObject)block)->type_name, rows,
-                            cols);
+      AinsworthDiagnosisAdd(
+        d, AINSWORTH_FACT, key.c_str(),
+        AinsworthJSON("type", AinsworthJSON(PCAinsworthTypeName_Private((PetscObject)block)), "rows", AinsworthJSON(rows), "columns", AinsworthJSON(cols)),
+        "block (%" PetscInt_FMT ",%" PetscInt_FMT "): %s, %" PetscInt_FMT " x %" PetscInt_FMT, i, j, PCAinsworthTypeName_Private((PetscObject)block), rows,
+        cols);
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -109,7 +110,7 @@ static PetscErrorCode DiagnoseStiffness(const PC_Ainsworth *data, Mat A, Ainswor
     AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "jump_in_A", AinsworthJSON(jump.quotient),
                           "The stiffness jumps by a factor of %.3g inside a body, between rows %" PetscInt_FMT " and %" PetscInt_FMT
                           " of A: are units and materials what was meant? Multigrid may be slow; -%spc_type cholesky does not feel it",
-                          (double)jump.quotient, jump.row, jump.col, ((PetscObject)data->ksp)->prefix);
+                          (double)jump.quotient, jump.row, jump.col, PCAinsworthPrefix_Private(data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -225,12 +226,12 @@ PetscErrorCode PCAinsworthDiagnoseBlocks_Private(const PC_Ainsworth *data, Ainsw
   PetscCall(AinsworthFindOpaque(sp->A, &opaque));
   if (!opaque) {
     PetscCall(AinsworthGetAIJ(sp->A, &A));
-    PetscCall(DiagnoseA(sp, A, data->symmetric, d));
+    PetscCall(DiagnoseA(sp, A, data->saddle.symmetric, d));
     PetscCall(DiagnoseStiffness(data, A, d));
     PetscCall(MatDestroy(&A));
   }
   PetscCall(DiagnoseC(sp, d));
-  PetscCall(DiagnoseOtherSide(sp, data->symmetric, d));
+  PetscCall(DiagnoseOtherSide(sp, data->saddle.symmetric, d));
   PetscCall(DiagnoseD(sp, d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

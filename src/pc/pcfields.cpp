@@ -1,13 +1,12 @@
 /* Fields named by the program, with the functions and options of PCFIELDSPLIT, and those of its DM */
 #include "pcainsworth.h"
 #include "../lists.h"
-#include <petsc/private/pcimpl.h>
 
 /* Forgets the resolved fields, so that the next set-up resolves them again */
 static PetscErrorCode ForgetFields(PC pc, PC_Ainsworth *data)
 {
   PetscFunctionBegin;
-  data->resolved = 0;
+  data->given.mat = 0;
   PetscCall(PCAinsworthSetStale_Private(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -15,17 +14,17 @@ static PetscErrorCode ForgetFields(PC pc, PC_Ainsworth *data)
 /* Returns the field of this name, adding it if it is new; without a name the next number is the name */
 static PCAinsworthNamedField *Named(PC_Ainsworth *data, const char name[])
 {
-  const std::string wanted = name ? name : std::to_string(data->named.size());
+  const std::string wanted = name ? name : std::to_string(data->given.named.size());
 
-  for (PCAinsworthNamedField &field : data->named)
+  for (PCAinsworthNamedField &field : data->given.named)
     if (field.name == wanted) return &field;
-  data->named.push_back({wanted, AinsworthIS(), {}, {}});
-  return &data->named.back();
+  data->given.named.push_back({wanted, AinsworthIS(), {}, {}});
+  return &data->given.named.back();
 }
 
 static PetscErrorCode PCFieldSplitSetIS_Ainsworth(PC pc, const char name[], IS is)
 {
-  PC_Ainsworth          *data  = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth          *data  = PCAinsworthData_Private(pc);
   PCAinsworthNamedField *field = Named(data, name);
   PetscBool              same  = PETSC_FALSE;
 
@@ -39,7 +38,7 @@ static PetscErrorCode PCFieldSplitSetIS_Ainsworth(PC pc, const char name[], IS i
 
 static PetscErrorCode PCFieldSplitSetFields_Ainsworth(PC pc, const char name[], PetscInt n, const PetscInt rows[], const PetscInt cols[])
 {
-  PC_Ainsworth               *data         = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth               *data         = PCAinsworthData_Private(pc);
   PCAinsworthNamedField      *field        = Named(data, name);
   const std::vector<PetscInt> components[] = {
     {rows, rows + n},
@@ -59,11 +58,11 @@ static PetscErrorCode PCFieldSplitSetFields_Ainsworth(PC pc, const char name[], 
 
 static PetscErrorCode PCFieldSplitSetBlockSize_Ainsworth(PC pc, PetscInt bs)
 {
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth *data = PCAinsworthData_Private(pc);
 
   PetscFunctionBegin;
-  if (data->components == bs) PetscFunctionReturn(PETSC_SUCCESS);
-  data->components = bs;
+  if (data->given.components == bs) PetscFunctionReturn(PETSC_SUCCESS);
+  data->given.components = bs;
   PetscCall(ForgetFields(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -71,13 +70,13 @@ static PetscErrorCode PCFieldSplitSetBlockSize_Ainsworth(PC pc, PetscInt bs)
 /* Restricts the index sets so far to a part of the unknowns, in its numbering */
 static PetscErrorCode PCFieldSplitRestrictIS_Ainsworth(PC pc, IS part)
 {
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth *data = PCAinsworthData_Private(pc);
   PetscInt      local, end;
 
   PetscFunctionBegin;
   PetscCall(ISGetLocalSize(part, &local));
   PetscCallMPI(MPI_Scan(&local, &end, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)part)));
-  for (PCAinsworthNamedField &field : data->named) {
+  for (PCAinsworthNamedField &field : data->given.named) {
     IS                    embedded, is;
     std::vector<PetscInt> places;
 
@@ -96,12 +95,12 @@ static PetscErrorCode PCFieldSplitRestrictIS_Ainsworth(PC pc, IS part)
 /* Takes the coordinates of the nodes of A or of the whole matrix, as PCGAMG, or of all of its rows, as PCFIELDSPLIT */
 static PetscErrorCode PCSetCoordinates_Ainsworth(PC pc, PetscInt dim, PetscInt n, PetscReal *coordinates)
 {
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth *data = PCAinsworthData_Private(pc);
 
   PetscFunctionBegin;
-  data->inputs.dim = dim;
-  data->inputs.coordinates.assign(coordinates, coordinates + (size_t)n * dim);
-  data->inputs.located++;
+  data->given.inputs.dim = dim;
+  data->given.inputs.coordinates.assign(coordinates, coordinates + (size_t)n * dim);
+  data->given.inputs.located++;
   PetscCall(PCAinsworthSetStale_Private(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -134,13 +133,13 @@ static PetscErrorCode CreateStrided(Mat mat, PetscInt bs, const std::vector<Pets
 /* Resolves the named fields to rows of mat; a field of all other rows is added to a single one, as in PCFIELDSPLIT */
 static PetscErrorCode ResolveNamed(PC pc, PC_Ainsworth *data, Mat mat)
 {
-  PetscInt  bs = data->components, size, N, total = 0;
+  PetscInt  bs = data->given.components, size, N, total = 0;
   PetscBool nest;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)mat, MATNEST, &nest));
   if (!bs) PetscCall(MatGetBlockSize(mat, &bs));
-  for (const PCAinsworthNamedField &named : data->named) {
+  for (const PCAinsworthNamedField &named : data->given.named) {
     AinsworthField field;
 
     field.name = named.name;
@@ -151,49 +150,52 @@ static PetscErrorCode ResolveNamed(PC pc, PC_Ainsworth *data, Mat mat)
       field.cols = field.rows;
       if (named.cols != named.rows) PetscCall(CreateStrided(mat, bs, named.cols, named.name.c_str(), &field.cols));
     }
-    data->inputs.fields.push_back(field);
+    data->given.inputs.fields.push_back(field);
     PetscCall(ISGetSize(field.rows.get(), &size));
     total += size;
   }
   PetscCall(MatGetSize(mat, &N, NULL));
-  if (data->inputs.fields.size() == 1) {
+  if (data->given.inputs.fields.size() == 1) {
     PetscInt first, end;
     IS       rest;
 
     PetscCall(MatGetOwnershipRange(mat, &first, &end));
-    PetscCall(ISComplement(data->inputs.fields[0].rows.get(), first, end, &rest));
+    PetscCall(ISComplement(data->given.inputs.fields[0].rows.get(), first, end, &rest));
     PetscCall(ISGetSize(rest, &size));
     total += size;
-    data->inputs.fields.push_back({data->inputs.fields[0].name == "1" ? "rest" : "1", AinsworthOwnIS(rest), AinsworthIS()});
-    data->inputs.fields[1].cols = data->inputs.fields[1].rows;
+    data->given.inputs.fields.push_back({data->given.inputs.fields[0].name == "1" ? "rest" : "1", AinsworthOwnIS(rest), AinsworthIS()});
+    data->given.inputs.fields[1].cols = data->given.inputs.fields[1].rows;
   }
   PetscCheck(nest || total == N, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_SIZ,
              "The %" PetscInt_FMT " fields given by PCFieldSplitSetIS() or PCFieldSplitSetFields() have %" PetscInt_FMT " rows, the matrix has %" PetscInt_FMT
              ": each row belongs to one field",
-             (PetscInt)data->inputs.fields.size(), total, N);
-  data->inputs.told = "named by the program";
+             (PetscInt)data->given.inputs.fields.size(), total, N);
+  data->given.inputs.told = "named by the program";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthUpdateInputs_Private - updates data->inputs: named fields, those of the DM, or none; resolved again for another matrix or DM */
+/* PCAinsworthUpdateInputs_Private - updates data->given.inputs: named fields, those of the DM, or none; resolved again for another matrix or DM */
 PetscErrorCode PCAinsworthUpdateInputs_Private(PC pc, PC_Ainsworth *data)
 {
-  PetscObjectId id, dm = 0;
+  PetscObjectId id, number = 0;
+  Mat           pmat;
+  DM            dm;
 
   PetscFunctionBegin;
-  data->inputs.amat = pc->mat;
-  data->inputs.pmat = pc->pmat;
-  PetscCall(PetscObjectGetId((PetscObject)pc->pmat, &id));
-  if (pc->dm) PetscCall(PetscObjectGetId((PetscObject)pc->dm, &dm));
-  if (data->resolved == id && data->resolvedDM == dm) PetscFunctionReturn(PETSC_SUCCESS);
-  data->inputs.fields.clear();
-  if (!data->named.empty()) PetscCall(ResolveNamed(pc, data, pc->pmat));
-  else if (pc->dm) {
-    PetscCall(AinsworthDMGetFields(pc->dm, pc->pmat, &data->inputs.fields));
-    data->inputs.told = "of the DM";
+  PetscCall(PCGetOperators(pc, &data->given.inputs.amat, &pmat));
+  PetscCall(PCGetDM(pc, &dm));
+  data->given.inputs.pmat = pmat;
+  PetscCall(PetscObjectGetId((PetscObject)pmat, &id));
+  if (dm) PetscCall(PetscObjectGetId((PetscObject)dm, &number));
+  if (data->given.mat == id && data->given.dm == number) PetscFunctionReturn(PETSC_SUCCESS);
+  data->given.inputs.fields.clear();
+  if (!data->given.named.empty()) PetscCall(ResolveNamed(pc, data, pmat));
+  else if (dm) {
+    PetscCall(AinsworthDMGetFields(dm, pmat, &data->given.inputs.fields));
+    data->given.inputs.told = "of the DM";
   }
-  data->resolved   = id;
-  data->resolvedDM = dm;
+  data->given.mat = id;
+  data->given.dm  = number;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -212,11 +214,11 @@ PetscErrorCode PCAinsworthComposeFields_Private(PC pc, PetscBool compose)
 /* Reads the options of PCFIELDSPLIT for components of nodes; as there, they do not overrule fields that the program has named itself */
 static PetscErrorCode ComponentsFromOptions(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
 {
-  PetscInt  bs = data->components;
+  PetscInt  bs = data->given.components;
   PetscBool set;
 
   PetscFunctionBegin;
-  for (const PCAinsworthNamedField &field : data->named)
+  for (const PCAinsworthNamedField &field : data->given.named)
     if (field.is || field.name.find_first_not_of("0123456789") != std::string::npos) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscOptionsInt("-pc_fieldsplit_block_size", "Components of a node", "PCFieldSplitSetBlockSize", bs, &bs, &set));
   if (set) PetscCall(PCFieldSplitSetBlockSize_Ainsworth(pc, bs));
@@ -234,7 +236,7 @@ static PetscErrorCode ComponentsFromOptions(PC pc, PC_Ainsworth *data, Ainsworth
 /* PCAinsworthFieldsFromOptions_Private - reads the options for the fields of the multipliers, their detection, and the block size */
 PetscErrorCode PCAinsworthFieldsFromOptions_Private(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
 {
-  AinsworthSaddleInputs   *in = &data->inputs;
+  AinsworthSaddleInputs   *in = &data->given.inputs;
   char                    *names[64];
   PetscInt                 n = 64, bs  = in->bs;
   PetscBool                set, detect = (PetscBool)(in->detect == 1);

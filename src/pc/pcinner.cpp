@@ -1,216 +1,16 @@
-/* Set-up of M_* and the inner solver, made anew or kept */
+/* Set-up of the inner solver by its plan, made anew or kept */
 #include "pcainsworth.h"
 #include "../ksp/projectedcg.h"
 #include "../multigrid/blocksa.h"
-#include "../objects.h"
 #include "../operator/matainsworth.h"
-#include "../projector/surface.h"
-#include <petsc/private/pcimpl.h>
-
-/*
-   Chooses the type of auto (docs/method.md): id where its few entries are enough or jcb would have too many, otherwise jcb
-
-   With id the penalties of many rows that share an unknown add up, and lock interpolation from A alone; jcb avoids that
-*/
-static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInputs *in, PetscBool shares)
-{
-  static const PetscReal many = 1.5; /* times the entries of A */
-  PetscReal              predicted;
-  PetscBool              apart;
-
-  PetscFunctionBegin;
-  data->autoType   = PC_AINSWORTH_PMAT_JCB;
-  data->autoReason = "";
-  if (data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
-  data->autoType = PC_AINSWORTH_PMAT_ID;
-  if (in->inKernel) {
-    data->autoType   = PC_AINSWORTH_PMAT_JCB;
-    data->autoReason = ", for coarse functions in Ker C";
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  data->autoReason = ", as it is factored";
-  if (in->format == AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
-  data->autoReason = ", as interpolation is made from A alone";
-  if (in->format == AINSWORTH_PMAT_SUM) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthPmatComponentsApart(in->C, data->saddle.bs, in->fill.most, &apart));
-  data->autoReason = ", as the constraints keep components apart";
-  if (apart && !shares) PetscFunctionReturn(PETSC_SUCCESS);
-  data->autoReason = ", as jcb would have too many entries";
-  PetscCall(AinsworthPmatPredict(in->aij, in->C, NULL, &in->fill, &predicted));
-  if (predicted > many * in->fill.entries) PetscFunctionReturn(PETSC_SUCCESS);
-  data->autoType   = PC_AINSWORTH_PMAT_JCB;
-  data->autoReason = shares ? ", as many constraints share an unknown" : ", as the constraints mix components";
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-namespace
-{
-/* What a subspace uses, for as long as it exists */
-struct Surface {
-  AinsworthSurface      surface;
-  AinsworthPmatInKernel made = {};
-  AinsworthPmatSlack    slack;
-
-  ~Surface()
-  {
-    for (Vec &row : made.rows) (void)VecDestroy(&row);
-    (void)MatDestroy(&made.correction);
-  }
-};
-} // namespace
-
-/* Sets up the projectors of the surface, with slack unknowns if there are any */
-static PetscErrorCode SetUpSurface(Mat_Ainsworth *ctx, Surface *used)
-{
-  AinsworthProjector *proj = &ctx->proj;
-  Mat                 C, CW;
-
-  PetscFunctionBegin;
-  if (!used->slack.C) {
-    PetscCall(AinsworthSurfaceSetUp(&used->surface, proj, proj->C, proj->CW, ctx->mobility));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(AinsworthShare(used->slack.C, &C));
-  PetscCall(AinsworthScaleColumns(C, used->slack.weight, &CW));
-  for (Mat *M : {&C, &CW}) PetscCall(AinsworthProjectorMoveRows(proj, M));
-  PetscCall(AinsworthSurfaceSetUp(&used->surface, proj, C, CW, used->slack.weight));
-  for (Mat *M : {&C, &CW}) PetscCall(MatDestroy(M));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Lets multigrid stay in Ker C: it projects what it smooths, and what it interpolates to the finest level */
-static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, const std::shared_ptr<Surface> &used, PC inner)
-{
-  auto subspace = std::make_shared<AinsworthSubspace>();
-
-  PetscFunctionBegin;
-  PetscCall(SetUpSurface(ctx, used.get()));
-  subspace->map = used->slack.map;
-  if (used->slack.map) subspace->extend = [used](Mat A, Mat *extended) { return AinsworthPmatSlackExtend(&used->slack, A, extended); };
-  subspace->places     = used->surface.places;
-  subspace->carried    = used->made.carried;
-  subspace->correction = used->made.correction;
-  subspace->left       = used->made.left;
-  subspace->rows       = used->made.rows;
-  subspace->weight     = used->surface.weight;
-  subspace->values     = used->surface.values;
-  subspace->project    = [used](bool adjoint, Vec x) { return AinsworthSurfaceProject(&used->surface, adjoint, x); };
-  PetscCall(PCBlockSASetSubspace_Private(inner, subspace, used->slack.A));
-  for (Mat *M : {&used->slack.A, &used->slack.C}) PetscCall(MatDestroy(M));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   Checks whether multigrid works in Ker C, and needs no M_*: for a symmetric A with the diagonal weight, if the method iterates in Ker C, or if its operator has
-   no penalty, or is not used, or with springs of their own. Collective
-*/
-static PetscErrorCode WorksInKernel(PC_Ainsworth *data, const Mat_Ainsworth *ctx, const AinsworthPmatInputs *in, const AinsworthCompliance *compliance,
-                                    PetscBool *works)
-{
-  PC          inner;
-  PC_BlockSA *sa = NULL;
-  PetscInt    n;
-  PCSide      side;
-  PetscBool   once;
-
-  PetscFunctionBegin;
-  *works = PETSC_FALSE;
-  PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PCBlockSAGet_Private(inner, &sa));
-  PetscCall(MatGetSize(in->A, &n, NULL));
-  if (!sa || n <= sa->options.coarseSize || !data->symmetric || ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscFunctionReturn(PETSC_SUCCESS);
-  if (compliance && data->adjoint) PetscCall(AinsworthPmatHasSlack(in, compliance, works));
-  if (compliance) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PCAinsworthIteratesInKernel_Private(data, works));
-  PetscCall(KSPGetPCSide(data->ksp, &side));
-  PetscCall(PetscObjectTypeCompare((PetscObject)data->ksp, KSPPREONLY, &once));
-  if ((side == PC_RIGHT || once) && data->choices.variant == PC_AINSWORTH_WEIGHTED) *works = PETSC_TRUE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Creates slack unknowns for the springs of D, and the inputs that have them */
-static PetscErrorCode AddSlack(const PC_Ainsworth *data, PC inner, const AinsworthCompliance *compliance, const AinsworthPmatInputs *in,
-                               AinsworthPmatSlack *slack, AinsworthPmatInputs *extended)
-{
-  PetscInt n, others;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetLocalSize(in->A, NULL, &n));
-  PetscCall(PCBlockSACountOthers_Private(inner, n, &others));
-  PetscCall(AinsworthPmatCreateSlack(in, compliance, PetscMax(data->saddle.bs, data->saddle.scattered), others, slack));
-  *extended   = *in;
-  extended->A = extended->aij = slack->A;
-  extended->C                 = slack->C;
-  extended->weight            = slack->weight;
-  extended->springs           = slack->numbers.data();
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Conjugate gradients move at most this many shared unknowns; each costs an application of the preconditioner and a vector */
-static const size_t mostShared = 16;
-
-/* Creates the preconditioning matrix, and sets its penalty in the operator; bad: a row with NaN or Inf, negative if there is none */
-static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner, PetscInt *bad)
-{
-  AinsworthPmatInputs        in, extended;
-  AinsworthPmatOptions       options = data->choices.pmat;
-  const AinsworthGram       *gram;
-  Vec                        penalty;
-  std::vector<PetscInt>      alone;
-  PetscBool                  inKernel, works, shares;
-  auto                       used = std::make_shared<Surface>();
-  const AinsworthCompliance *compliance;
-
-  PetscFunctionBegin;
-  in.A  = data->saddle.P;
-  in.bs = data->saddle.bs;
-  in.C  = data->saddle.C;
-  PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
-  PetscCall(MatAinsworthGetCompliance_Private(data->reduced, &compliance));
-  in.compliance      = compliance ? compliance->sums : NULL;
-  in.N               = compliance ? compliance->N : NULL;
-  in.S               = gram->S;
-  in.weight          = ctx->mobility;
-  in.inverseDiagonal = data->inverseDiagonal;
-  in.format          = data->format;
-  PetscCall(AinsworthGetAIJ(in.A, &in.aij));
-  PetscCall(AinsworthPmatGetFill(in.aij, in.C, &in.fill));
-  data->longRows = in.fill.leftOut;
-  PetscCall(AinsworthPmatFindShared(in.aij, in.C, &in.fill, &shares, &alone));
-  PetscCall(PCAinsworthIteratesInKernel_Private(data, &inKernel));
-  PetscCall(WorksInKernel(data, ctx, &in, compliance, &works));
-  in.inKernel = works ? &used->made : NULL;
-  in.slack    = NULL;
-  in.springs  = NULL;
-  if (works && compliance) {
-    PetscCall(AddSlack(data, inner, compliance, &in, &used->slack, &extended));
-    in.slack = &extended;
-  }
-  ctx->springs = (PetscBool)(in.slack != NULL);
-  PetscCall(PCBlockSAExpect_Private(inner, data->ksp, (PetscBool)(data->longRows > 0 && !in.inKernel), &in.single));
-  PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, data->longRows && !in.inKernel ? in.fill.most : PETSC_MAX_INT));
-  if (!in.inKernel && inKernel && in.format != AINSWORTH_PMAT_FACTOR && alone.size() <= mostShared) in.shared.swap(alone);
-  PetscCall(KSPProjectedCGForgetShared_Private(ctx, in.shared));
-  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data, &in, shares));
-  options.type      = PCAinsworthPmatTypeInUse_Private(data);
-  options.symmetric = data->symmetric;
-  options.factor    = PCAinsworthPenaltyFactor_Private(data);
-  PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->M, bad));
-  if (in.inKernel) PetscCall(SetSubspace(ctx, used, inner));
-  else PetscCall(PCBlockSASetSubspace_Private(inner, NULL, NULL));
-  if (*bad < 0 && !data->symmetric && data->format == AINSWORTH_PMAT_AIJ)
-    PetscCall(AinsworthMakePatternSymmetric(&data->M)); /* PETSc's orderings do not terminate otherwise */
-  PetscCall(MatDestroy(&in.aij));
-  if (*bad < 0) PetscCall(MatAinsworthSetPenalty(data->reduced, penalty));
-  PetscCall(VecDestroy(&penalty));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* Attaches null space and near null space to the operator, for hypre, and to the preconditioning matrix, for GAMG, unless that is an earlier one */
 static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
 {
   MatNullSpace near, common;
-  Mat          S = data->constraints ? data->reduced : data->saddle.A, M = data->kept ? S : data->constraints ? data->M : data->saddle.A;
+  Mat          S = data->saddle.constraints() ? data->reduced.mat : data->saddle.A, M = data->age.type == PC_AINSWORTH_AGE_WHOLE ? S
+                                                                                        : data->saddle.constraints()             ? data->inner.M
+                                                                                                                                 : data->saddle.A;
 
   PetscFunctionBegin;
   if (S == data->saddle.block[AINSWORTH_BLOCK_A]) PetscFunctionReturn(PETSC_SUCCESS); /* the program's A has its own */
@@ -220,68 +20,128 @@ static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
   PetscCall(AinsworthSaddleCreateNullSpace(&data->saddle, &common));
   PetscCall(MatSetNullSpace(S, common));
   PetscCall(MatSetNullSpace(M, common));
-  PetscCall(MatSetTransposeNullSpace(S, data->symmetric ? common : NULL));
+  PetscCall(MatSetTransposeNullSpace(S, data->saddle.symmetric ? common : NULL));
   PetscCall(MatNullSpaceDestroy(&common));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets up the preconditioning matrix and the inner solver, again if the first choice of its preconditioner does not fit; why: the failure, else empty */
-static PetscErrorCode SetUpAnew(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, char why[], size_t len)
+/* Checks by a solve whether the factorization is accurate: M may be singular to rounding without a bad pivot */
+static PetscErrorCode Solves(PC inner, PetscBool *good)
 {
-  PetscInt  bad = -1;
-  PetscBool definite, single;
-  PetscBool again = PETSC_TRUE;
-  PC        inner;
+  static const PetscReal enough = 1e-3;
+  Vec                    x, b, y;
+  Mat                    M;
+  PetscReal              norm, error;
+  PCFailedReason         reason;
+
+  PetscFunctionBegin;
+  PetscCall(PCGetOperators(inner, NULL, &M));
+  PetscCall(PCGetFailedReason(inner, &reason));
+  *good = (PetscBool)!reason;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, good, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)inner)));
+  if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateVecs(M, &x, &b));
+  PetscCall(VecDuplicate(x, &y));
+  PetscCall(VecSetRandom(x, NULL));
+  PetscCall(MatMult(M, x, b));
+  PetscCall(PCApply(inner, b, y));
+  PetscCall(VecAXPY(y, -1.0, x));
+  PetscCall(VecNorm(x, NORM_2, &norm));
+  PetscCall(VecNorm(y, NORM_2, &error));
+  *good = (PetscBool)(error <= enough * norm); /* not for NaN */
+  for (Vec *v : {&x, &b, &y}) PetscCall(VecDestroy(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the operators, the preconditioner and the solver up, in this order; *end and why: how that ended if it failed */
+static PetscErrorCode SetUpParts(PC_Ainsworth *data, PC inner, AinsworthEnd *end, char why[], size_t len)
+{
+  KSP       ksp = data->inner.ksp;
+  PetscBool definite, good = PETSC_TRUE;
   Mat       operation, M;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PCAinsworthEscapeReview_Private(pc, data));
-  while (again) {
-    PetscCall(MatDestroy(&data->M));
-    PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->format));
-    if (data->constraints) PetscCall(SetUpPmat(data, ctx, inner, &bad));
-    else PetscCall(PCBlockSAExpect_Private(inner, data->ksp, PETSC_FALSE, &single));
-    if (bad >= 0) {
-      PetscCall(PetscSNPrintf(why, len,
-                              "Row %" PetscInt_FMT
-                              " of the preconditioning matrix holds NaN or Inf: the penalty factor, or the values of A, C or D, are too large "
-                              "or too small",
-                              bad));
-      PetscFunctionReturn(PETSC_SUCCESS);
-    }
-    PetscCall(PCAinsworthConvertPmat_Private(data));
-    PetscCall(PCAinsworthSetKSPOperators_Private(data));
-    PetscCall(ForwardNullSpaces(data));
-    /* the preconditioner gets M_* for both operators, because GAMG and ML smooth with the first one */
-    PetscCall(KSPGetOperators(data->ksp, &operation, &M));
-    PetscCall(PCAinsworthLooksDefinite_Private(data, M, &definite));
-    if (!definite) {
-      PetscCall(PetscSNPrintf(why, len, "The preconditioning matrix is not positive definite, as BoomerAMG needs it: is A indefinite? %s-%spc_type",
-                              data->constraints ? "A larger -pc_ainsworth_penalty_factor may help, or another " : "Choose another ",
-                              ((PetscObject)inner)->prefix));
-      PetscFunctionReturn(PETSC_SUCCESS);
-    }
-    PetscCall(PetscObjectReference((PetscObject)operation));
-    PetscCall(PCSetOperators(inner, M, M));
-    PetscCall(AinsworthPCSetFailedReason(inner, PC_NOERROR)); /* the reason for an earlier matrix, or type, would stay */
-    PetscCall(PCAinsworthSetUpPreconditioner_Private(data, inner, &definite));
-    PetscCall(PCAinsworthSetTranspose_Private(data));
-    if (operation != M) inner->ops->applyrichardson = NULL; /* it would iterate with M_* */
-    PetscCall(KSPSetOperators(data->ksp, operation, M));
-    PetscCall(MatDestroy(&operation));
-    PetscCall(PCAinsworthEscapeCheck_Private(pc, data, definite, &again));
-    if (again) continue;
-    if (!definite) {
-      PetscCall(PetscSNPrintf(why, len,
-                              "The preconditioning matrix is not positive definite, as a Cholesky factorization needs it: is A indefinite? "
-                              "Choose another -%spc_type",
-                              ((PetscObject)inner)->prefix));
-      PetscFunctionReturn(PETSC_SUCCESS);
-    }
-    PetscCall(PCAinsworthKeepCoefficients_Private(data));
-    PetscCall(KSPSetUp(data->ksp));
-    PetscCall(PCAinsworthFallBack_Private(pc, data, &again));
+  PetscCall(PCAinsworthConvertPmat_Private(data));
+  PetscCall(PCAinsworthSetKSPOperators_Private(data));
+  PetscCall(ForwardNullSpaces(data));
+  /* the preconditioner gets M_* for both operators, because GAMG and ML smooth with the first one */
+  PetscCall(KSPGetOperators(ksp, &operation, &M));
+  PetscCall(PCAinsworthLooksDefinite_Private(data, M, &definite));
+  if (!definite) {
+    *end = AINSWORTH_END_SETUP;
+    PetscCall(PetscSNPrintf(why, len, "The preconditioning matrix is not positive definite, as BoomerAMG needs it: is A indefinite? %s-%spc_type",
+                            data->saddle.constraints() ? "A larger -pc_ainsworth_penalty_factor may help, or another " : "Choose another ",
+                            PCAinsworthPrefix_Private(data)));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscObjectReference((PetscObject)operation));
+  PetscCall(PCSetOperators(inner, M, M));
+  PetscCall(PCAinsworthForgetFailure_Private(inner)); /* the reason for an earlier matrix, or type, would stay */
+  PetscCall(PCAinsworthSetUpPreconditioner_Private(data, inner, &definite));
+  PetscCall(PCAinsworthSetTranspose_Private(data));
+  if (operation != M) PCAinsworthForgetRichardson_Private(inner);
+  if (definite && data->inner.plan.preconditioner == AINSWORTH_INNER_FACTOR) PetscCall(Solves(inner, &good));
+  PetscCall(KSPSetOperators(ksp, operation, M));
+  PetscCall(MatDestroy(&operation));
+  if (!definite || !good) {
+    *end = AINSWORTH_END_SETUP;
+    PetscCall(PetscSNPrintf(why, len, "The preconditioning matrix %s: is A indefinite? Choose another -%spc_type",
+                            definite ? "cannot be factored" : "is not positive definite, as a Cholesky factorization needs it",
+                            PCAinsworthPrefix_Private(data)));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PCAinsworthKeepCoefficients_Private(&data->inner));
+  PetscCall(KSPSetUp(ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Tells whether block smoothed aggregation, if it was our choice, does not fit the matrix, so that another multigrid has to take its place
+
+   In Ker C larger levels are better than another multigrid, which would need M_*: a periodic cell with a complexity of 2.9 takes 21 iterations, by BoomerAMG 149
+*/
+static PetscErrorCode IsUnfit(const PC_Ainsworth *data, PC inner, const char **doubts)
+{
+  static const PetscReal bearable = 4.0;
+  PC_BlockSA            *sa       = NULL;
+
+  PetscFunctionBegin;
+  *doubts = NULL;
+  PetscCall(PCBlockSAGet_Private(inner, &sa));
+  if (!sa || data->inner.plan.preconditioner != AINSWORTH_INNER_BLOCKS || !sa->levels.hierarchy) PetscFunctionReturn(PETSC_SUCCESS);
+  if (sa->subspace && sa->levels.hierarchy->levels() > 1 && sa->levels.hierarchy->complexity() <= bearable) PetscFunctionReturn(PETSC_SUCCESS);
+  if (sa->levels.hierarchy->doubts[0]) *doubts = sa->levels.hierarchy->doubts;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets up the preconditioning matrix and the inner solver; *end and why: how that ended if it failed */
+static PetscErrorCode SetUpAnew(PC_Ainsworth *data, PC inner, AinsworthEnd *end, char why[], size_t len)
+{
+  PetscInt    bad = -1;
+  PetscBool   single;
+  const char *doubts;
+
+  PetscFunctionBegin;
+  PetscCall(MatDestroy(&data->inner.M));
+  PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->inner.format));
+  if (data->saddle.constraints()) PetscCall(PCAinsworthSetUpPmat_Private(data, inner, &bad));
+  else PetscCall(PCBlockSAExpect_Private(inner, data->inner.ksp, PETSC_FALSE, &single));
+  if (bad >= 0) {
+    *end = AINSWORTH_END_SETUP;
+    PetscCall(PetscSNPrintf(why, len,
+                            "Row %" PetscInt_FMT
+                            " of the preconditioning matrix holds NaN or Inf: the penalty factor, or the values of A, C or D, are too large "
+                            "or too small",
+                            bad));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SetUpParts(data, inner, end, why, len));
+  if (*end != AINSWORTH_END_ANSWER) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(IsUnfit(data, inner, &doubts));
+  if (doubts) {
+    *end = AINSWORTH_END_UNFIT;
+    PetscCall(PetscStrncpy(why, doubts, len));
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PCAinsworthUseProduct_Private(data));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -296,23 +156,23 @@ static PetscErrorCode KeepWhole(PC pc, PC_Ainsworth *data)
   PetscFunctionBegin;
   PetscCall(PetscInfo(pc, "The inner preconditioner is kept, the constraints are set up anew\n"));
   PetscCall(PCAinsworthReuseInner_Private(data, PETSC_TRUE));
-  PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PCGetOperators(inner, NULL, &data->M));
-  PetscCall(PetscObjectReference((PetscObject)data->M));
-  if (data->constraints) { /* these may belong to an earlier A or C */
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCGetOperators(inner, NULL, &data->inner.M));
+  PetscCall(PetscObjectReference((PetscObject)data->inner.M));
+  if (data->saddle.constraints()) { /* these may belong to an earlier A or C */
     Mat_Ainsworth *ctx;
 
-    PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+    PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
     PetscCall(KSPProjectedCGForget_Private(ctx));
-    PetscCall(MatAinsworthSetPenalty(data->reduced, NULL));
-    PetscCall(MatAinsworthSetProduct_Private(data->reduced, NULL));
+    PetscCall(MatAinsworthSetPenalty(data->reduced.mat, NULL));
+    PetscCall(MatAinsworthSetProduct_Private(data->reduced.mat, NULL));
   }
   PetscCall(PCAinsworthSetKSPOperators_Private(data));
   PetscCall(ForwardNullSpaces(data));
-  PetscCall(KSPGetOperators(data->ksp, &operation, &M));
-  if (operation != M) inner->ops->applyrichardson = NULL;
-  PetscCall(PCAinsworthKeepCoefficients_Private(data));
-  PetscCall(KSPSetUp(data->ksp));
+  PetscCall(KSPGetOperators(data->inner.ksp, &operation, &M));
+  if (operation != M) PCAinsworthForgetRichardson_Private(inner);
+  PetscCall(PCAinsworthKeepCoefficients_Private(&data->inner));
+  PetscCall(KSPSetUp(data->inner.ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -324,24 +184,30 @@ static PetscErrorCode SameConstraints(const PC_Ainsworth *data, PetscBool *same)
 
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(data->saddle.C, &m, NULL));
-  PetscCall(data->source.holds(data->saddle.C, NULL, std::vector<PetscReal>(m, 0.0), same, &fits));
+  PetscCall(data->age.source.holds(data->saddle.C, NULL, std::vector<PetscReal>(m, 0.0), same, &fits));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   PCAinsworthSetUpInner_Private - sets up the inner preconditioner, or keeps it
+   PCAinsworthSetUpInner_Private - sets up the inner solver by its plan, or keeps its preconditioner. Collective
 
-   keep: it is kept if that was requested or C is the same; PCBLOCKSA keeps its levels of A then, and gets the surface of the current matrix, which costs little
+   keep: it is kept if that was requested or C is the same; PCBLOCKSA keeps its levels of A then, and gets the surface of the current matrix, which costs little.
+   *end and why: how the set-up ended, AINSWORTH_END_ANSWER if the solver can be used
 */
-PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, Mat_Ainsworth *ctx, PetscBool keep, char why[], size_t len)
+PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, PetscBool keep, AinsworthEnd *end, char why[], size_t len)
 {
   PC          inner;
+  PetscBool   made;
   PC_BlockSA *sa;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetPC(data->ksp, &inner));
+  *end = AINSWORTH_END_ANSWER;
+  PetscCall(PCAinsworthReview_Private(pc, data));
+  PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
-  if (!sa) keep = (PetscBool)(keep && inner->setupcalled);
+  PetscCall(PCGetOperatorsSet(inner, NULL, &made));
+  if (!sa) keep = (PetscBool)(keep && made);
   if (!sa && keep && !PCAinsworthMustKeepInner_Private(pc, data)) PetscCall(SameConstraints(data, &keep));
   if (!sa && keep) {
     PetscCall(KeepWhole(pc, data));
@@ -349,8 +215,19 @@ PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, Mat_Ains
   }
   PetscCall(PCAinsworthReuseInner_Private(data, PETSC_FALSE));
   if (sa) sa->keep = keep;
-  else PetscCall(data->source.take(data->saddle.C, NULL));
-  if (!keep) PetscCall(PCAinsworthForgetCounts_Private(data));
-  PetscCall(SetUpAnew(pc, data, ctx, why, len));
+  else PetscCall(data->age.source.take(data->saddle.C, NULL));
+  if (!keep) data->age.counts = AinsworthAge();
+  PetscCall(SetUpAnew(data, inner, end, why, len));
+  data->age.type = sa && sa->old ? PC_AINSWORTH_AGE_LEVELS : PC_AINSWORTH_AGE_FRESH;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthChangeMethod_Private - takes the method of the present plan, with the preconditioner that there is */
+PetscErrorCode PCAinsworthChangeMethod_Private(PC pc, PC_Ainsworth *data, AinsworthEnd *end)
+{
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
+  PetscCall(PCAinsworthSetKSPOperators_Private(data));
+  *end = AINSWORTH_END_ANSWER;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

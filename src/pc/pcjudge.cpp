@@ -4,7 +4,6 @@
 #include "../loops.h"
 #include "../objects.h"
 #include "../operator/matainsworth.h"
-#include <petsc/private/pcimpl.h>
 
 /*
    Gets the relative tolerance of the reduced solve that has just ended with `reason`
@@ -17,9 +16,9 @@ static PetscErrorCode GetTolerance(const PC_Ainsworth *data, KSPConvergedReason 
   PetscReal   atol;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetTolerances(data->ksp, tol, &atol, NULL, NULL));
-  PetscCall(KSPGetNormType(data->ksp, &norm));
-  if (data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR) *tol = data->reporting.rtol;
+  PetscCall(KSPGetTolerances(data->inner.ksp, tol, &atol, NULL, NULL));
+  PetscCall(KSPGetNormType(data->inner.ksp, &norm));
+  if (data->reporting.settings.stop == AINSWORTH_STOP_ENERGY_ERROR) *tol = data->reporting.settings.rtol;
   else if (norm == KSP_NORM_NONE || reason == KSP_CONVERGED_ITS || (reason == KSP_CONVERGED_ATOL && atol > 0.0)) *tol = -1.0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -50,9 +49,9 @@ static PetscErrorCode CheckDetermined(PC_Ainsworth *data, AinsworthSaddleVec b, 
   Vec             motion;
 
   PetscFunctionBegin;
-  if (PETSC_MACHINE_EPSILON * growth > most && data->f) {
-    PetscCall(AinsworthSaddleRestrict(&data->saddle, b, {data->f, data->g}));
-    PetscCall(AinsworthGrowth(&data->saddle, {data->f, b.dual}, y.primal, &growth));
+  if (PETSC_MACHINE_EPSILON * growth > most && data->reduced.f) {
+    PetscCall(AinsworthSaddleRestrict(&data->saddle, b, {data->reduced.f, data->reduced.g}));
+    PetscCall(AinsworthGrowth(&data->saddle, {data->reduced.f, b.dual}, y.primal, &growth));
   }
   rounding = PetscMax(outcome.rounding, PETSC_MACHINE_EPSILON * growth);
   if (rounding <= most) PetscFunctionReturn(PETSC_SUCCESS);
@@ -92,14 +91,14 @@ static PetscErrorCode GetEarlierTerms(PC pc, PC_Ainsworth *data, Vec g, PetscBoo
   if (!attached) PetscCall(PetscObjectQuery((PetscObject)saddle->rows[1], "nullspace", (PetscObject *)&attached));
   PetscCall(PetscObjectGetTabLevel((PetscObject)pc, &nested));
   *kept = (PetscBool)(saddle->count[AINSWORTH_ROW_DEPENDENT] + saddle->count[AINSWORTH_ROW_NEAR] && (attached || nested > 0));
-  if (data->terms) {
+  if (data->outcome.terms) {
     PetscCall(VecGetLocalSize(g, &n[0]));
-    PetscCall(VecGetLocalSize(data->terms, &n[1]));
+    PetscCall(VecGetLocalSize(data->outcome.terms, &n[1]));
     other = (PetscBool)(n[0] != n[1]);
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)g)));
-    if (other) PetscCall(VecDestroy(&data->terms));
+    if (other) PetscCall(VecDestroy(&data->outcome.terms));
   }
-  *earlier = *kept ? data->terms : NULL;
+  *earlier = *kept ? data->outcome.terms : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -111,8 +110,8 @@ static PetscErrorCode KeepTerms(PC_Ainsworth *data, AinsworthSaddleVec b, Ainswo
   PetscFunctionBegin;
   PetscCall(VecDuplicate(b.dual, &terms));
   PetscCall(AinsworthSaddleDualTerms(&data->saddle, b, y, terms));
-  if (data->terms) PetscCall(VecPointwiseMax(data->terms, data->terms, terms));
-  else PetscCall(AinsworthShare(terms, &data->terms));
+  if (data->outcome.terms) PetscCall(VecPointwiseMax(data->outcome.terms, data->outcome.terms, terms));
+  else PetscCall(AinsworthShare(terms, &data->outcome.terms));
   PetscCall(VecDestroy(&terms));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -129,14 +128,14 @@ static PetscErrorCode IsEnergetic(const PC_Ainsworth *data, PetscBool *energetic
   PetscBool   blind;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetType(data->ksp, &type));
-  PetscCall(KSPGetPC(data->ksp, &inner));
+  PetscCall(KSPGetType(data->inner.ksp, &type));
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &blind, PCNONE, PCJACOBI, PCPBJACOBI, PCBJACOBI, PCSOR, PCILU, PCICC, ""));
   PetscCall(PCAinsworthIsConjugateGradients_Private(type, energetic));
-  PetscCall(KSPGetNormType(data->ksp, &norm));
+  PetscCall(KSPGetNormType(data->inner.ksp, &norm));
   if (norm != KSP_NORM_NATURAL && norm != KSP_NORM_DEFAULT && norm != KSP_NORM_NONE) *energetic = PETSC_FALSE;
-  if (data->reporting.stop == AINSWORTH_STOP_ENERGY_ERROR) blind = PETSC_FALSE; /* the energy itself has ended it */
-  if (blind || data->whole || data->escape.refused || !data->adjoint) *energetic = PETSC_FALSE;
+  if (data->reporting.settings.stop == AINSWORTH_STOP_ENERGY_ERROR) blind = PETSC_FALSE; /* the energy itself has ended it */
+  if (blind || data->whole.factor || data->history.factor == AINSWORTH_FAILED || !data->saddle.adjoint) *energetic = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -147,8 +146,8 @@ static PetscErrorCode IsBounded(const PC_Ainsworth *data, PetscBool *bounded)
 
   PetscFunctionBegin;
   *bounded = PETSC_TRUE;
-  if (!data->reduced) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+  if (!data->reduced.mat) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
   *bounded = (PetscBool)(ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -161,7 +160,7 @@ static PetscErrorCode Describe(const PC_Ainsworth *data, const AinsworthOutcome 
   const char              *close    = "the Gram matrix C W C' is ill-conditioned: rows of C are close to others";
 
   PetscFunctionBegin;
-  if (data->reduced) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced, &doubtful));
+  if (data->reduced.mat) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced.mat, &doubtful));
   *verdict = AINSWORTH_VERDICT_UNMET;
   switch (outcome->state) {
   case AINSWORTH_OUTCOME_SOLVED:
@@ -182,7 +181,7 @@ static PetscErrorCode Describe(const PC_Ainsworth *data, const AinsworthOutcome 
                               (double)row->residual, (double)(row->residual / row->terms), doubtful ? "; " : "", doubtful ? close : ""));
     } else
       PetscCall(PetscSNPrintf(why, len, "The %s says that it converged, but row %" PetscInt_FMT " of A x + C' lambda = f is left with %g, %g of its terms: %s",
-                              data->whole ? "factored whole system" : "reduced solve", e->primal.row, (double)e->primal.residual,
+                              data->whole.factor ? "factored whole system" : "reduced solve", e->primal.row, (double)e->primal.residual,
                               (double)(e->primal.residual / e->primal.terms),
                               doubtful ? close : "its method, or its preconditioner, does not see this; is A indefinite on Ker C, or its diagonal zero?"));
   }
@@ -218,10 +217,12 @@ static PetscErrorCode DescribeContradiction(const PC_Ainsworth *data, std::vecto
 /*
    PCAinsworthJudge_Private - refines y until it solves the program's system, and gets the verdict on it; why is set unless that is MET
 
-   reason: how the reduced solve ended; one that was stopped by rounding is a solution if further solves agree with it. left: the residual of y, on return
+   reason: how the reduced solve ended; one that was stopped by rounding is a solution if further solves agree with it. known: data->reduced.Ax is op(A) x.
+   left: the residual of y, on return
 */
 PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, const AinsworthSolver &solver,
-                                        AinsworthSaddleVec b, AinsworthSaddleVec y, AinsworthSaddleVec left, AinsworthVerdict *verdict, char why[], size_t len)
+                                        PetscBool known, AinsworthSaddleVec b, AinsworthSaddleVec y, AinsworthSaddleVec left, AinsworthVerdict *verdict,
+                                        char why[], size_t len)
 {
   AinsworthSaddle *sp = &data->saddle;
   AinsworthRequest request;
@@ -238,14 +239,15 @@ PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool tra
   PetscCall(IsBounded(data, &request.bounded));
   PetscCall(GetEarlierTerms(pc, data, b.dual, &kept, &request.earlier));
   request.combination = [data](Vec w) {
-    return data->constraints ? MatAinsworthCombineRows_Private(data->reduced, &data->saddle, w) : PETSC_SUCCESS; /* a row of zeros is one by itself */
+    return data->saddle.constraints() ? MatAinsworthCombineRows_Private(data->reduced.mat, &data->saddle, w)
+                                      : PETSC_SUCCESS; /* a row of zeros is one by itself */
   };
   PetscCall(IsFinite(y, &finite));
   if (!finite) {
     *verdict = AINSWORTH_VERDICT_UNMET;
     PetscCall(PetscSNPrintf(why, len, "The reduced solve says that it converged, but x or lambda holds NaN or Inf, or values too large"));
   } else {
-    PetscCall(AinsworthRefine(sp, &request, solver, b, y, data->Ax, left, &data->knownAx, &outcome));
+    PetscCall(AinsworthRefine(sp, &request, solver, b, y, data->reduced.Ax, left, &known, &outcome));
     PetscCall(Describe(data, &outcome, verdict, why, len));
     if (*verdict == AINSWORTH_VERDICT_CONTRADICTION) PetscCall(DescribeContradiction(data, outcome.contradictory, why, len));
   }

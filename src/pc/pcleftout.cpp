@@ -28,7 +28,7 @@ PetscErrorCode PCAinsworthDescribeLeftOut_Private(PC_Ainsworth *data, std::strin
 {
   PetscFunctionBegin;
   text.clear();
-  if (!data->constraints) text += "; no constraints: neither projector nor copy of A";
+  if (!data->saddle.constraints()) text += "; no constraints: neither projector nor copy of A";
   else {
     Mat_Ainsworth       *ctx;
     const AinsworthGram *gram;
@@ -37,24 +37,24 @@ PetscErrorCode PCAinsworthDescribeLeftOut_Private(PC_Ainsworth *data, std::strin
     PC_BlockSA          *sa = NULL;
     const char          *economy;
 
-    PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
-    PetscCall(KSPProjectedCGGetUse_Private(data->ksp, &projected));
-    PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
+    PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
+    PetscCall(KSPProjectedCGGetUse_Private(data->inner.ksp, &projected));
+    PetscCall(MatAinsworthGetGram_Private(data->reduced.mat, &gram));
     PetscCall(AinsworthGramGetEconomy(gram, &economy));
     text += economy;
-    PetscCall(KSPGetPC(data->ksp, &inner));
+    PetscCall(KSPGetPC(data->inner.ksp, &inner));
     PetscCall(PCBlockSAGet_Private(inner, &sa));
     const bool inKernel = sa && sa->subspace;
     if (inKernel) text += "; multigrid in Ker C: neither a preconditioning matrix nor a penalty";
     else if (PCAinsworthPmatTypeInUse_Private(data) == PC_AINSWORTH_PMAT_ID) text += "; id: no product with A for the preconditioning matrix";
-    if (data->longRows && !inKernel) text += "; " + std::to_string(data->longRows) + " long rows of C: not in the preconditioning matrix";
+    if (data->inner.longRows && !inKernel) text += "; " + std::to_string(data->inner.longRows) + " long rows of C: not in the preconditioning matrix";
     if (!ctx->shared.empty()) text += "; " + std::to_string(ctx->shared.size()) + " shared unknowns: held in the preconditioning matrix";
     if (projected) text += "; iterates in Ker C: C' B C is not applied";
     if (ctx->omitPenalty) text += "; preconditioned in Ker C: C' B C is not applied";
     if (ctx->homogeneous) text += "; g = 0: neither R g nor A R g";
     PetscCall(DescribeRanks(data, gram, text));
   }
-  if (data->unchanged) text += "; A and C as at the last set-up: nothing rebuilt";
+  if (data->state == PC_AINSWORTH_UNCHANGED) text += "; A and C as at the last set-up: nothing rebuilt";
   text = text.empty() ? "nothing" : text.substr(2);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,7 +2,6 @@
 #include "pcainsworth.h"
 #include "../loops.h"
 #include "../operator/matainsworth.h"
-#include <petsc/private/pcimpl.h>
 
 /* Computes x' diag(A) x, and diag(A) x in work; the 1-norm of its row stands in for an entry that is not positive, unless that is zero, too */
 static PetscErrorCode DiagonalEnergy(const PC_Ainsworth *data, Vec x, Vec work, PetscReal *size)
@@ -10,7 +9,7 @@ static PetscErrorCode DiagonalEnergy(const PC_Ainsworth *data, Vec x, Vec work, 
   PetscScalar dot;
 
   PetscFunctionBegin;
-  PetscCall(VecPointwiseDivide(work, x, data->inverseDiagonal));
+  PetscCall(VecPointwiseDivide(work, x, data->reduced.inverseDiagonal));
   PetscCall(AinsworthUpdate(work, [data](PetscInt i, PetscScalar &w) { w = data->saddle.loose[i] ? 0.0 : w; }));
   PetscCall(VecDot(work, x, &dot));
   *size = PetscRealPart(dot);
@@ -37,13 +36,13 @@ static PetscErrorCode IsFree(const PC_Ainsworth *data, Vec y, Vec work, PetscBoo
   PetscCall(DiagonalEnergy(data, y, work, &size));
   PetscCall(MatMult(data->saddle.A, y, work));
   PetscCall(VecDuplicate(work, &root));
-  PetscCall(VecPointwiseMult(root, work, data->inverseDiagonal));
+  PetscCall(VecPointwiseMult(root, work, data->reduced.inverseDiagonal));
   PetscCall(VecDot(root, work, &resistance));
   *isFree = (PetscBool)(size > 0.0 && PetscRealPart(resistance) <= PetscSqr(force) * size && !PetscIsInfOrNanReal(size));
   if (*isFree) {
     PetscCall(MatCreateVecs(C, NULL, &rows));
     PetscCall(VecDuplicate(rows, &lengths));
-    PetscCall(AinsworthRowSquares(C, data->inverseDiagonal, lengths));
+    PetscCall(AinsworthRowSquares(C, data->reduced.inverseDiagonal, lengths));
     PetscCall(MatMult(C, y, rows));
     PetscCall(VecDuplicate(rows, &terms));
     PetscCall(AinsworthAbsoluteMult(C, y, terms));
@@ -71,9 +70,9 @@ static PetscErrorCode Resists(const PC_Ainsworth *data, Vec w, PetscReal size, P
   Vec                    work;
 
   PetscFunctionBegin;
-  if (data->constraints) PetscCall(MatAinsworthMultTransposeProjector(data->reduced, w, w));
+  if (data->saddle.constraints()) PetscCall(MatAinsworthMultTransposeProjector(data->reduced.mat, w, w));
   PetscCall(VecDuplicate(w, &work));
-  PetscCall(VecPointwiseMult(work, w, data->inverseDiagonal));
+  PetscCall(VecPointwiseMult(work, w, data->reduced.inverseDiagonal));
   PetscCall(VecDot(work, w, &dot));
   PetscCall(VecDestroy(&work));
   *resists = (PetscBool)(PetscRealPart(dot) > PetscSqr(force) * size);
@@ -91,7 +90,7 @@ PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *data, Vec
   PetscReal   size, before;
   PetscScalar energy;
   PetscBool   isFree, resists = PETSC_FALSE;
-  const bool  projected = !data->constraints || (data->adjoint && !data->saddle.D);
+  const bool  projected = !data->saddle.constraints() || (data->saddle.adjoint && !data->saddle.D);
 
   PetscFunctionBegin;
   *quotient = 1.0;
@@ -100,7 +99,7 @@ PetscErrorCode PCAinsworthRayleighQuotient_Private(const PC_Ainsworth *data, Vec
   if (!projected) {
     PetscCall(IsFree(data, y, work, &isFree));
     if (!isFree) before = PETSC_INFINITY;
-  } else if (data->constraints) PetscCall(MatAinsworthMultProjector(data->reduced, y, y));
+  } else if (data->saddle.constraints()) PetscCall(MatAinsworthMultProjector(data->reduced.mat, y, y));
   PetscCall(DiagonalEnergy(data, y, work, &size));
   PetscCall(MatMult(data->saddle.A, y, work));
   PetscCall(VecDot(work, y, &energy));

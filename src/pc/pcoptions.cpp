@@ -1,11 +1,21 @@
 #include "pcainsworth.h"
-#include <petsc/private/pcimpl.h>
 
-const char *const        PCAinsworthVariants[]     = {"weighted", "paper", "PCAinsworthVariant", "PC_AINSWORTH_", NULL};
-static const char *const redundantTypes[]          = {"drop", "error", "AinsworthRedundantType", "AINSWORTH_REDUNDANT_", NULL};
-const char *const        PCAinsworthRebuildTypes[] = {"auto", "always", "never", "AinsworthRebuildType", "AINSWORTH_REBUILD_", NULL};
-static const char *const stopTypes[]               = {"residual", "energy_error", "AinsworthStopType", "AINSWORTH_STOP_", NULL};
-static const char        monitorOption[]           = "-pc_ainsworth_monitor_error";
+static const char *const redundantTypes[] = {"drop", "error", "AinsworthRedundantType", "AINSWORTH_REDUNDANT_", NULL};
+static const char *const stopTypes[]      = {"residual", "energy_error", "AinsworthStopType", "AINSWORTH_STOP_", NULL};
+static const char        monitorOption[]  = "-pc_ainsworth_monitor_error";
+
+/* Checks whether an option is given */
+static PetscErrorCode IsGiven(PC pc, const char name[], PetscBool *given)
+{
+  const char  *prefix;
+  PetscOptions options;
+
+  PetscFunctionBegin;
+  PetscCall(PCGetOptionsPrefix(pc, &prefix));
+  PetscCall(PetscObjectGetOptions((PetscObject)pc, &options));
+  PetscCall(PetscOptionsHasName(options, prefix, name, given));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* Reads a real number above 0 and below a bound */
 static PetscErrorCode RealOption(PC pc, AinsworthOptionItems PetscOptionsObject, const char name[], const char help[], PetscReal below, PetscReal *value)
@@ -51,7 +61,7 @@ static PetscErrorCode ChoicesFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpt
                              (PetscEnum *)&now.weightType, NULL));
   PetscCall(PetscOptionsEnum("-pc_ainsworth_penalty", "Diagonal penalty B", PCAINSWORTH, AinsworthPenaltyTypes, (PetscEnum)now.pmat.penalty,
                              (PetscEnum *)&now.pmat.penalty, NULL));
-  PetscCall(PetscOptionsHasName(((PetscObject)pc)->options, ((PetscObject)pc)->prefix, "-pc_ainsworth_penalty_factor", &set));
+  PetscCall(IsGiven(pc, "-pc_ainsworth_penalty_factor", &set));
   PetscCall(RealOption(pc, PetscOptionsObject, "-pc_ainsworth_penalty_factor", "Factor gamma of the penalty", PETSC_INFINITY, &factor));
   if (set) now.pmat.factor = factor;
   PetscCall(PetscOptionsEnum("-pc_ainsworth_pmat", "Approximation of the inverse Gram matrix in the preconditioning matrix", PCAINSWORTH, PCAinsworthPmatTypes,
@@ -65,7 +75,7 @@ static PetscErrorCode ChoicesFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpt
   PetscCall(PetscOptionsEnum("-pc_ainsworth_ladder", "The highest rung that may be climbed where the reduced solve gives no answer", PCAINSWORTH,
                              AinsworthLadderTypes, (PetscEnum)now.ladder, (PetscEnum *)&now.ladder, NULL));
   PetscCall(PetscOptionsEnum("-pc_ainsworth_rebuild", "When the inner preconditioner is made anew for other values of A or C", PCAINSWORTH,
-                             PCAinsworthRebuildTypes, (PetscEnum)data->rebuild, (PetscEnum *)&data->rebuild, NULL));
+                             PCAinsworthRebuildTypes, (PetscEnum)now.rebuild, (PetscEnum *)&now.rebuild, NULL));
   PetscCall(PCAinsworthChoose_Private(pc, data, &now));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -122,9 +132,13 @@ static PetscErrorCode MonitorFromOptions(PC pc, AinsworthReportSettings *setting
   PetscBool         set, same, known = PETSC_FALSE;
   PetscViewer       viewer = NULL;
   PetscViewerFormat format = PETSC_VIEWER_DEFAULT;
+  const char       *prefix;
+  PetscOptions      options;
 
   PetscFunctionBegin;
-  PetscCall(PetscOptionsGetString(((PetscObject)pc)->options, ((PetscObject)pc)->prefix, monitorOption, value, sizeof(value), &set));
+  PetscCall(PCGetOptionsPrefix(pc, &prefix));
+  PetscCall(PetscObjectGetOptions((PetscObject)pc, &options));
+  PetscCall(PetscOptionsGetString(options, prefix, monitorOption, value, sizeof(value), &set));
   PetscCall(PetscStrncpy(kind, value, sizeof(kind)));
   PetscCall(PetscStrchr(kind, ':', &colon));
   if (colon) *colon = 0;
@@ -171,7 +185,7 @@ static PetscErrorCode ReferenceFromOptions(PC pc, AinsworthReportSettings *setti
 
 static PetscErrorCode ReportFromOptions(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
 {
-  AinsworthReportSettings      *settings   = &data->reporting;
+  AinsworthReportSettings      *settings   = &data->reporting.settings;
   const AinsworthReportSettings last       = *settings;
   PetscReal                     eigenvalue = PetscMax(settings->eigenvalue, 0.0); /* PETSC_DEFAULT is negative */
   PetscBool                     given;
@@ -182,14 +196,14 @@ static PetscErrorCode ReportFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpti
   PetscCall(PetscOptionsEnum("-pc_ainsworth_stop", "What ends the reduced solve", PCAINSWORTH, stopTypes, (PetscEnum)settings->stop,
                              (PetscEnum *)&settings->stop, NULL));
   PetscCall(RealOption(pc, PetscOptionsObject, "-pc_ainsworth_error_rtol", "Tolerance of energy_error", 1.0, &settings->rtol));
-  PetscCall(PetscOptionsHasName(((PetscObject)pc)->options, ((PetscObject)pc)->prefix, "-pc_ainsworth_error_rtol", &given));
+  PetscCall(IsGiven(pc, "-pc_ainsworth_error_rtol", &given));
   PetscCheck(!given || settings->stop == AINSWORTH_STOP_ENERGY_ERROR, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_INCOMP,
              "-pc_ainsworth_error_rtol is a tolerance that nothing heeds: it needs -pc_ainsworth_stop energy_error");
   PetscCall(RealOption(pc, PetscOptionsObject, "-pc_ainsworth_error_eigenvalue", "Lower bound of the spectrum of the preconditioned operator", PETSC_INFINITY,
                        &eigenvalue));
   if (eigenvalue > 0.0) settings->eigenvalue = eigenvalue;
   if (settings->viewer != last.viewer || settings->stop != last.stop || settings->eigenvalue != last.eigenvalue)
-    PetscCall(AinsworthReportDestroy(&data->report));
+    PetscCall(AinsworthReportDestroy(&data->reporting.report));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -201,25 +215,25 @@ static PetscErrorCode InnerFromOptions(PC pc, PC_Ainsworth *data)
   PetscBool same[2];
 
   PetscFunctionBegin;
-  if (!data->configured) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!data->inner.configured) PetscFunctionReturn(PETSC_SUCCESS);
   if (!data->saddle.A) { /* the last set-up ended before it had A: the next one reads the options */
-    data->configured = PETSC_FALSE;
+    data->inner.configured = PETSC_FALSE;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(PetscStrncpy(method, ((PetscObject)data->ksp)->type_name, sizeof(method)));
-  PetscCall(PetscStrncpy(type, ((PetscObject)inner)->type_name, sizeof(type)));
-  data->configured = PETSC_FALSE;
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PetscStrncpy(method, PCAinsworthTypeName_Private((PetscObject)data->inner.ksp), sizeof(method)));
+  PetscCall(PetscStrncpy(type, PCAinsworthTypeName_Private((PetscObject)inner), sizeof(type)));
+  data->inner.configured = PETSC_FALSE;
   PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
-  PetscCall(PetscStrcmp(method, ((PetscObject)data->ksp)->type_name, &same[0]));
-  PetscCall(PetscStrcmp(type, ((PetscObject)inner)->type_name, &same[1]));
+  PetscCall(PetscStrcmp(method, PCAinsworthTypeName_Private((PetscObject)data->inner.ksp), &same[0]));
+  PetscCall(PetscStrcmp(type, PCAinsworthTypeName_Private((PetscObject)inner), &same[1]));
   if (!same[0] || !same[1]) PetscCall(PCAinsworthSetStale_Private(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptionsObject)
 {
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth *data = PCAinsworthData_Private(pc);
   const char   *prefix;
 
   PetscFunctionBegin;
@@ -230,8 +244,8 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   PetscCall(PCAinsworthDiagnoseFromOptions_Private(pc, data, PetscOptionsObject));
   PetscOptionsHeadEnd();
   PetscCall(PCGetOptionsPrefix(pc, &prefix)); /* it may have been set after this PC was created */
-  PetscCall(KSPSetOptionsPrefix(data->ksp, prefix));
-  PetscCall(KSPAppendOptionsPrefix(data->ksp, "ainsworth_"));
+  PetscCall(KSPSetOptionsPrefix(data->inner.ksp, prefix));
+  PetscCall(KSPAppendOptionsPrefix(data->inner.ksp, "ainsworth_"));
   PetscCall(InnerFromOptions(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,7 +2,6 @@
 #include "pcainsworth.h"
 #include "../events.h"
 #include <petsc/private/kspimpl.h>
-#include <petsc/private/pcimpl.h>
 
 /*
    PCAinsworthReductionsCollide_Private - checks whether the outer method has a reduction under way, in which a pipelined inner method cannot begin its own
@@ -18,7 +17,7 @@ PetscErrorCode PCAinsworthReductionsCollide_Private(const PC_Ainsworth *data, Ve
   PetscErrorCode code;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetType(data->ksp, &type));
+  PetscCall(KSPGetType(data->inner.ksp, &type));
   PetscCall(PetscStrInList(type, pipelined, ',', collide));
   if (!*collide) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
@@ -32,7 +31,7 @@ PetscErrorCode PCAinsworthReductionsCollide_Private(const PC_Ainsworth *data, Ve
 /* Begins an outer solve, to which all applications belong until PCPostSolve() */
 PetscErrorCode PCPreSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
 {
-  PC_Ainsworth  *data = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth  *data = PCAinsworthData_Private(pc);
   PetscBool      answer, flexible;
   PCFailedReason failed;
 
@@ -41,24 +40,24 @@ PetscErrorCode PCPreSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
   if (ksp->reason == KSP_DIVERGED_PC_FAILED && !failed) ksp->reason = KSP_CONVERGED_ITERATING;
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPREONLY, &answer));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &flexible, KSPFGMRES, KSPGCR, KSPFCG, KSPPIPEFGMRES, KSPPIPEGCR, KSPPIPEFCG, ""));
-  data->outer        = answer ? AINSWORTH_OUTER_ANSWER : flexible ? AINSWORTH_OUTER_FLEXIBLE : AINSWORTH_OUTER_RIGID;
-  data->applications = 0;
+  data->outer.method = answer ? AINSWORTH_OUTER_ANSWER : flexible ? AINSWORTH_OUTER_FLEXIBLE : AINSWORTH_OUTER_RIGID;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Clears the failure of the last solve, which the program may query until then, before a KSP takes it for its own */
 PetscErrorCode PCSetUpOnBlocks_Ainsworth(PC pc)
 {
-  PC_Ainsworth *data    = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth *data    = PCAinsworthData_Private(pc);
   PetscBool     changed = PETSC_FALSE;
 
   PetscFunctionBegin;
-  if (data->applied && data->refused) { /* the method would end before it calls PCApply(), where a block changed in place is noticed */
+  if (data->outer.applications &&
+      data->state == PC_AINSWORTH_REFUSED) { /* the method would end before it calls PCApply(), where a block changed in place is noticed */
     PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
-    PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, &changed));
+    PetscCall(AinsworthSaddleChanged(&data->given.inputs, &data->saddle, &changed));
     if (changed) PetscCall(PCSetUp_Ainsworth(pc));
-  } else if (data->applied) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR));
-  data->applied = PETSC_FALSE;
+  } else if (data->outer.applications) PetscCall(PCAinsworthForgetFailure_Private(pc));
+  data->outer.applications = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -69,22 +68,22 @@ static PetscErrorCode CheckUnderflow(PC pc, PC_Ainsworth *data, KSP ksp, Vec b)
   char      why[256];
 
   PetscFunctionBegin;
-  if (data->applied || ksp->reason <= 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (data->outer.applications || ksp->reason <= 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecNorm(b, NORM_2, &norm));
   PetscCall(VecNorm(b, NORM_INFINITY, &largest));
   if (norm > 0.0 || largest == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscSNPrintf(why, sizeof(why),
                           "The outer method, %s, takes the right-hand side for zero: the squares of its entries, of %g at most, underflow. "
                           "Scale the system, or use -ksp_type %s",
-                          ((PetscObject)ksp)->type_name, (double)largest, KSPPREONLY));
+                          PCAinsworthTypeName_Private((PetscObject)ksp), (double)largest, KSPPREONLY));
   ksp->reason = KSP_DIVERGED_PC_FAILED;
   PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_FP, why));
-  data->applied = PETSC_TRUE; /* the failure is that of a solve, not of set-up */
+  data->outer.applications++; /* the failure is that of a solve, not of set-up */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Computes the largest residual of a row of the program's system relative to its terms */
-static PetscErrorCode WorstRow(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscReal allowed, Vec b, Vec x, Vec left, PetscReal *error)
+static PetscErrorCode WorstRow(PC_Ainsworth *data, PetscBool transpose, PetscReal allowed, Vec b, Vec x, Vec left, PetscReal *error)
 {
   static const PetscReal part       = 1e-3; /* of what a row is allowed: that part of the largest row is allowed to all */
   const AinsworthMeasure measure[3] = {
@@ -100,16 +99,16 @@ static PetscErrorCode WorstRow(PC pc, PC_Ainsworth *data, PetscBool transpose, P
 
   PetscFunctionBegin;
   for (int k = 0; k < 3; k++) {
-    PetscCall(AinsworthVecGetFlat(pc->pmat, side[k], given[k], &flat[k]));
+    PetscCall(AinsworthVecGetFlat(data->given.inputs.pmat, side[k], given[k], &flat[k]));
     PetscCall(AinsworthSaddleVecGet(flat[k], of[k % 2], &fields[k]));
   }
-  PetscCall((transpose ? MatMultTranspose : MatMult)(data->saddle.block[AINSWORTH_BLOCK_A], fields[1].primal, data->Ax));
-  PetscCall(
-    AinsworthBackwardError(&data->saddle, transpose, measure, NULL, fields[0], fields[1], data->Ax, fields[2], &worst)); /* signs do not matter for sizes */
+  PetscCall((transpose ? MatMultTranspose : MatMult)(data->saddle.block[AINSWORTH_BLOCK_A], fields[1].primal, data->reduced.Ax));
+  PetscCall(AinsworthBackwardError(&data->saddle, transpose, measure, NULL, fields[0], fields[1], data->reduced.Ax, fields[2],
+                                   &worst)); /* signs do not matter for sizes */
   *error = allowed * PetscMax(worst.primal.omega, worst.dual.omega);
   for (int k = 0; k < 3; k++) {
     PetscCall(AinsworthSaddleVecRestore(flat[k], of[k % 2], &fields[k]));
-    PetscCall(AinsworthVecRestoreFlat(pc->pmat, side[k], given[k], PETSC_FALSE, &flat[k]));
+    PetscCall(AinsworthVecRestoreFlat(data->given.inputs.pmat, side[k], given[k], PETSC_FALSE, &flat[k]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -132,23 +131,23 @@ static PetscErrorCode CheckOuter(PC pc, PC_Ainsworth *data, KSP ksp, Vec b, Vec 
 
   PetscFunctionBegin;
   PetscCall(KSPGetConvergenceTest(ksp, &test, NULL, NULL));
-  if (data->applications <= 1 || ksp->reason != KSP_CONVERGED_RTOL || test != KSPConvergedDefault) PetscFunctionReturn(PETSC_SUCCESS);
+  if (data->outer.applications <= 1 || ksp->reason != KSP_CONVERGED_RTOL || test != KSPConvergedDefault) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscLogEventBegin(AINSWORTH_Verify, pc, 0, 0, 0));
   PetscCall(VecDuplicate(b, &left));
-  PetscCall((transpose ? MatMultTranspose : MatMult)(pc->mat, x, left));
+  PetscCall((transpose ? MatMultTranspose : MatMult)(data->given.inputs.amat, x, left));
   PetscCall(VecAYPX(left, -1.0, b));
-  PetscCall((transpose ? MatGetNullSpace : MatGetTransposeNullSpace)(pc->mat, &nullspace));
+  PetscCall((transpose ? MatGetNullSpace : MatGetTransposeNullSpace)(data->given.inputs.amat, &nullspace));
   if (nullspace) PetscCall(MatNullSpaceRemove(nullspace, left));
   PetscCall(VecNorm(b, NORM_2, &norm));
   PetscCall(VecNorm(left, NORM_2, &rest));
-  if (!(rest <= allowed * norm)) PetscCall(WorstRow(pc, data, transpose, allowed, b, x, left, &error));
+  if (!(rest <= allowed * norm)) PetscCall(WorstRow(data, transpose, allowed, b, x, left, &error));
   PetscCall(VecDestroy(&left));
   PetscCall(PetscLogEventEnd(AINSWORTH_Verify, pc, 0, 0, 0));
   if (error <= allowed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscSNPrintf(why, sizeof(why),
                           "The outer method, %s, says that it converged, but a row of the system is left with %g of its terms, which its norm does not see: "
                           "use -ksp_type %s, or %s",
-                          ((PetscObject)ksp)->type_name, (double)error, KSPPREONLY, KSPFGMRES));
+                          PCAinsworthTypeName_Private((PetscObject)ksp), (double)error, KSPPREONLY, KSPFGMRES));
   ksp->reason = KSP_DIVERGED_PC_FAILED;
   PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -157,13 +156,12 @@ static PetscErrorCode CheckOuter(PC pc, PC_Ainsworth *data, KSP ksp, Vec b, Vec 
 /* Ends an outer solve and checks it: some methods apply the preconditioner once more after convergence, to get x, and do not check for failure */
 PetscErrorCode PCPostSolve_Ainsworth(PC pc, KSP ksp, Vec b, Vec x)
 {
-  PC_Ainsworth *data = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth *data = PCAinsworthData_Private(pc);
 
   PetscFunctionBegin;
-  if (data->applied && !data->usable && ksp->reason > 0) ksp->reason = KSP_DIVERGED_PC_FAILED;
-  if (data->applied && data->usable) PetscCall(CheckOuter(pc, data, ksp, b, x));
-  data->applications = -1;
-  data->outer        = AINSWORTH_OUTER_ANSWER;
+  if (data->outer.applications && !data->outcome.usable && ksp->reason > 0) ksp->reason = KSP_DIVERGED_PC_FAILED;
+  if (data->outer.applications && data->outcome.usable) PetscCall(CheckOuter(pc, data, ksp, b, x));
+  data->outer.method = AINSWORTH_OUTER_NONE;
   PetscCall(CheckUnderflow(pc, data, ksp, b));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,29 +1,28 @@
 #include "pcainsworth.h"
-#include <petsc/private/pcimpl.h>
 
 /* Starts the report of a reduced solve for f and g on the kept rows; start: when the computation of its right-hand side began */
-PetscErrorCode PCAinsworthReportBegin_Private(PC pc, PC_Ainsworth *data, AinsworthSaddleVec b, PetscLogDouble start)
+PetscErrorCode PCAinsworthReportBegin_Private(PC_Ainsworth *data, AinsworthSaddleVec b, PetscLogDouble start)
 {
   PetscFunctionBegin;
-  if (!data->report) {
+  if (!data->reporting.report) {
     AinsworthReportSystem system;
 
     system.A               = data->saddle.A;
     system.C               = data->saddle.C;
-    system.reduced         = data->reduced;
+    system.reduced         = data->reduced.mat;
     system.primal          = data->saddle.cols[0];
-    system.inverseDiagonal = data->inverseDiagonal;
-    PetscCall(MatGetSize(pc->pmat, NULL, &system.size));
-    PetscCall(AinsworthReportCreate(&data->reporting, &system, &data->report));
+    system.inverseDiagonal = data->reduced.inverseDiagonal;
+    PetscCall(MatGetSize(data->given.inputs.pmat, NULL, &system.size));
+    PetscCall(AinsworthReportCreate(&data->reporting.settings, &system, &data->reporting.report));
   }
-  PetscCall(AinsworthReportBegin(data->report, data->ksp, b, start - data->setupSeconds));
-  data->setupSeconds = 0.0;
+  PetscCall(AinsworthReportBegin(data->reporting.report, data->inner.ksp, b, start - data->reporting.setupSeconds));
+  data->reporting.setupSeconds = 0.0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode PCAinsworthReportView_Private(const PC_Ainsworth *data, PetscViewer viewer)
 {
-  const AinsworthReportSettings *settings = &data->reporting;
+  const AinsworthReportSettings *settings = &data->reporting.settings;
 
   PetscFunctionBegin;
   if (settings->viewer) PetscCall(PetscViewerASCIIPrintf(viewer, "  error against run time: monitored%s\n", settings->reference ? ", reference solution" : ""));

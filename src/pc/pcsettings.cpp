@@ -2,7 +2,21 @@
 #include "../objects.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcimpl.h>
-#include <petsc/private/kspimpl.h>
+
+const char *const PCAinsworthVariants[]     = {"weighted", "paper", "PCAinsworthVariant", "PC_AINSWORTH_", NULL};
+const char *const PCAinsworthRebuildTypes[] = {"auto", "always", "never", "AinsworthRebuildType", "AINSWORTH_REBUILD_", NULL};
+
+/* Returns the data of a PC of this type */
+PC_Ainsworth *PCAinsworthData_Private(PC pc)
+{
+  return (PC_Ainsworth *)pc->data;
+}
+
+/* Returns whether the options of the PC, and so those of its inner solver, are read */
+PetscBool PCAinsworthReadsOptions_Private(PC pc)
+{
+  return (PetscBool)pc->setfromoptionscalled;
+}
 
 /* Gets the data, NULL for a PC of another type, whose setters do nothing, as everywhere in PETSc */
 PetscErrorCode PCAinsworthGetData_Private(PC pc, PC_Ainsworth **data)
@@ -30,11 +44,9 @@ PetscErrorCode PCAinsworthGetDataOrError_Private(PC pc, PC_Ainsworth **data)
 PetscErrorCode PCAinsworthSetStale_Private(PC pc, PC_Ainsworth *data)
 {
   PetscFunctionBegin;
-  if (data->saddle.A) {
-    data->stale     = PETSC_TRUE;
-    data->refused   = PETSC_FALSE;
-    pc->setupcalled = PETSC_FALSE;
-  }
+  if (!data->saddle.A) PetscFunctionReturn(PETSC_SUCCESS);
+  if (data->state != PC_AINSWORTH_NONE) data->state = PC_AINSWORTH_STALE;
+  pc->setupcalled = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -60,12 +72,14 @@ static bool Same(const PCAinsworthChoices &a, const PCAinsworthChoices &b)
 PetscErrorCode PCAinsworthChoose_Private(PC pc, PC_Ainsworth *data, const PCAinsworthChoices *choices)
 {
   PetscFunctionBegin;
-  if (Same(data->choices, *choices)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (data->choices.variant != choices->variant) {
-    data->plainCG = PETSC_FALSE;
-    PetscCall(PCAinsworthSetMethod_Private(data, choices->variant == PC_AINSWORTH_PAPER ? KSPCG : KSPPROJECTEDCG));
-  }
+  const bool same = Same(data->choices, *choices), variant = data->choices.variant != choices->variant;
+
   data->choices = *choices;
+  if (same) PetscFunctionReturn(PETSC_SUCCESS);
+  if (variant) {
+    data->inner.plan.method = AINSWORTH_METHOD_GIVEN;
+    PetscCall(PCAinsworthSetMethod_Private(&data->inner, choices->variant == PC_AINSWORTH_PAPER ? KSPCG : KSPPROJECTEDCG));
+  }
   PetscCall(PCAinsworthSetStale_Private(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -73,7 +87,7 @@ PetscErrorCode PCAinsworthChoose_Private(PC pc, PC_Ainsworth *data, const PCAins
 /* Returns the chosen type or, for auto, that of the last set-up; jcb before */
 PCAinsworthPmatType PCAinsworthPmatTypeInUse_Private(const PC_Ainsworth *data)
 {
-  return data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO ? data->autoType : data->choices.pmat.type;
+  return data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO ? data->inner.autoType : data->choices.pmat.type;
 }
 
 PetscReal PCAinsworthPenaltyFactor_Private(const PC_Ainsworth *data)
@@ -84,8 +98,8 @@ PetscReal PCAinsworthPenaltyFactor_Private(const PC_Ainsworth *data)
   /* paper, section 3.3; measured, docs/method.md: without Q_* only the penalty tells AMG about the constraints */
   if (pmat.penalty == AINSWORTH_PENALTY_NORM) return 5.0;
   if (PCAinsworthPmatTypeInUse_Private(data) != PC_AINSWORTH_PMAT_ID) return 0.5;
-  if (data->format == AINSWORTH_PMAT_FACTOR) return 1e4; /* one iteration reduces the error to 1 / gamma */
-  return data->format == AINSWORTH_PMAT_SUM ? 2.0 : 10.0;
+  if (data->inner.format == AINSWORTH_PMAT_FACTOR) return 1e4; /* one iteration reduces the error to 1 / gamma */
+  return data->inner.format == AINSWORTH_PMAT_SUM ? 2.0 : 10.0;
 }
 
 /*@
@@ -114,7 +128,7 @@ PetscErrorCode PCAinsworthSetWeight(PC pc, Vec weight)
   if (!data) PetscFunctionReturn(PETSC_SUCCESS);
   PetscValidHeaderSpecific(weight, VEC_CLASSID, 2);
   PetscCheckSameComm(pc, 1, weight, 2);
-  PetscCall(AinsworthReplace(weight, &data->userWeight));
+  PetscCall(AinsworthReplace(weight, &data->choices.weight));
   data->choices.weightType = MAT_AINSWORTH_WEIGHT_USER;
   PetscCall(PCAinsworthSetStale_Private(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -148,7 +162,7 @@ PetscErrorCode PCAinsworthGetKSP(PC pc, KSP *ksp)
   PetscFunctionBegin;
   PetscCall(PCAinsworthGetDataOrError_Private(pc, &data));
   PetscAssertPointer(ksp, 2);
-  *ksp = data->ksp;
+  *ksp = data->inner.ksp;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -188,10 +202,10 @@ PetscErrorCode PCAinsworthGetGramKSP(PC pc, KSP *ksp)
   PetscAssertPointer(ksp, 2);
   PetscCheck(data->saddle.A, PetscObjectComm((PetscObject)pc), PETSC_ERR_ORDER, "Call PCSetUp() before PCAinsworthGetGramKSP()");
   *ksp = NULL;
-  if (data->reduced) {
+  if (data->reduced.mat) {
     const AinsworthGram *gram;
 
-    PetscCall(MatAinsworthGetGram_Private(data->reduced, &gram));
+    PetscCall(MatAinsworthGetGram_Private(data->reduced.mat, &gram));
     *ksp = AinsworthGramGetKSP(gram);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -231,8 +245,8 @@ PetscErrorCode PCAinsworthSetReference(PC pc, Vec reference)
     PetscValidHeaderSpecific(reference, VEC_CLASSID, 2);
     PetscCheckSameComm(pc, 1, reference, 2);
   }
-  PetscCall(AinsworthReplace(reference, &data->reporting.reference));
-  PetscCall(AinsworthReportDestroy(&data->report));
+  PetscCall(AinsworthReplace(reference, &data->reporting.settings.reference));
+  PetscCall(AinsworthReportDestroy(&data->reporting.report));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -274,14 +288,14 @@ PetscErrorCode PCAinsworthGetErrorEstimate(PC pc, PetscInt *iteration, PetscReal
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthGetDataOrError_Private(pc, &data));
-  PetscCheck(data->report && data->report->estimate, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
+  PetscCheck(data->reporting.report && data->reporting.report->estimate, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
              "There is no estimate: use -pc_ainsworth_monitor_error or -pc_ainsworth_stop energy_error, with conjugate gradients inside");
-  PetscCheck(data->report->estimator.accurate, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
-             "The solve was too short for an accurate estimate: it took %" PetscInt_FMT " iterations", (PetscInt)data->report->estimator.fall.size());
-  const PetscInt last = data->report->estimator.accurate - 1;
+  PetscCheck(data->reporting.report->estimator.accurate, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
+             "The solve was too short for an accurate estimate: it took %" PetscInt_FMT " iterations", (PetscInt)data->reporting.report->estimator.fall.size());
+  const PetscInt last = data->reporting.report->estimator.accurate - 1;
 
   if (iteration) *iteration = last;
-  if (lower) *lower = AinsworthEstimatorLower(&data->report->estimator, last);
-  if (upper) *upper = AinsworthEstimatorUpper(&data->report->estimator, last);
+  if (lower) *lower = AinsworthEstimatorLower(&data->reporting.report->estimator, last);
+  if (upper) *upper = AinsworthEstimatorUpper(&data->reporting.report->estimator, last);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

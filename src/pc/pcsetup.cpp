@@ -1,7 +1,6 @@
 #include "pcainsworth.h"
 #include "../objects.h"
 #include "../operator/matainsworth.h"
-#include <petsc/private/pcimpl.h>
 #include <petsctime.h>
 
 static const char citation[] = "@inproceedings{robert_pointselle,\n"
@@ -22,38 +21,37 @@ static const char citation[] = "@inproceedings{robert_pointselle,\n"
 struct SetUpRun {
   PetscLogDouble start;
   PetscBool      keep; /* the inner preconditioner may be kept */
-  Mat_Ainsworth *ctx;  /* of the reduced operator; NULL without constraints */
   PCFailedReason reason;
   PetscErrorCode code;
   char           why[512]; /* why it cannot go on; empty if it can */
 };
 typedef PetscErrorCode (*SetUpStep)(PC, PC_Ainsworth *, SetUpRun *);
 
-/* Creates data->reduced with its projector; for the same A, B, C and D with other values, keeps what depends on their patterns alone */
-static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx)
+/* Creates data->reduced.mat with its projector; for the same A, B, C and D with other values, keeps what depends on their patterns alone */
+static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, MatAinsworthWeightType weight)
 {
   const AinsworthSaddle *sp  = &data->saddle;
-  Mat_Ainsworth         *old = NULL;
+  Mat_Ainsworth         *old = NULL, *ctx;
   const char            *prefix;
 
   PetscFunctionBegin;
-  if (data->reduced) PetscCall(MatAinsworthGetContext_Private(data->reduced, &old));
-  if (!old || old->A != sp->A || old->C != sp->C || old->B != sp->B || old->D != sp->D || old->adjoint != data->adjoint) {
-    PetscCall(MatDestroy(&data->reduced));
-    PetscCall(MatCreateAinsworth(sp->A, sp->C, &data->reduced));
-    PetscCall(MatSetBlockSize(data->reduced, sp->bs));
-    PetscCall(MatAinsworthSetOtherBlocks_Private(data->reduced, sp->B == sp->C ? NULL : sp->B, sp->D, data->adjoint));
+  if (data->reduced.mat) PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &old));
+  if (!old || old->A != sp->A || old->C != sp->C || old->B != sp->B || old->D != sp->D || old->adjoint != data->saddle.adjoint) {
+    PetscCall(MatDestroy(&data->reduced.mat));
+    PetscCall(MatCreateAinsworth(sp->A, sp->C, &data->reduced.mat));
+    PetscCall(MatSetBlockSize(data->reduced.mat, sp->bs));
+    PetscCall(MatAinsworthSetOtherBlocks_Private(data->reduced.mat, sp->B == sp->C ? NULL : sp->B, sp->D, data->saddle.adjoint));
     PetscCall(PCGetOptionsPrefix(pc, &prefix));
-    PetscCall(MatSetOptionsPrefix(data->reduced, prefix));
-    PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->reduced, (PetscObject)pc, 0));
+    PetscCall(MatSetOptionsPrefix(data->reduced.mat, prefix));
+    PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->reduced.mat, (PetscObject)pc, 0));
   }
-  PetscCall(MatAinsworthSetRowsPerRank_Private(data->reduced, data->choices.rowsPerRank));
-  if (data->choices.weightType == MAT_AINSWORTH_WEIGHT_USER) {
-    PetscCheck(data->userWeight, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
+  PetscCall(MatAinsworthSetRowsPerRank_Private(data->reduced.mat, data->choices.rowsPerRank));
+  if (weight == MAT_AINSWORTH_WEIGHT_USER) {
+    PetscCheck(data->choices.weight, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
                "-pc_ainsworth_weight user needs a vector: call PCAinsworthSetWeight()");
-    PetscCall(MatAinsworthSetWeight(data->reduced, data->userWeight));
-  } else PetscCall(MatAinsworthSetWeightType(data->reduced, data->hidden ? MAT_AINSWORTH_WEIGHT_IDENTITY : data->choices.weightType));
-  PetscCall(MatAinsworthSetUpProjector_Private(data->reduced, ctx));
+    PetscCall(MatAinsworthSetWeight(data->reduced.mat, data->choices.weight));
+  } else PetscCall(MatAinsworthSetWeightType(data->reduced.mat, weight));
+  PetscCall(MatAinsworthSetUpProjector_Private(data->reduced.mat, &ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -69,7 +67,6 @@ static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, AinsworthRowK
              "%" PetscInt_FMT " rows of C are linear combinations of others: rows %s of the multiplier field; remove them or use -pc_ainsworth_redundant drop",
              n, names);
   PetscCall(PetscInfo(pc, "%" PetscInt_FMT " rows of C are linear combinations of others and left out: rows %s of the multiplier field\n", n, names));
-  data->constraints -= n;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -79,25 +76,25 @@ static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, AinsworthRowK
    If it has too few digits to tell rows apart that do not depend on each other, or cannot be factored, the whole system is. If that cannot be, such rows are left
    out, and have to be met to rounding
 */
-static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **ctx, PCFailedReason *reason)
+static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, PCFailedReason *reason)
 {
-  PetscInt  pass = 0, n   = 1;
-  PetscBool hidden, whole = PETSC_FALSE;
+  MatAinsworthWeightType weight = data->choices.weightType;
+  PetscInt               pass = 0, n   = 1;
+  PetscBool              hidden, whole = PETSC_FALSE;
 
   PetscFunctionBegin;
-  data->hidden = PETSC_FALSE;
-  while (n && data->constraints) {
+  while (n && data->saddle.constraints()) {
     PetscInt      *dependent;
     PetscErrorCode error = PETSC_SUCCESS; /* checked after PetscFree() */
 
-    PetscCall(CreateOperator(pc, data, ctx));
-    PetscCall(MatAinsworthDiagnose_Private(data->reduced, &pass, &n, &dependent, reason, &hidden));
-    hidden = (PetscBool)(hidden && data->choices.weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL);
+    PetscCall(CreateOperator(pc, data, weight));
+    PetscCall(MatAinsworthDiagnose_Private(data->reduced.mat, &pass, &n, &dependent, reason, &hidden));
+    hidden = (PetscBool)(hidden && weight == MAT_AINSWORTH_WEIGHT_DIAGONAL);
     if (hidden) {
       PetscCall(PetscInfo(pc, "Rows of C that diag(A)^{-1} cannot tell apart are independent without it: the weight is the identity\n"));
-      data->hidden = PETSC_TRUE;
+      weight = MAT_AINSWORTH_WEIGHT_IDENTITY;
     } else if (n ? pass > 1 : *reason != PC_NOERROR)
-      PetscCall(PCAinsworthClimb_Private(pc, data, AINSWORTH_END_GRAM, "The Gram matrix C W C' is nearly singular", &whole));
+      PetscCall(PCAinsworthReplan_Private(pc, data, AINSWORTH_END_GRAM, "The Gram matrix C W C' is nearly singular", &whole));
     if (whole) n = 0;
     else if (n && !hidden) error = DropDependentRows(pc, data, pass > 1 ? AINSWORTH_ROW_NEAR : AINSWORTH_ROW_DEPENDENT, n, dependent);
     PetscCall(PetscFree(dependent));
@@ -111,9 +108,9 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **c
 static PetscErrorCode ForgetInner(PC_Ainsworth *data)
 {
   PetscFunctionBegin;
-  PetscCall(VecDestroy(&data->rhs));
-  PetscCall(VecDestroy(&data->Ax));
-  PetscCall(MatDestroy(&data->reduced));
+  PetscCall(VecDestroy(&data->reduced.rhs));
+  PetscCall(VecDestroy(&data->reduced.Ax));
+  PetscCall(MatDestroy(&data->reduced.mat));
   PetscCall(PCAinsworthResetKSP_Private(data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -125,8 +122,8 @@ static PetscErrorCode ForgetOtherSizes(PC pc, PC_Ainsworth *data)
   PetscBool other;
 
   PetscFunctionBegin;
-  if (!data->rhs) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetLocalSize(data->rhs, &before));
+  if (!data->reduced.rhs) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetLocalSize(data->reduced.rhs, &before));
   PetscCall(MatGetLocalSize(data->saddle.A, &now, NULL));
   other = (PetscBool)(before != now);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)pc)));
@@ -142,10 +139,10 @@ static PetscErrorCode CreateKeptVectors(PC pc, PC_Ainsworth *data)
   PetscFunctionBegin;
   if (data->saddle.C == data->saddle.rowsC && !data->saddle.known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSaddleDescribeRows(&data->saddle, text, sizeof(text)));
-  PetscCall(PetscInfo(pc, "%" PetscInt_FMT " constraints%s\n", data->constraints, text));
-  PetscCall(MatCreateVecs(data->saddle.C, NULL, &data->g));
-  PetscCall(VecDuplicate(data->g, &data->lambda));
-  if (data->saddle.known || data->saddle.B != data->saddle.C) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->f));
+  PetscCall(PetscInfo(pc, "%" PetscInt_FMT " constraints%s\n", data->saddle.constraints(), text));
+  PetscCall(MatCreateVecs(data->saddle.C, NULL, &data->reduced.g));
+  PetscCall(VecDuplicate(data->reduced.g, &data->reduced.lambda));
+  if (data->saddle.known || data->saddle.B != data->saddle.C) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->reduced.f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -178,14 +175,17 @@ static PetscErrorCode CompleteA(PC_Ainsworth *data)
 /* Checks whether anything changed since the last set-up */
 static PetscErrorCode IsNeeded(PC pc, PC_Ainsworth *data, PetscBool *needed)
 {
+  PetscBool reuse;
+
   PetscFunctionBegin;
   *needed = PETSC_TRUE;
   PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
-  if (data->saddle.A && !data->stale) PetscCall(AinsworthSaddleChanged(&data->inputs, &data->saddle, needed));
-  if (data->keptForProgram && !pc->reusepreconditioner) *needed = PETSC_TRUE;
-  data->unchanged = (PetscBool)(!*needed);
+  if (data->saddle.A && data->state >= PC_AINSWORTH_READY) PetscCall(AinsworthSaddleChanged(&data->given.inputs, &data->saddle, needed));
+  PetscCall(PCGetReusePreconditioner(pc, &reuse));
+  if (data->age.forProgram && !reuse) *needed = PETSC_TRUE;
   if (*needed) PetscFunctionReturn(PETSC_SUCCESS);
-  if (data->applied) PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR)); /* a KSP would take that of the last solve for one of this set-up */
+  data->state = PC_AINSWORTH_UNCHANGED;
+  if (data->outer.applications) PetscCall(PCAinsworthForgetFailure_Private(pc)); /* a KSP would take that of the last solve for one of this set-up */
   PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -194,28 +194,27 @@ static PetscErrorCode IsNeeded(PC pc, PC_Ainsworth *data, PetscBool *needed)
 static PetscErrorCode ForgetLast(PC, PC_Ainsworth *data, SetUpRun *run)
 {
   PetscFunctionBegin;
-  run->keep = (PetscBool)(!data->stale && !data->unfinished);
-  if (data->stale) PetscCall(MatDestroy(&data->reduced)); /* it does not match the choices */
-  data->stale = PETSC_TRUE;                               /* until everything is done: an error may end it anywhere */
-  if (data->unfinished) PetscCall(ForgetInner(data));     /* after an error in its set-up a PC of PETSc is unusable, and vectors may be locked */
-  data->unfinished = PETSC_TRUE;
-  data->applied = data->refused = PETSC_FALSE;
-  data->failure[0]              = 0;
-  PetscCall(AinsworthReportDestroy(&data->report));
+  run->keep = (PetscBool)(data->state >= PC_AINSWORTH_READY);
+  if (!run->keep) PetscCall(MatDestroy(&data->reduced.mat));          /* it does not match the choices */
+  if (data->state == PC_AINSWORTH_NONE) PetscCall(ForgetInner(data)); /* after an error in its set-up a PC of PETSc is unusable, and vectors may be locked */
+  data->state              = PC_AINSWORTH_NONE;                       /* until everything is done: an error may end it anywhere */
+  data->outer.applications = 0;
+  data->outcome.why[0]     = 0;
+  PetscCall(AinsworthReportDestroy(&data->reporting.report));
   PetscCall(PCAinsworthForgetWhole_Private(data));
-  PetscCall(MatDestroy(&data->M));
-  for (Vec *v : {&data->g, &data->lambda, &data->f, &data->inverseDiagonal}) PetscCall(VecDestroy(v));
+  PetscCall(MatDestroy(&data->inner.M));
+  for (Vec *v : {&data->reduced.g, &data->reduced.lambda, &data->reduced.f, &data->reduced.inverseDiagonal}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Finds A, B, C and D in the program's matrix, and whether they are symmetric */
 static PetscErrorCode FindBlocks(PC pc, PC_Ainsworth *data, SetUpRun *run)
 {
-  const PetscBool symmetric = data->symmetric, adjoint = data->adjoint;
+  const PetscBool symmetric = data->saddle.symmetric, adjoint = data->saddle.adjoint;
   char            text[512];
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleSetUp(&data->inputs, &data->saddle));
+  PetscCall(AinsworthSaddleSetUp(&data->given.inputs, &data->saddle));
   if (data->saddle.bad[0]) {
     run->reason = PC_FACTOR_OTHER;
     run->code   = PETSC_ERR_FP;
@@ -224,16 +223,11 @@ static PetscErrorCode FindBlocks(PC pc, PC_Ainsworth *data, SetUpRun *run)
   }
   PetscCall(AinsworthSaddleDescribeLayout(&data->saddle, text, sizeof(text)));
   PetscCall(PetscInfo(pc, "%s; block size %" PetscInt_FMT " of A: %s\n", text, data->saddle.bs, data->saddle.bsSource));
-  PetscCall(MatGetSize(data->saddle.C, &data->constraints, NULL));
   PetscCall(ForgetOtherSizes(pc, data));
-  PetscCall(AinsworthProbeSymmetry(data->saddle.A, &data->symmetric));
-  data->adjoint = (PetscBool)(data->saddle.B == data->saddle.C);
-  if (data->adjoint && data->saddle.D) PetscCall(AinsworthProbeSymmetry(data->saddle.D, &data->adjoint));
-  if (data->indefinite) data->configured = PETSC_FALSE; /* conjugate gradients are tried again */
-  data->indefinite = PETSC_FALSE;
-  if (symmetric != data->symmetric || adjoint != data->adjoint) {
-    PetscCall(MatDestroy(&data->reduced));      /* it depends on the symmetry of the system, and on B */
-    data->configured = run->keep = PETSC_FALSE; /* the system may need another method */
+  data->history.gmres = AINSWORTH_UNTRIED; /* conjugate gradients are tried again */
+  if (symmetric != data->saddle.symmetric || adjoint != data->saddle.adjoint) {
+    PetscCall(MatDestroy(&data->reduced.mat));        /* it depends on the symmetry of the system, and on B */
+    data->inner.configured = run->keep = PETSC_FALSE; /* the system may need another method */
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -244,7 +238,7 @@ static PetscErrorCode CheckUnused(PC_Ainsworth *data, SetUpRun *run)
   char unknowns[128], equations[128];
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleNameUnused(&data->saddle, data->symmetric, unknowns, equations, sizeof(unknowns)));
+  PetscCall(AinsworthSaddleNameUnused(&data->saddle, data->saddle.symmetric, unknowns, equations, sizeof(unknowns)));
   run->code = PETSC_ERR_MAT_LU_ZRPVT;
   if (unknowns[0])
     PetscCall(PetscSNPrintf(run->why, sizeof(run->why),
@@ -260,11 +254,13 @@ static PetscErrorCode CheckUnused(PC_Ainsworth *data, SetUpRun *run)
 /* Sets up the reduced operator, if there are constraints, and the vectors */
 static PetscErrorCode SetUpConstraints(PC pc, PC_Ainsworth *data, SetUpRun *run)
 {
+  Mat_Ainsworth *ctx = NULL;
+
   PetscFunctionBegin;
   PetscCall(CheckUnused(data, run));
   if (run->why[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
-  if (data->constraints) PetscCall(SetUpOperator(pc, data, &run->ctx, &run->reason));
+  if (data->saddle.constraints()) PetscCall(SetUpOperator(pc, data, &run->reason));
   if (run->reason) {
     run->code = PETSC_ERR_MAT_CH_ZRPVT;
     PetscCall(PetscSNPrintf(run->why, sizeof(run->why),
@@ -272,63 +268,76 @@ static PetscErrorCode SetUpConstraints(PC pc, PC_Ainsworth *data, SetUpRun *run)
                             PCFailedReasons[run->reason]));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (run->ctx && run->ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(AinsworthShare(run->ctx->weight, &data->inverseDiagonal));
-  else PetscCall(AinsworthWeightCreate(data->saddle.A, &data->inverseDiagonal));
-  if (!data->constraints) {
+  if (data->saddle.constraints()) PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
+  if (ctx && ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(AinsworthShare(ctx->weight, &data->reduced.inverseDiagonal));
+  else PetscCall(AinsworthWeightCreate(data->saddle.A, &data->reduced.inverseDiagonal));
+  if (!data->saddle.constraints()) {
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
-    PetscCall(MatDestroy(&data->reduced));
+    PetscCall(MatDestroy(&data->reduced.mat));
     PetscCall(CompleteA(data));
   }
   PetscCall(CreateKeptVectors(pc, data));
-  if (!data->rhs) PetscCall(MatCreateVecs(data->saddle.A, &data->Ax, &data->rhs));
+  if (!data->reduced.rhs) PetscCall(MatCreateVecs(data->saddle.A, &data->reduced.Ax, &data->reduced.rhs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets up M_* and the inner KSP, and completes the set-up */
-static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
+/* Counts the seconds of this set-up as those of the next solve */
+static PetscErrorCode AddSeconds(PC_Ainsworth *data, const SetUpRun *run)
 {
-  PC             inner;
   PetscLogDouble end;
-  PetscBool      climbed = PETSC_FALSE;
 
   PetscFunctionBegin;
-  if (data->whole) { /* it needs no inner solver, which the next set-up makes */
-    data->stale = PETSC_FALSE;
+  PetscCall(PetscTime(&end));
+  data->reporting.setupSeconds += end - run->start;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets up M_* and the inner KSP, or what takes their place, and completes the set-up */
+static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
+{
+  PC           inner;
+  PetscBool    other = PETSC_FALSE, reuse;
+  AinsworthEnd end;
+
+  PetscFunctionBegin;
+  if (data->whole.factor) { /* it needs no inner solver, which the next set-up makes */
+    PetscCall(PCAinsworthResetKSP_Private(data));
+    data->state = PC_AINSWORTH_READY;
     PetscCall(PCAinsworthAgreeOnFailure_Private(pc, PC_NOERROR));
-    PetscCall(PetscTime(&end));
-    data->setupSeconds += end - run->start;
+    PetscCall(AddSeconds(data, run));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (run->keep) PetscCall(PCAinsworthDecideToKeepInner_Private(pc, data, &run->keep));
-  PetscCall(PCAinsworthSetUpInner_Private(pc, data, run->ctx, run->keep, run->why, sizeof(run->why)));
-  PetscCall(PCAinsworthIsOld_Private(data, &data->keptForProgram));
-  data->keptForProgram = (PetscBool)(data->keptForProgram && pc->reusepreconditioner);
+  PetscCall(PCAinsworthSetUpInner_Private(pc, data, run->keep, &end, run->why, sizeof(run->why)));
+  PetscCall(PCGetReusePreconditioner(pc, &reuse));
+  data->age.forProgram = (PetscBool)(data->age.type != PC_AINSWORTH_AGE_FRESH && reuse);
   run->reason          = PC_SUBPC_ERROR;
   run->code            = PETSC_ERR_ARG_WRONG;
-  if (run->why[0]) PetscCall(PCAinsworthClimb_Private(pc, data, AINSWORTH_END_SETUP, run->why, &climbed));
-  if (climbed) run->why[0] = 0;
-  if (run->why[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  data->stale = data->unfinished = PETSC_FALSE;
-  PetscCall(KSPGetPC(data->ksp, &inner));
+  if (end != AINSWORTH_END_ANSWER) PetscCall(PCAinsworthReplan_Private(pc, data, end, run->why, &other));
+  if (end != AINSWORTH_END_ANSWER && !other) PetscFunctionReturn(PETSC_SUCCESS);
+  run->why[0] = 0;
+  data->state = PC_AINSWORTH_READY;
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
   PetscCall(PCGetFailedReason(inner, &run->reason));
-  if (run->reason && !climbed) PetscCall(PCAinsworthClimb_Private(pc, data, AINSWORTH_END_SETUP, PCFailedReasons[run->reason], &climbed));
-  if (climbed) run->reason = PC_NOERROR;
+  if (data->whole.factor) run->reason = PC_NOERROR;
+  if (run->reason) PetscCall(PCAinsworthReplan_Private(pc, data, AINSWORTH_END_SETUP, PCFailedReasons[run->reason], &other));
+  if (run->reason && other) run->reason = PC_NOERROR;
   PetscCall(PCAinsworthAgreeOnFailure_Private(pc, run->reason ? PC_SUBPC_ERROR : PC_NOERROR));
-  if (pc->failedreason) { /* a solve would fail as well */
+  PetscCall(PCGetFailedReason(pc, &run->reason));
+  if (run->reason) { /* a solve would fail as well */
     char why[sizeof(run->why)];
 
-    PetscCall(PCAinsworthExplain_Private(pc, data, NULL, KSP_DIVERGED_PC_FAILED, why, sizeof(why)));
+    PetscCall(PCAinsworthExplain_Private(pc, data, data->inner.ksp, NULL, KSP_DIVERGED_PC_FAILED, why, sizeof(why)));
     PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));
   }
-  PetscCall(PetscTime(&end));
-  data->setupSeconds += end - run->start;
+  PetscCall(AddSeconds(data, run));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode SetUp(PC pc)
 {
   static const SetUpStep steps[] = {ForgetLast, FindBlocks, SetUpConstraints, SetUpSolver}; /* one for each PCAinsworthStage */
-  PC_Ainsworth          *data    = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth          *data    = PCAinsworthData_Private(pc);
   SetUpRun               run     = {};
   PetscBool              needed;
 
@@ -339,10 +348,9 @@ static PetscErrorCode SetUp(PC pc)
   for (int stage = 0; needed && stage <= PC_AINSWORTH_STAGE_REDUCED; stage++) {
     PetscCall(steps[stage](pc, data, &run));
     if (run.why[0]) { /* discard what failed; the next set-up starts over */
-      PetscCall(MatDestroy(&data->reduced));
-      data->unfinished = PETSC_FALSE;
+      PetscCall(MatDestroy(&data->reduced.mat));
+      data->state = PC_AINSWORTH_REFUSED;
       PetscCall(PCAinsworthFail_Private(pc, data, run.reason, run.code, run.why));
-      data->refused = PETSC_TRUE;
       break;
     }
     PetscCall(PCAinsworthDiagnose_Private(pc, data, (PCAinsworthStage)stage));
@@ -355,7 +363,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   const PetscErrorCode code = SetUp(pc);
 
   PetscFunctionBegin;
-  if (code) PetscCall(PCAinsworthDiagnoseFailure_Private(pc, (PC_Ainsworth *)pc->data, code, NULL));
+  if (code) PetscCall(PCAinsworthDiagnoseFailure_Private(pc, PCAinsworthData_Private(pc), code, NULL));
   PetscCall(code);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,7 +3,6 @@
 #include "../ksp/projectedcg.h"
 #include "../objects.h"
 #include "../operator/matainsworth.h"
-#include <petsc/private/kspimpl.h>
 
 /* Creates a KSP with the method and the preconditioner of the inner solver, but without its monitors and options */
 static PetscErrorCode CreateKSP(const PC_Ainsworth *data, KSP *trial)
@@ -16,13 +15,13 @@ static PetscErrorCode CreateKSP(const PC_Ainsworth *data, KSP *trial)
   PC                    inner;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetType(data->ksp, &type));
-  PetscCall(KSPGetNormType(data->ksp, &norm));
-  PetscCall(KSPGetPCSide(data->ksp, &side));
-  PetscCall(KSPGetPC(data->ksp, &inner));
-  PetscCall(KSPProjectedCGGetUse_Private(data->ksp, &projected));
-  PetscCall(KSPCreate(PetscObjectComm((PetscObject)data->ksp), trial));
-  PetscCall(KSPSetOptionsPrefix(*trial, ((PetscObject)data->ksp)->prefix));
+  PetscCall(KSPGetType(data->inner.ksp, &type));
+  PetscCall(KSPGetNormType(data->inner.ksp, &norm));
+  PetscCall(KSPGetPCSide(data->inner.ksp, &side));
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(KSPProjectedCGGetUse_Private(data->inner.ksp, &projected));
+  PetscCall(KSPCreate(PetscObjectComm((PetscObject)data->inner.ksp), trial));
+  PetscCall(KSPSetOptionsPrefix(*trial, PCAinsworthPrefix_Private(data)));
   PetscCall(KSPAppendOptionsPrefix(*trial, "trial_"));
   PetscCall(KSPSetType(*trial, type));
   PetscCall(KSPSetPC(*trial, inner));
@@ -30,7 +29,7 @@ static PetscErrorCode CreateKSP(const PC_Ainsworth *data, KSP *trial)
   PetscCall(KSPSetPCSide(*trial, side));
   PetscCall(KSPGMRESSetRestart(*trial, restart));
   PetscCall(KSPSetTolerances(*trial, 1e-8, 0.0, PETSC_MAX_REAL, most));
-  PetscCall(KSPProjectedCGSetUse_Private(*trial, (PetscBool)(projected || (data->constraints && data->saddle.D))));
+  PetscCall(KSPProjectedCGSetUse_Private(*trial, (PetscBool)(projected || (data->saddle.constraints() && data->saddle.D))));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -46,19 +45,19 @@ static PetscErrorCode CreateForces(const PC_Ainsworth *data, KSP trial, Vec *f)
   MatNullSpace nullsp;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(data->inverseDiagonal, f));
-  PetscCall(AinsworthVecClone(data->inverseDiagonal, &root));
+  PetscCall(VecDuplicate(data->reduced.inverseDiagonal, f));
+  PetscCall(AinsworthVecClone(data->reduced.inverseDiagonal, &root));
   PetscCall(VecSqrtAbs(root));
   PetscCall(AinsworthVecSetRandom(*f));
   PetscCall(VecPointwiseDivide(*f, *f, root));
   PetscCall(VecDestroy(&root));
-  if (data->constraints) {
+  if (data->saddle.constraints()) {
     Mat_Ainsworth *ctx;
 
-    PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+    PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
     const PetscBool homogeneous = ctx->homogeneous;
 
-    PetscCall(MatAinsworthReduce_Private(data->reduced, PETSC_FALSE, *f, NULL, *f));
+    PetscCall(MatAinsworthReduce_Private(data->reduced.mat, PETSC_FALSE, *f, NULL, *f));
     ctx->homogeneous = homogeneous;
   }
   PetscCall(KSPGetOperators(trial, &operation, NULL));
@@ -87,8 +86,8 @@ PetscErrorCode PCAinsworthTry_Private(PC pc, PC_Ainsworth *data, KSPConvergedRea
   *iterations = 0;
   *smallest   = 0.0;
   *reason     = KSP_CONVERGED_HAPPY_BREAKDOWN;
-  PetscCall(VecGetSize(data->inverseDiagonal, &n));
-  if (data->constraints == n && !data->saddle.D) PetscFunctionReturn(PETSC_SUCCESS); /* the constraints alone determine x */
+  PetscCall(VecGetSize(data->reduced.inverseDiagonal, &n));
+  if (data->saddle.constraints() == n && !data->saddle.D) PetscFunctionReturn(PETSC_SUCCESS); /* the constraints alone determine x */
   PetscCall(CreateKSP(data, &trial));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)trial, &conjugate, KSPCG, KSPPROJECTEDCG, ""));
   PetscCall(KSPSetComputeSingularValues(trial, conjugate));
@@ -99,13 +98,11 @@ PetscErrorCode PCAinsworthTry_Private(PC pc, PC_Ainsworth *data, KSPConvergedRea
   PetscCall(KSPGetIterationNumber(trial, iterations));
   /* after a breakdown PETSc has not stored the last coefficients, and its eigenvalue solver may not end */
   if (*iterations && (*reason > 0 || *reason == KSP_DIVERGED_ITS)) PetscCall(AinsworthReportSmallestRitzValue(trial, smallest));
-  data->ksp->its   = trial->its; /* PCAinsworthExplain_Private() reports these */
-  data->ksp->rnorm = trial->rnorm;
-  PetscCall(KSPDestroy(&trial));
   PetscCall(VecCopy(x, f));
   PetscCall(PCAinsworthRayleighQuotient_Private(data, f, &quotient));
-  if ((*reason < 0 && *reason != KSP_DIVERGED_ITS) || (data->symmetric && quotient < suspicious))
-    PetscCall(PCAinsworthExplain_Private(pc, data, x, *reason, why, len));
+  if ((*reason < 0 && *reason != KSP_DIVERGED_ITS) || (data->saddle.symmetric && quotient < suspicious))
+    PetscCall(PCAinsworthExplain_Private(pc, data, trial, x, *reason, why, len));
+  PetscCall(KSPDestroy(&trial));
   PetscCall(VecDestroy(&f));
   PetscCall(VecDestroy(&x));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,13 +1,12 @@
 #include "pcainsworth.h"
 #include "../operator/matainsworth.h"
-#include <petsc/private/pcimpl.h>
 
 /* PCAinsworthDescribePmat_Private - describes the type of M_* with its settings, and why auto chose it */
 PetscErrorCode PCAinsworthDescribePmat_Private(const PC_Ainsworth *data, std::string &text)
 {
   const AinsworthPmatOptions *chosen = &data->choices.pmat;
   const PCAinsworthPmatType   type   = PCAinsworthPmatTypeInUse_Private(data);
-  const bool                  made   = data->reduced && data->autoReason; /* an error may have come before the choice of auto */
+  const bool                  made   = data->reduced.mat && data->inner.autoReason; /* an error may have come before the choice of auto */
   char                        part[64];
 
   PetscFunctionBegin;
@@ -21,15 +20,15 @@ PetscErrorCode PCAinsworthDescribePmat_Private(const PC_Ainsworth *data, std::st
     if (chosen->blocks == PETSC_DECIDE) text += ", one block per 32 constraints";
     else text += ", " + std::to_string(chosen->blocks) + " blocks";
   }
-  if (chosen->type == PC_AINSWORTH_PMAT_AUTO && made && chosen->penalty == AINSWORTH_PENALTY_ROW) text += data->autoReason;
+  if (chosen->type == PC_AINSWORTH_PMAT_AUTO && made && chosen->penalty == AINSWORTH_PENALTY_ROW) text += data->inner.autoReason;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
 {
-  PC_Ainsworth  *data = (PC_Ainsworth *)pc->data;
+  PC_Ainsworth  *data = PCAinsworthData_Private(pc);
   Mat_Ainsworth *ctx  = NULL;
-  PetscBool      ascii, string;
+  PetscBool      ascii, string, made;
   char           dropped[256] = "", layout[256], modes[128];
   std::string    text;
 
@@ -44,7 +43,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
                                    (double)PCAinsworthPenaltyFactor_Private(data)));
   PetscCall(PCAinsworthDescribePmat_Private(data, text));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix: %s\n", text.c_str()));
-  if (data->escape.taken) PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix factored %s\n", data->escape.why));
+  if (data->history.factor == AINSWORTH_TAKEN) PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix factored %s\n", data->escape.why));
   PetscCall(PCAinsworthReportView_Private(data, viewer));
   if (!data->saddle.A) {
     PetscCall(PetscViewerASCIIPrintf(viewer, "  not set up yet\n"));
@@ -56,31 +55,33 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   PetscCall(AinsworthSaddleDescribeModes(&data->saddle, modes, sizeof(modes)));
   if (modes[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "  near null space of A: %s\n", modes));
   PetscCall(AinsworthSaddleDescribeRows(&data->saddle, dropped, sizeof(dropped)));
-  PetscCall(
-    PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s%s\n", data->constraints, data->constraints ? "" : ", A alone is solved", dropped));
-  if (data->hidden) PetscCall(PetscViewerASCIIPrintf(viewer, "  weight: identity, as rows of C differ only where diag(A)^{-1} is too small to tell\n"));
-  if (data->reduced) PetscCall(MatAinsworthGetContext_Private(data->reduced, &ctx));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s%s\n", data->saddle.constraints(),
+                                   data->saddle.constraints() ? "" : ", A alone is solved", dropped));
+  if (data->reduced.mat) PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
+  if (ctx && ctx->weightType != data->choices.weightType)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  weight: identity, as rows of C differ only where diag(A)^{-1} is too small to tell\n"));
   if (ctx && ctx->current) { /* otherwise an error ended its set-up, and a view must not begin another */
     PetscCall(PetscViewerASCIIPushTab(viewer));
     PetscCall(AinsworthGramView(&ctx->proj.gram, viewer));
     PetscCall(PetscViewerASCIIPopTab(viewer));
   }
-  if (data->failure[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "  last failure: %s\n", data->failure));
-  if (!data->stale && !data->unfinished) {
+  if (data->outcome.why[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "  last failure: %s\n", data->outcome.why));
+  PetscCall(KSPGetOperatorsSet(data->inner.ksp, &made, NULL));
+  if (data->state >= PC_AINSWORTH_READY && made) {
     PetscCall(PCAinsworthDescribeLeftOut_Private(data, text));
     PetscCall(PetscViewerASCIIPrintf(viewer, "  left out: %s\n", text.c_str()));
   }
   PetscCall(PCAinsworthViewRebuild_Private(data, viewer));
-  if (data->whole) {
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  ladder: the whole system is factored: %s\n", data->climbed));
+  if (data->whole.factor) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  ladder: the whole system is factored: %s\n", data->whole.why));
     PetscCall(PetscViewerASCIIPushTab(viewer));
-    PetscCall(AinsworthWholeView(data->whole, viewer));
+    PetscCall(AinsworthWholeView(data->whole.factor, viewer));
     PetscCall(PetscViewerASCIIPopTab(viewer));
   }
-  if (data->whole && data->unfinished) PetscFunctionReturn(PETSC_SUCCESS); /* there is no reduced solve */
+  if (data->whole.factor && !made) PetscFunctionReturn(PETSC_SUCCESS); /* there is no reduced solve */
   PetscCall(PetscViewerASCIIPrintf(viewer, "  reduced solve in the primal unknowns:\n"));
   PetscCall(PetscViewerASCIIPushTab(viewer));
-  PetscCall(KSPView(data->ksp, viewer));
+  PetscCall(KSPView(data->inner.ksp, viewer));
   PetscCall(PetscViewerASCIIPopTab(viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

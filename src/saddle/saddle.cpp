@@ -210,7 +210,11 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
     }
   }
   PetscCall(AinsworthSaddleClassifyRows(sp));
-  if (!sp->bad[0]) PetscCall(AinsworthSaddleScale(sp));
+  if (sp->bad[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthSaddleScale(sp));
+  PetscCall(AinsworthProbeSymmetry(sp->A, &sp->symmetric));
+  sp->adjoint = (PetscBool)(sp->B == sp->C);
+  if (sp->adjoint && sp->D) PetscCall(AinsworthProbeSymmetry(sp->D, &sp->adjoint));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -85,6 +85,10 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   std::vector<bool>  sprung;                     /* for each local row of the multiplier field: its row of D is not zero */
   Vec                stiffness;                  /* of each unknown: A_ii or, where that is not positive, the largest entry of the row */
   AinsworthSaddleVec scale; /* powers of 2 that bring entries of the system to about 1: of the unknowns and of all rows of the multiplier field */
+  PetscBool          symmetric;                  /* A = A' */
+  PetscBool          adjoint;                    /* B is C, and D = D' */
+
+  PetscInt constraints() const { return count[AINSWORTH_ROW_CONSTRAINT]; } /* kept rows of all ranks */
 };
 
 /* arrays.cpp */

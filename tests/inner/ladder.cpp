@@ -77,8 +77,9 @@ static std::function<void(Facts &)> Cap(int rung, void (*also)(Facts &) = Usual)
 }
 
 static const AinsworthEnd answer = AINSWORTH_END_ANSWER, setup = AINSWORTH_END_SETUP, gram = AINSWORTH_END_GRAM, limit = AINSWORTH_END_LIMIT,
-                          dear = AINSWORTH_END_DEAR, breakdown = AINSWORTH_END_BREAKDOWN, indefinite = AINSWORTH_END_INDEFINITE,
-                          inaccurate = AINSWORTH_END_INACCURATE, singular = AINSWORTH_END_SINGULAR, contradictory = AINSWORTH_END_CONTRADICTORY;
+                          dear = AINSWORTH_END_DEAR, old = AINSWORTH_END_OLD, unfit = AINSWORTH_END_UNFIT, breakdown = AINSWORTH_END_BREAKDOWN,
+                          indefinite = AINSWORTH_END_INDEFINITE, inaccurate = AINSWORTH_END_INACCURATE, singular = AINSWORTH_END_SINGULAR,
+                          contradictory = AINSWORTH_END_CONTRADICTORY;
 
 /* clang-format off */
 static const Line table[] = {
@@ -104,6 +105,11 @@ static const Line table[] = {
   {gmres,     breakdown,     Usual,             whole,     "broke down"},
   {gmres,     inaccurate,    Usual,             whole,     "did not meet"},
   {gmres,     setup,         Usual,             whole,     "set up"},
+  /* another solver on the same rung */
+  {multigrid, old,           Usual,             multigrid, "earlier matrix"},
+  {factor,    old,           Usual,             factor,    "earlier matrix"},
+  {gmres,     old,           Cap(multigrid),    gmres,     "earlier matrix"},
+  {multigrid, unfit,         Usual,             multigrid, "do not fit"},
   /* no higher one */
   {whole,     setup,         Usual,             none,      "cannot be factored"},
   {whole,     inaccurate,    Usual,             none,      "did not meet"},
@@ -177,6 +183,11 @@ static void Climb(const AinsworthLadderFacts &facts)
   for (int steps = 0; f.now != AINSWORTH_RUNG_NONE; steps++) {
     step = AinsworthLadderNext(f);
     if (!step.why || !*step.why) Fail("no reason", -1);
+    if (f.end == old || f.end == unfit) { /* made anew, it is neither */
+      if (step.next != f.now) Fail("not the same rung", -1);
+      f.end = breakdown;
+      continue;
+    }
     if (f.now == AINSWORTH_RUNG_FACTOR && step.next == AINSWORTH_RUNG_MULTIGRID && f.factors && f.end == AINSWORTH_END_SETUP) f.factors = false;
     else if (step.next <= f.now) Fail("not higher", -1);
     if (step.next != AINSWORTH_RUNG_NONE && step.next > f.cap) Fail("above the cap", -1);

@@ -1,0 +1,269 @@
+/* Explanations of failed set-ups and solves: the cause first, then what to do */
+#include "pcainsworth.h"
+#include "../ksp/projectedcg.h"
+#include "../loops.h"
+#include "../objects.h"
+#include "../operator/matainsworth.h"
+#include <petscblaslapack.h>
+
+/* Copies a small matrix to each rank, column by column; collective */
+static PetscErrorCode Gather(Mat M, PetscInt n, PetscScalar values[])
+{
+  Mat aij;
+
+  PetscFunctionBegin;
+  PetscCall(PetscArrayzero(values, n * n));
+  PetscCall(AinsworthGetAIJ(M, &aij));
+  PetscCall(AinsworthForRows(aij, [=](const AinsworthMatRow &row) {
+    for (PetscInt k = 0; k < row.n; k++) values[row.number + row.j[k] * n] = row.a[k];
+  }));
+  PetscCall(MatDestroy(&aij));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, values, (PetscMPIInt)(n * n), MPIU_SCALAR, MPIU_SUM, PetscObjectComm((PetscObject)M)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Removes the entries that belong to unknowns which only the levels have: they come last on each rank. Collective */
+static PetscErrorCode OwnUnknowns(const PC_Ainsworth *data, Vec *y)
+{
+  Vec                own;
+  PetscInt           n;
+  const PetscScalar *from;
+  PetscScalar       *to;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(data->reduced.inverseDiagonal, &own));
+  PetscCall(VecGetLocalSize(own, &n));
+  PetscCall(VecGetArrayRead(*y, &from));
+  PetscCall(VecGetArrayWrite(own, &to));
+  std::copy(from, from + n, to);
+  PetscCall(VecRestoreArrayWrite(own, &to));
+  PetscCall(VecRestoreArrayRead(*y, &from));
+  PetscCall(VecDestroy(y));
+  *y = own;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Gets the softest motion on the coarsest level of multigrid, interpolated to the finest: if a body floats, it is one of its rigid motions
+
+   y is NULL if the preconditioner has no levels. BoomerAMG gives its levels away and crashes when it is applied without them: it is asked only if no
+   application follows in this solve, and is set up again before its next use. It is not asked on several ranks: PETSc 3.22 returns broken levels if they leave
+   out a rank.
+*/
+static PetscErrorCode SoftestCoarseMotion(PC_Ainsworth *data, PC inner, PetscBool last, Vec *y)
+{
+  static const PetscInt largest = 2000;
+  PetscInt              n, levels;
+  PetscMPIInt           size;
+  PetscBool             boomer, made;
+  Mat                  *P, *M;
+  Vec                   fine, coarse;
+  PetscErrorCode (*has)(PC, PetscInt *, Mat *[]);
+
+  PetscFunctionBegin;
+  *y = NULL;
+  PetscCall(PetscObjectQueryFunction((PetscObject)inner, "PCGetCoarseOperators_C", &has));
+  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &boomer));
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)inner), &size));
+  PetscCall(PCGetOperatorsSet(inner, NULL, &made));
+  if (!has || (boomer && (!last || size > 1)) || !made) PetscFunctionReturn(PETSC_SUCCESS);
+  if (boomer) data->state = PC_AINSWORTH_NONE;
+  PetscCall(PCGetCoarseOperators(inner, &levels, &M));
+  PetscCall(PCGetInterpolations(inner, &levels, &P));
+  levels--; /* there is one less of each than of levels */
+  n = largest + 1;
+  if (levels) PetscCall(MatGetSize(M[0], &n, NULL));
+  if (n <= largest) {
+    std::vector<PetscScalar> a((size_t)n * n), work(4 * (size_t)n);
+    std::vector<PetscReal>   values(n), scale(n), real(3 * (size_t)n);
+    PetscBLASInt             nb = (PetscBLASInt)n, lwork = (PetscBLASInt)work.size(), info;
+    PetscInt                 start;
+
+    PetscCall(Gather(M[0], n, a.data()));
+    for (PetscInt i = 0; i < n; i++) scale[i] = 1.0 / PetscSqrtReal(PetscMax(PetscAbsScalar(a[i + i * n]), PETSC_SMALL));
+    for (PetscInt j = 0; j < n; j++)
+      for (PetscInt i = 0; i < n; i++) a[i + j * n] *= scale[i] * scale[j];
+#if defined(PETSC_USE_COMPLEX)
+    PetscCallBLAS("LAPACKsyev", LAPACKsyev_("V", "U", &nb, a.data(), &nb, values.data(), work.data(), &lwork, real.data(), &info));
+#else
+    PetscCallBLAS("LAPACKsyev", LAPACKsyev_("V", "U", &nb, a.data(), &nb, values.data(), work.data(), &lwork, &info));
+#endif
+    PetscCall(MatCreateVecs(P[0], &coarse, NULL));
+    PetscCall(VecGetOwnershipRange(coarse, &start, NULL));
+    PetscCall(AinsworthUpdate(coarse, [&](PetscInt i, PetscScalar &value) { value = info ? 0.0 : a[start + i] * scale[start + i]; })); /* eigenvalues ascend */
+    for (PetscInt l = 0; l < levels; l++) {
+      PetscCall(MatCreateVecs(P[l], NULL, &fine));
+      PetscCall(MatMult(P[l], coarse, fine));
+      PetscCall(VecDestroy(&coarse));
+      coarse = fine;
+    }
+    PetscCall(OwnUnknowns(data, &coarse));
+    *y = coarse;
+  }
+  for (PetscInt l = 0; l < levels; l++) {
+    PetscCall(MatDestroy(&M[l]));
+    PetscCall(MatDestroy(&P[l]));
+  }
+  PetscCall(PetscFree(M));
+  PetscCall(PetscFree(P));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Creates the unit vector of the unknown with the smallest diagonal entry of A */
+static PetscErrorCode SmallestDiagonal(Mat A, Vec *y)
+{
+  Vec       diagonal;
+  PetscReal smallest;
+  PetscInt  where;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthCreateDiagonal(A, &diagonal));
+  PetscCall(VecDuplicate(diagonal, y));
+  if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(diagonal));
+  PetscCall(VecMin(diagonal, &where, &smallest));
+  PetscCall(VecSetValue(*y, where, 1.0, INSERT_VALUES)); /* all ranks set the same value */
+  PetscCall(VecAssemblyBegin(*y));
+  PetscCall(VecAssemblyEnd(*y));
+  PetscCall(VecDestroy(&diagonal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Looks for a motion in Ker C that has no energy, or a negative one; *quotient: the smallest energy found
+
+   Tries the iterate x, which grows in its direction, the softest motion that multigrid knows, the unknown with the smallest diagonal entry, and the direction
+   in which conjugate gradients met no positive energy
+*/
+static PetscErrorCode LookForMotion(PC_Ainsworth *data, KSP ksp, Vec x, PetscBool last, PetscReal *quotient)
+{
+  Vec                direction, tried[4] = {NULL, NULL, NULL, NULL};
+  PetscReal          found;
+  PC                 inner;
+  KSPConvergedReason ended;
+
+  PetscFunctionBegin;
+  *quotient = 1.0;
+  if (!data->saddle.symmetric) PetscFunctionReturn(PETSC_SUCCESS);
+  if (x) PetscCall(AinsworthVecClone(x, &tried[0]));
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(SoftestCoarseMotion(data, inner, last, &tried[1]));
+  PetscCall(SmallestDiagonal(data->saddle.A, &tried[2]));
+  PetscCall(KSPProjectedCGGetDirection_Private(ksp, &direction));
+  PetscCall(KSPGetConvergedReason(ksp, &ended));
+  if (x && direction && ended == KSP_DIVERGED_INDEFINITE_MAT) PetscCall(AinsworthVecClone(direction, &tried[3]));
+  for (Vec &y : tried) {
+    if (!y) continue;
+    PetscCall(PCAinsworthRayleighQuotient_Private(data, y, &found));
+    *quotient = PetscMin(*quotient, found);
+    PetscCall(VecDestroy(&y));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Names options of the outer KSP that the program may have meant for the reduced solve */
+static PetscErrorCode MisplacedOptions(PC pc, const PC_Ainsworth *data, char text[], size_t len)
+{
+  const char *const names[] = {"-ksp_rtol", "-ksp_max_it", "-ksp_atol"};
+  const char       *prefix;
+  PetscOptions      options;
+
+  PetscFunctionBegin;
+  PetscCall(PCGetOptionsPrefix(pc, &prefix));
+  PetscCall(PetscObjectGetOptions((PetscObject)pc, &options));
+  text[0] = 0;
+  for (const char *name : names) {
+    PetscBool outside, inside;
+
+    PetscCall(PetscOptionsHasName(options, prefix, name, &outside));
+    PetscCall(PetscOptionsHasName(options, PCAinsworthPrefix_Private(data), name, &inside));
+    if (!outside || inside || text[0]) continue;
+    PetscCall(PetscSNPrintf(text, len, "; -%s%s is that of the outer solver, the reduced solve has -%s%s", prefix ? prefix : "", name + 1,
+                            PCAinsworthPrefix_Private(data), name + 1));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gets the reason of the last solve with the Gram matrix, the worst of all ranks; not negative if there was none; collective */
+static PetscErrorCode GramReason(const PC_Ainsworth *data, KSPConvergedReason *reason)
+{
+  const AinsworthGram *gram;
+  KSP                  ksp   = NULL;
+  PetscMPIInt          worst = 0;
+
+  PetscFunctionBegin;
+  if (data->reduced.mat) {
+    PetscCall(MatAinsworthGetGram_Private(data->reduced.mat, &gram));
+    ksp = AinsworthGramGetKSP(gram);
+  }
+  if (ksp) PetscCall(KSPGetConvergedReason(ksp, reason));
+  if (ksp) worst = (PetscMPIInt)*reason;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_INT, MPI_MIN, PetscObjectComm((PetscObject)data->inner.ksp)));
+  *reason = (KSPConvergedReason)worst;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Explains a reduced solve that ended with `reason`, as far as possible; a positive reason failed the verification; x: the last iterate or NULL */
+PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, KSP ksp, Vec x, KSPConvergedReason reason, char why[], size_t len)
+{
+  PetscInt           iterations;
+  PetscReal          quotient, residual;
+  PetscBool          definite;
+  char               misplaced[256];
+  const char        *prefix = PCAinsworthPrefix_Private(data);
+  PC                 inner;
+  PCType             type;
+  PCFailedReason     failed;
+  KSPConvergedReason gram;
+
+  PetscFunctionBegin;
+  if (data->state < PC_AINSWORTH_READY) { /* a set-up in the middle of this application has told why */
+    PetscCall(PetscStrncpy(why, data->outcome.why, len));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCGetType(inner, &type));
+  PetscCall(PCGetFailedReason(inner, &failed));
+  PetscCall(KSPGetIterationNumber(ksp, &iterations));
+  PetscCall(KSPGetResidualNorm(ksp, &residual));
+  PetscCall(PCAinsworthIsConjugateGradients_Private(PCAinsworthTypeName_Private((PetscObject)data->inner.ksp), &definite));
+  PetscCall(GramReason(data, &gram));
+  if (gram < 0) {
+    PetscCall(PetscSNPrintf(why, len, "Solves with the Gram matrix S = C W C' do not converge (%s): change the options -%sgram_ksp and -%sgram_pc",
+                            KSPConvergedReasons[gram], prefix, prefix));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(LookForMotion(data, ksp, x, (PetscBool)(x && reason != KSP_DIVERGED_ITS), &quotient));
+  PetscCall(MisplacedOptions(pc, data, misplaced, sizeof(misplaced)));
+  if (PetscAbsReal(quotient) <= PCAinsworthNoEnergy)
+    PetscCall(
+      PetscSNPrintf(why, len,
+                    "A body floats that no constraint holds: A is singular on Ker C, y' A y is %g of y' diag(A) y for a y with C y = 0; hold it, or attach "
+                    "its motions to the matrix with MatSetNullSpace() (%s)",
+                    (double)quotient, KSPConvergedReasons[reason]));
+  else if (reason == KSP_DIVERGED_INDEFINITE_MAT && !(quotient < PCAinsworthNegative))
+    PetscCall(PetscSNPrintf(why, len,
+                            "The reduced operator is not positive definite, or not beyond rounding (%s): conjugate gradients need it to be; -%sksp_type gmres "
+                            "does not",
+                            KSPConvergedReasons[reason], prefix));
+  else if (quotient < PCAinsworthNegative)
+    PetscCall(PetscSNPrintf(why, len, "A is indefinite on Ker C (%s): conjugate gradients need it to be positive definite there; -%sksp_type gmres does not",
+                            KSPConvergedReasons[reason], prefix));
+  else if (reason >= 0) PetscFunctionReturn(PETSC_SUCCESS); /* the verification has set the text */
+  else if (reason == KSP_DIVERGED_PC_FAILED)
+    PetscCall(PetscSNPrintf(why, len, "The inner preconditioner, of type %s, failed (%s): try another -%spc_type", type, PCFailedReasons[failed], prefix));
+  else if (!data->saddle.symmetric && definite)
+    PetscCall(PetscSNPrintf(why, len, "A is not symmetric, and the reduced solve failed (%s): -%sksp_type gmres does not need it to be%s",
+                            KSPConvergedReasons[reason], prefix, misplaced));
+  else if (reason == KSP_DIVERGED_INDEFINITE_PC)
+    PetscCall(PetscSNPrintf(why, len, "The inner preconditioner, of type %s, is not positive definite (%s): try another -%spc_type, or -%sksp_type gmres", type,
+                            KSPConvergedReasons[reason], prefix, prefix));
+  else if (reason == KSP_DIVERGED_BREAKDOWN)
+    PetscCall(PetscSNPrintf(why, len,
+                            "The reduced solve stagnates (%s) after %" PetscInt_FMT " iterations, at a residual of %g: try another -%spc_type, or a "
+                            "tolerance that rounding allows",
+                            KSPConvergedReasons[reason], iterations, (double)residual, prefix));
+  else
+    PetscCall(PetscSNPrintf(why, len, "The reduced solve ended without convergence (%s) after %" PetscInt_FMT " iterations, with a residual of %g%s",
+                            KSPConvergedReasons[reason], iterations, (double)residual, misplaced));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,208 @@
+/* Creates M_*, or what multigrid in Ker C has in its place */
+#include "pcainsworth.h"
+#include "../ksp/projectedcg.h"
+#include "../multigrid/blocksa.h"
+#include "../objects.h"
+#include "../operator/matainsworth.h"
+#include "../projector/surface.h"
+
+/*
+   Chooses the type of auto (docs/method.md): id where its few entries are enough or jcb would have too many, otherwise jcb
+
+   With id the penalties of many rows that share an unknown add up, and lock interpolation from A alone; jcb avoids that
+*/
+static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInputs *in, PetscBool shares)
+{
+  static const PetscReal many = 1.5; /* times the entries of A */
+  PetscReal              predicted;
+  PetscBool              apart;
+
+  PetscFunctionBegin;
+  data->inner.autoType   = PC_AINSWORTH_PMAT_JCB;
+  data->inner.autoReason = "";
+  if (data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
+  data->inner.autoType = PC_AINSWORTH_PMAT_ID;
+  if (in->inKernel) {
+    data->inner.autoType   = PC_AINSWORTH_PMAT_JCB;
+    data->inner.autoReason = ", for coarse functions in Ker C";
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  data->inner.autoReason = ", as it is factored";
+  if (in->format == AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
+  data->inner.autoReason = ", as interpolation is made from A alone";
+  if (in->format == AINSWORTH_PMAT_SUM) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthPmatComponentsApart(in->C, data->saddle.bs, in->fill.most, &apart));
+  data->inner.autoReason = ", as the constraints keep components apart";
+  if (apart && !shares) PetscFunctionReturn(PETSC_SUCCESS);
+  data->inner.autoReason = ", as jcb would have too many entries";
+  PetscCall(AinsworthPmatPredict(in->aij, in->C, NULL, &in->fill, &predicted));
+  if (predicted > many * in->fill.entries) PetscFunctionReturn(PETSC_SUCCESS);
+  data->inner.autoType   = PC_AINSWORTH_PMAT_JCB;
+  data->inner.autoReason = shares ? ", as many constraints share an unknown" : ", as the constraints mix components";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+namespace
+{
+/* What a subspace uses, for as long as it exists */
+struct Surface {
+  AinsworthSurface      surface;
+  AinsworthPmatInKernel made = {};
+  AinsworthPmatSlack    slack;
+
+  ~Surface()
+  {
+    for (Vec &row : made.rows) (void)VecDestroy(&row);
+    (void)MatDestroy(&made.correction);
+  }
+};
+} // namespace
+
+/* Sets up the projectors of the surface, with slack unknowns if there are any */
+static PetscErrorCode SetUpSurface(Mat_Ainsworth *ctx, Surface *used)
+{
+  AinsworthProjector *proj = &ctx->proj;
+  Mat                 C, CW;
+
+  PetscFunctionBegin;
+  if (!used->slack.C) {
+    PetscCall(AinsworthSurfaceSetUp(&used->surface, proj, proj->C, proj->CW, ctx->mobility));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(AinsworthShare(used->slack.C, &C));
+  PetscCall(AinsworthScaleColumns(C, used->slack.weight, &CW));
+  for (Mat *M : {&C, &CW}) PetscCall(AinsworthProjectorMoveRows(proj, M));
+  PetscCall(AinsworthSurfaceSetUp(&used->surface, proj, C, CW, used->slack.weight));
+  for (Mat *M : {&C, &CW}) PetscCall(MatDestroy(M));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lets multigrid stay in Ker C: it projects what it smooths, and what it interpolates to the finest level */
+static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, const std::shared_ptr<Surface> &used, PC inner)
+{
+  auto subspace = std::make_shared<AinsworthSubspace>();
+
+  PetscFunctionBegin;
+  PetscCall(SetUpSurface(ctx, used.get()));
+  subspace->map = used->slack.map;
+  if (used->slack.map) subspace->extend = [used](Mat A, Mat *extended) { return AinsworthPmatSlackExtend(&used->slack, A, extended); };
+  subspace->places     = used->surface.places;
+  subspace->carried    = used->made.carried;
+  subspace->correction = used->made.correction;
+  subspace->left       = used->made.left;
+  subspace->rows       = used->made.rows;
+  subspace->weight     = used->surface.weight;
+  subspace->values     = used->surface.values;
+  subspace->project    = [used](bool adjoint, Vec x) { return AinsworthSurfaceProject(&used->surface, adjoint, x); };
+  PetscCall(PCBlockSASetSubspace_Private(inner, subspace, used->slack.A));
+  for (Mat *M : {&used->slack.A, &used->slack.C}) PetscCall(MatDestroy(M));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Checks whether multigrid works in Ker C, and needs no M_*: for a symmetric A with the diagonal weight, if the method iterates in Ker C, or if its operator has
+   no penalty, or is not used, or with springs of their own. Collective
+*/
+static PetscErrorCode WorksInKernel(PC_Ainsworth *data, const Mat_Ainsworth *ctx, const AinsworthPmatInputs *in, const AinsworthCompliance *compliance,
+                                    PetscBool *works)
+{
+  PC          inner;
+  PC_BlockSA *sa = NULL;
+  PetscInt    n;
+  PCSide      side;
+  PetscBool   once;
+
+  PetscFunctionBegin;
+  *works = PETSC_FALSE;
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCBlockSAGet_Private(inner, &sa));
+  PetscCall(MatGetSize(in->A, &n, NULL));
+  if (!sa || n <= sa->options.coarseSize || !data->saddle.symmetric || ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscFunctionReturn(PETSC_SUCCESS);
+  if (compliance && data->saddle.adjoint) PetscCall(AinsworthPmatHasSlack(in, compliance, works));
+  if (compliance) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PCAinsworthIteratesInKernel_Private(data, works));
+  PetscCall(KSPGetPCSide(data->inner.ksp, &side));
+  PetscCall(PetscObjectTypeCompare((PetscObject)data->inner.ksp, KSPPREONLY, &once));
+  if ((side == PC_RIGHT || once) && data->choices.variant == PC_AINSWORTH_WEIGHTED) *works = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Creates slack unknowns for the springs of D, and the inputs that have them */
+static PetscErrorCode AddSlack(const PC_Ainsworth *data, PC inner, const AinsworthCompliance *compliance, const AinsworthPmatInputs *in,
+                               AinsworthPmatSlack *slack, AinsworthPmatInputs *extended)
+{
+  PetscInt n, others;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLocalSize(in->A, NULL, &n));
+  PetscCall(PCBlockSACountOthers_Private(inner, n, &others));
+  PetscCall(AinsworthPmatCreateSlack(in, compliance, PetscMax(data->saddle.bs, data->saddle.scattered), others, slack));
+  *extended   = *in;
+  extended->A = extended->aij = slack->A;
+  extended->C                 = slack->C;
+  extended->weight            = slack->weight;
+  extended->springs           = slack->numbers.data();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Conjugate gradients move at most this many shared unknowns; each costs an application of the preconditioner and a vector */
+static const size_t mostShared = 16;
+
+/* PCAinsworthSetUpPmat_Private - creates the preconditioning matrix, and sets its penalty in the operator; bad: a row with NaN or Inf, negative if none */
+PetscErrorCode PCAinsworthSetUpPmat_Private(PC_Ainsworth *data, PC inner, PetscInt *bad)
+{
+  Mat_Ainsworth             *ctx;
+  AinsworthPmatInputs        in, extended;
+  AinsworthPmatOptions       options = data->choices.pmat;
+  const AinsworthGram       *gram;
+  Vec                        penalty;
+  std::vector<PetscInt>      alone;
+  PetscBool                  inKernel, works, shares;
+  auto                       used = std::make_shared<Surface>();
+  const AinsworthCompliance *compliance;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUpProjector_Private(data->reduced.mat, &ctx));
+  in.A  = data->saddle.P;
+  in.bs = data->saddle.bs;
+  in.C  = data->saddle.C;
+  PetscCall(MatAinsworthGetGram_Private(data->reduced.mat, &gram));
+  PetscCall(MatAinsworthGetCompliance_Private(data->reduced.mat, &compliance));
+  in.compliance      = compliance ? compliance->sums : NULL;
+  in.N               = compliance ? compliance->N : NULL;
+  in.S               = gram->S;
+  in.weight          = ctx->mobility;
+  in.inverseDiagonal = data->reduced.inverseDiagonal;
+  in.format          = data->inner.format;
+  PetscCall(AinsworthGetAIJ(in.A, &in.aij));
+  PetscCall(AinsworthPmatGetFill(in.aij, in.C, &in.fill));
+  data->inner.longRows = in.fill.leftOut;
+  PetscCall(AinsworthPmatFindShared(in.aij, in.C, &in.fill, &shares, &alone));
+  PetscCall(PCAinsworthIteratesInKernel_Private(data, &inKernel));
+  PetscCall(WorksInKernel(data, ctx, &in, compliance, &works));
+  in.inKernel = works ? &used->made : NULL;
+  in.slack    = NULL;
+  in.springs  = NULL;
+  if (works && compliance) {
+    PetscCall(AddSlack(data, inner, compliance, &in, &used->slack, &extended));
+    in.slack = &extended;
+  }
+  ctx->springs = (PetscBool)(in.slack != NULL);
+  PetscCall(PCBlockSAExpect_Private(inner, data->inner.ksp, (PetscBool)(data->inner.longRows > 0 && !in.inKernel), &in.single));
+  PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, data->inner.longRows && !in.inKernel ? in.fill.most : PETSC_MAX_INT));
+  if (!in.inKernel && inKernel && in.format != AINSWORTH_PMAT_FACTOR && alone.size() <= mostShared) in.shared.swap(alone);
+  PetscCall(KSPProjectedCGForgetShared_Private(ctx, in.shared));
+  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data, &in, shares));
+  options.type      = PCAinsworthPmatTypeInUse_Private(data);
+  options.symmetric = data->saddle.symmetric;
+  options.factor    = PCAinsworthPenaltyFactor_Private(data);
+  PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->inner.M, bad));
+  if (in.inKernel) PetscCall(SetSubspace(ctx, used, inner));
+  else PetscCall(PCBlockSASetSubspace_Private(inner, NULL, NULL));
+  if (*bad < 0 && !data->saddle.symmetric && data->inner.format == AINSWORTH_PMAT_AIJ)
+    PetscCall(AinsworthMakePatternSymmetric(&data->inner.M)); /* PETSc's orderings do not terminate otherwise */
+  PetscCall(MatDestroy(&in.aij));
+  if (*bad < 0) PetscCall(MatAinsworthSetPenalty(data->reduced.mat, penalty));
+  PetscCall(VecDestroy(&penalty));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
