@@ -8,7 +8,7 @@ import sys
 
 ROOT = sys.argv[1]
 CALL = re.compile(r"\b(PetscCheck|SETERRQ|PetscSNPrintf)\(")
-FAILURES = ("pcfailure.cpp", "pcjudge.cpp", "pcapply.cpp", "pcsetup.cpp")  # where texts are made that no PetscCheck() has
+FAILURES = ("pcexplain.cpp", "pcinner.cpp", "pcjudge.cpp", "pcapply.cpp", "pcsetup.cpp")  # where texts are made that no PetscCheck() has
 TEXT = re.compile(r'"((?:[^"\\]|\\.)*)"')
 ELLIPSIS = re.compile(r"\.\.\.|-?ainsworth_|-ksp_rtol|projectedcg")
 VALUE = re.compile(r"%[-+.\d]*[a-z]|%(?=\x00)|\x00")
