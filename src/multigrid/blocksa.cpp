@@ -16,6 +16,18 @@ PetscErrorCode PCBlockSAGet_Private(PC pc, PC_BlockSA **sa)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* PCBlockSACountOthers_Private - gets the number of local unknowns that the levels have beside the n of A; 0 without levels */
+PetscErrorCode PCBlockSACountOthers_Private(PC pc, PetscInt n, PetscInt *others)
+{
+  PC_BlockSA *sa = NULL;
+
+  PetscFunctionBegin;
+  *others = 0;
+  PetscCall(PCBlockSAGet_Private(pc, &sa));
+  if (sa && sa->levels.hierarchy) *others = sa->levels.hierarchy->finest.nodes->n * sa->levels.hierarchy->finest.bs - n;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Gets A with half of its entries stored, for products, or NULL if there is no such matrix; borrowed, valid until A changes */
 PetscErrorCode PCBlockSAGetProduct_Private(PC pc, Mat *product)
 {

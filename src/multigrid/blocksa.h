@@ -51,12 +51,12 @@ PETSC_INTERN PetscErrorCode PCCreate_BlockSA(PC);
 PetscErrorCode              PCSetUp_BlockSA(PC);
 PetscErrorCode              PCBlockSASetBounds_Private(PC, PetscReal);
 PetscErrorCode              PCBlockSAGet_Private(PC, PC_BlockSA **); /* NULL for a PC of another type */
+PetscErrorCode              PCBlockSACountOthers_Private(PC, PetscInt, PetscInt *);
 PetscErrorCode              PCBlockSAExpect_Private(PC, KSP, PetscBool, PetscBool *);
 PetscErrorCode              PCBlockSAGetProduct_Private(PC, Mat *);
 PetscErrorCode              PCBlockSASetSubspace_Private(PC, const std::shared_ptr<const AinsworthSubspace> &, Mat);
 
 /* blocksasubspace.cpp */
-PetscErrorCode        PCBlockSACountOthers_Private(PC, PetscInt, PetscInt *);
 std::vector<PetscInt> AinsworthSubspaceCarried(const PC_BlockSA *);
 std::vector<char>     AinsworthSubspaceLeft(const PC_BlockSA *, PetscInt, const std::vector<PetscInt> &);
 PetscErrorCode        AinsworthCoarsenRows(const AinsworthGrid &, std::vector<Vec> *);

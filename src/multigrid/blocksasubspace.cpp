@@ -24,18 +24,6 @@ std::vector<char> AinsworthSubspaceLeft(const PC_BlockSA *sa, PetscInt bs, const
   return left;
 }
 
-/* PCBlockSACountOthers_Private - gets the number of local unknowns that the levels have beside the n of A; 0 without levels */
-PetscErrorCode PCBlockSACountOthers_Private(PC pc, PetscInt n, PetscInt *others)
-{
-  PC_BlockSA *sa;
-
-  PetscFunctionBegin;
-  *others = 0;
-  PetscCall(PCBlockSAGet_Private(pc, &sa));
-  if (sa && sa->levels.hierarchy) *others = sa->levels.hierarchy->finest.nodes->n * sa->levels.hierarchy->finest.bs - n;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Gets A as AIJ, for the unknowns of the levels */
 PetscErrorCode PCBlockSAGetAIJ_Private(PC_BlockSA *sa, Mat A, Mat *aij)
 {

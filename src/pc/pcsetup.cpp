@@ -40,7 +40,7 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, Mat_Ainsworth **
   if (data->reduced) PetscCall(MatAinsworthGetContext_Private(data->reduced, &old));
   if (!old || old->A != sp->A || old->C != sp->C || old->B != sp->B || old->D != sp->D || old->adjoint != data->adjoint) {
     PetscCall(MatDestroy(&data->reduced));
-    PetscCall(MatCreateAinsworth(sp->A, sp->C, &data->reduced));
+    PetscCall(MatAinsworthCreate_Private(sp->A, sp->C, &data->reduced));
     PetscCall(MatSetBlockSize(data->reduced, sp->bs));
     PetscCall(MatAinsworthSetOtherBlocks_Private(data->reduced, sp->B == sp->C ? NULL : sp->B, sp->D, data->adjoint));
     PetscCall(PCGetOptionsPrefix(pc, &prefix));
