@@ -148,7 +148,7 @@ PetscErrorCode MatAinsworthReset_Private(Mat_Ainsworth *ctx)
   ctx->liftedBy.clear();
   PetscCall(AinsworthProjectorReset(&ctx->proj));
   ctx->longest     = PETSC_MAX_INT;
-  ctx->moved       = false;
+  ctx->complete    = false;
   ctx->doubtful    = false;
   ctx->current     = PETSC_FALSE;
   ctx->userPenalty = PETSC_FALSE;

@@ -30,13 +30,13 @@ struct Mat_Ainsworth {
   PetscErrorCode (*applyTranspose)(PC, Vec, Vec);
   PetscBool                springs; /* the preconditioner includes the springs of D: it is for the reduced operator itself */
   AinsworthProjector       proj;
-  PetscInt                 longest = PETSC_MAX_INT; /* rows of C with more entries are left out of the preconditioning matrix (ksp/longrows.cpp) */
+  PetscInt                 longest = PETSC_MAX_INT; /* rows of C with more entries are left out of the preconditioning matrix (ksp/deflation.cpp) */
   std::vector<Vec>         lifted;                  /* M^{-1} C' of these rows */
   std::string              liftedBy;                /* ID and type of the preconditioner that `lifted` and `motions` were made with */
   std::vector<PetscScalar> longFactor;              /* Cholesky factor of C M^{-1} C' for these rows */
-  std::vector<PetscInt>    shared;                  /* unknowns held by the preconditioning matrix (ksp/shared.cpp) */
+  std::vector<PetscInt>    shared;                  /* unknowns held by the preconditioning matrix (ksp/deflation.cpp) */
   std::vector<Vec>         motions, motionForces;   /* their motions Z with Z' A Z = I, and Q' A Z */
-  bool                     moved = false;        /* the motions are known; there may be none */
+  bool                     complete = false;        /* `lifted` and `motions` are known; there may be none */
   bool                     doubtful;                /* rows of C are nearly dependent, so solves with the Gram matrix are refined */
   Vec                      work;                    /* work vector, n */
   Vec                      rowWork;                 /* work vector, m, placed */

@@ -188,9 +188,10 @@ static PetscErrorCode SetUpPmat(PC_Ainsworth *data, Mat_Ainsworth *ctx, PC inner
   }
   ctx->springs = (PetscBool)(in.slack != NULL);
   PetscCall(PCBlockSAExpect_Private(inner, data->ksp, (PetscBool)(data->longRows > 0 && !in.inKernel), &in.single));
-  PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, data->longRows && !in.inKernel ? in.fill.most : PETSC_MAX_INT));
   if (!in.inKernel && inKernel && in.format != AINSWORTH_PMAT_FACTOR && alone.size() <= mostShared) in.shared.swap(alone);
-  PetscCall(KSPProjectedCGForgetShared_Private(ctx, in.shared));
+  ctx->longest = data->longRows && !in.inKernel ? in.fill.most : PETSC_MAX_INT;
+  ctx->shared  = in.shared;
+  PetscCall(KSPProjectedCGForget_Private(ctx));
   if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data, &in, shares));
   options.type      = PCAinsworthPmatTypeInUse_Private(data);
   options.symmetric = data->symmetric;

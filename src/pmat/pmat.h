@@ -88,7 +88,7 @@ struct AinsworthPmatInputs {
   const AinsworthPmatInputs *slack;  /* what multigrid in Ker C works with instead: the same with unknowns for springs; NULL without D */
   PetscInt                   bs;     /* block size of M_*, which A may not have */
   AinsworthPmatFill          fill;   /* for A and C */
-  std::vector<PetscInt>      shared; /* unknowns held in M_* instead of coupled by rows of C; conjugate gradients move them (ksp/shared.cpp) */
+  std::vector<PetscInt>      shared; /* unknowns held in M_* instead of coupled by rows of C; conjugate gradients move them (ksp/deflation.cpp) */
 };
 
 PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *, const AinsworthPmatOptions *, AinsworthPmatInKernel *);
