@@ -156,7 +156,7 @@ static PetscErrorCode LiftShared(PC pc, Mat mat, Mat_Ainsworth *ctx)
   for (PetscInt unknown : ctx->shared) {
     Vec       motion, force;
     PetscInt  rstart, rend;
-    PetscReal all, left;
+    PetscReal all = 0.0, left = 0.0;
 
     PetscCall(MatCreateVecs(mat, &motion, &force));
     PetscCall(VecZeroEntries(motion));

@@ -1,4 +1,4 @@
-#include "blocksa.h"
+#include "blocksaimpl.h"
 #include "../guard.h"
 #include "../hermitian.h"
 #include "../objects.h"
@@ -127,7 +127,7 @@ static PetscErrorCode SortedCycle(PC pc, Vec b, Vec x)
 
   PetscFunctionBegin;
   if (!sa->levels.hierarchy->sorted) {
-    PetscCall((*sa->mg.apply)(pc, b, x));
+    PetscCall((*sa->mg->apply)(pc, b, x));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   for (Vec &v : sa->sorted)
@@ -137,7 +137,7 @@ static PetscErrorCode SortedCycle(PC pc, Vec b, Vec x)
   for (size_t l = 0; l < order.size(); l++) to[l] = from[order[l]];
   PetscCall(VecRestoreArrayWrite(sa->sorted[0], &to));
   PetscCall(VecRestoreArrayRead(b, &from));
-  PetscCall((*sa->mg.apply)(pc, sa->sorted[0], sa->sorted[1]));
+  PetscCall((*sa->mg->apply)(pc, sa->sorted[0], sa->sorted[1]));
   PetscCall(VecGetArrayRead(sa->sorted[1], &from));
   PetscCall(VecGetArrayWrite(x, &to));
   for (size_t l = 0; l < order.size(); l++) to[order[l]] = from[l];
@@ -279,7 +279,7 @@ static PetscErrorCode PCReset_BlockSA(PC pc)
   PC_BlockSA *sa = BlockSA(pc);
 
   PetscFunctionBegin;
-  PetscCall((*sa->mg.reset)(pc));
+  PetscCall((*sa->mg->reset)(pc));
   for (Mat &op : sa->op) PetscCall(MatDestroy(&op));
   sa->op.clear();
   PetscCall(MatDestroy(&sa->product));
@@ -299,7 +299,8 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
 
   PetscFunctionBegin;
   PetscCall(PCReset_BlockSA(pc));
-  destroy = sa->mg.destroy;
+  destroy = sa->mg->destroy;
+  delete sa->mg;
   delete sa;
   PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCSetCoordinates_C", NULL));
   PetscCall((*destroy)(pc));
@@ -361,7 +362,7 @@ PetscErrorCode PCCreate_BlockSA(PC pc)
   sa->options.coarseSize        = 600;
   sa->options.rankSize          = 900;
   sa->options.single            = PETSC_TRUE;
-  sa->mg                        = *pc->ops;
+  sa->mg                        = new _PCOps(*pc->ops);
   pc->ops->setup                = AinsworthGuarded<PCSetUp_BlockSA>;
   pc->ops->apply                = AinsworthGuarded<PCApply_BlockSA>;
   pc->ops->applytranspose       = AinsworthGuarded<PCApplyTranspose_BlockSA>;

@@ -1,5 +1,5 @@
 /* The levels of PCBLOCKSA in a subspace: what they need to know of it, and solvers that stay in it */
-#include "blocksa.h"
+#include "blocksaimpl.h"
 #include "../lists.h"
 #include "../objects.h"
 #include "../saddle/saddle.h"
