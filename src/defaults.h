@@ -3,7 +3,6 @@
 #define AINSWORTH_DEFAULTS_H
 
 #include "petsccompat.h"
-#include <petsc/private/petscimpl.h>
 #include <string>
 #include <vector>
 
@@ -14,19 +13,26 @@ struct AinsworthDefaults {
 
   PetscErrorCode set(const char name[], const char value[])
   {
-    PetscBool given;
+    PetscOptions options;
+    const char  *prefix;
+    PetscBool    given;
 
     PetscFunctionBegin;
-    PetscCall(PetscOptionsHasName(object->options, object->prefix, (std::string("-") + name).c_str(), &given));
+    PetscCall(PetscObjectGetOptions(object, &options));
+    PetscCall(PetscObjectGetOptionsPrefix(object, &prefix));
+    PetscCall(PetscOptionsHasName(options, prefix, (std::string("-") + name).c_str(), &given));
     if (given) PetscFunctionReturn(PETSC_SUCCESS);
-    names.push_back(std::string("-") + (object->prefix ? object->prefix : "") + name);
-    PetscCall(PetscOptionsSetValue(object->options, names.back().c_str(), value));
+    names.push_back(std::string("-") + (prefix ? prefix : "") + name);
+    PetscCall(PetscOptionsSetValue(options, names.back().c_str(), value));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscErrorCode clear()
   {
+    PetscOptions options;
+
     PetscFunctionBegin;
-    for (const std::string &name : names) PetscCall(PetscOptionsClearValue(object->options, name.c_str()));
+    PetscCall(PetscObjectGetOptions(object, &options));
+    for (const std::string &name : names) PetscCall(PetscOptionsClearValue(options, name.c_str()));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
 };

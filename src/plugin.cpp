@@ -1,4 +1,4 @@
-/* Entry points of the plugin: registration of types and log events, for PETSc when it loads the plugin and for programs that link it */
+/* Entry points of the plugin: registration of types, for PETSc when it loads the plugin and for programs that link it */
 #include <petscainsworth.h>
 #include "events.h"
 #include "ksp/projectedcg.h"
@@ -8,10 +8,6 @@
 #include "projector/graph.h"
 #include "projector/symbolic.h"
 #include "snes/activeset.h"
-
-PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_Dependent, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS,
-  AINSWORTH_Multiplier, AINSWORTH_Verify, AINSWORTH_InvGram, AINSWORTH_PMat, AINSWORTH_PMatCopy, AINSWORTH_Aggregate, AINSWORTH_Interpolation,
-  AINSWORTH_Galerkin, AINSWORTH_Levels, AINSWORTH_Layout;
 
 static PetscBool  initialized = PETSC_FALSE;
 static const char again[]     = "compile ainsworth again with the PETSc of the program";
@@ -90,31 +86,13 @@ static PetscErrorCode FinalizePackage(void)
 PetscErrorCode AinsworthInitializePackage(void)
 {
   PetscErrorCode (*present)(PC) = NULL;
-  PetscClassId classid;
 
   PetscFunctionBegin;
   if (initialized) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(CheckLibrary());
   initialized = PETSC_TRUE;
   PetscCall(PetscRegisterFinalize(FinalizePackage));
-  PetscCall(PetscClassIdRegister("Ainsworth", &classid));
-  PetscCall(PetscLogEventRegister("AinsLayout", classid, &AINSWORTH_Layout));
-  PetscCall(PetscLogEventRegister("AinsGramMat", classid, &AINSWORTH_GramMat));
-  PetscCall(PetscLogEventRegister("AinsGramFact", classid, &AINSWORTH_GramFactor));
-  PetscCall(PetscLogEventRegister("AinsDependent", classid, &AINSWORTH_Dependent));
-  PetscCall(PetscLogEventRegister("AinsGramSolve", classid, &AINSWORTH_GramSolve));
-  PetscCall(PetscLogEventRegister("AinsProjector", classid, &AINSWORTH_Projector));
-  PetscCall(PetscLogEventRegister("AinsMatMult", classid, &AINSWORTH_MatMult));
-  PetscCall(PetscLogEventRegister("AinsRHS", classid, &AINSWORTH_RHS));
-  PetscCall(PetscLogEventRegister("AinsMultiplier", classid, &AINSWORTH_Multiplier));
-  PetscCall(PetscLogEventRegister("AinsInvGram", classid, &AINSWORTH_InvGram));
-  PetscCall(PetscLogEventRegister("AinsVerify", classid, &AINSWORTH_Verify));
-  PetscCall(PetscLogEventRegister("AinsPMat", classid, &AINSWORTH_PMat));
-  PetscCall(PetscLogEventRegister("AinsPMatCopy", classid, &AINSWORTH_PMatCopy));
-  PetscCall(PetscLogEventRegister("BlockSAAggreg", classid, &AINSWORTH_Aggregate));
-  PetscCall(PetscLogEventRegister("BlockSAInterp", classid, &AINSWORTH_Interpolation));
-  PetscCall(PetscLogEventRegister("BlockSAGalerk", classid, &AINSWORTH_Galerkin));
-  PetscCall(PetscLogEventRegister("BlockSALevels", classid, &AINSWORTH_Levels));
+  PetscCall(AinsworthRegisterEvents());
 
   /* if the file is loaded under two names, each copy has its own `initialized`: keep the types that the first one registered */
   PetscCall(PCInitializePackage());
@@ -129,6 +107,41 @@ PetscErrorCode AinsworthInitializePackage(void)
   PetscCall(KSPRegister(KSPPROJECTEDCG, KSPCreate_ProjectedCG));
   PetscCall(KSPRegister(KSPCHEBYSHEVSINGLE, KSPCreate_ChebyshevSingle));
   PetscCall(SNESRegister(SNESAINSWORTHACTIVESET, SNESCreate_AinsworthActiveSet));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+   MatCreateAinsworth - creates the reduced operator A~ = C' B C + Q' A Q as a matrix-free matrix
+
+   Collective
+
+   Input Parameters:
++  A - n x n, of any type with a product and a diagonal; referenced, never changed
+-  C - m x n, `MATAIJ` with the column layout of A and linearly independent rows; referenced, never changed
+
+   Output Parameter:
+.  S - the matrix, n x n, of type `MATAINSWORTH`
+
+   Level: intermediate
+
+   Notes:
+   Q = I - W C' (C W C')^{-1} C is the projector onto Ker C. By default W = diag(A)^{-1}, and B is diagonal with one penalty per row of C, see
+   `MatAinsworthSetPenalty()`. `MatAinsworthSetWeightType()`, `MatAinsworthSetWeight()` and `MatAinsworthSetPenalty()` change them.
+
+   Robert, Jolivet, Jamond and Badri have W = I and B = beta I in equation (3).
+
+   In complex arithmetic ' is the adjoint.
+
+   Errors:
+   Those of `MatAinsworthSetMats()`.
+
+.seealso: `MATAINSWORTH`, `MatAinsworthComputeRHS()`, `MatAinsworthComputeMultiplier()`, `MatAinsworthMultProjector()`, `PCAINSWORTH`
+@*/
+PetscErrorCode MatCreateAinsworth(Mat A, Mat C, Mat *S)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthInitializePackage());
+  PetscCall(MatAinsworthCreate_Private(A, C, S));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -2,7 +2,6 @@
 #include "whole.h"
 #include "../defaults.h"
 #include "../projector/factor.h"
-#include <petsc/private/petscimpl.h>
 #include <algorithm>
 #include <cstring>
 
@@ -31,12 +30,14 @@ struct Choice {
 /* Chooses what pivots, as K is indefinite; options come first. In complex arithmetic no package has L D L^H with pivoting */
 PetscErrorCode Choice::make(KSP ksp, bool symmetric)
 {
-  const PetscOptions options = ((PetscObject)ksp)->options;
-  const char        *prefix  = ((PetscObject)ksp)->prefix;
-  PetscMPIInt        size;
-  PetscBool          given, typed, sequential = PETSC_FALSE;
+  PetscOptions options;
+  const char  *prefix;
+  PetscMPIInt  size;
+  PetscBool    given, typed, sequential = PETSC_FALSE;
 
   PetscFunctionBegin;
+  PetscCall(PetscObjectGetOptions((PetscObject)ksp, &options));
+  PetscCall(KSPGetOptionsPrefix(ksp, &prefix));
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)ksp), &size));
 #if defined(PETSC_HAVE_MUMPS)
   PetscCall(PetscStrncpy(package, MATSOLVERMUMPS, sizeof(package)));
@@ -209,6 +210,7 @@ PetscErrorCode AinsworthWholeCreate(const AinsworthSaddle *sp, PetscBool symmetr
   PCFailedReason  reason;
   Choice          choice;
   PetscBool       good = PETSC_FALSE;
+  const char     *own;
   Mat             K;
 
   PetscFunctionBegin;
@@ -224,7 +226,8 @@ PetscErrorCode AinsworthWholeCreate(const AinsworthSaddle *sp, PetscBool symmetr
   PetscCall(KSPCreate(PetscObjectComm((PetscObject)K), &w->ksp));
   PetscCall(KSPSetOptionsPrefix(w->ksp, prefix));
   PetscCall(KSPAppendOptionsPrefix(w->ksp, "whole_"));
-  PetscCall(MatSetOptionsPrefix(K, ((PetscObject)w->ksp)->prefix)); /* packages read their options at the matrix' prefix */
+  PetscCall(KSPGetOptionsPrefix(w->ksp, &own));
+  PetscCall(MatSetOptionsPrefix(K, own)); /* packages read their options at the matrix' prefix */
   PetscCall(KSPSetOperators(w->ksp, K, K));
   PetscCall(MatDestroy(&K));
   PetscCall(choice.make(w->ksp, symmetric));

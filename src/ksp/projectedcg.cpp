@@ -100,15 +100,6 @@ static PetscErrorCode SolveWithSprings(KSP ksp, Mat_Ainsworth *ctx, PetscErrorCo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* KSPProjectedCGForget_Private - discards what was computed with the preconditioner for long rows and shared unknowns, which stay the same */
-PetscErrorCode KSPProjectedCGForget_Private(Mat_Ainsworth *ctx)
-{
-  PetscFunctionBegin;
-  PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, ctx->longest));
-  PetscCall(KSPProjectedCGForgetShared_Private(ctx, std::vector<PetscInt>(ctx->shared)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Calls the method's own solve for Q' A Q x = Q' b with the preconditioner Q M^{-1}, from an x whose part in Im(W C') is already that of the solution */
 static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
 {
@@ -145,8 +136,7 @@ static PetscErrorCode KSPSolve_ProjectedCG(KSP ksp)
   const auto by = std::to_string(((PetscObject)pc)->id) + ((PetscObject)pc)->type_name;
   if (ctx->liftedBy != by) PetscCall(KSPProjectedCGForget_Private(ctx));
   ctx->liftedBy = by;
-  PetscCall(KSPProjectedCGLiftLongRows_Private(pc, ctx));
-  PetscCall(KSPProjectedCGLiftShared_Private(pc, mat, ctx));
+  PetscCall(KSPProjectedCGLift_Private(pc, mat, ctx));
   ctx->inKernel  = PETSC_TRUE;
   ctx->direction = ctx->refine = PETSC_FALSE;
   ctx->projections             = 0;

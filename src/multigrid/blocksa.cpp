@@ -1,4 +1,4 @@
-#include "blocksa.h"
+#include "blocksaimpl.h"
 #include "../guard.h"
 #include "../hermitian.h"
 #include "../objects.h"
@@ -13,6 +13,18 @@ PetscErrorCode PCBlockSAGet_Private(PC pc, PC_BlockSA **sa)
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCBLOCKSA, &same));
   *sa = same ? BlockSA(pc) : NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCBlockSACountOthers_Private - gets the number of local unknowns that the levels have beside the n of A; 0 without levels */
+PetscErrorCode PCBlockSACountOthers_Private(PC pc, PetscInt n, PetscInt *others)
+{
+  PC_BlockSA *sa = NULL;
+
+  PetscFunctionBegin;
+  *others = 0;
+  PetscCall(PCBlockSAGet_Private(pc, &sa));
+  if (sa && sa->levels.hierarchy) *others = sa->levels.hierarchy->finest.nodes->n * sa->levels.hierarchy->finest.bs - n;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -115,7 +127,7 @@ static PetscErrorCode SortedCycle(PC pc, Vec b, Vec x)
 
   PetscFunctionBegin;
   if (!sa->levels.hierarchy->sorted) {
-    PetscCall((*sa->mg.apply)(pc, b, x));
+    PetscCall((*sa->mg->apply)(pc, b, x));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   for (Vec &v : sa->sorted)
@@ -125,7 +137,7 @@ static PetscErrorCode SortedCycle(PC pc, Vec b, Vec x)
   for (size_t l = 0; l < order.size(); l++) to[l] = from[order[l]];
   PetscCall(VecRestoreArrayWrite(sa->sorted[0], &to));
   PetscCall(VecRestoreArrayRead(b, &from));
-  PetscCall((*sa->mg.apply)(pc, sa->sorted[0], sa->sorted[1]));
+  PetscCall((*sa->mg->apply)(pc, sa->sorted[0], sa->sorted[1]));
   PetscCall(VecGetArrayRead(sa->sorted[1], &from));
   PetscCall(VecGetArrayWrite(x, &to));
   for (size_t l = 0; l < order.size(); l++) to[order[l]] = from[l];
@@ -267,7 +279,7 @@ static PetscErrorCode PCReset_BlockSA(PC pc)
   PC_BlockSA *sa = BlockSA(pc);
 
   PetscFunctionBegin;
-  PetscCall((*sa->mg.reset)(pc));
+  PetscCall((*sa->mg->reset)(pc));
   for (Mat &op : sa->op) PetscCall(MatDestroy(&op));
   sa->op.clear();
   PetscCall(MatDestroy(&sa->product));
@@ -287,7 +299,8 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
 
   PetscFunctionBegin;
   PetscCall(PCReset_BlockSA(pc));
-  destroy = sa->mg.destroy;
+  destroy = sa->mg->destroy;
+  delete sa->mg;
   delete sa;
   PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCSetCoordinates_C", NULL));
   PetscCall((*destroy)(pc));
@@ -349,7 +362,7 @@ PetscErrorCode PCCreate_BlockSA(PC pc)
   sa->options.coarseSize        = 600;
   sa->options.rankSize          = 900;
   sa->options.single            = PETSC_TRUE;
-  sa->mg                        = *pc->ops;
+  sa->mg                        = new _PCOps(*pc->ops);
   pc->ops->setup                = AinsworthGuarded<PCSetUp_BlockSA>;
   pc->ops->apply                = AinsworthGuarded<PCApply_BlockSA>;
   pc->ops->applytranspose       = AinsworthGuarded<PCApplyTranspose_BlockSA>;

@@ -6,7 +6,6 @@
 #include "hierarchy.h"
 #include "source.h"
 #include <petscainsworth.h>
-#include <petsc/private/pcmgimpl.h>
 
 /* The levels of A and what they were made from; PCAINSWORTH keeps them over PCReset() */
 struct AinsworthLevels {
@@ -36,36 +35,18 @@ struct PC_BlockSA {
   std::shared_ptr<const AinsworthFewRows>           coarseRows; /* of the coarsest level; NULL: none */
   std::vector<Mat>                                  op;         /* operators of the levels, finest first; the coarsest is AIJ */
   Mat                                               product;    /* A for products, from the current levels; NULL until requested */
-  Vec           mapped[2]; /* right-hand side and solution for the unknowns of the levels; NULL if these are those of the PC */
-  Vec           sorted[2]; /* the same node by node; NULL if not needed */
-  PetscBool     raised;    /* the bounds of the smoothers were raised since set-up */
-  struct _PCOps mg;        /* the operations of PCMG */
+  Vec            mapped[2]; /* right-hand side and solution for the unknowns of the levels; NULL if these are those of the PC */
+  Vec            sorted[2]; /* the same node by node; NULL if not needed */
+  PetscBool      raised;    /* the bounds of the smoothers were raised since set-up */
+  struct _PCOps *mg;        /* the operations of PCMG; owned */
 };
 
-static inline PC_BlockSA *BlockSA(PC pc)
-{
-  return (PC_BlockSA *)((PC_MG *)pc->data)->innerctx;
-}
-
 PETSC_INTERN PetscErrorCode PCCreate_BlockSA(PC);
-PetscErrorCode              PCSetUp_BlockSA(PC);
-PetscErrorCode              PCBlockSASetBounds_Private(PC, PetscReal);
 PetscErrorCode              PCBlockSAGet_Private(PC, PC_BlockSA **); /* NULL for a PC of another type */
+PetscErrorCode              PCBlockSACountOthers_Private(PC, PetscInt, PetscInt *);
 PetscErrorCode              PCBlockSAExpect_Private(PC, KSP, PetscBool, PetscBool *);
 PetscErrorCode              PCBlockSAGetProduct_Private(PC, Mat *);
 PetscErrorCode              PCBlockSASetSubspace_Private(PC, const std::shared_ptr<const AinsworthSubspace> &, Mat);
-
-/* blocksasubspace.cpp */
-PetscErrorCode        PCBlockSACountOthers_Private(PC, PetscInt, PetscInt *);
-std::vector<PetscInt> AinsworthSubspaceCarried(const PC_BlockSA *);
-std::vector<char>     AinsworthSubspaceLeft(const PC_BlockSA *, PetscInt, const std::vector<PetscInt> &);
-PetscErrorCode        AinsworthCoarsenRows(const AinsworthGrid &, std::vector<Vec> *);
-PetscErrorCode        PCBlockSAGetAIJ_Private(PC_BlockSA *, Mat, Mat *);
-PetscErrorCode        PCBlockSASortRows_Private(const PC_BlockSA *, std::vector<Vec> *);
-PetscErrorCode        PCBlockSAKeepRows_Private(const std::vector<Vec> &, AinsworthLevel *, std::shared_ptr<const AinsworthFewRows> *);
-PetscErrorCode        PCBlockSACorrectCoarse_Private(Mat, PC_BlockSA *, AinsworthBlockMat *);
-PetscErrorCode        PCBlockSALeaveSubspace_Private(PC, PC_BlockSA *);
-PetscErrorCode        PCBlockSAStayInSubspace_Private(PC, PC_BlockSA *);
 
 /* The package that factors a sparse matrix as a dense one, registered with the plugin */
 static const char AinsworthDense[] = "ainsworthdense";

@@ -1,4 +1,4 @@
-#include "blocksa.h"
+#include "blocksaimpl.h"
 #include "../events.h"
 #include "../lists.h"
 #include "../objects.h"
@@ -313,7 +313,7 @@ static PetscErrorCode ConfigureMG(PC pc, PC_BlockSA *sa)
   PetscFunctionBegin;
   for (Mat &op : sa->op) PetscCall(MatDestroy(&op));
   sa->op.assign(n, NULL);
-  if (mg->levels) PetscCall((*sa->mg.reset)(pc));
+  if (mg->levels) PetscCall((*sa->mg->reset)(pc));
   pc->setupcalled = PETSC_FALSE;
   PetscCall(PCMGSetLevels(pc, n, NULL));
   PetscCall(PCMGSetGalerkin(pc, PC_MG_GALERKIN_EXTERNAL));
@@ -341,7 +341,7 @@ static PetscErrorCode ConfigureMG(PC pc, PC_BlockSA *sa)
   PetscCall(ConfigureCoarse(pc, grids.back()));
   if (pc->setfromoptionscalled) {
     PetscObjectOptionsBegin((PetscObject)pc);
-    PetscCall((*sa->mg.setfromoptions)(pc, PetscOptionsObject));
+    PetscCall((*sa->mg->setfromoptions)(pc, PetscOptionsObject));
     PetscOptionsEnd();
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -402,7 +402,7 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   }
   PetscCall(PCBlockSASetBounds_Private(pc, 1.0));
   sa->raised = PETSC_FALSE;
-  PetscCall((*sa->mg.setup)(pc));
+  PetscCall((*sa->mg->setup)(pc));
   PetscCall(PCBlockSAStayInSubspace_Private(pc, sa));
   PetscCall(PCBlockSASetBounds_Private(pc, 1.0)); /* PCMG reads the options of the smoothers only now, and they may change their types */
   PetscCall(MatDestroy(&sa->extended));

@@ -1,5 +1,5 @@
 /* The levels of PCBLOCKSA in a subspace: what they need to know of it, and solvers that stay in it */
-#include "blocksa.h"
+#include "blocksaimpl.h"
 #include "../lists.h"
 #include "../objects.h"
 #include "../saddle/saddle.h"
@@ -22,18 +22,6 @@ std::vector<char> AinsworthSubspaceLeft(const PC_BlockSA *sa, PetscInt bs, const
       if (!sa->subspace->left[order.empty() ? l + c : order[l + c]]) left.back() = 0;
   }
   return left;
-}
-
-/* PCBlockSACountOthers_Private - gets the number of local unknowns that the levels have beside the n of A; 0 without levels */
-PetscErrorCode PCBlockSACountOthers_Private(PC pc, PetscInt n, PetscInt *others)
-{
-  PC_BlockSA *sa;
-
-  PetscFunctionBegin;
-  *others = 0;
-  PetscCall(PCBlockSAGet_Private(pc, &sa));
-  if (sa && sa->levels.hierarchy) *others = sa->levels.hierarchy->finest.nodes->n * sa->levels.hierarchy->finest.bs - n;
-  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Gets A as AIJ, for the unknowns of the levels */

@@ -1,12 +1,22 @@
 #include "levelmat.h"
-#include <petsc/private/petscimpl.h>
+#include <petsc/private/petscimpl.h> /* PetscObjectStateGet() */
 
-/* Returns IDs and states that identify the values of two vectors */
-static std::array<PetscInt64, 4> Identify(Vec b, Vec x)
+/* Gets IDs and states that identify the values of two vectors */
+static PetscErrorCode Identify(Vec b, Vec x, std::array<PetscInt64, 4> *pair)
 {
-  const PetscObject B = (PetscObject)b, X = (PetscObject)x;
+  PetscInt64 *next = pair->data();
 
-  return {(PetscInt64)B->id, (PetscInt64)B->state, (PetscInt64)X->id, (PetscInt64)X->state};
+  PetscFunctionBegin;
+  for (Vec v : {b, x}) {
+    PetscObjectId    id;
+    PetscObjectState state;
+
+    PetscCall(PetscObjectGetId((PetscObject)v, &id));
+    PetscCall(PetscObjectStateGet((PetscObject)v, &state));
+    *next++ = (PetscInt64)id;
+    *next++ = (PetscInt64)state;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Calls f(unknown, place in vectors of single precision) for all local unknowns */
@@ -132,8 +142,8 @@ PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscRea
   }
   ForUnknowns(*this, [&](PetscInt l, PetscInt k) { out[l] = (PetscScalar)(x[k] + p[k]) * (W[l] / scale); });
   PetscCall(VecRestoreArray(to, &out));
-  s    = scale;
-  pair = Identify(b, to);
+  s = scale;
+  PetscCall(Identify(b, to, &pair));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -141,10 +151,12 @@ PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscRea
 PetscErrorCode AinsworthScaled::residual(Vec b, Vec from, Vec to)
 {
   const std::vector<PetscReal> &W = *w;
+  std::array<PetscInt64, 4>     now;
   PetscScalar                  *out;
 
   PetscFunctionBegin;
-  if (Identify(b, from) != pair) {
+  PetscCall(Identify(b, from, &now));
+  if (now != pair) {
     PetscCall(mult(from, to));
     PetscCall(VecAYPX(to, -1.0, b));
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -30,13 +30,13 @@ struct Mat_Ainsworth {
   PetscErrorCode (*applyTranspose)(PC, Vec, Vec);
   PetscBool                springs; /* the preconditioner includes the springs of D: it is for the reduced operator itself */
   AinsworthProjector       proj;
-  PetscInt                 longest = PETSC_MAX_INT; /* rows of C with more entries are left out of the preconditioning matrix (ksp/longrows.cpp) */
+  PetscInt                 longest = PETSC_MAX_INT; /* rows of C with more entries are left out of the preconditioning matrix (ksp/deflation.cpp) */
   std::vector<Vec>         lifted;                  /* M^{-1} C' of these rows */
   std::string              liftedBy;                /* ID and type of the preconditioner that `lifted` and `motions` were made with */
   std::vector<PetscScalar> longFactor;              /* Cholesky factor of C M^{-1} C' for these rows */
-  std::vector<PetscInt>    shared;                  /* unknowns held by the preconditioning matrix (ksp/shared.cpp) */
+  std::vector<PetscInt>    shared;                  /* unknowns held by the preconditioning matrix (ksp/deflation.cpp) */
   std::vector<Vec>         motions, motionForces;   /* their motions Z with Z' A Z = I, and Q' A Z */
-  bool                     moved = false;           /* the motions are known; there may be none */
+  bool                     complete = false;        /* `lifted` and `motions` are known; there may be none */
   bool                     doubtful;                /* rows of C are nearly dependent, so solves with the Gram matrix are refined */
   Vec                      work;                    /* work vector, n */
   Vec                      rowWork;                 /* work vector, m, placed */
@@ -47,11 +47,15 @@ struct Mat_Ainsworth {
 };
 
 PETSC_INTERN PetscErrorCode MatCreate_Ainsworth(Mat);
-/* gets the context; raises an error for other types */
+
+/* context.cpp; the first gets the context, and raises an error for other types */
 PETSC_INTERN PetscErrorCode MatAinsworthGetContext_Private(Mat, Mat_Ainsworth **);
 PETSC_INTERN PetscErrorCode MatAinsworthReset_Private(Mat_Ainsworth *);
 PETSC_INTERN PetscErrorCode MatAinsworthSetUp_Private(Mat, Mat_Ainsworth **);
 PETSC_INTERN PetscErrorCode MatAinsworthSetUpProjector_Private(Mat, Mat_Ainsworth **);
+
+/* settings, doors, products */
+PETSC_INTERN PetscErrorCode MatAinsworthCreate_Private(Mat, Mat, Mat *);
 PETSC_INTERN PetscErrorCode MatAinsworthReduce_Private(Mat, PetscBool, Vec, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthRecover_Private(Mat, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthSetOtherBlocks_Private(Mat, Mat, Mat, PetscBool);

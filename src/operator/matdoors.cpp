@@ -2,7 +2,7 @@
 #include "matainsworth.h"
 #include "../events.h"
 #include "../projector/dependent.h"
-#include <petsc/private/matimpl.h>
+#include <petsc/private/petscimpl.h>
 
 /* Number of projections onto C x = g, and of computations of lambda, if the Gram matrix is nearly singular; each is a step of iterative refinement */
 static const int refinements = 4;

@@ -1,5 +1,5 @@
 #include "matainsworth.h"
-#include <petsc/private/matimpl.h>
+#include <petsc/private/petscimpl.h>
 
 /*@
    MatAinsworthMultProjector - computes y = Q x, the projection of x onto Ker C along Im(W C')
@@ -151,8 +151,6 @@ PetscErrorCode MatAinsworthSolveRange_Private(Mat mat, Vec b, Vec x)
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  PetscValidHeaderSpecific(b, VEC_CLASSID, 2);
-  PetscValidHeaderSpecific(x, VEC_CLASSID, 3);
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
   PetscCall(AinsworthProjectorSolveRange(&ctx->proj, ctx->placed, b, x));
   PetscFunctionReturn(PETSC_SUCCESS);

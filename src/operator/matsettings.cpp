@@ -1,6 +1,9 @@
+/* What is given to a MATAINSWORTH: A and C, the other blocks, the weight, the penalty */
 #include "matainsworth.h"
 #include "../objects.h"
-#include <petsc/private/matimpl.h>
+#include <petsc/private/petscimpl.h>
+
+const char *const MatAinsworthWeightTypes[] = {"diagonal", "identity", "user", "MatAinsworthWeightType", "MAT_AINSWORTH_WEIGHT_", NULL};
 
 /*@
    MatAinsworthSetMats - sets the blocks A and C of a `MATAINSWORTH`
@@ -70,6 +73,19 @@ PetscErrorCode MatAinsworthSetMats(Mat mat, Mat A, Mat C)
   if (known) PetscCall(MatSetOption(mat, MAT_SYMMETRIC, flag));
   PetscCall(MatIsHermitianKnown(A, &known, &flag));
   if (known) PetscCall(MatSetOption(mat, MAT_HERMITIAN, flag));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Creates a MATAINSWORTH of A and C where the plugin is registered */
+PetscErrorCode MatAinsworthCreate_Private(Mat A, Mat C, Mat *S)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(A, MAT_CLASSID, 1);
+  PetscValidHeaderSpecific(C, MAT_CLASSID, 2);
+  PetscAssertPointer(S, 3);
+  PetscCall(MatCreate(PetscObjectComm((PetscObject)A), S));
+  PetscCall(MatSetType(*S, MATAINSWORTH));
+  PetscCall(MatAinsworthSetMats(*S, A, C));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -253,6 +269,17 @@ PetscErrorCode MatAinsworthSetRowsPerRank_Private(Mat mat, PetscInt rows)
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   if (rows != ctx->rowsPerRank) ctx->current = PETSC_FALSE;
   ctx->rowsPerRank = rows;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets a matrix with the same products as A, used until A changes; NULL: A itself */
+PetscErrorCode MatAinsworthSetProduct_Private(Mat mat, Mat product)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
+  PetscCall(AinsworthReplace(product, &ctx->product));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -189,9 +189,10 @@ PetscErrorCode PCAinsworthSetUpPmat_Private(PC_Ainsworth *data, PC inner, PetscI
   }
   ctx->springs = (PetscBool)(in.slack != NULL);
   PetscCall(PCBlockSAExpect_Private(inner, data->inner.ksp, (PetscBool)(data->inner.longRows > 0 && !in.inKernel), &in.single));
-  PetscCall(KSPProjectedCGForgetLongRows_Private(ctx, data->inner.longRows && !in.inKernel ? in.fill.most : PETSC_MAX_INT));
   if (!in.inKernel && inKernel && in.format != AINSWORTH_PMAT_FACTOR && alone.size() <= mostShared) in.shared.swap(alone);
-  PetscCall(KSPProjectedCGForgetShared_Private(ctx, in.shared));
+  ctx->longest = data->inner.longRows && !in.inKernel ? in.fill.most : PETSC_MAX_INT;
+  ctx->shared  = in.shared;
+  PetscCall(KSPProjectedCGForget_Private(ctx));
   if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data, &in, shares));
   options.type      = PCAinsworthPmatTypeInUse_Private(data);
   options.symmetric = data->saddle.symmetric;

@@ -38,7 +38,7 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, MatAinsworthWeig
   if (data->reduced.mat) PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &old));
   if (!old || old->A != sp->A || old->C != sp->C || old->B != sp->B || old->D != sp->D || old->adjoint != data->saddle.adjoint) {
     PetscCall(MatDestroy(&data->reduced.mat));
-    PetscCall(MatCreateAinsworth(sp->A, sp->C, &data->reduced.mat));
+    PetscCall(MatAinsworthCreate_Private(sp->A, sp->C, &data->reduced.mat));
     PetscCall(MatSetBlockSize(data->reduced.mat, sp->bs));
     PetscCall(MatAinsworthSetOtherBlocks_Private(data->reduced.mat, sp->B == sp->C ? NULL : sp->B, sp->D, data->saddle.adjoint));
     PetscCall(PCGetOptionsPrefix(pc, &prefix));

@@ -4,28 +4,6 @@
 #include "../objects.h"
 #include "../projector/projector.h"
 
-const char *const AinsworthPenaltyTypes[] = {"row", "norm", "AinsworthPenaltyType", "AINSWORTH_PENALTY_", NULL};
-
-static PetscErrorCode Multiply(Mat left, Mat right, Mat *product)
-{
-  PetscFunctionBegin;
-  PetscCall(MatMatMult(left, right, MAT_INITIAL_MATRIX, PETSC_DEFAULT, product));
-  PetscCall(MatProductClear(*product)); /* otherwise the product keeps its factors */
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* AinsworthMultiplyAdjoint - computes left' right. Collective */
-PetscErrorCode AinsworthMultiplyAdjoint(Mat left, Mat right, Mat *product)
-{
-  Mat adjoint;
-
-  PetscFunctionBegin;
-  PetscCall(MatHermitianTranspose(left, MAT_INITIAL_MATRIX, &adjoint));
-  PetscCall(Multiply(adjoint, right, product));
-  PetscCall(MatDestroy(&adjoint));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes Y A from Y', which has few nonzero rows; reads only these rows of A */
 static PetscErrorCode MultiplyFewRows(Mat Yt, Mat A, Mat *product)
 {
@@ -53,17 +31,17 @@ static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Vec 
   Mat Y, Yt, YA, YAYt, sum, other;
 
   PetscFunctionBegin;
-  PetscCall(Multiply(inverse, CW, &Y));
+  PetscCall(AinsworthMultiply(inverse, CW, &Y));
   PetscCall(MatHermitianTranspose(Y, MAT_INITIAL_MATRIX, &Yt));
   PetscCall(MatDestroy(&Y));
   PetscCall(MultiplyFewRows(Yt, A, &YA));
-  PetscCall(Multiply(YA, Yt, &YAYt));
+  PetscCall(AinsworthMultiply(YA, Yt, &YAYt));
   if (B) {
     PetscCall(AinsworthCreateFromDiagonal(B, &other));
     PetscCall(AinsworthAddAIJ(1.0, {other}, &YAYt));
     PetscCall(MatDestroy(&other));
   }
-  PetscCall(Multiply(YAYt, C, &sum));
+  PetscCall(AinsworthMultiply(YAYt, C, &sum));
   PetscCall(MatDestroy(&YAYt));
   if (symmetric) PetscCall(MatScale(sum, 0.5));
   PetscCall(AinsworthAddAIJ(-1.0, {YA}, &sum));
@@ -74,8 +52,8 @@ static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Vec 
   else {
     Mat AYt;
 
-    PetscCall(Multiply(A, Yt, &AYt));
-    PetscCall(Multiply(AYt, C, &other));
+    PetscCall(AinsworthMultiply(A, Yt, &AYt));
+    PetscCall(AinsworthMultiply(AYt, C, &other));
     PetscCall(MatDestroy(&AYt));
   }
   PetscCall(MatDestroy(&Yt));
@@ -99,7 +77,7 @@ static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const 
   PetscCall(AinsworthPmatCreatePrivate(C, in->weight, &in->fill, &CW, &shared));
   if (shared || !given) {
     PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
-    PetscCall(Multiply(C, CWt, &S));
+    PetscCall(AinsworthMultiply(C, CWt, &S));
     PetscCall(MatDestroy(&CWt));
     PetscCall(AinsworthAddAIJ(1.0, {in->N}, &S));
   }
@@ -109,23 +87,6 @@ static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const 
   PetscCall(MultiplyProjection(in->aij, C, CW, inverse, B, opt->symmetric, part));
   PetscCall(MatDestroy(&inverse));
   PetscCall(MatDestroy(&CW));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Computes the infinity norm of A + part (may be NULL), the 1-norm of a symmetric matrix; MatNorm() with NORM_1 stores a whole row on every rank */
-static PetscErrorCode NormOfSum(Mat A, Mat part, PetscReal *norm)
-{
-  Mat sum;
-
-  PetscFunctionBegin;
-  *norm = 0.0;
-  if (part) {
-    PetscCall(MatDuplicate(part, MAT_COPY_VALUES, &sum));
-    PetscCall(AinsworthAddAIJ(1.0, {A}, &sum));
-    PetscCall(MatNorm(sum, NORM_INFINITY, norm));
-    PetscCall(MatDestroy(&sum));
-  }
-  if (*norm == 0.0) PetscCall(MatNorm(A, NORM_INFINITY, norm)); /* Ker C = 0: any penalty works */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -139,45 +100,6 @@ static PetscErrorCode MultiplyBothSides(Mat C, Vec B, Mat *product)
   PetscCall(MatDiagonalScale(BC, B, NULL));
   PetscCall(AinsworthMultiplyAdjoint(C, BC, product));
   PetscCall(MatDestroy(&BC));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* AinsworthPmatCreateSeries - creates (B^{-1} + D)^{-1}, penalty and compliance in series; 0 where D_ii < 0, where a penalty would be too stiff */
-PetscErrorCode AinsworthPmatCreateSeries(Vec penalty, Vec compliance, Vec *series)
-{
-  PetscFunctionBegin;
-  PetscCall(AinsworthVecClone(penalty, series));
-  if (!compliance) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthUpdate(*series, {compliance}, [](PetscInt, PetscScalar &s, PetscScalar d) {
-    const PetscReal sum = PetscRealPart(d);
-
-    s = sum < 0.0 ? 0.0 : s / (1.0 + sum * PetscRealPart(s));
-  }));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   Creates the penalty B, length m, and B in series with D for M_*; C may lack entries of long rows. Collective
-
-   B_ii = gamma / (C diag(A)^{-1} C')_ii, or B = beta I with beta = gamma ||Q_*' A Q_*|| / ||C' C|| (paper, section 3.3).
-*/
-static PetscErrorCode CreatePenalty(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat projection, Vec *penalty, Vec *series)
-{
-  PetscReal normA, normC;
-  Mat       product;
-
-  PetscFunctionBegin;
-  if (opt->penalty == AINSWORTH_PENALTY_ROW) PetscCall(AinsworthRowPenaltyCreate(in->C, in->inverseDiagonal, opt->factor, penalty));
-  else {
-    PetscCall(AinsworthMultiplyAdjoint(C, C, &product));
-    PetscCall(MatNorm(product, NORM_INFINITY, &normC));
-    PetscCall(MatDestroy(&product));
-    if (normC == 0.0) PetscCall(MatNorm(in->C, NORM_INFINITY, &normC)); /* all rows are long */
-    PetscCall(NormOfSum(in->aij, projection, &normA));
-    PetscCall(MatCreateVecs(in->C, NULL, penalty));
-    PetscCall(VecSet(*penalty, opt->factor * normA / normC));
-  }
-  PetscCall(AinsworthPmatCreateSeries(*penalty, in->compliance, series));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -279,9 +201,9 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
     PetscCall(MatDestroy(&C));
     C = rest;
   }
-  if (byRow) PetscCall(CreatePenalty(in, opt, C, NULL, penalty, &series));
+  if (byRow) PetscCall(AinsworthPmatCreatePenalty(in, opt, C, NULL, penalty, &series));
   PetscCall(CreateProjectionPart(in, opt, C, loose || held ? NULL : in->S, byRow ? series : NULL, &projection));
-  if (!byRow) PetscCall(CreatePenalty(in, opt, C, projection, penalty, &series));
+  if (!byRow) PetscCall(AinsworthPmatCreatePenalty(in, opt, C, projection, penalty, &series));
   if (byRow && projection) {
     *pmat      = projection;
     projection = NULL;

@@ -88,7 +88,7 @@ struct AinsworthPmatInputs {
   const AinsworthPmatInputs *slack;  /* what multigrid in Ker C works with instead: the same with unknowns for springs; NULL without D */
   PetscInt                   bs;     /* block size of M_*, which A may not have */
   AinsworthPmatFill          fill;   /* for A and C */
-  std::vector<PetscInt>      shared; /* unknowns held in M_* instead of coupled by rows of C; conjugate gradients move them (ksp/shared.cpp) */
+  std::vector<PetscInt>      shared; /* unknowns held in M_* instead of coupled by rows of C; conjugate gradients move them (ksp/deflation.cpp) */
 };
 
 PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *, const AinsworthPmatOptions *, AinsworthPmatInKernel *);
@@ -102,6 +102,14 @@ PetscErrorCode AinsworthPmatSlackExtend(const AinsworthPmatSlack *, Mat, Mat *);
 PetscErrorCode AinsworthPmatGetFill(Mat, Mat, AinsworthPmatFill *);
 PetscErrorCode AinsworthPmatPredict(Mat, Mat, Mat, const AinsworthPmatFill *, PetscReal *);
 PetscErrorCode AinsworthPmatCheckFill(Mat, Mat, Mat, const AinsworthPmatFill *, PCAinsworthPmatType);
+
+/* products.cpp */
+PetscErrorCode AinsworthMultiply(Mat, Mat, Mat *);
+PetscErrorCode AinsworthMultiplyAdjoint(Mat, Mat, Mat *);
+
+/* penalty.cpp */
+PetscErrorCode AinsworthPmatCreateSeries(Vec, Vec, Vec *);
+PetscErrorCode AinsworthPmatCreatePenalty(const AinsworthPmatInputs *, const AinsworthPmatOptions *, Mat, Mat, Vec *, Vec *);
 
 /* loose.cpp */
 PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *, PetscReal, Mat, Mat *, Mat *);
@@ -117,10 +125,8 @@ PetscErrorCode AinsworthPmatCreatePrivate(Mat, Vec, const AinsworthPmatFill *, M
 PetscErrorCode AinsworthCreateFromDiagonal(Vec, Mat *);
 PetscErrorCode AinsworthPmatCreateShift(const AinsworthPmatInputs *, Mat *);
 
-PetscErrorCode AinsworthMultiplyAdjoint(Mat, Mat, Mat *);
 PetscErrorCode AinsworthInvertBlock(const AinsworthCSR &, const std::vector<PetscInt> &, PetscReal, std::vector<PetscScalar> *, PetscBool *);
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);
-PetscErrorCode AinsworthPmatCreateSeries(Vec, Vec, Vec *);
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *, const AinsworthPmatOptions *, Vec *, Mat *, PetscInt *);
 PetscErrorCode AinsworthPmatComponentsApart(Mat, PetscInt, PetscInt, PetscBool *);
 

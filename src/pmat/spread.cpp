@@ -210,12 +210,10 @@ static PetscErrorCode AddRest(const AinsworthPmatInputs *in, Mat C, const std::v
   PetscCall(MatGetLocalSize(C, NULL, &n));
   PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)C), n, picks, &pick));
   PetscCall(MatHermitianTranspose(pick, MAT_INITIAL_MATRIX, &E));
-  PetscCall(MatMatMult(C, *T, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &rest));
-  PetscCall(MatProductClear(rest));
+  PetscCall(AinsworthMultiply(C, *T, &rest));
   PetscCall(MatScale(rest, -1.0));
   PetscCall(AinsworthAddAIJ(1.0, {C}, &rest));
-  PetscCall(MatMatMult(E, rest, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &moved));
-  PetscCall(MatProductClear(moved));
+  PetscCall(AinsworthMultiply(E, rest, &moved));
   PetscCall(AinsworthAddAIJ(1.0, {moved}, T));
   for (Mat *M : {&pick, &E, &rest, &moved}) PetscCall(MatDestroy(M));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -257,14 +255,11 @@ PetscErrorCode AinsworthKernelCreateSpread(const AinsworthPmatInputs *in, Mat al
   PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
   if (whole) PetscCall(AinsworthShare(in->S, &S));
   else {
-    PetscCall(MatMatMult(C, CWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &S));
-    PetscCall(MatProductClear(S));
+    PetscCall(AinsworthMultiply(C, CWt, &S));
   }
   PetscCall(AinsworthInvGramCreate(S, opt, &inverse));
-  PetscCall(MatMatMult(inverse, C, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &XC));
-  PetscCall(MatProductClear(XC));
-  PetscCall(MatMatMult(CWt, XC, MAT_INITIAL_MATRIX, PETSC_DEFAULT, spread));
-  PetscCall(MatProductClear(*spread));
+  PetscCall(AinsworthMultiply(inverse, C, &XC));
+  PetscCall(AinsworthMultiply(CWt, XC, spread));
   PetscCall(FindWeak(S, &weak, &any));
   if (any) PetscCall(MeasureGain(in, C, CWt, S, roles.weight, *spread, &gain));
   if (gain > most) {

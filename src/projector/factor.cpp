@@ -1,7 +1,6 @@
 #include "factor.h"
 #include "../defaults.h"
 #include "../objects.h"
-#include <petsc/private/petscimpl.h>
 #include <new>
 #include <unistd.h>
 
@@ -209,7 +208,7 @@ PetscErrorCode AinsworthFactorTryCholmod(PetscObject solver, bool ordered, const
   PetscCall(AinsworthFactorTryUnlogged(setUp, &code, &message));
   PetscCall(defaults.clear());
   *indefinite = (PetscBool)(code == PETSC_ERR_MAT_CH_ZRPVT);
-  PetscCheck(code == PETSC_SUCCESS || *indefinite, solver->comm, code, "%s", message.c_str());
+  PetscCheck(code == PETSC_SUCCESS || *indefinite, PetscObjectComm(solver), code, "%s", message.c_str());
   if (*indefinite) PetscCall(PetscInfo(solver, "The matrix is not factored: %s\n", message.c_str()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -79,8 +79,13 @@ PetscErrorCode AinsworthReportDestroy(AinsworthReport **);
 PetscErrorCode AinsworthReportBegin(AinsworthReport *, KSP, AinsworthSaddleVec b, PetscLogDouble start);
 PetscErrorCode AinsworthReportEnd(AinsworthReport *, KSP, PetscBool failed);
 
-/* Gets x of an iterate of the reduced solve, which differs from the iterate if D is nonzero; borrowed */
+/* errors.cpp; the first gets x of an iterate of the reduced solve, which differs from the iterate if D is nonzero; borrowed */
 PetscErrorCode AinsworthReportGetX(AinsworthReport *, Vec iterate, Vec *x);
+PetscErrorCode AinsworthReportSizes(AinsworthReport *);
+PetscErrorCode AinsworthReportResiduals(AinsworthReport *, Vec iterate, AinsworthReportRow *);
+PetscErrorCode AinsworthReportTrueError(AinsworthReport *, Vec iterate, PetscReal *error);
+
+/* stop.cpp */
 PetscErrorCode AinsworthReportSetPatience(AinsworthReport *, KSP);
 /* Decides whether the solve ends, by the result of its own convergence test and by the estimated error, both relative to x */
 PetscErrorCode AinsworthReportSmallestRitzValue(KSP, PetscReal *);

@@ -1,6 +1,6 @@
 /* Stopping criteria of the reduced solve: tolerances refer to the energy norm of x, not to that of x - R g, the unknown of the solve */
 #include "report.h"
-#include <petsc/private/kspimpl.h>
+#include <petsc/private/kspimpl.h> /* rnorm0 and ttol */
 
 /* Relative accuracy of the entries of x: smaller errors need more digits */
 static const PetscReal digits = 10 * PETSC_MACHINE_EPSILON;
@@ -52,12 +52,14 @@ static PetscErrorCode GetStart(const AinsworthReport *report, Mat_Ainsworth **ct
 PetscErrorCode AinsworthReportSmallestRitzValue(KSP ksp, PetscReal *smallest)
 {
   PetscReal largest;
-  PetscBool cg;
+  PetscBool cg, kept;
 
   PetscFunctionBegin;
   *smallest = 0.0;
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &cg, KSPCG, KSPPROJECTEDCG, ""));
-  if (cg && ksp->calc_sings && ksp->ops->computeextremesingularvalues) PetscCall(KSPComputeExtremeSingularValues(ksp, &largest, smallest));
+  PetscCall(KSPGetComputeSingularValues(ksp, &kept));
+  if (cg && kept) PetscCall(KSPComputeExtremeSingularValues(ksp, &largest, smallest));
+  *smallest = PetscMax(*smallest, 0.0); /* -1 before the set-up of the method */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -97,11 +99,12 @@ static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, Pets
   static const PetscReal above = 2; /* the bound lies above the error, as other eigenvalues are larger (docs/report.md) */
   Vec                    x, b;
   PetscScalar            dot;
-  PetscReal              z, energy, rounding, wanted, theta, first;
+  PetscReal              z, energy, rounding, wanted, theta, first, rtol, atol;
 
   PetscFunctionBegin;
   PetscCall(KSPBuildSolution(ksp, NULL, &x));
   PetscCall(KSPGetRhs(ksp, &b));
+  PetscCall(KSPGetTolerances(ksp, &rtol, &atol, NULL, NULL));
   PetscCall(VecDot(x, b, &dot));
   z = PetscRealPart(dot);
   if (z <= 0.0) PetscFunctionReturn(PETSC_SUCCESS);
@@ -109,12 +112,12 @@ static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, Pets
   PetscCall(AinsworthReportSmallestRitzValue(ksp, &theta));
   first  = PetscSqr(ksp->rnorm0) / z;
   theta  = theta > 0.0 ? PetscMin(PetscSqr(above) * theta, first) : first;
-  wanted = PetscSqr(ksp->rtol) * PetscMin(energy, z);
+  wanted = PetscSqr(rtol) * PetscMin(energy, z);
   if (norm <= PetscSqrtReal(PetscMax(wanted, rounding) * theta)) {
     if (wanted >= rounding) PetscFunctionReturn(PETSC_SUCCESS);
     *reason = KSP_CONVERGED_ATOL;
-    PetscCall(PetscInfo(ksp, "Converged: the error is as small as rounding of x allows, which is more than %g times the energy norm of x, %g\n",
-                        (double)ksp->rtol, (double)PetscSqrtReal(energy)));
+    PetscCall(PetscInfo(ksp, "Converged: the error is as small as rounding of x allows, which is more than %g times the energy norm of x, %g\n", (double)rtol,
+                        (double)PetscSqrtReal(energy)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (!report->wentOn) report->patience = PetscMax(30, step);
@@ -122,7 +125,7 @@ static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, Pets
   report->found  = step;
   report->least  = norm;
   *reason        = KSP_CONVERGED_ITERATING;
-  ksp->ttol      = PetscMax(PetscSqrtReal(PetscMax(wanted, rounding) * theta), ksp->abstol); /* the test does not report convergence before */
+  ksp->ttol      = PetscMax(PetscSqrtReal(PetscMax(wanted, rounding) * theta), atol); /* the test does not report convergence before */
   PetscCall(PetscInfo(ksp, "The energy norm of x is %g, that of x - R g %g, the smallest eigenvalue at most %g: the residual norm has to come down to %g\n",
                       (double)PetscSqrtReal(energy), (double)PetscSqrtReal(z), (double)theta, (double)ksp->ttol));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -50,6 +50,18 @@ static PetscErrorCode Test(SNES snes, const SNES_AinsworthActiveSet *as, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Updates X -= Y and computes F of the new X; before: F of the old X */
+static PetscErrorCode TakeStep(SNES snes, Vec before, Vec Y)
+{
+  PetscFunctionBegin;
+  PetscCall(VecCopy(snes->vec_func, before));
+  PetscCall(VecAXPY(snes->vec_sol, -1.0, Y));
+  PetscCall(VecNorm(Y, NORM_2, &snes->ynorm));
+  PetscCall(VecNorm(snes->vec_sol, NORM_2, &snes->xnorm));
+  PetscCall(SNESComputeFunction(snes, snes->vec_sol, snes->vec_func));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SNESSolve_AinsworthActiveSet(SNES snes)
 {
   SNES_AinsworthActiveSet *as   = (SNES_AinsworthActiveSet *)snes->data;
@@ -72,7 +84,7 @@ static PetscErrorCode SNESSolve_AinsworthActiveSet(SNES snes)
     std::vector<AinsworthHold> wanted;
     PetscInt                   its = 0;
 
-    PetscCall(AinsworthActiveSetFindWrong(snes, as, i == 0, wanted));
+    PetscCall(AinsworthActiveSetFindWrong(as, snes->vec_sol, snes->vec_func, snes->xl, snes->xu, i == 0, wanted));
     if (i) PetscCall(AinsworthActiveSetJudgeStep(snes, as, before, work, Y));
     PetscCall(AinsworthActiveSetChange(snes, as, wanted, &cycles));
     PetscCall(HeldStep(snes, as, keep, known));
@@ -89,7 +101,7 @@ static PetscErrorCode SNESSolve_AinsworthActiveSet(SNES snes)
     if (snes->ops->update) PetscCall((*snes->ops->update)(snes, i));
     PetscCall(AinsworthActiveSetSolveStep(snes, as, keep, known, work, Y));
     SNESCheckKSPSolve(snes);
-    PetscCall(AinsworthActiveSetTakeStep(snes, before, Y));
+    PetscCall(TakeStep(snes, before, Y));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -42,12 +42,11 @@ struct SNES_AinsworthActiveSet {
 };
 
 /* rows.cpp */
-PetscErrorCode AinsworthActiveSetFindWrong(SNES, SNES_AinsworthActiveSet *, bool first, std::vector<AinsworthHold> &wanted);
+PetscErrorCode AinsworthActiveSetFindWrong(SNES_AinsworthActiveSet *, Vec X, Vec F, Vec lower, Vec upper, bool first, std::vector<AinsworthHold> &wanted);
 PetscErrorCode AinsworthActiveSetChange(SNES, SNES_AinsworthActiveSet *, const std::vector<AinsworthHold> &wanted, bool *cycles);
 
 /* step.cpp */
 PetscErrorCode AinsworthActiveSetSolveStep(SNES, SNES_AinsworthActiveSet *, Vec keep, Vec known, Vec rhs, Vec Y);
-PetscErrorCode AinsworthActiveSetTakeStep(SNES, Vec before, Vec Y);
 PetscErrorCode AinsworthActiveSetJudgeStep(SNES, SNES_AinsworthActiveSet *, Vec before, Vec JY, Vec Y);
 
 /* stepmatrix.cpp: J with -1 on the diagonal and zeros elsewhere in rows and columns where keep is 0; bounded: 1 where keep may ever be 0 */

@@ -2,33 +2,32 @@
 #include "activeset.h"
 #include "../loops.h"
 #include "../saddle/saddle.h"
-#include <petsc/private/snesimpl.h>
 
 /* Computes a hash of the present set, the same on any number of ranks; collective */
-static PetscErrorCode NumberOfSet(SNES snes, const SNES_AinsworthActiveSet *as, uint64_t *number)
+static PetscErrorCode NumberOfSet(const SNES_AinsworthActiveSet *as, uint64_t *number)
 {
   PetscInt rstart;
 
   PetscFunctionBegin;
-  PetscCall(VecGetOwnershipRange(snes->vec_sol, &rstart, NULL));
+  PetscCall(VecGetOwnershipRange(as->bounded, &rstart, NULL));
   *number = 0;
   for (PetscInt i : as->rows) *number += AinsworthMixState(0, 4 * (uint64_t)(rstart + i) + (uint64_t)as->hold[i] + 1);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, number, 1, MPI_UINT64_T, MPI_SUM, PetscObjectComm((PetscObject)snes)));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, number, 1, MPI_UINT64_T, MPI_SUM, PetscObjectComm((PetscObject)as->bounded)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Finds the bound at which each bounded row belongs according to X and F; first: sets the present set from X alone; collective */
-PetscErrorCode AinsworthActiveSetFindWrong(SNES snes, SNES_AinsworthActiveSet *as, bool first, std::vector<AinsworthHold> &wanted)
+PetscErrorCode AinsworthActiveSetFindWrong(SNES_AinsworthActiveSet *as, Vec X, Vec F, Vec lower, Vec upper, bool first, std::vector<AinsworthHold> &wanted)
 {
   PetscReal now[2] = {0.0, 0.0};
 
   PetscFunctionBegin;
-  PetscCall(AinsworthForEntries({as->bounded, snes->vec_sol, snes->vec_func}, [&](PetscInt, PetscScalar b, PetscScalar x, PetscScalar f) {
+  PetscCall(AinsworthForEntries({as->bounded, X, F}, [&](PetscInt, PetscScalar b, PetscScalar x, PetscScalar f) {
     if (b == 0.0) return;
     now[0] = PetscMax(now[0], PetscAbsScalar(x));
     now[1] = PetscMax(now[1], PetscAbsScalar(f));
   }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, now, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)snes)));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, now, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)X)));
   as->largest = PetscMax(as->largest, now[1]);
   wanted      = as->hold;
   as->wrong   = 0;
@@ -43,8 +42,8 @@ PetscErrorCode AinsworthActiveSetFindWrong(SNES snes, SNES_AinsworthActiveSet *a
     else if (low < high && (as->hold[i] == HOLD_LOWER ? force < -slight : force > slight)) wanted[i] = HOLD_NONE;
     as->wrong += wanted[i] != as->hold[i];
   };
-  PetscCall(AinsworthForEntries({as->bounded, snes->vec_sol, snes->vec_func, snes->xl, snes->xu}, look));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &as->wrong, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)snes)));
+  PetscCall(AinsworthForEntries({as->bounded, X, F, lower, upper}, look));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &as->wrong, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)X)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -65,7 +64,7 @@ PetscErrorCode AinsworthActiveSetChange(SNES snes, SNES_AinsworthActiveSet *as, 
   PetscFunctionBegin;
   *cycles = false;
   if (!as->wrong) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(NumberOfSet(snes, as, &number));
+  PetscCall(NumberOfSet(as, &number));
   if (as->single && as->wrong < as->least) {
     as->single = false;
     as->seen.clear();
@@ -89,7 +88,7 @@ PetscErrorCode AinsworthActiveSetChange(SNES snes, SNES_AinsworthActiveSet *as, 
   else {
     for (PetscInt i : as->rows)
       if (wanted[i] != as->hold[i]) last = i;
-    PetscCall(VecGetOwnershipRange(snes->vec_sol, &rstart, NULL));
+    PetscCall(VecGetOwnershipRange(as->bounded, &rstart, NULL));
     const PetscInt mine = last < 0 ? -1 : rstart + last;
     PetscInt       all  = mine;
 

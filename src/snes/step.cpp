@@ -1,8 +1,7 @@
 /* The linear solve of a step and its tolerance */
 #include "activeset.h"
 #include "../saddle/saddle.h"
-#include <petsc/private/kspimpl.h>
-#include <petsc/private/snesimpl.h>
+#include <petsc/private/kspimpl.h> /* rnorm0 */
 #include <cmath>
 
 /*
@@ -10,46 +9,46 @@
 
    The largest diagonal entry is found anew when the Jacobian changes. work: overwritten
 */
-static PetscErrorCode UpdateStep(SNES snes, SNES_AinsworthActiveSet *as, Vec keep, Vec work)
+static PetscErrorCode UpdateStep(Mat J, Mat P, SNES_AinsworthActiveSet *as, Vec keep, Vec work)
 {
   uint64_t  state[2] = {0, 0};
   PetscBool same[2]; /* the Jacobian, and the Jacobian with the held rows */
 
   PetscFunctionBegin;
-  PetscCall(AinsworthMatGetState(snes->jacobian, &state[0]));
-  if (snes->jacobian_pre != snes->jacobian) PetscCall(AinsworthMatGetState(snes->jacobian_pre, &state[1]));
+  PetscCall(AinsworthMatGetState(J, &state[0]));
+  if (P != J) PetscCall(AinsworthMatGetState(P, &state[1]));
   same[0] = (PetscBool)(as->step && as->state[0] == state[0] && as->state[1] == state[1]);
   same[1] = (PetscBool)(same[0] && as->solved == as->hold);
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, same, 2, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)snes)));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, same, 2, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)J)));
   if (!same[0]) {
-    PetscCall(MatGetDiagonal(snes->jacobian, work));
+    PetscCall(MatGetDiagonal(J, work));
     PetscCall(VecNorm(work, NORM_INFINITY, &as->diagonal));
   }
   if (same[1]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatDestroy(&as->step));
   PetscCall(MatDestroy(&as->pstep));
-  PetscCall(AinsworthStepMatCreate(snes->jacobian, as->bounded, keep, &as->step));
-  if (snes->jacobian_pre != snes->jacobian) PetscCall(AinsworthStepMatCreate(snes->jacobian_pre, as->bounded, keep, &as->pstep));
+  PetscCall(AinsworthStepMatCreate(J, as->bounded, keep, &as->step));
+  if (P != J) PetscCall(AinsworthStepMatCreate(P, as->bounded, keep, &as->pstep));
   for (int k = 0; k < 2; k++) as->state[k] = state[k];
   as->solved = as->hold;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Gets the solver whose tolerance counts: with KSPPREONLY that of the reduced system, or NULL if there is none */
-static PetscErrorCode GetSolver(SNES snes, KSP *solver)
+static PetscErrorCode GetSolver(KSP ksp, KSP *solver)
 {
   PetscBool once, ours;
   PC        pc;
 
   PetscFunctionBegin;
-  *solver = snes->ksp;
-  PetscCall(PetscObjectTypeCompare((PetscObject)snes->ksp, KSPPREONLY, &once));
+  *solver = ksp;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPREONLY, &once));
   if (!once) PetscFunctionReturn(PETSC_SUCCESS);
   *solver = NULL;
-  PetscCall(KSPGetPC(snes->ksp, &pc));
+  PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCAINSWORTH, &ours));
   if (!ours) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPSetUp(snes->ksp)); /* reads the options of the inner solver */
+  PetscCall(KSPSetUp(ksp)); /* reads the options of the inner solver */
   PetscCall(PCAinsworthGetKSP(pc, solver));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -69,7 +68,7 @@ static PetscReal ToleranceOf(const SNES_AinsworthActiveSet *as, PetscReal rtol)
 }
 
 /* Calls KSPSolve() with the tolerance of the step, and records the reduction of the residual, 0 if the method does not tell */
-static PetscErrorCode SolveLoosely(SNES snes, SNES_AinsworthActiveSet *as, Vec rhs, Vec Y)
+static PetscErrorCode SolveLoosely(KSP ksp, SNES_AinsworthActiveSet *as, Vec rhs, Vec Y)
 {
   KSP            solver;
   PetscReal      rtol, atol, dtol, norm;
@@ -78,15 +77,15 @@ static PetscErrorCode SolveLoosely(SNES snes, SNES_AinsworthActiveSet *as, Vec r
 
   PetscFunctionBegin;
   as->asked = as->reached = 0.0;
-  PetscCall(GetSolver(snes, &solver));
+  PetscCall(GetSolver(ksp, &solver));
   if (!solver) {
-    PetscCall(KSPSolve(snes->ksp, rhs, Y));
+    PetscCall(KSPSolve(ksp, rhs, Y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(KSPGetTolerances(solver, &rtol, &atol, &dtol, &most));
   PetscCall(KSPSetTolerances(solver, ToleranceOf(as, rtol), atol, dtol, most));
   solver->rnorm0 = 0.0;
-  error          = KSPSolve(snes->ksp, rhs, Y); /* checked when the tolerances are restored */
+  error          = KSPSolve(ksp, rhs, Y); /* checked when the tolerances are restored */
   PetscCall(KSPSetTolerances(solver, rtol, atol, dtol, most));
   PetscCall(error);
   PetscCall(KSPGetResidualNorm(solver, &norm));
@@ -98,27 +97,23 @@ static PetscErrorCode SolveLoosely(SNES snes, SNES_AinsworthActiveSet *as, Vec r
 /* Solves J Y = F, with Y = known in held rows */
 PetscErrorCode AinsworthActiveSetSolveStep(SNES snes, SNES_AinsworthActiveSet *as, Vec keep, Vec known, Vec rhs, Vec Y)
 {
+  Mat J, P;
+  Vec X, F;
+  KSP ksp;
+
   PetscFunctionBegin;
-  PetscCall(SNESComputeJacobian(snes, snes->vec_sol, snes->jacobian, snes->jacobian_pre));
-  PetscCall(UpdateStep(snes, as, keep, rhs));
-  PetscCall(AinsworthStepMultKnown(snes->jacobian, known, rhs));
-  PetscCall(VecAYPX(rhs, -1.0, snes->vec_func));
+  PetscCall(SNESGetJacobian(snes, &J, &P, NULL, NULL));
+  PetscCall(SNESGetSolution(snes, &X));
+  PetscCall(SNESGetFunction(snes, &F, NULL, NULL));
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(SNESComputeJacobian(snes, X, J, P));
+  PetscCall(UpdateStep(J, P, as, keep, rhs));
+  PetscCall(AinsworthStepMultKnown(J, known, rhs));
+  PetscCall(VecAYPX(rhs, -1.0, F));
   PetscCall(VecPointwiseMult(rhs, keep, rhs));
   PetscCall(VecAXPY(rhs, -1.0, known)); /* held rows have -1 on the diagonal */
-  PetscCall(KSPSetOperators(snes->ksp, as->step, as->pstep ? as->pstep : as->step));
-  PetscCall(SolveLoosely(snes, as, rhs, Y));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Updates X -= Y and computes F of the new X; before: F of the old X */
-PetscErrorCode AinsworthActiveSetTakeStep(SNES snes, Vec before, Vec Y)
-{
-  PetscFunctionBegin;
-  PetscCall(VecCopy(snes->vec_func, before));
-  PetscCall(VecAXPY(snes->vec_sol, -1.0, Y));
-  PetscCall(VecNorm(Y, NORM_2, &snes->ynorm));
-  PetscCall(VecNorm(snes->vec_sol, NORM_2, &snes->xnorm));
-  PetscCall(SNESComputeFunction(snes, snes->vec_sol, snes->vec_func));
+  PetscCall(KSPSetOperators(ksp, as->step, as->pstep ? as->pstep : as->step));
+  PetscCall(SolveLoosely(ksp, as, rhs, Y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -128,24 +123,24 @@ PetscErrorCode AinsworthActiveSetTakeStep(SNES snes, Vec before, Vec Y)
    Rows with bounds are compared with the largest residual of such a row. In the others all terms cancel: they are compared with the rounding of the diagonal
    times Y or X.
 */
-static PetscErrorCode WasLinear(SNES snes, SNES_AinsworthActiveSet *as, Vec Y, Vec predicted)
+static PetscErrorCode WasLinear(SNES_AinsworthActiveSet *as, Vec X, Vec F, Vec Y, Vec predicted)
 {
   const PetscReal ofStep = 1e4 * PETSC_MACHINE_EPSILON, ofX = 100 * PETSC_MACHINE_EPSILON;
   PetscReal       others, bounded, step, x;
 
   PetscFunctionBegin;
-  PetscCall(VecAXPY(predicted, -1.0, snes->vec_func));
+  PetscCall(VecAXPY(predicted, -1.0, F));
   PetscCall(VecNorm(predicted, NORM_INFINITY, &others));
   PetscCall(VecPointwiseMult(predicted, as->bounded, predicted));
   PetscCall(VecNorm(predicted, NORM_INFINITY, &bounded));
   PetscCall(VecNorm(Y, NORM_INFINITY, &step));
-  PetscCall(VecNorm(snes->vec_sol, NORM_INFINITY, &x));
+  PetscCall(VecNorm(X, NORM_INFINITY, &x));
   as->linear = others <= PetscMax(ofStep * step, ofX * x) * as->diagonal && bounded <= as->tolerance * as->largest;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Estimates the error that the linear solve left, relative to the energy norm of x; Y' J Y = y' A y, because C and -C cancel; JY is overwritten */
-static PetscErrorCode EstimateLeft(SNES snes, SNES_AinsworthActiveSet *as, Vec Y, Vec JY)
+static PetscErrorCode EstimateLeft(Mat J, SNES_AinsworthActiveSet *as, Vec X, Vec Y, Vec JY)
 {
   PetscScalar energy[2];
   PetscReal   ratio = 1.0;
@@ -154,14 +149,12 @@ static PetscErrorCode EstimateLeft(SNES snes, SNES_AinsworthActiveSet *as, Vec Y
   if (as->linear && as->left >= 0.0) as->left *= as->reached; /* Y was the error of the last solve */
   else {
     PetscCall(VecDot(JY, Y, &energy[0]));
-    PetscCall(MatMult(snes->jacobian, snes->vec_sol, JY));
-    PetscCall(VecDot(JY, snes->vec_sol, &energy[1]));
+    PetscCall(MatMult(J, X, JY));
+    PetscCall(VecDot(JY, X, &energy[1]));
     if (PetscRealPart(energy[0]) > 0.0 && PetscRealPart(energy[1]) > 0.0) ratio = PetscSqrtReal(PetscRealPart(energy[0]) / PetscRealPart(energy[1]));
     as->left = as->reached * ratio;
   }
   as->exact = as->left <= as->asked || as->reached <= as->asked;
-  PetscCall(
-    PetscInfo(snes, "The linear solve came to %g of its right-hand side: %g of the energy norm of x may be left\n", (double)as->reached, (double)as->left));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -172,14 +165,22 @@ static PetscErrorCode EstimateLeft(SNES snes, SNES_AinsworthActiveSet *as, Vec Y
 */
 PetscErrorCode AinsworthActiveSetJudgeStep(SNES snes, SNES_AinsworthActiveSet *as, Vec before, Vec JY, Vec Y)
 {
+  Mat J;
+  Vec X, F;
+
   PetscFunctionBegin;
   if (as->wrong) {
     as->left = -1.0;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(MatMult(snes->jacobian, Y, JY));
+  PetscCall(SNESGetJacobian(snes, &J, NULL, NULL, NULL));
+  PetscCall(SNESGetSolution(snes, &X));
+  PetscCall(SNESGetFunction(snes, &F, NULL, NULL));
+  PetscCall(MatMult(J, Y, JY));
   PetscCall(VecAXPY(before, -1.0, JY));
-  PetscCall(EstimateLeft(snes, as, Y, JY));
-  PetscCall(WasLinear(snes, as, Y, before));
+  PetscCall(EstimateLeft(J, as, X, Y, JY));
+  PetscCall(
+    PetscInfo(snes, "The linear solve came to %g of its right-hand side: %g of the energy norm of x may be left\n", (double)as->reached, (double)as->left));
+  PetscCall(WasLinear(as, X, F, Y, before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,6 +2,7 @@ static char help[] = "Multigrid that stays in the kernel of constraints: its par
 
 #include "internal.h"
 #include "multigrid/blocksa.h"
+#include <petsc/private/petscimpl.h> /* PetscObjectStateIncrease() */
 #include <Eigen/Eigenvalues>
 #include <numeric>
 

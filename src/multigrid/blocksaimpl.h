@@ -1,0 +1,28 @@
+/* What the files of PCBLOCKSA share */
+#ifndef AINSWORTH_BLOCKSAIMPL_H
+#define AINSWORTH_BLOCKSAIMPL_H
+
+#include "blocksa.h"
+#include <petsc/private/pcmgimpl.h>
+
+static inline PC_BlockSA *BlockSA(PC pc)
+{
+  return (PC_BlockSA *)((PC_MG *)pc->data)->innerctx;
+}
+
+/* blocksasetup.cpp */
+PetscErrorCode PCSetUp_BlockSA(PC);
+PetscErrorCode PCBlockSASetBounds_Private(PC, PetscReal);
+
+/* blocksasubspace.cpp */
+std::vector<PetscInt> AinsworthSubspaceCarried(const PC_BlockSA *);
+std::vector<char>     AinsworthSubspaceLeft(const PC_BlockSA *, PetscInt, const std::vector<PetscInt> &);
+PetscErrorCode        AinsworthCoarsenRows(const AinsworthGrid &, std::vector<Vec> *);
+PetscErrorCode        PCBlockSAGetAIJ_Private(PC_BlockSA *, Mat, Mat *);
+PetscErrorCode        PCBlockSASortRows_Private(const PC_BlockSA *, std::vector<Vec> *);
+PetscErrorCode        PCBlockSAKeepRows_Private(const std::vector<Vec> &, AinsworthLevel *, std::shared_ptr<const AinsworthFewRows> *);
+PetscErrorCode        PCBlockSACorrectCoarse_Private(Mat, PC_BlockSA *, AinsworthBlockMat *);
+PetscErrorCode        PCBlockSALeaveSubspace_Private(PC, PC_BlockSA *);
+PetscErrorCode        PCBlockSAStayInSubspace_Private(PC, PC_BlockSA *);
+
+#endif
