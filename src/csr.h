@@ -3,7 +3,6 @@
 #define AINSWORTH_CSR_H
 
 #include "petsccompat.h"
-#include <petsc/private/petscimpl.h>
 
 struct AinsworthCSR {
   Mat                mat = NULL;
@@ -14,12 +13,14 @@ struct AinsworthCSR {
   PetscErrorCode open(Mat M)
   {
     PetscBool done;
+    MatType   type;
 
     PetscFunctionBegin;
     mat = M;
     if (!M) PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(MatGetRowIJ(M, 0, PETSC_FALSE, PETSC_FALSE, &n, &ia, &ja, &done));
-    PetscCheck(done, PETSC_COMM_SELF, PETSC_ERR_PLIB, "The type %s does not give its arrays", ((PetscObject)M)->type_name);
+    PetscCall(MatGetType(M, &type));
+    PetscCheck(done, PETSC_COMM_SELF, PETSC_ERR_PLIB, "The type %s does not give its arrays", type);
     PetscCall(MatSeqAIJGetArrayRead(M, &a));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

@@ -112,12 +112,14 @@ static PetscErrorCode Factor(AinsworthGram *gram)
 /* Creates the solver and reads its options, on ranks without rows as well: rank 0 reports unused options */
 static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent)
 {
-  PetscInt n, m;
+  const char *prefix;
+  PetscInt    n, m;
 
   PetscFunctionBegin;
   PetscCall(KSPCreate(gram->placed ? PetscObjectComm((PetscObject)gram->placed) : PETSC_COMM_SELF, &gram->ksp));
   PetscCall(PetscObjectIncrementTabLevel((PetscObject)gram->ksp, parent, 1));
-  PetscCall(KSPSetOptionsPrefix(gram->ksp, parent->prefix));
+  PetscCall(PetscObjectGetOptionsPrefix(parent, &prefix));
+  PetscCall(KSPSetOptionsPrefix(gram->ksp, prefix));
   PetscCall(KSPAppendOptionsPrefix(gram->ksp, "ainsworth_gram_"));
   PetscCall(KSPSetType(gram->ksp, KSPPREONLY));
   PetscCall(KSPSetTolerances(gram->ksp, 1e-14, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT)); /* for iterative methods: Q is only as accurate as this */

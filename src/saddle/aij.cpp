@@ -1,7 +1,6 @@
 #include "saddle.h"
 #include "../loops.h"
 #include "../objects.h"
-#include <petsc/private/petscimpl.h>
 #include <vector>
 
 /* Gets the matrix that M is a transpose view of; NULL if M is no such view */
@@ -24,6 +23,7 @@ PetscErrorCode AinsworthGetTransposed(Mat M, Mat *T, PetscBool *hermitian)
 PetscErrorCode AinsworthFindOpaque(Mat M, Mat *opaque)
 {
   Mat       part;
+  MatType   type;
   PetscInt  nr, nc;
   PetscBool hermitian, nest, has;
 
@@ -40,11 +40,12 @@ PetscErrorCode AinsworthFindOpaque(Mat M, Mat *opaque)
     }
   } else {
     PetscCall(MatHasOperation(M, MATOP_GET_ROW, &has));
+    PetscCall(MatGetType(M, &type));
     for (const char *target : {"aij", "seqaij", "mpiaij"}) {
       char name[128];
       PetscErrorCode (*convert)(void);
 
-      PetscCall(PetscSNPrintf(name, sizeof(name), "MatConvert_%s_%s_C", ((PetscObject)M)->type_name, target));
+      PetscCall(PetscSNPrintf(name, sizeof(name), "MatConvert_%s_%s_C", type, target));
       PetscCall(PetscObjectQueryFunction((PetscObject)M, name, &convert));
       if (convert) has = PETSC_TRUE;
     }
@@ -62,6 +63,7 @@ PetscErrorCode AinsworthCheckEntries(Mat M, const char name[], const char letter
 {
   const PetscInt few = 1000;
   Mat            part;
+  MatType        type;
   PetscInt       n;
 
   PetscFunctionBegin;
@@ -69,11 +71,12 @@ PetscErrorCode AinsworthCheckEntries(Mat M, const char name[], const char letter
   *opaque = (PetscBool)(part != NULL);
   if (!part) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatGetSize(part, NULL, &n));
+  PetscCall(MatGetType(part, &type));
   PetscCheck(n <= few, PetscObjectComm((PetscObject)M), PETSC_ERR_SUP,
              "%s, %s, %s type %s, which does not give its entries, and %" PetscInt_FMT
              " products would be needed to find them: pass an assembled matrix, of MATAIJ for instance (MatCompositeMerge() makes one of a composite)",
-             name, letter, part == M ? "has" : "has a part of", ((PetscObject)part)->type_name, n);
-  PetscCall(PetscInfo(M, "%s, %s: the entries of type %s are found by %" PetscInt_FMT " products\n", name, letter, ((PetscObject)part)->type_name, n));
+             name, letter, part == M ? "has" : "has a part of", type, n);
+  PetscCall(PetscInfo(M, "%s, %s: the entries of type %s are found by %" PetscInt_FMT " products\n", name, letter, type, n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -3,27 +3,6 @@
 #include "saddle.h"
 #include "../objects.h"
 #include <algorithm>
-#include <petsc/private/petscimpl.h>
-
-static PetscErrorCode DestroyRows(AinsworthContext context)
-{
-  delete (AinsworthRows *)AinsworthContextGet(context);
-  return PETSC_SUCCESS;
-}
-
-/* Attaches the arrays to a matrix, which frees them when it is destroyed */
-static PetscErrorCode Attach(Mat seq, std::unique_ptr<AinsworthRows> rows)
-{
-  PetscContainer container;
-
-  PetscFunctionBegin;
-  PetscCall(PetscContainerCreate(PETSC_COMM_SELF, &container));
-  PetscCall(PetscContainerSetPointer(container, rows.release()));
-  PetscCall(PetscContainerSetCtxDestroy(container, DestroyRows));
-  PetscCall(PetscObjectCompose((PetscObject)seq, "ainsworth_rows", (PetscObject)container));
-  PetscCall(PetscContainerDestroy(&container));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /*
    AinsworthMatCreateFromRows - creates an AIJ matrix with n local columns from arrays that it takes over. Collective
@@ -40,14 +19,14 @@ PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm comm, PetscInt n, std::unique
   PetscCallMPI(MPI_Comm_size(comm, &size));
   if (size == 1) {
     PetscCall(MatCreateSeqAIJWithArrays(comm, m, n, own->i.data(), own->j.get(), own->a.get(), mat));
-    PetscCall(Attach(*mat, std::move(own)));
+    PetscCall(AinsworthAttach((PetscObject)*mat, "AinsworthRows", std::move(own)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatCreateMPIAIJWithSplitArrays(comm, m, n, PETSC_DETERMINE, PETSC_DETERMINE, own->i.data(), own->j.get(), own->a.get(), others->i.data(),
                                            others->j.get(), others->a.get(), mat));
   PetscCall(MatMPIAIJGetSeqAIJ(*mat, &part[0], &part[1], NULL));
-  PetscCall(Attach(part[0], std::move(own)));
-  PetscCall(Attach(part[1], std::move(others)));
+  PetscCall(AinsworthAttach((PetscObject)part[0], "AinsworthRows", std::move(own)));
+  PetscCall(AinsworthAttach((PetscObject)part[1], "AinsworthRows", std::move(others)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -99,11 +78,9 @@ static PetscErrorCode ReadDiagonal(Mat aij, Vec diagonal)
 */
 PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
 {
-  static const char name[]  = "AinsworthDiagonal";
-  static PetscInt   stateId = -1;
-  PetscReal         one     = 0.0;
-  PetscBool         aij, current;
-  Vec               kept;
+  static const char name[] = "AinsworthDiagonal", mark[] = "AinsworthDiagonalKept";
+  PetscBool         aij, kept, current;
+  Vec               copy;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)M, &aij, MATSEQAIJ, MATMPIAIJ, ""));
@@ -111,21 +88,20 @@ PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
     PetscCall(MatGetDiagonal(M, diagonal));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (stateId < 0) PetscCall(PetscObjectComposedDataRegister(&stateId));
-  PetscCall(PetscObjectComposedDataGetReal((PetscObject)M, stateId, one, current));
-  PetscCall(PetscObjectQuery((PetscObject)M, name, (PetscObject *)&kept));
-  if (kept && current && one == 1.0) {
-    PetscCall(VecCopy(kept, diagonal));
+  PetscCall(AinsworthRecall((PetscObject)M, mark, &kept, &current));
+  PetscCall(PetscObjectQuery((PetscObject)M, name, (PetscObject *)&copy));
+  if (copy && current) {
+    PetscCall(VecCopy(copy, diagonal));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(ReadDiagonal(M, diagonal));
-  if (!kept) {
-    PetscCall(VecDuplicate(diagonal, &kept));
-    PetscCall(PetscObjectCompose((PetscObject)M, name, (PetscObject)kept));
-    PetscCall(PetscObjectDereference((PetscObject)kept)); /* M holds the reference */
+  if (!copy) {
+    PetscCall(VecDuplicate(diagonal, &copy));
+    PetscCall(PetscObjectCompose((PetscObject)M, name, (PetscObject)copy));
+    PetscCall(PetscObjectDereference((PetscObject)copy)); /* M holds the reference */
   }
-  PetscCall(VecCopy(diagonal, kept));
-  PetscCall(PetscObjectComposedDataSetReal((PetscObject)M, stateId, 1.0));
+  PetscCall(VecCopy(diagonal, copy));
+  PetscCall(AinsworthRemember((PetscObject)M, mark, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

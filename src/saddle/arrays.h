@@ -3,7 +3,6 @@
 #define AINSWORTH_ARRAYS_H
 
 #include "../csr.h"
-#include <petsc/private/petscimpl.h>
 #include <memory>
 #include <vector>
 

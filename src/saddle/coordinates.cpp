@@ -60,7 +60,7 @@ PetscErrorCode AinsworthCreateRigidModes(Vec coordinates, const char who[], MatN
 {
   PetscFunctionBegin;
   PetscCall(MatNullSpaceCreateRigidBody(coordinates, modes));
-  PetscCall(PetscObjectSetName((PetscObject)*modes, who));
+  PetscCall(AinsworthAttach((PetscObject)*modes, AinsworthModesSource, std::make_unique<std::string>(who)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -132,13 +132,14 @@ PetscErrorCode AinsworthSaddleDescribeModes(const AinsworthSaddle *sp, char text
   MatNullSpace near;
   PetscBool    constant;
   PetscInt     n;
+  std::string *source;
 
   PetscFunctionBegin;
   text[0] = 0;
   PetscCall(AinsworthSaddleGetNearNullSpace(sp, &near));
   if (!near) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNullSpaceGetVecs(near, &constant, &n, NULL));
-  PetscCall(PetscSNPrintf(text, len, "%" PetscInt_FMT " vectors (%s)", n + (constant ? 1 : 0),
-                          ((PetscObject)near)->name ? ((PetscObject)near)->name : "MatSetNearNullSpace()"));
+  PetscCall(AinsworthGetAttached((PetscObject)near, AinsworthModesSource, &source));
+  PetscCall(PetscSNPrintf(text, len, "%" PetscInt_FMT " vectors (%s)", n + (constant ? 1 : 0), source ? source->c_str() : "MatSetNearNullSpace()"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

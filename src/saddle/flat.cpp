@@ -1,6 +1,6 @@
 /* Plain vectors for VECNESTs: PETSc extracts single parts of a nest, but not a field made of several parts */
 #include "saddle.h"
-#include <petsc/private/petscimpl.h>
+#include "../objects.h"
 #include <numeric>
 #include <vector>
 
@@ -94,7 +94,7 @@ static PetscErrorCode Copy(Mat mat, PetscBool rows, Vec v, PetscBool back, Vec f
   PetscCall(VecGetArray(flat, &a));
   PetscCall(CopyParts(v, back, &place, a));
   PetscCall(VecRestoreArray(flat, &a));
-  if (back) PetscCall(PetscObjectStateIncrease((PetscObject)v));
+  if (back) PetscCall(AinsworthStateIncrease((PetscObject)v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -84,6 +84,9 @@ PetscErrorCode AinsworthClassifyDiagonal(Mat, Vec);
 PetscErrorCode AinsworthFindSign(Mat, IS, Vec *);
 PetscErrorCode AinsworthChangeSign(Vec, int, Mat);
 
+/* The name under which a near null space that is made here has its source in words, for views */
+constexpr char AinsworthModesSource[] = "AinsworthModesSource";
+
 /* coordinates.cpp */
 PetscErrorCode AinsworthCreateRigidModes(Vec, const char[], MatNullSpace *);
 PetscErrorCode AinsworthDMCreateRigidModes(DM, PetscInt, MatNullSpace *);

@@ -83,8 +83,9 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
   PetscCall(MatGetNearNullSpace(A, &near));
   if (near) PetscFunctionReturn(PETSC_SUCCESS);
   for (size_t i = 0; i < found->fields.size(); i++) {
-    Mat          block = NULL;
-    MatNullSpace rigid = NULL;
+    Mat          block  = NULL;
+    MatNullSpace rigid  = NULL;
+    std::string *source = NULL;
 
     if (found->multiplier[i]) continue;
     near = NULL;
@@ -94,7 +95,8 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
     if (!near && block) PetscCall(AinsworthMatCreateRigidModes(block, &rigid));
     if (!near) near = rigid;
     if (near) PetscCall(AddModes(mat, near, found->fields[i].cols.get(), &modes));
-    if (near && ((PetscObject)near)->name) name = ((PetscObject)near)->name;
+    if (near) PetscCall(AinsworthGetAttached((PetscObject)near, AinsworthModesSource, &source));
+    if (source) name = *source;
     PetscCall(MatNullSpaceDestroy(&rigid));
   }
   PetscCall(MatGetNearNullSpace(mat, &near));
@@ -113,7 +115,7 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
   }
   if (parts.empty()) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNullSpaceCreate(PetscObjectComm((PetscObject)A), PETSC_FALSE, (PetscInt)parts.size(), parts.data(), &near));
-  if (!name.empty()) PetscCall(PetscObjectSetName((PetscObject)near, name.c_str()));
+  if (!name.empty()) PetscCall(AinsworthAttach((PetscObject)near, AinsworthModesSource, std::make_unique<std::string>(name)));
   PetscCall(MatSetNearNullSpace(A, near));
   PetscCall(MatNullSpaceDestroy(&near));
   for (Vec &v : parts) PetscCall(VecDestroy(&v));

@@ -1,6 +1,6 @@
 /* Detects whether the program passed other matrices or values than before */
 #include "saddle.h"
-#include <petsc/private/petscimpl.h>
+#include "../objects.h"
 
 /* Mixes a number into a state */
 uint64_t AinsworthMixState(uint64_t state, uint64_t number)
@@ -63,9 +63,9 @@ static PetscErrorCode AddState(Mat M, uint64_t *state)
 */
 PetscErrorCode AinsworthMatGetState(Mat M, uint64_t *state)
 {
-  static PetscInt stateId = -1;
-  PetscReal       digest, last = 0.0;
-  PetscBool       parts, known;
+  static const char name[] = "AinsworthState";
+  uint64_t          last;
+  PetscBool         parts, known;
 
   PetscFunctionBegin;
   *state = 0;
@@ -73,17 +73,14 @@ PetscErrorCode AinsworthMatGetState(Mat M, uint64_t *state)
   PetscCall(AddState(M, state));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)M, &parts, MATNEST, MATCOMPOSITE, ""));
   if (!parts) PetscFunctionReturn(PETSC_SUCCESS);
-  digest = (PetscReal)(*state >> 12); /* as many bits as the mantissa of a double */
-  if (stateId < 0) PetscCall(PetscObjectComposedDataRegister(&stateId));
-  PetscCall(PetscObjectComposedDataGetReal((PetscObject)M, stateId, last, known));
-  if (known && last == digest) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthRecall((PetscObject)M, name, &last, &known));
+  if (known && last == *state) PetscFunctionReturn(PETSC_SUCCESS);
   if (known) {
-    PetscCall(PetscObjectStateIncrease((PetscObject)M));
+    PetscCall(AinsworthStateIncrease((PetscObject)M));
     *state = 0;
     PetscCall(AddState(M, state));
-    digest = (PetscReal)(*state >> 12);
   }
-  PetscCall(PetscObjectComposedDataSetReal((PetscObject)M, stateId, digest));
+  PetscCall(AinsworthRemember((PetscObject)M, name, *state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
