@@ -126,33 +126,3 @@ PetscErrorCode AinsworthVecRestoreFlat(Mat mat, PetscBool rows, Vec v, PetscBool
   PetscCall(VecDestroy(flat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-
-/* AinsworthCreateDiagonal - creates the diagonal of any matrix as a plain vector, also of a MatNest whose vectors are nests. Collective */
-PetscErrorCode AinsworthCreateDiagonal(Mat mat, Vec *diagonal)
-{
-  Vec given;
-
-  PetscFunctionBegin;
-  PetscCall(MatCreateVecs(mat, NULL, &given));
-  PetscCall(AinsworthGetDiagonal(mat, given));
-  PetscCall(AinsworthVecGetFlat(mat, PETSC_TRUE, given, diagonal));
-  if (*diagonal != given) PetscCall(VecDestroy(&given));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* AinsworthVecGather - gathers the n entries of v at the global places that this rank requests in a sequential vector. Collective */
-PetscErrorCode AinsworthVecGather(Vec v, PetscInt n, const PetscInt places[], Vec *here)
-{
-  IS         from;
-  VecScatter scatter;
-
-  PetscFunctionBegin;
-  PetscCall(ISCreateGeneral(PETSC_COMM_SELF, n, places, PETSC_USE_POINTER, &from));
-  PetscCall(VecCreateSeq(PETSC_COMM_SELF, n, here));
-  PetscCall(VecScatterCreate(v, from, *here, NULL, &scatter));
-  PetscCall(VecScatterBegin(scatter, v, *here, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(scatter, v, *here, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterDestroy(&scatter));
-  PetscCall(ISDestroy(&from));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}

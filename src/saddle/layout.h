@@ -88,14 +88,14 @@ PetscErrorCode AinsworthChangeSign(Vec, int, Mat);
 constexpr char AinsworthModesSource[] = "AinsworthModesSource";
 
 /* coordinates.cpp */
-PetscErrorCode AinsworthCreateRigidModes(Vec, const char[], MatNullSpace *);
+PetscErrorCode AinsworthSaddleCreateRigidModes(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, MatNullSpace *);
 PetscErrorCode AinsworthDMCreateRigidModes(DM, PetscInt, MatNullSpace *);
 PetscErrorCode AinsworthMatCreateRigidModes(Mat, MatNullSpace *);
+
+/* nearnullspace.cpp */
 PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 
 /* blocksize.cpp */
-PetscErrorCode AinsworthBlocksDivide(Mat, PetscInt, PetscBool *);
-PetscErrorCode AinsworthGetColumns(Mat, PetscInt, std::vector<PetscInt> *);
 PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 
 #endif

@@ -21,6 +21,18 @@ struct Nodes {
 };
 } // namespace
 
+/* Tells whether the number of local rows is divisible by a block size on every rank. Collective */
+PetscErrorCode AinsworthBlocksDivide(Mat A, PetscInt bs, PetscBool *divides)
+{
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  *divides = (PetscBool)(n % bs == 0);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, divides, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Gets the columns of a row; none if it has a single entry, as with Dirichlet conditions */
 PetscErrorCode AinsworthGetColumns(Mat A, PetscInt row, std::vector<PetscInt> *columns)
 {

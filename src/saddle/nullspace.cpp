@@ -1,48 +1,10 @@
+/* Null spaces that the program attached to its matrix, to A, or to the index sets of its fields */
 #include "saddle.h"
 #include "../objects.h"
-#include "layout.h"
-#include <string>
 #include <vector>
 
-/* Gets the near null space of A: attached to A or (as for PCFIELDSPLIT) to the index set of its field, or made of coordinates; borrowed, NULL if none */
-PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddleBlocks *sp, MatNullSpace *near)
-{
-  PetscFunctionBegin;
-  PetscCall(MatGetNearNullSpace(sp->block[AINSWORTH_BLOCK_A], near));
-  if (!*near) PetscCall(PetscObjectQuery((PetscObject)sp->rows[0], "nearnullspace", (PetscObject *)near));
-  if (!*near) *near = sp->modes;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Appends the near null space of a field as vectors of the whole matrix, zero elsewhere; to be destroyed. cols NULL: it is that of the whole matrix */
-static PetscErrorCode AddModes(Mat mat, MatNullSpace near, IS cols, std::vector<Vec> *modes)
-{
-  PetscBool  constant;
-  PetscInt   n, local;
-  const Vec *given;
-
-  PetscFunctionBegin;
-  PetscCall(MatNullSpaceGetVecs(near, &constant, &n, &given));
-  PetscCall(MatGetLocalSize(mat, NULL, &local));
-  for (PetscInt i = 0; i < n + (constant ? 1 : 0); i++) {
-    Vec v, part, mode;
-
-    PetscCall(VecCreateMPI(PetscObjectComm((PetscObject)mat), local, PETSC_DETERMINE, &v));
-    part = v;
-    if (cols) PetscCall(VecGetSubVector(v, cols, &part));
-    if (i < n) {
-      PetscCall(AinsworthVecGetFlat(cols ? NULL : mat, PETSC_FALSE, given[i], &mode));
-      PetscCall(VecCopy(mode, part));
-      PetscCall(AinsworthVecRestoreFlat(cols ? NULL : mat, PETSC_FALSE, given[i], PETSC_FALSE, &mode));
-    } else PetscCall(VecSet(part, 1.0));
-    if (cols) PetscCall(VecRestoreSubVector(v, cols, &part));
-    modes->push_back(v);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Orthogonalizes v against vectors of length 1 by modified Gram-Schmidt */
-static PetscErrorCode Orthogonalize(const std::vector<Vec> &directions, Vec v)
+PetscErrorCode AinsworthOrthogonalize(const std::vector<Vec> &directions, Vec v)
 {
   PetscScalar product;
 
@@ -55,7 +17,7 @@ static PetscErrorCode Orthogonalize(const std::vector<Vec> &directions, Vec v)
 }
 
 /* Copies the part of a vector of the whole matrix in a field, laid out as the columns of A */
-static PetscErrorCode CreatePart(Mat A, Vec whole, IS field, Vec *v)
+PetscErrorCode AinsworthCreatePart(Mat A, Vec whole, IS field, Vec *v)
 {
   Vec part;
 
@@ -64,61 +26,6 @@ static PetscErrorCode CreatePart(Mat A, Vec whole, IS field, Vec *v)
   PetscCall(VecGetSubVector(whole, field, &part));
   PetscCall(VecCopy(part, *v));
   PetscCall(VecRestoreSubVector(whole, field, &part));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   AinsworthSaddleAttachNearNullSpace - attaches a near null space to an A that was made of parts of mat. Collective
-
-   It consists of those of these parts, or of the index sets of their fields; if there are none, of the primal part of that of mat.
-*/
-PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *found, Mat mat)
-{
-  Mat              A = found->block[AINSWORTH_BLOCK_A];
-  MatNullSpace     near;
-  std::string      name; /* source of the modes, for views */
-  std::vector<Vec> modes, parts;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetNearNullSpace(A, &near));
-  if (near) PetscFunctionReturn(PETSC_SUCCESS);
-  for (size_t i = 0; i < found->fields.size(); i++) {
-    Mat          block  = NULL;
-    MatNullSpace rigid  = NULL;
-    std::string *source = NULL;
-
-    if (found->multiplier[i]) continue;
-    near = NULL;
-    if (!found->extracted) PetscCall(MatNestGetSubMat(mat, (PetscInt)i, (PetscInt)i, &block));
-    if (block) PetscCall(MatGetNearNullSpace(block, &near));
-    if (!near) PetscCall(PetscObjectQuery((PetscObject)found->fields[i].rows.get(), "nearnullspace", (PetscObject *)&near));
-    if (!near && block) PetscCall(AinsworthMatCreateRigidModes(block, &rigid));
-    if (!near) near = rigid;
-    if (near) PetscCall(AddModes(mat, near, found->fields[i].cols.get(), &modes));
-    if (near) PetscCall(AinsworthGetAttached((PetscObject)near, AinsworthModesSource, &source));
-    if (source) name = *source;
-    PetscCall(MatNullSpaceDestroy(&rigid));
-  }
-  PetscCall(MatGetNearNullSpace(mat, &near));
-  if (modes.empty() && near) PetscCall(AddModes(mat, near, NULL, &modes));
-  for (Vec &mode : modes) {
-    Vec       v;
-    PetscReal norm, rest;
-
-    PetscCall(CreatePart(A, mode, found->cols[0], &v));
-    PetscCall(VecDestroy(&mode));
-    PetscCall(VecNorm(v, NORM_2, &norm));
-    PetscCall(Orthogonalize(parts, v));
-    PetscCall(VecNormalize(v, &rest));
-    if (rest > PETSC_SQRT_MACHINE_EPSILON * norm) parts.push_back(v);
-    else PetscCall(VecDestroy(&v)); /* dependent on the others, as the primal part of a mode of the multipliers may be */
-  }
-  if (parts.empty()) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatNullSpaceCreate(PetscObjectComm((PetscObject)A), PETSC_FALSE, (PetscInt)parts.size(), parts.data(), &near));
-  if (!name.empty()) PetscCall(AinsworthAttach((PetscObject)near, AinsworthModesSource, std::make_unique<std::string>(name)));
-  PetscCall(MatSetNearNullSpace(A, near));
-  PetscCall(MatNullSpaceDestroy(&near));
-  for (Vec &v : parts) PetscCall(VecDestroy(&v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -217,7 +124,7 @@ static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec>
 
     if (i < n) {
       PetscCall(AinsworthVecGetFlat(numbering, PETSC_FALSE, given[i], &flat));
-      if (whole) PetscCall(CreatePart(A, flat, sp->cols[0], &v));
+      if (whole) PetscCall(AinsworthCreatePart(A, flat, sp->cols[0], &v));
       else {
         PetscCall(MatCreateVecs(A, &v, NULL));
         PetscCall(VecCopy(flat, v));
@@ -257,7 +164,7 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
     Vec         image;
 
     PetscCall(VecNorm(v, NORM_2, &norm));
-    PetscCall(Orthogonalize(free, v));
+    PetscCall(AinsworthOrthogonalize(free, v));
     PetscCall(VecNorm(v, NORM_2, &rest));
     if (rest <= PETSC_SQRT_MACHINE_EPSILON * norm) { /* zero, or a combination of the others, as primal parts may be */
       PetscCall(VecDestroy(&v));
@@ -285,7 +192,7 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
   }
   given.clear();
   for (Vec v : free) { /* subtracting held vectors has destroyed their orthogonality */
-    PetscCall(Orthogonalize(given, v));
+    PetscCall(AinsworthOrthogonalize(given, v));
     PetscCall(VecNormalize(v, NULL));
     given.push_back(v);
   }

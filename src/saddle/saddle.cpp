@@ -228,3 +228,28 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
   sp->negated = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* Tells whether the layout, the blocks, their values, the fields or null spaces have changed since the last set-up; the same answer on all ranks. Collective */
+PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *in, const AinsworthSaddle *sp, PetscBool *changed)
+{
+  AinsworthSaddleBlocks now;
+  MatNullSpace          nullSpace;
+  Mat                   mat;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthSaddleFindBlocks(in, PETSC_TRUE, sp, &now));
+  PetscCall(AinsworthSaddleGetNullSpace(in->amat, in->pmat, &mat, &nullSpace));
+  *changed = (PetscBool)(now.layout != sp->layout || now.extracted != sp->extracted || nullSpace != sp->nullSpace);
+  for (int k = 0; k < AINSWORTH_BLOCKS; k++)
+    if (now.state[k] != sp->state[k]) *changed = PETSC_TRUE;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, changed, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)in->pmat)));
+  for (int k = 0; k < 2 && !*changed; k++) {
+    PetscBool rows, cols;
+
+    PetscCall(ISEqualUnsorted(now.rows[k], sp->rows[k], &rows));
+    PetscCall(ISEqualUnsorted(now.cols[k], sp->cols[k], &cols));
+    *changed = (PetscBool)(!rows || !cols);
+  }
+  PetscCall(AinsworthSaddleResetBlocks(&now));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -87,26 +87,29 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   AinsworthSaddleVec scale; /* powers of 2 that bring entries of the system to about 1: of the unknowns and of all rows of the multiplier field */
 };
 
-/* arrays.cpp */
+/* diagonal.cpp */
 PetscErrorCode AinsworthGetDiagonal(Mat, Vec);
+PetscErrorCode AinsworthCreateDiagonal(Mat, Vec *);
+
+/* entries.cpp: sizes of entries, and rows */
+PetscErrorCode AinsworthVecGather(Vec, PetscInt, const PetscInt[], Vec *);
+PetscErrorCode AinsworthAbsoluteAIJ(Mat, Mat *);
 PetscErrorCode AinsworthAbsoluteMult(Mat, Vec, Vec);
 PetscErrorCode AinsworthAbsoluteMultTranspose(Mat, Vec, Vec);
+PetscErrorCode AinsworthRowSums(Mat, int, Vec);
+PetscErrorCode AinsworthRowSquares(Mat, Vec, Vec);
+PetscErrorCode AinsworthScaleColumns(Mat, Vec, Mat *);
+PetscErrorCode AinsworthCountRows(Mat, PetscInt, Vec *);
+PetscErrorCode AinsworthSampleRows(Mat, PetscInt, PetscInt, PetscInt, IS *, PetscInt *);
+PetscErrorCode AinsworthGetRows(Mat, const std::vector<PetscInt> &, std::vector<Vec> *);
+PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
 
 /* aij.cpp */
 PetscErrorCode AinsworthFindOpaque(Mat, Mat *);
 PetscErrorCode AinsworthGetTransposed(Mat, Mat *, PetscBool *);
 PetscErrorCode AinsworthCheckEntries(Mat, const char[], const char[], PetscBool *);
 PetscErrorCode AinsworthGetAIJ(Mat, Mat *);
-PetscErrorCode AinsworthCreateAIJ(MPI_Comm, PetscInt, const AinsworthEntries &, Mat *);
 PetscErrorCode AinsworthCopyNullSpaces(Mat, Mat);
-PetscErrorCode AinsworthAbsoluteAIJ(Mat, Mat *);
-PetscErrorCode AinsworthRowSums(Mat, int, Vec);
-PetscErrorCode AinsworthCountRows(Mat, PetscInt, Vec *);
-PetscErrorCode AinsworthSampleRows(Mat, PetscInt, PetscInt, PetscInt, IS *, PetscInt *);
-PetscErrorCode AinsworthGetRows(Mat, const std::vector<PetscInt> &, std::vector<Vec> *);
-PetscErrorCode AinsworthScaleColumns(Mat, Vec, Mat *);
-PetscErrorCode AinsworthRowSquares(Mat, Vec, Vec);
-PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
 
 /* sum.cpp */
 PetscErrorCode AinsworthAddAIJ(PetscScalar, const std::vector<Mat> &, Mat *);
@@ -116,34 +119,37 @@ PetscErrorCode AinsworthStoreDiagonal(Mat *);
 /* flat.cpp */
 PetscErrorCode AinsworthVecGetFlat(Mat, PetscBool, Vec, Vec *);
 PetscErrorCode AinsworthVecRestoreFlat(Mat, PetscBool, Vec, PetscBool, Vec *);
-PetscErrorCode AinsworthCreateDiagonal(Mat, Vec *);
-PetscErrorCode AinsworthVecGather(Vec, PetscInt, const PetscInt[], Vec *);
 
 /* nodes.cpp */
+PetscErrorCode AinsworthBlocksDivide(Mat, PetscInt, PetscBool *);
+PetscErrorCode AinsworthGetColumns(Mat, PetscInt, std::vector<PetscInt> *);
 PetscErrorCode AinsworthFindNodes(Mat, PetscInt *, std::vector<PetscInt> *);
 
 /* merge.cpp */
 PetscErrorCode AinsworthMergeAIJ(MPI_Comm, const std::vector<IS> &, const std::vector<IS> &, const std::vector<Mat> &, Mat *);
 
-/* blocks.cpp, state.cpp: the blocks of what the program passed, and whether they have changed */
+/* state.cpp */
+uint64_t       AinsworthMixState(uint64_t, uint64_t);
+PetscErrorCode AinsworthMatGetState(Mat, uint64_t *);
+
+/* blocks.cpp: the blocks of what the program passed */
 PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *, PetscBool, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthSaddleDescribeLayout(const AinsworthSaddleBlocks *, char[], size_t);
-PetscErrorCode AinsworthCheckAssembled(Mat, const char[]);
-PetscErrorCode AinsworthBlockNorm(Mat, PetscReal *);
-uint64_t       AinsworthMixState(uint64_t, uint64_t);
-PetscErrorCode AinsworthMatGetState(Mat, uint64_t *);
-PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *, const AinsworthSaddle *, PetscBool *);
 
+/* saddle.cpp */
+PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *, const AinsworthSaddle *, PetscBool *);
 PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *, AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
 
-/* coordinates.cpp */
+/* nearnullspace.cpp */
+PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *, Mat);
+PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddleBlocks *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleDescribeModes(const AinsworthSaddle *, char[], size_t);
 
 /* nullspace.cpp */
-PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *, Mat);
-PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddleBlocks *, MatNullSpace *);
+PetscErrorCode AinsworthOrthogonalize(const std::vector<Vec> &, Vec);
+PetscErrorCode AinsworthCreatePart(Mat, Vec, IS, Vec *);
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *, Vec);
 PetscErrorCode AinsworthSaddleGetNullSpace(Mat, Mat, Mat *, MatNullSpace *);
@@ -165,6 +171,8 @@ PetscErrorCode AinsworthSaddleNameUnused(const AinsworthSaddle *, PetscBool, cha
 PetscErrorCode AinsworthProbeSymmetry(Mat, PetscBool *);
 
 /* check.cpp: searches for entries, comparisons of blocks */
+PetscErrorCode AinsworthCheckAssembled(Mat, const char[]);
+PetscErrorCode AinsworthBlockNorm(Mat, PetscReal *);
 PetscErrorCode AinsworthAgreeOnFirst(MPI_Comm, PetscInt *);
 PetscErrorCode AinsworthMatEqual(Mat, Mat, PetscBool *);
 PetscErrorCode AinsworthMatFindNonzero(Mat, PetscInt *, PetscInt *);
