@@ -1,10 +1,10 @@
-/* One log event per operation, for -log_view */
+/* One log event per operation, for -log_view; plugin.cpp registers them */
 #ifndef AINSWORTH_EVENTS_H
 #define AINSWORTH_EVENTS_H
 
 #include <petsclog.h>
 
-extern PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_Dependent, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS,
+inline PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_Dependent, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS,
   AINSWORTH_Multiplier, AINSWORTH_Verify, AINSWORTH_InvGram, AINSWORTH_PMat, AINSWORTH_PMatCopy, AINSWORTH_Aggregate, AINSWORTH_Interpolation,
   AINSWORTH_Galerkin, AINSWORTH_Levels, AINSWORTH_Layout;
 

@@ -9,10 +9,6 @@
 #include "projector/symbolic.h"
 #include "snes/activeset.h"
 
-PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_Dependent, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS,
-  AINSWORTH_Multiplier, AINSWORTH_Verify, AINSWORTH_InvGram, AINSWORTH_PMat, AINSWORTH_PMatCopy, AINSWORTH_Aggregate, AINSWORTH_Interpolation,
-  AINSWORTH_Galerkin, AINSWORTH_Levels, AINSWORTH_Layout;
-
 static PetscBool  initialized = PETSC_FALSE;
 static const char again[]     = "compile ainsworth again with the PETSc of the program";
 
