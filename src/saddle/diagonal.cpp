@@ -64,12 +64,21 @@ PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
 /* AinsworthCreateDiagonal - creates the diagonal of any matrix as a plain vector, also of a MatNest whose vectors are nests. Collective */
 PetscErrorCode AinsworthCreateDiagonal(Mat mat, Vec *diagonal)
 {
-  Vec given;
+  Vec                given;
+  PetscBool          nest;
+  AinsworthTransfer  transfer;
+  AinsworthSaddleVec all;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(mat, NULL, &given));
-  PetscCall(AinsworthGetDiagonal(mat, given));
-  PetscCall(AinsworthVecGetFlat(mat, PETSC_TRUE, given, diagonal));
-  if (*diagonal != given) PetscCall(VecDestroy(&given));
+  PetscCall(MatCreateVecs(mat, NULL, diagonal));
+  PetscCall(AinsworthGetDiagonal(mat, *diagonal));
+  PetscCall(PetscObjectTypeCompare((PetscObject)*diagonal, VECNEST, &nest));
+  if (!nest) PetscFunctionReturn(PETSC_SUCCESS);
+  given = *diagonal;
+  PetscCall(AinsworthTransferIn(&transfer, mat, PETSC_TRUE, NULL, PETSC_FALSE, given, &all));
+  PetscCall(AinsworthVecClone(all.primal, diagonal));
+  PetscCall(AinsworthTransferOut(&transfer, &all));
+  PetscCall(AinsworthTransferDestroy(&transfer));
+  PetscCall(VecDestroy(&given));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -16,19 +16,6 @@ PetscErrorCode AinsworthOrthogonalize(const std::vector<Vec> &directions, Vec v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Copies the part of a vector of the whole matrix in a field, laid out as the columns of A */
-PetscErrorCode AinsworthCreatePart(Mat A, Vec whole, IS field, Vec *v)
-{
-  Vec part;
-
-  PetscFunctionBegin;
-  PetscCall(MatCreateVecs(A, v, NULL));
-  PetscCall(VecGetSubVector(whole, field, &part));
-  PetscCall(VecCopy(part, *v));
-  PetscCall(VecRestoreSubVector(whole, field, &part));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Gets the null space of pmat, or else that of amat */
 PetscErrorCode AinsworthSaddleGetNullSpace(Mat amat, Mat pmat, Mat *mat, MatNullSpace *nullSpace)
 {
@@ -48,7 +35,7 @@ PetscErrorCode AinsworthSaddleGetNullSpace(Mat amat, Mat pmat, Mat *mat, MatNull
    may be left of the smaller. So this has to be done before the solution is verified, because the KSP does it afterwards. The constant vector is left to the
    KSP.
 */
-PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *sp, Mat amat, PetscBool transpose, AinsworthSaddleVec y, PetscBool *removed)
+PetscErrorCode AinsworthSaddleRemoveNullSpace(AinsworthSaddle *sp, Mat amat, PetscBool transpose, AinsworthSaddleVec y, PetscBool *removed)
 {
   const IS         *field = transpose ? sp->rows : sp->cols;
   const PetscScalar sign  = sp->negated ? -1.0 : 1.0; /* lambda does not have the program's sign yet */
@@ -61,19 +48,16 @@ PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *sp, Mat ama
   PetscCall((transpose ? MatGetTransposeNullSpace : MatGetNullSpace)(amat, &whole));
   if (whole) PetscCall(MatNullSpaceGetVecs(whole, &constant, &n, &v));
   for (PetscInt i = 0; i < n; i++) {
-    Vec                flat;
     AinsworthSaddleVec part;
     PetscScalar        dot[2];
 
-    PetscCall(AinsworthVecGetFlat(amat, transpose, v[i], &flat));
-    PetscCall(AinsworthSaddleVecGet(flat, field, &part));
+    PetscCall(AinsworthTransferIn(&sp->transfer[2], amat, transpose, field, PETSC_FALSE, v[i], &part));
     PetscCall(VecDot(y.primal, part.primal, &dot[0]));
     PetscCall(VecDot(y.dual, part.dual, &dot[1]));
     dot[0] += sign * dot[1];
     PetscCall(VecAXPY(y.primal, -dot[0], part.primal));
     PetscCall(VecAXPY(y.dual, -sign * dot[0], part.dual));
-    PetscCall(AinsworthSaddleVecRestore(flat, field, &part));
-    PetscCall(AinsworthVecRestoreFlat(amat, transpose, v[i], PETSC_FALSE, &flat));
+    PetscCall(AinsworthTransferOut(&sp->transfer[2], &part));
   }
   *removed = (PetscBool)(n > 0);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -105,11 +89,12 @@ static PetscErrorCode Annihilates(Mat A, Vec v, PetscBool *zero)
 */
 static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec> *vectors)
 {
-  Mat          A = sp->block[AINSWORTH_BLOCK_A], numbering;
-  MatNullSpace nullsp;
-  PetscBool    constant, whole, good = PETSC_TRUE;
-  PetscInt     n;
-  const Vec   *given;
+  Mat               A = sp->block[AINSWORTH_BLOCK_A];
+  MatNullSpace      nullsp;
+  PetscBool         constant, whole, good = PETSC_TRUE;
+  PetscInt          n;
+  const Vec        *given;
+  AinsworthTransfer transfer;
 
   PetscFunctionBegin;
   PetscCall(MatGetNullSpace(A, &nullsp));
@@ -117,27 +102,22 @@ static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec>
   whole = (PetscBool)!nullsp;
   if (whole) nullsp = sp->nullSpace;
   if (!nullsp) PetscFunctionReturn(PETSC_SUCCESS);
-  numbering = whole ? sp->numbering : A;
   PetscCall(MatNullSpaceGetVecs(nullsp, &constant, &n, &given));
   for (PetscInt i = 0; i < n + (constant ? 1 : 0); i++) {
-    Vec v, flat;
+    Vec                v;
+    AinsworthSaddleVec part;
 
+    PetscCall(MatCreateVecs(A, &v, NULL));
     if (i < n) {
-      PetscCall(AinsworthVecGetFlat(numbering, PETSC_FALSE, given[i], &flat));
-      if (whole) PetscCall(AinsworthCreatePart(A, flat, sp->cols[0], &v));
-      else {
-        PetscCall(MatCreateVecs(A, &v, NULL));
-        PetscCall(VecCopy(flat, v));
-      }
-      PetscCall(AinsworthVecRestoreFlat(numbering, PETSC_FALSE, given[i], PETSC_FALSE, &flat));
-    } else {
-      PetscCall(MatCreateVecs(A, &v, NULL));
-      PetscCall(VecSet(v, 1.0));
-    }
+      PetscCall(AinsworthTransferIn(&transfer, whole ? sp->numbering : A, PETSC_FALSE, whole ? sp->cols : NULL, PETSC_FALSE, given[i], &part));
+      PetscCall(VecCopy(part.primal, v));
+      PetscCall(AinsworthTransferOut(&transfer, &part));
+    } else PetscCall(VecSet(v, 1.0));
     if (whole) PetscCall(Annihilates(A, v, &good));
     if (good) vectors->push_back(v);
     else PetscCall(VecDestroy(&v));
   }
+  PetscCall(AinsworthTransferDestroy(&transfer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -164,6 +164,22 @@ static PetscErrorCode CheckSizes(const AinsworthSaddleBlocks *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Forgets all but the transfers, which the next set-up may use again */
+static PetscErrorCode Forget(AinsworthSaddle *sp)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthSaddleResetBlocks(sp));
+  for (Mat *M : {&sp->A, &sp->P, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC}) PetscCall(MatDestroy(M));
+  for (Vec *v : {&sp->balance, &sp->known, &sp->stiffness, &sp->scale.primal, &sp->scale.dual, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
+  PetscCall(MatNullSpaceDestroy(&sp->nullSpace));
+  PetscCall(MatDestroy(&sp->numbering));
+  PetscCall(PetscFree(sp->kind));
+  for (PetscInt &count : sp->count) count = 0;
+  sp->bad[0]  = 0;
+  sp->negated = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthSaddleSetUp - brings what the program passed to the normal form. Collective
 
@@ -181,7 +197,7 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
   PetscCall(CheckSizes(&found));
   last      = sp->rowsD;
   sp->rowsD = NULL;
-  PetscCall(AinsworthSaddleReset(sp));
+  PetscCall(Forget(sp));
   *(AinsworthSaddleBlocks *)sp = found;
   PetscCall(AinsworthSaddleGetNullSpace(in->amat, in->pmat, &sp->numbering, &sp->nullSpace));
   PetscCall(PetscObjectReference((PetscObject)sp->nullSpace));
@@ -217,15 +233,8 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
 PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
 {
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleResetBlocks(sp));
-  for (Mat *M : {&sp->A, &sp->P, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC}) PetscCall(MatDestroy(M));
-  for (Vec *v : {&sp->balance, &sp->known, &sp->stiffness, &sp->scale.primal, &sp->scale.dual, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
-  PetscCall(MatNullSpaceDestroy(&sp->nullSpace));
-  PetscCall(MatDestroy(&sp->numbering));
-  PetscCall(PetscFree(sp->kind));
-  for (PetscInt &count : sp->count) count = 0;
-  sp->bad[0]  = 0;
-  sp->negated = PETSC_FALSE;
+  PetscCall(Forget(sp));
+  for (AinsworthTransfer &transfer : sp->transfer) PetscCall(AinsworthTransferDestroy(&transfer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

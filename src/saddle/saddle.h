@@ -2,8 +2,8 @@
 #ifndef AINSWORTH_SADDLE_H
 #define AINSWORTH_SADDLE_H
 
-#include "saddlevec.h"
 #include "layout.h"
+#include "transfer.h"
 
 /* How a row of the multiplier field, C_i x - (D lambda)_i = g_i, is treated */
 typedef enum {
@@ -84,6 +84,7 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   PetscBool          positive;                   /* unknowns that are not loose have positive diagonal entries in A */
   std::vector<bool>  sprung;                     /* for each local row of the multiplier field: its row of D is not zero */
   Vec                stiffness;                  /* of each unknown: A_ii or, where that is not positive, the largest entry of the row */
+  AinsworthTransfer  transfer[3];                /* of right-hand sides, solutions, and vectors of null spaces */
   AinsworthSaddleVec scale; /* powers of 2 that bring entries of the system to about 1: of the unknowns and of all rows of the multiplier field */
 };
 
@@ -116,10 +117,6 @@ PetscErrorCode AinsworthAddAIJ(PetscScalar, const std::vector<Mat> &, Mat *);
 PetscErrorCode AinsworthMakePatternSymmetric(Mat *);
 PetscErrorCode AinsworthStoreDiagonal(Mat *);
 
-/* flat.cpp */
-PetscErrorCode AinsworthVecGetFlat(Mat, PetscBool, Vec, Vec *);
-PetscErrorCode AinsworthVecRestoreFlat(Mat, PetscBool, Vec, PetscBool, Vec *);
-
 /* nodes.cpp */
 PetscErrorCode AinsworthBlocksDivide(Mat, PetscInt, PetscBool *);
 PetscErrorCode AinsworthGetColumns(Mat, PetscInt, std::vector<PetscInt> *);
@@ -149,11 +146,10 @@ PetscErrorCode AinsworthSaddleDescribeModes(const AinsworthSaddle *, char[], siz
 
 /* nullspace.cpp */
 PetscErrorCode AinsworthOrthogonalize(const std::vector<Vec> &, Vec);
-PetscErrorCode AinsworthCreatePart(Mat, Vec, IS, Vec *);
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *, Vec);
 PetscErrorCode AinsworthSaddleGetNullSpace(Mat, Mat, Mat *, MatNullSpace *);
-PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *, Mat, PetscBool, AinsworthSaddleVec, PetscBool *);
+PetscErrorCode AinsworthSaddleRemoveNullSpace(AinsworthSaddle *, Mat, PetscBool, AinsworthSaddleVec, PetscBool *);
 
 /* rows.cpp: the rows of the multiplier field */
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *);
@@ -185,7 +181,9 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *, Vec, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthSaddleSetKnown(const AinsworthSaddle *, Vec, Vec);
 
-/* fields.cpp: right-hand sides and solutions, between the program's fields and the kept rows */
+/* fields.cpp: right-hand sides and solutions, between the program's vectors, its fields and the kept rows */
+PetscErrorCode AinsworthSaddleGetFields(AinsworthSaddle *, Mat, PetscBool, PetscBool, Vec, AinsworthSaddleVec *);
+PetscErrorCode AinsworthSaddleRestoreFields(AinsworthSaddle *, PetscBool, AinsworthSaddleVec *);
 PetscErrorCode AinsworthSaddleGetKept(const AinsworthSaddle *, Vec, Vec);
 PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *, AinsworthSaddleVec, AinsworthSaddleVec);
 PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
