@@ -14,6 +14,10 @@
   #define PCGetKSPNestLevel(pc, level) (*(level) = 0, PETSC_SUCCESS)
 #endif
 
+/* PETSc documents these calls, but declares them in a private header */
+PETSC_EXTERN PetscErrorCode PetscObjectStateGet(PetscObject, PetscObjectState *);
+PETSC_EXTERN PetscErrorCode PetscObjectStateSet(PetscObject, PetscObjectState);
+
 /* before 3.20 a PC has a failed reason per rank besides the collective one */
 #if PETSC_VERSION_LT(3, 20, 0)
   #define AinsworthPCSetFailedReason(pc, reason) ((pc)->failedreasonrank = (reason), PCSetFailedReason(pc, reason))

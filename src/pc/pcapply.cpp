@@ -259,29 +259,27 @@ static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transp
 }
 
 /* Finds why nothing can be solved for b, and the error code of that; why is empty if a solve can be tried */
-static PetscErrorCode FindObstacle(const PC_Ainsworth *data, const IS fields[], Vec b, PetscErrorCode *code, char why[], size_t len)
+static PetscErrorCode FindObstacle(const PC_Ainsworth *data, AinsworthSaddleVec b, PetscErrorCode *code, char why[], size_t len)
 {
-  PetscBool          collide;
-  PetscScalar        sum;
-  AinsworthSaddleVec part;
-  char               row[64];
+  PetscBool   collide;
+  PetscScalar sum[2];
+  char        row[64];
 
   PetscFunctionBegin;
   why[0] = 0;
-  PetscCall(VecSum(b, &sum)); /* a norm would be cached in b, and PETSc 3.18 would take norms of other types for known zeros */
-  PetscCall(PCAinsworthReductionsCollide_Private(data, b, &collide));
+  PetscCall(VecSum(b.primal, &sum[0])); /* a norm would be cached in b, and PETSc 3.18 would take norms of other types for known zeros */
+  PetscCall(VecSum(b.dual, &sum[1]));
+  PetscCall(PCAinsworthReductionsCollide_Private(data, b.primal, &collide));
   *code = collide ? PETSC_ERR_SUP : PETSC_ERR_FP;
   if (collide)
     PetscCall(PetscSNPrintf(why, len, "The outer and the inner method, %s, are both pipelined, which PETSc cannot nest: choose -%sksp_type %s",
                             PCAinsworthTypeName_Private((PetscObject)data->inner.ksp), PCAinsworthPrefix_Private(data), KSPPROJECTEDCG));
-  if (why[0] || !PetscIsInfOrNanScalar(sum)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (why[0] || !PetscIsInfOrNanScalar(sum[0] + sum[1])) PetscFunctionReturn(PETSC_SUCCESS);
   if (data->outcome.why[0] && !data->outcome.usable) { /* b comes from the result of a failed solve, whose cause is the true one */
     PetscCall(PetscStrncpy(why, data->outcome.why, len));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AinsworthSaddleVecGet(b, fields, &part));
-  PetscCall(AinsworthSaddleNameNotFinite(&data->saddle, part, row, sizeof(row)));
-  PetscCall(AinsworthSaddleVecRestore(b, fields, &part));
+  PetscCall(AinsworthSaddleNameNotFinite(&data->saddle, b, row, sizeof(row)));
   PetscCall(
     PetscSNPrintf(why, len, row[0] ? "The right-hand side holds NaN or Inf in %s" : "The right-hand side holds NaN or Inf, or values too large%s", row));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -305,32 +303,38 @@ static PetscErrorCode Refresh(PC pc)
 
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
-  PC_Ainsworth      *data = PCAinsworthData_Private(pc);
-  const IS          *in   = transpose ? data->saddle.cols : data->saddle.rows;
-  const IS          *out  = transpose ? data->saddle.rows : data->saddle.cols;
+  PC_Ainsworth      *data  = PCAinsworthData_Private(pc);
+  AinsworthSaddle   *sp    = &data->saddle;
+  const Mat          mat   = data->given.inputs.pmat;
+  const PetscBool    other = (PetscBool)!transpose; /* b has the numbering of the rows */
   AinsworthSaddleVec left, right;
-  PetscErrorCode     code     = PETSC_SUCCESS;
-  char               why[512] = "";
+  PetscErrorCode     code = PETSC_SUCCESS;
+  char               why[512];
 
   PetscFunctionBegin;
   data->outer.applications++;
-  if (data->state >= PC_AINSWORTH_READY) PetscCall(FindObstacle(data, in, b, &code, why, sizeof(why)));
-  if (data->state < PC_AINSWORTH_READY || why[0]) {
+  if (data->state < PC_AINSWORTH_READY) { /* set-up has reported the failure */
     data->outcome.usable = PETSC_FALSE;
     PetscCall(VecFlag(y, 1));
-    if (why[0]) PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, code, why)); /* otherwise set-up has reported the failure */
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(AinsworthSaddleGetFields(sp, mat, other, PETSC_FALSE, b, &right));
+  PetscCall(FindObstacle(data, right, &code, why, sizeof(why)));
+  if (why[0]) {
+    data->outcome.usable = PETSC_FALSE;
+    PetscCall(AinsworthSaddleRestoreFields(sp, other, &right));
+    PetscCall(VecFlag(y, 1));
+    PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, code, why));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   data->outcome.why[0] = 0;
-  if (data->outer.method != AINSWORTH_OUTER_NONE) PetscCall(VecZeroEntries(y)); /* a work vector of an outer method is no initial guess */
-  PetscCall(AinsworthSaddleVecGet(b, in, &right));
-  PetscCall(AinsworthSaddleVecGet(y, out, &left));
-  code = data->saddle.sign ? SolveWithSigns(pc, data, transpose, right, left)
-                           : SolveAndVerify(pc, data, transpose, right, left); /* checked when the vectors are restored */
-  if (data->saddle.negated) PetscCall(VecScale(left.dual, -1.0));
-  PetscCall(AinsworthSaddleRemoveDualNullSpace(&data->saddle, left.dual));
-  PetscCall(AinsworthSaddleVecRestore(b, in, &right));
-  PetscCall(AinsworthSaddleVecRestore(y, out, &left));
+  PetscCall(AinsworthSaddleGetFields(sp, mat, transpose, PETSC_TRUE, y, &left));
+  if (data->outer.method != AINSWORTH_OUTER_NONE) PetscCall(AinsworthSaddleVecZero(left)); /* a work vector of an outer method is no initial guess */
+  code = sp->sign ? SolveWithSigns(pc, data, transpose, right, left) : SolveAndVerify(pc, data, transpose, right, left); /* checked when all is restored */
+  if (sp->negated) PetscCall(VecScale(left.dual, -1.0));
+  PetscCall(AinsworthSaddleRemoveDualNullSpace(sp, left.dual));
+  PetscCall(AinsworthSaddleRestoreFields(sp, other, &right));
+  PetscCall(AinsworthSaddleRestoreFields(sp, transpose, &left));
   if (code) {
     data->state = PC_AINSWORTH_NONE;
     PetscCall(PCAinsworthAfterError_Private(data));
@@ -340,28 +344,11 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Flattens nested vectors, whose parts need not be our fields, and applies the preconditioner or its transpose */
-static PetscErrorCode ApplyFlat(PC pc, PetscBool transpose, Vec b, Vec y)
-{
-  const PetscBool other = (PetscBool)!transpose;
-  Vec             flat[2];
-  PetscErrorCode  code;
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthVecGetFlat(PCAinsworthData_Private(pc)->given.inputs.pmat, other, b, &flat[0]));
-  PetscCall(AinsworthVecGetFlat(PCAinsworthData_Private(pc)->given.inputs.pmat, transpose, y, &flat[1]));
-  code = ApplyOrTranspose(pc, transpose, flat[0], flat[1]); /* checked when the vectors are restored */
-  PetscCall(AinsworthVecRestoreFlat(PCAinsworthData_Private(pc)->given.inputs.pmat, other, b, PETSC_FALSE, &flat[0]));
-  PetscCall(AinsworthVecRestoreFlat(PCAinsworthData_Private(pc)->given.inputs.pmat, transpose, y, PETSC_TRUE, &flat[1]));
-  PetscCall(code);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode PCApply_Ainsworth(PC pc, Vec b, Vec y)
 {
   PetscFunctionBegin;
   PetscCall(Refresh(pc));
-  PetscCall(ApplyFlat(pc, PETSC_FALSE, b, y));
+  PetscCall(ApplyOrTranspose(pc, PETSC_FALSE, b, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -376,7 +363,7 @@ PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
   PetscCheck(!PetscDefined(USE_COMPLEX) || data->saddle.symmetric, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP,
              "The transpose of PCAINSWORTH needs a Hermitian A in complex arithmetic");
   /* [A C'; C 0] is Hermitian when A is */
-  PetscCall(AinsworthApplyConjugated(b, y, [=](Vec v, Vec w) { return ApplyFlat(pc, (PetscBool)!data->saddle.symmetric, v, w); }));
+  PetscCall(AinsworthApplyConjugated(b, y, [=](Vec v, Vec w) { return ApplyOrTranspose(pc, (PetscBool)!data->saddle.symmetric, v, w); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

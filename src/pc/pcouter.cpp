@@ -91,25 +91,25 @@ static PetscErrorCode WorstRow(PC_Ainsworth *data, PetscBool transpose, PetscRea
     {allowed, part * allowed},
     {allowed, part * allowed}
   };
-  const PetscBool    other = (PetscBool)!transpose, side[] = {other, transpose, other};
-  const IS          *of[]    = {transpose ? data->saddle.cols : data->saddle.rows, transpose ? data->saddle.rows : data->saddle.cols};
-  Vec                given[] = {b, x, left}, flat[3];
-  AinsworthSaddleVec fields[3]; /* b, x, and the residual */
+  const PetscBool    other = (PetscBool)!transpose; /* b has the numbering of the rows */
+  const Mat          mat   = data->given.inputs.pmat;
+  AinsworthSaddle   *sp    = &data->saddle;
+  AinsworthSaddleVec given, y, work, rest;
   AinsworthBackward  worst;
 
   PetscFunctionBegin;
-  for (int k = 0; k < 3; k++) {
-    PetscCall(AinsworthVecGetFlat(data->given.inputs.pmat, side[k], given[k], &flat[k]));
-    PetscCall(AinsworthSaddleVecGet(flat[k], of[k % 2], &fields[k]));
-  }
-  PetscCall((transpose ? MatMultTranspose : MatMult)(data->saddle.block[AINSWORTH_BLOCK_A], fields[1].primal, data->reduced.Ax));
-  PetscCall(AinsworthBackwardError(&data->saddle, transpose, measure, NULL, fields[0], fields[1], data->reduced.Ax, fields[2],
-                                   &worst)); /* signs do not matter for sizes */
+  PetscCall(AinsworthSaddleGetFields(sp, mat, other, PETSC_FALSE, left, &work));
+  PetscCall(AinsworthSaddleVecDuplicate(work, &rest));
+  PetscCall(AinsworthSaddleVecCopy(work, rest));
+  PetscCall(AinsworthSaddleRestoreFields(sp, other, &work));
+  PetscCall(AinsworthSaddleGetFields(sp, mat, other, PETSC_FALSE, b, &given));
+  PetscCall(AinsworthSaddleGetFields(sp, mat, transpose, PETSC_FALSE, x, &y));
+  PetscCall((transpose ? MatMultTranspose : MatMult)(sp->block[AINSWORTH_BLOCK_A], y.primal, data->reduced.Ax));
+  PetscCall(AinsworthBackwardError(sp, transpose, measure, NULL, given, y, data->reduced.Ax, rest, &worst)); /* signs do not matter for sizes */
   *error = allowed * PetscMax(worst.primal.omega, worst.dual.omega);
-  for (int k = 0; k < 3; k++) {
-    PetscCall(AinsworthSaddleVecRestore(flat[k], of[k % 2], &fields[k]));
-    PetscCall(AinsworthVecRestoreFlat(data->given.inputs.pmat, side[k], given[k], PETSC_FALSE, &flat[k]));
-  }
+  PetscCall(AinsworthSaddleRestoreFields(sp, other, &given));
+  PetscCall(AinsworthSaddleRestoreFields(sp, transpose, &y));
+  PetscCall(AinsworthSaddleVecDestroy(&rest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

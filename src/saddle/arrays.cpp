@@ -1,29 +1,6 @@
-/* AIJ matrices that own arrays filled here, without a copy */
+/* AIJ matrices made of arrays, which they may own, and the arrays of others */
 #include "arrays.h"
-#include "saddle.h"
 #include "../objects.h"
-#include <algorithm>
-#include <petsc/private/petscimpl.h>
-
-static PetscErrorCode DestroyRows(AinsworthContext context)
-{
-  delete (AinsworthRows *)AinsworthContextGet(context);
-  return PETSC_SUCCESS;
-}
-
-/* Attaches the arrays to a matrix, which frees them when it is destroyed */
-static PetscErrorCode Attach(Mat seq, std::unique_ptr<AinsworthRows> rows)
-{
-  PetscContainer container;
-
-  PetscFunctionBegin;
-  PetscCall(PetscContainerCreate(PETSC_COMM_SELF, &container));
-  PetscCall(PetscContainerSetPointer(container, rows.release()));
-  PetscCall(PetscContainerSetCtxDestroy(container, DestroyRows));
-  PetscCall(PetscObjectCompose((PetscObject)seq, "ainsworth_rows", (PetscObject)container));
-  PetscCall(PetscContainerDestroy(&container));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /*
    AinsworthMatCreateFromRows - creates an AIJ matrix with n local columns from arrays that it takes over. Collective
@@ -40,14 +17,14 @@ PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm comm, PetscInt n, std::unique
   PetscCallMPI(MPI_Comm_size(comm, &size));
   if (size == 1) {
     PetscCall(MatCreateSeqAIJWithArrays(comm, m, n, own->i.data(), own->j.get(), own->a.get(), mat));
-    PetscCall(Attach(*mat, std::move(own)));
+    PetscCall(AinsworthAttach((PetscObject)*mat, "AinsworthRows", std::move(own)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatCreateMPIAIJWithSplitArrays(comm, m, n, PETSC_DETERMINE, PETSC_DETERMINE, own->i.data(), own->j.get(), own->a.get(), others->i.data(),
                                            others->j.get(), others->a.get(), mat));
   PetscCall(MatMPIAIJGetSeqAIJ(*mat, &part[0], &part[1], NULL));
-  PetscCall(Attach(part[0], std::move(own)));
-  PetscCall(Attach(part[1], std::move(others)));
+  PetscCall(AinsworthAttach((PetscObject)part[0], "AinsworthRows", std::move(own)));
+  PetscCall(AinsworthAttach((PetscObject)part[1], "AinsworthRows", std::move(others)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -68,113 +45,17 @@ PetscErrorCode AinsworthAIJGetParts(Mat aij, Mat part[2], const PetscInt *ghosts
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads the diagonal of an AIJ matrix by bisection of each row; MatGetDiagonal() searches linearly */
-static PetscErrorCode ReadDiagonal(Mat aij, Vec diagonal)
+/* AinsworthCreateAIJ - creates an AIJ matrix from its local rows, with n local columns. Collective */
+PetscErrorCode AinsworthCreateAIJ(MPI_Comm comm, PetscInt n, const AinsworthEntries &rows, Mat *aij)
 {
-  Mat             mat[2];
-  const PetscInt *ghosts;
-  PetscInt        nghosts;
-  PetscScalar    *d;
-  AinsworthCSR    part;
+  const PetscInt    column = 0, *j = rows.columns.empty() ? &column : rows.columns.data(); /* avoid null pointers */
+  const PetscScalar value = 0.0, *a = rows.values.empty() ? &value : rows.values.data();
 
   PetscFunctionBegin;
-  PetscCall(AinsworthAIJGetParts(aij, mat, &ghosts, &nghosts));
-  PetscCall(part.open(mat[0]));
-  PetscCall(VecGetArrayWrite(diagonal, &d));
-  for (PetscInt r = 0; r < part.n; r++) {
-    const PetscInt *end = part.ja + part.ia[r + 1], *at = std::lower_bound(part.ja + part.ia[r], end, r);
-
-    d[r] = at < end && *at == r ? part.a[at - part.ja] : 0.0;
-  }
-  PetscCall(VecRestoreArrayWrite(diagonal, &d));
-  PetscCall(part.close());
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   AinsworthGetDiagonal - gets the diagonal of any matrix
-
-   Caches the diagonal of an AIJ matrix with the matrix, until its state changes: every row is a memory access, and a set-up after a change of C alone would
-   spend a quarter of its time here.
-*/
-PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
-{
-  static const char name[]  = "AinsworthDiagonal";
-  static PetscInt   stateId = -1;
-  PetscReal         one     = 0.0;
-  PetscBool         aij, current;
-  Vec               kept;
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)M, &aij, MATSEQAIJ, MATMPIAIJ, ""));
-  if (!aij) {
-    PetscCall(MatGetDiagonal(M, diagonal));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (stateId < 0) PetscCall(PetscObjectComposedDataRegister(&stateId));
-  PetscCall(PetscObjectComposedDataGetReal((PetscObject)M, stateId, one, current));
-  PetscCall(PetscObjectQuery((PetscObject)M, name, (PetscObject *)&kept));
-  if (kept && current && one == 1.0) {
-    PetscCall(VecCopy(kept, diagonal));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(ReadDiagonal(M, diagonal));
-  if (!kept) {
-    PetscCall(VecDuplicate(diagonal, &kept));
-    PetscCall(PetscObjectCompose((PetscObject)M, name, (PetscObject)kept));
-    PetscCall(PetscObjectDereference((PetscObject)kept)); /* M holds the reference */
-  }
-  PetscCall(VecCopy(diagonal, kept));
-  PetscCall(PetscObjectComposedDataSetReal((PetscObject)M, stateId, 1.0));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* AinsworthAbsoluteMult - computes y = |M| |x|, entrywise, for an AIJ matrix, without a copy of M */
-PetscErrorCode AinsworthAbsoluteMult(Mat M, Vec x, Vec y)
-{
-  Mat             mat[2];
-  Vec             from[2] = {x, NULL};
-  const PetscInt *ghosts;
-  PetscInt        nghosts;
-  PetscScalar    *sum;
-  AinsworthCSR    part;
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthAIJGetParts(M, mat, &ghosts, &nghosts));
-  if (mat[1]) PetscCall(AinsworthVecGather(x, nghosts, ghosts, &from[1]));
-  PetscCall(VecZeroEntries(y));
-  PetscCall(VecGetArray(y, &sum));
-  for (int k = 0; k < 2 && mat[k]; k++) {
-    const PetscScalar *v;
-
-    PetscCall(part.open(mat[k]));
-    PetscCall(VecGetArrayRead(from[k], &v));
-    for (PetscInt r = 0; r < part.n; r++) {
-      PetscReal terms = 0.0;
-
-      for (PetscInt e = part.ia[r]; e < part.ia[r + 1]; e++) terms += PetscAbsScalar(part.a[e]) * PetscAbsScalar(v[part.ja[e]]);
-      sum[r] += terms;
-    }
-    PetscCall(VecRestoreArrayRead(from[k], &v));
-    PetscCall(part.close());
-  }
-  PetscCall(VecRestoreArray(y, &sum));
-  PetscCall(VecDestroy(&from[1]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* AinsworthAbsoluteMultTranspose - computes y = |M|' |x|, entrywise, for an AIJ matrix */
-PetscErrorCode AinsworthAbsoluteMultTranspose(Mat M, Vec x, Vec y)
-{
-  Mat entries;
-  Vec sizes;
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthAbsoluteAIJ(M, &entries));
-  PetscCall(AinsworthVecClone(x, &sizes));
-  PetscCall(VecAbs(sizes));
-  PetscCall(MatMultTranspose(entries, sizes, y));
-  PetscCall(VecDestroy(&sizes));
-  PetscCall(MatDestroy(&entries));
+  PetscCall(MatCreate(comm, aij));
+  PetscCall(MatSetSizes(*aij, (PetscInt)rows.start.size() - 1, n, PETSC_DETERMINE, PETSC_DETERMINE));
+  PetscCall(MatSetType(*aij, MATAIJ));
+  PetscCall(MatSeqAIJSetPreallocationCSR(*aij, rows.start.data(), j, a));
+  PetscCall(MatMPIAIJSetPreallocationCSR(*aij, rows.start.data(), j, a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

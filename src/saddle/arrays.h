@@ -3,7 +3,6 @@
 #define AINSWORTH_ARRAYS_H
 
 #include "../csr.h"
-#include <petsc/private/petscimpl.h>
 #include <memory>
 #include <vector>
 
@@ -34,6 +33,7 @@ struct AinsworthEntries {
 };
 
 PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm, PetscInt, std::unique_ptr<AinsworthRows>, std::unique_ptr<AinsworthRows>, Mat *);
+PetscErrorCode AinsworthCreateAIJ(MPI_Comm, PetscInt, const AinsworthEntries &, Mat *);
 PetscErrorCode AinsworthAIJGetParts(Mat, Mat[2], const PetscInt *[], PetscInt *);
 
 #endif

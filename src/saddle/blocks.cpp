@@ -2,7 +2,6 @@
 #include "saddle.h"
 #include "../events.h"
 #include "../objects.h"
-#include <petsc/private/petscimpl.h>
 
 /* Sets the names of the blocks, such as "Block (p,u+v) of the MatNest" */
 static PetscErrorCode NameBlocks(AinsworthSaddleBlocks *found)

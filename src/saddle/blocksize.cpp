@@ -8,18 +8,6 @@ static const PetscInt  largest = 6;
 /* Approximate number of rows of each rank that are examined */
 static const PetscInt voters = 1000;
 
-/* Tells whether the number of local rows is divisible by a block size on every rank. Collective */
-PetscErrorCode AinsworthBlocksDivide(Mat A, PetscInt bs, PetscBool *divides)
-{
-  PetscInt n;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetLocalSize(A, &n, NULL));
-  *divides = (PetscBool)(n % bs == 0);
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, divides, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Gets the nodes of bs unknowns in the columns of a row, ascending; none if the row has a single entry */
 static PetscErrorCode TouchedNodes(Mat A, PetscInt row, PetscInt bs, std::vector<PetscInt> *nodes)
 {

@@ -1,6 +1,6 @@
 #include "saddle.h"
 #include "../loops.h"
-#include <petsc/private/petscimpl.h>
+#include "../objects.h"
 #include <limits>
 
 /* Relative difference up to which blocks count as adjoint, for the rounding of the program */
@@ -160,10 +160,10 @@ PetscErrorCode AinsworthCheckAssembled(Mat M, const char name[])
 */
 PetscErrorCode AinsworthBlockNorm(Mat M, PetscReal *norm)
 {
-  static PetscInt normId = -1;
-  PetscBool       has, known;
-  PetscInt        row, col;
-  uint64_t        state;
+  static const char name[] = "AinsworthNorm";
+  PetscBool         has, known;
+  PetscInt          row, col;
+  uint64_t          state;
 
   PetscFunctionBegin;
   *norm = 0.0;
@@ -174,14 +174,13 @@ PetscErrorCode AinsworthBlockNorm(Mat M, PetscReal *norm)
     *norm = PETSC_INFINITY;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (normId < 0) PetscCall(PetscObjectComposedDataRegister(&normId));
-  PetscCall(PetscObjectComposedDataGetReal((PetscObject)M, normId, *norm, known));
+  PetscCall(AinsworthRecall((PetscObject)M, name, norm, &known));
   if (known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNorm(M, NORM_FROBENIUS, norm));
   if (*norm == 0.0) { /* zero, or the squares underflow */
     PetscCall(AinsworthMatFindNonzero(M, &row, &col));
     if (row >= 0) *norm = std::numeric_limits<PetscReal>::min();
   }
-  PetscCall(PetscObjectComposedDataSetReal((PetscObject)M, normId, *norm));
+  PetscCall(AinsworthRemember((PetscObject)M, name, *norm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -12,6 +12,15 @@ static PetscErrorCode Fits(MPI_Comm comm, size_t have, PetscInt expected, PetscB
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Creates rigid-body modes in 2 or 3 dimensions, for nodes with one unknown per coordinate; who: the source, for views */
+static PetscErrorCode Create(Vec coordinates, const char who[], MatNullSpace *modes)
+{
+  PetscFunctionBegin;
+  PetscCall(MatNullSpaceCreateRigidBody(coordinates, modes));
+  PetscCall(AinsworthAttach((PetscObject)*modes, AinsworthModesSource, std::make_unique<std::string>(who)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    Gets the coordinates of the nodes of A, interlaced
 
@@ -55,12 +64,15 @@ static PetscErrorCode GetCoordinates(const AinsworthSaddleInputs *in, Mat mat, c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthCreateRigidModes - creates rigid-body modes in 2 or 3 dimensions, for nodes with one unknown per coordinate; who: the source, for views */
-PetscErrorCode AinsworthCreateRigidModes(Vec coordinates, const char who[], MatNullSpace *modes)
+/* AinsworthSaddleCreateRigidModes - creates rigid-body modes of A from the coordinates of PCSetCoordinates(). Collective */
+PetscErrorCode AinsworthSaddleCreateRigidModes(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *found, MatNullSpace *modes)
 {
+  Vec coordinates;
+
   PetscFunctionBegin;
-  PetscCall(MatNullSpaceCreateRigidBody(coordinates, modes));
-  PetscCall(PetscObjectSetName((PetscObject)*modes, who));
+  PetscCall(GetCoordinates(in, mat, found, &coordinates));
+  PetscCall(Create(coordinates, "PCSetCoordinates()", modes));
+  PetscCall(VecDestroy(&coordinates));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -78,7 +90,7 @@ PetscErrorCode AinsworthDMCreateRigidModes(DM dm, PetscInt n, MatNullSpace *mode
   PetscCall(VecGetBlockSize(coordinates, &dim));
   PetscCall(VecGetLocalSize(coordinates, &m));
   PetscCall(Fits(PetscObjectComm((PetscObject)dm), (size_t)m, dim == 2 || dim == 3 ? n : -1, &fits));
-  if (fits) PetscCall(AinsworthCreateRigidModes(coordinates, "coordinates of the DM", modes));
+  if (fits) PetscCall(Create(coordinates, "coordinates of the DM", modes));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -93,52 +105,5 @@ PetscErrorCode AinsworthMatCreateRigidModes(Mat A, MatNullSpace *modes)
   PetscCall(MatGetDM(A, &dm));
   PetscCall(MatGetLocalSize(A, &n, NULL));
   if (dm) PetscCall(AinsworthDMCreateRigidModes(dm, n, modes));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   AinsworthFindRigidModes - creates found->modes from PCSetCoordinates() or from the DM of A, or takes them from the last set-up if nothing they depend on has
-   changed. Collective
-*/
-PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
-{
-  MatNullSpace near;
-  Vec          coordinates;
-
-  PetscFunctionBegin;
-  if (!in->dim) {
-    PetscCall(AinsworthSaddleGetNearNullSpace(found, &near));
-    if (!near) PetscCall(AinsworthMatCreateRigidModes(found->block[AINSWORTH_BLOCK_A], &found->modes));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  found->located = in->located;
-  if (last && last->modes && last->located == in->located && last->rows[0] == found->rows[0] && last->bs == found->bs) {
-    PetscCall(AinsworthShare(last->modes, &found->modes));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (in->dim == 1 || found->bs != in->dim) {
-    PetscCall(PetscInfo(mat, "Coordinates are of no use: they have %" PetscInt_FMT " components, a node has %" PetscInt_FMT " unknowns\n", in->dim, found->bs));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(GetCoordinates(in, mat, found, &coordinates));
-  PetscCall(AinsworthCreateRigidModes(coordinates, "PCSetCoordinates()", &found->modes));
-  PetscCall(VecDestroy(&coordinates));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Describes the near null space in words, for views */
-PetscErrorCode AinsworthSaddleDescribeModes(const AinsworthSaddle *sp, char text[], size_t len)
-{
-  MatNullSpace near;
-  PetscBool    constant;
-  PetscInt     n;
-
-  PetscFunctionBegin;
-  text[0] = 0;
-  PetscCall(AinsworthSaddleGetNearNullSpace(sp, &near));
-  if (!near) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatNullSpaceGetVecs(near, &constant, &n, NULL));
-  PetscCall(PetscSNPrintf(text, len, "%" PetscInt_FMT " vectors (%s)", n + (constant ? 1 : 0),
-                          ((PetscObject)near)->name ? ((PetscObject)near)->name : "MatSetNearNullSpace()"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,6 +2,25 @@
 #include "../loops.h"
 #include "../objects.h"
 
+/*
+   AinsworthSaddleGetFields - gets the fields of a right-hand side (rows) or of a solution, of one of each kind at a time. Collective
+
+   mat: has vectors like v. write: the fields may be changed. Restore them with AinsworthSaddleRestoreFields()
+*/
+PetscErrorCode AinsworthSaddleGetFields(AinsworthSaddle *sp, Mat mat, PetscBool rows, PetscBool write, Vec v, AinsworthSaddleVec *fields)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthTransferIn(&sp->transfer[rows ? 0 : 1], mat, rows, rows ? sp->rows : sp->cols, write, v, fields));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthSaddleRestoreFields(AinsworthSaddle *sp, PetscBool rows, AinsworthSaddleVec *fields)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthTransferOut(&sp->transfer[rows ? 0 : 1], fields));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Gets work vectors of length n and of all rows of the multiplier field */
 static PetscErrorCode GetWork(AinsworthSaddle *sp, Vec *primal, Vec *dual)
 {

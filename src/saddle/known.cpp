@@ -2,7 +2,6 @@
 #include "saddle.h"
 #include "../loops.h"
 #include "../objects.h"
-#include <petsc/private/matimpl.h>
 
 /* Sets known_i = 1 / A_ii if row i of [A B'] has only A_ii, else 0; some: there are such rows. Collective */
 static PetscErrorCode FindOwnRows(const AinsworthSaddle *sp, Mat A, Vec known, PetscBool *some)
@@ -46,8 +45,7 @@ static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
   PetscCall(AinsworthCreateDiagonal(A, &diagonal));
   PetscCall(AinsworthStoreDiagonal(copy));
   PetscCall(MatDiagonalSet(*copy, diagonal, INSERT_VALUES));
-  PetscCall(AinsworthMakePatternSymmetric(copy));
-  (*copy)->symmetric = (*copy)->hermitian = PETSC_BOOL3_UNKNOWN; /* MatDiagonalScale() declared the copy not symmetric */
+  PetscCall(AinsworthMakePatternSymmetric(copy)); /* a new matrix, while MatDiagonalScale() declared the scaled one not symmetric */
   PetscCall(VecDestroy(&diagonal));
   PetscCall(MatGetNearNullSpace(A, &near));
   PetscCall(MatSetNearNullSpace(*copy, near));

@@ -84,15 +84,18 @@ PetscErrorCode AinsworthClassifyDiagonal(Mat, Vec);
 PetscErrorCode AinsworthFindSign(Mat, IS, Vec *);
 PetscErrorCode AinsworthChangeSign(Vec, int, Mat);
 
+/* The name under which a near null space that is made here has its source in words, for views */
+constexpr char AinsworthModesSource[] = "AinsworthModesSource";
+
 /* coordinates.cpp */
-PetscErrorCode AinsworthCreateRigidModes(Vec, const char[], MatNullSpace *);
+PetscErrorCode AinsworthSaddleCreateRigidModes(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, MatNullSpace *);
 PetscErrorCode AinsworthDMCreateRigidModes(DM, PetscInt, MatNullSpace *);
 PetscErrorCode AinsworthMatCreateRigidModes(Mat, MatNullSpace *);
+
+/* nearnullspace.cpp */
 PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 
 /* blocksize.cpp */
-PetscErrorCode AinsworthBlocksDivide(Mat, PetscInt, PetscBool *);
-PetscErrorCode AinsworthGetColumns(Mat, PetscInt, std::vector<PetscInt> *);
 PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 
 #endif

@@ -1,7 +1,6 @@
 /* Chooses the multiplier fields by the sign and the shape of their diagonal blocks, or as -pc_ainsworth_multiplier_fields says */
 #include "saddle.h"
 #include "../loops.h"
-#include <petsc/private/petscimpl.h>
 
 /* Kind of a field, in ascending order for reductions with MPI_MAX */
 enum Kind {
@@ -126,15 +125,17 @@ static PetscErrorCode ChooseByShape(Mat mat, AinsworthSaddleBlocks *found)
   PetscFunctionBegin;
   for (PetscInt i = 0; i < n; i++) {
     Mat       block;
+    MatType   type;
     PetscBool has;
     PetscInt  row, col;
 
     PetscCall(GetDiagonalBlock(mat, found, i, &block));
     PetscCall(MatHasOperation(block, MATOP_GET_ROW, &has));
+    PetscCall(MatGetType(block, &type));
     PetscCheck(has, comm, PETSC_ERR_ARG_WRONG,
                "PCAINSWORTH found no multipliers: the diagonal blocks of all fields are nonzero, and the type %s of (%" PetscInt_FMT ",%" PetscInt_FMT
                ") has no rows to look at; leave the block of the multipliers absent, pass an AIJ matrix, or use -pc_ainsworth_multiplier_fields",
-               ((PetscObject)block)->type_name, i, i);
+               type, i, i);
     PetscCall(AinsworthMatFindOffDiagonal(block, &row, &col));
     PetscCall(MatDestroy(&block));
     found->multiplier[i] = row < 0;

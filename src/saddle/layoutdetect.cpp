@@ -3,7 +3,6 @@
 #include "../lists.h"
 #include "../loops.h"
 #include "../objects.h"
-#include <petsc/private/petscimpl.h>
 
 /*
    AinsworthDetectFields - splits a plain matrix into a primal field and multipliers; raises an error if it is no saddle-point matrix. Collective
@@ -60,7 +59,7 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
   found->multiplier = {false, true};
   PetscCheck(size[0] && size[1], comm, PETSC_ERR_ARG_WRONG,
              "PCAINSWORTH found no saddle point in the matrix of type %s: %s; name the fields by PCFieldSplitSetIS() or pass a MatNest, [A C'; C 0]",
-             ((PetscObject)mat)->type_name,
+             found->layout,
              !size[0]   ? "its diagonal is zero"
              : opposite ? "every diagonal entry is negative"
                         : "every diagonal entry is positive");

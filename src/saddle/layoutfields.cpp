@@ -2,7 +2,6 @@
 #include "saddle.h"
 #include "../lists.h"
 #include "../objects.h"
-#include <petsc/private/petscimpl.h>
 
 /* AinsworthIsNest - tells whether a matrix is a MatNest with more than one row of blocks */
 PetscErrorCode AinsworthIsNest(Mat mat, PetscBool *nest)
@@ -52,7 +51,8 @@ PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *in, Mat mat, con
 
   PetscFunctionBegin;
   PetscCall(AinsworthIsNest(mat, &nest));
-  found->layout    = nest ? MATNEST : ((PetscObject)mat)->type_name;
+  PetscCall(MatGetType(mat, &found->layout));
+  if (nest) found->layout = MATNEST;
   found->extracted = PETSC_TRUE;
   found->told      = in->told;
   if (nest) {

@@ -1,35 +1,38 @@
 /* Merges AIJ blocks, some of which may be absent, into one AIJ matrix in one pass over their entries */
 #include "saddle.h"
-#include <petsc/private/petscimpl.h>
 #include <algorithm>
 
 /* Column numbers of a nest: each rank has its parts of all fields, one after the other */
 struct Numbering {
-  std::vector<PetscLayout> fields;
-  std::vector<PetscInt>    offsets; /* of each field in the local columns */
-  PetscInt                 local = 0;
+  PetscMPIInt                   size = 1;
+  std::vector<const PetscInt *> ranges;  /* of each field */
+  std::vector<PetscInt>         offsets; /* of each field in the local columns */
+  PetscInt                      local = 0;
 
   /* Returns the global number in the nest of an unknown of any rank */
   PetscInt operator()(size_t field, PetscInt unknown) const
   {
-    const PetscInt *range = fields[field]->range;
-    const size_t    rank  = std::upper_bound(range + 1, range + fields[field]->size + 1, unknown) - range - 1;
+    const PetscInt *range = ranges[field];
+    const size_t    rank  = std::upper_bound(range + 1, range + size + 1, unknown) - range - 1;
     PetscInt        whole = unknown - range[rank];
 
-    for (size_t f = 0; f < fields.size(); f++) whole += fields[f]->range[rank + (f < field)];
+    for (size_t f = 0; f < ranges.size(); f++) whole += ranges[f][rank + (f < field)];
     return whole;
   }
 };
 
 static PetscErrorCode AddField(Mat block, Numbering *numbering)
 {
-  PetscLayout layout;
+  const PetscInt *ranges;
+  PetscInt        n;
 
   PetscFunctionBegin;
-  PetscCall(MatGetLayouts(block, NULL, &layout));
-  numbering->fields.push_back(layout);
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)block), &numbering->size));
+  PetscCall(MatGetOwnershipRangesColumn(block, &ranges));
+  PetscCall(MatGetLocalSize(block, NULL, &n));
+  numbering->ranges.push_back(ranges);
   numbering->offsets.push_back(numbering->local);
-  numbering->local += layout->n;
+  numbering->local += n;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

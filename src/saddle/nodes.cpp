@@ -1,6 +1,7 @@
 /* Nodes whose unknowns are not contiguous: numbered component by component, or in an arbitrary order */
 #include "saddle.h"
 #include "../lists.h"
+#include "../objects.h"
 #include <unordered_map>
 
 /* Fraction of the nodes that has to agree; largest number of unknowns per node; number of rows of each rank examined at first */
@@ -9,6 +10,28 @@ static const PetscInt  largest = 6;
 static const PetscInt  voters  = 100;
 /* Fraction of the couplings between components of nodes that must have entries; at most 1/2 in a scalar problem whose halves look alike */
 static const PetscReal coupled = 0.6;
+
+/* What AinsworthFindNodes() found for a nonzero pattern */
+namespace
+{
+struct Nodes {
+  PetscObjectState      pattern;
+  PetscInt              bs;
+  std::vector<PetscInt> order;
+};
+} // namespace
+
+/* Tells whether the number of local rows is divisible by a block size on every rank. Collective */
+PetscErrorCode AinsworthBlocksDivide(Mat A, PetscInt bs, PetscBool *divides)
+{
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  *divides = (PetscBool)(n % bs == 0);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, divides, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* Gets the columns of a row; none if it has a single entry, as with Dirichlet conditions */
 PetscErrorCode AinsworthGetColumns(Mat A, PetscInt row, std::vector<PetscInt> *columns)
@@ -167,34 +190,26 @@ static PetscErrorCode Find(Mat A, PetscInt *bs, std::vector<PetscInt> *order)
 */
 PetscErrorCode AinsworthFindNodes(Mat A, PetscInt *bs, std::vector<PetscInt> *order)
 {
-  static const char name[]  = "AinsworthNodes";
-  static PetscInt   stateId = -1;
+  static const char name[] = "AinsworthNodes";
   PetscObjectState  pattern;
-  PetscReal         before = -1.0;
-  PetscBool         aij, known = PETSC_FALSE;
-  IS                nodes;
+  PetscBool         aij, known;
+  Nodes            *last;
 
   PetscFunctionBegin;
   *bs = 1;
   order->clear();
   PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)A, &aij, MATSEQAIJ, MATMPIAIJ, ""));
   if (!aij) PetscFunctionReturn(PETSC_SUCCESS);
-  if (stateId < 0) PetscCall(PetscObjectComposedDataRegister(&stateId));
   PetscCall(MatGetNonzeroState(A, &pattern));
-  PetscCall(PetscObjectQuery((PetscObject)A, name, (PetscObject *)&nodes));
-  if (nodes) PetscCall(PetscObjectComposedDataGetReal((PetscObject)nodes, stateId, before, known));
-  known = (PetscBool)(known && before == (PetscReal)pattern);
+  PetscCall(AinsworthGetAttached((PetscObject)A, name, &last));
+  known = (PetscBool)(last && last->pattern == pattern);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &known, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
   if (known) {
-    PetscCall(ISGetBlockSize(nodes, bs));
-    PetscCall(AinsworthISToList(nodes, order));
+    *bs    = last->bs;
+    *order = last->order;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(Find(A, bs, order));
-  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)A), (PetscInt)order->size(), order->data(), PETSC_COPY_VALUES, &nodes));
-  PetscCall(ISSetBlockSize(nodes, *bs));
-  PetscCall(PetscObjectComposedDataSetReal((PetscObject)nodes, stateId, (PetscReal)pattern));
-  PetscCall(PetscObjectCompose((PetscObject)A, name, (PetscObject)nodes));
-  PetscCall(ISDestroy(&nodes)); /* A holds the reference */
+  PetscCall(AinsworthAttach((PetscObject)A, name, std::make_unique<Nodes>(Nodes{pattern, *bs, *order})));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

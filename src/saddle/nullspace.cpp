@@ -1,48 +1,10 @@
+/* Null spaces that the program attached to its matrix, to A, or to the index sets of its fields */
 #include "saddle.h"
 #include "../objects.h"
-#include "layout.h"
-#include <string>
 #include <vector>
 
-/* Gets the near null space of A: attached to A or (as for PCFIELDSPLIT) to the index set of its field, or made of coordinates; borrowed, NULL if none */
-PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddleBlocks *sp, MatNullSpace *near)
-{
-  PetscFunctionBegin;
-  PetscCall(MatGetNearNullSpace(sp->block[AINSWORTH_BLOCK_A], near));
-  if (!*near) PetscCall(PetscObjectQuery((PetscObject)sp->rows[0], "nearnullspace", (PetscObject *)near));
-  if (!*near) *near = sp->modes;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Appends the near null space of a field as vectors of the whole matrix, zero elsewhere; to be destroyed. cols NULL: it is that of the whole matrix */
-static PetscErrorCode AddModes(Mat mat, MatNullSpace near, IS cols, std::vector<Vec> *modes)
-{
-  PetscBool  constant;
-  PetscInt   n, local;
-  const Vec *given;
-
-  PetscFunctionBegin;
-  PetscCall(MatNullSpaceGetVecs(near, &constant, &n, &given));
-  PetscCall(MatGetLocalSize(mat, NULL, &local));
-  for (PetscInt i = 0; i < n + (constant ? 1 : 0); i++) {
-    Vec v, part, mode;
-
-    PetscCall(VecCreateMPI(PetscObjectComm((PetscObject)mat), local, PETSC_DETERMINE, &v));
-    part = v;
-    if (cols) PetscCall(VecGetSubVector(v, cols, &part));
-    if (i < n) {
-      PetscCall(AinsworthVecGetFlat(cols ? NULL : mat, PETSC_FALSE, given[i], &mode));
-      PetscCall(VecCopy(mode, part));
-      PetscCall(AinsworthVecRestoreFlat(cols ? NULL : mat, PETSC_FALSE, given[i], PETSC_FALSE, &mode));
-    } else PetscCall(VecSet(part, 1.0));
-    if (cols) PetscCall(VecRestoreSubVector(v, cols, &part));
-    modes->push_back(v);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Orthogonalizes v against vectors of length 1 by modified Gram-Schmidt */
-static PetscErrorCode Orthogonalize(const std::vector<Vec> &directions, Vec v)
+PetscErrorCode AinsworthOrthogonalize(const std::vector<Vec> &directions, Vec v)
 {
   PetscScalar product;
 
@@ -51,72 +13,6 @@ static PetscErrorCode Orthogonalize(const std::vector<Vec> &directions, Vec v)
     PetscCall(VecDot(v, w, &product));
     PetscCall(VecAXPY(v, -product, w));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Copies the part of a vector of the whole matrix in a field, laid out as the columns of A */
-static PetscErrorCode CreatePart(Mat A, Vec whole, IS field, Vec *v)
-{
-  Vec part;
-
-  PetscFunctionBegin;
-  PetscCall(MatCreateVecs(A, v, NULL));
-  PetscCall(VecGetSubVector(whole, field, &part));
-  PetscCall(VecCopy(part, *v));
-  PetscCall(VecRestoreSubVector(whole, field, &part));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   AinsworthSaddleAttachNearNullSpace - attaches a near null space to an A that was made of parts of mat. Collective
-
-   It consists of those of these parts, or of the index sets of their fields; if there are none, of the primal part of that of mat.
-*/
-PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *found, Mat mat)
-{
-  Mat              A = found->block[AINSWORTH_BLOCK_A];
-  MatNullSpace     near;
-  std::string      name; /* source of the modes, for views */
-  std::vector<Vec> modes, parts;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetNearNullSpace(A, &near));
-  if (near) PetscFunctionReturn(PETSC_SUCCESS);
-  for (size_t i = 0; i < found->fields.size(); i++) {
-    Mat          block = NULL;
-    MatNullSpace rigid = NULL;
-
-    if (found->multiplier[i]) continue;
-    near = NULL;
-    if (!found->extracted) PetscCall(MatNestGetSubMat(mat, (PetscInt)i, (PetscInt)i, &block));
-    if (block) PetscCall(MatGetNearNullSpace(block, &near));
-    if (!near) PetscCall(PetscObjectQuery((PetscObject)found->fields[i].rows.get(), "nearnullspace", (PetscObject *)&near));
-    if (!near && block) PetscCall(AinsworthMatCreateRigidModes(block, &rigid));
-    if (!near) near = rigid;
-    if (near) PetscCall(AddModes(mat, near, found->fields[i].cols.get(), &modes));
-    if (near && ((PetscObject)near)->name) name = ((PetscObject)near)->name;
-    PetscCall(MatNullSpaceDestroy(&rigid));
-  }
-  PetscCall(MatGetNearNullSpace(mat, &near));
-  if (modes.empty() && near) PetscCall(AddModes(mat, near, NULL, &modes));
-  for (Vec &mode : modes) {
-    Vec       v;
-    PetscReal norm, rest;
-
-    PetscCall(CreatePart(A, mode, found->cols[0], &v));
-    PetscCall(VecDestroy(&mode));
-    PetscCall(VecNorm(v, NORM_2, &norm));
-    PetscCall(Orthogonalize(parts, v));
-    PetscCall(VecNormalize(v, &rest));
-    if (rest > PETSC_SQRT_MACHINE_EPSILON * norm) parts.push_back(v);
-    else PetscCall(VecDestroy(&v)); /* dependent on the others, as the primal part of a mode of the multipliers may be */
-  }
-  if (parts.empty()) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatNullSpaceCreate(PetscObjectComm((PetscObject)A), PETSC_FALSE, (PetscInt)parts.size(), parts.data(), &near));
-  if (!name.empty()) PetscCall(PetscObjectSetName((PetscObject)near, name.c_str()));
-  PetscCall(MatSetNearNullSpace(A, near));
-  PetscCall(MatNullSpaceDestroy(&near));
-  for (Vec &v : parts) PetscCall(VecDestroy(&v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -139,7 +35,7 @@ PetscErrorCode AinsworthSaddleGetNullSpace(Mat amat, Mat pmat, Mat *mat, MatNull
    may be left of the smaller. So this has to be done before the solution is verified, because the KSP does it afterwards. The constant vector is left to the
    KSP.
 */
-PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *sp, Mat amat, PetscBool transpose, AinsworthSaddleVec y, PetscBool *removed)
+PetscErrorCode AinsworthSaddleRemoveNullSpace(AinsworthSaddle *sp, Mat amat, PetscBool transpose, AinsworthSaddleVec y, PetscBool *removed)
 {
   const IS         *field = transpose ? sp->rows : sp->cols;
   const PetscScalar sign  = sp->negated ? -1.0 : 1.0; /* lambda does not have the program's sign yet */
@@ -152,19 +48,16 @@ PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *sp, Mat ama
   PetscCall((transpose ? MatGetTransposeNullSpace : MatGetNullSpace)(amat, &whole));
   if (whole) PetscCall(MatNullSpaceGetVecs(whole, &constant, &n, &v));
   for (PetscInt i = 0; i < n; i++) {
-    Vec                flat;
     AinsworthSaddleVec part;
     PetscScalar        dot[2];
 
-    PetscCall(AinsworthVecGetFlat(amat, transpose, v[i], &flat));
-    PetscCall(AinsworthSaddleVecGet(flat, field, &part));
+    PetscCall(AinsworthTransferIn(&sp->transfer[2], amat, transpose, field, PETSC_FALSE, v[i], &part));
     PetscCall(VecDot(y.primal, part.primal, &dot[0]));
     PetscCall(VecDot(y.dual, part.dual, &dot[1]));
     dot[0] += sign * dot[1];
     PetscCall(VecAXPY(y.primal, -dot[0], part.primal));
     PetscCall(VecAXPY(y.dual, -sign * dot[0], part.dual));
-    PetscCall(AinsworthSaddleVecRestore(flat, field, &part));
-    PetscCall(AinsworthVecRestoreFlat(amat, transpose, v[i], PETSC_FALSE, &flat));
+    PetscCall(AinsworthTransferOut(&sp->transfer[2], &part));
   }
   *removed = (PetscBool)(n > 0);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -196,11 +89,12 @@ static PetscErrorCode Annihilates(Mat A, Vec v, PetscBool *zero)
 */
 static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec> *vectors)
 {
-  Mat          A = sp->block[AINSWORTH_BLOCK_A], numbering;
-  MatNullSpace nullsp;
-  PetscBool    constant, whole, good = PETSC_TRUE;
-  PetscInt     n;
-  const Vec   *given;
+  Mat               A = sp->block[AINSWORTH_BLOCK_A];
+  MatNullSpace      nullsp;
+  PetscBool         constant, whole, good = PETSC_TRUE;
+  PetscInt          n;
+  const Vec        *given;
+  AinsworthTransfer transfer;
 
   PetscFunctionBegin;
   PetscCall(MatGetNullSpace(A, &nullsp));
@@ -208,27 +102,22 @@ static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec>
   whole = (PetscBool)!nullsp;
   if (whole) nullsp = sp->nullSpace;
   if (!nullsp) PetscFunctionReturn(PETSC_SUCCESS);
-  numbering = whole ? sp->numbering : A;
   PetscCall(MatNullSpaceGetVecs(nullsp, &constant, &n, &given));
   for (PetscInt i = 0; i < n + (constant ? 1 : 0); i++) {
-    Vec v, flat;
+    Vec                v;
+    AinsworthSaddleVec part;
 
+    PetscCall(MatCreateVecs(A, &v, NULL));
     if (i < n) {
-      PetscCall(AinsworthVecGetFlat(numbering, PETSC_FALSE, given[i], &flat));
-      if (whole) PetscCall(CreatePart(A, flat, sp->cols[0], &v));
-      else {
-        PetscCall(MatCreateVecs(A, &v, NULL));
-        PetscCall(VecCopy(flat, v));
-      }
-      PetscCall(AinsworthVecRestoreFlat(numbering, PETSC_FALSE, given[i], PETSC_FALSE, &flat));
-    } else {
-      PetscCall(MatCreateVecs(A, &v, NULL));
-      PetscCall(VecSet(v, 1.0));
-    }
+      PetscCall(AinsworthTransferIn(&transfer, whole ? sp->numbering : A, PETSC_FALSE, whole ? sp->cols : NULL, PETSC_FALSE, given[i], &part));
+      PetscCall(VecCopy(part.primal, v));
+      PetscCall(AinsworthTransferOut(&transfer, &part));
+    } else PetscCall(VecSet(v, 1.0));
     if (whole) PetscCall(Annihilates(A, v, &good));
     if (good) vectors->push_back(v);
     else PetscCall(VecDestroy(&v));
   }
+  PetscCall(AinsworthTransferDestroy(&transfer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -255,7 +144,7 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
     Vec         image;
 
     PetscCall(VecNorm(v, NORM_2, &norm));
-    PetscCall(Orthogonalize(free, v));
+    PetscCall(AinsworthOrthogonalize(free, v));
     PetscCall(VecNorm(v, NORM_2, &rest));
     if (rest <= PETSC_SQRT_MACHINE_EPSILON * norm) { /* zero, or a combination of the others, as primal parts may be */
       PetscCall(VecDestroy(&v));
@@ -283,7 +172,7 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
   }
   given.clear();
   for (Vec v : free) { /* subtracting held vectors has destroyed their orthogonality */
-    PetscCall(Orthogonalize(given, v));
+    PetscCall(AinsworthOrthogonalize(given, v));
     PetscCall(VecNormalize(v, NULL));
     given.push_back(v);
   }

@@ -164,6 +164,22 @@ static PetscErrorCode CheckSizes(const AinsworthSaddleBlocks *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Forgets all but the transfers, which the next set-up may use again */
+static PetscErrorCode Forget(AinsworthSaddle *sp)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthSaddleResetBlocks(sp));
+  for (Mat *M : {&sp->A, &sp->P, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC}) PetscCall(MatDestroy(M));
+  for (Vec *v : {&sp->balance, &sp->known, &sp->stiffness, &sp->scale.primal, &sp->scale.dual, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
+  PetscCall(MatNullSpaceDestroy(&sp->nullSpace));
+  PetscCall(MatDestroy(&sp->numbering));
+  PetscCall(PetscFree(sp->kind));
+  for (PetscInt &count : sp->count) count = 0;
+  sp->bad[0]  = 0;
+  sp->negated = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthSaddleSetUp - brings what the program passed to the normal form. Collective
 
@@ -181,7 +197,7 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
   PetscCall(CheckSizes(&found));
   last      = sp->rowsD;
   sp->rowsD = NULL;
-  PetscCall(AinsworthSaddleReset(sp));
+  PetscCall(Forget(sp));
   *(AinsworthSaddleBlocks *)sp = found;
   PetscCall(AinsworthSaddleGetNullSpace(in->amat, in->pmat, &sp->numbering, &sp->nullSpace));
   PetscCall(PetscObjectReference((PetscObject)sp->nullSpace));
@@ -221,14 +237,32 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
 PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
 {
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleResetBlocks(sp));
-  for (Mat *M : {&sp->A, &sp->P, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC}) PetscCall(MatDestroy(M));
-  for (Vec *v : {&sp->balance, &sp->known, &sp->stiffness, &sp->scale.primal, &sp->scale.dual, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
-  PetscCall(MatNullSpaceDestroy(&sp->nullSpace));
-  PetscCall(MatDestroy(&sp->numbering));
-  PetscCall(PetscFree(sp->kind));
-  for (PetscInt &count : sp->count) count = 0;
-  sp->bad[0]  = 0;
-  sp->negated = PETSC_FALSE;
+  PetscCall(Forget(sp));
+  for (AinsworthTransfer &transfer : sp->transfer) PetscCall(AinsworthTransferDestroy(&transfer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Tells whether the layout, the blocks, their values, the fields or null spaces have changed since the last set-up; the same answer on all ranks. Collective */
+PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *in, const AinsworthSaddle *sp, PetscBool *changed)
+{
+  AinsworthSaddleBlocks now;
+  MatNullSpace          nullSpace;
+  Mat                   mat;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthSaddleFindBlocks(in, PETSC_TRUE, sp, &now));
+  PetscCall(AinsworthSaddleGetNullSpace(in->amat, in->pmat, &mat, &nullSpace));
+  *changed = (PetscBool)(now.layout != sp->layout || now.extracted != sp->extracted || nullSpace != sp->nullSpace);
+  for (int k = 0; k < AINSWORTH_BLOCKS; k++)
+    if (now.state[k] != sp->state[k]) *changed = PETSC_TRUE;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, changed, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)in->pmat)));
+  for (int k = 0; k < 2 && !*changed; k++) {
+    PetscBool rows, cols;
+
+    PetscCall(ISEqualUnsorted(now.rows[k], sp->rows[k], &rows));
+    PetscCall(ISEqualUnsorted(now.cols[k], sp->cols[k], &cols));
+    *changed = (PetscBool)(!rows || !cols);
+  }
+  PetscCall(AinsworthSaddleResetBlocks(&now));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,8 +2,8 @@
 #ifndef AINSWORTH_SADDLE_H
 #define AINSWORTH_SADDLE_H
 
-#include "saddlevec.h"
 #include "layout.h"
+#include "transfer.h"
 
 /* How a row of the multiplier field, C_i x - (D lambda)_i = g_i, is treated */
 typedef enum {
@@ -84,6 +84,7 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   PetscBool          positive;                   /* unknowns that are not loose have positive diagonal entries in A */
   std::vector<bool>  sprung;                     /* for each local row of the multiplier field: its row of D is not zero */
   Vec                stiffness;                  /* of each unknown: A_ii or, where that is not positive, the largest entry of the row */
+  AinsworthTransfer  transfer[3];                /* of right-hand sides, solutions, and vectors of null spaces */
   AinsworthSaddleVec scale; /* powers of 2 that bring entries of the system to about 1: of the unknowns and of all rows of the multiplier field */
   PetscBool          symmetric;                  /* A = A' */
   PetscBool          adjoint;                    /* B is C, and D = D' */
@@ -91,67 +92,68 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   PetscInt constraints() const { return count[AINSWORTH_ROW_CONSTRAINT]; } /* kept rows of all ranks */
 };
 
-/* arrays.cpp */
+/* diagonal.cpp */
 PetscErrorCode AinsworthGetDiagonal(Mat, Vec);
+PetscErrorCode AinsworthCreateDiagonal(Mat, Vec *);
+
+/* entries.cpp: sizes of entries, and rows */
+PetscErrorCode AinsworthVecGather(Vec, PetscInt, const PetscInt[], Vec *);
+PetscErrorCode AinsworthAbsoluteAIJ(Mat, Mat *);
 PetscErrorCode AinsworthAbsoluteMult(Mat, Vec, Vec);
 PetscErrorCode AinsworthAbsoluteMultTranspose(Mat, Vec, Vec);
+PetscErrorCode AinsworthRowSums(Mat, int, Vec);
+PetscErrorCode AinsworthRowSquares(Mat, Vec, Vec);
+PetscErrorCode AinsworthScaleColumns(Mat, Vec, Mat *);
+PetscErrorCode AinsworthCountRows(Mat, PetscInt, Vec *);
+PetscErrorCode AinsworthSampleRows(Mat, PetscInt, PetscInt, PetscInt, IS *, PetscInt *);
+PetscErrorCode AinsworthGetRows(Mat, const std::vector<PetscInt> &, std::vector<Vec> *);
+PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
 
 /* aij.cpp */
 PetscErrorCode AinsworthFindOpaque(Mat, Mat *);
 PetscErrorCode AinsworthGetTransposed(Mat, Mat *, PetscBool *);
 PetscErrorCode AinsworthCheckEntries(Mat, const char[], const char[], PetscBool *);
 PetscErrorCode AinsworthGetAIJ(Mat, Mat *);
-PetscErrorCode AinsworthCreateAIJ(MPI_Comm, PetscInt, const AinsworthEntries &, Mat *);
 PetscErrorCode AinsworthCopyNullSpaces(Mat, Mat);
-PetscErrorCode AinsworthAbsoluteAIJ(Mat, Mat *);
-PetscErrorCode AinsworthRowSums(Mat, int, Vec);
-PetscErrorCode AinsworthCountRows(Mat, PetscInt, Vec *);
-PetscErrorCode AinsworthSampleRows(Mat, PetscInt, PetscInt, PetscInt, IS *, PetscInt *);
-PetscErrorCode AinsworthGetRows(Mat, const std::vector<PetscInt> &, std::vector<Vec> *);
-PetscErrorCode AinsworthScaleColumns(Mat, Vec, Mat *);
-PetscErrorCode AinsworthRowSquares(Mat, Vec, Vec);
-PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
 
 /* sum.cpp */
 PetscErrorCode AinsworthAddAIJ(PetscScalar, const std::vector<Mat> &, Mat *);
 PetscErrorCode AinsworthMakePatternSymmetric(Mat *);
 PetscErrorCode AinsworthStoreDiagonal(Mat *);
 
-/* flat.cpp */
-PetscErrorCode AinsworthVecGetFlat(Mat, PetscBool, Vec, Vec *);
-PetscErrorCode AinsworthVecRestoreFlat(Mat, PetscBool, Vec, PetscBool, Vec *);
-PetscErrorCode AinsworthCreateDiagonal(Mat, Vec *);
-PetscErrorCode AinsworthVecGather(Vec, PetscInt, const PetscInt[], Vec *);
-
 /* nodes.cpp */
+PetscErrorCode AinsworthBlocksDivide(Mat, PetscInt, PetscBool *);
+PetscErrorCode AinsworthGetColumns(Mat, PetscInt, std::vector<PetscInt> *);
 PetscErrorCode AinsworthFindNodes(Mat, PetscInt *, std::vector<PetscInt> *);
 
 /* merge.cpp */
 PetscErrorCode AinsworthMergeAIJ(MPI_Comm, const std::vector<IS> &, const std::vector<IS> &, const std::vector<Mat> &, Mat *);
 
-/* blocks.cpp, state.cpp: the blocks of what the program passed, and whether they have changed */
+/* state.cpp */
+uint64_t       AinsworthMixState(uint64_t, uint64_t);
+PetscErrorCode AinsworthMatGetState(Mat, uint64_t *);
+
+/* blocks.cpp: the blocks of what the program passed */
 PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *, PetscBool, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthSaddleDescribeLayout(const AinsworthSaddleBlocks *, char[], size_t);
-PetscErrorCode AinsworthCheckAssembled(Mat, const char[]);
-PetscErrorCode AinsworthBlockNorm(Mat, PetscReal *);
-uint64_t       AinsworthMixState(uint64_t, uint64_t);
-PetscErrorCode AinsworthMatGetState(Mat, uint64_t *);
-PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *, const AinsworthSaddle *, PetscBool *);
 
+/* saddle.cpp */
+PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *, const AinsworthSaddle *, PetscBool *);
 PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *, AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
 
-/* coordinates.cpp */
+/* nearnullspace.cpp */
+PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *, Mat);
+PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddleBlocks *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleDescribeModes(const AinsworthSaddle *, char[], size_t);
 
 /* nullspace.cpp */
-PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *, Mat);
-PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddleBlocks *, MatNullSpace *);
+PetscErrorCode AinsworthOrthogonalize(const std::vector<Vec> &, Vec);
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *, Vec);
 PetscErrorCode AinsworthSaddleGetNullSpace(Mat, Mat, Mat *, MatNullSpace *);
-PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *, Mat, PetscBool, AinsworthSaddleVec, PetscBool *);
+PetscErrorCode AinsworthSaddleRemoveNullSpace(AinsworthSaddle *, Mat, PetscBool, AinsworthSaddleVec, PetscBool *);
 
 /* rows.cpp: the rows of the multiplier field */
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *);
@@ -169,6 +171,8 @@ PetscErrorCode AinsworthSaddleNameUnused(const AinsworthSaddle *, PetscBool, cha
 PetscErrorCode AinsworthProbeSymmetry(Mat, PetscBool *);
 
 /* check.cpp: searches for entries, comparisons of blocks */
+PetscErrorCode AinsworthCheckAssembled(Mat, const char[]);
+PetscErrorCode AinsworthBlockNorm(Mat, PetscReal *);
 PetscErrorCode AinsworthAgreeOnFirst(MPI_Comm, PetscInt *);
 PetscErrorCode AinsworthMatEqual(Mat, Mat, PetscBool *);
 PetscErrorCode AinsworthMatFindNonzero(Mat, PetscInt *, PetscInt *);
@@ -181,7 +185,9 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *, Vec, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthSaddleSetKnown(const AinsworthSaddle *, Vec, Vec);
 
-/* fields.cpp: right-hand sides and solutions, between the program's fields and the kept rows */
+/* fields.cpp: right-hand sides and solutions, between the program's vectors, its fields and the kept rows */
+PetscErrorCode AinsworthSaddleGetFields(AinsworthSaddle *, Mat, PetscBool, PetscBool, Vec, AinsworthSaddleVec *);
+PetscErrorCode AinsworthSaddleRestoreFields(AinsworthSaddle *, PetscBool, AinsworthSaddleVec *);
 PetscErrorCode AinsworthSaddleGetKept(const AinsworthSaddle *, Vec, Vec);
 PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *, AinsworthSaddleVec, AinsworthSaddleVec);
 PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *, AinsworthSaddleVec, Vec, AinsworthSaddleVec);

@@ -56,21 +56,4 @@ static inline PetscErrorCode AinsworthSaddleVecAXPY(AinsworthSaddleVec y, PetscS
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets both parts of a vector; restore with AinsworthSaddleVecRestore() */
-static inline PetscErrorCode AinsworthSaddleVecGet(Vec v, const IS fields[], AinsworthSaddleVec *y)
-{
-  PetscFunctionBegin;
-  PetscCall(VecGetSubVector(v, fields[0], &y->primal));
-  PetscCall(VecGetSubVector(v, fields[1], &y->dual));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static inline PetscErrorCode AinsworthSaddleVecRestore(Vec v, const IS fields[], AinsworthSaddleVec *y)
-{
-  PetscFunctionBegin;
-  PetscCall(VecRestoreSubVector(v, fields[0], &y->primal));
-  PetscCall(VecRestoreSubVector(v, fields[1], &y->dual));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 #endif

@@ -1,7 +1,7 @@
 /* Splits an AIJ matrix whose fields are sorted and local into blocks in one pass, without symbolic work except for columns of other ranks */
 #include "split.h"
 #include "../lists.h"
-#include <petsc/private/petscimpl.h>
+#include "../objects.h"
 
 /* Numbers of field 1 in maps: -1, -2, ... for 0, 1, ... */
 static inline PetscInt Flip(PetscInt number)
@@ -201,6 +201,6 @@ PetscErrorCode AinsworthSplitRefill(Mat aij, const AinsworthSplit *split, int wa
     PetscCall(part[p].close());
   }
   for (int k = 0; k < wanted; k++)
-    if (changed[k]) PetscCall(PetscObjectStateIncrease((PetscObject)block[k]));
+    if (changed[k]) PetscCall(AinsworthStateIncrease((PetscObject)block[k]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

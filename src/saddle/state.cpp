@@ -1,6 +1,6 @@
-/* Detects whether the program passed other matrices or values than before */
+/* One number for a matrix and all that it is made of, which changes with any of them */
 #include "saddle.h"
-#include <petsc/private/petscimpl.h>
+#include "../objects.h"
 
 /* Mixes a number into a state */
 uint64_t AinsworthMixState(uint64_t state, uint64_t number)
@@ -63,9 +63,9 @@ static PetscErrorCode AddState(Mat M, uint64_t *state)
 */
 PetscErrorCode AinsworthMatGetState(Mat M, uint64_t *state)
 {
-  static PetscInt stateId = -1;
-  PetscReal       digest, last = 0.0;
-  PetscBool       parts, known;
+  static const char name[] = "AinsworthState";
+  uint64_t          last;
+  PetscBool         parts, known;
 
   PetscFunctionBegin;
   *state = 0;
@@ -73,41 +73,13 @@ PetscErrorCode AinsworthMatGetState(Mat M, uint64_t *state)
   PetscCall(AddState(M, state));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)M, &parts, MATNEST, MATCOMPOSITE, ""));
   if (!parts) PetscFunctionReturn(PETSC_SUCCESS);
-  digest = (PetscReal)(*state >> 12); /* as many bits as the mantissa of a double */
-  if (stateId < 0) PetscCall(PetscObjectComposedDataRegister(&stateId));
-  PetscCall(PetscObjectComposedDataGetReal((PetscObject)M, stateId, last, known));
-  if (known && last == digest) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthRecall((PetscObject)M, name, &last, &known));
+  if (known && last == *state) PetscFunctionReturn(PETSC_SUCCESS);
   if (known) {
-    PetscCall(PetscObjectStateIncrease((PetscObject)M));
+    PetscCall(AinsworthStateIncrease((PetscObject)M));
     *state = 0;
     PetscCall(AddState(M, state));
-    digest = (PetscReal)(*state >> 12);
   }
-  PetscCall(PetscObjectComposedDataSetReal((PetscObject)M, stateId, digest));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Tells whether the layout, the blocks, their values, the fields or null spaces have changed since the last set-up; the same answer on all ranks. Collective */
-PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *in, const AinsworthSaddle *sp, PetscBool *changed)
-{
-  AinsworthSaddleBlocks now;
-  MatNullSpace          nullSpace;
-  Mat                   mat;
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthSaddleFindBlocks(in, PETSC_TRUE, sp, &now));
-  PetscCall(AinsworthSaddleGetNullSpace(in->amat, in->pmat, &mat, &nullSpace));
-  *changed = (PetscBool)(now.layout != sp->layout || now.extracted != sp->extracted || nullSpace != sp->nullSpace);
-  for (int k = 0; k < AINSWORTH_BLOCKS; k++)
-    if (now.state[k] != sp->state[k]) *changed = PETSC_TRUE;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, changed, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)in->pmat)));
-  for (int k = 0; k < 2 && !*changed; k++) {
-    PetscBool rows, cols;
-
-    PetscCall(ISEqualUnsorted(now.rows[k], sp->rows[k], &rows));
-    PetscCall(ISEqualUnsorted(now.cols[k], sp->cols[k], &cols));
-    *changed = (PetscBool)(!rows || !cols);
-  }
-  PetscCall(AinsworthSaddleResetBlocks(&now));
+  PetscCall(AinsworthRemember((PetscObject)M, name, *state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

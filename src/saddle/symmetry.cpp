@@ -1,6 +1,6 @@
 #include "saddle.h"
 #include "../loops.h"
-#include <petsc/private/petscimpl.h>
+#include "../objects.h"
 
 /* Reports a common reason for a non-symmetric A through PetscInfo(): Dirichlet rows turned into identity rows, with their columns left in place. Collective */
 static PetscErrorCode ExplainAsymmetry(Mat A)
@@ -64,19 +64,17 @@ static PetscErrorCode LargestDifference(Mat A, Vec Av, Vec Atv, PetscReal *large
 */
 PetscErrorCode AinsworthProbeSymmetry(Mat A, PetscBool *symmetric)
 {
-  static PetscInt symmetryId = -1;
-  PetscInt        found      = 0;
-  PetscBool       known, has;
-  Vec             v, Av, Atv;
-  PetscReal       difference;
+  static const char name[] = "AinsworthSymmetry";
+  PetscBool         known, has;
+  Vec               v, Av, Atv;
+  PetscReal         difference;
 
   PetscFunctionBegin;
   PetscCall(PetscDefined(USE_COMPLEX) ? MatIsHermitianKnown(A, &known, symmetric) : MatIsSymmetricKnown(A, &known, symmetric));
   if (known) PetscFunctionReturn(PETSC_SUCCESS);
   /* the result is cached with A until its values change */
-  if (symmetryId < 0) PetscCall(PetscObjectComposedDataRegister(&symmetryId));
-  PetscCall(PetscObjectComposedDataGetInt((PetscObject)A, symmetryId, found, known));
-  *symmetric = (PetscBool)(known && found);
+  *symmetric = PETSC_FALSE;
+  PetscCall(AinsworthRecall((PetscObject)A, name, symmetric, &known));
   if (known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatHasOperation(A, MATOP_MULT_TRANSPOSE, &has));
   if (!has) PetscFunctionReturn(PETSC_SUCCESS);
@@ -87,7 +85,7 @@ PetscErrorCode AinsworthProbeSymmetry(Mat A, PetscBool *symmetric)
   PetscCall(MatMultHermitianTranspose(A, v, Atv));
   PetscCall(LargestDifference(A, Av, Atv, &difference));
   *symmetric = (PetscBool)(difference <= 1e-10);
-  PetscCall(PetscObjectComposedDataSetInt((PetscObject)A, symmetryId, (PetscInt)*symmetric));
+  PetscCall(AinsworthRemember((PetscObject)A, name, *symmetric));
   if (!*symmetric) PetscCall(ExplainAsymmetry(A));
   PetscCall(
     PetscInfo(A, "A is %s: a row of A v and A' v differs by %g of itself for a random v\n", *symmetric ? "symmetric" : "not symmetric", (double)difference));

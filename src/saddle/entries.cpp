@@ -1,0 +1,225 @@
+/* Sizes of the entries of AIJ matrices, their rows, and what rows need of other ranks */
+#include "saddle.h"
+#include "../loops.h"
+#include "../objects.h"
+#include <vector>
+
+/* Creates the entrywise absolute value of an AIJ matrix */
+PetscErrorCode AinsworthAbsoluteAIJ(Mat M, Mat *absolute)
+{
+  Mat             block[2];
+  const PetscInt *ghosts;
+  PetscInt        n;
+
+  PetscFunctionBegin;
+  PetscCall(MatDuplicate(M, MAT_COPY_VALUES, absolute));
+  PetscCall(AinsworthAIJGetParts(*absolute, block, &ghosts, &n));
+  for (Mat part : block) {
+    MatInfo      info;
+    PetscScalar *v;
+
+    if (!part) continue;
+    PetscCall(MatGetInfo(part, MAT_LOCAL, &info));
+    PetscCall(MatSeqAIJGetArray(part, &v));
+    for (PetscInt k = 0; k < (PetscInt)info.nz_used; k++) v[k] = PetscAbsScalar(v[k]);
+    PetscCall(MatSeqAIJRestoreArray(part, &v));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthAbsoluteMult - computes y = |M| |x|, entrywise, for an AIJ matrix, without a copy of M */
+PetscErrorCode AinsworthAbsoluteMult(Mat M, Vec x, Vec y)
+{
+  Mat             mat[2];
+  Vec             from[2] = {x, NULL};
+  const PetscInt *ghosts;
+  PetscInt        nghosts;
+  PetscScalar    *sum;
+  AinsworthCSR    part;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthAIJGetParts(M, mat, &ghosts, &nghosts));
+  if (mat[1]) PetscCall(AinsworthVecGather(x, nghosts, ghosts, &from[1]));
+  PetscCall(VecZeroEntries(y));
+  PetscCall(VecGetArray(y, &sum));
+  for (int k = 0; k < 2 && mat[k]; k++) {
+    const PetscScalar *v;
+
+    PetscCall(part.open(mat[k]));
+    PetscCall(VecGetArrayRead(from[k], &v));
+    for (PetscInt r = 0; r < part.n; r++) {
+      PetscReal terms = 0.0;
+
+      for (PetscInt e = part.ia[r]; e < part.ia[r + 1]; e++) terms += PetscAbsScalar(part.a[e]) * PetscAbsScalar(v[part.ja[e]]);
+      sum[r] += terms;
+    }
+    PetscCall(VecRestoreArrayRead(from[k], &v));
+    PetscCall(part.close());
+  }
+  PetscCall(VecRestoreArray(y, &sum));
+  PetscCall(VecDestroy(&from[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthAbsoluteMultTranspose - computes y = |M|' |x|, entrywise, for an AIJ matrix */
+PetscErrorCode AinsworthAbsoluteMultTranspose(Mat M, Vec x, Vec y)
+{
+  Mat entries;
+  Vec sizes;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthAbsoluteAIJ(M, &entries));
+  PetscCall(AinsworthVecClone(x, &sizes));
+  PetscCall(VecAbs(sizes));
+  PetscCall(MatMultTranspose(entries, sizes, y));
+  PetscCall(VecDestroy(&sizes));
+  PetscCall(MatDestroy(&entries));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes the sum of |entry|^power of each row of M; power is 1 or 2 */
+PetscErrorCode AinsworthRowSums(Mat M, int power, Vec sums)
+{
+  Mat          R;
+  PetscScalar *s;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthGetAIJ(M, &R));
+  PetscCall(VecGetArrayWrite(sums, &s));
+  PetscCall(AinsworthForRows(R, [=](const AinsworthMatRow &row) {
+    PetscReal sum = 0.0;
+
+    for (PetscInt k = 0; k < row.n; k++) sum += power == 2 ? PetscSqr(PetscAbsScalar(row.a[k])) : PetscAbsScalar(row.a[k]);
+    s[row.local] = sum;
+  }));
+  PetscCall(VecRestoreArrayWrite(sums, &s));
+  PetscCall(MatDestroy(&R));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Creates a copy of M with its columns scaled */
+PetscErrorCode AinsworthScaleColumns(Mat M, Vec scale, Mat *scaled)
+{
+  PetscFunctionBegin;
+  PetscCall(MatDuplicate(M, MAT_COPY_VALUES, scaled));
+  PetscCall(MatDiagonalScale(*scaled, NULL, scale));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes diag(C W C'); scales by W^{1/2} before squaring, to avoid overflow and underflow */
+PetscErrorCode AinsworthRowSquares(Mat C, Vec weight, Vec sums)
+{
+  Vec root;
+  Mat scaled;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthVecClone(weight, &root));
+  PetscCall(VecSqrtAbs(root));
+  PetscCall(AinsworthScaleColumns(C, root, &scaled));
+  PetscCall(AinsworthRowSums(scaled, 2, sums));
+  PetscCall(MatDestroy(&scaled));
+  PetscCall(VecDestroy(&root));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Counts, for each unknown, the rows of C with more than `length` entries that contain it. Collective */
+PetscErrorCode AinsworthCountRows(Mat C, PetscInt length, Vec *counts)
+{
+  PetscInt                 rstart, rend;
+  std::vector<PetscScalar> ones;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(C, counts, NULL));
+  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
+  for (PetscInt i = rstart; i < rend; i++) {
+    PetscInt        n;
+    const PetscInt *columns;
+
+    PetscCall(MatGetRow(C, i, &n, &columns, NULL));
+    if (n > length) {
+      ones.resize(PetscMax(ones.size(), (size_t)n), 1.0);
+      PetscCall(VecSetValues(*counts, n, columns, ones.data(), ADD_VALUES));
+    }
+    PetscCall(MatRestoreRow(C, i, &n, &columns, NULL));
+  }
+  PetscCall(VecAssemblyBegin(*counts));
+  PetscCall(VecAssemblyEnd(*counts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Samples up to `enough` rows of each rank, evenly spaced, that have `least` to `most` entries; number: of all such rows on all ranks. Collective */
+PetscErrorCode AinsworthSampleRows(Mat M, PetscInt least, PetscInt most, PetscInt enough, IS *sample, PetscInt *number)
+{
+  std::vector<PetscInt> found, taken;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthForRows(M, [&](const AinsworthMatRow &row) {
+    if (row.n >= least && row.n <= most) found.push_back(row.number);
+  }));
+  *number = (PetscInt)found.size();
+  enough  = PetscMin(enough, *number);
+  for (PetscInt k = 0; k < enough; k++) taken.push_back(found[(2 * k + 1) * found.size() / (2 * enough)]);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, number, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)M)));
+  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)M), enough, taken.data(), PETSC_COPY_VALUES, sample));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthGetRows - appends the adjoints of some rows of a matrix, whose global numbers all ranks know. Collective */
+PetscErrorCode AinsworthGetRows(Mat M, const std::vector<PetscInt> &numbers, std::vector<Vec> *rows)
+{
+  PetscInt rstart, rend;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRange(M, &rstart, &rend));
+  for (PetscInt number : numbers) {
+    Vec row;
+
+    PetscCall(MatCreateVecs(M, &row, NULL));
+    if (number >= rstart && number < rend) {
+      PetscInt           n;
+      const PetscInt    *columns;
+      const PetscScalar *values;
+
+      PetscCall(MatGetRow(M, number, &n, &columns, &values));
+      PetscCall(VecSetValues(row, n, columns, values, INSERT_VALUES));
+      PetscCall(MatRestoreRow(M, number, &n, &columns, &values));
+    }
+    PetscCall(VecAssemblyBegin(row));
+    PetscCall(VecAssemblyEnd(row));
+    if (PetscDefined(USE_COMPLEX)) PetscCall(VecConjugate(row));
+    rows->push_back(row);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes |x' M x| */
+PetscErrorCode AinsworthFormValue(Mat M, Vec x, PetscReal *value)
+{
+  PetscScalar product;
+  Vec         Mx;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(x, &Mx));
+  PetscCall(MatMult(M, x, Mx));
+  PetscCall(VecDot(Mx, x, &product));
+  PetscCall(VecDestroy(&Mx));
+  *value = PetscAbsScalar(product);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthVecGather - gathers the n entries of v at the global places that this rank requests in a sequential vector. Collective */
+PetscErrorCode AinsworthVecGather(Vec v, PetscInt n, const PetscInt places[], Vec *here)
+{
+  IS         from;
+  VecScatter scatter;
+
+  PetscFunctionBegin;
+  PetscCall(ISCreateGeneral(PETSC_COMM_SELF, n, places, PETSC_USE_POINTER, &from));
+  PetscCall(VecCreateSeq(PETSC_COMM_SELF, n, here));
+  PetscCall(VecScatterCreate(v, from, *here, NULL, &scatter));
+  PetscCall(VecScatterBegin(scatter, v, *here, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(scatter, v, *here, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterDestroy(&scatter));
+  PetscCall(ISDestroy(&from));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
