@@ -51,7 +51,8 @@ static PetscErrorCode GetGiven(PC pc, const PC_Ainsworth *data, AinsworthPlanFac
   PetscCall(PCGetType(inner, &has));
   ours = PCAinsworthInnerType_Private(data, in->plan.preconditioner);
   same = PETSC_FALSE;
-  if (ours && has) PetscCall(PetscStrcmp(has, ours, &same));
+  if (in->plan.preconditioner == AINSWORTH_INNER_FACTOR) PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &same, PCCHOLESKY, PCLU, ""));
+  else if (ours && has) PetscCall(PetscStrcmp(has, ours, &same));
   facts->own = !(given && read) && (!has || same);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -177,7 +178,8 @@ PetscErrorCode PCAinsworthRememberFactor_Private(PC_Ainsworth *data, AinsworthTr
 /*
    PCAinsworthReview_Private - forgets before a set-up what was tried for another matrix
 
-   A factorization stands as long as the number of unknowns stays the same, that of entries about the same, and the program makes no choice of its own
+   A factorization stands as long as the number of unknowns and the symmetry stay the same, the number of entries about the same, and the program makes no
+   choice of its own
 */
 PetscErrorCode PCAinsworthReview_Private(PC pc, PC_Ainsworth *data)
 {
@@ -185,16 +187,19 @@ PetscErrorCode PCAinsworthReview_Private(PC pc, PC_Ainsworth *data)
   PetscInt           n;
   PetscReal          entries;
   AinsworthPlanFacts facts;
-  MatSolverType      package;
+  PetscBool          same = PETSC_TRUE;
+  PCType             type = PCAinsworthInnerType_Private(data, AINSWORTH_INNER_FACTOR);
+  PC                 inner;
 
   PetscFunctionBegin;
   e->facts = AinsworthPriceFacts();
   if (data->history.factor == AINSWORTH_UNTRIED) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(GetGiven(pc, data, &facts));
   PetscCall(PCAinsworthMeasure_Private(data, &n, &entries));
-  if (facts.own && n == e->n && PetscAbsReal(entries - e->entries) <= 0.25 * e->entries &&
-      (data->history.factor == AINSWORTH_FAILED || PCAinsworthFactorType_Private(data, &package)))
-    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  if (data->history.factor == AINSWORTH_TAKEN && data->inner.plan.preconditioner == AINSWORTH_INNER_FACTOR)
+    PetscCall(PetscObjectTypeCompare((PetscObject)inner, type ? type : "", &same));
+  if (facts.own && same && n == e->n && PetscAbsReal(entries - e->entries) <= 0.25 * e->entries) PetscFunctionReturn(PETSC_SUCCESS);
   if (facts.own) PetscCall(PetscInfo(pc, "The matrix is another one: multigrid is tried again\n"));
   data->history.factor = AINSWORTH_UNTRIED;
   PetscFunctionReturn(PETSC_SUCCESS);
