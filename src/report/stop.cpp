@@ -58,8 +58,9 @@ PetscErrorCode AinsworthReportSmallestRitzValue(KSP ksp, PetscReal *smallest)
   *smallest = 0.0;
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &cg, KSPCG, KSPPROJECTEDCG, ""));
   PetscCall(KSPGetComputeSingularValues(ksp, &kept));
-  if (cg && kept) PetscCall(KSPComputeExtremeSingularValues(ksp, &largest, smallest));
-  *smallest = PetscMax(*smallest, 0.0); /* -1 before the set-up of the method */
+  if (!cg || !kept) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPComputeExtremeSingularValues(ksp, &largest, smallest));
+  if (largest == -1.0 && *smallest == -1.0) *smallest = 0.0; /* the method was set up without them */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
