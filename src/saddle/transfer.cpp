@@ -26,22 +26,34 @@ static PetscErrorCode Look(AinsworthTransfer *t, Vec v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+namespace
+{
+/* Where entries are: the leaf, and the global number in it */
+struct Sources {
+  std::vector<PetscInt> leaf, number;
+};
+} // namespace
+
 /*
-   Finds the places of the entries of v among those of the vectors of mat (left ones if rows), which have the numbers `place`
+   Finds where the entries of the vectors of mat (left ones if rows) are in v, whose entries have the numbers `place` there; leaf: the first one of v
 
    The index sets of a MatNest determine the places; they need not be in the order of its blocks. A v without this structure is taken in order.
 */
-static PetscErrorCode FindPlaces(Mat mat, PetscBool rows, Vec v, const PetscInt place[], std::vector<PetscInt> *places)
+static PetscErrorCode FindSources(Mat mat, PetscBool rows, Vec v, const PetscInt place[], PetscInt *leaf, Sources *sources)
 {
   PetscBool nest, nested = PETSC_FALSE;
-  PetscInt  n, nr = 0, nc = 0, first, at = 0;
+  PetscInt  n, nr = 0, nc = 0, first, end, at = 0;
   Vec      *part;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)v, VECNEST, &nest));
   if (!nest) {
-    PetscCall(VecGetLocalSize(v, &n));
-    places->insert(places->end(), place, place + n);
+    PetscCall(VecGetOwnershipRange(v, &first, &end));
+    for (PetscInt k = first; k < end; k++) {
+      sources->leaf[place[k - first]]   = *leaf;
+      sources->number[place[k - first]] = k;
+    }
+    ++*leaf;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(VecNestGetSubVecs(v, &n, &part));
@@ -65,40 +77,7 @@ static PetscErrorCode FindPlaces(Mat mat, PetscBool rows, Vec v, const PetscInt 
       for (PetscInt j = 0; j < (rows ? nc : nr) && !block; j++) PetscCall(MatNestGetSubMat(mat, rows ? i : j, rows ? j : i, &block));
     } else inner.assign(place + at, place + at + local);
     at += local;
-    PetscCall(FindPlaces(block, rows, part[i], inner.data(), places));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-namespace
-{
-/* Where entries are: the leaf, and the global number in it */
-struct Sources {
-  std::vector<PetscInt> leaf, number;
-};
-} // namespace
-
-/* Finds where the local entries of the given vector are, in the numbering of mat */
-static PetscErrorCode FindSources(const AinsworthTransfer *t, Mat mat, Sources *sources)
-{
-  std::vector<PetscInt> all, places;
-  PetscInt              n, first;
-  size_t                at = 0;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetLocalSize(t->given, &n));
-  all.resize(n);
-  sources->leaf.resize(n);
-  sources->number.resize(n);
-  std::iota(all.begin(), all.end(), 0);
-  PetscCall(FindPlaces(mat, t->rows, t->given, all.data(), &places));
-  for (size_t leaf = 0; leaf < t->leaves.size(); leaf++) {
-    PetscCall(VecGetLocalSize(t->leaves[leaf], &n));
-    PetscCall(VecGetOwnershipRange(t->leaves[leaf], &first, NULL));
-    for (PetscInt k = 0; k < n; k++, at++) {
-      sources->leaf[places[at]]   = (PetscInt)leaf;
-      sources->number[places[at]] = first + k;
-    }
+    PetscCall(FindSources(block, rows, part[i], inner.data(), leaf, sources));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -195,10 +174,16 @@ static PetscErrorCode CreatePart(const AinsworthTransfer *t, const Sources &sour
 
 static PetscErrorCode Create(AinsworthTransfer *t, Mat mat, const IS fields[])
 {
-  Sources sources;
+  std::vector<PetscInt> places;
+  PetscInt              n, leaf = 0;
+  Sources               sources;
 
   PetscFunctionBegin;
-  PetscCall(FindSources(t, mat, &sources));
+  PetscCall(VecGetLocalSize(t->given, &n));
+  places.resize(n);
+  std::iota(places.begin(), places.end(), 0);
+  sources = {places, places};
+  PetscCall(FindSources(mat, t->rows, t->given, places.data(), &leaf, &sources));
   if (!fields) PetscCall(CreatePart(t, sources, NULL, &t->part[0]));
   for (int k = 0; k < 2 && fields; k++) {
     PetscCall(AinsworthShare(fields[k], &t->fields[k]));
