@@ -21,22 +21,23 @@ static PetscErrorCode GetOperator(PC pc, Mat *mat, Mat_Ainsworth **ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes z = Q M^{-1} r; with refinement z = Q M^{-1} Q' r: the residual update of Gould, Hribar and Nocedal keeps what M sees as small as the error */
+/* Computes z = Q M^{-1} r; with refinement, r = Q' r comes first: the residual update of Gould, Hribar and Nocedal keeps r as small as the error */
 static PetscErrorCode PCApply_Projected(PC pc, Vec r, Vec z)
 {
   Mat            mat;
   Mat_Ainsworth *ctx;
-  Vec            rest = r;
   PetscReal      drift;
+  PetscErrorCode code;
 
   PetscFunctionBegin;
   PetscCall(GetOperator(pc, &mat, &ctx));
   if (ctx->refine) {
-    PetscCall(VecDuplicate(r, &rest));
-    PetscCall(MatAinsworthMultTransposeProjector(mat, r, rest));
+    PetscCall(VecLockReadPop(r)); /* PCApply() locks its input */
+    code = MatAinsworthMultTransposeProjector(mat, r, r);
+    PetscCall(VecLockReadPush(r));
+    PetscCall(code);
   }
-  PetscCall(KSPProjectedCGPrecondition_Private(pc, mat, ctx, rest, z));
-  if (rest != r) PetscCall(VecDestroy(&rest));
+  PetscCall(KSPProjectedCGPrecondition_Private(pc, mat, ctx, r, z));
   if (!ctx->refine && ctx->projections++ % driftInterval == 0) {
     PetscCall(MatAinsworthGetDrift_Private(mat, z, &drift));
     if (drift > driftTolerance) {
