@@ -7,6 +7,15 @@
 /* Number of projections onto C x = g, and of computations of lambda, if the Gram matrix is nearly singular; each is a step of iterative refinement */
 static const int refinements = 4;
 
+/* Computes y = op(A) x in the form with the fastest products; one that is not A itself is symmetric */
+static PetscErrorCode MultiplyA(const Mat_Ainsworth *ctx, PetscBool transpose, Vec x, Vec y)
+{
+  PetscFunctionBegin;
+  if (ctx->product) PetscCall(MatMult(ctx->product, x, y));
+  else PetscCall((transpose ? MatMultTranspose : MatMult)(ctx->A, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    Computes x += R (g - C x), so that C x = g to rounding, whatever the tolerance of the reduced solve
 
@@ -68,7 +77,7 @@ PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, V
     PetscCall(VecDuplicate(f, &x));
     PetscCall(VecZeroEntries(x));
     PetscCall(Complete(ctx, PETSC_TRUE, g, x));
-    PetscCall((transpose ? MatMultTranspose : MatMult)(ctx->A, x, rhs));
+    PetscCall(MultiplyA(ctx, transpose, x, rhs));
     PetscCall(VecDot(rhs, x, &start[0]));
     PetscCall(VecDot(f, x, &start[1]));
     PetscCall(VecDestroy(&x));
@@ -131,8 +140,10 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
   PetscCall(PetscLogEventBegin(AINSWORTH_Multiplier, mat, f, x, lambda));
   PetscCheck(!ctx->D || ctx->mu, PetscObjectComm((PetscObject)mat), PETSC_ERR_ORDER, "The multipliers of a system [A B'; C -D] come with its solution");
   PetscCall(VecDuplicate(f, &rest));
-  PetscCall((transpose ? MatMultTranspose : MatMult)(ctx->A, x, rest));
-  if (product) PetscCall(VecCopy(rest, product));
+  if (product) { /* it judges x: with the matrix of the program */
+    PetscCall((transpose ? MatMultTranspose : MatMult)(ctx->A, x, product));
+    PetscCall(VecCopy(product, rest));
+  } else PetscCall(MultiplyA(ctx, transpose, x, rest));
   PetscCall(VecAYPX(rest, -1.0, f));
   if (ctx->D) {
     PetscCall(VecDuplicate(lambda, &loads));

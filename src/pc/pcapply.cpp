@@ -90,6 +90,21 @@ static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   Checks whether the inner method claims to solve, so that its result is judged: not if it ends without a test, as after one cycle, and an outer method iterates
+
+   That one measures the residual itself
+*/
+static PetscErrorCode IsClaim(const PC_Ainsworth *data, PetscBool *claim)
+{
+  KSPNormType norm;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetNormType(data->inner.ksp, &norm));
+  *claim = (PetscBool)(data->outer.method <= AINSWORTH_OUTER_ANSWER || norm != KSP_NORM_NONE);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Solves for x and lambda by the reduced system, all on kept rows; transpose: with the transpose of A; *known: data->reduced.Ax was computed as well */
 static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, AinsworthSaddleVec b, AinsworthSaddleVec y,
                                    PetscBool *known, KSPConvergedReason *reason)
@@ -101,7 +116,9 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
   if (data->saddle.constraints() == n && !data->saddle.D) PetscCall(VecZeroEntries(y.primal)); /* Ker C = 0: the constraints alone determine x */
   else PetscCall(SolveInner(pc, data, transpose, watched, b, y.primal, reason));
-  *known = (PetscBool)(!data->whole.factor && data->saddle.constraints() && data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A] && !data->saddle.known);
+  PetscCall(IsClaim(data, known));
+  *known = (PetscBool)(*known && !data->whole.factor && data->saddle.constraints() && data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A] &&
+                       !data->saddle.known);
   if (data->whole.factor) { /* at once, or because the reduced solve was given up for it */
     *reason = KSP_CONVERGED_RTOL;
     PetscCall(AinsworthWholeSolve(data->whole.factor, transpose, b, y));
@@ -179,21 +196,6 @@ static AinsworthEnd End(KSPConvergedReason reason)
   return reason < 0 ? AINSWORTH_END_BREAKDOWN : AINSWORTH_END_INACCURATE;
 }
 
-/*
-   Checks whether the result has to be judged: not if the inner method ends without a test, as after one cycle, and so claims nothing, and an outer method iterates
-
-   That one measures the residual itself
-*/
-static PetscErrorCode IsJudged(const PC_Ainsworth *data, KSPConvergedReason reason, PetscBool *judged)
-{
-  KSPNormType norm;
-
-  PetscFunctionBegin;
-  PetscCall(KSPGetNormType(data->inner.ksp, &norm));
-  *judged = (PetscBool)(data->outer.method <= AINSWORTH_OUTER_ANSWER || norm != KSP_NORM_NONE || data->whole.factor || reason < 0);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Solves, judges, and sets or raises the failure */
 static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y)
 {
@@ -206,8 +208,8 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
   while (again) {
     again = PETSC_FALSE;
     PetscCall(SolveFields(pc, data, transpose, (PetscBool)!transpose, b, y, &known, &reason));
-    PetscCall(IsJudged(data, reason, &judged));
-    if (!judged) {
+    PetscCall(IsClaim(data, &judged));
+    if (!judged && reason >= 0 && !data->whole.factor) {
       verdict = AINSWORTH_VERDICT_MET;
       break;
     }
