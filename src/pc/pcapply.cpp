@@ -260,7 +260,7 @@ static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds why nothing can be solved for b, and the error code of that; why is empty if a solve can be tried */
+/* Finds why nothing can be solved for b, and the error code of that, PETSC_SUCCESS if a solve can be tried */
 static PetscErrorCode FindObstacle(const PC_Ainsworth *data, AinsworthSaddleVec b, PetscErrorCode *code, char why[], size_t len)
 {
   PetscBool   collide;
@@ -268,15 +268,18 @@ static PetscErrorCode FindObstacle(const PC_Ainsworth *data, AinsworthSaddleVec 
   char        row[64];
 
   PetscFunctionBegin;
-  why[0] = 0;
+  *code = PETSC_SUCCESS;
   PetscCall(VecSum(b.primal, &sum[0])); /* a norm would be cached in b, and PETSc 3.18 would take norms of other types for known zeros */
   PetscCall(VecSum(b.dual, &sum[1]));
   PetscCall(PCAinsworthReductionsCollide_Private(data, b.primal, &collide));
-  *code = collide ? PETSC_ERR_SUP : PETSC_ERR_FP;
-  if (collide)
+  if (collide) {
+    *code = PETSC_ERR_SUP;
     PetscCall(PetscSNPrintf(why, len, "The outer and the inner method, %s, are both pipelined, which PETSc cannot nest: choose -%sksp_type %s",
                             PCAinsworthTypeName_Private((PetscObject)data->inner.ksp), PCAinsworthPrefix_Private(data), KSPPROJECTEDCG));
-  if (why[0] || !PetscIsInfOrNanScalar(sum[0] + sum[1])) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!PetscIsInfOrNanScalar(sum[0] + sum[1])) PetscFunctionReturn(PETSC_SUCCESS);
+  *code = PETSC_ERR_FP;
   if (data->outcome.why[0] && !data->outcome.usable) { /* b comes from the result of a failed solve, whose cause is the true one */
     PetscCall(PetscStrncpy(why, data->outcome.why, len));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -322,7 +325,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   }
   PetscCall(AinsworthSaddleGetFields(sp, mat, other, PETSC_FALSE, b, &right));
   PetscCall(FindObstacle(data, right, &code, why, sizeof(why)));
-  if (why[0]) {
+  if (code) {
     data->outcome.usable = PETSC_FALSE;
     PetscCall(AinsworthSaddleRestoreFields(sp, other, &right));
     PetscCall(VecFlag(y, 1));

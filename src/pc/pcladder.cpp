@@ -11,7 +11,7 @@ static PetscErrorCode KeptScale(const AinsworthSaddle *sp, Vec *kept)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Factors the whole system; all later solves with this matrix take it, too. failure: why that cannot be, else empty */
+/* Factors the whole system; all later solves with this matrix take it, too. failure: why that cannot be */
 static PetscErrorCode FactorWhole(PC_Ainsworth *data, const char why[], char failure[], size_t len)
 {
   AinsworthSaddle   *sp    = &data->saddle;
@@ -68,7 +68,7 @@ PetscErrorCode PCAinsworthReplan_Private(PC pc, PC_Ainsworth *data, AinsworthEnd
     PetscCall(PetscInfo(pc, "%s: next is %s, as %s\n", cause, AinsworthRungName(step.next), step.why));
     if (step.next == AINSWORTH_RUNG_WHOLE) {
       PetscCall(FactorWhole(data, cause, failure, sizeof(failure)));
-      end = failure[0] ? AINSWORTH_END_SETUP : AINSWORTH_END_ANSWER;
+      end = data->whole.factor ? AINSWORTH_END_ANSWER : AINSWORTH_END_SETUP;
     } else {
       PetscCall(Remember(data, step.next, end));
       if (step.next == AINSWORTH_RUNG_GMRES) PetscCall(PCAinsworthChangeMethod_Private(pc, data, &end));
@@ -76,7 +76,7 @@ PetscErrorCode PCAinsworthReplan_Private(PC pc, PC_Ainsworth *data, AinsworthEnd
       lost = end != AINSWORTH_END_ANSWER;
     }
     *again = (PetscBool)(end == AINSWORTH_END_ANSWER);
-    if (failure[0]) PetscCall(PetscStrncpy(cause, failure, sizeof(cause)));
+    if (!*again) PetscCall(PetscStrncpy(cause, failure, sizeof(cause)));
   }
   if (*again || !lost) PetscFunctionReturn(PETSC_SUCCESS);
   data->state = PC_AINSWORTH_STALE;

@@ -20,10 +20,10 @@ static const char citation[] = "@inproceedings{robert_pointselle,\n"
 /* Data shared by the steps of one set-up */
 struct SetUpRun {
   PetscLogDouble start;
-  PetscBool      keep; /* the inner preconditioner may be kept */
-  PCFailedReason reason;
+  PetscBool      keep;   /* the inner preconditioner may be kept */
+  PCFailedReason reason; /* PC_NOERROR if it can go on */
   PetscErrorCode code;
-  char           why[512]; /* why it cannot go on; empty if it can */
+  char           why[512]; /* why it cannot go on */
 };
 typedef PetscErrorCode (*SetUpStep)(PC, PC_Ainsworth *, SetUpRun *);
 
@@ -247,7 +247,7 @@ static PetscErrorCode CheckUnused(PC_Ainsworth *data, SetUpRun *run)
                             unknowns));
   if (equations[0])
     PetscCall(PetscSNPrintf(run->why, sizeof(run->why), "Equations %s of the primal field have no unknown: their rows of A and C' are zero", equations));
-  if (run->why[0]) run->reason = PC_FACTOR_STRUCT_ZEROPIVOT;
+  if (unknowns[0] || equations[0]) run->reason = PC_FACTOR_STRUCT_ZEROPIVOT;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -258,7 +258,7 @@ static PetscErrorCode SetUpConstraints(PC pc, PC_Ainsworth *data, SetUpRun *run)
 
   PetscFunctionBegin;
   PetscCall(CheckUnused(data, run));
-  if (run->why[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (run->reason) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
   if (data->saddle.constraints()) PetscCall(SetUpOperator(pc, data, &run->reason));
   if (run->reason) {
@@ -295,9 +295,10 @@ static PetscErrorCode AddSeconds(PC_Ainsworth *data, const SetUpRun *run)
 /* Sets up M_* and the inner KSP, or what takes their place, and completes the set-up */
 static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
 {
-  PC           inner;
-  PetscBool    other = PETSC_FALSE, reuse;
-  AinsworthEnd end;
+  PC             inner;
+  PetscBool      other = PETSC_FALSE, reuse;
+  AinsworthEnd   end;
+  PCFailedReason failed = PC_NOERROR;
 
   PetscFunctionBegin;
   if (data->whole.factor) { /* it needs no inner solver, which the next set-up makes */
@@ -311,24 +312,23 @@ static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
   PetscCall(PCAinsworthSetUpInner_Private(pc, data, run->keep, &end, run->why, sizeof(run->why)));
   PetscCall(PCGetReusePreconditioner(pc, &reuse));
   data->age.forProgram = (PetscBool)(data->age.type != PC_AINSWORTH_AGE_FRESH && reuse);
-  run->reason          = PC_SUBPC_ERROR;
-  run->code            = PETSC_ERR_ARG_WRONG;
   if (end != AINSWORTH_END_ANSWER) PetscCall(PCAinsworthReplan_Private(pc, data, end, run->why, &other));
-  if (end != AINSWORTH_END_ANSWER && !other) PetscFunctionReturn(PETSC_SUCCESS);
-  run->why[0] = 0;
+  if (end != AINSWORTH_END_ANSWER && !other) {
+    run->reason = PC_SUBPC_ERROR;
+    run->code   = PETSC_ERR_ARG_WRONG;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   data->state = PC_AINSWORTH_READY;
   PetscCall(KSPGetPC(data->inner.ksp, &inner));
-  PetscCall(PCGetFailedReason(inner, &run->reason));
-  if (data->whole.factor) run->reason = PC_NOERROR;
-  if (run->reason) PetscCall(PCAinsworthReplan_Private(pc, data, AINSWORTH_END_SETUP, PCFailedReasons[run->reason], &other));
-  if (run->reason && other) run->reason = PC_NOERROR;
-  PetscCall(PCAinsworthAgreeOnFailure_Private(pc, run->reason ? PC_SUBPC_ERROR : PC_NOERROR));
-  PetscCall(PCGetFailedReason(pc, &run->reason));
-  if (run->reason) { /* a solve would fail as well */
-    char why[sizeof(run->why)];
-
-    PetscCall(PCAinsworthExplain_Private(pc, data, data->inner.ksp, NULL, KSP_DIVERGED_PC_FAILED, why, sizeof(why)));
-    PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));
+  if (!data->whole.factor) PetscCall(PCGetFailedReason(inner, &failed));
+  PetscCall(PCAinsworthAgreeOnFailure_Private(pc, failed));
+  PetscCall(PCGetFailedReason(pc, &failed));
+  other = PETSC_TRUE;
+  if (failed) PetscCall(PCAinsworthReplan_Private(pc, data, AINSWORTH_END_SETUP, PCFailedReasons[failed], &other));
+  if (other) PetscCall(PCAinsworthForgetFailure_Private(pc));
+  else { /* a solve would fail as well */
+    PetscCall(PCAinsworthExplain_Private(pc, data, data->inner.ksp, NULL, KSP_DIVERGED_PC_FAILED, run->why, sizeof(run->why)));
+    PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, run->why));
   }
   PetscCall(AddSeconds(data, run));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -347,7 +347,7 @@ static PetscErrorCode SetUp(PC pc)
   PetscCall(IsNeeded(pc, data, &needed));
   for (int stage = 0; needed && stage <= PC_AINSWORTH_STAGE_REDUCED; stage++) {
     PetscCall(steps[stage](pc, data, &run));
-    if (run.why[0]) { /* discard what failed; the next set-up starts over */
+    if (run.reason) { /* discard what failed; the next set-up starts over */
       PetscCall(MatDestroy(&data->reduced.mat));
       data->state = PC_AINSWORTH_REFUSED;
       PetscCall(PCAinsworthFail_Private(pc, data, run.reason, run.code, run.why));
