@@ -1,5 +1,4 @@
 #include "levelmat.h"
-#include <petsc/private/petscimpl.h> /* PetscObjectStateGet() */
 
 /* Gets IDs and states that identify the values of two vectors */
 static PetscErrorCode Identify(Vec b, Vec x, std::array<PetscInt64, 4> *pair)

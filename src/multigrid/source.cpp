@@ -1,5 +1,4 @@
 #include "source.h"
-#include <petsc/private/petscimpl.h> /* PetscObjectStateGet() */
 
 /* Rounding differences if entries of A and of the modes are summed in another order each time, relative to the diagonal and to the modes */
 static const PetscReal rounding = 64 * PETSC_MACHINE_EPSILON;

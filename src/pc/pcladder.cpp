@@ -30,7 +30,7 @@ static PetscErrorCode FactorWhole(PC_Ainsworth *data, const char why[], char fai
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Remembers what the next solver is, for the plan; why: how the last one ended */
+/* Remembers for the plan what the next solver is, and what became of the last one, which ended like `end` */
 static PetscErrorCode Remember(PC_Ainsworth *data, AinsworthRung next, AinsworthEnd end)
 {
   const char *given = end == AINSWORTH_END_DEAR ? data->escape.why : "as the solve with multigrid gave no answer";

@@ -259,7 +259,7 @@ static PetscErrorCode SetUpConstraints(PC pc, PC_Ainsworth *data, SetUpRun *run)
   PetscFunctionBegin;
   PetscCall(CheckUnused(data, run));
   if (run->reason) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
+  PetscCall(PCAinsworthConfigureKSP_Private(pc, data)); /* options count as read also where the constraints are refused */
   if (data->saddle.constraints()) PetscCall(SetUpOperator(pc, data, &run->reason));
   if (run->reason) {
     run->code = PETSC_ERR_MAT_CH_ZRPVT;
