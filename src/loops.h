@@ -58,10 +58,10 @@ static inline PetscErrorCode AinsworthUpdate(Vec x, const Vec (&v)[N], Function 
 }
 
 struct AinsworthMatRow {
-  PetscInt           number, local; /* global and local row number */
-  PetscInt           n;
-  const PetscInt    *j;
-  const PetscScalar *a;
+  PetscInt           number = 0, local = 0; /* global and local row number */
+  PetscInt           n = 0;
+  const PetscInt    *j = NULL;
+  const PetscScalar *a = NULL;
 };
 
 /* Calls f(row) for each local row */

@@ -83,7 +83,7 @@ static inline PetscErrorCode AinsworthGetAttached(PetscObject object, const char
 /* A value, and the state of the object that it belongs to */
 template <typename Value>
 struct AinsworthMemory {
-  PetscObjectState state;
+  PetscObjectState state = 0;
   Value            value;
 };
 

@@ -7,7 +7,7 @@ struct AinsworthAge {
   /* Solves are counted separately for each number of decades of reduction, up to this many */
   static const int decades = 17;
 
-  int    took[decades]; /* iterations of the first solve for so many decades; -1 if none yet */
+  int    took[decades] = {};   /* iterations of the first solve for so many decades; -1 if none yet */
   int    last   = -1;   /* iterations of the last solve; -1 before the first one */
   int    solves = 0;    /* since the matrix changed */
   double extra  = 0.0;  /* iterations in excess of the first solve: of the last of these solves */

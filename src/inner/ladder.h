@@ -47,8 +47,8 @@ struct AinsworthLadderFacts {
 };
 
 struct AinsworthLadderStep {
-  AinsworthRung next;
-  const char   *why; /* why the last rung is left; if `next` is AINSWORTH_RUNG_NONE, why none follows */
+  AinsworthRung next = {};
+  const char   *why  = nullptr; /* why the last rung is left; if `next` is AINSWORTH_RUNG_NONE, why none follows */
 };
 
 AinsworthLadderStep AinsworthLadderNext(const AinsworthLadderFacts &);

@@ -6,7 +6,7 @@ namespace
 /* The graph of the local nodes with the strengths of their couplings */
 struct Graph {
   const AinsworthBlockRows &A;
-  const PetscInt            n;
+  const PetscInt            n = 0;
   std::vector<PetscReal>    square;   /* |A_ij|_F^2 of each block */
   std::vector<PetscReal>    diagonal; /* |A_ii|_F */
   std::vector<bool>         alone;    /* not coupled to any other node on any rank */

@@ -72,9 +72,9 @@ struct AinsworthBlockMat {
 
 /* A contribution to a block row: its column as a global node number, its values, and whether their adjoint is meant */
 struct AinsworthPiece {
-  PetscInt           node;
-  const PetscScalar *values;
-  bool               adjoint;
+  PetscInt           node    = 0;
+  const PetscScalar *values  = NULL;
+  bool               adjoint = false;
 };
 
 /* An MPI type of n numbers in a row, freed at the end of its scope; for n = 1 the base type itself, as PetscSF cannot reduce a contiguous type of one */

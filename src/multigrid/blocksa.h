@@ -16,29 +16,29 @@ struct AinsworthLevels {
 
 struct PC_BlockSA {
   /* options */
-  AinsworthHierarchyOptions options;
-  PetscInt                  dim; /* of the coordinates, 0 without any */
+  AinsworthHierarchyOptions options = {};
+  PetscInt                  dim     = 0; /* of the coordinates, 0 without any */
   std::vector<PetscReal>    coordinates;
-  PetscBool                 stale;    /* an option changed since the levels were made */
-  PetscBool                 given;    /* the precision was set by an option */
-  PetscBool                 tolerant; /* the current KSP tolerates single precision */
+  PetscBool                 stale    = PETSC_FALSE; /* an option changed since the levels were made */
+  PetscBool                 given    = PETSC_FALSE; /* the precision was set by an option */
+  PetscBool                 tolerant = PETSC_FALSE; /* the current KSP tolerates single precision */
 
   std::shared_ptr<const AinsworthSubspace> subspace; /* that the cycle stays in; NULL: the whole space */
-  Mat                                      extended; /* AIJ, A for the unknowns of the levels, until these are set up; NULL: A itself */
+  Mat                                      extended = NULL; /* AIJ, A for the unknowns of the levels, until these are set up; NULL: A itself */
 
-  PetscBool keep; /* keep the coarser levels whatever the values of A */
+  PetscBool keep = PETSC_FALSE; /* keep the coarser levels whatever the values of A */
 
   AinsworthLevels                                   levels;
   std::shared_ptr<const std::vector<AinsworthGrid>> grids;      /* the levels in use */
-  PetscBool                                         old;        /* the coarser levels belong to earlier values of A */
+  PetscBool                                         old = PETSC_FALSE; /* the coarser levels belong to earlier values of A */
   std::shared_ptr<const AinsworthInterpolation>     corrected;  /* what corrects interpolation to the finest level; NULL: nothing */
   std::shared_ptr<const AinsworthFewRows>           coarseRows; /* of the coarsest level; NULL: none */
   std::vector<Mat>                                  op;         /* operators of the levels, finest first; the coarsest is AIJ */
-  Mat                                               product;    /* A for products, from the current levels; NULL until requested */
-  Vec            mapped[2]; /* right-hand side and solution for the unknowns of the levels; NULL if these are those of the PC */
-  Vec            sorted[2]; /* the same node by node; NULL if not needed */
-  PetscBool      raised;    /* the bounds of the smoothers were raised since set-up */
-  struct _PCOps *mg;        /* the operations of PCMG; owned */
+  Mat                                               product = NULL; /* A for products, from the current levels; NULL until requested */
+  Vec            mapped[2] = {};          /* right-hand side and solution for the unknowns of the levels; NULL if these are those of the PC */
+  Vec            sorted[2] = {};          /* the same node by node; NULL if not needed */
+  PetscBool      raised    = PETSC_FALSE; /* the bounds of the smoothers were raised since set-up */
+  struct _PCOps *mg        = NULL;        /* the operations of PCMG; owned */
 };
 
 PETSC_INTERN PetscErrorCode PCCreate_BlockSA(PC);

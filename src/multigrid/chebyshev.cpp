@@ -2,7 +2,7 @@
 #include <petsc/private/kspimpl.h>
 
 struct KSP_ChebyshevSingle {
-  PetscReal least, largest;
+  PetscReal least = 0.0, largest = 0.0;
 };
 
 /* Sets the part of the spectrum to damp; does nothing for other types, which find their own bounds */

@@ -130,7 +130,7 @@ namespace
 /* The solver of the coarsest level on the kernel of the rows: M^{-1} - Z (C Z)^{-1} Z' with Z = M^{-1} C' */
 struct Bordered {
   std::shared_ptr<const AinsworthFewRows> rows;
-  PC                                      inner;  /* referenced by the wrapper */
+  PC                                      inner = NULL; /* referenced by the wrapper */
   std::vector<Vec>                        lifted; /* Z */
   std::vector<PetscScalar>                factor; /* Cholesky factor of C Z */
 };

@@ -8,7 +8,7 @@ namespace
 struct Extended {
   AinsworthColumns              cols;
   std::vector<PetscInt>         i, j;
-  const AinsworthInterpolation *own;
+  const AinsworthInterpolation *own = NULL;
   AinsworthBlockRows            ghost;
   std::vector<PetscScalar>      wide;    /* the values of P in double precision if it has single; else empty */
   std::vector<PetscInt>         fromOwn; /* place in cols of each place in P.cols */

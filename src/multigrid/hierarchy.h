@@ -5,11 +5,11 @@
 #include "levelmat.h"
 
 struct AinsworthHierarchyOptions {
-  PetscReal threshold;  /* theta */
-  PetscInt  coarseSize; /* a level with at most this many unknowns is factored */
-  PetscInt  rankSize;   /* a level with fewer unknowns per rank moves to fewer ranks */
-  PetscBool single;     /* finest level in single precision if its values allow it */
-  PetscBool product;    /* keep what AinsworthGridCreateProduct() needs */
+  PetscReal threshold  = 0.0;         /* theta */
+  PetscInt  coarseSize = 0;           /* a level with at most this many unknowns is factored */
+  PetscInt  rankSize   = 0;           /* a level with fewer unknowns per rank moves to fewer ranks */
+  PetscBool single     = PETSC_FALSE; /* finest level in single precision if its values allow it */
+  PetscBool product    = PETSC_FALSE; /* keep what AinsworthGridCreateProduct() needs */
 };
 
 /* One level: its operator, and interpolation from the next coarser level */

@@ -47,10 +47,10 @@ namespace
 {
 /* One step of Chebyshev's iteration at a node: x += p, p = f p + g D^{-1} r; the first step begins with p = 0 */
 struct Step {
-  AinsworthScaled *L;
-  PetscInt         stride;
+  AinsworthScaled *L      = NULL;
+  PetscInt         stride = 0;
   float            f, g;
-  bool             first;
+  bool             first = false;
 
   void operator()(PetscInt node) const
   {

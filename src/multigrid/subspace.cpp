@@ -31,8 +31,8 @@ namespace
 /* A preconditioner M of the smoother, applied as Q M^{-1} Q' */
 struct Projected {
   std::shared_ptr<const AinsworthLevelSubspace> subspace;
-  PC                                            inner; /* referenced by the wrapper */
-  Vec                                           force;
+  PC                                            inner = NULL; /* referenced by the wrapper */
+  Vec                                           force = NULL;
 
   /* Zeroes the entries that have no weight */
   PetscErrorCode leave(Vec x) const

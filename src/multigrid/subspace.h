@@ -22,7 +22,7 @@ struct AinsworthSubspace {
   std::vector<char>                                left;    /* marks local unknowns that others move, and those without entries in A; empty: none on any rank */
   std::vector<PetscReal>                           weight;  /* W at these */
   std::vector<Vec>                                 rows;    /* adjoints of few rows whose kernel coarser levels have to keep; borrowed from `project` */
-  Vec                                              values;  /* work space for their values; borrowed */
+  Vec                                              values = NULL; /* work space for their values; borrowed */
   std::function<PetscErrorCode(bool adjoint, Vec)> project; /* replaces the values by those of Q x or Q' x; collective */
 };
 

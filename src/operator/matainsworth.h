@@ -8,27 +8,27 @@
 #include <vector>
 
 struct Mat_Ainsworth {
-  Mat                    A, C;
-  Mat                    B, D;    /* of [A B'; C -D]; C itself and NULL if the matrix was set up by the public functions */
-  PetscBool              adjoint; /* B is C, and D = D' */
-  Mat                    product; /* A in a form with faster products; NULL: A itself */
-  MatAinsworthWeightType weightType;
-  Vec                    weight;      /* diagonal of W, length n; NULL for W = I */
-  Vec                    mobility;    /* weight of the projector: `weight`, but zero for unknowns shared by many rows of C and larger for loose ones */
-  Vec                    penalty;     /* diagonal of B, length m, laid out as the rows of C */
-  Vec                    placed;      /* the placed penalty; NULL: not placed yet */
-  PetscBool              userPenalty; /* set by MatAinsworthSetPenalty(); otherwise the default with gamma = 1 */
-  PetscInt               rowsPerRank;
-  PetscBool              omitPenalty;    /* the operator is Q' A Q, without C' B C */
-  PetscBool              homogeneous;    /* g was zero in the last right-hand side */
-  PetscReal              start[2];       /* x0' A x0 and f' x0 of the last right-hand side, x0 = R g */
-  PetscBool              inKernel;       /* a method is iterating in Ker C: the operator is Q' A Q */
-  PetscBool              direction;      /* the next product is with a vector in Ker C, which has just been projected */
-  PetscBool              refine;         /* the last solve had begun to project twice */
-  PetscInt               projections;    /* number of projections in this solve */
-  PetscErrorCode (*apply)(PC, Vec, Vec); /* the original apply of its preconditioner, without the projection or the springs of D */
-  PetscErrorCode (*applyTranspose)(PC, Vec, Vec);
-  PetscBool                springs; /* the preconditioner includes the springs of D: it is for the reduced operator itself */
+  Mat                    A = NULL, C = NULL;
+  Mat                    B = NULL, D = NULL;        /* of [A B'; C -D]; C itself and NULL if the matrix was set up by the public functions */
+  PetscBool              adjoint     = PETSC_FALSE; /* B is C, and D = D' */
+  Mat                    product     = NULL;        /* A in a form with faster products; NULL: A itself */
+  MatAinsworthWeightType weightType  = {};
+  Vec                    weight      = NULL; /* diagonal of W, length n; NULL for W = I */
+  Vec                    mobility    = NULL; /* weight of the projector: `weight`, but zero for unknowns shared by many rows of C and larger for loose ones */
+  Vec                    penalty     = NULL; /* diagonal of B, length m, laid out as the rows of C */
+  Vec                    placed      = NULL; /* the placed penalty; NULL: not placed yet */
+  PetscBool              userPenalty = PETSC_FALSE; /* set by MatAinsworthSetPenalty(); otherwise the default with gamma = 1 */
+  PetscInt               rowsPerRank = 0;
+  PetscBool              omitPenalty = PETSC_FALSE;      /* the operator is Q' A Q, without C' B C */
+  PetscBool              homogeneous = PETSC_FALSE;      /* g was zero in the last right-hand side */
+  PetscReal              start[2]    = {};               /* x0' A x0 and f' x0 of the last right-hand side, x0 = R g */
+  PetscBool              inKernel    = PETSC_FALSE;      /* a method is iterating in Ker C: the operator is Q' A Q */
+  PetscBool              direction   = PETSC_FALSE;      /* the next product is with a vector in Ker C, which has just been projected */
+  PetscBool              refine      = PETSC_FALSE;      /* the last solve had begun to project twice */
+  PetscInt               projections = 0;                /* number of projections in this solve */
+  PetscErrorCode (*apply)(PC, Vec, Vec)          = NULL; /* the original apply of its preconditioner, without the projection or the springs of D */
+  PetscErrorCode (*applyTranspose)(PC, Vec, Vec) = NULL;
+  PetscBool                springs               = PETSC_FALSE; /* the preconditioner includes the springs of D: it is for the reduced operator itself */
   AinsworthProjector       proj;
   PetscInt                 longest = PETSC_MAX_INT; /* rows of C with more entries are left out of the preconditioning matrix (ksp/deflation.cpp) */
   std::vector<Vec>         lifted;                  /* M^{-1} C' of these rows */
@@ -37,13 +37,13 @@ struct Mat_Ainsworth {
   std::vector<PetscInt>    shared;                  /* unknowns held by the preconditioning matrix (ksp/deflation.cpp) */
   std::vector<Vec>         motions, motionForces;   /* their motions Z with Z' A Z = I, and Q' A Z */
   bool                     complete = false;        /* `lifted` and `motions` are known; there may be none */
-  bool                     doubtful;                /* rows of C are nearly dependent, so solves with the Gram matrix are refined */
-  Vec                      work;                    /* work vector, n */
-  Vec                      rowWork;                 /* work vector, m, placed */
-  Vec                      residual;                /* m, laid out as the rows of C; NULL until needed */
-  Vec                      mu;                      /* S^{-1} (C y - g) with D, laid out as the rows of C */
-  PetscBool                current;                 /* the projector matches the present A, C and W */
-  PetscObjectState         stateA, stateC[3];       /* stateC: of C, B and D */
+  bool                     doubtful = false;        /* rows of C are nearly dependent, so solves with the Gram matrix are refined */
+  Vec                      work     = NULL;         /* work vector, n */
+  Vec                      rowWork  = NULL;         /* work vector, m, placed */
+  Vec                      residual = NULL;         /* m, laid out as the rows of C; NULL until needed */
+  Vec                      mu       = NULL;         /* S^{-1} (C y - g) with D, laid out as the rows of C */
+  PetscBool                current  = PETSC_FALSE;  /* the projector matches the present A, C and W */
+  PetscObjectState         stateA = 0, stateC[3] = {}; /* stateC: of C, B and D */
 };
 
 PETSC_INTERN PetscErrorCode MatCreate_Ainsworth(Mat);

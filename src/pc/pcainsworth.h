@@ -83,14 +83,14 @@ typedef enum {
 
 /* What options and calls choose, compared as a whole: setting the same choices again rebuilds nothing */
 struct PCAinsworthChoices {
-  PCAinsworthVariant     variant;
-  MatAinsworthWeightType weightType;
-  Vec                    weight; /* of length n, for MAT_AINSWORTH_WEIGHT_USER; NULL until it is set */
-  PetscInt               rowsPerRank;
-  AinsworthRedundantType redundant;
+  PCAinsworthVariant     variant     = {};
+  MatAinsworthWeightType weightType  = {};
+  Vec                    weight      = NULL; /* of length n, for MAT_AINSWORTH_WEIGHT_USER; NULL until it is set */
+  PetscInt               rowsPerRank = 0;
+  AinsworthRedundantType redundant   = {};
   AinsworthRung          ladder = AINSWORTH_RUNG_WHOLE; /* the highest rung that may be climbed */
-  AinsworthRebuildType   rebuild;
-  AinsworthPmatOptions   pmat; /* factor PETSC_DEFAULT depends on the types of penalty and approximation; symmetric is set by set-up */
+  AinsworthRebuildType   rebuild     = {};
+  AinsworthPmatOptions   pmat        = {}; /* factor PETSC_DEFAULT depends on the types of penalty and approximation; symmetric is set by set-up */
 };
 
 /* A field that the program named: an index set, or components of each node, in rows and columns */
@@ -104,85 +104,85 @@ struct PCAinsworthNamedField {
 struct PCAinsworthGiven {
   AinsworthSaddleInputs              inputs;
   std::vector<PCAinsworthNamedField> named;
-  PetscInt                           components; /* per node of the whole matrix; 0 for its block size */
-  PetscObjectId                      mat;        /* the matrix to which inputs.fields belong */
-  PetscObjectId                      dm;         /* the DM from which they were taken */
+  PetscInt                           components = 0; /* per node of the whole matrix; 0 for its block size */
+  PetscObjectId                      mat        = 0; /* the matrix to which inputs.fields belong */
+  PetscObjectId                      dm         = 0; /* the DM from which they were taken */
 };
 
 /* The system in Ker C, and what leads there and back; empty until set-up */
 struct PCAinsworthReduced {
-  Mat mat;             /* the reduced operator; NULL without constraints */
-  Vec inverseDiagonal; /* diag(A)^{-1}, length n; weights residuals so that their size does not depend on that of A */
-  Vec rhs, Ax;         /* f~, and op(A) x with the program's A */
-  Vec f;               /* f minus the terms of known x and lambda; NULL if nothing is known */
-  Vec g, lambda;       /* on the kept rows, if some are not kept */
+  Mat mat             = NULL;  /* the reduced operator; NULL without constraints */
+  Vec inverseDiagonal = NULL;  /* diag(A)^{-1}, length n; weights residuals so that their size does not depend on that of A */
+  Vec rhs = NULL, Ax = NULL;   /* f~, and op(A) x with the program's A */
+  Vec f = NULL;                /* f minus the terms of known x and lambda; NULL if nothing is known */
+  Vec g = NULL, lambda = NULL; /* on the kept rows, if some are not kept */
 };
 
 /* The solver of the reduced system */
 struct PCAinsworthInner {
-  KSP                 ksp;
+  KSP                 ksp = NULL;
   AinsworthPlan       plan;         /* what it is, and which of its parts we chose */
-  PetscBool           configured;   /* defaults are set and options read */
-  Mat                 M;            /* the preconditioning matrix */
-  PCAinsworthPmatType autoType;     /* type of M that auto chose */
-  const char         *autoReason;   /* why; NULL before it chose */
-  AinsworthPmatFormat format;       /* of M; depends on the type of its preconditioner */
-  PetscInt            longRows;     /* number of rows of C left out of M */
-  IS                  order;        /* of the unknowns, on rank 0: the next factorization of M uses it; NULL until it is found */
-  PetscInt            coefficients; /* iterations of which conjugate gradients can keep them */
+  PetscBool           configured   = PETSC_FALSE; /* defaults are set and options read */
+  Mat                 M            = NULL;        /* the preconditioning matrix */
+  PCAinsworthPmatType autoType     = {};          /* type of M that auto chose */
+  const char         *autoReason   = NULL;        /* why; NULL before it chose */
+  AinsworthPmatFormat format       = {};          /* of M; depends on the type of its preconditioner */
+  PetscInt            longRows     = 0;           /* number of rows of C left out of M */
+  IS                  order        = NULL;        /* of the unknowns, on rank 0: the next factorization of M uses it; NULL until it is found */
+  PetscInt            coefficients = 0;           /* iterations of which conjugate gradients can keep them */
 };
 
 /* The age of the inner preconditioner (pcage.cpp) */
 struct PCAinsworthAge {
-  PCAinsworthAgeType type;
-  PetscBool          forProgram; /* it is kept because the program set PCSetReusePreconditioner() on this PC */
-  PetscBool          ownReuse;   /* the program's own PCSetReusePreconditioner() of the inner PC */
+  PCAinsworthAgeType type       = {};
+  PetscBool          forProgram = PETSC_FALSE; /* it is kept because the program set PCSetReusePreconditioner() on this PC */
+  PetscBool          ownReuse   = PETSC_FALSE; /* the program's own PCSetReusePreconditioner() of the inner PC */
   AinsworthAge       counts;
   AinsworthSource    source; /* the C for which a preconditioner that is kept as a whole was made */
 };
 
 /* A factorization of M_* in place of multigrid, by our choice (pcladder.cpp, escape.cpp) */
 struct PCAinsworthEscape {
-  PetscInt            n;        /* size of A when it was chosen, or failed */
-  PetscReal           entries;  /* of A then */
-  char                why[256]; /* reason for the choice */
+  PetscInt            n        = 0;   /* size of A when it was chosen, or failed */
+  PetscReal           entries  = 0.0; /* of A then */
+  char                why[256] = {};  /* reason for the choice */
   AinsworthPriceFacts facts;    /* for this set-up, as far as they were asked for: without unknowns none, without fill not those of a factorization */
   AinsworthSeries     series;   /* the current solve */
 };
 
 /* A reduced solve that a factorization may end; it is watched if `converged` is set, the method's own convergence test (escape.cpp) */
 struct PCAinsworthWatch {
-  struct PC_Ainsworth *data;
-  AinsworthEnd         end; /* AINSWORTH_END_DEAR if it was ended */
-  void                *test;
-  PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
-  AinsworthTestDestroyFn *destroy;
+  struct PC_Ainsworth *data                                                           = NULL;
+  AinsworthEnd         end                                                            = {}; /* AINSWORTH_END_DEAR if it was ended */
+  void                *test                                                           = NULL;
+  PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *) = NULL;
+  AinsworthTestDestroyFn *destroy                                                     = NULL;
 };
 
 /* The factor of the whole system (pcladder.cpp) */
 struct PCAinsworthWhole {
-  AinsworthWhole *factor;   /* NULL as long as the reduced system is solved */
+  AinsworthWhole *factor = NULL; /* NULL as long as the reduced system is solved */
   char            why[512]; /* why it was made */
 };
 
 /* How the last set-up or solve ended */
 struct PCAinsworthOutcome {
   char      why[512]; /* why it failed; empty if it did not */
-  PetscBool usable;   /* the result is usable by an outer method */
-  Vec       terms;    /* largest terms of each row of C x in all solves, if rows are dependent: later residuals contain their rounding */
+  PetscBool usable = PETSC_FALSE; /* the result is usable by an outer method */
+  Vec       terms  = NULL;        /* largest terms of each row of C x in all solves, if rows are dependent: later residuals contain their rounding */
 };
 
 /* The outer solve, from PCPreSolve() to PCPostSolve() (pcouter.cpp) */
 struct PCAinsworthOuterSolve {
-  AinsworthOuter method;
-  PetscInt       applications; /* since the last solve began: a failure since then is that of a solve */
+  AinsworthOuter method       = {};
+  PetscInt       applications = 0; /* since the last solve began: a failure since then is that of a solve */
 };
 
 /* Error against run time (pcreport.cpp) */
 struct PCAinsworthReporting {
   AinsworthReportSettings settings;
-  AinsworthReport        *report;       /* NULL until a solve is reported on */
-  PetscLogDouble          setupSeconds; /* of set-ups not followed by a solve yet */
+  AinsworthReport        *report       = NULL; /* NULL until a solve is reported on */
+  PetscLogDouble          setupSeconds = 0.0;  /* of set-ups not followed by a solve yet */
 };
 
 /* From what the program gave to the last answer, in the order of the data: each part is made from those before it */
@@ -190,16 +190,16 @@ struct PC_Ainsworth {
   PCAinsworthChoices    choices;
   PCAinsworthGiven      given;
   AinsworthSaddle       saddle; /* no A before the first set-up */
-  PCAinsworthReduced    reduced;
+  PCAinsworthReduced    reduced = {};
   AinsworthHistory      history; /* which solvers this matrix has already seen */
   PCAinsworthInner      inner;
   PCAinsworthAge        age;
   PCAinsworthEscape     escape;
-  PCAinsworthWhole      whole;
-  PCAinsworthState      state;
-  PCAinsworthOuterSolve outer;
-  PCAinsworthOutcome    outcome;
-  PCAinsworthReporting  reporting;
+  PCAinsworthWhole      whole     = {};
+  PCAinsworthState      state     = {};
+  PCAinsworthOuterSolve outer     = {};
+  PCAinsworthOutcome    outcome   = {};
+  PCAinsworthReporting  reporting = {};
 
   std::unique_ptr<AinsworthDiagnosis> diagnosis; /* NULL unless requested */
 };

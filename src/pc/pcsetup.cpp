@@ -19,11 +19,11 @@ static const char citation[] = "@inproceedings{robert_pointselle,\n"
 
 /* Data shared by the steps of one set-up */
 struct SetUpRun {
-  PetscLogDouble start;
-  PetscBool      keep;   /* the inner preconditioner may be kept */
-  PCFailedReason reason; /* PC_NOERROR if it can go on */
-  PetscErrorCode code;
-  char           why[512]; /* why it cannot go on */
+  PetscLogDouble start    = 0.0;
+  PetscBool      keep     = PETSC_FALSE; /* the inner preconditioner may be kept */
+  PCFailedReason reason   = {};          /* PC_NOERROR if it can go on */
+  PetscErrorCode code     = PETSC_SUCCESS;
+  char           why[512] = {}; /* why it cannot go on */
 };
 typedef PetscErrorCode (*SetUpStep)(PC, PC_Ainsworth *, SetUpRun *);
 

@@ -32,8 +32,8 @@ namespace
 {
 /* Tells slack unknowns, which come last on each rank, from others */
 struct SlackColumns {
-  const PetscInt *springs, *ranges;
-  PetscLayout     columns;
+  const PetscInt *springs, *ranges = NULL;
+  PetscLayout     columns = NULL;
 
   SlackColumns(const AinsworthPmatInputs *in, Mat C) : springs(in->springs)
   {

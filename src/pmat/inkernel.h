@@ -9,7 +9,7 @@ struct AinsworthKernelRoles {
   std::vector<char>     shortRows; /* local rows: in Q_* */
   std::vector<PetscInt> kept;      /* rows kept as constraints, global numbers of all ranks */
   std::vector<PetscInt> carried;   /* unknowns, global numbers of all ranks */
-  Vec                   weight;    /* of Q_*, length n */
+  Vec                   weight = NULL; /* of Q_*, length n */
 };
 
 PetscErrorCode AinsworthKernelFindShares(const AinsworthPmatInputs *, Mat, const AinsworthKernelRoles &, std::vector<PetscReal> *);

@@ -38,8 +38,8 @@ namespace
 {
 /* The whole of S, on ranks that own rows of it, and the block of each row */
 struct Blocks : AinsworthCSR {
-  PetscInt                           rstart, rend; /* local rows */
-  Mat                               *whole;
+  PetscInt                           rstart = 0, rend = 0; /* local rows */
+  Mat                               *whole = NULL;
   std::vector<PetscInt>              part;
   std::vector<std::vector<PetscInt>> members; /* rows of each block, ascending */
 

@@ -27,13 +27,13 @@ typedef enum {
 extern const char *const AinsworthPenaltyTypes[];
 
 struct AinsworthPmatOptions {
-  PCAinsworthPmatType  type;
-  AinsworthPenaltyType penalty;
-  PetscReal            factor;     /* gamma */
-  PetscBool            rowScaling; /* make jcb independent of the scale of the rows of C */
-  PetscReal            rtol;       /* tolerance of cg and bj_cg */
-  PetscInt             blocks;     /* number of blocks of bj_cc and bj_cg; PETSC_DECIDE: from the number of rows */
-  PetscBool            symmetric;  /* A = A' */
+  PCAinsworthPmatType  type       = {};
+  AinsworthPenaltyType penalty    = {};
+  PetscReal            factor     = 0.0;         /* gamma */
+  PetscBool            rowScaling = PETSC_FALSE; /* make jcb independent of the scale of the rows of C */
+  PetscReal            rtol       = 0.0;         /* tolerance of cg and bj_cg */
+  PetscInt             blocks     = 0;           /* number of blocks of bj_cc and bj_cg; PETSC_DECIDE: from the number of rows */
+  PetscBool            symmetric  = PETSC_FALSE; /* A = A' */
 };
 
 /* Format of the matrix for the inner preconditioner */
@@ -46,17 +46,17 @@ typedef enum {
 
 /* The fill that rows of C cause in M_* */
 struct AinsworthPmatFill {
-  PetscReal entries; /* entries of A */
-  PetscInt  usual;   /* rows up to about this length are not long; unknowns in more rows than this are shared */
-  PetscReal squares; /* sum of the squared lengths of the rows of C that are in M_* */
-  PetscInt  longest; /* length of the longest row of C */
-  PetscInt  most;    /* rows with more entries are left out of M_* */
-  PetscInt  leftOut; /* number of rows left out */
+  PetscReal entries = 0.0; /* entries of A */
+  PetscInt  usual   = 0;   /* rows up to about this length are not long; unknowns in more rows than this are shared */
+  PetscReal squares = 0.0; /* sum of the squared lengths of the rows of C that are in M_* */
+  PetscInt  longest = 0;   /* length of the longest row of C */
+  PetscInt  most    = 0;   /* rows with more entries are left out of M_* */
+  PetscInt  leftOut = 0;   /* number of rows left out */
 };
 
 /* What multigrid in Ker C gets of C (inkernel.cpp) */
 struct AinsworthPmatInKernel {
-  Mat               correction; /* I - Q_* = W C' Inv(S) C; NULL for 0; the owner destroys it */
+  Mat                   correction = NULL; /* I - Q_* = W C' Inv(S) C; NULL for 0; the owner destroys it */
   std::vector<Vec>  rows;       /* adjoints of rows Q_*' C' that coarser levels keep; the owner destroys them */
   std::vector<char> left; /* marks local unknowns that others move, with all their neighbors in A, and those without entries in A; empty: none on any rank */
   std::vector<PetscInt> carried; /* unknowns without entries in A that all levels carry, global numbers of all ranks, ascending */
@@ -74,20 +74,20 @@ struct AinsworthPmatSlack {
 };
 
 struct AinsworthPmatInputs {
-  Mat                 A, C, S;         /* A: any type; C: AIJ without zero rows; S = C W C' + N: AIJ, may be NULL */
-  Mat                 N;               /* what D adds to C W C'; NULL if D = 0 */
-  Mat                 aij;             /* A as AIJ */
-  Vec                 weight;          /* diagonal of W, NULL for W = I */
-  Vec                 compliance;      /* row sums of |D| with the sign of D_ii; NULL if D = 0 */
-  Vec                 inverseDiagonal; /* diag(A)^{-1}, from AinsworthWeightCreate() */
-  AinsworthPmatFormat format;
-  PetscBool           single; /* the inner preconditioner works in single precision */
+  Mat                 A = NULL, C = NULL, S = NULL; /* A: any type; C: AIJ without zero rows; S = C W C' + N: AIJ, may be NULL */
+  Mat                 N               = NULL;       /* what D adds to C W C'; NULL if D = 0 */
+  Mat                 aij             = NULL;       /* A as AIJ */
+  Vec                 weight          = NULL;       /* diagonal of W, NULL for W = I */
+  Vec                 compliance      = NULL;       /* row sums of |D| with the sign of D_ii; NULL if D = 0 */
+  Vec                 inverseDiagonal = NULL;       /* diag(A)^{-1}, from AinsworthWeightCreate() */
+  AinsworthPmatFormat format          = {};
+  PetscBool           single          = PETSC_FALSE; /* the inner preconditioner works in single precision */
   AinsworthPmatInKernel
-                 *inKernel; /* multigrid stays in Ker C and knows C on its coarser levels alone: M_* is Q_*' A Q_*, without a penalty; NULL: it does not */
-  const PetscInt *springs;  /* number of slack unknowns of each rank, which come last; NULL: there are none */
-  const AinsworthPmatInputs *slack;  /* what multigrid in Ker C works with instead: the same with unknowns for springs; NULL without D */
-  PetscInt                   bs;     /* block size of M_*, which A may not have */
-  AinsworthPmatFill          fill;   /* for A and C */
+    *inKernel = NULL; /* multigrid stays in Ker C and knows C on its coarser levels alone: M_* is Q_*' A Q_*, without a penalty; NULL: it does not */
+  const PetscInt            *springs = NULL; /* number of slack unknowns of each rank, which come last; NULL: there are none */
+  const AinsworthPmatInputs *slack   = NULL; /* what multigrid in Ker C works with instead: the same with unknowns for springs; NULL without D */
+  PetscInt                   bs      = 0;    /* block size of M_*, which A may not have */
+  AinsworthPmatFill          fill    = {};   /* for A and C */
   std::vector<PetscInt>      shared; /* unknowns held in M_* instead of coupled by rows of C; conjugate gradients move them (ksp/deflation.cpp) */
 };
 

@@ -66,10 +66,10 @@ namespace
 {
 /* Global numbers of the columns of A where each rank has `more` unknowns after its own */
 struct Numbers {
-  PetscLayout           columns;
-  const PetscInt       *first; /* of each rank: its first unknown before, then their number */
+  PetscLayout           columns = NULL;
+  const PetscInt       *first   = NULL; /* of each rank: its first unknown before, then their number */
   std::vector<PetscInt> shift; /* of each rank: by how much these numbers grow */
-  PetscMPIInt           rank;
+  PetscMPIInt           rank = 0;
 
   PetscErrorCode create(Mat A, const std::vector<PetscInt> &more)
   {

@@ -12,11 +12,11 @@
    rows is far larger.
 */
 struct AinsworthCompliance {
-  Mat       N, E;    /* m x m, laid out as the rows of C; NULL if D = 0 */
-  Vec       sums;    /* m, row sums of |D|, with the sign of D_ii */
-  Vec       rest;    /* m, energy of mu where D is zero, a tiny one in rows that D couples, else 0 */
-  Vec       inverse; /* m, 1 / G */
-  PetscReal soft;    /* 1 / G of the rows that D couples, if below 1; else 0 */
+  Mat       N = NULL, E = NULL; /* m x m, laid out as the rows of C; NULL if D = 0 */
+  Vec       sums    = NULL;     /* m, row sums of |D|, with the sign of D_ii */
+  Vec       rest    = NULL;     /* m, energy of mu where D is zero, a tiny one in rows that D couples, else 0 */
+  Vec       inverse = NULL;     /* m, 1 / G */
+  PetscReal soft    = 0.0;      /* 1 / G of the rows that D couples, if below 1; else 0 */
 };
 
 PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *, Mat C, Mat B, Mat D, Vec weight, Vec inverseDiagonal);

@@ -8,10 +8,10 @@
 
 struct AinsworthFactor {
   AinsworthCost  cost;    /* predicted; 0 if nothing is predicted: the options choose the solver, ranks share it, or S is not Hermitian */
-  MatSolverType  package; /* chosen here; NULL if the options choose */
-  IS             order;   /* given to CHOLMOD; NULL: CHOLMOD orders itself */
-  Mat            upper;   /* upper triangle, which CHOLMOD factors */
-  PCFailedReason failed;  /* set for packages that raise an error where others give a reason */
+  MatSolverType  package = NULL; /* chosen here; NULL if the options choose */
+  IS             order   = NULL; /* given to CHOLMOD; NULL: CHOLMOD orders itself */
+  Mat            upper   = NULL; /* upper triangle, which CHOLMOD factors */
+  PCFailedReason failed  = {};   /* set for packages that raise an error where others give a reason */
 };
 
 PetscErrorCode AinsworthFactorIsPackage(PC, const char[], PetscBool *);

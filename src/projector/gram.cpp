@@ -91,7 +91,7 @@ static PetscErrorCode Factor(AinsworthGram *gram)
   std::string message;
   char        text[512] = "";
   struct {
-    PetscMPIInt code, rank;
+    PetscMPIInt code = 0, rank = 0;
   } worst = {PETSC_SUCCESS, 0};
 
   PetscFunctionBegin;

@@ -6,26 +6,26 @@
 #include "placement.h"
 
 struct AinsworthGram {
-  Mat                S;         /* m x m AIJ, rows distributed as those of C */
-  PetscBool          hermitian; /* S is Hermitian, and positive definite unless rows of C are dependent */
+  Mat                S         = NULL;        /* m x m AIJ, rows distributed as those of C */
+  PetscBool          hermitian = PETSC_FALSE; /* S is Hermitian, and positive definite unless rows of C are dependent */
   AinsworthPlacement placement; /* which rank solves for which row of S */
-  Vec                scale;     /* placed: diag(S)^{-1/2} */
-  Mat                placed;    /* the placed S, scaled to a unit diagonal: rows of this rank, or of the group if a component is split */
-  MPI_Comm           group;     /* ranks that share a split component; MPI_COMM_NULL if none is split */
-  KSP                ksp;       /* on PETSC_COMM_SELF or on group */
-  AinsworthFactor    factor;    /* the factorization of its PC, if it is one */
-  Vec                b, x;      /* work vectors of `placed`; x has no array of its own */
+  Vec                scale  = NULL;          /* placed: diag(S)^{-1/2} */
+  Mat                placed = NULL;          /* the placed S, scaled to a unit diagonal: rows of this rank, or of the group if a component is split */
+  MPI_Comm           group  = MPI_COMM_NULL; /* ranks that share a split component; MPI_COMM_NULL if none is split */
+  KSP                ksp    = NULL;          /* on PETSC_COMM_SELF or on group */
+  AinsworthFactor    factor = {};            /* the factorization of its PC, if it is one */
+  Vec                b = NULL, x = NULL;     /* work vectors of `placed`; x has no array of its own */
 };
 
 /* What S is made of, besides C and C W */
 struct AinsworthGramInputs {
-  Mat                       N;           /* may be NULL */
-  PetscBool                 hermitian;   /* S is Hermitian */
-  PetscBool                 samePattern; /* patterns and layouts are unchanged: the symbolic product, the placement and the symbolic factorization are kept */
-  PetscInt                  rowsPerRank; /* rows of large components for each rank that solves for them */
-  PetscObject               parent;      /* gives the solver its options prefix */
-  Mat                       other;       /* if B is not C: zero matrix whose pattern is added to that of S; else NULL */
-  const AinsworthPlacement *placement;   /* for the S of B: the placement made for C; else NULL */
+  Mat         N           = NULL;        /* may be NULL */
+  PetscBool   hermitian   = PETSC_FALSE; /* S is Hermitian */
+  PetscBool   samePattern = PETSC_FALSE; /* patterns and layouts are unchanged: the symbolic product, the placement and the symbolic factorization are kept */
+  PetscInt    rowsPerRank = 0;           /* rows of large components for each rank that solves for them */
+  PetscObject parent      = NULL;        /* gives the solver its options prefix */
+  Mat         other       = NULL;        /* if B is not C: zero matrix whose pattern is added to that of S; else NULL */
+  const AinsworthPlacement *placement = NULL; /* for the S of B: the placement made for C; else NULL */
 };
 
 /* Gets the solver; NULL on ranks that solve for no row */

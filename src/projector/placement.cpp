@@ -16,8 +16,8 @@ public:
   PetscErrorCode create(Mat S);
   size_t         leaf(PetscInt i) const { return std::lower_bound(distinct.begin(), distinct.end(), label[i]) - distinct.begin(); } /* leaf of a local row */
 
-  Mat                   S;
-  PetscInt              rstart, n;
+  Mat                   S      = NULL;
+  PetscInt              rstart = 0, n = 0;
   std::vector<PetscInt> label;
   PetscSF               roots = NULL; /* from the owner of the first row of each component to the ranks that have rows of it */
   std::vector<PetscInt> distinct;     /* labels on this rank, ascending; the leaves of `roots` */
@@ -103,7 +103,7 @@ PetscErrorCode Labels::create(Mat matrix)
 
 /* A component, as known to the owner of its first row */
 struct Component {
-  PetscInt first, size, work;
+  PetscInt first = 0, size = 0, work = 0;
 };
 
 /* Computes the size and the work of each component whose first row this rank owns; the size is 0 at rows that begin no component */

@@ -12,33 +12,33 @@
 
 /* What the nonzero pattern of S and the placement of its rows depend on */
 struct AinsworthProjectorSource {
-  PetscObjectId    id[3]; /* of C, B and D; 0 where absent */
-  PetscObjectState pattern[3];
-  PetscInt         rowsPerRank;
-  bool             weighted;
-  PetscBool        hermitian; /* D is Hermitian: S has a Cholesky factorization */
+  PetscObjectId    id[3]       = {}; /* of C, B and D; 0 where absent */
+  PetscObjectState pattern[3]  = {};
+  PetscInt         rowsPerRank = 0;
+  bool             weighted    = false;
+  PetscBool        hermitian   = PETSC_FALSE; /* D is Hermitian: S has a Cholesky factorization */
 };
 
 struct AinsworthProjector {
-  Mat           C, B;                   /* m x n AIJ, placed: each row is on the rank that solves for it; B may be C */
-  Mat           CW, BW;                 /* C W and B W, placed; C and B themselves for W = I */
+  Mat           C = NULL, B = NULL;     /* m x n AIJ, placed: each row is on the rank that solves for it; B may be C */
+  Mat           CW = NULL, BW = NULL;   /* C W and B W, placed; C and B themselves for W = I */
   AinsworthGram gram;                   /* S = C W C' + N */
   AinsworthGram gramB;                  /* B W B' + N with the placement of gram; empty if B is C */
-  VecScatter    scatter;                /* from the program's rows of C to the placed rows; NULL: rows are not moved */
-  Vec           rowValues, rowSolution; /* work vectors, m, placed */
+  VecScatter    scatter   = NULL;       /* from the program's rows of C to the placed rows; NULL: rows are not moved */
+  Vec           rowValues = NULL, rowSolution = NULL; /* work vectors, m, placed */
 
   /* for D, empty where D is zero; E and all vectors of m entries are placed */
-  AinsworthCompliance compliance;
-  Mat                 E;
-  Vec                 rest, shared, inverse; /* placed copies of AinsworthCompliance's rest and of the results of AinsworthComplianceGetPreconditioner() */
-  Vec                 held, load;            /* work vectors, m and n */
+  AinsworthCompliance compliance = {};
+  Mat                 E          = NULL;
+  Vec rest = NULL, shared = NULL, inverse = NULL; /* placed copies of AinsworthCompliance's rest and of the results of AinsworthComplianceGetPreconditioner() */
+  Vec held = NULL, load = NULL;                   /* work vectors, m and n */
 
-  AinsworthProjectorSource source; /* of the last set-up; valid if C is not NULL */
+  AinsworthProjectorSource source = {}; /* of the last set-up; valid if C is not NULL */
 };
 
 /* The blocks of [A B'; C -D] other than A, with only the rows that are kept; D may be NULL */
 struct AinsworthProjectorBlocks {
-  Mat C, B, D;
+  Mat C = NULL, B = NULL, D = NULL;
 };
 
 /* Gets the Gram matrix of B, which is that of C if B is C */

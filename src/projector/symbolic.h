@@ -18,7 +18,7 @@ static const char *const AinsworthOrdering = AinsworthDissection;
 #endif
 
 struct AinsworthCost {
-  PetscReal entries, operations; /* entries of the factor; operations: multiplications and additions, the sum of its squared column counts */
+  PetscReal entries = 0.0, operations = 0.0; /* entries of the factor; operations: multiplications and additions, the sum of its squared column counts */
 };
 
 PetscErrorCode AinsworthFactorPredict(Mat, MatOrderingType, PetscInt bs, AinsworthCost *, IS *);

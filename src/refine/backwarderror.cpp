@@ -8,8 +8,8 @@
 static PetscErrorCode AgreeOnWorst(MPI_Comm comm, AinsworthWorstRow *worst)
 {
   struct {
-    double omega;
-    int    rank;
+    double omega = 0.0;
+    int    rank  = 0;
   } mine;
   PetscMPIInt rank;
 

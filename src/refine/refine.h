@@ -49,10 +49,10 @@ typedef enum {
 
 /* State of the loop: what is known when it decides whether to go on */
 struct AinsworthProgress {
-  PetscReal excess, before; /* the largest quotient of a row and its bound, now and a step ago */
-  PetscReal moved, last;    /* how far the last step, and the one before, has moved x */
-  bool      settles;        /* x counts as settled without a step that shows it */
-  int       steps;
+  PetscReal excess = 0.0, before = 0.0; /* the largest quotient of a row and its bound, now and a step ago */
+  PetscReal moved = 0.0, last = 0.0;    /* how far the last step, and the one before, has moved x */
+  bool      settles = false;            /* x counts as settled without a step that shows it */
+  int       steps   = 0;
 };
 typedef enum {
   AINSWORTH_WORKING,

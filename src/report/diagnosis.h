@@ -15,9 +15,9 @@ typedef enum {
 } AinsworthFindingType;
 
 struct AinsworthFinding {
-  AinsworthFindingType type;
+  AinsworthFindingType type = {};
   std::string          key, value, sentence; /* value is JSON */
-  bool                 printed;
+  bool                 printed = false;
 };
 
 struct AinsworthDiagnosis {

@@ -6,11 +6,11 @@
 namespace
 {
 struct Observed {
-  Mat            A;
-  KSP            ksp;      /* borrowed */
-  PetscInt       products; /* with its search direction: a monitor or the preconditioner may make others */
-  PetscReal      xAx;      /* of the last of them */
-  PetscLogDouble seconds;  /* spent on these dot products, all together */
+  Mat            A        = NULL;
+  KSP            ksp      = NULL; /* borrowed */
+  PetscInt       products = 0;    /* with its search direction: a monitor or the preconditioner may make others */
+  PetscReal      xAx      = 0.0;  /* of the last of them */
+  PetscLogDouble seconds  = 0.0;  /* spent on these dot products, all together */
 };
 } // namespace
 

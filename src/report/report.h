@@ -14,63 +14,63 @@ typedef enum {
 } AinsworthStopType;
 
 struct AinsworthReportSettings {
-  PetscViewer       viewer; /* NULL for no monitor */
-  PetscViewerFormat format;
-  Vec               reference; /* exact solution, of length n + m or n; NULL if unknown */
-  AinsworthStopType stop;
-  PetscReal         rtol;           /* tolerance of the error relative to x */
-  char             *monitor, *file; /* options that set viewer and reference; NULL if unset */
-  PetscReal         eigenvalue;     /* lower bound of the spectrum; PETSC_DEFAULT to estimate it */
+  PetscViewer       viewer    = NULL; /* NULL for no monitor */
+  PetscViewerFormat format    = PETSC_VIEWER_DEFAULT;
+  Vec               reference = NULL; /* exact solution, of length n + m or n; NULL if unknown */
+  AinsworthStopType stop      = {};
+  PetscReal         rtol      = 0.0;              /* tolerance of the error relative to x */
+  char             *monitor = NULL, *file = NULL; /* options that set viewer and reference; NULL if unset */
+  PetscReal         eigenvalue = 0.0;             /* lower bound of the spectrum; PETSC_DEFAULT to estimate it */
 };
 
 /* The reduced system, set by PCAINSWORTH */
 struct AinsworthReportSystem {
-  Mat      A, C;            /* C has no rows if there are no constraints */
-  Mat      reduced;         /* the reduced operator; NULL without constraints */
-  IS       primal;          /* field of x in the solution of the saddle-point system */
-  PetscInt size;            /* of that solution */
-  Vec      inverseDiagonal; /* diag(A)^{-1} */
+  Mat      A = NULL, C = NULL;     /* C has no rows if there are no constraints */
+  Mat      reduced         = NULL; /* the reduced operator; NULL without constraints */
+  IS       primal          = NULL; /* field of x in the solution of the saddle-point system */
+  PetscInt size            = 0;    /* of that solution */
+  Vec      inverseDiagonal = NULL; /* diag(A)^{-1} */
 };
 
 /* NAN if unknown */
 struct AinsworthReportRow {
-  PetscReal seconds, natural, primal, constraint, error, multipliers;
+  PetscReal seconds = 0.0, natural = 0.0, primal = 0.0, constraint = 0.0, error = 0.0, multipliers = 0.0;
 };
 
 struct AinsworthReport {
-  AinsworthReportSettings        *settings;
-  AinsworthReportSystem           system;
-  PetscBool                       estimate; /* the method is conjugate gradients, and its operator is observed to get the coefficients */
-  PetscBool                       kernel;   /* it iterates in Ker C: the products with A are observed */
-  PetscBool                       watch;    /* there is a monitor, or the error ends the solve */
-  PetscBool                       patient;  /* the convergence test is PETSc's own: stagnation ends the solve, too */
-  PetscBool                       tighten;  /* the convergence test is PETSc's own, in the natural norm: its tolerance is made relative to x */
+  AinsworthReportSettings        *settings = NULL;
+  AinsworthReportSystem           system   = {};
+  PetscBool                       estimate = PETSC_FALSE; /* the method is conjugate gradients, and its operator is observed to get the coefficients */
+  PetscBool                       kernel   = PETSC_FALSE; /* it iterates in Ker C: the products with A are observed */
+  PetscBool                       watch    = PETSC_FALSE; /* there is a monitor, or the error ends the solve */
+  PetscBool                       patient  = PETSC_FALSE; /* the convergence test is PETSc's own: stagnation ends the solve, too */
+  PetscBool                       tighten  = PETSC_FALSE; /* the convergence test is PETSc's own, in the natural norm: its tolerance is made relative to x */
   AinsworthEstimator              estimator;
   std::vector<AinsworthReportRow> rows;
-  size_t                          printed;
-  Vec                             exact; /* exact x; NULL if unknown */
-  AinsworthSaddleVec              b;     /* f and g of the current solve, borrowed */
-  Vec                             x, r, residual;
-  AinsworthSaddleVec              springs;          /* x and lambda of an iterate if D is nonzero; NULL until needed */
-  PetscReal                       norm[2];          /* of f and g */
-  PetscReal                       held;             /* norm of C' lambda of the exact solution, in that of diag(A)^{-1} */
-  PetscReal                       energy;           /* energy norm of x, as far as it is known */
-  PetscReal                       bound;            /* error that ends the solve */
-  PetscReal                       least;            /* residual norm when it was last at least halved */
-  PetscInt                        found;            /* the iteration then */
-  PetscInt                        patience;         /* iterations allowed until it is halved again */
-  PetscBool                       wentOn;           /* because the residual was not small relative to x */
-  PetscInt                        solve;            /* its number among those that the viewer shows */
-  Vec                             work[2];          /* NULL until needed */
-  PetscLogDouble                  start;            /* time when this solve began, minus the time of its set-up */
-  PetscLogDouble                  spent, observing; /* seconds spent in the report and in the observer */
+  size_t                          printed = 0;
+  Vec                             exact   = NULL; /* exact x; NULL if unknown */
+  AinsworthSaddleVec              b       = {};   /* f and g of the current solve, borrowed */
+  Vec                             x = NULL, r = NULL, residual = NULL;
+  AinsworthSaddleVec              springs  = {};                /* x and lambda of an iterate if D is nonzero; NULL until needed */
+  PetscReal                       norm[2]  = {};                /* of f and g */
+  PetscReal                       held     = 0.0;               /* norm of C' lambda of the exact solution, in that of diag(A)^{-1} */
+  PetscReal                       energy   = 0.0;               /* energy norm of x, as far as it is known */
+  PetscReal                       bound    = 0.0;               /* error that ends the solve */
+  PetscReal                       least    = 0.0;               /* residual norm when it was last at least halved */
+  PetscInt                        found    = 0;                 /* the iteration then */
+  PetscInt                        patience = 0;                 /* iterations allowed until it is halved again */
+  PetscBool                       wentOn   = PETSC_FALSE;       /* because the residual was not small relative to x */
+  PetscInt                        solve    = 0;                 /* its number among those that the viewer shows */
+  Vec                             work[2]  = {};                /* NULL until needed */
+  PetscLogDouble                  start    = 0.0;               /* time when this solve began, minus the time of its set-up */
+  PetscLogDouble                  spent = 0.0, observing = 0.0; /* seconds spent in the report and in the observer */
 
   /* what to restore in the KSP */
-  PetscBool installed;
-  Mat       operation, observed; /* the method's operator and its observer */
-  void     *test;
-  PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
-  AinsworthTestDestroyFn *destroy;
+  PetscBool installed = PETSC_FALSE;
+  Mat       operation = NULL, observed = NULL; /* the method's operator and its observer */
+  void     *test                                                                      = NULL;
+  PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *) = NULL;
+  AinsworthTestDestroyFn *destroy                                                     = NULL;
 };
 
 PetscErrorCode AinsworthReportCreate(AinsworthReportSettings *, const AinsworthReportSystem *, AinsworthReport **);

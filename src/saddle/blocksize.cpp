@@ -27,7 +27,7 @@ static PetscErrorCode TouchedNodes(Mat A, PetscInt row, PetscInt bs, std::vector
 static PetscErrorCode Vote(Mat A, PetscInt *bs)
 {
   struct Ballot {
-    PetscInt yes, all, touched;
+    PetscInt yes = 0, all = 0, touched = 0;
   };
   std::vector<Ballot>   ballots(largest + 1, {0, 0, 0}); /* for each size */
   std::vector<PetscInt> nodes, others;
@@ -142,8 +142,8 @@ static PetscErrorCode Recover(Mat mat, AinsworthSaddleBlocks *found)
 {
   Mat A = found->block[AINSWORTH_BLOCK_A];
   struct {
-    PetscInt    bs;
-    const char *source;
+    PetscInt    bs     = 0;
+    const char *source = NULL;
   } known[] = {
     {1, "A"                         },
     {1, "Pmat"                      },

@@ -12,8 +12,8 @@ namespace
 {
 /* Consecutive rows of this rank with a positive diagonal entry: which all are plain, or none is */
 struct Run {
-  PetscInt first, n;
-  bool     plain;
+  PetscInt first = 0, n = 0;
+  bool     plain = false;
 };
 } // namespace
 

@@ -15,8 +15,8 @@ static const PetscReal coupled = 0.6;
 namespace
 {
 struct Nodes {
-  PetscObjectState      pattern;
-  PetscInt              bs;
+  PetscObjectState      pattern = 0;
+  PetscInt              bs      = 0;
   std::vector<PetscInt> order;
 };
 } // namespace

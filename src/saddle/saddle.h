@@ -28,27 +28,27 @@ enum {
 /* For each block, whether its rows, or its columns, belong to the multipliers */
 constexpr int AinsworthBlockRow[] = {0, 0, 1, 1, 0}, AinsworthBlockColumn[] = {0, 1, 0, 1, 0};
 struct AinsworthSaddleBlocks {
-  MatType   layout;                     /* type of the matrix that has the blocks; NULL: none found yet */
-  Mat       block[AINSWORTH_BLOCKS];    /* the program's or made from them, NULL if absent; B or C may be a view of the other, A a copy of a small shell */
-  char      name[AINSWORTH_BLOCKS][64]; /* for messages: "Block (1,0) of the MatNest" */
-  uint64_t  state[AINSWORTH_BLOCKS];    /* changes with the block, its values, or anything it is made of (state.cpp) */
-  IS        rows[2];                    /* primal and multiplier field in the right-hand side */
-  IS        cols[2];                    /* the same in the solution */
-  PetscBool made[AINSWORTH_BLOCKS];     /* the block was made here */
-  PetscInt  bs;                         /* block size of A, which A itself may not have */
-  PetscInt  scattered;                  /* unknowns of a node if they are not contiguous (PCBLOCKSA sorts them); else 1, and bs holds */
+  MatType   layout                  = NULL; /* type of the matrix that has the blocks; NULL: none found yet */
+  Mat       block[AINSWORTH_BLOCKS] = {};   /* the program's or made from them, NULL if absent; B or C may be a view of the other, A a copy of a small shell */
+  char      name[AINSWORTH_BLOCKS][64]{};   /* for messages: "Block (1,0) of the MatNest" */
+  uint64_t  state[AINSWORTH_BLOCKS] = {};   /* changes with the block, its values, or anything it is made of (state.cpp) */
+  IS        rows[2]                 = {};   /* primal and multiplier field in the right-hand side */
+  IS        cols[2]                 = {};   /* the same in the solution */
+  PetscBool made[AINSWORTH_BLOCKS]  = {};   /* the block was made here */
+  PetscInt  bs = 0;                  /* block size of A, which A itself may not have */
+  PetscInt  scattered = 0;              /* unknowns of a node if they are not contiguous (PCBLOCKSA sorts them); else 1, and bs holds */
 
-  const char       *bsSource;   /* where bs comes from, in words */
-  MatNullSpace      modes;      /* rigid-body modes from coordinates, or NULL */
-  PetscInt          located;    /* AinsworthSaddleInputs::located at that time */
+  const char       *bsSource = NULL; /* where bs comes from, in words */
+  MatNullSpace      modes    = NULL; /* rigid-body modes from coordinates, or NULL */
+  PetscInt          located = 0; /* AinsworthSaddleInputs::located at that time */
   AinsworthFields   fields;     /* of the program's vectors */
-  const char       *told;       /* who defined the fields, in words */
+  const char       *told = NULL; /* who defined the fields, in words */
   std::vector<bool> multiplier; /* for each field: whether it has multipliers */
-  const char       *chosen;     /* how the multipliers were chosen, in words */
-  Vec               sign;       /* for minus a saddle point, the factors of the rows of A (layoutsign.cpp); else NULL */
-  PetscBool         extracted;  /* blocks are submatrices; otherwise they are blocks of a MatNest */
-  PetscObjectId     whole[2];   /* ids of the matrices they were extracted from, Amat and Pmat */
-  PetscObjectState  pattern[2]; /* nonzero states of these */
+  const char       *chosen     = NULL;        /* how the multipliers were chosen, in words */
+  Vec               sign       = NULL;        /* for minus a saddle point, the factors of the rows of A (layoutsign.cpp); else NULL */
+  PetscBool         extracted  = PETSC_FALSE; /* blocks are submatrices; otherwise they are blocks of a MatNest */
+  PetscObjectId     whole[2]   = {};          /* ids of the matrices they were extracted from, Amat and Pmat */
+  PetscObjectState  pattern[2] = {};          /* nonzero states of these */
 
   std::shared_ptr<const AinsworthSplit> split[2]; /* how they were extracted; NULL: with MatCreateSubMatrix() */
 };
@@ -59,35 +59,35 @@ struct AinsworthSaddleBlocks {
    B is C itself if block (0,1) is its adjoint; D is NULL if it is zero.
 */
 struct AinsworthSaddle : AinsworthSaddleBlocks {
-  Mat A;                   /* n x n: the program's, or a copy without the columns of known unknowns */
-  Mat P;                   /* matrix that M_* is made of: the primal block of Pmat, or A */
-  Mat C, B, D;             /* AIJ, kept rows only, scaled by `balance`; no rows without constraints */
-  Mat rowsC, rowsB, rowsD; /* the same with all of the program's rows */
-  Mat givenC;              /* rowsC with the columns of known unknowns */
+  Mat A = NULL;                                 /* n x n: the program's, or a copy without the columns of known unknowns */
+  Mat P = NULL;                                 /* matrix that M_* is made of: the primal block of Pmat, or A */
+  Mat C = NULL, B = NULL, D = NULL;             /* AIJ, kept rows only, scaled by `balance`; no rows without constraints */
+  Mat rowsC = NULL, rowsB = NULL, rowsD = NULL; /* the same with all of the program's rows */
+  Mat givenC = NULL;                            /* rowsC with the columns of known unknowns */
 
-  PetscObjectId    idD;      /* id of the block that rowsD is a copy of */
-  PetscObjectState patternD; /* nonzero state of that block */
+  PetscObjectId    idD      = 0; /* id of the block that rowsD is a copy of */
+  PetscObjectState patternD = 0; /* nonzero state of that block */
 
-  MatNullSpace nullSpace; /* of the program's matrix, or NULL */
-  Mat          numbering; /* Amat or Pmat, whose numbering the vectors of `nullSpace` have */
-  PetscBool    negated;   /* lambda is the negative of the program's */
-  char         bad[256];  /* why the values are unusable; empty if they are usable */
+  MatNullSpace nullSpace = NULL;        /* of the program's matrix, or NULL */
+  Mat          numbering = NULL;        /* Amat or Pmat, whose numbering the vectors of `nullSpace` have */
+  PetscBool    negated   = PETSC_FALSE; /* lambda is the negative of the program's */
+  char         bad[256]  = {};          /* why the values are unusable; empty if they are usable */
 
-  AinsworthRowKind  *kind;                       /* for each local row of the multiplier field */
-  PetscInt           first;                      /* global number of the first local row */
-  PetscInt           local;                      /* number of local rows */
-  PetscInt           count[AINSWORTH_ROW_KINDS]; /* of each kind, on all ranks */
-  Vec                balance;                    /* scales the rows of C, B and D and the columns of D, powers of 2; NULL: 1 */
-  Vec                known;                      /* n, 1 / A_ii for unknowns whose row has only A_ii, else 0; NULL if not needed */
-  Vec                work[2];                    /* work vectors, n and all rows; NULL until needed */
+  AinsworthRowKind  *kind                       = NULL; /* for each local row of the multiplier field */
+  PetscInt           first                      = 0;    /* global number of the first local row */
+  PetscInt           local                      = 0;    /* number of local rows */
+  PetscInt           count[AINSWORTH_ROW_KINDS] = {};   /* of each kind, on all ranks */
+  Vec                balance                    = NULL; /* scales the rows of C, B and D and the columns of D, powers of 2; NULL: 1 */
+  Vec                known                      = NULL; /* n, 1 / A_ii for unknowns whose row has only A_ii, else 0; NULL if not needed */
+  Vec                work[2]                    = {};   /* work vectors, n and all rows; NULL until needed */
   std::vector<bool>  loose;                      /* for each local unknown: its row of A is zero */
-  PetscBool          positive;                   /* unknowns that are not loose have positive diagonal entries in A */
+  PetscBool          positive = PETSC_FALSE;     /* unknowns that are not loose have positive diagonal entries in A */
   std::vector<bool>  sprung;                     /* for each local row of the multiplier field: its row of D is not zero */
-  Vec                stiffness;                  /* of each unknown: A_ii or, where that is not positive, the largest entry of the row */
+  Vec                stiffness = NULL;           /* of each unknown: A_ii or, where that is not positive, the largest entry of the row */
   AinsworthTransfer  transfer[3];                /* of right-hand sides, solutions, and vectors of null spaces */
-  AinsworthSaddleVec scale; /* powers of 2 that bring entries of the system to about 1: of the unknowns and of all rows of the multiplier field */
-  PetscBool          symmetric;                  /* A = A' */
-  PetscBool          adjoint;                    /* B is C, and D = D' */
+  AinsworthSaddleVec scale     = {}; /* powers of 2 that bring entries of the system to about 1: of the unknowns and of all rows of the multiplier field */
+  PetscBool          symmetric = PETSC_FALSE; /* A = A' */
+  PetscBool          adjoint   = PETSC_FALSE; /* B is C, and D = D' */
 
   PetscInt constraints() const { return count[AINSWORTH_ROW_CONSTRAINT]; } /* kept rows of all ranks */
 };

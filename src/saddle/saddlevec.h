@@ -5,7 +5,7 @@
 #include "../petsccompat.h"
 
 struct AinsworthSaddleVec {
-  Vec primal, dual;
+  Vec primal = NULL, dual = NULL;
 };
 
 static inline PetscErrorCode AinsworthSaddleVecDuplicate(AinsworthSaddleVec like, AinsworthSaddleVec *y)

@@ -57,8 +57,8 @@ static PetscErrorCode Stiffness(Mat A, Vec *stiffness, PetscBool *positive)
 
 /* A matrix whose rows, and columns, are scaled in each sweep; NULL if the block is absent */
 struct Block {
-  Mat  mat;
-  bool row, column; /* whether they belong to the multipliers */
+  Mat  mat = NULL;
+  bool row = false, column = false; /* whether they belong to the multipliers */
 };
 
 /* Raises `most` to the largest entry of each row, where the rows are those of the field */

@@ -8,7 +8,7 @@
 struct AinsworthSplit {
   std::vector<PetscInt> rows;    /* of local rows */
   std::vector<PetscInt> cols[2]; /* of local columns; of columns of other ranks, global */
-  PetscInt              size[2]; /* local columns of each field */
+  PetscInt              size[2] = {}; /* local columns of each field */
 };
 
 PetscErrorCode AinsworthSplitCreate(Mat, const IS[2], const IS[2], std::shared_ptr<const AinsworthSplit> *);

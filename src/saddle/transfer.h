@@ -24,7 +24,7 @@ struct AinsworthTransfer {
   PetscBool             write = PETSC_FALSE;
   std::vector<Vec>      leaves, nests; /* that the given one consists of */
   std::vector<PetscInt> seen;          /* its shape */
-  const PetscScalar    *array[2];      /* that parts are views of */
+  const PetscScalar    *array[2] = {}; /* that parts are views of */
 };
 
 PetscErrorCode AinsworthTransferIn(AinsworthTransfer *, Mat, PetscBool, const IS[], PetscBool, Vec, AinsworthSaddleVec *);

@@ -23,22 +23,22 @@ struct SNES_AinsworthActiveSet {
   std::vector<PetscInt>      rows;         /* local rows with bounds */
   std::vector<AinsworthHold> hold;         /* of each local row */
   std::set<uint64_t>         seen;         /* hashes of the sets so far */
-  PetscInt                   wrong, least; /* number of rows that must change: now, and the least before rows changed one by one */
-  bool                       single;       /* rows change one by one */
-  bool                       tight;        /* a set recurred after loose solves, which are no longer used */
-  PetscReal                  largest;      /* residual of a bounded row so far */
+  PetscInt                   wrong = 0, least = 0; /* number of rows that must change: now, and the least before rows changed one by one */
+  bool                       single  = false;      /* rows change one by one */
+  bool                       tight   = false;      /* a set recurred after loose solves, which are no longer used */
+  PetscReal                  largest = 0.0;        /* residual of a bounded row so far */
 
   /* step.cpp */
   Vec                        bounded = NULL; /* 1 where there is a bound, else 0 */
   Mat                        step = NULL, pstep = NULL;
   std::vector<AinsworthHold> solved;   /* hold when these matrices were made */
-  uint64_t                   state[2]; /* of the Jacobians then */
-  PetscReal                  asked;    /* relative tolerance of the linear solver before it is loosened */
-  PetscReal                  reached;  /* relative residual of the last linear solve */
-  PetscReal                  left;     /* estimated error that it left, relative to the energy norm of x; negative without a solve, or with wrong rows */
-  bool                       exact;    /* that error is within the requested tolerance */
-  bool                       linear;   /* F agreed with its linearization */
-  PetscReal                  diagonal; /* largest diagonal entry of the Jacobian */
+  uint64_t                   state[2] = {};  /* of the Jacobians then */
+  PetscReal                  asked    = 0.0; /* relative tolerance of the linear solver before it is loosened */
+  PetscReal                  reached  = 0.0; /* relative residual of the last linear solve */
+  PetscReal                  left     = 0.0; /* estimated error that it left, relative to the energy norm of x; negative without a solve, or with wrong rows */
+  bool                       exact    = false; /* that error is within the requested tolerance */
+  bool                       linear   = false; /* F agreed with its linearization */
+  PetscReal                  diagonal = 0.0;   /* largest diagonal entry of the Jacobian */
 };
 
 /* rows.cpp */
