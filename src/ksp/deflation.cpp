@@ -1,15 +1,4 @@
-/*
-   What conjugate gradients in Ker C add to a preconditioner for what its matrix M leaves out (docs/models.md)
-
-   Long rows of C: M^{-1} r is projected onto their kernel along L = M^{-1} C', as if M had been made with them, to M^{-1} - L (C L)^{-1} L'. The projector would
-   do so along W C', which is rough and costs an iteration or two per row
-
-   Unknowns that many rows of C share, such as reference nodes and macroscopic strains, which M holds with their slaves: with the responses Z in Ker C of the
-   system to motions of single shared unknowns, computed with the above, and Y = Q' A Z, Z' Y = I, Q M^{-1} becomes (I - Z Y') Q M^{-1} (I - Y Z') + Z Z'
-
-   The first takes directions away and needs no product with A, the second adds some: neither is a case of the other
-*/
-#include "projectedcg.h"
+#include "deflation.h"
 #include "../lists.h"
 #include "../loops.h"
 #include "../objects.h"
@@ -23,16 +12,20 @@ static const PetscReal dependentRow = 1e-6;
 /* A motion is dropped if the preconditioner and the motions before it leave at most this part of its energy */
 static const PetscReal dependentMotion = 1e-10;
 
-/* KSPProjectedCGForget_Private - discards L, Z and Y when the preconditioner, C or what M leaves out changes */
-PetscErrorCode KSPProjectedCGForget_Private(Mat_Ainsworth *ctx)
+PetscErrorCode AinsworthDeflation::clear()
 {
   PetscFunctionBegin;
-  for (std::vector<Vec> *vecs : {&ctx->lifted, &ctx->motions, &ctx->motionForces}) {
+  for (std::vector<Vec> *vecs : {&lifted, &motions, &forces}) {
     for (Vec &v : *vecs) PetscCall(VecDestroy(&v));
     vecs->clear();
   }
-  ctx->complete = false;
+  factor.clear();
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+AinsworthDeflation::~AinsworthDeflation()
+{
+  (void)clear();
 }
 
 /* Gets the adjoints of the rows of C with more than `longest` entries on all ranks, or none if there are too many; collective */
@@ -53,126 +46,117 @@ static PetscErrorCode GetLongRows(Mat C, PetscInt longest, std::vector<Vec> *row
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes L and the factor of C L; dependent rows are left to the projector from here on */
-static PetscErrorCode LiftLongRows(PC pc, Mat_Ainsworth *ctx)
+/* Computes L and the factor of C L; dependent rows are left to the projector */
+PetscErrorCode AinsworthDeflation::lift(PC inner, Mat C, PetscInt longest)
 {
-  std::vector<Vec> rows;
-  PetscBLASInt     size, info = 0;
-  bool             apart = true;
+  std::vector<Vec>       rows;
+  std::vector<PetscReal> before;
+  PetscBLASInt           size, info = 0;
+  bool                   apart = true;
 
   PetscFunctionBegin;
-  if (ctx->longest == PETSC_MAX_INT) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(GetLongRows(ctx->C, ctx->longest, &rows));
-  ctx->longFactor.assign(rows.size() * rows.size(), 0.0);
+  if (longest == PETSC_MAX_INT) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(GetLongRows(C, longest, &rows));
+  factor.assign(rows.size() * rows.size(), 0.0);
   for (size_t k = 0; k < rows.size(); k++) {
-    Vec lifted;
+    Vec v;
 
-    PetscCall(VecDuplicate(rows[k], &lifted));
-    ctx->lifted.push_back(lifted);
-    PetscCall((*ctx->apply)(pc, rows[k], lifted));
-    PetscCall(VecMDot(lifted, (PetscInt)rows.size(), rows.data(), &ctx->longFactor[k * rows.size()]));
+    PetscCall(VecDuplicate(rows[k], &v));
+    lifted.push_back(v);
+    PetscCall(PCApply(inner, rows[k], v));
+    PetscCall(VecMDot(v, (PetscInt)rows.size(), rows.data(), &factor[k * rows.size()]));
   }
   for (Vec &row : rows) PetscCall(VecDestroy(&row));
   PetscCall(PetscBLASIntCast((PetscInt)rows.size(), &size));
-  std::vector<PetscReal> before;
-  for (size_t k = 0; k < rows.size(); k++) before.push_back(PetscRealPart(ctx->longFactor[k * (rows.size() + 1)]));
-  if (size) PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &size, ctx->longFactor.data(), &size, &info));
-  for (size_t k = 0; k < rows.size(); k++) apart = apart && PetscSqr(PetscRealPart(ctx->longFactor[k * (rows.size() + 1)])) > dependentRow * before[k];
-  if (info || !size || !apart) {
-    PetscCall(KSPProjectedCGForget_Private(ctx));
-    ctx->longest = PETSC_MAX_INT;
-  }
+  for (size_t k = 0; k < rows.size(); k++) before.push_back(PetscRealPart(factor[k * (rows.size() + 1)]));
+  if (size) PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &size, factor.data(), &size, &info));
+  for (size_t k = 0; k < rows.size(); k++) apart = apart && PetscSqr(PetscRealPart(factor[k * (rows.size() + 1)])) > dependentRow * before[k];
+  if (info || !apart) PetscCall(clear());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Turns z = M^{-1} r into z - L (C L)^{-1} C z, where C z = L' r */
-static PetscErrorCode TakeLongRows(const Mat_Ainsworth *ctx, Vec r, Vec z)
+PetscErrorCode AinsworthDeflation::takeLongRows(Vec r, Vec z) const
 {
-  const size_t             n = ctx->lifted.size();
-  std::vector<PetscScalar> left(n), factor;
+  const size_t             n = lifted.size();
+  std::vector<PetscScalar> left(n);
   PetscBLASInt             size, one = 1, info;
 
   PetscFunctionBegin;
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecMDot(r, (PetscInt)n, ctx->lifted.data(), left.data()));
+  PetscCall(VecMDot(r, (PetscInt)n, lifted.data(), left.data()));
   PetscCall(PetscBLASIntCast((PetscInt)n, &size));
-  factor = ctx->longFactor;
-  PetscCallBLAS("LAPACKpotrs", LAPACKpotrs_("L", &size, &one, factor.data(), &size, left.data(), &size, &info));
+  PetscCallBLAS("LAPACKpotrs", LAPACKpotrs_("L", &size, &one, const_cast<PetscScalar *>(factor.data()), &size, left.data(), &size, &info));
   for (PetscScalar &value : left) value = -value;
-  PetscCall(VecMAXPY(z, (PetscInt)n, left.data(), const_cast<Vec *>(ctx->lifted.data())));
+  PetscCall(VecMAXPY(z, (PetscInt)n, left.data(), const_cast<Vec *>(lifted.data())));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* KSPProjectedCGPrecondition_Private - computes z = Q M^{-1} r with the corrections for long rows and shared unknowns */
-PetscErrorCode KSPProjectedCGPrecondition_Private(PC pc, Mat mat, Mat_Ainsworth *ctx, Vec r, Vec z)
+PetscErrorCode AinsworthDeflation::apply(PC inner, Mat reduced, Vec r, Vec z) const
 {
-  const PetscInt           n = (PetscInt)ctx->motions.size();
-  std::vector<PetscScalar> forces(n), factors(n);
+  const PetscInt           n = (PetscInt)motions.size();
+  std::vector<PetscScalar> work(n), factors(n);
   Vec                      rest = r;
-  PetscErrorCode           code;
 
   PetscFunctionBegin;
   if (n) {
-    PetscCall(VecMDot(r, n, ctx->motions.data(), forces.data()));
-    for (PetscInt k = 0; k < n; k++) factors[k] = -forces[k];
+    PetscCall(VecMDot(r, n, motions.data(), work.data()));
+    for (PetscInt k = 0; k < n; k++) factors[k] = -work[k];
     PetscCall(AinsworthVecClone(r, &rest));
-    PetscCall(VecMAXPY(rest, n, factors.data(), ctx->motionForces.data()));
+    PetscCall(VecMAXPY(rest, n, factors.data(), const_cast<Vec *>(forces.data())));
   }
-  ctx->inKernel = PETSC_FALSE; /* products inside the preconditioner are with A~ */
-  code          = (*ctx->apply)(pc, rest, z);
-  ctx->inKernel = PETSC_TRUE;
-  PetscCall(code);
-  PetscCall(TakeLongRows(ctx, rest, z));
-  PetscCall(MatAinsworthMultProjector(mat, z, z));
+  PetscCall(PCApply(inner, rest, z));
+  PetscCall(takeLongRows(rest, z));
+  PetscCall(MatAinsworthMultProjector(reduced, z, z));
   if (n) {
     PetscCall(VecDestroy(&rest));
-    PetscCall(VecMDot(z, n, ctx->motionForces.data(), factors.data()));
-    for (PetscInt k = 0; k < n; k++) factors[k] = forces[k] - factors[k];
-    PetscCall(VecMAXPY(z, n, factors.data(), ctx->motions.data()));
+    PetscCall(VecMDot(z, n, forces.data(), factors.data()));
+    for (PetscInt k = 0; k < n; k++) factors[k] = work[k] - factors[k];
+    PetscCall(VecMAXPY(z, n, factors.data(), const_cast<Vec *>(motions.data())));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Computes y = Q' A x for an x in Ker C, and the energy x' y */
-static PetscErrorCode MultiplyMotion(Mat mat, Mat_Ainsworth *ctx, Vec x, Vec y, PetscReal *energy)
+static PetscErrorCode Multiply(Mat operation, Vec x, Vec y, PetscReal *energy)
 {
   PetscScalar product;
 
   PetscFunctionBegin;
-  ctx->inKernel = ctx->direction = PETSC_TRUE;
-  PetscCall(MatMult(mat, x, y));
+  PetscCall(MatMult(operation, x, y));
   PetscCall(VecDot(y, x, &product));
   *energy = PetscRealPart(product);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Computes Z and Y with the preconditioner that has L already; motions without energy and unknowns that C holds have no columns */
-static PetscErrorCode LiftShared(PC pc, Mat mat, Mat_Ainsworth *ctx)
+PetscErrorCode AinsworthDeflation::move(PC inner, Mat reduced, Mat operation, const std::vector<PetscInt> &shared)
 {
   Vec answer;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(mat, &answer, NULL));
-  for (PetscInt unknown : ctx->shared) {
+  if (shared.empty()) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateVecs(operation, &answer, NULL));
+  for (PetscInt unknown : shared) {
     Vec       motion, force;
     PetscInt  rstart, rend;
     PetscReal all = 0.0, left = 0.0;
 
-    PetscCall(MatCreateVecs(mat, &motion, &force));
+    PetscCall(MatCreateVecs(operation, &motion, &force));
     PetscCall(VecZeroEntries(motion));
     PetscCall(VecGetOwnershipRange(motion, &rstart, &rend));
     if (unknown >= rstart && unknown < rend) PetscCall(VecSetValue(motion, unknown, 1.0, INSERT_VALUES));
     PetscCall(VecAssemblyBegin(motion));
     PetscCall(VecAssemblyEnd(motion));
-    PetscCall(MatAinsworthMultProjector(mat, motion, motion));
-    PetscCall(MultiplyMotion(mat, ctx, motion, force, &all));
-    PetscCall(KSPProjectedCGPrecondition_Private(pc, mat, ctx, force, answer));
+    PetscCall(MatAinsworthMultProjector(reduced, motion, motion));
+    PetscCall(Multiply(operation, motion, force, &all));
+    PetscCall(apply(inner, reduced, force, answer));
     PetscCall(VecAXPY(motion, -1.0, answer)); /* now orthogonal to the motions before it */
-    PetscCall(MultiplyMotion(mat, ctx, motion, force, &left));
+    PetscCall(Multiply(operation, motion, force, &left));
     if (left > dependentMotion * all) {
       for (Vec v : {motion, force}) PetscCall(VecScale(v, 1.0 / PetscSqrtReal(left)));
-      ctx->motions.push_back(motion);
-      ctx->motionForces.push_back(force);
+      motions.push_back(motion);
+      forces.push_back(force);
     } else {
       PetscCall(VecDestroy(&motion));
       PetscCall(VecDestroy(&force));
@@ -182,18 +166,16 @@ static PetscErrorCode LiftShared(PC pc, Mat mat, Mat_Ainsworth *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* KSPProjectedCGLift_Private - computes L, Z and Y, once per preconditioner */
-PetscErrorCode KSPProjectedCGLift_Private(PC pc, Mat mat, Mat_Ainsworth *ctx)
+PetscErrorCode AinsworthDeflation::setUp(PC inner, Mat reduced, Mat operation, const AinsworthLeftOut &left)
 {
-  PetscErrorCode error;
+  Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  if (ctx->complete) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPProjectedCGForget_Private(ctx)); /* what an error left */
-  PetscCall(LiftLongRows(pc, ctx));
-  error         = LiftShared(pc, mat, ctx); /* checked when everything is restored */
-  ctx->inKernel = PETSC_FALSE;
-  PetscCall(error);
-  ctx->complete = true;
+  if (complete) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(clear()); /* what an error left */
+  PetscCall(MatAinsworthGetContext_Private(reduced, &ctx));
+  PetscCall(lift(inner, ctx->C, left.longest));
+  PetscCall(move(inner, reduced, operation, left.shared));
+  complete = true;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

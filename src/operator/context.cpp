@@ -139,16 +139,7 @@ PetscErrorCode MatAinsworthReset_Private(Mat_Ainsworth *ctx)
   PetscFunctionBegin;
   for (Mat *M : {&ctx->A, &ctx->C, &ctx->B, &ctx->D, &ctx->product}) PetscCall(MatDestroy(M));
   for (Vec *v : {&ctx->weight, &ctx->mobility, &ctx->penalty, &ctx->placed, &ctx->work, &ctx->rowWork, &ctx->residual, &ctx->mu}) PetscCall(VecDestroy(v));
-  for (std::vector<Vec> *vecs : {&ctx->lifted, &ctx->motions, &ctx->motionForces}) {
-    for (Vec &v : *vecs) PetscCall(VecDestroy(&v));
-    vecs->clear();
-  }
-  ctx->shared.clear();
-  ctx->longFactor.clear();
-  ctx->liftedBy.clear();
   PetscCall(AinsworthProjectorReset(&ctx->proj));
-  ctx->longest     = PETSC_MAX_INT;
-  ctx->complete    = false;
   ctx->doubtful    = false;
   ctx->current     = PETSC_FALSE;
   ctx->userPenalty = PETSC_FALSE;

@@ -20,7 +20,7 @@ static PetscErrorCode MultOrAdjoint(Mat mat, PetscBool adjoint, Vec x, Vec y)
   if (ctx->D) {
     before = ctx->rowWork;
     PetscCall(AinsworthProjectorMultEnergy(&ctx->proj, ctx->proj.rowSolution, before));
-  } else if (!ctx->omitPenalty && !ctx->inKernel) {
+  } else if (!ctx->omitPenalty) {
     after = ctx->rowWork;
     PetscCall(VecPointwiseMult(after, ctx->placed, ctx->proj.rowValues));
   }
@@ -49,15 +49,8 @@ static PetscErrorCode CheckAdjoint(Mat mat)
 
 static PetscErrorCode MatMult_Ainsworth(Mat mat, Vec x, Vec y)
 {
-  Mat_Ainsworth *ctx;
-
   PetscFunctionBegin;
-  PetscCall(MatShellGetContext(mat, &ctx));
-  if (ctx->inKernel && ctx->direction) { /* Q x = x */
-    PetscCall(MatMult(ctx->product ? ctx->product : ctx->A, x, y));
-    PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, y, NULL, NULL, y));
-    ctx->direction = PETSC_FALSE;
-  } else PetscCall(MultOrAdjoint(mat, PETSC_FALSE, x, y));
+  PetscCall(MultOrAdjoint(mat, PETSC_FALSE, x, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -136,7 +129,7 @@ static PetscErrorCode MatView_Ainsworth(Mat mat, PetscViewer viewer)
   }
   PetscCall(PetscViewerASCIIPrintf(viewer, "constraints=%" PetscInt_FMT ", weight: %s%s%s%s\n", m, MatAinsworthWeightTypes[ctx->weightType], penalty,
                                    ctx->omitPenalty ? ", without C' B C" : "",
-                                   ctx->refine ? ", refinement of the projection: on, the constraints drifted" : ""));
+                                   ctx->doubtful ? ", projected twice: the Gram matrix is ill-conditioned" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

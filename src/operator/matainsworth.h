@@ -19,24 +19,10 @@ struct Mat_Ainsworth {
   Vec                    placed      = NULL; /* the placed penalty; NULL: not placed yet */
   PetscBool              userPenalty = PETSC_FALSE; /* set by MatAinsworthSetPenalty(); otherwise the default with gamma = 1 */
   PetscInt               rowsPerRank = 0;
-  PetscBool              omitPenalty = PETSC_FALSE;      /* the operator is Q' A Q, without C' B C */
-  PetscBool              homogeneous = PETSC_FALSE;      /* g was zero in the last right-hand side */
-  PetscReal              start[2]    = {};               /* x0' A x0 and f' x0 of the last right-hand side, x0 = R g */
-  PetscBool              inKernel    = PETSC_FALSE;      /* a method is iterating in Ker C: the operator is Q' A Q */
-  PetscBool              direction   = PETSC_FALSE;      /* the next product is with a vector in Ker C, which has just been projected */
-  PetscBool              refine      = PETSC_FALSE;      /* the last solve had begun to project twice */
-  PetscInt               projections = 0;                /* number of projections in this solve */
-  PetscErrorCode (*apply)(PC, Vec, Vec)          = NULL; /* the original apply of its preconditioner, without the projection or the springs of D */
-  PetscErrorCode (*applyTranspose)(PC, Vec, Vec) = NULL;
-  PetscBool                springs               = PETSC_FALSE; /* the preconditioner includes the springs of D: it is for the reduced operator itself */
+  PetscBool              omitPenalty = PETSC_FALSE;      /* the operator is Q' A Q, and the right-hand side lies in the range of Q', without C' B C and C' B g */
+  PetscBool              homogeneous = PETSC_FALSE; /* g was zero in the last right-hand side */
+  PetscReal              energy      = 0.0;         /* (R g)' A R g of it */
   AinsworthProjector       proj;
-  PetscInt                 longest = PETSC_MAX_INT; /* rows of C with more entries are left out of the preconditioning matrix (ksp/deflation.cpp) */
-  std::vector<Vec>         lifted;                  /* M^{-1} C' of these rows */
-  std::string              liftedBy;                /* ID and type of the preconditioner that `lifted` and `motions` were made with */
-  std::vector<PetscScalar> longFactor;              /* Cholesky factor of C M^{-1} C' for these rows */
-  std::vector<PetscInt>    shared;                  /* unknowns held by the preconditioning matrix (ksp/deflation.cpp) */
-  std::vector<Vec>         motions, motionForces;   /* their motions Z with Z' A Z = I, and Q' A Z */
-  bool                     complete = false;        /* `lifted` and `motions` are known; there may be none */
   bool                     doubtful = false;        /* rows of C are nearly dependent, so solves with the Gram matrix are refined */
   Vec                      work     = NULL;         /* work vector, n */
   Vec                      rowWork  = NULL;         /* work vector, m, placed */
@@ -57,6 +43,7 @@ PETSC_INTERN PetscErrorCode MatAinsworthSetUpProjector_Private(Mat, Mat_Ainswort
 /* settings, doors, products */
 PETSC_INTERN PetscErrorCode MatAinsworthCreate_Private(Mat, Mat, Mat *);
 PETSC_INTERN PetscErrorCode MatAinsworthReduce_Private(Mat, PetscBool, Vec, Vec, Vec);
+PETSC_INTERN PetscErrorCode MatAinsworthComplete_Private(Mat, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthRecover_Private(Mat, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthSetOtherBlocks_Private(Mat, Mat, Mat, PetscBool);
 PETSC_INTERN PetscErrorCode MatAinsworthGetCompliance_Private(Mat, const AinsworthCompliance **);
@@ -65,11 +52,9 @@ PETSC_INTERN PetscErrorCode MatAinsworthFindNear_Private(Mat, PetscInt *, PetscI
 PETSC_INTERN PetscErrorCode MatAinsworthIsDoubtful_Private(Mat, PetscBool *);
 PETSC_INTERN PetscErrorCode MatAinsworthGetGram_Private(Mat, const AinsworthGram **);
 PETSC_INTERN PetscErrorCode MatAinsworthSetRowsPerRank_Private(Mat, PetscInt);
-PETSC_INTERN PetscErrorCode MatAinsworthSolveRange_Private(Mat, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthPrecondition_Private(Mat, PC, PetscErrorCode (*)(PC, Vec, Vec), Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthOmitPenalty_Private(Mat, PetscBool);
 PETSC_INTERN PetscErrorCode MatAinsworthSetProduct_Private(Mat, Mat);
-PETSC_INTERN PetscErrorCode MatAinsworthGetDrift_Private(Mat, Vec, PetscReal *);
 
 /* combination.cpp */
 PETSC_INTERN PetscErrorCode MatAinsworthCombineRows_Private(Mat, const AinsworthSaddle *, Vec);

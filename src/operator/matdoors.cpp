@@ -62,8 +62,8 @@ PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, V
 {
   Mat_Ainsworth *ctx;
   Vec            x, before = NULL, after = NULL;
-  PetscReal      norm     = 0.0;
-  PetscScalar    start[2] = {0.0, 0.0};
+  PetscReal      norm   = 0.0;
+  PetscScalar    energy = 0.0;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
@@ -78,8 +78,7 @@ PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, V
     PetscCall(VecZeroEntries(x));
     PetscCall(Complete(ctx, PETSC_TRUE, g, x));
     PetscCall(MultiplyA(ctx, transpose, x, rhs));
-    PetscCall(VecDot(rhs, x, &start[0]));
-    PetscCall(VecDot(f, x, &start[1]));
+    PetscCall(VecDot(rhs, x, &energy));
     PetscCall(VecDestroy(&x));
     PetscCall(VecAYPX(rhs, -1.0, f));
     if (ctx->D) {
@@ -95,7 +94,7 @@ PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, V
   }
   /* if f - A R g is a force of the constraints alone, one projection leaves its rounding, half of which is outside the range of Q' A Q */
   if (ctx->omitPenalty && !ctx->D) PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, NULL, NULL, rhs));
-  for (int i = 0; i < 2; i++) ctx->start[i] = PetscRealPart(start[i]);
+  ctx->energy = PetscRealPart(energy);
   PetscCall(PetscLogEventEnd(AINSWORTH_RHS, mat, f, g, rhs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -169,6 +168,17 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
   if (ctx->D && ctx->proj.compliance.soft > 0.0) PetscCall(TakeFromSprings(ctx, lambda));
   for (Vec *v : {&rest, &more, &loads}) PetscCall(VecDestroy(v));
   PetscCall(PetscLogEventEnd(AINSWORTH_Multiplier, mat, f, x, lambda));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* MatAinsworthComplete_Private - computes x from the reduced solution, so that C x - D lambda = g with some lambda; g may be NULL for zero. Collective */
+PetscErrorCode MatAinsworthComplete_Private(Mat mat, Vec g, Vec x)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
+  PetscCall(Complete(ctx, PETSC_FALSE, g, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -145,17 +145,6 @@ PetscErrorCode MatAinsworthMultTransposeRightInverse(Mat mat, Vec r, Vec l)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes x = R B^{-1} R' b, the part of the solution of A~ x = b in Im(W C') */
-PetscErrorCode MatAinsworthSolveRange_Private(Mat mat, Vec b, Vec x)
-{
-  Mat_Ainsworth *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  PetscCall(AinsworthProjectorSolveRange(&ctx->proj, ctx->placed, b, x));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Applies (M_*^+)^{-1}, which includes the springs of D; apply is the action of M_*^{-1} or of its transpose */
 PetscErrorCode MatAinsworthPrecondition_Private(Mat mat, PC pc, PetscErrorCode (*apply)(PC, Vec, Vec), Vec r, Vec z)
 {
@@ -180,36 +169,5 @@ PetscErrorCode MatAinsworthOmitPenalty_Private(Mat mat, PetscBool flag)
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   ctx->omitPenalty = flag;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   Computes the largest |(C z)_i| / ((C W C')_ii^{1/2} ||z||_{W^{-1}}): the distance of z from Ker C as the cosine of an angle, 0 to 1, independent of the
-   scale of the rows
-
-   This is the angle of Gould, Hribar and Nocedal (2001), row by row. Collective
-*/
-PetscErrorCode MatAinsworthGetDrift_Private(Mat mat, Vec z, PetscReal *drift)
-{
-  Mat_Ainsworth *ctx;
-  PetscReal      norm, largest;
-  PetscScalar    dot;
-
-  PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  if (ctx->weight) {
-    PetscCall(VecPointwiseDivide(ctx->work, z, ctx->weight));
-    PetscCall(VecDot(z, ctx->work, &dot));
-    norm = PetscSqrtReal(PetscRealPart(dot));
-    PetscCall(AinsworthRowSquares(ctx->proj.C, ctx->weight, ctx->rowWork)); /* the diagonal of S has the weight `mobility`, which may be 0 */
-  } else {
-    PetscCall(VecNorm(z, NORM_2, &norm));
-    PetscCall(AinsworthRowSums(ctx->proj.C, 2, ctx->rowWork));
-  }
-  PetscCall(VecSqrtAbs(ctx->rowWork));
-  PetscCall(MatMult(ctx->proj.C, z, ctx->proj.rowValues));
-  PetscCall(VecPointwiseDivide(ctx->rowWork, ctx->proj.rowValues, ctx->rowWork));
-  PetscCall(VecNorm(ctx->rowWork, NORM_INFINITY, &largest));
-  *drift = norm > 0.0 ? largest / norm : 0.0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -64,7 +64,7 @@ PetscErrorCode PCAinsworthEscapeFacts_Private(PC_Ainsworth *data, PetscInt n, Pe
   *f          = AinsworthPriceFacts();
   f->entries  = (double)entries;
   f->unknowns = (double)n;
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   f->own = sa && sa->levels.hierarchy;
   if (f->own) f->single = sa->levels.hierarchy->single();

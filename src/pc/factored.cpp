@@ -124,7 +124,7 @@ PetscErrorCode PCAinsworthConvertPmat_Private(PC_Ainsworth *data)
 
   PetscFunctionBegin;
   if (data->inner.format != AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(AinsworthFactorIsPackage(inner, MATSOLVERCHOLMOD, &cholmod));
   aij = data->inner.M;
   if (!aij) PetscCall(AinsworthGetAIJ(data->saddle.A, &aij));

@@ -1,6 +1,6 @@
 /* Operators of the inner solver, reuse of its preconditioner, and workarounds for PETSc's own types */
 #include "pcainsworth.h"
-#include "../ksp/projectedcg.h"
+#include "../ksp/inkernel.h"
 #include "../multigrid/blocksa.h"
 #include "../operator/matainsworth.h"
 #include <petsc/private/pcmgimpl.h>
@@ -13,7 +13,7 @@ PetscErrorCode PCAinsworthUseProduct_Private(PC_Ainsworth *data)
 
   PetscFunctionBegin;
   if (!data->saddle.symmetric) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   if (data->saddle.constraints() && data->inner.format == AINSWORTH_PMAT_SUM) PetscCall(MatCompositeGetMat(data->inner.M, 0, &first));
   PetscCall(PCBlockSAGetProduct_Private(inner, &product));
   if (!product || first != data->saddle.A) { /* its levels are not those of A: they are of Pmat's block, or of a sum */
@@ -80,7 +80,7 @@ PetscErrorCode PCAinsworthReuseInner_Private(PC_Ainsworth *data, PetscBool keep)
 
   PetscFunctionBegin;
   if (!keep && age->type != PC_AINSWORTH_AGE_WHOLE) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   if (age->type != PC_AINSWORTH_AGE_WHOLE) PetscCall(PCGetReusePreconditioner(inner, &age->ownReuse));
   PetscCall(PCSetReusePreconditioner(inner, (PetscBool)(keep || age->ownReuse)));
   age->type = keep ? PC_AINSWORTH_AGE_WHOLE : PC_AINSWORTH_AGE_FRESH;
@@ -112,7 +112,7 @@ PetscErrorCode PCAinsworthSetTranspose_Private(PC_Ainsworth *data)
   PetscBool hypre;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &hypre));
   if (hypre) inner->ops->applytranspose = data->saddle.symmetric ? inner->ops->apply : PCApplyTranspose_Refused;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -125,7 +125,7 @@ PetscErrorCode PCAinsworthAfterError_Private(PC_Ainsworth *data)
   PetscBool multigrid;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &multigrid, PCMG, PCGAMG, PCML, PCBLOCKSA, ""));
   if (!multigrid) PetscFunctionReturn(PETSC_SUCCESS);
   PC_MG_Levels **levels = ((PC_MG *)inner->data)->levels;
@@ -171,6 +171,56 @@ PetscErrorCode PCAinsworthIteratesInKernel_Private(PC_Ainsworth *data, PetscBool
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Attaches null space and near null space to the operator, for hypre, and to the preconditioning matrix, for GAMG, unless that is an earlier one */
+static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
+{
+  MatNullSpace near, common;
+  Mat          S = data->saddle.constraints() ? data->reduced.mat : data->saddle.A, M = data->age.type == PC_AINSWORTH_AGE_WHOLE ? S
+                                                                                        : data->saddle.constraints()             ? data->inner.M
+                                                                                                                                 : data->saddle.A;
+
+  PetscFunctionBegin;
+  if (S == data->saddle.block[AINSWORTH_BLOCK_A]) PetscFunctionReturn(PETSC_SUCCESS); /* the program's A has its own */
+  PetscCall(AinsworthSaddleGetNearNullSpace(&data->saddle, &near));
+  PetscCall(MatSetNearNullSpace(S, near));
+  PetscCall(MatSetNearNullSpace(M, near));
+  PetscCall(AinsworthSaddleCreateNullSpace(&data->saddle, &common));
+  PetscCall(MatSetNullSpace(S, common));
+  PetscCall(MatSetNullSpace(M, common));
+  PetscCall(MatSetTransposeNullSpace(S, data->saddle.symmetric ? common : NULL));
+  PetscCall(MatNullSpaceDestroy(&common));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthForgetOperators_Private - destroys what the method iterates with */
+PetscErrorCode PCAinsworthForgetOperators_Private(PCAinsworthInner *inner)
+{
+  PetscFunctionBegin;
+  PetscCall(PCDestroy(&inner->around));
+  PetscCall(MatDestroy(&inner->operation));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes what the method iterates with: in Ker C its own operator and preconditioner; with D, unless M_* has its springs, a preconditioner that has them */
+static PetscErrorCode Surround(PC_Ainsworth *data)
+{
+  PCAinsworthInner *in      = &data->inner;
+  Mat               reduced = data->reduced.mat;
+  PetscBool         inKernel;
+  PC                inner;
+
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthForgetOperators_Private(in));
+  if (!data->saddle.constraints()) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetPC(in->ksp, &inner));
+  PetscCall(PCAinsworthIteratesInKernel_Private(data, &inKernel));
+  if (inKernel) {
+    PetscCall(AinsworthInKernelCreateOperator(reduced, &in->operation));
+    PetscCall(AinsworthInKernelCreatePC(reduced, in->operation, inner, in->left, &in->around));
+  } else if (data->saddle.D && !in->springs) PetscCall(AinsworthSpringsCreatePC(reduced, inner, &in->around));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* PCAinsworthSetKSPOperators_Private - sets the operators of the inner solver: the reduced operator with M_*, or A alone */
 PetscErrorCode PCAinsworthSetKSPOperators_Private(PC_Ainsworth *data)
 {
@@ -181,11 +231,51 @@ PetscErrorCode PCAinsworthSetKSPOperators_Private(PC_Ainsworth *data)
   PetscFunctionBegin;
   if (data->saddle.constraints()) PetscCall(KSPSetOperators(ksp, data->reduced.mat, data->inner.M));
   else PetscCall(KSPSetOperators(ksp, data->saddle.A, data->inner.M ? data->inner.M : data->saddle.A));
-  PetscCall(PCAinsworthIteratesInKernel_Private(data, &inKernel));
-  PetscCall(KSPProjectedCGSetUse_Private(ksp, (PetscBool)(inKernel || (data->saddle.constraints() && data->saddle.D))));
+  PetscCall(ForwardNullSpaces(data));
   if (data->reduced.mat) {
     PetscCall(KSPGetPCSide(ksp, &side));
-    PetscCall(MatAinsworthOmitPenalty_Private(data->reduced.mat, (PetscBool)(side == PC_RIGHT && !data->saddle.D)));
+    PetscCall(PCAinsworthIteratesInKernel_Private(data, &inKernel));
+    PetscCall(MatAinsworthOmitPenalty_Private(data->reduced.mat, (PetscBool)((inKernel || side == PC_RIGHT) && !data->saddle.D)));
   }
+  PetscCall(Surround(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthGetInnerPC_Private - gets the preconditioner that the program sees in the inner KSP, also during a solve */
+PetscErrorCode PCAinsworthGetInnerPC_Private(const PC_Ainsworth *data, PC *inner)
+{
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(data->inner.ksp, inner));
+  PetscCall(AinsworthGetInnermostPC(*inner, inner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthEnter_Private - before a solve gives a KSP the operator and the preconditioner of the method; x: of a guess only the part in Ker C counts */
+PetscErrorCode PCAinsworthEnter_Private(PC_Ainsworth *data, KSP ksp, Vec x)
+{
+  PetscBool fits, guess;
+  PC        inner;
+
+  PetscFunctionBegin;
+  if (!data->inner.around) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
+  PetscCall(AinsworthSurrounds(data->inner.around, inner, &fits));
+  if (!fits) PetscCall(Surround(data)); /* the program has chosen another one since */
+  PetscCall(PCSetUp(data->inner.around));
+  PetscCall(KSPGetInitialGuessNonzero(ksp, &guess));
+  if (guess && data->inner.operation) PetscCall(MatAinsworthMultProjector(data->reduced.mat, x, x));
+  PetscCall(KSPSetPC(ksp, data->inner.around));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PCAinsworthLeave_Private - after a solve gives the KSP its own preconditioner back */
+PetscErrorCode PCAinsworthLeave_Private(const PC_Ainsworth *data, KSP ksp)
+{
+  PC inner;
+
+  PetscFunctionBegin;
+  if (!data->inner.around) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthGetInnermostPC(data->inner.around, &inner));
+  PetscCall(KSPSetPC(ksp, inner));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

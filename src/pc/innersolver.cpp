@@ -127,7 +127,7 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
   PetscInt          n;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetPC(in->ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(PCAinsworthPlan_Private(pc, data, &in->plan));
   in->plan.norm = norm;
   if (in->plan.preconditioner == AINSWORTH_INNER_FACTOR && data->history.factor == AINSWORTH_UNTRIED) {
@@ -161,7 +161,7 @@ PetscErrorCode PCAinsworthGetPmatFormat_Private(PC_Ainsworth *data, AinsworthPma
   PetscBool hypre, blocksa, factors;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &factors, PCCHOLESKY, PCLU, ""));
   PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &hypre));
   PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCBLOCKSA, &blocksa));

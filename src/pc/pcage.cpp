@@ -55,7 +55,7 @@ PetscErrorCode PCAinsworthDecideToKeepInner_Private(PC pc, const PC_Ainsworth *d
   PetscFunctionBegin;
   *keeps = PCAinsworthMustKeepInner_Private(pc, data);
   if (*keeps || data->choices.rebuild == AINSWORTH_REBUILD_ALWAYS || data->age.counts.last < 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &expensive, PCBLOCKSA, PCHYPRE, PCGAMG, PCML, PCHMG, PCLU, PCCHOLESKY, PCREDUNDANT, ""));
   PetscCall(KSPGetNormType(data->inner.ksp, &norm));
   PetscCall(Price(inner, &price));
@@ -77,7 +77,7 @@ PetscErrorCode PCAinsworthLimit_Private(PC pc, const PC_Ainsworth *data, PetscIn
   PetscFunctionBegin;
   *limit = 0;
   if (data->age.type == PC_AINSWORTH_AGE_FRESH || PCAinsworthMustKeepInner_Private(pc, data) || data->age.counts.last < 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(KSPGetTolerances(data->inner.ksp, NULL, NULL, NULL, &most));
   PetscCall(Price(inner, &price));
   PetscCall(Decades(data, &decades));

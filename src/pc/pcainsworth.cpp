@@ -13,9 +13,10 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscFunctionBegin;
   /* keep the levels of A: a program that changes the number of its constraints has to reset its KSP */
   PetscCall(AinsworthReportDestroy(&data->reporting.report));
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   if (sa) levels = sa->levels;
+  PetscCall(PCAinsworthForgetOperators_Private(&data->inner));
   PetscCall(PCAinsworthResetKSP_Private(data));
   if (sa) sa->levels = levels;
   PetscCall(AinsworthSaddleReset(&data->saddle));

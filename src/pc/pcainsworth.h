@@ -10,6 +10,7 @@
 #include "../inner/plan.h"
 #include "../inner/prices.h"
 #include "../inner/whole.h"
+#include "../ksp/deflation.h"
 #include "../projector/symbolic.h"
 #include "../refine/refine.h"
 #include "../report/diagnosis.h"
@@ -130,6 +131,10 @@ struct PCAinsworthInner {
   PetscInt            longRows     = 0;           /* number of rows of C left out of M */
   IS                  order        = NULL;        /* of the unknowns, on rank 0: the next factorization of M uses it; NULL until it is found */
   PetscInt            coefficients = 0;           /* iterations of which conjugate gradients can keep them */
+  AinsworthLeftOut    left;                       /* what M leaves out, and conjugate gradients add */
+  PetscBool           springs = PETSC_FALSE;      /* M includes the springs of D */
+  Mat                 operation = NULL;           /* the operator in Ker C; NULL if the method does not iterate there */
+  PC                  around    = NULL;           /* takes the place of the preconditioner during a solve; NULL: none does */
 };
 
 /* The age of the inner preconditioner (pcage.cpp) */
@@ -243,6 +248,10 @@ PETSC_INTERN PetscErrorCode      PCAinsworthChoose_Private(PC, PC_Ainsworth *, c
 PETSC_INTERN PetscErrorCode      PCAinsworthConfigureKSP_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthIteratesInKernel_Private(PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode      PCAinsworthSetKSPOperators_Private(PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode      PCAinsworthForgetOperators_Private(PCAinsworthInner *);
+PETSC_INTERN PetscErrorCode      PCAinsworthGetInnerPC_Private(const PC_Ainsworth *, PC *);
+PETSC_INTERN PetscErrorCode      PCAinsworthEnter_Private(PC_Ainsworth *, KSP, Vec);
+PETSC_INTERN PetscErrorCode      PCAinsworthLeave_Private(const PC_Ainsworth *, KSP);
 PETSC_INTERN PetscErrorCode      PCAinsworthGetPmatFormat_Private(PC_Ainsworth *, AinsworthPmatFormat *);
 PETSC_INTERN PetscErrorCode      PCAinsworthUseProduct_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthResetKSP_Private(PC_Ainsworth *);

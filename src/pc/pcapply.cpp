@@ -1,4 +1,4 @@
-/* Application of PCAINSWORTH: kept rows, reduced solve (operator/matdoors.cpp, ksp/), x and lambda, and residuals of both equations */
+/* Application of PCAINSWORTH: kept rows, reduced solve (operator/matdoors.cpp, ksp/inkernel.cpp), x and lambda, and residuals of both equations */
 #include "pcainsworth.h"
 #include "../hermitian.h"
 #include "../operator/matainsworth.h"
@@ -29,7 +29,7 @@ static PetscErrorCode ForgetRounding(const PC_Ainsworth *data, Vec f)
     norms[k] = PetscSqrtReal(PetscAbsScalar(square));
   }
   PetscCall(VecDestroy(&work));
-  if (norms[0] <= AinsworthLeast * (norms[1] + PetscSqrtReal(PetscAbsReal(ctx->start[0])))) PetscCall(VecZeroEntries(data->reduced.rhs));
+  if (norms[0] <= AinsworthLeast * (norms[1] + PetscSqrtReal(PetscAbsReal(ctx->energy)))) PetscCall(VecZeroEntries(data->reduced.rhs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -54,15 +54,18 @@ static PetscErrorCode SolveOnce(PC pc, PC_Ainsworth *data, PetscBool transpose, 
   if (data->saddle.constraints()) PetscCall(MatAinsworthReduce_Private(data->reduced.mat, transpose, b.primal, b.dual, rhs));
   else PetscCall(VecCopy(b.primal, rhs));
   PetscCall(ForgetRounding(data, b.primal));
+  PetscCall(PCAinsworthEnter_Private(data, ksp, x));
   if (watched) PetscCall(PCAinsworthReportBegin_Private(data, b, start));
   PetscCall(PCAinsworthWatchBegin_Private(pc, data, &watch));
   PetscCall(PCAinsworthKeepCoefficients_Private(&data->inner));
   PetscCall(KSPGetTolerances(ksp, &rtol, &atol, &dtol, &most));
   if (limit) PetscCall(KSPSetTolerances(ksp, rtol, atol, dtol, limit));
-  error = transpose ? KSPSolveTranspose(ksp, rhs, x) : KSPSolve(ksp, rhs, x); /* checked when everything is restored */
+  /* checked when everything is restored; conjugate gradients are for a symmetric A */
+  error = transpose && !data->inner.operation ? KSPSolveTranspose(ksp, rhs, x) : KSPSolve(ksp, rhs, x);
   if (limit) PetscCall(KSPSetTolerances(ksp, rtol, atol, dtol, most));
   PetscCall(PCAinsworthWatchEnd_Private(&watch));
   if (watched && data->reporting.report) PetscCall(AinsworthReportEnd(data->reporting.report, ksp, (PetscBool)(error != PETSC_SUCCESS)));
+  PetscCall(PCAinsworthLeave_Private(data, ksp));
   PetscCall(error);
   *end = watch.end;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -215,7 +218,7 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
     }
     PetscCall(PetscStrncpy(why, KSPConvergedReasons[reason], sizeof(why)));
     /* some methods end without a reason; what rounding has stopped may be a solution all the same */
-    if (reason >= 0 || reason == KSP_DIVERGED_BREAKDOWN || reason == KSP_DIVERGED_INDEFINITE_MAT) {
+    if (reason >= 0 || reason == KSP_DIVERGED_BREAKDOWN || End(reason) == AINSWORTH_END_INDEFINITE) {
       PetscCall(RefineAndJudge(pc, data, transpose, reason, known, b, y, &verdict, why, sizeof(why)));
       if (verdict == AINSWORTH_VERDICT_MET) reason = KSP_CONVERGED_RTOL;
     }

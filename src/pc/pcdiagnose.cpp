@@ -118,7 +118,7 @@ static PetscErrorCode DiagnoseReduced(PC pc, PC_Ainsworth *data, AinsworthDiagno
   PetscCall(PCAinsworthDescribePmat_Private(data, text));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "pmat", AinsworthJSON(text.c_str()), "preconditioning matrix: %s", text.c_str());
   PetscCall(KSPGetType(data->inner.ksp, &method));
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(PCGetType(inner, &type));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "solver", AinsworthJSON("method", AinsworthJSON(method), "preconditioner", AinsworthJSON(type)),
                         "reduced solve: %s, preconditioned by %s", method, type);

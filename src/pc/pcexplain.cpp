@@ -145,7 +145,7 @@ static PetscErrorCode LookForMotion(PC_Ainsworth *data, KSP ksp, Vec x, PetscBoo
   *quotient = 1.0;
   if (!data->saddle.symmetric) PetscFunctionReturn(PETSC_SUCCESS);
   if (x) PetscCall(AinsworthVecClone(x, &tried[0]));
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(SoftestCoarseMotion(data, inner, last, &tried[1]));
   PetscCall(SmallestDiagonal(data->saddle.A, &tried[2]));
   PetscCall(KSPProjectedCGGetDirection_Private(ksp, &direction));
@@ -220,7 +220,7 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, KSP ksp, Ve
     PetscCall(PetscStrncpy(why, data->outcome.why, len));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(PCGetType(inner, &type));
   PetscCall(PCGetFailedReason(inner, &failed));
   PetscCall(KSPGetIterationNumber(ksp, &iterations));

@@ -1,29 +1,7 @@
 /* Set-up of the inner solver by its plan, made anew or kept */
 #include "pcainsworth.h"
-#include "../ksp/projectedcg.h"
 #include "../multigrid/blocksa.h"
 #include "../operator/matainsworth.h"
-
-/* Attaches null space and near null space to the operator, for hypre, and to the preconditioning matrix, for GAMG, unless that is an earlier one */
-static PetscErrorCode ForwardNullSpaces(PC_Ainsworth *data)
-{
-  MatNullSpace near, common;
-  Mat          S = data->saddle.constraints() ? data->reduced.mat : data->saddle.A, M = data->age.type == PC_AINSWORTH_AGE_WHOLE ? S
-                                                                                        : data->saddle.constraints()             ? data->inner.M
-                                                                                                                                 : data->saddle.A;
-
-  PetscFunctionBegin;
-  if (S == data->saddle.block[AINSWORTH_BLOCK_A]) PetscFunctionReturn(PETSC_SUCCESS); /* the program's A has its own */
-  PetscCall(AinsworthSaddleGetNearNullSpace(&data->saddle, &near));
-  PetscCall(MatSetNearNullSpace(S, near));
-  PetscCall(MatSetNearNullSpace(M, near));
-  PetscCall(AinsworthSaddleCreateNullSpace(&data->saddle, &common));
-  PetscCall(MatSetNullSpace(S, common));
-  PetscCall(MatSetNullSpace(M, common));
-  PetscCall(MatSetTransposeNullSpace(S, data->saddle.symmetric ? common : NULL));
-  PetscCall(MatNullSpaceDestroy(&common));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* Checks by a solve whether the factorization is accurate: M may be singular to rounding without a bad pivot */
 static PetscErrorCode Solves(PC inner, PetscBool *good)
@@ -63,7 +41,6 @@ static PetscErrorCode SetUpParts(PC_Ainsworth *data, PC inner, AinsworthEnd *end
   PetscFunctionBegin;
   PetscCall(PCAinsworthConvertPmat_Private(data));
   PetscCall(PCAinsworthSetKSPOperators_Private(data));
-  PetscCall(ForwardNullSpaces(data));
   /* the preconditioner gets M_* for both operators, because GAMG and ML smooth with the first one */
   PetscCall(KSPGetOperators(ksp, &operation, &M));
   PetscCall(PCAinsworthLooksDefinite_Private(data, M, &definite));
@@ -122,6 +99,7 @@ static PetscErrorCode SetUpAnew(PC_Ainsworth *data, PC inner, AinsworthEnd *end,
   const char *doubts;
 
   PetscFunctionBegin;
+  PetscCall(PCAinsworthForgetOperators_Private(&data->inner));
   PetscCall(MatDestroy(&data->inner.M));
   PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->inner.format));
   if (data->saddle.constraints()) PetscCall(PCAinsworthSetUpPmat_Private(data, inner, &bad));
@@ -156,19 +134,15 @@ static PetscErrorCode KeepWhole(PC pc, PC_Ainsworth *data)
   PetscFunctionBegin;
   PetscCall(PetscInfo(pc, "The inner preconditioner is kept, the constraints are set up anew\n"));
   PetscCall(PCAinsworthReuseInner_Private(data, PETSC_TRUE));
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(PCGetOperators(inner, NULL, &data->inner.M));
   PetscCall(PetscObjectReference((PetscObject)data->inner.M));
   if (data->saddle.constraints()) { /* these may belong to an earlier A or C */
-    Mat_Ainsworth *ctx;
-
-    PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
-    PetscCall(KSPProjectedCGForget_Private(ctx));
+    data->inner.left = AinsworthLeftOut();
     PetscCall(MatAinsworthSetPenalty(data->reduced.mat, NULL));
     PetscCall(MatAinsworthSetProduct_Private(data->reduced.mat, NULL));
   }
   PetscCall(PCAinsworthSetKSPOperators_Private(data));
-  PetscCall(ForwardNullSpaces(data));
   PetscCall(KSPGetOperators(data->inner.ksp, &operation, &M));
   if (operation != M) PCAinsworthForgetRichardson_Private(inner);
   PetscCall(PCAinsworthKeepCoefficients_Private(&data->inner));
@@ -204,7 +178,7 @@ PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, PetscBoo
   *end = AINSWORTH_END_ANSWER;
   PetscCall(PCAinsworthReview_Private(pc, data));
   PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   PetscCall(PCGetOperatorsSet(inner, NULL, &made));
   if (!sa) keep = (PetscBool)(keep && made);

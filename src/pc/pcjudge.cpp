@@ -129,7 +129,7 @@ static PetscErrorCode IsEnergetic(const PC_Ainsworth *data, PetscBool *energetic
 
   PetscFunctionBegin;
   PetscCall(KSPGetType(data->inner.ksp, &type));
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &blind, PCNONE, PCJACOBI, PCPBJACOBI, PCBJACOBI, PCSOR, PCILU, PCICC, ""));
   PetscCall(PCAinsworthIsConjugateGradients_Private(type, energetic));
   PetscCall(KSPGetNormType(data->inner.ksp, &norm));

@@ -1,6 +1,5 @@
 #include "pcainsworth.h"
 #include "../multigrid/blocksa.h"
-#include "../ksp/projectedcg.h"
 #include "../operator/matainsworth.h"
 #include <string>
 
@@ -32,25 +31,23 @@ PetscErrorCode PCAinsworthDescribeLeftOut_Private(PC_Ainsworth *data, std::strin
   else {
     Mat_Ainsworth       *ctx;
     const AinsworthGram *gram;
-    PetscBool            projected;
     PC                   inner;
     PC_BlockSA          *sa = NULL;
     const char          *economy;
 
     PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
-    PetscCall(KSPProjectedCGGetUse_Private(data->inner.ksp, &projected));
     PetscCall(MatAinsworthGetGram_Private(data->reduced.mat, &gram));
     PetscCall(AinsworthGramGetEconomy(gram, &economy));
     text += economy;
-    PetscCall(KSPGetPC(data->inner.ksp, &inner));
+    PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
     PetscCall(PCBlockSAGet_Private(inner, &sa));
     const bool inKernel = sa && sa->subspace;
     if (inKernel) text += "; multigrid in Ker C: neither a preconditioning matrix nor a penalty";
     else if (PCAinsworthPmatTypeInUse_Private(data) == PC_AINSWORTH_PMAT_ID) text += "; id: no product with A for the preconditioning matrix";
     if (data->inner.longRows && !inKernel) text += "; " + std::to_string(data->inner.longRows) + " long rows of C: not in the preconditioning matrix";
-    if (!ctx->shared.empty()) text += "; " + std::to_string(ctx->shared.size()) + " shared unknowns: held in the preconditioning matrix";
-    if (projected) text += "; iterates in Ker C: C' B C is not applied";
-    if (ctx->omitPenalty) text += "; preconditioned in Ker C: C' B C is not applied";
+    if (!data->inner.left.shared.empty()) text += "; " + std::to_string(data->inner.left.shared.size()) + " shared unknowns: held in the preconditioning matrix";
+    if (data->inner.operation) text += "; iterates in Ker C: C' B C is not applied";
+    else if (ctx->omitPenalty) text += "; preconditioned in Ker C: C' B C is not applied";
     if (ctx->homogeneous) text += "; g = 0: neither R g nor A R g";
     PetscCall(DescribeRanks(data, gram, text));
   }

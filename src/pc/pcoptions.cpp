@@ -220,7 +220,7 @@ static PetscErrorCode InnerFromOptions(PC pc, PC_Ainsworth *data)
     data->inner.configured = PETSC_FALSE;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(PetscStrncpy(method, PCAinsworthTypeName_Private((PetscObject)data->inner.ksp), sizeof(method)));
   PetscCall(PetscStrncpy(type, PCAinsworthTypeName_Private((PetscObject)inner), sizeof(type)));
   data->inner.configured = PETSC_FALSE;

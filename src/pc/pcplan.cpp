@@ -35,7 +35,7 @@ static PetscErrorCode GetGiven(PC pc, const PC_Ainsworth *data, AinsworthPlanFac
   const char             *prefix = PCAinsworthPrefix_Private(data);
 
   PetscFunctionBegin;
-  PetscCall(KSPGetPC(in->ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(PetscObjectGetOptions((PetscObject)in->ksp, &options));
   PetscCall(PetscOptionsGetString(options, prefix, "-ksp_type", method, sizeof(method), &given));
   PetscCall(PetscOptionsHasName(options, prefix, "-ksp_norm_type", &norm));
@@ -196,7 +196,7 @@ PetscErrorCode PCAinsworthReview_Private(PC pc, PC_Ainsworth *data)
   if (data->history.factor == AINSWORTH_UNTRIED) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(GetGiven(pc, data, &facts));
   PetscCall(PCAinsworthMeasure_Private(data, &n, &entries));
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   if (data->history.factor == AINSWORTH_TAKEN && data->inner.plan.preconditioner == AINSWORTH_INNER_FACTOR)
     PetscCall(PetscObjectTypeCompare((PetscObject)inner, type ? type : "", &same));
   if (facts.own && same && n == e->n && PetscAbsReal(entries - e->entries) <= 0.25 * e->entries) PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,6 +1,5 @@
 /* Creates M_*, or what multigrid in Ker C has in its place */
 #include "pcainsworth.h"
-#include "../ksp/projectedcg.h"
 #include "../multigrid/blocksa.h"
 #include "../objects.h"
 #include "../operator/matainsworth.h"
@@ -114,7 +113,7 @@ static PetscErrorCode WorksInKernel(PC_Ainsworth *data, const Mat_Ainsworth *ctx
 
   PetscFunctionBegin;
   *works = PETSC_FALSE;
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   PetscCall(MatGetSize(in->A, &n, NULL));
   if (!sa || n <= sa->options.coarseSize || !data->saddle.symmetric || ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscFunctionReturn(PETSC_SUCCESS);
@@ -187,12 +186,11 @@ PetscErrorCode PCAinsworthSetUpPmat_Private(PC_Ainsworth *data, PC inner, PetscI
     PetscCall(AddSlack(data, inner, compliance, &in, &used->slack, &extended));
     in.slack = &extended;
   }
-  ctx->springs = (PetscBool)(in.slack != NULL);
+  data->inner.springs = (PetscBool)(in.slack != NULL);
   PetscCall(PCBlockSAExpect_Private(inner, data->inner.ksp, (PetscBool)(data->inner.longRows > 0 && !in.inKernel), &in.single));
   if (!in.inKernel && inKernel && in.format != AINSWORTH_PMAT_FACTOR && alone.size() <= mostShared) in.shared.swap(alone);
-  ctx->longest = data->inner.longRows && !in.inKernel ? in.fill.most : PETSC_MAX_INT;
-  ctx->shared  = in.shared;
-  PetscCall(KSPProjectedCGForget_Private(ctx));
+  data->inner.left.longest = data->inner.longRows && !in.inKernel ? in.fill.most : PETSC_MAX_INT;
+  data->inner.left.shared  = in.shared;
   if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data, &in, shares));
   options.type      = PCAinsworthPmatTypeInUse_Private(data);
   options.symmetric = data->saddle.symmetric;

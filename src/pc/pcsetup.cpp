@@ -319,7 +319,7 @@ static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   data->state = PC_AINSWORTH_READY;
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   if (!data->whole.factor) PetscCall(PCGetFailedReason(inner, &failed));
   PetscCall(PCAinsworthAgreeOnFailure_Private(pc, failed));
   PetscCall(PCGetFailedReason(pc, &failed));

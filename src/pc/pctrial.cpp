@@ -1,6 +1,5 @@
 /* Trial solve of the reduced system with a random right-hand side, which finds floating bodies, indefinite matrices, and multigrid that does not fit */
 #include "pcainsworth.h"
-#include "../ksp/projectedcg.h"
 #include "../objects.h"
 #include "../operator/matainsworth.h"
 
@@ -11,15 +10,13 @@ static PetscErrorCode CreateKSP(const PC_Ainsworth *data, KSP *trial)
   KSPType               type;
   KSPNormType           norm;
   PCSide                side;
-  PetscBool             projected;
   PC                    inner;
 
   PetscFunctionBegin;
   PetscCall(KSPGetType(data->inner.ksp, &type));
   PetscCall(KSPGetNormType(data->inner.ksp, &norm));
   PetscCall(KSPGetPCSide(data->inner.ksp, &side));
-  PetscCall(KSPGetPC(data->inner.ksp, &inner));
-  PetscCall(KSPProjectedCGGetUse_Private(data->inner.ksp, &projected));
+  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(KSPCreate(PetscObjectComm((PetscObject)data->inner.ksp), trial));
   PetscCall(KSPSetOptionsPrefix(*trial, PCAinsworthPrefix_Private(data)));
   PetscCall(KSPAppendOptionsPrefix(*trial, "trial_"));
@@ -29,7 +26,6 @@ static PetscErrorCode CreateKSP(const PC_Ainsworth *data, KSP *trial)
   PetscCall(KSPSetPCSide(*trial, side));
   PetscCall(KSPGMRESSetRestart(*trial, restart));
   PetscCall(KSPSetTolerances(*trial, 1e-8, 0.0, PETSC_MAX_REAL, most));
-  PetscCall(KSPProjectedCGSetUse_Private(*trial, (PetscBool)(projected || (data->saddle.constraints() && data->saddle.D))));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -93,7 +89,9 @@ PetscErrorCode PCAinsworthTry_Private(PC pc, PC_Ainsworth *data, KSPConvergedRea
   PetscCall(KSPSetComputeSingularValues(trial, conjugate));
   PetscCall(CreateForces(data, trial, &f));
   PetscCall(VecDuplicate(f, &x));
+  PetscCall(PCAinsworthEnter_Private(data, trial, x));
   PetscCall(KSPSolve(trial, f, x));
+  PetscCall(PCAinsworthLeave_Private(data, trial));
   PetscCall(KSPGetConvergedReason(trial, reason));
   PetscCall(KSPGetIterationNumber(trial, iterations));
   /* after a breakdown PETSc has not stored the last coefficients, and its eigenvalue solver may not end */

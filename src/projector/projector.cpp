@@ -254,18 +254,6 @@ PetscErrorCode AinsworthProjectorMultiplier(AinsworthProjector *proj, Vec r, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes x = R B^{-1} R' b; the penalty B is placed */
-PetscErrorCode AinsworthProjectorSolveRange(AinsworthProjector *proj, Vec penalty, Vec b, Vec x)
-{
-  PetscFunctionBegin;
-  PetscCall(MatMult(proj->CW, b, proj->rowValues));
-  PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
-  PetscCall(VecPointwiseDivide(proj->rowValues, proj->rowSolution, penalty));
-  PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
-  PetscCall(MatMultHermitianTranspose(proj->CW, proj->rowSolution, x));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes force = E mu, both placed, where E includes the energy of rows without D */
 PetscErrorCode AinsworthProjectorMultEnergy(AinsworthProjector *proj, Vec mu, Vec force)
 {

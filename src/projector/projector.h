@@ -57,7 +57,6 @@ PetscErrorCode AinsworthProjectorMult(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorMultTranspose(AinsworthProjector *, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthProjectorRightInverse(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorMultiplier(AinsworthProjector *, Vec, Vec, Vec);
-PetscErrorCode AinsworthProjectorSolveRange(AinsworthProjector *, Vec, Vec, Vec);
 PetscErrorCode AinsworthProjectorSetPenalty(AinsworthProjector *, Vec);
 PetscErrorCode AinsworthProjectorMultEnergy(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorPrecondition(AinsworthProjector *, PC, PetscErrorCode (*)(PC, Vec, Vec), Vec, Vec);

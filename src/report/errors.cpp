@@ -8,11 +8,12 @@ PetscErrorCode AinsworthReportGetX(AinsworthReport *report, Vec iterate, Vec *x)
   PetscFunctionBegin;
   *x = iterate;
   if (report->system.reduced) PetscCall(MatAinsworthGetContext_Private(report->system.reduced, &ctx));
-  if (!ctx || !ctx->D) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!ctx || !(ctx->D || report->kernel) || (report->kernel && ctx->homogeneous)) PetscFunctionReturn(PETSC_SUCCESS);
   if (!report->springs.primal) PetscCall(MatCreateVecs(ctx->C, &report->springs.primal, &report->springs.dual));
   PetscCall(VecCopy(iterate, report->springs.primal));
-  PetscCall(MatAinsworthRecover_Private(report->system.reduced, PETSC_FALSE, report->b, report->springs, NULL));
   *x = report->springs.primal;
+  if (ctx->D) PetscCall(MatAinsworthRecover_Private(report->system.reduced, PETSC_FALSE, report->b, report->springs, NULL));
+  else PetscCall(MatAinsworthComplete_Private(report->system.reduced, report->b.dual, *x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -60,7 +60,6 @@ PetscErrorCode AinsworthObservedCreate(Mat A, KSP ksp, Mat *mat)
   PetscCall(MatCreateShell(PetscObjectComm((PetscObject)A), m, n, PETSC_DETERMINE, PETSC_DETERMINE, observed, mat));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT, (void (*)(void))MatMult_Observed));
   PetscCall(MatShellSetOperation(*mat, MATOP_DESTROY, (void (*)(void))MatDestroy_Observed));
-  PetscCall(PetscObjectCompose((PetscObject)*mat, "AinsworthObserved", (PetscObject)A)); /* KSPPROJECTEDCG looks for its operator here */
   PetscCall(MatGetNullSpace(A, &nullspace));
   if (nullspace) PetscCall(MatSetNullSpace(*mat, nullspace));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -2,7 +2,7 @@
 #include "observed.h"
 #include "../guard.h"
 #include "../objects.h"
-#include "../ksp/projectedcg.h"
+#include "../ksp/inkernel.h"
 
 /* Creates the exact solution of the reduced system from a reference, which is x alone or the whole solution */
 static PetscErrorCode CreateExact(const AinsworthReportSystem *system, Vec reference, Vec *exact)
@@ -118,13 +118,15 @@ static PetscErrorCode ChooseCoefficients(AinsworthReport *report, KSP ksp)
   KSPNormType    norm;
   KSPType        type;
   Mat_Ainsworth *ctx = NULL;
+  Mat            mat;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &cg, KSPCG, KSPPROJECTEDCG, ""));
   PetscCall(KSPGetNormType(ksp, &norm));
   PetscCall(KSPGetType(ksp, &type));
   PetscCall(KSPGetConvergenceTest(ksp, &converged, NULL, NULL));
-  PetscCall(KSPProjectedCGGetUse_Private(ksp, &report->kernel));
+  PetscCall(KSPGetOperators(ksp, &mat, NULL));
+  PetscCall(AinsworthInKernelIs(mat, &report->kernel));
   if (report->system.reduced) PetscCall(MatAinsworthGetContext_Private(report->system.reduced, &ctx));
   report->watch    = (PetscBool)(report->settings->viewer || report->settings->stop == AINSWORTH_STOP_ENERGY_ERROR);
   report->estimate = (PetscBool)(report->watch && cg && norm == KSP_NORM_NATURAL);
@@ -142,22 +144,16 @@ static PetscErrorCode ChooseCoefficients(AinsworthReport *report, KSP ksp)
 /* Puts an observer around the operator of the method, or removes it */
 static PetscErrorCode Observe(AinsworthReport *report, KSP ksp, PetscBool begin)
 {
-  Mat            mat, pmat;
-  Mat_Ainsworth *ctx;
+  Mat mat, pmat;
 
   PetscFunctionBegin;
   if (!report->estimate) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetOperators(ksp, &mat, &pmat));
   if (begin) {
-    if (report->kernel) {
-      PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
-      mat = ctx->product ? ctx->product : ctx->A;
-    }
     PetscCall(AinsworthShare(mat, &report->operation));
     PetscCall(AinsworthObservedCreate(mat, ksp, &report->observed));
   }
-  if (report->kernel) PetscCall(MatAinsworthSetProduct_Private(report->system.reduced, begin ? report->observed : report->operation));
-  else PetscCall(KSPSetOperators(ksp, begin ? report->observed : report->operation, pmat));
+  PetscCall(KSPSetOperators(ksp, begin ? report->observed : report->operation, pmat));
   if (!begin) {
     PetscCall(MatDestroy(&report->operation));
     PetscCall(MatDestroy(&report->observed));

@@ -41,7 +41,7 @@ struct AinsworthReport {
   AinsworthReportSettings        *settings = NULL;
   AinsworthReportSystem           system   = {};
   PetscBool                       estimate = PETSC_FALSE; /* the method is conjugate gradients, and its operator is observed to get the coefficients */
-  PetscBool                       kernel   = PETSC_FALSE; /* it iterates in Ker C: the products with A are observed */
+  PetscBool                       kernel   = PETSC_FALSE; /* it iterates in Ker C, without R g */
   PetscBool                       watch    = PETSC_FALSE; /* there is a monitor, or the error ends the solve */
   PetscBool                       patient  = PETSC_FALSE; /* the convergence test is PETSc's own: stagnation ends the solve, too */
   PetscBool                       tighten  = PETSC_FALSE; /* the convergence test is PETSc's own, in the natural norm: its tolerance is made relative to x */

@@ -1,5 +1,6 @@
 /* Stopping criteria of the reduced solve: tolerances refer to the energy norm of x, not to that of x - R g, the unknown of the solve */
 #include "report.h"
+#include "../ksp/inkernel.h"
 #include <petsc/private/kspimpl.h> /* rnorm0 and ttol */
 
 /* Relative accuracy of the entries of x: smaller errors need more digits */
@@ -81,7 +82,7 @@ static PetscErrorCode EnergyOfX(AinsworthReport *report, Vec z, PetscReal zAz, P
   PetscCall(GetStart(report, &ctx));
   if (!ctx) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDot(z, report->b.primal, &work));
-  if (!ctx->D && ctx->start[0] + 2 * (PetscRealPart(work) - ctx->start[1]) >= 2 * zAz) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!ctx->D && ctx->energy + 2 * PetscRealPart(work) >= 2 * zAz) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthReportGetX(report, z, &x));
   PetscCall(Energy(report, x, energy, rounding));
   PetscCall(AddSprings(report, ctx, energy));
@@ -163,6 +164,7 @@ PetscErrorCode AinsworthReportSetPatience(AinsworthReport *report, KSP ksp)
 
   PetscFunctionBegin;
   PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(AinsworthGetInnermostPC(pc, &pc));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)pc, &multigrid, PCBLOCKSA, PCHYPRE, PCGAMG, PCML, PCMG, ""));
   PetscCall(VecGetSize(report->system.inverseDiagonal, &n));
   report->patience = multigrid || n <= usual ? PetscMin(usual, rounds * n) : n;
@@ -185,7 +187,7 @@ static PetscErrorCode ErrorReached(AinsworthReport *report, KSP ksp, bool *reach
   PetscFunctionBegin;
   PetscCall(GetStart(report, &ctx));
   PetscCall(KSPGetInitialGuessNonzero(ksp, &guess));
-  most     = guess ? PETSC_MAX_REAL : rtol * (fallen + (ctx ? PetscSqrtReal(PetscMax(ctx->start[0], 0.0)) : 0.0));
+  most     = guess ? PETSC_MAX_REAL : rtol * (fallen + (ctx ? PetscSqrtReal(PetscMax(ctx->energy, 0.0)) : 0.0));
   *reached = AinsworthEstimatorReached(e, PetscMin(most, report->bound));
   if (!*reached || (!guess && !ctx)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPBuildSolution(ksp, NULL, &x));
