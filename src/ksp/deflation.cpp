@@ -107,7 +107,7 @@ PetscErrorCode AinsworthDeflation::apply(PC inner, Mat reduced, Vec r, Vec z) co
   }
   PetscCall(PCApply(inner, rest, z));
   PetscCall(takeLongRows(rest, z));
-  PetscCall(MatAinsworthMultProjector(reduced, z, z));
+  PetscCall(MatAinsworthProject_Private(reduced, z));
   if (n) {
     PetscCall(VecDestroy(&rest));
     PetscCall(VecMDot(z, n, forces.data(), factors.data()));
@@ -148,7 +148,7 @@ PetscErrorCode AinsworthDeflation::move(PC inner, Mat reduced, Mat operation, co
     if (unknown >= rstart && unknown < rend) PetscCall(VecSetValue(motion, unknown, 1.0, INSERT_VALUES));
     PetscCall(VecAssemblyBegin(motion));
     PetscCall(VecAssemblyEnd(motion));
-    PetscCall(MatAinsworthMultProjector(reduced, motion, motion));
+    PetscCall(MatAinsworthProject_Private(reduced, motion));
     PetscCall(Multiply(operation, motion, force, &all));
     PetscCall(apply(inner, reduced, force, answer));
     PetscCall(VecAXPY(motion, -1.0, answer)); /* now orthogonal to the motions before it */

@@ -10,7 +10,7 @@
 
 static const char reducedName[] = "AinsworthReduced", innerName[] = "AinsworthInner"; /* objects composed with the operator and the preconditioners */
 
-/* Computes y = Q' A x for an x in Ker C; where solves with S are inaccurate, twice, or what they leave in the range of C' would grow in residuals */
+/* Computes y = Q' A x for an x in Ker C; what Q' leaves in the range of C' would grow in residuals */
 static PetscErrorCode MatMult_InKernel(Mat operation, Vec x, Vec y)
 {
   Mat            reduced;
@@ -20,7 +20,7 @@ static PetscErrorCode MatMult_InKernel(Mat operation, Vec x, Vec y)
   PetscCall(MatShellGetContext(operation, &reduced));
   PetscCall(MatAinsworthGetContext_Private(reduced, &ctx));
   PetscCall(MatMult(ctx->product ? ctx->product : ctx->A, x, y));
-  for (int k = 0; k < (ctx->doubtful ? 2 : 1); k++) PetscCall(MatAinsworthMultTransposeProjector(reduced, y, y));
+  PetscCall(MatAinsworthProjectForces_Private(reduced, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -125,14 +125,11 @@ static PetscErrorCode PCPostSolve_Surrounding(PC pc, KSP ksp, Vec, Vec)
 /* Computes z = Q M^{-1} r with the corrections for what M leaves out */
 static PetscErrorCode PCApply_InKernel(PC pc, Vec r, Vec z)
 {
-  Surrounding   *s;
-  Mat_Ainsworth *ctx;
+  Surrounding *s;
 
   PetscFunctionBegin;
   PetscCall(PCShellGetContext(pc, &s));
-  PetscCall(MatAinsworthGetContext_Private(s->reduced, &ctx));
   PetscCall(s->deflation.apply(s->inner, s->reduced, r, z));
-  if (ctx->doubtful) PetscCall(MatAinsworthMultProjector(s->reduced, z, z));
   PetscCall(ForwardReason(pc, s->inner));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

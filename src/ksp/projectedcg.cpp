@@ -25,7 +25,7 @@ PetscErrorCode KSPProjectedCGGetDirection_Private(KSP ksp, Vec *direction)
    Notes:
    This is `KSPCG` with the natural norm by default. `PCAINSWORTH` gives it the operator Q' A in Ker C and the preconditioner Q M^{-1}, in every variant: the
    iterates have C x = 0 to rounding, the penalty B is not applied, and R g is added afterwards. An iteration costs one product with A, one application of the
-   preconditioner and two solves with the Gram matrix. If rows of C are nearly dependent, each projection is done twice.
+   preconditioner and two solves with the Gram matrix. If rows of C are nearly dependent, each projection is refined.
 
    Options, functions and convergence reasons are those of `KSPCG`. The preconditioner must be symmetric positive definite, and A must be so on Ker C. The
    relative tolerance refers to Q' (f - A R g), also with an initial guess.

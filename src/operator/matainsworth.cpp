@@ -129,7 +129,7 @@ static PetscErrorCode MatView_Ainsworth(Mat mat, PetscViewer viewer)
   }
   PetscCall(PetscViewerASCIIPrintf(viewer, "constraints=%" PetscInt_FMT ", weight: %s%s%s%s\n", m, MatAinsworthWeightTypes[ctx->weightType], penalty,
                                    ctx->omitPenalty ? ", without C' B C" : "",
-                                   ctx->doubtful ? ", projected twice: the Gram matrix is ill-conditioned" : ""));
+                                   ctx->doubtful ? ", projections refined: the Gram matrix is ill-conditioned" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

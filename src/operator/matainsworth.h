@@ -32,6 +32,9 @@ struct Mat_Ainsworth {
   PetscObjectState         stateA = 0, stateC[3] = {}; /* stateC: of C, B and D */
 };
 
+/* Each projection with a nearly singular S is done so often: the condition number c of S leaves about (c eps)^k, which is eps up to c = eps^{-3/4} */
+static const int AinsworthRefinements = 4;
+
 PETSC_INTERN PetscErrorCode MatCreate_Ainsworth(Mat);
 
 /* context.cpp; the first gets the context, and raises an error for other types */
@@ -54,6 +57,8 @@ PETSC_INTERN PetscErrorCode MatAinsworthGetGram_Private(Mat, const AinsworthGram
 PETSC_INTERN PetscErrorCode MatAinsworthSetRowsPerRank_Private(Mat, PetscInt);
 PETSC_INTERN PetscErrorCode MatAinsworthPrecondition_Private(Mat, PC, PetscErrorCode (*)(PC, Vec, Vec), Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthOmitPenalty_Private(Mat, PetscBool);
+PETSC_INTERN PetscErrorCode MatAinsworthProject_Private(Mat, Vec);
+PETSC_INTERN PetscErrorCode MatAinsworthProjectForces_Private(Mat, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthSetProduct_Private(Mat, Mat);
 
 /* combination.cpp */

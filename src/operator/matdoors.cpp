@@ -4,9 +4,6 @@
 #include "../projector/dependent.h"
 #include <petsc/private/petscimpl.h>
 
-/* Number of projections onto C x = g, and of computations of lambda, if the Gram matrix is nearly singular; each is a step of iterative refinement */
-static const int refinements = 4;
-
 /* Computes y = op(A) x in the form with the fastest products; one that is not A itself is symmetric */
 static PetscErrorCode MultiplyA(const Mat_Ainsworth *ctx, PetscBool transpose, Vec x, Vec y)
 {
@@ -49,7 +46,7 @@ static PetscErrorCode Complete(Mat_Ainsworth *ctx, PetscBool zero, Vec g, Vec x)
     if (!ctx->mu) PetscCall(MatCreateVecs(ctx->C, NULL, &ctx->mu));
     PetscCall(VecZeroEntries(ctx->mu));
   }
-  for (int k = 0; k < (ctx->doubtful ? refinements : 1); k++) PetscCall(ProjectOntoConstraints(ctx, (PetscBool)(zero && !k), g, x));
+  for (int k = 0; k < (ctx->doubtful ? AinsworthRefinements : 1); k++) PetscCall(ProjectOntoConstraints(ctx, (PetscBool)(zero && !k), g, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -93,7 +90,7 @@ PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, V
     PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, before, after, rhs));
   }
   /* if f - A R g is a force of the constraints alone, one projection leaves its rounding, half of which is outside the range of Q' A Q */
-  if (ctx->omitPenalty && !ctx->D) PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, NULL, NULL, rhs));
+  if (ctx->omitPenalty && !ctx->D) PetscCall(MatAinsworthProjectForces_Private(mat, rhs));
   ctx->energy = PetscRealPart(energy);
   PetscCall(PetscLogEventEnd(AINSWORTH_RHS, mat, f, g, rhs));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -112,7 +109,7 @@ static PetscErrorCode TakeFromSprings(Mat_Ainsworth *ctx, Vec lambda)
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(lambda, &rest));
-  for (int k = 0; k < refinements; k++) {
+  for (int k = 0; k < AinsworthRefinements; k++) {
     PetscCall(MatMult(ctx->D, lambda, rest));
     PetscCall(VecScale(rest, -1.0));
     PetscCall(MatMultAdd(proj->compliance.N, ctx->mu, rest, rest));
@@ -152,7 +149,7 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
   if (ctx->doubtful) {
     PetscCall(VecDuplicate(lambda, &more));
     PetscCall(VecDuplicate(f, &left));
-    for (int k = 1; k < refinements; k++) {
+    for (int k = 1; k < AinsworthRefinements; k++) {
       PetscCall(MatMultHermitianTranspose(ctx->B, lambda, left));
       PetscCall(VecAYPX(left, -1.0, rest));
       if (ctx->D) {

@@ -145,6 +145,28 @@ PetscErrorCode MatAinsworthMultTransposeRightInverse(Mat mat, Vec r, Vec l)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Projects x onto Ker C, with iterative refinement if S is nearly singular */
+PetscErrorCode MatAinsworthProject_Private(Mat mat, Vec x)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
+  for (int k = 0; k < (ctx->doubtful ? AinsworthRefinements : 1); k++) PetscCall(AinsworthProjectorMult(&ctx->proj, x, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Projects forces onto the range of Q', in the same way */
+PetscErrorCode MatAinsworthProjectForces_Private(Mat mat, Vec f)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
+  for (int k = 0; k < (ctx->doubtful ? AinsworthRefinements : 1); k++) PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, f, NULL, NULL, f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Applies (M_*^+)^{-1}, which includes the springs of D; apply is the action of M_*^{-1} or of its transpose */
 PetscErrorCode MatAinsworthPrecondition_Private(Mat mat, PC pc, PetscErrorCode (*apply)(PC, Vec, Vec), Vec r, Vec z)
 {

@@ -263,7 +263,7 @@ PetscErrorCode PCAinsworthEnter_Private(PC_Ainsworth *data, KSP ksp, Vec x)
   if (!fits) PetscCall(Surround(data)); /* the program has chosen another one since */
   PetscCall(PCSetUp(data->inner.around));
   PetscCall(KSPGetInitialGuessNonzero(ksp, &guess));
-  if (guess && data->inner.operation) PetscCall(MatAinsworthMultProjector(data->reduced.mat, x, x));
+  if (guess && data->inner.operation) PetscCall(MatAinsworthProject_Private(data->reduced.mat, x));
   PetscCall(KSPSetPC(ksp, data->inner.around));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

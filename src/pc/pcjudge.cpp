@@ -19,7 +19,7 @@ static PetscErrorCode GetTolerance(const PC_Ainsworth *data, KSPConvergedReason 
   PetscCall(KSPGetTolerances(data->inner.ksp, tol, &atol, NULL, NULL));
   PetscCall(KSPGetNormType(data->inner.ksp, &norm));
   if (data->reporting.settings.stop == AINSWORTH_STOP_ENERGY_ERROR) *tol = data->reporting.settings.rtol;
-  else if (norm == KSP_NORM_NONE || reason == KSP_CONVERGED_ITS || (reason == KSP_CONVERGED_ATOL && atol > 0.0)) *tol = -1.0;
+  else if (reason >= 0 && (norm == KSP_NORM_NONE || reason == KSP_CONVERGED_ITS || (reason == KSP_CONVERGED_ATOL && atol > 0.0))) *tol = -1.0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

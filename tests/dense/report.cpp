@@ -12,7 +12,7 @@ struct Run {
   Mat                    nest = NULL;
   KSP                    ksp = NULL, inner = NULL;
   Vec                    b = NULL, y = NULL, exact[2] = {NULL, NULL}; /* of x and lambda, of x */
-  Column                 x, weight;                                   /* W */
+  Column                 x, weight, start;                            /* W; what iterates lack, R g in Ker C */
   Dense                  reduced;
   PetscReal              lowest;              /* eigenvalue of the preconditioned operator */
   std::vector<PetscReal> errors, multipliers; /* of x, of C' lambda */
@@ -31,7 +31,7 @@ static PetscErrorCode Watch(KSP ksp, PetscInt step, PetscReal, void *ctx)
   if (run->solves > 1) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPBuildSolution(ksp, NULL, &iterate));
   PetscCall(Gather(iterate, x));
-  x = run->x - x;
+  x = run->x - x - run->start;
   run->errors.push_back(std::sqrt(std::abs(x.dot(run->reduced * x))));
   /* lambda of this iterate, by its formula, against that of the solution */
   const Dense  C = run->d.C, CW = C * run->weight.asDiagonal();
@@ -53,6 +53,7 @@ static PetscErrorCode FormReduced(Run *run, bool projected)
   const Column        &W = run->weight = projected ? DiagonalWeight(run->d.A) : Column(Column::Ones(run->d.A.rows()));
   const DenseProjector proj(run->d.C, W);
   run->reduced = ReducedOperator(run->d.A, run->d.C, proj.Q, B);
+  run->start   = projected ? Column(proj.R * run->d.g) : Column(Column::Zero(run->d.A.rows()));
   if (projected) { /* Q Q' A on Ker C, of which V is an orthonormal basis */
     const Eigen::ColPivHouseholderQR<Dense> qr(proj.Q);
     const Dense                             V  = Dense(qr.householderQ()).leftCols(run->d.A.rows() - run->d.C.rows());
