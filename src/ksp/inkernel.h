@@ -4,15 +4,18 @@
 
 #include "deflation.h"
 
-/* Each of these holds a reference to what it is made of. Collective */
+/* The operator Q' A in Ker C, and the preconditioner Q M^{-1}. Collective */
 PETSC_INTERN PetscErrorCode AinsworthInKernelCreateOperator(Mat reduced, Mat *operation);
 PETSC_INTERN PetscErrorCode AinsworthInKernelCreatePC(Mat reduced, Mat operation, PC inner, const AinsworthLeftOut &left, PC *pc);
-PETSC_INTERN PetscErrorCode AinsworthSpringsCreatePC(Mat reduced, PC inner, PC *pc);
 
-/* Tells whether an operator is one in Ker C; gets M^{-1} from a preconditioner made above, any other itself. Not collective */
+/* M^{-1} with the springs of D, and M^{-1} itself; symmetric: M is, so that it is its own transpose. Collective */
+PETSC_INTERN PetscErrorCode AinsworthSpringsCreatePC(Mat reduced, PC inner, PetscBool symmetric, PC *pc);
+PETSC_INTERN PetscErrorCode AinsworthPlainCreatePC(PC inner, PetscBool symmetric, PC *pc);
+
+/* Tells whether an operator is one in Ker C. Not collective */
 PETSC_INTERN PetscErrorCode AinsworthInKernelIs(Mat operation, PetscBool *inKernel);
+/* Gets M^{-1} from a preconditioner made above, any other itself; tells whether one made above is around another, of the same type as then. Not collective */
 PETSC_INTERN PetscErrorCode AinsworthGetInnermostPC(PC pc, PC *inner);
-/* Tells whether a preconditioner made above is around this one, of the same type as then */
 PETSC_INTERN PetscErrorCode AinsworthSurrounds(PC pc, PC inner, PetscBool *surrounds);
 
 #endif

@@ -87,37 +87,6 @@ PetscErrorCode PCAinsworthReuseInner_Private(PC_Ainsworth *data, PetscBool keep)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Takes away the iteration that a preconditioner has of its own: it would iterate with M_* in place of the operator */
-void PCAinsworthForgetRichardson_Private(PC inner)
-{
-  inner->ops->applyrichardson = NULL;
-}
-
-/* Raises an error: PCHYPRE of PETSc 3.18 claims to have a transpose, but BoomerAMG then returns zeros or crashes */
-static PetscErrorCode PCApplyTranspose_Refused(PC inner, Vec, Vec)
-{
-  const char *prefix;
-
-  PetscFunctionBegin;
-  PetscCall(PCGetOptionsPrefix(inner, &prefix));
-  SETERRQ(PetscObjectComm((PetscObject)inner), PETSC_ERR_SUP,
-          "The transpose of a system with an A that is not symmetric needs that of its preconditioner, which %s has not: choose another -%spc_type",
-          PCAinsworthTypeName_Private((PetscObject)inner), prefix);
-}
-
-/* PCAinsworthSetTranspose_Private - sets the transpose of PCHYPRE after its set-up: if A is symmetric, so are M_* and its multigrid */
-PetscErrorCode PCAinsworthSetTranspose_Private(PC_Ainsworth *data)
-{
-  PC        inner;
-  PetscBool hypre;
-
-  PetscFunctionBegin;
-  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
-  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &hypre));
-  if (hypre) inner->ops->applytranspose = data->saddle.symmetric ? inner->ops->apply : PCApplyTranspose_Refused;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Repairs PCMG after an error in its cycle: it still holds the right-hand side of its caller in place of its own, and would destroy it */
 PetscErrorCode PCAinsworthAfterError_Private(PC_Ainsworth *data)
 {
@@ -201,23 +170,22 @@ PetscErrorCode PCAinsworthForgetOperators_Private(PCAinsworthInner *inner)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes what the method iterates with: in Ker C its own operator and preconditioner; with D, unless M_* has its springs, a preconditioner that has them */
+/* Makes what the method iterates with: in Ker C an operator of its own; a preconditioner that has what M_* does not */
 static PetscErrorCode Surround(PC_Ainsworth *data)
 {
-  PCAinsworthInner *in      = &data->inner;
-  Mat               reduced = data->reduced.mat;
+  PCAinsworthInner *in = &data->inner;
   PetscBool         inKernel;
   PC                inner;
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthForgetOperators_Private(in));
-  if (!data->saddle.constraints()) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetPC(in->ksp, &inner));
   PetscCall(PCAinsworthIteratesInKernel_Private(data, &inKernel));
   if (inKernel) {
-    PetscCall(AinsworthInKernelCreateOperator(reduced, &in->operation));
-    PetscCall(AinsworthInKernelCreatePC(reduced, in->operation, inner, in->left, &in->around));
-  } else if (data->saddle.D && !in->springs) PetscCall(AinsworthSpringsCreatePC(reduced, inner, &in->around));
+    PetscCall(AinsworthInKernelCreateOperator(data->reduced.mat, &in->operation));
+    PetscCall(AinsworthInKernelCreatePC(data->reduced.mat, in->operation, inner, in->left, &in->around));
+  } else if (data->saddle.D && !in->springs) PetscCall(AinsworthSpringsCreatePC(data->reduced.mat, inner, data->saddle.symmetric, &in->around));
+  else PetscCall(AinsworthPlainCreatePC(inner, data->saddle.symmetric, &in->around));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -255,12 +223,14 @@ PetscErrorCode PCAinsworthEnter_Private(PC_Ainsworth *data, KSP ksp, Vec x)
 {
   PetscBool fits, guess;
   PC        inner;
+  Mat       operation, M;
 
   PetscFunctionBegin;
-  if (!data->inner.around) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
   PetscCall(AinsworthSurrounds(data->inner.around, inner, &fits));
   if (!fits) PetscCall(Surround(data)); /* the program has chosen another one since */
+  PetscCall(PCGetOperators(inner, &operation, &M));
+  PetscCall(PCSetOperators(data->inner.around, data->inner.operation ? data->inner.operation : operation, M));
   PetscCall(PCSetUp(data->inner.around));
   PetscCall(KSPGetInitialGuessNonzero(ksp, &guess));
   if (guess && data->inner.operation) PetscCall(MatAinsworthProject_Private(data->reduced.mat, x));
@@ -274,7 +244,6 @@ PetscErrorCode PCAinsworthLeave_Private(const PC_Ainsworth *data, KSP ksp)
   PC inner;
 
   PetscFunctionBegin;
-  if (!data->inner.around) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthGetInnermostPC(data->inner.around, &inner));
   PetscCall(KSPSetPC(ksp, inner));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -134,7 +134,7 @@ struct PCAinsworthInner {
   AinsworthLeftOut    left;                       /* what M leaves out, and conjugate gradients add */
   PetscBool           springs = PETSC_FALSE;      /* M includes the springs of D */
   Mat                 operation = NULL;           /* the operator in Ker C; NULL if the method does not iterate there */
-  PC                  around    = NULL;           /* takes the place of the preconditioner during a solve; NULL: none does */
+  PC                  around    = NULL;           /* takes the place of the preconditioner during a solve; NULL before set-up */
 };
 
 /* The age of the inner preconditioner (pcage.cpp) */
@@ -256,7 +256,6 @@ PETSC_INTERN PetscErrorCode      PCAinsworthGetPmatFormat_Private(PC_Ainsworth *
 PETSC_INTERN PetscErrorCode      PCAinsworthUseProduct_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthResetKSP_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthGetReason_Private(const PC_Ainsworth *, KSPConvergedReason *);
-PETSC_INTERN PetscErrorCode      PCAinsworthSetTranspose_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthAfterError_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode      PCAinsworthReuseInner_Private(PC_Ainsworth *, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthLooksDefinite_Private(const PC_Ainsworth *, Mat, PetscBool *);
@@ -318,7 +317,6 @@ PETSC_INTERN PetscErrorCode PCAinsworthKeepCoefficients_Private(PCAinsworthInner
 /* pcpmat.cpp, pcinner.cpp */
 PETSC_INTERN PetscErrorCode PCAinsworthSetUpPmat_Private(PC_Ainsworth *, PC, PetscInt *);
 PETSC_INTERN PetscErrorCode PCAinsworthSetUpInner_Private(PC, PC_Ainsworth *, PetscBool, AinsworthEnd *, char[], size_t);
-PETSC_INTERN void           PCAinsworthForgetRichardson_Private(PC);
 PETSC_INTERN PetscErrorCode PCAinsworthChangeMethod_Private(PC, PC_Ainsworth *, AinsworthEnd *);
 /* escape.cpp, escapecost.cpp */
 PETSC_INTERN PetscErrorCode PCAinsworthWatchBegin_Private(PC, PC_Ainsworth *, PCAinsworthWatch *);

@@ -55,8 +55,6 @@ static PetscErrorCode SetUpParts(PC_Ainsworth *data, PC inner, AinsworthEnd *end
   PetscCall(PCSetOperators(inner, M, M));
   PetscCall(PCAinsworthForgetFailure_Private(inner)); /* the reason for an earlier matrix, or type, would stay */
   PetscCall(PCAinsworthSetUpPreconditioner_Private(data, inner, &definite));
-  PetscCall(PCAinsworthSetTranspose_Private(data));
-  if (operation != M) PCAinsworthForgetRichardson_Private(inner);
   if (definite && data->inner.plan.preconditioner == AINSWORTH_INNER_FACTOR) PetscCall(Solves(inner, &good));
   PetscCall(KSPSetOperators(ksp, operation, M));
   PetscCall(MatDestroy(&operation));
@@ -128,8 +126,7 @@ static PetscErrorCode SetUpAnew(PC_Ainsworth *data, PC inner, AinsworthEnd *end,
 /* Keeps the preconditioning matrix and its preconditioner, with the operator and the constraints of the current matrix */
 static PetscErrorCode KeepWhole(PC pc, PC_Ainsworth *data)
 {
-  PC  inner;
-  Mat operation, M;
+  PC inner;
 
   PetscFunctionBegin;
   PetscCall(PetscInfo(pc, "The inner preconditioner is kept, the constraints are set up anew\n"));
@@ -143,8 +140,6 @@ static PetscErrorCode KeepWhole(PC pc, PC_Ainsworth *data)
     PetscCall(MatAinsworthSetProduct_Private(data->reduced.mat, NULL));
   }
   PetscCall(PCAinsworthSetKSPOperators_Private(data));
-  PetscCall(KSPGetOperators(data->inner.ksp, &operation, &M));
-  if (operation != M) PCAinsworthForgetRichardson_Private(inner);
   PetscCall(PCAinsworthKeepCoefficients_Private(&data->inner));
   PetscCall(KSPSetUp(data->inner.ksp));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -66,6 +66,7 @@ static PetscErrorCode Prepare(Problem *p)
   PetscCall(MatDestroy(&p->operation));
   PetscCall(AinsworthInKernelCreateOperator(p->reduced, &p->operation));
   PetscCall(AinsworthInKernelCreatePC(p->reduced, p->operation, p->inner, AinsworthLeftOut(), &p->around));
+  PetscCall(PCSetOperators(p->around, p->operation, p->sys.A));
   PetscCall(KSPSetPC(p->ksp, p->around));
   PetscCall(MatAinsworthMultTransposeProjector(p->reduced, p->b, p->b));
   p->V = Dense(Eigen::HouseholderQR<Dense>(p->d.C.adjoint()).householderQ()).rightCols(p->d.A.rows() - p->d.C.rows());
