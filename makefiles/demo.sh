@@ -12,7 +12,7 @@ mv "$build.log" "$build/build.log"
 OMP_NUM_THREADS=1
 export OMP_NUM_THREADS
 # shellcheck disable=SC2046 # the launcher is several words
-set -- $(launcher 2) "$build/tutorials/twocubes" -n1 24 -n2 20 -E2 10 -near_nullspace -view_vtu "$build/bodies.vtu" \
+set -- $(launcher 2) "$build/bench/twocubes" -n1 24 -n2 20 -E2 10 -near_nullspace -view_vtu "$build/bodies.vtu" \
   -dll_append "$build/libainsworth.so" -ksp_type preonly -pc_type ainsworth \
   -ainsworth_ksp_monitor -ainsworth_ksp_converged_reason "$@"
 say "two cubes in contact: the program does not know the plugin, the options do"

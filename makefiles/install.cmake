@@ -36,7 +36,7 @@ install(FILES "${PROJECT_BINARY_DIR}/libpetscainsworth.so" DESTINATION "${CMAKE_
 install(FILES include/petscainsworth.h DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
 install(FILES include/ainsworth.py DESTINATION "${AINSWORTH_PYTHON_DIR}")
 install(FILES tutorials/ex1.c tutorials/ex1.py DESTINATION "${data}/tutorials")
-install(DIRECTORY tutorials/benchmark/solvers/ DESTINATION "${data}/options" FILES_MATCHING PATTERN "*.opts")
+install(DIRECTORY tests/bench/solvers/ DESTINATION "${data}/options" FILES_MATCHING PATTERN "*.opts")
 install(FILES README.md LICENSE CITATION.cff CHANGELOG.md DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 install(DIRECTORY docs DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATTERN "*.md" PATTERN "*.svg" PATTERN "*.png" PATTERN "*.csv" PATTERN study EXCLUDE)
 

@@ -5,7 +5,7 @@
 set -eu
 . "$(dirname "$0")/common.sh"
 
-twocubes="$build/tutorials/twocubes -dll_append $build/libainsworth.so -ksp_type preonly -pc_type ainsworth -pc_ainsworth_variant paper -n1 24 -n2 20 -E2 10"
+twocubes="$build/bench/twocubes -dll_append $build/libainsworth.so -ksp_type preonly -pc_type ainsworth -pc_ainsworth_variant paper -n1 24 -n2 20 -E2 10"
 
 # one run: iterations and both residuals, or the reason of the failure
 run() {

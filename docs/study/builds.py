@@ -38,7 +38,7 @@ def main():
     parser.add_argument("--only", default="", help="systems whose name has this in it (a regular expression)")
     arguments = parser.parse_args()
     machine.require()
-    builds = [(os.path.join(folder, "tutorials", "twocubes"), os.path.join(folder, "libainsworth.so")) for folder in (machine.BUILD, os.path.abspath(arguments.other))]
+    builds = [(machine.TWOCUBES, os.path.join(folder, "libainsworth.so")) for folder in (machine.BUILD, os.path.abspath(arguments.other))]
     print("%s; load %.1f" % (machine.describe(), machine.load()))
     print("%-75s %5s %10s %10s %10s" % ("least of %d, median; this / other" % arguments.repeat, "ranks", "iterations", "least", "median"))
     least, iterations = [], []

@@ -164,7 +164,7 @@ def plot():
 
 
 def array(text, name, kind):
-    """A DataArray of a VTU file that tutorials/benchmark/vtufile.cpp wrote: base64, its size in eight bytes first."""
+    """A DataArray of a VTU file that tests/bench/vtufile.cpp wrote: base64, its size in eight bytes first."""
     data = base64.b64decode(re.search(r'Name="%s"[^>]*>([^<]*)<' % name, text).group(1))
     return struct.unpack("<%d%s" % ((len(data) - 8) // struct.calcsize(kind), kind), data[8:])
 

@@ -29,7 +29,7 @@ def systems():
 
 
 def count(folder, program, options):
-    answer = machine.run(options + " -log_view", program=os.path.join(folder, "tutorials", program), plugin=os.path.join(folder, "libainsworth.so"))
+    answer = machine.run(options + " -log_view", program=os.path.join(machine.BUILD, "bench", program), plugin=os.path.join(folder, "libainsworth.so"))
     found = {key: re.search(r"^%s +(\d+) " % event, answer["output"], re.MULTILINE) for key, event in EVENTS.items()}
     return dict({key: int(match.group(1)) if match else 0 for key, match in found.items()}, iterations=answer["iterations"], reason=answer["reason"])
 

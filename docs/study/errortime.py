@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Error against run time: every solver of tutorials/benchmark/solvers on two-cube systems: a CSV for each system, diagrams, a heat map and a text.
+"""Error against run time: every solver of tests/bench/solvers on two-cube systems: a CSV for each system, diagrams, a heat map and a text.
 
 python3 docs/study/errortime.py [--n1 12 24 48] [--cases base soft ...] [--out docs/error-vs-time]   measures, draws, writes <out>.md
 python3 docs/study/errortime.py --system A.mtx C.mtx f.mtx [g.mtx] [--block-size 3] [--out here]         your own system: a table, and diagrams
@@ -17,7 +17,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--n1", type=int, nargs="+", default=[12], help="elements per edge of the upper cube; the lower one has 5/6 of it (default 12)")
     parser.add_argument("--cases", nargs="+", default=list(errors.CASES), choices=list(errors.CASES), help="systems (default all)")
-    parser.add_argument("--solvers", nargs="+", default=None, help="names or files of option files (default all of tutorials/benchmark/solvers); rows of others in the CSV stay")
+    parser.add_argument("--solvers", nargs="+", default=None, help="names or files of option files (default all of tests/bench/solvers); rows of others in the CSV stay")
     parser.add_argument("--ranks", type=int, default=1, help="MPI ranks (default 1)")
     parser.add_argument("--first", type=int, default=1, help="tolerances from 10^-first (default 1)")
     parser.add_argument("--last", type=int, default=12, help="to 10^-last (default 12)")

@@ -3,7 +3,7 @@
 
 /usr/bin/python3 docs/study/parts.py list                             parts and sizes
 /usr/bin/python3 docs/study/parts.py check --parts cell rebars        what has to hold for a part
-/usr/bin/python3 docs/study/parts.py write --part rebars --h 30 --to DIR   files for tutorials/benchmark/solve
+/usr/bin/python3 docs/study/parts.py write --part rebars --h 30 --to DIR   files for tests/bench/solve
 /usr/bin/python3 docs/study/parts.py run --parts flange rebars --size 20k --ranks 1 2
 /usr/bin/python3 docs/study/parts.py run --parts cell --size 0.2 --ranks 3 --methods modes clamped
 /usr/bin/python3 docs/study/parts.py run --methods modes --parts flange --springs -10 -4 0 2 --oblique 0.5

@@ -11,7 +11,7 @@ import subprocess
 
 from common import machine
 
-SEQUENCE = os.path.join(machine.BUILD, "tutorials", "sequence")
+SEQUENCE = os.path.join(machine.BUILD, "bench", "sequence")
 SMALL, MIDDLE, LARGE = "-n1 12 -n2 10 -E2 10 -near_nullspace", "-n1 24 -n2 20 -E2 10 -near_nullspace", "-n1 32 -n2 28 -E2 10 -near_nullspace"
 HYPRE, GAMG = " -ainsworth_pc_type hypre", " -ainsworth_pc_type gamg"
 ACTIVE_SET = " -active_set -snes_type ainsworthactiveset"

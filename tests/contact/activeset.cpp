@@ -1,7 +1,7 @@
 /* SNESAINSWORTHACTIVESET on small problems, judged by the conditions that only their solution meets: F = 0, and l = mid(lower, l - F_l, upper) */
 #include <petscainsworth.h>
 #include <petscsnes.h>
-#include "../../tutorials/benchmark/compat.h"
+#include "../../tests/bench/compat.h"
 #include <vector>
 
 enum Case {

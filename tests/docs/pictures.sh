@@ -6,7 +6,7 @@ root=$1 build=$2 python=$3
 AINSWORTH_BUILD=$build
 export AINSWORTH_BUILD
 rm -rf error-vs-time system_* bodies.*
-"$build/tutorials/twocubes" -n1 4 -n2 4 -E2 1 -nu1 0 -nu2 0 -stick 0 -view_vtu bodies.vtu -write_system system -ksp_type preonly -pc_type ainsworth \
+"$build/bench/twocubes" -n1 4 -n2 4 -E2 1 -nu1 0 -nu2 0 -stick 0 -view_vtu bodies.vtu -write_system system -ksp_type preonly -pc_type ainsworth \
   -dll_append "$build/libainsworth.so"
 "$python" "$root/docs/study/bodies.py" bodies.vtu bodies.png
 test -s bodies.png

@@ -1,4 +1,4 @@
-"""Two tied cubes without inclusions must be the system of tutorials/benchmark/twocubes.cpp: python3 twocubes.py scenes twocubes. The two programs share no code that assembles."""
+"""Two tied cubes without inclusions must be the system of tests/bench/twocubes.cpp: python3 twocubes.py scenes twocubes. The two programs share no code that assembles."""
 import subprocess
 import sys
 

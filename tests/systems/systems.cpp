@@ -48,7 +48,7 @@ static PetscErrorCode Row(const Saddle &s, const Facts &facts, const Answer &a, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For tutorials/benchmark/solve and errortime; D is zero where the program passes none */
+/* For tests/bench/solve and errortime; D is zero where the program passes none */
 static PetscErrorCode Write(const Saddle &s, const std::string &prefix)
 {
   const PetscInt n = Share((int)s.A.rows(), s.bs), m = Share((int)s.C.rows(), 1);

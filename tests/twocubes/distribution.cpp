@@ -1,6 +1,6 @@
 static char help[] = "What DistributionCount() says of a partition, against the distributed matrices and PETSc's own ghosts of C.\n\n";
 
-#include "../../tutorials/benchmark/distribution.h"
+#include "../../tests/bench/distribution.h"
 #include <map>
 #include <set>
 

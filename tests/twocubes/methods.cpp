@@ -1,6 +1,6 @@
 static char help[] = "Every form of conjugate gradients in Ker C takes the iterations of KSPPROJECTEDCG, on two cubes of which one is soft.\n\n";
 
-#include "../../tutorials/benchmark/cubes.h"
+#include "../../tests/bench/cubes.h"
 #include <petscainsworth.h>
 #include <string>
 

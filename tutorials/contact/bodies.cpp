@@ -1,6 +1,6 @@
 /* Two blocks that touch: their cells, their rows of contact and of symmetry, their pictures */
 #include "bodies.h"
-#include "../benchmark/vtufile.h"
+#include "../../tests/bench/vtufile.h"
 #include <cmath>
 
 enum {

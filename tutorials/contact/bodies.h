@@ -2,7 +2,7 @@
 #ifndef TUTORIALS_BODIES_H
 #define TUTORIALS_BODIES_H
 
-#include "../benchmark/scenes/scene.h"
+#include "../../tests/bench/scenes/scene.h"
 #include <petscsnes.h>
 
 struct BodiesOptions {

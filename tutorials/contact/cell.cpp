@@ -2,8 +2,8 @@ static char help[] = "Effective stiffness of a periodic composite of fibers: wha
 macroscopic stress loads it. Compared with elimination of the rows, and with the bounds of Voigt, Reuss and Hashin.\n\
   -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth\n\n";
 
-#include "../benchmark/report.h"
-#include "../benchmark/scenes/scene.h"
+#include "../../tests/bench/report.h"
+#include "../../tests/bench/scenes/scene.h"
 #include <cmath>
 #include <utility>
 

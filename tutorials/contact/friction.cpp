@@ -3,8 +3,8 @@ static char
 slip and gap; each step is a saddle point [A B'; C* -D] that is not symmetric where nodes slip, solved as the options say:\n\
   -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth\n\n";
 
-#include "../benchmark/cubes.h"
-#include "../benchmark/report.h"
+#include "../../tests/bench/cubes.h"
+#include "../../tests/bench/report.h"
 #include <petscsnes.h>
 #include <cmath>
 

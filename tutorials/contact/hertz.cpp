@@ -3,7 +3,7 @@ saddle point [A C'; -C 0], solved as the options say:\n\
   -dll_append libainsworth.so -snes_type ainsworthactiveset -ksp_type preonly -pc_type ainsworth\n\n";
 
 #include "bodies.h"
-#include "../benchmark/report.h"
+#include "../../tests/bench/report.h"
 #include <petsctime.h>
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@ static char help[] = "The contact patch test: two cubes with meshes that do not 
 over the interface, pass it; node-to-surface rows do not. Poisson's ratio is 0.\n\
   -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth\n\n";
 
-#include "../benchmark/cubes.h"
-#include "../benchmark/report.h"
+#include "../../tests/bench/cubes.h"
+#include "../../tests/bench/report.h"
 #include <algorithm>
 #include <cmath>
 

@@ -6,8 +6,8 @@ Processor seconds, and how far x is from that of an active set with a direct sol
   -write <file>        A, C, g and that x, in PETSc's binary format\n\n";
 
 #include "bodies.h"
-#include "../benchmark/forms.h"
-#include "../benchmark/report.h"
+#include "../../tests/bench/forms.h"
+#include "../../tests/bench/report.h"
 #include <petsctao.h>
 #include <cmath>
 

@@ -1,4 +1,4 @@
-"""Runs tutorials/benchmark/errortime.cpp for each solver and system: one CSV for each system. errorspage.py has the pictures and the text."""
+"""Runs tests/bench/errortime.cpp for each solver and system: one CSV for each system. errorspage.py has the pictures and the text."""
 import glob
 import os
 import shlex
@@ -6,8 +6,8 @@ import subprocess
 
 from . import machine, measured, prose
 
-ERRORTIME = os.path.join(machine.BUILD, "tutorials", "errortime")
-SOLVERS = os.path.join(machine.ROOT, "tutorials", "benchmark", "solvers")
+ERRORTIME = os.path.join(machine.BUILD, "bench", "errortime")
+SOLVERS = os.path.join(machine.ROOT, "tests", "bench", "solvers")
 CASES = {
     "base": ("E2/E1 = 10", "-E2 10"),
     "soft": ("E2/E1 = 1e-3", "-E2 1e-3"),

@@ -11,7 +11,7 @@ from .store import Store
 
 # What share of the surface sticks: with it the paper's numbers of rows of C come out, 27 000 for 96 x 96 elements, 188 000 for 256 x 256
 PROBLEM = "-E2 10 -stick 0.92 -near_nullspace 1"
-TABLE = os.path.join(machine.BUILD, "tutorials", "partitiontable")
+TABLE = os.path.join(machine.BUILD, "bench", "partitiontable")
 ALONE = "A alone"
 
 

@@ -9,7 +9,7 @@ import sys
 from . import acceptance, cases, machine, measured, prose
 
 WORKER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "extreme.py")
-OPTIONS = os.path.join(machine.ROOT, "tutorials", "benchmark", "solvers")
+OPTIONS = os.path.join(machine.ROOT, "tests", "bench", "solvers")
 ERROR_BOUND = 1e-6
 COLUMNS = ["group", "case", "options", "change", "solvable", "bar", "unknowns", "constraints", "solver", "iterations", "reason", "failure", "why", "converged", "error", "displacement", "constraint", "primal"]
 SMALL, LARGE, GAP = (12, 10), (24, 20), " -gap 0.003"
@@ -22,7 +22,7 @@ SOLVERS = (
     ("defaults", "plugin, defaults", "ainsworth.opts", "", False),
 )
 OURS = "defaults"
-NOT_PETSC = ("-form", "-tolerance_option", "-near_nullspace")  # of the option files, but read by tutorials/benchmark/errortime.cpp alone
+NOT_PETSC = ("-form", "-tolerance_option", "-near_nullspace")  # of the option files, but read by tests/bench/errortime.cpp alone
 
 
 def case(label, options, reference=None, change=None, solvable=True, bar=False):
@@ -185,7 +185,7 @@ def write(path, about, rows):
         for why in dict.fromkeys(row["why"] for row in said):
             text += ["- " + "; ".join("%s (%s)" % (row["case"], titles[row["solver"]].split()[-1]) for row in said if row["why"] == why) + ": \"" + why + "\""]
         text += [""]
-    text += ["## How it was measured", "", "Systems are those of `tutorials/benchmark/twocubes.cpp` with %d and %d, or %d and %d elements per edge, on one rank. The option files of the solvers are in `tutorials/benchmark/solvers/`." % (SMALL + LARGE), "",
+    text += ["## How it was measured", "", "Systems are those of `tests/bench/twocubes.cpp` with %d and %d, or %d and %d elements per edge, on one rank. The option files of the solvers are in `tests/bench/solvers/`." % (SMALL + LARGE), "",
              "- *direct*: MUMPS, LDL' of the assembled matrix, with detection of null pivots (`-mat_mumps_icntl_24 1`).",
              "- *fieldsplit*: block factorization with the same multigrid for A. MUMPS factors the Schur complement (`selfp`) with detection of null pivots. GMRES runs to 1e-10, as its tolerance is on a residual.",
              "- *plugin, `paper`*, and *plugin, defaults*: to 1e-8 in the natural norm.",

@@ -1,6 +1,6 @@
-"""Families of systems (tutorials/benchmark/scenes.cpp) and the solvers that are compared on them."""
+"""Families of systems (tests/bench/scenes.cpp) and the solvers that are compared on them."""
 
-# name, title, options of tutorials/benchmark/scenes.cpp; {foreign}: written by foreign.py and solved by tutorials/benchmark/solve.cpp
+# name, title, options of tests/bench/scenes.cpp; {foreign}: written by foreign.py and solved by tests/bench/solve.cpp
 ALONE = (
     ("cube", "cube, Q1", "-scene cube"),
     ("balls4", "stiff balls, 1e4", "-scene cube -inclusion balls -contrast 1e4"),

@@ -12,7 +12,7 @@ ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "..")
 BUILD = os.path.abspath(os.environ.get("AINSWORTH_BUILD") or os.path.join(ROOT, "build"))
 PEAK = os.path.join(os.path.dirname(os.path.abspath(__file__)), "peak.py")
 PLUGIN = os.path.join(BUILD, "libainsworth.so")
-TWOCUBES, SCENES, SOLVE, MODELS = (os.path.join(BUILD, "tutorials", name) for name in ("twocubes", "scenes", "solve", "models"))
+TWOCUBES, SCENES, SOLVE, MODELS = (os.path.join(BUILD, "bench", name) for name in ("twocubes", "scenes", "solve", "models"))
 # Open MPI waits two seconds for others after a program that fails, as one does that ends after a given number of iterations
 ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1", OMPI_MCA_odls_base_sigkill_timeout="0")
 DEFAULTS = "-ksp_type preonly -pc_type ainsworth"

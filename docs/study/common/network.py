@@ -76,7 +76,7 @@ def ties(kind, rows, seed=1):
 
 
 def save(folder, what, kind, rows):
-    """Files for tutorials/benchmark/solve.cpp of closed or open balances, or ties: its options, those of the whole system in one matrix, the rows of C."""
+    """Files for tests/bench/solve.cpp of closed or open balances, or ties: its options, those of the whole system in one matrix, the rows of C."""
     offsets, columns, values, n = ties(kind, rows) if what == "ties" else balances(kind, rows, what == "closed")
     m = len(offsets) - 1
     stiffness = 10.0 ** numpy.random.default_rng(3).uniform(-1, 1, n)

@@ -71,7 +71,7 @@ def span(row, key):
 
 def table(rows, here):
     text = ["## Distribution over many ranks (5.2, table 2)", "",
-            "All figures come from the METIS partition of the volume meshes alone (`tutorials/benchmark/partitiontable.cpp`); no system is assembled. Each row of C, and of S = C W C', is on the rank of its secondary node. Rows are given as mean (least to most) over the ranks that have some. The second table of each size predicts messages and bytes of one projection x - W C' S^-1 C x. A solve with S on one rank sends nothing itself.", "",
+            "All figures come from the METIS partition of the volume meshes alone (`tests/bench/partitiontable.cpp`); no system is assembled. Each row of C, and of S = C W C', is on the rank of its secondary node. Rows are given as mean (least to most) over the ranks that have some. The second table of each size predicts messages and bytes of one projection x - W C' S^-1 C x. A solve with S on one rank sends nothing itself.", "",
             "- *Spread*: C stays where the program has it. Neighbors exchange x, C x goes to the ranks that solve with S, the solution comes back, and neighbors exchange W C' t.",
             "- *Together*: the rows of C are on the ranks that solve with S. Every rank with constrained unknowns sends them there and gets their change back.",
             "", "![Rows and messages](%s/table.svg)" % here, ""]
@@ -249,7 +249,7 @@ def write(folder):
     text = ["# The paper's experiments", "", "The three experiments of [the paper](paper.md) with this plugin (`%s`, its default there):" % DEFAULT, ""] + answers(found)
     for name, rows in found.items():
         text += SECTIONS[name](rows, here)
-    text += ["## The systems", "", "Two cubes, or flat boxes, in contact (`tutorials/benchmark/twocubes.cpp`, paper section 5.1): linear elasticity, E2/E1 = 10, 92 % of the contact surface sticks. With that share C has as many rows as the paper's.", "",
+    text += ["## The systems", "", "Two cubes, or flat boxes, in contact (`tests/bench/twocubes.cpp`, paper section 5.1): linear elasticity, E2/E1 = 10, 92 % of the contact surface sticks. With that share C has as many rows as the paper's.", "",
              "A size N means N elements per edge of the upper body and seven eighths of it for the lower one, so that nodes do not meet. N:M gives the number for the lower body, NxZ the elements along the height of both. With -contact METIS knows which elements touch. With N:N every node meets another, which is the easier case: S is diagonal.", "",
              "The solver is conjugate gradients to 1e-8 in the natural norm with block smoothed aggregation and rigid-body modes; the paper's form has BoomerAMG. *A alone* is `-contact 0`. The paper's own configuration on a small problem: [paper.md](paper.md).", "",
              "## Made by", "", "Each experiment can be run at any size (`/usr/bin/python3 docs/study/results.py --help`). All numbers except the paper's come from the CSV files in [%s/](%s)." % (here, here), ""]

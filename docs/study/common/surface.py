@@ -75,7 +75,7 @@ def save_vector(path, values):
 
 
 def save(folder, n1, turned):
-    """Files of A, C and f for tutorials/benchmark/solve.cpp: its options, and the number of rows of C."""
+    """Files of A, C and f for tests/bench/solve.cpp: its options, and the number of rows of C."""
     offsets, columns, values, sizes = constraints(n1, turned)
     unknowns = sum(sizes)
     path = {name: os.path.join(folder, name + ".dat") for name in "ACf"}

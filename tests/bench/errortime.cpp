@@ -1,5 +1,5 @@
 static char help[] = "Error against run time: one solver over a series of tolerances, against the exact solution.\n\
-The system is the two cubes, or that of -A -B -C -D -f -g; the solver is what the options say (-options_file tutorials/benchmark/solvers/<name>.opts).\n\n";
+The system is the two cubes, or that of -A -B -C -D -f -g; the solver is what the options say (-options_file tests/bench/solvers/<name>.opts).\n\n";
 
 #include "cubes.h"
 #include "forms.h"
