@@ -2,7 +2,7 @@
 """Two builds in turns on the same systems: iterations, and seconds of the one divided by those of the other. Prints a table.
 
 python3 docs/study/builds.py <other build folder> [--repeat 3] [--only <regular expression>]      on an otherwise idle machine
-This build is AINSWORTH_BUILD, default build/. Each build runs its own twocubes with its own plugin.
+This build is AINSWORTH_BUILD, default build/. Both plugins are loaded by the same twocubes, that of this build.
 """
 import argparse
 import os
