@@ -13,11 +13,11 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscFunctionBegin;
   /* keep the levels of A: a program that changes the number of its constraints has to reset its KSP */
   PetscCall(AinsworthReportDestroy(&data->reporting.report));
-  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
+  PetscCall(AinsworthSolverGetInnerPC(data, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   if (sa) levels = sa->levels;
-  PetscCall(PCAinsworthForgetOperators_Private(&data->inner));
-  PetscCall(PCAinsworthResetKSP_Private(data));
+  PetscCall(AinsworthSolverForgetOperators(&data->inner));
+  PetscCall(AinsworthSolverResetKSP(data));
   if (sa) sa->levels = levels;
   PetscCall(AinsworthSaddleReset(&data->saddle));
   PetscCall(VecDestroy(&data->outcome.terms));
@@ -38,10 +38,10 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
   PetscCall(PCReset_Ainsworth(pc));
   PetscCall(PCAinsworthComposeFields_Private(pc, PETSC_FALSE));
   PetscCall(VecDestroy(&data->choices.weight));
-  PetscCall(VecDestroy(&data->reporting.settings.reference));
-  PetscCall(PetscViewerDestroy(&data->reporting.settings.viewer));
-  PetscCall(PetscFree(data->reporting.settings.monitor));
-  PetscCall(PetscFree(data->reporting.settings.file));
+  PetscCall(VecDestroy(&data->settings.reference));
+  PetscCall(PetscViewerDestroy(&data->settings.viewer));
+  PetscCall(PetscFree(data->settings.monitor));
+  PetscCall(PetscFree(data->settings.file));
   PetscCall(KSPDestroy(&data->inner.ksp));
   delete data;
   pc->data = NULL;
@@ -163,8 +163,8 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   data->choices.pmat.type             = PC_AINSWORTH_PMAT_AUTO;
   data->choices.pmat.rtol             = 0.1; /* paper, Table 1 */
   data->choices.pmat.blocks           = PETSC_DECIDE;
-  data->reporting.settings.rtol       = 1e-6;
-  data->reporting.settings.eigenvalue = PETSC_DEFAULT;
+  data->settings.rtol       = 1e-6;
+  data->settings.eigenvalue = PETSC_DEFAULT;
   PCAinsworthChoicesApplyVariant_Private(&data->choices, PC_AINSWORTH_WEIGHTED);
   PetscCall(KSPCreate(PetscObjectComm((PetscObject)pc), &data->inner.ksp));
   PetscCall(PCGetOptionsPrefix(pc, &prefix));

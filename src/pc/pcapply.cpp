@@ -47,25 +47,25 @@ static PetscErrorCode SolveOnce(PC pc, PC_Ainsworth *data, PetscBool transpose, 
   PetscInt         most;
   PetscLogDouble   start;
   PetscErrorCode   error;
-  PCAinsworthWatch watch;
+  AinsworthWatch watch;
 
   PetscFunctionBegin;
   PetscCall(PetscTime(&start));
   if (data->saddle.constraints()) PetscCall(MatAinsworthReduce_Private(data->reduced.mat, transpose, b.primal, b.dual, rhs));
   else PetscCall(VecCopy(b.primal, rhs));
   PetscCall(ForgetRounding(data, b.primal));
-  PetscCall(PCAinsworthEnter_Private(data, ksp, x));
+  PetscCall(AinsworthSolverEnter(data, ksp, x));
   if (watched) PetscCall(PCAinsworthReportBegin_Private(data, b, start));
-  PetscCall(PCAinsworthWatchBegin_Private(pc, data, &watch));
-  PetscCall(PCAinsworthKeepCoefficients_Private(&data->inner));
+  PetscCall(AinsworthSolverWatchBegin(pc, data, &watch));
+  PetscCall(AinsworthSolverKeepCoefficients(&data->inner));
   PetscCall(KSPGetTolerances(ksp, &rtol, &atol, &dtol, &most));
   if (limit) PetscCall(KSPSetTolerances(ksp, rtol, atol, dtol, limit));
   /* checked when everything is restored; conjugate gradients are for a symmetric A */
   error = transpose && !data->inner.operation ? KSPSolveTranspose(ksp, rhs, x) : KSPSolve(ksp, rhs, x);
   if (limit) PetscCall(KSPSetTolerances(ksp, rtol, atol, dtol, most));
-  PetscCall(PCAinsworthWatchEnd_Private(&watch));
+  PetscCall(AinsworthSolverWatchEnd(&watch));
   if (watched && data->reporting.report) PetscCall(AinsworthReportEnd(data->reporting.report, ksp, (PetscBool)(error != PETSC_SUCCESS)));
-  PetscCall(PCAinsworthLeave_Private(data, ksp));
+  PetscCall(AinsworthSolverLeave(data, ksp));
   PetscCall(error);
   *end = watch.end;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -80,16 +80,16 @@ static PetscErrorCode SolveInner(PC pc, PC_Ainsworth *data, PetscBool transpose,
 
   PetscFunctionBegin;
   while (again && !data->whole.factor) {
-    PetscCall(PCAinsworthLimit_Private(pc, data, &limit));
+    PetscCall(AinsworthSolverLimit(pc, data, &limit));
     PetscCall(SolveOnce(pc, data, transpose, watched, limit, b, x, &end));
-    PetscCall(PCAinsworthGetReason_Private(data, reason));
+    PetscCall(AinsworthSolverGetReason(data, (PetscBool)(data->outer.method == AINSWORTH_OUTER_ANSWER), reason));
     if (limit && *reason < 0) end = AINSWORTH_END_OLD;
     again = PETSC_FALSE;
     if (end == AINSWORTH_END_ANSWER) break;
     PetscCall(PCAinsworthReplan_Private(pc, data, end, end == AINSWORTH_END_DEAR ? "Multigrid is slow" : "The inner preconditioner is old", &again));
     if (!again) *reason = KSP_DIVERGED_PC_FAILED; /* the inner solver is lost */
   }
-  if (!data->whole.factor && *reason > 0 && watched) PetscCall(PCAinsworthCount_Private(data)); /* refinements do not predict other solves */
+  if (!data->whole.factor && *reason > 0 && watched) PetscCall(AinsworthSolverCount(data)); /* refinements do not predict other solves */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -133,7 +133,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
 static PetscErrorCode SolveFields(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched, AinsworthSaddleVec b, AinsworthSaddleVec y,
                                   PetscBool *known, KSPConvergedReason *reason)
 {
-  PCAinsworthReduced *r = &data->reduced;
+  AinsworthReduced *r = &data->reduced;
 
   PetscFunctionBegin;
   if (r->g) {
@@ -176,7 +176,7 @@ static PetscErrorCode RefineAndJudge(PC pc, PC_Ainsworth *data, PetscBool transp
                                      AinsworthSaddleVec y, AinsworthVerdict *verdict, char why[], size_t len)
 {
   const PetscBool       stopped = (PetscBool)(reason < 0);
-  const AinsworthSolver solver  = [=](AinsworthSaddleVec r, PetscReal loose, AinsworthSaddleVec p) {
+  const AinsworthSolveFn solver = [=](AinsworthSaddleVec r, PetscReal loose, AinsworthSaddleVec p) {
     return SolveLoosely(pc, data, transpose, stopped, loose, r, p);
   };
   AinsworthSaddleVec left;
@@ -278,7 +278,7 @@ static PetscErrorCode FindObstacle(const PC_Ainsworth *data, AinsworthSaddleVec 
   if (collide) {
     *code = PETSC_ERR_SUP;
     PetscCall(PetscSNPrintf(why, len, "The outer and the inner method, %s, are both pipelined, which PETSc cannot nest: choose -%sksp_type %s",
-                            PCAinsworthTypeName_Private((PetscObject)data->inner.ksp), PCAinsworthPrefix_Private(data), KSPPROJECTEDCG));
+                            AinsworthTypeName((PetscObject)data->inner.ksp), AinsworthSolverPrefix(data), KSPPROJECTEDCG));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (!PetscIsInfOrNanScalar(sum[0] + sum[1])) PetscFunctionReturn(PETSC_SUCCESS);
@@ -345,7 +345,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
   PetscCall(AinsworthSaddleRestoreFields(sp, transpose, &left));
   if (code) {
     data->state = PC_AINSWORTH_NONE;
-    PetscCall(PCAinsworthAfterError_Private(data));
+    PetscCall(AinsworthSolverAfterError(data));
   }
   PetscCall(code);
   PetscCall(VecFlag(y, !data->outcome.usable));

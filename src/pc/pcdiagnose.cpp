@@ -118,7 +118,7 @@ static PetscErrorCode DiagnoseReduced(PC pc, PC_Ainsworth *data, AinsworthDiagno
   PetscCall(PCAinsworthDescribePmat_Private(data, text));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "pmat", AinsworthJSON(text.c_str()), "preconditioning matrix: %s", text.c_str());
   PetscCall(KSPGetType(data->inner.ksp, &method));
-  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
+  PetscCall(AinsworthSolverGetInnerPC(data, &inner));
   PetscCall(PCGetType(inner, &type));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "solver", AinsworthJSON("method", AinsworthJSON(method), "preconditioner", AinsworthJSON(type)),
                         "reduced solve: %s, preconditioned by %s", method, type);
@@ -150,7 +150,7 @@ static PetscErrorCode DiagnoseReduced(PC pc, PC_Ainsworth *data, AinsworthDiagno
                           "The reduced solve takes %" PetscInt_FMT
                           " iterations: multigrid does not fit A, as with elements stretched far, nearly incompressible material or thin structures; see that "
                           "rigid-body modes are attached with MatSetNearNullSpace(), or use -%spc_type cholesky",
-                          iterations, PCAinsworthPrefix_Private(data));
+                          iterations, AinsworthSolverPrefix(data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -23,8 +23,8 @@ PetscErrorCode PCAinsworthDiagnosePassed_Private(const PC_Ainsworth *data, Ainsw
   PetscCall(MatGetSize(amat, &rows, &cols));
   AinsworthDiagnosisAdd(
     d, AINSWORTH_FACT, "matrix",
-    AinsworthJSON("type", AinsworthJSON(PCAinsworthTypeName_Private((PetscObject)amat)), "rows", AinsworthJSON(rows), "ranks", AinsworthJSON((PetscInt)size)),
-    "matrix: %s, %" PetscInt_FMT " x %" PetscInt_FMT ", on %d rank%s%s", PCAinsworthTypeName_Private((PetscObject)amat), rows, cols, size, size > 1 ? "s" : "",
+    AinsworthJSON("type", AinsworthJSON(AinsworthTypeName((PetscObject)amat)), "rows", AinsworthJSON(rows), "ranks", AinsworthJSON((PetscInt)size)),
+    "matrix: %s, %" PetscInt_FMT " x %" PetscInt_FMT ", on %d rank%s%s", AinsworthTypeName((PetscObject)amat), rows, cols, size, size > 1 ? "s" : "",
     data->given.inputs.pmat == amat ? "" : "; Pmat is another");
   PetscCall(PetscObjectTypeCompare((PetscObject)amat, MATNEST, &nest));
   if (!nest) PetscFunctionReturn(PETSC_SUCCESS);
@@ -39,8 +39,8 @@ PetscErrorCode PCAinsworthDiagnosePassed_Private(const PC_Ainsworth *data, Ainsw
       PetscCall(MatGetSize(block, &rows, &cols));
       AinsworthDiagnosisAdd(
         d, AINSWORTH_FACT, key.c_str(),
-        AinsworthJSON("type", AinsworthJSON(PCAinsworthTypeName_Private((PetscObject)block)), "rows", AinsworthJSON(rows), "columns", AinsworthJSON(cols)),
-        "block (%" PetscInt_FMT ",%" PetscInt_FMT "): %s, %" PetscInt_FMT " x %" PetscInt_FMT, i, j, PCAinsworthTypeName_Private((PetscObject)block), rows,
+        AinsworthJSON("type", AinsworthJSON(AinsworthTypeName((PetscObject)block)), "rows", AinsworthJSON(rows), "columns", AinsworthJSON(cols)),
+        "block (%" PetscInt_FMT ",%" PetscInt_FMT "): %s, %" PetscInt_FMT " x %" PetscInt_FMT, i, j, AinsworthTypeName((PetscObject)block), rows,
         cols);
     }
   }
@@ -110,7 +110,7 @@ static PetscErrorCode DiagnoseStiffness(const PC_Ainsworth *data, Mat A, Ainswor
     AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "jump_in_A", AinsworthJSON(jump.quotient),
                           "The stiffness jumps by a factor of %.3g inside a body, between rows %" PetscInt_FMT " and %" PetscInt_FMT
                           " of A: are units and materials what was meant? Multigrid may be slow; -%spc_type cholesky does not feel it",
-                          (double)jump.quotient, jump.row, jump.col, PCAinsworthPrefix_Private(data));
+                          (double)jump.quotient, jump.row, jump.col, AinsworthSolverPrefix(data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -145,7 +145,7 @@ static PetscErrorCode LookForMotion(PC_Ainsworth *data, KSP ksp, Vec x, PetscBoo
   *quotient = 1.0;
   if (!data->saddle.symmetric) PetscFunctionReturn(PETSC_SUCCESS);
   if (x) PetscCall(AinsworthVecClone(x, &tried[0]));
-  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
+  PetscCall(AinsworthSolverGetInnerPC(data, &inner));
   PetscCall(SoftestCoarseMotion(data, inner, last, &tried[1]));
   PetscCall(SmallestDiagonal(data->saddle.A, &tried[2]));
   PetscCall(KSPProjectedCGGetDirection_Private(ksp, &direction));
@@ -153,7 +153,7 @@ static PetscErrorCode LookForMotion(PC_Ainsworth *data, KSP ksp, Vec x, PetscBoo
   if (x && direction && ended == KSP_DIVERGED_INDEFINITE_MAT) PetscCall(AinsworthVecClone(direction, &tried[3]));
   for (Vec &y : tried) {
     if (!y) continue;
-    PetscCall(PCAinsworthRayleighQuotient_Private(data, y, &found));
+    PetscCall(AinsworthSolverRayleighQuotient(data, y, &found));
     *quotient = PetscMin(*quotient, found);
     PetscCall(VecDestroy(&y));
   }
@@ -175,10 +175,10 @@ static PetscErrorCode MisplacedOptions(PC pc, const PC_Ainsworth *data, char tex
     PetscBool outside, inside;
 
     PetscCall(PetscOptionsHasName(options, prefix, name, &outside));
-    PetscCall(PetscOptionsHasName(options, PCAinsworthPrefix_Private(data), name, &inside));
+    PetscCall(PetscOptionsHasName(options, AinsworthSolverPrefix(data), name, &inside));
     if (!outside || inside || text[0]) continue;
     PetscCall(PetscSNPrintf(text, len, "; -%s%s is that of the outer solver, the reduced solve has -%s%s", prefix ? prefix : "", name + 1,
-                            PCAinsworthPrefix_Private(data), name + 1));
+                            AinsworthSolverPrefix(data), name + 1));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -209,7 +209,7 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, KSP ksp, Ve
   PetscReal          quotient, residual;
   PetscBool          definite;
   char               misplaced[256];
-  const char        *prefix = PCAinsworthPrefix_Private(data);
+  const char        *prefix = AinsworthSolverPrefix(data);
   PC                 inner;
   PCType             type;
   PCFailedReason     failed;
@@ -220,12 +220,12 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, KSP ksp, Ve
     PetscCall(PetscStrncpy(why, data->outcome.why, len));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
+  PetscCall(AinsworthSolverGetInnerPC(data, &inner));
   PetscCall(PCGetType(inner, &type));
   PetscCall(PCGetFailedReason(inner, &failed));
   PetscCall(KSPGetIterationNumber(ksp, &iterations));
   PetscCall(KSPGetResidualNorm(ksp, &residual));
-  PetscCall(PCAinsworthIsConjugateGradients_Private(PCAinsworthTypeName_Private((PetscObject)data->inner.ksp), &definite));
+  PetscCall(AinsworthSolverIsConjugateGradients(AinsworthTypeName((PetscObject)data->inner.ksp), &definite));
   PetscCall(GramReason(data, &gram));
   if (gram < 0) {
     PetscCall(PetscSNPrintf(why, len, "Solves with the Gram matrix S = C W C' do not converge (%s): change the options -%sgram_ksp and -%sgram_pc",
@@ -234,18 +234,18 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, KSP ksp, Ve
   }
   PetscCall(LookForMotion(data, ksp, x, (PetscBool)(x && reason != KSP_DIVERGED_ITS), &quotient));
   PetscCall(MisplacedOptions(pc, data, misplaced, sizeof(misplaced)));
-  if (PetscAbsReal(quotient) <= PCAinsworthNoEnergy)
+  if (PetscAbsReal(quotient) <= AinsworthNoEnergy)
     PetscCall(
       PetscSNPrintf(why, len,
                     "A body floats that no constraint holds: A is singular on Ker C, y' A y is %g of y' diag(A) y for a y with C y = 0; hold it, or attach "
                     "its motions to the matrix with MatSetNullSpace() (%s)",
                     (double)quotient, KSPConvergedReasons[reason]));
-  else if (reason == KSP_DIVERGED_INDEFINITE_MAT && !(quotient < PCAinsworthNegative))
+  else if (reason == KSP_DIVERGED_INDEFINITE_MAT && !(quotient < AinsworthNegative))
     PetscCall(PetscSNPrintf(why, len,
                             "The reduced operator is not positive definite, or not beyond rounding (%s): conjugate gradients need it to be; -%sksp_type gmres "
                             "does not",
                             KSPConvergedReasons[reason], prefix));
-  else if (quotient < PCAinsworthNegative)
+  else if (quotient < AinsworthNegative)
     PetscCall(PetscSNPrintf(why, len, "A is indefinite on Ker C (%s): conjugate gradients need it to be positive definite there; -%sksp_type gmres does not",
                             KSPConvergedReasons[reason], prefix));
   else if (reason >= 0) PetscFunctionReturn(PETSC_SUCCESS); /* the verification has set the text */

@@ -13,14 +13,6 @@ PetscErrorCode PCAinsworthAgreeOnFailure_Private(PC pc, PCFailedReason reason)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Forgets the failure of a preconditioner, ours or the inner one, on this rank */
-PetscErrorCode PCAinsworthForgetFailure_Private(PC pc)
-{
-  PetscFunctionBegin;
-  PetscCall(AinsworthPCSetFailedReason(pc, PC_NOERROR));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Raises an error if the program wants errors, otherwise sets a reason; keeps the text for -ksp_view and PCAinsworthGetFailure(); collective */
 PetscErrorCode PCAinsworthFail_Private(PC pc, PC_Ainsworth *data, PCFailedReason reason, PetscErrorCode code, const char why[])
 {

@@ -18,7 +18,7 @@ static PetscErrorCode GetTolerance(const PC_Ainsworth *data, KSPConvergedReason 
   PetscFunctionBegin;
   PetscCall(KSPGetTolerances(data->inner.ksp, tol, &atol, NULL, NULL));
   PetscCall(KSPGetNormType(data->inner.ksp, &norm));
-  if (data->reporting.settings.stop == AINSWORTH_STOP_ENERGY_ERROR) *tol = data->reporting.settings.rtol;
+  if (data->settings.stop == AINSWORTH_STOP_ENERGY_ERROR) *tol = data->settings.rtol;
   else if (reason >= 0 && (norm == KSP_NORM_NONE || reason == KSP_CONVERGED_ITS || (reason == KSP_CONVERGED_ATOL && atol > 0.0))) *tol = -1.0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -57,12 +57,12 @@ static PetscErrorCode CheckDetermined(PC_Ainsworth *data, AinsworthSaddleVec b, 
   if (rounding <= most) PetscFunctionReturn(PETSC_SUCCESS);
   *verdict = AINSWORTH_VERDICT_SINGULAR;
   PetscCall(AinsworthVecClone(y.primal, &motion));
-  PetscCall(PCAinsworthRayleighQuotient_Private(data, motion, &quotient));
+  PetscCall(AinsworthSolverRayleighQuotient(data, motion, &quotient));
   PetscCall(VecDestroy(&motion));
   PetscCall(VecNorm(b.primal, NORM_INFINITY, &norms[0]));
   PetscCall(VecNorm(b.dual, NORM_INFINITY, &norms[1]));
   PetscCall(VecNorm(y.primal, NORM_INFINITY, &norms[2]));
-  if (PetscAbsReal(quotient) <= PCAinsworthNoEnergy)
+  if (PetscAbsReal(quotient) <= AinsworthNoEnergy)
     PetscCall(PetscSNPrintf(why, len,
                             "A body floats that no constraint holds, and f is not balanced on it: A is singular on Ker C, x' A x is %g of x' diag(A) x, and "
                             "rounding moves x by %g of itself; hold it, or attach its motions to the matrix with MatSetNullSpace()",
@@ -129,12 +129,12 @@ static PetscErrorCode IsEnergetic(const PC_Ainsworth *data, PetscBool *energetic
 
   PetscFunctionBegin;
   PetscCall(KSPGetType(data->inner.ksp, &type));
-  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
+  PetscCall(AinsworthSolverGetInnerPC(data, &inner));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &blind, PCNONE, PCJACOBI, PCPBJACOBI, PCBJACOBI, PCSOR, PCILU, PCICC, ""));
-  PetscCall(PCAinsworthIsConjugateGradients_Private(type, energetic));
+  PetscCall(AinsworthSolverIsConjugateGradients(type, energetic));
   PetscCall(KSPGetNormType(data->inner.ksp, &norm));
   if (norm != KSP_NORM_NATURAL && norm != KSP_NORM_DEFAULT && norm != KSP_NORM_NONE) *energetic = PETSC_FALSE;
-  if (data->reporting.settings.stop == AINSWORTH_STOP_ENERGY_ERROR) blind = PETSC_FALSE; /* the energy itself has ended it */
+  if (data->settings.stop == AINSWORTH_STOP_ENERGY_ERROR) blind = PETSC_FALSE; /* the energy itself has ended it */
   if (blind || data->whole.factor || data->history.factor == AINSWORTH_FAILED || !data->saddle.adjoint) *energetic = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -220,7 +220,7 @@ static PetscErrorCode DescribeContradiction(const PC_Ainsworth *data, std::vecto
    reason: how the reduced solve ended; one that was stopped by rounding is a solution if further solves agree with it. known: data->reduced.Ax is op(A) x.
    left: the residual of y, on return
 */
-PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, const AinsworthSolver &solver,
+PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason, const AinsworthSolveFn &solver,
                                         PetscBool known, AinsworthSaddleVec b, AinsworthSaddleVec y, AinsworthSaddleVec left, AinsworthVerdict *verdict,
                                         char why[], size_t len)
 {

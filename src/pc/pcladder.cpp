@@ -38,8 +38,8 @@ static PetscErrorCode Remember(PC_Ainsworth *data, AinsworthRung next, Ainsworth
   PetscFunctionBegin;
   if (end == AINSWORTH_END_OLD) PetscFunctionReturn(PETSC_SUCCESS); /* the same solver, made anew */
   if (end == AINSWORTH_END_UNFIT) data->history.blocks = AINSWORTH_FAILED;
-  else if (next == AINSWORTH_RUNG_MULTIGRID) PetscCall(PCAinsworthRememberFactor_Private(data, AINSWORTH_FAILED, ""));
-  else if (next == AINSWORTH_RUNG_FACTOR) PetscCall(PCAinsworthRememberFactor_Private(data, AINSWORTH_TAKEN, given));
+  else if (next == AINSWORTH_RUNG_MULTIGRID) PetscCall(AinsworthSolverRememberFactor(data, AINSWORTH_FAILED, ""));
+  else if (next == AINSWORTH_RUNG_FACTOR) PetscCall(AinsworthSolverRememberFactor(data, AINSWORTH_TAKEN, given));
   else data->history.gmres = AINSWORTH_TAKEN;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -60,7 +60,7 @@ PetscErrorCode PCAinsworthReplan_Private(PC pc, PC_Ainsworth *data, AinsworthEnd
   PetscCall(PetscStrncpy(cause, why, sizeof(cause)));
   while (!*again) {
     failure[0] = 0;
-    PetscCall(PCAinsworthNextRung_Private(pc, data, end, &step));
+    PetscCall(AinsworthSolverNextRung(pc, data, end, &step));
     if (step.next == AINSWORTH_RUNG_NONE) {
       PetscCall(PetscInfo(pc, "%s: no other solver, as %s\n", cause, step.why));
       break;
@@ -71,8 +71,8 @@ PetscErrorCode PCAinsworthReplan_Private(PC pc, PC_Ainsworth *data, AinsworthEnd
       end = data->whole.factor ? AINSWORTH_END_ANSWER : AINSWORTH_END_SETUP;
     } else {
       PetscCall(Remember(data, step.next, end));
-      if (step.next == AINSWORTH_RUNG_GMRES) PetscCall(PCAinsworthChangeMethod_Private(pc, data, &end));
-      else PetscCall(PCAinsworthSetUpInner_Private(pc, data, PETSC_FALSE, &end, failure, sizeof(failure)));
+      if (step.next == AINSWORTH_RUNG_GMRES) PetscCall(AinsworthSolverChangeMethod(pc, data, &end));
+      else PetscCall(AinsworthSolverSetUpInner(pc, data, PETSC_FALSE, &end, failure, sizeof(failure)));
       lost = end != AINSWORTH_END_ANSWER;
     }
     *again = (PetscBool)(end == AINSWORTH_END_ANSWER);

@@ -39,11 +39,11 @@ PetscErrorCode PCAinsworthDescribeLeftOut_Private(PC_Ainsworth *data, std::strin
     PetscCall(MatAinsworthGetGram_Private(data->reduced.mat, &gram));
     PetscCall(AinsworthGramGetEconomy(gram, &economy));
     text += economy;
-    PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
+    PetscCall(AinsworthSolverGetInnerPC(data, &inner));
     PetscCall(PCBlockSAGet_Private(inner, &sa));
     const bool inKernel = sa && sa->subspace;
     if (inKernel) text += "; multigrid in Ker C: neither a preconditioning matrix nor a penalty";
-    else if (PCAinsworthPmatTypeInUse_Private(data) == PC_AINSWORTH_PMAT_ID) text += "; id: no product with A for the preconditioning matrix";
+    else if (AinsworthSolverPmatTypeInUse(data) == PC_AINSWORTH_PMAT_ID) text += "; id: no product with A for the preconditioning matrix";
     if (data->inner.longRows && !inKernel) text += "; " + std::to_string(data->inner.longRows) + " long rows of C: not in the preconditioning matrix";
     if (!data->inner.left.shared.empty()) text += "; " + std::to_string(data->inner.left.shared.size()) + " shared unknowns: held in the preconditioning matrix";
     if (data->inner.operation) text += "; iterates in Ker C: C' B C is not applied";

@@ -48,9 +48,9 @@ static PetscErrorCode CountOption(PC pc, AinsworthOptionItems PetscOptionsObject
 
 static PetscErrorCode ChoicesFromOptions(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
 {
-  PCAinsworthChoices now     = data->choices;
+  AinsworthChoices now     = data->choices;
   PCAinsworthVariant variant = now.variant;
-  PetscReal          factor  = PCAinsworthPenaltyFactor_Private(data);
+  PetscReal          factor  = AinsworthSolverPenaltyFactor(data);
   PetscBool          set;
 
   PetscFunctionBegin;
@@ -185,7 +185,7 @@ static PetscErrorCode ReferenceFromOptions(PC pc, AinsworthReportSettings *setti
 
 static PetscErrorCode ReportFromOptions(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
 {
-  AinsworthReportSettings      *settings   = &data->reporting.settings;
+  AinsworthReportSettings      *settings   = &data->settings;
   const AinsworthReportSettings last       = *settings;
   PetscReal                     eigenvalue = PetscMax(settings->eigenvalue, 0.0); /* PETSC_DEFAULT is negative */
   PetscBool                     given;
@@ -220,13 +220,13 @@ static PetscErrorCode InnerFromOptions(PC pc, PC_Ainsworth *data)
     data->inner.configured = PETSC_FALSE;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
-  PetscCall(PetscStrncpy(method, PCAinsworthTypeName_Private((PetscObject)data->inner.ksp), sizeof(method)));
-  PetscCall(PetscStrncpy(type, PCAinsworthTypeName_Private((PetscObject)inner), sizeof(type)));
+  PetscCall(AinsworthSolverGetInnerPC(data, &inner));
+  PetscCall(PetscStrncpy(method, AinsworthTypeName((PetscObject)data->inner.ksp), sizeof(method)));
+  PetscCall(PetscStrncpy(type, AinsworthTypeName((PetscObject)inner), sizeof(type)));
   data->inner.configured = PETSC_FALSE;
-  PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
-  PetscCall(PetscStrcmp(method, PCAinsworthTypeName_Private((PetscObject)data->inner.ksp), &same[0]));
-  PetscCall(PetscStrcmp(type, PCAinsworthTypeName_Private((PetscObject)inner), &same[1]));
+  PetscCall(AinsworthSolverConfigureKSP(pc, data));
+  PetscCall(PetscStrcmp(method, AinsworthTypeName((PetscObject)data->inner.ksp), &same[0]));
+  PetscCall(PetscStrcmp(type, AinsworthTypeName((PetscObject)inner), &same[1]));
   if (!same[0] || !same[1]) PetscCall(PCAinsworthSetStale_Private(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -56,7 +56,7 @@ PetscErrorCode PCSetUpOnBlocks_Ainsworth(PC pc)
     PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
     PetscCall(AinsworthSaddleChanged(&data->given.inputs, &data->saddle, &changed));
     if (changed) PetscCall(PCSetUp_Ainsworth(pc));
-  } else if (data->outer.applications) PetscCall(PCAinsworthForgetFailure_Private(pc));
+  } else if (data->outer.applications) PetscCall(AinsworthSolverForgetFailure(pc));
   data->outer.applications = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -75,7 +75,7 @@ static PetscErrorCode CheckUnderflow(PC pc, PC_Ainsworth *data, KSP ksp, Vec b)
   PetscCall(PetscSNPrintf(why, sizeof(why),
                           "The outer method, %s, takes the right-hand side for zero: the squares of its entries, of %g at most, underflow. "
                           "Scale the system, or use -ksp_type %s",
-                          PCAinsworthTypeName_Private((PetscObject)ksp), (double)largest, KSPPREONLY));
+                          AinsworthTypeName((PetscObject)ksp), (double)largest, KSPPREONLY));
   ksp->reason = KSP_DIVERGED_PC_FAILED;
   PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_FP, why));
   data->outer.applications++; /* the failure is that of a solve, not of set-up */
@@ -147,7 +147,7 @@ static PetscErrorCode CheckOuter(PC pc, PC_Ainsworth *data, KSP ksp, Vec b, Vec 
   PetscCall(PetscSNPrintf(why, sizeof(why),
                           "The outer method, %s, says that it converged, but a row of the system is left with %g of its terms, which its norm does not see: "
                           "use -ksp_type %s, or %s",
-                          PCAinsworthTypeName_Private((PetscObject)ksp), (double)error, KSPPREONLY, KSPFGMRES));
+                          AinsworthTypeName((PetscObject)ksp), (double)error, KSPPREONLY, KSPFGMRES));
   ksp->reason = KSP_DIVERGED_PC_FAILED;
   PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, why));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -13,7 +13,7 @@ PetscErrorCode PCAinsworthReportBegin_Private(PC_Ainsworth *data, AinsworthSaddl
     system.primal          = data->saddle.cols[0];
     system.inverseDiagonal = data->reduced.inverseDiagonal;
     PetscCall(MatGetSize(data->given.inputs.pmat, NULL, &system.size));
-    PetscCall(AinsworthReportCreate(&data->reporting.settings, &system, &data->reporting.report));
+    PetscCall(AinsworthReportCreate(&data->settings, &system, &data->reporting.report));
   }
   PetscCall(AinsworthReportBegin(data->reporting.report, data->inner.ksp, b, start - data->reporting.setupSeconds));
   data->reporting.setupSeconds = 0.0;
@@ -22,7 +22,7 @@ PetscErrorCode PCAinsworthReportBegin_Private(PC_Ainsworth *data, AinsworthSaddl
 
 PetscErrorCode PCAinsworthReportView_Private(const PC_Ainsworth *data, PetscViewer viewer)
 {
-  const AinsworthReportSettings *settings = &data->reporting.settings;
+  const AinsworthReportSettings *settings = &data->settings;
 
   PetscFunctionBegin;
   if (settings->viewer) PetscCall(PetscViewerASCIIPrintf(viewer, "  error against run time: monitored%s\n", settings->reference ? ", reference solution" : ""));

@@ -12,12 +12,6 @@ PC_Ainsworth *PCAinsworthData_Private(PC pc)
   return (PC_Ainsworth *)pc->data;
 }
 
-/* Returns whether the options of the PC, and so those of its inner solver, are read */
-PetscBool PCAinsworthReadsOptions_Private(PC pc)
-{
-  return (PetscBool)pc->setfromoptionscalled;
-}
-
 /* Gets the data, NULL for a PC of another type, whose setters do nothing, as everywhere in PETSc */
 PetscErrorCode PCAinsworthGetData_Private(PC pc, PC_Ainsworth **data)
 {
@@ -50,7 +44,7 @@ PetscErrorCode PCAinsworthSetStale_Private(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void PCAinsworthChoicesApplyVariant_Private(PCAinsworthChoices *choices, PCAinsworthVariant variant)
+void PCAinsworthChoicesApplyVariant_Private(AinsworthChoices *choices, PCAinsworthVariant variant)
 {
   const bool paper = variant == PC_AINSWORTH_PAPER;
 
@@ -61,7 +55,7 @@ void PCAinsworthChoicesApplyVariant_Private(PCAinsworthChoices *choices, PCAinsw
   choices->pmat.rowScaling = (PetscBool)!paper;
 }
 
-static bool Same(const PCAinsworthChoices &a, const PCAinsworthChoices &b)
+static bool Same(const AinsworthChoices &a, const AinsworthChoices &b)
 {
   return a.variant == b.variant && a.weightType == b.weightType && a.rowsPerRank == b.rowsPerRank && a.redundant == b.redundant && a.pmat.type == b.pmat.type &&
          a.pmat.penalty == b.pmat.penalty && a.pmat.factor == b.pmat.factor && a.pmat.rowScaling == b.pmat.rowScaling && a.pmat.rtol == b.pmat.rtol &&
@@ -69,7 +63,7 @@ static bool Same(const PCAinsworthChoices &a, const PCAinsworthChoices &b)
 }
 
 /* Sets the choices, which take effect at the next use; another variant sets its inner method */
-PetscErrorCode PCAinsworthChoose_Private(PC pc, PC_Ainsworth *data, const PCAinsworthChoices *choices)
+PetscErrorCode PCAinsworthChoose_Private(PC pc, PC_Ainsworth *data, const AinsworthChoices *choices)
 {
   PetscFunctionBegin;
   const bool same = Same(data->choices, *choices), variant = data->choices.variant != choices->variant;
@@ -78,28 +72,10 @@ PetscErrorCode PCAinsworthChoose_Private(PC pc, PC_Ainsworth *data, const PCAins
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
   if (variant) {
     data->inner.plan.method = AINSWORTH_METHOD_GIVEN;
-    PetscCall(PCAinsworthSetMethod_Private(&data->inner, choices->variant == PC_AINSWORTH_PAPER ? KSPCG : KSPPROJECTEDCG));
+    PetscCall(AinsworthSolverSetMethod(&data->inner, choices->variant == PC_AINSWORTH_PAPER ? KSPCG : KSPPROJECTEDCG));
   }
   PetscCall(PCAinsworthSetStale_Private(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Returns the chosen type or, for auto, that of the last set-up; jcb before */
-PCAinsworthPmatType PCAinsworthPmatTypeInUse_Private(const PC_Ainsworth *data)
-{
-  return data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO ? data->inner.autoType : data->choices.pmat.type;
-}
-
-PetscReal PCAinsworthPenaltyFactor_Private(const PC_Ainsworth *data)
-{
-  const AinsworthPmatOptions &pmat = data->choices.pmat;
-
-  if (pmat.factor != (PetscReal)PETSC_DEFAULT) return pmat.factor;
-  /* paper, section 3.3; measured, docs/method.md: without Q_* only the penalty tells AMG about the constraints */
-  if (pmat.penalty == AINSWORTH_PENALTY_NORM) return 5.0;
-  if (PCAinsworthPmatTypeInUse_Private(data) != PC_AINSWORTH_PMAT_ID) return 0.5;
-  if (data->inner.format == AINSWORTH_PMAT_FACTOR) return 1e4; /* one iteration reduces the error to 1 / gamma */
-  return data->inner.format == AINSWORTH_PMAT_SUM ? 2.0 : 10.0;
 }
 
 /*@
@@ -245,7 +221,7 @@ PetscErrorCode PCAinsworthSetReference(PC pc, Vec reference)
     PetscValidHeaderSpecific(reference, VEC_CLASSID, 2);
     PetscCheckSameComm(pc, 1, reference, 2);
   }
-  PetscCall(AinsworthReplace(reference, &data->reporting.settings.reference));
+  PetscCall(AinsworthReplace(reference, &data->settings.reference));
   PetscCall(AinsworthReportDestroy(&data->reporting.report));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -111,7 +111,7 @@ static PetscErrorCode ForgetInner(PC_Ainsworth *data)
   PetscCall(VecDestroy(&data->reduced.rhs));
   PetscCall(VecDestroy(&data->reduced.Ax));
   PetscCall(MatDestroy(&data->reduced.mat));
-  PetscCall(PCAinsworthResetKSP_Private(data));
+  PetscCall(AinsworthSolverResetKSP(data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -185,7 +185,7 @@ static PetscErrorCode IsNeeded(PC pc, PC_Ainsworth *data, PetscBool *needed)
   if (data->age.forProgram && !reuse) *needed = PETSC_TRUE;
   if (*needed) PetscFunctionReturn(PETSC_SUCCESS);
   data->state = PC_AINSWORTH_UNCHANGED;
-  if (data->outer.applications) PetscCall(PCAinsworthForgetFailure_Private(pc)); /* a KSP would take that of the last solve for one of this set-up */
+  if (data->outer.applications) PetscCall(AinsworthSolverForgetFailure(pc)); /* a KSP would take that of the last solve for one of this set-up */
   PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -259,7 +259,7 @@ static PetscErrorCode SetUpConstraints(PC pc, PC_Ainsworth *data, SetUpRun *run)
   PetscFunctionBegin;
   PetscCall(CheckUnused(data, run));
   if (run->reason) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PCAinsworthConfigureKSP_Private(pc, data)); /* options count as read also where the constraints are refused */
+  PetscCall(AinsworthSolverConfigureKSP(pc, data)); /* options count as read also where the constraints are refused */
   if (data->saddle.constraints()) PetscCall(SetUpOperator(pc, data, &run->reason));
   if (run->reason) {
     run->code = PETSC_ERR_MAT_CH_ZRPVT;
@@ -302,14 +302,14 @@ static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
 
   PetscFunctionBegin;
   if (data->whole.factor) { /* it needs no inner solver, which the next set-up makes */
-    PetscCall(PCAinsworthResetKSP_Private(data));
+    PetscCall(AinsworthSolverResetKSP(data));
     data->state = PC_AINSWORTH_READY;
     PetscCall(PCAinsworthAgreeOnFailure_Private(pc, PC_NOERROR));
     PetscCall(AddSeconds(data, run));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (run->keep) PetscCall(PCAinsworthDecideToKeepInner_Private(pc, data, &run->keep));
-  PetscCall(PCAinsworthSetUpInner_Private(pc, data, run->keep, &end, run->why, sizeof(run->why)));
+  if (run->keep) PetscCall(AinsworthSolverDecideToKeepInner(pc, data, &run->keep));
+  PetscCall(AinsworthSolverSetUpInner(pc, data, run->keep, &end, run->why, sizeof(run->why)));
   PetscCall(PCGetReusePreconditioner(pc, &reuse));
   data->age.forProgram = (PetscBool)(data->age.type != PC_AINSWORTH_AGE_FRESH && reuse);
   if (end != AINSWORTH_END_ANSWER) PetscCall(PCAinsworthReplan_Private(pc, data, end, run->why, &other));
@@ -319,13 +319,13 @@ static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   data->state = PC_AINSWORTH_READY;
-  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
+  PetscCall(AinsworthSolverGetInnerPC(data, &inner));
   if (!data->whole.factor) PetscCall(PCGetFailedReason(inner, &failed));
   PetscCall(PCAinsworthAgreeOnFailure_Private(pc, failed));
   PetscCall(PCGetFailedReason(pc, &failed));
   other = PETSC_TRUE;
   if (failed) PetscCall(PCAinsworthReplan_Private(pc, data, AINSWORTH_END_SETUP, PCFailedReasons[failed], &other));
-  if (other) PetscCall(PCAinsworthForgetFailure_Private(pc));
+  if (other) PetscCall(AinsworthSolverForgetFailure(pc));
   else { /* a solve would fail as well */
     PetscCall(PCAinsworthExplain_Private(pc, data, data->inner.ksp, NULL, KSP_DIVERGED_PC_FAILED, run->why, sizeof(run->why)));
     PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, run->why));

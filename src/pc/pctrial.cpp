@@ -16,9 +16,9 @@ static PetscErrorCode CreateKSP(const PC_Ainsworth *data, KSP *trial)
   PetscCall(KSPGetType(data->inner.ksp, &type));
   PetscCall(KSPGetNormType(data->inner.ksp, &norm));
   PetscCall(KSPGetPCSide(data->inner.ksp, &side));
-  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
+  PetscCall(AinsworthSolverGetInnerPC(data, &inner));
   PetscCall(KSPCreate(PetscObjectComm((PetscObject)data->inner.ksp), trial));
-  PetscCall(KSPSetOptionsPrefix(*trial, PCAinsworthPrefix_Private(data)));
+  PetscCall(KSPSetOptionsPrefix(*trial, AinsworthSolverPrefix(data)));
   PetscCall(KSPAppendOptionsPrefix(*trial, "trial_"));
   PetscCall(KSPSetType(*trial, type));
   PetscCall(KSPSetPC(*trial, inner));
@@ -89,15 +89,15 @@ PetscErrorCode PCAinsworthTry_Private(PC pc, PC_Ainsworth *data, KSPConvergedRea
   PetscCall(KSPSetComputeSingularValues(trial, conjugate));
   PetscCall(CreateForces(data, trial, &f));
   PetscCall(VecDuplicate(f, &x));
-  PetscCall(PCAinsworthEnter_Private(data, trial, x));
+  PetscCall(AinsworthSolverEnter(data, trial, x));
   PetscCall(KSPSolve(trial, f, x));
-  PetscCall(PCAinsworthLeave_Private(data, trial));
+  PetscCall(AinsworthSolverLeave(data, trial));
   PetscCall(KSPGetConvergedReason(trial, reason));
   PetscCall(KSPGetIterationNumber(trial, iterations));
   /* after a breakdown PETSc has not stored the last coefficients, and its eigenvalue solver may not end */
   if (*iterations && (*reason > 0 || *reason == KSP_DIVERGED_ITS)) PetscCall(AinsworthReportSmallestRitzValue(trial, smallest));
   PetscCall(VecCopy(x, f));
-  PetscCall(PCAinsworthRayleighQuotient_Private(data, f, &quotient));
+  PetscCall(AinsworthSolverRayleighQuotient(data, f, &quotient));
   if ((*reason < 0 && *reason != KSP_DIVERGED_ITS) || (data->saddle.symmetric && quotient < suspicious))
     PetscCall(PCAinsworthExplain_Private(pc, data, trial, x, *reason, why, len));
   PetscCall(KSPDestroy(&trial));

@@ -5,7 +5,7 @@
 PetscErrorCode PCAinsworthDescribePmat_Private(const PC_Ainsworth *data, std::string &text)
 {
   const AinsworthPmatOptions *chosen = &data->choices.pmat;
-  const PCAinsworthPmatType   type   = PCAinsworthPmatTypeInUse_Private(data);
+  const PCAinsworthPmatType   type   = AinsworthSolverPmatTypeInUse(data);
   const bool                  made   = data->reduced.mat && data->inner.autoReason; /* an error may have come before the choice of auto */
   char                        part[64];
 
@@ -40,7 +40,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscViewerASCIIPrintf(viewer, "  variant: %s (weight %s, penalty %s with factor %g)\n", PCAinsworthVariants[data->choices.variant],
                                    MatAinsworthWeightTypes[data->choices.weightType], AinsworthPenaltyTypes[data->choices.pmat.penalty],
-                                   (double)PCAinsworthPenaltyFactor_Private(data)));
+                                   (double)AinsworthSolverPenaltyFactor(data)));
   PetscCall(PCAinsworthDescribePmat_Private(data, text));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix: %s\n", text.c_str()));
   if (data->history.factor == AINSWORTH_TAKEN) PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix factored %s\n", data->escape.why));
@@ -71,7 +71,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
     PetscCall(PCAinsworthDescribeLeftOut_Private(data, text));
     PetscCall(PetscViewerASCIIPrintf(viewer, "  left out: %s\n", text.c_str()));
   }
-  PetscCall(PCAinsworthViewRebuild_Private(data, viewer));
+  PetscCall(AinsworthSolverViewRebuild(data, viewer));
   if (data->whole.factor) {
     PetscCall(PetscViewerASCIIPrintf(viewer, "  ladder: the whole system is factored: %s\n", data->whole.why));
     PetscCall(PetscViewerASCIIPushTab(viewer));

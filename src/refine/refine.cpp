@@ -186,7 +186,7 @@ static PetscErrorCode Drowns(const AinsworthSaddle *sp, AinsworthSaddleVec b, Ve
    Rounding of A may be eps diag(A). Along a motion z that nothing resists it moves x by eps z' diag(A) z / z' A z of itself: of size 1, as z' A z is rounding,
    however f is balanced on z. A solver that found x, but leaves more than half of the work of these forces along x, moves it by infinity.
 */
-static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthSolver &solver, AinsworthSaddleVec b,
+static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthSolveFn &solver, AinsworthSaddleVec b,
                                    AinsworthSaddleVec y, Vec Ax, AinsworthOutcome *outcome)
 {
   AinsworthSaddleVec r, d, after;
@@ -221,7 +221,7 @@ static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthReq
 
    left: the residual of y, on return. known: Ax is A x already; on return it is
 */
-PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthSolver &solver, AinsworthSaddleVec b,
+PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthSolveFn &solver, AinsworthSaddleVec b,
                                AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left, PetscBool *known, AinsworthOutcome *outcome)
 {
   const PetscReal        open = PetscMax(settled, 1e4 * request->tol);

@@ -7,7 +7,7 @@
 #include <vector>
 
 /* Solves for b, to a relative tolerance of at least `loose`, by whatever rung of the ladder has been reached */
-using AinsworthSolver = std::function<PetscErrorCode(AinsworthSaddleVec b, PetscReal loose, AinsworthSaddleVec p)>;
+using AinsworthSolveFn = std::function<PetscErrorCode(AinsworthSaddleVec b, PetscReal loose, AinsworthSaddleVec p)>;
 
 /* Subtracts from rows that were left out, whose coefficients are w, the combination of kept rows that is next to them */
 using AinsworthCombination = std::function<PetscErrorCode(Vec w)>;
@@ -62,7 +62,7 @@ typedef enum {
 
 AinsworthProgressState AinsworthDecide(const AinsworthProgress &, PetscReal open);
 PetscErrorCode         AinsworthCertify(const AinsworthSaddle *, Vec, Vec, PetscReal, Vec, AinsworthDependence *);
-PetscErrorCode         AinsworthRefine(const AinsworthSaddle *, const AinsworthRequest *, const AinsworthSolver &, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
+PetscErrorCode         AinsworthRefine(const AinsworthSaddle *, const AinsworthRequest *, const AinsworthSolveFn &, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
                                        AinsworthSaddleVec, PetscBool *, AinsworthOutcome *);
 
 #endif

@@ -8,7 +8,7 @@ import sys
 
 ROOT = sys.argv[1]
 CALL = re.compile(r"\b(PetscCheck|SETERRQ|PetscSNPrintf)\(")
-FAILURES = ("pcexplain.cpp", "pcinner.cpp", "pcjudge.cpp", "pcapply.cpp", "pcsetup.cpp")  # where texts are made that no PetscCheck() has
+FAILURES = ("pc/pcexplain.cpp", "solver/setup.cpp", "pc/pcjudge.cpp", "pc/pcapply.cpp", "pc/pcsetup.cpp")  # where texts are made that no PetscCheck() has
 TEXT = re.compile(r'"((?:[^"\\]|\\.)*)"')
 ELLIPSIS = re.compile(r"\.\.\.|-?ainsworth_|-ksp_rtol|projectedcg")
 VALUE = re.compile(r"%[-+.\d]*[a-z]|%(?=\x00)|\x00")
@@ -18,7 +18,8 @@ def files():
     for here, _, names in os.walk(os.path.join(ROOT, "src")):
         for name in names:
             if name.endswith((".cpp", ".h")):
-                yield name, os.path.join(here, name)
+                path = os.path.join(here, name)
+                yield os.path.relpath(path, os.path.join(ROOT, "src")), path
 
 
 def calls(text):

@@ -6,7 +6,7 @@
 PetscErrorCode Refine(Setup *setup, const AinsworthRequest &request, const Column &b, const Column &y, const Answer &answer, Run *run)
 {
   PetscBool             known  = PETSC_FALSE;
-  const AinsworthSolver solver = [&](AinsworthSaddleVec r, PetscReal loose, AinsworthSaddleVec p) {
+  const AinsworthSolveFn solver = [&](AinsworthSaddleVec r, PetscReal loose, AinsworthSaddleVec p) {
     Column all;
 
     PetscFunctionBeginUser;

@@ -1,5 +1,5 @@
 /* The default inner solver and its options */
-#include "pcainsworth.h"
+#include "solver.h"
 #include "../defaults.h"
 #include "../multigrid/blocksa.h"
 
@@ -24,12 +24,12 @@ static const PetscInt small = 100;
 
 static const size_t nboomeramg = sizeof(boomeramg) / sizeof(boomeramg[0]);
 
-static const char *DefaultValue(const PC_Ainsworth *data, PetscBool definite, size_t i)
+static const char *DefaultValue(const AinsworthSolver *solver, PetscBool definite, size_t i)
 {
   PetscInt n;
 
-  (void)MatGetSize(data->saddle.A, &n, NULL);
-  if (data->choices.pmat.penalty == AINSWORTH_PENALTY_NORM) return boomeramg[i].onePenalty;
+  (void)MatGetSize(solver->saddle.A, &n, NULL);
+  if (solver->choices.pmat.penalty == AINSWORTH_PENALTY_NORM) return boomeramg[i].onePenalty;
   return definite && n > small ? boomeramg[i].usual : boomeramg[i].otherMethods;
 }
 
@@ -44,7 +44,7 @@ static PetscErrorCode TypeInUse(PetscObject object, const char option[], char ty
   PetscCall(PetscObjectGetOptions(object, &options));
   PetscCall(PetscObjectGetOptionsPrefix(object, &prefix));
   PetscCall(PetscOptionsGetString(options, prefix, option, type, length, &given));
-  if (!given) PetscCall(PetscStrncpy(type, PCAinsworthTypeName_Private(object), length));
+  if (!given) PetscCall(PetscStrncpy(type, AinsworthTypeName(object), length));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -68,13 +68,13 @@ static PetscErrorCode ChoosesBoomerAMG(PC pc, PetscBool *boomer)
 }
 
 /* Configures the parts that we choose, before the options are read: they would find no type to begin with, and hypre is started only if it is used */
-static PetscErrorCode TakeParts(PCAinsworthInner *in, PC inner, PCType ours)
+static PetscErrorCode TakeParts(AinsworthInner *in, PC inner, PCType ours)
 {
   PetscBool     same   = PETSC_TRUE;
-  const KSPType method = PCAinsworthMethodType_Private(in->plan.method);
+  const KSPType method = AinsworthSolverMethodType(in->plan.method);
 
   PetscFunctionBegin;
-  if (method) PetscCall(PCAinsworthSetMethod_Private(in, method));
+  if (method) PetscCall(AinsworthSolverSetMethod(in, method));
   if (ours) PetscCall(PetscObjectTypeCompare((PetscObject)inner, ours, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCSetType(inner, ours));
@@ -83,26 +83,26 @@ static PetscErrorCode TakeParts(PCAinsworthInner *in, PC inner, PCType ours)
 }
 
 /* Reads the options, for BoomerAMG with our defaults, which it takes from the options database only */
-static PetscErrorCode ReadOptions(PC pc, PC_Ainsworth *data, PC inner)
+static PetscErrorCode ReadOptions(PC pc, AinsworthSolver *solver, PC inner)
 {
-  PCAinsworthInner *in = &data->inner;
+  AinsworthInner *in = &solver->inner;
   PetscBool         boomer, definite, strict;
   char              method[256] = "";
   PetscErrorCode    error       = PETSC_SUCCESS;
 
   PetscFunctionBegin;
   PetscCall(TypeInUse((PetscObject)in->ksp, "-ksp_type", method, sizeof(method)));
-  PetscCall(PCAinsworthIsConjugateGradients_Private(method, &definite));
-  definite = (PetscBool)(definite || (in->plan.method == AINSWORTH_METHOD_GMRES && data->saddle.symmetric));
-  PetscCall(PCAinsworthChoosePackage_Private(data, inner));
+  PetscCall(AinsworthSolverIsConjugateGradients(method, &definite));
+  definite = (PetscBool)(definite || (in->plan.method == AINSWORTH_METHOD_GMRES && solver->saddle.symmetric));
+  PetscCall(AinsworthSolverChoosePackage(solver, inner));
   PetscCall(ChoosesBoomerAMG(inner, &boomer));
   AinsworthDefaults defaults{(PetscObject)inner, {}};
   for (size_t i = 0; i < nboomeramg && boomer; i++) {
-    const char *value = DefaultValue(data, definite, i);
+    const char *value = DefaultValue(solver, definite, i);
 
     if (value) PetscCall(defaults.set((std::string("pc_hypre_boomeramg_") + boomeramg[i].option).c_str(), value));
   }
-  if (PCAinsworthReadsOptions_Private(pc)) error = KSPSetFromOptions(in->ksp);
+  if (AinsworthSolverReadsOptions(pc)) error = KSPSetFromOptions(in->ksp);
   else if (boomer) error = PCSetFromOptions(inner);
   PetscCall(defaults.clear());
   PetscCall(error);
@@ -113,41 +113,41 @@ static PetscErrorCode ReadOptions(PC pc, PC_Ainsworth *data, PC inner)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthConfigureKSP_Private - makes the inner solver what the plan says, and reads its options, with our defaults, if any of its parts is new */
-PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
+/* AinsworthSolverConfigureKSP - makes the inner solver what the plan says, and reads its options, with our defaults, if any of its parts is new */
+PetscErrorCode AinsworthSolverConfigureKSP(PC pc, AinsworthSolver *solver)
 {
-  PCAinsworthInner *in   = &data->inner;
+  AinsworthInner *in   = &solver->inner;
   AinsworthNorm     norm = in->plan.norm;
   PC_BlockSA       *sa   = NULL;
   PCType            ours;
   PC                inner;
-  char              why[sizeof(data->escape.why)], type[256];
+  char              why[sizeof(solver->escape.why)], type[256];
   PetscBool         given;
   PetscOptions      options;
   PetscInt          n;
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
-  PetscCall(PCAinsworthPlan_Private(pc, data, &in->plan));
+  PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
+  PetscCall(AinsworthSolverPlan(pc, solver, &in->plan));
   in->plan.norm = norm;
-  if (in->plan.preconditioner == AINSWORTH_INNER_FACTOR && data->history.factor == AINSWORTH_UNTRIED) {
-    PetscCall(MatGetSize(data->saddle.A, &n, NULL));
+  if (in->plan.preconditioner == AINSWORTH_INNER_FACTOR && solver->history.factor == AINSWORTH_UNTRIED) {
+    PetscCall(MatGetSize(solver->saddle.A, &n, NULL));
     PetscCall(PetscSNPrintf(why, sizeof(why), "at once, as %s for %" PetscInt_FMT " unknowns", in->plan.why[1], n));
-    PetscCall(PCAinsworthRememberFactor_Private(data, AINSWORTH_TAKEN, why));
+    PetscCall(AinsworthSolverRememberFactor(solver, AINSWORTH_TAKEN, why));
   }
-  ours = PCAinsworthInnerType_Private(data, in->plan.preconditioner);
-  if (!ours && !in->configured && PCAinsworthReadsOptions_Private(pc)) { /* its package is chosen before its other options are read */
+  ours = AinsworthSolverInnerType(solver, in->plan.preconditioner);
+  if (!ours && !in->configured && AinsworthSolverReadsOptions(pc)) { /* its package is chosen before its other options are read */
     PetscCall(PetscObjectGetOptions((PetscObject)inner, &options));
-    PetscCall(PetscOptionsGetString(options, PCAinsworthPrefix_Private(data), "-pc_type", type, sizeof(type), &given));
+    PetscCall(PetscOptionsGetString(options, AinsworthSolverPrefix(solver), "-pc_type", type, sizeof(type), &given));
     if (given) ours = type;
   }
   PetscCall(TakeParts(in, inner, ours));
   if (in->configured) PetscFunctionReturn(PETSC_SUCCESS);
   if (in->plan.method == AINSWORTH_METHOD_GMRES) PetscCall(PetscInfo(pc, "The reduced system is solved by GMRES: %s\n", in->plan.why[0]));
-  PetscCall(PCAinsworthForgetNorm_Private(in));
-  PetscCall(ReadOptions(pc, data, inner));
+  PetscCall(AinsworthSolverForgetNorm(in));
+  PetscCall(ReadOptions(pc, solver, inner));
   PetscCall(TakeParts(in, inner, NULL)); /* without constraints an option for KSPPROJECTEDCG means KSPCG */
-  PetscCall(PCAinsworthChooseNorm_Private(in));
+  PetscCall(AinsworthSolverChooseNorm(in));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   if (sa) sa->options.product = PETSC_TRUE; /* from the next set-up on it keeps what PCBlockSAGetProduct_Private() needs */
   in->configured = PETSC_TRUE;
@@ -155,13 +155,13 @@ PetscErrorCode PCAinsworthConfigureKSP_Private(PC pc, PC_Ainsworth *data)
 }
 
 /* Gets the format of M_*: PCHYPRE uses a MATHYPRE as it is but copies any other matrix, and PCBLOCKSA wants A and the rest separately */
-PetscErrorCode PCAinsworthGetPmatFormat_Private(PC_Ainsworth *data, AinsworthPmatFormat *format)
+PetscErrorCode AinsworthSolverGetPmatFormat(AinsworthSolver *solver, AinsworthPmatFormat *format)
 {
   PC        inner;
   PetscBool hypre, blocksa, factors;
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
+  PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &factors, PCCHOLESKY, PCLU, ""));
   PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &hypre));
   PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCBLOCKSA, &blocksa));

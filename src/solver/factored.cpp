@@ -1,5 +1,5 @@
 /* Factorization of M_*, by our choice or by options: package, ordering and matrix format */
-#include "pcainsworth.h"
+#include "solver.h"
 #include "../guard.h"
 #include "../lists.h"
 #include "../projector/factor.h"
@@ -7,12 +7,12 @@
 #include <unistd.h>
 
 /* Returns the type of a factorization for M_*, NULL if there is none, and its package; a complex Hermitian matrix is a general one for all of them */
-PCType PCAinsworthFactorType_Private(const PC_Ainsworth *data, MatSolverType *package)
+PCType AinsworthSolverFactorType(const AinsworthSolver *solver, MatSolverType *package)
 {
   PetscMPIInt size;
-  const bool  definite = data->saddle.symmetric && !PetscDefined(USE_COMPLEX);
+  const bool  definite = solver->saddle.symmetric && !PetscDefined(USE_COMPLEX);
 
-  (void)MPI_Comm_size(PetscObjectComm((PetscObject)data->inner.ksp), &size);
+  (void)MPI_Comm_size(PetscObjectComm((PetscObject)solver->inner.ksp), &size);
   *package = NULL;
 #if defined(PETSC_HAVE_MUMPS)
   *package = MATSOLVERMUMPS;
@@ -27,8 +27,8 @@ PCType PCAinsworthFactorType_Private(const PC_Ainsworth *data, MatSolverType *pa
   return *package ? definite ? PCCHOLESKY : PCLU : NULL;
 }
 
-/* PCAinsworthLeastMemory_Private - gets the memory of the smallest machine of all ranks in bytes, as if all ranks were on that one; collective */
-PetscErrorCode PCAinsworthLeastMemory_Private(MPI_Comm comm, PetscReal *memory)
+/* AinsworthSolverLeastMemory - gets the memory of the smallest machine of all ranks in bytes, as if all ranks were on that one; collective */
+PetscErrorCode AinsworthSolverLeastMemory(MPI_Comm comm, PetscReal *memory)
 {
   PetscFunctionBegin;
   *memory = (PetscReal)sysconf(_SC_PHYS_PAGES) * (PetscReal)sysconf(_SC_PAGESIZE);
@@ -37,11 +37,11 @@ PetscErrorCode PCAinsworthLeastMemory_Private(MPI_Comm comm, PetscReal *memory)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthChoosePackage_Private - sets the package of a factorization unless the program has; options may still change it */
-PetscErrorCode PCAinsworthChoosePackage_Private(const PC_Ainsworth *data, PC inner)
+/* AinsworthSolverChoosePackage - sets the package of a factorization unless the program has; options may still change it */
+PetscErrorCode AinsworthSolverChoosePackage(const AinsworthSolver *solver, PC inner)
 {
   MatSolverType package, given = NULL;
-  PCType        type    = PCAinsworthFactorType_Private(data, &package);
+  PCType        type    = AinsworthSolverFactorType(solver, &package);
   PetscBool     factors = PETSC_FALSE;
 
   PetscFunctionBegin;
@@ -67,25 +67,25 @@ static PetscErrorCode OrderNodes(Mat graph, PetscInt bs, AinsworthCost *cost, IS
 }
 
 /*
-   PCAinsworthOrderPmat_Private - orders the unknowns for a factorization of the sum of parts, AIJ, and predicts its cost. Collective
+   AinsworthSolverOrderPmat - orders the unknowns for a factorization of the sum of parts, AIJ, and predicts its cost. Collective
 
    Rank 0 orders the nodes, whose graph is far smaller than that of the unknowns
 */
-PetscErrorCode PCAinsworthOrderPmat_Private(PC_Ainsworth *data, const std::vector<Mat> &parts, AinsworthCost *cost)
+PetscErrorCode AinsworthSolverOrderPmat(AinsworthSolver *solver, const std::vector<Mat> &parts, AinsworthCost *cost)
 {
-  MPI_Comm    comm = PetscObjectComm((PetscObject)data->inner.ksp);
-  PetscInt    bs   = data->saddle.bs;
+  MPI_Comm    comm = PetscObjectComm((PetscObject)solver->inner.ksp);
+  PetscInt    bs   = solver->saddle.bs;
   PetscMPIInt rank, error = PETSC_SUCCESS;
   PetscBool   whole;
   Mat        *graph;
 
   PetscFunctionBegin;
-  PetscCall(ISDestroy(&data->inner.order));
-  PetscCall(AinsworthBlocksDivide(data->saddle.A, bs, &whole));
+  PetscCall(ISDestroy(&solver->inner.order));
+  PetscCall(AinsworthBlocksDivide(solver->saddle.A, bs, &whole));
   if (!whole) bs = 1;
   PetscCall(AinsworthGraphOfNodes(parts, bs, &graph));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (!rank) error = (PetscMPIInt)AinsworthGuarded<OrderNodes>(graph[0], bs, cost, &data->inner.order);
+  if (!rank) error = (PetscMPIInt)AinsworthGuarded<OrderNodes>(graph[0], bs, cost, &solver->inner.order);
   PetscCall(MatDestroySubMatrices(1, &graph));
   PetscCallMPI(MPI_Bcast(&error, 1, MPI_INT, 0, comm));
   PetscCall((PetscErrorCode)error);
@@ -94,10 +94,10 @@ PetscErrorCode PCAinsworthOrderPmat_Private(PC_Ainsworth *data, const std::vecto
 }
 
 /* Gives CHOLMOD an ordering of M, the one of the prediction if there was one, unless the program chooses */
-static PetscErrorCode SetOrdering(PC_Ainsworth *data, Mat aij, PC inner)
+static PetscErrorCode SetOrdering(AinsworthSolver *solver, Mat aij, PC inner)
 {
   PetscOptions  options;
-  const char   *prefix = PCAinsworthPrefix_Private(data);
+  const char   *prefix = AinsworthSolverPrefix(solver);
   AinsworthCost cost;
   PetscBool     type, ordering;
 
@@ -106,54 +106,54 @@ static PetscErrorCode SetOrdering(PC_Ainsworth *data, Mat aij, PC inner)
   PetscCall(PetscOptionsHasName(options, prefix, "-pc_type", &type));
   PetscCall(PetscOptionsHasName(options, prefix, "-pc_factor_mat_ordering_type", &ordering));
   if (ordering ||
-      !(type || data->inner.plan.preconditioner == AINSWORTH_INNER_FACTOR)) { /* after PCSetType() it may have chosen by a call, which cannot be known */
-    PetscCall(ISDestroy(&data->inner.order));
+      !(type || solver->inner.plan.preconditioner == AINSWORTH_INNER_FACTOR)) { /* after PCSetType() it may have chosen by a call, which cannot be known */
+    PetscCall(ISDestroy(&solver->inner.order));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (!data->inner.order) PetscCall(PCAinsworthOrderPmat_Private(data, {aij}, &cost));
+  if (!solver->inner.order) PetscCall(AinsworthSolverOrderPmat(solver, {aij}, &cost));
   PetscCall(PCFactorSetMatOrderingType(inner, AinsworthPredicted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthConvertPmat_Private - converts M_*, or A without constraints, to the format of its factorization */
-PetscErrorCode PCAinsworthConvertPmat_Private(PC_Ainsworth *data)
+/* AinsworthSolverConvertPmat - converts M_*, or A without constraints, to the format of its factorization */
+PetscErrorCode AinsworthSolverConvertPmat(AinsworthSolver *solver)
 {
   PC        inner;
   PetscBool cholmod;
   Mat       aij;
 
   PetscFunctionBegin;
-  if (data->inner.format != AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
+  if (solver->inner.format != AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   PetscCall(AinsworthFactorIsPackage(inner, MATSOLVERCHOLMOD, &cholmod));
-  aij = data->inner.M;
-  if (!aij) PetscCall(AinsworthGetAIJ(data->saddle.A, &aij));
-  data->inner.M = aij;
+  aij = solver->inner.M;
+  if (!aij) PetscCall(AinsworthGetAIJ(solver->saddle.A, &aij));
+  solver->inner.M = aij;
   if (!cholmod) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SetOrdering(data, aij, inner));
-  if (aij == data->saddle.A) { /* its block size must not change */
-    PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &data->inner.M));
+  PetscCall(SetOrdering(solver, aij, inner));
+  if (aij == solver->saddle.A) { /* its block size must not change */
+    PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &solver->inner.M));
     PetscCall(MatDestroy(&aij));
   }
-  PetscCall(MatSetBlockSize(data->inner.M, 1)); /* the interface to CHOLMOD wraps this type in place, but only with block size 1 */
-  PetscCall(MatSetOption(data->inner.M, MAT_SYMMETRIC, PETSC_TRUE));
-  PetscCall(MatConvert(data->inner.M, MATSEQSBAIJ, MAT_INPLACE_MATRIX, &data->inner.M));
-  PetscCall(MatSetOption(data->inner.M, MAT_SPD, PETSC_TRUE));
-  if (data->inner.order) PetscCall(AinsworthOrderingAttach(data->inner.order, data->inner.M));
+  PetscCall(MatSetBlockSize(solver->inner.M, 1)); /* the interface to CHOLMOD wraps this type in place, but only with block size 1 */
+  PetscCall(MatSetOption(solver->inner.M, MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(MatConvert(solver->inner.M, MATSEQSBAIJ, MAT_INPLACE_MATRIX, &solver->inner.M));
+  PetscCall(MatSetOption(solver->inner.M, MAT_SPD, PETSC_TRUE));
+  if (solver->inner.order) PetscCall(AinsworthOrderingAttach(solver->inner.order, solver->inner.M));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthSetUpPreconditioner_Private - calls PCSetUp() without the error that CHOLMOD raises if M_* is not positive definite */
-PetscErrorCode PCAinsworthSetUpPreconditioner_Private(PC_Ainsworth *data, PC inner, PetscBool *definite)
+/* AinsworthSolverSetUpPreconditioner - calls PCSetUp() without the error that CHOLMOD raises if M_* is not positive definite */
+PetscErrorCode AinsworthSolverSetUpPreconditioner(AinsworthSolver *solver, PC inner, PetscBool *definite)
 {
   PetscBool cholmod, indefinite = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(AinsworthFactorIsPackage(inner, MATSOLVERCHOLMOD, &cholmod));
-  if (cholmod) PetscCall(AinsworthFactorTryCholmod((PetscObject)inner, data->inner.order != NULL, [=] { return PCSetUp(inner); }, &indefinite));
+  if (cholmod) PetscCall(AinsworthFactorTryCholmod((PetscObject)inner, solver->inner.order != NULL, [=] { return PCSetUp(inner); }, &indefinite));
   else PetscCall(PCSetUp(inner));
   if (indefinite) PetscCall(PCReset(inner));
-  PetscCall(ISDestroy(&data->inner.order));
+  PetscCall(ISDestroy(&solver->inner.order));
   *definite = (PetscBool)!indefinite;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

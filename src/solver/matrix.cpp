@@ -1,43 +1,61 @@
 /* Creates M_*, or what multigrid in Ker C has in its place */
-#include "pcainsworth.h"
+#include "solver.h"
 #include "../multigrid/blocksa.h"
 #include "../objects.h"
 #include "../operator/matainsworth.h"
 #include "../projector/surface.h"
+
+/* Returns the chosen type or, for auto, that of the last set-up; jcb before */
+PCAinsworthPmatType AinsworthSolverPmatTypeInUse(const AinsworthSolver *solver)
+{
+  return solver->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO ? solver->inner.autoType : solver->choices.pmat.type;
+}
+
+PetscReal AinsworthSolverPenaltyFactor(const AinsworthSolver *solver)
+{
+  const AinsworthPmatOptions &pmat = solver->choices.pmat;
+
+  if (pmat.factor != (PetscReal)PETSC_DEFAULT) return pmat.factor;
+  /* paper, section 3.3; measured, docs/method.md: without Q_* only the penalty tells AMG about the constraints */
+  if (pmat.penalty == AINSWORTH_PENALTY_NORM) return 5.0;
+  if (AinsworthSolverPmatTypeInUse(solver) != PC_AINSWORTH_PMAT_ID) return 0.5;
+  if (solver->inner.format == AINSWORTH_PMAT_FACTOR) return 1e4; /* one iteration reduces the error to 1 / gamma */
+  return solver->inner.format == AINSWORTH_PMAT_SUM ? 2.0 : 10.0;
+}
 
 /*
    Chooses the type of auto (docs/method.md): id where its few entries are enough or jcb would have too many, otherwise jcb
 
    With id the penalties of many rows that share an unknown add up, and lock interpolation from A alone; jcb avoids that
 */
-static PetscErrorCode ChoosePmatType(PC_Ainsworth *data, const AinsworthPmatInputs *in, PetscBool shares)
+static PetscErrorCode ChoosePmatType(AinsworthSolver *solver, const AinsworthPmatInputs *in, PetscBool shares)
 {
   static const PetscReal many = 1.5; /* times the entries of A */
   PetscReal              predicted;
   PetscBool              apart;
 
   PetscFunctionBegin;
-  data->inner.autoType   = PC_AINSWORTH_PMAT_JCB;
-  data->inner.autoReason = "";
-  if (data->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
-  data->inner.autoType = PC_AINSWORTH_PMAT_ID;
+  solver->inner.autoType   = PC_AINSWORTH_PMAT_JCB;
+  solver->inner.autoReason = "";
+  if (solver->choices.pmat.penalty != AINSWORTH_PENALTY_ROW) PetscFunctionReturn(PETSC_SUCCESS);
+  solver->inner.autoType = PC_AINSWORTH_PMAT_ID;
   if (in->inKernel) {
-    data->inner.autoType   = PC_AINSWORTH_PMAT_JCB;
-    data->inner.autoReason = ", for coarse functions in Ker C";
+    solver->inner.autoType   = PC_AINSWORTH_PMAT_JCB;
+    solver->inner.autoReason = ", for coarse functions in Ker C";
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  data->inner.autoReason = ", as it is factored";
+  solver->inner.autoReason = ", as it is factored";
   if (in->format == AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
-  data->inner.autoReason = ", as interpolation is made from A alone";
+  solver->inner.autoReason = ", as interpolation is made from A alone";
   if (in->format == AINSWORTH_PMAT_SUM) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthPmatComponentsApart(in->C, data->saddle.bs, in->fill.most, &apart));
-  data->inner.autoReason = ", as the constraints keep components apart";
+  PetscCall(AinsworthPmatComponentsApart(in->C, solver->saddle.bs, in->fill.most, &apart));
+  solver->inner.autoReason = ", as the constraints keep components apart";
   if (apart && !shares) PetscFunctionReturn(PETSC_SUCCESS);
-  data->inner.autoReason = ", as jcb would have too many entries";
+  solver->inner.autoReason = ", as jcb would have too many entries";
   PetscCall(AinsworthPmatPredict(in->aij, in->C, NULL, &in->fill, &predicted));
   if (predicted > many * in->fill.entries) PetscFunctionReturn(PETSC_SUCCESS);
-  data->inner.autoType   = PC_AINSWORTH_PMAT_JCB;
-  data->inner.autoReason = shares ? ", as many constraints share an unknown" : ", as the constraints mix components";
+  solver->inner.autoType   = PC_AINSWORTH_PMAT_JCB;
+  solver->inner.autoReason = shares ? ", as many constraints share an unknown" : ", as the constraints mix components";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -102,7 +120,7 @@ static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, const std::shared_ptr<Surf
    Checks whether multigrid works in Ker C, and needs no M_*: for a symmetric A with the diagonal weight, if the method iterates in Ker C, or if its operator has
    no penalty, or is not used, or with springs of their own. Collective
 */
-static PetscErrorCode WorksInKernel(PC_Ainsworth *data, const Mat_Ainsworth *ctx, const AinsworthPmatInputs *in, const AinsworthCompliance *compliance,
+static PetscErrorCode WorksInKernel(AinsworthSolver *solver, const Mat_Ainsworth *ctx, const AinsworthPmatInputs *in, const AinsworthCompliance *compliance,
                                     PetscBool *works)
 {
   PC          inner;
@@ -113,21 +131,21 @@ static PetscErrorCode WorksInKernel(PC_Ainsworth *data, const Mat_Ainsworth *ctx
 
   PetscFunctionBegin;
   *works = PETSC_FALSE;
-  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
+  PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   PetscCall(MatGetSize(in->A, &n, NULL));
-  if (!sa || n <= sa->options.coarseSize || !data->saddle.symmetric || ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscFunctionReturn(PETSC_SUCCESS);
-  if (compliance && data->saddle.adjoint) PetscCall(AinsworthPmatHasSlack(in, compliance, works));
+  if (!sa || n <= sa->options.coarseSize || !solver->saddle.symmetric || ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscFunctionReturn(PETSC_SUCCESS);
+  if (compliance && solver->saddle.adjoint) PetscCall(AinsworthPmatHasSlack(in, compliance, works));
   if (compliance) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PCAinsworthIteratesInKernel_Private(data, works));
-  PetscCall(KSPGetPCSide(data->inner.ksp, &side));
-  PetscCall(PetscObjectTypeCompare((PetscObject)data->inner.ksp, KSPPREONLY, &once));
-  if ((side == PC_RIGHT || once) && data->choices.variant == PC_AINSWORTH_WEIGHTED) *works = PETSC_TRUE;
+  PetscCall(AinsworthSolverIteratesInKernel(solver, works));
+  PetscCall(KSPGetPCSide(solver->inner.ksp, &side));
+  PetscCall(PetscObjectTypeCompare((PetscObject)solver->inner.ksp, KSPPREONLY, &once));
+  if ((side == PC_RIGHT || once) && solver->choices.variant == PC_AINSWORTH_WEIGHTED) *works = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Creates slack unknowns for the springs of D, and the inputs that have them */
-static PetscErrorCode AddSlack(const PC_Ainsworth *data, PC inner, const AinsworthCompliance *compliance, const AinsworthPmatInputs *in,
+static PetscErrorCode AddSlack(const AinsworthSolver *solver, PC inner, const AinsworthCompliance *compliance, const AinsworthPmatInputs *in,
                                AinsworthPmatSlack *slack, AinsworthPmatInputs *extended)
 {
   PetscInt n, others;
@@ -135,7 +153,7 @@ static PetscErrorCode AddSlack(const PC_Ainsworth *data, PC inner, const Ainswor
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(in->A, NULL, &n));
   PetscCall(PCBlockSACountOthers_Private(inner, n, &others));
-  PetscCall(AinsworthPmatCreateSlack(in, compliance, PetscMax(data->saddle.bs, data->saddle.scattered), others, slack));
+  PetscCall(AinsworthPmatCreateSlack(in, compliance, PetscMax(solver->saddle.bs, solver->saddle.scattered), others, slack));
   *extended   = *in;
   extended->A = extended->aij = slack->A;
   extended->C                 = slack->C;
@@ -147,12 +165,12 @@ static PetscErrorCode AddSlack(const PC_Ainsworth *data, PC inner, const Ainswor
 /* Conjugate gradients move at most this many shared unknowns; each costs an application of the preconditioner and a vector */
 static const size_t mostShared = 16;
 
-/* PCAinsworthSetUpPmat_Private - creates the preconditioning matrix, and sets its penalty in the operator; bad: a row with NaN or Inf, negative if none */
-PetscErrorCode PCAinsworthSetUpPmat_Private(PC_Ainsworth *data, PC inner, PetscInt *bad)
+/* AinsworthSolverSetUpPmat - creates the preconditioning matrix, and sets its penalty in the operator; bad: a row with NaN or Inf, negative if none */
+PetscErrorCode AinsworthSolverSetUpPmat(AinsworthSolver *solver, PC inner, PetscInt *bad)
 {
   Mat_Ainsworth             *ctx;
   AinsworthPmatInputs        in, extended;
-  AinsworthPmatOptions       options = data->choices.pmat;
+  AinsworthPmatOptions       options = solver->choices.pmat;
   const AinsworthGram       *gram;
   Vec                        penalty;
   std::vector<PetscInt>      alone;
@@ -161,47 +179,47 @@ PetscErrorCode PCAinsworthSetUpPmat_Private(PC_Ainsworth *data, PC inner, PetscI
   const AinsworthCompliance *compliance;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUpProjector_Private(data->reduced.mat, &ctx));
-  in.A  = data->saddle.P;
-  in.bs = data->saddle.bs;
-  in.C  = data->saddle.C;
-  PetscCall(MatAinsworthGetGram_Private(data->reduced.mat, &gram));
-  PetscCall(MatAinsworthGetCompliance_Private(data->reduced.mat, &compliance));
+  PetscCall(MatAinsworthSetUpProjector_Private(solver->reduced.mat, &ctx));
+  in.A  = solver->saddle.P;
+  in.bs = solver->saddle.bs;
+  in.C  = solver->saddle.C;
+  PetscCall(MatAinsworthGetGram_Private(solver->reduced.mat, &gram));
+  PetscCall(MatAinsworthGetCompliance_Private(solver->reduced.mat, &compliance));
   in.compliance      = compliance ? compliance->sums : NULL;
   in.N               = compliance ? compliance->N : NULL;
   in.S               = gram->S;
   in.weight          = ctx->mobility;
-  in.inverseDiagonal = data->reduced.inverseDiagonal;
-  in.format          = data->inner.format;
+  in.inverseDiagonal = solver->reduced.inverseDiagonal;
+  in.format          = solver->inner.format;
   PetscCall(AinsworthGetAIJ(in.A, &in.aij));
   PetscCall(AinsworthPmatGetFill(in.aij, in.C, &in.fill));
-  data->inner.longRows = in.fill.leftOut;
+  solver->inner.longRows = in.fill.leftOut;
   PetscCall(AinsworthPmatFindShared(in.aij, in.C, &in.fill, &shares, &alone));
-  PetscCall(PCAinsworthIteratesInKernel_Private(data, &inKernel));
-  PetscCall(WorksInKernel(data, ctx, &in, compliance, &works));
+  PetscCall(AinsworthSolverIteratesInKernel(solver, &inKernel));
+  PetscCall(WorksInKernel(solver, ctx, &in, compliance, &works));
   in.inKernel = works ? &used->made : NULL;
   in.slack    = NULL;
   in.springs  = NULL;
   if (works && compliance) {
-    PetscCall(AddSlack(data, inner, compliance, &in, &used->slack, &extended));
+    PetscCall(AddSlack(solver, inner, compliance, &in, &used->slack, &extended));
     in.slack = &extended;
   }
-  data->inner.springs = (PetscBool)(in.slack != NULL);
-  PetscCall(PCBlockSAExpect_Private(inner, data->inner.ksp, (PetscBool)(data->inner.longRows > 0 && !in.inKernel), &in.single));
+  solver->inner.springs = (PetscBool)(in.slack != NULL);
+  PetscCall(PCBlockSAExpect_Private(inner, solver->inner.ksp, (PetscBool)(solver->inner.longRows > 0 && !in.inKernel), &in.single));
   if (!in.inKernel && inKernel && in.format != AINSWORTH_PMAT_FACTOR && alone.size() <= mostShared) in.shared.swap(alone);
-  data->inner.left.longest = data->inner.longRows && !in.inKernel ? in.fill.most : PETSC_MAX_INT;
-  data->inner.left.shared  = in.shared;
-  if (data->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(data, &in, shares));
-  options.type      = PCAinsworthPmatTypeInUse_Private(data);
-  options.symmetric = data->saddle.symmetric;
-  options.factor    = PCAinsworthPenaltyFactor_Private(data);
-  PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &data->inner.M, bad));
+  solver->inner.left.longest = solver->inner.longRows && !in.inKernel ? in.fill.most : PETSC_MAX_INT;
+  solver->inner.left.shared  = in.shared;
+  if (solver->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(solver, &in, shares));
+  options.type      = AinsworthSolverPmatTypeInUse(solver);
+  options.symmetric = solver->saddle.symmetric;
+  options.factor    = AinsworthSolverPenaltyFactor(solver);
+  PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &solver->inner.M, bad));
   if (in.inKernel) PetscCall(SetSubspace(ctx, used, inner));
   else PetscCall(PCBlockSASetSubspace_Private(inner, NULL, NULL));
-  if (*bad < 0 && !data->saddle.symmetric && data->inner.format == AINSWORTH_PMAT_AIJ)
-    PetscCall(AinsworthMakePatternSymmetric(&data->inner.M)); /* PETSc's orderings do not terminate otherwise */
+  if (*bad < 0 && !solver->saddle.symmetric && solver->inner.format == AINSWORTH_PMAT_AIJ)
+    PetscCall(AinsworthMakePatternSymmetric(&solver->inner.M)); /* PETSc's orderings do not terminate otherwise */
   PetscCall(MatDestroy(&in.aij));
-  if (*bad < 0) PetscCall(MatAinsworthSetPenalty(data->reduced.mat, penalty));
+  if (*bad < 0) PetscCall(MatAinsworthSetPenalty(solver->reduced.mat, penalty));
   PetscCall(VecDestroy(&penalty));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

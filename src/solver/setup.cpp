@@ -1,5 +1,5 @@
 /* Set-up of the inner solver by its plan, made anew or kept */
-#include "pcainsworth.h"
+#include "solver.h"
 #include "../multigrid/blocksa.h"
 #include "../operator/matainsworth.h"
 
@@ -32,40 +32,40 @@ static PetscErrorCode Solves(PC inner, PetscBool *good)
 }
 
 /* Sets the operators, the preconditioner and the solver up, in this order; *end and why: how that ended if it failed */
-static PetscErrorCode SetUpParts(PC_Ainsworth *data, PC inner, AinsworthEnd *end, char why[], size_t len)
+static PetscErrorCode SetUpParts(AinsworthSolver *solver, PC inner, AinsworthEnd *end, char why[], size_t len)
 {
-  KSP       ksp = data->inner.ksp;
+  KSP       ksp = solver->inner.ksp;
   PetscBool definite, good = PETSC_TRUE;
   Mat       operation, M;
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthConvertPmat_Private(data));
-  PetscCall(PCAinsworthSetKSPOperators_Private(data));
+  PetscCall(AinsworthSolverConvertPmat(solver));
+  PetscCall(AinsworthSolverSetKSPOperators(solver));
   /* the preconditioner gets M_* for both operators, because GAMG and ML smooth with the first one */
   PetscCall(KSPGetOperators(ksp, &operation, &M));
-  PetscCall(PCAinsworthLooksDefinite_Private(data, M, &definite));
+  PetscCall(AinsworthSolverLooksDefinite(solver, M, &definite));
   if (!definite) {
     *end = AINSWORTH_END_SETUP;
     PetscCall(PetscSNPrintf(why, len, "The preconditioning matrix is not positive definite, as BoomerAMG needs it: is A indefinite? %s-%spc_type",
-                            data->saddle.constraints() ? "A larger -pc_ainsworth_penalty_factor may help, or another " : "Choose another ",
-                            PCAinsworthPrefix_Private(data)));
+                            solver->saddle.constraints() ? "A larger -pc_ainsworth_penalty_factor may help, or another " : "Choose another ",
+                            AinsworthSolverPrefix(solver)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscObjectReference((PetscObject)operation));
   PetscCall(PCSetOperators(inner, M, M));
-  PetscCall(PCAinsworthForgetFailure_Private(inner)); /* the reason for an earlier matrix, or type, would stay */
-  PetscCall(PCAinsworthSetUpPreconditioner_Private(data, inner, &definite));
-  if (definite && data->inner.plan.preconditioner == AINSWORTH_INNER_FACTOR) PetscCall(Solves(inner, &good));
+  PetscCall(AinsworthSolverForgetFailure(inner)); /* the reason for an earlier matrix, or type, would stay */
+  PetscCall(AinsworthSolverSetUpPreconditioner(solver, inner, &definite));
+  if (definite && solver->inner.plan.preconditioner == AINSWORTH_INNER_FACTOR) PetscCall(Solves(inner, &good));
   PetscCall(KSPSetOperators(ksp, operation, M));
   PetscCall(MatDestroy(&operation));
   if (!definite || !good) {
     *end = AINSWORTH_END_SETUP;
     PetscCall(PetscSNPrintf(why, len, "The preconditioning matrix %s: is A indefinite? Choose another -%spc_type",
                             definite ? "cannot be factored" : "is not positive definite, as a Cholesky factorization needs it",
-                            PCAinsworthPrefix_Private(data)));
+                            AinsworthSolverPrefix(solver)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PCAinsworthKeepCoefficients_Private(&data->inner));
+  PetscCall(AinsworthSolverKeepCoefficients(&solver->inner));
   PetscCall(KSPSetUp(ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -75,7 +75,7 @@ static PetscErrorCode SetUpParts(PC_Ainsworth *data, PC inner, AinsworthEnd *end
 
    In Ker C larger levels are better than another multigrid, which would need M_*: a periodic cell with a complexity of 2.9 takes 21 iterations, by BoomerAMG 149
 */
-static PetscErrorCode IsUnfit(const PC_Ainsworth *data, PC inner, const char **doubts)
+static PetscErrorCode IsUnfit(const AinsworthSolver *solver, PC inner, const char **doubts)
 {
   static const PetscReal bearable = 4.0;
   PC_BlockSA            *sa       = NULL;
@@ -83,25 +83,25 @@ static PetscErrorCode IsUnfit(const PC_Ainsworth *data, PC inner, const char **d
   PetscFunctionBegin;
   *doubts = NULL;
   PetscCall(PCBlockSAGet_Private(inner, &sa));
-  if (!sa || data->inner.plan.preconditioner != AINSWORTH_INNER_BLOCKS || !sa->levels.hierarchy) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!sa || solver->inner.plan.preconditioner != AINSWORTH_INNER_BLOCKS || !sa->levels.hierarchy) PetscFunctionReturn(PETSC_SUCCESS);
   if (sa->subspace && sa->levels.hierarchy->levels() > 1 && sa->levels.hierarchy->complexity() <= bearable) PetscFunctionReturn(PETSC_SUCCESS);
   if (sa->levels.hierarchy->doubts[0]) *doubts = sa->levels.hierarchy->doubts;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Sets up the preconditioning matrix and the inner solver; *end and why: how that ended if it failed */
-static PetscErrorCode SetUpAnew(PC_Ainsworth *data, PC inner, AinsworthEnd *end, char why[], size_t len)
+static PetscErrorCode SetUpAnew(AinsworthSolver *solver, PC inner, AinsworthEnd *end, char why[], size_t len)
 {
   PetscInt    bad = -1;
   PetscBool   single;
   const char *doubts;
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthForgetOperators_Private(&data->inner));
-  PetscCall(MatDestroy(&data->inner.M));
-  PetscCall(PCAinsworthGetPmatFormat_Private(data, &data->inner.format));
-  if (data->saddle.constraints()) PetscCall(PCAinsworthSetUpPmat_Private(data, inner, &bad));
-  else PetscCall(PCBlockSAExpect_Private(inner, data->inner.ksp, PETSC_FALSE, &single));
+  PetscCall(AinsworthSolverForgetOperators(&solver->inner));
+  PetscCall(MatDestroy(&solver->inner.M));
+  PetscCall(AinsworthSolverGetPmatFormat(solver, &solver->inner.format));
+  if (solver->saddle.constraints()) PetscCall(AinsworthSolverSetUpPmat(solver, inner, &bad));
+  else PetscCall(PCBlockSAExpect_Private(inner, solver->inner.ksp, PETSC_FALSE, &single));
   if (bad >= 0) {
     *end = AINSWORTH_END_SETUP;
     PetscCall(PetscSNPrintf(why, len,
@@ -111,59 +111,59 @@ static PetscErrorCode SetUpAnew(PC_Ainsworth *data, PC inner, AinsworthEnd *end,
                             bad));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(SetUpParts(data, inner, end, why, len));
+  PetscCall(SetUpParts(solver, inner, end, why, len));
   if (*end != AINSWORTH_END_ANSWER) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(IsUnfit(data, inner, &doubts));
+  PetscCall(IsUnfit(solver, inner, &doubts));
   if (doubts) {
     *end = AINSWORTH_END_UNFIT;
     PetscCall(PetscStrncpy(why, doubts, len));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PCAinsworthUseProduct_Private(data));
+  PetscCall(AinsworthSolverUseProduct(solver));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Keeps the preconditioning matrix and its preconditioner, with the operator and the constraints of the current matrix */
-static PetscErrorCode KeepWhole(PC pc, PC_Ainsworth *data)
+static PetscErrorCode KeepWhole(PC pc, AinsworthSolver *solver)
 {
   PC inner;
 
   PetscFunctionBegin;
   PetscCall(PetscInfo(pc, "The inner preconditioner is kept, the constraints are set up anew\n"));
-  PetscCall(PCAinsworthReuseInner_Private(data, PETSC_TRUE));
-  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
-  PetscCall(PCGetOperators(inner, NULL, &data->inner.M));
-  PetscCall(PetscObjectReference((PetscObject)data->inner.M));
-  if (data->saddle.constraints()) { /* these may belong to an earlier A or C */
-    data->inner.left = AinsworthLeftOut();
-    PetscCall(MatAinsworthSetPenalty(data->reduced.mat, NULL));
-    PetscCall(MatAinsworthSetProduct_Private(data->reduced.mat, NULL));
+  PetscCall(AinsworthSolverReuseInner(solver, PETSC_TRUE));
+  PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
+  PetscCall(PCGetOperators(inner, NULL, &solver->inner.M));
+  PetscCall(PetscObjectReference((PetscObject)solver->inner.M));
+  if (solver->saddle.constraints()) { /* these may belong to an earlier A or C */
+    solver->inner.left = AinsworthLeftOut();
+    PetscCall(MatAinsworthSetPenalty(solver->reduced.mat, NULL));
+    PetscCall(MatAinsworthSetProduct_Private(solver->reduced.mat, NULL));
   }
-  PetscCall(PCAinsworthSetKSPOperators_Private(data));
-  PetscCall(PCAinsworthKeepCoefficients_Private(&data->inner));
-  PetscCall(KSPSetUp(data->inner.ksp));
+  PetscCall(AinsworthSolverSetKSPOperators(solver));
+  PetscCall(AinsworthSolverKeepCoefficients(&solver->inner));
+  PetscCall(KSPSetUp(solver->inner.ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Checks whether C is what it was when the inner preconditioner was made; otherwise keeping that as a whole costs more iterations than it saves */
-static PetscErrorCode SameConstraints(const PC_Ainsworth *data, PetscBool *same)
+static PetscErrorCode SameConstraints(const AinsworthSolver *solver, PetscBool *same)
 {
   PetscInt  m;
   PetscBool fits;
 
   PetscFunctionBegin;
-  PetscCall(MatGetLocalSize(data->saddle.C, &m, NULL));
-  PetscCall(data->age.source.holds(data->saddle.C, NULL, std::vector<PetscReal>(m, 0.0), same, &fits));
+  PetscCall(MatGetLocalSize(solver->saddle.C, &m, NULL));
+  PetscCall(solver->age.source.holds(solver->saddle.C, NULL, std::vector<PetscReal>(m, 0.0), same, &fits));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   PCAinsworthSetUpInner_Private - sets up the inner solver by its plan, or keeps its preconditioner. Collective
+   AinsworthSolverSetUpInner - sets up the inner solver by its plan, or keeps its preconditioner. Collective
 
    keep: it is kept if that was requested or C is the same; PCBLOCKSA keeps its levels of A then, and gets the surface of the current matrix, which costs little.
    *end and why: how the set-up ended, AINSWORTH_END_ANSWER if the solver can be used
 */
-PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, PetscBool keep, AinsworthEnd *end, char why[], size_t len)
+PetscErrorCode AinsworthSolverSetUpInner(PC pc, AinsworthSolver *solver, PetscBool keep, AinsworthEnd *end, char why[], size_t len)
 {
   PC          inner;
   PetscBool   made;
@@ -171,32 +171,32 @@ PetscErrorCode PCAinsworthSetUpInner_Private(PC pc, PC_Ainsworth *data, PetscBoo
 
   PetscFunctionBegin;
   *end = AINSWORTH_END_ANSWER;
-  PetscCall(PCAinsworthReview_Private(pc, data));
-  PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
-  PetscCall(PCAinsworthGetInnerPC_Private(data, &inner));
+  PetscCall(AinsworthSolverReview(pc, solver));
+  PetscCall(AinsworthSolverConfigureKSP(pc, solver));
+  PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   PetscCall(PCGetOperatorsSet(inner, NULL, &made));
   if (!sa) keep = (PetscBool)(keep && made);
-  if (!sa && keep && !PCAinsworthMustKeepInner_Private(pc, data)) PetscCall(SameConstraints(data, &keep));
+  if (!sa && keep && !AinsworthSolverMustKeepInner(pc, solver)) PetscCall(SameConstraints(solver, &keep));
   if (!sa && keep) {
-    PetscCall(KeepWhole(pc, data));
+    PetscCall(KeepWhole(pc, solver));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PCAinsworthReuseInner_Private(data, PETSC_FALSE));
+  PetscCall(AinsworthSolverReuseInner(solver, PETSC_FALSE));
   if (sa) sa->keep = keep;
-  else PetscCall(data->age.source.take(data->saddle.C, NULL));
-  if (!keep) data->age.counts = AinsworthAge();
-  PetscCall(SetUpAnew(data, inner, end, why, len));
-  data->age.type = sa && sa->old ? PC_AINSWORTH_AGE_LEVELS : PC_AINSWORTH_AGE_FRESH;
+  else PetscCall(solver->age.source.take(solver->saddle.C, NULL));
+  if (!keep) solver->age.counts = AinsworthAge();
+  PetscCall(SetUpAnew(solver, inner, end, why, len));
+  solver->age.type = sa && sa->old ? PC_AINSWORTH_AGE_LEVELS : PC_AINSWORTH_AGE_FRESH;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthChangeMethod_Private - takes the method of the present plan, with the preconditioner that there is */
-PetscErrorCode PCAinsworthChangeMethod_Private(PC pc, PC_Ainsworth *data, AinsworthEnd *end)
+/* AinsworthSolverChangeMethod - takes the method of the present plan, with the preconditioner that there is */
+PetscErrorCode AinsworthSolverChangeMethod(PC pc, AinsworthSolver *solver, AinsworthEnd *end)
 {
   PetscFunctionBegin;
-  PetscCall(PCAinsworthConfigureKSP_Private(pc, data));
-  PetscCall(PCAinsworthSetKSPOperators_Private(data));
+  PetscCall(AinsworthSolverConfigureKSP(pc, solver));
+  PetscCall(AinsworthSolverSetKSPOperators(solver));
   *end = AINSWORTH_END_ANSWER;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,9 +1,9 @@
 /* The method of the reduced solve, its norm and its side, unless they were chosen, and how it ended */
-#include "pcainsworth.h"
+#include "solver.h"
 #include <petsc/private/kspimpl.h>
 
 /* Checks whether the method is one of conjugate gradients, for a Hermitian positive definite system */
-PetscErrorCode PCAinsworthIsConjugateGradients_Private(KSPType type, PetscBool *definite)
+PetscErrorCode AinsworthSolverIsConjugateGradients(KSPType type, PetscBool *definite)
 {
   PetscFunctionBegin;
   PetscCall(
@@ -11,16 +11,16 @@ PetscErrorCode PCAinsworthIsConjugateGradients_Private(KSPType type, PetscBool *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthMethodType_Private - returns the type of a method that we choose; NULL for that of the program */
-KSPType PCAinsworthMethodType_Private(AinsworthMethod method)
+/* AinsworthSolverMethodType - returns the type of a method that we choose; NULL for that of the program */
+KSPType AinsworthSolverMethodType(AinsworthMethod method)
 {
   static const KSPType types[] = {NULL, KSPPROJECTEDCG, KSPCG, KSPGMRES};
 
   return types[method];
 }
 
-/* PCAinsworthForgetNorm_Private - resets the norm and the side that we chose, before options of another method are read */
-PetscErrorCode PCAinsworthForgetNorm_Private(PCAinsworthInner *inner)
+/* AinsworthSolverForgetNorm - resets the norm and the side that we chose, before options of another method are read */
+PetscErrorCode AinsworthSolverForgetNorm(AinsworthInner *inner)
 {
   PetscFunctionBegin;
   if (inner->plan.norm == AINSWORTH_NORM_NATURAL) PetscCall(KSPSetNormType(inner->ksp, KSP_NORM_DEFAULT));
@@ -29,8 +29,8 @@ PetscErrorCode PCAinsworthForgetNorm_Private(PCAinsworthInner *inner)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthChooseNorm_Private - sets the norm and the side of the inner method unless options or calls did */
-PetscErrorCode PCAinsworthChooseNorm_Private(PCAinsworthInner *inner)
+/* AinsworthSolverChooseNorm - sets the norm and the side of the inner method unless options or calls did */
+PetscErrorCode AinsworthSolverChooseNorm(AinsworthInner *inner)
 {
   KSP             ksp     = inner->ksp;
   PetscOptions    options = ((PetscObject)ksp)->options;
@@ -56,8 +56,8 @@ PetscErrorCode PCAinsworthChooseNorm_Private(PCAinsworthInner *inner)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthSetMethod_Private - sets another inner method; the options, the norm and the side that belong to it follow when it is configured */
-PetscErrorCode PCAinsworthSetMethod_Private(PCAinsworthInner *inner, KSPType type)
+/* AinsworthSolverSetMethod - sets another inner method; the options, the norm and the side that belong to it follow when it is configured */
+PetscErrorCode AinsworthSolverSetMethod(AinsworthInner *inner, KSPType type)
 {
   static const PetscInt restart = 100; /* more than with multigrid is needed: a restart would lose the Krylov space */
   PetscBool             same, loses, gmres;
@@ -75,11 +75,11 @@ PetscErrorCode PCAinsworthSetMethod_Private(PCAinsworthInner *inner, KSPType typ
 }
 
 /*
-   PCAinsworthKeepCoefficients_Private - has conjugate gradients keep their coefficients, of which the stop reads the smallest eigenvalue
+   AinsworthSolverKeepCoefficients - has conjugate gradients keep their coefficients, of which the stop reads the smallest eigenvalue
 
    PETSc allocates as many at their set-up as iterations are allowed then; that of KSPFCG crashes when it is asked for these values
 */
-PetscErrorCode PCAinsworthKeepCoefficients_Private(PCAinsworthInner *inner)
+PetscErrorCode AinsworthSolverKeepCoefficients(AinsworthInner *inner)
 {
   KSP       ksp = inner->ksp;
   PetscBool cg;
@@ -94,26 +94,26 @@ PetscErrorCode PCAinsworthKeepCoefficients_Private(PCAinsworthInner *inner)
 }
 
 /*
-   PCAinsworthGetReason_Private - gets the reason of the inner solve
+   AinsworthSolverGetReason - gets the reason of the inner solve; answer: it is the answer to the program
 
    GCR reports convergence at the limit of iterations, which counts only with -ksp_converged_maxits or without a test. One cycle is no answer either, unless
    -ksp_norm_type none asks for it
 */
-PetscErrorCode PCAinsworthGetReason_Private(const PC_Ainsworth *data, KSPConvergedReason *reason)
+PetscErrorCode AinsworthSolverGetReason(const AinsworthSolver *solver, PetscBool answer, KSPConvergedReason *reason)
 {
   PetscErrorCode (*test)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
-  PetscObject ksp = (PetscObject)data->inner.ksp;
+  PetscObject ksp = (PetscObject)solver->inner.ksp;
   KSPNormType norm;
   PetscBool   asked = PETSC_FALSE, given, once;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetConvergedReason(data->inner.ksp, reason));
-  PetscCall(KSPGetNormType(data->inner.ksp, &norm));
+  PetscCall(KSPGetConvergedReason(solver->inner.ksp, reason));
+  PetscCall(KSPGetNormType(solver->inner.ksp, &norm));
   PetscCall(PetscObjectTypeCompare(ksp, KSPPREONLY, &once));
   PetscCall(PetscOptionsHasName(ksp->options, ksp->prefix, "-ksp_norm_type", &given));
   PetscCall(PetscOptionsGetBool(ksp->options, ksp->prefix, "-ksp_converged_maxits", &asked, NULL));
-  PetscCall(KSPGetConvergenceTest(data->inner.ksp, &test, NULL, NULL));
-  if (norm == KSP_NORM_NONE && !(once && !given && data->outer.method == AINSWORTH_OUTER_ANSWER)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetConvergenceTest(solver->inner.ksp, &test, NULL, NULL));
+  if (norm == KSP_NORM_NONE && !(once && !given && answer)) PetscFunctionReturn(PETSC_SUCCESS);
   if (*reason == KSP_CONVERGED_ITS && test == KSPConvergedDefault && !asked) *reason = KSP_DIVERGED_ITS;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
