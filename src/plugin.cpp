@@ -1,12 +1,12 @@
 /* Entry points of the plugin: registration of types, for PETSc when it loads the plugin and for programs that link it */
 #include <petscainsworth.h>
 #include "events.h"
-#include "ksp/projectedcg.h"
+#include "projection/projectedcg.h"
 #include "multigrid/blocksa.h"
-#include "operator/matainsworth.h"
+#include "projection/matainsworth.h"
 #include "pc/pcainsworth.h"
-#include "projector/graph.h"
-#include "projector/symbolic.h"
+#include "projection/graph.h"
+#include "projection/symbolic.h"
 #include "snes/activeset.h"
 
 static PetscBool  initialized = PETSC_FALSE;

@@ -1,7 +1,7 @@
 /* The whole system, factored: package, its defaults, its failures, and solves with the factor */
 #include "whole.h"
 #include "../defaults.h"
-#include "../projector/factor.h"
+#include "../projection/factor.h"
 #include <algorithm>
 #include <cstring>
 

@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_WHOLE_H
 #define AINSWORTH_WHOLE_H
 
-#include "../projector/symbolic.h"
+#include "../projection/symbolic.h"
 #include "../saddle/saddle.h"
 
 struct AinsworthWhole;

@@ -1,8 +1,8 @@
 /* The whole system as one AIJ matrix, and the predicted cost of its factorization */
 #include "whole.h"
 #include "../guard.h"
-#include "../projector/factor.h"
-#include "../projector/graph.h"
+#include "../projection/factor.h"
+#include "../projection/graph.h"
 
 /* Creates a copy of M, AIJ with the layout of the rows of `like`, times a scalar, in which every diagonal entry is stored; M may be NULL */
 static PetscErrorCode WithDiagonal(Mat like, PetscScalar scale, Mat M, Mat *copy)

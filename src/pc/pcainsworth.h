@@ -6,7 +6,7 @@
 #include "../inner/whole.h"
 #include "../refine/refine.h"
 #include "../report/diagnosis.h"
-#include "../solver/solver.h"
+#include "../inner/solver.h"
 
 struct Mat_Ainsworth;
 

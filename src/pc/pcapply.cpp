@@ -1,7 +1,7 @@
-/* Application of PCAINSWORTH: kept rows, reduced solve (operator/matdoors.cpp, ksp/inkernel.cpp), x and lambda, and residuals of both equations */
+/* Application of PCAINSWORTH: kept rows, reduced solve (projection/matdoors.cpp, projection/inkernel.cpp), x and lambda, and residuals of both equations */
 #include "pcainsworth.h"
 #include "../hermitian.h"
-#include "../operator/matainsworth.h"
+#include "../projection/matainsworth.h"
 #include <petsc/private/kspimpl.h>
 #include <petsctime.h>
 

@@ -1,6 +1,6 @@
 /* Diagnosis of set-up, stage by stage, before anything is solved (docs/diagnose.md) */
 #include "pcainsworth.h"
-#include "../operator/matainsworth.h"
+#include "../projection/matainsworth.h"
 
 /* Operations of the factor of S above which there is advice */
 static const PetscReal heavy = 1e11;

@@ -1,9 +1,9 @@
 /* Explanations of failed set-ups and solves: the cause first, then what to do */
 #include "pcainsworth.h"
-#include "../ksp/projectedcg.h"
+#include "../projection/projectedcg.h"
 #include "../loops.h"
 #include "../objects.h"
-#include "../operator/matainsworth.h"
+#include "../projection/matainsworth.h"
 #include <petscblaslapack.h>
 
 /* Copies a small matrix to each rank, column by column; collective */

@@ -3,7 +3,7 @@
 #include "../events.h"
 #include "../loops.h"
 #include "../objects.h"
-#include "../operator/matainsworth.h"
+#include "../projection/matainsworth.h"
 
 /*
    Gets the relative tolerance of the reduced solve that has just ended with `reason`

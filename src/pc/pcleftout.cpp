@@ -1,6 +1,6 @@
 #include "pcainsworth.h"
 #include "../multigrid/blocksa.h"
-#include "../operator/matainsworth.h"
+#include "../projection/matainsworth.h"
 #include <string>
 
 /* Describes ranks that own no constrained unknown and solve for no row; collective */

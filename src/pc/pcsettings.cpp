@@ -1,6 +1,6 @@
 #include "pcainsworth.h"
 #include "../objects.h"
-#include "../operator/matainsworth.h"
+#include "../projection/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
 const char *const PCAinsworthVariants[]     = {"weighted", "paper", "PCAinsworthVariant", "PC_AINSWORTH_", NULL};

@@ -1,6 +1,6 @@
 #include "pcainsworth.h"
 #include "../objects.h"
-#include "../operator/matainsworth.h"
+#include "../projection/matainsworth.h"
 #include <petsctime.h>
 
 static const char citation[] = "@inproceedings{robert_pointselle,\n"

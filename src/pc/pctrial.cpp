@@ -1,7 +1,7 @@
 /* Trial solve of the reduced system with a random right-hand side, which finds floating bodies, indefinite matrices, and multigrid that does not fit */
 #include "pcainsworth.h"
 #include "../objects.h"
-#include "../operator/matainsworth.h"
+#include "../projection/matainsworth.h"
 
 /* Creates a KSP with the method and the preconditioner of the inner solver, but without its monitors and options */
 static PetscErrorCode CreateKSP(const PC_Ainsworth *data, KSP *trial)

@@ -1,5 +1,5 @@
 #include "pcainsworth.h"
-#include "../operator/matainsworth.h"
+#include "../projection/matainsworth.h"
 
 /* PCAinsworthDescribePmat_Private - describes the type of M_* with its settings, and why auto chose it */
 PetscErrorCode PCAinsworthDescribePmat_Private(const PC_Ainsworth *data, std::string &text)

@@ -1,5 +1,5 @@
 #include "observed.h"
-#include "../ksp/projectedcg.h"
+#include "../projection/projectedcg.h"
 #include "../objects.h"
 #include <petsctime.h>
 

@@ -2,7 +2,7 @@
 #include "observed.h"
 #include "../guard.h"
 #include "../objects.h"
-#include "../ksp/inkernel.h"
+#include "../projection/inkernel.h"
 
 /* Creates the exact solution of the reduced system from a reference, which is x alone or the whole solution */
 static PetscErrorCode CreateExact(const AinsworthReportSystem *system, Vec reference, Vec *exact)

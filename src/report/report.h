@@ -3,7 +3,7 @@
 #define AINSWORTH_REPORT_H
 
 #include <petscainsworth.h>
-#include "../operator/matainsworth.h"
+#include "../projection/matainsworth.h"
 #include "estimator.h"
 #include <petsctime.h>
 

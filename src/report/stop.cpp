@@ -1,6 +1,6 @@
 /* Stopping criteria of the reduced solve: tolerances refer to the energy norm of x, not to that of x - R g, the unknown of the solve */
 #include "report.h"
-#include "../ksp/inkernel.h"
+#include "../projection/inkernel.h"
 #include <petsc/private/kspimpl.h> /* rnorm0 and ttol */
 
 /* Relative accuracy of the entries of x: smaller errors need more digits */

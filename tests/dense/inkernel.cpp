@@ -1,8 +1,8 @@
 static char help[] = "Conjugate gradients in Ker C: solutions, norms, spectra, costs and failures against dense linear algebra.\n\n";
 
 #include "dense.h"
-#include "ksp/inkernel.h"
-#include "operator/matainsworth.h"
+#include "projection/inkernel.h"
+#include "projection/matainsworth.h"
 #include <algorithm>
 
 /* KSPPROJECTEDCG with the operator in Ker C, and Jacobi of A in its preconditioner; A counts its products */

@@ -3,7 +3,7 @@
 #define TESTS_PMATREFERENCE_H
 
 #include "dense.h"
-#include "pmat/pmat.h"
+#include "inner/pmat.h"
 
 /* What is tried with each system */
 struct PmatChoice {

@@ -1,6 +1,6 @@
 static char help[] = "The cost of a Cholesky factorization as it is predicted, against an elimination of the pattern, entry by entry.\n\n";
 
-#include "projector/factor.h"
+#include "projection/factor.h"
 #include <petscainsworth.h>
 #include <vector>
 

@@ -1,7 +1,7 @@
 static char help[] = "Springs as unknowns of multigrid in Ker C: A, C, W and the map to the reduced system against dense algebra.\n\n";
 
 #include "internal.h"
-#include "pmat/pmat.h"
+#include "inner/pmat.h"
 
 /* Springs of all kinds: none, far softer and far stiffer than A, about as stiff, and one so stiff that its energy is scaled up */
 static PetscReal Spring(const Dense &A, const Dense &C, PetscInt i)

@@ -1,7 +1,7 @@
 static char help[] = "Q_* for coarse functions, where many slaves are tied to few masters: what is left of rows, against dense algebra.\n\n";
 
 #include "internal.h"
-#include "pmat/inkernel.h"
+#include "inner/coarse.h"
 
 static const PetscInt masters = 5, slaves = 23, all = masters + 2 * slaves + 2;
 

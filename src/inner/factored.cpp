@@ -2,8 +2,8 @@
 #include "solver.h"
 #include "../guard.h"
 #include "../lists.h"
-#include "../projector/factor.h"
-#include "../projector/graph.h"
+#include "../projection/factor.h"
+#include "../projection/graph.h"
 #include <unistd.h>
 
 /* Returns the type of a factorization for M_*, NULL if there is none, and its package; a complex Hermitian matrix is a general one for all of them */

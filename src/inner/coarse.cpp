@@ -5,11 +5,11 @@
    projection. Unknowns without stiffness that several rows share have no weight there and are carried to all levels; rows that are long, or have only such unknowns,
    are kept as few constraints of the coarser levels
 */
-#include "inkernel.h"
+#include "coarse.h"
 #include "../lists.h"
 #include "../loops.h"
 #include "../objects.h"
-#include "../projector/projector.h"
+#include "../projection/projector.h"
 #include "../saddle/saddle.h"
 #include <algorithm>
 

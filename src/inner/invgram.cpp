@@ -1,6 +1,6 @@
 #include "pmat.h"
 #include "../events.h"
-#include "../projector/graph.h"
+#include "../projection/graph.h"
 #include "../lists.h"
 #include "../loops.h"
 #include "../saddle/saddle.h"

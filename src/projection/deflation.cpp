@@ -2,7 +2,7 @@
 #include "../lists.h"
 #include "../loops.h"
 #include "../objects.h"
-#include "../operator/matainsworth.h"
+#include "matainsworth.h"
 #include <petscblaslapack.h>
 
 /* Each row costs an application of the preconditioner and a vector; if there are more rows, they are left to the projector */

@@ -1,7 +1,7 @@
 /* Set-up of the inner solver by its plan, made anew or kept */
 #include "solver.h"
 #include "../multigrid/blocksa.h"
-#include "../operator/matainsworth.h"
+#include "../projection/matainsworth.h"
 
 /* Checks by a solve whether the factorization is accurate: M may be singular to rounding without a bad pivot */
 static PetscErrorCode Solves(PC inner, PetscBool *good)

@@ -2,7 +2,7 @@
 #include "matainsworth.h"
 #include "../guard.h"
 #include "../objects.h"
-#include "../projector/shared.h"
+#include "shared.h"
 #include <petsc/private/petscimpl.h>
 
 PetscErrorCode MatAinsworthGetContext_Private(Mat mat, Mat_Ainsworth **ctx)

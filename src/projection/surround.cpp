@@ -5,7 +5,7 @@
 */
 #include "inkernel.h"
 #include "../guard.h"
-#include "../operator/matainsworth.h"
+#include "matainsworth.h"
 #include <string>
 
 static const char innerName[] = "AinsworthInner"; /* of M^{-1}, composed with the preconditioner around it */

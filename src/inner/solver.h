@@ -5,12 +5,12 @@
 #include <petscainsworth.h>
 #include "../saddle/saddle.h"
 #include "../multigrid/source.h"
-#include "../pmat/pmat.h"
-#include "../inner/age.h"
-#include "../inner/plan.h"
-#include "../inner/prices.h"
-#include "../ksp/deflation.h"
-#include "../projector/symbolic.h"
+#include "pmat.h"
+#include "age.h"
+#include "plan.h"
+#include "prices.h"
+#include "../projection/deflation.h"
+#include "../projection/symbolic.h"
 #include "../refine/refine.h"
 #include "../report/report.h"
 

@@ -8,7 +8,7 @@
 #include "pmat.h"
 #include "../loops.h"
 #include "../objects.h"
-#include "../projector/projector.h"
+#include "../projection/projector.h"
 #include "../saddle/saddle.h"
 #include <algorithm>
 

@@ -3,7 +3,7 @@
 #define AINSWORTH_MATAINSWORTH_H
 
 #include <petscainsworth.h>
-#include "../projector/projector.h"
+#include "projector.h"
 #include <string>
 #include <vector>
 

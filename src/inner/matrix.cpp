@@ -2,8 +2,8 @@
 #include "solver.h"
 #include "../multigrid/blocksa.h"
 #include "../objects.h"
-#include "../operator/matainsworth.h"
-#include "../projector/surface.h"
+#include "../projection/matainsworth.h"
+#include "../projection/surface.h"
 
 /* Returns the chosen type or, for auto, that of the last set-up; jcb before */
 PCAinsworthPmatType AinsworthSolverPmatTypeInUse(const AinsworthSolver *solver)

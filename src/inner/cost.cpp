@@ -1,7 +1,7 @@
 /* Price of a factorization of M_* in iterations with multigrid (docs/models.md) */
 #include "solver.h"
 #include "../multigrid/blocksa.h"
-#include "../operator/matainsworth.h"
+#include "../projection/matainsworth.h"
 #include <cstring>
 #include <limits>
 

@@ -1,9 +1,9 @@
 /* Q_* = I - T_f for coarse functions: what they ask of the short rows is spread over the unknowns of these */
-#include "inkernel.h"
+#include "coarse.h"
 #include "../lists.h"
 #include "../loops.h"
 #include "../objects.h"
-#include "../projector/projector.h"
+#include "../projection/projector.h"
 #include <petscksp.h>
 
 /*

@@ -1,8 +1,8 @@
 /* Operators of the inner solver, reuse of its preconditioner, and workarounds for PETSc's own types */
 #include "solver.h"
-#include "../ksp/inkernel.h"
+#include "../projection/inkernel.h"
 #include "../multigrid/blocksa.h"
-#include "../operator/matainsworth.h"
+#include "../projection/matainsworth.h"
 #include <petsc/private/pcmgimpl.h>
 
 /* Takes the products with A from PCBLOCKSA, which stores half of the blocks, in place of those with the program's matrix */

@@ -1,6 +1,6 @@
 /* Multigrid in Ker C: what becomes of the rows and unknowns of C, and Q_* of the short rows */
-#ifndef AINSWORTH_INKERNEL_H
-#define AINSWORTH_INKERNEL_H
+#ifndef AINSWORTH_COARSE_H
+#define AINSWORTH_COARSE_H
 
 #include "pmat.h"
 

@@ -1,7 +1,7 @@
 /* Both ends of the reduced system: from f and g to its right-hand side, and from its solution to x and lambda */
 #include "matainsworth.h"
 #include "../events.h"
-#include "../projector/dependent.h"
+#include "dependent.h"
 #include <petsc/private/petscimpl.h>
 
 /* Computes y = op(A) x in the form with the fastest products; one that is not A itself is symmetric */

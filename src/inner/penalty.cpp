@@ -2,7 +2,7 @@
 #include "pmat.h"
 #include "../loops.h"
 #include "../objects.h"
-#include "../projector/projector.h"
+#include "../projection/projector.h"
 
 const char *const AinsworthPenaltyTypes[] = {"row", "norm", "AinsworthPenaltyType", "AINSWORTH_PENALTY_", NULL};
 

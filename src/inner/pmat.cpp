@@ -2,7 +2,7 @@
 #include "../events.h"
 #include "../loops.h"
 #include "../objects.h"
-#include "../projector/projector.h"
+#include "../projection/projector.h"
 
 /* Computes Y A from Y', which has few nonzero rows; reads only these rows of A */
 static PetscErrorCode MultiplyFewRows(Mat Yt, Mat A, Mat *product)

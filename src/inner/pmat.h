@@ -3,7 +3,7 @@
 #define AINSWORTH_PMAT_H
 
 #include <petscainsworth.h>
-#include "../projector/compliance.h"
+#include "../projection/compliance.h"
 #include "../csr.h"
 #include <vector>
 
@@ -54,7 +54,7 @@ struct AinsworthPmatFill {
   PetscInt  leftOut = 0;   /* number of rows left out */
 };
 
-/* What multigrid in Ker C gets of C (inkernel.cpp) */
+/* What multigrid in Ker C gets of C (coarse.cpp) */
 struct AinsworthPmatInKernel {
   Mat                   correction = NULL; /* I - Q_* = W C' Inv(S) C; NULL for 0; the owner destroys it */
   std::vector<Vec>  rows;       /* adjoints of rows Q_*' C' that coarser levels keep; the owner destroys them */
@@ -88,7 +88,7 @@ struct AinsworthPmatInputs {
   const AinsworthPmatInputs *slack   = NULL; /* what multigrid in Ker C works with instead: the same with unknowns for springs; NULL without D */
   PetscInt                   bs      = 0;    /* block size of M_*, which A may not have */
   AinsworthPmatFill          fill    = {};   /* for A and C */
-  std::vector<PetscInt>      shared; /* unknowns held in M_* instead of coupled by rows of C; conjugate gradients move them (ksp/deflation.cpp) */
+  std::vector<PetscInt>      shared; /* unknowns held in M_* instead of coupled by rows of C; conjugate gradients move them (projection/deflation.cpp) */
 };
 
 PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *, const AinsworthPmatOptions *, AinsworthPmatInKernel *);

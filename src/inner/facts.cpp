@@ -1,6 +1,6 @@
 /* Facts for the plan of the inner solver, and for the ladder: what the system is, what the program chose, what was tried (inner/plan.h, inner/ladder.h) */
 #include "solver.h"
-#include "../inner/whole.h"
+#include "whole.h"
 #include <petsc/private/pcimpl.h> /* setfromoptionscalled, failedreasonrank */
 
 /* Returns whether the options of the PC, and so those of its inner solver, are read */

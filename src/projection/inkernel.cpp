@@ -3,7 +3,7 @@
    Q M^{-1}. An iteration costs one product with A, one application of M^{-1} and two solves with the Gram matrix
 */
 #include "inkernel.h"
-#include "../operator/matainsworth.h"
+#include "matainsworth.h"
 
 static const char reducedName[] = "AinsworthReduced"; /* of the reduced operator, composed with that in Ker C */
 

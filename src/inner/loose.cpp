@@ -3,8 +3,8 @@
 #include "../lists.h"
 #include "../loops.h"
 #include "../objects.h"
-#include "../projector/graph.h"
-#include "../projector/projector.h"
+#include "../projection/graph.h"
+#include "../projection/projector.h"
 #include "../saddle/saddle.h"
 #include <algorithm>
 #include <vector>
