@@ -1,6 +1,8 @@
 /* Facts for whether the inner preconditioner is kept for other values of A or C: -pc_ainsworth_rebuild (inner/age.h, docs/sequence.md) */
 #include "solver.h"
 
+const char *const PCAinsworthRebuildTypes[] = {"auto", "always", "never", "AinsworthRebuildType", "AINSWORTH_REBUILD_", NULL};
+
 /* AinsworthSolverMustKeepInner - returns whether the program or an option wants to keep it in any case */
 PetscBool AinsworthSolverMustKeepInner(PC pc, const AinsworthSolver *solver)
 {

@@ -4,7 +4,6 @@
 #include <petsc/private/pcimpl.h>
 
 const char *const PCAinsworthVariants[]     = {"weighted", "paper", "PCAinsworthVariant", "PC_AINSWORTH_", NULL};
-const char *const PCAinsworthRebuildTypes[] = {"auto", "always", "never", "AinsworthRebuildType", "AINSWORTH_REBUILD_", NULL};
 
 /* Returns the data of a PC of this type */
 PC_Ainsworth *PCAinsworthData_Private(PC pc)
