@@ -5,7 +5,7 @@
 #include <petscainsworth.h>
 #include "../inner/whole.h"
 #include "../refine/refine.h"
-#include "../report/diagnosis.h"
+#include "../diagnose/diagnose.h"
 #include "../inner/solver.h"
 
 struct Mat_Ainsworth;
@@ -25,14 +25,6 @@ typedef enum {
   AINSWORTH_OUTER_FLEXIBLE, /* an iteration, which bears with another operator in each application */
   AINSWORTH_OUTER_RIGID     /* an iteration that assumes a linear preconditioner */
 } AinsworthOuter;
-
-/* Stages of set-up, each with its own part of the diagnosis */
-typedef enum {
-  PC_AINSWORTH_STAGE_PASSED,      /* the program's matrix is known */
-  PC_AINSWORTH_STAGE_BLOCKS,      /* so is its normal form */
-  PC_AINSWORTH_STAGE_CONSTRAINTS, /* the projector is set up, or there are no constraints */
-  PC_AINSWORTH_STAGE_REDUCED      /* everything is set up */
-} PCAinsworthStage;
 
 /* What became of the last set-up */
 typedef enum {
@@ -116,21 +108,12 @@ PETSC_INTERN PetscErrorCode      PCAinsworthUpdateInputs_Private(PC, PC_Ainswort
 PETSC_INTERN PetscErrorCode      PCAinsworthComposeFields_Private(PC, PetscBool);
 PETSC_INTERN PetscErrorCode      PCAinsworthFieldsFromOptions_Private(PC, PC_Ainsworth *, AinsworthOptionItems);
 PETSC_INTERN PetscErrorCode      PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);
-PETSC_INTERN PetscErrorCode      PCAinsworthDescribeLeftOut_Private(PC_Ainsworth *, std::string &);
-PETSC_INTERN PetscErrorCode      PCAinsworthDescribePmat_Private(const PC_Ainsworth *, std::string &);
 PETSC_INTERN PetscErrorCode      PCView_Ainsworth(PC, PetscViewer);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC_Ainsworth *, AinsworthSaddleVec, PetscLogDouble);
 PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode PCAinsworthForgetWhole_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode PCAinsworthJudge_Private(PC, PC_Ainsworth *, PetscBool, KSPConvergedReason, const AinsworthSolveFn &, PetscBool, AinsworthSaddleVec,
                                                      AinsworthSaddleVec, AinsworthSaddleVec, AinsworthVerdict *, char[], size_t);
-PETSC_INTERN PetscErrorCode PCAinsworthExplain_Private(PC, PC_Ainsworth *, KSP, Vec, KSPConvergedReason, char[], size_t);
-PETSC_INTERN PetscErrorCode PCAinsworthTry_Private(PC, PC_Ainsworth *, KSPConvergedReason *, PetscInt *, PetscReal *, char[], size_t);
-PETSC_INTERN PetscErrorCode PCAinsworthDiagnosePassed_Private(const PC_Ainsworth *, AinsworthDiagnosis *);
-PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseBlocks_Private(const PC_Ainsworth *, AinsworthDiagnosis *);
-PETSC_INTERN PetscErrorCode PCAinsworthDiagnose_Private(PC, PC_Ainsworth *, PCAinsworthStage);
-PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseFailure_Private(PC, PC_Ainsworth *, PetscErrorCode, const char[]);
-PETSC_INTERN PetscErrorCode PCAinsworthDiagnoseFromOptions_Private(PC, PC_Ainsworth *, AinsworthOptionItems);
 PETSC_INTERN PetscErrorCode PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);
 
 /* pcladder.cpp */

@@ -199,6 +199,18 @@ static AinsworthEnd End(KSPConvergedReason reason)
   return reason < 0 ? AINSWORTH_END_BREAKDOWN : AINSWORTH_END_INACCURATE;
 }
 
+/* Explains a failure, unless a set-up in the middle of this application has told why */
+static PetscErrorCode Explain(PC pc, PC_Ainsworth *data, Vec x, KSPConvergedReason reason, char why[], size_t len)
+{
+  PetscBool lost = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  if (data->state < PC_AINSWORTH_READY) PetscCall(PetscStrncpy(why, data->outcome.why, len));
+  else PetscCall(AinsworthExplain(pc, data, data->inner.ksp, x, reason, &lost, why, len));
+  if (lost) data->state = PC_AINSWORTH_NONE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Solves, judges, and sets or raises the failure */
 static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y)
 {
@@ -227,7 +239,7 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
   }
   /* an iteration gets one explanation: the next applications end in the same way */
   if (verdict == AINSWORTH_VERDICT_UNMET && (data->outer.method <= AINSWORTH_OUTER_ANSWER || data->outer.applications <= 1))
-    PetscCall(PCAinsworthExplain_Private(pc, data, data->inner.ksp, y.primal, reason, why, sizeof(why)));
+    PetscCall(Explain(pc, data, y.primal, reason, why, sizeof(why)));
   /* residuals of an outer method are consistent only to rounding; the program's right-hand side was checked in its first application */
   if (verdict == AINSWORTH_VERDICT_CONTRADICTION && data->outer.applications > 1) verdict = AINSWORTH_VERDICT_MET;
   /* a flexible outer method may use the result at the limit of iterations; others get infinities, because they do not read reasons */

@@ -18,7 +18,7 @@ PetscErrorCode PCAinsworthFail_Private(PC pc, PC_Ainsworth *data, PCFailedReason
 {
   PetscFunctionBegin;
   PetscCall(PetscStrncpy(data->outcome.why, why, sizeof(data->outcome.why)));
-  PetscCall(PCAinsworthDiagnoseFailure_Private(pc, data, PETSC_SUCCESS, why));
+  PetscCall(AinsworthDiagnoseFailure(PetscObjectComm((PetscObject)pc), data->diagnosis.get(), PETSC_SUCCESS, why));
   PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), code, "%s", why);
   PetscCall(PetscInfo(pc, "%s\n", why));
   PetscCall(PCAinsworthAgreeOnFailure_Private(pc, reason));

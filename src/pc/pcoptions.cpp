@@ -231,6 +231,26 @@ static PetscErrorCode InnerFromOptions(PC pc, PC_Ainsworth *data)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Reads -pc_ainsworth_diagnose, with or without a file */
+static PetscErrorCode ReadDiagnose(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
+{
+  char      file[PETSC_MAX_PATH_LEN] = "";
+  PetscBool set, yes, no;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsString("-pc_ainsworth_diagnose", "Prints what set-up finds, and advice, [also as JSON to this file]", PCAINSWORTH, file, file,
+                               sizeof(file), &set));
+  PetscCall(PetscStrInList(file, "true,yes,on,1", ',', &yes));
+  PetscCall(PetscStrInList(file, "false,no,off,0", ',', &no));
+  if (!set || no) data->diagnosis.reset();
+  else if (!data->diagnosis || data->diagnosis->file != (yes ? "" : file)) {
+    data->diagnosis.reset(new AinsworthDiagnosis());
+    if (!yes) data->diagnosis->file = file;
+    PetscCall(AinsworthDiagnosisSave(data->diagnosis.get(), PetscObjectComm((PetscObject)pc), PETSC_TRUE)); /* checks that it can be written */
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptionsObject)
 {
   PC_Ainsworth *data = PCAinsworthData_Private(pc);
@@ -241,7 +261,7 @@ PetscErrorCode PCSetFromOptions_Ainsworth(PC pc, AinsworthOptionItems PetscOptio
   PetscCall(ChoicesFromOptions(pc, data, PetscOptionsObject));
   PetscCall(PCAinsworthFieldsFromOptions_Private(pc, data, PetscOptionsObject));
   PetscCall(ReportFromOptions(pc, data, PetscOptionsObject));
-  PetscCall(PCAinsworthDiagnoseFromOptions_Private(pc, data, PetscOptionsObject));
+  PetscCall(ReadDiagnose(pc, data, PetscOptionsObject));
   PetscOptionsHeadEnd();
   PetscCall(PCGetOptionsPrefix(pc, &prefix)); /* it may have been set after this PC was created */
   PetscCall(KSPSetOptionsPrefix(data->inner.ksp, prefix));

@@ -296,7 +296,7 @@ static PetscErrorCode AddSeconds(PC_Ainsworth *data, const SetUpRun *run)
 static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
 {
   PC             inner;
-  PetscBool      other = PETSC_FALSE, reuse;
+  PetscBool      other = PETSC_FALSE, lost = PETSC_FALSE, reuse;
   AinsworthEnd   end;
   PCFailedReason failed = PC_NOERROR;
 
@@ -327,7 +327,7 @@ static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
   if (failed) PetscCall(PCAinsworthReplan_Private(pc, data, AINSWORTH_END_SETUP, PCFailedReasons[failed], &other));
   if (other) PetscCall(AinsworthSolverForgetFailure(pc));
   else { /* a solve would fail as well */
-    PetscCall(PCAinsworthExplain_Private(pc, data, data->inner.ksp, NULL, KSP_DIVERGED_PC_FAILED, run->why, sizeof(run->why)));
+    PetscCall(AinsworthExplain(pc, data, data->inner.ksp, NULL, KSP_DIVERGED_PC_FAILED, &lost, run->why, sizeof(run->why)));
     PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, run->why));
   }
   PetscCall(AddSeconds(data, run));
@@ -336,16 +336,16 @@ static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
 
 static PetscErrorCode SetUp(PC pc)
 {
-  static const SetUpStep steps[] = {ForgetLast, FindBlocks, SetUpConstraints, SetUpSolver}; /* one for each PCAinsworthStage */
+  static const SetUpStep steps[] = {ForgetLast, FindBlocks, SetUpConstraints, SetUpSolver}; /* one for each AinsworthStage */
   PC_Ainsworth          *data    = PCAinsworthData_Private(pc);
   SetUpRun               run     = {};
-  PetscBool              needed;
+  PetscBool              needed, lost = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(PetscTime(&run.start));
   PetscCall(PetscCitationsRegister(citation, NULL));
   PetscCall(IsNeeded(pc, data, &needed));
-  for (int stage = 0; needed && stage <= PC_AINSWORTH_STAGE_REDUCED; stage++) {
+  for (int stage = 0; needed && stage <= AINSWORTH_STAGE_REDUCED; stage++) {
     PetscCall(steps[stage](pc, data, &run));
     if (run.reason) { /* discard what failed; the next set-up starts over */
       PetscCall(MatDestroy(&data->reduced.mat));
@@ -353,7 +353,8 @@ static PetscErrorCode SetUp(PC pc)
       PetscCall(PCAinsworthFail_Private(pc, data, run.reason, run.code, run.why));
       break;
     }
-    PetscCall(PCAinsworthDiagnose_Private(pc, data, (PCAinsworthStage)stage));
+    PetscCall(AinsworthDiagnose(pc, data, data->given.inputs, (AinsworthStage)stage, (PetscBool)(data->state == PC_AINSWORTH_UNCHANGED), data->diagnosis.get(), &lost));
+    if (lost) data->state = PC_AINSWORTH_NONE;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -363,7 +364,7 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   const PetscErrorCode code = SetUp(pc);
 
   PetscFunctionBegin;
-  if (code) PetscCall(PCAinsworthDiagnoseFailure_Private(pc, PCAinsworthData_Private(pc), code, NULL));
+  if (code) PetscCall(AinsworthDiagnoseFailure(PetscObjectComm((PetscObject)pc), PCAinsworthData_Private(pc)->diagnosis.get(), code, NULL));
   PetscCall(code);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,29 +1,6 @@
 #include "pcainsworth.h"
 #include "../projection/matainsworth.h"
 
-/* PCAinsworthDescribePmat_Private - describes the type of M_* with its settings, and why auto chose it */
-PetscErrorCode PCAinsworthDescribePmat_Private(const PC_Ainsworth *data, std::string &text)
-{
-  const AinsworthPmatOptions *chosen = &data->choices.pmat;
-  const PCAinsworthPmatType   type   = AinsworthSolverPmatTypeInUse(data);
-  const bool                  made   = data->reduced.mat && data->inner.autoReason; /* an error may have come before the choice of auto */
-  char                        part[64];
-
-  PetscFunctionBegin;
-  text = made || chosen->type != PC_AINSWORTH_PMAT_AUTO ? PCAinsworthPmatTypes[type] : "auto";
-  if (type == PC_AINSWORTH_PMAT_JCB && chosen->rowScaling && (made || chosen->type == type)) text += ", rows scaled";
-  if (type == PC_AINSWORTH_PMAT_CG || type == PC_AINSWORTH_PMAT_BJ_CG) {
-    PetscCall(PetscSNPrintf(part, sizeof(part), ", relative tolerance %g", (double)chosen->rtol));
-    text += part;
-  }
-  if (type == PC_AINSWORTH_PMAT_BJ_CC || type == PC_AINSWORTH_PMAT_BJ_CG) {
-    if (chosen->blocks == PETSC_DECIDE) text += ", one block per 32 constraints";
-    else text += ", " + std::to_string(chosen->blocks) + " blocks";
-  }
-  if (chosen->type == PC_AINSWORTH_PMAT_AUTO && made && chosen->penalty == AINSWORTH_PENALTY_ROW) text += data->inner.autoReason;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
 {
   PC_Ainsworth  *data = PCAinsworthData_Private(pc);
@@ -41,7 +18,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPrintf(viewer, "  variant: %s (weight %s, penalty %s with factor %g)\n", PCAinsworthVariants[data->choices.variant],
                                    MatAinsworthWeightTypes[data->choices.weightType], AinsworthPenaltyTypes[data->choices.pmat.penalty],
                                    (double)AinsworthSolverPenaltyFactor(data)));
-  PetscCall(PCAinsworthDescribePmat_Private(data, text));
+  PetscCall(AinsworthDescribePmat(data, text));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix: %s\n", text.c_str()));
   if (data->history.factor == AINSWORTH_TAKEN) PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix factored %s\n", data->escape.why));
   PetscCall(PCAinsworthReportView_Private(data, viewer));
@@ -68,7 +45,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   if (data->outcome.why[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "  last failure: %s\n", data->outcome.why));
   PetscCall(KSPGetOperatorsSet(data->inner.ksp, &made, NULL));
   if (data->state >= PC_AINSWORTH_READY && made) {
-    PetscCall(PCAinsworthDescribeLeftOut_Private(data, text));
+    PetscCall(AinsworthDescribeLeftOut(data, (PetscBool)(data->state == PC_AINSWORTH_UNCHANGED), text));
     PetscCall(PetscViewerASCIIPrintf(viewer, "  left out: %s\n", text.c_str()));
   }
   PetscCall(AinsworthSolverViewRebuild(data, viewer));

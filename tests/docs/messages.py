@@ -8,7 +8,7 @@ import sys
 
 ROOT = sys.argv[1]
 CALL = re.compile(r"\b(PetscCheck|SETERRQ|PetscSNPrintf)\(")
-FAILURES = ("pc/pcexplain.cpp", "inner/setup.cpp", "pc/pcjudge.cpp", "pc/pcapply.cpp", "pc/pcsetup.cpp")  # where texts are made that no PetscCheck() has
+FAILURES = ("diagnose/explain.cpp", "inner/setup.cpp", "pc/pcjudge.cpp", "pc/pcapply.cpp", "pc/pcsetup.cpp")  # where texts are made that no PetscCheck() has
 TEXT = re.compile(r'"((?:[^"\\]|\\.)*)"')
 ELLIPSIS = re.compile(r"\.\.\.|-?ainsworth_|-ksp_rtol|projectedcg")
 VALUE = re.compile(r"%[-+.\d]*[a-z]|%(?=\x00)|\x00")

@@ -1,10 +1,10 @@
 /* Trial solve of the reduced system with a random right-hand side, which finds floating bodies, indefinite matrices, and multigrid that does not fit */
-#include "pcainsworth.h"
+#include "diagnose.h"
 #include "../objects.h"
 #include "../projection/matainsworth.h"
 
 /* Creates a KSP with the method and the preconditioner of the inner solver, but without its monitors and options */
-static PetscErrorCode CreateKSP(const PC_Ainsworth *data, KSP *trial)
+static PetscErrorCode CreateKSP(const AinsworthSolver *solver, KSP *trial)
 {
   static const PetscInt most = 300, restart = 100; /* dtol is infinite: with a floating body the residual grows until x is its motion */
   KSPType               type;
@@ -13,12 +13,12 @@ static PetscErrorCode CreateKSP(const PC_Ainsworth *data, KSP *trial)
   PC                    inner;
 
   PetscFunctionBegin;
-  PetscCall(KSPGetType(data->inner.ksp, &type));
-  PetscCall(KSPGetNormType(data->inner.ksp, &norm));
-  PetscCall(KSPGetPCSide(data->inner.ksp, &side));
-  PetscCall(AinsworthSolverGetInnerPC(data, &inner));
-  PetscCall(KSPCreate(PetscObjectComm((PetscObject)data->inner.ksp), trial));
-  PetscCall(KSPSetOptionsPrefix(*trial, AinsworthSolverPrefix(data)));
+  PetscCall(KSPGetType(solver->inner.ksp, &type));
+  PetscCall(KSPGetNormType(solver->inner.ksp, &norm));
+  PetscCall(KSPGetPCSide(solver->inner.ksp, &side));
+  PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
+  PetscCall(KSPCreate(PetscObjectComm((PetscObject)solver->inner.ksp), trial));
+  PetscCall(KSPSetOptionsPrefix(*trial, AinsworthSolverPrefix(solver)));
   PetscCall(KSPAppendOptionsPrefix(*trial, "trial_"));
   PetscCall(KSPSetType(*trial, type));
   PetscCall(KSPSetPC(*trial, inner));
@@ -34,26 +34,26 @@ static PetscErrorCode CreateKSP(const PC_Ainsworth *data, KSP *trial)
 
    What the view reports on the last right-hand side (ctx->homogeneous) is preserved
 */
-static PetscErrorCode CreateForces(const PC_Ainsworth *data, KSP trial, Vec *f)
+static PetscErrorCode CreateForces(const AinsworthSolver *solver, KSP trial, Vec *f)
 {
   Vec          root;
   Mat          operation;
   MatNullSpace nullsp;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(data->reduced.inverseDiagonal, f));
-  PetscCall(AinsworthVecClone(data->reduced.inverseDiagonal, &root));
+  PetscCall(VecDuplicate(solver->reduced.inverseDiagonal, f));
+  PetscCall(AinsworthVecClone(solver->reduced.inverseDiagonal, &root));
   PetscCall(VecSqrtAbs(root));
   PetscCall(AinsworthVecSetRandom(*f));
   PetscCall(VecPointwiseDivide(*f, *f, root));
   PetscCall(VecDestroy(&root));
-  if (data->saddle.constraints()) {
+  if (solver->saddle.constraints()) {
     Mat_Ainsworth *ctx;
 
-    PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
+    PetscCall(MatAinsworthGetContext_Private(solver->reduced.mat, &ctx));
     const PetscBool homogeneous = ctx->homogeneous;
 
-    PetscCall(MatAinsworthReduce_Private(data->reduced.mat, PETSC_FALSE, *f, NULL, *f));
+    PetscCall(MatAinsworthReduce_Private(solver->reduced.mat, PETSC_FALSE, *f, NULL, *f));
     ctx->homogeneous = homogeneous;
   }
   PetscCall(KSPGetOperators(trial, &operation, NULL));
@@ -63,12 +63,12 @@ static PetscErrorCode CreateForces(const PC_Ainsworth *data, KSP trial, Vec *f)
 }
 
 /*
-   PCAinsworthTry_Private - solves for random forces after set-up. Collective
+   AinsworthTry - solves for random forces after set-up. Collective
 
    smallest: estimated eigenvalue of the preconditioned operator, 0 if the method is not conjugate gradients; why: the cause of a failure, otherwise empty, also
    if the solve is only slow
 */
-PetscErrorCode PCAinsworthTry_Private(PC pc, PC_Ainsworth *data, KSPConvergedReason *reason, PetscInt *iterations, PetscReal *smallest, char why[], size_t len)
+PetscErrorCode AinsworthTry(PC pc, AinsworthSolver *solver, KSPConvergedReason *reason, PetscInt *iterations, PetscReal *smallest, PetscBool *lost, char why[], size_t len)
 {
   static const PetscReal suspicious = 1e-10; /* relative to the energy of diag(A) */
   PetscInt               n;
@@ -82,24 +82,24 @@ PetscErrorCode PCAinsworthTry_Private(PC pc, PC_Ainsworth *data, KSPConvergedRea
   *iterations = 0;
   *smallest   = 0.0;
   *reason     = KSP_CONVERGED_HAPPY_BREAKDOWN;
-  PetscCall(VecGetSize(data->reduced.inverseDiagonal, &n));
-  if (data->saddle.constraints() == n && !data->saddle.D) PetscFunctionReturn(PETSC_SUCCESS); /* the constraints alone determine x */
-  PetscCall(CreateKSP(data, &trial));
+  PetscCall(VecGetSize(solver->reduced.inverseDiagonal, &n));
+  if (solver->saddle.constraints() == n && !solver->saddle.D) PetscFunctionReturn(PETSC_SUCCESS); /* the constraints alone determine x */
+  PetscCall(CreateKSP(solver, &trial));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)trial, &conjugate, KSPCG, KSPPROJECTEDCG, ""));
   PetscCall(KSPSetComputeSingularValues(trial, conjugate));
-  PetscCall(CreateForces(data, trial, &f));
+  PetscCall(CreateForces(solver, trial, &f));
   PetscCall(VecDuplicate(f, &x));
-  PetscCall(AinsworthSolverEnter(data, trial, x));
+  PetscCall(AinsworthSolverEnter(solver, trial, x));
   PetscCall(KSPSolve(trial, f, x));
-  PetscCall(AinsworthSolverLeave(data, trial));
+  PetscCall(AinsworthSolverLeave(solver, trial));
   PetscCall(KSPGetConvergedReason(trial, reason));
   PetscCall(KSPGetIterationNumber(trial, iterations));
   /* after a breakdown PETSc has not stored the last coefficients, and its eigenvalue solver may not end */
   if (*iterations && (*reason > 0 || *reason == KSP_DIVERGED_ITS)) PetscCall(AinsworthReportSmallestRitzValue(trial, smallest));
   PetscCall(VecCopy(x, f));
-  PetscCall(AinsworthSolverRayleighQuotient(data, f, &quotient));
-  if ((*reason < 0 && *reason != KSP_DIVERGED_ITS) || (data->saddle.symmetric && quotient < suspicious))
-    PetscCall(PCAinsworthExplain_Private(pc, data, trial, x, *reason, why, len));
+  PetscCall(AinsworthSolverRayleighQuotient(solver, f, &quotient));
+  if ((*reason < 0 && *reason != KSP_DIVERGED_ITS) || (solver->saddle.symmetric && quotient < suspicious))
+    PetscCall(AinsworthExplain(pc, solver, trial, x, *reason, lost, why, len));
   PetscCall(KSPDestroy(&trial));
   PetscCall(VecDestroy(&f));
   PetscCall(VecDestroy(&x));

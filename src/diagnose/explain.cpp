@@ -1,5 +1,5 @@
 /* Explanations of failed set-ups and solves: the cause first, then what to do */
-#include "pcainsworth.h"
+#include "diagnose.h"
 #include "../projection/projectedcg.h"
 #include "../loops.h"
 #include "../objects.h"
@@ -23,7 +23,7 @@ static PetscErrorCode Gather(Mat M, PetscInt n, PetscScalar values[])
 }
 
 /* Removes the entries that belong to unknowns which only the levels have: they come last on each rank. Collective */
-static PetscErrorCode OwnUnknowns(const PC_Ainsworth *data, Vec *y)
+static PetscErrorCode OwnUnknowns(const AinsworthSolver *solver, Vec *y)
 {
   Vec                own;
   PetscInt           n;
@@ -31,7 +31,7 @@ static PetscErrorCode OwnUnknowns(const PC_Ainsworth *data, Vec *y)
   PetscScalar       *to;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(data->reduced.inverseDiagonal, &own));
+  PetscCall(VecDuplicate(solver->reduced.inverseDiagonal, &own));
   PetscCall(VecGetLocalSize(own, &n));
   PetscCall(VecGetArrayRead(*y, &from));
   PetscCall(VecGetArrayWrite(own, &to));
@@ -50,7 +50,7 @@ static PetscErrorCode OwnUnknowns(const PC_Ainsworth *data, Vec *y)
    application follows in this solve, and is set up again before its next use. It is not asked on several ranks: PETSc 3.22 returns broken levels if they leave
    out a rank.
 */
-static PetscErrorCode SoftestCoarseMotion(PC_Ainsworth *data, PC inner, PetscBool last, Vec *y)
+static PetscErrorCode SoftestCoarseMotion(AinsworthSolver *solver, PC inner, PetscBool last, PetscBool *lost, Vec *y)
 {
   static const PetscInt largest = 2000;
   PetscInt              n, levels;
@@ -67,7 +67,7 @@ static PetscErrorCode SoftestCoarseMotion(PC_Ainsworth *data, PC inner, PetscBoo
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)inner), &size));
   PetscCall(PCGetOperatorsSet(inner, NULL, &made));
   if (!has || (boomer && (!last || size > 1)) || !made) PetscFunctionReturn(PETSC_SUCCESS);
-  if (boomer) data->state = PC_AINSWORTH_NONE;
+  *lost = (PetscBool)(*lost || boomer);
   PetscCall(PCGetCoarseOperators(inner, &levels, &M));
   PetscCall(PCGetInterpolations(inner, &levels, &P));
   levels--; /* there is one less of each than of levels */
@@ -97,7 +97,7 @@ static PetscErrorCode SoftestCoarseMotion(PC_Ainsworth *data, PC inner, PetscBoo
       PetscCall(VecDestroy(&coarse));
       coarse = fine;
     }
-    PetscCall(OwnUnknowns(data, &coarse));
+    PetscCall(OwnUnknowns(solver, &coarse));
     *y = coarse;
   }
   for (PetscInt l = 0; l < levels; l++) {
@@ -134,7 +134,7 @@ static PetscErrorCode SmallestDiagonal(Mat A, Vec *y)
    Tries the iterate x, which grows in its direction, the softest motion that multigrid knows, the unknown with the smallest diagonal entry, and the direction
    in which conjugate gradients met no positive energy
 */
-static PetscErrorCode LookForMotion(PC_Ainsworth *data, KSP ksp, Vec x, PetscBool last, PetscReal *quotient)
+static PetscErrorCode LookForMotion(AinsworthSolver *solver, KSP ksp, Vec x, PetscBool last, PetscBool *lost, PetscReal *quotient)
 {
   Vec                direction, tried[4] = {NULL, NULL, NULL, NULL};
   PetscReal          found;
@@ -143,17 +143,17 @@ static PetscErrorCode LookForMotion(PC_Ainsworth *data, KSP ksp, Vec x, PetscBoo
 
   PetscFunctionBegin;
   *quotient = 1.0;
-  if (!data->saddle.symmetric) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!solver->saddle.symmetric) PetscFunctionReturn(PETSC_SUCCESS);
   if (x) PetscCall(AinsworthVecClone(x, &tried[0]));
-  PetscCall(AinsworthSolverGetInnerPC(data, &inner));
-  PetscCall(SoftestCoarseMotion(data, inner, last, &tried[1]));
-  PetscCall(SmallestDiagonal(data->saddle.A, &tried[2]));
+  PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
+  PetscCall(SoftestCoarseMotion(solver, inner, last, lost, &tried[1]));
+  PetscCall(SmallestDiagonal(solver->saddle.A, &tried[2]));
   PetscCall(KSPProjectedCGGetDirection_Private(ksp, &direction));
   PetscCall(KSPGetConvergedReason(ksp, &ended));
   if (x && direction && ended == KSP_DIVERGED_INDEFINITE_MAT) PetscCall(AinsworthVecClone(direction, &tried[3]));
   for (Vec &y : tried) {
     if (!y) continue;
-    PetscCall(AinsworthSolverRayleighQuotient(data, y, &found));
+    PetscCall(AinsworthSolverRayleighQuotient(solver, y, &found));
     *quotient = PetscMin(*quotient, found);
     PetscCall(VecDestroy(&y));
   }
@@ -161,7 +161,7 @@ static PetscErrorCode LookForMotion(PC_Ainsworth *data, KSP ksp, Vec x, PetscBoo
 }
 
 /* Names options of the outer KSP that the program may have meant for the reduced solve */
-static PetscErrorCode MisplacedOptions(PC pc, const PC_Ainsworth *data, char text[], size_t len)
+static PetscErrorCode MisplacedOptions(PC pc, const AinsworthSolver *solver, char text[], size_t len)
 {
   const char *const names[] = {"-ksp_rtol", "-ksp_max_it", "-ksp_atol"};
   const char       *prefix;
@@ -175,65 +175,65 @@ static PetscErrorCode MisplacedOptions(PC pc, const PC_Ainsworth *data, char tex
     PetscBool outside, inside;
 
     PetscCall(PetscOptionsHasName(options, prefix, name, &outside));
-    PetscCall(PetscOptionsHasName(options, AinsworthSolverPrefix(data), name, &inside));
+    PetscCall(PetscOptionsHasName(options, AinsworthSolverPrefix(solver), name, &inside));
     if (!outside || inside || text[0]) continue;
     PetscCall(PetscSNPrintf(text, len, "; -%s%s is that of the outer solver, the reduced solve has -%s%s", prefix ? prefix : "", name + 1,
-                            AinsworthSolverPrefix(data), name + 1));
+                            AinsworthSolverPrefix(solver), name + 1));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Gets the reason of the last solve with the Gram matrix, the worst of all ranks; not negative if there was none; collective */
-static PetscErrorCode GramReason(const PC_Ainsworth *data, KSPConvergedReason *reason)
+static PetscErrorCode GramReason(const AinsworthSolver *solver, KSPConvergedReason *reason)
 {
   const AinsworthGram *gram;
   KSP                  ksp   = NULL;
   PetscMPIInt          worst = 0;
 
   PetscFunctionBegin;
-  if (data->reduced.mat) {
-    PetscCall(MatAinsworthGetGram_Private(data->reduced.mat, &gram));
+  if (solver->reduced.mat) {
+    PetscCall(MatAinsworthGetGram_Private(solver->reduced.mat, &gram));
     ksp = AinsworthGramGetKSP(gram);
   }
   if (ksp) PetscCall(KSPGetConvergedReason(ksp, reason));
   if (ksp) worst = (PetscMPIInt)*reason;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_INT, MPI_MIN, PetscObjectComm((PetscObject)data->inner.ksp)));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_INT, MPI_MIN, PetscObjectComm((PetscObject)solver->inner.ksp)));
   *reason = (KSPConvergedReason)worst;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Explains a reduced solve that ended with `reason`, as far as possible; a positive reason failed the verification; x: the last iterate or NULL */
-PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, KSP ksp, Vec x, KSPConvergedReason reason, char why[], size_t len)
+/*
+   Explains a reduced solve that ended with `reason`, as far as possible; a positive reason failed the verification
+
+   x: the last iterate or NULL; lost becomes true if the inner preconditioner has to be set up again
+*/
+PetscErrorCode AinsworthExplain(PC pc, AinsworthSolver *solver, KSP ksp, Vec x, KSPConvergedReason reason, PetscBool *lost, char why[], size_t len)
 {
   PetscInt           iterations;
   PetscReal          quotient, residual;
   PetscBool          definite;
   char               misplaced[256];
-  const char        *prefix = AinsworthSolverPrefix(data);
+  const char        *prefix = AinsworthSolverPrefix(solver);
   PC                 inner;
   PCType             type;
   PCFailedReason     failed;
   KSPConvergedReason gram;
 
   PetscFunctionBegin;
-  if (data->state < PC_AINSWORTH_READY) { /* a set-up in the middle of this application has told why */
-    PetscCall(PetscStrncpy(why, data->outcome.why, len));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(AinsworthSolverGetInnerPC(data, &inner));
+  PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   PetscCall(PCGetType(inner, &type));
   PetscCall(PCGetFailedReason(inner, &failed));
   PetscCall(KSPGetIterationNumber(ksp, &iterations));
   PetscCall(KSPGetResidualNorm(ksp, &residual));
-  PetscCall(AinsworthSolverIsConjugateGradients(AinsworthTypeName((PetscObject)data->inner.ksp), &definite));
-  PetscCall(GramReason(data, &gram));
+  PetscCall(AinsworthSolverIsConjugateGradients(AinsworthTypeName((PetscObject)solver->inner.ksp), &definite));
+  PetscCall(GramReason(solver, &gram));
   if (gram < 0) {
     PetscCall(PetscSNPrintf(why, len, "Solves with the Gram matrix S = C W C' do not converge (%s): change the options -%sgram_ksp and -%sgram_pc",
                             KSPConvergedReasons[gram], prefix, prefix));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(LookForMotion(data, ksp, x, (PetscBool)(x && reason != KSP_DIVERGED_ITS), &quotient));
-  PetscCall(MisplacedOptions(pc, data, misplaced, sizeof(misplaced)));
+  PetscCall(LookForMotion(solver, ksp, x, (PetscBool)(x && reason != KSP_DIVERGED_ITS), lost, &quotient));
+  PetscCall(MisplacedOptions(pc, solver, misplaced, sizeof(misplaced)));
   if (PetscAbsReal(quotient) <= AinsworthNoEnergy)
     PetscCall(
       PetscSNPrintf(why, len,
@@ -251,7 +251,7 @@ PetscErrorCode PCAinsworthExplain_Private(PC pc, PC_Ainsworth *data, KSP ksp, Ve
   else if (reason >= 0) PetscFunctionReturn(PETSC_SUCCESS); /* the verification has set the text */
   else if (reason == KSP_DIVERGED_PC_FAILED)
     PetscCall(PetscSNPrintf(why, len, "The inner preconditioner, of type %s, failed (%s): try another -%spc_type", type, PCFailedReasons[failed], prefix));
-  else if (!data->saddle.symmetric && definite)
+  else if (!solver->saddle.symmetric && definite)
     PetscCall(PetscSNPrintf(why, len, "A is not symmetric, and the reduced solve failed (%s): -%sksp_type gmres does not need it to be%s",
                             KSPConvergedReasons[reason], prefix, misplaced));
   else if (reason == KSP_DIVERGED_INDEFINITE_PC)

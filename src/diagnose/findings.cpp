@@ -1,5 +1,5 @@
 /* Diagnosis of set-up, stage by stage, before anything is solved (docs/diagnose.md) */
-#include "pcainsworth.h"
+#include "diagnose.h"
 #include "../projection/matainsworth.h"
 
 /* Operations of the factor of S above which there is advice */
@@ -10,9 +10,9 @@ static const PetscInt slow = 100;
 static const PetscReal missing = 0.1;
 
 /* Reports rows that are dependent, or nearly so */
-static PetscErrorCode DiagnoseDependence(PC_Ainsworth *data, AinsworthDiagnosis *d)
+static PetscErrorCode DiagnoseDependence(AinsworthSolver *solver, AinsworthDiagnosis *d)
 {
-  const AinsworthSaddle *sp   = &data->saddle;
+  const AinsworthSaddle *sp   = &solver->saddle;
   const PetscInt         near = sp->count[AINSWORTH_ROW_NEAR], count = sp->count[AINSWORTH_ROW_DEPENDENT] + near;
   char                   names[128];
   PetscBool              doubtful = PETSC_FALSE;
@@ -27,9 +27,9 @@ static PetscErrorCode DiagnoseDependence(PC_Ainsworth *data, AinsworthDiagnosis 
                           "them, a constraint that is said twice among them, or see that g agrees",
                           count, near ? "combinations, exactly or nearly, of" : "combinations of", names);
   }
-  if (data->reduced.mat) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced.mat, &doubtful));
+  if (solver->reduced.mat) PetscCall(MatAinsworthIsDoubtful_Private(solver->reduced.mat, &doubtful));
   if (!doubtful) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatAinsworthFindNear_Private(data->reduced.mat, &n, &rows));
+  PetscCall(MatAinsworthFindNear_Private(solver->reduced.mat, &n, &rows));
   PetscCall(AinsworthSaddleNameKept(sp, n, rows, names, sizeof(names)));
   PetscCall(PetscFree(rows));
   if (!n) {
@@ -46,21 +46,21 @@ static PetscErrorCode DiagnoseDependence(PC_Ainsworth *data, AinsworthDiagnosis 
 }
 
 /* Reports S, its pieces and its factor */
-static PetscErrorCode DiagnoseGram(PC_Ainsworth *data, AinsworthDiagnosis *d)
+static PetscErrorCode DiagnoseGram(AinsworthSolver *solver, AinsworthDiagnosis *d)
 {
   const AinsworthGram *gram;
   char                 text[256];
   PetscReal            cost[2], most; /* entries and operations */
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetGram_Private(data->reduced.mat, &gram));
+  PetscCall(MatAinsworthGetGram_Private(solver->reduced.mat, &gram));
   PetscCall(AinsworthGramDescribe(gram, text, sizeof(text)));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "pieces",
                         AinsworthJSON("pieces", AinsworthJSON(gram->placement.components), "largest", AinsworthJSON(gram->placement.largest)), "%s", text);
   cost[0] = gram->factor.cost.entries;
   cost[1] = gram->factor.cost.operations;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, cost, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)data->reduced.mat)));
-  PetscCall(MPIU_Allreduce(&gram->factor.cost.operations, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)data->reduced.mat)));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, cost, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)solver->reduced.mat)));
+  PetscCall(MPIU_Allreduce(&gram->factor.cost.operations, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)solver->reduced.mat)));
   cost[0] *= (PetscReal)sizeof(PetscScalar);
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "factor", AinsworthJSON("bytes", AinsworthJSON(cost[0]), "operations", AinsworthJSON(cost[1])),
                         "factor of S, predicted: %.3g MB, %.3g operations", (double)(cost[0] / 1e6), (double)cost[1]);
@@ -73,7 +73,7 @@ static PetscErrorCode DiagnoseGram(PC_Ainsworth *data, AinsworthDiagnosis *d)
 }
 
 /* Reports the predicted memory of M_*, before it is made */
-static PetscErrorCode DiagnoseFill(PC_Ainsworth *data, AinsworthDiagnosis *d)
+static PetscErrorCode DiagnoseFill(AinsworthSolver *solver, AinsworthDiagnosis *d)
 {
   static const PetscReal entry = (PetscReal)(sizeof(PetscScalar) + sizeof(PetscInt));
   AinsworthPmatFill      fill;
@@ -81,9 +81,9 @@ static PetscErrorCode DiagnoseFill(PC_Ainsworth *data, AinsworthDiagnosis *d)
   Mat                    A;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthGetAIJ(data->saddle.A, &A));
-  PetscCall(AinsworthPmatGetFill(A, data->saddle.C, &fill));
-  PetscCall(AinsworthPmatPredict(A, data->saddle.C, NULL, &fill, &jcb));
+  PetscCall(AinsworthGetAIJ(solver->saddle.A, &A));
+  PetscCall(AinsworthPmatGetFill(A, solver->saddle.C, &fill));
+  PetscCall(AinsworthPmatPredict(A, solver->saddle.C, NULL, &fill, &jcb));
   PetscCall(MatDestroy(&A));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "memory",
                         AinsworthJSON("A_bytes", AinsworthJSON(entry * fill.entries), "id_bytes", AinsworthJSON(entry * (fill.entries + fill.squares)),
@@ -102,7 +102,7 @@ static void ConfirmSigns(AinsworthDiagnosis *d)
 }
 
 /* Reports the reduced system and how a trial solve of it ends */
-static PetscErrorCode DiagnoseReduced(PC pc, PC_Ainsworth *data, AinsworthDiagnosis *d)
+static PetscErrorCode DiagnoseReduced(PC pc, AinsworthSolver *solver, PetscBool unchanged, AinsworthDiagnosis *d, PetscBool *lost)
 {
   KSPConvergedReason reason;
   PetscInt           iterations;
@@ -115,31 +115,31 @@ static PetscErrorCode DiagnoseReduced(PC pc, PC_Ainsworth *data, AinsworthDiagno
   PC                 inner;
 
   PetscFunctionBegin;
-  PetscCall(PCAinsworthDescribePmat_Private(data, text));
+  PetscCall(AinsworthDescribePmat(solver, text));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "pmat", AinsworthJSON(text.c_str()), "preconditioning matrix: %s", text.c_str());
-  PetscCall(KSPGetType(data->inner.ksp, &method));
-  PetscCall(AinsworthSolverGetInnerPC(data, &inner));
+  PetscCall(KSPGetType(solver->inner.ksp, &method));
+  PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   PetscCall(PCGetType(inner, &type));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "solver", AinsworthJSON("method", AinsworthJSON(method), "preconditioner", AinsworthJSON(type)),
                         "reduced solve: %s, preconditioned by %s", method, type);
-  PetscCall(AinsworthSaddleDescribeModes(&data->saddle, modes, sizeof(modes)));
+  PetscCall(AinsworthSaddleDescribeModes(&solver->saddle, modes, sizeof(modes)));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "modes", AinsworthJSON(modes), "near null space of A: %s", modes[0] ? modes : "constants alone, by default");
-  PetscCall(PCAinsworthDescribeLeftOut_Private(data, text));
+  PetscCall(AinsworthDescribeLeftOut(solver, unchanged, text));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "left_out", AinsworthJSON(text.c_str()), "left out: %s", text.c_str());
-  PetscCall(PCAinsworthTry_Private(pc, data, &reason, &iterations, &smallest, why, sizeof(why)));
+  PetscCall(AinsworthTry(pc, solver, &reason, &iterations, &smallest, lost, why, sizeof(why)));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "trial_iterations", AinsworthJSON(iterations), "trial solve with a random f: %" PetscInt_FMT " iterations, %s",
                         iterations, KSPConvergedReasons[reason]);
   if (smallest > 0.0)
     AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "smallest_eigenvalue", AinsworthJSON(smallest), "its preconditioned operator has eigenvalues down to %.2g",
                           (double)smallest);
   if (why[0]) {
-    const bool again = reason == KSP_DIVERGED_INDEFINITE_MAT && data->saddle.D; /* springs of negative stiffness: GMRES will take over */
+    const bool again = reason == KSP_DIVERGED_INDEFINITE_MAT && solver->saddle.D; /* springs of negative stiffness: GMRES will take over */
 
     if (!again) ConfirmSigns(d);
     AinsworthDiagnosisAdd(d, again ? AINSWORTH_DOUBTFUL : AINSWORTH_FATAL, "trial", AinsworthJSON(KSPConvergedReasons[reason]), "%s", why);
   }
   PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCBLOCKSA, &multigrid));
-  if (!why[0] && multigrid && !modes[0] && (data->saddle.bs == 2 || data->saddle.bs == 3) && smallest > 0.0 && smallest < missing)
+  if (!why[0] && multigrid && !modes[0] && (solver->saddle.bs == 2 || solver->saddle.bs == 3) && smallest > 0.0 && smallest < missing)
     AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "modes_forgotten", AinsworthJSON(smallest),
                           "Multigrid does not know the rigid-body modes: the trial takes %" PetscInt_FMT
                           " iterations, as eigenvalues go down to %.2g; with modes they are usually .2 or more, and 15 to 30 iterations suffice. Attach modes "
@@ -150,33 +150,36 @@ static PetscErrorCode DiagnoseReduced(PC pc, PC_Ainsworth *data, AinsworthDiagno
                           "The reduced solve takes %" PetscInt_FMT
                           " iterations: multigrid does not fit A, as with elements stretched far, nearly incompressible material or thin structures; see that "
                           "rigid-body modes are attached with MatSetNearNullSpace(), or use -%spc_type cholesky",
-                          iterations, AinsworthSolverPrefix(data));
+                          iterations, AinsworthSolverPrefix(solver));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthDiagnose_Private - prints what is known at a stage of set-up, and the advice after the last stage; collective */
-PetscErrorCode PCAinsworthDiagnose_Private(PC pc, PC_Ainsworth *data, PCAinsworthStage stage)
+/*
+   AinsworthDiagnose - prints what is known at a stage of set-up, and the advice after the last stage; collective
+
+   unchanged: there was nothing to set up; lost becomes true if the inner preconditioner has to be set up again
+*/
+PetscErrorCode AinsworthDiagnose(PC pc, AinsworthSolver *solver, const AinsworthSaddleInputs &inputs, AinsworthStage stage, PetscBool unchanged, AinsworthDiagnosis *d, PetscBool *lost)
 {
   static const char *const titles[] = {"what was passed", "the blocks", "the constraints", "the reduced system"};
-  AinsworthDiagnosis      *d        = data->diagnosis.get();
   MPI_Comm                 comm     = PetscObjectComm((PetscObject)pc);
 
   PetscFunctionBegin;
   if (!d || d->finished) PetscFunctionReturn(PETSC_SUCCESS);
   switch (stage) {
-  case PC_AINSWORTH_STAGE_PASSED:
-    PetscCall(PCAinsworthDiagnosePassed_Private(data, d));
+  case AINSWORTH_STAGE_PASSED:
+    PetscCall(AinsworthDiagnosePassed(inputs, d));
     break;
-  case PC_AINSWORTH_STAGE_BLOCKS:
-    PetscCall(PCAinsworthDiagnoseBlocks_Private(data, d));
+  case AINSWORTH_STAGE_BLOCKS:
+    PetscCall(AinsworthDiagnoseBlocks(solver, d));
     break;
-  case PC_AINSWORTH_STAGE_CONSTRAINTS:
-    PetscCall(DiagnoseDependence(data, d));
-    if (data->saddle.constraints()) PetscCall(DiagnoseGram(data, d));
-    if (data->saddle.constraints()) PetscCall(DiagnoseFill(data, d));
+  case AINSWORTH_STAGE_CONSTRAINTS:
+    PetscCall(DiagnoseDependence(solver, d));
+    if (solver->saddle.constraints()) PetscCall(DiagnoseGram(solver, d));
+    if (solver->saddle.constraints()) PetscCall(DiagnoseFill(solver, d));
     break;
-  case PC_AINSWORTH_STAGE_REDUCED:
-    PetscCall(DiagnoseReduced(pc, data, d));
+  case AINSWORTH_STAGE_REDUCED:
+    PetscCall(DiagnoseReduced(pc, solver, unchanged, d, lost));
     d->finished = true;
   }
   PetscCall(AinsworthDiagnosisPrintFacts(d, comm, titles[stage]));
@@ -193,11 +196,10 @@ static bool ToldByTrial(const AinsworthDiagnosis *d, const std::string &why)
   return false;
 }
 
-/* PCAinsworthDiagnoseFailure_Private - reports why a set-up or a solve ended; code: an error, after which nothing is collective */
-PetscErrorCode PCAinsworthDiagnoseFailure_Private(PC pc, PC_Ainsworth *data, PetscErrorCode code, const char why[])
+/* AinsworthDiagnoseFailure - reports why a set-up or a solve ended; code: an error, after which nothing is collective */
+PetscErrorCode AinsworthDiagnoseFailure(MPI_Comm comm, AinsworthDiagnosis *d, PetscErrorCode code, const char why[])
 {
-  AinsworthDiagnosis *d       = data->diagnosis.get();
-  AinsworthErrorText  message = NULL;
+  AinsworthErrorText message = NULL;
 
   PetscFunctionBegin;
   if (!d) PetscFunctionReturn(PETSC_SUCCESS);
@@ -206,27 +208,7 @@ PetscErrorCode PCAinsworthDiagnoseFailure_Private(PC pc, PC_Ainsworth *data, Pet
   if (why[0] && !ToldByTrial(d, why)) AinsworthDiagnosisAdd(d, AINSWORTH_FATAL, code ? "error" : "failure", AinsworthJSON(why), "%s", why);
   ConfirmSigns(d);
   d->finished = true;
-  PetscCall(AinsworthDiagnosisPrintAdvice(d, PetscObjectComm((PetscObject)pc)));
-  PetscCall(AinsworthDiagnosisSave(d, PetscObjectComm((PetscObject)pc), code ? PETSC_FALSE : PETSC_TRUE));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* PCAinsworthDiagnoseFromOptions_Private - reads -pc_ainsworth_diagnose, with or without a file */
-PetscErrorCode PCAinsworthDiagnoseFromOptions_Private(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
-{
-  char      file[PETSC_MAX_PATH_LEN] = "";
-  PetscBool set, yes, no;
-
-  PetscFunctionBegin;
-  PetscCall(PetscOptionsString("-pc_ainsworth_diagnose", "Prints what set-up finds, and advice, [also as JSON to this file]", PCAINSWORTH, file, file,
-                               sizeof(file), &set));
-  PetscCall(PetscStrInList(file, "true,yes,on,1", ',', &yes));
-  PetscCall(PetscStrInList(file, "false,no,off,0", ',', &no));
-  if (!set || no) data->diagnosis.reset();
-  else if (!data->diagnosis || data->diagnosis->file != (yes ? "" : file)) {
-    data->diagnosis.reset(new AinsworthDiagnosis());
-    if (!yes) data->diagnosis->file = file;
-    PetscCall(AinsworthDiagnosisSave(data->diagnosis.get(), PetscObjectComm((PetscObject)pc), PETSC_TRUE)); /* checks that it can be written */
-  }
+  PetscCall(AinsworthDiagnosisPrintAdvice(d, comm));
+  PetscCall(AinsworthDiagnosisSave(d, comm, code ? PETSC_FALSE : PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

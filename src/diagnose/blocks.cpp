@@ -1,5 +1,5 @@
 /* Diagnosis of the blocks: sizes, signs, scales, long rows, and shared unknowns (docs/diagnose.md) */
-#include "pcainsworth.h"
+#include "diagnose.h"
 #include "../saddle/survey.h"
 
 /* Ratio of the norms of rows of C above which there is advice */
@@ -10,13 +10,13 @@ static const PetscReal largeJump = 1e6;
 static const PetscReal muchOf = 0.25;
 static const PetscInt  many   = 100;
 
-/* PCAinsworthDiagnosePassed_Private - reports the matrix that the program passed */
-PetscErrorCode PCAinsworthDiagnosePassed_Private(const PC_Ainsworth *data, AinsworthDiagnosis *d)
+/* AinsworthDiagnosePassed - reports the matrix that the program passed */
+PetscErrorCode AinsworthDiagnosePassed(const AinsworthSaddleInputs &inputs, AinsworthDiagnosis *d)
 {
   PetscInt    rows, cols, nr, nc;
   PetscMPIInt size;
   PetscBool   nest;
-  const Mat   amat = data->given.inputs.amat;
+  const Mat   amat = inputs.amat;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)amat), &size));
@@ -25,7 +25,7 @@ PetscErrorCode PCAinsworthDiagnosePassed_Private(const PC_Ainsworth *data, Ainsw
     d, AINSWORTH_FACT, "matrix",
     AinsworthJSON("type", AinsworthJSON(AinsworthTypeName((PetscObject)amat)), "rows", AinsworthJSON(rows), "ranks", AinsworthJSON((PetscInt)size)),
     "matrix: %s, %" PetscInt_FMT " x %" PetscInt_FMT ", on %d rank%s%s", AinsworthTypeName((PetscObject)amat), rows, cols, size, size > 1 ? "s" : "",
-    data->given.inputs.pmat == amat ? "" : "; Pmat is another");
+    inputs.pmat == amat ? "" : "; Pmat is another");
   PetscCall(PetscObjectTypeCompare((PetscObject)amat, MATNEST, &nest));
   if (!nest) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNestGetSize(amat, &nr, &nc));
@@ -92,16 +92,16 @@ static PetscErrorCode DiagnoseA(const AinsworthSaddle *sp, Mat A, PetscBool symm
 }
 
 /* Reports jumps of the stiffness and penalty terms in A */
-static PetscErrorCode DiagnoseStiffness(const PC_Ainsworth *data, Mat A, AinsworthDiagnosis *d)
+static PetscErrorCode DiagnoseStiffness(const AinsworthSolver *solver, Mat A, AinsworthDiagnosis *d)
 {
   AinsworthJump jump;
   PetscBool     penalty = PETSC_FALSE;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSurveyJump(A, data->saddle.bs, &jump));
+  PetscCall(AinsworthSurveyJump(A, solver->saddle.bs, &jump));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "A_jump", AinsworthJSON(jump.quotient), "diagonal of A: neighbors differ by up to a factor of %.3g",
                         (double)jump.quotient);
-  PetscCall(AinsworthSurveyPenalty(A, data->saddle.C, &penalty));
+  PetscCall(AinsworthSurveyPenalty(A, solver->saddle.C, &penalty));
   if (penalty)
     AinsworthDiagnosisAdd(d, AINSWORTH_DOUBTFUL, "penalty_in_A", "true",
                           "A seems to have penalty terms beta C'C of the same constraints, far larger than the rest of it: leave them out, the constraints "
@@ -110,7 +110,7 @@ static PetscErrorCode DiagnoseStiffness(const PC_Ainsworth *data, Mat A, Ainswor
     AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "jump_in_A", AinsworthJSON(jump.quotient),
                           "The stiffness jumps by a factor of %.3g inside a body, between rows %" PetscInt_FMT " and %" PetscInt_FMT
                           " of A: are units and materials what was meant? Multigrid may be slow; -%spc_type cholesky does not feel it",
-                          (double)jump.quotient, jump.row, jump.col, AinsworthSolverPrefix(data));
+                          (double)jump.quotient, jump.row, jump.col, AinsworthSolverPrefix(solver));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -209,10 +209,10 @@ static PetscErrorCode DiagnoseC(const AinsworthSaddle *sp, AinsworthDiagnosis *d
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthDiagnoseBlocks_Private - reports the blocks */
-PetscErrorCode PCAinsworthDiagnoseBlocks_Private(const PC_Ainsworth *data, AinsworthDiagnosis *d)
+/* AinsworthDiagnoseBlocks - reports the blocks */
+PetscErrorCode AinsworthDiagnoseBlocks(const AinsworthSolver *solver, AinsworthDiagnosis *d)
 {
-  const AinsworthSaddle *sp = &data->saddle;
+  const AinsworthSaddle *sp = &solver->saddle;
   char                   layout[256];
   PetscInt               n, m;
   Mat                    opaque, A;
@@ -226,12 +226,12 @@ PetscErrorCode PCAinsworthDiagnoseBlocks_Private(const PC_Ainsworth *data, Ainsw
   PetscCall(AinsworthFindOpaque(sp->A, &opaque));
   if (!opaque) {
     PetscCall(AinsworthGetAIJ(sp->A, &A));
-    PetscCall(DiagnoseA(sp, A, data->saddle.symmetric, d));
-    PetscCall(DiagnoseStiffness(data, A, d));
+    PetscCall(DiagnoseA(sp, A, solver->saddle.symmetric, d));
+    PetscCall(DiagnoseStiffness(solver, A, d));
     PetscCall(MatDestroy(&A));
   }
   PetscCall(DiagnoseC(sp, d));
-  PetscCall(DiagnoseOtherSide(sp, data->saddle.symmetric, d));
+  PetscCall(DiagnoseOtherSide(sp, solver->saddle.symmetric, d));
   PetscCall(DiagnoseD(sp, d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
