@@ -1,6 +1,6 @@
 /* Entry points of the plugin: registration of types, for PETSc when it loads the plugin and for programs that link it */
 #include <petscainsworth.h>
-#include "events.h"
+#include "base/events.h"
 #include "projection/projectedcg.h"
 #include "multigrid/blocksa.h"
 #include "projection/matainsworth.h"

@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_DIAGNOSIS_H
 #define AINSWORTH_DIAGNOSIS_H
 
-#include "../petsccompat.h"
+#include "../base/petsccompat.h"
 #include <string>
 #include <vector>
 

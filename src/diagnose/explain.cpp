@@ -1,8 +1,8 @@
 /* Explanations of failed set-ups and solves: the cause first, then what to do */
 #include "diagnose.h"
 #include "../projection/projectedcg.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 #include "../projection/matainsworth.h"
 #include <petscblaslapack.h>
 

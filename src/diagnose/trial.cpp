@@ -1,6 +1,6 @@
 /* Trial solve of the reduced system with a random right-hand side, which finds floating bodies, indefinite matrices, and multigrid that does not fit */
 #include "diagnose.h"
-#include "../objects.h"
+#include "../base/objects.h"
 #include "../projection/matainsworth.h"
 
 /* Creates a KSP with the method and the preconditioner of the inner solver, but without its monitors and options */

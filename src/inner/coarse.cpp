@@ -6,9 +6,9 @@
    are kept as few constraints of the coarser levels
 */
 #include "coarse.h"
-#include "../lists.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/lists.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 #include "../projection/projector.h"
 #include "../saddle/saddle.h"
 #include <algorithm>

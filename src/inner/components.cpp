@@ -1,5 +1,5 @@
 #include "pmat.h"
-#include "../loops.h"
+#include "../base/loops.h"
 
 /* Tells whether the entries of a row at each node are in one component, up to 0.005 of the squared largest entry */
 static bool RowKeepsApart(PetscInt bs, PetscInt n, const PetscInt columns[], const PetscScalar values[])

@@ -1,6 +1,6 @@
 /* Watches a reduced solve: if the rest would take longer than a factorization of M_*, it ends (docs/models.md) */
 #include "solver.h"
-#include "../guard.h"
+#include "../base/guard.h"
 
 /*
    The convergence test of a watched solve: ends it if the rest would take longer than a factorization

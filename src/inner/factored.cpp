@@ -1,7 +1,7 @@
 /* Factorization of M_*, by our choice or by options: package, ordering and matrix format */
 #include "solver.h"
-#include "../guard.h"
-#include "../lists.h"
+#include "../base/guard.h"
+#include "../base/lists.h"
 #include "../projection/factor.h"
 #include "../projection/graph.h"
 #include <unistd.h>

@@ -1,5 +1,5 @@
 #include "pmat.h"
-#include "../loops.h"
+#include "../base/loops.h"
 #include "../saddle/saddle.h"
 #include <array>
 #include <cmath>

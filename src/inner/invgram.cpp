@@ -1,8 +1,8 @@
 #include "pmat.h"
-#include "../events.h"
+#include "../base/events.h"
 #include "../projection/graph.h"
-#include "../lists.h"
-#include "../loops.h"
+#include "../base/lists.h"
+#include "../base/loops.h"
 #include "../saddle/saddle.h"
 #include <petscblaslapack.h>
 #include <algorithm>

@@ -1,8 +1,8 @@
 /* Unknowns with zero rows in A (reference nodes, links): they are eliminated from the penalty in M_* (docs/models.md) */
 #include "pmat.h"
-#include "../lists.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/lists.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 #include "../projection/graph.h"
 #include "../projection/projector.h"
 #include "../saddle/saddle.h"

@@ -1,7 +1,7 @@
 /* Creates M_*, or what multigrid in Ker C has in its place */
 #include "solver.h"
 #include "../multigrid/blocksa.h"
-#include "../objects.h"
+#include "../base/objects.h"
 #include "../projection/matainsworth.h"
 #include "../projection/surface.h"
 

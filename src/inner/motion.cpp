@@ -1,6 +1,6 @@
 /* Is a vector a motion that neither A nor C resists? For the words of a failure; no verdict depends on it */
 #include "solver.h"
-#include "../loops.h"
+#include "../base/loops.h"
 #include "../projection/matainsworth.h"
 
 /* Computes x' diag(A) x, and diag(A) x in work; the 1-norm of its row stands in for an entry that is not positive, unless that is zero, too */

@@ -1,6 +1,6 @@
 /* The default inner solver and its options */
 #include "solver.h"
-#include "../defaults.h"
+#include "../base/defaults.h"
 #include "../multigrid/blocksa.h"
 
 /*

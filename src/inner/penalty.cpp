@@ -1,7 +1,7 @@
 /* The penalty B, and what is left of it in series with D */
 #include "pmat.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 #include "../projection/projector.h"
 
 const char *const AinsworthPenaltyTypes[] = {"row", "norm", "AinsworthPenaltyType", "AINSWORTH_PENALTY_", NULL};

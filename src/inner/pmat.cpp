@@ -1,7 +1,7 @@
 #include "pmat.h"
-#include "../events.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/events.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 #include "../projection/projector.h"
 
 /* Computes Y A from Y', which has few nonzero rows; reads only these rows of A */

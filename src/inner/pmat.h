@@ -4,7 +4,7 @@
 
 #include <petscainsworth.h>
 #include "../projection/compliance.h"
-#include "../csr.h"
+#include "../base/csr.h"
 #include <vector>
 
 /* Inv(S), the sparse approximation of the inverse Gram matrix in M_* (paper, Table 1) */

@@ -1,7 +1,7 @@
 #include "pmat.h"
-#include "../lists.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/lists.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 #include "../saddle/saddle.h"
 
 /* AinsworthCopyMarkedRows - creates a matrix with the nonzero entries of the marked local rows of C (NULL: all), and empty rows otherwise. Collective */

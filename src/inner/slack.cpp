@@ -6,8 +6,8 @@
    alone. A vector of the reduced system is y = x + W C' mu. Where D is zero, or so small that its energy was scaled up, t has that energy and no row.
 */
 #include "pmat.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 #include "../projection/projector.h"
 #include "../saddle/saddle.h"
 #include <algorithm>

@@ -1,8 +1,8 @@
 /* Q_* = I - T_f for coarse functions: what they ask of the short rows is spread over the unknowns of these */
 #include "coarse.h"
-#include "../lists.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/lists.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 #include "../projection/projector.h"
 #include <petscksp.h>
 

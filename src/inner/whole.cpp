@@ -1,6 +1,6 @@
 /* The whole system, factored: package, its defaults, its failures, and solves with the factor */
 #include "whole.h"
-#include "../defaults.h"
+#include "../base/defaults.h"
 #include "../projection/factor.h"
 #include <algorithm>
 #include <cstring>

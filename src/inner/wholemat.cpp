@@ -1,6 +1,6 @@
 /* The whole system as one AIJ matrix, and the predicted cost of its factorization */
 #include "whole.h"
-#include "../guard.h"
+#include "../base/guard.h"
 #include "../projection/factor.h"
 #include "../projection/graph.h"
 

@@ -1,5 +1,5 @@
 #include "blocks.h"
-#include "../csr.h"
+#include "../base/csr.h"
 #include "../saddle/arrays.h"
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_BLOCKS_H
 #define AINSWORTH_BLOCKS_H
 
-#include "../lists.h"
+#include "../base/lists.h"
 #include "kernels.h"
 #include <petscsf.h>
 #include <memory>

@@ -1,7 +1,7 @@
 #include "blocksaimpl.h"
-#include "../guard.h"
-#include "../hermitian.h"
-#include "../objects.h"
+#include "../base/guard.h"
+#include "../base/hermitian.h"
+#include "../base/objects.h"
 
 static const char *const precisions[] = {"double", "single", "Precision", "", NULL};
 static const char        untold[]     = "The caller is not known to tolerate single precision";

@@ -1,7 +1,7 @@
 #include "blocksaimpl.h"
-#include "../events.h"
-#include "../lists.h"
-#include "../objects.h"
+#include "../base/events.h"
+#include "../base/lists.h"
+#include "../base/objects.h"
 #include "../saddle/saddle.h"
 #include <algorithm>
 #include <limits>

@@ -1,7 +1,7 @@
 /* The levels of PCBLOCKSA in a subspace: what they need to know of it, and solvers that stay in it */
 #include "blocksaimpl.h"
-#include "../lists.h"
-#include "../objects.h"
+#include "../base/lists.h"
+#include "../base/objects.h"
 #include "../saddle/saddle.h"
 
 /* Returns the unknowns that all levels have to carry */

@@ -1,7 +1,7 @@
 /* A package for factorizations of sparse matrices that are nearly full, as the coarsest level often is: LAPACK's dense L D L^T, or L U of complex ones */
 #include "blocksa.h"
-#include "../guard.h"
-#include "../loops.h"
+#include "../base/guard.h"
+#include "../base/loops.h"
 #include <petsc/private/matimpl.h>
 #include <petscblaslapack.h>
 #include <vector>

@@ -1,5 +1,5 @@
 #include "coarsen.h"
-#include "../events.h"
+#include "../base/events.h"
 #include <algorithm>
 
 namespace

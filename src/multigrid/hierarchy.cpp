@@ -1,5 +1,5 @@
 #include "hierarchy.h"
-#include "../events.h"
+#include "../base/events.h"
 #include <algorithm>
 
 /* A hierarchy with a larger operator complexity, or with a level that is not much smaller than the one before it, costs more than it gains */

@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_KERNELS_H
 #define AINSWORTH_KERNELS_H
 
-#include "../petsccompat.h"
+#include "../base/petsccompat.h"
 #include <complex>
 #include <type_traits>
 

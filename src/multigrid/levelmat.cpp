@@ -1,5 +1,5 @@
 #include "levelmat.h"
-#include "../hermitian.h"
+#include "../base/hermitian.h"
 #include <petscblaslapack.h>
 #include <petsc/private/matimpl.h>
 

@@ -1,5 +1,5 @@
 #include "coarsen.h"
-#include "../lists.h"
+#include "../base/lists.h"
 #include <algorithm>
 
 /* Takes the modes from a near null space, whose constant, if it has one, comes first; order: the local rows node by node, empty if they are stored so */

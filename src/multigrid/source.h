@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_SOURCE_H
 #define AINSWORTH_SOURCE_H
 
-#include "../petsccompat.h"
+#include "../base/petsccompat.h"
 #include <petscmat.h>
 #include <vector>
 

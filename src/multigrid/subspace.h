@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_SUBSPACE_H
 #define AINSWORTH_SUBSPACE_H
 
-#include "../petsccompat.h"
+#include "../base/petsccompat.h"
 #include <petscksp.h>
 #include <functional>
 #include <memory>

@@ -1,5 +1,5 @@
 #include "pcainsworth.h"
-#include "../guard.h"
+#include "../base/guard.h"
 #include "../multigrid/blocksa.h"
 #include <petsc/private/pcimpl.h>
 

@@ -1,6 +1,6 @@
 /* Application of PCAINSWORTH: kept rows, reduced solve (projection/matdoors.cpp, projection/inkernel.cpp), x and lambda, and residuals of both equations */
 #include "pcainsworth.h"
-#include "../hermitian.h"
+#include "../base/hermitian.h"
 #include "../projection/matainsworth.h"
 #include <petsc/private/kspimpl.h>
 #include <petsctime.h>

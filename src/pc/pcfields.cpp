@@ -1,6 +1,6 @@
 /* Fields named by the program, with the functions and options of PCFIELDSPLIT, and those of its DM */
 #include "pcainsworth.h"
-#include "../lists.h"
+#include "../base/lists.h"
 
 /* Forgets the resolved fields, so that the next set-up resolves them again */
 static PetscErrorCode ForgetFields(PC pc, PC_Ainsworth *data)

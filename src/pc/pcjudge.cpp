@@ -1,8 +1,8 @@
 /* The verdict of the program's own system on the solution of a reduced solve, which may be refined for that */
 #include "pcainsworth.h"
-#include "../events.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/events.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 #include "../projection/matainsworth.h"
 
 /*

@@ -1,6 +1,6 @@
 /* The outer Krylov method: what PETSc tells of it before and after each solve, and checks of what it returns */
 #include "pcainsworth.h"
-#include "../events.h"
+#include "../base/events.h"
 #include <petsc/private/kspimpl.h>
 
 /*

@@ -1,5 +1,5 @@
 #include "pcainsworth.h"
-#include "../objects.h"
+#include "../base/objects.h"
 #include "../projection/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 

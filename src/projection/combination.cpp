@@ -1,6 +1,6 @@
 /* A row of the multiplier field that was left out, as a combination of the rows that are kept */
 #include "matainsworth.h"
-#include "../loops.h"
+#include "../base/loops.h"
 
 /* Subtracts the entries of the kept rows from those of all rows */
 static PetscErrorCode SubtractKept(const AinsworthSaddle *sp, Vec kept, Vec all)

@@ -1,6 +1,6 @@
 #include "compliance.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 #include "../saddle/saddle.h"
 
 /*

@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_COMPLIANCE_H
 #define AINSWORTH_COMPLIANCE_H
 
-#include "../petsccompat.h"
+#include "../base/petsccompat.h"
 
 /*
    With mu = G lambda the constraint C x - D lambda = g becomes C x - N mu = g with N = D G^{-1}, and the energy of the springs is mu' E mu / 2 with E = G^{-1}

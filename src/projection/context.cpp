@@ -1,7 +1,7 @@
 /* The context of a MATAINSWORTH: access, set-up of the weight, the projector and the penalty, reset */
 #include "matainsworth.h"
-#include "../guard.h"
-#include "../objects.h"
+#include "../base/guard.h"
+#include "../base/objects.h"
 #include "shared.h"
 #include <petsc/private/petscimpl.h>
 

@@ -1,7 +1,7 @@
 #include "deflation.h"
-#include "../lists.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/lists.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 #include "matainsworth.h"
 #include <petscblaslapack.h>
 

@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_DEFLATION_H
 #define AINSWORTH_DEFLATION_H
 
-#include "../petsccompat.h"
+#include "../base/petsccompat.h"
 #include <vector>
 
 /* What M leaves out */

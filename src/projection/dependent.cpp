@@ -1,9 +1,9 @@
 #include "dependent.h"
 #include "elimination.h"
-#include "../events.h"
-#include "../lists.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/events.h"
+#include "../base/lists.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 #include "graph.h"
 #include "symbolic.h"
 #include <petscsf.h>

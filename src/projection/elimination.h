@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_ELIMINATION_H
 #define AINSWORTH_ELIMINATION_H
 
-#include "../petsccompat.h"
+#include "../base/petsccompat.h"
 #include <vector>
 
 struct AinsworthRow {

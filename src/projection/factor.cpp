@@ -1,6 +1,6 @@
 #include "factor.h"
-#include "../defaults.h"
-#include "../objects.h"
+#include "../base/defaults.h"
+#include "../base/objects.h"
 #include <new>
 #include <unistd.h>
 

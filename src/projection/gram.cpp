@@ -1,5 +1,5 @@
 #include "gram.h"
-#include "../events.h"
+#include "../base/events.h"
 #include "../saddle/saddle.h"
 #include <limits>
 

@@ -1,6 +1,6 @@
 #include "graph.h"
-#include "../csr.h"
-#include "../objects.h"
+#include "../base/csr.h"
+#include "../base/objects.h"
 #include "../saddle/saddle.h"
 #include <petscsf.h>
 #include <metis.h>

@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_GRAPH_H
 #define AINSWORTH_GRAPH_H
 
-#include "../csr.h"
+#include "../base/csr.h"
 #include <vector>
 
 void           AinsworthGraphComponents(const AinsworthCSR &, std::vector<PetscInt> *);

@@ -1,7 +1,7 @@
 /* The type MATAINSWORTH: its products and other operations */
 #include "matainsworth.h"
-#include "../events.h"
-#include "../hermitian.h"
+#include "../base/events.h"
+#include "../base/hermitian.h"
 
 /*
    Computes y = C' B C x + Q' op(A) Q x, where op(A) is A or its adjoint, with two solves with S

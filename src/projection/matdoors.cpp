@@ -1,6 +1,6 @@
 /* Both ends of the reduced system: from f and g to its right-hand side, and from its solution to x and lambda */
 #include "matainsworth.h"
-#include "../events.h"
+#include "../base/events.h"
 #include "dependent.h"
 #include <petsc/private/petscimpl.h>
 

@@ -1,6 +1,6 @@
 /* What is given to a MATAINSWORTH: A and C, the other blocks, the weight, the penalty */
 #include "matainsworth.h"
-#include "../objects.h"
+#include "../base/objects.h"
 #include <petsc/private/petscimpl.h>
 
 const char *const MatAinsworthWeightTypes[] = {"diagonal", "identity", "user", "MatAinsworthWeightType", "MAT_AINSWORTH_WEIGHT_", NULL};

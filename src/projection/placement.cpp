@@ -1,8 +1,8 @@
 #include "placement.h"
 #include "graph.h"
-#include "../csr.h"
-#include "../lists.h"
-#include "../loops.h"
+#include "../base/csr.h"
+#include "../base/lists.h"
+#include "../base/loops.h"
 #include "../saddle/arrays.h"
 #include <petscsf.h>
 #include <map>

@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_PLACEMENT_H
 #define AINSWORTH_PLACEMENT_H
 
-#include "../petsccompat.h"
+#include "../base/petsccompat.h"
 #include <vector>
 
 /* Which rank solves for which row of S */

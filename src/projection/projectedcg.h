@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_PROJECTEDCG_H
 #define AINSWORTH_PROJECTEDCG_H
 
-#include "../petsccompat.h"
+#include "../base/petsccompat.h"
 
 PETSC_INTERN PetscErrorCode KSPCreate_ProjectedCG(KSP);
 PETSC_INTERN PetscErrorCode KSPProjectedCGGetDirection_Private(KSP, Vec *);

@@ -1,7 +1,7 @@
 #include "projector.h"
 #include "shared.h"
-#include "../events.h"
-#include "../objects.h"
+#include "../base/events.h"
+#include "../base/objects.h"
 
 /* AinsworthProjectorMoveRows - moves rows to the ranks that solve for them: a projection then gets the constrained entries of x, and updates them, in one exchange each. Collective */
 PetscErrorCode AinsworthProjectorMoveRows(const AinsworthProjector *proj, Mat *C)

@@ -1,7 +1,7 @@
 #include "shared.h"
-#include "../lists.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/lists.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 #include "../saddle/saddle.h"
 #include <algorithm>
 #include <vector>

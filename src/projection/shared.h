@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_SHARED_H
 #define AINSWORTH_SHARED_H
 
-#include "../petsccompat.h"
+#include "../base/petsccompat.h"
 
 PetscErrorCode AinsworthSharedUnweigh(Mat, Mat, Vec, PetscBool *);
 PetscErrorCode AinsworthSharedDrop(Vec, Mat *);

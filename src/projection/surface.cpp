@@ -1,7 +1,7 @@
 #include "surface.h"
-#include "../events.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/events.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 #include "../saddle/saddle.h"
 
 AinsworthSurface::~AinsworthSurface()

@@ -4,7 +4,7 @@
    It adds what M does not have, knows when M is symmetric, and has no iteration of its own, which would be with M in place of the operator
 */
 #include "inkernel.h"
-#include "../guard.h"
+#include "../base/guard.h"
 #include "matainsworth.h"
 #include <string>
 

@@ -1,7 +1,7 @@
 #include "symbolic.h"
-#include "../csr.h"
-#include "../lists.h"
-#include "../objects.h"
+#include "../base/csr.h"
+#include "../base/lists.h"
+#include "../base/objects.h"
 
 namespace
 {

@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_SYMBOLIC_H
 #define AINSWORTH_SYMBOLIC_H
 
-#include "../petsccompat.h"
+#include "../base/petsccompat.h"
 
 /* Nested dissection by METIS, available even if PETSc was configured without METIS; registered with the plugin */
 static const char AinsworthDissection[] = "ainsworthnd";

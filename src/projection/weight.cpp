@@ -1,6 +1,6 @@
 #include "projector.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 #include <algorithm>
 #include <numeric>
 #include <vector>

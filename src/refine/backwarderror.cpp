@@ -1,7 +1,7 @@
 /* The size of residuals relative to the terms of each row (Oettli and Prager 1964; Arioli, Demmel and Duff 1989) */
 #include "backwarderror.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 #include <algorithm>
 
 /* Agrees on the worst row of all ranks */

@@ -1,6 +1,6 @@
 #include "refine.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 
 /* An entry of w' K is rounding below this part of the largest terms: some thousand times the machine precision, the distance at which rows are dependent */
 static const PetscReal exact = 1e-12;

@@ -1,7 +1,7 @@
 #include "refine.h"
-#include "../lists.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/lists.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 
 /*
    The numbers that decide whether x is right (docs/method.md has the reasons)

@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_ESTIMATOR_H
 #define AINSWORTH_ESTIMATOR_H
 
-#include "../petsccompat.h"
+#include "../base/petsccompat.h"
 #include <vector>
 
 struct AinsworthEstimator {

@@ -1,6 +1,6 @@
 #include "observed.h"
 #include "../projection/projectedcg.h"
-#include "../objects.h"
+#include "../base/objects.h"
 #include <petsctime.h>
 
 namespace

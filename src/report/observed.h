@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_OBSERVED_H
 #define AINSWORTH_OBSERVED_H
 
-#include "../petsccompat.h"
+#include "../base/petsccompat.h"
 
 PetscErrorCode AinsworthObservedCreate(Mat, KSP, Mat *);
 PetscErrorCode AinsworthObservedGet(Mat, PetscInt *products, PetscReal *xAx, PetscLogDouble *seconds);

@@ -1,7 +1,7 @@
 #include "report.h"
 #include "observed.h"
-#include "../guard.h"
-#include "../objects.h"
+#include "../base/guard.h"
+#include "../base/objects.h"
 #include "../projection/inkernel.h"
 
 /* Creates the exact solution of the reduced system from a reference, which is x alone or the whole solution */

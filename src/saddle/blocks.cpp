@@ -1,7 +1,7 @@
 /* Finds the blocks of the saddle-point system in any supported layout; code after this does not depend on the layout */
 #include "saddle.h"
-#include "../events.h"
-#include "../objects.h"
+#include "../base/events.h"
+#include "../base/objects.h"
 
 /* Sets the names of the blocks, such as "Block (p,u+v) of the MatNest" */
 static PetscErrorCode NameBlocks(AinsworthSaddleBlocks *found)

@@ -1,6 +1,6 @@
 #include "saddle.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 #include <limits>
 
 /* Relative difference up to which blocks count as adjoint, for the rounding of the program */

@@ -1,6 +1,6 @@
 /* Rigid-body modes from the coordinates of nodes, for programs that attach no near null space */
 #include "saddle.h"
-#include "../objects.h"
+#include "../base/objects.h"
 #include <petscdm.h>
 
 /* Tells whether the number of coordinates is the expected one on all ranks. Collective */

@@ -1,6 +1,6 @@
 /* Diagonals of matrices */
 #include "saddle.h"
-#include "../objects.h"
+#include "../base/objects.h"
 #include <algorithm>
 
 /* Reads the diagonal of an AIJ matrix by bisection of each row; MatGetDiagonal() searches linearly */

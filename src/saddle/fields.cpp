@@ -1,6 +1,6 @@
 #include "saddle.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 
 /*
    AinsworthSaddleGetFields - gets the fields of a right-hand side (rows) or of a solution, of one of each kind at a time. Collective

@@ -1,7 +1,7 @@
 /* Unknowns determined by their own row, such as Dirichlet conditions whose columns were left in place: their columns move to the right-hand side */
 #include "saddle.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 
 /* Sets known_i = 1 / A_ii if row i of [A B'] has only A_ii, else 0; some: there are such rows. Collective */
 static PetscErrorCode FindOwnRows(const AinsworthSaddle *sp, Mat A, Vec known, PetscBool *some)

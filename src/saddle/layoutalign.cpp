@@ -1,6 +1,6 @@
 /* Rows whose only entry is on the diagonal may belong to either field: Dirichlet conditions, but also pressures at hanging nodes. Nodes of A tell */
 #include "saddle.h"
-#include "../loops.h"
+#include "../base/loops.h"
 #include <algorithm>
 
 /* Part of the nodes that has to agree, the largest number of their unknowns, nodes of each rank that are looked at, about */

@@ -1,6 +1,6 @@
 /* Chooses the multiplier fields by the sign and the shape of their diagonal blocks, or as -pc_ainsworth_multiplier_fields says */
 #include "saddle.h"
-#include "../loops.h"
+#include "../base/loops.h"
 
 /* Kind of a field, in ascending order for reductions with MPI_MAX */
 enum Kind {

@@ -1,8 +1,8 @@
 /* Detection of the multipliers in a plain matrix, from its diagonal */
 #include "saddle.h"
-#include "../lists.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/lists.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 
 /*
    AinsworthDetectFields - splits a plain matrix into a primal field and multipliers; raises an error if it is no saddle-point matrix. Collective

@@ -1,7 +1,7 @@
 /* Finds the matrix that has the blocks, its fields, and the joined index sets of the primal and the multiplier fields */
 #include "saddle.h"
-#include "../lists.h"
-#include "../objects.h"
+#include "../base/lists.h"
+#include "../base/objects.h"
 
 /* AinsworthIsNest - tells whether a matrix is a MatNest with more than one row of blocks */
 PetscErrorCode AinsworthIsNest(Mat mat, PetscBool *nest)

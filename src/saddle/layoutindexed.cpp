@@ -1,7 +1,7 @@
 /* Blocks as submatrices of one matrix of any type; only blocks that changed are made again */
 #include "saddle.h"
 #include "split.h"
-#include "../objects.h"
+#include "../base/objects.h"
 
 /* Tells whether blocks were filled from the same matrix, with the same nonzero pattern and index sets, at the last set-up */
 static PetscErrorCode SamePattern(Mat mat, int which, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found, PetscBool *same)

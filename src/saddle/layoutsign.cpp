@@ -1,7 +1,7 @@
 /* Minus a saddle point: no diagonal entry of A is positive, except in Dirichlet rows, which have no other entry */
 #include "saddle.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 
 /* AinsworthClassifyDiagonal - replaces the diagonal of mat, in entries, by the kind of each entry. Collective */
 PetscErrorCode AinsworthClassifyDiagonal(Mat mat, Vec entries)

@@ -1,6 +1,6 @@
 /* Detection of the fields of a plain matrix [A -B'; B D] with a positive diagonal, from the signs of its off-diagonal entries */
 #include "saddle.h"
-#include "../loops.h"
+#include "../base/loops.h"
 #include <algorithm>
 
 /* Creates a matrix with -1 where an entry is the opposite of its conjugate mirror image, 1 where it is not, and nothing where either is zero. Collective */

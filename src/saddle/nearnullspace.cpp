@@ -1,6 +1,6 @@
 /* The near null space of A: attached by the program, made of those of its parts, or of rigid-body modes */
 #include "saddle.h"
-#include "../objects.h"
+#include "../base/objects.h"
 #include <string>
 #include <vector>
 

@@ -1,7 +1,7 @@
 /* Nodes whose unknowns are not contiguous: numbered component by component, or in an arbitrary order */
 #include "saddle.h"
-#include "../lists.h"
-#include "../objects.h"
+#include "../base/lists.h"
+#include "../base/objects.h"
 #include <unordered_map>
 
 /* Fraction of the nodes that has to agree; largest number of unknowns per node; number of rows of each rank examined at first */

@@ -1,6 +1,6 @@
 /* Null spaces that the program attached to its matrix, to A, or to the index sets of its fields */
 #include "saddle.h"
-#include "../objects.h"
+#include "../base/objects.h"
 #include <vector>
 
 /* Orthogonalizes v against vectors of length 1 by modified Gram-Schmidt */

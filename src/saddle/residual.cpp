@@ -1,7 +1,7 @@
 /* Residuals of the program's system, and the terms of its rows */
 #include "saddle.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 
 /*
    AinsworthSaddleResidual - computes left = b - K y with the program's matrix: f - op(A) x - B' lambda and g - C x + D lambda. Collective

@@ -1,6 +1,6 @@
 #include "saddle.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 
 /* Finds the local rows of an AIJ matrix (may be NULL) with nonzero entries, and those with off-diagonal ones; bad: first row with NaN or Inf */
 static PetscErrorCode FindNonzeroRows(Mat M, std::vector<char> *nonzero, std::vector<char> *coupled, PetscInt *bad)

@@ -1,5 +1,5 @@
 #include "saddle.h"
-#include "../objects.h"
+#include "../base/objects.h"
 
 /* Gets the matrix that has the entries of C, and whether C is that matrix, its transpose or its adjoint */
 static PetscErrorCode GetSource(Mat block, Mat transposed, Mat *source, PetscBool *transpose, PetscBool *hermitian)

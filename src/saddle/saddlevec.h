@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_SADDLEVEC_H
 #define AINSWORTH_SADDLEVEC_H
 
-#include "../petsccompat.h"
+#include "../base/petsccompat.h"
 
 struct AinsworthSaddleVec {
   Vec primal = NULL, dual = NULL;

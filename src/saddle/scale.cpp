@@ -1,6 +1,6 @@
 /* The scale of a system: powers of 2 that bring the entries of [A B'; C -D] to about 1 */
 #include "saddle.h"
-#include "../loops.h"
+#include "../base/loops.h"
 #include <algorithm>
 #include <cmath>
 

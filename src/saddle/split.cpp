@@ -1,7 +1,7 @@
 /* Splits an AIJ matrix whose fields are sorted and local into blocks in one pass, without symbolic work except for columns of other ranks */
 #include "split.h"
-#include "../lists.h"
-#include "../objects.h"
+#include "../base/lists.h"
+#include "../base/objects.h"
 
 /* Numbers of field 1 in maps: -1, -2, ... for 0, 1, ... */
 static inline PetscInt Flip(PetscInt number)

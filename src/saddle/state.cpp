@@ -1,6 +1,6 @@
 /* One number for a matrix and all that it is made of, which changes with any of them */
 #include "saddle.h"
-#include "../objects.h"
+#include "../base/objects.h"
 
 /* Mixes a number into a state */
 uint64_t AinsworthMixState(uint64_t state, uint64_t number)

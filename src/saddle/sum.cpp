@@ -1,7 +1,7 @@
 /* Sums of AIJ matrices in one pass over their rows; MatAXPY() inserts entries one by one, which took a third of the time for M_* */
 #include "saddle.h"
-#include "../csr.h"
-#include "../objects.h"
+#include "../base/csr.h"
+#include "../base/objects.h"
 #include <algorithm>
 
 namespace

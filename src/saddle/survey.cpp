@@ -1,6 +1,6 @@
 #include "survey.h"
 #include "saddle.h"
-#include "../loops.h"
+#include "../base/loops.h"
 #include <algorithm>
 
 /* Finds the smallest (or largest) value of all ranks and its place; place is -1 if no rank has one. Collective */

@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_SURVEY_H
 #define AINSWORTH_SURVEY_H
 
-#include "../petsccompat.h"
+#include "../base/petsccompat.h"
 
 /* Summary of the entries of a vector (a diagonal, or norms of rows); row numbers are -1 if there is none */
 struct AinsworthSurvey {

@@ -1,6 +1,6 @@
 #include "saddle.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 
 /* Reports a common reason for a non-symmetric A through PetscInfo(): Dirichlet rows turned into identity rows, with their columns left in place. Collective */
 static PetscErrorCode ExplainAsymmetry(Mat A)

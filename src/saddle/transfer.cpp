@@ -1,7 +1,7 @@
 /* Transfers between the program's vectors, which may be nested, and their parts; all that it takes is made once for vectors of the same shape */
 #include "transfer.h"
-#include "../lists.h"
-#include "../objects.h"
+#include "../base/lists.h"
+#include "../base/objects.h"
 #include <numeric>
 
 /* Finds the plain vectors that v consists of, the nests, and the shape */

@@ -1,7 +1,7 @@
 /* Unknowns that are in no equation, and equations without an unknown: whatever the values of the others, such a system is singular */
 #include "saddle.h"
-#include "../loops.h"
-#include "../objects.h"
+#include "../base/loops.h"
+#include "../base/objects.h"
 
 /* Counts the marked entries of all ranks. Collective */
 static PetscErrorCode CountMarked(Mat A, const std::vector<bool> &marked, PetscInt *number)

@@ -1,5 +1,5 @@
 #include "activeset.h"
-#include "../loops.h"
+#include "../base/loops.h"
 #include <petsc/private/snesimpl.h>
 #include <cmath>
 

@@ -4,7 +4,7 @@
 
 #include <petscainsworth.h>
 #include <petscsnes.h>
-#include "../petsccompat.h"
+#include "../base/petsccompat.h"
 #include <set>
 #include <vector>
 

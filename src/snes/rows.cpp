@@ -1,6 +1,6 @@
 /* Choice of the bounded rows that are held at a bound in the next step */
 #include "activeset.h"
-#include "../loops.h"
+#include "../base/loops.h"
 #include "../saddle/saddle.h"
 
 /* Computes a hash of the present set, the same on any number of ranks; collective */

@@ -1,6 +1,6 @@
 /* The matrix of one step: the Jacobian without the rows and columns of multipliers held at a bound; blocks without bounded rows are the program's own */
 #include "activeset.h"
-#include "../objects.h"
+#include "../base/objects.h"
 #include "../saddle/saddle.h"
 #include <vector>
 

@@ -3,7 +3,7 @@
    iterations and U times the same solution. Phases vary from node to node, or from unknown to unknown
 */
 #include <petscainsworth.h>
-#include <petsccompat.h>
+#include <base/petsccompat.h>
 #include <cmath>
 #include <vector>
 

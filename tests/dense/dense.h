@@ -3,7 +3,7 @@
 #define TESTS_DENSE_H
 
 #include <petscainsworth.h>
-#include <petsccompat.h>
+#include <base/petsccompat.h>
 #include <Eigen/Dense>
 #include <functional>
 #include <string>

@@ -2,7 +2,7 @@ static char help[] = "Traps of the inner solver: what it says, leaves behind or 
 
 #include "run.h"
 #include <petsc/private/pcimpl.h>
-#include <petsccompat.h>
+#include <base/petsccompat.h>
 
 /* What the inner solver is told to do, counted from the first solve or application */
 struct Plan {

@@ -1,7 +1,7 @@
 static char help[] = "One system in every layout that programs use: the same iterations, and the solution that the right-hand side was made of.\n\n";
 
 #include "dense.h"
-#include "lists.h"
+#include "base/lists.h"
 #include "springs.h"
 #include <petscdmcomposite.h>
 #include <petscdmda.h>

@@ -1,6 +1,6 @@
 /* What refinement says of rows that were left out because they depend on others, with combinations by dense least squares */
 #include "steps.h"
-#include "loops.h"
+#include "base/loops.h"
 #include <algorithm>
 
 using Parts = std::vector<std::pair<PetscInt, PetscReal>>;
