@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """PETSc's own examples, unchanged, with their usual solver and with PCAINSWORTH by options alone: the layout that is found, the difference of the solutions.
 
-The table of docs/layouts.md. The examples are those of PETSc's package (libpetsc3.18-dev-examples) or sources; /usr/bin/python3 has petsc4py.
+docs/petscexamples.csv. The examples are those of PETSc's package (libpetsc3.18-dev-examples) or sources; /usr/bin/python3 has petsc4py.
 """
 import argparse
 import os
