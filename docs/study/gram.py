@@ -24,7 +24,8 @@ def main():
     parser.add_argument("--repeat", type=int, default=3, help="times are the least of this many runs (default 3)")
     parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs"), help="folder of gram.csv and cost.md")
     arguments = parser.parse_args()
-    machine.require("numpy")
+    if arguments.experiment != "report":
+        machine.require("numpy")
     from common import gram
     if arguments.experiment == "packages":
         gram.packages(arguments)
