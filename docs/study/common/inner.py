@@ -43,7 +43,7 @@ def cell(row):
         return ""
     if not row["reason"].startswith("CONVERGED"):
         return row["reason"].replace("DIVERGED_", "").lower()
-    return "%s, %.2f s" % (row["iterations"], float(row["setup"]) + float(row["solve"]))
+    return "%s, %.2f" % (row["iterations"], float(row["setup"]) + float(row["solve"]))
 
 
 def measure(path, arguments):

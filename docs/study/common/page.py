@@ -95,11 +95,15 @@ def points(found):
             span([value(row, "peak_mib") / value(alone, "peak_mib") for row, alone in pairs(found["memory"], config)]) for config in (DEFAULT, "weighted jcb"))])]
     if found.get("setup"):
         text.append("- *Set-up.* The plugin's own part is %s of multigrid's." % span([value(row, "share") for row in found["setup"] if row["share"]], "%.3f"))
-    if found.get("iterations"):
-        text.append("- *Ranks.* %s." % "; ".join("%s: %s iterations on %s ranks" % (size, span([int(row["iterations"]) for row in mine], "%d"), span([int(row["ranks"]) for row in mine], "%d"))
-                                               for size, mine in ((size, [row for row in found["iterations"] if (row["size"], row["config"]) == (size, DEFAULT) and good(row)]) for size in distinct(found["iterations"], "size"))))
+    if found.get("flops"):
+        each = [[value(row, "all") / int(row["constraints"]) for row in found["flops"] if row["config"] == config and row["all"]] for config in (DEFAULT, "weighted jcb")]
+        text.append("- *Assembly.* M_* takes %s operations per row of C with `id`, %s with `jcb`." % tuple(span(numbers, "%.0f") for numbers in each))
+    sizes_of = {size: [row for row in found.get("iterations", []) if (row["size"], row["config"]) == (size, DEFAULT) and "-near_nullspace" in row["options"] and good(row)] for size in distinct(found.get("iterations", []), "size")}
+    for size, mine in sizes_of.items():
+        if mine:
+            text.append("- *Ranks.* %s iterations on %s ranks (%s elements per edge)." % (span([int(row["iterations"]) for row in mine], "%d"), span([int(row["ranks"]) for row in mine], "%d"), size))
     if found.get("messages"):
-        text.append("- *Messages.* A projection sends %s on all ranks together, and makes %s reductions." % (
+        text.append("- *Messages.* In a projection all ranks together send %s, with %s reductions." % (
             ", ".join(dict.fromkeys("%s on %s ranks" % (row["AinsProjector_messages"], row["ranks"]) for row in found["messages"])), span([float(row["AinsProjector_reductions"]) for row in found["messages"]], "%g")))
     rows = [row for row in found.get("table", []) if row["size"].split(":")[0] == str(paper.TABLE2_EDGE) and int(row["ranks"]) in paper.TABLE2]
     if rows:

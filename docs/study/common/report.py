@@ -76,20 +76,17 @@ def sentences(study):
 
 def time_table(study):
     """Of the configurations of the plot, over all systems where they and A alone converge."""
-    lines = ["| | converged | iterations / A alone: median | worst | seconds / A alone: median | worst | worst energy error | worst constraint residual |", "|" + "---|" * 8]
+    lines = ["| | converged | iterations / A alone: median | worst | seconds / A alone: median | worst |", "|" + "---|" * 6]
     for c in PLOTTED:
         rows = study.systems(c)
         if c == ALONE:
             rows = [row for row in rows if not row["reason"].startswith("n/a")]
         its = [q for q in (study.relative(row, "iterations") for row in rows) if q is not None]
         times = [q for q in (study.relative(row, "seconds") for row in rows) if q is not None]
-        errors = [row["error"] for row in rows if row["converged"] and row["error"] is not None]
-        residuals = [row["constraint"] for row in rows if row["converged"] and row["constraint"] is not None]
-        lines.append("| %s | %d of %d | %s | %s | %s | %s | %s | %s |" % (
+        lines.append("| %s | %d of %d | %s | %s | %s | %s |" % (
             title(c), sum(row["converged"] for row in rows), len(rows),
             "%.2f" % statistics.median(its) if its else "", "%.2f" % max(its) if its else "",
-            "%.2f" % statistics.median(times) if times else "", "%.2f" % max(times) if times else "",
-            "%.0e" % max(errors) if errors else "", "%.0e" % max(residuals) if residuals else ""))
+            "%.2f" % statistics.median(times) if times else "", "%.2f" % max(times) if times else ""))
     return lines
 
 
