@@ -22,8 +22,8 @@ cat <<'END'
 How many iterations does the paper's own configuration (`-pc_ainsworth_variant paper`) take with each of its six
 approximations Inv(S) of S^-1 ([method.md](method.md#preconditioning-matrix))?
 
-A cell has the iterations of `twocubes -n1 24 -n2 20 -E2 10`, by CG to 1e-8 in the natural norm. The defaults take 12 to
-13 on the same system, 13 to 14 with `-curved 0.15` ([cost.md](cost.md)).
+A cell has the iterations of `twocubes -n1 24 -n2 20 -E2 10`, by CG to 1e-8 in the natural norm. The defaults take 12
+on 1 rank, and 13 with `-curved 0.15` ([cost.md](cost.md)).
 
 ## On 1 to 4 ranks
 
@@ -46,4 +46,4 @@ for variation in "-floating" "-curved 0.15" "-stick 0" "-stick 1" "-contact 0"; 
   echo "|"
 done
 echo
-echo 'Made by `sh makefiles/paper.sh`.'
+printf 'Made by `sh makefiles/paper.sh` on %s.\n' "$(cd "$root/docs/study" && /usr/bin/python3 -c 'from common import machine; print(machine.describe())')"
