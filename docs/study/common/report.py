@@ -71,23 +71,8 @@ def sentences(study):
     bad = [row for row in paper if not row["converged"]]
     text = "- The paper's form (`paper jcb`) converges on %d of %d, in %s times the iterations of A alone." % (
         len(good), len(paper), spread([q for q in (study.relative(row, "iterations") for row in good) if q is not None]))
+    answer.append("- Set-up and solve take %s times the seconds of A alone." % spread([q for q in (study.relative(row, "seconds") for row in worked) if q is not None]))
     return answer + [text + (" It fails for: %s." % "; ".join(map(name, bad)) if bad else "")]
-
-
-def time_table(study):
-    """Of the configurations of the plot, over all systems where they and A alone converge."""
-    lines = ["| | converged | iterations / A alone: median | worst | seconds / A alone: median | worst |", "|" + "---|" * 6]
-    for c in PLOTTED:
-        rows = study.systems(c)
-        if c == ALONE:
-            rows = [row for row in rows if not row["reason"].startswith("n/a")]
-        its = [q for q in (study.relative(row, "iterations") for row in rows) if q is not None]
-        times = [q for q in (study.relative(row, "seconds") for row in rows) if q is not None]
-        lines.append("| %s | %d of %d | %s | %s | %s | %s |" % (
-            title(c), sum(row["converged"] for row in rows), len(rows),
-            "%.2f" % statistics.median(its) if its else "", "%.2f" % max(its) if its else "",
-            "%.2f" % statistics.median(times) if times else "", "%.2f" % max(times) if times else ""))
-    return lines
 
 
 def draw(study, folder):
@@ -131,7 +116,7 @@ def write(folder):
     base = next(row for row in study.rows if row["parameter"] == "E2/E1" and row["unknowns"])
     earlier = ", the other configurations by an earlier run without `--only`" if "--only" in study.about["command"] else ""
     text = ["One parameter at a time changes around two cubes of %d unknowns with E2/E1 = 10 (tolerance 1e-8, 1 rank):" % base["unknowns"], ""] + sentences(study)
-    text += ["", "![Iterations, seconds and errors of every system](%s/stability.svg)" % here, ""] + time_table(study)
+    text += ["", "![Iterations, seconds and errors of every system](%s/stability.svg)" % here]
     text += ["", "The energy error is that of x against MUMPS with refinement in extended precision. Made by `%s`%s on %s, load %s; [stability.csv](%s/stability.csv) has each system, and the other matrices M_*." % (
         study.about["command"], earlier, study.about["machine"], study.about["load at the end"], here)]
     prose.part(os.path.join(os.path.dirname(folder), "cost.md"), "stability.py", text)
