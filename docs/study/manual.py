@@ -51,23 +51,22 @@ lower bound is accurate; unknown values are left empty:
 | `error_relative` | the upper bound over the energy norm of x |
 | `multiplier_error` | the relative error of C' l, with `-pc_ainsworth_reference` |
 
-`-pc_ainsworth_reference` names a `Vec` in a binary file: the whole solution, or x alone.
 `PCAinsworthGetErrorEstimate()` returns the bounds after the solve. `KSP`s on one communicator that name the same CSV file
 share it; `ascii:errors.csv:ascii_csv:append` appends to an old one.
 
     -pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol 1e-6
 
-stops the solve on these bounds, relative to x. The relative tolerance of the inner `KSP` is then ignored. Use both with
-`-ksp_type preonly`: inside an outer method each application is a solve of its own. The coefficients come from conjugate
-gradients with the natural norm; other methods have times, residuals and true errors only. Without
-`-pc_ainsworth_error_eigenvalue`, a lower bound of the spectrum, the upper bound is an estimate: if multigrid leaves
-eigenvalues far below the others, the error stays on a plateau until they are found, and no coefficient knows of them
-before. On a cell of fibers of contrast 1e6 a solve to 1e-6 ended with 2.2e-6, with the eigenvalue at 6.6e-8.
-[cost.md](cost.md#the-error-estimate) has how sharp the bounds are.
+stops the solve on these bounds, relative to x; the relative tolerance of the inner `KSP` is then ignored. Use both with
+`-ksp_type preonly`, and with conjugate gradients in the natural norm, whose coefficients make the bounds: the lower one
+is a sum of steps (Hestenes and Stiefel 1952; Strakos and Tichy 2002), the upper one adds that of Gauss-Radau quadrature
+(Meurant and Tichy 2013). Without `-pc_ainsworth_error_eigenvalue`, a lower bound of the spectrum, it takes the smallest
+Ritz value and is an estimate: if multigrid leaves eigenvalues far below the others, no coefficient knows of them at
+first. On a cell of fibers of contrast 1e6 a solve to 1e-6 ended with 2.2e-6; with the eigenvalue with 6.6e-8.
+[cost.md](cost.md#the-error-estimate) says how sharp the bounds are.
 
-**Tolerances.** Without these options, too, `-ainsworth_ksp_rtol` refers to the error of x in the energy norm. When PETSc's
-test of the natural norm is satisfied, the plugin computes the norms of x and of its part in Ker C, z, takes the smallest
-Ritz value theta, and iterates until r' M^-1 r <= (2 rtol)^2 theta min(|x|, |z|)^2. A solve that rounding of x stops ends with
+**Tolerances.** Without these options, too, `-ainsworth_ksp_rtol` refers to the error of x in the energy norm. When
+PETSc's test is satisfied, the plugin computes the norms of x and of its part in Ker C, z, and the smallest Ritz value
+theta, and iterates until r' M^-1 r <= (2 rtol)^2 theta min(|x|, |z|)^2. A solve that rounding of x stops ends with
 `KSP_CONVERGED_ATOL`. A convergence test of the program, and other norms, are left alone.
 """
 

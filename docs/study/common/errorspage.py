@@ -179,10 +179,10 @@ def write(folder):
     systems, here = pictures(folder), os.path.basename(folder)
     text = ["## Other solvers: error against time", "", verdict(systems) + " All but `ainsworth_paper`, `ainsworth_gamg` and `mumps` use this plugin's multigrid with rigid-body modes.", "",
             "![Seconds to an error of 1e-6](%s/seconds.svg)" % here, "", "![Error against seconds, for each system](%s/diagrams.svg)" % here, "",
-            "Across are the seconds of set-up and solve together. Down is the true energy error of x relative to x, against MUMPS with refinement in extended precision. Each point is one tolerance. A cross marks a solve that did not converge; a series that takes too long is cut."]
+            "The seconds are those of set-up and solve together, the error is that of x in the energy norm, against MUMPS with refinement in extended precision. Each point is one tolerance; a cross did not converge."]
     text += growth(systems)
     about, loads = systems[0].about, [float(system.about["load at the end"]) for system in systems]
     commands = sorted(set(command for system in systems for command in system.about["command"].split("; ")))
-    text += ["", "Made by %s on %s, %s rank(s), load %s. Each solver is a file of [solvers/](../tests/bench/solvers); [seconds.csv](%s/seconds.csv) has seconds to %s, errors and memory, the other CSVs in [%s/](%s) have the options of the systems and each point. BLAS is OpenBLAS; with Debian's reference BLAS MUMPS takes several times as long." % (
+    text += ["", "Made by %s on %s, %s rank(s), load %s. Each solver is a file of [solvers/](../tests/bench/solvers); [seconds.csv](%s/seconds.csv) has seconds to %s, errors and memory, the other CSVs in [%s/](%s) have each point. BLAS is OpenBLAS." % (
         " and ".join("`%s`" % command for command in commands), about["machine"], about["ranks"], "%.1f to %.1f" % (min(loads), max(loads)), here, ", ".join("%.0e" % level for level in LEVELS), here, here)]
     prose.part(os.path.join(os.path.dirname(folder), "cost.md"), "errortime.py", text)

@@ -7,6 +7,7 @@ from .page import distinct, good, head, line, why
 
 SHOWN = "1"  # ranks of tables and plots; others are in a sentence
 GROWING = "cube"  # the family that is solved at every size
+GROWN = (families.OURS, "agg1", "gamg", "ml")  # by these
 SHORT = {entry[0]: entry[4] for entry in families.SOLVERS}
 TITLES = {entry[0]: entry[1] for entry in families.ALONE + families.TIED + families.SOLVERS}
 
@@ -110,7 +111,7 @@ def draw(folder, rows):
 
 def growing(rows):
     """The cube alone at every size and number of ranks."""
-    solvers = [name for name in distinct(rows, "solver") if any(row["family"] == GROWING and row["solver"] == name for row in rows)]
+    solvers = [name for name in GROWN if any(row["family"] == GROWING and row["solver"] == name for row in rows)]
     text = head("unknowns, ranks", *(SHORT[name] for name in solvers))
     for size, ranks, tied, mine in panels(rows):
         found = by_family(mine).get(GROWING)
@@ -126,7 +127,7 @@ def others(rows):
         systems = [system for system in by_family(mine).values() if families.OURS in system and len(system) > 1]
         if ranks != SHOWN and len(systems) > 1:
             best = [min(total(row) for name, row in system.items() if name != families.OURS and good(row)) / total(system[families.OURS]) for system in systems]
-            text.append("%s ranks: the quickest of the others takes %.2f to %.2f times as long on %d systems." % (ranks, min(best), max(best), len(systems)))
+            text.append("On %s ranks the quickest of the others takes %.2f to %.2f times as long (%d systems)." % (ranks, min(best), max(best), len(systems)))
     return " ".join(text)
 
 
@@ -142,6 +143,6 @@ def write(path):
         if ranks == SHOWN and len(by_family(mine)) > 1:
             text += ["", "%s, about %s unknowns, 1 rank:" % ("With constraints" if tied else "A alone", size), ""] + summary(mine) + [
                 "", "![Seconds of each solver on each family](%s)" % os.path.join(os.path.basename(stem), name_of(size, ranks, tied) + ".svg")]
-    text += ["", others(rows) + " The cube at all sizes, iterations and seconds; a dash: not solved:", ""] + growing(rows)
+    text += ["", others(rows) + " The cube at all sizes, iterations and seconds:", ""] + growing(rows)
     text += ["", "Made by `python3 docs/study/multigrid.py` on %s, load %.1f to %.1f; [multigrid.csv](multigrid.csv) has each system and solver, the commands and all options." % (about["machine"], min(loads), max(loads))]
     prose.part(stem + ".md", "multigrid.py", text)

@@ -117,7 +117,7 @@ def points(found):
 def write(folder):
     here, names = os.path.basename(folder), ("table", "strong", "weak", "cost", "flops", "setup", "iterations", "messages", "memory")
     found = {name: rows for name, rows in ((name, read(folder, name)) for name in names) if rows}
-    text = ["## Larger problems, more constraints", "", "The paper's three experiments with the defaults. The cubes, or flat boxes, have E2/E1 = 10, and 92 % of the contact surface sticks. N is the elements per edge of the upper body; with *contact* METIS knows which elements touch. " + paper.ITERATIONS, ""]
+    text = ["## Larger problems, more constraints", "", "The paper's three experiments with the defaults: cubes, or flat boxes, of E2/E1 = 10, where 92 % of the surface sticks. With *contact* METIS knows which elements touch. " + paper.ITERATIONS, ""]
     text += sizes(found) + [""]
     if found.get("cost"):
         quotients = [seconds(row) / seconds(alone) for row, alone in pairs(found["cost"])]
