@@ -57,8 +57,8 @@ share it; `ascii:errors.csv:ascii_csv:append` appends to an old one.
     -pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol 1e-6
 
 stops the solve on these bounds, relative to x; the relative tolerance of the inner `KSP` is then ignored. Use both with
-`-ksp_type preonly`, and with conjugate gradients in the natural norm, whose coefficients make the bounds: the lower one
-is a sum of steps (Hestenes and Stiefel 1952; Strakos and Tichy 2002), the upper one adds that of Gauss-Radau quadrature
+`-ksp_type preonly`, and with conjugate gradients in the natural norm, whose coefficients make the bounds: the square of
+the lower one is a sum of alpha_j r_j' z_j (Hestenes and Stiefel 1952; Strakos and Tichy 2002), the upper one adds that of Gauss-Radau quadrature
 (Meurant and Tichy 2013). Without `-pc_ainsworth_error_eigenvalue`, a lower bound of the spectrum, it takes the smallest
 Ritz value and is an estimate: if multigrid leaves eigenvalues far below the others, no coefficient knows of them at
 first. On a cell of fibers of contrast 1e6 a solve to 1e-6 ended with 2.2e-6; with the eigenvalue with 6.6e-8.

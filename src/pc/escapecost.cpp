@@ -1,4 +1,4 @@
-/* Price of a factorization of M_* in iterations with multigrid (docs/models.md) */
+/* Price of a factorization of M_* in iterations with multigrid (docs/extremes.md) */
 #include "pcainsworth.h"
 #include "../multigrid/blocksa.h"
 #include "../operator/matainsworth.h"

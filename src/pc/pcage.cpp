@@ -1,4 +1,4 @@
-/* Facts for whether the inner preconditioner is kept for other values of A or C: -pc_ainsworth_rebuild (inner/age.h, docs/sequence.md) */
+/* Facts for whether the inner preconditioner is kept for other values of A or C: -pc_ainsworth_rebuild (inner/age.h, docs/contact.md) */
 #include "pcainsworth.h"
 
 /* PCAinsworthMustKeepInner_Private - returns whether the program or an option wants to keep it in any case */

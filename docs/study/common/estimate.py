@@ -96,7 +96,7 @@ def summarize_cost(rows):
 
 
 def made_by(about):
-    return "`%s`, load %s at the end" % (about["command"].replace("; ", "`, `"), about["load at the end"])
+    return "`%s`, load %s at the end" % (about["command"].replace(" --references references", "").replace("; ", "`, `"), about["load at the end"])
 
 
 def write(folder):
