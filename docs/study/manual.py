@@ -19,7 +19,8 @@ OPTIONS = os.path.join(ROOT, "docs", "options.md")
 PREFIXES = ("pc_ainsworth_", "pc_blocksa_")  # options of our own that a linear solve shows in its -help
 HEAD = """# Options
 
-Every option of the plugin, with its values. Of several values, the first is the default; a single number is the default.
+Every option of the plugin, with its values. Of several values, the first is the default; a single number is the
+default.
 
 Begin with `-ainsworth_ksp_converged_reason` and `-ksp_view`. Keep the defaults unless a page advises otherwise; they
 were chosen by measurement. [layouts.md](layouts.md) explains fields and block sizes, [multigrid.md](multigrid.md) the
@@ -51,18 +52,18 @@ lower bound is accurate; unknown values are left empty:
 | `error_relative` | the upper bound over the energy norm of x |
 | `multiplier_error` | the relative error of C' l, with `-pc_ainsworth_reference` |
 
-`PCAinsworthGetErrorEstimate()` returns the bounds after the solve. `KSP`s on one communicator that name the same CSV file
-share it; `ascii:errors.csv:ascii_csv:append` appends to an old one.
+`PCAinsworthGetErrorEstimate()` returns the bounds after the solve. `KSP`s on one communicator that name the same CSV
+file share it; `ascii:errors.csv:ascii_csv:append` appends to an old one.
 
     -pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol 1e-6
 
 stops the solve on these bounds, relative to x; the relative tolerance of the inner `KSP` is then ignored. Use both with
 `-ksp_type preonly`, and with conjugate gradients in the natural norm, whose coefficients make the bounds: the square of
-the lower one is a sum of alpha_j r_j' z_j (Hestenes and Stiefel 1952; Strakos and Tichy 2002), the upper one adds that of Gauss-Radau quadrature
-(Meurant and Tichy 2013). Without `-pc_ainsworth_error_eigenvalue`, a lower bound of the spectrum, it takes the smallest
-Ritz value and is an estimate: if multigrid leaves eigenvalues far below the others, no coefficient knows of them at
-first. On a cell of fibers of contrast 1e6 a solve to 1e-6 ended with 2.2e-6; with the eigenvalue with 6.6e-8.
-[cost.md](cost.md#the-error-estimate) says how sharp the bounds are.
+the lower one is a sum of alpha_j r_j' z_j (Hestenes and Stiefel 1952; Strakos and Tichy 2002), the upper one adds that
+of Gauss-Radau quadrature (Meurant and Tichy 2013). Without `-pc_ainsworth_error_eigenvalue`, a lower bound of the
+spectrum, it takes the smallest Ritz value and is an estimate: if multigrid leaves eigenvalues far below the others, no
+coefficient knows of them at first. On a cell of fibers of contrast 1e6 a solve to 1e-6 ended with 2.2e-6; with the
+eigenvalue with 6.6e-8. [cost.md](cost.md#the-error-estimate) says how sharp the bounds are.
 
 **Tolerances.** Without these options, too, `-ainsworth_ksp_rtol` refers to the error of x in the energy norm. When
 PETSc's test is satisfied, the plugin computes the norms of x and of its part in Ker C, z, and the smallest Ritz value

@@ -3,7 +3,7 @@ import os
 import statistics
 
 from . import families, measured, prose
-from .page import distinct, good, head, line, why
+from .page import distinct, good, head, line
 
 SHOWN = "1"  # ranks of tables and plots; others are in a sentence
 GROWING = "cube"  # the family that is solved at every size
