@@ -7,13 +7,14 @@ set -eu
 
 twocubes="$build/bench/twocubes -dll_append $build/libainsworth.so -ksp_type preonly -pc_type ainsworth -pc_ainsworth_variant paper -n1 24 -n2 20 -E2 10"
 
-# one run: iterations, or that it failed
+# one run: iterations of the first solve, or that it failed
 run() {
   ranks=$1
   shift
   # shellcheck disable=SC2046,SC2086 # the launcher and the command are several words
   OMP_NUM_THREADS=1 $(launcher "$ranks") $twocubes -ainsworth_ksp_converged_reason "$@" 2>&1 |
-    awk '/ solve converged/ { its = $NF } /^result:/ { done = 1 } END { print (its != "" && done) ? its : "failed" }'
+    awk '/ solve converged/ && its == "" { its = $NF } / solve did not/ { bad = 1 } /^result:/ { done = 1 }
+         END { print (its == "" || bad || !done) ? "failed" : its }'
 }
 
 echo "# The paper's configuration on the two-cube problem"
@@ -22,8 +23,8 @@ cat <<'END'
 How many iterations does the paper's own configuration (`-pc_ainsworth_variant paper`) take with each of its six
 approximations Inv(S) of S^-1 ([method.md](method.md#preconditioning-matrix))?
 
-A cell has the iterations of `twocubes -n1 24 -n2 20 -E2 10`, by CG to 1e-8 in the natural norm. The defaults take 12
-on 1 rank, and 13 with `-curved 0.15` ([cost.md](cost.md)).
+A cell has the iterations of `twocubes -n1 24 -n2 20 -E2 10`, by CG to 1e-8 in the natural norm. The verification asks
+for a second, loose solve. The defaults take 12 on 1 rank, and 13 with `-curved 0.15` ([cost.md](cost.md)).
 
 ## On 1 to 4 ranks
 

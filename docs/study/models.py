@@ -82,8 +82,8 @@ def write(folder):
             high.setdefault(name(row)[0], []).append(row[key])
         text.append("| %s | %.2f | %.2f | %.2f | %s |" % (title, statistics.median(numbers), min(numbers), max(numbers), "; ".join("%s %s" % (model, ", ".join(found)) for model, found in high.items())))
     errors = [float(row["error"]) for row in rows if row["error"]]
-    text += ["", "The error against MUMPS is at most %.0e with a tolerance of 1e-10. Made by `%s` on %s, one rank, processor seconds, load %s at the end; [models.csv](models.csv)." % (
-        max(errors), about["command"].split("; ")[0] + "`, also with `--slaves 10000` and `--slaves 100000 --only ties,mean,rbe3,rbe2,periodic", about["machine"], about["load at the end"])]
+    text += ["", "The error against MUMPS is at most %.0e with a tolerance of 1e-10. Made by `python3 docs/study/models.py` on %s, one rank, processor seconds, load %s at the end; [models.csv](models.csv) has the commands and all models." % (
+        max(errors), about["machine"], about["load at the end"])]
     prose.part(os.path.join(folder, "cost.md"), "models.py", text)
 
 
