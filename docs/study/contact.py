@@ -6,16 +6,12 @@ Some minutes; one part alone: --sphere "" --sequence "" and so on.
 One rank; seconds of the processor in the solve. The tables of docs/contact.md are printed.
 """
 import argparse
-import base64
 import csv
 import math
 import os
 import re
-import struct
 import subprocess
 import sys
-
-from matplotlib import collections
 
 from common import machine, measured, plots
 
@@ -163,37 +159,6 @@ def plot():
     plots.save(figure, os.path.join(FOLDER, "pressure"))
 
 
-def array(text, name, kind):
-    """A DataArray of a VTU file that tests/bench/vtufile.cpp wrote: base64, its size in eight bytes first."""
-    data = base64.b64decode(re.search(r'Name="%s"[^>]*>([^<]*)<' % name, text).group(1))
-    return struct.unpack("<%d%s" % ((len(data) - 8) // struct.calcsize(kind), kind), data[8:])
-
-
-def picture():
-    """The deformed cylinder and block around the contact, colored by how far they moved down."""
-    with machine.workspace() as folder:
-        path = os.path.join(folder, "bodies.vtu")
-        run("hertz", "-dim 2 -n 20 -snes_type ainsworthactiveset %s -vtu %s" % (OURS, path))
-        with open(path) as file:
-            text = file.read()
-    points, moved, corners = array(text, "position", "d"), array(text, "displacement", "d"), array(text, "connectivity", "q")
-    cells = [corners[i:i + 4] for i in range(0, len(corners), 4)]
-    cells = [cell for cell in cells if min(abs(points[3 * k]) for k in cell) < 16 and min(abs(points[3 * k + 1]) for k in cell) < 12]
-    figure, panel = plots.pyplot.subplots(figsize=(6, 4.5))
-    for side in (1, -1):
-        shapes = collections.PolyCollection([[(side * points[3 * k], points[3 * k + 1]) for k in cell] for cell in cells], edgecolors="k", linewidths=0.2, cmap="viridis")
-        shapes.set_array([-sum(moved[3 * k + 1] for k in cell) / 4 for cell in cells])
-        panel.add_collection(shapes)
-    panel.set_xlim(-16, 16)
-    panel.set_ylim(-12, 12)
-    panel.set_aspect("equal")
-    panel.set_xlabel("x [mm]")
-    panel.set_ylabel("y [mm]")
-    figure.colorbar(shapes, label="way down [mm]")
-    figure.tight_layout()
-    plots.save(figure, os.path.join(FOLDER, "bodies"))
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     for name, sizes in (("cylinder", "8,16,32,64,128"), ("sphere", "8,12,16,20,26"), ("sequence", "12,16,20"), ("peers", "12,16"), ("friction", "6,8,12,16,24")):
@@ -207,7 +172,6 @@ def main():
     if arguments.cylinder and arguments.sphere:
         accuracy(arguments)
         plot()
-        picture()
     if arguments.sequence:
         sequence(arguments)
     if arguments.peers:

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Error against run time: every solver of tests/bench/solvers on two-cube systems: a CSV for each system, diagrams, a heat map and a text.
+"""Error against run time: every solver of tests/bench/solvers on two-cube systems: a CSV for each system, diagrams, a heat map and a part of docs/cost.md.
 
-python3 docs/study/errortime.py [--n1 12 24 48] [--cases base soft ...] [--out docs/error-vs-time]   measures, draws, writes <out>.md
+python3 docs/study/errortime.py [--n1 12 24 48] [--cases base soft ...] [--out docs/error-vs-time]   measures, draws, writes
 python3 docs/study/errortime.py --system A.mtx C.mtx f.mtx [g.mtx] [--block-size 3] [--out here]         your own system: a table, and diagrams
 python3 docs/study/errortime.py --report [--out ...]                                                 diagrams and text anew from the CSVs
 Each solver is a process of its own, one after the other. Needs Debian's python3-matplotlib and a build (AINSWORTH_BUILD, default build/).
@@ -26,7 +26,7 @@ def main():
     parser.add_argument("--enough", type=float, default=20, help="repeat a tolerance no more after this many seconds (default 20)")
     parser.add_argument("--limit", type=int, default=900, help="seconds for one solver on one system, all its tolerances (default 900)")
     parser.add_argument("--references", help="folder that keeps the exact solutions; those that are there are not computed again")
-    parser.add_argument("--out", help="folder of the CSVs and pictures (default docs/error-vs-time, and error-vs-time here for --system); <out>.md is the text")
+    parser.add_argument("--out", help="folder of the CSVs and pictures (default docs/error-vs-time, and error-vs-time here for --system); the text is in cost.md beside it")
     parser.add_argument("--system", nargs="+", metavar="FILE", help="A, C, f and, unless it is zero, g, as Matrix Market or PETSc's binary files")
     parser.add_argument("--block-size", type=int, help="unknowns of a node of that A")
     parser.add_argument("--coordinates", metavar="FILE", help="of its nodes, from which multigrid gets rigid-body modes")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the factorization of the Gram matrix and solves with it cost: docs/gram.csv and docs/gram.md.
+"""What the factorization of the Gram matrix and solves with it cost: docs/gram.csv and a part of docs/cost.md.
 
 python3 docs/study/gram.py packages [--rows 10000 100000 1000000]      one rank: PETSc's Cholesky, CHOLMOD, MUMPS, and what is chosen
 python3 docs/study/gram.py networks [--rows 3000 10000 30000]          one rank: the same on networks, and the search for dependent rows
@@ -22,9 +22,10 @@ def main():
     parser.add_argument("--rows-per-rank", type=int, nargs="+", default=[5000, 25000, 100000])
     parser.add_argument("--surface", nargs="+", default=["along the axes", "turned"], choices=("along the axes", "turned"))
     parser.add_argument("--repeat", type=int, default=3, help="times are the least of this many runs (default 3)")
-    parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs"), help="folder of gram.csv and gram.md")
+    parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs"), help="folder of gram.csv and cost.md")
     arguments = parser.parse_args()
-    machine.require("numpy")
+    if arguments.experiment != "report":
+        machine.require("numpy")
     from common import gram
     if arguments.experiment == "packages":
         gram.packages(arguments)

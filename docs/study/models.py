@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
-"""Constraints of engineering models against as many ties of pairs of unknowns: docs/models.csv and the tables of docs/models.md.
+"""Constraints of engineering models against as many ties of pairs of unknowns: docs/models.csv and a part of docs/cost.md.
 
 python3 docs/study/models.py [--slaves 1000,10000] [--repeat 3] [--only mean,rbe3]      100000 needs 8 GB
 Each model and the ties take turns on the same mesh, one rank; seconds of the processor are the least of the runs. One run more compares with MUMPS.
-Rows of other models and numbers of slaves that are there stay.
+Rows of other models and numbers of slaves that are there stay. --report: no runs.
 """
 import argparse
 import math
 import os
 import re
+import statistics
 import sys
 
 from common import machine, measured, prose
@@ -66,13 +67,24 @@ def compare(slaves, arguments):
     return rows
 
 
-def table(rows):
-    lines = ["| model | unknowns | rows | longest row | most shared | iterations | set-up + solve [s] | set-up | iterations | memory | error |", "|" + "---|" * 11]
-    for row in rows:
-        lines.append("| `%s` | %s | %s | %s | %s | %s | %s + %s | %s | %s | %s | %s |" % (
-            (row["model"] + " " + row["options"]).strip(), row["unknowns"], row["constraints"], row["longest"], row["shared"], row["iterations"], row["setup"], row["solve"],
-            row["quotient_setup"], row["quotient_iterations"], row["quotient_peak"], row["error"] or ""))
-    return lines
+def name(row):
+    return ("`%s`" % (row["model"] + " " + row["options"]).strip(), int(row["slaves"]))
+
+
+def write(folder):
+    about, rows = measured.read(os.path.join(folder, "models.csv"))
+    rows = [row for row in rows if row["model"] != "ties"]
+    text = ["Against as many ties of pairs of nodes, on 1000 to 100000 slaves:", "", "| quotient | median | least | most | above %g |" % BOUND, "|---|---|---|---|---|"]
+    for title, key in (("iterations", "quotient_iterations"), ("set-up", "quotient_setup"), ("memory", "quotient_peak")):
+        numbers = [float(row[key]) for row in rows]
+        high = {}
+        for row in sorted((row for row in rows if float(row[key]) > BOUND), key=lambda row: -float(row[key])):
+            high.setdefault(name(row)[0], []).append(row[key])
+        text.append("| %s | %.2f | %.2f | %.2f | %s |" % (title, statistics.median(numbers), min(numbers), max(numbers), "; ".join("%s %s" % (model, ", ".join(found)) for model, found in high.items())))
+    errors = [float(row["error"]) for row in rows if row["error"]]
+    text += ["", "The error against MUMPS is at most %.0e with a tolerance of 1e-10. Made by `python3 docs/study/models.py` on %s, one rank, processor seconds, load %s at the end; [models.csv](models.csv) has the commands and all models." % (
+        max(errors), about["machine"], about["load at the end"])]
+    prose.part(os.path.join(folder, "cost.md"), "models.py", text)
 
 
 def main():
@@ -81,22 +93,16 @@ def main():
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--only", default="", help="these models; all without it")
     parser.add_argument("--check", type=int, default=1000, help="up to so many slaves the solution is compared with MUMPS")
-    parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs"), help="folder of models.csv and models.md")
+    parser.add_argument("--report", action="store_true", help="no runs")
+    parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs"), help="folder of models.csv and cost.md")
     arguments = parser.parse_args()
-    machine.require()
-    path, rows = os.path.join(arguments.out, "models.csv"), []
-    for slaves in map(int, arguments.slaves.split(",")):
-        rows += compare(slaves, arguments)
-        measured.merge(path, measured.provenance(), COLUMNS, rows, ("slaves", "model", "options"))
-    about, rows = measured.read(path)
-    rows.sort(key=lambda row: int(row["slaves"]))
-    text = open(os.path.join(arguments.out, "models.md")).read()
-    lines = [text.split("\n## Measured\n")[0], "## Measured", "",
-             "The three columns after the seconds are quotients by the figures of as many ties; the bound is %g. Iterations are those of the reduced solve and, if the verification asks for one, of a second. Seconds are those of the processor; on a loaded machine they, and the quotient of the set-up, still vary." % BOUND]
-    for slaves in dict.fromkeys(row["slaves"] for row in rows):
-        lines += ["", "%s slaves, `%s`:" % (slaves, mesh(int(slaves))), ""] + table([row for row in rows if row["slaves"] == slaves])
-    lines += ["", "Made by `%s` on %s, one rank; load %s at the end ([models.csv](models.csv))." % (about["command"], about["machine"], about["load at the end"])]
-    prose.write(os.path.join(arguments.out, "models.md"), "\n".join(lines).split("\n"))
+    if not arguments.report:
+        machine.require()
+        rows = []
+        for slaves in map(int, arguments.slaves.split(",")):
+            rows += compare(slaves, arguments)
+            measured.merge(os.path.join(arguments.out, "models.csv"), measured.provenance(), COLUMNS, rows, ("slaves", "model", "options"))
+    write(arguments.out)
     return 0
 
 

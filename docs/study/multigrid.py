@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Multigrid on many kinds of systems (tests/bench/scenes.cpp): docs/multigrid.csv, plots in docs/multigrid/, and the generated part of docs/multigrid.md.
+"""Multigrid on many kinds of systems (tests/bench/scenes.cpp): docs/multigrid.csv, plots in docs/multigrid/, and a part of docs/multigrid.md.
 
 /usr/bin/python3 docs/study/multigrid.py                                     all families without constraints, all solvers, on 1 rank
 /usr/bin/python3 docs/study/multigrid.py --families tied --ranks 1 2 4       with constraints

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """PETSc's own examples, unchanged, with their usual solver and with PCAINSWORTH by options alone: the layout that is found, the difference of the solutions.
 
-The table of docs/layouts.md. The examples are those of PETSc's package (libpetsc3.18-dev-examples) or sources; /usr/bin/python3 has petsc4py.
+docs/petscexamples.csv. The examples are those of PETSc's package (libpetsc3.18-dev-examples) or sources; /usr/bin/python3 has petsc4py.
 """
 import argparse
+import csv
 import os
 import re
 import subprocess
@@ -89,9 +90,10 @@ def main():
     parser.add_argument('--ranks', type=int, default=1)
     parser.add_argument('--only', default='', help='part of a name or a file')
     parser.add_argument('--verbose', action='store_true')
+    parser.add_argument('--csv', help='file, docs/petscexamples.csv for that of the page')
     given = parser.parse_args()
     folder = tempfile.mkdtemp()
-    right = True
+    right, rows = True, []
     print('| example | layout found | iterations | difference |\n|---|---|---|---|')
     for name, source, options, usual, p, writer in EXAMPLES:
         if given.only not in name + source:
@@ -121,7 +123,14 @@ def main():
             error = (K * x).norm() / (K * y).norm() if K else x.norm() / y.norm()
             right = right and error < 1e-6
             difference = f'{error:.0e}'
-        print(f'| {name}, {source.replace("tutorials/", "")} | {layout[-1] if layout else ""} | {", ".join(iterations[:4])} | {difference} |', flush=True)
+        rows.append((f'{name}, {source.replace("tutorials/", "")}', layout[-1] if layout else '', ', '.join(iterations[:4]), difference))
+        print('| %s |' % ' | '.join(rows[-1]), flush=True)
+    if given.csv:
+        with open(given.csv, 'w', newline='') as file:
+            file.write(f'# command: python3 {" ".join(sys.argv)}\n')
+            table = csv.writer(file, lineterminator='\n')
+            table.writerow(('example', 'layout found', 'iterations', 'difference'))
+            table.writerows(rows)
     print('each as its usual solver has it:', 'yes' if right else 'no')
     return 0 if right else 1
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The paper's experiments, at any size: docs/results/<experiment>.csv, plots beside them, and docs/results.md.
+"""The paper's experiments, at any size: docs/results/<experiment>.csv, a plot beside them, and a part of docs/cost.md.
 
 /usr/bin/python3 docs/study/results.py table        5.2: rows and messages on 32 to 512 ranks, from the partition of the mesh alone
 /usr/bin/python3 docs/study/results.py strong       5.2: 96^3 + 96^3 elements, with and without constraints, and the memory that takes
@@ -10,7 +10,7 @@
 /usr/bin/python3 docs/study/results.py iterations   on 1 to 16 ranks
 /usr/bin/python3 docs/study/results.py messages     messages and reductions of a projection
 /usr/bin/python3 docs/study/results.py memory       peak memory with and without constraints
-/usr/bin/python3 docs/study/results.py report       docs/results.md and the plots from the CSV files that are there; the others end with it, too
+/usr/bin/python3 docs/study/results.py report       the text and the plot from the CSV files that are there; the others end with it, too
 
 A size is N, N:M, NxZ or NxZ:M, with or without -contact after it: N elements per edge of the contact surface of the upper body, M of the lower one (default seven eighths of N:
 the nodes do not meet), Z along the height (default N); -contact: METIS knows which elements touch. A measurement that is made again takes the place of the old one; --missing makes only those that
@@ -60,7 +60,7 @@ def main():
     parser.add_argument("--repeat", type=int, help="seconds are the least of this many runs")
     parser.add_argument("--limit", type=int, help="seconds that one run may take")
     parser.add_argument("--missing", action="store_true", help="make no measurement again that is there")
-    parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs", "results"), help="folder of the CSV files and plots (default docs/results); the text is <out>.md")
+    parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs", "results"), help="folder of the CSV files and the plot (default docs/results); the text is in cost.md beside it")
     arguments = parser.parse_args()
     arguments.out = os.path.abspath(arguments.out)
     if arguments.experiment != "report":

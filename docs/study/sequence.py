@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Sequences of systems, one KSP for all steps beside a new one for each: docs/sequence.csv, and the table of docs/sequence.md on the screen.
+"""Sequences of systems, one KSP for all steps beside a new one for each: docs/sequence.csv, and the table of docs/contact.md on the screen.
 
 python3 docs/study/sequence.py [--cases rows75 ...]      some minutes; processor seconds, so that other programs matter less
 """

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """How stable the iterations are: two cubes over every parameter, against A alone and a direct solution.
 
-python3 docs/study/stability.py [--quick] [--out docs/stability]   the study: a CSV, plots, and <out>.md beside the folder
-python3 docs/study/stability.py --report                           tables and plots anew from the CSV
-python3 docs/study/stability.py --acceptance                       docs/acceptance.md: the bounds that the defaults keep
-python3 docs/study/stability.py --inner                            docs/inner.md: inner preconditioners compared
-python3 docs/study/stability.py --extremes [--case <regex>]        docs/extremes.md: extreme systems, four solvers, who is right
+python3 docs/study/stability.py [--quick] [--out docs/stability]   the study: a CSV, a plot, and a part of docs/cost.md
+python3 docs/study/stability.py --report                           text and plot anew from the CSV, also of those below
+python3 docs/study/stability.py --acceptance                       docs/acceptance.csv and a part of docs/cost.md: the bounds that the defaults keep
+python3 docs/study/stability.py --inner                            docs/inner.csv and a part of docs/cost.md: inner preconditioners compared
+python3 docs/study/stability.py --extremes [--case <regex>]        docs/extremes.csv and a part of docs/extremes.md: extreme systems, four solvers, who is right
 Needs Debian's python3-petsc4py, python3-numpy, python3-scipy, python3-matplotlib, and a build (AINSWORTH_BUILD, default build/).
 """
 import argparse
@@ -18,7 +18,7 @@ from common import machine
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="at most three values of each parameter")
-    parser.add_argument("--report", action="store_true", help="no runs: write the texts and the plots of the study, or of --inner or --extremes, from the CSV")
+    parser.add_argument("--report", action="store_true", help="no runs: write the text and the plot of the study, or the text of --acceptance, --inner or --extremes, from the CSV")
     parser.add_argument("--acceptance", action="store_true", help="measure the bounds instead")
     parser.add_argument("--inner", action="store_true", help="compare inner preconditioners instead")
     parser.add_argument("--extremes", action="store_true", help="extreme systems and four solvers instead")
@@ -34,10 +34,11 @@ def main():
     arguments = parser.parse_args()
     arguments.n1 = arguments.n1 or 16
     arguments.n2 = arguments.n2 or 14
-    machine.require("petsc4py", "numpy", "scipy", "matplotlib")
+    if not arguments.report:
+        machine.require("petsc4py", "numpy", "scipy", "matplotlib")
     if arguments.acceptance:
         from common import acceptance
-        return acceptance.main(arguments.out or os.path.join(machine.ROOT, "docs"))
+        return acceptance.main(arguments.out or os.path.join(machine.ROOT, "docs"), arguments.report)
     if arguments.inner:
         from common import inner
         return inner.main(arguments.out or os.path.join(machine.ROOT, "docs"), arguments)

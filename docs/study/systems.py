@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Saddle points as programs write them, solved with the defaults and by MUMPS: docs/systems.csv and docs/systems.md.
+"""Saddle points as programs write them, solved with the defaults and by MUMPS: docs/systems.csv and a part of docs/extremes.md.
 
-python3 docs/study/systems.py [--ranks 1]      half a minute; needs a build (AINSWORTH_BUILD, default build/) with its tests
+python3 docs/study/systems.py [--ranks 1]      half a minute; needs a build (AINSWORTH_BUILD, default build/) with its tests; --report: the text anew from the CSV
 """
 import argparse
 import csv
@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 
-from common import machine, prose
+from common import machine, measured, prose
 
 PROGRAM = os.path.join(machine.BUILD, "tests", "systems", "systems")
 VERDICTS = ("right", "refused", "owed", "untrue", "wrong")
@@ -29,53 +29,34 @@ def count(rows, solver):
     return [sum(row[solver] == verdict for row in rows) for verdict in VERDICTS]
 
 
-def span(numbers):
-    """From the least to the largest of sorted ones."""
-    return "" if not numbers else str(numbers[0]) if numbers[0] == numbers[-1] else "%d to %d" % (numbers[0], numbers[-1])
-
-
-def page(rows, ranks):
-    families = list(dict.fromkeys(row["family"] for row in rows))
+def write(folder):
+    about, rows = measured.read(os.path.join(folder, "systems.csv"))
     ours, mumps = count(rows, "ours"), count(rows, "mumps")
-    text = ["# Saddle points as programs write them", "",
-            "The plugin's defaults solve %d of %d small systems and refuse %d that have no solution. MUMPS with its defaults on the assembled matrix solves %d. "
-            "Each system comes from a seeded generator in `tests/systems/`, with the signs, order and blocks that programs of its kind use." % (ours[0], len(rows), ours[1], mumps[0]), "",
-            "| | " + " | ".join(SAID) + " |", "|---|" + "---|" * len(SAID)]
-    for solver in ("ours", "mumps"):
-        figures = {"ours": ours, "mumps": mumps}[solver]
-        text.append("| %s | %s |" % ({"ours": "ainsworth", "mumps": "MUMPS"}[solver], " | ".join("" if solver == "mumps" and verdict == "untrue" else str(figure) for verdict, figure in zip(VERDICTS, figures))))
-    text += ["", "| family | systems | right | iterations | MUMPS, right |", "|---|---|---|---|---|"]
-    for family in families:
-        some = [row for row in rows if row["family"] == family]
-        iterations = sorted(int(row["iterations"]) for row in some if row["ours"] == "right")
-        text.append("| %s | %d | %d | %s | %d |" % (family, len(some), count(some, "ours")[0], span(iterations), count(some, "mumps")[0]))
-    text += ["", "## How they are judged", "",
-             "- LU with complete pivoting in long double decides whether a system has a solution, whether x is unique, and what x is.",
-             "- A solve is right if its reason is positive and each row of both equations holds to 1e-5 of its terms. x has to hold to 1e-5 in units of its own, or to a thousand times what rounding the system to double precision changes.",
-             "- What a refusal says is compared with what is true of the system.", "",
-             "CTest runs the collection on 1, 2 and 3 ranks. All systems: [systems.csv](systems.csv). Made by `%s` on %s, on %s." % (machine.command_line(), machine.describe(), "one rank" if ranks == 1 else "%d ranks" % ranks)]
-    return text
+    text = ["The defaults solve %d of %d small systems of %d families, with the signs, order and blocks that programs of their kind use (`tests/systems/`), and refuse %d that have no solution:" % (
+        ours[0], len(rows), len({row["family"] for row in rows}), ours[1]), "", "| | " + " | ".join(SAID) + " |", "|---|" + "---|" * len(SAID)]
+    for title, figures in (("ainsworth", ours), ("MUMPS", mumps)):
+        text.append("| %s | %s |" % (title, " | ".join("" if figures is mumps and verdict == "untrue" else str(figure) for verdict, figure in zip(VERDICTS, figures))))
+    text += ["", "LU with complete pivoting in long double decides what is right: rows hold to 1e-5 of their terms, and x to 1e-5, or to a thousand times what rounding the system changes. Made by `%s` on %s; [systems.csv](systems.csv)." % (about["command"], about["machine"])]
+    prose.part(os.path.join(folder, "extremes.md"), "systems.py", text)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--ranks", type=int, default=1)
     parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs"), help="folder (default docs)")
+    parser.add_argument("--report", action="store_true", help="no runs")
     arguments = parser.parse_args()
-    machine.require()
-    if not os.path.exists(PROGRAM):
-        sys.exit("%s is missing: build with the tests, which need Eigen" % PROGRAM)
-    with tempfile.TemporaryDirectory() as folder:
-        ours, mumps = solve(arguments.ranks, folder), solve(arguments.ranks, folder, "-mumps")
-    rows = [{"name": a["name"], "n": a["n"], "m": a["m"], "family": a["family"], "ours": a["verdict"], "iterations": a["iterations"] if a["verdict"] == "right" else "", "error": a["error"],
-             "mumps": b["verdict"], "mumps_error": b["error"]} for a, b in zip(ours, mumps)]
-    with open(os.path.join(arguments.out, "systems.csv"), "w", newline="") as file:
-        table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
-    prose.write(os.path.join(arguments.out, "systems.md"), page(rows, arguments.ranks))
-    figures = count(rows, "ours")
-    print("%d systems: %s" % (len(rows), ", ".join("%d %s" % pair for pair in zip(figures, VERDICTS))))
+    if not arguments.report:
+        machine.require()
+        if not os.path.exists(PROGRAM):
+            sys.exit("%s is missing: build with the tests, which need Eigen" % PROGRAM)
+        with tempfile.TemporaryDirectory() as folder:
+            ours, mumps = solve(arguments.ranks, folder), solve(arguments.ranks, folder, "-mumps")
+        rows = [{"name": a["name"], "n": a["n"], "m": a["m"], "family": a["family"], "ours": a["verdict"], "iterations": a["iterations"] if a["verdict"] == "right" else "", "error": a["error"],
+                 "mumps": b["verdict"], "mumps_error": b["error"]} for a, b in zip(ours, mumps)]
+        measured.save(os.path.join(arguments.out, "systems.csv"), measured.provenance(), list(rows[0]), rows)
+        print("%d systems: %s" % (len(rows), ", ".join("%d %s" % pair for pair in zip(count(rows, "ours"), VERDICTS))))
+    write(arguments.out)
     return 0
 
 

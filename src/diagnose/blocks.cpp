@@ -1,4 +1,4 @@
-/* Diagnosis of the blocks: sizes, signs, scales, long rows, and shared unknowns (docs/diagnose.md) */
+/* Diagnosis of the blocks: sizes, signs, scales, long rows, and shared unknowns (docs/troubleshooting.md) */
 #include "diagnose.h"
 #include "../saddle/survey.h"
 

@@ -1,4 +1,4 @@
-/* Findings of a diagnosis, facts and advice in one list, printed as text and saved as JSON (docs/diagnose.md) */
+/* Findings of a diagnosis, facts and advice in one list, printed as text and saved as JSON (docs/troubleshooting.md) */
 #ifndef AINSWORTH_DIAGNOSIS_H
 #define AINSWORTH_DIAGNOSIS_H
 

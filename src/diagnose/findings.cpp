@@ -1,4 +1,4 @@
-/* Diagnosis of set-up, stage by stage, before anything is solved (docs/diagnose.md) */
+/* Diagnosis of set-up, stage by stage, before anything is solved (docs/troubleshooting.md) */
 #include "diagnose.h"
 #include "../projection/matainsworth.h"
 

@@ -1,4 +1,4 @@
-/* Whether a preconditioner of an earlier matrix is kept, from counts of iterations (docs/sequence.md). Plain C++, without MPI and PETSc */
+/* Whether a preconditioner of an earlier matrix is kept, from counts of iterations (docs/contact.md). Plain C++, without MPI and PETSc */
 #ifndef AINSWORTH_AGE_H
 #define AINSWORTH_AGE_H
 

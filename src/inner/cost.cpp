@@ -1,4 +1,4 @@
-/* Price of a factorization of M_* in iterations with multigrid (docs/models.md) */
+/* Price of a factorization of M_* in iterations with multigrid (docs/extremes.md) */
 #include "solver.h"
 #include "../multigrid/blocksa.h"
 #include "../projection/matainsworth.h"

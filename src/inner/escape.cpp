@@ -1,4 +1,4 @@
-/* Watches a reduced solve: if the rest would take longer than a factorization of M_*, it ends (docs/models.md) */
+/* Watches a reduced solve: if the rest would take longer than a factorization of M_*, it ends (docs/extremes.md) */
 #include "solver.h"
 #include "../base/guard.h"
 

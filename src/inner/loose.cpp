@@ -1,4 +1,4 @@
-/* Unknowns with zero rows in A (reference nodes, links): they are eliminated from the penalty in M_* (docs/models.md) */
+/* Unknowns with zero rows in A (reference nodes, links): they are eliminated from the penalty in M_* (docs/method.md) */
 #include "pmat.h"
 #include "../base/lists.h"
 #include "../base/loops.h"

@@ -5,7 +5,7 @@
 
 /*
    The unit of all prices is the time in which a product with A handles an entry, about a nanosecond. Fits to 63 solves of 3 000 to 150 000 unknowns, by hexahedra
-   and tetrahedra, with few constraints and many (docs/models.md)
+   and tetrahedra, with few constraints and many (docs/extremes.md)
 
    An iteration, measured between .62 and 1.28 times: products with the finest level in single precision for each entry of A, vectors for each unknown, the first
    coarser level for each of its entries, and eight projections for each entry of the factors of S; of other multigrids only A is known
@@ -17,7 +17,7 @@ static const double perRow = 3100.0, perFill = 34.0, operationsOf[] = {97.0, 48.
    A solve is watched in vain for the first part of the price, because forecasts of its first steps mislead: the residual stays where it is until conjugate
    gradients have found the bending of a body. It is given up if the rest is forecast to take more than the second part, because forecasts tend to be optimistic.
    By both the solves take at most 1.81 times as long as by the better choice, 1.14 times in the mean; with .1 and .8 2.57 times, with .25 and .8 1.91 times
-   (docs/models.md)
+   (docs/extremes.md)
 */
 static const double patience = 0.15, part = 0.8;
 

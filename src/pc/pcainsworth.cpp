@@ -104,7 +104,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 
    Error monitor. A row has the seconds of the set-up that the solve needed and of the solve so far, without those of the monitor; the natural norm of the
    residual; the relative residuals of both blocks of the original system; a lower and an upper bound of the error in the energy norm of the reduced operator,
-   from the coefficients of conjugate gradients; the true error if a reference is known; and the upper bound relative to the energy norm of x. docs/report.md
+   from the coefficients of conjugate gradients; the true error if a reference is known; and the upper bound relative to the energy norm of x. docs/options.md
    has the formulas. With `-pc_ainsworth_stop energy_error` the relative tolerance of the inner `KSP` is ignored. The estimate lags a few iterations behind, so
    the final error is smaller than requested. It uses the smallest Ritz value. An eigenvalue far below the others, as inclusions of high contrast may leave, is
    known only when the rest has converged; before that, the error may be several times larger than estimated. `-pc_ainsworth_error_eigenvalue` makes the
@@ -114,11 +114,11 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    `-ainsworth_pc_type`, ...), `-ainsworth_gram_` (Gram matrix C W C') and `-ainsworth_whole_` (the whole system, if it is factored), after the prefix of this
    `PC`. The default inner preconditioner is `PCBLOCKSA` if nodes have 2 to 5 unknowns, A is symmetric and the method is one of conjugate gradients, or
    KSPPREONLY. Its levels are made from A alone and kept while A has the same values, also after `PCReset()`. If A changes, `-pc_ainsworth_rebuild` decides
-   (docs/sequence.md). Otherwise, and if `PCBLOCKSA` does not fit the matrix, the default is BoomerAMG with PMIS coarsening, aggressive on the finest level,
+   (docs/contact.md). Otherwise, and if `PCBLOCKSA` does not fit the matrix, the default is BoomerAMG with PMIS coarsening, aggressive on the finest level,
    ext+i interpolation with at most 4 entries per row, and Chebyshev smoothing. With the penalty of the paper it has Falgout coarsening. With that penalty, or
    with a method other than conjugate gradients, it has PETSc's default smoother and no aggressive coarsening. If the rest of a solve would take longer than a
    factorization that fits in memory, the factorization takes over, also for later solves. Tiny systems are factored at once. The choice is made from predicted
-   iterations and operations (docs/models.md).
+   iterations and operations (docs/extremes.md).
 
    Outer methods. With `-ksp_type preonly` an application is the solution. With `-ainsworth_ksp_type preonly` it is one multigrid cycle between two
    projections, a linear preconditioner for any outer method; it is not judged then, as the outer method measures the residual.
@@ -159,7 +159,7 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   PetscFunctionBegin;
   data                                = new PC_Ainsworth();
   pc->data                            = (void *)data;
-  data->choices.rowsPerRank           = 25000; /* docs/gram.md */
+  data->choices.rowsPerRank           = 25000; /* docs/method.md */
   data->choices.pmat.type             = PC_AINSWORTH_PMAT_AUTO;
   data->choices.pmat.rtol             = 0.1; /* paper, Table 1 */
   data->choices.pmat.blocks           = PETSC_DECIDE;

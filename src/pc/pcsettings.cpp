@@ -239,7 +239,7 @@ PetscErrorCode PCAinsworthSetReference(PC pc, Vec reference)
 -  upper     - upper bound of it, NaN if there is none; pass `NULL` if not needed
 
    Options Database Keys:
-+  -pc_ainsworth_monitor_error [ascii,csv:file,draw] - prints times, residuals and bounds, one row per iteration (docs/report.md)
++  -pc_ainsworth_monitor_error [ascii,csv:file,draw] - prints times, residuals and bounds, one row per iteration (docs/options.md)
 .  -pc_ainsworth_stop <residual,energy_error>        - criterion that ends the reduced solve
 .  -pc_ainsworth_error_rtol <1e-6>                   - tolerance of energy_error, relative to the energy norm of x
 -  -pc_ainsworth_error_eigenvalue <estimated>        - lower bound of the spectrum of the preconditioned operator; makes the upper estimate a bound
@@ -250,7 +250,7 @@ PetscErrorCode PCAinsworthSetReference(PC pc, Vec reference)
    The error of the solution is smaller than the error at that iteration.
 
    The bounds come from the coefficients of `KSPPROJECTEDCG` or `KSPCG` in the natural norm, at the cost of one more inner product per iteration. Other methods
-   have no bounds. docs/report.md has the formulas and their sources.
+   have no bounds. docs/options.md has the formulas and their sources.
 
    Errors:
    `PETSC_ERR_ARG_WRONG` if the type of pc is not `PCAINSWORTH`; `PETSC_ERR_ARG_WRONGSTATE` if nothing was estimated, or if the solve was too short.

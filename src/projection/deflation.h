@@ -1,4 +1,4 @@
-/* What conjugate gradients in Ker C add to a preconditioner for what its matrix M leaves out (docs/models.md) */
+/* What conjugate gradients in Ker C add to a preconditioner for what its matrix M leaves out (docs/method.md) */
 #ifndef AINSWORTH_DEFLATION_H
 #define AINSWORTH_DEFLATION_H
 

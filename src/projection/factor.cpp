@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 /*
-   The package for factorizations of at least `many` operations; below, PETSc's own factorization and its solves are faster (docs/gram.md)
+   The package for factorizations of at least `many` operations; below, PETSc's own factorization and its solves are faster (docs/cost.md)
 
    In complex arithmetic, solves with CHOLMOD's factor of a Hermitian matrix are wrong (PETSc 3.18.5).
 */

@@ -159,7 +159,7 @@ PetscErrorCode MatCreate_Ainsworth(Mat mat)
   PetscFunctionBegin;
   ctx                  = new Mat_Ainsworth();
   ctx->weightType      = MAT_AINSWORTH_WEIGHT_DIAGONAL;
-  ctx->rowsPerRank     = 25000; /* docs/gram.md */
+  ctx->rowsPerRank     = 25000; /* docs/method.md */
   ctx->proj.gram.group = ctx->proj.gramB.group = MPI_COMM_NULL;
   PetscCall(MatSetType(mat, MATSHELL));
   PetscCall(MatShellSetContext(mat, ctx));

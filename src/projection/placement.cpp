@@ -266,7 +266,7 @@ PetscErrorCode Collect(const Labels &labels, const std::vector<PetscInt> &target
 } // namespace
 
 /*
-   A component is cut if it has more than this many times rowsPerRank rows, because solves shared by ranks take several times as long (docs/gram.md)
+   A component is cut if it has more than this many times rowsPerRank rows, because solves shared by ranks take several times as long (docs/gram.csv)
 
    Only MUMPS factors the parts; without it components stay whole.
 */

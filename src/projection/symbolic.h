@@ -10,7 +10,7 @@ static const char AinsworthDissection[] = "ainsworthnd";
 /* The ordering attached to a matrix by AinsworthOrderingAttach(), used for the prediction; registered with the plugin */
 static const char AinsworthPredicted[] = "ainsworthpredicted";
 
-/* The ordering tried first: cheap, with little fill on networks as well as on surfaces (docs/gram.md) */
+/* The ordering tried first: cheap, with little fill on networks as well as on surfaces (docs/cost.md) */
 #if defined(PETSC_HAVE_SUITESPARSE)
 static const char *const AinsworthOrdering = MATORDERINGAMD;
 #else

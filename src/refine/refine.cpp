@@ -4,7 +4,7 @@
 #include "../base/objects.h"
 
 /*
-   The numbers that decide whether x is right (docs/method.md has the reasons)
+   The numbers that decide whether x is right (docs/method.md, verification)
 
    margin    a row is left with at most so many times the requested tolerance of its terms
    rows      of C x = g are left with no more, whatever the tolerance, as the projection meets them to rounding; S may have a condition number of 1e8

@@ -1,4 +1,4 @@
-/* Bounds of the energy norm of the error of conjugate gradients, from their coefficients alone (docs/report.md) */
+/* Bounds of the energy norm of the error of conjugate gradients, from their coefficients alone (docs/options.md) */
 #ifndef AINSWORTH_ESTIMATOR_H
 #define AINSWORTH_ESTIMATOR_H
 

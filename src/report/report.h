@@ -1,4 +1,4 @@
-/* Error against run time of the reduced solve, one row per iteration, and the decision to stop (docs/report.md) */
+/* Error against run time of the reduced solve, one row per iteration, and the decision to stop (docs/options.md) */
 #ifndef AINSWORTH_REPORT_H
 #define AINSWORTH_REPORT_H
 

@@ -98,7 +98,7 @@ static PetscErrorCode EnergyOfX(AinsworthReport *report, Vec z, PetscReal zAz, P
 */
 static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason)
 {
-  static const PetscReal above = 2; /* the bound lies above the error, as other eigenvalues are larger (docs/report.md) */
+  static const PetscReal above = 2; /* the bound lies above the error, as other eigenvalues are larger (docs/options.md) */
   Vec                    x, b;
   PetscScalar            dot;
   PetscReal              z, energy, rounding, wanted, theta, first, rtol, atol;

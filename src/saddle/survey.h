@@ -1,4 +1,4 @@
-/* Facts about the blocks for a diagnosis: signs, scales, long rows, jumps, loose unknowns (docs/diagnose.md) */
+/* Facts about the blocks for a diagnosis: signs, scales, long rows, jumps, loose unknowns (docs/troubleshooting.md) */
 #ifndef AINSWORTH_SURVEY_H
 #define AINSWORTH_SURVEY_H
 

@@ -1,8 +1,7 @@
 """The bounds that the defaults keep: iterations beyond those without constraints, residuals, energy errors."""
-import csv
 import os
 
-from . import cases, machine, prose, runs
+from . import cases, machine, measured, prose, runs
 from .measured import verdict
 
 STIFFNESS = ("1e-6", "1e-3", "1", "10", "1e3", "1e6")
@@ -10,6 +9,7 @@ NEAR = "-near_nullspace 1 "  # rigid-body modes on A
 SIZE = NEAR + "-n1 24 -n2 20 "
 MORE = 3  # iterations than A alone
 REFINEMENT = ((12, 10), (24, 20), (48, 40))
+SHAPES = (("plain", ""), ("turned, stick 0", " -rotate 20,35,50 -stick 0"), ("curved 0.15", " -curved 0.15"))
 CONSTRAINT_BOUND, ERROR_BOUND = 1e-12, 1e-7
 COMPARED = (("E2 1e-6", "-E2 1e-6"), ("E2 10", "-E2 10"), ("E2 1e6, rowscale 2", "-E2 1e6 -rowscale 2"), ("turned, stick 0", "-rotate 20,35,50 -stick 0"),
             ("curved 0.15, turned, stick 0.5", "-rotate 20,35,50 -curved 0.15 -stick 0.5"))  # with a direct solution
@@ -41,68 +41,66 @@ def without(options, known={}):
     return known[text]
 
 
-def measure(rows, group, label, options, bound=None):
+COLUMNS = ["group", "case", "options", "alone", "iterations", "reason", "more", "bound", "pass", "constraint", "constraint_pass", "error"]
+
+
+def measure(rows, group, label, options, bound=""):
     alone, run = without(options), machine.run(options)
     good = machine.converged(run) and machine.converged(alone)
-    more = run["iterations"] - alone["iterations"] if good else None
+    more = run["iterations"] - alone["iterations"] if good else ""
     row = {"group": group, "case": label, "options": options, "alone": alone["iterations"], "iterations": run["iterations"], "reason": run["reason"], "more": more, "bound": bound,
-           "pass": good and (bound is None or more <= bound), "constraint": run["constraint"], "constraint_pass": good and run["constraint"] <= CONSTRAINT_BOUND}
+           "pass": good and (not bound or more <= bound), "constraint": run["constraint"], "constraint_pass": good and run["constraint"] <= CONSTRAINT_BOUND}
     rows.append(row)
-    print(LINE % (label, row["alone"], row["iterations"], more if good else row["reason"], bound or "", verdict(row["pass"]) if bound else "", run["constraint"], verdict(row["constraint_pass"])), flush=True)
-    return row
+    print(LINE % (label, row["alone"], row["iterations"], more if good else row["reason"], bound, verdict(row["pass"]) if bound else "", run["constraint"], verdict(row["constraint_pass"])), flush=True)
 
 
-def main(folder):
-    rows, refined, errors, text = [], [], [], []
+def study(path):
+    rows = []
     print(LINE % ("", "alone", "solve", "more", "bound", "", "constraint", ""))
-    for title, runs_ in groups():
-        for label, options in runs_:
+    for title, entries in groups():
+        for label, options in entries:
             measure(rows, title, label, SIZE + options, MORE)
-    for shape, extra in (("plain", ""), ("turned, stick 0", " -rotate 20,35,50 -stick 0"), ("curved 0.15", " -curved 0.15")):
-        series = []
+    for shape, extra in SHAPES:
         for n1, n2 in REFINEMENT:
-            series.append(measure(rows, "refinement, " + shape, "%s, n1 %d, n2 %d" % (shape, n1, n2), NEAR + "-n1 %d -n2 %d" % (n1, n2) + extra))
-        if all(row["more"] is not None for row in series):
-            growth, alone = (series[-1][key] / series[0][key] for key in ("iterations", "alone"))
-            refined.append((shape, series, growth, alone, growth <= alone))
-            print("refinement, %s: grows by %.2f, A alone by %.2f: %s" % (shape, growth, alone, verdict(growth <= alone)))
+            measure(rows, "refinement, " + shape, "%s, n1 %d, n2 %d" % (shape, n1, n2), NEAR + "-n1 %d -n2 %d" % (n1, n2) + extra)
     for label, extra in COMPARED:
         config = {"name": "default", "system": "constrained", "options": ""}
         found = runs.solve(cases.system(24, 20, NEAR + extra), [config], 1, 600)[1][0]
         good = (found.get("error") or 1) <= ERROR_BOUND
-        errors.append((label, found, good))
+        rows.append({"group": "energy error", "case": label, "options": SIZE + extra, "reason": found["reason"], "pass": good, "error": "%.1e" % found["error"] if found.get("error") is not None else ""})
         print("energy error, %s: %s: %s" % (label, found.get("error", found["reason"]), verdict(good)), flush=True)
-    write_csv(os.path.join(folder, "acceptance.csv"), rows)
+    measured.save(path, {"command": machine.command_line(), "machine": machine.describe()}, COLUMNS, rows)
 
-    checks = [row["pass"] for row in rows if row["bound"]] + [row["constraint_pass"] for row in rows] + [entry[-1] for entry in refined] + [good for _, _, good in errors]
-    missed = [row["case"] for row in rows if (row["bound"] and not row["pass"]) or not row["constraint_pass"]]
-    missed += ["refinement, " + shape for shape, *_, good in refined if not good] + ["energy error, " + label for label, _, good in errors if not good]
-    text = ["# The bounds that the defaults keep", "",
-            "The defaults are compared with multigrid on the same bodies without constraints (*A alone*), and with a direct solver. %d of %d checks pass.%s" % (
-                sum(checks), len(checks), " Missed: %s." % "; ".join(missed) if missed else ""), "",
-            "Each line is `twocubes %s <options> %s`; *A alone* is the same with `-contact 0`. CG runs to 1e-8 in the natural norm, on one rank." % (SIZE.strip(), machine.DEFAULTS), ""]
+
+def span(rows, key, form="%s"):
+    numbers = [float(row[key]) for row in rows if row[key]]
+    return " to ".join(form % number for number in dict.fromkeys((min(numbers), max(numbers)))) if numbers else ""
+
+
+def main(folder, report):
+    """The checks from the CSV; 1 if one is missed."""
+    path = os.path.join(folder, "acceptance.csv")
+    if not report:
+        study(path)
+    about, rows = measured.read(path)
+    table, checks = [], [(row["case"], row["pass"] == "True") for row in rows if row["bound"]] + [(row["case"], row["constraint_pass"] == "True") for row in rows if row["constraint_pass"]]
     for title, _ in groups():
-        text += ["## %s: at most %d more than A alone" % (title[0].upper() + title[1:], MORE), "", "| | A alone | iterations | more | | constraint residual | at most %g |" % CONSTRAINT_BOUND, "|---|---|---|---|---|---|---|"]
-        text += [table_line(row) for row in rows if row["group"] == title] + [""]
-    text += ["## Refinement: no growth beyond that of A alone", "", "| | " + " | ".join("n1 %d" % n1 for n1, _ in REFINEMENT) + " | grows by | A alone | grows by | |", "|---|" + "---|" * (len(REFINEMENT) + 4)]
-    for shape, series, growth, alone, good in refined:
-        text.append("| %s | %s | %.2f | %s | %.2f | %s |" % (shape, " | ".join(str(row["iterations"]) for row in series), growth, ", ".join(str(row["alone"]) for row in series), alone, verdict(good)))
-    text += ["", "## Energy error against MUMPS: at most %g" % ERROR_BOUND, "", "| | error | |", "|---|---|---|"]
-    text += ["| %s | %s | %s |" % (label, "%.1e" % found["error"] if found.get("error") is not None else found["reason"], verdict(good)) for label, found, good in errors]
-    text += ["", "The direct solution is refined in extended precision.", "",
-             "Seconds are compared in [overhead.md](overhead.md). All figures: [acceptance.csv](acceptance.csv). Made by `%s` on %s." % (machine.command_line(), machine.describe())]
-    prose.write(os.path.join(folder, "acceptance.md"), text)
-    print("%d of %d checks pass" % (sum(checks), len(checks)))
-    return 0 if all(checks) else 1
-
-
-def table_line(row):
-    return "| %s | %s | %s | %s | %s | %s | %s |" % (row["case"], row["alone"], row["iterations"], row["reason"] if row["more"] is None else row["more"], verdict(row["pass"]),
-                                                        "" if row["constraint"] is None else "%.0e" % row["constraint"], verdict(row["constraint_pass"]))
-
-
-def write_csv(path, rows):
-    with open(path, "w", newline="") as file:
-        table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+        mine = [row for row in rows if row["group"] == title]
+        table.append("| %s | %d | %s | %s | at most %d more: %s |" % (title, len(mine), span(mine, "alone", "%.0f"), span(mine, "iterations", "%.0f"), MORE, verdict(all(row["pass"] == "True" for row in mine))))
+    for shape, _ in SHAPES:
+        mine = [row for row in rows if row["group"] == "refinement, " + shape]
+        if all(row["more"] for row in mine):
+            growth, alone = (int(mine[-1][key]) / int(mine[0][key]) for key in ("iterations", "alone"))
+            checks.append(("refinement, " + shape, growth <= alone))
+            table.append("| refinement, %s | %d | %s | %s | no growth: %s |" % (shape, len(mine), *(", ".join(row[key] for row in mine) for key in ("alone", "iterations")), verdict(growth <= alone)))
+    errors = [row for row in rows if row["group"] == "energy error"]
+    checks += [("energy error, " + row["case"], row["pass"] == "True") for row in errors]
+    missed = [name for name, good in checks if not good]
+    text = ["## Iterations", "",
+            "The defaults have bounds, against A alone and against a direct solver: %d of %d checks pass.%s C x = g holds to %s, bound %g. The energy error against MUMPS is at most %s, bound %g." % (
+                len(checks) - len(missed), len(checks), " Missed: %s." % "; ".join(missed) if missed else "", "%.0e" % max(float(row["constraint"]) for row in rows if row["constraint"]), CONSTRAINT_BOUND,
+                "%.1e" % max(float(row["error"]) for row in errors if row["error"]), ERROR_BOUND), "",
+            "| | systems | A alone | iterations | bound |", "|---|---|---|---|---|"] + table
+    text += ["", "E2/E1 is 1e-6 to 1e6; refinement is n1 = 12, 24, 48. Made by `%s` (`twocubes %s`, 1 rank, to 1e-8 in the natural norm) on %s; [acceptance.csv](acceptance.csv)." % (about["command"], SIZE.strip(), about["machine"])]
+    prose.part(os.path.join(folder, "cost.md"), "stability.py --acceptance", text)
+    return bool(missed)

@@ -4,7 +4,7 @@ import os
 import shlex
 import subprocess
 
-from . import machine, measured, prose
+from . import machine, measured
 
 ERRORTIME = os.path.join(machine.BUILD, "bench", "errortime")
 SOLVERS = os.path.join(machine.ROOT, "tests", "bench", "solvers")

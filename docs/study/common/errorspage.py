@@ -1,24 +1,15 @@
-"""docs/error-vs-time.md: which solver has the smallest error after a given time. Every number comes from the CSVs of errors.py."""
+"""A part of docs/cost.md: which solver has the smallest error after a given time. Every number comes from the CSVs of errors.py."""
 import glob
 import math
 import os
 
 from . import measured, prose
-from .errors import CASES, OWN, SOLVERS
+from .errors import CASES, OWN
 
 LEVELS = (1e-4, 1e-6, 1e-8)
 MIDDLE = LEVELS[1]
 OURS = "ainsworth"
 SUMMARY = ["system", "solver"] + ["seconds_to_%.0e" % level for level in LEVELS] + ["least_error", "iterations", "memory_mb", "failure"]
-
-
-def comment(name):
-    """The line that says how this solver is set up."""
-    path = os.path.join(SOLVERS, name + ".opts")
-    if not os.path.exists(path):
-        return ""
-    with open(path) as file:
-        return file.readline().lstrip("# ").strip()
 
 
 class System:
@@ -186,25 +177,12 @@ def show(folder):
 
 def write(folder):
     systems, here = pictures(folder), os.path.basename(folder)
-    text = ["# Error against run time", "", "Which solver has the smallest error after a given time? " + verdict(systems), "",
+    text = ["## Other solvers: error against time", "", verdict(systems) + " All but `ainsworth_paper`, `ainsworth_gamg` and `mumps` use this plugin's multigrid with rigid-body modes.", "",
             "![Seconds to an error of 1e-6](%s/seconds.svg)" % here, "", "![Error against seconds, for each system](%s/diagrams.svg)" % here, "",
-            "Each point of the diagrams is one tolerance of a series that begins with 1e-1.", "",
-            "- Across are the seconds of set-up and solve together, the least of the repetitions. Forming the augmented or the eliminated system counts; assembling one matrix for MUMPS does not.",
-            "- Down is the true relative error of x in the energy norm. The exact x comes from MUMPS with iterative refinement in extended precision.",
-            "- Seconds to an error are interpolated between the points.",
-            "- A cross marks a solve that did not converge. A series that takes longer than its limit is cut; the commands at the foot give the limit for all tolerances together.", "",
-            "[seconds.csv](%s/seconds.csv) has, for each system and solver, the seconds to %s, the least error, the iterations at the tightest tolerance (of the inner solver for `ainsworth*`), the memory of the process, and the reason if a solver ended early. The other CSVs in [%s/](%s) have each point." % (here, ", ".join("%.0e" % level for level in LEVELS), here, here), "",
-            "## The solvers", "", "| solver | |", "|---|---|"]
-    text += ["| [%s](../tests/bench/solvers/%s.opts) | %s |" % (name, name, comment(name)) for name in dict.fromkeys(name for system in systems for name in system.rows)] + [""]
-    text += ["All solvers except `ainsworth_paper`, `ainsworth_gamg` and `mumps` use the multigrid of this plugin with rigid-body modes. It works on A, or, for `golub_greif` and `elimination`, on the matrix into which they have put the constraints. There its aggregates may grow across the interface. `elimination` needs constraints that can each be solved for one unknown.", "",
-             "BLAS is OpenBLAS, which `makefiles/install.sh` installs. With Debian's reference BLAS MUMPS takes several times as long. `PCBDDC` is not compared because it needs matrices that are not assembled (`MATIS`), `PCHPDDM` because it needs a PETSc configured with HPDDM.", ""]
-    text += ["## The systems", "", "| | options of `twocubes` | unknowns | constraints |", "|---|---|---|---|"]
-    text += ["| %s | `%s` | %s | %s |" % (system.title(), system.about["options"], system.size(), system.size("constraints")) for system in systems]
-    grown = growth(systems)
-    if grown:
-        text += ["", "## As the problem grows"] + grown
+            "The seconds are those of set-up and solve together, the error is that of x in the energy norm, against MUMPS with refinement in extended precision. Each point is one tolerance; a cross did not converge."]
+    text += growth(systems)
     about, loads = systems[0].about, [float(system.about["load at the end"]) for system in systems]
-    commands = sorted(set(command for system in systems for command in system.about["command"].split("; ")))
-    text += ["", "Made by %s on %s, %s rank(s), load %s." % (" and ".join("`%s`" % command for command in commands), about["machine"], about["ranks"], "%.1f to %.1f" % (min(loads), max(loads)))]
-    prose.write(folder + ".md", text)
-    print("wrote %s.md, and pictures and seconds.csv in %s" % (folder, folder))
+    commands = sorted(set(command for system in systems for command in system.about["command"].replace(" --references references", "").split("; ")))
+    text += ["", "Made by %s on %s, %s rank(s), load %s. Each solver is a file of [solvers/](../tests/bench/solvers); [seconds.csv](%s/seconds.csv) has seconds to %s, errors and memory, the other CSVs in [%s/](%s) have each point. BLAS is OpenBLAS." % (
+        " and ".join("`%s`" % command for command in commands), about["machine"], about["ranks"], "%.1f to %.1f" % (min(loads), max(loads)), here, ", ".join("%.0e" % level for level in LEVELS), here, here)]
+    prose.part(os.path.join(os.path.dirname(folder), "cost.md"), "errortime.py", text)

@@ -1,4 +1,4 @@
-"""Extreme systems and four solvers: docs/extremes.md. Every figure and verdict comes from the CSV."""
+"""Extreme systems and four solvers: a part of docs/extremes.md. Every figure and verdict comes from the CSV."""
 import json
 import os
 import re
@@ -166,35 +166,21 @@ def write(path, about, rows):
     passed = sum(passes(row) for row in bar)
     counts = {name: [verdict(row) for row in rows if row["solver"] == name] for name, _, _, _, _ in SOLVERS}
     verdicts = counts[OURS]
-    text = ["# Extreme systems", "",
-            "Four solvers on %d systems: dependent, contradictory and badly scaled rows, extreme materials and shapes. The plugin's defaults are right on %d, say on %d that they failed, and are wrong and silent on %d. They pass %d of the %d [required cases](#required-cases)." % (
-                len(ours), sum(v == "right" for v in verdicts), sum(v.startswith("says no") for v in verdicts), sum("silent" in v for v in verdicts), passed, len(bar)), ""]
+    titles = {name: title for name, title, _, _, _ in SOLVERS}
+    silent = {name: [row["case"] for row in rows if row["solver"] == name and "silent" in verdict(row)] for name in titles}
+    text = ["Four solvers on %d systems: dependent, contradictory and badly scaled rows, extreme materials and shapes. The defaults are right on %d, say on %d that they failed, and are wrong and silent on %d." % (
+                len(ours), sum(v == "right" for v in verdicts), sum(v.startswith("says no") for v in verdicts), sum("silent" in v for v in verdicts)), ""]
     text += ["| | %s |" % " | ".join(title for _, title, _, _, _ in SOLVERS), "|---|" + "---|" * len(SOLVERS)]
     for label, wanted in (("right", lambda v: v == "right"), ("wrong and silent", lambda v: "silent" in v), ("says that it failed", lambda v: v.startswith("says no")), ("cut or hangs", lambda v: v.startswith(("cut", "hangs")))):
         text.append("| %s | %s |" % (label, " | ".join(str(sum(map(wanted, counts[name]))) for name, _, _, _, _ in SOLVERS)))
-    text += ["", "*Right*: the energy error is at most %g. *Wrong and silent*: reported as converged, but no solution exists, or the energy error is larger. *Says no*: the solver itself says that it failed. *Cut*: more than the limit of processor seconds." % ERROR_BOUND, ""]
-    text += ["## Required cases", "", "The defaults have to be right or, if no solution exists, to fail with `PC_INCONSISTENT_RHS`. Iterations are those of the reduced solve.", "",
-             "| case | options | iterations | energy error | constraint residual | verdict | |", "|---|---|---|---|---|---|---|"]
-    text += ["| %s | `%s` | %s | %s |" % (row["case"], row["options"], " | ".join(cells(row)), measured.verdict(passes(row))) for row in bar] + [""]
-    titles = {name: title for name, title, _, _, _ in SOLVERS}
-    silent = {name: [row["case"] for row in rows if row["solver"] == name and "silent" in verdict(row)] for name in titles}
-    text += ["## Wrong and silent", ""] + ["- %s: %s." % (titles[name], "; ".join(found) if found else "never") for name, found in silent.items()] + [""]
-    said = [row for row in rows if row["why"] and row["solver"] in (OURS, "paper")]
-    if said:
-        text += ["## What the plugin says", ""]
-        for why in dict.fromkeys(row["why"] for row in said):
-            text += ["- " + "; ".join("%s (%s)" % (row["case"], titles[row["solver"]].split()[-1]) for row in said if row["why"] == why) + ": \"" + why + "\""]
-        text += [""]
-    text += ["## How it was measured", "", "Systems are those of `tests/bench/twocubes.cpp` with %d and %d, or %d and %d elements per edge, on one rank. The option files of the solvers are in `tests/bench/solvers/`." % (SMALL + LARGE), "",
-             "- *direct*: MUMPS, LDL' of the assembled matrix, with detection of null pivots (`-mat_mumps_icntl_24 1`).",
-             "- *fieldsplit*: block factorization with the same multigrid for A. MUMPS factors the Schur complement (`selfp`) with detection of null pivots. GMRES runs to 1e-10, as its tolerance is on a residual.",
-             "- *plugin, `paper`*, and *plugin, defaults*: to 1e-8 in the natural norm.",
-             "- The energy error is sqrt((x-x\\*)'A(x-x\\*) / x\\*'A x\\*), x\\* from MUMPS on the scaled system without the dependent, zero and decoupled rows, refined in extended precision. "
-             "It does not show motions that cost no energy. The CSV also has the error of the displacements, which does.",
-             "- The constraint residual is the largest of |C_i x - g_i| / (|C_i| max |x|), of a zero row |g_i| / max |x|.",
-             "- The plugin leaves out a row at a distance of 1e-12 from the others. If it cannot solve with S otherwise it factors the whole system ([method.md](method.md#dependent-rows)).", "",
-             "[extremes.csv](extremes.csv) has every case and solver, with iterations, errors and residuals. Made by `python3 docs/study/stability.py --extremes` on %s; `--extremes --report` writes the page again from the CSV." % about["machine"]]
-    prose.write(path, text)
+    text += ["", "*Right*: the energy error is at most %g. *Wrong and silent*: reported as converged, but no solution exists, or the error is larger:" % ERROR_BOUND, ""]
+    text += ["- %s: %s." % (titles[name], "; ".join(found) if found else "never") for name, found in silent.items()]
+    text += ["", "Cases that the defaults have to solve or, if no solution exists, to refuse with `PC_INCONSISTENT_RHS` (%d of %d do):" % (passed, len(bar)), "",
+             "| case | iterations | energy error | constraint residual | verdict | |", "|---|---|---|---|---|---|"]
+    text += ["| %s | %s | %s |" % (row["case"], " | ".join(cells(row)), measured.verdict(passes(row))) for row in bar]
+    text += ["", "*Direct* is MUMPS with detection of null pivots, *fieldsplit* a block factorization with the same multigrid and the Schur complement `selfp`. The energy error is that against MUMPS on the scaled system without dependent rows, refined in extended precision; it does not show motions that cost no energy. "
+             "Made by `python3 docs/study/stability.py --extremes` (two cubes, 12 and 10, or 24 and 20 elements per edge, one rank) on %s; [extremes.csv](extremes.csv) has options, errors and what each solver said." % about["machine"]]
+    prose.part(path, "stability.py --extremes", text)
     print("%d of %d pass the bar" % (passed, len(bar)))
     return 0 if passed == len(bar) else 1
 

@@ -20,6 +20,7 @@ WHOLE = "-alone -ksp_type preonly -pc_type cholesky -pc_factor_mat_solver_type m
 # Open MPI's ranks that wait leave the core to the others
 ENVIRONMENT = dict(machine.ENVIRONMENT, OMPI_MCA_mpi_yield_when_idle="1", OMPI_MCA_hwloc_base_binding_policy="none")
 KEY = ("experiment", "surface", "asked", "ranks", "rows_per_rank", "solver")
+SHOWN = ("10000", "100000", "1000000")  # of the surfaces, in the text
 ROWS = {"networks": [3000, 10000, 30000], "packages": [10000, 30000, 100000, 300000, 1000000], "ranks": [100000]}
 
 
@@ -125,134 +126,29 @@ def line(*cells):
     return "| " + " | ".join(str(cell) for cell in cells) + " |"
 
 
-def made_by(rows):
-    commands = sorted({row["command"] for row in rows})
-    loads = [float(row["load"]) for row in rows]
-    return ["Made by", ""] + ["    " + command for command in commands] + ["", "on %s." % rows[0]["machine"],
-            "The load was between %.1f and %.1f: compare within a row only, and trust large ratios only." % (min(loads), max(loads)), ""]
+def table(rows):
+    """Set-up and solve of each package: the surface in one piece, and the largest network of each kind."""
+    shown = [name for name in PACKAGES if name not in ("chosen", "PETSc, nested dissection")] + ["MUMPS, whole system"]
+    keys = dict.fromkeys((row["surface"], row["asked"]) for row in rows if row["experiment"] == "packages" and row["surface"] == "turned" and row["asked"] in SHOWN)
+    keys.update({(surface, asked): None for surface, asked in {row["surface"]: row["asked"] for row in rows if row["experiment"] == "networks" and row["surface"].endswith(", open")}.items()})
+    text = [line("S of", "rows", "operations", *shown), "|---|---|---|" + "---|" * len(shown)]
+    for kind, asked in keys:
+        mine = {row["solver"]: row for row in rows if (row["surface"], row["asked"]) == (kind, asked) and row["experiment"] != "ranks"}
+        cells = ["%s, %s" % (milliseconds(mine.get(solver), "factor"), milliseconds(mine.get(solver), "solve")) if solver in mine else "" for solver in shown]
+        text.append(line("surface" if kind == "turned" else kind.replace(", open", ""), mine["chosen"]["rows"], mine["chosen"]["operations"], *cells))
+    return text
 
 
-def headline(rows):
-    """What the choice of the plugin takes for about 100000 rows, on one rank."""
-    row = next((row for row in rows if (row["surface"], row["asked"], row["solver"]) == ("turned", "100000", "chosen")), None)
-    if row is None:
-        return ""
-    return "- For %s rows on one rank the set-up takes %s ms and a solve %s ms. The solution of a whole system needs two solves an iteration, about 50 in all.\n" % (row["rows"], milliseconds(row, "factor"), milliseconds(row, "solve"))
-
-
-def package_table(rows, kind):
-    text = ["### Surface %s" % kind, "", line("rows", "operations", *(solver for solver in PACKAGES if solver != "chosen"), "chosen"), "|---|---|" + "---|" * len(PACKAGES)]
-    for asked in sorted({int(row["asked"]) for row in rows}):
-        mine = {row["solver"]: row for row in rows if int(row["asked"]) == asked}
-        chosen = mine.get("chosen", {})
-        cells = ["%s, %s" % (milliseconds(mine.get(solver), "factor"), milliseconds(mine.get(solver), "solve")) for solver in PACKAGES if solver != "chosen"]
-        text.append(line(chosen.get("rows", ""), chosen.get("operations", ""), *cells, "%s: %s, %s" % (chosen.get("package", ""), milliseconds(chosen, "factor"), milliseconds(chosen, "solve"))))
-    return text + [""]
-
-
-def network_table(rows):
-    solvers = [solver for solver in PACKAGES if solver != "chosen"] + ["MUMPS, whole system"]
-    text = [line("network", "rows", "operations", *solvers, "chosen"), "|---|---|---|" + "---|" * (len(solvers) + 1)]
-    for kind, asked in dict.fromkeys((row["surface"], row["asked"]) for row in rows if row["surface"].endswith(", open")):
-        mine = {row["solver"]: row for row in rows if (row["surface"], row["asked"]) == (kind, asked)}
-        chosen = mine.get("chosen", {})
-        cells = ["%s, %s" % (milliseconds(mine.get(solver), "factor"), milliseconds(mine.get(solver), "solve")) for solver in solvers]
-        text.append(line(kind.replace(" network, open", ""), chosen.get("rows", ""), chosen.get("operations", ""), *cells, "%s: %s, %s" % (chosen.get("package", ""), milliseconds(chosen, "factor"), milliseconds(chosen, "solve"))))
-    return text + [""]
-
-
-def search_table(rows):
-    text = [line("constraints", "rows", "dependent rows", "search, ms", "both factorizations, ms"), "|---|---|---|---|---|"]
-    closed = [row for row in rows if not row["surface"].endswith(", open")]
-    for row in ({row["surface"]: row for row in closed}).values():  # the largest of each
-        kind, what = row["surface"].split(" network, ")
-        text.append(line("%s of a %s network" % ("balances" if what == "closed" else "ties", kind), row["rows"], row.get("dropped", ""), milliseconds(row, "search"), milliseconds(row, "factor")))
-    return text + [""]
-
-
-def rank_table(rows, kind, asked):
-    text = ["### %s rows, surface %s" % (rows[0]["rows"], kind), "", line("ranks", "rows per rank", "pieces", "ranks that solve", "cut by METIS", "operations, busiest", "factor, ms", "solve, ms"), "|---|---|---|---|---|---|---|---|"]
-    for row in rows:
-        text.append(line(row["ranks"], "all" if row["rows_per_rank"] == str(10 ** 9) else row["rows_per_rank"], row.get("pieces", ""), row.get("solving_ranks", ""), "yes" if row.get("split") == "True" else "no",
-                         row.get("operations", ""), milliseconds(row, "factor"), milliseconds(row, "solve")))
-    return text + [""]
-
-
-INTRODUCTION = """# The factorization of the Gram matrix
-
-Which package factors S = C W C', and what does that cost?
-
-- The plugin chooses by the predicted number of operations: PETSc's own Cholesky factorization below 1e7, CHOLMOD above.
-%s- In networks CHOLMOD takes less time than MUMPS takes for the whole system.
-- On bodies that are flat along their interface S may be 30 %% of the set-up and more ([in parallel](#in-parallel)).
-
-All times are milliseconds, the least of several runs: first the set-up, then one solve. The set-up is the event AinsGramFact, which contains the ordering and the prediction. The solve is AinsGramSolve. [gram.csv](gram.csv) has all the runs.
-
-"""
-
-
-CHOICES = """## What was chosen
-
-**Package.** CHOLMOD from 1e7 operations on. Near there PETSc's factorization in the AMD ordering has the shorter solves and CHOLMOD the shorter set-up, on networks and in space several times shorter. Below, both are short, and PETSc's reports a failure without an error. MUMPS' solves take longer than the others' at every size here; it is used from 2e9 operations on where CHOLMOD is missing.
-
-**Ordering.** AMD. Nested dissection by METIS is counted as well where AMD needs 500 operations for each entry of the factor. This happens in space, not on surfaces, where nested dissection would save less than its own time. CHOLMOD gets the ordering that was counted.
-
-**Rows per rank.** A rank gets 25000 rows where pieces can be shared out whole. On 100352 rows in three pieces the busiest rank then has 4.3e8 operations instead of 7e8, and on 2 ranks the factorization and the solves take about half of the time. Where ranks share a piece, by MUMPS, a solve takes several times as long as CHOLMOD's on one rank. So a piece is cut only where it has more than 16 times the rows per rank, 400000, and where PETSc has MUMPS, which factors the parts. It was not measured whether many ranks gain above that: the runs had two cores.
-
-""".splitlines()
-
-
-PACKAGES_TEXT = """## Packages
-
-Two bodies touch on a flat square. Half of the surface sticks and half slips. The surface lies along the axes, or is turned by 20, 35 and 50 degrees. Along the axes S falls into three pieces, one for each component; turned, it is one piece. The volumes are left out: A is a diagonal matrix. Operations are those of the Cholesky factor in the AMD ordering, as predicted.
-
-""".splitlines()
-
-
-NETWORKS = """## Networks
-
-C has a row for each node of a network, the balance of its flows; the unknowns are the flows of the branches. S is the Laplacian of the network. The networks are a grid in the plane, a power grid (a tree and half as many lines again), a random graph, and a grid in space. *MUMPS, whole system* is the LDL' factorization of [A C'; C 0]: first its analysis and factorization, then one solve.
-""".splitlines() + [""]
-
-
-SEARCH = """### Dependent rows
-
-In closed networks, which no flow leaves, one balance depends on the others. Ties have a row x_i = x_j for each branch; all rows that close a loop depend on others. The search is the event AinsDependent; S is factored before and after it. A is a diagonal over two decades. The largest network of each kind is shown.
-""".splitlines() + [""]
-
-
-RANKS_TEXT = """## Rows per rank
-
-`-pc_ainsworth_rows_per_rank` is varied. With more ranks than cores the ranks share the cores: operations and ratios then tell more than times.
-
-""".splitlines()
-
-
-def by_hand(folder):
-    """The section of the page that no CSV has: single runs in parallel."""
-    with open(os.path.join(folder, "gram.md")) as page:
-        found = re.search(r"### In parallel\n.*?\n(?=## )", page.read(), re.S)
-    return found.group(0).split("\n")[:-1] if found else []
+def search(rows):
+    """The search for dependent rows as a part of the factorizations before and after it."""
+    quotients = [float(row["search"]) / float(row["factor"]) for row in rows if row["experiment"] == "networks" and not row["surface"].endswith(", open") and row["search"] and float(row["factor"])]
+    return "%.2f to %.2f" % (min(quotients), max(quotients)) if quotients else "?"
 
 
 def write(folder):
     rows = open_table(folder).rows
-    one = [row for row in rows if row["experiment"] == "packages"]
-    text = (INTRODUCTION % headline(one)).splitlines() + CHOICES
-    nets = [row for row in rows if row["experiment"] == "networks"]
-    many = [row for row in rows if row["experiment"] == "ranks"]
-    if one:
-        text += PACKAGES_TEXT
-        for kind in dict.fromkeys(row["surface"] for row in one):
-            text += package_table([row for row in one if row["surface"] == kind], kind)
-        text += made_by(one) + by_hand(folder)
-    if nets:
-        text += NETWORKS + network_table(nets) + SEARCH + search_table(nets) + made_by(nets)
-    if many:
-        text += RANKS_TEXT
-        for kind in dict.fromkeys(row["surface"] for row in many):
-            for asked in dict.fromkeys(row["asked"] for row in many if row["surface"] == kind):
-                text += rank_table([row for row in many if row["surface"] == kind and row["asked"] == asked], kind, asked)
-        text += made_by(many)
-    prose.write(os.path.join(folder, "gram.md"), text)
-    print("wrote %s" % os.path.relpath(os.path.join(folder, "gram.md")))
+    loads = [float(row["load"]) for row in rows]
+    text = ["Milliseconds on one rank: the factorization, then one solve. A solution of a whole system needs about 50 solves. The surface is turned, so that S is one piece; S of a network is its Laplacian. *Whole system* is [A C'; C 0].", ""] + table(rows)
+    text += ["", "The search for dependent rows takes %s times as long as the factorizations, in networks with up to two dependent rows of three. Made by `python3 docs/study/gram.py packages`, `networks` and `ranks` on %s, load %.1f to %.1f; [gram.csv](gram.csv) has all orderings, sizes and numbers of ranks." % (
+        search(rows), rows[0]["machine"], min(loads), max(loads))]
+    prose.part(os.path.join(folder, "cost.md"), "gram.py", text)

@@ -1,9 +1,8 @@
-"""Inner preconditioners compared on the same reduced systems: docs/inner.csv and the tables of docs/inner.md."""
+"""Inner preconditioners compared on the same reduced systems: docs/inner.csv and a part of docs/cost.md."""
 import os
 
 from . import machine, measured, prose
 from .families import HYPRE
-from .page import head, line
 
 NEAR, OWN = " -near_nullspace", "-ainsworth" + HYPRE.replace("-pc", "_pc", 1)
 BOOMERAMG = "-ainsworth_pc_type hypre"
@@ -31,7 +30,7 @@ PROBLEMS = (
     ("cyclic sector", machine.SCENES, "-scene cyclic -unknowns 40000"),
     ("balls 1e4, tied", machine.SCENES, "-scene balls_tied -contrast 1e4 -unknowns 40000"),
 )
-TITLES = {WITHOUT_MODES: "block smoothed aggregation, no modes"}  # others: as in the CSV
+TITLES = {"block smoothed aggregation, the default": "the default", WITHOUT_MODES: "the default without modes"}  # others: as in the CSV
 RANKS = (1, 2, 3, 4)
 OVER_RANKS = ("block smoothed aggregation, the default", "BoomerAMG, as the plugin sets it", "GAMG", "ML")
 LIMIT = 40  # seconds of a run
@@ -42,7 +41,7 @@ def cell(row):
         return ""
     if not row["reason"].startswith("CONVERGED"):
         return row["reason"].replace("DIVERGED_", "").lower()
-    return "%s, %.2f s" % (row["iterations"], float(row["setup"]) + float(row["solve"]))
+    return "%s, %.2f" % (row["iterations"], float(row["setup"]) + float(row["solve"]))
 
 
 def measure(path, arguments):
@@ -80,28 +79,24 @@ def write(folder):
     solved = {inner: [row for (_, name, alone, ranks), row in index.items() if name == inner and alone == "0" and ranks == "1"] for inner, _ in PRECONDITIONERS}
     quickest = [min((row for (name, _, alone, ranks), row in index.items() if (name, alone, ranks) == (problem, "0", "1") and row["reason"].startswith("CONVERGED")),
                     key=lambda row: float(row["setup"]) + float(row["solve"]))["inner"] for problem, _, _ in PROBLEMS]
-    counts = ["%s (%d of %d problems)" % (TITLES.get(name, name), quickest.count(name), len(PROBLEMS)) for name in dict.fromkeys(sorted(quickest, key=quickest.count, reverse=True))]
+    counts = ["%s (%d)" % (TITLES.get(name, name), quickest.count(name)) for name in dict.fromkeys(sorted(quickest, key=quickest.count, reverse=True))]
     pairs = [[index.get((problem, OVER_RANKS[0], alone, "1")) for alone in ("0", "1")] for problem, program, _ in PROBLEMS if program == machine.TWOCUBES]
     more = [int(with_["iterations"]) - int(without["iterations"]) for with_, without in pairs if with_ and without]
-    text = ["# Inner preconditioners", "", "Which multigrid inside PCAINSWORTH takes the least time, and how much of it is due to the constraints?", "",
-            "- Quickest: %s." % "; ".join(counts),
-            "- The default takes %d to %d iterations more with constraints than without." % (min(more), max(more)),
-            "- A cell has the iterations to 1e-8 and the seconds of set-up and solve, %s; the limit is %d seconds." % ("of one run" if about.get("repeat", "1") == "1" else "the least of %s runs" % about["repeat"], LIMIT),
-            "- Scenes (the last three problems) always attach rigid-body modes. The [options](#options) of preconditioners and problems are below.", ""]
-    for title, alone in (("With constraints", "0"), ("A alone", "1")):
-        problems = [problem for problem, program, _ in PROBLEMS if alone == "0" or program == machine.TWOCUBES]
-        note = ["The same problems without constraints (`-contact 0`):", ""] if alone == "1" else []
-        text += ["## %s" % title, "", *note, *head("", *(TITLES.get(name, name) for name, _ in PRECONDITIONERS))]
-        text += [line(problem, *(cell(index.get((problem, inner, alone, "1"))) for inner, _ in PRECONDITIONERS)) for problem in problems] + [""]
-    text += ["## Iterations on %s ranks" % ", ".join(map(str, RANKS)), "", *head("", *(TITLES.get(name, name) for name in OVER_RANKS))]
-    for problem, _, _ in PROBLEMS:
-        found = [[index.get((problem, inner, "0", str(ranks))) for ranks in RANKS] for inner in OVER_RANKS]
-        text.append(line(problem, *(", ".join(row["iterations"] if row["reason"].startswith("CONVERGED") else cell(row) for row in rows_ if row) for rows_ in found)))
-    text += ["", "## Options", ""] + ["- %s: %s" % (TITLES.get(name, name), "`%s`" % options.strip() if options.strip() else "no options") for name, options in PRECONDITIONERS]
-    text += ["", "The problems:", ""] + ["- %s: `%s %s`" % (name, os.path.basename(program), options) for name, program, options in PROBLEMS]
-    text += ["", "All the runs: [inner.csv](inner.csv). Made by `%s` on %s; load %.1f to %.1f." % (about["command"], about["machine"], min(loads), max(loads))]
-    prose.write(os.path.join(folder, "inner.md"), text)
-    print("wrote inner.md")
+    over = [[int(index[problem, OVER_RANKS[0], "0", str(ranks)]["iterations"]) for ranks in RANKS if (problem, OVER_RANKS[0], "0", str(ranks)) in index] for problem, _, _ in PROBLEMS]
+    def total(row):
+        return float(row["setup"]) + float(row["solve"])
+
+    compared = []
+    for inner, _ in PRECONDITIONERS:
+        found = [(index.get((problem, inner, "0", "1")), index.get((problem, OVER_RANKS[0], "0", "1"))) for problem, _, _ in PROBLEMS]
+        quotients = [total(row) / total(default) for row, default in found if row and default and row["reason"].startswith("CONVERGED")]
+        if inner != OVER_RANKS[0] and quotients:
+            compared.append("%s %.2f to %.2f" % (TITLES.get(inner, inner), min(quotients), max(quotients)))
+    text = ["## Inner preconditioners", "",
+            "Quickest inside PCAINSWORTH on %d problems with constraints: %s. The default takes %d to %d iterations more than without constraints, and on 1 to %d ranks they differ by at most %d. Seconds of the others by those of the default: %s. GAMG and ML are built on M_*: their aggregates grow across the interface, and glue bodies that slip." % (
+                len(PROBLEMS), "; ".join(counts), min(more), max(more), RANKS[-1], max(max(counted) - min(counted) for counted in over if counted), "; ".join(compared)), "",
+            "Made by `%s` on %s, 1 rank, load %.1f to %.1f; [inner.csv](inner.csv) has all runs and options." % (about["command"], about["machine"], min(loads), max(loads))]
+    prose.part(os.path.join(folder, "cost.md"), "stability.py --inner", text)
 
 
 def main(folder, arguments):

@@ -5,10 +5,9 @@ import statistics
 from . import measured, prose
 
 ALONE = "alone"
-SAME = "alone, same x"
 BEST = "weighted auto"
 PAPER = "paper jcb"
-TITLES = {ALONE: "A alone", SAME: "A alone, same x"}
+TITLES = {ALONE: "A alone"}
 PLOTTED = (ALONE, BEST, "weighted jcb", PAPER)
 STYLES = {ALONE: ("k", "--", "o", "none"), BEST: ("#0072b2", "-", "s", "full"), "weighted jcb": ("#009e73", "-.", "^", "none"), PAPER: ("#d55e00", ":", "D", "full")}
 
@@ -58,42 +57,22 @@ def spread(numbers, form="%.2f"):
 
 
 def sentences(study):
-    """What the page begins with, from the data of this run."""
+    """From the data of this run."""
     weighted, paper = study.systems(BEST), study.systems(PAPER)
     worked, good = ([row for row in rows if row["converged"]] for rows in (weighted, paper))
     quotients = [(q, row) for q, row in ((study.relative(row, "iterations"), row) for row in worked) if q is not None]
-    answer = ["- The defaults converge on %d of %d systems, in %d to %d iterations. That is %s times the iterations of A alone; the worst is %s." % (
+    answer = ["- The defaults converge on %d of %d systems, in %d to %d iterations, %s times those of A alone (%s)." % (
         len(worked), len(weighted), min(r["iterations"] for r in worked), max(r["iterations"] for r in worked), spread([q for q, _ in quotients]), name(max(quotients, key=lambda pair: pair[0])[1]))]
     lost = [row for row in weighted if not row["converged"]]
     if lost:
         answer.append("- They do not converge for: %s." % "; ".join(map(name, lost)))
-    errors = [row for row in worked if row["error"] is not None]
-    high, constraint = max(errors, key=lambda row: row["error"]), max(worked, key=lambda row: row["constraint"] or 0)
-    answer.append("- With a tolerance of 1e-8 the relative energy error is at most %.1e (%s). C x = g holds to %.1e (%s)." % (high["error"], name(high), constraint["constraint"], name(constraint)))
-    answer.append("- Set-up and solve take %s times the seconds of A alone on these small systems. [overhead.md](overhead.md) has larger ones." % spread([q for q in (study.relative(row, "seconds") for row in worked) if q is not None]))
+    high, constraint = max((row for row in worked if row["error"] is not None), key=lambda row: row["error"]), max(worked, key=lambda row: row["constraint"] or 0)
+    answer.append("- The energy error is at most %.1e (%s). C x = g holds to %.1e (%s)." % (high["error"], name(high), constraint["constraint"], name(constraint)))
     bad = [row for row in paper if not row["converged"]]
-    text = "- The paper's form (`paper`, `jcb`) converges on %d of %d, in %d to %d iterations, %s times those of A alone." % (
-        len(good), len(paper), min(r["iterations"] for r in good), max(r["iterations"] for r in good), spread([q for q in (study.relative(row, "iterations") for row in good) if q is not None]))
+    text = "- The paper's form (`paper jcb`) converges on %d of %d, in %s times the iterations of A alone." % (
+        len(good), len(paper), spread([q for q in (study.relative(row, "iterations") for row in good) if q is not None]))
+    answer.append("- Set-up and solve take %s times the seconds of A alone." % spread([q for q in (study.relative(row, "seconds") for row in worked) if q is not None]))
     return answer + [text + (" It fails for: %s." % "; ".join(map(name, bad)) if bad else "")]
-
-
-def time_table(study):
-    """Per configuration, over all systems where it and A alone converge."""
-    lines = ["| | converged | iterations / A alone: median | worst | seconds / A alone: median | worst | worst energy error | worst constraint residual |", "|" + "---|" * 8]
-    for c in study.configurations:
-        rows = study.systems(c)
-        if c in (ALONE, SAME):
-            rows = [row for row in rows if not row["reason"].startswith("n/a")]
-        its = [q for q in (study.relative(row, "iterations") for row in rows) if q is not None]
-        times = [q for q in (study.relative(row, "seconds") for row in rows) if q is not None]
-        errors = [row["error"] for row in rows if row["converged"] and row["error"] is not None]
-        residuals = [row["constraint"] for row in rows if row["converged"] and row["constraint"] is not None]
-        lines.append("| %s | %d of %d | %s | %s | %s | %s | %s | %s |" % (
-            title(c), sum(row["converged"] for row in rows), len(rows),
-            "%.2f" % statistics.median(its) if its else "", "%.2f" % max(its) if its else "",
-            "%.2f" % statistics.median(times) if times else "", "%.2f" % max(times) if times else "",
-            "%.0e" % max(errors) if errors else "", "%.0e" % max(residuals) if residuals else ""))
-    return lines
 
 
 def draw(study, folder):
@@ -136,14 +115,8 @@ def write(folder):
     draw(study, folder)
     base = next(row for row in study.rows if row["parameter"] == "E2/E1" and row["unknowns"])
     earlier = ", the other configurations by an earlier run without `--only`" if "--only" in study.about["command"] else ""
-    text = ["# How stable the iterations are", ""] + sentences(study) + ["", "![Iterations, seconds and errors of every system](%s/stability.svg)" % here, ""]
-    text += ["## All systems together", ""] + time_table(study) + [""]
-    text += ["## How it was measured", "", "The systems are two cubes (`tests/bench/twocubes.cpp`) around a base of %d unknowns and %d constraints: E2/E1 = 10, Poisson's ratio 0.3, half of the contact surface sticks and half slips. One parameter changes at a time. All run on one rank." % (base["unknowns"], base["constraints"]), "",
-             "- Each row of the table is `-ksp_type preonly -pc_type ainsworth` with the variant and the preconditioning matrix that it names. The multigrid is block smoothed aggregation with rigid-body modes. The paper's form has BoomerAMG with Falgout coarsening and hybrid Gauss-Seidel, as the plugin sets it. CG runs to 1e-8 in the natural norm, with at most `--max-it` iterations (default 1000).",
-             "- *A alone* is the same matrix without constraints, with the same right-hand side and inner solver. Its solution is simple. *A alone, same x* has the right-hand side that gives the solution of the constrained problem. With a floating body A alone is singular and is left out.",
-             "- The energy error is sqrt((x-x\\*)'A(x-x\\*) / x\\*'A x\\*), x\\* from MUMPS on the saddle-point matrix with refinement in extended precision.",
-             "- Seconds are the least of `--repeat` runs; a run of more than two seconds is not repeated.",
-             "- [extremes.md](extremes.md) compares with other solvers on duplicated rows, E2/E1 of 1e-12 and other extremes.", "",
-             "All numbers come from [%s/stability.csv](%s/stability.csv), which has each system. Made by `%s`%s on %s, load %s." % (here, here, study.about["command"], earlier, study.about["machine"], study.about["load at the end"])]
-    prose.write(folder + ".md", text)
-    print("wrote %s.md" % folder)
+    text = ["One parameter at a time changes around two cubes of %d unknowns with E2/E1 = 10 (tolerance 1e-8, 1 rank):" % base["unknowns"], ""] + sentences(study)
+    text += ["", "![Iterations, seconds and errors of every system](%s/stability.svg)" % here]
+    text += ["", "The energy error is that of x against MUMPS with refinement in extended precision. Made by `%s`%s on %s, load %s; [stability.csv](%s/stability.csv) has each system, and the other matrices M_*." % (
+        study.about["command"], earlier, study.about["machine"], study.about["load at the end"], here)]
+    prose.part(os.path.join(os.path.dirname(folder), "cost.md"), "stability.py", text)

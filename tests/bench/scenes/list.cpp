@@ -2,7 +2,23 @@
 #include "list.h"
 #include <cmath>
 
-/* name, element, inclusion, count, contrast, n, aspect, bend, stick */
+/*
+   cube                      unit cube, held at z = 0
+   plate, shell              1 x 1 x 1/aspect, rolled up by -bend, held at x = 0; a shell has one layer
+   beam                      aspect x 1 x 1, n elements across, held at x = 0
+   stretched                 n x n x n flat elements aspect : aspect : 1 (-nz: more layers)
+   square, beam2d            two unknowns per node, plane strain
+   heat                      one unknown per node
+   frame                     lattice of Euler-Bernoulli beams of slenderness aspect, six unknowns per node; -ny 0 -nz 0: one line
+   balls_tied, fibers_tied, tets   two cubes, n and n2 elements per edge; nodes with x < -stick are tied, the others slip
+   periodic                  unit cube, u+ - u- = E (x+ - x-), f = 0; fibers are endless
+   three_blocks              a cube between three walls of thickness 1/aspect, which alone hold it; it slips on them
+   cyclic                    sector of -angle degrees, radius 1 to 2: u2 = R u1
+   plate_block, beam_tied    a plate on a block, tied, three rows per node; a beam whose end is tied to a block
+   slabs                     as many slabs as aspect says, E 1, 10, 100 in turn, tied and slipping in turn
+   hinged                    four stories of a frame, each hinged to the columns below: displacements are tied, rotations are not
+   name, element, inclusion, count, contrast, n, aspect, bend, stick
+*/
 const SceneKind sceneKinds[] = {
   {"cube",         SCENE_Q1, SCENE_NONE,   3, 1e6, 16, 1,   0,  1},
   {"plate",        SCENE_Q1, SCENE_NONE,   3, 1e6, 32, 50,  0,  1},
