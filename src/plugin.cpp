@@ -1,4 +1,6 @@
-/* Entry points of the plugin: registration of types, for PETSc when it loads the plugin and for programs that link it */
+/*
+   Entry points of the plugin: registration of types, for PETSc when it loads the plugin and for programs that link it
+*/
 #include <petscainsworth.h>
 #include "base/events.h"
 #include "projection/projectedcg.h"
@@ -23,11 +25,12 @@ static const char *ReleaseOf(PetscInt release)
 }
 
 /*
-   Checks that the PETSc library has the scalar type, index size and minor version that the plugin was compiled for, because it uses private structures of
-   PETSc. A development version reports the number of the last release, so the release flag is compared, too.
+   Checks that the PETSc library has the scalar type, index size and minor version that the plugin was compiled for,
+   because it uses private structures of PETSc. A development version reports the number of the last release, so the
+   release flag is compared, too.
 
-   The order of the checks matters: PetscGetVersionNumber() of a library with wider indices would write past a PetscInt. `found` is an array because PetscBool
-   is wider before PETSc 3.24.
+   The order of the checks matters: PetscGetVersionNumber() of a library with wider indices would write past a PetscInt.
+   `found` is an array because PetscBool is wider before PETSc 3.24.
 */
 static PetscErrorCode CheckLibrary(void)
 {
@@ -40,19 +43,22 @@ static PetscErrorCode CheckLibrary(void)
   PetscCall(PetscDataTypeFromString("scalar", &scalar, found));
   PetscCall(PetscDataTypeGetSize(scalar, &scalarSize));
   PetscCheck(scalar == PETSC_SCALAR && scalarSize == sizeof(PetscScalar), PETSC_COMM_SELF, PETSC_ERR_SUP_SYS,
-             "ainsworth was compiled for a PETSc with %s scalars of %d bits and this program runs with one of %s scalars of %d bits: %s", KindOf(PETSC_SCALAR),
-             (int)sizeof(PetscScalar) * 8, KindOf(scalar), (int)scalarSize * 8, again);
+             "ainsworth was compiled for a PETSc with %s scalars of %d bits and this program runs with one of %s "
+             "scalars of %d bits: %s",
+             KindOf(PETSC_SCALAR), (int)sizeof(PetscScalar) * 8, KindOf(scalar), (int)scalarSize * 8, again);
   PetscCall(PetscDataTypeGetSize(PETSC_INT, &indexSize));
-  PetscCheck(indexSize == sizeof(PetscInt), PETSC_COMM_SELF, PETSC_ERR_SUP_SYS,
-             "ainsworth was compiled for a PETSc with %d-bit indices and this program runs with one of %d-bit indices: %s", (int)sizeof(PetscInt) * 8,
-             (int)indexSize * 8, again);
+  PetscCheck(
+    indexSize == sizeof(PetscInt), PETSC_COMM_SELF, PETSC_ERR_SUP_SYS,
+    "ainsworth was compiled for a PETSc with %d-bit indices and this program runs with one of %d-bit indices: %s",
+    (int)sizeof(PetscInt) * 8, (int)indexSize * 8, again);
   PetscCall(PetscGetVersionNumber(&major, &minor, NULL, &release));
   PetscCheck(!release == !PETSC_VERSION_RELEASE, PETSC_COMM_SELF, PETSC_ERR_SUP_SYS,
-             "ainsworth was compiled for PETSc %d.%d, %s, and this program runs with PETSc %d.%d, %s: %s", PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR,
-             ReleaseOf(PETSC_VERSION_RELEASE), (int)major, (int)minor, ReleaseOf(release), again);
+             "ainsworth was compiled for PETSc %d.%d, %s, and this program runs with PETSc %d.%d, %s: %s",
+             PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, ReleaseOf(PETSC_VERSION_RELEASE), (int)major, (int)minor,
+             ReleaseOf(release), again);
   PetscCheck(major == PETSC_VERSION_MAJOR && minor == PETSC_VERSION_MINOR, PETSC_COMM_SELF, PETSC_ERR_SUP_SYS,
-             "ainsworth was compiled for PETSc %d.%d and this program runs with PETSc %d.%d: %s", PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, (int)major,
-             (int)minor, again);
+             "ainsworth was compiled for PETSc %d.%d and this program runs with PETSc %d.%d: %s", PETSC_VERSION_MAJOR,
+             PETSC_VERSION_MINOR, (int)major, (int)minor, again);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -72,14 +78,15 @@ static PetscErrorCode FinalizePackage(void)
    Level: developer
 
    Notes:
-   It registers `PCAINSWORTH`, `PCBLOCKSA`, `MATAINSWORTH`, `KSPPROJECTEDCG`, `KSPCHEBYSHEVSINGLE` and `SNESAINSWORTHACTIVESET`.
+   It registers `PCAINSWORTH`, `PCBLOCKSA`, `MATAINSWORTH`, `KSPPROJECTEDCG`, `KSPCHEBYSHEVSINGLE` and
+   `SNESAINSWORTHACTIVESET`.
 
-   PETSc calls it when it loads the plugin with `-dll_append`. A program that links the plugin calls it after `PetscInitialize()`. Repeated calls do no harm,
-   nor does it to load a plugin that is also linked.
+   PETSc calls it when it loads the plugin with `-dll_append`. A program that links the plugin calls it after
+   `PetscInitialize()`. Repeated calls do no harm, nor does it to load a plugin that is also linked.
 
    Errors:
-   `PETSC_ERR_SUP_SYS` if the PETSc of the program differs from the one that the plugin was compiled for: in the scalar type, the index size, the minor version,
-   or in being a release or a development version.
+   `PETSC_ERR_SUP_SYS` if the PETSc of the program differs from the one that the plugin was compiled for: in the scalar
+   type, the index size, the minor version, or in being a release or a development version.
 
 .seealso: `PCAINSWORTH`, `MATAINSWORTH`, `KSPPROJECTEDCG`
 @*/
@@ -94,7 +101,10 @@ PetscErrorCode AinsworthInitializePackage(void)
   PetscCall(PetscRegisterFinalize(FinalizePackage));
   PetscCall(AinsworthRegisterEvents());
 
-  /* if the file is loaded under two names, each copy has its own `initialized`: keep the types that the first one registered */
+  /*
+     if the file is loaded under two names, each copy has its own `initialized`: keep the types that the first one
+     registered
+  */
   PetscCall(PCInitializePackage());
   PetscCall(PetscFunctionListFind(PCList, PCAINSWORTH, &present));
   if (present) PetscFunctionReturn(PETSC_SUCCESS);
@@ -125,8 +135,9 @@ PetscErrorCode AinsworthInitializePackage(void)
    Level: intermediate
 
    Notes:
-   Q = I - W C' (C W C')^{-1} C is the projector onto Ker C. By default W = diag(A)^{-1}, and B is diagonal with one penalty per row of C, see
-   `MatAinsworthSetPenalty()`. `MatAinsworthSetWeightType()`, `MatAinsworthSetWeight()` and `MatAinsworthSetPenalty()` change them.
+   Q = I - W C' (C W C')^{-1} C is the projector onto Ker C. By default W = diag(A)^{-1}, and B is diagonal with one
+   penalty per row of C, see `MatAinsworthSetPenalty()`. `MatAinsworthSetWeightType()`, `MatAinsworthSetWeight()` and
+   `MatAinsworthSetPenalty()` change them.
 
    Robert, Jolivet, Jamond and Badri have W = I and B = beta I in equation (3).
 
@@ -135,7 +146,8 @@ PetscErrorCode AinsworthInitializePackage(void)
    Errors:
    Those of `MatAinsworthSetMats()`.
 
-.seealso: `MATAINSWORTH`, `MatAinsworthComputeRHS()`, `MatAinsworthComputeMultiplier()`, `MatAinsworthMultProjector()`, `PCAINSWORTH`
+.seealso: `MATAINSWORTH`, `MatAinsworthComputeRHS()`, `MatAinsworthComputeMultiplier()`, `MatAinsworthMultProjector()`,
+`PCAINSWORTH`
 @*/
 PetscErrorCode MatCreateAinsworth(Mat A, Mat C, Mat *S)
 {
@@ -161,7 +173,10 @@ PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_petscainsworth(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Fortran binding: call AinsworthInitializePackage(ierr). Without Fortran PETSc does not know the name mangling; most compilers append an underscore */
+/*
+   Fortran binding: call AinsworthInitializePackage(ierr). Without Fortran PETSc does not know the name mangling; most
+   compilers append an underscore
+*/
 #if defined(PETSC_HAVE_FORTRAN_CAPS)
   #define ainsworthinitializepackage_ AINSWORTHINITIALIZEPACKAGE
 #elif PetscDefined(HAVE_FORTRAN) && !defined(PETSC_HAVE_FORTRAN_UNDERSCORE)

@@ -6,7 +6,10 @@
 #include <string>
 #include <vector>
 
-/* Sets options of an object that are not given; clear() removes them, because they would look like the program's options otherwise */
+/*
+   Sets options of an object that are not given; clear() removes them, because they would look like the program's
+   options otherwise
+*/
 struct AinsworthDefaults {
   PetscObject              object;
   std::vector<std::string> names;

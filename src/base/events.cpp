@@ -1,8 +1,9 @@
 #include "events.h"
 
-PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_Dependent, AINSWORTH_GramSolve, AINSWORTH_Projector, AINSWORTH_MatMult, AINSWORTH_RHS,
-  AINSWORTH_Multiplier, AINSWORTH_Verify, AINSWORTH_InvGram, AINSWORTH_PMat, AINSWORTH_PMatCopy, AINSWORTH_Aggregate, AINSWORTH_Interpolation,
-  AINSWORTH_Galerkin, AINSWORTH_Levels, AINSWORTH_Layout;
+PetscLogEvent AINSWORTH_GramMat, AINSWORTH_GramFactor, AINSWORTH_Dependent, AINSWORTH_GramSolve, AINSWORTH_Projector,
+  AINSWORTH_MatMult, AINSWORTH_RHS, AINSWORTH_Multiplier, AINSWORTH_Verify, AINSWORTH_InvGram, AINSWORTH_PMat,
+  AINSWORTH_PMatCopy, AINSWORTH_Aggregate, AINSWORTH_Interpolation, AINSWORTH_Galerkin, AINSWORTH_Levels,
+  AINSWORTH_Layout;
 
 /* AinsworthRegisterEvents - registers the log events, once in each PetscInitialize() */
 PetscErrorCode AinsworthRegisterEvents(void)

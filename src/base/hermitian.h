@@ -4,7 +4,9 @@
 
 #include "petsccompat.h"
 
-/* Computes y = conj(f(conj(x))): applies the transpose of the Hermitian operator f; in real arithmetic this is f itself */
+/*
+   Computes y = conj(f(conj(x))): applies the transpose of the Hermitian operator f; in real arithmetic this is f itself
+*/
 template <class F>
 static inline PetscErrorCode AinsworthApplyConjugated(Vec x, Vec y, F f)
 {

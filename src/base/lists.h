@@ -44,7 +44,8 @@ static inline PetscErrorCode AinsworthFirstMismatch(MPI_Comm comm, PetscInt *a, 
 }
 
 /* Concatenates the lists of all ranks in rank order; collective */
-static inline PetscErrorCode AinsworthGatherLists(MPI_Comm comm, const std::vector<PetscInt> &mine, std::vector<PetscInt> *all)
+static inline PetscErrorCode AinsworthGatherLists(MPI_Comm comm, const std::vector<PetscInt> &mine,
+                                                  std::vector<PetscInt> *all)
 {
   IS own, whole;
 
@@ -57,9 +58,12 @@ static inline PetscErrorCode AinsworthGatherLists(MPI_Comm comm, const std::vect
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Fetches the values at some global indices of a layout; `values` has one value for each index that this rank owns. Collective */
-static inline PetscErrorCode AinsworthFetch(MPI_Comm comm, PetscLayout layout, const std::vector<PetscInt> &values, PetscInt n, const PetscInt places[],
-                                            std::vector<PetscInt> *fetched)
+/*
+   Fetches the values at some global indices of a layout; `values` has one value for each index that this rank owns.
+   Collective
+*/
+static inline PetscErrorCode AinsworthFetch(MPI_Comm comm, PetscLayout layout, const std::vector<PetscInt> &values,
+                                            PetscInt n, const PetscInt places[], std::vector<PetscInt> *fetched)
 {
   PetscSF sf;
 

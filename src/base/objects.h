@@ -95,7 +95,8 @@ static inline PetscErrorCode AinsworthRemember(PetscObject object, const char na
 
   PetscFunctionBegin;
   PetscCall(PetscObjectStateGet(object, &state));
-  PetscCall(AinsworthAttach(object, name, std::make_unique<AinsworthMemory<Value>>(AinsworthMemory<Value>{state, value})));
+  PetscCall(
+    AinsworthAttach(object, name, std::make_unique<AinsworthMemory<Value>>(AinsworthMemory<Value>{state, value})));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -55,7 +55,10 @@ typedef PetscOptionItems *AinsworthOptionItems;
 typedef PetscOptionItems AinsworthOptionItems;
 #endif
 
-/* argument of a function that destroys the context of a PetscContainer, and the context itself: since 3.23 the argument is the address of the context */
+/*
+   argument of a function that destroys the context of a PetscContainer, and the context itself: since 3.23 the argument
+   is the address of the context
+*/
 #if PETSC_VERSION_LT(3, 23, 0)
 typedef void *AinsworthContext;
   #define AinsworthContextGet(argument)                   (argument)
@@ -68,7 +71,10 @@ typedef PetscCtxRt AinsworthContext;
   #define AinsworthContextGet(argument) (*(void **)(argument))
 #endif
 
-/* before 3.25 KSPReset() of KSPFCG leaves dangling vectors; since then it destroys them, but KSPSetType() without KSPReset() leaks them */
+/*
+   before 3.25 KSPReset() of KSPFCG leaves dangling vectors; since then it destroys them, but KSPSetType() without
+   KSPReset() leaks them
+*/
 #if PETSC_VERSION_LT(3, 25, 0)
   #define AINSWORTH_FCG_OLD KSPFCG
   #define AINSWORTH_FCG_NEW ""

@@ -6,7 +6,10 @@
 static const PetscReal unlikeRows = 1e8;
 /* Jump of the stiffness between neighbors in A from which there is advice */
 static const PetscReal largeJump = 1e6;
-/* Part of the unknowns in a row of C, and of the rows that share an unknown, above which there is advice if these are also more than `many` */
+/*
+   Part of the unknowns in a row of C, and of the rows that share an unknown, above which there is advice if these are
+   also more than `many`
+*/
 static const PetscReal muchOf = 0.25;
 static const PetscInt  many   = 100;
 
@@ -21,11 +24,12 @@ PetscErrorCode AinsworthDiagnosePassed(const AinsworthSaddleInputs &inputs, Ains
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)amat), &size));
   PetscCall(MatGetSize(amat, &rows, &cols));
-  AinsworthDiagnosisAdd(
-    d, AINSWORTH_FACT, "matrix",
-    AinsworthJSON("type", AinsworthJSON(AinsworthTypeName((PetscObject)amat)), "rows", AinsworthJSON(rows), "ranks", AinsworthJSON((PetscInt)size)),
-    "matrix: %s, %" PetscInt_FMT " x %" PetscInt_FMT ", on %d rank%s%s", AinsworthTypeName((PetscObject)amat), rows, cols, size, size > 1 ? "s" : "",
-    inputs.pmat == amat ? "" : "; Pmat is another");
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "matrix",
+                        AinsworthJSON("type", AinsworthJSON(AinsworthTypeName((PetscObject)amat)), "rows",
+                                      AinsworthJSON(rows), "ranks", AinsworthJSON((PetscInt)size)),
+                        "matrix: %s, %" PetscInt_FMT " x %" PetscInt_FMT ", on %d rank%s%s",
+                        AinsworthTypeName((PetscObject)amat), rows, cols, size, size > 1 ? "s" : "",
+                        inputs.pmat == amat ? "" : "; Pmat is another");
   PetscCall(PetscObjectTypeCompare((PetscObject)amat, MATNEST, &nest));
   if (!nest) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNestGetSize(amat, &nr, &nc));
@@ -37,11 +41,11 @@ PetscErrorCode AinsworthDiagnosePassed(const AinsworthSaddleInputs &inputs, Ains
       PetscCall(MatNestGetSubMat(amat, i, j, &block));
       if (!block) continue;
       PetscCall(MatGetSize(block, &rows, &cols));
-      AinsworthDiagnosisAdd(
-        d, AINSWORTH_FACT, key.c_str(),
-        AinsworthJSON("type", AinsworthJSON(AinsworthTypeName((PetscObject)block)), "rows", AinsworthJSON(rows), "columns", AinsworthJSON(cols)),
-        "block (%" PetscInt_FMT ",%" PetscInt_FMT "): %s, %" PetscInt_FMT " x %" PetscInt_FMT, i, j, AinsworthTypeName((PetscObject)block), rows,
-        cols);
+      AinsworthDiagnosisAdd(d, AINSWORTH_FACT, key.c_str(),
+                            AinsworthJSON("type", AinsworthJSON(AinsworthTypeName((PetscObject)block)), "rows",
+                                          AinsworthJSON(rows), "columns", AinsworthJSON(cols)),
+                            "block (%" PetscInt_FMT ",%" PetscInt_FMT "): %s, %" PetscInt_FMT " x %" PetscInt_FMT, i, j,
+                            AinsworthTypeName((PetscObject)block), rows, cols);
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -50,12 +54,14 @@ PetscErrorCode AinsworthDiagnosePassed(const AinsworthSaddleInputs &inputs, Ains
 /* Adds a range of moduli with the rows at both ends */
 static void AddRange(AinsworthDiagnosis *d, const char key[], const char what[], const AinsworthSurvey &s)
 {
-  const std::string value = AinsworthJSON("least", AinsworthJSON(s.least), "least_row", AinsworthJSON(s.leastRow), "most", AinsworthJSON(s.most), "most_row",
-                                          AinsworthJSON(s.mostRow), "zero", AinsworthJSON(s.zero), "negative", AinsworthJSON(s.negative));
+  const std::string value = AinsworthJSON("least", AinsworthJSON(s.least), "least_row", AinsworthJSON(s.leastRow),
+                                          "most", AinsworthJSON(s.most), "most_row", AinsworthJSON(s.mostRow), "zero",
+                                          AinsworthJSON(s.zero), "negative", AinsworthJSON(s.negative));
 
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, key, value,
-                        "%s: %.3g (row %" PetscInt_FMT ") to %.3g (row %" PetscInt_FMT "), %" PetscInt_FMT " zero, %" PetscInt_FMT " negative", what,
-                        (double)s.least, s.leastRow, (double)s.most, s.mostRow, s.zero, s.negative);
+                        "%s: %.3g (row %" PetscInt_FMT ") to %.3g (row %" PetscInt_FMT "), %" PetscInt_FMT
+                        " zero, %" PetscInt_FMT " negative",
+                        what, (double)s.least, s.leastRow, (double)s.most, s.mostRow, s.zero, s.negative);
 }
 
 /* Reports A and its diagonal */
@@ -67,25 +73,31 @@ static PetscErrorCode DiagnoseA(const AinsworthSaddle *sp, Mat A, PetscBool symm
 
   PetscFunctionBegin;
   PetscCall(MatGetInfo(A, MAT_GLOBAL_SUM, &info));
-  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "A_entries", AinsworthJSON((PetscReal)info.nz_used), "A: %.0f entries, %s%s", (double)info.nz_used,
-                        symmetric ? "symmetric" : "not symmetric", sp->sign ? ", with the other sign as the program's" : "");
-  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "block_size", AinsworthJSON(sp->bs), "block size of A: %" PetscInt_FMT " (%s)", sp->bs, sp->bsSource);
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "A_entries", AinsworthJSON((PetscReal)info.nz_used), "A: %.0f entries, %s%s",
+                        (double)info.nz_used, symmetric ? "symmetric" : "not symmetric",
+                        sp->sign ? ", with the other sign as the program's" : "");
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "block_size", AinsworthJSON(sp->bs),
+                        "block size of A: %" PetscInt_FMT " (%s)", sp->bs, sp->bsSource);
   PetscCall(AinsworthSurveyDiagonal(A, &diagonal));
   AddRange(d, "A_diagonal", "diagonal of A", diagonal);
   if (diagonal.negative)
-    AinsworthDiagnosisAdd(d, AINSWORTH_DOUBTFUL, "negative_diagonal", AinsworthJSON(diagonal.firstNegative),
-                          "%" PetscInt_FMT " of %" PetscInt_FMT " entries of the diagonal of A are negative, the first in row %" PetscInt_FMT
-                          ": A is not positive definite; is its sign that of the other blocks, are its values those that were meant?",
-                          diagonal.negative, diagonal.negative + diagonal.positive + diagonal.zero, diagonal.firstNegative);
+    AinsworthDiagnosisAdd(
+      d, AINSWORTH_DOUBTFUL, "negative_diagonal", AinsworthJSON(diagonal.firstNegative),
+      "%" PetscInt_FMT " of %" PetscInt_FMT
+      " entries of the diagonal of A are negative, the first in row %" PetscInt_FMT
+      ": A is not positive definite; is its sign that of the other blocks, are its values those that were meant?",
+      diagonal.negative, diagonal.negative + diagonal.positive + diagonal.zero, diagonal.firstNegative);
   PetscCall(AinsworthSurveyLoose(A, sp->rowsB, &loose, &first));
   if (loose)
-    AinsworthDiagnosisAdd(d, AINSWORTH_FATAL, "loose_unknowns", AinsworthJSON(loose),
-                          "%" PetscInt_FMT " unknowns are in no equation, the first is row %" PetscInt_FMT
-                          " of the primal field: their rows of A are zero and no constraint holds them; remove them or give them a row",
-                          loose, first);
+    AinsworthDiagnosisAdd(
+      d, AINSWORTH_FATAL, "loose_unknowns", AinsworthJSON(loose),
+      "%" PetscInt_FMT " unknowns are in no equation, the first is row %" PetscInt_FMT
+      " of the primal field: their rows of A are zero and no constraint holds them; remove them or give them a row",
+      loose, first);
   if (!strcmp(sp->bsSource, "the pattern of A"))
     AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "block_size_forgotten", AinsworthJSON(sp->bs),
-                          "Nodes have %" PetscInt_FMT " unknowns, by the pattern of A, but no one said so: call MatSetBlockSize(A,%" PetscInt_FMT
+                          "Nodes have %" PetscInt_FMT
+                          " unknowns, by the pattern of A, but no one said so: call MatSetBlockSize(A,%" PetscInt_FMT
                           ") or use -pc_ainsworth_block_size %" PetscInt_FMT,
                           sp->bs, sp->bs, sp->bs);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -99,18 +111,20 @@ static PetscErrorCode DiagnoseStiffness(const AinsworthSolver *solver, Mat A, Ai
 
   PetscFunctionBegin;
   PetscCall(AinsworthSurveyJump(A, solver->saddle.bs, &jump));
-  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "A_jump", AinsworthJSON(jump.quotient), "diagonal of A: neighbors differ by up to a factor of %.3g",
-                        (double)jump.quotient);
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "A_jump", AinsworthJSON(jump.quotient),
+                        "diagonal of A: neighbors differ by up to a factor of %.3g", (double)jump.quotient);
   PetscCall(AinsworthSurveyPenalty(A, solver->saddle.C, &penalty));
   if (penalty)
     AinsworthDiagnosisAdd(d, AINSWORTH_DOUBTFUL, "penalty_in_A", "true",
-                          "A seems to have penalty terms beta C'C of the same constraints, far larger than the rest of it: leave them out, the constraints "
+                          "A seems to have penalty terms beta C'C of the same constraints, far larger than the rest of "
+                          "it: leave them out, the constraints "
                           "hold without, and multigrid suffers");
   else if (jump.quotient >= largeJump)
-    AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "jump_in_A", AinsworthJSON(jump.quotient),
-                          "The stiffness jumps by a factor of %.3g inside a body, between rows %" PetscInt_FMT " and %" PetscInt_FMT
-                          " of A: are units and materials what was meant? Multigrid may be slow; -%spc_type cholesky does not feel it",
-                          (double)jump.quotient, jump.row, jump.col, AinsworthSolverPrefix(solver));
+    AinsworthDiagnosisAdd(
+      d, AINSWORTH_COSTLY, "jump_in_A", AinsworthJSON(jump.quotient),
+      "The stiffness jumps by a factor of %.3g inside a body, between rows %" PetscInt_FMT " and %" PetscInt_FMT
+      " of A: are units and materials what was meant? Multigrid may be slow; -%spc_type cholesky does not feel it",
+      (double)jump.quotient, jump.row, jump.col, AinsworthSolverPrefix(solver));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -121,14 +135,16 @@ static PetscErrorCode DiagnoseOtherSide(const AinsworthSaddle *sp, PetscBool sym
   PetscInt  local[2];
 
   PetscFunctionBegin;
-  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "other_block", AinsworthJSON(sp->rowsB == sp->rowsC ? sp->negated ? "-C'" : "C'" : "B'"),
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "other_block",
+                        AinsworthJSON(sp->rowsB == sp->rowsC ? sp->negated ? "-C'" : "C'" : "B'"),
                         sp->rowsB != sp->rowsC ? "block (0,1): not the transpose of C"
                         : sp->negated          ? "block (0,1): -C'"
                                                : "block (0,1): C'");
   if (sp->rowsB == sp->rowsC) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatGetLocalSize(sp->rowsC, &local[0], &local[1]));
   square = (PetscBool)(local[0] == local[1]);
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &square, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)sp->rowsC)));
+  PetscCall(
+    MPIU_Allreduce(MPI_IN_PLACE, &square, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)sp->rowsC)));
   if (square) { /* otherwise it cannot be C */
     Mat Ct;
 
@@ -138,12 +154,13 @@ static PetscErrorCode DiagnoseOtherSide(const AinsworthSaddle *sp, PetscBool sym
   }
   if (same)
     AinsworthDiagnosisAdd(d, AINSWORTH_DOUBTFUL, "C_for_transpose", "true",
-                          "Block (0,1) is C itself, where its transpose belongs: pass MatCreateTranspose(C,&Ct), or leave the block absent");
+                          "Block (0,1) is C itself, where its transpose belongs: pass MatCreateTranspose(C,&Ct), or "
+                          "leave the block absent");
   else if (symmetric)
-    AinsworthDiagnosisAdd(
-      d, AINSWORTH_DOUBTFUL, "not_transpose", "true",
-      "Block (0,1) is not the transpose of C though A is symmetric: GMRES takes the place of conjugate gradients; unless that is friction or "
-      "the like, leave the block absent");
+    AinsworthDiagnosisAdd(d, AINSWORTH_DOUBTFUL, "not_transpose", "true",
+                          "Block (0,1) is not the transpose of C though A is symmetric: GMRES takes the place of "
+                          "conjugate gradients; unless that is friction or "
+                          "the like, leave the block absent");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -156,13 +173,16 @@ static PetscErrorCode DiagnoseD(const AinsworthSaddle *sp, AinsworthDiagnosis *d
   PetscFunctionBegin;
   if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatGetInfo(sp->rowsD, MAT_GLOBAL_SUM, &info));
-  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "D_entries", AinsworthJSON((PetscReal)info.nz_used), "D, of the multipliers: %.0f entries", (double)info.nz_used);
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "D_entries", AinsworthJSON((PetscReal)info.nz_used),
+                        "D, of the multipliers: %.0f entries", (double)info.nz_used);
   PetscCall(AinsworthSurveyDiagonal(sp->rowsD, &diagonal));
   AddRange(d, "D_diagonal", "diagonal of D", diagonal);
   if (diagonal.negative)
     AinsworthDiagnosisAdd(d, AINSWORTH_DOUBTFUL, "D_sign", AinsworthJSON(diagonal.negative),
-                          "The block of the multipliers has the wrong sign in %" PetscInt_FMT " rows, the first is %" PetscInt_FMT
-                          " of the multiplier field: in [A C'; C -D] D is positive semidefinite, a flexibility; change the sign of the block",
+                          "The block of the multipliers has the wrong sign in %" PetscInt_FMT
+                          " rows, the first is %" PetscInt_FMT
+                          " of the multiplier field: in [A C'; C -D] D is positive semidefinite, a flexibility; change "
+                          "the sign of the block",
                           diagonal.negative, diagonal.firstNegative);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -178,33 +198,39 @@ static PetscErrorCode DiagnoseC(const AinsworthSaddle *sp, AinsworthDiagnosis *d
   PetscFunctionBegin;
   PetscCall(MatGetSize(sp->rowsC, &m, &n));
   PetscCall(MatGetInfo(sp->rowsC, MAT_GLOBAL_SUM, &info));
-  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "C_entries", AinsworthJSON((PetscReal)info.nz_used), "C: %.0f entries", (double)info.nz_used);
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "C_entries", AinsworthJSON((PetscReal)info.nz_used), "C: %.0f entries",
+                        (double)info.nz_used);
   PetscCall(AinsworthSaddleDescribeRows(sp, kinds, sizeof(kinds)));
-  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "constraints", AinsworthJSON(sp->count[AINSWORTH_ROW_CONSTRAINT]), "rows of C: %" PetscInt_FMT " constraints%s",
-                        sp->count[AINSWORTH_ROW_CONSTRAINT], kinds);
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "constraints", AinsworthJSON(sp->count[AINSWORTH_ROW_CONSTRAINT]),
+                        "rows of C: %" PetscInt_FMT " constraints%s", sp->count[AINSWORTH_ROW_CONSTRAINT], kinds);
   if (!m) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSurveyRows(sp->rowsC, &norms, &longest, &row));
   PetscCall(AinsworthSurveyColumns(sp->rowsC, &most, &column));
   AddRange(d, "C_row", "norms of rows of C", norms);
-  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "longest_row", AinsworthJSON("entries", AinsworthJSON(longest), "row", AinsworthJSON(row)),
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "longest_row",
+                        AinsworthJSON("entries", AinsworthJSON(longest), "row", AinsworthJSON(row)),
                         "longest row of C: %" PetscInt_FMT " entries, row %" PetscInt_FMT, longest, row);
-  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "most_shared", AinsworthJSON("rows", AinsworthJSON(most), "unknown", AinsworthJSON(column)),
-                        "most shared unknown: in %" PetscInt_FMT " rows of C, row %" PetscInt_FMT " of A", most, column);
+  AinsworthDiagnosisAdd(
+    d, AINSWORTH_FACT, "most_shared", AinsworthJSON("rows", AinsworthJSON(most), "unknown", AinsworthJSON(column)),
+    "most shared unknown: in %" PetscInt_FMT " rows of C, row %" PetscInt_FMT " of A", most, column);
   if (norms.most > unlikeRows * norms.least)
     AinsworthDiagnosisAdd(d, AINSWORTH_DOUBTFUL, "scales_of_rows", AinsworthJSON(norms.most / norms.least),
                           "Rows of C differ by a factor of %.3g, from row %" PetscInt_FMT " to row %" PetscInt_FMT
-                          " of the multiplier field: are they in the same units? The projection does not depend on it, g and the multipliers do",
+                          " of the multiplier field: are they in the same units? The projection does not depend on it, "
+                          "g and the multipliers do",
                           (double)(norms.most / norms.least), norms.leastRow, norms.mostRow);
   if (longest > many && (PetscReal)longest > muchOf * (PetscReal)n)
-    AinsworthDiagnosisAdd(
-      d, AINSWORTH_COSTLY, "long_row", AinsworthJSON(longest),
-      "Row %" PetscInt_FMT " of the multiplier field has %" PetscInt_FMT " entries, for %" PetscInt_FMT
-      " unknowns: it is exact in the projection; where it would fill the preconditioning matrix it is left out of that, and iterations may rise",
-      row, longest, n);
+    AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "long_row", AinsworthJSON(longest),
+                          "Row %" PetscInt_FMT " of the multiplier field has %" PetscInt_FMT
+                          " entries, for %" PetscInt_FMT
+                          " unknowns: it is exact in the projection; where it would fill the preconditioning matrix it "
+                          "is left out of that, and iterations may rise",
+                          row, longest, n);
   if (most > many && (PetscReal)most > muchOf * (PetscReal)m)
     AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "shared_unknown", AinsworthJSON(most),
                           "Row %" PetscInt_FMT " of the primal field is in %" PetscInt_FMT " of %" PetscInt_FMT
-                          " rows of C: the Gram matrix would be dense, the projection does not move such unknowns; ties to a few nodes each are cheaper",
+                          " rows of C: the Gram matrix would be dense, the projection does not move such unknowns; "
+                          "ties to a few nodes each are cheaper",
                           column, most, m);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -219,7 +245,8 @@ PetscErrorCode AinsworthDiagnoseBlocks(const AinsworthSolver *solver, AinsworthD
 
   PetscFunctionBegin;
   PetscCall(MatGetSize(sp->rowsC, &m, &n));
-  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "sizes", AinsworthJSON("unknowns", AinsworthJSON(n), "multipliers", AinsworthJSON(m)),
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "sizes",
+                        AinsworthJSON("unknowns", AinsworthJSON(n), "multipliers", AinsworthJSON(m)),
                         "sizes: %" PetscInt_FMT " unknowns, %" PetscInt_FMT " multipliers", n, m);
   PetscCall(AinsworthSaddleDescribeLayout(sp, layout, sizeof(layout)));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "layout", AinsworthJSON(layout), "layout: %s", layout);

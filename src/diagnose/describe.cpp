@@ -19,11 +19,16 @@ static PetscErrorCode DescribeRanks(const AinsworthSolver *solver, const Ainswor
   PetscCall(MatDestroy(&Ct));
   idle = touched.nz_used == 0.0 && !AinsworthGramGetKSP(gram);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &idle, 1, MPI_INT, MPI_SUM, comm));
-  if (idle) text += "; " + std::to_string(idle) + " of " + std::to_string(size) + " ranks have no constraints: they exchange nothing for a projection";
+  if (idle)
+    text += "; " + std::to_string(idle) + " of " + std::to_string(size) +
+            " ranks have no constraints: they exchange nothing for a projection";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthDescribeLeftOut - describes in one line what this system does not need, and why (docs/method.md, what is left out) */
+/*
+   AinsworthDescribeLeftOut - describes in one line what this system does not need, and why (docs/method.md, what is
+   left out)
+*/
 PetscErrorCode AinsworthDescribeLeftOut(const AinsworthSolver *solver, PetscBool unchanged, std::string &text)
 {
   PetscFunctionBegin;
@@ -44,9 +49,13 @@ PetscErrorCode AinsworthDescribeLeftOut(const AinsworthSolver *solver, PetscBool
     PetscCall(PCBlockSAGet_Private(inner, &sa));
     const bool inKernel = sa && sa->subspace;
     if (inKernel) text += "; multigrid in Ker C: neither a preconditioning matrix nor a penalty";
-    else if (AinsworthSolverPmatTypeInUse(solver) == PC_AINSWORTH_PMAT_ID) text += "; id: no product with A for the preconditioning matrix";
-    if (solver->inner.longRows && !inKernel) text += "; " + std::to_string(solver->inner.longRows) + " long rows of C: not in the preconditioning matrix";
-    if (!solver->inner.left.shared.empty()) text += "; " + std::to_string(solver->inner.left.shared.size()) + " shared unknowns: held in the preconditioning matrix";
+    else if (AinsworthSolverPmatTypeInUse(solver) == PC_AINSWORTH_PMAT_ID)
+      text += "; id: no product with A for the preconditioning matrix";
+    if (solver->inner.longRows && !inKernel)
+      text += "; " + std::to_string(solver->inner.longRows) + " long rows of C: not in the preconditioning matrix";
+    if (!solver->inner.left.shared.empty())
+      text += "; " + std::to_string(solver->inner.left.shared.size()) +
+              " shared unknowns: held in the preconditioning matrix";
     if (solver->inner.operation) text += "; iterates in Ker C: C' B C is not applied";
     else if (ctx->omitPenalty) text += "; preconditioned in Ker C: C' B C is not applied";
     if (ctx->homogeneous) text += "; g = 0: neither R g nor A R g";
@@ -62,8 +71,9 @@ PetscErrorCode AinsworthDescribePmat(const AinsworthSolver *solver, std::string 
 {
   const AinsworthPmatOptions *chosen = &solver->choices.pmat;
   const PCAinsworthPmatType   type   = AinsworthSolverPmatTypeInUse(solver);
-  const bool                  made   = solver->reduced.mat && solver->inner.autoReason; /* an error may have come before the choice of auto */
-  char                        part[64];
+  /* an error may have come before the choice of auto */
+  const bool made = solver->reduced.mat && solver->inner.autoReason;
+  char       part[64];
 
   PetscFunctionBegin;
   text = made || chosen->type != PC_AINSWORTH_PMAT_AUTO ? PCAinsworthPmatTypes[type] : "auto";
@@ -76,6 +86,7 @@ PetscErrorCode AinsworthDescribePmat(const AinsworthSolver *solver, std::string 
     if (chosen->blocks == PETSC_DECIDE) text += ", one block per 32 constraints";
     else text += ", " + std::to_string(chosen->blocks) + " blocks";
   }
-  if (chosen->type == PC_AINSWORTH_PMAT_AUTO && made && chosen->penalty == AINSWORTH_PENALTY_ROW) text += solver->inner.autoReason;
+  if (chosen->type == PC_AINSWORTH_PMAT_AUTO && made && chosen->penalty == AINSWORTH_PENALTY_ROW)
+    text += solver->inner.autoReason;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -34,7 +34,8 @@ std::string AinsworthJSON(const char text[])
   return quoted + '"';
 }
 
-void AinsworthDiagnosisAdd(AinsworthDiagnosis *d, AinsworthFindingType type, const char key[], const std::string &value, const char sentence[], ...)
+void AinsworthDiagnosisAdd(AinsworthDiagnosis *d, AinsworthFindingType type, const char key[], const std::string &value,
+                           const char sentence[], ...)
 {
   char    text[1024];
   va_list arguments;
@@ -60,7 +61,8 @@ static std::vector<AinsworthFinding *> Select(AinsworthDiagnosis *d, bool advice
 
   for (AinsworthFinding &finding : d->findings)
     if ((finding.type != AINSWORTH_FACT) == advice) selected.push_back(&finding);
-  std::stable_sort(selected.begin(), selected.end(), [](const AinsworthFinding *a, const AinsworthFinding *b) { return a->type > b->type; });
+  std::stable_sort(selected.begin(), selected.end(),
+                   [](const AinsworthFinding *a, const AinsworthFinding *b) { return a->type > b->type; });
   return selected;
 }
 
@@ -103,7 +105,10 @@ PetscErrorCode AinsworthDiagnosisPrintAdvice(AinsworthDiagnosis *d, MPI_Comm com
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Saves all findings as JSON; agree: collective, raises an error on all ranks if the file cannot be written; otherwise an error is already being handled */
+/*
+   Saves all findings as JSON; agree: collective, raises an error on all ranks if the file cannot be written; otherwise
+   an error is already being handled
+*/
 PetscErrorCode AinsworthDiagnosisSave(const AinsworthDiagnosis *d, MPI_Comm comm, PetscBool agree)
 {
   AinsworthDiagnosis copy = *d;
@@ -113,8 +118,9 @@ PetscErrorCode AinsworthDiagnosisSave(const AinsworthDiagnosis *d, MPI_Comm comm
   if (d->file.empty()) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (!rank) {
-    const std::string text = "{\n  \"facts\": [" + Write(&copy, false, true) + "\n  ],\n  \"advice\": [" + Write(&copy, true, true) + "\n  ]\n}\n";
-    FILE             *file = fopen(d->file.c_str(), "w");
+    const std::string text = "{\n  \"facts\": [" + Write(&copy, false, true) + "\n  ],\n  \"advice\": [" +
+                             Write(&copy, true, true) + "\n  ]\n}\n";
+    FILE *file = fopen(d->file.c_str(), "w");
 
     saved = file && fputs(text.c_str(), file) >= 0;
     if (file && fclose(file)) saved = 0;

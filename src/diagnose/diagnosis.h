@@ -41,11 +41,15 @@ std::string AinsworthJSON(const char name[], const std::string &value, const Res
 }
 
 /* Adds a finding unless its sentence is already there; not collective, but called alike on all ranks */
-PETSC_INTERN void AinsworthDiagnosisAdd(AinsworthDiagnosis *, AinsworthFindingType, const char key[], const std::string &value, const char sentence[], ...)
+PETSC_INTERN void AinsworthDiagnosisAdd(AinsworthDiagnosis *, AinsworthFindingType, const char key[],
+                                        const std::string &value, const char sentence[], ...)
   PETSC_ATTRIBUTE_FORMAT(5, 6);
 /* Makes findings with this key fatal: after a failure they are its probable cause */
 void AinsworthDiagnosisConfirm(AinsworthDiagnosis *, const char key[]);
-/* Print new facts under a title, print new advice or that there is none, and save all findings as JSON; only the last is collective */
+/*
+   Print new facts under a title, print new advice or that there is none, and save all findings as JSON; only the last
+   is collective
+*/
 PetscErrorCode AinsworthDiagnosisPrintFacts(AinsworthDiagnosis *, MPI_Comm, const char title[]);
 PetscErrorCode AinsworthDiagnosisPrintAdvice(AinsworthDiagnosis *, MPI_Comm);
 PetscErrorCode AinsworthDiagnosisSave(const AinsworthDiagnosis *, MPI_Comm, PetscBool agree);

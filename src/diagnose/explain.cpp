@@ -18,7 +18,8 @@ static PetscErrorCode Gather(Mat M, PetscInt n, PetscScalar values[])
     for (PetscInt k = 0; k < row.n; k++) values[row.number + row.j[k] * n] = row.a[k];
   }));
   PetscCall(MatDestroy(&aij));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, values, (PetscMPIInt)(n * n), MPIU_SCALAR, MPIU_SUM, PetscObjectComm((PetscObject)M)));
+  PetscCall(
+    MPIU_Allreduce(MPI_IN_PLACE, values, (PetscMPIInt)(n * n), MPIU_SCALAR, MPIU_SUM, PetscObjectComm((PetscObject)M)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -44,11 +45,12 @@ static PetscErrorCode OwnUnknowns(const AinsworthSolver *solver, Vec *y)
 }
 
 /*
-   Gets the softest motion on the coarsest level of multigrid, interpolated to the finest: if a body floats, it is one of its rigid motions
+   Gets the softest motion on the coarsest level of multigrid, interpolated to the finest: if a body floats, it is one
+   of its rigid motions
 
-   y is NULL if the preconditioner has no levels. BoomerAMG gives its levels away and crashes when it is applied without them: it is asked only if no
-   application follows in this solve, and is set up again before its next use. It is not asked on several ranks: PETSc 3.22 returns broken levels if they leave
-   out a rank.
+   y is NULL if the preconditioner has no levels. BoomerAMG gives its levels away and crashes when it is applied without
+   them: it is asked only if no application follows in this solve, and is set up again before its next use. It is not
+   asked on several ranks: PETSc 3.22 returns broken levels if they leave out a rank.
 */
 static PetscErrorCode SoftestCoarseMotion(AinsworthSolver *solver, PC inner, PetscBool last, PetscBool *lost, Vec *y)
 {
@@ -80,17 +82,21 @@ static PetscErrorCode SoftestCoarseMotion(AinsworthSolver *solver, PC inner, Pet
     PetscInt                 start;
 
     PetscCall(Gather(M[0], n, a.data()));
-    for (PetscInt i = 0; i < n; i++) scale[i] = 1.0 / PetscSqrtReal(PetscMax(PetscAbsScalar(a[i + i * n]), PETSC_SMALL));
+    for (PetscInt i = 0; i < n; i++)
+      scale[i] = 1.0 / PetscSqrtReal(PetscMax(PetscAbsScalar(a[i + i * n]), PETSC_SMALL));
     for (PetscInt j = 0; j < n; j++)
       for (PetscInt i = 0; i < n; i++) a[i + j * n] *= scale[i] * scale[j];
 #if defined(PETSC_USE_COMPLEX)
-    PetscCallBLAS("LAPACKsyev", LAPACKsyev_("V", "U", &nb, a.data(), &nb, values.data(), work.data(), &lwork, real.data(), &info));
+    PetscCallBLAS("LAPACKsyev",
+                  LAPACKsyev_("V", "U", &nb, a.data(), &nb, values.data(), work.data(), &lwork, real.data(), &info));
 #else
     PetscCallBLAS("LAPACKsyev", LAPACKsyev_("V", "U", &nb, a.data(), &nb, values.data(), work.data(), &lwork, &info));
 #endif
     PetscCall(MatCreateVecs(P[0], &coarse, NULL));
     PetscCall(VecGetOwnershipRange(coarse, &start, NULL));
-    PetscCall(AinsworthUpdate(coarse, [&](PetscInt i, PetscScalar &value) { value = info ? 0.0 : a[start + i] * scale[start + i]; })); /* eigenvalues ascend */
+    /* eigenvalues ascend */
+    PetscCall(AinsworthUpdate(
+      coarse, [&](PetscInt i, PetscScalar &value) { value = info ? 0.0 : a[start + i] * scale[start + i]; }));
     for (PetscInt l = 0; l < levels; l++) {
       PetscCall(MatCreateVecs(P[l], NULL, &fine));
       PetscCall(MatMult(P[l], coarse, fine));
@@ -131,10 +137,11 @@ static PetscErrorCode SmallestDiagonal(Mat A, Vec *y)
 /*
    Looks for a motion in Ker C that has no energy, or a negative one; *quotient: the smallest energy found
 
-   Tries the iterate x, which grows in its direction, the softest motion that multigrid knows, the unknown with the smallest diagonal entry, and the direction
-   in which conjugate gradients met no positive energy
+   Tries the iterate x, which grows in its direction, the softest motion that multigrid knows, the unknown with the
+   smallest diagonal entry, and the direction in which conjugate gradients met no positive energy
 */
-static PetscErrorCode LookForMotion(AinsworthSolver *solver, KSP ksp, Vec x, PetscBool last, PetscBool *lost, PetscReal *quotient)
+static PetscErrorCode LookForMotion(AinsworthSolver *solver, KSP ksp, Vec x, PetscBool last, PetscBool *lost,
+                                    PetscReal *quotient)
 {
   Vec                direction, tried[4] = {NULL, NULL, NULL, NULL};
   PetscReal          found;
@@ -177,13 +184,16 @@ static PetscErrorCode MisplacedOptions(PC pc, const AinsworthSolver *solver, cha
     PetscCall(PetscOptionsHasName(options, prefix, name, &outside));
     PetscCall(PetscOptionsHasName(options, AinsworthSolverPrefix(solver), name, &inside));
     if (!outside || inside || text[0]) continue;
-    PetscCall(PetscSNPrintf(text, len, "; -%s%s is that of the outer solver, the reduced solve has -%s%s", prefix ? prefix : "", name + 1,
-                            AinsworthSolverPrefix(solver), name + 1));
+    PetscCall(PetscSNPrintf(text, len, "; -%s%s is that of the outer solver, the reduced solve has -%s%s",
+                            prefix ? prefix : "", name + 1, AinsworthSolverPrefix(solver), name + 1));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets the reason of the last solve with the Gram matrix, the worst of all ranks; not negative if there was none; collective */
+/*
+   Gets the reason of the last solve with the Gram matrix, the worst of all ranks; not negative if there was none;
+   collective
+*/
 static PetscErrorCode GramReason(const AinsworthSolver *solver, KSPConvergedReason *reason)
 {
   const AinsworthGram *gram;
@@ -207,7 +217,8 @@ static PetscErrorCode GramReason(const AinsworthSolver *solver, KSPConvergedReas
 
    x: the last iterate or NULL; lost becomes true if the inner preconditioner has to be set up again
 */
-PetscErrorCode AinsworthExplain(PC pc, AinsworthSolver *solver, KSP ksp, Vec x, KSPConvergedReason reason, PetscBool *lost, char why[], size_t len)
+PetscErrorCode AinsworthExplain(PC pc, AinsworthSolver *solver, KSP ksp, Vec x, KSPConvergedReason reason,
+                                PetscBool *lost, char why[], size_t len)
 {
   PetscInt           iterations;
   PetscReal          quotient, residual;
@@ -228,42 +239,54 @@ PetscErrorCode AinsworthExplain(PC pc, AinsworthSolver *solver, KSP ksp, Vec x, 
   PetscCall(AinsworthSolverIsConjugateGradients(AinsworthTypeName((PetscObject)solver->inner.ksp), &definite));
   PetscCall(GramReason(solver, &gram));
   if (gram < 0) {
-    PetscCall(PetscSNPrintf(why, len, "Solves with the Gram matrix S = C W C' do not converge (%s): change the options -%sgram_ksp and -%sgram_pc",
-                            KSPConvergedReasons[gram], prefix, prefix));
+    PetscCall(PetscSNPrintf(
+      why, len,
+      "Solves with the Gram matrix S = C W C' do not converge (%s): change the options -%sgram_ksp and -%sgram_pc",
+      KSPConvergedReasons[gram], prefix, prefix));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(LookForMotion(solver, ksp, x, (PetscBool)(x && reason != KSP_DIVERGED_ITS), lost, &quotient));
   PetscCall(MisplacedOptions(pc, solver, misplaced, sizeof(misplaced)));
   if (PetscAbsReal(quotient) <= AinsworthNoEnergy)
-    PetscCall(
-      PetscSNPrintf(why, len,
-                    "A body floats that no constraint holds: A is singular on Ker C, y' A y is %g of y' diag(A) y for a y with C y = 0; hold it, or attach "
-                    "its motions to the matrix with MatSetNullSpace() (%s)",
-                    (double)quotient, KSPConvergedReasons[reason]));
+    PetscCall(PetscSNPrintf(why, len,
+                            "A body floats that no constraint holds: A is singular on Ker C, y' A y is %g of y' "
+                            "diag(A) y for a y with C y = 0; hold it, or attach "
+                            "its motions to the matrix with MatSetNullSpace() (%s)",
+                            (double)quotient, KSPConvergedReasons[reason]));
   else if (reason == KSP_DIVERGED_INDEFINITE_MAT && !(quotient < AinsworthNegative))
     PetscCall(PetscSNPrintf(why, len,
-                            "The reduced operator is not positive definite, or not beyond rounding (%s): conjugate gradients need it to be; -%sksp_type gmres "
+                            "The reduced operator is not positive definite, or not beyond rounding (%s): conjugate "
+                            "gradients need it to be; -%sksp_type gmres "
                             "does not",
                             KSPConvergedReasons[reason], prefix));
   else if (quotient < AinsworthNegative)
-    PetscCall(PetscSNPrintf(why, len, "A is indefinite on Ker C (%s): conjugate gradients need it to be positive definite there; -%sksp_type gmres does not",
+    PetscCall(PetscSNPrintf(why, len,
+                            "A is indefinite on Ker C (%s): conjugate gradients need it to be positive definite there; "
+                            "-%sksp_type gmres does not",
                             KSPConvergedReasons[reason], prefix));
   else if (reason >= 0) PetscFunctionReturn(PETSC_SUCCESS); /* the verification has set the text */
   else if (reason == KSP_DIVERGED_PC_FAILED)
-    PetscCall(PetscSNPrintf(why, len, "The inner preconditioner, of type %s, failed (%s): try another -%spc_type", type, PCFailedReasons[failed], prefix));
+    PetscCall(PetscSNPrintf(why, len, "The inner preconditioner, of type %s, failed (%s): try another -%spc_type", type,
+                            PCFailedReasons[failed], prefix));
   else if (!solver->saddle.symmetric && definite)
-    PetscCall(PetscSNPrintf(why, len, "A is not symmetric, and the reduced solve failed (%s): -%sksp_type gmres does not need it to be%s",
-                            KSPConvergedReasons[reason], prefix, misplaced));
+    PetscCall(PetscSNPrintf(
+      why, len, "A is not symmetric, and the reduced solve failed (%s): -%sksp_type gmres does not need it to be%s",
+      KSPConvergedReasons[reason], prefix, misplaced));
   else if (reason == KSP_DIVERGED_INDEFINITE_PC)
-    PetscCall(PetscSNPrintf(why, len, "The inner preconditioner, of type %s, is not positive definite (%s): try another -%spc_type, or -%sksp_type gmres", type,
-                            KSPConvergedReasons[reason], prefix, prefix));
+    PetscCall(PetscSNPrintf(why, len,
+                            "The inner preconditioner, of type %s, is not positive definite (%s): try another "
+                            "-%spc_type, or -%sksp_type gmres",
+                            type, KSPConvergedReasons[reason], prefix, prefix));
   else if (reason == KSP_DIVERGED_BREAKDOWN)
     PetscCall(PetscSNPrintf(why, len,
-                            "The reduced solve stagnates (%s) after %" PetscInt_FMT " iterations, at a residual of %g: try another -%spc_type, or a "
+                            "The reduced solve stagnates (%s) after %" PetscInt_FMT
+                            " iterations, at a residual of %g: try another -%spc_type, or a "
                             "tolerance that rounding allows",
                             KSPConvergedReasons[reason], iterations, (double)residual, prefix));
   else
-    PetscCall(PetscSNPrintf(why, len, "The reduced solve ended without convergence (%s) after %" PetscInt_FMT " iterations, with a residual of %g%s",
+    PetscCall(PetscSNPrintf(why, len,
+                            "The reduced solve ended without convergence (%s) after %" PetscInt_FMT
+                            " iterations, with a residual of %g%s",
                             KSPConvergedReasons[reason], iterations, (double)residual, misplaced));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

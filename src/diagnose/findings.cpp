@@ -6,7 +6,10 @@
 static const PetscReal heavy = 1e11;
 /* Iterations of a trial solve above which there is advice */
 static const PetscInt slow = 100;
-/* Multigrid for which the trial finds a smaller eigenvalue misses modes: on eight parts of a mesher it is .17 to .45 with rigid-body modes, .001 to .05 without */
+/*
+   Multigrid for which the trial finds a smaller eigenvalue misses modes: on eight parts of a mesher it is .17 to .45
+   with rigid-body modes, .001 to .05 without
+*/
 static const PetscReal missing = 0.1;
 
 /* Reports rows that are dependent, or nearly so */
@@ -19,13 +22,16 @@ static PetscErrorCode DiagnoseDependence(AinsworthSolver *solver, AinsworthDiagn
   PetscInt               n, *rows;
 
   PetscFunctionBegin;
-  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "dependent_rows", AinsworthJSON(count), "dependent rows of C: %" PetscInt_FMT, count);
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "dependent_rows", AinsworthJSON(count),
+                        "dependent rows of C: %" PetscInt_FMT, count);
   if (count) {
     PetscCall(AinsworthSaddleNameKind(sp, near ? AINSWORTH_ROW_NEAR : AINSWORTH_ROW_DEPENDENT, names, sizeof(names)));
-    AinsworthDiagnosisAdd(d, AINSWORTH_DOUBTFUL, "dependent", AinsworthJSON(count),
-                          "%" PetscInt_FMT " rows of C are %s others, rows %s of the multiplier field: they are left out and their multipliers zero; remove "
-                          "them, a constraint that is said twice among them, or see that g agrees",
-                          count, near ? "combinations, exactly or nearly, of" : "combinations of", names);
+    AinsworthDiagnosisAdd(
+      d, AINSWORTH_DOUBTFUL, "dependent", AinsworthJSON(count),
+      "%" PetscInt_FMT
+      " rows of C are %s others, rows %s of the multiplier field: they are left out and their multipliers zero; remove "
+      "them, a constraint that is said twice among them, or see that g agrees",
+      count, near ? "combinations, exactly or nearly, of" : "combinations of", names);
   }
   if (solver->reduced.mat) PetscCall(MatAinsworthIsDoubtful_Private(solver->reduced.mat, &doubtful));
   if (!doubtful) PetscFunctionReturn(PETSC_SUCCESS);
@@ -34,12 +40,13 @@ static PetscErrorCode DiagnoseDependence(AinsworthSolver *solver, AinsworthDiagn
   PetscCall(PetscFree(rows));
   if (!n) {
     AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "gram_inexact", "true",
-                          "Rows of C taken together are nearly dependent, though none is near the span of the others: solves with the Gram matrix are refined");
+                          "Rows of C taken together are nearly dependent, though none is near the span of the others: "
+                          "solves with the Gram matrix are refined");
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   AinsworthDiagnosisAdd(d, AINSWORTH_DOUBTFUL, "nearly_dependent", AinsworthJSON(n),
-                        "%" PetscInt_FMT
-                        " rows of C are nearly combinations of others, rows %s of the multiplier field: solves are refined, but multipliers and "
+                        "%" PetscInt_FMT " rows of C are nearly combinations of others, rows %s of the multiplier "
+                        "field: solves are refined, but multipliers and "
                         "what contradicts in g grow; remove such rows or make them exact",
                         n, names);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -56,17 +63,23 @@ static PetscErrorCode DiagnoseGram(AinsworthSolver *solver, AinsworthDiagnosis *
   PetscCall(MatAinsworthGetGram_Private(solver->reduced.mat, &gram));
   PetscCall(AinsworthGramDescribe(gram, text, sizeof(text)));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "pieces",
-                        AinsworthJSON("pieces", AinsworthJSON(gram->placement.components), "largest", AinsworthJSON(gram->placement.largest)), "%s", text);
+                        AinsworthJSON("pieces", AinsworthJSON(gram->placement.components), "largest",
+                                      AinsworthJSON(gram->placement.largest)),
+                        "%s", text);
   cost[0] = gram->factor.cost.entries;
   cost[1] = gram->factor.cost.operations;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, cost, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)solver->reduced.mat)));
-  PetscCall(MPIU_Allreduce(&gram->factor.cost.operations, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)solver->reduced.mat)));
+  PetscCall(
+    MPIU_Allreduce(MPI_IN_PLACE, cost, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)solver->reduced.mat)));
+  PetscCall(MPIU_Allreduce(&gram->factor.cost.operations, &most, 1, MPIU_REAL, MPIU_MAX,
+                           PetscObjectComm((PetscObject)solver->reduced.mat)));
   cost[0] *= (PetscReal)sizeof(PetscScalar);
-  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "factor", AinsworthJSON("bytes", AinsworthJSON(cost[0]), "operations", AinsworthJSON(cost[1])),
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "factor",
+                        AinsworthJSON("bytes", AinsworthJSON(cost[0]), "operations", AinsworthJSON(cost[1])),
                         "factor of S, predicted: %.3g MB, %.3g operations", (double)(cost[0] / 1e6), (double)cost[1]);
   if (most > heavy)
     AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "heavy_factor", AinsworthJSON(most),
-                          "The factor of S takes %.3g operations on one rank: constraints share too many unknowns; more ranks take part with a smaller "
+                          "The factor of S takes %.3g operations on one rank: constraints share too many unknowns; "
+                          "more ranks take part with a smaller "
                           "-pc_ainsworth_rows_per_rank",
                           (double)most);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -86,12 +99,14 @@ static PetscErrorCode DiagnoseFill(AinsworthSolver *solver, AinsworthDiagnosis *
   PetscCall(AinsworthPmatPredict(A, solver->saddle.C, NULL, &fill, &jcb));
   PetscCall(MatDestroy(&A));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "memory",
-                        AinsworthJSON("A_bytes", AinsworthJSON(entry * fill.entries), "id_bytes", AinsworthJSON(entry * (fill.entries + fill.squares)),
-                                      "jcb_bytes", AinsworthJSON(entry * jcb)),
-                        "A has %.3g MB; the preconditioning matrix, predicted: at most %.3g MB as id, %.3g MB as jcb", (double)(entry * fill.entries / 1e6),
-                        (double)(entry * (fill.entries + fill.squares) / 1e6), (double)(entry * jcb / 1e6));
-  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "long_rows", AinsworthJSON(fill.leftOut), "long rows of C, left out of the preconditioning matrix: %" PetscInt_FMT,
-                        fill.leftOut);
+                        AinsworthJSON("A_bytes", AinsworthJSON(entry * fill.entries), "id_bytes",
+                                      AinsworthJSON(entry * (fill.entries + fill.squares)), "jcb_bytes",
+                                      AinsworthJSON(entry * jcb)),
+                        "A has %.3g MB; the preconditioning matrix, predicted: at most %.3g MB as id, %.3g MB as jcb",
+                        (double)(entry * fill.entries / 1e6), (double)(entry * (fill.entries + fill.squares) / 1e6),
+                        (double)(entry * jcb / 1e6));
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "long_rows", AinsworthJSON(fill.leftOut),
+                        "long rows of C, left out of the preconditioning matrix: %" PetscInt_FMT, fill.leftOut);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -102,7 +117,8 @@ static void ConfirmSigns(AinsworthDiagnosis *d)
 }
 
 /* Reports the reduced system and how a trial solve of it ends */
-static PetscErrorCode DiagnoseReduced(PC pc, AinsworthSolver *solver, PetscBool unchanged, AinsworthDiagnosis *d, PetscBool *lost)
+static PetscErrorCode DiagnoseReduced(PC pc, AinsworthSolver *solver, PetscBool unchanged, AinsworthDiagnosis *d,
+                                      PetscBool *lost)
 {
   KSPConvergedReason reason;
   PetscInt           iterations;
@@ -116,39 +132,48 @@ static PetscErrorCode DiagnoseReduced(PC pc, AinsworthSolver *solver, PetscBool 
 
   PetscFunctionBegin;
   PetscCall(AinsworthDescribePmat(solver, text));
-  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "pmat", AinsworthJSON(text.c_str()), "preconditioning matrix: %s", text.c_str());
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "pmat", AinsworthJSON(text.c_str()), "preconditioning matrix: %s",
+                        text.c_str());
   PetscCall(KSPGetType(solver->inner.ksp, &method));
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   PetscCall(PCGetType(inner, &type));
-  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "solver", AinsworthJSON("method", AinsworthJSON(method), "preconditioner", AinsworthJSON(type)),
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "solver",
+                        AinsworthJSON("method", AinsworthJSON(method), "preconditioner", AinsworthJSON(type)),
                         "reduced solve: %s, preconditioned by %s", method, type);
   PetscCall(AinsworthSaddleDescribeModes(&solver->saddle, modes, sizeof(modes)));
-  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "modes", AinsworthJSON(modes), "near null space of A: %s", modes[0] ? modes : "constants alone, by default");
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "modes", AinsworthJSON(modes), "near null space of A: %s",
+                        modes[0] ? modes : "constants alone, by default");
   PetscCall(AinsworthDescribeLeftOut(solver, unchanged, text));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "left_out", AinsworthJSON(text.c_str()), "left out: %s", text.c_str());
   PetscCall(AinsworthTry(pc, solver, &reason, &iterations, &smallest, lost, why, sizeof(why)));
-  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "trial_iterations", AinsworthJSON(iterations), "trial solve with a random f: %" PetscInt_FMT " iterations, %s",
-                        iterations, KSPConvergedReasons[reason]);
+  AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "trial_iterations", AinsworthJSON(iterations),
+                        "trial solve with a random f: %" PetscInt_FMT " iterations, %s", iterations,
+                        KSPConvergedReasons[reason]);
   if (smallest > 0.0)
-    AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "smallest_eigenvalue", AinsworthJSON(smallest), "its preconditioned operator has eigenvalues down to %.2g",
-                          (double)smallest);
+    AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "smallest_eigenvalue", AinsworthJSON(smallest),
+                          "its preconditioned operator has eigenvalues down to %.2g", (double)smallest);
   if (why[0]) {
-    const bool again = reason == KSP_DIVERGED_INDEFINITE_MAT && solver->saddle.D; /* springs of negative stiffness: GMRES will take over */
+    /* springs of negative stiffness: GMRES will take over */
+    const bool again = reason == KSP_DIVERGED_INDEFINITE_MAT && solver->saddle.D;
 
     if (!again) ConfirmSigns(d);
-    AinsworthDiagnosisAdd(d, again ? AINSWORTH_DOUBTFUL : AINSWORTH_FATAL, "trial", AinsworthJSON(KSPConvergedReasons[reason]), "%s", why);
+    AinsworthDiagnosisAdd(d, again ? AINSWORTH_DOUBTFUL : AINSWORTH_FATAL, "trial",
+                          AinsworthJSON(KSPConvergedReasons[reason]), "%s", why);
   }
   PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCBLOCKSA, &multigrid));
-  if (!why[0] && multigrid && !modes[0] && (solver->saddle.bs == 2 || solver->saddle.bs == 3) && smallest > 0.0 && smallest < missing)
+  if (!why[0] && multigrid && !modes[0] && (solver->saddle.bs == 2 || solver->saddle.bs == 3) && smallest > 0.0 &&
+      smallest < missing)
     AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "modes_forgotten", AinsworthJSON(smallest),
                           "Multigrid does not know the rigid-body modes: the trial takes %" PetscInt_FMT
-                          " iterations, as eigenvalues go down to %.2g; with modes they are usually .2 or more, and 15 to 30 iterations suffice. Attach modes "
+                          " iterations, as eigenvalues go down to %.2g; with modes they are usually .2 or more, and 15 "
+                          "to 30 iterations suffice. Attach modes "
                           "with MatSetNearNullSpace(), or coordinates with PCSetCoordinates() or to the DM of A",
                           iterations, (double)smallest);
   else if (!why[0] && iterations > slow)
     AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "slow", AinsworthJSON(iterations),
                           "The reduced solve takes %" PetscInt_FMT
-                          " iterations: multigrid does not fit A, as with elements stretched far, nearly incompressible material or thin structures; see that "
+                          " iterations: multigrid does not fit A, as with elements stretched far, nearly "
+                          "incompressible material or thin structures; see that "
                           "rigid-body modes are attached with MatSetNearNullSpace(), or use -%spc_type cholesky",
                           iterations, AinsworthSolverPrefix(solver));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -159,7 +184,8 @@ static PetscErrorCode DiagnoseReduced(PC pc, AinsworthSolver *solver, PetscBool 
 
    unchanged: there was nothing to set up; lost becomes true if the inner preconditioner has to be set up again
 */
-PetscErrorCode AinsworthDiagnose(PC pc, AinsworthSolver *solver, const AinsworthSaddleInputs &inputs, AinsworthStage stage, PetscBool unchanged, AinsworthDiagnosis *d, PetscBool *lost)
+PetscErrorCode AinsworthDiagnose(PC pc, AinsworthSolver *solver, const AinsworthSaddleInputs &inputs,
+                                 AinsworthStage stage, PetscBool unchanged, AinsworthDiagnosis *d, PetscBool *lost)
 {
   static const char *const titles[] = {"what was passed", "the blocks", "the constraints", "the reduced system"};
   MPI_Comm                 comm     = PetscObjectComm((PetscObject)pc);
@@ -196,7 +222,9 @@ static bool ToldByTrial(const AinsworthDiagnosis *d, const std::string &why)
   return false;
 }
 
-/* AinsworthDiagnoseFailure - reports why a set-up or a solve ended; code: an error, after which nothing is collective */
+/*
+   AinsworthDiagnoseFailure - reports why a set-up or a solve ended; code: an error, after which nothing is collective
+*/
 PetscErrorCode AinsworthDiagnoseFailure(MPI_Comm comm, AinsworthDiagnosis *d, PetscErrorCode code, const char why[])
 {
   AinsworthErrorText message = NULL;
@@ -205,7 +233,8 @@ PetscErrorCode AinsworthDiagnoseFailure(MPI_Comm comm, AinsworthDiagnosis *d, Pe
   if (!d) PetscFunctionReturn(PETSC_SUCCESS);
   if (code) PetscCall(PetscErrorMessage(code, NULL, &message));
   if (code) why = message ? message : "";
-  if (why[0] && !ToldByTrial(d, why)) AinsworthDiagnosisAdd(d, AINSWORTH_FATAL, code ? "error" : "failure", AinsworthJSON(why), "%s", why);
+  if (why[0] && !ToldByTrial(d, why))
+    AinsworthDiagnosisAdd(d, AINSWORTH_FATAL, code ? "error" : "failure", AinsworthJSON(why), "%s", why);
   ConfirmSigns(d);
   d->finished = true;
   PetscCall(AinsworthDiagnosisPrintAdvice(d, comm));

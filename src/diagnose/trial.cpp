@@ -1,4 +1,7 @@
-/* Trial solve of the reduced system with a random right-hand side, which finds floating bodies, indefinite matrices, and multigrid that does not fit */
+/*
+   Trial solve of the reduced system with a random right-hand side, which finds floating bodies, indefinite matrices,
+   and multigrid that does not fit
+*/
 #include "diagnose.h"
 #include "../base/objects.h"
 #include "../projection/matainsworth.h"
@@ -6,7 +9,8 @@
 /* Creates a KSP with the method and the preconditioner of the inner solver, but without its monitors and options */
 static PetscErrorCode CreateKSP(const AinsworthSolver *solver, KSP *trial)
 {
-  static const PetscInt most = 300, restart = 100; /* dtol is infinite: with a floating body the residual grows until x is its motion */
+  /* dtol is infinite: with a floating body the residual grows until x is its motion */
+  static const PetscInt most = 300, restart = 100;
   KSPType               type;
   KSPNormType           norm;
   PCSide                side;
@@ -30,7 +34,8 @@ static PetscErrorCode CreateKSP(const AinsworthSolver *solver, KSP *trial)
 }
 
 /*
-   Creates the reduced right-hand side of random forces on all unknowns, scaled by the roots of their stiffness, without its part in the null space
+   Creates the reduced right-hand side of random forces on all unknowns, scaled by the roots of their stiffness, without
+   its part in the null space
 
    What the view reports on the last right-hand side (ctx->homogeneous) is preserved
 */
@@ -65,10 +70,11 @@ static PetscErrorCode CreateForces(const AinsworthSolver *solver, KSP trial, Vec
 /*
    AinsworthTry - solves for random forces after set-up. Collective
 
-   smallest: estimated eigenvalue of the preconditioned operator, 0 if the method is not conjugate gradients; why: the cause of a failure, otherwise empty, also
-   if the solve is only slow
+   smallest: estimated eigenvalue of the preconditioned operator, 0 if the method is not conjugate gradients; why: the
+   cause of a failure, otherwise empty, also if the solve is only slow
 */
-PetscErrorCode AinsworthTry(PC pc, AinsworthSolver *solver, KSPConvergedReason *reason, PetscInt *iterations, PetscReal *smallest, PetscBool *lost, char why[], size_t len)
+PetscErrorCode AinsworthTry(PC pc, AinsworthSolver *solver, KSPConvergedReason *reason, PetscInt *iterations,
+                            PetscReal *smallest, PetscBool *lost, char why[], size_t len)
 {
   static const PetscReal suspicious = 1e-10; /* relative to the energy of diag(A) */
   PetscInt               n;
@@ -83,7 +89,8 @@ PetscErrorCode AinsworthTry(PC pc, AinsworthSolver *solver, KSPConvergedReason *
   *smallest   = 0.0;
   *reason     = KSP_CONVERGED_HAPPY_BREAKDOWN;
   PetscCall(VecGetSize(solver->reduced.inverseDiagonal, &n));
-  if (solver->saddle.constraints() == n && !solver->saddle.D) PetscFunctionReturn(PETSC_SUCCESS); /* the constraints alone determine x */
+  /* the constraints alone determine x */
+  if (solver->saddle.constraints() == n && !solver->saddle.D) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(CreateKSP(solver, &trial));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)trial, &conjugate, KSPCG, KSPPROJECTEDCG, ""));
   PetscCall(KSPSetComputeSingularValues(trial, conjugate));
@@ -95,7 +102,8 @@ PetscErrorCode AinsworthTry(PC pc, AinsworthSolver *solver, KSPConvergedReason *
   PetscCall(KSPGetConvergedReason(trial, reason));
   PetscCall(KSPGetIterationNumber(trial, iterations));
   /* after a breakdown PETSc has not stored the last coefficients, and its eigenvalue solver may not end */
-  if (*iterations && (*reason > 0 || *reason == KSP_DIVERGED_ITS)) PetscCall(AinsworthReportSmallestRitzValue(trial, smallest));
+  if (*iterations && (*reason > 0 || *reason == KSP_DIVERGED_ITS))
+    PetscCall(AinsworthReportSmallestRitzValue(trial, smallest));
   PetscCall(VecCopy(x, f));
   PetscCall(AinsworthSolverRayleighQuotient(solver, f, &quotient));
   if ((*reason < 0 && *reason != KSP_DIVERGED_ITS) || (solver->saddle.symmetric && quotient < suspicious))

@@ -2,7 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
-/* A solve with an old preconditioner ends after this many times the iterations of the first solve, plus those of a set-up */
+/*
+   A solve with an old preconditioner ends after this many times the iterations of the first solve, plus those of a
+   set-up
+*/
 static const double many = 1.3;
 
 AinsworthAge::AinsworthAge()
@@ -10,7 +13,10 @@ AinsworthAge::AinsworthAge()
   std::fill(took, took + decades, -1);
 }
 
-/* AinsworthAgeDecades - returns the requested reduction in decades: solves are compared with those of about the same tolerance */
+/*
+   AinsworthAgeDecades - returns the requested reduction in decades: solves are compared with those of about the same
+   tolerance
+*/
 int AinsworthAgeDecades(double rtol)
 {
   const double wanted = rtol > 0.0 ? 0.5 - std::log10(rtol) : AinsworthAge::decades;
@@ -18,7 +24,10 @@ int AinsworthAgeDecades(double rtol)
   return std::min(std::max((int)wanted, 1), AinsworthAge::decades - 1);
 }
 
-/* AinsworthAgeFirst - returns the iterations of the first solve for so many decades, scaled from the nearest number of decades; negative before it */
+/*
+   AinsworthAgeFirst - returns the iterations of the first solve for so many decades, scaled from the nearest number of
+   decades; negative before it
+*/
 double AinsworthAgeFirst(const AinsworthAge &age, int decades)
 {
   for (int k = 0; k < AinsworthAge::decades; k++) {
@@ -28,7 +37,10 @@ double AinsworthAgeFirst(const AinsworthAge &age, int decades)
   return -1.0;
 }
 
-/* AinsworthAgeCount - counts the iterations of a solve that converged; old: its preconditioner is that of an earlier matrix, in whole or in part */
+/*
+   AinsworthAgeCount - counts the iterations of a solve that converged; old: its preconditioner is that of an earlier
+   matrix, in whole or in part
+*/
 void AinsworthAgeCount(AinsworthAge *age, int iterations, int decades, bool old)
 {
   const double first = AinsworthAgeFirst(*age, decades);
@@ -45,8 +57,8 @@ void AinsworthAgeCount(AinsworthAge *age, int iterations, int decades, bool old)
 /*
    AinsworthAgeKeeps - tells before a set-up, whose price is given in iterations, whether the preconditioner is kept
 
-   By replacement theory, it is kept until the next solve would cost more than the mean so far, including the set-up. The extra iterations of the next solve are
-   extrapolated as if they grew in equal steps.
+   By replacement theory, it is kept until the next solve would cost more than the mean so far, including the set-up.
+   The extra iterations of the next solve are extrapolated as if they grew in equal steps.
 */
 bool AinsworthAgeKeeps(const AinsworthAge &age, double price)
 {
@@ -55,7 +67,9 @@ bool AinsworthAgeKeeps(const AinsworthAge &age, double price)
   return next <= (price + age.more) / (age.solves + 1);
 }
 
-/* AinsworthAgeLimit - returns the iterations after which an old preconditioner is made anew, and the solve begun again */
+/*
+   AinsworthAgeLimit - returns the iterations after which an old preconditioner is made anew, and the solve begun again
+*/
 double AinsworthAgeLimit(const AinsworthAge &age, int decades, double price)
 {
   return many * AinsworthAgeFirst(age, decades) + price;

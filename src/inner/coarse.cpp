@@ -1,9 +1,10 @@
 /*
    What multigrid in Ker C has to know of C (docs/multigrid.md, the cycle in Ker C)
 
-   The smoother of the finest level projects exactly. Coarse functions Q_* P, with an approximate inverse of S, are in Ker C of the short rows up to the last
-   projection. Unknowns without stiffness that several rows share have no weight there and are carried to all levels; rows that are long, or have only such unknowns,
-   are kept as few constraints of the coarser levels
+   The smoother of the finest level projects exactly. Coarse functions Q_* P, with an approximate inverse of S, are in
+   Ker C of the short rows up to the last projection. Unknowns without stiffness that several rows share have no weight
+   there and are carried to all levels; rows that are long, or have only such unknowns, are kept as few constraints of
+   the coarser levels
 */
 #include "coarse.h"
 #include "../base/lists.h"
@@ -13,13 +14,17 @@
 #include "../saddle/saddle.h"
 #include <algorithm>
 
-/* Unknowns without stiffness in more rows are carried: with a weight they would couple these rows, for which a diagonal Inv(S) is too crude */
+/*
+   Unknowns without stiffness in more rows are carried: with a weight they would couple these rows, for which a diagonal
+   Inv(S) is too crude
+*/
 static const PetscReal fewRows = 8.0;
 /* A row has no weight left if its entry of S is at most this part of what the weight of all unknowns gives it */
 static const PetscReal weightless = 1e-10;
 /*
-   An unknown follows others only where it gives at least this part of the flexibility of its row. Stiffer bars hold their surroundings: on a lattice of bars as
-   stiff as 1, 10, 30, 100, 1000 times these it takes 10, 10, 13, 19, 47 iterations, and 10 with Inv(S); in unstructured meshes less stiff ones need it
+   An unknown follows others only where it gives at least this part of the flexibility of its row. Stiffer bars hold
+   their surroundings: on a lattice of bars as stiff as 1, 10, 30, 100, 1000 times these it takes 10, 10, 13, 19, 47
+   iterations, and 10 with Inv(S); in unstructured meshes less stiff ones need it
 */
 static const PetscReal soft       = 0.05;
 static const PetscReal softSpring = 0.5;
@@ -60,17 +65,21 @@ static PetscErrorCode FindCarried(const AinsworthPmatInputs *in, Vec counts, Vec
   PetscFunctionBegin;
   PetscCall(VecGetOwnershipRange(counts, &rstart, NULL));
   PetscCall(AinsworthVecClone(in->weight, &roles->weight));
-  PetscCall(AinsworthUpdate(roles->weight, {counts, zeros}, [&](PetscInt i, PetscScalar &w, PetscScalar count, PetscScalar zero) {
-    const bool carry = zero != 0.0 && PetscRealPart(count) > fewRows;
+  PetscCall(AinsworthUpdate(roles->weight, {counts, zeros},
+                            [&](PetscInt i, PetscScalar &w, PetscScalar count, PetscScalar zero) {
+                              const bool carry = zero != 0.0 && PetscRealPart(count) > fewRows;
 
-    if (carry) mine.push_back(rstart + i);
-    if (carry || PetscRealPart(count) > in->fill.usual) w = 0.0;
-  }));
+                              if (carry) mine.push_back(rstart + i);
+                              if (carry || PetscRealPart(count) > in->fill.usual) w = 0.0;
+                            }));
   PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)in->C), mine, &roles->carried));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Marks unknowns whose rows of A are zero, which their diagonal entry tells where A is positive semidefinite, by 1, all others by 0. Collective */
+/*
+   Marks unknowns whose rows of A are zero, which their diagonal entry tells where A is positive semidefinite, by 1, all
+   others by 0. Collective
+*/
 static PetscErrorCode MarkZeroRows(const AinsworthPmatInputs *in, Vec zeros)
 {
   PetscFunctionBegin;
@@ -107,19 +116,22 @@ static PetscErrorCode ChooseRows(const AinsworthPmatInputs *in, Mat C, Ainsworth
   PetscCall(VecDestroy(&all));
   PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)C), mine, &roles->kept));
   if (roles->kept.size() > mostKept) {
-    PetscCall(PetscInfo(C, "%d rows of C would have to be kept on all levels: the projector alone has them\n", (int)roles->kept.size()));
+    PetscCall(PetscInfo(C, "%d rows of C would have to be kept on all levels: the projector alone has them\n",
+                        (int)roles->kept.size()));
     roles->kept.clear();
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   Gets the column of each local row that no other row has and that is soft enough, or -1: that of a slack unknown, or the one with the largest entry
+   Gets the column of each local row that no other row has and that is soft enough, or -1: that of a slack unknown, or
+   the one with the largest entry
 
-   A spring that gives at least half of the flexibility of its row is stretched by coarse functions, which then have at most twice the energy that they need
+   A spring that gives at least half of the flexibility of its row is stretched by coarse functions, which then have at
+   most twice the energy that they need
 */
-static PetscErrorCode FindSlaves(const AinsworthPmatInputs *in, Mat C, const AinsworthKernelRoles &roles, std::vector<PetscInt> *slaves,
-                                 std::vector<PetscScalar> *entries)
+static PetscErrorCode FindSlaves(const AinsworthPmatInputs *in, Mat C, const AinsworthKernelRoles &roles,
+                                 std::vector<PetscInt> *slaves, std::vector<PetscScalar> *entries)
 {
   std::vector<PetscReal> shares;
   size_t                 at = 0;
@@ -145,7 +157,10 @@ static PetscErrorCode FindSlaves(const AinsworthPmatInputs *in, Mat C, const Ain
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Marks by 1 the slaves all of whose neighbors in A are slaves or have no entries in A; zeros: marks the latter. Collective */
+/*
+   Marks by 1 the slaves all of whose neighbors in A are slaves or have no entries in A; zeros: marks the latter.
+   Collective
+*/
 static PetscErrorCode MarkEmbedded(Mat A, const std::vector<PetscInt> &slaves, Vec zeros, Vec embedded, PetscInt *found)
 {
   Vec                   moved, here;
@@ -191,8 +206,12 @@ static PetscErrorCode MarkEmbedded(Mat A, const std::vector<PetscInt> &slaves, V
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates T_e, which expresses embedded unknowns by others, E C with E_ji = 1 / C_ij, and takes their rows out of Q_*; NULL if there are none. Collective */
-static PetscErrorCode CreateEmbedding(const AinsworthPmatInputs *in, Mat C, Vec zeros, AinsworthKernelRoles *roles, std::vector<char> *left, Mat *embedding)
+/*
+   Creates T_e, which expresses embedded unknowns by others, E C with E_ji = 1 / C_ij, and takes their rows out of Q_*;
+   NULL if there are none. Collective
+*/
+static PetscErrorCode CreateEmbedding(const AinsworthPmatInputs *in, Mat C, Vec zeros, AinsworthKernelRoles *roles,
+                                      std::vector<char> *left, Mat *embedding)
 {
   std::vector<PetscInt>    slaves, asked;
   std::vector<PetscScalar> entries;
@@ -230,8 +249,13 @@ static PetscErrorCode CreateEmbedding(const AinsworthPmatInputs *in, Mat C, Vec 
     PetscCall(MatMatMult(E, kept, MAT_INITIAL_MATRIX, PETSC_DEFAULT, embedding));
     PetscCall(MatProductClear(*embedding));
     for (Mat *M : {&pick, &E, &kept}) PetscCall(MatDestroy(M));
-    PetscCall(AinsworthForEntries({embedded, zeros}, [&](PetscInt, PetscScalar e, PetscScalar z) { left->push_back(e != 0.0 || z != 0.0); }));
-    PetscCall(PetscInfo(C, "%" PetscInt_FMT " unknowns are embedded: with all their neighbors they move as others do, and have no coarse functions\n", found));
+    PetscCall(AinsworthForEntries(
+      {embedded, zeros}, [&](PetscInt, PetscScalar e, PetscScalar z) { left->push_back(e != 0.0 || z != 0.0); }));
+    PetscCall(PetscInfo(
+      C,
+      "%" PetscInt_FMT
+      " unknowns are embedded: with all their neighbors they move as others do, and have no coarse functions\n",
+      found));
   }
   PetscCall(VecDestroy(&embedded));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -261,7 +285,8 @@ static PetscErrorCode CarrySprings(const AinsworthPmatInputs *in, Mat C, Ainswor
 
    Q_* = (I - T_e) (I - T_f): unknowns are spread over the short rows first, then embedded ones follow.
 */
-PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, AinsworthPmatInKernel *made)
+PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt,
+                                           AinsworthPmatInKernel *made)
 {
   AinsworthKernelRoles roles;
   Vec                  counts, zeros;

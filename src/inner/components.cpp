@@ -22,10 +22,11 @@ static bool RowKeepsApart(PetscInt bs, PetscInt n, const PetscInt columns[], con
 }
 
 /*
-   Tells whether the constraints keep the components of each node apart; ignores rows with more than `longest` entries. Collective
+   Tells whether the constraints keep the components of each node apart; ignores rows with more than `longest` entries.
+   Collective
 
-   If they do, multigrid that interpolates component by component can satisfy the constraints on its coarse levels; otherwise it cannot, and a large penalty
-   locks.
+   If they do, multigrid that interpolates component by component can satisfy the constraints on its coarse levels;
+   otherwise it cannot, and a large penalty locks.
 */
 PetscErrorCode AinsworthPmatComponentsApart(Mat C, PetscInt bs, PetscInt longest, PetscBool *apart)
 {

@@ -15,7 +15,8 @@ static PetscErrorCode Predict(AinsworthSolver *solver, AinsworthCost *cost)
   Mat               C, square;
 
   PetscFunctionBegin;
-  if (solver->inner.format == AINSWORTH_PMAT_SUM && solver->saddle.constraints()) { /* M_* has the pattern of A + C' C, without long rows */
+  /* M_* has the pattern of A + C' C, without long rows */
+  if (solver->inner.format == AINSWORTH_PMAT_SUM && solver->saddle.constraints()) {
     PetscCall(AinsworthGetAIJ(solver->saddle.P, &parts[0]));
     PetscCall(AinsworthPmatGetFill(parts[0], solver->saddle.C, &fill));
     PetscCall(AinsworthPmatCreateShort(solver->saddle.C, &fill, &C));
@@ -39,7 +40,10 @@ static AinsworthPackage PackageOf(MatSolverType type)
   return type && !strcmp(type, MATSOLVERMUMPS) ? AINSWORTH_PACKAGE_MUMPS : AINSWORTH_PACKAGE_OTHER;
 }
 
-/* AinsworthSolverEscapePrice - returns the price of a factorization in iterations, a lower bound as long as its operations are not known */
+/*
+   AinsworthSolverEscapePrice - returns the price of a factorization in iterations, a lower bound as long as its
+   operations are not known
+*/
 PetscReal AinsworthSolverEscapePrice(const AinsworthSolver *solver)
 {
   const AinsworthPriceFacts &f = solver->escape.facts;
@@ -49,7 +53,10 @@ PetscReal AinsworthSolverEscapePrice(const AinsworthSolver *solver)
   return (PetscReal)(AinsworthPriceFactorization(f, PackageOf(type)) / AinsworthPriceIteration(f));
 }
 
-/* AinsworthSolverEscapeFacts - gathers what the price of an iteration depends on, with the size and the entries of A; collective, the same on all ranks */
+/*
+   AinsworthSolverEscapeFacts - gathers what the price of an iteration depends on, with the size and the entries of A;
+   collective, the same on all ranks
+*/
 PetscErrorCode AinsworthSolverEscapeFacts(AinsworthSolver *solver, PetscInt n, PetscReal entries)
 {
   AinsworthPriceFacts *f    = &solver->escape.facts;
@@ -77,7 +84,10 @@ PetscErrorCode AinsworthSolverEscapeFacts(AinsworthSolver *solver, PetscInt n, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSolverEscapeCost - predicts a factorization of M_*; its price is infinite if the factor does not fit in memory. Collective, the same on all ranks */
+/*
+   AinsworthSolverEscapeCost - predicts a factorization of M_*; its price is infinite if the factor does not fit in
+   memory. Collective, the same on all ranks
+*/
 PetscErrorCode AinsworthSolverEscapeCost(AinsworthSolver *solver)
 {
   AinsworthPriceFacts *f = &solver->escape.facts;
@@ -90,8 +100,10 @@ PetscErrorCode AinsworthSolverEscapeCost(AinsworthSolver *solver)
   const bool fits = AinsworthLadderFits(AinsworthFactorBytes(&cost), memory);
   f->fill         = fits ? (double)cost.entries : std::numeric_limits<double>::infinity();
   f->operations   = (double)cost.operations;
-  PetscCall(PetscInfo(solver->inner.ksp, "A factorization would take %g operations and hold %g entries%s: its price is that of %g iterations\n",
-                      (double)cost.operations, (double)cost.entries, fits ? "" : ", more than memory has room for",
-                      (double)AinsworthSolverEscapePrice(solver)));
+  PetscCall(
+    PetscInfo(solver->inner.ksp,
+              "A factorization would take %g operations and hold %g entries%s: its price is that of %g iterations\n",
+              (double)cost.operations, (double)cost.entries, fits ? "" : ", more than memory has room for",
+              (double)AinsworthSolverEscapePrice(solver)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

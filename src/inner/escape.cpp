@@ -9,9 +9,9 @@
 */
 static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason, void *ctx)
 {
-  AinsworthWatch  *watch = (AinsworthWatch *)ctx;
-  AinsworthSolver      *solver  = watch->solver;
-  AinsworthEscape *e     = &solver->escape;
+  AinsworthWatch  *watch  = (AinsworthWatch *)ctx;
+  AinsworthSolver *solver = watch->solver;
+  AinsworthEscape *e      = &solver->escape;
 
   PetscReal rtol, atol;
 
@@ -30,27 +30,29 @@ static PetscErrorCode LookAhead(KSP ksp, PetscInt step, PetscReal norm, KSPConve
   }
   watch->end = AINSWORTH_END_DEAR;
   *reason    = KSP_CONVERGED_ITS; /* not a failure */
-  PetscCall(PetscSNPrintf(e->why, sizeof(e->why),
-                          "for %.2g operations, at the price of %.0f iterations with multigrid, of which more were left after %" PetscInt_FMT,
-                          e->facts.operations, (double)AinsworthSolverEscapePrice(solver), step));
+  PetscCall(PetscSNPrintf(
+    e->why, sizeof(e->why),
+    "for %.2g operations, at the price of %.0f iterations with multigrid, of which more were left after %" PetscInt_FMT,
+    e->facts.operations, (double)AinsworthSolverEscapePrice(solver), step));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* AinsworthSolverWatchBegin - before a reduced solve, watches it if a factorization may replace multigrid */
 PetscErrorCode AinsworthSolverWatchBegin(PC pc, AinsworthSolver *solver, AinsworthWatch *watch)
 {
-  AinsworthEscape  *e = &solver->escape;
+  AinsworthEscape    *e = &solver->escape;
   AinsworthLadderStep step;
   PetscInt            n;
   PetscReal           entries;
   KSPNormType         norm;
 
   PetscFunctionBegin;
-  *watch      = AinsworthWatch();
+  *watch        = AinsworthWatch();
   watch->solver = solver;
-  watch->end  = AINSWORTH_END_ANSWER;
+  watch->end    = AINSWORTH_END_ANSWER;
   PetscCall(KSPGetNormType(solver->inner.ksp, &norm));
-  if (solver->history.factor == AINSWORTH_TAKEN || solver->age.type != PC_AINSWORTH_AGE_FRESH || norm == KSP_NORM_NONE) PetscFunctionReturn(PETSC_SUCCESS);
+  if (solver->history.factor == AINSWORTH_TAKEN || solver->age.type != PC_AINSWORTH_AGE_FRESH || norm == KSP_NORM_NONE)
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSolverNextRung(pc, solver, AINSWORTH_END_DEAR, &step));
   if (step.next != AINSWORTH_RUNG_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
   if (e->facts.unknowns == 0.0) {
@@ -74,6 +76,7 @@ PetscErrorCode AinsworthSolverWatchEnd(AinsworthWatch *watch)
   if (!watch->converged) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetAndClearConvergenceTest(solver->inner.ksp, &converged, &test, &destroy));
   PetscCall(KSPSetConvergenceTest(solver->inner.ksp, watch->converged, watch->test, watch->destroy));
-  if (watch->end != AINSWORTH_END_DEAR) PetscCall(ISDestroy(&solver->inner.order)); /* the next matrix may be another one */
+  /* the next matrix may be another one */
+  if (watch->end != AINSWORTH_END_DEAR) PetscCall(ISDestroy(&solver->inner.order));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -6,7 +6,10 @@
 #include "../projection/graph.h"
 #include <unistd.h>
 
-/* Returns the type of a factorization for M_*, NULL if there is none, and its package; a complex Hermitian matrix is a general one for all of them */
+/*
+   Returns the type of a factorization for M_*, NULL if there is none, and its package; a complex Hermitian matrix is a
+   general one for all of them
+*/
 PCType AinsworthSolverFactorType(const AinsworthSolver *solver, MatSolverType *package)
 {
   PetscMPIInt size;
@@ -27,7 +30,10 @@ PCType AinsworthSolverFactorType(const AinsworthSolver *solver, MatSolverType *p
   return *package ? definite ? PCCHOLESKY : PCLU : NULL;
 }
 
-/* AinsworthSolverLeastMemory - gets the memory of the smallest machine of all ranks in bytes, as if all ranks were on that one; collective */
+/*
+   AinsworthSolverLeastMemory - gets the memory of the smallest machine of all ranks in bytes, as if all ranks were on
+   that one; collective
+*/
 PetscErrorCode AinsworthSolverLeastMemory(MPI_Comm comm, PetscReal *memory)
 {
   PetscFunctionBegin;
@@ -37,7 +43,10 @@ PetscErrorCode AinsworthSolverLeastMemory(MPI_Comm comm, PetscReal *memory)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSolverChoosePackage - sets the package of a factorization unless the program has; options may still change it */
+/*
+   AinsworthSolverChoosePackage - sets the package of a factorization unless the program has; options may still change
+   it
+*/
 PetscErrorCode AinsworthSolverChoosePackage(const AinsworthSolver *solver, PC inner)
 {
   MatSolverType package, given = NULL;
@@ -67,7 +76,8 @@ static PetscErrorCode OrderNodes(Mat graph, PetscInt bs, AinsworthCost *cost, IS
 }
 
 /*
-   AinsworthSolverOrderPmat - orders the unknowns for a factorization of the sum of parts, AIJ, and predicts its cost. Collective
+   AinsworthSolverOrderPmat - orders the unknowns for a factorization of the sum of parts, AIJ, and predicts its cost.
+   Collective
 
    Rank 0 orders the nodes, whose graph is far smaller than that of the unknowns
 */
@@ -106,7 +116,8 @@ static PetscErrorCode SetOrdering(AinsworthSolver *solver, Mat aij, PC inner)
   PetscCall(PetscOptionsHasName(options, prefix, "-pc_type", &type));
   PetscCall(PetscOptionsHasName(options, prefix, "-pc_factor_mat_ordering_type", &ordering));
   if (ordering ||
-      !(type || solver->inner.plan.preconditioner == AINSWORTH_INNER_FACTOR)) { /* after PCSetType() it may have chosen by a call, which cannot be known */
+      /* after PCSetType() it may have chosen by a call, which cannot be known */
+      !(type || solver->inner.plan.preconditioner == AINSWORTH_INNER_FACTOR)) {
     PetscCall(ISDestroy(&solver->inner.order));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -135,7 +146,8 @@ PetscErrorCode AinsworthSolverConvertPmat(AinsworthSolver *solver)
     PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &solver->inner.M));
     PetscCall(MatDestroy(&aij));
   }
-  PetscCall(MatSetBlockSize(solver->inner.M, 1)); /* the interface to CHOLMOD wraps this type in place, but only with block size 1 */
+  /* the interface to CHOLMOD wraps this type in place, but only with block size 1 */
+  PetscCall(MatSetBlockSize(solver->inner.M, 1));
   PetscCall(MatSetOption(solver->inner.M, MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(MatConvert(solver->inner.M, MATSEQSBAIJ, MAT_INPLACE_MATRIX, &solver->inner.M));
   PetscCall(MatSetOption(solver->inner.M, MAT_SPD, PETSC_TRUE));
@@ -143,14 +155,19 @@ PetscErrorCode AinsworthSolverConvertPmat(AinsworthSolver *solver)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSolverSetUpPreconditioner - calls PCSetUp() without the error that CHOLMOD raises if M_* is not positive definite */
+/*
+   AinsworthSolverSetUpPreconditioner - calls PCSetUp() without the error that CHOLMOD raises if M_* is not positive
+   definite
+*/
 PetscErrorCode AinsworthSolverSetUpPreconditioner(AinsworthSolver *solver, PC inner, PetscBool *definite)
 {
   PetscBool cholmod, indefinite = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(AinsworthFactorIsPackage(inner, MATSOLVERCHOLMOD, &cholmod));
-  if (cholmod) PetscCall(AinsworthFactorTryCholmod((PetscObject)inner, solver->inner.order != NULL, [=] { return PCSetUp(inner); }, &indefinite));
+  if (cholmod)
+    PetscCall(AinsworthFactorTryCholmod((PetscObject)inner, solver->inner.order != NULL, [=] { return PCSetUp(inner); },
+                                        &indefinite));
   else PetscCall(PCSetUp(inner));
   if (indefinite) PetscCall(PCReset(inner));
   PetscCall(ISDestroy(&solver->inner.order));

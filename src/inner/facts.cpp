@@ -1,4 +1,7 @@
-/* Facts for the plan of the inner solver, and for the ladder: what the system is, what the program chose, what was tried (inner/plan.h, inner/ladder.h) */
+/*
+   Facts for the plan of the inner solver, and for the ladder: what the system is, what the program chose, what was
+   tried (inner/plan.h, inner/ladder.h)
+*/
 #include "solver.h"
 #include "whole.h"
 #include <petsc/private/pcimpl.h> /* setfromoptionscalled, failedreasonrank */
@@ -20,7 +23,10 @@ PetscErrorCode AinsworthSolverForgetFailure(PC pc)
 /* Systems with at most this many unknowns are factored at once: PCBLOCKSA would have a single level, and factor it */
 static const PetscInt tiny = 600;
 
-/* AinsworthSolverInnerType - returns the type of a preconditioner that we choose; NULL for that of the program, and if no package can factor M_* */
+/*
+   AinsworthSolverInnerType - returns the type of a preconditioner that we choose; NULL for that of the program, and if
+   no package can factor M_*
+*/
 PCType AinsworthSolverInnerType(const AinsworthSolver *solver, AinsworthPreconditioner preconditioner)
 {
   MatSolverType package;
@@ -37,25 +43,29 @@ PCType AinsworthSolverInnerType(const AinsworthSolver *solver, AinsworthPrecondi
   }
 }
 
-/* Gets what the program chose of the inner solver: names in options count until they have been read, then the types that it has */
+/*
+   Gets what the program chose of the inner solver: names in options count until they have been read, then the types
+   that it has
+*/
 static PetscErrorCode GetGiven(PC pc, const AinsworthSolver *solver, AinsworthPlanFacts *facts)
 {
   const AinsworthInner *in   = &solver->inner;
-  const bool              read = AinsworthSolverReadsOptions(pc);
-  const char             *ours = AinsworthSolverMethodType(in->plan.method);
-  char                    method[256], type[256];
-  PetscBool               given, norm, projected, conjugate, same = PETSC_FALSE, once;
-  PCType                  has;
-  PC                      inner;
-  PetscOptions            options;
-  const char             *prefix = AinsworthSolverPrefix(solver);
+  const bool            read = AinsworthSolverReadsOptions(pc);
+  const char           *ours = AinsworthSolverMethodType(in->plan.method);
+  char                  method[256], type[256];
+  PetscBool             given, norm, projected, conjugate, same = PETSC_FALSE, once;
+  PCType                has;
+  PC                    inner;
+  PetscOptions          options;
+  const char           *prefix = AinsworthSolverPrefix(solver);
 
   PetscFunctionBegin;
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   PetscCall(PetscObjectGetOptions((PetscObject)in->ksp, &options));
   PetscCall(PetscOptionsGetString(options, prefix, "-ksp_type", method, sizeof(method), &given));
   PetscCall(PetscOptionsHasName(options, prefix, "-ksp_norm_type", &norm));
-  if (in->configured || !given || !read) PetscCall(PetscStrncpy(method, AinsworthTypeName((PetscObject)in->ksp), sizeof(method)));
+  if (in->configured || !given || !read)
+    PetscCall(PetscStrncpy(method, AinsworthTypeName((PetscObject)in->ksp), sizeof(method)));
   if (ours) PetscCall(PetscStrcmp(method, ours, &same));
   PetscCall(PetscStrcmp(method, KSPPROJECTEDCG, &projected));
   PetscCall(PetscStrcmp(method, KSPPREONLY, &once));
@@ -67,7 +77,8 @@ static PetscErrorCode GetGiven(PC pc, const AinsworthSolver *solver, AinsworthPl
   PetscCall(PCGetType(inner, &has));
   ours = AinsworthSolverInnerType(solver, in->plan.preconditioner);
   same = PETSC_FALSE;
-  if (in->plan.preconditioner == AINSWORTH_INNER_FACTOR) PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &same, PCCHOLESKY, PCLU, ""));
+  if (in->plan.preconditioner == AINSWORTH_INNER_FACTOR)
+    PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &same, PCCHOLESKY, PCLU, ""));
   else if (ours && has) PetscCall(PetscStrcmp(has, ours, &same));
   facts->own = !(given && read) && (!has || same);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -88,7 +99,8 @@ static PetscErrorCode IsRegular(const AinsworthSolver *solver, PetscBool known, 
 }
 
 /* Chooses the rung after `end` of the rung `now`, or the first one. Collective, the same on all ranks */
-static PetscErrorCode NextRung(PC pc, const AinsworthSolver *solver, const AinsworthPlanFacts &given, AinsworthRung now, AinsworthEnd end, AinsworthLadderStep *step)
+static PetscErrorCode NextRung(PC pc, const AinsworthSolver *solver, const AinsworthPlanFacts &given, AinsworthRung now,
+                               AinsworthEnd end, AinsworthLadderStep *step)
 {
   const AinsworthSaddle *sp = &solver->saddle;
   AinsworthLadderFacts   facts;
@@ -107,8 +119,10 @@ static PetscErrorCode NextRung(PC pc, const AinsworthSolver *solver, const Ainsw
   facts.small = n <= tiny;
   facts.gmres = !given.projected || !given.open || !sp->symmetric || !sp->adjoint ||
                 solver->settings.stop == AINSWORTH_STOP_ENERGY_ERROR; /* GMRES has no estimate of that error */
-  facts.factors = solver->history.factor != AINSWORTH_FAILED && given.rows && AinsworthSolverFactorType(solver, &package);
-  if (now != AINSWORTH_RUNG_NONE || facts.small) PetscCall(IsRegular(solver, (PetscBool)(end == AINSWORTH_END_DEAR), &facts.regular));
+  facts.factors = solver->history.factor != AINSWORTH_FAILED && given.rows &&
+                  AinsworthSolverFactorType(solver, &package);
+  if (now != AINSWORTH_RUNG_NONE || facts.small)
+    PetscCall(IsRegular(solver, (PetscBool)(end == AINSWORTH_END_DEAR), &facts.regular));
   *step = AinsworthLadderNext(facts);
   if (step->next != AINSWORTH_RUNG_WHOLE) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthFindOpaque(sp->A, &opaque)); /* what follows costs something */
@@ -135,7 +149,10 @@ static PetscErrorCode GetFacts(PC pc, const AinsworthSolver *solver, AinsworthPl
   facts->symmetric   = solver->saddle.symmetric;
   facts->adjoint     = solver->saddle.adjoint;
   facts->rows        = solver->choices.pmat.penalty == AINSWORTH_PENALTY_ROW;
-  /* in complex arithmetic there is no hypre, and PCGAMG restricts by P^T, not by the adjoint, so that its cycle is not Hermitian */
+  /*
+     in complex arithmetic there is no hypre, and PCGAMG restricts by P^T, not by the adjoint, so that its cycle is not
+     Hermitian
+  */
   facts->nodes   = PetscDefined(USE_COMPLEX) || (bs > 1 && bs < 6);
   facts->history = solver->history;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -155,8 +172,12 @@ PetscErrorCode AinsworthSolverPlan(PC pc, const AinsworthSolver *solver, Ainswor
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSolverNextRung - chooses the solver after the present one, which ended like `end`. Collective, the same on all ranks */
-PetscErrorCode AinsworthSolverNextRung(PC pc, const AinsworthSolver *solver, AinsworthEnd end, AinsworthLadderStep *step)
+/*
+   AinsworthSolverNextRung - chooses the solver after the present one, which ended like `end`. Collective, the same on
+   all ranks
+*/
+PetscErrorCode AinsworthSolverNextRung(PC pc, const AinsworthSolver *solver, AinsworthEnd end,
+                                       AinsworthLadderStep *step)
 {
   AinsworthPlanFacts facts;
 
@@ -181,7 +202,10 @@ PetscErrorCode AinsworthSolverMeasure(const AinsworthSolver *solver, PetscInt *n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSolverRememberFactor - remembers what became of a factorization of M_*, for which matrix, and why it was made */
+/*
+   AinsworthSolverRememberFactor - remembers what became of a factorization of M_*, for which matrix, and why it was
+   made
+*/
 PetscErrorCode AinsworthSolverRememberFactor(AinsworthSolver *solver, AinsworthTried tried, const char why[])
 {
   PetscFunctionBegin;
@@ -194,12 +218,12 @@ PetscErrorCode AinsworthSolverRememberFactor(AinsworthSolver *solver, AinsworthT
 /*
    AinsworthSolverReview - forgets before a set-up what was tried for another matrix
 
-   A factorization stands as long as the number of unknowns and the symmetry stay the same, the number of entries about the same, and the program makes no
-   choice of its own
+   A factorization stands as long as the number of unknowns and the symmetry stay the same, the number of entries about
+   the same, and the program makes no choice of its own
 */
 PetscErrorCode AinsworthSolverReview(PC pc, AinsworthSolver *solver)
 {
-  AinsworthEscape *e = &solver->escape;
+  AinsworthEscape   *e = &solver->escape;
   PetscInt           n;
   PetscReal          entries;
   AinsworthPlanFacts facts;
@@ -215,7 +239,8 @@ PetscErrorCode AinsworthSolverReview(PC pc, AinsworthSolver *solver)
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   if (solver->history.factor == AINSWORTH_TAKEN && solver->inner.plan.preconditioner == AINSWORTH_INNER_FACTOR)
     PetscCall(PetscObjectTypeCompare((PetscObject)inner, type ? type : "", &same));
-  if (facts.own && same && n == e->n && PetscAbsReal(entries - e->entries) <= 0.25 * e->entries) PetscFunctionReturn(PETSC_SUCCESS);
+  if (facts.own && same && n == e->n && PetscAbsReal(entries - e->entries) <= 0.25 * e->entries)
+    PetscFunctionReturn(PETSC_SUCCESS);
   if (facts.own) PetscCall(PetscInfo(pc, "The matrix is another one: multigrid is tried again\n"));
   solver->history.factor = AINSWORTH_UNTRIED;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -7,7 +7,10 @@
 
 /* Rows up to about this length, or the mean length of a row of A, are never long */
 static const PetscReal usualLength = 64.0;
-/* Longer rows are included, shortest first, while their squared lengths add up to at most this fraction of the entries of A */
+/*
+   Longer rows are included, shortest first, while their squared lengths add up to at most this fraction of the entries
+   of A
+*/
 static const PetscReal budget = 0.25;
 /* M_* is refused if it has more than mostEntries times the entries of A, unless it has at most fewEntries */
 static const PetscReal mostEntries = 25.0, fewEntries = 2e7;
@@ -53,7 +56,8 @@ static PetscErrorCode CountRows(Mat C, PetscInt length, Classes *squares, PetscI
 }
 
 /*
-   AinsworthPmatGetFill - predicts the fill of M_* from the lengths of the rows of C, and decides which of them are too long. Collective
+   AinsworthPmatGetFill - predicts the fill of M_* from the lengths of the rows of C, and decides which of them are too
+   long. Collective
 
    A is AIJ. A row with p entries adds p^2 entries to C' B C, and p rows of A to Q_*' A Q_*.
 */
@@ -82,8 +86,10 @@ PetscErrorCode AinsworthPmatGetFill(Mat A, Mat C, AinsworthPmatFill *fill)
     fill->most = (PetscInt)std::ceil(std::exp2(0.5 * (PetscReal)end)) - 1;
     PetscCall(CountRows(C, fill->most, &again, &longest, &longer));
     PetscCall(MPIU_Allreduce(&longer, &fill->leftOut, 1, MPIU_INT, MPI_SUM, comm));
-    PetscCall(PetscInfo(C, "%" PetscInt_FMT " rows of C with more than %" PetscInt_FMT " entries are left out of the preconditioning matrix\n", fill->leftOut,
-                        fill->most));
+    PetscCall(PetscInfo(C,
+                        "%" PetscInt_FMT " rows of C with more than %" PetscInt_FMT
+                        " entries are left out of the preconditioning matrix\n",
+                        fill->leftOut, fill->most));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -106,7 +112,8 @@ static PetscErrorCode MultiplySample(Mat *left, Mat right, PetscReal *mean)
 }
 
 /*
-   AinsworthPmatPredict - estimates the number of entries of M_* for the approximation Inv(S); inverse NULL: a diagonal one. Collective
+   AinsworthPmatPredict - estimates the number of entries of M_* for the approximation Inv(S); inverse NULL: a diagonal
+   one. Collective
 
    Counts the entries in sampled rows of C' Inv(S) C W A and of its product with W C' Inv(S) C.
 */
@@ -138,16 +145,18 @@ PetscErrorCode AinsworthPmatPredict(Mat A, Mat C, Mat inverse, const AinsworthPm
 }
 
 /* AinsworthPmatCheckFill - reports the predicted size of M_*, and raises an error if it is too large. Collective */
-PetscErrorCode AinsworthPmatCheckFill(Mat A, Mat C, Mat inverse, const AinsworthPmatFill *fill, PCAinsworthPmatType type)
+PetscErrorCode AinsworthPmatCheckFill(Mat A, Mat C, Mat inverse, const AinsworthPmatFill *fill,
+                                      PCAinsworthPmatType type)
 {
   PetscReal predicted = fill->entries + fill->squares; /* bounded, since long rows are left out */
 
   PetscFunctionBegin;
   if (type != PC_AINSWORTH_PMAT_ID) PetscCall(AinsworthPmatPredict(A, C, inverse, fill, &predicted));
-  PetscCall(PetscInfo(C, "The preconditioning matrix of type %s has about %g entries, A has %g\n", PCAinsworthPmatTypes[type], (double)predicted,
-                      (double)fill->entries));
-  PetscCheck(predicted <= Bound(fill) || type == PC_AINSWORTH_PMAT_ID, PetscObjectComm((PetscObject)C), PETSC_ERR_ARG_OUTOFRANGE,
-             "-pc_ainsworth_pmat %s would give the preconditioning matrix about %g entries, where A has %g: use id", PCAinsworthPmatTypes[type],
-             (double)predicted, (double)fill->entries);
+  PetscCall(PetscInfo(C, "The preconditioning matrix of type %s has about %g entries, A has %g\n",
+                      PCAinsworthPmatTypes[type], (double)predicted, (double)fill->entries));
+  PetscCheck(predicted <= Bound(fill) || type == PC_AINSWORTH_PMAT_ID, PetscObjectComm((PetscObject)C),
+             PETSC_ERR_ARG_OUTOFRANGE,
+             "-pc_ainsworth_pmat %s would give the preconditioning matrix about %g entries, where A has %g: use id",
+             PCAinsworthPmatTypes[type], (double)predicted, (double)fill->entries);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -9,9 +9,12 @@
 #include <cmath>
 #include <vector>
 
-/* AinsworthInvertBlock - inverts one block of S, Hermitian, as a dense matrix after a relative shift of its diagonal. block: its rows, ascending */
-PetscErrorCode AinsworthInvertBlock(const AinsworthCSR &S, const std::vector<PetscInt> &block, PetscReal shift, std::vector<PetscScalar> *inverse,
-                                    PetscBool *definite)
+/*
+   AinsworthInvertBlock - inverts one block of S, Hermitian, as a dense matrix after a relative shift of its diagonal.
+   block: its rows, ascending
+*/
+PetscErrorCode AinsworthInvertBlock(const AinsworthCSR &S, const std::vector<PetscInt> &block, PetscReal shift,
+                                    std::vector<PetscScalar> *inverse, PetscBool *definite)
 {
   const size_t n = block.size();
   PetscBLASInt nb, info;
@@ -73,7 +76,10 @@ PetscErrorCode Blocks::destroy()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Conjugate gradients for column j of the inverse, restricted to the entries that the iteration has reached; the others stay zero */
+/*
+   Conjugate gradients for column j of the inverse, restricted to the entries that the iteration has reached; the others
+   stay zero
+*/
 class ColumnCG {
 public:
   explicit ColumnCG(PetscInt m) : x(m, 0.0), r(m, 0.0), p(m, 0.0), q(m, 0.0), d(m, 0.0), reached(m, 0) { }
@@ -150,9 +156,10 @@ PetscErrorCode InvertOrNorms(const Blocks &S, const std::vector<PetscInt> &block
   PetscFunctionBegin;
   PetscCall(AinsworthInvertBlock(S, block, 0.0, &inverse, &definite));
   if (definite) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscInfo(
-    NULL, "A block of %" PetscInt_FMT " rows of the Gram matrix, with row %" PetscInt_FMT ", is not positive definite: its diagonal takes its place\n",
-    (PetscInt)n, block[0]));
+  PetscCall(PetscInfo(NULL,
+                      "A block of %" PetscInt_FMT " rows of the Gram matrix, with row %" PetscInt_FMT
+                      ", is not positive definite: its diagonal takes its place\n",
+                      (PetscInt)n, block[0]));
   inverse.assign(n * n, 0.0);
   for (size_t i = 0; i < n; i++) {
     PetscReal sum = 0.0;
@@ -200,7 +207,8 @@ PetscErrorCode InvertByCG(Mat S, const AinsworthPmatOptions *opt, PetscInt block
 /*
    Computes the diagonal of the inverse 1-norms of the rows of S (paper, Table 1)
 
-   With rowScaling, takes the norms of D S D, D = diag(S)^{-1/2}, and scales back by D on both sides, so that M_* does not depend on the scale of the rows of C.
+   With rowScaling, takes the norms of D S D, D = diag(S)^{-1/2}, and scales back by D on both sides, so that M_* does
+   not depend on the scale of the rows of C.
 */
 PetscErrorCode InvertRowNorms(Mat S, const AinsworthPmatOptions *opt, PetscInt, AinsworthEntries &rows)
 {
@@ -231,7 +239,8 @@ PetscErrorCode InvertRowNorms(Mat S, const AinsworthPmatOptions *opt, PetscInt, 
 }
 } // namespace
 
-const char *const PCAinsworthPmatTypes[] = {"jcb", "id", "cc", "cg", "bj_cc", "bj_cg", "auto", "PCAinsworthPmatType", "PC_AINSWORTH_PMAT_", NULL};
+const char *const PCAinsworthPmatTypes[] = {
+  "jcb", "id", "cc", "cg", "bj_cc", "bj_cg", "auto", "PCAinsworthPmatType", "PC_AINSWORTH_PMAT_", NULL};
 
 /* Inv(S) of each PCAinsworthPmatType (paper, Table 1); to add one, add its name above and its row here */
 static const struct {
@@ -250,7 +259,8 @@ static const struct {
 static const PetscInt mostDenseRows = 4000;
 
 /*
-   AinsworthInvGramCreate - creates the sparse approximation Inv(S) of S^{-1} as an AIJ matrix, laid out as S; NULL for id. Collective
+   AinsworthInvGramCreate - creates the sparse approximation Inv(S) of S^{-1} as an AIJ matrix, laid out as S; NULL for
+   id. Collective
 
    Row j is the adjoint of the approximate solution of S z = e_j.
 */
@@ -268,7 +278,8 @@ PetscErrorCode AinsworthInvGramCreate(Mat S, const AinsworthPmatOptions *opt, Ma
   PetscCall(MatGetSize(S, &m, NULL));
   PetscCall(MatGetLocalSize(S, &local, NULL));
   PetscCheck(!chosen.dense || m <= mostDenseRows, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "-pc_ainsworth_pmat %s may give a dense matrix and C has %" PetscInt_FMT " rows, more than %" PetscInt_FMT ": use id, jcb, bj_cc or bj_cg",
+             "-pc_ainsworth_pmat %s may give a dense matrix and C has %" PetscInt_FMT " rows, more than %" PetscInt_FMT
+             ": use id, jcb, bj_cc or bj_cg",
              PCAinsworthPmatTypes[opt->type], m, mostDenseRows);
   if (blocks == PETSC_DECIDE) blocks = 1 + (m - 1) / 32;
   PetscCall(chosen.invert(S, opt, PetscMin(blocks, m), rows));

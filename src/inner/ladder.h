@@ -1,4 +1,7 @@
-/* The ladder of solvers: which one is tried next, from how the last one ended (docs/method.md). Plain C++, without MPI and PETSc */
+/*
+   The ladder of solvers: which one is tried next, from how the last one ended (docs/method.md). Plain C++, without MPI
+   and PETSc
+*/
 #ifndef AINSWORTH_LADDER_H
 #define AINSWORTH_LADDER_H
 
@@ -11,18 +14,24 @@ typedef enum {
   AINSWORTH_RUNG_NONE       /* before the first solve: nothing yet; as a result: no other */
 } AinsworthRung;
 
-/* Values of -pc_ainsworth_ladder, the highest rung that may be taken, with the two strings that PETSc's enumerations end with */
+/*
+   Values of -pc_ainsworth_ladder, the highest rung that may be taken, with the two strings that PETSc's enumerations
+   end with
+*/
 extern const char *const AinsworthLadderTypes[];
 
 /* How a rung ended */
 typedef enum {
-  AINSWORTH_END_ANSWER,        /* its answer meets the program's rows */
-  AINSWORTH_END_SETUP,         /* it could not be set up: a factorization failed */
-  AINSWORTH_END_GRAM,          /* solves with the Gram matrix fail, or have too few digits: all rungs in Ker C need them */
-  AINSWORTH_END_UNFIT,         /* the levels of its multigrid do not fit A: another multigrid */
-  AINSWORTH_END_OLD,           /* it was made for an earlier matrix, and takes more iterations than it saves: it is made anew */
-  AINSWORTH_END_LIMIT,         /* its iterations ran out */
-  AINSWORTH_END_DEAR,          /* the rest of its iterations would take longer than a factorization; if no rung follows, it goes on */
+  AINSWORTH_END_ANSWER, /* its answer meets the program's rows */
+  AINSWORTH_END_SETUP,  /* it could not be set up: a factorization failed */
+  /* solves with the Gram matrix fail, or have too few digits: all rungs in Ker C need them */
+  AINSWORTH_END_GRAM,
+  AINSWORTH_END_UNFIT, /* the levels of its multigrid do not fit A: another multigrid */
+  /* it was made for an earlier matrix, and takes more iterations than it saves: it is made anew */
+  AINSWORTH_END_OLD,
+  AINSWORTH_END_LIMIT, /* its iterations ran out */
+  /* the rest of its iterations would take longer than a factorization; if no rung follows, it goes on */
+  AINSWORTH_END_DEAR,
   AINSWORTH_END_BREAKDOWN,     /* its iterations broke down, or gave no numbers */
   AINSWORTH_END_INDEFINITE,    /* conjugate gradients met a direction of negative or no energy */
   AINSWORTH_END_INACCURATE,    /* its answer does not meet the program's rows, refined or not */
@@ -33,17 +42,21 @@ typedef enum {
 
 /* What the choice depends on; the defaults are those of a usual system */
 struct AinsworthLadderFacts {
-  AinsworthRung now     = AINSWORTH_RUNG_NONE; /* the last rung */
-  AinsworthEnd  end     = AINSWORTH_END_ANSWER;
-  AinsworthRung cap     = AINSWORTH_RUNG_WHOLE; /* the highest rung that the program allows */
-  bool          own     = true;                 /* method and preconditioner are our choice; else the program's, and only the whole system may follow */
-  bool          small   = false;                /* multigrid is not worth its set-up */
-  bool          gmres   = false;                /* the method stays what it is: the program's choice, or GMRES as the system is not symmetric */
-  bool          factors = true;                 /* M_* can be factored: it was not tried in vain, and a package exists */
-  bool          regular = true;                 /* no null space is known, which would give a zero pivot */
-  bool          entries = true;                 /* the entries of A, B, C, D are known */
-  double        bytes   = 0.0;                  /* of the factor of the whole system, as predicted */
-  double        memory  = 0.0;                  /* of the smallest machine, in bytes, as if all ranks were on that one; 0: unknown */
+  AinsworthRung now = AINSWORTH_RUNG_NONE; /* the last rung */
+  AinsworthEnd  end = AINSWORTH_END_ANSWER;
+  AinsworthRung cap = AINSWORTH_RUNG_WHOLE; /* the highest rung that the program allows */
+  /* method and preconditioner are our choice; else the program's, and only the whole system may follow */
+  bool own   = true;
+  bool small = false; /* multigrid is not worth its set-up */
+  /* the method stays what it is: the program's choice, or GMRES as the system is not symmetric */
+  bool gmres = false;
+  /* M_* can be factored: it was not tried in vain, and a package exists */
+  bool   factors = true;
+  bool   regular = true; /* no null space is known, which would give a zero pivot */
+  bool   entries = true; /* the entries of A, B, C, D are known */
+  double bytes   = 0.0;  /* of the factor of the whole system, as predicted */
+  /* of the smallest machine, in bytes, as if all ranks were on that one; 0: unknown */
+  double memory = 0.0;
 };
 
 struct AinsworthLadderStep {

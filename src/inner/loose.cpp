@@ -1,4 +1,6 @@
-/* Unknowns with zero rows in A (reference nodes, links): they are eliminated from the penalty in M_* (docs/method.md) */
+/*
+   Unknowns with zero rows in A (reference nodes, links): they are eliminated from the penalty in M_* (docs/method.md)
+*/
 #include "pmat.h"
 #include "../base/lists.h"
 #include "../base/loops.h"
@@ -10,8 +12,8 @@
 #include <vector>
 
 /*
-   Loose unknowns that rows of C couple, directly or indirectly, form a group. A group is eliminated if it has at most mostLoose unknowns, none of them in more
-   rows than usual, and if its rows touch at most mostEntries unknowns.
+   Loose unknowns that rows of C couple, directly or indirectly, form a group. A group is eliminated if it has at most
+   mostLoose unknowns, none of them in more rows than usual, and if its rows touch at most mostEntries unknowns.
 */
 static const PetscInt  mostLoose   = 64;
 static const PetscReal mostEntries = 1024.0;
@@ -89,9 +91,11 @@ PetscErrorCode Groups::choose(Mat C, Mat Cl, Vec rigid, const AinsworthPmatFill 
     touched[g] += (PetscReal)columns[g].size();
   }
   for (std::vector<PetscReal> *sums : {&touched, &count})
-    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sums->data(), (PetscMPIInt)sums->size(), MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)C)));
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sums->data(), (PetscMPIInt)sums->size(), MPIU_REAL, MPIU_SUM,
+                             PetscObjectComm((PetscObject)C)));
   for (const auto &group : members)
-    small.push_back((PetscInt)group.size() <= mostLoose && std::all_of(group.begin(), group.end(), [&](PetscInt l) { return count[l] <= fill->usual; }));
+    small.push_back((PetscInt)group.size() <= mostLoose &&
+                    std::all_of(group.begin(), group.end(), [&](PetscInt l) { return count[l] <= fill->usual; }));
   for (; sum > budget * fill->entries && most >= 1.0; most *= 0.5) {
     sum = 0.0;
     taken.clear();
@@ -130,7 +134,8 @@ PetscErrorCode Groups::createInverse(Mat K, Mat *inverse) const
       PetscBool definite;
 
       PetscCall(AinsworthInvertBlock(*this, in, shift, &dense, &definite));
-      if (!definite || std::any_of(dense.begin(), dense.end(), [](PetscScalar v) { return PetscIsInfOrNanScalar(v); })) dense.assign(dense.size(), 0.0);
+      if (!definite || std::any_of(dense.begin(), dense.end(), [](PetscScalar v) { return PetscIsInfOrNanScalar(v); }))
+        dense.assign(dense.size(), 0.0);
     }
     if (taken[group]) last = group;
     for (size_t c = 0; c < in.size() && taken[group]; c++) rows.add(in[c], dense[row + c * in.size()]);
@@ -142,7 +147,10 @@ PetscErrorCode Groups::createInverse(Mat K, Mat *inverse) const
 
 } // namespace
 
-/* Finds the unknowns with a zero row in A that are in rows of C and have a weight, ascending on each rank; NULL if there are none. Collective */
+/*
+   Finds the unknowns with a zero row in A that are in rows of C and have a weight, ascending on each rank; NULL if
+   there are none. Collective
+*/
 static PetscErrorCode FindLoose(Mat A, Mat C, Vec weight, IS *loose)
 {
   PetscInt              rstart, found;
@@ -154,21 +162,29 @@ static PetscErrorCode FindLoose(Mat A, Mat C, Vec weight, IS *loose)
   PetscCall(AinsworthCreateDiagonal(A, &diagonal));
   PetscCall(AinsworthCountRows(C, 0, &counts));
   PetscCall(VecGetOwnershipRange(diagonal, &rstart, NULL));
-  PetscCall(AinsworthForEntries({diagonal, weight, counts}, [&](PetscInt i, PetscScalar a, PetscScalar w, PetscScalar count) {
-    if (a == 0.0 && w != 0.0 && count != 0.0) list.push_back(rstart + i);
-  }));
+  PetscCall(
+    AinsworthForEntries({diagonal, weight, counts}, [&](PetscInt i, PetscScalar a, PetscScalar w, PetscScalar count) {
+      if (a == 0.0 && w != 0.0 && count != 0.0) list.push_back(rstart + i);
+    }));
   PetscCall(VecDestroy(&counts));
   PetscCall(VecDestroy(&diagonal));
   found = (PetscInt)list.size();
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
-  if (found) PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)A), (PetscInt)list.size(), list.data(), PETSC_COPY_VALUES, loose));
+  if (found)
+    PetscCall(
+      ISCreateGeneral(PetscObjectComm((PetscObject)A), (PetscInt)list.size(), list.data(), PETSC_COPY_VALUES, loose));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Splits B^{1/2} C into Cl, the columns of loose unknowns, and Cx, the others; rigid: fraction of the penalty of each row that D leaves */
-static PetscErrorCode Split(const AinsworthPmatInputs *in, PetscReal gamma, Mat C, IS loose, Mat *Cx, Mat *Cl, Vec *rigid)
+/*
+   Splits B^{1/2} C into Cl, the columns of loose unknowns, and Cx, the others; rigid: fraction of the penalty of each
+   row that D leaves
+*/
+static PetscErrorCode Split(const AinsworthPmatInputs *in, PetscReal gamma, Mat C, IS loose, Mat *Cx, Mat *Cl,
+                            Vec *rigid)
 {
-  static const PetscReal stiffer = 0.1; /* weights loose unknowns as if they were stiffer: then springs in series are about as stiff as others */
+  /* weights loose unknowns as if they were stiffer: then springs in series are about as stiff as others */
+  static const PetscReal stiffer = 0.1;
   PetscInt               rstart, rend;
   Vec                    scale, weight, penalty, series;
   IS                     rows;
@@ -222,11 +238,13 @@ static PetscErrorCode CreateDiagonalPart(Mat K, const Groups &groups, IS loose, 
 }
 
 /*
-   AinsworthPmatEliminateLoose - splits off the rows of C with loose unknowns l, and computes what they add to M_*. Collective
+   AinsworthPmatEliminateLoose - splits off the rows of C with loose unknowns l, and computes what they add to M_*.
+   Collective
 
-   rest: the other rows of C. part: the contribution to M_*, or NULL. With P the penalty, it is Cx' (P - P Cl K^{-1} Cl' P) Cx with K = Cl' P Cl: l follows the
-   other unknowns at no energy, like springs in series. Interpolation made from A alone does not reach l, and the penalty of its rows would lock. l is left to
-   the projector, whose weight moves it first. Groups that would add many entries stay in rest.
+   rest: the other rows of C. part: the contribution to M_*, or NULL. With P the penalty, it is Cx' (P - P Cl K^{-1} Cl'
+   P) Cx with K = Cl' P Cl: l follows the other unknowns at no energy, like springs in series. Interpolation made from A
+   alone does not reach l, and the penalty of its rows would lock. l is left to the projector, whose weight moves it
+   first. Groups that would add many entries stay in rest.
 */
 PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *in, PetscReal gamma, Mat C, Mat *rest, Mat *part)
 {
@@ -246,8 +264,11 @@ PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *in, PetscR
   PetscCall(AinsworthMultiplyAdjoint(Cl, Cl, &K));
   PetscCall(groups.create(K));
   PetscCall(groups.choose(C, Cl, rigid, &in->fill));
-  PetscCall(PetscInfo(C, "%" PetscInt_FMT " unknowns without stiffness in %d groups, of which %d are eliminated from the preconditioning matrix\n", groups.n,
-                      (int)groups.members.size(), (int)std::count(groups.taken.begin(), groups.taken.end(), 1)));
+  PetscCall(
+    PetscInfo(C,
+              "%" PetscInt_FMT
+              " unknowns without stiffness in %d groups, of which %d are eliminated from the preconditioning matrix\n",
+              groups.n, (int)groups.members.size(), (int)std::count(groups.taken.begin(), groups.taken.end(), 1)));
   any = std::count(groups.taken.begin(), groups.taken.end(), 1) > 0;
   if (any) {
     PetscCall(groups.markRows(Cl, &rows));
@@ -278,10 +299,12 @@ PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *in, PetscR
 }
 
 /*
-   AinsworthPmatReleaseLoose - eliminates loose unknowns, those with a weight whose rows of A are zero, from the rows of C. Collective
+   AinsworthPmatReleaseLoose - eliminates loose unknowns, those with a weight whose rows of A are zero, from the rows of
+   C. Collective
 
-   released: C itself if there are none; else the rows scaled to C W C' = 1, with W of `in`, and in each group that is eliminated Cx - Cl K^{-1} Cl' Cx with K = Cl' Cl: what they ask of the other
-   unknowns, wherever l is. Rows that ask for nothing become zero up to rounding, others appear several times
+   released: C itself if there are none; else the rows scaled to C W C' = 1, with W of `in`, and in each group that is
+   eliminated Cx - Cl K^{-1} Cl' Cx with K = Cl' Cl: what they ask of the other unknowns, wherever l is. Rows that ask
+   for nothing become zero up to rounding, others appear several times
 */
 PetscErrorCode AinsworthPmatReleaseLoose(const AinsworthPmatInputs *in, Vec weight, Mat C, Mat *released)
 {
@@ -309,7 +332,8 @@ PetscErrorCode AinsworthPmatReleaseLoose(const AinsworthPmatInputs *in, Vec weig
   PetscCall(AinsworthMultiplyAdjoint(Cl, Cl, &K));
   PetscCall(groups.create(K));
   for (const auto &members : groups.members) groups.taken.push_back((PetscInt)members.size() <= mostLoose);
-  PetscCall(PetscInfo(C, "%" PetscInt_FMT " unknowns without stiffness in %d groups are released from the rows of C\n", groups.n, (int)groups.members.size()));
+  PetscCall(PetscInfo(C, "%" PetscInt_FMT " unknowns without stiffness in %d groups are released from the rows of C\n",
+                      groups.n, (int)groups.members.size()));
   PetscCall(groups.markRows(Cl, &marked));
   PetscCall(groups.createInverse(K, &inverse));
   PetscCall(VecDuplicate(weight, &kept));

@@ -24,7 +24,8 @@ PetscReal AinsworthSolverPenaltyFactor(const AinsworthSolver *solver)
 }
 
 /*
-   Chooses the type of auto (docs/method.md): id where its few entries are enough or jcb would have too many, otherwise jcb
+   Chooses the type of auto (docs/method.md): id where its few entries are enough or jcb would have too many, otherwise
+   jcb
 
    With id the penalties of many rows that share an unknown add up, and lock interpolation from A alone; jcb avoids that
 */
@@ -102,7 +103,8 @@ static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, const std::shared_ptr<Surf
   PetscFunctionBegin;
   PetscCall(SetUpSurface(ctx, used.get()));
   subspace->map = used->slack.map;
-  if (used->slack.map) subspace->extend = [used](Mat A, Mat *extended) { return AinsworthPmatSlackExtend(&used->slack, A, extended); };
+  if (used->slack.map)
+    subspace->extend = [used](Mat A, Mat *extended) { return AinsworthPmatSlackExtend(&used->slack, A, extended); };
   subspace->places     = used->surface.places;
   subspace->carried    = used->made.carried;
   subspace->correction = used->made.correction;
@@ -117,11 +119,11 @@ static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, const std::shared_ptr<Surf
 }
 
 /*
-   Checks whether multigrid works in Ker C, and needs no M_*: for a symmetric A with the diagonal weight, if the method iterates in Ker C, or if its operator has
-   no penalty, or is not used, or with springs of their own. Collective
+   Checks whether multigrid works in Ker C, and needs no M_*: for a symmetric A with the diagonal weight, if the method
+   iterates in Ker C, or if its operator has no penalty, or is not used, or with springs of their own. Collective
 */
-static PetscErrorCode WorksInKernel(AinsworthSolver *solver, const Mat_Ainsworth *ctx, const AinsworthPmatInputs *in, const AinsworthCompliance *compliance,
-                                    PetscBool *works)
+static PetscErrorCode WorksInKernel(AinsworthSolver *solver, const Mat_Ainsworth *ctx, const AinsworthPmatInputs *in,
+                                    const AinsworthCompliance *compliance, PetscBool *works)
 {
   PC          inner;
   PC_BlockSA *sa = NULL;
@@ -134,7 +136,9 @@ static PetscErrorCode WorksInKernel(AinsworthSolver *solver, const Mat_Ainsworth
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   PetscCall(MatGetSize(in->A, &n, NULL));
-  if (!sa || n <= sa->options.coarseSize || !solver->saddle.symmetric || ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!sa || n <= sa->options.coarseSize || !solver->saddle.symmetric ||
+      ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL)
+    PetscFunctionReturn(PETSC_SUCCESS);
   if (compliance && solver->saddle.adjoint) PetscCall(AinsworthPmatHasSlack(in, compliance, works));
   if (compliance) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSolverIteratesInKernel(solver, works));
@@ -145,15 +149,16 @@ static PetscErrorCode WorksInKernel(AinsworthSolver *solver, const Mat_Ainsworth
 }
 
 /* Creates slack unknowns for the springs of D, and the inputs that have them */
-static PetscErrorCode AddSlack(const AinsworthSolver *solver, PC inner, const AinsworthCompliance *compliance, const AinsworthPmatInputs *in,
-                               AinsworthPmatSlack *slack, AinsworthPmatInputs *extended)
+static PetscErrorCode AddSlack(const AinsworthSolver *solver, PC inner, const AinsworthCompliance *compliance,
+                               const AinsworthPmatInputs *in, AinsworthPmatSlack *slack, AinsworthPmatInputs *extended)
 {
   PetscInt n, others;
 
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(in->A, NULL, &n));
   PetscCall(PCBlockSACountOthers_Private(inner, n, &others));
-  PetscCall(AinsworthPmatCreateSlack(in, compliance, PetscMax(solver->saddle.bs, solver->saddle.scattered), others, slack));
+  PetscCall(
+    AinsworthPmatCreateSlack(in, compliance, PetscMax(solver->saddle.bs, solver->saddle.scattered), others, slack));
   *extended   = *in;
   extended->A = extended->aij = slack->A;
   extended->C                 = slack->C;
@@ -162,10 +167,16 @@ static PetscErrorCode AddSlack(const AinsworthSolver *solver, PC inner, const Ai
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Conjugate gradients move at most this many shared unknowns; each costs an application of the preconditioner and a vector */
+/*
+   Conjugate gradients move at most this many shared unknowns; each costs an application of the preconditioner and a
+   vector
+*/
 static const size_t mostShared = 16;
 
-/* AinsworthSolverSetUpPmat - creates the preconditioning matrix, and sets its penalty in the operator; bad: a row with NaN or Inf, negative if none */
+/*
+   AinsworthSolverSetUpPmat - creates the preconditioning matrix, and sets its penalty in the operator; bad: a row with
+   NaN or Inf, negative if none
+*/
 PetscErrorCode AinsworthSolverSetUpPmat(AinsworthSolver *solver, PC inner, PetscInt *bad)
 {
   Mat_Ainsworth             *ctx;
@@ -205,8 +216,10 @@ PetscErrorCode AinsworthSolverSetUpPmat(AinsworthSolver *solver, PC inner, Petsc
     in.slack = &extended;
   }
   solver->inner.springs = (PetscBool)(in.slack != NULL);
-  PetscCall(PCBlockSAExpect_Private(inner, solver->inner.ksp, (PetscBool)(solver->inner.longRows > 0 && !in.inKernel), &in.single));
-  if (!in.inKernel && inKernel && in.format != AINSWORTH_PMAT_FACTOR && alone.size() <= mostShared) in.shared.swap(alone);
+  PetscCall(PCBlockSAExpect_Private(inner, solver->inner.ksp, (PetscBool)(solver->inner.longRows > 0 && !in.inKernel),
+                                    &in.single));
+  if (!in.inKernel && inKernel && in.format != AINSWORTH_PMAT_FACTOR && alone.size() <= mostShared)
+    in.shared.swap(alone);
   solver->inner.left.longest = solver->inner.longRows && !in.inKernel ? in.fill.most : PETSC_MAX_INT;
   solver->inner.left.shared  = in.shared;
   if (solver->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(solver, &in, shares));

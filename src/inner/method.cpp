@@ -6,8 +6,10 @@
 PetscErrorCode AinsworthSolverIsConjugateGradients(KSPType type, PetscBool *definite)
 {
   PetscFunctionBegin;
-  PetscCall(
-    PetscStrInList(type, KSPPROJECTEDCG "," KSPCG "," KSPFCG "," KSPPIPEFCG "," KSPPIPECG "," KSPGROPPCG "," KSPPIPEPRCG "," KSPPIPECG2, ',', definite));
+  PetscCall(PetscStrInList(type,
+                           KSPPROJECTEDCG "," KSPCG "," KSPFCG "," KSPPIPEFCG "," KSPPIPECG "," KSPGROPPCG
+                                          "," KSPPIPEPRCG "," KSPPIPECG2,
+                           ',', definite));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -39,7 +41,8 @@ PetscErrorCode AinsworthSolverChooseNorm(AinsworthInner *inner)
   PetscBool       normGiven, sideGiven, once;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPREONLY, &once)); /* it tests nothing, and would report failure with a norm */
+  /* it tests nothing, and would report failure with a norm */
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPREONLY, &once));
   if (once) PetscFunctionReturn(PETSC_SUCCESS);
   /* the natural norm, if the method has it, is the only one that is meaningful for both AMG and the energy */
   PetscCall(PetscOptionsHasName(options, prefix, "-ksp_norm_type", &normGiven));
@@ -49,14 +52,18 @@ PetscErrorCode AinsworthSolverChooseNorm(AinsworthInner *inner)
   }
   /* for GMRES and the like the true residual counts: precondition from the right */
   PetscCall(PetscOptionsHasName(options, prefix, "-ksp_pc_side", &sideGiven));
-  if (!sideGiven && !normGiven && ksp->pc_side_set == PC_SIDE_DEFAULT && !natural && ksp->normsupporttable[KSP_NORM_UNPRECONDITIONED][PC_RIGHT]) {
+  if (!sideGiven && !normGiven && ksp->pc_side_set == PC_SIDE_DEFAULT && !natural &&
+      ksp->normsupporttable[KSP_NORM_UNPRECONDITIONED][PC_RIGHT]) {
     PetscCall(KSPSetPCSide(ksp, PC_RIGHT));
     inner->plan.norm = AINSWORTH_NORM_TRUE;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSolverSetMethod - sets another inner method; the options, the norm and the side that belong to it follow when it is configured */
+/*
+   AinsworthSolverSetMethod - sets another inner method; the options, the norm and the side that belong to it follow
+   when it is configured
+*/
 PetscErrorCode AinsworthSolverSetMethod(AinsworthInner *inner, KSPType type)
 {
   static const PetscInt restart = 100; /* more than with multigrid is needed: a restart would lose the Krylov space */
@@ -75,9 +82,11 @@ PetscErrorCode AinsworthSolverSetMethod(AinsworthInner *inner, KSPType type)
 }
 
 /*
-   AinsworthSolverKeepCoefficients - has conjugate gradients keep their coefficients, of which the stop reads the smallest eigenvalue
+   AinsworthSolverKeepCoefficients - has conjugate gradients keep their coefficients, of which the stop reads the
+   smallest eigenvalue
 
-   PETSc allocates as many at their set-up as iterations are allowed then; that of KSPFCG crashes when it is asked for these values
+   PETSc allocates as many at their set-up as iterations are allowed then; that of KSPFCG crashes when it is asked for
+   these values
 */
 PetscErrorCode AinsworthSolverKeepCoefficients(AinsworthInner *inner)
 {
@@ -89,15 +98,16 @@ PetscErrorCode AinsworthSolverKeepCoefficients(AinsworthInner *inner)
     PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &cg, KSPCG, KSPPROJECTEDCG, ""));
     if (cg || inner->coefficients) PetscCall(KSPSetComputeSingularValues(ksp, cg));
     inner->coefficients = cg ? ksp->max_it : 0;
-  } else if (inner->coefficients && ksp->max_it > inner->coefficients) PetscCall(KSPSetComputeSingularValues(ksp, PETSC_FALSE));
+  } else if (inner->coefficients && ksp->max_it > inner->coefficients)
+    PetscCall(KSPSetComputeSingularValues(ksp, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
    AinsworthSolverGetReason - gets the reason of the inner solve; answer: it is the answer to the program
 
-   GCR reports convergence at the limit of iterations, which counts only with -ksp_converged_maxits or without a test. One cycle is no answer either, unless
-   -ksp_norm_type none asks for it
+   GCR reports convergence at the limit of iterations, which counts only with -ksp_converged_maxits or without a test.
+   One cycle is no answer either, unless -ksp_norm_type none asks for it
 */
 PetscErrorCode AinsworthSolverGetReason(const AinsworthSolver *solver, PetscBool answer, KSPConvergedReason *reason)
 {

@@ -3,7 +3,10 @@
 #include "../base/loops.h"
 #include "../projection/matainsworth.h"
 
-/* Computes x' diag(A) x, and diag(A) x in work; the 1-norm of its row stands in for an entry that is not positive, unless that is zero, too */
+/*
+   Computes x' diag(A) x, and diag(A) x in work; the 1-norm of its row stands in for an entry that is not positive,
+   unless that is zero, too
+*/
 static PetscErrorCode DiagonalEnergy(const AinsworthSolver *solver, Vec x, Vec work, PetscReal *size)
 {
   PetscScalar dot;
@@ -17,11 +20,12 @@ static PetscErrorCode DiagonalEnergy(const AinsworthSolver *solver, Vec x, Vec w
 }
 
 /*
-   Checks whether y is a motion that neither A nor a row of C resists, if D is nonzero or B is not C, so that Q does not tell
+   Checks whether y is a motion that neither A nor a row of C resists, if D is nonzero or B is not C, so that Q does not
+   tell
 
-   C_i y = 0 is checked relative to |C_i| |y| or, because y has a part that is not free, to the noise of a huge y in the norm of W. A y = 0 is checked in the
-   norm of diag(A), to the root of what rounding may add to its energy. A row with a spring D_ii resists with the energy of the spring, which may drown in the
-   rounding of y' A y. work: of length n
+   C_i y = 0 is checked relative to |C_i| |y| or, because y has a part that is not free, to the noise of a huge y in the
+   norm of W. A y = 0 is checked in the norm of diag(A), to the root of what rounding may add to its energy. A row with
+   a spring D_ii resists with the energy of the spring, which may drown in the rounding of y' A y. work: of length n
 */
 static PetscErrorCode IsFree(const AinsworthSolver *solver, Vec y, Vec work, PetscBool *isFree)
 {
@@ -38,7 +42,8 @@ static PetscErrorCode IsFree(const AinsworthSolver *solver, Vec y, Vec work, Pet
   PetscCall(VecDuplicate(work, &root));
   PetscCall(VecPointwiseMult(root, work, solver->reduced.inverseDiagonal));
   PetscCall(VecDot(root, work, &resistance));
-  *isFree = (PetscBool)(size > 0.0 && PetscRealPart(resistance) <= PetscSqr(force) * size && !PetscIsInfOrNanReal(size));
+  *isFree = (PetscBool)(size > 0.0 && PetscRealPart(resistance) <= PetscSqr(force) * size &&
+                        !PetscIsInfOrNanReal(size));
   if (*isFree) {
     PetscCall(MatCreateVecs(C, NULL, &rows));
     PetscCall(VecDuplicate(rows, &lengths));
@@ -49,11 +54,13 @@ static PetscErrorCode IsFree(const AinsworthSolver *solver, Vec y, Vec work, Pet
     PetscCall(VecDuplicate(rows, &springs));
     PetscCall(VecZeroEntries(springs));
     if (solver->saddle.D) PetscCall(AinsworthGetDiagonal(solver->saddle.D, springs));
-    PetscCall(AinsworthForEntries({rows, lengths, terms, springs}, [&](PetscInt, PetscScalar r, PetscScalar l, PetscScalar t, PetscScalar s) {
-      const PetscReal drowned = PetscSqrtReal(1e-3 * PETSC_MACHINE_EPSILON * PetscAbsScalar(s)), seen = others * PetscSqrtReal(PetscRealPart(l));
+    PetscCall(AinsworthForEntries(
+      {rows, lengths, terms, springs}, [&](PetscInt, PetscScalar r, PetscScalar l, PetscScalar t, PetscScalar s) {
+        const PetscReal drowned = PetscSqrtReal(1e-3 * PETSC_MACHINE_EPSILON * PetscAbsScalar(s)),
+                        seen    = others * PetscSqrtReal(PetscRealPart(l));
 
-      held += PetscAbsScalar(r) > PetscMax(along * PetscRealPart(t), PetscMax(drowned, seen) * PetscSqrtReal(size));
-    }));
+        held += PetscAbsScalar(r) > PetscMax(along * PetscRealPart(t), PetscMax(drowned, seen) * PetscSqrtReal(size));
+      }));
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &held, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
     *isFree = (PetscBool)!held;
     for (Vec *v : {&rows, &lengths, &terms, &springs}) PetscCall(VecDestroy(v));
@@ -62,7 +69,10 @@ static PetscErrorCode IsFree(const AinsworthSolver *solver, Vec y, Vec work, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks whether w = A y, projected by Q', is more than rounding in the norm of diag(A)^{-1}; A is indefinite then if y' A y = 0; w is overwritten */
+/*
+   Checks whether w = A y, projected by Q', is more than rounding in the norm of diag(A)^{-1}; A is indefinite then if
+   y' A y = 0; w is overwritten
+*/
 static PetscErrorCode Resists(const AinsworthSolver *solver, Vec w, PetscReal size, PetscBool *resists)
 {
   static const PetscReal force = 1e-5;
@@ -80,7 +90,8 @@ static PetscErrorCode Resists(const AinsworthSolver *solver, Vec w, PetscReal si
 }
 
 /*
-   Computes y = Q y and the quotient y' A y / y' diag(A) y, -1 if it is 0 and A is indefinite, 1 if y has no part in Ker C
+   Computes y = Q y and the quotient y' A y / y' diag(A) y, -1 if it is 0 and A is indefinite, 1 if y has no part in Ker
+   C
 
    If Q does not map onto Ker C, for instance if D is nonzero, y is not projected
 */
@@ -103,12 +114,14 @@ PetscErrorCode AinsworthSolverRayleighQuotient(const AinsworthSolver *solver, Ve
   PetscCall(DiagonalEnergy(solver, y, work, &size));
   PetscCall(MatMult(solver->saddle.A, y, work));
   PetscCall(VecDot(work, y, &energy));
-  if (size > PETSC_SQRT_MACHINE_EPSILON * before && !PetscIsInfOrNanReal(size) && !PetscIsInfOrNanScalar(energy)) *quotient = PetscRealPart(energy) / size;
+  if (size > PETSC_SQRT_MACHINE_EPSILON * before && !PetscIsInfOrNanReal(size) && !PetscIsInfOrNanScalar(energy))
+    *quotient = PetscRealPart(energy) / size;
   if (PetscAbsReal(*quotient) <= AinsworthNoEnergy && projected) {
     PetscCall(Resists(solver, work, size, &resists));
     if (resists) *quotient = -1.0;
   }
-  if (!projected && *quotient < AinsworthNegative) *quotient = 1.0; /* rows that y nearly satisfies may resist by more than that */
+  /* rows that y nearly satisfies may resist by more than that */
+  if (!projected && *quotient < AinsworthNegative) *quotient = 1.0;
   PetscCall(VecDestroy(&work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

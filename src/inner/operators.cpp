@@ -5,7 +5,10 @@
 #include "../projection/matainsworth.h"
 #include <petsc/private/pcmgimpl.h>
 
-/* Takes the products with A from PCBLOCKSA, which stores half of the blocks, in place of those with the program's matrix */
+/*
+   Takes the products with A from PCBLOCKSA, which stores half of the blocks, in place of those with the program's
+   matrix
+*/
 PetscErrorCode AinsworthSolverUseProduct(AinsworthSolver *solver)
 {
   PC  inner;
@@ -14,9 +17,11 @@ PetscErrorCode AinsworthSolverUseProduct(AinsworthSolver *solver)
   PetscFunctionBegin;
   if (!solver->saddle.symmetric) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
-  if (solver->saddle.constraints() && solver->inner.format == AINSWORTH_PMAT_SUM) PetscCall(MatCompositeGetMat(solver->inner.M, 0, &first));
+  if (solver->saddle.constraints() && solver->inner.format == AINSWORTH_PMAT_SUM)
+    PetscCall(MatCompositeGetMat(solver->inner.M, 0, &first));
   PetscCall(PCBlockSAGetProduct_Private(inner, &product));
-  if (!product || first != solver->saddle.A) { /* its levels are not those of A: they are of Pmat's block, or of a sum */
+  /* its levels are not those of A: they are of Pmat's block, or of a sum */
+  if (!product || first != solver->saddle.A) {
     if (solver->reduced.mat) PetscCall(MatAinsworthSetProduct_Private(solver->reduced.mat, NULL));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -28,7 +33,8 @@ PetscErrorCode AinsworthSolverUseProduct(AinsworthSolver *solver)
 /*
    Checks by some steps of conjugate gradients whether M looks positive definite
 
-   hypre takes as many steps to estimate the largest eigenvalue for Chebyshev smoothing, and does not return if they give a NaN
+   hypre takes as many steps to estimate the largest eigenvalue for Chebyshev smoothing, and does not return if they
+   give a NaN
 */
 PetscErrorCode AinsworthSolverLooksDefinite(const AinsworthSolver *solver, Mat M, PetscBool *definite)
 {
@@ -44,7 +50,9 @@ PetscErrorCode AinsworthSolverLooksDefinite(const AinsworthSolver *solver, Mat M
   PetscFunctionBegin;
   *definite = PETSC_TRUE;
   PetscCall(MatGetSize(M, &n, NULL));
-  if (solver->inner.format != AINSWORTH_PMAT_HYPRE || solver->saddle.constraints() == n) PetscFunctionReturn(PETSC_SUCCESS); /* Ker C = 0 needs no inner solve */
+  /* Ker C = 0 needs no inner solve */
+  if (solver->inner.format != AINSWORTH_PMAT_HYPRE || solver->saddle.constraints() == n)
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatCreateVecs(M, &diagonal, &r));
   PetscCall(MatGetDiagonal(M, diagonal));
   for (Vec *v : {&z, &p, &Mp}) PetscCall(VecDuplicate(r, v));
@@ -56,7 +64,8 @@ PetscErrorCode AinsworthSolverLooksDefinite(const AinsworthSolver *solver, Mat M
   PetscCall(VecPointwiseDivide(z, r, diagonal));
   PetscCall(VecCopy(z, p));
   PetscCall(VecDot(z, r, &rz));
-  for (int k = 0; k < steps && *definite && solver->saddle.symmetric; k++) { /* steps of conjugate gradients mean nothing for other matrices */
+  /* steps of conjugate gradients mean nothing for other matrices */
+  for (int k = 0; k < steps && *definite && solver->saddle.symmetric; k++) {
     if (!k) first = PetscRealPart(rz);
     if (PetscRealPart(rz) <= solved * first) break;
     PetscCall(MatMult(M, p, Mp));
@@ -76,7 +85,7 @@ PetscErrorCode AinsworthSolverLooksDefinite(const AinsworthSolver *solver, Mat M
 PetscErrorCode AinsworthSolverReuseInner(AinsworthSolver *solver, PetscBool keep)
 {
   AinsworthSolverAge *age = &solver->age;
-  PC              inner;
+  PC                  inner;
 
   PetscFunctionBegin;
   if (!keep && age->type != PC_AINSWORTH_AGE_WHOLE) PetscFunctionReturn(PETSC_SUCCESS);
@@ -87,7 +96,10 @@ PetscErrorCode AinsworthSolverReuseInner(AinsworthSolver *solver, PetscBool keep
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Repairs PCMG after an error in its cycle: it still holds the right-hand side of its caller in place of its own, and would destroy it */
+/*
+   Repairs PCMG after an error in its cycle: it still holds the right-hand side of its caller in place of its own, and
+   would destroy it
+*/
 PetscErrorCode AinsworthSolverAfterError(AinsworthSolver *solver)
 {
   PC        inner;
@@ -103,7 +115,10 @@ PetscErrorCode AinsworthSolverAfterError(AinsworthSolver *solver)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Resets the inner KSP; some of PETSc's types keep freed vectors, or vectors of other sizes, after KSPReset(), and are created anew */
+/*
+   Resets the inner KSP; some of PETSc's types keep freed vectors, or vectors of other sizes, after KSPReset(), and are
+   created anew
+*/
 PetscErrorCode AinsworthSolverResetKSP(AinsworthSolver *solver)
 {
   KSP       ksp = solver->inner.ksp;
@@ -111,7 +126,8 @@ PetscErrorCode AinsworthSolverResetKSP(AinsworthSolver *solver)
   char      type[64];
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &keeps, KSPPIPEFCG, KSPLGMRES, KSPDGMRES, KSPPIPEGCR, AINSWORTH_FCG_OLD, ""));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &keeps, KSPPIPEFCG, KSPLGMRES, KSPDGMRES, KSPPIPEGCR,
+                                      AINSWORTH_FCG_OLD, ""));
   if (keeps) {
     PetscCall(PetscStrncpy(type, ((PetscObject)ksp)->type_name, sizeof(type)));
     PetscCall(KSPSetType(ksp, KSPPREONLY));
@@ -125,7 +141,10 @@ PetscErrorCode AinsworthSolverResetKSP(AinsworthSolver *solver)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSolverIteratesInKernel - checks whether conjugate gradients iterate in Ker C; the paper's variant keeps C' B C in its operator */
+/*
+   AinsworthSolverIteratesInKernel - checks whether conjugate gradients iterate in Ker C; the paper's variant keeps C' B
+   C in its operator
+*/
 PetscErrorCode AinsworthSolverIteratesInKernel(AinsworthSolver *solver, PetscBool *inKernel)
 {
   KSPType   type;
@@ -140,16 +159,21 @@ PetscErrorCode AinsworthSolverIteratesInKernel(AinsworthSolver *solver, PetscBoo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Attaches null space and near null space to the operator, for hypre, and to the preconditioning matrix, for GAMG, unless that is an earlier one */
+/*
+   Attaches null space and near null space to the operator, for hypre, and to the preconditioning matrix, for GAMG,
+   unless that is an earlier one
+*/
 static PetscErrorCode ForwardNullSpaces(AinsworthSolver *solver)
 {
   MatNullSpace near, common;
-  Mat          S = solver->saddle.constraints() ? solver->reduced.mat : solver->saddle.A, M = solver->age.type == PC_AINSWORTH_AGE_WHOLE ? S
-                                                                                        : solver->saddle.constraints()             ? solver->inner.M
-                                                                                                                                 : solver->saddle.A;
+  Mat          S = solver->saddle.constraints() ? solver->reduced.mat : solver->saddle.A,
+      M          = solver->age.type == PC_AINSWORTH_AGE_WHOLE ? S
+                   : solver->saddle.constraints()             ? solver->inner.M
+                                                              : solver->saddle.A;
 
   PetscFunctionBegin;
-  if (S == solver->saddle.block[AINSWORTH_BLOCK_A]) PetscFunctionReturn(PETSC_SUCCESS); /* the program's A has its own */
+  /* the program's A has its own */
+  if (S == solver->saddle.block[AINSWORTH_BLOCK_A]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSaddleGetNearNullSpace(&solver->saddle, &near));
   PetscCall(MatSetNearNullSpace(S, near));
   PetscCall(MatSetNearNullSpace(M, near));
@@ -174,8 +198,8 @@ PetscErrorCode AinsworthSolverForgetOperators(AinsworthInner *inner)
 static PetscErrorCode Surround(AinsworthSolver *solver)
 {
   AinsworthInner *in = &solver->inner;
-  PetscBool         inKernel;
-  PC                inner;
+  PetscBool       inKernel;
+  PC              inner;
 
   PetscFunctionBegin;
   PetscCall(AinsworthSolverForgetOperators(in));
@@ -184,7 +208,8 @@ static PetscErrorCode Surround(AinsworthSolver *solver)
   if (inKernel) {
     PetscCall(AinsworthInKernelCreateOperator(solver->reduced.mat, &in->operation));
     PetscCall(AinsworthInKernelCreatePC(solver->reduced.mat, in->operation, inner, in->left, &in->around));
-  } else if (solver->saddle.D && !in->springs) PetscCall(AinsworthSpringsCreatePC(solver->reduced.mat, inner, solver->saddle.symmetric, &in->around));
+  } else if (solver->saddle.D && !in->springs)
+    PetscCall(AinsworthSpringsCreatePC(solver->reduced.mat, inner, solver->saddle.symmetric, &in->around));
   else PetscCall(AinsworthPlainCreatePC(inner, solver->saddle.symmetric, &in->around));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -203,7 +228,8 @@ PetscErrorCode AinsworthSolverSetKSPOperators(AinsworthSolver *solver)
   if (solver->reduced.mat) {
     PetscCall(KSPGetPCSide(ksp, &side));
     PetscCall(AinsworthSolverIteratesInKernel(solver, &inKernel));
-    PetscCall(MatAinsworthOmitPenalty_Private(solver->reduced.mat, (PetscBool)((inKernel || side == PC_RIGHT) && !solver->saddle.D)));
+    PetscCall(MatAinsworthOmitPenalty_Private(solver->reduced.mat,
+                                              (PetscBool)((inKernel || side == PC_RIGHT) && !solver->saddle.D)));
   }
   PetscCall(Surround(solver));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -218,7 +244,10 @@ PetscErrorCode AinsworthSolverGetInnerPC(const AinsworthSolver *solver, PC *inne
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSolverEnter - before a solve gives a KSP the operator and the preconditioner of the method; x: of a guess only the part in Ker C counts */
+/*
+   AinsworthSolverEnter - before a solve gives a KSP the operator and the preconditioner of the method; x: of a guess
+   only the part in Ker C counts
+*/
 PetscErrorCode AinsworthSolverEnter(AinsworthSolver *solver, KSP ksp, Vec x)
 {
   PetscBool fits, guess;

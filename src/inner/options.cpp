@@ -6,8 +6,8 @@
 /*
    Options of BoomerAMG for 3-D elasticity, measured (docs/method.md, inner solver); NULL leaves PETSc's own default
 
-   Chebyshev smoothing needs a real spectrum, which only conjugate gradients promise, that is not too wide. One penalty for all rows, as in the paper, makes
-   entries far larger than their neighbors, which PMIS loses where they cross ranks
+   Chebyshev smoothing needs a real spectrum, which only conjugate gradients promise, that is not too wide. One penalty
+   for all rows, as in the paper, makes entries far larger than their neighbors, which PMIS loses where they cross ranks
 */
 static const struct {
   const char *option, *usual, *otherMethods, *onePenalty;
@@ -19,7 +19,10 @@ static const struct {
   {"relax_type_all",   "Chebyshev", NULL,    NULL     },
   {"agg_nl",           "1",         NULL,    NULL     }
 };
-/* With so few unknowns, the conjugate gradients in hypre that give Chebyshev its largest eigenvalue may find all, divide by zero, and never return */
+/*
+   With so few unknowns, the conjugate gradients in hypre that give Chebyshev its largest eigenvalue may find all,
+   divide by zero, and never return
+*/
 static const PetscInt small = 100;
 
 static const size_t nboomeramg = sizeof(boomeramg) / sizeof(boomeramg[0]);
@@ -67,7 +70,10 @@ static PetscErrorCode ChoosesBoomerAMG(PC pc, PetscBool *boomer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Configures the parts that we choose, before the options are read: they would find no type to begin with, and hypre is started only if it is used */
+/*
+   Configures the parts that we choose, before the options are read: they would find no type to begin with, and hypre is
+   started only if it is used
+*/
 static PetscErrorCode TakeParts(AinsworthInner *in, PC inner, PCType ours)
 {
   PetscBool     same   = PETSC_TRUE;
@@ -86,9 +92,9 @@ static PetscErrorCode TakeParts(AinsworthInner *in, PC inner, PCType ours)
 static PetscErrorCode ReadOptions(PC pc, AinsworthSolver *solver, PC inner)
 {
   AinsworthInner *in = &solver->inner;
-  PetscBool         boomer, definite, strict;
-  char              method[256] = "";
-  PetscErrorCode    error       = PETSC_SUCCESS;
+  PetscBool       boomer, definite, strict;
+  char            method[256] = "";
+  PetscErrorCode  error       = PETSC_SUCCESS;
 
   PetscFunctionBegin;
   PetscCall(TypeInUse((PetscObject)in->ksp, "-ksp_type", method, sizeof(method)));
@@ -113,18 +119,21 @@ static PetscErrorCode ReadOptions(PC pc, AinsworthSolver *solver, PC inner)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSolverConfigureKSP - makes the inner solver what the plan says, and reads its options, with our defaults, if any of its parts is new */
+/*
+   AinsworthSolverConfigureKSP - makes the inner solver what the plan says, and reads its options, with our defaults, if
+   any of its parts is new
+*/
 PetscErrorCode AinsworthSolverConfigureKSP(PC pc, AinsworthSolver *solver)
 {
   AinsworthInner *in   = &solver->inner;
-  AinsworthNorm     norm = in->plan.norm;
-  PC_BlockSA       *sa   = NULL;
-  PCType            ours;
-  PC                inner;
-  char              why[sizeof(solver->escape.why)], type[256];
-  PetscBool         given;
-  PetscOptions      options;
-  PetscInt          n;
+  AinsworthNorm   norm = in->plan.norm;
+  PC_BlockSA     *sa   = NULL;
+  PCType          ours;
+  PC              inner;
+  char            why[sizeof(solver->escape.why)], type[256];
+  PetscBool       given;
+  PetscOptions    options;
+  PetscInt        n;
 
   PetscFunctionBegin;
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
@@ -136,25 +145,31 @@ PetscErrorCode AinsworthSolverConfigureKSP(PC pc, AinsworthSolver *solver)
     PetscCall(AinsworthSolverRememberFactor(solver, AINSWORTH_TAKEN, why));
   }
   ours = AinsworthSolverInnerType(solver, in->plan.preconditioner);
-  if (!ours && !in->configured && AinsworthSolverReadsOptions(pc)) { /* its package is chosen before its other options are read */
+  /* its package is chosen before its other options are read */
+  if (!ours && !in->configured && AinsworthSolverReadsOptions(pc)) {
     PetscCall(PetscObjectGetOptions((PetscObject)inner, &options));
     PetscCall(PetscOptionsGetString(options, AinsworthSolverPrefix(solver), "-pc_type", type, sizeof(type), &given));
     if (given) ours = type;
   }
   PetscCall(TakeParts(in, inner, ours));
   if (in->configured) PetscFunctionReturn(PETSC_SUCCESS);
-  if (in->plan.method == AINSWORTH_METHOD_GMRES) PetscCall(PetscInfo(pc, "The reduced system is solved by GMRES: %s\n", in->plan.why[0]));
+  if (in->plan.method == AINSWORTH_METHOD_GMRES)
+    PetscCall(PetscInfo(pc, "The reduced system is solved by GMRES: %s\n", in->plan.why[0]));
   PetscCall(AinsworthSolverForgetNorm(in));
   PetscCall(ReadOptions(pc, solver, inner));
   PetscCall(TakeParts(in, inner, NULL)); /* without constraints an option for KSPPROJECTEDCG means KSPCG */
   PetscCall(AinsworthSolverChooseNorm(in));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
-  if (sa) sa->options.product = PETSC_TRUE; /* from the next set-up on it keeps what PCBlockSAGetProduct_Private() needs */
+  /* from the next set-up on it keeps what PCBlockSAGetProduct_Private() needs */
+  if (sa) sa->options.product = PETSC_TRUE;
   in->configured = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets the format of M_*: PCHYPRE uses a MATHYPRE as it is but copies any other matrix, and PCBLOCKSA wants A and the rest separately */
+/*
+   Gets the format of M_*: PCHYPRE uses a MATHYPRE as it is but copies any other matrix, and PCBLOCKSA wants A and the
+   rest separately
+*/
 PetscErrorCode AinsworthSolverGetPmatFormat(AinsworthSolver *solver, AinsworthPmatFormat *format)
 {
   PC        inner;
@@ -165,6 +180,9 @@ PetscErrorCode AinsworthSolverGetPmatFormat(AinsworthSolver *solver, AinsworthPm
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &factors, PCCHOLESKY, PCLU, ""));
   PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &hypre));
   PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCBLOCKSA, &blocksa));
-  *format = hypre ? AINSWORTH_PMAT_HYPRE : blocksa ? AINSWORTH_PMAT_SUM : factors ? AINSWORTH_PMAT_FACTOR : AINSWORTH_PMAT_AIJ;
+  *format = hypre     ? AINSWORTH_PMAT_HYPRE
+            : blocksa ? AINSWORTH_PMAT_SUM
+            : factors ? AINSWORTH_PMAT_FACTOR
+                      : AINSWORTH_PMAT_AIJ;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

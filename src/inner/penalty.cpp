@@ -6,7 +6,10 @@
 
 const char *const AinsworthPenaltyTypes[] = {"row", "norm", "AinsworthPenaltyType", "AINSWORTH_PENALTY_", NULL};
 
-/* Computes the infinity norm of A + part (may be NULL), the 1-norm of a symmetric matrix; MatNorm() with NORM_1 stores a whole row on every rank */
+/*
+   Computes the infinity norm of A + part (may be NULL), the 1-norm of a symmetric matrix; MatNorm() with NORM_1 stores
+   a whole row on every rank
+*/
 static PetscErrorCode NormOfSum(Mat A, Mat part, PetscReal *norm)
 {
   Mat sum;
@@ -23,7 +26,10 @@ static PetscErrorCode NormOfSum(Mat A, Mat part, PetscReal *norm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthPmatCreateSeries - creates (B^{-1} + D)^{-1}, penalty and compliance in series; 0 where D_ii < 0, where a penalty would be too stiff */
+/*
+   AinsworthPmatCreateSeries - creates (B^{-1} + D)^{-1}, penalty and compliance in series; 0 where D_ii < 0, where a
+   penalty would be too stiff
+*/
 PetscErrorCode AinsworthPmatCreateSeries(Vec penalty, Vec compliance, Vec *series)
 {
   PetscFunctionBegin;
@@ -38,17 +44,21 @@ PetscErrorCode AinsworthPmatCreateSeries(Vec penalty, Vec compliance, Vec *serie
 }
 
 /*
-   AinsworthPmatCreatePenalty - creates the penalty B, length m, and B in series with D for M_*; C may lack entries of long rows. Collective
+   AinsworthPmatCreatePenalty - creates the penalty B, length m, and B in series with D for M_*; C may lack entries of
+   long rows. Collective
 
-   B_ii = gamma / (C diag(A)^{-1} C')_ii, or B = beta I with beta = gamma ||Q_*' A Q_*|| / ||C' C|| (paper, section 3.3).
+   B_ii = gamma / (C diag(A)^{-1} C')_ii, or B = beta I with beta = gamma ||Q_*' A Q_*|| / ||C' C|| (paper, section
+   3.3).
 */
-PetscErrorCode AinsworthPmatCreatePenalty(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat projection, Vec *penalty, Vec *series)
+PetscErrorCode AinsworthPmatCreatePenalty(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C,
+                                          Mat projection, Vec *penalty, Vec *series)
 {
   PetscReal normA, normC;
   Mat       product;
 
   PetscFunctionBegin;
-  if (opt->penalty == AINSWORTH_PENALTY_ROW) PetscCall(AinsworthRowPenaltyCreate(in->C, in->inverseDiagonal, opt->factor, penalty));
+  if (opt->penalty == AINSWORTH_PENALTY_ROW)
+    PetscCall(AinsworthRowPenaltyCreate(in->C, in->inverseDiagonal, opt->factor, penalty));
   else {
     PetscCall(AinsworthMultiplyAdjoint(C, C, &product));
     PetscCall(MatNorm(product, NORM_INFINITY, &normC));

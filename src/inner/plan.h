@@ -1,4 +1,7 @@
-/* What the inner solver is, from facts of the system, what the program chose, and what was tried before. Plain C++, without MPI and PETSc */
+/*
+   What the inner solver is, from facts of the system, what the program chose, and what was tried before. Plain C++,
+   without MPI and PETSc
+*/
 #ifndef AINSWORTH_PLAN_H
 #define AINSWORTH_PLAN_H
 
@@ -43,22 +46,24 @@ struct AinsworthHistory {
 
 /* What a plan depends on; the defaults are those of a usual system */
 struct AinsworthPlanFacts {
-  bool             constraints = true;
-  bool             symmetric   = true;  /* A = A' */
-  bool             adjoint     = true;  /* B is C, and D = D' */
-  bool             nodes       = true;  /* A couples nodes that block smoothed aggregation can handle */
-  bool             rows        = true;  /* one penalty per row of C; otherwise that of the paper */
-  bool             tiny        = false; /* a factorization is cheaper than the set-up of multigrid, and possible */
-  bool             projected   = true;  /* the program leaves the method as it is, KSPPROJECTEDCG, or names that */
-  bool             open        = true;  /* it chose neither a method nor a norm: any may be taken */
-  bool             conjugate   = true;  /* its method is one of conjugate gradients, or applies the preconditioner once */
-  bool             own         = true;  /* it chose no preconditioner */
+  bool constraints = true;
+  bool symmetric   = true;  /* A = A' */
+  bool adjoint     = true;  /* B is C, and D = D' */
+  bool nodes       = true;  /* A couples nodes that block smoothed aggregation can handle */
+  bool rows        = true;  /* one penalty per row of C; otherwise that of the paper */
+  bool tiny        = false; /* a factorization is cheaper than the set-up of multigrid, and possible */
+  bool projected   = true;  /* the program leaves the method as it is, KSPPROJECTEDCG, or names that */
+  bool open        = true;  /* it chose neither a method nor a norm: any may be taken */
+  /* its method is one of conjugate gradients, or applies the preconditioner once */
+  bool             conjugate = true;
+  bool             own       = true; /* it chose no preconditioner */
   AinsworthHistory history;
 };
 
 struct AinsworthPlan {
-  AinsworthMethod         method         = AINSWORTH_METHOD_GIVEN;
-  AinsworthNorm           norm           = AINSWORTH_NORM_GIVEN; /* chosen once the method is there, which has to support it */
+  AinsworthMethod method = AINSWORTH_METHOD_GIVEN;
+  /* chosen once the method is there, which has to support it */
+  AinsworthNorm           norm           = AINSWORTH_NORM_GIVEN;
   AinsworthPreconditioner preconditioner = AINSWORTH_INNER_GIVEN;
   const char             *why[2]         = {"", ""}; /* of the method and of the preconditioner */
 };

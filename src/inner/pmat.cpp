@@ -22,7 +22,8 @@ static PetscErrorCode MultiplyFewRows(Mat Yt, Mat A, Mat *product)
 }
 
 /*
-   Computes C' B C + Q_*' A Q_* - A = -C' Y A - A Y' C + C' (Y A Y' + B) C with Q_* = I - Y' C and Y = Inv(S) C W (docs/method.md, surface-only assembly)
+   Computes C' B C + Q_*' A Q_* - A = -C' Y A - A Y' C + C' (Y A Y' + B) C with Q_* = I - Y' C and Y = Inv(S) C W
+   (docs/method.md, surface-only assembly)
 
    B may be NULL for 0. If A is symmetric, this is H + H' with H = C' ((Y A Y' + B) C / 2 - Y A).
 */
@@ -62,8 +63,12 @@ static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates Q_*' A Q_* - A, plus C' B C if B is not NULL; NULL for id. C may lack entries of long rows; S = C W C' + N may be NULL. Collective */
-static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat S, Vec B, Mat *part)
+/*
+   Creates Q_*' A Q_* - A, plus C' B C if B is not NULL; NULL for id. C may lack entries of long rows; S = C W C' + N
+   may be NULL. Collective
+*/
+static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat S,
+                                           Vec B, Mat *part)
 {
   PetscBool shared;
   Mat       CW, CWt, given = S, inverse;
@@ -104,7 +109,8 @@ static PetscErrorCode MultiplyBothSides(Mat C, Vec B, Mat *product)
 }
 
 /*
-   Adds 1e-12 diag(M) to M: if a body floats, M_* is singular, and coarse matrices of BoomerAMG have diagonal entries that are zero, or negative by rounding
+   Adds 1e-12 diag(M) to M: if a body floats, M_* is singular, and coarse matrices of BoomerAMG have diagonal entries
+   that are zero, or negative by rounding
 
    Then hypre's estimate of their largest eigenvalue does not terminate.
 */
@@ -122,7 +128,10 @@ static PetscErrorCode Shift(Mat M)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives unknowns in no equation, which are in a null space that the program attached, a diagonal entry: nothing else is in their rows of M. Collective */
+/*
+   Gives unknowns in no equation, which are in a null space that the program attached, a diagonal entry: nothing else is
+   in their rows of M. Collective
+*/
 static PetscErrorCode HoldUnused(Vec inverseDiagonal, Mat M)
 {
   PetscInt zeros = 0;
@@ -136,9 +145,10 @@ static PetscErrorCode HoldUnused(Vec inverseDiagonal, Mat M)
   if (zeros) {
     PetscCall(VecDuplicate(diagonal, &sums));
     PetscCall(AinsworthRowSums(M, 1, sums));
-    PetscCall(AinsworthUpdate(diagonal, {sums, inverseDiagonal}, [](PetscInt, PetscScalar &d, PetscScalar sum, PetscScalar inverse) {
-      if (sum == 0.0) d = 1.0 / inverse;
-    }));
+    PetscCall(AinsworthUpdate(diagonal, {sums, inverseDiagonal},
+                              [](PetscInt, PetscScalar &d, PetscScalar sum, PetscScalar inverse) {
+                                if (sum == 0.0) d = 1.0 / inverse;
+                              }));
     PetscCall(MatDiagonalSet(M, diagonal, INSERT_VALUES));
     PetscCall(VecDestroy(&sums));
   }
@@ -170,16 +180,20 @@ static PetscErrorCode AddA(const AinsworthPmatInputs *in, Mat A, Mat *pmat)
 }
 
 /*
-   AinsworthPmatCreate - creates the preconditioning matrix M_* = C' B C + Q_*' A Q_*, n x n, and its penalty B, length m. Collective
+   AinsworthPmatCreate - creates the preconditioning matrix M_* = C' B C + Q_*' A Q_*, n x n, and its penalty B, length
+   m. Collective
 
    bad: a row with NaN or Inf, on which multigrid might not terminate; -1 if there is none.
 */
-PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Vec *penalty, Mat *pmat, PetscInt *bad)
+PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Vec *penalty,
+                                   Mat *pmat, PetscInt *bad)
 {
-  Mat      C, rest, loose = NULL, held = NULL, projection, shift = NULL, base = in->format == AINSWORTH_PMAT_SUM ? in->A : in->aij;
+  Mat C, rest, loose = NULL, held = NULL, projection, shift = NULL,
+               base = in->format == AINSWORTH_PMAT_SUM ? in->A : in->aij;
   Vec      series;
   PetscInt column;
-  bool     byRow = opt->penalty == AINSWORTH_PENALTY_ROW; /* this penalty needs no norm of Q_*' A Q_*, and is added together with it */
+  /* this penalty needs no norm of Q_*' A Q_*, and is added together with it */
+  bool byRow = opt->penalty == AINSWORTH_PENALTY_ROW;
 
   PetscFunctionBegin;
   *bad = -1;
@@ -218,6 +232,7 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscCall(AinsworthMatFindNotFinite(*pmat, bad, &column));
   if (*bad < 0) PetscCall(AddA(in, base, pmat));
   PetscCall(PetscLogEventEnd(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
-  if (opt->symmetric) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
+  if (opt->symmetric)
+    PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -9,10 +9,11 @@
 
 /* Inv(S), the sparse approximation of the inverse Gram matrix in M_* (paper, Table 1) */
 typedef enum {
-  PC_AINSWORTH_PMAT_JCB,   /* diagonal with the inverse 1-norms of the rows of S, or of S scaled to a unit diagonal */
-  PC_AINSWORTH_PMAT_ID,    /* Inv(S) = 0: Q_* = I, M_* = A + C' B C */
-  PC_AINSWORTH_PMAT_CC,    /* exact inverse by Cholesky; dense */
-  PC_AINSWORTH_PMAT_CG,    /* conjugate gradients for each column to a loose tolerance; entries that are not reached stay zero */
+  PC_AINSWORTH_PMAT_JCB, /* diagonal with the inverse 1-norms of the rows of S, or of S scaled to a unit diagonal */
+  PC_AINSWORTH_PMAT_ID,  /* Inv(S) = 0: Q_* = I, M_* = A + C' B C */
+  PC_AINSWORTH_PMAT_CC,  /* exact inverse by Cholesky; dense */
+  /* conjugate gradients for each column to a loose tolerance; entries that are not reached stay zero */
+  PC_AINSWORTH_PMAT_CG,
   PC_AINSWORTH_PMAT_BJ_CC, /* block Jacobi with blocks cut by METIS, exact inverse of each block */
   PC_AINSWORTH_PMAT_BJ_CG, /* block Jacobi, conjugate gradients in each block */
   PC_AINSWORTH_PMAT_AUTO   /* one of the first two (docs/method.md) */
@@ -22,7 +23,11 @@ extern const char *const PCAinsworthPmatTypes[];
 /* The diagonal penalty B of the reduced operator */
 typedef enum {
   AINSWORTH_PENALTY_ROW, /* B_ii = gamma / (C diag(A)^{-1} C')_ii */
-  AINSWORTH_PENALTY_NORM /* B = beta I, beta = gamma ||Q_*' A Q_*||_1 / ||C' C||_1, with the infinity norm for a non-symmetric A (paper, section 3.3) */
+  /*
+     B = beta I, beta = gamma ||Q_*' A Q_*||_1 / ||C' C||_1, with the infinity norm for a non-symmetric A (paper,
+     section 3.3)
+  */
+  AINSWORTH_PENALTY_NORM
 } AinsworthPenaltyType;
 extern const char *const AinsworthPenaltyTypes[];
 
@@ -32,8 +37,9 @@ struct AinsworthPmatOptions {
   PetscReal            factor     = 0.0;         /* gamma */
   PetscBool            rowScaling = PETSC_FALSE; /* make jcb independent of the scale of the rows of C */
   PetscReal            rtol       = 0.0;         /* tolerance of cg and bj_cg */
-  PetscInt             blocks     = 0;           /* number of blocks of bj_cc and bj_cg; PETSC_DECIDE: from the number of rows */
-  PetscBool            symmetric  = PETSC_FALSE; /* A = A' */
+  /* number of blocks of bj_cc and bj_cg; PETSC_DECIDE: from the number of rows */
+  PetscInt  blocks    = 0;
+  PetscBool symmetric = PETSC_FALSE; /* A = A' */
 };
 
 /* Format of the matrix for the inner preconditioner */
@@ -56,10 +62,15 @@ struct AinsworthPmatFill {
 
 /* What multigrid in Ker C gets of C (coarse.cpp) */
 struct AinsworthPmatInKernel {
-  Mat                   correction = NULL; /* I - Q_* = W C' Inv(S) C; NULL for 0; the owner destroys it */
-  std::vector<Vec>  rows;       /* adjoints of rows Q_*' C' that coarser levels keep; the owner destroys them */
-  std::vector<char> left; /* marks local unknowns that others move, with all their neighbors in A, and those without entries in A; empty: none on any rank */
-  std::vector<PetscInt> carried; /* unknowns without entries in A that all levels carry, global numbers of all ranks, ascending */
+  Mat              correction = NULL; /* I - Q_* = W C' Inv(S) C; NULL for 0; the owner destroys it */
+  std::vector<Vec> rows;              /* adjoints of rows Q_*' C' that coarser levels keep; the owner destroys them */
+  /*
+     marks local unknowns that others move, with all their neighbors in A, and those without entries in A; empty: none
+     on any rank
+  */
+  std::vector<char> left;
+  /* unknowns without entries in A that all levels carry, global numbers of all ranks, ascending */
+  std::vector<PetscInt> carried;
 };
 
 /* A, C and W with unknowns for the springs of D (slack.cpp) */
@@ -74,27 +85,37 @@ struct AinsworthPmatSlack {
 };
 
 struct AinsworthPmatInputs {
-  Mat                 A = NULL, C = NULL, S = NULL; /* A: any type; C: AIJ without zero rows; S = C W C' + N: AIJ, may be NULL */
-  Mat                 N               = NULL;       /* what D adds to C W C'; NULL if D = 0 */
-  Mat                 aij             = NULL;       /* A as AIJ */
-  Vec                 weight          = NULL;       /* diagonal of W, NULL for W = I */
-  Vec                 compliance      = NULL;       /* row sums of |D| with the sign of D_ii; NULL if D = 0 */
-  Vec                 inverseDiagonal = NULL;       /* diag(A)^{-1}, from AinsworthWeightCreate() */
+  /* A: any type; C: AIJ without zero rows; S = C W C' + N: AIJ, may be NULL */
+  Mat                 A = NULL, C = NULL, S = NULL;
+  Mat                 N               = NULL; /* what D adds to C W C'; NULL if D = 0 */
+  Mat                 aij             = NULL; /* A as AIJ */
+  Vec                 weight          = NULL; /* diagonal of W, NULL for W = I */
+  Vec                 compliance      = NULL; /* row sums of |D| with the sign of D_ii; NULL if D = 0 */
+  Vec                 inverseDiagonal = NULL; /* diag(A)^{-1}, from AinsworthWeightCreate() */
   AinsworthPmatFormat format          = {};
   PetscBool           single          = PETSC_FALSE; /* the inner preconditioner works in single precision */
   AinsworthPmatInKernel
-    *inKernel = NULL; /* multigrid stays in Ker C and knows C on its coarser levels alone: M_* is Q_*' A Q_*, without a penalty; NULL: it does not */
-  const PetscInt            *springs = NULL; /* number of slack unknowns of each rank, which come last; NULL: there are none */
-  const AinsworthPmatInputs *slack   = NULL; /* what multigrid in Ker C works with instead: the same with unknowns for springs; NULL without D */
-  PetscInt                   bs      = 0;    /* block size of M_*, which A may not have */
-  AinsworthPmatFill          fill    = {};   /* for A and C */
-  std::vector<PetscInt>      shared; /* unknowns held in M_* instead of coupled by rows of C; conjugate gradients move them (projection/deflation.cpp) */
+    /*
+       multigrid stays in Ker C and knows C on its coarser levels alone: M_* is Q_*' A Q_*, without a penalty; NULL: it
+       does not
+    */
+    *inKernel = NULL;
+  /* number of slack unknowns of each rank, which come last; NULL: there are none */
+  const PetscInt *springs = NULL;
+  /* what multigrid in Ker C works with instead: the same with unknowns for springs; NULL without D */
+  const AinsworthPmatInputs *slack = NULL;
+  PetscInt                   bs    = 0;  /* block size of M_*, which A may not have */
+  AinsworthPmatFill          fill  = {}; /* for A and C */
+  /* unknowns held in M_* instead of coupled by rows of C; conjugate gradients move them (projection/deflation.cpp) */
+  std::vector<PetscInt> shared;
 };
 
-PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *, const AinsworthPmatOptions *, AinsworthPmatInKernel *);
+PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *, const AinsworthPmatOptions *,
+                                           AinsworthPmatInKernel *);
 
 PetscErrorCode AinsworthPmatHasSlack(const AinsworthPmatInputs *, const AinsworthCompliance *, PetscBool *);
-PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *, const AinsworthCompliance *, PetscInt, PetscInt, AinsworthPmatSlack *);
+PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *, const AinsworthCompliance *, PetscInt, PetscInt,
+                                        AinsworthPmatSlack *);
 
 PetscErrorCode AinsworthPmatSlackExtend(const AinsworthPmatSlack *, Mat, Mat *);
 
@@ -109,7 +130,8 @@ PetscErrorCode AinsworthMultiplyAdjoint(Mat, Mat, Mat *);
 
 /* penalty.cpp */
 PetscErrorCode AinsworthPmatCreateSeries(Vec, Vec, Vec *);
-PetscErrorCode AinsworthPmatCreatePenalty(const AinsworthPmatInputs *, const AinsworthPmatOptions *, Mat, Mat, Vec *, Vec *);
+PetscErrorCode AinsworthPmatCreatePenalty(const AinsworthPmatInputs *, const AinsworthPmatOptions *, Mat, Mat, Vec *,
+                                          Vec *);
 
 /* loose.cpp */
 PetscErrorCode AinsworthPmatEliminateLoose(const AinsworthPmatInputs *, PetscReal, Mat, Mat *, Mat *);
@@ -125,7 +147,8 @@ PetscErrorCode AinsworthPmatCreatePrivate(Mat, Vec, const AinsworthPmatFill *, M
 PetscErrorCode AinsworthCreateFromDiagonal(Vec, Mat *);
 PetscErrorCode AinsworthPmatCreateShift(const AinsworthPmatInputs *, Mat *);
 
-PetscErrorCode AinsworthInvertBlock(const AinsworthCSR &, const std::vector<PetscInt> &, PetscReal, std::vector<PetscScalar> *, PetscBool *);
+PetscErrorCode AinsworthInvertBlock(const AinsworthCSR &, const std::vector<PetscInt> &, PetscReal,
+                                    std::vector<PetscScalar> *, PetscBool *);
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *, const AinsworthPmatOptions *, Vec *, Mat *, PetscInt *);
 PetscErrorCode AinsworthPmatComponentsApart(Mat, PetscInt, PetscInt, PetscBool *);

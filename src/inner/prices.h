@@ -1,4 +1,7 @@
-/* Prices of solvers, and when one is given up for another. No clock decides: all runs and ranks choose alike. Plain C++, without MPI and PETSc */
+/*
+   Prices of solvers, and when one is given up for another. No clock decides: all runs and ranks choose alike. Plain
+   C++, without MPI and PETSc
+*/
 #ifndef AINSWORTH_PRICES_H
 #define AINSWORTH_PRICES_H
 
@@ -13,14 +16,18 @@ typedef enum {
 
 /* What prices depend on; of all ranks together */
 struct AinsworthPriceFacts {
-  double entries    = 0.0;  /* of A */
-  double unknowns   = 0.0;  /* of A */
-  double coarse     = 0.0;  /* entries of the first coarser level */
-  double gram       = 0.0;  /* entries of the factors of S: of the rank that has the most, times the number of ranks, as the others wait for it */
-  bool   single     = true; /* the finest level is in single precision */
-  bool   own        = true; /* the levels are those of PCBLOCKSA; of other multigrids only A is known */
-  double fill       = 0.0;  /* entries of a factor of M_*, infinite if it has no room; at least those of half of A, as long as it is not predicted */
-  double operations = 0.0;  /* of that factorization */
+  double entries  = 0.0; /* of A */
+  double unknowns = 0.0; /* of A */
+  double coarse   = 0.0; /* entries of the first coarser level */
+  /* entries of the factors of S: of the rank that has the most, times the number of ranks, as the others wait for it */
+  double gram   = 0.0;
+  bool   single = true; /* the finest level is in single precision */
+  bool   own    = true; /* the levels are those of PCBLOCKSA; of other multigrids only A is known */
+  /*
+     entries of a factor of M_*, infinite if it has no room; at least those of half of A, as long as it is not predicted
+  */
+  double fill       = 0.0;
+  double operations = 0.0; /* of that factorization */
 };
 
 /* What is set up anew */

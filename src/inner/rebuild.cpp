@@ -1,7 +1,11 @@
-/* Facts for whether the inner preconditioner is kept for other values of A or C: -pc_ainsworth_rebuild (inner/age.h, docs/contact.md) */
+/*
+   Facts for whether the inner preconditioner is kept for other values of A or C: -pc_ainsworth_rebuild (inner/age.h,
+   docs/contact.md)
+*/
 #include "solver.h"
 
-const char *const PCAinsworthRebuildTypes[] = {"auto", "always", "never", "AinsworthRebuildType", "AINSWORTH_REBUILD_", NULL};
+const char *const PCAinsworthRebuildTypes[] = {"auto", "always", "never", "AinsworthRebuildType", "AINSWORTH_REBUILD_",
+                                               NULL};
 
 /* AinsworthSolverMustKeepInner - returns whether the program or an option wants to keep it in any case */
 PetscBool AinsworthSolverMustKeepInner(PC pc, const AinsworthSolver *solver)
@@ -23,7 +27,10 @@ static PetscErrorCode Price(PC inner, double *price)
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &hypre));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &factored, PCLU, PCCHOLESKY, ""));
-  *price = AinsworthPriceSetUp(hypre ? AINSWORTH_SETUP_BOOMERAMG : factored ? AINSWORTH_SETUP_FACTOR : AINSWORTH_SETUP_MULTIGRID, 0.0);
+  *price = AinsworthPriceSetUp(hypre      ? AINSWORTH_SETUP_BOOMERAMG
+                               : factored ? AINSWORTH_SETUP_FACTOR
+                                          : AINSWORTH_SETUP_MULTIGRID,
+                               0.0);
   if (!factored) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCFactorGetMatrix(inner, &F));
   PetscCall(MatHasOperation(F, MATOP_GETINFO, &known));
@@ -56,19 +63,26 @@ PetscErrorCode AinsworthSolverDecideToKeepInner(PC pc, const AinsworthSolver *so
 
   PetscFunctionBegin;
   *keeps = AinsworthSolverMustKeepInner(pc, solver);
-  if (*keeps || solver->choices.rebuild == AINSWORTH_REBUILD_ALWAYS || solver->age.counts.last < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (*keeps || solver->choices.rebuild == AINSWORTH_REBUILD_ALWAYS || solver->age.counts.last < 0)
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &expensive, PCBLOCKSA, PCHYPRE, PCGAMG, PCML, PCHMG, PCLU, PCCHOLESKY, PCREDUNDANT, ""));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &expensive, PCBLOCKSA, PCHYPRE, PCGAMG, PCML, PCHMG, PCLU,
+                                      PCCHOLESKY, PCREDUNDANT, ""));
   PetscCall(KSPGetNormType(solver->inner.ksp, &norm));
   PetscCall(Price(inner, &price));
   *keeps = (PetscBool)(expensive && norm != KSP_NORM_NONE && AinsworthAgeKeeps(solver->age.counts, price));
   if (expensive && !*keeps)
-    PetscCall(PetscInfo(pc, "The inner preconditioner is not kept: it took %g iterations more than at first in %d solves, and a set-up costs %g\n",
+    PetscCall(PetscInfo(pc,
+                        "The inner preconditioner is not kept: it took %g iterations more than at first in %d solves, "
+                        "and a set-up costs %g\n",
                         solver->age.counts.more, solver->age.counts.solves, price));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSolverLimit - gets the iterations after which an old preconditioner is rebuilt and the solve begun again; 0 for no limit */
+/*
+   AinsworthSolverLimit - gets the iterations after which an old preconditioner is rebuilt and the solve begun again; 0
+   for no limit
+*/
 PetscErrorCode AinsworthSolverLimit(PC pc, const AinsworthSolver *solver, PetscInt *limit)
 {
   int      decades;
@@ -78,7 +92,9 @@ PetscErrorCode AinsworthSolverLimit(PC pc, const AinsworthSolver *solver, PetscI
 
   PetscFunctionBegin;
   *limit = 0;
-  if (solver->age.type == PC_AINSWORTH_AGE_FRESH || AinsworthSolverMustKeepInner(pc, solver) || solver->age.counts.last < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (solver->age.type == PC_AINSWORTH_AGE_FRESH || AinsworthSolverMustKeepInner(pc, solver) ||
+      solver->age.counts.last < 0)
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   PetscCall(KSPGetTolerances(solver->inner.ksp, NULL, NULL, NULL, &most));
   PetscCall(Price(inner, &price));
@@ -103,12 +119,15 @@ PetscErrorCode AinsworthSolverCount(AinsworthSolver *solver)
 /* AinsworthSolverViewRebuild - prints the rule, and what is kept now */
 PetscErrorCode AinsworthSolverViewRebuild(const AinsworthSolver *solver, PetscViewer viewer)
 {
-  static const char *const words[] = {"", "; now with the coarser levels of an earlier A", "; now that of an earlier matrix"};
+  static const char *const words[] = {"", "; now with the coarser levels of an earlier A",
+                                      "; now that of an earlier matrix"};
 
   PetscFunctionBegin;
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  inner preconditioner: rebuilt %s%s\n", PCAinsworthRebuildTypes[solver->choices.rebuild], words[solver->age.type]));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  inner preconditioner: rebuilt %s%s\n",
+                                   PCAinsworthRebuildTypes[solver->choices.rebuild], words[solver->age.type]));
   if (solver->age.counts.last >= 0)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "    iterations: %d in the last solve with it; all took %g more than at first\n", solver->age.counts.last,
-                                     solver->age.counts.more));
+    PetscCall(PetscViewerASCIIPrintf(viewer,
+                                     "    iterations: %d in the last solve with it; all took %g more than at first\n",
+                                     solver->age.counts.last, solver->age.counts.more));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

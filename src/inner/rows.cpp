@@ -4,7 +4,10 @@
 #include "../base/objects.h"
 #include "../saddle/saddle.h"
 
-/* AinsworthCopyMarkedRows - creates a matrix with the nonzero entries of the marked local rows of C (NULL: all), and empty rows otherwise. Collective */
+/*
+   AinsworthCopyMarkedRows - creates a matrix with the nonzero entries of the marked local rows of C (NULL: all), and
+   empty rows otherwise. Collective
+*/
 PetscErrorCode AinsworthCopyMarkedRows(Mat C, const std::vector<char> *marked, Mat *selected)
 {
   AinsworthEntries entries;
@@ -50,11 +53,13 @@ static PetscErrorCode IsCoupled(Mat A, PetscInt row, bool *coupled)
 }
 
 /*
-   AinsworthPmatFindShared - tells whether an unknown is in more rows of C than usual, and finds those that A couples to no other unknown. Collective
+   AinsworthPmatFindShared - tells whether an unknown is in more rows of C than usual, and finds those that A couples to
+   no other unknown. Collective
 
    shared: global numbers of the latter on all ranks, ascending.
 */
-PetscErrorCode AinsworthPmatFindShared(Mat A, Mat C, const AinsworthPmatFill *fill, PetscBool *any, std::vector<PetscInt> *shared)
+PetscErrorCode AinsworthPmatFindShared(Mat A, Mat C, const AinsworthPmatFill *fill, PetscBool *any,
+                                       std::vector<PetscInt> *shared)
 {
   Vec                   counts;
   PetscReal             most;
@@ -80,9 +85,11 @@ PetscErrorCode AinsworthPmatFindShared(Mat A, Mat C, const AinsworthPmatFill *fi
 }
 
 /*
-   AinsworthPmatHoldShared - removes the entries of shared unknowns from C; held replaces them by diag(A) times the number of their rows. Collective
+   AinsworthPmatHoldShared - removes the entries of shared unknowns from C; held replaces them by diag(A) times the
+   number of their rows. Collective
 
-   Slaves of these unknowns are then held as if tied to the ground, because interpolation from A alone has no common motion for them.
+   Slaves of these unknowns are then held as if tied to the ground, because interpolation from A alone has no common
+   motion for them.
 */
 PetscErrorCode AinsworthPmatHoldShared(const AinsworthPmatInputs *in, Mat *C, Mat *held)
 {
@@ -94,9 +101,13 @@ PetscErrorCode AinsworthPmatHoldShared(const AinsworthPmatInputs *in, Mat *C, Ma
   PetscCall(AinsworthCountRows(*C, 0, &counts));
   PetscCall(VecDuplicate(counts, &scale));
   PetscCall(VecGetOwnershipRange(scale, &rstart, NULL));
-  PetscCall(AinsworthUpdate(scale, [&](PetscInt i, PetscScalar &s) { s = std::binary_search(in->shared.begin(), in->shared.end(), rstart + i) ? 0.0 : 1.0; }));
+  PetscCall(AinsworthUpdate(scale, [&](PetscInt i, PetscScalar &s) {
+    s = std::binary_search(in->shared.begin(), in->shared.end(), rstart + i) ? 0.0 : 1.0;
+  }));
   PetscCall(AinsworthUpdate(counts, {scale, in->inverseDiagonal},
-                            [](PetscInt, PetscScalar &count, PetscScalar s, PetscScalar inverse) { count = s == 0.0 ? count / inverse : 0.0; }));
+                            [](PetscInt, PetscScalar &count, PetscScalar s, PetscScalar inverse) {
+                              count = s == 0.0 ? count / inverse : 0.0;
+                            }));
   PetscCall(AinsworthCreateFromDiagonal(counts, held));
   PetscCall(AinsworthScaleColumns(*C, scale, &scaled));
   PetscCall(VecDestroy(&scale));
@@ -110,7 +121,8 @@ PetscErrorCode AinsworthPmatHoldShared(const AinsworthPmatInputs *in, Mat *C, Ma
 /*
    AinsworthPmatCreatePrivate - creates C W without the entries of shared unknowns. Collective
 
-   Q_* then keeps a shared unknown in place and moves the others of each row, so that the rows are not coupled through it.
+   Q_* then keeps a shared unknown in place and moves the others of each row, so that the rows are not coupled through
+   it.
 */
 PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmatFill *fill, Mat *CW, PetscBool *shared)
 {
@@ -156,14 +168,18 @@ PetscErrorCode AinsworthCreateFromDiagonal(Vec d, Mat *mat)
 }
 
 /*
-   AinsworthPmatCreateShift - creates the replacement of long rows: a fraction of diag(A) on their unknowns, all of its stand-in where A has a zero. Collective
+   AinsworthPmatCreateShift - creates the replacement of long rows: a fraction of diag(A) on their unknowns, all of its
+   stand-in where A has a zero. Collective
 
-   M_* remains positive definite if these rows alone hold a body. A rigid motion of all unknowns has the energy that it has with `small` diag(A), whatever
-   fraction of the unknowns these rows have.
+   M_* remains positive definite if these rows alone hold a body. A rigid motion of all unknowns has the energy that it
+   has with `small` diag(A), whatever fraction of the unknowns these rows have.
 */
 PetscErrorCode AinsworthPmatCreateShift(const AinsworthPmatInputs *in, Mat *shift)
 {
-  /* below the bending energy of thin bodies, as far as precision allows: 1e-8 is too small in single, and 1e-9 in double precision */
+  /*
+     below the bending energy of thin bodies, as far as precision allows: 1e-8 is too small in single, and 1e-9 in
+     double precision
+  */
   const PetscReal small = in->single ? 1e-5 : 1e-7, largest = 1e3 * small;
   PetscReal       held = 0.0;
   PetscInt        N;
@@ -176,9 +192,11 @@ PetscErrorCode AinsworthPmatCreateShift(const AinsworthPmatInputs *in, Mat *shif
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &held, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)in->aij)));
   PetscCall(VecDuplicate(in->inverseDiagonal, &d));
   PetscCall(AinsworthGetDiagonal(in->aij, d));
-  PetscCall(AinsworthUpdate(counts, {in->inverseDiagonal, d}, [=](PetscInt, PetscScalar &count, PetscScalar inverse, PetscScalar diagonal) {
-    if (PetscRealPart(count) > 0.0) count = (diagonal == 0.0 ? 1.0 : PetscMin(largest, small * N / held)) / inverse;
-  }));
+  PetscCall(AinsworthUpdate(counts, {in->inverseDiagonal, d},
+                            [=](PetscInt, PetscScalar &count, PetscScalar inverse, PetscScalar diagonal) {
+                              if (PetscRealPart(count) > 0.0)
+                                count = (diagonal == 0.0 ? 1.0 : PetscMin(largest, small * N / held)) / inverse;
+                            }));
   PetscCall(AinsworthCreateFromDiagonal(counts, shift));
   PetscCall(VecDestroy(&counts));
   PetscCall(VecDestroy(&d));

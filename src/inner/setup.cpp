@@ -46,9 +46,11 @@ static PetscErrorCode SetUpParts(AinsworthSolver *solver, PC inner, AinsworthEnd
   PetscCall(AinsworthSolverLooksDefinite(solver, M, &definite));
   if (!definite) {
     *end = AINSWORTH_END_SETUP;
-    PetscCall(PetscSNPrintf(why, len, "The preconditioning matrix is not positive definite, as BoomerAMG needs it: is A indefinite? %s-%spc_type",
-                            solver->saddle.constraints() ? "A larger -pc_ainsworth_penalty_factor may help, or another " : "Choose another ",
-                            AinsworthSolverPrefix(solver)));
+    PetscCall(PetscSNPrintf(
+      why, len,
+      "The preconditioning matrix is not positive definite, as BoomerAMG needs it: is A indefinite? %s-%spc_type",
+      solver->saddle.constraints() ? "A larger -pc_ainsworth_penalty_factor may help, or another " : "Choose another ",
+      AinsworthSolverPrefix(solver)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscObjectReference((PetscObject)operation));
@@ -60,9 +62,10 @@ static PetscErrorCode SetUpParts(AinsworthSolver *solver, PC inner, AinsworthEnd
   PetscCall(MatDestroy(&operation));
   if (!definite || !good) {
     *end = AINSWORTH_END_SETUP;
-    PetscCall(PetscSNPrintf(why, len, "The preconditioning matrix %s: is A indefinite? Choose another -%spc_type",
-                            definite ? "cannot be factored" : "is not positive definite, as a Cholesky factorization needs it",
-                            AinsworthSolverPrefix(solver)));
+    PetscCall(
+      PetscSNPrintf(why, len, "The preconditioning matrix %s: is A indefinite? Choose another -%spc_type",
+                    definite ? "cannot be factored" : "is not positive definite, as a Cholesky factorization needs it",
+                    AinsworthSolverPrefix(solver)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AinsworthSolverKeepCoefficients(&solver->inner));
@@ -71,9 +74,11 @@ static PetscErrorCode SetUpParts(AinsworthSolver *solver, PC inner, AinsworthEnd
 }
 
 /*
-   Tells whether block smoothed aggregation, if it was our choice, does not fit the matrix, so that another multigrid has to take its place
+   Tells whether block smoothed aggregation, if it was our choice, does not fit the matrix, so that another multigrid
+   has to take its place
 
-   In Ker C larger levels are better than another multigrid, which would need M_*: a periodic cell with a complexity of 2.9 takes 21 iterations, by BoomerAMG 149
+   In Ker C larger levels are better than another multigrid, which would need M_*: a periodic cell with a complexity of
+   2.9 takes 21 iterations, by BoomerAMG 149
 */
 static PetscErrorCode IsUnfit(const AinsworthSolver *solver, PC inner, const char **doubts)
 {
@@ -83,8 +88,10 @@ static PetscErrorCode IsUnfit(const AinsworthSolver *solver, PC inner, const cha
   PetscFunctionBegin;
   *doubts = NULL;
   PetscCall(PCBlockSAGet_Private(inner, &sa));
-  if (!sa || solver->inner.plan.preconditioner != AINSWORTH_INNER_BLOCKS || !sa->levels.hierarchy) PetscFunctionReturn(PETSC_SUCCESS);
-  if (sa->subspace && sa->levels.hierarchy->levels() > 1 && sa->levels.hierarchy->complexity() <= bearable) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!sa || solver->inner.plan.preconditioner != AINSWORTH_INNER_BLOCKS || !sa->levels.hierarchy)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  if (sa->subspace && sa->levels.hierarchy->levels() > 1 && sa->levels.hierarchy->complexity() <= bearable)
+    PetscFunctionReturn(PETSC_SUCCESS);
   if (sa->levels.hierarchy->doubts[0]) *doubts = sa->levels.hierarchy->doubts;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -104,11 +111,12 @@ static PetscErrorCode SetUpAnew(AinsworthSolver *solver, PC inner, AinsworthEnd 
   else PetscCall(PCBlockSAExpect_Private(inner, solver->inner.ksp, PETSC_FALSE, &single));
   if (bad >= 0) {
     *end = AINSWORTH_END_SETUP;
-    PetscCall(PetscSNPrintf(why, len,
-                            "Row %" PetscInt_FMT
-                            " of the preconditioning matrix holds NaN or Inf: the penalty factor, or the values of A, C or D, are too large "
-                            "or too small",
-                            bad));
+    PetscCall(PetscSNPrintf(
+      why, len,
+      "Row %" PetscInt_FMT
+      " of the preconditioning matrix holds NaN or Inf: the penalty factor, or the values of A, C or D, are too large "
+      "or too small",
+      bad));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SetUpParts(solver, inner, end, why, len));
@@ -123,7 +131,9 @@ static PetscErrorCode SetUpAnew(AinsworthSolver *solver, PC inner, AinsworthEnd 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Keeps the preconditioning matrix and its preconditioner, with the operator and the constraints of the current matrix */
+/*
+   Keeps the preconditioning matrix and its preconditioner, with the operator and the constraints of the current matrix
+*/
 static PetscErrorCode KeepWhole(PC pc, AinsworthSolver *solver)
 {
   PC inner;
@@ -145,7 +155,10 @@ static PetscErrorCode KeepWhole(PC pc, AinsworthSolver *solver)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks whether C is what it was when the inner preconditioner was made; otherwise keeping that as a whole costs more iterations than it saves */
+/*
+   Checks whether C is what it was when the inner preconditioner was made; otherwise keeping that as a whole costs more
+   iterations than it saves
+*/
 static PetscErrorCode SameConstraints(const AinsworthSolver *solver, PetscBool *same)
 {
   PetscInt  m;
@@ -160,10 +173,12 @@ static PetscErrorCode SameConstraints(const AinsworthSolver *solver, PetscBool *
 /*
    AinsworthSolverSetUpInner - sets up the inner solver by its plan, or keeps its preconditioner. Collective
 
-   keep: it is kept if that was requested or C is the same; PCBLOCKSA keeps its levels of A then, and gets the surface of the current matrix, which costs little.
-   *end and why: how the set-up ended, AINSWORTH_END_ANSWER if the solver can be used
+   keep: it is kept if that was requested or C is the same; PCBLOCKSA keeps its levels of A then, and gets the surface
+   of the current matrix, which costs little. *end and why: how the set-up ended, AINSWORTH_END_ANSWER if the solver can
+   be used
 */
-PetscErrorCode AinsworthSolverSetUpInner(PC pc, AinsworthSolver *solver, PetscBool keep, AinsworthEnd *end, char why[], size_t len)
+PetscErrorCode AinsworthSolverSetUpInner(PC pc, AinsworthSolver *solver, PetscBool keep, AinsworthEnd *end, char why[],
+                                         size_t len)
 {
   PC          inner;
   PetscBool   made;

@@ -1,9 +1,10 @@
 /*
    Springs as unknowns, for multigrid that stays in Ker C (docs/method.md, compliance)
 
-   The multiplier of a row with D is an unknown t of its own in the levels: A becomes [A 0; 0 d], C x - N mu = 0 becomes [C -(N d)^{1/2}] (x, t) = 0 with
-   mu = (d / N)^{1/2} t, and W has 1/d for t, so that S is that of the projector. d is the mean of diag(A): the levels of A depend on D by the number of rows
-   alone. A vector of the reduced system is y = x + W C' mu. Where D is zero, or so small that its energy was scaled up, t has that energy and no row.
+   The multiplier of a row with D is an unknown t of its own in the levels: A becomes [A 0; 0 d], C x - N mu = 0 becomes
+   [C -(N d)^{1/2}] (x, t) = 0 with mu = (d / N)^{1/2} t, and W has 1/d for t, so that S is that of the projector. d is
+   the mean of diag(A): the levels of A depend on D by the number of rows alone. A vector of the reduced system is y = x
+   + W C' mu. Where D is zero, or so small that its energy was scaled up, t has that energy and no row.
 */
 #include "pmat.h"
 #include "../base/loops.h"
@@ -22,16 +23,17 @@ AinsworthPmatSlack::~AinsworthPmatSlack()
 }
 
 /*
-   Springs that all give at least this part of the flexibility of their rows are no constraints: their stiffness is added to A, which costs no projections. On
-   plates that glue holds (41 000 rows with .18 to .94) that takes .56 s for .91 s, and half of the set-up. With .01 ties take 22 to 29 iterations for 16 to 21
+   Springs that all give at least this part of the flexibility of their rows are no constraints: their stiffness is
+   added to A, which costs no projections. On plates that glue holds (41 000 rows with .18 to .94) that takes .56 s for
+   .91 s, and half of the set-up. With .01 ties take 22 to 29 iterations for 16 to 21
 */
 static const PetscReal flexible = 0.05;
 
 /*
    AinsworthPmatHasSlack - checks whether springs become unknowns of multigrid in Ker C. Collective
 
-   D has to be diagonal and not negative, so that each row has a spring of its own, and has to hold something: a row is stiff, or unknowns without stiffness are
-   in rows
+   D has to be diagonal and not negative, so that each row has a spring of its own, and has to hold something: a row is
+   stiff, or unknowns without stiffness are in rows
 */
 PetscErrorCode AinsworthPmatHasSlack(const AinsworthPmatInputs *in, const AinsworthCompliance *c, PetscBool *has)
 {
@@ -68,7 +70,7 @@ namespace
 struct Numbers {
   PetscLayout           columns = NULL;
   const PetscInt       *first   = NULL; /* of each rank: its first unknown before, then their number */
-  std::vector<PetscInt> shift; /* of each rank: by how much these numbers grow */
+  std::vector<PetscInt> shift;          /* of each rank: by how much these numbers grow */
   PetscMPIInt           rank = 0;
 
   PetscErrorCode create(Mat A, const std::vector<PetscInt> &more)
@@ -111,7 +113,10 @@ static PetscErrorCode MeanDiagonal(Mat A, PetscReal *mean)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthPmatSlackExtend - copies the rows of A, AIJ, and after them those of slack unknowns, which have a diagonal entry alone. Collective */
+/*
+   AinsworthPmatSlackExtend - copies the rows of A, AIJ, and after them those of slack unknowns, which have a diagonal
+   entry alone. Collective
+*/
 PetscErrorCode AinsworthPmatSlackExtend(const AinsworthPmatSlack *slack, Mat A, Mat *extended)
 {
   Numbers          to;
@@ -131,7 +136,10 @@ PetscErrorCode AinsworthPmatSlackExtend(const AinsworthPmatSlack *slack, Mat A, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the global number of the slack unknown of each row, laid out as the rows: rows that begin in the same node are next to each other. Collective */
+/*
+   Finds the global number of the slack unknown of each row, laid out as the rows: rows that begin in the same node are
+   next to each other. Collective
+*/
 static PetscErrorCode NumberSlack(Mat C, PetscInt bs, const Numbers &to, Vec *numbers)
 {
   std::vector<std::pair<PetscInt, PetscInt>> rows; /* node, local row */
@@ -140,7 +148,9 @@ static PetscErrorCode NumberSlack(Mat C, PetscInt bs, const Numbers &to, Vec *nu
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(C, NULL, numbers));
-  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) { rows.push_back({row.n ? row.j[0] / bs : 0, row.local}); }));
+  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
+    rows.push_back({row.n ? row.j[0] / bs : 0, row.local});
+  }));
   std::sort(rows.begin(), rows.end());
   PetscCall(VecGetArrayWrite(*numbers, &number));
   for (const auto &row : rows) number[row.second] = (PetscReal)first++;
@@ -164,7 +174,8 @@ static PetscErrorCode CreateMap(Mat C, Vec weight, Vec v, const Numbers &to, Vec
   PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &spread));
   PetscCall(MatDestroy(&CW));
   PetscCall(MatGetLocalSize(C, NULL, &n));
-  PetscCall(AinsworthForRows(spread, [&](const AinsworthMatRow &row) { asked.insert(asked.end(), row.j, row.j + row.n); }));
+  PetscCall(
+    AinsworthForRows(spread, [&](const AinsworthMatRow &row) { asked.insert(asked.end(), row.j, row.j + row.n); }));
   PetscCall(AinsworthVecGather(numbers, (PetscInt)asked.size(), asked.data(), &found));
   PetscCall(VecGetArrayRead(found, &number));
   PetscCall(AinsworthForRows(spread, [&](const AinsworthMatRow &row) {
@@ -180,12 +191,15 @@ static PetscErrorCode CreateMap(Mat C, Vec weight, Vec v, const Numbers &to, Vec
 }
 
 /*
-   AinsworthPmatCreateSlack - creates A, C and W with slack unknowns after those of x on each rank, and the map to vectors of the reduced system. Collective
+   AinsworthPmatCreateSlack - creates A, C and W with slack unknowns after those of x on each rank, and the map to
+   vectors of the reduced system. Collective
 
-   bs: unknowns per node, of which those of the slack unknowns are a multiple on each rank; those too many are alone. existing: so many are there already on this
-   rank; they stay if they are enough, and not far too many, as the levels of A depend on their number: contact changes the number of rows in each step
+   bs: unknowns per node, of which those of the slack unknowns are a multiple on each rank; those too many are alone.
+   existing: so many are there already on this rank; they stay if they are enough, and not far too many, as the levels
+   of A depend on their number: contact changes the number of rows in each step
 */
-PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *in, const AinsworthCompliance *c, PetscInt bs, PetscInt existing, AinsworthPmatSlack *made)
+PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *in, const AinsworthCompliance *c, PetscInt bs,
+                                        PetscInt existing, AinsworthPmatSlack *made)
 {
   PetscInt         m, n;
   PetscMPIInt      size;
@@ -196,9 +210,11 @@ PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *in, const Ain
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(in->C, &m, &n));
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)in->C), &size));
-  const PetscInt ample = m + m / spare, more = m <= existing && existing <= 2 * ample ? existing : (ample + bs - 1) / bs * bs;
+  const PetscInt ample = m + m / spare,
+                 more  = m <= existing && existing <= 2 * ample ? existing : (ample + bs - 1) / bs * bs;
   made->numbers.resize(size);
-  PetscCallMPI(MPI_Allgather(&more, 1, MPIU_INT, made->numbers.data(), 1, MPIU_INT, PetscObjectComm((PetscObject)in->C)));
+  PetscCallMPI(
+    MPI_Allgather(&more, 1, MPIU_INT, made->numbers.data(), 1, MPIU_INT, PetscObjectComm((PetscObject)in->C)));
   PetscCall(to.create(in->C, made->numbers));
   PetscCall(MeanDiagonal(in->aij, &made->d));
   PetscCall(AinsworthPmatSlackExtend(made, in->aij, &made->A));
@@ -208,11 +224,12 @@ PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *in, const Ain
   PetscCall(MatGetDiagonal(c->N, N));
   PetscCall(MatGetDiagonal(c->E, E));
   PetscCall(VecAXPY(E, 1.0, c->rest));
-  PetscCall(AinsworthUpdate(scale, {N, E, c->inverse}, [=](PetscInt, PetscScalar &v, PetscScalar a, PetscScalar e, PetscScalar inverse) {
-    const PetscReal energy = a != 0.0 && inverse == 1.0 ? PetscRealPart(a) : PetscRealPart(e);
+  PetscCall(AinsworthUpdate(scale, {N, E, c->inverse},
+                            [=](PetscInt, PetscScalar &v, PetscScalar a, PetscScalar e, PetscScalar inverse) {
+                              const PetscReal energy = a != 0.0 && inverse == 1.0 ? PetscRealPart(a) : PetscRealPart(e);
 
-    v = energy > 0.0 ? PetscSqrtReal(d / energy) : 0.0;
-  }));
+                              v = energy > 0.0 ? PetscSqrtReal(d / energy) : 0.0;
+                            }));
   PetscCall(AinsworthVecClone(N, &spring));
   PetscCall(AinsworthUpdate(spring, {c->inverse}, [=](PetscInt, PetscScalar &s, PetscScalar inverse) {
     s = inverse == 1.0 ? -PetscSqrtReal(PetscRealPart(s)) * PetscSqrtReal(d) : 0.0;

@@ -49,9 +49,10 @@ struct AinsworthChoices {
   Vec                    weight      = NULL; /* of length n, for MAT_AINSWORTH_WEIGHT_USER; NULL until it is set */
   PetscInt               rowsPerRank = 0;
   AinsworthRedundantType redundant   = {};
-  AinsworthRung          ladder = AINSWORTH_RUNG_WHOLE; /* the highest rung that may be climbed */
+  AinsworthRung          ladder      = AINSWORTH_RUNG_WHOLE; /* the highest rung that may be climbed */
   AinsworthRebuildType   rebuild     = {};
-  AinsworthPmatOptions   pmat        = {}; /* factor PETSC_DEFAULT depends on the types of penalty and approximation; symmetric is set by set-up */
+  /* factor PETSC_DEFAULT depends on the types of penalty and approximation; symmetric is set by set-up */
+  AinsworthPmatOptions pmat = {};
 };
 
 /* Energies of a motion, relative to that of diag(A), for the words of a failure: none, and negative beyond rounding */
@@ -59,8 +60,9 @@ static const PetscReal AinsworthNoEnergy = PETSC_MACHINE_EPSILON / AinsworthUnde
 
 /* The system in Ker C, and what leads there and back; empty until set-up */
 struct AinsworthReduced {
-  Mat mat             = NULL;  /* the reduced operator; NULL without constraints */
-  Vec inverseDiagonal = NULL;  /* diag(A)^{-1}, length n; weights residuals so that their size does not depend on that of A */
+  Mat mat = NULL; /* the reduced operator; NULL without constraints */
+  /* diag(A)^{-1}, length n; weights residuals so that their size does not depend on that of A */
+  Vec inverseDiagonal = NULL;
   Vec rhs = NULL, Ax = NULL;   /* f~, and op(A) x with the program's A */
   Vec f = NULL;                /* f minus the terms of known x and lambda; NULL if nothing is known */
   Vec g = NULL, lambda = NULL; /* on the kept rows, if some are not kept */
@@ -69,58 +71,66 @@ struct AinsworthReduced {
 /* The solver of the reduced system */
 struct AinsworthInner {
   KSP                 ksp = NULL;
-  AinsworthPlan       plan;         /* what it is, and which of its parts we chose */
-  PetscBool           configured   = PETSC_FALSE; /* defaults are set and options read */
-  Mat                 M            = NULL;        /* the preconditioning matrix */
-  PCAinsworthPmatType autoType     = {};          /* type of M that auto chose */
-  const char         *autoReason   = NULL;        /* why; NULL before it chose */
-  AinsworthPmatFormat format       = {};          /* of M; depends on the type of its preconditioner */
-  PetscInt            longRows     = 0;           /* number of rows of C left out of M */
-  IS                  order        = NULL;        /* of the unknowns, on rank 0: the next factorization of M uses it; NULL until it is found */
-  PetscInt            coefficients = 0;           /* iterations of which conjugate gradients can keep them */
-  AinsworthLeftOut    left;                       /* what M leaves out, and conjugate gradients add */
-  PetscBool           springs = PETSC_FALSE;      /* M includes the springs of D */
-  Mat                 operation = NULL;           /* the operator in Ker C; NULL if the method does not iterate there */
-  PC                  around    = NULL;           /* takes the place of the preconditioner during a solve; NULL before set-up */
+  AinsworthPlan       plan;                     /* what it is, and which of its parts we chose */
+  PetscBool           configured = PETSC_FALSE; /* defaults are set and options read */
+  Mat                 M          = NULL;        /* the preconditioning matrix */
+  PCAinsworthPmatType autoType   = {};          /* type of M that auto chose */
+  const char         *autoReason = NULL;        /* why; NULL before it chose */
+  AinsworthPmatFormat format     = {};          /* of M; depends on the type of its preconditioner */
+  PetscInt            longRows   = 0;           /* number of rows of C left out of M */
+  /* of the unknowns, on rank 0: the next factorization of M uses it; NULL until it is found */
+  IS               order        = NULL;
+  PetscInt         coefficients = 0;        /* iterations of which conjugate gradients can keep them */
+  AinsworthLeftOut left;                    /* what M leaves out, and conjugate gradients add */
+  PetscBool        springs   = PETSC_FALSE; /* M includes the springs of D */
+  Mat              operation = NULL;        /* the operator in Ker C; NULL if the method does not iterate there */
+  /* takes the place of the preconditioner during a solve; NULL before set-up */
+  PC around = NULL;
 };
 
 /* The age of the inner preconditioner (rebuild.cpp) */
 struct AinsworthSolverAge {
-  PCAinsworthAgeType type       = {};
-  PetscBool          forProgram = PETSC_FALSE; /* it is kept because the program set PCSetReusePreconditioner() on this PC */
-  PetscBool          ownReuse   = PETSC_FALSE; /* the program's own PCSetReusePreconditioner() of the inner PC */
-  AinsworthAge       counts;
-  AinsworthSource    source; /* the C for which a preconditioner that is kept as a whole was made */
+  PCAinsworthAgeType type = {};
+  /* it is kept because the program set PCSetReusePreconditioner() on this PC */
+  PetscBool       forProgram = PETSC_FALSE;
+  PetscBool       ownReuse   = PETSC_FALSE; /* the program's own PCSetReusePreconditioner() of the inner PC */
+  AinsworthAge    counts;
+  AinsworthSource source; /* the C for which a preconditioner that is kept as a whole was made */
 };
 
 /* A factorization of M_* in place of multigrid, by our choice (escape.cpp) */
 struct AinsworthEscape {
-  PetscInt            n        = 0;   /* size of A when it was chosen, or failed */
-  PetscReal           entries  = 0.0; /* of A then */
-  char                why[256] = {};  /* reason for the choice */
-  AinsworthPriceFacts facts;    /* for this set-up, as far as they were asked for: without unknowns none, without fill not those of a factorization */
-  AinsworthSeries     series;   /* the current solve */
+  PetscInt  n        = 0;   /* size of A when it was chosen, or failed */
+  PetscReal entries  = 0.0; /* of A then */
+  char      why[256] = {};  /* reason for the choice */
+  /* for this set-up, as far as they were asked for: without unknowns none, without fill not those of a factorization */
+  AinsworthPriceFacts facts;
+  AinsworthSeries     series; /* the current solve */
 };
 
-/* A reduced solve that a factorization may end; it is watched if `converged` is set, the method's own convergence test (escape.cpp) */
+/*
+   A reduced solve that a factorization may end; it is watched if `converged` is set, the method's own convergence test
+   (escape.cpp)
+*/
 struct AinsworthWatch {
-  struct AinsworthSolver *solver                                                           = NULL;
-  AinsworthEnd         end                                                            = {}; /* AINSWORTH_END_DEAR if it was ended */
-  void                *test                                                           = NULL;
+  struct AinsworthSolver *solver = NULL;
+  /* AINSWORTH_END_DEAR if it was ended */
+  AinsworthEnd end                                                                    = {};
+  void        *test                                                                   = NULL;
   PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *) = NULL;
   AinsworthTestDestroyFn *destroy                                                     = NULL;
 };
 
 /* Each part is made from those before it */
 struct AinsworthSolver {
-  AinsworthChoices      choices;
+  AinsworthChoices        choices;
   AinsworthReportSettings settings; /* of the report; they may end a solve */
   AinsworthSaddle         saddle;   /* no A before the first set-up */
-  AinsworthReduced      reduced;
+  AinsworthReduced        reduced;
   AinsworthHistory        history; /* which solvers this matrix has already seen */
-  AinsworthInner        inner;
-  AinsworthSolverAge          age;
-  AinsworthEscape       escape;
+  AinsworthInner          inner;
+  AinsworthSolverAge      age;
+  AinsworthEscape         escape;
 };
 
 /* Returns the prefix of the options of the inner solver */
@@ -147,20 +157,20 @@ static inline PetscReal AinsworthFactorBytes(const AinsworthCost *cost)
   return cost->entries <= (PetscReal)PETSC_MAX_INT ? cost->entries * (PetscReal)sizeof(PetscScalar) : PETSC_INFINITY;
 }
 /* facts.cpp: what the plan goes by */
-PETSC_INTERN PCType AinsworthSolverInnerType(const AinsworthSolver *, AinsworthPreconditioner);
+PETSC_INTERN PCType         AinsworthSolverInnerType(const AinsworthSolver *, AinsworthPreconditioner);
 PETSC_INTERN PetscErrorCode AinsworthSolverPlan(PC, const AinsworthSolver *, AinsworthPlan *);
 PETSC_INTERN PetscErrorCode AinsworthSolverNextRung(PC, const AinsworthSolver *, AinsworthEnd, AinsworthLadderStep *);
 PETSC_INTERN PetscErrorCode AinsworthSolverMeasure(const AinsworthSolver *, PetscInt *, PetscReal *);
 PETSC_INTERN PetscErrorCode AinsworthSolverRememberFactor(AinsworthSolver *, AinsworthTried, const char[]);
 PETSC_INTERN PetscErrorCode AinsworthSolverReview(PC, AinsworthSolver *);
-PETSC_INTERN PetscBool AinsworthSolverReadsOptions(PC);
+PETSC_INTERN PetscBool      AinsworthSolverReadsOptions(PC);
 PETSC_INTERN PetscErrorCode AinsworthSolverForgetFailure(PC);
 /* options.cpp: options and defaults */
 PETSC_INTERN PetscErrorCode AinsworthSolverConfigureKSP(PC, AinsworthSolver *);
 PETSC_INTERN PetscErrorCode AinsworthSolverGetPmatFormat(AinsworthSolver *, AinsworthPmatFormat *);
 /* method.cpp: the method, its norm and its side */
 PETSC_INTERN PetscErrorCode AinsworthSolverIsConjugateGradients(KSPType, PetscBool *);
-PETSC_INTERN KSPType AinsworthSolverMethodType(AinsworthMethod);
+PETSC_INTERN KSPType        AinsworthSolverMethodType(AinsworthMethod);
 PETSC_INTERN PetscErrorCode AinsworthSolverForgetNorm(AinsworthInner *);
 PETSC_INTERN PetscErrorCode AinsworthSolverChooseNorm(AinsworthInner *);
 PETSC_INTERN PetscErrorCode AinsworthSolverSetMethod(AinsworthInner *, KSPType);
@@ -179,27 +189,27 @@ PETSC_INTERN PetscErrorCode AinsworthSolverGetInnerPC(const AinsworthSolver *, P
 PETSC_INTERN PetscErrorCode AinsworthSolverEnter(AinsworthSolver *, KSP, Vec);
 PETSC_INTERN PetscErrorCode AinsworthSolverLeave(const AinsworthSolver *, KSP);
 /* matrix.cpp: M_* */
-PETSC_INTERN PetscErrorCode AinsworthSolverSetUpPmat(AinsworthSolver *, PC, PetscInt *);
+PETSC_INTERN PetscErrorCode      AinsworthSolverSetUpPmat(AinsworthSolver *, PC, PetscInt *);
 PETSC_INTERN PCAinsworthPmatType AinsworthSolverPmatTypeInUse(const AinsworthSolver *);
-PETSC_INTERN PetscReal AinsworthSolverPenaltyFactor(const AinsworthSolver *);
+PETSC_INTERN PetscReal           AinsworthSolverPenaltyFactor(const AinsworthSolver *);
 /* setup.cpp: set-up */
 PETSC_INTERN PetscErrorCode AinsworthSolverSetUpInner(PC, AinsworthSolver *, PetscBool, AinsworthEnd *, char[], size_t);
 PETSC_INTERN PetscErrorCode AinsworthSolverChangeMethod(PC, AinsworthSolver *, AinsworthEnd *);
 /* factored.cpp: factorizations of M_* */
-PETSC_INTERN PCType AinsworthSolverFactorType(const AinsworthSolver *, MatSolverType *);
+PETSC_INTERN PCType         AinsworthSolverFactorType(const AinsworthSolver *, MatSolverType *);
 PETSC_INTERN PetscErrorCode AinsworthSolverLeastMemory(MPI_Comm, PetscReal *);
 PETSC_INTERN PetscErrorCode AinsworthSolverChoosePackage(const AinsworthSolver *, PC);
 PETSC_INTERN PetscErrorCode AinsworthSolverOrderPmat(AinsworthSolver *, const std::vector<Mat> &, AinsworthCost *);
 PETSC_INTERN PetscErrorCode AinsworthSolverConvertPmat(AinsworthSolver *);
 PETSC_INTERN PetscErrorCode AinsworthSolverSetUpPreconditioner(AinsworthSolver *, PC, PetscBool *);
 /* rebuild.cpp: when the preconditioner is rebuilt */
-PETSC_INTERN PetscBool AinsworthSolverMustKeepInner(PC, const AinsworthSolver *);
+PETSC_INTERN PetscBool      AinsworthSolverMustKeepInner(PC, const AinsworthSolver *);
 PETSC_INTERN PetscErrorCode AinsworthSolverDecideToKeepInner(PC, const AinsworthSolver *, PetscBool *);
 PETSC_INTERN PetscErrorCode AinsworthSolverLimit(PC, const AinsworthSolver *, PetscInt *);
 PETSC_INTERN PetscErrorCode AinsworthSolverCount(AinsworthSolver *);
 PETSC_INTERN PetscErrorCode AinsworthSolverViewRebuild(const AinsworthSolver *, PetscViewer);
 /* cost.cpp: what things cost */
-PETSC_INTERN PetscReal AinsworthSolverEscapePrice(const AinsworthSolver *);
+PETSC_INTERN PetscReal      AinsworthSolverEscapePrice(const AinsworthSolver *);
 PETSC_INTERN PetscErrorCode AinsworthSolverEscapeFacts(AinsworthSolver *, PetscInt, PetscReal);
 PETSC_INTERN PetscErrorCode AinsworthSolverEscapeCost(AinsworthSolver *);
 /* escape.cpp: a solve that a factorization may end */

@@ -7,11 +7,13 @@
 #include <petscksp.h>
 
 /*
-   AinsworthKernelFindShares - finds what unknowns that belong to one row alone give to its flexibility, C W C'. Collective
+   AinsworthKernelFindShares - finds what unknowns that belong to one row alone give to its flexibility, C W C'.
+   Collective
 
    shares: for each entry of C, by local rows; 0 if other rows have its unknown
 */
-PetscErrorCode AinsworthKernelFindShares(const AinsworthPmatInputs *in, Mat C, const AinsworthKernelRoles &roles, std::vector<PetscReal> *shares)
+PetscErrorCode AinsworthKernelFindShares(const AinsworthPmatInputs *in, Mat C, const AinsworthKernelRoles &roles,
+                                         std::vector<PetscReal> *shares)
 {
   Vec                    counts, squares, here[2];
   std::vector<PetscInt>  columns;
@@ -20,18 +22,22 @@ PetscErrorCode AinsworthKernelFindShares(const AinsworthPmatInputs *in, Mat C, c
 
   PetscFunctionBegin;
   PetscCall(AinsworthCountRows(C, 0, &counts));
-  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) { columns.insert(columns.end(), row.j, row.j + row.n); }));
+  PetscCall(
+    AinsworthForRows(C, [&](const AinsworthMatRow &row) { columns.insert(columns.end(), row.j, row.j + row.n); }));
   PetscCall(AinsworthVecGather(counts, (PetscInt)columns.size(), columns.data(), &here[0]));
   PetscCall(AinsworthVecGather(roles.weight, (PetscInt)columns.size(), columns.data(), &here[1]));
-  PetscCall(
-    AinsworthForEntries({here[0], here[1]}, [&](PetscInt, PetscScalar count, PetscScalar w) { alone.push_back(count == 1.0 ? PetscRealPart(w) : 0.0); }));
+  PetscCall(AinsworthForEntries({here[0], here[1]}, [&](PetscInt, PetscScalar count, PetscScalar w) {
+    alone.push_back(count == 1.0 ? PetscRealPart(w) : 0.0);
+  }));
   PetscCall(MatCreateVecs(C, NULL, &squares));
   PetscCall(AinsworthRowSquares(C, in->weight, squares));
   PetscCall(AinsworthForEntries({squares}, [&](PetscInt, PetscScalar s) { whole.push_back(PetscRealPart(s)); }));
   for (Vec *v : {&counts, &squares, &here[0], &here[1]}) PetscCall(VecDestroy(v));
   PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
     for (PetscInt k = 0; k < row.n; k++, at++)
-      shares->push_back(roles.shortRows[row.local] && alone[at] > 0.0 ? PetscSqr(PetscAbsScalar(row.a[k])) * alone[at] / whole[row.local] : 0.0);
+      shares->push_back(roles.shortRows[row.local] && alone[at] > 0.0
+                          ? PetscSqr(PetscAbsScalar(row.a[k])) * alone[at] / whole[row.local]
+                          : 0.0);
   }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -100,7 +106,10 @@ static PetscErrorCode SolveRoughly(Mat S, Vec c, Vec mu)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets the unknowns of C and their neighbors in A: all that a vector on the unknowns of C has an energy with. Collective */
+/*
+   Gets the unknowns of C and their neighbors in A: all that a vector on the unknowns of C has an energy with.
+   Collective
+*/
 static PetscErrorCode FindSurface(Mat A, Mat C, IS *surface)
 {
   Vec                   marked, neighbors;
@@ -112,13 +121,15 @@ static PetscErrorCode FindSurface(Mat A, Mat C, IS *surface)
   PetscCall(VecDuplicate(marked, &neighbors));
   PetscCall(VecGetOwnershipRange(marked, &rstart, NULL));
   PetscCall(AinsworthUpdate(marked, [=](PetscInt i, PetscScalar &m) {
-    if (m != 0.0) m = 1.0 + (PetscReal)((rstart + i) % 97) / 101.0; /* so that rows of A, which sum up to zero, do not cancel */
+    /* so that rows of A, which sum up to zero, do not cancel */
+    if (m != 0.0) m = 1.0 + (PetscReal)((rstart + i) % 97) / 101.0;
   }));
   PetscCall(MatMult(A, marked, neighbors));
   PetscCall(AinsworthForEntries({marked, neighbors}, [&](PetscInt i, PetscScalar m, PetscScalar n) {
     if (m != 0.0 || n != 0.0) mine.push_back(rstart + i);
   }));
-  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)A), (PetscInt)mine.size(), mine.data(), PETSC_COPY_VALUES, surface));
+  PetscCall(
+    ISCreateGeneral(PetscObjectComm((PetscObject)A), (PetscInt)mine.size(), mine.data(), PETSC_COPY_VALUES, surface));
   PetscCall(VecDestroy(&marked));
   PetscCall(VecDestroy(&neighbors));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -155,11 +166,13 @@ static PetscErrorCode CreateSmooth(Mat A, IS surface, Vec weight, Vec *v)
 }
 
 /*
-   Measures how many times the energy of (I - T) v, for a smooth v, the exact projection has: v' Q' A Q v, Q = (I - W C' S^-1 C) (I - T). Collective
+   Measures how many times the energy of (I - T) v, for a smooth v, the exact projection has: v' Q' A Q v, Q = (I - W C'
+   S^-1 C) (I - T). Collective
 
    By so much the cycle may take steps that are too large, as its coarser levels do not know of the last projection
 */
-static PetscErrorCode MeasureGain(const AinsworthPmatInputs *in, Mat C, Mat CWt, Mat S, Vec weight, Mat T, PetscReal *gain)
+static PetscErrorCode MeasureGain(const AinsworthPmatInputs *in, Mat C, Mat CWt, Mat S, Vec weight, Mat T,
+                                  PetscReal *gain)
 {
   PetscReal energies[2];
   IS        surface;
@@ -187,8 +200,12 @@ static PetscErrorCode MeasureGain(const AinsworthPmatInputs *in, Mat C, Mat CWt,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds to T what moves the softest unknown that a weak row has alone by what T leaves of the row, E (C - C T). Collective */
-static PetscErrorCode AddRest(const AinsworthPmatInputs *in, Mat C, const std::vector<char> &weak, const AinsworthKernelRoles &roles, Mat *T)
+/*
+   Adds to T what moves the softest unknown that a weak row has alone by what T leaves of the row, E (C - C T).
+   Collective
+*/
+static PetscErrorCode AddRest(const AinsworthPmatInputs *in, Mat C, const std::vector<char> &weak,
+                              const AinsworthKernelRoles &roles, Mat *T)
 {
   std::vector<PetscReal> shares;
   AinsworthEntries       picks;
@@ -220,16 +237,19 @@ static PetscErrorCode AddRest(const AinsworthPmatInputs *in, Mat C, const std::v
 }
 
 /*
-   AinsworthKernelCreateSpread - creates T_f, W C' Inv(S) C for the short rows and what that leaves of some; NULL if there are none. Collective
+   AinsworthKernelCreateSpread - creates T_f, W C' Inv(S) C for the short rows and what that leaves of some; NULL if
+   there are none. Collective
 
-   S is that of the projector if these are all rows, with their usual weight. Inv(S) has the 1-norms of its rows: Inv(S) S has eigenvalues from 2 d - 1 to 1,
-   where a row of S has a part d of its 1-norm on the diagonal. From d = 1/2 downwards T may leave all of a row: where many slaves are tied to few masters, as on a
-   plate of a fine mesh on a block of a coarse one. That alone does no harm; it does where moving the slaves strains what is stiffer than the smooth motions of the
-   body, as the thickness of the plate: measured gains are 1.2 to 29 there, and up to 1.02 elsewhere. Then the slaves take what is left, so that Q_* P is in Ker C
-   (aspect 1000: 54 iterations, 509 without). They do not always, because that makes coarse functions of softer masters stiff (two cubes, E2 = 1e-6: 16, 9 without)
+   S is that of the projector if these are all rows, with their usual weight. Inv(S) has the 1-norms of its rows: Inv(S)
+   S has eigenvalues from 2 d - 1 to 1, where a row of S has a part d of its 1-norm on the diagonal. From d = 1/2
+   downwards T may leave all of a row: where many slaves are tied to few masters, as on a plate of a fine mesh on a
+   block of a coarse one. That alone does no harm; it does where moving the slaves strains what is stiffer than the
+   smooth motions of the body, as the thickness of the plate: measured gains are 1.2 to 29 there, and up to 1.02
+   elsewhere. Then the slaves take what is left, so that Q_* P is in Ker C (aspect 1000: 54 iterations, 509 without).
+   They do not always, because that makes coarse functions of softer masters stiff (two cubes, E2 = 1e-6: 16, 9 without)
 */
-PetscErrorCode AinsworthKernelCreateSpread(const AinsworthPmatInputs *in, Mat all, const AinsworthPmatOptions *opt, const AinsworthKernelRoles &roles,
-                                           Mat *spread)
+PetscErrorCode AinsworthKernelCreateSpread(const AinsworthPmatInputs *in, Mat all, const AinsworthPmatOptions *opt,
+                                           const AinsworthKernelRoles &roles, Mat *spread)
 {
   static const PetscReal most  = 1.1;
   PetscInt               taken = 0, rows;
@@ -250,7 +270,8 @@ PetscErrorCode AinsworthKernelCreateSpread(const AinsworthPmatInputs *in, Mat al
   if (whole) PetscCall(AinsworthShare(all, &C));
   else PetscCall(AinsworthCopyMarkedRows(all, &roles.shortRows, &C));
   PetscCall(AinsworthScaleColumns(C, roles.weight, &S));
-  PetscCall(AinsworthCopyMarkedRows(S, NULL, &CW)); /* without the columns of unknowns that have no weight: their rows would couple all others */
+  /* without the columns of unknowns that have no weight: their rows would couple all others */
+  PetscCall(AinsworthCopyMarkedRows(S, NULL, &CW));
   PetscCall(MatDestroy(&S));
   PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
   if (whole) PetscCall(AinsworthShare(in->S, &S));
@@ -263,7 +284,9 @@ PetscErrorCode AinsworthKernelCreateSpread(const AinsworthPmatInputs *in, Mat al
   PetscCall(FindWeak(S, &weak, &any));
   if (any) PetscCall(MeasureGain(in, C, CWt, S, roles.weight, *spread, &gain));
   if (gain > most) {
-    PetscCall(PetscInfo(all, "The projection of coarse functions multiplies their energy by %g: slaves take what is left of rows\n", (double)gain));
+    PetscCall(PetscInfo(
+      all, "The projection of coarse functions multiplies their energy by %g: slaves take what is left of rows\n",
+      (double)gain));
     PetscCall(AddRest(in, C, weak, roles, spread));
   }
   for (Mat *M : {&C, &CW, &CWt, &S, &XC, &inverse}) PetscCall(MatDestroy(M));

@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <cstring>
 
-/* K is kept with its factor: the interfaces to MUMPS and UMFPACK read its arrays in their solves, and options may ask for iterations */
+/*
+   K is kept with its factor: the interfaces to MUMPS and UMFPACK read its arrays in their solves, and options may ask
+   for iterations
+*/
 struct AinsworthWhole {
   KSP  ksp       = NULL; /* has S K S and its factor */
   Vec  scale     = NULL; /* S, with the layout of K */
@@ -27,7 +30,10 @@ struct Choice {
   PetscErrorCode setDefaults(PetscInt, AinsworthDefaults *) const;
 };
 
-/* Chooses what pivots, as K is indefinite; options come first. In complex arithmetic no package has L D L^H with pivoting */
+/*
+   Chooses what pivots, as K is indefinite; options come first. In complex arithmetic no package has L D L^H with
+   pivoting
+*/
 PetscErrorCode Choice::make(KSP ksp, bool symmetric)
 {
   PetscOptions options;
@@ -56,16 +62,20 @@ PetscErrorCode Choice::make(KSP ksp, bool symmetric)
   PetscCall(PetscOptionsGetString(options, prefix, "-pc_type", type, sizeof(type), &typed));
   PetscCall(PetscStrcmp(type, PCREDUNDANT, &redundant));
   if (sequential && !redundant) package[0] = '\0'; /* PETSc finds one for these ranks, or says that it has none */
-  PetscCall(
-    PetscOptionsGetString(options, prefix, redundant ? "-redundant_pc_factor_mat_solver_type" : "-pc_factor_mat_solver_type", package, sizeof(package), NULL));
-  if (!typed && !redundant && is(MATSOLVERMUMPS) && symmetric && !PetscDefined(USE_COMPLEX)) PetscCall(PetscStrncpy(type, PCCHOLESKY, sizeof(type)));
+  PetscCall(PetscOptionsGetString(options, prefix,
+                                  redundant ? "-redundant_pc_factor_mat_solver_type" : "-pc_factor_mat_solver_type",
+                                  package, sizeof(package), NULL));
+  if (!typed && !redundant && is(MATSOLVERMUMPS) && symmetric && !PetscDefined(USE_COMPLEX))
+    PetscCall(PetscStrncpy(type, PCCHOLESKY, sizeof(type)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   Sets our defaults for n unknowns. The others do not pivot in the process: they get nonzero diagonals, or replace tiny pivots
+   Sets our defaults for n unknowns. The others do not pivot in the process: they get nonzero diagonals, or replace tiny
+   pivots
 
-   MUMPS gets room for delayed pivots, in percent of its estimate, at once: that of a small system is a few numbers, of which delays may take a multiple
+   MUMPS gets room for delayed pivots, in percent of its estimate, at once: that of a small system is a few numbers, of
+   which delays may take a multiple
 */
 PetscErrorCode Choice::setDefaults(PetscInt n, AinsworthDefaults *defaults) const
 {
@@ -105,11 +115,13 @@ static PetscErrorCode Factor(KSP ksp, const Choice &choice, PCFailedReason *reas
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCSetType(pc, choice.type));
   PetscCall(KSPSetFromOptions(ksp));
-  if (!choice.is(MATSOLVERMUMPS) && (size == 1 || choice.redundant)) PetscCall(AinsworthFactorTryUnlogged([=] { return KSPSetUp(ksp); }, &code, &message));
+  if (!choice.is(MATSOLVERMUMPS) && (size == 1 || choice.redundant))
+    PetscCall(AinsworthFactorTryUnlogged([=] { return KSPSetUp(ksp); }, &code, &message));
   else PetscCall(KSPSetUp(ksp));
   PetscCall(defaults.clear());
   if (code) {
-    PetscCheck(std::count(expected, expected + PETSC_STATIC_ARRAY_LENGTH(expected), code), comm, code, "%s", message.c_str());
+    PetscCheck(std::count(expected, expected + PETSC_STATIC_ARRAY_LENGTH(expected), code), comm, code, "%s",
+               message.c_str());
     PetscCall(PetscInfo(ksp, "The whole system is not factored: %s\n", message.c_str()));
     *reason = code == PETSC_ERR_MEM ? PC_FACTOR_OUTMEMORY : PC_FACTOR_OTHER;
   } else PetscCall(PCGetFailedReason(pc, reason));
@@ -137,7 +149,9 @@ static PetscErrorCode Explain(KSP ksp, PCFailedReason reason, char why[], size_t
     PetscCall(MatMumpsGetInfog(F, 1, &info));
   }
 #endif
-  if (mumps) PetscCall(PetscSNPrintf(why, len, "the whole system cannot be factored: %s, INFOG(1) of MUMPS is %" PetscInt_FMT, PCFailedReasons[reason], info));
+  if (mumps)
+    PetscCall(PetscSNPrintf(why, len, "the whole system cannot be factored: %s, INFOG(1) of MUMPS is %" PetscInt_FMT,
+                            PCFailedReasons[reason], info));
   else PetscCall(PetscSNPrintf(why, len, "the whole system cannot be factored: %s", PCFailedReasons[reason]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -184,7 +198,10 @@ static PetscErrorCode Unload(Vec v, AinsworthSaddleVec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks by a solve whether the factor gives numbers: UMFPACK factors a singular matrix with no more than a warning. Collective */
+/*
+   Checks by a solve whether the factor gives numbers: UMFPACK factors a singular matrix with no more than a warning.
+   Collective
+*/
 static PetscErrorCode GivesNumbers(const AinsworthWhole *whole, PetscBool *good)
 {
   PetscReal norm;
@@ -200,11 +217,12 @@ static PetscErrorCode GivesNumbers(const AinsworthWhole *whole, PetscBool *good)
 /*
    AinsworthWholeCreate - assembles, equilibrates and factors the whole system. Collective
 
-   If it cannot be factored, *whole is NULL and `why` tells the cause, both the same on all ranks; otherwise `why` is empty. A matrix that is singular only to
-   rounding is factored all the same: the caller judges its answers. prefix: options are those of a KSP with this prefix and "whole_".
+   If it cannot be factored, *whole is NULL and `why` tells the cause, both the same on all ranks; otherwise `why` is
+   empty. A matrix that is singular only to rounding is factored all the same: the caller judges its answers. prefix:
+   options are those of a KSP with this prefix and "whole_".
 */
-PetscErrorCode AinsworthWholeCreate(const AinsworthSaddle *sp, PetscBool symmetric, AinsworthSaddleVec scale, const char prefix[], AinsworthWhole **whole,
-                                    char why[], size_t len)
+PetscErrorCode AinsworthWholeCreate(const AinsworthSaddle *sp, PetscBool symmetric, AinsworthSaddleVec scale,
+                                    const char prefix[], AinsworthWhole **whole, char why[], size_t len)
 {
   AinsworthWhole *w = new AinsworthWhole;
   PCFailedReason  reason;
@@ -236,7 +254,9 @@ PetscErrorCode AinsworthWholeCreate(const AinsworthSaddle *sp, PetscBool symmetr
   if (reason) PetscCall(Explain(w->ksp, reason, why, len));
   else {
     PetscCall(GivesNumbers(w, &good));
-    if (!good) PetscCall(PetscSNPrintf(why, len, "the whole system cannot be factored: a solve with its factor gave no numbers"));
+    if (!good)
+      PetscCall(
+        PetscSNPrintf(why, len, "the whole system cannot be factored: a solve with its factor gave no numbers"));
   }
   if (why[0]) PetscCall(AinsworthWholeDestroy(&w));
   *whole = w;
@@ -246,9 +266,11 @@ PetscErrorCode AinsworthWholeCreate(const AinsworthSaddle *sp, PetscBool symmetr
 /*
    AinsworthWholeSolve - computes y = K^-1 b, or K^-T b, with the factor of S K S; y may be b. Collective
 
-   Where a solve fails y is infinite, as for the transpose with SuperLU_DIST, whose interface ignores it (PETSc 3.18.5). The transpose of K = K' is its conjugate.
+   Where a solve fails y is infinite, as for the transpose with SuperLU_DIST, whose interface ignores it (PETSc 3.18.5).
+   The transpose of K = K' is its conjugate.
 */
-PetscErrorCode AinsworthWholeSolve(const AinsworthWhole *whole, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y)
+PetscErrorCode AinsworthWholeSolve(const AinsworthWhole *whole, PetscBool transpose, AinsworthSaddleVec b,
+                                   AinsworthSaddleVec y)
 {
   const bool         conjugate = transpose && whole->symmetric;
   KSPConvergedReason reason;
@@ -272,7 +294,8 @@ PetscErrorCode AinsworthWholeView(const AinsworthWhole *whole, PetscViewer viewe
 
   PetscFunctionBegin;
   PetscCall(VecGetSize(whole->rhs, &n));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "the whole system [A B'; C -D], %" PetscInt_FMT " unknowns, equilibrated and factored:\n", n));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "the whole system [A B'; C -D], %" PetscInt_FMT " unknowns, equilibrated and factored:\n", n));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   PetscCall(KSPView(whole->ksp, viewer));
   PetscCall(PetscViewerASCIIPopTab(viewer));

@@ -4,7 +4,10 @@
 #include "../projection/factor.h"
 #include "../projection/graph.h"
 
-/* Creates a copy of M, AIJ with the layout of the rows of `like`, times a scalar, in which every diagonal entry is stored; M may be NULL */
+/*
+   Creates a copy of M, AIJ with the layout of the rows of `like`, times a scalar, in which every diagonal entry is
+   stored; M may be NULL
+*/
 static PetscErrorCode WithDiagonal(Mat like, PetscScalar scale, Mat M, Mat *copy)
 {
   AinsworthEntries zeros;
@@ -21,7 +24,10 @@ static PetscErrorCode WithDiagonal(Mat like, PetscScalar scale, Mat M, Mat *copy
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthWholeAssemble - creates [A B'; C -D]; each rank has its rows of A, then its rows of C. Packages need every diagonal entry stored. Collective */
+/*
+   AinsworthWholeAssemble - creates [A B'; C -D]; each rank has its rows of A, then its rows of C. Packages need every
+   diagonal entry stored. Collective
+*/
 PetscErrorCode AinsworthWholeAssemble(const AinsworthSaddle *sp, Mat *K)
 {
   MPI_Comm         comm = PetscObjectComm((PetscObject)sp->A);
@@ -60,9 +66,11 @@ static PetscErrorCode Predict(Mat graph, AinsworthCost *cost)
 }
 
 /*
-   AinsworthWholePredict - predicts the cost of factoring the whole system: L of L D L', or L and U if it is not symmetric. Collective, the same on all ranks
+   AinsworthWholePredict - predicts the cost of factoring the whole system: L of L D L', or L and U if it is not
+   symmetric. Collective, the same on all ranks
 
-   A lower bound: the prediction is of a factorization without pivoting, which delays pivots and so adds fill where the system is indefinite
+   A lower bound: the prediction is of a factorization without pivoting, which delays pivots and so adds fill where the
+   system is indefinite
 */
 PetscErrorCode AinsworthWholePredict(const AinsworthSaddle *sp, PetscBool symmetric, AinsworthCost *cost)
 {

@@ -12,7 +12,8 @@ struct Graph {
   std::vector<bool>         alone;    /* not coupled to any other node on any rank */
   std::vector<PetscInt>     si, sj;   /* strong neighbors on this rank */
 
-  Graph(const AinsworthBlockRows &rows, const std::vector<char> &left) : A(rows), n(A.n), square(A.j.size(), 0.0), diagonal(n, 0.0), alone(n, true)
+  Graph(const AinsworthBlockRows &rows, const std::vector<char> &left)
+    : A(rows), n(A.n), square(A.j.size(), 0.0), diagonal(n, 0.0), alone(n, true)
   {
     auto out = [&](PetscInt i) { return i < n && !left.empty() && left[i]; };
 
@@ -21,7 +22,8 @@ struct Graph {
         PetscReal sum = 0.0;
 
         if (out(A.j[k])) continue; /* ghosts that are left have no aggregate either */
-        for (const PetscScalar *a = A.block(k), *end = A.block(k + 1); a != end; a++) sum += PetscRealPart(*a * PetscConj(*a));
+        for (const PetscScalar *a = A.block(k), *end = A.block(k + 1); a != end; a++)
+          sum += PetscRealPart(*a * PetscConj(*a));
         square[k] = sum;
         if (A.j[k] == i) diagonal[i] = PetscSqrtReal(sum);
         else if (sum > 0.0) alone[i] = false;
@@ -54,14 +56,18 @@ static void FindRoots(const Graph &G, AinsworthAggregates *agg)
   for (PetscInt i = 0; i < G.n; i++) {
     const auto first = G.sj.begin() + G.si[i], last = G.sj.begin() + G.si[i + 1];
 
-    if (of[i] >= 0 || G.alone[i] || first == last || std::any_of(first, last, [&](PetscInt j) { return of[j] >= 0; })) continue;
+    if (of[i] >= 0 || G.alone[i] || first == last || std::any_of(first, last, [&](PetscInt j) { return of[j] >= 0; }))
+      continue;
     of[i] = agg->count;
     std::for_each(first, last, [&](PetscInt j) { of[j] = agg->count; });
     agg->count++;
   }
 }
 
-/* Adds free nodes to the aggregate of most of their strong neighbors; nodes without strong neighbors become aggregates of their own */
+/*
+   Adds free nodes to the aggregate of most of their strong neighbors; nodes without strong neighbors become aggregates
+   of their own
+*/
 static void Join(const Graph &G, AinsworthAggregates *agg)
 {
   const std::vector<PetscInt> before(agg->of);
@@ -86,7 +92,8 @@ static void Join(const Graph &G, AinsworthAggregates *agg)
 /*
    Merges each single-node aggregate into that of its most strongly coupled neighbor
 
-   If that neighbor is on another rank the node may belong to a stiff body that the partition cuts, and stays. Larger aggregates always stay.
+   If that neighbor is on another rank the node may belong to a stiff body that the partition cuts, and stays. Larger
+   aggregates always stay.
 */
 static void MergeSingle(const Graph &G, AinsworthAggregates *agg)
 {
@@ -122,10 +129,12 @@ static void MergeSingle(const Graph &G, AinsworthAggregates *agg)
 /*
    AinsworthAggregate - groups the local nodes by the strength of their couplings; not collective
 
-   With k unknowns per aggregate, the next level should have at most half of the unknowns of this one: theta is halved until it does, and finally set to 0.
-   A carried node becomes an aggregate of its own. Requiring a much smaller level would merge stiff bodies that one or two cells of soft material separate (docs/multigrid.md).
+   With k unknowns per aggregate, the next level should have at most half of the unknowns of this one: theta is halved
+   until it does, and finally set to 0. A carried node becomes an aggregate of its own. Requiring a much smaller level
+   would merge stiff bodies that one or two cells of soft material separate (docs/multigrid.md).
 */
-PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &A, PetscReal theta, const AinsworthModes &modes, AinsworthAggregates *agg)
+PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &A, PetscReal theta, const AinsworthModes &modes,
+                                  AinsworthAggregates *agg)
 {
   Graph          G(A.rows, modes.left);
   const PetscInt coupled = (PetscInt)std::count(G.alone.begin(), G.alone.end(), false);

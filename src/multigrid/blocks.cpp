@@ -26,7 +26,8 @@ PetscErrorCode AinsworthColumns::create(const AinsworthLayout &owned, std::vecto
   ghosts = std::move(nodes);
   if (layout->size == 1) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscSFCreate(layout->comm, &graph));
-  PetscCall(PetscSFSetGraphLayout(graph, layout.get(), (PetscInt)ghosts.size(), NULL, PETSC_COPY_VALUES, ghosts.data()));
+  PetscCall(
+    PetscSFSetGraphLayout(graph, layout.get(), (PetscInt)ghosts.size(), NULL, PETSC_COPY_VALUES, ghosts.data()));
   PetscCall(PetscSFSetUp(graph));
   sf.reset(graph, [](PetscSF s) { (void)PetscSFDestroy(&s); });
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -102,7 +103,8 @@ void CopyBlocks(const Part &in, PetscInt b, PetscInt bs, AinsworthBlockRows *row
 }
 
 /* Fills block rows, of marked nodes alone unless that is NULL, from all parts, with ascending columns in each row */
-void FillBlocks(const std::vector<Part> &parts, PetscInt nodes, PetscInt places, PetscInt bs, const std::vector<char> *marked, AinsworthBlockRows *rows)
+void FillBlocks(const std::vector<Part> &parts, PetscInt nodes, PetscInt places, PetscInt bs,
+                const std::vector<char> *marked, AinsworthBlockRows *rows)
 {
   std::vector<PetscInt> at(places, -1);
   size_t                entries = 0;
@@ -111,7 +113,8 @@ void FillBlocks(const std::vector<Part> &parts, PetscInt nodes, PetscInt places,
   rows->i.reserve(nodes + 1);
   for (const Part &part : parts)
     for (PetscInt b = 0; b < nodes; b++)
-      for (PetscInt r = 0; r < bs && (!marked || (*marked)[b]); r++) entries += part.ia[part.row(b * bs + r) + 1] - part.ia[part.row(b * bs + r)];
+      for (PetscInt r = 0; r < bs && (!marked || (*marked)[b]); r++)
+        entries += part.ia[part.row(b * bs + r) + 1] - part.ia[part.row(b * bs + r)];
   rows->j.reserve(entries / (bs * bs) + 1);
   rows->a.reserve(entries);
   for (PetscInt b = 0; b < nodes; b++, rows->endRow()) {
@@ -131,14 +134,18 @@ void FillBlocks(const std::vector<Part> &parts, PetscInt nodes, PetscInt places,
     std::sort(rows->j.begin() + start, rows->j.end());
     for (PetscInt k = start; k < (PetscInt)rows->j.size(); k++) at[rows->j[k]] = k;
     rows->a.resize(rows->j.size() * bs * bs, 0.0);
-    ForEach(parts, b, bs, [&](PetscInt r, PetscInt place, PetscInt c, PetscScalar v) { rows->block(at[place])[r * bs + c] = v; });
+    ForEach(parts, b, bs,
+            [&](PetscInt r, PetscInt place, PetscInt c, PetscScalar v) { rows->block(at[place])[r * bs + c] = v; });
   }
 }
 } // namespace
 
-/* Numbers the unknowns node by node: owned ones locally, ghosts globally; without an order, owned is empty and ghosts keep their numbers; collective */
-static PetscErrorCode NumberUnknowns(Mat A, const std::vector<PetscInt> &order, PetscInt ng, const PetscInt garray[], std::vector<PetscInt> *owned,
-                                     std::vector<PetscInt> *ghosts)
+/*
+   Numbers the unknowns node by node: owned ones locally, ghosts globally; without an order, owned is empty and ghosts
+   keep their numbers; collective
+*/
+static PetscErrorCode NumberUnknowns(Mat A, const std::vector<PetscInt> &order, PetscInt ng, const PetscInt garray[],
+                                     std::vector<PetscInt> *owned, std::vector<PetscInt> *ghosts)
 {
   PetscLayout           layout;
   PetscInt              first;
@@ -159,11 +166,14 @@ static PetscErrorCode NumberUnknowns(Mat A, const std::vector<PetscInt> &order, 
 }
 
 /*
-   AinsworthBlockMatCreate - converts a square AIJ matrix to blocks of size bs, which divides the number of rows on every rank; collective
+   AinsworthBlockMatCreate - converts a square AIJ matrix to blocks of size bs, which divides the number of rows on
+   every rank; collective
 
-   order: the local rows node by node; empty if they are stored so. marked: the local nodes whose rows are wanted, the others are left empty; NULL: all
+   order: the local rows node by node; empty if they are stored so. marked: the local nodes whose rows are wanted, the
+   others are left empty; NULL: all
 */
-PetscErrorCode AinsworthBlockMatCreate(Mat A, PetscInt bs, const std::vector<PetscInt> &order, const std::vector<char> *marked, AinsworthBlockMat *B)
+PetscErrorCode AinsworthBlockMatCreate(Mat A, PetscInt bs, const std::vector<PetscInt> &order,
+                                       const std::vector<char> *marked, AinsworthBlockMat *B)
 {
   PetscInt              n, ng;
   Mat                   part[2];
@@ -189,8 +199,12 @@ PetscErrorCode AinsworthBlockMatCreate(Mat A, PetscInt bs, const std::vector<Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthBlockMatAssemble - creates a matrix from pieces of the local rows; pieces in the same place are added; collective */
-PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &nodes, PetscInt bs, std::vector<std::vector<AinsworthPiece>> &pieces, AinsworthBlockMat *B)
+/*
+   AinsworthBlockMatAssemble - creates a matrix from pieces of the local rows; pieces in the same place are added;
+   collective
+*/
+PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &nodes, PetscInt bs,
+                                         std::vector<std::vector<AinsworthPiece>> &pieces, AinsworthBlockMat *B)
 {
   std::vector<PetscInt> ghosts;
   AinsworthBlockRows   &rows = B->rows;
@@ -203,7 +217,8 @@ PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &nodes, PetscInt 
   PetscCall(B->cols.create(nodes, std::move(ghosts)));
   rows = AinsworthBlockRows(bs, bs);
   for (auto &row : pieces) {
-    std::stable_sort(row.begin(), row.end(), [](const AinsworthPiece &a, const AinsworthPiece &b) { return a.node < b.node; });
+    std::stable_sort(row.begin(), row.end(),
+                     [](const AinsworthPiece &a, const AinsworthPiece &b) { return a.node < b.node; });
     for (auto piece = row.begin(); piece != row.end();) {
       const PetscInt node = piece->node;
 
@@ -212,14 +227,18 @@ PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &nodes, PetscInt 
       PetscScalar *sum = &rows.a[rows.a.size() - bs * bs];
       for (; piece != row.end() && piece->node == node; ++piece)
         for (PetscInt p = 0; p < bs; p++)
-          for (PetscInt q = 0; q < bs; q++) sum[p * bs + q] += piece->adjoint ? PetscConj(piece->values[q * bs + p]) : piece->values[p * bs + q];
+          for (PetscInt q = 0; q < bs; q++)
+            sum[p * bs + q] += piece->adjoint ? PetscConj(piece->values[q * bs + p]) : piece->values[p * bs + q];
     }
     rows.endRow();
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthBlocksToAIJ - converts block rows, with columns ascending by node number, to AIJ with the sizes of another matrix; collective */
+/*
+   AinsworthBlocksToAIJ - converts block rows, with columns ascending by node number, to AIJ with the sizes of another
+   matrix; collective
+*/
 PetscErrorCode AinsworthBlocksToAIJ(const AinsworthBlockRows &rows, const AinsworthColumns &cols, Mat like, Mat *aij)
 {
   PetscInt                 m, n, M, N;

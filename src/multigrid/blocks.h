@@ -28,9 +28,13 @@ struct AinsworthBlockRowsOf {
 };
 typedef AinsworthBlockRowsOf<PetscScalar> AinsworthBlockRows;
 
-/* Computes y += M x with the values a; ghost holds the entries of x in columns of other ranks, xs and ys are the strides between nodes of x and y */
+/*
+   Computes y += M x with the values a; ghost holds the entries of x in columns of other ranks, xs and ys are the
+   strides between nodes of x and y
+*/
 template <int R, int C, class S, class T, class V>
-inline void AinsworthRowsMultAdd(const AinsworthBlockRowsOf<S> &rows, const T *a, PetscInt local, const V *x, const V *ghost, PetscInt xs, PetscInt ys, V *y)
+inline void AinsworthRowsMultAdd(const AinsworthBlockRowsOf<S> &rows, const T *a, PetscInt local, const V *x,
+                                 const V *ghost, PetscInt xs, PetscInt ys, V *y)
 {
   const PetscInt br = R ? R : rows.br, bc = C ? C : rows.bc;
 
@@ -49,7 +53,10 @@ inline void AinsworthRowsMultAdd(const AinsworthBlockRowsOf<S> &rows, const T *a
 /* Distribution of the nodes over the ranks */
 typedef std::shared_ptr<std::remove_pointer<PetscLayout>::type> AinsworthLayout;
 
-/* The nodes of the block columns: owned nodes at places 0 to local - 1, followed by ghosts in ascending order of their global numbers */
+/*
+   The nodes of the block columns: owned nodes at places 0 to local - 1, followed by ghosts in ascending order of their
+   global numbers
+*/
 struct AinsworthColumns {
   AinsworthLayout                                     layout;
   PetscInt                                            first = 0, local = 0;
@@ -77,7 +84,10 @@ struct AinsworthPiece {
   bool               adjoint = false;
 };
 
-/* An MPI type of n numbers in a row, freed at the end of its scope; for n = 1 the base type itself, as PetscSF cannot reduce a contiguous type of one */
+/*
+   An MPI type of n numbers in a row, freed at the end of its scope; for n = 1 the base type itself, as PetscSF cannot
+   reduce a contiguous type of one
+*/
 class AinsworthUnit {
 public:
   AinsworthUnit(PetscInt n, MPI_Datatype base) : type(base), own(n != 1)
@@ -99,10 +109,13 @@ private:
 };
 
 PetscErrorCode AinsworthLayoutCreate(MPI_Comm, PetscInt, AinsworthLayout *);
-PetscErrorCode AinsworthBlockMatCreate(Mat, PetscInt, const std::vector<PetscInt> &, const std::vector<char> *, AinsworthBlockMat *);
-PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &, PetscInt, std::vector<std::vector<AinsworthPiece>> &, AinsworthBlockMat *);
+PetscErrorCode AinsworthBlockMatCreate(Mat, PetscInt, const std::vector<PetscInt> &, const std::vector<char> *,
+                                       AinsworthBlockMat *);
+PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &, PetscInt, std::vector<std::vector<AinsworthPiece>> &,
+                                         AinsworthBlockMat *);
 PetscErrorCode AinsworthBlocksToAIJ(const AinsworthBlockRows &, const AinsworthColumns &, Mat, Mat *);
 PetscErrorCode AinsworthSendRows(PetscSF, const AinsworthBlockRows &, PetscInt, AinsworthBlockRows *);
-PetscErrorCode AinsworthRowsToOwners(const AinsworthColumns &, const AinsworthBlockRows &, std::vector<PetscInt> *, AinsworthBlockRows *);
+PetscErrorCode AinsworthRowsToOwners(const AinsworthColumns &, const AinsworthBlockRows &, std::vector<PetscInt> *,
+                                     AinsworthBlockRows *);
 
 #endif

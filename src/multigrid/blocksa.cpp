@@ -16,7 +16,10 @@ PetscErrorCode PCBlockSAGet_Private(PC pc, PC_BlockSA **sa)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCBlockSACountOthers_Private - gets the number of local unknowns that the levels have beside the n of A; 0 without levels */
+/*
+   PCBlockSACountOthers_Private - gets the number of local unknowns that the levels have beside the n of A; 0 without
+   levels
+*/
 PetscErrorCode PCBlockSACountOthers_Private(PC pc, PetscInt n, PetscInt *others)
 {
   PC_BlockSA *sa = NULL;
@@ -28,25 +31,32 @@ PetscErrorCode PCBlockSACountOthers_Private(PC pc, PetscInt n, PetscInt *others)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets A with half of its entries stored, for products, or NULL if there is no such matrix; borrowed, valid until A changes */
+/*
+   Gets A with half of its entries stored, for products, or NULL if there is no such matrix; borrowed, valid until A
+   changes
+*/
 PetscErrorCode PCBlockSAGetProduct_Private(PC pc, Mat *product)
 {
   PC_BlockSA *sa = NULL;
 
   PetscFunctionBegin;
   PetscCall(PCBlockSAGet_Private(pc, &sa));
-  if (sa && !sa->product && sa->levels.hierarchy && sa->levels.hierarchy->finest.upper && !sa->levels.hierarchy->sorted && !(sa->subspace && sa->subspace->map))
+  if (sa && !sa->product && sa->levels.hierarchy && sa->levels.hierarchy->finest.upper &&
+      !sa->levels.hierarchy->sorted && !(sa->subspace && sa->subspace->map))
     PetscCall(AinsworthGridCreateProduct(sa->levels.hierarchy->finest, &sa->product));
   *product = sa ? sa->product : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   Makes the cycle of a PCBLOCKSA stay in a subspace from the next set-up on, or (NULL) no longer: the matrix added to A then acts on the coarser levels alone
+   Makes the cycle of a PCBLOCKSA stay in a subspace from the next set-up on, or (NULL) no longer: the matrix added to A
+   then acts on the coarser levels alone
 
-   extended: AIJ, A for the unknowns of the levels, first those of A and then others on each rank, which A couples to nothing; NULL: A itself
+   extended: AIJ, A for the unknowns of the levels, first those of A and then others on each rank, which A couples to
+   nothing; NULL: A itself
 */
-PetscErrorCode PCBlockSASetSubspace_Private(PC pc, const std::shared_ptr<const AinsworthSubspace> &subspace, Mat extended)
+PetscErrorCode PCBlockSASetSubspace_Private(PC pc, const std::shared_ptr<const AinsworthSubspace> &subspace,
+                                            Mat extended)
 {
   PC_BlockSA *sa = NULL;
 
@@ -61,12 +71,14 @@ PetscErrorCode PCBlockSASetSubspace_Private(PC pc, const std::shared_ptr<const A
 /*
    Checks whether a KSP tolerates single precision, with which the cycle is linear only to seven digits
 
-   Methods that update x and the residual with the same M^{-1} r do. Others, such as GMRES, would report residuals that x does not have
+   Methods that update x and the residual with the same M^{-1} r do. Others, such as GMRES, would report residuals that
+   x does not have
 */
 static PetscErrorCode Tolerates(KSP ksp, PetscBool *tolerates)
 {
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, tolerates, KSPCG, KSPPROJECTEDCG, KSPFCG, KSPPIPEFCG, KSPFGMRES, KSPGCR, KSPRICHARDSON, ""));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, tolerates, KSPCG, KSPPROJECTEDCG, KSPFCG, KSPPIPEFCG, KSPFGMRES,
+                                      KSPGCR, KSPRICHARDSON, ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -96,7 +108,8 @@ PetscErrorCode PCBlockSAExpect_Private(PC pc, KSP ksp, PetscBool singular, Petsc
   *single = (PetscBool)(sa && sa->options.single);
   if (!sa || sa->given) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Tolerates(ksp, &tolerates));
-  *single = sa->options.single = (PetscBool)(tolerates && !singular); /* levels in double precision are kept until A changes */
+  /* levels in double precision are kept until A changes */
+  *single = sa->options.single = (PetscBool)(tolerates && !singular);
   if (!*single) PetscCall(UseDouble(pc, tolerates ? "The matrix may be nearly singular" : untold));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -180,7 +193,8 @@ static PetscErrorCode PCApply_BlockSA(PC pc, Vec b, Vec x)
   if (sa->raised) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDot(x, b, &energy));
   if (PetscRealPart(energy) >= 0.0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscInfo(pc, "The cycle is indefinite, r'z = %g: the bounds of the smoothers are raised\n", (double)PetscRealPart(energy)));
+  PetscCall(PetscInfo(pc, "The cycle is indefinite, r'z = %g: the bounds of the smoothers are raised\n",
+                      (double)PetscRealPart(energy)));
   PetscCall(PCBlockSASetBounds_Private(pc, 1.5));
   sa->raised = PETSC_TRUE;
   PetscCall(Cycle(pc, b, x));
@@ -218,22 +232,27 @@ static PetscErrorCode PCSetFromOptions_BlockSA(PC pc, AinsworthOptionItems Petsc
   o         = sa->options;
   precision = o.single;
   PetscOptionsHeadBegin(PetscOptionsObject, "Block smoothed aggregation options");
-  PetscCall(PetscOptionsReal("-pc_blocksa_threshold", "Nodes with |A_ij|_F^2 > threshold^2 |A_ii|_F |A_jj|_F share aggregates", "PCBLOCKSA", o.threshold,
-                             &o.threshold, NULL));
-  PetscCheck(o.threshold >= 0.0 && o.threshold < 1.0, comm, PETSC_ERR_ARG_OUTOFRANGE, "-pc_blocksa_threshold must be at least 0 and less than 1, not %g",
-             (double)o.threshold);
-  PetscCall(
-    PetscOptionsInt("-pc_blocksa_coarse_eq_limit", "A level with at most so many unknowns is factored", "PCBLOCKSA", o.coarseSize, &o.coarseSize, NULL));
-  PetscCheck(o.coarseSize > 0, comm, PETSC_ERR_ARG_OUTOFRANGE, "-pc_blocksa_coarse_eq_limit must be positive, not %" PetscInt_FMT, o.coarseSize);
-  PetscCall(
-    PetscOptionsInt("-pc_blocksa_process_eq_limit", "Levels with fewer unknowns a process go to fewer processes", "PCBLOCKSA", o.rankSize, &o.rankSize, NULL));
-  PetscCheck(o.rankSize >= 0, comm, PETSC_ERR_ARG_OUTOFRANGE, "-pc_blocksa_process_eq_limit must not be negative, not %" PetscInt_FMT, o.rankSize);
-  PetscCall(
-    PetscOptionsEList("-pc_blocksa_precision", "Of the finest level in the cycle", "PCBLOCKSA", precisions, 2, precisions[precision], &precision, &given));
+  PetscCall(PetscOptionsReal("-pc_blocksa_threshold",
+                             "Nodes with |A_ij|_F^2 > threshold^2 |A_ii|_F |A_jj|_F share aggregates", "PCBLOCKSA",
+                             o.threshold, &o.threshold, NULL));
+  PetscCheck(o.threshold >= 0.0 && o.threshold < 1.0, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-pc_blocksa_threshold must be at least 0 and less than 1, not %g", (double)o.threshold);
+  PetscCall(PetscOptionsInt("-pc_blocksa_coarse_eq_limit", "A level with at most so many unknowns is factored",
+                            "PCBLOCKSA", o.coarseSize, &o.coarseSize, NULL));
+  PetscCheck(o.coarseSize > 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-pc_blocksa_coarse_eq_limit must be positive, not %" PetscInt_FMT, o.coarseSize);
+  PetscCall(PetscOptionsInt("-pc_blocksa_process_eq_limit",
+                            "Levels with fewer unknowns a process go to fewer processes", "PCBLOCKSA", o.rankSize,
+                            &o.rankSize, NULL));
+  PetscCheck(o.rankSize >= 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-pc_blocksa_process_eq_limit must not be negative, not %" PetscInt_FMT, o.rankSize);
+  PetscCall(PetscOptionsEList("-pc_blocksa_precision", "Of the finest level in the cycle", "PCBLOCKSA", precisions, 2,
+                              precisions[precision], &precision, &given));
   PetscOptionsHeadEnd();
   o.single = (PetscBool)(precision == 1);
   if (given) sa->given = PETSC_TRUE;
-  if (o.threshold != sa->options.threshold || o.coarseSize != sa->options.coarseSize || o.rankSize != sa->options.rankSize || o.single != sa->options.single)
+  if (o.threshold != sa->options.threshold || o.coarseSize != sa->options.coarseSize ||
+      o.rankSize != sa->options.rankSize || o.single != sa->options.single)
     sa->stale = PETSC_TRUE;
   sa->options = o;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -247,29 +266,41 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscViewerASCIIPrintf(viewer, "    block smoothed aggregation, threshold %g\n", (double)sa->options.threshold));
+  PetscCall(
+    PetscViewerASCIIPrintf(viewer, "    block smoothed aggregation, threshold %g\n", (double)sa->options.threshold));
   if (!sa->grids) {
     PetscCall(PetscViewerASCIIPrintf(viewer, "    not set up yet\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   const AinsworthHierarchy &h = *sa->levels.hierarchy;
-  if (sa->old) PetscCall(PetscViewerASCIIPrintf(viewer, "    coarser levels of an earlier matrix, but for what is added to it\n"));
-  PetscCall(PetscViewerASCIIPrintf(
-    viewer, "    modes: %s%s\n", h.modes.source,
-    h.modes.rotations ? "" : "; rigid-body modes (MatSetNearNullSpace(), PCSetCoordinates()) would be 2 to 5 times faster on slender bodies"));
+  if (sa->old)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "    coarser levels of an earlier matrix, but for what is added to it\n"));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "    modes: %s%s\n", h.modes.source,
+                                   h.modes.rotations ? ""
+                                                     : "; rigid-body modes (MatSetNearNullSpace(), PCSetCoordinates()) "
+                                                       "would be 2 to 5 times faster on slender bodies"));
   if (h.modes.unfit)
-    PetscCall(PetscViewerASCIIPrintf(
-      viewer, "    left out: %" PetscInt_FMT " modes that the matrix does not take to zero: are these the coordinates of its nodes?\n", h.modes.unfit));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "    finest level in %s precision%s; operator complexity %.3g\n", h.single() ? "single" : "double",
-                                   sa->options.single && !h.single() ? ", as its values jump too far or it is the only one, or for an earlier solve" : "",
-                                   (double)AinsworthComplexity(*sa->grids)));
+    PetscCall(
+      PetscViewerASCIIPrintf(viewer,
+                             "    left out: %" PetscInt_FMT
+                             " modes that the matrix does not take to zero: are these the coordinates of its nodes?\n",
+                             h.modes.unfit));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "    finest level in %s precision%s; operator complexity %.3g\n", h.single() ? "single" : "double",
+    sa->options.single && !h.single() ? ", as its values jump too far or it is the only one, or for an earlier solve"
+                                      : "",
+    (double)AinsworthComplexity(*sa->grids)));
   if (sa->subspace)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "    in the kernel of constraints, with %d unknowns carried and %d rows kept on all levels\n",
-                                     (int)sa->subspace->carried.size(), (int)sa->subspace->rows.size()));
-  if (h.sorted) PetscCall(PetscViewerASCIIPrintf(viewer, "    unknowns sorted by nodes, which the pattern of the matrix shows\n"));
+    PetscCall(PetscViewerASCIIPrintf(
+      viewer, "    in the kernel of constraints, with %d unknowns carried and %d rows kept on all levels\n",
+      (int)sa->subspace->carried.size(), (int)sa->subspace->rows.size()));
+  if (h.sorted)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "    unknowns sorted by nodes, which the pattern of the matrix shows\n"));
   for (const AinsworthGrid &grid : *sa->grids)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "    level: %" PetscInt_FMT " unknowns, blocks of %" PetscInt_FMT ", %.1f of them a row, on %d ranks\n",
-                                     grid.nodes->N * grid.bs, grid.bs, grid.nodes->N ? (double)grid.blocks / (double)grid.nodes->N : 0.0, (int)grid.ranks));
+    PetscCall(PetscViewerASCIIPrintf(
+      viewer, "    level: %" PetscInt_FMT " unknowns, blocks of %" PetscInt_FMT ", %.1f of them a row, on %d ranks\n",
+      grid.nodes->N * grid.bs, grid.bs, grid.nodes->N ? (double)grid.blocks / (double)grid.nodes->N : 0.0,
+      (int)grid.ranks));
   if (h.doubts[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "    in doubt: %s\n", h.doubts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -308,42 +339,49 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
 }
 
 /*MC
-   PCBLOCKSA - multigrid by block smoothed aggregation, for symmetric (Hermitian) positive definite matrices with several unknowns per node
+   PCBLOCKSA - multigrid by block smoothed aggregation, for symmetric (Hermitian) positive definite matrices with
+   several unknowns per node
 
    Options Database Keys:
 +  -pc_blocksa_threshold <0.03>          - aggregates consist of nodes with |A_ij|_F^2 > threshold^2 |A_ii|_F |A_jj|_F
 .  -pc_blocksa_coarse_eq_limit <600>     - a level with at most this many unknowns is factored
 .  -pc_blocksa_process_eq_limit <900>    - a level with fewer unknowns per process moves to fewer processes
 .  -pc_blocksa_precision <single,double> - precision of the finest level; by default single if the `KSP` tolerates it
-.  -pc_mg_cycle_type <w,v>               - cycle; by default W if the first coarser level of A has at most 0.65 times its entries
+.  -pc_mg_cycle_type <w,v>               - cycle; by default W if the first coarser level of A has at most 0.65 times
+                                           its entries
 .  -mg_levels_*                          - the smoothers; by default two steps of Chebyshev with Jacobi
 -  -mg_coarse_*                          - the solver of the coarsest level; by default direct
 
    Level: intermediate
 
    Notes:
-   This is a `PCMG`, with its functions and options. The matrix may have any type that `MatConvert()` can convert to `MATAIJ`. Its block size is the number of
-   unknowns per node. If the block size is 1, but the pattern shows nodes whose unknowns are not next to each other (numbered component by component, or in any
-   other order on the same process), the cycle works on a sorted copy.
+   This is a `PCMG`, with its functions and options. The matrix may have any type that `MatConvert()` can convert to
+   `MATAIJ`. Its block size is the number of unknowns per node. If the block size is 1, but the pattern shows nodes
+   whose unknowns are not next to each other (numbered component by component, or in any other order on the same
+   process), the cycle works on a sorted copy.
 
-   Attach the near null space to the matrix with `MatSetNearNullSpace()`; for elasticity use `MatNullSpaceCreateRigidBody()`. If there is none, it is made
-   from `PCSetCoordinates()`. Without coordinates it is one constant per component. Slender bodies then take 2 to 5 times as long.
+   Attach the near null space to the matrix with `MatSetNearNullSpace()`; for elasticity use
+   `MatNullSpaceCreateRigidBody()`. If there is none, it is made from `PCSetCoordinates()`. Without coordinates it is
+   one constant per component. Slender bodies then take 2 to 5 times as long.
 
-   If the matrix is a `MATCOMPOSITE` that adds two matrices A and D, aggregates and interpolation to the finest level are made from A alone, and are kept until
-   A changes. The operators of the levels, and interpolation between the coarser ones, are those of the sum. `PCAINSWORTH` passes A and the surface part of its
-   preconditioning matrix this way, because aggregates must not cross a surface on which bodies slip.
+   If the matrix is a `MATCOMPOSITE` that adds two matrices A and D, aggregates and interpolation to the finest level
+   are made from A alone, and are kept until A changes. The operators of the levels, and interpolation between the
+   coarser ones, are those of the sum. `PCAINSWORTH` passes A and the surface part of its preconditioning matrix this
+   way, because aggregates must not cross a surface on which bodies slip.
 
-   The finest level is in single precision. It is scaled, so the units of the matrix and of the right-hand side do not matter. It is in double precision if
-   the diagonal jumps by more than 1e8 between neighbors, or if the `KSP` is not known to tolerate single precision. `KSPCG`, `KSPPROJECTEDCG`, `KSPFCG`,
-   `KSPPIPEFCG`, `KSPFGMRES`, `KSPGCR`, and `KSPRICHARDSON` tolerate it. In others, such as `KSPGMRES` and `KSPPIPECG`, the recursive residual and the true one
-   would agree to seven digits only. For these, and inside other preconditioners, the first application rebuilds the levels in double precision. The option
-   `-pc_blocksa_precision` overrides this rule.
+   The finest level is in single precision. It is scaled, so the units of the matrix and of the right-hand side do not
+   matter. It is in double precision if the diagonal jumps by more than 1e8 between neighbors, or if the `KSP` is not
+   known to tolerate single precision. `KSPCG`, `KSPPROJECTEDCG`, `KSPFCG`, `KSPPIPEFCG`, `KSPFGMRES`, `KSPGCR`, and
+   `KSPRICHARDSON` tolerate it. In others, such as `KSPGMRES` and `KSPPIPECG`, the recursive residual and the true one
+   would agree to seven digits only. For these, and inside other preconditioners, the first application rebuilds the
+   levels in double precision. The option `-pc_blocksa_precision` overrides this rule.
 
    Errors:
    `PETSC_ERR_ARG_OUTOFRANGE` for an option value out of range. docs/troubleshooting.md explains the other messages.
 
    References:
-   P. Vanek, J. Mandel, M. Brezina, Algebraic multigrid by smoothed aggregation for second and fourth order elliptic problems, Computing 56 (1996), 179-196.
+   P. Vanek, J. Mandel, M. Brezina, Algebraic multigrid by smoothed aggregation for second and fourth order elliptic
+   problems, Computing 56 (1996), 179-196.
 
 .seealso: `PCMG`, `PCGAMG`, `PCAINSWORTH`, `KSPCHEBYSHEVSINGLE`, `MatSetNearNullSpace()`, `PCSetCoordinates()`
 M*/

@@ -24,18 +24,24 @@ struct PC_BlockSA {
   PetscBool                 tolerant = PETSC_FALSE; /* the current KSP tolerates single precision */
 
   std::shared_ptr<const AinsworthSubspace> subspace; /* that the cycle stays in; NULL: the whole space */
-  Mat                                      extended = NULL; /* AIJ, A for the unknowns of the levels, until these are set up; NULL: A itself */
+  /* AIJ, A for the unknowns of the levels, until these are set up; NULL: A itself */
+  Mat extended = NULL;
 
   PetscBool keep = PETSC_FALSE; /* keep the coarser levels whatever the values of A */
 
   AinsworthLevels                                   levels;
-  std::shared_ptr<const std::vector<AinsworthGrid>> grids;      /* the levels in use */
-  PetscBool                                         old = PETSC_FALSE; /* the coarser levels belong to earlier values of A */
-  std::shared_ptr<const AinsworthInterpolation>     corrected;  /* what corrects interpolation to the finest level; NULL: nothing */
-  std::shared_ptr<const AinsworthFewRows>           coarseRows; /* of the coarsest level; NULL: none */
-  std::vector<Mat>                                  op;         /* operators of the levels, finest first; the coarsest is AIJ */
-  Mat                                               product = NULL; /* A for products, from the current levels; NULL until requested */
-  Vec            mapped[2] = {};          /* right-hand side and solution for the unknowns of the levels; NULL if these are those of the PC */
+  std::shared_ptr<const std::vector<AinsworthGrid>> grids; /* the levels in use */
+  /* the coarser levels belong to earlier values of A */
+  PetscBool old = PETSC_FALSE;
+  /* what corrects interpolation to the finest level; NULL: nothing */
+  std::shared_ptr<const AinsworthInterpolation> corrected;
+  std::shared_ptr<const AinsworthFewRows>       coarseRows; /* of the coarsest level; NULL: none */
+  /* operators of the levels, finest first; the coarsest is AIJ */
+  std::vector<Mat> op;
+  /* A for products, from the current levels; NULL until requested */
+  Mat product = NULL;
+  /* right-hand side and solution for the unknowns of the levels; NULL if these are those of the PC */
+  Vec            mapped[2] = {};
   Vec            sorted[2] = {};          /* the same node by node; NULL if not needed */
   PetscBool      raised    = PETSC_FALSE; /* the bounds of the smoothers were raised since set-up */
   struct _PCOps *mg        = NULL;        /* the operations of PCMG; owned */

@@ -20,7 +20,8 @@ std::vector<char>     AinsworthSubspaceLeft(const PC_BlockSA *, PetscInt, const 
 PetscErrorCode        AinsworthCoarsenRows(const AinsworthGrid &, std::vector<Vec> *);
 PetscErrorCode        PCBlockSAGetAIJ_Private(PC_BlockSA *, Mat, Mat *);
 PetscErrorCode        PCBlockSASortRows_Private(const PC_BlockSA *, std::vector<Vec> *);
-PetscErrorCode        PCBlockSAKeepRows_Private(const std::vector<Vec> &, AinsworthLevel *, std::shared_ptr<const AinsworthFewRows> *);
+PetscErrorCode        PCBlockSAKeepRows_Private(const std::vector<Vec> &, AinsworthLevel *,
+                                                std::shared_ptr<const AinsworthFewRows> *);
 PetscErrorCode        PCBlockSACorrectCoarse_Private(Mat, PC_BlockSA *, AinsworthBlockMat *);
 PetscErrorCode        PCBlockSALeaveSubspace_Private(PC, PC_BlockSA *);
 PetscErrorCode        PCBlockSAStayInSubspace_Private(PC, PC_BlockSA *);

@@ -6,15 +6,21 @@
 #include <algorithm>
 #include <limits>
 
-/* Upper end of the damped spectrum of D^{-1} M relative to the estimated largest eigenvalue, and lower end relative to the upper one */
+/*
+   Upper end of the damped spectrum of D^{-1} M relative to the estimated largest eigenvalue, and lower end relative to
+   the upper one
+*/
 static const PetscReal above = 1.1, below = 0.1;
-/* With a larger complexity of the first two levels of A a W-cycle costs more than it saves: on ten parts of a mesher it is no slower up to 1.60, slower from 1.71 on */
+/*
+   With a larger complexity of the first two levels of A a W-cycle costs more than it saves: on ten parts of a mesher it
+   is no slower up to 1.60, slower from 1.71 on
+*/
 static const PetscReal complexityOfW = 1.65;
 /*
    Shifts of the coarsest matrix relative to its diagonal, far below what multigrid resolves
 
-   The coarsest solve amplifies the null space that rounding leaves in a residual by the inverse of the shift. That must not drown the rest, so the shift is
-   larger for a singular matrix with a finest level in single precision
+   The coarsest solve amplifies the null space that rounding leaves in a residual by the inverse of the shift. That must
+   not drown the rest, so the shift is larger for a singular matrix with a finest level in single precision
 */
 static const PetscReal shift = 1e-12, shiftOfSingular = 1e-9;
 
@@ -33,7 +39,8 @@ static PetscErrorCode Split(Mat pmat, Mat *A, Mat *added)
   PetscCall(MatCompositeGetNumberMat(pmat, &n));
   PetscCall(MatCompositeGetType(pmat, &type));
   PetscCheck(n <= 2 && type == MAT_COMPOSITE_ADDITIVE, PetscObjectComm((PetscObject)pmat), PETSC_ERR_SUP,
-             "PC type %s accepts a %s of two matrices that are added: A, and a matrix with entries in few rows", PCBLOCKSA, MATCOMPOSITE);
+             "PC type %s accepts a %s of two matrices that are added: A, and a matrix with entries in few rows",
+             PCBLOCKSA, MATCOMPOSITE);
   PetscCall(MatCompositeGetMat(pmat, 0, A));
   if (n == 2) PetscCall(MatCompositeGetMat(pmat, 1, added));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -57,7 +64,10 @@ static std::vector<PetscReal> Unsorted(const AinsworthHierarchy &h)
   return diagonal;
 }
 
-/* Checks whether there are levels with the same block size whose coarse functions reach all that they have to; collective */
+/*
+   Checks whether there are levels with the same block size whose coarse functions reach all that they have to;
+   collective
+*/
 static PetscErrorCode HasLevels(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs, PetscBool *has)
 {
   const AinsworthHierarchy   *h     = sa->levels.hierarchy.get();
@@ -67,7 +77,8 @@ static PetscErrorCode HasLevels(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs,
   PetscFunctionBegin;
   if (sa->subspace && sa->subspace->map) PetscCall(MatGetLocalSize(sa->subspace->map, NULL, &n));
   else PetscCall(MatGetLocalSize(A, NULL, &n));
-  *has = (PetscBool)(!sa->stale && h && (h->sorted ? bs == 1 : h->finest.bs == bs) && h->finest.nodes->n * h->finest.bs == n &&
+  *has = (PetscBool)(!sa->stale && h && (h->sorted ? bs == 1 : h->finest.bs == bs) &&
+                     h->finest.nodes->n * h->finest.bs == n &&
                      std::includes(h->carried.begin(), h->carried.end(), carry.begin(), carry.end()));
   if (*has && !h->left.empty()) {
     const std::vector<char> left = AinsworthSubspaceLeft(sa, h->finest.bs, h->order);
@@ -79,8 +90,12 @@ static PetscErrorCode HasLevels(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets the coordinates of the nodes in their order; if the program stores its unknowns in another order it may have given coordinates of all unknowns */
-static PetscErrorCode GetCoordinates(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs, const std::vector<PetscInt> &order, std::vector<PetscReal> *x)
+/*
+   Gets the coordinates of the nodes in their order; if the program stores its unknowns in another order it may have
+   given coordinates of all unknowns
+*/
+static PetscErrorCode GetCoordinates(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs,
+                                     const std::vector<PetscInt> &order, std::vector<PetscReal> *x)
 {
   const PetscInt dim = sa->dim;
   PetscInt       n, given = (PetscInt)sa->coordinates.size(), wanted;
@@ -96,13 +111,16 @@ static PetscErrorCode GetCoordinates(PC pc, const PC_BlockSA *sa, Mat A, PetscIn
   }
   PetscCall(AinsworthFirstMismatch(PetscObjectComm((PetscObject)pc), &given, &wanted));
   PetscCheck(given == wanted, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_SIZ,
-             "PCSetCoordinates() was called with %" PetscInt_FMT " coordinates on a rank, but the matrix needs %" PetscInt_FMT
-             " there, with its blocks of %" PetscInt_FMT,
+             "PCSetCoordinates() was called with %" PetscInt_FMT
+             " coordinates on a rank, but the matrix needs %" PetscInt_FMT " there, with its blocks of %" PetscInt_FMT,
              given, wanted, bs);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Replaces the finest level and keeps the coarser levels of an earlier A; *anew: impossible, because the precision of the finest level would change */
+/*
+   Replaces the finest level and keeps the coarser levels of an earlier A; *anew: impossible, because the precision of
+   the finest level would change
+*/
 static PetscErrorCode KeepCoarse(PC pc, PC_BlockSA *sa, Mat A, MatNullSpace near, PetscBool *anew)
 {
   auto       hierarchy = std::make_shared<AinsworthHierarchy>(*sa->levels.hierarchy);
@@ -158,7 +176,9 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   sa->old = PETSC_FALSE;
   PetscCall(AinsworthGetAIJ(A, &aij));
   if (bs == 1) PetscCall(AinsworthFindNodes(aij, &bs, &order));
-  if (bs > 1 && !order.empty()) PetscCall(PetscInfo(pc, "Nodes have %" PetscInt_FMT " unknowns, by the pattern of A, not next to each other\n", bs));
+  if (bs > 1 && !order.empty())
+    PetscCall(
+      PetscInfo(pc, "Nodes have %" PetscInt_FMT " unknowns, by the pattern of A, not next to each other\n", bs));
   PetscCall(GetCoordinates(pc, sa, A, bs, order, &coordinates));
   sa->levels = AinsworthLevels();
   PetscCall(MatDestroy(&sa->product));
@@ -170,21 +190,25 @@ static PetscErrorCode SetUpLevels(PC pc, PC_BlockSA *sa, Mat A, PetscBool *anew)
   for (PetscInt l = n; l < all && !order.empty(); l++) order.push_back(l);
   modes.values.resize((size_t)all * modes.k, 0.0); /* no mode moves what is not in A */
   if (!modes.rotations)
-    PetscCall(PetscInfo(pc, "Neither a near null space nor coordinates: with rigid-body modes (MatSetNearNullSpace(), PCSetCoordinates()) slender bodies "
+    PetscCall(PetscInfo(pc, "Neither a near null space nor coordinates: with rigid-body modes (MatSetNearNullSpace(), "
+                            "PCSetCoordinates()) slender bodies "
                             "take 2 to 5 times less\n"));
   auto                    hierarchy = std::make_shared<AinsworthHierarchy>();
   const std::vector<char> left      = AinsworthSubspaceLeft(sa, bs, order);
-  PetscCall(hierarchy->create(aij, bs, std::move(order), std::move(modes), AinsworthSubspaceCarried(sa), left, sa->options));
+  PetscCall(
+    hierarchy->create(aij, bs, std::move(order), std::move(modes), AinsworthSubspaceCarried(sa), left, sa->options));
   PetscCall(MatDestroy(&aij));
   sa->levels.hierarchy = hierarchy;
   sa->stale            = PETSC_FALSE;
   PetscCall(sa->levels.source.take(A, near));
-  if (hierarchy->doubts[0]) PetscCall(PetscInfo(pc, "%s: PC type hypre may be faster on this matrix\n", hierarchy->doubts));
+  if (hierarchy->doubts[0])
+    PetscCall(PetscInfo(pc, "%s: PC type hypre may be faster on this matrix\n", hierarchy->doubts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Creates the operator of the coarsest level, shifted because floating bodies make it singular */
-static PetscErrorCode CreateCoarsest(const AinsworthGrid &grid, std::unique_ptr<AinsworthLevel> &&level, PetscReal factor, Mat *op)
+static PetscErrorCode CreateCoarsest(const AinsworthGrid &grid, std::unique_ptr<AinsworthLevel> &&level,
+                                     PetscReal factor, Mat *op)
 {
   Mat coarsest = NULL;
   Vec shifts;
@@ -203,7 +227,10 @@ static PetscErrorCode CreateCoarsest(const AinsworthGrid &grid, std::unique_ptr<
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates the levels of A, or of A plus what is added or corrects coarse functions; D: blocks of what is added to the finest level. Collective */
+/*
+   Creates the levels of A, or of A plus what is added or corrects coarse functions; D: blocks of what is added to the
+   finest level. Collective
+*/
 static PetscErrorCode CreateGrids(PC_BlockSA *sa, Mat A, Mat added, AinsworthBlockMat *D)
 {
   const AinsworthHierarchy &h       = *sa->levels.hierarchy;
@@ -258,15 +285,18 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, const AinsworthBlock
     if (l) PetscCall(PCBlockSAKeepRows_Private(rows, level.get(), &sa->coarseRows));
     if (l + 1 == n) {
       PetscCall(MatDestroy(&sa->op[l]));
-      PetscCall(CreateCoarsest(grids[l], std::move(level), singular && grids[0].single ? shiftOfSingular : shift, &sa->op[l]));
+      PetscCall(
+        CreateCoarsest(grids[l], std::move(level), singular && grids[0].single ? shiftOfSingular : shift, &sa->op[l]));
       if (l && sa->coarseRows) PetscCall(sa->coarseRows->addSquare(sa->op[l]));
       break;
     }
     PetscCall(AinsworthCoarsenRows(grids[l], &rows));
-    if (!l && sa->subspace) level->stay(std::make_shared<AinsworthLevelSubspace>(sa->subspace, sa->levels.hierarchy->order));
+    if (!l && sa->subspace)
+      level->stay(std::make_shared<AinsworthLevelSubspace>(sa->subspace, sa->levels.hierarchy->order));
     if (plus) PetscCall(level->estimate(&plus->rows));
     PetscCall(AinsworthLevelMatSet(grids[l].nodes, grids[l].bs, std::move(level), &sa->op[l]));
-    if (!l && sa->subspace && !sa->subspace->left.empty()) { /* that of A may be that of bars, which move with what they are in */
+    /* that of A may be that of bars, which move with what they are in */
+    if (!l && sa->subspace && !sa->subspace->left.empty()) {
       AinsworthLevel *finest;
 
       PetscCall(AinsworthLevelMatGet(sa->op[0], &finest));
@@ -298,8 +328,10 @@ static PetscErrorCode ConfigureCoarse(PC pc, const AinsworthGrid &grid)
     PetscCall(KSPGetPC(ksp, &inner));
   }
   PetscCall(PCSetType(inner, PetscDefined(USE_COMPLEX) ? PCLU : PCCHOLESKY));
-  PetscCall(PCFactorSetZeroPivot(inner, std::numeric_limits<PetscReal>::min())); /* PETSc compares pivots with an absolute tolerance */
-  if (grid.blocks > full * PetscSqr((PetscReal)grid.nodes->N)) PetscCall(PCFactorSetMatSolverType(inner, AinsworthDense));
+  /* PETSc compares pivots with an absolute tolerance */
+  PetscCall(PCFactorSetZeroPivot(inner, std::numeric_limits<PetscReal>::min()));
+  if (grid.blocks > full * PetscSqr((PetscReal)grid.nodes->N))
+    PetscCall(PCFactorSetMatSolverType(inner, AinsworthDense));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -365,7 +397,8 @@ PetscErrorCode PCBlockSASetBounds_Private(PC pc, PetscReal factor)
     PetscCall(PetscObjectGetOptions((PetscObject)ksp, &options));
     PetscCall(PetscOptionsHasName(options, prefix, "-ksp_chebyshev_esteig", &esteig));
     PetscCall(PetscOptionsHasName(options, prefix, "-ksp_chebyshev_eigenvalues", &eigenvalues));
-    PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEV, &chebyshev)); /* other types do not read these options */
+    /* other types do not read these options */
+    PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEV, &chebyshev));
     if (chebyshev && (esteig || eigenvalues)) continue;
     PetscCall(AinsworthLevelMatGet(sa->op[l], &level));
     const PetscReal largest = factor * above * level->largest;
@@ -386,12 +419,14 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Levels, pc, 0, 0, 0));
-  PetscCall(PCBlockSALeaveSubspace_Private(pc, sa)); /* first, as levels of other sizes reset the solvers' own preconditioners */
+  /* first, as levels of other sizes reset the solvers' own preconditioners */
+  PetscCall(PCBlockSALeaveSubspace_Private(pc, sa));
   PetscCall(Split(pc->pmat, &A, &added));
   PetscCall(SetUpLevels(pc, sa, A, &anew));
   PetscCall(CreateGrids(sa, A, added, &D));
   if (anew || sa->op.empty()) PetscCall(ConfigureMG(pc, sa));
-  if (sa->levels.hierarchy->sorted || (sa->subspace && sa->subspace->map)) pc->ops->applyrichardson = NULL; /* PCMG's own ignores the order */
+  /* PCMG's own ignores the order */
+  if (sa->levels.hierarchy->sorted || (sa->subspace && sa->subspace->map)) pc->ops->applyrichardson = NULL;
   PetscCall(MatGetNullSpace(pc->pmat, &null));
   if (!null) PetscCall(MatGetNullSpace(pc->mat, &null));
   PetscCall(SetUpOperators(pc, sa, added ? &D : NULL, null != NULL));
@@ -404,7 +439,8 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   sa->raised = PETSC_FALSE;
   PetscCall((*sa->mg->setup)(pc));
   PetscCall(PCBlockSAStayInSubspace_Private(pc, sa));
-  PetscCall(PCBlockSASetBounds_Private(pc, 1.0)); /* PCMG reads the options of the smoothers only now, and they may change their types */
+  /* PCMG reads the options of the smoothers only now, and they may change their types */
+  PetscCall(PCBlockSASetBounds_Private(pc, 1.0));
   PetscCall(MatDestroy(&sa->extended));
   PetscCall(PetscLogEventEnd(AINSWORTH_Levels, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);

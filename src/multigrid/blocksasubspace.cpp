@@ -10,7 +10,10 @@ std::vector<PetscInt> AinsworthSubspaceCarried(const PC_BlockSA *sa)
   return sa->subspace ? sa->subspace->carried : std::vector<PetscInt>();
 }
 
-/* Returns the local nodes, in their order, that coarse functions do not reach because others move all their unknowns; empty if there are none on any rank */
+/*
+   Returns the local nodes, in their order, that coarse functions do not reach because others move all their unknowns;
+   empty if there are none on any rank
+*/
 std::vector<char> AinsworthSubspaceLeft(const PC_BlockSA *sa, PetscInt bs, const std::vector<PetscInt> &order)
 {
   std::vector<char> left;
@@ -83,8 +86,12 @@ PetscErrorCode PCBlockSASortRows_Private(const PC_BlockSA *sa, std::vector<Vec> 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Keeps a coarser level, which may be the coarsest, in the kernel of rows, which are made orthonormal for its diagonal; collective */
-PetscErrorCode PCBlockSAKeepRows_Private(const std::vector<Vec> &rows, AinsworthLevel *level, std::shared_ptr<const AinsworthFewRows> *few)
+/*
+   Keeps a coarser level, which may be the coarsest, in the kernel of rows, which are made orthonormal for its diagonal;
+   collective
+*/
+PetscErrorCode PCBlockSAKeepRows_Private(const std::vector<Vec> &rows, AinsworthLevel *level,
+                                         std::shared_ptr<const AinsworthFewRows> *few)
 {
   auto                                          created = std::make_shared<AinsworthFewRows>();
   std::shared_ptr<const AinsworthLevelSubspace> subspace;
@@ -124,7 +131,10 @@ PetscErrorCode PCBlockSACorrectCoarse_Private(Mat A, PC_BlockSA *sa, AinsworthBl
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives the solvers of all levels back the preconditioners that they had before PCBlockSAStayInSubspace_Private(), which are set up with the levels */
+/*
+   Gives the solvers of all levels back the preconditioners that they had before PCBlockSAStayInSubspace_Private(),
+   which are set up with the levels
+*/
 PetscErrorCode PCBlockSALeaveSubspace_Private(PC pc, PC_BlockSA *sa)
 {
   PetscFunctionBegin;
@@ -140,7 +150,10 @@ PetscErrorCode PCBlockSALeaveSubspace_Private(PC pc, PC_BlockSA *sa)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Keeps interpolation to the finest level, smoothers that know nothing of it, and the solver of the coarsest level in the subspace of each level */
+/*
+   Keeps interpolation to the finest level, smoothers that know nothing of it, and the solver of the coarsest level in
+   the subspace of each level
+*/
 PetscErrorCode PCBlockSAStayInSubspace_Private(PC pc, PC_BlockSA *sa)
 {
   const PetscInt top = (PetscInt)sa->op.size() - 1;

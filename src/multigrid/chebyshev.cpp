@@ -23,8 +23,10 @@ static PetscErrorCode GetLevel(KSP ksp, AinsworthLevel **level)
   PetscFunctionBegin;
   PetscCall(KSPGetOperators(ksp, &Amat, NULL));
   PetscCall(AinsworthLevelMatGet(Amat, level));
-  PetscCheck(*level && (*level)->single, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
-             "KSP type %s works only on the finest level of PC type %s in single precision: use -mg_levels_ksp_type chebyshev", KSPCHEBYSHEVSINGLE, PCBLOCKSA);
+  PetscCheck(
+    *level && (*level)->single, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
+    "KSP type %s works only on the finest level of PC type %s in single precision: use -mg_levels_ksp_type chebyshev",
+    KSPCHEBYSHEVSINGLE, PCBLOCKSA);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -36,8 +38,10 @@ static PetscErrorCode KSPSetUp_ChebyshevSingle(KSP ksp)
   PetscFunctionBegin;
   PetscCall(GetLevel(ksp, &level));
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp->pc, PCJACOBI, &jacobi));
-  PetscCheck(jacobi, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP, "KSP type %s works only with PC type %s, not with %s: use -pc_blocksa_precision double",
-             KSPCHEBYSHEVSINGLE, PCJACOBI, ((PetscObject)ksp->pc)->type_name ? ((PetscObject)ksp->pc)->type_name : "(not set)");
+  PetscCheck(jacobi, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
+             "KSP type %s works only with PC type %s, not with %s: use -pc_blocksa_precision double",
+             KSPCHEBYSHEVSINGLE, PCJACOBI,
+             ((PetscObject)ksp->pc)->type_name ? ((PetscObject)ksp->pc)->type_name : "(not set)");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -54,7 +58,9 @@ static PetscErrorCode KSPSolve_ChebyshevSingle(KSP ksp)
     PetscCall(VecNormAvailable(ksp->vec_sol, NORM_2, &known, &norm));
     zero = (PetscBool)(known && norm == 0.0);
   }
-  if (ksp->max_it) PetscCall(level->single->smooth(ksp->max_it, data->least, data->largest, zero, level->subspace.get(), ksp->vec_rhs, ksp->vec_sol));
+  if (ksp->max_it)
+    PetscCall(level->single->smooth(ksp->max_it, data->least, data->largest, zero, level->subspace.get(), ksp->vec_rhs,
+                                    ksp->vec_sol));
   ksp->its    = ksp->max_it;
   ksp->reason = KSP_CONVERGED_ITS;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -67,20 +73,25 @@ static PetscErrorCode KSPView_ChebyshevSingle(KSP ksp, PetscViewer viewer)
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
-  if (ascii) PetscCall(PetscViewerASCIIPrintf(viewer, "  single precision, eigenvalues used: min %g, max %g\n", (double)data->least, (double)data->largest));
+  if (ascii)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  single precision, eigenvalues used: min %g, max %g\n",
+                                     (double)data->least, (double)data->largest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*MC
-   KSPCHEBYSHEVSINGLE - Chebyshev's iteration with Jacobi in single precision, the smoother of the finest level of `PCBLOCKSA`
+   KSPCHEBYSHEVSINGLE - Chebyshev's iteration with Jacobi in single precision, the smoother of the finest level of
+   `PCBLOCKSA`
 
    Level: developer
 
    Notes:
-   The method works on the operator of the finest level of `PCBLOCKSA`, which is scaled to a unit diagonal by powers of two. `-mg_levels_ksp_max_it` sets the
-   degree of the polynomial. A step and its product with the matrix are one pass over the entries.
+   The method works on the operator of the finest level of `PCBLOCKSA`, which is scaled to a unit diagonal by powers of
+   two. `-mg_levels_ksp_max_it` sets the degree of the polynomial. A step and its product with the matrix are one pass
+   over the entries.
 
-   `-mg_levels_ksp_type chebyshev` selects PETSc's own method, with products in single precision. `-pc_blocksa_precision double` selects double precision.
+   `-mg_levels_ksp_type chebyshev` selects PETSc's own method, with products in single precision. `-pc_blocksa_precision
+   double` selects double precision.
 
 .seealso: `PCBLOCKSA`, `KSPCHEBYSHEV`
 M*/

@@ -24,7 +24,10 @@ struct AinsworthInterpolation {
   }
 };
 
-/* The aggregate of each local node, numbered from 0; -1 for a node that A couples to no other node, unless it is carried to all levels */
+/*
+   The aggregate of each local node, numbered from 0; -1 for a node that A couples to no other node, unless it is
+   carried to all levels
+*/
 struct AinsworthAggregates {
   PetscInt              count = 0;
   std::vector<PetscInt> of;
@@ -50,16 +53,20 @@ struct AinsworthModes {
   bool                     rotations = true; /* false: only translations, although nodes have more than one component */
 };
 
-PetscErrorCode AinsworthModesCreate(Mat, PetscInt, const std::vector<PetscInt> &, MatNullSpace, PetscInt, const PetscReal[], AinsworthModes *);
+PetscErrorCode AinsworthModesCreate(Mat, PetscInt, const std::vector<PetscInt> &, MatNullSpace, PetscInt,
+                                    const PetscReal[], AinsworthModes *);
 PetscErrorCode AinsworthModesFit(const AinsworthBlockMat &, AinsworthModes *);
 void           AinsworthModesCarry(PetscInt, AinsworthModes *);
 PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &, PetscReal, const AinsworthModes &, AinsworthAggregates *);
-PetscErrorCode AinsworthTentativeCreate(const AinsworthAggregates &, PetscInt, const AinsworthLayout &, AinsworthModes *, AinsworthTentative *);
+PetscErrorCode AinsworthTentativeCreate(const AinsworthAggregates &, PetscInt, const AinsworthLayout &,
+                                        AinsworthModes *, AinsworthTentative *);
 PetscErrorCode AinsworthTentativeInterpolate(const AinsworthTentative &, AinsworthInterpolation *);
-PetscErrorCode AinsworthTentativeSmooth(const AinsworthBlockMat &, const AinsworthTentative &, const std::vector<PetscReal> &, PetscReal,
-                                        AinsworthInterpolation *);
-PetscErrorCode AinsworthInterpolationMultiply(const AinsworthBlockMat &, const AinsworthInterpolation &, AinsworthInterpolation *);
-PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &, const AinsworthInterpolation &, const AinsworthInterpolation &, AinsworthBlockMat *);
+PetscErrorCode AinsworthTentativeSmooth(const AinsworthBlockMat &, const AinsworthTentative &,
+                                        const std::vector<PetscReal> &, PetscReal, AinsworthInterpolation *);
+PetscErrorCode AinsworthInterpolationMultiply(const AinsworthBlockMat &, const AinsworthInterpolation &,
+                                              AinsworthInterpolation *);
+PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &, const AinsworthInterpolation &,
+                                       const AinsworthInterpolation &, AinsworthBlockMat *);
 PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &, const AinsworthInterpolation &, AinsworthBlockMat *);
 
 #endif

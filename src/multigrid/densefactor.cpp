@@ -1,4 +1,7 @@
-/* A package for factorizations of sparse matrices that are nearly full, as the coarsest level often is: LAPACK's dense L D L^T, or L U of complex ones */
+/*
+   A package for factorizations of sparse matrices that are nearly full, as the coarsest level often is: LAPACK's dense
+   L D L^T, or L U of complex ones
+*/
 #include "blocksa.h"
 #include "../base/guard.h"
 #include "../base/loops.h"
@@ -22,9 +25,11 @@ static PetscErrorCode Factor(DenseFactor *dense, PetscScalar *work, PetscBLASInt
 #if defined(PETSC_USE_COMPLEX)
   *work = 0.0;
   if (length < 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCallBLAS("LAPACKgetrf", LAPACKgetrf_(&dense->n, &dense->n, dense->values.data(), &dense->n, dense->pivots.data(), info));
+  PetscCallBLAS("LAPACKgetrf",
+                LAPACKgetrf_(&dense->n, &dense->n, dense->values.data(), &dense->n, dense->pivots.data(), info));
 #else
-  PetscCallBLAS("LAPACKsytrf", LAPACKsytrf_("L", &dense->n, dense->values.data(), &dense->n, dense->pivots.data(), work, &length, info));
+  PetscCallBLAS("LAPACKsytrf", LAPACKsytrf_("L", &dense->n, dense->values.data(), &dense->n, dense->pivots.data(), work,
+                                            &length, info));
 #endif
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -86,10 +91,12 @@ static PetscErrorCode SolveWith(Mat F, const char transpose[], Vec b, Vec x)
   PetscCall(VecCopy(b, x));
   PetscCall(VecGetArray(x, &values));
 #if defined(PETSC_USE_COMPLEX)
-  PetscCallBLAS("LAPACKgetrs", LAPACKgetrs_(transpose, &dense->n, &one, dense->values.data(), &dense->n, dense->pivots.data(), values, &dense->n, &info));
+  PetscCallBLAS("LAPACKgetrs", LAPACKgetrs_(transpose, &dense->n, &one, dense->values.data(), &dense->n,
+                                            dense->pivots.data(), values, &dense->n, &info));
 #else
   (void)transpose; /* the matrix is symmetric */
-  PetscCallBLAS("LAPACKsytrs", LAPACKsytrs_("L", &dense->n, &one, dense->values.data(), &dense->n, dense->pivots.data(), values, &dense->n, &info));
+  PetscCallBLAS("LAPACKsytrs", LAPACKsytrs_("L", &dense->n, &one, dense->values.data(), &dense->n, dense->pivots.data(),
+                                            values, &dense->n, &info));
 #endif
   PetscCall(VecRestoreArray(x, &values));
   PetscCall(PetscLogFlops(2.0 * dense->n * dense->n));
@@ -161,6 +168,8 @@ static PetscErrorCode GetFactor(Mat A, MatFactorType type, Mat *F)
 PetscErrorCode AinsworthDenseFactorRegister()
 {
   PetscFunctionBegin;
-  PetscCall(MatSolverTypeRegister(AinsworthDense, MATSEQAIJ, PetscDefined(USE_COMPLEX) ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY, AinsworthGuarded<GetFactor>));
+  PetscCall(MatSolverTypeRegister(AinsworthDense, MATSEQAIJ,
+                                  PetscDefined(USE_COMPLEX) ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY,
+                                  AinsworthGuarded<GetFactor>));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

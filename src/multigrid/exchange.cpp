@@ -1,7 +1,10 @@
 #include "blocks.h"
 #include <petscsection.h>
 
-/* AinsworthSendRows - sends block rows from the roots of an SF, one row each, to its n local leaves; columns are global node numbers; collective */
+/*
+   AinsworthSendRows - sends block rows from the roots of an SF, one row each, to its n local leaves; columns are global
+   node numbers; collective
+*/
 PetscErrorCode AinsworthSendRows(PetscSF sf, const AinsworthBlockRows &rows, PetscInt n, AinsworthBlockRows *arrived)
 {
   PetscSF       entries;
@@ -43,7 +46,8 @@ PetscErrorCode AinsworthSendRows(PetscSF sf, const AinsworthBlockRows &rows, Pet
 
    owner: the local node of each received row, ascending
 */
-PetscErrorCode AinsworthRowsToOwners(const AinsworthColumns &cols, const AinsworthBlockRows &rows, std::vector<PetscInt> *owner, AinsworthBlockRows *arrived)
+PetscErrorCode AinsworthRowsToOwners(const AinsworthColumns &cols, const AinsworthBlockRows &rows,
+                                     std::vector<PetscInt> *owner, AinsworthBlockRows *arrived)
 {
   PetscSF         multi, inverse;
   const PetscInt *degree;

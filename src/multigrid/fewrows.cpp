@@ -93,14 +93,16 @@ PetscErrorCode AinsworthFewRows::addSquare(Mat A) const
     std::vector<PetscScalar> all(N), values;
     std::vector<PetscInt>    here, there;
 
-    PetscCallMPI(MPI_Allgatherv(row.data(), count, MPIU_SCALAR, all.data(), counts.data(), starts.data(), MPIU_SCALAR, comm));
+    PetscCallMPI(
+      MPI_Allgatherv(row.data(), count, MPIU_SCALAR, all.data(), counts.data(), starts.data(), MPIU_SCALAR, comm));
     for (first = 0; first < N; first++)
       if (all[first] != 0.0) there.push_back(first);
     for (PetscInt l = 0; l < n; l++)
       if (row[l] != 0.0) here.push_back(rstart + l);
     for (PetscInt i : here)
       for (PetscInt j : there) values.push_back(PetscConj(all[i]) * all[j]);
-    PetscCall(MatSetValues(A, (PetscInt)here.size(), here.data(), (PetscInt)there.size(), there.data(), values.data(), ADD_VALUES));
+    PetscCall(MatSetValues(A, (PetscInt)here.size(), here.data(), (PetscInt)there.size(), there.data(), values.data(),
+                           ADD_VALUES));
   }
   PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
@@ -108,7 +110,8 @@ PetscErrorCode AinsworthFewRows::addSquare(Mat A) const
 }
 
 /* AinsworthFewRowsSubspaceCreate - creates the kernel of the rows as a subspace of their level; collective */
-PetscErrorCode AinsworthFewRowsSubspaceCreate(const std::shared_ptr<const AinsworthFewRows> &rows, std::shared_ptr<const AinsworthLevelSubspace> *subspace)
+PetscErrorCode AinsworthFewRowsSubspaceCreate(const std::shared_ptr<const AinsworthFewRows> &rows,
+                                              std::shared_ptr<const AinsworthLevelSubspace> *subspace)
 {
   auto space = std::make_shared<AinsworthSubspace>();
   Vec  values;
@@ -131,8 +134,8 @@ namespace
 struct Bordered {
   std::shared_ptr<const AinsworthFewRows> rows;
   PC                                      inner = NULL; /* referenced by the wrapper */
-  std::vector<Vec>                        lifted; /* Z */
-  std::vector<PetscScalar>                factor; /* Cholesky factor of C Z */
+  std::vector<Vec>                        lifted;       /* Z */
+  std::vector<PetscScalar>                factor;       /* Cholesky factor of C Z */
 };
 } // namespace
 
@@ -167,7 +170,10 @@ static PetscErrorCode Destroy(PC pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFewRowsPCCreate - creates the solver on the kernel of the rows from one of M, set up and referenced; NULL if C M^{-1} C' cannot be factored. Collective */
+/*
+   AinsworthFewRowsPCCreate - creates the solver on the kernel of the rows from one of M, set up and referenced; NULL if
+   C M^{-1} C' cannot be factored. Collective
+*/
 PetscErrorCode AinsworthFewRowsPCCreate(const std::shared_ptr<const AinsworthFewRows> &rows, PC inner, PC *pc)
 {
   auto         data = std::make_unique<Bordered>();

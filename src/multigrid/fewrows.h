@@ -16,7 +16,8 @@ struct AinsworthFewRows {
   PetscErrorCode addSquare(Mat) const;
 };
 
-PetscErrorCode AinsworthFewRowsSubspaceCreate(const std::shared_ptr<const AinsworthFewRows> &, std::shared_ptr<const AinsworthLevelSubspace> *);
+PetscErrorCode AinsworthFewRowsSubspaceCreate(const std::shared_ptr<const AinsworthFewRows> &,
+                                              std::shared_ptr<const AinsworthLevelSubspace> *);
 PetscErrorCode AinsworthFewRowsPCCreate(const std::shared_ptr<const AinsworthFewRows> &, PC, PC *);
 
 #endif

@@ -52,7 +52,8 @@ struct Extended {
     fromOwn.resize(P.cols.count());
     for (PetscInt p = 0; p < P.cols.count(); p++) fromOwn[p] = cols.place(P.cols.node(p));
     owner.resize(cols.count());
-    for (PetscInt p = 0; p < cols.count(); p++) PetscCall(PetscLayoutFindOwner(P.cols.layout.get(), cols.node(p), &owner[p]));
+    for (PetscInt p = 0; p < cols.count(); p++)
+      PetscCall(PetscLayoutFindOwner(P.cols.layout.get(), cols.node(p), &owner[p]));
     i = P.rows.i;
     j.reserve(P.rows.j.size() + ghost.j.size());
     for (PetscInt p : P.rows.j) j.push_back(fromOwn[p]);
@@ -104,17 +105,20 @@ struct Pattern {
 
 /* Adds row r of X P to w, whose blocks are those of the columns at `place` */
 template <int B, int K>
-void AddRow(const AinsworthBlockRows &X, PetscInt r, const Extended &P, PetscInt k, const std::vector<PetscInt> &place, PetscScalar *w)
+void AddRow(const AinsworthBlockRows &X, PetscInt r, const Extended &P, PetscInt k, const std::vector<PetscInt> &place,
+            PetscScalar *w)
 {
   const PetscInt bs = X.br;
 
   for (PetscInt e = X.i[r]; e < X.i[r + 1]; e++)
-    for (PetscInt q = P.i[X.j[e]]; q < P.i[X.j[e] + 1]; q++) AinsworthMultAdd<B, B, K>(bs, bs, k, X.block(e), P.block(q), w + (size_t)place[P.j[q]] * bs * k);
+    for (PetscInt q = P.i[X.j[e]]; q < P.i[X.j[e] + 1]; q++)
+      AinsworthMultAdd<B, B, K>(bs, bs, k, X.block(e), P.block(q), w + (size_t)place[P.j[q]] * bs * k);
 }
 
 /* Computes P' X P row by row of X: w = (X P)_r, then P_rc' w is added to row c; X P is never stored */
 template <int B, int K>
-void Multiply(const AinsworthBlockRows &X, const Extended &P, const Pattern &pattern, PetscInt k, std::vector<PetscScalar> *values)
+void Multiply(const AinsworthBlockRows &X, const Extended &P, const Pattern &pattern, PetscInt k,
+              std::vector<PetscScalar> *values)
 {
   const PetscInt           bs = X.br;
   std::vector<PetscInt>    place(P.cols.count());
@@ -147,8 +151,8 @@ void Multiply(const AinsworthBlockRows &X, const Extended &P, const Pattern &pat
 /*
    AinsworthGalerkin - computes P' X P for a Hermitian X; collective
 
-   X may have empty rows and couple nodes that A does not: the surface part of M_* has its own neighbors. There are two exchanges: rows of P for the ghosts of
-   X, and coarse rows to their owners.
+   X may have empty rows and couple nodes that A does not: the surface part of M_* has its own neighbors. There are two
+   exchanges: rows of P for the ghosts of X, and coarse rows to their owners.
 */
 PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInterpolation &P, AinsworthBlockMat *coarse)
 {
@@ -170,16 +174,19 @@ PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInte
     const PetscInt c = extended.fromOwn[P.cols.local + g];
 
     for (PetscInt s = pattern.ui[c]; s < pattern.ui[c + 1]; s++) sent.j.push_back(cols.node(pattern.uj[s]));
-    sent.a.insert(sent.a.end(), values.begin() + (size_t)pattern.ui[c] * k * k, values.begin() + (size_t)pattern.ui[c + 1] * k * k);
+    sent.a.insert(sent.a.end(), values.begin() + (size_t)pattern.ui[c] * k * k,
+                  values.begin() + (size_t)pattern.ui[c + 1] * k * k);
   }
   PetscCall(AinsworthRowsToOwners(P.cols, sent, &owner, &arrived));
   /* the lower half is the adjoint of the upper half */
   auto take = [&](PetscInt row, PetscInt node, const PetscScalar *block) {
     pieces[row].push_back({node, block, false});
-    if (cols.owns(node) && node != cols.first + row) pieces[node - cols.first].push_back({cols.first + row, block, true});
+    if (cols.owns(node) && node != cols.first + row)
+      pieces[node - cols.first].push_back({cols.first + row, block, true});
   };
   for (PetscInt c = 0; c < cols.local; c++)
-    for (PetscInt s = pattern.ui[c]; s < pattern.ui[c + 1]; s++) take(c, cols.node(pattern.uj[s]), &values[(size_t)s * k * k]);
+    for (PetscInt s = pattern.ui[c]; s < pattern.ui[c + 1]; s++)
+      take(c, cols.node(pattern.uj[s]), &values[(size_t)s * k * k]);
   for (PetscInt r = 0; r < arrived.n; r++)
     for (PetscInt s = arrived.i[r]; s < arrived.i[r + 1]; s++) take(owner[r], arrived.j[s], arrived.block(s));
   PetscCall(AinsworthBlockMatAssemble(P.cols.layout, k, pieces, coarse));
@@ -198,7 +205,8 @@ static void MultiplyRows(const AinsworthBlockRows &D, const Extended &P, PetscIn
     const size_t start = rows->a.size();
 
     cols.clear();
-    for (PetscInt e = D.i[r]; e < D.i[r + 1]; e++) cols.insert(cols.end(), P.j.begin() + P.i[D.j[e]], P.j.begin() + P.i[D.j[e] + 1]);
+    for (PetscInt e = D.i[r]; e < D.i[r + 1]; e++)
+      cols.insert(cols.end(), P.j.begin() + P.i[D.j[e]], P.j.begin() + P.i[D.j[e] + 1]);
     AinsworthSortUnique(&cols);
     for (size_t s = 0; s < cols.size(); s++) place[cols[s]] = (PetscInt)s;
     rows->j.insert(rows->j.end(), cols.begin(), cols.end());
@@ -208,7 +216,8 @@ static void MultiplyRows(const AinsworthBlockRows &D, const Extended &P, PetscIn
 }
 
 /* AinsworthInterpolationMultiply - computes D P; collective */
-PetscErrorCode AinsworthInterpolationMultiply(const AinsworthBlockMat &D, const AinsworthInterpolation &P, AinsworthInterpolation *product)
+PetscErrorCode AinsworthInterpolationMultiply(const AinsworthBlockMat &D, const AinsworthInterpolation &P,
+                                              AinsworthInterpolation *product)
 {
   const PetscInt        k = P.rows.bc;
   Extended              extended;
@@ -267,7 +276,8 @@ struct Change {
   std::vector<PetscScalar> values;
 
   template <int B, int K>
-  void multiply(const AinsworthBlockRows &A, const Extended &Z, const Extended &P, const std::vector<PetscInt> &node, PetscInt k)
+  void multiply(const AinsworthBlockRows &A, const Extended &Z, const Extended &P, const std::vector<PetscInt> &node,
+                PetscInt k)
   {
     const PetscInt           bs = A.br, size = bs * k, places = (PetscInt)node.size();
     RowProducts              AP(A, Z, P, places), AZ(A, Z, Z, places);
@@ -285,7 +295,8 @@ struct Change {
         const PetscScalar *left = Z.block(q);
         auto               take = [&](const RowProducts &X, const PetscScalar *factor, PetscInt s, PetscInt *at) {
           while (j[*at] != X.j[s]) (*at)++;
-          AinsworthMultAdjointAdd<K, B, K>(k, bs, k, factor, &X.w[(size_t)(s - X.i[r]) * size], &values[(size_t)*at * k * k]);
+          AinsworthMultAdjointAdd<K, B, K>(k, bs, k, factor, &X.w[(size_t)(s - X.i[r]) * size],
+                                           &values[(size_t)*at * k * k]);
         };
         PetscInt at[2] = {i[c], i[c]};
 
@@ -301,7 +312,8 @@ struct Change {
   }
 
 private:
-  void findPattern(PetscInt n, const Extended &Z, const RowProducts &AP, const RowProducts &AZ, const std::vector<PetscInt> &node)
+  void findPattern(PetscInt n, const Extended &Z, const RowProducts &AP, const RowProducts &AZ,
+                   const std::vector<PetscInt> &node)
   {
     std::vector<std::vector<PetscInt>> users(node.size()); /* rows of Z with an entry in each column */
     std::vector<PetscInt>              mark(node.size(), -1);
@@ -324,11 +336,13 @@ private:
 } // namespace
 
 /*
-   AinsworthGalerkinChange - computes Q' A Q - P' A P for Q = P - Z, where Z has few rows, of which A needs to have no others; collective
+   AinsworthGalerkinChange - computes Q' A Q - P' A P for Q = P - Z, where Z has few rows, of which A needs to have no
+   others; collective
 
    This is Z' A Z - Z' A P - P' A Z.
 */
-PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &A, const AinsworthInterpolation &P, const AinsworthInterpolation &Z, AinsworthBlockMat *change)
+PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &A, const AinsworthInterpolation &P,
+                                       const AinsworthInterpolation &Z, AinsworthBlockMat *change)
 {
   const PetscInt                           k = P.rows.bc;
   std::vector<PetscInt>                    nodes(P.cols.ghosts), owner;
@@ -352,7 +366,10 @@ PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &A, const Ainswor
   for (PetscInt p = 0; p < places.count(); p++) node.push_back(places.node(p));
   AinsworthDispatch(A.rows.br, k, [&](auto B, auto K) { S.multiply<B(), K()>(A.rows, left, right, node, k); });
 
-  /* each coarse row gets its blocks of S, and the adjoints of those in its column; those of other ranks are sent to them */
+  /*
+     each coarse row gets its blocks of S, and the adjoints of those in its column; those of other ranks are sent to
+     them
+  */
   all.resize(places.count());
   for (PetscInt c = 0; c < places.count(); c++)
     for (PetscInt s = S.i[c]; s < S.i[c + 1]; s++) {
@@ -362,12 +379,14 @@ PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &A, const Ainswor
   for (PetscInt p = places.local; p < places.count(); p++, sent.endRow())
     for (const AinsworthPiece &piece : all[p]) {
       sent.j.push_back(piece.node);
-      for (PetscInt v = 0; v < k * k; v++) sent.a.push_back(piece.adjoint ? PetscConj(piece.values[v % k * k + v / k]) : piece.values[v]);
+      for (PetscInt v = 0; v < k * k; v++)
+        sent.a.push_back(piece.adjoint ? PetscConj(piece.values[v % k * k + v / k]) : piece.values[v]);
     }
   PetscCall(AinsworthRowsToOwners(places, sent, &owner, &arrived));
   pieces.assign(all.begin(), all.begin() + places.local);
   for (PetscInt r = 0; r < arrived.n; r++)
-    for (PetscInt s = arrived.i[r]; s < arrived.i[r + 1]; s++) pieces[owner[r]].push_back({arrived.j[s], arrived.block(s), false});
+    for (PetscInt s = arrived.i[r]; s < arrived.i[r + 1]; s++)
+      pieces[owner[r]].push_back({arrived.j[s], arrived.block(s), false});
   PetscCall(AinsworthBlockMatAssemble(P.cols.layout, k, pieces, change));
   PetscCall(PetscLogEventEnd(AINSWORTH_Galerkin, 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);

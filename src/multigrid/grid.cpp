@@ -2,7 +2,10 @@
 #include "hierarchy.h"
 #include <algorithm>
 
-/* If neighboring diagonals differ by a larger factor, single precision loses the coarse modes of the stiff part (measured, docs/multigrid.md) */
+/*
+   If neighboring diagonals differ by a larger factor, single precision loses the coarse modes of the stiff part
+   (measured, docs/multigrid.md)
+*/
 static const PetscReal jumpOfSingle = 1e8;
 
 /* AinsworthComplexity - entries of all levels relative to those of the finest */
@@ -14,7 +17,10 @@ PetscReal AinsworthComplexity(const std::vector<AinsworthGrid> &grids)
   return grids[0].blocks > 0 ? all / grids[0].entries() : 1.0;
 }
 
-/* Reads the diagonal and replaces zeros by the mean of the nonzero entries on all ranks; coarse: in the matrix, too, where no mode reaches an unknown. Collective */
+/*
+   Reads the diagonal and replaces zeros by the mean of the nonzero entries on all ranks; coarse: in the matrix, too,
+   where no mode reaches an unknown. Collective
+*/
 static PetscErrorCode ReadDiagonal(AinsworthBlockMat &X, bool coarse, std::vector<PetscReal> *diagonal)
 {
   AinsworthBlockRows &rows   = X.rows;
@@ -52,12 +58,15 @@ static PetscErrorCode LargestJump(const AinsworthBlockMat &A, const std::vector<
 
   PetscFunctionBegin;
   *jump = 1.0;
-  for (PetscInt i = 0; i < rows.n; i++) size[i] = *std::max_element(diagonal.begin() + i * rows.br, diagonal.begin() + (i + 1) * rows.br);
+  for (PetscInt i = 0; i < rows.n; i++)
+    size[i] = *std::max_element(diagonal.begin() + i * rows.br, diagonal.begin() + (i + 1) * rows.br);
   PetscCall(A.cols.toGhosts(MPIU_REAL, size.data(), size.data() + rows.n));
   for (PetscInt i = 0; i < rows.n; i++)
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++) {
       const PetscInt j = rows.j[k];
-      if (size[i] > *jump * size[j] && std::any_of(rows.block(k), rows.block(k + 1), [](PetscScalar v) { return v != 0.0; })) *jump = size[i] / size[j];
+      if (size[i] > *jump * size[j] &&
+          std::any_of(rows.block(k), rows.block(k + 1), [](PetscScalar v) { return v != 0.0; }))
+        *jump = size[i] / size[j];
     }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, jump, 1, MPIU_REAL, MPIU_MAX, A.cols.layout->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -65,16 +74,21 @@ static PetscErrorCode LargestJump(const AinsworthBlockMat &A, const std::vector<
 
 /* Appends a block of the matrix, unchanged or with its rows and columns scaled */
 template <class T>
-static void TakeBlock(PetscInt j, const PetscScalar *a, const PetscReal *rows, const PetscReal *columns, AinsworthBlockRowsOf<T> *taken)
+static void TakeBlock(PetscInt j, const PetscScalar *a, const PetscReal *rows, const PetscReal *columns,
+                      AinsworthBlockRowsOf<T> *taken)
 {
   const PetscInt bs = taken->br;
 
   taken->j.push_back(j);
   for (PetscInt p = 0; p < bs; p++)
-    for (PetscInt q = 0; q < bs; q++) taken->a.push_back((T)(rows ? a[p * bs + q] * rows[p] * columns[q] : a[p * bs + q]));
+    for (PetscInt q = 0; q < bs; q++)
+      taken->a.push_back((T)(rows ? a[p * bs + q] * rows[p] * columns[q] : a[p * bs + q]));
 }
 
-/* Copies the blocks between owned nodes on and above the diagonal, the diagonal block first in each row; scaled by w on both sides unless it is NULL */
+/*
+   Copies the blocks between owned nodes on and above the diagonal, the diagonal block first in each row; scaled by w on
+   both sides unless it is NULL
+*/
 template <class T>
 static std::shared_ptr<AinsworthBlockRowsOf<T>> TakeUpper(const AinsworthBlockRows &rows, const PetscReal *w)
 {
@@ -82,7 +96,9 @@ static std::shared_ptr<AinsworthBlockRowsOf<T>> TakeUpper(const AinsworthBlockRo
   auto           U  = std::make_shared<AinsworthBlockRowsOf<T>>(bs, bs);
   const size_t   n  = (rows.j.size() + rows.n) / 2 + 1;
 
-  auto take = [&](PetscInt i, PetscInt k) { TakeBlock(rows.j[k], rows.block(k), w ? w + i * bs : NULL, w ? w + rows.j[k] * bs : NULL, U.get()); };
+  auto take = [&](PetscInt i, PetscInt k) {
+    TakeBlock(rows.j[k], rows.block(k), w ? w + i * bs : NULL, w ? w + rows.j[k] * bs : NULL, U.get());
+  };
   U->i.reserve(rows.n + 1);
   U->j.reserve(n);
   U->a.reserve(n * bs * bs + 4);
@@ -100,7 +116,10 @@ static std::shared_ptr<AinsworthBlockRowsOf<T>> TakeUpper(const AinsworthBlockRo
   return U;
 }
 
-/* AinsworthGridStore - stores the blocks of a level; single: in single precision if they do not jump too far. Collective */
+/*
+   AinsworthGridStore - stores the blocks of a level; single: in single precision if they do not jump too far.
+   Collective
+*/
 PetscErrorCode AinsworthGridStore(const AinsworthBlockMat &A, bool single, AinsworthGrid *grid)
 {
   PetscInt64 count[2] = {(PetscInt64)A.rows.j.size(), A.rows.n > 0};
@@ -116,7 +135,8 @@ PetscErrorCode AinsworthGridStore(const AinsworthBlockMat &A, bool single, Ainsw
   if (single && jump <= jumpOfSingle) {
     auto w = std::make_shared<std::vector<PetscReal>>(grid->diagonal.size());
 
-    std::transform(grid->diagonal.begin(), grid->diagonal.end(), w->begin(), [](PetscReal v) { return AinsworthInversePower(v, 2); });
+    std::transform(grid->diagonal.begin(), grid->diagonal.end(), w->begin(),
+                   [](PetscReal v) { return AinsworthInversePower(v, 2); });
     grid->single = TakeUpper<AinsworthSingle>(A.rows, w->data());
     grid->w      = w;
   } else grid->upper = TakeUpper<PetscScalar>(A.rows, NULL);
@@ -130,10 +150,15 @@ PetscErrorCode AinsworthGridStore(const AinsworthBlockMat &A, bool single, Ainsw
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates the product with a level of A plus the added matrix, in the precision of the upper half, scaled by w unless it is NULL; collective */
+/*
+   Creates the product with a level of A plus the added matrix, in the precision of the upper half, scaled by w unless
+   it is NULL; collective
+*/
 template <class T>
-static PetscErrorCode CreateProduct(const AinsworthGrid &grid, const std::shared_ptr<const AinsworthBlockRowsOf<T>> &upper, const std::vector<PetscReal> *w,
-                                    const AinsworthBlockMat *added, std::unique_ptr<AinsworthProduct<T>> *product)
+static PetscErrorCode CreateProduct(const AinsworthGrid                                  &grid,
+                                    const std::shared_ptr<const AinsworthBlockRowsOf<T>> &upper,
+                                    const std::vector<PetscReal> *w, const AinsworthBlockMat *added,
+                                    std::unique_ptr<AinsworthProduct<T>> *product)
 {
   const PetscInt          bs = grid.bs;
   std::vector<PetscInt>   ghosts(grid.outside.cols.ghosts);
@@ -161,8 +186,12 @@ static PetscErrorCode CreateProduct(const AinsworthGrid &grid, const std::shared
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthGrid::createLevel - creates the operator of a level, of which half is stored, plus `added` if it is not NULL; single: in single precision if the level has it. Collective */
-PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool inSingle, std::unique_ptr<AinsworthLevel> *level) const
+/*
+   AinsworthGrid::createLevel - creates the operator of a level, of which half is stored, plus `added` if it is not
+   NULL; single: in single precision if the level has it. Collective
+*/
+PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool inSingle,
+                                          std::unique_ptr<AinsworthLevel> *level) const
 {
   PetscFunctionBegin;
   level->reset(new AinsworthLevel);
@@ -171,7 +200,8 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool i
   (*level)->largest         = largest;
   for (PetscInt i = 0; added && i < added->rows.n; i++)
     for (PetscInt k = added->rows.i[i]; k < added->rows.i[i + 1]; k++)
-      for (PetscInt c = 0; added->rows.j[k] == i && c < bs; c++) d[i * bs + c] += PetscRealPart(added->rows.block(k)[c * bs + c]);
+      for (PetscInt c = 0; added->rows.j[k] == i && c < bs; c++)
+        d[i * bs + c] += PetscRealPart(added->rows.block(k)[c * bs + c]);
   if (inSingle && single) {
     (*level)->single.reset(new AinsworthScaled);
     AinsworthScaled &L = *(*level)->single;
@@ -181,13 +211,18 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool i
     PetscCall(CreateProduct(*this, single, w.get(), added, &L.product));
     const PetscInt stride = L.product->stride();
     for (auto *v : {&L.inverse, &L.x, &L.r, &L.p, &L.q}) v->assign((size_t)L.product->n() * stride, AinsworthSingle(0));
-    for (size_t k = 0; k < d.size(); k++) L.inverse[k / bs * stride + k % bs] = (AinsworthSingle)(1.0 / (d[k] * (*w)[k] * (*w)[k]));
+    for (size_t k = 0; k < d.size(); k++)
+      L.inverse[k / bs * stride + k % bs] = (AinsworthSingle)(1.0 / (d[k] * (*w)[k] * (*w)[k]));
   } else PetscCall(CreateProduct(*this, upper, NULL, added, &(*level)->product));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthGridCreate - creates a level from its blocks, and estimates the largest eigenvalue of its operator; left: see AinsworthModes. Collective */
-PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &X, bool finest, bool single, const std::vector<char> &left, AinsworthGrid *grid)
+/*
+   AinsworthGridCreate - creates a level from its blocks, and estimates the largest eigenvalue of its operator; left:
+   see AinsworthModes. Collective
+*/
+PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &X, bool finest, bool single, const std::vector<char> &left,
+                                   AinsworthGrid *grid)
 {
   std::unique_ptr<AinsworthLevel> level;
 
@@ -200,8 +235,12 @@ PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &X, bool finest, bool singl
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthGridTakeDouble - keeps the double-precision blocks of a level in single precision, for products, or in its place if the level is factored */
-void AinsworthGridTakeDouble(const AinsworthBlockMat &X, bool factored, const AinsworthHierarchyOptions &options, AinsworthGrid *grid)
+/*
+   AinsworthGridTakeDouble - keeps the double-precision blocks of a level in single precision, for products, or in its
+   place if the level is factored
+*/
+void AinsworthGridTakeDouble(const AinsworthBlockMat &X, bool factored, const AinsworthHierarchyOptions &options,
+                             AinsworthGrid *grid)
 {
   if (grid->single && (options.product || factored)) grid->upper = TakeUpper<PetscScalar>(X.rows, NULL);
   if (!factored) return;
@@ -222,7 +261,8 @@ PetscErrorCode AinsworthGridSum(const AinsworthGrid &grid, const AinsworthBlockM
       if (k > U.i[r]) pieces[U.j[k]].push_back({grid.nodes->rstart + r, U.block(k), true});
     }
     for (const AinsworthBlockMat *X : {&grid.outside, added})
-      for (PetscInt k = X ? X->rows.i[r] : 0; X && k < X->rows.i[r + 1]; k++) pieces[r].push_back({X->cols.node(X->rows.j[k]), X->rows.block(k), false});
+      for (PetscInt k = X ? X->rows.i[r] : 0; X && k < X->rows.i[r + 1]; k++)
+        pieces[r].push_back({X->cols.node(X->rows.j[k]), X->rows.block(k), false});
   }
   PetscCall(AinsworthBlockMatAssemble(grid.nodes, grid.bs, pieces, sum));
   PetscFunctionReturn(PETSC_SUCCESS);

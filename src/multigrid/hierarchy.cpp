@@ -2,7 +2,10 @@
 #include "../base/events.h"
 #include <algorithm>
 
-/* A hierarchy with a larger operator complexity, or with a level that is not much smaller than the one before it, costs more than it gains */
+/*
+   A hierarchy with a larger operator complexity, or with a level that is not much smaller than the one before it, costs
+   more than it gains
+*/
 static const PetscReal tooComplex = 2.5, tooLarge = 0.5;
 static const size_t    mostLevels = 10;
 
@@ -16,7 +19,8 @@ PetscReal AinsworthHierarchy::complexity() const
 
    If ranks would own too few nodes, ranks are grouped in order, and the first rank of a group owns all of its nodes
 */
-static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt enough, AinsworthLayout *layout, PetscMPIInt *owners)
+static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt enough, AinsworthLayout *layout,
+                                   PetscMPIInt *owners)
 {
   PetscMPIInt           rank, size, owner = 0;
   PetscInt              total = 0, active = 0, before = 0, group = 1, mine = 0;
@@ -50,8 +54,8 @@ static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt enoug
 
    *made: the next level has nodes, and not too many
 */
-PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, PetscMPIInt ranks, const AinsworthHierarchyOptions &options, AinsworthTentative *T,
-                                           bool *made)
+PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, PetscMPIInt ranks,
+                                           const AinsworthHierarchyOptions &options, AinsworthTentative *T, bool *made)
 {
   const PetscInt      unknowns = X.cols.layout->N * X.rows.br;
   AinsworthAggregates aggregates;
@@ -67,7 +71,9 @@ PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, PetscMPII
   PetscCall(ChooseLayout(X.cols.layout->comm, aggregates.count, options.rankSize / 6, &nodes, &owners));
   if (nodes->N == 0) PetscFunctionReturn(PETSC_SUCCESS);
   if ((PetscReal)nodes->N * modes.k > tooLarge * unknowns && owners == ranks) {
-    PetscCall(PetscSNPrintf(doubts, sizeof(doubts), "level %d, of %" PetscInt_FMT " unknowns, cannot be made much smaller", (int)levels(), unknowns));
+    PetscCall(PetscSNPrintf(doubts, sizeof(doubts),
+                            "level %d, of %" PetscInt_FMT " unknowns, cannot be made much smaller", (int)levels(),
+                            unknowns));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AinsworthTentativeCreate(aggregates, X.rows.br, nodes, &modes, T));
@@ -79,12 +85,13 @@ PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, PetscMPII
 /*
    AinsworthHierarchy::create - creates what is known of the levels from A alone; collective
 
-   A: AIJ, Hermitian, bs unknowns per node; nodes: the local rows node by node, empty if they are stored so; carry: unknowns without entries in A, global numbers
-   of all ranks, whose nodes get coarse functions nevertheless, as what is added to A will couple them to many others; leave: marks local nodes that get none, as
-   others move them, or is empty
+   A: AIJ, Hermitian, bs unknowns per node; nodes: the local rows node by node, empty if they are stored so; carry:
+   unknowns without entries in A, global numbers of all ranks, whose nodes get coarse functions nevertheless, as what is
+   added to A will couple them to many others; leave: marks local nodes that get none, as others move them, or is empty
 */
-PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscInt> &&nodes, AinsworthModes &&near, const std::vector<PetscInt> &carry,
-                                          const std::vector<char> &leave, const AinsworthHierarchyOptions &options)
+PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscInt> &&nodes, AinsworthModes &&near,
+                                          const std::vector<PetscInt> &carry, const std::vector<char> &leave,
+                                          const AinsworthHierarchyOptions &options)
 {
   AinsworthBlockMat      X, product;
   AinsworthTentative     T;
@@ -116,7 +123,8 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
     PetscCall(PetscLogEventBegin(AINSWORTH_Interpolation, A, 0, 0, 0));
     PetscCall(AinsworthTentativeSmooth(X, T, finest.diagonal, 4.0 / 3.0 / finest.largest, P.get()));
     PetscCall(PetscLogEventEnd(AINSWORTH_Interpolation, A, 0, 0, 0));
-    if (finest.single) P->round(); /* before the Galerkin product, so that the coarse operator belongs to the rounded interpolation */
+    /* before the Galerkin product, so that the coarse operator belongs to the rounded interpolation */
+    if (finest.single) P->round();
     PetscCall(AinsworthGalerkin(X, *P, &product));
     finest.P = P;
   }
@@ -135,15 +143,18 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   modes.values.clear();
   modes.carried.clear();
   if (!doubts[0] && complexity() > tooComplex)
-    PetscCall(PetscSNPrintf(doubts, sizeof(doubts), "the first two levels together have %.3g times the entries of the finest", (double)complexity()));
+    PetscCall(PetscSNPrintf(doubts, sizeof(doubts),
+                            "the first two levels together have %.3g times the entries of the finest",
+                            (double)complexity()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
    AinsworthHierarchy::createGrids - creates all levels, of A or of A plus a matrix with entries in few rows; collective
 
-   Aggregates are those of A, as some must not cross a surface on which bodies slip, and so is interpolation to the finest level. Below it, interpolation is
-   smoothed for the sum: otherwise coarse functions of two tied bodies would jump at the surface between them.
+   Aggregates are those of A, as some must not cross a surface on which bodies slip, and so is interpolation to the
+   finest level. Below it, interpolation is smoothed for the sum: otherwise coarse functions of two tied bodies would
+   jump at the surface between them.
 
    Input Parameter:
 .  added - what is added to the first coarser level, or NULL
@@ -177,7 +188,8 @@ PetscErrorCode AinsworthHierarchy::createGrids(const AinsworthBlockMat *added, s
 }
 
 /*
-   AinsworthHierarchy::replaceFinest - replaces the finest level for an A with other values; keeps interpolation and what is known of the coarser levels; collective
+   AinsworthHierarchy::replaceFinest - replaces the finest level for an A with other values; keeps interpolation and
+   what is known of the coarser levels; collective
 
    A: as in create(), with the same distribution
 */

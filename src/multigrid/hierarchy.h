@@ -14,17 +14,19 @@ struct AinsworthHierarchyOptions {
 
 /* One level: its operator, and interpolation from the next coarser level */
 struct AinsworthGrid {
-  PetscInt                                                     bs = 1;
-  AinsworthLayout                                              nodes;
-  std::shared_ptr<const AinsworthBlockRowsOf<PetscScalar>>     upper;  /* owned blocks on and above the diagonal; NULL if single replaces them */
+  PetscInt        bs = 1;
+  AinsworthLayout nodes;
+  /* owned blocks on and above the diagonal; NULL if single replaces them */
+  std::shared_ptr<const AinsworthBlockRowsOf<PetscScalar>>     upper;
   std::shared_ptr<const AinsworthBlockRowsOf<AinsworthSingle>> single; /* the same of W A W */
   std::shared_ptr<const std::vector<PetscReal>>                w;
   AinsworthBlockMat                                            outside; /* blocks in ghost columns */
   std::vector<PetscReal>                                       diagonal;
-  PetscReal                                                    largest = 1.0; /* estimated largest eigenvalue of D^{-1} A */
-  PetscInt64                                                   blocks  = 0;   /* number of blocks on all ranks */
-  PetscMPIInt                                                  ranks   = 0;   /* number of ranks that own nodes */
-  std::shared_ptr<const AinsworthInterpolation>                P;             /* NULL on the coarsest level */
+  /* estimated largest eigenvalue of D^{-1} A */
+  PetscReal                                     largest = 1.0;
+  PetscInt64                                    blocks  = 0; /* number of blocks on all ranks */
+  PetscMPIInt                                   ranks   = 0; /* number of ranks that own nodes */
+  std::shared_ptr<const AinsworthInterpolation> P;           /* NULL on the coarsest level */
 
   PetscReal      entries() const { return (PetscReal)blocks * bs * bs; }
   PetscErrorCode createLevel(const AinsworthBlockMat *added, bool single, std::unique_ptr<AinsworthLevel> *) const;
@@ -35,36 +37,44 @@ PetscErrorCode AinsworthGridStore(const AinsworthBlockMat &, bool, AinsworthGrid
 PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &, bool, bool, const std::vector<char> &, AinsworthGrid *);
 PetscErrorCode AinsworthGridSum(const AinsworthGrid &, const AinsworthBlockMat *, AinsworthBlockMat *);
 PetscErrorCode AinsworthGridCreateProduct(const AinsworthGrid &, Mat *);
-void           AinsworthGridTakeDouble(const AinsworthBlockMat &, bool, const AinsworthHierarchyOptions &, AinsworthGrid *);
-PetscReal      AinsworthComplexity(const std::vector<AinsworthGrid> &);
+void      AinsworthGridTakeDouble(const AinsworthBlockMat &, bool, const AinsworthHierarchyOptions &, AinsworthGrid *);
+PetscReal AinsworthComplexity(const std::vector<AinsworthGrid> &);
 
 /*
    Aggregates of all levels, the finest level, interpolation to it, and P' A P
 
-   The graph of each coarser level is that of T' A T with tentative interpolation T, so that nothing here depends on what is added to A
+   The graph of each coarser level is that of T' A T with tentative interpolation T, so that nothing here depends on
+   what is added to A
 */
 class AinsworthHierarchy {
 public:
-  PetscErrorCode create(Mat A, PetscInt bs, std::vector<PetscInt> &&order, AinsworthModes &&modes, const std::vector<PetscInt> &carry,
-                        const std::vector<char> &leave, const AinsworthHierarchyOptions &);
+  PetscErrorCode create(Mat A, PetscInt bs, std::vector<PetscInt> &&order, AinsworthModes &&modes,
+                        const std::vector<PetscInt> &carry, const std::vector<char> &leave,
+                        const AinsworthHierarchyOptions &);
   PetscErrorCode createGrids(const AinsworthBlockMat *added, std::vector<AinsworthGrid> *) const;
   PetscErrorCode replaceFinest(Mat A, const AinsworthHierarchyOptions &);
   PetscReal      complexity() const; /* of the first two levels */
   bool           single() const { return finest.single != nullptr; }
   size_t         levels() const { return finest.P ? 2 + below.size() : 1; }
 
-  AinsworthGrid                   finest;
-  AinsworthGrid                   first;                /* P' A P on the first coarser level, without a diagonal; empty if there is none */
-  std::vector<AinsworthTentative> below;                /* from the level below the first coarser one, and so on */
-  std::vector<PetscInt>           order;                /* the local rows of A node by node, if sorted */
-  PetscBool                       sorted = PETSC_FALSE; /* A does not store its rows node by node; the same on all ranks */
-  AinsworthModes                  modes;                /* without their values */
-  std::vector<PetscInt>           carried;              /* unknowns without entries in A whose nodes all levels have, global numbers of all ranks, ascending */
-  std::vector<char>               left;                 /* local nodes of the finest level without coarse functions; empty: none */
-  char                            doubts[128] = "";     /* why this hierarchy is likely to be inefficient; empty if nothing suggests that */
+  AinsworthGrid finest;
+  /* P' A P on the first coarser level, without a diagonal; empty if there is none */
+  AinsworthGrid                   first;
+  std::vector<AinsworthTentative> below; /* from the level below the first coarser one, and so on */
+  std::vector<PetscInt>           order; /* the local rows of A node by node, if sorted */
+  /* A does not store its rows node by node; the same on all ranks */
+  PetscBool      sorted = PETSC_FALSE;
+  AinsworthModes modes; /* without their values */
+  /* unknowns without entries in A whose nodes all levels have, global numbers of all ranks, ascending */
+  std::vector<PetscInt> carried;
+  /* local nodes of the finest level without coarse functions; empty: none */
+  std::vector<char> left;
+  /* why this hierarchy is likely to be inefficient; empty if nothing suggests that */
+  char doubts[128] = "";
 
 private:
-  PetscErrorCode coarsen(const AinsworthBlockMat &, PetscMPIInt, const AinsworthHierarchyOptions &, AinsworthTentative *, bool *);
+  PetscErrorCode coarsen(const AinsworthBlockMat &, PetscMPIInt, const AinsworthHierarchyOptions &,
+                         AinsworthTentative *, bool *);
 };
 
 #endif

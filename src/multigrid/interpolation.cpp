@@ -4,7 +4,10 @@
 /* A column is dependent if orthogonalization leaves at most this part of its length */
 static const PetscReal dependent = 1e-6;
 
-/* Orthonormalizes the k columns of q, of length m each, by modified Gram-Schmidt in two passes; r: k x k, by rows. Dependent columns become zero */
+/*
+   Orthonormalizes the k columns of q, of length m each, by modified Gram-Schmidt in two passes; r: k x k, by rows.
+   Dependent columns become zero
+*/
 static void Orthonormalize(PetscInt m, PetscInt k, PetscScalar *q, PetscScalar *r)
 {
   for (PetscInt c = 0; c < k; c++) {
@@ -30,9 +33,12 @@ static void Orthonormalize(PetscInt m, PetscInt k, PetscScalar *q, PetscScalar *
   }
 }
 
-/* Creates T, the orthonormalized modes of each aggregate (one bs x k block per node), and their coefficients `coarse` (one k x k block per aggregate) */
-static void CreateTentative(const AinsworthAggregates &agg, PetscInt bs, const AinsworthModes &modes, std::vector<PetscScalar> *T,
-                            std::vector<PetscScalar> *coarse)
+/*
+   Creates T, the orthonormalized modes of each aggregate (one bs x k block per node), and their coefficients `coarse`
+   (one k x k block per aggregate)
+*/
+static void CreateTentative(const AinsworthAggregates &agg, PetscInt bs, const AinsworthModes &modes,
+                            std::vector<PetscScalar> *T, std::vector<PetscScalar> *coarse)
 {
   const PetscInt                     k = modes.k;
   std::vector<std::vector<PetscInt>> members(agg.count);
@@ -57,15 +63,17 @@ static void CreateTentative(const AinsworthAggregates &agg, PetscInt bs, const A
 
 /* Computes P_i = T_i - omega D_i^{-1} sum_j A_ij T_j; columns are global coarse node numbers */
 template <int B, int K>
-static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> &aggregate, const PetscScalar *T, const std::vector<PetscReal> &diagonal,
-                       PetscReal omega, AinsworthBlockRows *P)
+static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> &aggregate, const PetscScalar *T,
+                       const std::vector<PetscReal> &diagonal, PetscReal omega, AinsworthBlockRows *P)
 {
   const PetscInt        bs = P->br, k = P->bc, size = bs * k;
   std::vector<PetscInt> cols;
 
   for (PetscInt i = 0; i < A.n; i++, P->endRow()) {
     const PetscInt start = (PetscInt)P->j.size();
-    auto           block = [&](PetscInt g) { return P->block(start + (PetscInt)(std::lower_bound(cols.begin(), cols.end(), g) - cols.begin())); };
+    auto           block = [&](PetscInt g) {
+      return P->block(start + (PetscInt)(std::lower_bound(cols.begin(), cols.end(), g) - cols.begin()));
+    };
 
     if (aggregate[i] < 0) continue;
     cols.assign(1, aggregate[i]);
@@ -75,7 +83,8 @@ static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> 
     P->j.insert(P->j.end(), cols.begin(), cols.end());
     P->a.resize(P->j.size() * size, 0.0);
     for (PetscInt e = A.i[i]; e < A.i[i + 1]; e++)
-      if (aggregate[A.j[e]] >= 0) AinsworthMultAdd<B, B, K>(bs, bs, k, A.block(e), &T[(size_t)A.j[e] * size], block(aggregate[A.j[e]]));
+      if (aggregate[A.j[e]] >= 0)
+        AinsworthMultAdd<B, B, K>(bs, bs, k, A.block(e), &T[(size_t)A.j[e] * size], block(aggregate[A.j[e]]));
     for (PetscInt p = start; p < (PetscInt)P->j.size(); p++)
       for (PetscInt r = 0; r < bs; r++)
         for (PetscInt c = 0; c < k; c++) P->block(p)[r * k + c] *= -omega / diagonal[i * bs + r];
@@ -85,7 +94,8 @@ static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> 
 }
 
 /*
-   AinsworthTentativeCreate - creates tentative interpolation from the aggregates of all ranks, and the coarse modes; collective
+   AinsworthTentativeCreate - creates tentative interpolation from the aggregates of all ranks, and the coarse modes;
+   collective
 
    Input Parameters:
 +  agg    - the aggregates of this rank, numbered after those of the ranks before it
@@ -97,8 +107,8 @@ static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> 
 +  T     - the tentative interpolation
 -  modes - the near null space on the coarse nodes that this rank owns
 */
-PetscErrorCode AinsworthTentativeCreate(const AinsworthAggregates &agg, PetscInt bs, const AinsworthLayout &layout, AinsworthModes *modes,
-                                        AinsworthTentative *T)
+PetscErrorCode AinsworthTentativeCreate(const AinsworthAggregates &agg, PetscInt bs, const AinsworthLayout &layout,
+                                        AinsworthModes *modes, AinsworthTentative *T)
 {
   const PetscInt           k     = modes->k;
   PetscInt                 first = 0, made = agg.count;
@@ -114,7 +124,8 @@ PetscErrorCode AinsworthTentativeCreate(const AinsworthAggregates &agg, PetscInt
   T->bs     = bs;
   T->k      = k;
   T->aggregate.resize(agg.of.size());
-  std::transform(agg.of.begin(), agg.of.end(), T->aggregate.begin(), [=](PetscInt g) { return g < 0 ? -1 : first + g; });
+  std::transform(agg.of.begin(), agg.of.end(), T->aggregate.begin(),
+                 [=](PetscInt g) { return g < 0 ? -1 : first + g; });
   CreateTentative(agg, bs, *modes, &T->values, &coarse);
 
   /* send the coarse modes to the owners of their nodes */
@@ -143,7 +154,9 @@ static PetscErrorCode PlaceColumns(const AinsworthLayout &layout, AinsworthInter
 
   PetscFunctionBegin;
   AinsworthSortUnique(&nodes);
-  nodes.erase(std::remove_if(nodes.begin(), nodes.end(), [&](PetscInt g) { return g >= layout->rstart && g < layout->rend; }), nodes.end());
+  nodes.erase(
+    std::remove_if(nodes.begin(), nodes.end(), [&](PetscInt g) { return g >= layout->rstart && g < layout->rend; }),
+    nodes.end());
   PetscCall(P->cols.create(layout, std::move(nodes)));
   for (PetscInt &g : P->rows.j) g = P->cols.place(g);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -172,12 +185,14 @@ PetscErrorCode AinsworthTentativeInterpolate(const AinsworthTentative &T, Ainswo
 +  A        - the matrix of this level
 .  T        - tentative interpolation; nodes without an aggregate get no coarse functions
 .  diagonal - the diagonal of A, positive
--  omega    - of the damped Jacobi step, 4/3 over the largest eigenvalue of diagonal^{-1} A (Vanek, Mandel, Brezina, Computing 56, 1996)
+-  omega    - of the damped Jacobi step, 4/3 over the largest eigenvalue of diagonal^{-1} A (Vanek, Mandel, Brezina,
+              Computing 56, 1996)
 
    Output Parameter:
 .  P - the interpolation
 */
-PetscErrorCode AinsworthTentativeSmooth(const AinsworthBlockMat &A, const AinsworthTentative &T, const std::vector<PetscReal> &diagonal, PetscReal omega,
+PetscErrorCode AinsworthTentativeSmooth(const AinsworthBlockMat &A, const AinsworthTentative &T,
+                                        const std::vector<PetscReal> &diagonal, PetscReal omega,
                                         AinsworthInterpolation *P)
 {
   const PetscInt           bs = T.bs, k = T.k, size = bs * k;
@@ -196,7 +211,8 @@ PetscErrorCode AinsworthTentativeSmooth(const AinsworthBlockMat &A, const Ainswo
     all = values.data();
   }
   P->rows = AinsworthBlockRows(bs, k);
-  AinsworthDispatch(bs, k, [&](auto B, auto K) { SmoothRows<B(), K()>(A.rows, aggregate, all, diagonal, omega, &P->rows); });
+  AinsworthDispatch(bs, k,
+                    [&](auto B, auto K) { SmoothRows<B(), K()>(A.rows, aggregate, all, diagonal, omega, &P->rows); });
   PetscCall(PlaceColumns(T.layout, P));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -20,11 +20,15 @@ struct InterpolationMat {
   std::shared_ptr<const AinsworthLevelSubspace> subspace; /* of the finer level; NULL: the whole space */
   AinsworthUnit                                 unit;
 
-  explicit InterpolationMat(const std::shared_ptr<const AinsworthInterpolation> &I) : unit(I->rows.bc, MPIU_SCALAR) { main.set(I); }
+  explicit InterpolationMat(const std::shared_ptr<const AinsworthInterpolation> &I) : unit(I->rows.bc, MPIU_SCALAR)
+  {
+    main.set(I);
+  }
 };
 
 template <bool adjoint, int R, int C, class T>
-void MultTranspose(const AinsworthInterpolation &P, const T *a, const PetscScalar *x, PetscScalar *ghost, PetscScalar *y)
+void MultTranspose(const AinsworthInterpolation &P, const T *a, const PetscScalar *x, PetscScalar *ghost,
+                   PetscScalar *y)
 {
   const PetscInt br = R ? R : P.rows.br, bc = C ? C : P.rows.bc;
 
@@ -33,7 +37,8 @@ void MultTranspose(const AinsworthInterpolation &P, const T *a, const PetscScala
       const PetscInt j = P.rows.j[k];
       PetscScalar   *z = j < P.cols.local ? y + (size_t)j * bc : ghost + (size_t)(j - P.cols.local) * bc;
       for (PetscInt r = 0; r < br; r++)
-        for (PetscInt c = 0; c < bc; c++) z[c] += (PetscScalar)(adjoint ? AinsworthConj(a[r * bc + c]) : a[r * bc + c]) * x[r];
+        for (PetscInt c = 0; c < bc; c++)
+          z[c] += (PetscScalar)(adjoint ? AinsworthConj(a[r * bc + c]) : a[r * bc + c]) * x[r];
     }
 }
 } // namespace
@@ -46,8 +51,12 @@ static PetscErrorCode AddPart(Part *part, MPI_Datatype unit, const PetscScalar *
   const AinsworthInterpolation &P = *part->P;
   PetscCall(P.cols.toGhosts(unit, x, part->ghost.data()));
   AinsworthDispatch(P.rows.br, P.rows.bc, [&](auto R, auto C) {
-    if (P.single.size()) AinsworthRowsMultAdd<R(), C()>(P.rows, P.single.data(), P.cols.local, x, part->ghost.data(), P.rows.bc, P.rows.br, y);
-    else AinsworthRowsMultAdd<R(), C()>(P.rows, P.rows.a.data(), P.cols.local, x, part->ghost.data(), P.rows.bc, P.rows.br, y);
+    if (P.single.size())
+      AinsworthRowsMultAdd<R(), C()>(P.rows, P.single.data(), P.cols.local, x, part->ghost.data(), P.rows.bc, P.rows.br,
+                                     y);
+    else
+      AinsworthRowsMultAdd<R(), C()>(P.rows, P.rows.a.data(), P.cols.local, x, part->ghost.data(), P.rows.bc, P.rows.br,
+                                     y);
   });
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -123,7 +132,8 @@ static PetscErrorCode MatConvert_Interpolation_AIJ(Mat mat, MatType, MatReuse re
   InterpolationMat *I;
 
   PetscFunctionBegin;
-  PetscCheck(reuse == MAT_INITIAL_MATRIX, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP, "MatConvert() of interpolation makes a new matrix only");
+  PetscCheck(reuse == MAT_INITIAL_MATRIX, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP,
+             "MatConvert() of interpolation makes a new matrix only");
   PetscCall(MatShellGetContext(mat, &I));
   const AinsworthInterpolation &P = *I->main.P;
   AinsworthBlockRows            rows(P.rows);
@@ -154,8 +164,12 @@ PetscErrorCode AinsworthInterpolationMatSet(Mat mat, const std::shared_ptr<const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthInterpolationMatSetSubspace - adds to the interpolation and keeps what is interpolated in a subspace, or (NULL) no longer */
-PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat mat, const std::shared_ptr<const AinsworthLevelSubspace> &subspace,
+/*
+   AinsworthInterpolationMatSetSubspace - adds to the interpolation and keeps what is interpolated in a subspace, or
+   (NULL) no longer
+*/
+PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat                                                  mat,
+                                                    const std::shared_ptr<const AinsworthLevelSubspace> &subspace,
                                                     const std::shared_ptr<const AinsworthInterpolation> &added)
 {
   InterpolationMat *I;
@@ -168,22 +182,26 @@ PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat mat, const std::shared_p
 }
 
 /* AinsworthInterpolationMatCreate - creates a matrix that interpolates to the nodes of layout `fine` */
-PetscErrorCode AinsworthInterpolationMatCreate(const std::shared_ptr<const AinsworthInterpolation> &P, const AinsworthLayout &fine, Mat *mat)
+PetscErrorCode AinsworthInterpolationMatCreate(const std::shared_ptr<const AinsworthInterpolation> &P,
+                                               const AinsworthLayout &fine, Mat *mat)
 {
   const PetscInt         br = P->rows.br, bc = P->rows.bc;
   const AinsworthLayout &coarse = P->cols.layout;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateShell(fine->comm, fine->n * br, coarse->n * bc, fine->N * br, coarse->N * bc, new InterpolationMat(P), mat));
+  PetscCall(MatCreateShell(fine->comm, fine->n * br, coarse->n * bc, fine->N * br, coarse->N * bc,
+                           new InterpolationMat(P), mat));
   PetscCall(MatSetBlockSizes(*mat, br, bc));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT, (void (*)(void))MatMult_Interpolation));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT_ADD, (void (*)(void))MatMultAdd_Interpolation));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT_TRANSPOSE, (void (*)(void))MatMultTranspose_Interpolation<false>));
 #if defined(PETSC_USE_COMPLEX)
-  PetscCall(MatShellSetOperation(*mat, MATOP_MULT_HERMITIAN_TRANSPOSE, (void (*)(void))MatMultTranspose_Interpolation<true>));
+  PetscCall(
+    MatShellSetOperation(*mat, MATOP_MULT_HERMITIAN_TRANSPOSE, (void (*)(void))MatMultTranspose_Interpolation<true>));
 #endif
   PetscCall(MatShellSetOperation(*mat, MATOP_DESTROY, (void (*)(void))MatDestroy_Interpolation));
   PetscCall(PetscObjectChangeTypeName((PetscObject)*mat, AINSWORTH_INTERPOLATION_MAT));
-  PetscCall(PetscObjectComposeFunction((PetscObject)*mat, "MatConvert_" AINSWORTH_INTERPOLATION_MAT "_aij_C", MatConvert_Interpolation_AIJ));
+  PetscCall(PetscObjectComposeFunction((PetscObject)*mat, "MatConvert_" AINSWORTH_INTERPOLATION_MAT "_aij_C",
+                                       MatConvert_Interpolation_AIJ));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -80,8 +80,8 @@ inline void AinsworthRowsMultAddTwo(const double *x, int xr, int xl, const doubl
 
 /* Computes z += x y with x of size R x K and y of size K x C; a template size of 0 stands for the run-time size */
 template <int R, int K, int C>
-inline void AinsworthMultAdd(PetscInt r, PetscInt k, PetscInt c, const PetscScalar *PETSC_RESTRICT x, const PetscScalar *PETSC_RESTRICT y,
-                             PetscScalar *PETSC_RESTRICT z)
+inline void AinsworthMultAdd(PetscInt r, PetscInt k, PetscInt c, const PetscScalar *PETSC_RESTRICT x,
+                             const PetscScalar *PETSC_RESTRICT y, PetscScalar *PETSC_RESTRICT z)
 {
 #if defined(__GNUC__) && defined(PETSC_USE_REAL_DOUBLE) && !defined(PETSC_USE_COMPLEX)
   if constexpr (R == 6 && K == 6 && C == 6) {
@@ -103,8 +103,8 @@ inline void AinsworthMultAdd(PetscInt r, PetscInt k, PetscInt c, const PetscScal
 
 /* Computes z += x' y with x of size K x R and y of size K x C */
 template <int R, int K, int C>
-inline void AinsworthMultAdjointAdd(PetscInt r, PetscInt k, PetscInt c, const PetscScalar *PETSC_RESTRICT x, const PetscScalar *PETSC_RESTRICT y,
-                                    PetscScalar *PETSC_RESTRICT z)
+inline void AinsworthMultAdjointAdd(PetscInt r, PetscInt k, PetscInt c, const PetscScalar *PETSC_RESTRICT x,
+                                    const PetscScalar *PETSC_RESTRICT y, PetscScalar *PETSC_RESTRICT z)
 {
 #if defined(__GNUC__) && defined(PETSC_USE_REAL_DOUBLE) && !defined(PETSC_USE_COMPLEX)
   if constexpr (R == 6 && (K == 3 || K == 6) && C == 6) {

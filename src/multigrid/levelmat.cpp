@@ -89,7 +89,8 @@ static PetscErrorCode MatConvert_Level_AIJ(Mat mat, MatType, MatReuse reuse, Mat
   PetscCall(MatShellGetContext(mat, &level));
   PetscCheck(level->product, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP,
              "The finest level is stored in single precision: use -pc_blocksa_precision double");
-  PetscCheck(reuse != MAT_REUSE_MATRIX, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP, "MatConvert() of a level operator makes a new matrix only");
+  PetscCheck(reuse != MAT_REUSE_MATRIX, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP,
+             "MatConvert() of a level operator makes a new matrix only");
   const AinsworthBlockRows                &U = *level->product->upper, &rest = level->product->rest;
   const AinsworthColumns                  &cols = level->product->cols;
   std::vector<std::vector<AinsworthPiece>> pieces(U.n);
@@ -98,7 +99,8 @@ static PetscErrorCode MatConvert_Level_AIJ(Mat mat, MatType, MatReuse reuse, Mat
       pieces[r].push_back({cols.first + U.j[k], U.block(k), false});
       if (k > U.i[r]) pieces[U.j[k]].push_back({cols.first + r, U.block(k), true});
     }
-    for (PetscInt k = rest.i[r]; k < rest.i[r + 1]; k++) pieces[r].push_back({cols.node(rest.j[k]), rest.block(k), false});
+    for (PetscInt k = rest.i[r]; k < rest.i[r + 1]; k++)
+      pieces[r].push_back({cols.node(rest.j[k]), rest.block(k), false});
   }
   PetscCall(AinsworthBlockMatAssemble(cols.layout, U.br, pieces, &blocks));
   PetscCall(AinsworthBlocksToAIJ(blocks.rows, blocks.cols, mat, &B));
@@ -120,9 +122,11 @@ static PetscErrorCode MatDestroy_Level(Mat mat)
 }
 
 /*
-   AinsworthLevelMatSet - creates a matrix for a level operator with bs unknowns per node, or replaces the operator of an existing one and increases its state
+   AinsworthLevelMatSet - creates a matrix for a level operator with bs unknowns per node, or replaces the operator of
+   an existing one and increases its state
 */
-PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &nodes, PetscInt bs, std::unique_ptr<AinsworthLevel> &&level, Mat *mat)
+PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &nodes, PetscInt bs, std::unique_ptr<AinsworthLevel> &&level,
+                                    Mat *mat)
 {
   AinsworthLevel *old;
 
@@ -134,7 +138,8 @@ PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &nodes, PetscInt bs, s
     PetscCall(PetscObjectStateIncrease((PetscObject)*mat));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(MatCreateShell(nodes->comm, nodes->n * bs, nodes->n * bs, nodes->N * bs, nodes->N * bs, level.release(), mat));
+  PetscCall(
+    MatCreateShell(nodes->comm, nodes->n * bs, nodes->n * bs, nodes->N * bs, nodes->N * bs, level.release(), mat));
   PetscCall(MatSetBlockSize(*mat, bs));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT, (void (*)(void))MatMult_Level));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT_TRANSPOSE, (void (*)(void))MatMultTranspose_Level));
@@ -142,7 +147,8 @@ PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &nodes, PetscInt bs, s
   PetscCall(MatShellSetOperation(*mat, MATOP_GET_DIAGONAL, (void (*)(void))MatGetDiagonal_Level));
   PetscCall(MatShellSetOperation(*mat, MATOP_DESTROY, (void (*)(void))MatDestroy_Level));
   PetscCall(PetscObjectChangeTypeName((PetscObject)*mat, AINSWORTH_LEVEL_MAT));
-  PetscCall(PetscObjectComposeFunction((PetscObject)*mat, "MatConvert_" AINSWORTH_LEVEL_MAT "_aij_C", MatConvert_Level_AIJ));
+  PetscCall(
+    PetscObjectComposeFunction((PetscObject)*mat, "MatConvert_" AINSWORTH_LEVEL_MAT "_aij_C", MatConvert_Level_AIJ));
   PetscCall(SetSymmetric(*mat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -158,7 +164,10 @@ static PetscReal Hash(size_t l)
   return (PetscReal)((double)(s >> 11) / 4503599627370496.0 - 1.0);
 }
 
-/* Gets the largest eigenvalue of the tridiagonal matrix with the diagonals d and e, which are overwritten; leaves it as it is if there was no step */
+/*
+   Gets the largest eigenvalue of the tridiagonal matrix with the diagonals d and e, which are overwritten; leaves it as
+   it is if there was no step
+*/
 static PetscErrorCode LargestRitz(std::vector<PetscReal> &d, std::vector<PetscReal> &e, PetscReal *largest)
 {
   PetscBLASInt one = 1, order, info;
@@ -175,12 +184,14 @@ static PetscErrorCode LargestRitz(std::vector<PetscReal> &d, std::vector<PetscRe
 /*
    Estimates the largest eigenvalue of D^{-1} A by steps of conjugate gradients with Jacobi; collective
 
-   The first residual is r_i = sqrt(a_ii) times a random number, so that stiff and soft unknowns have the same share. w: scaling of the unknowns, NULL for none.
-   start: r is zero in rows without entries there, NULL for none. left: the eigenvalue is that of A without the rows and columns of these nodes; NULL or empty: none
+   The first residual is r_i = sqrt(a_ii) times a random number, so that stiff and soft unknowns have the same share. w:
+   scaling of the unknowns, NULL for none. start: r is zero in rows without entries there, NULL for none. left: the
+   eigenvalue is that of A without the rows and columns of these nodes; NULL or empty: none
 */
 template <class T>
-static PetscErrorCode Estimate(AinsworthProduct<T> &A, const std::vector<PetscReal> &diagonal, const std::vector<PetscReal> *w, PetscInt steps,
-                               const AinsworthBlockRows *start, const std::vector<char> *left, PetscReal *largest)
+static PetscErrorCode Estimate(AinsworthProduct<T> &A, const std::vector<PetscReal> &diagonal,
+                               const std::vector<PetscReal> *w, PetscInt steps, const AinsworthBlockRows *start,
+                               const std::vector<char> *left, PetscReal *largest)
 {
   const PetscInt         bs = A.bs(), stride = A.stride();
   const size_t           n = (size_t)A.n() * stride, first = (size_t)A.cols.first * bs;
@@ -206,7 +217,8 @@ static PetscErrorCode Estimate(AinsworthProduct<T> &A, const std::vector<PetscRe
 
     inverse[at] = (T)(1.0 / (diagonal[l] * scale * scale));
     if (left && !left->empty() && (*left)[l / bs]) inverse[at] = 0;
-    if (!start || start->i[l / bs] < start->i[l / bs + 1]) r[at] = (T)(PetscSqrtReal(diagonal[l]) * scale * Hash(first + l));
+    if (!start || start->i[l / bs] < start->i[l / bs + 1])
+      r[at] = (T)(PetscSqrtReal(diagonal[l]) * scale * Hash(first + l));
   }
   for (size_t l = 0; l < n; l++) p[l] = inverse[l] * r[l];
   PetscCall(sum(energy, &rz));
@@ -230,7 +242,10 @@ static PetscErrorCode Estimate(AinsworthProduct<T> &A, const std::vector<PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthLevel::stay - keeps the cycle in a subspace on this level: W takes the place of the inverse diagonal where Q changes anything */
+/*
+   AinsworthLevel::stay - keeps the cycle in a subspace on this level: W takes the place of the inverse diagonal where Q
+   changes anything
+*/
 void AinsworthLevel::stay(const std::shared_ptr<const AinsworthLevelSubspace> &in)
 {
   subspace = in;
@@ -245,7 +260,8 @@ void AinsworthLevel::stay(const std::shared_ptr<const AinsworthLevelSubspace> &i
 }
 
 /*
-   AinsworthLevel::estimateInSubspace - estimates the largest eigenvalue of Q W A, by steps of conjugate gradients in the subspace; collective
+   AinsworthLevel::estimateInSubspace - estimates the largest eigenvalue of Q W A, by steps of conjugate gradients in
+   the subspace; collective
 
    mat: this level
 */
@@ -303,8 +319,8 @@ PetscErrorCode AinsworthLevel::estimateInSubspace(Mat mat)
 /*
    AinsworthLevel::estimate - estimates the largest eigenvalue of D^{-1} M, somewhat from below; collective
 
-   added: M is A plus a matrix with entries in these rows, and `largest` holds the eigenvalue of A. If that of M is larger, its eigenvector is near these rows,
-   and starting there finds it in half of the steps (docs/multigrid.md)
+   added: M is A plus a matrix with entries in these rows, and `largest` holds the eigenvalue of A. If that of M is
+   larger, its eigenvector is near these rows, and starting there finds it in half of the steps (docs/multigrid.md)
 */
 PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added, const std::vector<char> *left)
 {

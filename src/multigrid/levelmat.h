@@ -11,7 +11,8 @@
 #define AINSWORTH_INTERPOLATION_MAT "blocksainterpolation"
 
 /*
-   W M W with powers of two W near diag(A)^{-1/2}, so that single precision neither overflows nor loses digits, whatever the units of the program
+   W M W with powers of two W near diag(A)^{-1/2}, so that single precision neither overflows nor loses digits, whatever
+   the units of the program
 
    The scaled vectors are b^ = s W b and x^ = s W^{-1} x, where the power of two s brings b to about unit size
 */
@@ -19,12 +20,15 @@ struct AinsworthScaled {
   std::shared_ptr<const std::vector<PetscReal>>      w;           /* diagonal of W */
   PetscReal                                          largest = 0; /* largest entry of W on all ranks */
   std::unique_ptr<AinsworthProduct<AinsworthSingle>> product;
-  std::vector<AinsworthSingle>                       inverse, x, r, p, q; /* inverse holds that of the diagonal of W M W */
-  PetscReal                                          s    = 1.0;
-  std::array<PetscInt64, 4>                          pair = {}; /* identifies the b and x whose residual is r minus the product with p; zero if there is none */
+  /* inverse holds that of the diagonal of W M W */
+  std::vector<AinsworthSingle> inverse, x, r, p, q;
+  PetscReal                    s = 1.0;
+  /* identifies the b and x whose residual is r minus the product with p; zero if there is none */
+  std::array<PetscInt64, 4> pair = {};
 
   PetscErrorCode mult(Vec x, Vec y);
-  PetscErrorCode smooth(PetscInt steps, PetscReal least, PetscReal largest, PetscBool zero, const AinsworthLevelSubspace *, Vec b, Vec x);
+  PetscErrorCode smooth(PetscInt steps, PetscReal least, PetscReal largest, PetscBool zero,
+                        const AinsworthLevelSubspace *, Vec b, Vec x);
   PetscErrorCode residual(Vec b, Vec x, Vec r);
 };
 
@@ -46,6 +50,7 @@ PetscErrorCode AinsworthLevelMatGet(Mat, AinsworthLevel **);
 PetscErrorCode AinsworthInterpolationMatSet(Mat, const std::shared_ptr<const AinsworthInterpolation> &);
 PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat, const std::shared_ptr<const AinsworthLevelSubspace> &,
                                                     const std::shared_ptr<const AinsworthInterpolation> &);
-PetscErrorCode AinsworthInterpolationMatCreate(const std::shared_ptr<const AinsworthInterpolation> &, const AinsworthLayout &, Mat *);
+PetscErrorCode AinsworthInterpolationMatCreate(const std::shared_ptr<const AinsworthInterpolation> &,
+                                               const AinsworthLayout &, Mat *);
 
 #endif

@@ -2,8 +2,12 @@
 #include "../base/lists.h"
 #include <algorithm>
 
-/* Takes the modes from a near null space, whose constant, if it has one, comes first; order: the local rows node by node, empty if they are stored so */
-static PetscErrorCode FromNullSpace(MatNullSpace near, PetscInt n, const std::vector<PetscInt> &order, AinsworthModes *modes)
+/*
+   Takes the modes from a near null space, whose constant, if it has one, comes first; order: the local rows node by
+   node, empty if they are stored so
+*/
+static PetscErrorCode FromNullSpace(MatNullSpace near, PetscInt n, const std::vector<PetscInt> &order,
+                                    AinsworthModes *modes)
 {
   PetscBool  constant;
   PetscInt   nvec;
@@ -21,7 +25,8 @@ static PetscErrorCode FromNullSpace(MatNullSpace near, PetscInt n, const std::ve
     PetscCall(VecGetLocalSize(vec[c], &local));
     PetscCall(AinsworthFirstMismatch(PetscObjectComm((PetscObject)vec[c]), &local, &wanted));
     PetscCheck(local == wanted, PetscObjectComm((PetscObject)vec[c]), PETSC_ERR_ARG_SIZ,
-               "Vector %" PetscInt_FMT " of the near null space has %" PetscInt_FMT " values on a rank, but the matrix has %" PetscInt_FMT
+               "Vector %" PetscInt_FMT " of the near null space has %" PetscInt_FMT
+               " values on a rank, but the matrix has %" PetscInt_FMT
                " rows: call MatSetNearNullSpace() with vectors that have the layout of the matrix",
                c, local, wanted);
     PetscCall(VecGetArrayRead(vec[c], &v));
@@ -31,8 +36,12 @@ static PetscErrorCode FromNullSpace(MatNullSpace near, PetscInt n, const std::ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates translations and infinitesimal rotations about the center of all nodes; bs is the dimension of space, 2 or 3; collective */
-static PetscErrorCode FromCoordinates(MPI_Comm comm, PetscInt n, PetscInt bs, const PetscReal x[], AinsworthModes *modes)
+/*
+   Creates translations and infinitesimal rotations about the center of all nodes; bs is the dimension of space, 2 or 3;
+   collective
+*/
+static PetscErrorCode FromCoordinates(MPI_Comm comm, PetscInt n, PetscInt bs, const PetscReal x[],
+                                      AinsworthModes *modes)
 {
   PetscReal center[4] = {0.0, 0.0, 0.0, (PetscReal)(n / bs)};
 
@@ -72,8 +81,8 @@ static PetscErrorCode FromCoordinates(MPI_Comm comm, PetscInt n, PetscInt bs, co
    Output Parameter:
 .  modes - k values for each local unknown, node by node
 */
-PetscErrorCode AinsworthModesCreate(Mat A, PetscInt bs, const std::vector<PetscInt> &order, MatNullSpace near, PetscInt dim, const PetscReal x[],
-                                    AinsworthModes *modes)
+PetscErrorCode AinsworthModesCreate(Mat A, PetscInt bs, const std::vector<PetscInt> &order, MatNullSpace near,
+                                    PetscInt dim, const PetscReal x[], AinsworthModes *modes)
 {
   PetscInt n;
 
@@ -96,7 +105,10 @@ PetscErrorCode AinsworthModesCreate(Mat A, PetscInt bs, const std::vector<PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthModesCarry - gives carried nodes of the finest level, with bs unknowns each, motions of each of their unknowns as modes */
+/*
+   AinsworthModesCarry - gives carried nodes of the finest level, with bs unknowns each, motions of each of their
+   unknowns as modes
+*/
 void AinsworthModesCarry(PetscInt bs, AinsworthModes *modes)
 {
   const PetscInt k = modes->k;
@@ -120,7 +132,10 @@ static bool Held(const AinsworthBlockRows &A, PetscInt i, PetscInt c)
   return true;
 }
 
-/* Counts, in sampled rows of A, those whose product with mode c is not small relative to its terms; count[k] is the number of sampled rows; collective */
+/*
+   Counts, in sampled rows of A, those whose product with mode c is not small relative to its terms; count[k] is the
+   number of sampled rows; collective
+*/
 static PetscErrorCode CountUnfit(const AinsworthBlockMat &A, const AinsworthModes &modes, std::vector<PetscInt> *count)
 {
   const AinsworthBlockRows &rows = A.rows;
@@ -153,10 +168,12 @@ static PetscErrorCode CountUnfit(const AinsworthBlockMat &A, const AinsworthMode
 }
 
 /*
-   AinsworthModesFit - zeroes the modes at held unknowns, and drops modes that are not in the near null space of A unless none is; collective
+   AinsworthModesFit - zeroes the modes at held unknowns, and drops modes that are not in the near null space of A
+   unless none is; collective
 
-   Rotations from wrong coordinates, or of unknowns that are not displacements, would only make the coarse levels larger. Next to held unknowns no mode is
-   mapped to zero, so a mode is kept if it is mapped to zero in half of the rows; if no mode is, all are kept.
+   Rotations from wrong coordinates, or of unknowns that are not displacements, would only make the coarse levels
+   larger. Next to held unknowns no mode is mapped to zero, so a mode is kept if it is mapped to zero in half of the
+   rows; if no mode is, all are kept.
 */
 PetscErrorCode AinsworthModesFit(const AinsworthBlockMat &A, AinsworthModes *modes)
 {

@@ -1,7 +1,9 @@
 /*
-   Products y = A x with a Hermitian block matrix: of the blocks between owned nodes only half are stored, and each is used twice
+   Products y = A x with a Hermitian block matrix: of the blocks between owned nodes only half are stored, and each is
+   used twice
 
-   The diagonal block comes first in each row. The values are padded because a load of four numbers may read past the last block
+   The diagonal block comes first in each row. The values are padded because a load of four numbers may read past the
+   last block
 */
 #ifndef AINSWORTH_PRODUCT_H
 #define AINSWORTH_PRODUCT_H
@@ -10,7 +12,8 @@
 #include <algorithm>
 
 /*
-   Returns the number of values per node in vectors: the block size, but 4 for blocks of 3 in single precision, so that one load takes a node
+   Returns the number of values per node in vectors: the block size, but 4 for blocks of 3 in single precision, so that
+   one load takes a node
 
    The fourth number is zero in all vectors that are multiplied
 */
@@ -25,8 +28,9 @@ inline void AinsworthRowPacked(const AinsworthBlockRowsOf<float> &U, PetscInt i,
 {
   auto                four = [](const float *p) { return *(const AinsworthFour *)p; };
   const float        *a    = U.a.data() + (size_t)U.i[i] * 9;
-  const AinsworthFour xi = four(x + 4 * i), x0 = {xi[0], xi[0], xi[0], xi[0]}, x1 = {xi[1], xi[1], xi[1], xi[1]}, x2 = {xi[2], xi[2], xi[2], xi[2]};
-  AinsworthFour       s0 = four(a) * xi, s1 = four(a + 3) * xi, s2 = four(a + 6) * xi;
+  const AinsworthFour xi = four(x + 4 * i), x0 = {xi[0], xi[0], xi[0], xi[0]}, x1 = {xi[1], xi[1], xi[1], xi[1]},
+                      x2 = {xi[2], xi[2], xi[2], xi[2]};
+  AinsworthFour s0 = four(a) * xi, s1 = four(a + 3) * xi, s2 = four(a + 6) * xi;
 
   for (PetscInt k = U.i[i] + 1; k < U.i[i + 1]; k++) {
     a += 9;
@@ -45,7 +49,8 @@ inline void AinsworthRowPacked(const AinsworthBlockRowsOf<float> &U, PetscInt i,
 
 /* Processes the rows of each block in pairs of entries; for odd BS the last entry is single */
 template <int BS>
-inline void AinsworthRowOfPairs(const AinsworthBlockRowsOf<double> &U, PetscInt i, const double *x, double *y, double *sum)
+inline void AinsworthRowOfPairs(const AinsworthBlockRowsOf<double> &U, PetscInt i, const double *x, double *y,
+                                double *sum)
 {
   constexpr int H = BS / 2;
   const double *a = U.a.data() + (size_t)U.i[i] * BS * BS, *xi = x + BS * i;
@@ -128,8 +133,10 @@ public:
   AinsworthBlockRowsOf<T>                        rest;  /* all other blocks: ghost columns, and a matrix added to A */
   AinsworthColumns                               cols;  /* the columns of both */
 
-  AinsworthProduct(std::shared_ptr<const AinsworthBlockRowsOf<T>> half, AinsworthBlockRowsOf<T> &&others, AinsworthColumns &&columns)
-    : upper(half), rest(std::move(others)), cols(std::move(columns)), ghost(cols.ghosts.size() * stride()), unit(stride() * (PetscInt)sizeof(T), MPI_BYTE)
+  AinsworthProduct(std::shared_ptr<const AinsworthBlockRowsOf<T>> half, AinsworthBlockRowsOf<T> &&others,
+                   AinsworthColumns &&columns)
+    : upper(half), rest(std::move(others)), cols(std::move(columns)), ghost(cols.ghosts.size() * stride()),
+      unit(stride() * (PetscInt)sizeof(T), MPI_BYTE)
   {
   }
   PetscInt n() const { return upper->n; }
@@ -143,7 +150,9 @@ public:
     PetscCall(cols.toGhosts(unit.type, x, ghost.data()));
     std::fill_n(y, (size_t)n() * stride(), T(0));
     if (rest.j.size())
-      AinsworthDispatch(bs(), [&](auto B) { AinsworthRowsMultAdd<B(), B()>(rest, rest.a.data(), cols.local, x, ghost.data(), stride(), stride(), y); });
+      AinsworthDispatch(bs(), [&](auto B) {
+        AinsworthRowsMultAdd<B(), B()>(rest, rest.a.data(), cols.local, x, ghost.data(), stride(), stride(), y);
+      });
     PetscFunctionReturn(PETSC_SUCCESS);
   }
 

@@ -73,7 +73,8 @@ static PetscErrorCode Project(AinsworthScaled &L, const AinsworthLevelSubspace *
   if (!subspace) PetscFunctionReturn(PETSC_SUCCESS);
   auto p = [&](PetscInt l) -> AinsworthSingle & { return L.p[l / bs * stride + l % bs]; };
   PetscCall(subspace->project(
-    false, [&](PetscInt l) { return (PetscScalar)p(l) * (*L.w)[l]; }, [&](PetscInt l, PetscScalar v) { p(l) = (AinsworthSingle)(v / (*L.w)[l]); }));
+    false, [&](PetscInt l) { return (PetscScalar)p(l) * (*L.w)[l]; },
+    [&](PetscInt l, PetscScalar v) { p(l) = (AinsworthSingle)(v / (*L.w)[l]); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -88,7 +89,8 @@ PetscErrorCode AinsworthScaled::mult(Vec from, Vec to)
   PetscFunctionBegin;
   PetscCall(VecGetArrayRead(from, &in));
   ForUnknowns(*this, [&](PetscInt l, PetscInt) { most = PetscMax(most, PetscAbsScalar(in[l]) / W[l]); });
-  if (product->cols.sf) PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)from)));
+  if (product->cols.sf)
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)from)));
   const PetscReal scale = AinsworthInversePower(most, 1);
   ForUnknowns(*this, [&](PetscInt l, PetscInt k) { q[k] = (AinsworthSingle)(in[l] * (scale / W[l])); });
   PetscCall(VecRestoreArrayRead(from, &in));
@@ -101,11 +103,14 @@ PetscErrorCode AinsworthScaled::mult(Vec from, Vec to)
 }
 
 /*
-   AinsworthScaled::smooth - does steps of Chebyshev's iteration with Jacobi for M x = b, from x or from zero; collective
+   AinsworthScaled::smooth - does steps of Chebyshev's iteration with Jacobi for M x = b, from x or from zero;
+   collective
 
-   least, most: the damped part of the spectrum of D^{-1} M; subspace: NULL, or x is in it and stays there, with Q D^{-1} in place of D^{-1}
+   least, most: the damped part of the spectrum of D^{-1} M; subspace: NULL, or x is in it and stays there, with Q
+   D^{-1} in place of D^{-1}
 */
-PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscReal most, PetscBool zero, const AinsworthLevelSubspace *subspace, Vec b, Vec to)
+PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscReal most, PetscBool zero,
+                                       const AinsworthLevelSubspace *subspace, Vec b, Vec to)
 {
   const std::vector<PetscReal> &W     = *w;
   const PetscReal               theta = (most + least) / 2, delta = (most - least) / 2, sigma = theta / delta;

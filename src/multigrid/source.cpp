@@ -1,6 +1,9 @@
 #include "source.h"
 
-/* Rounding differences if entries of A and of the modes are summed in another order each time, relative to the diagonal and to the modes */
+/*
+   Rounding differences if entries of A and of the modes are summed in another order each time, relative to the diagonal
+   and to the modes
+*/
 static const PetscReal rounding = 64 * PETSC_MACHINE_EPSILON;
 
 /* Computes the product of A with a random vector, the same for all vectors with the same layout; collective */
@@ -75,11 +78,13 @@ PetscErrorCode AinsworthSource::take(Mat A, MatNullSpace near)
 }
 
 /*
-   Checks whether A has the same values up to rounding and the same near null space, or at least (fits) the same size; collective
+   Checks whether A has the same values up to rounding and the same near null space, or at least (fits) the same size;
+   collective
 
    diagonal: the diagonal of the recorded A
 */
-PetscErrorCode AinsworthSource::holds(Mat A, MatNullSpace near, const std::vector<PetscReal> &diagonal, PetscBool *same, PetscBool *fits) const
+PetscErrorCode AinsworthSource::holds(Mat A, MatNullSpace near, const std::vector<PetscReal> &diagonal, PetscBool *same,
+                                      PetscBool *fits) const
 {
   MPI_Comm        comm = PetscObjectComm((PetscObject)A);
   AinsworthSource now;

@@ -15,7 +15,8 @@ struct AinsworthSource {
 
   PetscErrorCode identify(Mat A, MatNullSpace near);
   PetscErrorCode take(Mat A, MatNullSpace near);
-  PetscErrorCode holds(Mat A, MatNullSpace near, const std::vector<PetscReal> &diagonal, PetscBool *same, PetscBool *fits) const;
+  PetscErrorCode holds(Mat A, MatNullSpace near, const std::vector<PetscReal> &diagonal, PetscBool *same,
+                       PetscBool *fits) const;
 };
 
 #endif

@@ -4,7 +4,8 @@
 static const char innerName[] = "AinsworthProjected"; /* the preconditioner that is projected */
 
 /* order: the local rows of the matrix node by node, empty if they are stored so */
-AinsworthLevelSubspace::AinsworthLevelSubspace(const std::shared_ptr<const AinsworthSubspace> &given, const std::vector<PetscInt> &order)
+AinsworthLevelSubspace::AinsworthLevelSubspace(const std::shared_ptr<const AinsworthSubspace> &given,
+                                               const std::vector<PetscInt>                    &order)
   : space(given), at(given->places)
 {
   std::vector<PetscInt> sorted(order.size());
@@ -97,7 +98,10 @@ static PetscErrorCode View(PC pc, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSubspacePCWrap - creates a PCSHELL with a name that wraps a preconditioner, which it references; the caller sets what it does. Collective */
+/*
+   AinsworthSubspacePCWrap - creates a PCSHELL with a name that wraps a preconditioner, which it references; the caller
+   sets what it does. Collective
+*/
 PetscErrorCode AinsworthSubspacePCWrap(PC inner, const char name[], PC *pc)
 {
   Mat A, P;
@@ -114,7 +118,8 @@ PetscErrorCode AinsworthSubspacePCWrap(PC inner, const char name[], PC *pc)
 }
 
 /* AinsworthSubspacePCCreate - creates Q M^{-1} Q' from the preconditioner M, which is referenced; collective */
-PetscErrorCode AinsworthSubspacePCCreate(const std::shared_ptr<const AinsworthLevelSubspace> &subspace, PC inner, PC *pc)
+PetscErrorCode AinsworthSubspacePCCreate(const std::shared_ptr<const AinsworthLevelSubspace> &subspace, PC inner,
+                                         PC *pc)
 {
   PetscFunctionBegin;
   PetscCall(AinsworthSubspacePCWrap(inner, "projected onto Ker C", pc));

@@ -9,21 +9,30 @@
 #include <vector>
 
 /*
-   The range of a projector Q that changes few unknowns, the kernel of constraints on these (docs/multigrid.md, the cycle in Ker C)
+   The range of a projector Q that changes few unknowns, the kernel of constraints on these (docs/multigrid.md, the
+   cycle in Ker C)
 
-   The smoother of the finest level is Q W = W Q', where W is the inverse of the diagonal of the matrix, or zero for unknowns that Q and the smoother leave
+   The smoother of the finest level is Q W = W Q', where W is the inverse of the diagonal of the matrix, or zero for
+   unknowns that Q and the smoother leave
 */
 struct AinsworthSubspace {
-  Mat map = NULL; /* from the unknowns of the levels, which may be more, to those of the PC; NULL: they are the same; borrowed */
-  std::function<PetscErrorCode(Mat A, Mat *)>      extend;  /* creates A, AIJ, for the unknowns of the levels; only with a map; collective */
-  std::vector<PetscInt>                            places;  /* the local unknowns that Q or Q' changes, ascending */
-  std::vector<PetscInt>                            carried; /* unknowns without entries in A that coarser levels have to move, global numbers of all ranks */
-  Mat                                              correction = NULL; /* T: coarse functions are (I - T) P; has entries in few rows; NULL for 0; borrowed */
-  std::vector<char>                                left;    /* marks local unknowns that others move, and those without entries in A; empty: none on any rank */
-  std::vector<PetscReal>                           weight;  /* W at these */
-  std::vector<Vec>                                 rows;    /* adjoints of few rows whose kernel coarser levels have to keep; borrowed from `project` */
-  Vec                                              values = NULL; /* work space for their values; borrowed */
-  std::function<PetscErrorCode(bool adjoint, Vec)> project; /* replaces the values by those of Q x or Q' x; collective */
+  /* from the unknowns of the levels, which may be more, to those of the PC; NULL: they are the same; borrowed */
+  Mat map = NULL;
+  /* creates A, AIJ, for the unknowns of the levels; only with a map; collective */
+  std::function<PetscErrorCode(Mat A, Mat *)> extend;
+  std::vector<PetscInt>                       places; /* the local unknowns that Q or Q' changes, ascending */
+  /* unknowns without entries in A that coarser levels have to move, global numbers of all ranks */
+  std::vector<PetscInt> carried;
+  /* T: coarse functions are (I - T) P; has entries in few rows; NULL for 0; borrowed */
+  Mat correction = NULL;
+  /* marks local unknowns that others move, and those without entries in A; empty: none on any rank */
+  std::vector<char>      left;
+  std::vector<PetscReal> weight; /* W at these */
+  /* adjoints of few rows whose kernel coarser levels have to keep; borrowed from `project` */
+  std::vector<Vec> rows;
+  Vec              values = NULL; /* work space for their values; borrowed */
+  /* replaces the values by those of Q x or Q' x; collective */
+  std::function<PetscErrorCode(bool adjoint, Vec)> project;
 };
 
 /* The subspace as the finest level sees it, with its unknowns node by node */

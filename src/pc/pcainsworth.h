@@ -28,11 +28,12 @@ typedef enum {
 
 /* What became of the last set-up */
 typedef enum {
-  PC_AINSWORTH_NONE,     /* there was none, or an error ended it, or a solve since: what it made is not used */
-  PC_AINSWORTH_REFUSED,  /* it failed with a reason, and is not repeated before something changes */
-  PC_AINSWORTH_STALE,    /* a choice changed since, or the inner solver was lost */
-  PC_AINSWORTH_READY,    /* everything is set up */
-  PC_AINSWORTH_UNCHANGED /* likewise, and there was nothing to do: A, C and all choices are those of the set-up before */
+  PC_AINSWORTH_NONE,    /* there was none, or an error ended it, or a solve since: what it made is not used */
+  PC_AINSWORTH_REFUSED, /* it failed with a reason, and is not repeated before something changes */
+  PC_AINSWORTH_STALE,   /* a choice changed since, or the inner solver was lost */
+  PC_AINSWORTH_READY,   /* everything is set up */
+  /* likewise, and there was nothing to do: A, C and all choices are those of the set-up before */
+  PC_AINSWORTH_UNCHANGED
 } PCAinsworthState;
 
 /* A field that the program named: an index set, or components of each node, in rows and columns */
@@ -54,14 +55,15 @@ struct PCAinsworthGiven {
 /* The factor of the whole system (pcladder.cpp) */
 struct PCAinsworthWhole {
   AinsworthWhole *factor = NULL; /* NULL as long as the reduced system is solved */
-  char            why[512]; /* why it was made */
+  char            why[512];      /* why it was made */
 };
 
 /* How the last set-up or solve ended */
 struct PCAinsworthOutcome {
-  char      why[512]; /* why it failed; empty if it did not */
+  char      why[512];             /* why it failed; empty if it did not */
   PetscBool usable = PETSC_FALSE; /* the result is usable by an outer method */
-  Vec       terms  = NULL;        /* largest terms of each row of C x in all solves, if rows are dependent: later residuals contain their rounding */
+  /* largest terms of each row of C x in all solves, if rows are dependent: later residuals contain their rounding */
+  Vec terms = NULL;
 };
 
 /* The outer solve, from PCPreSolve() to PCPostSolve() (pcouter.cpp) */
@@ -72,11 +74,13 @@ struct PCAinsworthOuterSolve {
 
 /* Error against run time (pcreport.cpp) */
 struct PCAinsworthReporting {
-  AinsworthReport        *report       = NULL; /* NULL until a solve is reported on */
-  PetscLogDouble          setupSeconds = 0.0;  /* of set-ups not followed by a solve yet */
+  AinsworthReport *report       = NULL; /* NULL until a solve is reported on */
+  PetscLogDouble   setupSeconds = 0.0;  /* of set-ups not followed by a solve yet */
 };
 
-/* The solver, and around it what the program gave and what it gets: from the first to the last in the order of the data */
+/*
+   The solver, and around it what the program gave and what it gets: from the first to the last in the order of the data
+*/
 struct PC_Ainsworth : AinsworthSolver {
   PCAinsworthGiven      given;
   PCAinsworthWhole      whole; /* takes the place of the reduced system */
@@ -88,32 +92,34 @@ struct PC_Ainsworth : AinsworthSolver {
   std::unique_ptr<AinsworthDiagnosis> diagnosis; /* NULL unless requested */
 };
 
-PETSC_INTERN PC_Ainsworth       *PCAinsworthData_Private(PC);
-PETSC_INTERN PetscErrorCode      PCCreate_Ainsworth(PC);
-PETSC_INTERN PetscErrorCode      PCSetUp_Ainsworth(PC);
-PETSC_INTERN PetscErrorCode      PCSetUpOnBlocks_Ainsworth(PC);
-PETSC_INTERN PetscErrorCode      PCPreSolve_Ainsworth(PC, KSP, Vec, Vec);
-PETSC_INTERN PetscErrorCode      PCPostSolve_Ainsworth(PC, KSP, Vec, Vec);
-PETSC_INTERN PetscErrorCode      PCApply_Ainsworth(PC, Vec, Vec);
-PETSC_INTERN PetscErrorCode      PCApplyTranspose_Ainsworth(PC, Vec, Vec);
-PETSC_INTERN PetscErrorCode      PCMatApply_Ainsworth(PC, Mat, Mat);
-PETSC_INTERN PetscErrorCode      PCAinsworthReductionsCollide_Private(const PC_Ainsworth *, Vec, PetscBool *);
-PETSC_INTERN PetscErrorCode      PCAinsworthAgreeOnFailure_Private(PC, PCFailedReason);
-PETSC_INTERN PetscErrorCode      PCAinsworthGetData_Private(PC, PC_Ainsworth **);
-PETSC_INTERN PetscErrorCode      PCAinsworthGetDataOrError_Private(PC, PC_Ainsworth **);
-PETSC_INTERN PetscErrorCode      PCAinsworthSetStale_Private(PC, PC_Ainsworth *);
-PETSC_INTERN void                PCAinsworthChoicesApplyVariant_Private(AinsworthChoices *, PCAinsworthVariant);
-PETSC_INTERN PetscErrorCode      PCAinsworthChoose_Private(PC, PC_Ainsworth *, const AinsworthChoices *);
-PETSC_INTERN PetscErrorCode      PCAinsworthUpdateInputs_Private(PC, PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode      PCAinsworthComposeFields_Private(PC, PetscBool);
-PETSC_INTERN PetscErrorCode      PCAinsworthFieldsFromOptions_Private(PC, PC_Ainsworth *, AinsworthOptionItems);
-PETSC_INTERN PetscErrorCode      PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);
-PETSC_INTERN PetscErrorCode      PCView_Ainsworth(PC, PetscViewer);
-PETSC_INTERN PetscErrorCode      PCAinsworthReportBegin_Private(PC_Ainsworth *, AinsworthSaddleVec, PetscLogDouble);
-PETSC_INTERN PetscErrorCode      PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
+PETSC_INTERN PC_Ainsworth  *PCAinsworthData_Private(PC);
+PETSC_INTERN PetscErrorCode PCCreate_Ainsworth(PC);
+PETSC_INTERN PetscErrorCode PCSetUp_Ainsworth(PC);
+PETSC_INTERN PetscErrorCode PCSetUpOnBlocks_Ainsworth(PC);
+PETSC_INTERN PetscErrorCode PCPreSolve_Ainsworth(PC, KSP, Vec, Vec);
+PETSC_INTERN PetscErrorCode PCPostSolve_Ainsworth(PC, KSP, Vec, Vec);
+PETSC_INTERN PetscErrorCode PCApply_Ainsworth(PC, Vec, Vec);
+PETSC_INTERN PetscErrorCode PCApplyTranspose_Ainsworth(PC, Vec, Vec);
+PETSC_INTERN PetscErrorCode PCMatApply_Ainsworth(PC, Mat, Mat);
+PETSC_INTERN PetscErrorCode PCAinsworthReductionsCollide_Private(const PC_Ainsworth *, Vec, PetscBool *);
+PETSC_INTERN PetscErrorCode PCAinsworthAgreeOnFailure_Private(PC, PCFailedReason);
+PETSC_INTERN PetscErrorCode PCAinsworthGetData_Private(PC, PC_Ainsworth **);
+PETSC_INTERN PetscErrorCode PCAinsworthGetDataOrError_Private(PC, PC_Ainsworth **);
+PETSC_INTERN PetscErrorCode PCAinsworthSetStale_Private(PC, PC_Ainsworth *);
+PETSC_INTERN void           PCAinsworthChoicesApplyVariant_Private(AinsworthChoices *, PCAinsworthVariant);
+PETSC_INTERN PetscErrorCode PCAinsworthChoose_Private(PC, PC_Ainsworth *, const AinsworthChoices *);
+PETSC_INTERN PetscErrorCode PCAinsworthUpdateInputs_Private(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode PCAinsworthComposeFields_Private(PC, PetscBool);
+PETSC_INTERN PetscErrorCode PCAinsworthFieldsFromOptions_Private(PC, PC_Ainsworth *, AinsworthOptionItems);
+PETSC_INTERN PetscErrorCode PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);
+PETSC_INTERN PetscErrorCode PCView_Ainsworth(PC, PetscViewer);
+PETSC_INTERN PetscErrorCode PCAinsworthReportBegin_Private(PC_Ainsworth *, AinsworthSaddleVec, PetscLogDouble);
+PETSC_INTERN PetscErrorCode PCAinsworthReportView_Private(const PC_Ainsworth *, PetscViewer);
 PETSC_INTERN PetscErrorCode PCAinsworthForgetWhole_Private(PC_Ainsworth *);
-PETSC_INTERN PetscErrorCode PCAinsworthJudge_Private(PC, PC_Ainsworth *, PetscBool, KSPConvergedReason, const AinsworthSolveFn &, PetscBool, AinsworthSaddleVec,
-                                                     AinsworthSaddleVec, AinsworthSaddleVec, AinsworthVerdict *, char[], size_t);
+PETSC_INTERN PetscErrorCode PCAinsworthJudge_Private(PC, PC_Ainsworth *, PetscBool, KSPConvergedReason,
+                                                     const AinsworthSolveFn &, PetscBool, AinsworthSaddleVec,
+                                                     AinsworthSaddleVec, AinsworthSaddleVec, AinsworthVerdict *, char[],
+                                                     size_t);
 PETSC_INTERN PetscErrorCode PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);
 
 /* pcladder.cpp */

@@ -13,8 +13,12 @@ PetscErrorCode PCAinsworthAgreeOnFailure_Private(PC pc, PCFailedReason reason)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Raises an error if the program wants errors, otherwise sets a reason; keeps the text for -ksp_view and PCAinsworthGetFailure(); collective */
-PetscErrorCode PCAinsworthFail_Private(PC pc, PC_Ainsworth *data, PCFailedReason reason, PetscErrorCode code, const char why[])
+/*
+   Raises an error if the program wants errors, otherwise sets a reason; keeps the text for -ksp_view and
+   PCAinsworthGetFailure(); collective
+*/
+PetscErrorCode PCAinsworthFail_Private(PC pc, PC_Ainsworth *data, PCFailedReason reason, PetscErrorCode code,
+                                       const char why[])
 {
   PetscFunctionBegin;
   PetscCall(PetscStrncpy(data->outcome.why, why, sizeof(data->outcome.why)));
@@ -39,7 +43,8 @@ PetscErrorCode PCAinsworthFail_Private(PC pc, PC_Ainsworth *data, PCFailedReason
    Level: beginner
 
    Note:
-   `-ksp_view` also prints the text. With `-ksp_error_if_not_converged` it is the message of the error. docs/troubleshooting.md explains all texts.
+   `-ksp_view` also prints the text. With `-ksp_error_if_not_converged` it is the message of the error.
+   docs/troubleshooting.md explains all texts.
 
 .seealso: `PCAINSWORTH`, `PCGetFailedReason()`, `KSPGetConvergedReason()`
 @*/

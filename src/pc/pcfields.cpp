@@ -36,7 +36,8 @@ static PetscErrorCode PCFieldSplitSetIS_Ainsworth(PC pc, const char name[], IS i
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode PCFieldSplitSetFields_Ainsworth(PC pc, const char name[], PetscInt n, const PetscInt rows[], const PetscInt cols[])
+static PetscErrorCode PCFieldSplitSetFields_Ainsworth(PC pc, const char name[], PetscInt n, const PetscInt rows[],
+                                                      const PetscInt cols[])
 {
   PC_Ainsworth               *data         = PCAinsworthData_Private(pc);
   PCAinsworthNamedField      *field        = Named(data, name);
@@ -47,8 +48,8 @@ static PetscErrorCode PCFieldSplitSetFields_Ainsworth(PC pc, const char name[], 
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < n; i++)
-    PetscCheck(rows[i] >= 0 && cols[i] >= 0, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_OUTOFRANGE, "Field %s has the negative component %" PetscInt_FMT,
-               field->name.c_str(), PetscMin(rows[i], cols[i]));
+    PetscCheck(rows[i] >= 0 && cols[i] >= 0, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_OUTOFRANGE,
+               "Field %s has the negative component %" PetscInt_FMT, field->name.c_str(), PetscMin(rows[i], cols[i]));
   if (field->rows == components[0] && field->cols == components[1]) PetscFunctionReturn(PETSC_SUCCESS);
   field->rows = components[0];
   field->cols = components[1];
@@ -85,7 +86,8 @@ static PetscErrorCode PCFieldSplitRestrictIS_Ainsworth(PC pc, IS part)
     PetscCall(AinsworthISToList(embedded, &places));
     PetscCall(ISDestroy(&embedded));
     for (PetscInt &place : places) place += end - local;
-    PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)part), (PetscInt)places.size(), places.data(), PETSC_COPY_VALUES, &is));
+    PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)part), (PetscInt)places.size(), places.data(),
+                              PETSC_COPY_VALUES, &is));
     field.is = AinsworthOwnIS(is);
   }
   PetscCall(ForgetFields(pc, data));
@@ -106,7 +108,8 @@ static PetscErrorCode PCSetCoordinates_Ainsworth(PC pc, PetscInt dim, PetscInt n
 }
 
 /* Creates the index set of some components of the nodes of a matrix, in ascending order */
-static PetscErrorCode CreateStrided(Mat mat, PetscInt bs, const std::vector<PetscInt> &components, const char name[], AinsworthIS *is)
+static PetscErrorCode CreateStrided(Mat mat, PetscInt bs, const std::vector<PetscInt> &components, const char name[],
+                                    AinsworthIS *is)
 {
   PetscInt              first, end, n, whole;
   std::vector<PetscInt> rows;
@@ -115,17 +118,20 @@ static PetscErrorCode CreateStrided(Mat mat, PetscInt bs, const std::vector<Pets
   PetscFunctionBegin;
   for (PetscInt c : components)
     PetscCheck(c < bs, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_OUTOFRANGE,
-               "Field %s has component %" PetscInt_FMT " of nodes with %" PetscInt_FMT ": call PCFieldSplitSetBlockSize() or MatSetBlockSize()", name, c, bs);
+               "Field %s has component %" PetscInt_FMT " of nodes with %" PetscInt_FMT
+               ": call PCFieldSplitSetBlockSize() or MatSetBlockSize()",
+               name, c, bs);
   PetscCall(MatGetOwnershipRange(mat, &first, &end));
   n     = end - first;
   whole = n - n % bs;
   PetscCall(AinsworthFirstMismatch(PetscObjectComm((PetscObject)mat), &n, &whole));
-  PetscCheck(n == whole, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_SIZ, "A rank has %" PetscInt_FMT " rows, which are no nodes of %" PetscInt_FMT, n,
-             bs);
+  PetscCheck(n == whole, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_SIZ,
+             "A rank has %" PetscInt_FMT " rows, which are no nodes of %" PetscInt_FMT, n, bs);
   for (PetscInt node = first; node < end; node += bs)
     for (PetscInt c : components) rows.push_back(node + c);
   std::sort(rows.begin(), rows.end());
-  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)mat), (PetscInt)rows.size(), rows.data(), PETSC_COPY_VALUES, &set));
+  PetscCall(
+    ISCreateGeneral(PetscObjectComm((PetscObject)mat), (PetscInt)rows.size(), rows.data(), PETSC_COPY_VALUES, &set));
   *is = AinsworthOwnIS(set);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -163,18 +169,22 @@ static PetscErrorCode ResolveNamed(PC pc, PC_Ainsworth *data, Mat mat)
     PetscCall(ISComplement(data->given.inputs.fields[0].rows.get(), first, end, &rest));
     PetscCall(ISGetSize(rest, &size));
     total += size;
-    data->given.inputs.fields.push_back({data->given.inputs.fields[0].name == "1" ? "rest" : "1", AinsworthOwnIS(rest), AinsworthIS()});
+    data->given.inputs.fields.push_back(
+      {data->given.inputs.fields[0].name == "1" ? "rest" : "1", AinsworthOwnIS(rest), AinsworthIS()});
     data->given.inputs.fields[1].cols = data->given.inputs.fields[1].rows;
   }
   PetscCheck(nest || total == N, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_SIZ,
-             "The %" PetscInt_FMT " fields given by PCFieldSplitSetIS() or PCFieldSplitSetFields() have %" PetscInt_FMT " rows, the matrix has %" PetscInt_FMT
-             ": each row belongs to one field",
+             "The %" PetscInt_FMT " fields given by PCFieldSplitSetIS() or PCFieldSplitSetFields() have %" PetscInt_FMT
+             " rows, the matrix has %" PetscInt_FMT ": each row belongs to one field",
              (PetscInt)data->given.inputs.fields.size(), total, N);
   data->given.inputs.told = "named by the program";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthUpdateInputs_Private - updates data->given.inputs: named fields, those of the DM, or none; resolved again for another matrix or DM */
+/*
+   PCAinsworthUpdateInputs_Private - updates data->given.inputs: named fields, those of the DM, or none; resolved again
+   for another matrix or DM
+*/
 PetscErrorCode PCAinsworthUpdateInputs_Private(PC pc, PC_Ainsworth *data)
 {
   PetscObjectId id, number = 0;
@@ -203,15 +213,23 @@ PetscErrorCode PCAinsworthUpdateInputs_Private(PC pc, PC_Ainsworth *data)
 PetscErrorCode PCAinsworthComposeFields_Private(PC pc, PetscBool compose)
 {
   PetscFunctionBegin;
-  PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCFieldSplitSetIS_C", compose ? PCFieldSplitSetIS_Ainsworth : NULL));
-  PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCFieldSplitSetFields_C", compose ? PCFieldSplitSetFields_Ainsworth : NULL));
-  PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCFieldSplitSetBlockSize_C", compose ? PCFieldSplitSetBlockSize_Ainsworth : NULL));
-  PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCFieldSplitRestrictIS_C", compose ? PCFieldSplitRestrictIS_Ainsworth : NULL));
-  PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCSetCoordinates_C", compose ? PCSetCoordinates_Ainsworth : NULL));
+  PetscCall(
+    PetscObjectComposeFunction((PetscObject)pc, "PCFieldSplitSetIS_C", compose ? PCFieldSplitSetIS_Ainsworth : NULL));
+  PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCFieldSplitSetFields_C",
+                                       compose ? PCFieldSplitSetFields_Ainsworth : NULL));
+  PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCFieldSplitSetBlockSize_C",
+                                       compose ? PCFieldSplitSetBlockSize_Ainsworth : NULL));
+  PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCFieldSplitRestrictIS_C",
+                                       compose ? PCFieldSplitRestrictIS_Ainsworth : NULL));
+  PetscCall(
+    PetscObjectComposeFunction((PetscObject)pc, "PCSetCoordinates_C", compose ? PCSetCoordinates_Ainsworth : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads the options of PCFIELDSPLIT for components of nodes; as there, they do not overrule fields that the program has named itself */
+/*
+   Reads the options of PCFIELDSPLIT for components of nodes; as there, they do not overrule fields that the program has
+   named itself
+*/
 static PetscErrorCode ComponentsFromOptions(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
 {
   PetscInt  bs = data->given.components;
@@ -220,20 +238,25 @@ static PetscErrorCode ComponentsFromOptions(PC pc, PC_Ainsworth *data, Ainsworth
   PetscFunctionBegin;
   for (const PCAinsworthNamedField &field : data->given.named)
     if (field.is || field.name.find_first_not_of("0123456789") != std::string::npos) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscOptionsInt("-pc_fieldsplit_block_size", "Components of a node", "PCFieldSplitSetBlockSize", bs, &bs, &set));
+  PetscCall(
+    PetscOptionsInt("-pc_fieldsplit_block_size", "Components of a node", "PCFieldSplitSetBlockSize", bs, &bs, &set));
   if (set) PetscCall(PCFieldSplitSetBlockSize_Ainsworth(pc, bs));
   set = PETSC_TRUE;
   for (int i = 0; set; i++) {
     const std::string name = std::to_string(i), option = "-pc_fieldsplit_" + name + "_fields";
     PetscInt          components[64], n                = 64;
 
-    PetscCall(PetscOptionsIntArray(option.c_str(), "Components of a field", "PCFieldSplitSetFields", components, &n, &set));
+    PetscCall(
+      PetscOptionsIntArray(option.c_str(), "Components of a field", "PCFieldSplitSetFields", components, &n, &set));
     if (set) PetscCall(PCFieldSplitSetFields_Ainsworth(pc, name.c_str(), n, components, components));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PCAinsworthFieldsFromOptions_Private - reads the options for the fields of the multipliers, their detection, and the block size */
+/*
+   PCAinsworthFieldsFromOptions_Private - reads the options for the fields of the multipliers, their detection, and the
+   block size
+*/
 PetscErrorCode PCAinsworthFieldsFromOptions_Private(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
 {
   AinsworthSaddleInputs   *in = &data->given.inputs;
@@ -244,7 +267,8 @@ PetscErrorCode PCAinsworthFieldsFromOptions_Private(PC pc, PC_Ainsworth *data, A
 
   PetscFunctionBegin;
   PetscCall(ComponentsFromOptions(pc, data, PetscOptionsObject));
-  PetscCall(PetscOptionsStringArray("-pc_ainsworth_multiplier_fields", "Names or numbers of the fields of the multipliers", PCAINSWORTH, names, &n, &set));
+  PetscCall(PetscOptionsStringArray("-pc_ainsworth_multiplier_fields",
+                                    "Names or numbers of the fields of the multipliers", PCAINSWORTH, names, &n, &set));
   for (PetscInt i = 0; i < n && set; i++) {
     multipliers.push_back(names[i]);
     PetscCall(PetscFree(names[i]));
@@ -253,15 +277,18 @@ PetscErrorCode PCAinsworthFieldsFromOptions_Private(PC pc, PC_Ainsworth *data, A
     in->multipliers = multipliers;
     PetscCall(ForgetFields(pc, data));
   }
-  PetscCall(PetscOptionsBool("-pc_ainsworth_detect_saddle_point", "Multipliers are the rows without a positive diagonal entry",
+  PetscCall(PetscOptionsBool("-pc_ainsworth_detect_saddle_point",
+                             "Multipliers are the rows without a positive diagonal entry",
                              "PCFieldSplitSetDetectSaddlePoint", detect, &detect, &set));
   if (set && in->detect != (PetscInt)detect) {
     in->detect = (PetscInt)detect;
     PetscCall(ForgetFields(pc, data));
   }
-  PetscCall(PetscOptionsInt("-pc_ainsworth_block_size", "Block size of A, unknowns of a node", "MatSetBlockSize", bs, &bs, &set));
+  PetscCall(PetscOptionsInt("-pc_ainsworth_block_size", "Block size of A, unknowns of a node", "MatSetBlockSize", bs,
+                            &bs, &set));
   if (!set || bs == in->bs) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(bs > 0, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_OUTOFRANGE, "-pc_ainsworth_block_size must be positive, not %" PetscInt_FMT, bs);
+  PetscCheck(bs > 0, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_OUTOFRANGE,
+             "-pc_ainsworth_block_size must be positive, not %" PetscInt_FMT, bs);
   in->bs = bs;
   PetscCall(ForgetFields(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,4 +1,7 @@
-/* The one way back: where a solve gives no answer, or would take too long, another solver takes its place, and is judged in the same way (docs/method.md) */
+/*
+   The one way back: where a solve gives no answer, or would take too long, another solver takes its place, and is
+   judged in the same way (docs/method.md)
+*/
 #include "pcainsworth.h"
 
 /* Restricts the scale to kept rows, which may have been balanced */
@@ -22,7 +25,8 @@ static PetscErrorCode FactorWhole(PC_Ainsworth *data, const char why[], char fai
   data->history.whole = AINSWORTH_FAILED;
   PetscCall(KSPGetOptionsPrefix(data->inner.ksp, &prefix));
   PetscCall(KeptScale(sp, &scale.dual));
-  PetscCall(AinsworthWholeCreate(sp, (PetscBool)(sp->symmetric && sp->adjoint), scale, prefix, &data->whole.factor, failure, len));
+  PetscCall(AinsworthWholeCreate(sp, (PetscBool)(sp->symmetric && sp->adjoint), scale, prefix, &data->whole.factor,
+                                 failure, len));
   PetscCall(VecDestroy(&scale.dual));
   if (!data->whole.factor) PetscFunctionReturn(PETSC_SUCCESS);
   data->history.whole = AINSWORTH_TAKEN;
@@ -45,11 +49,14 @@ static PetscErrorCode Remember(PC_Ainsworth *data, AinsworthRung next, Ainsworth
 }
 
 /*
-   PCAinsworthReplan_Private - takes the next solver that can be set up, once the present one ended like `end`; *again: there is one. Collective
+   PCAinsworthReplan_Private - takes the next solver that can be set up, once the present one ended like `end`; *again:
+   there is one. Collective
 
-   why: what the present one ended with, in words. If none is left after a set-up failed, data->outcome.why says why, and the next solve begins with a set-up
+   why: what the present one ended with, in words. If none is left after a set-up failed, data->outcome.why says why,
+   and the next solve begins with a set-up
 */
-PetscErrorCode PCAinsworthReplan_Private(PC pc, PC_Ainsworth *data, AinsworthEnd end, const char why[], PetscBool *again)
+PetscErrorCode PCAinsworthReplan_Private(PC pc, PC_Ainsworth *data, AinsworthEnd end, const char why[],
+                                         PetscBool *again)
 {
   AinsworthLadderStep step;
   char                cause[256], failure[256];

@@ -4,14 +4,16 @@
 #include <petsc/private/kspimpl.h>
 
 /*
-   PCAinsworthReductionsCollide_Private - checks whether the outer method has a reduction under way, in which a pipelined inner method cannot begin its own
+   PCAinsworthReductionsCollide_Private - checks whether the outer method has a reduction under way, in which a
+   pipelined inner method cannot begin its own
 
    PETSc allows one at a time on a communicator
 */
 PetscErrorCode PCAinsworthReductionsCollide_Private(const PC_Ainsworth *data, Vec v, PetscBool *collide)
 {
-  const char *const pipelined = KSPPIPECG "," KSPPIPECGRR "," KSPPIPELCG "," KSPPIPEPRCG "," KSPPIPECG2 "," KSPGROPPCG "," KSPPIPEFCG "," KSPPIPECR
-                                          "," KSPPIPEBCGS "," KSPPIPEGCR "," KSPPIPEFGMRES "," KSPPGMRES;
+  const char *const pipelined = KSPPIPECG "," KSPPIPECGRR "," KSPPIPELCG "," KSPPIPEPRCG "," KSPPIPECG2 "," KSPGROPPCG
+                                          "," KSPPIPEFCG "," KSPPIPECR "," KSPPIPEBCGS "," KSPPIPEGCR "," KSPPIPEFGMRES
+                                          "," KSPPGMRES;
   KSPType        type;
   PetscScalar    dot;
   PetscErrorCode code;
@@ -36,10 +38,12 @@ PetscErrorCode PCPreSolve_Ainsworth(PC pc, KSP ksp, Vec, Vec)
   PCFailedReason failed;
 
   PetscFunctionBegin;
-  PetscCall(PCGetFailedReason(pc, &failed)); /* KSPSetUp() of a new outer method takes the failure of the last solve for one of set-up */
+  /* KSPSetUp() of a new outer method takes the failure of the last solve for one of set-up */
+  PetscCall(PCGetFailedReason(pc, &failed));
   if (ksp->reason == KSP_DIVERGED_PC_FAILED && !failed) ksp->reason = KSP_CONVERGED_ITERATING;
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPREONLY, &answer));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &flexible, KSPFGMRES, KSPGCR, KSPFCG, KSPPIPEFGMRES, KSPPIPEGCR, KSPPIPEFCG, ""));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &flexible, KSPFGMRES, KSPGCR, KSPFCG, KSPPIPEFGMRES, KSPPIPEGCR,
+                                      KSPPIPEFCG, ""));
   data->outer.method = answer ? AINSWORTH_OUTER_ANSWER : flexible ? AINSWORTH_OUTER_FLEXIBLE : AINSWORTH_OUTER_RIGID;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -52,7 +56,8 @@ PetscErrorCode PCSetUpOnBlocks_Ainsworth(PC pc)
 
   PetscFunctionBegin;
   if (data->outer.applications &&
-      data->state == PC_AINSWORTH_REFUSED) { /* the method would end before it calls PCApply(), where a block changed in place is noticed */
+      /* the method would end before it calls PCApply(), where a block changed in place is noticed */
+      data->state == PC_AINSWORTH_REFUSED) {
     PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
     PetscCall(AinsworthSaddleChanged(&data->given.inputs, &data->saddle, &changed));
     if (changed) PetscCall(PCSetUp_Ainsworth(pc));
@@ -61,7 +66,10 @@ PetscErrorCode PCSetUpOnBlocks_Ainsworth(PC pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Fails if the outer method took b for zero without applying this PC, because the squares of its entries underflow, and returned x = 0 */
+/*
+   Fails if the outer method took b for zero without applying this PC, because the squares of its entries underflow, and
+   returned x = 0
+*/
 static PetscErrorCode CheckUnderflow(PC pc, PC_Ainsworth *data, KSP ksp, Vec b)
 {
   PetscReal norm, largest;
@@ -72,10 +80,11 @@ static PetscErrorCode CheckUnderflow(PC pc, PC_Ainsworth *data, KSP ksp, Vec b)
   PetscCall(VecNorm(b, NORM_2, &norm));
   PetscCall(VecNorm(b, NORM_INFINITY, &largest));
   if (norm > 0.0 || largest == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscSNPrintf(why, sizeof(why),
-                          "The outer method, %s, takes the right-hand side for zero: the squares of its entries, of %g at most, underflow. "
-                          "Scale the system, or use -ksp_type %s",
-                          AinsworthTypeName((PetscObject)ksp), (double)largest, KSPPREONLY));
+  PetscCall(PetscSNPrintf(
+    why, sizeof(why),
+    "The outer method, %s, takes the right-hand side for zero: the squares of its entries, of %g at most, underflow. "
+    "Scale the system, or use -ksp_type %s",
+    AinsworthTypeName((PetscObject)ksp), (double)largest, KSPPREONLY));
   ksp->reason = KSP_DIVERGED_PC_FAILED;
   PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_FP, why));
   data->outer.applications++; /* the failure is that of a solve, not of set-up */
@@ -83,9 +92,11 @@ static PetscErrorCode CheckUnderflow(PC pc, PC_Ainsworth *data, KSP ksp, Vec b)
 }
 
 /* Computes the largest residual of a row of the program's system relative to its terms */
-static PetscErrorCode WorstRow(PC_Ainsworth *data, PetscBool transpose, PetscReal allowed, Vec b, Vec x, Vec left, PetscReal *error)
+static PetscErrorCode WorstRow(PC_Ainsworth *data, PetscBool transpose, PetscReal allowed, Vec b, Vec x, Vec left,
+                               PetscReal *error)
 {
-  static const PetscReal part       = 1e-3; /* of what a row is allowed: that part of the largest row is allowed to all */
+  /* of what a row is allowed: that part of the largest row is allowed to all */
+  static const PetscReal part       = 1e-3;
   const AinsworthMeasure measure[3] = {
     {allowed, part * allowed},
     {allowed, part * allowed},
@@ -105,7 +116,8 @@ static PetscErrorCode WorstRow(PC_Ainsworth *data, PetscBool transpose, PetscRea
   PetscCall(AinsworthSaddleGetFields(sp, mat, other, PETSC_FALSE, b, &given));
   PetscCall(AinsworthSaddleGetFields(sp, mat, transpose, PETSC_FALSE, x, &y));
   PetscCall((transpose ? MatMultTranspose : MatMult)(sp->block[AINSWORTH_BLOCK_A], y.primal, data->reduced.Ax));
-  PetscCall(AinsworthBackwardError(sp, transpose, measure, NULL, given, y, data->reduced.Ax, rest, &worst)); /* signs do not matter for sizes */
+  /* signs do not matter for sizes */
+  PetscCall(AinsworthBackwardError(sp, transpose, measure, NULL, given, y, data->reduced.Ax, rest, &worst));
   *error = allowed * PetscMax(worst.primal.omega, worst.dual.omega);
   PetscCall(AinsworthSaddleRestoreFields(sp, other, &given));
   PetscCall(AinsworthSaddleRestoreFields(sp, transpose, &y));
@@ -131,7 +143,8 @@ static PetscErrorCode CheckOuter(PC pc, PC_Ainsworth *data, KSP ksp, Vec b, Vec 
 
   PetscFunctionBegin;
   PetscCall(KSPGetConvergenceTest(ksp, &test, NULL, NULL));
-  if (data->outer.applications <= 1 || ksp->reason != KSP_CONVERGED_RTOL || test != KSPConvergedDefault) PetscFunctionReturn(PETSC_SUCCESS);
+  if (data->outer.applications <= 1 || ksp->reason != KSP_CONVERGED_RTOL || test != KSPConvergedDefault)
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscLogEventBegin(AINSWORTH_Verify, pc, 0, 0, 0));
   PetscCall(VecDuplicate(b, &left));
   PetscCall((transpose ? MatMultTranspose : MatMult)(data->given.inputs.amat, x, left));
@@ -145,7 +158,8 @@ static PetscErrorCode CheckOuter(PC pc, PC_Ainsworth *data, KSP ksp, Vec b, Vec 
   PetscCall(PetscLogEventEnd(AINSWORTH_Verify, pc, 0, 0, 0));
   if (error <= allowed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscSNPrintf(why, sizeof(why),
-                          "The outer method, %s, says that it converged, but a row of the system is left with %g of its terms, which its norm does not see: "
+                          "The outer method, %s, says that it converged, but a row of the system is left with %g of "
+                          "its terms, which its norm does not see: "
                           "use -ksp_type %s, or %s",
                           AinsworthTypeName((PetscObject)ksp), (double)error, KSPPREONLY, KSPFGMRES));
   ksp->reason = KSP_DIVERGED_PC_FAILED;
@@ -153,7 +167,10 @@ static PetscErrorCode CheckOuter(PC pc, PC_Ainsworth *data, KSP ksp, Vec b, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Ends an outer solve and checks it: some methods apply the preconditioner once more after convergence, to get x, and do not check for failure */
+/*
+   Ends an outer solve and checks it: some methods apply the preconditioner once more after convergence, to get x, and
+   do not check for failure
+*/
 PetscErrorCode PCPostSolve_Ainsworth(PC pc, KSP ksp, Vec b, Vec x)
 {
   PC_Ainsworth *data = PCAinsworthData_Private(pc);

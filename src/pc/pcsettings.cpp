@@ -3,7 +3,7 @@
 #include "../projection/matainsworth.h"
 #include <petsc/private/pcimpl.h>
 
-const char *const PCAinsworthVariants[]     = {"weighted", "paper", "PCAinsworthVariant", "PC_AINSWORTH_", NULL};
+const char *const PCAinsworthVariants[] = {"weighted", "paper", "PCAinsworthVariant", "PC_AINSWORTH_", NULL};
 
 /* Returns the data of a PC of this type */
 PC_Ainsworth *PCAinsworthData_Private(PC pc)
@@ -56,8 +56,9 @@ void PCAinsworthChoicesApplyVariant_Private(AinsworthChoices *choices, PCAinswor
 
 static bool Same(const AinsworthChoices &a, const AinsworthChoices &b)
 {
-  return a.variant == b.variant && a.weightType == b.weightType && a.rowsPerRank == b.rowsPerRank && a.redundant == b.redundant && a.pmat.type == b.pmat.type &&
-         a.pmat.penalty == b.pmat.penalty && a.pmat.factor == b.pmat.factor && a.pmat.rowScaling == b.pmat.rowScaling && a.pmat.rtol == b.pmat.rtol &&
+  return a.variant == b.variant && a.weightType == b.weightType && a.rowsPerRank == b.rowsPerRank &&
+         a.redundant == b.redundant && a.pmat.type == b.pmat.type && a.pmat.penalty == b.pmat.penalty &&
+         a.pmat.factor == b.pmat.factor && a.pmat.rowScaling == b.pmat.rowScaling && a.pmat.rtol == b.pmat.rtol &&
          a.pmat.blocks == b.pmat.blocks && a.ladder == b.ladder;
 }
 
@@ -84,13 +85,14 @@ PetscErrorCode PCAinsworthChoose_Private(PC pc, PC_Ainsworth *data, const Ainswo
 
    Input Parameters:
 +  pc     - the preconditioner; nothing happens if its type is not `PCAINSWORTH`
--  weight - of length n, with the layout of the columns of A, real and positive, in units of inverse stiffness; referenced
+-  weight - of length n, with the layout of the columns of A, real and positive, in units of inverse stiffness;
+            referenced
 
    Level: intermediate
 
    Errors:
-   At the next set-up, `PETSC_ERR_ARG_SIZ` for another length or layout; `PETSC_ERR_ARG_OUTOFRANGE`, with the smallest entry in the message, if that is not
-   positive.
+   At the next set-up, `PETSC_ERR_ARG_SIZ` for another length or layout; `PETSC_ERR_ARG_OUTOFRANGE`, with the smallest
+   entry in the message, if that is not positive.
 
 .seealso: `PCAINSWORTH`, `MatAinsworthSetWeight()`
 @*/
@@ -150,18 +152,20 @@ PetscErrorCode PCAinsworthGetKSP(PC pc, KSP *ksp)
 .  pc - the preconditioner, after `PCSetUp()`
 
    Output Parameter:
-.  ksp - the solver, with the options prefix `ainsworth_gram_`; `NULL` without constraints, and on ranks that solve for no row
+.  ksp - the solver, with the options prefix `ainsworth_gram_`; `NULL` without constraints, and on ranks that solve for
+         no row
 
    Options Database Key:
-.  -pc_ainsworth_rows_per_rank <25000> - components of the Gram matrix with more than 32 rows, together m rows, are solved on ceil(m / this) ranks
+.  -pc_ainsworth_rows_per_rank <25000> - components of the Gram matrix with more than 32 rows, together m rows, are
+                                         solved on ceil(m / this) ranks
 
    Level: advanced
 
    Notes:
    The matrix of the solver is the Gram matrix scaled to a unit diagonal.
 
-   Each rank solves for whole connected components of the Gram matrix, without the other ranks. Only if a component has more than 16 times the rows per rank,
-   several ranks share a solver.
+   Each rank solves for whole connected components of the Gram matrix, without the other ranks. Only if a component has
+   more than 16 times the rows per rank, several ranks share a solver.
 
    Errors:
    `PETSC_ERR_ARG_WRONG` if the type of pc is not `PCAINSWORTH`, `PETSC_ERR_ORDER` before `PCSetUp()`.
@@ -175,7 +179,8 @@ PetscErrorCode PCAinsworthGetGramKSP(PC pc, KSP *ksp)
   PetscFunctionBegin;
   PetscCall(PCAinsworthGetDataOrError_Private(pc, &data));
   PetscAssertPointer(ksp, 2);
-  PetscCheck(data->saddle.A, PetscObjectComm((PetscObject)pc), PETSC_ERR_ORDER, "Call PCSetUp() before PCAinsworthGetGramKSP()");
+  PetscCheck(data->saddle.A, PetscObjectComm((PetscObject)pc), PETSC_ERR_ORDER,
+             "Call PCSetUp() before PCAinsworthGetGramKSP()");
   *ksp = NULL;
   if (data->reduced.mat) {
     const AinsworthGram *gram;
@@ -193,7 +198,8 @@ PetscErrorCode PCAinsworthGetGramKSP(PC pc, KSP *ksp)
 
    Input Parameters:
 +  pc        - the preconditioner; nothing happens if its type is not `PCAINSWORTH`
--  reference - the solution of the saddle-point system, of length n + m in the numbering of the program, or x alone, of length n; `NULL` for none
+-  reference - the solution of the saddle-point system, of length n + m in the numbering of the program, or x alone, of
+               length n; `NULL` for none
 
    Options Database Key:
 .  -pc_ainsworth_reference <file> - a `Vec` in PETSc's binary format
@@ -201,8 +207,8 @@ PetscErrorCode PCAinsworthGetGramKSP(PC pc, KSP *ksp)
    Level: intermediate
 
    Note:
-   The vector is not copied. It belongs to one right-hand side. With an outer Krylov method each application has another right-hand side, and the true error has
-   no meaning.
+   The vector is not copied. It belongs to one right-hand side. With an outer Krylov method each application has another
+   right-hand side, and the true error has no meaning.
 
    Errors:
    `PETSC_ERR_ARG_SIZ` at the next solve if the length is neither n + m nor n.
@@ -239,21 +245,24 @@ PetscErrorCode PCAinsworthSetReference(PC pc, Vec reference)
 -  upper     - upper bound of it, NaN if there is none; pass `NULL` if not needed
 
    Options Database Keys:
-+  -pc_ainsworth_monitor_error [ascii,csv:file,draw] - prints times, residuals and bounds, one row per iteration (docs/options.md)
++  -pc_ainsworth_monitor_error [ascii,csv:file,draw] - prints times, residuals and bounds, one row per iteration
+                                                       (docs/options.md)
 .  -pc_ainsworth_stop <residual,energy_error>        - criterion that ends the reduced solve
 .  -pc_ainsworth_error_rtol <1e-6>                   - tolerance of energy_error, relative to the energy norm of x
--  -pc_ainsworth_error_eigenvalue <estimated>        - lower bound of the spectrum of the preconditioned operator; makes the upper estimate a bound
+-  -pc_ainsworth_error_eigenvalue <estimated>        - lower bound of the spectrum of the preconditioned operator; makes
+                                                       the upper estimate a bound
 
    Level: intermediate
 
    Notes:
    The error of the solution is smaller than the error at that iteration.
 
-   The bounds come from the coefficients of `KSPPROJECTEDCG` or `KSPCG` in the natural norm, at the cost of one more inner product per iteration. Other methods
-   have no bounds. docs/options.md has the formulas and their sources.
+   The bounds come from the coefficients of `KSPPROJECTEDCG` or `KSPCG` in the natural norm, at the cost of one more
+   inner product per iteration. Other methods have no bounds. docs/options.md has the formulas and their sources.
 
    Errors:
-   `PETSC_ERR_ARG_WRONG` if the type of pc is not `PCAINSWORTH`; `PETSC_ERR_ARG_WRONGSTATE` if nothing was estimated, or if the solve was too short.
+   `PETSC_ERR_ARG_WRONG` if the type of pc is not `PCAINSWORTH`; `PETSC_ERR_ARG_WRONGSTATE` if nothing was estimated, or
+   if the solve was too short.
 
 .seealso: `PCAINSWORTH`, `PCAinsworthSetReference()`
 @*/
@@ -263,10 +272,13 @@ PetscErrorCode PCAinsworthGetErrorEstimate(PC pc, PetscInt *iteration, PetscReal
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthGetDataOrError_Private(pc, &data));
-  PetscCheck(data->reporting.report && data->reporting.report->estimate, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
-             "There is no estimate: use -pc_ainsworth_monitor_error or -pc_ainsworth_stop energy_error, with conjugate gradients inside");
+  PetscCheck(data->reporting.report && data->reporting.report->estimate, PetscObjectComm((PetscObject)pc),
+             PETSC_ERR_ARG_WRONGSTATE,
+             "There is no estimate: use -pc_ainsworth_monitor_error or -pc_ainsworth_stop energy_error, with conjugate "
+             "gradients inside");
   PetscCheck(data->reporting.report->estimator.accurate, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
-             "The solve was too short for an accurate estimate: it took %" PetscInt_FMT " iterations", (PetscInt)data->reporting.report->estimator.fall.size());
+             "The solve was too short for an accurate estimate: it took %" PetscInt_FMT " iterations",
+             (PetscInt)data->reporting.report->estimator.fall.size());
   const PetscInt last = data->reporting.report->estimator.accurate - 1;
 
   if (iteration) *iteration = last;

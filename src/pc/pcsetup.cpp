@@ -3,19 +3,20 @@
 #include "../projection/matainsworth.h"
 #include <petsctime.h>
 
-static const char citation[] = "@inproceedings{robert_pointselle,\n"
-                               "  author    = {V. Robert and P. Jolivet and O. Jamond and M. A. Badri},\n"
-                               "  title     = {Calcul haute performance pour les probl{\\`e}mes de point-selle en m{\\'e}canique du contact},\n"
-                               "  booktitle = {Colloque National en Calcul de Structures (CSMA)}\n"
-                               "}\n"
-                               "@article{ainsworth2001essential,\n"
-                               "  author  = {M. Ainsworth},\n"
-                               "  title   = {Essential boundary conditions and multi-point constraints in finite element analysis},\n"
-                               "  journal = {Computer Methods in Applied Mechanics and Engineering},\n"
-                               "  volume  = {190},\n"
-                               "  pages   = {6323--6339},\n"
-                               "  year    = {2001}\n"
-                               "}\n";
+static const char citation
+  [] = "@inproceedings{robert_pointselle,\n"
+       "  author    = {V. Robert and P. Jolivet and O. Jamond and M. A. Badri},\n"
+       "  title     = {Calcul haute performance pour les probl{\\`e}mes de point-selle en m{\\'e}canique du contact},\n"
+       "  booktitle = {Colloque National en Calcul de Structures (CSMA)}\n"
+       "}\n"
+       "@article{ainsworth2001essential,\n"
+       "  author  = {M. Ainsworth},\n"
+       "  title   = {Essential boundary conditions and multi-point constraints in finite element analysis},\n"
+       "  journal = {Computer Methods in Applied Mechanics and Engineering},\n"
+       "  volume  = {190},\n"
+       "  pages   = {6323--6339},\n"
+       "  year    = {2001}\n"
+       "}\n";
 
 /* Data shared by the steps of one set-up */
 struct SetUpRun {
@@ -27,7 +28,10 @@ struct SetUpRun {
 };
 typedef PetscErrorCode (*SetUpStep)(PC, PC_Ainsworth *, SetUpRun *);
 
-/* Creates data->reduced.mat with its projector; for the same A, B, C and D with other values, keeps what depends on their patterns alone */
+/*
+   Creates data->reduced.mat with its projector; for the same A, B, C and D with other values, keeps what depends on
+   their patterns alone
+*/
 static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, MatAinsworthWeightType weight)
 {
   const AinsworthSaddle *sp  = &data->saddle;
@@ -36,11 +40,13 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, MatAinsworthWeig
 
   PetscFunctionBegin;
   if (data->reduced.mat) PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &old));
-  if (!old || old->A != sp->A || old->C != sp->C || old->B != sp->B || old->D != sp->D || old->adjoint != data->saddle.adjoint) {
+  if (!old || old->A != sp->A || old->C != sp->C || old->B != sp->B || old->D != sp->D ||
+      old->adjoint != data->saddle.adjoint) {
     PetscCall(MatDestroy(&data->reduced.mat));
     PetscCall(MatAinsworthCreate_Private(sp->A, sp->C, &data->reduced.mat));
     PetscCall(MatSetBlockSize(data->reduced.mat, sp->bs));
-    PetscCall(MatAinsworthSetOtherBlocks_Private(data->reduced.mat, sp->B == sp->C ? NULL : sp->B, sp->D, data->saddle.adjoint));
+    PetscCall(MatAinsworthSetOtherBlocks_Private(data->reduced.mat, sp->B == sp->C ? NULL : sp->B, sp->D,
+                                                 data->saddle.adjoint));
     PetscCall(PCGetOptionsPrefix(pc, &prefix));
     PetscCall(MatSetOptionsPrefix(data->reduced.mat, prefix));
     PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->reduced.mat, (PetscObject)pc, 0));
@@ -56,25 +62,30 @@ static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, MatAinsworthWeig
 }
 
 /* Removes rows of C that depend on others, or nearly so, from the constraints, or raises an error */
-static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, AinsworthRowKind kind, PetscInt n, const PetscInt dependent[])
+static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, AinsworthRowKind kind, PetscInt n,
+                                        const PetscInt dependent[])
 {
   char names[128];
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleDropDependent(&data->saddle, n, dependent, kind));
   PetscCall(AinsworthSaddleNameKind(&data->saddle, kind, names, sizeof(names)));
-  PetscCheck(data->choices.redundant != AINSWORTH_REDUNDANT_ERROR, PetscObjectComm((PetscObject)pc), PETSC_ERR_MAT_CH_ZRPVT,
-             "%" PetscInt_FMT " rows of C are linear combinations of others: rows %s of the multiplier field; remove them or use -pc_ainsworth_redundant drop",
+  PetscCheck(data->choices.redundant != AINSWORTH_REDUNDANT_ERROR, PetscObjectComm((PetscObject)pc),
+             PETSC_ERR_MAT_CH_ZRPVT,
+             "%" PetscInt_FMT " rows of C are linear combinations of others: rows %s of the multiplier field; remove "
+             "them or use -pc_ainsworth_redundant drop",
              n, names);
-  PetscCall(PetscInfo(pc, "%" PetscInt_FMT " rows of C are linear combinations of others and left out: rows %s of the multiplier field\n", n, names));
+  PetscCall(PetscInfo(
+    pc, "%" PetscInt_FMT " rows of C are linear combinations of others and left out: rows %s of the multiplier field\n",
+    n, names));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
    Sets up the reduced operator without dependent rows of C, which are looked for only if the Gram matrix is suspicious
 
-   If it has too few digits to tell rows apart that do not depend on each other, or cannot be factored, the whole system is. If that cannot be, such rows are left
-   out, and have to be met to rounding
+   If it has too few digits to tell rows apart that do not depend on each other, or cannot be factored, the whole system
+   is. If that cannot be, such rows are left out, and have to be met to rounding
 */
 static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, PCFailedReason *reason)
 {
@@ -91,12 +102,15 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, PCFailedReason *r
     PetscCall(MatAinsworthDiagnose_Private(data->reduced.mat, &pass, &n, &dependent, reason, &hidden));
     hidden = (PetscBool)(hidden && weight == MAT_AINSWORTH_WEIGHT_DIAGONAL);
     if (hidden) {
-      PetscCall(PetscInfo(pc, "Rows of C that diag(A)^{-1} cannot tell apart are independent without it: the weight is the identity\n"));
+      PetscCall(PetscInfo(
+        pc, "Rows of C that diag(A)^{-1} cannot tell apart are independent without it: the weight is the identity\n"));
       weight = MAT_AINSWORTH_WEIGHT_IDENTITY;
     } else if (n ? pass > 1 : *reason != PC_NOERROR)
-      PetscCall(PCAinsworthReplan_Private(pc, data, AINSWORTH_END_GRAM, "The Gram matrix C W C' is nearly singular", &whole));
+      PetscCall(
+        PCAinsworthReplan_Private(pc, data, AINSWORTH_END_GRAM, "The Gram matrix C W C' is nearly singular", &whole));
     if (whole) n = 0;
-    else if (n && !hidden) error = DropDependentRows(pc, data, pass > 1 ? AINSWORTH_ROW_NEAR : AINSWORTH_ROW_DEPENDENT, n, dependent);
+    else if (n && !hidden)
+      error = DropDependentRows(pc, data, pass > 1 ? AINSWORTH_ROW_NEAR : AINSWORTH_ROW_DEPENDENT, n, dependent);
     PetscCall(PetscFree(dependent));
     PetscCall(error);
   }
@@ -142,13 +156,14 @@ static PetscErrorCode CreateKeptVectors(PC pc, PC_Ainsworth *data)
   PetscCall(PetscInfo(pc, "%" PetscInt_FMT " constraints%s\n", data->saddle.constraints(), text));
   PetscCall(MatCreateVecs(data->saddle.C, NULL, &data->reduced.g));
   PetscCall(VecDuplicate(data->reduced.g, &data->reduced.lambda));
-  if (data->saddle.known || data->saddle.B != data->saddle.C) PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->reduced.f));
+  if (data->saddle.known || data->saddle.B != data->saddle.C)
+    PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->reduced.f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   Copies A, for the inner solver without constraints, if the program's does not store its diagonal or does not know its block size; to AIJ if the block size is
-   part of the type
+   Copies A, for the inner solver without constraints, if the program's does not store its diagonal or does not know its
+   block size; to AIJ if the block size is part of the type
 */
 static PetscErrorCode CompleteA(PC_Ainsworth *data)
 {
@@ -180,12 +195,14 @@ static PetscErrorCode IsNeeded(PC pc, PC_Ainsworth *data, PetscBool *needed)
   PetscFunctionBegin;
   *needed = PETSC_TRUE;
   PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
-  if (data->saddle.A && data->state >= PC_AINSWORTH_READY) PetscCall(AinsworthSaddleChanged(&data->given.inputs, &data->saddle, needed));
+  if (data->saddle.A && data->state >= PC_AINSWORTH_READY)
+    PetscCall(AinsworthSaddleChanged(&data->given.inputs, &data->saddle, needed));
   PetscCall(PCGetReusePreconditioner(pc, &reuse));
   if (data->age.forProgram && !reuse) *needed = PETSC_TRUE;
   if (*needed) PetscFunctionReturn(PETSC_SUCCESS);
   data->state = PC_AINSWORTH_UNCHANGED;
-  if (data->outer.applications) PetscCall(AinsworthSolverForgetFailure(pc)); /* a KSP would take that of the last solve for one of this set-up */
+  /* a KSP would take that of the last solve for one of this set-up */
+  if (data->outer.applications) PetscCall(AinsworthSolverForgetFailure(pc));
   PetscCall(PetscInfo(pc, "Neither A nor C changed: nothing is rebuilt\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -195,15 +212,18 @@ static PetscErrorCode ForgetLast(PC, PC_Ainsworth *data, SetUpRun *run)
 {
   PetscFunctionBegin;
   run->keep = (PetscBool)(data->state >= PC_AINSWORTH_READY);
-  if (!run->keep) PetscCall(MatDestroy(&data->reduced.mat));          /* it does not match the choices */
-  if (data->state == PC_AINSWORTH_NONE) PetscCall(ForgetInner(data)); /* after an error in its set-up a PC of PETSc is unusable, and vectors may be locked */
-  data->state              = PC_AINSWORTH_NONE;                       /* until everything is done: an error may end it anywhere */
+  if (!run->keep) PetscCall(MatDestroy(&data->reduced.mat)); /* it does not match the choices */
+  /* after an error in its set-up a PC of PETSc is unusable, and vectors may be locked */
+  if (data->state == PC_AINSWORTH_NONE) PetscCall(ForgetInner(data));
+  /* until everything is done: an error may end it anywhere */
+  data->state              = PC_AINSWORTH_NONE;
   data->outer.applications = 0;
   data->outcome.why[0]     = 0;
   PetscCall(AinsworthReportDestroy(&data->reporting.report));
   PetscCall(PCAinsworthForgetWhole_Private(data));
   PetscCall(MatDestroy(&data->inner.M));
-  for (Vec *v : {&data->reduced.g, &data->reduced.lambda, &data->reduced.f, &data->reduced.inverseDiagonal}) PetscCall(VecDestroy(v));
+  for (Vec *v : {&data->reduced.g, &data->reduced.lambda, &data->reduced.f, &data->reduced.inverseDiagonal})
+    PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -242,11 +262,14 @@ static PetscErrorCode CheckUnused(PC_Ainsworth *data, SetUpRun *run)
   run->code = PETSC_ERR_MAT_LU_ZRPVT;
   if (unknowns[0])
     PetscCall(PetscSNPrintf(run->why, sizeof(run->why),
-                            "Unknowns %s of the primal field are in no equation: A and C have nothing in their columns; remove them, give them a stiffness, or "
+                            "Unknowns %s of the primal field are in no equation: A and C have nothing in their "
+                            "columns; remove them, give them a stiffness, or "
                             "attach their motions to the matrix with MatSetNullSpace()",
                             unknowns));
   if (equations[0])
-    PetscCall(PetscSNPrintf(run->why, sizeof(run->why), "Equations %s of the primal field have no unknown: their rows of A and C' are zero", equations));
+    PetscCall(PetscSNPrintf(run->why, sizeof(run->why),
+                            "Equations %s of the primal field have no unknown: their rows of A and C' are zero",
+                            equations));
   if (unknowns[0] || equations[0]) run->reason = PC_FACTOR_STRUCT_ZEROPIVOT;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -263,13 +286,15 @@ static PetscErrorCode SetUpConstraints(PC pc, PC_Ainsworth *data, SetUpRun *run)
   if (data->saddle.constraints()) PetscCall(SetUpOperator(pc, data, &run->reason));
   if (run->reason) {
     run->code = PETSC_ERR_MAT_CH_ZRPVT;
-    PetscCall(PetscSNPrintf(run->why, sizeof(run->why),
-                            "Solves with the Gram matrix C W C' fail (%s), though no more rows of C are found to be linearly dependent",
-                            PCFailedReasons[run->reason]));
+    PetscCall(PetscSNPrintf(
+      run->why, sizeof(run->why),
+      "Solves with the Gram matrix C W C' fail (%s), though no more rows of C are found to be linearly dependent",
+      PCFailedReasons[run->reason]));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (data->saddle.constraints()) PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
-  if (ctx && ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(AinsworthShare(ctx->weight, &data->reduced.inverseDiagonal));
+  if (ctx && ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL)
+    PetscCall(AinsworthShare(ctx->weight, &data->reduced.inverseDiagonal));
   else PetscCall(AinsworthWeightCreate(data->saddle.A, &data->reduced.inverseDiagonal));
   if (!data->saddle.constraints()) {
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
@@ -327,7 +352,8 @@ static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
   if (failed) PetscCall(PCAinsworthReplan_Private(pc, data, AINSWORTH_END_SETUP, PCFailedReasons[failed], &other));
   if (other) PetscCall(AinsworthSolverForgetFailure(pc));
   else { /* a solve would fail as well */
-    PetscCall(AinsworthExplain(pc, data, data->inner.ksp, NULL, KSP_DIVERGED_PC_FAILED, &lost, run->why, sizeof(run->why)));
+    PetscCall(
+      AinsworthExplain(pc, data, data->inner.ksp, NULL, KSP_DIVERGED_PC_FAILED, &lost, run->why, sizeof(run->why)));
     PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, run->why));
   }
   PetscCall(AddSeconds(data, run));
@@ -336,7 +362,8 @@ static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
 
 static PetscErrorCode SetUp(PC pc)
 {
-  static const SetUpStep steps[] = {ForgetLast, FindBlocks, SetUpConstraints, SetUpSolver}; /* one for each AinsworthStage */
+  /* one for each AinsworthStage */
+  static const SetUpStep steps[] = {ForgetLast, FindBlocks, SetUpConstraints, SetUpSolver};
   PC_Ainsworth          *data    = PCAinsworthData_Private(pc);
   SetUpRun               run     = {};
   PetscBool              needed, lost = PETSC_FALSE;
@@ -353,7 +380,8 @@ static PetscErrorCode SetUp(PC pc)
       PetscCall(PCAinsworthFail_Private(pc, data, run.reason, run.code, run.why));
       break;
     }
-    PetscCall(AinsworthDiagnose(pc, data, data->given.inputs, (AinsworthStage)stage, (PetscBool)(data->state == PC_AINSWORTH_UNCHANGED), data->diagnosis.get(), &lost));
+    PetscCall(AinsworthDiagnose(pc, data, data->given.inputs, (AinsworthStage)stage,
+                                (PetscBool)(data->state == PC_AINSWORTH_UNCHANGED), data->diagnosis.get(), &lost));
     if (lost) data->state = PC_AINSWORTH_NONE;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -364,7 +392,9 @@ PetscErrorCode PCSetUp_Ainsworth(PC pc)
   const PetscErrorCode code = SetUp(pc);
 
   PetscFunctionBegin;
-  if (code) PetscCall(AinsworthDiagnoseFailure(PetscObjectComm((PetscObject)pc), PCAinsworthData_Private(pc)->diagnosis.get(), code, NULL));
+  if (code)
+    PetscCall(AinsworthDiagnoseFailure(PetscObjectComm((PetscObject)pc), PCAinsworthData_Private(pc)->diagnosis.get(),
+                                       code, NULL));
   PetscCall(code);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

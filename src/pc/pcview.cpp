@@ -13,14 +13,17 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERSTRING, &string));
   if (string)
-    PetscCall(PetscViewerStringSPrintf(viewer, " %s, pmat %s", PCAinsworthVariants[data->choices.variant], PCAinsworthPmatTypes[data->choices.pmat.type]));
+    PetscCall(PetscViewerStringSPrintf(viewer, " %s, pmat %s", PCAinsworthVariants[data->choices.variant],
+                                       PCAinsworthPmatTypes[data->choices.pmat.type]));
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  variant: %s (weight %s, penalty %s with factor %g)\n", PCAinsworthVariants[data->choices.variant],
-                                   MatAinsworthWeightTypes[data->choices.weightType], AinsworthPenaltyTypes[data->choices.pmat.penalty],
-                                   (double)AinsworthSolverPenaltyFactor(data)));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "  variant: %s (weight %s, penalty %s with factor %g)\n", PCAinsworthVariants[data->choices.variant],
+    MatAinsworthWeightTypes[data->choices.weightType], AinsworthPenaltyTypes[data->choices.pmat.penalty],
+    (double)AinsworthSolverPenaltyFactor(data)));
   PetscCall(AinsworthDescribePmat(data, text));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix: %s\n", text.c_str()));
-  if (data->history.factor == AINSWORTH_TAKEN) PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix factored %s\n", data->escape.why));
+  if (data->history.factor == AINSWORTH_TAKEN)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix factored %s\n", data->escape.why));
   PetscCall(PCAinsworthReportView_Private(data, viewer));
   if (!data->saddle.A) {
     PetscCall(PetscViewerASCIIPrintf(viewer, "  not set up yet\n"));
@@ -28,7 +31,8 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   }
   PetscCall(AinsworthSaddleDescribeLayout(&data->saddle, layout, sizeof(layout)));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  layout: %s\n", layout));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  block size of A: %" PetscInt_FMT " (%s)\n", data->saddle.bs, data->saddle.bsSource));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  block size of A: %" PetscInt_FMT " (%s)\n", data->saddle.bs,
+                                   data->saddle.bsSource));
   PetscCall(AinsworthSaddleDescribeModes(&data->saddle, modes, sizeof(modes)));
   if (modes[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "  near null space of A: %s\n", modes));
   PetscCall(AinsworthSaddleDescribeRows(&data->saddle, dropped, sizeof(dropped)));
@@ -36,7 +40,8 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
                                    data->saddle.constraints() ? "" : ", A alone is solved", dropped));
   if (data->reduced.mat) PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
   if (ctx && ctx->weightType != data->choices.weightType)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  weight: identity, as rows of C differ only where diag(A)^{-1} is too small to tell\n"));
+    PetscCall(PetscViewerASCIIPrintf(
+      viewer, "  weight: identity, as rows of C differ only where diag(A)^{-1} is too small to tell\n"));
   if (ctx && ctx->current) { /* otherwise an error ended its set-up, and a view must not begin another */
     PetscCall(PetscViewerASCIIPushTab(viewer));
     PetscCall(AinsworthGramView(&ctx->proj.gram, viewer));

@@ -36,7 +36,8 @@ static PetscErrorCode Leave(const Mat_Ainsworth *ctx, const AinsworthSaddle *sp,
 }
 
 /*
-   MatAinsworthCombineRows_Private - subtracts from rows, whose coefficients are w, the combination of kept rows next to them, so that w' C and w' D are about 0
+   MatAinsworthCombineRows_Private - subtracts from rows, whose coefficients are w, the combination of kept rows next to
+   them, so that w' C and w' D are about 0
 
    Collective
 
@@ -44,7 +45,8 @@ static PetscErrorCode Leave(const Mat_Ainsworth *ctx, const AinsworthSaddle *sp,
 */
 PetscErrorCode MatAinsworthCombineRows_Private(Mat mat, const AinsworthSaddle *sp, Vec w)
 {
-  static const int    steps = 3; /* S has a condition number of at most 1e13 here: each step adds three digits at least */
+  /* S has a condition number of at most 1e13 here: each step adds three digits at least */
+  static const int    steps = 3;
   Mat_Ainsworth      *ctx;
   AinsworthSaddleVec  left;
   AinsworthProjector *proj;

@@ -4,15 +4,18 @@
 #include "../saddle/saddle.h"
 
 /*
-   Computes sums_i = sum_j |C_ij|^2 w_j^2 d_j with w the weight (NULL: 1) and d = diag(A): the flexibility of A under the force C_i'
+   Computes sums_i = sum_j |C_ij|^2 w_j^2 d_j with w the weight (NULL: 1) and d = diag(A): the flexibility of A under
+   the force C_i'
 
-   Unknowns without stiffness, whose weight is above 1 / d_j, count only in rows that have no others.
-   If row i has unknowns that are in no other row, only these are summed, down to `least` times the full sum: unknowns that rows share may be soft without
-   telling the rows apart. The smaller the sum, the smaller N is, and the closer to singular S may be where rows depend on each other.
+   Unknowns without stiffness, whose weight is above 1 / d_j, count only in rows that have no others. If row i has
+   unknowns that are in no other row, only these are summed, down to `least` times the full sum: unknowns that rows
+   share may be soft without telling the rows apart. The smaller the sum, the smaller N is, and the closer to singular S
+   may be where rows depend on each other.
 */
 static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec sums)
 {
-  static const PetscReal least = 1e-4, loose = 2.0; /* weights are 1 / d_j, or at least 100 times that of what holds the unknown */
+  /* weights are 1 / d_j, or at least 100 times that of what holds the unknown */
+  static const PetscReal least = 1e-4, loose = 2.0;
   Vec                    d, count, own, stiff;
 
   PetscFunctionBegin;
@@ -25,9 +28,10 @@ static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec
   PetscCall(VecDuplicate(sums, &own));
   if (weight) {
     PetscCall(AinsworthVecClone(d, &stiff));
-    PetscCall(AinsworthUpdate(stiff, {weight, inverseDiagonal}, [](PetscInt, PetscScalar &s, PetscScalar w, PetscScalar inverse) {
-      if (PetscRealPart(w) > loose * PetscRealPart(inverse)) s = 0.0;
-    }));
+    PetscCall(AinsworthUpdate(stiff, {weight, inverseDiagonal},
+                              [](PetscInt, PetscScalar &s, PetscScalar w, PetscScalar inverse) {
+                                if (PetscRealPart(w) > loose * PetscRealPart(inverse)) s = 0.0;
+                              }));
     PetscCall(AinsworthRowSquares(C, stiff, own));
     PetscCall(AinsworthUpdate(sums, {own}, [](PetscInt, PetscScalar &all, PetscScalar part) {
       if (part != 0.0) all = part;
@@ -47,23 +51,28 @@ static PetscErrorCode RowFlexibility(Mat C, Vec weight, Vec inverseDiagonal, Vec
 }
 
 /*
-   Lower bounds on the energy of mu_i, relative to the flexibility of the constraint; G scales smaller energies up to them
+   Lower bounds on the energy of mu_i, relative to the flexibility of the constraint; G scales smaller energies up to
+   them
 
-   Without G the energy would drown in the rounding of other energies, which amounts to the machine precision over the square root of this bound. A larger bound
-   would slow down the preconditioner where rows of C are close to each other, because the part of C x that it leaves enters mu as S^{-1} C x. Rows that D
-   couples need a larger bound against rounding, because D may leave some of their combinations without energy.
+   Without G the energy would drown in the rounding of other energies, which amounts to the machine precision over the
+   square root of this bound. A larger bound would slow down the preconditioner where rows of C are close to each other,
+   because the part of C x that it leaves enters mu as S^{-1} C x. Rows that D couples need a larger bound against
+   rounding, because D may leave some of their combinations without energy.
 */
 static const PetscReal alone = 1e-4, together = 1e-2;
-/* Relative energy given to what a singular D that couples rows leaves free: it moves nothing, but rounding would make the sign arbitrary */
+/*
+   Relative energy given to what a singular D that couples rows leaves free: it moves nothing, but rounding would make
+   the sign arbitrary
+*/
 static const PetscReal undecided = 1e-10;
 
 /*
-   Computes inverse = 1 / G, where G is 1, or (D_ii / flexibility_i / alone)^{1/2} if that is smaller, with the sign that adds N to the diagonal of C W C'; D_ii
-   stands for the row sum of |D|
+   Computes inverse = 1 / G, where G is 1, or (D_ii / flexibility_i / alone)^{1/2} if that is smaller, with the sign
+   that adds N to the diagonal of C W C'; D_ii stands for the row sum of |D|
 
-   Rows that D couples share one G, the geometric mean of theirs, so that N and E are as symmetric as D. Theirs has `together` in the place of `alone`, and is
-   (D_ii / flexibility_i)^{1/2} where that is larger than 1, because their D may be singular and its rounding matters. On return, flexibility is the energy of
-   rows without D.
+   Rows that D couples share one G, the geometric mean of theirs, so that N and E are as symmetric as D. Theirs has
+   `together` in the place of `alone`, and is (D_ii / flexibility_i)^{1/2} where that is larger than 1, because their D
+   may be singular and its rounding matters. On return, flexibility is the energy of rows without D.
 */
 static PetscErrorCode InvertRatios(AinsworthCompliance *c, Mat D, Vec flexibility, Vec inverse)
 {
@@ -107,7 +116,9 @@ static PetscErrorCode InvertRatios(AinsworthCompliance *c, Mat D, Vec flexibilit
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthComplianceSetUp - creates N and E; C and B are m x n, D is m x m and laid out as the rows of C. Collective */
+/*
+   AinsworthComplianceSetUp - creates N and E; C and B are m x n, D is m x m and laid out as the rows of C. Collective
+*/
 PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *c, Mat C, Mat B, Mat D, Vec weight, Vec inverseDiagonal)
 {
   Vec other;
@@ -135,7 +146,8 @@ PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *c, Mat C, Mat B, Ma
 }
 
 /*
-   AinsworthComplianceGetPreconditioner - computes the factors that eliminate mu from M_*^+ = [A 0; 0 E] + [C -N]' B [C -N], with E and N lumped
+   AinsworthComplianceGetPreconditioner - computes the factors that eliminate mu from M_*^+ = [A 0; 0 E] + [C -N]' B [C
+   -N], with E and N lumped
 
    With F = E + N^2 B, shared = N B / F and inverse = 1 / F. penalty is B; it is ignored where D_ii < 0.
 */
@@ -150,7 +162,8 @@ PetscErrorCode AinsworthComplianceGetPreconditioner(const AinsworthCompliance *c
   PetscCall(AinsworthRowSums(c->N, 1, N));
   PetscCall(AinsworthRowSums(c->E, 1, E));
   PetscCall(VecGetArrayWrite(shared, &s));
-  auto invert = [=](PetscInt i, PetscScalar &f, PetscScalar a, PetscScalar e, PetscScalar b, PetscScalar sum, PetscScalar rest) {
+  auto invert = [=](PetscInt i, PetscScalar &f, PetscScalar a, PetscScalar e, PetscScalar b, PetscScalar sum,
+                    PetscScalar rest) {
     const PetscReal B = PetscRealPart(sum) > 0.0 ? PetscRealPart(b) : 0.0, Ni = PetscRealPart(a);
     const PetscReal F = PetscRealPart(e) + PetscRealPart(rest) + (B > 0.0 ? Ni * Ni * B : 0.0);
 

@@ -5,11 +5,11 @@
 #include "../base/petsccompat.h"
 
 /*
-   With mu = G lambda the constraint C x - D lambda = g becomes C x - N mu = g with N = D G^{-1}, and the energy of the springs is mu' E mu / 2 with E = G^{-1}
-   D G^{-1}
+   With mu = G lambda the constraint C x - D lambda = g becomes C x - N mu = g with N = D G^{-1}, and the energy of the
+   springs is mu' E mu / 2 with E = G^{-1} D G^{-1}
 
-   G is diagonal: 1 as a rule, smaller where D is far smaller than the flexibility (C diag(A)^{-1} C')_ii of A under a constraint, larger where a D that couples
-   rows is far larger.
+   G is diagonal: 1 as a rule, smaller where D is far smaller than the flexibility (C diag(A)^{-1} C')_ii of A under a
+   constraint, larger where a D that couples rows is far larger.
 */
 struct AinsworthCompliance {
   Mat       N = NULL, E = NULL; /* m x m, laid out as the rows of C; NULL if D = 0 */

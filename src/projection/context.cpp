@@ -15,7 +15,8 @@ PetscErrorCode MatAinsworthGetContext_Private(Mat mat, Mat_Ainsworth **ctx)
   PetscCall(PetscObjectTypeCompare((PetscObject)mat, MATAINSWORTH, &match));
   PetscCall(MatGetType(mat, &type));
   PetscCheck(match, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG,
-             "The matrix has type %s, not %s: it has no projector; create it with MatCreateAinsworth()", type ? type : "(not set)", MATAINSWORTH);
+             "The matrix has type %s, not %s: it has no projector; create it with MatCreateAinsworth()",
+             type ? type : "(not set)", MATAINSWORTH);
   PetscCall(MatShellGetContext(mat, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -50,7 +51,10 @@ static PetscErrorCode ConstraintsChanged(Mat_Ainsworth *ctx, PetscBool *changed)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the weight of the projector: W; diag(A)^{-1} is set to zero for unknowns shared by many rows, and raised for unknowns with zero rows in A */
+/*
+   Sets the weight of the projector: W; diag(A)^{-1} is set to zero for unknowns shared by many rows, and raised for
+   unknowns with zero rows in A
+*/
 static PetscErrorCode SetMobility(Mat_Ainsworth *ctx)
 {
   PetscBool shared, loose;
@@ -78,8 +82,8 @@ static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   *out = ctx;
-  PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "The matrix of type %s has no A and C: call MatAinsworthSetMats() first",
-             MATAINSWORTH);
+  PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE,
+             "The matrix of type %s has no A and C: call MatAinsworthSetMats() first", MATAINSWORTH);
   PetscCall(PetscObjectStateGet((PetscObject)ctx->A, &stateA));
   changedA = (PetscBool)(!ctx->current || stateA != ctx->stateA);
   PetscCall(ConstraintsChanged(ctx, &changedC));
@@ -90,13 +94,16 @@ static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
     PetscCall(VecDestroy(&ctx->weight));
     PetscCall(AinsworthWeightCreate(ctx->A, &ctx->weight));
   }
-  if (changedC || ctx->D || ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) { /* otherwise neither C nor W has changed */
+  /* otherwise neither C nor W has changed */
+  if (changedC || ctx->D || ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) {
     const AinsworthProjectorBlocks blocks          = {ctx->C, ctx->B, ctx->D};
     Vec                            inverseDiagonal = ctx->weight;
 
-    if (ctx->D && ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL) PetscCall(AinsworthWeightCreate(ctx->A, &inverseDiagonal));
+    if (ctx->D && ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL)
+      PetscCall(AinsworthWeightCreate(ctx->A, &inverseDiagonal));
     PetscCall(SetMobility(ctx));
-    PetscCall(AinsworthProjectorSetUp(&ctx->proj, &blocks, ctx->mobility, inverseDiagonal, ctx->rowsPerRank, (PetscObject)mat));
+    PetscCall(
+      AinsworthProjectorSetUp(&ctx->proj, &blocks, ctx->mobility, inverseDiagonal, ctx->rowsPerRank, (PetscObject)mat));
     if (inverseDiagonal != ctx->weight) PetscCall(VecDestroy(&inverseDiagonal));
   }
   if (!ctx->work) PetscCall(MatCreateVecs(ctx->A, &ctx->work, NULL));
@@ -138,7 +145,9 @@ PetscErrorCode MatAinsworthReset_Private(Mat_Ainsworth *ctx)
 {
   PetscFunctionBegin;
   for (Mat *M : {&ctx->A, &ctx->C, &ctx->B, &ctx->D, &ctx->product}) PetscCall(MatDestroy(M));
-  for (Vec *v : {&ctx->weight, &ctx->mobility, &ctx->penalty, &ctx->placed, &ctx->work, &ctx->rowWork, &ctx->residual, &ctx->mu}) PetscCall(VecDestroy(v));
+  for (Vec *v :
+       {&ctx->weight, &ctx->mobility, &ctx->penalty, &ctx->placed, &ctx->work, &ctx->rowWork, &ctx->residual, &ctx->mu})
+    PetscCall(VecDestroy(v));
   PetscCall(AinsworthProjectorReset(&ctx->proj));
   ctx->doubtful    = false;
   ctx->current     = PETSC_FALSE;

@@ -5,9 +5,15 @@
 #include "matainsworth.h"
 #include <petscblaslapack.h>
 
-/* Each row costs an application of the preconditioner and a vector; if there are more rows, they are left to the projector */
+/*
+   Each row costs an application of the preconditioner and a vector; if there are more rows, they are left to the
+   projector
+*/
 static const size_t most = 16;
-/* A row is dependent if the Cholesky factorization of C L leaves at most this part of its diagonal entry; then nothing is done */
+/*
+   A row is dependent if the Cholesky factorization of C L leaves at most this part of its diagonal entry; then nothing
+   is done
+*/
 static const PetscReal dependentRow = 1e-6;
 /* A motion is dropped if the preconditioner and the motions before it leave at most this part of its energy */
 static const PetscReal dependentMotion = 1e-10;
@@ -28,7 +34,10 @@ AinsworthDeflation::~AinsworthDeflation()
   (void)clear();
 }
 
-/* Gets the adjoints of the rows of C with more than `longest` entries on all ranks, or none if there are too many; collective */
+/*
+   Gets the adjoints of the rows of C with more than `longest` entries on all ranks, or none if there are too many;
+   collective
+*/
 static PetscErrorCode GetLongRows(Mat C, PetscInt longest, std::vector<Vec> *rows)
 {
   PetscInt              found;
@@ -70,7 +79,8 @@ PetscErrorCode AinsworthDeflation::lift(PC inner, Mat C, PetscInt longest)
   PetscCall(PetscBLASIntCast((PetscInt)rows.size(), &size));
   for (size_t k = 0; k < rows.size(); k++) before.push_back(PetscRealPart(factor[k * (rows.size() + 1)]));
   if (size) PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &size, factor.data(), &size, &info));
-  for (size_t k = 0; k < rows.size(); k++) apart = apart && PetscSqr(PetscRealPart(factor[k * (rows.size() + 1)])) > dependentRow * before[k];
+  for (size_t k = 0; k < rows.size(); k++)
+    apart = apart && PetscSqr(PetscRealPart(factor[k * (rows.size() + 1)])) > dependentRow * before[k];
   if (info || !apart) PetscCall(clear());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -86,7 +96,8 @@ PetscErrorCode AinsworthDeflation::takeLongRows(Vec r, Vec z) const
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecMDot(r, (PetscInt)n, lifted.data(), left.data()));
   PetscCall(PetscBLASIntCast((PetscInt)n, &size));
-  PetscCallBLAS("LAPACKpotrs", LAPACKpotrs_("L", &size, &one, const_cast<PetscScalar *>(factor.data()), &size, left.data(), &size, &info));
+  PetscCallBLAS("LAPACKpotrs", LAPACKpotrs_("L", &size, &one, const_cast<PetscScalar *>(factor.data()), &size,
+                                            left.data(), &size, &info));
   for (PetscScalar &value : left) value = -value;
   PetscCall(VecMAXPY(z, (PetscInt)n, left.data(), const_cast<Vec *>(lifted.data())));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -129,7 +140,10 @@ static PetscErrorCode Multiply(Mat operation, Vec x, Vec y, PetscReal *energy)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes Z and Y with the preconditioner that has L already; motions without energy and unknowns that C holds have no columns */
+/*
+   Computes Z and Y with the preconditioner that has L already; motions without energy and unknowns that C holds have no
+   columns
+*/
 PetscErrorCode AinsworthDeflation::move(PC inner, Mat reduced, Mat operation, const std::vector<PetscInt> &shared)
 {
   Vec answer;

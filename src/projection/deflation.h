@@ -12,23 +12,26 @@ struct AinsworthLeftOut {
 };
 
 /*
-   Long rows of C: M^{-1} r is projected onto their kernel along L = M^{-1} C', as if M had been made with them, to M^{-1} - L (C L)^{-1} L'. The projector would
-   do so along W C', which is rough and costs an iteration or two per row
+   Long rows of C: M^{-1} r is projected onto their kernel along L = M^{-1} C', as if M had been made with them, to
+   M^{-1} - L (C L)^{-1} L'. The projector would do so along W C', which is rough and costs an iteration or two per row
 
-   Unknowns that many rows of C share, such as reference nodes and macroscopic strains, which M holds with their slaves: with the responses Z in Ker C of the
-   system to motions of single shared unknowns, computed with the above, and Y = Q' A Z, Z' Y = I, Q M^{-1} becomes (I - Z Y') Q M^{-1} (I - Y Z') + Z Z'
+   Unknowns that many rows of C share, such as reference nodes and macroscopic strains, which M holds with their slaves:
+   with the responses Z in Ker C of the system to motions of single shared unknowns, computed with the above, and Y = Q'
+   A Z, Z' Y = I, Q M^{-1} becomes (I - Z Y') Q M^{-1} (I - Y Z') + Z Z'
 
    The first takes directions away and needs no product with A, the second adds some: neither is a case of the other
 */
-class AinsworthDeflation
-{
+class AinsworthDeflation {
 public:
   ~AinsworthDeflation();
   AinsworthDeflation()                                      = default;
   AinsworthDeflation(const AinsworthDeflation &)            = delete;
   AinsworthDeflation &operator=(const AinsworthDeflation &) = delete;
 
-  /* Computes L, Z and Y, if that has not been done, with the preconditioner M^{-1}, the reduced operator and that in Ker C, Q' A. Collective */
+  /*
+     Computes L, Z and Y, if that has not been done, with the preconditioner M^{-1}, the reduced operator and that in
+     Ker C, Q' A. Collective
+  */
   PetscErrorCode setUp(PC inner, Mat reduced, Mat operation, const AinsworthLeftOut &left);
 
   /* Computes z = Q M^{-1} r with the corrections */

@@ -11,23 +11,38 @@
 #include <numeric>
 
 /* Bounds on the relative error of solves with S, which is about its condition number times the machine precision */
-static const PetscReal inexact = 1e6 * PETSC_MACHINE_EPSILON; /* larger: solves are refined; smaller: far below the tolerances of the verification */
+/* larger: solves are refined; smaller: far below the tolerances of the verification */
+static const PetscReal inexact = 1e6 * PETSC_MACHINE_EPSILON;
 static const PetscReal
-  suspicious = 1e-3; /* larger than this times m^{-1/2}: dependent rows are looked for, as S v loses the part of v in Ker S, about m^{-1/2} of a random v */
-static const PetscReal unusable = 1e-3; /* larger: more rows have to be dropped, or the set-up fails, because refinement would not converge */
-/* In each pass, a row is dependent if its distance from the span of the others, in the norm of W, is at most this fraction of its length */
-static const PetscReal distances[] = {
-  1e-12, /* some thousand times the machine precision */
-  1e-5   /* its square, which is what S contains, is some hundred thousand times that; only if solves are unusable with such rows */
-};
-/* Rows within this distance are nearly dependent: the square root of the condition number at which solves become inaccurate */
+  /*
+     larger than this times m^{-1/2}: dependent rows are looked for, as S v loses the part of v in Ker S, about m^{-1/2}
+     of a random v
+  */
+  suspicious = 1e-3;
+/* larger: more rows have to be dropped, or the set-up fails, because refinement would not converge */
+static const PetscReal unusable = 1e-3;
+/*
+   In each pass, a row is dependent if its distance from the span of the others, in the norm of W, is at most this
+   fraction of its length
+*/
+static const PetscReal distances[] = {1e-12, /* some thousand times the machine precision */
+                                      /*
+     its square, which is what S contains, is some hundred thousand times that; only if solves are unusable with such
+     rows
+  */
+                                      1e-5};
+/*
+   Rows within this distance are nearly dependent: the square root of the condition number at which solves become
+   inaccurate
+*/
 static const PetscReal nearly = 1e-3;
 static const PetscInt  passes = sizeof(distances) / sizeof(distances[0]);
 
 /*
    Computes the relative error of S^{-1} S v for a random v, about the condition number of S times the machine precision
 
-   S is scaled to a unit diagonal, so the scale of the rows of C does not matter. The result is NaN or Inf if the solve fails. Collective
+   S is scaled to a unit diagonal, so the scale of the rows of C does not matter. The result is NaN or Inf if the solve
+   fails. Collective
 */
 static PetscErrorCode Probe(AinsworthGram *gram, PetscReal *error)
 {
@@ -53,7 +68,8 @@ static PetscErrorCode Probe(AinsworthGram *gram, PetscReal *error)
     PetscCall(VecDestroy(&v));
     PetscCall(VecDestroy(&y));
     PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)gram->b), &rank));
-    for (PetscReal &sum : sums) sum = rank ? 0.0 : PetscSqr(sum); /* ranks that share a component all have the same norms: count them once */
+    /* ranks that share a component all have the same norms: count them once */
+    for (PetscReal &sum : sums) sum = rank ? 0.0 : PetscSqr(sum);
   }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sums, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)gram->S)));
   *error = PetscSqrtReal(sums[0] / sums[1]);
@@ -63,7 +79,8 @@ static PetscErrorCode Probe(AinsworthGram *gram, PetscReal *error)
 /*
    Appends the nonzero entries of row i of M to `row`, with columns shifted by `first`
 
-   With roots (may be NULL), divides each entry by the square root of roots at its column, and skips columns of other ranks and those where roots is zero.
+   With roots (may be NULL), divides each entry by the square root of roots at its column, and skips columns of other
+   ranks and those where roots is zero.
 */
 static PetscErrorCode AddEntries(Mat M, PetscInt i, Vec roots, PetscInt first, AinsworthRow *row)
 {
@@ -133,7 +150,8 @@ static void Compress(std::vector<AinsworthRow> &rows, std::vector<PetscInt> &col
   for (const AinsworthRow &row : rows) columns.insert(columns.end(), row.column.begin(), row.column.end());
   AinsworthSortUnique(&columns);
   for (AinsworthRow &row : rows)
-    for (PetscInt &c : row.column) c = (PetscInt)(std::lower_bound(columns.begin(), columns.end(), c) - columns.begin());
+    for (PetscInt &c : row.column)
+      c = (PetscInt)(std::lower_bound(columns.begin(), columns.end(), c) - columns.begin());
 }
 
 /* Sets own[c] to 0 for columns that several ranks have */
@@ -147,7 +165,8 @@ static PetscErrorCode FindShared(Mat C, const std::vector<PetscInt> &columns, st
   PetscFunctionBegin;
   PetscCall(MatGetLayouts(C, NULL, &layout));
   PetscCall(PetscLayoutGetSize(layout, &n));
-  common = (PetscInt)(std::lower_bound(columns.begin(), columns.end(), n) - columns.begin()); /* the columns of N, which belong to one row each */
+  /* the columns of N, which belong to one row each */
+  common = (PetscInt)(std::lower_bound(columns.begin(), columns.end(), n) - columns.begin());
   PetscCall(PetscLayoutGetLocalSize(layout, &n));
   all.assign(n, 0);
   PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)C), &sf));
@@ -172,7 +191,8 @@ static PetscErrorCode OrderRows(const AinsworthGram *gram, std::vector<PetscInt>
   if (!gram->placement.sizes.size()) PetscFunctionReturn(PETSC_SUCCESS);
   if (gram->placement.split) PetscCall(MatGetDiagonalBlock(gram->placed, &own));
   PetscCall(MatGetInfo(own, MAT_LOCAL, &info));
-  PetscCall(MatGetOrdering(own, info.nz_used > 0.0 ? AinsworthOrdering : MATORDERINGNATURAL, &rows, &columns)); /* AMD rejects an empty matrix */
+  /* AMD rejects an empty matrix */
+  PetscCall(MatGetOrdering(own, info.nz_used > 0.0 ? AinsworthOrdering : MATORDERINGNATURAL, &rows, &columns));
   PetscCall(AinsworthISToList(rows, order));
   PetscCall(ISDestroy(&rows));
   PetscCall(ISDestroy(&columns));
@@ -180,7 +200,8 @@ static PetscErrorCode OrderRows(const AinsworthGram *gram, std::vector<PetscInt>
 }
 
 /* Gathers on rank 0 the remaining rows, which share columns with rows of other ranks. Collective */
-static PetscErrorCode GatherRows(Mat C, const std::vector<AinsworthRow> &rows, const std::vector<PetscInt> &columns, std::vector<AinsworthRow> &all)
+static PetscErrorCode GatherRows(Mat C, const std::vector<AinsworthRow> &rows, const std::vector<PetscInt> &columns,
+                                 std::vector<AinsworthRow> &all)
 {
   AinsworthEntries entries;
   PetscInt         n, m;
@@ -192,9 +213,10 @@ static PetscErrorCode GatherRows(Mat C, const std::vector<AinsworthRow> &rows, c
   for (const AinsworthRow &row : rows) {
     const PetscInt start = entries.start.back();
 
-    for (size_t k = 0; k < row.column.size(); k++)
-      if (columns[row.column[k]] < n) entries.add(columns[row.column[k]], row.value[k]); /* skip the column of N, whose entry was too small for a pivot */
-    PetscCall(PetscSortIntWithScalarArray((PetscInt)entries.columns.size() - start, entries.columns.data() + start, entries.values.data() + start));
+    for (size_t k = 0; k < row.column.size(); k++) /* skip the column of N, whose entry was too small for a pivot */
+      if (columns[row.column[k]] < n) entries.add(columns[row.column[k]], row.value[k]);
+    PetscCall(PetscSortIntWithScalarArray((PetscInt)entries.columns.size() - start, entries.columns.data() + start,
+                                          entries.values.data() + start));
     entries.endRow();
   }
   PetscCall(MatGetLocalSize(C, NULL, &n));
@@ -212,9 +234,12 @@ static PetscErrorCode GatherRows(Mat C, const std::vector<AinsworthRow> &rows, c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds dependent rows of a component that several ranks share: after each rank has eliminated its own columns, rank 0 eliminates the rest. Collective */
-static PetscErrorCode FindAmongShared(Mat C, PetscReal distance, const AinsworthElimination &own, const std::vector<PetscInt> &columns,
-                                      std::vector<char> &dependent)
+/*
+   Finds dependent rows of a component that several ranks share: after each rank has eliminated its own columns, rank 0
+   eliminates the rest. Collective
+*/
+static PetscErrorCode FindAmongShared(Mat C, PetscReal distance, const AinsworthElimination &own,
+                                      const std::vector<PetscInt> &columns, std::vector<char> &dependent)
 {
   MPI_Comm                  comm = PetscObjectComm((PetscObject)C);
   AinsworthElimination      shared;
@@ -238,7 +263,8 @@ static PetscErrorCode FindAmongShared(Mat C, PetscReal distance, const Ainsworth
   shared.free.assign(all.size(), 1);
   order.resize(shared.rows.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](PetscInt i, PetscInt j) { return shared.rows[i].column.size() < shared.rows[j].column.size(); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](PetscInt i, PetscInt j) { return shared.rows[i].column.size() < shared.rows[j].column.size(); });
   shared.run(order, distance, false);
   found.assign(total, 0);
   for (size_t i = 0; i < shared.rows.size(); i++) found[i] = !shared.taken((PetscInt)i);
@@ -257,16 +283,19 @@ static PetscErrorCode FindAmongShared(Mat C, PetscReal distance, const Ainsworth
 +  proj     - projector with C and S placed
 .  N        - placed; NULL where it is zero
 .  weight   - diagonal of W, NULL for the identity
--  distance - a row is dependent if its distance from the span of others, in the norm of W, is at most about this fraction of its length
+-  distance - a row is dependent if its distance from the span of others, in the norm of W, is at most about this
+              fraction of its length
 
    Output Parameters:
 +  n         - number of dependent rows
 -  dependent - their global row numbers in S, ascending, the same on all ranks; free with PetscFree()
 
-   Eliminates rows of C rather than of S, because distances appear squared in S and drown in rounding. Keeps rows far from the span of those already kept first,
-   then the others by decreasing distance, so that every dropped row is a combination of kept rows.
+   Eliminates rows of C rather than of S, because distances appear squared in S and drown in rounding. Keeps rows far
+   from the span of those already kept first, then the others by decreasing distance, so that every dropped row is a
+   combination of kept rows.
 */
-static PetscErrorCode FindDependentRows(const AinsworthProjector *proj, Mat N, Vec weight, PetscReal distance, PetscInt *n, PetscInt **dependent)
+static PetscErrorCode FindDependentRows(const AinsworthProjector *proj, Mat N, Vec weight, PetscReal distance,
+                                        PetscInt *n, PetscInt **dependent)
 {
   const AinsworthGram  *gram = &proj->gram;
   const Mat             C    = proj->C;
@@ -300,7 +329,10 @@ static PetscErrorCode FindDependentRows(const AinsworthProjector *proj, Mat N, V
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthProjectorFindNear - finds the rows that make solves with the Gram matrix inaccurate; arguments as for FindDependentRows(). Collective */
+/*
+   AinsworthProjectorFindNear - finds the rows that make solves with the Gram matrix inaccurate; arguments as for
+   FindDependentRows(). Collective
+*/
 PetscErrorCode AinsworthProjectorFindNear(const AinsworthProjector *proj, Vec weight, PetscInt *n, PetscInt **rows)
 {
   Mat N;
@@ -315,8 +347,8 @@ PetscErrorCode AinsworthProjectorFindNear(const AinsworthProjector *proj, Vec we
 /*
    Places the springs D = N G of the program's system; NULL without D. Collective
 
-   A combination of rows of C is zero below distances[0], as programs compute rows; a D_ii is given, so that it is nothing only below the rounding of that
-   combination: it is made larger by the quotient
+   A combination of rows of C is zero below distances[0], as programs compute rows; a D_ii is given, so that it is
+   nothing only below the rounding of that combination: it is made larger by the quotient
 */
 static PetscErrorCode PlaceSprings(const AinsworthProjector *proj, Mat *springs)
 {
@@ -341,7 +373,8 @@ static PetscErrorCode PlaceSprings(const AinsworthProjector *proj, Mat *springs)
 }
 
 /*
-   AinsworthProjectorDiagnose - checks the accuracy of solves with the Gram matrix, and if it is poor finds dependent rows of C
+   AinsworthProjectorDiagnose - checks the accuracy of solves with the Gram matrix, and if it is poor finds dependent
+   rows of C
 
    Collective
 
@@ -357,8 +390,9 @@ static PetscErrorCode PlaceSprings(const AinsworthProjector *proj, Mat *springs)
 .  hidden    - some of these rows are independent for W = I: call again with the identity
 -  doubtful  - solves are inaccurate and have to be refined
 */
-PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, PetscInt *pass, PetscInt *n, PetscInt **dependent, PCFailedReason *reason,
-                                          PetscBool *hidden, bool *doubtful)
+PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, PetscInt *pass, PetscInt *n,
+                                          PetscInt **dependent, PCFailedReason *reason, PetscBool *hidden,
+                                          bool *doubtful)
 {
   AinsworthGram *gram  = &proj->gram;
   PetscReal      error = PETSC_INFINITY, regular;
@@ -374,9 +408,12 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
   PetscCall(MatGetSize(gram->S, &m, NULL));
   regular = suspicious / PetscSqrtReal((PetscReal)PetscMax(m, 1));
   for (; *pass < passes && !*n && !(error <= (*pass ? unusable : regular)); ++*pass) {
-    PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n", (double)error));
+    PetscCall(PetscInfo(
+      gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n",
+      (double)error));
     PetscCall(MatDestroy(&N));
-    PetscCall(*pass ? AinsworthProjectorPlaceMat(proj, proj->compliance.N, &N) : PlaceSprings(proj, &N)); /* what depends, and what S cannot tell */
+    /* what depends, and what S cannot tell */
+    PetscCall(*pass ? AinsworthProjectorPlaceMat(proj, proj->compliance.N, &N) : PlaceSprings(proj, &N));
     PetscCall(FindDependentRows(proj, N, weight, distances[*pass], n, dependent));
     if (!*n || !weight) continue;
     PetscCall(FindDependentRows(proj, N, NULL, distances[*pass], &others, &unweighted));
@@ -394,6 +431,8 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
   }
   if (!*reason && !(error <= unusable)) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT;
   *doubtful = !(error <= inexact);
-  if (*doubtful && !*reason && !*n) PetscCall(PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: they are refined\n", (double)error));
+  if (*doubtful && !*reason && !*n)
+    PetscCall(
+      PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: they are refined\n", (double)error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,7 +4,8 @@
 
 #include "projector.h"
 
-PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *, Vec, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *, PetscBool *, bool *);
+PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *, Vec, PetscInt *, PetscInt *, PetscInt **,
+                                          PCFailedReason *, PetscBool *, bool *);
 PetscErrorCode AinsworthProjectorFindNear(const AinsworthProjector *, Vec, PetscInt *, PetscInt **);
 
 #endif

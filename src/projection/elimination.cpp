@@ -3,9 +3,15 @@
 #include <functional>
 #include <queue>
 
-/* A pivot is at least this fraction of the largest entry of its row, which leaves room to choose one in a column with few entries */
+/*
+   A pivot is at least this fraction of the largest entry of its row, which leaves room to choose one in a column with
+   few entries
+*/
 static const PetscReal threshold = 0.1;
-/* Rows at a smaller distance are deferred until all others are taken; then this bound is lowered by `step`, again and again */
+/*
+   Rows at a smaller distance are deferred until all others are taken; then this bound is lowered by `step`, again and
+   again
+*/
 static const PetscReal sound = 3e-1;
 static const PetscReal step  = 1e-1;
 /* Entries below this fraction of the largest of the row are rounded zeros */
@@ -22,7 +28,8 @@ PetscReal AinsworthRow::largest() const
 /* Takes rows that alone have an entry in some free column, until there are none; this changes no other row */
 void AinsworthElimination::peel()
 {
-  std::vector<PetscInt>  sum(x.size(), 0), alone; /* sum: XOR of the numbers of the rows with an entry in the column; of one row, its number */
+  /* sum: XOR of the numbers of the rows with an entry in the column; of one row, its number */
+  std::vector<PetscInt>  sum(x.size(), 0), alone;
   std::vector<PetscReal> largest;
 
   for (size_t i = 0; i < rows.size(); i++) {
@@ -99,7 +106,10 @@ void AinsworthElimination::reduce(AinsworthRow &row)
   }
 }
 
-/* Returns the position in the row of its pivot: in the allowed column with the fewest entries, the largest entry of such columns; -1 if no column is allowed */
+/*
+   Returns the position in the row of its pivot: in the allowed column with the fewest entries, the largest entry of
+   such columns; -1 if no column is allowed
+*/
 PetscInt AinsworthElimination::choose(const AinsworthRow &row, PetscReal largest) const
 {
   PetscInt best = -1;
@@ -144,10 +154,11 @@ bool AinsworthElimination::pass(const std::vector<PetscInt> &order, PetscReal le
 }
 
 /*
-   AinsworthElimination::run - takes rows until the others have vanished, that is, are within `vanished` of the span of those taken
+   AinsworthElimination::run - takes rows until the others have vanished, that is, are within `vanished` of the span of
+   those taken
 
-   order: of the rows, for little fill. partly: rows elsewhere share the columns that are not free. Then only rows far from the span of those taken are taken,
-   and the rest is left to be eliminated together with the rows elsewhere.
+   order: of the rows, for little fill. partly: rows elsewhere share the columns that are not free. Then only rows far
+   from the span of those taken are taken, and the rest is left to be eliminated together with the rows elsewhere.
 */
 void AinsworthElimination::run(const std::vector<PetscInt> &order, PetscReal vanished, bool partly)
 {
@@ -163,5 +174,6 @@ void AinsworthElimination::run(const std::vector<PetscInt> &order, PetscReal van
   if (partly)
     while (pass(order, sound, vanished)) { }
   else
-    for (pass(order, level, vanished); level > vanished; pass(order, level, vanished)) level = PetscMax(step * level, vanished);
+    for (pass(order, level, vanished); level > vanished; pass(order, level, vanished))
+      level = PetscMax(step * level, vanished);
 }

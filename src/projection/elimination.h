@@ -12,7 +12,10 @@ struct AinsworthRow {
   PetscReal largest() const;
 };
 
-/* Each row is taken as a pivot row, or it vanishes when the pivots of the taken rows are eliminated. Nearly dependent rows are considered last */
+/*
+   Each row is taken as a pivot row, or it vanishes when the pivots of the taken rows are eliminated. Nearly dependent
+   rows are considered last
+*/
 class AinsworthElimination {
 public:
   void run(const std::vector<PetscInt> &order, PetscReal vanished, bool partly);

@@ -5,7 +5,8 @@
 #include <unistd.h>
 
 /*
-   The package for factorizations of at least `many` operations; below, PETSc's own factorization and its solves are faster (docs/cost.md)
+   The package for factorizations of at least `many` operations; below, PETSc's own factorization and its solves are
+   faster (docs/cost.md)
 
    In complex arithmetic, solves with CHOLMOD's factor of a Hermitian matrix are wrong (PETSc 3.18.5).
 */
@@ -23,7 +24,9 @@ static const PetscReal   many       = PETSC_INFINITY;
 /* Operations per entry of the factor above which nested dissection pays off; the same value as in CHOLMOD */
 static const PetscReal dissect = 500.0;
 
-/* The package for a Gram matrix that is not Hermitian, which needs pivoting; PETSc's own factorization does not pivot */
+/*
+   The package for a Gram matrix that is not Hermitian, which needs pivoting; PETSc's own factorization does not pivot
+*/
 #if defined(PETSC_HAVE_MUMPS)
 static const char *const pivoting = MATSOLVERMUMPS;
 #elif defined(PETSC_HAVE_SUITESPARSE)
@@ -47,7 +50,8 @@ PetscErrorCode AinsworthFactorIsPackage(PC pc, const char name[], PetscBool *is)
 }
 
 /*
-   AinsworthFactorPredictBest - finds the ordering with the fewest operations, of those worth their own time, and its cost
+   AinsworthFactorPredictBest - finds the ordering with the fewest operations, of those worth their own time, and its
+   cost
 
    M has one row for each node of bs unknowns. order: of these rows, to be destroyed by the caller.
 */
@@ -59,7 +63,8 @@ PetscErrorCode AinsworthFactorPredictBest(Mat M, PetscInt bs, AinsworthCost *cos
   PetscFunctionBegin;
   *ordering = AinsworthOrdering;
   PetscCall(AinsworthFactorPredict(M, *ordering, bs, cost, order));
-  if (*ordering == AinsworthDissection || cost->operations < dissect * cost->entries) PetscFunctionReturn(PETSC_SUCCESS);
+  if (*ordering == AinsworthDissection || cost->operations < dissect * cost->entries)
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthFactorPredict(M, AinsworthDissection, bs, &dissected, &other));
   if (dissected.operations < cost->operations) {
     *ordering = AinsworthDissection;
@@ -71,9 +76,11 @@ PetscErrorCode AinsworthFactorPredictBest(Mat M, PetscInt bs, AinsworthCost *cos
 }
 
 /*
-   AinsworthFactorChoose - chooses the factorization of M unless the options do: PETSc's own or, for many operations, that of a package
+   AinsworthFactorChoose - chooses the factorization of M unless the options do: PETSc's own or, for many operations,
+   that of a package
 
-   To be called before ksp reads its options and gets its operators. In complex arithmetic PETSc's own Cholesky factorization computes L L^T, so LU is used.
+   To be called before ksp reads its options and gets its operators. In complex arithmetic PETSc's own Cholesky
+   factorization computes L L^T, so LU is used.
 */
 PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, PetscBool hermitian, KSP ksp)
 {
@@ -113,7 +120,10 @@ PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, PetscBool h
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFactorCheckMemory - raises an error on all ranks of comm if the factors of a machine are predicted to exceed its memory. Collective on comm */
+/*
+   AinsworthFactorCheckMemory - raises an error on all ranks of comm if the factors of a machine are predicted to exceed
+   its memory. Collective on comm
+*/
 PetscErrorCode AinsworthFactorCheckMemory(const AinsworthFactor *factor, MPI_Comm comm)
 {
   const PetscReal memory = (PetscReal)sysconf(_SC_PHYS_PAGES) * (PetscReal)sysconf(_SC_PAGESIZE);
@@ -130,14 +140,20 @@ PetscErrorCode AinsworthFactorCheckMemory(const AinsworthFactor *factor, MPI_Com
   worst = memory > 0.0 && bytes > memory ? bytes : 0.0;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &worst, 1, MPIU_REAL, MPIU_MAX, comm));
   PetscCheck(worst == 0.0, comm, PETSC_ERR_MEM,
-             "The factor of the Gram matrix C W C' is predicted to take %.3g GiB, of %.3g that the machine has: rows of C share too many unknowns; use an "
-             "iterative solver, -ainsworth_gram_ksp_type cg -ainsworth_gram_pc_type icc, or write the constraints so that few rows share an unknown",
+             "The factor of the Gram matrix C W C' is predicted to take %.3g GiB, of %.3g that the machine has: rows "
+             "of C share too many unknowns; use an "
+             "iterative solver, -ainsworth_gram_ksp_type cg -ainsworth_gram_pc_type icc, or write the constraints so "
+             "that few rows share an unknown",
              (double)(worst / 1073741824.0), (double)(least / 1073741824.0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An error handler that keeps the message of the initial error, unless there is no memory for it: an exception must not cross PETSc's frames */
-static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
+/*
+   An error handler that keeps the message of the initial error, unless there is no memory for it: an exception must not
+   cross PETSc's frames
+*/
+static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, PetscErrorCode code, PetscErrorType type,
+                                  const char *message, void *ctx)
 {
   try {
     if (type == PETSC_ERROR_INITIAL && message) *(std::string *)ctx = message;
@@ -146,7 +162,10 @@ static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, Pet
   return code;
 }
 
-/* Deactivates the current log stage if it is active, or with `on` reactivates it: an error leaves events open, which the log does not tolerate */
+/*
+   Deactivates the current log stage if it is active, or with `on` reactivates it: an error leaves events open, which
+   the log does not tolerate
+*/
 static PetscErrorCode SwitchLog(bool on, PetscBool *off)
 {
   PetscFunctionBegin;
@@ -164,7 +183,8 @@ static PetscErrorCode SwitchLog(bool on, PetscBool *off)
 }
 
 /* AinsworthFactorTry - calls setUp() and catches the error that it raises, if any */
-PetscErrorCode AinsworthFactorTry(const std::function<PetscErrorCode()> &setUp, PetscErrorCode *code, std::string *message)
+PetscErrorCode AinsworthFactorTry(const std::function<PetscErrorCode()> &setUp, PetscErrorCode *code,
+                                  std::string *message)
 {
   PetscFunctionBegin;
 #if defined(PETSC_USE_DEBUG)
@@ -179,8 +199,11 @@ PetscErrorCode AinsworthFactorTry(const std::function<PetscErrorCode()> &setUp, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFactorTryUnlogged - calls setUp(), which may raise an error in the middle of an event, and catches the error */
-PetscErrorCode AinsworthFactorTryUnlogged(const std::function<PetscErrorCode()> &setUp, PetscErrorCode *code, std::string *message)
+/*
+   AinsworthFactorTryUnlogged - calls setUp(), which may raise an error in the middle of an event, and catches the error
+*/
+PetscErrorCode AinsworthFactorTryUnlogged(const std::function<PetscErrorCode()> &setUp, PetscErrorCode *code,
+                                          std::string *message)
 {
   PetscBool off = PETSC_FALSE;
 
@@ -192,19 +215,24 @@ PetscErrorCode AinsworthFactorTryUnlogged(const std::function<PetscErrorCode()> 
 }
 
 /*
-   AinsworthFactorTryCholmod - calls setUp() of a solver that factors with CHOLMOD, and catches the error that it raises if the matrix is not positive definite
+   AinsworthFactorTryCholmod - calls setUp() of a solver that factors with CHOLMOD, and catches the error that it raises
+   if the matrix is not positive definite
 
-   Then *indefinite is true, and the caller has to discard the factorization. ordered: use the ordering of the solver; otherwise CHOLMOD finds one.
+   Then *indefinite is true, and the caller has to discard the factorization. ordered: use the ordering of the solver;
+   otherwise CHOLMOD finds one.
 */
-PetscErrorCode AinsworthFactorTryCholmod(PetscObject solver, bool ordered, const std::function<PetscErrorCode()> &setUp, PetscBool *indefinite)
+PetscErrorCode AinsworthFactorTryCholmod(PetscObject solver, bool ordered, const std::function<PetscErrorCode()> &setUp,
+                                         PetscBool *indefinite)
 {
   std::string       message;
   PetscErrorCode    code;
   AinsworthDefaults defaults{solver, {}};
 
   PetscFunctionBegin;
-  PetscCall(defaults.set("mat_cholmod_print", "0"));                 /* otherwise CHOLMOD prints a line if the matrix is not positive definite */
-  if (ordered) PetscCall(defaults.set("mat_cholmod_nmethods", "1")); /* otherwise CHOLMOD tries its own orderings as well */
+  /* otherwise CHOLMOD prints a line if the matrix is not positive definite */
+  PetscCall(defaults.set("mat_cholmod_print", "0"));
+  /* otherwise CHOLMOD tries its own orderings as well */
+  if (ordered) PetscCall(defaults.set("mat_cholmod_nmethods", "1"));
   PetscCall(AinsworthFactorTryUnlogged(setUp, &code, &message));
   PetscCall(defaults.clear());
   *indefinite = (PetscBool)(code == PETSC_ERR_MAT_CH_ZRPVT);
@@ -225,14 +253,18 @@ PetscErrorCode AinsworthFactorSetUp(AinsworthFactor *factor, Mat M, KSP ksp)
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(AinsworthFactorIsPackage(pc, MATSOLVERCHOLMOD, &cholmod));
   if (cholmod) {
-    /* PETSc's interface to CHOLMOD wraps SBAIJ in place; AIJ would be copied, and the copy leaks if the factorization fails */
+    /*
+       PETSc's interface to CHOLMOD wraps SBAIJ in place; AIJ would be copied, and the copy leaks if the factorization
+       fails
+    */
     PetscCall(MatConvert(M, MATSEQSBAIJ, factor->upper ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, &factor->upper));
     PetscCall(KSPGetOptionsPrefix(ksp, &prefix));
     PetscCall(MatSetOptionsPrefix(factor->upper, prefix)); /* for -mat_cholmod_* */
     PetscCall(MatSetOption(factor->upper, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
     PetscCall(KSPSetOperators(ksp, M, factor->upper));
     if (factor->order) PetscCall(AinsworthOrderingAttach(factor->order, factor->upper));
-    PetscCall(AinsworthFactorTryCholmod((PetscObject)ksp, factor->order != NULL, [=] { return KSPSetUp(ksp); }, &indefinite));
+    PetscCall(
+      AinsworthFactorTryCholmod((PetscObject)ksp, factor->order != NULL, [=] { return KSPSetUp(ksp); }, &indefinite));
     if (indefinite) {
       factor->failed = PC_FACTOR_NUMERIC_ZEROPIVOT;
       PetscCall(KSPReset(ksp));
@@ -244,7 +276,10 @@ PetscErrorCode AinsworthFactorSetUp(AinsworthFactor *factor, Mat M, KSP ksp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFactorGetFailedReason - gets the reason of a failure, the same for all packages if a pivot is not positive. Not collective */
+/*
+   AinsworthFactorGetFailedReason - gets the reason of a failure, the same for all packages if a pivot is not positive.
+   Not collective
+*/
 PetscErrorCode AinsworthFactorGetFailedReason(const AinsworthFactor *factor, KSP ksp, PCFailedReason *reason)
 {
   PC        pc;
@@ -265,7 +300,8 @@ PetscErrorCode AinsworthFactorGetFailedReason(const AinsworthFactor *factor, KSP
     if (info == -40) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT; /* MUMPS met a negative pivot */
   }
 #endif
-  if (*reason < 0) *reason = PC_FACTOR_OTHER; /* PC_SETUP_ERROR: ranks take the maximum, which a negative reason would lose */
+  /* PC_SETUP_ERROR: ranks take the maximum, which a negative reason would lose */
+  if (*reason < 0) *reason = PC_FACTOR_OTHER;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -285,9 +321,10 @@ PetscErrorCode AinsworthFactorView(const AinsworthFactor *factor, PetscViewer vi
   if (factor->cost.operations > 0.0) {
     char other[64] = "";
 
-    if (supernodal) PetscCall(PetscSNPrintf(other, sizeof(other), ", from %g on it would be %s", (double)many, supernodal));
-    PetscCall(PetscViewerASCIIPrintf(viewer, "factored by %s, for %.2g operations predicted%s\n", factor->package, (double)factor->cost.operations,
-                                     factor->cost.operations < many ? other : ""));
+    if (supernodal)
+      PetscCall(PetscSNPrintf(other, sizeof(other), ", from %g on it would be %s", (double)many, supernodal));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "factored by %s, for %.2g operations predicted%s\n", factor->package,
+                                     (double)factor->cost.operations, factor->cost.operations < many ? other : ""));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

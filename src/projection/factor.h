@@ -1,4 +1,7 @@
-/* The factorization of the Gram matrix: choice of the package, and handling of its failures (docs/method.md, Gram matrix) */
+/*
+   The factorization of the Gram matrix: choice of the package, and handling of its failures (docs/method.md, Gram
+   matrix)
+*/
 #ifndef AINSWORTH_FACTOR_H
 #define AINSWORTH_FACTOR_H
 
@@ -7,7 +10,8 @@
 #include <string>
 
 struct AinsworthFactor {
-  AinsworthCost  cost;    /* predicted; 0 if nothing is predicted: the options choose the solver, ranks share it, or S is not Hermitian */
+  /* predicted; 0 if nothing is predicted: the options choose the solver, ranks share it, or S is not Hermitian */
+  AinsworthCost  cost;
   MatSolverType  package = NULL; /* chosen here; NULL if the options choose */
   IS             order   = NULL; /* given to CHOLMOD; NULL: CHOLMOD orders itself */
   Mat            upper   = NULL; /* upper triangle, which CHOLMOD factors */

@@ -3,7 +3,10 @@
 #include "../saddle/saddle.h"
 #include <limits>
 
-/* Components of up to this many rows are inverted as dense blocks, which costs less than the overhead of a sparse factorization */
+/*
+   Components of up to this many rows are inverted as dense blocks, which costs less than the overhead of a sparse
+   factorization
+*/
 static const PetscInt smallPiece = 32;
 
 /* Creates the communicator of the ranks that have rows of S; they solve for split components together */
@@ -41,7 +44,8 @@ static PetscErrorCode Place(AinsworthGram *gram)
   Mat moved = gram->S, placed = NULL, own;
 
   PetscFunctionBegin;
-  if (gram->placement.rows) PetscCall(MatCreateSubMatrix(gram->S, gram->placement.rows, gram->placement.rows, MAT_INITIAL_MATRIX, &moved));
+  if (gram->placement.rows)
+    PetscCall(MatCreateSubMatrix(gram->S, gram->placement.rows, gram->placement.rows, MAT_INITIAL_MATRIX, &moved));
   else PetscCall(MatDuplicate(gram->S, MAT_COPY_VALUES, &moved));
   PetscCall(VecDestroy(&gram->scale));
   PetscCall(MatCreateVecs(moved, NULL, &gram->scale));
@@ -53,7 +57,10 @@ static PetscErrorCode Place(AinsworthGram *gram)
   if (gram->placement.split) PetscCall(MoveToGroup(gram, moved, &placed));
   else {
     PetscCall(MatGetDiagonalBlock(moved, &own));
-    /* two transpositions sort the columns, which a permuted submatrix need not have in ascending order; later searches rely on it */
+    /*
+       two transpositions sort the columns, which a permuted submatrix need not have in ascending order; later searches
+       rely on it
+    */
     PetscCall(MatTranspose(own, MAT_INITIAL_MATRIX, &placed));
     PetscCall(MatTranspose(placed, MAT_INPLACE_MATRIX, &placed));
   }
@@ -65,7 +72,10 @@ static PetscErrorCode Place(AinsworthGram *gram)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Chooses the preconditioner that the components of this rank need: none for a diagonal, dense inverses of small blocks, or a factorization */
+/*
+   Chooses the preconditioner that the components of this rank need: none for a diagonal, dense inverses of small
+   blocks, or a factorization
+*/
 static PetscErrorCode ChoosePC(AinsworthGram *gram)
 {
   const std::vector<PetscInt> &sizes   = gram->placement.sizes;
@@ -76,7 +86,8 @@ static PetscErrorCode ChoosePC(AinsworthGram *gram)
   PetscCall(KSPGetPC(gram->ksp, &pc));
   for (PetscInt size : sizes) largest = PetscMax(largest, size);
   if (gram->placement.split) largest = std::numeric_limits<PetscInt>::max();
-  if (largest <= 1) PetscCall(PCSetType(pc, gram->hermitian ? PCNONE : PCJACOBI)); /* the scaled matrix is the identity, up to signs */
+  /* the scaled matrix is the identity, up to signs */
+  if (largest <= 1) PetscCall(PCSetType(pc, gram->hermitian ? PCNONE : PCJACOBI));
   else if (largest <= gram->placement.small) {
     PetscCall(MatSetVariableBlockSizes(gram->placed, (PetscInt)sizes.size(), (PetscInt *)sizes.data()));
     PetscCall(PCSetType(pc, PCVPBJACOBI));
@@ -84,7 +95,10 @@ static PetscErrorCode ChoosePC(AinsworthGram *gram)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Factors the placed S on ranks with rows. An error on some of them, for instance out of memory, is raised on all. Collective on the communicator of S */
+/*
+   Factors the placed S on ranks with rows. An error on some of them, for instance out of memory, is raised on all.
+   Collective on the communicator of S
+*/
 static PetscErrorCode Factor(AinsworthGram *gram)
 {
   MPI_Comm    comm = PetscObjectComm((PetscObject)gram->S);
@@ -99,7 +113,8 @@ static PetscErrorCode Factor(AinsworthGram *gram)
   if (gram->placement.sizes.size()) {
     PetscErrorCode code;
 
-    PetscCall(AinsworthFactorTry([=] { return AinsworthFactorSetUp(&gram->factor, gram->placed, gram->ksp); }, &code, &message));
+    PetscCall(AinsworthFactorTry([=] { return AinsworthFactorSetUp(&gram->factor, gram->placed, gram->ksp); }, &code,
+                                 &message));
     worst.code = (PetscMPIInt)code;
     PetscCall(PetscStrncpy(text, message.c_str(), sizeof(text)));
   }
@@ -122,12 +137,14 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent)
   PetscCall(KSPSetOptionsPrefix(gram->ksp, prefix));
   PetscCall(KSPAppendOptionsPrefix(gram->ksp, "ainsworth_gram_"));
   PetscCall(KSPSetType(gram->ksp, KSPPREONLY));
-  PetscCall(KSPSetTolerances(gram->ksp, 1e-14, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT)); /* for iterative methods: Q is only as accurate as this */
+  /* for iterative methods: Q is only as accurate as this */
+  PetscCall(KSPSetTolerances(gram->ksp, 1e-14, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   PetscCall(ChoosePC(gram));
   PetscCall(KSPSetFromOptions(gram->ksp));
   PetscCall(AinsworthFactorCheckMemory(&gram->factor, PetscObjectComm((PetscObject)gram->S)));
   if (!gram->placement.sizes.size()) PetscFunctionReturn(PETSC_SUCCESS);
-  if (gram->hermitian) PetscCall(MatSetOption(gram->placed, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
+  if (gram->hermitian)
+    PetscCall(MatSetOption(gram->placed, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
   PetscCall(MatCreateVecs(gram->placed, NULL, &gram->b));
   PetscCall(VecGetLocalSize(gram->b, &n));
   PetscCall(VecGetSize(gram->b, &m));
@@ -136,10 +153,14 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthGramSetUp - forms S = C (C W)' + N, places its rows and factors its components; CW is C with its columns scaled by W */
+/*
+   AinsworthGramSetUp - forms S = C (C W)' + N, places its rows and factors its components; CW is C with its columns
+   scaled by W
+*/
 PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, const AinsworthGramInputs *in)
 {
-  const bool again = in->samePattern && !in->N && !in->other && in->hermitian; /* otherwise S is not a mere product that MatProduct can update */
+  /* otherwise S is not a mere product that MatProduct can update */
+  const bool again = in->samePattern && !in->N && !in->other && in->hermitian;
   Mat        CWt;
 
   PetscFunctionBegin;
@@ -153,7 +174,8 @@ PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, const Ains
   PetscCall(AinsworthAddAIJ(1.0, {in->N, in->other}, &gram->S));
   if (!in->hermitian) PetscCall(AinsworthMakePatternSymmetric(&gram->S));
   gram->hermitian = in->hermitian;
-  if (in->hermitian) PetscCall(MatSetOption(gram->S, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
+  if (in->hermitian)
+    PetscCall(MatSetOption(gram->S, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
   if (!in->samePattern) {
     if (in->placement) {
       gram->placement = *in->placement;
@@ -204,7 +226,10 @@ static PetscErrorCode SolveOrInf(AinsworthGram *gram, Vec b, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes x = S^{-1} b = D (D S D)^{-1} D b, D = diag(S)^{-1/2}, for different placed vectors. Only ranks that share a component communicate */
+/*
+   Computes x = S^{-1} b = D (D S D)^{-1} D b, D = diag(S)^{-1/2}, for different placed vectors. Only ranks that share a
+   component communicate
+*/
 PetscErrorCode AinsworthGramSolve(AinsworthGram *gram, Vec b, Vec x)
 {
   PetscInt n;
@@ -255,9 +280,12 @@ PetscErrorCode AinsworthGramDescribe(const AinsworthGram *gram, char text[], siz
   const AinsworthPlacement &p = gram->placement;
 
   PetscFunctionBegin;
-  PetscCall(PetscSNPrintf(
-    text, len, "Gram matrix S = C W C': %" PetscInt_FMT " connected component%s, the largest of %" PetscInt_FMT " row%s, on %" PetscInt_FMT " rank%s%s",
-    p.components, p.components > 1 ? "s" : "", p.largest, p.largest > 1 ? "s" : "", p.ranks, p.ranks > 1 ? "s" : "", p.split ? ", cut by METIS" : ""));
+  PetscCall(PetscSNPrintf(text, len,
+                          "Gram matrix S = C W C': %" PetscInt_FMT
+                          " connected component%s, the largest of %" PetscInt_FMT " row%s, on %" PetscInt_FMT
+                          " rank%s%s",
+                          p.components, p.components > 1 ? "s" : "", p.largest, p.largest > 1 ? "s" : "", p.ranks,
+                          p.ranks > 1 ? "s" : "", p.split ? ", cut by METIS" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -273,7 +301,8 @@ PetscErrorCode AinsworthGramView(const AinsworthGram *gram, PetscViewer viewer)
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(MPIU_Allreduce(&gram->factor.cost.operations, &most, 1, MPIU_REAL, MPIU_MAX, comm));
-  first = p.sizes.size() && gram->factor.cost.operations == most ? rank : PETSC_MPI_INT_MAX; /* the first of the ranks with the most operations */
+  /* the first of the ranks with the most operations */
+  first = p.sizes.size() && gram->factor.cost.operations == most ? rank : PETSC_MPI_INT_MAX;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm));
   PetscCall(AinsworthGramDescribe(gram, text, sizeof(text)));
   PetscCall(PetscViewerASCIIPrintf(viewer, "%s\n", text));
@@ -308,7 +337,8 @@ PetscErrorCode AinsworthGramGetEconomy(const AinsworthGram *gram, const char **t
   }
   flags[0] = none;
   flags[1] = (PetscBool)(none || blocks);
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, flags, 2, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)gram->S)));
+  PetscCall(
+    MPIU_Allreduce(MPI_IN_PLACE, flags, 2, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)gram->S)));
   *text = "";
   if (gram->placement.largest == 1 && flags[0]) *text = "; S is diagonal: no factorization";
   else if (flags[1]) *text = "; S is in small components: dense inverses, no factorization";

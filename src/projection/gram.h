@@ -1,4 +1,7 @@
-/* The Gram matrix S = C W C' + N and its solver, component by component where its rows are placed (docs/method.md, Gram matrix) */
+/*
+   The Gram matrix S = C W C' + N and its solver, component by component where its rows are placed (docs/method.md, Gram
+   matrix)
+*/
 #ifndef AINSWORTH_GRAM_H
 #define AINSWORTH_GRAM_H
 
@@ -8,23 +11,25 @@
 struct AinsworthGram {
   Mat                S         = NULL;        /* m x m AIJ, rows distributed as those of C */
   PetscBool          hermitian = PETSC_FALSE; /* S is Hermitian, and positive definite unless rows of C are dependent */
-  AinsworthPlacement placement; /* which rank solves for which row of S */
-  Vec                scale  = NULL;          /* placed: diag(S)^{-1/2} */
-  Mat                placed = NULL;          /* the placed S, scaled to a unit diagonal: rows of this rank, or of the group if a component is split */
-  MPI_Comm           group  = MPI_COMM_NULL; /* ranks that share a split component; MPI_COMM_NULL if none is split */
-  KSP                ksp    = NULL;          /* on PETSC_COMM_SELF or on group */
-  AinsworthFactor    factor = {};            /* the factorization of its PC, if it is one */
-  Vec                b = NULL, x = NULL;     /* work vectors of `placed`; x has no array of its own */
+  AinsworthPlacement placement;               /* which rank solves for which row of S */
+  Vec                scale = NULL;            /* placed: diag(S)^{-1/2} */
+  /* the placed S, scaled to a unit diagonal: rows of this rank, or of the group if a component is split */
+  Mat             placed = NULL;
+  MPI_Comm        group  = MPI_COMM_NULL; /* ranks that share a split component; MPI_COMM_NULL if none is split */
+  KSP             ksp    = NULL;          /* on PETSC_COMM_SELF or on group */
+  AinsworthFactor factor = {};            /* the factorization of its PC, if it is one */
+  Vec             b = NULL, x = NULL;     /* work vectors of `placed`; x has no array of its own */
 };
 
 /* What S is made of, besides C and C W */
 struct AinsworthGramInputs {
-  Mat         N           = NULL;        /* may be NULL */
-  PetscBool   hermitian   = PETSC_FALSE; /* S is Hermitian */
-  PetscBool   samePattern = PETSC_FALSE; /* patterns and layouts are unchanged: the symbolic product, the placement and the symbolic factorization are kept */
-  PetscInt    rowsPerRank = 0;           /* rows of large components for each rank that solves for them */
-  PetscObject parent      = NULL;        /* gives the solver its options prefix */
-  Mat         other       = NULL;        /* if B is not C: zero matrix whose pattern is added to that of S; else NULL */
+  Mat       N         = NULL;        /* may be NULL */
+  PetscBool hermitian = PETSC_FALSE; /* S is Hermitian */
+  /* patterns and layouts are unchanged: the symbolic product, the placement and the symbolic factorization are kept */
+  PetscBool   samePattern = PETSC_FALSE;
+  PetscInt    rowsPerRank = 0;    /* rows of large components for each rank that solves for them */
+  PetscObject parent      = NULL; /* gives the solver its options prefix */
+  Mat         other       = NULL; /* if B is not C: zero matrix whose pattern is added to that of S; else NULL */
   const AinsworthPlacement *placement = NULL; /* for the S of B: the placement made for C; else NULL */
 };
 

@@ -32,7 +32,10 @@ void AinsworthGraphComponents(const AinsworthCSR &rows, std::vector<PetscInt> *s
   }
 }
 
-/* Gathers the whole matrix on the ranks that pass `here`, an empty matrix on the others; free with MatDestroySubMatrices(). Collective */
+/*
+   Gathers the whole matrix on the ranks that pass `here`, an empty matrix on the others; free with
+   MatDestroySubMatrices(). Collective
+*/
 PetscErrorCode AinsworthGraphGather(Mat M, bool here, Mat **whole)
 {
   PetscInt m, n;
@@ -49,7 +52,8 @@ PetscErrorCode AinsworthGraphGather(Mat M, bool here, Mat **whole)
 }
 
 /*
-   AinsworthGraphOfNodes - gathers on rank 0 the pattern of the sum of matrices, with one row and column for each node of bs unknowns
+   AinsworthGraphOfNodes - gathers on rank 0 the pattern of the sum of matrices, with one row and column for each node
+   of bs unknowns
 
    The matrices have the same layout; the result is empty on other ranks. Collective
 */
@@ -118,14 +122,15 @@ static PetscErrorCode CutWhole(Mat S, PetscInt parts, bool equalWork, std::vecto
   part.resize(rows.n);
   where.resize(rows.n);
   *status = METIS_OK;
-  if (parts <= 1 || parts >= rows.n) std::iota(where.begin(), where.end(), 0); /* METIS supports neither a single part nor parts of a single row */
+  /* METIS supports neither a single part nor parts of a single row */
+  if (parts <= 1 || parts >= rows.n) std::iota(where.begin(), where.end(), 0);
   else if (!Neighbors(rows, start, neighbors)) *status = METIS_ERROR_INPUT;
   else {
     for (PetscInt i = 0; i < rows.n; i++) work.push_back((idx_t)(rows.ia[i + 1] - rows.ia[i]));
     METIS_SetDefaultOptions(options);
     options[METIS_OPTION_SEED] = 0;
-    *status = METIS_PartGraphKway(&n, &one, start.data(), neighbors.data(), equalWork ? work.data() : NULL, NULL, NULL, &count, NULL, NULL, options, &cut,
-                                  where.data());
+    *status = METIS_PartGraphKway(&n, &one, start.data(), neighbors.data(), equalWork ? work.data() : NULL, NULL, NULL,
+                                  &count, NULL, NULL, options, &cut, where.data());
   }
   for (PetscInt i = 0; i < rows.n; i++) part[i] = parts <= 1 ? 0 : (PetscInt)where[i];
   PetscCall(rows.close());
@@ -133,9 +138,11 @@ static PetscErrorCode CutWhole(Mat S, PetscInt parts, bool equalWork, std::vecto
 }
 
 /*
-   AinsworthGraphCut - cuts the graph of S on rank 0 and returns the part of each row, laid out as the rows of S. Collective
+   AinsworthGraphCut - cuts the graph of S on rank 0 and returns the part of each row, laid out as the rows of S.
+   Collective
 
-   Parts have equally many rows or, with equalWork, nonzeros, and do not depend on the number of ranks. With more parts than rows, each row is a part.
+   Parts have equally many rows or, with equalWork, nonzeros, and do not depend on the number of ranks. With more parts
+   than rows, each row is a part.
 */
 PetscErrorCode AinsworthGraphCut(Mat S, PetscInt parts, bool equalWork, IS *part)
 {
@@ -153,7 +160,8 @@ PetscErrorCode AinsworthGraphCut(Mat S, PetscInt parts, bool equalWork, IS *part
   if (!rank) PetscCall(CutWhole(whole[0], parts, equalWork, all, &status));
   PetscCall(MatDestroySubMatrices(1, &whole));
   PetscCallMPI(MPI_Bcast(&status, 1, MPI_INT, 0, comm));
-  PetscCheck(status == METIS_OK, comm, PETSC_ERR_LIB, "METIS with %d-bit indices cannot cut the graph of the Gram matrix: METIS_PartGraphKway() returned %d",
+  PetscCheck(status == METIS_OK, comm, PETSC_ERR_LIB,
+             "METIS with %d-bit indices cannot cut the graph of the Gram matrix: METIS_PartGraphKway() returned %d",
              (int)(8 * sizeof(idx_t)), status);
   numbers.resize(all.size());
   std::iota(numbers.begin(), numbers.end(), 0);
@@ -169,7 +177,10 @@ PetscErrorCode AinsworthGraphCut(Mat S, PetscInt parts, bool equalWork, IS *part
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthGraphDissect - a MatOrdering: nested dissection of a sequential matrix with a symmetric pattern by METIS, or by PETSc if METIS fails */
+/*
+   AinsworthGraphDissect - a MatOrdering: nested dissection of a sequential matrix with a symmetric pattern by METIS, or
+   by PETSc if METIS fails
+*/
 PetscErrorCode AinsworthGraphDissect(Mat M, MatOrderingType, IS *row, IS *column)
 {
   AinsworthCSR       rows;
@@ -191,10 +202,11 @@ PetscErrorCode AinsworthGraphDissect(Mat M, MatOrderingType, IS *row, IS *column
   else if (neighbors.size() > 1) {
     METIS_SetDefaultOptions(options);
     options[METIS_OPTION_SEED] = 0;
-    status                     = METIS_NodeND(&n, start.data(), neighbors.data(), NULL, options, old.data(), number.data());
+    status = METIS_NodeND(&n, start.data(), neighbors.data(), NULL, options, old.data(), number.data());
   }
   if (status != METIS_OK) { /* not an error, because other ranks may have succeeded */
-    PetscCall(PetscInfo(M, "METIS with %d-bit indices cannot order the graph: METIS_NodeND() returned %d\n", (int)(8 * sizeof(idx_t)), status));
+    PetscCall(PetscInfo(M, "METIS with %d-bit indices cannot order the graph: METIS_NodeND() returned %d\n",
+                        (int)(8 * sizeof(idx_t)), status));
     PetscCall(rows.close());
     PetscCall(MatDestroy(&full));
     PetscCall(MatGetOrdering(M, MATORDERINGND, row, column));

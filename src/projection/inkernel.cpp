@@ -1,6 +1,7 @@
 /*
-   Conjugate gradients in Ker C (Gould, Hribar, Nocedal 2001): Q' A x = b with x and the directions in Ker C, b in the range of Q', and the preconditioner
-   Q M^{-1}. An iteration costs one product with A, one application of M^{-1} and two solves with the Gram matrix
+   Conjugate gradients in Ker C (Gould, Hribar, Nocedal 2001): Q' A x = b with x and the directions in Ker C, b in the
+   range of Q', and the preconditioner Q M^{-1}. An iteration costs one product with A, one application of M^{-1} and
+   two solves with the Gram matrix
 */
 #include "inkernel.h"
 #include "matainsworth.h"
@@ -28,7 +29,8 @@ PetscErrorCode AinsworthInKernelCreateOperator(Mat reduced, Mat *operation)
 
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(reduced, &m, &n));
-  PetscCall(MatCreateShell(PetscObjectComm((PetscObject)reduced), m, n, PETSC_DETERMINE, PETSC_DETERMINE, reduced, operation));
+  PetscCall(
+    MatCreateShell(PetscObjectComm((PetscObject)reduced), m, n, PETSC_DETERMINE, PETSC_DETERMINE, reduced, operation));
   PetscCall(MatShellSetOperation(*operation, MATOP_MULT, (void (*)(void))MatMult_InKernel));
   PetscCall(PetscObjectCompose((PetscObject)*operation, reducedName, (PetscObject)reduced));
   PetscCall(MatGetNullSpace(reduced, &nullspace));

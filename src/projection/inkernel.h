@@ -1,4 +1,7 @@
-/* What a method of the reduced solve iterates with: an operator and a preconditioner in Ker C, or a preconditioner that has the springs of D */
+/*
+   What a method of the reduced solve iterates with: an operator and a preconditioner in Ker C, or a preconditioner that
+   has the springs of D
+*/
 #ifndef AINSWORTH_INKERNEL_H
 #define AINSWORTH_INKERNEL_H
 
@@ -6,7 +9,8 @@
 
 /* The operator Q' A in Ker C, and the preconditioner Q M^{-1}. Collective */
 PETSC_INTERN PetscErrorCode AinsworthInKernelCreateOperator(Mat reduced, Mat *operation);
-PETSC_INTERN PetscErrorCode AinsworthInKernelCreatePC(Mat reduced, Mat operation, PC inner, const AinsworthLeftOut &left, PC *pc);
+PETSC_INTERN PetscErrorCode AinsworthInKernelCreatePC(Mat reduced, Mat operation, PC inner,
+                                                      const AinsworthLeftOut &left, PC *pc);
 
 /* M^{-1} with the springs of D, and M^{-1} itself; symmetric: M is, so that it is its own transpose. Collective */
 PETSC_INTERN PetscErrorCode AinsworthSpringsCreatePC(Mat reduced, PC inner, PetscBool symmetric, PC *pc);
@@ -14,7 +18,10 @@ PETSC_INTERN PetscErrorCode AinsworthPlainCreatePC(PC inner, PetscBool symmetric
 
 /* Tells whether an operator is one in Ker C. Not collective */
 PETSC_INTERN PetscErrorCode AinsworthInKernelIs(Mat operation, PetscBool *inKernel);
-/* Gets M^{-1} from a preconditioner made above, any other itself; tells whether one made above is around another, of the same type as then. Not collective */
+/*
+   Gets M^{-1} from a preconditioner made above, any other itself; tells whether one made above is around another, of
+   the same type as then. Not collective
+*/
 PETSC_INTERN PetscErrorCode AinsworthGetInnermostPC(PC pc, PC *inner);
 PETSC_INTERN PetscErrorCode AinsworthSurrounds(PC pc, PC inner, PetscBool *surrounds);
 

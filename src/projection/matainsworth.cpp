@@ -41,7 +41,8 @@ static PetscErrorCode CheckAdjoint(Mat mat)
   PetscCall(MatShellGetContext(mat, &ctx));
   PetscCall(MatGetOptionsPrefix(mat, &prefix));
   PetscCheck(ctx->adjoint, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP,
-             "The blocks (0,1) and (1,0) are not adjoint, or the multipliers' is not: the reduced operator has no transpose, use a method without one, "
+             "The blocks (0,1) and (1,0) are not adjoint, or the multipliers' is not: the reduced operator has no "
+             "transpose, use a method without one, "
              "as -%sainsworth_ksp_type gmres",
              prefix ? prefix : "");
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -79,8 +80,8 @@ static PetscErrorCode MatDuplicate_Ainsworth(Mat mat, MatDuplicateOption, Mat *c
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
-  PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "The matrix of type %s has no A and C: call MatAinsworthSetMats() first",
-             MATAINSWORTH);
+  PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE,
+             "The matrix of type %s has no A and C: call MatAinsworthSetMats() first", MATAINSWORTH);
   PetscCall(MatAinsworthCreate_Private(ctx->A, ctx->C, copy));
   PetscCall(MatAinsworthSetOtherBlocks_Private(*copy, ctx->B == ctx->C ? NULL : ctx->B, ctx->D, ctx->adjoint));
   PetscCall(MatGetOptionsPrefix(mat, &prefix));
@@ -127,7 +128,8 @@ static PetscErrorCode MatView_Ainsworth(Mat mat, PetscViewer viewer)
     PetscCall(VecMax(ctx->penalty, NULL, &high));
     PetscCall(PetscSNPrintf(penalty, sizeof(penalty), ", penalty: %g to %g", (double)low, (double)high));
   }
-  PetscCall(PetscViewerASCIIPrintf(viewer, "constraints=%" PetscInt_FMT ", weight: %s%s%s%s\n", m, MatAinsworthWeightTypes[ctx->weightType], penalty,
+  PetscCall(PetscViewerASCIIPrintf(viewer, "constraints=%" PetscInt_FMT ", weight: %s%s%s%s\n", m,
+                                   MatAinsworthWeightTypes[ctx->weightType], penalty,
                                    ctx->omitPenalty ? ", without C' B C" : "",
                                    ctx->doubtful ? ", projections refined: the Gram matrix is ill-conditioned" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -139,16 +141,17 @@ static PetscErrorCode MatView_Ainsworth(Mat mat, PetscViewer viewer)
    Level: intermediate
 
    Notes:
-   A~ x = f~, with f~ from `MatAinsworthComputeRHS()`, has the same solution x as the saddle-point system. A~ is symmetric positive definite if A is so on Ker
-   C.
+   A~ x = f~, with f~ from `MatAinsworthComputeRHS()`, has the same solution x as the saddle-point system. A~ is
+   symmetric positive definite if A is so on Ker C.
 
-   A product costs one product with A, two with C and with C', and two solves with the Gram matrix C W C'. The `KSP` of the Gram matrix has the options prefix
-   `ainsworth_gram_`, after the prefix of the matrix.
+   A product costs one product with A, two with C and with C', and two solves with the Gram matrix C W C'. The `KSP` of
+   the Gram matrix has the options prefix `ainsworth_gram_`, after the prefix of the matrix.
 
    `MatDuplicate()` creates a second matrix with the same A and C.
 
    References:
-   V. Robert, P. Jolivet, O. Jamond, M. A. Badri, Calcul haute performance pour les problemes de point-selle en mecanique du contact, CSMA, equation (3).
+   V. Robert, P. Jolivet, O. Jamond, M. A. Badri, Calcul haute performance pour les problemes de point-selle en
+   mecanique du contact, CSMA, equation (3).
 
 .seealso: `MatCreateAinsworth()`, `PCAINSWORTH`, `KSPPROJECTEDCG`
 M*/
@@ -163,11 +166,13 @@ PetscErrorCode MatCreate_Ainsworth(Mat mat)
   ctx->proj.gram.group = ctx->proj.gramB.group = MPI_COMM_NULL;
   PetscCall(MatSetType(mat, MATSHELL));
   PetscCall(MatShellSetContext(mat, ctx));
-  PetscCall(MatShellSetManageScalingShifts(mat)); /* MatScale() and the like raise an error, because a duplicate would lose the scaling */
+  /* MatScale() and the like raise an error, because a duplicate would lose the scaling */
+  PetscCall(MatShellSetManageScalingShifts(mat));
   PetscCall(MatShellSetOperation(mat, MATOP_MULT, (void (*)(void))MatMult_Ainsworth));
   PetscCall(MatShellSetOperation(mat, MATOP_MULT_TRANSPOSE, (void (*)(void))MatMultTranspose_Ainsworth));
 #if defined(PETSC_USE_COMPLEX)
-  PetscCall(MatShellSetOperation(mat, MATOP_MULT_HERMITIAN_TRANSPOSE, (void (*)(void))MatMultHermitianTranspose_Ainsworth));
+  PetscCall(
+    MatShellSetOperation(mat, MATOP_MULT_HERMITIAN_TRANSPOSE, (void (*)(void))MatMultHermitianTranspose_Ainsworth));
 #endif
   PetscCall(MatShellSetOperation(mat, MATOP_DUPLICATE, (void (*)(void))MatDuplicate_Ainsworth));
   PetscCall(MatShellSetOperation(mat, MATOP_DESTROY, (void (*)(void))MatDestroy_Ainsworth));

@@ -16,7 +16,8 @@ static PetscErrorCode MultiplyA(const Mat_Ainsworth *ctx, PetscBool transpose, V
 /*
    Computes x += R (g - C x), so that C x = g to rounding, whatever the tolerance of the reduced solve
 
-   With D, computes x += R r and mu -= S^{-1} r with r = g - C x + N mu. Each further call is a step of iterative refinement. zero: x and mu are 0.
+   With D, computes x += R r and mu -= S^{-1} r with r = g - C x + N mu. Each further call is a step of iterative
+   refinement. zero: x and mu are 0.
 */
 static PetscErrorCode ProjectOntoConstraints(Mat_Ainsworth *ctx, PetscBool zero, Vec g, Vec x)
 {
@@ -46,12 +47,14 @@ static PetscErrorCode Complete(Mat_Ainsworth *ctx, PetscBool zero, Vec g, Vec x)
     if (!ctx->mu) PetscCall(MatCreateVecs(ctx->C, NULL, &ctx->mu));
     PetscCall(VecZeroEntries(ctx->mu));
   }
-  for (int k = 0; k < (ctx->doubtful ? AinsworthRefinements : 1); k++) PetscCall(ProjectOntoConstraints(ctx, (PetscBool)(zero && !k), g, x));
+  for (int k = 0; k < (ctx->doubtful ? AinsworthRefinements : 1); k++)
+    PetscCall(ProjectOntoConstraints(ctx, (PetscBool)(zero && !k), g, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   MatAinsworthReduce_Private - computes the right-hand side of the reduced system, C' B g + Q' (f - op(A) R g); g may be NULL for zero. Collective
+   MatAinsworthReduce_Private - computes the right-hand side of the reduced system, C' B g + Q' (f - op(A) R g); g may
+   be NULL for zero. Collective
 
    With D it is Q' (f - op(A) R g) + C' S^{-1} E S^{-1} g.
 */
@@ -89,7 +92,10 @@ PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, V
     }
     PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, rhs, before, after, rhs));
   }
-  /* if f - A R g is a force of the constraints alone, one projection leaves its rounding, half of which is outside the range of Q' A Q */
+  /*
+     if f - A R g is a force of the constraints alone, one projection leaves its rounding, half of which is outside the
+     range of Q' A Q
+  */
   if (ctx->omitPenalty && !ctx->D) PetscCall(MatAinsworthProjectForces_Private(mat, rhs));
   ctx->energy = PetscRealPart(energy);
   PetscCall(PetscLogEventEnd(AINSWORTH_RHS, mat, f, g, rhs));
@@ -99,8 +105,8 @@ PetscErrorCode MatAinsworthReduce_Private(Mat mat, PetscBool transpose, Vec f, V
 /*
    Refines lambda by S^{-1} G^{-1} (N mu - D lambda), several times
 
-   Where D couples rows and is much more compliant than A, lambda is determined by D lambda = C x - g rather than by f - A x, except for what a singular D
-   leaves free.
+   Where D couples rows and is much more compliant than A, lambda is determined by D lambda = C x - g rather than by f -
+   A x, except for what a singular D leaves free.
 */
 static PetscErrorCode TakeFromSprings(Mat_Ainsworth *ctx, Vec lambda)
 {
@@ -122,7 +128,8 @@ static PetscErrorCode TakeFromSprings(Mat_Ainsworth *ctx, Vec lambda)
 }
 
 /*
-   Computes lambda = S^{-1} (C W (f - op(A) x) + E mu), which is R' (f - op(A) x) without D; product (may be NULL) becomes op(A) x
+   Computes lambda = S^{-1} (C W (f - op(A) x) + E mu), which is R' (f - op(A) x) without D; product (may be NULL)
+   becomes op(A) x
 
    If S is nearly singular, refines lambda with the residuals f - op(A) x - B' lambda and E mu - N lambda.
 */
@@ -134,7 +141,8 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
   PetscCall(PetscLogEventBegin(AINSWORTH_Multiplier, mat, f, x, lambda));
-  PetscCheck(!ctx->D || ctx->mu, PetscObjectComm((PetscObject)mat), PETSC_ERR_ORDER, "The multipliers of a system [A B'; C -D] come with its solution");
+  PetscCheck(!ctx->D || ctx->mu, PetscObjectComm((PetscObject)mat), PETSC_ERR_ORDER,
+             "The multipliers of a system [A B'; C -D] come with its solution");
   PetscCall(VecDuplicate(f, &rest));
   if (product) { /* it judges x: with the matrix of the program */
     PetscCall((transpose ? MatMultTranspose : MatMult)(ctx->A, x, product));
@@ -168,7 +176,10 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* MatAinsworthComplete_Private - computes x from the reduced solution, so that C x - D lambda = g with some lambda; g may be NULL for zero. Collective */
+/*
+   MatAinsworthComplete_Private - computes x from the reduced solution, so that C x - D lambda = g with some lambda; g
+   may be NULL for zero. Collective
+*/
 PetscErrorCode MatAinsworthComplete_Private(Mat mat, Vec g, Vec x)
 {
   Mat_Ainsworth *ctx;
@@ -180,11 +191,13 @@ PetscErrorCode MatAinsworthComplete_Private(Mat mat, Vec g, Vec x)
 }
 
 /*
-   MatAinsworthRecover_Private - recovers x with C x - D lambda = g and lambda from the reduced solution in y.primal. Collective
+   MatAinsworthRecover_Private - recovers x with C x - D lambda = g and lambda from the reduced solution in y.primal.
+   Collective
 
    product (may be NULL) becomes op(A) x.
 */
-PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec product)
+PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y,
+                                           Vec product)
 {
   Mat_Ainsworth *ctx;
 
@@ -195,8 +208,12 @@ PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, Ainswor
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds rows of C to drop; if there are none, whether and how accurately the Gram matrix can be solved (AinsworthProjectorDiagnose()). Collective */
-PetscErrorCode MatAinsworthDiagnose_Private(Mat mat, PetscInt *pass, PetscInt *n, PetscInt **dependent, PCFailedReason *reason, PetscBool *hidden)
+/*
+   Finds rows of C to drop; if there are none, whether and how accurately the Gram matrix can be solved
+   (AinsworthProjectorDiagnose()). Collective
+*/
+PetscErrorCode MatAinsworthDiagnose_Private(Mat mat, PetscInt *pass, PetscInt *n, PetscInt **dependent,
+                                            PCFailedReason *reason, PetscBool *hidden)
 {
   Mat_Ainsworth *ctx;
 

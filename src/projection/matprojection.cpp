@@ -52,7 +52,8 @@ PetscErrorCode MatAinsworthMultProjector(Mat mat, Vec x, Vec y)
    Level: advanced
 
    Notes:
-   Q' = I - C' S^{-1} C W, the adjoint in complex arithmetic, with S = C W C' (Robert, Jolivet, Jamond and Badri, section 3.2, for any W).
+   Q' = I - C' S^{-1} C W, the adjoint in complex arithmetic, with S = C W C' (Robert, Jolivet, Jamond and Badri,
+   section 3.2, for any W).
 
    The call is collective if A, C or W has changed since the last one, because it then sets up the projector.
 
@@ -124,7 +125,8 @@ PetscErrorCode MatAinsworthMultRightInverse(Mat mat, Vec g, Vec x)
    Level: advanced
 
    Notes:
-   R' = S^{-1} C W, the adjoint in complex arithmetic, with S = C W C' (Robert, Jolivet, Jamond and Badri, section 3.2, for any W).
+   R' = S^{-1} C W, the adjoint in complex arithmetic, with S = C W C' (Robert, Jolivet, Jamond and Badri, section 3.2,
+   for any W).
 
    The call is collective if A, C or W has changed since the last one, because it then sets up the projector.
 
@@ -152,7 +154,8 @@ PetscErrorCode MatAinsworthProject_Private(Mat mat, Vec x)
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  for (int k = 0; k < (ctx->doubtful ? AinsworthRefinements : 1); k++) PetscCall(AinsworthProjectorMult(&ctx->proj, x, x));
+  for (int k = 0; k < (ctx->doubtful ? AinsworthRefinements : 1); k++)
+    PetscCall(AinsworthProjectorMult(&ctx->proj, x, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -163,7 +166,8 @@ PetscErrorCode MatAinsworthProjectForces_Private(Mat mat, Vec f)
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  for (int k = 0; k < (ctx->doubtful ? AinsworthRefinements : 1); k++) PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, f, NULL, NULL, f));
+  for (int k = 0; k < (ctx->doubtful ? AinsworthRefinements : 1); k++)
+    PetscCall(AinsworthProjectorMultTranspose(&ctx->proj, f, NULL, NULL, f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -181,8 +185,8 @@ PetscErrorCode MatAinsworthPrecondition_Private(Mat mat, PC pc, PetscErrorCode (
 /*
    Omits C' B C from the matrix and C' B g from the right-hand side
 
-   Preconditioned by M from the right, the iterates are then those of the projected preconditioner Q M^{-1} Q', up to their part in Im(W C'), which the last
-   projection replaces by R g.
+   Preconditioned by M from the right, the iterates are then those of the projected preconditioner Q M^{-1} Q', up to
+   their part in Im(W C'), which the last projection replaces by R g.
 */
 PetscErrorCode MatAinsworthOmitPenalty_Private(Mat mat, PetscBool flag)
 {

@@ -3,7 +3,8 @@
 #include "../base/objects.h"
 #include <petsc/private/petscimpl.h>
 
-const char *const MatAinsworthWeightTypes[] = {"diagonal", "identity", "user", "MatAinsworthWeightType", "MAT_AINSWORTH_WEIGHT_", NULL};
+const char *const MatAinsworthWeightTypes[] = {
+  "diagonal", "identity", "user", "MatAinsworthWeightType", "MAT_AINSWORTH_WEIGHT_", NULL};
 
 /*@
    MatAinsworthSetMats - sets the blocks A and C of a `MATAINSWORTH`
@@ -20,10 +21,12 @@ const char *const MatAinsworthWeightTypes[] = {"diagonal", "identity", "user", "
    Notes:
    `mat` gets the sizes, the block size and the vector type of A. The next product notices new values of A and C.
 
-   A weight and a penalty that were set before are dropped: W is diag(A)^{-1} again, unless the weight type is the identity.
+   A weight and a penalty that were set before are dropped: W is diag(A)^{-1} again, unless the weight type is the
+   identity.
 
    Errors:
-   `PETSC_ERR_ARG_SIZ` if A is not square, or if C and A differ in the number or the layout of their columns; `PETSC_ERR_ARG_WRONG` if C is not `MATAIJ`.
+   `PETSC_ERR_ARG_SIZ` if A is not square, or if C and A differ in the number or the layout of their columns;
+   `PETSC_ERR_ARG_WRONG` if C is not `MATAIJ`.
 
 .seealso: `MATAINSWORTH`, `MatCreateAinsworth()`, `MatAinsworthGetMats()`
 @*/
@@ -62,7 +65,8 @@ PetscErrorCode MatAinsworthSetMats(Mat mat, Mat A, Mat C)
   ctx->A       = A;
   ctx->C       = C;
   ctx->adjoint = PETSC_TRUE;
-  if (ctx->weightType == MAT_AINSWORTH_WEIGHT_USER) ctx->weightType = MAT_AINSWORTH_WEIGHT_DIAGONAL; /* the user's vector was destroyed */
+  /* the user's vector was destroyed */
+  if (ctx->weightType == MAT_AINSWORTH_WEIGHT_USER) ctx->weightType = MAT_AINSWORTH_WEIGHT_DIAGONAL;
   PetscCall(MatSetSizes(mat, n, n, N, N));
   PetscCall(MatGetBlockSize(A, &bs));
   PetscCall(MatSetBlockSize(mat, bs));
@@ -116,7 +120,10 @@ PetscErrorCode MatAinsworthGetMats(Mat mat, Mat *A, Mat *C)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the other blocks of [A B'; C -D], AIJ, laid out as the rows of C: B is NULL if it is C, D if it is 0; adjoint: B is C and D = D' */
+/*
+   Sets the other blocks of [A B'; C -D], AIJ, laid out as the rows of C: B is NULL if it is C, D if it is 0; adjoint: B
+   is C and D = D'
+*/
 PetscErrorCode MatAinsworthSetOtherBlocks_Private(Mat mat, Mat B, Mat D, PetscBool adjoint)
 {
   Mat_Ainsworth *ctx;
@@ -144,7 +151,8 @@ PetscErrorCode MatAinsworthSetOtherBlocks_Private(Mat mat, Mat B, Mat D, PetscBo
    Level: intermediate
 
    Note:
-   `MAT_AINSWORTH_WEIGHT_DIAGONAL` is W = diag(A)^{-1}. If a diagonal entry is not positive, the 1-norm of its row of A replaces it.
+   `MAT_AINSWORTH_WEIGHT_DIAGONAL` is W = diag(A)^{-1}. If a diagonal entry is not positive, the 1-norm of its row of A
+   replaces it.
 
    Errors:
    `PETSC_ERR_ARG_WRONGSTATE` for `MAT_AINSWORTH_WEIGHT_USER` if no weight is set.
@@ -167,7 +175,10 @@ PetscErrorCode MatAinsworthSetWeightType(Mat mat, MatAinsworthWeightType type)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Copies v after checking that its entries are positive and that it is laid out as the columns of A or the rows of C; what: its name in messages */
+/*
+   Copies v after checking that its entries are positive and that it is laid out as the columns of A or the rows of C;
+   what: its name in messages
+*/
 static PetscErrorCode CopyPositive(Mat block, bool columns, Vec v, const char what[], Vec *copy)
 {
   MPI_Comm    comm = PetscObjectComm((PetscObject)block);
@@ -181,13 +192,14 @@ static PetscErrorCode CopyPositive(Mat block, bool columns, Vec v, const char wh
   PetscCall(VecGetLocalSize(v, &local));
   PetscCall(MatGetSize(block, &sizes[0], &sizes[1]));
   PetscCall(MatGetLocalSize(block, &locals[0], &locals[1]));
-  PetscCheck(size == sizes[columns], comm, PETSC_ERR_ARG_SIZ, "The %s has length %" PetscInt_FMT ", the %s are %" PetscInt_FMT, what, size, of, sizes[columns]);
+  PetscCheck(size == sizes[columns], comm, PETSC_ERR_ARG_SIZ,
+             "The %s has length %" PetscInt_FMT ", the %s are %" PetscInt_FMT, what, size, of, sizes[columns]);
   other = (PetscBool)(local != locals[columns]);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, comm));
   PetscCheck(!other, comm, PETSC_ERR_ARG_SIZ, "The %s is not laid out over the ranks as the %s are", what, of);
   PetscCall(VecMin(v, &where, &smallest));
-  PetscCheck(smallest > 0.0, comm, PETSC_ERR_ARG_OUTOFRANGE, "Entry %" PetscInt_FMT " of the %s is %g: the entries must be positive", where, what,
-             (double)smallest);
+  PetscCheck(smallest > 0.0, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "Entry %" PetscInt_FMT " of the %s is %g: the entries must be positive", where, what, (double)smallest);
   PetscCall(VecDestroy(copy));
   PetscCall(AinsworthVecClone(v, copy));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -205,8 +217,8 @@ static PetscErrorCode CopyPositive(Mat block, bool columns, Vec v, const char wh
    Level: intermediate
 
    Errors:
-   `PETSC_ERR_ARG_WRONGSTATE` before `MatAinsworthSetMats()`; `PETSC_ERR_ARG_SIZ` for another length or layout; `PETSC_ERR_ARG_OUTOFRANGE`, with the smallest
-   entry in the message, if that is not positive.
+   `PETSC_ERR_ARG_WRONGSTATE` before `MatAinsworthSetMats()`; `PETSC_ERR_ARG_SIZ` for another length or layout;
+   `PETSC_ERR_ARG_OUTOFRANGE`, with the smallest entry in the message, if that is not positive.
 
 .seealso: `MATAINSWORTH`, `MatAinsworthSetWeightType()`, `PCAinsworthSetWeight()`
 @*/
@@ -217,7 +229,8 @@ PetscErrorCode MatAinsworthSetWeight(Mat mat, Vec weight)
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
   PetscValidHeaderSpecific(weight, VEC_CLASSID, 2);
-  PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "Call MatAinsworthSetMats() before MatAinsworthSetWeight()");
+  PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE,
+             "Call MatAinsworthSetMats() before MatAinsworthSetWeight()");
   PetscCall(CopyPositive(ctx->A, true, weight, "weight", &ctx->weight));
   ctx->weightType = MAT_AINSWORTH_WEIGHT_USER;
   ctx->current    = PETSC_FALSE;
@@ -236,11 +249,12 @@ PetscErrorCode MatAinsworthSetWeight(Mat mat, Vec weight)
    Level: intermediate
 
    Note:
-   The units of entry i are those of a stiffness divided by the square of the scale of row i. The default is 1 / (C diag(A)^{-1} C')_ii.
+   The units of entry i are those of a stiffness divided by the square of the scale of row i. The default is 1 / (C
+   diag(A)^{-1} C')_ii.
 
    Errors:
-   `PETSC_ERR_ARG_WRONGSTATE` before `MatAinsworthSetMats()`; `PETSC_ERR_ARG_SIZ` for another length or layout; `PETSC_ERR_ARG_OUTOFRANGE`, with the smallest
-   entry in the message, if that is not positive.
+   `PETSC_ERR_ARG_WRONGSTATE` before `MatAinsworthSetMats()`; `PETSC_ERR_ARG_SIZ` for another length or layout;
+   `PETSC_ERR_ARG_OUTOFRANGE`, with the smallest entry in the message, if that is not positive.
 
 .seealso: `MATAINSWORTH`, `PCAINSWORTH`
 @*/
@@ -250,7 +264,8 @@ PetscErrorCode MatAinsworthSetPenalty(Mat mat, Vec penalty)
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
-  PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE, "Call MatAinsworthSetMats() before MatAinsworthSetPenalty()");
+  PetscCheck(ctx->A, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONGSTATE,
+             "Call MatAinsworthSetMats() before MatAinsworthSetPenalty()");
   if (penalty) {
     PetscValidHeaderSpecific(penalty, VEC_CLASSID, 2);
     PetscCall(CopyPositive(ctx->C, false, penalty, "penalty", &ctx->penalty));

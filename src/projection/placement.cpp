@@ -14,13 +14,18 @@ namespace
 class Labels {
 public:
   PetscErrorCode create(Mat S);
-  size_t         leaf(PetscInt i) const { return std::lower_bound(distinct.begin(), distinct.end(), label[i]) - distinct.begin(); } /* leaf of a local row */
+  /* leaf of a local row */
+  size_t leaf(PetscInt i) const
+  {
+    return std::lower_bound(distinct.begin(), distinct.end(), label[i]) - distinct.begin();
+  }
 
   Mat                   S      = NULL;
   PetscInt              rstart = 0, n = 0;
   std::vector<PetscInt> label;
-  PetscSF               roots = NULL; /* from the owner of the first row of each component to the ranks that have rows of it */
-  std::vector<PetscInt> distinct;     /* labels on this rank, ascending; the leaves of `roots` */
+  /* from the owner of the first row of each component to the ranks that have rows of it */
+  PetscSF               roots = NULL;
+  std::vector<PetscInt> distinct; /* labels on this rank, ascending; the leaves of `roots` */
 
 private:
   PetscErrorCode findWithin(Mat inside);
@@ -106,7 +111,10 @@ struct Component {
   PetscInt first = 0, size = 0, work = 0;
 };
 
-/* Computes the size and the work of each component whose first row this rank owns; the size is 0 at rows that begin no component */
+/*
+   Computes the size and the work of each component whose first row this rank owns; the size is 0 at rows that begin no
+   component
+*/
 PetscErrorCode Measure(const Labels &labels, std::vector<PetscInt> &size, std::vector<PetscInt> &work)
 {
   std::vector<PetscInt> rows(labels.distinct.size(), 0), nonzeros(labels.distinct.size(), 0);
@@ -128,8 +136,8 @@ PetscErrorCode Measure(const Labels &labels, std::vector<PetscInt> &size, std::v
 }
 
 /* Gathers the components of more than `small` rows; the same list on every rank. Collective */
-PetscErrorCode GatherLarge(const Labels &labels, PetscInt small, const std::vector<PetscInt> &size, const std::vector<PetscInt> &work,
-                           std::vector<Component> &large)
+PetscErrorCode GatherLarge(const Labels &labels, PetscInt small, const std::vector<PetscInt> &size,
+                           const std::vector<PetscInt> &work, std::vector<Component> &large)
 {
   std::vector<PetscInt> mine, all;
 
@@ -152,20 +160,26 @@ PetscErrorCode ChooseRanks(Mat S, PetscInt count, std::vector<PetscMPIInt> &chos
   PetscCall(MatGetOwnershipRanges(S, &ranges));
   chosen.resize(size);
   std::iota(chosen.begin(), chosen.end(), 0);
-  std::stable_sort(chosen.begin(), chosen.end(), [ranges](PetscMPIInt a, PetscMPIInt b) { return ranges[a + 1] - ranges[a] > ranges[b + 1] - ranges[b]; });
+  std::stable_sort(chosen.begin(), chosen.end(), [ranges](PetscMPIInt a, PetscMPIInt b) {
+    return ranges[a + 1] - ranges[a] > ranges[b + 1] - ranges[b];
+  });
   while (chosen.size() > 1 && ranges[chosen.back() + 1] == ranges[chosen.back()]) chosen.pop_back();
   if (chosen.size() > (size_t)count) chosen.resize(count);
   std::sort(chosen.begin(), chosen.end());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Assigns whole components to ranks: those with the most work first, each to the rank with the least load (Graham's rule) */
+/*
+   Assigns whole components to ranks: those with the most work first, each to the rank with the least load (Graham's
+   rule)
+*/
 std::map<PetscInt, PetscInt> Pack(std::vector<Component> components, const std::vector<PetscMPIInt> &ranks)
 {
   std::vector<PetscInt64>      load(ranks.size(), 0);
   std::map<PetscInt, PetscInt> rank;
 
-  std::stable_sort(components.begin(), components.end(), [](const Component &a, const Component &b) { return a.work > b.work; });
+  std::stable_sort(components.begin(), components.end(),
+                   [](const Component &a, const Component &b) { return a.work > b.work; });
   for (const Component &component : components) {
     const size_t least = std::min_element(load.begin(), load.end()) - load.begin();
     load[least] += component.work;
@@ -213,9 +227,12 @@ PetscErrorCode FindHome(Mat C, PetscInt row, PetscInt *home)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the target rank of each local row if components stay whole; small components go to the rank with most unknowns of their first row */
-PetscErrorCode TargetsOfComponents(Mat C, const Labels &labels, const std::vector<PetscInt> &size, const std::map<PetscInt, PetscInt> &large,
-                                   std::vector<PetscInt> &target)
+/*
+   Finds the target rank of each local row if components stay whole; small components go to the rank with most unknowns
+   of their first row
+*/
+PetscErrorCode TargetsOfComponents(Mat C, const Labels &labels, const std::vector<PetscInt> &size,
+                                   const std::map<PetscInt, PetscInt> &large, std::vector<PetscInt> &target)
 {
   std::vector<PetscInt> atRoot(labels.n, -1), atLeaf(labels.distinct.size());
 
@@ -266,7 +283,8 @@ PetscErrorCode Collect(const Labels &labels, const std::vector<PetscInt> &target
 } // namespace
 
 /*
-   A component is cut if it has more than this many times rowsPerRank rows, because solves shared by ranks take several times as long (docs/gram.csv)
+   A component is cut if it has more than this many times rowsPerRank rows, because solves shared by ranks take several
+   times as long (docs/gram.csv)
 
    Only MUMPS factors the parts; without it components stay whole.
 */
@@ -275,10 +293,12 @@ static const PetscReal cutAbove = 16.0;
 /*
    AinsworthPlacementCreate - decides which rank solves for which row of S. Collective
 
-   Components of up to `small` rows go to the rank that owns their unknowns. Larger ones go to ceil(rows / rowsPerRank) ranks: whole and with equal work or, if
-   one has more than cutAbove times rowsPerRank rows, all of S is cut into parts by METIS.
+   Components of up to `small` rows go to the rank that owns their unknowns. Larger ones go to ceil(rows / rowsPerRank)
+   ranks: whole and with equal work or, if one has more than cutAbove times rowsPerRank rows, all of S is cut into parts
+   by METIS.
 */
-PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, PetscInt small, AinsworthPlacement *placement)
+PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, PetscInt small,
+                                        AinsworthPlacement *placement)
 {
   MPI_Comm                 comm = PetscObjectComm((PetscObject)S);
   Labels                   labels;
@@ -302,7 +322,8 @@ PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, Pets
   placement->small = small = PetscMin(small, rowsPerRank);
   PetscCall(GatherLarge(labels, small, size, work, large));
   for (const Component &component : large) rows += component.size;
-  placement->split = PetscDefined(HAVE_MUMPS) && ranks > 1 && (PetscReal)placement->largest > cutAbove * (PetscReal)rowsPerRank;
+  placement->split = PetscDefined(HAVE_MUMPS) && ranks > 1 &&
+                     (PetscReal)placement->largest > cutAbove * (PetscReal)rowsPerRank;
   PetscCall(ChooseRanks(S, 1 + ((placement->split ? m : PetscMax(rows, 1)) - 1) / rowsPerRank, chosen));
   if (chosen.size() == 1) placement->split = false;
   if (ranks == 1) target.assign(labels.n, 0);
@@ -314,7 +335,8 @@ PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, Pets
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, counts, 2, MPIU_INT, MPI_SUM, comm));
   placement->components = counts[0];
   placement->ranks      = counts[1];
-  if (ranks == 1 && (placement->largest > small || placement->largest == 1)) PetscCall(ISDestroy(&placement->rows)); /* no blocks that need contiguous rows */
+  /* no blocks that need contiguous rows */
+  if (ranks == 1 && (placement->largest > small || placement->largest == 1)) PetscCall(ISDestroy(&placement->rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

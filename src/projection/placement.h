@@ -7,13 +7,15 @@
 
 /* Which rank solves for which row of S */
 struct AinsworthPlacement {
-  IS                    rows = NULL;        /* rows of S that this rank solves for, component by component; NULL: its own rows in their order */
-  std::vector<PetscInt> sizes;              /* of the components on this rank, in the order of `rows` */
-  PetscInt              components = 0;     /* on all ranks */
-  PetscInt              largest    = 0;     /* rows of the largest component */
-  PetscInt              ranks      = 0;     /* ranks that solve for any row */
-  PetscInt              small      = 0;     /* components of up to this many rows are small; their rows are contiguous */
-  bool                  split      = false; /* components may lie on several ranks */
+  /* rows of S that this rank solves for, component by component; NULL: its own rows in their order */
+  IS                    rows = NULL;
+  std::vector<PetscInt> sizes;          /* of the components on this rank, in the order of `rows` */
+  PetscInt              components = 0; /* on all ranks */
+  PetscInt              largest    = 0; /* rows of the largest component */
+  PetscInt              ranks      = 0; /* ranks that solve for any row */
+  /* components of up to this many rows are small; their rows are contiguous */
+  PetscInt small = 0;
+  bool     split = false; /* components may lie on several ranks */
 };
 
 PetscErrorCode AinsworthPlacementCreate(Mat, Mat, PetscInt, PetscInt, AinsworthPlacement *);

@@ -3,7 +3,10 @@
 #include "../base/events.h"
 #include "../base/objects.h"
 
-/* AinsworthProjectorMoveRows - moves rows to the ranks that solve for them: a projection then gets the constrained entries of x, and updates them, in one exchange each. Collective */
+/*
+   AinsworthProjectorMoveRows - moves rows to the ranks that solve for them: a projection then gets the constrained
+   entries of x, and updates them, in one exchange each. Collective
+*/
 PetscErrorCode AinsworthProjectorMoveRows(const AinsworthProjector *proj, Mat *C)
 {
   Mat moved;
@@ -31,7 +34,10 @@ static PetscErrorCode CreateVectors(AinsworthProjector *proj, Mat C)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthProjectorPlaceMat - places the rows and columns of an m x m matrix laid out as the program's rows of C; a NULL matrix stays NULL. Collective */
+/*
+   AinsworthProjectorPlaceMat - places the rows and columns of an m x m matrix laid out as the program's rows of C; a
+   NULL matrix stays NULL. Collective
+*/
 PetscErrorCode AinsworthProjectorPlaceMat(const AinsworthProjector *proj, Mat program, Mat *placed)
 {
   const IS rows = proj->gram.placement.rows;
@@ -88,9 +94,12 @@ static PetscErrorCode GetSource(const AinsworthProjectorBlocks *blocks, Ainswort
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets up proj->gram and, if B is not C, proj->gramB. Both share one placement, so the components are those of both patterns together */
-static PetscErrorCode SetUpGrams(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, PetscBool same, const AinsworthProjectorSource *source,
-                                 PetscObject parent)
+/*
+   Sets up proj->gram and, if B is not C, proj->gramB. Both share one placement, so the components are those of both
+   patterns together
+*/
+static PetscErrorCode SetUpGrams(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, PetscBool same,
+                                 const AinsworthProjectorSource *source, PetscObject parent)
 {
   const Mat           C = blocks->C, B = blocks->B;
   AinsworthGramInputs in = {proj->compliance.N, source->hermitian, same, source->rowsPerRank, parent, NULL, NULL};
@@ -108,19 +117,22 @@ static PetscErrorCode SetUpGrams(AinsworthProjector *proj, const AinsworthProjec
   PetscCall(MatDestroy(&in.other));
   if (B == C) PetscFunctionReturn(PETSC_SUCCESS);
   in.placement = &proj->gram.placement;
-  PetscCall(MatDuplicate(proj->gram.S, MAT_DO_NOT_COPY_VALUES, &in.other)); /* gram.S has all diagonal entries, whereas B W B' lacks those of zero rows of B */
+  /* gram.S has all diagonal entries, whereas B W B' lacks those of zero rows of B */
+  PetscCall(MatDuplicate(proj->gram.S, MAT_DO_NOT_COPY_VALUES, &in.other));
   PetscCall(AinsworthGramSetUp(&proj->gramB, B, proj->BW, &in));
   PetscCall(MatDestroy(&in.other));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthProjectorSetUp - creates the projector from the blocks, keeping symbolic results if their patterns have not changed
+   AinsworthProjectorSetUp - creates the projector from the blocks, keeping symbolic results if their patterns have not
+   changed
 
-   weight: diagonal of W, length n, positive; NULL for W = I. inverseDiagonal: diag(A)^{-1}, used only with D. Collective
+   weight: diagonal of W, length n, positive; NULL for W = I. inverseDiagonal: diag(A)^{-1}, used only with D.
+   Collective
 */
-PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, Vec weight, Vec inverseDiagonal, PetscInt rowsPerRank,
-                                       PetscObject parent)
+PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, Vec weight,
+                                       Vec inverseDiagonal, PetscInt rowsPerRank, PetscObject parent)
 {
   const AinsworthProjectorSource last = proj->source;
   const Mat                      C    = blocks->C;
@@ -135,9 +147,11 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const Ainsworth
   if (blocks->D) PetscCall(AinsworthProbeSymmetry(blocks->D, &now.hermitian));
   PetscCall(PetscArraycmp(now.id, last.id, 3, &same));
   if (same) PetscCall(PetscArraycmp(now.pattern, last.pattern, 3, &same));
-  same = (PetscBool)(same && proj->C && last.weighted == now.weighted && last.hermitian == now.hermitian && last.rowsPerRank == now.rowsPerRank);
+  same = (PetscBool)(same && proj->C && last.weighted == now.weighted && last.hermitian == now.hermitian &&
+                     last.rowsPerRank == now.rowsPerRank);
   if (same)
-    PetscCall(PetscInfo(C, "The nonzero pattern of C is that of the last set-up: the places and the symbolic factorization of the Gram matrix are kept\n"));
+    PetscCall(PetscInfo(C, "The nonzero pattern of C is that of the last set-up: the places and the symbolic "
+                           "factorization of the Gram matrix are kept\n"));
   else PetscCall(AinsworthProjectorReset(proj));
   for (Mat *M : {&proj->C, &proj->B, &proj->CW, &proj->BW}) PetscCall(MatDestroy(M));
   PetscCall(AinsworthShare(C, &proj->C));
@@ -169,7 +183,9 @@ PetscErrorCode AinsworthProjectorReset(AinsworthProjector *proj)
   PetscCall(AinsworthGramReset(&proj->gramB));
   PetscCall(AinsworthComplianceReset(&proj->compliance));
   PetscCall(VecScatterDestroy(&proj->scatter));
-  for (Vec *v : {&proj->rowValues, &proj->rowSolution, &proj->rest, &proj->shared, &proj->inverse, &proj->held, &proj->load}) PetscCall(VecDestroy(v));
+  for (Vec *v :
+       {&proj->rowValues, &proj->rowSolution, &proj->rest, &proj->shared, &proj->inverse, &proj->held, &proj->load})
+    PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -198,7 +214,10 @@ PetscErrorCode AinsworthProjectorReturn(AinsworthProjector *proj, Vec placed, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes y = Q x = x - W C' S^{-1} C x; y may be x. Leaves C x and -S^{-1} C x, placed, in proj->rowValues and proj->rowSolution */
+/*
+   Computes y = Q x = x - W C' S^{-1} C x; y may be x. Leaves C x and -S^{-1} C x, placed, in proj->rowValues and
+   proj->rowSolution
+*/
 PetscErrorCode AinsworthProjectorMult(AinsworthProjector *proj, Vec x, Vec y)
 {
   PetscFunctionBegin;
@@ -263,7 +282,9 @@ PetscErrorCode AinsworthProjectorMultEnergy(AinsworthProjector *proj, Vec mu, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prepares AinsworthProjectorPrecondition() for a penalty (m, laid out as the program's rows); does nothing without D */
+/*
+   Prepares AinsworthProjectorPrecondition() for a penalty (m, laid out as the program's rows); does nothing without D
+*/
 PetscErrorCode AinsworthProjectorSetPenalty(AinsworthProjector *proj, Vec penalty)
 {
   Vec shared, inverse;
@@ -285,7 +306,8 @@ PetscErrorCode AinsworthProjectorSetPenalty(AinsworthProjector *proj, Vec penalt
 
    apply(pc) is the action of M_*^{-1}; M_* = A + C' (B^{-1} + D)^{-1} C is the Schur complement of M_*^+ that remains.
 */
-PetscErrorCode AinsworthProjectorPrecondition(AinsworthProjector *proj, PC pc, PetscErrorCode (*apply)(PC, Vec, Vec), Vec r, Vec y)
+PetscErrorCode AinsworthProjectorPrecondition(AinsworthProjector *proj, PC pc, PetscErrorCode (*apply)(PC, Vec, Vec),
+                                              Vec r, Vec y)
 {
   PetscFunctionBegin;
   PetscCall(MatMult(proj->BW, r, proj->held));

@@ -1,5 +1,6 @@
 /*
-   The projector Q = I - R C onto Ker C along Im(W C') and the right inverse R = W C' S^{-1} of C, with S = C W C' + N (docs/method.md)
+   The projector Q = I - R C onto Ker C along Im(W C') and the right inverse R = W C' S^{-1} of C, with S = C W C' + N
+   (docs/method.md)
 
    If B is not C, the first equation has a projector and a right inverse of B.
 */
@@ -20,18 +21,19 @@ struct AinsworthProjectorSource {
 };
 
 struct AinsworthProjector {
-  Mat           C = NULL, B = NULL;     /* m x n AIJ, placed: each row is on the rank that solves for it; B may be C */
-  Mat           CW = NULL, BW = NULL;   /* C W and B W, placed; C and B themselves for W = I */
-  AinsworthGram gram;                   /* S = C W C' + N */
-  AinsworthGram gramB;                  /* B W B' + N with the placement of gram; empty if B is C */
-  VecScatter    scatter   = NULL;       /* from the program's rows of C to the placed rows; NULL: rows are not moved */
+  Mat           C = NULL, B = NULL;   /* m x n AIJ, placed: each row is on the rank that solves for it; B may be C */
+  Mat           CW = NULL, BW = NULL; /* C W and B W, placed; C and B themselves for W = I */
+  AinsworthGram gram;                 /* S = C W C' + N */
+  AinsworthGram gramB;                /* B W B' + N with the placement of gram; empty if B is C */
+  VecScatter    scatter   = NULL;     /* from the program's rows of C to the placed rows; NULL: rows are not moved */
   Vec           rowValues = NULL, rowSolution = NULL; /* work vectors, m, placed */
 
   /* for D, empty where D is zero; E and all vectors of m entries are placed */
   AinsworthCompliance compliance = {};
   Mat                 E          = NULL;
-  Vec rest = NULL, shared = NULL, inverse = NULL; /* placed copies of AinsworthCompliance's rest and of the results of AinsworthComplianceGetPreconditioner() */
-  Vec held = NULL, load = NULL;                   /* work vectors, m and n */
+  /* placed copies of AinsworthCompliance's rest and of the results of AinsworthComplianceGetPreconditioner() */
+  Vec rest = NULL, shared = NULL, inverse = NULL;
+  Vec held = NULL, load = NULL; /* work vectors, m and n */
 
   AinsworthProjectorSource source = {}; /* of the last set-up; valid if C is not NULL */
 };
@@ -47,7 +49,8 @@ inline AinsworthGram *AinsworthProjectorOtherGram(AinsworthProjector *proj)
   return proj->B == proj->C ? &proj->gram : &proj->gramB;
 }
 
-PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, const AinsworthProjectorBlocks *, Vec, Vec, PetscInt, PetscObject);
+PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, const AinsworthProjectorBlocks *, Vec, Vec, PetscInt,
+                                       PetscObject);
 PetscErrorCode AinsworthProjectorReset(AinsworthProjector *);
 PetscErrorCode AinsworthProjectorMoveRows(const AinsworthProjector *, Mat *);
 PetscErrorCode AinsworthProjectorPlaceMat(const AinsworthProjector *, Mat, Mat *);
@@ -63,9 +66,10 @@ PetscErrorCode AinsworthProjectorPrecondition(AinsworthProjector *, PC, PetscErr
 
 /* weight.cpp */
 /*
-   AinsworthLooseFactor - returns the factor by which the weight of unknowns with zero rows in A exceeds that of their surroundings: the larger, the less force they put on these, which coarse levels
-   do not know of. A rod with RBE3 takes 43, 17, 15, 14, 14 iterations with 10, 100, 300, 1000, 1e4. With D such unknowns must not hide springs of their rows: a
-   small rod with RBE2 and springs of all kinds takes at most 24 iterations with 100, 32 with 300, 38 with 1000
+   AinsworthLooseFactor - returns the factor by which the weight of unknowns with zero rows in A exceeds that of their
+   surroundings: the larger, the less force they put on these, which coarse levels do not know of. A rod with RBE3 takes
+   43, 17, 15, 14, 14 iterations with 10, 100, 300, 1000, 1e4. With D such unknowns must not hide springs of their rows:
+   a small rod with RBE2 and springs of all kinds takes at most 24 iterations with 100, 32 with 300, 38 with 1000
 */
 static inline PetscReal AinsworthLooseFactor(bool springs)
 {

@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <vector>
 
-/* An unknown is shared if it is in more than `many` rows, and in more than `unusual` times as many as unknowns of C are on average */
+/*
+   An unknown is shared if it is in more than `many` rows, and in more than `unusual` times as many as unknowns of C are
+   on average
+*/
 static const PetscReal many = 100.0;
 /* for constraints of a volume, where all unknowns are in many rows, dropping some would not make S sparse */
 static const PetscReal unusual = 10.0;
@@ -18,7 +21,8 @@ static PetscErrorCode FindWeightless(Mat C, Vec weight, std::vector<PetscInt> &w
   Vec                   here;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) { columns.insert(columns.end(), row.j, row.j + row.n); }));
+  PetscCall(
+    AinsworthForRows(C, [&](const AinsworthMatRow &row) { columns.insert(columns.end(), row.j, row.j + row.n); }));
   AinsworthSortUnique(&columns);
   PetscCall(AinsworthVecGather(weight, (PetscInt)columns.size(), columns.data(), &here));
   PetscCall(AinsworthForEntries({here}, [&](PetscInt k, PetscScalar w) {
@@ -28,7 +32,10 @@ static PetscErrorCode FindWeightless(Mat C, Vec weight, std::vector<PetscInt> &w
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets keeps_j = 1 for the unknowns of rows of M that would have none with a weight left, by the pattern, as the symbolic results depend on it. Collective */
+/*
+   Sets keeps_j = 1 for the unknowns of rows of M that would have none with a weight left, by the pattern, as the
+   symbolic results depend on it. Collective
+*/
 static PetscErrorCode KeepLast(Mat M, Vec left, Vec keeps)
 {
   std::vector<PetscInt>    weightless, columns;
@@ -37,7 +44,8 @@ static PetscErrorCode KeepLast(Mat M, Vec left, Vec keeps)
   PetscFunctionBegin;
   PetscCall(FindWeightless(M, left, weightless));
   PetscCall(AinsworthForRows(M, [&](const AinsworthMatRow &row) {
-    if (std::all_of(row.j, row.j + row.n, [&](PetscInt j) { return std::binary_search(weightless.begin(), weightless.end(), j); }))
+    if (std::all_of(row.j, row.j + row.n,
+                    [&](PetscInt j) { return std::binary_search(weightless.begin(), weightless.end(), j); }))
       columns.insert(columns.end(), row.j, row.j + row.n);
   }));
   ones.assign(columns.size(), 1.0);
@@ -47,7 +55,10 @@ static PetscErrorCode KeepLast(Mat M, Vec left, Vec keeps)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the weight of unknowns with more than `bound` rows to zero, except where a row of C or B has no others. Collective */
+/*
+   Sets the weight of unknowns with more than `bound` rows to zero, except where a row of C or B has no others.
+   Collective
+*/
 static PetscErrorCode Unweigh(Mat C, Mat B, Vec count, PetscReal bound, Vec weight)
 {
   Vec      left, keeps;
@@ -68,20 +79,24 @@ static PetscErrorCode Unweigh(Mat C, Mat B, Vec count, PetscReal bound, Vec weig
     if (keep == 0.0) w = 0.0;
   }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, number, 2, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
-  PetscCall(PetscInfo(C,
-                      "%" PetscInt_FMT " unknowns that more than %g rows of C share have no weight, as the Gram matrix would be dense; %" PetscInt_FMT
-                      " others keep it, as some rows have no other unknown\n",
-                      number[0], (double)bound, number[1]));
+  PetscCall(PetscInfo(
+    C,
+    "%" PetscInt_FMT
+    " unknowns that more than %g rows of C share have no weight, as the Gram matrix would be dense; %" PetscInt_FMT
+    " others keep it, as some rows have no other unknown\n",
+    number[0], (double)bound, number[1]));
   PetscCall(VecDestroy(&left));
   PetscCall(VecDestroy(&keeps));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthSharedUnweigh - sets the weight of unknowns that many rows of C or B share to zero, so that the projection does not move them. Collective
+   AinsworthSharedUnweigh - sets the weight of unknowns that many rows of C or B share to zero, so that the projection
+   does not move them. Collective
 
-   p rows that share an unknown would have p^2 entries in S. Q = I - W B' S^{-1} C remains a projection onto Ker C as long as the rows are independent in the
-   other unknowns; a row without any would be empty in S. If they are not, AinsworthProjectorDiagnose() finds dependent rows that are independent for W = I.
+   p rows that share an unknown would have p^2 entries in S. Q = I - W B' S^{-1} C remains a projection onto Ker C as
+   long as the rows are independent in the other unknowns; a row without any would be empty in S. If they are not,
+   AinsworthProjectorDiagnose() finds dependent rows that are independent for W = I.
 */
 PetscErrorCode AinsworthSharedUnweigh(Mat C, Mat B, Vec weight, PetscBool *any)
 {

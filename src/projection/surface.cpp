@@ -16,7 +16,8 @@ AinsworthSurface::~AinsworthSurface()
 
    C, CW: placed C and C W with S = C W C' of the projector, which has them if D = 0; weight: diagonal of W
 */
-PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *surface, AinsworthProjector *projector, Mat C, Mat CW, Vec weight)
+PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *surface, AinsworthProjector *projector, Mat C, Mat CW,
+                                     Vec weight)
 {
   IS       rows, columns;
   Vec      counts;
@@ -34,7 +35,8 @@ PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *surface, AinsworthProject
   PetscCall(VecDestroy(&counts));
   std::vector<PetscInt> global(surface->places);
   for (PetscInt &i : global) i += rstart;
-  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)C), (PetscInt)global.size(), global.data(), PETSC_COPY_VALUES, &columns));
+  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)C), (PetscInt)global.size(), global.data(), PETSC_COPY_VALUES,
+                            &columns));
   PetscCall(MatGetOwnershipRange(C, &first, &last));
   PetscCall(ISCreateStride(PetscObjectComm((PetscObject)C), last - first, first, 1, &rows));
   PetscCall(MatCreateSubMatrix(C, rows, columns, MAT_INITIAL_MATRIX, &surface->C));

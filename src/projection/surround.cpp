@@ -1,7 +1,8 @@
 /*
    What takes the place of M^{-1} during a solve: a PCSHELL around the preconditioner that the program sees
 
-   It adds what M does not have, knows when M is symmetric, and has no iteration of its own, which would be with M in place of the operator
+   It adds what M does not have, knows when M is symmetric, and has no iteration of its own, which would be with M in
+   place of the operator
 */
 #include "inkernel.h"
 #include "../base/guard.h"
@@ -60,7 +61,8 @@ static PetscErrorCode PCPreSolve_Surrounding(PC pc, KSP ksp, Vec, Vec)
   PetscFunctionBegin;
   PetscCall(PCShellGetContext(pc, &s));
   PetscCall(PCPreSolve(s->inner, ksp));
-  if (s->operation) PetscCall(s->deflation.setUp(s->inner, s->reduced, s->operation, s->left)); /* in the first solve, as M^{-1} depends on the method */
+  /* in the first solve, as M^{-1} depends on the method */
+  if (s->operation) PetscCall(s->deflation.setUp(s->inner, s->reduced, s->operation, s->left));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -85,7 +87,10 @@ static PetscErrorCode PCApply_Plain(PC pc, Vec r, Vec z)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Applies the transpose of M^{-1}; PCHYPRE of PETSc 3.18 claims to have one, but BoomerAMG then returns zeros or crashes */
+/*
+   Applies the transpose of M^{-1}; PCHYPRE of PETSc 3.18 claims to have one, but BoomerAMG then returns zeros or
+   crashes
+*/
 static PetscErrorCode PCApplyTranspose_Plain(PC pc, Vec r, Vec z)
 {
   Surrounding *s;
@@ -101,8 +106,9 @@ static PetscErrorCode PCApplyTranspose_Plain(PC pc, Vec r, Vec z)
   PetscCall(PetscObjectTypeCompare((PetscObject)s->inner, PCHYPRE, &hypre));
   PetscCall(PCGetOptionsPrefix(s->inner, &prefix));
   PetscCheck(!hypre, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP,
-             "The transpose of a system with an A that is not symmetric needs that of its preconditioner, which %s has not: choose another -%spc_type", PCHYPRE,
-             prefix);
+             "The transpose of a system with an A that is not symmetric needs that of its preconditioner, which %s has "
+             "not: choose another -%spc_type",
+             PCHYPRE, prefix);
   PetscCall(PCApplyTranspose(s->inner, r, z));
   PetscCall(ForwardReason(pc, s->inner));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -154,7 +160,8 @@ static PetscErrorCode PCDestroy_Surrounding(PC pc)
 }
 
 /* Creates a preconditioner around M^{-1}; reduced and operation may be NULL; *out: its context */
-static PetscErrorCode Surround(PC inner, PetscBool symmetric, Mat reduced, Mat operation, const char name[], PC *pc, Surrounding **out)
+static PetscErrorCode Surround(PC inner, PetscBool symmetric, Mat reduced, Mat operation, const char name[], PC *pc,
+                               Surrounding **out)
 {
   Surrounding *s = new Surrounding();
   const char  *prefix;

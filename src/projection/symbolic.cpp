@@ -69,7 +69,10 @@ std::vector<PetscInt> Postorder(const std::vector<PetscInt> &parent)
   return order;
 }
 
-/* Gilbert, Ng and Peyton, SIAM J. Matrix Anal. Appl. 15 (1994): a row of the factor is a subtree, and only its leaves need to be visited */
+/*
+   Gilbert, Ng and Peyton, SIAM J. Matrix Anal. Appl. 15 (1994): a row of the factor is a subtree, and only its leaves
+   need to be visited
+*/
 std::vector<PetscInt> Pattern::columnCounts(const std::vector<PetscInt> &parent) const
 {
   const std::vector<PetscInt> order = Postorder(parent);
@@ -111,7 +114,8 @@ std::vector<PetscInt> Pattern::columnCounts(const std::vector<PetscInt> &parent)
 } // namespace
 
 /*
-   AinsworthFactorPredict - predicts the cost of a Cholesky factorization of a sequential M in an ordering, in little more time than it takes to read M
+   AinsworthFactorPredict - predicts the cost of a Cholesky factorization of a sequential M in an ordering, in little
+   more time than it takes to read M
 
    M has one row for each node of bs unknowns. order: of these rows, to be destroyed by the caller.
 */
@@ -133,13 +137,17 @@ PetscErrorCode AinsworthFactorPredict(Mat M, MatOrderingType ordering, PetscInt 
       cost->operations += PetscSqr(entries);
     }
   }
-  PetscCall(PetscInfo(M, "A Cholesky factor of %" PetscInt_FMT " unknowns has %g entries and takes %g operations in the ordering %s\n", bs * pattern.rows.n,
-                      (double)cost->entries, (double)cost->operations, ordering));
+  PetscCall(PetscInfo(
+    M, "A Cholesky factor of %" PetscInt_FMT " unknowns has %g entries and takes %g operations in the ordering %s\n",
+    bs * pattern.rows.n, (double)cost->entries, (double)cost->operations, ordering));
   PetscCall(pattern.rows.close());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthOrderingAttach - attaches an order of the rows of M, in which the ordering AinsworthPredicted has it factored */
+/*
+   AinsworthOrderingAttach - attaches an order of the rows of M, in which the ordering AinsworthPredicted has it
+   factored
+*/
 PetscErrorCode AinsworthOrderingAttach(IS order, Mat M)
 {
   PetscFunctionBegin;
@@ -154,7 +162,8 @@ PetscErrorCode AinsworthOrderingGet(Mat M, MatOrderingType, IS *row, IS *column)
 
   PetscFunctionBegin;
   PetscCall(PetscObjectQuery((PetscObject)M, AinsworthPredicted, (PetscObject *)&order));
-  PetscCheck(order, PETSC_COMM_SELF, PETSC_ERR_ORDER, "The ordering %s is for factorizations that the plugin chooses: choose another one", AinsworthPredicted);
+  PetscCheck(order, PETSC_COMM_SELF, PETSC_ERR_ORDER,
+             "The ordering %s is for factorizations that the plugin chooses: choose another one", AinsworthPredicted);
   for (IS *is : {row, column}) PetscCall(AinsworthShare(order, is));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

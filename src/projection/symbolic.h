@@ -7,7 +7,9 @@
 /* Nested dissection by METIS, available even if PETSc was configured without METIS; registered with the plugin */
 static const char AinsworthDissection[] = "ainsworthnd";
 
-/* The ordering attached to a matrix by AinsworthOrderingAttach(), used for the prediction; registered with the plugin */
+/*
+   The ordering attached to a matrix by AinsworthOrderingAttach(), used for the prediction; registered with the plugin
+*/
 static const char AinsworthPredicted[] = "ainsworthpredicted";
 
 /* The ordering tried first: cheap, with little fill on networks as well as on surfaces (docs/cost.md) */
@@ -18,7 +20,8 @@ static const char *const AinsworthOrdering = AinsworthDissection;
 #endif
 
 struct AinsworthCost {
-  PetscReal entries = 0.0, operations = 0.0; /* entries of the factor; operations: multiplications and additions, the sum of its squared column counts */
+  /* entries of the factor; operations: multiplications and additions, the sum of its squared column counts */
+  PetscReal entries = 0.0, operations = 0.0;
 };
 
 PetscErrorCode AinsworthFactorPredict(Mat, MatOrderingType, PetscInt bs, AinsworthCost *, IS *);

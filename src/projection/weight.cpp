@@ -7,7 +7,10 @@
 
 static const PetscReal tiny = 1e-290; /* smaller numbers may have an inverse that overflows */
 
-/* Replaces those diagonal entries of A for which pick() is true by the 1-norms of their rows; number: how many, on all ranks. Collective */
+/*
+   Replaces those diagonal entries of A for which pick() is true by the 1-norms of their rows; number: how many, on all
+   ranks. Collective
+*/
 template <typename Pick>
 static PetscErrorCode TakeNorms(Mat A, Vec diagonal, PetscInt *number, Pick pick)
 {
@@ -28,7 +31,8 @@ static PetscErrorCode TakeNorms(Mat A, Vec diagonal, PetscInt *number, Pick pick
   for (PetscInt i = 0; i < local; i++) {
     if (!pick(d[i])) continue;
     PetscCall(MatGetRow(aij, rstart + i, &n, NULL, &row));
-    d[i] = std::accumulate(row, row + n, PetscReal(0.0), [](PetscReal sum, PetscScalar a) { return sum + PetscAbsScalar(a); });
+    d[i] = std::accumulate(row, row + n, PetscReal(0.0),
+                           [](PetscReal sum, PetscScalar a) { return sum + PetscAbsScalar(a); });
     PetscCall(MatRestoreRow(aij, rstart + i, &n, NULL, &row));
   }
   PetscCall(VecRestoreArray(diagonal, &d));
@@ -39,8 +43,9 @@ static PetscErrorCode TakeNorms(Mat A, Vec diagonal, PetscInt *number, Pick pick
 /*
    AinsworthWeightCreate - creates W = diag(A)^{-1}, a vector of length n with positive real entries. Collective
 
-   If a diagonal entry of A is missing or not positive, the 1-norm of its row stands in for it: it measures the same local stiffness and never has the wrong
-   sign. A zero row gets the smallest weight of the others, so that its unknown moves least.
+   If a diagonal entry of A is missing or not positive, the 1-norm of its row stands in for it: it measures the same
+   local stiffness and never has the wrong sign. A zero row gets the smallest weight of the others, so that its unknown
+   moves least.
 */
 PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
 {
@@ -51,7 +56,12 @@ PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
   PetscFunctionBegin;
   PetscCall(AinsworthCreateDiagonal(A, weight));
   PetscCall(TakeNorms(A, *weight, &bad, [](PetscScalar d) { return !(PetscRealPart(d) > 0.0); }));
-  if (bad) PetscCall(PetscInfo(A, "%" PetscInt_FMT " diagonal entries of A are not positive: the 1-norms of their rows take their place in the weight\n", bad));
+  if (bad)
+    PetscCall(
+      PetscInfo(A,
+                "%" PetscInt_FMT
+                " diagonal entries of A are not positive: the 1-norms of their rows take their place in the weight\n",
+                bad));
   PetscCall(AinsworthUpdate(*weight, [&](PetscInt, PetscScalar &w) {
     w = PetscRealPart(w) > 0.0 ? 1.0 / PetscRealPart(w) : 0.0;
     if (PetscRealPart(w) > 0.0) smallest = PetscMin(smallest, PetscRealPart(w));
@@ -64,7 +74,10 @@ PetscErrorCode AinsworthWeightCreate(Mat A, Vec *weight)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Replaces (C W C')_ii by the stiffness of row i of C, that of its unknowns and of its spring in series; zero if no unknown has a weight */
+/*
+   Replaces (C W C')_ii by the stiffness of row i of C, that of its unknowns and of its spring in series; zero if no
+   unknown has a weight
+*/
 static PetscErrorCode StiffnessOfRows(Mat D, Vec row)
 {
   Vec sums;
@@ -72,7 +85,9 @@ static PetscErrorCode StiffnessOfRows(Mat D, Vec row)
   PetscFunctionBegin;
   PetscCall(VecDuplicate(row, &sums));
   if (D) PetscCall(AinsworthRowSums(D, 1, sums));
-  PetscCall(AinsworthUpdate(row, {sums}, [](PetscInt, PetscScalar &r, PetscScalar d) { r = PetscRealPart(r) > tiny ? 1.0 / PetscRealPart(r + d) : 0.0; }));
+  PetscCall(AinsworthUpdate(row, {sums}, [](PetscInt, PetscScalar &r, PetscScalar d) {
+    r = PetscRealPart(r) > tiny ? 1.0 / PetscRealPart(r + d) : 0.0;
+  }));
   PetscCall(VecDestroy(&sums));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -94,11 +109,12 @@ static PetscErrorCode FindZeroRows(Mat A, Vec like, std::vector<char> *zero, Pet
 }
 
 /*
-   AinsworthWeightLoosen - gives unknowns with zero rows in A (reference nodes, links) a large weight, so that they move before what they are tied to.
-   Collective
+   AinsworthWeightLoosen - gives unknowns with zero rows in A (reference nodes, links) a large weight, so that they move
+   before what they are tied to. Collective
 
-   Forces in Ker C are inversely proportional to the weights in a row, so little force then acts on unknowns that the preconditioner knows nothing about. Such
-   an unknown is as stiff as the rows of C that tie it to unknowns with a weight; this is propagated step by step.
+   Forces in Ker C are inversely proportional to the weights in a row, so little force then acts on unknowns that the
+   preconditioner knows nothing about. Such an unknown is as stiff as the rows of C that tie it to unknowns with a
+   weight; this is propagated step by step.
 */
 PetscErrorCode AinsworthWeightLoosen(Mat A, Mat C, Mat D, Vec weight, PetscBool *any)
 {
@@ -140,10 +156,12 @@ PetscErrorCode AinsworthWeightLoosen(Mat A, Mat C, Mat D, Vec weight, PetscBool 
 }
 
 /*
-   AinsworthRowPenaltyCreate - creates the penalty B_ii = gamma / (C D C')_ii, length m, from D = diag(A)^{-1}, length n. Collective
+   AinsworthRowPenaltyCreate - creates the penalty B_ii = gamma / (C D C')_ii, length m, from D = diag(A)^{-1}, length
+   n. Collective
 
-   This is the local stiffness that constraint i sees: B scales with A and with the inverse square of the row. A zero row, which only the compliance couples to
-   others, and a row whose (C D C')_ii is negligible get the largest penalty of the others; they add nothing to C' B C.
+   This is the local stiffness that constraint i sees: B scales with A and with the inverse square of the row. A zero
+   row, which only the compliance couples to others, and a row whose (C D C')_ii is negligible get the largest penalty
+   of the others; they add nothing to C' B C.
 */
 PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec inverseDiagonal, PetscReal gamma, Vec *penalty)
 {
@@ -152,7 +170,8 @@ PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec inverseDiagonal, PetscReal g
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(C, NULL, penalty));
   PetscCall(AinsworthRowSquares(C, inverseDiagonal, *penalty));
-  PetscCall(AinsworthUpdate(*penalty, [=](PetscInt, PetscScalar &b) { b = PetscRealPart(b) > tiny ? gamma / PetscRealPart(b) : 0.0; }));
+  PetscCall(AinsworthUpdate(
+    *penalty, [=](PetscInt, PetscScalar &b) { b = PetscRealPart(b) > tiny ? gamma / PetscRealPart(b) : 0.0; }));
   PetscCall(VecMax(*penalty, NULL, &largest));
   PetscCall(AinsworthUpdate(*penalty, [=](PetscInt, PetscScalar &b) {
     if (b == 0.0) b = largest > 0.0 ? largest : 1.0;

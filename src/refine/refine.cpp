@@ -6,17 +6,19 @@
 /*
    The numbers that decide whether x is right (docs/method.md, verification)
 
-   margin    a row is left with at most so many times the requested tolerance of its terms
-   rows      of C x = g are left with no more, whatever the tolerance, as the projection meets them to rounding; S may have a condition number of 1e8
-   rounding  of the largest terms of all, which the solves spread over all rows: a body at rest has only that
-   settled   an x that another solve moves by less is determined
-   rate      steps have to reduce what they reduce by this factor, as in LAPACK's xGERFSX
-   most      steps
+   margin    a row is left with at most so many times the requested tolerance of its terms rows      of C x = g are left
+   with no more, whatever the tolerance, as the projection meets them to rounding; S may have a condition number of 1e8
+   rounding  of the largest terms of all, which the solves spread over all rows: a body at rest has only that settled
+   an x that another solve moves by less is determined rate      steps have to reduce what they reduce by this factor,
+   as in LAPACK's xGERFSX most      steps
 */
 static const PetscReal margin = 10, rows = 1e-8, rounding = 0.5 * PETSC_MACHINE_EPSILON, settled = 1e-6, rate = 0.5;
 static const int       most = 10;
 
-/* AinsworthDecide - goes on while a row is left with too much, or x has not settled, as long as that helps; open: how far a step may move a settled x */
+/*
+   AinsworthDecide - goes on while a row is left with too much, or x has not settled, as long as that helps; open: how
+   far a step may move a settled x
+*/
 AinsworthProgressState AinsworthDecide(const AinsworthProgress &p, PetscReal open)
 {
   const bool met = p.excess <= 1.0, still = p.settles || (p.steps > 0 && p.moved <= open);
@@ -33,7 +35,9 @@ static PetscErrorCode Scale(const AinsworthSaddle *sp, AinsworthSaddleVec v)
 {
   PetscFunctionBegin;
   PetscCall(VecPointwiseMult(v.primal, v.primal, sp->scale.primal));
-  PetscCall(AinsworthUpdate(v.dual, {sp->scale.dual}, [sp](PetscInt i, PetscScalar &r, PetscScalar s) { r = AinsworthSaddleIsLeftOut(sp, i) ? 0.0 : r * s; }));
+  PetscCall(AinsworthUpdate(v.dual, {sp->scale.dual}, [sp](PetscInt i, PetscScalar &r, PetscScalar s) {
+    r = AinsworthSaddleIsLeftOut(sp, i) ? 0.0 : r * s;
+  }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -53,9 +57,13 @@ struct Directions {
   std::vector<AinsworthSaddleVec> p, image;
 };
 
-/* Makes a direction of p, which it changes and keeps, and adds the multiple to y that minimizes the residual `left`, which it scales; moved: by that step */
-static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec left, AinsworthSaddleVec p, Vec Ax,
-                              AinsworthSaddleVec y, Directions *all, PetscReal *moved, bool *some)
+/*
+   Makes a direction of p, which it changes and keeps, and adds the multiple to y that minimizes the residual `left`,
+   which it scales; moved: by that step
+*/
+static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec b,
+                              AinsworthSaddleVec left, AinsworthSaddleVec p, Vec Ax, AinsworthSaddleVec y,
+                              Directions *all, PetscReal *moved, bool *some)
 {
   AinsworthSaddleVec q;
   PetscScalar        dot;
@@ -89,23 +97,32 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets what rows are allowed; where the energy decides, those with stiffness as a whole, relative to x: an x at rest has no energy that could excuse them */
+/*
+   Sets what rows are allowed; where the energy decides, those with stiffness as a whole, relative to x: an x at rest
+   has no energy that could excuse them
+*/
 static void Measure(bool D, const AinsworthRequest *request, AinsworthMeasure measure[])
 {
   const bool      excuses = request->energetic && request->bounded;
-  const PetscReal enough = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */ : PetscMax(margin * request->tol, AinsworthLeast);
+  const PetscReal enough  = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */
+                                               : PetscMax(margin * request->tol, AinsworthLeast);
 
   measure[AINSWORTH_ROWS_HELD]   = {enough, rounding, !excuses ? 0.0 : D ? enough / margin : enough};
   measure[AINSWORTH_ROWS_RIGID]  = {PetscMin(enough, rows), rounding};
   measure[AINSWORTH_ROWS_NEAR]   = {AinsworthLeast, rounding};
   measure[AINSWORTH_ROWS_FORCED] = {measure[AINSWORTH_ROWS_RIGID].enough, 0.0};
   measure[AINSWORTH_ROWS_LOOSE]  = measure[AINSWORTH_ROWS_RIGID];
-  if (excuses && !D) measure[AINSWORTH_ROWS_LOOSE] = measure[AINSWORTH_ROWS_FORCED] = measure[AINSWORTH_ROWS_HELD]; /* by what they are tied to */
+  /* by what they are tied to */
+  if (excuses && !D) measure[AINSWORTH_ROWS_LOOSE] = measure[AINSWORTH_ROWS_FORCED] = measure[AINSWORTH_ROWS_HELD];
 }
 
-/* Judges the rows that depend on others and are left with more than rows are allowed: the combination of rows that they are tells what that means. Collective */
-static PetscErrorCode Depend(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthMeasure measure[], AinsworthSaddleVec b,
-                             AinsworthSaddleVec y, AinsworthSaddleVec left, AinsworthOutcome *outcome)
+/*
+   Judges the rows that depend on others and are left with more than rows are allowed: the combination of rows that they
+   are tells what that means. Collective
+*/
+static PetscErrorCode Depend(const AinsworthSaddle *sp, const AinsworthRequest *request,
+                             const AinsworthMeasure measure[], AinsworthSaddleVec b, AinsworthSaddleVec y,
+                             AinsworthSaddleVec left, AinsworthOutcome *outcome)
 {
   std::vector<PetscInt> mine, rows;
   PetscReal             size;
@@ -127,7 +144,8 @@ static PetscErrorCode Depend(const AinsworthSaddle *sp, const AinsworthRequest *
     PetscCall(AinsworthUpdate(w, [&](PetscInt i, PetscScalar &v) { v = sp->first + i == row ? 1.0 : 0.0; }));
     PetscCall(request->combination(w));
     PetscCall(AinsworthCertify(sp, w, left.dual, size, allowed, &what));
-    if (what == AINSWORTH_DEPENDENCE_NONE && outcome->state != AINSWORTH_OUTCOME_CONTRADICTION) outcome->state = AINSWORTH_OUTCOME_UNMET;
+    if (what == AINSWORTH_DEPENDENCE_NONE && outcome->state != AINSWORTH_OUTCOME_CONTRADICTION)
+      outcome->state = AINSWORTH_OUTCOME_UNMET;
     if (what != AINSWORTH_DEPENDENCE_CONTRADICTION) continue;
     outcome->state = AINSWORTH_OUTCOME_CONTRADICTION;
     if (row >= sp->first && row < sp->first + sp->local) outcome->contradictory[row - sp->first] = true;
@@ -136,7 +154,10 @@ static PetscErrorCode Depend(const AinsworthSaddle *sp, const AinsworthRequest *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks whether K p = 0 to rounding of each row, but for entries of p that are its own rounding: a step along p leads to another solution. Collective */
+/*
+   Checks whether K p = 0 to rounding of each row, but for entries of p that are its own rounding: a step along p leads
+   to another solution. Collective
+*/
 static PetscErrorCode IsNull(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec given, bool *null)
 {
   AinsworthMeasure   measure[AINSWORTH_ROWS_KINDS];
@@ -151,7 +172,9 @@ static PetscErrorCode IsNull(const AinsworthSaddle *sp, PetscBool transpose, Ain
   PetscCall(VecDuplicate(p.primal, &Ap));
   PetscCall(AinsworthSaddleVecCopy(given, p));
   PetscCall(AinsworthLargestEntry(sp, p, true, &most));
-  const auto clean = [most](PetscInt, PetscScalar &v, PetscScalar s) { v = PetscAbsScalar(v) / PetscRealPart(s) > AinsworthRest * most ? v : 0.0; };
+  const auto clean = [most](PetscInt, PetscScalar &v, PetscScalar s) {
+    v = PetscAbsScalar(v) / PetscRealPart(s) > AinsworthRest * most ? v : 0.0;
+  };
   PetscCall(AinsworthUpdate(p.primal, {sp->scale.primal}, clean));
   PetscCall(AinsworthUpdate(p.dual, {sp->scale.dual}, clean));
   PetscCall(AinsworthSaddleVecZero(zero));
@@ -163,31 +186,39 @@ static PetscErrorCode IsNull(const AinsworthSaddle *sp, PetscBool transpose, Ain
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks whether f and g are nearly nothing of x, in units of the scale, or g and the energy of x are: forces on others may hide the former. Collective */
-static PetscErrorCode Drowns(const AinsworthSaddle *sp, AinsworthSaddleVec b, Vec x, Vec Ax, PetscReal *growth, bool *drowns)
+/*
+   Checks whether f and g are nearly nothing of x, in units of the scale, or g and the energy of x are: forces on others
+   may hide the former. Collective
+*/
+static PetscErrorCode Drowns(const AinsworthSaddle *sp, AinsworthSaddleVec b, Vec x, Vec Ax, PetscReal *growth,
+                             bool *drowns)
 {
   PetscReal   size = 0.0, given;
   PetscScalar energy;
 
   PetscFunctionBegin;
   PetscCall(AinsworthGrowth(sp, b, x, growth));
-  PetscCall(AinsworthForEntries({x, sp->scale.primal}, [&](PetscInt, PetscScalar v, PetscScalar s) { size += PetscSqr(PetscAbsScalar(v / s)); }));
+  PetscCall(AinsworthForEntries(
+    {x, sp->scale.primal}, [&](PetscInt, PetscScalar v, PetscScalar s) { size += PetscSqr(PetscAbsScalar(v / s)); }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &size, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)x)));
   PetscCall(VecDot(Ax, x, &energy));
   PetscCall(AinsworthLargestEntry(sp, {NULL, b.dual}, false, &given));
   *drowns = *growth * AinsworthRest > 1.0 ||
-            (AinsworthRest * PetscSqrtReal(size) > given && PetscAbsScalar(energy) < PETSC_MACHINE_EPSILON / AinsworthUndetermined * size);
+            (AinsworthRest * PetscSqrtReal(size) > given &&
+             PetscAbsScalar(energy) < PETSC_MACHINE_EPSILON / AinsworthUndetermined * size);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
    Finds how far rounding of A moves x, if f and g may drown in it. Collective
 
-   Rounding of A may be eps diag(A). Along a motion z that nothing resists it moves x by eps z' diag(A) z / z' A z of itself: of size 1, as z' A z is rounding,
-   however f is balanced on z. A solver that found x, but leaves more than half of the work of these forces along x, moves it by infinity.
+   Rounding of A may be eps diag(A). Along a motion z that nothing resists it moves x by eps z' diag(A) z / z' A z of
+   itself: of size 1, as z' A z is rounding, however f is balanced on z. A solver that found x, but leaves more than
+   half of the work of these forces along x, moves it by infinity.
 */
-static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthSolveFn &solver, AinsworthSaddleVec b,
-                                   AinsworthSaddleVec y, Vec Ax, AinsworthOutcome *outcome)
+static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthRequest *request,
+                                   const AinsworthSolveFn &solver, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax,
+                                   AinsworthOutcome *outcome)
 {
   AinsworthSaddleVec r, d, after;
   PetscScalar        work[2]; /* of the forces along x */
@@ -207,8 +238,10 @@ static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthReq
   PetscCall(AinsworthSaddleResidual(sp, request->transpose, PETSC_FALSE, r, d, Ad, after));
   PetscCall(VecDot(r.primal, y.primal, &work[0]));
   PetscCall(VecDot(after.primal, y.primal, &work[1]));
-  if (request->tol >= 0.0 && !(PetscAbsScalar(work[1]) <= rate * PetscAbsScalar(work[0]))) outcome->rounding = PETSC_INFINITY;
-  PetscCall(PetscInfo(sp->rowsC, "x is %g of f and g: rounding of A moves it by %g\n", (double)outcome->growth, (double)outcome->rounding));
+  if (request->tol >= 0.0 && !(PetscAbsScalar(work[1]) <= rate * PetscAbsScalar(work[0])))
+    outcome->rounding = PETSC_INFINITY;
+  PetscCall(PetscInfo(sp->rowsC, "x is %g of f and g: rounding of A moves it by %g\n", (double)outcome->growth,
+                      (double)outcome->rounding));
   for (AinsworthSaddleVec *v : {&r, &d, &after}) PetscCall(AinsworthSaddleVecDestroy(v));
   PetscCall(VecDestroy(&Ad));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -217,15 +250,18 @@ static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthReq
 /*
    AinsworthRefine - refines y until it solves the program's system, and says whether it does. Collective
 
-   Most solutions need no step: where the solver ends by the energy, the residual decides. Otherwise one more, loose, solve shows how far the residual moves x.
+   Most solutions need no step: where the solver ends by the energy, the residual decides. Otherwise one more, loose,
+   solve shows how far the residual moves x.
 
    left: the residual of y, on return. known: Ax is A x already; on return it is
 */
-PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest *request, const AinsworthSolveFn &solver, AinsworthSaddleVec b,
-                               AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left, PetscBool *known, AinsworthOutcome *outcome)
+PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest *request,
+                               const AinsworthSolveFn &solver, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax,
+                               AinsworthSaddleVec left, PetscBool *known, AinsworthOutcome *outcome)
 {
-  const PetscReal        open = PetscMax(settled, 1e4 * request->tol);
-  AinsworthProgress      p    = {0.0, PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL, request->energetic || request->tol < 0.0, 0};
+  const PetscReal   open = PetscMax(settled, 1e4 * request->tol);
+  AinsworthProgress p = {0.0, PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL, request->energetic || request->tol < 0.0,
+                         0};
   AinsworthProgressState state;
   AinsworthMeasure       measure[AINSWORTH_ROWS_KINDS];
   AinsworthBackward      error;
@@ -249,7 +285,8 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
 
     PetscCall(look(*known));
     *known = PETSC_TRUE;
-    if (p.steps && p.excess > PetscMax(p.before, 1.0)) { /* the step went along what the system does not resist: it only shows how far x moves */
+    /* the step went along what the system does not resist: it only shows how far x moves */
+    if (p.steps && p.excess > PetscMax(p.before, 1.0)) {
       PetscCall(AinsworthSaddleVecCopy(kept, y));
       PetscCall(look(PETSC_FALSE));
       some = false;
@@ -258,9 +295,11 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
     state = AinsworthDecide(p, open);
     if (!some && state == AINSWORTH_WORKING) state = AINSWORTH_NO_PROGRESS;
     PetscCall(PetscInfo(sp->rowsC,
-                        "After %d further solves, the last of which moved x by %g, rows of both equations are left with up to %g and %g times what they are "
+                        "After %d further solves, the last of which moved x by %g, rows of both equations are left "
+                        "with up to %g and %g times what they are "
                         "allowed\n",
-                        p.steps, (double)(p.steps ? p.moved : 0.0), (double)error.primal.omega, (double)error.dual.omega));
+                        p.steps, (double)(p.steps ? p.moved : 0.0), (double)error.primal.omega,
+                        (double)error.dual.omega));
     if (state != AINSWORTH_WORKING) break;
     PetscCall(AinsworthSaddleVecDuplicate(y, &correction));
     PetscCall(solver(left, 1.0 / (margin * PetscMax(p.excess, 1.0)), correction)); /* it overwrites A x */
@@ -284,8 +323,11 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   outcome->error = error;
   outcome->moved = p.steps ? p.moved : 0.0;
   outcome->steps = p.steps;
-  outcome->state = p.excess > 1.0 ? AINSWORTH_OUTCOME_UNMET : state != AINSWORTH_CONVERGED ? AINSWORTH_OUTCOME_UNSETTLED : AINSWORTH_OUTCOME_SOLVED;
+  outcome->state = p.excess > 1.0                 ? AINSWORTH_OUTCOME_UNMET
+                   : state != AINSWORTH_CONVERGED ? AINSWORTH_OUTCOME_UNSETTLED
+                                                  : AINSWORTH_OUTCOME_SOLVED;
   if (outcome->state == AINSWORTH_OUTCOME_SOLVED) PetscCall(FindRounding(sp, request, solver, b, y, Ax, outcome));
-  if (p.excess <= 1.0 && error.dependent.omega > 1.0 && request->combination) PetscCall(Depend(sp, request, measure, b, y, left, outcome));
+  if (p.excess <= 1.0 && error.dependent.omega > 1.0 && request->combination)
+    PetscCall(Depend(sp, request, measure, b, y, left, outcome));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

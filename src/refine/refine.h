@@ -1,4 +1,7 @@
-/* Iterative refinement of a solution of [A B'; C -D] by reduced solves, until the backward error of the whole system says that it is one */
+/*
+   Iterative refinement of a solution of [A B'; C -D] by reduced solves, until the backward error of the whole system
+   says that it is one
+*/
 #ifndef AINSWORTH_REFINE_H
 #define AINSWORTH_REFINE_H
 
@@ -9,7 +12,9 @@
 /* Solves for b, to a relative tolerance of at least `loose`, by whatever rung of the ladder has been reached */
 using AinsworthSolveFn = std::function<PetscErrorCode(AinsworthSaddleVec b, PetscReal loose, AinsworthSaddleVec p)>;
 
-/* Subtracts from rows that were left out, whose coefficients are w, the combination of kept rows that is next to them */
+/*
+   Subtracts from rows that were left out, whose coefficients are w, the combination of kept rows that is next to them
+*/
 using AinsworthCombination = std::function<PetscErrorCode(Vec w)>;
 
 /* What a solution is asked to be */
@@ -25,19 +30,22 @@ struct AinsworthRequest {
 
 typedef enum {
   AINSWORTH_OUTCOME_SOLVED,
-  AINSWORTH_OUTCOME_UNMET,        /* a row has a residual that further solves do not reduce */
-  AINSWORTH_OUTCOME_UNSETTLED,    /* residuals are small, but further solves move x */
-  AINSWORTH_OUTCOME_CONTRADICTION /* all rows are met but some that depend on others, and a combination of rows of K is zero, but not that of b */
+  AINSWORTH_OUTCOME_UNMET,     /* a row has a residual that further solves do not reduce */
+  AINSWORTH_OUTCOME_UNSETTLED, /* residuals are small, but further solves move x */
+  /* all rows are met but some that depend on others, and a combination of rows of K is zero, but not that of b */
+  AINSWORTH_OUTCOME_CONTRADICTION
 } AinsworthOutcomeState;
 
 struct AinsworthOutcome {
   AinsworthOutcomeState state = AINSWORTH_OUTCOME_UNMET;
-  AinsworthBackward     error;          /* of the solution */
-  PetscReal             moved    = 0.0; /* by the last further solve, relative to x; 0 if there was none */
-  PetscReal             growth   = 0.0; /* of x beside f and g */
-  PetscReal             rounding = 0.0; /* how far rounding of A moves x, relative to x, where f and g are nearly nothing of x; else 0 */
-  int                   steps    = 0;   /* further solves, without the one for that */
-  std::vector<bool>     contradictory;  /* for each local row of the multiplier field, where the state is CONTRADICTION */
+  AinsworthBackward     error;        /* of the solution */
+  PetscReal             moved  = 0.0; /* by the last further solve, relative to x; 0 if there was none */
+  PetscReal             growth = 0.0; /* of x beside f and g */
+  /* how far rounding of A moves x, relative to x, where f and g are nearly nothing of x; else 0 */
+  PetscReal rounding = 0.0;
+  int       steps    = 0; /* further solves, without the one for that */
+  /* for each local row of the multiplier field, where the state is CONTRADICTION */
+  std::vector<bool> contradictory;
 };
 
 /* What a row that depends on others, and is not met, means for the system */
@@ -62,7 +70,8 @@ typedef enum {
 
 AinsworthProgressState AinsworthDecide(const AinsworthProgress &, PetscReal open);
 PetscErrorCode         AinsworthCertify(const AinsworthSaddle *, Vec, Vec, PetscReal, Vec, AinsworthDependence *);
-PetscErrorCode         AinsworthRefine(const AinsworthSaddle *, const AinsworthRequest *, const AinsworthSolveFn &, AinsworthSaddleVec, AinsworthSaddleVec, Vec,
-                                       AinsworthSaddleVec, PetscBool *, AinsworthOutcome *);
+PetscErrorCode         AinsworthRefine(const AinsworthSaddle *, const AinsworthRequest *, const AinsworthSolveFn &,
+                                       AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec, PetscBool *,
+                                       AinsworthOutcome *);
 
 #endif

@@ -12,12 +12,16 @@ PetscErrorCode AinsworthReportGetX(AinsworthReport *report, Vec iterate, Vec *x)
   if (!report->springs.primal) PetscCall(MatCreateVecs(ctx->C, &report->springs.primal, &report->springs.dual));
   PetscCall(VecCopy(iterate, report->springs.primal));
   *x = report->springs.primal;
-  if (ctx->D) PetscCall(MatAinsworthRecover_Private(report->system.reduced, PETSC_FALSE, report->b, report->springs, NULL));
+  if (ctx->D)
+    PetscCall(MatAinsworthRecover_Private(report->system.reduced, PETSC_FALSE, report->b, report->springs, NULL));
   else PetscCall(MatAinsworthComplete_Private(report->system.reduced, report->b.dual, *x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes the 2-norm by VecDot(): VecNorm() would cache norms of other types in a subvector, which PETSc 3.18 takes for known zeros */
+/*
+   Computes the 2-norm by VecDot(): VecNorm() would cache norms of other types in a subvector, which PETSc 3.18 takes
+   for known zeros
+*/
 static PetscErrorCode Length(Vec v, PetscReal *length)
 {
   PetscScalar square;
@@ -60,7 +64,10 @@ static PetscErrorCode ForceNorm(AinsworthReport *report, Vec force, PetscReal *n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets the norms of f and g and, where the solution is known, its energy norm and the norm of C' lambda: errors are relative to them */
+/*
+   Gets the norms of f and g and, where the solution is known, its energy norm and the norm of C' lambda: errors are
+   relative to them
+*/
 PetscErrorCode AinsworthReportSizes(AinsworthReport *report)
 {
   PetscScalar energy;
@@ -77,7 +84,10 @@ PetscErrorCode AinsworthReportSizes(AinsworthReport *report)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes the error of C' lambda, C' (lambda_k - lambda) = A (x - x_k) - r, relative to it; redundant rows leave lambda open, but not C' lambda. r is kept */
+/*
+   Computes the error of C' lambda, C' (lambda_k - lambda) = A (x - x_k) - r, relative to it; redundant rows leave
+   lambda open, but not C' lambda. r is kept
+*/
 static PetscErrorCode MultiplierError(AinsworthReport *report, Vec x, PetscReal *error)
 {
   Vec force;
@@ -93,7 +103,10 @@ static PetscErrorCode MultiplierError(AinsworthReport *report, Vec x, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes ||f - A x - C' lambda|| / ||f|| with lambda = R' (f - A x), ||g - C x|| / ||g||, and the energy norm of x; absolute if f or g is zero */
+/*
+   Computes ||f - A x - C' lambda|| / ||f|| with lambda = R' (f - A x), ||g - C x|| / ||g||, and the energy norm of x;
+   absolute if f or g is zero
+*/
 PetscErrorCode AinsworthReportResiduals(AinsworthReport *report, Vec iterate, AinsworthReportRow *row)
 {
   const AinsworthReportSystem *system = &report->system;
@@ -117,7 +130,10 @@ PetscErrorCode AinsworthReportResiduals(AinsworthReport *report, Vec iterate, Ai
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes sqrt((x - x_k)' A~ (x - x_k)), with A in place of A~ in Ker C, where they agree; excludes the energy of springs */
+/*
+   Computes sqrt((x - x_k)' A~ (x - x_k)), with A in place of A~ in Ker C, where they agree; excludes the energy of
+   springs
+*/
 PetscErrorCode AinsworthReportTrueError(AinsworthReport *report, Vec iterate, PetscReal *error)
 {
   PetscScalar square;
@@ -126,7 +142,9 @@ PetscErrorCode AinsworthReportTrueError(AinsworthReport *report, Vec iterate, Pe
   PetscFunctionBegin;
   PetscCall(AinsworthReportGetX(report, iterate, &x));
   PetscCall(VecWAXPY(report->x, -1.0, x, report->exact));
-  PetscCall(MatMult(report->system.reduced && !report->kernel && x == iterate ? report->system.reduced : report->system.A, report->x, report->r));
+  PetscCall(
+    MatMult(report->system.reduced && !report->kernel && x == iterate ? report->system.reduced : report->system.A,
+            report->x, report->r));
   PetscCall(VecDot(report->r, report->x, &square));
   *error = PetscSqrtReal(PetscAbsScalar(square));
   PetscFunctionReturn(PETSC_SUCCESS);

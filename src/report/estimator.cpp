@@ -1,7 +1,10 @@
 #include "estimator.h"
 #include <cmath>
 
-/* Part of the squared error that an accurate lower bound may miss, and its reduction over which Safety() looks back (Meurant, Papez, Tichy 2021) */
+/*
+   Part of the squared error that an accurate lower bound may miss, and its reduction over which Safety() looks back
+   (Meurant, Papez, Tichy 2021)
+*/
 static const PetscReal missing = 0.25, history = 1e-4;
 
 void AinsworthEstimatorStart(AinsworthEstimator *e, PetscReal eigenvalue, PetscReal rz)
@@ -17,9 +20,11 @@ void AinsworthEstimatorStart(AinsworthEstimator *e, PetscReal eigenvalue, PetscR
 }
 
 /*
-   Updates the estimate of the smallest Ritz value, 1 / ||L^{-1}||^2, for the Cholesky factor L of the Lanczos matrix, which grows by one row per step
+   Updates the estimate of the smallest Ritz value, 1 / ||L^{-1}||^2, for the Cholesky factor L of the Lanczos matrix,
+   which grows by one row per step
 
-   ||L^{-1}|| is estimated from below by the best combination of the old vector and the new unit vector (Meurant, Tichy 2019).
+   ||L^{-1}|| is estimated from below by the best combination of the old vector and the new unit vector (Meurant, Tichy
+   2019).
 */
 static void GrowLanczosMatrix(AinsworthEstimator *e, PetscReal alpha)
 {
@@ -88,7 +93,10 @@ PetscReal AinsworthEstimatorLower(const AinsworthEstimator *e, PetscInt iteratio
   return std::sqrt(Sum(e, iteration, (PetscInt)e->fall.size()));
 }
 
-/* Estimates the squared error of the last iterate by the simpler bound without poles (Meurant, Tichy 2019), with the smallest Ritz value */
+/*
+   Estimates the squared error of the last iterate by the simpler bound without poles (Meurant, Tichy 2019), with the
+   smallest Ritz value
+*/
 static PetscReal Estimated(const AinsworthEstimator *e)
 {
   return e->phi * e->rho * e->rz;

@@ -6,15 +6,18 @@
 #include <vector>
 
 struct AinsworthEstimator {
-  PetscReal              eigenvalue = 0.0; /* lower bound of the spectrum of the preconditioned operator; 0 to estimate it */
-  std::vector<PetscReal> fall;            /* decrease of the squared error in step k: alpha_k r_k' z_k */
-  PetscInt               accurate = 0;    /* the iterates before this one have an accurate lower bound */
-  PetscReal              rz       = 0.0;  /* r' z of the last iterate */
-  PetscReal              alpha    = 0.0;  /* of the last step */
-  PetscReal              beta     = 0.0;  /* factor of r' z in the last step */
-  PetscReal              radau    = 0.0;  /* modified coefficient of the Gauss-Radau rule; not positive if the eigenvalue is too large */
-  PetscReal              phi      = 0.0;  /* r' z / p' M p */
-  PetscReal              rho = 0.0, sigma = 0.0, tau = 0.0; /* incremental estimate of the largest eigenvalue of the inverse Lanczos matrix */
+  /* lower bound of the spectrum of the preconditioned operator; 0 to estimate it */
+  PetscReal              eigenvalue = 0.0;
+  std::vector<PetscReal> fall;           /* decrease of the squared error in step k: alpha_k r_k' z_k */
+  PetscInt               accurate = 0;   /* the iterates before this one have an accurate lower bound */
+  PetscReal              rz       = 0.0; /* r' z of the last iterate */
+  PetscReal              alpha    = 0.0; /* of the last step */
+  PetscReal              beta     = 0.0; /* factor of r' z in the last step */
+  /* modified coefficient of the Gauss-Radau rule; not positive if the eigenvalue is too large */
+  PetscReal radau = 0.0;
+  PetscReal phi   = 0.0; /* r' z / p' M p */
+  /* incremental estimate of the largest eigenvalue of the inverse Lanczos matrix */
+  PetscReal rho = 0.0, sigma = 0.0, tau = 0.0;
 };
 
 void AinsworthEstimatorStart(AinsworthEstimator *, PetscReal eigenvalue, PetscReal rz);

@@ -1,4 +1,7 @@
-/* An operator that records p' A p for the search direction p of a KSPCG, which together with r' z gives the coefficients of conjugate gradients */
+/*
+   An operator that records p' A p for the search direction p of a KSPCG, which together with r' z gives the
+   coefficients of conjugate gradients
+*/
 #ifndef AINSWORTH_OBSERVED_H
 #define AINSWORTH_OBSERVED_H
 

@@ -17,8 +17,8 @@ static PetscErrorCode CreateExact(const AinsworthReportSystem *system, Vec refer
   PetscCall(VecGetSize(*exact, &n));
   PetscCall(VecGetSize(reference, &size));
   PetscCheck(size == n || size == system->size, comm, PETSC_ERR_ARG_SIZ,
-             "The reference solution has %" PetscInt_FMT " entries: it must have %" PetscInt_FMT " (x and the multipliers) or %" PetscInt_FMT
-             " (x alone); give another file to -pc_ainsworth_reference",
+             "The reference solution has %" PetscInt_FMT " entries: it must have %" PetscInt_FMT
+             " (x and the multipliers) or %" PetscInt_FMT " (x alone); give another file to -pc_ainsworth_reference",
              size, system->size, n);
   PetscCall(VecGetOwnershipRange(*exact, &start, &end));
   if (size == n) PetscCall(ISCreateStride(comm, end - start, start, 1, &field));
@@ -30,7 +30,8 @@ static PetscErrorCode CreateExact(const AinsworthReportSystem *system, Vec refer
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthReportCreate(AinsworthReportSettings *settings, const AinsworthReportSystem *system, AinsworthReport **out)
+PetscErrorCode AinsworthReportCreate(AinsworthReportSettings *settings, const AinsworthReportSystem *system,
+                                     AinsworthReport **out)
 {
   AinsworthReport *report  = new AinsworthReport();
   const PetscBool  monitor = settings->viewer ? PETSC_TRUE : PETSC_FALSE;
@@ -53,7 +54,8 @@ PetscErrorCode AinsworthReportDestroy(AinsworthReport **out)
 
   PetscFunctionBegin;
   if (!report) PetscFunctionReturn(PETSC_SUCCESS);
-  for (Vec *v : {&report->exact, &report->x, &report->r, &report->residual, &report->work[0], &report->work[1], &report->springs.primal, &report->springs.dual})
+  for (Vec *v : {&report->exact, &report->x, &report->r, &report->residual, &report->work[0], &report->work[1],
+                 &report->springs.primal, &report->springs.dual})
     PetscCall(VecDestroy(v));
   PetscCall(MatDestroy(&report->observed));
   PetscCall(MatDestroy(&report->operation));
@@ -63,7 +65,8 @@ PetscErrorCode AinsworthReportDestroy(AinsworthReport **out)
 }
 
 /* Gets alpha of the last step, and r' z */
-static PetscErrorCode GetCoefficients(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, PetscReal *alpha, PetscReal *rz)
+static PetscErrorCode GetCoefficients(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, PetscReal *alpha,
+                                      PetscReal *rz)
 {
   PetscInt  products;
   PetscReal pAp;
@@ -71,7 +74,8 @@ static PetscErrorCode GetCoefficients(AinsworthReport *report, KSP ksp, PetscInt
   PetscFunctionBegin;
   PetscCall(AinsworthObservedGet(report->observed, &products, &pAp, &report->observing));
   PetscCheck(products == step, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
-             "The error cannot be estimated from this form of KSPCG: leave out -ksp_cg_single_reduction, or -pc_ainsworth_monitor_error and "
+             "The error cannot be estimated from this form of KSPCG: leave out -ksp_cg_single_reduction, or "
+             "-pc_ainsworth_monitor_error and "
              "-pc_ainsworth_stop energy_error");
   *rz    = norm * norm;
   *alpha = step ? report->estimator.rz / pAp : 0.0;
@@ -110,7 +114,10 @@ static PetscErrorCode Record(KSP ksp, PetscInt step, PetscReal norm, KSPConverge
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Determines whether the coefficients of conjugate gradients are available, and whether the residual tolerance is made relative to x */
+/*
+   Determines whether the coefficients of conjugate gradients are available, and whether the residual tolerance is made
+   relative to x
+*/
 static PetscErrorCode ChooseCoefficients(AinsworthReport *report, KSP ksp)
 {
   PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *);
@@ -134,7 +141,8 @@ static PetscErrorCode ChooseCoefficients(AinsworthReport *report, KSP ksp)
   report->tighten  = (PetscBool)((report->kernel || (ctx && ctx->D)) && report->patient && norm == KSP_NORM_NATURAL);
   if (report->estimate || !report->watch) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(report->settings->stop != AINSWORTH_STOP_ENERGY_ERROR, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
-             "-pc_ainsworth_stop energy_error needs the coefficients of conjugate gradients: the inner KSP is %s with norm type %s, it must be %s or %s with "
+             "-pc_ainsworth_stop energy_error needs the coefficients of conjugate gradients: the inner KSP is %s with "
+             "norm type %s, it must be %s or %s with "
              "-ksp_norm_type natural",
              type, KSPNormTypes[norm], KSPPROJECTEDCG, KSPCG);
   PetscCall(PetscInfo(ksp, "The error of %s with norm type %s is not estimated\n", type, KSPNormTypes[norm]));

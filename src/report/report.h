@@ -38,32 +38,38 @@ struct AinsworthReportRow {
 };
 
 struct AinsworthReport {
-  AinsworthReportSettings        *settings = NULL;
-  AinsworthReportSystem           system   = {};
-  PetscBool                       estimate = PETSC_FALSE; /* the method is conjugate gradients, and its operator is observed to get the coefficients */
-  PetscBool                       kernel   = PETSC_FALSE; /* it iterates in Ker C, without R g */
-  PetscBool                       watch    = PETSC_FALSE; /* there is a monitor, or the error ends the solve */
-  PetscBool                       patient  = PETSC_FALSE; /* the convergence test is PETSc's own: stagnation ends the solve, too */
-  PetscBool                       tighten  = PETSC_FALSE; /* the convergence test is PETSc's own, in the natural norm: its tolerance is made relative to x */
+  AinsworthReportSettings *settings = NULL;
+  AinsworthReportSystem    system   = {};
+  /* the method is conjugate gradients, and its operator is observed to get the coefficients */
+  PetscBool estimate = PETSC_FALSE;
+  PetscBool kernel   = PETSC_FALSE; /* it iterates in Ker C, without R g */
+  PetscBool watch    = PETSC_FALSE; /* there is a monitor, or the error ends the solve */
+  /* the convergence test is PETSc's own: stagnation ends the solve, too */
+  PetscBool patient = PETSC_FALSE;
+  /* the convergence test is PETSc's own, in the natural norm: its tolerance is made relative to x */
+  PetscBool                       tighten = PETSC_FALSE;
   AinsworthEstimator              estimator;
   std::vector<AinsworthReportRow> rows;
   size_t                          printed = 0;
   Vec                             exact   = NULL; /* exact x; NULL if unknown */
   AinsworthSaddleVec              b       = {};   /* f and g of the current solve, borrowed */
   Vec                             x = NULL, r = NULL, residual = NULL;
-  AinsworthSaddleVec              springs  = {};                /* x and lambda of an iterate if D is nonzero; NULL until needed */
-  PetscReal                       norm[2]  = {};                /* of f and g */
-  PetscReal                       held     = 0.0;               /* norm of C' lambda of the exact solution, in that of diag(A)^{-1} */
-  PetscReal                       energy   = 0.0;               /* energy norm of x, as far as it is known */
-  PetscReal                       bound    = 0.0;               /* error that ends the solve */
-  PetscReal                       least    = 0.0;               /* residual norm when it was last at least halved */
-  PetscInt                        found    = 0;                 /* the iteration then */
-  PetscInt                        patience = 0;                 /* iterations allowed until it is halved again */
-  PetscBool                       wentOn   = PETSC_FALSE;       /* because the residual was not small relative to x */
-  PetscInt                        solve    = 0;                 /* its number among those that the viewer shows */
-  Vec                             work[2]  = {};                /* NULL until needed */
-  PetscLogDouble                  start    = 0.0;               /* time when this solve began, minus the time of its set-up */
-  PetscLogDouble                  spent = 0.0, observing = 0.0; /* seconds spent in the report and in the observer */
+  /* x and lambda of an iterate if D is nonzero; NULL until needed */
+  AinsworthSaddleVec springs = {};
+  PetscReal          norm[2] = {}; /* of f and g */
+  /* norm of C' lambda of the exact solution, in that of diag(A)^{-1} */
+  PetscReal held     = 0.0;
+  PetscReal energy   = 0.0;         /* energy norm of x, as far as it is known */
+  PetscReal bound    = 0.0;         /* error that ends the solve */
+  PetscReal least    = 0.0;         /* residual norm when it was last at least halved */
+  PetscInt  found    = 0;           /* the iteration then */
+  PetscInt  patience = 0;           /* iterations allowed until it is halved again */
+  PetscBool wentOn   = PETSC_FALSE; /* because the residual was not small relative to x */
+  PetscInt  solve    = 0;           /* its number among those that the viewer shows */
+  Vec       work[2]  = {};          /* NULL until needed */
+  /* time when this solve began, minus the time of its set-up */
+  PetscLogDouble start = 0.0;
+  PetscLogDouble spent = 0.0, observing = 0.0; /* seconds spent in the report and in the observer */
 
   /* what to restore in the KSP */
   PetscBool installed = PETSC_FALSE;
@@ -79,7 +85,10 @@ PetscErrorCode AinsworthReportDestroy(AinsworthReport **);
 PetscErrorCode AinsworthReportBegin(AinsworthReport *, KSP, AinsworthSaddleVec b, PetscLogDouble start);
 PetscErrorCode AinsworthReportEnd(AinsworthReport *, KSP, PetscBool failed);
 
-/* errors.cpp; the first gets x of an iterate of the reduced solve, which differs from the iterate if D is nonzero; borrowed */
+/*
+   errors.cpp; the first gets x of an iterate of the reduced solve, which differs from the iterate if D is nonzero;
+   borrowed
+*/
 PetscErrorCode AinsworthReportGetX(AinsworthReport *, Vec iterate, Vec *x);
 PetscErrorCode AinsworthReportSizes(AinsworthReport *);
 PetscErrorCode AinsworthReportResiduals(AinsworthReport *, Vec iterate, AinsworthReportRow *);
@@ -87,7 +96,10 @@ PetscErrorCode AinsworthReportTrueError(AinsworthReport *, Vec iterate, PetscRea
 
 /* stop.cpp */
 PetscErrorCode AinsworthReportSetPatience(AinsworthReport *, KSP);
-/* Decides whether the solve ends, by the result of its own convergence test and by the estimated error, both relative to x */
+/*
+   Decides whether the solve ends, by the result of its own convergence test and by the estimated error, both relative
+   to x
+*/
 PetscErrorCode AinsworthReportSmallestRitzValue(KSP, PetscReal *);
 PetscErrorCode AinsworthReportStop(AinsworthReport *, KSP, PetscInt step, PetscReal norm, KSPConvergedReason *);
 

@@ -74,19 +74,22 @@ PetscErrorCode AinsworthReportHeader(AinsworthReport *report)
   if (csv) {
     PetscCall(Appends(viewer, &appends));
     if (report->solve == 1 && !appends)
-      PetscCall(PetscViewerASCIIPrintf(
-        viewer,
-        "solve,seconds,iteration,delay,natural_norm,primal_residual,constraint_residual,error_lower,error_upper,error_true,error_relative,multiplier_error\n"));
+      PetscCall(PetscViewerASCIIPrintf(viewer,
+                                       "solve,seconds,iteration,delay,natural_norm,primal_residual,constraint_residual,"
+                                       "error_lower,error_upper,error_true,error_relative,multiplier_error\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (report->settings->eigenvalue > 0.0)
-    PetscCall(PetscSNPrintf(upper, sizeof(upper), "bound for eigenvalues from %g on", (double)report->settings->eigenvalue));
+    PetscCall(
+      PetscSNPrintf(upper, sizeof(upper), "bound for eigenvalues from %g on", (double)report->settings->eigenvalue));
   else PetscCall(PetscStrncpy(upper, "estimate from the smallest Ritz value", sizeof(upper)));
-  PetscCall(PetscViewerASCIIPrintf(
-    viewer, "  Error against run time, solve %" PetscInt_FMT "; errors in the energy norm; lower: bound, upper: %s, relative: upper over x\n", report->solve,
-    report->estimate ? upper : "none, the method is not CG"));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  %5s %11s %11s %11s %11s %11s %11s %11s %11s %11s\n", "iter", "seconds", "natural", "res. f", "res. g",
-                                   "error >=", "error <=", "true error", "relative", "C' lambda"));
+  PetscCall(PetscViewerASCIIPrintf(viewer,
+                                   "  Error against run time, solve %" PetscInt_FMT
+                                   "; errors in the energy norm; lower: bound, upper: %s, relative: upper over x\n",
+                                   report->solve, report->estimate ? upper : "none, the method is not CG"));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  %5s %11s %11s %11s %11s %11s %11s %11s %11s %11s\n", "iter", "seconds",
+                                   "natural", "res. f", "res. g", "error >=", "error <=", "true error", "relative",
+                                   "C' lambda"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -106,20 +109,27 @@ PetscErrorCode AinsworthReportPrint(AinsworthReport *report, PetscBool all)
     const AinsworthReportRow &row      = report->rows[report->printed];
     const PetscInt            step     = (PetscInt)report->printed;
     const PetscInt            delay    = estimate ? (PetscInt)e->fall.size() - step : 0;
-    PetscReal                 values[] = {
-                      row.natural, row.primal, row.constraint, delay > 0 ? AinsworthEstimatorLower(e, step) : NAN, estimate ? AinsworthEstimatorUpper(e, step) : NAN,
-                      row.error,   NAN,        row.multipliers};
-    const PetscReal error = estimate ? values[4] : row.error;
-    char            text[8][16];
+    PetscReal                 values[] = {row.natural,
+                                          row.primal,
+                                          row.constraint,
+                          delay > 0 ? AinsworthEstimatorLower(e, step) : NAN,
+                          estimate ? AinsworthEstimatorUpper(e, step) : NAN,
+                                          row.error,
+                                          NAN,
+                                          row.multipliers};
+    const PetscReal           error    = estimate ? values[4] : row.error;
+    char                      text[8][16];
 
     values[6] = report->energy > 0.0 ? error / report->energy : NAN;
     for (int i = 0; i < 8; i++) PetscCall(Number(values[i], csv, text[i]));
     if (csv)
-      PetscCall(PetscViewerASCIIPrintf(viewer, "%" PetscInt_FMT ",%.6f,%" PetscInt_FMT ",%" PetscInt_FMT ",%s,%s,%s,%s,%s,%s,%s,%s\n", report->solve,
-                                       (double)row.seconds, step, delay, text[0], text[1], text[2], text[3], text[4], text[5], text[6], text[7]));
+      PetscCall(PetscViewerASCIIPrintf(
+        viewer, "%" PetscInt_FMT ",%.6f,%" PetscInt_FMT ",%" PetscInt_FMT ",%s,%s,%s,%s,%s,%s,%s,%s\n", report->solve,
+        (double)row.seconds, step, delay, text[0], text[1], text[2], text[3], text[4], text[5], text[6], text[7]));
     else
-      PetscCall(PetscViewerASCIIPrintf(viewer, "  %5" PetscInt_FMT " %11.4f %11s %11s %11s %11s %11s %11s %11s %11s\n", step, (double)row.seconds, text[0],
-                                       text[1], text[2], text[3], text[4], text[5], text[6], text[7]));
+      PetscCall(PetscViewerASCIIPrintf(viewer, "  %5" PetscInt_FMT " %11.4f %11s %11s %11s %11s %11s %11s %11s %11s\n",
+                                       step, (double)row.seconds, text[0], text[1], text[2], text[3], text[4], text[5],
+                                       text[6], text[7]));
   }
   PetscCall(PetscViewerFlush(viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -145,7 +155,8 @@ PetscErrorCode AinsworthReportDraw(AinsworthReport *report)
   PetscCall(PetscDrawLGGetAxis(graph, &axis));
   PetscCall(PetscDrawAxisSetLabels(axis, "Error against run time", "seconds", "log10 of the error in the energy norm"));
   for (size_t k = 0; k < e->fall.size(); k++) {
-    const PetscReal errors[3] = {AinsworthEstimatorLower(e, (PetscInt)k), AinsworthEstimatorUpper(e, (PetscInt)k), report->rows[k].error};
+    const PetscReal errors[3] = {AinsworthEstimatorLower(e, (PetscInt)k), AinsworthEstimatorUpper(e, (PetscInt)k),
+                                 report->rows[k].error};
     PetscReal       x[3], y[3];
     bool            good = true;
 

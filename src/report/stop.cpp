@@ -1,4 +1,7 @@
-/* Stopping criteria of the reduced solve: tolerances refer to the energy norm of x, not to that of x - R g, the unknown of the solve */
+/*
+   Stopping criteria of the reduced solve: tolerances refer to the energy norm of x, not to that of x - R g, the unknown
+   of the solve
+*/
 #include "report.h"
 #include "../projection/inkernel.h"
 #include <petsc/private/kspimpl.h> /* rnorm0 and ttol */
@@ -6,7 +9,10 @@
 /* Relative accuracy of the entries of x: smaller errors need more digits */
 static const PetscReal digits = 10 * PETSC_MACHINE_EPSILON;
 
-/* Computes |x|_A^2 by a product with A, and the squared energy norm of the rounding of x; x' A x is known only up to the rounding of its terms */
+/*
+   Computes |x|_A^2 by a product with A, and the squared energy norm of the rounding of x; x' A x is known only up to
+   the rounding of its terms
+*/
 static PetscErrorCode Energy(AinsworthReport *report, Vec x, PetscReal *energy, PetscReal *rounding)
 {
   const AinsworthReportSystem *system = &report->system;
@@ -49,7 +55,10 @@ static PetscErrorCode GetStart(const AinsworthReport *report, Mat_Ainsworth **ct
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthReportSmallestRitzValue - gets the smallest Ritz value of conjugate gradients, 0 if their coefficients are not kept; collective */
+/*
+   AinsworthReportSmallestRitzValue - gets the smallest Ritz value of conjugate gradients, 0 if their coefficients are
+   not kept; collective
+*/
 PetscErrorCode AinsworthReportSmallestRitzValue(KSP ksp, PetscReal *smallest)
 {
   PetscReal largest;
@@ -66,9 +75,11 @@ PetscErrorCode AinsworthReportSmallestRitzValue(KSP ksp, PetscReal *smallest)
 }
 
 /*
-   Gets the squared energy norm of x if R g strains what x does not, so that x is much smaller than x - R g = z, otherwise that of z; and of the rounding of x
+   Gets the squared energy norm of x if R g strains what x does not, so that x is much smaller than x - R g = z,
+   otherwise that of z; and of the rounding of x
 
-   x' A x = (R g)' A R g - x' b + 2 f' z, despite cancellation, indicates a small x, of which one product with A gives the norm; if D is nonzero it is always made
+   x' A x = (R g)' A R g - x' b + 2 f' z, despite cancellation, indicates a small x, of which one product with A gives
+   the norm; if D is nonzero it is always made
 */
 static PetscErrorCode EnergyOfX(AinsworthReport *report, Vec z, PetscReal zAz, PetscReal *energy, PetscReal *rounding)
 {
@@ -92,13 +103,15 @@ static PetscErrorCode EnergyOfX(AinsworthReport *report, Vec z, PetscReal zAz, P
 /*
    Continues the solve if the residual is small relative to the first one, but the error is not small relative to x
 
-   PETSc's test compares r with the first residual, that of R g, in the natural norm. With b = Q' (f - A R g), the right-hand side in Ker C, and r = b - A z,
-   conjugate gradients have r' z = 0 and z' A z = x' b. The error e of x has e' A e <= r' M^{-1} r / theta, theta the smallest eigenvalue, for which that of the
-   Lanczos matrix stands in: where the preconditioner is weak it is small, and the residual shows little of the error
+   PETSc's test compares r with the first residual, that of R g, in the natural norm. With b = Q' (f - A R g), the
+   right-hand side in Ker C, and r = b - A z, conjugate gradients have r' z = 0 and z' A z = x' b. The error e of x has
+   e' A e <= r' M^{-1} r / theta, theta the smallest eigenvalue, for which that of the Lanczos matrix stands in: where
+   the preconditioner is weak it is small, and the residual shows little of the error
 */
 static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason)
 {
-  static const PetscReal above = 2; /* the bound lies above the error, as other eigenvalues are larger (docs/options.md) */
+  /* the bound lies above the error, as other eigenvalues are larger (docs/options.md) */
+  static const PetscReal above = 2;
   Vec                    x, b;
   PetscScalar            dot;
   PetscReal              z, energy, rounding, wanted, theta, first, rtol, atol;
@@ -118,8 +131,10 @@ static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, Pets
   if (norm <= PetscSqrtReal(PetscMax(wanted, rounding) * theta)) {
     if (wanted >= rounding) PetscFunctionReturn(PETSC_SUCCESS);
     *reason = KSP_CONVERGED_ATOL;
-    PetscCall(PetscInfo(ksp, "Converged: the error is as small as rounding of x allows, which is more than %g times the energy norm of x, %g\n", (double)rtol,
-                        (double)PetscSqrtReal(energy)));
+    PetscCall(PetscInfo(ksp,
+                        "Converged: the error is as small as rounding of x allows, which is more than %g times the "
+                        "energy norm of x, %g\n",
+                        (double)rtol, (double)PetscSqrtReal(energy)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (!report->wentOn) report->patience = PetscMax(30, step);
@@ -127,8 +142,11 @@ static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, Pets
   report->found  = step;
   report->least  = norm;
   *reason        = KSP_CONVERGED_ITERATING;
-  ksp->ttol      = PetscMax(PetscSqrtReal(PetscMax(wanted, rounding) * theta), atol); /* the test does not report convergence before */
-  PetscCall(PetscInfo(ksp, "The energy norm of x is %g, that of x - R g %g, the smallest eigenvalue at most %g: the residual norm has to come down to %g\n",
+  /* the test does not report convergence before */
+  ksp->ttol = PetscMax(PetscSqrtReal(PetscMax(wanted, rounding) * theta), atol);
+  PetscCall(PetscInfo(ksp,
+                      "The energy norm of x is %g, that of x - R g %g, the smallest eigenvalue at most %g: the "
+                      "residual norm has to come down to %g\n",
                       (double)PetscSqrtReal(energy), (double)PetscSqrtReal(z), (double)theta, (double)ksp->ttol));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -136,10 +154,11 @@ static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, Pets
 /*
    Ends the solve if the residual stagnates, long before the limit of iterations
 
-   Multigrid needs tens of iterations; a simple preconditioner, in exact arithmetic, as many as there are unknowns. Methods that accumulate rounding errors,
-   especially pipelined ones, may not reach the smaller tolerance of GoOn()
+   Multigrid needs tens of iterations; a simple preconditioner, in exact arithmetic, as many as there are unknowns.
+   Methods that accumulate rounding errors, especially pipelined ones, may not reach the smaller tolerance of GoOn()
 */
-static PetscErrorCode CheckStagnation(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason)
+static PetscErrorCode CheckStagnation(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm,
+                                      KSPConvergedReason *reason)
 {
   PetscFunctionBegin;
   if (norm < report->least / 2) {
@@ -148,7 +167,8 @@ static PetscErrorCode CheckStagnation(AinsworthReport *report, KSP ksp, PetscInt
   }
   if (step - report->found < report->patience) PetscFunctionReturn(PETSC_SUCCESS);
   *reason = KSP_DIVERGED_BREAKDOWN;
-  PetscCall(PetscInfo(ksp, "The residual norm %g has not fallen by half for %" PetscInt_FMT " iterations%s\n", (double)norm, report->patience,
+  PetscCall(PetscInfo(ksp, "The residual norm %g has not fallen by half for %" PetscInt_FMT " iterations%s\n",
+                      (double)norm, report->patience,
                       report->wentOn ? ": a tolerance relative to x is out of reach" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -156,8 +176,12 @@ static PetscErrorCode CheckStagnation(AinsworthReport *report, KSP ksp, PetscInt
 /* Sets the number of iterations that CheckStagnation() allows */
 PetscErrorCode AinsworthReportSetPatience(AinsworthReport *report, KSP ksp)
 {
-  static const PetscInt usual  = 1000,
-                        rounds = 10; /* rounding delays the n-th step, with which Krylov methods end; ten times is plenty on 10^5 random systems */
+  static const PetscInt usual = 1000,
+                        /*
+                           rounding delays the n-th step, with which Krylov methods end; ten times is plenty on 10^5
+                           random systems
+                        */
+    rounds = 10;
   PetscBool multigrid;
   PetscInt  n;
   PC        pc;
@@ -174,7 +198,10 @@ PetscErrorCode AinsworthReportSetPatience(AinsworthReport *report, KSP ksp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks whether the error is small enough in the energy norm; for R g != 0, x is multiplied by A only if the error would do for the largest possible x */
+/*
+   Checks whether the error is small enough in the energy norm; for R g != 0, x is multiplied by A only if the error
+   would do for the largest possible x
+*/
 static PetscErrorCode ErrorReached(AinsworthReport *report, KSP ksp, bool *reached)
 {
   const AinsworthEstimator *e    = &report->estimator;
@@ -195,19 +222,22 @@ static PetscErrorCode ErrorReached(AinsworthReport *report, KSP ksp, bool *reach
   PetscCall(Energy(report, x, &energy, &rounding));
   if (ctx) PetscCall(AddSprings(report, ctx, &energy));
   report->energy = PetscSqrtReal(energy);
-  report->bound  = PetscSqrtReal(PetscMax(PetscSqr(rtol / (1 + rtol)) * energy, rounding)); /* |x|_A is at least that of the iterate minus the error */
-  *reached       = AinsworthEstimatorReached(e, report->bound);
+  /* |x|_A is at least that of the iterate minus the error */
+  report->bound = PetscSqrtReal(PetscMax(PetscSqr(rtol / (1 + rtol)) * energy, rounding));
+  *reached      = AinsworthEstimatorReached(e, report->bound);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthReportStop(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason)
+PetscErrorCode AinsworthReportStop(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm,
+                                   KSPConvergedReason *reason)
 {
   bool reached = false;
 
   PetscFunctionBegin;
   if (report->settings->stop != AINSWORTH_STOP_ENERGY_ERROR) {
     if (report->tighten && step && *reason == KSP_CONVERGED_RTOL) PetscCall(GoOn(report, ksp, step, norm, reason));
-    if (report->patient && *reason == KSP_CONVERGED_ITERATING) PetscCall(CheckStagnation(report, ksp, step, norm, reason));
+    if (report->patient && *reason == KSP_CONVERGED_ITERATING)
+      PetscCall(CheckStagnation(report, ksp, step, norm, reason));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (*reason == KSP_CONVERGED_RTOL) *reason = KSP_CONVERGED_ITERATING;
@@ -216,6 +246,7 @@ PetscErrorCode AinsworthReportStop(AinsworthReport *report, KSP ksp, PetscInt st
   if (!reached) PetscFunctionReturn(PETSC_SUCCESS);
   *reason = KSP_CONVERGED_RTOL;
   PetscCall(PetscInfo(ksp, "Converged: the energy norm of the error was %g at iteration %" PetscInt_FMT " already\n",
-                      (double)AinsworthEstimatorLower(&report->estimator, report->estimator.accurate - 1), report->estimator.accurate - 1));
+                      (double)AinsworthEstimatorLower(&report->estimator, report->estimator.accurate - 1),
+                      report->estimator.accurate - 1));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,14 +3,18 @@
 #include <petsc/private/snesimpl.h>
 #include <cmath>
 
-/* Sets keep to 0 in held rows, else 1, and known to Newton's step in held rows, which is the distance from the bound, else 0 */
+/*
+   Sets keep to 0 in held rows, else 1, and known to Newton's step in held rows, which is the distance from the bound,
+   else 0
+*/
 static PetscErrorCode HeldStep(SNES snes, const SNES_AinsworthActiveSet *as, Vec keep, Vec known)
 {
   PetscFunctionBegin;
   PetscCall(AinsworthUpdate(keep, [=](PetscInt i, PetscScalar &k) { k = as->hold[i] == HOLD_NONE ? 1.0 : 0.0; }));
-  PetscCall(AinsworthUpdate(known, {snes->vec_sol, snes->xl, snes->xu}, [=](PetscInt i, PetscScalar &d, PetscScalar x, PetscScalar l, PetscScalar u) {
-    d = as->hold[i] == HOLD_NONE ? 0.0 : x - (as->hold[i] == HOLD_LOWER ? l : u);
-  }));
+  PetscCall(AinsworthUpdate(known, {snes->vec_sol, snes->xl, snes->xu},
+                            [=](PetscInt i, PetscScalar &d, PetscScalar x, PetscScalar l, PetscScalar u) {
+                              d = as->hold[i] == HOLD_NONE ? 0.0 : x - (as->hold[i] == HOLD_LOWER ? l : u);
+                            }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -30,7 +34,8 @@ static PetscErrorCode NormOfEquations(SNES snes, Vec keep, Vec known, Vec work, 
 /*
    Sets the reason to stop in iteration i, or 0
 
-   PETSc's test is called in the first iteration, when it stores the norm, and when no row is wrong; for a linear problem only after an exact solve
+   PETSc's test is called in the first iteration, when it stores the norm, and when no row is wrong; for a linear
+   problem only after an exact solve
 */
 static PetscErrorCode Test(SNES snes, const SNES_AinsworthActiveSet *as, PetscInt i, bool cycles)
 {
@@ -65,8 +70,9 @@ static PetscErrorCode TakeStep(SNES snes, Vec before, Vec Y)
 static PetscErrorCode SNESSolve_AinsworthActiveSet(SNES snes)
 {
   SNES_AinsworthActiveSet *as   = (SNES_AinsworthActiveSet *)snes->data;
-  Vec                      keep = snes->work[0], known = snes->work[1], work = snes->work[2], before = snes->work[3], Y = snes->vec_sol_update;
-  bool                     cycles = false;
+  Vec                      keep = snes->work[0], known = snes->work[1], work = snes->work[2], before = snes->work[3],
+      Y       = snes->vec_sol_update;
+  bool cycles = false;
 
   PetscFunctionBegin;
   snes->numLinearSolveFailures = 0;
@@ -122,17 +128,19 @@ static PetscErrorCode SNESSetUp_AinsworthActiveSet(SNES snes)
     PetscCall((*snes->ops->computevariablebounds)(snes, snes->xl, snes->xu));
   }
   PetscCheck(snes->xl && snes->xu, PetscObjectComm((PetscObject)snes), PETSC_ERR_ARG_WRONGSTATE,
-             "SNES type %s needs bounds of the multipliers: call SNESVISetVariableBounds(), with PETSC_NINFINITY and PETSC_INFINITY for unknowns without",
+             "SNES type %s needs bounds of the multipliers: call SNESVISetVariableBounds(), with PETSC_NINFINITY and "
+             "PETSC_INFINITY for unknowns without",
              SNESAINSWORTHACTIVESET);
   PetscCall(VecDestroy(&as->bounded));
   PetscCall(VecDuplicate(snes->work[0], &as->bounded));
   as->rows.clear();
   as->hold.clear();
-  PetscCall(AinsworthUpdate(as->bounded, {snes->xl, snes->xu}, [=](PetscInt i, PetscScalar &b, PetscScalar l, PetscScalar u) {
-    b = PetscRealPart(l) > PETSC_NINFINITY || PetscRealPart(u) < PETSC_INFINITY ? 1.0 : 0.0;
-    if (b != 0.0) as->rows.push_back(i);
-    as->hold.push_back(HOLD_NONE);
-  }));
+  PetscCall(
+    AinsworthUpdate(as->bounded, {snes->xl, snes->xu}, [=](PetscInt i, PetscScalar &b, PetscScalar l, PetscScalar u) {
+      b = PetscRealPart(l) > PETSC_NINFINITY || PetscRealPart(u) < PETSC_INFINITY ? 1.0 : 0.0;
+      if (b != 0.0) as->rows.push_back(i);
+      as->hold.push_back(HOLD_NONE);
+    }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -163,10 +171,13 @@ static PetscErrorCode SNESSetFromOptions_AinsworthActiveSet(SNES snes, Ainsworth
 
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "SNES ainsworthactiveset options");
-  PetscCall(PetscOptionsReal("-snes_ainsworthactiveset_tolerance", "Of the largest multiplier and the largest residual: less is zero", NULL, as->tolerance,
+  PetscCall(PetscOptionsReal("-snes_ainsworthactiveset_tolerance",
+                             "Of the largest multiplier and the largest residual: less is zero", NULL, as->tolerance,
                              &as->tolerance, NULL));
-  PetscCall(PetscOptionsReal("-snes_ainsworthactiveset_loose", "Relative tolerance of a linear solve after which rows may change; 0: always that of the KSP",
-                             NULL, as->loose, &as->loose, NULL));
+  PetscCall(
+    PetscOptionsReal("-snes_ainsworthactiveset_loose",
+                     "Relative tolerance of a linear solve after which rows may change; 0: always that of the KSP",
+                     NULL, as->loose, &as->loose, NULL));
   PetscOptionsHeadEnd();
   PetscCheck(as->loose >= 0.0 && as->loose < 1.0, PetscObjectComm((PetscObject)snes), PETSC_ERR_ARG_OUTOFRANGE,
              "Option -snes_ainsworthactiveset_loose is %g, it must be in [0,1)", (double)as->loose);
@@ -186,43 +197,54 @@ static PetscErrorCode SNESView_AinsworthActiveSet(SNES snes, PetscViewer viewer)
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt i : as->rows) count[0] += as->hold[i] != HOLD_NONE;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)snes)));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  rows with bounds: %" PetscInt_FMT ", of which %" PetscInt_FMT " are held at one\n", count[1], count[0]));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  tolerance for a multiplier beyond its bound: %g of the largest\n", (double)as->tolerance));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  relative tolerance of linear solves after which rows may change: %g\n", (double)as->loose));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "  rows with bounds: %" PetscInt_FMT ", of which %" PetscInt_FMT " are held at one\n", count[1], count[0]));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  tolerance for a multiplier beyond its bound: %g of the largest\n",
+                                   (double)as->tolerance));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  relative tolerance of linear solves after which rows may change: %g\n",
+                                   (double)as->loose));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*MC
-   SNESAINSWORTHACTIVESET - Newton's method with an active set, for inequalities C x <= g that are given as bounds of their multipliers
+   SNESAINSWORTHACTIVESET - Newton's method with an active set, for inequalities C x <= g that are given as bounds of
+   their multipliers
 
    Options Database Keys:
-+  -snes_ainsworthactiveset_tolerance <1e-8> - values below it are zero, relative to the largest multiplier or residual of a row with bounds
--  -snes_ainsworthactiveset_loose <1e-2>     - relative tolerance of linear solves while rows may change; 0: the tolerance of the KSP
++  -snes_ainsworthactiveset_tolerance <1e-8> - values below it are zero, relative to the largest multiplier or residual
+                                               of a row with bounds
+-  -snes_ainsworthactiveset_loose <1e-2>     - relative tolerance of linear solves while rows may change; 0: the
+                                               tolerance of the KSP
 
    Level: intermediate
 
    Notes:
-   For C x <= g, the function is F(x, l) = (A x + C'l - f, g - C x) with the bounds 0 <= l, with the signs of `SNESVINEWTONRSLS`. The Jacobian [A C'; -C 0] may
-   have any layout that `PCAINSWORTH` accepts. Set the bounds with `SNESVISetVariableBounds()`. Rows without bounds are equations. Two bounds, -b <= l <= b,
-   describe friction with a known force.
+   For C x <= g, the function is F(x, l) = (A x + C'l - f, g - C x) with the bounds 0 <= l, with the signs of
+   `SNESVINEWTONRSLS`. The Jacobian [A C'; -C 0] may have any layout that `PCAINSWORTH` accepts. Set the bounds with
+   `SNESVISetVariableBounds()`. Rows without bounds are equations. Two bounds, -b <= l <= b, describe friction with a
+   known force.
 
-   The method is the primal-dual active set method, which is a Newton method. A multiplier at a bound is held there in the next step, unless the sign of its
-   residual releases it. A multiplier beyond a bound is held from then on. In each step C x = g holds exactly for the rows in contact. Each matrix has rows for
-   all multipliers. A held row has -1 on the diagonal and no other entry. A is the program's own object, so `PCAINSWORTH` keeps what it has built from it.
-   The method stops if no row is wrong and F agrees with its Jacobian, as in a linear problem, or if PETSc's convergence test is satisfied.
+   The method is the primal-dual active set method, which is a Newton method. A multiplier at a bound is held there in
+   the next step, unless the sign of its residual releases it. A multiplier beyond a bound is held from then on. In each
+   step C x = g holds exactly for the rows in contact. Each matrix has rows for all multipliers. A held row has -1 on
+   the diagonal and no other entry. A is the program's own object, so `PCAINSWORTH` keeps what it has built from it. The
+   method stops if no row is wrong and F agrees with its Jacobian, as in a linear problem, or if PETSc's convergence
+   test is satisfied.
 
-   While rows change, linear solves are loose. Their tolerance is set in the KSP, or in the reduced solve if the KSP is `KSPPREONLY` with `PCAINSWORTH`. When
-   no row is wrong, one more solve reduces the error of x, in the energy norm, to the tolerance that was asked for. Its own tolerance is larger, because the
-   step is smaller than x.
+   While rows change, linear solves are loose. Their tolerance is set in the KSP, or in the reduced solve if the KSP is
+   `KSPPREONLY` with `PCAINSWORTH`. When no row is wrong, one more solve reduces the error of x, in the energy norm, to
+   the tolerance that was asked for. Its own tolerance is larger, because the step is smaller than x.
 
-   If a set recurs, linear solves are no longer loose. If a set recurs again, rows change one at a time, until fewer rows are wrong than before. This
-   terminates if C A^{-1} C' is positive definite. If a set recurs even then, the reason is `SNES_DIVERGED_LOCAL_MIN`.
+   If a set recurs, linear solves are no longer loose. If a set recurs again, rows change one at a time, until fewer
+   rows are wrong than before. This terminates if C A^{-1} C' is positive definite. If a set recurs even then, the
+   reason is `SNES_DIVERGED_LOCAL_MIN`.
 
    Errors:
    `PETSC_ERR_ARG_WRONGSTATE` at set-up if there are no bounds; `PETSC_ERR_ARG_OUTOFRANGE` if an option is not in [0,1).
 
    References:
-   M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2003), 865-888; J. J. Judice, F. M. Pires, Comput. Oper. Res. 21 (1994), 587-596.
+   M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2003), 865-888; J. J. Judice, F. M. Pires, Comput. Oper.
+   Res. 21 (1994), 587-596.
 
 .seealso: `PCAINSWORTH`, `SNESVISetVariableBounds()`, `SNESVINEWTONRSLS`
 M*/

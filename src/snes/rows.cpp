@@ -12,12 +12,17 @@ static PetscErrorCode NumberOfSet(const SNES_AinsworthActiveSet *as, uint64_t *n
   PetscCall(VecGetOwnershipRange(as->bounded, &rstart, NULL));
   *number = 0;
   for (PetscInt i : as->rows) *number += AinsworthMixState(0, 4 * (uint64_t)(rstart + i) + (uint64_t)as->hold[i] + 1);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, number, 1, MPI_UINT64_T, MPI_SUM, PetscObjectComm((PetscObject)as->bounded)));
+  PetscCallMPI(
+    MPI_Allreduce(MPI_IN_PLACE, number, 1, MPI_UINT64_T, MPI_SUM, PetscObjectComm((PetscObject)as->bounded)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the bound at which each bounded row belongs according to X and F; first: sets the present set from X alone; collective */
-PetscErrorCode AinsworthActiveSetFindWrong(SNES_AinsworthActiveSet *as, Vec X, Vec F, Vec lower, Vec upper, bool first, std::vector<AinsworthHold> &wanted)
+/*
+   Finds the bound at which each bounded row belongs according to X and F; first: sets the present set from X alone;
+   collective
+*/
+PetscErrorCode AinsworthActiveSetFindWrong(SNES_AinsworthActiveSet *as, Vec X, Vec F, Vec lower, Vec upper, bool first,
+                                           std::vector<AinsworthHold> &wanted)
 {
   PetscReal now[2] = {0.0, 0.0};
 
@@ -38,7 +43,8 @@ PetscErrorCode AinsworthActiveSetFindWrong(SNES_AinsworthActiveSet *as, Vec X, V
     if (b == 0.0) return;
     if (first) as->hold[i] = at <= low ? HOLD_LOWER : at >= high ? HOLD_UPPER : HOLD_NONE;
     wanted[i] = as->hold[i];
-    if (as->hold[i] == HOLD_NONE) wanted[i] = at < low - little ? HOLD_LOWER : at > high + little ? HOLD_UPPER : HOLD_NONE;
+    if (as->hold[i] == HOLD_NONE)
+      wanted[i] = at < low - little ? HOLD_LOWER : at > high + little ? HOLD_UPPER : HOLD_NONE;
     else if (low < high && (as->hold[i] == HOLD_LOWER ? force < -slight : force > slight)) wanted[i] = HOLD_NONE;
     as->wrong += wanted[i] != as->hold[i];
   };
@@ -50,13 +56,14 @@ PetscErrorCode AinsworthActiveSetFindWrong(SNES_AinsworthActiveSet *as, Vec X, V
 /*
    Changes to the next set; collective
 
-   All wrong rows change at once. When a set recurs, linear solves are no longer loose; when one recurs again, only the last of the wrong rows changes, until
-   fewer are wrong than ever before.
+   All wrong rows change at once. When a set recurs, linear solves are no longer loose; when one recurs again, only the
+   last of the wrong rows changes, until fewer are wrong than ever before.
 
-   This terminates if the Schur complement C A^{-1} C' is positive definite (K. G. Murty, 1974; J. J. Judice and F. M. Pires, 1994). *cycles: a set recurred
-   nevertheless
+   This terminates if the Schur complement C A^{-1} C' is positive definite (K. G. Murty, 1974; J. J. Judice and F. M.
+   Pires, 1994). *cycles: a set recurred nevertheless
 */
-PetscErrorCode AinsworthActiveSetChange(SNES snes, SNES_AinsworthActiveSet *as, const std::vector<AinsworthHold> &wanted, bool *cycles)
+PetscErrorCode AinsworthActiveSetChange(SNES snes, SNES_AinsworthActiveSet *as,
+                                        const std::vector<AinsworthHold> &wanted, bool *cycles)
 {
   PetscInt last = -1, rstart;
   uint64_t number;
@@ -72,13 +79,17 @@ PetscErrorCode AinsworthActiveSetChange(SNES snes, SNES_AinsworthActiveSet *as, 
   if (!as->seen.insert(number).second) {
     *cycles = as->single;
     if (!as->tight) {
-      PetscCall(PetscInfo(snes, "A set of held multipliers came for the second time: linear solves are exact from here on\n"));
+      PetscCall(
+        PetscInfo(snes, "A set of held multipliers came for the second time: linear solves are exact from here on\n"));
       as->tight = true;
       as->seen  = {number};
       *cycles   = false;
     } else if (!as->single) {
-      PetscCall(PetscInfo(snes, "A set of held multipliers came for the second time: one row changes at a time, until fewer than %" PetscInt_FMT " are wrong\n",
-                          as->least));
+      PetscCall(PetscInfo(
+        snes,
+        "A set of held multipliers came for the second time: one row changes at a time, until fewer than %" PetscInt_FMT
+        " are wrong\n",
+        as->least));
       as->single = true;
       as->seen   = {number};
     }

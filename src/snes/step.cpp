@@ -56,7 +56,8 @@ static PetscErrorCode GetSolver(KSP ksp, KSP *solver)
 /*
    Returns the relative tolerance of the next linear solve
 
-   It is loose if rows were wrong. If F followed its linearization, the error of x, not that of the step, has to come down to rtol; otherwise it is rtol
+   It is loose if rows were wrong. If F followed its linearization, the error of x, not that of the step, has to come
+   down to rtol; otherwise it is rtol
 */
 static PetscReal ToleranceOf(const SNES_AinsworthActiveSet *as, PetscReal rtol)
 {
@@ -67,7 +68,10 @@ static PetscReal ToleranceOf(const SNES_AinsworthActiveSet *as, PetscReal rtol)
   return as->linear ? PetscMax(rtol, PetscMin(as->loose, margin * rtol / as->left)) : rtol;
 }
 
-/* Calls KSPSolve() with the tolerance of the step, and records the reduction of the residual, 0 if the method does not tell */
+/*
+   Calls KSPSolve() with the tolerance of the step, and records the reduction of the residual, 0 if the method does not
+   tell
+*/
 static PetscErrorCode SolveLoosely(KSP ksp, SNES_AinsworthActiveSet *as, Vec rhs, Vec Y)
 {
   KSP            solver;
@@ -118,10 +122,11 @@ PetscErrorCode AinsworthActiveSetSolveStep(SNES snes, SNES_AinsworthActiveSet *a
 }
 
 /*
-   Checks whether F followed its linearization, so that the only error is that of the linear solver; predicted: F - J Y at the old X, overwritten
+   Checks whether F followed its linearization, so that the only error is that of the linear solver; predicted: F - J Y
+   at the old X, overwritten
 
-   Rows with bounds are compared with the largest residual of such a row. In the others all terms cancel: they are compared with the rounding of the diagonal
-   times Y or X.
+   Rows with bounds are compared with the largest residual of such a row. In the others all terms cancel: they are
+   compared with the rounding of the diagonal times Y or X.
 */
 static PetscErrorCode WasLinear(SNES_AinsworthActiveSet *as, Vec X, Vec F, Vec Y, Vec predicted)
 {
@@ -139,7 +144,10 @@ static PetscErrorCode WasLinear(SNES_AinsworthActiveSet *as, Vec X, Vec F, Vec Y
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Estimates the error that the linear solve left, relative to the energy norm of x; Y' J Y = y' A y, because C and -C cancel; JY is overwritten */
+/*
+   Estimates the error that the linear solve left, relative to the energy norm of x; Y' J Y = y' A y, because C and -C
+   cancel; JY is overwritten
+*/
 static PetscErrorCode EstimateLeft(Mat J, SNES_AinsworthActiveSet *as, Vec X, Vec Y, Vec JY)
 {
   PetscScalar energy[2];
@@ -151,7 +159,8 @@ static PetscErrorCode EstimateLeft(Mat J, SNES_AinsworthActiveSet *as, Vec X, Ve
     PetscCall(VecDot(JY, Y, &energy[0]));
     PetscCall(MatMult(J, X, JY));
     PetscCall(VecDot(JY, X, &energy[1]));
-    if (PetscRealPart(energy[0]) > 0.0 && PetscRealPart(energy[1]) > 0.0) ratio = PetscSqrtReal(PetscRealPart(energy[0]) / PetscRealPart(energy[1]));
+    if (PetscRealPart(energy[0]) > 0.0 && PetscRealPart(energy[1]) > 0.0)
+      ratio = PetscSqrtReal(PetscRealPart(energy[0]) / PetscRealPart(energy[1]));
     as->left = as->reached * ratio;
   }
   as->exact = as->left <= as->asked || as->reached <= as->asked;
@@ -159,7 +168,8 @@ static PetscErrorCode EstimateLeft(Mat J, SNES_AinsworthActiveSet *as, Vec X, Ve
 }
 
 /*
-   Estimates the error left by step Y, and checks linearity, if no row is wrong; otherwise the next solve is loose in any case
+   Estimates the error left by step Y, and checks linearity, if no row is wrong; otherwise the next solve is loose in
+   any case
 
    before: F of the old X; before and JY are overwritten
 */
@@ -179,8 +189,9 @@ PetscErrorCode AinsworthActiveSetJudgeStep(SNES snes, SNES_AinsworthActiveSet *a
   PetscCall(MatMult(J, Y, JY));
   PetscCall(VecAXPY(before, -1.0, JY));
   PetscCall(EstimateLeft(J, as, X, Y, JY));
-  PetscCall(
-    PetscInfo(snes, "The linear solve came to %g of its right-hand side: %g of the energy norm of x may be left\n", (double)as->reached, (double)as->left));
+  PetscCall(PetscInfo(snes,
+                      "The linear solve came to %g of its right-hand side: %g of the energy norm of x may be left\n",
+                      (double)as->reached, (double)as->left));
   PetscCall(WasLinear(as, X, F, Y, before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

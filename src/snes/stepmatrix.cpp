@@ -1,10 +1,16 @@
-/* The matrix of one step: the Jacobian without the rows and columns of multipliers held at a bound; blocks without bounded rows are the program's own */
+/*
+   The matrix of one step: the Jacobian without the rows and columns of multipliers held at a bound; blocks without
+   bounded rows are the program's own
+*/
 #include "activeset.h"
 #include "../base/objects.h"
 #include "../saddle/saddle.h"
 #include <vector>
 
-/* Creates a diagonal matrix with -1 where keep is 0 and stored zeros elsewhere, so that its pattern is the same in every step */
+/*
+   Creates a diagonal matrix with -1 where keep is 0 and stored zeros elsewhere, so that its pattern is the same in
+   every step
+*/
 static PetscErrorCode CreateHeldDiagonal(Mat like, Vec keep, Mat *E)
 {
   PetscInt           rstart, rend, n;
@@ -13,7 +19,8 @@ static PetscErrorCode CreateHeldDiagonal(Mat like, Vec keep, Mat *E)
   PetscFunctionBegin;
   PetscCall(VecGetOwnershipRange(keep, &rstart, &rend));
   n = rend - rstart;
-  PetscCall(MatCreateAIJ(PetscObjectComm((PetscObject)like), n, n, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, E));
+  PetscCall(
+    MatCreateAIJ(PetscObjectComm((PetscObject)like), n, n, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, E));
   PetscCall(VecGetArrayRead(keep, &k));
   for (PetscInt i = rstart; i < rend; i++) PetscCall(MatSetValue(*E, i, i, k[i - rstart] - 1.0, INSERT_VALUES));
   PetscCall(VecRestoreArrayRead(keep, &k));
@@ -83,8 +90,9 @@ static PetscErrorCode CreateNest(Mat J, Vec bounded, Vec keep, Mat *step)
   PetscCall(GetNestISs(J, &rows, &cols));
   const PetscInt nr = (PetscInt)rows.size(), nc = (PetscInt)cols.size();
   PetscCheck(nr == nc, PetscObjectComm((PetscObject)J), PETSC_ERR_ARG_SIZ,
-             "The Jacobian is a MatNest of %" PetscInt_FMT " by %" PetscInt_FMT " blocks, SNES type %s needs as many rows as columns", nr, nc,
-             SNESAINSWORTHACTIVESET);
+             "The Jacobian is a MatNest of %" PetscInt_FMT " by %" PetscInt_FMT
+             " blocks, SNES type %s needs as many rows as columns",
+             nr, nc, SNESAINSWORTHACTIVESET);
   for (IS is : rows) {
     PetscReal some;
     Vec       part, copy = NULL;
