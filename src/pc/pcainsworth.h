@@ -122,6 +122,12 @@ PETSC_INTERN PetscErrorCode PCAinsworthJudge_Private(PC, PC_Ainsworth *, PetscBo
                                                      size_t);
 PETSC_INTERN PetscErrorCode PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);
 
+/* pcsolve.cpp */
+PETSC_INTERN PetscErrorCode PCAinsworthIsClaim_Private(const PC_Ainsworth *, PetscBool *);
+PETSC_INTERN PetscErrorCode PCAinsworthSolveFields_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, AinsworthSaddleVec,
+                                                           AinsworthSaddleVec, PetscBool *, KSPConvergedReason *);
+PETSC_INTERN PetscErrorCode PCAinsworthSolveLoosely_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, PetscReal,
+                                                            AinsworthSaddleVec, AinsworthSaddleVec);
 /* pcladder.cpp */
 PETSC_INTERN PetscErrorCode PCAinsworthReplan_Private(PC, PC_Ainsworth *, AinsworthEnd, const char[], PetscBool *);
 
