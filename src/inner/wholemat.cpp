@@ -28,7 +28,6 @@ PetscErrorCode AinsworthWholeAssemble(const AinsworthSaddle *sp, Mat *K)
   Mat              A, withDiagonal, adjoint, minusD;
   PetscInt         local[2], both, start = 0;
   std::vector<IS>  fields(2);
-  std::vector<Mat> parts;
 
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(sp->C, &local[1], &local[0]));
