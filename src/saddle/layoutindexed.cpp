@@ -17,29 +17,16 @@ static PetscErrorCode SamePattern(Mat mat, int which, const AinsworthSaddleBlock
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets the factors of the local rows of minus a saddle point */
-static PetscErrorCode GetFactors(Vec sign, const AinsworthSplit *split, std::vector<PetscReal> *factors)
-{
-  const PetscScalar *s;
-
-  PetscFunctionBegin;
-  if (!sign) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetArrayRead(sign, &s));
-  for (PetscInt number : split->rows) factors->push_back(number < 0 ? -1.0 : PetscRealPart(s[number]));
-  PetscCall(VecRestoreArrayRead(sign, &s));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Extracts `wanted` blocks from found->block[first] on; refills those of the last set-up if the pattern has not changed */
+/* Extracts `wanted` blocks from found->block[first] on; refills those of the last set-up if the pattern is the same */
 static PetscErrorCode Extract(Mat mat, int which, int first, int wanted, Vec sign, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   Mat                                    whole;
-  PetscBool                              same = PETSC_FALSE;
-  std::vector<PetscReal>                 factors;
+  PetscBool                              same  = PETSC_FALSE;
   std::shared_ptr<const AinsworthSplit> &split = found->split[which];
 
   PetscFunctionBegin;
   PetscCall(SamePattern(mat, which, last, found, &same));
+  if (sign || (last && last->sign)) same = PETSC_FALSE;
   PetscCall(AinsworthGetAIJ(mat, &whole));
   if (same) split = last->split[which];
   else PetscCall(AinsworthSplitCreate(whole, found->rows, found->cols, &split));
@@ -47,14 +34,14 @@ static PetscErrorCode Extract(Mat mat, int which, int first, int wanted, Vec sig
     found->made[k] = PETSC_TRUE;
     if (same) PetscCall(AinsworthShare(last->block[k], &found->block[k]));
     else if (!split) {
-      PetscCall(MatCreateSubMatrix(whole, found->rows[AinsworthBlockRow[k]], found->cols[AinsworthBlockColumn[k]], MAT_INITIAL_MATRIX, &found->block[k]));
-      PetscCall(AinsworthChangeSign(sign, k, found->block[k]));
+      const IS rows = found->rows[AinsworthBlockRow[k]], cols = found->cols[AinsworthBlockColumn[k]];
+
+      PetscCall(MatCreateSubMatrix(whole, rows, cols, MAT_INITIAL_MATRIX, &found->block[k]));
     }
   }
-  if (split) {
-    PetscCall(GetFactors(sign, split.get(), &factors));
-    PetscCall((same ? AinsworthSplitRefill : AinsworthSplitFill)(whole, split.get(), wanted, factors.empty() ? NULL : factors.data(), found->block + first));
-  }
+  if (same) PetscCall(AinsworthSplitRefill(whole, split.get(), wanted, found->block + first));
+  else if (split) PetscCall(AinsworthSplitFill(whole, split.get(), wanted, found->block + first));
+  for (int k = first; k < first + wanted; k++) PetscCall(AinsworthChangeSign(sign, k, found->block[k]));
   PetscCall(MatDestroy(&whole));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -12,7 +12,7 @@ struct AinsworthSplit {
 };
 
 PetscErrorCode AinsworthSplitCreate(Mat, const IS[2], const IS[2], std::shared_ptr<const AinsworthSplit> *);
-PetscErrorCode AinsworthSplitFill(Mat, const AinsworthSplit *, int, const PetscReal[], Mat[]);
-PetscErrorCode AinsworthSplitRefill(Mat, const AinsworthSplit *, int, const PetscReal[], Mat[]);
+PetscErrorCode AinsworthSplitFill(Mat, const AinsworthSplit *, int, Mat[]);
+PetscErrorCode AinsworthSplitRefill(Mat, const AinsworthSplit *, int, Mat[]);
 
 #endif
