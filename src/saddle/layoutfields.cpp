@@ -1,6 +1,5 @@
 /* Finds the matrix that has the blocks, its fields, and the joined index sets of the primal and the multiplier fields */
 #include "saddle.h"
-#include "../lists.h"
 #include "../objects.h"
 
 /* AinsworthIsNest - tells whether a matrix is a MatNest with more than one row of blocks */
@@ -113,28 +112,12 @@ static PetscErrorCode KeepSets(const AinsworthSaddleBlocks *last, AinsworthSaddl
 /* Joins the index sets of some fields: a single one is shared; several are concatenated on each rank as in a MatNest, or sorted for submatrices */
 static PetscErrorCode JoinSets(MPI_Comm comm, const std::vector<IS> &sets, PetscBool sorted, IS *join)
 {
-  std::vector<PetscInt> index;
-  PetscInt              total;
-  PetscBool             contiguous = PETSC_TRUE;
-
   PetscFunctionBegin;
-  if (sets.size() == 1) {
-    PetscCall(AinsworthShare(sets[0], join));
-    PetscFunctionReturn(PETSC_SUCCESS);
+  if (sets.size() == 1) PetscCall(AinsworthShare(sets[0], join));
+  else {
+    PetscCall(ISConcatenate(comm, (PetscInt)sets.size(), sets.data(), join));
+    if (sorted) PetscCall(ISSort(*join));
   }
-  for (IS set : sets) {
-    std::vector<PetscInt> part;
-
-    PetscCall(AinsworthISToList(set, &part));
-    index.insert(index.end(), part.begin(), part.end());
-  }
-  total = (PetscInt)index.size();
-  if (sorted) PetscCall(PetscSortInt(total, index.data()));
-  for (PetscInt i = 1; i < total; i++)
-    if (index[i] != index[i - 1] + 1) contiguous = PETSC_FALSE;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &contiguous, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
-  if (contiguous) PetscCall(ISCreateStride(comm, total, total ? index[0] : 0, 1, join)); /* MatCreateSubMatrix() is several times faster */
-  else PetscCall(ISCreateGeneral(comm, total, index.data(), PETSC_COPY_VALUES, join));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

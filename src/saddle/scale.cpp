@@ -17,9 +17,9 @@ static PetscReal InverseRoot(PetscReal size)
 /* Replaces diagonal entries that are not positive by the largest entry of the row; opaque matrices keep them */
 static PetscErrorCode LookAtRows(Mat A, Vec stiffness, PetscBool *positive)
 {
-  PetscBool    look = PETSC_FALSE, has;
-  Mat          aij;
-  PetscScalar *d;
+  PetscBool look = PETSC_FALSE, has;
+  Mat       aij;
+  Vec       most;
 
   PetscFunctionBegin;
   PetscCall(MatHasOperation(A, MATOP_GET_ROW, &has));
@@ -30,18 +30,16 @@ static PetscErrorCode LookAtRows(Mat A, Vec stiffness, PetscBool *positive)
   *positive = PETSC_TRUE;
   if (!look) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthGetAIJ(A, &aij));
-  PetscCall(VecGetArray(stiffness, &d));
-  PetscCall(AinsworthForRows(aij, [=](const AinsworthMatRow &row) {
-    PetscReal most = 0.0;
-
-    for (PetscInt k = 0; k < row.n; k++) most = PetscMax(most, PetscAbsScalar(row.a[k]));
-    if (PetscRealPart(d[row.local]) > 0.0) return;
-    d[row.local] = most;
-    if (most > 0.0) *positive = PETSC_FALSE;
-  }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, positive, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
-  PetscCall(VecRestoreArray(stiffness, &d));
+  PetscCall(VecDuplicate(stiffness, &most));
+  PetscCall(MatGetRowMaxAbs(aij, most, NULL));
   PetscCall(MatDestroy(&aij));
+  PetscCall(AinsworthUpdate(stiffness, {most}, [=](PetscInt, PetscScalar &d, PetscScalar entry) {
+    if (PetscRealPart(d) > 0.0) return;
+    d = entry;
+    if (entry != 0.0) *positive = PETSC_FALSE;
+  }));
+  PetscCall(VecDestroy(&most));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, positive, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -110,30 +110,6 @@ PetscErrorCode AinsworthMakePatternSymmetric(Mat *M)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the local rows of an AIJ matrix that do not store their diagonal entry, and makes them the diagonal of zeros */
-static PetscErrorCode FindMissing(Mat M, AinsworthEntries *zeros, PetscInt *missing)
-{
-  Mat             part[2];
-  const PetscInt *ghosts;
-  PetscInt        nghosts, rstart;
-  AinsworthCSR    own;
-
-  PetscFunctionBegin;
-  *missing = 0;
-  PetscCall(MatGetOwnershipRange(M, &rstart, NULL));
-  PetscCall(AinsworthAIJGetParts(M, part, &ghosts, &nghosts));
-  PetscCall(own.open(part[0]));
-  for (PetscInt r = 0; r < own.n; r++) {
-    if (!std::binary_search(own.ja + own.ia[r], own.ja + own.ia[r + 1], r)) {
-      zeros->add(rstart + r, 0.0);
-      ++*missing;
-    }
-    zeros->endRow();
-  }
-  PetscCall(own.close());
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    AinsworthStoreDiagonal - adds explicit zeros where a square AIJ matrix stores no diagonal entry, to a copy. Collective
 
@@ -142,11 +118,21 @@ static PetscErrorCode FindMissing(Mat M, AinsworthEntries *zeros, PetscInt *miss
 PetscErrorCode AinsworthStoreDiagonal(Mat *M)
 {
   AinsworthEntries entries;
-  PetscInt         missing, n;
-  Mat              given, zeros;
+  AinsworthCSR     own;
+  const PetscInt  *ghosts;
+  PetscInt         missing = 0, rstart, n;
+  Mat              given, zeros, part[2];
 
   PetscFunctionBegin;
-  PetscCall(FindMissing(*M, &entries, &missing));
+  PetscCall(MatGetOwnershipRange(*M, &rstart, NULL));
+  PetscCall(AinsworthAIJGetParts(*M, part, &ghosts, &n));
+  PetscCall(own.open(part[0]));
+  for (PetscInt r = 0; r < own.n; r++) {
+    missing += !std::binary_search(own.ja + own.ia[r], own.ja + own.ia[r + 1], r);
+    entries.add(rstart + r, 0.0);
+    entries.endRow();
+  }
+  PetscCall(own.close());
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &missing, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)*M)));
   if (!missing) PetscFunctionReturn(PETSC_SUCCESS); /* the usual case */
   PetscCall(AinsworthShare(*M, &given));
