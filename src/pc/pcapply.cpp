@@ -313,7 +313,6 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
   PC_Ainsworth      *data  = PCAinsworthData_Private(pc);
   AinsworthSaddle   *sp    = &data->saddle;
-  const Mat          mat   = data->given.inputs.pmat;
   const PetscBool    other = (PetscBool)!transpose; /* b has the numbering of the rows */
   AinsworthSaddleVec left, right;
   PetscErrorCode     code = PETSC_SUCCESS;
@@ -326,7 +325,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
     PetscCall(VecFlag(y, 1));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AinsworthSaddleGetFields(sp, mat, other, PETSC_FALSE, b, &right));
+  PetscCall(AinsworthSaddleGetFields(sp, other, PETSC_FALSE, b, &right));
   PetscCall(FindObstacle(data, right, &code, why, sizeof(why)));
   if (code) {
     data->outcome.usable = PETSC_FALSE;
@@ -336,7 +335,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   data->outcome.why[0] = 0;
-  PetscCall(AinsworthSaddleGetFields(sp, mat, transpose, PETSC_TRUE, y, &left));
+  PetscCall(AinsworthSaddleGetFields(sp, transpose, PETSC_TRUE, y, &left));
   if (data->outer.method != AINSWORTH_OUTER_NONE) PetscCall(AinsworthSaddleVecZero(left)); /* a work vector of an outer method is no initial guess */
   code = sp->sign ? SolveWithSigns(pc, data, transpose, right, left) : SolveAndVerify(pc, data, transpose, right, left); /* checked when all is restored */
   if (sp->negated) PetscCall(VecScale(left.dual, -1.0));

@@ -17,12 +17,11 @@ PetscErrorCode AinsworthAgreeOnFirst(MPI_Comm comm, PetscInt *number)
 }
 
 /*
-   Finds the first entry, by row and then by storage order, for which wanted(row, column, value) is true. Collective
+   AinsworthMatFindEntry - finds the first entry, by row and then by storage order, that is wanted. Collective
 
    row is -1 if there is none or if the type of M gives no rows.
 */
-template <typename Predicate>
-static PetscErrorCode FindEntry(Mat M, PetscInt *row, PetscInt *col, Predicate wanted)
+PetscErrorCode AinsworthMatFindEntry(Mat M, AinsworthIsWanted *wanted, PetscInt *row, PetscInt *col)
 {
   PetscBool has;
   PetscInt  rstart, rend, mine;
@@ -51,54 +50,6 @@ static PetscErrorCode FindEntry(Mat M, PetscInt *row, PetscInt *col, Predicate w
   PetscCall(AinsworthAgreeOnFirst(PetscObjectComm((PetscObject)M), row));
   if (mine != *row) *col = -1; /* another rank owns the row */
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, col, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)M)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Finds the first nonzero entry; row is -1 if there is none. Collective */
-PetscErrorCode AinsworthMatFindNonzero(Mat M, PetscInt *row, PetscInt *col)
-{
-  PetscFunctionBegin;
-  PetscCall(FindEntry(M, row, col, [](PetscInt, PetscInt, PetscScalar v) { return v != 0.0; }));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Finds the first entry that is NaN or Inf; row is -1 if there is none. Collective */
-PetscErrorCode AinsworthMatFindNotFinite(Mat M, PetscInt *row, PetscInt *col)
-{
-  PetscFunctionBegin;
-  PetscCall(FindEntry(M, row, col, [](PetscInt, PetscInt, PetscScalar v) { return (bool)PetscIsInfOrNanScalar(v); }));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Finds the first nonzero off-diagonal entry; row is -1 if there is none. Collective */
-PetscErrorCode AinsworthMatFindOffDiagonal(Mat M, PetscInt *row, PetscInt *col)
-{
-  PetscFunctionBegin;
-  PetscCall(FindEntry(M, row, col, [](PetscInt i, PetscInt j, PetscScalar v) { return i != j && v != 0.0; }));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Tells whether two AIJ matrices are equal, row by row, up to rounding. Collective */
-PetscErrorCode AinsworthMatEqual(Mat C, Mat other, PetscBool *same)
-{
-  Mat difference;
-  Vec most, largest;
-
-  PetscFunctionBegin;
-  *same = PETSC_TRUE;
-  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &difference));
-  PetscCall(AinsworthAddAIJ(-1.0, {other}, &difference));
-  PetscCall(MatCreateVecs(C, NULL, &most));
-  PetscCall(VecDuplicate(most, &largest));
-  PetscCall(MatGetRowMaxAbs(difference, most, NULL));
-  PetscCall(MatGetRowMaxAbs(C, largest, NULL));
-  PetscCall(MatDestroy(&difference));
-  PetscCall(AinsworthForEntries({most, largest}, [&](PetscInt, PetscScalar d, PetscScalar c) {
-    if (!(PetscAbsScalar(d) <= adjoint * PetscAbsScalar(c))) *same = PETSC_FALSE;
-  }));
-  PetscCall(VecDestroy(&largest));
-  PetscCall(VecDestroy(&most));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, same, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)C)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -136,6 +87,19 @@ PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *
   PetscCall(VecNorm(y, NORM_2, &difference));
   *opposite = (PetscBool)(!*same && beside == 0.0 && difference <= adjoint * norm);
   for (Vec *v : {&largest, &zero, &u, &x, &y}) PetscCall(VecDestroy(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Tells whether two matrices are equal up to rounding: whether the adjoint of one is that of the other. Collective */
+PetscErrorCode AinsworthMatEqual(Mat C, Mat other, PetscBool *same)
+{
+  Mat       adjoint;
+  PetscBool opposite;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateHermitianTranspose(other, &adjoint));
+  PetscCall(AinsworthProbeAdjoint(C, adjoint, same, &opposite));
+  PetscCall(MatDestroy(&adjoint));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -178,7 +142,7 @@ PetscErrorCode AinsworthBlockNorm(Mat M, PetscReal *norm)
   if (known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNorm(M, NORM_FROBENIUS, norm));
   if (*norm == 0.0) { /* zero, or the squares underflow */
-    PetscCall(AinsworthMatFindNonzero(M, &row, &col));
+    PetscCall(AinsworthMatFindEntry(M, AinsworthIsNonzero, &row, &col));
     if (row >= 0) *norm = std::numeric_limits<PetscReal>::min();
   }
   PetscCall(AinsworthRemember((PetscObject)M, name, *norm));

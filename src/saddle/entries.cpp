@@ -5,7 +5,7 @@
 #include <vector>
 
 /* Creates the entrywise absolute value of an AIJ matrix */
-PetscErrorCode AinsworthAbsoluteAIJ(Mat M, Mat *absolute)
+static PetscErrorCode CreateAbsolute(Mat M, Mat *absolute)
 {
   Mat             block[2];
   const PetscInt *ghosts;
@@ -68,7 +68,7 @@ PetscErrorCode AinsworthAbsoluteMultTranspose(Mat M, Vec x, Vec y)
   Vec sizes;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthAbsoluteAIJ(M, &entries));
+  PetscCall(CreateAbsolute(M, &entries));
   PetscCall(AinsworthVecClone(x, &sizes));
   PetscCall(VecAbs(sizes));
   PetscCall(MatMultTranspose(entries, sizes, y));
@@ -167,28 +167,20 @@ PetscErrorCode AinsworthSampleRows(Mat M, PetscInt least, PetscInt most, PetscIn
 /* AinsworthGetRows - appends the adjoints of some rows of a matrix, whose global numbers all ranks know. Collective */
 PetscErrorCode AinsworthGetRows(Mat M, const std::vector<PetscInt> &numbers, std::vector<Vec> *rows)
 {
-  PetscInt rstart, rend;
+  Vec unit, row;
 
   PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(M, &rstart, &rend));
+  PetscCall(MatCreateVecs(M, NULL, &unit));
   for (PetscInt number : numbers) {
-    Vec row;
-
     PetscCall(MatCreateVecs(M, &row, NULL));
-    if (number >= rstart && number < rend) {
-      PetscInt           n;
-      const PetscInt    *columns;
-      const PetscScalar *values;
-
-      PetscCall(MatGetRow(M, number, &n, &columns, &values));
-      PetscCall(VecSetValues(row, n, columns, values, INSERT_VALUES));
-      PetscCall(MatRestoreRow(M, number, &n, &columns, &values));
-    }
-    PetscCall(VecAssemblyBegin(row));
-    PetscCall(VecAssemblyEnd(row));
-    if (PetscDefined(USE_COMPLEX)) PetscCall(VecConjugate(row));
+    PetscCall(VecZeroEntries(unit));
+    PetscCall(VecSetValue(unit, number, 1.0, INSERT_VALUES));
+    PetscCall(VecAssemblyBegin(unit));
+    PetscCall(VecAssemblyEnd(unit));
+    PetscCall(MatMultHermitianTranspose(M, unit, row));
     rows->push_back(row);
   }
+  PetscCall(VecDestroy(&unit));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

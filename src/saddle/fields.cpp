@@ -5,12 +5,13 @@
 /*
    AinsworthSaddleGetFields - gets the fields of a right-hand side (rows) or of a solution, of one of each kind at a time. Collective
 
-   mat: has vectors like v. write: the fields may be changed. Restore them with AinsworthSaddleRestoreFields()
+   write: the fields may be changed. Restore them with AinsworthSaddleRestoreFields()
 */
-PetscErrorCode AinsworthSaddleGetFields(AinsworthSaddle *sp, Mat mat, PetscBool rows, PetscBool write, Vec v, AinsworthSaddleVec *fields)
+PetscErrorCode AinsworthSaddleGetFields(AinsworthSaddle *sp, PetscBool rows, PetscBool write, Vec v,
+                                        AinsworthSaddleVec *fields)
 {
   PetscFunctionBegin;
-  PetscCall(AinsworthTransferIn(&sp->transfer[rows ? 0 : 1], mat, rows, rows ? sp->rows : sp->cols, write, v, fields));
+  PetscCall(AinsworthTransferIn(&sp->transfer[rows ? 0 : 1], rows ? sp->rows : sp->cols, write, v, fields));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -92,7 +93,12 @@ PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, AinsworthSaddleVec b, 
 
   PetscFunctionBegin;
   PetscCall(GetWork(sp, &work, &rest));
-  if (sp->known) PetscCall(AinsworthSaddleSetKnown(sp, b.primal, y.primal));
+  if (sp->known) { /* where y is 0 up to rounding */
+    PetscCall(
+      AinsworthUpdate(y.primal, {sp->known, b.primal}, [](PetscInt, PetscScalar &v, PetscScalar k, PetscScalar r) {
+        if (k != 0.0) v = k * r;
+      }));
+  }
   if (sp->count[AINSWORTH_ROW_DECOUPLED] && sp->known) {
     PetscCall(MatMult(sp->givenC, y.primal, rest));
     PetscCall(VecAYPX(rest, -1.0, b.dual));

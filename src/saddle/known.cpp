@@ -34,13 +34,16 @@ static PetscErrorCode FindOwnRows(const AinsworthSaddle *sp, Mat A, Vec known, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Copies A without the columns where mask is 0, except for their diagonal entries */
-static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
+/* Copies a block as AIJ without the columns where mask is 0, except for their diagonal entries */
+static PetscErrorCode CopyWithoutColumns(Mat block, Vec mask, Mat *copy)
 {
+  Mat          A;
   Vec          diagonal;
   MatNullSpace near;
+  PetscInt     bs;
 
   PetscFunctionBegin;
+  PetscCall(AinsworthGetAIJ(block, &A));
   PetscCall(AinsworthScaleColumns(A, mask, copy));
   PetscCall(AinsworthCreateDiagonal(A, &diagonal));
   PetscCall(AinsworthStoreDiagonal(copy));
@@ -49,25 +52,21 @@ static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
   PetscCall(VecDestroy(&diagonal));
   PetscCall(MatGetNearNullSpace(A, &near));
   PetscCall(MatSetNearNullSpace(*copy, near));
+  PetscCall(MatGetBlockSize(block, &bs));
+  PetscCall(MatSetBlockSize(*copy, bs));
+  PetscCall(MatDestroy(&A));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Removes the same columns from sp->P, provided that its entries are accessible; otherwise replaces it by A */
 static PetscErrorCode MovePmat(AinsworthSaddle *sp, Mat A, Vec mask)
 {
-  Mat      opaque, P = NULL, copy;
-  PetscInt bs;
+  Mat opaque, copy;
 
   PetscFunctionBegin;
   PetscCall(AinsworthFindOpaque(sp->P, &opaque));
   if (sp->P == sp->block[AINSWORTH_BLOCK_A] || opaque) PetscCall(AinsworthShare(A, &copy));
-  else {
-    PetscCall(AinsworthGetAIJ(sp->P, &P));
-    PetscCall(CopyWithoutColumns(P, mask, &copy));
-    PetscCall(MatGetBlockSize(sp->P, &bs));
-    PetscCall(MatSetBlockSize(copy, bs));
-    PetscCall(MatDestroy(&P));
-  }
+  else PetscCall(CopyWithoutColumns(sp->P, mask, &copy));
   PetscCall(MatDestroy(&sp->P));
   sp->P = copy;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -84,7 +83,6 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
   Mat       A, copy, C;
   Vec       known, mask;
   PetscBool has, symmetric, some = PETSC_FALSE;
-  PetscInt  bs;
 
   PetscFunctionBegin;
   PetscCall(MatHasOperation(sp->A, MATOP_GET_ROW, &has));
@@ -98,9 +96,7 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
     PetscCall(AinsworthUpdate(mask, {known}, [](PetscInt, PetscScalar &m, PetscScalar k) { m = k == 0.0 ? 1.0 : 0.0; }));
     if (symmetric) PetscCall(AinsworthShare(sp->A, &copy));
     else {
-      PetscCall(CopyWithoutColumns(A, mask, &copy));
-      PetscCall(MatGetBlockSize(sp->A, &bs));
-      PetscCall(MatSetBlockSize(copy, bs));
+      PetscCall(CopyWithoutColumns(sp->A, mask, &copy));
       PetscCall(AinsworthProbeSymmetry(copy, &symmetric));
     }
     if (symmetric || sp->rowsB != sp->rowsC) {
@@ -138,16 +134,6 @@ PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *sp, Vec f, Vec 
   PetscCall(VecDestroy(&product));
   PetscCall(AinsworthUpdate(moved, {sp->known}, [](PetscInt, PetscScalar &m, PetscScalar k) {
     if (k != 0.0) m = 0.0;
-  }));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Sets the known unknowns in x, which is 0 there up to rounding */
-PetscErrorCode AinsworthSaddleSetKnown(const AinsworthSaddle *sp, Vec f, Vec x)
-{
-  PetscFunctionBegin;
-  PetscCall(AinsworthUpdate(x, {sp->known, f}, [](PetscInt, PetscScalar &v, PetscScalar k, PetscScalar r) {
-    if (k != 0.0) v = k * r;
   }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,10 +3,8 @@
 #include "../loops.h"
 #include <algorithm>
 
-/* Part of the nodes that has to agree, the largest number of their unknowns, nodes of each rank that are looked at, about */
-static const PetscReal enough  = 0.9;
-static const PetscInt  largest = 6;
-static const PetscInt  voters  = 1000;
+/* Nodes of each rank that are looked at, about */
+static const PetscInt voters = 1000;
 
 namespace
 {
@@ -35,22 +33,17 @@ static PetscErrorCode FindRuns(Vec entries, std::vector<Run> *runs)
 /* Of the nodes of bs rows that the runs consist of some: their number, and that of those whose rows have the same columns */
 static PetscErrorCode CountNodes(Mat mat, const std::vector<Run> &runs, PetscInt bs, PetscInt *yes, PetscInt *all)
 {
-  PetscInt              start, rows = 0;
-  std::vector<PetscInt> columns, others;
+  PetscInt          start, rows = 0;
+  AinsworthNodeRows node;
 
   PetscFunctionBegin;
   PetscCall(MatGetOwnershipRange(mat, &start, NULL));
   for (const Run &run : runs) rows += run.plain ? 0 : run.n;
   for (const Run &run : runs) {
     for (PetscInt i = 0; !run.plain && i < run.n; i += bs * PetscMax(1, rows / bs / voters)) {
-      bool same = true;
-
-      PetscCall(AinsworthGetColumns(mat, start + run.first + i, &columns));
-      for (PetscInt c = 1; c < bs; c++) {
-        PetscCall(AinsworthGetColumns(mat, start + run.first + i + c, &others));
-        same = same && columns == others;
-      }
-      *yes += same;
+      PetscCall(AinsworthCompareRows(
+        mat, start + run.first + i, 1, bs, [](std::vector<PetscInt> *) {}, &node));
+      *yes += node.same;
       *all += 1;
     }
   }
@@ -75,15 +68,15 @@ PetscErrorCode AinsworthAlignFields(Mat mat, Vec entries)
   PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)mat, &aij, MATSEQAIJ, MATMPIAIJ, ""));
   if (!aij) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(FindRuns(entries, &runs));
-  for (PetscInt b = 2; b <= largest; b++)
+  for (PetscInt b = 2; b <= AinsworthNodesLargest; b++)
     if (std::all_of(runs.begin(), runs.end(), [b](const Run &run) { return run.plain || run.n % b == 0; })) sizes |= 1 << b;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &sizes, 1, MPIU_INT, MPI_BAND, comm));
-  for (bs = largest; bs > 1 && !(sizes & (1 << bs)); bs--) { }
+  for (bs = AinsworthNodesLargest; bs > 1 && !(sizes & (1 << bs)); bs--) { }
   if (bs < 2) PetscFunctionReturn(PETSC_SUCCESS);
   for (const Run &run : runs) count[0] += run.plain ? run.n % bs : 0;
   if (count[0]) PetscCall(CountNodes(mat, runs, bs, &count[1], &count[2]));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 3, MPIU_INT, MPI_SUM, comm));
-  if (!count[0] || !count[2] || count[1] < enough * count[2]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!count[0] || !count[2] || count[1] < AinsworthNodesEnough * count[2]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscInfo(mat, "%" PetscInt_FMT " rows with one entry are rows of multipliers: nodes have %" PetscInt_FMT " unknowns\n", count[0], bs));
   PetscCall(VecGetArray(entries, &entry));
   for (const Run &run : runs)

@@ -41,25 +41,6 @@ static PetscErrorCode LookAtDiagonal(Vec d, Kind otherwise, Kind *kind)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tells whether a block is absent or zero, where possible by its first nonzero entry. Collective */
-static PetscErrorCode IsZero(Mat M, PetscBool *zero)
-{
-  PetscBool has = PETSC_FALSE;
-  PetscInt  row, col;
-  PetscReal norm;
-
-  PetscFunctionBegin;
-  if (M) PetscCall(MatHasOperation(M, MATOP_GET_ROW, &has));
-  if (has) {
-    PetscCall(AinsworthMatFindNonzero(M, &row, &col));
-    *zero = (PetscBool)(row < 0);
-  } else {
-    PetscCall(AinsworthBlockNorm(M, &norm));
-    *zero = (PetscBool)(norm == 0.0);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode LookAtNest(Mat nest, std::vector<Kind> *kinds)
 {
   PetscInt n = (PetscInt)kinds->size(), present = 0;
@@ -68,14 +49,14 @@ static PetscErrorCode LookAtNest(Mat nest, std::vector<Kind> *kinds)
   for (PetscInt i = 0; i < n; i++) {
     char      name[64];
     Mat       block;
-    PetscBool zero = PETSC_TRUE;
+    PetscReal norm;
 
     PetscCall(MatNestGetSubMat(nest, i, i, &block));
     PetscCall(PetscSNPrintf(name, sizeof(name), "Block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest", i, i));
     PetscCall(AinsworthCheckAssembled(block, name));
-    PetscCall(IsZero(block, &zero));
-    (*kinds)[i] = zero ? EMPTY : POSITIVE;
-    present += !zero;
+    PetscCall(AinsworthBlockNorm(block, &norm));
+    (*kinds)[i] = norm == 0.0 ? EMPTY : POSITIVE;
+    present += norm != 0.0;
   }
   for (PetscInt i = 0; i < n && present > 1; i++) { /* if there is only one, it is A */
     Mat       block;
@@ -136,7 +117,8 @@ static PetscErrorCode ChooseByShape(Mat mat, AinsworthSaddleBlocks *found)
                "PCAINSWORTH found no multipliers: the diagonal blocks of all fields are nonzero, and the type %s of (%" PetscInt_FMT ",%" PetscInt_FMT
                ") has no rows to look at; leave the block of the multipliers absent, pass an AIJ matrix, or use -pc_ainsworth_multiplier_fields",
                type, i, i);
-    PetscCall(AinsworthMatFindOffDiagonal(block, &row, &col));
+    auto isCoupling = [](PetscInt r, PetscInt c, PetscScalar v) { return r != c && v != 0.0; };
+    PetscCall(AinsworthMatFindEntry(block, isCoupling, &row, &col));
     PetscCall(MatDestroy(&block));
     found->multiplier[i] = row < 0;
     diagonal += row < 0;

@@ -17,43 +17,24 @@ PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddleBlocks *sp, 
 /* Appends the near null space of a field as vectors of the whole matrix, zero elsewhere; to be destroyed. cols NULL: it is that of the whole matrix */
 static PetscErrorCode AddModes(Mat mat, MatNullSpace near, IS cols, std::vector<Vec> *modes)
 {
-  PetscBool         constant;
-  PetscInt          n, local;
-  const Vec        *given;
-  AinsworthTransfer transfer;
+  PetscBool  constant;
+  PetscInt   n, local;
+  const Vec *given;
 
   PetscFunctionBegin;
   PetscCall(MatNullSpaceGetVecs(near, &constant, &n, &given));
   PetscCall(MatGetLocalSize(mat, NULL, &local));
   for (PetscInt i = 0; i < n + (constant ? 1 : 0); i++) {
-    Vec                v, part;
-    AinsworthSaddleVec mode;
+    Vec v, part;
 
     PetscCall(VecCreateMPI(PetscObjectComm((PetscObject)mat), local, PETSC_DETERMINE, &v));
     part = v;
     if (cols) PetscCall(VecGetSubVector(v, cols, &part));
-    if (i < n) {
-      PetscCall(AinsworthTransferIn(&transfer, cols ? NULL : mat, PETSC_FALSE, NULL, PETSC_FALSE, given[i], &mode));
-      PetscCall(VecCopy(mode.primal, part));
-      PetscCall(AinsworthTransferOut(&transfer, &mode));
-    } else PetscCall(VecSet(part, 1.0));
+    if (i < n) PetscCall(AinsworthVecCopyEntries(given[i], part));
+    else PetscCall(VecSet(part, 1.0));
     if (cols) PetscCall(VecRestoreSubVector(v, cols, &part));
     modes->push_back(v);
   }
-  PetscCall(AinsworthTransferDestroy(&transfer));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Copies the part of a vector of the whole matrix in a field, laid out as the columns of A */
-static PetscErrorCode CreatePart(Mat A, Vec whole, IS field, Vec *v)
-{
-  Vec part;
-
-  PetscFunctionBegin;
-  PetscCall(MatCreateVecs(A, v, NULL));
-  PetscCall(VecGetSubVector(whole, field, &part));
-  PetscCall(VecCopy(part, *v));
-  PetscCall(VecRestoreSubVector(whole, field, &part));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -92,10 +73,13 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
   PetscCall(MatGetNearNullSpace(mat, &near));
   if (modes.empty() && near) PetscCall(AddModes(mat, near, NULL, &modes));
   for (Vec &mode : modes) {
-    Vec       v;
+    Vec       v, part;
     PetscReal norm, rest;
 
-    PetscCall(CreatePart(A, mode, found->cols[0], &v));
+    PetscCall(MatCreateVecs(A, &v, NULL));
+    PetscCall(VecGetSubVector(mode, found->cols[0], &part));
+    PetscCall(AinsworthVecCopyEntries(part, v));
+    PetscCall(VecRestoreSubVector(mode, found->cols[0], &part));
     PetscCall(VecDestroy(&mode));
     PetscCall(VecNorm(v, NORM_2, &norm));
     PetscCall(AinsworthOrthogonalize(parts, v));

@@ -17,14 +17,11 @@ PetscErrorCode AinsworthOrthogonalize(const std::vector<Vec> &directions, Vec v)
 }
 
 /* Gets the null space of pmat, or else that of amat */
-PetscErrorCode AinsworthSaddleGetNullSpace(Mat amat, Mat pmat, Mat *mat, MatNullSpace *nullSpace)
+PetscErrorCode AinsworthSaddleGetNullSpace(Mat amat, Mat pmat, MatNullSpace *nullSpace)
 {
   PetscFunctionBegin;
-  *mat = pmat;
-  PetscCall(MatGetNullSpace(*mat, nullSpace));
-  if (*nullSpace) PetscFunctionReturn(PETSC_SUCCESS);
-  *mat = amat;
-  PetscCall(MatGetNullSpace(*mat, nullSpace));
+  PetscCall(MatGetNullSpace(pmat, nullSpace));
+  if (!*nullSpace) PetscCall(MatGetNullSpace(amat, nullSpace));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -51,7 +48,7 @@ PetscErrorCode AinsworthSaddleRemoveNullSpace(AinsworthSaddle *sp, Mat amat, Pet
     AinsworthSaddleVec part;
     PetscScalar        dot[2];
 
-    PetscCall(AinsworthTransferIn(&sp->transfer[2], amat, transpose, field, PETSC_FALSE, v[i], &part));
+    PetscCall(AinsworthTransferIn(&sp->transfer[2], field, PETSC_FALSE, v[i], &part));
     PetscCall(VecDot(y.primal, part.primal, &dot[0]));
     PetscCall(VecDot(y.dual, part.dual, &dot[1]));
     dot[0] += sign * dot[1];
@@ -108,11 +105,12 @@ static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec>
     AinsworthSaddleVec part;
 
     PetscCall(MatCreateVecs(A, &v, NULL));
-    if (i < n) {
-      PetscCall(AinsworthTransferIn(&transfer, whole ? sp->numbering : A, PETSC_FALSE, whole ? sp->cols : NULL, PETSC_FALSE, given[i], &part));
+    if (i == n) PetscCall(VecSet(v, 1.0));
+    else if (whole) {
+      PetscCall(AinsworthTransferIn(&transfer, sp->cols, PETSC_FALSE, given[i], &part));
       PetscCall(VecCopy(part.primal, v));
       PetscCall(AinsworthTransferOut(&transfer, &part));
-    } else PetscCall(VecSet(v, 1.0));
+    } else PetscCall(AinsworthVecCopyEntries(given[i], v));
     if (whole) PetscCall(Annihilates(A, v, &good));
     if (good) vectors->push_back(v);
     else PetscCall(VecDestroy(&v));

@@ -21,21 +21,16 @@ static PetscErrorCode FindNonzeroRows(Mat M, std::vector<char> *nonzero, std::ve
 /* Selects the kept rows of a matrix, and their columns as well if it is square */
 static PetscErrorCode SelectRows(const AinsworthSaddle *sp, Mat all, PetscBool square, Mat *kept)
 {
-  MPI_Comm  comm = PetscObjectComm((PetscObject)all);
-  PetscInt *index, n = 0, cstart, cend;
-  IS        rows, cols;
+  PetscInt *index, n = 0;
+  IS        rows;
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(sp->local, &index));
   for (PetscInt i = 0; i < sp->local; i++)
     if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) index[n++] = sp->first + i;
-  PetscCall(ISCreateGeneral(comm, n, index, PETSC_OWN_POINTER, &rows));
-  PetscCall(MatGetOwnershipRangeColumn(all, &cstart, &cend));
-  if (square) PetscCall(AinsworthShare(rows, &cols));
-  else PetscCall(ISCreateStride(comm, cend - cstart, cstart, 1, &cols));
-  PetscCall(MatCreateSubMatrix(all, rows, cols, MAT_INITIAL_MATRIX, kept));
+  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)all), n, index, PETSC_OWN_POINTER, &rows));
+  PetscCall(MatCreateSubMatrix(all, rows, square ? rows : NULL, MAT_INITIAL_MATRIX, kept));
   PetscCall(ISDestroy(&rows));
-  PetscCall(ISDestroy(&cols));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -99,7 +94,7 @@ static PetscErrorCode SplitRows(AinsworthSaddle *sp)
   else PetscCall(SelectRows(sp, sp->rowsB, PETSC_FALSE, &sp->B));
   if (sp->rowsD) {
     PetscCall(SelectRows(sp, sp->rowsD, PETSC_TRUE, &sp->D));
-    PetscCall(AinsworthMatFindNonzero(sp->D, &row, &col));
+    PetscCall(AinsworthMatFindEntry(sp->D, AinsworthIsNonzero, &row, &col));
     if (row < 0) PetscCall(MatDestroy(&sp->D));
   }
   PetscCall(BalanceRows(sp));

@@ -4,6 +4,7 @@
 
 #include "layout.h"
 #include "transfer.h"
+#include <functional>
 
 /* How a row of the multiplier field, C_i x - (D lambda)_i = g_i, is treated */
 typedef enum {
@@ -69,7 +70,6 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   PetscObjectState patternD = 0; /* nonzero state of that block */
 
   MatNullSpace nullSpace = NULL;        /* of the program's matrix, or NULL */
-  Mat          numbering = NULL;        /* Amat or Pmat, whose numbering the vectors of `nullSpace` have */
   PetscBool    negated   = PETSC_FALSE; /* lambda is the negative of the program's */
   char         bad[256]  = {};          /* why the values are unusable; empty if they are usable */
 
@@ -98,7 +98,6 @@ PetscErrorCode AinsworthCreateDiagonal(Mat, Vec *);
 
 /* entries.cpp: sizes of entries, and rows */
 PetscErrorCode AinsworthVecGather(Vec, PetscInt, const PetscInt[], Vec *);
-PetscErrorCode AinsworthAbsoluteAIJ(Mat, Mat *);
 PetscErrorCode AinsworthAbsoluteMult(Mat, Vec, Vec);
 PetscErrorCode AinsworthAbsoluteMultTranspose(Mat, Vec, Vec);
 PetscErrorCode AinsworthRowSums(Mat, int, Vec);
@@ -121,9 +120,19 @@ PetscErrorCode AinsworthAddAIJ(PetscScalar, const std::vector<Mat> &, Mat *);
 PetscErrorCode AinsworthMakePatternSymmetric(Mat *);
 PetscErrorCode AinsworthStoreDiagonal(Mat *);
 
-/* nodes.cpp */
+/* nodes.cpp: part of the nodes that have to agree, and the largest number of their unknowns, that of shells */
+constexpr PetscReal AinsworthNodesEnough  = 0.9;
+constexpr PetscInt  AinsworthNodesLargest = 6;
+struct AinsworthNodeRows {
+  bool     votes   = true; /* no row has a single entry, as with Dirichlet conditions */
+  bool     same    = true; /* all rows touch the same nodes */
+  PetscInt touched = 0;    /* nodes that the first row touches */
+  PetscInt entries = 0;    /* of all rows */
+};
+typedef std::function<void(std::vector<PetscInt> *)> AinsworthToNodes; /* replaces columns by their nodes, ascending */
 PetscErrorCode AinsworthBlocksDivide(Mat, PetscInt, PetscBool *);
 PetscErrorCode AinsworthGetColumns(Mat, PetscInt, std::vector<PetscInt> *);
+PetscErrorCode AinsworthCompareRows(Mat, PetscInt, PetscInt, PetscInt, const AinsworthToNodes &, AinsworthNodeRows *);
 PetscErrorCode AinsworthFindNodes(Mat, PetscInt *, std::vector<PetscInt> *);
 
 /* merge.cpp */
@@ -152,7 +161,7 @@ PetscErrorCode AinsworthSaddleDescribeModes(const AinsworthSaddle *, char[], siz
 PetscErrorCode AinsworthOrthogonalize(const std::vector<Vec> &, Vec);
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *, Vec);
-PetscErrorCode AinsworthSaddleGetNullSpace(Mat, Mat, Mat *, MatNullSpace *);
+PetscErrorCode AinsworthSaddleGetNullSpace(Mat, Mat, MatNullSpace *);
 PetscErrorCode AinsworthSaddleRemoveNullSpace(AinsworthSaddle *, Mat, PetscBool, AinsworthSaddleVec, PetscBool *);
 
 /* rows.cpp: the rows of the multiplier field */
@@ -175,18 +184,24 @@ PetscErrorCode AinsworthCheckAssembled(Mat, const char[]);
 PetscErrorCode AinsworthBlockNorm(Mat, PetscReal *);
 PetscErrorCode AinsworthAgreeOnFirst(MPI_Comm, PetscInt *);
 PetscErrorCode AinsworthMatEqual(Mat, Mat, PetscBool *);
-PetscErrorCode AinsworthMatFindNonzero(Mat, PetscInt *, PetscInt *);
-PetscErrorCode AinsworthMatFindNotFinite(Mat, PetscInt *, PetscInt *);
-PetscErrorCode AinsworthMatFindOffDiagonal(Mat, PetscInt *, PetscInt *);
+typedef bool   AinsworthIsWanted(PetscInt, PetscInt, PetscScalar); /* row, column and value of an entry */
+PetscErrorCode AinsworthMatFindEntry(Mat, AinsworthIsWanted *, PetscInt *, PetscInt *);
+inline bool AinsworthIsNonzero(PetscInt, PetscInt, PetscScalar v)
+{
+  return v != 0.0;
+}
+inline bool AinsworthIsNotFinite(PetscInt, PetscInt, PetscScalar v)
+{
+  return PetscIsInfOrNanScalar(v);
+}
 PetscErrorCode AinsworthProbeAdjoint(Mat, Mat, PetscBool *, PetscBool *);
 
 /* known.cpp: unknowns determined by their own row */
 PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *, Vec, Vec, Vec, Vec, Vec);
-PetscErrorCode AinsworthSaddleSetKnown(const AinsworthSaddle *, Vec, Vec);
 
 /* fields.cpp: right-hand sides and solutions, between the program's vectors, its fields and the kept rows */
-PetscErrorCode AinsworthSaddleGetFields(AinsworthSaddle *, Mat, PetscBool, PetscBool, Vec, AinsworthSaddleVec *);
+PetscErrorCode AinsworthSaddleGetFields(AinsworthSaddle *, PetscBool, PetscBool, Vec, AinsworthSaddleVec *);
 PetscErrorCode AinsworthSaddleRestoreFields(AinsworthSaddle *, PetscBool, AinsworthSaddleVec *);
 PetscErrorCode AinsworthSaddleGetKept(const AinsworthSaddle *, Vec, Vec);
 PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *, AinsworthSaddleVec, AinsworthSaddleVec);
