@@ -72,7 +72,6 @@ static PetscErrorCode FindPlaces(MPI_Comm comm, const std::vector<IS> &sets, Pet
 /* Sorts a row: columns of other ranks are in the order of ranks, not of fields */
 static void Sort(PetscInt n, PetscInt j[], PetscScalar a[])
 {
-  if (std::is_sorted(j, j + n)) return;
   std::vector<std::pair<PetscInt, PetscScalar>> row(n);
 
   for (PetscInt k = 0; k < n; k++) row[k] = {j[k], a[k]};
@@ -98,7 +97,8 @@ static std::unique_ptr<AinsworthRows> Merge(const std::vector<Place> &places, co
   rows->reserve(n);
   n = 0;
   for (const Place &at : places) {
-    const PetscInt start = n;
+    const PetscInt start  = n;
+    bool           rising = true;
 
     for (size_t b = at.field * nc; b < (at.field + 1) * nc; b++) {
       const AinsworthCSR &part = blocks[b].part[p];
@@ -106,9 +106,10 @@ static std::unique_ptr<AinsworthRows> Merge(const std::vector<Place> &places, co
       for (PetscInt k = part.mat ? part.ia[at.row] : 0, end = part.mat ? part.ia[at.row + 1] : 0; k < end; k++, n++) {
         rows->j[n] = blocks[b].map[p][part.ja[k]];
         rows->a[n] = part.a[k];
+        rising     = rising && (n == start || rows->j[n] > rows->j[n - 1]);
       }
     }
-    Sort(n - start, rows->j.get() + start, rows->a.get() + start);
+    if (!rising) Sort(n - start, rows->j.get() + start, rows->a.get() + start);
   }
   return rows;
 }
