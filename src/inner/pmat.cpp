@@ -201,8 +201,10 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   if (in->inKernel) {
     PetscCall(AinsworthRowPenaltyCreate(in->C, in->inverseDiagonal, opt->factor, penalty));
     PetscCall(AinsworthPmatCreateInKernel(in->slack ? in->slack : in, opt, in->inKernel));
-    *pmat = NULL;
-    if (in->inKernel->correction) PetscCall(AinsworthMatFindNotFinite(in->inKernel->correction, bad, &column));
+    *pmat                = NULL;
+    const Mat correction = in->inKernel->correction;
+
+    if (correction) PetscCall(AinsworthMatFindEntry(correction, AinsworthIsNotFinite, bad, &column));
     PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
     if (*bad < 0) PetscCall(AddA(in, base, pmat));
     if (*bad < 0) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
@@ -229,7 +231,7 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscCall(MatDestroy(&C));
   PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
-  PetscCall(AinsworthMatFindNotFinite(*pmat, bad, &column));
+  PetscCall(AinsworthMatFindEntry(*pmat, AinsworthIsNotFinite, bad, &column));
   if (*bad < 0) PetscCall(AddA(in, base, pmat));
   PetscCall(PetscLogEventEnd(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
   if (opt->symmetric)

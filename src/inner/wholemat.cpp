@@ -30,11 +30,10 @@ static PetscErrorCode WithDiagonal(Mat like, PetscScalar scale, Mat M, Mat *copy
 */
 PetscErrorCode AinsworthWholeAssemble(const AinsworthSaddle *sp, Mat *K)
 {
-  MPI_Comm         comm = PetscObjectComm((PetscObject)sp->A);
-  Mat              A, withDiagonal, adjoint, minusD;
-  PetscInt         local[2], both, start = 0;
-  std::vector<IS>  fields(2);
-  std::vector<Mat> parts;
+  MPI_Comm        comm = PetscObjectComm((PetscObject)sp->A);
+  Mat             A, withDiagonal, adjoint, minusD;
+  PetscInt        local[2], both, start = 0;
+  std::vector<IS> fields(2);
 
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(sp->C, &local[1], &local[0]));

@@ -187,7 +187,6 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
   PC_Ainsworth      *data  = PCAinsworthData_Private(pc);
   AinsworthSaddle   *sp    = &data->saddle;
-  const Mat          mat   = data->given.inputs.pmat;
   const PetscBool    other = (PetscBool)!transpose; /* b has the numbering of the rows */
   AinsworthSaddleVec left, right;
   PetscErrorCode     code = PETSC_SUCCESS;
@@ -200,7 +199,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
     PetscCall(VecFlag(y, 1));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AinsworthSaddleGetFields(sp, mat, other, PETSC_FALSE, b, &right));
+  PetscCall(AinsworthSaddleGetFields(sp, other, PETSC_FALSE, b, &right));
   PetscCall(FindObstacle(data, right, &code, why, sizeof(why)));
   if (code) {
     data->outcome.usable = PETSC_FALSE;
@@ -210,7 +209,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   data->outcome.why[0] = 0;
-  PetscCall(AinsworthSaddleGetFields(sp, mat, transpose, PETSC_TRUE, y, &left));
+  PetscCall(AinsworthSaddleGetFields(sp, transpose, PETSC_TRUE, y, &left));
   /* a work vector of an outer method is no initial guess */
   if (data->outer.method != AINSWORTH_OUTER_NONE) PetscCall(AinsworthSaddleVecZero(left));
   /* checked when all is restored */

@@ -103,18 +103,17 @@ static PetscErrorCode WorstRow(PC_Ainsworth *data, PetscBool transpose, PetscRea
     {allowed, part * allowed}
   };
   const PetscBool    other = (PetscBool)!transpose; /* b has the numbering of the rows */
-  const Mat          mat   = data->given.inputs.pmat;
   AinsworthSaddle   *sp    = &data->saddle;
   AinsworthSaddleVec given, y, work, rest;
   AinsworthBackward  worst;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleGetFields(sp, mat, other, PETSC_FALSE, left, &work));
+  PetscCall(AinsworthSaddleGetFields(sp, other, PETSC_FALSE, left, &work));
   PetscCall(AinsworthSaddleVecDuplicate(work, &rest));
   PetscCall(AinsworthSaddleVecCopy(work, rest));
   PetscCall(AinsworthSaddleRestoreFields(sp, other, &work));
-  PetscCall(AinsworthSaddleGetFields(sp, mat, other, PETSC_FALSE, b, &given));
-  PetscCall(AinsworthSaddleGetFields(sp, mat, transpose, PETSC_FALSE, x, &y));
+  PetscCall(AinsworthSaddleGetFields(sp, other, PETSC_FALSE, b, &given));
+  PetscCall(AinsworthSaddleGetFields(sp, transpose, PETSC_FALSE, x, &y));
   PetscCall((transpose ? MatMultTranspose : MatMult)(sp->block[AINSWORTH_BLOCK_A], y.primal, data->reduced.Ax));
   /* signs do not matter for sizes */
   PetscCall(AinsworthBackwardError(sp, transpose, measure, NULL, given, y, data->reduced.Ax, rest, &worst));

@@ -19,7 +19,10 @@ PetscErrorCode AinsworthGetTransposed(Mat M, Mat *T, PetscBool *hermitian)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the first part of M without access to its rows and without a converter, for which MatConvert() would multiply by every unit vector; or NULL */
+/*
+   Finds the first part of M without access to its rows and without a converter, for which MatConvert() would multiply
+   by every unit vector; or NULL
+*/
 PetscErrorCode AinsworthFindOpaque(Mat M, Mat *opaque)
 {
   Mat       part;
@@ -55,7 +58,8 @@ PetscErrorCode AinsworthFindOpaque(Mat M, Mat *opaque)
 }
 
 /*
-   AinsworthCheckEntries - raises an error if a part of a block, such as a shell, has inaccessible entries that would take many products to find
+   AinsworthCheckEntries - raises an error if a part of a block, such as a shell, has inaccessible entries that would
+   take many products to find
 
    name and letter denote the block in the message. opaque: there is such a part.
 */
@@ -74,13 +78,18 @@ PetscErrorCode AinsworthCheckEntries(Mat M, const char name[], const char letter
   PetscCall(MatGetType(part, &type));
   PetscCheck(n <= few, PetscObjectComm((PetscObject)M), PETSC_ERR_SUP,
              "%s, %s, %s type %s, which does not give its entries, and %" PetscInt_FMT
-             " products would be needed to find them: pass an assembled matrix, of MATAIJ for instance (MatCompositeMerge() makes one of a composite)",
+             " products would be needed to find them: pass an assembled matrix, of MATAIJ for instance "
+             "(MatCompositeMerge() makes one of a composite)",
              name, letter, part == M ? "has" : "has a part of", type, n);
-  PetscCall(PetscInfo(M, "%s, %s: the entries of type %s are found by %" PetscInt_FMT " products\n", name, letter, type, n));
+  PetscCall(
+    PetscInfo(M, "%s, %s: the entries of type %s are found by %" PetscInt_FMT " products\n", name, letter, type, n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Calls MatConvert(), which increases the state of a MATMPIBAIJ and of the parts of a MATNEST although their values do not change, and restores the states */
+/*
+   Calls MatConvert(), which increases the state of a MATMPIBAIJ and of the parts of a MATNEST although their values do
+   not change, and restores the states
+*/
 static PetscErrorCode ConvertUnchanged(Mat M, PetscInt n, const Mat parts[], Mat *aij)
 {
   std::vector<PetscObjectState> states(n + 1);

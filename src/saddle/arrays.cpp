@@ -7,7 +7,8 @@
 
    own: entries in local columns, with local numbers. others: entries in columns of other ranks, with global numbers.
 */
-PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm comm, PetscInt n, std::unique_ptr<AinsworthRows> own, std::unique_ptr<AinsworthRows> others, Mat *mat)
+PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm comm, PetscInt n, std::unique_ptr<AinsworthRows> own,
+                                          std::unique_ptr<AinsworthRows> others, Mat *mat)
 {
   const PetscInt m = (PetscInt)own->i.size() - 1;
   PetscMPIInt    size;
@@ -20,15 +21,18 @@ PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm comm, PetscInt n, std::unique
     PetscCall(AinsworthAttach((PetscObject)*mat, "AinsworthRows", std::move(own)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(MatCreateMPIAIJWithSplitArrays(comm, m, n, PETSC_DETERMINE, PETSC_DETERMINE, own->i.data(), own->j.get(), own->a.get(), others->i.data(),
-                                           others->j.get(), others->a.get(), mat));
+  PetscCall(MatCreateMPIAIJWithSplitArrays(comm, m, n, PETSC_DETERMINE, PETSC_DETERMINE, own->i.data(), own->j.get(),
+                                           own->a.get(), others->i.data(), others->j.get(), others->a.get(), mat));
   PetscCall(MatMPIAIJGetSeqAIJ(*mat, &part[0], &part[1], NULL));
   PetscCall(AinsworthAttach((PetscObject)part[0], "AinsworthRows", std::move(own)));
   PetscCall(AinsworthAttach((PetscObject)part[1], "AinsworthRows", std::move(others)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthAIJGetParts - gets the sequential parts of an AIJ matrix: its local columns, and its columns of other ranks (or NULL) with their global numbers */
+/*
+   AinsworthAIJGetParts - gets the sequential parts of an AIJ matrix: its local columns, and its columns of other ranks
+   (or NULL) with their global numbers
+*/
 PetscErrorCode AinsworthAIJGetParts(Mat aij, Mat part[2], const PetscInt *ghosts[], PetscInt *n)
 {
   PetscBool mpi;

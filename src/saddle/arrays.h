@@ -32,7 +32,8 @@ struct AinsworthEntries {
   void endRow() { start.push_back((PetscInt)columns.size()); }
 };
 
-PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm, PetscInt, std::unique_ptr<AinsworthRows>, std::unique_ptr<AinsworthRows>, Mat *);
+PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm, PetscInt, std::unique_ptr<AinsworthRows>,
+                                          std::unique_ptr<AinsworthRows>, Mat *);
 PetscErrorCode AinsworthCreateAIJ(MPI_Comm, PetscInt, const AinsworthEntries &, Mat *);
 PetscErrorCode AinsworthAIJGetParts(Mat, Mat[2], const PetscInt *[], PetscInt *);
 

@@ -17,8 +17,8 @@ static PetscErrorCode NameBlocks(AinsworthSaddleBlocks *found)
   for (std::string &names : part)
     if (names.size() > 16) names = names.substr(0, 13) + "...";
   for (int k = 0; k < AINSWORTH_BLOCKS; k++) {
-    PetscCall(PetscSNPrintf(found->name[k], sizeof(found->name[k]), "Block (%s,%s) of %s", part[AinsworthBlockRow[k]].c_str(),
-                            part[AinsworthBlockColumn[k]].c_str(),
+    PetscCall(PetscSNPrintf(found->name[k], sizeof(found->name[k]), "Block (%s,%s) of %s",
+                            part[AinsworthBlockRow[k]].c_str(), part[AinsworthBlockColumn[k]].c_str(),
                             k == AINSWORTH_BLOCK_P ? "Pmat"
                             : found->extracted     ? "the matrix"
                                                    : "the MatNest"));
@@ -36,7 +36,10 @@ static PetscErrorCode TakeOver(const AinsworthSaddleBlocks *last, int k, Ainswor
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Assembles a nest of primal blocks into one matrix, as preconditioners need it, unless the entries of a part are inaccessible */
+/*
+   Assembles a nest of primal blocks into one matrix, as preconditioners need it, unless the entries of a part are
+   inaccessible
+*/
 static PetscErrorCode Assemble(const AinsworthSaddleBlocks *last, int k, AinsworthSaddleBlocks *found)
 {
   Mat       given = found->block[k], opaque;
@@ -82,8 +85,12 @@ static PetscErrorCode ChangeSign(const AinsworthSaddleBlocks *last, int k, Ainsw
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the primal block of Pmat: from a MatNest with the same fields, or a submatrix of any other matrix of the same size. compare: only its state */
-static PetscErrorCode FindPrimal(const AinsworthSaddleInputs *in, Mat mat, PetscBool compare, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+/*
+   Finds the primal block of Pmat: from a MatNest with the same fields, or a submatrix of any other matrix of the same
+   size. compare: only its state
+*/
+static PetscErrorCode FindPrimal(const AinsworthSaddleInputs *in, Mat mat, PetscBool compare,
+                                 const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   const int             P = AINSWORTH_BLOCK_P;
   std::vector<PetscInt> part;
@@ -116,7 +123,8 @@ static PetscErrorCode FindPrimal(const AinsworthSaddleInputs *in, Mat mat, Petsc
 }
 
 /* Finds the blocks of a MatNest; blocks of several fields become nests */
-static PetscErrorCode NestBlocks(const AinsworthSaddleInputs *in, Mat mat, PetscBool compare, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+static PetscErrorCode NestBlocks(const AinsworthSaddleInputs *in, Mat mat, PetscBool compare,
+                                 const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   std::vector<PetscInt> part[2];
 
@@ -131,7 +139,8 @@ static PetscErrorCode NestBlocks(const AinsworthSaddleInputs *in, Mat mat, Petsc
     PetscCall(AinsworthCheckAssembled(found->block[k], found->name[k]));
   }
   if (!compare) {
-    PetscCheck(found->block[AINSWORTH_BLOCK_A], PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG, "%s, A, is absent", found->name[AINSWORTH_BLOCK_A]);
+    PetscCheck(found->block[AINSWORTH_BLOCK_A], PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG,
+               "%s, A, is absent", found->name[AINSWORTH_BLOCK_A]);
     PetscCall(Assemble(last, AINSWORTH_BLOCK_A, found));
     PetscCall(AinsworthFindSign(found->block[AINSWORTH_BLOCK_A], NULL, &found->sign));
     for (int k = 0; k < AINSWORTH_BLOCK_P; k++) PetscCall(ChangeSign(last, k, found));
@@ -140,9 +149,12 @@ static PetscErrorCode NestBlocks(const AinsworthSaddleInputs *in, Mat mat, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the blocks as submatrices; any change of values counts as one of all blocks until AinsworthSplitRefill() compares them */
-static PetscErrorCode SubmatrixBlocks(const AinsworthSaddleInputs *in, Mat mat, PetscBool compare, const AinsworthSaddleBlocks *last,
-                                      AinsworthSaddleBlocks *found)
+/*
+   Finds the blocks as submatrices; any change of values counts as one of all blocks until AinsworthSplitRefill()
+   compares them
+*/
+static PetscErrorCode SubmatrixBlocks(const AinsworthSaddleInputs *in, Mat mat, PetscBool compare,
+                                      const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   uint64_t state;
 
@@ -158,7 +170,8 @@ static PetscErrorCode SubmatrixBlocks(const AinsworthSaddleInputs *in, Mat mat, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode FindBlocks(const AinsworthSaddleInputs *in, PetscBool compare, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+static PetscErrorCode FindBlocks(const AinsworthSaddleInputs *in, PetscBool compare, const AinsworthSaddleBlocks *last,
+                                 AinsworthSaddleBlocks *found)
 {
   Mat  mat;
   bool detected;
@@ -182,7 +195,8 @@ static PetscErrorCode FindBlocks(const AinsworthSaddleInputs *in, PetscBool comp
   else PetscCall(NestBlocks(in, mat, compare, last, found));
   if (compare) PetscFunctionReturn(PETSC_SUCCESS);
   if (detected) PetscCall(AinsworthCheckDetected(found));
-  if (!found->block[AINSWORTH_BLOCK_P]) PetscCall(AinsworthShare(found->block[AINSWORTH_BLOCK_A], &found->block[AINSWORTH_BLOCK_P]));
+  if (!found->block[AINSWORTH_BLOCK_P])
+    PetscCall(AinsworthShare(found->block[AINSWORTH_BLOCK_A], &found->block[AINSWORTH_BLOCK_P]));
   if (found->made[AINSWORTH_BLOCK_A]) PetscCall(AinsworthSaddleAttachNearNullSpace(found, mat));
   PetscCall(AinsworthFindBlockSize(in, mat, last, found));
   PetscCall(AinsworthFindRigidModes(in, mat, last, found));
@@ -190,12 +204,15 @@ static PetscErrorCode FindBlocks(const AinsworthSaddleInputs *in, PetscBool comp
 }
 
 /*
-   AinsworthSaddleFindBlocks - finds the blocks of what the program passed, their states, and the index sets of the fields. Collective
+   AinsworthSaddleFindBlocks - finds the blocks of what the program passed, their states, and the index sets of the
+   fields. Collective
 
-   last: result of the last set-up, may be empty; what has not changed is taken from it. compare: the multiplier fields are those of last, no value is read and
-   no block is created; layout becomes NULL if the number of fields has changed. found: destroy with AinsworthSaddleResetBlocks().
+   last: result of the last set-up, may be empty; what has not changed is taken from it. compare: the multiplier fields
+   are those of last, no value is read and no block is created; layout becomes NULL if the number of fields has changed.
+   found: destroy with AinsworthSaddleResetBlocks().
 */
-PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *in, PetscBool compare, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *in, PetscBool compare,
+                                         const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Layout, in->pmat, NULL, NULL, NULL));
@@ -212,8 +229,9 @@ PetscErrorCode AinsworthSaddleDescribeLayout(const AinsworthSaddleBlocks *b, cha
   PetscFunctionBegin;
   for (size_t i = 0; i < b->fields.size(); i++)
     if (b->multiplier[i]) names += (names.empty() ? "" : ", ") + b->fields[i].name;
-  PetscCall(PetscSNPrintf(text, len, "%s, %" PetscInt_FMT " fields %s; multipliers: %s (%s)%s", b->layout, (PetscInt)b->fields.size(), b->told, names.c_str(),
-                          b->chosen, b->sign ? "; signs changed" : ""));
+  PetscCall(PetscSNPrintf(text, len, "%s, %" PetscInt_FMT " fields %s; multipliers: %s (%s)%s", b->layout,
+                          (PetscInt)b->fields.size(), b->told, names.c_str(), b->chosen,
+                          b->sign ? "; signs changed" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

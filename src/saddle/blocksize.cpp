@@ -1,38 +1,28 @@
-/* Recovers the block size of A (unknowns of a node), which programs lose when they build the saddle-point matrix, and which multigrid needs */
+/*
+   Recovers the block size of A (unknowns of a node), which programs lose when they build the saddle-point matrix, and
+   which multigrid needs
+*/
 #include "saddle.h"
 #include <algorithm>
 
-/* Fraction of the nodes that has to agree; largest block size considered, that of shells */
-static const PetscReal enough  = 0.9;
-static const PetscInt  largest = 6;
 /* Approximate number of rows of each rank that are examined */
 static const PetscInt voters = 1000;
 
-/* Gets the nodes of bs unknowns in the columns of a row, ascending; none if the row has a single entry */
-static PetscErrorCode TouchedNodes(Mat A, PetscInt row, PetscInt bs, std::vector<PetscInt> *nodes)
-{
-  PetscFunctionBegin;
-  PetscCall(AinsworthGetColumns(A, row, nodes));
-  for (PetscInt &c : *nodes) c /= bs;
-  nodes->erase(std::unique(nodes->begin(), nodes->end()), nodes->end());
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
-   Finds the largest block size for which the rows of nearly all nodes touch the same nodes, 1 if there is none. Collective
+   Finds the largest block size for which the rows of nearly all nodes touch the same nodes, 1 if there is none.
+   Collective
 
-   Stored patterns may lack zero entries, which some programs drop. Nodes with a row of one entry (Dirichlet conditions) do not vote. A nearly full matrix would
-   vote for any size and is excluded.
+   A nearly full matrix would vote for any size and is excluded.
 */
 static PetscErrorCode Vote(Mat A, PetscInt *bs)
 {
   struct Ballot {
     PetscInt yes = 0, all = 0, touched = 0;
   };
-  std::vector<Ballot>   ballots(largest + 1, {0, 0, 0}); /* for each size */
-  std::vector<PetscInt> nodes, others;
-  PetscInt              first, end, N;
-  PetscBool             aij;
+  std::vector<Ballot> ballots(AinsworthNodesLargest + 1); /* for each size */
+  AinsworthNodeRows   rows;
+  PetscInt            first, end, N;
+  PetscBool           aij;
 
   PetscFunctionBegin;
   *bs = 1;
@@ -40,28 +30,27 @@ static PetscErrorCode Vote(Mat A, PetscInt *bs)
   if (!aij) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatGetSize(A, &N, NULL));
   PetscCall(MatGetOwnershipRange(A, &first, &end));
-  for (PetscInt b = 2; b <= largest; b++) {
-    for (PetscInt i = first; i + b <= end; i += b * PetscMax(1, (end - first) / voters)) {
-      bool same = true, votes;
+  for (PetscInt b = 2; b <= AinsworthNodesLargest; b++) {
+    auto toNodes = [b](std::vector<PetscInt> *columns) {
+      for (PetscInt &c : *columns) c /= b;
+      columns->erase(std::unique(columns->begin(), columns->end()), columns->end());
+    };
 
-      PetscCall(TouchedNodes(A, i, b, &nodes));
-      votes = !nodes.empty();
-      for (PetscInt c = 1; c < b; c++) {
-        PetscCall(TouchedNodes(A, i + c, b, &others));
-        votes = votes && !others.empty();
-        same  = same && nodes == others;
-      }
-      if (!votes) continue;
-      ballots[b].yes += same;
+    for (PetscInt i = first; i + b <= end; i += b * PetscMax(1, (end - first) / voters)) {
+      PetscCall(AinsworthCompareRows(A, i, 1, b, toNodes, &rows));
+      if (!rows.votes) continue;
+      ballots[b].yes += rows.same;
       ballots[b].all++;
-      ballots[b].touched += (PetscInt)nodes.size();
+      ballots[b].touched += rows.touched;
     }
   }
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &ballots[0].yes, (PetscMPIInt)(3 * ballots.size()), MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
-  for (PetscInt b = largest; b > 1 && *bs == 1; b--) {
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &ballots[0].yes, (PetscMPIInt)(3 * ballots.size()), MPIU_INT, MPI_SUM,
+                           PetscObjectComm((PetscObject)A)));
+  for (PetscInt b = AinsworthNodesLargest; b > 1 && *bs == 1; b--) {
     PetscBool divides;
 
-    if (!ballots[b].all || ballots[b].yes < enough * ballots[b].all || ballots[b].touched > (PetscReal)N / b / 4.0 * ballots[b].all) continue;
+    if (!ballots[b].all || ballots[b].yes < AinsworthNodesEnough * ballots[b].all) continue;
+    if (ballots[b].touched > (PetscReal)N / b / 4.0 * ballots[b].all) continue;
     PetscCall(AinsworthBlocksDivide(A, b, &divides));
     if (divides) *bs = b;
   }
@@ -122,16 +111,18 @@ static PetscErrorCode CountComponents(Mat mat, IS primal, PetscInt *components)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Derives the block size 3 from six near-null vectors, the rigid-body modes in space; three may also be just translations */
-static PetscErrorCode FromNearNullSpace(Mat A, IS field, PetscInt *bs)
+/*
+   Derives the block size 3 from six near-null vectors, the rigid-body modes in space; three may also be just
+   translations
+*/
+static PetscErrorCode FromNearNullSpace(const AinsworthSaddleBlocks *found, PetscInt *bs)
 {
   MatNullSpace near;
   PetscBool    constant;
   PetscInt     n = 0;
 
   PetscFunctionBegin;
-  PetscCall(MatGetNearNullSpace(A, &near));
-  if (!near) PetscCall(PetscObjectQuery((PetscObject)field, "nearnullspace", (PetscObject *)&near));
+  PetscCall(AinsworthSaddleGetNearNullSpace(found, &near));
   if (near) PetscCall(MatNullSpaceGetVecs(near, &constant, &n, NULL));
   *bs = n == 6 ? 3 : 1;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -161,7 +152,7 @@ static PetscErrorCode Recover(Mat mat, AinsworthSaddleBlocks *found)
   if (!found->extracted) PetscCall(GetCommon(mat, found, &known[2].bs));
   PetscCall(ISGetBlockSize(found->rows[0], &known[3].bs));
   if (found->extracted) PetscCall(CountComponents(mat, found->rows[0], &known[4].bs));
-  PetscCall(FromNearNullSpace(A, found->rows[0], &known[6].bs));
+  PetscCall(FromNearNullSpace(found, &known[6].bs));
   for (auto &k : known) {
     PetscBool divides;
 
@@ -180,8 +171,12 @@ static PetscErrorCode Recover(Mat mat, AinsworthSaddleBlocks *found)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFindBlockSize - sets found->bs and its source; sets the block size of matrices that were made here, not of the program's. Collective */
-PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+/*
+   AinsworthFindBlockSize - sets found->bs and its source; sets the block size of matrices that were made here, not of
+   the program's. Collective
+*/
+PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *last,
+                                      AinsworthSaddleBlocks *found)
 {
   Mat       A = found->block[AINSWORTH_BLOCK_A];
   PetscBool divides;
@@ -191,8 +186,9 @@ PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *in, Mat mat, 
   if (in->bs > 0) {
     PetscCall(AinsworthBlocksDivide(A, in->bs, &divides));
     PetscCheck(divides, PetscObjectComm((PetscObject)A), PETSC_ERR_ARG_SIZ,
-               "-pc_ainsworth_block_size %" PetscInt_FMT " does not divide the number of rows that each rank has of %s, A", in->bs,
-               found->name[AINSWORTH_BLOCK_A]);
+               "-pc_ainsworth_block_size %" PetscInt_FMT
+               " does not divide the number of rows that each rank has of %s, A",
+               in->bs, found->name[AINSWORTH_BLOCK_A]);
     found->bs       = in->bs;
     found->bsSource = "-pc_ainsworth_block_size";
   } else if (found->made[AINSWORTH_BLOCK_A] && last && last->block[AINSWORTH_BLOCK_A] == A) {

@@ -17,12 +17,11 @@ PetscErrorCode AinsworthAgreeOnFirst(MPI_Comm comm, PetscInt *number)
 }
 
 /*
-   Finds the first entry, by row and then by storage order, for which wanted(row, column, value) is true. Collective
+   AinsworthMatFindEntry - finds the first entry, by row and then by storage order, that is wanted. Collective
 
    row is -1 if there is none or if the type of M gives no rows.
 */
-template <typename Predicate>
-static PetscErrorCode FindEntry(Mat M, PetscInt *row, PetscInt *col, Predicate wanted)
+PetscErrorCode AinsworthMatFindEntry(Mat M, AinsworthIsWanted *wanted, PetscInt *row, PetscInt *col)
 {
   PetscBool has;
   PetscInt  rstart, rend, mine;
@@ -54,56 +53,9 @@ static PetscErrorCode FindEntry(Mat M, PetscInt *row, PetscInt *col, Predicate w
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the first nonzero entry; row is -1 if there is none. Collective */
-PetscErrorCode AinsworthMatFindNonzero(Mat M, PetscInt *row, PetscInt *col)
-{
-  PetscFunctionBegin;
-  PetscCall(FindEntry(M, row, col, [](PetscInt, PetscInt, PetscScalar v) { return v != 0.0; }));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Finds the first entry that is NaN or Inf; row is -1 if there is none. Collective */
-PetscErrorCode AinsworthMatFindNotFinite(Mat M, PetscInt *row, PetscInt *col)
-{
-  PetscFunctionBegin;
-  PetscCall(FindEntry(M, row, col, [](PetscInt, PetscInt, PetscScalar v) { return (bool)PetscIsInfOrNanScalar(v); }));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Finds the first nonzero off-diagonal entry; row is -1 if there is none. Collective */
-PetscErrorCode AinsworthMatFindOffDiagonal(Mat M, PetscInt *row, PetscInt *col)
-{
-  PetscFunctionBegin;
-  PetscCall(FindEntry(M, row, col, [](PetscInt i, PetscInt j, PetscScalar v) { return i != j && v != 0.0; }));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Tells whether two AIJ matrices are equal, row by row, up to rounding. Collective */
-PetscErrorCode AinsworthMatEqual(Mat C, Mat other, PetscBool *same)
-{
-  Mat difference;
-  Vec most, largest;
-
-  PetscFunctionBegin;
-  *same = PETSC_TRUE;
-  PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &difference));
-  PetscCall(AinsworthAddAIJ(-1.0, {other}, &difference));
-  PetscCall(MatCreateVecs(C, NULL, &most));
-  PetscCall(VecDuplicate(most, &largest));
-  PetscCall(MatGetRowMaxAbs(difference, most, NULL));
-  PetscCall(MatGetRowMaxAbs(C, largest, NULL));
-  PetscCall(MatDestroy(&difference));
-  PetscCall(AinsworthForEntries({most, largest}, [&](PetscInt, PetscScalar d, PetscScalar c) {
-    if (!(PetscAbsScalar(d) <= adjoint * PetscAbsScalar(c))) *same = PETSC_FALSE;
-  }));
-  PetscCall(VecDestroy(&largest));
-  PetscCall(VecDestroy(&most));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, same, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)C)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
-   Tells whether C' u and Ct u are equal, or opposite, for a random u in which each row of C has the same share whatever its scale. Collective
+   Tells whether C' u and Ct u are equal, or opposite, for a random u in which each row of C has the same share whatever
+   its scale. Collective
 
    Zero rows of C have no scale: Ct must have nothing there, which a separate product checks.
 */
@@ -119,8 +71,12 @@ PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *
   PetscCall(VecDuplicate(u, &largest));
   PetscCall(VecDuplicate(u, &zero));
   PetscCall(MatGetRowMaxAbs(C, largest, NULL));
-  PetscCall(AinsworthUpdate(zero, {u, largest}, [](PetscInt, PetscScalar &z, PetscScalar a, PetscScalar size) { z = size == 0.0 ? 1.0 + a : 0.0; }));
-  PetscCall(AinsworthUpdate(u, {largest}, [](PetscInt, PetscScalar &a, PetscScalar size) { a = size == 0.0 ? 0.0 : (1.0 + a) / PetscAbsScalar(size); }));
+  PetscCall(AinsworthUpdate(zero, {u, largest}, [](PetscInt, PetscScalar &z, PetscScalar a, PetscScalar size) {
+    z = size == 0.0 ? 1.0 + a : 0.0;
+  }));
+  PetscCall(AinsworthUpdate(u, {largest}, [](PetscInt, PetscScalar &a, PetscScalar size) {
+    a = size == 0.0 ? 0.0 : (1.0 + a) / PetscAbsScalar(size);
+  }));
   PetscCall(VecNorm(zero, NORM_INFINITY, &empty));
   if (empty > 0.0) {
     PetscCall(MatMult(Ct, zero, y));
@@ -139,7 +95,23 @@ PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Raises an error if a block is not assembled on some rank, since each rank knows only about the values that it has set. Collective */
+/* Tells whether two matrices are equal up to rounding: whether the adjoint of one is that of the other. Collective */
+PetscErrorCode AinsworthMatEqual(Mat C, Mat other, PetscBool *same)
+{
+  Mat       adjoint;
+  PetscBool opposite;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateHermitianTranspose(other, &adjoint));
+  PetscCall(AinsworthProbeAdjoint(C, adjoint, same, &opposite));
+  PetscCall(MatDestroy(&adjoint));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Raises an error if a block is not assembled on some rank, since each rank knows only about the values that it has
+   set. Collective
+*/
 PetscErrorCode AinsworthCheckAssembled(Mat M, const char name[])
 {
   PetscBool assembled;
@@ -148,13 +120,14 @@ PetscErrorCode AinsworthCheckAssembled(Mat M, const char name[])
   if (!M) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatAssembled(M, &assembled));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &assembled, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)M)));
-  PetscCheck(assembled, PetscObjectComm((PetscObject)M), PETSC_ERR_ARG_WRONGSTATE, "%s is not assembled: call MatAssemblyBegin() and MatAssemblyEnd() on it",
-             name);
+  PetscCheck(assembled, PetscObjectComm((PetscObject)M), PETSC_ERR_ARG_WRONGSTATE,
+             "%s is not assembled: call MatAssemblyBegin() and MatAssemblyEnd() on it", name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthBlockNorm - computes the Frobenius norm of a block: 0 only if it is absent or zero, Inf if its type has no norm. Collective
+   AinsworthBlockNorm - computes the Frobenius norm of a block: 0 only if it is absent or zero, Inf if its type has no
+   norm. Collective
 
    The norm is cached with the matrix until its values change, so that A is not read again when only C changes.
 */
@@ -178,7 +151,7 @@ PetscErrorCode AinsworthBlockNorm(Mat M, PetscReal *norm)
   if (known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNorm(M, NORM_FROBENIUS, norm));
   if (*norm == 0.0) { /* zero, or the squares underflow */
-    PetscCall(AinsworthMatFindNonzero(M, &row, &col));
+    PetscCall(AinsworthMatFindEntry(M, AinsworthIsNonzero, &row, &col));
     if (row >= 0) *norm = std::numeric_limits<PetscReal>::min();
   }
   PetscCall(AinsworthRemember((PetscObject)M, name, *norm));

@@ -12,7 +12,9 @@ static PetscErrorCode Fits(MPI_Comm comm, size_t have, PetscInt expected, PetscB
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates rigid-body modes in 2 or 3 dimensions, for nodes with one unknown per coordinate; who: the source, for views */
+/*
+   Creates rigid-body modes in 2 or 3 dimensions, for nodes with one unknown per coordinate; who: the source, for views
+*/
 static PetscErrorCode Create(Vec coordinates, const char who[], MatNullSpace *modes)
 {
   PetscFunctionBegin;
@@ -24,9 +26,11 @@ static PetscErrorCode Create(Vec coordinates, const char who[], MatNullSpace *mo
 /*
    Gets the coordinates of the nodes of A, interlaced
 
-   The program may give coordinates of the nodes of A, of the nodes of its whole matrix (as PCGAMG expects) or of all rows of its matrix (as PCFIELDSPLIT does).
+   The program may give coordinates of the nodes of A, of the nodes of its whole matrix (as PCGAMG expects) or of all
+   rows of its matrix (as PCFIELDSPLIT does).
 */
-static PetscErrorCode GetCoordinates(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *found, Vec *coordinates)
+static PetscErrorCode GetCoordinates(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *found,
+                                     Vec *coordinates)
 {
   MPI_Comm        comm = PetscObjectComm((PetscObject)mat);
   const PetscInt  dim = in->dim, nodes = (PetscInt)in->coordinates.size() / dim;
@@ -44,8 +48,8 @@ static PetscErrorCode GetCoordinates(const AinsworthSaddleInputs *in, Mat mat, c
   PetscCall(Fits(comm, nodes, m / bs, &ofNodes));
   PetscCall(Fits(comm, nodes, m, &ofRows));
   PetscCheck(ofA || ofNodes || ofRows, comm, PETSC_ERR_ARG_SIZ,
-             "PCSetCoordinates() gave coordinates of %" PetscInt_FMT " nodes on this rank: %s, A, has %" PetscInt_FMT " nodes of %" PetscInt_FMT
-             " unknowns, the matrix %" PetscInt_FMT " of %" PetscInt_FMT,
+             "PCSetCoordinates() gave coordinates of %" PetscInt_FMT " nodes on this rank: %s, A, has %" PetscInt_FMT
+             " nodes of %" PetscInt_FMT " unknowns, the matrix %" PetscInt_FMT " of %" PetscInt_FMT,
              nodes, found->name[AINSWORTH_BLOCK_A], n / found->bs, found->bs, m / bs, bs);
   if (ofRows) bs = 1;
   PetscCall(VecCreate(comm, coordinates));
@@ -64,8 +68,12 @@ static PetscErrorCode GetCoordinates(const AinsworthSaddleInputs *in, Mat mat, c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSaddleCreateRigidModes - creates rigid-body modes of A from the coordinates of PCSetCoordinates(). Collective */
-PetscErrorCode AinsworthSaddleCreateRigidModes(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *found, MatNullSpace *modes)
+/*
+   AinsworthSaddleCreateRigidModes - creates rigid-body modes of A from the coordinates of PCSetCoordinates().
+   Collective
+*/
+PetscErrorCode AinsworthSaddleCreateRigidModes(const AinsworthSaddleInputs *in, Mat mat,
+                                               const AinsworthSaddleBlocks *found, MatNullSpace *modes)
 {
   Vec coordinates;
 
@@ -76,7 +84,10 @@ PetscErrorCode AinsworthSaddleCreateRigidModes(const AinsworthSaddleInputs *in, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthDMCreateRigidModes - creates rigid-body modes of n local unknowns if the DM has one coordinate for each; else NULL. Collective */
+/*
+   AinsworthDMCreateRigidModes - creates rigid-body modes of n local unknowns if the DM has one coordinate for each;
+   else NULL. Collective
+*/
 PetscErrorCode AinsworthDMCreateRigidModes(DM dm, PetscInt n, MatNullSpace *modes)
 {
   Vec       coordinates = NULL;
@@ -94,7 +105,10 @@ PetscErrorCode AinsworthDMCreateRigidModes(DM dm, PetscInt n, MatNullSpace *mode
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthMatCreateRigidModes - creates rigid-body modes if a DM with coordinates of its nodes made the matrix; else NULL. Collective */
+/*
+   AinsworthMatCreateRigidModes - creates rigid-body modes if a DM with coordinates of its nodes made the matrix; else
+   NULL. Collective
+*/
 PetscErrorCode AinsworthMatCreateRigidModes(Mat A, MatNullSpace *modes)
 {
   DM       dm;

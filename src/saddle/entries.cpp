@@ -5,7 +5,7 @@
 #include <vector>
 
 /* Creates the entrywise absolute value of an AIJ matrix */
-PetscErrorCode AinsworthAbsoluteAIJ(Mat M, Mat *absolute)
+static PetscErrorCode CreateAbsolute(Mat M, Mat *absolute)
 {
   Mat             block[2];
   const PetscInt *ghosts;
@@ -50,7 +50,8 @@ PetscErrorCode AinsworthAbsoluteMult(Mat M, Vec x, Vec y)
     for (PetscInt r = 0; r < part.n; r++) {
       PetscReal terms = 0.0;
 
-      for (PetscInt e = part.ia[r]; e < part.ia[r + 1]; e++) terms += PetscAbsScalar(part.a[e]) * PetscAbsScalar(v[part.ja[e]]);
+      for (PetscInt e = part.ia[r]; e < part.ia[r + 1]; e++)
+        terms += PetscAbsScalar(part.a[e]) * PetscAbsScalar(v[part.ja[e]]);
       sum[r] += terms;
     }
     PetscCall(VecRestoreArrayRead(from[k], &v));
@@ -68,7 +69,7 @@ PetscErrorCode AinsworthAbsoluteMultTranspose(Mat M, Vec x, Vec y)
   Vec sizes;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthAbsoluteAIJ(M, &entries));
+  PetscCall(CreateAbsolute(M, &entries));
   PetscCall(AinsworthVecClone(x, &sizes));
   PetscCall(VecAbs(sizes));
   PetscCall(MatMultTranspose(entries, sizes, y));
@@ -89,7 +90,8 @@ PetscErrorCode AinsworthRowSums(Mat M, int power, Vec sums)
   PetscCall(AinsworthForRows(R, [=](const AinsworthMatRow &row) {
     PetscReal sum = 0.0;
 
-    for (PetscInt k = 0; k < row.n; k++) sum += power == 2 ? PetscSqr(PetscAbsScalar(row.a[k])) : PetscAbsScalar(row.a[k]);
+    for (PetscInt k = 0; k < row.n; k++)
+      sum += power == 2 ? PetscSqr(PetscAbsScalar(row.a[k])) : PetscAbsScalar(row.a[k]);
     s[row.local] = sum;
   }));
   PetscCall(VecRestoreArrayWrite(sums, &s));
@@ -147,7 +149,10 @@ PetscErrorCode AinsworthCountRows(Mat C, PetscInt length, Vec *counts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Samples up to `enough` rows of each rank, evenly spaced, that have `least` to `most` entries; number: of all such rows on all ranks. Collective */
+/*
+   Samples up to `enough` rows of each rank, evenly spaced, that have `least` to `most` entries; number: of all such
+   rows on all ranks. Collective
+*/
 PetscErrorCode AinsworthSampleRows(Mat M, PetscInt least, PetscInt most, PetscInt enough, IS *sample, PetscInt *number)
 {
   std::vector<PetscInt> found, taken;
@@ -167,28 +172,20 @@ PetscErrorCode AinsworthSampleRows(Mat M, PetscInt least, PetscInt most, PetscIn
 /* AinsworthGetRows - appends the adjoints of some rows of a matrix, whose global numbers all ranks know. Collective */
 PetscErrorCode AinsworthGetRows(Mat M, const std::vector<PetscInt> &numbers, std::vector<Vec> *rows)
 {
-  PetscInt rstart, rend;
+  Vec unit, row;
 
   PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(M, &rstart, &rend));
+  PetscCall(MatCreateVecs(M, NULL, &unit));
   for (PetscInt number : numbers) {
-    Vec row;
-
     PetscCall(MatCreateVecs(M, &row, NULL));
-    if (number >= rstart && number < rend) {
-      PetscInt           n;
-      const PetscInt    *columns;
-      const PetscScalar *values;
-
-      PetscCall(MatGetRow(M, number, &n, &columns, &values));
-      PetscCall(VecSetValues(row, n, columns, values, INSERT_VALUES));
-      PetscCall(MatRestoreRow(M, number, &n, &columns, &values));
-    }
-    PetscCall(VecAssemblyBegin(row));
-    PetscCall(VecAssemblyEnd(row));
-    if (PetscDefined(USE_COMPLEX)) PetscCall(VecConjugate(row));
+    PetscCall(VecZeroEntries(unit));
+    PetscCall(VecSetValue(unit, number, 1.0, INSERT_VALUES));
+    PetscCall(VecAssemblyBegin(unit));
+    PetscCall(VecAssemblyEnd(unit));
+    PetscCall(MatMultHermitianTranspose(M, unit, row));
     rows->push_back(row);
   }
+  PetscCall(VecDestroy(&unit));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -207,7 +204,10 @@ PetscErrorCode AinsworthFormValue(Mat M, Vec x, PetscReal *value)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthVecGather - gathers the n entries of v at the global places that this rank requests in a sequential vector. Collective */
+/*
+   AinsworthVecGather - gathers the n entries of v at the global places that this rank requests in a sequential vector.
+   Collective
+*/
 PetscErrorCode AinsworthVecGather(Vec v, PetscInt n, const PetscInt places[], Vec *here)
 {
   IS         from;

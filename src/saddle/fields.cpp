@@ -3,14 +3,16 @@
 #include "../base/objects.h"
 
 /*
-   AinsworthSaddleGetFields - gets the fields of a right-hand side (rows) or of a solution, of one of each kind at a time. Collective
+   AinsworthSaddleGetFields - gets the fields of a right-hand side (rows) or of a solution, of one of each kind at a
+   time. Collective
 
-   mat: has vectors like v. write: the fields may be changed. Restore them with AinsworthSaddleRestoreFields()
+   write: the fields may be changed. Restore them with AinsworthSaddleRestoreFields()
 */
-PetscErrorCode AinsworthSaddleGetFields(AinsworthSaddle *sp, Mat mat, PetscBool rows, PetscBool write, Vec v, AinsworthSaddleVec *fields)
+PetscErrorCode AinsworthSaddleGetFields(AinsworthSaddle *sp, PetscBool rows, PetscBool write, Vec v,
+                                        AinsworthSaddleVec *fields)
 {
   PetscFunctionBegin;
-  PetscCall(AinsworthTransferIn(&sp->transfer[rows ? 0 : 1], mat, rows, rows ? sp->rows : sp->cols, write, v, fields));
+  PetscCall(AinsworthTransferIn(&sp->transfer[rows ? 0 : 1], rows ? sp->rows : sp->cols, write, v, fields));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -36,7 +38,9 @@ static PetscErrorCode SolveDecoupled(const AinsworthSaddle *sp, Vec g, Vec lambd
 {
   PetscFunctionBegin;
   PetscCall(MatGetDiagonal(sp->rowsD, lambda));
-  PetscCall(AinsworthUpdate(lambda, {g}, [sp](PetscInt i, PetscScalar &l, PetscScalar a) { l = sp->kind[i] == AINSWORTH_ROW_DECOUPLED ? -a / l : 0.0; }));
+  PetscCall(AinsworthUpdate(lambda, {g}, [sp](PetscInt i, PetscScalar &l, PetscScalar a) {
+    l = sp->kind[i] == AINSWORTH_ROW_DECOUPLED ? -a / l : 0.0;
+  }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -56,7 +60,8 @@ PetscErrorCode AinsworthSaddleGetKept(const AinsworthSaddle *sp, Vec all, Vec ke
 }
 
 /*
-   AinsworthSaddleRestrict - restricts a right-hand side to the kept rows, after subtracting the columns of known unknowns and multipliers. Collective
+   AinsworthSaddleRestrict - restricts a right-hand side to the kept rows, after subtracting the columns of known
+   unknowns and multipliers. Collective
 
    kept.primal may be b.primal if sp->known is NULL and B is C, because f does not change then.
 */
@@ -83,7 +88,9 @@ PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *sp, AinsworthSaddleVec b
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSaddleExtend - extends a solution of the kept rows by the known unknowns and to all multipliers. Collective */
+/*
+   AinsworthSaddleExtend - extends a solution of the kept rows by the known unknowns and to all multipliers. Collective
+*/
 PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, AinsworthSaddleVec b, Vec kept, AinsworthSaddleVec y)
 {
   Vec                work, rest;
@@ -92,7 +99,12 @@ PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, AinsworthSaddleVec b, 
 
   PetscFunctionBegin;
   PetscCall(GetWork(sp, &work, &rest));
-  if (sp->known) PetscCall(AinsworthSaddleSetKnown(sp, b.primal, y.primal));
+  if (sp->known) { /* where y is 0 up to rounding */
+    PetscCall(
+      AinsworthUpdate(y.primal, {sp->known, b.primal}, [](PetscInt, PetscScalar &v, PetscScalar k, PetscScalar r) {
+        if (k != 0.0) v = k * r;
+      }));
+  }
   if (sp->count[AINSWORTH_ROW_DECOUPLED] && sp->known) {
     PetscCall(MatMult(sp->givenC, y.primal, rest));
     PetscCall(VecAYPX(rest, -1.0, b.dual));
@@ -136,7 +148,9 @@ PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *sp, Ainsworth
       if (row < 0 && PetscIsInfOrNanScalar(a)) row = start + i;
     }));
     PetscCall(AinsworthAgreeOnFirst(PetscObjectComm((PetscObject)sp->rowsC), &row));
-    if (row >= 0) PetscCall(PetscSNPrintf(text, len, "row %" PetscInt_FMT " of the %s field", row, field == b.primal ? "primal" : "multiplier"));
+    if (row >= 0)
+      PetscCall(PetscSNPrintf(text, len, "row %" PetscInt_FMT " of the %s field", row,
+                              field == b.primal ? "primal" : "multiplier"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

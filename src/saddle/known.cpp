@@ -1,4 +1,7 @@
-/* Unknowns determined by their own row, such as Dirichlet conditions whose columns were left in place: their columns move to the right-hand side */
+/*
+   Unknowns determined by their own row, such as Dirichlet conditions whose columns were left in place: their columns
+   move to the right-hand side
+*/
 #include "saddle.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
@@ -34,40 +37,40 @@ static PetscErrorCode FindOwnRows(const AinsworthSaddle *sp, Mat A, Vec known, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Copies A without the columns where mask is 0, except for their diagonal entries */
-static PetscErrorCode CopyWithoutColumns(Mat A, Vec mask, Mat *copy)
+/* Copies a block as AIJ without the columns where mask is 0, except for their diagonal entries */
+static PetscErrorCode CopyWithoutColumns(Mat block, Vec mask, Mat *copy)
 {
+  Mat          A;
   Vec          diagonal;
   MatNullSpace near;
+  PetscInt     bs;
 
   PetscFunctionBegin;
+  PetscCall(AinsworthGetAIJ(block, &A));
   PetscCall(AinsworthScaleColumns(A, mask, copy));
   PetscCall(AinsworthCreateDiagonal(A, &diagonal));
   PetscCall(AinsworthStoreDiagonal(copy));
   PetscCall(MatDiagonalSet(*copy, diagonal, INSERT_VALUES));
-  PetscCall(AinsworthMakePatternSymmetric(copy)); /* a new matrix, while MatDiagonalScale() declared the scaled one not symmetric */
+  /* a new matrix, while MatDiagonalScale() declared the scaled one not symmetric */
+  PetscCall(AinsworthMakePatternSymmetric(copy));
   PetscCall(VecDestroy(&diagonal));
   PetscCall(MatGetNearNullSpace(A, &near));
   PetscCall(MatSetNearNullSpace(*copy, near));
+  PetscCall(MatGetBlockSize(block, &bs));
+  PetscCall(MatSetBlockSize(*copy, bs));
+  PetscCall(MatDestroy(&A));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Removes the same columns from sp->P, provided that its entries are accessible; otherwise replaces it by A */
 static PetscErrorCode MovePmat(AinsworthSaddle *sp, Mat A, Vec mask)
 {
-  Mat      opaque, P = NULL, copy;
-  PetscInt bs;
+  Mat opaque, copy;
 
   PetscFunctionBegin;
   PetscCall(AinsworthFindOpaque(sp->P, &opaque));
   if (sp->P == sp->block[AINSWORTH_BLOCK_A] || opaque) PetscCall(AinsworthShare(A, &copy));
-  else {
-    PetscCall(AinsworthGetAIJ(sp->P, &P));
-    PetscCall(CopyWithoutColumns(P, mask, &copy));
-    PetscCall(MatGetBlockSize(sp->P, &bs));
-    PetscCall(MatSetBlockSize(copy, bs));
-    PetscCall(MatDestroy(&P));
-  }
+  else PetscCall(CopyWithoutColumns(sp->P, mask, &copy));
   PetscCall(MatDestroy(&sp->P));
   sp->P = copy;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -76,15 +79,15 @@ static PetscErrorCode MovePmat(AinsworthSaddle *sp, Mat A, Vec mask)
 /*
    AinsworthSaddleFindKnown - removes the columns of known unknowns from copies of A and C. Collective
 
-   This is done if A becomes symmetric by it, or if B, which has nothing in these columns, is not C. A symmetric A has nothing there and is not copied. To be
-   called before the rows of C are classified, because rows with only known unknowns become zero rows.
+   This is done if A becomes symmetric by it, or if B, which has nothing in these columns, is not C. A symmetric A has
+   nothing there and is not copied. To be called before the rows of C are classified, because rows with only known
+   unknowns become zero rows.
 */
 PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
 {
   Mat       A, copy, C;
   Vec       known, mask;
   PetscBool has, symmetric, some = PETSC_FALSE;
-  PetscInt  bs;
 
   PetscFunctionBegin;
   PetscCall(MatHasOperation(sp->A, MATOP_GET_ROW, &has));
@@ -95,16 +98,16 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
   PetscCall(FindOwnRows(sp, A, known, &some));
   if (some) {
     PetscCall(VecDuplicate(known, &mask));
-    PetscCall(AinsworthUpdate(mask, {known}, [](PetscInt, PetscScalar &m, PetscScalar k) { m = k == 0.0 ? 1.0 : 0.0; }));
+    PetscCall(
+      AinsworthUpdate(mask, {known}, [](PetscInt, PetscScalar &m, PetscScalar k) { m = k == 0.0 ? 1.0 : 0.0; }));
     if (symmetric) PetscCall(AinsworthShare(sp->A, &copy));
     else {
-      PetscCall(CopyWithoutColumns(A, mask, &copy));
-      PetscCall(MatGetBlockSize(sp->A, &bs));
-      PetscCall(MatSetBlockSize(copy, bs));
+      PetscCall(CopyWithoutColumns(sp->A, mask, &copy));
       PetscCall(AinsworthProbeSymmetry(copy, &symmetric));
     }
     if (symmetric || sp->rowsB != sp->rowsC) {
-      PetscCall(PetscInfo(sp->A, "Rows of A that hold nothing but their diagonal determine their unknowns: their columns move to the right-hand side\n"));
+      PetscCall(PetscInfo(sp->A, "Rows of A that hold nothing but their diagonal determine their unknowns: their "
+                                 "columns move to the right-hand side\n"));
       PetscCall(MovePmat(sp, copy, mask));
       PetscCall(MatDestroy(&sp->A));
       sp->A     = copy;
@@ -123,7 +126,10 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Subtracts A x from moved and C x from rest, for the program's A and C; x becomes the known unknowns, and moved becomes 0 in their rows */
+/*
+   Subtracts A x from moved and C x from rest, for the program's A and C; x becomes the known unknowns, and moved
+   becomes 0 in their rows
+*/
 PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *sp, Vec f, Vec x, Vec work, Vec moved, Vec rest)
 {
   Vec product;
@@ -138,16 +144,6 @@ PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *sp, Vec f, Vec 
   PetscCall(VecDestroy(&product));
   PetscCall(AinsworthUpdate(moved, {sp->known}, [](PetscInt, PetscScalar &m, PetscScalar k) {
     if (k != 0.0) m = 0.0;
-  }));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Sets the known unknowns in x, which is 0 there up to rounding */
-PetscErrorCode AinsworthSaddleSetKnown(const AinsworthSaddle *sp, Vec f, Vec x)
-{
-  PetscFunctionBegin;
-  PetscCall(AinsworthUpdate(x, {sp->known, f}, [](PetscInt, PetscScalar &v, PetscScalar k, PetscScalar r) {
-    if (k != 0.0) v = k * r;
   }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

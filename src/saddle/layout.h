@@ -30,20 +30,22 @@ typedef std::vector<AinsworthField> AinsworthFields;
 /* What the program passed, with what the program, a DM or options define */
 struct AinsworthSaddleInputs {
   Mat                      amat = NULL, pmat = NULL;
-  AinsworthFields          fields;                /* cover each row once; empty: no fields are defined */
-  const char              *told = "";             /* who defined them, in words */
-  std::vector<std::string> multipliers;           /* names or numbers of fields; empty: chosen by sign and shape */
-  PetscInt                 detect = PETSC_DECIDE; /* whether rows without a positive diagonal entry are detected as multipliers: 0 never, 1 always */
-  PetscInt                 bs     = PETSC_DECIDE; /* block size of A */
-  PetscInt                 dim    = 0;            /* dimension of the coordinates; 0: none */
-  std::vector<PetscReal>   coordinates;           /* of the nodes */
-  PetscInt                 located = 0;           /* how often coordinates were set */
+  AinsworthFields          fields;      /* cover each row once; empty: no fields are defined */
+  const char              *told = "";   /* who defined them, in words */
+  std::vector<std::string> multipliers; /* names or numbers of fields; empty: chosen by sign and shape */
+  /* whether rows without a positive diagonal entry are detected as multipliers: 0 never, 1 always */
+  PetscInt               detect = PETSC_DECIDE;
+  PetscInt               bs     = PETSC_DECIDE; /* block size of A */
+  PetscInt               dim    = 0;            /* dimension of the coordinates; 0: none */
+  std::vector<PetscReal> coordinates;           /* of the nodes */
+  PetscInt               located = 0;           /* how often coordinates were set */
 };
 
 /* layoutfields.cpp */
 PetscErrorCode AinsworthIsNest(Mat, PetscBool *);
 PetscErrorCode AinsworthChooseMatrix(const AinsworthSaddleInputs *, Mat *);
-PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
+PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *,
+                                   AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthJoinFields(MPI_Comm, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
 
 /* layoutnest.cpp */
@@ -88,14 +90,17 @@ PetscErrorCode AinsworthChangeSign(Vec, int, Mat);
 constexpr char AinsworthModesSource[] = "AinsworthModesSource";
 
 /* coordinates.cpp */
-PetscErrorCode AinsworthSaddleCreateRigidModes(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, MatNullSpace *);
+PetscErrorCode AinsworthSaddleCreateRigidModes(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *,
+                                               MatNullSpace *);
 PetscErrorCode AinsworthDMCreateRigidModes(DM, PetscInt, MatNullSpace *);
 PetscErrorCode AinsworthMatCreateRigidModes(Mat, MatNullSpace *);
 
 /* nearnullspace.cpp */
-PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
+PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *,
+                                       AinsworthSaddleBlocks *);
 
 /* blocksize.cpp */
-PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
+PetscErrorCode AinsworthFindBlockSize(const AinsworthSaddleInputs *, Mat, const AinsworthSaddleBlocks *,
+                                      AinsworthSaddleBlocks *);
 
 #endif

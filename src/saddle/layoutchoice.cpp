@@ -1,4 +1,7 @@
-/* Chooses the multiplier fields by the sign and the shape of their diagonal blocks, or as -pc_ainsworth_multiplier_fields says */
+/*
+   Chooses the multiplier fields by the sign and the shape of their diagonal blocks, or as
+   -pc_ainsworth_multiplier_fields says
+*/
 #include "saddle.h"
 #include "../base/loops.h"
 
@@ -21,12 +24,16 @@ static PetscErrorCode GetDiagonalBlock(Mat mat, const AinsworthSaddleBlocks *fou
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AinsworthGetAIJ(mat, &whole));
-  PetscCall(MatCreateSubMatrix(whole, found->fields[i].rows.get(), found->fields[i].cols.get(), MAT_INITIAL_MATRIX, block));
+  PetscCall(
+    MatCreateSubMatrix(whole, found->fields[i].rows.get(), found->fields[i].cols.get(), MAT_INITIAL_MATRIX, block));
   PetscCall(MatDestroy(&whole));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the kind of a field from the diagonal of its block, at least `otherwise`, which is NEGATIVE for a nonzero block of a MatNest. Collective */
+/*
+   Finds the kind of a field from the diagonal of its block, at least `otherwise`, which is NEGATIVE for a nonzero block
+   of a MatNest. Collective
+*/
 static PetscErrorCode LookAtDiagonal(Vec d, Kind otherwise, Kind *kind)
 {
   PetscInt seen = EMPTY;
@@ -41,25 +48,6 @@ static PetscErrorCode LookAtDiagonal(Vec d, Kind otherwise, Kind *kind)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tells whether a block is absent or zero, where possible by its first nonzero entry. Collective */
-static PetscErrorCode IsZero(Mat M, PetscBool *zero)
-{
-  PetscBool has = PETSC_FALSE;
-  PetscInt  row, col;
-  PetscReal norm;
-
-  PetscFunctionBegin;
-  if (M) PetscCall(MatHasOperation(M, MATOP_GET_ROW, &has));
-  if (has) {
-    PetscCall(AinsworthMatFindNonzero(M, &row, &col));
-    *zero = (PetscBool)(row < 0);
-  } else {
-    PetscCall(AinsworthBlockNorm(M, &norm));
-    *zero = (PetscBool)(norm == 0.0);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode LookAtNest(Mat nest, std::vector<Kind> *kinds)
 {
   PetscInt n = (PetscInt)kinds->size(), present = 0;
@@ -68,14 +56,14 @@ static PetscErrorCode LookAtNest(Mat nest, std::vector<Kind> *kinds)
   for (PetscInt i = 0; i < n; i++) {
     char      name[64];
     Mat       block;
-    PetscBool zero = PETSC_TRUE;
+    PetscReal norm;
 
     PetscCall(MatNestGetSubMat(nest, i, i, &block));
     PetscCall(PetscSNPrintf(name, sizeof(name), "Block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest", i, i));
     PetscCall(AinsworthCheckAssembled(block, name));
-    PetscCall(IsZero(block, &zero));
-    (*kinds)[i] = zero ? EMPTY : POSITIVE;
-    present += !zero;
+    PetscCall(AinsworthBlockNorm(block, &norm));
+    (*kinds)[i] = norm == 0.0 ? EMPTY : POSITIVE;
+    present += norm != 0.0;
   }
   for (PetscInt i = 0; i < n && present > 1; i++) { /* if there is only one, it is A */
     Mat       block;
@@ -112,9 +100,11 @@ static PetscErrorCode LookAtMatrix(Mat mat, const AinsworthFields &fields, std::
 }
 
 /*
-   Chooses the multipliers among fields that all have positive diagonal entries, or all have none: those whose diagonal block is diagonal
+   Chooses the multipliers among fields that all have positive diagonal entries, or all have none: those whose diagonal
+   block is diagonal
 
-   If both of two fields are diagonal, or neither is, chooses the smaller field; the last one if they have the same size.
+   If both of two fields are diagonal, or neither is, chooses the smaller field; the last one if they have the same
+   size.
 */
 static PetscErrorCode ChooseByShape(Mat mat, AinsworthSaddleBlocks *found)
 {
@@ -133,10 +123,12 @@ static PetscErrorCode ChooseByShape(Mat mat, AinsworthSaddleBlocks *found)
     PetscCall(MatHasOperation(block, MATOP_GET_ROW, &has));
     PetscCall(MatGetType(block, &type));
     PetscCheck(has, comm, PETSC_ERR_ARG_WRONG,
-               "PCAINSWORTH found no multipliers: the diagonal blocks of all fields are nonzero, and the type %s of (%" PetscInt_FMT ",%" PetscInt_FMT
-               ") has no rows to look at; leave the block of the multipliers absent, pass an AIJ matrix, or use -pc_ainsworth_multiplier_fields",
+               "PCAINSWORTH found no multipliers: the diagonal blocks of all fields are nonzero, and the type %s of "
+               "(%" PetscInt_FMT ",%" PetscInt_FMT ") has no rows to look at; leave the block of the multipliers "
+               "absent, pass an AIJ matrix, or use -pc_ainsworth_multiplier_fields",
                type, i, i);
-    PetscCall(AinsworthMatFindOffDiagonal(block, &row, &col));
+    auto isCoupling = [](PetscInt r, PetscInt c, PetscScalar v) { return r != c && v != 0.0; };
+    PetscCall(AinsworthMatFindEntry(block, isCoupling, &row, &col));
     PetscCall(MatDestroy(&block));
     found->multiplier[i] = row < 0;
     diagonal += row < 0;
@@ -145,7 +137,8 @@ static PetscErrorCode ChooseByShape(Mat mat, AinsworthSaddleBlocks *found)
   if (diagonal && diagonal < n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(n == 2, comm, PETSC_ERR_ARG_WRONG,
              "PCAINSWORTH found no multipliers: the diagonal blocks of all %" PetscInt_FMT
-             " fields have positive entries, and %s of them is diagonal; -pc_ainsworth_multiplier_fields tells which are the multipliers'",
+             " fields have positive entries, and %s of them is diagonal; -pc_ainsworth_multiplier_fields tells which "
+             "are the multipliers'",
              n, diagonal ? "each" : "none");
   for (int i = 0; i < 2; i++) PetscCall(ISGetSize(found->fields[i].rows.get(), &size[i]));
   smaller           = size[0] < size[1] ? 0 : 1;
@@ -169,12 +162,14 @@ static PetscErrorCode ChooseNamed(MPI_Comm comm, const AinsworthSaddleInputs *in
 
     while (i < n && found->fields[i].name != name) i++;
     if (i == n && name.find_first_not_of("0123456789") == std::string::npos && name.size() < 9) i = std::stoul(name);
-    PetscCheck(i < n, comm, PETSC_ERR_ARG_OUTOFRANGE, "-pc_ainsworth_multiplier_fields names field %s; there are %" PetscInt_FMT ", from 0 on: %s",
+    PetscCheck(i < n, comm, PETSC_ERR_ARG_OUTOFRANGE,
+               "-pc_ainsworth_multiplier_fields names field %s; there are %" PetscInt_FMT ", from 0 on: %s",
                name.c_str(), (PetscInt)n, known.c_str());
     found->multiplier[i] = true;
   }
   for (size_t i = 0; i < n; i++) count += found->multiplier[i];
-  PetscCheck(count < n, comm, PETSC_ERR_ARG_OUTOFRANGE, "-pc_ainsworth_multiplier_fields leaves no primal field: it names all of %s", known.c_str());
+  PetscCheck(count < n, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-pc_ainsworth_multiplier_fields leaves no primal field: it names all of %s", known.c_str());
   found->chosen = "-pc_ainsworth_multiplier_fields";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -196,7 +191,8 @@ PetscErrorCode AinsworthChooseMultipliers(const AinsworthSaddleInputs *in, Mat m
   if (found->extracted) PetscCall(LookAtMatrix(mat, found->fields, &kinds));
   else PetscCall(LookAtNest(mat, &kinds));
   for (Kind kind : kinds) count[kind]++;
-  PetscCheck(count[EMPTY] < (PetscInt)n, comm, PETSC_ERR_ARG_WRONG, "PCAINSWORTH found no primal block: %s of the %s are %s zero, A must be one of them",
+  PetscCheck(count[EMPTY] < (PetscInt)n, comm, PETSC_ERR_ARG_WRONG,
+             "PCAINSWORTH found no primal block: %s of the %s are %s zero, A must be one of them",
              n == 2 ? "blocks (0,0) and (1,1)" : "all diagonal blocks", found->extracted ? "matrix" : "MatNest",
              found->extracted ? "without a diagonal entry that is not" : "absent or");
   if (!count[EMPTY] && (!count[NEGATIVE] || !count[POSITIVE])) {
@@ -205,6 +201,7 @@ PetscErrorCode AinsworthChooseMultipliers(const AinsworthSaddleInputs *in, Mat m
   }
   /* without a positive field, the negative one is -A */
   for (size_t i = 0; i < n; i++) found->multiplier[i] = kinds[i] == EMPTY || (kinds[i] == NEGATIVE && count[POSITIVE]);
-  found->chosen = count[NEGATIVE] && count[POSITIVE] ? "no diagonal entry of theirs is positive" : "their diagonal block is zero";
+  found->chosen = count[NEGATIVE] && count[POSITIVE] ? "no diagonal entry of theirs is positive"
+                                                     : "their diagonal block is zero";
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -5,10 +5,11 @@
 #include "../base/objects.h"
 
 /*
-   AinsworthDetectFields - splits a plain matrix into a primal field and multipliers; raises an error if it is no saddle-point matrix. Collective
+   AinsworthDetectFields - splits a plain matrix into a primal field and multipliers; raises an error if it is no
+   saddle-point matrix. Collective
 
-   Multipliers have no positive diagonal entry. If no row has one, except for Dirichlet conditions, the matrix is minus a saddle point, and multipliers have
-   zeros. If all rows have one, the signs of the coupling entries decide.
+   Multipliers have no positive diagonal entry. If no row has one, except for Dirichlet conditions, the matrix is minus
+   a saddle point, and multipliers have zeros. If all rows have one, the signs of the coupling entries decide.
 */
 PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
 {
@@ -23,7 +24,8 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
   PetscFunctionBegin;
   PetscCall(AinsworthCheckAssembled(mat, "The matrix"));
   PetscCall(MatGetSize(mat, &size[0], &size[1]));
-  PetscCheck(size[0] == size[1], comm, PETSC_ERR_ARG_SIZ, "The matrix is not square: %" PetscInt_FMT " x %" PetscInt_FMT, size[0], size[1]);
+  PetscCheck(size[0] == size[1], comm, PETSC_ERR_ARG_SIZ,
+             "The matrix is not square: %" PetscInt_FMT " x %" PetscInt_FMT, size[0], size[1]);
   PetscCall(AinsworthCreateDiagonal(mat, &diagonal));
   PetscCall(AinsworthVecClone(diagonal, &entries));
   PetscCall(AinsworthClassifyDiagonal(mat, entries));
@@ -58,7 +60,8 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
   };
   found->multiplier = {false, true};
   PetscCheck(size[0] && size[1], comm, PETSC_ERR_ARG_WRONG,
-             "PCAINSWORTH found no saddle point in the matrix of type %s: %s; name the fields by PCFieldSplitSetIS() or pass a MatNest, [A C'; C 0]",
+             "PCAINSWORTH found no saddle point in the matrix of type %s: %s; name the fields by PCFieldSplitSetIS() "
+             "or pass a MatNest, [A C'; C 0]",
              found->layout,
              !size[0]   ? "its diagonal is zero"
              : opposite ? "every diagonal entry is negative"
@@ -67,7 +70,10 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthCheckDetected - raises an error if a multiplier row with a zero diagonal entry is coupled to another one: it may be a primal row. Collective */
+/*
+   AinsworthCheckDetected - raises an error if a multiplier row with a zero diagonal entry is coupled to another one: it
+   may be a primal row. Collective
+*/
 PetscErrorCode AinsworthCheckDetected(const AinsworthSaddleBlocks *found)
 {
   Mat                   D    = found->block[AINSWORTH_BLOCK_D];
@@ -86,7 +92,8 @@ PetscErrorCode AinsworthCheckDetected(const AinsworthSaddleBlocks *found)
   PetscCall(AinsworthAgreeOnFirst(comm, &bad));
   PetscCheck(bad < 0, comm, PETSC_ERR_ARG_WRONG,
              "PCAINSWORTH cannot tell the multipliers by the diagonal of the matrix of type %s: row %" PetscInt_FMT
-             " has a zero on it and is coupled with another row that has no positive entry there; name the fields by PCFieldSplitSetIS()",
+             " has a zero on it and is coupled with another row that has no positive entry there; name the fields by "
+             "PCFieldSplitSetIS()",
              found->layout, bad);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

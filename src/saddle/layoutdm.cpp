@@ -18,7 +18,10 @@ static PetscErrorCode AttachModes(DM dm, IS field)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthDMGetFields - gets the fields of a DM; none if it has fewer than two or its size is not that of the matrix. Collective */
+/*
+   AinsworthDMGetFields - gets the fields of a DM; none if it has fewer than two or its size is not that of the matrix.
+   Collective
+*/
 PetscErrorCode AinsworthDMGetFields(DM dm, Mat mat, AinsworthFields *fields)
 {
   PetscInt n, size, total = 0;

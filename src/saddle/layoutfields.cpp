@@ -1,6 +1,7 @@
-/* Finds the matrix that has the blocks, its fields, and the joined index sets of the primal and the multiplier fields */
+/*
+   Finds the matrix that has the blocks, its fields, and the joined index sets of the primal and the multiplier fields
+*/
 #include "saddle.h"
-#include "../base/lists.h"
 #include "../base/objects.h"
 
 /* AinsworthIsNest - tells whether a matrix is a MatNest with more than one row of blocks */
@@ -43,8 +44,12 @@ static PetscErrorCode NameFields(const AinsworthSaddleInputs *in, AinsworthField
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFindFields - finds the fields: those of a MatNest, those that the program or its DM defined, those of a MatNest in Pmat, or detected ones */
-PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+/*
+   AinsworthFindFields - finds the fields: those of a MatNest, those that the program or its DM defined, those of a
+   MatNest in Pmat, or detected ones
+*/
+PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *last,
+                                   AinsworthSaddleBlocks *found)
 {
   PetscBool nest, hides = PETSC_FALSE, pnest;
   PetscInt  size[2] = {0, 0};
@@ -59,7 +64,8 @@ PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *in, Mat mat, con
     PetscCall(AinsworthNestHides(mat, &hides));
     found->extracted = hides;
     found->told      = "of the MatNest";
-    if (hides && last && last->extracted) found->fields = last->fields; /* a change of structure would change the state */
+    /* a change of structure would change the state */
+    if (hides && last && last->extracted) found->fields = last->fields;
     else if (hides) PetscCall(AinsworthNestFlatten(mat, &found->fields));
     else {
       PetscCall(AinsworthNestGetFields(mat, &found->fields));
@@ -82,7 +88,8 @@ PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *in, Mat mat, con
       found->told   = last->told;
     } else {
       PetscCheck(in->detect != 0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG,
-                 "PCAINSWORTH knows no fields of the matrix of type %s: pass a MatNest, [A C'; C 0], call PCFieldSplitSetIS() for each field, or PCSetDM(); "
+                 "PCAINSWORTH knows no fields of the matrix of type %s: pass a MatNest, [A C'; C 0], call "
+                 "PCFieldSplitSetIS() for each field, or PCSetDM(); "
                  "-pc_ainsworth_detect_saddle_point finds multipliers by the diagonal, or by signs",
                  found->layout);
       PetscCall(AinsworthDetectFields(mat, found));
@@ -91,7 +98,10 @@ PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *in, Mat mat, con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Replaces index sets that equal those of the last set-up by the same objects, so that comparing pointers shows that nothing changed */
+/*
+   Replaces index sets that equal those of the last set-up by the same objects, so that comparing pointers shows that
+   nothing changed
+*/
 static PetscErrorCode KeepSets(const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   PetscFunctionBegin;
@@ -110,35 +120,25 @@ static PetscErrorCode KeepSets(const AinsworthSaddleBlocks *last, AinsworthSaddl
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Joins the index sets of some fields: a single one is shared; several are concatenated on each rank as in a MatNest, or sorted for submatrices */
+/*
+   Joins the index sets of some fields: a single one is shared; several are concatenated on each rank as in a MatNest,
+   or sorted for submatrices
+*/
 static PetscErrorCode JoinSets(MPI_Comm comm, const std::vector<IS> &sets, PetscBool sorted, IS *join)
 {
-  std::vector<PetscInt> index;
-  PetscInt              total;
-  PetscBool             contiguous = PETSC_TRUE;
-
   PetscFunctionBegin;
-  if (sets.size() == 1) {
-    PetscCall(AinsworthShare(sets[0], join));
-    PetscFunctionReturn(PETSC_SUCCESS);
+  if (sets.size() == 1) PetscCall(AinsworthShare(sets[0], join));
+  else {
+    PetscCall(ISConcatenate(comm, (PetscInt)sets.size(), sets.data(), join));
+    if (sorted) PetscCall(ISSort(*join));
   }
-  for (IS set : sets) {
-    std::vector<PetscInt> part;
-
-    PetscCall(AinsworthISToList(set, &part));
-    index.insert(index.end(), part.begin(), part.end());
-  }
-  total = (PetscInt)index.size();
-  if (sorted) PetscCall(PetscSortInt(total, index.data()));
-  for (PetscInt i = 1; i < total; i++)
-    if (index[i] != index[i - 1] + 1) contiguous = PETSC_FALSE;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &contiguous, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
-  if (contiguous) PetscCall(ISCreateStride(comm, total, total ? index[0] : 0, 1, join)); /* MatCreateSubMatrix() is several times faster */
-  else PetscCall(ISCreateGeneral(comm, total, index.data(), PETSC_COPY_VALUES, join));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthJoinFields - creates the rows and cols of the primal and multiplier fields; shares those of last if the fields are the same. Collective */
+/*
+   AinsworthJoinFields - creates the rows and cols of the primal and multiplier fields; shares those of last if the
+   fields are the same. Collective
+*/
 PetscErrorCode AinsworthJoinFields(MPI_Comm comm, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   bool same = last && last->layout && last->extracted == found->extracted && last->multiplier == found->multiplier &&
@@ -147,7 +147,8 @@ PetscErrorCode AinsworthJoinFields(MPI_Comm comm, const AinsworthSaddleBlocks *l
   PetscFunctionBegin;
   PetscCall(KeepSets(last, found));
   for (size_t i = 0; i < found->fields.size() && same; i++)
-    same = last->fields[i].rows.get() == found->fields[i].rows.get() && last->fields[i].cols.get() == found->fields[i].cols.get();
+    same = last->fields[i].rows.get() == found->fields[i].rows.get() &&
+           last->fields[i].cols.get() == found->fields[i].cols.get();
   for (int k = 0; k < 2; k++) {
     std::vector<IS> rows, cols;
 

@@ -3,43 +3,38 @@
 #include "split.h"
 #include "../base/objects.h"
 
-/* Tells whether blocks were filled from the same matrix, with the same nonzero pattern and index sets, at the last set-up */
-static PetscErrorCode SamePattern(Mat mat, int which, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found, PetscBool *same)
+/*
+   Tells whether blocks were filled from the same matrix, with the same nonzero pattern and index sets, at the last
+   set-up
+*/
+static PetscErrorCode SamePattern(Mat mat, int which, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found,
+                                  PetscBool *same)
 {
   PetscBool tells;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectGetId((PetscObject)mat, &found->whole[which]));
   PetscCall(MatGetNonzeroState(mat, &found->pattern[which]));
-  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)mat, &tells, MATSEQAIJ, MATMPIAIJ, MATSEQBAIJ, MATMPIBAIJ, MATSEQSBAIJ, MATMPISBAIJ, ""));
-  *same = (PetscBool)(tells && last && last->split[which] && last->whole[which] == found->whole[which] && last->pattern[which] == found->pattern[which]);
-  for (int k = 0; k < 2 && *same; k++) *same = (PetscBool)(last->rows[k] == found->rows[k] && last->cols[k] == found->cols[k]);
+  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)mat, &tells, MATSEQAIJ, MATMPIAIJ, MATSEQBAIJ, MATMPIBAIJ,
+                                          MATSEQSBAIJ, MATMPISBAIJ, ""));
+  *same = (PetscBool)(tells && last && last->split[which] && last->whole[which] == found->whole[which] &&
+                      last->pattern[which] == found->pattern[which]);
+  for (int k = 0; k < 2 && *same; k++)
+    *same = (PetscBool)(last->rows[k] == found->rows[k] && last->cols[k] == found->cols[k]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets the factors of the local rows of minus a saddle point */
-static PetscErrorCode GetFactors(Vec sign, const AinsworthSplit *split, std::vector<PetscReal> *factors)
-{
-  const PetscScalar *s;
-
-  PetscFunctionBegin;
-  if (!sign) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetArrayRead(sign, &s));
-  for (PetscInt number : split->rows) factors->push_back(number < 0 ? -1.0 : PetscRealPart(s[number]));
-  PetscCall(VecRestoreArrayRead(sign, &s));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Extracts `wanted` blocks from found->block[first] on; refills those of the last set-up if the pattern has not changed */
-static PetscErrorCode Extract(Mat mat, int which, int first, int wanted, Vec sign, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+/* Extracts `wanted` blocks from found->block[first] on; refills those of the last set-up if the pattern is the same */
+static PetscErrorCode Extract(Mat mat, int which, int first, int wanted, Vec sign, const AinsworthSaddleBlocks *last,
+                              AinsworthSaddleBlocks *found)
 {
   Mat                                    whole;
-  PetscBool                              same = PETSC_FALSE;
-  std::vector<PetscReal>                 factors;
+  PetscBool                              same  = PETSC_FALSE;
   std::shared_ptr<const AinsworthSplit> &split = found->split[which];
 
   PetscFunctionBegin;
   PetscCall(SamePattern(mat, which, last, found, &same));
+  if (sign || (last && last->sign)) same = PETSC_FALSE;
   PetscCall(AinsworthGetAIJ(mat, &whole));
   if (same) split = last->split[which];
   else PetscCall(AinsworthSplitCreate(whole, found->rows, found->cols, &split));
@@ -47,14 +42,14 @@ static PetscErrorCode Extract(Mat mat, int which, int first, int wanted, Vec sig
     found->made[k] = PETSC_TRUE;
     if (same) PetscCall(AinsworthShare(last->block[k], &found->block[k]));
     else if (!split) {
-      PetscCall(MatCreateSubMatrix(whole, found->rows[AinsworthBlockRow[k]], found->cols[AinsworthBlockColumn[k]], MAT_INITIAL_MATRIX, &found->block[k]));
-      PetscCall(AinsworthChangeSign(sign, k, found->block[k]));
+      const IS rows = found->rows[AinsworthBlockRow[k]], cols = found->cols[AinsworthBlockColumn[k]];
+
+      PetscCall(MatCreateSubMatrix(whole, rows, cols, MAT_INITIAL_MATRIX, &found->block[k]));
     }
   }
-  if (split) {
-    PetscCall(GetFactors(sign, split.get(), &factors));
-    PetscCall((same ? AinsworthSplitRefill : AinsworthSplitFill)(whole, split.get(), wanted, factors.empty() ? NULL : factors.data(), found->block + first));
-  }
+  if (same) PetscCall(AinsworthSplitRefill(whole, split.get(), wanted, found->block + first));
+  else if (split) PetscCall(AinsworthSplitFill(whole, split.get(), wanted, found->block + first));
+  for (int k = first; k < first + wanted; k++) PetscCall(AinsworthChangeSign(sign, k, found->block[k]));
   PetscCall(MatDestroy(&whole));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -72,7 +67,10 @@ PetscErrorCode AinsworthExtractBlocks(Mat mat, const AinsworthSaddleBlocks *last
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthExtractPrimal - extracts the primal block of Pmat, with the signs changed as those of the other blocks. Collective */
+/*
+   AinsworthExtractPrimal - extracts the primal block of Pmat, with the signs changed as those of the other blocks.
+   Collective
+*/
 PetscErrorCode AinsworthExtractPrimal(Mat pmat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
 {
   PetscBool opaque;

@@ -8,12 +8,15 @@ PetscErrorCode AinsworthNestGetFields(Mat nest, AinsworthFields *fields)
   PetscFunctionBegin;
   PetscCall(MatNestGetSize(nest, &nr, &nc));
   PetscCheck(nr == nc, PetscObjectComm((PetscObject)nest), PETSC_ERR_ARG_SIZ,
-             "The MatNest has %" PetscInt_FMT " x %" PetscInt_FMT " blocks: PCAINSWORTH needs as many rows of blocks as columns, [A C'; C 0]", nr, nc);
+             "The MatNest has %" PetscInt_FMT " x %" PetscInt_FMT
+             " blocks: PCAINSWORTH needs as many rows of blocks as columns, [A C'; C 0]",
+             nr, nc);
   std::vector<IS> rows(nr), cols(nc);
 
   PetscCall(MatNestGetISs(nest, rows.data(), cols.data()));
   fields->clear();
-  for (PetscInt i = 0; i < nr; i++) fields->push_back({std::to_string(i), AinsworthShareIS(rows[i]), AinsworthShareIS(cols[i])});
+  for (PetscInt i = 0; i < nr; i++)
+    fields->push_back({std::to_string(i), AinsworthShareIS(rows[i]), AinsworthShareIS(cols[i])});
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -35,7 +38,10 @@ static PetscErrorCode IsAbsent(Mat M, PetscBool *absent)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthNestHides - tells whether a diagonal block is itself a nest with absent and present diagonal blocks, which means that it has multipliers */
+/*
+   AinsworthNestHides - tells whether a diagonal block is itself a nest with absent and present diagonal blocks, which
+   means that it has multipliers
+*/
 PetscErrorCode AinsworthNestHides(Mat nest, PetscBool *hides)
 {
   PetscInt nr, nc;
@@ -96,8 +102,12 @@ PetscErrorCode AinsworthNestFlatten(Mat nest, AinsworthFields *fields)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthNestGetPartState - computes one state for some rows and columns of blocks and all they are made of; 0 if all are absent */
-PetscErrorCode AinsworthNestGetPartState(Mat nest, const std::vector<PetscInt> &rows, const std::vector<PetscInt> &cols, uint64_t *state)
+/*
+   AinsworthNestGetPartState - computes one state for some rows and columns of blocks and all they are made of; 0 if all
+   are absent
+*/
+PetscErrorCode AinsworthNestGetPartState(Mat nest, const std::vector<PetscInt> &rows, const std::vector<PetscInt> &cols,
+                                         uint64_t *state)
 {
   uint64_t all = 0, any = 0;
 
@@ -125,14 +135,19 @@ static PetscErrorCode CreateEmpty(IS rows, IS cols, Mat *empty)
   PetscFunctionBegin;
   PetscCall(ISGetLocalSize(rows, &m));
   PetscCall(ISGetLocalSize(cols, &n));
-  PetscCall(MatCreateAIJ(PetscObjectComm((PetscObject)rows), m, n, PETSC_DETERMINE, PETSC_DETERMINE, 0, NULL, 0, NULL, empty));
+  PetscCall(
+    MatCreateAIJ(PetscObjectComm((PetscObject)rows), m, n, PETSC_DETERMINE, PETSC_DETERMINE, 0, NULL, 0, NULL, empty));
   PetscCall(MatAssemblyBegin(*empty, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(*empty, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthNestGetPart - gets some rows and columns of blocks: a single block itself, several as a nest, NULL if all are absent; to be destroyed. Collective */
-PetscErrorCode AinsworthNestGetPart(Mat nest, const std::vector<PetscInt> &rows, const std::vector<PetscInt> &cols, Mat *part)
+/*
+   AinsworthNestGetPart - gets some rows and columns of blocks: a single block itself, several as a nest, NULL if all
+   are absent; to be destroyed. Collective
+*/
+PetscErrorCode AinsworthNestGetPart(Mat nest, const std::vector<PetscInt> &rows, const std::vector<PetscInt> &cols,
+                                    Mat *part)
 {
   const size_t     nr = rows.size(), nc = cols.size();
   AinsworthFields  fields;
@@ -164,7 +179,8 @@ PetscErrorCode AinsworthNestGetPart(Mat nest, const std::vector<PetscInt> &rows,
       if (empty) PetscCall(row ? fill(i, 0) : fill(0, i));
     }
   }
-  PetscCall(MatCreateNest(PetscObjectComm((PetscObject)nest), (PetscInt)nr, NULL, (PetscInt)nc, NULL, blocks.data(), part));
+  PetscCall(
+    MatCreateNest(PetscObjectComm((PetscObject)nest), (PetscInt)nr, NULL, (PetscInt)nc, NULL, blocks.data(), part));
   for (Mat &block : blocks) PetscCall(MatDestroy(&block));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

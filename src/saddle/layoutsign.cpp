@@ -17,7 +17,9 @@ PetscErrorCode AinsworthClassifyDiagonal(Mat mat, Vec entries)
     bool            coupled = false;
 
     for (PetscInt k = 0; d > 0.0 && k < row.n && !coupled; k++) coupled = row.j[k] != row.number && row.a[k] != 0.0;
-    e[row.local] = d > 0.0 ? coupled ? AINSWORTH_ENTRY_POSITIVE : AINSWORTH_ENTRY_PLAIN : d < 0.0 ? AINSWORTH_ENTRY_NEGATIVE : AINSWORTH_ENTRY_ZERO;
+    e[row.local] = d > 0.0   ? coupled ? AINSWORTH_ENTRY_POSITIVE : AINSWORTH_ENTRY_PLAIN
+                   : d < 0.0 ? AINSWORTH_ENTRY_NEGATIVE
+                             : AINSWORTH_ENTRY_ZERO;
   }));
   PetscCall(VecRestoreArray(entries, &e));
   PetscCall(MatDestroy(&aij));
@@ -25,7 +27,8 @@ PetscErrorCode AinsworthClassifyDiagonal(Mat mat, Vec entries)
 }
 
 /*
-   AinsworthFindSign - for minus a saddle point, creates a vector with -1 for each given row and 1 for plain rows; otherwise NULL. Collective
+   AinsworthFindSign - for minus a saddle point, creates a vector with -1 for each given row and 1 for plain rows;
+   otherwise NULL. Collective
 
    rows NULL: mat is A alone; then no row is plain, because C may use its unknown.
 */
@@ -61,7 +64,10 @@ PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthChangeSign - changes the sign of a block, except in plain rows of A; avoids MatDiagonalScale() on A, which would declare it not symmetric */
+/*
+   AinsworthChangeSign - changes the sign of a block, except in plain rows of A; avoids MatDiagonalScale() on A, which
+   would declare it not symmetric
+*/
 PetscErrorCode AinsworthChangeSign(Vec sign, int k, Mat block)
 {
   Vec                diagonal;

@@ -1,9 +1,15 @@
-/* Detection of the fields of a plain matrix [A -B'; B D] with a positive diagonal, from the signs of its off-diagonal entries */
+/*
+   Detection of the fields of a plain matrix [A -B'; B D] with a positive diagonal, from the signs of its off-diagonal
+   entries
+*/
 #include "saddle.h"
 #include "../base/loops.h"
 #include <algorithm>
 
-/* Creates a matrix with -1 where an entry is the opposite of its conjugate mirror image, 1 where it is not, and nothing where either is zero. Collective */
+/*
+   Creates a matrix with -1 where an entry is the opposite of its conjugate mirror image, 1 where it is not, and nothing
+   where either is zero. Collective
+*/
 static PetscErrorCode CreateSigns(Mat mat, Mat *signs, PetscBool *opposites)
 {
   Mat              aij, adjoint;
@@ -40,57 +46,20 @@ static PetscErrorCode CreateSigns(Mat mat, Mat *signs, PetscBool *opposites)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Assigns sides to all rows connected to the first row without one: 1 for the larger side, -1 for the other. done: every coupled row has a side. Collective */
-static PetscErrorCode FindSidesOfPart(Mat signs, Vec degree, Vec side, Vec y, PetscBool *done)
-{
-  MPI_Comm              comm = PetscObjectComm((PetscObject)side);
-  PetscInt              first, seed = -1, grown, count[2] = {0, 0};
-  PetscScalar          *s;
-  std::vector<PetscInt> rows;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetOwnershipRange(side, &first, NULL));
-  PetscCall(AinsworthForEntries({degree, side}, [&](PetscInt i, PetscScalar d, PetscScalar s) {
-    if (seed < 0 && d != 0.0 && s == 0.0) seed = first + i;
-  }));
-  PetscCall(AinsworthAgreeOnFirst(comm, &seed));
-  *done = (PetscBool)(seed < 0);
-  if (*done) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecZeroEntries(y));
-  PetscCall(VecSetValue(y, seed, 1.0, INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(y));
-  PetscCall(VecAssemblyEnd(y));
-  do {
-    grown = 0;
-    PetscCall(AinsworthUpdate(side, {y}, [&](PetscInt i, PetscScalar &s, PetscScalar sum) {
-      if (s != 0.0 || sum == 0.0) return;
-      s = PetscRealPart(sum) > 0.0 ? 1.0 : -1.0;
-      rows.push_back(i);
-      grown++;
-    }));
-    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &grown, 1, MPIU_INT, MPI_SUM, comm));
-    PetscCall(MatMult(signs, side, y));
-  } while (grown);
-  PetscCall(VecGetArray(side, &s));
-  for (PetscInt i : rows) count[PetscRealPart(s[i]) < 0.0]++;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT, MPI_SUM, comm));
-  if (count[1] > count[0])
-    for (PetscInt i : rows) s[i] = -s[i];
-  PetscCall(VecRestoreArray(side, &s));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
-   AinsworthFindSides - finds 1 for rows of primal unknowns, the majority in each connected part of the matrix, and -1 for rows of multipliers. Collective
+   AinsworthFindSides - finds 1 for rows of primal unknowns, the majority, and -1 for rows of multipliers. Collective
 
-   *side is NULL if no entry has an opposite mirror image, or if signs contradict each other.
+   *side is NULL if no entry has an opposite mirror image, if signs contradict each other, or if some coupled
+   rows are not connected with the others.
 */
 PetscErrorCode AinsworthFindSides(Mat mat, Vec *side)
 {
-  Mat       signs;
-  Vec       degree, y;
-  PetscReal norm;
-  PetscBool opposites, done = PETSC_FALSE;
+  Mat         signs;
+  Vec         degree, y;
+  PetscInt    seed, grown;
+  PetscReal   most, norm;
+  PetscScalar sum;
+  PetscBool   opposites;
 
   PetscFunctionBegin;
   *side = NULL;
@@ -99,14 +68,26 @@ PetscErrorCode AinsworthFindSides(Mat mat, Vec *side)
     PetscCall(MatCreateVecs(signs, side, &y));
     PetscCall(VecDuplicate(y, &degree));
     PetscCall(AinsworthRowSums(signs, 1, degree));
-    PetscCall(VecSet(*side, 0.0));
-    for (int parts = 0; parts < 64 && !done; parts++) PetscCall(FindSidesOfPart(signs, degree, *side, y, &done));
-    PetscCall(MatMult(signs, *side, y)); /* check that the sign of every entry matches the sides of its two rows */
-    PetscCall(VecPointwiseMult(y, y, *side));
+    PetscCall(VecMax(degree, &seed, &most));
+    PetscCall(VecSetValue(y, seed, 1.0, INSERT_VALUES));
+    PetscCall(VecAssemblyBegin(y));
+    PetscCall(VecAssemblyEnd(y));
+    do { /* give a side to the rows that are coupled with those that have one */
+      grown = 0;
+      PetscCall(AinsworthUpdate(*side, {y}, [&](PetscInt, PetscScalar &s, PetscScalar neighbors) {
+        if (s != 0.0 || neighbors == 0.0) return;
+        s = PetscRealPart(neighbors) > 0.0 ? 1.0 : -1.0;
+        grown++;
+      }));
+      PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &grown, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)mat)));
+      PetscCall(MatMult(signs, *side, y));
+    } while (grown);
+    PetscCall(VecPointwiseMult(y, y, *side)); /* check that the sign of every entry matches the sides of its two rows */
     PetscCall(VecAXPY(y, -1.0, degree));
     PetscCall(VecNorm(y, NORM_INFINITY, &norm));
-    if (!done) PetscCall(PetscInfo(mat, "The matrix has more than 64 connected parts: the fields are not found from signs of its entries\n"));
-    if (!done || !(norm == 0.0)) PetscCall(VecDestroy(side));
+    PetscCall(VecSum(*side, &sum));
+    if (PetscRealPart(sum) < 0.0) PetscCall(VecScale(*side, -1.0));
+    if (!(norm == 0.0)) PetscCall(VecDestroy(side));
     PetscCall(VecDestroy(&degree));
     PetscCall(VecDestroy(&y));
   }

@@ -1,88 +1,75 @@
 /* Merges AIJ blocks, some of which may be absent, into one AIJ matrix in one pass over their entries */
 #include "saddle.h"
+#include "../base/lists.h"
 #include <algorithm>
 
-/* Column numbers of a nest: each rank has its parts of all fields, one after the other */
-struct Numbering {
-  PetscMPIInt                   size = 1;
-  std::vector<const PetscInt *> ranges;  /* of each field */
-  std::vector<PetscInt>         offsets; /* of each field in the local columns */
-  PetscInt                      local = 0;
-
-  /* Returns the global number in the nest of an unknown of any rank */
-  PetscInt operator()(size_t field, PetscInt unknown) const
-  {
-    const PetscInt *range = ranges[field];
-    const size_t    rank  = std::upper_bound(range + 1, range + size + 1, unknown) - range - 1;
-    PetscInt        whole = unknown - range[rank];
-
-    for (size_t f = 0; f < ranges.size(); f++) whole += ranges[f][rank + (f < field)];
-    return whole;
-  }
-};
-
-static PetscErrorCode AddField(Mat block, Numbering *numbering)
+namespace
 {
-  const PetscInt *ranges;
-  PetscInt        n;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)block), &numbering->size));
-  PetscCall(MatGetOwnershipRangesColumn(block, &ranges));
-  PetscCall(MatGetLocalSize(block, NULL, &n));
-  numbering->ranges.push_back(ranges);
-  numbering->offsets.push_back(numbering->local);
-  numbering->local += n;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Tells whether the unknowns of the nest are those of its blocks one after the other, as MatCreateNest() numbers them without index sets. Collective */
-static PetscErrorCode IsInOrder(MPI_Comm comm, const std::vector<IS> &sets, PetscBool *order)
-{
-  PetscInt next = 0, all = 0, first, n;
-
-  PetscFunctionBegin;
-  *order = PETSC_TRUE;
-  for (IS is : sets) {
-    PetscCall(ISGetLocalSize(is, &n));
-    all += n;
-  }
-  PetscCallMPI(MPI_Exscan(&all, &next, 1, MPIU_INT, MPI_SUM, comm));
-  for (IS is : sets) {
-    PetscBool contiguous;
-
-    PetscCall(ISGetLocalSize(is, &n));
-    PetscCall(ISContiguousLocal(is, next, next + n, &first, &contiguous));
-    if (n && (!contiguous || first)) *order = PETSC_FALSE;
-    next += n;
-  }
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, order, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A block and its column maps, for local columns and for those of other ranks */
+/* A block, and its columns in the nest: local numbers of local columns, global ones of those of other ranks */
 struct Block {
   AinsworthCSR          part[2];
   std::vector<PetscInt> map[2];
 };
 
-static PetscErrorCode BlockGet(Mat M, size_t field, const Numbering &cols, Block *block)
+/* Where a row of the nest is */
+struct Place {
+  size_t   field = 0;
+  PetscInt row   = -1;
+};
+} // namespace
+
+/* Opens a block whose columns have the numbers `cols` in the nest, `first` the first of this rank. Collective */
+static PetscErrorCode BlockOpen(Mat M, IS cols, PetscInt first, Block *block)
 {
   Mat             seq[2];
   const PetscInt *ghosts;
-  PetscInt        n, nghosts;
+  PetscInt        n;
+  PetscLayout     layout;
 
   PetscFunctionBegin;
   if (!M) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthAIJGetParts(M, seq, &ghosts, &nghosts));
-  PetscCall(MatGetLocalSize(M, NULL, &n));
-  for (PetscInt c = 0; c < n; c++) block->map[0].push_back(cols.offsets[field] + c);
-  for (PetscInt c = 0; c < nghosts; c++) block->map[1].push_back(cols(field, ghosts[c]));
+  PetscCall(AinsworthAIJGetParts(M, seq, &ghosts, &n));
+  PetscCall(MatGetLayouts(M, NULL, &layout));
+  PetscCall(AinsworthISToList(cols, &block->map[0]));
+  PetscCall(AinsworthFetch(PetscObjectComm((PetscObject)M), layout, block->map[0], n, ghosts, &block->map[1]));
+  for (PetscInt &column : block->map[0]) column -= first;
   for (int p = 0; p < 2; p++) PetscCall(block->part[p].open(seq[p]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sorts a row: each rank has unknowns of all fields, so columns of other ranks need not be in the order of the fields */
+/*
+   Finds the field and the row in it of each local number of a nest, and the first number of this rank. Collective
+
+   *good becomes false if the index sets are not a numbering of what this rank has.
+*/
+static PetscErrorCode FindPlaces(MPI_Comm comm, const std::vector<IS> &sets, PetscInt *first,
+                                 std::vector<Place> *places, PetscBool *good)
+{
+  std::vector<PetscInt> numbers;
+  PetscInt              n, local = 0;
+
+  PetscFunctionBegin;
+  for (IS set : sets) {
+    PetscCall(ISGetLocalSize(set, &n));
+    local += n;
+  }
+  *first = 0;
+  PetscCallMPI(MPI_Exscan(&local, first, 1, MPIU_INT, MPI_SUM, comm));
+  places->resize(local);
+  for (size_t i = 0; i < sets.size(); i++) {
+    PetscCall(AinsworthISToList(sets[i], &numbers));
+    for (PetscInt r = 0; r < (PetscInt)numbers.size(); r++) {
+      const PetscInt at = numbers[r] - *first;
+
+      if (at < 0 || at >= local) *good = PETSC_FALSE;
+      else (*places)[at] = {i, r};
+    }
+  }
+  for (const Place &place : *places) *good = (PetscBool)(*good && place.row >= 0);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sorts a row: columns of other ranks are in the order of ranks, not of fields */
 static void Sort(PetscInt n, PetscInt j[], PetscScalar a[])
 {
   std::vector<std::pair<PetscInt, PetscScalar>> row(n);
@@ -95,50 +82,34 @@ static void Sort(PetscInt n, PetscInt j[], PetscScalar a[])
   }
 }
 
-/* Appends a row of the merged matrix, field by field */
-static void Append(const Block blocks[], size_t nc, int p, PetscInt r, PetscInt *j, PetscScalar *a)
-{
-  PetscInt n      = 0;
-  bool     rising = true;
-
-  for (size_t b = 0; b < nc; b++) {
-    const AinsworthCSR &part = blocks[b].part[p];
-
-    if (!part.mat) continue;
-    for (PetscInt k = part.ia[r]; k < part.ia[r + 1]; k++) {
-      j[n]   = blocks[b].map[p][part.ja[k]];
-      a[n]   = part.a[k];
-      rising = rising && (n == 0 || j[n] > j[n - 1]);
-      n++;
-    }
-  }
-  if (!rising) Sort(n, j, a);
-}
-
-/* Merges the rows of all blocks, for local columns (p = 0) or those of other ranks (p = 1) */
-static std::unique_ptr<AinsworthRows> Merge(const std::vector<Block> &blocks, size_t nc, int p)
+/* Merges the rows of nc blocks each, for local columns (p = 0) or those of other ranks (p = 1) */
+static std::unique_ptr<AinsworthRows> Merge(const std::vector<Place> &places, const std::vector<Block> &blocks,
+                                            size_t nc, int p)
 {
   std::unique_ptr<AinsworthRows> rows(new AinsworthRows);
+  PetscInt                       n = 0;
 
-  for (const Block *row = blocks.data(); row < blocks.data() + blocks.size(); row += nc) {
-    PetscInt n = 0;
-
-    for (size_t b = 0; b < nc; b++) n = PetscMax(n, row[b].part[0].n);
-    for (PetscInt r = 0; r < n; r++) {
-      PetscInt length = 0;
-
-      for (size_t b = 0; b < nc; b++) length += row[b].part[p].mat ? row[b].part[p].ia[r + 1] - row[b].part[p].ia[r] : 0;
-      rows->i.push_back(rows->i.back() + length);
-    }
+  for (const Place &at : places) {
+    for (size_t b = at.field * nc; b < (at.field + 1) * nc; b++)
+      if (blocks[b].part[p].mat) n += blocks[b].part[p].ia[at.row + 1] - blocks[b].part[p].ia[at.row];
+    rows->i.push_back(n);
   }
-  rows->reserve(rows->i.back());
-  size_t at = 0;
+  rows->reserve(n);
+  n = 0;
+  for (const Place &at : places) {
+    const PetscInt start  = n;
+    bool           rising = true;
 
-  for (const Block *row = blocks.data(); row < blocks.data() + blocks.size(); row += nc) {
-    PetscInt n = 0;
+    for (size_t b = at.field * nc; b < (at.field + 1) * nc; b++) {
+      const AinsworthCSR &part = blocks[b].part[p];
 
-    for (size_t b = 0; b < nc; b++) n = PetscMax(n, row[b].part[0].n);
-    for (PetscInt r = 0; r < n; r++, at++) Append(row, nc, p, r, rows->j.get() + rows->i[at], rows->a.get() + rows->i[at]);
+      for (PetscInt k = part.mat ? part.ia[at.row] : 0, end = part.mat ? part.ia[at.row + 1] : 0; k < end; k++, n++) {
+        rows->j[n] = blocks[b].map[p][part.ja[k]];
+        rows->a[n] = part.a[k];
+        rising     = rising && (n == start || rows->j[n] > rows->j[n - 1]);
+      }
+    }
+    if (!rising) Sort(n - start, rows->j.get() + start, rows->a.get() + start);
   }
   return rows;
 }
@@ -146,35 +117,26 @@ static std::unique_ptr<AinsworthRows> Merge(const std::vector<Block> &blocks, si
 /*
    AinsworthMergeAIJ - merges AIJ blocks on the index sets of a nest into one AIJ matrix. Collective
 
-   *aij is NULL if these sets are not in the order of the blocks, or if a row or column has no block.
+   *aij is NULL if these sets are not a numbering of what each rank has.
 */
-PetscErrorCode AinsworthMergeAIJ(MPI_Comm comm, const std::vector<IS> &rows, const std::vector<IS> &cols, const std::vector<Mat> &mats, Mat *aij)
+PetscErrorCode AinsworthMergeAIJ(MPI_Comm comm, const std::vector<IS> &rows, const std::vector<IS> &cols,
+                                 const std::vector<Mat> &mats, Mat *aij)
 {
-  const size_t       nr = rows.size(), nc = cols.size();
-  std::vector<Block> blocks(nr * nc);
-  Numbering          numbering;
-  PetscBool          order[2];
+  const size_t       nc = cols.size();
+  std::vector<Block> blocks(mats.size());
+  std::vector<Place> places[2];
+  PetscInt           first[2];
+  PetscBool          good = PETSC_TRUE;
 
   PetscFunctionBegin;
   *aij = NULL;
-  PetscCall(IsInOrder(comm, rows, &order[0]));
-  PetscCall(IsInOrder(comm, cols, &order[1]));
-  if (!order[0] || !order[1]) PetscFunctionReturn(PETSC_SUCCESS);
-  for (size_t i = 0; i < nr; i++) {
-    size_t j = 0;
-
-    while (j < nc && !mats[i * nc + j]) j++;
-    if (j == nc) PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  for (size_t j = 0; j < nc; j++) {
-    size_t i = 0;
-
-    while (i < nr && !mats[i * nc + j]) i++;
-    if (i == nr) PetscFunctionReturn(PETSC_SUCCESS);
-    PetscCall(AddField(mats[i * nc + j], &numbering));
-  }
-  for (size_t k = 0; k < nr * nc; k++) PetscCall(BlockGet(mats[k], k % nc, numbering, &blocks[k]));
-  PetscCall(AinsworthMatCreateFromRows(comm, numbering.local, Merge(blocks, nc, 0), Merge(blocks, nc, 1), aij));
+  PetscCall(FindPlaces(comm, rows, &first[0], &places[0], &good));
+  PetscCall(FindPlaces(comm, cols, &first[1], &places[1], &good));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &good, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
+  if (!good) PetscFunctionReturn(PETSC_SUCCESS);
+  for (size_t k = 0; k < mats.size(); k++) PetscCall(BlockOpen(mats[k], cols[k % nc], first[1], &blocks[k]));
+  PetscCall(AinsworthMatCreateFromRows(comm, (PetscInt)places[1].size(), Merge(places[0], blocks, nc, 0),
+                                       Merge(places[0], blocks, nc, 1), aij));
   for (Block &block : blocks)
     for (AinsworthCSR &part : block.part) PetscCall(part.close());
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -4,7 +4,10 @@
 #include <string>
 #include <vector>
 
-/* Gets the near null space of A: attached to A or (as for PCFIELDSPLIT) to the index set of its field, or made of coordinates; borrowed, NULL if none */
+/*
+   Gets the near null space of A: attached to A or (as for PCFIELDSPLIT) to the index set of its field, or made of
+   coordinates; borrowed, NULL if none
+*/
 PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddleBlocks *sp, MatNullSpace *near)
 {
   PetscFunctionBegin;
@@ -14,53 +17,38 @@ PetscErrorCode AinsworthSaddleGetNearNullSpace(const AinsworthSaddleBlocks *sp, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Appends the near null space of a field as vectors of the whole matrix, zero elsewhere; to be destroyed. cols NULL: it is that of the whole matrix */
+/*
+   Appends the near null space of a field as vectors of the whole matrix, zero elsewhere; to be destroyed. cols NULL: it
+   is that of the whole matrix
+*/
 static PetscErrorCode AddModes(Mat mat, MatNullSpace near, IS cols, std::vector<Vec> *modes)
 {
-  PetscBool         constant;
-  PetscInt          n, local;
-  const Vec        *given;
-  AinsworthTransfer transfer;
+  PetscBool  constant;
+  PetscInt   n, local;
+  const Vec *given;
 
   PetscFunctionBegin;
   PetscCall(MatNullSpaceGetVecs(near, &constant, &n, &given));
   PetscCall(MatGetLocalSize(mat, NULL, &local));
   for (PetscInt i = 0; i < n + (constant ? 1 : 0); i++) {
-    Vec                v, part;
-    AinsworthSaddleVec mode;
+    Vec v, part;
 
     PetscCall(VecCreateMPI(PetscObjectComm((PetscObject)mat), local, PETSC_DETERMINE, &v));
     part = v;
     if (cols) PetscCall(VecGetSubVector(v, cols, &part));
-    if (i < n) {
-      PetscCall(AinsworthTransferIn(&transfer, cols ? NULL : mat, PETSC_FALSE, NULL, PETSC_FALSE, given[i], &mode));
-      PetscCall(VecCopy(mode.primal, part));
-      PetscCall(AinsworthTransferOut(&transfer, &mode));
-    } else PetscCall(VecSet(part, 1.0));
+    if (i < n) PetscCall(AinsworthVecCopyEntries(given[i], part));
+    else PetscCall(VecSet(part, 1.0));
     if (cols) PetscCall(VecRestoreSubVector(v, cols, &part));
     modes->push_back(v);
   }
-  PetscCall(AinsworthTransferDestroy(&transfer));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Copies the part of a vector of the whole matrix in a field, laid out as the columns of A */
-static PetscErrorCode CreatePart(Mat A, Vec whole, IS field, Vec *v)
-{
-  Vec part;
-
-  PetscFunctionBegin;
-  PetscCall(MatCreateVecs(A, v, NULL));
-  PetscCall(VecGetSubVector(whole, field, &part));
-  PetscCall(VecCopy(part, *v));
-  PetscCall(VecRestoreSubVector(whole, field, &part));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
    AinsworthSaddleAttachNearNullSpace - attaches a near null space to an A that was made of parts of mat. Collective
 
-   It consists of those of these parts, or of the index sets of their fields; if there are none, of the primal part of that of mat.
+   It consists of those of these parts, or of the index sets of their fields; if there are none, of the primal part of
+   that of mat.
 */
 PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *found, Mat mat)
 {
@@ -81,7 +69,8 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
     near = NULL;
     if (!found->extracted) PetscCall(MatNestGetSubMat(mat, (PetscInt)i, (PetscInt)i, &block));
     if (block) PetscCall(MatGetNearNullSpace(block, &near));
-    if (!near) PetscCall(PetscObjectQuery((PetscObject)found->fields[i].rows.get(), "nearnullspace", (PetscObject *)&near));
+    if (!near)
+      PetscCall(PetscObjectQuery((PetscObject)found->fields[i].rows.get(), "nearnullspace", (PetscObject *)&near));
     if (!near && block) PetscCall(AinsworthMatCreateRigidModes(block, &rigid));
     if (!near) near = rigid;
     if (near) PetscCall(AddModes(mat, near, found->fields[i].cols.get(), &modes));
@@ -92,20 +81,26 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
   PetscCall(MatGetNearNullSpace(mat, &near));
   if (modes.empty() && near) PetscCall(AddModes(mat, near, NULL, &modes));
   for (Vec &mode : modes) {
-    Vec       v;
+    Vec       v, part;
     PetscReal norm, rest;
 
-    PetscCall(CreatePart(A, mode, found->cols[0], &v));
+    PetscCall(MatCreateVecs(A, &v, NULL));
+    PetscCall(VecGetSubVector(mode, found->cols[0], &part));
+    PetscCall(AinsworthVecCopyEntries(part, v));
+    PetscCall(VecRestoreSubVector(mode, found->cols[0], &part));
     PetscCall(VecDestroy(&mode));
     PetscCall(VecNorm(v, NORM_2, &norm));
     PetscCall(AinsworthOrthogonalize(parts, v));
     PetscCall(VecNormalize(v, &rest));
     if (rest > PETSC_SQRT_MACHINE_EPSILON * norm) parts.push_back(v);
-    else PetscCall(VecDestroy(&v)); /* dependent on the others, as the primal part of a mode of the multipliers may be */
+    /* dependent on the others, as the primal part of a mode of the multipliers may be */
+    else PetscCall(VecDestroy(&v));
   }
   if (parts.empty()) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatNullSpaceCreate(PetscObjectComm((PetscObject)A), PETSC_FALSE, (PetscInt)parts.size(), parts.data(), &near));
-  if (!name.empty()) PetscCall(AinsworthAttach((PetscObject)near, AinsworthModesSource, std::make_unique<std::string>(name)));
+  PetscCall(
+    MatNullSpaceCreate(PetscObjectComm((PetscObject)A), PETSC_FALSE, (PetscInt)parts.size(), parts.data(), &near));
+  if (!name.empty())
+    PetscCall(AinsworthAttach((PetscObject)near, AinsworthModesSource, std::make_unique<std::string>(name)));
   PetscCall(MatSetNearNullSpace(A, near));
   PetscCall(MatNullSpaceDestroy(&near));
   for (Vec &v : parts) PetscCall(VecDestroy(&v));
@@ -113,10 +108,11 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
 }
 
 /*
-   AinsworthFindRigidModes - creates found->modes from PCSetCoordinates() or from the DM of A, or takes them from the last set-up if nothing they depend on has
-   changed. Collective
+   AinsworthFindRigidModes - creates found->modes from PCSetCoordinates() or from the DM of A, or takes them from the
+   last set-up if nothing they depend on has changed. Collective
 */
-PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
+PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *last,
+                                       AinsworthSaddleBlocks *found)
 {
   MatNullSpace near;
 
@@ -132,7 +128,9 @@ PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *in, Mat mat,
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (in->dim == 1 || found->bs != in->dim) {
-    PetscCall(PetscInfo(mat, "Coordinates are of no use: they have %" PetscInt_FMT " components, a node has %" PetscInt_FMT " unknowns\n", in->dim, found->bs));
+    PetscCall(PetscInfo(
+      mat, "Coordinates are of no use: they have %" PetscInt_FMT " components, a node has %" PetscInt_FMT " unknowns\n",
+      in->dim, found->bs));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AinsworthSaddleCreateRigidModes(in, mat, found, &found->modes));
@@ -153,6 +151,7 @@ PetscErrorCode AinsworthSaddleDescribeModes(const AinsworthSaddle *sp, char text
   if (!near) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNullSpaceGetVecs(near, &constant, &n, NULL));
   PetscCall(AinsworthGetAttached((PetscObject)near, AinsworthModesSource, &source));
-  PetscCall(PetscSNPrintf(text, len, "%" PetscInt_FMT " vectors (%s)", n + (constant ? 1 : 0), source ? source->c_str() : "MatSetNearNullSpace()"));
+  PetscCall(PetscSNPrintf(text, len, "%" PetscInt_FMT " vectors (%s)", n + (constant ? 1 : 0),
+                          source ? source->c_str() : "MatSetNearNullSpace()"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

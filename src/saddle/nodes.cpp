@@ -4,11 +4,12 @@
 #include "../base/objects.h"
 #include <unordered_map>
 
-/* Fraction of the nodes that has to agree; largest number of unknowns per node; number of rows of each rank examined at first */
-static const PetscReal enough  = 0.9;
-static const PetscInt  largest = 6;
-static const PetscInt  voters  = 100;
-/* Fraction of the couplings between components of nodes that must have entries; at most 1/2 in a scalar problem whose halves look alike */
+/* Number of rows of each rank examined at first */
+static const PetscInt voters = 100;
+/*
+   Fraction of the couplings between components of nodes that must have entries; at most 1/2 in a scalar problem whose
+   halves look alike
+*/
 static const PetscReal coupled = 0.6;
 
 /* What AinsworthFindNodes() found for a nonzero pattern */
@@ -46,6 +47,30 @@ PetscErrorCode AinsworthGetColumns(Mat A, PetscInt row, std::vector<PetscInt> *c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   AinsworthCompareRows - compares the bs rows of a node, which are `stride` apart, by the nodes that they touch
+
+   Nodes are compared, not columns, as stored patterns may lack zero entries, which some programs drop.
+*/
+PetscErrorCode AinsworthCompareRows(Mat A, PetscInt first, PetscInt stride, PetscInt bs,
+                                    const AinsworthToNodes &toNodes, AinsworthNodeRows *rows)
+{
+  std::vector<PetscInt> nodes, others;
+
+  PetscFunctionBegin;
+  *rows = AinsworthNodeRows();
+  for (PetscInt c = 0; c < bs && rows->votes; c++) {
+    PetscCall(AinsworthGetColumns(A, first + c * stride, &others));
+    rows->votes = !others.empty();
+    rows->entries += (PetscInt)others.size();
+    toNodes(&others);
+    if (c == 0) nodes = others;
+    rows->same = rows->same && nodes == others;
+  }
+  rows->touched = (PetscInt)nodes.size();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Replaces columns by their nodes, ascending, assuming that each rank numbers its unknowns component by component */
 static void ToNodes(const PetscInt ranges[], PetscMPIInt size, PetscInt bs, std::vector<PetscInt> *columns)
 {
@@ -57,14 +82,17 @@ static void ToNodes(const PetscInt ranges[], PetscMPIInt size, PetscInt bs, std:
   AinsworthSortUnique(columns);
 }
 
-/* Tells whether, if ranks number unknowns component by component, the rows of nearly all nodes touch the same nodes in most components. Collective */
+/*
+   Tells whether, if ranks number unknowns component by component, the rows of nearly all nodes touch the same nodes in
+   most components. Collective
+*/
 static PetscErrorCode AreByComponent(Mat A, PetscInt bs, PetscBool *yes)
 {
-  PetscInt              n, first, count[4] = {0, 0, 0, 0}; /* nodes that agree, nodes that vote, nodes that they touch, entries */
-  PetscMPIInt           size;
-  const PetscInt       *ranges;
-  PetscBool             divides;
-  std::vector<PetscInt> nodes, others;
+  PetscInt          n, first, count[4] = {0, 0, 0, 0}; /* nodes that agree, that vote, that these touch; entries */
+  PetscMPIInt       size;
+  const PetscInt   *ranges;
+  PetscBool         divides;
+  AinsworthNodeRows rows;
 
   PetscFunctionBegin;
   *yes = PETSC_FALSE;
@@ -75,29 +103,24 @@ static PetscErrorCode AreByComponent(Mat A, PetscInt bs, PetscBool *yes)
   PetscCall(MatGetOwnershipRanges(A, &ranges));
   PetscCall(MatGetOwnershipRange(A, &first, NULL));
   for (PetscInt i = 0; i < n / bs; i += PetscMax(1, n / bs / voters)) {
-    PetscInt entries = 0;
-    bool     same = true, votes = true;
-
-    for (PetscInt c = 0; c < bs && votes; c++) {
-      PetscCall(AinsworthGetColumns(A, first + c * (n / bs) + i, &others));
-      votes = !others.empty();
-      entries += (PetscInt)others.size();
-      ToNodes(ranges, size, bs, &others);
-      if (c == 0) nodes = others;
-      same = same && nodes == others;
-    }
-    if (!votes) continue;
-    count[0] += same;
+    auto toNodes = [=](std::vector<PetscInt> *columns) { ToNodes(ranges, size, bs, columns); };
+    PetscCall(AinsworthCompareRows(A, first + i, n / bs, bs, toNodes, &rows));
+    if (!rows.votes) continue;
+    count[0] += rows.same;
     count[1]++;
-    count[2] += (PetscInt)nodes.size();
-    count[3] += entries;
+    count[2] += rows.touched;
+    count[3] += rows.entries;
   }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 4, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
-  *yes = (PetscBool)(count[1] && count[0] >= enough * count[1] && count[3] >= coupled * bs * bs * count[2]);
+  *yes = (PetscBool)(count[1] && count[0] >= AinsworthNodesEnough * count[1]);
+  if (count[3] < coupled * bs * bs * count[2]) *yes = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tells whether nearly all examined rows have a twin, a row with the same columns, among the rows that they touch. Collective */
+/*
+   Tells whether nearly all examined rows have a twin, a row with the same columns, among the rows that they touch.
+   Collective
+*/
 static PetscErrorCode HaveTwins(Mat A, PetscBool *yes)
 {
   PetscInt              first, end, count[2] = {0, 0};
@@ -120,18 +143,21 @@ static PetscErrorCode HaveTwins(Mat A, PetscBool *yes)
     count[1]++;
   }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
-  *yes = (PetscBool)(count[1] && count[0] >= enough * count[1]);
+  *yes = (PetscBool)(count[1] && count[0] >= AinsworthNodesEnough * count[1]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds nodes as sets of rows with the same columns, if all have the same number of rows; otherwise bs is 1. Collective */
+/*
+   Finds nodes as sets of rows with the same columns, if all have the same number of rows; otherwise bs is 1. Collective
+*/
 static PetscErrorCode FindTwins(Mat A, PetscInt *bs, std::vector<PetscInt> *order)
 {
   PetscInt                                  first, end, size = 0;
   std::unordered_map<uint64_t, std::size_t> known; /* node of each hashed pattern */
   std::vector<std::vector<PetscInt>>        nodes;
-  std::vector<PetscInt>                     columns, alone; /* alone: Dirichlet rows, coupled to nothing, which may form any node */
-  PetscBool                                 good;
+  /* alone: Dirichlet rows, coupled to nothing, which may form any node */
+  std::vector<PetscInt> columns, alone;
+  PetscBool             good;
 
   PetscFunctionBegin;
   *bs = 1;
@@ -153,7 +179,7 @@ static PetscErrorCode FindTwins(Mat A, PetscInt *bs, std::vector<PetscInt> *orde
   }
   for (const auto &node : nodes) size = PetscMax(size, (PetscInt)node.size());
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &size, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)A)));
-  good = (PetscBool)(size > 1 && size <= largest && alone.size() % size == 0);
+  good = (PetscBool)(size > 1 && size <= AinsworthNodesLargest && alone.size() % size == 0);
   for (const auto &node : nodes) good = (PetscBool)(good && (PetscInt)node.size() == size);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &good, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
   if (!good) PetscFunctionReturn(PETSC_SUCCESS);
@@ -170,7 +196,7 @@ static PetscErrorCode Find(Mat A, PetscInt *bs, std::vector<PetscInt> *order)
   PetscInt  n;
 
   PetscFunctionBegin;
-  for (*bs = largest; *bs > 1; --*bs) {
+  for (*bs = AinsworthNodesLargest; *bs > 1; --*bs) {
     PetscCall(AreByComponent(A, *bs, &found));
     if (found) break;
   }
@@ -182,11 +208,11 @@ static PetscErrorCode Find(Mat A, PetscInt *bs, std::vector<PetscInt> *order)
 }
 
 /*
-   AinsworthFindNodes - finds the number of unknowns per node if they are not contiguous, and the local rows ordered by nodes; otherwise 1 and no order.
-   Collective
+   AinsworthFindNodes - finds the number of unknowns per node if they are not contiguous, and the local rows ordered by
+   nodes; otherwise 1 and no order. Collective
 
-   Zero entries may be missing only if unknowns are numbered component by component; Dirichlet rows may be present. The result is cached with A until its
-   nonzero pattern changes.
+   Zero entries may be missing only if unknowns are numbered component by component; Dirichlet rows may be present. The
+   result is cached with A until its nonzero pattern changes.
 */
 PetscErrorCode AinsworthFindNodes(Mat A, PetscInt *bs, std::vector<PetscInt> *order)
 {

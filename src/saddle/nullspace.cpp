@@ -17,25 +17,24 @@ PetscErrorCode AinsworthOrthogonalize(const std::vector<Vec> &directions, Vec v)
 }
 
 /* Gets the null space of pmat, or else that of amat */
-PetscErrorCode AinsworthSaddleGetNullSpace(Mat amat, Mat pmat, Mat *mat, MatNullSpace *nullSpace)
+PetscErrorCode AinsworthSaddleGetNullSpace(Mat amat, Mat pmat, MatNullSpace *nullSpace)
 {
   PetscFunctionBegin;
-  *mat = pmat;
-  PetscCall(MatGetNullSpace(*mat, nullSpace));
-  if (*nullSpace) PetscFunctionReturn(PETSC_SUCCESS);
-  *mat = amat;
-  PetscCall(MatGetNullSpace(*mat, nullSpace));
+  PetscCall(MatGetNullSpace(pmat, nullSpace));
+  if (!*nullSpace) PetscCall(MatGetNullSpace(amat, nullSpace));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthSaddleRemoveNullSpace - removes the null space attached to the operator from x and lambda together, as a KSP does with the solution. Collective
+   AinsworthSaddleRemoveNullSpace - removes the null space attached to the operator from x and lambda together, as a KSP
+   does with the solution. Collective
 
-   In exact arithmetic this does not change the residuals. But the rounding is that of the larger of x and lambda, and if their units differ by decades nothing
-   may be left of the smaller. So this has to be done before the solution is verified, because the KSP does it afterwards. The constant vector is left to the
-   KSP.
+   In exact arithmetic this does not change the residuals. But the rounding is that of the larger of x and lambda, and
+   if their units differ by decades nothing may be left of the smaller. So this has to be done before the solution is
+   verified, because the KSP does it afterwards. The constant vector is left to the KSP.
 */
-PetscErrorCode AinsworthSaddleRemoveNullSpace(AinsworthSaddle *sp, Mat amat, PetscBool transpose, AinsworthSaddleVec y, PetscBool *removed)
+PetscErrorCode AinsworthSaddleRemoveNullSpace(AinsworthSaddle *sp, Mat amat, PetscBool transpose, AinsworthSaddleVec y,
+                                              PetscBool *removed)
 {
   const IS         *field = transpose ? sp->rows : sp->cols;
   const PetscScalar sign  = sp->negated ? -1.0 : 1.0; /* lambda does not have the program's sign yet */
@@ -51,7 +50,7 @@ PetscErrorCode AinsworthSaddleRemoveNullSpace(AinsworthSaddle *sp, Mat amat, Pet
     AinsworthSaddleVec part;
     PetscScalar        dot[2];
 
-    PetscCall(AinsworthTransferIn(&sp->transfer[2], amat, transpose, field, PETSC_FALSE, v[i], &part));
+    PetscCall(AinsworthTransferIn(&sp->transfer[2], field, PETSC_FALSE, v[i], &part));
     PetscCall(VecDot(y.primal, part.primal, &dot[0]));
     PetscCall(VecDot(y.dual, part.dual, &dot[1]));
     dot[0] += sign * dot[1];
@@ -84,8 +83,8 @@ static PetscErrorCode Annihilates(Mat A, Vec v, PetscBool *zero)
 /*
    Gets the vectors that the program declares to be in the null space of A; to be destroyed
 
-   They are attached to A or, as for PCFIELDSPLIT, to the index set of its field; otherwise they are the primal parts of those attached to the whole matrix, if
-   A maps them to zero.
+   They are attached to A or, as for PCFIELDSPLIT, to the index set of its field; otherwise they are the primal parts of
+   those attached to the whole matrix, if A maps them to zero.
 */
 static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec> *vectors)
 {
@@ -108,11 +107,12 @@ static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec>
     AinsworthSaddleVec part;
 
     PetscCall(MatCreateVecs(A, &v, NULL));
-    if (i < n) {
-      PetscCall(AinsworthTransferIn(&transfer, whole ? sp->numbering : A, PETSC_FALSE, whole ? sp->cols : NULL, PETSC_FALSE, given[i], &part));
+    if (i == n) PetscCall(VecSet(v, 1.0));
+    else if (whole) {
+      PetscCall(AinsworthTransferIn(&transfer, sp->cols, PETSC_FALSE, given[i], &part));
       PetscCall(VecCopy(part.primal, v));
       PetscCall(AinsworthTransferOut(&transfer, &part));
-    } else PetscCall(VecSet(v, 1.0));
+    } else PetscCall(AinsworthVecCopyEntries(given[i], v));
     if (whole) PetscCall(Annihilates(A, v, &good));
     if (good) vectors->push_back(v);
     else PetscCall(VecDestroy(&v));
@@ -122,10 +122,11 @@ static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec>
 }
 
 /*
-   AinsworthSaddleCreateNullSpace - creates the intersection of the null spaces of A and C, NULL if it is trivial. Collective
+   AinsworthSaddleCreateNullSpace - creates the intersection of the null spaces of A and C, NULL if it is trivial.
+   Collective
 
-   Vectors that C does not annihilate are not in the null space of the reduced operator. Each vector v is reduced, together with its image C v, against the
-   images found so far; the v with a vanishing image span the intersection.
+   Vectors that C does not annihilate are not in the null space of the reduced operator. Each vector v is reduced,
+   together with its image C v, against the images found so far; the v with a vanishing image span the intersection.
 */
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNullSpace *common)
 {
@@ -176,14 +177,17 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
     PetscCall(VecNormalize(v, NULL));
     given.push_back(v);
   }
-  if (!free.empty()) PetscCall(MatNullSpaceCreate(PetscObjectComm((PetscObject)sp->A), PETSC_FALSE, (PetscInt)free.size(), free.data(), common));
+  if (!free.empty())
+    PetscCall(
+      MatNullSpaceCreate(PetscObjectComm((PetscObject)sp->A), PETSC_FALSE, (PetscInt)free.size(), free.data(), common));
   for (const std::vector<Vec> *vecs : {&free, &held, &images})
     for (Vec v : *vecs) PetscCall(VecDestroy(&v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthSaddleRemoveDualNullSpace - removes the null space of the multipliers, such as that of a pressure, from lambda. Collective
+   AinsworthSaddleRemoveDualNullSpace - removes the null space of the multipliers, such as that of a pressure, from
+   lambda. Collective
 
    The null space is attached to the index set of the field, as for PCFIELDSPLIT.
 */
@@ -205,7 +209,8 @@ PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *sp, Vec
   PetscCall(VecNorm(force, NORM_2, &norm));
   PetscCall(VecNorm(removed, NORM_2, &size));
   PetscCall(MatNorm(C, NORM_FROBENIUS, &normC));
-  if (norm > PETSC_SQRT_MACHINE_EPSILON * normC * size) PetscCall(VecAXPY(lambda, 1.0, removed)); /* it is not a null space of B' */
+  /* it is not a null space of B' */
+  if (norm > PETSC_SQRT_MACHINE_EPSILON * normC * size) PetscCall(VecAXPY(lambda, 1.0, removed));
   PetscCall(VecDestroy(&removed));
   PetscCall(VecDestroy(&force));
   PetscFunctionReturn(PETSC_SUCCESS);

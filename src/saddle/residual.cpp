@@ -4,12 +4,13 @@
 #include "../base/objects.h"
 
 /*
-   AinsworthSaddleResidual - computes left = b - K y with the program's matrix: f - op(A) x - B' lambda and g - C x + D lambda. Collective
+   AinsworthSaddleResidual - computes left = b - K y with the program's matrix: f - op(A) x - B' lambda and g - C x + D
+   lambda. Collective
 
    known: Ax is op(A) x already; otherwise it is computed.
 */
-PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax,
-                                       AinsworthSaddleVec left)
+PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool transpose, PetscBool known,
+                                       AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left)
 {
   PetscFunctionBegin;
   if (!known) PetscCall((transpose ? MatMultTranspose : MatMult)(sp->block[AINSWORTH_BLOCK_A], y.primal, Ax));
@@ -29,7 +30,8 @@ PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool tran
 }
 
 /* AinsworthSaddleMult - computes K y with the program's matrix, and op(A) x on the way. Collective */
-PetscErrorCode AinsworthSaddleMult(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec product)
+PetscErrorCode AinsworthSaddleMult(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec y, Vec Ax,
+                                   AinsworthSaddleVec product)
 {
   AinsworthSaddleVec zero;
 
@@ -50,8 +52,12 @@ static PetscErrorCode AddAbs(Vec sum, Vec v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSaddlePrimalTerms - computes |op(A)| |x| + |B|' |lambda| + |f|; of an opaque A it has the product Ax alone. Collective */
-PetscErrorCode AinsworthSaddlePrimalTerms(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax, Vec terms)
+/*
+   AinsworthSaddlePrimalTerms - computes |op(A)| |x| + |B|' |lambda| + |f|; of an opaque A it has the product Ax alone.
+   Collective
+*/
+PetscErrorCode AinsworthSaddlePrimalTerms(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec b,
+                                          AinsworthSaddleVec y, Vec Ax, Vec terms)
 {
   PetscBool rows;
   Vec       part;
@@ -73,7 +79,8 @@ PetscErrorCode AinsworthSaddlePrimalTerms(const AinsworthSaddle *sp, PetscBool t
 }
 
 /* AinsworthSaddleDualTerms - computes |C| |x| + |D| |lambda| + |g|. Collective */
-PetscErrorCode AinsworthSaddleDualTerms(const AinsworthSaddle *sp, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec terms)
+PetscErrorCode AinsworthSaddleDualTerms(const AinsworthSaddle *sp, AinsworthSaddleVec b, AinsworthSaddleVec y,
+                                        Vec terms)
 {
   Vec part;
 

@@ -2,7 +2,10 @@
 #include "../base/loops.h"
 #include "../base/objects.h"
 
-/* Finds the local rows of an AIJ matrix (may be NULL) with nonzero entries, and those with off-diagonal ones; bad: first row with NaN or Inf */
+/*
+   Finds the local rows of an AIJ matrix (may be NULL) with nonzero entries, and those with off-diagonal ones; bad:
+   first row with NaN or Inf
+*/
 static PetscErrorCode FindNonzeroRows(Mat M, std::vector<char> *nonzero, std::vector<char> *coupled, PetscInt *bad)
 {
   PetscFunctionBegin;
@@ -21,21 +24,16 @@ static PetscErrorCode FindNonzeroRows(Mat M, std::vector<char> *nonzero, std::ve
 /* Selects the kept rows of a matrix, and their columns as well if it is square */
 static PetscErrorCode SelectRows(const AinsworthSaddle *sp, Mat all, PetscBool square, Mat *kept)
 {
-  MPI_Comm  comm = PetscObjectComm((PetscObject)all);
-  PetscInt *index, n = 0, cstart, cend;
-  IS        rows, cols;
+  PetscInt *index, n = 0;
+  IS        rows;
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(sp->local, &index));
   for (PetscInt i = 0; i < sp->local; i++)
     if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) index[n++] = sp->first + i;
-  PetscCall(ISCreateGeneral(comm, n, index, PETSC_OWN_POINTER, &rows));
-  PetscCall(MatGetOwnershipRangeColumn(all, &cstart, &cend));
-  if (square) PetscCall(AinsworthShare(rows, &cols));
-  else PetscCall(ISCreateStride(comm, cend - cstart, cstart, 1, &cols));
-  PetscCall(MatCreateSubMatrix(all, rows, cols, MAT_INITIAL_MATRIX, kept));
+  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)all), n, index, PETSC_OWN_POINTER, &rows));
+  PetscCall(MatCreateSubMatrix(all, rows, square ? rows : NULL, MAT_INITIAL_MATRIX, kept));
   PetscCall(ISDestroy(&rows));
-  PetscCall(ISDestroy(&cols));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -84,7 +82,8 @@ static PetscErrorCode SplitRows(AinsworthSaddle *sp)
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < sp->local; i++) count[sp->kind[i]]++;
-  PetscCall(MPIU_Allreduce(count, sp->count, AINSWORTH_ROW_KINDS, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)sp->rowsC)));
+  PetscCall(
+    MPIU_Allreduce(count, sp->count, AINSWORTH_ROW_KINDS, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)sp->rowsC)));
   PetscCall(MatGetSize(sp->rowsC, &rows, NULL));
   for (Mat *M : {&sp->C, &sp->B, &sp->D}) PetscCall(MatDestroy(M));
   if (sp->count[AINSWORTH_ROW_CONSTRAINT] == rows) {
@@ -99,14 +98,17 @@ static PetscErrorCode SplitRows(AinsworthSaddle *sp)
   else PetscCall(SelectRows(sp, sp->rowsB, PETSC_FALSE, &sp->B));
   if (sp->rowsD) {
     PetscCall(SelectRows(sp, sp->rowsD, PETSC_TRUE, &sp->D));
-    PetscCall(AinsworthMatFindNonzero(sp->D, &row, &col));
+    PetscCall(AinsworthMatFindEntry(sp->D, AinsworthIsNonzero, &row, &col));
     if (row < 0) PetscCall(MatDestroy(&sp->D));
   }
   PetscCall(BalanceRows(sp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSaddleClassifyRows - decides how each row of the multiplier field is treated, and creates sp->C, B and D from the rows that are kept. Collective */
+/*
+   AinsworthSaddleClassifyRows - decides how each row of the multiplier field is treated, and creates sp->C, B and D
+   from the rows that are kept. Collective
+*/
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *sp)
 {
   const Mat Bs      = sp->rowsB == sp->rowsC ? NULL : sp->rowsB;
@@ -117,7 +119,9 @@ PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *sp)
   PetscCall(MatGetOwnershipRange(sp->rowsC, &sp->first, NULL));
   PetscCall(MatGetLocalSize(sp->rowsC, &sp->local, NULL));
   PetscCall(PetscMalloc1(sp->local, &sp->kind));
-  std::vector<char> inC(sp->local), inB(sp->local), inRow(sp->local), inColumn(sp->local), row(sp->local), column(sp->local); /* row, column: more than D_ii */
+  /* row, column: more than D_ii */
+  std::vector<char> inC(sp->local), inB(sp->local), inRow(sp->local), inColumn(sp->local), row(sp->local),
+    column(sp->local);
 
   if (sp->rowsD) PetscCall(MatTranspose(sp->rowsD, MAT_INITIAL_MATRIX, &columns));
   PetscCall(FindNonzeroRows(sp->rowsC, &inC, NULL, &bad));
@@ -135,13 +139,16 @@ PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *sp)
   }
   PetscCall(AinsworthAgreeOnFirst(PetscObjectComm((PetscObject)sp->rowsC), &bad));
   if (bad >= 0)
-    PetscCall(PetscSNPrintf(sp->bad, sizeof(sp->bad), "row %" PetscInt_FMT " of C, or of the other blocks of the multipliers, holds NaN or Inf", bad));
+    PetscCall(PetscSNPrintf(sp->bad, sizeof(sp->bad),
+                            "row %" PetscInt_FMT " of C, or of the other blocks of the multipliers, holds NaN or Inf",
+                            bad));
   else PetscCall(SplitRows(sp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Marks those local rows that are given by n numbers in sp->C, ascending, the same on all ranks */
-static PetscErrorCode MarkKept(const AinsworthSaddle *sp, PetscInt n, const PetscInt numbers[], std::vector<bool> *marked)
+static PetscErrorCode MarkKept(const AinsworthSaddle *sp, PetscInt n, const PetscInt numbers[],
+                               std::vector<bool> *marked)
 {
   PetscInt row, next = 0;
 
@@ -155,8 +162,12 @@ static PetscErrorCode MarkKept(const AinsworthSaddle *sp, PetscInt n, const Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Drops n rows, as dependent or nearly so (kind), given by their numbers in sp->C, ascending, the same on all ranks. Collective */
-PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *sp, PetscInt n, const PetscInt dependent[], AinsworthRowKind kind)
+/*
+   Drops n rows, as dependent or nearly so (kind), given by their numbers in sp->C, ascending, the same on all ranks.
+   Collective
+*/
+PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *sp, PetscInt n, const PetscInt dependent[],
+                                            AinsworthRowKind kind)
 {
   std::vector<bool> marked;
 
@@ -168,8 +179,12 @@ PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *sp, PetscInt n, con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lists the marked local entries of all ranks, such as "3, 17, 20 and 37 more"; first: global number of the first local entry. Collective */
-PetscErrorCode AinsworthNameMarked(MPI_Comm comm, PetscInt first, const std::vector<bool> &marked, char text[], size_t len)
+/*
+   Lists the marked local entries of all ranks, such as "3, 17, 20 and 37 more"; first: global number of the first local
+   entry. Collective
+*/
+PetscErrorCode AinsworthNameMarked(MPI_Comm comm, PetscInt first, const std::vector<bool> &marked, char text[],
+                                   size_t len)
 {
   const int      shown = 5;
   const PetscInt local = (PetscInt)marked.size();
@@ -198,7 +213,8 @@ PetscErrorCode AinsworthNameMarked(MPI_Comm comm, PetscInt first, const std::vec
 }
 
 /* Lists the marked local rows in the program's numbering of the multiplier field. Collective */
-PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *sp, const std::vector<bool> &marked, char text[], size_t len)
+PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *sp, const std::vector<bool> &marked, char text[],
+                                       size_t len)
 {
   PetscFunctionBegin;
   PetscCall(AinsworthNameMarked(PetscObjectComm((PetscObject)sp->rowsC), sp->first, marked, text, len));
@@ -217,7 +233,8 @@ PetscErrorCode AinsworthSaddleNameKind(const AinsworthSaddle *sp, AinsworthRowKi
 }
 
 /* Lists n rows given by their numbers in sp->C, as for AinsworthSaddleDropDependent(). Collective */
-PetscErrorCode AinsworthSaddleNameKept(const AinsworthSaddle *sp, PetscInt n, const PetscInt numbers[], char text[], size_t len)
+PetscErrorCode AinsworthSaddleNameKept(const AinsworthSaddle *sp, PetscInt n, const PetscInt numbers[], char text[],
+                                       size_t len)
 {
   std::vector<bool> marked;
 
@@ -227,11 +244,17 @@ PetscErrorCode AinsworthSaddleNameKept(const AinsworthSaddle *sp, PetscInt n, co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Describes the rows that are not ordinary constraints, such as ", 2 zero rows left out, 3 decoupled rows solved alone" */
+/*
+   Describes the rows that are not ordinary constraints, such as ", 2 zero rows left out, 3 decoupled rows solved alone"
+*/
 PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *sp, char text[], size_t len)
 {
-  static const char *const what[AINSWORTH_ROW_KINDS] = {
-    "", "zero rows left out", "decoupled rows solved alone", "rows without a column solved last", "dependent rows left out", "nearly dependent rows left out"};
+  static const char *const what[AINSWORTH_ROW_KINDS] = {"",
+                                                        "zero rows left out",
+                                                        "decoupled rows solved alone",
+                                                        "rows without a column solved last",
+                                                        "dependent rows left out",
+                                                        "nearly dependent rows left out"};
 
   PetscFunctionBegin;
   text[0] = 0;

@@ -1,34 +1,21 @@
 #include "saddle.h"
 #include "../base/objects.h"
 
-/* Gets the matrix that has the entries of C, and whether C is that matrix, its transpose or its adjoint */
-static PetscErrorCode GetSource(Mat block, Mat transposed, Mat *source, PetscBool *transpose, PetscBool *hermitian)
+/* Creates the adjoint of a block as AIJ: that of a transpose view is the matrix that it shows, or its conjugate */
+static PetscErrorCode CreateAdjoint(Mat block, Mat *adjoint)
 {
-  Mat view;
+  Mat       view, aij;
+  PetscBool hermitian;
 
   PetscFunctionBegin;
-  *source    = block ? block : transposed;
-  *transpose = (PetscBool)!block;
-  *hermitian = *transpose;
-  if (!*source) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthGetTransposed(*source, &view, hermitian));
-  if (view) {
-    *source    = view;
-    *transpose = (PetscBool) !*transpose;
-  } else *hermitian = *transpose; /* an absent block is the adjoint of the other one */
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Creates C as AIJ */
-static PetscErrorCode GetConstraints(Mat source, PetscBool transpose, PetscBool hermitian, Mat *C)
-{
-  PetscFunctionBegin;
-  PetscCall(AinsworthGetAIJ(source, C));
-  if (transpose) {
-    Mat T = *C;
-    PetscCall((hermitian ? MatHermitianTranspose : MatTranspose)(T, MAT_INITIAL_MATRIX, C));
-    PetscCall(MatDestroy(&T));
-  }
+  PetscCall(AinsworthGetTransposed(block, &view, &hermitian));
+  PetscCall(AinsworthGetAIJ(view ? view : block, &aij));
+  if (!view) PetscCall(MatHermitianTranspose(aij, MAT_INITIAL_MATRIX, adjoint));
+  else if (PetscDefined(USE_COMPLEX) && !hermitian) {
+    PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, adjoint));
+    PetscCall(MatConjugate(*adjoint));
+  } else PetscCall(AinsworthShare(aij, adjoint));
+  PetscCall(MatDestroy(&aij));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -57,34 +44,25 @@ static PetscErrorCode CopyOpaque(AinsworthSaddle *sp)
 /* Creates sp->rowsB: C itself if blocks (1,0) and (0,1) are adjoint or negative adjoint, or if one of them is absent */
 static PetscErrorCode GetOtherSide(AinsworthSaddle *sp)
 {
-  Mat       block = sp->block[AINSWORTH_BLOCK_C], transposed = sp->block[AINSWORTH_BLOCK_B], source[2], other;
-  PetscBool transpose[2], hermitian[2], opaque, same = (PetscBool)(!block || !transposed);
+  const Mat B = sp->block[AINSWORTH_BLOCK_B];
+  PetscBool opaque, same = (PetscBool)(!B || !sp->block[AINSWORTH_BLOCK_C]);
 
   PetscFunctionBegin;
-  if (!same) {
-    PetscCall(GetSource(block, NULL, &source[0], &transpose[0], &hermitian[0]));
-    PetscCall(GetSource(NULL, transposed, &source[1], &transpose[1], &hermitian[1]));
-    same = (PetscBool)(source[0] == source[1] && (!PetscDefined(USE_COMPLEX) || hermitian[0] || hermitian[1])); /* one is a view of the other */
-  }
-  if (!same) PetscCall(AinsworthProbeAdjoint(sp->rowsC, transposed, &same, &sp->negated));
+  if (!same) PetscCall(AinsworthProbeAdjoint(sp->rowsC, B, &same, &sp->negated));
   if (same || sp->negated) {
     PetscCall(AinsworthShare(sp->rowsC, &sp->rowsB));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AinsworthCheckEntries(source[1], sp->name[AINSWORTH_BLOCK_B], "which is not the transpose of C", &opaque));
-  PetscCall(GetConstraints(source[1], transpose[1], hermitian[1], &other));
-  if (PetscDefined(USE_COMPLEX) && !hermitian[1]) { /* the adjoint is the conjugate of the transpose */
-    PetscCall(MatDuplicate(other, MAT_COPY_VALUES, &sp->rowsB));
-    PetscCall(MatConjugate(sp->rowsB));
-    PetscCall(MatDestroy(&other));
-  } else sp->rowsB = other;
+  PetscCall(AinsworthCheckEntries(B, sp->name[AINSWORTH_BLOCK_B], "which is not the transpose of C", &opaque));
+  PetscCall(CreateAdjoint(B, &sp->rowsB));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
    Creates sp->rowsD: the negative of block (1,1), or the block itself if lambda is the negative of the program's
 
-   last: the previous rowsD, or NULL. It is used again if the block is the same object with the same pattern, which keeps results that depend on patterns.
+   last: the previous rowsD, or NULL. It is used again if the block is the same object with the same pattern, which
+   keeps results that depend on patterns.
 */
 static PetscErrorCode GetCompliance(AinsworthSaddle *sp, Mat last)
 {
@@ -112,16 +90,23 @@ static PetscErrorCode GetCompliance(AinsworthSaddle *sp, Mat last)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Describes NaN or Inf in A, whose norm is given, for the user; bad is empty if there is none. Collective */
-static PetscErrorCode CheckFinite(Mat A, PetscReal norm, char bad[], size_t len)
+/* Describes NaN or Inf in A for the user; bad is empty if there is none. Collective */
+static PetscErrorCode CheckFinite(Mat A, char bad[], size_t len)
 {
+  PetscReal norm;
   PetscInt  row, col;
   PetscBool has;
   Vec       x, y;
 
   PetscFunctionBegin;
-  PetscCall(MatHasOperation(A, MATOP_NORM, &has));
-  if (!has) { /* for example a nest: NaN and Inf survive a product */
+  PetscCall(AinsworthBlockNorm(A, &norm));
+  if (!PetscIsInfOrNanReal(norm)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatHasOperation(A, MATOP_GET_ROW, &has));
+  if (has) { /* the norm of finite values may overflow */
+    PetscCall(AinsworthMatFindEntry(A, AinsworthIsNotFinite, &row, &col));
+    if (row < 0) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(PetscSNPrintf(bad, len, "entry (%" PetscInt_FMT ",%" PetscInt_FMT ") of A is NaN or Inf", row, col));
+  } else { /* for example a nest: NaN and Inf survive a product */
     PetscCall(MatCreateVecs(A, &x, &y));
     PetscCall(VecSet(x, 1.0));
     PetscCall(MatMult(A, x, y));
@@ -130,10 +115,6 @@ static PetscErrorCode CheckFinite(Mat A, PetscReal norm, char bad[], size_t len)
     PetscCall(VecDestroy(&x));
     PetscCall(VecDestroy(&y));
   }
-  if (!has || !PetscIsInfOrNanReal(norm)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthMatFindNotFinite(A, &row, &col)); /* the norm of finite values may overflow */
-  if (row >= 0) PetscCall(PetscSNPrintf(bad, len, "entry (%" PetscInt_FMT ",%" PetscInt_FMT ") of A is NaN or Inf", row, col));
-  else if (PetscIsNanReal(norm)) PetscCall(PetscSNPrintf(bad, len, "A holds NaN"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -146,10 +127,12 @@ static PetscErrorCode CheckSizes(const AinsworthSaddleBlocks *b)
 
   PetscFunctionBegin;
   PetscCheck(C || B, comm, PETSC_ERR_ARG_WRONG,
-             "%s, C, is absent, and so is its transpose: PCAINSWORTH found no constraints; to solve without constraints pass a block with no rows",
+             "%s, C, is absent, and so is its transpose: PCAINSWORTH found no constraints; to solve without "
+             "constraints pass a block with no rows",
              b->name[AINSWORTH_BLOCK_C]);
   PetscCall(MatGetSize(b->block[AINSWORTH_BLOCK_A], &n[0], &n[1]));
-  PetscCheck(n[0] == n[1], comm, PETSC_ERR_ARG_SIZ, "%s, A, is not square: %" PetscInt_FMT " x %" PetscInt_FMT, b->name[AINSWORTH_BLOCK_A], n[0], n[1]);
+  PetscCheck(n[0] == n[1], comm, PETSC_ERR_ARG_SIZ, "%s, A, is not square: %" PetscInt_FMT " x %" PetscInt_FMT,
+             b->name[AINSWORTH_BLOCK_A], n[0], n[1]);
   if (C) PetscCall(MatGetSize(C, &n[1], &cols));
   else PetscCall(MatGetSize(B, &cols, &n[1]));
   rows = n[1];
@@ -158,9 +141,11 @@ static PetscErrorCode CheckSizes(const AinsworthSaddleBlocks *b)
   if (!C || !B) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatGetSize(B, &given[0], &given[1]));
   PetscCheck(given[0] == cols && given[1] == rows, comm, PETSC_ERR_ARG_SIZ,
-             "%s, C', is %" PetscInt_FMT " x %" PetscInt_FMT ", not %" PetscInt_FMT " x %" PetscInt_FMT "%s", b->name[AINSWORTH_BLOCK_B], given[0], given[1],
-             cols, rows,
-             given[0] == rows && given[1] == cols ? ": it is C, or of its size; pass its transpose, MatCreateTranspose() makes it, or no block" : "");
+             "%s, C', is %" PetscInt_FMT " x %" PetscInt_FMT ", not %" PetscInt_FMT " x %" PetscInt_FMT "%s",
+             b->name[AINSWORTH_BLOCK_B], given[0], given[1], cols, rows,
+             given[0] == rows && given[1] == cols
+               ? ": it is C, or of its size; pass its transpose, MatCreateTranspose() makes it, or no block"
+               : "");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -169,10 +154,12 @@ static PetscErrorCode Forget(AinsworthSaddle *sp)
 {
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleResetBlocks(sp));
-  for (Mat *M : {&sp->A, &sp->P, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC}) PetscCall(MatDestroy(M));
-  for (Vec *v : {&sp->balance, &sp->known, &sp->stiffness, &sp->scale.primal, &sp->scale.dual, &sp->work[0], &sp->work[1]}) PetscCall(VecDestroy(v));
+  for (Mat *M : {&sp->A, &sp->P, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC})
+    PetscCall(MatDestroy(M));
+  for (Vec *v :
+       {&sp->balance, &sp->known, &sp->stiffness, &sp->scale.primal, &sp->scale.dual, &sp->work[0], &sp->work[1]})
+    PetscCall(VecDestroy(v));
   PetscCall(MatNullSpaceDestroy(&sp->nullSpace));
-  PetscCall(MatDestroy(&sp->numbering));
   PetscCall(PetscFree(sp->kind));
   for (PetscInt &count : sp->count) count = 0;
   sp->bad[0]  = 0;
@@ -188,9 +175,9 @@ static PetscErrorCode Forget(AinsworthSaddle *sp)
 PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSaddle *sp)
 {
   AinsworthSaddleBlocks found;
-  PetscBool             transpose, hermitian, opaque, same = PETSC_FALSE;
-  PetscReal             norm;
-  Mat                   source, last;
+  PetscBool             opaque, same = PETSC_FALSE;
+  Mat                   last;
+  int                   k;
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleFindBlocks(in, PETSC_FALSE, sp, &found));
@@ -199,18 +186,16 @@ PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSa
   sp->rowsD = NULL;
   PetscCall(Forget(sp));
   *(AinsworthSaddleBlocks *)sp = found;
-  PetscCall(AinsworthSaddleGetNullSpace(in->amat, in->pmat, &sp->numbering, &sp->nullSpace));
+  PetscCall(AinsworthSaddleGetNullSpace(in->amat, in->pmat, &sp->nullSpace));
   PetscCall(PetscObjectReference((PetscObject)sp->nullSpace));
-  PetscCall(PetscObjectReference((PetscObject)sp->numbering));
-  PetscCall(GetSource(sp->block[AINSWORTH_BLOCK_C], sp->block[AINSWORTH_BLOCK_B], &source, &transpose, &hermitian));
-  PetscCall(AinsworthCheckEntries(source, sp->name[sp->block[AINSWORTH_BLOCK_C] ? AINSWORTH_BLOCK_C : AINSWORTH_BLOCK_B], "C", &opaque));
-  PetscCall(GetConstraints(source, transpose, hermitian, &sp->rowsC));
+  k = sp->block[AINSWORTH_BLOCK_C] ? AINSWORTH_BLOCK_C : AINSWORTH_BLOCK_B;
+  PetscCall(AinsworthCheckEntries(sp->block[k], sp->name[k], "C", &opaque));
+  PetscCall((k == AINSWORTH_BLOCK_C ? AinsworthGetAIJ : CreateAdjoint)(sp->block[k], &sp->rowsC));
   PetscCall(AinsworthShare(sp->rowsC, &sp->givenC));
   PetscCall(CopyOpaque(sp));
   PetscCall(AinsworthShare(sp->block[AINSWORTH_BLOCK_A], &sp->A));
   PetscCall(AinsworthShare(sp->block[AINSWORTH_BLOCK_P], &sp->P));
-  PetscCall(AinsworthBlockNorm(sp->A, &norm));
-  PetscCall(CheckFinite(sp->A, norm, sp->bad, sizeof(sp->bad)));
+  PetscCall(CheckFinite(sp->A, sp->bad, sizeof(sp->bad)));
   if (!sp->bad[0]) {
     PetscCall(GetOtherSide(sp));
     PetscCall(GetCompliance(sp, last));
@@ -242,20 +227,23 @@ PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tells whether the layout, the blocks, their values, the fields or null spaces have changed since the last set-up; the same answer on all ranks. Collective */
+/*
+   Tells whether the layout, the blocks, their values, the fields or null spaces have changed since the last set-up; the
+   same answer on all ranks. Collective
+*/
 PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *in, const AinsworthSaddle *sp, PetscBool *changed)
 {
   AinsworthSaddleBlocks now;
   MatNullSpace          nullSpace;
-  Mat                   mat;
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleFindBlocks(in, PETSC_TRUE, sp, &now));
-  PetscCall(AinsworthSaddleGetNullSpace(in->amat, in->pmat, &mat, &nullSpace));
+  PetscCall(AinsworthSaddleGetNullSpace(in->amat, in->pmat, &nullSpace));
   *changed = (PetscBool)(now.layout != sp->layout || now.extracted != sp->extracted || nullSpace != sp->nullSpace);
   for (int k = 0; k < AINSWORTH_BLOCKS; k++)
     if (now.state[k] != sp->state[k]) *changed = PETSC_TRUE;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, changed, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)in->pmat)));
+  PetscCall(
+    MPIU_Allreduce(MPI_IN_PLACE, changed, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)in->pmat)));
   for (int k = 0; k < 2 && !*changed; k++) {
     PetscBool rows, cols;
 

@@ -4,6 +4,7 @@
 
 #include "layout.h"
 #include "transfer.h"
+#include <functional>
 
 /* How a row of the multiplier field, C_i x - (D lambda)_i = g_i, is treated */
 typedef enum {
@@ -16,7 +17,10 @@ typedef enum {
   AINSWORTH_ROW_KINDS
 } AinsworthRowKind;
 
-/* The blocks of the program's matrix [A B; C D], and the primal block P of Pmat, which M_* is made of; P is A if Pmat has none */
+/*
+   The blocks of the program's matrix [A B; C D], and the primal block P of Pmat, which M_* is made of; P is A if Pmat
+   has none
+*/
 enum {
   AINSWORTH_BLOCK_A,
   AINSWORTH_BLOCK_B,
@@ -28,40 +32,47 @@ enum {
 /* For each block, whether its rows, or its columns, belong to the multipliers */
 constexpr int AinsworthBlockRow[] = {0, 0, 1, 1, 0}, AinsworthBlockColumn[] = {0, 1, 0, 1, 0};
 struct AinsworthSaddleBlocks {
-  MatType   layout                  = NULL; /* type of the matrix that has the blocks; NULL: none found yet */
-  Mat       block[AINSWORTH_BLOCKS] = {};   /* the program's or made from them, NULL if absent; B or C may be a view of the other, A a copy of a small shell */
-  char      name[AINSWORTH_BLOCKS][64]{};   /* for messages: "Block (1,0) of the MatNest" */
-  uint64_t  state[AINSWORTH_BLOCKS] = {};   /* changes with the block, its values, or anything it is made of (state.cpp) */
-  IS        rows[2]                 = {};   /* primal and multiplier field in the right-hand side */
-  IS        cols[2]                 = {};   /* the same in the solution */
-  PetscBool made[AINSWORTH_BLOCKS]  = {};   /* the block was made here */
-  PetscInt  bs = 0;                  /* block size of A, which A itself may not have */
-  PetscInt  scattered = 0;              /* unknowns of a node if they are not contiguous (PCBLOCKSA sorts them); else 1, and bs holds */
+  MatType layout = NULL; /* type of the matrix that has the blocks; NULL: none found yet */
+  /* the program's or made from them, NULL if absent; B or C may be a view of the other, A a copy of a small shell */
+  Mat  block[AINSWORTH_BLOCKS] = {};
+  char name[AINSWORTH_BLOCKS][64]{}; /* for messages: "Block (1,0) of the MatNest" */
+  /* changes with the block, its values, or anything it is made of (state.cpp) */
+  uint64_t  state[AINSWORTH_BLOCKS] = {};
+  IS        rows[2]                 = {}; /* primal and multiplier field in the right-hand side */
+  IS        cols[2]                 = {}; /* the same in the solution */
+  PetscBool made[AINSWORTH_BLOCKS]  = {}; /* the block was made here */
+  PetscInt  bs                      = 0;  /* block size of A, which A itself may not have */
+  /* unknowns of a node if they are not contiguous (PCBLOCKSA sorts them); else 1, and bs holds */
+  PetscInt scattered = 0;
 
   const char       *bsSource = NULL; /* where bs comes from, in words */
   MatNullSpace      modes    = NULL; /* rigid-body modes from coordinates, or NULL */
-  PetscInt          located = 0; /* AinsworthSaddleInputs::located at that time */
-  AinsworthFields   fields;     /* of the program's vectors */
-  const char       *told = NULL; /* who defined the fields, in words */
-  std::vector<bool> multiplier; /* for each field: whether it has multipliers */
-  const char       *chosen     = NULL;        /* how the multipliers were chosen, in words */
-  Vec               sign       = NULL;        /* for minus a saddle point, the factors of the rows of A (layoutsign.cpp); else NULL */
-  PetscBool         extracted  = PETSC_FALSE; /* blocks are submatrices; otherwise they are blocks of a MatNest */
-  PetscObjectId     whole[2]   = {};          /* ids of the matrices they were extracted from, Amat and Pmat */
-  PetscObjectState  pattern[2] = {};          /* nonzero states of these */
+  PetscInt          located  = 0;    /* AinsworthSaddleInputs::located at that time */
+  AinsworthFields   fields;          /* of the program's vectors */
+  const char       *told = NULL;     /* who defined the fields, in words */
+  std::vector<bool> multiplier;      /* for each field: whether it has multipliers */
+  const char       *chosen = NULL;   /* how the multipliers were chosen, in words */
+  /* for minus a saddle point, the factors of the rows of A (layoutsign.cpp); else NULL */
+  Vec              sign       = NULL;
+  PetscBool        extracted  = PETSC_FALSE; /* blocks are submatrices; otherwise they are blocks of a MatNest */
+  PetscObjectId    whole[2]   = {};          /* ids of the matrices they were extracted from, Amat and Pmat */
+  PetscObjectState pattern[2] = {};          /* nonzero states of these */
 
   std::shared_ptr<const AinsworthSplit> split[2]; /* how they were extracted; NULL: with MatCreateSubMatrix() */
 };
 
 /*
-   The normal form [A B'; C -D] of the program's system (docs/method.md); if its block (0,1) is -C', lambda is the negative of the program's
+   The normal form [A B'; C -D] of the program's system (docs/method.md); if its block (0,1) is -C', lambda is the
+   negative of the program's
 
    B is C itself if block (0,1) is its adjoint; D is NULL if it is zero.
 */
 struct AinsworthSaddle : AinsworthSaddleBlocks {
-  Mat A = NULL;                                 /* n x n: the program's, or a copy without the columns of known unknowns */
-  Mat P = NULL;                                 /* matrix that M_* is made of: the primal block of Pmat, or A */
-  Mat C = NULL, B = NULL, D = NULL;             /* AIJ, kept rows only, scaled by `balance`; no rows without constraints */
+  /* n x n: the program's, or a copy without the columns of known unknowns */
+  Mat A = NULL;
+  Mat P = NULL; /* matrix that M_* is made of: the primal block of Pmat, or A */
+  /* AIJ, kept rows only, scaled by `balance`; no rows without constraints */
+  Mat C = NULL, B = NULL, D = NULL;
   Mat rowsC = NULL, rowsB = NULL, rowsD = NULL; /* the same with all of the program's rows */
   Mat givenC = NULL;                            /* rowsC with the columns of known unknowns */
 
@@ -69,23 +80,27 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
   PetscObjectState patternD = 0; /* nonzero state of that block */
 
   MatNullSpace nullSpace = NULL;        /* of the program's matrix, or NULL */
-  Mat          numbering = NULL;        /* Amat or Pmat, whose numbering the vectors of `nullSpace` have */
   PetscBool    negated   = PETSC_FALSE; /* lambda is the negative of the program's */
   char         bad[256]  = {};          /* why the values are unusable; empty if they are usable */
 
-  AinsworthRowKind  *kind                       = NULL; /* for each local row of the multiplier field */
-  PetscInt           first                      = 0;    /* global number of the first local row */
-  PetscInt           local                      = 0;    /* number of local rows */
-  PetscInt           count[AINSWORTH_ROW_KINDS] = {};   /* of each kind, on all ranks */
-  Vec                balance                    = NULL; /* scales the rows of C, B and D and the columns of D, powers of 2; NULL: 1 */
-  Vec                known                      = NULL; /* n, 1 / A_ii for unknowns whose row has only A_ii, else 0; NULL if not needed */
-  Vec                work[2]                    = {};   /* work vectors, n and all rows; NULL until needed */
-  std::vector<bool>  loose;                      /* for each local unknown: its row of A is zero */
-  PetscBool          positive = PETSC_FALSE;     /* unknowns that are not loose have positive diagonal entries in A */
-  std::vector<bool>  sprung;                     /* for each local row of the multiplier field: its row of D is not zero */
-  Vec                stiffness = NULL;           /* of each unknown: A_ii or, where that is not positive, the largest entry of the row */
-  AinsworthTransfer  transfer[3];                /* of right-hand sides, solutions, and vectors of null spaces */
-  AinsworthSaddleVec scale     = {}; /* powers of 2 that bring entries of the system to about 1: of the unknowns and of all rows of the multiplier field */
+  AinsworthRowKind *kind                       = NULL; /* for each local row of the multiplier field */
+  PetscInt          first                      = 0;    /* global number of the first local row */
+  PetscInt          local                      = 0;    /* number of local rows */
+  PetscInt          count[AINSWORTH_ROW_KINDS] = {};   /* of each kind, on all ranks */
+  /* scales the rows of C, B and D and the columns of D, powers of 2; NULL: 1 */
+  Vec balance = NULL;
+  /* n, 1 / A_ii for unknowns whose row has only A_ii, else 0; NULL if not needed */
+  Vec               known   = NULL;
+  Vec               work[2] = {};           /* work vectors, n and all rows; NULL until needed */
+  std::vector<bool> loose;                  /* for each local unknown: its row of A is zero */
+  PetscBool         positive = PETSC_FALSE; /* unknowns that are not loose have positive diagonal entries in A */
+  /* for each local row of the multiplier field: its row of D is not zero */
+  std::vector<bool> sprung;
+  /* of each unknown: A_ii or, where that is not positive, the largest entry of the row */
+  Vec               stiffness = NULL;
+  AinsworthTransfer transfer[3]; /* of right-hand sides, solutions, and vectors of null spaces */
+  /* powers of 2 that bring entries of the system to about 1: of the unknowns and of all rows of the multiplier field */
+  AinsworthSaddleVec scale     = {};
   PetscBool          symmetric = PETSC_FALSE; /* A = A' */
   PetscBool          adjoint   = PETSC_FALSE; /* B is C, and D = D' */
 
@@ -98,7 +113,6 @@ PetscErrorCode AinsworthCreateDiagonal(Mat, Vec *);
 
 /* entries.cpp: sizes of entries, and rows */
 PetscErrorCode AinsworthVecGather(Vec, PetscInt, const PetscInt[], Vec *);
-PetscErrorCode AinsworthAbsoluteAIJ(Mat, Mat *);
 PetscErrorCode AinsworthAbsoluteMult(Mat, Vec, Vec);
 PetscErrorCode AinsworthAbsoluteMultTranspose(Mat, Vec, Vec);
 PetscErrorCode AinsworthRowSums(Mat, int, Vec);
@@ -121,20 +135,32 @@ PetscErrorCode AinsworthAddAIJ(PetscScalar, const std::vector<Mat> &, Mat *);
 PetscErrorCode AinsworthMakePatternSymmetric(Mat *);
 PetscErrorCode AinsworthStoreDiagonal(Mat *);
 
-/* nodes.cpp */
-PetscErrorCode AinsworthBlocksDivide(Mat, PetscInt, PetscBool *);
-PetscErrorCode AinsworthGetColumns(Mat, PetscInt, std::vector<PetscInt> *);
+/* nodes.cpp: part of the nodes that have to agree, and the largest number of their unknowns, that of shells */
+constexpr PetscReal AinsworthNodesEnough  = 0.9;
+constexpr PetscInt  AinsworthNodesLargest = 6;
+struct AinsworthNodeRows {
+  bool     votes   = true; /* no row has a single entry, as with Dirichlet conditions */
+  bool     same    = true; /* all rows touch the same nodes */
+  PetscInt touched = 0;    /* nodes that the first row touches */
+  PetscInt entries = 0;    /* of all rows */
+};
+typedef std::function<void(std::vector<PetscInt> *)> AinsworthToNodes; /* replaces columns by their nodes, ascending */
+PetscErrorCode                                       AinsworthBlocksDivide(Mat, PetscInt, PetscBool *);
+PetscErrorCode                                       AinsworthGetColumns(Mat, PetscInt, std::vector<PetscInt> *);
+PetscErrorCode AinsworthCompareRows(Mat, PetscInt, PetscInt, PetscInt, const AinsworthToNodes &, AinsworthNodeRows *);
 PetscErrorCode AinsworthFindNodes(Mat, PetscInt *, std::vector<PetscInt> *);
 
 /* merge.cpp */
-PetscErrorCode AinsworthMergeAIJ(MPI_Comm, const std::vector<IS> &, const std::vector<IS> &, const std::vector<Mat> &, Mat *);
+PetscErrorCode AinsworthMergeAIJ(MPI_Comm, const std::vector<IS> &, const std::vector<IS> &, const std::vector<Mat> &,
+                                 Mat *);
 
 /* state.cpp */
 uint64_t       AinsworthMixState(uint64_t, uint64_t);
 PetscErrorCode AinsworthMatGetState(Mat, uint64_t *);
 
 /* blocks.cpp: the blocks of what the program passed */
-PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *, PetscBool, const AinsworthSaddleBlocks *, AinsworthSaddleBlocks *);
+PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *, PetscBool, const AinsworthSaddleBlocks *,
+                                         AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthSaddleDescribeLayout(const AinsworthSaddleBlocks *, char[], size_t);
 
@@ -152,7 +178,7 @@ PetscErrorCode AinsworthSaddleDescribeModes(const AinsworthSaddle *, char[], siz
 PetscErrorCode AinsworthOrthogonalize(const std::vector<Vec> &, Vec);
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *, Vec);
-PetscErrorCode AinsworthSaddleGetNullSpace(Mat, Mat, Mat *, MatNullSpace *);
+PetscErrorCode AinsworthSaddleGetNullSpace(Mat, Mat, MatNullSpace *);
 PetscErrorCode AinsworthSaddleRemoveNullSpace(AinsworthSaddle *, Mat, PetscBool, AinsworthSaddleVec, PetscBool *);
 
 /* rows.cpp: the rows of the multiplier field */
@@ -175,18 +201,24 @@ PetscErrorCode AinsworthCheckAssembled(Mat, const char[]);
 PetscErrorCode AinsworthBlockNorm(Mat, PetscReal *);
 PetscErrorCode AinsworthAgreeOnFirst(MPI_Comm, PetscInt *);
 PetscErrorCode AinsworthMatEqual(Mat, Mat, PetscBool *);
-PetscErrorCode AinsworthMatFindNonzero(Mat, PetscInt *, PetscInt *);
-PetscErrorCode AinsworthMatFindNotFinite(Mat, PetscInt *, PetscInt *);
-PetscErrorCode AinsworthMatFindOffDiagonal(Mat, PetscInt *, PetscInt *);
+typedef bool   AinsworthIsWanted(PetscInt, PetscInt, PetscScalar); /* row, column and value of an entry */
+PetscErrorCode AinsworthMatFindEntry(Mat, AinsworthIsWanted *, PetscInt *, PetscInt *);
+inline bool    AinsworthIsNonzero(PetscInt, PetscInt, PetscScalar v)
+{
+  return v != 0.0;
+}
+inline bool AinsworthIsNotFinite(PetscInt, PetscInt, PetscScalar v)
+{
+  return PetscIsInfOrNanScalar(v);
+}
 PetscErrorCode AinsworthProbeAdjoint(Mat, Mat, PetscBool *, PetscBool *);
 
 /* known.cpp: unknowns determined by their own row */
 PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *, Vec, Vec, Vec, Vec, Vec);
-PetscErrorCode AinsworthSaddleSetKnown(const AinsworthSaddle *, Vec, Vec);
 
 /* fields.cpp: right-hand sides and solutions, between the program's vectors, its fields and the kept rows */
-PetscErrorCode AinsworthSaddleGetFields(AinsworthSaddle *, Mat, PetscBool, PetscBool, Vec, AinsworthSaddleVec *);
+PetscErrorCode AinsworthSaddleGetFields(AinsworthSaddle *, PetscBool, PetscBool, Vec, AinsworthSaddleVec *);
 PetscErrorCode AinsworthSaddleRestoreFields(AinsworthSaddle *, PetscBool, AinsworthSaddleVec *);
 PetscErrorCode AinsworthSaddleGetKept(const AinsworthSaddle *, Vec, Vec);
 PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *, AinsworthSaddleVec, AinsworthSaddleVec);
@@ -194,9 +226,11 @@ PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *, AinsworthSaddleVec, Vec,
 PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *, AinsworthSaddleVec, char[], size_t);
 
 /* residual.cpp: of the program's system, and the terms of its rows */
-PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
+PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *, PetscBool, PetscBool, AinsworthSaddleVec,
+                                       AinsworthSaddleVec, Vec, AinsworthSaddleVec);
 PetscErrorCode AinsworthSaddleMult(const AinsworthSaddle *, PetscBool, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
-PetscErrorCode AinsworthSaddlePrimalTerms(const AinsworthSaddle *, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec, Vec);
+PetscErrorCode AinsworthSaddlePrimalTerms(const AinsworthSaddle *, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec,
+                                          Vec, Vec);
 PetscErrorCode AinsworthSaddleDualTerms(const AinsworthSaddle *, AinsworthSaddleVec, AinsworthSaddleVec, Vec);
 
 /* Returns a residual relative to the terms of its row; infinite if either is NaN or the terms overflow */
@@ -210,7 +244,8 @@ inline PetscReal AinsworthQuotient(PetscReal residual, PetscReal terms)
 /* Rows that others imply, or that are zero, are left out: no solution can change what they are left with */
 inline bool AinsworthSaddleIsLeftOut(const AinsworthSaddle *sp, PetscInt i)
 {
-  return sp->kind[i] == AINSWORTH_ROW_DEPENDENT || sp->kind[i] == AINSWORTH_ROW_NEAR || sp->kind[i] == AINSWORTH_ROW_ZERO;
+  return sp->kind[i] == AINSWORTH_ROW_DEPENDENT || sp->kind[i] == AINSWORTH_ROW_NEAR ||
+         sp->kind[i] == AINSWORTH_ROW_ZERO;
 }
 
 /* scale.cpp */

@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-/* Returns the power of 2 next to the inverse of the root, by which products cause no rounding; 1 for a size that says nothing */
+/*
+   Returns the power of 2 next to the inverse of the root, by which products cause no rounding; 1 for a size that says
+   nothing
+*/
 static PetscReal InverseRoot(PetscReal size)
 {
   int exponent;
@@ -17,9 +20,9 @@ static PetscReal InverseRoot(PetscReal size)
 /* Replaces diagonal entries that are not positive by the largest entry of the row; opaque matrices keep them */
 static PetscErrorCode LookAtRows(Mat A, Vec stiffness, PetscBool *positive)
 {
-  PetscBool    look = PETSC_FALSE, has;
-  Mat          aij;
-  PetscScalar *d;
+  PetscBool look = PETSC_FALSE, has;
+  Mat       aij;
+  Vec       most;
 
   PetscFunctionBegin;
   PetscCall(MatHasOperation(A, MATOP_GET_ROW, &has));
@@ -30,22 +33,23 @@ static PetscErrorCode LookAtRows(Mat A, Vec stiffness, PetscBool *positive)
   *positive = PETSC_TRUE;
   if (!look) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthGetAIJ(A, &aij));
-  PetscCall(VecGetArray(stiffness, &d));
-  PetscCall(AinsworthForRows(aij, [=](const AinsworthMatRow &row) {
-    PetscReal most = 0.0;
-
-    for (PetscInt k = 0; k < row.n; k++) most = PetscMax(most, PetscAbsScalar(row.a[k]));
-    if (PetscRealPart(d[row.local]) > 0.0) return;
-    d[row.local] = most;
-    if (most > 0.0) *positive = PETSC_FALSE;
-  }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, positive, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
-  PetscCall(VecRestoreArray(stiffness, &d));
+  PetscCall(VecDuplicate(stiffness, &most));
+  PetscCall(MatGetRowMaxAbs(aij, most, NULL));
   PetscCall(MatDestroy(&aij));
+  PetscCall(AinsworthUpdate(stiffness, {most}, [=](PetscInt, PetscScalar &d, PetscScalar entry) {
+    if (PetscRealPart(d) > 0.0) return;
+    d = entry;
+    if (entry != 0.0) *positive = PETSC_FALSE;
+  }));
+  PetscCall(VecDestroy(&most));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, positive, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes the stiffness of each unknown: the diagonal of A or, where that is not positive, the largest entry of the row; 0 in rows of zeros */
+/*
+   Computes the stiffness of each unknown: the diagonal of A or, where that is not positive, the largest entry of the
+   row; 0 in rows of zeros
+*/
 static PetscErrorCode Stiffness(Mat A, Vec *stiffness, PetscBool *positive)
 {
   PetscFunctionBegin;
@@ -68,7 +72,8 @@ static PetscErrorCode RaiseToRows(const std::vector<Block> &blocks, bool field, 
   for (const Block &b : blocks) {
     if (b.row != field) continue;
     PetscCall(MatGetRowMaxAbs(b.mat, work, NULL));
-    PetscCall(AinsworthUpdate(most, {work}, [](PetscInt, PetscScalar &m, PetscScalar w) { m = PetscMax(PetscRealPart(m), PetscRealPart(w)); }));
+    PetscCall(AinsworthUpdate(
+      most, {work}, [](PetscInt, PetscScalar &m, PetscScalar w) { m = PetscMax(PetscRealPart(m), PetscRealPart(w)); }));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -89,8 +94,12 @@ static PetscErrorCode GeometricMean(Vec v, PetscReal *mean)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Begins with one number for all unknowns and one for all multipliers, so that the units of A and of C do not matter; work: overwritten */
-static PetscErrorCode Start(const std::vector<Block> &blocks, Vec stiffness, AinsworthSaddleVec scale, AinsworthSaddleVec work)
+/*
+   Begins with one number for all unknowns and one for all multipliers, so that the units of A and of C do not matter;
+   work: overwritten
+*/
+static PetscErrorCode Start(const std::vector<Block> &blocks, Vec stiffness, AinsworthSaddleVec scale,
+                            AinsworthSaddleVec work)
 {
   PetscReal s, t;
   Vec       rows;
@@ -114,8 +123,8 @@ static PetscErrorCode Start(const std::vector<Block> &blocks, Vec stiffness, Ain
 /*
    Equilibrates by the largest entries of rows and columns (Ruiz 2001), with the diagonal in place of A
 
-   An entry of a positive definite A is at most the root of the product of two diagonal entries. Each sweep halves the decades that are left between rows, and
-   one that changes nothing is the last
+   An entry of a positive definite A is at most the root of the product of two diagonal entries. Each sweep halves the
+   decades that are left between rows, and one that changes nothing is the last
 */
 static PetscErrorCode Equilibrate(const std::vector<Block> &blocks, Vec stiffness, AinsworthSaddleVec scale)
 {
@@ -140,9 +149,11 @@ static PetscErrorCode Equilibrate(const std::vector<Block> &blocks, Vec stiffnes
         if (m != 1.0) changed = PETSC_TRUE;
       }));
     }
-    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &changed, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)stiffness)));
+    PetscCall(
+      MPIU_Allreduce(MPI_IN_PLACE, &changed, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)stiffness)));
     if (!changed) break;
-    for (const Block &b : blocks) PetscCall(MatDiagonalScale(b.mat, b.row ? most.dual : most.primal, b.column ? most.dual : most.primal));
+    for (const Block &b : blocks)
+      PetscCall(MatDiagonalScale(b.mat, b.row ? most.dual : most.primal, b.column ? most.dual : most.primal));
     PetscCall(VecPointwiseMult(scale.primal, scale.primal, most.primal));
     PetscCall(VecPointwiseMult(scale.dual, scale.dual, most.dual));
   }
@@ -152,10 +163,12 @@ static PetscErrorCode Equilibrate(const std::vector<Block> &blocks, Vec stiffnes
 }
 
 /*
-   AinsworthSaddleScale - finds the scale of the program's system, its unknowns without stiffness, and its rows with springs. Collective
+   AinsworthSaddleScale - finds the scale of the program's system, its unknowns without stiffness, and its rows with
+   springs. Collective
 
-   The scale is made of positive powers of 2, so that the largest entry of each row and column of the scaled [A B'; C -D] is about 1. An unknown that no stiffer
-   row holds gets A_ii^{-1/2}, no other one more: an error t in the energy norm leaves at most 2 t in each scaled row (Cauchy-Schwarz)
+   The scale is made of positive powers of 2, so that the largest entry of each row and column of the scaled [A B'; C
+   -D] is about 1. An unknown that no stiffer row holds gets A_ii^{-1/2}, no other one more: an error t in the energy
+   norm leaves at most 2 t in each scaled row (Cauchy-Schwarz)
 */
 PetscErrorCode AinsworthSaddleScale(AinsworthSaddle *sp)
 {
@@ -182,8 +195,9 @@ PetscErrorCode AinsworthSaddleScale(AinsworthSaddle *sp)
   if (sp->rowsD) {
     PetscCall(MatDuplicate(sp->rowsD, MAT_COPY_VALUES, &copy));
     blocks.push_back({copy, true, true});
-    PetscCall(AinsworthForRows(
-      copy, [sp](const AinsworthMatRow &row) { sp->sprung[row.local] = std::any_of(row.a, row.a + row.n, [](PetscScalar v) { return v != 0.0; }); }));
+    PetscCall(AinsworthForRows(copy, [sp](const AinsworthMatRow &row) {
+      sp->sprung[row.local] = std::any_of(row.a, row.a + row.n, [](PetscScalar v) { return v != 0.0; });
+    }));
   }
   PetscCall(Equilibrate(blocks, stiffness, *scale));
   for (Block &b : blocks) PetscCall(MatDestroy(&b.mat));

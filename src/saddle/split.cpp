@@ -1,4 +1,7 @@
-/* Splits an AIJ matrix whose fields are sorted and local into blocks in one pass, without symbolic work except for columns of other ranks */
+/*
+   Splits an AIJ matrix whose fields are sorted and local into blocks in one pass, without symbolic work except for
+   columns of other ranks
+*/
 #include "split.h"
 #include "../base/lists.h"
 #include "../base/objects.h"
@@ -9,7 +12,10 @@ static inline PetscInt Flip(PetscInt number)
   return -1 - number;
 }
 
-/* Maps each local row to its number in its field; *splits becomes false if a set is not sorted or not local, or if the sets do not cover each row once */
+/*
+   Maps each local row to its number in its field; *splits becomes false if a set is not sorted or not local, or if the
+   sets do not cover each row once
+*/
 static PetscErrorCode AddSets(const IS sets[2], PetscInt first, std::vector<PetscInt> *map, bool *splits)
 {
   std::vector<char> seen(map->size(), 0);
@@ -44,12 +50,17 @@ static PetscErrorCode MapGhosts(Mat aij, const PetscInt first[2], const PetscInt
   PetscFunctionBegin;
   for (PetscInt &number : numbers) number = number < 0 ? number - first[1] : number + first[0];
   PetscCall(MatGetLayouts(aij, NULL, &layout));
-  PetscCall(AinsworthFetch(PetscObjectComm((PetscObject)aij), layout, numbers, (PetscInt)split->cols[1].size(), ghosts, &split->cols[1]));
+  PetscCall(AinsworthFetch(PetscObjectComm((PetscObject)aij), layout, numbers, (PetscInt)split->cols[1].size(), ghosts,
+                           &split->cols[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSplitCreate - plans where the entries of an AIJ matrix go; NULL if the index sets do not allow it. Collective */
-PetscErrorCode AinsworthSplitCreate(Mat aij, const IS rows[2], const IS cols[2], std::shared_ptr<const AinsworthSplit> *split)
+/*
+   AinsworthSplitCreate - plans where the entries of an AIJ matrix go; NULL if the index sets do not allow it.
+   Collective
+*/
+PetscErrorCode AinsworthSplitCreate(Mat aij, const IS rows[2], const IS cols[2],
+                                    std::shared_ptr<const AinsworthSplit> *split)
 {
   auto            plan = std::make_shared<AinsworthSplit>();
   Mat             part[2];
@@ -84,25 +95,24 @@ PetscErrorCode AinsworthSplitCreate(Mat aij, const IS rows[2], const IS cols[2],
 
 /* Calls visit(block, column, value) for each entry of a part, row by row */
 template <typename Visit>
-static inline void ForEntries(const AinsworthCSR &part, const std::vector<PetscInt> &rows, const std::vector<PetscInt> &cols, const PetscReal factor[],
-                              Visit visit)
+static inline void ForEntries(const AinsworthCSR &part, const std::vector<PetscInt> &rows,
+                              const std::vector<PetscInt> &cols, Visit visit)
 {
   for (PetscInt r = 0; r < part.n; r++) {
-    const int       row = rows[r] < 0 ? 2 : 0; /* first block of the row: A or C */
-    const PetscReal s   = factor ? factor[r] : 1.0;
+    const int row = rows[r] < 0 ? 2 : 0; /* first block of the row: A or C */
 
     for (PetscInt k = part.ia[r]; k < part.ia[r + 1]; k++) {
       const PetscInt c = cols[part.ja[k]];
 
-      if (c >= 0) visit(row, c, s * part.a[k]);
-      else visit(row + 1, Flip(c), s * part.a[k]);
+      if (c >= 0) visit(row, c, part.a[k]);
+      else visit(row + 1, Flip(c), part.a[k]);
     }
   }
 }
 
 /* Fills rows of A and B, or of C and D, in one pass; nearly all of their entries are in A or in C */
-static void FillRows(const AinsworthCSR &part, const AinsworthSplit *split, int which, bool multipliers, const PetscReal factor[], AinsworthRows *rows,
-                     AinsworthRows *rest)
+static void FillRows(const AinsworthCSR &part, const AinsworthSplit *split, int which, bool multipliers,
+                     AinsworthRows *rows, AinsworthRows *rest)
 {
   const PetscInt  *map   = split->cols[which].data();
   PetscInt         bound = 0, n = 0;
@@ -116,15 +126,13 @@ static void FillRows(const AinsworthCSR &part, const AinsworthSplit *split, int 
 
   for (PetscInt r = 0; r < (PetscInt)split->rows.size(); r++) {
     if ((split->rows[r] < 0) != multipliers) continue;
-    const PetscReal s = factor ? factor[r] : 1.0;
-
     for (PetscInt k = part.mat ? part.ia[r] : 0, end = part.mat ? part.ia[r + 1] : 0; k < end; k++) {
       const PetscInt c = map[part.ja[k]];
 
       if (c >= 0) {
         j[n]   = c;
-        a[n++] = s * part.a[k];
-      } else few.add(Flip(c), s * part.a[k]);
+        a[n++] = part.a[k];
+      } else few.add(Flip(c), part.a[k]);
     }
     rows->i.push_back(n);
     few.endRow();
@@ -135,8 +143,8 @@ static void FillRows(const AinsworthCSR &part, const AinsworthSplit *split, int 
   rest->i = std::move(few.start);
 }
 
-/* AinsworthSplitFill - creates the blocks A, B, C, D, or A alone; factor: for each local row, NULL: 1. Collective */
-PetscErrorCode AinsworthSplitFill(Mat aij, const AinsworthSplit *split, int wanted, const PetscReal factor[], Mat block[])
+/* AinsworthSplitFill - creates the blocks A, B, C, D, or A alone. Collective */
+PetscErrorCode AinsworthSplitFill(Mat aij, const AinsworthSplit *split, int wanted, Mat block[])
 {
   Mat                            mat[2];
   const PetscInt                *ghosts;
@@ -150,11 +158,12 @@ PetscErrorCode AinsworthSplitFill(Mat aij, const AinsworthSplit *split, int want
 
     PetscCall(part.open(mat[p]));
     for (auto &r : rows[p]) r.reset(new AinsworthRows);
-    for (int k = 0; k < wanted; k += 2) FillRows(part, split, p, k > 0, factor, rows[p][k].get(), rows[p][k + 1].get());
+    for (int k = 0; k < wanted; k += 2) FillRows(part, split, p, k > 0, rows[p][k].get(), rows[p][k + 1].get());
     PetscCall(part.close());
   }
   for (int k = 0; k < wanted; k++)
-    PetscCall(AinsworthMatCreateFromRows(PetscObjectComm((PetscObject)aij), split->size[k % 2], std::move(rows[0][k]), std::move(rows[1][k]), &block[k]));
+    PetscCall(AinsworthMatCreateFromRows(PetscObjectComm((PetscObject)aij), split->size[k % 2], std::move(rows[0][k]),
+                                         std::move(rows[1][k]), &block[k]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -163,7 +172,7 @@ PetscErrorCode AinsworthSplitFill(Mat aij, const AinsworthSplit *split, int want
 
    The state of a block whose values have not changed stays the same, so that nothing that depends on it is recomputed.
 */
-PetscErrorCode AinsworthSplitRefill(Mat aij, const AinsworthSplit *split, int wanted, const PetscReal factor[], Mat block[])
+PetscErrorCode AinsworthSplitRefill(Mat aij, const AinsworthSplit *split, int wanted, Mat block[])
 {
   Mat             mat[2], parts[4][2];
   const PetscInt *ghosts;
@@ -182,7 +191,7 @@ PetscErrorCode AinsworthSplitRefill(Mat aij, const AinsworthSplit *split, int wa
     auto compare = [&](int k, PetscInt, PetscScalar v) {
       if (k < wanted && !changed[k] && *a[k]++ != v) changed[k] = 1;
     };
-    ForEntries(part[p], split->rows, split->cols[p], factor, compare);
+    ForEntries(part[p], split->rows, split->cols[p], compare);
     for (int k = 0; k < wanted && mat[p]; k++) PetscCall(MatSeqAIJRestoreArrayRead(parts[k][p], &start[k]));
   }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, changed, 4, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)aij)));
@@ -195,7 +204,7 @@ PetscErrorCode AinsworthSplitRefill(Mat aij, const AinsworthSplit *split, int wa
     auto fill = [&](int k, PetscInt, PetscScalar v) {
       if (changed[k]) *a[k]++ = v;
     };
-    if (changed[0] || changed[1] || changed[2] || changed[3]) ForEntries(part[p], split->rows, split->cols[p], factor, fill);
+    if (changed[0] || changed[1] || changed[2] || changed[3]) ForEntries(part[p], split->rows, split->cols[p], fill);
     for (int k = 0; k < wanted && mat[p]; k++)
       if (changed[k]) PetscCall(MatSeqAIJRestoreArrayWrite(parts[k][p], &start[k]));
     PetscCall(part[p].close());

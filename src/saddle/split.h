@@ -6,13 +6,13 @@
 
 /* Numbers within the fields: 0, 1, ... in the primal field, -1, -2, ... in the multiplier field */
 struct AinsworthSplit {
-  std::vector<PetscInt> rows;    /* of local rows */
-  std::vector<PetscInt> cols[2]; /* of local columns; of columns of other ranks, global */
+  std::vector<PetscInt> rows;         /* of local rows */
+  std::vector<PetscInt> cols[2];      /* of local columns; of columns of other ranks, global */
   PetscInt              size[2] = {}; /* local columns of each field */
 };
 
 PetscErrorCode AinsworthSplitCreate(Mat, const IS[2], const IS[2], std::shared_ptr<const AinsworthSplit> *);
-PetscErrorCode AinsworthSplitFill(Mat, const AinsworthSplit *, int, const PetscReal[], Mat[]);
-PetscErrorCode AinsworthSplitRefill(Mat, const AinsworthSplit *, int, const PetscReal[], Mat[]);
+PetscErrorCode AinsworthSplitFill(Mat, const AinsworthSplit *, int, Mat[]);
+PetscErrorCode AinsworthSplitRefill(Mat, const AinsworthSplit *, int, Mat[]);
 
 #endif

@@ -9,7 +9,10 @@ uint64_t AinsworthMixState(uint64_t state, uint64_t number)
   return state ^ (state >> 32);
 }
 
-/* Mixes the ids and states of M and of its parts into a state; ids, because addresses may be reused. A view is represented by the matrix that it shows */
+/*
+   Mixes the ids and states of M and of its parts into a state; ids, because addresses may be reused. A view is
+   represented by the matrix that it shows
+*/
 static PetscErrorCode AddState(Mat M, uint64_t *state)
 {
   Mat              part;
@@ -58,8 +61,8 @@ static PetscErrorCode AddState(Mat M, uint64_t *state)
 /*
    AinsworthMatGetState - computes one number for M, its state and everything that it is made of; 0 if M is NULL
 
-   PETSc does not tell a matrix that one of its parts has changed in place. If this happened since the last call, the state of M is increased here, so that
-   everything cached with M (norm, symmetry, levels of multigrid) is recomputed.
+   PETSc does not tell a matrix that one of its parts has changed in place. If this happened since the last call, the
+   state of M is increased here, so that everything cached with M (norm, symmetry, levels of multigrid) is recomputed.
 */
 PetscErrorCode AinsworthMatGetState(Mat M, uint64_t *state)
 {

@@ -1,4 +1,7 @@
-/* Sums of AIJ matrices in one pass over their rows; MatAXPY() inserts entries one by one, which took a third of the time for M_* */
+/*
+   Sums of AIJ matrices in one pass over their rows; MatAXPY() inserts entries one by one, which took a third of the
+   time for M_*
+*/
 #include "saddle.h"
 #include "../base/csr.h"
 #include "../base/objects.h"
@@ -28,7 +31,9 @@ static PetscErrorCode Sum(const std::vector<Term> &terms, PetscInt n, AinsworthR
   rows->reserve(most); /* an upper bound, as patterns overlap; untouched memory is not resident */
   rows->i.reserve(n + 1);
   for (PetscInt r = 0; r < n; r++) {
-    const auto look = [&](size_t t) { column[t] = at[t] < terms[t].start(r + 1) ? terms[t].column(at[t]) : PETSC_MAX_INT; };
+    const auto look = [&](size_t t) {
+      column[t] = at[t] < terms[t].start(r + 1) ? terms[t].column(at[t]) : PETSC_MAX_INT;
+    };
 
     for (size_t t = 0; t < count; t++) look(t);
     for (PetscInt first; (first = *std::min_element(column.begin(), column.end())) < PETSC_MAX_INT; next++) {
@@ -48,7 +53,10 @@ static PetscErrorCode Sum(const std::vector<Term> &terms, PetscInt n, AinsworthR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthAddAIJ - computes *Y += scale times the sum of X, AIJ matrices with any patterns, some of which may be NULL. Collective */
+/*
+   AinsworthAddAIJ - computes *Y += scale times the sum of X, AIJ matrices with any patterns, some of which may be NULL.
+   Collective
+*/
 PetscErrorCode AinsworthAddAIJ(PetscScalar scale, const std::vector<Mat> &X, Mat *Y)
 {
   MPI_Comm                       comm = PetscObjectComm((PetscObject)*Y);
@@ -85,7 +93,9 @@ PetscErrorCode AinsworthAddAIJ(PetscScalar scale, const std::vector<Mat> &X, Mat
   }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, entries, 2, MPIU_INT64, MPI_MAX, comm));
   PetscCheck(PetscMax(entries[0], entries[1]) <= (PetscInt64)PETSC_MAX_INT, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "A sum of matrices has %" PetscInt64_FMT " entries on one rank: use more ranks, or PETSc with 64-bit indices", PetscMax(entries[0], entries[1]));
+             "A sum of matrices has %" PetscInt64_FMT
+             " entries on one rank: use more ranks, or PETSc with 64-bit indices",
+             PetscMax(entries[0], entries[1]));
   PetscCall(AinsworthMatCreateFromRows(comm, n, std::move(rows[0]), std::move(rows[1]), &sum));
   PetscCall(MatGetType(*Y, &type));
   PetscCall(MatConvert(sum, type, MAT_INPLACE_MATRIX, &sum)); /* may be a device type */
@@ -97,7 +107,10 @@ PetscErrorCode AinsworthAddAIJ(PetscScalar scale, const std::vector<Mat> &X, Mat
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds explicit zeros where only the transpose of an AIJ matrix has entries: components, orderings and packages assume a symmetric pattern. Collective */
+/*
+   Adds explicit zeros where only the transpose of an AIJ matrix has entries: components, orderings and packages assume
+   a symmetric pattern. Collective
+*/
 PetscErrorCode AinsworthMakePatternSymmetric(Mat *M)
 {
   Mat transposed;
@@ -110,43 +123,30 @@ PetscErrorCode AinsworthMakePatternSymmetric(Mat *M)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the local rows of an AIJ matrix that do not store their diagonal entry, and makes them the diagonal of zeros */
-static PetscErrorCode FindMissing(Mat M, AinsworthEntries *zeros, PetscInt *missing)
-{
-  Mat             part[2];
-  const PetscInt *ghosts;
-  PetscInt        nghosts, rstart;
-  AinsworthCSR    own;
-
-  PetscFunctionBegin;
-  *missing = 0;
-  PetscCall(MatGetOwnershipRange(M, &rstart, NULL));
-  PetscCall(AinsworthAIJGetParts(M, part, &ghosts, &nghosts));
-  PetscCall(own.open(part[0]));
-  for (PetscInt r = 0; r < own.n; r++) {
-    if (!std::binary_search(own.ja + own.ia[r], own.ja + own.ia[r + 1], r)) {
-      zeros->add(rstart + r, 0.0);
-      ++*missing;
-    }
-    zeros->endRow();
-  }
-  PetscCall(own.close());
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
-   AinsworthStoreDiagonal - adds explicit zeros where a square AIJ matrix stores no diagonal entry, to a copy. Collective
+   AinsworthStoreDiagonal - adds explicit zeros where a square AIJ matrix stores no diagonal entry, to a copy.
+   Collective
 
    PETSc's shifts, factorizations and relaxations raise an error without one, on the ranks that miss one only
 */
 PetscErrorCode AinsworthStoreDiagonal(Mat *M)
 {
   AinsworthEntries entries;
-  PetscInt         missing, n;
-  Mat              given, zeros;
+  AinsworthCSR     own;
+  const PetscInt  *ghosts;
+  PetscInt         missing = 0, rstart, n;
+  Mat              given, zeros, part[2];
 
   PetscFunctionBegin;
-  PetscCall(FindMissing(*M, &entries, &missing));
+  PetscCall(MatGetOwnershipRange(*M, &rstart, NULL));
+  PetscCall(AinsworthAIJGetParts(*M, part, &ghosts, &n));
+  PetscCall(own.open(part[0]));
+  for (PetscInt r = 0; r < own.n; r++) {
+    missing += !std::binary_search(own.ja + own.ia[r], own.ja + own.ia[r + 1], r);
+    entries.add(rstart + r, 0.0);
+    entries.endRow();
+  }
+  PetscCall(own.close());
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &missing, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)*M)));
   if (!missing) PetscFunctionReturn(PETSC_SUCCESS); /* the usual case */
   PetscCall(AinsworthShare(*M, &given));

@@ -3,51 +3,36 @@
 #include "../base/loops.h"
 #include <algorithm>
 
-/* Finds the smallest (or largest) value of all ranks and its place; place is -1 if no rank has one. Collective */
-static PetscErrorCode AgreeOnPlace(MPI_Comm comm, bool largest, PetscReal *value, PetscInt *place)
-{
-  PetscReal best = *place < 0 ? PETSC_MAX_REAL : largest ? -*value : *value, mine = best;
-  PetscFunctionBegin;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &best, 1, MPIU_REAL, MPIU_MIN, comm));
-  if (mine != best) *place = -1;
-  PetscCall(AinsworthAgreeOnFirst(comm, place));
-  *value = *place < 0 ? 0.0 : largest ? -best : best;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Summarizes the signs and absolute values of the entries of a vector. Collective */
 static PetscErrorCode SurveyVec(Vec v, AinsworthSurvey *survey)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)v);
-  PetscInt start, count[3] = {0, 0, 0};
+  PetscInt start, place, count[3] = {0, 0, 0};
+  Vec      sizes;
 
   PetscFunctionBegin;
   *survey = AinsworthSurvey();
   PetscCall(VecGetOwnershipRange(v, &start, NULL));
-  PetscCall(AinsworthForEntries({v}, [&](PetscInt i, PetscScalar a) {
-    const PetscReal size = PetscAbsScalar(a);
-
+  PetscCall(VecDuplicate(v, &sizes));
+  PetscCall(AinsworthUpdate(sizes, {v}, [&](PetscInt i, PetscScalar &size, PetscScalar a) {
+    size = PetscAbsScalar(a) > 0.0 ? PetscAbsScalar(a) : 0.0;
     count[0] += PetscRealPart(a) > 0.0;
     count[1] += PetscRealPart(a) < 0.0;
-    count[2] += size == 0.0;
+    count[2] += a == 0.0;
     if (PetscRealPart(a) < 0.0 && survey->firstNegative < 0) survey->firstNegative = start + i;
-    if (size == 0.0 && survey->firstZero < 0) survey->firstZero = start + i;
-    if (!(size > 0.0)) return;
-    if (survey->leastRow < 0 || size < survey->least) {
-      survey->least    = size;
-      survey->leastRow = start + i;
-    }
-    if (survey->mostRow < 0 || size > survey->most) {
-      survey->most    = size;
-      survey->mostRow = start + i;
-    }
+    if (a == 0.0 && survey->firstZero < 0) survey->firstZero = start + i;
   }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 3, MPIU_INT, MPI_SUM, comm));
   survey->positive = count[0];
   survey->negative = count[1];
   survey->zero     = count[2];
-  PetscCall(AgreeOnPlace(comm, false, &survey->least, &survey->leastRow));
-  PetscCall(AgreeOnPlace(comm, true, &survey->most, &survey->mostRow));
+  PetscCall(VecMax(sizes, &place, &survey->most));
+  if (survey->most > 0.0) {
+    survey->mostRow = place;
+    PetscCall(AinsworthUpdate(sizes, [](PetscInt, PetscScalar &size) { size = size == 0.0 ? PETSC_INFINITY : size; }));
+    PetscCall(VecMin(sizes, &survey->leastRow, &survey->least));
+  } else survey->most = 0.0;
+  PetscCall(VecDestroy(&sizes));
   PetscCall(AinsworthAgreeOnFirst(comm, &survey->firstNegative));
   PetscCall(AinsworthAgreeOnFirst(comm, &survey->firstZero));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -67,38 +52,35 @@ PetscErrorCode AinsworthSurveyDiagonal(Mat M, AinsworthSurvey *survey)
 /* Summarizes the norms of the rows of an AIJ matrix, and finds the row with the most entries. Collective */
 PetscErrorCode AinsworthSurveyRows(Mat M, AinsworthSurvey *norms, PetscInt *longest, PetscInt *row)
 {
-  Vec       sums;
-  PetscReal most = 0.0;
+  Vec          sums;
+  PetscScalar *length;
+  PetscReal    most;
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(M, NULL, &sums));
   PetscCall(AinsworthRowSums(M, 2, sums));
   PetscCall(VecSqrtAbs(sums));
   PetscCall(SurveyVec(sums, norms));
+  PetscCall(VecGetArrayWrite(sums, &length));
+  PetscCall(AinsworthForRows(M, [=](const AinsworthMatRow &r) { length[r.local] = (PetscReal)r.n; }));
+  PetscCall(VecRestoreArrayWrite(sums, &length));
+  PetscCall(VecMax(sums, row, &most));
   PetscCall(VecDestroy(&sums));
-  *row = -1;
-  PetscCall(AinsworthForRows(M, [&](const AinsworthMatRow &r) {
-    if (*row >= 0 && (PetscReal)r.n <= most) return;
-    most = (PetscReal)r.n;
-    *row = r.number;
-  }));
-  PetscCall(AgreeOnPlace(PetscObjectComm((PetscObject)M), true, &most, row));
-  *longest = (PetscInt)most;
+  *longest = (PetscInt)PetscMax(most, 0.0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Finds the column with the most entries. Collective */
 PetscErrorCode AinsworthSurveyColumns(Mat M, PetscInt *most, PetscInt *column)
 {
-  Vec             counts;
-  AinsworthSurvey survey;
+  Vec       counts;
+  PetscReal largest;
 
   PetscFunctionBegin;
   PetscCall(AinsworthCountRows(M, 0, &counts));
-  PetscCall(SurveyVec(counts, &survey));
+  PetscCall(VecMax(counts, column, &largest));
   PetscCall(VecDestroy(&counts));
-  *most   = (PetscInt)survey.most;
-  *column = survey.mostRow;
+  *most = (PetscInt)PetscMax(largest, 0.0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -123,72 +105,66 @@ PetscErrorCode AinsworthSurveyLoose(Mat A, Mat B, PetscInt *loose, PetscInt *fir
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Absolute values of the local entries of a vector and of those in the off-process columns of a matrix, which are ascending */
-namespace
-{
-struct Neighbors {
-  PetscInt               start = 0, n = 0;
-  const PetscInt        *ghosts = nullptr;
-  std::vector<PetscReal> own, others;
-
-  PetscErrorCode open(Mat M, Vec v);
-  PetscReal      operator[](PetscInt column) const
-  {
-    if (column >= start && column < start + (PetscInt)own.size()) return own[column - start];
-    return others[std::lower_bound(ghosts, ghosts + n, column) - ghosts];
-  }
-};
-
-PetscErrorCode Neighbors::open(Mat M, Vec v)
-{
-  Vec ghosted;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetOwnershipRange(v, &start, NULL));
-  PetscCall(AinsworthForEntries({v}, [this](PetscInt, PetscScalar a) { own.push_back(PetscAbsScalar(a)); }));
-  PetscCall(MatGetGhosts(M, &n, &ghosts));
-  PetscCall(AinsworthVecGather(v, n, ghosts, &ghosted));
-  PetscCall(AinsworthForEntries({ghosted}, [this](PetscInt, PetscScalar a) { others.push_back(PetscAbsScalar(a)); }));
-  PetscCall(VecDestroy(&ghosted));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-} // namespace
-
 /*
-   Finds the largest jump of the diagonal between unknowns coupled by an entry of A that matters for the smaller one. Collective
+   Finds the largest jump of the diagonal between unknowns coupled by an entry of A that matters for the smaller one.
+   Collective
 
    bs: compares only unknowns of the same component.
 */
 PetscErrorCode AinsworthSurveyJump(Mat A, PetscInt bs, AinsworthJump *jump)
 {
   static const PetscReal felt = 1e-3;
-  Vec                    diagonal;
-  Neighbors              d;
-  PetscInt               mine;
+  Mat                    part[2];
+  Vec                    d[2] = {}, largest; /* diagonal entries of own columns, and of those of other ranks */
+  const PetscInt        *ghosts;
+  PetscInt               n, start, end;
+  PetscScalar           *most;
 
   PetscFunctionBegin;
   *jump = AinsworthJump();
-  PetscCall(AinsworthCreateDiagonal(A, &diagonal));
-  PetscCall(d.open(A, diagonal));
-  PetscCall(VecDestroy(&diagonal));
-  PetscCall(AinsworthForRows(A, [&](const AinsworthMatRow &row) {
-    for (PetscInt k = 0; k < row.n; k++) {
-      const PetscInt  i = row.number, j = row.j[k];
-      const PetscReal low = PetscMin(d[i], d[j]), high = PetscMax(d[i], d[j]);
+  PetscCall(AinsworthCreateDiagonal(A, &d[0]));
+  PetscCall(VecAbs(d[0]));
+  PetscCall(AinsworthAIJGetParts(A, part, &ghosts, &n));
+  if (part[1]) PetscCall(AinsworthVecGather(d[0], n, ghosts, &d[1]));
+  PetscCall(VecGetOwnershipRange(d[0], &start, &end));
+  std::vector<PetscInt> cols(end - start, -1);
 
-      if (j == i || (j - i) % bs || low == 0.0 || PetscAbsScalar(row.a[k]) < felt * low || high <= jump->quotient * low) continue;
-      *jump = {high / low, i, j};
+  PetscCall(VecDuplicate(d[0], &largest));
+  PetscCall(VecGetArray(largest, &most));
+  for (int p = 0; p < 2 && part[p]; p++) {
+    const PetscScalar *own, *others;
+    AinsworthCSR       csr;
+
+    PetscCall(csr.open(part[p]));
+    PetscCall(VecGetArrayRead(d[0], &own));
+    PetscCall(VecGetArrayRead(d[p], &others));
+    for (PetscInt r = 0; r < csr.n; r++) {
+      for (PetscInt k = csr.ia[r]; k < csr.ia[r + 1]; k++) {
+        const PetscInt  i = start + r, j = p ? ghosts[csr.ja[k]] : start + csr.ja[k];
+        const PetscReal a = PetscRealPart(own[r]), b = PetscRealPart(others[csr.ja[k]]);
+        const PetscReal low = PetscMin(a, b), high = PetscMax(a, b), known = PetscMax(1.0, PetscRealPart(most[r]));
+
+        if (j == i || (j - i) % bs || low == 0.0 || high <= known * low) continue;
+        if (PetscAbsScalar(csr.a[k]) < felt * low) continue;
+        most[r] = high / low;
+        cols[r] = j;
+      }
     }
-  }));
-  mine = jump->row;
-  PetscCall(AgreeOnPlace(PetscObjectComm((PetscObject)A), true, &jump->quotient, &jump->row));
-  if (mine != jump->row) jump->col = -1;
+    PetscCall(VecRestoreArrayRead(d[p], &others));
+    PetscCall(VecRestoreArrayRead(d[0], &own));
+    PetscCall(csr.close());
+  }
+  PetscCall(VecRestoreArray(largest, &most));
+  PetscCall(VecMax(largest, &jump->row, &jump->quotient));
+  if (jump->row >= start && jump->row < end) jump->col = cols[jump->row - start];
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &jump->col, 1, MPIU_INT, MPI_MAX, PetscObjectComm((PetscObject)A)));
+  for (Vec *v : {&d[0], &d[1], &largest}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Returns the real part of y' z for two sparse rows with ascending columns */
-static PetscReal Dot(PetscInt n, const PetscInt columns[], const PetscScalar y[], PetscInt m, const PetscInt others[], const PetscScalar z[])
+static PetscReal Dot(PetscInt n, const PetscInt columns[], const PetscScalar y[], PetscInt m, const PetscInt others[],
+                     const PetscScalar z[])
 {
   PetscReal sum = 0.0;
 
@@ -203,7 +179,8 @@ static PetscReal Dot(PetscInt n, const PetscInt columns[], const PetscScalar y[]
 /*
    AinsworthSurveyPenalty - tells whether A has penalty terms beta C'C for most rows of C. Collective
 
-   If A is beta c c' on the p unknowns of a row c, and W = diag(A)^{-1}, then c'W A W c is p times c'W c; without such terms it is far smaller.
+   If A is beta c c' on the p unknowns of a row c, and W = diag(A)^{-1}, then c'W A W c is p times c'W c; without such
+   terms it is far smaller.
 */
 PetscErrorCode AinsworthSurveyPenalty(Mat A, Mat C, PetscBool *penalty)
 {

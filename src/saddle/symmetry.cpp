@@ -2,43 +2,10 @@
 #include "../base/loops.h"
 #include "../base/objects.h"
 
-/* Reports a common reason for a non-symmetric A through PetscInfo(): Dirichlet rows turned into identity rows, with their columns left in place. Collective */
-static PetscErrorCode ExplainAsymmetry(Mat A)
-{
-  PetscBool    has, listens;      /* listens: some rank prints PetscInfo() of matrices */
-  PetscInt     found[2] = {0, 0}; /* diagonal rows, and rows with entries in their columns */
-  Vec          v, y;
-  PetscScalar *one;
-
-  PetscFunctionBegin;
-  PetscCall(PetscInfoEnabled(MAT_CLASSID, &listens));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &listens, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)A)));
-  PetscCall(MatHasOperation(A, MATOP_GET_ROW, &has));
-  if (!listens || !has) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(A, &v, &y));
-  PetscCall(VecGetArrayWrite(v, &one));
-  PetscCall(AinsworthForRows(A, [&](const AinsworthMatRow &row) {
-    PetscInt others = 0;
-
-    for (PetscInt k = 0; k < row.n; k++) others += row.j[k] != row.number && row.a[k] != 0.0;
-    one[row.local] = others ? 0.0 : 1.0;
-    found[0] += !others;
-  }));
-  PetscCall(VecRestoreArrayWrite(v, &one));
-  PetscCall(MatMult(A, v, y));
-  PetscCall(AinsworthForEntries({v, y}, [&](PetscInt, PetscScalar mask, PetscScalar product) { found[1] += mask == 0.0 && product != 0.0; }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, found, 2, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
-  if (found[1])
-    PetscCall(PetscInfo(A,
-                        "%" PetscInt_FMT " rows of A hold nothing but their diagonal, while %" PetscInt_FMT
-                        " other rows have entries in the columns of these: if they are Dirichlet conditions, MatZeroRowsColumns() keeps A symmetric\n",
-                        found[0], found[1]));
-  PetscCall(VecDestroy(&v));
-  PetscCall(VecDestroy(&y));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Finds the largest |Av - Atv| of a row relative to the larger of both and to its diagonal entry, so that rows of different stiffness are judged separately */
+/*
+   Finds the largest |Av - Atv| of a row relative to the larger of both and to its diagonal entry, so that rows of
+   different stiffness are judged separately
+*/
 static PetscErrorCode LargestDifference(Mat A, Vec Av, Vec Atv, PetscReal *largest)
 {
   Vec diagonal;
@@ -50,7 +17,8 @@ static PetscErrorCode LargestDifference(Mat A, Vec Av, Vec Atv, PetscReal *large
   PetscCall(AinsworthForEntries({Av, Atv, diagonal}, [=](PetscInt, PetscScalar a, PetscScalar b, PetscScalar d) {
     const PetscReal size = PetscMax(PetscMax(PetscAbsScalar(a), PetscAbsScalar(b)), PetscAbsScalar(d));
 
-    if (a != b) *largest = PetscMax(*largest, AinsworthQuotient(PetscAbsScalar(a - b), size)); /* also for numbers that overflow */
+    /* also for numbers that overflow */
+    if (a != b) *largest = PetscMax(*largest, AinsworthQuotient(PetscAbsScalar(a - b), size));
   }));
   PetscCall(VecDestroy(&diagonal));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)A)));
@@ -58,9 +26,11 @@ static PetscErrorCode LargestDifference(Mat A, Vec Av, Vec Atv, PetscReal *large
 }
 
 /*
-   AinsworthProbeSymmetry - tells whether A = A': as the program declared, otherwise by comparing A v with A' v for a random v. Collective
+   AinsworthProbeSymmetry - tells whether A = A': as the program declared, otherwise by comparing A v with A' v for a
+   random v. Collective
 
-   Rows are compared one by one, so that rows of a soft body count as much as those of a stiff one and nothing underflows.
+   Rows are compared one by one, so that rows of a soft body count as much as those of a stiff one and nothing
+   underflows.
 */
 PetscErrorCode AinsworthProbeSymmetry(Mat A, PetscBool *symmetric)
 {
@@ -70,7 +40,8 @@ PetscErrorCode AinsworthProbeSymmetry(Mat A, PetscBool *symmetric)
   PetscReal         difference;
 
   PetscFunctionBegin;
-  PetscCall(PetscDefined(USE_COMPLEX) ? MatIsHermitianKnown(A, &known, symmetric) : MatIsSymmetricKnown(A, &known, symmetric));
+  PetscCall(PetscDefined(USE_COMPLEX) ? MatIsHermitianKnown(A, &known, symmetric)
+                                      : MatIsSymmetricKnown(A, &known, symmetric));
   if (known) PetscFunctionReturn(PETSC_SUCCESS);
   /* the result is cached with A until its values change */
   *symmetric = PETSC_FALSE;
@@ -86,9 +57,8 @@ PetscErrorCode AinsworthProbeSymmetry(Mat A, PetscBool *symmetric)
   PetscCall(LargestDifference(A, Av, Atv, &difference));
   *symmetric = (PetscBool)(difference <= 1e-10);
   PetscCall(AinsworthRemember((PetscObject)A, name, *symmetric));
-  if (!*symmetric) PetscCall(ExplainAsymmetry(A));
-  PetscCall(
-    PetscInfo(A, "A is %s: a row of A v and A' v differs by %g of itself for a random v\n", *symmetric ? "symmetric" : "not symmetric", (double)difference));
+  PetscCall(PetscInfo(A, "A is %s: a row of A v and A' v differs by %g of itself for a random v\n",
+                      *symmetric ? "symmetric" : "not symmetric", (double)difference));
   PetscCall(VecDestroy(&v));
   PetscCall(VecDestroy(&Av));
   PetscCall(VecDestroy(&Atv));

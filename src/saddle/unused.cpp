@@ -1,4 +1,7 @@
-/* Unknowns that are in no equation, and equations without an unknown: whatever the values of the others, such a system is singular */
+/*
+   Unknowns that are in no equation, and equations without an unknown: whatever the values of the others, such a system
+   is singular
+*/
 #include "saddle.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
@@ -13,7 +16,10 @@ static PetscErrorCode CountMarked(Mat A, const std::vector<bool> &marked, PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Unmarks entries where the column of a matrix, AIJ, has a nonzero entry, or with `rows` its row; does nothing if none are marked. Collective */
+/*
+   Unmarks entries where the column of a matrix, AIJ, has a nonzero entry, or with `rows` its row; does nothing if none
+   are marked. Collective
+*/
 static PetscErrorCode UnmarkUsed(Mat A, bool rows, std::vector<bool> *marked)
 {
   Vec      in, out;
@@ -33,19 +39,24 @@ static PetscErrorCode UnmarkUsed(Mat A, bool rows, std::vector<bool> *marked)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Unmarks unknowns that the program has declared free: their unit vectors are in a null space attached to its matrix. Collective */
+/*
+   Unmarks unknowns that the program has declared free: their unit vectors are in a null space attached to its matrix.
+   Collective
+*/
 static PetscErrorCode UnmarkDeclared(const AinsworthSaddle *sp, std::vector<bool> *marked)
 {
-  MatNullSpace           common;
-  PetscInt               n;
-  const Vec             *v;
-  std::vector<PetscReal> part(marked->size(), 0.0); /* squared length of the part of each unit vector in the null space */
+  MatNullSpace common;
+  PetscInt     n;
+  const Vec   *v;
+  /* squared length of the part of each unit vector in the null space */
+  std::vector<PetscReal> part(marked->size(), 0.0);
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleCreateNullSpace(sp, &common));
   if (!common) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNullSpaceGetVecs(common, NULL, &n, &v));
-  for (PetscInt k = 0; k < n; k++) PetscCall(AinsworthForEntries({v[k]}, [&](PetscInt i, PetscScalar a) { part[i] += PetscSqr(PetscAbsScalar(a)); }));
+  for (PetscInt k = 0; k < n; k++)
+    PetscCall(AinsworthForEntries({v[k]}, [&](PetscInt i, PetscScalar a) { part[i] += PetscSqr(PetscAbsScalar(a)); }));
   PetscCall(MatNullSpaceDestroy(&common));
   for (size_t i = 0; i < part.size(); i++)
     if (part[i] >= 1.0 - PETSC_SQRT_MACHINE_EPSILON) (*marked)[i] = false;
@@ -53,11 +64,14 @@ static PetscErrorCode UnmarkDeclared(const AinsworthSaddle *sp, std::vector<bool
 }
 
 /*
-   AinsworthSaddleNameUnused - lists the unknowns of the primal field that are in no equation or, if there are none, its equations without an unknown. Collective
+   AinsworthSaddleNameUnused - lists the unknowns of the primal field that are in no equation or, if there are none, its
+   equations without an unknown. Collective
 
-   Only those with a zero on the diagonal of A are looked at, which a set-up knows already. Unknowns in a null space that the program attached are not listed.
+   Only those with a zero on the diagonal of A are looked at, which a set-up knows already. Unknowns in a null space
+   that the program attached are not listed.
 */
-PetscErrorCode AinsworthSaddleNameUnused(const AinsworthSaddle *sp, PetscBool symmetric, char unknowns[], char equations[], size_t len)
+PetscErrorCode AinsworthSaddleNameUnused(const AinsworthSaddle *sp, PetscBool symmetric, char unknowns[],
+                                         char equations[], size_t len)
 {
   Mat               opaque, A;
   Vec               diagonal;

@@ -209,7 +209,7 @@ static PetscErrorCode InfoText(const std::function<PetscErrorCode()> &action, st
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A Dirichlet condition whose row became that of the identity while its column stayed: explained, and solved by a method for a non-symmetric A */
+/* A Dirichlet condition whose row became that of the identity while its column stayed: A is not symmetric */
 static PetscErrorCode OneSided(bool gmres, bool crossed)
 {
   Options     options(std::string("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12") + (gmres ? " -ainsworth_ksp_type gmres" : ""));
@@ -224,8 +224,6 @@ static PetscErrorCode OneSided(bool gmres, bool crossed)
   d.A(4, 4) = 1.0;
   PetscCall(RunCreate(d, crossed, &run));
   PetscCall(InfoText([&]() { return RunSolve(&run); }, text));
-  PetscCall(
-    CheckText("PetscInfo", text, {"1 rows of A hold nothing but their diagonal, while 2 other rows have entries in the columns", "MatZeroRowsColumns()"}));
   if (gmres || run.reason > 0) {
     SolveSaddle(d, x, lambda);
     PetscCall(CheckEqual("x", run.x, x, 1e-8));

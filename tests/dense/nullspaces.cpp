@@ -78,7 +78,7 @@ static PetscErrorCode MultipliersFirst(Mat A, Mat Ct, Mat C, Vec one, Mat *nest)
   PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, is, 2, is, blocks, nest));
   PetscCall(MatCreateVecs(C, NULL, &part[1]));
   PetscCall(VecSet(part[1], 0.0));
-  PetscCall(VecCreateNest(PETSC_COMM_WORLD, 2, NULL, part, &v));
+  PetscCall(VecCreateNest(PETSC_COMM_WORLD, 2, is, part, &v));
   PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, 1, &v, &nullsp));
   PetscCall(MatSetNullSpace(*nest, nullsp));
   PetscCall(MatNullSpaceDestroy(&nullsp));
