@@ -113,12 +113,12 @@ struct AinsworthEscape {
    (escape.cpp)
 */
 struct AinsworthWatch {
-  struct AinsworthSolver *solver = NULL;
-  /* AINSWORTH_END_DEAR if it was ended */
-  AinsworthEnd end                                                                    = {};
-  void        *test                                                                   = NULL;
+  struct AinsworthSolver *solver  = NULL;
+  AinsworthEnd            end     = {}; /* AINSWORTH_END_DEAR if it was ended */
+  void                   *test    = NULL;
+  AinsworthTestDestroyFn *destroy = NULL;
+
   PetscErrorCode (*converged)(KSP, PetscInt, PetscReal, KSPConvergedReason *, void *) = NULL;
-  AinsworthTestDestroyFn *destroy                                                     = NULL;
 };
 
 /* Each part is made from those before it */
@@ -134,11 +134,11 @@ struct AinsworthSolver {
 };
 
 /* Returns the prefix of the options of the inner solver */
-static inline const char *AinsworthSolverPrefix(const AinsworthSolver *data)
+static inline const char *AinsworthSolverPrefix(const AinsworthSolver *solver)
 {
   const char *prefix;
 
-  (void)KSPGetOptionsPrefix(data->inner.ksp, &prefix);
+  (void)KSPGetOptionsPrefix(solver->inner.ksp, &prefix);
   return prefix;
 }
 
@@ -156,6 +156,7 @@ static inline PetscReal AinsworthFactorBytes(const AinsworthCost *cost)
 {
   return cost->entries <= (PetscReal)PETSC_MAX_INT ? cost->entries * (PetscReal)sizeof(PetscScalar) : PETSC_INFINITY;
 }
+
 /* facts.cpp: what the plan goes by */
 PETSC_INTERN PCType         AinsworthSolverInnerType(const AinsworthSolver *, AinsworthPreconditioner);
 PETSC_INTERN PetscErrorCode AinsworthSolverPlan(PC, const AinsworthSolver *, AinsworthPlan *);

@@ -54,14 +54,14 @@ struct PCAinsworthGiven {
 
 /* The factor of the whole system (pcladder.cpp) */
 struct PCAinsworthWhole {
-  AinsworthWhole *factor = NULL; /* NULL as long as the reduced system is solved */
-  char            why[512];      /* why it was made */
+  AinsworthWhole *factor   = NULL; /* NULL as long as the reduced system is solved */
+  char            why[512] = {};   /* why it was made */
 };
 
 /* How the last set-up or solve ended */
 struct PCAinsworthOutcome {
-  char      why[512];             /* why it failed; empty if it did not */
-  PetscBool usable = PETSC_FALSE; /* the result is usable by an outer method */
+  char      why[512] = {};          /* why it failed; empty if it did not */
+  PetscBool usable   = PETSC_FALSE; /* the result is usable by an outer method */
   /* largest terms of each row of C x in all solves, if rows are dependent: later residuals contain their rounding */
   Vec terms = NULL;
 };
