@@ -8,8 +8,6 @@
 #include "../diagnose/diagnose.h"
 #include "../inner/solver.h"
 
-struct Mat_Ainsworth;
-
 /* Verdict of the program's own system on a solution */
 typedef enum {
   AINSWORTH_VERDICT_MET,

@@ -215,6 +215,9 @@ static PetscErrorCode CheckNear(bool uneven, bool whole)
     PetscCall(ViewText(s.ksp, text));
     /* the condition number is 2e14, which factors spread over ranks may be too inaccurate for; rounding of g moves x by 7e6 times as much */
     if (whole && size == 1 && !PetscDefined(USE_COMPLEX)) PetscCall(CheckInt("reason", reason, KSP_CONVERGED_ITS));
+    /* on some numbers of ranks the reduced solve ends with the right x */
+    if (!whole && size == 1) PetscCall(CheckInt("reason", reason, KSP_DIVERGED_PC_FAILED));
+    if (whole && size == 1) PetscCall(CheckText("view", text, {"the whole system is factored"}));
     if (reason > 0) PetscCall(CheckEqual("x", x, y.head(24).cast<PetscScalar>(), 1e-7));
     else PetscCall(CheckText("view", text, {"last failure"}));
   }
