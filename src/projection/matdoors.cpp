@@ -176,7 +176,7 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* MatAinsworthComplete_Private - computes x with C x - D lambda = g, for some lambda, from the reduced solution. Collective */
+/* MatAinsworthComplete_Private - computes x, with C x - D lambda = g, from the reduced solution. Collective */
 PetscErrorCode MatAinsworthComplete_Private(Mat mat, Vec g, Vec x)
 {
   Mat_Ainsworth *ctx;
