@@ -4,6 +4,55 @@
 
 #include "petsccompat.h"
 #include <memory>
+#include <utility>
+
+/* A reference to a PETSc object, given up together with the value that holds it; NULL if it holds none */
+template <typename Object>
+class AinsworthRef {
+public:
+  AinsworthRef() = default;
+  AinsworthRef(const AinsworthRef &from) : object(from.object) { (void)PetscObjectReference((PetscObject)object); }
+  AinsworthRef(AinsworthRef &&from) noexcept : object(from.object) { from.object = NULL; }
+  ~AinsworthRef() { (void)PetscObjectDestroy((PetscObject *)&object); }
+  AinsworthRef &operator=(AinsworthRef from) noexcept
+  {
+    std::swap(object, from.object);
+    return *this;
+  }
+           operator Object() const { return object; }
+  explicit operator PetscObject() const { return (PetscObject)object; }
+
+  /* Gives up the object, and returns where a function puts a new one */
+  Object *out()
+  {
+    (void)PetscObjectDestroy((PetscObject *)&object);
+    return &object;
+  }
+
+private:
+  Object object = NULL;
+};
+
+/* Holds an object with a reference of its own */
+template <typename Object>
+static inline AinsworthRef<Object> AinsworthRetain(Object object)
+{
+  AinsworthRef<Object> ref;
+
+  (void)PetscObjectReference((PetscObject)object);
+  *ref.out() = object;
+  return ref;
+}
+
+/* Holds an object that the caller gives away */
+template <typename Object>
+static inline AinsworthRef<Object> AinsworthOwn(Object object)
+{
+  AinsworthRef<Object> ref;
+
+  *ref.out() = object;
+  return ref;
+}
 
 /* Sets *to = from and adds a reference; what *to pointed to before is not destroyed */
 template <typename Object>

@@ -87,7 +87,7 @@ static PetscErrorCode DiagnoseA(const AinsworthSaddle *sp, Mat A, PetscBool symm
       " entries of the diagonal of A are negative, the first in row %" PetscInt_FMT
       ": A is not positive definite; is its sign that of the other blocks, are its values those that were meant?",
       diagonal.negative, diagonal.negative + diagonal.positive + diagonal.zero, diagonal.firstNegative);
-  PetscCall(AinsworthSurveyLoose(A, sp->rowsB, &loose, &first));
+  PetscCall(AinsworthSurveyLoose(A, sp->all.B, &loose, &first));
   if (loose)
     AinsworthDiagnosisAdd(
       d, AINSWORTH_FATAL, "loose_unknowns", AinsworthJSON(loose),
@@ -110,10 +110,10 @@ static PetscErrorCode DiagnoseStiffness(const AinsworthSolver *solver, Mat A, Ai
   PetscBool     penalty = PETSC_FALSE;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSurveyJump(A, solver->saddle.bs, &jump));
+  PetscCall(AinsworthSurveyJump(A, solver->saddle->bs, &jump));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "A_jump", AinsworthJSON(jump.quotient),
                         "diagonal of A: neighbors differ by up to a factor of %.3g", (double)jump.quotient);
-  PetscCall(AinsworthSurveyPenalty(A, solver->saddle.C, &penalty));
+  PetscCall(AinsworthSurveyPenalty(A, solver->saddle->kept.C, &penalty));
   if (penalty)
     AinsworthDiagnosisAdd(d, AINSWORTH_DOUBTFUL, "penalty_in_A", "true",
                           "A seems to have penalty terms beta C'C of the same constraints, far larger than the rest of "
@@ -136,20 +136,20 @@ static PetscErrorCode DiagnoseOtherSide(const AinsworthSaddle *sp, PetscBool sym
 
   PetscFunctionBegin;
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "other_block",
-                        AinsworthJSON(sp->rowsB == sp->rowsC ? sp->negated ? "-C'" : "C'" : "B'"),
-                        sp->rowsB != sp->rowsC ? "block (0,1): not the transpose of C"
-                        : sp->negated          ? "block (0,1): -C'"
-                                               : "block (0,1): C'");
-  if (sp->rowsB == sp->rowsC) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatGetLocalSize(sp->rowsC, &local[0], &local[1]));
+                        AinsworthJSON(sp->oneSided() ? sp->negated ? "-C'" : "C'" : "B'"),
+                        !sp->oneSided() ? "block (0,1): not the transpose of C"
+                        : sp->negated   ? "block (0,1): -C'"
+                                        : "block (0,1): C'");
+  if (sp->oneSided()) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetLocalSize(sp->all.C, &local[0], &local[1]));
   square = (PetscBool)(local[0] == local[1]);
   PetscCall(
-    MPIU_Allreduce(MPI_IN_PLACE, &square, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)sp->rowsC)));
+    MPIU_Allreduce(MPI_IN_PLACE, &square, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)sp->all.C)));
   if (square) { /* otherwise it cannot be C */
     Mat Ct;
 
-    PetscCall(MatHermitianTranspose(sp->rowsB, MAT_INITIAL_MATRIX, &Ct));
-    PetscCall(AinsworthMatEqual(Ct, sp->rowsC, &same));
+    PetscCall(MatHermitianTranspose(sp->all.B, MAT_INITIAL_MATRIX, &Ct));
+    PetscCall(AinsworthMatEqual(Ct, sp->all.C, &same));
     PetscCall(MatDestroy(&Ct));
   }
   if (same)
@@ -171,11 +171,11 @@ static PetscErrorCode DiagnoseD(const AinsworthSaddle *sp, AinsworthDiagnosis *d
   MatInfo         info;
 
   PetscFunctionBegin;
-  if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatGetInfo(sp->rowsD, MAT_GLOBAL_SUM, &info));
+  if (!sp->all.D) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetInfo(sp->all.D, MAT_GLOBAL_SUM, &info));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "D_entries", AinsworthJSON((PetscReal)info.nz_used),
                         "D, of the multipliers: %.0f entries", (double)info.nz_used);
-  PetscCall(AinsworthSurveyDiagonal(sp->rowsD, &diagonal));
+  PetscCall(AinsworthSurveyDiagonal(sp->all.D, &diagonal));
   AddRange(d, "D_diagonal", "diagonal of D", diagonal);
   if (diagonal.negative)
     AinsworthDiagnosisAdd(d, AINSWORTH_DOUBTFUL, "D_sign", AinsworthJSON(diagonal.negative),
@@ -196,16 +196,16 @@ static PetscErrorCode DiagnoseC(const AinsworthSaddle *sp, AinsworthDiagnosis *d
   char            kinds[256];
 
   PetscFunctionBegin;
-  PetscCall(MatGetSize(sp->rowsC, &m, &n));
-  PetscCall(MatGetInfo(sp->rowsC, MAT_GLOBAL_SUM, &info));
+  PetscCall(MatGetSize(sp->all.C, &m, &n));
+  PetscCall(MatGetInfo(sp->all.C, MAT_GLOBAL_SUM, &info));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "C_entries", AinsworthJSON((PetscReal)info.nz_used), "C: %.0f entries",
                         (double)info.nz_used);
   PetscCall(AinsworthSaddleDescribeRows(sp, kinds, sizeof(kinds)));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "constraints", AinsworthJSON(sp->count[AINSWORTH_ROW_CONSTRAINT]),
                         "rows of C: %" PetscInt_FMT " constraints%s", sp->count[AINSWORTH_ROW_CONSTRAINT], kinds);
   if (!m) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthSurveyRows(sp->rowsC, &norms, &longest, &row));
-  PetscCall(AinsworthSurveyColumns(sp->rowsC, &most, &column));
+  PetscCall(AinsworthSurveyRows(sp->all.C, &norms, &longest, &row));
+  PetscCall(AinsworthSurveyColumns(sp->all.C, &most, &column));
   AddRange(d, "C_row", "norms of rows of C", norms);
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "longest_row",
                         AinsworthJSON("entries", AinsworthJSON(longest), "row", AinsworthJSON(row)),
@@ -238,13 +238,13 @@ static PetscErrorCode DiagnoseC(const AinsworthSaddle *sp, AinsworthDiagnosis *d
 /* AinsworthDiagnoseBlocks - reports the blocks */
 PetscErrorCode AinsworthDiagnoseBlocks(const AinsworthSolver *solver, AinsworthDiagnosis *d)
 {
-  const AinsworthSaddle *sp = &solver->saddle;
+  const AinsworthSaddle *sp = solver->saddle.get();
   char                   layout[256];
   PetscInt               n, m;
   Mat                    opaque, A;
 
   PetscFunctionBegin;
-  PetscCall(MatGetSize(sp->rowsC, &m, &n));
+  PetscCall(MatGetSize(sp->all.C, &m, &n));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "sizes",
                         AinsworthJSON("unknowns", AinsworthJSON(n), "multipliers", AinsworthJSON(m)),
                         "sizes: %" PetscInt_FMT " unknowns, %" PetscInt_FMT " multipliers", n, m);
@@ -253,12 +253,12 @@ PetscErrorCode AinsworthDiagnoseBlocks(const AinsworthSolver *solver, AinsworthD
   PetscCall(AinsworthFindOpaque(sp->A, &opaque));
   if (!opaque) {
     PetscCall(AinsworthGetAIJ(sp->A, &A));
-    PetscCall(DiagnoseA(sp, A, solver->saddle.symmetric, d));
+    PetscCall(DiagnoseA(sp, A, solver->saddle->symmetric, d));
     PetscCall(DiagnoseStiffness(solver, A, d));
     PetscCall(MatDestroy(&A));
   }
   PetscCall(DiagnoseC(sp, d));
-  PetscCall(DiagnoseOtherSide(sp, solver->saddle.symmetric, d));
+  PetscCall(DiagnoseOtherSide(sp, solver->saddle->symmetric, d));
   PetscCall(DiagnoseD(sp, d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

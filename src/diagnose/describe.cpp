@@ -7,14 +7,14 @@
 /* Describes ranks that own no constrained unknown and solve for no row; collective */
 static PetscErrorCode DescribeRanks(const AinsworthSolver *solver, const AinsworthGram *gram, std::string &text)
 {
-  MPI_Comm    comm = PetscObjectComm((PetscObject)solver->saddle.C);
+  MPI_Comm    comm = PetscObjectComm((PetscObject)solver->saddle->kept.C);
   PetscMPIInt size, idle;
   Mat         Ct;
   MatInfo     touched;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCall(MatTranspose(solver->saddle.C, MAT_INITIAL_MATRIX, &Ct));
+  PetscCall(MatTranspose(solver->saddle->kept.C, MAT_INITIAL_MATRIX, &Ct));
   PetscCall(MatGetInfo(Ct, MAT_LOCAL, &touched));
   PetscCall(MatDestroy(&Ct));
   idle = touched.nz_used == 0.0 && !AinsworthGramGetKSP(gram);
@@ -33,7 +33,7 @@ PetscErrorCode AinsworthDescribeLeftOut(const AinsworthSolver *solver, PetscBool
 {
   PetscFunctionBegin;
   text.clear();
-  if (!solver->saddle.constraints()) text += "; no constraints: neither projector nor copy of A";
+  if (!solver->saddle->constraints()) text += "; no constraints: neither projector nor copy of A";
   else {
     Mat_Ainsworth       *ctx;
     const AinsworthGram *gram;

@@ -150,11 +150,11 @@ static PetscErrorCode LookForMotion(AinsworthSolver *solver, KSP ksp, Vec x, Pet
 
   PetscFunctionBegin;
   *quotient = 1.0;
-  if (!solver->saddle.symmetric) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!solver->saddle->symmetric) PetscFunctionReturn(PETSC_SUCCESS);
   if (x) PetscCall(AinsworthVecClone(x, &tried[0]));
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   PetscCall(SoftestCoarseMotion(solver, inner, last, lost, &tried[1]));
-  PetscCall(SmallestDiagonal(solver->saddle.A, &tried[2]));
+  PetscCall(SmallestDiagonal(solver->saddle->A, &tried[2]));
   PetscCall(KSPProjectedCGGetDirection_Private(ksp, &direction));
   PetscCall(KSPGetConvergedReason(ksp, &ended));
   if (x && direction && ended == KSP_DIVERGED_INDEFINITE_MAT) PetscCall(AinsworthVecClone(direction, &tried[3]));
@@ -268,7 +268,7 @@ PetscErrorCode AinsworthExplain(PC pc, AinsworthSolver *solver, KSP ksp, Vec x, 
   else if (reason == KSP_DIVERGED_PC_FAILED)
     PetscCall(PetscSNPrintf(why, len, "The inner preconditioner, of type %s, failed (%s): try another -%spc_type", type,
                             PCFailedReasons[failed], prefix));
-  else if (!solver->saddle.symmetric && definite)
+  else if (!solver->saddle->symmetric && definite)
     PetscCall(PetscSNPrintf(
       why, len, "A is not symmetric, and the reduced solve failed (%s): -%sksp_type gmres does not need it to be%s",
       KSPConvergedReasons[reason], prefix, misplaced));

@@ -15,7 +15,7 @@ static const PetscReal missing = 0.1;
 /* Reports rows that are dependent, or nearly so */
 static PetscErrorCode DiagnoseDependence(AinsworthSolver *solver, AinsworthDiagnosis *d)
 {
-  const AinsworthSaddle *sp   = &solver->saddle;
+  const AinsworthSaddle *sp   = solver->saddle.get();
   const PetscInt         near = sp->count[AINSWORTH_ROW_NEAR], count = sp->count[AINSWORTH_ROW_DEPENDENT] + near;
   char                   names[128];
   PetscBool              doubtful = PETSC_FALSE;
@@ -94,9 +94,9 @@ static PetscErrorCode DiagnoseFill(AinsworthSolver *solver, AinsworthDiagnosis *
   Mat                    A;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthGetAIJ(solver->saddle.A, &A));
-  PetscCall(AinsworthPmatGetFill(A, solver->saddle.C, &fill));
-  PetscCall(AinsworthPmatPredict(A, solver->saddle.C, NULL, &fill, &jcb));
+  PetscCall(AinsworthGetAIJ(solver->saddle->A, &A));
+  PetscCall(AinsworthPmatGetFill(A, solver->saddle->kept.C, &fill));
+  PetscCall(AinsworthPmatPredict(A, solver->saddle->kept.C, NULL, &fill, &jcb));
   PetscCall(MatDestroy(&A));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "memory",
                         AinsworthJSON("A_bytes", AinsworthJSON(entry * fill.entries), "id_bytes",
@@ -140,7 +140,7 @@ static PetscErrorCode DiagnoseReduced(PC pc, AinsworthSolver *solver, PetscBool 
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "solver",
                         AinsworthJSON("method", AinsworthJSON(method), "preconditioner", AinsworthJSON(type)),
                         "reduced solve: %s, preconditioned by %s", method, type);
-  PetscCall(AinsworthSaddleDescribeModes(&solver->saddle, modes, sizeof(modes)));
+  PetscCall(AinsworthSaddleDescribeModes(solver->saddle.get(), modes, sizeof(modes)));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "modes", AinsworthJSON(modes), "near null space of A: %s",
                         modes[0] ? modes : "constants alone, by default");
   PetscCall(AinsworthDescribeLeftOut(solver, unchanged, text));
@@ -154,14 +154,14 @@ static PetscErrorCode DiagnoseReduced(PC pc, AinsworthSolver *solver, PetscBool 
                           "its preconditioned operator has eigenvalues down to %.2g", (double)smallest);
   if (why[0]) {
     /* springs of negative stiffness: GMRES will take over */
-    const bool again = reason == KSP_DIVERGED_INDEFINITE_MAT && solver->saddle.D;
+    const bool again = reason == KSP_DIVERGED_INDEFINITE_MAT && solver->saddle->kept.D;
 
     if (!again) ConfirmSigns(d);
     AinsworthDiagnosisAdd(d, again ? AINSWORTH_DOUBTFUL : AINSWORTH_FATAL, "trial",
                           AinsworthJSON(KSPConvergedReasons[reason]), "%s", why);
   }
   PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCBLOCKSA, &multigrid));
-  if (!why[0] && multigrid && !modes[0] && (solver->saddle.bs == 2 || solver->saddle.bs == 3) && smallest > 0.0 &&
+  if (!why[0] && multigrid && !modes[0] && (solver->saddle->bs == 2 || solver->saddle->bs == 3) && smallest > 0.0 &&
       smallest < missing)
     AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "modes_forgotten", AinsworthJSON(smallest),
                           "Multigrid does not know the rigid-body modes: the trial takes %" PetscInt_FMT
@@ -201,8 +201,8 @@ PetscErrorCode AinsworthDiagnose(PC pc, AinsworthSolver *solver, const Ainsworth
     break;
   case AINSWORTH_STAGE_CONSTRAINTS:
     PetscCall(DiagnoseDependence(solver, d));
-    if (solver->saddle.constraints()) PetscCall(DiagnoseGram(solver, d));
-    if (solver->saddle.constraints()) PetscCall(DiagnoseFill(solver, d));
+    if (solver->saddle->constraints()) PetscCall(DiagnoseGram(solver, d));
+    if (solver->saddle->constraints()) PetscCall(DiagnoseFill(solver, d));
     break;
   case AINSWORTH_STAGE_REDUCED:
     PetscCall(DiagnoseReduced(pc, solver, unchanged, d, lost));

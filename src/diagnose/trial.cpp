@@ -52,7 +52,7 @@ static PetscErrorCode CreateForces(const AinsworthSolver *solver, KSP trial, Vec
   PetscCall(AinsworthVecSetRandom(*f));
   PetscCall(VecPointwiseDivide(*f, *f, root));
   PetscCall(VecDestroy(&root));
-  if (solver->saddle.constraints()) {
+  if (solver->saddle->constraints()) {
     Mat_Ainsworth *ctx;
 
     PetscCall(MatAinsworthGetContext_Private(solver->reduced.mat, &ctx));
@@ -90,7 +90,7 @@ PetscErrorCode AinsworthTry(PC pc, AinsworthSolver *solver, KSPConvergedReason *
   *reason     = KSP_CONVERGED_HAPPY_BREAKDOWN;
   PetscCall(VecGetSize(solver->reduced.inverseDiagonal, &n));
   /* the constraints alone determine x */
-  if (solver->saddle.constraints() == n && !solver->saddle.D) PetscFunctionReturn(PETSC_SUCCESS);
+  if (solver->saddle->constraints() == n && !solver->saddle->kept.D) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(CreateKSP(solver, &trial));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)trial, &conjugate, KSPCG, KSPPROJECTEDCG, ""));
   PetscCall(KSPSetComputeSingularValues(trial, conjugate));
@@ -106,7 +106,7 @@ PetscErrorCode AinsworthTry(PC pc, AinsworthSolver *solver, KSPConvergedReason *
     PetscCall(AinsworthReportSmallestRitzValue(trial, smallest));
   PetscCall(VecCopy(x, f));
   PetscCall(AinsworthSolverRayleighQuotient(solver, f, &quotient));
-  if ((*reason < 0 && *reason != KSP_DIVERGED_ITS) || (solver->saddle.symmetric && quotient < suspicious))
+  if ((*reason < 0 && *reason != KSP_DIVERGED_ITS) || (solver->saddle->symmetric && quotient < suspicious))
     PetscCall(AinsworthExplain(pc, solver, trial, x, *reason, lost, why, len));
   PetscCall(KSPDestroy(&trial));
   PetscCall(VecDestroy(&f));

@@ -16,14 +16,14 @@ static PetscErrorCode Predict(AinsworthSolver *solver, AinsworthCost *cost)
 
   PetscFunctionBegin;
   /* M_* has the pattern of A + C' C, without long rows */
-  if (solver->inner.format == AINSWORTH_PMAT_SUM && solver->saddle.constraints()) {
-    PetscCall(AinsworthGetAIJ(solver->saddle.P, &parts[0]));
-    PetscCall(AinsworthPmatGetFill(parts[0], solver->saddle.C, &fill));
-    PetscCall(AinsworthPmatCreateShort(solver->saddle.C, &fill, &C));
+  if (solver->inner.format == AINSWORTH_PMAT_SUM && solver->saddle->constraints()) {
+    PetscCall(AinsworthGetAIJ(solver->saddle->P, &parts[0]));
+    PetscCall(AinsworthPmatGetFill(parts[0], solver->saddle->kept.C, &fill));
+    PetscCall(AinsworthPmatCreateShort(solver->saddle->kept.C, &fill, &C));
     PetscCall(AinsworthMultiplyAdjoint(C, C, &square));
     PetscCall(MatDestroy(&C));
     parts.push_back(square);
-  } else PetscCall(AinsworthGetAIJ(solver->saddle.constraints() ? solver->inner.M : solver->saddle.A, &parts[0]));
+  } else PetscCall(AinsworthGetAIJ(solver->saddle->constraints() ? solver->inner.M : solver->saddle->A, &parts[0]));
   PetscCall(AinsworthSolverOrderPmat(solver, parts, cost));
   for (Mat &mat : parts) PetscCall(MatDestroy(&mat));
   PetscCall(PetscStrcmp(AinsworthSolverFactorType(solver, &package), PCLU, &general));
@@ -76,7 +76,7 @@ PetscErrorCode AinsworthSolverEscapeFacts(AinsworthSolver *solver, PetscInt n, P
   f->own = sa && sa->levels.hierarchy;
   if (f->own) f->single = sa->levels.hierarchy->single();
   if (f->own && sa->grids && sa->grids->size() > 1) f->coarse = (double)(*sa->grids)[1].entries();
-  if (solver->saddle.constraints()) PetscCall(MatAinsworthGetGram_Private(solver->reduced.mat, &gram));
+  if (solver->saddle->constraints()) PetscCall(MatAinsworthGetGram_Private(solver->reduced.mat, &gram));
   if (gram) most = gram->factor.cost.entries;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, comm));
   PetscCallMPI(MPI_Comm_size(comm, &size));

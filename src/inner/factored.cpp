@@ -13,7 +13,7 @@
 PCType AinsworthSolverFactorType(const AinsworthSolver *solver, MatSolverType *package)
 {
   PetscMPIInt size;
-  const bool  definite = solver->saddle.symmetric && !PetscDefined(USE_COMPLEX);
+  const bool  definite = solver->saddle->symmetric && !PetscDefined(USE_COMPLEX);
 
   (void)MPI_Comm_size(PetscObjectComm((PetscObject)solver->inner.ksp), &size);
   *package = NULL;
@@ -84,14 +84,14 @@ static PetscErrorCode OrderNodes(Mat graph, PetscInt bs, AinsworthCost *cost, IS
 PetscErrorCode AinsworthSolverOrderPmat(AinsworthSolver *solver, const std::vector<Mat> &parts, AinsworthCost *cost)
 {
   MPI_Comm    comm = PetscObjectComm((PetscObject)solver->inner.ksp);
-  PetscInt    bs   = solver->saddle.bs;
+  PetscInt    bs   = solver->saddle->bs;
   PetscMPIInt rank, error = PETSC_SUCCESS;
   PetscBool   whole;
   Mat        *graph;
 
   PetscFunctionBegin;
   PetscCall(ISDestroy(&solver->inner.order));
-  PetscCall(AinsworthBlocksDivide(solver->saddle.A, bs, &whole));
+  PetscCall(AinsworthBlocksDivide(solver->saddle->A, bs, &whole));
   if (!whole) bs = 1;
   PetscCall(AinsworthGraphOfNodes(parts, bs, &graph));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
@@ -138,11 +138,11 @@ PetscErrorCode AinsworthSolverConvertPmat(AinsworthSolver *solver)
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   PetscCall(AinsworthFactorIsPackage(inner, MATSOLVERCHOLMOD, &cholmod));
   aij = solver->inner.M;
-  if (!aij) PetscCall(AinsworthGetAIJ(solver->saddle.A, &aij));
+  if (!aij) PetscCall(AinsworthGetAIJ(solver->saddle->A, &aij));
   solver->inner.M = aij;
   if (!cholmod) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SetOrdering(solver, aij, inner));
-  if (aij == solver->saddle.A) { /* its block size must not change */
+  if (aij == solver->saddle->A) { /* its block size must not change */
     PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &solver->inner.M));
     PetscCall(MatDestroy(&aij));
   }

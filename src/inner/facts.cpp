@@ -90,9 +90,9 @@ static PetscErrorCode IsRegular(const AinsworthSolver *solver, PetscBool known, 
   MatNullSpace common;
 
   PetscFunctionBegin;
-  known = (PetscBool)(known && solver->saddle.constraints());
+  known = (PetscBool)(known && solver->saddle->constraints());
   if (known) PetscCall(MatGetNullSpace(solver->reduced.mat, &common));
-  else PetscCall(AinsworthSaddleCreateNullSpace(&solver->saddle, &common));
+  else PetscCall(AinsworthSaddleCreateNullSpace(solver->saddle.get(), &common));
   *regular = !common;
   if (!known) PetscCall(MatNullSpaceDestroy(&common));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -102,7 +102,7 @@ static PetscErrorCode IsRegular(const AinsworthSolver *solver, PetscBool known, 
 static PetscErrorCode NextRung(PC pc, const AinsworthSolver *solver, const AinsworthPlanFacts &given, AinsworthRung now,
                                AinsworthEnd end, AinsworthLadderStep *step)
 {
-  const AinsworthSaddle *sp = &solver->saddle;
+  const AinsworthSaddle *sp = solver->saddle.get();
   AinsworthLadderFacts   facts;
   AinsworthCost          cost;
   MatSolverType          package;
@@ -141,13 +141,13 @@ static PetscErrorCode NextRung(PC pc, const AinsworthSolver *solver, const Ainsw
 /* Gathers the facts of the plan; collective, the same on all ranks */
 static PetscErrorCode GetFacts(PC pc, const AinsworthSolver *solver, AinsworthPlanFacts *facts)
 {
-  const PetscInt bs = PetscMax(solver->saddle.bs, solver->saddle.scattered);
+  const PetscInt bs = PetscMax(solver->saddle->bs, solver->saddle->scattered);
 
   PetscFunctionBegin;
   PetscCall(GetGiven(pc, solver, facts));
-  facts->constraints = solver->saddle.constraints() > 0;
-  facts->symmetric   = solver->saddle.symmetric;
-  facts->adjoint     = solver->saddle.adjoint;
+  facts->constraints = solver->saddle->constraints() > 0;
+  facts->symmetric   = solver->saddle->symmetric;
+  facts->adjoint     = solver->saddle->adjoint;
   facts->rows        = solver->choices.pmat.penalty == AINSWORTH_PENALTY_ROW;
   /*
      in complex arithmetic there is no hypre, and PCGAMG restricts by P^T, not by the adjoint, so that its cycle is not
@@ -194,8 +194,8 @@ PetscErrorCode AinsworthSolverMeasure(const AinsworthSolver *solver, PetscInt *n
   MatInfo info;
 
   PetscFunctionBegin;
-  PetscCall(MatGetSize(solver->saddle.A, n, NULL));
-  PetscCall(AinsworthGetAIJ(solver->saddle.A, &aij));
+  PetscCall(MatGetSize(solver->saddle->A, n, NULL));
+  PetscCall(AinsworthGetAIJ(solver->saddle->A, &aij));
   PetscCall(MatGetInfo(aij, MAT_GLOBAL_SUM, &info));
   *entries = (PetscReal)info.nz_used;
   PetscCall(MatDestroy(&aij));

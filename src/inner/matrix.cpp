@@ -49,7 +49,7 @@ static PetscErrorCode ChoosePmatType(AinsworthSolver *solver, const AinsworthPma
   if (in->format == AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
   solver->inner.autoReason = ", as interpolation is made from A alone";
   if (in->format == AINSWORTH_PMAT_SUM) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthPmatComponentsApart(in->C, solver->saddle.bs, in->fill.most, &apart));
+  PetscCall(AinsworthPmatComponentsApart(in->C, solver->saddle->bs, in->fill.most, &apart));
   solver->inner.autoReason = ", as the constraints keep components apart";
   if (apart && !shares) PetscFunctionReturn(PETSC_SUCCESS);
   solver->inner.autoReason = ", as jcb would have too many entries";
@@ -136,10 +136,10 @@ static PetscErrorCode WorksInKernel(AinsworthSolver *solver, const Mat_Ainsworth
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   PetscCall(MatGetSize(in->A, &n, NULL));
-  if (!sa || n <= sa->options.coarseSize || !solver->saddle.symmetric ||
+  if (!sa || n <= sa->options.coarseSize || !solver->saddle->symmetric ||
       ctx->weightType != MAT_AINSWORTH_WEIGHT_DIAGONAL)
     PetscFunctionReturn(PETSC_SUCCESS);
-  if (compliance && solver->saddle.adjoint) PetscCall(AinsworthPmatHasSlack(in, compliance, works));
+  if (compliance && solver->saddle->adjoint) PetscCall(AinsworthPmatHasSlack(in, compliance, works));
   if (compliance) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSolverIteratesInKernel(solver, works));
   PetscCall(KSPGetPCSide(solver->inner.ksp, &side));
@@ -158,7 +158,7 @@ static PetscErrorCode AddSlack(const AinsworthSolver *solver, PC inner, const Ai
   PetscCall(MatGetLocalSize(in->A, NULL, &n));
   PetscCall(PCBlockSACountOthers_Private(inner, n, &others));
   PetscCall(
-    AinsworthPmatCreateSlack(in, compliance, PetscMax(solver->saddle.bs, solver->saddle.scattered), others, slack));
+    AinsworthPmatCreateSlack(in, compliance, PetscMax(solver->saddle->bs, solver->saddle->scattered), others, slack));
   *extended   = *in;
   extended->A = extended->aij = slack->A;
   extended->C                 = slack->C;
@@ -191,9 +191,9 @@ PetscErrorCode AinsworthSolverSetUpPmat(AinsworthSolver *solver, PC inner, Petsc
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUpProjector_Private(solver->reduced.mat, &ctx));
-  in.A  = solver->saddle.P;
-  in.bs = solver->saddle.bs;
-  in.C  = solver->saddle.C;
+  in.A  = solver->saddle->P;
+  in.bs = solver->saddle->bs;
+  in.C  = solver->saddle->kept.C;
   PetscCall(MatAinsworthGetGram_Private(solver->reduced.mat, &gram));
   PetscCall(MatAinsworthGetCompliance_Private(solver->reduced.mat, &compliance));
   in.compliance      = compliance ? compliance->sums : NULL;
@@ -224,12 +224,12 @@ PetscErrorCode AinsworthSolverSetUpPmat(AinsworthSolver *solver, PC inner, Petsc
   solver->inner.left.shared  = in.shared;
   if (solver->choices.pmat.type == PC_AINSWORTH_PMAT_AUTO) PetscCall(ChoosePmatType(solver, &in, shares));
   options.type      = AinsworthSolverPmatTypeInUse(solver);
-  options.symmetric = solver->saddle.symmetric;
+  options.symmetric = solver->saddle->symmetric;
   options.factor    = AinsworthSolverPenaltyFactor(solver);
   PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &solver->inner.M, bad));
   if (in.inKernel) PetscCall(SetSubspace(ctx, used, inner));
   else PetscCall(PCBlockSASetSubspace_Private(inner, NULL, NULL));
-  if (*bad < 0 && !solver->saddle.symmetric && solver->inner.format == AINSWORTH_PMAT_AIJ)
+  if (*bad < 0 && !solver->saddle->symmetric && solver->inner.format == AINSWORTH_PMAT_AIJ)
     PetscCall(AinsworthMakePatternSymmetric(&solver->inner.M)); /* PETSc's orderings do not terminate otherwise */
   PetscCall(MatDestroy(&in.aij));
   if (*bad < 0) PetscCall(MatAinsworthSetPenalty(solver->reduced.mat, penalty));

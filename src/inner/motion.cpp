@@ -13,7 +13,7 @@ static PetscErrorCode DiagonalEnergy(const AinsworthSolver *solver, Vec x, Vec w
 
   PetscFunctionBegin;
   PetscCall(VecPointwiseDivide(work, x, solver->reduced.inverseDiagonal));
-  PetscCall(AinsworthUpdate(work, [solver](PetscInt i, PetscScalar &w) { w = solver->saddle.loose[i] ? 0.0 : w; }));
+  PetscCall(AinsworthUpdate(work, [solver](PetscInt i, PetscScalar &w) { w = solver->saddle->loose[i] ? 0.0 : w; }));
   PetscCall(VecDot(work, x, &dot));
   *size = PetscRealPart(dot);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -30,7 +30,7 @@ static PetscErrorCode DiagonalEnergy(const AinsworthSolver *solver, Vec x, Vec w
 static PetscErrorCode IsFree(const AinsworthSolver *solver, Vec y, Vec work, PetscBool *isFree)
 {
   static const PetscReal along = 1e-8, others = 1e-10, force = 1e-7;
-  const Mat              C = solver->saddle.C;
+  const Mat              C = solver->saddle->kept.C;
   PetscReal              size;
   PetscScalar            resistance;
   PetscInt               held = 0;
@@ -38,7 +38,7 @@ static PetscErrorCode IsFree(const AinsworthSolver *solver, Vec y, Vec work, Pet
 
   PetscFunctionBegin;
   PetscCall(DiagonalEnergy(solver, y, work, &size));
-  PetscCall(MatMult(solver->saddle.A, y, work));
+  PetscCall(MatMult(solver->saddle->A, y, work));
   PetscCall(VecDuplicate(work, &root));
   PetscCall(VecPointwiseMult(root, work, solver->reduced.inverseDiagonal));
   PetscCall(VecDot(root, work, &resistance));
@@ -53,7 +53,7 @@ static PetscErrorCode IsFree(const AinsworthSolver *solver, Vec y, Vec work, Pet
     PetscCall(AinsworthAbsoluteMult(C, y, terms));
     PetscCall(VecDuplicate(rows, &springs));
     PetscCall(VecZeroEntries(springs));
-    if (solver->saddle.D) PetscCall(AinsworthGetDiagonal(solver->saddle.D, springs));
+    if (solver->saddle->kept.D) PetscCall(AinsworthGetDiagonal(solver->saddle->kept.D, springs));
     PetscCall(AinsworthForEntries(
       {rows, lengths, terms, springs}, [&](PetscInt, PetscScalar r, PetscScalar l, PetscScalar t, PetscScalar s) {
         const PetscReal drowned = PetscSqrtReal(1e-3 * PETSC_MACHINE_EPSILON * PetscAbsScalar(s)),
@@ -80,7 +80,7 @@ static PetscErrorCode Resists(const AinsworthSolver *solver, Vec w, PetscReal si
   Vec                    work;
 
   PetscFunctionBegin;
-  if (solver->saddle.constraints()) PetscCall(MatAinsworthMultTransposeProjector(solver->reduced.mat, w, w));
+  if (solver->saddle->constraints()) PetscCall(MatAinsworthMultTransposeProjector(solver->reduced.mat, w, w));
   PetscCall(VecDuplicate(w, &work));
   PetscCall(VecPointwiseMult(work, w, solver->reduced.inverseDiagonal));
   PetscCall(VecDot(work, w, &dot));
@@ -101,7 +101,7 @@ PetscErrorCode AinsworthSolverRayleighQuotient(const AinsworthSolver *solver, Ve
   PetscReal   size, before;
   PetscScalar energy;
   PetscBool   isFree, resists = PETSC_FALSE;
-  const bool  projected = !solver->saddle.constraints() || (solver->saddle.adjoint && !solver->saddle.D);
+  const bool  projected = !solver->saddle->constraints() || (solver->saddle->adjoint && !solver->saddle->kept.D);
 
   PetscFunctionBegin;
   *quotient = 1.0;
@@ -110,9 +110,9 @@ PetscErrorCode AinsworthSolverRayleighQuotient(const AinsworthSolver *solver, Ve
   if (!projected) {
     PetscCall(IsFree(solver, y, work, &isFree));
     if (!isFree) before = PETSC_INFINITY;
-  } else if (solver->saddle.constraints()) PetscCall(MatAinsworthMultProjector(solver->reduced.mat, y, y));
+  } else if (solver->saddle->constraints()) PetscCall(MatAinsworthMultProjector(solver->reduced.mat, y, y));
   PetscCall(DiagonalEnergy(solver, y, work, &size));
-  PetscCall(MatMult(solver->saddle.A, y, work));
+  PetscCall(MatMult(solver->saddle->A, y, work));
   PetscCall(VecDot(work, y, &energy));
   if (size > PETSC_SQRT_MACHINE_EPSILON * before && !PetscIsInfOrNanReal(size) && !PetscIsInfOrNanScalar(energy))
     *quotient = PetscRealPart(energy) / size;

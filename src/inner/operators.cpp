@@ -12,21 +12,21 @@
 PetscErrorCode AinsworthSolverUseProduct(AinsworthSolver *solver)
 {
   PC  inner;
-  Mat product, first = solver->saddle.A;
+  Mat product, first = solver->saddle->A;
 
   PetscFunctionBegin;
-  if (!solver->saddle.symmetric) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!solver->saddle->symmetric) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
-  if (solver->saddle.constraints() && solver->inner.format == AINSWORTH_PMAT_SUM)
+  if (solver->saddle->constraints() && solver->inner.format == AINSWORTH_PMAT_SUM)
     PetscCall(MatCompositeGetMat(solver->inner.M, 0, &first));
   PetscCall(PCBlockSAGetProduct_Private(inner, &product));
   /* its levels are not those of A: they are of Pmat's block, or of a sum */
-  if (!product || first != solver->saddle.A) {
+  if (!product || first != solver->saddle->A) {
     if (solver->reduced.mat) PetscCall(MatAinsworthSetProduct_Private(solver->reduced.mat, NULL));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (solver->saddle.constraints()) PetscCall(MatAinsworthSetProduct_Private(solver->reduced.mat, product));
-  else PetscCall(KSPSetOperators(solver->inner.ksp, product, solver->saddle.A));
+  if (solver->saddle->constraints()) PetscCall(MatAinsworthSetProduct_Private(solver->reduced.mat, product));
+  else PetscCall(KSPSetOperators(solver->inner.ksp, product, solver->saddle->A));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -51,7 +51,7 @@ PetscErrorCode AinsworthSolverLooksDefinite(const AinsworthSolver *solver, Mat M
   *definite = PETSC_TRUE;
   PetscCall(MatGetSize(M, &n, NULL));
   /* Ker C = 0 needs no inner solve */
-  if (solver->inner.format != AINSWORTH_PMAT_HYPRE || solver->saddle.constraints() == n)
+  if (solver->inner.format != AINSWORTH_PMAT_HYPRE || solver->saddle->constraints() == n)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatCreateVecs(M, &diagonal, &r));
   PetscCall(MatGetDiagonal(M, diagonal));
@@ -65,7 +65,7 @@ PetscErrorCode AinsworthSolverLooksDefinite(const AinsworthSolver *solver, Mat M
   PetscCall(VecCopy(z, p));
   PetscCall(VecDot(z, r, &rz));
   /* steps of conjugate gradients mean nothing for other matrices */
-  for (int k = 0; k < steps && *definite && solver->saddle.symmetric; k++) {
+  for (int k = 0; k < steps && *definite && solver->saddle->symmetric; k++) {
     if (!k) first = PetscRealPart(rz);
     if (PetscRealPart(rz) <= solved * first) break;
     PetscCall(MatMult(M, p, Mp));
@@ -154,7 +154,7 @@ PetscErrorCode AinsworthSolverIteratesInKernel(AinsworthSolver *solver, PetscBoo
   PetscCall(KSPGetType(solver->inner.ksp, &type));
   PetscCall(AinsworthSolverIsConjugateGradients(type, &definite));
   PetscCall(PetscStrcmp(type, KSPPROJECTEDCG, &projected));
-  *inKernel = (PetscBool)(solver->saddle.constraints() && !solver->saddle.D && solver->saddle.adjoint &&
+  *inKernel = (PetscBool)(solver->saddle->constraints() && !solver->saddle->kept.D && solver->saddle->adjoint &&
                           (projected || (definite && solver->choices.variant == PC_AINSWORTH_WEIGHTED)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -166,21 +166,21 @@ PetscErrorCode AinsworthSolverIteratesInKernel(AinsworthSolver *solver, PetscBoo
 static PetscErrorCode ForwardNullSpaces(AinsworthSolver *solver)
 {
   MatNullSpace near, common;
-  Mat          S = solver->saddle.constraints() ? solver->reduced.mat : solver->saddle.A,
+  Mat          S = solver->saddle->constraints() ? solver->reduced.mat : solver->saddle->A,
       M          = solver->age.type == PC_AINSWORTH_AGE_WHOLE ? S
-                   : solver->saddle.constraints()             ? solver->inner.M
-                                                              : solver->saddle.A;
+                   : solver->saddle->constraints()            ? solver->inner.M
+                                                              : solver->saddle->A;
 
   PetscFunctionBegin;
   /* the program's A has its own */
-  if (S == solver->saddle.block[AINSWORTH_BLOCK_A]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthSaddleGetNearNullSpace(&solver->saddle, &near));
+  if (S == solver->saddle->block[AINSWORTH_BLOCK_A]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthSaddleGetNearNullSpace(solver->saddle.get(), &near));
   PetscCall(MatSetNearNullSpace(S, near));
   PetscCall(MatSetNearNullSpace(M, near));
-  PetscCall(AinsworthSaddleCreateNullSpace(&solver->saddle, &common));
+  PetscCall(AinsworthSaddleCreateNullSpace(solver->saddle.get(), &common));
   PetscCall(MatSetNullSpace(S, common));
   PetscCall(MatSetNullSpace(M, common));
-  PetscCall(MatSetTransposeNullSpace(S, solver->saddle.symmetric ? common : NULL));
+  PetscCall(MatSetTransposeNullSpace(S, solver->saddle->symmetric ? common : NULL));
   PetscCall(MatNullSpaceDestroy(&common));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -208,9 +208,9 @@ static PetscErrorCode Surround(AinsworthSolver *solver)
   if (inKernel) {
     PetscCall(AinsworthInKernelCreateOperator(solver->reduced.mat, &in->operation));
     PetscCall(AinsworthInKernelCreatePC(solver->reduced.mat, in->operation, inner, in->left, &in->around));
-  } else if (solver->saddle.D && !in->springs)
-    PetscCall(AinsworthSpringsCreatePC(solver->reduced.mat, inner, solver->saddle.symmetric, &in->around));
-  else PetscCall(AinsworthPlainCreatePC(inner, solver->saddle.symmetric, &in->around));
+  } else if (solver->saddle->kept.D && !in->springs)
+    PetscCall(AinsworthSpringsCreatePC(solver->reduced.mat, inner, solver->saddle->symmetric, &in->around));
+  else PetscCall(AinsworthPlainCreatePC(inner, solver->saddle->symmetric, &in->around));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -222,14 +222,14 @@ PetscErrorCode AinsworthSolverSetKSPOperators(AinsworthSolver *solver)
   PetscBool inKernel;
 
   PetscFunctionBegin;
-  if (solver->saddle.constraints()) PetscCall(KSPSetOperators(ksp, solver->reduced.mat, solver->inner.M));
-  else PetscCall(KSPSetOperators(ksp, solver->saddle.A, solver->inner.M ? solver->inner.M : solver->saddle.A));
+  if (solver->saddle->constraints()) PetscCall(KSPSetOperators(ksp, solver->reduced.mat, solver->inner.M));
+  else PetscCall(KSPSetOperators(ksp, solver->saddle->A, solver->inner.M ? solver->inner.M : solver->saddle->A));
   PetscCall(ForwardNullSpaces(solver));
   if (solver->reduced.mat) {
     PetscCall(KSPGetPCSide(ksp, &side));
     PetscCall(AinsworthSolverIteratesInKernel(solver, &inKernel));
     PetscCall(MatAinsworthOmitPenalty_Private(solver->reduced.mat,
-                                              (PetscBool)((inKernel || side == PC_RIGHT) && !solver->saddle.D)));
+                                              (PetscBool)((inKernel || side == PC_RIGHT) && !solver->saddle->kept.D)));
   }
   PetscCall(Surround(solver));
   PetscFunctionReturn(PETSC_SUCCESS);

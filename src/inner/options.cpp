@@ -31,7 +31,7 @@ static const char *DefaultValue(const AinsworthSolver *solver, PetscBool definit
 {
   PetscInt n;
 
-  (void)MatGetSize(solver->saddle.A, &n, NULL);
+  (void)MatGetSize(solver->saddle->A, &n, NULL);
   if (solver->choices.pmat.penalty == AINSWORTH_PENALTY_NORM) return boomeramg[i].onePenalty;
   return definite && n > small ? boomeramg[i].usual : boomeramg[i].otherMethods;
 }
@@ -99,7 +99,7 @@ static PetscErrorCode ReadOptions(PC pc, AinsworthSolver *solver, PC inner)
   PetscFunctionBegin;
   PetscCall(TypeInUse((PetscObject)in->ksp, "-ksp_type", method, sizeof(method)));
   PetscCall(AinsworthSolverIsConjugateGradients(method, &definite));
-  definite = (PetscBool)(definite || (in->plan.method == AINSWORTH_METHOD_GMRES && solver->saddle.symmetric));
+  definite = (PetscBool)(definite || (in->plan.method == AINSWORTH_METHOD_GMRES && solver->saddle->symmetric));
   PetscCall(AinsworthSolverChoosePackage(solver, inner));
   PetscCall(ChoosesBoomerAMG(inner, &boomer));
   AinsworthDefaults defaults{(PetscObject)inner, {}};
@@ -140,7 +140,7 @@ PetscErrorCode AinsworthSolverConfigureKSP(PC pc, AinsworthSolver *solver)
   PetscCall(AinsworthSolverPlan(pc, solver, &in->plan));
   in->plan.norm = norm;
   if (in->plan.preconditioner == AINSWORTH_INNER_FACTOR && solver->history.factor == AINSWORTH_UNTRIED) {
-    PetscCall(MatGetSize(solver->saddle.A, &n, NULL));
+    PetscCall(MatGetSize(solver->saddle->A, &n, NULL));
     PetscCall(PetscSNPrintf(why, sizeof(why), "at once, as %s for %" PetscInt_FMT " unknowns", in->plan.why[1], n));
     PetscCall(AinsworthSolverRememberFactor(solver, AINSWORTH_TAKEN, why));
   }

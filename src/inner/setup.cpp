@@ -49,7 +49,7 @@ static PetscErrorCode SetUpParts(AinsworthSolver *solver, PC inner, AinsworthEnd
     PetscCall(PetscSNPrintf(
       why, len,
       "The preconditioning matrix is not positive definite, as BoomerAMG needs it: is A indefinite? %s-%spc_type",
-      solver->saddle.constraints() ? "A larger -pc_ainsworth_penalty_factor may help, or another " : "Choose another ",
+      solver->saddle->constraints() ? "A larger -pc_ainsworth_penalty_factor may help, or another " : "Choose another ",
       AinsworthSolverPrefix(solver)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -107,7 +107,7 @@ static PetscErrorCode SetUpAnew(AinsworthSolver *solver, PC inner, AinsworthEnd 
   PetscCall(AinsworthSolverForgetOperators(&solver->inner));
   PetscCall(MatDestroy(&solver->inner.M));
   PetscCall(AinsworthSolverGetPmatFormat(solver, &solver->inner.format));
-  if (solver->saddle.constraints()) PetscCall(AinsworthSolverSetUpPmat(solver, inner, &bad));
+  if (solver->saddle->constraints()) PetscCall(AinsworthSolverSetUpPmat(solver, inner, &bad));
   else PetscCall(PCBlockSAExpect_Private(inner, solver->inner.ksp, PETSC_FALSE, &single));
   if (bad >= 0) {
     *end = AINSWORTH_END_SETUP;
@@ -144,7 +144,7 @@ static PetscErrorCode KeepWhole(PC pc, AinsworthSolver *solver)
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   PetscCall(PCGetOperators(inner, NULL, &solver->inner.M));
   PetscCall(PetscObjectReference((PetscObject)solver->inner.M));
-  if (solver->saddle.constraints()) { /* these may belong to an earlier A or C */
+  if (solver->saddle->constraints()) { /* these may belong to an earlier A or C */
     solver->inner.left = AinsworthLeftOut();
     PetscCall(MatAinsworthSetPenalty(solver->reduced.mat, NULL));
     PetscCall(MatAinsworthSetProduct_Private(solver->reduced.mat, NULL));
@@ -165,8 +165,8 @@ static PetscErrorCode SameConstraints(const AinsworthSolver *solver, PetscBool *
   PetscBool fits;
 
   PetscFunctionBegin;
-  PetscCall(MatGetLocalSize(solver->saddle.C, &m, NULL));
-  PetscCall(solver->age.source.holds(solver->saddle.C, NULL, std::vector<PetscReal>(m, 0.0), same, &fits));
+  PetscCall(MatGetLocalSize(solver->saddle->kept.C, &m, NULL));
+  PetscCall(solver->age.source.holds(solver->saddle->kept.C, NULL, std::vector<PetscReal>(m, 0.0), same, &fits));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -199,7 +199,7 @@ PetscErrorCode AinsworthSolverSetUpInner(PC pc, AinsworthSolver *solver, PetscBo
   }
   PetscCall(AinsworthSolverReuseInner(solver, PETSC_FALSE));
   if (sa) sa->keep = keep;
-  else PetscCall(solver->age.source.take(solver->saddle.C, NULL));
+  else PetscCall(solver->age.source.take(solver->saddle->kept.C, NULL));
   if (!keep) solver->age.counts = AinsworthAge();
   PetscCall(SetUpAnew(solver, inner, end, why, len));
   solver->age.type = sa && sa->old ? PC_AINSWORTH_AGE_LEVELS : PC_AINSWORTH_AGE_FRESH;

@@ -125,7 +125,7 @@ struct AinsworthWatch {
 struct AinsworthSolver {
   AinsworthChoices        choices;
   AinsworthReportSettings settings; /* of the report; they may end a solve */
-  AinsworthSaddle         saddle;   /* no A before the first set-up */
+  AinsworthSaddleStage    saddle;   /* NULL before the first set-up, and after an error in its place */
   AinsworthReduced        reduced;
   AinsworthHistory        history; /* which solvers this matrix has already seen */
   AinsworthInner          inner;

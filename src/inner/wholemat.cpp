@@ -36,7 +36,7 @@ PetscErrorCode AinsworthWholeAssemble(const AinsworthSaddle *sp, Mat *K)
   std::vector<IS> fields(2);
 
   PetscFunctionBegin;
-  PetscCall(MatGetLocalSize(sp->C, &local[1], &local[0]));
+  PetscCall(MatGetLocalSize(sp->kept.C, &local[1], &local[0]));
   both = local[0] + local[1];
   PetscCallMPI(MPI_Exscan(&both, &start, 1, MPIU_INT, MPI_SUM, comm));
   PetscCall(ISCreateStride(comm, local[0], start, 1, &fields[0]));
@@ -44,9 +44,9 @@ PetscErrorCode AinsworthWholeAssemble(const AinsworthSaddle *sp, Mat *K)
   PetscCall(AinsworthGetAIJ(sp->A, &A));
   PetscCall(WithDiagonal(A, 1.0, A, &withDiagonal));
   PetscCall(MatDestroy(&A));
-  PetscCall(WithDiagonal(sp->C, -1.0, sp->D, &minusD));
-  PetscCall(MatHermitianTranspose(sp->B, MAT_INITIAL_MATRIX, &adjoint));
-  PetscCall(AinsworthMergeAIJ(comm, fields, fields, {withDiagonal, adjoint, sp->C, minusD}, K));
+  PetscCall(WithDiagonal(sp->kept.C, -1.0, sp->kept.D, &minusD));
+  PetscCall(MatHermitianTranspose(sp->kept.B, MAT_INITIAL_MATRIX, &adjoint));
+  PetscCall(AinsworthMergeAIJ(comm, fields, fields, {withDiagonal, adjoint, sp->kept.C, minusD}, K));
   PetscAssert(*K, comm, PETSC_ERR_PLIB, "The blocks of the whole system do not fit together");
   for (Mat *mat : {&withDiagonal, &adjoint, &minusD}) PetscCall(MatDestroy(mat));
   for (IS &is : fields) PetscCall(ISDestroy(&is));

@@ -19,7 +19,7 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   PetscCall(AinsworthSolverForgetOperators(&data->inner));
   PetscCall(AinsworthSolverResetKSP(data));
   if (sa) sa->levels = levels;
-  PetscCall(AinsworthSaddleReset(&data->saddle));
+  data->saddle.reset();
   PetscCall(VecDestroy(&data->outcome.terms));
   PetscCall(MatDestroy(&data->reduced.mat));
   PetscCall(MatDestroy(&data->inner.M));

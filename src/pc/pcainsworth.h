@@ -37,7 +37,7 @@ typedef enum {
 /* A field that the program named: an index set, or components of each node, in rows and columns */
 struct PCAinsworthNamedField {
   std::string           name;
-  AinsworthIS           is;
+  AinsworthRef<IS>      is;
   std::vector<PetscInt> rows, cols;
 };
 

@@ -19,7 +19,7 @@ static PetscErrorCode RefineAndJudge(PC pc, PC_Ainsworth *data, PetscBool transp
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleVecDuplicate(b, &left));
-  PetscCall(AinsworthSaddleRemoveNullSpace(&data->saddle, data->given.inputs.amat, transpose, y, &removed));
+  PetscCall(AinsworthSaddleRemoveNullSpace(data->saddle.get(), data->given.inputs.amat, transpose, y, &removed));
   PetscCall(PCAinsworthJudge_Private(pc, data, transpose, reason, solver, (PetscBool)(known && !removed), b, y, left,
                                      verdict, why, len));
   if (removed && *verdict == AINSWORTH_VERDICT_UNMET)
@@ -109,7 +109,7 @@ static PetscErrorCode SolveAndVerify(PC pc, PC_Ainsworth *data, PetscBool transp
 static PetscErrorCode SolveWithSigns(PC pc, PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b,
                                      AinsworthSaddleVec y)
 {
-  Vec                sign = data->saddle.sign;
+  Vec                sign = data->saddle->sign;
   AinsworthSaddleVec given;
 
   PetscFunctionBegin;
@@ -156,7 +156,7 @@ static PetscErrorCode FindObstacle(const PC_Ainsworth *data, AinsworthSaddleVec 
     PetscCall(PetscStrncpy(why, data->outcome.why, len));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AinsworthSaddleNameNotFinite(&data->saddle, b, row, sizeof(row)));
+  PetscCall(AinsworthSaddleNameNotFinite(data->saddle.get(), b, row, sizeof(row)));
   PetscCall(PetscSNPrintf(why, len,
                           row[0] ? "The right-hand side holds NaN or Inf in %s"
                                  : "The right-hand side holds NaN or Inf, or values too large%s",
@@ -175,7 +175,7 @@ static PetscErrorCode Refresh(PC pc)
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
-  PetscCall(AinsworthSaddleChanged(&data->given.inputs, &data->saddle, &changed));
+  PetscCall(AinsworthSaddleChanged(&data->given.inputs, data->saddle.get(), &changed));
   PetscCall(PCGetReusePreconditioner(pc, &reuse));
   if (data->age.forProgram && !reuse) changed = PETSC_TRUE;
   if (changed || data->state == PC_AINSWORTH_NONE || data->state == PC_AINSWORTH_STALE)
@@ -183,14 +183,33 @@ static PetscErrorCode Refresh(PC pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Solves for the fields of a right-hand side; y: the program's vector for the solution */
+static PetscErrorCode SolveInFields(PC pc, PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b, Vec y)
+{
+  const AinsworthSaddle *sp = data->saddle.get();
+  /* a work vector of an outer method is no initial guess */
+  const AinsworthAccess access = data->outer.method == AINSWORTH_OUTER_NONE ? AINSWORTH_ACCESS_UPDATE
+                                                                            : AINSWORTH_ACCESS_WRITE;
+
+  PetscFunctionBegin;
+  data->outcome.why[0] = 0;
+  PetscCall(AinsworthSaddleUseFields(sp, transpose, access, y, [=](AinsworthSaddleVec left) {
+    PetscFunctionBegin;
+    if (access == AINSWORTH_ACCESS_WRITE) PetscCall(AinsworthSaddleVecZero(left));
+    PetscCall((sp->sign ? SolveWithSigns : SolveAndVerify)(pc, data, transpose, b, left));
+    if (sp->negated) PetscCall(VecScale(left.dual, -1.0));
+    PetscCall(AinsworthSaddleRemoveDualNullSpace(sp, left.dual));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
-  PC_Ainsworth      *data  = PCAinsworthData_Private(pc);
-  AinsworthSaddle   *sp    = &data->saddle;
-  const PetscBool    other = (PetscBool)!transpose; /* b has the numbering of the rows */
-  AinsworthSaddleVec left, right;
-  PetscErrorCode     code = PETSC_SUCCESS;
-  char               why[512];
+  PC_Ainsworth   *data     = PCAinsworthData_Private(pc);
+  const PetscBool other    = (PetscBool)!transpose; /* b has the numbering of the rows */
+  PetscErrorCode  obstacle = PETSC_SUCCESS, code;
+  char            why[512];
 
   PetscFunctionBegin;
   data->outer.applications++;
@@ -199,31 +218,20 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
     PetscCall(VecFlag(y, 1));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AinsworthSaddleGetFields(sp, other, PETSC_FALSE, b, &right));
-  PetscCall(FindObstacle(data, right, &code, why, sizeof(why)));
-  if (code) {
-    data->outcome.usable = PETSC_FALSE;
-    PetscCall(AinsworthSaddleRestoreFields(sp, other, &right));
-    PetscCall(VecFlag(y, 1));
-    PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, code, why));
+  code = AinsworthSaddleUseFields(data->saddle.get(), other, AINSWORTH_ACCESS_READ, b, [&](AinsworthSaddleVec right) {
+    PetscFunctionBegin;
+    PetscCall(FindObstacle(data, right, &obstacle, why, sizeof(why)));
+    if (!obstacle) PetscCall(SolveInFields(pc, data, transpose, right, y));
     PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  data->outcome.why[0] = 0;
-  PetscCall(AinsworthSaddleGetFields(sp, transpose, PETSC_TRUE, y, &left));
-  /* a work vector of an outer method is no initial guess */
-  if (data->outer.method != AINSWORTH_OUTER_NONE) PetscCall(AinsworthSaddleVecZero(left));
-  /* checked when all is restored */
-  code = sp->sign ? SolveWithSigns(pc, data, transpose, right, left) : SolveAndVerify(pc, data, transpose, right, left);
-  if (sp->negated) PetscCall(VecScale(left.dual, -1.0));
-  PetscCall(AinsworthSaddleRemoveDualNullSpace(sp, left.dual));
-  PetscCall(AinsworthSaddleRestoreFields(sp, other, &right));
-  PetscCall(AinsworthSaddleRestoreFields(sp, transpose, &left));
+  });
   if (code) {
     data->state = PC_AINSWORTH_NONE;
     PetscCall(AinsworthSolverAfterError(data));
   }
   PetscCall(code);
+  if (obstacle) data->outcome.usable = PETSC_FALSE;
   PetscCall(VecFlag(y, !data->outcome.usable));
+  if (obstacle) PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, obstacle, why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -241,15 +249,15 @@ PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
 
   PetscFunctionBegin;
   PetscCall(Refresh(pc));
-  PetscCheck(!data->saddle.negated && data->saddle.adjoint && !data->saddle.known, PetscObjectComm((PetscObject)pc),
+  PetscCheck(!data->saddle->negated && data->saddle->adjoint && !data->saddle->known, PetscObjectComm((PetscObject)pc),
              PETSC_ERR_SUP,
              "The transpose of PCAINSWORTH needs blocks C and C', not C and -C' or another, and no Dirichlet rows with "
              "columns left in place");
-  PetscCheck(!PetscDefined(USE_COMPLEX) || data->saddle.symmetric, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP,
+  PetscCheck(!PetscDefined(USE_COMPLEX) || data->saddle->symmetric, PetscObjectComm((PetscObject)pc), PETSC_ERR_SUP,
              "The transpose of PCAINSWORTH needs a Hermitian A in complex arithmetic");
   /* [A C'; C 0] is Hermitian when A is */
   PetscCall(AinsworthApplyConjugated(
-    b, y, [=](Vec v, Vec w) { return ApplyOrTranspose(pc, (PetscBool)!data->saddle.symmetric, v, w); }));
+    b, y, [=](Vec v, Vec w) { return ApplyOrTranspose(pc, (PetscBool)!data->saddle->symmetric, v, w); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

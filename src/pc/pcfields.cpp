@@ -18,7 +18,7 @@ static PCAinsworthNamedField *Named(PC_Ainsworth *data, const char name[])
 
   for (PCAinsworthNamedField &field : data->given.named)
     if (field.name == wanted) return &field;
-  data->given.named.push_back({wanted, AinsworthIS(), {}, {}});
+  data->given.named.push_back({wanted, AinsworthRef<IS>(), {}, {}});
   return &data->given.named.back();
 }
 
@@ -29,9 +29,9 @@ static PetscErrorCode PCFieldSplitSetIS_Ainsworth(PC pc, const char name[], IS i
   PetscBool              same  = PETSC_FALSE;
 
   PetscFunctionBegin;
-  if (field->is) PetscCall(ISEqual(field->is.get(), is, &same));
+  if (field->is) PetscCall(ISEqual(field->is, is, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
-  field->is = AinsworthShareIS(is);
+  field->is = AinsworthRetain(is);
   PetscCall(ForgetFields(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -82,13 +82,13 @@ static PetscErrorCode PCFieldSplitRestrictIS_Ainsworth(PC pc, IS part)
     std::vector<PetscInt> places;
 
     if (!field.is) continue;
-    PetscCall(ISEmbed(field.is.get(), part, PETSC_TRUE, &embedded));
+    PetscCall(ISEmbed(field.is, part, PETSC_TRUE, &embedded));
     PetscCall(AinsworthISToList(embedded, &places));
     PetscCall(ISDestroy(&embedded));
     for (PetscInt &place : places) place += end - local;
     PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)part), (PetscInt)places.size(), places.data(),
                               PETSC_COPY_VALUES, &is));
-    field.is = AinsworthOwnIS(is);
+    field.is = AinsworthOwn(is);
   }
   PetscCall(ForgetFields(pc, data));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -109,7 +109,7 @@ static PetscErrorCode PCSetCoordinates_Ainsworth(PC pc, PetscInt dim, PetscInt n
 
 /* Creates the index set of some components of the nodes of a matrix, in ascending order */
 static PetscErrorCode CreateStrided(Mat mat, PetscInt bs, const std::vector<PetscInt> &components, const char name[],
-                                    AinsworthIS *is)
+                                    AinsworthRef<IS> *is)
 {
   PetscInt              first, end, n, whole;
   std::vector<PetscInt> rows;
@@ -132,7 +132,7 @@ static PetscErrorCode CreateStrided(Mat mat, PetscInt bs, const std::vector<Pets
   std::sort(rows.begin(), rows.end());
   PetscCall(
     ISCreateGeneral(PetscObjectComm((PetscObject)mat), (PetscInt)rows.size(), rows.data(), PETSC_COPY_VALUES, &set));
-  *is = AinsworthOwnIS(set);
+  *is = AinsworthOwn(set);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -157,7 +157,7 @@ static PetscErrorCode ResolveNamed(PC pc, PC_Ainsworth *data, Mat mat)
       if (named.cols != named.rows) PetscCall(CreateStrided(mat, bs, named.cols, named.name.c_str(), &field.cols));
     }
     data->given.inputs.fields.push_back(field);
-    PetscCall(ISGetSize(field.rows.get(), &size));
+    PetscCall(ISGetSize(field.rows, &size));
     total += size;
   }
   PetscCall(MatGetSize(mat, &N, NULL));
@@ -166,11 +166,11 @@ static PetscErrorCode ResolveNamed(PC pc, PC_Ainsworth *data, Mat mat)
     IS       rest;
 
     PetscCall(MatGetOwnershipRange(mat, &first, &end));
-    PetscCall(ISComplement(data->given.inputs.fields[0].rows.get(), first, end, &rest));
+    PetscCall(ISComplement(data->given.inputs.fields[0].rows, first, end, &rest));
     PetscCall(ISGetSize(rest, &size));
     total += size;
     data->given.inputs.fields.push_back(
-      {data->given.inputs.fields[0].name == "1" ? "rest" : "1", AinsworthOwnIS(rest), AinsworthIS()});
+      {data->given.inputs.fields[0].name == "1" ? "rest" : "1", AinsworthOwn(rest), AinsworthRef<IS>()});
     data->given.inputs.fields[1].cols = data->given.inputs.fields[1].rows;
   }
   PetscCheck(nest || total == N, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_SIZ,

@@ -56,8 +56,8 @@ static PetscErrorCode CheckDetermined(PC_Ainsworth *data, AinsworthSaddleVec b, 
 
   PetscFunctionBegin;
   if (PETSC_MACHINE_EPSILON * growth > most && data->reduced.f) {
-    PetscCall(AinsworthSaddleRestrict(&data->saddle, b, {data->reduced.f, data->reduced.g}));
-    PetscCall(AinsworthGrowth(&data->saddle, {data->reduced.f, b.dual}, y.primal, &growth));
+    PetscCall(AinsworthSaddleRestrict(data->saddle.get(), b, {data->reduced.f, data->reduced.g}));
+    PetscCall(AinsworthGrowth(data->saddle.get(), {data->reduced.f, b.dual}, y.primal, &growth));
   }
   rounding = PetscMax(outcome.rounding, PETSC_MACHINE_EPSILON * growth);
   if (rounding <= most) PetscFunctionReturn(PETSC_SUCCESS);
@@ -93,7 +93,7 @@ static PetscErrorCode CheckDetermined(PC_Ainsworth *data, AinsworthSaddleVec b, 
 */
 static PetscErrorCode GetEarlierTerms(PC pc, PC_Ainsworth *data, Vec g, PetscBool *kept, Vec *earlier)
 {
-  const AinsworthSaddle *saddle   = &data->saddle;
+  const AinsworthSaddle *saddle   = data->saddle.get();
   MatNullSpace           attached = saddle->nullSpace;
   PetscInt               nested, n[2] = {0, 0};
   PetscBool              other;
@@ -121,7 +121,7 @@ static PetscErrorCode KeepTerms(PC_Ainsworth *data, AinsworthSaddleVec b, Ainswo
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(b.dual, &terms));
-  PetscCall(AinsworthSaddleDualTerms(&data->saddle, b, y, terms));
+  PetscCall(AinsworthSaddleDualTerms(data->saddle.get(), b, y, terms));
   if (data->outcome.terms) PetscCall(VecPointwiseMax(data->outcome.terms, data->outcome.terms, terms));
   else PetscCall(AinsworthShare(terms, &data->outcome.terms));
   PetscCall(VecDestroy(&terms));
@@ -149,7 +149,7 @@ static PetscErrorCode IsEnergetic(const PC_Ainsworth *data, PetscBool *energetic
   PetscCall(KSPGetNormType(data->inner.ksp, &norm));
   if (norm != KSP_NORM_NATURAL && norm != KSP_NORM_DEFAULT && norm != KSP_NORM_NONE) *energetic = PETSC_FALSE;
   if (data->settings.stop == AINSWORTH_STOP_ENERGY_ERROR) blind = PETSC_FALSE; /* the energy itself has ended it */
-  if (blind || data->whole.factor || data->history.factor == AINSWORTH_FAILED || !data->saddle.adjoint)
+  if (blind || data->whole.factor || data->history.factor == AINSWORTH_FAILED || !data->saddle->adjoint)
     *energetic = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -220,7 +220,7 @@ static PetscErrorCode Describe(const PC_Ainsworth *data, const AinsworthOutcome 
 /* Names the rows that contradict others */
 static PetscErrorCode DescribeContradiction(const PC_Ainsworth *data, std::vector<bool> &marked, char why[], size_t len)
 {
-  const AinsworthSaddle *sp   = &data->saddle;
+  const AinsworthSaddle *sp   = data->saddle.get();
   PetscBool              zero = PETSC_FALSE;
   char                   names[128];
   const char            *text;
@@ -229,7 +229,7 @@ static PetscErrorCode DescribeContradiction(const PC_Ainsworth *data, std::vecto
   for (size_t i = 0; i < marked.size(); i++)
     zero = (PetscBool)(zero || (marked[i] && sp->kind[i] == AINSWORTH_ROW_ZERO));
   PetscCall(
-    MPIU_Allreduce(MPI_IN_PLACE, &zero, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)sp->rowsC)));
+    MPIU_Allreduce(MPI_IN_PLACE, &zero, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)sp->all.C)));
   for (size_t i = 0; i < marked.size(); i++) marked[i] = marked[i] && (zero == (sp->kind[i] == AINSWORTH_ROW_ZERO));
   PetscCall(AinsworthSaddleNameRows(sp, marked, names, sizeof(names)));
   if (zero) text = "nonzero on a row of C that is zero (rows %s of the multiplier field): no solution exists";
@@ -258,10 +258,10 @@ PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool tra
                                         AinsworthSaddleVec y, AinsworthSaddleVec left, AinsworthVerdict *verdict,
                                         char why[], size_t len)
 {
-  AinsworthSaddle *sp = &data->saddle;
-  AinsworthRequest request;
-  AinsworthOutcome outcome;
-  PetscBool        finite = PETSC_TRUE, kept = PETSC_FALSE;
+  const AinsworthSaddle *sp = data->saddle.get();
+  AinsworthRequest       request;
+  AinsworthOutcome       outcome;
+  PetscBool              finite = PETSC_TRUE, kept = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Verify, pc, 0, 0, 0));
@@ -273,8 +273,8 @@ PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool tra
   PetscCall(IsBounded(data, &request.bounded));
   PetscCall(GetEarlierTerms(pc, data, b.dual, &kept, &request.earlier));
   request.combination = [data](Vec w) {
-    return data->saddle.constraints() ? MatAinsworthCombineRows_Private(data->reduced.mat, &data->saddle, w)
-                                      : PETSC_SUCCESS; /* a row of zeros is one by itself */
+    return data->saddle->constraints() ? MatAinsworthCombineRows_Private(data->reduced.mat, data->saddle.get(), w)
+                                       : PETSC_SUCCESS; /* a row of zeros is one by itself */
   };
   PetscCall(IsFinite(y, &finite));
   if (!finite) {

@@ -8,7 +8,7 @@
 static PetscErrorCode KeptScale(const AinsworthSaddle *sp, Vec *kept)
 {
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(sp->C, NULL, kept));
+  PetscCall(MatCreateVecs(sp->kept.C, NULL, kept));
   PetscCall(AinsworthSaddleGetKept(sp, sp->scale.dual, *kept));
   if (sp->balance) PetscCall(VecPointwiseDivide(*kept, *kept, sp->balance));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -17,9 +17,9 @@ static PetscErrorCode KeptScale(const AinsworthSaddle *sp, Vec *kept)
 /* Factors the whole system; all later solves with this matrix take it, too. failure: why that cannot be */
 static PetscErrorCode FactorWhole(PC_Ainsworth *data, const char why[], char failure[], size_t len)
 {
-  AinsworthSaddle   *sp    = &data->saddle;
-  AinsworthSaddleVec scale = {sp->scale.primal, NULL};
-  const char        *prefix;
+  const AinsworthSaddle *sp    = data->saddle.get();
+  AinsworthSaddleVec     scale = {sp->scale.primal, NULL};
+  const char            *prefix;
 
   PetscFunctionBegin;
   data->history.whole = AINSWORTH_FAILED;

@@ -240,7 +240,7 @@ static PetscErrorCode InnerFromOptions(PC pc, PC_Ainsworth *data)
 
   PetscFunctionBegin;
   if (!data->inner.configured) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!data->saddle.A) { /* the last set-up ended before it had A: the next one reads the options */
+  if (!data->saddle) { /* the last set-up ended before it had A: the next one reads the options */
     data->inner.configured = PETSC_FALSE;
     PetscFunctionReturn(PETSC_SUCCESS);
   }

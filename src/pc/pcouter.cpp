@@ -59,7 +59,7 @@ PetscErrorCode PCSetUpOnBlocks_Ainsworth(PC pc)
       /* the method would end before it calls PCApply(), where a block changed in place is noticed */
       data->state == PC_AINSWORTH_REFUSED) {
     PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
-    PetscCall(AinsworthSaddleChanged(&data->given.inputs, &data->saddle, &changed));
+    PetscCall(AinsworthSaddleChanged(&data->given.inputs, data->saddle.get(), &changed));
     if (changed) PetscCall(PCSetUp_Ainsworth(pc));
   } else if (data->outer.applications) PetscCall(AinsworthSolverForgetFailure(pc));
   data->outer.applications = 0;
@@ -102,25 +102,28 @@ static PetscErrorCode WorstRow(PC_Ainsworth *data, PetscBool transpose, PetscRea
     {allowed, part * allowed},
     {allowed, part * allowed}
   };
-  const PetscBool    other = (PetscBool)!transpose; /* b has the numbering of the rows */
-  AinsworthSaddle   *sp    = &data->saddle;
-  AinsworthSaddleVec given, y, work, rest;
-  AinsworthBackward  worst;
+  const PetscBool        other = (PetscBool)!transpose; /* b has the numbering of the rows */
+  const AinsworthSaddle *sp    = data->saddle.get();
+  AinsworthSaddleVecRef  rest;
+  AinsworthBackward      worst;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleGetFields(sp, other, PETSC_FALSE, left, &work));
-  PetscCall(AinsworthSaddleVecDuplicate(work, &rest));
-  PetscCall(AinsworthSaddleVecCopy(work, rest));
-  PetscCall(AinsworthSaddleRestoreFields(sp, other, &work));
-  PetscCall(AinsworthSaddleGetFields(sp, other, PETSC_FALSE, b, &given));
-  PetscCall(AinsworthSaddleGetFields(sp, transpose, PETSC_FALSE, x, &y));
-  PetscCall((transpose ? MatMultTranspose : MatMult)(sp->block[AINSWORTH_BLOCK_A], y.primal, data->reduced.Ax));
-  /* signs do not matter for sizes */
-  PetscCall(AinsworthBackwardError(sp, transpose, measure, NULL, given, y, data->reduced.Ax, rest, &worst));
+  PetscCall(AinsworthSaddleUseFields(sp, other, AINSWORTH_ACCESS_READ, left, [&](AinsworthSaddleVec part) {
+    PetscFunctionBegin;
+    PetscCall(AinsworthVecClone(part.primal, rest.primal.out()));
+    PetscCall(AinsworthVecClone(part.dual, rest.dual.out()));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }));
+  PetscCall(AinsworthSaddleUseFields(sp, other, AINSWORTH_ACCESS_READ, b, [&](AinsworthSaddleVec given) {
+    return AinsworthSaddleUseFields(sp, transpose, AINSWORTH_ACCESS_READ, x, [&](AinsworthSaddleVec y) {
+      PetscFunctionBegin;
+      PetscCall((transpose ? MatMultTranspose : MatMult)(sp->block[AINSWORTH_BLOCK_A], y.primal, data->reduced.Ax));
+      /* signs do not matter for sizes */
+      PetscCall(AinsworthBackwardError(sp, transpose, measure, NULL, given, y, data->reduced.Ax, rest, &worst));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    });
+  }));
   *error = allowed * PetscMax(worst.primal.omega, worst.dual.omega);
-  PetscCall(AinsworthSaddleRestoreFields(sp, other, &given));
-  PetscCall(AinsworthSaddleRestoreFields(sp, transpose, &y));
-  PetscCall(AinsworthSaddleVecDestroy(&rest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -10,10 +10,10 @@ PetscErrorCode PCAinsworthReportBegin_Private(PC_Ainsworth *data, AinsworthSaddl
   if (!data->reporting.report) {
     AinsworthReportSystem system;
 
-    system.A               = data->saddle.A;
-    system.C               = data->saddle.C;
+    system.A               = data->saddle->A;
+    system.C               = data->saddle->kept.C;
     system.reduced         = data->reduced.mat;
-    system.primal          = data->saddle.cols[0];
+    system.primal          = data->saddle->cols[0];
     system.inverseDiagonal = data->reduced.inverseDiagonal;
     PetscCall(MatGetSize(data->given.inputs.pmat, NULL, &system.size));
     PetscCall(AinsworthReportCreate(&data->settings, &system, &data->reporting.report));

@@ -37,7 +37,7 @@ PetscErrorCode PCAinsworthGetDataOrError_Private(PC pc, PC_Ainsworth **data)
 PetscErrorCode PCAinsworthSetStale_Private(PC pc, PC_Ainsworth *data)
 {
   PetscFunctionBegin;
-  if (!data->saddle.A) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!data->saddle) PetscFunctionReturn(PETSC_SUCCESS);
   if (data->state != PC_AINSWORTH_NONE) data->state = PC_AINSWORTH_STALE;
   pc->setupcalled = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -179,7 +179,7 @@ PetscErrorCode PCAinsworthGetGramKSP(PC pc, KSP *ksp)
   PetscFunctionBegin;
   PetscCall(PCAinsworthGetDataOrError_Private(pc, &data));
   PetscAssertPointer(ksp, 2);
-  PetscCheck(data->saddle.A, PetscObjectComm((PetscObject)pc), PETSC_ERR_ORDER,
+  PetscCheck(data->saddle, PetscObjectComm((PetscObject)pc), PETSC_ERR_ORDER,
              "Call PCSetUp() before PCAinsworthGetGramKSP()");
   *ksp = NULL;
   if (data->reduced.mat) {

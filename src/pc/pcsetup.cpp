@@ -34,19 +34,19 @@ typedef PetscErrorCode (*SetUpStep)(PC, PC_Ainsworth *, SetUpRun *);
 */
 static PetscErrorCode CreateOperator(PC pc, PC_Ainsworth *data, MatAinsworthWeightType weight)
 {
-  const AinsworthSaddle *sp  = &data->saddle;
+  const AinsworthSaddle *sp  = data->saddle.get();
   Mat_Ainsworth         *old = NULL, *ctx;
   const char            *prefix;
 
   PetscFunctionBegin;
   if (data->reduced.mat) PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &old));
-  if (!old || old->A != sp->A || old->C != sp->C || old->B != sp->B || old->D != sp->D ||
-      old->adjoint != data->saddle.adjoint) {
+  if (!old || old->A != sp->A || old->C != sp->kept.C || old->B != sp->kept.B || old->D != sp->kept.D ||
+      old->adjoint != data->saddle->adjoint) {
     PetscCall(MatDestroy(&data->reduced.mat));
-    PetscCall(MatAinsworthCreate_Private(sp->A, sp->C, &data->reduced.mat));
+    PetscCall(MatAinsworthCreate_Private(sp->A, sp->kept.C, &data->reduced.mat));
     PetscCall(MatSetBlockSize(data->reduced.mat, sp->bs));
-    PetscCall(MatAinsworthSetOtherBlocks_Private(data->reduced.mat, sp->B == sp->C ? NULL : sp->B, sp->D,
-                                                 data->saddle.adjoint));
+    PetscCall(MatAinsworthSetOtherBlocks_Private(data->reduced.mat, sp->oneSided() ? (Mat)NULL : sp->kept.B, sp->kept.D,
+                                                 data->saddle->adjoint));
     PetscCall(PCGetOptionsPrefix(pc, &prefix));
     PetscCall(MatSetOptionsPrefix(data->reduced.mat, prefix));
     PetscCall(PetscObjectIncrementTabLevel((PetscObject)data->reduced.mat, (PetscObject)pc, 0));
@@ -69,7 +69,7 @@ static PetscErrorCode DropDependentRows(PC pc, PC_Ainsworth *data, AinsworthRowK
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleDropDependent(&data->saddle, n, dependent, kind));
-  PetscCall(AinsworthSaddleNameKind(&data->saddle, kind, names, sizeof(names)));
+  PetscCall(AinsworthSaddleNameKind(data->saddle.get(), kind, names, sizeof(names)));
   PetscCheck(data->choices.redundant != AINSWORTH_REDUNDANT_ERROR, PetscObjectComm((PetscObject)pc),
              PETSC_ERR_MAT_CH_ZRPVT,
              "%" PetscInt_FMT " rows of C are linear combinations of others: rows %s of the multiplier field; remove "
@@ -94,7 +94,7 @@ static PetscErrorCode SetUpOperator(PC pc, PC_Ainsworth *data, PCFailedReason *r
   PetscBool              hidden, whole = PETSC_FALSE;
 
   PetscFunctionBegin;
-  while (n && data->saddle.constraints()) {
+  while (n && data->saddle->constraints()) {
     PetscInt      *dependent;
     PetscErrorCode error = PETSC_SUCCESS; /* checked after PetscFree() */
 
@@ -138,7 +138,7 @@ static PetscErrorCode ForgetOtherSizes(PC pc, PC_Ainsworth *data)
   PetscFunctionBegin;
   if (!data->reduced.rhs) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecGetLocalSize(data->reduced.rhs, &before));
-  PetscCall(MatGetLocalSize(data->saddle.A, &now, NULL));
+  PetscCall(MatGetLocalSize(data->saddle->A, &now, NULL));
   other = (PetscBool)(before != now);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)pc)));
   if (other) PetscCall(ForgetInner(data));
@@ -151,39 +151,13 @@ static PetscErrorCode CreateKeptVectors(PC pc, PC_Ainsworth *data)
   char text[256];
 
   PetscFunctionBegin;
-  if (data->saddle.C == data->saddle.rowsC && !data->saddle.known) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthSaddleDescribeRows(&data->saddle, text, sizeof(text)));
-  PetscCall(PetscInfo(pc, "%" PetscInt_FMT " constraints%s\n", data->saddle.constraints(), text));
-  PetscCall(MatCreateVecs(data->saddle.C, NULL, &data->reduced.g));
+  if (data->saddle->kept.C == data->saddle->all.C && !data->saddle->known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthSaddleDescribeRows(data->saddle.get(), text, sizeof(text)));
+  PetscCall(PetscInfo(pc, "%" PetscInt_FMT " constraints%s\n", data->saddle->constraints(), text));
+  PetscCall(MatCreateVecs(data->saddle->kept.C, NULL, &data->reduced.g));
   PetscCall(VecDuplicate(data->reduced.g, &data->reduced.lambda));
-  if (data->saddle.known || data->saddle.B != data->saddle.C)
-    PetscCall(MatCreateVecs(data->saddle.A, NULL, &data->reduced.f));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   Copies A, for the inner solver without constraints, if the program's does not store its diagonal or does not know its
-   block size; to AIJ if the block size is part of the type
-*/
-static PetscErrorCode CompleteA(PC_Ainsworth *data)
-{
-  PetscInt  bs;
-  PetscBool aij;
-  Mat       A = data->saddle.A, copy;
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)A, &aij, MATSEQAIJ, MATMPIAIJ, ""));
-  if (aij) PetscCall(AinsworthStoreDiagonal(&data->saddle.A));
-  A = data->saddle.A;
-  PetscCall(MatGetBlockSize(A, &bs));
-  if (bs == data->saddle.bs) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthGetAIJ(A, &copy));
-  if (copy == A) {
-    PetscCall(MatDuplicate(A, MAT_COPY_VALUES, &data->saddle.A));
-    PetscCall(MatDestroy(&copy));
-  } else data->saddle.A = copy;
-  PetscCall(MatSetBlockSize(data->saddle.A, data->saddle.bs));
-  PetscCall(MatDestroy(&A));
+  if (data->saddle->known || !data->saddle->oneSided())
+    PetscCall(MatCreateVecs(data->saddle->A, NULL, &data->reduced.f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -195,8 +169,8 @@ static PetscErrorCode IsNeeded(PC pc, PC_Ainsworth *data, PetscBool *needed)
   PetscFunctionBegin;
   *needed = PETSC_TRUE;
   PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
-  if (data->saddle.A && data->state >= PC_AINSWORTH_READY)
-    PetscCall(AinsworthSaddleChanged(&data->given.inputs, &data->saddle, needed));
+  if (data->saddle && data->state >= PC_AINSWORTH_READY)
+    PetscCall(AinsworthSaddleChanged(&data->given.inputs, data->saddle.get(), needed));
   PetscCall(PCGetReusePreconditioner(pc, &reuse));
   if (data->age.forProgram && !reuse) *needed = PETSC_TRUE;
   if (*needed) PetscFunctionReturn(PETSC_SUCCESS);
@@ -230,22 +204,24 @@ static PetscErrorCode ForgetLast(PC, PC_Ainsworth *data, SetUpRun *run)
 /* Finds A, B, C and D in the program's matrix, and whether they are symmetric */
 static PetscErrorCode FindBlocks(PC pc, PC_Ainsworth *data, SetUpRun *run)
 {
-  const PetscBool symmetric = data->saddle.symmetric, adjoint = data->saddle.adjoint;
-  char            text[512];
+  const bool known = data->saddle && !data->saddle->bad[0], symmetric = known && data->saddle->symmetric,
+             adjoint = known && data->saddle->adjoint;
+  char text[512];
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleSetUp(&data->given.inputs, &data->saddle));
-  if (data->saddle.bad[0]) {
+  PetscCall(AinsworthSaddleBuild(&data->given.inputs, std::move(data->saddle), &data->saddle));
+  if (data->saddle->bad[0]) {
     run->reason = PC_FACTOR_OTHER;
     run->code   = PETSC_ERR_FP;
-    PetscCall(PetscSNPrintf(run->why, sizeof(run->why), "The system cannot be solved: %s", data->saddle.bad));
+    PetscCall(PetscSNPrintf(run->why, sizeof(run->why), "The system cannot be solved: %s", data->saddle->bad));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AinsworthSaddleDescribeLayout(&data->saddle, text, sizeof(text)));
-  PetscCall(PetscInfo(pc, "%s; block size %" PetscInt_FMT " of A: %s\n", text, data->saddle.bs, data->saddle.bsSource));
+  PetscCall(AinsworthSaddleDescribeLayout(data->saddle.get(), text, sizeof(text)));
+  PetscCall(
+    PetscInfo(pc, "%s; block size %" PetscInt_FMT " of A: %s\n", text, data->saddle->bs, data->saddle->bsSource));
   PetscCall(ForgetOtherSizes(pc, data));
   data->history.gmres = AINSWORTH_UNTRIED; /* conjugate gradients are tried again */
-  if (symmetric != data->saddle.symmetric || adjoint != data->saddle.adjoint) {
+  if (symmetric != data->saddle->symmetric || adjoint != data->saddle->adjoint) {
     PetscCall(MatDestroy(&data->reduced.mat));        /* it depends on the symmetry of the system, and on B */
     data->inner.configured = run->keep = PETSC_FALSE; /* the system may need another method */
   }
@@ -258,7 +234,8 @@ static PetscErrorCode CheckUnused(PC_Ainsworth *data, SetUpRun *run)
   char unknowns[128], equations[128];
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleNameUnused(&data->saddle, data->saddle.symmetric, unknowns, equations, sizeof(unknowns)));
+  PetscCall(
+    AinsworthSaddleNameUnused(data->saddle.get(), data->saddle->symmetric, unknowns, equations, sizeof(unknowns)));
   run->code = PETSC_ERR_MAT_LU_ZRPVT;
   if (unknowns[0])
     PetscCall(PetscSNPrintf(run->why, sizeof(run->why),
@@ -283,7 +260,7 @@ static PetscErrorCode SetUpConstraints(PC pc, PC_Ainsworth *data, SetUpRun *run)
   PetscCall(CheckUnused(data, run));
   if (run->reason) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSolverConfigureKSP(pc, data)); /* options count as read also where the constraints are refused */
-  if (data->saddle.constraints()) PetscCall(SetUpOperator(pc, data, &run->reason));
+  if (data->saddle->constraints()) PetscCall(SetUpOperator(pc, data, &run->reason));
   if (run->reason) {
     run->code = PETSC_ERR_MAT_CH_ZRPVT;
     PetscCall(PetscSNPrintf(
@@ -292,17 +269,16 @@ static PetscErrorCode SetUpConstraints(PC pc, PC_Ainsworth *data, SetUpRun *run)
       PCFailedReasons[run->reason]));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (data->saddle.constraints()) PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
+  if (data->saddle->constraints()) PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
   if (ctx && ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL)
     PetscCall(AinsworthShare(ctx->weight, &data->reduced.inverseDiagonal));
-  else PetscCall(AinsworthWeightCreate(data->saddle.A, &data->reduced.inverseDiagonal));
-  if (!data->saddle.constraints()) {
+  else PetscCall(AinsworthWeightCreate(data->saddle->A, &data->reduced.inverseDiagonal));
+  if (!data->saddle->constraints()) {
     PetscCall(PetscInfo(pc, "No constraints: the reduced system is that of A alone\n"));
     PetscCall(MatDestroy(&data->reduced.mat));
-    PetscCall(CompleteA(data));
   }
   PetscCall(CreateKeptVectors(pc, data));
-  if (!data->reduced.rhs) PetscCall(MatCreateVecs(data->saddle.A, &data->reduced.Ax, &data->reduced.rhs));
+  if (!data->reduced.rhs) PetscCall(MatCreateVecs(data->saddle->A, &data->reduced.Ax, &data->reduced.rhs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -21,7 +21,7 @@ static PetscErrorCode ForgetRounding(const PC_Ainsworth *data, Vec f)
   Vec            work;
 
   PetscFunctionBegin;
-  if (!data->saddle.constraints() || data->saddle.D) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!data->saddle->constraints() || data->saddle->kept.D) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
   PetscCall(VecDuplicate(f, &work));
   for (int k = 0; k < 2; k++) {
@@ -58,7 +58,7 @@ static PetscErrorCode SolveOnce(PC pc, PC_Ainsworth *data, PetscBool transpose, 
 
   PetscFunctionBegin;
   PetscCall(PetscTime(&start));
-  if (data->saddle.constraints())
+  if (data->saddle->constraints())
     PetscCall(MatAinsworthReduce_Private(data->reduced.mat, transpose, b.primal, b.dual, rhs));
   else PetscCall(VecCopy(b.primal, rhs));
   PetscCall(ForgetRounding(data, b.primal));
@@ -138,15 +138,15 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   PetscCall(VecGetSize(y.primal, &n));
   *reason = KSP_CONVERGED_HAPPY_BREAKDOWN;
   /* Ker C = 0: the constraints alone determine x */
-  if (data->saddle.constraints() == n && !data->saddle.D) PetscCall(VecZeroEntries(y.primal));
+  if (data->saddle->constraints() == n && !data->saddle->kept.D) PetscCall(VecZeroEntries(y.primal));
   else PetscCall(SolveInner(pc, data, transpose, watched, b, y.primal, reason));
   PetscCall(PCAinsworthIsClaim_Private(data, known));
-  *known = (PetscBool)(*known && !data->whole.factor && data->saddle.constraints() &&
-                       data->saddle.A == data->saddle.block[AINSWORTH_BLOCK_A] && !data->saddle.known);
+  *known = (PetscBool)(*known && !data->whole.factor && data->saddle->constraints() &&
+                       data->saddle->A == data->saddle->block[AINSWORTH_BLOCK_A] && !data->saddle->known);
   if (data->whole.factor) { /* at once, or because the reduced solve was given up for it */
     *reason = KSP_CONVERGED_RTOL;
     PetscCall(AinsworthWholeSolve(data->whole.factor, transpose, b, y));
-  } else if (data->saddle.constraints())
+  } else if (data->saddle->constraints())
     PetscCall(MatAinsworthRecover_Private(data->reduced.mat, transpose, b, y, *known ? data->reduced.Ax : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -162,9 +162,9 @@ PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBo
   if (r->g) {
     const AinsworthSaddleVec kept = {r->f ? r->f : b.primal, r->g};
 
-    PetscCall(AinsworthSaddleRestrict(&data->saddle, b, kept));
+    PetscCall(AinsworthSaddleRestrict(data->saddle.get(), b, kept));
     PetscCall(SolveReduced(pc, data, transpose, watched, kept, {y.primal, r->lambda}, known, reason));
-    PetscCall(AinsworthSaddleExtend(&data->saddle, b, r->lambda, y));
+    PetscCall(AinsworthSaddleExtend(data->saddle.get(), b, r->lambda, y));
   } else PetscCall(SolveReduced(pc, data, transpose, watched, b, y, known, reason));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -194,6 +194,6 @@ PetscErrorCode PCAinsworthSolveLoosely_Private(PC pc, PC_Ainsworth *data, PetscB
   data->inner.ksp->its   = its; /* what the program asks for is the solve of its system */
   data->inner.ksp->rnorm = rnorm;
   PetscCall(error);
-  PetscCall(AinsworthSaddleRemoveNullSpace(&data->saddle, data->given.inputs.amat, transpose, p, &removed));
+  PetscCall(AinsworthSaddleRemoveNullSpace(data->saddle.get(), data->given.inputs.amat, transpose, p, &removed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -25,19 +25,19 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   if (data->history.factor == AINSWORTH_TAKEN)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioning matrix factored %s\n", data->escape.why));
   PetscCall(PCAinsworthReportView_Private(data, viewer));
-  if (!data->saddle.A) {
+  if (!data->saddle) {
     PetscCall(PetscViewerASCIIPrintf(viewer, "  not set up yet\n"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AinsworthSaddleDescribeLayout(&data->saddle, layout, sizeof(layout)));
+  PetscCall(AinsworthSaddleDescribeLayout(data->saddle.get(), layout, sizeof(layout)));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  layout: %s\n", layout));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  block size of A: %" PetscInt_FMT " (%s)\n", data->saddle.bs,
-                                   data->saddle.bsSource));
-  PetscCall(AinsworthSaddleDescribeModes(&data->saddle, modes, sizeof(modes)));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  block size of A: %" PetscInt_FMT " (%s)\n", data->saddle->bs,
+                                   data->saddle->bsSource));
+  PetscCall(AinsworthSaddleDescribeModes(data->saddle.get(), modes, sizeof(modes)));
   if (modes[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "  near null space of A: %s\n", modes));
-  PetscCall(AinsworthSaddleDescribeRows(&data->saddle, dropped, sizeof(dropped)));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s%s\n", data->saddle.constraints(),
-                                   data->saddle.constraints() ? "" : ", A alone is solved", dropped));
+  PetscCall(AinsworthSaddleDescribeRows(data->saddle.get(), dropped, sizeof(dropped)));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s%s\n", data->saddle->constraints(),
+                                   data->saddle->constraints() ? "" : ", A alone is solved", dropped));
   if (data->reduced.mat) PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
   if (ctx && ctx->weightType != data->choices.weightType)
     PetscCall(PetscViewerASCIIPrintf(

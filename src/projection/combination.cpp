@@ -23,11 +23,11 @@ static PetscErrorCode Leave(const Mat_Ainsworth *ctx, const AinsworthSaddle *sp,
   Vec all;
 
   PetscFunctionBegin;
-  PetscCall(MatMultHermitianTranspose(sp->rowsC, w, left.primal));
+  PetscCall(MatMultHermitianTranspose(sp->all.C, w, left.primal));
   PetscCall(VecZeroEntries(left.dual));
   if (!ctx->D) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(w, &all));
-  PetscCall(MatMultHermitianTranspose(sp->rowsD, w, all));
+  PetscCall(MatMultHermitianTranspose(sp->all.D, w, all));
   PetscCall(AinsworthSaddleGetKept(sp, all, left.dual));
   PetscCall(VecDestroy(&all));
   if (sp->balance) PetscCall(VecPointwiseMult(left.dual, left.dual, sp->balance));
@@ -55,7 +55,7 @@ PetscErrorCode MatAinsworthCombineRows_Private(Mat mat, const AinsworthSaddle *s
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
   proj = &ctx->proj;
-  PetscCall(MatCreateVecs(sp->C, &left.primal, &left.dual));
+  PetscCall(MatCreateVecs(sp->kept.C, &left.primal, &left.dual));
   PetscCall(VecDuplicate(left.dual, &kept));
   for (int k = 0; k < steps; k++) {
     PetscCall(Leave(ctx, sp, w, left));

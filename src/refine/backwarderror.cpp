@@ -73,7 +73,7 @@ PetscErrorCode AinsworthLargestEntry(const AinsworthSaddle *sp, AinsworthSaddleV
   *size = 0.0;
   if (v.primal) PetscCall(Largest(v.primal, sp->scale.primal, unknowns, size));
   if (v.dual) PetscCall(Largest(v.dual, sp->scale.dual, unknowns, size));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, size, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)sp->rowsC)));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, size, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)sp->all.C)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -203,7 +203,7 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
   std::fill(std::begin(most), std::end(most), 0.0);
   /* an error of t in it leaves at most 2 t in a row */
   if (measure[AINSWORTH_ROWS_HELD].energetic > 0.0) PetscCall(EnergyNorm(sp, y.primal, Ax, &sizes[1]));
-  if (sp->rowsB == sp->rowsC && sp->positive) /* otherwise its rows may be small where its columns are not */
+  if (sp->oneSided() && sp->positive) /* otherwise its rows may be small where its columns are not */
     PetscCall(Largest(y.primal, scale.primal, true, &most[0]));
   PetscCall(Largest(b.primal, scale.primal, false, &most[0]));
   PetscCall(Largest(b.dual, scale.dual, false, &most[1]));

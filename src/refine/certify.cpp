@@ -30,13 +30,14 @@ PetscErrorCode AinsworthCertify(const AinsworthSaddle *sp, Vec w, Vec left, Pets
   PetscFunctionBegin;
   for (AinsworthSaddleVec *v : {&row, &terms}) {
     PetscCall(VecDuplicate(sp->scale.primal, &v->primal));
-    if (sp->rowsD) PetscCall(VecDuplicate(w, &v->dual));
+    if (sp->all.D) PetscCall(VecDuplicate(w, &v->dual));
   }
-  PetscCall(MatMultHermitianTranspose(sp->rowsC, w, row.primal));
-  PetscCall(AinsworthAbsoluteMultTranspose(sp->rowsC, w, terms.primal));
-  if (sp->rowsD) {
-    PetscCall(MatMultHermitianTranspose(sp->rowsD, w, row.dual));
-    PetscCall(AinsworthAbsoluteMultTranspose(sp->rowsD, w, terms.dual));
+  PetscCall(MatMultHermitianTranspose(sp->all.C, w, row.primal));
+  PetscCall(AinsworthAbsoluteMultTranspose(sp->all.C, w, terms.primal));
+  for (Vec v : {row.primal, terms.primal}) PetscCall(AinsworthSaddleClearKnown(sp, v));
+  if (sp->all.D) {
+    PetscCall(MatMultHermitianTranspose(sp->all.D, w, row.dual));
+    PetscCall(AinsworthAbsoluteMultTranspose(sp->all.D, w, terms.dual));
     /* multipliers of decoupled rows are known, like right-hand sides */
     for (Vec v : {row.dual, terms.dual})
       PetscCall(AinsworthUpdate(

@@ -137,7 +137,7 @@ static PetscErrorCode Depend(const AinsworthSaddle *sp, const AinsworthRequest *
   }));
   PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)w), mine, &rows));
   PetscCall(AinsworthLargestEntry(sp, y, true, &size));
-  outcome->contradictory.assign(sp->local, false);
+  outcome->contradictory.assign(sp->local(), false);
   for (PetscInt row : rows) {
     AinsworthDependence what;
 
@@ -148,7 +148,7 @@ static PetscErrorCode Depend(const AinsworthSaddle *sp, const AinsworthRequest *
       outcome->state = AINSWORTH_OUTCOME_UNMET;
     if (what != AINSWORTH_DEPENDENCE_CONTRADICTION) continue;
     outcome->state = AINSWORTH_OUTCOME_CONTRADICTION;
-    if (row >= sp->first && row < sp->first + sp->local) outcome->contradictory[row - sp->first] = true;
+    if (row >= sp->first && row < sp->first + sp->local()) outcome->contradictory[row - sp->first] = true;
   }
   for (Vec *v : {&allowed, &w}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -240,7 +240,7 @@ static PetscErrorCode FindRounding(const AinsworthSaddle *sp, const AinsworthReq
   PetscCall(VecDot(after.primal, y.primal, &work[1]));
   if (request->tol >= 0.0 && !(PetscAbsScalar(work[1]) <= rate * PetscAbsScalar(work[0])))
     outcome->rounding = PETSC_INFINITY;
-  PetscCall(PetscInfo(sp->rowsC, "x is %g of f and g: rounding of A moves it by %g\n", (double)outcome->growth,
+  PetscCall(PetscInfo(sp->all.C, "x is %g of f and g: rounding of A moves it by %g\n", (double)outcome->growth,
                       (double)outcome->rounding));
   for (AinsworthSaddleVec *v : {&r, &d, &after}) PetscCall(AinsworthSaddleVecDestroy(v));
   PetscCall(VecDestroy(&Ad));
@@ -271,8 +271,8 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   PetscReal              far;
 
   PetscFunctionBegin;
-  Measure(sp->D, request, measure);
-  if (sp->D) p.settles = request->tol < 0.0; /* springs may be far softer than what the energy sees */
+  Measure(sp->kept.D, request, measure);
+  if (sp->kept.D) p.settles = request->tol < 0.0; /* springs may be far softer than what the energy sees */
   const auto look = [&](PetscBool given) -> PetscErrorCode {
     PetscFunctionBegin;
     PetscCall(AinsworthSaddleResidual(sp, request->transpose, given, b, y, Ax, left));
@@ -294,7 +294,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
     if (error.primal.omega == 0.0 && error.dual.omega == 0.0) p.settles = true; /* there is nothing that could move x */
     state = AinsworthDecide(p, open);
     if (!some && state == AINSWORTH_WORKING) state = AINSWORTH_NO_PROGRESS;
-    PetscCall(PetscInfo(sp->rowsC,
+    PetscCall(PetscInfo(sp->all.C,
                         "After %d further solves, the last of which moved x by %g, rows of both equations are left "
                         "with up to %g and %g times what they are "
                         "allowed\n",

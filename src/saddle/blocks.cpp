@@ -32,7 +32,7 @@ static PetscErrorCode TakeOver(const AinsworthSaddleBlocks *last, int k, Ainswor
   PetscFunctionBegin;
   *taken = (PetscBool)(last && last->layout && last->block[k] && last->state[k] == found->state[k]);
   if (!*taken) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthShare(last->block[k], &found->block[k]));
+  found->block[k] = last->block[k];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -42,8 +42,9 @@ static PetscErrorCode TakeOver(const AinsworthSaddleBlocks *last, int k, Ainswor
 */
 static PetscErrorCode Assemble(const AinsworthSaddleBlocks *last, int k, AinsworthSaddleBlocks *found)
 {
-  Mat       given = found->block[k], opaque;
-  PetscBool nest, taken;
+  const AinsworthRef<Mat> given = found->block[k];
+  Mat                     opaque;
+  PetscBool               nest, taken;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)given, MATNEST, &nest));
@@ -53,19 +54,19 @@ static PetscErrorCode Assemble(const AinsworthSaddleBlocks *last, int k, Ainswor
   found->made[k] = PETSC_TRUE;
   PetscCall(TakeOver(last && !last->sign ? last : NULL, k, found, &taken));
   if (!taken) {
-    PetscCall(AinsworthGetAIJ(given, &found->block[k]));
+    PetscCall(AinsworthGetAIJ(given, found->block[k].out()));
     PetscCall(AinsworthCopyNullSpaces(given, found->block[k]));
   }
-  PetscCall(MatDestroy(&given));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Replaces a block of minus a saddle point in a MatNest by a copy with changed signs */
 static PetscErrorCode ChangeSign(const AinsworthSaddleBlocks *last, int k, AinsworthSaddleBlocks *found)
 {
-  Mat       given = found->block[k], aij;
-  PetscInt  bs;
-  PetscBool taken = PETSC_FALSE, opaque;
+  const AinsworthRef<Mat> given = found->block[k];
+  Mat                     aij;
+  PetscInt                bs;
+  PetscBool               taken = PETSC_FALSE, opaque;
 
   PetscFunctionBegin;
   if (!given || !found->sign) PetscFunctionReturn(PETSC_SUCCESS);
@@ -73,7 +74,7 @@ static PetscErrorCode ChangeSign(const AinsworthSaddleBlocks *last, int k, Ainsw
   if (!taken) {
     PetscCall(AinsworthCheckEntries(given, found->name[k], "of minus a saddle point", &opaque));
     PetscCall(AinsworthGetAIJ(given, &aij));
-    PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &found->block[k]));
+    PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, found->block[k].out()));
     PetscCall(MatDestroy(&aij));
     PetscCall(AinsworthChangeSign(found->sign, k, found->block[k]));
     PetscCall(MatGetBlockSize(given, &bs));
@@ -81,7 +82,6 @@ static PetscErrorCode ChangeSign(const AinsworthSaddleBlocks *last, int k, Ainsw
     PetscCall(AinsworthCopyNullSpaces(given, found->block[k]));
   }
   found->made[k] = PETSC_TRUE;
-  PetscCall(MatDestroy(&given));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -109,7 +109,7 @@ static PetscErrorCode FindPrimal(const AinsworthSaddleInputs *in, Mat mat, Petsc
   if (!found->extracted && nr == (PetscInt)found->fields.size() && nc == nr) {
     PetscCall(AinsworthNestGetPartState(in->pmat, part, part, &found->state[P]));
     if (compare) PetscFunctionReturn(PETSC_SUCCESS);
-    PetscCall(AinsworthNestGetPart(in->pmat, part, part, &found->block[P]));
+    PetscCall(AinsworthNestGetPart(in->pmat, part, part, found->block[P].out()));
     PetscCall(AinsworthCheckAssembled(found->block[P], found->name[P]));
     if (found->block[P]) PetscCall(Assemble(last, P, found));
     PetscCall(ChangeSign(last, P, found));
@@ -135,14 +135,14 @@ static PetscErrorCode NestBlocks(const AinsworthSaddleInputs *in, Mat mat, Petsc
 
     PetscCall(AinsworthNestGetPartState(mat, rows, cols, &found->state[k]));
     if (compare) continue;
-    PetscCall(AinsworthNestGetPart(mat, rows, cols, &found->block[k]));
+    PetscCall(AinsworthNestGetPart(mat, rows, cols, found->block[k].out()));
     PetscCall(AinsworthCheckAssembled(found->block[k], found->name[k]));
   }
   if (!compare) {
     PetscCheck(found->block[AINSWORTH_BLOCK_A], PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG,
                "%s, A, is absent", found->name[AINSWORTH_BLOCK_A]);
     PetscCall(Assemble(last, AINSWORTH_BLOCK_A, found));
-    PetscCall(AinsworthFindSign(found->block[AINSWORTH_BLOCK_A], NULL, &found->sign));
+    PetscCall(AinsworthFindSign(found->block[AINSWORTH_BLOCK_A], NULL, found->sign.out()));
     for (int k = 0; k < AINSWORTH_BLOCK_P; k++) PetscCall(ChangeSign(last, k, found));
   }
   PetscCall(FindPrimal(in, mat, compare, last, found));
@@ -163,7 +163,7 @@ static PetscErrorCode SubmatrixBlocks(const AinsworthSaddleInputs *in, Mat mat, 
   for (int k = 0; k < AINSWORTH_BLOCK_P; k++) found->state[k] = state;
   if (!compare) {
     PetscCall(AinsworthCheckAssembled(mat, "The matrix"));
-    PetscCall(AinsworthFindSign(mat, found->rows[0], &found->sign));
+    PetscCall(AinsworthFindSign(mat, found->rows[0], found->sign.out()));
     PetscCall(AinsworthExtractBlocks(mat, last, found));
   }
   PetscCall(FindPrimal(in, mat, compare, last, found));
@@ -195,8 +195,7 @@ static PetscErrorCode FindBlocks(const AinsworthSaddleInputs *in, PetscBool comp
   else PetscCall(NestBlocks(in, mat, compare, last, found));
   if (compare) PetscFunctionReturn(PETSC_SUCCESS);
   if (detected) PetscCall(AinsworthCheckDetected(found));
-  if (!found->block[AINSWORTH_BLOCK_P])
-    PetscCall(AinsworthShare(found->block[AINSWORTH_BLOCK_A], &found->block[AINSWORTH_BLOCK_P]));
+  if (!found->block[AINSWORTH_BLOCK_P]) found->block[AINSWORTH_BLOCK_P] = found->block[AINSWORTH_BLOCK_A];
   if (found->made[AINSWORTH_BLOCK_A]) PetscCall(AinsworthSaddleAttachNearNullSpace(found, mat));
   PetscCall(AinsworthFindBlockSize(in, mat, last, found));
   PetscCall(AinsworthFindRigidModes(in, mat, last, found));
@@ -209,7 +208,6 @@ static PetscErrorCode FindBlocks(const AinsworthSaddleInputs *in, PetscBool comp
 
    last: result of the last set-up, may be empty; what has not changed is taken from it. compare: the multiplier fields
    are those of last, no value is read and no block is created; layout becomes NULL if the number of fields has changed.
-   found: destroy with AinsworthSaddleResetBlocks().
 */
 PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *in, PetscBool compare,
                                          const AinsworthSaddleBlocks *last, AinsworthSaddleBlocks *found)
@@ -232,19 +230,5 @@ PetscErrorCode AinsworthSaddleDescribeLayout(const AinsworthSaddleBlocks *b, cha
   PetscCall(PetscSNPrintf(text, len, "%s, %" PetscInt_FMT " fields %s; multipliers: %s (%s)%s", b->layout,
                           (PetscInt)b->fields.size(), b->told, names.c_str(), b->chosen,
                           b->sign ? "; signs changed" : ""));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *b)
-{
-  PetscFunctionBegin;
-  for (Mat &M : b->block) PetscCall(MatDestroy(&M));
-  PetscCall(VecDestroy(&b->sign));
-  PetscCall(MatNullSpaceDestroy(&b->modes));
-  for (int k = 0; k < 2; k++) {
-    PetscCall(ISDestroy(&b->rows[k]));
-    PetscCall(ISDestroy(&b->cols[k]));
-  }
-  *b = AinsworthSaddleBlocks();
   PetscFunctionReturn(PETSC_SUCCESS);
 }

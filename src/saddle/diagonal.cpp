@@ -10,10 +10,9 @@
 */
 PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
 {
-  static const char              name[] = "AinsworthDiagonal";
-  std::shared_ptr<struct _p_Vec> kept;
-  PetscBool                      aij, current;
-  Vec                            copy;
+  static const char name[] = "AinsworthDiagonal";
+  AinsworthRef<Vec> kept;
+  PetscBool         aij, current;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)M, &aij, MATSEQAIJ, MATMPIAIJ, ""));
@@ -23,12 +22,11 @@ PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
   }
   PetscCall(AinsworthRecall((PetscObject)M, name, &kept, &current));
   if (!current) {
-    PetscCall(VecDuplicate(diagonal, &copy));
-    kept.reset(copy, [](Vec v) { (void)VecDestroy(&v); });
-    PetscCall(MatGetDiagonal(M, copy));
+    PetscCall(VecDuplicate(diagonal, kept.out()));
+    PetscCall(MatGetDiagonal(M, kept));
     PetscCall(AinsworthRemember((PetscObject)M, name, kept));
   }
-  PetscCall(VecCopy(kept.get(), diagonal));
+  PetscCall(VecCopy(kept, diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -49,7 +47,9 @@ PetscErrorCode AinsworthCreateDiagonal(Mat mat, Vec *diagonal)
   PetscCall(PetscObjectTypeCompare((PetscObject)given, VECNEST, &nest));
   if (!nest) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecGetLocalSize(given, &n));
-  PetscCall(AinsworthVecCreatePlain(given, n, diagonal));
+  PetscCall(VecCreate(PetscObjectComm((PetscObject)mat), diagonal));
+  PetscCall(VecSetSizes(*diagonal, n, PETSC_DETERMINE));
+  PetscCall(VecSetType(*diagonal, VECSTANDARD));
   PetscCall(AinsworthVecCopyEntries(given, *diagonal));
   PetscCall(VecDestroy(&given));
   PetscFunctionReturn(PETSC_SUCCESS);

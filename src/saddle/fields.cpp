@@ -3,33 +3,21 @@
 #include "../base/objects.h"
 
 /*
-   AinsworthSaddleGetFields - gets the fields of a right-hand side (rows) or of a solution, of one of each kind at a
-   time. Collective
-
-   write: the fields may be changed. Restore them with AinsworthSaddleRestoreFields()
+   AinsworthSaddleUseFields - calls a function with the fields of a right-hand side (rows) or of a solution, of one of
+   each kind at a time; they are given back also if it fails. Collective
 */
-PetscErrorCode AinsworthSaddleGetFields(AinsworthSaddle *sp, PetscBool rows, PetscBool write, Vec v,
-                                        AinsworthSaddleVec *fields)
+PetscErrorCode AinsworthSaddleUseFields(const AinsworthSaddle *sp, PetscBool rows, AinsworthAccess access, Vec v,
+                                        const AinsworthFieldsUse &use)
 {
-  PetscFunctionBegin;
-  PetscCall(AinsworthTransferIn(&sp->transfer[rows ? 0 : 1], rows ? sp->rows : sp->cols, write, v, fields));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+  const AinsworthTransfer *transfer = &sp->transfer[rows ? 0 : 1];
+  const AinsworthSaddleVec fields   = {transfer->part[0], transfer->part[1]};
+  PetscErrorCode           code;
 
-PetscErrorCode AinsworthSaddleRestoreFields(AinsworthSaddle *sp, PetscBool rows, AinsworthSaddleVec *fields)
-{
   PetscFunctionBegin;
-  PetscCall(AinsworthTransferOut(&sp->transfer[rows ? 0 : 1], fields));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Gets work vectors of length n and of all rows of the multiplier field */
-static PetscErrorCode GetWork(AinsworthSaddle *sp, Vec *primal, Vec *dual)
-{
-  PetscFunctionBegin;
-  if (!sp->work[0]) PetscCall(MatCreateVecs(sp->rowsC, &sp->work[0], &sp->work[1]));
-  *primal = sp->work[0];
-  *dual   = sp->work[1];
+  PetscCall(AinsworthTransferIn(transfer, access, v, fields));
+  code = use(fields); /* checked when all is given back */
+  PetscCall(AinsworthTransferOut(transfer, access, v, fields));
+  PetscCall(code);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -37,7 +25,7 @@ static PetscErrorCode GetWork(AinsworthSaddle *sp, Vec *primal, Vec *dual)
 static PetscErrorCode SolveDecoupled(const AinsworthSaddle *sp, Vec g, Vec lambda)
 {
   PetscFunctionBegin;
-  PetscCall(MatGetDiagonal(sp->rowsD, lambda));
+  PetscCall(MatGetDiagonal(sp->all.D, lambda));
   PetscCall(AinsworthUpdate(lambda, {g}, [sp](PetscInt i, PetscScalar &l, PetscScalar a) {
     l = sp->kind[i] == AINSWORTH_ROW_DECOUPLED ? -a / l : 0.0;
   }));
@@ -65,20 +53,20 @@ PetscErrorCode AinsworthSaddleGetKept(const AinsworthSaddle *sp, Vec all, Vec ke
 
    kept.primal may be b.primal if sp->known is NULL and B is C, because f does not change then.
 */
-PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *sp, AinsworthSaddleVec b, AinsworthSaddleVec kept)
+PetscErrorCode AinsworthSaddleRestrict(const AinsworthSaddle *sp, AinsworthSaddleVec b, AinsworthSaddleVec kept)
 {
-  Vec x, lambda, rest = b.dual;
+  const Vec x = sp->work[0], lambda = sp->work[1];
+  Vec       rest = b.dual;
 
   PetscFunctionBegin;
-  PetscCall(GetWork(sp, &x, &lambda));
   if (kept.primal != b.primal) PetscCall(VecCopy(b.primal, kept.primal));
   if (sp->count[AINSWORTH_ROW_DECOUPLED] || sp->known) PetscCall(AinsworthVecClone(b.dual, &rest));
   if (sp->known) PetscCall(AinsworthSaddleMoveColumns(sp, b.primal, x, lambda, kept.primal, rest));
   if (sp->count[AINSWORTH_ROW_DECOUPLED]) {
     PetscCall(SolveDecoupled(sp, rest, lambda));
-    PetscCall(MatMultAdd(sp->rowsD, lambda, rest, rest));
-    if (sp->rowsB != sp->rowsC) {
-      PetscCall(MatMultHermitianTranspose(sp->rowsB, lambda, x));
+    PetscCall(MatMultAdd(sp->all.D, lambda, rest, rest));
+    if (!sp->oneSided()) {
+      PetscCall(MatMultHermitianTranspose(sp->all.B, lambda, x));
       PetscCall(VecAXPY(kept.primal, -1.0, x));
     }
   }
@@ -91,14 +79,13 @@ PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *sp, AinsworthSaddleVec b
 /*
    AinsworthSaddleExtend - extends a solution of the kept rows by the known unknowns and to all multipliers. Collective
 */
-PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, AinsworthSaddleVec b, Vec kept, AinsworthSaddleVec y)
+PetscErrorCode AinsworthSaddleExtend(const AinsworthSaddle *sp, AinsworthSaddleVec b, Vec kept, AinsworthSaddleVec y)
 {
-  Vec                work, rest;
+  const Vec          rest = sp->work[1];
   const PetscScalar *k;
   PetscInt           n = 0;
 
   PetscFunctionBegin;
-  PetscCall(GetWork(sp, &work, &rest));
   if (sp->known) { /* where y is 0 up to rounding */
     PetscCall(
       AinsworthUpdate(y.primal, {sp->known, b.primal}, [](PetscInt, PetscScalar &v, PetscScalar k, PetscScalar r) {
@@ -106,7 +93,7 @@ PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, AinsworthSaddleVec b, 
       }));
   }
   if (sp->count[AINSWORTH_ROW_DECOUPLED] && sp->known) {
-    PetscCall(MatMult(sp->givenC, y.primal, rest));
+    PetscCall(MatMult(sp->all.C, y.primal, rest));
     PetscCall(VecAYPX(rest, -1.0, b.dual));
     PetscCall(SolveDecoupled(sp, rest, y.dual));
   } else if (sp->count[AINSWORTH_ROW_DECOUPLED]) PetscCall(SolveDecoupled(sp, b.dual, y.dual));
@@ -121,11 +108,11 @@ PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *sp, AinsworthSaddleVec b, 
     Vec diagonal;
 
     PetscCall(VecDuplicate(rest, &diagonal));
-    PetscCall(MatMult(sp->rowsD, y.dual, rest));
+    PetscCall(MatMult(sp->all.D, y.dual, rest));
     PetscCall(VecAYPX(rest, 1.0, b.dual));
     PetscCall(VecScale(rest, -1.0));
-    PetscCall(MatMultAdd(sp->givenC, y.primal, rest, rest));
-    PetscCall(MatGetDiagonal(sp->rowsD, diagonal));
+    PetscCall(MatMultAdd(sp->all.C, y.primal, rest, rest));
+    PetscCall(MatGetDiagonal(sp->all.D, diagonal));
     PetscCall(AinsworthUpdate(y.dual, {rest, diagonal}, [sp](PetscInt i, PetscScalar &l, PetscScalar r, PetscScalar d) {
       if (sp->kind[i] == AINSWORTH_ROW_PASSIVE) l = r / d;
     }));
@@ -147,7 +134,7 @@ PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *sp, Ainsworth
     PetscCall(AinsworthForEntries({field}, [&](PetscInt i, PetscScalar a) {
       if (row < 0 && PetscIsInfOrNanScalar(a)) row = start + i;
     }));
-    PetscCall(AinsworthAgreeOnFirst(PetscObjectComm((PetscObject)sp->rowsC), &row));
+    PetscCall(AinsworthAgreeOnFirst(PetscObjectComm((PetscObject)sp->all.C), &row));
     if (row >= 0)
       PetscCall(PetscSNPrintf(text, len, "row %" PetscInt_FMT " of the %s field", row,
                               field == b.primal ? "primal" : "multiplier"));

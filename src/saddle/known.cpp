@@ -14,9 +14,9 @@ static PetscErrorCode FindOwnRows(const AinsworthSaddle *sp, Mat A, Vec known, P
   std::vector<PetscScalar> inverse;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(sp->rowsB, NULL, &work));
+  PetscCall(MatCreateVecs(sp->kept.B, NULL, &work));
   PetscCall(VecSet(work, 1.0));
-  PetscCall(AinsworthAbsoluteMultTranspose(sp->rowsB, work, known));
+  PetscCall(AinsworthAbsoluteMultTranspose(sp->kept.B, work, known));
   PetscCall(VecDestroy(&work));
   PetscCall(AinsworthForRows(A, [&](const AinsworthMatRow &row) {
     PetscInt    n        = 0;
@@ -69,15 +69,16 @@ static PetscErrorCode MovePmat(AinsworthSaddle *sp, Mat A, Vec mask)
 
   PetscFunctionBegin;
   PetscCall(AinsworthFindOpaque(sp->P, &opaque));
-  if (sp->P == sp->block[AINSWORTH_BLOCK_A] || opaque) PetscCall(AinsworthShare(A, &copy));
-  else PetscCall(CopyWithoutColumns(sp->P, mask, &copy));
-  PetscCall(MatDestroy(&sp->P));
-  sp->P = copy;
+  if (sp->P == sp->block[AINSWORTH_BLOCK_A] || opaque) sp->P = AinsworthRetain(A);
+  else {
+    PetscCall(CopyWithoutColumns(sp->P, mask, &copy));
+    sp->P = AinsworthOwn(copy);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthSaddleFindKnown - removes the columns of known unknowns from copies of A and C. Collective
+   AinsworthSaddleFindKnown - removes the columns of known unknowns from copies of A and kept.C. Collective
 
    This is done if A becomes symmetric by it, or if B, which has nothing in these columns, is not C. A symmetric A has
    nothing there and is not copied. To be called before the rows of C are classified, because rows with only known
@@ -85,14 +86,14 @@ static PetscErrorCode MovePmat(AinsworthSaddle *sp, Mat A, Vec mask)
 */
 PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
 {
-  Mat       A, copy, C;
+  Mat       A, copy;
   Vec       known, mask;
   PetscBool has, symmetric, some = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(MatHasOperation(sp->A, MATOP_GET_ROW, &has));
   PetscCall(AinsworthProbeSymmetry(sp->A, &symmetric));
-  if (!has || (symmetric && sp->rowsB == sp->rowsC)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!has || (symmetric && sp->oneSided())) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthGetAIJ(sp->A, &A));
   PetscCall(MatCreateVecs(A, NULL, &known));
   PetscCall(FindOwnRows(sp, A, known, &some));
@@ -100,24 +101,19 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
     PetscCall(VecDuplicate(known, &mask));
     PetscCall(
       AinsworthUpdate(mask, {known}, [](PetscInt, PetscScalar &m, PetscScalar k) { m = k == 0.0 ? 1.0 : 0.0; }));
-    if (symmetric) PetscCall(AinsworthShare(sp->A, &copy));
+    if (symmetric) PetscCall(AinsworthShare<Mat>(sp->A, &copy));
     else {
       PetscCall(CopyWithoutColumns(sp->A, mask, &copy));
       PetscCall(AinsworthProbeSymmetry(copy, &symmetric));
     }
-    if (symmetric || sp->rowsB != sp->rowsC) {
+    if (symmetric || !sp->oneSided()) {
       PetscCall(PetscInfo(sp->A, "Rows of A that hold nothing but their diagonal determine their unknowns: their "
                                  "columns move to the right-hand side\n"));
       PetscCall(MovePmat(sp, copy, mask));
-      PetscCall(MatDestroy(&sp->A));
-      sp->A     = copy;
-      sp->known = known;
-      known     = NULL;
-      if (sp->rowsB != sp->rowsC) { /* B has nothing in these columns */
-        PetscCall(AinsworthScaleColumns(sp->rowsC, mask, &C));
-        PetscCall(MatDestroy(&sp->rowsC));
-        sp->rowsC = C;
-      }
+      sp->A     = AinsworthOwn(copy);
+      sp->known = AinsworthRetain(known);
+      /* B has nothing in these columns */
+      if (!sp->oneSided()) PetscCall(AinsworthScaleColumns(sp->all.C, mask, sp->kept.C.out()));
     } else PetscCall(MatDestroy(&copy));
     PetscCall(VecDestroy(&mask));
   }
@@ -136,14 +132,23 @@ PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *sp, Vec f, Vec 
 
   PetscFunctionBegin;
   PetscCall(VecPointwiseMult(x, sp->known, f));
-  PetscCall(MatMult(sp->givenC, x, work));
+  PetscCall(MatMult(sp->all.C, x, work));
   PetscCall(VecAXPY(rest, -1.0, work));
   PetscCall(VecDuplicate(x, &product));
   PetscCall(MatMult(sp->block[AINSWORTH_BLOCK_A], x, product));
   PetscCall(VecAXPY(moved, -1.0, product));
   PetscCall(VecDestroy(&product));
-  PetscCall(AinsworthUpdate(moved, {sp->known}, [](PetscInt, PetscScalar &m, PetscScalar k) {
-    if (k != 0.0) m = 0.0;
+  PetscCall(AinsworthSaddleClearKnown(sp, moved));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the entries of known unknowns to 0 */
+PetscErrorCode AinsworthSaddleClearKnown(const AinsworthSaddle *sp, Vec v)
+{
+  PetscFunctionBegin;
+  if (!sp->known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthUpdate(v, {sp->known}, [](PetscInt, PetscScalar &entry, PetscScalar k) {
+    if (k != 0.0) entry = 0.0;
   }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,27 +3,16 @@
 #define AINSWORTH_LAYOUT_H
 
 #include "split.h"
+#include "../base/objects.h"
 #include <cstdint>
 #include <string>
 
 struct AinsworthSaddleBlocks;
 
-/* An index set with shared ownership */
-typedef std::shared_ptr<struct _p_IS> AinsworthIS;
-static inline AinsworthIS             AinsworthOwnIS(IS is)
-{
-  return AinsworthIS(is, [](IS set) { (void)ISDestroy(&set); });
-}
-static inline AinsworthIS AinsworthShareIS(IS is)
-{
-  (void)PetscObjectReference((PetscObject)is);
-  return AinsworthOwnIS(is);
-}
-
 /* A field of the program's vectors: its rows in the right-hand side and its columns in the solution */
 struct AinsworthField {
-  std::string name;
-  AinsworthIS rows, cols;
+  std::string      name;
+  AinsworthRef<IS> rows, cols;
 };
 typedef std::vector<AinsworthField> AinsworthFields;
 

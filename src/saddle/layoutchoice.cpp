@@ -24,8 +24,7 @@ static PetscErrorCode GetDiagonalBlock(Mat mat, const AinsworthSaddleBlocks *fou
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AinsworthGetAIJ(mat, &whole));
-  PetscCall(
-    MatCreateSubMatrix(whole, found->fields[i].rows.get(), found->fields[i].cols.get(), MAT_INITIAL_MATRIX, block));
+  PetscCall(MatCreateSubMatrix(whole, found->fields[i].rows, found->fields[i].cols, MAT_INITIAL_MATRIX, block));
   PetscCall(MatDestroy(&whole));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -91,9 +90,9 @@ static PetscErrorCode LookAtMatrix(Mat mat, const AinsworthFields &fields, std::
   PetscCall(AinsworthCheckAssembled(mat, "The matrix"));
   PetscCall(AinsworthCreateDiagonal(mat, &diagonal));
   for (size_t i = 0; i < fields.size(); i++) {
-    PetscCall(VecGetSubVector(diagonal, fields[i].rows.get(), &d));
+    PetscCall(VecGetSubVector(diagonal, fields[i].rows, &d));
     PetscCall(LookAtDiagonal(d, EMPTY, &(*kinds)[i]));
-    PetscCall(VecRestoreSubVector(diagonal, fields[i].rows.get(), &d));
+    PetscCall(VecRestoreSubVector(diagonal, fields[i].rows, &d));
   }
   PetscCall(VecDestroy(&diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -140,7 +139,7 @@ static PetscErrorCode ChooseByShape(Mat mat, AinsworthSaddleBlocks *found)
              " fields have positive entries, and %s of them is diagonal; -pc_ainsworth_multiplier_fields tells which "
              "are the multipliers'",
              n, diagonal ? "each" : "none");
-  for (int i = 0; i < 2; i++) PetscCall(ISGetSize(found->fields[i].rows.get(), &size[i]));
+  for (int i = 0; i < 2; i++) PetscCall(ISGetSize(found->fields[i].rows, &size[i]));
   smaller           = size[0] < size[1] ? 0 : 1;
   found->multiplier = {smaller == 0, smaller == 1};
   found->chosen     = "both diagonal blocks have positive entries, theirs is not the larger one";

@@ -19,7 +19,7 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
   PetscBool             opposite;
   PetscReal             least, most;
   std::vector<PetscInt> index[2];
-  AinsworthIS           set[2];
+  AinsworthRef<IS>      set[2];
 
   PetscFunctionBegin;
   PetscCall(AinsworthCheckAssembled(mat, "The matrix"));
@@ -52,7 +52,7 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
 
     PetscCall(ISCreateGeneral(comm, (PetscInt)index[k].size(), index[k].data(), PETSC_COPY_VALUES, &is));
     PetscCall(ISGetSize(is, &size[k]));
-    set[k] = AinsworthOwnIS(is);
+    set[k] = AinsworthOwn(is);
   }
   found->fields = {
     {"primal",      set[0], set[0]},

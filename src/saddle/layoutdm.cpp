@@ -34,7 +34,7 @@ PetscErrorCode AinsworthDMGetFields(DM dm, Mat mat, AinsworthFields *fields)
   PetscCall(DMSetUp(dm)); /* a DM created by the KSP is not set up yet */
   PetscCall(DMCreateFieldDecomposition(dm, &n, &names, &sets, &dms));
   for (PetscInt i = 0; i < n; i++) {
-    const AinsworthIS set = AinsworthOwnIS(sets[i]);
+    const AinsworthRef<IS> set = AinsworthOwn(sets[i]);
 
     PetscCall(ISGetSize(sets[i], &size));
     total += size;

@@ -39,7 +39,7 @@ static PetscErrorCode NameFields(const AinsworthSaddleInputs *in, AinsworthField
   if (in->fields.size() != fields->size()) PetscFunctionReturn(PETSC_SUCCESS);
   for (AinsworthField &field : *fields) {
     for (const AinsworthField &told : in->fields)
-      if (told.rows.get() == field.rows.get()) field.name = told.name;
+      if (told.rows == field.rows) field.name = told.name;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -107,13 +107,13 @@ static PetscErrorCode KeepSets(const AinsworthSaddleBlocks *last, AinsworthSaddl
   PetscFunctionBegin;
   if (!last || !last->layout || last->fields.size() != found->fields.size()) PetscFunctionReturn(PETSC_SUCCESS);
   for (size_t i = 0; i < found->fields.size(); i++) {
-    for (AinsworthIS AinsworthField::*set : {&AinsworthField::rows, &AinsworthField::cols}) {
-      AinsworthIS      &now    = found->fields[i].*set;
-      const AinsworthIS before = last->fields[i].*set;
-      PetscBool         same   = PETSC_FALSE;
+    for (AinsworthRef<IS> AinsworthField::*set : {&AinsworthField::rows, &AinsworthField::cols}) {
+      AinsworthRef<IS>      &now    = found->fields[i].*set;
+      const AinsworthRef<IS> before = last->fields[i].*set;
+      PetscBool              same   = PETSC_FALSE;
 
-      if (now.get() == before.get()) continue;
-      PetscCall(ISEqualUnsorted(now.get(), before.get(), &same));
+      if (now == before) continue;
+      PetscCall(ISEqualUnsorted(now, before, &same));
       if (same) now = before;
     }
   }
@@ -124,12 +124,12 @@ static PetscErrorCode KeepSets(const AinsworthSaddleBlocks *last, AinsworthSaddl
    Joins the index sets of some fields: a single one is shared; several are concatenated on each rank as in a MatNest,
    or sorted for submatrices
 */
-static PetscErrorCode JoinSets(MPI_Comm comm, const std::vector<IS> &sets, PetscBool sorted, IS *join)
+static PetscErrorCode JoinSets(MPI_Comm comm, const std::vector<IS> &sets, PetscBool sorted, AinsworthRef<IS> *join)
 {
   PetscFunctionBegin;
-  if (sets.size() == 1) PetscCall(AinsworthShare(sets[0], join));
+  if (sets.size() == 1) *join = AinsworthRetain(sets[0]);
   else {
-    PetscCall(ISConcatenate(comm, (PetscInt)sets.size(), sets.data(), join));
+    PetscCall(ISConcatenate(comm, (PetscInt)sets.size(), sets.data(), join->out()));
     if (sorted) PetscCall(ISSort(*join));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -147,22 +147,21 @@ PetscErrorCode AinsworthJoinFields(MPI_Comm comm, const AinsworthSaddleBlocks *l
   PetscFunctionBegin;
   PetscCall(KeepSets(last, found));
   for (size_t i = 0; i < found->fields.size() && same; i++)
-    same = last->fields[i].rows.get() == found->fields[i].rows.get() &&
-           last->fields[i].cols.get() == found->fields[i].cols.get();
+    same = last->fields[i].rows == found->fields[i].rows && last->fields[i].cols == found->fields[i].cols;
   for (int k = 0; k < 2; k++) {
     std::vector<IS> rows, cols;
 
     for (size_t i = 0; i < found->fields.size(); i++) {
       if (found->multiplier[i] != (k == 1)) continue;
-      rows.push_back(found->fields[i].rows.get());
-      cols.push_back(found->fields[i].cols.get());
+      rows.push_back(found->fields[i].rows);
+      cols.push_back(found->fields[i].cols);
     }
     if (same) {
-      PetscCall(AinsworthShare(last->rows[k], &found->rows[k]));
-      PetscCall(AinsworthShare(last->cols[k], &found->cols[k]));
+      found->rows[k] = last->rows[k];
+      found->cols[k] = last->cols[k];
     } else {
       PetscCall(JoinSets(comm, rows, found->extracted, &found->rows[k]));
-      if (rows == cols) PetscCall(AinsworthShare(found->rows[k], &found->cols[k]));
+      if (rows == cols) found->cols[k] = found->rows[k];
       else PetscCall(JoinSets(comm, cols, found->extracted, &found->cols[k]));
     }
   }

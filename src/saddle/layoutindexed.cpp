@@ -40,11 +40,11 @@ static PetscErrorCode Extract(Mat mat, int which, int first, int wanted, Vec sig
   else PetscCall(AinsworthSplitCreate(whole, found->rows, found->cols, &split));
   for (int k = first; k < first + wanted; k++) {
     found->made[k] = PETSC_TRUE;
-    if (same) PetscCall(AinsworthShare(last->block[k], &found->block[k]));
+    if (same) found->block[k] = last->block[k];
     else if (!split) {
       const IS rows = found->rows[AinsworthBlockRow[k]], cols = found->cols[AinsworthBlockColumn[k]];
 
-      PetscCall(MatCreateSubMatrix(whole, rows, cols, MAT_INITIAL_MATRIX, &found->block[k]));
+      PetscCall(MatCreateSubMatrix(whole, rows, cols, MAT_INITIAL_MATRIX, found->block[k].out()));
     }
   }
   if (same) PetscCall(AinsworthSplitRefill(whole, split.get(), wanted, found->block + first));

@@ -16,7 +16,7 @@ PetscErrorCode AinsworthNestGetFields(Mat nest, AinsworthFields *fields)
   PetscCall(MatNestGetISs(nest, rows.data(), cols.data()));
   fields->clear();
   for (PetscInt i = 0; i < nr; i++)
-    fields->push_back({std::to_string(i), AinsworthShareIS(rows[i]), AinsworthShareIS(cols[i])});
+    fields->push_back({std::to_string(i), AinsworthRetain(rows[i]), AinsworthRetain(cols[i])});
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -94,9 +94,9 @@ PetscErrorCode AinsworthNestFlatten(Mat nest, AinsworthFields *fields)
     for (const AinsworthField &part : inner) {
       IS rows, cols;
 
-      PetscCall(ISCreateSubIS(outer[i].rows.get(), part.rows.get(), &rows));
-      PetscCall(ISCreateSubIS(outer[i].cols.get(), part.cols.get(), &cols));
-      fields->push_back({outer[i].name + "." + part.name, AinsworthOwnIS(rows), AinsworthOwnIS(cols)});
+      PetscCall(ISCreateSubIS(outer[i].rows, part.rows, &rows));
+      PetscCall(ISCreateSubIS(outer[i].cols, part.cols, &cols));
+      fields->push_back({outer[i].name + "." + part.name, AinsworthOwn(rows), AinsworthOwn(cols)});
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -169,7 +169,7 @@ PetscErrorCode AinsworthNestGetPart(Mat nest, const std::vector<PetscInt> &rows,
   PetscCall(AinsworthNestGetFields(nest, &fields));
   auto fill = [&](size_t i, size_t j) {
     if (blocks[i * nc + j]) return PETSC_SUCCESS;
-    return CreateEmpty(fields[rows[i]].rows.get(), fields[cols[j]].cols.get(), &blocks[i * nc + j]);
+    return CreateEmpty(fields[rows[i]].rows, fields[cols[j]].cols, &blocks[i * nc + j]);
   };
   for (bool row : {true, false}) {
     for (size_t i = 0; i < (row ? nr : nc); i++) {

@@ -69,11 +69,10 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
     near = NULL;
     if (!found->extracted) PetscCall(MatNestGetSubMat(mat, (PetscInt)i, (PetscInt)i, &block));
     if (block) PetscCall(MatGetNearNullSpace(block, &near));
-    if (!near)
-      PetscCall(PetscObjectQuery((PetscObject)found->fields[i].rows.get(), "nearnullspace", (PetscObject *)&near));
+    if (!near) PetscCall(PetscObjectQuery((PetscObject)found->fields[i].rows, "nearnullspace", (PetscObject *)&near));
     if (!near && block) PetscCall(AinsworthMatCreateRigidModes(block, &rigid));
     if (!near) near = rigid;
-    if (near) PetscCall(AddModes(mat, near, found->fields[i].cols.get(), &modes));
+    if (near) PetscCall(AddModes(mat, near, found->fields[i].cols, &modes));
     if (near) PetscCall(AinsworthGetAttached((PetscObject)near, AinsworthModesSource, &source));
     if (source) name = *source;
     PetscCall(MatNullSpaceDestroy(&rigid));
@@ -119,12 +118,12 @@ PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *in, Mat mat,
   PetscFunctionBegin;
   if (!in->dim) {
     PetscCall(AinsworthSaddleGetNearNullSpace(found, &near));
-    if (!near) PetscCall(AinsworthMatCreateRigidModes(found->block[AINSWORTH_BLOCK_A], &found->modes));
+    if (!near) PetscCall(AinsworthMatCreateRigidModes(found->block[AINSWORTH_BLOCK_A], found->modes.out()));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   found->located = in->located;
   if (last && last->modes && last->located == in->located && last->rows[0] == found->rows[0] && last->bs == found->bs) {
-    PetscCall(AinsworthShare(last->modes, &found->modes));
+    found->modes = last->modes;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (in->dim == 1 || found->bs != in->dim) {
@@ -133,7 +132,7 @@ PetscErrorCode AinsworthFindRigidModes(const AinsworthSaddleInputs *in, Mat mat,
       in->dim, found->bs));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AinsworthSaddleCreateRigidModes(in, mat, found, &found->modes));
+  PetscCall(AinsworthSaddleCreateRigidModes(in, mat, found, found->modes.out()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -33,31 +33,33 @@ PetscErrorCode AinsworthSaddleGetNullSpace(Mat amat, Mat pmat, MatNullSpace *nul
    if their units differ by decades nothing may be left of the smaller. So this has to be done before the solution is
    verified, because the KSP does it afterwards. The constant vector is left to the KSP.
 */
-PetscErrorCode AinsworthSaddleRemoveNullSpace(AinsworthSaddle *sp, Mat amat, PetscBool transpose, AinsworthSaddleVec y,
-                                              PetscBool *removed)
+PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *sp, Mat amat, PetscBool transpose,
+                                              AinsworthSaddleVec y, PetscBool *removed)
 {
-  const IS         *field = transpose ? sp->rows : sp->cols;
-  const PetscScalar sign  = sp->negated ? -1.0 : 1.0; /* lambda does not have the program's sign yet */
-  MatNullSpace      whole;
-  PetscBool         constant;
-  PetscInt          n = 0;
-  const Vec        *v;
+  const AinsworthTransfer *transfer = &sp->transfer[transpose ? 0 : 1];
+  const PetscScalar        sign     = sp->negated ? -1.0 : 1.0; /* lambda does not have the program's sign yet */
+  AinsworthSaddleVec       part;
+  MatNullSpace             whole;
+  PetscBool                constant;
+  PetscInt                 n = 0;
+  const Vec               *v;
 
   PetscFunctionBegin;
   PetscCall((transpose ? MatGetTransposeNullSpace : MatGetNullSpace)(amat, &whole));
   if (whole) PetscCall(MatNullSpaceGetVecs(whole, &constant, &n, &v));
+  if (n) PetscCall(AinsworthSaddleVecDuplicate(y, &part)); /* the parts of the transfer are those of y */
   for (PetscInt i = 0; i < n; i++) {
-    AinsworthSaddleVec part;
-    PetscScalar        dot[2];
+    PetscScalar dot[2];
 
-    PetscCall(AinsworthTransferIn(&sp->transfer[2], field, PETSC_FALSE, v[i], &part));
+    PetscCall(AinsworthTransferIn(transfer, AINSWORTH_ACCESS_READ, v[i], part));
     PetscCall(VecDot(y.primal, part.primal, &dot[0]));
     PetscCall(VecDot(y.dual, part.dual, &dot[1]));
     dot[0] += sign * dot[1];
     PetscCall(VecAXPY(y.primal, -dot[0], part.primal));
     PetscCall(VecAXPY(y.dual, -sign * dot[0], part.dual));
-    PetscCall(AinsworthTransferOut(&sp->transfer[2], &part));
+    PetscCall(AinsworthTransferOut(transfer, AINSWORTH_ACCESS_READ, v[i], part));
   }
+  if (n) PetscCall(AinsworthSaddleVecDestroy(&part));
   *removed = (PetscBool)(n > 0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -88,12 +90,13 @@ static PetscErrorCode Annihilates(Mat A, Vec v, PetscBool *zero)
 */
 static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec> *vectors)
 {
-  Mat               A = sp->block[AINSWORTH_BLOCK_A];
-  MatNullSpace      nullsp;
-  PetscBool         constant, whole, good = PETSC_TRUE;
-  PetscInt          n;
-  const Vec        *given;
-  AinsworthTransfer transfer;
+  const Mat                A        = sp->block[AINSWORTH_BLOCK_A];
+  const AinsworthTransfer *transfer = &sp->transfer[1];
+  AinsworthSaddleVec       part     = {transfer->part[0], transfer->part[1]};
+  MatNullSpace             nullsp;
+  PetscBool                constant, whole, good = PETSC_TRUE;
+  PetscInt                 n;
+  const Vec               *given;
 
   PetscFunctionBegin;
   PetscCall(MatGetNullSpace(A, &nullsp));
@@ -103,21 +106,19 @@ static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec>
   if (!nullsp) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNullSpaceGetVecs(nullsp, &constant, &n, &given));
   for (PetscInt i = 0; i < n + (constant ? 1 : 0); i++) {
-    Vec                v;
-    AinsworthSaddleVec part;
+    Vec v;
 
     PetscCall(MatCreateVecs(A, &v, NULL));
     if (i == n) PetscCall(VecSet(v, 1.0));
     else if (whole) {
-      PetscCall(AinsworthTransferIn(&transfer, sp->cols, PETSC_FALSE, given[i], &part));
+      PetscCall(AinsworthTransferIn(transfer, AINSWORTH_ACCESS_READ, given[i], part));
       PetscCall(VecCopy(part.primal, v));
-      PetscCall(AinsworthTransferOut(&transfer, &part));
+      PetscCall(AinsworthTransferOut(transfer, AINSWORTH_ACCESS_READ, given[i], part));
     } else PetscCall(AinsworthVecCopyEntries(given[i], v));
     if (whole) PetscCall(Annihilates(A, v, &good));
     if (good) vectors->push_back(v);
     else PetscCall(VecDestroy(&v));
   }
-  PetscCall(AinsworthTransferDestroy(&transfer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -132,7 +133,7 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
 {
   std::vector<Vec> given, free, held, images; /* C v of the held vectors */
   PetscReal        normC;
-  Mat              C = sp->C;
+  const Mat        C = sp->kept.C;
 
   PetscFunctionBegin;
   *common = NULL;
@@ -193,14 +194,14 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
 */
 PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *sp, Vec lambda)
 {
-  Mat          C = sp->rowsB; /* forces of the multipliers */
+  Mat          C = sp->all.B; /* forces of the multipliers */
   MatNullSpace nullsp;
   Vec          removed, force;
   PetscReal    norm, normC, size;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectQuery((PetscObject)sp->rows[1], "nullspace", (PetscObject *)&nullsp));
-  if (!nullsp || sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!nullsp || sp->all.D) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthVecClone(lambda, &removed));
   PetscCall(MatNullSpaceRemove(nullsp, lambda));
   PetscCall(VecAXPY(removed, -1.0, lambda));

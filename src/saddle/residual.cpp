@@ -14,15 +14,15 @@ PetscErrorCode AinsworthSaddleResidual(const AinsworthSaddle *sp, PetscBool tran
 {
   PetscFunctionBegin;
   if (!known) PetscCall((transpose ? MatMultTranspose : MatMult)(sp->block[AINSWORTH_BLOCK_A], y.primal, Ax));
-  PetscCall(MatMultHermitianTranspose(sp->rowsB, y.dual, left.primal));
+  PetscCall(MatMultHermitianTranspose(sp->all.B, y.dual, left.primal));
   PetscCall(VecAXPBYPCZ(left.primal, 1.0, -1.0, -1.0, b.primal, Ax));
-  PetscCall(MatMult(sp->givenC, y.primal, left.dual));
+  PetscCall(MatMult(sp->all.C, y.primal, left.dual));
   PetscCall(VecAYPX(left.dual, -1.0, b.dual));
-  if (sp->rowsD) { /* sum D lambda separately: its cancellation would add rounding to the other terms */
+  if (sp->all.D) { /* sum D lambda separately: its cancellation would add rounding to the other terms */
     Vec work;
 
     PetscCall(VecDuplicate(left.dual, &work));
-    PetscCall(MatMult(sp->rowsD, y.dual, work));
+    PetscCall(MatMult(sp->all.D, y.dual, work));
     PetscCall(VecAXPY(left.dual, 1.0, work));
     PetscCall(VecDestroy(&work));
   }
@@ -64,7 +64,7 @@ PetscErrorCode AinsworthSaddlePrimalTerms(const AinsworthSaddle *sp, PetscBool t
   Mat       A;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthAbsoluteMultTranspose(sp->rowsB, y.dual, terms));
+  PetscCall(AinsworthAbsoluteMultTranspose(sp->all.B, y.dual, terms));
   PetscCall(AddAbs(terms, b.primal));
   PetscCall(MatHasOperation(sp->block[AINSWORTH_BLOCK_A], MATOP_GET_ROW, &rows));
   if (rows) {
@@ -85,11 +85,11 @@ PetscErrorCode AinsworthSaddleDualTerms(const AinsworthSaddle *sp, AinsworthSadd
   Vec part;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthAbsoluteMult(sp->givenC, y.primal, terms));
+  PetscCall(AinsworthAbsoluteMult(sp->all.C, y.primal, terms));
   PetscCall(AddAbs(terms, b.dual));
-  if (!sp->rowsD) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!sp->all.D) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(terms, &part));
-  PetscCall(AinsworthAbsoluteMult(sp->rowsD, y.dual, part));
+  PetscCall(AinsworthAbsoluteMult(sp->all.D, y.dual, part));
   PetscCall(VecAXPY(terms, 1.0, part));
   PetscCall(VecDestroy(&part));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -21,19 +21,20 @@ static PetscErrorCode FindNonzeroRows(Mat M, std::vector<char> *nonzero, std::ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Selects the kept rows of a matrix, and their columns as well if it is square */
-static PetscErrorCode SelectRows(const AinsworthSaddle *sp, Mat all, PetscBool square, Mat *kept)
+/* Selects rows of C, B and D, and with them the columns of D. Collective */
+static PetscErrorCode SelectRows(IS rows, AinsworthRowBlocks *kept)
 {
-  PetscInt *index, n = 0;
-  IS        rows;
+  const AinsworthRowBlocks from = *kept;
+  PetscInt                 row, col = -1;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(sp->local, &index));
-  for (PetscInt i = 0; i < sp->local; i++)
-    if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) index[n++] = sp->first + i;
-  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)all), n, index, PETSC_OWN_POINTER, &rows));
-  PetscCall(MatCreateSubMatrix(all, rows, square ? rows : NULL, MAT_INITIAL_MATRIX, kept));
-  PetscCall(ISDestroy(&rows));
+  PetscCall(MatCreateSubMatrix(from.C, rows, NULL, MAT_INITIAL_MATRIX, kept->C.out()));
+  if (from.B == from.C) kept->B = kept->C;
+  else PetscCall(MatCreateSubMatrix(from.B, rows, NULL, MAT_INITIAL_MATRIX, kept->B.out()));
+  if (!from.D) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateSubMatrix(from.D, rows, rows, MAT_INITIAL_MATRIX, kept->D.out()));
+  PetscCall(AinsworthMatFindEntry(kept->D, AinsworthIsNonzero, &row, &col));
+  if (row < 0) kept->D = AinsworthRef<Mat>();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -42,140 +43,169 @@ static PetscErrorCode SelectRows(const AinsworthSaddle *sp, Mat all, PetscBool s
 
    C_i may become as small as 1e-150, which has little effect beside such a D_ii. Powers of 2 cause no rounding.
 */
-static PetscErrorCode BalanceRows(AinsworthSaddle *sp)
+static PetscErrorCode BalanceRows(AinsworthRowBlocks *kept, AinsworthRef<Vec> *balance)
 {
   static const PetscReal large = 1e60; /* products of several such numbers, and of those of C, must be finite */
+  const bool             same  = kept->B == kept->C;
+  AinsworthRef<Vec>      factors;
   PetscReal              most;
 
   PetscFunctionBegin;
-  PetscCall(VecDestroy(&sp->balance));
-  if (!sp->D) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(sp->D, NULL, &sp->balance));
-  PetscCall(MatGetRowMaxAbs(sp->D, sp->balance, NULL));
-  if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(sp->balance));
-  PetscCall(VecMax(sp->balance, NULL, &most));
-  if (most <= large) {
-    PetscCall(VecDestroy(&sp->balance));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(AinsworthUpdate(sp->balance, [](PetscInt, PetscScalar &b) {
+  if (!kept->D) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateVecs(kept->D, NULL, factors.out()));
+  PetscCall(MatGetRowMaxAbs(kept->D, factors, NULL));
+  if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(factors));
+  PetscCall(VecMax(factors, NULL, &most));
+  if (most <= large) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthUpdate(factors, [](PetscInt, PetscScalar &b) {
     b = PetscRealPart(b) > large ? PetscPowReal(2.0, -PetscFloorReal(0.5 * PetscLog2Real(PetscRealPart(b)))) : 1.0;
   }));
-  for (Mat *M : {&sp->C, &sp->B, &sp->D}) {
+  for (AinsworthRef<Mat> *M : {&kept->C, &kept->B, &kept->D}) {
     Mat copy;
 
-    if (M == &sp->B && sp->rowsB == sp->rowsC) PetscCall(AinsworthShare(sp->C, &copy));
-    else {
-      PetscCall(MatDuplicate(*M, MAT_COPY_VALUES, &copy));
-      PetscCall(MatDiagonalScale(copy, sp->balance, M == &sp->D ? sp->balance : NULL));
-    }
-    PetscCall(MatDestroy(M));
-    *M = copy;
+    if (M == &kept->B && same) continue;
+    PetscCall(MatDuplicate(*M, MAT_COPY_VALUES, &copy));
+    *M = AinsworthOwn(copy);
+    PetscCall(MatDiagonalScale(copy, factors, M == &kept->D ? (Vec)factors : NULL));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Creates sp->C, B and D from the matrices with all rows. Collective */
-static PetscErrorCode SplitRows(AinsworthSaddle *sp)
-{
-  PetscInt count[AINSWORTH_ROW_KINDS] = {0}, rows, row, col = -1;
-
-  PetscFunctionBegin;
-  for (PetscInt i = 0; i < sp->local; i++) count[sp->kind[i]]++;
-  PetscCall(
-    MPIU_Allreduce(count, sp->count, AINSWORTH_ROW_KINDS, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)sp->rowsC)));
-  PetscCall(MatGetSize(sp->rowsC, &rows, NULL));
-  for (Mat *M : {&sp->C, &sp->B, &sp->D}) PetscCall(MatDestroy(M));
-  if (sp->count[AINSWORTH_ROW_CONSTRAINT] == rows) {
-    PetscCall(AinsworthShare(sp->rowsC, &sp->C));
-    PetscCall(AinsworthShare(sp->rowsB, &sp->B));
-    PetscCall(AinsworthShare(sp->rowsD, &sp->D));
-    PetscCall(BalanceRows(sp));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(SelectRows(sp, sp->rowsC, PETSC_FALSE, &sp->C));
-  if (sp->rowsB == sp->rowsC) PetscCall(AinsworthShare(sp->C, &sp->B));
-  else PetscCall(SelectRows(sp, sp->rowsB, PETSC_FALSE, &sp->B));
-  if (sp->rowsD) {
-    PetscCall(SelectRows(sp, sp->rowsD, PETSC_TRUE, &sp->D));
-    PetscCall(AinsworthMatFindEntry(sp->D, AinsworthIsNonzero, &row, &col));
-    if (row < 0) PetscCall(MatDestroy(&sp->D));
-  }
-  PetscCall(BalanceRows(sp));
+  if (same) kept->B = kept->C;
+  *balance = factors;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthSaddleClassifyRows - decides how each row of the multiplier field is treated, and creates sp->C, B and D
-   from the rows that are kept. Collective
+   Copies A, for a solver without constraints, if the program's does not store its diagonal or does not know its block
+   size; to AIJ if the block size is part of the type
 */
-PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *sp)
+static PetscErrorCode CompleteA(AinsworthSaddle *sp)
 {
-  const Mat Bs      = sp->rowsB == sp->rowsC ? NULL : sp->rowsB;
-  Mat       columns = NULL;
-  PetscInt  bad     = -1;
+  PetscInt  bs;
+  PetscBool aij;
+  Mat       A, copy;
 
   PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(sp->rowsC, &sp->first, NULL));
-  PetscCall(MatGetLocalSize(sp->rowsC, &sp->local, NULL));
-  PetscCall(PetscMalloc1(sp->local, &sp->kind));
-  /* row, column: more than D_ii */
-  std::vector<char> inC(sp->local), inB(sp->local), inRow(sp->local), inColumn(sp->local), row(sp->local),
-    column(sp->local);
-
-  if (sp->rowsD) PetscCall(MatTranspose(sp->rowsD, MAT_INITIAL_MATRIX, &columns));
-  PetscCall(FindNonzeroRows(sp->rowsC, &inC, NULL, &bad));
-  PetscCall(FindNonzeroRows(Bs, &inB, NULL, &bad));
-  PetscCall(FindNonzeroRows(sp->rowsD, &inRow, &row, &bad));
-  PetscCall(FindNonzeroRows(columns, &inColumn, &column, &bad));
-  PetscCall(MatDestroy(&columns));
-  for (PetscInt i = 0; i < sp->local; i++) {
-    const bool acts = Bs ? inB[i] : inC[i];
-
-    if (!inC[i] && !inRow[i]) sp->kind[i] = AINSWORTH_ROW_ZERO;
-    else if (!inC[i] && !row[i]) sp->kind[i] = AINSWORTH_ROW_DECOUPLED;
-    else if (!acts && inColumn[i] && !column[i]) sp->kind[i] = AINSWORTH_ROW_PASSIVE;
-    else sp->kind[i] = AINSWORTH_ROW_CONSTRAINT;
+  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)sp->A, &aij, MATSEQAIJ, MATMPIAIJ, ""));
+  if (aij) {
+    PetscCall(AinsworthShare<Mat>(sp->A, &A));
+    PetscCall(AinsworthStoreDiagonal(&A));
+    sp->A = AinsworthOwn(A);
   }
-  PetscCall(AinsworthAgreeOnFirst(PetscObjectComm((PetscObject)sp->rowsC), &bad));
-  if (bad >= 0)
-    PetscCall(PetscSNPrintf(sp->bad, sizeof(sp->bad),
-                            "row %" PetscInt_FMT " of C, or of the other blocks of the multipliers, holds NaN or Inf",
-                            bad));
-  else PetscCall(SplitRows(sp));
+  PetscCall(MatGetBlockSize(sp->A, &bs));
+  if (bs == sp->bs) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthGetAIJ(sp->A, &copy));
+  if (copy != sp->A) sp->A = AinsworthOwn(copy);
+  else {
+    PetscCall(MatDestroy(&copy));
+    PetscCall(MatDuplicate(sp->A, MAT_COPY_VALUES, &copy));
+    sp->A = AinsworthOwn(copy);
+  }
+  PetscCall(MatSetBlockSize(sp->A, sp->bs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Marks those local rows that are given by n numbers in sp->C, ascending, the same on all ranks */
+/* Counts the rows of each kind, and keeps those rows of sp->kept that are constraints; rows: their numbers there */
+static PetscErrorCode KeepRows(AinsworthSaddle *sp, const std::vector<PetscInt> &rows)
+{
+  MPI_Comm          comm                       = PetscObjectComm((PetscObject)sp->all.C);
+  PetscInt          count[AINSWORTH_ROW_KINDS] = {0}, before;
+  AinsworthRef<IS>  selected;
+  AinsworthRef<Vec> factors;
+
+  PetscFunctionBegin;
+  for (AinsworthRowKind kind : sp->kind) count[kind]++;
+  PetscCall(MPIU_Allreduce(count, sp->count, AINSWORTH_ROW_KINDS, MPIU_INT, MPI_SUM, comm));
+  if (!sp->constraints()) PetscCall(CompleteA(sp));
+  PetscCall(MatGetSize(sp->kept.C, &before, NULL));
+  if (sp->constraints() == before) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ISCreateGeneral(comm, (PetscInt)rows.size(), rows.data(), PETSC_COPY_VALUES, selected.out()));
+  PetscCall(SelectRows(selected, &sp->kept));
+  if (!sp->balance) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateVecs(sp->kept.C, NULL, factors.out()));
+  PetscCall(VecISCopy(sp->balance, selected, SCATTER_REVERSE, factors));
+  sp->balance = factors;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthSaddleClassifyRows - decides how each row of the multiplier field is treated, and restricts sp->kept, which
+   has all of them, to the constraints. Collective
+*/
+PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *sp)
+{
+  AinsworthRef<Mat>     columns;
+  PetscInt              local, bad = -1;
+  std::vector<PetscInt> rows;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRange(sp->kept.C, &sp->first, NULL));
+  PetscCall(MatGetLocalSize(sp->kept.C, &local, NULL));
+  /* row, column: more than D_ii */
+  std::vector<char> inC(local), inB(local), inRow(local), inColumn(local), row(local), column(local);
+
+  if (sp->kept.D) PetscCall(MatTranspose(sp->kept.D, MAT_INITIAL_MATRIX, columns.out()));
+  PetscCall(FindNonzeroRows(sp->kept.C, &inC, NULL, &bad));
+  if (sp->oneSided()) inB = inC;
+  else PetscCall(FindNonzeroRows(sp->kept.B, &inB, NULL, &bad));
+  PetscCall(FindNonzeroRows(sp->kept.D, &inRow, &row, &bad));
+  PetscCall(FindNonzeroRows(columns, &inColumn, &column, &bad));
+  PetscCall(AinsworthAgreeOnFirst(PetscObjectComm((PetscObject)sp->all.C), &bad));
+  if (bad >= 0) {
+    PetscCall(PetscSNPrintf(sp->bad, sizeof(sp->bad),
+                            "row %" PetscInt_FMT " of C, or of the other blocks of the multipliers, holds NaN or Inf",
+                            bad));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  for (PetscInt i = 0; i < local; i++) {
+    sp->kind.push_back(!inC[i] && !inRow[i]                   ? AINSWORTH_ROW_ZERO
+                       : !inC[i] && !row[i]                   ? AINSWORTH_ROW_DECOUPLED
+                       : !inB[i] && inColumn[i] && !column[i] ? AINSWORTH_ROW_PASSIVE
+                                                              : AINSWORTH_ROW_CONSTRAINT);
+    if (sp->kind[i] == AINSWORTH_ROW_CONSTRAINT) rows.push_back(sp->first + i);
+  }
+  PetscCall(KeepRows(sp, rows));
+  PetscCall(BalanceRows(&sp->kept, &sp->balance));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Marks those local rows that are given by n numbers in sp->kept, ascending, the same on all ranks */
 static PetscErrorCode MarkKept(const AinsworthSaddle *sp, PetscInt n, const PetscInt numbers[],
                                std::vector<bool> *marked)
 {
   PetscInt row, next = 0;
 
   PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(sp->C, &row, NULL));
+  PetscCall(MatGetOwnershipRange(sp->kept.C, &row, NULL));
   while (next < n && numbers[next] < row) next++;
-  for (PetscInt i = 0; i < sp->local; i++) {
-    marked->push_back(sp->kind[i] == AINSWORTH_ROW_CONSTRAINT && next < n && row++ == numbers[next]);
+  for (AinsworthRowKind kind : sp->kind) {
+    marked->push_back(kind == AINSWORTH_ROW_CONSTRAINT && next < n && row++ == numbers[next]);
     next += marked->back();
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   Drops n rows, as dependent or nearly so (kind), given by their numbers in sp->C, ascending, the same on all ranks.
-   Collective
+   Replaces the system by one without n rows, as dependent or nearly so (kind), given by their numbers in kept.C,
+   ascending, the same on all ranks. Collective
 */
-PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *sp, PetscInt n, const PetscInt dependent[],
+PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddleStage *stage, PetscInt n, const PetscInt dependent[],
                                             AinsworthRowKind kind)
 {
-  std::vector<bool> marked;
+  auto                  sp = std::make_unique<AinsworthSaddle>(**stage);
+  PetscInt              row;
+  std::vector<bool>     marked;
+  std::vector<PetscInt> rows;
 
   PetscFunctionBegin;
-  PetscCall(MarkKept(sp, n, dependent, &marked));
-  for (PetscInt i = 0; i < sp->local; i++)
+  PetscCall(MarkKept(sp.get(), n, dependent, &marked));
+  PetscCall(MatGetOwnershipRange(sp->kept.C, &row, NULL));
+  for (size_t i = 0; i < marked.size(); i++) {
+    if (sp->kind[i] != AINSWORTH_ROW_CONSTRAINT) continue;
     if (marked[i]) sp->kind[i] = kind;
-  PetscCall(SplitRows(sp));
+    else rows.push_back(row);
+    row++;
+  }
+  PetscCall(KeepRows(sp.get(), rows));
+  *stage = std::move(sp);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -217,7 +247,7 @@ PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *sp, const std::vec
                                        size_t len)
 {
   PetscFunctionBegin;
-  PetscCall(AinsworthNameMarked(PetscObjectComm((PetscObject)sp->rowsC), sp->first, marked, text, len));
+  PetscCall(AinsworthNameMarked(PetscObjectComm((PetscObject)sp->all.C), sp->first, marked, text, len));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -227,12 +257,12 @@ PetscErrorCode AinsworthSaddleNameKind(const AinsworthSaddle *sp, AinsworthRowKi
   std::vector<bool> marked;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < sp->local; i++) marked.push_back(sp->kind[i] == kind);
+  for (AinsworthRowKind k : sp->kind) marked.push_back(k == kind);
   PetscCall(AinsworthSaddleNameRows(sp, marked, text, len));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lists n rows given by their numbers in sp->C, as for AinsworthSaddleDropDependent(). Collective */
+/* Lists n rows given by their numbers in kept.C, as for AinsworthSaddleDropDependent(). Collective */
 PetscErrorCode AinsworthSaddleNameKept(const AinsworthSaddle *sp, PetscInt n, const PetscInt numbers[], char text[],
                                        size_t len)
 {

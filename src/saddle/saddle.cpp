@@ -22,71 +22,65 @@ static PetscErrorCode CreateAdjoint(Mat block, Mat *adjoint)
 /* Replaces a small A with inaccessible entries by a copy, because constraints need the entries of A */
 static PetscErrorCode CopyOpaque(AinsworthSaddle *sp)
 {
-  Mat       A      = sp->block[AINSWORTH_BLOCK_A], copy;
+  const Mat A      = sp->block[AINSWORTH_BLOCK_A];
   PetscBool opaque = PETSC_FALSE;
   PetscInt  m;
+  Mat       copy;
 
   PetscFunctionBegin;
-  PetscCall(MatGetSize(sp->rowsC, &m, NULL));
+  PetscCall(MatGetSize(sp->all.C, &m, NULL));
   if (m) PetscCall(AinsworthCheckEntries(A, sp->name[AINSWORTH_BLOCK_A], "A", &opaque));
   if (!opaque) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthGetAIJ(A, &copy));
   PetscCall(AinsworthCopyNullSpaces(A, copy));
-  if (sp->block[AINSWORTH_BLOCK_P] == A) {
-    PetscCall(MatDestroy(&sp->block[AINSWORTH_BLOCK_P]));
-    PetscCall(AinsworthShare(copy, &sp->block[AINSWORTH_BLOCK_P]));
-  }
-  PetscCall(MatDestroy(&sp->block[AINSWORTH_BLOCK_A]));
-  sp->block[AINSWORTH_BLOCK_A] = copy;
+  if (sp->block[AINSWORTH_BLOCK_P] == A) sp->block[AINSWORTH_BLOCK_P] = AinsworthRetain(copy);
+  sp->block[AINSWORTH_BLOCK_A] = AinsworthOwn(copy);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates sp->rowsB: C itself if blocks (1,0) and (0,1) are adjoint or negative adjoint, or if one of them is absent */
+/* Gets sp->all.B: C itself if blocks (1,0) and (0,1) are adjoint or negative adjoint, or if one of them is absent */
 static PetscErrorCode GetOtherSide(AinsworthSaddle *sp)
 {
   const Mat B = sp->block[AINSWORTH_BLOCK_B];
   PetscBool opaque, same = (PetscBool)(!B || !sp->block[AINSWORTH_BLOCK_C]);
 
   PetscFunctionBegin;
-  if (!same) PetscCall(AinsworthProbeAdjoint(sp->rowsC, B, &same, &sp->negated));
+  if (!same) PetscCall(AinsworthProbeAdjoint(sp->all.C, B, &same, &sp->negated));
   if (same || sp->negated) {
-    PetscCall(AinsworthShare(sp->rowsC, &sp->rowsB));
+    sp->all.B = sp->all.C;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AinsworthCheckEntries(B, sp->name[AINSWORTH_BLOCK_B], "which is not the transpose of C", &opaque));
-  PetscCall(CreateAdjoint(B, &sp->rowsB));
+  PetscCall(CreateAdjoint(B, sp->all.B.out()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   Creates sp->rowsD: the negative of block (1,1), or the block itself if lambda is the negative of the program's
+   Gets sp->all.D: the negative of block (1,1), or the block itself if lambda is the negative of the program's
 
-   last: the previous rowsD, or NULL. It is used again if the block is the same object with the same pattern, which
+   last: the previous system, or NULL. Its D is used again if the block is the same object with the same pattern, which
    keeps results that depend on patterns.
 */
-static PetscErrorCode GetCompliance(AinsworthSaddle *sp, Mat last)
+static PetscErrorCode GetCompliance(AinsworthSaddle *sp, const AinsworthSaddle *last)
 {
-  Mat              block = sp->block[AINSWORTH_BLOCK_D], aij;
-  PetscReal        norm;
-  PetscBool        opaque;
-  PetscObjectId    id;
-  PetscObjectState pattern;
+  const Mat block = sp->block[AINSWORTH_BLOCK_D];
+  Mat       aij;
+  PetscReal norm;
+  PetscBool opaque;
 
   PetscFunctionBegin;
   PetscCall(AinsworthBlockNorm(block, &norm));
   if (norm == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthCheckEntries(block, sp->name[AINSWORTH_BLOCK_D], "D", &opaque));
   PetscCall(AinsworthGetAIJ(block, &aij));
-  PetscCall(PetscObjectGetId((PetscObject)aij, &id));
-  PetscCall(MatGetNonzeroState(aij, &pattern));
-  if (last && id == sp->idD && pattern == sp->patternD) {
-    PetscCall(AinsworthShare(last, &sp->rowsD));
-    PetscCall(MatCopy(aij, sp->rowsD, SAME_NONZERO_PATTERN));
-  } else PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &sp->rowsD));
-  sp->idD      = id;
-  sp->patternD = pattern;
+  PetscCall(PetscObjectGetId((PetscObject)aij, &sp->idD));
+  PetscCall(MatGetNonzeroState(aij, &sp->patternD));
+  if (last && last->all.D && sp->idD == last->idD && sp->patternD == last->patternD) {
+    sp->all.D = last->all.D;
+    PetscCall(MatCopy(aij, sp->all.D, SAME_NONZERO_PATTERN));
+  } else PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, sp->all.D.out()));
   PetscCall(MatDestroy(&aij));
-  if (!sp->negated) PetscCall(MatScale(sp->rowsD, -1.0));
+  if (!sp->negated) PetscCall(MatScale(sp->all.D, -1.0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -149,81 +143,94 @@ static PetscErrorCode CheckSizes(const AinsworthSaddleBlocks *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Forgets all but the transfers, which the next set-up may use again */
-static PetscErrorCode Forget(AinsworthSaddle *sp)
+/* Makes the transfers of right-hand sides and solutions; takes those of the last set-up for the same fields */
+static PetscErrorCode MakeTransfers(const AinsworthSaddleInputs *in, const AinsworthSaddle *last, AinsworthSaddle *sp)
 {
+  AinsworthRef<Vec> given[2], primal[2], dual; /* of solutions, and of right-hand sides */
+  Mat               mat;
+
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleResetBlocks(sp));
-  for (Mat *M : {&sp->A, &sp->P, &sp->C, &sp->B, &sp->D, &sp->rowsC, &sp->rowsB, &sp->rowsD, &sp->givenC})
-    PetscCall(MatDestroy(M));
-  for (Vec *v :
-       {&sp->balance, &sp->known, &sp->stiffness, &sp->scale.primal, &sp->scale.dual, &sp->work[0], &sp->work[1]})
-    PetscCall(VecDestroy(v));
-  PetscCall(MatNullSpaceDestroy(&sp->nullSpace));
-  PetscCall(PetscFree(sp->kind));
-  for (PetscInt &count : sp->count) count = 0;
-  sp->bad[0]  = 0;
-  sp->negated = PETSC_FALSE;
+  if (last && last->transfer[0].scatter[0] && last->rows[0] == sp->rows[0] && last->rows[1] == sp->rows[1] &&
+      last->cols[0] == sp->cols[0] && last->cols[1] == sp->cols[1]) {
+    for (int k = 0; k < 2; k++) sp->transfer[k] = last->transfer[k];
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(AinsworthChooseMatrix(in, &mat));
+  PetscCall(MatCreateVecs(mat, given[0].out(), given[1].out()));
+  PetscCall(MatCreateVecs(sp->A, primal[0].out(), primal[1].out()));
+  PetscCall(MatCreateVecs(sp->all.C, NULL, dual.out()));
+  PetscCall(AinsworthTransferCreate(given[1], sp->rows, primal[1], dual, &sp->transfer[0]));
+  PetscCall(AinsworthTransferCreate(given[0], sp->cols, primal[0], dual, &sp->transfer[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthSaddleSetUp - brings what the program passed to the normal form. Collective
-
-   If values are NaN or Inf, sp->bad says which, and sp may then only be passed to AinsworthSaddleChanged().
-*/
-PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *in, AinsworthSaddle *sp)
+/* Fills in the normal form of the blocks found; ends early if sp->bad says why values are unusable */
+static PetscErrorCode Complete(const AinsworthSaddleInputs *in, const AinsworthSaddle *last, AinsworthSaddle *sp)
 {
-  AinsworthSaddleBlocks found;
-  PetscBool             opaque, same = PETSC_FALSE;
-  Mat                   last;
-  int                   k;
+  const int    k = sp->block[AINSWORTH_BLOCK_C] ? AINSWORTH_BLOCK_C : AINSWORTH_BLOCK_B;
+  PetscBool    opaque, same = PETSC_FALSE;
+  MatNullSpace nullSpace;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthSaddleFindBlocks(in, PETSC_FALSE, sp, &found));
-  PetscCall(CheckSizes(&found));
-  last      = sp->rowsD;
-  sp->rowsD = NULL;
-  PetscCall(Forget(sp));
-  *(AinsworthSaddleBlocks *)sp = found;
-  PetscCall(AinsworthSaddleGetNullSpace(in->amat, in->pmat, &sp->nullSpace));
-  PetscCall(PetscObjectReference((PetscObject)sp->nullSpace));
-  k = sp->block[AINSWORTH_BLOCK_C] ? AINSWORTH_BLOCK_C : AINSWORTH_BLOCK_B;
+  PetscCall(AinsworthSaddleGetNullSpace(in->amat, in->pmat, &nullSpace));
+  sp->nullSpace = AinsworthRetain(nullSpace);
   PetscCall(AinsworthCheckEntries(sp->block[k], sp->name[k], "C", &opaque));
-  PetscCall((k == AINSWORTH_BLOCK_C ? AinsworthGetAIJ : CreateAdjoint)(sp->block[k], &sp->rowsC));
-  PetscCall(AinsworthShare(sp->rowsC, &sp->givenC));
+  PetscCall((k == AINSWORTH_BLOCK_C ? AinsworthGetAIJ : CreateAdjoint)(sp->block[k], sp->all.C.out()));
   PetscCall(CopyOpaque(sp));
-  PetscCall(AinsworthShare(sp->block[AINSWORTH_BLOCK_A], &sp->A));
-  PetscCall(AinsworthShare(sp->block[AINSWORTH_BLOCK_P], &sp->P));
+  sp->A = sp->block[AINSWORTH_BLOCK_A];
+  sp->P = sp->block[AINSWORTH_BLOCK_P];
   PetscCall(CheckFinite(sp->A, sp->bad, sizeof(sp->bad)));
-  if (!sp->bad[0]) {
-    PetscCall(GetOtherSide(sp));
-    PetscCall(GetCompliance(sp, last));
-  }
-  PetscCall(MatDestroy(&last));
   if (sp->bad[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(GetOtherSide(sp));
+  PetscCall(GetCompliance(sp, last));
+  PetscCall(MakeTransfers(in, last, sp));
+  sp->kept = sp->all;
   PetscCall(AinsworthSaddleFindKnown(sp));
-  if (sp->rowsC != sp->givenC) { /* without these columns C may equal B */
-    PetscCall(AinsworthMatEqual(sp->rowsC, sp->rowsB, &same));
-    if (same) {
-      PetscCall(MatDestroy(&sp->rowsB));
-      PetscCall(AinsworthShare(sp->rowsC, &sp->rowsB));
-    }
+  if (sp->kept.C != sp->all.C) { /* without these columns C may equal B */
+    PetscCall(AinsworthMatEqual(sp->kept.C, sp->kept.B, &same));
+    if (same) sp->all.B = sp->kept.B = sp->kept.C;
   }
   PetscCall(AinsworthSaddleClassifyRows(sp));
   if (sp->bad[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSaddleScale(sp));
+  PetscCall(MatCreateVecs(sp->all.C, sp->work[0].out(), sp->work[1].out()));
   PetscCall(AinsworthProbeSymmetry(sp->A, &sp->symmetric));
-  sp->adjoint = (PetscBool)(sp->B == sp->C);
-  if (sp->adjoint && sp->D) PetscCall(AinsworthProbeSymmetry(sp->D, &sp->adjoint));
+  sp->adjoint = (PetscBool)sp->oneSided();
+  if (sp->adjoint && sp->kept.D) PetscCall(AinsworthProbeSymmetry(sp->kept.D, &sp->adjoint));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *sp)
+/*
+   AinsworthSaddleBuild - brings what the program passed to the normal form. Collective
+
+   Input Parameter:
+.  last - the previous system, or NULL: what has not changed is taken from it; its other parts are given up first
+
+   If values are NaN or Inf, built->bad says which, and it may then only be passed to AinsworthSaddleChanged().
+*/
+PetscErrorCode AinsworthSaddleBuild(const AinsworthSaddleInputs *in, AinsworthSaddleStage last,
+                                    AinsworthSaddleStage *built)
 {
+  auto sp = std::make_unique<AinsworthSaddle>();
+
   PetscFunctionBegin;
-  PetscCall(Forget(sp));
-  for (AinsworthTransfer &transfer : sp->transfer) PetscCall(AinsworthTransferDestroy(&transfer));
+  PetscCall(AinsworthSaddleFindBlocks(in, PETSC_FALSE, last.get(), sp.get()));
+  PetscCall(CheckSizes(sp.get()));
+  if (last) {
+    auto rest = std::make_unique<AinsworthSaddle>();
+
+    for (int k = 0; k < 2; k++) {
+      rest->rows[k]     = last->rows[k];
+      rest->cols[k]     = last->cols[k];
+      rest->transfer[k] = last->transfer[k];
+    }
+    rest->all.D    = last->all.D;
+    rest->idD      = last->idD;
+    rest->patternD = last->patternD;
+    last           = std::move(rest);
+  }
+  PetscCall(Complete(in, last.get(), sp.get()));
+  *built = std::move(sp);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -251,6 +258,5 @@ PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *in, const Ain
     PetscCall(ISEqualUnsorted(now.cols[k], sp->cols[k], &cols));
     *changed = (PetscBool)(!rows || !cols);
   }
-  PetscCall(AinsworthSaddleResetBlocks(&now));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,7 +4,6 @@
 
 #include "layout.h"
 #include "transfer.h"
-#include <functional>
 
 /* How a row of the multiplier field, C_i x - (D lambda)_i = g_i, is treated */
 typedef enum {
@@ -34,77 +33,78 @@ constexpr int AinsworthBlockRow[] = {0, 0, 1, 1, 0}, AinsworthBlockColumn[] = {0
 struct AinsworthSaddleBlocks {
   MatType layout = NULL; /* type of the matrix that has the blocks; NULL: none found yet */
   /* the program's or made from them, NULL if absent; B or C may be a view of the other, A a copy of a small shell */
-  Mat  block[AINSWORTH_BLOCKS] = {};
-  char name[AINSWORTH_BLOCKS][64]{}; /* for messages: "Block (1,0) of the MatNest" */
+  AinsworthRef<Mat> block[AINSWORTH_BLOCKS];
+  char              name[AINSWORTH_BLOCKS][64]{}; /* for messages: "Block (1,0) of the MatNest" */
   /* changes with the block, its values, or anything it is made of (state.cpp) */
-  uint64_t  state[AINSWORTH_BLOCKS] = {};
-  IS        rows[2]                 = {}; /* primal and multiplier field in the right-hand side */
-  IS        cols[2]                 = {}; /* the same in the solution */
-  PetscBool made[AINSWORTH_BLOCKS]  = {}; /* the block was made here */
-  PetscInt  bs                      = 0;  /* block size of A, which A itself may not have */
+  uint64_t         state[AINSWORTH_BLOCKS] = {};
+  AinsworthRef<IS> rows[2];                     /* primal and multiplier field in the right-hand side */
+  AinsworthRef<IS> cols[2];                     /* the same in the solution */
+  PetscBool        made[AINSWORTH_BLOCKS] = {}; /* the block was made here */
+  PetscInt         bs                     = 0;  /* block size of A, which A itself may not have */
   /* unknowns of a node if they are not contiguous (PCBLOCKSA sorts them); else 1, and bs holds */
   PetscInt scattered = 0;
 
-  const char       *bsSource = NULL; /* where bs comes from, in words */
-  MatNullSpace      modes    = NULL; /* rigid-body modes from coordinates, or NULL */
-  PetscInt          located  = 0;    /* AinsworthSaddleInputs::located at that time */
-  AinsworthFields   fields;          /* of the program's vectors */
-  const char       *told = NULL;     /* who defined the fields, in words */
-  std::vector<bool> multiplier;      /* for each field: whether it has multipliers */
-  const char       *chosen = NULL;   /* how the multipliers were chosen, in words */
+  const char                *bsSource = NULL; /* where bs comes from, in words */
+  AinsworthRef<MatNullSpace> modes;           /* rigid-body modes from coordinates, or NULL */
+  PetscInt                   located = 0;     /* AinsworthSaddleInputs::located at that time */
+  AinsworthFields            fields;          /* of the program's vectors */
+  const char                *told = NULL;     /* who defined the fields, in words */
+  std::vector<bool>          multiplier;      /* for each field: whether it has multipliers */
+  const char                *chosen = NULL;   /* how the multipliers were chosen, in words */
   /* for minus a saddle point, the factors of the rows of A (layoutsign.cpp); else NULL */
-  Vec              sign       = NULL;
-  PetscBool        extracted  = PETSC_FALSE; /* blocks are submatrices; otherwise they are blocks of a MatNest */
-  PetscObjectId    whole[2]   = {};          /* ids of the matrices they were extracted from, Amat and Pmat */
-  PetscObjectState pattern[2] = {};          /* nonzero states of these */
+  AinsworthRef<Vec> sign;
+  PetscBool         extracted  = PETSC_FALSE; /* blocks are submatrices; otherwise they are blocks of a MatNest */
+  PetscObjectId     whole[2]   = {};          /* ids of the matrices they were extracted from, Amat and Pmat */
+  PetscObjectState  pattern[2] = {};          /* nonzero states of these */
 
   std::shared_ptr<const AinsworthSplit> split[2]; /* how they were extracted; NULL: with MatCreateSubMatrix() */
 };
 
-/*
-   The normal form [A B'; C -D] of the program's system (docs/method.md); if its block (0,1) is -C', lambda is the
-   negative of the program's
+/* Rows of the multipliers, AIJ; B is C itself if block (0,1) is its adjoint, and D is NULL if it is zero */
+struct AinsworthRowBlocks {
+  AinsworthRef<Mat> C, B, D;
+};
 
-   B is C itself if block (0,1) is its adjoint; D is NULL if it is zero.
+/*
+   The normal form [A B'; C -D] of the program's system (docs/method.md), constant once it is built; if its block (0,1)
+   is -C', lambda is the negative of the program's
 */
 struct AinsworthSaddle : AinsworthSaddleBlocks {
-  /* n x n: the program's, or a copy without the columns of known unknowns */
-  Mat A = NULL;
-  Mat P = NULL; /* matrix that M_* is made of: the primal block of Pmat, or A */
-  /* AIJ, kept rows only, scaled by `balance`; no rows without constraints */
-  Mat C = NULL, B = NULL, D = NULL;
-  Mat rowsC = NULL, rowsB = NULL, rowsD = NULL; /* the same with all of the program's rows */
-  Mat givenC = NULL;                            /* rowsC with the columns of known unknowns */
+  AinsworthRef<Mat>  A;    /* n x n: the program's, or a copy without the columns of known unknowns */
+  AinsworthRef<Mat>  P;    /* matrix that M_* is made of: the primal block of Pmat, or A */
+  AinsworthRowBlocks all;  /* all rows of the program */
+  AinsworthRowBlocks kept; /* those that are constraints, without the columns of known unknowns, scaled by `balance` */
 
-  PetscObjectId    idD      = 0; /* id of the block that rowsD is a copy of */
+  PetscObjectId    idD      = 0; /* id of the block that all.D is a copy of */
   PetscObjectState patternD = 0; /* nonzero state of that block */
 
-  MatNullSpace nullSpace = NULL;        /* of the program's matrix, or NULL */
-  PetscBool    negated   = PETSC_FALSE; /* lambda is the negative of the program's */
-  char         bad[256]  = {};          /* why the values are unusable; empty if they are usable */
+  AinsworthRef<MatNullSpace> nullSpace;              /* of the program's matrix, or NULL */
+  PetscBool                  negated  = PETSC_FALSE; /* lambda is the negative of the program's */
+  char                       bad[256] = {};          /* why the values are unusable; empty if they are usable */
 
-  AinsworthRowKind *kind                       = NULL; /* for each local row of the multiplier field */
-  PetscInt          first                      = 0;    /* global number of the first local row */
-  PetscInt          local                      = 0;    /* number of local rows */
-  PetscInt          count[AINSWORTH_ROW_KINDS] = {};   /* of each kind, on all ranks */
+  std::vector<AinsworthRowKind> kind;                            /* of each local row of the multiplier field */
+  PetscInt                      first                      = 0;  /* global number of the first local row */
+  PetscInt                      count[AINSWORTH_ROW_KINDS] = {}; /* of each kind, on all ranks */
   /* scales the rows of C, B and D and the columns of D, powers of 2; NULL: 1 */
-  Vec balance = NULL;
+  AinsworthRef<Vec> balance;
   /* n, 1 / A_ii for unknowns whose row has only A_ii, else 0; NULL if not needed */
-  Vec               known   = NULL;
-  Vec               work[2] = {};           /* work vectors, n and all rows; NULL until needed */
+  AinsworthRef<Vec> known;
+  AinsworthRef<Vec> work[2];                /* work vectors, n and all rows */
   std::vector<bool> loose;                  /* for each local unknown: its row of A is zero */
   PetscBool         positive = PETSC_FALSE; /* unknowns that are not loose have positive diagonal entries in A */
   /* for each local row of the multiplier field: its row of D is not zero */
   std::vector<bool> sprung;
   /* of each unknown: A_ii or, where that is not positive, the largest entry of the row */
-  Vec               stiffness = NULL;
-  AinsworthTransfer transfer[3]; /* of right-hand sides, solutions, and vectors of null spaces */
+  AinsworthRef<Vec> stiffness;
+  AinsworthTransfer transfer[2]; /* of right-hand sides and solutions */
   /* powers of 2 that bring entries of the system to about 1: of the unknowns and of all rows of the multiplier field */
-  AinsworthSaddleVec scale     = {};
-  PetscBool          symmetric = PETSC_FALSE; /* A = A' */
-  PetscBool          adjoint   = PETSC_FALSE; /* B is C, and D = D' */
+  AinsworthSaddleVecRef scale;
+  PetscBool             symmetric = PETSC_FALSE; /* A = A' */
+  PetscBool             adjoint   = PETSC_FALSE; /* B is C, and D = D' */
 
+  PetscInt local() const { return (PetscInt)kind.size(); }                 /* local rows of the multiplier field */
   PetscInt constraints() const { return count[AINSWORTH_ROW_CONSTRAINT]; } /* kept rows of all ranks */
+  bool     oneSided() const { return kept.B == kept.C; }                   /* block (0,1) is C' */
 };
 
 /* diagonal.cpp */
@@ -161,13 +161,12 @@ PetscErrorCode AinsworthMatGetState(Mat, uint64_t *);
 /* blocks.cpp: the blocks of what the program passed */
 PetscErrorCode AinsworthSaddleFindBlocks(const AinsworthSaddleInputs *, PetscBool, const AinsworthSaddleBlocks *,
                                          AinsworthSaddleBlocks *);
-PetscErrorCode AinsworthSaddleResetBlocks(AinsworthSaddleBlocks *);
 PetscErrorCode AinsworthSaddleDescribeLayout(const AinsworthSaddleBlocks *, char[], size_t);
 
 /* saddle.cpp */
+typedef std::unique_ptr<const AinsworthSaddle> AinsworthSaddleStage;
 PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *, const AinsworthSaddle *, PetscBool *);
-PetscErrorCode AinsworthSaddleSetUp(const AinsworthSaddleInputs *, AinsworthSaddle *);
-PetscErrorCode AinsworthSaddleReset(AinsworthSaddle *);
+PetscErrorCode AinsworthSaddleBuild(const AinsworthSaddleInputs *, AinsworthSaddleStage, AinsworthSaddleStage *);
 
 /* nearnullspace.cpp */
 PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *, Mat);
@@ -179,11 +178,11 @@ PetscErrorCode AinsworthOrthogonalize(const std::vector<Vec> &, Vec);
 PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *, MatNullSpace *);
 PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *, Vec);
 PetscErrorCode AinsworthSaddleGetNullSpace(Mat, Mat, MatNullSpace *);
-PetscErrorCode AinsworthSaddleRemoveNullSpace(AinsworthSaddle *, Mat, PetscBool, AinsworthSaddleVec, PetscBool *);
+PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *, Mat, PetscBool, AinsworthSaddleVec, PetscBool *);
 
 /* rows.cpp: the rows of the multiplier field */
 PetscErrorCode AinsworthSaddleClassifyRows(AinsworthSaddle *);
-PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddle *, PetscInt, const PetscInt[], AinsworthRowKind);
+PetscErrorCode AinsworthSaddleDropDependent(AinsworthSaddleStage *, PetscInt, const PetscInt[], AinsworthRowKind);
 PetscErrorCode AinsworthNameMarked(MPI_Comm, PetscInt, const std::vector<bool> &, char[], size_t);
 PetscErrorCode AinsworthSaddleNameRows(const AinsworthSaddle *, const std::vector<bool> &, char[], size_t);
 PetscErrorCode AinsworthSaddleNameKind(const AinsworthSaddle *, AinsworthRowKind, char[], size_t);
@@ -216,13 +215,15 @@ PetscErrorCode AinsworthProbeAdjoint(Mat, Mat, PetscBool *, PetscBool *);
 /* known.cpp: unknowns determined by their own row */
 PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *);
 PetscErrorCode AinsworthSaddleMoveColumns(const AinsworthSaddle *, Vec, Vec, Vec, Vec, Vec);
+PetscErrorCode AinsworthSaddleClearKnown(const AinsworthSaddle *, Vec);
 
 /* fields.cpp: right-hand sides and solutions, between the program's vectors, its fields and the kept rows */
-PetscErrorCode AinsworthSaddleGetFields(AinsworthSaddle *, PetscBool, PetscBool, Vec, AinsworthSaddleVec *);
-PetscErrorCode AinsworthSaddleRestoreFields(AinsworthSaddle *, PetscBool, AinsworthSaddleVec *);
+typedef std::function<PetscErrorCode(AinsworthSaddleVec)> AinsworthFieldsUse;
+PetscErrorCode AinsworthSaddleUseFields(const AinsworthSaddle *, PetscBool, AinsworthAccess, Vec,
+                                        const AinsworthFieldsUse &);
 PetscErrorCode AinsworthSaddleGetKept(const AinsworthSaddle *, Vec, Vec);
-PetscErrorCode AinsworthSaddleRestrict(AinsworthSaddle *, AinsworthSaddleVec, AinsworthSaddleVec);
-PetscErrorCode AinsworthSaddleExtend(AinsworthSaddle *, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
+PetscErrorCode AinsworthSaddleRestrict(const AinsworthSaddle *, AinsworthSaddleVec, AinsworthSaddleVec);
+PetscErrorCode AinsworthSaddleExtend(const AinsworthSaddle *, AinsworthSaddleVec, Vec, AinsworthSaddleVec);
 PetscErrorCode AinsworthSaddleNameNotFinite(const AinsworthSaddle *, AinsworthSaddleVec, char[], size_t);
 
 /* residual.cpp: of the program's system, and the terms of its rows */

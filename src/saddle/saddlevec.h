@@ -2,10 +2,17 @@
 #ifndef AINSWORTH_SADDLEVEC_H
 #define AINSWORTH_SADDLEVEC_H
 
-#include "../base/petsccompat.h"
+#include "../base/objects.h"
 
 struct AinsworthSaddleVec {
   Vec primal = NULL, dual = NULL;
+};
+
+/* The same, with references of its own */
+struct AinsworthSaddleVecRef {
+  AinsworthRef<Vec> primal, dual;
+
+  operator AinsworthSaddleVec() const { return {primal, dual}; }
 };
 
 static inline PetscErrorCode AinsworthSaddleVecDuplicate(AinsworthSaddleVec like, AinsworthSaddleVec *y)

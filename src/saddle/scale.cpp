@@ -172,34 +172,30 @@ static PetscErrorCode Equilibrate(const std::vector<Block> &blocks, Vec stiffnes
 */
 PetscErrorCode AinsworthSaddleScale(AinsworthSaddle *sp)
 {
-  AinsworthSaddleVec *scale = &sp->scale;
-  std::vector<Block>  blocks;
-  Vec                &stiffness = sp->stiffness;
-  Mat                 copy;
+  std::vector<Block> blocks;
+  Mat                copy;
 
   PetscFunctionBegin;
-  sp->loose.clear();
-  PetscCall(Stiffness(sp->block[AINSWORTH_BLOCK_A], &stiffness, &sp->positive));
-  PetscCall(AinsworthForEntries({stiffness}, [sp](PetscInt, PetscScalar d) { sp->loose.push_back(d == 0.0); }));
-  PetscCall(VecDuplicate(stiffness, &scale->primal));
-  PetscCall(MatCreateVecs(sp->givenC, NULL, &scale->dual));
-  for (Mat C : {sp->givenC, sp->rowsB}) {
-    if (C == sp->rowsB && sp->rowsB == sp->rowsC && C != sp->givenC) continue;
-    if (C == sp->rowsB && sp->rowsB == sp->givenC && blocks.size()) continue;
+  PetscCall(Stiffness(sp->block[AINSWORTH_BLOCK_A], sp->stiffness.out(), &sp->positive));
+  PetscCall(AinsworthForEntries({sp->stiffness}, [sp](PetscInt, PetscScalar d) { sp->loose.push_back(d == 0.0); }));
+  PetscCall(VecDuplicate(sp->stiffness, sp->scale.primal.out()));
+  PetscCall(MatCreateVecs(sp->all.C, NULL, sp->scale.dual.out()));
+  for (Mat C : {(Mat)sp->all.C, (Mat)sp->all.B}) {
+    if (sp->oneSided() && blocks.size()) continue;
     PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &copy));
     blocks.push_back({copy, true, false});
     PetscCall(MatTranspose(C, MAT_INITIAL_MATRIX, &copy));
     blocks.push_back({copy, false, true});
   }
-  sp->sprung.assign(sp->local, false);
-  if (sp->rowsD) {
-    PetscCall(MatDuplicate(sp->rowsD, MAT_COPY_VALUES, &copy));
+  sp->sprung.assign(sp->local(), false);
+  if (sp->all.D) {
+    PetscCall(MatDuplicate(sp->all.D, MAT_COPY_VALUES, &copy));
     blocks.push_back({copy, true, true});
     PetscCall(AinsworthForRows(copy, [sp](const AinsworthMatRow &row) {
       sp->sprung[row.local] = std::any_of(row.a, row.a + row.n, [](PetscScalar v) { return v != 0.0; });
     }));
   }
-  PetscCall(Equilibrate(blocks, stiffness, *scale));
+  PetscCall(Equilibrate(blocks, sp->stiffness, sp->scale));
   for (Block &b : blocks) PetscCall(MatDestroy(&b.mat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -16,7 +16,7 @@ static inline PetscInt Flip(PetscInt number)
    Maps each local row to its number in its field; *splits becomes false if a set is not sorted or not local, or if the
    sets do not cover each row once
 */
-static PetscErrorCode AddSets(const IS sets[2], PetscInt first, std::vector<PetscInt> *map, bool *splits)
+static PetscErrorCode AddSets(const AinsworthRef<IS> sets[2], PetscInt first, std::vector<PetscInt> *map, bool *splits)
 {
   std::vector<char> seen(map->size(), 0);
 
@@ -59,7 +59,7 @@ static PetscErrorCode MapGhosts(Mat aij, const PetscInt first[2], const PetscInt
    AinsworthSplitCreate - plans where the entries of an AIJ matrix go; NULL if the index sets do not allow it.
    Collective
 */
-PetscErrorCode AinsworthSplitCreate(Mat aij, const IS rows[2], const IS cols[2],
+PetscErrorCode AinsworthSplitCreate(Mat aij, const AinsworthRef<IS> rows[2], const AinsworthRef<IS> cols[2],
                                     std::shared_ptr<const AinsworthSplit> *split)
 {
   auto            plan = std::make_shared<AinsworthSplit>();
@@ -144,7 +144,7 @@ static void FillRows(const AinsworthCSR &part, const AinsworthSplit *split, int 
 }
 
 /* AinsworthSplitFill - creates the blocks A, B, C, D, or A alone. Collective */
-PetscErrorCode AinsworthSplitFill(Mat aij, const AinsworthSplit *split, int wanted, Mat block[])
+PetscErrorCode AinsworthSplitFill(Mat aij, const AinsworthSplit *split, int wanted, AinsworthRef<Mat> block[])
 {
   Mat                            mat[2];
   const PetscInt                *ghosts;
@@ -163,7 +163,7 @@ PetscErrorCode AinsworthSplitFill(Mat aij, const AinsworthSplit *split, int want
   }
   for (int k = 0; k < wanted; k++)
     PetscCall(AinsworthMatCreateFromRows(PetscObjectComm((PetscObject)aij), split->size[k % 2], std::move(rows[0][k]),
-                                         std::move(rows[1][k]), &block[k]));
+                                         std::move(rows[1][k]), block[k].out()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -172,7 +172,7 @@ PetscErrorCode AinsworthSplitFill(Mat aij, const AinsworthSplit *split, int want
 
    The state of a block whose values have not changed stays the same, so that nothing that depends on it is recomputed.
 */
-PetscErrorCode AinsworthSplitRefill(Mat aij, const AinsworthSplit *split, int wanted, Mat block[])
+PetscErrorCode AinsworthSplitRefill(Mat aij, const AinsworthSplit *split, int wanted, AinsworthRef<Mat> block[])
 {
   Mat             mat[2], parts[4][2];
   const PetscInt *ghosts;

@@ -3,6 +3,7 @@
 #define AINSWORTH_SPLIT_H
 
 #include "arrays.h"
+#include "../base/objects.h"
 
 /* Numbers within the fields: 0, 1, ... in the primal field, -1, -2, ... in the multiplier field */
 struct AinsworthSplit {
@@ -11,8 +12,9 @@ struct AinsworthSplit {
   PetscInt              size[2] = {}; /* local columns of each field */
 };
 
-PetscErrorCode AinsworthSplitCreate(Mat, const IS[2], const IS[2], std::shared_ptr<const AinsworthSplit> *);
-PetscErrorCode AinsworthSplitFill(Mat, const AinsworthSplit *, int, Mat[]);
-PetscErrorCode AinsworthSplitRefill(Mat, const AinsworthSplit *, int, Mat[]);
+PetscErrorCode AinsworthSplitCreate(Mat, const AinsworthRef<IS>[2], const AinsworthRef<IS>[2],
+                                    std::shared_ptr<const AinsworthSplit> *);
+PetscErrorCode AinsworthSplitFill(Mat, const AinsworthSplit *, int, AinsworthRef<Mat>[]);
+PetscErrorCode AinsworthSplitRefill(Mat, const AinsworthSplit *, int, AinsworthRef<Mat>[]);
 
 #endif

@@ -1,26 +1,6 @@
 /* Transfers between the program's vectors, which may be nested, and their parts */
 #include "transfer.h"
 #include "../base/loops.h"
-#include "../base/objects.h"
-
-/* Creates a plain vector with n local entries, of the type of v, or of the first plain one in it. Collective */
-PetscErrorCode AinsworthVecCreatePlain(Vec v, PetscInt n, Vec *plain)
-{
-  VecType   type;
-  PetscBool nest;
-
-  PetscFunctionBegin;
-  PetscCall(VecCreate(PetscObjectComm((PetscObject)v), plain));
-  PetscCall(VecSetSizes(*plain, n, PETSC_DETERMINE));
-  PetscCall(PetscObjectTypeCompare((PetscObject)v, VECNEST, &nest));
-  while (nest) {
-    PetscCall(VecNestGetSubVec(v, 0, &v));
-    PetscCall(PetscObjectTypeCompare((PetscObject)v, VECNEST, &nest));
-  }
-  PetscCall(VecGetType(v, &type));
-  PetscCall(VecSetType(*plain, type));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* Copies the local entries of a vector to one with as many, of any types; VecCopy() refuses nests with other vectors */
 PetscErrorCode AinsworthVecCopyEntries(Vec from, Vec to)
@@ -30,63 +10,87 @@ PetscErrorCode AinsworthVecCopyEntries(Vec from, Vec to)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthTransferIn - copies both fields of a vector to its parts; call AinsworthTransferOut() afterwards. Collective
+/* AinsworthTransferCreate - makes transfers between vectors like v and parts like those given. Collective */
+PetscErrorCode AinsworthTransferCreate(Vec v, const AinsworthRef<IS> fields[2], Vec primal, Vec dual,
+                                       AinsworthTransfer *t)
+{
+  const Vec parts[2] = {primal, dual};
+  PetscBool in[2];
+  PetscInt  first, last;
 
-   write: the parts may be changed
-*/
-PetscErrorCode AinsworthTransferIn(AinsworthTransfer *t, const IS fields[2], PetscBool write, Vec v,
-                                   AinsworthSaddleVec *parts)
+  PetscFunctionBegin;
+  PetscCall(VecGetOwnershipRange(v, &first, &last));
+  for (int k = 0; k < 2; k++) {
+    PetscCall(VecDuplicate(parts[k], t->part[k].out()));
+    PetscCall(VecScatterCreate(v, fields[k], t->part[k], NULL, t->scatter[k].out()));
+    PetscCall(ISContiguousLocal(fields[k], first, last, &t->offset[k], &in[k]));
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, in, 2, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)v)));
+  for (int k = 0; k < 2; k++)
+    if (!in[k]) t->offset[k] = -1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns whether part k of a vector is seen in place, which the separate arrays of a nest do not allow */
+static PetscErrorCode IsInPlace(const AinsworthTransfer *t, int k, Vec v, PetscBool *place)
 {
   PetscFunctionBegin;
-  if (t->given || t->fields[0] != fields[0] || t->fields[1] != fields[1]) { /* an error may have left a vector given */
-    PetscCall(AinsworthTransferDestroy(t));
-    for (int k = 0; k < 2; k++) {
-      PetscInt n;
-
-      PetscCall(AinsworthShare(fields[k], &t->fields[k]));
-      PetscCall(ISGetLocalSize(fields[k], &n));
-      PetscCall(AinsworthVecCreatePlain(v, n, &t->part[k]));
-      PetscCall(VecScatterCreate(v, fields[k], t->part[k], NULL, &t->scatter[k]));
-    }
-  }
-  t->given = v;
-  t->write = write;
-  for (int k = 0; k < 2; k++) {
-    PetscCall(VecScatterBegin(t->scatter[k], v, t->part[k], INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecScatterEnd(t->scatter[k], v, t->part[k], INSERT_VALUES, SCATTER_FORWARD));
-    if (!write) PetscCall(VecLockReadPush(t->part[k]));
-  }
-  *parts = {t->part[0], t->part[1]};
+  PetscCall(PetscObjectTypeCompare((PetscObject)v, VECNEST, place));
+  *place = (PetscBool)(!*place && t->offset[k] >= 0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthTransferOut - gives the parts back, and their entries to the vector if they may have been changed.
+   AinsworthTransferIn - gives access to both fields of v in parts like those of t, until AinsworthTransferOut().
    Collective
 */
-PetscErrorCode AinsworthTransferOut(AinsworthTransfer *t, AinsworthSaddleVec *parts)
+PetscErrorCode AinsworthTransferIn(const AinsworthTransfer *t, AinsworthAccess access, Vec v, AinsworthSaddleVec parts)
 {
+  const Vec part[2] = {parts.primal, parts.dual};
+
   PetscFunctionBegin;
   for (int k = 0; k < 2; k++) {
-    if (t->write) {
-      PetscCall(VecScatterBegin(t->scatter[k], t->part[k], t->given, INSERT_VALUES, SCATTER_REVERSE));
-      PetscCall(VecScatterEnd(t->scatter[k], t->part[k], t->given, INSERT_VALUES, SCATTER_REVERSE));
-    } else PetscCall(VecLockReadPop(t->part[k]));
+    PetscBool    place;
+    PetscScalar *a;
+
+    PetscCall(IsInPlace(t, k, v, &place));
+    if (place) {
+      if (access == AINSWORTH_ACCESS_READ) PetscCall(VecGetArrayRead(v, (const PetscScalar **)&a));
+      else PetscCall(VecGetArray(v, &a));
+      PetscCall(VecPlaceArray(part[k], a + t->offset[k]));
+    } else if (access != AINSWORTH_ACCESS_WRITE) {
+      PetscCall(VecScatterBegin(t->scatter[k], v, part[k], INSERT_VALUES, SCATTER_FORWARD));
+      PetscCall(VecScatterEnd(t->scatter[k], v, part[k], INSERT_VALUES, SCATTER_FORWARD));
+    }
+    if (access == AINSWORTH_ACCESS_READ) PetscCall(VecLockReadPush(part[k]));
   }
-  t->given = NULL;
-  *parts   = {NULL, NULL};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthTransferDestroy(AinsworthTransfer *t)
+/* AinsworthTransferOut - ends the access, and gives the entries to the vector if they may have changed. Collective */
+PetscErrorCode AinsworthTransferOut(const AinsworthTransfer *t, AinsworthAccess access, Vec v, AinsworthSaddleVec parts)
 {
+  const Vec part[2] = {parts.primal, parts.dual};
+
   PetscFunctionBegin;
   for (int k = 0; k < 2; k++) {
-    PetscCall(ISDestroy(&t->fields[k]));
-    PetscCall(VecDestroy(&t->part[k]));
-    PetscCall(VecScatterDestroy(&t->scatter[k]));
+    PetscBool          place;
+    const PetscScalar *seen;
+    PetscScalar       *a;
+
+    PetscCall(IsInPlace(t, k, v, &place));
+    if (access == AINSWORTH_ACCESS_READ) PetscCall(VecLockReadPop(part[k]));
+    if (place) {
+      PetscCall(VecGetArrayRead(part[k], &seen));
+      a = (PetscScalar *)seen - t->offset[k];
+      PetscCall(VecRestoreArrayRead(part[k], &seen));
+      PetscCall(VecResetArray(part[k]));
+      if (access == AINSWORTH_ACCESS_READ) PetscCall(VecRestoreArrayRead(v, (const PetscScalar **)&a));
+      else PetscCall(VecRestoreArray(v, &a));
+    } else if (access != AINSWORTH_ACCESS_READ) {
+      PetscCall(VecScatterBegin(t->scatter[k], part[k], v, INSERT_VALUES, SCATTER_REVERSE));
+      PetscCall(VecScatterEnd(t->scatter[k], part[k], v, INSERT_VALUES, SCATTER_REVERSE));
+    }
   }
-  *t = AinsworthTransfer();
   PetscFunctionReturn(PETSC_SUCCESS);
 }

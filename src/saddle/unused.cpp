@@ -90,15 +90,15 @@ PetscErrorCode AinsworthSaddleNameUnused(const AinsworthSaddle *sp, PetscBool sy
   if (!number) PetscFunctionReturn(PETSC_SUCCESS); /* the usual case */
   PetscCall(AinsworthGetAIJ(sp->A, &A));
   marked = zero;
-  PetscCall(UnmarkUsed(sp->rowsC, false, &marked)); /* far smaller than A */
+  PetscCall(UnmarkUsed(sp->all.C, false, &marked)); /* far smaller than A */
   PetscCall(UnmarkUsed(A, false, &marked));
   PetscCall(CountMarked(A, marked, &number));
   if (number) {
     PetscCall(UnmarkDeclared(sp, &marked));
     PetscCall(AinsworthNameMarked(PetscObjectComm((PetscObject)A), start, marked, unknowns, len));
-  } else if (!symmetric || sp->rowsB != sp->rowsC) {
+  } else if (!symmetric || !sp->oneSided()) {
     marked = zero;
-    PetscCall(UnmarkUsed(sp->rowsB, false, &marked));
+    PetscCall(UnmarkUsed(sp->all.B, false, &marked));
     PetscCall(UnmarkUsed(A, true, &marked));
     PetscCall(AinsworthNameMarked(PetscObjectComm((PetscObject)A), start, marked, equations, len));
   }

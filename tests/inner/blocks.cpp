@@ -109,19 +109,11 @@ PetscErrorCode SaddleCreate(const Blocks &b, const Kind &kind, AinsworthSaddle *
     m = rank == size - 1 ? M : 0;
   }
   *sp = AinsworthSaddle();
-  PetscCall(Store(b.A, n, n, kind.type, &sp->A));
-  PetscCall(Store(b.C, m, n, MATAIJ, &sp->C));
-  sp->B = sp->C;
-  if (kind.symmetric) PetscCall(PetscObjectReference((PetscObject)sp->C));
-  else PetscCall(Store(b.B, m, n, MATAIJ, &sp->B));
-  if (kind.compliance != NO_D) PetscCall(Store(b.D, m, m, MATAIJ, &sp->D));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SaddleDestroy(AinsworthSaddle *sp)
-{
-  PetscFunctionBeginUser;
-  for (Mat *M : {&sp->A, &sp->B, &sp->C, &sp->D}) PetscCall(MatDestroy(M));
+  PetscCall(Store(b.A, n, n, kind.type, sp->A.out()));
+  PetscCall(Store(b.C, m, n, MATAIJ, sp->kept.C.out()));
+  if (kind.symmetric) sp->kept.B = sp->kept.C;
+  else PetscCall(Store(b.B, m, n, MATAIJ, sp->kept.B.out()));
+  if (kind.compliance != NO_D) PetscCall(Store(b.D, m, m, MATAIJ, sp->kept.D.out()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -130,7 +122,7 @@ PetscErrorCode VecsCreate(const AinsworthSaddle &sp, const Column &values, Ainsw
   PetscInt n;
 
   PetscFunctionBeginUser;
-  PetscCall(MatCreateVecs(sp.C, &v->primal, &v->dual));
+  PetscCall(MatCreateVecs(sp.kept.C, &v->primal, &v->dual));
   PetscCall(VecGetSize(v->primal, &n));
   PetscCall(Scatter(values.head(n), v->primal));
   PetscCall(Scatter(values.tail(values.size() - n), v->dual));

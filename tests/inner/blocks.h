@@ -44,7 +44,6 @@ PetscScalar    Entry(PetscInt seed, PetscInt i, PetscInt j);
 Blocks         Draw(const Kind &, PetscInt seed);
 Column         Equilibrate(const Dense &K); /* powers of 2 that bring the largest entry of each row and column near 1 */
 PetscErrorCode SaddleCreate(const Blocks &, const Kind &, AinsworthSaddle *);
-PetscErrorCode SaddleDestroy(AinsworthSaddle *);
 PetscErrorCode VecsCreate(const AinsworthSaddle &, const Column &, AinsworthSaddleVec *);
 PetscErrorCode GatherBoth(AinsworthSaddleVec, Column &);
 

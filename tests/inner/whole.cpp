@@ -17,8 +17,8 @@ static PetscErrorCode CheckAssembly(const AinsworthSaddle &sp, const Dense &K)
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
-  PetscCall(MatGetOwnershipRangesColumn(sp.C, &n));
-  PetscCall(MatGetOwnershipRanges(sp.C, &m));
+  PetscCall(MatGetOwnershipRangesColumn(sp.kept.C, &n));
+  PetscCall(MatGetOwnershipRanges(sp.kept.C, &m));
   for (PetscMPIInt r = 0; r < size; r++) {
     for (PetscInt i = n[r]; i < n[r + 1]; i++) number.push_back(i);
     for (PetscInt i = m[r]; i < m[r + 1]; i++) number.push_back(n[size] + i);
@@ -104,7 +104,6 @@ static PetscErrorCode Solve(const Kind &kind, PetscInt seed)
   PetscCall(AinsworthWholeDestroy(&whole));
   PetscCall(CheckTrue("gone", !whole));
   for (AinsworthSaddleVec *v : {&scale, &f, &y}) PetscCall(AinsworthSaddleVecDestroy(v));
-  PetscCall(SaddleDestroy(&sp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -139,7 +138,6 @@ static PetscErrorCode Singular(bool row, const char options[])
   PetscCall(CheckTrue("the same on all ranks", !strcmp(first, why)));
   PetscCall(AinsworthWholeDestroy(&whole));
   PetscCall(AinsworthSaddleVecDestroy(&scale));
-  PetscCall(SaddleDestroy(&sp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -168,7 +166,6 @@ static PetscErrorCode Predict(bool symmetric)
   PetscCall(Check("the operations", cost.operations, expected[1]));
   PetscCall(Check("the entries expected", 0.8 * expected[0], cost.entries));
   PetscCall(Check("the operations expected", 0.8 * expected[1], cost.operations));
-  PetscCall(SaddleDestroy(&sp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -195,7 +192,6 @@ static PetscErrorCode View()
   PetscCall(CheckText("the view", text, {"the whole system [A B'; C -D], 54 unknowns, equilibrated and factored:", "(test_whole_)"}));
   PetscCall(AinsworthWholeDestroy(&whole));
   PetscCall(AinsworthSaddleVecDestroy(&scale));
-  PetscCall(SaddleDestroy(&sp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

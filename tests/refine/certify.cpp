@@ -166,7 +166,7 @@ static PetscErrorCode Certify(const Setup &setup, const Column &w, const Column 
     AinsworthDependence what;
 
     PetscCall(Scatter(Column(factor * w), v[0]));
-    PetscCall(AinsworthCertify(&setup.sp, v[0], v[1], size, v[2], &what));
+    PetscCall(AinsworthCertify(setup.sp.get(), v[0], v[1], size, v[2], &what));
     PetscCall(CheckInt("what it means", what, expected));
   }
   for (Vec &u : v) PetscCall(VecDestroy(&u));

@@ -44,7 +44,7 @@ PetscErrorCode TestChange()
 
   PetscFunctionBeginUser;
   PetscCall(SetupCreate(Handmade(Numbers({4.0, 1.0, 16.0}), Numbers({0.0, 1.0, 0.0}).transpose()), &setup));
-  PetscCall(SetBoth(Numbers({0.5, 1.0, 0.25, 1.0}), setup.sp.scale));
+  PetscCall(SetBoth(Numbers({0.5, 1.0, 0.25, 1.0}), setup.sp->scale));
   for (const Change &c : changes) {
     Vec       p;
     PetscReal got;
@@ -57,9 +57,9 @@ PetscErrorCode TestChange()
     PetscCall(Scatter(c.x, setup.y.primal));
     PetscCall(VecDuplicate(setup.y.primal, &p));
     PetscCall(Scatter(c.p, p));
-    PetscCall(AinsworthChange(&setup.sp, setup.b, setup.y.primal, p, &got));
+    PetscCall(AinsworthChange(setup.sp.get(), setup.b, setup.y.primal, p, &got));
     PetscCall(CheckTrue(("the change " + std::to_string(got)).c_str(), same(c.change)));
-    PetscCall(AinsworthGrowth(&setup.sp, setup.b, setup.y.primal, &got));
+    PetscCall(AinsworthGrowth(setup.sp.get(), setup.b, setup.y.primal, &got));
     PetscCall(CheckTrue(("the growth " + std::to_string(got)).c_str(), same(c.growth)));
     PetscCall(VecDestroy(&p));
   }

@@ -134,7 +134,7 @@ static PetscErrorCode KeptRows(const Setup &setup, std::vector<PetscInt> *kept)
 
   PetscFunctionBeginUser;
   PetscCall(VecDuplicate(setup.b.dual, &kinds));
-  PetscCall(AinsworthUpdate(kinds, [&](PetscInt i, PetscScalar &v) { v = setup.sp.kind[i] == AINSWORTH_ROW_CONSTRAINT; }));
+  PetscCall(AinsworthUpdate(kinds, [&](PetscInt i, PetscScalar &v) { v = setup.sp->kind[i] == AINSWORTH_ROW_CONSTRAINT; }));
   PetscCall(Gather(kinds, all));
   PetscCall(VecDestroy(&kinds));
   for (PetscInt i = 0; i < (PetscInt)all.size(); i++)
@@ -222,13 +222,13 @@ static PetscErrorCode Judged(const Judgement &line)
     PetscCall(CheckInt("the outcome", run.outcome.state, judged ? line.state : AINSWORTH_OUTCOME_SOLVED));
     PetscCall(CheckEqual("x", run.y.head(n), x.head(n), line.accuracy));
     if (line.accuracy <= 1e-10) PetscCall(CheckEqual("lambda", run.y, x, line.accuracy));
-    for (PetscInt i = 0; i < setup.sp.local; i++) {
+    for (PetscInt i = 0; i < setup.sp->local(); i++) {
       const bool marked = i < (PetscInt)run.outcome.contradictory.size() && run.outcome.contradictory[i];
 
-      right = right && marked == (judged && std::count(line.marked.begin(), line.marked.end(), setup.sp.first + i) > 0);
+      right = right && marked == (judged && std::count(line.marked.begin(), line.marked.end(), setup.sp->first + i) > 0);
     }
     PetscCall(CheckTrue("the rows that contradict others are marked, and no others", right));
-    PetscCall(CheckTrue("a mark for each row", !marks || (PetscInt)run.outcome.contradictory.size() == setup.sp.local));
+    PetscCall(CheckTrue("a mark for each row", !marks || (PetscInt)run.outcome.contradictory.size() == setup.sp->local()));
   }
   /* a solution that leaves too much in kept rows shows nothing about others */
   Case("%s, others are unmet", line.name);

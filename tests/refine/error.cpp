@@ -74,7 +74,7 @@ static PetscErrorCode CheckAllowed(const Setup &setup, const AinsworthMeasure me
 
   PetscFunctionBeginUser;
   PetscCall(VecDuplicate(setup.b.dual, &allowed));
-  PetscCall(AinsworthAllowedOfConstraints(&setup.sp, measure, NULL, setup.b, setup.y, &error, allowed));
+  PetscCall(AinsworthAllowedOfConstraints(setup.sp.get(), measure, NULL, setup.b, setup.y, &error, allowed));
   PetscCall(Gather(allowed, got));
   PetscCall(VecDestroy(&allowed));
   for (Eigen::Index i = 0; i < got.size(); i++) {
@@ -113,11 +113,11 @@ static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vecto
     if (i >= n || b[i] != 0.0) b[i] += (i == target ? 1e-3 : 1e-5) * Entry(seed, i, 2) / setup->s[i];
   PetscCall(SetBoth(y, setup->y));
   PetscCall(SetBoth(b, setup->b));
-  PetscCall(AinsworthSaddleResidual(&setup->sp, transpose, PETSC_FALSE, setup->b, setup->y, setup->Ax, setup->left));
+  PetscCall(AinsworthSaddleResidual(setup->sp.get(), transpose, PETSC_FALSE, setup->b, setup->y, setup->Ax, setup->left));
   PetscCall(GatherBoth(setup->left, got));
   PetscCall(AinsworthSaddleVecDuplicate(setup->b, &terms));
-  PetscCall(AinsworthSaddlePrimalTerms(&setup->sp, transpose, setup->b, setup->y, setup->Ax, terms.primal));
-  PetscCall(AinsworthSaddleDualTerms(&setup->sp, setup->b, setup->y, terms.dual));
+  PetscCall(AinsworthSaddlePrimalTerms(setup->sp.get(), transpose, setup->b, setup->y, setup->Ax, terms.primal));
+  PetscCall(AinsworthSaddleDualTerms(setup->sp.get(), setup->b, setup->y, terms.dual));
   const Truth truth = Exact(*setup, kind, transpose, measures[0], b, y);
   PetscReal   off = 0.0, far = 0.0;
   Column      sums;
@@ -134,7 +134,7 @@ static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vecto
   for (const auto &measure : measures) {
     const Truth exact = Exact(*setup, kind, transpose, measure, b, y);
 
-    PetscCall(AinsworthBackwardError(&setup->sp, transpose, measure, NULL, setup->b, setup->y, setup->Ax, setup->left, &error));
+    PetscCall(AinsworthBackwardError(setup->sp.get(), transpose, measure, NULL, setup->b, setup->y, setup->Ax, setup->left, &error));
     PetscCall(CheckWorst("primal", error.primal, exact.worst[0]));
     PetscCall(CheckWorst("dual", error.dual, exact.worst[1]));
     PetscCall(CheckWorst("dependent", error.dependent, exact.worst[2]));
@@ -151,7 +151,7 @@ static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vecto
     };
     const Truth exact = Exact(*setup, kind, transpose, measure, b, y);
 
-    PetscCall(AinsworthBackwardError(&setup->sp, transpose, measure, NULL, setup->b, setup->y, setup->Ax, setup->left, &error));
+    PetscCall(AinsworthBackwardError(setup->sp.get(), transpose, measure, NULL, setup->b, setup->y, setup->Ax, setup->left, &error));
     PetscCall(CheckTrue("no pass over A", error.primal.row < 0 && error.dual.row < 0 && error.dependent.row < 0));
     PetscCall(
       CheckTrue("one bound for all rows of an equation", error.primal.omega <= 1.0 && error.dual.omega <= 1.0 && error.dependent.omega == error.dual.omega));
@@ -178,7 +178,7 @@ static PetscErrorCode Random(const Given &given, PetscInt seed)
   if (given.flags & DEPENDENT) PetscCall(AinsworthSaddleDropDependent(&setup.sp, 1, &dropped, AINSWORTH_ROW_DEPENDENT));
   bool kinds = true;
 
-  for (PetscInt i = 0; i < setup.sp.local; i++) kinds = kinds && setup.sp.kind[i] == kind[setup.sp.first + i];
+  for (PetscInt i = 0; i < setup.sp->local(); i++) kinds = kinds && setup.sp->kind[i] == kind[setup.sp->first + i];
   PetscCall(CheckTrue("the kinds of the rows", kinds));
   for (PetscInt target : {(PetscInt)0, (PetscInt)4, n - 1, n, n + 4, n + 9, N - 1}) {
     Case("error, %s, seed %d, row %d", given.name, (int)seed, (int)target);
@@ -215,8 +215,8 @@ static PetscErrorCode Integers(bool compliant)
   PetscCall(SetupCreate(d, &setup));
   PetscCall(SetBoth(y, setup.y));
   PetscCall(SetBoth(Times(d.K(), y), setup.b));
-  PetscCall(AinsworthSaddleResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
-  PetscCall(AinsworthBackwardError(&setup.sp, PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
+  PetscCall(AinsworthSaddleResidual(setup.sp.get(), PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+  PetscCall(AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
   PetscCall(CheckTrue("nothing is left", error.primal.omega == 0.0 && error.dual.omega == 0.0 && error.dependent.omega == 0.0));
   PetscCall(CheckTrue("no row is named", error.primal.row < 0 && error.dual.row < 0 && error.dependent.row < 0));
   for (PetscInt bad : {(PetscInt)7, d.n() + 3}) {
@@ -231,8 +231,8 @@ static PetscErrorCode Integers(bool compliant)
       const AinsworthMeasure same[AINSWORTH_ROWS_KINDS] = {m, m, m, m, m};
 
       PetscCall(SetBoth(wrong, setup.y));
-      PetscCall(AinsworthSaddleResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
-      PetscCall(AinsworthBackwardError(&setup.sp, PETSC_FALSE, same, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
+      PetscCall(AinsworthSaddleResidual(setup.sp.get(), PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+      PetscCall(AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, same, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
       PetscCall(CheckTrue("infinitely wrong", error.primal.omega == PETSC_MAX_REAL && (bad >= d.n() || error.dual.omega == PETSC_MAX_REAL)));
     }
   }
@@ -263,8 +263,8 @@ static PetscErrorCode AtRest(PetscInt seed)
     if (wrong) b[0] += 1e-6 / setup.s[0];
     PetscCall(SetBoth(y, setup.y));
     PetscCall(SetBoth(b, setup.b));
-    PetscCall(AinsworthSaddleResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
-    PetscCall(AinsworthBackwardError(&setup.sp, PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
+    PetscCall(AinsworthSaddleResidual(setup.sp.get(), PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+    PetscCall(AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
     PetscCall(CheckTrue("met unless wrong", (error.primal.omega <= 1.0) == !wrong));
     PetscCall(CheckTrue("the constraints are met", error.dual.omega == 0.0));
   }
@@ -298,8 +298,8 @@ static PetscErrorCode Forces()
     else y[5] = 1e-20;
     PetscCall(SetBoth(y, setup.y));
     PetscCall(SetBoth(b, setup.b));
-    PetscCall(AinsworthSaddleResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
-    PetscCall(AinsworthBackwardError(&setup.sp, PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
+    PetscCall(AinsworthSaddleResidual(setup.sp.get(), PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+    PetscCall(AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
     if (force) {
       PetscCall(CheckInt("the row", error.primal.row, 1));
       PetscCall(Check("difference to 1e8", PetscAbsReal(error.primal.omega - 1e8), 1.0));
@@ -334,8 +334,8 @@ static PetscErrorCode NoDiagonal()
   b[2] += 1e-3;
   PetscCall(SetBoth(y, setup.y));
   PetscCall(SetBoth(b, setup.b));
-  PetscCall(AinsworthSaddleResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
-  PetscCall(AinsworthBackwardError(&setup.sp, PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
+  PetscCall(AinsworthSaddleResidual(setup.sp.get(), PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+  PetscCall(AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
   const Truth exact = Exact(setup, {AINSWORTH_ROW_CONSTRAINT}, false, measure, b, y);
 
   PetscCall(Check("the primal quotient", exact.worst[0].omega, error.primal.omega * (1 + 1e-6)));
@@ -365,8 +365,8 @@ static PetscErrorCode Earlier()
   PetscCall(VecDuplicate(setup.b.dual, &earlier));
   for (PetscReal terms : {0.0, 1e12}) {
     PetscCall(VecSet(earlier, terms));
-    PetscCall(AinsworthSaddleResidual(&setup.sp, PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
-    PetscCall(AinsworthBackwardError(&setup.sp, PETSC_FALSE, measure, earlier, setup.b, setup.y, setup.Ax, setup.left, &error));
+    PetscCall(AinsworthSaddleResidual(setup.sp.get(), PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+    PetscCall(AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, measure, earlier, setup.b, setup.y, setup.Ax, setup.left, &error));
     const PetscReal expected = 1.0 / (1e-8 * (1.0 + 1e-2 * terms));
 
     PetscCall(Check("difference of the quotient", PetscAbsReal(error.dual.omega - expected), 1e-12 * expected));

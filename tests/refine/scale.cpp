@@ -140,11 +140,11 @@ static PetscErrorCode CheckScale(const Scaled &system, PetscInt seed)
   PetscCall(Check("1 over the least of the largest entries", 1.0 / range[0], 2.0));
   PetscCall(Check("the largest entry", range[1], 2.0));
   PetscCall(CheckTrue("the same on one rank", setup.s == alone.s));
-  PetscCall(VecGetOwnershipRange(setup.sp.scale.primal, &first, NULL));
-  for (size_t i = 0; i < setup.sp.loose.size(); i++) loose = loose && setup.sp.loose[i] == (b.A.row(first + (PetscInt)i).cwiseAbs().maxCoeff() == 0.0);
+  PetscCall(VecGetOwnershipRange(setup.sp->scale.primal, &first, NULL));
+  for (size_t i = 0; i < setup.sp->loose.size(); i++) loose = loose && setup.sp->loose[i] == (b.A.row(first + (PetscInt)i).cwiseAbs().maxCoeff() == 0.0);
   PetscCall(CheckTrue("the unknowns without stiffness", loose));
-  for (PetscInt i = 0; i < setup.sp.local; i++) sprung = sprung && setup.sp.sprung[i] == (b.D.row(setup.sp.first + i).cwiseAbs().maxCoeff() > 0.0);
-  PetscCall(CheckTrue("the rows with springs", sprung && (PetscInt)setup.sp.sprung.size() == setup.sp.local));
+  for (PetscInt i = 0; i < setup.sp->local(); i++) sprung = sprung && setup.sp->sprung[i] == (b.D.row(setup.sp->first + i).cwiseAbs().maxCoeff() > 0.0);
+  PetscCall(CheckTrue("the rows with springs", sprung && (PetscInt)setup.sp->sprung.size() == setup.sp->local()));
   PetscCall(SetupDestroy(&alone));
   PetscCall(SetupDestroy(&setup));
   PetscFunctionReturn(PETSC_SUCCESS);

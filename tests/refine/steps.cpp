@@ -23,7 +23,7 @@ PetscErrorCode Refine(Setup *setup, const AinsworthRequest &request, const Colum
   if (request.transpose) d.A = Dense(d.A.transpose());
   PetscCall(SetBoth(b, setup->b));
   PetscCall(SetBoth(y, setup->y));
-  PetscCall(AinsworthRefine(&setup->sp, &request, solver, setup->b, setup->y, setup->Ax, setup->left, &known, &run->outcome));
+  PetscCall(AinsworthRefine(setup->sp.get(), &request, solver, setup->b, setup->y, setup->Ax, setup->left, &known, &run->outcome));
   PetscCall(GatherBoth(setup->y, run->y));
   PetscCall(GatherBoth(setup->left, run->left));
   PetscCall(Gather(setup->Ax, Ax));

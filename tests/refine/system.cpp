@@ -2,7 +2,7 @@
 #include <cmath>
 
 /* Gives each rank a copy of all of the matrix */
-static PetscErrorCode TakeAll(Mat *M)
+static PetscErrorCode TakeAll(AinsworthRef<Mat> *M)
 {
   IS       rows, cols;
   PetscInt m, n;
@@ -17,8 +17,7 @@ static PetscErrorCode TakeAll(Mat *M)
   PetscCall(MatDestroySubMatrices(1, &all));
   PetscCall(ISDestroy(&rows));
   PetscCall(ISDestroy(&cols));
-  PetscCall(MatDestroy(M));
-  *M = copy;
+  *M = AinsworthOwn(copy);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -37,35 +36,31 @@ PetscErrorCode SetupCreate(const Blocks &dense, Setup *setup, bool alone)
 {
   Kind                  kind{"given"};
   AinsworthSaddleInputs in;
-  AinsworthSaddle       raw, *sp = &setup->sp;
+  AinsworthSaddle       raw;
   Mat                   nest, Bt;
 
   PetscFunctionBeginUser;
   kind.symmetric  = dense.B == dense.C;
   kind.compliance = dense.D.size() && dense.D.cwiseAbs().maxCoeff() > 0.0 ? COUPLED : NO_D;
   setup->dense    = dense;
-  *sp             = AinsworthSaddle();
   PetscCall(SaddleCreate(dense, kind, &raw));
   if (alone)
-    for (Mat *M : {&raw.A, &raw.C, &raw.B, &raw.D})
-      if (*M && !(M == &raw.B && kind.symmetric)) PetscCall(TakeAll(M));
-  if (alone && kind.symmetric) {
-    PetscCall(MatDestroy(&raw.B));
-    PetscCall(PetscObjectReference((PetscObject)raw.C));
-    raw.B = raw.C;
-  }
-  PetscCall(MatHermitianTranspose(raw.B, MAT_INITIAL_MATRIX, &Bt));
-  if (raw.D) PetscCall(MatScale(raw.D, -1.0));
-  const Mat blocks[] = {raw.A, Bt, raw.C, raw.D};
+    for (AinsworthRef<Mat> *M : {&raw.A, &raw.kept.C, &raw.kept.B, &raw.kept.D})
+      if (*M && !(M == &raw.kept.B && kind.symmetric)) PetscCall(TakeAll(M));
+  if (alone && kind.symmetric) raw.kept.B = raw.kept.C;
+  PetscCall(MatHermitianTranspose(raw.kept.B, MAT_INITIAL_MATRIX, &Bt));
+  if (raw.kept.D) PetscCall(MatScale(raw.kept.D, -1.0));
+  const Mat blocks[] = {raw.A, Bt, raw.kept.C, raw.kept.D};
 
   PetscCall(MatCreateNest(PetscObjectComm((PetscObject)raw.A), 2, NULL, 2, NULL, blocks, &nest));
   in.amat = in.pmat = nest;
   in.multipliers    = {"1"};
-  PetscCall(AinsworthSaddleSetUp(&in, sp));
+  PetscCall(AinsworthSaddleBuild(&in, NULL, &setup->sp));
+  const AinsworthSaddle *sp = setup->sp.get();
+
   PetscCall(CheckTrue((std::string("usable: ") + sp->bad).c_str(), !sp->bad[0] && sp->scale.primal && !sp->negated));
   PetscCall(MatDestroy(&nest));
   PetscCall(MatDestroy(&Bt));
-  PetscCall(SaddleDestroy(&raw));
   PetscCall(GatherBoth(sp->scale, setup->s));
   for (AinsworthSaddleVec *v : {&setup->b, &setup->y, &setup->left}) {
     PetscCall(AinsworthSaddleVecDuplicate(sp->scale, v));
@@ -81,7 +76,7 @@ PetscErrorCode SetupDestroy(Setup *setup)
   PetscFunctionBeginUser;
   for (AinsworthSaddleVec *v : {&setup->b, &setup->y, &setup->left}) PetscCall(AinsworthSaddleVecDestroy(v));
   PetscCall(VecDestroy(&setup->Ax));
-  PetscCall(AinsworthSaddleReset(&setup->sp));
+  setup->sp.reset();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

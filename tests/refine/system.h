@@ -17,7 +17,7 @@ using LongReal   = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
 /* The saddle made from the dense blocks, b and y in its fields, A y.primal and the residual; y and b in all of the program's rows */
 struct Setup {
   Blocks             dense;
-  AinsworthSaddle    sp;
+  AinsworthSaddleStage sp;
   AinsworthSaddleVec b, y, left;
   Vec                Ax;
   Column             s; /* the scale */
